@@ -1,0 +1,278 @@
+#include "command.h"
+
+#include <fmt/format.h>
+#include <sundials/sundials_version.h>
+#include <unistd.h>
+
+#include <Eigen/Core>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <system_error>
+
+#include "costate/base/error.h"
+#include "costate/discrete/discrete_scheme.h"
+#include "costate/base/version.h"
+#include "costate/integrator/simulate.h"
+#include "costate/optimize/optimizer.h"
+#include "costate/record/atomic_file.h"
+#include "costate/record/json_number.h"
+#include "costate/sensitivity/scene_problem.h"
+
+namespace costate::app {
+
+void CommonOptions::add_to(CLI::App& app) {
+  app.add_option("scene", scene, "Scene file (TOML)")->required();
+  app.add_option("--set", overrides, "Replace a value of the scene: path=value (repeatable)")
+      ->type_name("PATH=VALUE")
+      ->allow_extra_args(false);
+}
+
+void CommonOptions::add_run_options(CLI::App& app) {
+  app.add_option("--parameters", parameters, "Parameters or number paths, separated by commas (default: the scene's)")
+      ->delimiter(',')
+      ->allow_extra_args(false);  // what follows is the scene
+  app.add_option("--formulation", formulation, "See 'costate list'");
+  app.add_option("--method", method, "Gradient method, see 'costate list'");
+  app.add_option("--integrator", integrator, "idas, cvodes or fixed (default: the formulation's)");
+  app.add_option("--cvodes-method", cvodes_method, "adams (default; smooth motion) or bdf (stiff)");
+  app.add_option("--sensitivity-corrector", sensitivity_corrector,
+                 "Forward methods: staggered (default; sensitivities after the state) or simultaneous");
+  app.add_option("--rtol", rtol, "Relative tolerance");
+  app.add_option("--atol", atol, "Absolute tolerance in SI units (default: the number of rtol)");
+  app.add_option("--t-end", t_end, "End of the simulation [s]");
+  app.add_option("--step", step, "Step of fixed-step runs [s] (default: chosen from rtol)");
+  app.add_option("--penalty-alpha", penalty_alpha, "Weight of the penalty formulation");
+  app.add_option("--checkpoint-steps", checkpoint_steps, "Steps between checkpoints of adjoint runs");
+  app.add_option("--output", output, "Directory for result files (default: results/SCENE)");
+  app.add_flag("--no-files", no_files, "Write no result files");
+  app.add_flag("--json", json, "Print one JSON object and nothing else");
+  app.add_flag("--quiet", quiet, "Print errors only");
+  app.add_flag("--verbose", verbose, "Print settings and counters, too");
+}
+
+Scene load_scene(const CommonOptions& options) {
+  for (const auto& o : options.overrides) {
+    const auto equals = o.find('=');
+    if (equals == std::string::npos || equals == 0)
+      throw Error(fmt::format("--set needs PATH=VALUE, found '{}'. Example: --set run.t_end_s=2.", o));
+  }
+  return Scene::load(options.scene, options.overrides);
+}
+
+namespace {
+
+void require_positive(const std::optional<double>& x, const char* option) {
+  if (x && !(*x > 0 && std::isfinite(*x))) throw Error(fmt::format("{} must be a positive number, found {}.", option, *x));
+}
+
+}  // namespace
+
+Setup::Setup(const CommonOptions& options, Purpose purpose) : scene(load_scene(options)) {
+  chosen_by(!options.parameters.empty(), "--parameters", "run.parameters",
+            [&] { problem = make_problem(scene, options.parameters); });
+  rho = problem.parameters.values();
+  choose_solver(options);
+  check_combination(options, purpose);
+  files = !options.no_files;
+  directory_chosen = !options.output.empty();
+  directory = directory_chosen ? options.output
+                               : std::filesystem::path("results") / std::filesystem::path(options.scene).stem();
+  if (files && directory_chosen) chosen_by(true, "--output", "", [&] { require_writable(directory); });
+  progress_options.quiet = options.quiet || options.json;
+  progress_options.verbose = options.verbose;
+}
+
+void Setup::choose_solver(const CommonOptions& options) {
+  require_positive(options.rtol, "--rtol");
+  require_positive(options.atol, "--atol");
+  require_positive(options.step, "--step");
+  require_positive(options.penalty_alpha, "--penalty-alpha");
+  if (options.rtol && *options.rtol >= 1) throw Error(fmt::format("--rtol must be below 1, found {}.", *options.rtol));
+  if (options.checkpoint_steps && *options.checkpoint_steps < 0)
+    throw Error(fmt::format("--checkpoint-steps must not be negative, found {}.", *options.checkpoint_steps));
+  if (options.penalty_alpha) problem.formulation_options.penalty_alpha = *options.penalty_alpha;
+  SolverOptions& solver = problem.solver;
+  if (options.t_end) solver.t_end = *options.t_end;
+  if (!(solver.t_end > solver.t_start && std::isfinite(solver.t_end)))
+    throw Error(fmt::format("--t-end: The end time {} s must lie after the start time {} s.", solver.t_end,
+                            solver.t_start));
+  // An explicit rtol moves the absolute tolerance along unless that is given, too.
+  if (options.rtol) {
+    solver.atol *= *options.rtol / solver.rtol;
+    solver.rtol = *options.rtol;
+  }
+  if (options.atol) solver.atol = *options.atol;
+  if (!options.integrator.empty()) solver.integrator = options.integrator;
+  if (!options.cvodes_method.empty()) solver.cvodes_method = options.cvodes_method;
+  if (solver.cvodes_method != "adams" && solver.cvodes_method != "bdf")
+    throw Error(fmt::format("--cvodes-method must be adams or bdf, found '{}'.", solver.cvodes_method));
+  const std::string& corrector = options.sensitivity_corrector;
+  if (!corrector.empty() && corrector != "staggered" && corrector != "simultaneous")
+    throw Error(fmt::format("--sensitivity-corrector must be staggered or simultaneous, found '{}'.", corrector));
+  if (!corrector.empty()) solver.staggered = corrector == "staggered";
+  if (options.step) solver.step_s = *options.step;
+  if (options.checkpoint_steps) solver.checkpoint_steps = *options.checkpoint_steps;
+}
+
+void Setup::check_combination(const CommonOptions& options, Purpose purpose) {
+  const bool formulation_chosen = !options.formulation.empty(), method_chosen = !options.method.empty(),
+             integrator_chosen = !options.integrator.empty();
+  if (formulation_chosen) problem.formulation = options.formulation;
+  method = method_chosen ? options.method : scene.run.method;
+  chosen_by(formulation_chosen, "--formulation", "run.formulation", [&] { find_formulation(problem.formulation); });
+  chosen_by(method_chosen, "--method", "run.method", [&] { find_sensitivity_method(method); });
+  chosen_by(integrator_chosen, "--integrator", "run.integrator", [&] { integrator_of(problem); });
+  if (purpose == Purpose::compare) return;
+  const Formulation& f = find_formulation(problem.formulation);
+  const std::string& integrator = problem.solver.integrator;
+  chosen_by(integrator_chosen || formulation_chosen, integrator_chosen ? "--integrator" : "--formulation",
+            "run.integrator", [&] {
+              if (integrator == "idas" && !f.make_dae) problem.make_dae();
+              if (integrator == "cvodes" && !f.make_ode) problem.make_ode();
+              if (integrator == "fixed" && !f.make_discrete) problem.make_discrete();
+            });
+  if (purpose == Purpose::simulate) return;
+  const SensitivityMethod& m = find_sensitivity_method(method);
+  chosen_by(method_chosen || formulation_chosen, method_chosen ? "--method" : "--formulation", "run.method", [&] {
+    const std::string no = refusal(m, f);
+    if (!no.empty()) throw CapabilityError(no);
+  });
+  using Needs = SensitivityMethod::Needs;
+  const char* own = m.needs == Needs::dae        ? "idas"
+                    : m.needs == Needs::ode      ? "cvodes"
+                    : m.needs == Needs::discrete ? "fixed"
+                                                 : "";
+  if (integrator_chosen && *own != 0 && integrator != own)
+    throw Error(fmt::format("--integrator: Method '{}' runs on {}, found '{}'; leave this option out, or choose "
+                            "another method.", method, own, integrator));
+}
+
+void require_writable(const std::filesystem::path& directory) {
+  namespace fs = std::filesystem;
+  std::error_code code;
+  fs::path there = fs::absolute(directory, code);
+  while (there.has_relative_path() && fs::status(there, code).type() == fs::file_type::not_found)
+    there = there.parent_path();
+  const fs::file_status status = fs::status(there, code);
+  std::string why;
+  if (fs::exists(status) && !fs::is_directory(status))
+    why = fmt::format("'{}' is not a directory", there.string());
+  else if (::access(there.c_str(), W_OK | X_OK) != 0)
+    why = fmt::format("'{}': {}", there.string(), std::generic_category().message(errno));
+  if (!why.empty())
+    throw Error(fmt::format("Nothing can be written to '{}' ({}). Choose another directory with --output, or "
+                            "--no-files.", directory.string(), why));
+}
+
+bool Setup::write_file(const std::string& name,
+                       const std::function<void(const std::filesystem::path&)>& write) const {
+  if (!files) return false;
+  try {
+    write(directory / name);
+    return true;
+  } catch (const Error& e) {
+    if (directory_chosen) throw;
+    fmt::print(stderr, "costate: warning: {}. Choose a directory with --output, or --no-files.\n", e.what());
+    return false;
+  }
+}
+
+std::string json_text(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace); }
+
+Json named(const std::vector<std::string>& names, const std::vector<double>& values) {
+  Json j = Json::object();
+  for (std::size_t i = 0; i < names.size(); ++i) j[names[i]] = values[i];
+  return j;
+}
+
+Json counters_json(const Counters& c) {
+  Json j;
+  for (const auto& [name, value] : counter_list(c)) j[name] = value;
+  return j;
+}
+
+Json settings_json(const Setup& setup) {
+  Json j;
+  const SolverOptions& s = setup.problem.solver;
+  j["scene"] = Json::parse(json_text(setup.scene.file_name()));
+  j["title"] = setup.scene.title;
+  j["t_start_s"] = s.t_start;
+  j["t_end_s"] = s.t_end;
+  j["atol"] = s.absolute();
+  j["cvodes_method"] = s.cvodes_method;
+  j["sensitivity_corrector"] = s.staggered ? "staggered" : "simultaneous";
+  j["step_s"] = s.step_s;
+  j["checkpoint_steps"] = s.checkpoint_steps;
+  const FormulationOptions& f = setup.problem.formulation_options;
+  j["baumgarte_xi"] = f.baumgarte_xi;
+  j["baumgarte_omega_rad_per_s"] = f.baumgarte_omega_rad_per_s;
+  j["penalty_xi"] = f.penalty_xi;
+  j["penalty_omega_rad_per_s"] = f.penalty_omega_rad_per_s;
+  j["penalty_alpha"] = f.penalty_alpha;
+  j["discrete_scheme"] = f.discrete_scheme;
+  j["discrete_rho_infinity"] = f.discrete_rho_infinity;
+  char sundials[32] = {};
+  SUNDIALSGetVersion(sundials, sizeof sundials);
+  j["versions"] = {{"costate", std::string(version)},
+                   {"sundials", sundials},
+                   {"nlopt", nlopt_version_text()},
+                   {"eigen", fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)}};
+  return j;
+}
+
+Json run_json(const Setup& setup, const GradientResult& r, const std::string& method, double wall_s) {
+  const auto names = setup.problem.parameters.names();
+  Json j;
+  j["psi"] = r.psi;
+  j["parameters"] = named(names, setup.rho);
+  j["gradient"] = method.empty() ? Json(nullptr) : named(names, r.gradient);
+  j["gradient_error"] = r.gradient_error.empty() ? Json(nullptr) : named(names, r.gradient_error);
+  j["formulation"] = setup.problem.formulation;
+  j["integrator"] = r.integrator;
+  j["method"] = method.empty() ? Json(nullptr) : Json(method);
+  j["rtol"] = setup.problem.solver.rtol;
+  j["counters"] = counters_json(r.counters);
+  j["wall_s"] = wall_s;
+  j["status"] = "ok";
+  j["settings"] = settings_json(setup);
+  return j;
+}
+
+namespace {
+
+/// The settings and all counters that are not zero, for --verbose.
+std::string details(const Json& json) {
+  const auto list = [](const char* title, const Json& entries) {
+    std::string text;
+    for (const auto& [name, value] : entries.items())
+      if (value.is_primitive() && value != 0 && value != "")
+        text += fmt::format("{} {} {}", text.empty() ? "" : ",", name,
+                            value.is_string() ? value.get<std::string>() : value.dump());
+    return fmt::format("  {}:{}\n", title, text);
+  };
+  return list("counters", json.at("counters")) + list("settings", json.at("settings")) +
+         list("versions", json.at("settings").at("versions"));
+}
+
+}  // namespace
+
+void report(const Setup& setup, const CommonOptions& options, const Json& json, const std::string& text,
+            const std::string& file) {
+  if (options.take) return options.take(setup, json);
+  const std::string object = json_text(json) + "\n";
+  const bool written = setup.write_file(file, [&](const auto& path) { write_file_atomically(path, object); });
+  if (options.json)
+    fmt::print("{}", object);
+  else if (!options.quiet) {
+    fmt::print("{}", text);
+    if (options.verbose) fmt::print("{}", details(json));
+    if (written) fmt::print("  summary: {}\n", (setup.directory / file).string());
+  }
+}
+
+double seconds_since(const std::chrono::steady_clock::time_point& begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+}  // namespace costate::app

@@ -1,0 +1,132 @@
+// What the commands of the tool share: common options, loading a scene into a problem, and ending a run.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "costate/base/error.h"
+#include "costate/record/progress.h"
+#include "costate/scene/scene.h"
+#include "costate/sensitivity/method.h"
+
+namespace costate::app {
+
+using Json = nlohmann::ordered_json;
+
+/// Exit statuses besides 0.
+inline constexpr int kFailed = 1;
+inline constexpr int kUsage = 2;
+inline constexpr int kDisagreement = 3;
+
+struct Setup;
+
+/// Options that every scene command takes; unset ones keep the scene's value.
+struct CommonOptions {
+  std::string scene;
+  std::vector<std::string> parameters, overrides;
+  std::string formulation, method, integrator, cvodes_method, sensitivity_corrector;
+  std::optional<double> rtol, atol, t_end, step, penalty_alpha;
+  std::optional<long> checkpoint_steps;
+  std::filesystem::path output;
+  bool json = false, quiet = false, verbose = false, no_files = false;
+  /// Where a command that runs inside another one (costate regress) hands its summary, instead of printing it.
+  std::function<void(const Setup&, const Json&)> take;
+
+  void add_to(CLI::App& app);
+  void add_run_options(CLI::App& app);
+};
+
+/// The scene of the command line with its overrides.
+Scene load_scene(const CommonOptions& options);
+
+/// What a command does with a scene.
+enum class Purpose { simulate, differentiate, compare };
+
+/// A scene made ready to run with the command line's choices; a mistake in these names the option or the place in the
+/// scene, before anything has been computed or written.
+struct Setup {
+  Setup(const CommonOptions& options, Purpose purpose);
+
+  Scene scene;
+  Problem problem;
+  std::string method;  // of the scene, overridden
+  std::vector<double> rho;
+  std::filesystem::path directory;  // where results go
+  bool directory_chosen = false;    // by the user
+  bool files = true;
+  ProgressOptions progress_options;
+
+  /// Runs f; an error of the mechanism (an unreachable start, say) is reported at its place in the scene file.
+  template <class F>
+  auto located(F&& f) const {
+    try {
+      return f();
+    } catch (const ModelError& e) {
+      throw scene.located(e);
+    }
+  }
+
+  /// Runs f, which objects to a choice; the complaint names where that was made: the option, or a path of the scene.
+  template <class F>
+  void chosen_by(bool on_command_line, const char* option, const char* path, F&& f) const {
+    try {
+      f();
+    } catch (const ModelError& e) {
+      if (on_command_line) throw Error(std::string(option) + ": " + e.bare_message());
+      throw scene.located(e);
+    } catch (const Error& e) {
+      if (on_command_line) throw Error(std::string(option) + ": " + e.what());
+      throw SceneError(scene.locate(path), e.what());
+    }
+  }
+
+  /// Writes a file of the run by `write`; a failure in a directory the user did not choose is a warning.
+  /// Whether the file is there now.
+  bool write_file(const std::string& name, const std::function<void(const std::filesystem::path&)>& write) const;
+
+ private:
+  void choose_solver(const CommonOptions& options);
+  void check_combination(const CommonOptions& options, Purpose purpose);
+};
+
+/// Complains about a directory that cannot be written, without creating it.
+void require_writable(const std::filesystem::path& directory);
+
+/// Versions, scene, settings: the part of a summary that does not depend on the result.
+Json settings_json(const Setup& setup);
+/// The contract's keys for one run.
+Json run_json(const Setup& setup, const GradientResult& result, const std::string& method, double wall_s);
+/// JSON as text; what is no valid UTF-8 (a file name may be) is replaced, numbers that are not finite become null.
+std::string json_text(const Json& json);
+Json named(const std::vector<std::string>& names, const std::vector<double>& values);
+Json counters_json(const Counters& c);
+
+/// Prints the JSON object (with --json) or the text, and writes the JSON as `file` into the directory.
+void report(const Setup& setup, const CommonOptions& options, const Json& json, const std::string& text,
+            const std::string& file);
+
+/// costate check --candidate: a researcher's own adjoint (candidate.cpp).
+struct CandidateOptions {
+  std::string file;
+  double limit_s = 300;
+};
+int check_candidate_file(const CommonOptions& common, const CandidateOptions& options);
+
+double seconds_since(const std::chrono::steady_clock::time_point& begin);
+
+/// Registration: each command's file offers one of these.
+void add_simulate(CLI::App& app, std::function<int()>& action, CommonOptions& common);
+void add_gradient(CLI::App& app, std::function<int()>& action, CommonOptions& common);
+void add_optimize(CLI::App& app, std::function<int()>& action, CommonOptions& common);
+void add_check(CLI::App& app, std::function<int()>& action, CommonOptions& common);
+void add_regress(CLI::App& app, std::function<int()>& action, CommonOptions& common);
+void add_list(CLI::App& app, std::function<int()>& action, CommonOptions& common);
+void add_dump(CLI::App& app, std::function<int()>& action, CommonOptions& common);
+
+}  // namespace costate::app

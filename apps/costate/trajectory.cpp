@@ -1,0 +1,106 @@
+#include "trajectory.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "costate/base/error.h"
+#include "costate/record/csv_file.h"
+#include "costate/record/hdf5_file.h"
+#include "costate/record/interrupt.h"
+
+namespace costate::app {
+
+TrajectoryRecorder::TrajectoryRecorder(const Setup& setup, std::optional<double> step) : setup_(setup) {
+  const double t0 = setup.problem.solver.t_start, t1 = setup.problem.solver.t_end;
+  double h = step.value_or(setup.scene.run.output_step_s.value_or(0));
+  if (step && !(*step > 0 && std::isfinite(*step)))
+    throw Error(fmt::format("--output-step must be a positive number, found {}.", *step));
+  if (!(h > 0)) h = (t1 - t0) / 500;
+  const double count = std::floor((t1 - t0) / h + 1e-9);
+  if (!(count < 2e7)) throw Error(fmt::format("An output step of {:g} s gives {:.3g} samples; choose a larger one.", h, count));
+  for (long i = 0; i <= static_cast<long>(count); ++i) times_.push_back(t0 + static_cast<double>(i) * h);
+  if (times_.back() > t1 || t1 - times_.back() < 1e-9 * h) times_.back() = t1;
+  if (times_.back() < t1) times_.push_back(t1);
+  prepare(*setup.problem.mechanism);
+}
+
+void TrajectoryRecorder::prepare(const Mechanism& m) {
+  const auto add = [&](const std::string& group, const std::string& name, const std::string& unit) {
+    Column c{name, unit, group, {}};
+    c.values.reserve(times_.size());
+    table_.columns.push_back(std::move(c));
+  };
+  for (const auto& c : m.coordinates()) add("coordinates", c.name, c.unit);
+  for (const auto& c : m.coordinates()) add("velocities", c.name, c.unit + "/s");
+  for (const auto& c : m.coordinates()) add("accelerations", c.name, c.unit + "/s^2");
+  for (const auto& name : m.row_names()) add("multipliers", name, "1");
+  for (const auto& name : m.state_names()) add("states", name, "1");
+  for (const auto& name : output_names(m)) {
+    std::unique_ptr<Output> o = make_output(m, name);
+    // Coordinates, multipliers, states and time have groups of their own.
+    const bool coordinate = [&] {
+      for (const auto& c : m.coordinates())
+        if (name == c.name || name == c.name + "_dot" || name == c.name + "_ddot") return true;
+      return name == "time" || name.rfind("lambda.", 0) == 0 || name.rfind("z.", 0) == 0;
+    }();
+    if (coordinate) continue;
+    add("outputs", name, o->unit());
+    outputs_.push_back(std::move(o));
+  }
+}
+
+SampleSink TrajectoryRecorder::sink() {
+  return [this](const PhysicalState& s, System& system) {
+    Assembly& assembly = system.assembly();
+    table_.time_s.push_back(s.t);
+    std::size_t column = 0;
+    const auto put = [&](double x) { table_.columns[column++].values.push_back(x); };
+    for (const double* x : {s.q, s.v, s.a})
+      for (int i = 0; i < assembly.n(); ++i) put(x[i]);
+    for (int i = 0; i < assembly.m(); ++i) put(s.lambda[i]);
+    for (int i = 0; i < assembly.nz(); ++i) put(s.z[i]);
+    for (const auto& o : outputs_) put(o->value(s, assembly));
+  };
+}
+
+Json TrajectoryRecorder::terminal() const {
+  Json j = Json::object();
+  for (const Column& c : table_.columns) {
+    if (c.values.empty()) continue;
+    const std::string name = c.group == "velocities"      ? c.name + "_dot"
+                             : c.group == "accelerations" ? c.name + "_ddot"
+                             : c.group == "multipliers"   ? "lambda." + c.name
+                             : c.group == "states"        ? "z." + c.name
+                                                          : c.name;
+    j[name] = c.values.back();
+  }
+  return j;
+}
+
+TrajectoryTable TrajectoryRecorder::finish(const Json& settings) {
+  table_.scene_text = setup_.scene.dump();
+  table_.settings = nlohmann::json(settings);
+  return std::move(table_);
+}
+
+std::vector<std::string> write_trajectory(const Setup& setup, const TrajectoryTable& table, const std::string& name,
+                                          bool csv) {
+  std::vector<std::string> paths;
+  const auto written = [&](const char* extension, const auto& write) {
+    if (setup.write_file(name + extension, [&](const auto& path) { write(path, table); }))
+      paths.push_back((setup.directory / (name + extension)).string());
+  };
+  written(".h5", write_hdf5);
+  if (csv) written(".csv", write_csv);
+  return paths;
+}
+
+Monitor monitor(Progress& progress, double t_end) {
+  return [&progress, t_end](double t, long steps, bool) {
+    throw_if_interrupted();
+    progress.update(t, t_end, steps);
+  };
+}
+
+}  // namespace costate::app

@@ -1,0 +1,38 @@
+// Samples of a run collected into a table for HDF5 and CSV, and the progress monitor of a run.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "command.h"
+#include "costate/integrator/simulate.h"
+#include "costate/record/trajectory_table.h"
+
+namespace costate::app {
+
+class TrajectoryRecorder {
+ public:
+  /// Samples every `step` seconds, or as the scene says, or 500 times.
+  TrajectoryRecorder(const Setup& setup, std::optional<double> step);
+  const std::vector<double>& times() const { return times_; }
+  SampleSink sink();
+  /// The last sample by the names of outputs: coordinates, NAME_dot, NAME_ddot, lambda.ROW, z.STATE and the outputs.
+  Json terminal() const;
+  /// The table with the scene inside; `settings` is stored as JSON.
+  TrajectoryTable finish(const Json& settings);
+
+ private:
+  void prepare(const Mechanism& mechanism);
+  const Setup& setup_;
+  std::vector<double> times_;
+  std::vector<std::unique_ptr<Output>> outputs_;
+  TrajectoryTable table_;
+};
+
+/// Writes NAME.h5 (and NAME.csv); returns the paths of what was written.
+std::vector<std::string> write_trajectory(const Setup& setup, const TrajectoryTable& table, const std::string& name, bool csv);
+
+/// Shows progress and stops on Ctrl-C.
+Monitor monitor(Progress& progress, double t_end);
+
+}  // namespace costate::app

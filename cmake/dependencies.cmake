@@ -1,0 +1,17 @@
+# Third-party packages. What is public in the installed headers is found again in costateConfig.cmake.in.
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(fmt REQUIRED)
+find_package(TomlPlusPlus MODULE REQUIRED)
+find_package(KLU MODULE REQUIRED)
+find_package(SUNDIALS 6.4...<7 MODULE REQUIRED)
+find_package(NLopt REQUIRED)
+find_package(nlohmann_json 3.9 REQUIRED)
+find_package(HDF5Serial MODULE REQUIRED)
+find_package(CLI11 2.1 REQUIRED)
+
+if(COSTATE_BUILD_TESTS)
+  find_package(Catch2 2.13 REQUIRED)
+  if(Catch2_VERSION VERSION_GREATER_EQUAL 3)
+    message(FATAL_ERROR "The tests are written for Catch2 2.x, found ${Catch2_VERSION}.")
+  endif()
+endif()

@@ -1,0 +1,62 @@
+#!/usr/bin/env bash
+# Installs what Costate needs from the distribution (Debian 12): finds the packages that are missing and
+# installs those, as root or with sudo. Without either it names them and fails. With nothing missing it
+# does nothing.
+set -euo pipefail
+
+# <package>, or <package>=<command> where any package that provides the command will do.
+packages=(
+  "g++=g++"
+  cmake=cmake
+  ninja-build=ninja
+  pkg-config=pkg-config
+  libeigen3-dev
+  libsundials-dev
+  libsuitesparse-dev
+  libnlopt-dev
+  libnlopt-cxx-dev
+  libtomlplusplus-dev
+  libcli11-dev
+  libhdf5-dev
+  nlohmann-json3-dev
+  libfmt-dev
+  catch2
+  gnuplot-nox=gnuplot
+)
+
+if ! command -v dpkg-query >/dev/null; then
+  echo "install-dependencies.sh: no Debian package database here; please install the equivalents of:"
+  echo "  ${packages[*]%%=*}"
+  exit 0
+fi
+
+missing=()
+for entry in "${packages[@]}"; do
+  package=${entry%%=*}
+  program=${entry#"$package"}
+  program=${program#=}
+  if [[ -n $program ]] && command -v "$program" >/dev/null; then
+    continue
+  fi
+  if [[ $(dpkg-query -W -f='${Status}\n' "$package" 2>/dev/null | head -n 1) != "install ok installed" ]]; then
+    missing+=("$package")
+  fi
+done
+
+if ((${#missing[@]} == 0)); then
+  exit 0
+fi
+
+if ((EUID == 0)); then
+  as_root=(env)
+elif command -v sudo >/dev/null && { [[ -t 0 ]] || sudo -n true 2>/dev/null; }; then
+  as_root=(sudo env)
+else
+  echo "install-dependencies.sh: packages are missing and cannot be installed without root; please run" >&2
+  echo "  apt-get install --no-install-recommends ${missing[*]}" >&2
+  exit 1
+fi
+
+echo "Installing: ${missing[*]}"
+"${as_root[@]}" DEBIAN_FRONTEND=noninteractive apt-get update -q
+"${as_root[@]}" DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "${missing[@]}"

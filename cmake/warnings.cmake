@@ -1,0 +1,12 @@
+# costate_set_warnings(<target>): the warnings every target of the project is compiled with. Third-party
+# headers come in through imported targets, hence as system headers, and are not subject to them.
+function(costate_set_warnings target)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow)
+  if(COSTATE_SANITIZE AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # The instrumentation makes GCC see uninitialized variables in the standard library.
+    target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized)
+  endif()
+  if(COSTATE_WERROR)
+    target_compile_options(${target} PRIVATE -Werror)
+  endif()
+endfunction()

@@ -1,0 +1,47 @@
+#include "costate/adjoint/gradient_rate.h"
+
+#include "costate/assembly/path_rates.h"
+
+namespace costate {
+
+Eigen::VectorXd acceleration_rates(Assembly& assembly, AccelerationLevel& level) {
+  const int n = assembly.n(), m = assembly.m();
+  const StateView s = level.state();
+  const Stabilization& st = level.stabilization();
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(n + m);
+  // The rate of R2 at a' = 0 is Phiddd + 2 xi omega Phidd + omega^2 Phid.
+  calc_motion_rates(assembly, s, x.data(), x.data() + n);
+  if (st.omega != 0) {
+    const double c1 = 2 * st.xi * st.omega, c0 = st.omega * st.omega;
+    const SparsePattern& J = assembly.jacobian();
+    for (int i = 0; i < m; ++i)
+      x[n + i] +=
+          c1 * assembly.bias[static_cast<std::size_t>(i)] + c0 * assembly.phi_t[static_cast<std::size_t>(i)];
+    add_product(J, assembly.phi_q.data(), c1, s.a, x.data() + n);
+    add_product(J, assembly.phi_q.data(), c0, s.v, x.data() + n);
+  }
+  x = -x;
+  level.solve_kkt(x.data());
+  return x;
+}
+
+void calc_running_gradient_rate(const Objective& objective, Assembly& assembly, AccelerationLevel& level,
+                                ScalarGradient& out) {
+  const StateView s = level.state();
+  const Eigen::VectorXd rates = objective.running_needs_accelerations()
+                                    ? acceleration_rates(assembly, level)
+                                    : Eigen::VectorXd::Zero(assembly.n() + assembly.m()).eval();
+  const std::vector<double> no_change(assembly.numbers().size(), 0.0);
+  Variation d;
+  d.t = 1;
+  d.q = s.v;
+  d.v = s.a;
+  d.a = rates.data();
+  d.lambda = rates.data() + assembly.n();
+  d.z = assembly.zdot.data();
+  d.numbers = no_change.data();
+  out.set_zero();
+  objective.add_running_gradient_change(s, assembly, d, out);
+}
+
+}  // namespace costate

@@ -1,0 +1,162 @@
+#include "costate/adjoint/hand_equations.h"
+
+#include "costate/analysis/start.h"
+
+namespace costate {
+
+HandEquations::HandEquations(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
+                             Objective objective, Stabilization stabilization, Direction direction)
+    : assembly_(std::move(mechanism), std::move(parameters)),
+      objective_(std::move(objective)),
+      level_(assembly_, stabilization),
+      n_(assembly_.n()),
+      m_(assembly_.m()),
+      nz_(assembly_.nz()),
+      A_(0),
+      D_(0),
+      direction_(direction) {
+  running_.resize(assembly_);
+  terminal_.resize(assembly_);
+  assembly_.resize(columns_);
+}
+
+HandEquations::~HandEquations() = default;
+
+void HandEquations::set_parameters(const double* rho) {
+  assembly_.set_parameters(rho);
+  level_.invalidate();
+  start_.reset();
+}
+
+const Start& HandEquations::start() {
+  if (!start_) {
+    start_ = std::make_unique<Start>(find_start(assembly_, t_start, true));
+    level_.invalidate();
+  }
+  return *start_;
+}
+
+void HandEquations::add_rows(const std::string& prefix, const std::vector<std::string>& names, bool differential) {
+  for (const auto& name : names) {
+    names_.push_back(prefix + name);
+    differential_.push_back(differential ? 1 : 0);
+  }
+  A_ = BlockMatrix(size());
+  D_ = BlockMatrix(size());
+}
+
+int HandEquations::place(const SparsePattern& block, int row, int column, bool transposed) {
+  D_.place(block, row, column, transposed);
+  return A_.place(block, row, column, transposed);
+}
+
+void HandEquations::finalize() {
+  A_.finalize();
+  D_.finalize();
+  b_.setZero(size(), columns());
+  d_.setZero(size(), columns());
+}
+
+void HandEquations::evaluate(double t, const double* qvz) {
+  StateView s;
+  s.t = t;
+  s.q = qvz;
+  s.v = qvz + n_;
+  s.z = qvz + 2 * n_;
+  solve_motion(s);
+  running_known_ = false;
+  A_.set_zero();
+  D_.set_zero();
+  b_.setZero();
+  d_.setZero();
+  fill();
+}
+
+void HandEquations::solve_motion(const StateView& s) {
+  level_.solve(s);
+  level_.linearize(level_.state());
+}
+
+std::vector<double> HandEquations::plan(const std::vector<double>&, const Motion&) { return {}; }
+
+bool HandEquations::before_step(double, double, const double*, Eigen::MatrixXd&, Eigen::VectorXd&) { return false; }
+
+const ScalarGradient& HandEquations::running_gradient() {
+  if (!running_known_) {
+    running_.set_zero();
+    objective_.add_running_gradient(state(), assembly_, running_);
+    running_known_ = true;
+  }
+  return running_;
+}
+
+const ScalarGradient& HandEquations::terminal_gradient() {
+  terminal_.set_zero();
+  objective_.add_terminal_gradient(state(), assembly_, terminal_);
+  return terminal_;
+}
+
+const Assembly::ParameterColumns& HandEquations::parameter_columns() {
+  assembly_.calc_parameter_columns(state(), columns_);
+  return columns_;
+}
+
+void HandEquations::eliminate_terminal(Eigen::VectorXd& wq, Eigen::VectorXd& wv, Eigen::VectorXd& wz,
+                                       Eigen::VectorXd& gradient) {
+  const ScalarGradient& w = terminal_gradient();
+  wq = w.q;
+  wv = w.v;
+  wz = w.z;
+  gradient += w.rho;
+  if (!objective_.terminal_needs_accelerations()) return;
+  Eigen::VectorXd tau(n_ + m_);
+  tau << w.a, w.lambda;
+  level_.solve_kkt(tau.data());
+  level_.add_transposed(-1, tau.data(), tau.data() + n_, nullptr, wq.data(), wv.data(), wz.data());
+  const Stabilization& st = level_.stabilization();
+  Assembly::ParameterWeights weights;
+  weights.force = tau.data();
+  weights.row = tau.data() + n_;
+  weights.c0 = st.omega * st.omega;
+  weights.c1 = 2 * st.xi * st.omega;
+  weights.c2 = 1;
+  assembly_.add_parameter_gradient(state(), weights, -1, gradient.data());
+}
+
+void HandEquations::solve_tangent_accelerations(const Eigen::MatrixXd& Sq, const Eigen::MatrixXd& Sv,
+                                                const Eigen::MatrixXd& Sz, Eigen::MatrixXd& Sa, Eigen::MatrixXd& Sl) {
+  const Assembly::ParameterColumns& c = parameter_columns();
+  const Stabilization& st = level_.stabilization();
+  Eigen::MatrixXd x(n_ + m_, assembly_.np());
+  x.topRows(n_) = -c.F;
+  x.bottomRows(m_) = -(c.phidd + 2 * st.xi * st.omega * c.phid + st.omega * st.omega * c.phi);
+  for (int j = 0; j < assembly_.np(); ++j) {
+    level_.add_force_rows(-1, Sq.col(j).data(), Sv.col(j).data(), Sz.col(j).data(), x.col(j).data());
+    level_.add_constraint_rows(-1, Sq.col(j).data(), Sv.col(j).data(), x.col(j).data() + n_);
+  }
+  level_.solve_kkt(x.data(), assembly_.np());
+  Sa = x.topRows(n_);
+  Sl = x.bottomRows(m_);
+}
+
+namespace {
+Eigen::VectorXd along(const ScalarGradient& g, const Eigen::MatrixXd& Sq, const Eigen::MatrixXd& Sv,
+                      const Eigen::MatrixXd& Sz, const Eigen::MatrixXd& Sa, const Eigen::MatrixXd& Sl) {
+  return g.rho + Sq.transpose() * g.q + Sv.transpose() * g.v + Sz.transpose() * g.z + Sa.transpose() * g.a +
+         Sl.transpose() * g.lambda;
+}
+}  // namespace
+
+void HandEquations::add_terminal_tangent(const Eigen::MatrixXd& Sq, const Eigen::MatrixXd& Sv,
+                                         const Eigen::MatrixXd& Sz, const Eigen::MatrixXd& Sa,
+                                         const Eigen::MatrixXd& Sl, Eigen::VectorXd& gradient) {
+  gradient += along(terminal_gradient(), Sq, Sv, Sz, Sa, Sl);
+}
+
+void HandEquations::add_running_tangent(const Eigen::MatrixXd& Sq, const Eigen::MatrixXd& Sv,
+                                        const Eigen::MatrixXd& Sz, const Eigen::MatrixXd& Sa,
+                                        const Eigen::MatrixXd& Sl, Eigen::VectorXd& out) {
+  out = along(running_gradient(), Sq, Sv, Sz, Sa, Sl);
+}
+
+}  // namespace costate

@@ -1,0 +1,120 @@
+// Hand-derived tangent and adjoint equations of a formulation, each written as its own linear system along a stored
+// trajectory (lib/README.md, sensitivities). All have the form
+//   d/dt (D(t) X + d(t)) = A(t) X + b(t)   on differential rows,
+//                      0 = A(t) X + b(t)   on algebraic rows,
+// with X of N rows and one column (adjoint) or one column a parameter (tangent). D and d keep momenta such as
+// P = M mu - g_a as they are, so that no time derivative of M is needed. They are integrated by their own Radau scheme,
+// not by the adjoint modules of IDAS or CVODES: two independent witnesses.
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "costate/formulation/acceleration_level.h"
+#include "costate/objective/objective.h"
+
+namespace costate {
+
+class HandEquations {
+ public:
+  enum class Direction { forward, backward };
+  /// (q, v, z) at time t.
+  using Motion = std::function<void(double t, double* qvz)>;
+
+  HandEquations(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective,
+                Stabilization stabilization, Direction direction);
+  virtual ~HandEquations();
+  HandEquations(const HandEquations&) = delete;
+  HandEquations& operator=(const HandEquations&) = delete;
+
+  Direction direction() const { return direction_; }
+  /// N, the number of rows of X; names of them ("mu.P1.x") for reports.
+  int size() const { return static_cast<int>(names_.size()); }
+  const std::vector<std::string>& names() const { return names_; }
+  /// Columns of X.
+  int columns() const { return direction_ == Direction::forward ? assembly_.np() : 1; }
+  bool differential(int row) const { return differential_[row] != 0; }
+  int parameter_count() const { return assembly_.np(); }
+  virtual void set_parameters(const double* rho);
+
+  // The matrices share one pattern.
+  const SparsePattern& pattern() const { return A_.pattern(); }
+  std::span<const double> A() const { return A_.values(); }
+  std::span<const double> D() const { return D_.values(); }
+  const Eigen::MatrixXd& b() const { return b_; }
+  const Eigen::MatrixXd& d() const { return d_; }
+
+  /// Evaluates A, D, b, d at the trajectory's point (t, q, v, z); accelerations and multipliers are solved for.
+  void evaluate(double t, const double* qvz);
+  /// For equations whose unknowns depend on a choice (of independent coordinates): fixes the choices along a motion, given
+  /// the ends of its steps in order of time, and returns the times where they change, which grids must contain.
+  virtual std::vector<double> plan(const std::vector<double>& times, const Motion& motion);
+  /// Before the step from t to `next`, at the point (t; q, v, z): where the choice changes, X is expressed in the new one,
+  /// the gradient gains what depends on the parameters in that, and the result is true.
+  virtual bool before_step(double t, double next, const double* qvz, Eigen::MatrixXd& X, Eigen::VectorXd& gradient);
+  /// X where the integration begins (t_start forward, t_end backward) at an evaluated point, and the terms that the
+  /// gradient gains there.
+  virtual void begin(Eigen::MatrixXd& X, Eigen::VectorXd& gradient) = 0;
+  /// The gradient's integrand (np entries) at an evaluated point.
+  virtual void integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& out) = 0;
+  /// The terms that the gradient gains where the integration ends.
+  virtual void finish(const Eigen::MatrixXd& X, Eigen::VectorXd& gradient) = 0;
+
+  /// The start of the trajectory and its derivative, found once per parameter set.
+  const struct Start& start();
+  double t_start = 0;
+
+  Assembly& assembly() { return assembly_; }
+  virtual long factorizations() const { return level_.factorizations(); }
+
+ protected:
+  /// Adds rows of X: names, and whether they are differential rows of the system.
+  void add_rows(const std::string& prefix, const std::vector<std::string>& names, bool differential);
+  /// Placement of the same block in A and D; to be called in the constructor, then finalize().
+  int place(const SparsePattern& block, int row, int column, bool transposed = false);
+  void finalize();
+  /// Fills A_, D_, b_, d_ (zeroed) at the evaluated point.
+  virtual void fill() = 0;
+
+  /// Accelerations, multipliers and the assembly's derivative blocks at (t, q, v, z).
+  virtual void solve_motion(const StateView& s);
+  // At the evaluated point.
+  virtual StateView state() const { return level_.state(); }
+  /// Running cost gradient at the evaluated point.
+  const ScalarGradient& running_gradient();
+  const ScalarGradient& terminal_gradient();
+  /// Parameter columns at the evaluated point.
+  const Assembly::ParameterColumns& parameter_columns();
+  /// w with accelerations and multipliers eliminated (lib/README.md, terminal elimination); adds to the gradient.
+  void eliminate_terminal(Eigen::VectorXd& wq, Eigen::VectorXd& wv, Eigen::VectorXd& wz, Eigen::VectorXd& gradient);
+  /// w_q Sq + ... at the end of a tangent run: gradient_j += w_x S_j + w_rho.
+  void add_terminal_tangent(const Eigen::MatrixXd& Sq, const Eigen::MatrixXd& Sv, const Eigen::MatrixXd& Sz,
+                            const Eigen::MatrixXd& Sa, const Eigen::MatrixXd& Sl, Eigen::VectorXd& gradient);
+  void add_running_tangent(const Eigen::MatrixXd& Sq, const Eigen::MatrixXd& Sv, const Eigen::MatrixXd& Sz,
+                           const Eigen::MatrixXd& Sa, const Eigen::MatrixXd& Sl, Eigen::VectorXd& out);
+  /// Tangents of a and lambda from those of q, v, z at the evaluated point.
+  void solve_tangent_accelerations(const Eigen::MatrixXd& Sq, const Eigen::MatrixXd& Sv, const Eigen::MatrixXd& Sz,
+                                   Eigen::MatrixXd& Sa, Eigen::MatrixXd& Sl);
+
+  Assembly assembly_;
+  Objective objective_;
+  AccelerationLevel level_;
+  int n_, m_, nz_;
+  BlockMatrix A_, D_;
+  Eigen::MatrixXd b_, d_;
+
+ private:
+  Direction direction_;
+  std::vector<std::string> names_;
+  std::vector<char> differential_;
+  std::unique_ptr<Start> start_;
+  ScalarGradient running_, terminal_;
+  bool running_known_ = false;
+  Assembly::ParameterColumns columns_;
+};
+
+}  // namespace costate

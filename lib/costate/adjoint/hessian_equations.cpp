@@ -1,0 +1,294 @@
+#include "costate/adjoint/hessian_equations.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+
+namespace costate {
+
+HessianEquations::HessianEquations(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
+                                   Objective objective, Stabilization stabilization)
+    : assembly_(std::move(mechanism), std::move(parameters)),
+      objective_(std::move(objective)),
+      level_(assembly_, stabilization),
+      n_(assembly_.n()),
+      m_(assembly_.m()),
+      nz_(assembly_.nz()) {
+  assembly_.resize(columns_);
+  gradient_.resize(assembly_);
+  change_.resize(assembly_);
+  s_.assign(static_cast<std::size_t>(n_ + m_), 0);
+  ds_ = s_;
+  rows_.assign(static_cast<std::size_t>(3 * m_ + n_ + nz_), 0);
+  set_directions(Eigen::MatrixXd(assembly_.np(), 0));
+}
+
+void HessianEquations::set_parameters(const double* rho) {
+  assembly_.set_parameters(rho);
+  level_.invalidate();
+  start_.reset();
+}
+
+void HessianEquations::set_directions(const Eigen::MatrixXd& directions) {
+  directions_ = directions;
+  number_changes_.resize(static_cast<std::size_t>(directions.cols()));
+  for (int k = 0; k < this->directions(); ++k)
+    calc_number_changes(assembly_, directions_.col(k).data(), number_changes_[static_cast<std::size_t>(k)]);
+  tangents_.setZero(state_size(), directions.cols());
+  accelerations_.setZero(n_ + m_, directions.cols());
+}
+
+const Start& HessianEquations::start_point(double t) {
+  if (!start_) {
+    start_ = std::make_unique<Start>(find_start(assembly_, t, true));
+    level_.invalidate();
+  }
+  return *start_;
+}
+
+void HessianEquations::start(double t, double* y, double* tangents) {
+  const Start& s = start_point(t);
+  Eigen::Map<Eigen::VectorXd> state(y, state_size());
+  state << s.q, s.v, s.z;
+  Eigen::Map<Eigen::MatrixXd> S(tangents, state_size(), directions());
+  S << s.q_rho * directions_, s.v_rho * directions_, s.z_rho * directions_;
+}
+
+void HessianEquations::solve_tangent(double t, const double* y, const double* tangents) {
+  StateView s;
+  s.t = t;
+  s.q = y;
+  s.v = y + n_;
+  s.z = y + 2 * n_;
+  level_.solve(s);
+  level_.linearize(level_.state());
+  if (directions() == 0) return;
+  assembly_.calc_parameter_columns(level_.state(), columns_);
+  tangents_ = Eigen::Map<const Eigen::MatrixXd>(tangents, state_size(), directions());
+  const Stabilization& st = level_.stabilization();
+  accelerations_.topRows(n_).noalias() = -columns_.F * directions_;
+  accelerations_.bottomRows(m_).noalias() = -columns_.phidd * directions_;
+  accelerations_.bottomRows(m_).noalias() -= 2 * st.xi * st.omega * (columns_.phid * directions_);
+  accelerations_.bottomRows(m_).noalias() -= st.omega * st.omega * (columns_.phi * directions_);
+  for (int k = 0; k < directions(); ++k) {
+    const double* x = tangents_.col(k).data();
+    level_.add_force_rows(-1, x, x + n_, x + 2 * n_, accelerations_.col(k).data());
+    level_.add_constraint_rows(-1, x, x + n_, accelerations_.col(k).data() + n_);
+  }
+  level_.solve_kkt(accelerations_.data(), directions());
+}
+
+void HessianEquations::motion(double t, const double* y, const double* tangents, double* yp,
+                              double* tangents_p) {
+  solve_tangent(t, y, tangents);
+  std::copy(y + n_, y + 2 * n_, yp);
+  std::copy(level_.a(), level_.a() + n_, yp + n_);
+  std::copy(assembly_.zdot.begin(), assembly_.zdot.end(), yp + 2 * n_);
+  for (int k = 0; k < directions(); ++k) {
+    const double* x = tangents_.col(k).data();
+    double* xp = tangents_p + static_cast<std::ptrdiff_t>(k) * state_size();
+    std::copy(x + n_, x + 2 * n_, xp);
+    std::copy(accelerations_.col(k).data(), accelerations_.col(k).data() + n_, xp + n_);
+    Eigen::Map<Eigen::VectorXd>(xp + 2 * n_, nz_) = columns_.f * directions_.col(k);
+    level_.add_state_rows(1, x, x + n_, x + 2 * n_, xp + 2 * n_);
+  }
+}
+
+void HessianEquations::evaluate(double t, const double* y, const double* tangents) {
+  solve_tangent(t, y, tangents);
+}
+
+Variation HessianEquations::variation(int k) const {
+  Variation d;
+  d.q = tangents_.col(k).data();
+  d.v = d.q + n_;
+  d.z = d.q + 2 * n_;
+  d.a = accelerations_.col(k).data();
+  d.lambda = d.a + n_;
+  d.numbers = number_changes_[static_cast<std::size_t>(k)].data();
+  return d;
+}
+
+Assembly::ParameterWeights HessianEquations::parameter_weights(const double* s, const double* mu_z) const {
+  const Stabilization& st = level_.stabilization();
+  Assembly::ParameterWeights w;
+  w.force = s;
+  w.row = s + n_;
+  w.c0 = st.omega * st.omega;
+  w.c1 = 2 * st.xi * st.omega;
+  w.c2 = 1;
+  w.state = mu_z;
+  return w;
+}
+
+void HessianEquations::calc_change(bool terminal, int k, const double* s, const double* mu_z) {
+  change_.set_zero();
+  const StateView state = level_.state();
+  const Variation d = variation(k);
+  if (terminal)
+    objective_.add_terminal_gradient_change(state, assembly_, d, change_);
+  else
+    objective_.add_running_gradient_change(state, assembly_, d, change_);
+  const Stabilization& st = level_.stabilization();
+  double *force = rows_.data(), *phi = force + n_, *phid = phi + m_, *phidd = phid + m_;
+  for (int i = 0; i < n_; ++i) force[i] = -s[i];
+  for (int i = 0; i < m_; ++i) {
+    phidd[i] = -s[n_ + i];
+    phid[i] = 2 * st.xi * st.omega * phidd[i];
+    phi[i] = st.omega * st.omega * phidd[i];
+  }
+  TermWeights w;
+  w.force = force;
+  w.phidd = phidd;
+  if (st.omega != 0) {
+    w.phi = phi;
+    w.phid = phid;
+  }
+  w.state = mu_z;
+  add_gradient_change(assembly_, state, d, w,
+                      {change_.q.data(), change_.v.data(), change_.a.data(), change_.lambda.data(),
+                       change_.z.data(), change_.rho.data()});
+}
+
+void HessianEquations::add_transposed(double c, const double* s, const double* mu_z, double* out) const {
+  level_.add_transposed(c, s, s + n_, mu_z, out, out + n_, out + 2 * n_);
+}
+
+void HessianEquations::end(double* mu, double* dmu, double* gradient, double* products) {
+  const int N = state_size(), np = parameter_count();
+  const auto assemble = [&](const ScalarGradient& w, std::vector<double>& s, double* out, double* rho) {
+    std::copy(w.a.data(), w.a.data() + n_, s.begin());
+    std::copy(w.lambda.data(), w.lambda.data() + m_, s.begin() + n_);
+    if (objective_.terminal_needs_accelerations()) level_.solve_kkt(s.data());
+    std::copy(w.q.data(), w.q.data() + n_, out);
+    std::copy(w.v.data(), w.v.data() + n_, out + n_);
+    std::copy(w.z.data(), w.z.data() + nz_, out + 2 * n_);
+    for (int j = 0; j < np; ++j) rho[j] += w.rho[j];
+    if (!objective_.terminal_needs_accelerations()) return;
+    add_transposed(-1, s.data(), nullptr, out);
+    assembly_.add_parameter_gradient(level_.state(), parameter_weights(s.data(), nullptr), -1, rho);
+  };
+  gradient_.set_zero();
+  objective_.add_terminal_gradient(level_.state(), assembly_, gradient_);
+  assemble(gradient_, s_, mu, gradient);
+  for (int k = 0; k < directions(); ++k) {
+    calc_change(true, k, s_.data(), nullptr);
+    assemble(change_, ds_, dmu + static_cast<std::ptrdiff_t>(k) * N,
+             products + static_cast<std::ptrdiff_t>(k) * np);
+  }
+}
+
+void HessianEquations::adjoint(const double* mu, const double* dmu, double* mup, double* dmup,
+                               double* integrand, double* product_integrands) {
+  const int N = state_size(), np = parameter_count();
+  const auto assemble = [&](const ScalarGradient& g, const double* x, std::vector<double>& s, double* xp,
+                            double* rho) {
+    for (int i = 0; i < n_; ++i) s[static_cast<std::size_t>(i)] = x[n_ + i] + g.a[i];
+    std::copy(g.lambda.data(), g.lambda.data() + m_, s.begin() + n_);
+    level_.solve_kkt(s.data());
+    for (int i = 0; i < n_; ++i) {
+      xp[i] = -g.q[i];
+      xp[n_ + i] = -g.v[i] - x[i];
+    }
+    for (int i = 0; i < nz_; ++i) xp[2 * n_ + i] = -g.z[i];
+    add_transposed(1, s.data(), x + 2 * n_, xp);
+    std::copy(g.rho.data(), g.rho.data() + np, rho);
+    assembly_.add_parameter_gradient(level_.state(), parameter_weights(s.data(), x + 2 * n_), -1, rho);
+  };
+  gradient_.set_zero();
+  objective_.add_running_gradient(level_.state(), assembly_, gradient_);
+  assemble(gradient_, mu, s_, mup, integrand);
+  for (int k = 0; k < directions(); ++k) {
+    const auto at = static_cast<std::ptrdiff_t>(k);
+    calc_change(false, k, s_.data(), mu + 2 * n_);
+    assemble(change_, dmu + at * N, ds_, dmup + at * N, product_integrands + at * np);
+  }
+}
+
+void HessianEquations::solve_start_multipliers(const Start& start, const double* mu, Eigen::VectorXd& x,
+                                               Eigen::VectorXd& y) {
+  // [Phi_q; B]^T [y; b] = mu_v, then [Phi_q; B]^T [x; .] = mu_q - Phid_q^T y - (B v)_q^T b, where B of the velocities
+  // depends on q if a rate is given; with redundant rows the least solution. y keeps b.
+  const auto& pattern = assembly_.jacobian();
+  const auto transposed = [&](const std::vector<GivenStart>& given) {
+    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n_, m_ + static_cast<int>(given.size()));
+    for (int j = 0; j < n_; ++j)
+      for (auto e = pattern.column_start[j]; e < pattern.column_start[j + 1]; ++e)
+        A(j, static_cast<int>(pattern.row[e])) += assembly_.phi_q[static_cast<std::size_t>(e)];
+    for (std::size_t g = 0; g < given.size(); ++g) {
+      if (given[g].coordinate >= 0) A(given[g].coordinate, m_ + static_cast<int>(g)) = 1;
+      for (const auto& [i, j, factor] : given[g].terms) A(j, m_ + static_cast<int>(g)) += factor * start.q[i];
+    }
+    return Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(A);
+  };
+  const Mechanism& m = assembly_.mechanism();
+  const Eigen::Map<const Eigen::VectorXd> mu_q(mu, n_), mu_v(mu + n_, n_);
+  y = transposed(m.given_velocities()).solve(mu_v);
+  Eigen::VectorXd right = mu_q;
+  add_transposed_product(pattern, assembly_.phid_q.data(), -1, y.data(), right.data());
+  for (std::size_t g = 0; g < m.given_velocities().size(); ++g)
+    for (const auto& [i, j, factor] : m.given_velocities()[g].terms)
+      right[i] -= factor * start.v[j] * y[m_ + static_cast<int>(g)];
+  x = transposed(m.given_positions()).solve(right).head(m_);
+}
+
+void HessianEquations::begin(double t, const double* mu, const double* dmu, double* gradient,
+                             double* products) {
+  const Start& start = start_point(t);
+  const int N = state_size(), np = parameter_count();
+  const auto pull = [&](const double* x, double* rho) {
+    Eigen::Map<Eigen::VectorXd> out(rho, np);
+    out += start.q_rho.transpose() * Eigen::Map<const Eigen::VectorXd>(x, n_);
+    out += start.v_rho.transpose() * Eigen::Map<const Eigen::VectorXd>(x + n_, n_);
+    out += start.z_rho.transpose() * Eigen::Map<const Eigen::VectorXd>(x + 2 * n_, nz_);
+  };
+  pull(mu, gradient);
+  if (directions() == 0) return;
+  const std::vector<double> rest(static_cast<std::size_t>(n_), 0.0), zero(static_cast<std::size_t>(m_), 0.0);
+  StateView s;
+  s.t = t;
+  s.q = start.q.data();
+  s.v = start.v.data();
+  s.a = rest.data();
+  s.lambda = zero.data();
+  s.z = start.z.data();
+  assembly_.calc_dynamics(s);
+  assembly_.calc_partials(s);
+  level_.invalidate();
+  Eigen::VectorXd x, y;
+  solve_start_multipliers(start, mu, x, y);
+  x = -x;
+  y = -y;
+  TermWeights w;
+  w.phi = x.data();
+  w.phid = y.data();
+  Eigen::MatrixXd dq = start.q_rho * directions_, dv = start.v_rho * directions_,
+                  dz = start.z_rho * directions_;
+  Eigen::VectorXd moved(N);
+  for (int k = 0; k < directions(); ++k) {
+    Variation d;
+    d.q = dq.col(k).data();
+    d.v = dv.col(k).data();
+    d.z = dz.col(k).data();
+    d.a = rest.data();
+    d.lambda = zero.data();
+    d.numbers = number_changes_[static_cast<std::size_t>(k)].data();
+    change_.set_zero();
+    add_gradient_change(assembly_, s, d, w,
+                        {change_.q.data(), change_.v.data(), change_.a.data(), change_.lambda.data(),
+                         change_.z.data(), change_.rho.data()});
+    for (std::size_t g = 0; g < assembly_.mechanism().given_velocities().size(); ++g)
+      for (const auto& [i, j, factor] : assembly_.mechanism().given_velocities()[g].terms) {
+        const double b = factor * y[m_ + static_cast<int>(g)];
+        change_.q[i] += b * dv(j, k);
+        change_.v[j] += b * dq(i, k);
+      }
+    double* out = products + static_cast<std::ptrdiff_t>(k) * np;
+    moved = Eigen::Map<const Eigen::VectorXd>(dmu + static_cast<std::ptrdiff_t>(k) * N, N);
+    moved.head(n_) += change_.q;
+    moved.segment(n_, n_) += change_.v;
+    pull(moved.data(), out);
+    for (int j = 0; j < np; ++j) out[j] += change_.rho[j];
+  }
+}
+
+}  // namespace costate

@@ -1,0 +1,83 @@
+// Hessian-vector products by differentiating the adjoint of the acceleration-level formulations along
+// directions of the parameters (forward over adjoint, lib/README.md (13)). With L = g - s1^T R1 - s2^T R2 +
+// mu_z^T f, the adjoint (3.4) is
+//   L_a + mu_v = 0,  L_lambda = 0,  mu_q' = -L_q,  mu_v' = -L_v - mu_q,  mu_z' = -L_z,  gradient = integral
+//   of L_rho.
+// Along a direction d of rho the motion changes by its tangent (dq, dv, dz, da, dlambda), and with G_x the
+// change of L_x at fixed (s1, s2, mu_z) (assembly/second_terms.h) the adjoint changes by (dmu, ds) with
+//   KKT [ds1; ds2] = [dmu_v + G_a; G_lambda]
+//   dmu_q' = -G_q + K^T ds1 + R2_q^T ds2 - f_q^T dmu_z        and so on, the same matrices as in (3.4)
+//   (H d) = integral of G_rho - ds1^T F_rho - ds2^T R2_rho + dmu_z^T f_rho, and the ends' terms.
+// All derivatives are exact; nothing is differenced. Several directions share one motion, one adjoint and all
+// matrices.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "costate/adjoint/hand_equations.h"
+#include "costate/analysis/start.h"
+#include "costate/assembly/second_terms.h"
+
+namespace costate {
+
+class HessianEquations {
+ public:
+  HessianEquations(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
+                   Objective objective, Stabilization stabilization);
+
+  void set_parameters(const double* rho);
+  /// np x k: one direction of the parameters a column.
+  void set_directions(const Eigen::MatrixXd& directions);
+  int directions() const { return static_cast<int>(directions_.cols()); }
+  int parameter_count() const { return assembly_.np(); }
+  /// Of (q, v, z), which come in this order; a tangent and an adjoint have as many entries.
+  int state_size() const { return 2 * n_ + nz_; }
+  const Assembly& assembly() const { return assembly_; }
+  const Objective& objective() const { return objective_; }
+  const Stabilization& stabilization() const { return level_.stabilization(); }
+
+  /// The start at time t and its tangents, state_size() x k.
+  void start(double t, double* y, double* tangents);
+  /// y' and the tangents' rates.
+  void motion(double t, const double* y, const double* tangents, double* yp, double* tangents_p);
+
+  /// Everything that the functions below need at a point of the motion.
+  void evaluate(double t, const double* y, const double* tangents);
+  /// mu(T), dmu(T) at the evaluated point; gradient (np) and products (np x k) gain the terms at T.
+  void end(double* mu, double* dmu, double* gradient, double* products);
+  /// mu', dmu' and the integrands of gradient and products, at the evaluated point.
+  void adjoint(const double* mu, const double* dmu, double* mup, double* dmup, double* integrand,
+               double* product_integrands);
+  /// The terms that gradient and products gain at the start, where the adjoint ends.
+  void begin(double t, const double* mu, const double* dmu, double* gradient, double* products);
+
+ private:
+  void solve_tangent(double t, const double* y, const double* tangents);
+  Variation variation(int k) const;
+  Assembly::ParameterWeights parameter_weights(const double* s, const double* mu_z) const;
+  /// change_ = G along direction k, of the running or the terminal cost and of the equations with weights (s,
+  /// mu_z).
+  void calc_change(bool terminal, int k, const double* s, const double* mu_z);
+  /// out = -x of the linear part: out += K^T s1 + R2_q^T s2 - f_q^T mu_z and so on.
+  void add_transposed(double c, const double* s, const double* mu_z, double* out) const;
+  const Start& start_point(double t);
+  /// Multipliers x, y of Phi = 0 and Phid = 0 at the start, which the terms mu^T S(0) of the gradient stand
+  /// for.
+  void solve_start_multipliers(const Start& start, const double* mu, Eigen::VectorXd& x, Eigen::VectorXd& y);
+
+  Assembly assembly_;
+  Objective objective_;
+  AccelerationLevel level_;
+  int n_, m_, nz_;
+  Eigen::MatrixXd directions_;
+  std::vector<std::vector<double>> number_changes_;  // one list a direction
+  std::unique_ptr<Start> start_;
+  Assembly::ParameterColumns columns_;
+  Eigen::MatrixXd tangents_, accelerations_;  // (dq, dv, dz) and (da, dlambda), one direction a column
+  ScalarGradient gradient_, change_;
+  std::vector<double> s_, ds_, rows_;
+};
+
+}  // namespace costate

@@ -1,0 +1,85 @@
+// The two passes behind Hessian-vector products as ordinary differential equations for an integrator: the
+// motion with its tangents forward in time, then, along the stored motion, the adjoint with its changes and
+// the integrals that the gradient and the products are (lib/README.md (13)). Both pass the Newton matrix of
+// the motion alone: it is the diagonal block of every column, and what lies below the diagonal converges in
+// one more iteration.
+#pragma once
+
+#include <functional>
+
+#include "costate/adjoint/hessian_equations.h"
+#include "costate/formulation/acceleration_ode.h"
+
+namespace costate {
+
+/// What both passes share: columns of the motion's size, and no sensitivities of their own.
+class HessianPass : public OdeSystem {
+ public:
+  void set_parameters(const double* rho) override;
+  void forget_history() override { newton_.forget_history(); }
+  long factorizations() const override { return newton_.factorizations(); }
+
+  void tangent(double, const double*, const double* const*, double* const*, int, bool) final;
+  void tangent_running_cost(double, const double*, const double* const*, double*, int) final;
+  void tangent_terminal_cost(double, const double*, const double* const*, double*, int) final;
+  void running_cost_gradient(double, const double*, double*) final;
+  void adjoint_rhs(double, const double*, const double*, double*) final;
+  void adjoint_integrand(double, const double*, const double*, double*) final;
+  void terminal_adjoint(double, const double*, double*, double*) final;
+
+ protected:
+  explicit HessianPass(HessianEquations& equations);
+  /// Names of the columns' unknowns behind `prefix` (the first column) or `prefix`, the direction's number
+  /// and a dot.
+  void append_columns(const std::string& first, const std::string& others);
+  void solve_columns(double* b, bool transposed);
+
+  HessianEquations& equations_;
+  AccelerationOde newton_;
+  int columns_;
+};
+
+/// y = (q, v, z, then the same of each tangent).
+class TangentMotion final : public HessianPass {
+ public:
+  explicit TangentMotion(HessianEquations& equations);
+
+  PhysicalState physical_state(double t, const double* y) override { return newton_.physical_state(t, y); }
+  PhysicalState kinematic_state(double t, const double* y) override { return newton_.kinematic_state(t, y); }
+  void rhs(double t, const double* y, double* f) override;
+  void factor(double t, const double* y, double gamma) override { newton_.factor(t, y, gamma); }
+  void solve(double* b) override { solve_columns(b, false); }
+  void solve_transposed(double* b) override { solve_columns(b, true); }
+  void start(double t, double* y, Eigen::MatrixXd* y_rho) override;
+};
+
+/// In the time that is left, tau = t_end - t:
+///   y = (mu, dmu of each direction, gradient, products), all divided by `scale`, the gradient's entries and
+///   the
+/// products' multiplied by those of `parameter_scale`: integrators then keep errors against one and the same
+/// size.
+class HessianAdjoint final : public HessianPass {
+ public:
+  /// Writes (q, v, z, tangents) at t.
+  using Motion = std::function<void(double t, double* y)>;
+  HessianAdjoint(HessianEquations& equations, Motion motion, double t_end, double scale,
+                 std::vector<double> parameter_scale);
+
+  PhysicalState physical_state(double tau, const double* y) override;
+  void rhs(double tau, const double* y, double* f) override;
+  void factor(double tau, const double* y, double gamma) override;
+  // d(mu)/d(tau) = f_y^T mu + ...: the Newton matrix is the transpose of the motion's.
+  void solve(double* b) override { solve_columns(b, true); }
+  void solve_transposed(double* b) override { solve_columns(b, false); }
+  /// The end of the motion.
+  void start(double tau, double* y, Eigen::MatrixXd* y_rho) override;
+  /// The whole gradient (np) and products (np x k), from y at the motion's start t.
+  void finish(double t, const double* y, double* gradient, double* products);
+
+ private:
+  Motion motion_;
+  double t_end_, scale_;
+  std::vector<double> parameter_scale_, point_, unscaled_, rates_;
+};
+
+}  // namespace costate

@@ -1,0 +1,82 @@
+// The adjoint equations of Maggi's formulations in independent coordinates, lib/README.md (5.5) to (5.12). All
+// of them stand for the adjoints mu_z, mu_zd, mu_f of the states (z, zd, zf) and differ in what they
+// integrate. With mu the adjoint of the equations of motion and g_z, g_zd, g_zdd the cost's gradient in
+// independent variables:
+//   Mz mu = mu_zd + g_zdd
+//   mu_z'  = -g_z + Kz^T mu - Zq^T mu_f
+//   mu_zd' = -g_zd - mu_z + Cz^T mu - Zv^T mu_f
+//   mu_f'  = -g_zf - Qz^T mu - f_z^T mu_f
+//   psi_rho = w_rho + integral of g_rho - Fz^T mu + Zr^T mu_f dt
+//             + z_rho^T mu_z + zd_rho^T mu_zd + zf_rho^T mu_f at the start
+// Another choice of coordinates, going back in time from B2 to B1 (5.12):
+//   mu_z1 = (B2 R1)^T mu_z2 + (B2 D1)^T mu_zd2,   mu_zd1 = (B2 R1)^T mu_zd2,
+//   psi_rho gains (B2 Nr1)^T mu_z2 + (B2 Vr1)^T mu_zd2.
+#pragma once
+
+#include "costate/adjoint/maggi_equations.h"
+
+namespace costate {
+
+class MaggiAdjoint : public MaggiEquations {
+ public:
+  MaggiAdjoint(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
+               Objective objective);
+  void begin(Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
+  void integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& out) override;
+  void finish(const Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
+
+ protected:
+  struct Adjoint {
+    Eigen::VectorXd z, zd, f;
+  };
+  /// X at the evaluated point from the states' adjoints, and back.
+  virtual Eigen::VectorXd join(const Adjoint& mu) = 0;
+  virtual Adjoint split(const Eigen::VectorXd& X) = 0;
+  /// mu, the adjoint of the equations of motion.
+  virtual Eigen::VectorXd multiplier(const Eigen::VectorXd& X) = 0;
+  /// That of the force states, which every form keeps behind its first two unknowns.
+  Eigen::VectorXd force_states(const Eigen::VectorXd& X) const { return X.segment(2 * f_, nz_); }
+  /// The running cost's gradient at the evaluated point, without that of parameters.
+  MaggiBlocks::Reduced running() { return at_.reduce(running_gradient(), false); }
+  void change_chart(int to, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
+};
+
+/// Explicit form of first order: X = (mu_z, mu_zd, mu_f), mu solved for.
+class MaggiExplicitAdjoint final : public MaggiAdjoint {
+ public:
+  MaggiExplicitAdjoint(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
+                       Objective objective);
+
+ protected:
+  void fill() override;
+  Eigen::VectorXd join(const Adjoint& mu) override;
+  Adjoint split(const Eigen::VectorXd& X) override;
+  Eigen::VectorXd multiplier(const Eigen::VectorXd& X) override;
+
+ private:
+  struct Blocks {
+    int Dz, Dzd, Df, z_zd, z_f, zd_z, zd_zd, zd_f, f_zd, f_f;
+  } block_{};
+};
+
+/// Implicit form of first order (5.7): X = (mu_z, mu, mu_f), with the momentum P = Mz mu - g_zdd (= mu_zd)
+/// carried as it is, so that neither Mz is inverted nor its rate needed:
+///   P' = (Mz mu - g_zdd)' = -g_zd - mu_z + Cz^T mu - Zv^T mu_f.
+class MaggiImplicitAdjoint final : public MaggiAdjoint {
+ public:
+  MaggiImplicitAdjoint(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
+                       Objective objective);
+
+ protected:
+  void fill() override;
+  Eigen::VectorXd join(const Adjoint& mu) override;
+  Adjoint split(const Eigen::VectorXd& X) override;
+  Eigen::VectorXd multiplier(const Eigen::VectorXd& X) override;
+
+ private:
+  struct Blocks {
+    int Dz, DP, Df, z_mu, z_f, P_z, P_mu, P_f, f_mu, f_f;
+  } block_{};
+};
+
+}  // namespace costate

@@ -1,0 +1,237 @@
+#include "costate/adjoint/maggi_blocks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "costate/base/error.h"
+
+namespace costate {
+
+Eigen::MatrixXd times(const SparsePattern& A, const std::vector<double>& values, const Eigen::MatrixXd& x) {
+  Eigen::MatrixXd y = Eigen::MatrixXd::Zero(A.rows, x.cols());
+  if (y.size() > 0)
+    for (Eigen::Index j = 0; j < x.cols(); ++j)
+      add_product(A, values.data(), 1, x.col(j).data(), y.col(j).data());
+  return y;
+}
+
+Eigen::MatrixXd transposed_times(const SparsePattern& A, const std::vector<double>& values,
+                                 const Eigen::MatrixXd& x) {
+  Eigen::MatrixXd y = Eigen::MatrixXd::Zero(A.cols, x.cols());
+  if (y.size() > 0)
+    for (Eigen::Index j = 0; j < x.cols(); ++j)
+      add_transposed_product(A, values.data(), 1, x.col(j).data(), y.col(j).data());
+  return y;
+}
+
+MaggiBlocks::MaggiBlocks(Assembly& assembly)
+    : assembly_(assembly),
+      n_(assembly.n()),
+      m_(assembly.m()),
+      // The start requires one given position for each degree of freedom.
+      f_(static_cast<int>(assembly.mechanism().given_positions().size())),
+      nz_(assembly.nz()) {}
+
+int MaggiBlocks::find_chart(const std::vector<int>& independent) {
+  for (std::size_t c = 0; c < charts_.size(); ++c)
+    if (charts_[c]->independent() == independent) return static_cast<int>(c);
+  charts_.push_back(std::make_unique<MaggiChart>(assembly_.jacobian(), independent));
+  return static_cast<int>(charts_.size()) - 1;
+}
+
+int MaggiBlocks::best_chart(double t, const double* q) {
+  if (weight_.empty()) {
+    // Lengths count as they are, angles with the size of the mechanism.
+    const auto& coordinates = assembly_.mechanism().coordinates();
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (int i = 0; i < n_; ++i) {
+      if (coordinates[i].unit != "m") continue;
+      low = std::min(low, q[i]);
+      high = std::max(high, q[i]);
+    }
+    const double size = high > low ? high - low : 1;
+    for (int i = 0; i < n_; ++i) weight_.push_back(coordinates[i].unit == "m" ? 1 : size);
+  }
+  StateView s;
+  s.t = t;
+  s.q = q;
+  assembly_.calc_jacobian(s);
+  return find_chart(choose_independent(assembly_.jacobian(), assembly_.phi_q.data(), f_, weight_));
+}
+
+double MaggiBlocks::chart_ratio(int chart, double t, const double* q) {
+  StateView s;
+  s.t = t;
+  s.q = q;
+  assembly_.calc_jacobian(s);
+  MaggiChart& X = *charts_[chart];
+  if (!X.factor(assembly_.phi_q.data())) return std::numeric_limits<double>::infinity();
+  const double ratio = worst_ratio(X.independent(), null_space(X).data(), weight_);
+  return std::isfinite(ratio) ? ratio : std::numeric_limits<double>::infinity();
+}
+
+Eigen::MatrixXd MaggiBlocks::null_space(MaggiChart& X) const {
+  Eigen::MatrixXd b = Eigen::MatrixXd::Zero(X.rows(), f_);
+  b.bottomRows(f_).setIdentity();
+  if (f_ > 0) X.solve(b.data(), f_);
+  return b.topRows(n_);
+}
+
+Eigen::MatrixXd MaggiBlocks::times_S(const Eigen::MatrixXd& c) {
+  MaggiChart& X = *charts_[chart_];
+  Eigen::MatrixXd b = Eigen::MatrixXd::Zero(X.rows(), c.cols());
+  b.topRows(m_) = c;
+  if (c.cols() > 0) X.solve(b.data(), static_cast<int>(c.cols()));
+  return b.topRows(n_);
+}
+
+void MaggiBlocks::singular(const char* what) const {
+  throw SolverError(
+      fmt::format("The hand-derived equations of Maggi are not determined at t = {:.9g} s: {}", t_, what));
+}
+
+void MaggiBlocks::evaluate(const StateView& s) {
+  t_ = s.t;
+  q_ = Eigen::Map<const Eigen::VectorXd>(s.q, n_);
+  v_ = Eigen::Map<const Eigen::VectorXd>(s.v, n_);
+  zf_ = Eigen::Map<const Eigen::VectorXd>(s.z, nz_);
+  a_.setZero(n_);
+  lambda_.setZero(m_);
+  assembly_.calc_dynamics(state());
+  MaggiChart& X = *charts_[chart_];
+  if (!X.factor(assembly_.phi_q.data()))
+    singular(
+        "the independent coordinates in use are singular there, and no others serve for the whole step. Ask "
+        "for "
+        "a tighter rtol, so that steps are shorter; the mechanism may pass a singular configuration.");
+  const SparsePattern &square = assembly_.square(), &jacobian = assembly_.jacobian();
+
+  // (5.1), (5.2): a = R zdd + S c, c = -bias; Mz zdd = R^T (Q - M S c); lambda = -S^T (M a - Q).
+  R = null_space(X);
+  const Eigen::MatrixXd MR = times(square, assembly_.M, R);
+  Mz = R.transpose() * MR;
+  mass_factor_.compute(Mz);
+  if (mass_factor_.info() != Eigen::Success)
+    singular(
+        "a motion that the constraints allow moves no mass. Give the bodies that it moves mass, or constrain "
+        "it.");
+  const Eigen::Map<const Eigen::VectorXd> Q(assembly_.Q.data(), n_), bias(assembly_.bias.data(), m_);
+  a_ = times_S(-bias);
+  a_ += R * solve_mass(R.transpose() * (Q - times(square, assembly_.M, a_)));
+  Eigen::VectorXd h = Eigen::VectorXd::Zero(std::max(n_, X.rows()));
+  h.head(n_) = times(square, assembly_.M, a_) - Q;
+  X.solve_transposed(h.data());
+  lambda_ = -h.head(m_);
+  if (X.redundant()) normal_ = Eigen::Map<const Eigen::VectorXd>(X.normal_solution(), n_);
+  assembly_.calc_partials(state());
+
+  // (5.9)
+  D = times_S(-times(jacobian, assembly_.phid_q, R));
+  A = times_S(-times(jacobian, assembly_.phidd_q, R) - 2 * times(jacobian, assembly_.phid_q, D));
+  Cz = R.transpose() * (times(square, assembly_.C, R) + 2 * times(square, assembly_.M, D));
+  Kz = R.transpose() *
+       (times(square, assembly_.K, R) + times(square, assembly_.C, D) + times(square, assembly_.M, A));
+  Qz = transposed_times(assembly_.force_state(), assembly_.Q_z, R).transpose();
+  Zv = times(assembly_.state_force(), assembly_.f_v, R);
+  Zq = times(assembly_.state_force(), assembly_.f_q, R) + times(assembly_.state_force(), assembly_.f_v, D);
+}
+
+StateView MaggiBlocks::state() const {
+  StateView s;
+  s.t = t_;
+  s.q = q_.data();
+  s.v = v_.data();
+  s.a = a_.data();
+  s.lambda = lambda_.data();
+  s.z = zf_.data();
+  return s;
+}
+
+void MaggiBlocks::evaluate_parameters(const Assembly::ParameterColumns& c) {
+  const SparsePattern &square = assembly_.square(), &jacobian = assembly_.jacobian(),
+                      &rates = assembly_.state_force();
+  Nr = times_S(-c.phi);
+  Vr = times_S(-c.phid - times(jacobian, assembly_.phid_q, Nr));
+  Ar = times_S(-c.phidd - times(jacobian, assembly_.phidd_q, Nr) - 2 * times(jacobian, assembly_.phid_q, Vr));
+  Fz = R.transpose() * (c.F + times(square, assembly_.K, Nr) + times(square, assembly_.C, Vr) +
+                        times(square, assembly_.M, Ar));
+  Zr = c.f + times(rates, assembly_.f_q, Nr) + times(rates, assembly_.f_v, Vr);
+  F = c.F;
+}
+
+Eigen::MatrixXd MaggiBlocks::multiplier_change(const Eigen::MatrixXd& dR1) {
+  MaggiChart& X = *charts_[chart_];
+  Eigen::MatrixXd out(m_, dR1.cols());
+  Eigen::VectorXd h(std::max(n_, X.rows()));
+  for (Eigen::Index j = 0; j < dR1.cols(); ++j) {
+    h.setZero();
+    h.head(n_) = dR1.col(j);
+    X.solve_transposed(h.data());
+    out.col(j) = -h.head(m_);
+  }
+  return out;
+}
+
+void MaggiBlocks::add_null_weight(const Eigen::VectorXd& y, Eigen::VectorXd& q, Eigen::VectorXd& rho) {
+  if (!charts_[chart_]->redundant() || y.isZero(0)) return;
+  const Eigen::VectorXd null = y - times(assembly_.jacobian(), assembly_.phi_q, times_S(y));
+  // null^T (Phi_q u)_q = u^T (Phi_q^T null)_q
+  std::vector<double> hessian(assembly_.square().row.size(), 0);
+  assembly_.calc_hessian(state(), null.data(), hessian);
+  q -= transposed_times(assembly_.square(), hessian, normal_);
+  // (Phi_q u)_rho = Phid_rho at v = u less that at v = 0.
+  const Eigen::VectorXd rest = Eigen::VectorXd::Zero(n_);
+  Assembly::ParameterWeights w;
+  w.row_phid = null.data();
+  StateView s = state();
+  s.v = normal_.data();
+  assembly_.add_parameter_gradient(s, w, -1, rho.data());
+  s.v = rest.data();
+  assembly_.add_parameter_gradient(s, w, 1, rho.data());
+}
+
+// With y = S g_l^T: ga = g_a - y^T M, gv = g_v - y^T C, gq = g_q - y^T K, gzf = g_z + y^T Q_z, gr = g_rho -
+// y^T F_rho; then gzdd = ga R, gzd = gv R + ga E, gz = gq R + gv D + ga A, and gr + gq Nr + gv Vr + ga Ar.
+MaggiBlocks::Reduced MaggiBlocks::reduce(const ScalarGradient& g, bool with_parameters) {
+  Eigen::VectorXd q = g.q, v = g.v, a = g.a;
+  Reduced r;
+  r.zf = g.z;
+  r.rho = g.rho;
+  if (!g.lambda.isZero(0)) {
+    const SparsePattern& square = assembly_.square();
+    const Eigen::VectorXd y = times_S(g.lambda);
+    a -= transposed_times(square, assembly_.M, y);
+    v -= transposed_times(square, assembly_.C, y);
+    q -= transposed_times(square, assembly_.K, y);
+    r.zf += transposed_times(assembly_.force_state(), assembly_.Q_z, y);
+    if (with_parameters) r.rho -= F.transpose() * y;
+    add_null_weight(g.lambda, q, r.rho);
+  }
+  r.zdd = R.transpose() * a;
+  r.zd = R.transpose() * v + 2 * D.transpose() * a;
+  r.z = R.transpose() * q + D.transpose() * v + A.transpose() * a;
+  if (with_parameters) r.rho += Nr.transpose() * q + Vr.transpose() * v + Ar.transpose() * a;
+  return r;
+}
+
+MaggiBlocks::Reduced MaggiBlocks::reduce_and_eliminate(const ScalarGradient& g) {
+  Reduced r = reduce(g, true);
+  const Eigen::VectorXd tau = solve_mass(r.zdd);
+  r.z -= Kz.transpose() * tau;
+  r.zd -= Cz.transpose() * tau;
+  r.zf += Qz.transpose() * tau;
+  r.rho -= Fz.transpose() * tau;
+  r.zdd.setZero();
+  return r;
+}
+
+long MaggiBlocks::factorizations() const {
+  long sum = 0;
+  for (const auto& c : charts_) sum += c->factorizations();
+  return sum;
+}
+
+}  // namespace costate

@@ -1,0 +1,94 @@
+// Maggi's equations at one point of a motion (lib/README.md (5.9)), written out as matrices: the motion itself,
+// and what its derivatives are in independent coordinates z = B q (not the force states, which are zf here):
+//   dq = R dz + Nr drho,   dv = R dzd + D dz + Vr drho,   da = R dzdd + E dzd + A dz + Ar drho,
+//   R^T dR1 = Mz dzdd + Cz dzd + Kz dz - Qz dzf + Fz drho,   df = Zv dzd + Zq dz + f_z dzf + Zr drho
+// with [Phi_q; B]^-1 = [S R] and
+//   D = R' = -S Phid_q R,   E = 2 D,   A = R'' = -S (Phidd_q R + 2 Phid_q D),
+//   Nr = -S Phi_rho,   Vr = -S (Phid_rho + Phid_q Nr),   Ar = -S (Phidd_rho + Phidd_q Nr + 2 Phid_q Vr).
+// A choice of B is a chart; charts keep their numbers. All this is for the hand-derived tangents and
+// adjoints, which are to be independent of the systems that the integrators see: what both share is the
+// factorization of [Phi_q; B] alone.
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "costate/assembly/assembly.h"
+#include "costate/formulation/maggi_chart.h"
+#include "costate/objective/output.h"
+
+namespace costate {
+
+class MaggiBlocks {
+ public:
+  explicit MaggiBlocks(Assembly& assembly);
+
+  int freedoms() const { return f_; }
+  int chart() const { return chart_; }
+  void use_chart(int chart) { chart_ = chart; }
+  const std::vector<int>& independent() const { return charts_[chart_]->independent(); }
+  /// The number of the best chart at (t, q).
+  int best_chart(double t, const double* q);
+  /// How far the chart is from the best one at (t, q): 1 is best, infinite is singular.
+  double chart_ratio(int chart, double t, const double* q);
+
+  /// The motion and all blocks but those of parameters at (t, q, v, z) in the chart in force.
+  void evaluate(const StateView& s);
+  /// Afterwards: the point with its accelerations and multipliers.
+  StateView state() const;
+  /// Nr, Vr, Ar, Fz, Zr from the assembly's parameter columns there.
+  void evaluate_parameters(const Assembly::ParameterColumns& c);
+
+  Eigen::MatrixXd R, D, A;                 // n x f
+  Eigen::MatrixXd Mz, Cz, Kz, Qz, Zv, Zq;  // f x f, Qz f x nz, Zv and Zq nz x f
+  Eigen::MatrixXd F, Nr, Vr, Ar, Fz, Zr;   // F = R1_rho: n x np; Fz f x np, Zr nz x np
+  /// Mz^-1 b
+  Eigen::MatrixXd solve_mass(const Eigen::MatrixXd& b) const {
+    if (b.size() == 0) return b;  // no motion, or no force state: nothing that Eigen should solve
+    return mass_factor_.solve(b);
+  }
+
+  /// The multipliers' change with dR1 at constant multipliers: dlambda = -S^T dR1 in the range of Phi_q. With
+  /// redundant rows the least norm moves out of it, see add_null_weight().
+  Eigen::MatrixXd multiplier_change(const Eigen::MatrixXd& dR1);
+  /// What the weights y of multipliers give beyond that with redundant rows: they move by
+  /// -(1 - Phi_q S) dPhi_q u, u = (X^T X)^-1 (M a - Q), X = [Phi_q; B]; added to the weights of dq and drho.
+  void add_null_weight(const Eigen::VectorXd& y, Eigen::VectorXd& q, Eigen::VectorXd& rho);
+
+  /// The gradient of a cost in the independent variables.
+  struct Reduced {
+    Eigen::VectorXd z, zd, zdd, zf, rho;
+  };
+  /// Accelerations remain variables; multipliers do not. With parameters after evaluate_parameters() only.
+  Reduced reduce(const ScalarGradient& g, bool with_parameters);
+  /// The same with accelerations eliminated by the equations of motion.
+  Reduced reduce_and_eliminate(const ScalarGradient& g);
+
+  /// S c for m rows c.
+  Eigen::MatrixXd times_S(const Eigen::MatrixXd& c);
+  long factorizations() const;
+
+ private:
+  Eigen::MatrixXd null_space(MaggiChart& X) const;
+  int find_chart(const std::vector<int>& independent);
+  [[noreturn]] void singular(const char* what) const;
+
+  Assembly& assembly_;
+  int n_, m_, f_, nz_;
+  std::vector<std::unique_ptr<MaggiChart>> charts_;
+  int chart_ = 0;
+  std::vector<double> weight_;  // of coordinates, for the choice
+  Eigen::LLT<Eigen::MatrixXd> mass_factor_;
+  double t_ = 0;
+  Eigen::VectorXd q_, v_, a_, lambda_, zf_;
+  Eigen::VectorXd normal_;  // u, with redundant rows
+};
+
+/// A x for a matrix with values on a pattern, and A^T x.
+Eigen::MatrixXd times(const SparsePattern& A, const std::vector<double>& values, const Eigen::MatrixXd& x);
+Eigen::MatrixXd transposed_times(const SparsePattern& A, const std::vector<double>& values,
+                                 const Eigen::MatrixXd& x);
+
+}  // namespace costate

@@ -1,0 +1,106 @@
+#include "costate/adjoint/maggi_equations.h"
+
+#include <limits>
+
+#include "costate/analysis/start.h"
+#include "costate/formulation/maggi_names.h"
+
+namespace costate {
+
+SparsePattern full_pattern(int rows, int cols) {
+  std::vector<std::pair<int, int>> entries;
+  for (int j = 0; j < cols; ++j)
+    for (int i = 0; i < rows; ++i) entries.emplace_back(i, j);
+  return SparsePattern::from_entries(rows, cols, std::move(entries));
+}
+
+Eigen::VectorXd stacked(const Eigen::VectorXd& a, const Eigen::VectorXd& b, const Eigen::VectorXd& c) {
+  Eigen::VectorXd x(a.size() + b.size() + c.size());
+  x.head(a.size()) = a;
+  x.segment(a.size(), b.size()) = b;
+  x.tail(c.size()) = c;
+  return x;
+}
+
+MaggiEquations::MaggiEquations(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
+                               Objective objective, Direction direction)
+    : HandEquations(std::move(mechanism), std::move(parameters), std::move(objective), Stabilization{},
+                    direction),
+      at_(assembly_),
+      f_(at_.freedoms()) {}
+
+void MaggiEquations::set_parameters(const double* rho) {
+  HandEquations::set_parameters(rho);
+  plan_.clear();
+  begin_afresh();
+}
+
+std::vector<std::string> MaggiEquations::independent_names() const {
+  std::vector<std::string> names;
+  for (int i = 0; i < f_; ++i) names.push_back("independent." + std::to_string(i));
+  return names;
+}
+
+void MaggiEquations::solve_motion(const StateView& s) {
+  if (fresh_) {
+    if (plan_.empty()) plan_.push_back({std::numeric_limits<double>::infinity(), at_.best_chart(s.t, s.q)});
+    at_.use_chart((direction() == Direction::forward ? plan_.front() : plan_.back()).chart);
+  }
+  fresh_ = has_parameters_ = false;
+  at_.evaluate(s);
+}
+
+void MaggiEquations::evaluate_parameters() {
+  if (!has_parameters_) at_.evaluate_parameters(parameter_columns());
+  has_parameters_ = true;
+}
+
+void MaggiEquations::evaluate_start() {
+  const Start& s = start();
+  const Eigen::VectorXd y = stacked(s.q, s.v, s.z);
+  evaluate(t_start, y.data());
+}
+
+void MaggiEquations::evaluate_in_chart(int chart) {
+  const StateView s = state();
+  const auto vector = [](const double* x, int n) {
+    return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(x, n));
+  };
+  const Eigen::VectorXd y = stacked(vector(s.q, n_), vector(s.v, n_), vector(s.z, nz_));
+  at_.use_chart(chart);
+  evaluate(s.t, y.data());
+}
+
+std::vector<double> MaggiEquations::plan(const std::vector<double>& times, const Motion& motion) {
+  plan_.clear();
+  std::vector<double> changes, y(static_cast<std::size_t>(2 * n_ + nz_));
+  int chart = -1;
+  for (const double t : times) {
+    motion(t, y.data());
+    if (chart >= 0 && at_.chart_ratio(chart, t, y.data()) <= kWorstMaggiRatio) continue;
+    const int best = at_.best_chart(t, y.data());
+    if (chart >= 0 && best != chart) {
+      plan_.push_back({t, chart});
+      changes.push_back(t);
+    }
+    chart = best;
+  }
+  plan_.push_back({std::numeric_limits<double>::infinity(), chart});
+  return changes;
+}
+
+int MaggiEquations::planned(double t, double next) const {
+  std::size_t i = 0;
+  while (i + 1 < plan_.size() && plan_[i].end < 0.5 * (t + next)) ++i;
+  return plan_[i].chart;
+}
+
+bool MaggiEquations::before_step(double t, double next, const double* qvz, Eigen::MatrixXd& X,
+                                 Eigen::VectorXd& gradient) {
+  if (plan_.empty() || planned(t, next) == at_.chart()) return false;
+  evaluate(t, qvz);
+  change_chart(planned(t, next), X, gradient);
+  return true;
+}
+
+}  // namespace costate

@@ -1,0 +1,165 @@
+#include "costate/adjoint/second_order_adjoint.h"
+
+#include "costate/analysis/start.h"
+#include "costate/base/error.h"
+
+namespace costate {
+
+namespace {
+Eigen::MatrixXd dense(const SparsePattern& p, const std::vector<double>& x) {
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(p.rows, p.cols);
+  for (int j = 0; j < p.cols; ++j)
+    for (auto k = p.column_start[j]; k < p.column_start[j + 1]; ++k) out(p.row[k], j) = x[k];
+  return out;
+}
+
+SparsePattern full(int rows, int cols) {
+  std::vector<std::pair<int, int>> e;
+  for (int i = 0; i < rows; ++i)
+    for (int j = 0; j < cols; ++j) e.emplace_back(i, j);
+  return SparsePattern::from_entries(rows, cols, std::move(e));
+}
+}  // namespace
+
+SecondOrderAdjoint::SecondOrderAdjoint(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
+                                       Objective objective, Stabilization stabilization)
+    : HandEquations(std::move(mechanism), std::move(parameters), std::move(objective), stabilization,
+                    Direction::backward) {
+  const auto coordinates = assembly_.mechanism().coordinate_names();
+  const auto rows = assembly_.mechanism().row_names();
+  add_rows("mu.", coordinates, true);
+  add_rows("mu_dot.", coordinates, true);
+  add_rows("mu_z.", assembly_.mechanism().state_names(), true);
+  add_rows("sigma.", rows, true);
+  add_rows("tau.", rows, false);
+  const int u = 0, v = n_, z = 2 * n_, s = z + nz_, t = s + m_;
+  const SparsePattern In = SparsePattern::identity(n_), Iz = SparsePattern::identity(nz_),
+                      Im = SparsePattern::identity(m_);
+  at_.D_mu = place(In, u, u);
+  at_.D_nu = place(assembly_.square(), v, v);
+  at_.D_tau = place(assembly_.jacobian(), v, t, true);
+  at_.D_z = place(Iz, z, z);
+  at_.mu_nu = place(In, u, v);
+  at_.nu_M1 = place(assembly_.square(), v, v);
+  at_.nu_C = place(assembly_.square(), v, v, true);
+  at_.nu_mu = place(assembly_.square(), v, u);
+  at_.nu_mu_t = place(assembly_.square(), v, u, true);
+  at_.nu_tau = place(assembly_.jacobian(), v, t, true);
+  at_.nu_sigma = place(assembly_.jacobian(), v, s, true);
+  at_.nu_z = place(assembly_.state_force(), v, z, true);
+  at_.z_mu = place(assembly_.force_state(), z, u, true);
+  at_.z_z = place(assembly_.state_state(), z, z, true);
+  at_.D_sigma = place(Im, s, s);
+  at_.sigma_tau = place(Im, s, t);
+  at_.t_nu = place(assembly_.jacobian(), t, v);
+  at_.t_mu = place(assembly_.jacobian(), t, u);
+  at_.t_corner = place(Im, t, t);
+  at_.nu_fv_fz = place(full(n_, nz_), v, z);
+  at_.nu_fv_Qz = nz_ > 0 ? place(full(n_, n_), v, u) : -1;
+  finalize();
+}
+
+void SecondOrderAdjoint::require_plain_cost() const {
+  if (objective_.running_needs_accelerations())
+    throw CapabilityError("The second-order adjoint needs derivatives of the accelerations where the running cost depends "
+                          "on accelerations or reactions; use the first-order adjoint of this formulation.");
+}
+
+void SecondOrderAdjoint::fill() {
+  require_plain_cost();
+  calc_path_rates(assembly_, state(), rates_);
+  const Stabilization& st = level_.stabilization();
+  D_.add_constant(at_.D_mu, 1);
+  D_.add(at_.D_nu, assembly_.M.data());
+  D_.add(at_.D_tau, assembly_.phi_q.data());
+  D_.add_constant(at_.D_z, 1);
+  A_.add_constant(at_.mu_nu, 1);
+  A_.add(at_.nu_M1, rates_.M_dot.data(), -1);
+  A_.add(at_.nu_C, assembly_.C.data());
+  A_.add(at_.nu_mu, rates_.M_ddot.data(), -1);
+  A_.add(at_.nu_mu_t, rates_.C_dot.data());
+  A_.add(at_.nu_mu_t, assembly_.K.data(), -1);
+  A_.add(at_.nu_tau, assembly_.phid_q.data());
+  A_.add(at_.nu_tau, assembly_.phi_q.data(), 2 * st.xi * st.omega);
+  A_.add(at_.nu_sigma, assembly_.phi_q.data(), -st.omega * st.omega);
+  D_.add_constant(at_.D_sigma, 1);
+  A_.add_constant(at_.sigma_tau, 1);
+  A_.add(at_.t_nu, assembly_.phi_q.data());
+  A_.add(at_.t_mu, assembly_.phid_q.data());
+  A_.add_constant(at_.t_corner, -st.inverse_alpha);
+  const ScalarGradient& g = running_gradient();
+  Eigen::VectorXd g_v_dot = Eigen::VectorXd::Zero(n_);
+  objective_.add_running_velocity_gradient_rate(state(), assembly_, g_v_dot.data());
+  b_.col(0).segment(n_, n_) = g.q - g_v_dot;
+  b_.col(0).segment(2 * n_, nz_) = -g.z;
+  if (nz_ == 0) return;
+  A_.add(at_.z_mu, assembly_.Q_z.data(), -1);
+  A_.add(at_.z_z, assembly_.f_z.data(), -1);
+  A_.add(at_.nu_z, assembly_.f_q.data());
+  A_.add(at_.nu_z, rates_.f_v_dot.data(), -1);
+  // -f_v^T mu_z' = f_v^T (g_z + Q_z^T mu + f_z^T mu_z)
+  const Eigen::MatrixXd f_v = dense(assembly_.state_force(), assembly_.f_v);
+  const Eigen::MatrixXd fz = f_v.transpose() * dense(assembly_.state_state(), assembly_.f_z).transpose();
+  const Eigen::MatrixXd Qz = f_v.transpose() * dense(assembly_.force_state(), assembly_.Q_z).transpose();
+  A_.add(at_.nu_fv_fz, fz.data());
+  A_.add(at_.nu_fv_Qz, Qz.data());
+  b_.col(0).segment(n_, n_) += f_v.transpose() * g.z;
+}
+
+Eigen::VectorXd SecondOrderAdjoint::rest(const double* mu, const double* sigma, const double* mu_z) {
+  Eigen::VectorXd r = -running_gradient().v;
+  const SparsePattern& J = assembly_.jacobian();
+  add_transposed_product(assembly_.square(), assembly_.C.data(), 1, mu, r.data());
+  add_transposed_product(J, level_.R2_v().data(), 1, sigma, r.data());
+  add_transposed_product(J, assembly_.phid_q.data(), -1, sigma, r.data());
+  add_product(assembly_.square(), rates_.M_dot.data(), -1, mu, r.data());
+  if (nz_ > 0) add_transposed_product(assembly_.state_force(), assembly_.f_v.data(), -1, mu_z, r.data());
+  return r;
+}
+
+void SecondOrderAdjoint::begin(Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
+  require_plain_cost();
+  Eigen::VectorXd wq, wv, wz;
+  eliminate_terminal(wq, wv, wz, gradient);
+  // KKT [mu; sigma] = [w^_v; 0], KKT [nu; tau] = [rest - w^_q; -Phid_q mu]
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(n_ + m_), y = x;
+  x.head(n_) = wv;
+  level_.solve_kkt(x.data());
+  y.head(n_) = rest(x.data(), x.data() + n_, wz.data()) - wq;
+  add_product(assembly_.jacobian(), assembly_.phid_q.data(), -1, x.data(), y.data() + n_);
+  level_.solve_kkt(y.data());
+  X.resize(size(), 1);
+  X.col(0) << x.head(n_), y.head(n_), wz, x.tail(m_), y.tail(m_);
+}
+
+void SecondOrderAdjoint::integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& out) {
+  // g_rho - mu^T F_rho - sigma^T R2_rho + mu_z^T f_rho
+  const Stabilization& st = level_.stabilization();
+  out = running_gradient().rho;
+  Assembly::ParameterWeights w;
+  w.force = X.data();
+  w.state = X.data() + 2 * n_;
+  w.row = w.state + nz_;
+  w.c0 = st.omega * st.omega;
+  w.c1 = 2 * st.xi * st.omega;
+  w.c2 = 1;
+  assembly_.add_parameter_gradient(state(), w, -1, out.data());
+}
+
+void SecondOrderAdjoint::finish(const Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
+  const Start& s = start();
+  Eigen::VectorXd y(2 * n_ + nz_);
+  y << s.q, s.v, s.z;
+  evaluate(t_start, y.data());
+  const double *mu = X.data(), *nu = mu + n_, *mu_z = nu + n_, *sigma = mu_z + nz_, *tau = sigma + m_;
+  // mu_v = M mu + Phi_q^T sigma, mu_q = rest - M nu - Phi_q^T tau
+  Eigen::VectorXd mu_v = Eigen::VectorXd::Zero(n_), mu_q = rest(mu, sigma, mu_z);
+  level_.add_mass(1, mu, mu_v.data());
+  level_.add_jacobian_transposed(1, sigma, mu_v.data());
+  level_.add_mass(-1, nu, mu_q.data());
+  level_.add_jacobian_transposed(-1, tau, mu_q.data());
+  gradient += s.q_rho.transpose() * mu_q + s.v_rho.transpose() * mu_v +
+              s.z_rho.transpose() * X.col(0).segment(2 * n_, nz_);
+}
+
+}  // namespace costate

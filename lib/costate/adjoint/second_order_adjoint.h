@@ -1,0 +1,48 @@
+// The second-order adjoint of the acceleration-level formulations: mu and nu = mu' are integrated themselves, with
+// sigma = alpha Phi_q mu and tau = sigma' beside them:
+//   mu' = nu
+//   (M nu + Phi_q^T tau)' = -(M' - C^T) nu - (M'' - C'^T + K^T) mu + (Phid_q + 2 xi omega Phi_q)^T tau
+//                           - omega^2 Phi_q^T sigma + g_q^T - (g_v^T)' + f_q^T mu_z - (f_v^T mu_z)'
+//   mu_z' = -g_z^T - Q_z^T mu - f_z^T mu_z
+//   sigma' = tau,   0 = Phi_q nu + Phid_q mu - tau / alpha
+// The last two keep what begin() starts with, Phi_q mu = sigma / alpha. As a row of its own that would make sigma alpha
+// times the integration's error.
+// This is Mb mu'' + (2 Mb' - Cb^T) mu' + (Mb'' - Cb'^T + Kb^T) mu = g_q^T - (g_v^T)' of the penalty formulation with
+// Mb = M + Phi_q^T alpha Phi_q, Cb = C + Phi_q^T alpha R2_v, Kb = K + Phi_q^T alpha R2_q, written with sigma and tau so
+// that alpha multiplies nothing: in Mb'' and its neighbours the terms with Phidd_q cancel analytically, which in the
+// compact form costs log10(alpha) digits of the trajectory's accuracy (measured: 5e-3 instead of 2e-7 at rtol 1e-8,
+// alpha 1e6). 1/alpha = 0 gives the second-order adjoint of index-1 and Baumgarte.
+// M', M'', C', f_v' come from kernels on path duals. Running costs on accelerations or reactions would need third and
+// fourth derivatives of the motion and are refused.
+#pragma once
+
+#include "costate/adjoint/hand_equations.h"
+#include "costate/assembly/path_rates.h"
+
+namespace costate {
+
+class SecondOrderAdjoint final : public HandEquations {
+ public:
+  SecondOrderAdjoint(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective,
+                     Stabilization stabilization);
+  void begin(Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
+  void integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& out) override;
+  void finish(const Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
+
+ protected:
+  void fill() override;
+
+ private:
+  /// -g_v + C^T mu + R2_v^T sigma - f_v^T mu_z - M' mu - Phid_q^T sigma: what is left of mu_q when (M nu + Phi_q^T tau)
+  /// is taken away, with the sign of the equation mu_q = rest - (M nu + Phi_q^T tau).
+  Eigen::VectorXd rest(const double* mu, const double* sigma, const double* mu_z);
+  void require_plain_cost() const;
+
+  PathRates rates_;
+  struct Blocks {
+    int D_mu, D_nu, D_tau, D_z, mu_nu, nu_M1, nu_C, nu_mu, nu_mu_t, nu_tau, nu_sigma, nu_z, z_mu, z_z, D_sigma, sigma_tau,
+        t_nu, t_mu, t_corner, nu_fv_fz, nu_fv_Qz;
+  } at_{};
+};
+
+}  // namespace costate

@@ -1,0 +1,123 @@
+#include "costate/adjoint/tangent_equations.h"
+
+#include "costate/analysis/start.h"
+
+namespace costate {
+
+TangentEquations::TangentEquations(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
+                                   Objective objective, Stabilization stabilization, Constraints constraints)
+    : HandEquations(std::move(mechanism), std::move(parameters), std::move(objective), stabilization,
+                    Direction::forward),
+      constraints_(constraints) {
+  const auto coordinates = assembly_.mechanism().coordinate_names();
+  const auto rows = assembly_.mechanism().row_names();
+  add_rows("S.", coordinates, true);
+  add_rows("S.d/dt ", coordinates, true);
+  add_rows("S.", assembly_.mechanism().state_names(), true);
+  add_rows("S.d2/dt2 ", coordinates, false);
+  add_rows("S.lambda.", rows, false);
+  if (constraints == Constraints::index2) add_rows("S.gamma.", rows, false);
+  const int q = 0, v = n_, z = 2 * n_, a = z + nz_, l = a + n_, g = l + m_;
+  const SparsePattern In = SparsePattern::identity(n_), Iz = SparsePattern::identity(nz_),
+                      Im = SparsePattern::identity(m_);
+  at_.Dq = place(In, q, q);
+  at_.Dv = place(In, v, v);
+  at_.Dz = place(Iz, z, z);
+  at_.q_v = place(In, q, v);
+  at_.v_a = place(In, v, a);
+  at_.z_q = place(assembly_.state_force(), z, q);
+  at_.z_v = place(assembly_.state_force(), z, v);
+  at_.z_z = place(assembly_.state_state(), z, z);
+  at_.K = place(assembly_.square(), a, q);
+  at_.C = place(assembly_.square(), a, v);
+  at_.Q_z = place(assembly_.force_state(), a, z);
+  at_.M = place(assembly_.square(), a, a);
+  at_.phi_t = place(assembly_.jacobian(), a, l, true);
+  at_.r_q = place(assembly_.jacobian(), l, q);
+  at_.r_v = place(assembly_.jacobian(), l, v);
+  at_.r_a = place(assembly_.jacobian(), l, a);
+  at_.corner = place(Im, l, l);
+  if (constraints == Constraints::index2) {
+    at_.q_g = place(assembly_.jacobian(), q, g, true);
+    at_.p_q = place(assembly_.jacobian(), g, q);
+  }
+  finalize();
+}
+
+void TangentEquations::fill() {
+  D_.add_constant(at_.Dq, 1);
+  D_.add_constant(at_.Dv, 1);
+  D_.add_constant(at_.Dz, 1);
+  A_.add_constant(at_.q_v, 1);
+  A_.add_constant(at_.v_a, 1);
+  A_.add(at_.z_q, assembly_.f_q.data());
+  A_.add(at_.z_v, assembly_.f_v.data());
+  A_.add(at_.z_z, assembly_.f_z.data());
+  A_.add(at_.K, assembly_.K.data());
+  A_.add(at_.C, assembly_.C.data());
+  A_.add(at_.Q_z, assembly_.Q_z.data(), -1);
+  A_.add(at_.M, assembly_.M.data());
+  A_.add(at_.phi_t, assembly_.phi_q.data());
+  const Assembly::ParameterColumns& c = parameter_columns();
+  const int z = 2 * n_, a = z + nz_, l = a + n_;
+  b_.middleRows(z, nz_) = c.f;
+  b_.middleRows(a, n_) = c.F;
+  const Stabilization& st = level_.stabilization();
+  switch (constraints_) {
+    case Constraints::acceleration:
+      A_.add(at_.r_q, level_.R2_q().data());
+      A_.add(at_.r_v, level_.R2_v().data());
+      A_.add(at_.r_a, assembly_.phi_q.data());
+      A_.add_constant(at_.corner, -st.inverse_alpha);
+      b_.middleRows(l, m_) = c.phidd + 2 * st.xi * st.omega * c.phid + st.omega * st.omega * c.phi;
+      break;
+    case Constraints::index2:
+      A_.add(at_.q_g, assembly_.phi_q.data(), -1);
+      A_.add(at_.r_q, assembly_.phid_q.data());
+      A_.add(at_.r_v, assembly_.phi_q.data());
+      A_.add(at_.p_q, assembly_.phi_q.data());
+      b_.middleRows(l, m_) = c.phid;
+      b_.middleRows(l + m_, m_) = c.phi;
+      break;
+    case Constraints::index3:
+      A_.add(at_.r_q, assembly_.phi_q.data());
+      b_.middleRows(l, m_) = c.phi;
+      break;
+  }
+}
+
+void TangentEquations::begin(Eigen::MatrixXd& X, Eigen::VectorXd&) {
+  const Start s = start();
+  Eigen::VectorXd y(2 * n_ + nz_);
+  y << s.q, s.v, s.z;
+  evaluate(t_start, y.data());
+  X.setZero(size(), columns());
+  X.topRows(2 * n_ + nz_) << s.q_rho, s.v_rho, s.z_rho;
+  solve_tangent_accelerations(s.q_rho, s.v_rho, s.z_rho, Sa_, Sl_);
+  X.middleRows(2 * n_ + nz_, n_ + m_) << Sa_, Sl_;
+}
+
+void TangentEquations::split(const Eigen::MatrixXd& X) {
+  Sq_ = X.topRows(n_);
+  Sv_ = X.middleRows(n_, n_);
+  Sz_ = X.middleRows(2 * n_, nz_);
+  // At lower constraint levels Sa and Sl lose orders of accuracy; the cost takes them from Sq and Sv instead.
+  if (constraints_ == Constraints::acceleration) {
+    Sa_ = X.middleRows(2 * n_ + nz_, n_);
+    Sl_ = X.middleRows(3 * n_ + nz_, m_);
+  } else {
+    solve_tangent_accelerations(Sq_, Sv_, Sz_, Sa_, Sl_);
+  }
+}
+
+void TangentEquations::integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& out) {
+  split(X);
+  add_running_tangent(Sq_, Sv_, Sz_, Sa_, Sl_, out);
+}
+
+void TangentEquations::finish(const Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
+  split(X);
+  add_terminal_tangent(Sq_, Sv_, Sz_, Sa_, Sl_, gradient);
+}
+
+}  // namespace costate

@@ -1,0 +1,29 @@
+// The consistent start: positions and velocities from the given coordinates and the constraints, with their exact
+// derivative with respect to the parameters (a bar's length moves the start; forgetting this is the classic error).
+//   [Phi; B q - z0] = 0, [Phi_q; B] v = [-Phi_t; zd0]
+//   [Phi_q; B] Sq = [-Phi_rho; z0_rho], [Phi_q; B] Sv = [-(Phid_rho + Phid_q Sq); zd0_rho]
+// Redundant constraints are allowed as long as they are consistent.
+#pragma once
+
+#include "costate/assembly/assembly.h"
+
+namespace costate {
+
+struct Start {
+  Eigen::VectorXd q, v, z;              // n, n, nz
+  Eigen::MatrixXd q_rho, v_rho, z_rho;  // n x np, n x np, nz x np (empty unless asked for)
+  int iterations = 0;
+};
+
+/// At time t for the parameters that the assembly holds. Throws ModelError for too few or too many given
+/// coordinates and for positions that cannot be reached (naming the worst constraints).
+Start find_start(Assembly& assembly, double t, bool with_derivatives);
+
+/// What the constraints leave free, and which of them say nothing new.
+struct ConstraintRank {
+  int rank = 0;
+  std::vector<int> dependent_rows;  // global rows that depend on the others
+};
+ConstraintRank constraint_rank(Assembly& assembly, double t, const double* q);
+
+}  // namespace costate

@@ -1,0 +1,533 @@
+#include "costate/assembly/assembly.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "costate/base/error.h"
+
+namespace costate {
+
+namespace {
+constexpr int kBlock = kMaxLocal * kMaxLocal;
+
+void zero(std::vector<double>& x) { std::fill(x.begin(), x.end(), 0.0); }
+}  // namespace
+
+Assembly::Assembly(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters)
+    : mechanism_(std::move(mechanism)), parameters_(std::move(parameters)) {
+  const Mechanism& mech = *mechanism_;
+  n_ = mech.coordinate_count();
+  m_ = mech.row_count();
+  nz_ = mech.state_count();
+  columns_ = parameters_.columns(mech.numbers().size());
+
+  using Entries = std::vector<std::pair<int, int>>;
+  Entries square, jacobian, force_state, state_force, state_state;
+  std::size_t number_offset = 0;
+  const auto common = [&](const Element& e, int row_offset) {
+    if (e.coordinates().size() > static_cast<std::size_t>(kMaxLocal))
+      throw ModelError(e.path(), "This element has more coordinates than the kernels provide for.");
+    Slots s;
+    s.element = &e;
+    s.row_offset = row_offset;
+    s.number_offset = number_offset;
+    number_offset += e.numbers().size();
+    for (std::size_t k = 0; k < e.numbers().size(); ++k)
+      if (!columns_[e.numbers()[k]].empty()) s.active.push_back(static_cast<int>(k));
+    for (int j : e.coordinates())
+      for (int i : e.coordinates()) square.emplace_back(i, j);
+    return s;
+  };
+  for (int i = 0; i < n_; ++i) square.emplace_back(i, i);
+  for (const auto& b : mech.bodies()) bodies_.push_back(common(*b, 0));
+  for (std::size_t c = 0; c < mech.constraints().size(); ++c) {
+    const Constraint& e = *mech.constraints()[c];
+    constraints_.push_back(common(e, mech.row_offsets()[c]));
+    for (int j : e.coordinates())
+      for (int r = 0; r < e.rows(); ++r) jacobian.emplace_back(mech.row_offsets()[c] + r, j);
+  }
+  for (std::size_t f = 0; f < mech.forces().size(); ++f) {
+    const Force& e = *mech.forces()[f];
+    const int z0 = mech.state_offsets()[f];
+    forces_.push_back(common(e, z0));
+    for (int k = 0; k < e.states(); ++k) {
+      for (int i : e.coordinates()) {
+        force_state.emplace_back(i, z0 + k);
+        state_force.emplace_back(z0 + k, i);
+      }
+      for (int l = 0; l < e.states(); ++l) state_state.emplace_back(z0 + k, z0 + l);
+    }
+  }
+  square_ = SparsePattern::from_entries(n_, n_, std::move(square));
+  jacobian_ = SparsePattern::from_entries(m_, n_, std::move(jacobian));
+  force_state_ = SparsePattern::from_entries(n_, nz_, std::move(force_state));
+  state_force_ = SparsePattern::from_entries(nz_, n_, std::move(state_force));
+  state_state_ = SparsePattern::from_entries(nz_, nz_, std::move(state_state));
+
+  for (auto* list : {&bodies_, &constraints_, &forces_})
+    for (Slots& s : *list)
+      for (int j : s.element->coordinates())
+        for (int i : s.element->coordinates()) s.square.push_back(square_.find(i, j));
+  for (std::size_t c = 0; c < constraints_.size(); ++c)
+    for (int j : constraints_[c].element->coordinates())
+      for (int r = 0; r < mech.constraints()[c]->rows(); ++r)
+        constraints_[c].jacobian.push_back(jacobian_.find(constraints_[c].row_offset + r, j));
+  for (std::size_t f = 0; f < forces_.size(); ++f) {
+    Slots& s = forces_[f];
+    const int k = mech.forces()[f]->states(), z0 = s.row_offset;
+    for (int l = 0; l < k; ++l)
+      for (int i : s.element->coordinates()) s.force_state.push_back(force_state_.find(i, z0 + l));
+    for (int i : s.element->coordinates())
+      for (int l = 0; l < k; ++l) s.state_force.push_back(state_force_.find(z0 + l, i));
+    for (int l2 = 0; l2 < k; ++l2)
+      for (int l = 0; l < k; ++l) s.state_state.push_back(state_state_.find(z0 + l, z0 + l2));
+  }
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const bool mass = !mech.bodies()[b]->constant_mass(), force = !mech.bodies()[b]->constant_force();
+    if (mass) varying_mass_.push_back(b);
+    if (force) varying_force_.push_back(b);
+    if (mass || force) varying_bodies_.push_back(b);
+    if (!mass && !force && !bodies_[b].active.empty()) varies_constant_bodies_ = true;
+  }
+
+  M.assign(square_.row.size(), 0);
+  K = C = M_constant_ = M;
+  phi_q.assign(jacobian_.row.size(), 0);
+  phid_q = phidd_q = phi_q;
+  Q.assign(n_, 0);
+  Q_constant_ = Q;
+  phi.assign(m_, 0);
+  phi_t = bias = phi;
+  zdot.assign(nz_, 0);
+  Q_z.assign(force_state_.row.size(), 0);
+  f_q.assign(state_force_.row.size(), 0);
+  f_v = f_q;
+  f_z.assign(state_state_.row.size(), 0);
+  local_numbers_.assign(number_offset, 0);
+  scratch_.assign(6 * kBlock, 0);
+  numbers_ = mech.base_numbers();
+  const auto values = parameters_.values();
+  set_parameters(values.data());
+}
+
+void Assembly::set_parameters(const double* rho) {
+  rho_.assign(rho, rho + np());
+  parameters_.apply(rho, numbers_);
+  for (auto* list : {&bodies_, &constraints_, &forces_})
+    for (const Slots& s : *list) {
+      double* p = local_numbers_.data() + s.number_offset;
+      for (int k : s.element->numbers()) *p++ = numbers_[k];
+    }
+  zero(M_constant_);
+  zero(Q_constant_);
+  const std::vector<double> origin(static_cast<std::size_t>(n_), 0.0);
+  StateView s;
+  s.q = s.v = origin.data();
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const Body& body = *mechanism_->bodies()[b];
+    const int k = static_cast<int>(body.coordinates().size());
+    const LocalState local = gather(bodies_[b], s);
+    if (body.constant_mass()) {
+      LocalMatrix block(scratch_.data(), k, k);
+      block.setZero();
+      body.calc_mass(local, block);
+      scatter_square(bodies_[b], scratch_.data(), 1, M_constant_);
+    }
+    if (body.constant_force()) {
+      double f[kMaxLocal] = {};
+      body.calc_force(local, f);
+      for (int i = 0; i < k; ++i) Q_constant_[body.coordinates()[i]] += f[i];
+    }
+  }
+}
+
+LocalState Assembly::gather(const Slots& s, const StateView& x) {
+  const auto& c = s.element->coordinates();
+  LocalState l;
+  l.t = x.t;
+  l.p = local_numbers_.data() + s.number_offset;
+  for (std::size_t i = 0; i < c.size(); ++i) lq_[i] = x.q[c[i]];
+  l.q = lq_;
+  if (x.v) {
+    for (std::size_t i = 0; i < c.size(); ++i) lv_[i] = x.v[c[i]];
+    l.v = lv_;
+  }
+  if (x.a) {
+    for (std::size_t i = 0; i < c.size(); ++i) la_[i] = x.a[c[i]];
+    l.a = la_;
+  }
+  if (x.lambda) l.lambda = x.lambda + s.row_offset;
+  if (x.z) l.z = x.z + s.row_offset;
+  return l;
+}
+
+LocalState Assembly::gather(const Element& e, std::size_t, const StateView& x) {
+  for (auto* list : {&bodies_, &constraints_, &forces_})
+    for (const Slots& s : *list)
+      if (s.element == &e) return gather(s, x);
+  throw Error("Assembly::gather: this element is not part of the mechanism.");
+}
+
+void Assembly::scatter_square(const Slots& s, const double* local, double factor, std::vector<double>& global) const {
+  for (std::size_t k = 0; k < s.square.size(); ++k) global[s.square[k]] += factor * local[k];
+}
+
+void Assembly::calc_mass(const StateView& s) {
+  std::copy(M_constant_.begin(), M_constant_.end(), M.begin());
+  for (const std::size_t b : varying_mass_) {
+    const Body& body = *mechanism_->bodies()[b];
+    const int k = static_cast<int>(body.coordinates().size());
+    LocalMatrix block(scratch_.data(), k, k);
+    block.setZero();
+    body.calc_mass(gather(bodies_[b], s), block);
+    scatter_square(bodies_[b], scratch_.data(), 1, M);
+  }
+}
+
+void Assembly::calc_constraints(const StateView& s) {
+  zero(phi_q);
+  zero(phi);
+  zero(phi_t);
+  for (std::size_t c = 0; c < constraints_.size(); ++c) {
+    const Constraint& e = *mechanism_->constraints()[c];
+    const Slots& slots = constraints_[c];
+    const LocalState l = gather(slots, s);
+    LocalMatrix J(scratch_.data(), e.rows(), static_cast<int>(e.coordinates().size()));
+    J.setZero();
+    e.calc_phi_q(l, J);
+    e.calc_phi(l, phi.data() + slots.row_offset);
+    if (e.rheonomic()) e.calc_phi_t(l, phi_t.data() + slots.row_offset);
+    for (std::size_t k = 0; k < slots.jacobian.size(); ++k) phi_q[slots.jacobian[k]] += scratch_[k];
+  }
+}
+
+void Assembly::calc_jacobian(const StateView& s) {
+  StateView x = s;
+  x.v = x.a = x.lambda = nullptr;
+  zero(phi_q);
+  for (std::size_t c = 0; c < constraints_.size(); ++c) {
+    const Constraint& e = *mechanism_->constraints()[c];
+    const Slots& slots = constraints_[c];
+    LocalMatrix J(scratch_.data(), e.rows(), static_cast<int>(e.coordinates().size()));
+    J.setZero();
+    e.calc_phi_q(gather(slots, x), J);
+    for (std::size_t k = 0; k < slots.jacobian.size(); ++k) phi_q[slots.jacobian[k]] += scratch_[k];
+  }
+}
+
+void Assembly::calc_dynamics(const StateView& s) {
+  ++counters_.dynamics;
+  calc_mass(s);
+  std::copy(Q_constant_.begin(), Q_constant_.end(), Q.begin());
+  zero(zdot);
+  zero(phi_t);
+  zero(bias);
+  zero(phi_q);
+  zero(phi);
+  double f[kMaxLocal];
+  for (const std::size_t b : varying_force_) {
+    const Body& body = *mechanism_->bodies()[b];
+    const auto& c = body.coordinates();
+    std::fill(f, f + c.size(), 0.0);
+    body.calc_force(gather(bodies_[b], s), f);
+    for (std::size_t i = 0; i < c.size(); ++i) Q[c[i]] += f[i];
+  }
+  for (std::size_t k = 0; k < forces_.size(); ++k) {
+    const Force& force = *mechanism_->forces()[k];
+    const auto& c = force.coordinates();
+    std::fill(f, f + c.size(), 0.0);
+    force.calc_force(gather(forces_[k], s), f, zdot.data() + forces_[k].row_offset);
+    for (std::size_t i = 0; i < c.size(); ++i) Q[c[i]] += f[i];
+  }
+  for (std::size_t c = 0; c < constraints_.size(); ++c) {
+    const Constraint& e = *mechanism_->constraints()[c];
+    const Slots& slots = constraints_[c];
+    const LocalState l = gather(slots, s);
+    LocalMatrix J(scratch_.data(), e.rows(), static_cast<int>(e.coordinates().size()));
+    J.setZero();
+    e.calc_phi_q(l, J);
+    for (std::size_t k = 0; k < slots.jacobian.size(); ++k) phi_q[slots.jacobian[k]] += scratch_[k];
+    e.calc_phi(l, phi.data() + slots.row_offset);
+    if (e.rheonomic()) e.calc_phi_t(l, phi_t.data() + slots.row_offset);
+    e.calc_bias(l, bias.data() + slots.row_offset);
+  }
+}
+
+void Assembly::calc_force_partials(const StateView& s) {
+  ++counters_.partials;
+  for (auto* x : {&K, &C, &Q_z, &f_q, &f_v, &f_z}) zero(*x);
+  add_body_and_force_partials(s);
+  add_hessians(s, K);
+}
+
+void Assembly::add_hessians(const StateView& s, std::vector<double>& out) {
+  StateView x = s;  // only q and lambda count
+  x.v = x.a = nullptr;
+  for (std::size_t c = 0; c < constraints_.size(); ++c) {
+    const Constraint& e = *mechanism_->constraints()[c];
+    const int k = static_cast<int>(e.coordinates().size());
+    LocalMatrix H(scratch_.data(), k, k);
+    H.setZero();
+    e.calc_hessian(gather(constraints_[c], x), H);
+    scatter_square(constraints_[c], scratch_.data(), 1, out);
+  }
+}
+
+void Assembly::add_body_and_force_partials(const StateView& s) {
+  double *b0 = scratch_.data(), *b1 = b0 + kBlock, *b2 = b1 + kBlock, *b3 = b2 + kBlock, *b4 = b3 + kBlock,
+         *b5 = b4 + kBlock;
+  for (const std::size_t b : varying_bodies_) {
+    const Body& body = *mechanism_->bodies()[b];
+    const int k = static_cast<int>(body.coordinates().size());
+    LocalMatrix r_q(b0, k, k), r_v(b1, k, k);
+    r_q.setZero();
+    r_v.setZero();
+    body.calc_partials(gather(bodies_[b], s), r_q, r_v);
+    scatter_square(bodies_[b], b0, 1, K);
+    scatter_square(bodies_[b], b1, 1, C);
+  }
+  for (std::size_t i = 0; i < forces_.size(); ++i) {
+    const Force& force = *mechanism_->forces()[i];
+    const Slots& slots = forces_[i];
+    const int k = static_cast<int>(force.coordinates().size()), z = force.states();
+    LocalMatrix Qq(b0, k, k), Qv(b1, k, k), Qz(b2, k, z), fq(b3, z, k), fv(b4, z, k), fz(b5, z, z);
+    Qq.setZero();
+    Qv.setZero();
+    if (z > 0) {
+      Qz.setZero();
+      fq.setZero();
+      fv.setZero();
+      fz.setZero();
+    }
+    force.calc_partials(gather(slots, s), ForcePartials{Qq, Qv, Qz, fq, fv, fz});
+    scatter_square(slots, b0, -1, K);
+    scatter_square(slots, b1, -1, C);
+    for (std::size_t e = 0; e < slots.force_state.size(); ++e) Q_z[slots.force_state[e]] += b2[e];
+    for (std::size_t e = 0; e < slots.state_force.size(); ++e) {
+      f_q[slots.state_force[e]] += b3[e];
+      f_v[slots.state_force[e]] += b4[e];
+    }
+    for (std::size_t e = 0; e < slots.state_state.size(); ++e) f_z[slots.state_state[e]] += b5[e];
+  }
+}
+
+void Assembly::calc_partials(const StateView& s) {
+  ++counters_.partials;
+  for (auto* x : {&K, &C, &phid_q, &phidd_q, &Q_z, &f_q, &f_v, &f_z}) zero(*x);
+  add_body_and_force_partials(s);
+  double *b0 = scratch_.data(), *b1 = b0 + kBlock, *b2 = b1 + kBlock;
+  for (std::size_t c = 0; c < constraints_.size(); ++c) {
+    const Constraint& e = *mechanism_->constraints()[c];
+    const Slots& slots = constraints_[c];
+    const int k = static_cast<int>(e.coordinates().size());
+    LocalMatrix H(b0, k, k), d1(b1, e.rows(), k), d2(b2, e.rows(), k);
+    H.setZero();
+    d1.setZero();
+    d2.setZero();
+    e.calc_partials(gather(slots, s), H, d1, d2);
+    scatter_square(slots, b0, 1, K);
+    for (std::size_t j = 0; j < slots.jacobian.size(); ++j) {
+      phid_q[slots.jacobian[j]] += b1[j];
+      phidd_q[slots.jacobian[j]] += b2[j];
+    }
+  }
+}
+
+void Assembly::calc_hessian(const StateView& s, const double* gamma, std::vector<double>& hessian) {
+  hessian.assign(square_.row.size(), 0.0);
+  StateView x = s;
+  x.lambda = gamma;
+  add_hessians(x, hessian);
+}
+
+void Assembly::resize(ParameterColumns& c) const {
+  c.F.resize(n_, np());
+  c.phi.resize(m_, np());
+  c.phid.resize(m_, np());
+  c.phidd.resize(m_, np());
+  c.f.resize(nz_, np());
+}
+
+void Assembly::calc_parameter_columns(const StateView& s, ParameterColumns& out) {
+  ++counters_.parameters;
+  out.F.setZero();
+  out.phi.setZero();
+  out.phid.setZero();
+  out.phidd.setZero();
+  out.f.setZero();
+  double f[kMaxLocal], g0[kMaxLocal], g1[kMaxLocal], g2[kMaxLocal];
+  for (std::size_t i = 0; i < bodies_.size(); ++i)
+    for (int k : bodies_[i].active) {
+      const Body& e = *mechanism_->bodies()[i];
+      std::fill(f, f + kMaxLocal, 0.0);
+      e.calc_number_partial(gather(bodies_[i], s), k, f);
+      for (const auto& [column, c] : columns_[e.numbers()[k]])
+        for (std::size_t j = 0; j < e.coordinates().size(); ++j) out.F(e.coordinates()[j], column) += c * f[j];
+    }
+  for (std::size_t i = 0; i < forces_.size(); ++i)
+    for (int k : forces_[i].active) {
+      const Force& e = *mechanism_->forces()[i];
+      std::fill(f, f + kMaxLocal, 0.0);
+      std::fill(g0, g0 + kMaxLocal, 0.0);
+      e.calc_number_partial(gather(forces_[i], s), k, f, g0);
+      for (const auto& [column, c] : columns_[e.numbers()[k]]) {
+        for (std::size_t j = 0; j < e.coordinates().size(); ++j) out.F(e.coordinates()[j], column) -= c * f[j];
+        for (int j = 0; j < e.states(); ++j) out.f(forces_[i].row_offset + j, column) += c * g0[j];
+      }
+    }
+  for (std::size_t i = 0; i < constraints_.size(); ++i)
+    for (int k : constraints_[i].active) {
+      const Constraint& e = *mechanism_->constraints()[i];
+      for (double* x : {f, g0, g1, g2}) std::fill(x, x + kMaxLocal, 0.0);
+      e.calc_number_partial(gather(constraints_[i], s), k, g0, g1, g2, f);
+      const int r0 = constraints_[i].row_offset;
+      for (const auto& [column, c] : columns_[e.numbers()[k]]) {
+        for (std::size_t j = 0; j < e.coordinates().size(); ++j) out.F(e.coordinates()[j], column) += c * f[j];
+        for (int j = 0; j < e.rows(); ++j) {
+          out.phi(r0 + j, column) += c * g0[j];
+          out.phid(r0 + j, column) += c * g1[j];
+          out.phidd(r0 + j, column) += c * g2[j];
+        }
+      }
+    }
+}
+
+void Assembly::add_parameter_gradient(const StateView& s, const ParameterWeights& w, double factor,
+                                      double* gradient) {
+  ++counters_.parameters;
+  double f[kMaxLocal], local[kMaxLocal], rows[3][kMaxLocal];
+  const auto deliver = [&](int number, double x) {
+    for (const auto& [column, c] : columns_[number]) gradient[column] += factor * c * x;
+  };
+  // The weights of an element's own coordinates.
+  const auto gather_weights = [&](const Element& e) {
+    if (!w.force) return;
+    const auto& c = e.coordinates();
+    for (std::size_t j = 0; j < c.size(); ++j) local[j] = w.force[c[j]];
+  };
+  const auto dot = [](std::size_t n, const double* a, const double* b) {
+    double sum = 0;
+    for (std::size_t j = 0; j < n; ++j) sum += a[j] * b[j];
+    return sum;
+  };
+  if (w.force)
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      const Body& e = *mechanism_->bodies()[i];
+      if (bodies_[i].active.empty() || (!w.constant_bodies && e.constant_mass() && e.constant_force())) continue;
+      const LocalState l = gather(bodies_[i], s);
+      const std::size_t n = e.coordinates().size();
+      gather_weights(e);
+      for (const int k : bodies_[i].active) {
+        std::fill(f, f + n, 0.0);
+        e.calc_number_partial(l, k, f);
+        deliver(e.numbers()[k], dot(n, local, f));
+      }
+    }
+  for (std::size_t i = 0; i < forces_.size(); ++i) {
+    if (forces_[i].active.empty()) continue;
+    const Force& e = *mechanism_->forces()[i];
+    const LocalState l = gather(forces_[i], s);
+    gather_weights(e);
+    const std::vector<int>& active = forces_[i].active;
+    constexpr std::size_t most = 32;
+    for (std::size_t first = 0; first < active.size(); first += most) {
+      const std::size_t count = std::min(most, active.size() - first);
+      double sums[most] = {};
+      e.add_number_gradient(l, w.force ? local : nullptr, w.state ? w.state + forces_[i].row_offset : nullptr,
+                            active.data() + first, static_cast<int>(count), sums);
+      for (std::size_t k = 0; k < count; ++k) deliver(e.numbers()[active[first + k]], -sums[k]);
+    }
+  }
+  for (std::size_t i = 0; i < constraints_.size(); ++i) {
+    if (constraints_[i].active.empty()) continue;
+    const Constraint& e = *mechanism_->constraints()[i];
+    const LocalState l = gather(constraints_[i], s);
+    gather_weights(e);
+    for (int j = 0; j < e.rows(); ++j) {
+      const int row = constraints_[i].row_offset + j;
+      const double x = w.row ? w.row[row] : 0;
+      rows[0][j] = w.c0 * x + (w.row_phi ? w.row_phi[row] : 0);
+      rows[1][j] = w.c1 * x + (w.row_phid ? w.row_phid[row] : 0);
+      rows[2][j] = w.c2 * x;
+    }
+    const ConstraintWeights weights{rows[0], rows[1], rows[2], w.force && s.lambda ? local : nullptr};
+    for (const int k : constraints_[i].active) deliver(e.numbers()[k], e.calc_number_gradient(l, k, weights));
+  }
+}
+
+double Assembly::kinetic_energy(const StateView& s) {
+  calc_mass(s);
+  double e = 0;
+  for (int j = 0; j < n_; ++j)
+    for (auto k = square_.column_start[j]; k < square_.column_start[j + 1]; ++k)
+      e += 0.5 * s.v[square_.row[k]] * M[k] * s.v[j];
+  return e;
+}
+
+void Assembly::add_kinetic_energy_gradient(const StateView& s, double factor, double* g_q, double* g_v,
+                                           double* g_rho) {
+  calc_mass(s);
+  add_product(square_, M.data(), factor, s.v, g_v);
+  // (M v)_q and (M v)_p are those of the body's residual at a := v less those at a := 0, both at rest.
+  const std::vector<double> rest(static_cast<std::size_t>(n_), 0.0);
+  StateView moving = s, still = s;
+  moving.a = s.v;
+  moving.v = still.v = still.a = rest.data();
+  double f[kMaxLocal];
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const Body& body = *mechanism_->bodies()[b];
+    const auto& c = body.coordinates();
+    const int k = static_cast<int>(c.size());
+    for (const double sign : {1.0, -1.0}) {
+      const StateView& x = sign > 0 ? moving : still;
+      if (!body.constant_mass()) {
+        LocalMatrix r_q(scratch_.data(), k, k), r_v(scratch_.data() + kBlock, k, k);
+        r_q.setZero();
+        r_v.setZero();
+        body.calc_partials(gather(bodies_[b], x), r_q, r_v);
+        for (int j = 0; j < k; ++j)
+          for (int i = 0; i < k; ++i) g_q[c[j]] += 0.5 * sign * factor * s.v[c[i]] * r_q(i, j);
+      }
+      for (int number : bodies_[b].active) {
+        std::fill(f, f + kMaxLocal, 0.0);
+        body.calc_number_partial(gather(bodies_[b], x), number, f);
+        double sum = 0;
+        for (int i = 0; i < k; ++i) sum += 0.5 * sign * factor * s.v[c[i]] * f[i];
+        for (const auto& [column, w] : columns_[body.numbers()[number]]) g_rho[column] += w * sum;
+      }
+    }
+  }
+}
+
+void Assembly::add_mass_rate_product(const StateView& s, const double* x, double* out) {
+  if (varying_mass_.empty()) return;
+  // Mdot x = (M x)_q v, with (M x)_q as in the kinetic energy's gradient.
+  const std::vector<double> rest(static_cast<std::size_t>(n_), 0.0);
+  StateView moving = s, still = s;
+  moving.a = x;
+  moving.v = still.v = still.a = rest.data();
+  for (const std::size_t b : varying_mass_) {
+    const Body& body = *mechanism_->bodies()[b];
+    const auto& c = body.coordinates();
+    const int k = static_cast<int>(c.size());
+    for (const double sign : {1.0, -1.0}) {
+      LocalMatrix r_q(scratch_.data(), k, k), r_v(scratch_.data() + kBlock, k, k);
+      r_q.setZero();
+      r_v.setZero();
+      body.calc_partials(gather(bodies_[b], sign > 0 ? moving : still), r_q, r_v);
+      for (int j = 0; j < k; ++j)
+        for (int i = 0; i < k; ++i) out[c[i]] += sign * r_q(i, j) * s.v[c[j]];
+    }
+  }
+}
+
+double Assembly::potential_energy(const StateView& s) {
+  double e = 0;
+  for (std::size_t b = 0; b < bodies_.size(); ++b)
+    e += mechanism_->bodies()[b]->potential_energy(gather(bodies_[b], s));
+  for (std::size_t f = 0; f < forces_.size(); ++f)
+    e += mechanism_->forces()[f]->potential_energy(gather(forces_[f], s));
+  return e;
+}
+
+}  // namespace costate

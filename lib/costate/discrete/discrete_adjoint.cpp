@@ -1,0 +1,164 @@
+#include "costate/discrete/discrete_adjoint.h"
+
+namespace costate {
+
+DiscreteAdjoint::DiscreteAdjoint(DiscreteScheme& scheme)
+    : scheme_(scheme), assembly_(scheme.assembly()), n_(assembly_.n()), m_(assembly_.m()), nz_(assembly_.nz()) {
+  hessian_.assign(assembly_.square().row.size(), 0.0);
+  cost_.resize(assembly_);
+  clear();
+}
+
+void DiscreteAdjoint::clear() {
+  for (auto* x : {&q_, &v_, &a_, &alpha_}) x->setZero(n_);
+  for (auto* x : {&z_, &f_, &y_}) x->setZero(nz_);
+  lambda_.setZero(m_);
+  s_.setZero(n_ + nz_ + m_);
+  w_.setZero(n_ + nz_ + m_);
+  gradient_.assign(static_cast<std::size_t>(assembly_.np()), 0.0);
+  outer_.assign(assembly_.square().row.size(), 0.0);
+  sum_.setZero(n_);
+}
+
+void DiscreteAdjoint::add_cost(double weight, bool terminal) {
+  const Objective& objective = scheme_.objective();
+  if (terminal ? objective.terminal.empty() : objective.running.empty()) return;
+  cost_.set_zero();
+  if (terminal)
+    objective.add_terminal_gradient(scheme_.state(), assembly_, cost_);
+  else
+    objective.add_running_gradient(scheme_.state(), assembly_, cost_);
+  q_ += weight * cost_.q;
+  v_ += weight * cost_.v;
+  z_ += weight * cost_.z;
+  a_ += weight * cost_.a;
+  lambda_ += weight * cost_.lambda;
+  for (int j = 0; j < assembly_.np(); ++j) gradient_[j] += weight * cost_.rho[j];
+}
+
+void DiscreteAdjoint::step_back(bool factored) {
+  const StepCoefficients& c = scheme_.coefficients();
+  const StateView end = scheme_.state();
+  if (factored)
+    assembly_.calc_jacobian(end);
+  else
+    scheme_.factor_projection_here();
+  assembly_.calc_partials(end);
+  // 4
+  a_ += c.new_a * alpha_;
+  f_ += c.new_f * y_;
+  accelerations_back();
+  velocities_back();
+  add_end_parameters(w_.data() + n_ + nz_);
+  stage_back(factored);
+  // The bars of the last state; q_, v_, z_ are those of q_g, v_g, z_g.
+  a_ = c.old_a * alpha_ + c.q_a * q_ + c.v_a * v_;
+  alpha_ = c.old_alpha * alpha_ + c.q_alpha * q_ + c.v_alpha * v_;
+  f_ = c.old_f * y_ + c.z_f * z_;
+  y_ = c.old_y * y_ + c.z_y * z_;
+  v_ += c.h * q_;
+  lambda_.setZero();
+}
+
+void DiscreteAdjoint::subtract_rows(const Eigen::VectorXd& s) {
+  const double *s1 = s.data(), *sz = s1 + n_;
+  add_transposed_product(assembly_.square(), assembly_.K.data(), -1, s1, q_.data());
+  add_transposed_product(assembly_.square(), assembly_.C.data(), -1, s1, v_.data());
+  if (nz_ == 0) return;
+  add_transposed_product(assembly_.force_state(), assembly_.Q_z.data(), 1, s1, z_.data());
+  add_transposed_product(assembly_.state_force(), assembly_.f_q.data(), 1, sz, q_.data());
+  add_transposed_product(assembly_.state_force(), assembly_.f_v.data(), 1, sz, v_.data());
+  add_transposed_product(assembly_.state_state(), assembly_.f_z.data(), 1, sz, z_.data());
+}
+
+void DiscreteAdjoint::add_outer(const double* s1, const double* a) {
+  if (!assembly_.varies_constant_bodies()) return;
+  const SparsePattern& p = assembly_.square();
+  for (int j = 0; j < n_; ++j)
+    for (auto k = p.column_start[j]; k < p.column_start[j + 1]; ++k) outer_[k] += s1[p.row[k]] * a[j];
+}
+
+/// 3, with the end state's derivative blocks in the assembly.
+void DiscreteAdjoint::accelerations_back() {
+  s_.head(n_) = a_;
+  s_.segment(n_, nz_) = f_;
+  s_.tail(m_) = lambda_;
+  scheme_.matrices().solve_projection(s_.data());
+  const double* s2 = s_.data() + n_ + nz_;
+  subtract_rows(s_);
+  add_transposed_product(assembly_.jacobian(), assembly_.phidd_q.data(), -1, s2, q_.data());
+  add_transposed_product(assembly_.jacobian(), assembly_.phid_q.data(), -2, s2, v_.data());
+}
+
+/// 2, with the same blocks: v_ becomes the bar of v*.
+void DiscreteAdjoint::velocities_back() {
+  const StepRecord& r = scheme_.record();
+  w_.head(n_) = v_;
+  w_.tail(nz_ + m_).setZero();
+  scheme_.matrices().solve_projection(w_.data());
+  const double *s1 = w_.data(), *s2 = s1 + n_ + nz_;
+  const StateView end = scheme_.state();
+  assembly_.calc_projection_hessian(end, r.u, r.eta, hessian_);
+  add_transposed_product(assembly_.square(), hessian_.data(), -1, s1, q_.data());
+  add_transposed_product(assembly_.jacobian(), assembly_.phid_q.data(), -1, s2, q_.data());
+  add_transposed_product(assembly_.jacobian(), assembly_.phi_q.data(), -1, s2, v_.data());
+  add_outer(s1, r.u);
+  assembly_.add_projection_gradient(end, r.u, r.eta, s1, -1, gradient_.data(), false);
+}
+
+/// The parameters in 3 and in the rows of 2, all at the end state.
+void DiscreteAdjoint::add_end_parameters(const double* velocity_rows) {
+  Assembly::ParameterWeights w;
+  w.force = s_.data();
+  w.state = s_.data() + n_;
+  w.row = s_.data() + n_ + nz_;
+  w.c2 = 1;
+  w.row_phid = velocity_rows;
+  w.constant_bodies = false;
+  add_outer(s_.data(), scheme_.record().a);
+  sum_ += s_.head(n_);
+  assembly_.add_parameter_gradient(scheme_.state(), w, -1, gradient_.data());
+}
+
+/// 1: q_, v_, z_ become the bars of q_g, v_g, z_g.
+void DiscreteAdjoint::stage_back(bool factored) {
+  const StepCoefficients& c = scheme_.coefficients();
+  const StateView stage = scheme_.stage();
+  if (factored)
+    assembly_.calc_force_partials(stage);
+  else
+    scheme_.factor_stage_here();
+  s_.head(n_) = c.B * q_ + c.G * v_;
+  s_.segment(n_, nz_) = c.G_z * z_;
+  s_.tail(m_).setZero();
+  scheme_.matrices().solve_step_transposed(s_.data());
+  subtract_rows(s_);
+  double* s2 = s_.data() + n_ + nz_;
+  for (int i = 0; i < m_; ++i) s2[i] /= c.B;
+  add_transposed_product(assembly_.jacobian(), assembly_.phi_q.data(), -1, s2, q_.data());
+  Assembly::ParameterWeights w;
+  w.force = s_.data();
+  w.state = s_.data() + n_;
+  w.row_phi = s2;
+  w.constant_bodies = false;
+  add_outer(s_.data(), stage.a);
+  sum_ += s_.head(n_);
+  assembly_.add_parameter_gradient(stage, w, -1, gradient_.data());
+}
+
+const std::vector<double>& DiscreteAdjoint::finish(bool factored) {
+  const StateView s = scheme_.state();
+  if (!factored) scheme_.factor_projection_here();
+  assembly_.calc_partials(s);
+  a_ += alpha_;
+  f_ += y_;
+  accelerations_back();
+  add_end_parameters(nullptr);
+  assembly_.add_constant_body_gradient(outer_.data(), sum_.data(), -1, gradient_.data());
+  const Start& start = scheme_.start_state();
+  for (int j = 0; j < assembly_.np(); ++j)
+    gradient_[j] += q_.dot(start.q_rho.col(j)) + v_.dot(start.v_rho.col(j)) + z_.dot(start.z_rho.col(j));
+  return gradient_;
+}
+
+}  // namespace costate

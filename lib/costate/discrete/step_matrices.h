@@ -1,0 +1,55 @@
+// The two matrices of a discrete step, on one sparsity pattern with rows and columns (n | nz | m):
+//   J  = [[M + G C + B K, -G_z Q_z, Phi_q^T], [-(G f_v + B f_q), I - G_z f_z, 0], [Phi_q, 0, 0]]   the step's own
+//   P  = [[M, 0, Phi_q^T], [0, I, 0], [Phi_q, 0, 0]]                                               projections
+// J multiplies corrections of (a*, f*, lambda*) and tends to P for small steps. Each is factored once a step; the
+// factors serve the step, its tangent and, transposed, its adjoint. They can be saved and brought back.
+#pragma once
+
+#include "costate/assembly/assembly.h"
+#include "costate/discrete/alpha_coefficients.h"
+#include "costate/linear/klu_solver.h"
+
+namespace costate {
+
+class StepMatrices {
+ public:
+  explicit StepMatrices(const Assembly& assembly);
+  StepMatrices(const StepMatrices&) = delete;
+  StepMatrices& operator=(const StepMatrices&) = delete;
+
+  int size() const { return size_; }
+  /// From the assembly's M, phi_q, K, C, Q_z, f_q, f_v, f_z. Return -1, or a column found (numerically) dependent.
+  [[nodiscard]] int factor_step(const Assembly& assembly, const StepCoefficients& c);
+  /// From the assembly's M and phi_q.
+  [[nodiscard]] int factor_projection(const Assembly& assembly);
+
+  void solve_step(double* b, int columns = 1) { step_.solve(b, columns); }
+  void solve_step_transposed(double* b) { step_.solve_transposed(b); }
+  /// P is symmetric.
+  void solve_projection(double* b, int columns = 1) { projection_.solve(b, columns); }
+
+  long step_factorizations() const { return step_.counters().factorizations; }
+  long projection_factorizations() const { return projection_.counters().factorizations; }
+
+  /// Keeps both factorizations, without allocating. The pivot orders stay with the solvers.
+  struct Saved {
+    long step_order = -1, projection_order = -1;
+  };
+  std::size_t saved_size() const { return step_.saved_size() + projection_.saved_size(); }
+  Saved save(double* to) const;
+  /// False when the pivot order has been discarded since.
+  [[nodiscard]] bool restore(const Saved& saved, const double* from);
+  void keep_pivot_orders(int at_most) {
+    step_.keep_pivot_orders(at_most);
+    projection_.keep_pivot_orders(at_most);
+  }
+
+ private:
+  int square_ = 0, force_state_ = 0, transposed_ = 0, state_force_ = 0, state_state_ = 0, identity_ = 0, jacobian_ = 0;
+  BlockMatrix matrix_;
+  int size_;
+  bool states_;
+  KluSolver step_, projection_;
+};
+
+}  // namespace costate

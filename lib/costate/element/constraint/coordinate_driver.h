@@ -1,0 +1,38 @@
+// A driven (rheonomic) or constant condition on a weighted sum of coordinates: phi = sum_k c_k q_k - f(t).
+// Drives a point's x or y, an angle, a relative angle (weights +1, -1) or ties two by a ratio (a gear).
+// Numbers: the weights c_k, then those of the law f.
+#pragma once
+
+#include "costate/element/element.h"
+#include "costate/element/law/scalar_law.h"
+
+namespace costate {
+
+class CoordinateDriver final : public ConstraintOf<CoordinateDriver> {
+ public:
+  CoordinateDriver(std::string kind, std::string name, const std::vector<int>& coordinates,
+                   const std::vector<int>& weight_numbers, std::shared_ptr<const ScalarLaw> law,
+                   const std::vector<int>& law_numbers);
+
+  int rows() const override { return 1; }
+  std::string row_name(int) const override { return "drive"; }
+  bool rheonomic() const override { return true; }
+
+  template <class S>
+  void physics(const S& t, const S* q, const S* p, S* phi) const {
+    const auto n = coordinates().size();
+    phi[0] = -law_->value(t, p + n);
+    for (std::size_t k = 0; k < n; ++k) phi[0] += p[k] * q[k];
+  }
+  bool by_hand() const override { return true; }
+  void calc_phi_q(const LocalState& s, LocalMatrix& phi_q) const override;
+  void calc_phi_t(const LocalState& s, double* phi_t) const override;
+  void calc_bias(const LocalState& s, double* bias) const override;
+  void calc_hessian(const LocalState&, LocalMatrix&) const override {}
+  void calc_partials(const LocalState&, LocalMatrix&, LocalMatrix&, LocalMatrix&) const override {}
+
+ private:
+  std::shared_ptr<const ScalarLaw> law_;
+};
+
+}  // namespace costate

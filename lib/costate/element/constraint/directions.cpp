@@ -1,0 +1,90 @@
+#include "costate/element/constraint/directions.h"
+
+namespace costate {
+
+/// The components of all rows as vectors.
+struct DirectionsConstraint::Pairs {
+  Vector3 s[3], t[3];
+  Pairs(const DirectionsConstraint& c, const double* p) {
+    double a[3][3], b[3][3];
+    c.components(p, a, b);
+    for (int k = 0; k < c.rows(); ++k) {
+      s[k] = Vector3(a[k]);
+      t[k] = Vector3(b[k]);
+    }
+  }
+};
+
+DirectionsConstraint::DirectionsConstraint(std::string kind, std::string name, Condition condition,
+                                           BodyDirection i, BodyDirection j, const std::vector<int>& numbers,
+                                           const Vector3& first_axis)
+    : ConstraintOf(std::move(kind), std::move(name)),
+      condition_(condition),
+      i_(std::move(i)),
+      j_(std::move(j)),
+      flattest_(flattest(first_axis)) {
+  append_coordinates(i_.coordinates());
+  append_coordinates(j_.coordinates());
+  append_numbers(numbers);
+}
+
+std::string DirectionsConstraint::row_name(int i) const {
+  if (condition_ == Condition::perpendicular) return "perpendicular";
+  return i == 0 ? "tilt_1" : i == 1 ? "tilt_2" : "turn";
+}
+
+void DirectionsConstraint::calc_phi_q(const LocalState& s, LocalMatrix& phi_q) const {
+  const Pairs c(*this, s.p);
+  const int n = i_.size();
+  for (int k = 0; k < rows(); ++k) {
+    phi_q.row(k).head(n) = j_.value(s.q + n, c.t[k]).transpose() * i_.jacobian(s.q, c.s[k]);
+    phi_q.row(k).tail(j_.size()) = i_.value(s.q, c.s[k]).transpose() * j_.jacobian(s.q + n, c.t[k]);
+  }
+}
+
+void DirectionsConstraint::calc_bias(const LocalState& s, double* bias) const {
+  // u'' = B(v, s) v at a = 0: (u.w)'' = u''.w + 2 u'.w' + u.w''.
+  const Pairs c(*this, s.p);
+  const int n = i_.size();
+  for (int k = 0; k < rows(); ++k)
+    bias[k] = i_.rate(s.v, s.v, c.s[k]).dot(j_.value(s.q + n, c.t[k])) +
+              2 * i_.rate(s.q, s.v, c.s[k]).dot(j_.rate(s.q + n, s.v + n, c.t[k])) +
+              i_.value(s.q, c.s[k]).dot(j_.rate(s.v + n, s.v + n, c.t[k]));
+}
+
+void DirectionsConstraint::calc_hessian(const LocalState& s, LocalMatrix& hessian) const {
+  // (u.w)_qq: K(s_i, w), B_i^T B_j, K(s_j, u).
+  const Pairs c(*this, s.p);
+  const int n = i_.size(), m = j_.size();
+  for (int k = 0; k < rows(); ++k) {
+    const double f = s.lambda[k];
+    if (n > 0) hessian.topLeftCorner(n, n) += f * rotation_curvature(c.s[k], j_.value(s.q + n, c.t[k]));
+    if (m > 0) hessian.bottomRightCorner(m, m) += f * rotation_curvature(c.t[k], i_.value(s.q, c.s[k]));
+    if (n == 0 || m == 0) continue;
+    const Eigen::Matrix4d mixed = f * i_.jacobian(s.q, c.s[k]).transpose() * j_.jacobian(s.q + n, c.t[k]);
+    hessian.topRightCorner(n, m) += mixed;
+    hessian.bottomLeftCorner(m, n) += mixed.transpose();
+  }
+}
+
+void DirectionsConstraint::calc_partials(const LocalState& s, LocalMatrix& hessian, LocalMatrix& phid_q,
+                                         LocalMatrix& phidd_q) const {
+  calc_hessian(s, hessian);
+  const Pairs c(*this, s.p);
+  const int n = i_.size(), m = j_.size();
+  for (int k = 0; k < rows(); ++k) {
+    const Vector3 u = i_.value(s.q, c.s[k]), w = j_.value(s.q + n, c.t[k]);
+    const Vector3 uv = i_.rate(s.q, s.v, c.s[k]), wv = j_.rate(s.q + n, s.v + n, c.t[k]);
+    const Vector3 ua = i_.rate(s.q, s.a, c.s[k]) + i_.rate(s.v, s.v, c.s[k]);
+    const Vector3 wa = j_.rate(s.q + n, s.a + n, c.t[k]) + j_.rate(s.v + n, s.v + n, c.t[k]);
+    const auto Bi = i_.jacobian(s.q, c.s[k]), Biv = i_.jacobian(s.v, c.s[k]), Bia = i_.jacobian(s.a, c.s[k]);
+    const auto Bj = j_.jacobian(s.q + n, c.t[k]), Bjv = j_.jacobian(s.v + n, c.t[k]),
+               Bja = j_.jacobian(s.a + n, c.t[k]);
+    phid_q.row(k).head(n) = w.transpose() * Biv + wv.transpose() * Bi;
+    phid_q.row(k).tail(m) = u.transpose() * Bjv + uv.transpose() * Bj;
+    phidd_q.row(k).head(n) = w.transpose() * Bia + 2 * wv.transpose() * Biv + wa.transpose() * Bi;
+    phidd_q.row(k).tail(m) = u.transpose() * Bja + 2 * uv.transpose() * Bjv + ua.transpose() * Bj;
+  }
+}
+
+}  // namespace costate

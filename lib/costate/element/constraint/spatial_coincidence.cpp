@@ -1,0 +1,32 @@
+#include "costate/element/constraint/spatial_coincidence.h"
+
+namespace costate {
+
+SpatialCoincidenceConstraint::SpatialCoincidenceConstraint(std::string kind, std::string name,
+                                                           SpatialVector d)
+    : ConstraintOf(std::move(kind), std::move(name)), d_(std::move(d)) {
+  append_coordinates(d_.coordinates());
+  append_numbers(d_.numbers());
+}
+
+void SpatialCoincidenceConstraint::calc_phi_q(const LocalState& s, LocalMatrix& phi_q) const {
+  phi_q = d_.jacobian(s.q, s.p);
+}
+
+void SpatialCoincidenceConstraint::calc_bias(const LocalState& s, double* bias) const {
+  const double zero[SpatialVector::kMax] = {};
+  Eigen::Map<Vector3>(bias, 3) = d_.acceleration(s.q, s.v, zero, s.p);
+}
+
+void SpatialCoincidenceConstraint::calc_hessian(const LocalState& s, LocalMatrix& hessian) const {
+  d_.add_curvature(s.q, s.p, Vector3(s.lambda), hessian);
+}
+
+void SpatialCoincidenceConstraint::calc_partials(const LocalState& s, LocalMatrix& hessian,
+                                                 LocalMatrix& phid_q, LocalMatrix& phidd_q) const {
+  calc_hessian(s, hessian);
+  phid_q = d_.jacobian_dot(s.q, s.v, s.p);
+  phidd_q = d_.acceleration_partial(s.q, s.v, s.a, s.p);
+}
+
+}  // namespace costate

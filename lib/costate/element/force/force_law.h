@@ -1,0 +1,115 @@
+// Constitutive laws of force elements along one degree of deformation x (a length or an angle) with rate xdot:
+//   F(t, x, xdot, z, p), zdot = f(t, x, xdot, z, p); F > 0 pulls the two ends together.
+// A law is one templated function object. Geometry is shared by AxialForce and AngularForce, derivatives come
+// from dual numbers, so that a new law is a few lines of physics and no calculus.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "costate/derivative/dual.h"
+#include "costate/element/law/scalar_law.h"
+
+namespace costate {
+
+/// A ScalarLaw inside a templated law, for each scalar that laws are compiled for.
+inline double evaluate(const ScalarLaw& f, double x, const double* p) { return f.value(x, p); }
+inline PathDual evaluate(const ScalarLaw& f, const PathDual& x, const PathDual* p) { return f.value(x, p); }
+template <int N>
+Dual<N> evaluate(const ScalarLaw& f, const Dual<N>& x, const double* p) {
+  const Dual<1> y = f.slope(x.v, p);
+  return chain(x, y.v, y.d[0]);
+}
+
+/// F = k (x - x0) + c xdot + F0 + spring(x - x0) + damper(xdot).
+/// Numbers: k, x0, c, F0, then those of the optional spring law, then those of the optional damper law.
+struct SpringDamperLaw {
+  static constexpr int states = 0;
+  std::shared_ptr<const ScalarLaw> spring, damper;
+
+  template <class S, class P>
+  void operator()(const S&, const S& x, const S& rate, const S*, const P* p, S& force, S*) const {
+    force = S(p[0]) * (x - S(p[1])) + S(p[2]) * rate + S(p[3]);
+    const P* q = p + 4;
+    if (spring) {
+      force += evaluate(*spring, x - S(p[1]), q);
+      q += spring->number_count();
+    }
+    if (damper) force += evaluate(*damper, rate, q);
+  }
+  /// dF/dp_k where that is plain: true.
+  bool calc_number_partial(double x, double rate, const double* p, int k, double& force_p) const {
+    if (k > 3 || (k == 1 && spring)) return false;
+    const double of[4] = {x - p[1], -p[0], rate, 1};
+    force_p = of[k];
+    return true;
+  }
+  double potential_energy(double x, const double* p) const {
+    const double e = x - p[1];
+    return 0.5 * p[0] * e * e + p[3] * e + (spring ? spring->integral(e, p + 4) : 0);
+  }
+};
+
+/// A spring k in series with a damper c (Maxwell's relaxation element); the state is the damper's stroke.
+///   F = k (x - x0 - z), zdot = F / c. Numbers: k, x0, c, z(0).
+struct MaxwellLaw {
+  static constexpr int states = 1;
+  static constexpr int initial_state = 3;
+  template <class S, class P>
+  void operator()(const S&, const S& x, const S&, const S* z, const P* p, S& force, S* zdot) const {
+    force = S(p[0]) * (x - S(p[1]) - z[0]);
+    zdot[0] = force / S(p[2]);
+  }
+  double potential_energy(double, const double*) const { return 0; }
+};
+
+/// A force that follows a command with a first-order lag: F = z, zdot = (command(t) - z) / tau.
+/// Numbers: tau, z(0), then those of the command.
+struct LagActuatorLaw {
+  static constexpr int states = 1;
+  static constexpr int initial_state = 1;
+  std::shared_ptr<const ScalarLaw> command;
+  template <class S, class P>
+  void operator()(const S& t, const S&, const S&, const S* z, const P* p, S& force, S* zdot) const {
+    force = z[0];
+    zdot[0] = (evaluate(*command, t, p + 2) - z[0]) / S(p[0]);
+  }
+  double potential_energy(double, const double*) const { return 0; }
+};
+
+/// First derivatives of a law with respect to x, xdot and its states.
+template <class Law>
+struct LawPartials {
+  static constexpr int n = 2 + Law::states;
+  using D = Dual<n>;
+  D force;
+  D zdot[Law::states > 0 ? Law::states : 1];
+
+  LawPartials(const Law& law, double t, double x, double rate, const double* z, const double* p) {
+    D zz[Law::states > 0 ? Law::states : 1];
+    for (int i = 0; i < Law::states; ++i) zz[i] = D::variable(z[i], 2 + i);
+    law(D(t), D::variable(x, 0), D::variable(rate, 1), zz, p, force, zdot);
+  }
+};
+
+/// Derivatives of a law's force and state rates with respect to its number k: true, or false when the law has more
+/// numbers than fit on the stack.
+template <class Law>
+bool calc_law_number_partial(const Law& law, double t, double x, double rate, const double* z, const double* p,
+                             int count, int k, double& force_p, double* f_p) {
+  if constexpr (requires { law.calc_number_partial(x, rate, p, k, force_p); })
+    if (law.calc_number_partial(x, rate, p, k, force_p)) return true;
+  constexpr int most = 16;
+  if (count > most) return false;
+  PathDual pp[most], zz[Law::states + 1], force, zdot[Law::states + 1];
+  for (int i = 0; i < count; ++i) pp[i] = PathDual(p[i]);
+  pp[k].d[0] = Taylor2(1.0);
+  for (int i = 0; i < Law::states; ++i) zz[i] = PathDual(z[i]);
+  law(PathDual(t), PathDual(x), PathDual(rate), zz, pp, force, zdot);
+  force_p = force.d[0].c0;
+  for (int i = 0; i < Law::states; ++i) f_p[i] = zdot[i].d[0].c0;
+  return true;
+}
+
+}  // namespace costate

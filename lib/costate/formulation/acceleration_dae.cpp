@@ -1,0 +1,334 @@
+#include "costate/formulation/acceleration_dae.h"
+
+#include <cstring>
+
+#include "costate/analysis/start.h"
+#include "costate/formulation/cost_pullback.h"
+#include "costate/formulation/unknown_names.h"
+
+namespace costate {
+
+AccelerationDae::AccelerationDae(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
+                                 Objective objective, Stabilization stabilization)
+    : DaeSystem(std::move(mechanism), std::move(parameters), std::move(objective)),
+      level_(assembly_, stabilization),
+      jacobian_(3 * assembly_.n() + assembly_.nz() + assembly_.m()),
+      n_(assembly_.n()),
+      m_(assembly_.m()),
+      nz_(assembly_.nz()) {
+  append_differential_unknowns(assembly_.mechanism(), unknowns_);
+  append_algebraic_unknowns(assembly_.mechanism(), unknowns_, true);
+  assembly_.resize(columns_);
+  reduced_.assign(static_cast<std::size_t>(level_.newton_size()), 0);
+  linearized_at_.assign(static_cast<std::size_t>(size()) + 1, 0);
+  place_jacobian();
+}
+
+void AccelerationDae::place_jacobian() {
+  const int q = 0, v = n_, z = 2 * n_, a = z + nz_, l = a + n_;
+  const SparsePattern In = SparsePattern::identity(n_), Iz = SparsePattern::identity(nz_),
+                      Im = SparsePattern::identity(m_);
+  at_.identity_q = jacobian_.place(In, q, q);
+  at_.q_v = jacobian_.place(In, q, v);
+  at_.identity_v = jacobian_.place(In, v, v);
+  at_.v_a = jacobian_.place(In, v, a);
+  at_.identity_z = jacobian_.place(Iz, z, z);
+  at_.z_q = jacobian_.place(assembly_.state_force(), z, q);
+  at_.z_v = jacobian_.place(assembly_.state_force(), z, v);
+  at_.z_z = jacobian_.place(assembly_.state_state(), z, z);
+  at_.K = jacobian_.place(assembly_.square(), a, q);
+  at_.C = jacobian_.place(assembly_.square(), a, v);
+  at_.Q_z = jacobian_.place(assembly_.force_state(), a, z);
+  at_.M = jacobian_.place(assembly_.square(), a, a);
+  at_.phi_t = jacobian_.place(assembly_.jacobian(), a, l, true);
+  at_.R2_q = jacobian_.place(assembly_.jacobian(), l, q);
+  at_.R2_v = jacobian_.place(assembly_.jacobian(), l, v);
+  at_.phi_q = jacobian_.place(assembly_.jacobian(), l, a);
+  at_.corner = level_.stabilization().inverse_alpha != 0 ? jacobian_.place(Im, l, l) : -1;
+  jacobian_.finalize();
+}
+
+void AccelerationDae::set_parameters(const double* rho) {
+  DaeSystem::set_parameters(rho);
+  level_.invalidate();
+  linearized_ = false;
+}
+
+StateView AccelerationDae::view(double t, const double* y) const {
+  StateView s;
+  s.t = t;
+  s.q = y;
+  s.v = y + n_;
+  s.z = y + 2 * n_;
+  s.a = s.z + nz_;
+  s.lambda = s.a + n_;
+  return s;
+}
+
+void AccelerationDae::residual(double t, const double* y, const double* yp, double* r) {
+  const StateView s = view(t, y);
+  linearized_ = false;
+  level_.invalidate();
+  assembly_.calc_dynamics(s);
+  double *rv = r + n_, *rz = r + 2 * n_, *ra = rz + nz_, *rl = ra + n_;
+  for (int i = 0; i < n_; ++i) {
+    r[i] = yp[i] - s.v[i];
+    rv[i] = yp[n_ + i] - s.a[i];
+    ra[i] = -assembly_.Q[i];
+  }
+  for (int i = 0; i < nz_; ++i) rz[i] = yp[2 * n_ + i] - assembly_.zdot[i];
+  level_.add_mass(1, s.a, ra);
+  level_.add_jacobian_transposed(1, s.lambda, ra);
+  level_.calc_constraint_bias(s.v, rl);
+  level_.add_jacobian(1, s.a, rl);
+  const double ia = level_.stabilization().inverse_alpha;
+  if (ia != 0)
+    for (int i = 0; i < m_; ++i) rl[i] -= ia * s.lambda[i];
+}
+
+void AccelerationDae::linearize(const StateView& s) {
+  double* p = linearized_at_.data();
+  const auto bytes = static_cast<std::size_t>(size()) * sizeof(double);
+  if (linearized_ && p[0] == s.t && std::memcmp(p + 1, s.q, bytes) == 0) return;
+  p[0] = s.t;
+  std::memcpy(p + 1, s.q, bytes);
+  point_ = view(s.t, p + 1);
+  level_.invalidate();
+  assembly_.calc_dynamics(point_);
+  level_.linearize(point_);
+  linearized_ = true;
+}
+
+void AccelerationDae::linearize(double t, const double* y, const double*) { linearize(view(t, y)); }
+
+void AccelerationDae::jacobian(double t, const double* y, const double*, double cj, double* values) {
+  linearize(view(t, y));
+  BlockMatrix& J = jacobian_;
+  J.set_zero();
+  for (int block : {at_.identity_q, at_.identity_v, at_.identity_z}) J.add_constant(block, cj);
+  J.add_constant(at_.q_v, -1);
+  J.add_constant(at_.v_a, -1);
+  J.add(at_.z_q, assembly_.f_q.data(), -1);
+  J.add(at_.z_v, assembly_.f_v.data(), -1);
+  J.add(at_.z_z, assembly_.f_z.data(), -1);
+  J.add(at_.K, assembly_.K.data());
+  J.add(at_.C, assembly_.C.data());
+  J.add(at_.Q_z, assembly_.Q_z.data(), -1);
+  J.add(at_.M, assembly_.M.data());
+  J.add(at_.phi_t, assembly_.phi_q.data());
+  J.add(at_.R2_q, level_.R2_q().data());
+  J.add(at_.R2_v, level_.R2_v().data());
+  J.add(at_.phi_q, assembly_.phi_q.data());
+  if (at_.corner >= 0) J.add_constant(at_.corner, -level_.stabilization().inverse_alpha);
+  std::copy(J.values().begin(), J.values().end(), values);
+}
+
+void AccelerationDae::factor(double t, const double* y, const double*, double cj) {
+  linearize(view(t, y));
+  level_.factor_newton(1 / cj);
+}
+
+void AccelerationDae::solve(double* b) {
+  const auto& blocks = level_.newton_blocks();
+  const double g = level_.gamma();
+  double *b2 = b + n_, *b3 = b + 2 * n_, *b4 = b3 + nz_, *b5 = b4 + n_;
+  double *u = reduced_.data(), *uz = u + n_, *ul = uz + nz_;
+  std::fill(reduced_.begin(), reduced_.end(), 0.0);
+  for (int i = 0; i < n_; ++i) u[i] = g * b4[i];
+  costate::add_product(assembly_.square(), blocks.M.data(), g, b2, u);
+  costate::add_product(assembly_.square(), blocks.K.data(), -g * g, b, u);
+  for (int i = 0; i < nz_; ++i) uz[i] = g * b3[i];
+  if (nz_ > 0) costate::add_product(assembly_.state_force(), blocks.f_q.data(), g * g, b, uz);
+  for (int i = 0; i < m_; ++i) ul[i] = g * b5[i];
+  costate::add_product(assembly_.jacobian(), blocks.phi_q.data(), g, b2, ul);
+  costate::add_product(assembly_.jacobian(), blocks.R2_q.data(), -g * g, b, ul);
+  level_.solve_newton(u);
+  for (int i = 0; i < n_; ++i) {
+    b[i] = g * (b[i] + u[i]);
+    b4[i] = u[i] / g - b2[i];
+    b2[i] = u[i];
+  }
+  for (int i = 0; i < nz_; ++i) b3[i] = uz[i];
+  for (int i = 0; i < m_; ++i) b5[i] = ul[i] / g;
+}
+
+void AccelerationDae::solve_transposed(double* b) {
+  const auto& blocks = level_.newton_blocks();
+  const double g = level_.gamma();
+  double *b2 = b + n_, *b3 = b + 2 * n_, *b4 = b3 + nz_, *b5 = b4 + n_;
+  double *u = reduced_.data(), *uz = u + n_, *ul = uz + nz_;
+  for (int i = 0; i < n_; ++i) u[i] = b2[i] + g * b[i] + b4[i] / g;
+  for (int i = 0; i < nz_; ++i) uz[i] = b3[i];
+  for (int i = 0; i < m_; ++i) ul[i] = b5[i] / g;
+  level_.solve_newton_transposed(u);
+  for (int i = 0; i < n_; ++i) {
+    b[i] = g * b[i];
+    b2[i] = -b4[i];
+    b4[i] = g * u[i];
+  }
+  costate::add_transposed_product(assembly_.square(), blocks.K.data(), -g * g, u, b);
+  costate::add_transposed_product(assembly_.jacobian(), blocks.R2_q.data(), -g * g, ul, b);
+  if (nz_ > 0) costate::add_transposed_product(assembly_.state_force(), blocks.f_q.data(), g * g, uz, b);
+  costate::add_product(assembly_.square(), blocks.M.data(), g, u, b2);
+  costate::add_transposed_product(assembly_.jacobian(), blocks.phi_q.data(), g, ul, b2);
+  for (int i = 0; i < nz_; ++i) b3[i] = g * uz[i];
+  for (int i = 0; i < m_; ++i) b5[i] = g * ul[i];
+}
+
+void AccelerationDae::add_product(double c, const double* x, double* out) {
+  const double *xv = x + n_, *xz = x + 2 * n_, *xa = xz + nz_, *xl = xa + n_;
+  double *ov = out + n_, *oz = out + 2 * n_, *oa = oz + nz_, *ol = oa + n_;
+  for (int i = 0; i < n_; ++i) {
+    out[i] -= c * xv[i];
+    ov[i] -= c * xa[i];
+  }
+  level_.add_state_rows(-c, x, xv, xz, oz);
+  level_.add_force_rows(c, x, xv, xz, oa);
+  level_.add_mass(c, xa, oa);
+  level_.add_jacobian_transposed(c, xl, oa);
+  level_.add_constraint_rows(c, x, xv, ol);
+  level_.add_jacobian(c, xa, ol);
+  const double ia = level_.stabilization().inverse_alpha;
+  if (ia != 0)
+    for (int i = 0; i < m_; ++i) ol[i] -= c * ia * xl[i];
+}
+
+void AccelerationDae::add_transposed_product(double c, const double* x, double* out) {
+  const double *xv = x + n_, *xz = x + 2 * n_, *xa = xz + nz_, *xl = xa + n_;
+  double *ov = out + n_, *oz = out + 2 * n_, *oa = oz + nz_, *ol = oa + n_;
+  for (int i = 0; i < n_; ++i) {
+    ov[i] -= c * x[i];
+    oa[i] -= c * xv[i];
+  }
+  level_.add_transposed(c, xa, xl, xz, out, ov, oz);
+  level_.add_mass(c, xa, oa);  // symmetric
+  level_.add_jacobian_transposed(c, xl, oa);
+  level_.add_jacobian(c, xa, ol);
+  const double ia = level_.stabilization().inverse_alpha;
+  if (ia != 0)
+    for (int i = 0; i < m_; ++i) ol[i] -= c * ia * xl[i];
+}
+
+void AccelerationDae::parameter_columns(Eigen::MatrixXd& F_rho) {
+  assembly_.calc_parameter_columns(point_, columns_);
+  const Stabilization& st = level_.stabilization();
+  if (F_rho.rows() != size() || F_rho.cols() != assembly_.np()) F_rho.resize(size(), assembly_.np());
+  F_rho.setZero();
+  F_rho.middleRows(2 * n_, nz_) = -columns_.f;
+  F_rho.middleRows(2 * n_ + nz_, n_) = columns_.F;
+  F_rho.bottomRows(m_) =
+      columns_.phidd + 2 * st.xi * st.omega * columns_.phid + st.omega * st.omega * columns_.phi;
+}
+
+void AccelerationDae::add_parameter_gradient(double c, const double* mu, double* gradient) {
+  const Stabilization& st = level_.stabilization();
+  Assembly::ParameterWeights w;
+  w.state = mu + 2 * n_;
+  w.force = mu + 2 * n_ + nz_;
+  w.row = mu + 3 * n_ + nz_;
+  w.c0 = st.omega * st.omega;
+  w.c1 = 2 * st.xi * st.omega;
+  w.c2 = 1;
+  assembly_.add_parameter_gradient(point_, w, c, gradient);
+}
+
+void AccelerationDae::start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, Eigen::MatrixXd* yp_rho) {
+  const Start s = find_start(assembly_, t, y_rho != nullptr);
+  level_.invalidate();
+  linearized_ = false;
+  std::fill(y, y + size(), 0.0);
+  std::fill(yp, yp + size(), 0.0);
+  std::copy(s.q.data(), s.q.data() + n_, y);
+  std::copy(s.v.data(), s.v.data() + n_, y + n_);
+  std::copy(s.z.data(), s.z.data() + nz_, y + 2 * n_);
+  level_.solve(view(t, y));
+  std::copy(level_.a(), level_.a() + n_ + m_, y + 2 * n_ + nz_);
+  std::copy(s.v.data(), s.v.data() + n_, yp);
+  std::copy(level_.a(), level_.a() + n_, yp + n_);
+  std::copy(assembly_.zdot.begin(), assembly_.zdot.end(), yp + 2 * n_);
+  if (!y_rho) return;
+  // KKT [Sa; Sl] = -[K Sq + C Sv - Q_z Sz + F_rho; R2_q Sq + R2_v Sv + R2_rho]
+  const int np = assembly_.np();
+  level_.linearize(level_.state());
+  assembly_.calc_parameter_columns(level_.state(), columns_);
+  const Stabilization& st = level_.stabilization();
+  y_rho->setZero(size(), np);
+  yp_rho->setZero(size(), np);
+  y_rho->topRows(2 * n_ + nz_) << s.q_rho, s.v_rho, s.z_rho;
+  Eigen::MatrixXd kkt = Eigen::MatrixXd::Zero(n_ + m_, np);
+  for (int j = 0; j < np; ++j) {
+    const double *sq = s.q_rho.col(j).data(), *sv = s.v_rho.col(j).data(), *sz = s.z_rho.col(j).data();
+    kkt.col(j).head(n_) = -columns_.F.col(j);
+    kkt.col(j).tail(m_) = -(columns_.phidd.col(j) + 2 * st.xi * st.omega * columns_.phid.col(j) +
+                            st.omega * st.omega * columns_.phi.col(j));
+    level_.add_force_rows(-1, sq, sv, sz, kkt.col(j).data());
+    level_.add_constraint_rows(-1, sq, sv, kkt.col(j).data() + n_);
+    yp_rho->col(j).segment(2 * n_, nz_) = columns_.f.col(j);
+    level_.add_state_rows(1, sq, sv, sz, yp_rho->col(j).data() + 2 * n_);
+  }
+  level_.solve_kkt(kkt.data(), np);
+  y_rho->bottomRows(n_ + m_) = kkt;
+  yp_rho->topRows(n_) = s.v_rho;
+  yp_rho->middleRows(n_, n_) = kkt.topRows(n_);
+}
+
+void AccelerationDae::running_cost_gradient(double t, const double* y, double* g_y, double c, double* gradient) {
+  cost_gradient_.set_zero();
+  objective_.add_running_gradient(view(t, y), assembly_, cost_gradient_);
+  copy_cost_gradient(cost_gradient_, g_y, c, gradient);
+}
+
+void AccelerationDae::terminal_cost_gradient(double t, const double* y, double* w_y, double c, double* gradient) {
+  cost_gradient_.set_zero();
+  objective_.add_terminal_gradient(view(t, y), assembly_, cost_gradient_);
+  copy_cost_gradient(cost_gradient_, w_y, c, gradient);
+}
+
+void AccelerationDae::terminal_adjoint(double t, const double* y, const double*, double* mu, double* mup,
+                                       double* gradient) {
+  linearized_ = false;
+  const StateView s = view(t, y);
+  level_.prepare(s);
+  level_.linearize(s);
+  std::vector<double> kkt(static_cast<std::size_t>(n_ + m_));
+  double *mv = mu + n_, *mz = mu + 2 * n_, *s1 = mz + nz_, *s2 = s1 + n_;
+  // Terminal part, accelerations and multipliers eliminated: tau = KKT^-1 [w_a; w_l].
+  cost_gradient_.set_zero();
+  objective_.add_terminal_gradient(s, assembly_, cost_gradient_);
+  ScalarGradient& g = cost_gradient_;
+  std::copy(g.q.data(), g.q.data() + n_, mu);
+  std::copy(g.v.data(), g.v.data() + n_, mv);
+  std::copy(g.z.data(), g.z.data() + nz_, mz);
+  for (int j = 0; j < assembly_.np(); ++j) gradient[j] += g.rho[j];
+  const Stabilization& st = level_.stabilization();
+  if (objective_.terminal_needs_accelerations()) {
+    std::copy(g.a.data(), g.a.data() + n_, kkt.begin());
+    std::copy(g.lambda.data(), g.lambda.data() + m_, kkt.begin() + n_);
+    level_.solve_kkt(kkt.data());
+    level_.add_transposed(-1, kkt.data(), kkt.data() + n_, nullptr, mu, mv, mz);
+    Assembly::ParameterWeights w;
+    w.force = kkt.data();
+    w.row = kkt.data() + n_;
+    w.c0 = st.omega * st.omega;
+    w.c1 = 2 * st.xi * st.omega;
+    w.c2 = 1;
+    assembly_.add_parameter_gradient(s, w, -1, gradient);
+  }
+  // Algebraic part: KKT [s1; s2] = [mu_v + g_a; g_l], and the derivatives from the differential rows.
+  cost_gradient_.set_zero();
+  objective_.add_running_gradient(s, assembly_, cost_gradient_);
+  for (int i = 0; i < n_; ++i) kkt[i] = mv[i] + g.a[i];
+  for (int i = 0; i < m_; ++i) kkt[n_ + i] = g.lambda[i];
+  level_.solve_kkt(kkt.data());
+  std::copy(kkt.begin(), kkt.begin() + n_, s1);
+  std::copy(kkt.begin() + n_, kkt.end(), s2);
+  std::fill(mup, mup + size(), 0.0);
+  for (int i = 0; i < n_; ++i) {
+    mup[i] = -g.q[i];
+    mup[n_ + i] = -g.v[i] - mu[i];
+  }
+  for (int i = 0; i < nz_; ++i) mup[2 * n_ + i] = -g.z[i];
+  level_.add_transposed(1, s1, s2, mz, mup, mup + n_, mup + 2 * n_);
+}
+
+}  // namespace costate

@@ -1,0 +1,274 @@
+#include "costate/formulation/acceleration_ode.h"
+
+#include "costate/analysis/start.h"
+#include "costate/formulation/unknown_names.h"
+
+namespace costate {
+
+AccelerationOde::AccelerationOde(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
+                                 Objective objective, Stabilization stabilization)
+    : OdeSystem(std::move(mechanism), std::move(parameters), std::move(objective)), level_(assembly_, stabilization) {
+  append_differential_unknowns(assembly_.mechanism(), unknowns_);
+  assembly_.resize(columns_);
+  const auto n = static_cast<std::size_t>(assembly_.n() + assembly_.m());
+  kkt_.assign(n * static_cast<std::size_t>(std::max(1, assembly_.np())), 0);
+  reduced_.assign(static_cast<std::size_t>(level_.newton_size()), 0);
+}
+
+void AccelerationOde::set_parameters(const double* rho) {
+  OdeSystem::set_parameters(rho);
+  level_.invalidate();
+}
+
+StateView AccelerationOde::view(double t, const double* y) const {
+  const int n = assembly_.n();
+  StateView s;
+  s.t = t;
+  s.q = y;
+  s.v = y + n;
+  s.z = y + 2 * n;
+  return s;
+}
+
+PhysicalState AccelerationOde::physical_state(double t, const double* y) {
+  level_.solve(view(t, y));
+  return level_.state();
+}
+
+void AccelerationOde::linearize(double t, const double* y) {
+  level_.solve(view(t, y));
+  level_.linearize(level_.state());
+}
+
+void AccelerationOde::rhs(double t, const double* y, double* f) {
+  const int n = assembly_.n();
+  level_.solve(view(t, y));
+  for (int i = 0; i < n; ++i) {
+    f[i] = y[n + i];
+    f[n + i] = level_.a()[i];
+  }
+  for (int i = 0; i < assembly_.nz(); ++i) f[2 * n + i] = assembly_.zdot[i];
+}
+
+void AccelerationOde::factor(double t, const double* y, double gamma) {
+  linearize(t, y);
+  level_.factor_newton(gamma);
+}
+
+void AccelerationOde::solve(double* b) {
+  const auto& blocks = level_.newton_blocks();
+  // (dv, dz, gamma dlambda) from the reduced matrix, dq = b_q + gamma dv.
+  const int n = assembly_.n(), nz = assembly_.nz();
+  const double g = level_.gamma();
+  double *u = reduced_.data(), *uz = u + n, *ul = uz + nz;
+  std::fill(reduced_.begin(), reduced_.end(), 0.0);
+  double *bq = b, *bv = b + n, *bz = b + 2 * n;
+  costate::add_product(assembly_.square(), blocks.M.data(), 1, bv, u);
+  add_product(assembly_.square(), blocks.K.data(), -g, bq, u);
+  costate::add_product(assembly_.jacobian(), blocks.phi_q.data(), 1, bv, ul);
+  add_product(assembly_.jacobian(), blocks.R2_q.data(), -g, bq, ul);
+  for (int i = 0; i < nz; ++i) uz[i] = bz[i];
+  if (nz > 0) add_product(assembly_.state_force(), blocks.f_q.data(), g, bq, uz);
+  level_.solve_newton(u);
+  for (int i = 0; i < n; ++i) {
+    bv[i] = u[i];
+    bq[i] += g * u[i];
+  }
+  for (int i = 0; i < nz; ++i) bz[i] = uz[i];
+
+}
+
+void AccelerationOde::solve_transposed(double* b) {
+  const auto& blocks = level_.newton_blocks();
+  const int n = assembly_.n(), nz = assembly_.nz();
+  const double g = level_.gamma();
+  double *u = reduced_.data(), *uz = u + n, *ul = uz + nz;
+  double *bq = b, *bv = b + n, *bz = b + 2 * n;
+  std::fill(reduced_.begin(), reduced_.end(), 0.0);
+  for (int i = 0; i < n; ++i) u[i] = bv[i] + g * bq[i];
+  for (int i = 0; i < nz; ++i) uz[i] = bz[i];
+  level_.solve_newton_transposed(u);
+  add_transposed_product(assembly_.square(), blocks.K.data(), -g, u, bq);
+  add_transposed_product(assembly_.jacobian(), blocks.R2_q.data(), -g, ul, bq);
+  if (nz > 0) add_transposed_product(assembly_.state_force(), blocks.f_q.data(), g, uz, bq);
+  std::fill(bv, bv + n, 0.0);
+  costate::add_product(assembly_.square(), blocks.M.data(), 1, u, bv);
+  costate::add_transposed_product(assembly_.jacobian(), blocks.phi_q.data(), 1, ul, bv);
+  for (int i = 0; i < nz; ++i) bz[i] = uz[i];
+}
+
+void AccelerationOde::solve_tangent(const double* const* s, int count, bool with_parameters) {
+  const int n = assembly_.n(), m = assembly_.m(), k = n + m;
+  const double d = 2 * level_.stabilization().xi * level_.stabilization().omega;
+  const double w2 = level_.stabilization().omega * level_.stabilization().omega;
+  if (with_parameters) assembly_.calc_parameter_columns(level_.state(), columns_);
+  const auto needed = static_cast<std::size_t>(k) * static_cast<std::size_t>(count);
+  if (kkt_.size() < needed) kkt_.resize(needed);
+  std::fill(kkt_.begin(), kkt_.begin() + static_cast<std::ptrdiff_t>(needed), 0.0);
+  for (int j = 0; j < count; ++j) {
+    double *x = kkt_.data() + static_cast<std::ptrdiff_t>(j) * k, *xm = x + n;
+    level_.add_force_rows(-1, s[j], s[j] + n, s[j] + 2 * n, x);
+    level_.add_constraint_rows(-1, s[j], s[j] + n, xm);
+    if (!with_parameters) continue;
+    for (int i = 0; i < n; ++i) x[i] -= columns_.F(i, j);
+    for (int i = 0; i < m; ++i) xm[i] -= columns_.phidd(i, j) + d * columns_.phid(i, j) + w2 * columns_.phi(i, j);
+  }
+  if (count > 0) level_.solve_kkt(kkt_.data(), count);
+}
+
+void AccelerationOde::tangent(double t, const double* y, const double* const* s, double* const* out, int count,
+                              bool with_parameters) {
+  linearize(t, y);
+  solve_tangent(s, count, with_parameters);
+  const int n = assembly_.n(), nz = assembly_.nz(), k = n + assembly_.m();
+  for (int j = 0; j < count; ++j) {
+    const double* x = kkt_.data() + static_cast<std::ptrdiff_t>(j) * k;
+    for (int i = 0; i < n; ++i) {
+      out[j][i] = s[j][n + i];
+      out[j][n + i] = x[i];
+    }
+    for (int i = 0; i < nz; ++i) out[j][2 * n + i] = with_parameters ? columns_.f(i, j) : 0;
+    level_.add_state_rows(1, s[j], s[j] + n, s[j] + 2 * n, out[j] + 2 * n);
+  }
+}
+
+void AccelerationOde::tangent_cost(bool terminal, double t, const double* y, const double* const* s, double* out,
+                                   int count) {
+  linearize(t, y);
+  if (terminal) {
+    cost_gradient_at_ = -1;
+    cost_gradient_.set_zero();
+    objective_.add_terminal_gradient(level_.state(), assembly_, cost_gradient_);
+  } else {
+    calc_running_gradient();
+  }
+  const bool accelerations =
+      terminal ? objective_.terminal_needs_accelerations() : objective_.running_needs_accelerations();
+  if (accelerations) solve_tangent(s, count, true);
+  const int n = assembly_.n(), m = assembly_.m(), nz = assembly_.nz();
+  const ScalarGradient& g = cost_gradient_;
+  for (int j = 0; j < count; ++j) {
+    double sum = g.rho[j];
+    for (int i = 0; i < n; ++i) sum += g.q[i] * s[j][i] + g.v[i] * s[j][n + i];
+    for (int i = 0; i < nz; ++i) sum += g.z[i] * s[j][2 * n + i];
+    if (accelerations) {
+      const double* x = kkt_.data() + static_cast<std::ptrdiff_t>(j) * (n + m);
+      for (int i = 0; i < n; ++i) sum += g.a[i] * x[i];
+      for (int i = 0; i < m; ++i) sum += g.lambda[i] * x[n + i];
+    }
+    out[j] = sum;
+  }
+}
+
+void AccelerationOde::tangent_running_cost(double t, const double* y, const double* const* s, double* out, int count) {
+  tangent_cost(false, t, y, s, out, count);
+}
+
+void AccelerationOde::tangent_terminal_cost(double t, const double* y, const double* const* s, double* out,
+                                            int count) {
+  tangent_cost(true, t, y, s, out, count);
+}
+
+void AccelerationOde::calc_running_gradient() {
+  if (cost_gradient_at_ == level_.linearizations()) return;
+  cost_gradient_.set_zero();
+  objective_.add_running_gradient(level_.state(), assembly_, cost_gradient_);
+  cost_gradient_at_ = level_.linearizations();
+}
+
+void AccelerationOde::running_cost_gradient(double t, const double* y, double* g_y) {
+  const bool accelerations = objective_.running_needs_accelerations();
+  if (accelerations) {
+    solve_adjoint(t, y, nullptr);
+  } else {
+    cost_gradient_at_ = -1;
+    cost_gradient_.set_zero();
+    objective_.add_running_gradient(view(t, y), assembly_, cost_gradient_);
+  }
+  const int n = assembly_.n();
+  const ScalarGradient& g = cost_gradient_;
+  std::copy(g.q.data(), g.q.data() + n, g_y);
+  std::copy(g.v.data(), g.v.data() + n, g_y + n);
+  std::copy(g.z.data(), g.z.data() + assembly_.nz(), g_y + 2 * n);
+  if (accelerations) level_.add_transposed(-1, kkt_.data(), kkt_.data() + n, nullptr, g_y, g_y + n, g_y + 2 * n);
+}
+
+void AccelerationOde::solve_adjoint(double t, const double* y, const double* mu) {
+  linearize(t, y);
+  calc_running_gradient();
+  const int n = assembly_.n(), m = assembly_.m();
+  for (int i = 0; i < n; ++i) kkt_[i] = (mu ? mu[n + i] : 0) + cost_gradient_.a[i];
+  for (int i = 0; i < m; ++i) kkt_[n + i] = cost_gradient_.lambda[i];
+  level_.solve_kkt(kkt_.data());
+}
+
+void AccelerationOde::adjoint_rhs(double t, const double* y, const double* mu, double* mup) {
+  solve_adjoint(t, y, mu);
+  const int n = assembly_.n(), nz = assembly_.nz();
+  const ScalarGradient& g = cost_gradient_;
+  for (int i = 0; i < n; ++i) {
+    mup[i] = -g.q[i];
+    mup[n + i] = -g.v[i] - mu[i];
+  }
+  for (int i = 0; i < nz; ++i) mup[2 * n + i] = -g.z[i];
+  level_.add_transposed(1, kkt_.data(), kkt_.data() + n, mu + 2 * n, mup, mup + n, mup + 2 * n);
+}
+
+void AccelerationOde::adjoint_integrand(double t, const double* y, const double* mu, double* out) {
+  solve_adjoint(t, y, mu);
+  const Stabilization& st = level_.stabilization();
+  for (int j = 0; j < assembly_.np(); ++j) out[j] = cost_gradient_.rho[j];
+  Assembly::ParameterWeights w;
+  w.force = kkt_.data();
+  w.row = kkt_.data() + assembly_.n();
+  w.c0 = st.omega * st.omega;
+  w.c1 = 2 * st.xi * st.omega;
+  w.c2 = 1;
+  w.state = mu + 2 * assembly_.n();
+  assembly_.add_parameter_gradient(level_.state(), w, -1, out);
+}
+
+void AccelerationOde::terminal_adjoint(double t, const double* y, double* mu, double* gradient) {
+  linearize(t, y);
+  const int n = assembly_.n(), m = assembly_.m(), nz = assembly_.nz();
+  cost_gradient_at_ = -1;
+  cost_gradient_.set_zero();
+  objective_.add_terminal_gradient(level_.state(), assembly_, cost_gradient_);
+  const ScalarGradient& g = cost_gradient_;
+  for (int i = 0; i < n; ++i) {
+    mu[i] = g.q[i];
+    mu[n + i] = g.v[i];
+    kkt_[i] = g.a[i];
+  }
+  for (int i = 0; i < nz; ++i) mu[2 * n + i] = g.z[i];
+  for (int i = 0; i < m; ++i) kkt_[n + i] = g.lambda[i];
+  for (int j = 0; j < assembly_.np(); ++j) gradient[j] += g.rho[j];
+  if (!objective_.terminal_needs_accelerations()) return;
+  // tau = KKT^-1 [w_a; w_l] eliminates accelerations and multipliers.
+  const Stabilization& st = level_.stabilization();
+  level_.solve_kkt(kkt_.data());
+  level_.add_transposed(-1, kkt_.data(), kkt_.data() + n, nullptr, mu, mu + n, mu + 2 * n);
+  Assembly::ParameterWeights w;
+  w.force = kkt_.data();
+  w.row = kkt_.data() + n;
+  w.c0 = st.omega * st.omega;
+  w.c1 = 2 * st.xi * st.omega;
+  w.c2 = 1;
+  assembly_.add_parameter_gradient(level_.state(), w, -1, gradient);
+}
+
+void AccelerationOde::start(double t, double* y, Eigen::MatrixXd* y_rho) {
+  const Start s = find_start(assembly_, t, y_rho != nullptr);
+  level_.invalidate();
+  const int n = assembly_.n(), nz = assembly_.nz();
+  for (int i = 0; i < n; ++i) {
+    y[i] = s.q[i];
+    y[n + i] = s.v[i];
+  }
+  for (int i = 0; i < nz; ++i) y[2 * n + i] = s.z[i];
+  if (!y_rho) return;
+  y_rho->resize(size(), assembly_.np());
+  *y_rho << s.q_rho, s.v_rho, s.z_rho;
+}
+
+}  // namespace costate

@@ -1,0 +1,30 @@
+// Registers the stabilised index-2 formulation.
+#include "costate/adjoint/momentum_adjoint.h"
+#include "costate/adjoint/tangent_equations.h"
+#include "costate/formulation/formulation.h"
+#include "costate/formulation/index2_dae.h"
+
+namespace costate {
+namespace {
+
+const RegisterFormulation registered({
+    "index2",
+    "index 3 in stabilised index-2 form (Gear, Gupta, Leimkuhler): no drift in positions and velocities",
+    false,
+    "idas",
+    [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
+      return std::make_unique<Index2Dae>(mechanism, parameters, objective);
+    },
+    {},
+    {},
+    [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
+      return std::make_unique<TangentEquations>(mechanism, parameters, objective, Stabilization{},
+                                                TangentEquations::Constraints::index2);
+    },
+    [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
+      return std::make_unique<MomentumAdjoint>(mechanism, parameters, objective, MomentumAdjoint::Constraints::index2);
+    },
+});
+
+}  // namespace
+}  // namespace costate

@@ -1,0 +1,365 @@
+#include "costate/formulation/index2_dae.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "costate/analysis/start.h"
+#include "costate/base/error.h"
+#include "costate/formulation/cost_pullback.h"
+#include "costate/formulation/unknown_names.h"
+
+namespace costate {
+
+Index2Dae::Index2Dae(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective)
+    : DaeSystem(std::move(mechanism), std::move(parameters), std::move(objective)),
+      level_(assembly_, Stabilization{}),
+      jacobian_(3 * assembly_.n() + assembly_.nz() + 2 * assembly_.m()),
+      n_(assembly_.n()),
+      m_(assembly_.m()),
+      nz_(assembly_.nz()) {
+  append_differential_unknowns(assembly_.mechanism(), unknowns_);
+  append_algebraic_unknowns(assembly_.mechanism(), unknowns_, false);
+  for (const auto& name : assembly_.mechanism().row_names())
+    unknowns_.push_back({"gamma." + name, "1", Unknown::Role::stabilizer, false, false});
+  assembly_.resize(columns_);
+  hessian_.assign(assembly_.square().row.size(), 0);
+  linearized_at_.assign(static_cast<std::size_t>(size()) + 1, 0);
+  place_jacobian();
+  solver_ = std::make_unique<KluSolver>(jacobian_.pattern());
+}
+
+void Index2Dae::place_jacobian() {
+  const int q = 0, v = n_, z = 2 * n_, a = z + nz_, l = a + n_, g = l + m_;
+  const SparsePattern In = SparsePattern::identity(n_), Iz = SparsePattern::identity(nz_);
+  at_.identity_q = jacobian_.place(In, q, q);
+  at_.hessian = jacobian_.place(assembly_.square(), q, q);
+  at_.q_v = jacobian_.place(In, q, v);
+  at_.phi_gamma = jacobian_.place(assembly_.jacobian(), q, g, true);
+  at_.identity_v = jacobian_.place(In, v, v);
+  at_.v_a = jacobian_.place(In, v, a);
+  at_.identity_z = jacobian_.place(Iz, z, z);
+  at_.z_q = jacobian_.place(assembly_.state_force(), z, q);
+  at_.z_v = jacobian_.place(assembly_.state_force(), z, v);
+  at_.z_z = jacobian_.place(assembly_.state_state(), z, z);
+  at_.K = jacobian_.place(assembly_.square(), a, q);
+  at_.C = jacobian_.place(assembly_.square(), a, v);
+  at_.Q_z = jacobian_.place(assembly_.force_state(), a, z);
+  at_.M = jacobian_.place(assembly_.square(), a, a);
+  at_.phi_lambda = jacobian_.place(assembly_.jacobian(), a, l, true);
+  at_.phid_q = jacobian_.place(assembly_.jacobian(), l, q);
+  at_.phid_v = jacobian_.place(assembly_.jacobian(), l, v);
+  at_.phi_q = jacobian_.place(assembly_.jacobian(), g, q);
+  jacobian_.finalize();
+}
+
+void Index2Dae::set_parameters(const double* rho) {
+  DaeSystem::set_parameters(rho);
+  level_.invalidate();
+  linearized_ = false;
+}
+
+StateView Index2Dae::view(double t, const double* y) const {
+  StateView s;
+  s.t = t;
+  s.q = y;
+  s.v = y + n_;
+  s.z = y + 2 * n_;
+  s.a = s.z + nz_;
+  s.lambda = s.a + n_;
+  return s;
+}
+
+void Index2Dae::residual(double t, const double* y, const double* yp, double* r) {
+  const StateView s = view(t, y);
+  linearized_ = false;
+  level_.invalidate();
+  assembly_.calc_dynamics(s);
+  const double* gamma = s.lambda + m_;
+  double *rv = r + n_, *rz = r + 2 * n_, *ra = rz + nz_, *rl = ra + n_, *rg = rl + m_;
+  for (int i = 0; i < n_; ++i) {
+    r[i] = yp[i] - s.v[i];
+    rv[i] = yp[n_ + i] - s.a[i];
+    ra[i] = -assembly_.Q[i];
+  }
+  for (int i = 0; i < nz_; ++i) rz[i] = yp[2 * n_ + i] - assembly_.zdot[i];
+  level_.add_jacobian_transposed(1, gamma, r);
+  level_.add_mass(1, s.a, ra);
+  level_.add_jacobian_transposed(1, s.lambda, ra);
+  for (int i = 0; i < m_; ++i) {
+    rl[i] = assembly_.phi_t[i];
+    rg[i] = assembly_.phi[i];
+  }
+  level_.add_jacobian(1, s.v, rl);
+}
+
+void Index2Dae::linearize(double t, const double* y, const double*) {
+  double* p = linearized_at_.data();
+  const auto bytes = static_cast<std::size_t>(size()) * sizeof(double);
+  if (linearized_ && p[0] == t && std::memcmp(p + 1, y, bytes) == 0) return;
+  p[0] = t;
+  std::memcpy(p + 1, y, bytes);
+  point_ = view(t, p + 1);
+  level_.invalidate();
+  assembly_.calc_dynamics(point_);
+  assembly_.calc_partials(point_);
+  assembly_.calc_hessian(point_, point_.lambda + m_, hessian_);
+  linearized_ = true;
+}
+
+void Index2Dae::fill_jacobian(double cj) {
+  BlockMatrix& J = jacobian_;
+  J.set_zero();
+  for (int block : {at_.identity_q, at_.identity_v, at_.identity_z}) J.add_constant(block, cj);
+  J.add(at_.hessian, hessian_.data());
+  J.add_constant(at_.q_v, -1);
+  J.add(at_.phi_gamma, assembly_.phi_q.data());
+  J.add_constant(at_.v_a, -1);
+  J.add(at_.z_q, assembly_.f_q.data(), -1);
+  J.add(at_.z_v, assembly_.f_v.data(), -1);
+  J.add(at_.z_z, assembly_.f_z.data(), -1);
+  J.add(at_.K, assembly_.K.data());
+  J.add(at_.C, assembly_.C.data());
+  J.add(at_.Q_z, assembly_.Q_z.data(), -1);
+  J.add(at_.M, assembly_.M.data());
+  J.add(at_.phi_lambda, assembly_.phi_q.data());
+  J.add(at_.phid_q, assembly_.phid_q.data());
+  J.add(at_.phid_v, assembly_.phi_q.data());
+  J.add(at_.phi_q, assembly_.phi_q.data());
+}
+
+void Index2Dae::jacobian(double t, const double* y, const double* yp, double cj, double* values) {
+  linearize(t, y, yp);
+  fill_jacobian(cj);
+  std::copy(jacobian_.values().begin(), jacobian_.values().end(), values);
+}
+
+void Index2Dae::factor(double t, const double* y, const double* yp, double cj) {
+  linearize(t, y, yp);
+  fill_jacobian(cj);
+  scale_jacobian(cj);
+  const int bad = solver_->factor(jacobian_.values().data());
+  if (bad >= 0)
+    throw SolverError(fmt::format("The Newton matrix of the stabilised index-2 equations is singular at t = {:.9g} s, "
+                                  "at unknown '{}'. Redundant joints or a singular configuration; the penalty "
+                                  "formulation carries both.", t, unknowns_[bad].name));
+}
+
+// With s = |cj| > 1 the unknowns a, lambda and gamma are measured in units of s, and the rows of differential equations
+// and of forces divided by it: the blocks then are I, M and Phi_q plus terms of size 1/s.
+void Index2Dae::scale_rows(double* x) const {
+  const double s = 1 / cj_scale_;
+  for (int i = 0; i < 3 * n_ + nz_; ++i) x[i] *= s;
+}
+void Index2Dae::scale_columns(double* x) const {
+  for (int i = 2 * n_ + nz_; i < size(); ++i) x[i] *= cj_scale_;
+}
+
+void Index2Dae::scale_jacobian(double cj) {
+  cj_scale_ = std::max(1.0, std::abs(cj));
+  if (cj_scale_ == 1) return;
+  const SparsePattern& p = jacobian_.pattern();
+  double* x = jacobian_.values_data();
+  for (int j = 0; j < p.cols; ++j) {
+    const double lower = j < 2 * n_ + nz_ ? 1 : cj_scale_, upper = lower / cj_scale_;
+    for (auto k = p.column_start[j]; k < p.column_start[j + 1]; ++k) x[k] *= p.row[k] < 3 * n_ + nz_ ? upper : lower;
+  }
+}
+
+void Index2Dae::solve(double* b) {
+  scale_rows(b);
+  solver_->solve(b);
+  scale_columns(b);
+}
+
+void Index2Dae::solve_transposed(double* b) {
+  scale_columns(b);
+  solver_->solve_transposed(b);
+  scale_rows(b);
+}
+
+void Index2Dae::add_product(double c, const double* x, double* out) {
+  const double *xv = x + n_, *xz = x + 2 * n_, *xa = xz + nz_, *xl = xa + n_, *xg = xl + m_;
+  double *ov = out + n_, *oz = out + 2 * n_, *oa = oz + nz_, *ol = oa + n_, *og = ol + m_;
+  for (int i = 0; i < n_; ++i) {
+    out[i] -= c * xv[i];
+    ov[i] -= c * xa[i];
+  }
+  costate::add_product(assembly_.square(), hessian_.data(), c, x, out);
+  level_.add_jacobian_transposed(c, xg, out);
+  level_.add_state_rows(-c, x, xv, xz, oz);
+  level_.add_force_rows(c, x, xv, xz, oa);
+  level_.add_mass(c, xa, oa);
+  level_.add_jacobian_transposed(c, xl, oa);
+  costate::add_product(assembly_.jacobian(), assembly_.phid_q.data(), c, x, ol);
+  level_.add_jacobian(c, xv, ol);
+  level_.add_jacobian(c, x, og);
+}
+
+void Index2Dae::add_transposed_product(double c, const double* x, double* out) {
+  const double *xv = x + n_, *xz = x + 2 * n_, *xa = xz + nz_, *xl = xa + n_, *xg = xl + m_;
+  double *ov = out + n_, *oz = out + 2 * n_, *oa = oz + nz_, *ol = oa + n_, *og = ol + m_;
+  for (int i = 0; i < n_; ++i) {
+    ov[i] -= c * x[i];
+    oa[i] -= c * xv[i];
+  }
+  costate::add_transposed_product(assembly_.square(), hessian_.data(), c, x, out);
+  level_.add_jacobian(c, x, og);
+  costate::add_transposed_product(assembly_.square(), assembly_.K.data(), c, xa, out);
+  costate::add_transposed_product(assembly_.square(), assembly_.C.data(), c, xa, ov);
+  if (nz_ > 0) {
+    costate::add_transposed_product(assembly_.force_state(), assembly_.Q_z.data(), -c, xa, oz);
+    costate::add_transposed_product(assembly_.state_force(), assembly_.f_q.data(), -c, xz, out);
+    costate::add_transposed_product(assembly_.state_force(), assembly_.f_v.data(), -c, xz, ov);
+    costate::add_transposed_product(assembly_.state_state(), assembly_.f_z.data(), -c, xz, oz);
+  }
+  level_.add_mass(c, xa, oa);
+  level_.add_jacobian(c, xa, ol);
+  costate::add_transposed_product(assembly_.jacobian(), assembly_.phid_q.data(), c, xl, out);
+  level_.add_jacobian_transposed(c, xl, ov);
+  level_.add_jacobian_transposed(c, xg, out);
+}
+
+void Index2Dae::parameter_columns(Eigen::MatrixXd& F_rho) {
+  assembly_.calc_parameter_columns(point_, columns_);
+  if (F_rho.rows() != size() || F_rho.cols() != assembly_.np()) F_rho.resize(size(), assembly_.np());
+  F_rho.setZero();
+  // (Phi_q^T gamma)_rho in the first rows vanishes with gamma on the solution.
+  F_rho.middleRows(2 * n_, nz_) = -columns_.f;
+  F_rho.middleRows(2 * n_ + nz_, n_) = columns_.F;
+  F_rho.middleRows(3 * n_ + nz_, m_) = columns_.phid;
+  F_rho.bottomRows(m_) = columns_.phi;
+}
+
+void Index2Dae::add_parameter_gradient(double c, const double* mu, double* gradient) {
+  Assembly::ParameterWeights w;
+  w.state = mu + 2 * n_;
+  w.force = mu + 2 * n_ + nz_;
+  w.row_phid = mu + 3 * n_ + nz_;
+  w.row_phi = mu + 3 * n_ + nz_ + m_;
+  assembly_.add_parameter_gradient(point_, w, c, gradient);
+}
+
+void Index2Dae::start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, Eigen::MatrixXd* yp_rho) {
+  const Start s = find_start(assembly_, t, y_rho != nullptr);
+  level_.invalidate();
+  linearized_ = false;
+  std::fill(y, y + size(), 0.0);
+  std::fill(yp, yp + size(), 0.0);
+  std::copy(s.q.data(), s.q.data() + n_, y);
+  std::copy(s.v.data(), s.v.data() + n_, y + n_);
+  std::copy(s.z.data(), s.z.data() + nz_, y + 2 * n_);
+  level_.solve(view(t, y));
+  std::copy(level_.a(), level_.a() + n_ + m_, y + 2 * n_ + nz_);
+  std::copy(s.v.data(), s.v.data() + n_, yp);
+  std::copy(level_.a(), level_.a() + n_, yp + n_);
+  std::copy(assembly_.zdot.begin(), assembly_.zdot.end(), yp + 2 * n_);
+  if (!y_rho) return;
+  const int np = assembly_.np();
+  level_.linearize(level_.state());
+  assembly_.calc_parameter_columns(level_.state(), columns_);
+  y_rho->setZero(size(), np);
+  yp_rho->setZero(size(), np);
+  y_rho->topRows(2 * n_ + nz_) << s.q_rho, s.v_rho, s.z_rho;
+  Eigen::MatrixXd kkt = Eigen::MatrixXd::Zero(n_ + m_, np);
+  for (int j = 0; j < np; ++j) {
+    const double *sq = s.q_rho.col(j).data(), *sv = s.v_rho.col(j).data(), *sz = s.z_rho.col(j).data();
+    kkt.col(j).head(n_) = -columns_.F.col(j);
+    kkt.col(j).tail(m_) = -columns_.phidd.col(j);
+    level_.add_force_rows(-1, sq, sv, sz, kkt.col(j).data());
+    level_.add_constraint_rows(-1, sq, sv, kkt.col(j).data() + n_);
+    yp_rho->col(j).segment(2 * n_, nz_) = columns_.f.col(j);
+    level_.add_state_rows(1, sq, sv, sz, yp_rho->col(j).data() + 2 * n_);
+  }
+  level_.solve_kkt(kkt.data(), np);
+  y_rho->middleRows(2 * n_ + nz_, n_ + m_) = kkt;
+  yp_rho->topRows(n_) = s.v_rho;
+  yp_rho->middleRows(n_, n_) = kkt.topRows(n_);
+}
+
+void Index2Dae::running_cost_gradient(double t, const double* y, double* g_y, double c, double* gradient) {
+  std::fill(g_y, g_y + size(), 0.0);
+  cost_gradient_.set_zero();
+  objective_.add_running_gradient(view(t, y), assembly_, cost_gradient_);
+  copy_cost_gradient(cost_gradient_, g_y, c, gradient);
+}
+
+void Index2Dae::terminal_cost_gradient(double t, const double* y, double* w_y, double c, double* gradient) {
+  std::fill(w_y, w_y + size(), 0.0);
+  cost_gradient_.set_zero();
+  objective_.add_terminal_gradient(view(t, y), assembly_, cost_gradient_);
+  copy_cost_gradient(cost_gradient_, w_y, c, gradient);
+}
+
+void Index2Dae::terminal_adjoint(double t, const double* y, const double*, double* mu, double* mup,
+                                 double* gradient) {
+  linearized_ = false;
+  const StateView s = view(t, y);
+  level_.prepare(s);
+  level_.linearize(s);
+  std::fill(mu, mu + size(), 0.0);
+  std::fill(mup, mup + size(), 0.0);
+  Eigen::VectorXd kkt(n_ + m_);
+  double *P = mu + n_, *mz = mu + 2 * n_, *m1 = mz + nz_;
+  // w^ = w with accelerations and multipliers eliminated by tau = KKT^-1 [w_a; w_l].
+  cost_gradient_.set_zero();
+  objective_.add_terminal_gradient(s, assembly_, cost_gradient_);
+  ScalarGradient& g = cost_gradient_;
+  Eigen::VectorXd wq = g.q, wv = g.v, wz = g.z;
+  for (int j = 0; j < assembly_.np(); ++j) gradient[j] += g.rho[j];
+  if (objective_.terminal_needs_accelerations()) {
+    kkt << g.a, g.lambda;
+    level_.solve_kkt(kkt.data());
+    level_.add_transposed(-1, kkt.data(), kkt.data() + n_, nullptr, wq.data(), wv.data(), wz.data());
+    Assembly::ParameterWeights w;
+    w.force = kkt.data();
+    w.row = kkt.data() + n_;
+    w.c2 = 1;
+    assembly_.add_parameter_gradient(s, w, -1, gradient);
+  }
+  std::copy(wz.data(), wz.data() + nz_, mz);
+  // (i) KKT [mu; eta_v] = [w^_v + g_a; g_l]
+  cost_gradient_.set_zero();
+  objective_.add_running_gradient(s, assembly_, cost_gradient_);
+  kkt << wv + g.a, g.lambda;
+  level_.solve_kkt(kkt.data());
+  const Eigen::VectorXd eta_v = kkt.tail(m_);
+  std::copy(kkt.data(), kkt.data() + n_, m1);
+  // (Phi_q Phi_q^T) eta_q = Phi_q (w^_q - Phid_q^T eta_v): least squares, so that redundant rows do no harm.
+  costate::add_transposed_product(assembly_.jacobian(), assembly_.phid_q.data(), -1, eta_v.data(), wq.data());
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(m_, n_);
+  const SparsePattern& p = assembly_.jacobian();
+  for (int j = 0; j < p.cols; ++j)
+    for (auto k = p.column_start[j]; k < p.column_start[j + 1]; ++k) J(p.row[k], j) = assembly_.phi_q[k];
+  Eigen::VectorXd eta_q(m_);
+  if (m_ > 0) eta_q = J.transpose().completeOrthogonalDecomposition().solve(wq);
+  // (iii) mu_q = w^_q - Phi_q^T eta_q - Phid_q^T eta_v, P = w^_v - Phi_q^T eta_v
+  Eigen::VectorXd mu_q = wq, p_v = wv;
+  level_.add_jacobian_transposed(-1, eta_q.data(), mu_q.data());
+  level_.add_jacobian_transposed(-1, eta_v.data(), p_v.data());
+  std::copy(mu_q.data(), mu_q.data() + n_, mu);
+  std::copy(p_v.data(), p_v.data() + n_, P);
+  Assembly::ParameterWeights w;
+  w.row_phi = eta_q.data();
+  w.row_phid = eta_v.data();
+  assembly_.add_parameter_gradient(s, w, -1, gradient);
+  // Derivatives from the differential rows with kappa = nu = 0; the first step finds kappa and nu.
+  for (int i = 0; i < n_; ++i) {
+    mup[i] = -g.q[i];
+    mup[n_ + i] = -g.v[i] - mu[i];
+  }
+  for (int i = 0; i < nz_; ++i) mup[2 * n_ + i] = -g.z[i];
+  costate::add_transposed_product(assembly_.square(), assembly_.K.data(), 1, m1, mup);
+  costate::add_transposed_product(assembly_.square(), assembly_.C.data(), 1, m1, mup + n_);
+  if (nz_ > 0) {
+    costate::add_transposed_product(assembly_.force_state(), assembly_.Q_z.data(), -1, m1, mup + 2 * n_);
+    costate::add_transposed_product(assembly_.state_force(), assembly_.f_q.data(), -1, mz, mup);
+    costate::add_transposed_product(assembly_.state_force(), assembly_.f_v.data(), -1, mz, mup + n_);
+    costate::add_transposed_product(assembly_.state_state(), assembly_.f_z.data(), -1, mz, mup + 2 * n_);
+  }
+}
+
+}  // namespace costate

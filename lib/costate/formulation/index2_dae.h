@@ -1,0 +1,67 @@
+// The index-3 equations in stabilised index-2 form (Gear, Gupta, Leimkuhler) for IDAS (lib/README.md (2)):
+//   y = (q, v, z, a, lambda, gamma), rows: q' - v + Phi_q^T gamma, v' - a, z' - f,
+//   R1 = M a + Phi_q^T lambda - Q, Phidot, Phi.  gamma = 0 on the solution.
+// Adjoint unknowns in the same layout: (mu_q, P, mu_z, mu, kappa, nu). Terminal values need no time derivative.
+#pragma once
+
+#include <memory>
+
+#include "costate/formulation/acceleration_level.h"
+#include "costate/formulation/system.h"
+
+namespace costate {
+
+class Index2Dae final : public DaeSystem {
+ public:
+  Index2Dae(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective);
+
+  void set_parameters(const double* rho) override;
+  void forget_history() override {
+    level_.forget_history();
+    solver_->forget_pivots();
+    linearized_ = false;
+  }
+  PhysicalState physical_state(double t, const double* y) override { return view(t, y); }
+  void residual(double t, const double* y, const double* yp, double* r) override;
+  const SparsePattern& jacobian_pattern() const override { return jacobian_.pattern(); }
+  void jacobian(double t, const double* y, const double* yp, double cj, double* values) override;
+  void factor(double t, const double* y, const double* yp, double cj) override;
+  void solve(double* b) override;
+  void solve_transposed(double* b) override;
+  long factorizations() const override { return solver_->counters().factorizations + level_.factorizations(); }
+  void linearize(double t, const double* y, const double* yp) override;
+  void add_product(double c, const double* x, double* out) override;
+  void add_transposed_product(double c, const double* x, double* out) override;
+  void parameter_columns(Eigen::MatrixXd& F_rho) override;
+  void add_parameter_gradient(double c, const double* mu, double* gradient) override;
+  void start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, Eigen::MatrixXd* yp_rho) override;
+  void running_cost_gradient(double t, const double* y, double* g_y, double c, double* gradient) override;
+  void terminal_cost_gradient(double t, const double* y, double* w_y, double c, double* gradient) override;
+  void terminal_adjoint(double t, const double* y, const double* yp, double* mu, double* mup,
+                        double* gradient) override;
+
+ private:
+  StateView view(double t, const double* y) const;
+  void place_jacobian();
+  void fill_jacobian(double cj);
+  /// values := R J C with the powers of |cj| that make it tend to a regular matrix for cj -> infinity.
+  void scale_jacobian(double cj);
+  void scale_rows(double* x) const;
+  void scale_columns(double* x) const;
+
+  AccelerationLevel level_;  // for starts and ends, and the blocks' products
+  BlockMatrix jacobian_;
+  std::unique_ptr<KluSolver> solver_;
+  struct Blocks {
+    int identity_q, hessian, q_v, phi_gamma, identity_v, v_a, identity_z, z_q, z_v, z_z, K, C, Q_z, M, phi_lambda,
+        phid_q, phid_v, phi_q;
+  } at_{};
+  int n_, m_, nz_;
+  Assembly::ParameterColumns columns_;
+  std::vector<double> hessian_, linearized_at_, zero_rows_;
+  bool linearized_ = false;
+  double cj_scale_ = 1;
+  StateView point_;
+};
+
+}  // namespace costate

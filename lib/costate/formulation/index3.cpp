@@ -1,0 +1,39 @@
+// Registers the index-3 formulation: R1 = 0 and Phi = 0, as the equations come. IDAS is not given them raw: a solver of
+// variable step cannot control the error of index-3 multipliers. It carries them in stabilised index-2 form instead
+// (index2_dae.h), whose solution is the same; by fixed steps they are carried as they are (discrete/discrete_scheme.h).
+#include "costate/adjoint/momentum_adjoint.h"
+#include "costate/adjoint/tangent_equations.h"
+#include "costate/discrete/discrete_scheme.h"
+#include "costate/formulation/formulation.h"
+#include "costate/formulation/index2_dae.h"
+
+namespace costate {
+namespace {
+
+Formulation index3() {
+  Formulation f;
+  f.name = "index3";
+  f.summary = "constraints at position level: by fixed steps with projections; on IDAS in stabilised index-2 form";
+  f.default_integrator = "idas";
+  f.make_dae = [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
+    return std::make_unique<Index2Dae>(mechanism, parameters, objective);
+  };
+  f.make_discrete = [](auto mechanism, auto parameters, auto objective, const FormulationOptions& options) {
+    return std::make_unique<DiscreteScheme>(
+        mechanism, parameters, objective,
+        AlphaCoefficients::make(options.discrete_scheme, options.discrete_rho_infinity));
+  };
+  f.make_hand_tangent = [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
+    return std::make_unique<TangentEquations>(mechanism, parameters, objective, Stabilization{},
+                                              TangentEquations::Constraints::index3);
+  };
+  f.make_hand_adjoint = [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
+    return std::make_unique<MomentumAdjoint>(mechanism, parameters, objective, MomentumAdjoint::Constraints::index3);
+  };
+  return f;
+}
+
+const RegisterFormulation registered(index3());
+
+}  // namespace
+}  // namespace costate

@@ -1,0 +1,70 @@
+// One choice of independent coordinates for Maggi's equations (lib/README.md (5)): with B the selection of f = n - r
+// coordinates that leaves [Phi_q; B] of full column rank,
+//   [Phi_q; B]^-1 = [S R],   Phi_q R = 0,  B R = 1,  Phi_q S = 1,  B S = 0.
+// R spans the motions that the constraints allow, S gives the reactions. With redundant rows (m > r) the inverse is
+// the pseudo-inverse: Phi_q S then projects on the range of Phi_q, and S^T gives reactions of least norm.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "costate/linear/klu_solver.h"
+#include "costate/linear/sparse_pattern.h"
+
+namespace costate {
+
+class MaggiChart {
+ public:
+  /// `jacobian`: the pattern of Phi_q (m x n), which must outlive the chart; `independent`: f coordinates.
+  MaggiChart(const SparsePattern& jacobian, std::vector<int> independent);
+  MaggiChart(const MaggiChart&) = delete;
+  MaggiChart& operator=(const MaggiChart&) = delete;
+
+  const std::vector<int>& independent() const { return independent_; }
+  /// m + f: the length of right-hand sides below, n without redundant rows.
+  int rows() const { return m_ + f_; }
+  bool redundant() const { return rows() > n_; }
+
+  /// Takes and factors [Phi_q; B]; false when it is singular.
+  [[nodiscard]] bool factor(const double* phi_q);
+  /// The next factor() does not depend on earlier ones.
+  void forget_history() { solver_->forget_pivots(); }
+  /// b: rows() numbers [c; d] a column; becomes x = S c + R d in its first n entries.
+  void solve(double* b, int columns = 1);
+  /// x: n numbers, with room for rows(); becomes [S^T x; R^T x].
+  void solve_transposed(double* x);
+  /// (X^T X)^-1 x for X = [Phi_q; B] and the x of the last solve_transposed(); only with redundant rows.
+  const double* normal_solution() const { return buffer_.data() + rows(); }
+
+  long factorizations() const { return solver_->counters().factorizations; }
+
+ private:
+  void solve_least_squares(double* b);
+  void add_residual(const double* b, const double* x, double* r) const;
+
+  const SparsePattern& jacobian_;
+  std::vector<int> independent_;
+  int n_, m_, f_;
+  SparsePattern selection_;
+  BlockMatrix matrix_;  // X, or [[1, X], [X^T, 0]] with redundant rows
+  int jacobian_block_ = -1, selection_block_ = -1, transposed_jacobian_ = -1, transposed_selection_ = -1,
+      identity_ = -1;
+  std::unique_ptr<KluSolver> solver_;
+  std::vector<double> phi_q_, buffer_, correction_;
+};
+
+/// The f coordinates whose rows of a null-space basis span the largest volume: from a column-pivoted QR of Phi_q^T
+/// (dense: a few hundred coordinates), then by improve_choice. `weight` brings coordinates of different units to one:
+/// rows of R count times weight[i], so that an independent j and a dependent i compare as |R_ij| weight[i] / weight[j].
+std::vector<int> choose_independent(const SparsePattern& jacobian, const double* phi_q, int freedoms,
+                                    const std::vector<double>& weight);
+
+/// Given R (n x f, columns one after the other) of the choice `independent`, exchanges independent for dependent
+/// coordinates, the largest |R_ij| first, until none exceeds 1: each exchange multiplies the volume by |R_ij|. R is
+/// overwritten with that of the new choice.
+void improve_choice(std::vector<int>& independent, double* R, const std::vector<double>& weight);
+
+/// The largest weighted |R_ij|: 1 for the best choice, infinite where the choice is singular.
+double worst_ratio(const std::vector<int>& independent, const double* R, const std::vector<double>& weight);
+
+}  // namespace costate

@@ -1,0 +1,405 @@
+#include "costate/formulation/maggi_dae.h"
+
+#include <algorithm>
+
+#include "costate/analysis/start.h"
+#include "costate/formulation/maggi_names.h"
+
+namespace costate {
+
+namespace {
+SparsePattern full(int rows, int cols) {
+  std::vector<std::pair<int, int>> entries;
+  for (int j = 0; j < cols; ++j)
+    for (int i = 0; i < rows; ++i) entries.emplace_back(i, j);
+  return SparsePattern::from_entries(rows, cols, std::move(entries));
+}
+}  // namespace
+
+MaggiDae::MaggiDae(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective)
+    : DaeSystem(std::move(mechanism), std::move(parameters), std::move(objective)),
+      level_(assembly_),
+      newton_(level_),
+      f_(level_.freedoms()),
+      nz_(assembly_.nz()),
+      jacobian_(std::max(1, 3 * f_ + nz_)) {
+  append_maggi_unknowns(assembly_.mechanism(), f_, unknowns_);
+  for (int i = 0; i < f_; ++i)
+    unknowns_.push_back(
+        {"independent." + std::to_string(i) + "_ddot", "", Unknown::Role::acceleration, false, true});
+  const int z = 0, zd = f_, zf = 2 * f_, w = zf + nz_;
+  const SparsePattern If = SparsePattern::identity(f_), ff = full(f_, f_), zz = full(nz_, nz_), zxf = full(nz_, f_);
+  at_.identity_z = jacobian_.place(If, z, z);
+  at_.z_zd = jacobian_.place(If, z, zd);
+  at_.identity_zd = jacobian_.place(If, zd, zd);
+  at_.zd_w = jacobian_.place(If, zd, w);
+  at_.identity_zf = jacobian_.place(SparsePattern::identity(nz_), zf, zf);
+  at_.zf_z = jacobian_.place(zxf, zf, z);
+  at_.zf_zd = jacobian_.place(zxf, zf, zd);
+  at_.zf_zf = jacobian_.place(zz, zf, zf);
+  at_.w_z = jacobian_.place(ff, w, z);
+  at_.w_zd = jacobian_.place(ff, w, zd);
+  at_.w_zf = jacobian_.place(full(f_, nz_), w, zf);
+  at_.w_w = jacobian_.place(ff, w, w);
+  at_.idle = jacobian_.place(SparsePattern::identity(w + f_ > 0 ? 0 : 1), 0, 0);
+  jacobian_.finalize();
+  linearized_at_.assign(static_cast<std::size_t>(size()) + 1, 0);
+  reduced_.assign(static_cast<std::size_t>(newton_.size()), 0);
+  motion_.assign(static_cast<std::size_t>(f_), 0);
+}
+
+void MaggiDae::set_parameters(const double* rho) {
+  DaeSystem::set_parameters(rho);
+  level_.invalidate();
+}
+
+void MaggiDae::solve_point(double t, const double* y) {
+  level_.solve(t, y, y + f_, y + 2 * f_);
+  level_.set_accelerations(y + 2 * f_ + nz_);
+}
+
+void MaggiDae::linearize_motion(double t, const double* y) {
+  level_.solve(t, y, y + f_, y + 2 * f_);
+  level_.solve_accelerations();
+  level_.linearize();
+}
+
+PhysicalState MaggiDae::kinematic_state(double t, const double* y) {
+  level_.solve(t, y, y + f_, y + 2 * f_);
+  return level_.state();
+}
+
+PhysicalState MaggiDae::physical_state(double t, const double* y) {
+  solve_point(t, y);
+  level_.solve_multipliers();
+  return level_.state();
+}
+
+void MaggiDae::residual(double t, const double* y, const double* yp, double* r) {
+  solve_point(t, y);
+  level_.solve_multipliers();
+  const int w = 2 * f_ + nz_;
+  std::copy(yp, yp + size() - f_, r);
+  for (int i = 0; i < f_; ++i) {
+    r[i] -= y[f_ + i];
+    r[f_ + i] -= y[w + i];
+    r[w + i] = level_.motion()[i];
+  }
+  for (int i = 0; i < nz_; ++i) r[2 * f_ + i] -= assembly_.zdot[i];
+}
+
+void MaggiDae::linearize(double t, const double* y, const double*) {
+  linearized_at_[0] = t;
+  std::copy(y, y + size(), linearized_at_.begin() + 1);
+  require_linearized();
+}
+
+void MaggiDae::require_linearized() {
+  solve_point(linearized_at_[0], linearized_at_.data() + 1);
+  level_.linearize();
+}
+
+void MaggiDae::jacobian(double t, const double* y, const double* yp, double cj, double* values) {
+  linearize(t, y, yp);
+  newton_.form();
+  BlockMatrix& J = jacobian_;
+  J.set_zero();
+  for (int block : {at_.identity_z, at_.identity_zd, at_.identity_zf, at_.idle}) J.add_constant(block, cj);
+  J.add_constant(at_.z_zd, -1);
+  J.add_constant(at_.zd_w, -1);
+  J.add(at_.zf_z, newton_.Zq().data(), -1);
+  J.add(at_.zf_zd, newton_.Zv().data(), -1);
+  J.add(at_.zf_zf, newton_.f_z().data(), -1);
+  J.add(at_.w_z, newton_.Kz().data());
+  J.add(at_.w_zd, newton_.Cz().data());
+  J.add(at_.w_zf, newton_.force_state().data(), -1);
+  J.add(at_.w_w, newton_.Mz().data());
+  std::copy(J.values().begin(), J.values().end(), values);
+}
+
+void MaggiDae::factor(double t, const double* y, const double* yp, double cj) {
+  linearize(t, y, yp);
+  newton_.factor(1 / cj);
+}
+
+// With g = 1/cj: dz = g (b1 + dzd), dw = dzd/g - b2,
+// A (dzd, dzf) = (g b4 + g Mz b2 - g^2 Kz b1, g b3 + g^2 Zq b1)
+void MaggiDae::solve(double* b) {
+  const double g = newton_.gamma();
+  double *b2 = b + f_, *b3 = b + 2 * f_, *b4 = b3 + nz_, *u = reduced_.data(), *uz = u + f_;
+  for (int i = 0; i < f_; ++i) u[i] = g * b4[i];
+  for (int i = 0; i < nz_; ++i) uz[i] = g * b3[i];
+  newton_.add_mass(g, b2, u);
+  newton_.add_stiffness(-g * g, b, u);
+  newton_.add_rate(g * g, b, uz);
+  newton_.solve(u);
+  for (int i = 0; i < f_; ++i) {
+    b[i] = g * (b[i] + u[i]);
+    b4[i] = u[i] / g - b2[i];
+    b2[i] = u[i];
+  }
+  std::copy(uz, uz + nz_, b3);
+  for (int i = 3 * f_ + nz_; i < size(); ++i) b[i] *= g;  // idle
+}
+
+void MaggiDae::solve_transposed(double* b) {
+  const double g = newton_.gamma();
+  double *b2 = b + f_, *b3 = b + 2 * f_, *b4 = b3 + nz_, *u = reduced_.data(), *uz = u + f_;
+  for (int i = 0; i < f_; ++i) u[i] = b2[i] + g * b[i] + b4[i] / g;
+  std::copy(b3, b3 + nz_, uz);
+  newton_.solve_transposed(u);
+  for (int i = 0; i < f_; ++i) {
+    b[i] = g * b[i];
+    b2[i] = -b4[i];
+    b4[i] = g * u[i];
+  }
+  newton_.add_stiffness_transposed(-g * g, u, b);
+  newton_.add_rate_transposed(g * g, uz, b);
+  newton_.add_mass(g, u, b2);  // symmetric
+  for (int i = 0; i < nz_; ++i) b3[i] = g * uz[i];
+  for (int i = 3 * f_ + nz_; i < size(); ++i) b[i] *= g;
+}
+
+void MaggiDae::add_product(double c, const double* x, double* out) {
+  require_linearized();
+  const double* columns[] = {x};
+  level_.push(columns, 1, true, false);
+  level_.project(level_.force(0), motion_.data());
+  const int w = 2 * f_ + nz_;
+  for (int i = 0; i < f_; ++i) {
+    out[i] -= c * x[f_ + i];
+    out[f_ + i] -= c * x[w + i];
+    out[w + i] += c * motion_[i];
+  }
+  for (int i = 0; i < nz_; ++i) out[2 * f_ + i] -= c * level_.state_rate(0)[i];
+}
+
+void MaggiDae::add_transposed_product(double c, const double* x, double* out) {
+  // x^T F_y dy = -dL - xz^T dzd - xzd^T dw with L of g = 0, sigma = R xw, mu_f = xzf
+  require_linearized();
+  const int w = 2 * f_ + nz_;
+  cost_gradient_.set_zero();
+  level_.pull(cost_gradient_, false);
+  level_.add_force_weight(x + w);
+  level_.finish_pull(x + 2 * f_);
+  for (int i = 0; i < f_; ++i) {
+    out[i] -= c * level_.pulled_z()[i];
+    out[f_ + i] -= c * (level_.pulled_zd()[i] + x[i]);
+    out[w + i] -= c * (level_.pulled_w()[i] + x[f_ + i]);
+  }
+  for (int i = 0; i < nz_; ++i) out[2 * f_ + i] -= c * level_.pulled_zf()[i];
+}
+
+void MaggiDae::parameter_columns(Eigen::MatrixXd& F_rho) {
+  require_linearized();
+  const int np = assembly_.np(), w = 2 * f_ + nz_;
+  if (F_rho.rows() != size() || F_rho.cols() != np) F_rho.resize(size(), np);
+  F_rho.setZero();
+  zero_column_.assign(static_cast<std::size_t>(size()), 0);
+  zero_columns_.assign(static_cast<std::size_t>(np), zero_column_.data());
+  level_.push(zero_columns_.data(), np, false, true);
+  for (int j = 0; j < np; ++j) {
+    level_.project(level_.force(j), F_rho.col(j).data() + w);
+    for (int i = 0; i < nz_; ++i) F_rho(2 * f_ + i, j) = -level_.state_rate(j)[i];
+  }
+}
+
+void MaggiDae::add_parameter_gradient(double c, const double* mu, double* gradient) {
+  require_linearized();
+  cost_gradient_.set_zero();
+  level_.pull(cost_gradient_, false);
+  level_.add_force_weight(mu + 2 * f_ + nz_);
+  level_.finish_pull(mu + 2 * f_);
+  level_.add_pulled_parameters(-c, gradient);
+}
+
+void MaggiDae::load_state(const StateView& s, double* y, double* yp) const {
+  const auto& independent = level_.independent();
+  const int w = 2 * f_ + nz_;
+  for (int i = 0; i < f_; ++i) {
+    const int k = independent[i];
+    y[i] = s.q[k];
+    y[f_ + i] = yp[i] = s.v[k];
+    y[w + i] = yp[f_ + i] = s.a[k];
+    yp[w + i] = 0;
+  }
+  for (int i = 0; i < nz_; ++i) {
+    y[2 * f_ + i] = s.z[i];
+    yp[2 * f_ + i] = assembly_.zdot[i];
+  }
+}
+
+void MaggiDae::solve_pushed_accelerations(int j, Eigen::VectorXd& da) {
+  level_.project(level_.force(j), motion_.data());
+  for (double& x : motion_) x = -x;
+  level_.solve_mass(motion_.data());
+  da.resize(assembly_.n());
+  level_.expand(motion_.data(), da.data());
+  for (int i = 0; i < assembly_.n(); ++i) da[i] += level_.da(j)[i];
+}
+
+void MaggiDae::start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, Eigen::MatrixXd* yp_rho) {
+  const Start s = find_start(assembly_, t, y_rho != nullptr);
+  level_.start(t, s.q.data());
+  const std::vector<int> independent = level_.independent();
+  name_maggi_unknowns(assembly_.mechanism(), independent, unknowns_);
+  std::fill(y, y + size(), 0.0);
+  std::fill(yp, yp + size(), 0.0);
+  for (int i = 0; i < f_; ++i) {
+    y[i] = s.q[independent[i]];
+    y[f_ + i] = s.v[independent[i]];
+  }
+  std::copy_n(s.z.data(), nz_, y + 2 * f_);
+  level_.solve(t, y, y + f_, y + 2 * f_);
+  level_.solve_accelerations();
+  load_state(level_.state(), y, yp);
+  if (!y_rho) return;
+  const int np = assembly_.np();
+  y_rho->setZero(size(), np);
+  yp_rho->setZero(size(), np);
+  std::vector<double*> columns, rates;
+  for (int j = 0; j < np; ++j) {
+    for (int i = 0; i < f_; ++i) {
+      (*y_rho)(i, j) = s.q_rho(independent[i], j);
+      (*y_rho)(f_ + i, j) = s.v_rho(independent[i], j);
+    }
+    for (int i = 0; i < nz_; ++i) (*y_rho)(2 * f_ + i, j) = s.z_rho(i, j);
+    columns.push_back(y_rho->col(j).data());
+    rates.push_back(yp_rho->col(j).data());
+  }
+  // A jump that changes nothing completes the columns.
+  Jump here;
+  here.t = t;
+  here.before = here.after = mode();
+  here.y.assign(y, y + size());
+  jump_tangent(here, columns.data(), rates.data(), np);
+}
+
+void MaggiDae::copy_pulled(double c, double* out) const {
+  for (int i = 0; i < f_; ++i) {
+    out[i] = c * level_.pulled_z()[i];
+    out[f_ + i] = c * level_.pulled_zd()[i];
+    out[2 * f_ + nz_ + i] = c * level_.pulled_w()[i];
+  }
+  for (int i = 0; i < nz_; ++i) out[2 * f_ + i] = c * level_.pulled_zf()[i];
+  for (int i = 3 * f_ + nz_; i < size(); ++i) out[i] = 0;
+}
+
+void MaggiDae::pull_cost(bool terminal) {
+  cost_gradient_.set_zero();
+  if (terminal)
+    objective_.add_terminal_gradient(level_.state(), assembly_, cost_gradient_);
+  else
+    objective_.add_running_gradient(level_.state(), assembly_, cost_gradient_);
+  level_.pull(cost_gradient_, terminal ? objective_.terminal_needs_accelerations()
+                                       : objective_.running_needs_accelerations());
+}
+
+void MaggiDae::running_cost_gradient(double t, const double* y, double* g_y, double c, double* gradient) {
+  solve_point(t, y);
+  level_.linearize();
+  pull_cost(false);
+  level_.finish_pull(nullptr);
+  copy_pulled(1, g_y);
+  if (!gradient) return;
+  for (int j = 0; j < assembly_.np(); ++j) gradient[j] += c * cost_gradient_.rho[j];
+  level_.add_pulled_parameters(c, gradient);
+}
+
+void MaggiDae::terminal_cost_gradient(double t, const double* y, double* w_y, double c, double* gradient) {
+  solve_point(t, y);
+  level_.linearize();
+  pull_cost(true);
+  level_.finish_pull(nullptr);
+  copy_pulled(1, w_y);
+  for (int j = 0; j < assembly_.np(); ++j) gradient[j] += c * cost_gradient_.rho[j];
+  level_.add_pulled_parameters(c, gradient);
+}
+
+void MaggiDae::complete_adjoint(double* mu, double* mup) {
+  pull_cost(false);
+  level_.eliminate_accelerations(mu + f_, mu + 2 * f_ + nz_);
+  level_.finish_pull(mu + 2 * f_);
+  copy_pulled(-1, mup);
+  for (int i = 0; i < f_; ++i) {
+    mup[f_ + i] -= mu[i];
+    mup[2 * f_ + nz_ + i] = 0;
+  }
+}
+
+void MaggiDae::terminal_adjoint(double t, const double* y, const double*, double* mu, double* mup,
+                                double* gradient) {
+  linearize_motion(t, y);
+  pull_cost(true);
+  if (objective_.terminal_needs_accelerations()) level_.eliminate_accelerations(nullptr);
+  level_.finish_pull(nullptr);
+  copy_pulled(1, mu);
+  for (int j = 0; j < assembly_.np(); ++j) gradient[j] += cost_gradient_.rho[j];
+  level_.add_pulled_parameters(1, gradient);
+  complete_adjoint(mu, mup);
+}
+
+void MaggiDae::use_mode(int mode) {
+  if (mode == level_.chart()) return;
+  level_.use_chart(mode);
+  name_maggi_unknowns(assembly_.mechanism(), level_.independent(), unknowns_);
+}
+
+bool MaggiDae::segment_ends(double t, const double* y) {
+  // The step's last evaluation serves: another one here would be missing where the run is repeated from a checkpoint.
+  if (!level_.solved_at(t)) level_.solve(t, y, y + f_, y + 2 * f_);
+  level_.remember();
+  return level_.chart_ratio() > kWorstMaggiRatio;
+}
+
+void MaggiDae::jump(double t, double* y, double* yp) {
+  level_.solve(t, y, y + f_, y + 2 * f_);
+  level_.solve_accelerations();
+  const StateView s = level_.state();
+  level_.change_chart();
+  load_state(s, y, yp);
+  name_maggi_unknowns(assembly_.mechanism(), level_.independent(), unknowns_);
+}
+
+// dy after = (B2 dq, B2 dv, dzf, B2 da), with dw before the jump from the equations of motion.
+void MaggiDae::jump_tangent(const Jump& jump, double* const* s, double* const* sp, int count) {
+  use_mode(jump.after);
+  const std::vector<int> independent = level_.independent();
+  use_mode(jump.before);
+  linearize_motion(jump.t, jump.y.data());
+  level_.push(s, count, false, true);
+  Eigen::VectorXd da;
+  const int w = 2 * f_ + nz_;
+  for (int j = 0; j < count; ++j) {
+    solve_pushed_accelerations(j, da);
+    for (int i = 0; i < f_; ++i) {
+      const int k = independent[i];
+      s[j][i] = level_.dq(j)[k];
+      s[j][f_ + i] = sp[j][i] = level_.dv(j)[k];
+      s[j][w + i] = sp[j][f_ + i] = da[k];
+      sp[j][w + i] = 0;
+    }
+    std::copy_n(level_.state_rate(j), nz_, sp[j] + 2 * f_);
+  }
+  use_mode(jump.after);
+}
+
+void MaggiDae::jump_adjoint(const Jump& jump, double* mu, double* mup, double* gradient) {
+  use_mode(jump.after);
+  cost_gradient_.set_zero();
+  const auto& independent = level_.independent();
+  for (int i = 0; i < f_; ++i) {
+    cost_gradient_.q[independent[i]] = mu[i];
+    cost_gradient_.v[independent[i]] = mu[f_ + i];
+  }
+  for (int i = 0; i < nz_; ++i) cost_gradient_.z[i] = mu[2 * f_ + i];
+  use_mode(jump.before);
+  linearize_motion(jump.t, jump.y.data());
+  level_.pull(cost_gradient_, false);
+  level_.finish_pull(nullptr);
+  copy_pulled(1, mu);
+  level_.add_pulled_parameters(1, gradient);
+  complete_adjoint(mu, mup);
+}
+
+}  // namespace costate

@@ -1,0 +1,76 @@
+// Maggi's equations in implicit first-order form for IDAS (lib/README.md (5), (6)):
+//   y = (z, zd, zf, w), rows: z' - zd, zd' - w, zf' - f, R^T (M a - Q) with a = R w + S c.
+// Index 1; constraints hold to rounding. Adjoint unknowns in the same layout: (mu_z, mu_zd, mu_zf, mu) with
+// Mz mu = mu_zd + g_w. Changes its independent coordinates as the explicit form does.
+#pragma once
+
+#include "costate/formulation/maggi_newton.h"
+#include "costate/formulation/system.h"
+
+namespace costate {
+
+class MaggiDae final : public DaeSystem {
+ public:
+  MaggiDae(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective);
+
+  void set_parameters(const double* rho) override;
+  bool begins_with_motion() const override { return false; }
+  void forget_history() override { level_.forget_history(); }
+  PhysicalState physical_state(double t, const double* y) override;
+  PhysicalState kinematic_state(double t, const double* y) override;
+  void residual(double t, const double* y, const double* yp, double* r) override;
+  const SparsePattern& jacobian_pattern() const override { return jacobian_.pattern(); }
+  void jacobian(double t, const double* y, const double* yp, double cj, double* values) override;
+  void factor(double t, const double* y, const double* yp, double cj) override;
+  void solve(double* b) override;
+  void solve_transposed(double* b) override;
+  long factorizations() const override { return level_.factorizations(); }
+  long position_iterations() const override { return level_.position_iterations(); }
+  void linearize(double t, const double* y, const double* yp) override;
+  void add_product(double c, const double* x, double* out) override;
+  void add_transposed_product(double c, const double* x, double* out) override;
+  void parameter_columns(Eigen::MatrixXd& F_rho) override;
+  void add_parameter_gradient(double c, const double* mu, double* gradient) override;
+  void start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, Eigen::MatrixXd* yp_rho) override;
+  void running_cost_gradient(double t, const double* y, double* g_y, double c, double* gradient) override;
+  void terminal_cost_gradient(double t, const double* y, double* w_y, double c, double* gradient) override;
+  void terminal_adjoint(double t, const double* y, const double* yp, double* mu, double* mup,
+                        double* gradient) override;
+
+  bool may_jump() const override { return f_ > 0; }
+  int mode() const override { return level_.chart(); }
+  void use_mode(int mode) override;
+  bool segment_ends(double t, const double* y) override;
+  void jump(double t, double* y, double* yp) override;
+  void jump_tangent(const Jump& jump, double* const* s, double* const* sp, int count) override;
+  void jump_adjoint(const Jump& jump, double* mu, double* mup, double* gradient) override;
+
+ private:
+  /// The point (t, y) with its w.
+  void solve_point(double t, const double* y);
+  /// The point (t; z, zd, zf) of y with w from the equations of motion, linearized.
+  void linearize_motion(double t, const double* y);
+  /// Back to the point of the last linearize(); free when nothing was evaluated since.
+  void require_linearized();
+  void copy_pulled(double c, double* out) const;
+  /// (z, zd, zf, w) and its rate from the motion solved for in another chart.
+  void load_state(const StateView& s, double* y, double* yp) const;
+  /// mu and mu' from mu_z, mu_zd, mu_zf at the linearized point.
+  void complete_adjoint(double* mu, double* mup);
+  void pull_cost(bool terminal);
+  /// For rows of columns (dq, dv, da, df) pushed without dw: dw from the equations of motion, added to da.
+  void solve_pushed_accelerations(int j, Eigen::VectorXd& da);
+
+  MaggiLevel level_;
+  MaggiNewton newton_;
+  int f_, nz_;
+  BlockMatrix jacobian_;
+  struct Blocks {
+    int identity_z, z_zd, identity_zd, zd_w, identity_zf, zf_z, zf_zd, zf_zf, w_z, w_zd, w_zf, w_w, idle;
+  } at_{};
+  std::vector<double> linearized_at_, reduced_, motion_;
+  std::vector<double> zero_column_;  // the tangent of nothing but the parameters
+  std::vector<const double*> zero_columns_;
+};
+
+}  // namespace costate

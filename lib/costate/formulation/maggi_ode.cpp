@@ -1,0 +1,268 @@
+#include "costate/formulation/maggi_ode.h"
+
+#include <algorithm>
+
+#include "costate/analysis/start.h"
+#include "costate/formulation/maggi_names.h"
+
+namespace costate {
+
+MaggiOde::MaggiOde(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective)
+    : OdeSystem(std::move(mechanism), std::move(parameters), std::move(objective)),
+      level_(assembly_),
+      newton_(level_),
+      f_(level_.freedoms()),
+      nz_(assembly_.nz()) {
+  append_maggi_unknowns(assembly_.mechanism(), f_, unknowns_);
+  reduced_.assign(static_cast<std::size_t>(newton_.size()), 0);
+  y_buffer_.assign(static_cast<std::size_t>(size()), 0);
+  rho_buffer_.assign(static_cast<std::size_t>(assembly_.np()), 0);
+}
+
+void MaggiOde::set_parameters(const double* rho) {
+  OdeSystem::set_parameters(rho);
+  level_.invalidate();
+}
+
+void MaggiOde::solve_point(double t, const double* y) { level_.solve(t, y, y + f_, y + 2 * f_); }
+
+PhysicalState MaggiOde::kinematic_state(double t, const double* y) {
+  solve_point(t, y);
+  return level_.state();
+}
+
+PhysicalState MaggiOde::physical_state(double t, const double* y) {
+  solve_point(t, y);
+  level_.solve_accelerations();
+  level_.solve_multipliers();
+  return level_.state();
+}
+
+void MaggiOde::linearize(double t, const double* y) {
+  solve_point(t, y);
+  level_.solve_accelerations();
+  level_.linearize();
+}
+
+void MaggiOde::rhs(double t, const double* y, double* f) {
+  solve_point(t, y);
+  level_.solve_accelerations();
+  std::copy(y + f_, y + 2 * f_, f);
+  std::copy(level_.w(), level_.w() + f_, f + f_);
+  std::copy(assembly_.zdot.begin(), assembly_.zdot.end(), f + 2 * f_);
+  std::fill(f + 2 * f_ + nz_, f + size(), 0.0);
+}
+
+void MaggiOde::factor(double t, const double* y, double gamma) {
+  linearize(t, y);
+  newton_.factor(gamma);
+}
+
+// dz = b_z + gamma dzd; A (dzd, dzf) = (Mz b_zd - gamma Kz b_z, b_zf + gamma Zq b_z)
+void MaggiOde::solve(double* b) {
+  const double g = newton_.gamma();
+  double *u = reduced_.data(), *uz = u + f_, *bd = b + f_, *bz = b + 2 * f_;
+  std::fill(u, u + f_, 0.0);
+  std::copy(bz, bz + nz_, uz);
+  newton_.add_mass(1, bd, u);
+  newton_.add_stiffness(-g, b, u);
+  newton_.add_rate(g, b, uz);
+  newton_.solve(u);
+  for (int i = 0; i < f_; ++i) {
+    bd[i] = u[i];
+    b[i] += g * u[i];
+  }
+  std::copy(uz, uz + nz_, bz);
+}
+
+void MaggiOde::solve_transposed(double* b) {
+  const double g = newton_.gamma();
+  double *u = reduced_.data(), *uz = u + f_, *bd = b + f_, *bz = b + 2 * f_;
+  for (int i = 0; i < f_; ++i) u[i] = bd[i] + g * b[i];
+  std::copy(bz, bz + nz_, uz);
+  newton_.solve_transposed(u);
+  newton_.add_stiffness_transposed(-g, u, b);
+  newton_.add_rate_transposed(g, uz, b);
+  std::fill(bd, bd + f_, 0.0);
+  newton_.add_mass(1, u, bd);  // symmetric
+  std::copy(uz, uz + nz_, bz);
+}
+
+void MaggiOde::tangent(double t, const double* y, const double* const* s, double* const* out, int count,
+                       bool with_parameters) {
+  linearize(t, y);
+  level_.push(s, count, false, with_parameters);
+  for (int j = 0; j < count; ++j) {
+    // Mz dzdd = -R^T force
+    double* w = out[j] + f_;
+    level_.project(level_.force(j), w);
+    for (int i = 0; i < f_; ++i) w[i] = -w[i];
+    level_.solve_mass(w);
+    std::copy(s[j] + f_, s[j] + 2 * f_, out[j]);
+    std::copy(level_.state_rate(j), level_.state_rate(j) + nz_, out[j] + 2 * f_);
+    std::fill(out[j] + 2 * f_ + nz_, out[j] + size(), 0.0);
+  }
+}
+
+void MaggiOde::calc_running_gradient() {
+  if (cost_gradient_at_ == level_.linearizations()) return;
+  cost_gradient_.set_zero();
+  objective_.add_running_gradient(level_.state(), assembly_, cost_gradient_);
+  cost_gradient_at_ = level_.linearizations();
+}
+
+void MaggiOde::pull_running(const double* mu) {
+  calc_running_gradient();
+  const bool accelerations = objective_.running_needs_accelerations();
+  level_.pull(cost_gradient_, accelerations);
+  if (mu || accelerations) level_.eliminate_accelerations(mu ? mu + f_ : nullptr);
+  level_.finish_pull(mu ? mu + 2 * f_ : nullptr);
+}
+
+void MaggiOde::pull_terminal() {
+  cost_gradient_at_ = -1;
+  cost_gradient_.set_zero();
+  objective_.add_terminal_gradient(level_.state(), assembly_, cost_gradient_);
+  const bool accelerations = objective_.terminal_needs_accelerations();
+  level_.pull(cost_gradient_, accelerations);
+  if (accelerations) level_.eliminate_accelerations(nullptr);
+  level_.finish_pull(nullptr);
+}
+
+void MaggiOde::copy_pulled(double c, double* out) const {
+  for (int i = 0; i < f_; ++i) {
+    out[i] = c * level_.pulled_z()[i];
+    out[f_ + i] = c * level_.pulled_zd()[i];
+  }
+  for (int i = 0; i < nz_; ++i) out[2 * f_ + i] = c * level_.pulled_zf()[i];
+  std::fill(out + 2 * f_ + nz_, out + size(), 0.0);
+}
+
+void MaggiOde::tangent_running_cost(double t, const double* y, const double* const* s, double* out, int count) {
+  linearize(t, y);
+  pull_running(nullptr);
+  copy_pulled(1, y_buffer_.data());
+  std::copy_n(cost_gradient_.rho.data(), assembly_.np(), rho_buffer_.begin());
+  level_.add_pulled_parameters(1, rho_buffer_.data());
+  for (int j = 0; j < count; ++j) {
+    out[j] = rho_buffer_[j];
+    for (int i = 0; i < size(); ++i) out[j] += y_buffer_[i] * s[j][i];
+  }
+}
+
+void MaggiOde::tangent_terminal_cost(double t, const double* y, const double* const* s, double* out, int count) {
+  std::fill(rho_buffer_.begin(), rho_buffer_.end(), 0.0);
+  terminal_adjoint(t, y, y_buffer_.data(), rho_buffer_.data());
+  for (int j = 0; j < count; ++j) {
+    out[j] = rho_buffer_[j];
+    for (int i = 0; i < size(); ++i) out[j] += y_buffer_[i] * s[j][i];
+  }
+}
+
+void MaggiOde::running_cost_gradient(double t, const double* y, double* g_y) {
+  linearize(t, y);
+  pull_running(nullptr);
+  copy_pulled(1, g_y);
+}
+
+void MaggiOde::adjoint_rhs(double t, const double* y, const double* mu, double* mup) {
+  linearize(t, y);
+  pull_running(mu);
+  copy_pulled(-1, mup);
+  for (int i = 0; i < f_; ++i) mup[f_ + i] -= mu[i];
+}
+
+void MaggiOde::adjoint_integrand(double t, const double* y, const double* mu, double* out) {
+  linearize(t, y);
+  pull_running(mu);
+  std::copy_n(cost_gradient_.rho.data(), assembly_.np(), out);
+  level_.add_pulled_parameters(1, out);
+}
+
+void MaggiOde::terminal_adjoint(double t, const double* y, double* mu, double* gradient) {
+  linearize(t, y);
+  pull_terminal();
+  copy_pulled(1, mu);
+  for (int j = 0; j < assembly_.np(); ++j) gradient[j] += cost_gradient_.rho[j];
+  level_.add_pulled_parameters(1, gradient);
+}
+
+void MaggiOde::start(double t, double* y, Eigen::MatrixXd* y_rho) {
+  const Start s = find_start(assembly_, t, y_rho != nullptr);
+  level_.start(t, s.q.data());
+  name_maggi_unknowns(assembly_.mechanism(), level_.independent(), unknowns_);
+  const auto& independent = level_.independent();
+  std::fill(y, y + size(), 0.0);
+  for (int i = 0; i < f_; ++i) {
+    y[i] = s.q[independent[i]];
+    y[f_ + i] = s.v[independent[i]];
+  }
+  std::copy_n(s.z.data(), nz_, y + 2 * f_);
+  if (!y_rho) return;
+  y_rho->setZero(size(), assembly_.np());
+  for (int i = 0; i < f_; ++i) {
+    y_rho->row(i) = s.q_rho.row(independent[i]);
+    y_rho->row(f_ + i) = s.v_rho.row(independent[i]);
+  }
+  y_rho->middleRows(2 * f_, nz_) = s.z_rho;
+}
+
+void MaggiOde::use_mode(int mode) {
+  if (mode == level_.chart()) return;
+  level_.use_chart(mode);
+  name_maggi_unknowns(assembly_.mechanism(), level_.independent(), unknowns_);
+}
+
+bool MaggiOde::segment_ends(double t, const double* y) {
+  // The step's last evaluation serves: another one here would be missing where the run is repeated from a checkpoint.
+  if (!level_.solved_at(t)) solve_point(t, y);
+  level_.remember();
+  return level_.chart_ratio() > kWorstMaggiRatio;
+}
+
+void MaggiOde::jump(double t, double* y) {
+  solve_point(t, y);
+  const StateView s = level_.state();
+  level_.change_chart();
+  const auto& independent = level_.independent();
+  for (int i = 0; i < f_; ++i) {
+    y[i] = s.q[independent[i]];
+    y[f_ + i] = s.v[independent[i]];
+  }
+  name_maggi_unknowns(assembly_.mechanism(), independent, unknowns_);
+}
+
+// dy after = (B2 dq, B2 dv, dzf)
+void MaggiOde::jump_tangent(const Jump& jump, double* const* s, int count) {
+  use_mode(jump.after);
+  const std::vector<int> independent = level_.independent();
+  use_mode(jump.before);
+  linearize(jump.t, jump.y.data());
+  level_.push(s, count, false, true);
+  for (int j = 0; j < count; ++j)
+    for (int i = 0; i < f_; ++i) {
+      s[j][i] = level_.dq(j)[independent[i]];
+      s[j][f_ + i] = level_.dv(j)[independent[i]];
+    }
+  use_mode(jump.after);
+}
+
+void MaggiOde::jump_adjoint(const Jump& jump, double* mu, double* gradient) {
+  use_mode(jump.after);
+  cost_gradient_at_ = -1;
+  cost_gradient_.set_zero();
+  const auto& independent = level_.independent();
+  for (int i = 0; i < f_; ++i) {
+    cost_gradient_.q[independent[i]] = mu[i];
+    cost_gradient_.v[independent[i]] = mu[f_ + i];
+  }
+  for (int i = 0; i < nz_; ++i) cost_gradient_.z[i] = mu[2 * f_ + i];
+  use_mode(jump.before);
+  linearize(jump.t, jump.y.data());
+  level_.pull(cost_gradient_, false);
+  level_.finish_pull(nullptr);
+  copy_pulled(1, mu);
+  level_.add_pulled_parameters(1, gradient);
+}
+
+}  // namespace costate

@@ -1,0 +1,61 @@
+// Maggi's equations as an ordinary differential equation for CVODES (lib/README.md (5)):
+//   y = (z, zd, zf), y' = (zd, Mz^-1 R^T (Q - M S c), f), z = B q the independent coordinates, zf the states of forces.
+// Constraints hold to rounding. Explicit first-order adjoint (mu_z, mu_zd, mu_zf). Where the independent coordinates
+// come near a singular choice the trajectory jumps to better ones: y = (B2 q, B2 v, zf).
+#pragma once
+
+#include "costate/formulation/maggi_newton.h"
+#include "costate/formulation/system.h"
+
+namespace costate {
+
+class MaggiOde final : public OdeSystem {
+ public:
+  MaggiOde(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective);
+
+  void set_parameters(const double* rho) override;
+  bool begins_with_motion() const override { return false; }
+  void forget_history() override { level_.forget_history(); }
+  PhysicalState physical_state(double t, const double* y) override;
+  PhysicalState kinematic_state(double t, const double* y) override;
+  void rhs(double t, const double* y, double* f) override;
+  void factor(double t, const double* y, double gamma) override;
+  void solve(double* b) override;
+  void solve_transposed(double* b) override;
+  long factorizations() const override { return level_.factorizations(); }
+  long position_iterations() const override { return level_.position_iterations(); }
+  void tangent(double t, const double* y, const double* const* s, double* const* out, int count,
+               bool with_parameters) override;
+  void tangent_running_cost(double t, const double* y, const double* const* s, double* out, int count) override;
+  void tangent_terminal_cost(double t, const double* y, const double* const* s, double* out, int count) override;
+  void running_cost_gradient(double t, const double* y, double* g_y) override;
+  void adjoint_rhs(double t, const double* y, const double* mu, double* mup) override;
+  void adjoint_integrand(double t, const double* y, const double* mu, double* out) override;
+  void terminal_adjoint(double t, const double* y, double* mu, double* gradient) override;
+  void start(double t, double* y, Eigen::MatrixXd* y_rho) override;
+
+  bool may_jump() const override { return f_ > 0; }
+  int mode() const override { return level_.chart(); }
+  void use_mode(int mode) override;
+  bool segment_ends(double t, const double* y) override;
+  void jump(double t, double* y) override;
+  void jump_tangent(const Jump& jump, double* const* s, int count) override;
+  void jump_adjoint(const Jump& jump, double* mu, double* gradient) override;
+
+ private:
+  void solve_point(double t, const double* y);
+  void linearize(double t, const double* y);
+  /// Pulls a cost back to (z, zd, zf) and rho, with mu^T f when mu is given.
+  void pull_running(const double* mu);
+  void pull_terminal();
+  void copy_pulled(double c, double* out) const;
+  void calc_running_gradient();
+
+  MaggiLevel level_;
+  MaggiNewton newton_;
+  int f_, nz_;
+  std::vector<double> reduced_, y_buffer_, rho_buffer_;
+  long cost_gradient_at_ = -1;  // the linearization that cost_gradient_ belongs to
+};
+
+}  // namespace costate

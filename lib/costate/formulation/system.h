@@ -1,0 +1,183 @@
+// What an integrator and a sensitivity method see of a mechanism: unknowns with names, residuals or right-hand
+// sides with exact Jacobians and parameter derivatives, a consistent start, and a cost. No body and no joint.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "costate/assembly/assembly.h"
+#include "costate/linear/sparse_pattern.h"
+#include "costate/objective/objective.h"
+
+namespace costate {
+
+struct Unknown {
+  enum class Role { position, velocity, force_state, acceleration, multiplier, stabilizer };
+  std::string name;  // "P1.x", "P1.x_dot", "lambda.bar.A1.length"
+  std::string unit;
+  Role role;
+  bool differential;  // its time derivative appears in the system
+  /// Whether the unknown takes part in the integrator's norms. Index-2 multipliers do not: their corrections scale with
+  /// 1/h of the state's, so that any finite weight spoils the Newton test as the step falls.
+  bool in_norm = true;
+};
+
+/// The mechanism's state behind a system's unknowns, for costs, outputs and files. Pointers stay valid until the
+/// system is evaluated again.
+using PhysicalState = StateView;
+
+/// Where one smooth segment of a trajectory ends and the next begins: the state jumps from (y, y') in the terms of mode
+/// `before` to a new one in the terms of mode `after`. A mode is a set of equations or unknowns: a chart of independent
+/// coordinates, ... Integrators start anew at a jump, and nothing is interpolated across it.
+struct Jump {
+  double t = 0;
+  int before = 0, after = 0;
+  std::vector<double> y, yp;  // at the end of the segment; yp of DAE systems only
+};
+
+/// Common to DAE and ODE systems. A system owns its scratch: one system serves one thread.
+class System {
+ public:
+  System(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective);
+  virtual ~System() = default;
+  System(const System&) = delete;
+  System& operator=(const System&) = delete;
+
+  const std::vector<Unknown>& unknowns() const { return unknowns_; }
+  int size() const { return static_cast<int>(unknowns_.size()); }
+  int parameter_count() const { return assembly_.np(); }
+  const ParameterSelection& parameters() const { return assembly_.parameters(); }
+  const Objective& objective() const { return objective_; }
+  Assembly& assembly() { return assembly_; }
+  const Assembly& assembly() const { return assembly_; }
+
+  virtual void set_parameters(const double* rho);
+
+  /// Whether the unknowns begin with (q, v, z), so that an integrator's dense output is that of the motion.
+  virtual bool begins_with_motion() const { return true; }
+
+  /// Evaluations from here on give the same bits whatever was evaluated before: to be called where a part of a run
+  /// may be repeated later (checkpoints).
+  virtual void forget_history() {}
+
+  /// The mechanism's state at (t, y); accelerations and multipliers are solved for where y does not hold them.
+  virtual PhysicalState physical_state(double t, const double* y) = 0;
+  /// The same for those who ask for neither accelerations nor multipliers: these may be missing.
+  virtual PhysicalState kinematic_state(double t, const double* y) { return physical_state(t, y); }
+
+  /// g and w of the cost.
+  double running_cost(double t, const double* y);
+  double terminal_cost(double t, const double* y);
+  bool has_running_cost() const { return !objective_.running.empty(); }
+
+  // Trajectories of several segments. A system that never jumps leaves all this alone.
+  /// Whether trajectories may have jumps; if not, nothing below is called.
+  virtual bool may_jump() const { return false; }
+  /// The mode in force. start() leaves the first one in force; the others keep their numbers until the next start().
+  virtual int mode() const { return 0; }
+  virtual void use_mode(int) {}
+  /// After each accepted step of a forward run, in order of time: whether the segment must end at (t, y).
+  virtual bool segment_ends(double, const double*) { return false; }
+  /// Newton iterations made inside evaluations, to find positions.
+  virtual long position_iterations() const { return 0; }
+
+ protected:
+  Assembly assembly_;
+  Objective objective_;
+  std::vector<Unknown> unknowns_;
+  ScalarGradient cost_gradient_;
+};
+
+/// F(t, y, y', rho) = 0 with F_y' = diag(1 for differential unknowns, 0 for algebraic ones), constant.
+class DaeSystem : public System {
+ public:
+  using System::System;
+
+  virtual void residual(double t, const double* y, const double* yp, double* r) = 0;
+
+  /// Sparse J = F_y + cj F_y' on a fixed pattern.
+  virtual const SparsePattern& jacobian_pattern() const = 0;
+  virtual void jacobian(double t, const double* y, const double* yp, double cj, double* values) = 0;
+
+  /// The Newton matrix J(cj) as an operator; formulations may eliminate unknowns before they factor.
+  /// factor throws SolverError naming the unknown at which J is singular.
+  virtual void factor(double t, const double* y, const double* yp, double cj) = 0;
+  virtual void solve(double* b) = 0;
+  virtual void solve_transposed(double* b) = 0;
+  virtual long factorizations() const = 0;
+
+  /// Prepares the products below at a point.
+  virtual void linearize(double t, const double* y, const double* yp) = 0;
+  /// out += c F_y x and out += c F_y^T x (x and out of length size()).
+  virtual void add_product(double c, const double* x, double* out) = 0;
+  virtual void add_transposed_product(double c, const double* x, double* out) = 0;
+  /// F_rho, size() x np, at the linearized point.
+  virtual void parameter_columns(Eigen::MatrixXd& F_rho) = 0;
+  /// gradient += c mu^T F_rho.
+  virtual void add_parameter_gradient(double c, const double* mu, double* gradient) = 0;
+
+  /// Consistent y, y' at time t, and their derivative with respect to rho (size() x np each) on request.
+  virtual void start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, Eigen::MatrixXd* yp_rho) = 0;
+
+  /// g_y (set) and gradient += c g_rho.
+  virtual void running_cost_gradient(double t, const double* y, double* g_y, double c, double* gradient) = 0;
+  /// w_y (set) and gradient += c w_rho; for the forward methods (y_rho is consistent, so w_y may hold any column).
+  virtual void terminal_cost_gradient(double t, const double* y, double* w_y, double c, double* gradient) = 0;
+
+  /// (y, y') := the state after the jump at (t, y, y'), whose mode comes into force.
+  virtual void jump(double t, double* y, double* yp);
+  /// Columns of y_rho and y'_rho before the jump become those after it; jump.after stays in force.
+  virtual void jump_tangent(const Jump& jump, double* const* s, double* const* sp, int count);
+  /// The adjoint mu, mu' after the jump becomes the one before it, all equations of mu satisfied; the gradient gains the
+  /// jump's own dependence on rho; jump.before stays in force.
+  virtual void jump_adjoint(const Jump& jump, double* mu, double* mup, double* gradient);
+
+  /// Adjoint end values mu(T), mu'(T) of (mu^T F_y')' - mu^T F_y = -g_y with the cost's terminal part, and the terms
+  /// that the gradient gains at T (w_rho and boundary multipliers). lib/README.md (1) to (3).
+  virtual void terminal_adjoint(double t, const double* y, const double* yp, double* mu, double* mup,
+                                double* gradient) = 0;
+};
+
+/// y' = f(t, y, rho).
+class OdeSystem : public System {
+ public:
+  using System::System;
+
+  virtual void rhs(double t, const double* y, double* f) = 0;
+
+  /// The Newton matrix I - gamma f_y as an operator.
+  virtual void factor(double t, const double* y, double gamma) = 0;
+  virtual void solve(double* b) = 0;
+  virtual void solve_transposed(double* b) = 0;
+  virtual long factorizations() const = 0;
+
+  /// columns: out_j = f_y s_j (+ f_rho e_j when with_parameters), j < count; s and out are size() x count.
+  virtual void tangent(double t, const double* y, const double* const* s, double* const* out, int count,
+                       bool with_parameters) = 0;
+  /// The cost's integrand differentiated along tangent columns: out_j = g_y s_j + g_rho e_j.
+  virtual void tangent_running_cost(double t, const double* y, const double* const* s, double* out, int count) = 0;
+  virtual void tangent_terminal_cost(double t, const double* y, const double* const* s, double* out, int count) = 0;
+
+  /// g_y = d(g)/dy with accelerations and multipliers eliminated.
+  virtual void running_cost_gradient(double t, const double* y, double* g_y) = 0;
+  /// mu' = -f_y^T mu - g_y^T.
+  virtual void adjoint_rhs(double t, const double* y, const double* mu, double* mup) = 0;
+  /// out = g_rho + mu^T f_rho.
+  virtual void adjoint_integrand(double t, const double* y, const double* mu, double* out) = 0;
+  /// mu(T) = w_y^T and gradient += w_rho, with accelerations and multipliers eliminated.
+  virtual void terminal_adjoint(double t, const double* y, double* mu, double* gradient) = 0;
+
+  virtual void start(double t, double* y, Eigen::MatrixXd* y_rho) = 0;
+
+  /// y := the state after the jump at (t, y), whose mode comes into force.
+  virtual void jump(double t, double* y);
+  /// Columns of y_rho before the jump become those after it; jump.after stays in force.
+  virtual void jump_tangent(const Jump& jump, double* const* s, int count);
+  /// mu after the jump becomes mu before it; the gradient gains the jump's own dependence on rho; jump.before stays in
+  /// force.
+  virtual void jump_adjoint(const Jump& jump, double* mu, double* gradient);
+};
+
+}  // namespace costate

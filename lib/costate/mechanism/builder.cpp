@@ -1,0 +1,232 @@
+#include "costate/mechanism/builder.h"
+
+#include <fmt/format.h>
+
+#include <set>
+
+#include "costate/base/error.h"
+
+namespace costate {
+
+MechanismBuilder::MechanismBuilder() : m_(std::make_unique<Mechanism>()) {
+  gravity_ = {add_number("gravity.x_m_per_s2", 0), add_number("gravity.y_m_per_s2", 0)};
+}
+
+void MechanismBuilder::set_gravity(double x, double y, double z) {
+  m_->numbers_[gravity_[0]].value = x;
+  m_->numbers_[gravity_[1]].value = y;
+  gravity_z_ = z;
+}
+
+std::vector<int> MechanismBuilder::spatial_gravity_numbers() {
+  const std::string path = "gravity.z_m_per_s2";
+  return {gravity_[0], gravity_[1], has_number(path) ? number(path) : add_number(path, gravity_z_)};
+}
+
+int MechanismBuilder::add_number(const std::string& path, double value, NumberRule rule) {
+  if (const char* wrong = violation(rule, value)) throw ModelError(path, fmt::format("{}, found {}.", wrong, value));
+  const int index = static_cast<int>(m_->numbers_.size());
+  if (!m_->number_index_.emplace(path, index).second)
+    throw ModelError(path, "This number is defined twice.");
+  m_->numbers_.push_back({path, value, {}});
+  return index;
+}
+
+int MechanismBuilder::add_coordinate(const std::string& name, const std::string& unit, int position_number,
+                                     int velocity_number) {
+  const int index = m_->coordinate_count();
+  if (!m_->coordinate_index_.emplace(name, index).second)
+    throw ModelError("", fmt::format("Coordinate '{}' exists already; points, bodies and angles share one set of "
+                                     "names.", name));
+  m_->coordinates_.push_back({name, unit, position_number, velocity_number});
+  return index;
+}
+
+void MechanismBuilder::add_point(PlanarPoint point) {
+  const int index = static_cast<int>(m_->points_.size());
+  if (has_spatial_point(point.name()) || !m_->point_index_.emplace(point.name(), index).second)
+    throw ModelError("point." + point.name(), "This point exists already.");
+  m_->points_.push_back(std::move(point));
+}
+
+void MechanismBuilder::add_point(SpatialPoint point) {
+  const int index = static_cast<int>(m_->spatial_points_.size());
+  if (m_->point_index_.count(point.name()) || !m_->spatial_point_index_.emplace(point.name(), index).second)
+    throw ModelError("point." + point.name(), "This point exists already.");
+  m_->spatial_points_.push_back(std::move(point));
+}
+
+void MechanismBuilder::add_rigid_body_frame(const std::string& name, std::vector<int> coordinates) {
+  if (!rigid_bodies_.emplace(name, std::move(coordinates)).second)
+    throw ModelError("", fmt::format("There are two rigid bodies named '{}'.", name));
+}
+
+const std::vector<int>& MechanismBuilder::rigid_body_frame(const std::string& name) const {
+  const auto at = rigid_bodies_.find(name);
+  if (at != rigid_bodies_.end()) return at->second;
+  std::vector<std::string> known;
+  for (const auto& [k, v] : rigid_bodies_) known.push_back(k);
+  throw ModelError("", fmt::format("There is no rigid body '{}'.{}{}", name, suggestion(name, known),
+                                   frames_.count(name) ? fmt::format(" '{}' is planar: points on it have no z_m.", name)
+                                                       : ""));
+}
+
+void MechanismBuilder::add_angle(const std::string& name, int coordinate) {
+  if (!m_->angles_.emplace(name, coordinate).second)
+    throw ModelError("", fmt::format("There are two angles (or bodies) named '{}'.", name));
+}
+
+int MechanismBuilder::angle(const std::string& name) const {
+  const auto at = m_->angles_.find(name);
+  if (at != m_->angles_.end()) return at->second;
+  std::vector<std::string> known;
+  for (const auto& [k, v] : m_->angles_) known.push_back(k);
+  throw ModelError("", fmt::format("There is no body or angle '{}'.{}{}", name, suggestion(name, known),
+                                   known.empty() ? " Give a bar an angle coordinate with [angle.NAME]." : ""));
+}
+
+void MechanismBuilder::add_frame(const std::string& name, AttachmentFrame frame) {
+  if (!frames_.emplace(name, std::move(frame)).second)
+    throw ModelError("", fmt::format("There are two bodies or bars named '{}'.", name));
+}
+
+const AttachmentFrame& MechanismBuilder::frame(const std::string& name) const {
+  const auto at = frames_.find(name);
+  if (at != frames_.end()) return at->second;
+  std::vector<std::string> known;
+  for (const auto& [k, v] : frames_) known.push_back(k);
+  throw ModelError("", fmt::format("There is no body or bar '{}'.{}", name, suggestion(name, known)));
+}
+
+Eigen::Vector2d MechanismBuilder::first_position(const PlanarPoint& point) const {
+  double q[PlanarPoint::kMaxCoordinates] = {}, p[PlanarPoint::kMaxNumbers] = {};
+  for (std::size_t i = 0; i < point.coordinates().size(); ++i)
+    q[i] = number_value(m_->coordinates_[point.coordinates()[i]].position_number);
+  for (std::size_t i = 0; i < point.numbers().size(); ++i) p[i] = number_value(point.numbers()[i]);
+  Eigen::Vector2d r;
+  point.position(q, p, r[0], r[1]);
+  return r;
+}
+
+Eigen::Vector3d MechanismBuilder::first_position(const SpatialPoint& point) const {
+  double q[SpatialPoint::kMaxCoordinates] = {}, p[3] = {};
+  for (std::size_t i = 0; i < point.coordinates().size(); ++i) q[i] = first_value(point.coordinates()[i]);
+  for (std::size_t i = 0; i < 3; ++i) p[i] = number_value(point.numbers()[i]);
+  Eigen::Vector3d r;
+  point.position(q, p, r.data());
+  return r;
+}
+
+void MechanismBuilder::add(std::unique_ptr<Body> body) { m_->bodies_.push_back(std::move(body)); }
+
+void MechanismBuilder::add(std::unique_ptr<Constraint> c) {
+  if (c->coordinates().empty())
+    throw ModelError(c->path(), "This constraint touches no coordinate (both ends are on the ground).");
+  m_->row_offsets_.push_back(m_->row_count_);
+  m_->row_count_ += c->rows();
+  m_->constraints_.push_back(std::move(c));
+}
+
+void MechanismBuilder::add(std::unique_ptr<Force> f) {
+  m_->state_offsets_.push_back(m_->state_count_);
+  m_->state_count_ += f->states();
+  m_->forces_.push_back(std::move(f));
+}
+
+void MechanismBuilder::add_start_group(const std::string& name, std::vector<std::string> positions,
+                                       std::vector<std::string> velocities) {
+  if (!start_groups_.emplace(name, StartGroup{std::move(positions), std::move(velocities)}).second)
+    throw ModelError("", fmt::format("There are two bodies named '{}'.", name));
+}
+
+void MechanismBuilder::add_rate(GivenStart rate) {
+  const std::string name = rate.name;
+  if (!rates_.emplace(name, std::move(rate)).second)
+    throw ModelError("", fmt::format("There are two rates named '{}'.", name));
+}
+
+void MechanismBuilder::give_position(const std::string& name) {
+  if (const auto group = start_groups_.find(name); group != start_groups_.end()) {
+    for (const auto& member : group->second.positions) give_position(member);
+    return;
+  }
+  if (rates_.count(name))
+    throw ModelError("", fmt::format("'{}' is a rate; it can stand in given_velocities, not among positions.", name));
+  const int i = m_->coordinate(name);
+  for (const auto& g : m_->given_positions_)
+    if (g.coordinate == i) throw ModelError("", fmt::format("Coordinate '{}' is given twice.", name));
+  m_->given_positions_.push_back({i, m_->coordinates_[i].position_number, name});
+}
+
+void MechanismBuilder::give_velocity(const std::string& name) {
+  if (const auto group = start_groups_.find(name); group != start_groups_.end()) {
+    for (const auto& member : group->second.velocities) give_velocity(member);
+    return;
+  }
+  if (const auto rate = rates_.find(name); rate != rates_.end()) {
+    for (const auto& g : m_->given_velocities_)
+      if (g.name == name) throw ModelError("", fmt::format("Velocity '{}' is given twice.", name));
+    m_->given_velocities_.push_back(rate->second);
+    return;
+  }
+  const int i = m_->coordinate(name);
+  for (const auto& g : m_->given_velocities_)
+    if (g.coordinate == i) throw ModelError("", fmt::format("Velocity '{}' is given twice.", name));
+  m_->given_velocities_.push_back({i, m_->coordinates_[i].velocity_number, name});
+}
+
+void MechanismBuilder::add_parameter(Parameter p) {
+  const std::string subject = "parameter." + p.name;
+  for (const auto& other : m_->parameters_)
+    if (other.name == p.name) throw ModelError(subject, "This parameter exists already.");
+  if (p.bindings.empty()) throw ModelError(subject, "A parameter must name at least one number.");
+  if (!(p.scale > 0)) throw ModelError(subject, fmt::format("The scale must be positive, found {}.", p.scale));
+  const auto& [first, factor] = p.bindings.front();
+  p.value = m_->numbers_[first].value / factor;
+  for (const auto& [number, f] : p.bindings) {
+    if (f == 0) throw ModelError(subject, "A factor must not be zero.");
+    const double expected = f * p.value, found = m_->numbers_[number].value;
+    if (std::abs(expected - found) > 1e-12 * (std::abs(expected) + std::abs(found)))
+      throw ModelError(subject, fmt::format("'{}' is {} in the scene, but '{}' = {} with factor {} makes it {}. Numbers "
+                                            "of one parameter must agree at the start.",
+                                            m_->numbers_[number].path, found, m_->numbers_[first].path,
+                                            m_->numbers_[first].value, f / factor, expected));
+  }
+  if (!(p.lower <= p.value && p.value <= p.upper))
+    throw ModelError(subject, fmt::format("The value {} lies outside its bounds [{}, {}].", p.value, p.lower, p.upper));
+  m_->parameters_.push_back(std::move(p));
+}
+
+void MechanismBuilder::set_default_parameters(std::vector<std::string> names) {
+  m_->default_parameters_ = std::move(names);
+}
+
+std::shared_ptr<const Mechanism> MechanismBuilder::build() {
+  Mechanism& m = *m_;
+  if (m.coordinates_.empty())
+    throw ModelError("", "The mechanism has no coordinate: add a free point or a body.");
+  std::set<int> given, given_velocity, given_rate;
+  for (const auto& g : m.given_positions_) given.insert(g.coordinate);
+  for (const auto& g : m.given_velocities_) {
+    given_velocity.insert(g.coordinate);
+    given_rate.insert(g.number);
+  }
+  for (int i = 0; i < m.coordinate_count(); ++i) {
+    const Coordinate& c = m.coordinates_[i];
+    if (!given.count(i) && m.numbers_[c.position_number].fixed_because.empty())
+      m.numbers_[c.position_number].fixed_because = fmt::format(
+          "it is only the first guess of coordinate '{}', which the start solves for (given coordinates are listed "
+          "in [start])", c.name);
+    if (!given_velocity.count(i) && m.numbers_[c.velocity_number].fixed_because.empty())
+      m.numbers_[c.velocity_number].fixed_because = fmt::format(
+          "the start solves for the velocity of '{}' (given velocities are listed in [start])", c.name);
+  }
+  for (const auto& [name, rate] : rates_)
+    if (!given_rate.count(rate.number) && m.numbers_[rate.number].fixed_because.empty())
+      m.numbers_[rate.number].fixed_because =
+          fmt::format("the start does not give '{}' (given velocities are listed in [start])", name);
+  m.select(m.default_parameters_);  // names must exist and be free to vary
+  return std::shared_ptr<const Mechanism>(std::move(m_));
+}
+
+}  // namespace costate

@@ -1,0 +1,99 @@
+// Builds a mechanism, from a scene file or by hand: names are checked here, physics lives in the elements.
+// The add_... functions of the scene kinds (element/kind/) are written on these few operations.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "costate/mechanism/mechanism.h"
+#include "costate/mechanism/number_rule.h"
+
+namespace costate {
+
+/// Something that points can be fixed to: a body or a bar.
+struct AttachmentFrame {
+  PlanarPoint::Kind kind = PlanarPoint::Kind::on_body;  // of points on it
+  std::vector<int> coordinates, numbers;                // of such a point; the numbers follow its local x, y
+  std::vector<PlanarPoint> ends;                        // of a bar
+};
+
+class MechanismBuilder {
+ public:
+  MechanismBuilder();
+
+  /// A uniform field of gravity [m/s^2]; to be set before bodies are added. Default: none.
+  void set_gravity(double x, double y, double z = 0);
+  const std::vector<int>& gravity_numbers() const { return gravity_; }
+  /// With z, which a planar mechanism does not have.
+  std::vector<int> spatial_gravity_numbers();
+
+  /// A number under a dotted path ("spring.S1.stiffness_N_per_m"); returns its index.
+  int add_number(const std::string& path, double value, NumberRule rule = NumberRule::any);
+  double number_value(int index) const { return m_->numbers_[index].value; }
+  bool has_number(const std::string& path) const { return m_->number_index_.count(path) > 0; }
+  int number(const std::string& path) const { return m_->number(path); }
+  void fix_number(int index, const std::string& because) { m_->numbers_[index].fixed_because = because; }
+
+  /// A generalized coordinate; `position` and `velocity` are its start values, or first guesses.
+  int add_coordinate(const std::string& name, const std::string& unit, int position_number, int velocity_number);
+  void add_point(PlanarPoint point);
+  const PlanarPoint& point(const std::string& name) const { return m_->point(name); }
+  void add_point(SpatialPoint point);
+  const SpatialPoint& spatial_point(const std::string& name) const { return m_->spatial_point(name); }
+  bool has_spatial_point(const std::string& name) const { return m_->spatial_point_index_.count(name) > 0; }
+  void add_angle(const std::string& name, int coordinate);
+  /// The angle coordinate of a body or of an [angle] of this name.
+  int angle(const std::string& name) const;
+  int coordinate(const std::string& name) const { return m_->coordinate(name); }
+  void add_frame(const std::string& name, AttachmentFrame frame);
+  const AttachmentFrame& frame(const std::string& name) const;
+  /// A rigid body in space that points can be fixed to, by its coordinates x, y, z, e0, e1, e2, e3.
+  void add_rigid_body_frame(const std::string& name, std::vector<int> coordinates);
+  bool has_rigid_body(const std::string& name) const { return rigid_bodies_.count(name) > 0; }
+  const std::vector<int>& rigid_body_frame(const std::string& name) const;
+  /// Start value, or first guess, of a coordinate.
+  double first_value(int coordinate) const { return number_value(m_->coordinates_[coordinate].position_number); }
+  /// Position of a point at the start values (first guess) [m].
+  Eigen::Vector2d first_position(const PlanarPoint& p) const;
+  Eigen::Vector3d first_position(const SpatialPoint& p) const;
+
+  void add(std::unique_ptr<Body> body);
+  void add(std::unique_ptr<Constraint> constraint);
+  void add(std::unique_ptr<Force> force);
+
+  /// A name that stands for several: giving a body's pose gives these coordinates and these velocities.
+  void add_start_group(const std::string& name, std::vector<std::string> positions,
+                       std::vector<std::string> velocities);
+  /// A rate that the start can give in place of a coordinate's velocity.
+  void add_rate(GivenStart rate);
+
+  /// Declares a coordinate as given at the start (position and velocity, or the velocity of another one).
+  void give_position(const std::string& coordinate);
+  void give_velocity(const std::string& coordinate);
+  /// Both, as a scene's start.given does.
+  void give(const std::string& coordinate) {
+    give_position(coordinate);
+    give_velocity(coordinate);
+  }
+
+  void add_parameter(Parameter parameter);
+  void set_default_parameters(std::vector<std::string> names);
+
+  /// Checks what only the whole can tell and hands out the mechanism; the builder is empty afterwards.
+  std::shared_ptr<const Mechanism> build();
+
+ private:
+  std::unique_ptr<Mechanism> m_;
+  std::vector<int> gravity_;
+  double gravity_z_ = 0;
+  std::map<std::string, AttachmentFrame> frames_;
+  std::map<std::string, std::vector<int>> rigid_bodies_;
+  struct StartGroup {
+    std::vector<std::string> positions, velocities;
+  };
+  std::map<std::string, StartGroup> start_groups_;
+  std::map<std::string, GivenStart> rates_;
+};
+
+}  // namespace costate

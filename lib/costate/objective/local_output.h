@@ -1,0 +1,152 @@
+// Outputs that are functions of one element's or point's own variables, on path duals: derivatives with respect to each
+// variable, rates along the motion, and changes along a variation all come from the same formula.
+#pragma once
+
+#include <array>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "costate/objective/output.h"
+
+namespace costate {
+
+/// A function of local path duals, differentiated one local variable at a time.
+class LocalOutput : public Output {
+ public:
+  LocalOutput(std::string name, std::string unit, std::vector<int> coordinates, std::vector<int> numbers, int row,
+              int rows, int state, int states)
+      : Output(std::move(name), std::move(unit)),
+        coordinates_(std::move(coordinates)),
+        numbers_(std::move(numbers)),
+        row_(row),
+        rows_(rows),
+        state_(state),
+        states_(states) {}
+
+  double value(const StateView& s, Assembly& assembly) const override {
+    Buffers b(*this, s, assembly);
+    return evaluate(b.arguments()).v.c0;
+  }
+  void add_gradient(const StateView& s, Assembly& assembly, double factor, ScalarGradient& g) const override {
+    Buffers b(*this, s, assembly);
+    differentiate(b, s, assembly, g, [&](PathDual& x) {
+      x.d[0] = Taylor2(1.0);
+      const double d = evaluate(b.arguments()).d[0].c0;
+      x.d[0] = Taylor2(0.0);
+      return factor * d;
+    });
+  }
+  double change(const StateView& s, Assembly& assembly, const Variation& d) const override {
+    Buffers b(*this, s, assembly);
+    b.vary(*this, s, d);
+    return evaluate(b.arguments()).v.c1;
+  }
+  void add_gradient_change(const StateView& s, Assembly& assembly, const Variation& d, double factor,
+                           ScalarGradient& g) const override {
+    Buffers b(*this, s, assembly);
+    b.vary(*this, s, d);
+    differentiate(b, s, assembly, g, [&](PathDual& x) {
+      x.d[0] = Taylor2(1.0);
+      const double y = evaluate(b.arguments()).d[0].c1;
+      x.d[0] = Taylor2(0.0);
+      return factor * y;
+    });
+  }
+
+  double rate(const StateView& s, Assembly& assembly) const override {
+    if (needs_accelerations()) return Output::rate(s, assembly);
+    Buffers b(*this, s, assembly);
+    b.follow(*this, s, assembly);
+    return evaluate(b.arguments()).v.c1;
+  }
+  void add_velocity_gradient_rate(const StateView& s, Assembly& assembly, double factor, double factor_rate,
+                                  double* out) const override {
+    if (needs_accelerations()) return Output::add_velocity_gradient_rate(s, assembly, factor, factor_rate, out);
+    Buffers b(*this, s, assembly);
+    b.follow(*this, s, assembly);
+    for (std::size_t i = 0; i < coordinates_.size(); ++i) {
+      b.v[i].d[0] = Taylor2(1.0);
+      const Taylor2 y_v = evaluate(b.arguments()).d[0];
+      b.v[i].d[0] = Taylor2(0.0);
+      out[coordinates_[i]] += factor_rate * y_v.c0 + factor * y_v.c1;
+    }
+  }
+
+ protected:
+  virtual PathDual evaluate(const MeasureArguments& x) const = 0;
+
+ private:
+  struct Buffers {
+    std::array<PathDual, kMaxLocal> q, v, a, lambda, z;
+    std::vector<PathDual>& p;
+    PathDual t;
+
+    Buffers(const LocalOutput& o, const StateView& s, const Assembly& assembly) : p(numbers(o.numbers_.size())) {
+      t = PathDual(s.t);
+      for (std::size_t i = 0; i < o.coordinates_.size(); ++i) {
+        const int c = o.coordinates_[i];
+        q[i] = PathDual(s.q[c]);
+        if (s.v) v[i] = PathDual(s.v[c]);
+        if (s.a) a[i] = PathDual(s.a[c]);
+      }
+      if (s.lambda)
+        for (int i = 0; i < o.rows_; ++i) lambda[i] = PathDual(s.lambda[o.row_ + i]);
+      for (int i = 0; i < o.states_; ++i) z[i] = PathDual(s.z[o.state_ + i]);
+      for (std::size_t i = 0; i < o.numbers_.size(); ++i) p[i] = PathDual(assembly.numbers()[o.numbers_[i]]);
+    }
+    static std::vector<PathDual>& numbers(std::size_t n) {
+      thread_local std::vector<PathDual> buffer;
+      if (buffer.size() < n) buffer.resize(n);
+      return buffer;
+    }
+    /// Replaces the values by their course along the motion (first rates).
+    void follow(const LocalOutput& o, const StateView& s, const Assembly& assembly) {
+      t = PathDual(Taylor2(s.t, 1, 0));
+      for (std::size_t i = 0; i < o.coordinates_.size(); ++i) {
+        const int c = o.coordinates_[i];
+        q[i].v = Taylor2(s.q[c], s.v[c], s.a[c]);
+        v[i].v = Taylor2(s.v[c], s.a[c], 0);
+      }
+      for (int i = 0; i < o.states_; ++i) z[i].v = Taylor2(s.z[o.state_ + i], assembly.zdot[o.state_ + i], 0);
+    }
+    /// Replaces the values by straight lines along the variation.
+    void vary(const LocalOutput& o, const StateView& s, const Variation& d) {
+      t.v.c1 = d.t;
+      for (std::size_t i = 0; i < o.coordinates_.size(); ++i) {
+        const int c = o.coordinates_[i];
+        q[i].v.c1 = d.q[c];
+        if (s.v) v[i].v.c1 = d.v[c];
+        if (s.a && d.a) a[i].v.c1 = d.a[c];
+      }
+      if (s.lambda && d.lambda)
+        for (int i = 0; i < o.rows_; ++i) lambda[i].v.c1 = d.lambda[o.row_ + i];
+      for (int i = 0; i < o.states_; ++i) z[i].v.c1 = d.z[o.state_ + i];
+      for (std::size_t i = 0; i < o.numbers_.size(); ++i) p[i].v.c1 = d.numbers[o.numbers_[i]];
+    }
+    MeasureArguments arguments() const {
+      return {t, q.data(), v.data(), a.data(), lambda.data(), z.data(), p.data()};
+    }
+  };
+
+  /// Adds derivative(argument) for every argument.
+  template <class Derivative>
+  void differentiate(Buffers& b, const StateView& s, Assembly& assembly, ScalarGradient& g,
+                     const Derivative& derivative) const {
+    for (std::size_t i = 0; i < coordinates_.size(); ++i) {
+      g.q[coordinates_[i]] += derivative(b.q[i]);
+      g.v[coordinates_[i]] += derivative(b.v[i]);
+      if (s.a && needs_accelerations()) g.a[coordinates_[i]] += derivative(b.a[i]);
+    }
+    if (s.lambda)
+      for (int i = 0; i < rows_; ++i) g.lambda[row_ + i] += derivative(b.lambda[i]);
+    for (int i = 0; i < states_; ++i) g.z[state_ + i] += derivative(b.z[i]);
+    for (std::size_t i = 0; i < numbers_.size(); ++i)
+      if (!assembly.number_columns()[numbers_[i]].empty()) g.add_number(assembly, numbers_[i], derivative(b.p[i]));
+  }
+
+  std::vector<int> coordinates_, numbers_;
+  int row_, rows_, state_, states_;
+};
+
+}  // namespace costate

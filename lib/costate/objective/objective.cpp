@@ -1,0 +1,167 @@
+#include "costate/objective/objective.h"
+
+#include "costate/base/error.h"
+
+namespace costate {
+
+OutputTerm::OutputTerm(std::shared_ptr<const Output> output, int power, int weight_number, Target target)
+    : output_(std::move(output)), power_(power), weight_number_(weight_number), target_(std::move(target)) {}
+
+bool OutputTerm::needs_accelerations() const {
+  return output_->needs_accelerations() || (target_.output && target_.output->needs_accelerations());
+}
+
+double OutputTerm::difference(const StateView& s, Assembly& assembly, std::vector<double>& p) const {
+  double d = output_->value(s, assembly);
+  if (target_.output) d -= target_.output->value(s, assembly);
+  if (target_.law) {
+    p.resize(target_.law_numbers.size());
+    for (std::size_t i = 0; i < p.size(); ++i) p[i] = assembly.numbers()[target_.law_numbers[i]];
+    d -= target_.law->value(s.t, p.data());
+  }
+  return d;
+}
+
+namespace {
+std::vector<double>& law_buffer() {
+  thread_local std::vector<double> p;
+  return p;
+}
+std::vector<PathDual>& dual_buffer(std::size_t n) {
+  thread_local std::vector<PathDual> p;
+  if (p.size() < n) p.resize(n);
+  return p;
+}
+}  // namespace
+
+double OutputTerm::value(const StateView& s, Assembly& assembly) const {
+  const double d = difference(s, assembly, law_buffer());
+  return assembly.numbers()[weight_number_] * (power_ == 2 ? d * d : d);
+}
+
+void OutputTerm::add_gradient(const StateView& s, Assembly& assembly, double factor, ScalarGradient& g) const {
+  const double d = difference(s, assembly, law_buffer());
+  const double weight = assembly.numbers()[weight_number_];
+  const double slope = factor * weight * (power_ == 2 ? 2 * d : 1);
+  output_->add_gradient(s, assembly, slope, g);
+  if (target_.output) target_.output->add_gradient(s, assembly, -slope, g);
+  if (target_.law) {
+    const auto& p = law_buffer();
+    auto& dual = dual_buffer(p.size());
+    for (std::size_t i = 0; i < p.size(); ++i) {
+      if (assembly.number_columns()[target_.law_numbers[i]].empty()) continue;
+      for (std::size_t j = 0; j < p.size(); ++j) dual[j] = PathDual(p[j]);
+      dual[i].d[0] = Taylor2(1.0);
+      g.add_number(assembly, target_.law_numbers[i],
+                   -slope * target_.law->value(PathDual(s.t), dual.data()).d[0].c0);
+    }
+  }
+  if (!assembly.number_columns()[weight_number_].empty())
+    g.add_number(assembly, weight_number_, factor * (power_ == 2 ? d * d : d));
+}
+
+void CostTerm::add_velocity_gradient_rate(const StateView&, Assembly&, double*) const {
+  throw CapabilityError("A term of the cost offers no time derivative of its velocity gradient, which second-order "
+                        "adjoints need; use a first-order one.");
+}
+
+void OutputTerm::add_velocity_gradient_rate(const StateView& s, Assembly& assembly, double* out) const {
+  const double d = difference(s, assembly, law_buffer());
+  double d_rate = output_->rate(s, assembly);
+  if (target_.output) d_rate -= target_.output->rate(s, assembly);
+  if (target_.law) d_rate -= target_.law->curve(s.t, law_buffer().data()).c1;
+  const double weight = assembly.numbers()[weight_number_];
+  const double slope = weight * (power_ == 2 ? 2 * d : 1), slope_rate = power_ == 2 ? 2 * weight * d_rate : 0;
+  output_->add_velocity_gradient_rate(s, assembly, slope, slope_rate, out);
+  if (target_.output) target_.output->add_velocity_gradient_rate(s, assembly, -slope, -slope_rate, out);
+}
+
+void CostTerm::add_gradient_change(const StateView&, Assembly&, const Variation&, ScalarGradient&) const {
+  throw CapabilityError("A term of the cost offers no second derivatives, which Hessians and, for accelerations and "
+                        "reactions in the running cost, the index-3 adjoint need: derive its class from "
+                        "DualCostTerm, or override add_gradient_change.");
+}
+
+void OutputTerm::add_gradient_change(const StateView& s, Assembly& assembly, const Variation& v,
+                                     ScalarGradient& g) const {
+  // The gradient is w u' (y - target)_x + u w_x with u = d or d^2, d = y - target: each factor changes.
+  const double d = difference(s, assembly, law_buffer());
+  const double weight = assembly.numbers()[weight_number_], weight_change = v.numbers[weight_number_];
+  double d_change = output_->change(s, assembly, v);
+  if (target_.output) d_change -= target_.output->change(s, assembly, v);
+  if (target_.law) {
+    const auto& p = law_buffer();
+    auto& path = dual_buffer(p.size());
+    for (std::size_t i = 0; i < p.size(); ++i) path[i] = PathDual(Taylor2(p[i], v.numbers[target_.law_numbers[i]], 0));
+    d_change -= target_.law->value(PathDual(Taylor2(s.t, v.t, 0)), path.data()).v.c1;
+  }
+  const double u_d = power_ == 2 ? 2 * d : 1, u_dd = power_ == 2 ? 2 : 0;
+  const double slope = weight * u_d, slope_change = weight_change * u_d + weight * u_dd * d_change;
+  output_->add_gradient(s, assembly, slope_change, g);
+  output_->add_gradient_change(s, assembly, v, slope, g);
+  if (target_.output) {
+    target_.output->add_gradient(s, assembly, -slope_change, g);
+    target_.output->add_gradient_change(s, assembly, v, -slope, g);
+  }
+  if (target_.law) {
+    const auto& p = law_buffer();
+    auto& path = dual_buffer(p.size());
+    for (std::size_t i = 0; i < p.size(); ++i) path[i] = PathDual(Taylor2(p[i], v.numbers[target_.law_numbers[i]], 0));
+    for (std::size_t i = 0; i < p.size(); ++i) {
+      if (assembly.number_columns()[target_.law_numbers[i]].empty()) continue;
+      path[i].d[0] = Taylor2(1.0);
+      const Taylor2 f_p = target_.law->value(PathDual(Taylor2(s.t, v.t, 0)), path.data()).d[0];
+      path[i].d[0] = Taylor2(0.0);
+      g.add_number(assembly, target_.law_numbers[i], -(slope_change * f_p.c0 + slope * f_p.c1));
+    }
+  }
+  if (!assembly.number_columns()[weight_number_].empty()) g.add_number(assembly, weight_number_, u_d * d_change);
+}
+
+void Objective::add_running_gradient_change(const StateView& s, Assembly& assembly, const Variation& d,
+                                            ScalarGradient& g) const {
+  for (const auto& term : running) term->add_gradient_change(s, assembly, d, g);
+}
+
+void Objective::add_terminal_gradient_change(const StateView& s, Assembly& assembly, const Variation& d,
+                                             ScalarGradient& g) const {
+  for (const auto& term : terminal) term->add_gradient_change(s, assembly, d, g);
+}
+
+void Objective::add_running_velocity_gradient_rate(const StateView& s, Assembly& assembly, double* out) const {
+  for (const auto& term : running) term->add_velocity_gradient_rate(s, assembly, out);
+}
+
+double Objective::running_value(const StateView& s, Assembly& assembly) const {
+  double sum = 0;
+  for (const auto& term : running) sum += term->value(s, assembly);
+  return sum;
+}
+
+double Objective::terminal_value(const StateView& s, Assembly& assembly) const {
+  double sum = 0;
+  for (const auto& term : terminal) sum += term->value(s, assembly);
+  return sum;
+}
+
+void Objective::add_running_gradient(const StateView& s, Assembly& assembly, ScalarGradient& g) const {
+  for (const auto& term : running) term->add_gradient(s, assembly, 1, g);
+}
+
+void Objective::add_terminal_gradient(const StateView& s, Assembly& assembly, ScalarGradient& g) const {
+  for (const auto& term : terminal) term->add_gradient(s, assembly, 1, g);
+}
+
+bool Objective::running_needs_accelerations() const {
+  for (const auto& term : running)
+    if (term->needs_accelerations()) return true;
+  return false;
+}
+
+bool Objective::terminal_needs_accelerations() const {
+  for (const auto& term : terminal)
+    if (term->needs_accelerations()) return true;
+  return false;
+}
+
+}  // namespace costate

@@ -1,0 +1,347 @@
+#include "costate/objective/output.h"
+
+#include <fmt/format.h>
+
+#include <functional>
+
+#include "costate/assembly/second_terms.h"
+#include "costate/base/error.h"
+#include "costate/objective/local_output.h"
+
+namespace costate {
+
+void ScalarGradient::resize(const Assembly& x) {
+  q.setZero(x.n());
+  v.setZero(x.n());
+  a.setZero(x.n());
+  lambda.setZero(x.m());
+  z.setZero(x.nz());
+  rho.setZero(x.np());
+}
+
+void ScalarGradient::set_zero() {
+  for (auto* x : {&q, &v, &a, &lambda, &z, &rho}) x->setZero();
+}
+
+void ScalarGradient::add_number(const Assembly& assembly, int number, double x) {
+  for (const auto& [column, c] : assembly.number_columns()[number]) rho[column] += c * x;
+}
+
+void Output::add_gradient(const StateView&, Assembly&, double, ScalarGradient&) const {
+  throw CapabilityError(fmt::format("Output '{}' has no derivatives and cannot be part of a cost.", name_));
+}
+
+double Output::rate(const StateView&, Assembly&) const {
+  throw CapabilityError(fmt::format("Output '{}' has no time derivative for second-order adjoints.", name_));
+}
+
+void Output::add_velocity_gradient_rate(const StateView&, Assembly&, double, double, double*) const {
+  throw CapabilityError(fmt::format("Output '{}' has no time derivative for second-order adjoints.", name_));
+}
+
+double Output::change(const StateView&, Assembly&, const Variation&) const {
+  throw CapabilityError(fmt::format("Output '{}' has no second derivatives, which Hessians need.", name_));
+}
+
+void Output::add_gradient_change(const StateView&, Assembly&, const Variation&, double, ScalarGradient&) const {
+  throw CapabilityError(fmt::format("Output '{}' has no second derivatives, which Hessians need.", name_));
+}
+
+namespace {
+
+class Time final : public Output {
+ public:
+  Time() : Output("time", "s") {}
+  double value(const StateView& s, Assembly&) const override { return s.t; }
+  void add_gradient(const StateView&, Assembly&, double, ScalarGradient&) const override {}
+  double rate(const StateView&, Assembly&) const override { return 1; }
+  double change(const StateView&, Assembly&, const Variation& d) const override { return d.t; }
+  void add_gradient_change(const StateView&, Assembly&, const Variation&, double, ScalarGradient&) const override {}
+  void add_velocity_gradient_rate(const StateView&, Assembly&, double, double, double*) const override {}
+};
+
+/// One entry of q, v, a, lambda or z.
+class Entry final : public Output {
+ public:
+  enum class Of { q, v, a, lambda, z };
+  Entry(std::string name, std::string unit, Of of, int index)
+      : Output(std::move(name), std::move(unit)), of_(of), i_(index) {}
+  bool needs_accelerations() const override { return of_ == Of::a || of_ == Of::lambda; }
+  double value(const StateView& s, Assembly&) const override {
+    switch (of_) {
+      case Of::q: return s.q[i_];
+      case Of::v: return s.v[i_];
+      case Of::a: return s.a[i_];
+      case Of::lambda: return s.lambda[i_];
+      case Of::z: return s.z[i_];
+    }
+    return 0;
+  }
+  void add_gradient(const StateView&, Assembly&, double factor, ScalarGradient& g) const override {
+    switch (of_) {
+      case Of::q: g.q[i_] += factor; break;
+      case Of::v: g.v[i_] += factor; break;
+      case Of::a: g.a[i_] += factor; break;
+      case Of::lambda: g.lambda[i_] += factor; break;
+      case Of::z: g.z[i_] += factor; break;
+    }
+  }
+
+  double rate(const StateView& s, Assembly& assembly) const override {
+    if (of_ == Of::q) return s.v[i_];
+    if (of_ == Of::v) return s.a[i_];
+    if (of_ == Of::z) return assembly.zdot[i_];
+    return Output::rate(s, assembly);
+  }
+  void add_velocity_gradient_rate(const StateView& s, Assembly& assembly, double factor, double factor_rate,
+                                  double* out) const override {
+    if (needs_accelerations()) Output::add_velocity_gradient_rate(s, assembly, factor, factor_rate, out);
+    if (of_ == Of::v) out[i_] += factor_rate;
+  }
+  double change(const StateView&, Assembly&, const Variation& d) const override {
+    switch (of_) {
+      case Of::q: return d.q[i_];
+      case Of::v: return d.v[i_];
+      case Of::a: return d.a[i_];
+      case Of::lambda: return d.lambda[i_];
+      case Of::z: return d.z[i_];
+    }
+    return 0;
+  }
+  void add_gradient_change(const StateView&, Assembly&, const Variation&, double, ScalarGradient&) const override {}
+
+ private:
+  Of of_;
+  int i_;
+};
+
+/// x or y of a point, its rate or its second rate.
+class PointOutput final : public LocalOutput {
+ public:
+  PointOutput(std::string name, std::string unit, const PlanarPoint& point, int component, int order)
+      : LocalOutput(std::move(name), std::move(unit), point.coordinates(), point.numbers(), 0, 0, 0, 0),
+        point_(point),
+        component_(component),
+        order_(order) {}
+  bool needs_accelerations() const override { return order_ == 2; }
+
+ protected:
+  PathDual evaluate(const MeasureArguments& x) const override {
+    PathDual r[2];
+    if (order_ == 0) point_.position(x.q, x.p, r[0], r[1]);
+    if (order_ == 1) point_.velocity(x.q, x.v, x.p, r[0], r[1]);
+    if (order_ == 2) point_.acceleration(x.q, x.v, x.a, x.p, r[0], r[1]);
+    return r[component_];
+  }
+
+ private:
+  PlanarPoint point_;
+  int component_, order_;
+};
+
+/// The same of a point of space.
+class SpatialPointOutput final : public LocalOutput {
+ public:
+  SpatialPointOutput(std::string name, std::string unit, const SpatialPoint& point, int component, int order)
+      : LocalOutput(std::move(name), std::move(unit), point.coordinates(), point.numbers(), 0, 0, 0, 0),
+        point_(point),
+        component_(component),
+        order_(order) {}
+  bool needs_accelerations() const override { return order_ == 2; }
+
+ protected:
+  PathDual evaluate(const MeasureArguments& x) const override {
+    PathDual r[3];
+    if (order_ == 0) point_.position(x.q, x.p, r);
+    if (order_ == 1) point_.velocity(x.q, x.v, x.p, r);
+    if (order_ == 2) point_.acceleration(x.q, x.v, x.a, x.p, r);
+    return r[component_];
+  }
+
+ private:
+  SpatialPoint point_;
+  int component_, order_;
+};
+
+class ElementOutput final : public LocalOutput {
+ public:
+  ElementOutput(std::string name, const Measure& m, int index, const Element& e, int row, int rows, int state,
+                int states)
+      : LocalOutput(std::move(name), m.unit, e.coordinates(), e.numbers(), row, rows, state, states),
+        element_(e),
+        index_(index),
+        accelerations_(m.needs_accelerations) {}
+  bool needs_accelerations() const override { return accelerations_; }
+
+ protected:
+  PathDual evaluate(const MeasureArguments& x) const override { return element_.measure(index_, x); }
+
+ private:
+  const Element& element_;
+  int index_;
+  bool accelerations_;
+};
+
+/// T = v^T M v / 2 of the whole mechanism, with T_q = (v^T (M v)_q) / 2 and T_v = M v.
+class KineticEnergy final : public Output {
+  /// M a + c M' v, and M in the assembly.
+  static std::vector<double> momentum_rate(const StateView& s, Assembly& assembly, double c) {
+    assembly.calc_mass(s);
+    std::vector<double> v(s.v, s.v + assembly.n()), p(v.size(), 0);
+    for (double& x : v) x *= c;
+    assembly.add_mass_rate_product(s, v.data(), p.data());
+    add_product(assembly.square(), assembly.M.data(), 1, s.a, p.data());
+    return p;
+  }
+
+ public:
+  KineticEnergy() : Output("energy.kinetic", "J") {}
+  // T = v^T M v / 2, T' = v^T (M a + M' v / 2), (T_v)' = M a + M' v
+  double rate(const StateView& s, Assembly& assembly) const override {
+    const std::vector<double> p = momentum_rate(s, assembly, 0.5);
+    double sum = 0;
+    for (std::size_t i = 0; i < p.size(); ++i) sum += p[i] * s.v[i];
+    return sum;
+  }
+  void add_velocity_gradient_rate(const StateView& s, Assembly& assembly, double factor, double factor_rate,
+                                  double* out) const override {
+    const std::vector<double> p = momentum_rate(s, assembly, 1);
+    for (std::size_t i = 0; i < p.size(); ++i) out[i] += factor * p[i];
+    add_product(assembly.square(), assembly.M.data(), factor_rate, s.v, out);
+  }
+  double value(const StateView& s, Assembly& assembly) const override { return assembly.kinetic_energy(s); }
+  void add_gradient(const StateView& s, Assembly& assembly, double factor, ScalarGradient& g) const override {
+    assembly.add_kinetic_energy_gradient(s, factor, g.q.data(), g.v.data(), g.rho.data());
+  }
+  double change(const StateView& s, Assembly& assembly, const Variation& d) const override {
+    return kinetic_energy_change(s, assembly, d);
+  }
+  void add_gradient_change(const StateView& s, Assembly& assembly, const Variation& d, double factor,
+                           ScalarGradient& g) const override {
+    add_kinetic_energy_gradient_change(s, assembly, d, factor, {g.q.data(), g.v.data(), nullptr, nullptr, nullptr,
+                                                                g.rho.data()});
+  }
+};
+
+class PotentialEnergy final : public Output {
+ public:
+  explicit PotentialEnergy(bool total)
+      : Output(total ? "energy.total" : "energy.potential", "J"), total_(total) {}
+  double value(const StateView& s, Assembly& assembly) const override {
+    return assembly.potential_energy(s) + (total_ ? assembly.kinetic_energy(s) : 0);
+  }
+
+ private:
+  bool total_;
+};
+
+const char* const kSuffix[3] = {"", "_dot", "_ddot"};
+
+std::string rate_unit(const std::string& unit, int order) {
+  return order == 0 ? unit : order == 1 ? unit + "/s" : unit + "/s^2";
+}
+
+/// Calls visit(name, factory) for every output until it returns true.
+template <class Visit>
+bool for_each_output(const Mechanism& m, Visit&& visit) {
+  using Factory = std::function<std::unique_ptr<Output>()>;
+  for (int i = 0; i < m.coordinate_count(); ++i)
+    for (int order = 0; order < 3; ++order) {
+      const auto& c = m.coordinates()[i];
+      const std::string name = c.name + kSuffix[order];
+      const Entry::Of of[3] = {Entry::Of::q, Entry::Of::v, Entry::Of::a};
+      if (visit(name, Factory([&, i, order, name] {
+                  return std::make_unique<Entry>(name, rate_unit(c.unit, order), of[order], i);
+                })))
+        return true;
+    }
+  for (const auto& p : m.points()) {
+    if (p.kind() == PlanarPoint::Kind::ground || p.kind() == PlanarPoint::Kind::free) continue;
+    for (int component = 0; component < 2; ++component)
+      for (int order = 0; order < 3; ++order) {
+        const std::string name = p.name() + (component == 0 ? ".x" : ".y") + kSuffix[order];
+        if (visit(name, Factory([&, component, order, name] {
+                    return std::make_unique<PointOutput>(name, rate_unit("m", order), p, component, order);
+                  })))
+          return true;
+      }
+  }
+  for (const auto& p : m.spatial_points()) {
+    if (p.kind() == SpatialPoint::Kind::ground) continue;
+    for (int component = 0; component < 3; ++component)
+      for (int order = 0; order < 3; ++order) {
+        const std::string name = p.name() + "." + "xyz"[component] + kSuffix[order];
+        if (visit(name, Factory([&, component, order, name] {
+                    return std::make_unique<SpatialPointOutput>(name, rate_unit("m", order), p, component, order);
+                  })))
+          return true;
+      }
+  }
+  const auto elements = [&](const auto& list, auto row_of, auto rows_of, auto state_of, auto states_of) {
+    for (std::size_t k = 0; k < list.size(); ++k) {
+      const auto measures = list[k]->measures();
+      for (std::size_t i = 0; i < measures.size(); ++i) {
+        const std::string name = list[k]->name() + "." + measures[i].name;
+        if (visit(name, Factory([&, k, i, name] {
+                    return std::make_unique<ElementOutput>(name, measures[i], static_cast<int>(i), *list[k], row_of(k),
+                                                           rows_of(k), state_of(k), states_of(k));
+                  })))
+          return true;
+      }
+    }
+    return false;
+  };
+  const auto none = [](std::size_t) { return 0; };
+  if (elements(m.bodies(), none, none, none, none)) return true;
+  if (elements(
+          m.constraints(), [&](std::size_t k) { return m.row_offsets()[k]; },
+          [&](std::size_t k) { return m.constraints()[k]->rows(); }, none, none))
+    return true;
+  if (elements(
+          m.forces(), none, none, [&](std::size_t k) { return m.state_offsets()[k]; },
+          [&](std::size_t k) { return m.forces()[k]->states(); }))
+    return true;
+  const auto rows = m.row_names();
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const std::string name = "lambda." + rows[i];
+    if (visit(name, Factory([=] {
+                return std::make_unique<Entry>(name, "1", Entry::Of::lambda, static_cast<int>(i));
+              })))
+      return true;
+  }
+  const auto states = m.state_names();
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const std::string name = "z." + states[i];
+    if (visit(name, Factory([=] { return std::make_unique<Entry>(name, "1", Entry::Of::z, static_cast<int>(i)); })))
+      return true;
+  }
+  return visit("energy.kinetic", Factory([] { return std::make_unique<KineticEnergy>(); })) ||
+         visit("energy.potential", Factory([] { return std::make_unique<PotentialEnergy>(false); })) ||
+         visit("energy.total", Factory([] { return std::make_unique<PotentialEnergy>(true); })) ||
+         visit("time", Factory([] { return std::make_unique<Time>(); }));
+}
+
+}  // namespace
+
+std::unique_ptr<Output> make_output(const Mechanism& mechanism, const std::string& name) {
+  std::unique_ptr<Output> result;
+  for_each_output(mechanism, [&](const std::string& candidate, const auto& factory) {
+    if (candidate != name) return false;
+    result = factory();
+    return true;
+  });
+  if (!result)
+    throw ModelError("", fmt::format("There is no output '{}'.{}", name, suggestion(name, output_names(mechanism))));
+  return result;
+}
+
+std::vector<std::string> output_names(const Mechanism& mechanism) {
+  std::vector<std::string> names;
+  for_each_output(mechanism, [&](const std::string& name, const auto&) {
+    names.push_back(name);
+    return false;
+  });
+  return names;
+}
+
+}  // namespace costate

@@ -1,0 +1,30 @@
+// Laws in scene files: a number, or a table { kind = "sine", mean = ..., ... }. New kinds of law register
+// themselves.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "costate/element/kind/law_options.h"
+#include "costate/scene/scene_table.h"
+
+namespace costate {
+
+struct LawKind {
+  std::string name;
+  std::string summary;
+  std::function<LawOptions(SceneTable& table)> read;
+};
+const std::vector<LawKind>& law_kinds();
+struct RegisterLawKind {
+  explicit RegisterLawKind(LawKind kind);
+};
+
+/// The law under a key; when the key is absent, the constant `default_value`, or an error without one.
+LawOptions read_law(SceneTable& table, const std::string& key, std::optional<double> default_value = {});
+/// The law under a key, or none.
+LawOptions find_law(SceneTable& table, const std::string& key);
+
+}  // namespace costate

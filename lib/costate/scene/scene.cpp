@@ -1,0 +1,99 @@
+#include "costate/scene/scene.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "costate/scene/scene_node.h"
+#include "costate/scene/scene_reader.h"
+#include "costate/scene/toml_reader.h"
+#include "costate/scene/toml_writer.h"
+
+namespace costate {
+
+Scene Scene::load(const std::string& path, const std::vector<std::string>& overrides) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored))
+    throw SceneError({path, 0, 0}, "This is a directory; expected a scene file, such as models/five_bar/five_bar.toml.");
+  std::ifstream in(path, std::ios::binary);
+  if (!in)
+    throw SceneError({path, 0, 0}, "The scene file cannot be read; check the path and its permissions.");
+  std::ostringstream text;
+  text << in.rdbuf();
+  return parse(text.str(), path, overrides);
+}
+
+Scene Scene::parse(const std::string& text, const std::string& file_name,
+                   const std::vector<std::string>& overrides) {
+  auto root = std::make_shared<SceneNode>(read_toml(text, file_name));
+  for (const auto& o : overrides) {
+    const std::string source = "override '" + o + "'";
+    const std::size_t equals = o.find('=');
+    if (equals == std::string::npos || equals == 0)
+      throw SceneError({source, 0, 0}, "An override looks like path=value, for example run.rtol=1e-10.");
+    try {
+      set_node(*root, o.substr(0, equals), read_toml_value(o.substr(equals + 1), source));
+    } catch (const SceneError&) {
+      throw;
+    } catch (const Error& e) {
+      throw SceneError({source, 0, 0}, e.what());
+    }
+  }
+  return read(root, file_name);
+}
+
+Scene Scene::read(std::shared_ptr<const SceneNode> root, const std::string& file_name) {
+  Scene scene;
+  scene.file_name_ = file_name;
+  scene.root_ = root;
+  SceneReader reader(*root);
+  try {
+    reader.read();
+  } catch (const ModelError& e) {
+    throw reader.located(e, file_name);
+  }
+  scene.title = reader.title;
+  scene.description = reader.description;
+  scene.run = reader.run;
+  scene.formulation = reader.formulation;
+  scene.optimize = reader.optimize;
+  scene.mechanism_ = reader.mechanism;
+  scene.objective_ = reader.objective;
+  scene.constraints_ = std::move(reader.constraints);
+  return scene;
+}
+
+std::string Scene::dump() const { return write_toml(*root_); }
+
+SourceLocation Scene::locate(const std::string& path) const {
+  const auto found = locate_path(*root_, path);
+  return found ? *found : SourceLocation{file_name_, 0, 0};
+}
+
+SceneError Scene::located(const ModelError& e) const { return SceneError(locate(e.subject()), e.what()); }
+
+Scene Scene::with_override(const std::string& path, const std::string& value) const {
+  auto root = std::make_shared<SceneNode>(*root_);
+  set_node(*root, path, read_toml_value(value, fmt::format("override '{}={}'", path, value)));
+  return read(root, file_name_);
+}
+
+Scene Scene::with_number(const std::string& path, double value) const {
+  auto root = std::make_shared<SceneNode>(*root_);
+  set_number(*root, path, value);
+  return read(root, file_name_);
+}
+
+Scene Scene::with_parameters(const ParameterSelection& selection, const std::vector<double>& rho) const {
+  std::vector<double> numbers = mechanism_->base_numbers();
+  selection.apply(rho.data(), numbers);
+  auto root = std::make_shared<SceneNode>(*root_);
+  for (const auto& p : selection.parameters)
+    for (const auto& [number, factor] : p.bindings)
+      set_number(*root, mechanism_->numbers()[number].path, numbers[number]);
+  return read(root, file_name_);
+}
+
+}  // namespace costate

@@ -1,0 +1,313 @@
+#include "costate/scene/scene_reader.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <tuple>
+
+#include "costate/base/error.h"
+#include "costate/discrete/alpha_coefficients.h"
+
+namespace costate {
+
+namespace {
+
+const std::vector<std::string> settings = {"title", "description", "gravity",     "start",   "parameter",
+                                           "cost",  "run",         "formulation", "optimize"};
+
+/// Runs f; an error without a subject gets this one.
+template <class F>
+decltype(auto) at(const std::string& subject, const F& f) {
+  try {
+    return f();
+  } catch (const ModelError& e) {
+    throw ModelError(e.subject().empty() ? subject : e.subject(), e.bare_message());
+  }
+}
+
+void check_name(const SceneTable& table, const std::string& name) {
+  const bool good = !name.empty() && name.find_first_of(".[]=\"'\\ \t\r\n") == std::string::npos;
+  if (!good)
+    throw SceneError(table.where(),
+                     fmt::format("'{}' cannot be a name: it must not be empty nor hold dots, brackets, "
+                                 "quotes, '=' or blanks, because paths such as spring.S1.preload_N "
+                                 "are made of names.",
+                                 name));
+}
+
+}  // namespace
+
+std::optional<SourceLocation> locate_path(const SceneNode& root, const std::string& path) {
+  int depth = 0;
+  const SceneNode* deepest = nullptr;
+  try {
+    const SceneNode* found = path.empty() ? nullptr : find_node(root, path, &depth, &deepest);
+    if (found) return found->where;
+  } catch (const Error&) {
+    return {};
+  }
+  if (depth >= 2) return deepest->where;
+  // A key missing from [run], [start], ...: that table. Of [spring.S1] without S1 there is no place.
+  if (depth == 1 && std::find(settings.begin(), settings.end(), deepest->key) != settings.end() &&
+      deepest->key != "parameter")
+    return deepest->where;
+  return {};
+}
+
+void set_number(SceneNode& root, const std::string& path, double value) {
+  SceneNode node = number_node(value);
+  if (const SceneNode* old = find_node(root, path)) node.where = old->where;
+  set_node(root, path, std::move(node));
+}
+
+SceneError SceneReader::located(const ModelError& e, const std::string& file_name) const {
+  auto where = locate_path(root_, e.subject());
+  if (!where) where = here_;
+  return SceneError(where.value_or(SourceLocation{file_name, 0, 0}), e.what());
+}
+
+void SceneReader::read() {
+  check_top_level();
+  title = table_.text("title", "");
+  description = table_.text("description", "");
+  read_gravity();
+  collect_entries();
+  read_entries();
+  if (table_.has("cost")) {
+    SceneTable cost = table_.table("cost");
+    cost_ = read_cost(cost, builder_);
+    cost.finish();
+  }
+  read_optimize();
+  read_formulation();
+  read_start();
+  read_parameters();
+  read_run();
+  build();
+  check_outputs();
+  objective = cost_.make(*mechanism);
+  for (auto& c : planned_constraints_) constraints.push_back({c.name, c.upper, c.cost.make(*mechanism)});
+  table_.finish();
+}
+
+void SceneReader::check_top_level() const {
+  std::vector<std::string> known = settings;
+  for (const auto& k : scene_kinds()) known.push_back(k.name);
+  for (const auto& c : root_.children) {
+    if (std::find(known.begin(), known.end(), c.key) != known.end()) continue;
+    const std::string near = nearest_name(c.key, known);
+    throw SceneError(c.key_where, fmt::format("Unknown {} '{}' at the top of the scene.{} Known here: {}.",
+                                              c.is_table() || c.is_array() ? "table" : "key", c.key,
+                                              near.empty() ? "" : fmt::format(" Did you mean '{}'?", near),
+                                              fmt::join(known, ", ")));
+  }
+}
+
+void SceneReader::read_gravity() {
+  if (!table_.has("gravity")) return;
+  SceneTable t = table_.table("gravity");
+  const double x = t.value("x_m_per_s2", NumberRule::any, 0), y = t.value("y_m_per_s2", NumberRule::any, 0);
+  const double z = t.value("z_m_per_s2", NumberRule::any, 0);
+  t.finish();
+  builder_.set_gravity(x, y, z);
+}
+
+void SceneReader::collect_entries() {
+  for (const auto& kind : scene_kinds()) {
+    if (!table_.has(kind.name)) continue;
+    SceneTable group = table_.table(kind.name);
+    for (const auto& name : group.keys()) {
+      if (!group.is_table(name))
+        group.fail(name, fmt::format("must be a table: give the {} a name, [{}.NAME], and its keys below.",
+                                     kind.name, kind.name));
+      SceneTable t = group.table(name);
+      check_name(t, name);
+      const ScenePhase phase = kind.phase_of ? kind.phase_of(t) : kind.phase;
+      SourceLocation where = t.where();
+      if (where.line == 0) where.line = std::numeric_limits<int>::max();
+      entries_.push_back({&kind, name, t, phase, where});
+    }
+  }
+  std::stable_sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
+    return std::tuple(a.phase, a.where.line, a.where.column) <
+           std::tuple(b.phase, b.where.line, b.where.column);
+  });
+}
+
+void SceneReader::read_entries() {
+  for (Entry& e : entries_) {
+    here_ = e.table.where();
+    at(e.table.path(), [&] { e.kind->add(e.name, e.table, builder_); });
+    e.table.finish();
+  }
+  here_.reset();
+}
+
+void SceneReader::read_start() {
+  if (!table_.has("start")) return;
+  SceneTable t = table_.table("start");
+  const auto given = t.texts("given");
+  const bool own_velocities = t.has("given_velocities");
+  const auto velocities = own_velocities ? t.texts("given_velocities") : given;
+  t.finish();
+  const std::string velocity_key = own_velocities ? "start.given_velocities" : "start.given";
+  for (std::size_t i = 0; i < given.size(); ++i)
+    at(fmt::format("start.given[{}]", i), [&] { builder_.give_position(given[i]); });
+  for (std::size_t i = 0; i < velocities.size(); ++i)
+    at(fmt::format("{}[{}]", velocity_key, i), [&] { builder_.give_velocity(velocities[i]); });
+}
+
+void SceneReader::read_parameters() {
+  if (!table_.has("parameter")) return;
+  SceneTable group = table_.table("parameter");
+  for (const auto& name : group.keys()) {
+    SceneTable t = group.table(name);
+    check_name(t, name);
+    here_ = t.where();
+    Parameter p;
+    p.name = name;
+    const bool several = t.has("numbers");
+    if (several && t.has("number")) t.fail("number", "contradicts 'numbers': give one of them.");
+    const auto paths = several ? t.texts("numbers") : std::vector<std::string>{t.text("number")};
+    std::vector<double> factors(paths.size(), 1.0);
+    if (t.has("factors")) factors = t.values("factors");
+    if (factors.size() != paths.size())
+      t.fail("factors",
+             fmt::format("must hold one factor a number, found {} for {}.", factors.size(), paths.size()));
+    for (std::size_t i = 0; i < paths.size(); ++i)
+      at(several ? fmt::format("{}[{}]", t.path("numbers"), i) : t.path("number"),
+         [&] { p.bindings.emplace_back(builder_.number(paths[i]), factors[i]); });
+    p.lower = t.find_value("lower").value_or(p.lower);
+    p.upper = t.find_value("upper").value_or(p.upper);
+    if (p.lower > p.upper) t.fail("lower", fmt::format("is {}, above 'upper' = {}.", p.lower, p.upper));
+    const auto scale = t.find_value("scale", NumberRule::positive);
+    t.finish();
+    if (paths.empty()) t.fail("numbers", "must name at least one number.");
+    if (factors[0] == 0) t.fail("factors", "must not hold a zero.");
+    const double start = builder_.number_value(p.bindings[0].first) / factors[0];
+    if (start < p.lower) t.fail("lower", fmt::format("is {}, above the start value {}.", p.lower, start));
+    if (start > p.upper) t.fail("upper", fmt::format("is {}, below the start value {}.", p.upper, start));
+    p.scale = scale.value_or(start != 0 ? std::abs(start) : 1);
+    builder_.add_parameter(p);
+  }
+  here_.reset();
+}
+
+void SceneReader::read_run() {
+  if (!table_.has("run")) return;
+  SceneTable t = table_.table("run");
+  here_ = t.where();
+  run.t_start_s = t.value("t_start_s", NumberRule::any, 0);
+  run.t_end_s = t.value("t_end_s");
+  if (!(run.t_end_s > run.t_start_s))
+    t.fail("t_end_s", fmt::format("must be after t_start_s = {}, found {}.", run.t_start_s, run.t_end_s));
+  std::vector<std::string> names;
+  for (const auto& f : formulations()) names.push_back(f.name);
+  run.formulation = t.one_of("formulation", names, run.formulation);
+  run.method = t.text("method", run.method);
+  run.integrator = t.text("integrator", run.integrator);
+  run.cvodes_method =
+      t.has("cvodes_method") ? t.one_of("cvodes_method", {"adams", "bdf"}) : run.cvodes_method;
+  run.sensitivity_corrector = t.has("sensitivity_corrector")
+                                  ? t.one_of("sensitivity_corrector", {"staggered", "simultaneous"})
+                                  : run.sensitivity_corrector;
+  run.parameters = t.texts("parameters", false);
+  run.rtol = t.value("rtol", NumberRule::positive, run.rtol);
+  run.atol = t.find_value("atol", NumberRule::positive);
+  run.step_s = t.find_value("step_s", NumberRule::positive);
+  run.output_step_s = t.find_value("output_step_s", NumberRule::positive);
+  run.outputs = t.texts("outputs", false);
+  t.finish();
+  std::vector<std::string> known =
+      table_.has("parameter") ? table_.table("parameter").keys() : std::vector<std::string>();
+  for (std::size_t i = 0; i < run.parameters.size(); ++i) {
+    const std::string& name = run.parameters[i];
+    if (!builder_.has_number(name) && std::find(known.begin(), known.end(), name) == known.end())
+      throw ModelError(fmt::format("run.parameters[{}]", i),
+                       fmt::format("There is no parameter '{}'.{}", name, suggestion(name, known)));
+    if (std::find(run.parameters.begin(), run.parameters.begin() + static_cast<std::ptrdiff_t>(i), name) !=
+        run.parameters.begin() + static_cast<std::ptrdiff_t>(i))
+      throw ModelError(fmt::format("run.parameters[{}]", i),
+                       fmt::format("Parameter '{}' is listed twice.", name));
+  }
+  builder_.set_default_parameters(run.parameters);
+}
+
+void SceneReader::read_formulation() {
+  if (!table_.has("formulation")) return;
+  SceneTable t = table_.table("formulation");
+  const auto positive = [&](const char* key, double& x) { x = t.value(key, NumberRule::positive, x); };
+  formulation.baumgarte_xi = t.value("baumgarte_xi", NumberRule::non_negative, formulation.baumgarte_xi);
+  positive("baumgarte_omega_rad_per_s", formulation.baumgarte_omega_rad_per_s);
+  formulation.penalty_xi = t.value("penalty_xi", NumberRule::non_negative, formulation.penalty_xi);
+  positive("penalty_omega_rad_per_s", formulation.penalty_omega_rad_per_s);
+  formulation.penalty_alpha = t.value("penalty_alpha", NumberRule::non_negative, formulation.penalty_alpha);
+  if (t.has("discrete_scheme"))
+    formulation.discrete_scheme = t.one_of("discrete_scheme", discrete_scheme_names());
+  formulation.discrete_rho_infinity =
+      t.value("discrete_rho_infinity", NumberRule::non_negative, formulation.discrete_rho_infinity);
+  if (formulation.discrete_rho_infinity > 1)
+    t.fail("discrete_rho_infinity", fmt::format("must not be above 1, found {}.", formulation.discrete_rho_infinity));
+  t.finish();
+}
+
+void SceneReader::read_optimize() {
+  if (!table_.has("optimize")) return;
+  SceneTable t = table_.table("optimize");
+  optimize.algorithm = t.one_of("algorithm", {"lbfgs", "mma", "slsqp"}, optimize.algorithm);
+  optimize.max_evaluations = t.whole_number("max_evaluations", optimize.max_evaluations);
+  optimize.stop_value = t.find_value("stop_value");
+  optimize.relative_tolerance =
+      t.value("relative_tolerance", NumberRule::non_negative, optimize.relative_tolerance);
+  optimize.gradient_tolerance =
+      t.value("gradient_tolerance", NumberRule::non_negative, optimize.gradient_tolerance);
+  for (SceneTable& c : t.tables("constraint")) {
+    PlannedConstraint p{c.text("name"), c.value("upper"), read_cost(c, builder_)};
+    if (p.cost.running.empty() && p.cost.terminal.empty())
+      c.fail("needs at least one term: [[optimize.constraint.running]] or [[optimize.constraint.terminal]].");
+    planned_constraints_.push_back(std::move(p));
+  }
+  t.finish();
+}
+
+void SceneReader::build() {
+  try {
+    mechanism = builder_.build();
+    // Those that the default list leaves out must be able to vary, too.
+    if (table_.has("parameter"))
+      for (const auto& name : table_.table("parameter").keys()) mechanism->select({name});
+  } catch (const ModelError& e) {
+    // A number that [run] lists by its path has no table [parameter.*] to point at.
+    for (std::size_t i = 0; i < run.parameters.size(); ++i)
+      if (e.subject() == "parameter." + run.parameters[i] &&
+          !find_node(root_, "parameter." + run.parameters[i]))
+        throw ModelError(fmt::format("run.parameters[{}]", i), e.bare_message());
+    throw;
+  }
+}
+
+void SceneReader::check_outputs() {
+  std::map<std::string, int> count;
+  for (const auto& name : output_names(*mechanism))
+    if (++count[name] == 2) {
+      std::vector<std::string> paths;
+      const auto collect = [&](const auto& list) {
+        for (const auto& e : list)
+          for (const auto& measure : e->measures())
+            if (e->name() + "." + measure.name == name) paths.push_back(e->path());
+      };
+      collect(mechanism->bodies());
+      collect(mechanism->constraints());
+      collect(mechanism->forces());
+      throw ModelError(paths.empty() ? "" : paths.back(),
+                       fmt::format("The output '{}' has two meanings: {} share a name. Rename one.", name,
+                                   fmt::join(paths, " and ")));
+    }
+  for (std::size_t i = 0; i < run.outputs.size(); ++i)
+    at(fmt::format("run.outputs[{}]", i), [&] { make_output(*mechanism, run.outputs[i]); });
+}
+
+}  // namespace costate

@@ -1,0 +1,38 @@
+// What a scene says about running it: [run] and [optimize]. Everything can be overridden on the command line.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "costate/formulation/formulation.h"
+
+namespace costate {
+
+/// [run]
+struct RunSettings {
+  double t_start_s = 0;
+  double t_end_s = 1;
+  std::string formulation = "index1";
+  std::string method = "idas-adjoint";
+  std::string integrator;               // empty: the formulation's default
+  std::string cvodes_method;            // "adams" or "bdf"; empty: the solver's default
+  std::string sensitivity_corrector;    // "staggered" or "simultaneous" (forward methods); empty: the solver's default
+  std::vector<std::string> parameters;  // default list of what to differentiate
+  double rtol = 1e-8;
+  std::optional<double> atol;           // none: the method's own choice
+  std::optional<double> step_s;         // of fixed-step runs; none: chosen from rtol
+  std::optional<double> output_step_s;  // none: the integrator's steps
+  std::vector<std::string> outputs;     // extra named outputs in files
+};
+
+/// [optimize]
+struct OptimizeSettings {
+  std::string algorithm = "lbfgs";  // lbfgs, mma, slsqp
+  int max_evaluations = 100;
+  std::optional<double> stop_value;   // ends when the cost falls below
+  double relative_tolerance = 1e-10;  // of the cost, between iterations
+  double gradient_tolerance = 0;      // of the scaled, projected gradient; 0: off
+};
+
+}  // namespace costate

@@ -1,0 +1,104 @@
+#include "costate/scene/toml_reader.h"
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cctype>
+#include <sstream>
+
+namespace costate {
+
+namespace {
+
+SourceLocation place(const toml::source_region& s, const std::string& file) {
+  return {file, static_cast<int>(s.begin.line), static_cast<int>(s.begin.column)};
+}
+
+SceneNode convert(const toml::node& from, const std::string& file) {
+  SceneNode n;
+  n.where = n.key_where = place(from.source(), file);
+  const auto before = [](const SceneNode& a, const SceneNode& b) {
+    return std::pair(a.key_where.line, a.key_where.column) < std::pair(b.key_where.line, b.key_where.column);
+  };
+  if (const auto* table = from.as_table()) {
+    n.inlined = table->is_inline();
+    for (const auto& [key, value] : *table) {
+      n.children.push_back(convert(value, file));
+      n.children.back().key = std::string(key.str());
+      n.children.back().key_where = place(key.source(), file);
+    }
+    std::stable_sort(n.children.begin(), n.children.end(), before);
+  } else if (const auto* array = from.as_array()) {
+    n.type = SceneNode::Type::array;
+    for (const auto& value : *array) n.children.push_back(convert(value, file));
+  } else if (const auto* text = from.as_string()) {
+    n.type = SceneNode::Type::text;
+    n.text = text->get();
+  } else if (const auto* integer = from.as_integer()) {
+    n.type = SceneNode::Type::integer;
+    n.integer = integer->get();
+  } else if (const auto* number = from.as_floating_point()) {
+    n.type = SceneNode::Type::number;
+    n.number = number->get();
+  } else if (const auto* flag = from.as_boolean()) {
+    n.type = SceneNode::Type::flag;
+    n.flag = flag->get();
+  } else {
+    n.type = SceneNode::Type::date;
+    std::ostringstream out;
+    from.visit([&](const auto& value) {
+      if constexpr (toml::is_date<decltype(value)> || toml::is_time<decltype(value)> ||
+                    toml::is_date_time<decltype(value)>)
+        out << value.get();
+    });
+    n.text = out.str();
+  }
+  return n;
+}
+
+/// Text without quotes, as a shell leaves it: starts like a word and stays on one line.
+bool is_bare_text(const std::string& text) {
+  return !text.empty() && (std::isalpha(static_cast<unsigned char>(text[0])) || text[0] == '_') &&
+         text.find_first_of("\n\r") == std::string::npos;
+}
+
+}  // namespace
+
+SceneNode read_toml(const std::string& text, const std::string& file_name) {
+  try {
+    return convert(toml::parse(std::string_view(text), std::string_view(file_name)), file_name);
+  } catch (const toml::parse_error& e) {
+    throw SceneError(place(e.source(), file_name), fmt::format("{}.", e.description()));
+  }
+}
+
+SceneNode read_toml_value(const std::string& text, const std::string& source_name) {
+  std::string why;
+  try {
+    SceneNode root = convert(toml::parse(std::string_view("x = " + text)), source_name);
+    if (root.children.size() == 1 && root.children[0].key == "x") {
+      SceneNode n = std::move(root.children[0]);
+      const auto relocate = [&](const auto& self, SceneNode& node) -> void {
+        node.where = node.key_where = {source_name, 0, 0};
+        for (auto& c : node.children) self(self, c);
+      };
+      relocate(relocate, n);
+      n.key.clear();
+      return n;
+    }
+    why = "more than one value";
+  } catch (const toml::parse_error& e) {
+    why = e.description();
+  }
+  if (is_bare_text(text)) {
+    SceneNode n;
+    n.type = SceneNode::Type::text;
+    n.text = text;
+    n.where = n.key_where = {source_name, 0, 0};
+    return n;
+  }
+  throw SceneError({source_name, 0, 0}, fmt::format("'{}' is not a value: {}.", text, why));
+}
+
+}  // namespace costate

@@ -1,0 +1,137 @@
+#include "costate/scene/toml_writer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <limits>
+
+namespace costate {
+
+namespace {
+
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    switch (c) {
+      case '"':
+        out += "\\\"";
+        break;
+      case '\\':
+        out += "\\\\";
+        break;
+      case '\n':
+        out += "\\n";
+        break;
+      case '\t':
+        out += "\\t";
+        break;
+      case '\r':
+        out += "\\r";
+        break;
+      default:
+        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)
+          out += fmt::format("\\u{:04X}", static_cast<unsigned>(c));
+        else
+          out += c;
+    }
+  }
+  return out + '"';
+}
+
+std::string key_text(const std::string& key) {
+  const bool bare = !key.empty() && std::all_of(key.begin(), key.end(), [](unsigned char c) {
+    return (c < 0x80 && std::isalnum(c)) || c == '_' || c == '-';
+  });
+  return bare ? key : quoted(key);
+}
+
+std::string value_text(const SceneNode& n) {
+  switch (n.type) {
+    case SceneNode::Type::text:
+      return quoted(n.text);
+    case SceneNode::Type::integer:
+      return fmt::format("{}", n.integer);
+    case SceneNode::Type::number:
+      return toml_number(n.number);
+    case SceneNode::Type::flag:
+      return n.flag ? "true" : "false";
+    case SceneNode::Type::date:
+      return n.text;
+    case SceneNode::Type::array: {
+      std::string out = "[";
+      for (std::size_t i = 0; i < n.children.size(); ++i) out += (i ? ", " : "") + value_text(n.children[i]);
+      return out + "]";
+    }
+    case SceneNode::Type::table: {
+      if (n.children.empty()) return "{}";
+      std::string out = "{";
+      for (std::size_t i = 0; i < n.children.size(); ++i)
+        out += (i ? ", " : " ") + key_text(n.children[i].key) + " = " + value_text(n.children[i]);
+      return out + " }";
+    }
+  }
+  return {};
+}
+
+bool is_section(const SceneNode& n) { return (n.is_table() && !n.inlined) || n.is_table_array(); }
+
+/// A table with a header of its own.
+struct Section {
+  std::string header;  // "[spring.S1]", empty for the root
+  const SceneNode* table;
+  std::pair<int, int> place;  // where it stands: no earlier than its parent
+};
+
+/// Tables that an override added have no line and come last.
+std::pair<int, int> place_of(const SceneNode& n) {
+  return {n.where.line == 0 ? std::numeric_limits<int>::max() : n.where.line, n.where.column};
+}
+
+void collect(const SceneNode& table, const std::string& path, std::pair<int, int> at_least,
+             std::vector<Section>& out) {
+  for (const auto& child : table.children) {
+    if (!is_section(child)) continue;
+    const std::string name = path.empty() ? key_text(child.key) : path + "." + key_text(child.key);
+    const auto add = [&](const SceneNode& section, const std::string& header, bool needed) {
+      const auto place = std::max(at_least, place_of(section));
+      if (needed) out.push_back({header, &section, place});
+      collect(section, name, place, out);
+    };
+    if (child.is_array()) {
+      for (const auto& item : child.children) add(item, "[[" + name + "]]", true);
+      continue;
+    }
+    // A table with nothing but tables below it, like 'spring' in [spring.S1], needs no header.
+    const bool only_a_path =
+        !child.children.empty() && std::all_of(child.children.begin(), child.children.end(), is_section);
+    add(child, "[" + name + "]", !only_a_path);
+  }
+}
+
+}  // namespace
+
+std::string toml_number(double x) {
+  if (std::isnan(x)) return "nan";
+  if (std::isinf(x)) return x > 0 ? "inf" : "-inf";
+  std::string text = fmt::format("{}", x);
+  if (text.find_first_of(".e") == std::string::npos) text += ".0";
+  return text;
+}
+
+std::string write_toml(const SceneNode& root) {
+  std::vector<Section> sections{{"", &root, {0, 0}}};
+  collect(root, "", {0, 0}, sections);
+  std::stable_sort(sections.begin(), sections.end(),
+                   [](const Section& a, const Section& b) { return a.place < b.place; });
+  std::string out;
+  for (const auto& section : sections) {
+    if (!section.header.empty()) out += (out.empty() ? "" : "\n") + section.header + "\n";
+    for (const auto& child : section.table->children)
+      if (!is_section(child)) out += key_text(child.key) + " = " + value_text(child) + "\n";
+  }
+  return out;
+}
+
+}  // namespace costate

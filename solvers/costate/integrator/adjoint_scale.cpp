@@ -1,0 +1,60 @@
+#include "costate/integrator/adjoint_scale.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace costate {
+
+void AdjointScale::sample(const double* y, const std::vector<double>& g_y, const std::vector<Unknown>& unknowns) {
+  double largest = 0;
+  for (std::size_t i = 0; i < g_y.size(); ++i) {
+    largest = std::max(largest, std::abs(g_y[i]));
+    if (unknowns[i].role == Unknown::Role::position) position_ = std::max(position_, std::abs(y[i]));
+    if (unknowns[i].role == Unknown::Role::velocity) velocity_ = std::max(velocity_, std::abs(y[i]));
+  }
+  gradient_ += largest;
+  ++samples_;
+}
+
+void AdjointScale::add_segment(const AdjointScale& other, double span) {
+  integral_ += other.size(span).all;
+  position_ = std::max(position_, other.position_);
+  velocity_ = std::max(velocity_, other.velocity_);
+}
+
+AdjointSize AdjointScale::size() const {
+  // Without a scale of time nothing is known of velocities; a slow motion's are not given more room than the rest.
+  return {integral_, velocity_ > position_ && position_ > 0 ? position_ / velocity_ : 1};
+}
+
+AdjointSize AdjointScale::size(double span) const {
+  AdjointSize s = size();
+  s.all = samples_ > 0 ? gradient_ / static_cast<double>(samples_) * span : 0;
+  return s;
+}
+
+double set_adjoint_tolerances(const std::vector<Unknown>& unknowns, const std::vector<double>& mu,
+                              const AdjointSize& expected, double rtol, double unweighted, double* atol) {
+  double others = expected.all, velocities = expected.all * expected.velocity_factor;
+  for (std::size_t i = 0; i < mu.size(); ++i) {
+    if (!unknowns[i].differential) continue;
+    double& size = unknowns[i].role == Unknown::Role::velocity ? velocities : others;
+    size = std::max(size, std::abs(mu[i]));
+  }
+  if (!(others > 0)) others = velocities > 0 ? velocities : 1;
+  if (!(velocities > 0)) velocities = others;
+  for (std::size_t i = 0; i < mu.size(); ++i)
+    atol[i] = !unknowns[i].in_norm ? unweighted
+                                   : rtol * (unknowns[i].role == Unknown::Role::velocity ? velocities : others);
+  return std::max(others, velocities);
+}
+
+void set_gradient_tolerances(const System& system, const double* y, double adjoint_size, double rtol, double* atol) {
+  double size = 0;  // of the positions
+  for (int i = 0; i < system.size(); ++i)
+    if (system.unknowns()[i].role == Unknown::Role::position) size = std::max(size, std::abs(y[i]));
+  for (int j = 0; j < system.parameter_count(); ++j)
+    atol[j] = rtol * adjoint_size * std::max(size, 1e-6) / system.parameters().parameters[j].scale;
+}
+
+}  // namespace costate

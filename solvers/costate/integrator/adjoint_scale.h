@@ -1,0 +1,43 @@
+// How large an adjoint gets, for its absolute tolerances; it has nothing to do with the state's size. With
+// mu' = ... - g_y it is about the integral of |g_y|, or what it begins with. Adjoints of velocities are smaller where the
+// motion is fast: psi changes by mu_q dq + mu_v dv, and a velocity is a position over the time that the motion takes.
+#pragma once
+
+#include <vector>
+
+#include "costate/formulation/system.h"
+
+namespace costate {
+
+/// Sizes of the adjoint's components, at least.
+struct AdjointSize {
+  double all = 0;
+  double velocity_factor = 1;  // of velocities against the others
+};
+
+/// Gathers the sizes on the way forward.
+class AdjointScale {
+ public:
+  void sample(const double* y, const std::vector<double>& g_y, const std::vector<Unknown>& unknowns);
+  /// Another segment of the same run, over `span`, behind those before it.
+  void add_segment(const AdjointScale& other, double span);
+  /// With what add_segment() gathered, or for one segment alone.
+  AdjointSize size() const;
+  AdjointSize size(double span) const;
+
+ private:
+  double gradient_ = 0, integral_ = 0;  // sum of the samples' largest |g_y|; integral of the segments
+  double position_ = 0, velocity_ = 0;  // largest met
+  long samples_ = 0;
+};
+
+/// Absolute tolerances for an adjoint that begins with mu (unknowns outside the norm get `unweighted`); returns the
+/// largest size of a component.
+double set_adjoint_tolerances(const std::vector<Unknown>& unknowns, const std::vector<double>& mu,
+                              const AdjointSize& expected, double rtol, double unweighted, double* atol);
+
+/// Absolute tolerances for the gradient's integral, an entry a parameter: an adjoint of the size that
+/// set_adjoint_tolerances() returns acts on positions of the size in y, per the parameter's scale.
+void set_gradient_tolerances(const System& system, const double* y, double adjoint_size, double rtol, double* atol);
+
+}  // namespace costate

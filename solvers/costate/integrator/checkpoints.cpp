@@ -1,0 +1,56 @@
+#include "costate/integrator/checkpoints.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "costate/base/error.h"
+#include "costate/sundials/serial_vector.h"
+
+namespace costate {
+
+namespace {
+// The backward run interpolates between order + 1 stored points, up to 13 with Adams' method; SUNDIALS does not look
+// whether a segment has as many and reads past the end of its arrays.
+constexpr long kFewestSteps = 16;
+
+double steps_that_fit(const SolverOptions& options, int unknowns) {
+  constexpr double bytes_beside_vectors = 64;  // SUNDIALS' own record of a step
+  const double bytes = 2 * (8.0 * unknowns + kVectorHeadBytes) + bytes_beside_vectors;
+  return std::max(static_cast<double>(kFewestSteps), options.memory_budget_MB * 1e6 / bytes);
+}
+}  // namespace
+
+CheckpointPlan plan_checkpoints(const SolverOptions& options, int unknowns) {
+  if (options.checkpoint_steps > 0) return {std::max(kFewestSteps, options.checkpoint_steps), true};
+  const double fit = steps_that_fit(options, unknowns);
+  // Variable-order methods of order up to 5 take about (1/rtol)^(1/6) steps per unit of smoothness.
+  const double expected = 1000 * std::max(1.0, std::pow(1e-6 / options.rtol, 1.0 / 6));
+  return {static_cast<long>(std::min(fit, expected)), fit <= expected};
+}
+
+CheckpointPlan plan_again(const SolverOptions& options, int unknowns, long steps) {
+  const double fit = steps_that_fit(options, unknowns);
+  const double wanted = 1.25 * static_cast<double>(steps) + 100;  // steps vary a little with the checkpoints
+  return {static_cast<long>(std::min(fit, wanted)), fit <= wanted};
+}
+
+void RepeatWatch::forward(long steps) {
+  if (!plan_.repeats) return;
+  if (backward_) {
+    backward_ = false;
+    repeating_ = true;
+    first_ = steps;
+    forgotten_at_ = -1;
+  }
+  if (repeating_ && steps - first_ >= plan_.steps)
+    throw SolverError(fmt::format("The forward run could not be repeated from a checkpoint: it took more than the {} "
+                                  "steps of the original. Raise the memory budget, or the number of steps between "
+                                  "checkpoints.", plan_.steps));
+  if (steps % plan_.steps != 0 || steps == forgotten_at_) return;
+  forgotten_at_ = steps;
+  system_.forget_history();
+}
+
+}  // namespace costate

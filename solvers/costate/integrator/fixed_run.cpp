@@ -1,0 +1,145 @@
+#include "costate/integrator/fixed_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "costate/base/error.h"
+
+namespace costate {
+
+namespace {
+
+constexpr long kFirstTrial = 32;
+constexpr long kLastTrial = 1L << 18;
+constexpr long kPoll = 64;  // steps between calls of the monitor
+
+/// What a trial run is judged by: psi, or without a cost the positions at the end.
+std::vector<double> trial(const Problem& problem, const std::vector<double>& rho, long steps) {
+  FixedRun run(problem, rho, steps, false);
+  const double psi = run.forward();
+  if (!problem.objective.running.empty() || !problem.objective.terminal.empty()) return {psi};
+  const StateView s = run.scheme().state();
+  return std::vector<double>(s.q, s.q + run.scheme().assembly().n());
+}
+
+/// |a - b| / |b| in the largest entries.
+double change(const std::vector<double>& a, const std::vector<double>& b, double smallest) {
+  double difference = 0, size = smallest;
+  for (std::size_t i = 0; i < b.size(); ++i) {
+    difference = std::max(difference, std::abs(a[i] - b[i]));
+    size = std::max(size, std::abs(b[i]));
+  }
+  return difference / size;
+}
+
+long chosen_steps(const Problem& problem) {
+  const double wanted = 0.1 * std::sqrt(problem.solver.rtol);
+  const std::vector<double> rho = problem.parameters.values();
+  std::vector<double> before;
+  double error_before = 0;
+  std::string failure;
+  for (long steps = kFirstTrial; steps <= std::min(kLastTrial, problem.solver.max_steps); steps *= 2) {
+    std::vector<double> now;
+    try {
+      now = trial(problem, rho, steps);
+    } catch (const SolverError& e) {  // too coarse, perhaps
+      failure = e.what();
+      before.clear();
+      error_before = 0;
+      continue;
+    }
+    if (!before.empty()) {
+      // Of second order: the error of the finer run is a third of the change.
+      const double error = change(before, now, problem.solver.absolute()) / 3;
+      const double ratio = error > 0 ? error_before / error : 0;
+      const bool settled = (ratio > 2.5 && ratio < 6.5) || (error <= wanted && error_before > 0 && error_before <= wanted);
+      if (settled) {
+        const double scaled = static_cast<double>(steps) * std::sqrt(error / wanted);
+        return std::max(kFirstTrial, static_cast<long>(std::ceil(scaled)));
+      }
+      error_before = error;
+    }
+    before = std::move(now);
+  }
+  if (before.empty())
+    throw SolverError("No step was found that carries the motion over the whole time span; the last attempt says: " +
+                      failure);
+  return std::min(kLastTrial, problem.solver.max_steps);
+}
+
+}  // namespace
+
+long fixed_steps(const Problem& problem) {
+  const SolverOptions& o = problem.solver;
+  const double span = o.t_end - o.t_start;
+  const double steps = o.step_s > 0 ? std::max(1.0, std::ceil(span / o.step_s * (1 - 1e-12)))
+                                    : static_cast<double>(chosen_steps(problem));
+  if (!(steps <= static_cast<double>(o.max_steps)))
+    throw SolverError(fmt::format("Steps of {:g} s over {:g} s are {:.3g} steps, more than the limit of {}. Choose a "
+                                  "larger step, or a larger rtol.", span / steps, span, steps, o.max_steps));
+  return static_cast<long>(steps);
+}
+
+Problem with_fixed_step(const Problem& problem) {
+  Problem p = problem;
+  if (p.solver.step_s <= 0)
+    p.solver.step_s = (p.solver.t_end - p.solver.t_start) / static_cast<double>(fixed_steps(problem));
+  return p;
+}
+
+FixedRun::FixedRun(const Problem& problem, const std::vector<double>& rho, long steps, bool with_derivatives)
+    : problem_(problem), scheme_(problem.make_discrete()), steps_(steps) {
+  scheme_->set_parameters(rho.data());
+  const double span = problem.solver.t_end - problem.solver.t_start;
+  scheme_->start(problem.solver.t_start, span / static_cast<double>(steps), with_derivatives);
+}
+
+double FixedRun::forward(const std::function<void(long k)>& at) {
+  const Objective& objective = scheme_->objective();
+  const bool running = scheme_->has_running_cost();
+  double psi = 0;
+  for (long k = 0;; ++k) {
+    if (running) psi += weight(k) * objective.running_value(scheme_->state(), scheme_->assembly());
+    if (at) at(k);
+    if (problem_.monitor && k % kPoll == 0) problem_.monitor(scheme_->time(), k, false);
+    if (k == steps_) break;
+    scheme_->step();
+  }
+  const DiscreteCounters& c = scheme_->counters();
+  counters_.steps = c.steps;
+  counters_.newton_iterations = c.newton_iterations;
+  counters_.residuals = c.residuals;
+  counters_.jacobians = scheme_->matrices().step_factorizations();
+  return psi + objective.terminal_value(scheme_->state(), scheme_->assembly());
+}
+
+std::vector<double> FixedRun::backward(StepArchive& archive, DiscreteAdjoint& adjoint) {
+  const DiscreteCounters before = scheme_->counters();
+  const long jacobians_before = scheme_->matrices().step_factorizations();
+  adjoint.clear();
+  for (long k = steps_;; --k) {
+    const bool factored = archive.bring_back(k);
+    if (k == steps_) adjoint.add_terminal_cost();
+    adjoint.add_running_cost(weight(k));
+    if (problem_.monitor && k % kPoll == 0) problem_.monitor(scheme_->time(), steps_ - k, true);
+    if (k == 0) {
+      counters_.backward_steps = steps_;
+      counters_.backward_residuals = scheme_->counters().residuals - before.residuals;
+      counters_.backward_newton_iterations = scheme_->counters().newton_iterations - before.newton_iterations;
+      counters_.backward_jacobians = scheme_->matrices().step_factorizations() - jacobians_before;
+      counters_.checkpoints = archive.checkpoints();
+      return adjoint.finish(factored);
+    }
+    adjoint.step_back(factored);
+  }
+}
+
+Counters FixedRun::counters() const {
+  Counters c = counters_;
+  c.factorizations = scheme_->matrices().step_factorizations() + scheme_->matrices().projection_factorizations();
+  return c;
+}
+
+}  // namespace costate

@@ -1,0 +1,135 @@
+// The backward half of IdaSession: the adjoint problem, segment by segment.
+#include <idas/idas.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "costate/integrator/ida_session.h"
+#include "costate/sundials/failure.h"
+#include "costate/sundials/message_capture.h"
+
+namespace costate {
+
+std::vector<double> IdaSession::solve_adjoint() {
+  std::vector<double> gradient(static_cast<std::size_t>(system_.parameter_count()), 0);
+  AdjointState mu = end_adjoint(gradient);
+  solve_backward(mu, adjoint_scale_.size(t_ - options_.t_start), gradient);
+  add_start_gradient(mu, gradient);
+  return gradient;
+}
+
+AdjointState IdaSession::end_adjoint(std::vector<double>& gradient) {
+  AdjointState mu;
+  mu.mu.assign(static_cast<std::size_t>(system_.size()), 0);
+  mu.mup = mu.mu;
+  system_.terminal_adjoint(t_, y(), yp(), mu.mu.data(), mu.mup.data(), gradient.data());
+  return mu;
+}
+
+void IdaSession::transfer_adjoint(DaeSystem& system, const Jump& jump, AdjointState& mu,
+                                  std::vector<double>& gradient) {
+  system.jump_adjoint(jump, mu.mu.data(), mu.mup.data(), gradient.data());
+}
+
+void IdaSession::add_start_gradient(const AdjointState& mu, std::vector<double>& gradient) const {
+  // mu(0)^T F_y' y_rho(0)
+  for (int j = 0; j < system_.parameter_count(); ++j)
+    for (int i = 0; i < system_.size(); ++i)
+      if (id_.data()[i] != 0) gradient[j] += mu.mu[i] * y_rho_(i, j);
+}
+
+void IdaSession::solve_backward(AdjointState& mu, const AdjointSize& expected, std::vector<double>& gradient) {
+  const int n = system_.size(), np = system_.parameter_count();
+  backward_ = std::make_unique<Backward>();
+  Backward& b = *backward_;
+  b.y = Vector(n, context_);
+  b.yp = Vector(n, context_);
+  b.q = Vector(np, context_);
+  b.atol_q = Vector(np, context_);
+  std::copy(mu.mu.begin(), mu.mu.end(), b.y.data());
+  std::copy(mu.mup.begin(), mu.mup.end(), b.yp.data());
+  b.atol = Vector(n, context_);
+  const double scale =
+      set_adjoint_tolerances(system_.unknowns(), mu.mu, expected, options_.rtol, kUnweighted, b.atol.data());
+  set_gradient_tolerances(system_, y(), scale, options_.rtol, b.atol_q.data());
+
+  check(IDACreateB(memory_, &b.which), "IDACreateB");
+  check(IDAInitB(memory_, b.which, backward_residual, t_, b.y, b.yp), "IDAInitB");
+  check(IDASetUserDataB(memory_, b.which, this), "IDASetUserDataB");
+  check(IDASVtolerancesB(memory_, b.which, options_.rtol, b.atol), "IDASVtolerancesB");
+  check(IDASetMaxNumStepsB(memory_, b.which, options_.max_steps), "IDASetMaxNumStepsB");
+  check(IDASetIdB(memory_, b.which, id_), "IDASetIdB");
+  check(IDASetSuppressAlgB(memory_, b.which, SUNTRUE), "IDASetSuppressAlgB");
+  // J_B = cj E - F_y^T = -(F_y - cj E)^T: the forward Newton matrix at -cj, solved transposed.
+  b.newton = std::make_unique<NewtonOperator>(context_, guard_, [this](double* x) {
+    system_.solve_transposed(x);
+    for (int i = 0; i < system_.size(); ++i) x[i] = -x[i];
+  });
+  check(IDASetLinearSolverB(memory_, b.which, b.newton->solver(), b.newton->matrix()), "IDASetLinearSolverB");
+  check(IDASetJacFnB(memory_, b.which, backward_jacobian), "IDASetJacFnB");
+  void* memory_b = IDAGetAdjIDABmem(memory_, b.which);
+  if (np > 0) {
+    check(IDAQuadInitB(memory_, b.which, backward_quadrature, b.q), "IDAQuadInitB");
+    check(IDAQuadSVtolerancesB(memory_, b.which, options_.rtol, b.atol_q), "IDAQuadSVtolerancesB");
+    check(IDASetQuadErrConB(memory_, b.which, SUNTRUE), "IDASetQuadErrConB");
+  }
+  capture_ida_messages(memory_b, message_);
+  const int flag = IDASolveB(memory_, options_.t_start, IDA_NORMAL);
+  if (flag < 0)
+    fail(memory_b, flag, "IDAS could not continue the backward (adjoint) run", adjoint_names(system_.unknowns()));
+  double reached = 0;
+  check(IDAGetB(memory_, b.which, &reached, b.y, b.yp), "IDAGetB");
+  if (np > 0) {
+    check(IDAGetQuadB(memory_, b.which, &reached, b.q), "IDAGetQuadB");
+    for (int j = 0; j < np; ++j) gradient[j] += b.q.data()[j];
+  }
+  std::copy(b.y.data(), b.y.data() + n, mu.mu.begin());
+  std::copy(b.yp.data(), b.yp.data() + n, mu.mup.begin());
+  Counters& c = counters_;
+  IDAGetNumSteps(memory_b, &c.backward_steps);
+  IDAGetNumResEvals(memory_b, &c.backward_residuals);
+  IDAGetNumJacEvals(memory_b, &c.backward_jacobians);
+  IDAGetNumNonlinSolvIters(memory_b, &c.backward_newton_iterations);
+  IDAGetNumErrTestFails(memory_b, &c.backward_error_test_failures);
+  IDAGetNumNonlinSolvConvFails(memory_b, &c.backward_convergence_failures);
+  c.factorizations = system_.factorizations();
+  c.position_iterations = system_.position_iterations();
+}
+
+int IdaSession::backward_residual(double t, N_Vector y, N_Vector yp, N_Vector yB, N_Vector ypB, N_Vector rB, void* p) {
+  IdaSession& s = self_of(p);
+  return s.guard_.run([&] {
+    s.poll(t, true);
+    s.watch_->backward();
+    // E mu' - F_y^T mu + g_y = 0
+    double* r = data(rB);
+    const int n = s.system_.size();
+    const double* x = s.forward(t, y);
+    s.system_.linearize(t, x, data(yp));
+    s.system_.running_cost_gradient(t, x, r, 0, nullptr);
+    const double *id = s.id_.data(), *mup = data(ypB);
+    for (int i = 0; i < n; ++i) r[i] += id[i] * mup[i];
+    s.system_.add_transposed_product(-1, data(yB), r);
+  });
+}
+
+int IdaSession::backward_jacobian(double t, double cj, N_Vector y, N_Vector yp, N_Vector, N_Vector, N_Vector,
+                                  SUNMatrix, void* p, N_Vector, N_Vector, N_Vector) {
+  IdaSession& s = self_of(p);
+  return s.guard_.run([&] { s.system_.factor(t, s.forward(t, y), data(yp), -cj); });
+}
+
+int IdaSession::backward_quadrature(double t, N_Vector y, N_Vector yp, N_Vector yB, N_Vector, N_Vector qB, void* p) {
+  IdaSession& s = self_of(p);
+  return s.guard_.run([&] {
+    // Integrated from T down to 0, so the sign of g_rho - mu^T F_rho is turned.
+    double* q = data(qB);
+    std::fill(q, q + s.system_.parameter_count(), 0.0);
+    const double* x = s.forward(t, y);
+    s.system_.linearize(t, x, data(yp));
+    s.system_.running_cost_gradient(t, x, s.g_y_.data(), -1, q);
+    s.system_.add_parameter_gradient(1, data(yB), q);
+  });
+}
+
+}  // namespace costate

@@ -1,0 +1,89 @@
+#include "costate/integrator/segmented_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace costate {
+
+namespace {
+
+// A mechanism that changes its segment this often without getting on is stuck.
+constexpr std::size_t kMostJumpsInARow = 1000;
+
+void add(Counters& sum, const Counters& c) {
+  sum.steps += c.steps;
+  sum.residuals += c.residuals;
+  sum.jacobians += c.jacobians;
+  sum.newton_iterations += c.newton_iterations;
+  sum.error_test_failures += c.error_test_failures;
+  sum.convergence_failures += c.convergence_failures;
+  sum.backward_steps += c.backward_steps;
+  sum.backward_residuals += c.backward_residuals;
+  sum.backward_jacobians += c.backward_jacobians;
+  sum.backward_newton_iterations += c.backward_newton_iterations;
+  sum.backward_error_test_failures += c.backward_error_test_failures;
+  sum.backward_convergence_failures += c.backward_convergence_failures;
+  sum.sensitivity_residuals += c.sensitivity_residuals;
+  sum.checkpoints += c.checkpoints;
+  // Those of the system count on over all segments.
+  sum.factorizations = std::max(sum.factorizations, c.factorizations);
+  sum.position_iterations = std::max(sum.position_iterations, c.position_iterations);
+  sum.simulations = 1;
+}
+
+}  // namespace
+
+template <class Session, class SystemType>
+void SegmentedRun<Session, SystemType>::advance_segments(double t, Trajectory* trajectory) {
+  std::size_t in_a_row = 0;
+  double last = t_start_;
+  while (!session().advance_segment(t, trajectory)) {
+    Jump jump;
+    SegmentStart start;
+    session().jump(jump, start);
+    in_a_row = jump.t > last ? 0 : in_a_row + 1;
+    last = jump.t;
+    if (in_a_row > kMostJumpsInARow)
+      throw SolverError(fmt::format("The run does not get beyond t = {:.9g} s: one segment follows another.", jump.t));
+    jumps_.push_back(std::move(jump));
+    if (!adjoint_) {
+      session().read_forward_counters();
+      add(past_, session().counters());
+      sessions_.clear();
+    }
+    sessions_.push_back(make_session_(start));
+    if (cost_) session().enable_cost();
+    if (sensitivities_) session().enable_sensitivities();
+    if (adjoint_) session().enable_adjoint(plan_);
+  }
+}
+
+template <class Session, class SystemType>
+std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint() {
+  std::vector<double> gradient(static_cast<std::size_t>(system_.parameter_count()), 0);
+  AdjointScale scale;
+  for (std::size_t k = 0; k < sessions_.size(); ++k)
+    scale.add_segment(sessions_[k]->adjoint_scale(), (k < jumps_.size() ? jumps_[k].t : t_) -
+                                                         (k > 0 ? jumps_[k - 1].t : t_start_));
+  AdjointState mu = session().end_adjoint(gradient);
+  for (std::size_t k = sessions_.size(); k-- > 0;) {
+    sessions_[k]->solve_backward(mu, scale.size(), gradient);
+    if (k > 0) Session::transfer_adjoint(system_, jumps_[k - 1], mu, gradient);
+  }
+  sessions_.front()->add_start_gradient(mu, gradient);
+  return gradient;
+}
+
+template <class Session, class SystemType>
+Counters SegmentedRun<Session, SystemType>::counters() const {
+  Counters sum = past_;
+  for (const auto& s : sessions_) add(sum, s->counters());
+  sum.jumps = static_cast<long>(jumps_.size());
+  return sum;
+}
+
+template class SegmentedRun<IdaSession, DaeSystem>;
+template class SegmentedRun<CvodeSession, OdeSystem>;
+
+}  // namespace costate

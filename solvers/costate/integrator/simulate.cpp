@@ -1,0 +1,81 @@
+#include "costate/integrator/simulate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "costate/base/error.h"
+#include "costate/discrete/step_interpolant.h"
+#include "costate/integrator/fixed_run.h"
+#include "costate/integrator/segmented_run.h"
+
+namespace costate {
+
+namespace {
+
+/// By fixed steps; samples between them by interpolation.
+GradientResult simulate_fixed(const Problem& problem, const std::vector<double>& rho, const std::vector<double>& times,
+                              const SampleSink& sink) {
+  FixedRun run(problem, rho, fixed_steps(problem), false);
+  StepInterpolant between(run.scheme());
+  std::size_t next = 0;
+  GradientResult r;
+  r.psi = run.forward([&](long k) {
+    between.advance();
+    for (; sink && next < times.size() && (times[next] <= run.scheme().time() || k == run.steps()); ++next)
+      sink(between.at(times[next]), run.scheme());
+  });
+  r.counters = run.counters();
+  return r;
+}
+
+template <class Run, class SystemType>
+GradientResult run(SystemType& system, const Problem& problem, const std::vector<double>& rho,
+                   const std::vector<double>& times, const SampleSink& sink) {
+  system.set_parameters(rho.data());
+  Run session(system, problem.solver, problem.monitor, false);
+  session.enable_cost();
+  for (const double t : times) {
+    session.advance(t);
+    if (sink) sink(system.physical_state(t, session.y()), system);
+  }
+  session.advance(problem.solver.t_end);
+  GradientResult r;
+  r.psi = session.cost();
+  if (!system.objective().terminal.empty()) r.psi += system.terminal_cost(problem.solver.t_end, session.y());
+  session.read_forward_counters();
+  r.counters = session.counters();
+  return r;
+}
+
+}  // namespace
+
+std::string integrator_of(const Problem& problem) {
+  const std::string& wanted = problem.solver.integrator;
+  const Formulation& f = find_formulation(problem.formulation);
+  if (wanted.empty()) return f.default_integrator;
+  const std::vector<std::string> known = {"idas", "cvodes", "fixed"};
+  if (std::find(known.begin(), known.end(), wanted) == known.end())
+    throw CapabilityError(fmt::format("There is no integrator '{}'.{}", wanted, suggestion(wanted, known)));
+  return wanted;
+}
+
+GradientResult simulate(const Problem& problem, const std::vector<double>& rho, const std::vector<double>& times,
+                        const SampleSink& sink) {
+  const std::string integrator = integrator_of(problem);
+  problem.check_values(rho);
+  GradientResult r;
+  if (integrator == "idas") {
+    const auto system = problem.make_dae();
+    r = run<IdaRun>(*system, problem, rho, times, sink);
+  } else if (integrator == "fixed") {
+    r = simulate_fixed(problem, rho, times, sink);
+  } else {
+    const auto system = problem.make_ode();
+    r = run<CvodeRun>(*system, problem, rho, times, sink);
+  }
+  r.integrator = integrator;
+  return r;
+}
+
+}  // namespace costate

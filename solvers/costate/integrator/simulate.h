@@ -1,0 +1,21 @@
+// A plain simulation: psi, counters, and samples of the motion for files and reports.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "costate/sensitivity/problem.h"
+
+namespace costate {
+
+/// Receives the mechanism's state at each sample time; accelerations and multipliers are consistent.
+using SampleSink = std::function<void(const PhysicalState& state, System& system)>;
+
+/// The integrator a problem runs on: its own choice, or the formulation's default.
+std::string integrator_of(const Problem& problem);
+
+/// psi at the parameters rho; samples (increasing times within the span) go to the sink. The result has no gradient.
+GradientResult simulate(const Problem& problem, const std::vector<double>& rho,
+                        const std::vector<double>& sample_times = {}, const SampleSink& sink = {});
+
+}  // namespace costate

@@ -1,0 +1,56 @@
+// What the end of an optimization is worth: the conditions of first and second order at the point found
+// (lib/README.md (13.9) to (13.12)). With x = rho / scale, active constraints psi_c <= upper and active
+// bounds,
+//   L(x) = psi + sum of mu_c (psi_c - upper) - z_lower^T (x - lower) + z_upper^T (x - upper),   mu, z >= 0
+// first order is dL/dx = 0; second order, the Hessian of L on the directions that keep what is active.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "costate/optimize/optimizer.h"
+
+namespace costate {
+
+struct Certificate {
+  /// One sentence: "strict local minimum: ...", "stationary, ...", "not stationary: ...".
+  std::string verdict;
+  enum class Kind {
+    strict_minimum,
+    flat,
+    indefinite,
+    stationary,
+    not_stationary
+  } kind = Kind::not_stationary;
+
+  double projected_gradient = 0;  // of psi, largest entry in scaled parameters, bounds respected
+  /// Largest of |dL/dx|, mu_c (psi_c - upper) and of the constraints' violations over the larger of 1 and
+  /// |upper|.
+  double kkt_residual = 0;
+  double tolerance = 0;  // what counts as zero in kkt_residual
+
+  std::vector<std::string> active;  // "L02.lower", "constraint.impulse"
+  std::vector<std::string> free;    // parameters on no active bound
+  /// Of what is active: what psi gains by a unit of that bound or `upper` (in their own units), >= 0 at a
+  /// minimum.
+  std::vector<std::pair<std::string, double>> multipliers;
+
+  /// Of the Hessian of L in scaled free parameters on the directions that keep the active constraints,
+  /// ascending; empty when everything is active (nothing is left to move) or when there is no Hessian.
+  std::vector<double> eigenvalues;
+  /// Where these are all positive: Newton's step to the minimum, largest entry in scaled parameters, and what
+  /// psi would fall by along it; -1 elsewhere.
+  double newton_step = -1, predicted_decrease = -1;
+  double curvature_tolerance = 0;  // what counts as zero among them
+  std::string formulation;         // the Hessian's; empty: there is none
+  std::string note;                // why not the run's own formulation, or why there is none
+  double asymmetry = 0;            // of the Hessian as computed, relative to its largest entry
+};
+
+/// At an evaluation of an optimization (its psi, gradient and constraints are those of `method`); `first` is
+/// the evaluation it began with, whose gradient is the measure where there is no Hessian.
+Certificate certify(const Problem& problem, const std::vector<OptimizerConstraint>& constraints,
+                    const OptimizerEvaluation& first, const OptimizerEvaluation& best);
+
+}  // namespace costate

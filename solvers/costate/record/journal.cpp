@@ -1,0 +1,202 @@
+#include "costate/record/journal.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <string>
+#include <string_view>
+
+#include "costate/base/error.h"
+#include "costate/record/atomic_file.h"
+#include "costate/record/json_number.h"
+
+namespace costate {
+namespace {
+
+using nlohmann::json;
+using record_detail::errno_text;
+using record_detail::FileDescriptor;
+
+constexpr int kVersion = 1;
+constexpr std::string_view kMagic = "{\"costate_journal\":";
+
+std::string shortened(const json& value) {
+  std::string text = value.dump(-1, ' ', true, json::error_handler_t::replace);
+  if (text.size() > 60) text = text.substr(0, 57) + "...";
+  return text;
+}
+
+// Lists where two JSON values differ, as "key/inner: journal has a, this run has b".
+void list_differences(const json& old_value, const json& new_value, const std::string& where,
+                      std::vector<std::string>& found) {
+  if (old_value == new_value) return;
+  const std::string place = where.empty() ? "header" : where;
+  const auto step = [&](const std::string& key) { return where.empty() ? key : where + "/" + key; };
+  if (old_value.is_object() && new_value.is_object()) {
+    for (const auto& [key, value] : old_value.items()) {
+      if (new_value.contains(key)) {
+        list_differences(value, new_value.at(key), step(key), found);
+      } else {
+        found.push_back(
+            fmt::format("'{}': the journal has {}, this run has none", step(key), shortened(value)));
+      }
+    }
+    for (const auto& [key, value] : new_value.items()) {
+      if (!old_value.contains(key)) {
+        found.push_back(
+            fmt::format("'{}': the journal has none, this run has {}", step(key), shortened(value)));
+      }
+    }
+  } else if (old_value.is_array() && new_value.is_array() && old_value.size() == new_value.size()) {
+    for (std::size_t i = 0; i < old_value.size(); ++i) {
+      list_differences(old_value[i], new_value[i], step(std::to_string(i)), found);
+    }
+  } else if (old_value.is_string() && new_value.is_string()) {
+    // Long texts (a scene) usually begin alike: show where they part.
+    const auto& a = old_value.get_ref<const std::string&>();
+    const auto& b = new_value.get_ref<const std::string&>();
+    std::size_t same = 0;
+    long line = 1;
+    while (same < a.size() && same < b.size() && a[same] == b[same]) line += a[same++] == '\n';
+    const bool many_lines = a.find('\n') != std::string::npos || b.find('\n') != std::string::npos;
+    found.push_back(many_lines ? fmt::format("'{}': the texts differ from line {} on", place, line)
+                               : fmt::format("'{}': the journal has {}, this run has {}", place,
+                                             shortened(old_value), shortened(new_value)));
+  } else {
+    found.push_back(fmt::format("'{}': the journal has {}, this run has {}", place, shortened(old_value),
+                                shortened(new_value)));
+  }
+}
+
+void require_same_header(const json& old_header, const json& new_header, const std::filesystem::path& path) {
+  std::vector<std::string> found;
+  list_differences(old_header, new_header, "", found);
+  if (found.empty()) return;
+  std::string text;
+  for (std::size_t i = 0; i < found.size() && i < 4; ++i) text += (i == 0 ? "" : "; ") + found[i];
+  if (found.size() > 4) text += fmt::format("; and {} more", found.size() - 4);
+  throw Error(
+      fmt::format("cannot resume from the journal '{}': it belongs to another run. Differing: {}. Use "
+                  "the same scene and settings, choose another journal, or start without resuming",
+                  path.string(), text));
+}
+
+void lock(const FileDescriptor& file, const std::filesystem::path& path) {
+  if (::flock(file.get(), LOCK_EX | LOCK_NB) == 0) return;
+  // File systems without locks are accepted; only a lock held by somebody else is an error.
+  if (errno == EWOULDBLOCK) {
+    throw Error(
+        fmt::format("the journal '{}' is in use by another run; wait for it to end or choose another "
+                    "journal",
+                    path.string()));
+  }
+}
+
+FileDescriptor open_file(const std::filesystem::path& path, std::string& content) {
+  FileDescriptor file(::open(path.c_str(), O_RDWR | O_APPEND | O_CLOEXEC));
+  if (!file.valid()) {
+    if (errno == ENOENT) return file;
+    throw Error(fmt::format("cannot open the journal '{}': {}; check the path and its permissions",
+                            path.string(), errno_text(errno)));
+  }
+  lock(file, path);
+  const int failed = record_detail::read_all(file.get(), content);
+  if (failed != 0) {
+    throw Error(fmt::format("cannot read the journal '{}': {}", path.string(), errno_text(failed)));
+  }
+  if (!content.empty() && content.compare(0, kMagic.size(), kMagic) != 0) {
+    throw Error(fmt::format(
+        "'{}' is not a Costate journal and is left untouched; choose another journal path", path.string()));
+  }
+  return file;
+}
+
+json parse_line(std::string_view line, long number, const std::filesystem::path& path) {
+  try {
+    return json::parse(line);
+  } catch (const json::exception& error) {
+    throw Error(
+        fmt::format("the journal '{}' is corrupt in line {}: {}; restore it from a copy, or delete this "
+                    "line and all after it to go on from the records before",
+                    path.string(), number, error.what()));
+  }
+}
+
+}  // namespace
+
+Journal Journal::open(const std::filesystem::path& path, const json& header, bool resume) {
+  Journal journal;
+  journal.path_ = path;
+  const json stored_header = json::parse(json_to_line(header, "the journal header"));
+  std::string content;
+  FileDescriptor existing = open_file(path, content);
+
+  if (!resume || content.empty()) {
+    const json first = {{"costate_journal", kVersion}, {"header", stored_header}};
+    const std::string line = first.dump() + "\n";
+    write_file_atomically(path, line);  // `existing` keeps its lock until the new file is in place
+    std::string reread;
+    journal.file_ = open_file(path, reread);
+    if (reread != line) {
+      throw Error(
+          fmt::format("the journal '{}' was changed by another process while it was created", path.string()));
+    }
+    journal.size_bytes_ = line.size();
+    return journal;
+  }
+
+  journal.file_ = std::move(existing);
+  std::string_view rest = content;
+  for (long number = 1; !rest.empty(); ++number) {
+    const std::size_t end = rest.find('\n');
+    if (end == std::string_view::npos) {
+      if (number == 1) throw Error(fmt::format("the journal '{}' ends within its header", path.string()));
+      journal.dropped_partial_record_ = true;
+      break;
+    }
+    json value = parse_line(rest.substr(0, end), number, path);
+    rest.remove_prefix(end + 1);
+    journal.size_bytes_ += end + 1;
+    if (number > 1) {
+      journal.records_.push_back(std::move(value));
+      continue;
+    }
+    if (value.at("costate_journal") != kVersion || !value.contains("header")) {
+      throw Error(
+          fmt::format("the journal '{}' was written by another version of Costate; start without "
+                      "resuming or use that version",
+                      path.string()));
+    }
+    require_same_header(value.at("header"), stored_header, path);
+  }
+  journal.resumed_records_ = journal.records_.size();
+  if (journal.dropped_partial_record_) {
+    const bool cut = ::ftruncate(journal.file_.get(), static_cast<off_t>(journal.size_bytes_)) == 0;
+    const int failed = cut ? record_detail::sync_to_disk(journal.file_.get()) : errno;
+    if (failed != 0) {
+      throw Error(fmt::format("cannot cut the incomplete last line off the journal '{}': {}", path.string(),
+                              errno_text(failed)));
+    }
+  }
+  return journal;
+}
+
+void Journal::append(const json& record) {
+  const std::string line = json_to_line(record, "a journal record") + "\n";
+  int failed = record_detail::write_all(file_.get(), line);
+  if (failed == 0) failed = record_detail::sync_to_disk(file_.get());
+  if (failed != 0) {
+    [[maybe_unused]] const int ignored = ::ftruncate(file_.get(), static_cast<off_t>(size_bytes_));
+    throw Error(
+        fmt::format("cannot append to the journal '{}': {}; the records before are kept: free some space "
+                    "and resume",
+                    path_.string(), errno_text(failed)));
+  }
+  size_bytes_ += line.size();
+  records_.push_back(json::parse(line));
+}
+
+}  // namespace costate

@@ -1,0 +1,25 @@
+// Method "discrete-adjoint": the exact adjoint of a fixed-step run, one pass back whatever the number of parameters.
+#include "costate/integrator/fixed_run.h"
+#include "costate/sensitivity/method.h"
+
+namespace costate {
+namespace {
+
+GradientResult run(const Problem& problem, const std::vector<double>& rho) {
+  FixedRun run(problem, rho, fixed_steps(problem), true);
+  StepArchive archive(run.scheme(), run.steps(), problem.solver.memory_budget_MB * 1e6, problem.solver.checkpoint_steps);
+  GradientResult r;
+  r.integrator = "fixed";
+  r.psi = run.forward([&](long) { archive.keep(); });
+  DiscreteAdjoint adjoint(run.scheme());
+  r.gradient = run.backward(archive, adjoint);
+  r.counters = run.counters();
+  return r;
+}
+
+const RegisterSensitivityMethod registered({"discrete-adjoint",
+                                            "exact adjoint of the fixed-step scheme: one pass back for all parameters",
+                                            SensitivityMethod::Needs::discrete, run});
+
+}  // namespace
+}  // namespace costate

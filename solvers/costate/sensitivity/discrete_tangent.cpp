@@ -1,0 +1,31 @@
+// Method "discrete-tangent": the exact derivative of a fixed-step run, one column a parameter beside the run.
+#include "costate/integrator/fixed_run.h"
+#include "costate/sensitivity/method.h"
+
+namespace costate {
+namespace {
+
+GradientResult run(const Problem& problem, const std::vector<double>& rho) {
+  FixedRun run(problem, rho, fixed_steps(problem), true);
+  DiscreteTangent tangent(run.scheme());
+  GradientResult r;
+  r.integrator = "fixed";
+  r.gradient.assign(rho.size(), 0.0);
+  r.psi = run.forward([&](long k) {
+    if (k == 0)
+      tangent.start();
+    else
+      tangent.step();
+    tangent.add_running_cost(run.weight(k), r.gradient.data());
+  });
+  tangent.add_terminal_cost(r.gradient.data());
+  r.counters = run.counters();
+  return r;
+}
+
+const RegisterSensitivityMethod registered({"discrete-tangent",
+                                            "exact tangent of the fixed-step scheme: psi's own gradient, to rounding",
+                                            SensitivityMethod::Needs::discrete, run});
+
+}  // namespace
+}  // namespace costate

@@ -1,0 +1,126 @@
+#include "costate/sensitivity/hand_run.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "costate/integrator/radau_linear.h"
+#include "costate/integrator/segmented_run.h"
+#include "costate/integrator/simulate.h"
+
+namespace costate {
+
+namespace {
+constexpr int kMaxRefinements = 7;
+
+template <class Run, class SystemType>
+void record(SystemType& system, const Problem& problem, const std::vector<double>& rho, ForwardMotion& motion) {
+  system.set_parameters(rho.data());
+  Run session(system, problem.solver, problem.monitor, false);
+  session.enable_cost();
+  session.advance_recording(problem.solver.t_end, motion.trajectory);
+  motion.psi = session.cost();
+  if (!system.objective().terminal.empty())
+    motion.psi += system.terminal_cost(problem.solver.t_end, session.y());
+  session.read_forward_counters();
+  motion.counters = session.counters();
+}
+}  // namespace
+
+ForwardMotion record_motion(const Problem& problem, const std::vector<double>& rho) {
+  const Mechanism& m = *problem.mechanism;
+  ForwardMotion motion{Trajectory(m.coordinate_count(), m.state_count()), 0, {}, integrator_of(problem)};
+  if (motion.integrator == "idas") {
+    const auto system = problem.make_dae();
+    record<IdaRun>(*system, problem, rho, motion);
+  } else {
+    const auto system = problem.make_ode();
+    record<CvodeRun>(*system, problem, rho, motion);
+  }
+  return motion;
+}
+
+std::vector<double> grid_of(const Trajectory& trajectory, std::size_t stride) {
+  std::vector<double> grid{trajectory.t_begin()};
+  for (std::size_t i = stride - 1; i + 1 < trajectory.steps(); i += stride) grid.push_back(trajectory.step_end(i));
+  // The first steps of a multistep method are tiny; the linear pass needs no start-up.
+  const double span = trajectory.t_end() - trajectory.t_begin();
+  grid.erase(std::remove_if(grid.begin() + 1, grid.end(),
+                            [&](double t) { return t - trajectory.t_begin() < 1e-5 * span; }),
+             grid.end());
+  if (grid.size() > 1 && trajectory.t_end() - grid.back() < 1e-9 * span) grid.pop_back();
+  grid.push_back(trajectory.t_end());
+  return grid;
+}
+
+std::vector<double> with_times(const std::vector<double>& grid, const std::vector<double>& times) {
+  std::vector<double> r = grid;
+  const double near = 1e-9 * (grid.back() - grid.front());
+  for (const double t : times) {
+    if (t <= grid.front() || t >= grid.back()) continue;
+    const auto above = std::lower_bound(r.begin() + 1, r.end() - 1, t);
+    // A grid point so near that the step between would be lost in rounding gives way.
+    if (above != r.end() - 1 && *above - t < near)
+      *above = t;
+    else if (above != r.begin() + 1 && t - *(above - 1) < near)
+      *(above - 1) = t;
+    else
+      r.insert(above, t);
+  }
+  return r;
+}
+
+std::vector<double> refined(const std::vector<double>& grid) {
+  std::vector<double> r;
+  for (std::size_t i = 0; i + 1 < grid.size(); ++i) {
+    r.push_back(grid[i]);
+    r.push_back(0.5 * (grid[i] + grid[i + 1]));
+  }
+  r.push_back(grid.back());
+  return r;
+}
+
+GradientResult run_hand_equations(const Problem& problem, const std::vector<double>& rho, HandEquations& equations) {
+  equations.t_start = problem.solver.t_start;
+  equations.set_parameters(rho.data());
+  const ForwardMotion motion = record_motion(problem, rho);
+  RadauLinear radau(equations);
+  std::vector<double> ends{motion.trajectory.t_begin()};
+  for (std::size_t i = 0; i < motion.trajectory.steps(); ++i) ends.push_back(motion.trajectory.step_end(i));
+  const std::vector<double> changes =
+      equations.plan(ends, [&](double t, double* qvz) { motion.trajectory.evaluate(t, qvz); });
+  std::vector<double> grid = with_times(
+      grid_of(motion.trajectory, std::max<std::size_t>(1, motion.trajectory.steps() / 60)), changes);
+  GradientResult r;
+  r.psi = motion.psi;
+  r.counters = motion.counters;
+  r.integrator = motion.integrator;
+  const auto pass = [&] {
+    const RadauResult x = radau.integrate(motion.trajectory, grid);
+    (equations.direction() == HandEquations::Direction::backward ? r.counters.backward_steps : r.counters.steps) +=
+        x.steps;
+    r.counters.backward_residuals += x.evaluations;
+    r.counters.factorizations += x.factorizations;
+    return x.gradient;
+  };
+  const auto size_of = [&](const Eigen::VectorXd& g) {
+    double size = 0;
+    for (Eigen::Index j = 0; j < g.size(); ++j)
+      size = std::max(size, std::abs(g[j]) * problem.parameters.parameters[static_cast<std::size_t>(j)].scale);
+    return size;
+  };
+  // Order 3 to 5: once a halving changes the gradient by less than a few tolerances, the rest is below them.
+  Eigen::VectorXd gradient = pass();
+  for (int level = 0; level < kMaxRefinements; ++level) {
+    grid = refined(grid);
+    const Eigen::VectorXd finer = pass();
+    const Eigen::VectorXd change = finer - gradient;
+    gradient = finer;
+    r.gradient_error.assign(change.data(), change.data() + change.size());
+    if (size_of(change) <= 3 * problem.solver.rtol * size_of(finer)) break;
+  }
+  for (double& e : r.gradient_error) e = std::abs(e);
+  r.gradient.assign(gradient.data(), gradient.data() + gradient.size());
+  return r;
+}
+
+}  // namespace costate

@@ -1,0 +1,20 @@
+// Method "hand-tangent": the formulation's hand-derived tangent equations, integrated by their own pass.
+#include "costate/sensitivity/hand_run.h"
+#include "costate/sensitivity/method.h"
+
+namespace costate {
+namespace {
+
+GradientResult run(const Problem& problem, const std::vector<double>& rho) {
+  const auto equations = find_formulation(problem.formulation)
+                             .make_hand_tangent(problem.mechanism, problem.parameters, problem.objective,
+                                              problem.formulation_options);
+  return run_hand_equations(problem, rho, *equations);
+}
+
+const RegisterSensitivityMethod registered({"hand-tangent",
+                                            "the formulation's hand-derived tangent equations, on a Radau scheme of ours",
+                                            SensitivityMethod::Needs::hand_tangent, run});
+
+}  // namespace
+}  // namespace costate

@@ -1,0 +1,20 @@
+// Method "idas-forward": forward sensitivities of IDAS: one linear system a parameter and step.
+#include "costate/sensitivity/integrator_gradient.h"
+#include "costate/sensitivity/method.h"
+
+namespace costate {
+namespace {
+
+GradientResult run(const Problem& problem, const std::vector<double>& rho) {
+  return forward_gradient<IdaRun>(*problem.make_dae(), problem, rho, "idas");
+}
+
+const RegisterSensitivityMethod registered({
+    "idas-forward",
+    "forward sensitivities of IDAS: one linear system a parameter and step",
+    SensitivityMethod::Needs::dae,
+    run,
+});
+
+}  // namespace
+}  // namespace costate

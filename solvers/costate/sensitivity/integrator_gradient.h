@@ -1,0 +1,55 @@
+// The course of a gradient by an integrator's own sensitivities, the same on IDAS and CVODES: Run is IdaRun or CvodeRun.
+#pragma once
+
+#include <string>
+
+#include "costate/integrator/segmented_run.h"
+
+namespace costate {
+
+/// Forward run with checkpoints, then the adjoint back; once more with another plan when the first one cannot repeat
+/// its segments.
+template <class Run, class SystemType>
+GradientResult adjoint_gradient(SystemType& system, const Problem& problem, const std::vector<double>& rho,
+                                const std::string& integrator) {
+  system.set_parameters(rho.data());
+  CheckpointPlan plan = plan_checkpoints(problem.solver, system.size());
+  for (long runs = 1;; ++runs) {
+    Run session(system, problem.solver, problem.monitor, true);
+    session.enable_cost();
+    session.enable_adjoint(plan);
+    session.advance_with_checkpoints(problem.solver.t_end);
+    session.read_forward_counters();  // after the backward run they describe the last segment's repetition
+    if (session.counters().checkpoints > 0 && !plan.repeats) {
+      plan = plan_again(problem.solver, system.size(), session.counters().steps);
+      continue;
+    }
+    GradientResult r;
+    r.integrator = integrator;
+    r.psi = session.cost() + system.terminal_cost(problem.solver.t_end, session.y());
+    r.gradient = session.solve_adjoint();
+    r.counters = session.counters();
+    r.counters.simulations = runs;
+    return r;
+  }
+}
+
+/// One forward run of the state and its sensitivities; `more` goes to the sessions.
+template <class Run, class SystemType, class... More>
+GradientResult forward_gradient(SystemType& system, const Problem& problem, const std::vector<double>& rho,
+                                const std::string& integrator, More... more) {
+  system.set_parameters(rho.data());
+  Run session(system, problem.solver, problem.monitor, true, more...);
+  GradientResult r;
+  r.integrator = integrator;
+  session.enable_cost();
+  session.enable_sensitivities();
+  session.advance(problem.solver.t_end);
+  r.psi = session.cost() + system.terminal_cost(problem.solver.t_end, session.y());
+  r.gradient = session.sensitivity_gradient();
+  session.read_forward_counters();
+  r.counters = session.counters();
+  return r;
+}
+
+}  // namespace costate

@@ -1,0 +1,119 @@
+#include "costate/sensitivity/method.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "costate/base/error.h"
+
+namespace costate {
+
+namespace {
+std::vector<SensitivityMethod>& table() {
+  static std::vector<SensitivityMethod> methods;
+  return methods;
+}
+}  // namespace
+
+RegisterSensitivityMethod::RegisterSensitivityMethod(SensitivityMethod m) {
+  auto& t = table();
+  t.insert(std::upper_bound(t.begin(), t.end(), m, [](const auto& a, const auto& b) { return a.name < b.name; }),
+           std::move(m));
+}
+
+const std::vector<SensitivityMethod>& sensitivity_methods() { return table(); }
+
+const SensitivityMethod& find_sensitivity_method(const std::string& name) {
+  std::vector<std::string> names;
+  for (const auto& m : table()) {
+    if (m.name == name) return m;
+    names.push_back(m.name);
+  }
+  throw CapabilityError(fmt::format("There is no method '{}'.{}", name, suggestion(name, names)));
+}
+
+namespace {
+
+using Needs = SensitivityMethod::Needs;
+
+bool offers(const Formulation& f, Needs needs) {
+  switch (needs) {
+    case Needs::dae: return f.make_dae != nullptr;
+    case Needs::ode: return f.make_ode != nullptr;
+    case Needs::either: return f.make_dae || f.make_ode;
+    case Needs::discrete: return f.make_discrete != nullptr;
+    case Needs::hand_tangent: return f.make_hand_tangent != nullptr;
+    case Needs::hand_adjoint: return f.make_hand_adjoint != nullptr;
+  }
+  return false;
+}
+
+const char* form_name(Needs needs) {
+  switch (needs) {
+    case Needs::dae: return "a residual form (DAE)";
+    case Needs::ode: return "an explicit right-hand side (ODE)";
+    case Needs::either: return "a form that an integrator can carry";
+    case Needs::discrete: return "a fixed-step scheme";
+    case Needs::hand_tangent: return "hand-derived tangent equations";
+    case Needs::hand_adjoint: return "hand-derived adjoint equations";
+  }
+  return "";
+}
+
+/// "adjoint", "forward", ...: what a method's name ends in.
+std::string direction(const std::string& method) { return method.substr(method.find('-') + 1); }
+
+}  // namespace
+
+std::string refusal(const SensitivityMethod& method, const Formulation& formulation) {
+  if (offers(formulation, method.needs)) return {};
+  std::string nearest;
+  // The same direction on the other integrator's module comes before our own hand-derived and discrete ones.
+  for (const bool module : {true, false})
+    for (const auto& m : table())
+      if (nearest.empty() && (m.needs == Needs::dae || m.needs == Needs::ode) == module && m.name != method.name &&
+          direction(m.name) == direction(method.name) && offers(formulation, m.needs))
+        nearest = fmt::format("method '{}' with formulation '{}'", m.name, formulation.name);
+  for (const auto& f : formulations())
+    if (offers(f, method.needs)) {
+      nearest += fmt::format("{}method '{}' with formulation '{}'", nearest.empty() ? "" : ", or ", method.name, f.name);
+      break;
+    }
+  return fmt::format("Method '{}' needs {}, which formulation '{}' does not have.{}", method.name,
+                     form_name(method.needs), formulation.name,
+                     nearest.empty() ? "" : " Nearest that works: " + nearest + ".");
+}
+
+GradientResult gradient(const Problem& problem, const std::string& name, const std::vector<double>& rho) {
+  const SensitivityMethod& method = find_sensitivity_method(name);
+  const std::string no = refusal(method, find_formulation(problem.formulation));
+  if (!no.empty()) throw CapabilityError(no);
+  problem.check_values(rho);
+  return method.gradient(problem, rho);
+}
+
+std::vector<double> estimate_gradient_error(const Problem& problem, const std::string& method,
+                                            const std::vector<double>& rho, const GradientResult& result) {
+  Problem tighter = problem;
+  if (find_sensitivity_method(method).needs == SensitivityMethod::Needs::discrete) {
+    // Exact for its own psi; what is estimated is the distance to the integral, three quarters of which halving the step
+    // of a second-order scheme takes away.
+    tighter.solver.step_s =
+        (problem.solver.t_end - problem.solver.t_start) / (2.0 * static_cast<double>(result.counters.steps));
+    const GradientResult finer = gradient(tighter, method, rho);
+    std::vector<double> error;
+    for (std::size_t j = 0; j < result.gradient.size(); ++j)
+      error.push_back(4.0 / 3.0 * std::abs(result.gradient[j] - finer.gradient[j]));
+    return error;
+  }
+  tighter.solver.rtol = std::max(problem.solver.rtol / 10, 1e-14);
+  tighter.solver.atol = std::max(problem.solver.absolute() / 10, 1e-16);
+  const GradientResult better = gradient(tighter, method, rho);
+  std::vector<double> error;
+  for (std::size_t j = 0; j < result.gradient.size(); ++j)
+    error.push_back(std::abs(result.gradient[j] - better.gradient[j]));
+  return error;
+}
+
+}  // namespace costate

@@ -1,0 +1,48 @@
+#include "costate/sundials/failure.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace costate {
+
+namespace {
+
+/// The three largest |weights * x| by name: "P.x (3.1e+02 x tolerance), ..."; empty when all are zero.
+std::string largest(const double* weights, const double* x, const std::vector<Unknown>& unknowns, const char* unit) {
+  if (!weights || !x) return {};
+  std::vector<std::pair<double, std::string>> found;
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    const double e = std::abs(weights[i] * x[i]);
+    if (e > 0 || !std::isfinite(e)) found.emplace_back(std::isfinite(e) ? e : HUGE_VAL, unknowns[i].name);
+  }
+  std::sort(found.rbegin(), found.rend());
+  found.resize(std::min<std::size_t>(3, found.size()));
+  std::vector<std::string> names;
+  for (const auto& [e, name] : found) names.push_back(fmt::format("{} ({:.2g} x tolerance{})", name, e, unit));
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+}  // namespace
+
+std::vector<Unknown> adjoint_names(std::vector<Unknown> unknowns) {
+  for (Unknown& u : unknowns) u.name = "adjoint of " + u.name;
+  return unknowns;
+}
+
+std::string failure_report(const FailureContext& c, const std::vector<Unknown>& unknowns) {
+  std::string text = fmt::format("{} at t = {:.9g} s after {} steps, step size {:.3g} s [{}].", c.what, c.t, c.steps,
+                                 c.step, c.flag);
+  const std::string errors = largest(c.weights, c.errors, unknowns, "");
+  const std::string rates = errors.empty() ? largest(c.weights, c.rates, unknowns, " per second") : "";
+  if (!errors.empty()) text += fmt::format(" Largest local errors: {}.", errors);
+  if (!rates.empty()) text += fmt::format(" Fastest changes: {}.", rates);
+  if (!c.message.empty()) text += " " + c.message;
+  text += " Check the scene near this time (singular configuration, coinciding points, very stiff elements), loosen "
+          "rtol, or try another formulation.";
+  return text;
+}
+
+}  // namespace costate

@@ -1,0 +1,28 @@
+// The report of an integrator's failure: what, when, at which step, and the worst components by name.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "costate/formulation/system.h"
+
+namespace costate {
+
+struct FailureContext {
+  std::string what;     // "IDAS could not continue the simulation"
+  std::string message;  // the library's own text
+  std::string flag;     // "IDA_CONV_FAILURE"
+  double t = 0, step = 0;
+  long steps = 0;
+  const double* weights = nullptr;  // of the error norm, size() entries
+  const double* errors = nullptr;   // estimated local errors
+  const double* rates = nullptr;    // time derivatives, named when there are no errors to name
+};
+
+/// Weighted local errors above all others come first; advice depends on the flag.
+std::string failure_report(const FailureContext& c, const std::vector<Unknown>& unknowns);
+
+/// The unknowns of a backward run, by the names of those that they belong to.
+std::vector<Unknown> adjoint_names(std::vector<Unknown> unknowns);
+
+}  // namespace costate

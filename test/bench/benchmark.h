@@ -1,0 +1,35 @@
+// The benchmarks of this program: each prints a table, or one JSON object.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "costate/sensitivity/problem.h"
+
+namespace costate::bench {
+
+struct Settings {
+  int rounds = 11;     // of interleaved timing
+  bool quick = false;  // fewer and smaller cases, to see that it runs
+};
+
+struct Report {
+  std::string text;
+  nlohmann::json json;
+};
+
+/// Gradients of the five-bar: their time against a simulation and against the program by hand, their errors, counters.
+Report gradients(const Settings& settings);
+/// Gradients of a chain against the number of parameters, and the time of a step against the length of the chain.
+Report parameters(const Settings& settings);
+
+/// Every formulation by every method on the five-bar and Andrews' mechanism at three tolerances: counters, time, errors.
+Report matrix(const Settings& settings);
+/// The discrete adjoint's time against its simulation's on three mechanisms.
+Report discrete(const Settings& settings);
+
+/// Residuals or right-hand sides and Jacobians, forward and backward, of state and sensitivities.
+long callbacks(const Counters& c);
+nlohmann::json counters_json(const Counters& c);
+
+}  // namespace costate::bench

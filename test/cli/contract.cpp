@@ -1,0 +1,210 @@
+// What other programs read: with --json every command prints exactly one object on standard output, with these keys
+// and types, whatever happens.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <set>
+
+#include "five_bar.h"
+#include "process.h"
+
+using costate::test::costate_json;
+using costate::test::kFiveBar;
+using costate::test::one_object;
+using costate::test::WorkingDirectory;
+using Json = nlohmann::json;
+
+namespace {
+
+void check_number_object(const Json& j, const std::set<std::string>& names) {
+  REQUIRE(j.is_object());
+  std::set<std::string> found;
+  for (const auto& [name, value] : j.items()) {
+    INFO(name);
+    CHECK(value.is_number());
+    found.insert(name);
+  }
+  CHECK(found == names);
+}
+
+/// The keys that every summary of a run has.
+void check_run(const Json& j) {
+  INFO(j.dump(1));
+  CHECK(j.at("psi").is_number());
+  check_number_object(j.at("parameters"), {"L01", "L02"});
+  CHECK(j.contains("gradient"));
+  CHECK(j.contains("gradient_error"));
+  CHECK(j.at("formulation") == "index1");
+  CHECK((j.at("integrator") == "idas" || j.at("integrator") == "cvodes"));
+  CHECK(j.contains("method"));
+  CHECK(j.at("rtol").get<double>() == 1e-8);
+  REQUIRE(j.at("counters").is_object());
+  for (const auto& [name, value] : j.at("counters").items()) {
+    INFO(name);
+    CHECK(value.is_number_integer());
+  }
+  CHECK(j.at("counters").at("steps").get<long>() > 0);
+  CHECK(j.at("wall_s").get<double>() > 0);
+  CHECK(j.at("status") == "ok");
+  CHECK(j.at("settings").at("t_end_s") == 5);
+  for (const char* library : {"costate", "sundials", "nlopt", "eigen"})
+    CHECK(j.at("settings").at("versions").at(library).is_string());
+}
+
+}  // namespace
+
+TEST_CASE("simulate: keys and types") {
+  const WorkingDirectory here;
+  const Json j = costate_json({"simulate", kFiveBar}, here.path());
+  check_run(j);
+  CHECK(j.at("gradient").is_null());
+  CHECK(j.at("gradient_error").is_null());
+  CHECK(j.at("method").is_null());
+}
+
+TEST_CASE("gradient: keys and types") {
+  const WorkingDirectory here;
+  const Json j = costate_json({"gradient", kFiveBar}, here.path());
+  check_run(j);
+  check_number_object(j.at("gradient"), {"L01", "L02"});
+  CHECK(j.at("gradient_error").is_null());
+  CHECK(j.at("method") == "idas-adjoint");
+}
+
+TEST_CASE("gradient: the estimate of its own error comes on request, by every method") {
+  const WorkingDirectory here;
+  for (const std::string method : {"idas-forward", "cvodes-adjoint", "differences"}) {
+    INFO(method);
+    const Json plain = costate_json({"gradient", kFiveBar, "--no-files", "--method", method}, here.path());
+    CHECK(plain.at("gradient_error").is_null());
+    const Json j =
+        costate_json({"gradient", kFiveBar, "--no-files", "--method", method, "--estimate-error"}, here.path());
+    check_number_object(j.at("gradient_error"), {"L01", "L02"});
+    for (const auto& [name, estimate] : j.at("gradient_error").items()) {
+      // An estimate, but of the right size: the true error is not far beyond it.
+      const double error = std::abs(j.at("gradient").at(name).get<double>() - costate::test::kGradient.at(name));
+      CHECK(estimate.get<double>() > 0);
+      CHECK(estimate.get<double>() < 1e-4);
+      CHECK(error < 10 * estimate.get<double>() + 1e-9);
+    }
+  }
+}
+
+TEST_CASE("optimize: keys and types") {
+  const WorkingDirectory here;
+  const Json j = costate_json({"optimize", kFiveBar}, here.path());
+  check_run(j);
+  check_number_object(j.at("gradient"), {"L01", "L02"});
+  CHECK(j.at("gradient_error").is_null());
+  CHECK(j.at("method") == "idas-adjoint");
+  CHECK(j.at("stop_reason").is_string());
+  CHECK(j.at("initial").at("psi").is_number());
+  check_number_object(j.at("initial").at("parameters"), {"L01", "L02"});
+  check_number_object(j.at("initial").at("gradient"), {"L01", "L02"});
+  REQUIRE(j.at("evaluations").is_array());
+  REQUIRE(!j.at("evaluations").empty());
+  int index = 0;
+  for (const Json& e : j.at("evaluations")) {
+    CHECK(e.at("index") == ++index);
+    CHECK(e.at("psi").is_number());
+    check_number_object(e.at("parameters"), {"L01", "L02"});
+    check_number_object(e.at("gradient"), {"L01", "L02"});
+    CHECK(e.at("counters").is_object());
+    CHECK(e.at("wall_s").get<double>() > 0);
+  }
+  CHECK(j.at("initial").at("psi") == j.at("evaluations").at(0).at("psi"));
+}
+
+TEST_CASE("check: keys and types") {
+  const WorkingDirectory here;
+  const Json j = costate_json({"check", kFiveBar, "--formulations", "index1,index2", "--methods",
+                               "idas-adjoint,cvodes-forward", "--no-files"},
+                              here.path());
+  CHECK(j.at("status") == "ok");
+  CHECK(j.at("psi").is_number());
+  check_number_object(j.at("parameters"), {"L01", "L02"});
+  REQUIRE(j.at("rows").is_array());
+  CHECK(j.at("rows").size() == 4);
+  for (const Json& row : j.at("rows")) {
+    INFO(row.dump(1));
+    const bool refused = row.at("formulation") == "index2" && row.at("method") == "cvodes-forward";
+    CHECK(row.at("status") == (refused ? "refused" : "ok"));
+    check_number_object(row.at("parameters"), {"L01", "L02"});
+    CHECK(row.at("rtol") == 1e-8);
+    CHECK(row.at("counters").is_object());
+    CHECK(row.at("wall_s").is_number());
+    CHECK(row.at("gradient_error").is_null());
+    for (const char* key : {"psi", "gradient", "error", "integrator", "time_ratio"})
+      CHECK(row.at(key).is_null() == refused);
+    if (refused) {
+      CHECK(row.at("refused").get<std::string>().find("idas-forward") != std::string::npos);
+      continue;
+    }
+    check_number_object(row.at("gradient"), {"L01", "L02"});
+    CHECK(row.at("error").get<double>() < 1e-5);
+    CHECK(row.at("time_ratio").get<double>() > 0);
+  }
+}
+
+TEST_CASE("list and dump: one object as well") {
+  const WorkingDirectory here;
+  const Json all = costate_json({"list"}, here.path());
+  CHECK(all.at("status") == "ok");
+  std::set<std::string> formulations, methods;
+  for (const Json& f : all.at("formulations")) formulations.insert(f.at("name").get<std::string>());
+  for (const Json& m : all.at("methods")) methods.insert(m.at("name").get<std::string>());
+  for (const char* name : {"index1", "index2", "baumgarte", "penalty"}) CHECK(formulations.count(name) == 1);
+  for (const char* name : {"idas-forward", "idas-adjoint", "cvodes-forward", "cvodes-adjoint", "differences"})
+    CHECK(methods.count(name) == 1);
+  CHECK(all.at("combinations").size() == formulations.size() * methods.size());
+
+  const Json scene = costate_json({"list", kFiveBar}, here.path());
+  CHECK(scene.at("parameters").size() == 8);
+  CHECK(scene.at("parameters").at("L01").at("upper") == 4);
+  CHECK(scene.at("default_parameters") == Json({"L01", "L02"}));
+  CHECK(scene.at("numbers").at("spring.S1.stiffness_N_per_m") == 100);
+
+  const Json dump = costate_json({"dump", kFiveBar}, here.path());
+  CHECK(dump.at("scene").get<std::string>().find("[spring.S1]") != std::string::npos);
+}
+
+TEST_CASE("failures: one object, too, that says why") {
+  const WorkingDirectory here;
+  const auto failure = [&](const std::vector<std::string>& arguments, int status, const std::string& about) {
+    const Json j = costate_json(arguments, here.path(), status);
+    INFO(j.dump(1));
+    CHECK(j.at("status") == "failed");
+    CHECK(j.at("error").get<std::string>().find(about) != std::string::npos);
+    CHECK(j.size() == 2);
+  };
+  for (const std::string command : {"simulate", "gradient", "optimize", "check", "list", "dump"}) {
+    INFO(command);
+    failure({command, "missing.toml"}, 1, "missing.toml");
+    failure({command, kFiveBar, "--frobnicate"}, 2, "--frobnicate");
+  }
+  failure({"simulate", kFiveBar, "--rtol", "many"}, 2, "--rtol");
+  failure({"simulate"}, 2, "scene");
+  failure({"simulte", kFiveBar}, 2, "Did you mean 'simulate'?");
+  failure({}, 2, "subcommand");
+  // A simulation that cannot be carried on: too large a force for any step size.
+  failure({"simulate", kFiveBar, "--set", "gravity.y_m_per_s2=-1e300"}, 1, "t =");
+  // A start value outside its parameter's bounds.
+  failure({"simulate", kFiveBar, "--set", "spring.S1.stiffness_N_per_m=1e300"}, 1, "below the start value 1e+300");
+}
+
+TEST_CASE("a file name that is no UTF-8 does not spoil the object") {
+  const WorkingDirectory here;
+  const std::string name = "f\xfcnf.toml";
+  costate::test::write_text(here / name, costate::test::file_text(kFiveBar));
+  const Json j = costate_json({"simulate", name, "--output", "out"}, here.path());
+  CHECK(j.at("status") == "ok");
+  CHECK(costate_json({"simulate", "\xfc.toml"}, here.path(), 1).at("status") == "failed");
+}
+
+TEST_CASE("the summary on disk is the object on standard output") {
+  const WorkingDirectory here;
+  for (const std::string command : {"simulate", "gradient", "optimize"}) {
+    INFO(command);
+    const Json printed = costate_json({command, kFiveBar, "--output", "out"}, here.path());
+    CHECK(Json::parse(costate::test::file_text(here / ("out/" + command + ".json"))) == printed);
+  }
+}

@@ -1,0 +1,116 @@
+// The sparse direct solver: solves, re-use of pivots, and what it does when they no longer serve.
+#include <Eigen/Dense>
+#include <catch2/catch.hpp>
+
+#include <support/compare.h>
+#include <support/random.h>
+
+#include "costate/linear/klu_solver.h"
+
+using namespace costate;
+using namespace costate::test;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+/// A full pattern, so that every pivot order is possible.
+SparsePattern full(int n) {
+  std::vector<std::pair<int, int>> at;
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) at.emplace_back(i, j);
+  return SparsePattern::from_entries(n, n, at);
+}
+
+/// Backward error of a solve: eps times a small growth of pivots.
+constexpr double kSolve = 1e-13;
+
+}  // namespace
+
+TEST_CASE("klu: solves, transposed solves, several columns", "[klu]") {
+  Random random(8);
+  const int n = 12;
+  std::vector<std::pair<int, int>> at;
+  for (int i = 0; i < n; ++i) {
+    at.emplace_back(i, i);
+    for (int k = 0; k < 3; ++k) at.emplace_back(i, static_cast<int>((random.number() + 1) / 2 * n));
+  }
+  const SparsePattern p = SparsePattern::from_entries(n, n, at);
+  KluSolver solver(p);
+  for (int round = 0; round < 5; ++round) {
+    VectorXd values = random.vector(p.entries());
+    for (int i = 0; i < n; ++i) values[p.find(i, i)] += 3;
+    const MatrixXd A = dense(p, values.data());
+    REQUIRE(solver.factor(values.data()) == -1);
+    MatrixXd B(n, 3), X(n, 3);
+    for (int k = 0; k < 3; ++k) B.col(k) = random.vector(n);
+    X = B;
+    solver.solve(X.data(), 3);
+    CHECK((A * X - B).cwiseAbs().maxCoeff() < kSolve * 10);
+    X = B;
+    solver.solve_transposed(X.data(), 3);
+    CHECK((A.transpose() * X - B).cwiseAbs().maxCoeff() < kSolve * 10);
+  }
+  CHECK(solver.counters().factorizations == 5);
+  CHECK(solver.counters().full == 1);  // the pivots of the first served all others
+  CHECK(solver.counters().solves == 10);
+}
+
+TEST_CASE("klu: bad pivots are noticed and replaced", "[klu]") {
+  const SparsePattern p = full(3);
+  KluSolver solver(p);
+  MatrixXd A(3, 3);
+  A << 4, 1, 1, 1, 5, 1, 1, 1, 6;
+  REQUIRE(solver.factor(A.data()) == -1);
+  CHECK(solver.counters().full == 1);
+  A(1, 1) = 4.5;
+  REQUIRE(solver.factor(A.data()) == -1);
+  CHECK(solver.counters().full == 1);
+  // All three pivots of the first order become tiny: elimination on them would lose 13 digits.
+  for (int i = 0; i < 3; ++i) A(i, i) = 1e-13;
+  const VectorXd b = VectorXd::LinSpaced(3, 1, 2);
+  REQUIRE(solver.factor(A.data()) == -1);
+  CHECK(solver.counters().full == 2);
+  VectorXd x = b;
+  solver.solve(x.data());
+  CHECK((A * x - b).cwiseAbs().maxCoeff() < kSolve);
+  // The new order stays as long as it serves.
+  A(0, 1) = 1.5;
+  REQUIRE(solver.factor(A.data()) == -1);
+  CHECK(solver.counters().full == 2);
+  CHECK(solver.counters().factorizations == 4);
+}
+
+TEST_CASE("klu: a singular matrix is reported with a column", "[klu]") {
+  const SparsePattern p = full(3);
+  MatrixXd A(3, 3);
+  A << 1, 2, 3, 2, 4, 6, 1, 0, 1;  // rank 2
+  KluSolver fresh(p);
+  const int column = fresh.factor(A.data());
+  CHECK(column >= 0);
+  CHECK(column < 3);
+  // The solver recovers with the next matrix.
+  A(1, 1) = 5;
+  REQUIRE(fresh.factor(A.data()) == -1);
+  VectorXd b = VectorXd::Ones(3), x = b;
+  fresh.solve(x.data());
+  CHECK((A * x - b).cwiseAbs().maxCoeff() < kSolve);
+  // Singular when pivots are re-used: also reported, not divided by.
+  A(1, 1) = 4;
+  CHECK(fresh.factor(A.data()) >= 0);
+  // Singular up to rounding.
+  A(1, 1) = 4 * (1 + 1e-16);
+  CHECK(fresh.factor(A.data()) >= 0);
+  // A column of zeros.
+  A << 1, 0, 3, 2, 0, 6, 1, 0, 1;
+  KluSolver other(p);
+  CHECK(other.factor(A.data()) >= 0);
+}
+
+TEST_CASE("klu: no unknowns", "[klu]") {
+  const SparsePattern p = SparsePattern::from_entries(0, 0, {});
+  KluSolver solver(p);
+  CHECK(solver.factor(nullptr) == -1);
+  solver.solve(nullptr);
+  solver.solve_transposed(nullptr);
+}

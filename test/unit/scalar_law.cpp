@@ -1,0 +1,177 @@
+// Scalar laws: values, smoothness where pieces join, extrapolation, derivatives with respect to their numbers.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
+#include "costate/base/error.h"
+#include "costate/element/law/scalar_law.h"
+
+using namespace costate;
+using Catch::Matchers::Contains;
+
+namespace {
+
+struct LawCase {
+  std::string name;
+  std::shared_ptr<const ScalarLaw> law;
+  std::vector<double> p;
+  double from, to;  // where it is looked at
+};
+
+std::vector<LawCase> laws() {
+  return {{"polynomial", std::make_shared<PolynomialLaw>(4), {0.3, -1.2, 0.7, 2.0}, -2, 2},
+          {"sine", std::make_shared<SineLaw>(), {0.5, 1.5, 3.0, 0.2}, -2, 2},
+          {"smooth step", std::make_shared<SmoothStepLaw>(), {-0.5, 1.2, 2.0, -1.0}, -1.5, 2.5},
+          {"table", std::make_shared<TableLaw>(std::vector<double>{-1, -0.3, 0.4, 1.5, 2}),
+           {1.0, -0.5, 0.2, 2.0, 1.0}, -2.5, 3.5}};
+}
+
+/// Rounding of sums of terms of size 10.
+Approx rounded(double x) { return Approx(x).epsilon(1e-13).margin(1e-13); }
+
+}  // namespace
+
+TEST_CASE("laws: the four ways to evaluate agree", "[law]") {
+  for (const LawCase& c : laws()) {
+    CAPTURE(c.name);
+    REQUIRE(static_cast<int>(c.p.size()) == c.law->number_count());
+    std::vector<PathDual> p(c.p.begin(), c.p.end());
+    for (int i = 0; i <= 100; ++i) {
+      const double x = c.from + (c.to - c.from) * (i + 0.37) / 101;
+      CAPTURE(x);
+      const double f = c.law->value(x, c.p.data());
+      const Dual<1> slope = c.law->slope(x, c.p.data());
+      const Taylor2 curve = c.law->curve(x, c.p.data());
+      const PathDual path = c.law->value(PathDual(Taylor2(x, 1, 0)), p.data());
+      CHECK(slope.v == rounded(f));
+      CHECK(curve.c0 == rounded(f));
+      CHECK(path.v.c0 == rounded(f));
+      CHECK(slope.d[0] == rounded(curve.c1));
+      CHECK(path.v.c1 == rounded(curve.c1));
+      CHECK(path.v.c2 == rounded(curve.c2));
+      // Central differences with h = 1e-5: truncation h^2 f''' = 1e-8 (f''' < 100), rounding eps / h = 1e-10; the
+      // difference of slopes likewise.
+      const double h = 1e-5;
+      const double up = c.law->value(x + h, c.p.data()), down = c.law->value(x - h, c.p.data());
+      CHECK(curve.c1 == Approx((up - down) / (2 * h)).margin(3e-8));
+      const double slope_up = c.law->slope(x + h, c.p.data()).d[0], slope_down = c.law->slope(x - h, c.p.data()).d[0];
+      CHECK(curve.c2 == Approx((slope_up - slope_down) / (2 * h)).margin(1e-3));
+    }
+  }
+}
+
+TEST_CASE("laws: derivatives with respect to numbers", "[law]") {
+  for (const LawCase& c : laws()) {
+    for (const double x : {c.from, 0.11, 0.9, c.to}) {
+      CAPTURE(c.name, x);
+      for (std::size_t k = 0; k < c.p.size(); ++k) {
+        std::vector<PathDual> p(c.p.begin(), c.p.end());
+        p[k].d[0] = Taylor2(1.0);
+        const PathDual d = c.law->value(PathDual(Taylor2(x, 0.8, -0.5)), p.data());
+        std::vector<PathDual> up(c.p.begin(), c.p.end()), down = up;
+        const double h = 1e-5;  // truncation h^2, rounding eps / h: both about 1e-10 times derivatives below 100
+        up[k] += PathDual(h);
+        down[k] -= PathDual(h);
+        const Taylor2 a = c.law->value(PathDual(Taylor2(x, 0.8, -0.5)), up.data()).v;
+        const Taylor2 b = c.law->value(PathDual(Taylor2(x, 0.8, -0.5)), down.data()).v;
+        CHECK(d.d[0].c0 == Approx((a.c0 - b.c0) / (2 * h)).margin(1e-7));
+        CHECK(d.d[0].c1 == Approx((a.c1 - b.c1) / (2 * h)).margin(1e-7));
+        CHECK(d.d[0].c2 == Approx((a.c2 - b.c2) / (2 * h)).margin(1e-6));
+      }
+    }
+  }
+}
+
+TEST_CASE("laws: twice continuously differentiable where pieces join", "[law]") {
+  const double tiny = 1e-9;
+  const auto check_joint = [&](const LawCase& c, double x) {
+    CAPTURE(c.name, x);
+    const Taylor2 left = c.law->curve(x - tiny, c.p.data()), right = c.law->curve(x + tiny, c.p.data());
+    // Over 2e-9 each changes by at most its derivative (below 1e3) times that.
+    CHECK(left.c0 == Approx(right.c0).margin(3e-6));
+    CHECK(left.c1 == Approx(right.c1).margin(3e-6));
+    CHECK(left.c2 == Approx(right.c2).margin(3e-6));
+  };
+  for (const LawCase& c : laws()) {
+    if (c.name == "smooth step")
+      for (const double x : {-0.5, 1.2}) check_joint(c, x);
+    if (c.name == "table")
+      for (const double x : {-1.0, -0.3, 0.4, 1.5, 2.0}) check_joint(c, x);
+  }
+}
+
+TEST_CASE("laws: polynomial and sine", "[law]") {
+  const PolynomialLaw cubic(4), constant(1), none(0);
+  const double p[] = {1, -2, 3, 0.5};
+  CHECK(cubic.value(2, p) == 1 - 4 + 12 + 4);
+  CHECK(cubic.curve(2, p).c1 == -2 + 12 + 6);
+  CHECK(cubic.curve(2, p).c2 == 6 + 6);
+  CHECK(constant.value(17, p) == 1);
+  CHECK(none.value(17, p) == 0);
+  const double s[] = {1, 2, 3, 0.5};
+  CHECK(SineLaw().value(0.4, s) == rounded(1 + 2 * std::sin(1.7)));
+}
+
+TEST_CASE("laws: smooth step", "[law]") {
+  const SmoothStepLaw law;
+  const double p[] = {1, 3, -2, 6};
+  for (const double x : {-10.0, 0.0, 1.0}) CHECK(law.value(x, p) == -2);
+  for (const double x : {3.0, 4.0, 1e6}) CHECK(law.value(x, p) == 6);
+  CHECK(law.value(2, p) == rounded(2));
+  CHECK(law.curve(2, p).c1 == rounded(8.0 / 2 * 1.875));  // steepest: 15/8 of the mean slope
+  CHECK(law.curve(0.5, p).c1 == 0);
+  CHECK(law.curve(3.5, p).c2 == 0);
+  double last = -2;  // monotone
+  for (double x = 1; x <= 3; x += 0.01) {
+    CHECK(law.value(x, p) >= last);
+    last = law.value(x, p);
+  }
+}
+
+TEST_CASE("laws: table", "[law]") {
+  const std::vector<double> x = {-1, -0.3, 0.4, 1.5, 2};
+  const TableLaw law(x);
+  const double y[] = {1.0, -0.5, 0.2, 2.0, 1.0};
+  for (std::size_t k = 0; k < x.size(); ++k) CHECK(law.value(x[k], y) == rounded(y[k]));
+  // Natural ends, continued by straight lines.
+  CHECK(law.curve(-1, y).c2 == rounded(0));
+  CHECK(law.curve(2, y).c2 == rounded(0));
+  for (const double end : {-1.0, 2.0}) {
+    const double out = end < 0 ? -3 : 5;
+    const Taylor2 at = law.curve(end, y), far = law.curve(end + out, y);
+    CHECK(far.c0 == rounded(at.c0 + out * at.c1));
+    CHECK(far.c1 == rounded(at.c1));
+    CHECK(far.c2 == 0);
+  }
+  // A straight line is reproduced, with and without kinks in the spacing.
+  const double line[] = {2 - 3, 2 - 0.9, 2 + 1.2, 2 + 4.5, 2 + 6};
+  for (const double at : {-4.0, -0.7, 0.0, 1.1, 1.9, 7.0}) CHECK(law.value(at, line) == rounded(2 + 3 * at));
+  // Natural spline through (0,0), (1,1), (2,0): second derivative -3 in the middle, 11/16 half way up.
+  const TableLaw hat({0, 1, 2});
+  const double h[] = {0, 1, 0};
+  CHECK(hat.curve(1, h).c2 == rounded(-3));
+  CHECK(hat.value(0.5, h) == rounded(0.6875));
+  // Two points: a straight line.
+  const TableLaw two({0, 2});
+  const double t[] = {1, 5};
+  for (const double at : {-1.0, 0.5, 3.0}) CHECK(two.value(at, t) == rounded(1 + 2 * at));
+}
+
+TEST_CASE("laws: a table's abscissae must make sense", "[law]") {
+  CHECK_THROWS_WITH(TableLaw({}), Contains("at least 2 points, found 0"));
+  CHECK_THROWS_WITH(TableLaw({1}), Contains("at least 2 points, found 1"));
+  CHECK_THROWS_AS(TableLaw({1}), ModelError);
+  CHECK_THROWS_WITH(TableLaw({0, 1, 1}), Contains("must increase") && Contains("entry 3"));
+  CHECK_THROWS_WITH(TableLaw({0, -1}), Contains("entry 2 is -1 after 0"));
+  CHECK_THROWS(TableLaw({0, std::numeric_limits<double>::quiet_NaN()}));
+}
+
+TEST_CASE("laws: stored energy is the integral from 0", "[law]") {
+  const PolynomialLaw cubic(4);
+  const double p[] = {1, -2, 3, 0.5};
+  // Gauss-Legendre is exact for polynomials.
+  for (const double x : {-1.5, 0.0, 2.0})
+    CHECK(cubic.integral(x, p) == rounded(x - x * x + x * x * x + 0.125 * x * x * x * x));
+  const double s[] = {0, 1, 1, 0};
+  CHECK(SineLaw().integral(2, s) == rounded(1 - std::cos(2.0)));
+}

@@ -1,0 +1,117 @@
+// Scenes in space: what their start means, and what is said of mistakes in them.
+#include <catch2/catch.hpp>
+
+#include "costate/analysis/start.h"
+#include "costate/base/error.h"
+#include "costate/element/kind/rigid_body.h"
+#include "costate/scene/scene.h"
+
+using namespace costate;
+using Catch::Contains;
+
+namespace {
+
+const std::string body = R"([rigid_body.top]
+x_m = 0
+y_m = 0
+z_m = 0
+mass_kg = 2
+inertia_xx_kg_m2 = 0.2
+inertia_yy_kg_m2 = 0.3
+inertia_zz_kg_m2 = 0.4
+)";
+
+const std::string points = R"([point.O]
+ground = true
+x_m = 0
+y_m = 0
+z_m = 0
+[point.flat]
+ground = true
+x_m = 1
+y_m = 0
+[point.foot]
+on = "top"
+x_m = 0
+y_m = 0
+z_m = 0
+[point.head]
+on = "top"
+x_m = 0
+y_m = 0
+z_m = 1
+)";
+
+std::string complaint(const std::string& text) {
+  try {
+    Scene::parse(text, "s.toml");
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "none";
+}
+
+}  // namespace
+
+TEST_CASE("spatial scene: a body's name gives its pose and motion") {
+  // Turned by angle about an axis, with the angular velocity in either frame: 2 G(p) pdot and 2 E(p) pdot.
+  for (const std::string frame : {"", "global_"}) {
+    const Scene scene = Scene::parse(
+        body + "rotation_axis = [1, -2, 0.5]\nangle_rad = 2.2\nvz_m_per_s = 3\nomega_" + frame +
+            "x_rad_per_s = 1.5\nomega_" + frame + "y_rad_per_s = -0.5\n[start]\ngiven = [\"top\"]\n",
+        "s.toml");
+    Assembly assembly(scene.mechanism(), scene.mechanism()->select({}));
+    const Start start = find_start(assembly, 0, false);
+    const auto p = euler_parameters({1, -2, 0.5}, 2.2);
+    for (int i = 0; i < 4; ++i) CHECK(start.q[3 + i] == Approx(p[static_cast<std::size_t>(i)]).margin(1e-14));
+    CHECK(start.v[2] == Approx(3).epsilon(1e-14));
+    double omega[3];
+    if (frame.empty())
+      body_rate(start.q.data() + 3, start.v.data() + 3, omega);
+    else
+      global_rate(start.q.data() + 3, start.v.data() + 3, omega);
+    const double expected[3] = {1.5, -0.5, 0};
+    for (int i = 0; i < 3; ++i) CHECK(2 * omega[i] == Approx(expected[i]).margin(1e-14));
+    // A rotation: A e_x keeps its length, and the axis is kept.
+    const double axis[3] = {1, -2, 0.5};
+    double turned[3];
+    rotated(start.q.data() + 3, axis, turned);
+    for (int i = 0; i < 3; ++i) CHECK(turned[i] == Approx(axis[i]).margin(1e-14));
+  }
+}
+
+TEST_CASE("spatial scene: mistakes") {
+  const std::string start = "[start]\ngiven = [\"top\"]\n";
+  CHECK_THAT(complaint(body + "e0 = 1\ne1 = 1\ne2 = 0\ne3 = 0\n" + start),
+             Contains("e0^2 + e1^2 + e2^2 + e3^2 = 1, found 2"));
+  CHECK_THAT(complaint(body + "e0 = 1\n" + start), Contains("needs 'e1'"));
+  CHECK_THAT(complaint(body + "rotation_axis = [0, 0, 0]\nangle_rad = 1\n" + start),
+             Contains("must not be zero"));
+  CHECK_THAT(complaint(body + "omega_x_rad_per_s = 1\nomega_global_y_rad_per_s = 1\n" + start),
+             Contains("gives the angular velocity twice"));
+  CHECK_THAT(complaint(body + "inertia_xy_kg_m2 = 0.3\n" + start),
+             Contains("No body has this inertia tensor"));
+  CHECK_THAT(complaint(body + "[start]\ngiven = [\"top.omega_x\"]\n"), Contains("given_velocities"));
+  CHECK_THAT(complaint(body + "[point.P]\non = \"top\"\nx_m = 1\ny_m = 0\n" + start),
+             Contains("needs 'z_m'"));
+  CHECK_THAT(complaint(body + "[point.P]\nx_m = 1\ny_m = 0\nz_m = 0\n" + start),
+             Contains("there are no free ones"));
+  CHECK_THAT(complaint(body + points + "[bar.b]\nfrom = \"O\"\nto = \"flat\"\nmass_kg = 1\n" + start),
+             Contains("bar.b.from: Point 'O' is a point of space"));
+  CHECK_THAT(complaint(body + points + "[spherical.j]\npoints = [\"flat\", \"foot\"]\n" + start),
+             Contains("spherical.j.points[0]: Point 'flat' is a planar point"));
+  CHECK_THAT(complaint(body + points + "[spherical.j]\npoints = [\"head\", \"foot\"]\n" + start),
+             Contains("are fixed to the same body"));
+  CHECK_THAT(complaint(body + points + "[spherical.j]\npoints = [\"O\", \"fot\"]\n" + start),
+             Contains("There is no spatial point 'fot'. Did you mean 'foot'?"));
+  CHECK_THAT(complaint(body + points +
+                       "[translational.j]\npoints = [\"O\", \"foot\"]\naxis_first = [1, 0, 0]\n"
+                       "axis_second = [0, 1, 0]\n" +
+                       start),
+             Contains("give 'normal_first' and 'normal_second'"));
+  CHECK_THAT(complaint(body +
+                       "rotation_axis = [1, 0, 0]\nangle_rad = 1\n[parameter.e]\nnumber = "
+                       "\"rigid_body.top.e1\"\n" +
+                       start),
+             Contains("cannot vary: the scene turns the body by rotation_axis"));
+}

@@ -2,10 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
-#include <fstream>
-#include <sstream>
-
+#include "costate/scene/scene_include.h"
 #include "costate/scene/scene_node.h"
 #include "costate/scene/scene_reader.h"
 #include "costate/scene/toml_reader.h"
@@ -14,20 +11,12 @@
 namespace costate {
 
 Scene Scene::load(const std::string& path, const std::vector<std::string>& overrides) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored))
-    throw SceneError({path, 0, 0}, "This is a directory; expected a scene file, such as models/five_bar/five_bar.toml.");
-  std::ifstream in(path, std::ios::binary);
-  if (!in)
-    throw SceneError({path, 0, 0}, "The scene file cannot be read; check the path and its permissions.");
-  std::ostringstream text;
-  text << in.rdbuf();
-  return parse(text.str(), path, overrides);
+  return parse(read_scene_text(path), path, overrides);
 }
 
 Scene Scene::parse(const std::string& text, const std::string& file_name,
                    const std::vector<std::string>& overrides) {
-  auto root = std::make_shared<SceneNode>(read_toml(text, file_name));
+  auto root = std::make_shared<SceneNode>(read_with_includes(text, file_name));
   for (const auto& o : overrides) {
     const std::string source = "override '" + o + "'";
     const std::size_t equals = o.find('=');

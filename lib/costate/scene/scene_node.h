@@ -20,6 +20,7 @@ struct SceneNode {
   SourceLocation key_where;  // of the key; of the item itself inside arrays
   SourceLocation where;      // of the value; of its header for a table
   bool inlined = false;      // a table in braces
+  int part = 0;              // which file, of a scene that includes others: they count in the order of reading
   std::string text;          // of a text or a date
   std::int64_t integer = 0;
   double number = 0;

@@ -127,13 +127,13 @@ void SceneReader::collect_entries() {
       check_name(t, name);
       const ScenePhase phase = kind.phase_of ? kind.phase_of(t) : kind.phase;
       SourceLocation where = t.where();
-      if (where.line == 0) where.line = std::numeric_limits<int>::max();
+      if (where.line == 0) where.line = std::numeric_limits<int>::max();  // an override's: behind its file's
       entries_.push_back({&kind, name, t, phase, where});
     }
   }
   std::stable_sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
-    return std::tuple(a.phase, a.where.line, a.where.column) <
-           std::tuple(b.phase, b.where.line, b.where.column);
+    return std::tuple(a.phase, a.table.part(), a.where.line, a.where.column) <
+           std::tuple(b.phase, b.table.part(), b.where.line, b.where.column);
   });
 }
 

@@ -25,6 +25,8 @@ std::string SceneTable::title() const { return path_.empty() ? "the scene" : "["
 
 SourceLocation SceneTable::where() const { return node_->where; }
 
+int SceneTable::part() const { return node_->part; }
+
 SourceLocation SceneTable::where(const std::string& key) const {
   const SceneNode* n = node_->find(key);
   return n ? n->where : node_->where;

@@ -25,6 +25,8 @@ class SceneTable {
   const std::string& path() const { return path_; }
   std::string path(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
   SourceLocation where() const;
+  /// Which of the files that a scene is made of (scene_include.h).
+  int part() const;
   /// Of a key's value, or of the table when the key is absent.
   SourceLocation where(const std::string& key) const;
 

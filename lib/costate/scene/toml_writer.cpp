@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 namespace costate {
 
@@ -77,19 +78,23 @@ std::string value_text(const SceneNode& n) {
 
 bool is_section(const SceneNode& n) { return (n.is_table() && !n.inlined) || n.is_table_array(); }
 
+using Place = std::tuple<int, int, int>;  // part, line, column
+
 /// A table with a header of its own.
 struct Section {
   std::string header;  // "[spring.S1]", empty for the root
   const SceneNode* table;
-  std::pair<int, int> place;  // where it stands: no earlier than its parent
+  Place place;  // where it stands: no earlier than its parent
 };
 
 /// Tables that an override added have no line and come last.
-std::pair<int, int> place_of(const SceneNode& n) {
-  return {n.where.line == 0 ? std::numeric_limits<int>::max() : n.where.line, n.where.column};
+Place place_of(const SceneNode& n) {
+  constexpr int last = std::numeric_limits<int>::max();
+  if (n.where.line == 0) return {last, last, n.where.column};
+  return {n.part, n.where.line, n.where.column};
 }
 
-void collect(const SceneNode& table, const std::string& path, std::pair<int, int> at_least,
+void collect(const SceneNode& table, const std::string& path, Place at_least,
              std::vector<Section>& out) {
   for (const auto& child : table.children) {
     if (!is_section(child)) continue;
@@ -121,8 +126,8 @@ std::string toml_number(double x) {
 }
 
 std::string write_toml(const SceneNode& root) {
-  std::vector<Section> sections{{"", &root, {0, 0}}};
-  collect(root, "", {0, 0}, sections);
+  std::vector<Section> sections{{"", &root, {0, 0, 0}}};
+  collect(root, "", {0, 0, 0}, sections);
   std::stable_sort(sections.begin(), sections.end(),
                    [](const Section& a, const Section& b) { return a.place < b.place; });
   std::string out;

@@ -1,0 +1,131 @@
+#include "costate/scene/scene_include.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <utility>
+
+#include "costate/scene/toml_reader.h"
+
+namespace costate {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+void set_part(SceneNode& node, int part) {
+  node.part = part;
+  for (auto& c : node.children) set_part(c, part);
+}
+
+/// Takes a list of texts out of the root.
+std::vector<std::pair<std::string, SourceLocation>> take_texts(SceneNode& root, const char* key, const char* example) {
+  std::vector<std::pair<std::string, SourceLocation>> texts;
+  const auto at = std::find_if(root.children.begin(), root.children.end(),
+                               [&](const SceneNode& c) { return c.key == key; });
+  if (at == root.children.end()) return texts;
+  const auto wrong = [&](const SceneNode& n) {
+    return SceneError(n.where, fmt::format("'{}' must be an array of strings, as in {} = [\"{}\"]; found {}.", key, key,
+                                           example, n.describe()));
+  };
+  if (!at->is_array()) throw wrong(*at);
+  for (const auto& item : at->children) {
+    if (item.type != SceneNode::Type::text) throw wrong(item);
+    texts.emplace_back(item.text, item.where);
+  }
+  root.children.erase(at);
+  return texts;
+}
+
+/// Lays `over` on `base`, which keeps its places where both are tables.
+void lay_over(SceneNode& base, SceneNode&& over) {
+  for (auto& child : over.children) {
+    SceneNode* below = base.find(child.key);
+    if (!below)
+      base.children.push_back(std::move(child));
+    else if (below->is_table() && !below->inlined && child.is_table() && !child.inlined)
+      lay_over(*below, std::move(child));
+    else
+      *below = std::move(child);
+  }
+}
+
+void remove_node(SceneNode& root, const std::string& path, const SourceLocation& where) {
+  const std::size_t dot = path.rfind('.');
+  const std::string key = dot == std::string::npos ? path : path.substr(dot + 1);
+  SceneNode* parent = &root;
+  try {
+    for (const auto& step : dot == std::string::npos ? std::vector<ScenePathStep>() : split_scene_path(path.substr(0, dot)))
+      parent = parent && step.index < 0 ? parent->find(step.key) : nullptr;
+  } catch (const Error& e) {
+    throw SceneError(where, e.what());
+  }
+  const auto gone = [&] {
+    return parent ? std::find_if(parent->children.begin(), parent->children.end(),
+                                 [&](const SceneNode& c) { return c.key == key; })
+                  : std::vector<SceneNode>::iterator();
+  }();
+  if (!parent || gone == parent->children.end()) {
+    std::vector<std::string> known;
+    if (parent)
+      for (const auto& c : parent->children) known.push_back(c.key);
+    throw SceneError(where, fmt::format("'{}' is to be removed, but the included files hold no such table or key.{}", path,
+                                        suggestion(key, known)));
+  }
+  parent->children.erase(gone);
+  if (parent != &root && parent->children.empty() && dot != std::string::npos && path.find('.') == dot)
+    remove_node(root, path.substr(0, dot), where);
+}
+
+SceneNode read(const std::string& text, const std::string& file_name, std::vector<std::string>& open, int& parts) {
+  SceneNode own = read_toml(text, file_name);
+  const auto includes = take_texts(own, "include", "vehicle.toml");
+  const auto removed = take_texts(own, "remove", "tyre.front");
+  if (!removed.empty() && includes.empty())
+    throw SceneError(removed.front().second, "'remove' takes away what 'include' brought, but nothing is included.");
+  SceneNode root = own;
+  root.children.clear();
+  for (const auto& [name, where] : includes) {
+    const std::string path = (fs::path(file_name).parent_path() / name).lexically_normal().string();
+    if (std::find(open.begin(), open.end(), path) != open.end())
+      throw SceneError(where, fmt::format("'{}' includes itself: {} -> {}.", path, fmt::join(open, " -> "), path));
+    std::string included;
+    try {
+      included = read_scene_text(path);
+    } catch (const Error& e) {
+      throw SceneError(where, fmt::format("'{}' is included here. {}", name, e.what()));
+    }
+    open.push_back(path);
+    lay_over(root, read(included, path, open, parts));
+    open.pop_back();
+  }
+  for (const auto& [path, where] : removed) remove_node(root, path, where);
+  set_part(own, parts++);
+  lay_over(root, std::move(own));
+  return root;
+}
+
+}  // namespace
+
+std::string read_scene_text(const std::string& path) {
+  std::error_code ignored;
+  if (fs::is_directory(path, ignored))
+    throw SceneError({path, 0, 0}, "This is a directory; expected a scene file, such as models/five_bar/five_bar.toml.");
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw SceneError({path, 0, 0}, "The scene file cannot be read; check the path and its permissions.");
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+SceneNode read_with_includes(const std::string& text, const std::string& file_name) {
+  std::vector<std::string> open = {fs::path(file_name).lexically_normal().string()};
+  int parts = 0;
+  return read(text, file_name, open, parts);
+}
+
+}  // namespace costate

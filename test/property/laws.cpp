@@ -1,5 +1,5 @@
-// Every registered kind of law, by its example: the ways to evaluate it agree, derivatives equal differences, and the
-// stored energy is the integral.
+// Every registered kind of law, by its example: the ways to evaluate it agree, derivatives equal differences,
+// and the stored energy is the integral.
 #include <catch2/catch.hpp>
 
 #include "costate/scene/law_table.h"
@@ -86,8 +86,11 @@ TEST_CASE("every law: slopes, curvatures and derivatives by numbers equal differ
   constexpr double h = 2e-4, relative = 1e-9;
   for_each_law([&](const ExampleLaw& e, double x) {
     const Taylor2 curve = e.law->curve(x, e.p.data());
-    REQUIRE(curve.c1 == Approx(difference([&](double s) { return e.value(x + s); }, h)).epsilon(1e-8).margin(allowed(e, relative)));
-    REQUIRE(curve.c2 == Approx(difference([&](double s) { return e.law->slope(x + s, e.p.data()).d[0]; }, h)).epsilon(1e-8)
+    REQUIRE(curve.c1 == Approx(difference([&](double s) { return e.value(x + s); }, h))
+                            .epsilon(1e-8)
+                            .margin(allowed(e, relative)));
+    REQUIRE(curve.c2 == Approx(difference([&](double s) { return e.law->slope(x + s, e.p.data()).d[0]; }, h))
+                            .epsilon(1e-8)
                             .margin(allowed(e, 10 * relative)));
     for (std::size_t k = 0; k < e.p.size(); ++k) {
       std::vector<PathDual> p(e.p.begin(), e.p.end());
@@ -99,9 +102,13 @@ TEST_CASE("every law: slopes, curvatures and derivatives by numbers equal differ
         return e.law->value(PathDual(Taylor2(x, 0.8, -0.5)), q.data()).v;
       };
       CAPTURE(k);
-      REQUIRE(d.d[0].c0 == Approx(difference([&](double s) { return changed(s).c0; }, h)).margin(allowed(e, relative)));
-      REQUIRE(d.d[0].c1 == Approx(difference([&](double s) { return changed(s).c1; }, h)).margin(allowed(e, relative)));
-      REQUIRE(d.d[0].c2 == Approx(difference([&](double s) { return changed(s).c2; }, h)).margin(allowed(e, 100 * relative)));
+      REQUIRE(d.d[0].c0 ==
+              Approx(difference([&](double s) { return changed(s).c0; }, h)).margin(allowed(e, relative)));
+      REQUIRE(d.d[0].c1 ==
+              Approx(difference([&](double s) { return changed(s).c1; }, h)).margin(allowed(e, relative)));
+      REQUIRE(
+          d.d[0].c2 ==
+          Approx(difference([&](double s) { return changed(s).c2; }, h)).margin(allowed(e, 100 * relative)));
     }
   });
 }
@@ -110,8 +117,8 @@ TEST_CASE("every law: the stored energy is the integral from 0", "[law]") {
   for_each_law([](const ExampleLaw& e, double x) {
     const auto energy = [&](double s) { return e.law->integral(x + s, e.p.data()); };
     REQUIRE(e.law->integral(0, e.p.data()) == 0);
-    // Gauss-Legendre on 16 pieces, unless a law has its own: exact for smooth laws; a piece with a joint in it, where the
-    // third derivative jumps, is off by about 1e-7.
+    // Gauss-Legendre on 16 pieces, unless a law has its own: exact for smooth laws; a piece with a joint in
+    // it, where the third derivative jumps, is off by about 1e-7.
     REQUIRE(difference(energy, 2e-3) == Approx(e.value(x)).epsilon(1e-6).margin(allowed(e, 1e-9)));
   });
 }

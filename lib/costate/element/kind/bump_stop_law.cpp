@@ -12,8 +12,8 @@ namespace costate {
 
 namespace {
 
-/// The integral of ramp^exponent from where it starts to the depth d: by Gauss-Legendre in the smoothed part, where the
-/// integrand is a power of a polynomial, in closed form beyond.
+/// The integral of ramp^exponent from where it starts to the depth d: by Gauss-Legendre in the smoothed part,
+/// where the integrand is a power of a polynomial, in closed form beyond.
 double stored(double d, double exponent, double width) {
   if (d <= -0.5 * width) return 0;
   static constexpr double node[5] = {0.1488743389816312, 0.4333953941292472, 0.6794095682990244,
@@ -45,12 +45,17 @@ double BumpStopLaw::integral(double x, const double* p) const {
 }
 
 LawOptions bump_stop_law(double gap, double stiffness, double exponent, double smoothing, StopSide side) {
-  if (!(stiffness >= 0)) throw ModelError("", fmt::format("'stiffness' must not be negative, found {}.", stiffness));
-  if (!(exponent >= 1)) throw ModelError("", fmt::format("'exponent' must be 1 or more, found {}.", exponent));
-  if (!(smoothing >= 0)) throw ModelError("", fmt::format("'smoothing' must not be negative, found {}.", smoothing));
+  if (!(stiffness >= 0))
+    throw ModelError("", fmt::format("'stiffness' must not be negative, found {}.", stiffness));
+  if (!(exponent >= 1))
+    throw ModelError("", fmt::format("'exponent' must be 1 or more, found {}.", exponent));
+  if (!(smoothing >= 0))
+    throw ModelError("", fmt::format("'smoothing' must not be negative, found {}.", smoothing));
   if (exponent == 1 && smoothing == 0)
-    throw ModelError("", "A stop with exponent 1 has a kink where contact starts: give a width 'smoothing' over which it "
-                         "is rounded, small against the depths that occur, or an exponent above 1.");
+    throw ModelError(
+        "",
+        "A stop with exponent 1 has a kink where contact starts: give a width 'smoothing' over which it "
+        "is rounded, small against the depths that occur, or an exponent above 1.");
   return {std::make_shared<BumpStopLaw>(side),
           {{"gap", gap}, {"stiffness", stiffness}, {"exponent", exponent}, {"smoothing", smoothing}}};
 }
@@ -59,7 +64,8 @@ namespace {
 
 const RegisterLawKind registered(
     {.name = "bump_stop",
-     .summary = "no force before x falls below 'gap', -stiffness (gap - x)^exponent beyond, rounded over 'smoothing'",
+     .summary = "no force before x falls below 'gap', -stiffness (gap - x)^exponent beyond, rounded over "
+                "'smoothing'",
      .example = R"({ kind = "bump_stop", gap = 0.3, stiffness = 70, exponent = 1.5, smoothing = 0.4 })",
      .read = [](SceneTable& t) {
        const double gap = t.value("gap"), stiffness = t.value("stiffness");

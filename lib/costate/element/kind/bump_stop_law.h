@@ -1,10 +1,11 @@
-// A stop: { kind = "bump_stop", gap = -0.146, stiffness = 1e7, exponent = 1, smoothing = 1e-4 }. No force before the gap
-// is closed, F = -stiffness d^exponent with d = gap - x beyond it (pushing, as a spring law); with side = "above" it is
-// F = stiffness d^exponent with d = x - gap, a rebound stop that pulls.
+// A stop: { kind = "bump_stop", gap = -0.146, stiffness = 1e7, exponent = 1, smoothing = 1e-4 }. No force
+// before the gap is closed, F = -stiffness d^exponent with d = gap - x beyond it (pushing, as a spring law);
+// with side = "above" it is F = stiffness d^exponent with d = x - gap, a rebound stop that pulls.
 //
-// With a smoothing width w the depth d is replaced by a ramp r(d) that is 0 up to -w/2, d from w/2 on and w (s^3 - s^4/2),
-// s = d/w + 1/2, between: twice continuously differentiable, too large by at most 3 w/32 (at d = 0). An exponent
-// above 1 is continuously differentiable without it; an exponent of 1 has a kink and needs a width.
+// With a smoothing width w the depth d is replaced by a ramp r(d) that is 0 up to -w/2, d from w/2 on and w
+// (s^3 - s^4/2), s = d/w + 1/2, between: twice continuously differentiable, too large by at most 3 w/32 (at d
+// = 0). An exponent above 1 is continuously differentiable without it; an exponent of 1 has a kink and needs
+// a width.
 #pragma once
 
 #include "costate/element/kind/law_options.h"
@@ -41,8 +42,8 @@ class BumpStopLaw final : public ScalarLawOf<BumpStopLaw> {
   double sign_;
 };
 
-/// gap, the x where contact starts; stiffness [N/m^exponent]; exponent >= 1; smoothing width >= 0, more than 0 where the
-/// exponent is 1. Throws ModelError otherwise.
+/// gap, the x where contact starts; stiffness [N/m^exponent]; exponent >= 1; smoothing width >= 0, more than
+/// 0 where the exponent is 1. Throws ModelError otherwise.
 LawOptions bump_stop_law(double gap, double stiffness, double exponent, double smoothing,
                          StopSide side = StopSide::below);
 

@@ -43,10 +43,11 @@ void check_joins(const std::vector<double>& breaks, const std::vector<std::vecto
   for (std::size_t k = 0; k < breaks.size(); ++k) {
     const PieceEnd left = evaluate_terms(c[k], breaks[k]), right = evaluate_terms(c[k + 1], breaks[k]);
     const auto refuse = [&](const char* what, double a, double b, const char* allow) {
-      throw ModelError("", fmt::format("The pieces do not meet at the break x = {:g}: the {} is {:.9g} on its left and "
-                                       "{:.9g} on its right. Correct the coefficients, or allow it with joins = \"{}\"{}.",
-                                       breaks[k], what, a, b, allow,
-                                       *allow == 'n' ? "; a law that jumps has no exact gradients" : ""));
+      throw ModelError(
+          "", fmt::format("The pieces do not meet at the break x = {:g}: the {} is {:.9g} on its left and "
+                          "{:.9g} on its right. Correct the coefficients, or allow it with joins = \"{}\"{}.",
+                          breaks[k], what, a, b, allow,
+                          *allow == 'n' ? "; a law that jumps has no exact gradients" : ""));
     };
     if (joins != Joins::none && std::abs(left.value - right.value) > kJoin * value_size)
       refuse("value", left.value, right.value, "none");
@@ -64,17 +65,20 @@ PiecewiseLaw::PiecewiseLaw(std::vector<double> breaks, const std::vector<std::si
       throw ModelError("", fmt::format("'breaks' must increase: entry {} is {} after {}.", k + 1, breaks_[k],
                                        breaks_[k - 1]));
   if (sizes.size() != breaks_.size() + 1)
-    throw ModelError("", fmt::format("'coefficients' must hold one polynomial an interval, {} for {} break{}; found {}.",
-                                     breaks_.size() + 1, breaks_.size(), breaks_.size() == 1 ? "" : "s", sizes.size()));
+    throw ModelError(
+        "", fmt::format("'coefficients' must hold one polynomial an interval, {} for {} break{}; found {}.",
+                        breaks_.size() + 1, breaks_.size(), breaks_.size() == 1 ? "" : "s", sizes.size()));
   for (std::size_t k = 0; k < sizes.size(); ++k) {
-    if (sizes[k] == 0) throw ModelError("", fmt::format("'coefficients[{}]' is empty; a piece without force is [0].", k));
+    if (sizes[k] == 0)
+      throw ModelError("", fmt::format("'coefficients[{}]' is empty; a piece without force is [0].", k));
     offsets_.push_back(offsets_.back() + static_cast<int>(sizes[k]));
   }
 }
 
 double PiecewiseLaw::primitive(int piece, double x, const double* p) const {
   double sum = 0;
-  for (int n = offsets_[piece + 1] - offsets_[piece]; n > 0; --n) sum = (sum + p[offsets_[piece] + n - 1] / n) * x;
+  for (int n = offsets_[piece + 1] - offsets_[piece]; n > 0; --n)
+    sum = (sum + p[offsets_[piece] + n - 1] / n) * x;
   return sum;
 }
 
@@ -86,8 +90,8 @@ double PiecewiseLaw::integral(double x, const double* p) const {
   return sum;
 }
 
-LawOptions piecewise_law(const std::vector<double>& breaks, const std::vector<std::vector<double>>& coefficients,
-                         Joins joins) {
+LawOptions piecewise_law(const std::vector<double>& breaks,
+                         const std::vector<std::vector<double>>& coefficients, Joins joins) {
   std::vector<std::size_t> sizes;
   for (const auto& c : coefficients) sizes.push_back(c.size());
   LawOptions o;
@@ -111,7 +115,9 @@ const RegisterLawKind registered(
        const auto coefficients = t.value_rows("coefficients");
        const std::string joins = t.one_of("joins", {"none", "value", "slope"}, "value");
        return piecewise_law(breaks, coefficients,
-                            joins == "slope" ? Joins::slope : joins == "value" ? Joins::value : Joins::none);
+                            joins == "slope"   ? Joins::slope
+                            : joins == "value" ? Joins::value
+                                               : Joins::none);
      }});
 
 }  // namespace

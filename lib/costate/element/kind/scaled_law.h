@@ -1,7 +1,9 @@
-// Another law scaled by a design variable: { kind = "scaled", slope = 12000, nominal_slope = 9945.627, law = {...} } is
-// slope/nominal_slope times that law; with reference = x0 the law is scaled about that point, where it keeps its value:
+// Another law scaled by a design variable: { kind = "scaled", slope = 12000, nominal_slope = 9945.627, law =
+// {...} } is slope/nominal_slope times that law; with reference = x0 the law is scaled about that point,
+// where it keeps its value:
 //   F(x) = f(x0) + (slope/nominal_slope) (f(x) - f(x0)).
-// `slope` is the slope at some point in whose unit a designer thinks, `nominal_slope` that of the law as given.
+// `slope` is the slope at some point in whose unit a designer thinks, `nominal_slope` that of the law as
+// given.
 #pragma once
 
 #include <optional>
@@ -31,7 +33,9 @@ class ScaledLaw final : public ScalarLawOf<ScaledLaw> {
   // The scaled law for each scalar that laws are compiled for.
   double inner(double x, const double* p) const { return law_->value(x, p); }
   PathDual inner(const PathDual& x, const PathDual* p) const { return law_->value(x, p); }
-  DirectedPathDual inner(const DirectedPathDual& x, const DirectedPathDual* p) const { return law_->value(x, p); }
+  DirectedPathDual inner(const DirectedPathDual& x, const DirectedPathDual* p) const {
+    return law_->value(x, p);
+  }
   Dual<1> inner(const Dual<1>& x, const double* p) const {
     const Dual<1> y = law_->slope(x.v, p);
     return chain(x, y.v, y.d[0]);
@@ -46,6 +50,7 @@ class ScaledLaw final : public ScalarLawOf<ScaledLaw> {
 };
 
 /// Throws ModelError where nominal_slope is 0.
-LawOptions scaled_law(double slope, double nominal_slope, const LawOptions& law, std::optional<double> reference = {});
+LawOptions scaled_law(double slope, double nominal_slope, const LawOptions& law,
+                      std::optional<double> reference = {});
 
 }  // namespace costate

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "command.h"
+#include "costate/scene/law_table.h"
 #include "costate/scene/scene_kind.h"
 
 namespace costate::app {
@@ -36,6 +37,9 @@ Json capability_json() {
     }
   j["kinds"] = Json::array();
   for (const auto& k : scene_kinds()) j["kinds"].push_back({{"name", k.name}, {"summary", k.summary}});
+  j["laws"] = Json::array();
+  for (const auto& k : law_kinds())
+    j["laws"].push_back({{"name", k.name}, {"summary", k.summary}, {"example", k.example}});
   return j;
 }
 
@@ -55,6 +59,8 @@ std::string capability_text() {
   t += "\nScene tables\n";
   for (const auto& k : scene_kinds()) t += fmt::format("  [{}.NAME]{:<{}} {}\n", k.name, "",
                                                        k.name.size() < 16 ? 16 - k.name.size() : 0, k.summary);
+  t += "\nLaws, wherever a number may be one: { kind = \"NAME\", ... }\n";
+  for (const auto& k : law_kinds()) t += fmt::format("  {:<22} {}\n", k.name, k.summary);
   return t;
 }
 

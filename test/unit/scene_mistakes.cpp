@@ -3,6 +3,7 @@
 
 #include "costate/analysis/start.h"
 #include "costate/scene/cost_kind.h"
+#include "costate/scene/law_table.h"
 #include "costate/scene/scene_kind.h"
 #include "scene_texts.h"
 
@@ -238,9 +239,10 @@ TEST_CASE("scene mistakes: laws") {
   const auto law = [](const std::string& text) {
     return complaint(replaced(pendulum, "target = 0.5", "target = " + text));
   };
+  std::string kinds;
+  for (const auto& kind : law_kinds()) kinds += kind.name + ", ";
   REQUIRE(law("{ kind = \"sinus\", amplitude = 1 }") ==
-          "s.toml:37:19: 'kind' in [cost.running[0].target] must be one of constant, polynomial, sine, "
-          "smooth_step, table, "
+          "s.toml:37:19: 'kind' in [cost.running[0].target] must be one of " + kinds +
           "found \"sinus\". Did you mean 'sine'?");
   REQUIRE(law("{ kind = \"sine\", amplitude = 1 }") ==
           "s.toml:37:10: [cost.running[0].target] needs 'angular_frequency_rad_per_s' (a number), which is "

@@ -50,7 +50,10 @@ LawOptions find_law(SceneTable& table, const std::string& key) {
 
 namespace {
 
-const RegisterLawKind constant({.name = "constant", .summary = "value", .read = [](SceneTable& t) {
+const RegisterLawKind constant({.name = "constant",
+                                .summary = "value",
+                                .example = "{ kind = \"constant\", value = 3.5 }",
+                                .read = [](SceneTable& t) {
                                   LawOptions o(t.value("value"));
                                   o.numbers[0].first = "value";
                                   return o;
@@ -59,10 +62,13 @@ const RegisterLawKind constant({.name = "constant", .summary = "value", .read = 
 const RegisterLawKind polynomial(
     {.name = "polynomial",
      .summary = "coefficients[0] + coefficients[1] x + coefficients[2] x^2 + ...",
+     .example = "{ kind = \"polynomial\", coefficients = [0.3, -1.2, 0.7, 2.0] }",
      .read = [](SceneTable& t) { return polynomial_law(t.values("coefficients")); }});
 
 const RegisterLawKind sine({.name = "sine",
                             .summary = "mean + amplitude sin(angular_frequency_rad_per_s x + phase_rad)",
+                            .example = R"({ kind = "sine", mean = 0.5, amplitude = 1.5, angular_frequency_rad_per_s = 3,)"
+                                       R"( phase_rad = 0.2 })",
                             .read = [](SceneTable& t) {
                               const double mean = t.value("mean", NumberRule::any, 0);
                               const double amplitude = t.value("amplitude");
@@ -74,6 +80,7 @@ const RegisterLawKind sine({.name = "sine",
 const RegisterLawKind smooth_step(
     {.name = "smooth_step",
      .summary = "'before' up to x = from, 'after' beyond x = to, a quintic between",
+     .example = "{ kind = \"smooth_step\", from = -0.5, to = 1.2, before = 2, after = -1 }",
      .read = [](SceneTable& t) {
        const double from = t.value("from"), to = t.value("to");
        const double before = t.value("before");
@@ -82,6 +89,7 @@ const RegisterLawKind smooth_step(
 
 const RegisterLawKind table({.name = "table",
                              .summary = "the natural cubic spline through the points (x, y)",
+                             .example = R"({ kind = "table", x = [-1, -0.3, 0.4, 1.5, 2], y = [1, -0.5, 0.2, 2, 1] })",
                              .read = [](SceneTable& t) {
                                const auto x = t.values("x");
                                return table_law(x, t.values("y"));

@@ -1,5 +1,5 @@
 // Laws in scene files: a number, or a table { kind = "sine", mean = ..., ... }. New kinds of law register
-// themselves.
+// themselves: one pair of files in element/kind/, as bump_stop_law, with an example that the tests over all laws pick up.
 #pragma once
 
 #include <functional>
@@ -15,6 +15,8 @@ namespace costate {
 struct LawKind {
   std::string name;
   std::string summary;
+  /// A law of this kind as a scene writes it: for documentation and tests.
+  std::string example;
   std::function<LawOptions(SceneTable& table)> read;
 };
 const std::vector<LawKind>& law_kinds();

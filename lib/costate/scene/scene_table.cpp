@@ -171,6 +171,21 @@ std::vector<double> SceneTable::values(const std::string& key, NumberRule rule) 
   return r;
 }
 
+std::vector<std::vector<double>> SceneTable::value_rows(const std::string& key, NumberRule rule) {
+  const char* what = "an array of arrays of numbers";
+  const SceneNode& n = require(key, what);
+  if (!n.is_array()) wrong_type(n, key, what);
+  std::vector<std::vector<double>> r;
+  for (std::size_t i = 0; i < n.children.size(); ++i) {
+    const std::string item = fmt::format("{}[{}]", key, i);
+    if (!n.children[i].is_array()) wrong_type(n.children[i], item, "an array of numbers");
+    auto& row = r.emplace_back();
+    for (std::size_t k = 0; k < n.children[i].children.size(); ++k)
+      row.push_back(checked(n.children[i].children[k], fmt::format("{}[{}]", item, k), rule));
+  }
+  return r;
+}
+
 std::vector<std::string> SceneTable::texts(const std::string& key, bool required) {
   const SceneNode* n = ask(key);
   if (!n && !required) return {};

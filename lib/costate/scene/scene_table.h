@@ -52,6 +52,8 @@ class SceneTable {
                      const std::optional<std::string>& default_value = {});
   bool flag(const std::string& key, bool default_value);
   std::vector<double> values(const std::string& key, NumberRule rule = NumberRule::any);
+  /// An array of arrays of numbers.
+  std::vector<std::vector<double>> value_rows(const std::string& key, NumberRule rule = NumberRule::any);
   /// Empty when the key is absent and not required.
   std::vector<std::string> texts(const std::string& key, bool required = true);
   /// An array of exactly two strings.

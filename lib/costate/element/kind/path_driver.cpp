@@ -1,5 +1,7 @@
 #include "costate/element/kind/path_driver.h"
 
+#include <fmt/format.h>
+
 #include "costate/base/error.h"
 #include "costate/element/force/path_driver.h"
 #include "costate/element/kind/lookup.h"
@@ -10,8 +12,9 @@ namespace costate {
 
 void add_path_driver(MechanismBuilder& builder, const std::string& name, const PathDriverOptions& o) {
   const std::string path = "path_driver." + name;
-  // The same point twice: its resolution, with errors at the option.
-  const SpatialPoint point = find_spatial_line(builder, path, o.point, o.point).from();
+  if (!builder.has_spatial_point(o.point))
+    throw ModelError(path + ".point", fmt::format("There is no point of space '{}'.", o.point));
+  const SpatialPoint& point = builder.spatial_point(o.point);
   if (point.kind() != SpatialPoint::Kind::on_body)
     throw ModelError(path + ".point", "A driver sits in a vehicle: the point must be on a rigid body.");
   const int coordinate = find_coordinate(builder, path + ".coordinate", o.coordinate);

@@ -117,6 +117,22 @@ Eigen::Vector3d MechanismBuilder::first_position(const SpatialPoint& point) cons
   return r;
 }
 
+void MechanismBuilder::add_shared_part(const std::string& path, std::shared_ptr<const SharedPart> part) {
+  if (!shared_parts_.emplace(path, std::move(part)).second) throw ModelError(path, "This name is taken already.");
+}
+
+std::shared_ptr<const SharedPart> MechanismBuilder::find_shared_part(const std::string& path) const {
+  const auto at = shared_parts_.find(path);
+  return at == shared_parts_.end() ? nullptr : at->second;
+}
+
+std::vector<std::string> MechanismBuilder::shared_part_names(const std::string& kind) const {
+  std::vector<std::string> names;
+  for (const auto& [path, part] : shared_parts_)
+    if (path.rfind(kind + ".", 0) == 0) names.push_back(path.substr(kind.size() + 1));
+  return names;
+}
+
 void MechanismBuilder::add(std::unique_ptr<Body> body) { m_->bodies_.push_back(std::move(body)); }
 
 void MechanismBuilder::add(std::unique_ptr<Constraint> c) {

@@ -18,6 +18,12 @@ struct AttachmentFrame {
   std::vector<PlanarPoint> ends;                        // of a bar
 };
 
+/// Something that several elements refer to by name, such as a road; its numbers are numbers of the scene.
+class SharedPart {
+ public:
+  virtual ~SharedPart() = default;
+};
+
 class MechanismBuilder {
  public:
   MechanismBuilder();
@@ -58,6 +64,13 @@ class MechanismBuilder {
   Eigen::Vector2d first_position(const PlanarPoint& p) const;
   Eigen::Vector3d first_position(const SpatialPoint& p) const;
 
+  /// Under its dotted path ("road.track"); the builder keeps it only while the mechanism is built.
+  void add_shared_part(const std::string& path, std::shared_ptr<const SharedPart> part);
+  /// Null when there is none.
+  std::shared_ptr<const SharedPart> find_shared_part(const std::string& path) const;
+  /// The names NAME of all parts "kind.NAME".
+  std::vector<std::string> shared_part_names(const std::string& kind) const;
+
   void add(std::unique_ptr<Body> body);
   void add(std::unique_ptr<Constraint> constraint);
   void add(std::unique_ptr<Force> force);
@@ -94,6 +107,7 @@ class MechanismBuilder {
   };
   std::map<std::string, StartGroup> start_groups_;
   std::map<std::string, GivenStart> rates_;
+  std::map<std::string, std::shared_ptr<const SharedPart>> shared_parts_;
 };
 
 }  // namespace costate

@@ -1,0 +1,318 @@
+// A tyre on a wheel that turns about an axis fixed in a rigid body: contact (tyre_contact.h), normal force and a
+// tyre model (tyre_models.h) as a generalized force.
+//   F_n = K delta + c delta' r,  r = min(1, delta / ramp), for delta > 0 and never below 0: continuous at lift-off
+// The wrench (F, M) about the wheel's centre C depends on the motion only through u = (x and z of C, the axis a = A a',
+// the velocity V of C, the wheel's spin, the states): dual numbers differentiate by u, the rest is written by hand,
+//   Q = C_q^T F + 2 E^T M (+ a.M on the spin's coordinate),  Q_q = T [F_u; M_u] u_q + (T [F; M])_q at fixed F, M.
+// Coordinates: the body's x, y, z, e0, e1, e2, e3, then the spin's, if any. Numbers: the centre's and the axis's three
+// in the body's frame, radius, K, c, ramp, the share and the shift of the road, those of the road, those of the model.
+#pragma once
+
+#include "costate/element/element.h"
+#include "costate/element/force/tyre_contact.h"
+#include "costate/element/force/tyre_models.h"
+#include "costate/element/point/spatial_point.h"
+
+namespace costate {
+
+/// Q += 2 E(p)^T M: the generalized force of a moment M [N m] in the global frame on the Euler parameters p.
+template <class S>
+void add_global_moment(const S* p, const S* M, S* Q) {
+  S exM[3];
+  cross3(p + 1, M, exM);
+  Q[0] -= S(2.0) * dot3(p + 1, M);
+  for (int i = 0; i < 3; ++i) Q[1 + i] += S(2.0) * (p[0] * M[i] - exM[i]);
+}
+
+struct TyreSetup {
+  std::shared_ptr<const Road> road;
+  TyreContact contact = TyreContact::disc;
+  bool bilateral = false;      // may pull: for linearisations
+  bool has_spin = false;       // the last coordinate is the spin relative to the body
+};
+
+/// The outputs of a model, for Dual<N> by its own few inputs and chained.
+template <class Model, class S, class P>
+void apply_model(const Model& model, const TyreInput<S>& in, const S* z, const P* p, TyreOutput<S>& out, S* zdot) {
+  model(in, z, p, out, zdot);
+}
+template <class Model, int N>
+void apply_model(const Model& model, const TyreInput<Dual<N>>& in, const Dual<N>* z, const double* p,
+                 TyreOutput<Dual<N>>& out, Dual<N>* zdot) {
+  constexpr int k = Model::inputs, m = k + Model::most_states;
+  if constexpr (k == 1) return;
+  using D = Dual<m>;
+  TyreInput<D> few;
+  TyreOutput<D> found;
+  D few_z[Model::most_states + 1], found_zdot[Model::most_states + 1];
+  for (int i = 0; i < k; ++i) few.x[i] = D::variable(in.x[i].v, i);
+  for (int i = 0; i < model.states(); ++i) few_z[i] = D::variable(z[i].v, k + i);
+  model(few, few_z, p, found, found_zdot);
+  const auto chained = [&](const D& y, Dual<N>& r) {
+    r.v = y.v;
+    for (int j = 0; j < k; ++j)
+      for (int i = 0; i < N; ++i) r.d[i] += y.d[j] * in.x[j].d[i];
+    for (int j = 0; j < model.states(); ++j)
+      for (int i = 0; i < N; ++i) r.d[i] += y.d[k + j] * z[j].d[i];
+  };
+  for (int i = 0; i < TyreOutput<D>::count; ++i) chained(found.x[i], out.x[i]);
+  for (int i = 0; i < model.states(); ++i) chained(found_zdot[i], zdot[i]);
+}
+
+template <class Model>
+class TyreForce final : public ForceOf<TyreForce<Model>> {
+  enum Index { center = 0, axis = 3, radius = 6, stiffness, damping, ramp, share, shift, road_numbers };
+  static constexpr bool uses_spin = Model::inputs == TyreInput<double>::most;
+  // Directions of the dual numbers: u.
+  static constexpr int of_axis = 2, of_velocity = 5, of_spin = 8, of_states = of_spin + (uses_spin ? 1 : 0),
+                       directions = of_states + Model::most_states;
+
+ public:
+  /// wheel: the centre, on a rigid body. numbers: axis (3), radius, K, c, ramp, share, shift; the road adds its own.
+  TyreForce(std::string name, TyreSetup setup, const SpatialPoint& wheel, std::vector<int> spin_coordinate,
+            const std::vector<int>& numbers, Model model, const std::vector<int>& model_numbers)
+      : ForceOf<TyreForce<Model>>("tyre", std::move(name)),
+        setup_(std::move(setup)),
+        model_(std::move(model)),
+        model_numbers_(road_numbers + static_cast<int>(setup_.road->numbers().size())) {
+    this->append_coordinates(wheel.coordinates());
+    this->append_coordinates(spin_coordinate);
+    this->append_numbers(wheel.numbers());
+    this->append_numbers(numbers);
+    this->append_numbers(setup_.road->numbers());
+    this->append_numbers(model_numbers);
+  }
+
+  bool by_hand() const override { return true; }
+  int states() const override { return model_.states(); }
+  int initial_state_number(int i) const override { return model_numbers_ + model_.initial_state(i); }
+  const Model& model() const { return model_; }
+
+  template <class S>
+  void physics(const S& t, const S* q, const S* v, const S* z, const S* p, S* Q, S* zdot) const {
+    Evaluation<S> e;
+    evaluate(t, q, v, z, p, e, zdot);
+    SpatialPointMath::add_force(q, p + center, e.force, Q);
+    add_global_moment(q + 3, e.moment, Q + 3);
+    if (setup_.has_spin) Q[7] += dot3(e.geometry.ey, e.moment);
+  }
+
+  void calc_partials(const LocalState& s, ForcePartials out) const override {
+    using D = Dual<directions>;
+    const double *e = s.q + 3, *ed = s.v + 3;
+    WheelState<D> w;
+    double at[3], velocity[3], direction[3];
+    wheel_motion(s.q, s.v, s.p, at, velocity, direction);
+    w.x = D::variable(at[0], 0);
+    w.z = D::variable(at[2], 1);
+    for (int i = 0; i < 3; ++i) {
+      w.axis[i] = D::variable(direction[i], of_axis + i);
+      w.velocity[i] = D::variable(velocity[i], of_velocity + i);
+    }
+    D spin(0.0), z[Model::most_states + 1], zdot[Model::most_states + 1];
+    if constexpr (uses_spin) spin = D::variable(spin_of(s.q, s.v, s.p), of_spin);
+    for (int i = 0; i < states(); ++i) z[i] = D::variable(s.z[i], of_states + i);
+    Evaluation<D> y;
+    y.forces(setup_, model_, D(s.t), w, spin, z, s.p, model_numbers_, zdot);
+
+    // u_q and u_v: columns x, y, z, e0, e1, e2, e3.
+    const Vector3 sc(s.p), sa(s.p + axis);
+    const Matrix34 B = rotation_jacobian(e, sc), Bd = rotation_jacobian(ed, sc), A = rotation_jacobian(e, sa);
+    Eigen::Matrix<double, of_states, 7> u_q = Eigen::Matrix<double, of_states, 7>::Zero(), u_v = u_q;
+    u_q(0, 0) = u_q(1, 2) = 1;
+    u_q.template block<1, 4>(0, 3) = B.row(0);
+    u_q.template block<1, 4>(1, 3) = B.row(2);
+    u_q.template block<3, 4>(of_axis, 3) = A;
+    u_q.template block<3, 4>(of_velocity, 3) = Bd;
+    u_v.template block<3, 3>(of_velocity, 0).setIdentity();
+    u_v.template block<3, 4>(of_velocity, 3) = B;
+    if constexpr (uses_spin) {
+      const Vector3 unit = 2 * sa / sa.norm();
+      u_q.template block<1, 4>(of_spin, 3) = -unit.transpose() * body_rate_matrix(ed);
+      u_v.template block<1, 4>(of_spin, 3) = unit.transpose() * body_rate_matrix(e);
+    }
+    // The wrench and its derivatives by u and the states.
+    Eigen::Matrix<double, 6, directions> W_u;
+    Vector3 F, M;
+    for (int i = 0; i < 3; ++i) {
+      F[i] = y.force[i].v;
+      M[i] = y.moment[i].v;
+      for (int j = 0; j < directions; ++j) {
+        W_u(i, j) = y.force[i].d[j];
+        W_u(3 + i, j) = y.moment[i].d[j];
+      }
+    }
+    const auto of_motion = W_u.template leftCols<of_states>();
+    const Eigen::Matrix<double, 6, 7> W_q = of_motion * u_q, W_v = of_motion * u_v;
+    const Eigen::Matrix<double, 4, 3> E = 2 * global_rate_matrix(e).transpose(), Bt = B.transpose();
+    const auto add = [&](const auto& W, auto&& rows) {  // rows += T W
+      rows.template topRows<3>() += W.template topRows<3>();
+      rows.template bottomRows<4>() += Bt * W.template topRows<3>() + E * W.template bottomRows<3>();
+    };
+    add(W_q, out.Q_q.template topLeftCorner<7, 7>());
+    add(W_v, out.Q_v.template topLeftCorner<7, 7>());
+    auto turning = out.Q_q.template block<4, 4>(3, 3);
+    turning += rotation_curvature(sc, F);
+    turning.template block<1, 3>(0, 1) -= 2 * M.transpose();
+    turning.template block<3, 1>(1, 0) += 2 * M;
+    turning.template block<3, 3>(1, 1) += 2 * cross_matrix(M);
+    for (int k = 0; k < states(); ++k) {
+      const auto W = W_u.col(of_states + k);
+      add(W, out.Q_z.col(k).template head<7>());
+      using Row = Eigen::Matrix<double, 1, of_states>;
+      const Row f_u = Eigen::Map<const Row>(zdot[k].d.data());
+      out.f_q.row(k).template head<7>() = f_u * u_q;
+      out.f_v.row(k).template head<7>() = f_u * u_v;
+      if constexpr (uses_spin) out.f_v(k, out.f_v.cols() - 1) += setup_.has_spin ? zdot[k].d[of_spin] : 0.0;
+      for (int j = 0; j < states(); ++j) out.f_z(k, j) = zdot[k].d[of_states + j];
+    }
+    if (!setup_.has_spin) return;
+    // Row of the spin, ey.M, and column of its rate.
+    Vector3 ey(direction);
+    const double length = ey.norm();
+    ey /= length;
+    out.Q_q.template block<1, 7>(7, 0) = ey.transpose() * W_q.template bottomRows<3>();
+    out.Q_q.template block<1, 4>(7, 3) += (M - ey.dot(M) * ey).transpose() / length * A;
+    out.Q_v.template block<1, 7>(7, 0) = ey.transpose() * W_v.template bottomRows<3>();
+    for (int k = 0; k < states(); ++k) out.Q_z(7, k) = ey.dot(W_u.template block<3, 1>(3, of_states + k));
+    if constexpr (uses_spin) {
+      const Eigen::Matrix<double, 6, 1> W = W_u.col(of_spin);
+      add(W, out.Q_v.col(7).template head<7>());
+      out.Q_v(7, 7) = ey.dot(W.template tail<3>());
+    }
+  }
+
+  std::vector<Measure> measures() const override {
+    std::vector<Measure> m = {{"normal_force", "N", false}, {"deflection", "m", false}, {"camber", "rad", false},
+                              {"contact_x", "m", false},    {"contact_y", "m", false}};
+    if (!model_.slips()) return m;
+    m.insert(m.end(), {{"lateral_force", "N", false},
+                       {"longitudinal_force", "N", false},
+                       {"aligning_moment", "N m", false},
+                       {"slip_angle", "rad", false}});
+    if (uses_spin) m.push_back({"longitudinal_slip", "1", false});
+    return m;
+  }
+  PathDual measure(int i, const MeasureArguments& x) const override {
+    Evaluation<PathDual> e;
+    PathDual zdot[Model::most_states + 1];
+    evaluate(x.t, x.q, x.v, x.z, x.p, e, zdot);
+    switch (i) {
+      case 0:
+        return e.input.normal();
+      case 1:
+        return e.geometry.deflection;
+      case 2:
+        return e.geometry.camber;
+      case 3:
+      case 4: {
+        PathDual r[3];
+        SpatialPointMath::position(x.q, x.p + center, r);
+        return r[i - 3] + e.arm[i - 3];
+      }
+      case 5:
+        return e.output.lateral();
+      case 6:
+        return e.output.longitudinal();
+      case 7:
+        return e.output.aligning();
+      case 8:
+        return model_.slip_angle(e.input, x.z, x.p + model_numbers_);
+      default:
+        if constexpr (uses_spin) return model_.longitudinal_slip(e.input, x.z, x.p + model_numbers_);
+        return {};
+    }
+  }
+
+ private:
+  /// The formulas of a point on a body without a point.
+  struct SpatialPointMath {
+    template <class S>
+    static void position(const S* q, const S* s, S* r) {
+      rotated(q + 3, s, r);
+      for (int i = 0; i < 3; ++i) r[i] += q[i];
+    }
+    template <class S>
+    static void velocity(const S* q, const S* v, const S* s, S* r) {
+      rotated_rate(q + 3, v + 3, s, r);
+      for (int i = 0; i < 3; ++i) r[i] += v[i];
+    }
+    template <class S>
+    static void add_force(const S* q, const S* s, const S* f, S* Q) {
+      for (int i = 0; i < 3; ++i) Q[i] += f[i];
+      add_rotated_force(q + 3, s, f, Q + 3);
+    }
+  };
+
+  template <class S>
+  struct Evaluation {
+    TyreGeometry<S> geometry;
+    TyreInput<S> input;
+    TyreOutput<S> output;
+    S arm[3];               // from the centre to the contact point, m
+    S force[3], moment[3];  // about the centre
+
+    template <class P>
+    void forces(const TyreSetup& setup, const Model& model, const S& t, const WheelState<S>& w, const S& spin,
+                const S* z, const P* p, int model_numbers, S* zdot) {
+      calc_tyre_geometry(*setup.road, setup.contact, t, w, p[radius], p[share], p[shift], p + road_numbers, geometry);
+      const TyreGeometry<S>& g = geometry;
+      const S normal = normal_force(setup.bilateral, g.deflection, g.approach, p);
+      input = {{normal, g.forward, g.lateral, g.camber, spin}};
+      apply_model(model, input, z, p + model_numbers, output, zdot);
+      for (int i = 0; i < 3; ++i) {
+        arm[i] = -g.loaded_radius * g.ez[i];
+        if (model.trail() >= 0) arm[i] -= S(p[model_numbers + model.trail()]) * g.ex[i];
+        force[i] = setup.contact == TyreContact::vertical ? S(0.0) : normal * g.n[i];
+        if (model.slips()) force[i] += output.longitudinal() * g.ex[i] + output.lateral() * g.eg[i];
+      }
+      cross3(arm, force, moment);
+      if (setup.contact == TyreContact::vertical) force[2] += normal;
+      if (model.slips())
+        for (int i = 0; i < 3; ++i)
+          moment[i] += output.overturning() * g.ex[i] + output.rolling() * g.ey[i] + output.aligning() * g.n[i];
+    }
+
+    template <class P>
+    static S normal_force(bool bilateral, const S& deflection, const S& approach, const P* p) {
+      if (!bilateral && !(value_of(deflection) > 0)) return S(0.0);
+      S damper = S(p[damping]) * approach;
+      if (!bilateral && value_of(deflection) < value_of(p[ramp])) damper *= deflection / S(p[ramp]);
+      const S force = S(p[stiffness]) * deflection + damper;
+      return bilateral || value_of(force) > 0 ? force : S(0.0);
+    }
+  };
+
+  template <class S, class P>
+  void wheel_motion(const S* q, const S* v, const P* p, S* at, S* velocity, S* direction) const {
+    SpatialPointMath::position(q, p + center, at);
+    SpatialPointMath::velocity(q, v, p + center, velocity);
+    rotated(q + 3, p + axis, direction);
+  }
+
+  /// The wheel's angular velocity about its axis: the body's share, 2 a'.G p' / |a'|, and the coordinate's rate.
+  template <class S>
+  S spin_of(const S* q, const S* v, const S* p) const {
+    S rate[3];
+    body_rate(q + 3, v + 3, rate);
+    const S turning = S(2.0) * dot3(p + axis, rate) / length3(p + axis);
+    return setup_.has_spin ? turning + v[7] : turning;
+  }
+
+  template <class S>
+  void evaluate(const S& t, const S* q, const S* v, const S* z, const S* p, Evaluation<S>& e, S* zdot) const {
+    WheelState<S> w;
+    S at[3], spin(0.0);
+    wheel_motion(q, v, p, at, w.velocity, w.axis);
+    w.x = at[0];
+    w.z = at[2];
+    if constexpr (uses_spin) spin = spin_of(q, v, p);
+    e.forces(setup_, model_, t, w, spin, z, p, model_numbers_, zdot);
+  }
+
+  TyreSetup setup_;
+  Model model_;
+  int model_numbers_;
+};
+
+}  // namespace costate

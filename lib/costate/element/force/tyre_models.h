@@ -1,0 +1,172 @@
+// Tyre models: what a tyre does for a normal force F_n, the velocity of the wheel's centre along e_x and e_g, the
+// camber and the wheel's spin. A model is one templated function object; the contact (tyre_contact.h) and the
+// wheel's motion (tyre_force.h) are shared, and derivatives come from dual numbers over these few inputs.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "costate/derivative/dual.h"
+
+namespace costate {
+
+/// The inputs; a model uses the first `inputs` of them and its states.
+template <class S>
+struct TyreInput {
+  static constexpr int most = 5;
+  S x[most]{};
+  const S& normal() const { return x[0]; }    // F_n, N
+  const S& forward() const { return x[1]; }   // V.e_x, m/s
+  const S& lateral() const { return x[2]; }   // V.e_g, m/s
+  const S& camber() const { return x[3]; }    // rad
+  const S& spin() const { return x[4]; }      // rad/s, positive where the wheel rolls forward
+};
+
+/// The outputs at the contact point: forces along e_x and e_g, moments about e_x, e_y and n.
+template <class S>
+struct TyreOutput {
+  static constexpr int count = 5;
+  S x[count]{};
+  S& longitudinal() { return x[0]; }  // N
+  S& lateral() { return x[1]; }       // N
+  S& overturning() { return x[2]; }   // N m, about e_x
+  S& rolling() { return x[3]; }       // N m, about e_y
+  S& aligning() { return x[4]; }      // N m, about n
+};
+
+/// How the slip angle's tangent follows from the velocities. Numbers: [slip speed], then where the tyre lags
+/// [relaxation length, initial value].
+///   at once        tan alpha = V.e_g / sqrt((V.e_x)^2 + w^2): w, a small speed, keeps it regular at rest. At a speed
+///                  V the slip is too small by the fraction w^2 / (2 V^2).
+///   w = 0          tan alpha = V.e_g / |V.e_x|, but 0 up to 0.1 m/s and in a skid without forward speed: as the public
+///                  Iltis model does
+///   with a lag     tan alpha = z, L z' = V.e_g - sqrt((V.e_x)^2 + w^2) z: regular also for w = 0, when at rest the
+///                  tyre is a spring
+struct TyreSlip {
+  bool lags = false;
+  static constexpr double cut_speed = 0.1;  // m/s
+  int number_count() const { return lags ? 3 : 1; }
+
+  template <class S, class P>
+  S speed(const S& forward, const P& w) const {
+    using std::sqrt;
+    if (value_of(w) == 0) return value_of(forward) < 0 ? -forward : forward;
+    return sqrt(forward * forward + S(w) * S(w));
+  }
+  template <class S, class P>
+  S tangent(const S& forward, const S& lateral, const S* z, const P* p) const {
+    if (lags) return z[0];
+    if (value_of(p[0]) == 0) {
+      const double u = value_of(forward), v = value_of(lateral);
+      if (!(u * u + v * v > cut_speed * cut_speed) || !(std::abs(u) > 1e-9)) return S(0.0);
+    }
+    return lateral / speed(forward, p[0]);
+  }
+  template <class S, class P>
+  void rate(const S& forward, const S& lateral, const S* z, const P* p, S* zdot) const {
+    if (lags) zdot[0] = (lateral - speed(forward, p[0]) * z[0]) / S(p[1]);
+  }
+};
+
+/// Normal force alone: for rigs and ride, where slip would be singular or is not asked for.
+struct RideTyre {
+  static constexpr int inputs = 1, most_states = 0;
+  int number_count() const { return 0; }
+  int states() const { return 0; }
+  int initial_state(int) const { return -1; }
+  bool slips() const { return false; }
+  int trail() const { return -1; }
+  template <class S, class P>
+  void operator()(const TyreInput<S>&, const S*, const P*, TyreOutput<S>&, S*) const {}
+  template <class S, class P>
+  S slip_angle(const TyreInput<S>&, const S*, const P*) const {
+    return S(0.0);
+  }
+};
+
+/// F_y = -D V.e_g - C alpha + C_c camber, moments m_c camber about e_x and m_a alpha about n; the contact point lies
+/// back by the trail. None depends on F_n.
+/// Numbers: those of the slip, D, C, C_c, m_c, m_a, trail.
+struct LinearTyre {
+  static constexpr int inputs = 4, most_states = 1;
+  TyreSlip slip;
+  int number_count() const { return slip.number_count() + 6; }
+  int states() const { return slip.lags ? 1 : 0; }
+  int initial_state(int) const { return 2; }
+  bool slips() const { return true; }
+  /// Index of a trail among the numbers, or -1.
+  int trail() const { return slip.number_count() + 5; }
+
+  template <class S, class P>
+  S slip_angle(const TyreInput<S>& in, const S* z, const P* p) const {
+    using std::atan;
+    return atan(slip.tangent(in.forward(), in.lateral(), z, p));
+  }
+  template <class S, class P>
+  void operator()(const TyreInput<S>& in, const S* z, const P* p, TyreOutput<S>& out, S* zdot) const {
+    const S alpha = slip_angle(in, z, p);
+    slip.rate(in.forward(), in.lateral(), z, p, zdot);
+    const P* c = p + slip.number_count();
+    out.lateral() = S(c[2]) * in.camber() - S(c[0]) * in.lateral() - S(c[1]) * alpha;
+    out.overturning() = S(c[3]) * in.camber();
+    out.aligning() = S(c[4]) * alpha;
+  }
+};
+
+/// Calspan's model as the Iltis benchmark uses it (Frik, Leister, Schwartz, Vehicle System Dynamics 22 (1993) 215-253):
+///   mu = (B1 F + B3 + B4 F^2) SN, F the normal force
+///   F <= A_omega A2:  a = (A1 F (F - A2) - A0 A2) / A2,  alpha_c = -A3 (A4 - F) F camber / (A4 a)
+///   beyond:           a = -A0,                           alpha_c = A2 A3 (A4 - A2) camber / (A0 A4)
+///   abar = a (alpha + alpha_c) / (mu F),  g = abar - abar |abar| / 3 + abar^3 / 27 up to |abar| = 3, beyond its sign
+/// (mu is taken as 0 where its parabola falls below: with the benchmark's numbers beyond 26 kN.)
+///   F_y = mu F g,  M_z = (AF1 F + AF2 |F_y|) F_y
+/// The branches join: with their slopes at |abar| = 3, with the value at A_omega = 1, F = A2 (there alpha_c as well).
+/// Numbers: those of the slip, then A0, A1, A2, A3, A4, A_omega, B1, B3, B4, SN, AF1, AF2.
+struct CalspanTyre {
+  static constexpr int inputs = 4, most_states = 1;
+  static constexpr int coefficients = 12;
+  TyreSlip slip;
+  int number_count() const { return slip.number_count() + coefficients; }
+  int states() const { return slip.lags ? 1 : 0; }
+  int initial_state(int) const { return 2; }
+  bool slips() const { return true; }
+  int trail() const { return -1; }
+
+  template <class S, class P>
+  S slip_angle(const TyreInput<S>& in, const S* z, const P* p) const {
+    using std::atan;
+    return atan(slip.tangent(in.forward(), in.lateral(), z, p));
+  }
+  template <class S, class P>
+  void operator()(const TyreInput<S>& in, const S* z, const P* p, TyreOutput<S>& out, S* zdot) const {
+    slip.rate(in.forward(), in.lateral(), z, p, zdot);
+    const S& F = in.normal();
+    if (!(value_of(F) > 0)) return;
+    const S alpha = slip_angle(in, z, p);
+    const P* c = p + slip.number_count();
+    const S A0(c[0]), A1(c[1]), A2(c[2]), A3(c[3]), A4(c[4]);
+    const S grip = (S(c[6]) * F + S(c[7]) + S(c[8]) * F * F) * S(c[9]) * F;  // mu F
+    S a, of_camber;
+    if (value_of(F) <= value_of(c[5]) * value_of(c[2])) {
+      a = A1 * F * (F - A2) / A2 - A0;
+      of_camber = -A3 * (A4 - F) * F / (A4 * a);
+    } else {
+      a = -A0;
+      of_camber = A2 * A3 * (A4 - A2) / (A0 * A4);
+    }
+    const S force = a * (alpha + of_camber * in.camber());  // what it would be without saturation
+    const double size = std::abs(value_of(force)), most = value_of(grip);
+    if (!(most > 0)) return;
+    S& Fy = out.lateral();
+    if (!(size < 3 * most)) {
+      Fy = value_of(force) > 0 ? grip : -grip;
+    } else {
+      const S abar = force / grip, abs = value_of(abar) < 0 ? -abar : abar;
+      Fy = force * (S(1.0) - abs / S(3.0) + abar * abar / S(27.0));
+    }
+    const S size_y = value_of(Fy) < 0 ? -Fy : Fy;
+    out.aligning() = (S(c[10]) * F + S(c[11]) * size_y) * Fy;
+  }
+};
+
+}  // namespace costate

@@ -1,0 +1,108 @@
+#include "costate/element/law/road_laws.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "costate/base/error.h"
+
+namespace costate {
+
+namespace {
+constexpr int kLanes = 4;  // sines that are rotated side by side: independent chains, which the processor overlaps
+}
+
+SineSumLaw::SineSumLaw(const SpectrumOptions& o) : options_(o) {
+  if (o.count < 1) throw ModelError("", fmt::format("'count' must be at least 1, found {}.", o.count));
+  if (!(o.n_min > 0)) throw ModelError("", fmt::format("'n_min_1_per_m' must be positive, found {}.", o.n_min));
+  if (!(o.n_max > o.n_min))
+    throw ModelError("", fmt::format("'n_max_1_per_m' must be greater than 'n_min_1_per_m', found {} and {}.", o.n_max,
+                                     o.n_min));
+  spacing_ = (o.n_max - o.n_min) / o.count;
+  std::mt19937 engine(o.seed);
+  const std::size_t padded = static_cast<std::size_t>((o.count + kLanes - 1) / kLanes * kLanes);
+  sine_.assign(padded, 0.0);
+  cosine_.assign(padded, 0.0);
+  for (int i = 0; i < o.count; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    amplitude_.push_back(std::sqrt(2 * spacing_) * std::pow(wave_number(i) / 0.1, -o.exponent / 2));
+    phase_.push_back(kTwoPi * (engine() / 4294967296.0));
+    sine_[k] = amplitude_[k] * std::cos(phase_[k]);
+    cosine_[k] = amplitude_[k] * std::sin(phase_[k]);
+  }
+}
+
+void SineSumLaw::calc_sums(double x, int order, double* f) const {
+  const double step = kTwoPi * spacing_ * x, turn_c = std::cos(kLanes * step), turn_s = std::sin(kLanes * step);
+  double c[kLanes], s[kLanes], sum[5][kLanes] = {};
+  for (int l = 0; l < kLanes; ++l) {
+    const double angle = kTwoPi * wave_number(l) * x;
+    c[l] = std::cos(angle);
+    s[l] = std::sin(angle);
+  }
+  for (std::size_t i = 0; i < sine_.size(); i += kLanes) {
+    for (int l = 0; l < kLanes; ++l) {
+      const double a = sine_[i + l], b = cosine_[i + l], w = kTwoPi * wave_number(static_cast<int>(i) + l);
+      const double y = a * s[l] + b * c[l], yd = w * (a * c[l] - b * s[l]);
+      sum[0][l] += y;
+      sum[1][l] += yd;
+      if (order > 0) {
+        sum[2][l] -= w * w * y;
+        if (order > 2) {
+          sum[3][l] -= w * w * yd;
+          sum[4][l] += w * w * w * w * y;
+        }
+      }
+      const double next = c[l] * turn_c - s[l] * turn_s;
+      s[l] = s[l] * turn_c + c[l] * turn_s;
+      c[l] = next;
+    }
+  }
+  for (int k = 0; k < 5; ++k) {
+    f[k] = 0;
+    for (int l = 0; l < kLanes; ++l) f[k] += sum[k][l];
+  }
+}
+
+ProfileTableLaw::ProfileTableLaw(std::vector<double> x, std::vector<double> y) : x_(std::move(x)), y_(std::move(y)) {
+  const std::size_t n = x_.size();
+  if (n != y_.size())
+    throw ModelError("", fmt::format("The table has {} distances but {} heights.", n, y_.size()));
+  if (n < 2) throw ModelError("", fmt::format("A table needs at least 2 points, found {}.", n));
+  for (std::size_t i = 1; i < n; ++i)
+    if (!(x_[i] > x_[i - 1]))
+      throw ModelError("", fmt::format("The distances must increase: entry {} is {} after {}.", i + 1, x_[i], x_[i - 1]));
+  // The tridiagonal system of the spline's second derivatives, zero at both ends.
+  moment_.assign(n, 0.0);
+  std::vector<double> upper(n, 0.0);
+  for (std::size_t k = 1; k + 1 < n; ++k) {
+    const double left = x_[k] - x_[k - 1], right = x_[k + 1] - x_[k];
+    const double rhs = (y_[k + 1] - y_[k]) / right - (y_[k] - y_[k - 1]) / left;
+    const double pivot = (left + right) / 3 - left / 6 * upper[k - 1];
+    upper[k] = right / 6 / pivot;
+    moment_[k] = (rhs - left / 6 * moment_[k - 1]) / pivot;
+  }
+  for (std::size_t k = n - 1; k-- > 1;) moment_[k] -= upper[k] * moment_[k + 1];
+}
+
+void ProfileTableLaw::calc_derivatives(double x, double* f) const {
+  const auto after = std::upper_bound(x_.begin() + 1, x_.end() - 1, x);
+  const auto k = static_cast<std::size_t>(after - x_.begin()) - 1;
+  const double h = x_[k + 1] - x_[k], secant = (y_[k + 1] - y_[k]) / h, m0 = moment_[k], m1 = moment_[k + 1];
+  f[2] = f[3] = f[4] = 0;
+  if (x < x_.front() || x > x_.back()) {  // along the tangent
+    const bool before = x < x_.front();
+    f[1] = before ? secant - h / 6 * (2 * m0 + m1) : secant + h / 6 * (m0 + 2 * m1);
+    f[0] = before ? y_.front() + f[1] * (x - x_.front()) : y_.back() + f[1] * (x - x_.back());
+    return;
+  }
+  const double b = (x - x_[k]) / h, a = 1 - b;
+  f[0] = a * y_[k] + b * y_[k + 1] + h * h / 6 * ((a * a * a - a) * m0 + (b * b * b - b) * m1);
+  f[1] = secant + h / 6 * ((3 * b * b - 1) * m1 - (3 * a * a - 1) * m0);
+  f[2] = a * m0 + b * m1;
+  f[3] = (m1 - m0) / h;
+}
+
+}  // namespace costate

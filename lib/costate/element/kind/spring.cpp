@@ -24,16 +24,22 @@ SpringDamperLaw with_laws(MechanismBuilder& builder, const std::string& path, co
 }
 }  // namespace
 
+SpringParts add_spring_parts(MechanismBuilder& builder, const std::string& path, const SpringOptions& o,
+                             NumberRule length) {
+  constexpr auto rule = NumberRule::non_negative;
+  SpringParts r;
+  r.numbers = {builder.add_number(path + ".stiffness_N_per_m", o.stiffness_N_per_m, rule),
+               builder.add_number(path + ".natural_length_m", o.natural_length_m, length),
+               builder.add_number(path + ".damping_N_s_per_m", o.damping_N_s_per_m, rule),
+               builder.add_number(path + ".preload_N", o.preload_N)};
+  r.law = with_laws(builder, path, o.spring_law, o.damper_law, r.numbers);
+  return r;
+}
+
 void add_spring(MechanismBuilder& builder, const std::string& name, const std::string& from,
                 const std::string& to, const SpringOptions& o) {
-  const std::string path = "spring." + name;
-  constexpr auto rule = NumberRule::non_negative;
-  std::vector<int> numbers = {builder.add_number(path + ".stiffness_N_per_m", o.stiffness_N_per_m, rule),
-                              builder.add_number(path + ".natural_length_m", o.natural_length_m, rule),
-                              builder.add_number(path + ".damping_N_s_per_m", o.damping_N_s_per_m, rule),
-                              builder.add_number(path + ".preload_N", o.preload_N)};
-  const SpringDamperLaw law = with_laws(builder, path, o.spring_law, o.damper_law, numbers);
-  add_axial_force(builder, "spring", name, law, numbers, from, to);
+  const SpringParts parts = add_spring_parts(builder, "spring." + name, o);
+  add_axial_force(builder, "spring", name, parts.law, parts.numbers, from, to);
 }
 
 void add_torsion_spring(MechanismBuilder& builder, const std::string& name,
@@ -51,10 +57,7 @@ void add_torsion_spring(MechanismBuilder& builder, const std::string& name,
       std::make_unique<AngularForce<SpringDamperLaw>>("torsion_spring", name, law, numbers, coordinates));
 }
 
-namespace {
-
-void add_spring_table(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
-  const std::string from = table.text("from"), to = table.text("to");
+SpringOptions read_spring_options(SceneTable& table) {
   SpringOptions o;
   o.stiffness_N_per_m = table.value("stiffness_N_per_m", NumberRule::non_negative, 0);
   o.spring_law = find_law(table, "spring_law");
@@ -64,7 +67,14 @@ void add_spring_table(const std::string& name, SceneTable& table, MechanismBuild
   o.damping_N_s_per_m = table.value("damping_N_s_per_m", NumberRule::non_negative, 0);
   o.preload_N = table.value("preload_N", NumberRule::any, 0);
   o.damper_law = find_law(table, "damper_law");
-  add_spring(builder, name, from, to, o);
+  return o;
+}
+
+namespace {
+
+void add_spring_table(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
+  const std::string from = table.text("from"), to = table.text("to");
+  add_spring(builder, name, from, to, read_spring_options(table));
 }
 
 void add_torsion_spring_table(const std::string& name, SceneTable& table, MechanismBuilder& builder) {

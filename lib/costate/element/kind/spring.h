@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "costate/element/force/force_law.h"
 #include "costate/element/kind/law_options.h"
+#include "costate/scene/scene_table.h"
 
 namespace costate {
 
@@ -19,6 +21,15 @@ struct SpringOptions {
 };
 void add_spring(MechanismBuilder& builder, const std::string& name, const std::string& from,
                 const std::string& to, const SpringOptions& options);
+
+/// For other kinds with the keys of [spring]: the law and the numbers under `path`; `length` says what lengths may be.
+struct SpringParts {
+  SpringDamperLaw law;
+  std::vector<int> numbers;
+};
+SpringParts add_spring_parts(MechanismBuilder& builder, const std::string& path, const SpringOptions& options,
+                             NumberRule length = NumberRule::non_negative);
+SpringOptions read_spring_options(SceneTable& table);
 
 struct TorsionSpringOptions {
   double stiffness_N_m_per_rad = 0;

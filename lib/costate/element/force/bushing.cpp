@@ -1,0 +1,52 @@
+#include "costate/element/force/bushing.h"
+
+#include "costate/base/error.h"
+#include "costate/element/force/dual_partials.h"
+
+namespace costate {
+
+Bushing::Bushing(std::string name, SpatialVector d, const std::vector<int>& law_numbers,
+                 const Vector4& frame_from, const Vector4& frame_to)
+    : ForceOf("bushing", std::move(name)), d_(std::move(d)), frame_i_(frame_from), frame_j_(frame_to) {
+  append_coordinates(d_.coordinates());
+  append_numbers(law_numbers);
+  append_numbers(d_.numbers());
+}
+
+void Bushing::calc_partials(const LocalState& s, ForcePartials out) const {
+  calc_dual_partials<SpatialVector::kMax, kNumbers + 6>(*this, s, out);
+}
+
+double Bushing::potential_energy(const LocalState& s) const {
+  const double still[SpatialVector::kMax] = {};
+  Deformation<double> x;
+  deform(s.q, still, s.p + kNumbers, x);
+  double sum = 0;
+  for (int k = 0; k < 6; ++k) sum += x.x[k] * (0.5 * s.p[k] * x.x[k] + s.p[12 + k]);
+  return sum;
+}
+
+std::vector<Measure> Bushing::measures() const {
+  std::vector<Measure> r;
+  for (const auto& [name, unit] : {std::pair("", "m"), std::pair("angle_", "rad"), std::pair("force_", "N"),
+                                   std::pair("torque_", "N m")})
+    for (const char* axis : {"x", "y", "z"}) r.push_back({std::string(name) + axis, unit, false});
+  return r;
+}
+
+PathDual Bushing::measure(int i, const MeasureArguments& m) const {
+  Deformation<PathDual> x;
+  deform(m.q, m.v, m.p + kNumbers, x);
+  if (i < 6) return x.x[i];
+  const int k = i - 6;
+  return m.p[k] * x.x[k] + m.p[6 + k] * x.rate[k] + m.p[12 + k];
+}
+
+void Bushing::half_turn() const {
+  throw ModelError(
+      path(),
+      "The two frames are half a turn apart, where the rotation vector has no direction. Turn one of them "
+      "by its rotation axis and angle so that they coincide where the bushing is unloaded.");
+}
+
+}  // namespace costate

@@ -57,6 +57,7 @@ Vector3 JointBuilder::first_direction(int i, const Vector3& components) const {
 }
 
 void JointBuilder::set_axes(const JointAxes& axes, const std::string& key) {
+  for (const int i : {0, 1}) direction(i);  // both ends have directions
   axes_ = axes;
   first_axis_ = vector3(axes.first);
   axis_numbers_ = add_axis(key + "_first", axes.first);
@@ -115,12 +116,10 @@ void JointBuilder::keep_together() {
 }
 
 void JointBuilder::keep_on_axis() {
-  direction(0);
   builder_.add(std::make_unique<OnAxisConstraint>(kind_, name_, d_, first_axis_numbers(), first_axis_));
 }
 
 void JointBuilder::keep_in_plane() {
-  direction(0);
   builder_.add(std::make_unique<OffsetConstraint>(kind_, name_, d_, first_axis_numbers(), std::nullopt));
 }
 

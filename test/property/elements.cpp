@@ -7,9 +7,12 @@
 #include "costate/element/kind/body.h"
 #include "costate/element/kind/distance.h"
 #include "costate/element/kind/driver.h"
+#include "costate/element/kind/fixed.h"
 #include "costate/element/kind/force.h"
 #include "costate/element/kind/hinge.h"
+#include "costate/element/kind/mass.h"
 #include "costate/element/kind/maxwell.h"
+#include "costate/element/kind/natural_body.h"
 #include "costate/element/kind/point.h"
 #include "costate/element/kind/prismatic.h"
 #include "costate/element/kind/revolute.h"
@@ -150,10 +153,22 @@ TEST_CASE("the same between every two sorts of points of space") {
   body.position_m = {2.2, -1.3, 0.8};
   body.euler = euler_parameters({-0.3, 0.4, 1}, -2.3);
   add_rigid_body(builder, "disc", body);
+  body.position_m = {0.2, 1.3, -0.8};
+  body.euler = euler_parameters({0.3, -0.4, 1}, 0.7);
+  add_natural_body(builder, "block", body);
+  body.position_m = {-0.6, 0.4, 1.8};
+  body.euler = euler_parameters({1, 0.4, 0.1}, -1.9);
+  add_natural_body(builder, "beam", body);
   add_spatial_ground_point(builder, "ground", {0.1, -0.2, 0.3});
+  add_spatial_free_point(builder, "free", {0.7, 0.9, -0.4});
+  add_mass(builder, "free", "free", 0.7);
   add_spatial_point(builder, "on_plate", "plate", {0.3, 0.5, -0.2});
   add_spatial_point(builder, "on_disc", "disc", {-0.4, 0.2, 0.6});
-  const std::vector<std::string> points = {"ground", "on_plate", "on_disc"};
+  add_spatial_point(builder, "on_block", "block", {0.1, -0.3, 0.2});
+  add_spatial_point(builder, "on_beam", "beam", {-0.2, 0.4, 0.3});
+  const std::vector<std::string> points = {"ground", "free", "on_plate", "on_disc", "on_block", "on_beam"};
+  for (const auto& a : points)
+    if (a != "ground" && a != "free") add_mass(builder, a, a, 0.4);
   JointAxes axes{{0.2, 1.0, -0.3}, {0.9, 0.1, 0.4}};
   axes.normal_first = {1, 0, 0};
   axes.normal_second = {0, 1, 0.2};
@@ -165,10 +180,18 @@ TEST_CASE("the same between every two sorts of points of space") {
       add_spring(builder, name, a, b, {100, 0.8, 3, 1, polynomial_law({0, 0, 0, 50}), {}});
       add_maxwell(builder, name, a, b, {80, 0.8, 12, 0.05});
       add_spherical(builder, name, {a, b});
-      add_hinge(builder, name, {a, b}, axes);
+      if (a == "free" || b == "free") {
+        // No direction is fixed to a free point.
+        CHECK_THROWS_WITH(add_hinge(builder, name + "-refused", {a, b}, axes),
+                          Catch::Contains("'free' is a free point"));
+        continue;
+      }
+      add_hinge(builder, name, {a, b}, axes, JointCoordinate{name + "-hinge"});
       add_universal(builder, name, {a, b}, axes);
-      add_cylindrical(builder, name, {a, b}, axes);
-      add_translational(builder, name, {a, b}, axes);
+      add_cylindrical(builder, name, {a, b}, axes, {JointCoordinate{name}, JointCoordinate{name}});
+      add_translational(builder, name, {a, b}, axes, JointCoordinate{name + "-slide"});
+      add_planar(builder, name, {a, b}, axes);
+      add_fixed(builder, name, {a, b});
     }
   const auto mechanism = builder.build();
   State start;

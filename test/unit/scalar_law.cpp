@@ -4,6 +4,8 @@
 #include <limits>
 
 #include "costate/base/error.h"
+#include "costate/element/law/composed_law.h"
+#include "costate/element/law/formula_law.h"
 #include "costate/element/law/scalar_law.h"
 
 using namespace costate;
@@ -18,12 +20,27 @@ struct LawCase {
   double from, to;  // where it is looked at
 };
 
+std::vector<std::shared_ptr<const ScalarLaw>> pair_of_laws() {
+  return {std::make_shared<PolynomialLaw>(3), std::make_shared<SineLaw>()};
+}
+
 std::vector<LawCase> laws() {
   return {{"polynomial", std::make_shared<PolynomialLaw>(4), {0.3, -1.2, 0.7, 2.0}, -2, 2},
           {"sine", std::make_shared<SineLaw>(), {0.5, 1.5, 3.0, 0.2}, -2, 2},
           {"smooth step", std::make_shared<SmoothStepLaw>(), {-0.5, 1.2, 2.0, -1.0}, -1.5, 2.5},
           {"table", std::make_shared<TableLaw>(std::vector<double>{-1, -0.3, 0.4, 1.5, 2}),
-           {1.0, -0.5, 0.2, 2.0, 1.0}, -2.5, 3.5}};
+           {1.0, -0.5, 0.2, 2.0, 1.0}, -2.5, 3.5},
+          {"formula",
+           std::make_shared<FormulaLaw>("-a*sin(w*x)^2*exp(-x/3) + (x - 1)^3/(2 + cos(x)) - 2^(b*x) + sqrt(9 + x)*tanh(x)"
+                                        " + atan(x) - log(7 + x) + tan(x/9) + 1.5e-1*pi",
+                                        std::vector<std::string>{"a", "w", "b"}),
+           {1.5, 2.0, 0.7}, -2, 2},
+          {"sum", std::make_shared<ComposedLaw>(ComposedLaw::Operation::sum, pair_of_laws()), {0.3, -1.2, 0.7, 0.5, 1.5, 3.0, 0.2},
+           -2, 2},
+          {"product", std::make_shared<ComposedLaw>(ComposedLaw::Operation::product, pair_of_laws()),
+           {0.3, -1.2, 0.7, 0.5, 1.5, 3.0, 0.2}, -2, 2},
+          {"steps", std::make_shared<StepsLaw>(2), {0.8, -0.5, 0.1, 1.0, -1.0, 2.0}, -1.5, 2.5},
+          {"chirp", std::make_shared<ChirpLaw>(), {0.5, 1.5, -1.0, 1.0, 0.5, 3.0, 0.3}, -2, 2}};
 }
 
 /// Rounding of sums of terms of size 10.
@@ -95,6 +112,8 @@ TEST_CASE("laws: twice continuously differentiable where pieces join", "[law]") 
   for (const LawCase& c : laws()) {
     if (c.name == "smooth step")
       for (const double x : {-0.5, 1.2}) check_joint(c, x);
+    if (c.name == "steps")
+      for (const double x : {-0.5, 0.1, 0.3, 0.9}) check_joint(c, x);
     if (c.name == "table")
       for (const double x : {-1.0, -0.3, 0.4, 1.5, 2.0}) check_joint(c, x);
   }
@@ -174,4 +193,48 @@ TEST_CASE("laws: stored energy is the integral from 0", "[law]") {
     CHECK(cubic.integral(x, p) == rounded(x - x * x + x * x * x + 0.125 * x * x * x * x));
   const double s[] = {0, 1, 1, 0};
   CHECK(SineLaw().integral(2, s) == rounded(1 - std::cos(2.0)));
+}
+
+TEST_CASE("laws: formulas mean what they say", "[law]") {
+  const auto value = [](const std::string& text, double x = 0.7) {
+    const double p[] = {3, 0.5};
+    return FormulaLaw(text, {"a", "t_1"}).value(x, p);
+  };
+  CHECK(value("1 + 2*3") == 7);
+  CHECK(value("8/4/2 - 1 - 1") == -1);
+  CHECK(value("-2^2") == -4);  // as in mathematics: the power binds closer than the sign
+  CHECK(value("2^3^2") == 512);
+  CHECK(value("2^-1") == rounded(0.5));
+  CHECK(value("(-x)^3", 2) == -8);
+  CHECK(value("--x + +x", 2) == 4);
+  CHECK(value("a*t_1*t", 2) == 3);
+  CHECK(value("1e-1*x", 2) == rounded(0.2));
+  CHECK(value(" sin ( pi / 2 ) ") == rounded(1));
+  CHECK(value("exp(log(x)) - sqrt(x^2) + atan(tan(x)) - tanh(x)") == rounded(0.7 - std::tanh(0.7)));
+  // x^0 and x^1 have derivatives at 0, too.
+  const double p[] = {3, 0.5};
+  CHECK(FormulaLaw("x^0 + a*x^1", {"a", "t_1"}).curve(0, p).c1 == 3);
+}
+
+TEST_CASE("laws: what is no formula is refused with its place", "[law]") {
+  const auto complaint = [](const std::string& text) -> std::string {
+    try {
+      FormulaLaw(text, {"amplitude"});
+    } catch (const ModelError& e) {
+      return e.what();
+    }
+    return "none";
+  };
+  CHECK_THAT(complaint(""), Contains("at its character 1") && Contains("it ends where"));
+  CHECK_THAT(complaint("2*"), Contains("character 3"));
+  CHECK_THAT(complaint("(1 + 2"), Contains("a ')' is missing"));
+  CHECK_THAT(complaint("1 2"), Contains("character 3: '2' is unexpected"));
+  CHECK_THAT(complaint("2*amplitud"), Contains("'amplitud' is unknown") && Contains("Did you mean 'amplitude'?"));
+  CHECK_THAT(complaint("sin x"), Contains("'sin' needs its argument in parentheses"));
+  CHECK_THAT(complaint("1 + $"), Contains("'$' stands where"));
+  std::string deep = "x", far = "x";
+  for (int i = 0; i < 20; ++i) deep = "1 + (" + deep + ")*2";
+  for (int i = 0; i < 200; ++i) far = "(" + far + ")";
+  CHECK_THAT(complaint(deep), Contains("nested too deeply"));
+  CHECK_THAT(complaint(far), Contains("too many parentheses"));
 }

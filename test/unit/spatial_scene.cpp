@@ -94,8 +94,27 @@ TEST_CASE("spatial scene: mistakes") {
   CHECK_THAT(complaint(body + "[start]\ngiven = [\"top.omega_x\"]\n"), Contains("given_velocities"));
   CHECK_THAT(complaint(body + "[point.P]\non = \"top\"\nx_m = 1\ny_m = 0\n" + start),
              Contains("needs 'z_m'"));
-  CHECK_THAT(complaint(body + "[point.P]\nx_m = 1\ny_m = 0\nz_m = 0\n" + start),
-             Contains("there are no free ones"));
+  CHECK_THAT(complaint(body + points + "[point.P]\nx_m = 1\ny_m = 0\nz_m = 0\n[hinge.j]\npoints = [\"foot\", \"P\"]\n"
+                       "axis_first = [0, 0, 1]\n" + start),
+             Contains("hinge.j.points[1]") && Contains("'P' is a free point"));
+  CHECK_THAT(complaint(body + points + "[hinge.j]\npoints = [\"O\", \"foot\"]\naxis_first = [0, 0, 1]\n"
+                       "angle = \"a\"\nangle_rad = 3\n" + start),
+             Contains("more than a quarter of a turn from the first poses") && Contains("stand at 0 rad"));
+  CHECK_THAT(complaint(body + points + "[hinge.j]\npoints = [\"O\", \"foot\"]\naxis_first = [0, 0, 1]\n"
+                       "axis_second = [0, 1, 0]\nangle = \"a\"\n" + start),
+             Contains("give 'normal_first' and 'normal_second'"));
+  CHECK_THAT(complaint(body + points + "[universal.j]\npoints = [\"O\", \"foot\"]\naxis_first = [0, 0, 1]\n"
+                       "axis_second = [0, 1, 0]\nangle = \"a\"\n" + start),
+             Contains("Unknown key 'angle'"));
+  CHECK_THAT(complaint(body + points + "[prismatic.j]\npoints = [\"O\", \"foot\"]\naxis_angle_rad = 1\n" + start),
+             Contains("needs 'axis_first'"));
+  CHECK_THAT(complaint(body + points + "[hinge.j]\npoints = [\"O\", \"foot\"]\naxis_first = [0, 0, 1]\n"
+                       "angle = \"a\"\n[rack_and_pinion.r]\nangle = \"a\"\ncoordinate = \"a.angle\"\n"
+                       "radius_m = 1\n[start]\ngiven = []\n"),
+             Contains("rack_and_pinion.r.coordinate") && Contains("a length in m; 'a.angle' is in rad"));
+  CHECK_THAT(complaint(body + points + "[hinge.j]\npoints = [\"O\", \"foot\"]\naxis_first = [0, 0, 1]\n"
+                       "angle = \"a\"\n[gear.g]\nangles = [\"a\", \"b\"]\nratio = 2\n[start]\ngiven = []\n"),
+             Contains("gear.g.angles[1]") && Contains("There is no body or angle 'b'"));
   CHECK_THAT(complaint(body + points + "[bar.b]\nfrom = \"O\"\nto = \"flat\"\nmass_kg = 1\n" + start),
              Contains("bar.b.from: Point 'O' is a point of space"));
   CHECK_THAT(complaint(body + points + "[spherical.j]\npoints = [\"flat\", \"foot\"]\n" + start),
@@ -114,4 +133,45 @@ TEST_CASE("spatial scene: mistakes") {
                        "\"rigid_body.top.e1\"\n" +
                        start),
              Contains("cannot vary: the scene turns the body by rotation_axis"));
+}
+
+TEST_CASE("spatial scene: a body in natural coordinates starts like one in Euler parameters") {
+  const std::string keys =
+      "rotation_axis = [1, -2, 0.5]\nangle_rad = 2.2\nvz_m_per_s = 3\nomega_global_x_rad_per_s = 1.5\n"
+      "omega_global_y_rad_per_s = -0.5\n";
+  const std::string place = "[point.P]\non = \"top\"\nx_m = 0.3\ny_m = -0.2\nz_m = 0.7\n";
+  const auto start_of = [&](const std::string& kind) {
+    std::string text = body;
+    text.replace(0, text.find(']'), "[" + kind + ".top");
+    return Scene::parse(text + keys + place + "[start]\ngiven = [\"top\"]\n", "s.toml");
+  };
+  const Scene euler = start_of("rigid_body"), natural = start_of("natural_body");
+  Assembly a(euler.mechanism(), euler.mechanism()->select({})), b(natural.mechanism(), natural.mechanism()->select({}));
+  const Start sa = find_start(a, 0, false), sb = find_start(b, 0, false);
+  REQUIRE(size_t(sb.q.size()) == 12);
+  const auto place_of = [](const Scene& scene, const Start& s, bool velocity) {
+    const SpatialPoint& p = scene.mechanism()->spatial_point("P");
+    const double numbers[] = {0.3, -0.2, 0.7};
+    Eigen::Vector3d r;
+    if (velocity)
+      p.velocity(s.q.data(), s.v.data(), numbers, r.data());
+    else
+      p.position(s.q.data(), numbers, r.data());
+    return r;
+  };
+  for (const bool velocity : {false, true})
+    CHECK((place_of(euler, sa, velocity) - place_of(natural, sb, velocity)).norm() < 1e-13);
+}
+
+TEST_CASE("spatial scene: joint coordinates start where the first poses stand") {
+  const Scene scene = Scene::parse(
+      body + "rotation_axis = [0, 0, 1]\nangle_rad = 2.5\nomega_z_rad_per_s = 3\n" + points +
+                      "[hinge.j]\npoints = [\"O\", \"foot\"]\naxis_first = [0, 0, 2]\nangle = \"a\"\n"
+                      "[start]\ngiven = [\"top.e3\"]\ngiven_velocities = [\"top.omega_z\"]\n",
+      "s.toml");
+  Assembly assembly(scene.mechanism(), scene.mechanism()->select({}));
+  const Start start = find_start(assembly, 0, false);
+  const int a = scene.mechanism()->coordinate("a.angle");
+  CHECK(start.q[a] == Approx(2.5).epsilon(1e-14));
+  CHECK(start.v[a] == Approx(3).epsilon(1e-13));
 }

@@ -214,6 +214,6 @@ class ForceOf : public Force {
 };
 
 /// Upper bound of local coordinates, rows and states of one element (kernels work on the stack).
-inline constexpr int kMaxLocal = 16;
+inline constexpr int kMaxLocal = 32;
 
 }  // namespace costate

@@ -57,7 +57,12 @@ void MechanismBuilder::add_point(SpatialPoint point) {
 }
 
 void MechanismBuilder::add_rigid_body_frame(const std::string& name, std::vector<int> coordinates) {
-  if (!rigid_bodies_.emplace(name, std::move(coordinates)).second)
+  if (natural_bodies_.count(name) || !rigid_bodies_.emplace(name, std::move(coordinates)).second)
+    throw ModelError("", fmt::format("There are two rigid bodies named '{}'.", name));
+}
+
+void MechanismBuilder::add_natural_body_frame(const std::string& name, std::vector<int> coordinates) {
+  if (rigid_bodies_.count(name) || !natural_bodies_.emplace(name, std::move(coordinates)).second)
     throw ModelError("", fmt::format("There are two rigid bodies named '{}'.", name));
 }
 
@@ -66,6 +71,8 @@ const std::vector<int>& MechanismBuilder::rigid_body_frame(const std::string& na
   if (at != rigid_bodies_.end()) return at->second;
   std::vector<std::string> known;
   for (const auto& [k, v] : rigid_bodies_) known.push_back(k);
+  if (natural_bodies_.count(name))
+    throw ModelError("", fmt::format("'{}' is a [natural_body.*]; a [rigid_body.*] is needed here.", name));
   throw ModelError("", fmt::format("There is no rigid body '{}'.{}{}", name, suggestion(name, known),
                                    frames_.count(name) ? fmt::format(" '{}' is planar: points on it have no z_m.", name)
                                                        : ""));
@@ -111,7 +118,7 @@ Eigen::Vector2d MechanismBuilder::first_position(const PlanarPoint& point) const
 Eigen::Vector3d MechanismBuilder::first_position(const SpatialPoint& point) const {
   double q[SpatialPoint::kMaxCoordinates] = {}, p[3] = {};
   for (std::size_t i = 0; i < point.coordinates().size(); ++i) q[i] = first_value(point.coordinates()[i]);
-  for (std::size_t i = 0; i < 3; ++i) p[i] = number_value(point.numbers()[i]);
+  for (std::size_t i = 0; i < point.numbers().size(); ++i) p[i] = number_value(point.numbers()[i]);
   Eigen::Vector3d r;
   point.position(q, p, r.data());
   return r;

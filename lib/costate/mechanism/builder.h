@@ -52,12 +52,17 @@ class MechanismBuilder {
   /// The angle coordinate of a body or of an [angle] of this name.
   int angle(const std::string& name) const;
   int coordinate(const std::string& name) const { return m_->coordinate(name); }
+  const std::string& coordinate_unit(int coordinate) const { return m_->coordinates_[coordinate].unit; }
   void add_frame(const std::string& name, AttachmentFrame frame);
   const AttachmentFrame& frame(const std::string& name) const;
   /// A rigid body in space that points can be fixed to, by its coordinates x, y, z, e0, e1, e2, e3.
   void add_rigid_body_frame(const std::string& name, std::vector<int> coordinates);
   bool has_rigid_body(const std::string& name) const { return rigid_bodies_.count(name) > 0; }
   const std::vector<int>& rigid_body_frame(const std::string& name) const;
+  /// A body in natural coordinates, by its coordinates x, y, z, u1x, u1y, ..., u3z.
+  void add_natural_body_frame(const std::string& name, std::vector<int> coordinates);
+  bool has_natural_body(const std::string& name) const { return natural_bodies_.count(name) > 0; }
+  const std::vector<int>& natural_body_frame(const std::string& name) const { return natural_bodies_.at(name); }
   /// Start value, or first guess, of a coordinate.
   double first_value(int coordinate) const { return number_value(m_->coordinates_[coordinate].position_number); }
   /// Position of a point at the start values (first guess) [m].
@@ -101,7 +106,7 @@ class MechanismBuilder {
   std::vector<int> gravity_;
   double gravity_z_ = 0;
   std::map<std::string, AttachmentFrame> frames_;
-  std::map<std::string, std::vector<int>> rigid_bodies_;
+  std::map<std::string, std::vector<int>> rigid_bodies_, natural_bodies_;
   struct StartGroup {
     std::vector<std::string> positions, velocities;
   };

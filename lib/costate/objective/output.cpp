@@ -267,7 +267,7 @@ bool for_each_output(const Mechanism& m, Visit&& visit) {
       }
   }
   for (const auto& p : m.spatial_points()) {
-    if (p.kind() == SpatialPoint::Kind::ground) continue;
+    if (p.kind() == SpatialPoint::Kind::ground || p.kind() == SpatialPoint::Kind::free) continue;
     for (int component = 0; component < 3; ++component)
       for (int order = 0; order < 3; ++order) {
         const std::string name = p.name() + "." + "xyz"[component] + kSuffix[order];

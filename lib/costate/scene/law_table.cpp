@@ -43,6 +43,13 @@ LawOptions read_law(SceneTable& table, const std::string& key, std::optional<dou
   return table.value(key);
 }
 
+std::vector<LawOptions> read_laws(SceneTable& table, const std::string& key) {
+  std::vector<LawOptions> laws;
+  for (const SceneTable& t : table.tables(key)) laws.push_back(read_law_table(t));
+  if (laws.empty()) table.fail("needs '" + key + "', an array of laws like { kind = \"sine\", ... }.");
+  return laws;
+}
+
 LawOptions find_law(SceneTable& table, const std::string& key) {
   if (!table.has(key)) return {};
   return read_law(table, key);

@@ -26,6 +26,8 @@ struct RegisterLawKind {
 
 /// The law under a key; when the key is absent, the constant `default_value`, or an error without one.
 LawOptions read_law(SceneTable& table, const std::string& key, std::optional<double> default_value = {});
+/// The laws in an array of tables.
+std::vector<LawOptions> read_laws(SceneTable& table, const std::string& key);
 /// The law under a key, or none.
 LawOptions find_law(SceneTable& table, const std::string& key);
 

@@ -1,4 +1,4 @@
-// A mass concentrated at a free planar point. Coordinates x, y; numbers: mass [kg], gravity x, y [m/s^2].
+// A mass concentrated at a free point. Coordinates x, y, in space z; numbers: mass [kg], gravity x, y(, z) [m/s^2].
 #pragma once
 
 #include "costate/element/element.h"
@@ -11,7 +11,7 @@ class PointMass final : public BodyOf<PointMass> {
 
   template <class S>
   void physics(const S*, const S*, const S* a, const S* p, S* r) const {
-    for (int i = 0; i < 2; ++i) r[i] = p[0] * (a[i] - p[1 + i]);
+    for (std::size_t i = 0; i < coordinates().size(); ++i) r[i] = p[0] * (a[i] - p[1 + i]);
   }
   bool by_hand() const override { return true; }
   bool constant_mass() const override { return true; }

@@ -43,25 +43,25 @@ void DirectionsConstraint::calc_phi_q(const LocalState& s, LocalMatrix& phi_q) c
 }
 
 void DirectionsConstraint::calc_bias(const LocalState& s, double* bias) const {
-  // u'' = B(v, s) v at a = 0: (u.w)'' = u''.w + 2 u'.w' + u.w''.
+  // (u.w)'' = u''.w + 2 u'.w' + u.w'', at a = 0.
   const Pairs c(*this, s.p);
   const int n = i_.size();
   for (int k = 0; k < rows(); ++k)
-    bias[k] = i_.rate(s.v, s.v, c.s[k]).dot(j_.value(s.q + n, c.t[k])) +
+    bias[k] = i_.turning(s.v, c.s[k]).dot(j_.value(s.q + n, c.t[k])) +
               2 * i_.rate(s.q, s.v, c.s[k]).dot(j_.rate(s.q + n, s.v + n, c.t[k])) +
-              i_.value(s.q, c.s[k]).dot(j_.rate(s.v + n, s.v + n, c.t[k]));
+              i_.value(s.q, c.s[k]).dot(j_.turning(s.v + n, c.t[k]));
 }
 
 void DirectionsConstraint::calc_hessian(const LocalState& s, LocalMatrix& hessian) const {
-  // (u.w)_qq: K(s_i, w), B_i^T B_j, K(s_j, u).
+  // (u.w)_qq: K(s_i, w), u_q^T w_q, K(s_j, u).
   const Pairs c(*this, s.p);
   const int n = i_.size(), m = j_.size();
   for (int k = 0; k < rows(); ++k) {
     const double f = s.lambda[k];
-    if (n > 0) hessian.topLeftCorner(n, n) += f * rotation_curvature(c.s[k], j_.value(s.q + n, c.t[k]));
-    if (m > 0) hessian.bottomRightCorner(m, m) += f * rotation_curvature(c.t[k], i_.value(s.q, c.s[k]));
+    i_.add_curvature(f, c.s[k], j_.value(s.q + n, c.t[k]), 0, hessian);
+    j_.add_curvature(f, c.t[k], i_.value(s.q, c.s[k]), n, hessian);
     if (n == 0 || m == 0) continue;
-    const Eigen::Matrix4d mixed = f * i_.jacobian(s.q, c.s[k]).transpose() * j_.jacobian(s.q + n, c.t[k]);
+    const BodyDirection::Square mixed = f * i_.jacobian(s.q, c.s[k]).transpose() * j_.jacobian(s.q + n, c.t[k]);
     hessian.topRightCorner(n, m) += mixed;
     hessian.bottomLeftCorner(m, n) += mixed.transpose();
   }
@@ -75,11 +75,12 @@ void DirectionsConstraint::calc_partials(const LocalState& s, LocalMatrix& hessi
   for (int k = 0; k < rows(); ++k) {
     const Vector3 u = i_.value(s.q, c.s[k]), w = j_.value(s.q + n, c.t[k]);
     const Vector3 uv = i_.rate(s.q, s.v, c.s[k]), wv = j_.rate(s.q + n, s.v + n, c.t[k]);
-    const Vector3 ua = i_.rate(s.q, s.a, c.s[k]) + i_.rate(s.v, s.v, c.s[k]);
-    const Vector3 wa = j_.rate(s.q + n, s.a + n, c.t[k]) + j_.rate(s.v + n, s.v + n, c.t[k]);
-    const auto Bi = i_.jacobian(s.q, c.s[k]), Biv = i_.jacobian(s.v, c.s[k]), Bia = i_.jacobian(s.a, c.s[k]);
-    const auto Bj = j_.jacobian(s.q + n, c.t[k]), Bjv = j_.jacobian(s.v + n, c.t[k]),
-               Bja = j_.jacobian(s.a + n, c.t[k]);
+    const Vector3 ua = i_.rate(s.q, s.a, c.s[k]) + i_.turning(s.v, c.s[k]);
+    const Vector3 wa = j_.rate(s.q + n, s.a + n, c.t[k]) + j_.turning(s.v + n, c.t[k]);
+    const auto Bi = i_.jacobian(s.q, c.s[k]), Biv = i_.jacobian_dot(s.v, c.s[k]),
+               Bia = i_.jacobian_dot(s.a, c.s[k]);
+    const auto Bj = j_.jacobian(s.q + n, c.t[k]), Bjv = j_.jacobian_dot(s.v + n, c.t[k]),
+               Bja = j_.jacobian_dot(s.a + n, c.t[k]);
     phid_q.row(k).head(n) = w.transpose() * Biv + wv.transpose() * Bi;
     phid_q.row(k).tail(m) = u.transpose() * Bjv + uv.transpose() * Bj;
     phidd_q.row(k).head(n) = w.transpose() * Bia + 2 * wv.transpose() * Biv + wa.transpose() * Bi;

@@ -4,8 +4,7 @@
 #pragma once
 
 #include "costate/element/element.h"
-#include "costate/element/point/body_direction.h"
-#include "costate/element/point/spatial_vector.h"
+#include "costate/element/point/body_offset.h"
 
 namespace costate {
 
@@ -19,14 +18,9 @@ class OnAxisConstraint final : public ConstraintOf<OnAxisConstraint> {
 
   template <class S>
   void physics(const S&, const S* q, const S* p, S* phi) const {
-    S b[2][3], d[3];
+    S b[2][3];
     perpendicular_pair(p, flattest_, b[0], b[1]);
-    d_.value(q, p + 3, d);
-    for (int k = 0; k < 2; ++k) {
-      S u[3];
-      u_.value(q + rotation_, b[k], u);
-      phi[k] = dot3(u, d);
-    }
+    for (int k = 0; k < 2; ++k) phi[k] = offset_.value(q, p + 3, b[k]);
   }
   /// Of the second point along the axis.
   std::vector<Measure> measures() const override { return {{"travel", "m", false}}; }
@@ -41,9 +35,7 @@ class OnAxisConstraint final : public ConstraintOf<OnAxisConstraint> {
                      LocalMatrix& phidd_q) const override;
 
  private:
-  SpatialVector d_;
-  BodyDirection u_;
-  int rotation_;  // local index of the first body's Euler parameters
+  BodyOffset offset_;
   int flattest_;
 };
 

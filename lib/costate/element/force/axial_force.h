@@ -190,7 +190,9 @@ class AxialForce final : public ForceOf<AxialForce<Law, Line>> {
   static bool is_plain(const PlanarPoint& p) {
     return p.kind() == PlanarPoint::Kind::free || p.kind() == PlanarPoint::Kind::ground;
   }
-  static bool is_plain(const SpatialPoint&) { return false; }
+  static bool is_plain(const SpatialPoint& p) {
+    return p.kind() == SpatialPoint::Kind::ground || p.kind() == SpatialPoint::Kind::free;
+  }
 
   template <class S>
   void apply(const S* q, const S* p, const S* n, const S& force, S* Q) const {

@@ -4,20 +4,21 @@
 
 namespace costate {
 
+namespace {
+using Condition = DirectionsConstraint::Condition;
+const JointRecipe kHinge = {"hinge", JointRecipe::Place::together, Condition::parallel, true};
+const JointRecipe kUniversal = {"universal", JointRecipe::Place::together, Condition::perpendicular};
+}  // namespace
+
 void add_hinge(MechanismBuilder& builder, const std::string& name,
-               const std::pair<std::string, std::string>& points, const JointAxes& axes) {
-  JointBuilder joint(builder, "hinge", name, points);
-  joint.set_axes(axes);
-  joint.keep_together();
-  joint.keep_directions(DirectionsConstraint::Condition::parallel);
+               const std::pair<std::string, std::string>& points, const JointAxes& axes,
+               const std::optional<JointCoordinate>& angle) {
+  add_joint(builder, kHinge, name, points, axes, {angle});
 }
 
 void add_universal(MechanismBuilder& builder, const std::string& name,
                    const std::pair<std::string, std::string>& points, const JointAxes& axes) {
-  JointBuilder joint(builder, "universal", name, points);
-  joint.set_axes(axes);
-  joint.keep_together();
-  joint.keep_directions(DirectionsConstraint::Condition::perpendicular);
+  add_joint(builder, kUniversal, name, points, axes);
 }
 
 namespace {
@@ -76,8 +77,8 @@ z_m = 0.1
 
 const RegisterSceneKind hinge({
     .name = "hinge",
-    .phase = ScenePhase::elements,
-    .summary = "a revolute joint in space: two points and two axes coincide",
+    .phase_of = joint_phase,
+    .summary = "a revolute joint in space: two points and two axes coincide; it can have an angle coordinate",
     .example = bodies + R"(
 [hinge.base]
 points = ["A", "base"]
@@ -87,16 +88,23 @@ axis_first = [1, 0.2, 0.1]
 points = ["end", "wrist"]
 axis_first = [0, 0.1, 1]
 axis_second = [0.1, 0, 1]
+normal_first = [1, 0.2, 0]
+normal_second = [1, 0, 0.3]
+angle = "flexion"
+angular_velocity_rad_per_s = 0.5
+
+[torsion_spring.tendon]
+angle = "flexion"
+stiffness_N_m_per_rad = 3
+natural_angle_rad = 0.4
+damping_N_m_s_per_rad = 0.2
 
 [start]
-given = ["frame.e1", "arm.e3"]
-given_velocities = ["frame.omega_x", "arm.omega_z"]
+given = ["frame.e1", "flexion.angle"]
+given_velocities = ["frame.omega_x", "flexion.angle"]
 )",
-    .add =
-        [](const std::string& name, SceneTable& table, MechanismBuilder& builder) {
-          const auto points = table.text_pair("points");
-          add_hinge(builder, name, points, read_axes(table));
-        },
+    .add = [](const std::string& name, SceneTable& table,
+              MechanismBuilder& builder) { read_joint(kHinge, name, table, builder); },
 });
 
 const RegisterSceneKind universal({
@@ -117,14 +125,8 @@ axis_second = [0, 0.2, 1]
 [start]
 given = ["frame.e2", "frame.e3", "arm.e2", "arm.e3"]
 )",
-    .add =
-        [](const std::string& name, SceneTable& table, MechanismBuilder& builder) {
-          const auto points = table.text_pair("points");
-          JointAxes axes;
-          axes.first = read_direction(table, "axis_first");
-          axes.second = read_direction(table, "axis_second");
-          add_universal(builder, name, points, axes);
-        },
+    .add = [](const std::string& name, SceneTable& table,
+              MechanismBuilder& builder) { read_joint(kUniversal, name, table, builder); },
 });
 
 }  // namespace

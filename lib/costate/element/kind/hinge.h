@@ -1,5 +1,5 @@
 // [hinge.NAME]: a revolute joint in space, two points and two axes coincide; [universal.NAME]: two points
-// coincide and two axes stay perpendicular.
+// coincide and two axes stay perpendicular. A hinge with angle = "ELBOW" has a coordinate ELBOW.angle.
 #pragma once
 
 #include <string>
@@ -10,7 +10,8 @@
 namespace costate {
 
 void add_hinge(MechanismBuilder& builder, const std::string& name,
-               const std::pair<std::string, std::string>& points, const JointAxes& axes);
+               const std::pair<std::string, std::string>& points, const JointAxes& axes,
+               const std::optional<JointCoordinate>& angle = {});
 void add_universal(MechanismBuilder& builder, const std::string& name,
                    const std::pair<std::string, std::string>& points, const JointAxes& axes);
 

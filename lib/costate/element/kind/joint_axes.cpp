@@ -2,15 +2,20 @@
 
 #include <fmt/format.h>
 
+#include <numbers>
 #include <tuple>
 
 #include "costate/base/error.h"
+#include "costate/element/constraint/offset.h"
 #include "costate/element/constraint/on_axis.h"
 #include "costate/element/constraint/spatial_coincidence.h"
+#include "costate/element/constraint/turn_angle.h"
 
 namespace costate {
 
 namespace {
+using Condition = DirectionsConstraint::Condition;
+
 Vector3 vector3(const std::array<double, 3>& x) { return {x[0], x[1], x[2]}; }
 }  // namespace
 
@@ -29,20 +34,81 @@ JointBuilder::JointBuilder(MechanismBuilder& builder, const std::string& kind, c
 }
 
 std::vector<int> JointBuilder::add_axis(const std::string& key, const std::array<double, 3>& axis) {
-  const std::string path = kind_ + "." + name_ + "." + key;
-  if (axis[0] == 0 && axis[1] == 0 && axis[2] == 0) throw ModelError(path, "A direction must not be zero.");
+  const std::string at = path() + "." + key;
+  if (axis[0] == 0 && axis[1] == 0 && axis[2] == 0) throw ModelError(at, "A direction must not be zero.");
   std::vector<int> r;
-  for (std::size_t i = 0; i < 3; ++i)
-    r.push_back(builder_.add_number(fmt::format("{}[{}]", path, i), axis[i]));
+  for (std::size_t i = 0; i < 3; ++i) r.push_back(builder_.add_number(fmt::format("{}[{}]", at, i), axis[i]));
   return r;
 }
 
-void JointBuilder::set_axes(const JointAxes& axes) {
+BodyDirection JointBuilder::direction(int i) const {
+  try {
+    return BodyDirection(point(i).direction_coordinates());
+  } catch (const ModelError& e) {
+    throw ModelError(fmt::format("{}.points[{}]", path(), i), e.bare_message());
+  }
+}
+
+Vector3 JointBuilder::first_direction(int i, const Vector3& components) const {
+  const BodyDirection u = direction(i);
+  double q[BodyDirection::kMax] = {};
+  for (int k = 0; k < u.size(); ++k) q[k] = builder_.first_value(u.coordinates()[static_cast<std::size_t>(k)]);
+  return u.value(q, components);
+}
+
+void JointBuilder::set_axes(const JointAxes& axes, const std::string& key) {
+  for (const int i : {0, 1}) direction(i);  // both ends have directions
   axes_ = axes;
   first_axis_ = vector3(axes.first);
-  axis_numbers_ = add_axis("axis_first", axes.first);
-  const auto second = add_axis("axis_second", axes.second);
+  axis_numbers_ = add_axis(key + "_first", axes.first);
+  const auto second = add_axis(key + "_second", axes.second);
   axis_numbers_.insert(axis_numbers_.end(), second.begin(), second.end());
+}
+
+void JointBuilder::set_normals() {
+  if (!normal_numbers_.empty()) return;
+  if (axes_.normal_first.has_value() != axes_.normal_second.has_value())
+    throw ModelError(path(), "Give both 'normal_first' and 'normal_second', or neither.");
+  if (!axes_.normal_first && axes_.first != axes_.second)
+    throw ModelError(path(),
+                     "The axes differ, so that the frames of the two bodies are not parallel: give "
+                     "'normal_first' and 'normal_second', directions across the axes that stay parallel, or are "
+                     "so where the angle is zero.");
+  if (!axes_.normal_first) {
+    std::array<double, 3> b, c;
+    perpendicular_pair(axes_.first.data(), flattest(first_axis_), b.data(), c.data());
+    axes_.normal_first = axes_.normal_second = b;
+  }
+  for (const auto& [key, axis, normal] : {std::tuple("normal_first", axes_.first, *axes_.normal_first),
+                                          std::tuple("normal_second", axes_.second, *axes_.normal_second)}) {
+    const Vector3 a = vector3(axis), n = vector3(normal);
+    if (!(cross(a, n).norm() > 0.1 * a.norm() * n.norm()))
+      throw ModelError(path() + "." + key, "A normal must lie across its axis, not along it.");
+    const auto numbers = add_axis(key, normal);
+    normal_numbers_.insert(normal_numbers_.end(), numbers.begin(), numbers.end());
+  }
+}
+
+std::vector<int> JointBuilder::axis_and_normal_numbers() {
+  set_normals();
+  std::vector<int> numbers = axis_numbers_;
+  numbers.insert(numbers.end(), normal_numbers_.begin(), normal_numbers_.end());
+  return numbers;
+}
+
+JointAxes JointBuilder::axes_of_first_poses() const {
+  // Base vectors of the first body, in the second one's frame; the first poses need not be exactly normalised.
+  const auto in_second = [&](const Vector3& s) -> std::array<double, 3> {
+    const Vector3 u = first_direction(0, s).normalized();
+    std::array<double, 3> r;
+    for (int k = 0; k < 3; ++k)
+      r[static_cast<std::size_t>(k)] = first_direction(1, Vector3::Unit(k)).normalized().dot(u);
+    return r;
+  };
+  JointAxes axes{{1, 0, 0}, in_second(Vector3::UnitX())};
+  axes.normal_first = {0, 1, 0};
+  axes.normal_second = in_second(Vector3::UnitY());
+  return axes;
 }
 
 void JointBuilder::keep_together() {
@@ -50,40 +116,67 @@ void JointBuilder::keep_together() {
 }
 
 void JointBuilder::keep_on_axis() {
-  const std::vector<int> first(axis_numbers_.begin(), axis_numbers_.begin() + 3);
-  builder_.add(std::make_unique<OnAxisConstraint>(kind_, name_, d_, first, first_axis_));
+  builder_.add(std::make_unique<OnAxisConstraint>(kind_, name_, d_, first_axis_numbers(), first_axis_));
 }
 
-void JointBuilder::keep_directions(DirectionsConstraint::Condition condition) {
-  if (condition == DirectionsConstraint::Condition::aligned && normal_numbers_.empty()) {
-    const std::string path = kind_ + "." + name_;
-    if (axes_.normal_first.has_value() != axes_.normal_second.has_value())
-      throw ModelError(path, "Give both 'normal_first' and 'normal_second', or neither.");
-    if (!axes_.normal_first && axes_.first != axes_.second)
-      throw ModelError(path,
-                       "The axes differ, so that the frames of the two bodies are not parallel: give "
-                       "'normal_first' and 'normal_second', directions across the axes that stay parallel.");
-    if (!axes_.normal_first) {
-      std::array<double, 3> b, c;
-      perpendicular_pair(axes_.first.data(), flattest(first_axis_), b.data(), c.data());
-      axes_.normal_first = axes_.normal_second = b;
-    }
-    for (const auto& [key, axis, normal] :
-         {std::tuple("normal_first", axes_.first, *axes_.normal_first),
-          std::tuple("normal_second", axes_.second, *axes_.normal_second)}) {
-      const Vector3 a = vector3(axis), n = vector3(normal);
-      if (!(cross(a, n).norm() > 0.1 * a.norm() * n.norm()))
-        throw ModelError(path + "." + key, "A normal must lie across its axis, not along it.");
-      const auto numbers = add_axis(key, normal);
-      normal_numbers_.insert(normal_numbers_.end(), numbers.begin(), numbers.end());
-    }
+void JointBuilder::keep_in_plane() {
+  builder_.add(std::make_unique<OffsetConstraint>(kind_, name_, d_, first_axis_numbers(), std::nullopt));
+}
+
+void JointBuilder::keep_directions(Condition condition) {
+  const auto numbers = condition == Condition::aligned ? axis_and_normal_numbers() : axis_numbers_;
+  builder_.add(std::make_unique<DirectionsConstraint>(kind_, name_, condition, direction(0), direction(1), numbers,
+                                                      first_axis_));
+}
+
+void JointBuilder::add_angle(const JointCoordinate& c) {
+  const auto numbers = axis_and_normal_numbers();
+  Vector3 w, turned, u, unused;
+  across_axis(first_axis_.data(), axes_.normal_first->data(), w.data(), turned.data());
+  across_axis(axes_.second.data(), axes_.normal_second->data(), u.data(), unused.data());
+  const Vector3 U = first_direction(1, u);
+  const double found = std::atan2(U.dot(first_direction(0, turned)), U.dot(first_direction(0, w)));
+  // The constraint also holds half a turn away: the first poses must tell which is meant.
+  if (std::abs(std::remainder(c.position.value_or(found) - found, 2 * std::numbers::pi)) > std::numbers::pi / 2)
+    throw ModelError(path() + ".angle_rad",
+                     fmt::format("The angle {:.6g} rad is more than a quarter of a turn from the first poses of the "
+                                 "bodies, which stand at {:.6g} rad. Give them poses (first guesses) nearer to it.",
+                                 *c.position, found));
+  const int position = builder_.add_number(path() + ".angle_rad", c.position.value_or(found));
+  const int velocity = builder_.add_number(path() + ".angular_velocity_rad_per_s", c.velocity);
+  const int angle = builder_.add_coordinate(c.name + ".angle", "rad", position, velocity);
+  builder_.add_angle(c.name, angle);
+  builder_.add(std::make_unique<TurnAngleConstraint>(kind_, name_, direction(0), direction(1), angle, numbers));
+}
+
+void JointBuilder::add_displacement(const JointCoordinate& c) {
+  const Vector3 d = builder_.first_position(d_.to()) - builder_.first_position(d_.from());
+  const double found = first_direction(0, first_axis_.normalized()).dot(d);
+  const int position = builder_.add_number(path() + ".displacement_m", c.position.value_or(found));
+  const int velocity = builder_.add_number(path() + ".velocity_m_per_s", c.velocity);
+  const int way = builder_.add_coordinate(c.name + ".displacement", "m", position, velocity);
+  builder_.add(std::make_unique<OffsetConstraint>(kind_, name_, d_, first_axis_numbers(), way));
+}
+
+void add_joint(MechanismBuilder& builder, const JointRecipe& recipe, const std::string& name,
+               const std::pair<std::string, std::string>& points, const JointAxes& axes,
+               const JointCoordinates& coordinates) {
+  JointBuilder joint(builder, recipe.kind, name, points);
+  joint.set_axes(axes, recipe.axis_key);
+  switch (recipe.place) {
+    case JointRecipe::Place::together:
+      joint.keep_together();
+      break;
+    case JointRecipe::Place::on_axis:
+      joint.keep_on_axis();
+      break;
+    case JointRecipe::Place::in_plane:
+      joint.keep_in_plane();
+      break;
   }
-  std::vector<int> numbers = axis_numbers_;
-  if (condition == DirectionsConstraint::Condition::aligned)
-    numbers.insert(numbers.end(), normal_numbers_.begin(), normal_numbers_.end());
-  builder_.add(std::make_unique<DirectionsConstraint>(
-      kind_, name_, condition, BodyDirection(d_.from().rotation_coordinates()),
-      BodyDirection(d_.to().rotation_coordinates()), numbers, first_axis_));
+  joint.keep_directions(recipe.directions);
+  if (coordinates.angle) joint.add_angle(*coordinates.angle);
+  if (coordinates.displacement) joint.add_displacement(*coordinates.displacement);
 }
 
 std::array<double, 3> read_direction(SceneTable& table, const std::string& key) {
@@ -93,11 +186,30 @@ std::array<double, 3> read_direction(SceneTable& table, const std::string& key) 
   return {x[0], x[1], x[2]};
 }
 
-JointAxes read_axes(SceneTable& table) {
+void read_joint(const JointRecipe& recipe, const std::string& name, SceneTable& table, MechanismBuilder& builder) {
+  const auto points = table.text_pair("points");
+  const std::string first = recipe.axis_key + "_first", second = recipe.axis_key + "_second";
   JointAxes axes;
-  axes.first = read_direction(table, "axis_first");
-  axes.second = table.has("axis_second") ? read_direction(table, "axis_second") : axes.first;
-  return axes;
+  axes.first = read_direction(table, first);
+  // The axes of a universal joint differ by nature.
+  const bool same = recipe.directions != Condition::perpendicular && !table.has(second);
+  axes.second = same ? axes.first : read_direction(table, second);
+  JointCoordinates coordinates;
+  if (recipe.angle && table.has("angle"))
+    coordinates.angle = {table.text("angle"), table.find_value("angle_rad"),
+                         table.value("angular_velocity_rad_per_s", NumberRule::any, 0)};
+  if (recipe.displacement && table.has("displacement"))
+    coordinates.displacement = {table.text("displacement"), table.find_value("displacement_m"),
+                                table.value("velocity_m_per_s", NumberRule::any, 0)};
+  if (recipe.directions == Condition::aligned || coordinates.angle) {
+    if (table.has("normal_first")) axes.normal_first = read_direction(table, "normal_first");
+    if (table.has("normal_second")) axes.normal_second = read_direction(table, "normal_second");
+  }
+  add_joint(builder, recipe, name, points, axes, coordinates);
+}
+
+ScenePhase joint_phase(const SceneTable& table) {
+  return table.has("angle") || table.has("displacement") ? ScenePhase::angles : ScenePhase::elements;
 }
 
 }  // namespace costate

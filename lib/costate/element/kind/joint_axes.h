@@ -9,7 +9,7 @@
 
 #include "costate/element/constraint/directions.h"
 #include "costate/element/kind/lookup.h"
-#include "costate/scene/scene_table.h"
+#include "costate/scene/scene_kind.h"
 
 namespace costate {
 
@@ -22,6 +22,19 @@ struct JointAxes {
   std::optional<std::array<double, 3>> normal_first = {}, normal_second = {};
 };
 
+/// A coordinate that a joint adds to the mechanism: the turn about its axis, NAME.angle [rad], or the way along it,
+/// NAME.displacement [m], of the second body against the first.
+struct JointCoordinate {
+  std::string name;
+  /// Start values, or first guesses where the start does not give them; by default the position follows from the first
+  /// poses of the bodies.
+  std::optional<double> position = {};
+  double velocity = 0;
+};
+struct JointCoordinates {
+  std::optional<JointCoordinate> angle = {}, displacement = {};
+};
+
 /// A joint between the bodies of two points, both of which it names in errors at path.points[i].
 class JointBuilder {
  public:
@@ -32,12 +45,27 @@ class JointBuilder {
   void keep_together();
   /// The second point stays on the first axis through the first one.
   void keep_on_axis();
+  /// The second point stays in the plane across the first axis through the first one.
+  void keep_in_plane();
   void keep_directions(DirectionsConstraint::Condition condition);
-  /// Registers the axes' numbers; to be called before the keep_... that use them.
-  void set_axes(const JointAxes& axes);
+  void add_angle(const JointCoordinate& angle);
+  void add_displacement(const JointCoordinate& displacement);
+  /// Registers the axes' numbers, as `key`_first and `key`_second; to be called before what uses them.
+  void set_axes(const JointAxes& axes, const std::string& key = "axis");
+  /// Both bodies' axes such that the bodies stand to each other as at their first poses.
+  JointAxes axes_of_first_poses() const;
 
  private:
+  std::string path() const { return kind_ + "." + name_; }
   std::vector<int> add_axis(const std::string& key, const std::array<double, 3>& axis);
+  /// The normals, as given or chosen, with their numbers.
+  void set_normals();
+  std::vector<int> axis_and_normal_numbers();
+  const SpatialPoint& point(int i) const { return i == 0 ? d_.from() : d_.to(); }
+  BodyDirection direction(int i) const;
+  /// The direction with these components in body i, at its first pose.
+  Vector3 first_direction(int i, const Vector3& components) const;
+  std::vector<int> first_axis_numbers() const { return {axis_numbers_.begin(), axis_numbers_.begin() + 3}; }
 
   MechanismBuilder& builder_;
   std::string kind_, name_;
@@ -47,8 +75,23 @@ class JointBuilder {
   JointAxes axes_;
 };
 
-/// axis_first and axis_second, which is the same if it is missing.
-JointAxes read_axes(SceneTable& table);
+/// What a kind of joint keeps, and which coordinates it can have.
+struct JointRecipe {
+  enum class Place { together, on_axis, in_plane };
+  std::string kind;
+  Place place;
+  DirectionsConstraint::Condition directions;
+  bool angle = false, displacement = false;
+  std::string axis_key = "axis";
+};
+void add_joint(MechanismBuilder& builder, const JointRecipe& recipe, const std::string& name,
+               const std::pair<std::string, std::string>& points, const JointAxes& axes,
+               const JointCoordinates& coordinates = {});
+/// Reads points, axes, and the coordinates "angle" and "displacement" as the recipe allows.
+void read_joint(const JointRecipe& recipe, const std::string& name, SceneTable& table, MechanismBuilder& builder);
+/// A joint with coordinates comes before the elements that use them.
+ScenePhase joint_phase(const SceneTable& table);
+
 std::array<double, 3> read_direction(SceneTable& table, const std::string& key);
 
 }  // namespace costate

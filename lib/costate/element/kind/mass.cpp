@@ -1,6 +1,7 @@
 #include "costate/element/kind/mass.h"
 
 #include "costate/base/error.h"
+#include "costate/element/body/natural_body.h"
 #include "costate/element/body/point_mass.h"
 #include "costate/element/body/rigid_body.h"
 #include "costate/element/kind/lookup.h"
@@ -9,7 +10,7 @@
 namespace costate {
 
 namespace {
-/// On a rigid body in space: a rigid body's inertia of its own is zero and its centre of mass the point.
+/// At a free point, or on a body in space: then its own inertia is zero and its centre of mass the point.
 void add_spatial_mass(MechanismBuilder& builder, const std::string& name, const std::string& point, double mass_kg) {
   const std::string path = "mass." + name;
   const SpatialPoint& p = builder.spatial_point(point);
@@ -17,12 +18,21 @@ void add_spatial_mass(MechanismBuilder& builder, const std::string& name, const 
     throw ModelError(path + ".point", "A mass sits on a free point or on a rigid body, but '" + point +
                                           "' is on the ground.");
   std::vector<int> numbers = {builder.add_number(path + ".mass_kg", mass_kg, NumberRule::non_negative)};
+  if (p.kind() == SpatialPoint::Kind::free) {
+    for (const int g : builder.spatial_gravity_numbers()) numbers.push_back(g);
+    builder.add(std::make_unique<PointMass>(name, p.coordinates(), numbers));
+    return;
+  }
   const int none = builder.add_number(path + ".inertia_kg_m2", 0);
   builder.fix_number(none, "a mass at a point has no moment of inertia.");
   numbers.insert(numbers.end(), 6, none);
   numbers.insert(numbers.end(), p.numbers().begin(), p.numbers().end());
   for (const int g : builder.spatial_gravity_numbers()) numbers.push_back(g);
-  builder.add(std::make_unique<RigidBody>("mass", name, p.coordinates(), numbers, RigidBody::Reports::nothing));
+  if (p.kind() == SpatialPoint::Kind::on_natural_body)
+    builder.add(
+        std::make_unique<NaturalBody>("mass", name, p.coordinates(), numbers, NaturalBody::Reports::nothing));
+  else
+    builder.add(std::make_unique<RigidBody>("mass", name, p.coordinates(), numbers, RigidBody::Reports::nothing));
 }
 }  // namespace
 

@@ -1,4 +1,4 @@
-// [mass.NAME]: a mass concentrated at a free point.
+// [mass.NAME]: a mass concentrated at a free point, or at a point of a body in space.
 #pragma once
 
 #include <string>

@@ -50,8 +50,23 @@ void add_spatial_ground_point(MechanismBuilder& builder, const std::string& name
 void add_spatial_point(MechanismBuilder& builder, const std::string& name, const std::string& on,
                        const std::array<double, 3>& x_m) {
   const std::string path = "point." + name;
-  const auto& body = find_rigid_body(builder, path + ".on", on);
-  builder.add_point(SpatialPoint(SpatialPoint::Kind::on_body, name, body, add_spatial_place(builder, path, x_m)));
+  const bool natural = builder.has_natural_body(on);
+  const auto& body = natural ? builder.natural_body_frame(on) : find_rigid_body(builder, path + ".on", on);
+  const auto kind = natural ? SpatialPoint::Kind::on_natural_body : SpatialPoint::Kind::on_body;
+  builder.add_point(SpatialPoint(kind, name, body, add_spatial_place(builder, path, x_m)));
+}
+
+void add_spatial_free_point(MechanismBuilder& builder, const std::string& name, const std::array<double, 3>& x_m,
+                            const std::array<double, 3>& v_m_per_s) {
+  const std::string path = "point." + name;
+  const auto place = add_spatial_place(builder, path, x_m);
+  std::vector<int> coordinates;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::string axis(1, "xyz"[i]);
+    const int velocity = builder.add_number(path + ".v" + axis + "_m_per_s", v_m_per_s[i]);
+    coordinates.push_back(builder.add_coordinate(name + "." + axis, "m", place[i], velocity));
+  }
+  builder.add_point(SpatialPoint(SpatialPoint::Kind::free, name, coordinates, {}));
 }
 
 namespace {
@@ -60,17 +75,20 @@ namespace {
 void add_spatial(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
   const std::array<double, 3> x = {table.value("x_m"), table.value("y_m"), table.value("z_m")};
   if (table.has("on")) return add_spatial_point(builder, name, table.text("on"), x);
-  if (!table.flag("ground", false))
-    table.fail("z_m", "makes a point of space, which must be on the ground (ground = true) or on a rigid body "
-                      "(on = \"NAME\"); there are no free ones.");
-  add_spatial_ground_point(builder, name, x);
+  if (table.flag("ground", false)) return add_spatial_ground_point(builder, name, x);
+  std::array<double, 3> v;
+  for (std::size_t i = 0; i < 3; ++i)
+    v[i] = table.value(std::string("v") + "xyz"[i] + "_m_per_s", NumberRule::any, 0);
+  add_spatial_free_point(builder, name, x, v);
 }
 
 void add(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
   if (table.has("ground") && table.has("on"))
     table.fail("on", "contradicts 'ground': a point is on the ground or on a body, not both.");
-  if (table.has("z_m") || (table.has("on") && builder.has_rigid_body(table.text("on"))))
-    return add_spatial(name, table, builder);
+  const auto on_spatial_body = [&](const std::string& on) {
+    return builder.has_rigid_body(on) || builder.has_natural_body(on);
+  };
+  if (table.has("z_m") || (table.has("on") && on_spatial_body(table.text("on")))) return add_spatial(name, table, builder);
   if (table.has("on"))
     return add_attached_point(builder, name, table.text("on"), table.value("x_m"), table.value("y_m"));
   const bool ground = table.flag("ground", false);

@@ -1,6 +1,7 @@
 #include "costate/element/kind/prismatic.h"
 
 #include "costate/element/constraint/prismatic.h"
+#include "costate/element/kind/joint_axes.h"
 #include "costate/element/kind/lookup.h"
 #include "costate/scene/scene_kind.h"
 
@@ -21,9 +22,13 @@ void add_prismatic(MechanismBuilder& builder, const std::string& name,
 
 namespace {
 
+/// Between points of space it is a translational joint.
+const JointRecipe kSpatial = {"prismatic", JointRecipe::Place::on_axis, DirectionsConstraint::Condition::aligned,
+                              false, true};
+
 const RegisterSceneKind registered({
     .name = "prismatic",
-    .phase = ScenePhase::elements,
+    .phase_of = joint_phase,
     .summary = "a sliding joint between two bodies, or a body and the ground",
     .example = R"(
 [gravity]
@@ -86,6 +91,8 @@ given = ["carriage.x", "tool.x"]
     .add =
         [](const std::string& name, SceneTable& table, MechanismBuilder& builder) {
           const auto points = table.text_pair("points");
+          if (is_spatial(builder, points.first, points.second))
+            return read_joint(kSpatial, name, table, builder);
           PrismaticOptions o;
           o.axis_angle_rad = table.value("axis_angle_rad");
           o.relative_angle_rad = table.find_value("relative_angle_rad");

@@ -1,4 +1,5 @@
-// [prismatic.NAME]: a sliding joint between two bodies, or a body and the ground, by a point on each.
+// [prismatic.NAME]: a sliding joint between two bodies, or a body and the ground, by a point on each. Between points of
+// space it takes the keys of [translational.NAME] and is one.
 #pragma once
 
 #include <optional>

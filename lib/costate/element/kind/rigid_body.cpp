@@ -16,8 +16,15 @@ namespace {
 
 constexpr const char* kAxis[3] = {"x", "y", "z"};
 
-/// The principal moments of a real body are not negative and none exceeds the sum of the others; 1e-9 of
-/// slack for numbers written with few digits.
+/// The component k of the angular velocity as a rate of the coordinates e (e0 ... e3): 2 G pdot, or 2 E pdot.
+std::vector<GivenStart::Term> rate_terms(const std::vector<int>& e, int k, bool global) {
+  const int i = k + 1, j = (k + 1) % 3 + 1, l = (k + 2) % 3 + 1;  // cyclic
+  const double turn = global ? 2 : -2;                            // of e x edot
+  return {{e[0], e[i], 2.0}, {e[i], e[0], -2.0}, {e[j], e[l], turn}, {e[l], e[j], -turn}};
+}
+
+}  // namespace
+
 void check_inertia(const std::string& path, const std::array<double, 6>& j) {
   Eigen::Matrix3d J;
   J << j[0], j[3], j[4], j[3], j[1], j[5], j[4], j[5], j[2];
@@ -32,15 +39,6 @@ void check_inertia(const std::string& path, const std::array<double, 6>& j) {
                     "the signs of xy, xz, yz.",
                     moments[0], moments[1], moments[2]));
 }
-
-/// The component k of the angular velocity as a rate of the coordinates e (e0 ... e3): 2 G pdot, or 2 E pdot.
-std::vector<GivenStart::Term> rate_terms(const std::vector<int>& e, int k, bool global) {
-  const int i = k + 1, j = (k + 1) % 3 + 1, l = (k + 2) % 3 + 1;  // cyclic
-  const double turn = global ? 2 : -2;                            // of e x edot
-  return {{e[0], e[i], 2.0}, {e[i], e[0], -2.0}, {e[j], e[l], turn}, {e[l], e[j], -turn}};
-}
-
-}  // namespace
 
 std::array<double, 4> euler_parameters(const std::array<double, 3>& axis, double angle_rad) {
   const double length = std::hypot(axis[0], axis[1], axis[2]);
@@ -115,6 +113,8 @@ void add_rigid_body(MechanismBuilder& builder, const std::string& name, const Ri
     }
   }
   builder.add_start_group(name, positions, velocities);
+  builder.add_start_group(name + ".orientation", {positions.begin() + 3, positions.end()},
+                          {velocities.begin() + 3, velocities.end()});
   q.insert(q.end(), e.begin(), e.end());
   builder.add_rigid_body_frame(name, q);
   builder.add(std::make_unique<RigidBody>("rigid_body", name, q, numbers));
@@ -159,7 +159,9 @@ void read_angular_velocity(SceneTable& table, RigidBodyOptions& o) {
                     NumberRule::any, 0);
 }
 
-void add(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
+}  // namespace
+
+RigidBodyOptions read_rigid_body(SceneTable& table) {
   RigidBodyOptions o;
   o.mass_kg = table.value("mass_kg", NumberRule::non_negative);
   constexpr const char* entry[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
@@ -175,8 +177,10 @@ void add(const std::string& name, SceneTable& table, MechanismBuilder& builder) 
   }
   read_orientation(table, o);
   read_angular_velocity(table, o);
-  add_rigid_body(builder, name, o);
+  return o;
 }
+
+namespace {
 
 const RegisterSceneKind registered({
     .name = "rigid_body",
@@ -225,7 +229,8 @@ inertia_zz_kg_m2 = 0.3
 [start]
 given = ["stone", "plate"]
 )",
-    .add = add,
+    .add = [](const std::string& name, SceneTable& table,
+              MechanismBuilder& builder) { add_rigid_body(builder, name, read_rigid_body(table)); },
 });
 
 }  // namespace

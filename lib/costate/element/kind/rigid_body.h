@@ -1,12 +1,12 @@
 // [rigid_body.NAME]: a rigid body in space with the coordinates NAME.x, .y, .z of its reference point and
 // Euler parameters NAME.e0 ... NAME.e3, kept normalised. In [start], NAME alone gives its whole pose and
-// motion, and NAME.omega_x (body's frame), NAME.omega_global_x, ... are velocities that can be given.
+// motion, NAME.orientation its turn and angular velocity, and NAME.omega_x (body's frame), NAME.omega_global_x, ... are velocities that can be given.
 #pragma once
 
 #include <array>
 #include <string>
 
-#include "costate/mechanism/builder.h"
+#include "costate/scene/scene_table.h"
 
 namespace costate {
 
@@ -25,6 +25,13 @@ struct RigidBodyOptions {
   bool turned_by_axis = false;   // euler was computed, so that e0, ... cannot be parameters
 };
 void add_rigid_body(MechanismBuilder& builder, const std::string& name, const RigidBodyOptions& options);
+
+/// The keys that the kinds of bodies in space share.
+RigidBodyOptions read_rigid_body(SceneTable& table);
+
+/// Throws ModelError at path + "inertia_xx_kg_m2" for a tensor that no body has: the principal moments of a real body are
+/// not negative and none exceeds the sum of the others; 1e-9 of slack for numbers written with few digits.
+void check_inertia(const std::string& path, const std::array<double, 6>& inertia_kg_m2);
 
 /// Euler parameters of a turn about an axis of any length but zero.
 std::array<double, 4> euler_parameters(const std::array<double, 3>& axis, double angle_rad);

@@ -4,20 +4,29 @@
 
 namespace costate {
 
+namespace {
+using Condition = DirectionsConstraint::Condition;
+using Place = JointRecipe::Place;
+const JointRecipe kCylindrical = {"cylindrical", Place::on_axis, Condition::parallel, true, true};
+const JointRecipe kTranslational = {"translational", Place::on_axis, Condition::aligned, false, true};
+const JointRecipe kPlanar = {"planar", Place::in_plane, Condition::parallel, false, false, "normal"};
+}  // namespace
+
 void add_cylindrical(MechanismBuilder& builder, const std::string& name,
-                     const std::pair<std::string, std::string>& points, const JointAxes& axes) {
-  JointBuilder joint(builder, "cylindrical", name, points);
-  joint.set_axes(axes);
-  joint.keep_on_axis();
-  joint.keep_directions(DirectionsConstraint::Condition::parallel);
+                     const std::pair<std::string, std::string>& points, const JointAxes& axes,
+                     const JointCoordinates& coordinates) {
+  add_joint(builder, kCylindrical, name, points, axes, coordinates);
 }
 
 void add_translational(MechanismBuilder& builder, const std::string& name,
-                       const std::pair<std::string, std::string>& points, const JointAxes& axes) {
-  JointBuilder joint(builder, "translational", name, points);
-  joint.set_axes(axes);
-  joint.keep_on_axis();
-  joint.keep_directions(DirectionsConstraint::Condition::aligned);
+                       const std::pair<std::string, std::string>& points, const JointAxes& axes,
+                       const std::optional<JointCoordinate>& displacement) {
+  add_joint(builder, kTranslational, name, points, axes, {{}, displacement});
+}
+
+void add_planar(MechanismBuilder& builder, const std::string& name,
+                const std::pair<std::string, std::string>& points, const JointAxes& normals) {
+  add_joint(builder, kPlanar, name, points, normals);
 }
 
 namespace {
@@ -76,19 +85,10 @@ y_m = 0
 z_m = 0
 )";
 
-void read(const std::string& name, SceneTable& table, MechanismBuilder& builder, bool translational) {
-  const auto points = table.text_pair("points");
-  JointAxes axes = read_axes(table);
-  if (!translational) return add_cylindrical(builder, name, points, axes);
-  if (table.has("normal_first")) axes.normal_first = read_direction(table, "normal_first");
-  if (table.has("normal_second")) axes.normal_second = read_direction(table, "normal_second");
-  add_translational(builder, name, points, axes);
-}
-
 const RegisterSceneKind cylindrical({
     .name = "cylindrical",
-    .phase = ScenePhase::elements,
-    .summary = "two axes coincide: the bodies slide and turn about them",
+    .phase_of = joint_phase,
+    .summary = "two axes coincide: the bodies slide and turn about them; it can have both as coordinates",
     .example = bodies + R"(
 [cylindrical.column]
 points = ["A", "bore"]
@@ -98,19 +98,23 @@ axis_second = [0, 0, 1]
 [cylindrical.boom]
 points = ["guide", "tip"]
 axis_first = [1, 0, 0]
+angle = "roll"
+angle_rad = 0.2
+displacement = "reach"
+velocity_m_per_s = 0.3
 
 [start]
-given = ["sleeve.z", "sleeve.e3", "rod.x", "rod.e1"]
-given_velocities = ["sleeve.z", "sleeve.omega_z", "rod.x", "rod.omega_x"]
+given = ["sleeve.z", "sleeve.e3", "reach.displacement", "roll.angle"]
+given_velocities = ["sleeve.z", "sleeve.omega_z", "reach.displacement", "rod.omega_x"]
 )",
     .add = [](const std::string& name, SceneTable& table,
-              MechanismBuilder& builder) { read(name, table, builder, false); },
+              MechanismBuilder& builder) { read_joint(kCylindrical, name, table, builder); },
 });
 
 const RegisterSceneKind translational({
     .name = "translational",
-    .phase = ScenePhase::elements,
-    .summary = "a slide in space: two axes coincide and the bodies do not turn about them",
+    .phase_of = joint_phase,
+    .summary = "a slide in space: two axes coincide, no turn about them; it can have a displacement coordinate",
     .example = bodies + R"(
 [translational.column]
 points = ["A", "bore"]
@@ -121,12 +125,34 @@ normal_second = [1, 0, 0]
 [translational.boom]
 points = ["guide", "tip"]
 axis_first = [1, 0.1, 0]
+displacement = "reach"
 
 [start]
-given = ["sleeve.z", "rod.x"]
+given = ["sleeve.z", "reach.displacement"]
 )",
     .add = [](const std::string& name, SceneTable& table,
-              MechanismBuilder& builder) { read(name, table, builder, true); },
+              MechanismBuilder& builder) { read_joint(kTranslational, name, table, builder); },
+});
+
+const RegisterSceneKind planar({
+    .name = "planar",
+    .phase = ScenePhase::elements,
+    .summary = "a planar joint in space: a point stays in a plane of another body, to which the bodies keep parallel",
+    .example = bodies + R"(
+[planar.floor]
+points = ["A", "bore"]
+normal_first = [0, 0.1, 1]
+normal_second = [0, 0, 1]
+
+[planar.table]
+points = ["guide", "tip"]
+normal_first = [0.2, 0, 1]
+
+[start]
+given = ["sleeve.x", "sleeve.y", "sleeve.e3", "rod.x", "rod.y", "rod.e3"]
+)",
+    .add = [](const std::string& name, SceneTable& table,
+              MechanismBuilder& builder) { read_joint(kPlanar, name, table, builder); },
 });
 
 }  // namespace

@@ -1,0 +1,49 @@
+// The place of the second point along a direction fixed to the body of the first: phi = n . d - s with n = a/|a| and
+// d = r_j - r_i, in m. With a coordinate s this gives a slide its displacement; without (s = 0) the point stays in the
+// plane across a through the first point. Numbers: a in the first body's frame (3, of any length), then those of the
+// points. The multiplier is a force [N] along n.
+#pragma once
+
+#include <optional>
+
+#include "costate/element/element.h"
+#include "costate/element/point/body_offset.h"
+
+namespace costate {
+
+class OffsetConstraint final : public ConstraintOf<OffsetConstraint> {
+ public:
+  OffsetConstraint(std::string kind, std::string name, SpatialVector d, const std::vector<int>& direction_numbers,
+                   std::optional<int> displacement_coordinate);
+
+  int rows() const override { return 1; }
+  std::string row_name(int) const override { return moves_ ? "displacement" : "offset"; }
+
+  template <class S>
+  void physics(const S&, const S* q, const S* p, S* phi) const {
+    S n[3];
+    unit(p, n);
+    phi[0] = offset_.value(q, p + 3, n);
+    if (moves_) phi[0] -= q[offset_.size()];
+  }
+  bool by_hand() const override { return true; }
+  void calc_phi_q(const LocalState& s, LocalMatrix& phi_q) const override;
+  void calc_phi_t(const LocalState&, double*) const override {}
+  void calc_bias(const LocalState& s, double* bias) const override;
+  void calc_hessian(const LocalState& s, LocalMatrix& hessian) const override;
+  void calc_partials(const LocalState& s, LocalMatrix& hessian, LocalMatrix& phid_q,
+                     LocalMatrix& phidd_q) const override;
+
+ private:
+  template <class S>
+  static void unit(const S* a, S* n) {
+    using std::sqrt;
+    const S length = sqrt(dot3(a, a));
+    for (int i = 0; i < 3; ++i) n[i] = a[i] / length;
+  }
+
+  BodyOffset offset_;
+  bool moves_;  // has the coordinate s
+};
+
+}  // namespace costate

@@ -1,0 +1,88 @@
+// Laws made of others, and courses in time that come up often: the sum and the product of laws, a sequence of smooth steps,
+// a sine whose frequency grows with time.
+#pragma once
+
+#include "costate/element/law/scalar_law.h"
+
+namespace costate {
+
+/// Sum or product of laws; numbers: those of the first, then those of the second, ...
+class ComposedLaw final : public ScalarLawOf<ComposedLaw> {
+ public:
+  enum class Operation { sum, product };
+  ComposedLaw(Operation operation, std::vector<std::shared_ptr<const ScalarLaw>> parts)
+      : operation_(operation), parts_(std::move(parts)) {
+    for (const auto& part : parts_) count_ += part->number_count();
+  }
+  int number_count() const override { return count_; }
+
+  template <class S, class P>
+  S physics(const S& x, const P* p) const {
+    S result(operation_ == Operation::sum ? 0.0 : 1.0);
+    for (const auto& part : parts_) {
+      if (operation_ == Operation::sum)
+        result += at(*part, x, p);
+      else
+        result *= at(*part, x, p);
+      p += part->number_count();
+    }
+    return result;
+  }
+
+ private:
+  template <class S, class P>
+  static S at(const ScalarLaw& law, const S& x, const P* p) {
+    return law.value(x, p);
+  }
+  static Dual<1> at(const ScalarLaw& law, const Dual<1>& x, const double* p) {
+    const Dual<1> f = law.slope(x.v, p);
+    return chain(x, f.v, f.d[0]);
+  }
+  static Taylor2 at(const ScalarLaw& law, const Taylor2& x, const double* p) {
+    const Taylor2 f = law.curve(x.c0, p);
+    return compose(x, f.c0, f.c1, f.c2);
+  }
+
+  Operation operation_;
+  std::vector<std::shared_ptr<const ScalarLaw>> parts_;
+  int count_ = 0;
+};
+
+/// From one value to the next by quintic steps (C2 everywhere), each beginning at its place and `width` wide; numbers: the
+/// width, the n places, the n + 1 values. Steps that overlap add up.
+class StepsLaw final : public ScalarLawOf<StepsLaw> {
+ public:
+  explicit StepsLaw(int steps) : n_(steps) {}
+  int number_count() const override { return 2 * n_ + 2; }
+
+  template <class S, class P>
+  S physics(const S& x, const P* p) const {
+    const P *at = p + 1, *y = p + 1 + n_;
+    S sum = S(y[0]);
+    for (int k = 0; k < n_; ++k) {
+      if (value_of(x) <= value_of(at[k])) continue;
+      const S rise = S(y[k + 1]) - S(y[k]), s = (x - S(at[k])) / S(p[0]);
+      sum += value_of(s) >= 1 ? rise : rise * s * s * s * (S(10.0) - S(15.0) * s + S(6.0) * s * s);
+    }
+    return sum;
+  }
+
+ private:
+  int n_;
+};
+
+/// mean + amplitude sin(phase + omega_0 s + (omega_1 - omega_0) s^2 / (2 (x_1 - x_0))), s = x - x_0: its angular frequency is
+/// omega_0 at x_0 and omega_1 at x_1, linear throughout. Numbers: mean, amplitude, x_0, x_1, omega_0, omega_1, phase.
+class ChirpLaw final : public ScalarLawOf<ChirpLaw> {
+ public:
+  int number_count() const override { return 7; }
+
+  template <class S, class P>
+  S physics(const S& x, const P* p) const {
+    using std::sin;
+    const S s = x - S(p[2]), growth = (S(p[5]) - S(p[4])) / (S(p[3]) - S(p[2]));
+    return S(p[0]) + S(p[1]) * sin(S(p[6]) + s * (S(p[4]) + S(0.5) * growth * s));
+  }
+};
+
+}  // namespace costate

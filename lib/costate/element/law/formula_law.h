@@ -1,0 +1,133 @@
+// A law written as a formula, "a*sin(w*t) + b*exp(-t/T)": +, -, *, /, ^, parentheses, sin cos tan exp log sqrt tanh atan, pi,
+// the variable t (or x) and named numbers. Parsed once into a program for a stack, which runs on any number type, so that
+// derivatives are exact and nothing is allocated.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "costate/element/law/scalar_law.h"
+
+namespace costate {
+
+class FormulaLaw final : public ScalarLawOf<FormulaLaw> {
+ public:
+  /// `names`: of the law's numbers, in their order. Throws ModelError where the text is no formula of them, with the place
+  /// in the text.
+  FormulaLaw(const std::string& text, std::vector<std::string> names);
+  int number_count() const override { return static_cast<int>(names_.size()); }
+
+  template <class S, class P>
+  S physics(const S& x, const P* p) const {
+    using std::atan;
+    using std::cos;
+    using std::exp;
+    using std::log;
+    using std::sin;
+    using std::sqrt;
+    using std::tanh;
+    S stack[kDepth + 1] = {};
+    S* top = stack;  // of what the stack holds, above an empty place
+    for (const Step& step : program_) {
+      switch (step.op) {
+        case Op::constant:
+          *++top = S(step.value);
+          break;
+        case Op::variable:
+          *++top = x;
+          break;
+        case Op::number:
+          *++top = S(p[step.index]);
+          break;
+        case Op::add:
+          --top;
+          top[0] += top[1];
+          break;
+        case Op::subtract:
+          --top;
+          top[0] -= top[1];
+          break;
+        case Op::multiply:
+          --top;
+          top[0] *= top[1];
+          break;
+        case Op::divide:
+          --top;
+          top[0] /= top[1];
+          break;
+        case Op::negate:
+          top[0] = -top[0];
+          break;
+        case Op::power:
+          --top;
+          top[0] = exp(top[1] * log(top[0]));
+          break;
+        case Op::whole_power: {
+          const S base = top[0];
+          top[0] = S(1.0);
+          for (int i = 0; i < step.index; ++i) top[0] *= base;
+          break;
+        }
+        case Op::sin:
+          top[0] = sin(top[0]);
+          break;
+        case Op::cos:
+          top[0] = cos(top[0]);
+          break;
+        case Op::tan:
+          top[0] = sin(top[0]) / cos(top[0]);
+          break;
+        case Op::exp:
+          top[0] = exp(top[0]);
+          break;
+        case Op::log:
+          top[0] = log(top[0]);
+          break;
+        case Op::sqrt:
+          top[0] = sqrt(top[0]);
+          break;
+        case Op::tanh:
+          top[0] = tanh(top[0]);
+          break;
+        case Op::atan:
+          top[0] = atan(top[0]);
+          break;
+      }
+    }
+    return *top;
+  }
+
+ private:
+  enum class Op {
+    constant,
+    variable,
+    number,
+    add,
+    subtract,
+    multiply,
+    divide,
+    negate,
+    power,
+    whole_power,
+    sin,
+    cos,
+    tan,
+    exp,
+    log,
+    sqrt,
+    tanh,
+    atan
+  };
+  struct Step {
+    Op op;
+    double value = 0;
+    int index = 0;
+  };
+  static constexpr int kDepth = 16;
+  class Parser;
+
+  std::vector<std::string> names_;
+  std::vector<Step> program_;
+};
+
+}  // namespace costate

@@ -1,5 +1,6 @@
 // A torque between two angle coordinates (or one angle and the ground), with any constitutive law:
 //   x = angle_j - angle_i, Q_j = -F(x, xdot, z), Q_i = +F. Numbers: those of the law.
+// The same is a force on other coordinates that measure a length.
 #pragma once
 
 #include "costate/element/element.h"
@@ -10,12 +11,14 @@ namespace costate {
 template <class Law>
 class AngularForce final : public ForceOf<AngularForce<Law>> {
  public:
-  /// coordinates: {angle_j} against the ground, or {angle_i, angle_j} [rad].
+  enum class Measures { angle, length };
+  /// coordinates: {angle_j} against the ground, or {angle_i, angle_j} [rad]; or lengths [m].
   AngularForce(std::string kind, std::string name, Law law, const std::vector<int>& law_numbers,
-               const std::vector<int>& coordinates)
+               const std::vector<int>& coordinates, Measures measures = Measures::angle)
       : ForceOf<AngularForce<Law>>(std::move(kind), std::move(name)),
         law_(std::move(law)),
-        relative_(coordinates.size() == 2) {
+        relative_(coordinates.size() == 2),
+        measures_(measures) {
     this->append_coordinates(coordinates);
     this->append_numbers(law_numbers);
   }
@@ -71,6 +74,8 @@ class AngularForce final : public ForceOf<AngularForce<Law>> {
   }
 
   std::vector<Measure> measures() const override {
+    if (measures_ == Measures::length)
+      return {{"displacement", "m", false}, {"rate", "m/s", false}, {"force", "N", false}};
     return {{"angle", "rad", false}, {"rate", "rad/s", false}, {"torque", "N m", false}};
   }
   PathDual measure(int i, const MeasureArguments& x) const override {
@@ -89,6 +94,7 @@ class AngularForce final : public ForceOf<AngularForce<Law>> {
  private:
   Law law_;
   bool relative_;
+  Measures measures_;
 };
 
 }  // namespace costate

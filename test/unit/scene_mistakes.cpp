@@ -3,6 +3,7 @@
 
 #include "costate/analysis/start.h"
 #include "costate/scene/cost_kind.h"
+#include "costate/scene/law_table.h"
 #include "costate/scene/scene_kind.h"
 #include "scene_texts.h"
 
@@ -238,10 +239,12 @@ TEST_CASE("scene mistakes: laws") {
   const auto law = [](const std::string& text) {
     return complaint(replaced(pendulum, "target = 0.5", "target = " + text));
   };
+  std::string known;
+  for (const LawKind& kind : law_kinds()) known += kind.name + ", ";
+  REQUIRE(known.find("constant, ") != std::string::npos);
   REQUIRE(law("{ kind = \"sinus\", amplitude = 1 }") ==
-          "s.toml:37:19: 'kind' in [cost.running[0].target] must be one of constant, polynomial, sine, "
-          "smooth_step, table, "
-          "found \"sinus\". Did you mean 'sine'?");
+          "s.toml:37:19: 'kind' in [cost.running[0].target] must be one of " + known +
+              "found \"sinus\". Did you mean 'sine'?");
   REQUIRE(law("{ kind = \"sine\", amplitude = 1 }") ==
           "s.toml:37:10: [cost.running[0].target] needs 'angular_frequency_rad_per_s' (a number), which is "
           "missing.");

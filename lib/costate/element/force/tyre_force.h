@@ -65,7 +65,8 @@ class TyreForce final : public ForceOf<TyreForce<Model>> {
   static constexpr bool uses_spin = Model::inputs == TyreInput<double>::most;
   // Directions of the dual numbers: u.
   static constexpr int of_axis = 2, of_velocity = 5, of_spin = 8, of_states = of_spin + (uses_spin ? 1 : 0),
-                       directions = of_states + Model::most_states;
+                       used = of_states + Model::most_states,
+                       directions = used + used % 2;  // even: two fit into a register
 
  public:
   /// wheel: the centre, on a rigid body. numbers: axis (3), radius, K, c, ramp, share, shift; the road adds its own.
@@ -115,22 +116,30 @@ class TyreForce final : public ForceOf<TyreForce<Model>> {
     Evaluation<D> y;
     y.forces(setup_, model_, D(s.t), w, spin, z, s.p, model_numbers_, zdot);
 
-    // u_q and u_v: columns x, y, z, e0, e1, e2, e3.
+    // How u varies with the Euler parameters: x and z of C by B, the axis by A, the velocity by Bd and, with theirs, by B.
     const Vector3 sc(s.p), sa(s.p + axis);
     const Matrix34 B = rotation_jacobian(e, sc), Bd = rotation_jacobian(ed, sc), A = rotation_jacobian(e, sa);
-    Eigen::Matrix<double, of_states, 7> u_q = Eigen::Matrix<double, of_states, 7>::Zero(), u_v = u_q;
-    u_q(0, 0) = u_q(1, 2) = 1;
-    u_q.template block<1, 4>(0, 3) = B.row(0);
-    u_q.template block<1, 4>(1, 3) = B.row(2);
-    u_q.template block<3, 4>(of_axis, 3) = A;
-    u_q.template block<3, 4>(of_velocity, 3) = Bd;
-    u_v.template block<3, 3>(of_velocity, 0).setIdentity();
-    u_v.template block<3, 4>(of_velocity, 3) = B;
+    Eigen::Matrix<double, 1, 4> spin_e = Eigen::Matrix<double, 1, 4>::Zero(), spin_ed = spin_e;
     if constexpr (uses_spin) {
       const Vector3 unit = 2 * sa / sa.norm();
-      u_q.template block<1, 4>(of_spin, 3) = -unit.transpose() * body_rate_matrix(ed);
-      u_v.template block<1, 4>(of_spin, 3) = unit.transpose() * body_rate_matrix(e);
+      spin_e = -unit.transpose() * body_rate_matrix(ed);
+      spin_ed = unit.transpose() * body_rate_matrix(e);
     }
+    // rows = G [u_q, u_v] for derivatives G by u.
+    const auto by_motion = [&](const auto& G, auto& by_q, auto& by_v) {
+      by_q.col(0) = G.col(0);
+      by_q.col(1).setZero();
+      by_q.col(2) = G.col(1);
+      by_q.template rightCols<4>() = G.col(0) * B.row(0) + G.col(1) * B.row(2) +
+                                     G.template middleCols<3>(of_axis).lazyProduct(A) +
+                                     G.template middleCols<3>(of_velocity).lazyProduct(Bd);
+      by_v.template leftCols<3>() = G.template middleCols<3>(of_velocity);
+      by_v.template rightCols<4>() = G.template middleCols<3>(of_velocity).lazyProduct(B);
+      if constexpr (uses_spin) {
+        by_q.template rightCols<4>() += G.col(of_spin) * spin_e;
+        by_v.template rightCols<4>() += G.col(of_spin) * spin_ed;
+      }
+    };
     // The wrench and its derivatives by u and the states.
     Eigen::Matrix<double, 6, directions> W_u;
     Vector3 F, M;
@@ -142,12 +151,13 @@ class TyreForce final : public ForceOf<TyreForce<Model>> {
         W_u(3 + i, j) = y.moment[i].d[j];
       }
     }
-    const auto of_motion = W_u.template leftCols<of_states>();
-    const Eigen::Matrix<double, 6, 7> W_q = of_motion * u_q, W_v = of_motion * u_v;
+    Eigen::Matrix<double, 6, 7> W_q, W_v;
+    by_motion(W_u, W_q, W_v);
     const Eigen::Matrix<double, 4, 3> E = 2 * global_rate_matrix(e).transpose(), Bt = B.transpose();
     const auto add = [&](const auto& W, auto&& rows) {  // rows += T W
       rows.template topRows<3>() += W.template topRows<3>();
-      rows.template bottomRows<4>() += Bt * W.template topRows<3>() + E * W.template bottomRows<3>();
+      rows.template bottomRows<4>() +=
+          Bt.lazyProduct(W.template topRows<3>()) + E.lazyProduct(W.template bottomRows<3>());
     };
     add(W_q, out.Q_q.template topLeftCorner<7, 7>());
     add(W_v, out.Q_v.template topLeftCorner<7, 7>());
@@ -159,10 +169,12 @@ class TyreForce final : public ForceOf<TyreForce<Model>> {
     for (int k = 0; k < states(); ++k) {
       const auto W = W_u.col(of_states + k);
       add(W, out.Q_z.col(k).template head<7>());
-      using Row = Eigen::Matrix<double, 1, of_states>;
-      const Row f_u = Eigen::Map<const Row>(zdot[k].d.data());
-      out.f_q.row(k).template head<7>() = f_u * u_q;
-      out.f_v.row(k).template head<7>() = f_u * u_v;
+      const Eigen::Matrix<double, 1, directions> f_u =
+          Eigen::Map<const Eigen::Matrix<double, 1, directions>>(zdot[k].d.data());
+      Eigen::Matrix<double, 1, 7> f_q, f_v;
+      by_motion(f_u, f_q, f_v);
+      out.f_q.row(k).template head<7>() = f_q;
+      out.f_v.row(k).template head<7>() = f_v;
       if constexpr (uses_spin) out.f_v(k, out.f_v.cols() - 1) += setup_.has_spin ? zdot[k].d[of_spin] : 0.0;
       for (int j = 0; j < states(); ++j) out.f_z(k, j) = zdot[k].d[of_states + j];
     }

@@ -84,7 +84,7 @@ struct RideTyre {
   }
 };
 
-/// F_y = -D V.e_g - C alpha + C_c camber, moments m_c camber about e_x and m_a alpha about n; the contact point lies
+/// F_y = -D V.e_g - C alpha - C_c camber, moments m_c camber about e_x and m_a alpha about n; the contact point lies
 /// back by the trail. None depends on F_n.
 /// Numbers: those of the slip, D, C, C_c, m_c, m_a, trail.
 struct LinearTyre {
@@ -107,7 +107,7 @@ struct LinearTyre {
     const S alpha = slip_angle(in, z, p);
     slip.rate(in.forward(), in.lateral(), z, p, zdot);
     const P* c = p + slip.number_count();
-    out.lateral() = S(c[2]) * in.camber() - S(c[0]) * in.lateral() - S(c[1]) * alpha;
+    out.lateral() = -(S(c[0]) * in.lateral() + S(c[1]) * alpha + S(c[2]) * in.camber());
     out.overturning() = S(c[3]) * in.camber();
     out.aligning() = S(c[4]) * alpha;
   }

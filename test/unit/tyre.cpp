@@ -1,0 +1,399 @@
+// Tyres on roads: contact, models and lift-off against formulas written out here on their own, and what is said of
+// mistakes. Derivatives are checked with those of all other elements.
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <catch2/catch.hpp>
+
+#include "costate/base/error.h"
+#include "costate/element/force/tyre_force.h"
+#include "costate/element/kind/point.h"
+#include "costate/element/kind/rigid_body.h"
+#include "costate/element/kind/road_laws.h"
+#include "costate/element/kind/tyre.h"
+#include "costate/scene/scene.h"
+
+using namespace costate;
+using Catch::Contains;
+using Catch::Detail::Approx;
+
+namespace {
+
+using Vector = Eigen::Vector3d;
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr CalspanOptions kIltis = {2625, 14.47, 12930, 2.29, 18175, 1, -4.64e-5, 1.216, 2.18e-11, 1.0274, -1.71e-5, 1.71e-5};
+
+/// A wheel on a body at a state, and what its tyre does there.
+class Wheel {
+ public:
+  MechanismBuilder builder;
+  TyreOptions tyre;
+  Vector position{0.4, -0.2, 0.5}, hub{0.1, -0.6, -0.15}, velocity{9, 0.7, -0.3}, omega{0.2, -0.1, 0.4};
+  std::array<double, 4> euler = euler_parameters({1, -0.6, 2.5}, 0.4);
+  double t = 0.3;
+  std::vector<double> z;
+
+  Wheel() {
+    tyre.wheel = "hub";
+    tyre.road = "ground";
+    tyre.axis = {0.05, 1.3, -0.1};
+    tyre.radius_m = 0.55;
+    tyre.stiffness_N_per_m = 46000;
+  }
+  /// Call before a tyre is added.
+  void place() {
+    RigidBodyOptions o;
+    o.mass_kg = 50;
+    o.inertia_kg_m2 = {1, 1, 1, 0, 0, 0};
+    o.euler = euler;
+    add_rigid_body(builder, "carrier", o);
+    add_spatial_point(builder, "hub", "carrier", {hub[0], hub[1], hub[2]});
+  }
+  void finish() {
+    mechanism = builder.build();
+    const Vector4 p(euler.data());
+    const Vector4 pd = global_rate_matrix(p.data()).transpose() * omega / 2;
+    for (int i = 0; i < 3; ++i) {
+      q[i] = position[i];
+      v[i] = velocity[i];
+    }
+    for (int i = 0; i < 4; ++i) {
+      q[3 + i] = p[i];
+      v[3 + i] = pd[i];
+    }
+    const Force& f = *mechanism->forces()[0];
+    for (const int k : f.numbers()) numbers.push_back(mechanism->numbers()[k].value);
+    for (const double x : q) dual_q.push_back(PathDual(x));
+    for (const double x : v) dual_v.push_back(PathDual(x));
+    for (const double x : numbers) dual_p.push_back(PathDual(x));
+    for (const double x : z) dual_z.push_back(PathDual(x));
+    double Q[8] = {};
+    zdot.assign(2, 0.0);
+    f.calc_force({t, q, v, nullptr, nullptr, z.data(), numbers.data()}, Q, zdot.data());
+    force = Vector(Q);
+    moment = global_rate_matrix(p.data()) * Vector4(Q + 3) / 2;  // Q_p = 2 E^T M, E E^T = 1
+  }
+  double measure(const std::string& name) const {
+    const Force& f = *mechanism->forces()[0];
+    const auto names = f.measures();
+    for (std::size_t i = 0; i < names.size(); ++i)
+      if (names[i].name == name)
+        return f.measure(static_cast<int>(i), {PathDual(t), dual_q.data(), dual_v.data(), nullptr, nullptr,
+                                               dual_z.data(), dual_p.data()}).v.c0;
+    FAIL("no measure " << name);
+    return 0;
+  }
+  Eigen::Matrix3d rotation() const {
+    return Eigen::Quaterniond(euler[0], euler[1], euler[2], euler[3]).toRotationMatrix();
+  }
+  Vector axis() const { return rotation() * Vector(tyre.axis.data()).normalized(); }
+  Vector center() const { return position + rotation() * hub; }
+  Vector center_velocity() const { return velocity + omega.cross(rotation() * hub); }
+
+  std::shared_ptr<const Mechanism> mechanism;
+  double q[7] = {}, v[7] = {};
+  std::vector<double> numbers, zdot;
+  std::vector<PathDual> dual_q, dual_v, dual_p, dual_z;
+  Vector force, moment;  // moment about the body's origin
+};
+
+double calspan_mu(double F) { return (kIltis.B1 * F + kIltis.B3 + kIltis.B4 * F * F) * kIltis.SN; }
+
+/// The formulas as the data sheet prints them.
+double calspan_lateral(double F, double alpha, double gamma) {
+  const auto& c = kIltis;
+  double phi, abar;
+  if (F <= c.A_omega * c.A2) {
+    const double D = c.A1 * F * (F - c.A2) - c.A0 * c.A2;
+    phi = -c.A2 * c.A3 * (c.A4 - F) * F * gamma / (c.A4 * D);
+    abar = D / (c.A2 * calspan_mu(F) * F) * (alpha + phi);
+  } else {
+    phi = c.A2 * c.A3 * (c.A4 - c.A2) / (c.A0 * c.A4) * gamma;
+    abar = -c.A0 / (calspan_mu(F) * F) * (alpha + phi);
+  }
+  const double g = std::abs(abar) < 3 ? abar - abar * std::abs(abar) / 3 + abar * abar * abar / 27
+                                      : (abar > 0 ? 1.0 : -1.0);
+  return calspan_mu(F) * F * g;
+}
+
+}  // namespace
+
+TEST_CASE("tyre: a tilted disc on an inclined plane") {
+  // The plane z = 0.05 + 0.2 x. Everything by projections: the direction from the contact to the centre is the normal
+  // without its part along the axis. Rounding errors of a few products: 1e-13 relative.
+  const double slope = 0.2;
+  const Vector n = Vector(-slope, 0, 1).normalized(), on_plane(0, 0, 0.05);
+  Wheel w;
+  w.position[2] = 0.62;
+  w.place();
+  RoadOptions road;
+  road.kind = Road::Kind::profile;
+  road.law = polynomial_law({0.05, slope});
+  add_road(w.builder, "ground", road);
+  w.tyre.damping_N_s_per_m = 700;
+  TyreSlipOptions slip;
+  slip.slip_speed_m_per_s = 0;
+  add_calspan_tyre(w.builder, "T", w.tyre, slip, kIltis);
+  w.finish();
+
+  const Vector u = w.axis(), C = w.center(), V = w.center_velocity();
+  const Vector up = (n - n.dot(u) * u).normalized();
+  const double loaded = (C - on_plane).dot(n) / up.dot(n);
+  const Vector P = C - loaded * up;
+  REQUIRE(std::abs((P - on_plane).dot(n)) < 1e-15);
+  const Vector sideways = (u - u.dot(n) * n).normalized(), forward = sideways.cross(n);
+  const double deflection = 0.55 - loaded, gamma = std::asin(n.dot(u));
+  const double alpha = std::atan2(V.dot(sideways), V.dot(forward));
+  REQUIRE(deflection > 0.01);
+  REQUIRE(std::abs(gamma) > 0.05);
+  REQUIRE(std::abs(alpha) > 0.02);
+  const double F = 46000 * deflection - 700 * V.dot(n) / up.dot(n), Fy = calspan_lateral(F, alpha, gamma);
+  const double Mz = (kIltis.AF1 * F + kIltis.AF2 * std::abs(Fy)) * Fy;
+  REQUIRE(w.measure("deflection") == Approx(deflection).epsilon(1e-12));
+  REQUIRE(w.measure("camber") == Approx(gamma).epsilon(1e-12));
+  REQUIRE(w.measure("slip_angle") == Approx(alpha).epsilon(1e-12));
+  REQUIRE(w.measure("contact_x") == Approx(P[0]).epsilon(1e-13));
+  REQUIRE(w.measure("contact_y") == Approx(P[1]).epsilon(1e-13));
+  REQUIRE(w.measure("normal_force") == Approx(F).epsilon(1e-12));
+  REQUIRE(w.measure("lateral_force") == Approx(Fy).epsilon(1e-12));
+  REQUIRE(w.measure("longitudinal_force") == 0);
+  REQUIRE(w.measure("aligning_moment") == Approx(Mz).epsilon(1e-12));
+  // The balance of the whole: what the body feels is the contact's force at the contact point and the moment.
+  const Vector force = F * n + Fy * sideways, moment = (P - w.position).cross(force) + Mz * n;
+  REQUIRE((w.force - force).norm() < 1e-12 * force.norm());
+  REQUIRE((w.moment - moment).norm() < 1e-12 * moment.norm());
+}
+
+TEST_CASE("tyre: the contact of the public Iltis model on its bump") {
+  // The foot of the perpendicular from the centre to the tangent of the profile below it; the point where the forces
+  // act lies in the wheel's plane at the height of that foot.
+  for (const double x : {-0.5, 0.4, 1.3, 2.5}) {
+    Wheel w;
+    w.position = {x, -0.2, 0.5};
+    w.euler = euler_parameters({1, -0.3, 0.2}, 0.1);
+    w.place();
+    BumpOptions bump;
+    bump.height_m = 0.1;
+    bump.start_m = 0.3;
+    bump.length_m = 5;
+    RoadOptions road;
+    road.kind = Road::Kind::profile;
+    road.law = bump_law(bump);
+    add_road(w.builder, "ground", road);
+    w.tyre.contact = TyreContact::source;
+    w.tyre.road_factor = -1;
+    add_ride_tyre(w.builder, "T", w.tyre);
+    w.finish();
+    const Vector C = w.center(), u = w.axis();
+    const double y = C[0] - 0.3;
+    const double zp = y > 0 ? -0.1 * (1 - std::cos(2 * kPi * y / 5)) : 0, s = y > 0 ? -0.1 * 2 * kPi / 5 * std::sin(2 * kPi * y / 5) : 0;
+    const double d = C[2] - zp, F = 46000 * std::max(0.0, 0.55 - d) / std::sqrt(1 + s * s);
+    const Vector n = Vector(-s, 0, 1).normalized(), foot(C[0] + s * d / (1 + s * s), C[1], zp + s * s * d / (1 + s * s));
+    REQUIRE((C - foot).cross(n).norm() < 1e-15);
+    const Vector up = (n - n.dot(u) * u).normalized(), P = C - (C[2] - foot[2]) / up[2] * up;
+    INFO("x = " << x << ", F = " << F);
+    REQUIRE(F > 0);
+    REQUIRE((w.force - F * n).norm() < 1e-12 * F);
+    REQUIRE((w.moment - (P - w.position).cross(F * n)).norm() < 1e-12 * F);
+    REQUIRE(w.measure("normal_force") == Approx(F).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("tyre: a vertical contact pushes through the centre") {
+  Wheel w;
+  w.place();
+  RoadOptions road;
+  road.kind = Road::Kind::post;
+  road.law = sine_law(0.02, 0.03, 5, 0.4);
+  road.speed_m_per_s = 2;
+  road.ramp = 0.8;
+  add_road(w.builder, "ground", road);
+  w.tyre.contact = TyreContact::vertical;
+  w.tyre.damping_N_s_per_m = 300;
+  w.tyre.road_shift = 0.1;
+  w.tyre.road_factor = 0.9;
+  add_ride_tyre(w.builder, "T", w.tyre);
+  w.finish();
+  const double at = w.t - 0.1, s = at / 0.8, step = s * s * s * (10 - 15 * s + 6 * s * s),
+               step_rate = 30 * s * s * (1 - s) * (1 - s) / 0.8, wave = 0.02 + 0.03 * std::sin(5 * 2 * at + 0.4);
+  const double height = 0.9 * step * wave, rate = 0.9 * (step_rate * wave + step * 0.3 * std::cos(10 * at + 0.4));
+  const double F = 46000 * (0.55 - (w.center()[2] - height)) + 300 * (rate - w.center_velocity()[2]);
+  REQUIRE(F > 0);
+  REQUIRE((w.force - Vector(0, 0, F)).norm() < 1e-12 * F);
+  REQUIRE((w.moment - (w.center() - w.position).cross(Vector(0, 0, F))).norm() < 1e-12 * F);
+}
+
+TEST_CASE("tyre: the Calspan model in its branches") {
+  // Loads below and beyond A2, slips from small to saturated, both signs, through the model itself.
+  CalspanTyre model;
+  const std::vector<double> p = {0, kIltis.A0, kIltis.A1, kIltis.A2, kIltis.A3,  kIltis.A4, kIltis.A_omega,
+                                 kIltis.B1, kIltis.B3, kIltis.B4, kIltis.SN, kIltis.AF1, kIltis.AF2};
+  const auto lateral = [&](double F, double alpha, double gamma) {
+    TyreOutput<double> out;
+    model(TyreInput<double>{{F, 10, 10 * std::tan(alpha), gamma, 0}}, static_cast<const double*>(nullptr), p.data(), out,
+          static_cast<double*>(nullptr));
+    return out.lateral();
+  };
+  for (const double F : {1.0, 500.0, 3831.31, 9000.0, 12929.9, 12930.1, 20890.9})
+    for (const double alpha : {-0.5, -0.2, -0.03, 1e-4, 0.02, 0.1, 0.3})
+      for (const double gamma : {-0.1, 0.0, 0.05})
+        REQUIRE(lateral(F, alpha, gamma) == Approx(calspan_lateral(F, alpha, gamma)).epsilon(1e-12));
+  REQUIRE(lateral(0, 0.1, 0.1) == 0);
+  REQUIRE(lateral(1e-9, 0.1, 0.1) == Approx(0).margin(1e-8));
+  // Continuous where the branches of the load meet: within the change over 0.02 N.
+  REQUIRE(lateral(12930.01, 0.05, 0.03) == Approx(lateral(12929.99, 0.05, 0.03)).margin(0.02));
+  // At the static loads the slopes are the numbers of the benchmark's linear tyre: 41641 and 40162 N/rad, and 6925 and
+  // 6600 N/rad of camber (printed to a unit; the load that they belong to is known to about 0.5 N, which is 5 N/rad).
+  const double h = 1e-7;
+  REQUIRE(-lateral(3831.31, h, 0) / h == Approx(41641).margin(5));
+  REQUIRE(-lateral(3591.91, h, 0) / h == Approx(40162).margin(5));
+  REQUIRE(-lateral(3831.31, 0, h) / h == Approx(6925).margin(2));
+  REQUIRE(-lateral(3591.91, 0, h) / h == Approx(6600).margin(2));
+}
+
+TEST_CASE("tyre: never pulls, and lifts off without a jump") {
+  const auto normal = [](double height, double falling, bool bilateral) {
+    Wheel w;
+    w.position = {0, 0, height};
+    w.hub = {0, 0, 0};
+    w.tyre.axis = {0, 1, 0};
+    w.euler = {1, 0, 0, 0};
+    w.velocity = {0, 0, -falling};
+    w.omega = {0, 0, 0};
+    w.place();
+    add_road(w.builder, "ground", {});
+    w.tyre.damping_N_s_per_m = 500;
+    w.tyre.bilateral = bilateral;
+    add_ride_tyre(w.builder, "T", w.tyre);
+    w.finish();
+    REQUIRE(w.force[2] == w.measure("normal_force"));
+    return w.force[2];
+  };
+  REQUIRE(normal(0.56, 1, false) == 0);
+  REQUIRE(normal(0.56, 1, true) == Approx(-460 + 500));
+  REQUIRE(normal(0.53, 0, false) == Approx(920));
+  REQUIRE(normal(0.53, 1, false) == Approx(920 + 500));
+  REQUIRE(normal(0.53, -1, false) == Approx(920 - 500));
+  REQUIRE(normal(0.53, -9, false) == 0);  // the damper would pull
+  // 1e-9 m on either side: the force is K delta + c delta' delta / ramp, 46e-6 + 5e-4 N.
+  REQUIRE(normal(0.55 + 1e-9, 1, false) == 0);
+  REQUIRE(normal(0.55 - 1e-9, 1, false) == Approx(46e-6 + 500 * 1e-6).epsilon(1e-6));
+  REQUIRE(normal(0.55 - 0.5e-3, 1, false) == Approx(23 + 250));
+  REQUIRE(normal(0.55 - 1e-3, 1, false) == Approx(46 + 500));
+}
+
+TEST_CASE("tyre: slip is regular at rest, lags where asked to, and equals the source's when told so") {
+  const auto wheel = [](Wheel& w, double u, double v, const TyreSlipOptions& slip) {
+    w.position = {0, 0, 0.5};
+    w.hub = {0, 0, 0};
+    w.tyre.axis = {0, 1, 0};
+    w.euler = {1, 0, 0, 0};
+    w.velocity = {u, v, 0};
+    w.omega = {0, 0, 0};
+    w.place();
+    add_road(w.builder, "ground", {});
+    LinearTyreOptions o;
+    o.cornering_stiffness_N_per_rad = 1000;
+    add_linear_tyre(w.builder, "T", w.tyre, slip, o);
+    w.finish();
+  };
+  const auto alpha = [&](double u, double v, double width) {
+    TyreSlipOptions slip;
+    slip.slip_speed_m_per_s = width;
+    Wheel w;
+    wheel(w, u, v, slip);
+    REQUIRE(w.force[1] == Approx(-1000 * w.measure("slip_angle")).margin(1e-12));
+    return w.measure("slip_angle");
+  };
+  REQUIRE(alpha(10, 1, 0) == Approx(std::atan(0.1)));
+  REQUIRE(alpha(0.09, 0.01, 0) == 0);
+  REQUIRE(alpha(0, 0, 0.1) == 0);
+  REQUIRE(alpha(10, 1, 0.1) == Approx(std::atan(0.1 * (1 - 0.5e-4))).epsilon(1e-8));  // w^2 / (2 V^2)
+  REQUIRE(alpha(-10, 1, 0.1) == alpha(10, 1, 0.1));                                   // backwards, too, it opposes
+  TyreSlipOptions lag;
+  lag.relaxation_length_m = 0.5;
+  lag.slip_speed_m_per_s = 0;
+  Wheel w;
+  w.z = {0.04};
+  wheel(w, 8, 1.2, lag);
+  REQUIRE(w.measure("slip_angle") == Approx(std::atan(0.04)));
+  REQUIRE(w.zdot[0] == Approx((1.2 - 8 * 0.04) / 0.5));
+}
+
+namespace {
+const std::string scene = R"([road.plain]
+kind = "flat"
+[road.rig]
+kind = "post"
+law = { kind = "iso8608", class = "B" }
+speed_m_per_s = 10
+[rigid_body.carrier]
+x_m = 0
+y_m = 0
+z_m = 0.3
+mass_kg = 50
+inertia_xx_kg_m2 = 1
+inertia_yy_kg_m2 = 1
+inertia_zz_kg_m2 = 1
+[point.hub]
+on = "carrier"
+x_m = 0
+y_m = 0
+z_m = 0
+[point.stone]
+ground = true
+x_m = 0
+y_m = 0
+z_m = 0
+[tyre.T]
+wheel = "hub"
+road = "plain"
+radius_m = 0.3
+stiffness_N_per_m = 1e5
+model = "ride"
+[start]
+given = ["carrier"]
+)";
+
+std::string complaint(const std::string& place, const std::string& by) {
+  std::string text = scene;
+  const auto at = text.find(place);
+  REQUIRE(at != std::string::npos);
+  text.replace(at, place.size(), by);
+  try {
+    Scene::parse(text, "s.toml");
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "none";
+}
+}  // namespace
+
+TEST_CASE("tyre: mistakes are named with their place") {
+  REQUIRE(complaint("[start]", "[start]") == "none");
+  CHECK_THAT(complaint("road = \"plain\"", "road = \"plane\""),
+             Contains("s.toml:27:8: tyre.T.road: There is no road 'plane'. Did you mean 'plain'?"));
+  CHECK_THAT(complaint("wheel = \"hub\"", "wheel = \"stone\""),
+             Contains("tyre.T.wheel: 'stone' is on the ground; a wheel's centre is a point on a rigid body."));
+  CHECK_THAT(complaint("wheel = \"hub\"", "wheel = \"hob\""), Contains("There is no point 'hob' in space."));
+  CHECK_THAT(complaint("model = \"ride\"", "model = \"rid\""),
+             Contains("must be one of calspan, linear, ") && Contains("found \"rid\". Did you mean 'ride'?"));
+  CHECK_THAT(complaint("model = \"ride\"", "model = \"ride\"\nroad_delay_s = 1"),
+             Contains("'road_delay_s' in [tyre.T] belongs to a post, but road 'plain' is none: give road_offset_m."));
+  CHECK_THAT(complaint("model = \"ride\"", "model = \"ride\"\naxis = [0, 0, 0]"),
+             Contains("tyre.T.axis: The axis must not be zero."));
+  CHECK_THAT(complaint("model = \"ride\"", "model = \"ride\"\nspin = \"carrier.e1\""),
+             Contains("tyre.T.spin: 'carrier.e1' belongs to the wheel's own body"));
+  CHECK_THAT(complaint("model = \"ride\"", "model = \"calspan\""), Contains("[tyre.T] needs 'calspan' (a table)"));
+  CHECK_THAT(complaint("class = \"B\"", "class = \"J\""), Contains("must be one of A, B, C, D, E, F, G, H"));
+  CHECK_THAT(complaint("class = \"B\"", "seed = 1"), Contains("needs 'class' (A to H) or 'roughness_m3'"));
+  CHECK_THAT(complaint("class = \"B\"", "class = \"B\", n_max_1_per_m = 0.01"),
+             Contains("'n_max_1_per_m' must be greater than 'n_min_1_per_m', found 0.01 and 0.011."));
+  CHECK_THAT(complaint("{ kind = \"iso8608\", class = \"B\" }", "{ kind = \"profile_table\", file = \"none.txt\" }"),
+             Contains("The file 'none.txt' of a road profile cannot be read."));
+  CHECK_THAT(complaint("kind = \"post\"", "kind = \"profile\""), Contains("Unknown key 'speed_m_per_s' in [road.rig]"));
+  CHECK_THAT(complaint("{ kind = \"iso8608\", class = \"B\" }",
+                       "{ kind = \"bump\", height_m = 0.1, length_m = 2, count = 3, spacing_m = 1 }"),
+             Contains("'spacing_m' counts from one start to the next and must not be less than length_m = 2, found 1."));
+}

@@ -2,7 +2,11 @@
 // says when there is none.
 #include <catch2/catch.hpp>
 
+#include <fmt/format.h>
+
 #include <support/differences.h>
+
+#include <Eigen/Geometry>
 
 #include "costate/analysis/equilibrium.h"
 #include "costate/analysis/start.h"

@@ -11,6 +11,7 @@
 #include "costate/analysis/start.h"
 #include "costate/analysis/start_errors.h"
 #include "costate/base/error.h"
+#include "costate/objective/output.h"
 
 namespace costate {
 
@@ -19,9 +20,9 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr int kMaxIterations = 300;
+constexpr int kMaxIterations = 400;
 constexpr int kCloseIterations = 60;
-constexpr int kPatience = 40;       // steps of the pseudo-transient before an equilibrium that is not stable will do
+constexpr int kPatience = 100;      // steps of the pseudo-transient before an equilibrium that is not stable will do
 constexpr double kSettled = 1e-9;   // a Newton step of this size, relative to the mechanism's: rounding is one step away
 constexpr double kLongestTurn = 0.3;
 constexpr double kLongestMove = 0.2;  // of the mechanism's size
@@ -80,19 +81,34 @@ class Search {
     return r;
   }
 
+  /// The largest coordinate, and the extent of all points and coordinates that are lengths.
   void measure_size() {
-    const auto& coordinates = assembly_.mechanism().coordinates();
-    double low = 0, high = 0, far = 0;
-    bool any = false;
-    for (int i = 0; i < assembly_.n(); ++i) {
-      far = std::max(far, std::abs(x_.q()[i]));
-      if (coordinates[i].unit != "m") continue;
-      low = any ? std::min(low, x_.q()[i]) : x_.q()[i];
-      high = any ? std::max(high, x_.q()[i]) : x_.q()[i];
-      any = true;
+    const Mechanism& m = assembly_.mechanism();
+    const VectorXd& q = x_.q();
+    size_ = std::max(1e-3, q.cwiseAbs().maxCoeff());
+    std::vector<double> lengths;
+    for (int i = 0; i < assembly_.n(); ++i)
+      if (m.coordinates()[static_cast<std::size_t>(i)].unit == "m") lengths.push_back(q[i]);
+    const auto local = [&](const auto& point, double* at, double* p) {
+      for (std::size_t i = 0; i < point.coordinates().size(); ++i) at[i] = q[point.coordinates()[i]];
+      for (std::size_t i = 0; i < point.numbers().size(); ++i)
+        p[i] = assembly_.numbers()[static_cast<std::size_t>(point.numbers()[i])];
+    };
+    for (const auto& point : m.points()) {
+      double at[PlanarPoint::kMaxCoordinates] = {}, p[PlanarPoint::kMaxNumbers] = {}, r[2];
+      local(point, at, p);
+      point.position(at, p, r[0], r[1]);
+      lengths.insert(lengths.end(), r, r + 2);
     }
-    size_ = std::max(far, 1e-3);
-    extent_ = high > low ? high - low : 1;
+    for (const auto& point : m.spatial_points()) {
+      double at[SpatialPoint::kMaxCoordinates] = {}, p[3] = {}, r[3];
+      local(point, at, p);
+      point.position(at, p, r);
+      lengths.insert(lengths.end(), r, r + 3);
+    }
+    if (lengths.empty()) return;
+    const auto [low, high] = std::minmax_element(lengths.begin(), lengths.end());
+    extent_ = *high > *low ? *high - *low : 1;
   }
 
   /// Constraints and held positions alone, by the shortest steps.
@@ -154,7 +170,7 @@ class Search {
     sigma = std::max(sigma, 1e-9 * std::max(1e-6, x_.highest_stiffness()));
     RestStep step = x_.newton(sigma);
     for (int k = 0; k < 200 && !(longest(step) >= 1); ++k) {
-      sigma *= 3;
+      sigma *= 2;
       step = x_.newton(sigma);
       // What closes the constraints is not shortened by masses.
       if (k > 60 && step.q.allFinite()) break;
@@ -213,6 +229,30 @@ Equilibrium find_equilibrium(Assembly& assembly, double t, const std::vector<Hel
   search.run(e);
   if (with_derivatives) search.differentiate(e);
   return e;
+}
+
+EquilibriumAdjoint equilibrium_adjoint(Assembly& assembly, double t, const VectorXd& q, const VectorXd& z,
+                                       const VectorXd& weight_q, const VectorXd& weight_z) {
+  const auto held = held_by_start(assembly);
+  RestSystem x(assembly, t, held);
+  x.move_to(q, z);
+  x.linearize();
+  EquilibriumAdjoint a;
+  x.solve_adjoint(weight_q, weight_z, a.s, a.w, a.x);
+  return a;
+}
+
+double value_at_rest(const Output& output, Assembly& assembly, double t, const Equilibrium& e) {
+  const VectorXd rest = VectorXd::Zero(assembly.n());
+  return output.value({t, e.q.data(), rest.data(), rest.data(), e.lambda.data(), e.z.data()}, assembly);
+}
+
+VectorXd derivative_at_rest(const Output& output, Assembly& assembly, double t, const Equilibrium& e) {
+  const VectorXd rest = VectorXd::Zero(assembly.n());
+  ScalarGradient g;
+  g.resize(assembly);
+  output.add_gradient({t, e.q.data(), rest.data(), rest.data(), e.lambda.data(), e.z.data()}, assembly, 1, g);
+  return e.q_rho.transpose() * g.q + e.lambda_rho.transpose() * g.lambda + e.z_rho.transpose() * g.z + g.rho;
 }
 
 }  // namespace costate

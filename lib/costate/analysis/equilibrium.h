@@ -9,7 +9,6 @@
 // it is: a step of implicit Euler on M q' = Q, which runs down to a stable equilibrium.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -49,5 +48,20 @@ struct EquilibriumGuess {
 /// no equilibrium is found, and where nothing determines a coordinate (which it names).
 Equilibrium find_equilibrium(Assembly& assembly, double t, const std::vector<HeldPosition>& held, bool with_derivatives,
                              const EquilibriumGuess* guess = nullptr);
+
+/// Multipliers of the balance, of f = 0 and of Phi = 0 (s, w, x with n, nz, m entries) that carry weights of q and z through
+/// the equilibrium: with X = [Phi_q; B], free force states alone in w, and K, Q_z, f at rest,
+///   K^T s + f_q^T w + X^T [x; .] = weight_q,   -Q_z^T s + f_z^T w = weight_z,   X s = 0
+struct EquilibriumAdjoint {
+  Eigen::VectorXd s, w, x;
+};
+EquilibriumAdjoint equilibrium_adjoint(Assembly& assembly, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& z,
+                                       const Eigen::VectorXd& weight_q, const Eigen::VectorXd& weight_z);
+
+class Output;
+
+/// An output's value at rest, and its derivative with respect to the parameters (np; needs those of e).
+double value_at_rest(const Output& output, Assembly& assembly, double t, const Equilibrium& e);
+Eigen::VectorXd derivative_at_rest(const Output& output, Assembly& assembly, double t, const Equilibrium& e);
 
 }  // namespace costate

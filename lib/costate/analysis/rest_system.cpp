@@ -12,18 +12,8 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double kRankTolerance = 1e-9;    // of the rows, as find_start has it
-constexpr double kNoStiffness = 1e-11;     // of the largest stiffness, in the metric of the masses
-constexpr double kSingular = 1e-9;         // of pivots of equilibrated matrices
-
-MatrixXd dense(const SparsePattern& pattern, const std::vector<double>& values) {
-  MatrixXd A = MatrixXd::Zero(pattern.rows, pattern.cols);
-  for (int j = 0; j < pattern.cols; ++j)
-    for (auto k = pattern.column_start[static_cast<std::size_t>(j)]; k < pattern.column_start[static_cast<std::size_t>(j) + 1];
-         ++k)
-      A(pattern.row[static_cast<std::size_t>(k)], j) += values[static_cast<std::size_t>(k)];
-  return A;
-}
+constexpr double kNoStiffness = 1e-11;  // of the largest stiffness, in the metric of the masses
+constexpr double kSingular = 1e-9;      // of pivots of equilibrated matrices
 
 MatrixXd columns_of(const MatrixXd& A, const std::vector<int>& which) {
   MatrixXd B(A.rows(), static_cast<Eigen::Index>(which.size()));
@@ -59,31 +49,6 @@ MatrixXd kernel(const MatrixXd& A) {
 
 }  // namespace
 
-void RestSystem::Rows::compute(const MatrixXd& X) {
-  X_ = X;
-  rank_ = 0;
-  if (X.rows() == 0) return;
-  decomposition_.setThreshold(kRankTolerance);
-  decomposition_.compute(X.transpose());
-  rank_ = static_cast<int>(decomposition_.rank());
-}
-
-MatrixXd RestSystem::Rows::null_space() const {
-  const Eigen::Index n = X_.cols();
-  if (X_.rows() == 0) return MatrixXd::Identity(n, n);
-  return MatrixXd(decomposition_.householderQ() * MatrixXd::Identity(n, n)).rightCols(n - rank_);
-}
-
-MatrixXd RestSystem::Rows::solve(const MatrixXd& b) const {
-  if (X_.rows() == 0) return MatrixXd::Zero(X_.cols(), b.cols());
-  return decomposition_.transpose().solve(b);
-}
-
-MatrixXd RestSystem::Rows::solve_transposed(const MatrixXd& b) const {
-  if (X_.rows() == 0) return MatrixXd::Zero(0, b.cols());
-  return decomposition_.solve(b);
-}
-
 RestSystem::RestSystem(Assembly& assembly, double t, const std::vector<HeldPosition>& held)
     : assembly_(assembly),
       held_(held),
@@ -106,7 +71,7 @@ StateView RestSystem::state() const {
 
 MatrixXd RestSystem::calc_rows() const {
   MatrixXd X = MatrixXd::Zero(m_ + static_cast<Eigen::Index>(held_.size()), n_);
-  X.topRows(m_) = dense(assembly_.jacobian(), assembly_.phi_q);
+  X.topRows(m_) = dense_matrix(assembly_.jacobian(), assembly_.phi_q);
   for (std::size_t h = 0; h < held_.size(); ++h) X(m_ + static_cast<Eigen::Index>(h), held_[h].coordinate) = 1;
   return X;
 }
@@ -141,10 +106,10 @@ void RestSystem::linearize() {
   assembly_.calc_partials(state());
   linear_ = here_;
   N_ = linear_.null_space();
-  M_ = dense(assembly_.square(), assembly_.M);
-  K_ = dense(assembly_.square(), assembly_.K);
-  const MatrixXd Q_z = dense(assembly_.force_state(), assembly_.Q_z), f_q = dense(assembly_.state_force(), assembly_.f_q),
-                 f_z = dense(assembly_.state_state(), assembly_.f_z);
+  M_ = dense_matrix(assembly_.square(), assembly_.M);
+  K_ = dense_matrix(assembly_.square(), assembly_.K);
+  const MatrixXd Q_z = dense_matrix(assembly_.force_state(), assembly_.Q_z), f_q = dense_matrix(assembly_.state_force(), assembly_.f_q),
+                 f_z = dense_matrix(assembly_.state_state(), assembly_.f_z);
   // States that neither move nor can be moved at rest (a tyre that does not roll) stay where they are.
   free_states_.clear();
   for (int i = 0; i < nz_; ++i)
@@ -255,7 +220,7 @@ MatrixXd RestSystem::lambda_off_range(const MatrixXd& q_rho) {
   assembly_.calc_parameter_columns(s, moved);
   MatrixXd d = MatrixXd::Zero(multipliers_.size(), q_rho.cols());
   d.topRows(m_) = moved.phid - still.phid +
-                  (dense(assembly_.jacobian(), assembly_.phid_q) - dense(assembly_.jacobian(), phid_q)) * q_rho;
+                  (dense_matrix(assembly_.jacobian(), assembly_.phid_q) - dense_matrix(assembly_.jacobian(), phid_q)) * q_rho;
   return d - linear_.matrix() * linear_.solve(d);
 }
 
@@ -278,8 +243,8 @@ void RestSystem::differentiate(MatrixXd& q_rho, MatrixXd& z_rho, MatrixXd& lambd
   // Of held states the initial values; of free ones what follows.
   MatrixXd held_z = z_rho;
   for (const int i : free_states_) held_z.row(i).setZero();
-  const MatrixXd F = c.F - dense(assembly_.force_state(), assembly_.Q_z) * held_z + K_ * closing;
-  const MatrixXd rate = rows_of(c.f + dense(assembly_.state_state(), assembly_.f_z) * held_z, free_states_) + f_q_ * closing;
+  const MatrixXd F = c.F - dense_matrix(assembly_.force_state(), assembly_.Q_z) * held_z + K_ * closing;
+  const MatrixXd rate = rows_of(c.f + dense_matrix(assembly_.state_state(), assembly_.f_z) * held_z, free_states_) + f_q_ * closing;
   const Eigen::Index f = N_.cols(), nz = f_z_.rows();
   MatrixXd b(f + nz, np);
   b << -N_.transpose() * F, -rate;
@@ -287,11 +252,24 @@ void RestSystem::differentiate(MatrixXd& q_rho, MatrixXd& z_rho, MatrixXd& lambd
   q_rho = closing + N_ * x.topRows(f);
   z_rho = held_z;
   for (Eigen::Index i = 0; i < nz; ++i) z_rho.row(free_states_[static_cast<std::size_t>(i)]) = x.row(f + i);
-  const MatrixXd force = c.F + K_ * q_rho - dense(assembly_.force_state(), assembly_.Q_z) * z_rho;
+  const MatrixXd force = c.F + K_ * q_rho - dense_matrix(assembly_.force_state(), assembly_.Q_z) * z_rho;
   MatrixXd multipliers = -linear_.solve_transposed(force);
   if (linear_.rank() < multipliers_.size()) multipliers += lambda_off_range(q_rho);
   lambda_rho = multipliers.topRows(m_);
   held_rho = multipliers.bottomRows(static_cast<Eigen::Index>(held_.size()));
+}
+
+void RestSystem::solve_adjoint(const VectorXd& weight_q, const VectorXd& weight_z, VectorXd& s, VectorXd& w,
+                               VectorXd& x) const {
+  const Eigen::Index f = N_.cols(), nz = f_z_.rows();
+  VectorXd b(f + nz);
+  b.head(f) = N_.transpose() * weight_q;
+  for (Eigen::Index i = 0; i < nz; ++i) b[f + i] = weight_z[free_states_[static_cast<std::size_t>(i)]];
+  const VectorXd solved = solve_square(reduced_matrix(0).transpose(), b);
+  s = N_ * solved.head(f);
+  w = VectorXd::Zero(nz_);
+  for (Eigen::Index i = 0; i < nz; ++i) w[free_states_[static_cast<std::size_t>(i)]] = solved[f + i];
+  x = VectorXd(linear_.solve_transposed(weight_q - K_.transpose() * s - f_q_.transpose() * solved.tail(nz))).head(m_);
 }
 
 }  // namespace costate

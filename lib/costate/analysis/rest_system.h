@@ -4,11 +4,11 @@
 #pragma once
 
 #include <Eigen/Dense>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "costate/analysis/equilibrium.h"
+#include "costate/analysis/row_space.h"
 #include "costate/assembly/assembly.h"
 
 namespace costate {
@@ -52,23 +52,11 @@ class RestSystem {
   /// dX/drho of all unknowns, n, nz, m and (number of held positions) x np.
   void differentiate(Eigen::MatrixXd& q_rho, Eigen::MatrixXd& z_rho, Eigen::MatrixXd& lambda_rho,
                      Eigen::MatrixXd& held_rho);
+  /// See equilibrium_adjoint; of the last linearize().
+  void solve_adjoint(const Eigen::VectorXd& weight_q, const Eigen::VectorXd& weight_z, Eigen::VectorXd& s,
+                     Eigen::VectorXd& w, Eigen::VectorXd& x) const;
 
  private:
-  /// [Phi_q; B]^T = Q [T 0; 0 0] Z P^T, rank revealing.
-  class Rows {
-   public:
-    void compute(const Eigen::MatrixXd& X);
-    int rank() const { return rank_; }
-    Eigen::MatrixXd null_space() const;
-    Eigen::MatrixXd solve(const Eigen::MatrixXd& b) const;             // X^+ b
-    Eigen::MatrixXd solve_transposed(const Eigen::MatrixXd& b) const;  // (X^T)^+ b
-    const Eigen::MatrixXd& matrix() const { return X_; }
-
-   private:
-    Eigen::MatrixXd X_;
-    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition_;
-    int rank_ = 0;
-  };
   Eigen::MatrixXd calc_rows() const;
   /// [N^T K N + sigma N^T M N, -N^T Q_z; f_q N, f_z] [y; dz] = [force; rates]
   Eigen::MatrixXd reduced_matrix(double sigma) const;
@@ -81,7 +69,7 @@ class RestSystem {
   const double t_;
   std::vector<double> rest_;
   Eigen::VectorXd q_, z_, multipliers_, gap_, unbalanced_, rate_, largest_z_;
-  Rows here_, linear_;
+  RowSpace here_, linear_;
   std::vector<int> free_states_;
   Eigen::MatrixXd M_, K_, Q_z_, f_q_, f_z_;  // full; those with z of the free states
   Eigen::MatrixXd N_, Mr_, Kr_, Kz_;         // reduced; Kz_ with the force states eliminated where they can be

@@ -276,7 +276,7 @@ void GivenVelocities::solve(Start& start, const GivenSystem* same) {
   for (std::size_t g = 0; g < given_.size(); ++g)
     b[rows + static_cast<int>(g)] = assembly_.numbers()[given_[g].number];
   // Where nothing is said to move, what has come to rest rests.
-  rests_ = m.starts_at_equilibrium() && b.isZero(0) && system().rank() < assembly_.n();
+  start.rests = rests_ = m.starts_at_equilibrium() && b.isZero(0) && system().rank() < assembly_.n();
   if (rests_) {
     start.v.setZero();
     return;
@@ -329,6 +329,8 @@ Start find_start(Assembly& assembly, double t, bool with_derivatives) {
     start.z = e.z;
     start.q_rho = std::move(e.q_rho);
     start.z_rho = std::move(e.z_rho);
+    start.lambda = e.lambda;
+    start.lambda_rho = std::move(e.lambda_rho);
     start.iterations = e.iterations;
   } else {
     positions.solve(start);

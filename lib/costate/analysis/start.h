@@ -16,6 +16,11 @@ struct Start {
   Eigen::VectorXd q, v, z;              // n, n, nz
   Eigen::MatrixXd q_rho, v_rho, z_rho;  // n x np, n x np, nz x np (empty unless asked for)
   int iterations = 0;
+  // Of a start at equilibrium: the multipliers there, by which nothing accelerates at v = 0 (not those of the run at v), with
+  // their derivative (m, m x np); and whether the velocities are zero because nothing is said to move.
+  Eigen::VectorXd lambda;
+  Eigen::MatrixXd lambda_rho;
+  bool rests = false;
 };
 
 /// At time t for the parameters that the assembly holds. Throws ModelError for too few or too many given

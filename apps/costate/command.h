@@ -126,6 +126,9 @@ void add_gradient(CLI::App& app, std::function<int()>& action, CommonOptions& co
 void add_optimize(CLI::App& app, std::function<int()>& action, CommonOptions& common);
 void add_check(CLI::App& app, std::function<int()>& action, CommonOptions& common);
 void add_regress(CLI::App& app, std::function<int()>& action, CommonOptions& common);
+void add_equilibrium(CLI::App& app, std::function<int()>& action, CommonOptions& common);
+void add_modes(CLI::App& app, std::function<int()>& action, CommonOptions& common);
+void add_sweep(CLI::App& app, std::function<int()>& action, CommonOptions& common);
 void add_list(CLI::App& app, std::function<int()>& action, CommonOptions& common);
 void add_dump(CLI::App& app, std::function<int()>& action, CommonOptions& common);
 

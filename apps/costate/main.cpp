@@ -75,6 +75,9 @@ int main(int argc, char** argv) {
   costate::app::add_optimize(app, action, common);
   costate::app::add_check(app, action, common);
   costate::app::add_regress(app, action, common);
+  costate::app::add_equilibrium(app, action, common);
+  costate::app::add_modes(app, action, common);
+  costate::app::add_sweep(app, action, common);
   costate::app::add_list(app, action, common);
   costate::app::add_dump(app, action, common);
   try {

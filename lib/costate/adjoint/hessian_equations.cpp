@@ -204,7 +204,7 @@ void HessianEquations::adjoint(const double* mu, const double* dmu, double* mup,
   }
 }
 
-void HessianEquations::solve_start_multipliers(const Start& start, const double* mu, Eigen::VectorXd& x,
+void HessianEquations::solve_start_multipliers(const Start& start, const double* mu, double t, Eigen::VectorXd& x,
                                                Eigen::VectorXd& y) {
   // [Phi_q; B]^T [y; b] = mu_v, then [Phi_q; B]^T [x; .] = mu_q - Phid_q^T y - (B v)_q^T b, where B of the velocities
   // depends on q if a rate is given; with redundant rows the least solution. y keeps b.
@@ -222,13 +222,19 @@ void HessianEquations::solve_start_multipliers(const Start& start, const double*
   };
   const Mechanism& m = assembly_.mechanism();
   const Eigen::Map<const Eigen::VectorXd> mu_q(mu, n_), mu_v(mu + n_, n_);
-  y = transposed(m.given_velocities()).solve(mu_v);
+  if (start.rests)
+    y = Eigen::VectorXd::Zero(m_ + static_cast<Eigen::Index>(m.given_velocities().size()));
+  else
+    y = transposed(m.given_velocities()).solve(mu_v);
   Eigen::VectorXd right = mu_q;
   add_transposed_product(pattern, assembly_.phid_q.data(), -1, y.data(), right.data());
   for (std::size_t g = 0; g < m.given_velocities().size(); ++g)
     for (const auto& [i, j, factor] : m.given_velocities()[g].terms)
       right[i] -= factor * start.v[j] * y[m_ + static_cast<int>(g)];
-  x = transposed(m.given_positions()).solve(right).head(m_);
+  if (m.starts_at_equilibrium())
+    solve_balance_multipliers(start, right, mu + 2 * n_, t, x);
+  else
+    x = transposed(m.given_positions()).solve(right).head(m_);
 }
 
 void HessianEquations::begin(double t, const double* mu, const double* dmu, double* gradient,
@@ -255,7 +261,12 @@ void HessianEquations::begin(double t, const double* mu, const double* dmu, doub
   assembly_.calc_partials(s);
   level_.invalidate();
   Eigen::VectorXd x, y;
-  solve_start_multipliers(start, mu, x, y);
+  const bool balanced = assembly_.mechanism().starts_at_equilibrium();
+  solve_start_multipliers(start, mu, t, x, y);
+  if (balanced) {
+    assembly_.calc_dynamics(s);
+    assembly_.calc_partials(s);
+  }
   x = -x;
   y = -y;
   TermWeights w;
@@ -286,6 +297,7 @@ void HessianEquations::begin(double t, const double* mu, const double* dmu, doub
     moved = Eigen::Map<const Eigen::VectorXd>(dmu + static_cast<std::ptrdiff_t>(k) * N, N);
     moved.head(n_) += change_.q;
     moved.segment(n_, n_) += change_.v;
+    if (balanced) add_balance_change(t, start, k, dq.col(k), dz.col(k), moved, out);
     pull(moved.data(), out);
     for (int j = 0; j < np; ++j) out[j] += change_.rho[j];
   }

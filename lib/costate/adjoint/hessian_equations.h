@@ -65,7 +65,13 @@ class HessianEquations {
   const Start& start_point(double t);
   /// Multipliers x, y of Phi = 0 and Phid = 0 at the start, which the terms mu^T S(0) of the gradient stand
   /// for.
-  void solve_start_multipliers(const Start& start, const double* mu, Eigen::VectorXd& x, Eigen::VectorXd& y);
+  void solve_start_multipliers(const Start& start, const double* mu, double t, Eigen::VectorXd& x, Eigen::VectorXd& y);
+  /// And s, w of the balance and of the force states' rates at a start at equilibrium (hessian_start.cpp).
+  void solve_balance_multipliers(const Start& start, const Eigen::VectorXd& weight_q, const double* mu_z, double t,
+                                 Eigen::VectorXd& x);
+  /// moved and change_.rho gain what the balance, with dx = (dq, dz, dlambda) along direction k, adds to E_x,x dx.
+  void add_balance_change(double t, const Start& start, int k, const Eigen::VectorXd& dq, const Eigen::VectorXd& dz,
+                          Eigen::VectorXd& moved, double* rho);
 
   Assembly assembly_;
   Objective objective_;
@@ -77,6 +83,7 @@ class HessianEquations {
   Assembly::ParameterColumns columns_;
   Eigen::MatrixXd tangents_, accelerations_;  // (dq, dv, dz) and (da, dlambda), one direction a column
   ScalarGradient gradient_, change_;
+  Eigen::VectorXd balance_s_, balance_w_;
   std::vector<double> s_, ds_, rows_;
 };
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "costate/analysis/start.h"
 #include "costate/base/error.h"
 
 namespace costate {
@@ -31,8 +32,7 @@ MaggiBlocks::MaggiBlocks(Assembly& assembly)
     : assembly_(assembly),
       n_(assembly.n()),
       m_(assembly.m()),
-      // The start requires one given position for each degree of freedom.
-      f_(static_cast<int>(assembly.mechanism().given_positions().size())),
+      f_(degrees_of_freedom(assembly)),
       nz_(assembly.nz()) {}
 
 int MaggiBlocks::find_chart(const std::vector<int>& independent) {

@@ -8,7 +8,10 @@
 #include <Eigen/SparseQR>
 #include <algorithm>
 #include <optional>
+#include <utility>
 
+#include "costate/analysis/equilibrium.h"
+#include "costate/analysis/start_errors.h"
 #include "costate/base/error.h"
 
 namespace costate {
@@ -92,40 +95,6 @@ std::vector<std::string> names_of(const Mechanism& m, const std::vector<GivenSta
   return r;
 }
 
-void require_count(Assembly& assembly, double t, const double* q, const std::vector<GivenStart>& given,
-                   const char* what) {
-  const Mechanism& m = assembly.mechanism();
-  const int rank = constraint_rank(assembly, t, q).rank;
-  const int free = assembly.n() - rank;
-  const int found = static_cast<int>(given.size());
-  if (found == free) return;
-  throw ModelError(
-      "start", fmt::format("Too {} given {}: {} coordinates less {} independent constraint rows leave {} degree{} of "
-                           "freedom, so {} must be given, found {} ({}). {}",
-                           found < free ? "few" : "many", what, assembly.n(), rank, free, free == 1 ? "" : "s", free,
-                           found, fmt::join(names_of(m, given), ", "),
-                           found < free ? "Add to the list that [start] gives, or constrain the mechanism further."
-                                        : "Remove some; the constraints determine the rest."));
-}
-
-[[noreturn]] void unreachable(Assembly& assembly, const Eigen::VectorXd& residual, const std::vector<GivenStart>& given) {
-  const Mechanism& m = assembly.mechanism();
-  std::vector<std::pair<double, std::string>> worst;
-  const auto rows = m.row_names();
-  for (int i = 0; i < assembly.m(); ++i) worst.emplace_back(std::abs(residual[i]), rows[i]);
-  for (std::size_t g = 0; g < given.size(); ++g)
-    worst.emplace_back(std::abs(residual[assembly.m() + static_cast<int>(g)]),
-                       "given " + m.coordinates()[given[g].coordinate].name);
-  std::sort(worst.rbegin(), worst.rend());
-  std::vector<std::string> text;
-  for (std::size_t i = 0; i < std::min<std::size_t>(3, worst.size()); ++i)
-    text.push_back(fmt::format("{} by {:.3g}", worst[i].second, worst[i].first));
-  throw ModelError("start", fmt::format("The start cannot be reached: Newton's iteration from the first guesses does "
-                                        "not close the mechanism. Violated most: {}. Check lengths and given "
-                                        "coordinates, or bring the first guesses nearer.",
-                                        fmt::join(text, ", ")));
-}
-
 }  // namespace
 
 ConstraintRank constraint_rank(Assembly& assembly, double t, const double* q) {
@@ -167,36 +136,63 @@ ConstraintRank constraint_rank(Assembly& assembly, double t, const double* q) {
   return result;
 }
 
-Start find_start(Assembly& assembly, double t, bool with_derivatives) {
+int degrees_of_freedom(Assembly& assembly) {
   const Mechanism& m = assembly.mechanism();
-  const auto& numbers = assembly.numbers();
-  const int n = assembly.n(), rows = assembly.m(), np = assembly.np();
-  Start start;
-  start.q.resize(n);
-  for (int i = 0; i < n; ++i) start.q[i] = numbers[m.coordinates()[i].position_number];
-  start.v.setZero(n);
-  start.z.setZero(assembly.nz());
-  StateView s;
-  s.t = t;
-  s.q = start.q.data();
-  s.v = start.v.data();
-  s.z = start.z.data();
+  if (!m.starts_at_equilibrium()) return static_cast<int>(m.given_positions().size());
+  const Start start = find_start(assembly, 0, false);
+  return assembly.n() - constraint_rank(assembly, 0, start.q.data()).rank;
+}
 
+void calc_initial_states(const Assembly& assembly, Eigen::VectorXd& z, Eigen::MatrixXd* z_rho) {
+  const Mechanism& m = assembly.mechanism();
+  z.setZero(assembly.nz());
+  if (z_rho) z_rho->setZero(assembly.nz(), assembly.np());
   for (std::size_t k = 0; k < m.forces().size(); ++k)
     for (int i = 0; i < m.forces()[k]->states(); ++i) {
-      const int number = m.forces()[k]->initial_state_number(i);
-      if (number >= 0) start.z[m.state_offsets()[k] + i] = numbers[m.forces()[k]->numbers()[number]];
+      const int local = m.forces()[k]->initial_state_number(i), row = m.state_offsets()[k] + i;
+      if (local < 0) continue;
+      const int number = m.forces()[k]->numbers()[local];
+      z[row] = assembly.numbers()[number];
+      if (!z_rho) continue;
+      for (const auto& [column, f] : assembly.number_columns()[number]) (*z_rho)(row, column) += f;
     }
+}
 
-  // Positions: damped Gauss-Newton on [Phi; B q - z0].
-  GivenSystem position(assembly, m.given_positions());
+namespace {
+
+/// Positions and force states as given, the rest of the positions by the constraints.
+class GivenPositions {
+ public:
+  GivenPositions(Assembly& assembly, double t)
+      : assembly_(assembly), t_(t), given_(assembly.mechanism().given_positions()), system_(assembly, given_) {}
+
+  void solve(Start& start);
+  void differentiate(Start& start, const Assembly::ParameterColumns& c) const;
+  const GivenSystem& system() const { return system_; }
+
+ private:
+  Assembly& assembly_;
+  const double t_;
+  const std::vector<GivenStart>& given_;
+  GivenSystem system_;
+};
+
+void GivenPositions::solve(Start& start) {
+  const Mechanism& m = assembly_.mechanism();
+  const auto& numbers = assembly_.numbers();
+  const int n = assembly_.n(), rows = assembly_.m();
+  for (int i = 0; i < n; ++i) start.q[i] = numbers[m.coordinates()[i].position_number];
+  calc_initial_states(assembly_, start.z, nullptr);
+  StateView s;
+  s.t = t_;
+  s.q = start.q.data();
+  // Damped Gauss-Newton on [Phi; B q - z0].
   const auto residual = [&] {
-    assembly.calc_constraints(s);
-    Eigen::VectorXd r(position.rows());
-    for (int i = 0; i < rows; ++i) r[i] = assembly.phi[i];
-    for (std::size_t g = 0; g < m.given_positions().size(); ++g)
-      r[rows + static_cast<int>(g)] =
-          start.q[m.given_positions()[g].coordinate] - numbers[m.given_positions()[g].number];
+    assembly_.calc_constraints(s);
+    Eigen::VectorXd r(system_.rows());
+    for (int i = 0; i < rows; ++i) r[i] = assembly_.phi[i];
+    for (std::size_t g = 0; g < given_.size(); ++g)
+      r[rows + static_cast<int>(g)] = start.q[given_[g].coordinate] - numbers[given_[g].number];
     return r;
   };
   Eigen::VectorXd r = residual();
@@ -204,8 +200,8 @@ Start find_start(Assembly& assembly, double t, bool with_derivatives) {
   bool converged = false;
   int settled = 0;
   for (start.iterations = 0; start.iterations < kMaxIterations && !converged; ++start.iterations) {
-    position.factor(start.q.data());
-    const Eigen::VectorXd step = position.solve(-r);
+    system_.factor(start.q.data());
+    const Eigen::VectorXd step = system_.solve(-r);
     const Eigen::VectorXd before = start.q;
     const double norm = r.norm();
     double fraction = 1;
@@ -221,78 +217,146 @@ Start find_start(Assembly& assembly, double t, bool with_derivatives) {
   }
   // A row's residual of rounding size is some eps times its terms, of size |phi_q||q|.
   double row_scale = 0;
-  for (double x : assembly.phi_q) row_scale = std::max(row_scale, std::abs(x));
+  for (double x : assembly_.phi_q) row_scale = std::max(row_scale, std::abs(x));
   if (!converged || !(r.cwiseAbs().maxCoeff() < 1e-10 * scale * std::max(1.0, row_scale))) {
     std::vector<double> guess(static_cast<std::size_t>(n));
     for (int i = 0; i < n; ++i) guess[i] = numbers[m.coordinates()[i].position_number];
-    require_count(assembly, t, guess.data(), m.given_positions(), "positions");
-    unreachable(assembly, r, m.given_positions());
+    require_given_count(assembly_, t_, guess.data(), names_of(m, given_), "positions");
+    throw_unreachable(assembly_, r, names_of(m, given_));
   }
-  position.factor(start.q.data());
-  if (!position.determines()) require_count(assembly, t, start.q.data(), m.given_positions(), "positions");
-  if (position.rank() < n) {
-    const int at = position.undetermined();
+  system_.factor(start.q.data());
+  if (!system_.determines()) require_given_count(assembly_, t_, start.q.data(), names_of(m, given_), "positions");
+  if (system_.rank() < n) {
+    const int at = system_.undetermined();
     throw ModelError("start", fmt::format("The given positions ({}) do not determine the configuration{}: with the "
                                           "constraints they depend on each other here. Give other coordinates.",
-                                          fmt::join(names_of(m, m.given_positions()), ", "),
+                                          fmt::join(names_of(m, given_), ", "),
                                           at < 0 ? "" : fmt::format(" ('{}' stays free)", m.coordinates()[at].name)));
   }
+}
 
-  // Velocities.
-  assembly.calc_dynamics(s);
-  std::optional<GivenSystem> other;
-  if (!same_coordinates(m.given_positions(), m.given_velocities())) other.emplace(assembly, m.given_velocities());
-  if (other) other->factor(start.q.data());
-  const GivenSystem& velocity = other ? *other : position;
-  if (!velocity.determines()) require_count(assembly, t, start.q.data(), m.given_velocities(), "velocities");
-  if (velocity.rank() < n)
+void GivenPositions::differentiate(Start& start, const Assembly::ParameterColumns& c) const {
+  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(system_.rows(), assembly_.np());
+  right.topRows(assembly_.m()) = -c.phi;
+  for (std::size_t g = 0; g < given_.size(); ++g)
+    for (const auto& [column, f] : assembly_.number_columns()[given_[g].number])
+      right(assembly_.m() + static_cast<int>(g), column) += f;
+  start.q_rho = system_.solve(right);
+  calc_initial_states(assembly_, start.z, &start.z_rho);
+}
+
+/// Velocities at the positions of the start, from the given ones and the constraints.
+class GivenVelocities {
+ public:
+  GivenVelocities(Assembly& assembly, double t)
+      : assembly_(assembly), t_(t), given_(assembly.mechanism().given_velocities()), system_(assembly, given_) {}
+
+  /// `same`: the system of the positions where it is that of the velocities, too, or null.
+  void solve(Start& start, const GivenSystem* same);
+  void differentiate(Start& start, const Assembly::ParameterColumns& c) const;
+
+ private:
+  const GivenSystem& system() const { return same_ ? *same_ : system_; }
+
+  Assembly& assembly_;
+  const double t_;
+  const std::vector<GivenStart>& given_;
+  GivenSystem system_;
+  const GivenSystem* same_ = nullptr;
+  bool rests_ = false;
+};
+
+void GivenVelocities::solve(Start& start, const GivenSystem* same) {
+  const Mechanism& m = assembly_.mechanism();
+  const int rows = assembly_.m();
+  same_ = same;
+  if (!same_) system_.factor(start.q.data());
+  Eigen::VectorXd b(system().rows());
+  for (int i = 0; i < rows; ++i) b[i] = -assembly_.phi_t[i];
+  for (std::size_t g = 0; g < given_.size(); ++g)
+    b[rows + static_cast<int>(g)] = assembly_.numbers()[given_[g].number];
+  // Where nothing is said to move, what has come to rest rests.
+  start.rests = rests_ = m.starts_at_equilibrium() && b.isZero(0) && system().rank() < assembly_.n();
+  if (rests_) {
+    start.v.setZero();
+    return;
+  }
+  if (!system().determines())
+    require_given_count(assembly_, t_, start.q.data(), names_of(m, given_), "velocities");
+  if (system().rank() < assembly_.n())
     throw ModelError("start", fmt::format("The given velocities ({}) do not determine the motion: with the constraints "
                                           "they depend on each other here. Give other coordinates.",
-                                          fmt::join(names_of(m, m.given_velocities()), ", ")));
-  Eigen::VectorXd b(velocity.rows());
-  for (int i = 0; i < rows; ++i) b[i] = -assembly.phi_t[i];
-  for (std::size_t g = 0; g < m.given_velocities().size(); ++g)
-    b[rows + static_cast<int>(g)] = numbers[m.given_velocities()[g].number];
-  start.v = velocity.solve(b);
-  if (!with_derivatives) return start;
+                                          fmt::join(names_of(m, given_), ", ")));
+  start.v = system().solve(b);
+}
 
-  // Derivatives with respect to rho.
-  const auto& columns = assembly.number_columns();
-  Assembly::ParameterColumns c;
-  assembly.resize(c);
-  const std::vector<double> zero_a(static_cast<std::size_t>(n), 0.0), zero_lambda(static_cast<std::size_t>(rows), 0.0);
+void GivenVelocities::differentiate(Start& start, const Assembly::ParameterColumns& c) const {
+  const int rows = assembly_.m(), np = assembly_.np();
+  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(system().rows(), np);
+  right.topRows(rows) = -c.phid;
+  for (int j = 0; j < np; ++j)
+    add_product(assembly_.jacobian(), assembly_.phid_q.data(), -1, start.q_rho.col(j).data(), right.col(j).data());
+  for (std::size_t g = 0; g < given_.size(); ++g) {
+    for (const auto& [column, f] : assembly_.number_columns()[given_[g].number])
+      right(rows + static_cast<int>(g), column) += f;
+    for (const auto& [i, j, factor] : given_[g].terms)
+      right.row(rows + static_cast<int>(g)) -= factor * start.v[j] * start.q_rho.row(i);
+  }
+  if (rests_) {
+    Eigen::Index row, column;
+    start.v_rho.setZero(assembly_.n(), np);
+    if (right.size() == 0 || right.cwiseAbs().maxCoeff(&row, &column) == 0) return;
+    throw ModelError("start", fmt::format("Parameter '{}' sets the mechanism in motion, which starts at rest: list in "
+                                          "given_velocities as many velocities as it has degrees of freedom.",
+                                          assembly_.parameters().parameters[static_cast<std::size_t>(column)].name));
+  }
+  start.v_rho = system().solve(right);
+}
+
+}  // namespace
+
+Start find_start(Assembly& assembly, double t, bool with_derivatives) {
+  const Mechanism& m = assembly.mechanism();
+  const bool balanced = m.starts_at_equilibrium();
+  Start start;
+  start.q.setZero(assembly.n());
+  start.v.setZero(assembly.n());
+  start.z.setZero(assembly.nz());
+  GivenPositions positions(assembly, t);
+  if (balanced) {
+    Equilibrium e = find_equilibrium(assembly, t, held_by_start(assembly), with_derivatives);
+    start.q = e.q;
+    start.z = e.z;
+    start.q_rho = std::move(e.q_rho);
+    start.z_rho = std::move(e.z_rho);
+    start.lambda = e.lambda;
+    start.lambda_rho = std::move(e.lambda_rho);
+    start.iterations = e.iterations;
+  } else {
+    positions.solve(start);
+  }
+  StateView s;
+  s.t = t;
   s.q = start.q.data();
   s.v = start.v.data();
+  s.z = start.z.data();
+  assembly.calc_dynamics(s);
+  GivenVelocities velocities(assembly, t);
+  const bool same = !balanced && same_coordinates(m.given_positions(), m.given_velocities());
+  velocities.solve(start, same ? &positions.system() : nullptr);
+  if (!with_derivatives) return start;
+
+  Assembly::ParameterColumns c;
+  assembly.resize(c);
+  const std::vector<double> zero_a(static_cast<std::size_t>(assembly.n()), 0.0),
+      zero_lambda(static_cast<std::size_t>(assembly.m()), 0.0);
   s.a = zero_a.data();
   s.lambda = zero_lambda.data();
   assembly.calc_dynamics(s);
   assembly.calc_partials(s);
   assembly.calc_parameter_columns(s, c);
-  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(position.rows(), np);
-  right.topRows(rows) = -c.phi;
-  for (std::size_t g = 0; g < m.given_positions().size(); ++g)
-    for (const auto& [column, f] : columns[m.given_positions()[g].number])
-      right(rows + static_cast<int>(g), column) += f;
-  start.q_rho = position.solve(right);
-  right = Eigen::MatrixXd::Zero(velocity.rows(), np);
-  right.topRows(rows) = -c.phid;
-  for (int j = 0; j < np; ++j)
-    add_product(assembly.jacobian(), assembly.phid_q.data(), -1, start.q_rho.col(j).data(), right.col(j).data());
-  for (std::size_t g = 0; g < m.given_velocities().size(); ++g)
-    for (const auto& [column, f] : columns[m.given_velocities()[g].number])
-      right(rows + static_cast<int>(g), column) += f;
-  for (std::size_t g = 0; g < m.given_velocities().size(); ++g)
-    for (const auto& [i, j, factor] : m.given_velocities()[g].terms)
-      right.row(rows + static_cast<int>(g)) -= factor * start.v[j] * start.q_rho.row(i);
-  start.v_rho = velocity.solve(right);
-  start.z_rho = Eigen::MatrixXd::Zero(assembly.nz(), np);
-  for (std::size_t k = 0; k < m.forces().size(); ++k)
-    for (int i = 0; i < m.forces()[k]->states(); ++i) {
-      const int number = m.forces()[k]->initial_state_number(i);
-      if (number < 0) continue;
-      for (const auto& [column, f] : columns[m.forces()[k]->numbers()[number]])
-        start.z_rho(m.state_offsets()[k] + i, column) += f;
-    }
+  if (!balanced) positions.differentiate(start, c);
+  velocities.differentiate(start, c);
   return start;
 }
 

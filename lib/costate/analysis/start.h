@@ -3,6 +3,9 @@
 //   [Phi; B q - z0] = 0, [Phi_q; B] v = [-Phi_t; zd0]
 //   [Phi_q; B] Sq = [-Phi_rho; z0_rho], [Phi_q; B] Sv = [-(Phid_rho + Phid_q Sq); zd0_rho]
 // Redundant constraints are allowed as long as they are consistent.
+// A mechanism that starts at equilibrium (Mechanism::starts_at_equilibrium) gives fewer positions; balance finds the others
+// and the force states (analysis/equilibrium.h). Where all given velocities are zero and no driver moves it starts at rest,
+// and no more velocities need be given.
 #pragma once
 
 #include "costate/assembly/assembly.h"
@@ -13,11 +16,23 @@ struct Start {
   Eigen::VectorXd q, v, z;              // n, n, nz
   Eigen::MatrixXd q_rho, v_rho, z_rho;  // n x np, n x np, nz x np (empty unless asked for)
   int iterations = 0;
+  // Of a start at equilibrium: the multipliers there, by which nothing accelerates at v = 0 (not those of the run at v), with
+  // their derivative (m, m x np); and whether the velocities are zero because nothing is said to move.
+  Eigen::VectorXd lambda;
+  Eigen::MatrixXd lambda_rho;
+  bool rests = false;
 };
 
 /// At time t for the parameters that the assembly holds. Throws ModelError for too few or too many given
 /// coordinates and for positions that cannot be reached (naming the worst constraints).
 Start find_start(Assembly& assembly, double t, bool with_derivatives);
+
+/// Initial values of the force states as the numbers have them (nz), and their derivative (nz x np) unless null.
+void calc_initial_states(const Assembly& assembly, Eigen::VectorXd& z, Eigen::MatrixXd* z_rho);
+
+/// Coordinates less independent constraint rows. The start requires one given position for each, so that this is their
+/// number; a mechanism that starts at equilibrium is asked there (at t = 0).
+int degrees_of_freedom(Assembly& assembly);
 
 /// What the constraints leave free, and which of them say nothing new.
 struct ConstraintRank {

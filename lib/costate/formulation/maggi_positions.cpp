@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "costate/analysis/start.h"
 #include "costate/base/error.h"
 
 namespace costate {
@@ -26,8 +27,7 @@ MaggiPositions::MaggiPositions(Assembly& assembly)
     : assembly_(assembly),
       n_(assembly.n()),
       m_(assembly.m()),
-      // The start requires one given position for each degree of freedom.
-      f_(static_cast<int>(assembly.mechanism().given_positions().size())),
+      f_(degrees_of_freedom(assembly)),
       redundant_(m_ + f_ > n_) {
   const auto n = static_cast<std::size_t>(n_), f = static_cast<std::size_t>(f_);
   q_.assign(n, 0);

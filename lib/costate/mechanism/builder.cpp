@@ -224,6 +224,31 @@ void MechanismBuilder::set_default_parameters(std::vector<std::string> names) {
   m_->default_parameters_ = std::move(names);
 }
 
+std::vector<std::string> MechanismBuilder::initial_state_paths() const {
+  std::vector<std::string> paths;
+  for (const auto& f : m_->forces_)
+    for (int i = 0; i < f->states(); ++i)
+      if (const int local = f->initial_state_number(i); local >= 0)
+        paths.push_back(m_->numbers_[f->numbers()[local]].path);
+  return paths;
+}
+
+void MechanismBuilder::hold_or_balance_states() {
+  Mechanism& m = *m_;
+  m.held_states_.assign(static_cast<std::size_t>(m.state_count_), true);
+  if (!m.starts_at_equilibrium_) return;
+  for (std::size_t k = 0; k < m.forces_.size(); ++k)
+    for (int i = 0; i < m.forces_[k]->states(); ++i) {
+      const int local = m.forces_[k]->initial_state_number(i);
+      const int number = local >= 0 ? m.forces_[k]->numbers()[local] : -1;
+      if (held_states_.count(number)) continue;
+      m.held_states_[static_cast<std::size_t>(m.state_offsets_[k] + i)] = false;
+      if (number >= 0 && m.numbers_[number].fixed_because.empty())
+        m.numbers_[number].fixed_because =
+            "the start finds this force state by equilibrium; write its initial value in the scene to hold it there";
+    }
+}
+
 std::shared_ptr<const Mechanism> MechanismBuilder::build() {
   Mechanism& m = *m_;
   if (m.coordinates_.empty())
@@ -248,6 +273,7 @@ std::shared_ptr<const Mechanism> MechanismBuilder::build() {
     if (!given_rate.count(rate.number) && m.numbers_[rate.number].fixed_because.empty())
       m.numbers_[rate.number].fixed_because =
           fmt::format("the start does not give '{}' (given velocities are listed in [start])", name);
+  hold_or_balance_states();
   m.select(m.default_parameters_);  // names must exist and be free to vary
   return std::shared_ptr<const Mechanism>(std::move(m_));
 }

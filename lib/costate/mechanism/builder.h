@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -96,6 +97,12 @@ class MechanismBuilder {
     give_velocity(coordinate);
   }
 
+  /// The start finds the positions that are not given by balance of forces (see Mechanism::starts_at_equilibrium).
+  void start_at_equilibrium() { m_->starts_at_equilibrium_ = true; }
+  /// Paths of the initial values of force states; such a state starts balanced, too, unless it is held.
+  std::vector<std::string> initial_state_paths() const;
+  void hold_initial_state(const std::string& path) { held_states_.insert(number(path)); }
+
   void add_parameter(Parameter parameter);
   void set_default_parameters(std::vector<std::string> names);
 
@@ -114,6 +121,8 @@ class MechanismBuilder {
   std::map<std::string, StartGroup> start_groups_;
   std::map<std::string, GivenStart> rates_;
   std::map<std::string, std::shared_ptr<const SharedPart>> shared_parts_;
+  std::set<int> held_states_;  // numbers of initial values
+  void hold_or_balance_states();
 };
 
 }  // namespace costate

@@ -57,6 +57,10 @@ class Mechanism {
   const std::map<std::string, int>& angles() const { return angles_; }  // name -> coordinate
   const std::vector<GivenStart>& given_positions() const { return given_positions_; }
   const std::vector<GivenStart>& given_velocities() const { return given_velocities_; }
+  /// Whether the start balances the forces at the positions that are not given, and the force states with them
+  /// (analysis/equilibrium.h), and which of these (one entry a state) keep their initial values all the same.
+  bool starts_at_equilibrium() const { return starts_at_equilibrium_; }
+  const std::vector<bool>& held_states() const { return held_states_; }
   const std::vector<Parameter>& parameters() const { return parameters_; }
   const std::vector<std::string>& default_parameters() const { return default_parameters_; }
 
@@ -92,6 +96,8 @@ class Mechanism {
   std::vector<PlanarPoint> points_;
   std::vector<SpatialPoint> spatial_points_;
   std::vector<GivenStart> given_positions_, given_velocities_;
+  bool starts_at_equilibrium_ = false;
+  std::vector<bool> held_states_;
   std::vector<Parameter> parameters_;
   std::vector<std::string> default_parameters_;
 };

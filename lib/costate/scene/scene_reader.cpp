@@ -149,7 +149,8 @@ void SceneReader::read_entries() {
 void SceneReader::read_start() {
   if (!table_.has("start")) return;
   SceneTable t = table_.table("start");
-  const auto given = t.texts("given");
+  const bool equilibrium = t.flag("equilibrium", false);
+  const auto given = t.texts("given", !equilibrium);
   const bool own_velocities = t.has("given_velocities");
   const auto velocities = own_velocities ? t.texts("given_velocities") : given;
   t.finish();
@@ -158,6 +159,10 @@ void SceneReader::read_start() {
     at(fmt::format("start.given[{}]", i), [&] { builder_.give_position(given[i]); });
   for (std::size_t i = 0; i < velocities.size(); ++i)
     at(fmt::format("{}[{}]", velocity_key, i), [&] { builder_.give_velocity(velocities[i]); });
+  if (!equilibrium) return;
+  builder_.start_at_equilibrium();
+  for (const auto& path : builder_.initial_state_paths())
+    if (find_node(root_, path)) builder_.hold_initial_state(path);
 }
 
 void SceneReader::read_parameters() {

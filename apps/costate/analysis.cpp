@@ -1,0 +1,81 @@
+#include "analysis.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "costate/record/atomic_file.h"
+
+namespace costate::app {
+
+void AnalysisOptions::add_hold(CLI::App& app, const std::string& text) {
+  app.add_option("--hold", hold, text)->delimiter(',')->allow_extra_args(false)->each([this](const std::string&) {
+    hold_given = true;
+  });
+}
+
+Scene load_for_analysis(const CommonOptions& common, AnalysisOptions& options, bool released) {
+  CommonOptions with = common;
+  std::vector<std::string> hold;
+  for (const auto& name : options.hold)
+    if (!name.empty() && name != "none") hold.push_back(fmt::format("\"{}\"", name));
+  if (options.hold_given)
+    with.overrides.push_back(fmt::format("start.given=[{}]", fmt::join(hold, ", ")));
+  if (released && !load_scene(common).mechanism()->starts_at_equilibrium()) {
+    with.overrides.push_back("start.equilibrium=true");
+    if (!options.hold_given) with.overrides.push_back("start.given=[]");
+  }
+  return load_scene(with);
+}
+
+std::vector<std::unique_ptr<Output>> outputs_named(const Mechanism& m, const std::vector<std::string>& names) {
+  std::vector<std::unique_ptr<Output>> outputs;
+  for (const auto& name : names) outputs.push_back(make_output(m, name));
+  return outputs;
+}
+
+std::vector<std::unique_ptr<Output>> measured_outputs(const Mechanism& m) {
+  const auto coordinates = m.coordinate_names();
+  const auto starts = [](const std::string& name, const char* with) { return name.rfind(with, 0) == 0; };
+  const auto ends = [](const std::string& name, const std::string& with) {
+    return name.size() >= with.size() && name.compare(name.size() - with.size(), with.size(), with) == 0;
+  };
+  std::vector<std::string> names;
+  for (const auto& name : output_names(m))
+    if (!starts(name, "lambda.") && !starts(name, "z.") && !starts(name, "energy.") && name != "time" &&
+        !ends(name, "_dot") && !ends(name, "_ddot") && !ends(name, ".rate") &&
+        std::find(coordinates.begin(), coordinates.end(), name) == coordinates.end())
+      names.push_back(name);
+  return outputs_named(m, names);
+}
+
+void Listing::add(const std::string& name, double value, const std::string& unit, const std::string& note) {
+  lines_.push_back({name, fmt::format("{:.10g}", value), (unit == "1" ? "" : unit) + (note.empty() ? "" : "  " + note)});
+}
+
+std::string Listing::text() const {
+  std::size_t names = 0, values = 0;
+  for (const auto& l : lines_) {
+    names = std::max(names, l.name.size());
+    values = std::max(values, l.value.size());
+  }
+  std::string text;
+  for (const auto& l : lines_) {
+    std::string line = fmt::format("  {:<{}}  {:>{}} {}", l.name, names, l.value, values, l.rest);
+    line.erase(line.find_last_not_of(' ') + 1);
+    text += line + "\n";
+  }
+  return text;
+}
+
+void report_analysis(const CommonOptions& common, const Json& json, const std::string& text) {
+  const std::string object = json_text(json) + "\n";
+  if (!common.output.empty()) write_file_atomically(common.output, object);
+  if (common.json)
+    fmt::print("{}", object);
+  else if (!common.quiet)
+    fmt::print("{}", text);
+}
+
+}  // namespace costate::app

@@ -1,0 +1,52 @@
+// What the commands that analyse a single position share: the scene, its outputs at rest, tables, files.
+#pragma once
+
+#include "command.h"
+#include "costate/analysis/equilibrium.h"
+#include "costate/objective/output.h"
+
+namespace costate::app {
+
+struct AnalysisOptions {
+  std::vector<std::string> hold;
+  bool hold_given = false;      // --hold was there, possibly empty
+  bool at_equilibrium = false;  // --equilibrium
+
+  void add_hold(CLI::App& app, const std::string& text);
+};
+
+/// The scene with its overrides; `released`: it starts at equilibrium, with only what it holds given.
+Scene load_for_analysis(const CommonOptions& common, AnalysisOptions& options, bool released);
+
+/// Runs f; a ModelError is reported at its place in the scene.
+template <class F>
+auto located_in(const Scene& scene, F&& f) {
+  try {
+    return f();
+  } catch (const ModelError& e) {
+    throw scene.located(e);
+  }
+}
+
+/// Points on bodies and what elements measure, apart from rates.
+std::vector<std::unique_ptr<Output>> measured_outputs(const Mechanism& m);
+std::vector<std::unique_ptr<Output>> outputs_named(const Mechanism& m, const std::vector<std::string>& names);
+
+/// "  NAME   value unit" lines, the names aligned.
+class Listing {
+ public:
+  void add(const std::string& name, double value, const std::string& unit, const std::string& note = {});
+  std::string text() const;
+  bool empty() const { return lines_.empty(); }
+
+ private:
+  struct Line {
+    std::string name, value, rest;
+  };
+  std::vector<Line> lines_;
+};
+
+/// Prints the JSON object or the text, and writes what was asked for with --output FILE (JSON).
+void report_analysis(const CommonOptions& common, const Json& json, const std::string& text);
+
+}  // namespace costate::app

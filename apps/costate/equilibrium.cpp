@@ -1,0 +1,125 @@
+// costate equilibrium: where a mechanism rests, what its forces are there, and how that depends on the parameters.
+#include <fmt/format.h>
+
+#include "analysis.h"
+#include "costate/analysis/start.h"
+
+namespace costate::app {
+
+namespace {
+
+struct Options {
+  AnalysisOptions analysis;
+  std::vector<std::string> outputs;
+  bool derivatives = false;
+};
+
+Json positions_json(const Mechanism& m, const Equilibrium& e) {
+  Json j = Json::object();
+  for (int i = 0; i < m.coordinate_count(); ++i) j[m.coordinates()[static_cast<std::size_t>(i)].name] = e.q[i];
+  return j;
+}
+
+int run(const CommonOptions& common, Options& options) {
+  const Scene scene = load_for_analysis(common, options.analysis, true);
+  const auto m = scene.mechanism();
+  const ParameterSelection parameters = located_in(scene, [&] { return m->select(common.parameters); });
+  const auto measures = measured_outputs(*m);
+  auto chosen = outputs_named(*m, options.outputs);
+  Assembly assembly(m, parameters);
+  const double t = scene.run.t_start_s;
+  const auto held = held_by_start(assembly);
+  const Equilibrium e =
+      located_in(scene, [&] { return find_equilibrium(assembly, t, held, options.derivatives); });
+  const bool stable = e.degrees_of_freedom == 0 || e.lowest_stiffness > 0;
+
+  Json j;
+  j["status"] = "ok";
+  j["scene"] = scene.file_name();
+  j["title"] = scene.title;
+  j["t_s"] = t;
+  j["iterations"] = e.iterations;
+  j["residual"] = e.residual;
+  j["constraint_residual"] = e.constraint_residual;
+  j["degrees_of_freedom"] = e.degrees_of_freedom;
+  j["lowest_stiffness_per_s2"] = e.lowest_stiffness;
+  j["stable"] = stable;
+  j["positions"] = positions_json(*m, e);
+  std::string text = fmt::format("{}\n", scene.title.empty() ? common.scene : scene.title);
+  text += fmt::format("  at rest at t = {:g} s: {} coordinate{} found by balance, {} iterations\n", t,
+                      e.degrees_of_freedom, e.degrees_of_freedom == 1 ? "" : "s", e.iterations);
+  text += fmt::format("  out of balance by {:.2g} N or N m, constraints by {:.2g}\n", e.residual, e.constraint_residual);
+  if (!stable)
+    text += fmt::format("  NOT STABLE: a stiffness is {:.4g} 1/s^2 per mass\n", e.lowest_stiffness);
+  Listing positions, forces, multipliers;
+  j["held"] = Json::object();
+  for (int i = 0; i < m->coordinate_count(); ++i) {
+    const auto& c = m->coordinates()[static_cast<std::size_t>(i)];
+    std::string note;
+    for (std::size_t h = 0; h < held.size(); ++h)
+      if (held[h].coordinate == i) {
+        const double force = e.held[static_cast<Eigen::Index>(h)];
+        j["held"][c.name] = force;
+        note = fmt::format("held with {:.6g} {}", force == 0 ? 0 : -force, c.unit == "m" ? "N" : c.unit == "rad" ? "N m" : "");
+      }
+    positions.add(c.name, e.q[i], c.unit, note);
+  }
+  const auto states = m->state_names();
+  j["states"] = Json::object();
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    j["states"][states[i]] = e.z[static_cast<Eigen::Index>(i)];
+    positions.add("z." + states[i], e.z[static_cast<Eigen::Index>(i)], "");
+  }
+  j["outputs"] = Json::object();
+  for (const auto* list : {&measures, &chosen})
+    for (const auto& o : *list) {
+      const double x = value_at_rest(*o, assembly, t, e);
+      if (!j["outputs"].contains(o->name())) forces.add(o->name(), x, o->unit());
+      j["outputs"][o->name()] = x;
+    }
+  const auto rows = m->row_names();
+  j["multipliers"] = Json::object();
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    j["multipliers"][rows[i]] = e.lambda[static_cast<Eigen::Index>(i)];
+    multipliers.add(rows[i], e.lambda[static_cast<Eigen::Index>(i)], "");
+  }
+  text += "\nPositions\n" + positions.text();
+  if (!forces.empty()) text += "\nPoints and elements\n" + forces.text();
+  if (!multipliers.empty()) text += "\nMultipliers\n" + multipliers.text();
+  if (options.derivatives) {
+    j["parameters"] = named(parameters.names(), parameters.values());
+    j["derivatives"] = Json::object();
+    if (chosen.empty()) chosen = outputs_named(*m, m->coordinate_names());
+    for (const auto& o : chosen) {
+      const Eigen::VectorXd d = derivative_at_rest(*o, assembly, t, e);
+      Listing listing;
+      for (int k = 0; k < parameters.size(); ++k)
+        listing.add(parameters.parameters[static_cast<std::size_t>(k)].name, d[k], "");
+      j["derivatives"][o->name()] = named(parameters.names(), {d.data(), d.data() + d.size()});
+      text += fmt::format("\nDerivative of {} [{}]\n{}", o->name(), o->unit(), listing.text());
+    }
+  }
+  report_analysis(common, j, text);
+  return 0;
+}
+
+}  // namespace
+
+void add_equilibrium(CLI::App& app, std::function<int()>& action, CommonOptions& common) {
+  CLI::App* c = app.add_subcommand("equilibrium", "Where a scene's mechanism rests, and the forces there");
+  auto options = std::make_shared<Options>();
+  common.add_to(*c);
+  options->analysis.add_hold(*c, "Positions held, separated by commas, or 'none' (default: what [start] gives if the scene "
+                                 "starts at equilibrium, else none)");
+  c->add_option("--outputs", options->outputs, "Further outputs, separated by commas")->delimiter(',')->allow_extra_args(false);
+  c->add_flag("--derivatives", options->derivatives,
+              "Derivatives of --outputs (default: of the positions) with respect to the parameters");
+  c->add_option("--parameters", common.parameters, "Parameters or number paths, separated by commas (default: the scene's)")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  c->add_option("--output", common.output, "Write the JSON object to this file, too");
+  c->add_flag("--json", common.json, "Print one JSON object and nothing else");
+  c->callback([&action, &common, options] { action = [&common, options] { return run(common, *options); }; });
+}
+
+}  // namespace costate::app

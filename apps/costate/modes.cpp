@@ -1,0 +1,138 @@
+// costate modes: natural frequencies, damping and mode shapes about the start of a scene.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "analysis.h"
+#include "costate/analysis/modes.h"
+#include "costate/record/atomic_file.h"
+
+namespace costate::app {
+
+namespace {
+
+struct Options {
+  AnalysisOptions analysis;
+  std::filesystem::path shapes;
+};
+
+/// The three coordinates with most of the kinetic energy, or the force state that moves where none does.
+std::string participants(const Mechanism& m, const Mode& mode) {
+  std::vector<int> order(static_cast<std::size_t>(mode.share.size()));
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return mode.share[a] > mode.share[b]; });
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < std::min<std::size_t>(3, order.size()); ++i)
+    if (mode.share[order[i]] >= 0.05)
+      names.push_back(fmt::format("{} {:.0f} %", m.coordinates()[static_cast<std::size_t>(order[i])].name,
+                                  100 * mode.share[order[i]]));
+  if (!mode.oscillates() && mode.z.size() > 0) {
+    Eigen::Index at;
+    mode.z.cwiseAbs().maxCoeff(&at);
+    names.push_back("state " + m.state_names()[static_cast<std::size_t>(at)]);
+  }
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+Json shape_json(const Mechanism& m, const Mode& mode) {
+  Json j = Json::object();
+  const auto put = [&](const std::string& name, const std::complex<double>& x) { j[name] = {x.real(), x.imag()}; };
+  for (int i = 0; i < m.coordinate_count(); ++i) put(m.coordinates()[static_cast<std::size_t>(i)].name, mode.q[i]);
+  const auto states = m.state_names();
+  for (std::size_t i = 0; i < states.size(); ++i) put("z." + states[i], mode.z[static_cast<Eigen::Index>(i)]);
+  return j;
+}
+
+std::string shapes_csv(const Mechanism& m, const std::vector<Mode>& modes) {
+  std::string text = "mode,frequency_Hz,damping_ratio,real_per_s,imaginary_per_s";
+  std::vector<std::string> names = m.coordinate_names();
+  for (const auto& s : m.state_names()) names.push_back("z." + s);
+  for (const auto& name : names) text += fmt::format(",{0}.re,{0}.im", name);
+  text += "\n";
+  for (std::size_t k = 0; k < modes.size(); ++k) {
+    const Mode& mode = modes[k];
+    text += fmt::format("{},{},{},{},{}", k + 1, mode.frequency_Hz(), mode.damping_ratio(), mode.eigenvalue.real(),
+                        mode.eigenvalue.imag());
+    for (const auto& x : mode.q) text += fmt::format(",{},{}", x.real(), x.imag());
+    for (const auto& x : mode.z) text += fmt::format(",{},{}", x.real(), x.imag());
+    text += "\n";
+  }
+  return text;
+}
+
+int run(const CommonOptions& common, Options& options) {
+  const Scene scene = load_for_analysis(common, options.analysis, options.analysis.at_equilibrium);
+  const auto m = scene.mechanism();
+  Assembly assembly(m, ParameterSelection{});
+  const double t = scene.run.t_start_s;
+  const Modes r = located_in(scene, [&] { return find_modes(assembly, t, find_start(assembly, t, false)); });
+
+  Eigen::Index fastest = 0;
+  const double acceleration = r.a.size() > 0 ? r.a.cwiseAbs().maxCoeff(&fastest) : 0;
+  const bool moves = !r.v.isZero(0);
+  Json j;
+  j["status"] = "ok";
+  j["scene"] = scene.file_name();
+  j["title"] = scene.title;
+  j["t_s"] = t;
+  j["degrees_of_freedom"] = r.degrees_of_freedom;
+  j["zero_eigenvalues"] = r.zero_eigenvalues;
+  j["largest_acceleration"] = acceleration;
+  j["modes"] = Json::array();
+  std::string text = fmt::format("{}\n", scene.title.empty() ? common.scene : scene.title);
+  text += fmt::format("  about {} at t = {:g} s, {} degree{} of freedom\n",
+                      m->starts_at_equilibrium() && !moves ? "the equilibrium" : moves ? "the motion" : "the position", t,
+                      r.degrees_of_freedom, r.degrees_of_freedom == 1 ? "" : "s");
+  if (r.zero_eigenvalues > 0)
+    text += fmt::format("  {} zero eigenvalue{} (rigid motion: a free translation, turn or spin counts two)\n",
+                        r.zero_eigenvalues, r.zero_eigenvalues == 1 ? "" : "s");
+  if (acceleration > 1e-6)
+    text += fmt::format("  not steady: {} accelerates with {:.3g} {}/s^2; these are the modes of the frozen instant\n",
+                        m->coordinates()[static_cast<std::size_t>(fastest)].name, acceleration,
+                        m->coordinates()[static_cast<std::size_t>(fastest)].unit);
+  text += fmt::format("\n  {:>4} {:>14} {:>10} {:>14}  {}\n", "mode", "frequency [Hz]", "damping", "real [1/s]",
+                      "kinetic energy in");
+  for (std::size_t k = 0; k < r.modes.size(); ++k) {
+    const Mode& mode = r.modes[k];
+    Json e;
+    e["real_per_s"] = mode.eigenvalue.real();
+    e["imaginary_per_s"] = mode.eigenvalue.imag();
+    e["frequency_Hz"] = mode.frequency_Hz();
+    e["damping_ratio"] = mode.damping_ratio();
+    e["kinetic_energy"] = Json::object();
+    for (int i = 0; i < mode.share.size(); ++i)
+      if (mode.share[i] >= 0.01) e["kinetic_energy"][m->coordinates()[static_cast<std::size_t>(i)].name] = mode.share[i];
+    e["shape"] = shape_json(*m, mode);
+    j["modes"].push_back(e);
+    text += mode.oscillates()
+                ? fmt::format("  {:>4} {:>14.8g} {:>10.5f} {:>14.6g}  {}\n", k + 1, mode.frequency_Hz(),
+                              mode.damping_ratio(), mode.eigenvalue.real(), participants(*m, mode))
+                : fmt::format("  {:>4} {:>14} {:>10} {:>14.6g}  {}\n", k + 1, "-", "-", mode.eigenvalue.real(),
+                              participants(*m, mode));
+  }
+  if (!options.shapes.empty()) {
+    write_file_atomically(options.shapes, shapes_csv(*m, r.modes));
+    text += fmt::format("  shapes: {}\n", options.shapes.string());
+  }
+  report_analysis(common, j, text);
+  return 0;
+}
+
+}  // namespace
+
+void add_modes(CLI::App& app, std::function<int()>& action, CommonOptions& common) {
+  CLI::App* c = app.add_subcommand("modes", "Natural frequencies, damping and mode shapes about a scene's start");
+  auto options = std::make_shared<Options>();
+  common.add_to(*c);
+  c->add_flag("--equilibrium", options->analysis.at_equilibrium,
+              "About the static equilibrium, also where the scene starts elsewhere");
+  options->analysis.add_hold(*c, "With --equilibrium: positions held, separated by commas, or 'none'");
+  c->add_option("--shapes", options->shapes, "Write the mode shapes to this file (CSV)");
+  c->add_option("--output", common.output, "Write the JSON object to this file, too");
+  c->add_flag("--json", common.json, "Print one JSON object and nothing else");
+  c->callback([&action, &common, options] { action = [&common, options] { return run(common, *options); }; });
+}
+
+}  // namespace costate::app

@@ -1,0 +1,116 @@
+// costate sweep: one coordinate is led through a range; outputs against it as CSV and JSON.
+#include <fmt/format.h>
+
+#include "analysis.h"
+#include "costate/analysis/sweep.h"
+#include "costate/record/atomic_file.h"
+
+namespace costate::app {
+
+namespace {
+
+struct Options {
+  AnalysisOptions analysis;
+  std::string coordinate;
+  double from = 0, to = 0;
+  int count = 21;
+  std::vector<std::string> outputs;
+};
+
+int run(const CommonOptions& common, Options& options) {
+  if (options.count < 2) throw Error(fmt::format("--count must be 2 or more, found {}.", options.count));
+  if (options.from == options.to)
+    throw Error(fmt::format("--from and --to must differ, found {} twice.", options.from));
+  const Scene scene = load_for_analysis(common, options.analysis, options.analysis.at_equilibrium);
+  const auto m = scene.mechanism();
+  const int coordinate = m->coordinate(options.coordinate);
+  const std::string unit = m->coordinates()[static_cast<std::size_t>(coordinate)].unit;
+  std::vector<std::string> names = options.outputs.empty() ? scene.run.outputs : options.outputs;
+  if (names.empty()) names = m->coordinate_names();
+  const auto outputs = outputs_named(*m, names);
+  Assembly assembly(m, ParameterSelection{});
+  const double t = scene.run.t_start_s;
+  const Sweep sweep = located_in(scene, [&] {
+    return sweep_position(assembly, t, held_by_start(assembly), coordinate, options.from, options.to, options.count);
+  });
+
+  Json j;
+  j["status"] = sweep.stopped.empty() ? "ok" : "stopped";
+  if (!sweep.stopped.empty()) j["error"] = sweep.stopped;
+  j["scene"] = scene.file_name();
+  j["title"] = scene.title;
+  j["coordinate"] = options.coordinate;
+  j["unit"] = unit;
+  j["reached"] = sweep.reached;
+  Json columns = Json::object(), units = Json::object();
+  std::string csv = fmt::format("{} [{}]", options.coordinate, unit);
+  for (const auto& o : outputs) {
+    columns[o->name()] = Json::array();
+    units[o->name()] = o->unit();
+    csv += fmt::format(",{} [{}]", o->name(), o->unit());
+  }
+  csv += ",held_force\n";
+  Json values = Json::array(), forces = Json::array();
+  for (const auto& p : sweep.points) {
+    values.push_back(p.value);
+    csv += fmt::format("{}", p.value);
+    for (const auto& o : outputs) {
+      const double x = value_at_rest(*o, assembly, t, p.at);
+      columns[o->name()].push_back(x);
+      csv += fmt::format(",{}", x);
+    }
+    const double force = -p.at.held[p.at.held.size() - 1];  // what pushes the coordinate there
+    forces.push_back(force);
+    csv += fmt::format(",{}\n", force);
+  }
+  j["values"] = values;
+  j["outputs"] = columns;
+  j["units"] = units;
+  j["held_force"] = forces;
+  std::string text = fmt::format("{}\n  {} points of {} from {:g} to {:g} {}\n",
+                                 scene.title.empty() ? common.scene : scene.title, sweep.points.size(),
+                                 options.coordinate, options.from, options.to, unit);
+  if (!common.no_files) {
+    const auto directory = common.output.empty()
+                               ? std::filesystem::path("results") / std::filesystem::path(common.scene).stem()
+                               : common.output;
+    require_writable(directory);
+    write_file_atomically(directory / "sweep.csv", csv);
+    write_file_atomically(directory / "sweep.json", json_text(j) + "\n");
+    j["files"] = {(directory / "sweep.csv").string(), (directory / "sweep.json").string()};
+    text += fmt::format("  {}\n  {}\n", (directory / "sweep.csv").string(), (directory / "sweep.json").string());
+  } else {
+    text += csv;
+  }
+  if (common.json)
+    fmt::print("{}\n", json_text(j));
+  else
+    fmt::print("{}", text);
+  if (sweep.stopped.empty()) return 0;
+  fmt::print(stderr, "costate: {}\n", sweep.stopped);
+  return kFailed;
+}
+
+}  // namespace
+
+void add_sweep(CLI::App& app, std::function<int()>& action, CommonOptions& common) {
+  CLI::App* c = app.add_subcommand("sweep", "Lead one coordinate through a range and tabulate outputs");
+  auto options = std::make_shared<Options>();
+  common.add_to(*c);
+  c->add_option("--coordinate", options->coordinate, "The coordinate that is led")->required();
+  c->add_option("--from", options->from, "First value [m, rad]")->required();
+  c->add_option("--to", options->to, "Last value")->required();
+  c->add_option("--count", options->count, "Number of points (default: 21)");
+  c->add_option("--outputs", options->outputs, "Outputs, separated by commas (default: those of [run], else all positions)")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  options->analysis.add_hold(*c, "Other positions held, separated by commas, or 'none' (default: what [start] gives)");
+  c->add_flag("--equilibrium", options->analysis.at_equilibrium,
+              "Find force states by balance, also where the scene does not start at equilibrium");
+  c->add_option("--output", common.output, "Directory for sweep.csv and sweep.json (default: results/SCENE)");
+  c->add_flag("--no-files", common.no_files, "Write no files; the table goes to standard output");
+  c->add_flag("--json", common.json, "Print one JSON object and nothing else");
+  c->callback([&action, &common, options] { action = [&common, options] { return run(common, *options); }; });
+}
+
+}  // namespace costate::app

@@ -1,0 +1,185 @@
+#include "costate/analysis/modes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "costate/analysis/row_space.h"
+#include "costate/base/error.h"
+
+namespace costate {
+
+using Eigen::MatrixXcd;
+using Eigen::MatrixXd;
+using Eigen::VectorXcd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr int kMostCoordinates = 500;
+constexpr double kZero = 1e-11;  // of singular values of balanced matrices
+
+/// Powers of two d with diag(d)^-1 A diag(d) of rows as large as columns.
+VectorXd balance(MatrixXd& A) {
+  const Eigen::Index n = A.rows();
+  VectorXd d = VectorXd::Ones(n);
+  for (int sweep = 0; sweep < 20; ++sweep) {
+    bool changed = false;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const double self = std::abs(A(i, i)), row = A.row(i).cwiseAbs().sum() - self,
+                   column = A.col(i).cwiseAbs().sum() - self;
+      if (!(row > 0) || !(column > 0)) continue;
+      const double factor = std::exp2(std::round(0.5 * std::log2(row / column)));
+      if (factor == 1) continue;
+      changed = true;
+      A.row(i) /= factor;
+      A.col(i) *= factor;
+      d[i] *= factor;
+    }
+    if (!changed) break;
+  }
+  return d;
+}
+
+/// A in the orthonormal basis V has zeros in its first columns: those of its zero eigenvalues, chains included.
+struct Deflated {
+  MatrixXd A, V;
+  Eigen::Index zeros = 0;
+};
+
+Deflated split_zeros(const MatrixXd& A) {
+  const Eigen::Index n = A.rows();
+  Deflated d{A, MatrixXd::Identity(n, n), 0};
+  const double size = A.size() > 0 ? A.cwiseAbs().rowwise().sum().maxCoeff() : 0;
+  while (d.zeros < n) {
+    const Eigen::Index rest = n - d.zeros;
+    const Eigen::JacobiSVD<MatrixXd> svd(d.A.bottomRightCorner(rest, rest), Eigen::ComputeFullV);
+    Eigen::Index null = 0;
+    while (null < rest && !(svd.singularValues()[rest - 1 - null] > kZero * size)) ++null;
+    if (null == 0) break;
+    // The null vectors first.
+    const MatrixXd V = svd.matrixV().rowwise().reverse();
+    MatrixXd full = MatrixXd::Identity(n, n);
+    full.bottomRightCorner(rest, rest) = V;
+    d.A = full.transpose() * d.A * full;
+    d.V = d.V * full;
+    d.A.block(d.zeros, d.zeros, rest, null).setZero();
+    d.zeros += null;
+  }
+  return d;
+}
+
+/// Accelerations and multipliers at (q, v, z), by the null space.
+void calc_accelerations(Assembly& assembly, const RowSpace& rows, const MatrixXd& N, Modes& r) {
+  const MatrixXd M = dense_matrix(assembly.square(), assembly.M);
+  const VectorXd Q = Eigen::Map<const VectorXd>(assembly.Q.data(), assembly.n()),
+                 bias = Eigen::Map<const VectorXd>(assembly.bias.data(), assembly.m());
+  r.a = rows.solve(-bias);
+  if (N.cols() > 0) r.a += N * (N.transpose() * M * N).ldlt().solve(N.transpose() * (Q - M * r.a));
+  r.lambda = rows.solve_transposed(Q - M * r.a);
+}
+
+/// The linear system x' = A x for x = (y, y', dz), and the maps from x to dq.
+struct LinearMotion {
+  MatrixXd A, R;
+};
+
+LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
+  const int nz = assembly.nz();
+  StateView s{t, r.q.data(), r.v.data(), nullptr, nullptr, r.z.data()};
+  assembly.calc_dynamics(s);
+  RowSpace rows;
+  rows.compute(dense_matrix(assembly.jacobian(), assembly.phi_q));
+  const MatrixXd R = rows.null_space();
+  calc_accelerations(assembly, rows, R, r);
+  s.a = r.a.data();
+  s.lambda = r.lambda.data();
+  assembly.calc_dynamics(s);
+  assembly.calc_partials(s);
+  const MatrixXd M = dense_matrix(assembly.square(), assembly.M), K = dense_matrix(assembly.square(), assembly.K),
+                 C = dense_matrix(assembly.square(), assembly.C),
+                 phid_q = dense_matrix(assembly.jacobian(), assembly.phid_q),
+                 phidd_q = dense_matrix(assembly.jacobian(), assembly.phidd_q),
+                 Q_z = dense_matrix(assembly.force_state(), assembly.Q_z),
+                 f_q = dense_matrix(assembly.state_force(), assembly.f_q),
+                 f_v = dense_matrix(assembly.state_force(), assembly.f_v),
+                 f_z = dense_matrix(assembly.state_state(), assembly.f_z);
+  const MatrixXd D = -rows.solve(phid_q * R), A = -rows.solve(phidd_q * R + 2 * phid_q * D);
+  const MatrixXd Mz = R.transpose() * M * R, Cz = R.transpose() * (C * R + 2 * M * D),
+                 Kz = R.transpose() * (K * R + C * D + M * A);
+  const Eigen::Index f = R.cols();
+  LinearMotion motion{MatrixXd::Zero(2 * f + nz, 2 * f + nz), R};
+  MatrixXd forces(f, 2 * f + nz);
+  forces << -Kz, -Cz, R.transpose() * Q_z;
+  motion.A.block(0, f, f, f).setIdentity();
+  if (f > 0) motion.A.middleRows(f, f) = Mz.ldlt().solve(forces);
+  motion.A.bottomRows(nz) << f_q * R + f_v * D, f_v * R, f_z;
+  r.degrees_of_freedom = static_cast<int>(f);
+  return motion;
+}
+
+/// Scaled so that the coordinate that moves most is 1; with shares in the kinetic energy.
+void finish(Mode& mode, const MatrixXd& M) {
+  Eigen::Index at = 0;
+  const double moves = mode.q.size() > 0 ? mode.q.cwiseAbs().maxCoeff(&at) : 0;
+  std::complex<double> scale = moves > 0 ? mode.q[at] : 1.0;
+  if (mode.z.size() > 0 && !(moves > 1e-12 * mode.z.cwiseAbs().maxCoeff())) {
+    mode.z.cwiseAbs().maxCoeff(&at);
+    scale = mode.z[at];
+  }
+  mode.q /= scale;
+  mode.z /= scale;
+  mode.share = (mode.q.conjugate().array() * (M * mode.q).array()).real().abs();
+  const double sum = mode.share.sum();
+  if (sum > 0) mode.share /= sum;
+}
+
+}  // namespace
+
+double Mode::frequency_Hz() const { return eigenvalue.imag() / (2 * std::numbers::pi); }
+double Mode::damping_ratio() const { return -eigenvalue.real() / std::abs(eigenvalue); }
+
+Modes find_modes(Assembly& assembly, double t, const Start& start) {
+  if (assembly.n() > kMostCoordinates)
+    throw CapabilityError(fmt::format("Modes are computed with full matrices, which serves up to {} coordinates; this "
+                                      "mechanism has {}. Take a part of it.", kMostCoordinates, assembly.n()));
+  Modes r;
+  r.q = start.q;
+  r.v = start.v;
+  r.z = start.z;
+  const LinearMotion motion = linearize(assembly, t, r);
+  const MatrixXd M = dense_matrix(assembly.square(), assembly.M);
+  MatrixXd balanced = motion.A;
+  const VectorXd scale = balance(balanced);
+  const Deflated d = split_zeros(balanced);
+  r.zero_eigenvalues = static_cast<int>(d.zeros);
+  const Eigen::Index size = d.A.rows(), rest = size - d.zeros, f = motion.R.cols();
+  if (rest == 0) return r;
+  const Eigen::EigenSolver<MatrixXd> eigen(d.A.bottomRightCorner(rest, rest));
+  if (eigen.info() != Eigen::Success) throw SolverError("Modes: the eigenvalues did not converge.");
+  const MatrixXcd vectors = eigen.eigenvectors();
+  // The upper triangular block of the zeros: A00 x0 + A01 x1 = w x0, A00 nilpotent.
+  const MatrixXcd A00 = d.A.topLeftCorner(d.zeros, d.zeros).cast<std::complex<double>>(),
+                  A01 = d.A.topRightCorner(d.zeros, rest).cast<std::complex<double>>();
+  for (Eigen::Index k = 0; k < rest; ++k) {
+    Mode mode;
+    mode.eigenvalue = eigen.eigenvalues()[k];
+    if (mode.eigenvalue.imag() < 0) continue;
+    VectorXcd x(size);
+    x.tail(rest) = vectors.col(k);
+    if (d.zeros > 0)
+      x.head(d.zeros) = (mode.eigenvalue * MatrixXcd::Identity(d.zeros, d.zeros) - A00).lu().solve(A01 * x.tail(rest));
+    x = scale.cast<std::complex<double>>().asDiagonal() * (d.V.cast<std::complex<double>>() * x);
+    mode.q = motion.R.cast<std::complex<double>>() * x.head(f);
+    mode.z = x.tail(size - 2 * f);
+    finish(mode, M);
+    r.modes.push_back(std::move(mode));
+  }
+  std::sort(r.modes.begin(), r.modes.end(),
+            [](const Mode& a, const Mode& b) { return std::abs(a.eigenvalue) < std::abs(b.eigenvalue); });
+  return r;
+}
+
+}  // namespace costate

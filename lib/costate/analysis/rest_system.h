@@ -1,0 +1,80 @@
+// The equations of rest (equilibrium.h, (0.10)) at one point and their linearization on the null space of
+// X = [Phi_q; B]: the balance N^T Q = 0 with the columns of N a basis of the directions that X leaves free, and the
+// multipliers those of least squares and least norm, so that Q - X^T lambda = N N^T Q. Dense.
+#pragma once
+
+#include <Eigen/Dense>
+#include <string>
+#include <vector>
+
+#include "costate/analysis/equilibrium.h"
+#include "costate/analysis/row_space.h"
+#include "costate/assembly/assembly.h"
+
+namespace costate {
+
+struct RestStep {
+  Eigen::VectorXd q, z;  // n, nz
+};
+
+class RestSystem {
+ public:
+  RestSystem(Assembly& assembly, double t, const std::vector<HeldPosition>& held);
+
+  /// Evaluates everything but derivatives.
+  void move_to(const Eigen::VectorXd& q, const Eigen::VectorXd& z);
+  /// Derivatives, null space and reduced matrices here.
+  void linearize();
+
+  const Eigen::VectorXd& q() const { return q_; }
+  const Eigen::VectorXd& z() const { return z_; }
+  const Eigen::VectorXd& multipliers() const { return multipliers_; }  // of the constraints, then of the held positions
+  const Eigen::VectorXd& gap() const { return gap_; }                  // [Phi; B q - b]
+  const Eigen::VectorXd& unbalanced() const { return unbalanced_; }    // n
+  StateView state() const;
+  /// Largest entry of Phi_q, at least 1.
+  double row_scale() const;
+
+  /// The shortest step that closes the constraints here to first order.
+  Eigen::VectorXd closing_step() const;
+  /// Newton's step for the residual here with the matrices of the last linearize(), sigma M added to the stiffness.
+  RestStep newton(double sigma) const;
+  /// In positions, and in force states relative to the largest that was met.
+  double step_size(const RestStep& step) const;
+
+  // Of the last linearize().
+  int freedom() const { return static_cast<int>(N_.cols()); }
+  double lowest_stiffness() const { return lowest_; }
+  double highest_stiffness() const { return highest_; }
+  /// Coordinates and force states that no stiffness holds, one for each direction of that kind.
+  std::vector<std::string> undetermined() const;
+
+  /// dX/drho of all unknowns, n, nz, m and (number of held positions) x np.
+  void differentiate(Eigen::MatrixXd& q_rho, Eigen::MatrixXd& z_rho, Eigen::MatrixXd& lambda_rho,
+                     Eigen::MatrixXd& held_rho);
+  /// See equilibrium_adjoint; of the last linearize().
+  void solve_adjoint(const Eigen::VectorXd& weight_q, const Eigen::VectorXd& weight_z, Eigen::VectorXd& s,
+                     Eigen::VectorXd& w, Eigen::VectorXd& x) const;
+
+ private:
+  Eigen::MatrixXd calc_rows() const;
+  /// [N^T K N + sigma N^T M N, -N^T Q_z; f_q N, f_z] [y; dz] = [force; rates]
+  Eigen::MatrixXd reduced_matrix(double sigma) const;
+  void measure_stiffness();
+  Eigen::MatrixXd lambda_off_range(const Eigen::MatrixXd& q_rho);
+
+  Assembly& assembly_;
+  const std::vector<HeldPosition>& held_;
+  const int n_, m_, nz_;
+  const double t_;
+  std::vector<double> rest_;
+  Eigen::VectorXd q_, z_, multipliers_, gap_, unbalanced_, rate_, largest_z_;
+  RowSpace here_, linear_;
+  std::vector<int> free_states_;
+  Eigen::MatrixXd M_, K_, Q_z_, f_q_, f_z_;  // full; those with z of the free states
+  Eigen::MatrixXd N_, Mr_, Kr_, Kz_;         // reduced; Kz_ with the force states eliminated where they can be
+  bool eliminated_ = true;
+  double lowest_ = 0, highest_ = 0;
+};
+
+}  // namespace costate

@@ -12,6 +12,7 @@ AccelerationDae::AccelerationDae(std::shared_ptr<const Mechanism> mechanism, Par
                                  Objective objective, Stabilization stabilization)
     : DaeSystem(std::move(mechanism), std::move(parameters), std::move(objective)),
       level_(assembly_, stabilization),
+      velocity_jump_(assembly_, level_),
       jacobian_(3 * assembly_.n() + assembly_.nz() + assembly_.m()),
       n_(assembly_.n()),
       m_(assembly_.m()),
@@ -232,44 +233,84 @@ void AccelerationDae::add_parameter_gradient(double c, const double* mu, double*
   assembly_.add_parameter_gradient(point_, w, c, gradient);
 }
 
-void AccelerationDae::start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, Eigen::MatrixXd* yp_rho) {
-  const Start s = find_start(assembly_, t, y_rho != nullptr);
+void AccelerationDae::complete(double t, double* y, double* yp) {
   level_.invalidate();
   linearized_ = false;
+  level_.solve(view(t, y));
+  std::copy(level_.a(), level_.a() + n_ + m_, y + 2 * n_ + nz_);
+  std::copy(y + n_, y + 2 * n_, yp);
+  std::copy(level_.a(), level_.a() + n_, yp + n_);
+  std::copy(assembly_.zdot.begin(), assembly_.zdot.end(), yp + 2 * n_);
+}
+
+// KKT [Sa; Sl] = -[K Sq + C Sv - Q_z Sz + F_rho; R2_q Sq + R2_v Sv + R2_rho]
+void AccelerationDae::complete_columns(double* const* s, double* const* sp, int count) {
+  level_.linearize(level_.state());
+  assembly_.calc_parameter_columns(level_.state(), columns_);
+  const Stabilization& st = level_.stabilization();
+  Eigen::VectorXd kkt(n_ + m_);
+  for (int j = 0; j < count; ++j) {
+    const double *sq = s[j], *sv = s[j] + n_, *sz = s[j] + 2 * n_;
+    kkt.head(n_) = -columns_.F.col(j);
+    kkt.tail(m_) = -(columns_.phidd.col(j) + 2 * st.xi * st.omega * columns_.phid.col(j) +
+                     st.omega * st.omega * columns_.phi.col(j));
+    level_.add_force_rows(-1, sq, sv, sz, kkt.data());
+    level_.add_constraint_rows(-1, sq, sv, kkt.data() + n_);
+    level_.solve_kkt(kkt.data());
+    std::copy(kkt.data(), kkt.data() + n_ + m_, s[j] + 2 * n_ + nz_);
+    std::copy(sv, sv + n_, sp[j]);
+    std::copy(kkt.data(), kkt.data() + n_, sp[j] + n_);
+    Eigen::Map<Eigen::VectorXd>(sp[j] + 2 * n_, nz_) = columns_.f.col(j);
+    level_.add_state_rows(1, sq, sv, sz, sp[j] + 2 * n_);
+  }
+}
+
+void AccelerationDae::start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, Eigen::MatrixXd* yp_rho) {
+  const Start s = find_start(assembly_, t, y_rho != nullptr);
   std::fill(y, y + size(), 0.0);
   std::fill(yp, yp + size(), 0.0);
   std::copy(s.q.data(), s.q.data() + n_, y);
   std::copy(s.v.data(), s.v.data() + n_, y + n_);
   std::copy(s.z.data(), s.z.data() + nz_, y + 2 * n_);
-  level_.solve(view(t, y));
-  std::copy(level_.a(), level_.a() + n_ + m_, y + 2 * n_ + nz_);
-  std::copy(s.v.data(), s.v.data() + n_, yp);
-  std::copy(level_.a(), level_.a() + n_, yp + n_);
-  std::copy(assembly_.zdot.begin(), assembly_.zdot.end(), yp + 2 * n_);
+  complete(t, y, yp);
   if (!y_rho) return;
-  // KKT [Sa; Sl] = -[K Sq + C Sv - Q_z Sz + F_rho; R2_q Sq + R2_v Sv + R2_rho]
   const int np = assembly_.np();
-  level_.linearize(level_.state());
-  assembly_.calc_parameter_columns(level_.state(), columns_);
-  const Stabilization& st = level_.stabilization();
   y_rho->setZero(size(), np);
   yp_rho->setZero(size(), np);
   y_rho->topRows(2 * n_ + nz_) << s.q_rho, s.v_rho, s.z_rho;
-  Eigen::MatrixXd kkt = Eigen::MatrixXd::Zero(n_ + m_, np);
+  std::vector<double*> columns, rates;
   for (int j = 0; j < np; ++j) {
-    const double *sq = s.q_rho.col(j).data(), *sv = s.v_rho.col(j).data(), *sz = s.z_rho.col(j).data();
-    kkt.col(j).head(n_) = -columns_.F.col(j);
-    kkt.col(j).tail(m_) = -(columns_.phidd.col(j) + 2 * st.xi * st.omega * columns_.phid.col(j) +
-                            st.omega * st.omega * columns_.phi.col(j));
-    level_.add_force_rows(-1, sq, sv, sz, kkt.col(j).data());
-    level_.add_constraint_rows(-1, sq, sv, kkt.col(j).data() + n_);
-    yp_rho->col(j).segment(2 * n_, nz_) = columns_.f.col(j);
-    level_.add_state_rows(1, sq, sv, sz, yp_rho->col(j).data() + 2 * n_);
+    columns.push_back(y_rho->col(j).data());
+    rates.push_back(yp_rho->col(j).data());
   }
-  level_.solve_kkt(kkt.data(), np);
-  y_rho->bottomRows(n_ + m_) = kkt;
-  yp_rho->topRows(n_) = s.v_rho;
-  yp_rho->middleRows(n_, n_) = kkt.topRows(n_);
+  complete_columns(columns.data(), rates.data(), np);
+}
+
+void AccelerationDae::jump(double t, double* y, double* yp) {
+  const double after = segment_start(t);
+  const double* dv = velocity_jump_.calc(view(t, y), after);
+  for (int i = 0; i < n_; ++i) y[n_ + i] += dv[i];
+  complete(after, y, yp);
+}
+
+void AccelerationDae::jump_tangent(const Jump& jump, double* const* s, double* const* sp, int count) {
+  const double after = segment_start(jump.t);
+  std::vector<double> y = jump.y, yp = jump.yp;
+  velocity_jump_.tangent(view(jump.t, jump.y.data()), after, s, count);
+  const double* dv = velocity_jump_.calc(view(jump.t, jump.y.data()), after);
+  for (int i = 0; i < n_; ++i) y[n_ + i] += dv[i];
+  complete(after, y.data(), yp.data());
+  complete_columns(s, sp, count);
+}
+
+void AccelerationDae::jump_adjoint(const Jump& jump, double* mu, double* mup, double* gradient) {
+  velocity_jump_.adjoint(view(jump.t, jump.y.data()), segment_start(jump.t), mu, gradient);
+  level_.invalidate();
+  linearized_ = false;
+  const StateView s = view(jump.t, jump.y.data());
+  level_.prepare(s);
+  level_.linearize(s);
+  complete_adjoint(s, mu, mup);
 }
 
 void AccelerationDae::running_cost_gradient(double t, const double* y, double* g_y, double c, double* gradient) {
@@ -291,7 +332,7 @@ void AccelerationDae::terminal_adjoint(double t, const double* y, const double*,
   level_.prepare(s);
   level_.linearize(s);
   std::vector<double> kkt(static_cast<std::size_t>(n_ + m_));
-  double *mv = mu + n_, *mz = mu + 2 * n_, *s1 = mz + nz_, *s2 = s1 + n_;
+  double *mv = mu + n_, *mz = mu + 2 * n_;
   // Terminal part, accelerations and multipliers eliminated: tau = KKT^-1 [w_a; w_l].
   cost_gradient_.set_zero();
   objective_.add_terminal_gradient(s, assembly_, cost_gradient_);
@@ -314,7 +355,14 @@ void AccelerationDae::terminal_adjoint(double t, const double* y, const double*,
     w.c2 = 1;
     assembly_.add_parameter_gradient(s, w, -1, gradient);
   }
-  // Algebraic part: KKT [s1; s2] = [mu_v + g_a; g_l], and the derivatives from the differential rows.
+  complete_adjoint(s, mu, mup);
+}
+
+// Algebraic part: KKT [s1; s2] = [mu_v + g_a; g_l], and the derivatives from the differential rows.
+void AccelerationDae::complete_adjoint(const StateView& s, double* mu, double* mup) {
+  std::vector<double> kkt(static_cast<std::size_t>(n_ + m_));
+  double *mv = mu + n_, *mz = mu + 2 * n_, *s1 = mz + nz_, *s2 = s1 + n_;
+  ScalarGradient& g = cost_gradient_;
   cost_gradient_.set_zero();
   objective_.add_running_gradient(s, assembly_, cost_gradient_);
   for (int i = 0; i < n_; ++i) kkt[i] = mv[i] + g.a[i];

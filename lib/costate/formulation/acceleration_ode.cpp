@@ -7,7 +7,7 @@ namespace costate {
 
 AccelerationOde::AccelerationOde(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
                                  Objective objective, Stabilization stabilization)
-    : OdeSystem(std::move(mechanism), std::move(parameters), std::move(objective)), level_(assembly_, stabilization) {
+    : OdeSystem(std::move(mechanism), std::move(parameters), std::move(objective)), level_(assembly_, stabilization), velocity_jump_(assembly_, level_) {
   append_differential_unknowns(assembly_.mechanism(), unknowns_);
   assembly_.resize(columns_);
   const auto n = static_cast<std::size_t>(assembly_.n() + assembly_.m());
@@ -269,6 +269,23 @@ void AccelerationOde::start(double t, double* y, Eigen::MatrixXd* y_rho) {
   if (!y_rho) return;
   y_rho->resize(size(), assembly_.np());
   *y_rho << s.q_rho, s.v_rho, s.z_rho;
+}
+
+void AccelerationOde::jump(double t, double* y) {
+  const double* dv = velocity_jump_.calc(view(t, y), segment_start(t));
+  for (int i = 0; i < assembly_.n(); ++i) y[assembly_.n() + i] += dv[i];
+  level_.invalidate();
+}
+
+void AccelerationOde::jump_tangent(const Jump& jump, double* const* s, int count) {
+  velocity_jump_.tangent(view(jump.t, jump.y.data()), segment_start(jump.t), s, count);
+  level_.invalidate();
+}
+
+void AccelerationOde::jump_adjoint(const Jump& jump, double* mu, double* gradient) {
+  velocity_jump_.adjoint(view(jump.t, jump.y.data()), segment_start(jump.t), mu, gradient);
+  level_.invalidate();
+  cost_gradient_at_ = -1;
 }
 
 }  // namespace costate

@@ -4,6 +4,7 @@
 
 #include "costate/formulation/acceleration_level.h"
 #include "costate/formulation/system.h"
+#include "costate/formulation/velocity_jump.h"
 
 namespace costate {
 
@@ -30,6 +31,9 @@ class AccelerationOde final : public OdeSystem {
   void adjoint_integrand(double t, const double* y, const double* mu, double* out) override;
   void terminal_adjoint(double t, const double* y, double* mu, double* gradient) override;
   void start(double t, double* y, Eigen::MatrixXd* y_rho) override;
+  void jump(double t, double* y) override;
+  void jump_tangent(const Jump& jump, double* const* s, int count) override;
+  void jump_adjoint(const Jump& jump, double* mu, double* gradient) override;
 
  private:
   StateView view(double t, const double* y) const;
@@ -44,6 +48,7 @@ class AccelerationOde final : public OdeSystem {
   void solve_adjoint(double t, const double* y, const double* mu);
 
   AccelerationLevel level_;
+  VelocityJump velocity_jump_;
   Assembly::ParameterColumns columns_;
   std::vector<double> kkt_, reduced_;
   long cost_gradient_at_ = -1;  // the linearization that cost_gradient_ belongs to

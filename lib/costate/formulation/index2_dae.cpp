@@ -17,6 +17,7 @@ namespace costate {
 Index2Dae::Index2Dae(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective)
     : DaeSystem(std::move(mechanism), std::move(parameters), std::move(objective)),
       level_(assembly_, Stabilization{}),
+      velocity_jump_(assembly_, level_),
       jacobian_(3 * assembly_.n() + assembly_.nz() + 2 * assembly_.m()),
       n_(assembly_.n()),
       m_(assembly_.m()),
@@ -243,20 +244,31 @@ void Index2Dae::add_parameter_gradient(double c, const double* mu, double* gradi
   assembly_.add_parameter_gradient(point_, w, c, gradient);
 }
 
-void Index2Dae::start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, Eigen::MatrixXd* yp_rho) {
-  const Start s = find_start(assembly_, t, y_rho != nullptr);
+void Index2Dae::complete(double t, double* y, double* yp) {
   level_.invalidate();
   linearized_ = false;
+  level_.solve(view(t, y));
+  std::copy(level_.a(), level_.a() + n_ + m_, y + 2 * n_ + nz_);
+  std::copy(y + n_, y + 2 * n_, yp);
+  std::copy(level_.a(), level_.a() + n_, yp + n_);
+  std::copy(assembly_.zdot.begin(), assembly_.zdot.end(), yp + 2 * n_);
+}
+
+void Index2Dae::jump(double t, double* y, double* yp) {
+  const double after = segment_start(t);
+  const double* dv = velocity_jump_.calc(view(t, y), after);
+  for (int i = 0; i < n_; ++i) y[n_ + i] += dv[i];
+  complete(after, y, yp);
+}
+
+void Index2Dae::start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, Eigen::MatrixXd* yp_rho) {
+  const Start s = find_start(assembly_, t, y_rho != nullptr);
   std::fill(y, y + size(), 0.0);
   std::fill(yp, yp + size(), 0.0);
   std::copy(s.q.data(), s.q.data() + n_, y);
   std::copy(s.v.data(), s.v.data() + n_, y + n_);
   std::copy(s.z.data(), s.z.data() + nz_, y + 2 * n_);
-  level_.solve(view(t, y));
-  std::copy(level_.a(), level_.a() + n_ + m_, y + 2 * n_ + nz_);
-  std::copy(s.v.data(), s.v.data() + n_, yp);
-  std::copy(level_.a(), level_.a() + n_, yp + n_);
-  std::copy(assembly_.zdot.begin(), assembly_.zdot.end(), yp + 2 * n_);
+  complete(t, y, yp);
   if (!y_rho) return;
   const int np = assembly_.np();
   level_.linearize(level_.state());

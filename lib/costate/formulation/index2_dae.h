@@ -8,6 +8,7 @@
 
 #include "costate/formulation/acceleration_level.h"
 #include "costate/formulation/system.h"
+#include "costate/formulation/velocity_jump.h"
 
 namespace costate {
 
@@ -39,8 +40,11 @@ class Index2Dae final : public DaeSystem {
   void terminal_cost_gradient(double t, const double* y, double* w_y, double c, double* gradient) override;
   void terminal_adjoint(double t, const double* y, const double* yp, double* mu, double* mup,
                         double* gradient) override;
+  void jump(double t, double* y, double* yp) override;
 
  private:
+  /// Accelerations, multipliers and y' for the (q, v, z) that y holds.
+  void complete(double t, double* y, double* yp);
   StateView view(double t, const double* y) const;
   void place_jacobian();
   void fill_jacobian(double cj);
@@ -50,6 +54,7 @@ class Index2Dae final : public DaeSystem {
   void scale_columns(double* x) const;
 
   AccelerationLevel level_;  // for starts and ends, and the blocks' products
+  VelocityJump velocity_jump_;
   BlockMatrix jacobian_;
   std::unique_ptr<KluSolver> solver_;
   struct Blocks {

@@ -1,5 +1,9 @@
 #include "costate/formulation/system.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "costate/base/error.h"
 
 namespace costate {
@@ -9,7 +13,32 @@ System::System(std::shared_ptr<const Mechanism> mechanism, ParameterSelection pa
   cost_gradient_.resize(assembly_);
 }
 
-void System::set_parameters(const double* rho) { assembly_.set_parameters(rho); }
+void System::set_parameters(const double* rho) {
+  assembly_.set_parameters(rho);
+  kinks_.clear();
+  for (const auto& c : assembly_.mechanism().constraints()) {
+    if (!c->rheonomic()) continue;
+    std::vector<double> p;
+    for (const int number : c->numbers()) p.push_back(assembly_.numbers()[number]);
+    c->add_kinks(p.data(), kinks_);
+  }
+  std::sort(kinks_.begin(), kinks_.end());
+  kinks_.erase(std::unique(kinks_.begin(), kinks_.end()), kinks_.end());
+}
+
+// A segment ends at the last number before a kink and the next one starts at the kink, so that each evaluates the
+// law's own branch.
+double System::segment_limit(double t) const {
+  const double infinity = std::numeric_limits<double>::infinity();
+  for (const double kink : kinks_)
+    if (t < kink) return std::nextafter(kink, -infinity);
+  return infinity;
+}
+
+double System::segment_start(double t) const {
+  const double next = std::nextafter(t, std::numeric_limits<double>::infinity());
+  return std::find(kinks_.begin(), kinks_.end(), next) != kinks_.end() ? next : t;
+}
 
 double System::running_cost(double t, const double* y) {
   const bool accelerations = objective_.running_needs_accelerations();
@@ -22,7 +51,11 @@ double System::terminal_cost(double t, const double* y) {
 }
 
 namespace {
-[[noreturn]] void no_jump() { throw Error("This system's trajectories have no jumps."); }
+[[noreturn]] void no_jump() {
+  throw CapabilityError(
+      "A driver's law has a kink, where the velocities jump; this formulation is not carried across. Take index1, "
+      "baumgarte or penalty, or a law with a continuous slope.");
+}
 }  // namespace
 
 void DaeSystem::jump(double, double*, double*) { no_jump(); }

@@ -73,13 +73,20 @@ class System {
   bool has_running_cost() const { return !objective_.running.empty(); }
 
   // Trajectories of several segments. A system that never jumps leaves all this alone.
+  // Velocities jump where a driver's law has a kink (velocity_jump.h); other jumps are those of a formulation.
   /// Whether trajectories may have jumps; if not, nothing below is called.
-  virtual bool may_jump() const { return false; }
+  virtual bool may_jump() const { return !kinks_.empty(); }
+  /// The times of kinks, in order.
+  const std::vector<double>& kinks() const { return kinks_; }
+  /// The last instant before the next kink after t, where a segment must end; infinite without one.
+  double segment_limit(double t) const;
   /// The mode in force. start() leaves the first one in force; the others keep their numbers until the next start().
   virtual int mode() const { return 0; }
   virtual void use_mode(int) {}
   /// After each accepted step of a forward run, in order of time: whether the segment must end at (t, y).
-  virtual bool segment_ends(double, const double*) { return false; }
+  virtual bool segment_ends(double t, const double*) { return t >= segment_limit(t); }
+  /// Where the next segment starts when one has ended at t: behind a kink, else at t.
+  double segment_start(double t) const;
   /// Newton iterations made inside evaluations, to find positions.
   virtual long position_iterations() const { return 0; }
 
@@ -88,6 +95,9 @@ class System {
   Objective objective_;
   std::vector<Unknown> unknowns_;
   ScalarGradient cost_gradient_;
+
+ private:
+  std::vector<double> kinks_;
 };
 
 /// F(t, y, y', rho) = 0 with F_y' = diag(1 for differential unknowns, 0 for algebraic ones), constant.

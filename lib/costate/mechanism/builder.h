@@ -66,7 +66,6 @@ class MechanismBuilder {
   const std::vector<int>& natural_body_frame(const std::string& name) const { return natural_bodies_.at(name); }
   /// Start value, or first guess, of a coordinate.
   double first_value(int coordinate) const { return number_value(m_->coordinates_[coordinate].position_number); }
-  const std::string& coordinate_unit(int coordinate) const { return m_->coordinates_[coordinate].unit; }
   /// Position of a point at the start values (first guess) [m].
   Eigen::Vector2d first_position(const PlanarPoint& p) const;
   Eigen::Vector3d first_position(const SpatialPoint& p) const;

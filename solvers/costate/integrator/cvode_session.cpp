@@ -61,7 +61,7 @@ void CvodeSession::create_memory() {
   check(CVodeSetUserData(memory_, this), "CVodeSetUserData");
   check(CVodeSStolerances(memory_, options_.rtol, options_.absolute()), "CVodeSStolerances");
   check(CVodeSetMaxNumSteps(memory_, options_.max_steps), "CVodeSetMaxNumSteps");
-  check(CVodeSetStopTime(memory_, options_.t_end), "CVodeSetStopTime");
+  check(CVodeSetStopTime(memory_, std::min(options_.t_end, system_.segment_limit(t_))), "CVodeSetStopTime");
   newton_ = std::make_unique<NewtonOperator>(context_, guard_, [this](double* b) { solve_newton(b); });
   check(CVodeSetLinearSolver(memory_, newton_->solver(), newton_->matrix()), "CVodeSetLinearSolver");
   check(CVodeSetLinSysFn(memory_, newton_matrix), "CVodeSetLinSysFn");
@@ -239,7 +239,8 @@ bool CvodeSession::advance_segment(double t, Trajectory* trajectory) {
 
 void CvodeSession::jump(Jump& jump, SegmentStart& start) {
   const int n = system_.size();
-  jump.t = start.t = t_;
+  jump.t = t_;
+  start.t = system_.segment_start(t_);
   jump.before = system_.mode();
   jump.y.assign(y(), y() + n);
   start.y.assign(y(), y() + size_);

@@ -62,7 +62,7 @@ void IdaSession::create_memory() {
   check(IDASetMaxNumSteps(memory_, options_.max_steps), "IDASetMaxNumSteps");
   check(IDASetId(memory_, id_), "IDASetId");
   if (algebraic) check(IDASetSuppressAlg(memory_, SUNTRUE), "IDASetSuppressAlg");
-  check(IDASetStopTime(memory_, options_.t_end), "IDASetStopTime");
+  check(IDASetStopTime(memory_, std::min(options_.t_end, system_.segment_limit(t_))), "IDASetStopTime");
   newton_ = std::make_unique<NewtonOperator>(context_, guard_, [this](double* b) { system_.solve(b); });
   check(IDASetLinearSolver(memory_, newton_->solver(), newton_->matrix()), "IDASetLinearSolver");
   check(IDASetJacFn(memory_, jacobian), "IDASetJacFn");
@@ -247,7 +247,8 @@ bool IdaSession::advance_segment(double t, Trajectory* trajectory) {
 
 void IdaSession::jump(Jump& jump, SegmentStart& start) {
   const int n = system_.size();
-  jump.t = start.t = t_;
+  jump.t = t_;
+  start.t = system_.segment_start(t_);
   jump.before = system_.mode();
   jump.y.assign(y(), y() + n);
   jump.yp.assign(yp(), yp() + n);

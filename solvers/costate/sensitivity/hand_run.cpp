@@ -1,5 +1,7 @@
 #include "costate/sensitivity/hand_run.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -17,6 +19,11 @@ void record(SystemType& system, const Problem& problem, const std::vector<double
   system.set_parameters(rho.data());
   Run session(system, problem.solver, problem.monitor, false);
   session.enable_cost();
+  if (!system.kinks().empty())
+    throw CapabilityError(fmt::format("A driver's law has a kink at t = {:.6g} s, where the velocities jump; hand-derived "
+                                      "methods are not carried across. Take idas-adjoint, cvodes-adjoint or a forward "
+                                      "method, or a law with a continuous slope.",
+                                      system.kinks().front()));
   session.advance_recording(problem.solver.t_end, motion.trajectory);
   motion.psi = session.cost();
   if (!system.objective().terminal.empty())

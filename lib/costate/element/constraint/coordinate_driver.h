@@ -17,6 +17,9 @@ class CoordinateDriver final : public ConstraintOf<CoordinateDriver> {
   int rows() const override { return 1; }
   std::string row_name(int) const override { return "drive"; }
   bool rheonomic() const override { return true; }
+  void add_kinks(const double* p, std::vector<double>& times) const override {
+    law_->add_kinks(p + coordinates().size(), times);
+  }
 
   template <class S>
   void physics(const S& t, const S* q, const S* p, S* phi) const {

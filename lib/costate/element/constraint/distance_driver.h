@@ -15,6 +15,9 @@ class DistanceDriver final : public ConstraintOf<DistanceDriver> {
   int rows() const override { return 1; }
   std::string row_name(int) const override { return "length"; }
   bool rheonomic() const override { return true; }
+  void add_kinks(const double* p, std::vector<double>& times) const override {
+    law_->add_kinks(p + d_.number_count(), times);
+  }
 
   template <class S>
   void physics(const S& t, const S* q, const S* p, S* phi) const {

@@ -69,6 +69,7 @@ namespace {
 
 const RegisterLawKind formula({.name = "formula",
                                .summary = "'formula' of t (or x) and of the other keys of the law, all numbers",
+     .example = R"({ kind = "formula", formula = "a*sin(w*t) + b*t^2", a = 0.3, w = 2.0, b = 0.1 })",
                                .read = [](SceneTable& t) {
                                  const std::string text = t.text("formula");
                                  std::vector<std::pair<std::string, double>> numbers;
@@ -79,15 +80,18 @@ const RegisterLawKind formula({.name = "formula",
 
 const RegisterLawKind sum({.name = "sum",
                            .summary = "the sum of the laws in 'terms'",
+     .example = R"({ kind = "sum", terms = [{ kind = "sine", amplitude = 0.2, angular_frequency_rad_per_s = 3 }, { kind = "polynomial", coefficients = [0.1, 0.4] }] })",
                            .read = [](SceneTable& t) { return sum_law(read_laws(t, "terms")); }});
 
 const RegisterLawKind product({.name = "product",
                                .summary = "the product of the laws in 'factors'",
+     .example = R"({ kind = "product", factors = [{ kind = "sine", amplitude = 0.2, angular_frequency_rad_per_s = 3 }, { kind = "polynomial", coefficients = [0.1, 0.4] }] })",
                                .read = [](SceneTable& t) { return product_law(read_laws(t, "factors")); }});
 
 const RegisterLawKind steps(
     {.name = "steps",
      .summary = "values[0], then from at[k] on values[k + 1] by a quintic of 'width'",
+     .example = R"({ kind = "steps", at = [-0.5, 0.4], values = [0.0, 1.0, -0.5], width = 0.3 })",
      .read = [](SceneTable& t) {
        const auto at = t.values("at");
        const auto values = t.values("values");
@@ -97,6 +101,7 @@ const RegisterLawKind steps(
 const RegisterLawKind chirp(
     {.name = "chirp",
      .summary = "mean + amplitude sin(...) with an angular frequency linear from x = from to x = to",
+     .example = R"({ kind = "chirp", amplitude = 0.2, to = 2.0, first_angular_frequency_rad_per_s = 1.0, last_angular_frequency_rad_per_s = 6.0 })",
      .read = [](SceneTable& t) {
        const double mean = t.value("mean", NumberRule::any, 0), amplitude = t.value("amplitude");
        const double from = t.value("from", NumberRule::any, 0), to = t.value("to");

@@ -82,6 +82,17 @@ double PiecewiseLaw::primitive(int piece, double x, const double* p) const {
   return sum;
 }
 
+void PiecewiseLaw::add_kinks(const double* p, std::vector<double>& x) const {
+  for (int k = 0; k < static_cast<int>(breaks_.size()); ++k) {
+    const auto slope = [&](int piece) {
+      return polynomial<Dual<1>>(piece, Dual<1>::variable(breaks_[k], 0), p).d[0];
+    };
+    // Slopes that agree to 1e-9 of their size are meant to be equal.
+    const double left = slope(k), right = slope(k + 1);
+    if (std::abs(right - left) > 1e-9 * std::max(std::abs(left), std::abs(right))) x.push_back(breaks_[k]);
+  }
+}
+
 double PiecewiseLaw::integral(double x, const double* p) const {
   const int start = piece(0), end = piece(x);
   double sum = primitive(end, x, p);  // that of the first piece is 0 at 0

@@ -25,6 +25,7 @@ class PiecewiseLaw final : public ScalarLawOf<PiecewiseLaw> {
   S physics(const S& x, const P* p) const {
     return polynomial<S>(piece(value_of(x)), x, p);
   }
+  void add_kinks(const double* p, std::vector<double>& x) const override;
   /// Exact: piece by piece.
   double integral(double x, const double* p) const override;
   /// The polynomial of a piece, wherever x is.

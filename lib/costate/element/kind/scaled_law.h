@@ -26,6 +26,7 @@ class ScaledLaw final : public ScalarLawOf<ScaledLaw> {
     const S f0 = inner(S(p[2]), p + own());
     return f0 + scale * (f - f0);
   }
+  void add_kinks(const double* p, std::vector<double>& x) const override { law_->add_kinks(p + own(), x); }
   double integral(double x, const double* p) const override;
 
  private:

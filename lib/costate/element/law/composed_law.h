@@ -15,6 +15,12 @@ class ComposedLaw final : public ScalarLawOf<ComposedLaw> {
     for (const auto& part : parts_) count_ += part->number_count();
   }
   int number_count() const override { return count_; }
+  void add_kinks(const double* p, std::vector<double>& x) const override {
+    for (const auto& part : parts_) {
+      part->add_kinks(p, x);
+      p += part->number_count();
+    }
+  }
 
   template <class S, class P>
   S physics(const S& x, const P* p) const {

@@ -22,6 +22,8 @@ class ScalarLaw {
   virtual Dual<1> slope(double x, const double* p) const = 0;
   /// f, f', f''.
   virtual Taylor2 curve(double x, const double* p) const = 0;
+  /// Appends the x at which the slope jumps. A driver with such a law gives its mechanism a blow there.
+  virtual void add_kinks(const double*, std::vector<double>&) const {}
   /// Integral of f from 0 to x (the stored energy of a spring law).
   virtual double integral(double x, const double* p) const = 0;
 };

@@ -1,6 +1,8 @@
 // Joints in space with coordinates, couplings, free points and bodies in natural coordinates against closed forms and
 // against the same mechanism in other coordinates. Tolerances: the runs have rtol 1e-11 and up to 1e3 steps, whose errors
 // add up to 1e-8 of the size of the motion where it does not amplify them.
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -125,8 +127,8 @@ TEST_CASE("joint coordinates: a driven hinge follows every kind of law, through 
        [](double t) { return 4 * t * sin(3 * t); }, all},
       {R"({ kind = "steps", at = [0.1, 0.9], values = [0, 7, -3], width = 0.7 })",
        [&](double t) { return 7 * quintic((t - 0.1) / 0.7) - 10 * quintic((t - 0.9) / 0.7); }, all},
-      {R"({ kind = "chirp", amplitude = 2, to = 2, first_angular_frequency_rad_per_s = 1,
-            last_angular_frequency_rad_per_s = 9 })",
+      {"{ kind = \"chirp\", amplitude = 2, to = 2, first_angular_frequency_rad_per_s = 1, "
+       "last_angular_frequency_rad_per_s = 9 }",
        [](double t) { return 2 * sin(t + 2 * t * t); }, all}};
   const Eigen::Vector3d axis = Eigen::Vector3d(1, 2, -2) / 3, arm(1, 0.5, 0);
   for (const Case& c : cases) {

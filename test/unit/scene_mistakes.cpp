@@ -239,8 +239,8 @@ TEST_CASE("scene mistakes: laws") {
     return complaint(replaced(pendulum, "target = 0.5", "target = " + text));
   };
   REQUIRE(law("{ kind = \"sinus\", amplitude = 1 }") ==
-          "s.toml:37:19: 'kind' in [cost.running[0].target] must be one of constant, polynomial, sine, "
-          "smooth_step, table, "
+          "s.toml:37:19: 'kind' in [cost.running[0].target] must be one of chirp, constant, formula, "
+          "polynomial, product, sine, smooth_step, steps, sum, table, "
           "found \"sinus\". Did you mean 'sine'?");
   REQUIRE(law("{ kind = \"sine\", amplitude = 1 }") ==
           "s.toml:37:10: [cost.running[0].target] needs 'angular_frequency_rad_per_s' (a number), which is "

@@ -220,12 +220,12 @@ velocity_m_per_s = 0.2
 [screw.thread]
 angle = "spindle"
 coordinate = "spindle.displacement"
-lead_m_per_turn = 0.01
+lead_m_per_turn = 0.5
 
 [screw.feed]
 angle = "spindle"
 coordinate = "slider.x"
-lead_m_per_turn = -0.02
+lead_m_per_turn = -0.3
 
 [start]
 given = ["spindle.displacement"]

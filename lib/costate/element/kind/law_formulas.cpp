@@ -10,7 +10,8 @@
 namespace costate {
 
 namespace {
-LawOptions composed(ComposedLaw::Operation operation, const std::string& key, const std::vector<LawOptions>& parts) {
+LawOptions composed(ComposedLaw::Operation operation, const std::string& key,
+                    const std::vector<LawOptions>& parts) {
   if (parts.empty()) throw ModelError("", fmt::format("'{}' must hold at least one law.", key));
   LawOptions o;
   std::vector<std::shared_ptr<const ScalarLaw>> laws;
@@ -24,7 +25,8 @@ LawOptions composed(ComposedLaw::Operation operation, const std::string& key, co
 }
 }  // namespace
 
-LawOptions formula_law(const std::string& formula, const std::vector<std::pair<std::string, double>>& numbers) {
+LawOptions formula_law(const std::string& formula,
+                       const std::vector<std::pair<std::string, double>>& numbers) {
   std::vector<std::string> names;
   for (const auto& [name, value] : numbers) names.push_back(name);
   return {std::make_shared<FormulaLaw>(formula, std::move(names)), numbers};
@@ -40,14 +42,16 @@ LawOptions product_law(const std::vector<LawOptions>& factors) {
 
 LawOptions steps_law(const std::vector<double>& at, const std::vector<double>& values, double width) {
   if (at.empty() || values.size() != at.size() + 1)
-    throw ModelError("", fmt::format("There must be one entry more in 'values' than in 'at', found {} and {}.",
-                                     values.size(), at.size()));
+    throw ModelError("",
+                     fmt::format("There must be one entry more in 'values' than in 'at', found {} and {}.",
+                                 values.size(), at.size()));
   if (!(width > 0)) throw ModelError("", fmt::format("'width' must be positive, found {}.", width));
   LawOptions o;
   o.law = std::make_shared<StepsLaw>(static_cast<int>(at.size()));
   o.numbers.emplace_back("width", width);
   for (std::size_t i = 0; i < at.size(); ++i) o.numbers.emplace_back(fmt::format("at[{}]", i), at[i]);
-  for (std::size_t i = 0; i < values.size(); ++i) o.numbers.emplace_back(fmt::format("values[{}]", i), values[i]);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    o.numbers.emplace_back(fmt::format("values[{}]", i), values[i]);
   return o;
 }
 
@@ -67,15 +71,16 @@ LawOptions chirp_law(double mean, double amplitude, double from, double to, doub
 
 namespace {
 
-const RegisterLawKind formula({.name = "formula",
-                               .summary = "'formula' of t (or x) and of the other keys of the law, all numbers",
-                               .read = [](SceneTable& t) {
-                                 const std::string text = t.text("formula");
-                                 std::vector<std::pair<std::string, double>> numbers;
-                                 for (const auto& key : t.keys())
-                                   if (key != "kind" && key != "formula") numbers.emplace_back(key, t.value(key));
-                                 return formula_law(text, numbers);
-                               }});
+const RegisterLawKind formula(
+    {.name = "formula",
+     .summary = "'formula' of t (or x) and of the other keys of the law, all numbers",
+     .read = [](SceneTable& t) {
+       const std::string text = t.text("formula");
+       std::vector<std::pair<std::string, double>> numbers;
+       for (const auto& key : t.keys())
+         if (key != "kind" && key != "formula") numbers.emplace_back(key, t.value(key));
+       return formula_law(text, numbers);
+     }});
 
 const RegisterLawKind sum({.name = "sum",
                            .summary = "the sum of the laws in 'terms'",
@@ -85,14 +90,13 @@ const RegisterLawKind product({.name = "product",
                                .summary = "the product of the laws in 'factors'",
                                .read = [](SceneTable& t) { return product_law(read_laws(t, "factors")); }});
 
-const RegisterLawKind steps(
-    {.name = "steps",
-     .summary = "values[0], then from at[k] on values[k + 1] by a quintic of 'width'",
-     .read = [](SceneTable& t) {
-       const auto at = t.values("at");
-       const auto values = t.values("values");
-       return steps_law(at, values, t.value("width", NumberRule::positive));
-     }});
+const RegisterLawKind steps({.name = "steps",
+                             .summary = "values[0], then from at[k] on values[k + 1] by a quintic of 'width'",
+                             .read = [](SceneTable& t) {
+                               const auto at = t.values("at");
+                               const auto values = t.values("values");
+                               return steps_law(at, values, t.value("width", NumberRule::positive));
+                             }});
 
 const RegisterLawKind chirp(
     {.name = "chirp",

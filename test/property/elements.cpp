@@ -179,6 +179,7 @@ TEST_CASE("the same between every two sorts of points of space") {
       add_distance(builder, name, a, b, 1.3);
       add_spring(builder, name, a, b, {100, 0.8, 3, 1, polynomial_law({0, 0, 0, 50}), {}});
       add_maxwell(builder, name, a, b, {80, 0.8, 12, 0.05});
+      add_distance_driver(builder, name, a, b, sine_law(1.2, 0.3, 2.0, 0.1));
       add_spherical(builder, name, {a, b});
       if (a == "free" || b == "free") {
         // No direction is fixed to a free point.

@@ -1,6 +1,6 @@
-// Joints in space with coordinates, a rack and pinion, a free point and bodies in natural coordinates in one mechanism:
-// every formulation's gradient by its integrators' methods against Richardson differences of whole runs. Tolerances as in
-// gradients.cpp: N rtol for N = 1e3 steps, plus the oracle's own estimate.
+// Joints in space with coordinates, a rack and pinion, a free point and bodies in natural coordinates in one
+// mechanism: every formulation's gradient by its integrators' methods against Richardson differences of whole
+// runs. Tolerances as in gradients.cpp: N rtol for N = 1e3 steps, plus the oracle's own estimate.
 #include <support/variants.h>
 
 #include <catch2/catch.hpp>

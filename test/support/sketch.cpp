@@ -194,7 +194,7 @@ void Sketch::driver(const std::string& name, const std::vector<std::pair<std::st
 
 void Sketch::distance_driver(const std::string& name, const std::string& from, const std::string& to,
                              const Law& law) {
-  builder.add(std::make_unique<DistanceDriver>("driver", name, line(from, to), law.law,
+  builder.add(std::make_unique<DistanceDriver<PlanarVector>>("driver", name, line(from, to), law.law,
                                                numbers("driver." + name, law.keys)));
 }
 

@@ -39,7 +39,7 @@ std::vector<LawCase> laws() {
            -2, 2},
           {"product", std::make_shared<ComposedLaw>(ComposedLaw::Operation::product, pair_of_laws()),
            {0.3, -1.2, 0.7, 0.5, 1.5, 3.0, 0.2}, -2, 2},
-          {"steps", std::make_shared<StepsLaw>(2), {0.8, -0.5, 0.1, 1.0, -1.0, 2.0}, -1.5, 2.5},
+          {"steps", std::make_shared<StepsLaw>(2), {0.7, -0.5, 0.1, 1.0, -1.0, 2.0}, -1.5, 2.5},
           {"chirp", std::make_shared<ChirpLaw>(), {0.5, 1.5, -1.0, 1.0, 0.5, 3.0, 0.3}, -2, 2}};
 }
 
@@ -113,7 +113,7 @@ TEST_CASE("laws: twice continuously differentiable where pieces join", "[law]") 
     if (c.name == "smooth step")
       for (const double x : {-0.5, 1.2}) check_joint(c, x);
     if (c.name == "steps")
-      for (const double x : {-0.5, 0.1, 0.3, 0.9}) check_joint(c, x);
+      for (const double x : {-0.5, 0.1, 0.2, 0.8}) check_joint(c, x);
     if (c.name == "table")
       for (const double x : {-1.0, -0.3, 0.4, 1.5, 2.0}) check_joint(c, x);
   }
@@ -203,7 +203,7 @@ TEST_CASE("laws: formulas mean what they say", "[law]") {
   CHECK(value("1 + 2*3") == 7);
   CHECK(value("8/4/2 - 1 - 1") == -1);
   CHECK(value("-2^2") == -4);  // as in mathematics: the power binds closer than the sign
-  CHECK(value("2^3^2") == 512);
+  CHECK(value("2^3^2") == rounded(512));
   CHECK(value("2^-1") == rounded(0.5));
   CHECK(value("(-x)^3", 2) == -8);
   CHECK(value("--x + +x", 2) == 4);

@@ -106,6 +106,8 @@ TEST_CASE("spatial scene: mistakes") {
   CHECK_THAT(complaint(body + points + "[universal.j]\npoints = [\"O\", \"foot\"]\naxis_first = [0, 0, 1]\n"
                        "axis_second = [0, 1, 0]\nangle = \"a\"\n" + start),
              Contains("Unknown key 'angle'"));
+  CHECK_THAT(complaint(body + points + "[revolute.j]\npoints = [\"O\", \"foot\"]\n" + start),
+             Contains("revolute.j.points") && Contains("In space use [hinge.*]"));
   CHECK_THAT(complaint(body + points + "[prismatic.j]\npoints = [\"O\", \"foot\"]\naxis_angle_rad = 1\n" + start),
              Contains("needs 'axis_first'"));
   CHECK_THAT(complaint(body + points + "[hinge.j]\npoints = [\"O\", \"foot\"]\naxis_first = [0, 0, 1]\n"

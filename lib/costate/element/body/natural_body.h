@@ -1,9 +1,11 @@
-// A rigid body in natural coordinates: reference point r [m] and base vectors u1, u2, u3 of the body's frame, kept of length
-// 1 and perpendicular by constraints. Its mass matrix is constant, P x E with E the 3 x 3 identity and
+// A rigid body in natural coordinates: reference point r [m] and base vectors u1, u2, u3 of the body's frame,
+// kept of length 1 and perpendicular by constraints. Its mass matrix is constant, P x E with E the 3 x 3
+// identity and
 //   P = [[m, m c^T], [m c, S + m c c^T]],   S = tr(J)/2 E - J
-// where S holds the second moments of mass about the centre. Numbers as of RigidBody: mass m [kg]; inertia tensor J about
-// the centre of mass in the body's frame, xx, yy, zz, xy, xz, yz [kg m^2] (entries of the tensor: xy is minus the integral
-// of x y); centre of mass c in the body's frame [m]; gravity g [m/s^2]. See lib/README.md (11.24).
+// where S holds the second moments of mass about the centre. Numbers as of RigidBody: mass m [kg]; inertia
+// tensor J about the centre of mass in the body's frame, xx, yy, zz, xy, xz, yz [kg m^2] (entries of the
+// tensor: xy is minus the integral of x y); centre of mass c in the body's frame [m]; gravity g [m/s^2]. See
+// lib/README.md (11.24).
 #pragma once
 
 #include "costate/element/element.h"

@@ -1,7 +1,7 @@
-// Two coordinates move in a fixed ratio: phi = q_2 - factor ratio q_1 - offset. A gear, a rack and its pinion, a screw.
-// Numbers: the ratio (a length for what turns an angle into a way), the offset. The factor is a constant, such as 1/(2
-// pi) for a lead per turn. The multiplier is the force or torque on the second coordinate's side: M a + Phi_q^T lambda =
-// Q.
+// Two coordinates move in a fixed ratio: phi = q_2 - factor ratio q_1 - offset. A gear, a rack and its
+// pinion, a screw. Numbers: the ratio (a length for what turns an angle into a way), the offset. The factor
+// is a constant, such as 1/(2 pi) for a lead per turn. The multiplier is the force or torque on the second
+// coordinate's side: M a + Phi_q^T lambda = Q.
 #pragma once
 
 #include "costate/element/element.h"
@@ -10,9 +10,10 @@ namespace costate {
 
 class CouplingConstraint final : public ConstraintOf<CouplingConstraint> {
  public:
-  /// `reaction_unit`: that of the multiplier, N m where the second coordinate is an angle, N where it is a length.
-  CouplingConstraint(std::string kind, std::string name, int first, int second, double factor, int ratio_number,
-                     int offset_number, std::string reaction_unit);
+  /// `reaction_unit`: that of the multiplier, N m where the second coordinate is an angle, N where it is a
+  /// length.
+  CouplingConstraint(std::string kind, std::string name, int first, int second, double factor,
+                     int ratio_number, int offset_number, std::string reaction_unit);
 
   int rows() const override { return 1; }
   std::string row_name(int) const override { return "ratio"; }

@@ -1,5 +1,5 @@
-// Keeps the base vectors of a body in natural coordinates of length 1 and perpendicular: u1.u1 - 1, u2.u2 - 1, u3.u3 - 1,
-// u2.u3, u3.u1, u1.u2. Quadratic, so that Phid_q = Phi_q(v) and Phidd_q = Phi_q(a).
+// Keeps the base vectors of a body in natural coordinates of length 1 and perpendicular: u1.u1 - 1, u2.u2 -
+// 1, u3.u3 - 1, u2.u3, u3.u1, u1.u2. Quadratic, so that Phid_q = Phi_q(v) and Phidd_q = Phi_q(a).
 #pragma once
 
 #include "costate/element/element.h"

@@ -1,7 +1,7 @@
-// The place of the second point along a direction fixed to the body of the first: phi = n . d - s with n = a/|a| and
-// d = r_j - r_i, in m. With a coordinate s this gives a slide its displacement; without (s = 0) the point stays in the
-// plane across a through the first point. Numbers: a in the first body's frame (3, of any length), then those of the
-// points. The multiplier is a force [N] along n.
+// The place of the second point along a direction fixed to the body of the first: phi = n . d - s with n =
+// a/|a| and d = r_j - r_i, in m. With a coordinate s this gives a slide its displacement; without (s = 0) the
+// point stays in the plane across a through the first point. Numbers: a in the first body's frame (3, of any
+// length), then those of the points. The multiplier is a force [N] along n.
 #pragma once
 
 #include <optional>
@@ -13,8 +13,8 @@ namespace costate {
 
 class OffsetConstraint final : public ConstraintOf<OffsetConstraint> {
  public:
-  OffsetConstraint(std::string kind, std::string name, SpatialVector d, const std::vector<int>& direction_numbers,
-                   std::optional<int> displacement_coordinate);
+  OffsetConstraint(std::string kind, std::string name, SpatialVector d,
+                   const std::vector<int>& direction_numbers, std::optional<int> displacement_coordinate);
 
   int rows() const override { return 1; }
   std::string row_name(int) const override { return moves_ ? "displacement" : "offset"; }

@@ -1,9 +1,10 @@
-// Gives the turn of a second body against a first (or the ground) about a common axis an angle coordinate that counts full
-// turns: phi = sin(angle) w.u - cos(angle) c.u, where w is the first normal across the axis, c = axis x w, and u the
-// second normal across its axis, all of length 1. Regular at every angle (phi_angle = 1 where the axes coincide), so the
-// multiplier is the torque [N m] on the coordinate. Coordinates: those of the first direction, of the second, the
-// angle. Numbers: axis and normal of the first body, then of the second, in their frames and of any length, in the order
-// axis_i, axis_j, normal_i, normal_j. See lib/README.md (11.20).
+// Gives the turn of a second body against a first (or the ground) about a common axis an angle coordinate
+// that counts full turns: phi = sin(angle) w.u - cos(angle) c.u, where w is the first normal across the axis,
+// c = axis x w, and u the second normal across its axis, all of length 1. Regular at every angle (phi_angle =
+// 1 where the axes coincide), so the multiplier is the torque [N m] on the coordinate. Coordinates: those of
+// the first direction, of the second, the angle. Numbers: axis and normal of the first body, then of the
+// second, in their frames and of any length, in the order axis_i, axis_j, normal_i, normal_j. See
+// lib/README.md (11.20).
 #pragma once
 
 #include "costate/element/element.h"
@@ -13,8 +14,8 @@ namespace costate {
 
 class TurnAngleConstraint final : public ConstraintOf<TurnAngleConstraint> {
  public:
-  TurnAngleConstraint(std::string kind, std::string name, BodyDirection i, BodyDirection j, int angle_coordinate,
-                      const std::vector<int>& numbers);
+  TurnAngleConstraint(std::string kind, std::string name, BodyDirection i, BodyDirection j,
+                      int angle_coordinate, const std::vector<int>& numbers);
 
   int rows() const override { return 1; }
   std::string row_name(int) const override { return "angle"; }

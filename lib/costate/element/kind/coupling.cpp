@@ -25,20 +25,23 @@ void couple(MechanismBuilder& builder, const std::string& kind, const std::strin
   const double found = builder.first_value(c.second) - c.factor * c.ratio * builder.first_value(c.first);
   const int ratio = builder.add_number(path + c.ratio_key, c.ratio),
             shift = builder.add_number(path + c.offset_key, offset.value_or(found));
-  builder.add(std::make_unique<CouplingConstraint>(kind, name, c.first, c.second, c.factor, ratio, shift, c.unit));
+  builder.add(
+      std::make_unique<CouplingConstraint>(kind, name, c.first, c.second, c.factor, ratio, shift, c.unit));
 }
 
 /// A coordinate in m.
 int find_way(const MechanismBuilder& builder, const std::string& subject, const std::string& name) {
   const int way = find_coordinate(builder, subject, name);
   if (const std::string unit = builder.coordinate_unit(way); unit != "m")
-    throw ModelError(subject, fmt::format("The coordinate must be a length in m; '{}' is in {}.", name, unit));
+    throw ModelError(subject,
+                     fmt::format("The coordinate must be a length in m; '{}' is in {}.", name, unit));
   return way;
 }
 }  // namespace
 
-void add_gear(MechanismBuilder& builder, const std::string& name, const std::pair<std::string, std::string>& angles,
-              double ratio, std::optional<double> offset_rad) {
+void add_gear(MechanismBuilder& builder, const std::string& name,
+              const std::pair<std::string, std::string>& angles, double ratio,
+              std::optional<double> offset_rad) {
   const auto q = find_angles(builder, "gear." + name, {angles.first, angles.second});
   couple(builder, "gear", name, {q[0], q[1], 1, ratio, "ratio", "offset_rad", "N m"}, offset_rad);
 }
@@ -220,12 +223,12 @@ velocity_m_per_s = 0.2
 [screw.thread]
 angle = "spindle"
 coordinate = "spindle.displacement"
-lead_m_per_turn = 0.01
+lead_m_per_turn = 0.5
 
 [screw.feed]
 angle = "spindle"
 coordinate = "slider.x"
-lead_m_per_turn = -0.02
+lead_m_per_turn = -0.3
 
 [start]
 given = ["spindle.displacement"]

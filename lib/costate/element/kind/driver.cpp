@@ -39,9 +39,14 @@ void add_driver(MechanismBuilder& builder, const std::string& name,
 void add_distance_driver(MechanismBuilder& builder, const std::string& name, const std::string& from,
                          const std::string& to, const LawOptions& length_m) {
   const std::string path = "distance_driver." + name;
-  const PlanarVector d = find_line(builder, path, from, to);
-  const RegisteredLaw f = add_law(builder, path + ".length_m", length_m);
-  builder.add(std::make_unique<DistanceDriver>("distance_driver", name, d, f.law, f.numbers));
+  const auto add_between = [&]<class Line>(const Line& d) {
+    const RegisteredLaw f = add_law(builder, path + ".length_m", length_m);
+    builder.add(std::make_unique<DistanceDriver<Line>>("distance_driver", name, d, f.law, f.numbers));
+  };
+  if (is_spatial(builder, from, to))
+    add_between(find_spatial_line(builder, path, from, to));
+  else
+    add_between(find_line(builder, path, from, to));
 }
 
 namespace {

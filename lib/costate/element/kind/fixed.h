@@ -9,8 +9,8 @@
 
 namespace costate {
 
-/// Without axes the bodies keep the orientation to each other that their start values (or first guesses) have. With
-/// axes, these and the normals stay parallel, as in a translational joint.
+/// Without axes the bodies keep the orientation to each other that their start values (or first guesses)
+/// have. With axes, these and the normals stay parallel, as in a translational joint.
 void add_fixed(MechanismBuilder& builder, const std::string& name,
                const std::pair<std::string, std::string>& points, const std::optional<JointAxes>& axes = {});
 

@@ -52,7 +52,8 @@ BodyDirection JointBuilder::direction(int i) const {
 Vector3 JointBuilder::first_direction(int i, const Vector3& components) const {
   const BodyDirection u = direction(i);
   double q[BodyDirection::kMax] = {};
-  for (int k = 0; k < u.size(); ++k) q[k] = builder_.first_value(u.coordinates()[static_cast<std::size_t>(k)]);
+  for (int k = 0; k < u.size(); ++k)
+    q[k] = builder_.first_value(u.coordinates()[static_cast<std::size_t>(k)]);
   return u.value(q, components);
 }
 
@@ -70,10 +71,11 @@ void JointBuilder::set_normals() {
   if (axes_.normal_first.has_value() != axes_.normal_second.has_value())
     throw ModelError(path(), "Give both 'normal_first' and 'normal_second', or neither.");
   if (!axes_.normal_first && axes_.first != axes_.second)
-    throw ModelError(path(),
-                     "The axes differ, so that the frames of the two bodies are not parallel: give "
-                     "'normal_first' and 'normal_second', directions across the axes that stay parallel, or are "
-                     "so where the angle is zero.");
+    throw ModelError(
+        path(),
+        "The axes differ, so that the frames of the two bodies are not parallel: give "
+        "'normal_first' and 'normal_second', directions across the axes that stay parallel, or are "
+        "so where the angle is zero.");
   if (!axes_.normal_first) {
     std::array<double, 3> b, c;
     perpendicular_pair(axes_.first.data(), flattest(first_axis_), b.data(), c.data());
@@ -97,7 +99,8 @@ std::vector<int> JointBuilder::axis_and_normal_numbers() {
 }
 
 JointAxes JointBuilder::axes_of_first_poses() const {
-  // Base vectors of the first body, in the second one's frame; the first poses need not be exactly normalised.
+  // Base vectors of the first body, in the second one's frame; the first poses need not be exactly
+  // normalised.
   const auto in_second = [&](const Vector3& s) -> std::array<double, 3> {
     const Vector3 u = first_direction(0, s).normalized();
     std::array<double, 3> r;
@@ -125,8 +128,8 @@ void JointBuilder::keep_in_plane() {
 
 void JointBuilder::keep_directions(Condition condition) {
   const auto numbers = condition == Condition::aligned ? axis_and_normal_numbers() : axis_numbers_;
-  builder_.add(std::make_unique<DirectionsConstraint>(kind_, name_, condition, direction(0), direction(1), numbers,
-                                                      first_axis_));
+  builder_.add(std::make_unique<DirectionsConstraint>(kind_, name_, condition, direction(0), direction(1),
+                                                      numbers, first_axis_));
 }
 
 void JointBuilder::add_angle(const JointCoordinate& c) {
@@ -137,16 +140,19 @@ void JointBuilder::add_angle(const JointCoordinate& c) {
   const Vector3 U = first_direction(1, u);
   const double found = std::atan2(U.dot(first_direction(0, turned)), U.dot(first_direction(0, w)));
   // The constraint also holds half a turn away: the first poses must tell which is meant.
-  if (std::abs(std::remainder(c.position.value_or(found) - found, 2 * std::numbers::pi)) > std::numbers::pi / 2)
-    throw ModelError(path() + ".angle_rad",
-                     fmt::format("The angle {:.6g} rad is more than a quarter of a turn from the first poses of the "
-                                 "bodies, which stand at {:.6g} rad. Give them poses (first guesses) nearer to it.",
-                                 *c.position, found));
+  if (std::abs(std::remainder(c.position.value_or(found) - found, 2 * std::numbers::pi)) >
+      std::numbers::pi / 2)
+    throw ModelError(
+        path() + ".angle_rad",
+        fmt::format("The angle {:.6g} rad is more than a quarter of a turn from the first poses of the "
+                    "bodies, which stand at {:.6g} rad. Give them poses (first guesses) nearer to it.",
+                    *c.position, found));
   const int position = builder_.add_number(path() + ".angle_rad", c.position.value_or(found));
   const int velocity = builder_.add_number(path() + ".angular_velocity_rad_per_s", c.velocity);
   const int angle = builder_.add_coordinate(c.name + ".angle", "rad", position, velocity);
   builder_.add_angle(c.name, angle);
-  builder_.add(std::make_unique<TurnAngleConstraint>(kind_, name_, direction(0), direction(1), angle, numbers));
+  builder_.add(
+      std::make_unique<TurnAngleConstraint>(kind_, name_, direction(0), direction(1), angle, numbers));
 }
 
 void JointBuilder::add_displacement(const JointCoordinate& c) {
@@ -186,7 +192,8 @@ std::array<double, 3> read_direction(SceneTable& table, const std::string& key) 
   return {x[0], x[1], x[2]};
 }
 
-void read_joint(const JointRecipe& recipe, const std::string& name, SceneTable& table, MechanismBuilder& builder) {
+void read_joint(const JointRecipe& recipe, const std::string& name, SceneTable& table,
+                MechanismBuilder& builder) {
   const auto points = table.text_pair("points");
   const std::string first = recipe.axis_key + "_first", second = recipe.axis_key + "_second";
   JointAxes axes;

@@ -22,12 +22,12 @@ struct JointAxes {
   std::optional<std::array<double, 3>> normal_first = {}, normal_second = {};
 };
 
-/// A coordinate that a joint adds to the mechanism: the turn about its axis, NAME.angle [rad], or the way along it,
-/// NAME.displacement [m], of the second body against the first.
+/// A coordinate that a joint adds to the mechanism: the turn about its axis, NAME.angle [rad], or the way
+/// along it, NAME.displacement [m], of the second body against the first.
 struct JointCoordinate {
   std::string name;
-  /// Start values, or first guesses where the start does not give them; by default the position follows from the first
-  /// poses of the bodies.
+  /// Start values, or first guesses where the start does not give them; by default the position follows from
+  /// the first poses of the bodies.
   std::optional<double> position = {};
   double velocity = 0;
 };
@@ -88,7 +88,8 @@ void add_joint(MechanismBuilder& builder, const JointRecipe& recipe, const std::
                const std::pair<std::string, std::string>& points, const JointAxes& axes,
                const JointCoordinates& coordinates = {});
 /// Reads points, axes, and the coordinates "angle" and "displacement" as the recipe allows.
-void read_joint(const JointRecipe& recipe, const std::string& name, SceneTable& table, MechanismBuilder& builder);
+void read_joint(const JointRecipe& recipe, const std::string& name, SceneTable& table,
+                MechanismBuilder& builder);
 /// A joint with coordinates comes before the elements that use them.
 ScenePhase joint_phase(const SceneTable& table);
 

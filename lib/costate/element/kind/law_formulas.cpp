@@ -10,7 +10,8 @@
 namespace costate {
 
 namespace {
-LawOptions composed(ComposedLaw::Operation operation, const std::string& key, const std::vector<LawOptions>& parts) {
+LawOptions composed(ComposedLaw::Operation operation, const std::string& key,
+                    const std::vector<LawOptions>& parts) {
   if (parts.empty()) throw ModelError("", fmt::format("'{}' must hold at least one law.", key));
   LawOptions o;
   std::vector<std::shared_ptr<const ScalarLaw>> laws;
@@ -24,7 +25,8 @@ LawOptions composed(ComposedLaw::Operation operation, const std::string& key, co
 }
 }  // namespace
 
-LawOptions formula_law(const std::string& formula, const std::vector<std::pair<std::string, double>>& numbers) {
+LawOptions formula_law(const std::string& formula,
+                       const std::vector<std::pair<std::string, double>>& numbers) {
   std::vector<std::string> names;
   for (const auto& [name, value] : numbers) names.push_back(name);
   return {std::make_shared<FormulaLaw>(formula, std::move(names)), numbers};
@@ -40,14 +42,16 @@ LawOptions product_law(const std::vector<LawOptions>& factors) {
 
 LawOptions steps_law(const std::vector<double>& at, const std::vector<double>& values, double width) {
   if (at.empty() || values.size() != at.size() + 1)
-    throw ModelError("", fmt::format("There must be one entry more in 'values' than in 'at', found {} and {}.",
-                                     values.size(), at.size()));
+    throw ModelError("",
+                     fmt::format("There must be one entry more in 'values' than in 'at', found {} and {}.",
+                                 values.size(), at.size()));
   if (!(width > 0)) throw ModelError("", fmt::format("'width' must be positive, found {}.", width));
   LawOptions o;
   o.law = std::make_shared<StepsLaw>(static_cast<int>(at.size()));
   o.numbers.emplace_back("width", width);
   for (std::size_t i = 0; i < at.size(); ++i) o.numbers.emplace_back(fmt::format("at[{}]", i), at[i]);
-  for (std::size_t i = 0; i < values.size(); ++i) o.numbers.emplace_back(fmt::format("values[{}]", i), values[i]);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    o.numbers.emplace_back(fmt::format("values[{}]", i), values[i]);
   return o;
 }
 
@@ -67,26 +71,31 @@ LawOptions chirp_law(double mean, double amplitude, double from, double to, doub
 
 namespace {
 
-const RegisterLawKind formula({.name = "formula",
-                               .summary = "'formula' of t (or x) and of the other keys of the law, all numbers",
+const RegisterLawKind formula(
+    {.name = "formula",
+     .summary = "'formula' of t (or x) and of the other keys of the law, all numbers",
      .example = R"({ kind = "formula", formula = "a*sin(w*t) + b*t^2", a = 0.3, w = 2.0, b = 0.1 })",
-                               .read = [](SceneTable& t) {
-                                 const std::string text = t.text("formula");
-                                 std::vector<std::pair<std::string, double>> numbers;
-                                 for (const auto& key : t.keys())
-                                   if (key != "kind" && key != "formula") numbers.emplace_back(key, t.value(key));
-                                 return formula_law(text, numbers);
-                               }});
+     .read = [](SceneTable& t) {
+       const std::string text = t.text("formula");
+       std::vector<std::pair<std::string, double>> numbers;
+       for (const auto& key : t.keys())
+         if (key != "kind" && key != "formula") numbers.emplace_back(key, t.value(key));
+       return formula_law(text, numbers);
+     }});
 
-const RegisterLawKind sum({.name = "sum",
-                           .summary = "the sum of the laws in 'terms'",
-     .example = R"({ kind = "sum", terms = [{ kind = "sine", amplitude = 0.2, angular_frequency_rad_per_s = 3 }, { kind = "polynomial", coefficients = [0.1, 0.4] }] })",
-                           .read = [](SceneTable& t) { return sum_law(read_laws(t, "terms")); }});
+const RegisterLawKind sum(
+    {.name = "sum",
+     .summary = "the sum of the laws in 'terms'",
+     .example =
+         R"({ kind = "sum", terms = [{ kind = "sine", amplitude = 0.2, angular_frequency_rad_per_s = 3 }, { kind = "polynomial", coefficients = [0.1, 0.4] }] })",
+     .read = [](SceneTable& t) { return sum_law(read_laws(t, "terms")); }});
 
-const RegisterLawKind product({.name = "product",
-                               .summary = "the product of the laws in 'factors'",
-     .example = R"({ kind = "product", factors = [{ kind = "sine", amplitude = 0.2, angular_frequency_rad_per_s = 3 }, { kind = "polynomial", coefficients = [0.1, 0.4] }] })",
-                               .read = [](SceneTable& t) { return product_law(read_laws(t, "factors")); }});
+const RegisterLawKind product(
+    {.name = "product",
+     .summary = "the product of the laws in 'factors'",
+     .example =
+         R"({ kind = "product", factors = [{ kind = "sine", amplitude = 0.2, angular_frequency_rad_per_s = 3 }, { kind = "polynomial", coefficients = [0.1, 0.4] }] })",
+     .read = [](SceneTable& t) { return product_law(read_laws(t, "factors")); }});
 
 const RegisterLawKind steps(
     {.name = "steps",
@@ -101,7 +110,8 @@ const RegisterLawKind steps(
 const RegisterLawKind chirp(
     {.name = "chirp",
      .summary = "mean + amplitude sin(...) with an angular frequency linear from x = from to x = to",
-     .example = R"({ kind = "chirp", amplitude = 0.2, to = 2.0, first_angular_frequency_rad_per_s = 1.0, last_angular_frequency_rad_per_s = 6.0 })",
+     .example =
+         R"({ kind = "chirp", amplitude = 0.2, to = 2.0, first_angular_frequency_rad_per_s = 1.0, last_angular_frequency_rad_per_s = 6.0 })",
      .read = [](SceneTable& t) {
        const double mean = t.value("mean", NumberRule::any, 0), amplitude = t.value("amplitude");
        const double from = t.value("from", NumberRule::any, 0), to = t.value("to");

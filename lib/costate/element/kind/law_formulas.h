@@ -1,4 +1,5 @@
-// Laws of formulas and of other laws, as options of a kind: { kind = "formula", ... }, "sum", "product", "steps", "chirp".
+// Laws of formulas and of other laws, as options of a kind: { kind = "formula", ... }, "sum", "product",
+// "steps", "chirp".
 #pragma once
 
 #include <string>
@@ -10,7 +11,8 @@
 namespace costate {
 
 /// "a*sin(w*t)" of the variable t (or x) and the named numbers; see FormulaLaw.
-LawOptions formula_law(const std::string& formula, const std::vector<std::pair<std::string, double>>& numbers);
+LawOptions formula_law(const std::string& formula,
+                       const std::vector<std::pair<std::string, double>>& numbers);
 LawOptions sum_law(const std::vector<LawOptions>& terms);
 LawOptions product_law(const std::vector<LawOptions>& factors);
 /// values[0], then by a smooth step of `width` from each at[k] on to values[k + 1].

@@ -1,7 +1,7 @@
-// [natural_body.NAME]: a rigid body in space in natural coordinates, with the keys of [rigid_body.NAME]. Coordinates NAME.x,
-// .y, .z of its reference point and NAME.u1x ... NAME.u3z, the components of its base vectors. In [start], NAME gives its
-// whole pose and motion, NAME.orientation its turn and angular velocity, and NAME.omega_x (body's frame),
-// NAME.omega_global_x, ... are velocities that can be given.
+// [natural_body.NAME]: a rigid body in space in natural coordinates, with the keys of [rigid_body.NAME].
+// Coordinates NAME.x, .y, .z of its reference point and NAME.u1x ... NAME.u3z, the components of its base
+// vectors. In [start], NAME gives its whole pose and motion, NAME.orientation its turn and angular velocity,
+// and NAME.omega_x (body's frame), NAME.omega_global_x, ... are velocities that can be given.
 #pragma once
 
 #include <string>

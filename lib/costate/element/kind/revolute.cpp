@@ -1,5 +1,6 @@
 #include "costate/element/kind/revolute.h"
 
+#include "costate/base/error.h"
 #include "costate/element/constraint/coincidence.h"
 #include "costate/element/kind/lookup.h"
 #include "costate/scene/scene_kind.h"
@@ -8,6 +9,9 @@ namespace costate {
 
 void add_revolute(MechanismBuilder& builder, const std::string& name,
                   const std::pair<std::string, std::string>& points) {
+  if (is_spatial(builder, points.first, points.second))
+    throw ModelError("revolute." + name + ".points",
+                     "A pin joins points of the plane. In space use [hinge.*], which has an axis, or [spherical.*].");
   builder.add(std::make_unique<CoincidenceConstraint>(
       "revolute", name, find_pair(builder, "revolute." + name, "points", points)));
 }

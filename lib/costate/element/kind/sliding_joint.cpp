@@ -114,7 +114,8 @@ given_velocities = ["sleeve.z", "sleeve.omega_z", "reach.displacement", "rod.ome
 const RegisterSceneKind translational({
     .name = "translational",
     .phase_of = joint_phase,
-    .summary = "a slide in space: two axes coincide, no turn about them; it can have a displacement coordinate",
+    .summary =
+        "a slide in space: two axes coincide, no turn about them; it can have a displacement coordinate",
     .example = bodies + R"(
 [translational.column]
 points = ["A", "bore"]
@@ -137,7 +138,8 @@ given = ["sleeve.z", "reach.displacement"]
 const RegisterSceneKind planar({
     .name = "planar",
     .phase = ScenePhase::elements,
-    .summary = "a planar joint in space: a point stays in a plane of another body, to which the bodies keep parallel",
+    .summary = "a planar joint in space: a point stays in a plane of another body, to which the bodies keep "
+               "parallel",
     .example = bodies + R"(
 [planar.floor]
 points = ["A", "bore"]

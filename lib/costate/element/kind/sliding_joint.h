@@ -1,6 +1,7 @@
 // [cylindrical.NAME]: two axes coincide, along which the bodies slide and turn; [translational.NAME]: they
-// slide only; [planar.NAME]: a point of the second body stays in a plane of the first, parallel to one of its own. With
-// angle = "ROLL" and displacement = "REACH" the first two have coordinates ROLL.angle and REACH.displacement.
+// slide only; [planar.NAME]: a point of the second body stays in a plane of the first, parallel to one of its
+// own. With angle = "ROLL" and displacement = "REACH" the first two have coordinates ROLL.angle and
+// REACH.displacement.
 #pragma once
 
 #include <string>

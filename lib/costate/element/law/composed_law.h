@@ -1,5 +1,5 @@
-// Laws made of others, and courses in time that come up often: the sum and the product of laws, a sequence of smooth steps,
-// a sine whose frequency grows with time.
+// Laws made of others, and courses in time that come up often: the sum and the product of laws, a sequence of
+// smooth steps, a sine whose frequency grows with time.
 #pragma once
 
 #include "costate/element/law/scalar_law.h"
@@ -54,8 +54,8 @@ class ComposedLaw final : public ScalarLawOf<ComposedLaw> {
   int count_ = 0;
 };
 
-/// From one value to the next by quintic steps (C2 everywhere), each beginning at its place and `width` wide; numbers: the
-/// width, the n places, the n + 1 values. Steps that overlap add up.
+/// From one value to the next by quintic steps (C2 everywhere), each beginning at its place and `width` wide;
+/// numbers: the width, the n places, the n + 1 values. Steps that overlap add up.
 class StepsLaw final : public ScalarLawOf<StepsLaw> {
  public:
   explicit StepsLaw(int steps) : n_(steps) {}
@@ -77,8 +77,9 @@ class StepsLaw final : public ScalarLawOf<StepsLaw> {
   int n_;
 };
 
-/// mean + amplitude sin(phase + omega_0 s + (omega_1 - omega_0) s^2 / (2 (x_1 - x_0))), s = x - x_0: its angular frequency is
-/// omega_0 at x_0 and omega_1 at x_1, linear throughout. Numbers: mean, amplitude, x_0, x_1, omega_0, omega_1, phase.
+/// mean + amplitude sin(phase + omega_0 s + (omega_1 - omega_0) s^2 / (2 (x_1 - x_0))), s = x - x_0: its
+/// angular frequency is omega_0 at x_0 and omega_1 at x_1, linear throughout. Numbers: mean, amplitude, x_0,
+/// x_1, omega_0, omega_1, phase.
 class ChirpLaw final : public ScalarLawOf<ChirpLaw> {
  public:
   int number_count() const override { return 7; }

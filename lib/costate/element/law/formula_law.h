@@ -1,6 +1,6 @@
-// A law written as a formula, "a*sin(w*t) + b*exp(-t/T)": +, -, *, /, ^, parentheses, sin cos tan exp log sqrt tanh atan, pi,
-// the variable t (or x) and named numbers. Parsed once into a program for a stack, which runs on any number type, so that
-// derivatives are exact and nothing is allocated.
+// A law written as a formula, "a*sin(w*t) + b*exp(-t/T)": +, -, *, /, ^, parentheses, sin cos tan exp log
+// sqrt tanh atan, pi, the variable t (or x) and named numbers. Parsed once into a program for a stack, which
+// runs on any number type, so that derivatives are exact and nothing is allocated.
 #pragma once
 
 #include <string>
@@ -12,8 +12,8 @@ namespace costate {
 
 class FormulaLaw final : public ScalarLawOf<FormulaLaw> {
  public:
-  /// `names`: of the law's numbers, in their order. Throws ModelError where the text is no formula of them, with the place
-  /// in the text.
+  /// `names`: of the law's numbers, in their order. Throws ModelError where the text is no formula of them,
+  /// with the place in the text.
   FormulaLaw(const std::string& text, std::vector<std::string> names);
   int number_count() const override { return static_cast<int>(names_.size()); }
 

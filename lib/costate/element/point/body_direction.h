@@ -1,7 +1,7 @@
 // A direction fixed to the ground or to a body of space, with its derivatives on the body's coordinates of
-// rotation: u = A(p) s on the Euler parameters p of a rigid body, u = s_1 u_1 + s_2 u_2 + s_3 u_3 on the base vectors
-// of a body in natural coordinates. The components s are handed in: they are numbers of an element, or follow from
-// them.
+// rotation: u = A(p) s on the Euler parameters p of a rigid body, u = s_1 u_1 + s_2 u_2 + s_3 u_3 on the base
+// vectors of a body in natural coordinates. The components s are handed in: they are numbers of an element,
+// or follow from them.
 #pragma once
 
 #include <cmath>

@@ -1,6 +1,6 @@
-// The component u . d of the vector d = r_j - r_i between two points of space along a direction u = A_i b fixed to the
-// body of the first one, with its exact derivatives on the coordinates of d. The components b are handed in, in the
-// first body's frame; p are the numbers of the points.
+// The component u . d of the vector d = r_j - r_i between two points of space along a direction u = A_i b
+// fixed to the body of the first one, with its exact derivatives on the coordinates of d. The components b
+// are handed in, in the first body's frame; p are the numbers of the points.
 #pragma once
 
 #include <utility>
@@ -61,8 +61,8 @@ class BodyOffset {
     H.block(0, rotation, size(), n) += mixed.transpose();
   }
   /// Partial derivatives of the first and second time derivative with respect to q at fixed v, a.
-  void partials(const double* q, const double* v, const double* a, const double* p, const Vector3& b, Row& rate_q,
-                Row& acceleration_q) const {
+  void partials(const double* q, const double* v, const double* a, const double* p, const Vector3& b,
+                Row& rate_q, Row& acceleration_q) const {
     const double *e = q + rotation, *ev = v + rotation, *ea = a + rotation;
     Vector3 d, dv;
     d_.value(q, p, d.data());
@@ -82,7 +82,8 @@ class BodyOffset {
   }
 
  private:
-  static constexpr int rotation = 3;  // local index of the first body's coordinates of rotation, if it has any
+  static constexpr int rotation =
+      3;  // local index of the first body's coordinates of rotation, if it has any
 
   void add(const Vector3& f, const BodyDirection::Jacobian& B, Row& row) const {
     if (u_.size() > 0) row.segment(rotation, u_.size()).noalias() += f.transpose() * B;

@@ -1,7 +1,7 @@
-// A point of space that elements attach to: fixed to the ground; free, in natural coordinates; fixed to a rigid body
-// (x, y, z, e0, e1, e2, e3) at s in its frame, r = (x, y, z) + A(p) s; or fixed to a body in natural coordinates (x, y,
-// z, u1, u2, u3), r = (x, y, z) + s_1 u_1 + s_2 u_2 + s_3 u_3. Gives the position and its exact derivatives on the
-// point's own coordinates. See lib/README.md (11.16).
+// A point of space that elements attach to: fixed to the ground; free, in natural coordinates; fixed to a
+// rigid body (x, y, z, e0, e1, e2, e3) at s in its frame, r = (x, y, z) + A(p) s; or fixed to a body in
+// natural coordinates (x, y, z, u1, u2, u3), r = (x, y, z) + s_1 u_1 + s_2 u_2 + s_3 u_3. Gives the position
+// and its exact derivatives on the point's own coordinates. See lib/README.md (11.16).
 #pragma once
 
 #include <string>
@@ -20,8 +20,8 @@ class SpatialPoint {
   /// 3 x nq with nq <= 12, no heap.
   using Jacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMaxCoordinates>;
 
-  /// numbers: x, y, z [m], on the ground or in the body's frame; none of a free point. coordinates: none, x, y, z, or the
-  /// seven or twelve of the body.
+  /// numbers: x, y, z [m], on the ground or in the body's frame; none of a free point. coordinates: none, x,
+  /// y, z, or the seven or twelve of the body.
   SpatialPoint(Kind kind, std::string name, std::vector<int> coordinates, std::vector<int> numbers)
       : kind_(kind),
         name_(std::move(name)),
@@ -35,11 +35,11 @@ class SpatialPoint {
   int size() const { return static_cast<int>(coordinates_.size()); }
   /// Whether directions are fixed to what the point is on: not to a free point.
   bool has_directions() const { return kind_ != Kind::free; }
-  /// What a BodyDirection at this point depends on: Euler parameters, base vectors, or nothing on the ground. Throws
-  /// ModelError for a free point.
+  /// What a BodyDirection at this point depends on: Euler parameters, base vectors, or nothing on the ground.
+  /// Throws ModelError for a free point.
   std::vector<int> direction_coordinates() const;
-  /// The Euler parameters of its body; none on the ground. For elements that know no other rotations: throws ModelError
-  /// for free points and for bodies in natural coordinates.
+  /// The Euler parameters of its body; none on the ground. For elements that know no other rotations: throws
+  /// ModelError for free points and for bodies in natural coordinates.
   std::vector<int> rotation_coordinates() const;
 
   /// r(q, p) [m].

@@ -77,6 +77,7 @@ int main(int argc, char** argv) {
   costate::app::add_regress(app, action, common);
   costate::app::add_list(app, action, common);
   costate::app::add_dump(app, action, common);
+  costate::app::add_draw(app, action, common);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

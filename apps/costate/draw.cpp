@@ -185,9 +185,10 @@ class Drawing {
       page_.arrow(0.5 * (p[0] + p[1]), p[0], kLoad);
     } else {
       color = kJoint;
-      // Pairs of points: lines that are compared; an odd one belongs to the first.
-      for (std::size_t i = 0; i + 1 < p.size(); i += p.size() % 2 == 0 ? 2 : 1)
-        page_.line(p[i], p[i + 1],
+      // Pairs of points are lines that are compared; of three points the first belongs to both lines.
+      const bool pairs = p.size() % 2 == 0;
+      for (std::size_t i = 0; i + 1 < p.size(); i += pairs ? 2 : 1)
+        page_.line(p[pairs ? i : 0], p[i + 1],
                    fmt::format("stroke=\"{}\" stroke-width=\"1.5\" stroke-dasharray=\"6 4\"", kJoint));
     }
     name(0.5 * (p[0] + p[1]), l.role == LinkRole::spring ? 9 : 4, l.name, color);
@@ -210,6 +211,12 @@ class Drawing {
       if (u.norm() < 0.2) u = Vector2d(0.2, 0);
       page_.arrow(p, p + 44 * u, kLoad);
       name(p + 40 * u, 7, l.name, kLoad);
+    } else if (l.role == LinkRole::couple && l.direction) {
+      Vector2d u(view_.right.dot(*l.direction), -view_.up.dot(*l.direction));
+      if (u.norm() < 0.2) u = Vector2d(0.2, 0);
+      page_.arrow(p, p + 32 * u, kLoad);
+      page_.arrow(p, p - 32 * u, kLoad);
+      name(p, 12, l.name, kLoad);
     } else if (l.role == LinkRole::couple) {
       page_.turn(p, 16, kLoad);
       name(p, 19, l.name, kLoad);

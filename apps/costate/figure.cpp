@@ -189,6 +189,14 @@ class FigureMaker {
     return {};
   }
 
+  /// Of a coordinate x, y or z.
+  std::optional<Vector3d> direction_of(int coordinate) const {
+    const std::string& name = m_.coordinates()[coordinate].name;
+    const auto axis = std::string("xyz").find(name.substr(name.rfind('.') + 1));
+    if (axis == std::string::npos) return {};
+    return Vector3d(Vector3d::Unit(static_cast<Eigen::Index>(axis)));
+  }
+
   /// Where something on coordinates alone stands.
   std::optional<Vector3d> anchor(int coordinate) const {
     const std::string& owner = owners_[coordinate];
@@ -221,6 +229,7 @@ class FigureMaker {
       if (!at) return;
       shape.at = {*at};
       shape.role = LinkRole::couple;
+      shape.direction = direction_of(c.coordinates().back());
     } else if (shape.at.size() == 2) {
       const bool apart = (shape.at[1] - shape.at[0]).norm() > 1e-4 * figure_.size;
       shape.role = c.rheonomic()   ? LinkRole::driver
@@ -252,6 +261,7 @@ class FigureMaker {
       if (!at) return;
       shape.at = {*at};
       shape.role = LinkRole::couple;
+      shape.direction = direction_of(f.coordinates().back());
     } else if (points.size() == 1) {
       shape.role = LinkRole::load;
       const Vector3d force = resultant(f, state);
@@ -278,9 +288,7 @@ class FigureMaker {
     f.calc_force(s, Q.data(), zdot.data());
     Vector3d sum = Vector3d::Zero();
     for (std::size_t i = 0; i < q.size(); ++i) {
-      const std::string& name = m_.coordinates()[f.coordinates()[i]].name;
-      const auto axis = std::string("xyz").find(name.substr(name.rfind('.') + 1));
-      if (axis != std::string::npos) sum[static_cast<Eigen::Index>(axis)] += Q[i];
+      if (const auto axis = direction_of(f.coordinates()[i])) sum += Q[i] * *axis;
     }
     return sum;
   }

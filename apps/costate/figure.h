@@ -35,7 +35,7 @@ enum class LinkRole {
   driver,  // one that moves in time
   spring,  // a force between points
   load,    // a force at one point
-  couple   // a force or a driver on a coordinate, at its body
+  couple   // a force or a driver on a coordinate, at its body: along it where it is a length
 };
 
 /// A constraint or a force.
@@ -43,7 +43,7 @@ struct LinkShape {
   std::string name;
   LinkRole role = LinkRole::joint;
   std::vector<Vector3d> at;           // one place or several
-  std::optional<Vector3d> direction;  // of a joint's axis, of a load's force; a unit vector
+  std::optional<Vector3d> direction;  // of a joint's axis, a load's force, a coordinate; a unit vector
 };
 
 struct Figure {

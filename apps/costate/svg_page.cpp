@@ -120,7 +120,8 @@ double SvgPage::cost(const Box& b, const Name& name) const {
   for (const auto& [p, q] : obstacles_) {
     double from = 0, to = 1;
     const Vector2d d = q - p;
-    const double low[2] = {b.left, b.top}, high[2] = {b.right, b.bottom};
+    // Lines have a width.
+    const double low[2] = {b.left - 3, b.top - 3}, high[2] = {b.right + 3, b.bottom + 3};
     for (int k = 0; k < 2; ++k) {
       if (std::abs(d[k]) < 1e-9) {
         if (p[k] < low[k] || p[k] > high[k]) to = -1;
@@ -140,7 +141,7 @@ double SvgPage::cost(const Box& b, const Name& name) const {
 }
 
 void SvgPage::place(const Name& n) {
-  const double w = (n.bold ? 0.62 : 0.56) * kFont * static_cast<double>(n.text.size()) + 2, h = kFont;
+  const double w = (n.bold ? 0.68 : 0.60) * kFont * static_cast<double>(n.text.size()) + 4, h = kFont + 2;
   Box best{};
   double least = 1e300, distance = 0;
   const auto attempt = [&](const Vector2d& center, double off) {
@@ -162,15 +163,16 @@ void SvgPage::place(const Name& n) {
       attempt(n.at + (n.clear + off + reach) * u, off);
     }
   boxes_.push_back(best);
-  if (distance > 16) {
+  if (distance > 30) {
     const Vector2d end(std::clamp(n.at[0], best.left, best.right),
                        std::clamp(n.at[1], best.top, best.bottom));
-    names_text_ +=
-        fmt::format("<path d=\"M{} L{}\" stroke=\"{}\" stroke-width=\"0.7\"/>\n", xy(n.at), xy(end), n.color);
+    const Vector2d start = n.at + std::max(n.clear - 2, 0.0) * (end - n.at).normalized();
+    names_text_ += fmt::format("<path d=\"M{} L{}\" stroke=\"{}\" stroke-width=\"0.7\"/>\n", xy(start),
+                               xy(end), n.color);
   }
   names_text_ +=
       fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\" fill=\"{}\"{}>{}</text>\n",
-                  0.5 * (best.left + best.right), best.bottom - 3, n.color,
+                  0.5 * (best.left + best.right), best.bottom - 4, n.color,
                   n.bold ? " font-weight=\"bold\"" : "", escaped(n.text));
 }
 

@@ -98,7 +98,7 @@ chosen = [m for m in options.methods.split(",") if m]
 methods = [m["name"] for m in table["methods"] if (m["name"] in chosen if chosen else
            m["name"] != "differences" and not m["name"].startswith("discrete"))]
 for entry in reference["functionals"]:
-    if not (both or options.gradients) or not wanted(entry, "t_end_s"):
+    if not (both or options.gradients) or not wanted(entry, "t_end_s") or not entry["gradient"]:
         continue
     scene = [str(here / options.model / entry["scene"]), "--t-end", repr(entry["t_end_s"]),
              "--parameters", ",".join(entry["gradient"])]

@@ -8,19 +8,16 @@ tool=$(realpath "${1:-../build/release/bin/costate}")
 runs=$(mktemp -d)
 trap 'rm -rf "$runs"' EXIT
 
-draw() {  # MODEL SCENE [awk options]
+draw() {  # MODEL SCENE [options of costate draw]
   local model=$1 scene=$2
   shift 2
   mkdir -p "$model/figures"
-  awk -v side=110 "$@" -f draw.awk "$model/$scene.toml" > "$model/figures/$model.svg"
+  "$tool" draw "$model/$scene.toml" "$@" -o "$model/figures/$model.svg"
 }
-draw five_bar five_bar
-draw slider_crank slider_crank -v side=125
-draw pendulum pendulum -v width=440
-draw damped_pendulum damped_pendulum -v width=440
+for model in five_bar slider_crank andrews car_axis bricard flyball_governor heavy_top; do draw $model $model; done
+for model in pendulum damped_pendulum; do draw $model $model --width 440; done
 draw n_four_bar n_four_bar_2
-draw andrews andrews -v side=70
-draw car_axis car_axis
+draw rigid_body euler_top --width 440
 
 "$tool" optimize five_bar/five_bar.toml --output "$runs/five_bar" --quiet
 for figure in motion time evaluations; do

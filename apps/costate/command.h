@@ -131,5 +131,6 @@ void add_modes(CLI::App& app, std::function<int()>& action, CommonOptions& commo
 void add_sweep(CLI::App& app, std::function<int()>& action, CommonOptions& common);
 void add_list(CLI::App& app, std::function<int()>& action, CommonOptions& common);
 void add_dump(CLI::App& app, std::function<int()>& action, CommonOptions& common);
+void add_draw(CLI::App& app, std::function<int()>& action, CommonOptions& common);
 
 }  // namespace costate::app

@@ -80,6 +80,7 @@ int main(int argc, char** argv) {
   costate::app::add_sweep(app, action, common);
   costate::app::add_list(app, action, common);
   costate::app::add_dump(app, action, common);
+  costate::app::add_draw(app, action, common);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

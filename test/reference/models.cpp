@@ -24,7 +24,8 @@ struct Entry {
   Json json;
 };
 
-/// An entry may name another formulation: redundant rows are not for all.
+/// An entry may name another formulation, since redundant rows are not for all, and a tolerance, where motion magnifies
+/// errors.
 Problem problem_of(const Scene& scene, const Json& entry, const std::vector<std::string>& parameters, double t_end) {
   Problem p;
   p.mechanism = scene.mechanism();
@@ -33,7 +34,7 @@ Problem problem_of(const Scene& scene, const Json& entry, const std::vector<std:
   p.formulation = entry.value("formulation", "baumgarte");
   p.formulation_options = scene.formulation;
   p.solver.integrator = "cvodes";
-  p.solver.rtol = kRtol;
+  p.solver.rtol = entry.value("rtol", kRtol);
   p.solver.t_end = t_end;
   return p;
 }
@@ -96,7 +97,7 @@ TEST_CASE("models: the functionals of every reference.json and their gradients")
         size = std::max(size, std::abs(value) * scale);
         error = std::max(error, std::abs(r.gradient[j] - value) * scale);
       }
-      CHECK(error < kGradient * size);
+      CHECK(error <= kGradient * size);  // none of both where the entry holds psi only
       ++count;
     }
   }

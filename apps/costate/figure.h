@@ -1,0 +1,62 @@
+// What a drawing of a mechanism shows, found by generic means: an element joins the points whose numbers or
+// coordinates it uses, and acts on the bodies whose coordinates these are. So a new kind of element is drawn
+// without being known here.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "costate/mechanism/mechanism.h"
+
+namespace costate::app {
+
+using Eigen::Vector3d;
+
+/// A point, in space; of the plane at z = 0.
+struct Place {
+  std::string name;
+  Vector3d at;
+  bool ground = false;
+};
+
+/// A body: where its points are, in the ground's frame, and a box about its centre where these span nothing.
+struct BodyShape {
+  std::string name;
+  std::vector<Vector3d> corners;
+  bool slender = false;  // a bar between two points
+};
+
+enum class LinkRole {
+  joint,   // a constraint whose points coincide
+  rod,     // one that keeps two points apart
+  guide,   // any other one between points
+  driver,  // one that moves in time
+  spring,  // a force between points
+  load,    // a force at one point
+  couple   // a force or a driver on a coordinate, at its body: along it where it is a length
+};
+
+/// A constraint or a force.
+struct LinkShape {
+  std::string name;
+  LinkRole role = LinkRole::joint;
+  std::vector<Vector3d> at;           // one place or several
+  std::optional<Vector3d> direction;  // of a joint's axis, a load's force, a coordinate; a unit vector
+};
+
+struct Figure {
+  std::vector<Place> places;
+  std::vector<BodyShape> bodies;
+  std::vector<LinkShape> links;
+  bool spatial = false;
+  int up = 2;       // the axis against gravity: 0 x, 1 y, 2 z
+  double size = 1;  // [m]
+};
+
+/// The mechanism at the positions q and velocities v, force states z.
+Figure make_figure(const Mechanism& mechanism, const Eigen::VectorXd& q, const Eigen::VectorXd& v,
+                   const Eigen::VectorXd& z, double t);
+
+}  // namespace costate::app

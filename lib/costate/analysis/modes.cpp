@@ -8,6 +8,8 @@
 
 #include "costate/analysis/row_space.h"
 #include "costate/base/error.h"
+#include "costate/element/constraint/euler_norm.h"
+#include "costate/element/point/rotation.h"
 
 namespace costate {
 
@@ -81,57 +83,95 @@ void calc_accelerations(Assembly& assembly, const RowSpace& rows, const MatrixXd
   r.lambda = rows.solve_transposed(Q - M * r.a);
 }
 
-/// The linear system x' = A x for x = (y, y', dz), and the maps from x to dq.
+/// T of the header at Euler parameters taken from `p`: those of q, v or a give T, T' or T''. Where `names` is not null the
+/// directions are written there.
+MatrixXd calc_directions(const Mechanism& m, const VectorXd& p, bool constant_part, std::vector<ModeDirection>* names) {
+  const int n = m.coordinate_count();
+  std::vector<const EulerNormConstraint*> turned(static_cast<std::size_t>(n), nullptr);
+  for (const auto& c : m.constraints())
+    if (const auto* norm = dynamic_cast<const EulerNormConstraint*>(c.get()))
+      for (const int i : norm->coordinates()) turned[static_cast<std::size_t>(i)] = norm;
+  MatrixXd T = MatrixXd::Zero(n, n);
+  int column = 0;
+  for (int i = 0; i < n; ++i) {
+    const auto* body = turned[static_cast<std::size_t>(i)];
+    const auto& c = m.coordinates()[static_cast<std::size_t>(i)];
+    if (!body) {
+      if (constant_part) T(i, column) = 1;
+      if (names) names->push_back({c.name, c.unit});
+      ++column;
+    } else if (body->coordinates().front() == i) {
+      double e[4];
+      for (std::size_t k = 0; k < 4; ++k) e[k] = p[body->coordinates()[k]];
+      const Matrix34 E = global_rate_matrix(e);
+      for (int axis = 0; axis < 3; ++axis, ++column) {
+        for (int k = 0; k < 4; ++k) T(body->coordinates()[static_cast<std::size_t>(k)], column) = E(axis, k) / 2;
+        if (names) names->push_back({body->name() + ".turn_" + "xyz"[axis], "rad"});
+      }
+    }
+  }
+  return T.leftCols(column);
+}
+
+/// The linear system s' = A s for s = (y, y', dz), the map from y to the directions, and their masses.
 struct LinearMotion {
-  MatrixXd A, R;
+  MatrixXd A, R, M;
 };
 
 LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
   const int nz = assembly.nz();
+  const Mechanism& mechanism = assembly.mechanism();
   StateView s{t, r.q.data(), r.v.data(), nullptr, nullptr, r.z.data()};
   assembly.calc_dynamics(s);
   RowSpace rows;
   rows.compute(dense_matrix(assembly.jacobian(), assembly.phi_q));
-  const MatrixXd R = rows.null_space();
-  calc_accelerations(assembly, rows, R, r);
+  calc_accelerations(assembly, rows, rows.null_space(), r);
   s.a = r.a.data();
   s.lambda = r.lambda.data();
   assembly.calc_dynamics(s);
   assembly.calc_partials(s);
-  const MatrixXd M = dense_matrix(assembly.square(), assembly.M), K = dense_matrix(assembly.square(), assembly.K),
-                 C = dense_matrix(assembly.square(), assembly.C),
-                 phid_q = dense_matrix(assembly.jacobian(), assembly.phid_q),
-                 phidd_q = dense_matrix(assembly.jacobian(), assembly.phidd_q),
-                 Q_z = dense_matrix(assembly.force_state(), assembly.Q_z),
+  const MatrixXd T = calc_directions(mechanism, r.q, true, &r.directions),
+                 T1 = calc_directions(mechanism, r.v, false, nullptr),
+                 T2 = calc_directions(mechanism, r.a, false, nullptr);
+  const auto square = [&](const std::vector<double>& x) { return dense_matrix(assembly.square(), x); };
+  const auto constraint = [&](const std::vector<double>& x) { return dense_matrix(assembly.jacobian(), x); };
+  const MatrixXd M = square(assembly.M), K = square(assembly.K), C = square(assembly.C);
+  const MatrixXd Mx = T.transpose() * M * T, Cx = T.transpose() * (C * T + 2 * M * T1),
+                 Kx = T.transpose() * (K * T + C * T1 + M * T2);
+  const MatrixXd phi_q = constraint(assembly.phi_q), phid_q = constraint(assembly.phid_q),
+                 phidd_q = constraint(assembly.phidd_q);
+  rows.compute(phi_q * T);
+  const MatrixXd R = rows.null_space(), J1 = phi_q * T1 + phid_q * T, J2 = phi_q * T2 + 2 * phid_q * T1 + phidd_q * T;
+  const MatrixXd D = -rows.solve(J1 * R), A = -rows.solve(J2 * R + 2 * J1 * D);
+  const MatrixXd Mz = R.transpose() * Mx * R, Cz = R.transpose() * (Cx * R + 2 * Mx * D),
+                 Kz = R.transpose() * (Kx * R + Cx * D + Mx * A);
+  const MatrixXd Q_z = dense_matrix(assembly.force_state(), assembly.Q_z),
                  f_q = dense_matrix(assembly.state_force(), assembly.f_q),
                  f_v = dense_matrix(assembly.state_force(), assembly.f_v),
                  f_z = dense_matrix(assembly.state_state(), assembly.f_z);
-  const MatrixXd D = -rows.solve(phid_q * R), A = -rows.solve(phidd_q * R + 2 * phid_q * D);
-  const MatrixXd Mz = R.transpose() * M * R, Cz = R.transpose() * (C * R + 2 * M * D),
-                 Kz = R.transpose() * (K * R + C * D + M * A);
   const Eigen::Index f = R.cols();
-  LinearMotion motion{MatrixXd::Zero(2 * f + nz, 2 * f + nz), R};
+  LinearMotion motion{MatrixXd::Zero(2 * f + nz, 2 * f + nz), R, Mx};
   MatrixXd forces(f, 2 * f + nz);
-  forces << -Kz, -Cz, R.transpose() * Q_z;
+  forces << -Kz, -Cz, (T * R).transpose() * Q_z;
   motion.A.block(0, f, f, f).setIdentity();
   if (f > 0) motion.A.middleRows(f, f) = Mz.ldlt().solve(forces);
-  motion.A.bottomRows(nz) << f_q * R + f_v * D, f_v * R, f_z;
+  if (nz > 0) motion.A.bottomRows(nz) << f_q * T * R + f_v * (T1 * R + T * D), f_v * T * R, f_z;
   r.degrees_of_freedom = static_cast<int>(f);
   return motion;
 }
 
-/// Scaled so that the coordinate that moves most is 1; with shares in the kinetic energy.
+/// Scaled so that the direction that moves most is 1; with shares in the kinetic energy.
 void finish(Mode& mode, const MatrixXd& M) {
   Eigen::Index at = 0;
-  const double moves = mode.q.size() > 0 ? mode.q.cwiseAbs().maxCoeff(&at) : 0;
-  std::complex<double> scale = moves > 0 ? mode.q[at] : 1.0;
+  const double moves = mode.shape.size() > 0 ? mode.shape.cwiseAbs().maxCoeff(&at) : 0;
+  std::complex<double> scale = moves > 0 ? mode.shape[at] : 1.0;
   if (mode.z.size() > 0 && !(moves > 1e-12 * mode.z.cwiseAbs().maxCoeff())) {
     mode.z.cwiseAbs().maxCoeff(&at);
     scale = mode.z[at];
   }
-  mode.q /= scale;
+  mode.shape /= scale;
   mode.z /= scale;
-  mode.share = (mode.q.conjugate().array() * (M * mode.q).array()).real().abs();
+  mode.share = (mode.shape.conjugate().array() * (M * mode.shape).array()).real().abs();
   const double sum = mode.share.sum();
   if (sum > 0) mode.share /= sum;
 }
@@ -150,7 +190,6 @@ Modes find_modes(Assembly& assembly, double t, const Start& start) {
   r.v = start.v;
   r.z = start.z;
   const LinearMotion motion = linearize(assembly, t, r);
-  const MatrixXd M = dense_matrix(assembly.square(), assembly.M);
   MatrixXd balanced = motion.A;
   const VectorXd scale = balance(balanced);
   const Deflated d = split_zeros(balanced);
@@ -172,9 +211,9 @@ Modes find_modes(Assembly& assembly, double t, const Start& start) {
     if (d.zeros > 0)
       x.head(d.zeros) = (mode.eigenvalue * MatrixXcd::Identity(d.zeros, d.zeros) - A00).lu().solve(A01 * x.tail(rest));
     x = scale.cast<std::complex<double>>().asDiagonal() * (d.V.cast<std::complex<double>>() * x);
-    mode.q = motion.R.cast<std::complex<double>>() * x.head(f);
+    mode.shape = motion.R.cast<std::complex<double>>() * x.head(f);
     mode.z = x.tail(size - 2 * f);
-    finish(mode, M);
+    finish(mode, motion.M);
     r.modes.push_back(std::move(mode));
   }
   std::sort(r.modes.begin(), r.modes.end(),

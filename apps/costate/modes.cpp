@@ -36,6 +36,9 @@ std::string participants(const Mechanism& m, const Modes& r, const Mode& mode) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
+/// Without what rounding leaves.
+double clean(double x) { return std::abs(x) < 1e-12 ? 0 : x; }
+
 Json shape_json(const Mechanism& m, const Modes& r, const Mode& mode) {
   Json j = Json::object();
   const auto put = [&](const std::string& name, const std::complex<double>& x) { j[name] = {x.real(), x.imag()}; };
@@ -72,7 +75,7 @@ int run(const CommonOptions& common, Options& options) {
   const Modes r = located_in(scene, [&] { return find_modes(assembly, t, find_start(assembly, t, false)); });
 
   Eigen::Index fastest = 0;
-  const double acceleration = r.a.size() > 0 ? r.a.cwiseAbs().maxCoeff(&fastest) : 0;
+  const double acceleration = r.acceleration.size() > 0 ? r.acceleration.cwiseAbs().maxCoeff(&fastest) : 0;
   const bool moves = !r.v.isZero(0);
   Json j;
   j["status"] = "ok";
@@ -92,8 +95,8 @@ int run(const CommonOptions& common, Options& options) {
                         r.zero_eigenvalues, r.zero_eigenvalues == 1 ? "" : "s");
   if (acceleration > 1e-6)
     text += fmt::format("  not steady: {} accelerates with {:.3g} {}/s^2; these are the modes of the frozen instant\n",
-                        m->coordinates()[static_cast<std::size_t>(fastest)].name, acceleration,
-                        m->coordinates()[static_cast<std::size_t>(fastest)].unit);
+                        r.directions[static_cast<std::size_t>(fastest)].name, acceleration,
+                        r.directions[static_cast<std::size_t>(fastest)].unit);
   text += fmt::format("\n  {:>4} {:>14} {:>10} {:>14}  {}\n", "mode", "frequency [Hz]", "damping", "real [1/s]",
                       "kinetic energy in");
   for (std::size_t k = 0; k < r.modes.size(); ++k) {
@@ -108,9 +111,11 @@ int run(const CommonOptions& common, Options& options) {
       if (mode.share[i] >= 0.01) e["kinetic_energy"][r.directions[static_cast<std::size_t>(i)].name] = mode.share[i];
     e["shape"] = shape_json(*m, r, mode);
     j["modes"].push_back(e);
+    const double size = std::abs(mode.eigenvalue);
     text += mode.oscillates()
                 ? fmt::format("  {:>4} {:>14.8g} {:>10.5f} {:>14.6g}  {}\n", k + 1, mode.frequency_Hz(),
-                              mode.damping_ratio(), mode.eigenvalue.real(), participants(*m, r, mode))
+                              clean(mode.damping_ratio()), clean(mode.eigenvalue.real() / size) * size,
+                              participants(*m, r, mode))
                 : fmt::format("  {:>4} {:>14} {:>10} {:>14.6g}  {}\n", k + 1, "-", "-", mode.eigenvalue.real(),
                               participants(*m, r, mode));
   }

@@ -21,29 +21,7 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr int kMostCoordinates = 500;
-constexpr double kZero = 1e-11;  // of singular values of balanced matrices
-
-/// Powers of two d with diag(d)^-1 A diag(d) of rows as large as columns.
-VectorXd balance(MatrixXd& A) {
-  const Eigen::Index n = A.rows();
-  VectorXd d = VectorXd::Ones(n);
-  for (int sweep = 0; sweep < 20; ++sweep) {
-    bool changed = false;
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const double self = std::abs(A(i, i)), row = A.row(i).cwiseAbs().sum() - self,
-                   column = A.col(i).cwiseAbs().sum() - self;
-      if (!(row > 0) || !(column > 0)) continue;
-      const double factor = std::exp2(std::round(0.5 * std::log2(row / column)));
-      if (factor == 1) continue;
-      changed = true;
-      A.row(i) /= factor;
-      A.col(i) *= factor;
-      d[i] *= factor;
-    }
-    if (!changed) break;
-  }
-  return d;
-}
+constexpr double kZero = 1e-11;  // of singular values, against the largest row
 
 /// A in the orthonormal basis V has zeros in its first columns: those of its zero eigenvalues, chains included.
 struct Deflated {
@@ -113,9 +91,11 @@ MatrixXd calc_directions(const Mechanism& m, const VectorXd& p, bool constant_pa
   return T.leftCols(column);
 }
 
-/// The linear system s' = A s for s = (y, y', dz), the map from y to the directions, and their masses.
+/// The linear system s' = A s for s = (u, u'/w, dz/d), with u the directions y in which the masses are 1 and w, d scales that
+/// make the blocks comparable; the map U from u to all directions, d, and the directions' masses.
 struct LinearMotion {
-  MatrixXd A, R, M;
+  MatrixXd A, U, M;
+  VectorXd d;
 };
 
 LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
@@ -133,6 +113,8 @@ LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
   const MatrixXd T = calc_directions(mechanism, r.q, true, &r.directions),
                  T1 = calc_directions(mechanism, r.v, false, nullptr),
                  T2 = calc_directions(mechanism, r.a, false, nullptr);
+  const Eigen::LDLT<MatrixXd> metric(T.transpose() * T);
+  r.acceleration = metric.solve(T.transpose() * (r.a - T1 * metric.solve(T.transpose() * r.v)));
   const auto square = [&](const std::vector<double>& x) { return dense_matrix(assembly.square(), x); };
   const auto constraint = [&](const std::vector<double>& x) { return dense_matrix(assembly.jacobian(), x); };
   const MatrixXd M = square(assembly.M), K = square(assembly.K), C = square(assembly.C);
@@ -140,7 +122,11 @@ LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
                  Kx = T.transpose() * (K * T + C * T1 + M * T2);
   const MatrixXd phi_q = constraint(assembly.phi_q), phid_q = constraint(assembly.phid_q),
                  phidd_q = constraint(assembly.phidd_q);
-  rows.compute(phi_q * T);
+  // Rows that no direction moves (the norms of Euler parameters) are zero but for rounding.
+  MatrixXd J = phi_q * T;
+  for (Eigen::Index i = 0; i < J.rows(); ++i)
+    if (J.row(i).norm() < 1e-12 * phi_q.row(i).norm()) J.row(i).setZero();
+  rows.compute(J);
   const MatrixXd R = rows.null_space(), J1 = phi_q * T1 + phid_q * T, J2 = phi_q * T2 + 2 * phid_q * T1 + phidd_q * T;
   const MatrixXd D = -rows.solve(J1 * R), A = -rows.solve(J2 * R + 2 * J1 * D);
   const MatrixXd Mz = R.transpose() * Mx * R, Cz = R.transpose() * (Cx * R + 2 * Mx * D),
@@ -150,13 +136,31 @@ LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
                  f_v = dense_matrix(assembly.state_force(), assembly.f_v),
                  f_z = dense_matrix(assembly.state_state(), assembly.f_z);
   const Eigen::Index f = R.cols();
-  LinearMotion motion{MatrixXd::Zero(2 * f + nz, 2 * f + nz), R, Mx};
-  MatrixXd forces(f, 2 * f + nz);
-  forces << -Kz, -Cz, (T * R).transpose() * Q_z;
-  motion.A.block(0, f, f, f).setIdentity();
-  if (f > 0) motion.A.middleRows(f, f) = Mz.ldlt().solve(forces);
-  if (nz > 0) motion.A.bottomRows(nz) << f_q * T * R + f_v * (T1 * R + T * D), f_v * T * R, f_z;
   r.degrees_of_freedom = static_cast<int>(f);
+  const Eigen::LLT<MatrixXd> llt(Mz);
+  if (f > 0 && llt.info() != Eigen::Success)
+    throw ModelError("", "Modes: a motion that the constraints allow has no mass, so that its acceleration is not determined.");
+  const MatrixXd V = f > 0 ? MatrixXd(llt.matrixU().solve(MatrixXd::Identity(f, f))) : MatrixXd(0, 0);
+  const MatrixXd stiffness = V.transpose() * Kz * V, damping = V.transpose() * Cz * V;
+  // A time scale, not below what the terms of the stiffness leave where they cancel.
+  const MatrixXd most = (T * R * V).cwiseAbs();
+  const double terms = (most.transpose() * (K.cwiseAbs() * most + C.cwiseAbs() * (T1 * R * V).cwiseAbs() +
+                                            M.cwiseAbs() * (T2 * R * V).cwiseAbs())).norm();
+  double w = std::max({std::sqrt(stiffness.norm()), damping.norm(), std::sqrt(1e-10 * terms)});
+  if (!(w > 0)) w = 1;
+  LinearMotion motion{MatrixXd::Zero(2 * f + nz, 2 * f + nz), R * V, Mx, VectorXd::Ones(nz)};
+  motion.A.block(0, f, f, f) = w * MatrixXd::Identity(f, f);
+  if (f > 0) motion.A.middleRows(f, f) << -stiffness / w, -damping, (T * R * V).transpose() * Q_z / w;
+  if (nz > 0) motion.A.bottomRows(nz) << f_q * T * R * V + f_v * (T1 * R + T * D) * V, f_v * T * R * V * w, f_z;
+  for (int i = 0; i < nz; ++i) {
+    const Eigen::Index at = 2 * f + i;
+    const double self = std::abs(motion.A(at, at)), row = motion.A.row(at).cwiseAbs().sum() - self,
+                 column = motion.A.col(at).cwiseAbs().sum() - self;
+    if (!(row > 0) || !(column > 0)) continue;
+    motion.d[i] = std::sqrt(row / column);
+    motion.A.row(at) /= motion.d[i];
+    motion.A.col(at) *= motion.d[i];
+  }
   return motion;
 }
 
@@ -190,11 +194,9 @@ Modes find_modes(Assembly& assembly, double t, const Start& start) {
   r.v = start.v;
   r.z = start.z;
   const LinearMotion motion = linearize(assembly, t, r);
-  MatrixXd balanced = motion.A;
-  const VectorXd scale = balance(balanced);
-  const Deflated d = split_zeros(balanced);
+  const Deflated d = split_zeros(motion.A);
   r.zero_eigenvalues = static_cast<int>(d.zeros);
-  const Eigen::Index size = d.A.rows(), rest = size - d.zeros, f = motion.R.cols();
+  const Eigen::Index size = d.A.rows(), rest = size - d.zeros, f = motion.U.cols();
   if (rest == 0) return r;
   const Eigen::EigenSolver<MatrixXd> eigen(d.A.bottomRightCorner(rest, rest));
   if (eigen.info() != Eigen::Success) throw SolverError("Modes: the eigenvalues did not converge.");
@@ -210,9 +212,9 @@ Modes find_modes(Assembly& assembly, double t, const Start& start) {
     x.tail(rest) = vectors.col(k);
     if (d.zeros > 0)
       x.head(d.zeros) = (mode.eigenvalue * MatrixXcd::Identity(d.zeros, d.zeros) - A00).lu().solve(A01 * x.tail(rest));
-    x = scale.cast<std::complex<double>>().asDiagonal() * (d.V.cast<std::complex<double>>() * x);
-    mode.shape = motion.R.cast<std::complex<double>>() * x.head(f);
-    mode.z = x.tail(size - 2 * f);
+    x = d.V.cast<std::complex<double>>() * x;
+    mode.shape = motion.U.cast<std::complex<double>>() * x.head(f);
+    mode.z = motion.d.cast<std::complex<double>>().asDiagonal() * x.tail(size - 2 * f);
     finish(mode, motion.M);
     r.modes.push_back(std::move(mode));
   }

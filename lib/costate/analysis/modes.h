@@ -41,6 +41,7 @@ struct Modes {
   int degrees_of_freedom = 0;
   // The point: the start, its accelerations and multipliers (of least norm).
   Eigen::VectorXd q, v, z, a, lambda;
+  Eigen::VectorXd acceleration;  // one entry a direction: zero in a steady motion
 };
 
 /// About `start` at time t. Throws CapabilityError above 500 coordinates.

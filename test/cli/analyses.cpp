@@ -73,7 +73,8 @@ TEST_CASE("costate equilibrium: held positions, files and mistakes") {
   CHECK(wrong.status == 1);
   CHECK_THAT(wrong.err, Contains("no coordinate 'P1.z'") && Contains("Did you mean"));
   const Outcome loose = run_costate({"equilibrium", kFiveBar, "--set", "spring.S1.stiffness_N_per_m=0", "--set",
-                                     "spring.S2.stiffness_N_per_m=0", "--set", "gravity.y_m_per_s2=0"}, here.path());
+                                     "spring.S2.stiffness_N_per_m=0", "--set", "gravity.y_m_per_s2=0", "--set",
+                                     "parameter.k1.lower=0", "--set", "parameter.k2.lower=0"}, here.path());
   CHECK(loose.status == 1);
   CHECK_THAT(loose.err, Contains("five_bar.toml:") && Contains("nothing holds"));
 }
@@ -100,7 +101,7 @@ TEST_CASE("costate modes: frequencies, shapes and files") {
 TEST_CASE("costate sweep: a table to where the mechanism locks") {
   const WorkingDirectory here;
   const Json j = costate_json({"sweep", kFiveBar, "--coordinate", "P1.x", "--from", "-0.9", "--to", "-0.5", "--count", "5",
-                               "--outputs", "P1.y,S1.force", "--output", "out"}, here.path());
+                               "--hold", "P3.x", "--outputs", "P1.y,S1.force", "--output", "out"}, here.path());
   CHECK(j.at("status") == "ok");
   REQUIRE(j.at("values").size() == 5);
   // A1 is as long as the root of two.
@@ -112,10 +113,12 @@ TEST_CASE("costate sweep: a table to where the mechanism locks") {
   CHECK(here.entries() == std::vector<std::string>{"out", "out/sweep.csv", "out/sweep.json"});
   CHECK_THAT(file_text(here / "out/sweep.csv"), Contains("P1.x [m],P1.y [m],S1.force [N],held_force"));
   const Json locked = costate_json({"sweep", kFiveBar, "--coordinate", "P1.x", "--from", "-1", "--to", "-1.6", "--count",
-                                    "7", "--no-files"}, here.path(), 1);
+                                    "7", "--hold", "none", "--no-files"}, here.path(), 1);
   CHECK(locked.at("status") == "stopped");
   CHECK(locked.at("values").size() == 5);
   CHECK(locked.at("reached").get<double>() == Approx(-std::sqrt(2)).epsilon(1e-3));
+  const Outcome many = run_costate({"sweep", kFiveBar, "--coordinate", "P1.x", "--from", "0", "--to", "1"}, here.path());
+  CHECK_THAT(many.err, Contains("Too many given positions") && Contains("--hold"));
   const Outcome wrong = run_costate({"sweep", kFiveBar, "--coordinate", "P9.x", "--from", "0", "--to", "1"}, here.path());
   CHECK(wrong.status == 1);
   CHECK_THAT(wrong.err, Contains("no coordinate 'P9.x'"));

@@ -44,10 +44,11 @@ std::vector<std::unique_ptr<Output>> measured_outputs(const Mechanism& m) {
   std::vector<std::string> names;
   for (const auto& name : output_names(m))
     if (!starts(name, "lambda.") && !starts(name, "z.") && !starts(name, "energy.") && name != "time" &&
-        !ends(name, "_dot") && !ends(name, "_ddot") && !ends(name, ".rate") &&
         std::find(coordinates.begin(), coordinates.end(), name) == coordinates.end())
       names.push_back(name);
-  return outputs_named(m, names);
+  auto outputs = outputs_named(m, names);
+  std::erase_if(outputs, [&](const auto& o) { return ends(o->unit(), "/s") || ends(o->unit(), "/s^2"); });
+  return outputs;
 }
 
 void Listing::add(const std::string& name, double value, const std::string& unit, const std::string& note) {

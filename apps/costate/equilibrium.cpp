@@ -1,7 +1,7 @@
 // costate equilibrium: where a mechanism rests, what its forces are there, and how that depends on the parameters.
-#include <utility>
-
 #include <fmt/format.h>
+
+#include <utility>
 
 #include "analysis.h"
 #include "costate/analysis/start.h"
@@ -73,7 +73,7 @@ int run(const CommonOptions& common, Options& options) {
     positions.add("z." + states[i], e.z[static_cast<Eigen::Index>(i)], "");
   }
   j["outputs"] = Json::object();
-  for (const auto* list : {&std::as_const(measures), &std::as_const(chosen)})
+  for (const auto* list : {&measures, &std::as_const(chosen)})
     for (const auto& o : *list) {
       const double x = value_at_rest(*o, assembly, t, e);
       if (!j["outputs"].contains(o->name())) forces.add(o->name(), x, o->unit());

@@ -18,15 +18,15 @@ struct Options {
   std::filesystem::path shapes;
 };
 
-/// The three coordinates with most of the kinetic energy, or the force state that moves where none does.
-std::string participants(const Mechanism& m, const Mode& mode) {
+/// The three directions with most of the kinetic energy, or the force state that moves where none does.
+std::string participants(const Mechanism& m, const Modes& r, const Mode& mode) {
   std::vector<int> order(static_cast<std::size_t>(mode.share.size()));
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return mode.share[a] > mode.share[b]; });
   std::vector<std::string> names;
   for (std::size_t i = 0; i < std::min<std::size_t>(3, order.size()); ++i)
     if (mode.share[order[i]] >= 0.05)
-      names.push_back(fmt::format("{} {:.0f} %", m.coordinates()[static_cast<std::size_t>(order[i])].name,
+      names.push_back(fmt::format("{} {:.0f} %", r.directions[static_cast<std::size_t>(order[i])].name,
                                   100 * mode.share[order[i]]));
   if (!mode.oscillates() && mode.z.size() > 0) {
     Eigen::Index at;
@@ -36,26 +36,31 @@ std::string participants(const Mechanism& m, const Mode& mode) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-Json shape_json(const Mechanism& m, const Mode& mode) {
+/// Without what rounding leaves.
+double clean(double x) { return std::abs(x) < 1e-12 ? 0 : x; }
+
+Json shape_json(const Mechanism& m, const Modes& r, const Mode& mode) {
   Json j = Json::object();
   const auto put = [&](const std::string& name, const std::complex<double>& x) { j[name] = {x.real(), x.imag()}; };
-  for (int i = 0; i < m.coordinate_count(); ++i) put(m.coordinates()[static_cast<std::size_t>(i)].name, mode.q[i]);
+  for (std::size_t i = 0; i < r.directions.size(); ++i)
+    put(r.directions[i].name, mode.shape[static_cast<Eigen::Index>(i)]);
   const auto states = m.state_names();
   for (std::size_t i = 0; i < states.size(); ++i) put("z." + states[i], mode.z[static_cast<Eigen::Index>(i)]);
   return j;
 }
 
-std::string shapes_csv(const Mechanism& m, const std::vector<Mode>& modes) {
+std::string shapes_csv(const Mechanism& m, const Modes& r) {
   std::string text = "mode,frequency_Hz,damping_ratio,real_per_s,imaginary_per_s";
-  std::vector<std::string> names = m.coordinate_names();
+  std::vector<std::string> names;
+  for (const auto& d : r.directions) names.push_back(d.name);
   for (const auto& s : m.state_names()) names.push_back("z." + s);
   for (const auto& name : names) text += fmt::format(",{0}.re,{0}.im", name);
   text += "\n";
-  for (std::size_t k = 0; k < modes.size(); ++k) {
-    const Mode& mode = modes[k];
+  for (std::size_t k = 0; k < r.modes.size(); ++k) {
+    const Mode& mode = r.modes[k];
     text += fmt::format("{},{},{},{},{}", k + 1, mode.frequency_Hz(), mode.damping_ratio(), mode.eigenvalue.real(),
                         mode.eigenvalue.imag());
-    for (const auto& x : mode.q) text += fmt::format(",{},{}", x.real(), x.imag());
+    for (const auto& x : mode.shape) text += fmt::format(",{},{}", x.real(), x.imag());
     for (const auto& x : mode.z) text += fmt::format(",{},{}", x.real(), x.imag());
     text += "\n";
   }
@@ -70,7 +75,7 @@ int run(const CommonOptions& common, Options& options) {
   const Modes r = located_in(scene, [&] { return find_modes(assembly, t, find_start(assembly, t, false)); });
 
   Eigen::Index fastest = 0;
-  const double acceleration = r.a.size() > 0 ? r.a.cwiseAbs().maxCoeff(&fastest) : 0;
+  const double acceleration = r.acceleration.size() > 0 ? r.acceleration.cwiseAbs().maxCoeff(&fastest) : 0;
   const bool moves = !r.v.isZero(0);
   Json j;
   j["status"] = "ok";
@@ -90,8 +95,8 @@ int run(const CommonOptions& common, Options& options) {
                         r.zero_eigenvalues, r.zero_eigenvalues == 1 ? "" : "s");
   if (acceleration > 1e-6)
     text += fmt::format("  not steady: {} accelerates with {:.3g} {}/s^2; these are the modes of the frozen instant\n",
-                        m->coordinates()[static_cast<std::size_t>(fastest)].name, acceleration,
-                        m->coordinates()[static_cast<std::size_t>(fastest)].unit);
+                        r.directions[static_cast<std::size_t>(fastest)].name, acceleration,
+                        r.directions[static_cast<std::size_t>(fastest)].unit);
   text += fmt::format("\n  {:>4} {:>14} {:>10} {:>14}  {}\n", "mode", "frequency [Hz]", "damping", "real [1/s]",
                       "kinetic energy in");
   for (std::size_t k = 0; k < r.modes.size(); ++k) {
@@ -103,17 +108,19 @@ int run(const CommonOptions& common, Options& options) {
     e["damping_ratio"] = mode.damping_ratio();
     e["kinetic_energy"] = Json::object();
     for (int i = 0; i < mode.share.size(); ++i)
-      if (mode.share[i] >= 0.01) e["kinetic_energy"][m->coordinates()[static_cast<std::size_t>(i)].name] = mode.share[i];
-    e["shape"] = shape_json(*m, mode);
+      if (mode.share[i] >= 0.01) e["kinetic_energy"][r.directions[static_cast<std::size_t>(i)].name] = mode.share[i];
+    e["shape"] = shape_json(*m, r, mode);
     j["modes"].push_back(e);
+    const double size = std::abs(mode.eigenvalue);
     text += mode.oscillates()
                 ? fmt::format("  {:>4} {:>14.8g} {:>10.5f} {:>14.6g}  {}\n", k + 1, mode.frequency_Hz(),
-                              mode.damping_ratio(), mode.eigenvalue.real(), participants(*m, mode))
+                              clean(mode.damping_ratio()), clean(mode.eigenvalue.real() / size) * size,
+                              participants(*m, r, mode))
                 : fmt::format("  {:>4} {:>14} {:>10} {:>14.6g}  {}\n", k + 1, "-", "-", mode.eigenvalue.real(),
-                              participants(*m, mode));
+                              participants(*m, r, mode));
   }
   if (!options.shapes.empty()) {
-    write_file_atomically(options.shapes, shapes_csv(*m, r.modes));
+    write_file_atomically(options.shapes, shapes_csv(*m, r));
     text += fmt::format("  shapes: {}\n", options.shapes.string());
   }
   report_analysis(common, j, text);

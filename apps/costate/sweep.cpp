@@ -31,7 +31,12 @@ int run(const CommonOptions& common, Options& options) {
   Assembly assembly(m, ParameterSelection{});
   const double t = scene.run.t_start_s;
   const Sweep sweep = located_in(scene, [&] {
-    return sweep_position(assembly, t, held_by_start(assembly), coordinate, options.from, options.to, options.count);
+    try {
+      return sweep_position(assembly, t, held_by_start(assembly), coordinate, options.from, options.to, options.count);
+    } catch (const ModelError& e) {
+      const bool many = e.bare_message().rfind("Too many given", 0) == 0;
+      throw ModelError(e.subject(), e.bare_message() + (many ? " With --hold you say which others are held." : ""));
+    }
   });
 
   Json j;

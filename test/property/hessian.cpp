@@ -218,6 +218,24 @@ TEST_CASE("Hessian: a top whose angular velocity is given, in a frame that varie
   check_products(p, MatrixXd(scales(p.parameters).asDiagonal()), 0.02);
 }
 
+TEST_CASE("Hessian: a run that starts at its static equilibrium", "[hessian]") {
+  // The balance of forces has second derivatives of its own, and those of a force state that rests.
+  const std::vector<std::string> moving = {"start.given_velocities=['P1.x', 'P3.x']", "point.P1.vx_m_per_s=1"};
+  for (const auto& velocities : {std::vector<std::string>(), moving}) {
+    INFO((velocities.empty() ? "at rest" : "moving"));
+    std::vector<std::string> overrides = {
+        "start.equilibrium=true", "start.given=[]", "run.t_end_s=0.5",
+        "maxwell.M={from='A', to='P2', stiffness_N_per_m=30, natural_length_m=2, damping_N_s_per_m=20}"};
+    overrides.insert(overrides.end(), velocities.begin(), velocities.end());
+    Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/five_bar/five_bar.toml", overrides));
+    p.formulation = "baumgarte";
+    p.solver.rtol = kRtol;
+    p.solver.integrator.clear();
+    p.parameters = p.mechanism->select({"L01", "k2", "m2", "maxwell.M.natural_length_m", "bar.B12.length_m"});
+    check_products(p, MatrixXd(scales(p.parameters).asDiagonal()), 0.02);
+  }
+}
+
 TEST_CASE("Hessian: symmetric, linear in the direction, and the same in parts", "[hessian]") {
   const TestModel model = kitchen_sink();
   for (const Variant& v : offered()) {

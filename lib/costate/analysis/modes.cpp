@@ -8,6 +8,8 @@
 
 #include "costate/analysis/row_space.h"
 #include "costate/base/error.h"
+#include "costate/element/constraint/euler_norm.h"
+#include "costate/element/point/rotation.h"
 
 namespace costate {
 
@@ -19,29 +21,7 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr int kMostCoordinates = 500;
-constexpr double kZero = 1e-11;  // of singular values of balanced matrices
-
-/// Powers of two d with diag(d)^-1 A diag(d) of rows as large as columns.
-VectorXd balance(MatrixXd& A) {
-  const Eigen::Index n = A.rows();
-  VectorXd d = VectorXd::Ones(n);
-  for (int sweep = 0; sweep < 20; ++sweep) {
-    bool changed = false;
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const double self = std::abs(A(i, i)), row = A.row(i).cwiseAbs().sum() - self,
-                   column = A.col(i).cwiseAbs().sum() - self;
-      if (!(row > 0) || !(column > 0)) continue;
-      const double factor = std::exp2(std::round(0.5 * std::log2(row / column)));
-      if (factor == 1) continue;
-      changed = true;
-      A.row(i) /= factor;
-      A.col(i) *= factor;
-      d[i] *= factor;
-    }
-    if (!changed) break;
-  }
-  return d;
-}
+constexpr double kZero = 1e-11;  // of singular values, against the largest row
 
 /// A in the orthonormal basis V has zeros in its first columns: those of its zero eigenvalues, chains included.
 struct Deflated {
@@ -81,57 +61,121 @@ void calc_accelerations(Assembly& assembly, const RowSpace& rows, const MatrixXd
   r.lambda = rows.solve_transposed(Q - M * r.a);
 }
 
-/// The linear system x' = A x for x = (y, y', dz), and the maps from x to dq.
+/// T of the header at Euler parameters taken from `p`: those of q, v or a give T, T' or T''. Where `names` is not null the
+/// directions are written there.
+MatrixXd calc_directions(const Mechanism& m, const VectorXd& p, bool constant_part, std::vector<ModeDirection>* names) {
+  const int n = m.coordinate_count();
+  std::vector<const EulerNormConstraint*> turned(static_cast<std::size_t>(n), nullptr);
+  for (const auto& c : m.constraints())
+    if (const auto* norm = dynamic_cast<const EulerNormConstraint*>(c.get()))
+      for (const int i : norm->coordinates()) turned[static_cast<std::size_t>(i)] = norm;
+  MatrixXd T = MatrixXd::Zero(n, n);
+  int column = 0;
+  for (int i = 0; i < n; ++i) {
+    const auto* body = turned[static_cast<std::size_t>(i)];
+    const auto& c = m.coordinates()[static_cast<std::size_t>(i)];
+    if (!body) {
+      if (constant_part) T(i, column) = 1;
+      if (names) names->push_back({c.name, c.unit});
+      ++column;
+    } else if (body->coordinates().front() == i) {
+      double e[4];
+      for (std::size_t k = 0; k < 4; ++k) e[k] = p[body->coordinates()[k]];
+      const Matrix34 E = global_rate_matrix(e);
+      for (int axis = 0; axis < 3; ++axis, ++column) {
+        for (int k = 0; k < 4; ++k) T(body->coordinates()[static_cast<std::size_t>(k)], column) = E(axis, k) / 2;
+        if (names) names->push_back({body->name() + ".turn_" + "xyz"[axis], "rad"});
+      }
+    }
+  }
+  return T.leftCols(column);
+}
+
+/// The linear system s' = A s for s = (u, u'/w, dz/d), with u the directions y in which the masses are 1 and w, d scales that
+/// make the blocks comparable; the map U from u to all directions, d, and the directions' masses.
 struct LinearMotion {
-  MatrixXd A, R;
+  MatrixXd A, U, M;
+  VectorXd d;
 };
 
 LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
   const int nz = assembly.nz();
+  const Mechanism& mechanism = assembly.mechanism();
   StateView s{t, r.q.data(), r.v.data(), nullptr, nullptr, r.z.data()};
   assembly.calc_dynamics(s);
   RowSpace rows;
   rows.compute(dense_matrix(assembly.jacobian(), assembly.phi_q));
-  const MatrixXd R = rows.null_space();
-  calc_accelerations(assembly, rows, R, r);
+  calc_accelerations(assembly, rows, rows.null_space(), r);
   s.a = r.a.data();
   s.lambda = r.lambda.data();
   assembly.calc_dynamics(s);
   assembly.calc_partials(s);
-  const MatrixXd M = dense_matrix(assembly.square(), assembly.M), K = dense_matrix(assembly.square(), assembly.K),
-                 C = dense_matrix(assembly.square(), assembly.C),
-                 phid_q = dense_matrix(assembly.jacobian(), assembly.phid_q),
-                 phidd_q = dense_matrix(assembly.jacobian(), assembly.phidd_q),
-                 Q_z = dense_matrix(assembly.force_state(), assembly.Q_z),
+  const MatrixXd T = calc_directions(mechanism, r.q, true, &r.directions),
+                 T1 = calc_directions(mechanism, r.v, false, nullptr),
+                 T2 = calc_directions(mechanism, r.a, false, nullptr);
+  const Eigen::LDLT<MatrixXd> metric(T.transpose() * T);
+  r.acceleration = metric.solve(T.transpose() * (r.a - T1 * metric.solve(T.transpose() * r.v)));
+  const auto square = [&](const std::vector<double>& x) { return dense_matrix(assembly.square(), x); };
+  const auto constraint = [&](const std::vector<double>& x) { return dense_matrix(assembly.jacobian(), x); };
+  const MatrixXd M = square(assembly.M), K = square(assembly.K), C = square(assembly.C);
+  const MatrixXd Mx = T.transpose() * M * T, Cx = T.transpose() * (C * T + 2 * M * T1),
+                 Kx = T.transpose() * (K * T + C * T1 + M * T2);
+  const MatrixXd phi_q = constraint(assembly.phi_q), phid_q = constraint(assembly.phid_q),
+                 phidd_q = constraint(assembly.phidd_q);
+  // Rows that no direction moves (the norms of Euler parameters) are zero but for rounding.
+  MatrixXd J = phi_q * T;
+  for (Eigen::Index i = 0; i < J.rows(); ++i)
+    if (J.row(i).norm() < 1e-12 * phi_q.row(i).norm()) J.row(i).setZero();
+  rows.compute(J);
+  const MatrixXd R = rows.null_space(), J1 = phi_q * T1 + phid_q * T, J2 = phi_q * T2 + 2 * phid_q * T1 + phidd_q * T;
+  const MatrixXd D = -rows.solve(J1 * R), A = -rows.solve(J2 * R + 2 * J1 * D);
+  const MatrixXd Mz = R.transpose() * Mx * R, Cz = R.transpose() * (Cx * R + 2 * Mx * D),
+                 Kz = R.transpose() * (Kx * R + Cx * D + Mx * A);
+  const MatrixXd Q_z = dense_matrix(assembly.force_state(), assembly.Q_z),
                  f_q = dense_matrix(assembly.state_force(), assembly.f_q),
                  f_v = dense_matrix(assembly.state_force(), assembly.f_v),
                  f_z = dense_matrix(assembly.state_state(), assembly.f_z);
-  const MatrixXd D = -rows.solve(phid_q * R), A = -rows.solve(phidd_q * R + 2 * phid_q * D);
-  const MatrixXd Mz = R.transpose() * M * R, Cz = R.transpose() * (C * R + 2 * M * D),
-                 Kz = R.transpose() * (K * R + C * D + M * A);
   const Eigen::Index f = R.cols();
-  LinearMotion motion{MatrixXd::Zero(2 * f + nz, 2 * f + nz), R};
-  MatrixXd forces(f, 2 * f + nz);
-  forces << -Kz, -Cz, R.transpose() * Q_z;
-  motion.A.block(0, f, f, f).setIdentity();
-  if (f > 0) motion.A.middleRows(f, f) = Mz.ldlt().solve(forces);
-  motion.A.bottomRows(nz) << f_q * R + f_v * D, f_v * R, f_z;
   r.degrees_of_freedom = static_cast<int>(f);
+  const Eigen::LLT<MatrixXd> llt(Mz);
+  if (f > 0 && llt.info() != Eigen::Success)
+    throw ModelError("", "Modes: a motion that the constraints allow has no mass, so that its acceleration is not determined.");
+  const MatrixXd V = f > 0 ? MatrixXd(llt.matrixU().solve(MatrixXd::Identity(f, f))) : MatrixXd(0, 0);
+  const MatrixXd stiffness = V.transpose() * Kz * V, damping = V.transpose() * Cz * V;
+  // A time scale, not below what the terms of the stiffness leave where they cancel.
+  const MatrixXd most = (T * R * V).cwiseAbs();
+  const double terms = (most.transpose() * (K.cwiseAbs() * most + C.cwiseAbs() * (T1 * R * V).cwiseAbs() +
+                                            M.cwiseAbs() * (T2 * R * V).cwiseAbs())).norm();
+  double w = std::max({std::sqrt(stiffness.norm()), damping.norm(), std::sqrt(1e-10 * terms)});
+  if (!(w > 0)) w = 1;
+  LinearMotion motion{MatrixXd::Zero(2 * f + nz, 2 * f + nz), R * V, Mx, VectorXd::Ones(nz)};
+  motion.A.block(0, f, f, f) = w * MatrixXd::Identity(f, f);
+  if (f > 0) motion.A.middleRows(f, f) << -stiffness / w, -damping, (T * R * V).transpose() * Q_z / w;
+  if (nz > 0) motion.A.bottomRows(nz) << f_q * T * R * V + f_v * (T1 * R + T * D) * V, f_v * T * R * V * w, f_z;
+  for (int i = 0; i < nz; ++i) {
+    const Eigen::Index at = 2 * f + i;
+    const double self = std::abs(motion.A(at, at)), row = motion.A.row(at).cwiseAbs().sum() - self,
+                 column = motion.A.col(at).cwiseAbs().sum() - self;
+    if (!(row > 0) || !(column > 0)) continue;
+    motion.d[i] = std::sqrt(row / column);
+    motion.A.row(at) /= motion.d[i];
+    motion.A.col(at) *= motion.d[i];
+  }
   return motion;
 }
 
-/// Scaled so that the coordinate that moves most is 1; with shares in the kinetic energy.
+/// Scaled so that the direction that moves most is 1; with shares in the kinetic energy.
 void finish(Mode& mode, const MatrixXd& M) {
   Eigen::Index at = 0;
-  const double moves = mode.q.size() > 0 ? mode.q.cwiseAbs().maxCoeff(&at) : 0;
-  std::complex<double> scale = moves > 0 ? mode.q[at] : 1.0;
+  const double moves = mode.shape.size() > 0 ? mode.shape.cwiseAbs().maxCoeff(&at) : 0;
+  std::complex<double> scale = moves > 0 ? mode.shape[at] : 1.0;
   if (mode.z.size() > 0 && !(moves > 1e-12 * mode.z.cwiseAbs().maxCoeff())) {
     mode.z.cwiseAbs().maxCoeff(&at);
     scale = mode.z[at];
   }
-  mode.q /= scale;
+  mode.shape /= scale;
   mode.z /= scale;
-  mode.share = (mode.q.conjugate().array() * (M * mode.q).array()).real().abs();
+  mode.share = (mode.shape.conjugate().array() * (M * mode.shape).array()).real().abs();
   const double sum = mode.share.sum();
   if (sum > 0) mode.share /= sum;
 }
@@ -150,12 +194,9 @@ Modes find_modes(Assembly& assembly, double t, const Start& start) {
   r.v = start.v;
   r.z = start.z;
   const LinearMotion motion = linearize(assembly, t, r);
-  const MatrixXd M = dense_matrix(assembly.square(), assembly.M);
-  MatrixXd balanced = motion.A;
-  const VectorXd scale = balance(balanced);
-  const Deflated d = split_zeros(balanced);
+  const Deflated d = split_zeros(motion.A);
   r.zero_eigenvalues = static_cast<int>(d.zeros);
-  const Eigen::Index size = d.A.rows(), rest = size - d.zeros, f = motion.R.cols();
+  const Eigen::Index size = d.A.rows(), rest = size - d.zeros, f = motion.U.cols();
   if (rest == 0) return r;
   const Eigen::EigenSolver<MatrixXd> eigen(d.A.bottomRightCorner(rest, rest));
   if (eigen.info() != Eigen::Success) throw SolverError("Modes: the eigenvalues did not converge.");
@@ -171,10 +212,10 @@ Modes find_modes(Assembly& assembly, double t, const Start& start) {
     x.tail(rest) = vectors.col(k);
     if (d.zeros > 0)
       x.head(d.zeros) = (mode.eigenvalue * MatrixXcd::Identity(d.zeros, d.zeros) - A00).lu().solve(A01 * x.tail(rest));
-    x = scale.cast<std::complex<double>>().asDiagonal() * (d.V.cast<std::complex<double>>() * x);
-    mode.q = motion.R.cast<std::complex<double>>() * x.head(f);
-    mode.z = x.tail(size - 2 * f);
-    finish(mode, M);
+    x = d.V.cast<std::complex<double>>() * x;
+    mode.shape = motion.U.cast<std::complex<double>>() * x.head(f);
+    mode.z = motion.d.cast<std::complex<double>>().asDiagonal() * x.tail(size - 2 * f);
+    finish(mode, motion.M);
     r.modes.push_back(std::move(mode));
   }
   std::sort(r.modes.begin(), r.modes.end(),

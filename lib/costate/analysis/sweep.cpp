@@ -98,7 +98,7 @@ Sweep sweep_position(Assembly& assembly, double t, const std::vector<HeldPositio
                                             path.complaint()));
   Sweep sweep;
   for (int k = 0; k < count; ++k) {
-    const double value = k == count - 1 ? to : from + k * step;
+    const double value = std::lerp(from, to, static_cast<double>(k) / (count - 1));
     if (!path.lead_to(value)) {
       sweep.stopped = fmt::format("The mechanism locks: '{}' goes to {:.6g} {}, not to {:.6g}. {}", c.name, path.value(),
                                   c.unit, value, path.complaint());

@@ -309,8 +309,12 @@ TEST_CASE("tyre: slip is regular at rest, lags where asked to, and equals the so
   REQUIRE(alpha(10, 1, 0) == Approx(std::atan(0.1)));
   REQUIRE(alpha(0.09, 0.01, 0) == 0);
   REQUIRE(alpha(0, 0, 0.1) == 0);
-  REQUIRE(alpha(10, 1, 0.1) == Approx(std::atan(0.1 * (1 - 0.5e-4))).epsilon(1e-8));  // w^2 / (2 V^2)
-  REQUIRE(alpha(-10, 1, 0.1) == alpha(10, 1, 0.1));                                   // backwards, too, it opposes
+  REQUIRE(alpha(10, 1, 0.1) == Approx(std::atan(0.1)).epsilon(1e-14));
+  REQUIRE(alpha(0.5, 0.05, 0.1) == Approx(std::atan(0.1 * std::tanh(5.0))).epsilon(1e-14));
+  REQUIRE(alpha(0, 0.03, 0.1) == Approx(std::atan(0.3)));
+  for (const double u : {0.009999999, 0.010000001})  // where the series hands over
+    REQUIRE(alpha(u, 0.02, 0.1) == Approx(std::atan(0.02 / u * std::tanh(u / 0.1))).epsilon(1e-14));
+  REQUIRE(alpha(-10, 1, 0.1) == alpha(10, 1, 0.1));  // backwards, too, it opposes
   TyreSlipOptions lag;
   lag.relaxation_length_m = 0.5;
   lag.slip_speed_m_per_s = 0;

@@ -270,7 +270,8 @@ class TyreForce final : public ForceOf<TyreForce<Model>> {
       calc_tyre_geometry(*setup.road, setup.contact, t, w, p[radius], p[share], p[shift], p + road_numbers, geometry);
       const TyreGeometry<S>& g = geometry;
       const S normal = normal_force(setup.bilateral, g.deflection, g.approach, p);
-      input = {{normal, g.forward, g.lateral, g.camber, spin}};
+      input = {{normal, g.forward, g.lateral, g.camber, S(0.0)}};
+      if constexpr (uses_spin) input.x[4] = spin * model.effective_radius(g.deflection, p[radius], p + model_numbers);
       apply_model(model, input, z, p + model_numbers, output, zdot);
       for (int i = 0; i < 3; ++i) {
         arm[i] = -g.loaded_radius * g.ez[i];

@@ -1,5 +1,5 @@
 // Tyre models: what a tyre does for a normal force F_n, the velocity of the wheel's centre along e_x and e_g, the
-// camber and the wheel's spin. A model is one templated function object; the contact (tyre_contact.h) and the
+// camber and the wheel's rolling speed. A model is one templated function object; the contact (tyre_contact.h) and the
 // wheel's motion (tyre_force.h) are shared, and derivatives come from dual numbers over these few inputs.
 #pragma once
 
@@ -19,7 +19,7 @@ struct TyreInput {
   const S& forward() const { return x[1]; }   // V.e_x, m/s
   const S& lateral() const { return x[2]; }   // V.e_g, m/s
   const S& camber() const { return x[3]; }    // rad
-  const S& spin() const { return x[4]; }      // rad/s, positive where the wheel rolls forward
+  const S& rolling() const { return x[4]; }   // spin times the effective radius, m/s, positive forward
 };
 
 /// The outputs at the contact point: forces along e_x and e_g, moments about e_x, e_y and n.
@@ -34,33 +34,43 @@ struct TyreOutput {
   S& aligning() { return x[4]; }      // N m, about n
 };
 
-/// How the slip angle's tangent follows from the velocities. Numbers: [slip speed], then where the tyre lags
-/// [relaxation length, initial value].
-///   at once        tan alpha = V.e_g / sqrt((V.e_x)^2 + w^2): w, a small speed, keeps it regular at rest. At a speed
-///                  V the slip is too small by the fraction w^2 / (2 V^2).
+/// x coth(x): |x| away from 0, to 2 |x| exp(-2 |x|), and 1 + x^2/3 near 0.
+template <class S>
+S x_coth(const S& x) {
+  using std::tanh;
+  if (std::abs(value_of(x)) > 0.1) return x / tanh(x);
+  const S y = x * x;  // the next term is 2e-6 x^12
+  return S(1.0) + y * (S(1.0 / 3) - y * (S(1.0 / 45) - y * (S(2.0 / 945) - y * (S(1.0 / 4725) - y * S(2.0 / 93555)))));
+}
+
+/// How slip follows from velocities. Numbers: [slip speed w], then where the tyre lags [relaxation length, initial value].
+///   at once        tan alpha = V.e_g / s,  s = V.e_x coth(V.e_x / w): |V.e_x| to a fraction 2 exp(-2 |V.e_x| / w), 4e-9
+///                  from 10 w on, and w at rest, so that slip is regular there
 ///   w = 0          tan alpha = V.e_g / |V.e_x|, but 0 up to 0.1 m/s and in a skid without forward speed: as the public
 ///                  Iltis model does
-///   with a lag     tan alpha = z, L z' = V.e_g - sqrt((V.e_x)^2 + w^2) z: regular also for w = 0, when at rest the
-///                  tyre is a spring
+///   with a lag     tan alpha = z, L z' = V.e_g - s z: regular also for w = 0; at rest the tyre is then a spring
 struct TyreSlip {
   bool lags = false;
   static constexpr double cut_speed = 0.1;  // m/s
   int number_count() const { return lags ? 3 : 1; }
 
   template <class S, class P>
-  S speed(const S& forward, const P& w) const {
-    using std::sqrt;
+  static S speed(const S& forward, const P& w) {
     if (value_of(w) == 0) return value_of(forward) < 0 ? -forward : forward;
-    return sqrt(forward * forward + S(w) * S(w));
+    return S(w) * x_coth(forward / S(w));
+  }
+  /// sliding / speed: both slips that do not lag.
+  template <class S, class P>
+  static S ratio(const S& forward, const S& sliding, const P& w) {
+    if (value_of(w) == 0) {
+      const double u = value_of(forward), v = value_of(sliding);
+      if (!(u * u + v * v > cut_speed * cut_speed) || !(std::abs(u) > 1e-9)) return S(0.0);
+    }
+    return sliding / speed(forward, w);
   }
   template <class S, class P>
   S tangent(const S& forward, const S& lateral, const S* z, const P* p) const {
-    if (lags) return z[0];
-    if (value_of(p[0]) == 0) {
-      const double u = value_of(forward), v = value_of(lateral);
-      if (!(u * u + v * v > cut_speed * cut_speed) || !(std::abs(u) > 1e-9)) return S(0.0);
-    }
-    return lateral / speed(forward, p[0]);
+    return lags ? z[0] : ratio(forward, lateral, p[0]);
   }
   template <class S, class P>
   void rate(const S& forward, const S& lateral, const S* z, const P* p, S* zdot) const {

@@ -53,6 +53,7 @@ struct MagicFormula {
   static const std::vector<Entry>& coefficients();
 
   static constexpr int inputs = 5, most_states = 2;
+  static constexpr bool pulls_along = true, overturns = true, resists = true;
   bool lags = false, lags_along = false;  // lateral and longitudinal slip
   bool free_rolling = false;              // no longitudinal slip nor force, whatever the spin
   bool mirrored = false;                  // a left tyre on the right side or the other way round

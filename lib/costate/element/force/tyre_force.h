@@ -55,7 +55,11 @@ void apply_model(const Model& model, const TyreInput<Dual<N>>& in, const Dual<N>
     for (int j = 0; j < model.states(); ++j)
       for (int i = 0; i < N; ++i) r.d[i] += y.d[k + j] * z[j].d[i];
   };
-  for (int i = 0; i < TyreOutput<D>::count; ++i) chained(found.x[i], out.x[i]);
+  chained(found.lateral(), out.lateral());
+  chained(found.aligning(), out.aligning());
+  if (Model::pulls_along) chained(found.longitudinal(), out.longitudinal());
+  if (Model::overturns) chained(found.overturning(), out.overturning());
+  if (Model::resists) chained(found.rolling(), out.rolling());
   for (int i = 0; i < model.states(); ++i) chained(found_zdot[i], zdot[i]);
 }
 
@@ -273,17 +277,26 @@ class TyreForce final : public ForceOf<TyreForce<Model>> {
       input = {{normal, g.forward, g.lateral, g.camber, S(0.0)}};
       if constexpr (uses_spin) input.x[4] = spin * model.effective_radius(g.deflection, p[radius], p + model_numbers);
       apply_model(model, input, z, p + model_numbers, output, zdot);
+      // On level ground n, and the z of e_x and e_g, are known: no products with 0 and 1.
+      const bool level = setup.road->level(), vertical = setup.contact == TyreContact::vertical;
+      const int across = level ? 2 : 3;
       for (int i = 0; i < 3; ++i) {
         arm[i] = -g.loaded_radius * g.ez[i];
-        if (model.trail() >= 0) arm[i] -= S(p[model_numbers + model.trail()]) * g.ex[i];
-        force[i] = setup.contact == TyreContact::vertical ? S(0.0) : normal * g.n[i];
-        if (model.slips()) force[i] += output.longitudinal() * g.ex[i] + output.lateral() * g.eg[i];
+        if (model.trail() >= 0 && i < across) arm[i] -= S(p[model_numbers + model.trail()]) * g.ex[i];
+        force[i] = S(0.0);
+        if (model.slips() && i < across) force[i] = output.lateral() * g.eg[i];
+        if (Model::pulls_along && i < across) force[i] += output.longitudinal() * g.ex[i];
+        if (!level && !vertical) force[i] += normal * g.n[i];
       }
+      if (level && !vertical) force[2] += normal;
       cross3(arm, force, moment);
-      if (setup.contact == TyreContact::vertical) force[2] += normal;
+      if (vertical) force[2] += normal;
+      if (Model::overturns)
+        for (int i = 0; i < across; ++i) moment[i] += output.overturning() * g.ex[i];
+      if (Model::resists)
+        for (int i = 0; i < 3; ++i) moment[i] += output.rolling() * g.ey[i];
       if (model.slips())
-        for (int i = 0; i < 3; ++i)
-          moment[i] += output.overturning() * g.ex[i] + output.rolling() * g.ey[i] + output.aligning() * g.n[i];
+        for (int i = level ? 2 : 0; i < 3; ++i) moment[i] += level ? output.aligning() : output.aligning() * g.n[i];
     }
 
     template <class P>

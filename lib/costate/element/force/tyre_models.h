@@ -1,6 +1,7 @@
 // Tyre models: what a tyre does for a normal force F_n, the velocity of the wheel's centre along e_x and e_g, the
-// camber and the wheel's rolling speed. A model is one templated function object; the contact (tyre_contact.h) and the
-// wheel's motion (tyre_force.h) are shared, and derivatives come from dual numbers over these few inputs.
+// camber and the wheel's rolling speed. A model is one templated function object that says which outputs it has; the
+// contact (tyre_contact.h) and the wheel's motion (tyre_force.h) are shared, and derivatives come from dual numbers
+// over these few inputs.
 #pragma once
 
 #include <algorithm>
@@ -81,6 +82,7 @@ struct TyreSlip {
 /// Normal force alone: for rigs and ride, where slip would be singular or is not asked for.
 struct RideTyre {
   static constexpr int inputs = 1, most_states = 0;
+  static constexpr bool pulls_along = false, overturns = false, resists = false;
   int number_count() const { return 0; }
   int states() const { return 0; }
   int initial_state(int) const { return -1; }
@@ -99,6 +101,7 @@ struct RideTyre {
 /// Numbers: those of the slip, D, C, C_c, m_c, m_a, trail.
 struct LinearTyre {
   static constexpr int inputs = 4, most_states = 1;
+  static constexpr bool pulls_along = false, overturns = true, resists = false;
   TyreSlip slip;
   int number_count() const { return slip.number_count() + 6; }
   int states() const { return slip.lags ? 1 : 0; }
@@ -134,6 +137,7 @@ struct LinearTyre {
 /// Numbers: those of the slip, then A0, A1, A2, A3, A4, A_omega, B1, B3, B4, SN, AF1, AF2.
 struct CalspanTyre {
   static constexpr int inputs = 4, most_states = 1;
+  static constexpr bool pulls_along = false, overturns = false, resists = false;
   static constexpr int coefficients = 12;
   TyreSlip slip;
   int number_count() const { return slip.number_count() + coefficients; }

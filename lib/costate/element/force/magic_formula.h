@@ -53,7 +53,8 @@ struct MagicFormula {
   static const std::vector<Entry>& coefficients();
 
   static constexpr int inputs = 5, most_states = 2;
-  static constexpr bool pulls_along = true, overturns = true, resists = true;
+  static constexpr bool slips = true, pulls_along = true, overturns = true, resists = true;
+  static constexpr int most_numbers = 5 + count;
   bool lags = false, lags_along = false;  // lateral and longitudinal slip
   bool free_rolling = false;              // no longitudinal slip nor force, whatever the spin
   bool mirrored = false;                  // a left tyre on the right side or the other way round
@@ -64,7 +65,6 @@ struct MagicFormula {
   int number_count() const { return first() + count; }
   int states() const { return (lags ? 1 : 0) + (lags_along ? 1 : 0); }
   int initial_state(int i) const { return 2 + 2 * i; }
-  bool slips() const { return true; }
   int trail() const { return -1; }
 
   template <class S, class P>

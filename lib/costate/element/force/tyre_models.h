@@ -82,11 +82,11 @@ struct TyreSlip {
 /// Normal force alone: for rigs and ride, where slip would be singular or is not asked for.
 struct RideTyre {
   static constexpr int inputs = 1, most_states = 0;
-  static constexpr bool pulls_along = false, overturns = false, resists = false;
+  static constexpr bool slips = false, pulls_along = false, overturns = false, resists = false;
+  static constexpr int most_numbers = 0;
   int number_count() const { return 0; }
   int states() const { return 0; }
   int initial_state(int) const { return -1; }
-  bool slips() const { return false; }
   int trail() const { return -1; }
   template <class S, class P>
   void operator()(const TyreInput<S>&, const S*, const P*, TyreOutput<S>&, S*) const {}
@@ -101,12 +101,12 @@ struct RideTyre {
 /// Numbers: those of the slip, D, C, C_c, m_c, m_a, trail.
 struct LinearTyre {
   static constexpr int inputs = 4, most_states = 1;
-  static constexpr bool pulls_along = false, overturns = true, resists = false;
+  static constexpr bool slips = true, pulls_along = false, overturns = true, resists = false;
+  static constexpr int most_numbers = 3 + 6;
   TyreSlip slip;
   int number_count() const { return slip.number_count() + 6; }
   int states() const { return slip.lags ? 1 : 0; }
   int initial_state(int) const { return 2; }
-  bool slips() const { return true; }
   /// Index of a trail among the numbers, or -1.
   int trail() const { return slip.number_count() + 5; }
 
@@ -137,13 +137,13 @@ struct LinearTyre {
 /// Numbers: those of the slip, then A0, A1, A2, A3, A4, A_omega, B1, B3, B4, SN, AF1, AF2.
 struct CalspanTyre {
   static constexpr int inputs = 4, most_states = 1;
-  static constexpr bool pulls_along = false, overturns = false, resists = false;
+  static constexpr bool slips = true, pulls_along = false, overturns = false, resists = false;
+  static constexpr int most_numbers = 3 + 12;
   static constexpr int coefficients = 12;
   TyreSlip slip;
   int number_count() const { return slip.number_count() + coefficients; }
   int states() const { return slip.lags ? 1 : 0; }
   int initial_state(int) const { return 2; }
-  bool slips() const { return true; }
   int trail() const { return -1; }
 
   template <class S, class P>

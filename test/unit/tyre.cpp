@@ -7,6 +7,8 @@
 
 #include "costate/base/error.h"
 #include "costate/element/force/tyre_force.h"
+#include "costate/element/kind/body.h"
+#include "costate/element/kind/magic_formula.h"
 #include "costate/element/kind/point.h"
 #include "costate/element/kind/rigid_body.h"
 #include "costate/element/kind/road_laws.h"
@@ -92,7 +94,7 @@ class Wheel {
   Vector center_velocity() const { return velocity + omega.cross(rotation() * hub); }
 
   std::shared_ptr<const Mechanism> mechanism;
-  double q[7] = {}, v[7] = {};
+  double q[8] = {}, v[8] = {};
   std::vector<double> numbers, zdot;
   std::vector<PathDual> dual_q, dual_v, dual_p, dual_z;
   Vector force, moment;  // moment about the body's origin
@@ -309,8 +311,12 @@ TEST_CASE("tyre: slip is regular at rest, lags where asked to, and equals the so
   REQUIRE(alpha(10, 1, 0) == Approx(std::atan(0.1)));
   REQUIRE(alpha(0.09, 0.01, 0) == 0);
   REQUIRE(alpha(0, 0, 0.1) == 0);
-  REQUIRE(alpha(10, 1, 0.1) == Approx(std::atan(0.1 * (1 - 0.5e-4))).epsilon(1e-8));  // w^2 / (2 V^2)
-  REQUIRE(alpha(-10, 1, 0.1) == alpha(10, 1, 0.1));                                   // backwards, too, it opposes
+  REQUIRE(alpha(10, 1, 0.1) == Approx(std::atan(0.1)).epsilon(1e-14));
+  REQUIRE(alpha(0.5, 0.05, 0.1) == Approx(std::atan(0.1 * std::tanh(5.0))).epsilon(1e-14));
+  REQUIRE(alpha(0, 0.03, 0.1) == Approx(std::atan(0.3)));
+  for (const double u : {0.009999999, 0.010000001})  // where the series hands over
+    REQUIRE(alpha(u, 0.02, 0.1) == Approx(std::atan(0.02 / u * std::tanh(u / 0.1))).epsilon(1e-14));
+  REQUIRE(alpha(-10, 1, 0.1) == alpha(10, 1, 0.1));  // backwards, too, it opposes
   TyreSlipOptions lag;
   lag.relaxation_length_m = 0.5;
   lag.slip_speed_m_per_s = 0;
@@ -370,12 +376,78 @@ std::string complaint(const std::string& place, const std::string& by) {
 }
 }  // namespace
 
+TEST_CASE("tyre: power, spin and the gradient by numbers") {
+  // What the tyre's generalized force does along any velocities is the force on the centre's velocity and the moment
+  // about the centre on the wheel's whole angular velocity, the body's and the spin's.
+  Wheel w;
+  w.place();
+  BodyOptions rotor;
+  rotor.mass_kg = 1;
+  rotor.inertia_kg_m2 = 1;
+  add_body(w.builder, "rotor", rotor);
+  RoadOptions road;
+  road.kind = Road::Kind::profile;
+  road.law = polynomial_law({0.02, 0.1});
+  add_road(w.builder, "ground", road);
+  w.tyre.spin = "rotor.angle";
+  w.tyre.damping_N_s_per_m = 300;
+  MagicFormulaOptions o;
+  TyreOptions usual;
+  read_tir_file(std::string(COSTATE_MODELS_DIR) + "/tyres/formula_student_61.tir", o, usual);
+  o.longitudinal_relaxation_length_m = 0.3;
+  TyreSlipOptions slip;
+  slip.relaxation_length_m = 0.4;
+  w.z = {0.03, -0.02};
+  add_magic_formula_tyre(w.builder, "T", w.tyre, slip, o);
+  const double spin = 14;
+  w.v[7] = spin;
+  w.finish();
+  const Force& f = *w.mechanism->forces()[0];
+  const LocalState s{w.t, w.q, w.v, nullptr, nullptr, w.z.data(), w.numbers.data()};
+  const Vector u = w.axis(), C = w.center(), n = Vector(-0.1, 0, 1).normalized(), V = w.center_velocity();
+  const Vector ex = u.cross(n).normalized(), eg = n.cross(ex);
+  const Vector P(w.measure("contact_x"), w.measure("contact_y"), 0.02 + 0.1 * w.measure("contact_x"));
+  const Vector F = w.measure("normal_force") * n + w.measure("lateral_force") * eg + w.measure("longitudinal_force") * ex;
+  REQUIRE(w.measure("normal_force") > 1000);
+  REQUIRE(std::abs(w.measure("longitudinal_force")) > 100);
+  double Q[8] = {}, rates[2] = {};
+  f.calc_force(s, Q, rates);
+  const Vector4 e(w.euler.data());
+  const Vector moment = global_rate_matrix(e.data()) * Vector4(Q + 3) / 2 - (C - w.position).cross(F);  // about C
+  REQUIRE((Vector(Q) - F).norm() < 1e-12 * F.norm());
+  REQUIRE(Q[7] == Approx(moment.dot(u)).epsilon(1e-12));
+  const Vector of_contact = moment - (P - C).cross(F);  // moments of the model: about e_x, e_y and n
+  REQUIRE((of_contact - of_contact.dot(n) * n - of_contact.dot(ex) * ex).norm() > 1);  // rolling resistance about the axis
+  double power = 0;
+  for (int i = 0; i < 8; ++i) power += Q[i] * w.v[i];
+  REQUIRE(power == Approx(F.dot(V) + moment.dot(w.omega + spin * u)).epsilon(1e-12));
+  // Slip rates: sideways V.e_g, along the difference of the rolling and the travelling speed.
+  const double turning = w.omega.dot(u) + spin, u_x = V.dot(ex), R_e = 0.55 - w.measure("deflection") / 3;
+  REQUIRE(rates[0] == Approx((V.dot(eg) - u_x * 0.03) / 0.4).epsilon(1e-12));
+  REQUIRE(rates[1] == Approx((turning * R_e - u_x + u_x * 0.02) / 0.3).epsilon(1e-12));
+  // One pass for many numbers is the weighted sum of the partials of each.
+  double w_Q[8], w_f[2] = {0.7, -1.3};
+  for (int i = 0; i < 8; ++i) w_Q[i] = std::sin(1.0 + i);
+  std::vector<int> all(w.numbers.size());
+  for (std::size_t k = 0; k < all.size(); ++k) all[k] = static_cast<int>(k);
+  std::vector<double> found(all.size(), 0.5);
+  f.add_number_gradient(s, w_Q, w_f, all.data(), static_cast<int>(all.size()), found.data());
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    double Q_p[8] = {}, f_p[2] = {}, expected = 0.5, size = 1;
+    f.Force::calc_number_partial(s, all[k], Q_p, f_p);
+    for (int i = 0; i < 8; ++i) expected += w_Q[i] * Q_p[i], size += std::abs(w_Q[i] * Q_p[i]);
+    for (int i = 0; i < 2; ++i) expected += w_f[i] * f_p[i], size += std::abs(w_f[i] * f_p[i]);
+    INFO("number " << k);
+    REQUIRE(std::abs(found[k] - expected) < 1e-13 * size);
+  }
+}
+
 TEST_CASE("tyre: mistakes are named with their place") {
   REQUIRE(complaint("[start]", "[start]") == "none");
   CHECK_THAT(complaint("road = \"plain\"", "road = \"plane\""),
              Contains("s.toml:27:8: tyre.T.road: There is no road 'plane'. Did you mean 'plain'?"));
   CHECK_THAT(complaint("wheel = \"hub\"", "wheel = \"stone\""),
-             Contains("tyre.T.wheel: 'stone' is on the ground; a wheel's centre is a point on a rigid body."));
+             Contains("tyre.T.wheel: 'stone' is not fixed to a rigid body, as a wheel's centre must be."));
   CHECK_THAT(complaint("wheel = \"hub\"", "wheel = \"hob\""), Contains("There is no point 'hob' in space."));
   CHECK_THAT(complaint("model = \"ride\"", "model = \"rid\""),
              Contains("must be one of calspan, linear, ") && Contains("found \"rid\". Did you mean 'ride'?"));

@@ -55,7 +55,11 @@ void apply_model(const Model& model, const TyreInput<Dual<N>>& in, const Dual<N>
     for (int j = 0; j < model.states(); ++j)
       for (int i = 0; i < N; ++i) r.d[i] += y.d[k + j] * z[j].d[i];
   };
-  for (int i = 0; i < TyreOutput<D>::count; ++i) chained(found.x[i], out.x[i]);
+  chained(found.lateral(), out.lateral());
+  chained(found.aligning(), out.aligning());
+  if (Model::pulls_along) chained(found.longitudinal(), out.longitudinal());
+  if (Model::overturns) chained(found.overturning(), out.overturning());
+  if (Model::resists) chained(found.rolling(), out.rolling());
   for (int i = 0; i < model.states(); ++i) chained(found_zdot[i], zdot[i]);
 }
 
@@ -194,10 +198,45 @@ class TyreForce final : public ForceOf<TyreForce<Model>> {
     }
   }
 
+  void calc_number_partial(const LocalState& s, int number, double* Q_p, double* f_p) const override {
+    Evaluation<double> e;
+    NumberPartials partials(*this, s, e);
+    if (!partials.calc(number)) return Force::calc_number_partial(s, number, Q_p, f_p);
+    double force[3], moment[3];
+    e.calc_wrench(setup_, partials.normal, partials.output, force, moment);
+    SpatialPointMath::add_force(s.q, s.p + center, force, Q_p);
+    add_global_moment(s.q + 3, moment, Q_p + 3);
+    if (setup_.has_spin) Q_p[7] += dot3(e.geometry.ey, moment);
+    for (int i = 0; i < states(); ++i) f_p[i] = partials.zdot[i];
+  }
+
+  void add_number_gradient(const LocalState& s, const double* w_Q, const double* w_f, const int* numbers, int count,
+                           double* out) const override {
+    Evaluation<double> e;
+    NumberPartials partials(*this, s, e);
+    // w_Q^T Q = F.w_C + M.w_turn: the velocity of C and the angular velocity that w_Q would be.
+    double w_C[3] = {}, w_turn[3] = {}, force[3], moment[3];
+    if (w_Q) {
+      SpatialPointMath::velocity(s.q, w_Q, s.p + center, w_C);
+      global_rate(s.q + 3, w_Q + 3, w_turn);
+      for (int i = 0; i < 3; ++i) w_turn[i] = 2 * w_turn[i] + (setup_.has_spin ? w_Q[7] * e.geometry.ey[i] : 0.0);
+    }
+    for (int i = 0; i < count; ++i) {
+      if (!partials.calc(numbers[i])) {
+        Force::add_number_gradient(s, w_Q, w_f, numbers + i, 1, out + i);
+        continue;
+      }
+      e.calc_wrench(setup_, partials.normal, partials.output, force, moment);
+      out[i] += dot3(force, w_C) + dot3(moment, w_turn);
+      if (w_f)
+        for (int j = 0; j < states(); ++j) out[i] += w_f[j] * partials.zdot[j];
+    }
+  }
+
   std::vector<Measure> measures() const override {
     std::vector<Measure> m = {{"normal_force", "N", false}, {"deflection", "m", false}, {"camber", "rad", false},
                               {"contact_x", "m", false},    {"contact_y", "m", false}};
-    if (!model_.slips()) return m;
+    if (!Model::slips) return m;
     m.insert(m.end(), {{"lateral_force", "N", false},
                        {"longitudinal_force", "N", false},
                        {"aligning_moment", "N m", false},
@@ -270,19 +309,37 @@ class TyreForce final : public ForceOf<TyreForce<Model>> {
       calc_tyre_geometry(*setup.road, setup.contact, t, w, p[radius], p[share], p[shift], p + road_numbers, geometry);
       const TyreGeometry<S>& g = geometry;
       const S normal = normal_force(setup.bilateral, g.deflection, g.approach, p);
-      input = {{normal, g.forward, g.lateral, g.camber, spin}};
+      input = {{normal, g.forward, g.lateral, g.camber, S(0.0)}};
+      if constexpr (uses_spin) input.x[4] = spin * model.effective_radius(g.deflection, p[radius], p + model_numbers);
       apply_model(model, input, z, p + model_numbers, output, zdot);
       for (int i = 0; i < 3; ++i) {
         arm[i] = -g.loaded_radius * g.ez[i];
         if (model.trail() >= 0) arm[i] -= S(p[model_numbers + model.trail()]) * g.ex[i];
-        force[i] = setup.contact == TyreContact::vertical ? S(0.0) : normal * g.n[i];
-        if (model.slips()) force[i] += output.longitudinal() * g.ex[i] + output.lateral() * g.eg[i];
       }
-      cross3(arm, force, moment);
-      if (setup.contact == TyreContact::vertical) force[2] += normal;
-      if (model.slips())
-        for (int i = 0; i < 3; ++i)
-          moment[i] += output.overturning() * g.ex[i] + output.rolling() * g.ey[i] + output.aligning() * g.n[i];
+      calc_wrench(setup, normal, output, force, moment);
+    }
+
+    /// Force and moment about the centre of a normal force and a model's outputs: linear in these.
+    void calc_wrench(const TyreSetup& setup, const S& normal, TyreOutput<S>& y, S* F, S* M) const {
+      // On level ground n, and the z of e_x and e_g, are known: no products with 0 and 1.
+      const TyreGeometry<S>& g = geometry;
+      const bool level = setup.road->level(), vertical = setup.contact == TyreContact::vertical;
+      const int across = level ? 2 : 3;
+      for (int i = 0; i < 3; ++i) {
+        F[i] = S(0.0);
+        if (Model::slips && i < across) F[i] = y.lateral() * g.eg[i];
+        if (Model::pulls_along && i < across) F[i] += y.longitudinal() * g.ex[i];
+        if (!level && !vertical) F[i] += normal * g.n[i];
+      }
+      if (level && !vertical) F[2] += normal;
+      cross3(arm, F, M);
+      if (vertical) F[2] += normal;
+      if (Model::overturns)
+        for (int i = 0; i < across; ++i) M[i] += y.overturning() * g.ex[i];
+      if (Model::resists)
+        for (int i = 0; i < 3; ++i) M[i] += y.rolling() * g.ey[i];
+      if (Model::slips)
+        for (int i = level ? 2 : 0; i < 3; ++i) M[i] += level ? y.aligning() : y.aligning() * g.n[i];
     }
 
     template <class P>
@@ -293,6 +350,63 @@ class TyreForce final : public ForceOf<TyreForce<Model>> {
       const S force = S(p[stiffness]) * deflection + damper;
       return bilateral || value_of(force) > 0 ? force : S(0.0);
     }
+  };
+
+  /// Derivatives by single numbers of what does not change the geometry: dual numbers through the normal force and the
+  /// model alone. Fills the evaluation with the values.
+  class NumberPartials {
+   public:
+    using D = Dual<1>;
+    double normal = 0;            // of F_n,
+    TyreOutput<double> output;    // of the model's outputs
+    double zdot[Model::most_states + 1] = {};
+
+    NumberPartials(const TyreForce& f, const LocalState& s, Evaluation<double>& e) : f_(f) {
+      double ignored[Model::most_states + 1];
+      WheelState<double> w;
+      double at[3], spin = 0;
+      f.wheel_motion(s.q, s.v, s.p, at, w.velocity, w.axis);
+      w.x = at[0];
+      w.z = at[2];
+      if constexpr (uses_spin) spin = f.spin_of(s.q, s.v, s.p);
+      e.forces(f.setup_, f.model_, s.t, w, spin, s.z, s.p, f.model_numbers_, ignored);
+      geometry_ = &e.geometry;
+      input_ = {{D(0.0), D(e.input.forward()), D(e.input.lateral()), D(e.input.camber()), D(0.0)}};
+      spin_ = spin;
+      for (int i = 0; i < f.states(); ++i) z_[i] = D(s.z[i]);
+      for (int i = radius; i <= ramp; ++i) p_[i] = D(s.p[i]);
+      for (int i = 0; i < f.model_.number_count(); ++i) model_p_[i] = D(s.p[f.model_numbers_ + i]);
+    }
+
+    /// False for numbers that move the contact.
+    bool calc(int number) {
+      const int of_model = number - f_.model_numbers_;
+      const bool level = f_.setup_.road->level();
+      const TyreContact contact = f_.setup_.contact;
+      if (of_model >= 0 ? of_model == f_.model_.trail() : number < radius || number > ramp) return false;
+      if (number == radius && contact == TyreContact::disc && !level) return false;
+      D& seed = of_model >= 0 ? model_p_[of_model] : p_[number];
+      seed.d[0] = 1;
+      D deflection(geometry_->deflection);
+      if (number == radius) deflection.d[0] = contact == TyreContact::source && !level ? geometry_->n[2] : 1;
+      input_.x[0] = Evaluation<D>::normal_force(f_.setup_.bilateral, deflection, D(geometry_->approach), p_);
+      if constexpr (uses_spin) input_.x[4] = D(spin_) * f_.model_.effective_radius(deflection, p_[radius], model_p_);
+      TyreOutput<D> y;
+      D rates[Model::most_states + 1];
+      f_.model_(input_, z_, model_p_, y, rates);
+      normal = input_.x[0].d[0];
+      for (int i = 0; i < TyreOutput<D>::count; ++i) output.x[i] = y.x[i].d[0];
+      for (int i = 0; i < f_.states(); ++i) zdot[i] = rates[i].d[0];
+      seed.d[0] = 0;
+      return true;
+    }
+
+   private:
+    const TyreForce& f_;
+    const TyreGeometry<double>* geometry_ = nullptr;
+    TyreInput<D> input_;
+    double spin_ = 0;
+    D z_[Model::most_states + 1], p_[ramp + 1], model_p_[Model::most_numbers + 1];
   };
 
   template <class S, class P>

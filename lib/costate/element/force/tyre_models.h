@@ -1,6 +1,7 @@
 // Tyre models: what a tyre does for a normal force F_n, the velocity of the wheel's centre along e_x and e_g, the
-// camber and the wheel's spin. A model is one templated function object; the contact (tyre_contact.h) and the
-// wheel's motion (tyre_force.h) are shared, and derivatives come from dual numbers over these few inputs.
+// camber and the wheel's rolling speed. A model is one templated function object that says which outputs it has; the
+// contact (tyre_contact.h) and the wheel's motion (tyre_force.h) are shared, and derivatives come from dual numbers
+// over these few inputs.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +20,7 @@ struct TyreInput {
   const S& forward() const { return x[1]; }   // V.e_x, m/s
   const S& lateral() const { return x[2]; }   // V.e_g, m/s
   const S& camber() const { return x[3]; }    // rad
-  const S& spin() const { return x[4]; }      // rad/s, positive where the wheel rolls forward
+  const S& rolling() const { return x[4]; }   // spin times the effective radius, m/s, positive forward
 };
 
 /// The outputs at the contact point: forces along e_x and e_g, moments about e_x, e_y and n.
@@ -34,33 +35,43 @@ struct TyreOutput {
   S& aligning() { return x[4]; }      // N m, about n
 };
 
-/// How the slip angle's tangent follows from the velocities. Numbers: [slip speed], then where the tyre lags
-/// [relaxation length, initial value].
-///   at once        tan alpha = V.e_g / sqrt((V.e_x)^2 + w^2): w, a small speed, keeps it regular at rest. At a speed
-///                  V the slip is too small by the fraction w^2 / (2 V^2).
+/// x coth(x): |x| away from 0, to 2 |x| exp(-2 |x|), and 1 + x^2/3 near 0.
+template <class S>
+S x_coth(const S& x) {
+  using std::tanh;
+  if (std::abs(value_of(x)) > 0.1) return x / tanh(x);
+  const S y = x * x;  // the next term is 2e-6 x^12
+  return S(1.0) + y * (S(1.0 / 3) - y * (S(1.0 / 45) - y * (S(2.0 / 945) - y * (S(1.0 / 4725) - y * S(2.0 / 93555)))));
+}
+
+/// How slip follows from velocities. Numbers: [slip speed w], then where the tyre lags [relaxation length, initial value].
+///   at once        tan alpha = V.e_g / s,  s = V.e_x coth(V.e_x / w): |V.e_x| to a fraction 2 exp(-2 |V.e_x| / w), 4e-9
+///                  from 10 w on, and w at rest, so that slip is regular there
 ///   w = 0          tan alpha = V.e_g / |V.e_x|, but 0 up to 0.1 m/s and in a skid without forward speed: as the public
 ///                  Iltis model does
-///   with a lag     tan alpha = z, L z' = V.e_g - sqrt((V.e_x)^2 + w^2) z: regular also for w = 0, when at rest the
-///                  tyre is a spring
+///   with a lag     tan alpha = z, L z' = V.e_g - s z: regular also for w = 0; at rest the tyre is then a spring
 struct TyreSlip {
   bool lags = false;
   static constexpr double cut_speed = 0.1;  // m/s
   int number_count() const { return lags ? 3 : 1; }
 
   template <class S, class P>
-  S speed(const S& forward, const P& w) const {
-    using std::sqrt;
+  static S speed(const S& forward, const P& w) {
     if (value_of(w) == 0) return value_of(forward) < 0 ? -forward : forward;
-    return sqrt(forward * forward + S(w) * S(w));
+    return S(w) * x_coth(forward / S(w));
+  }
+  /// sliding / speed: both slips that do not lag.
+  template <class S, class P>
+  static S ratio(const S& forward, const S& sliding, const P& w) {
+    if (value_of(w) == 0) {
+      const double u = value_of(forward), v = value_of(sliding);
+      if (!(u * u + v * v > cut_speed * cut_speed) || !(std::abs(u) > 1e-9)) return S(0.0);
+    }
+    return sliding / speed(forward, w);
   }
   template <class S, class P>
   S tangent(const S& forward, const S& lateral, const S* z, const P* p) const {
-    if (lags) return z[0];
-    if (value_of(p[0]) == 0) {
-      const double u = value_of(forward), v = value_of(lateral);
-      if (!(u * u + v * v > cut_speed * cut_speed) || !(std::abs(u) > 1e-9)) return S(0.0);
-    }
-    return lateral / speed(forward, p[0]);
+    return lags ? z[0] : ratio(forward, lateral, p[0]);
   }
   template <class S, class P>
   void rate(const S& forward, const S& lateral, const S* z, const P* p, S* zdot) const {
@@ -71,10 +82,11 @@ struct TyreSlip {
 /// Normal force alone: for rigs and ride, where slip would be singular or is not asked for.
 struct RideTyre {
   static constexpr int inputs = 1, most_states = 0;
+  static constexpr bool slips = false, pulls_along = false, overturns = false, resists = false;
+  static constexpr int most_numbers = 0;
   int number_count() const { return 0; }
   int states() const { return 0; }
   int initial_state(int) const { return -1; }
-  bool slips() const { return false; }
   int trail() const { return -1; }
   template <class S, class P>
   void operator()(const TyreInput<S>&, const S*, const P*, TyreOutput<S>&, S*) const {}
@@ -89,11 +101,12 @@ struct RideTyre {
 /// Numbers: those of the slip, D, C, C_c, m_c, m_a, trail.
 struct LinearTyre {
   static constexpr int inputs = 4, most_states = 1;
+  static constexpr bool slips = true, pulls_along = false, overturns = true, resists = false;
+  static constexpr int most_numbers = 3 + 6;
   TyreSlip slip;
   int number_count() const { return slip.number_count() + 6; }
   int states() const { return slip.lags ? 1 : 0; }
   int initial_state(int) const { return 2; }
-  bool slips() const { return true; }
   /// Index of a trail among the numbers, or -1.
   int trail() const { return slip.number_count() + 5; }
 
@@ -124,12 +137,13 @@ struct LinearTyre {
 /// Numbers: those of the slip, then A0, A1, A2, A3, A4, A_omega, B1, B3, B4, SN, AF1, AF2.
 struct CalspanTyre {
   static constexpr int inputs = 4, most_states = 1;
+  static constexpr bool slips = true, pulls_along = false, overturns = false, resists = false;
+  static constexpr int most_numbers = 3 + 12;
   static constexpr int coefficients = 12;
   TyreSlip slip;
   int number_count() const { return slip.number_count() + coefficients; }
   int states() const { return slip.lags ? 1 : 0; }
   int initial_state(int) const { return 2; }
-  bool slips() const { return true; }
   int trail() const { return -1; }
 
   template <class S, class P>

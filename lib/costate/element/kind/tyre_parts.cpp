@@ -28,7 +28,8 @@ const TyreModelKind& find_tyre_model(const std::string& name) {
   return *std::find_if(registry().begin(), registry().end(), [&](const auto& m) { return m.name == name; });
 }
 
-TyreOptions read_tyre(SceneTable& table, const MechanismBuilder& builder) {
+TyreOptions read_tyre(SceneTable& table, const MechanismBuilder& builder, const TyreOptions& usual) {
+  const auto given = [](double x) { return x > 0 ? std::optional<double>(x) : std::nullopt; };
   TyreOptions o;
   o.wheel = table.text("wheel");
   o.road = table.text("road");
@@ -38,9 +39,9 @@ TyreOptions read_tyre(SceneTable& table, const MechanismBuilder& builder) {
     std::copy(axis.begin(), axis.end(), o.axis.begin());
   }
   o.spin = table.text("spin", "");
-  o.radius_m = table.value("radius_m", NumberRule::positive);
-  o.stiffness_N_per_m = table.value("stiffness_N_per_m", NumberRule::non_negative);
-  o.damping_N_s_per_m = table.value("damping_N_s_per_m", NumberRule::non_negative, 0);
+  o.radius_m = table.value("radius_m", NumberRule::positive, given(usual.radius_m));
+  o.stiffness_N_per_m = table.value("stiffness_N_per_m", NumberRule::non_negative, given(usual.stiffness_N_per_m));
+  o.damping_N_s_per_m = table.value("damping_N_s_per_m", NumberRule::non_negative, usual.damping_N_s_per_m);
   o.damping_ramp_m = table.value("damping_ramp_m", NumberRule::non_negative, o.damping_ramp_m);
   o.road_factor = table.value("road_factor", NumberRule::any, 1);
   const auto road = find_road(builder, table.path("road"), o.road);
@@ -84,7 +85,7 @@ TyreParts add_tyre_parts(MechanismBuilder& builder, const std::string& name, con
                                                  "rigid body: [point.{}] with on = \"BODY\" and z_m.", o.wheel, o.wheel));
   const SpatialPoint& wheel = builder.spatial_point(o.wheel);
   if (wheel.kind() != SpatialPoint::Kind::on_body)
-    throw ModelError(path + "wheel", fmt::format("'{}' is on the ground; a wheel's centre is a point on a rigid body.",
+    throw ModelError(path + "wheel", fmt::format("'{}' is not fixed to a rigid body, as a wheel's centre must be.",
                                                  o.wheel));
   if (o.axis[0] == 0 && o.axis[1] == 0 && o.axis[2] == 0) throw ModelError(path + "axis", "The axis must not be zero.");
   TyreParts parts{{find_road(builder, path + "road", o.road), o.contact, o.bilateral, !o.spin.empty()}, wheel, {}, {}};

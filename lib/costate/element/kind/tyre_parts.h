@@ -15,8 +15,7 @@ namespace costate {
 
 struct TyreModelKind {
   std::string name;
-  /// Reads the keys of the model; those of all tyres have been read.
-  std::function<void(const std::string& name, SceneTable& table, MechanismBuilder& builder, TyreOptions& tyre)> add;
+  std::function<void(const std::string& name, SceneTable& table, MechanismBuilder& builder)> add;
 };
 struct RegisterTyreModel {
   explicit RegisterTyreModel(TyreModelKind kind);
@@ -24,7 +23,8 @@ struct RegisterTyreModel {
 std::vector<std::string> tyre_model_names();
 const TyreModelKind& find_tyre_model(const std::string& name);
 
-TyreOptions read_tyre(SceneTable& table, const MechanismBuilder& builder);
+/// The keys of all tyres. Where `usual` has a radius, a stiffness or a damping (from a file), the scene need not.
+TyreOptions read_tyre(SceneTable& table, const MechanismBuilder& builder, const TyreOptions& usual = {});
 TyreSlipOptions read_tyre_slip(SceneTable& table);
 
 /// Registers the numbers of the slip in the order of TyreSlip and sets the latter up.

@@ -1,0 +1,236 @@
+// The Magic Formula tyre in steady state and with lagging slips: MF-Tyre 6.1 (FITTYP 61, 62) and, with its own few
+// terms, 5.2 and PAC2002 (FITTYP 5, 6, 21, 52). Equations: H. B. Pacejka, Tire and Vehicle Dynamics, 3rd edition,
+// chapter 4.3.2 (4.E1 to 4.E78), without turn slip, in the axes of .tir files (ISO-W: x forward, y left, z up), and with
+// the conventions of the public magic-formula-tyre-library (teasit, commit 642592f), which the test compares with:
+//   - the pure side force takes the angle alpha, everything else tan alpha, and the camber as it comes is sin(camber)
+//   - the trail's side force, and the residual moment but for its camber terms, are those without camber
+//   - the residual moment has cos(alpha) in D_r and once more outside
+// and with these of ours, for smoothness: sgn(alpha) in E_y is tanh(alpha / 1e-3 rad), which changes the side force by
+// less than 1e-6 F_z in |alpha| < 2e-3 and not at all beyond 0.02; shape factors E are not above 1.
+// Numbers: [slip speed, lateral and longitudinal relaxation length and initial slip where the tyre lags], then the
+// coefficients by their names in the file.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "costate/element/force/tyre_models.h"
+
+namespace costate {
+
+// X(name, default): scaling factors are 1 where a file does not give them, coefficients 0.
+#define COSTATE_MAGIC_FORMULA(X)                                                                                        \
+  X(FNOMIN, 0) X(UNLOADED_RADIUS, 0) X(LONGVL, 16.7) X(NOMPRES, 0) X(INFLPRES, 0) X(BREFF, 0) X(DREFF, 0) X(FREFF, 0)  \
+  X(LFZO, 1) X(LCX, 1) X(LMUX, 1) X(LEX, 1) X(LKX, 1) X(LHX, 1) X(LVX, 1) X(LCY, 1) X(LMUY, 1) X(LEY, 1) X(LKY, 1)      \
+  X(LHY, 1) X(LVY, 1) X(LTR, 1) X(LRES, 1) X(LXAL, 1) X(LYKA, 1) X(LVYKA, 1) X(LS, 1) X(LKYC, 1) X(LKZC, 1) X(LVMX, 1)  \
+  X(LMX, 1) X(LMY, 1)                                                                                                  \
+  X(PCX1, 0) X(PDX1, 0) X(PDX2, 0) X(PDX3, 0) X(PEX1, 0) X(PEX2, 0) X(PEX3, 0) X(PEX4, 0) X(PKX1, 0) X(PKX2, 0)         \
+  X(PKX3, 0) X(PHX1, 0) X(PHX2, 0) X(PVX1, 0) X(PVX2, 0) X(PPX1, 0) X(PPX2, 0) X(PPX3, 0) X(PPX4, 0)                    \
+  X(RBX1, 0) X(RBX2, 0) X(RBX3, 0) X(RCX1, 0) X(REX1, 0) X(REX2, 0) X(RHX1, 0)                                          \
+  X(PCY1, 0) X(PDY1, 0) X(PDY2, 0) X(PDY3, 0) X(PEY1, 0) X(PEY2, 0) X(PEY3, 0) X(PEY4, 0) X(PEY5, 0) X(PKY1, 0)         \
+  X(PKY2, 0) X(PKY3, 0) X(PKY4, 2) X(PKY5, 0) X(PKY6, 0) X(PKY7, 0) X(PHY1, 0) X(PHY2, 0) X(PHY3, 0) X(PVY1, 0)         \
+  X(PVY2, 0) X(PVY3, 0) X(PVY4, 0) X(PPY1, 0) X(PPY2, 0) X(PPY3, 0) X(PPY4, 0) X(PPY5, 0)                               \
+  X(RBY1, 0) X(RBY2, 0) X(RBY3, 0) X(RBY4, 0) X(RCY1, 0) X(REY1, 0) X(REY2, 0) X(RHY1, 0) X(RHY2, 0) X(RVY1, 0)         \
+  X(RVY2, 0) X(RVY3, 0) X(RVY4, 0) X(RVY5, 0) X(RVY6, 0)                                                                \
+  X(QBZ1, 0) X(QBZ2, 0) X(QBZ3, 0) X(QBZ4, 0) X(QBZ5, 0) X(QBZ9, 0) X(QBZ10, 0) X(QCZ1, 0) X(QDZ1, 0) X(QDZ2, 0)        \
+  X(QDZ3, 0) X(QDZ4, 0) X(QDZ6, 0) X(QDZ7, 0) X(QDZ8, 0) X(QDZ9, 0) X(QDZ10, 0) X(QDZ11, 0) X(QEZ1, 0) X(QEZ2, 0)       \
+  X(QEZ3, 0) X(QEZ4, 0) X(QEZ5, 0) X(QHZ1, 0) X(QHZ2, 0) X(QHZ3, 0) X(QHZ4, 0) X(PPZ1, 0) X(PPZ2, 0) X(SSZ1, 0)         \
+  X(SSZ2, 0) X(SSZ3, 0) X(SSZ4, 0)                                                                                      \
+  X(QSX1, 0) X(QSX2, 0) X(QSX3, 0) X(QSX4, 0) X(QSX5, 0) X(QSX6, 0) X(QSX7, 0) X(QSX8, 0) X(QSX9, 0) X(QSX10, 0)        \
+  X(QSX11, 0) X(PPMX1, 0) X(QSY1, 0) X(QSY2, 0) X(QSY3, 0) X(QSY4, 0) X(QSY5, 0) X(QSY6, 0) X(QSY7, 0) X(QSY8, 0)
+
+struct MagicFormula {
+  enum Coefficient {
+#define COSTATE_NAME(name, value) name,
+    COSTATE_MAGIC_FORMULA(COSTATE_NAME)
+#undef COSTATE_NAME
+        count
+  };
+  struct Entry {
+    const char* name;
+    double usual;
+  };
+  static const std::vector<Entry>& coefficients();
+
+  static constexpr int inputs = 5, most_states = 2;
+  static constexpr bool slips = true, pulls_along = true, overturns = true, resists = true;
+  static constexpr int most_numbers = 5 + count;
+  bool lags = false, lags_along = false;  // lateral and longitudinal slip
+  bool free_rolling = false;              // no longitudinal slip nor force, whatever the spin
+  bool mirrored = false;                  // a left tyre on the right side or the other way round
+  bool has_pressure = false;              // NOMPRES and INFLPRES are there
+  bool camber_as_angle = false;           // 5.2: camber itself, not its sine, and its own terms
+
+  int first() const { return 1 + (lags ? 2 : 0) + (lags_along ? 2 : 0); }
+  int number_count() const { return first() + count; }
+  int states() const { return (lags ? 1 : 0) + (lags_along ? 1 : 0); }
+  int initial_state(int i) const { return 2 + 2 * i; }
+  int trail() const { return -1; }
+
+  template <class S, class P>
+  S slip_tangent(const TyreInput<S>& in, const S* z, const P* p) const {
+    return lags ? z[0] : TyreSlip::ratio(in.forward(), in.lateral(), p[0]);
+  }
+  template <class S, class P>
+  S slip_angle(const TyreInput<S>& in, const S* z, const P* p) const {
+    using std::atan;
+    return atan(slip_tangent(in, z, p));
+  }
+  template <class S, class P>
+  S longitudinal_slip(const TyreInput<S>& in, const S* z, const P* p) const {
+    if (free_rolling) return S(0.0);
+    return lags_along ? z[lags ? 1 : 0] : TyreSlip::ratio(in.forward(), in.rolling() - in.forward(), p[0]);
+  }
+
+  /// R_e = R - d_N DREFF atan(BREFF d / d_N) - FREFF d for a deflection d, d_N that of the nominal load, where the file
+  /// has these, else R - d / 3.
+  template <class S, class P>
+  S effective_radius(const S& deflection, const P& radius, const P* p) const {
+    using std::atan;
+    const P* c = p + first();
+    if (!(value_of(deflection) > 0)) return S(radius);
+    if (!(nominal_deflection > 0)) return S(radius) - deflection / S(3.0);
+    const S d_N(nominal_deflection);
+    return S(radius) - d_N * S(c[DREFF]) * atan(S(c[BREFF]) * deflection / d_N) - S(c[FREFF]) * deflection;
+  }
+  double nominal_deflection = 0;  // m; 0: the file has no effective radius
+
+  template <class S, class P>
+  void operator()(const TyreInput<S>& in, const S* z, const P* p, TyreOutput<S>& out, S* zdot) const {
+    using std::tanh;
+    const S tangent = slip_tangent(in, z, p), kappa = longitudinal_slip(in, z, p);
+    if (lags) zdot[0] = (in.lateral() - TyreSlip::speed(in.forward(), p[0]) * tangent) / S(p[1]);
+    if (lags_along && !free_rolling)
+      zdot[lags ? 1 : 0] = (in.rolling() - in.forward() - TyreSlip::speed(in.forward(), p[0]) * kappa) / S(p[lags ? 3 : 1]);
+    if (!(value_of(in.normal()) > 0)) return;
+    const double w = value_of(p[0]);
+    S direction(value_of(in.forward()) < 0 ? -1.0 : 1.0);
+    if (w > 0) direction = tanh(in.forward() / S(p[0]));
+    if (!mirrored) return steady(in.normal(), kappa, tangent, in.camber(), in.forward(), direction, p + first(), out);
+    steady(in.normal(), kappa, -tangent, -in.camber(), in.forward(), direction, p + first(), out);
+    for (S* y : {&out.lateral(), &out.overturning(), &out.aligning()}) *y = -*y;
+  }
+
+  /// F_x, F_y, M_x, M_y, M_z for a load F > 0, slips kappa and tan alpha, and the camber. direction: 1 forwards, -1
+  /// backwards. c: the coefficients.
+  template <class S, class P>
+  void steady(const S& F, const S& kappa, const S& tangent, const S& camber, const S& forward, const S& direction,
+              const P* c, TyreOutput<S>& out) const {
+    using std::atan;
+    using std::cos;
+    using std::exp;
+    using std::sin;
+    using std::sqrt;
+    using std::tanh;
+    const auto n = [&](Coefficient k) { return S(c[k]); };
+    const S one(1.0), F0 = n(FNOMIN) * n(LFZO), R0 = n(UNLOADED_RADIUS), df = (F - F0) / F0;
+    S dp(0.0), pressure(1.0);
+    if (has_pressure) {
+      pressure = n(INFLPRES) / n(NOMPRES);
+      dp = pressure - one;
+    }
+    const S alpha = atan(tangent), g = camber_as_angle ? camber : S(sin(camber)), g2 = g * g;
+    const S g_size = value_of(g) < 0 ? -g : g, cosine = one / sqrt(one + tangent * tangent);
+    const auto linear = [&](Coefficient a, Coefficient b) { return n(a) + n(b) * df; };
+
+    // Longitudinal, pure slip.
+    const S mu_x = linear(PDX1, PDX2) * (one + dp * (n(PPX3) + n(PPX4) * dp)) * (one - n(PDX3) * camber * camber) * n(LMUX);
+    const S C_x = n(PCX1) * n(LCX), D_x = mu_x * F, kx = kappa + linear(PHX1, PHX2) * n(LHX);
+    const S K_x = F * linear(PKX1, PKX2) * exp(n(PKX3) * df) * (one + dp * (n(PPX1) + n(PPX2) * dp)) * n(LKX);
+    const S E_x = limited((linear(PEX1, PEX2) + n(PEX3) * df * df) *
+                          (one - n(PEX4) * S(value_of(kx) > 0 ? 1.0 : -1.0)) * n(LEX));
+    const S along = D_x * sin(bent(K_x / (C_x * D_x), C_x, E_x, kx)) +
+                    F * linear(PVX1, PVX2) * n(LVX) * (S(10.0) * n(LMUX) / (one + S(9.0) * n(LMUX)));
+
+    // Lateral, pure slip, with and without camber.
+    const S sign = tanh(alpha / S(1e-3));
+    const S mu_y0 = linear(PDY1, PDY2) * (one + dp * (n(PPY3) + n(PPY4) * dp)) * n(LMUY), C_y = n(PCY1) * n(LCY);
+    const S H0 = linear(PHY1, PHY2) * n(LHY), V0 = F * linear(PVY1, PVY2) * n(LVY) * n(LMUY), E0 = linear(PEY1, PEY2) * n(LEY);
+    const auto cornering = [&](const S& size, const S& square) {
+      return n(PKY1) * F0 * (one + n(PPY1) * dp) * (one - n(PKY3) * size) * n(LKY) *
+             sin(n(PKY4) * atan(F / F0 / ((n(PKY2) + n(PKY5) * square) * (one + n(PPY2) * dp))));
+    };
+    const auto side = [&](const S& K, const S& mu, const S& E, const S& H, const S& V) {
+      const S D = mu * F;
+      return D * sin(bent(K / (C_y * D), C_y, E, alpha + H)) + V;
+    };
+    const S K_y = cornering(g_size, g2), mu_y = mu_y0 * (one - n(PDY3) * g2);
+    const S V_c = F * linear(PVY3, PVY4) * g * n(LKYC) * n(LMUY);
+    const S K_c = F * linear(PKY6, PKY7) * (one + n(PPY5) * dp) * n(LKYC);
+    S H_c = n(PHY3) * g * n(LKYC);  // 5.2; 6.1 has the camber stiffness instead
+    if (!camber_as_angle) H_c += (K_c * g - V_c) / K_y;
+    const S E_y = limited(E0 * (one + n(PEY5) * g2 - (n(PEY3) + n(PEY4) * g) * sign));
+    const S across = side(K_y, mu_y, E_y, H0 + H_c, V0 + V_c);
+    const S K_y0 = cornering(S(0.0), S(0.0)), E_y0 = limited(E0 * (one - n(PEY3) * sign));
+    const S across0 = side(K_y0, mu_y0, E_y0, H0, V0);
+
+    // Combined slip.
+    const S E_xa = limited(linear(REX1, REX2)), B_xa = (n(RBX1) + n(RBX3) * g2) * cos(atan(n(RBX2) * kappa)) * n(LXAL);
+    S& Fx = out.longitudinal();
+    Fx = free_rolling ? S(0.0) : along * weight(B_xa, n(RCX1), E_xa, tangent, n(RHX1));
+    const S E_yk = limited(linear(REY1, REY2)), H_yk = linear(RHY1, RHY2);
+    const S bend = cos(atan(n(RBY2) * (tangent - n(RBY3)))) * n(LYKA);
+    const S V_yk = mu_y * F * (linear(RVY1, RVY2) + n(RVY3) * g) * cos(atan(n(RVY4) * tangent)) *
+                   sin(n(RVY5) * atan(n(RVY6) * kappa)) * n(LVYKA);
+    S& Fy = out.lateral();
+    Fy = weight((n(RBY1) + n(RBY4) * g2) * bend, n(RCY1), E_yk, kappa, H_yk) * across + V_yk;
+    const S of_trail = weight(n(RBY1) * bend, n(RCY1), E_yk, kappa, H_yk) * across0;
+
+    // Aligning moment: the trail times the side force, the residual moment, and the longitudinal force's arm.
+    const S share = K_x / K_y * kappa, share2 = share * share;
+    const auto with_share = [&](const S& a) { return sqrt(a * a + share2 + S(1e-24)); };  // only even functions take it
+    const S a_t = tangent + linear(QHZ1, QHZ2) + linear(QHZ3, QHZ4) * g, a_r = tangent + H0 + V0 / K_y0;
+    const S B_t = (linear(QBZ1, QBZ2) + n(QBZ3) * df * df) * (one + n(QBZ4) * g + n(QBZ5) * g_size) * n(LKY) / n(LMUY);
+    const S D_t = F * R0 / F0 * linear(QDZ1, QDZ2) * (one - n(PPZ1) * dp) * n(LTR) *
+                  (one + n(QDZ3) * (camber_as_angle ? g : g_size) + n(QDZ4) * g2);
+    const S E_t = limited((linear(QEZ1, QEZ2) + n(QEZ3) * df * df) *
+                          (one + (n(QEZ4) + n(QEZ5) * g) * S(0.63661977236758134) * atan(B_t * n(QCZ1) * a_t)));
+    const S trail = D_t * cos(bent(B_t, n(QCZ1), E_t, with_share(a_t))) * cosine;
+    const S B_r = n(QBZ9) * n(LKY) / n(LMUY) + n(QBZ10) * K_y0 / (mu_y0 * F);
+    const S D_r = F * R0 * n(LMUY) * cosine *
+                  (linear(QDZ6, QDZ7) * n(LRES) +
+                   (linear(QDZ8, QDZ9) * (one + n(PPZ2) * dp) + linear(QDZ10, QDZ11) * g_size) * g * n(LKZC));
+    const S arm = R0 * (n(SSZ1) + n(SSZ2) * Fy / F0 + linear(SSZ3, SSZ4) * g) * n(LS);
+    out.aligning() = direction * (D_r * cos(atan(B_r * with_share(a_r))) * cosine - trail * of_trail) + arm * Fx;
+
+    // Overturning and rolling resistance, loads relative to FNOMIN itself.
+    const S N = n(FNOMIN), load = F / N, angle = atan(n(QSX6) * load);
+    out.overturning() = R0 * F * n(LMX) *
+                        (n(QSX1) * n(LVMX) - n(QSX2) * camber * (one + n(PPMX1) * dp) + n(QSX3) * Fy / N +
+                         n(QSX4) * cos(n(QSX5) * angle * angle) * sin(n(QSX7) * camber + n(QSX8) * atan(n(QSX9) * Fy / N)) +
+                         n(QSX10) * atan(n(QSX11) * load) * camber);
+    if (free_rolling) return;
+    const S speed = forward / n(LONGVL), speed2 = speed * speed;
+    const S resistance = n(QSY1) + n(QSY2) * Fx / N + n(QSY3) * (value_of(speed) < 0 ? -speed : speed) +
+                         n(QSY4) * speed2 * speed2 + (n(QSY5) + n(QSY6) * load) * camber * camber;
+    out.rolling() = -direction * F * R0 * resistance * n(LMY) * power(load, c[QSY7]) * power(pressure, c[QSY8]);
+  }
+
+ private:
+  template <class S>
+  static S limited(const S& E) {
+    return value_of(E) > 1 ? S(1.0) : E;
+  }
+  /// C atan(B x - E (B x - atan(B x))).
+  template <class S>
+  static S bent(const S& B, const S& C, const S& E, const S& x) {
+    using std::atan;
+    const S y = B * x;
+    return C * atan(y - E * (y - atan(y)));
+  }
+  /// The weighting function of combined slip, cos(..(x + H)) / cos(..(H)).
+  template <class S>
+  static S weight(const S& B, const S& C, const S& E, const S& x, const S& H) {
+    using std::cos;
+    return cos(bent(B, C, E, x + H)) / cos(bent(B, C, E, H));
+  }
+  /// x^e for x > 0 and a number e.
+  template <class S, class P>
+  static S power(const S& x, const P& e) {
+    using std::exp;
+    using std::log;
+    return exp(S(e) * log(x));
+  }
+};
+
+}  // namespace costate

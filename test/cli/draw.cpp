@@ -28,7 +28,7 @@ std::string drawing(const std::string& scene, std::vector<std::string> options =
 /// Every tag is closed, in order; no character that XML would take for markup stands in a text.
 void require_well_formed(const std::string& svg) {
   std::vector<std::string> open;
-  static const std::regex tag(R"(<(/?)(\w+)((?:\s+[\w:-]+="[^"<]*")*)\s*(/?)>)");
+  static const std::regex tag(R"re(<(/?)(\w+)((?:\s+[\w:-]+="[^"<]*")*)\s*(/?)>)re");
   std::string rest;
   auto last = svg.cbegin();
   for (std::sregex_iterator i(svg.begin(), svg.end(), tag), end; i != end; ++i) {
@@ -51,9 +51,8 @@ void require_well_formed(const std::string& svg) {
 
 /// The centres of small circles of points, in the order of the drawing.
 std::vector<std::pair<double, double>> points(const std::string& svg) {
-  static const std::regex circle(R"(<circle cx="([-\d.]+)" cy = "([-\d.]+)" r = "3.6") ");
-      std::vector<std::pair<double, double>>
-          r;
+  static const std::regex circle(R"re(<circle cx="([-\d.]+)" cy="([-\d.]+)" r="3.6")re");
+  std::vector<std::pair<double, double>> r;
   for (std::sregex_iterator i(svg.begin(), svg.end(), circle), end; i != end; ++i)
     r.emplace_back(std::stod((*i)[1]), std::stod((*i)[2]));
   return r;

@@ -247,7 +247,7 @@ t_end_s = 1.0
 formulation = "index1"
 method = "idas-adjoint"
 parameters = ["kL1", "kL2", "c1", "c2", "k1", "k2"]
-rtol = 1e-6
+rtol = 1e-8
 """
 
 text = head + "\n".join(corner(name, *where) for name, where in corners.items()) + "\n" + tail + "\n" + parameters() + run

@@ -42,15 +42,14 @@ void RepeatWatch::forward(long steps) {
     backward_ = false;
     repeating_ = true;
     first_ = steps;
-    forgotten_at_ = -1;
   }
   if (repeating_ && steps - first_ >= plan_.steps)
     throw SolverError(fmt::format("The forward run could not be repeated from a checkpoint: it took more than the {} "
                                   "steps of the original. Raise the memory budget, or the number of steps between "
                                   "checkpoints.", plan_.steps));
-  if (steps % plan_.steps != 0 || steps == forgotten_at_) return;
-  forgotten_at_ = steps;
-  system_.forget_history();
+  // All evaluations of a segment's first step: the original makes some that its repetition does not (to choose the size
+  // of the very first step).
+  if (steps % plan_.steps == 0) system_.forget_history();
 }
 
 }  // namespace costate

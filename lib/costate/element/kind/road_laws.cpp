@@ -101,7 +101,7 @@ SpectrumOptions read_spectrum(SceneTable& t, double exponent) {
 
 const RegisterLawKind bump({.name = "bump",
                             .summary = "height_m (1 - cos(2 pi (x - start_m) / length_m)) over length_m, count times",
-     .example = R"({ kind = "bump", height_m = 0.1, start_m = 0.97, length_m = 5, count = 3, spacing_m = 8 })",
+     .example = R"({ kind = "bump", height_m = 0.1, start_m = -1.5, length_m = 5, count = 2, spacing_m = 8 })",
                             .read = [](SceneTable& t) {
                               BumpOptions o;
                               o.height_m = t.value("height_m");
@@ -116,7 +116,7 @@ const RegisterLawKind bump({.name = "bump",
 const RegisterLawKind sine_sweep(
     {.name = "sine_sweep",
      .summary = "amplitude_m sin(...) with wave numbers from n_start_1_per_m to n_end_1_per_m over length_m",
-     .example = R"({ kind = "sine_sweep", amplitude_m = 0.01, length_m = 20, n_start_1_per_m = 0.1, n_end_1_per_m = 0.5 })",
+     .example = R"({ kind = "sine_sweep", amplitude_m = 0.01, start_m = -4, length_m = 20, n_start_1_per_m = 0.1, n_end_1_per_m = 0.5 })",
      .read = [](SceneTable& t) {
        SineSweepOptions o;
        o.amplitude_m = t.value("amplitude_m");
@@ -130,7 +130,7 @@ const RegisterLawKind sine_sweep(
 const RegisterLawKind iso8608(
     {.name = "iso8608",
      .summary = "a road of ISO 8608 class A to H (or roughness_m3), a sum of sines with phases from a seed",
-     .example = R"({ kind = "iso8608", class = "B", count = 40, seed = 7 })",
+     .example = R"({ kind = "iso8608", roughness_m3 = 0.5, seed = 3, count = 21, n_min_1_per_m = 0.4, n_max_1_per_m = 0.8 })",
      .read = [](SceneTable& t) {
        // A varied roughness is written beside the class and stands over it.
        double g = 0;
@@ -142,7 +142,7 @@ const RegisterLawKind iso8608(
 
 const RegisterLawKind noise({.name = "noise",
                              .summary = "a sum of sines with the spectral density roughness_m3 (n / 0.1)^-exponent",
-     .example = R"({ kind = "noise", roughness_m3 = 1e-6, exponent = 0, n_min_1_per_m = 0.02, n_max_1_per_m = 1, count = 30 })",
+     .example = R"({ kind = "noise", roughness_m3 = 0.4, exponent = 1.5, n_min_1_per_m = 0.4, n_max_1_per_m = 0.8, count = 8, seed = 5 })",
                              .read = [](SceneTable& t) {
                                const double exponent = t.value("exponent", NumberRule::non_negative);
                                const double g = t.value("roughness_m3", NumberRule::positive);
@@ -152,7 +152,7 @@ const RegisterLawKind noise({.name = "noise",
 const RegisterLawKind profile_table(
     {.name = "profile_table",
      .summary = "scale times the spline through many points, x_m and z_m or two columns of a file",
-     .example = R"({ kind = "profile_table", x_m = [0, 1, 2.5, 3, 4], z_m = [0, 0.02, -0.01, 0.03, 0] })",
+     .example = R"({ kind = "profile_table", x_m = [-3, -1, 1, 3], z_m = [0, 0.03, 0.05, 0.06] })",
      .read = [](SceneTable& t) {
        const double scale = t.value("scale", NumberRule::any, 1);
        if (!t.has("file")) {

@@ -54,7 +54,7 @@ namespace {
 const RegisterSceneKind registered({
     .name = "mass",
     .phase = ScenePhase::elements,
-    .summary = "a mass concentrated at a free point",
+    .summary = "a mass concentrated at a free point, or at a point of a body in space",
     .example = R"(
 [gravity]
 y_m_per_s2 = -9.81

@@ -88,7 +88,8 @@ void add(const std::string& name, SceneTable& table, MechanismBuilder& builder) 
   const auto on_spatial_body = [&](const std::string& on) {
     return builder.has_rigid_body(on) || builder.has_natural_body(on);
   };
-  if (table.has("z_m") || (table.has("on") && on_spatial_body(table.text("on")))) return add_spatial(name, table, builder);
+  if (table.has("z_m") || (table.has("on") && on_spatial_body(table.text("on"))))
+    return add_spatial(name, table, builder);
   if (table.has("on"))
     return add_attached_point(builder, name, table.text("on"), table.value("x_m"), table.value("y_m"));
   const bool ground = table.flag("ground", false);

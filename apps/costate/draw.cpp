@@ -2,11 +2,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <map>
+#include <numbers>
+#include <set>
 
 #include "command.h"
 #include "costate/analysis/start.h"
+#include "costate/scene/scene_node.h"
+#include "costate/scene/toml_reader.h"
 #include "figure.h"
 #include "svg_page.h"
 
@@ -95,7 +100,8 @@ class Drawing {
     for (const auto& b : figure_.bodies)
       for (const auto& c : b.corners) extend(c);
     for (const auto& l : figure_.links)
-      for (const auto& c : l.at) extend(c);
+      for (const auto& c : l.at)
+        for (const double r : {-l.radius, l.radius}) extend(c + r * view_.up);
     if (box.isEmpty()) box.extend(Vector2d::Zero());
     const double margin = 70;
     const double span = std::max(box.sizes().maxCoeff(), 1e-6 * figure_.size);
@@ -106,7 +112,7 @@ class Drawing {
     center_ = box.center();
     middle_ = Vector2d(width / 2, height / 2);
     corner_ = Vector2d(44, height - 40);
-    return SvgPage(width, height);
+    return SvgPage(width, height, figure_.places.size() > 30 ? 11 : 14);  // many names are small
   }
   Vector2d flat(const Vector3d& r) const { return {view_.right.dot(r), -view_.up.dot(r)}; }
   Vector2d at(const Vector3d& r) const { return middle_ + scale_ * (flat(r) - center_); }
@@ -191,7 +197,9 @@ class Drawing {
         page_.line(p[pairs ? i : 0], p[i + 1],
                    fmt::format("stroke=\"{}\" stroke-width=\"1.5\" stroke-dasharray=\"6 4\"", kJoint));
     }
-    name(0.5 * (p[0] + p[1]), l.role == LinkRole::spring ? 9 : 4, l.name, color);
+    // Constraints of one name are one thing to the reader: a rod and the plane that it stays in.
+    if (l.role == LinkRole::spring || lines_.insert(l.name).second)
+      name(0.5 * (p[0] + p[1]), l.role == LinkRole::spring ? 9 : 4, l.name, color);
   }
 
   /// What lies above: joints with their axes, loads, couples.
@@ -211,6 +219,8 @@ class Drawing {
       if (u.norm() < 0.2) u = Vector2d(0.2, 0);
       page_.arrow(p, p + 44 * u, kLoad);
       name(p + 40 * u, 7, l.name, kLoad);
+    } else if (l.role == LinkRole::wheel) {
+      draw_wheel(l);
     } else if (l.role == LinkRole::couple && l.direction) {
       Vector2d u(view_.right.dot(*l.direction), -view_.up.dot(*l.direction));
       if (u.norm() < 0.2) u = Vector2d(0.2, 0);
@@ -223,8 +233,22 @@ class Drawing {
     }
   }
 
-  /// Points of one place share a name on the page.
+  void draw_wheel(const LinkShape& l) {
+    const Vector3d a = l.direction->unitOrthogonal(), b = l.direction->cross(a);
+    std::vector<Vector2d> rim;
+    for (int k = 0; k < 48; ++k) {
+      const double angle = 2 * std::numbers::pi * k / 48;
+      rim.push_back(at(l.at[0] + l.radius * (std::cos(angle) * a + std::sin(angle) * b)));
+    }
+    page_.polygon(rim, "fill=\"#888888\" fill-opacity=\"0.15\" stroke=\"#555555\" stroke-width=\"2\"");
+    name(at(l.at[0]), 9, l.name, kLoad);
+  }
+
+  /// Points of one place share a name on the page; one that a joint has already is left out.
   void draw_points() {
+    std::set<std::string> joints;
+    for (const auto& l : figure_.links)
+      if (l.role == LinkRole::joint) joints.insert(l.name);
     std::map<std::pair<long, long>, std::vector<std::string>> named;
     std::vector<std::pair<Vector2d, std::pair<long, long>>> order;
     for (const auto& place : figure_.places) {
@@ -235,10 +259,13 @@ class Drawing {
         order.emplace_back(p, key);
         page_.circle(p, 3.6, fmt::format("fill=\"#ffffff\" stroke=\"{}\" stroke-width=\"1.5\"", kPoint));
       }
-      names.push_back(place.name);
+      names.push_back(joints.count(place.name) > 0 ? "" : place.name);
     }
     for (const auto& [p, key] : order) {
-      const auto& names = named[key];
+      std::vector<std::string> names;
+      for (const auto& n : named[key])
+        if (!n.empty()) names.push_back(n);
+      if (names.empty()) continue;
       std::string text = names[0];
       if (names.size() > 1) text += ", " + names[1];
       if (names.size() > 2) text += ", ...";
@@ -261,6 +288,7 @@ class Drawing {
   View view_;
   double scale_ = 1;
   Vector2d center_ = Vector2d::Zero(), middle_ = Vector2d::Zero(), corner_ = Vector2d::Zero();
+  std::set<std::string> lines_;
   SvgPage page_;  // after what layout() sets
 };
 
@@ -275,7 +303,13 @@ int run(const CommonOptions& common, const DrawOptions& options) {
   } catch (const ModelError& e) {
     throw scene.located(e);
   }
-  const std::string svg = Drawing(make_figure(*m, start.q, start.v, start.z, t), options).text();
+  const SceneNode root = read_toml(scene.dump(), common.scene);
+  const SceneNumbers numbers = [&](const std::string& path) -> std::optional<double> {
+    const SceneNode* n = find_node(root, path);
+    return n && n->is_number() ? std::optional(n->as_double()) : std::nullopt;
+  };
+  const Figure figure = make_figure(*m, numbers, start.q, start.v, start.z, t);
+  const std::string svg = Drawing(figure, options).text();
   if (options.file.empty()) {
     fmt::print("{}", svg);
     return 0;

@@ -18,9 +18,9 @@ struct Frame {
 
 class FigureMaker {
  public:
-  FigureMaker(const Mechanism& m, const Eigen::VectorXd& q, const Eigen::VectorXd& v,
-              const Eigen::VectorXd& z, double t)
-      : m_(m), q_(q), v_(v), z_(z), t_(t), numbers_(m.base_numbers()) {
+  FigureMaker(const Mechanism& m, const SceneNumbers& scene, const Eigen::VectorXd& q,
+              const Eigen::VectorXd& v, const Eigen::VectorXd& z, double t)
+      : m_(m), scene_(scene), q_(q), v_(v), z_(z), t_(t), numbers_(m.base_numbers()) {
     for (std::size_t i = 0; i < m.numbers().size(); ++i) paths_[m.numbers()[i].path] = static_cast<int>(i);
     for (int i = 0; i < m.coordinate_count(); ++i) {
       const std::string& name = m.coordinates()[i].name;
@@ -55,7 +55,7 @@ class FigureMaker {
 
   std::optional<double> number(const std::string& path) const {
     const auto at = paths_.find(path);
-    return at == paths_.end() ? std::nullopt : std::optional(numbers_[at->second]);
+    return at == paths_.end() ? scene_(path) : std::optional(numbers_[at->second]);
   }
   std::optional<double> coordinate(const std::string& name) const {
     const auto at = indices_.find(name);
@@ -65,17 +65,21 @@ class FigureMaker {
   void find_frame(const std::string& owner) {
     const auto x = coordinate(owner + ".x"), y = coordinate(owner + ".y"), z = coordinate(owner + ".z"),
                e0 = coordinate(owner + ".e0"), angle = coordinate(owner + ".angle");
+    const bool natural = coordinate(owner + ".u1x").has_value();
     Frame f;
-    if (!x || !y || (!angle && !e0)) return;
+    if (!x || !y || (!angle && !e0 && !natural)) return;
     f.origin = {*x, *y, z.value_or(0)};
-    if (e0)
-      f.rotation = Eigen::Quaterniond(*e0, *coordinate(owner + ".e1"), *coordinate(owner + ".e2"),
-                                      *coordinate(owner + ".e3"))
-                       .normalized()
-                       .toRotationMatrix();
-    else
+    if (e0) {
+      const auto e = [&](const char* i) { return coordinate(owner + i).value_or(0); };
+      f.rotation = Eigen::Quaterniond(*e0, e(".e1"), e(".e2"), e(".e3")).normalized().toRotationMatrix();
+    } else if (natural) {  // unit vectors as coordinates
+      for (int i = 0; i < 3; ++i)
+        for (int k = 0; k < 3; ++k)
+          f.rotation(k, i) = coordinate(fmt::format("{}.u{}{}", owner, i + 1, "xyz"[k])).value_or(0);
+    } else {
       f.rotation = Eigen::AngleAxisd(*angle, Vector3d::UnitZ()).toRotationMatrix();
-    if (e0) figure_.spatial = true;
+    }
+    if (!angle) figure_.spatial = true;
     frames_[owner] = f;
   }
 
@@ -266,6 +270,12 @@ class FigureMaker {
       shape.role = LinkRole::load;
       const Vector3d force = resultant(f, state);
       if (force.norm() > 0) shape.direction = force.normalized();
+      const auto radius = number(f.path() + ".radius_m");
+      if (const auto axis = axis_of(f, points); axis && radius) {
+        shape.role = LinkRole::wheel;
+        shape.direction = axis;
+        shape.radius = *radius;
+      }
     }
     figure_.links.push_back(shape);
   }
@@ -294,6 +304,7 @@ class FigureMaker {
   }
 
   const Mechanism& m_;
+  const SceneNumbers& scene_;
   const Eigen::VectorXd &q_, &v_, &z_;
   double t_;
   std::vector<double> numbers_;
@@ -307,9 +318,9 @@ class FigureMaker {
 
 }  // namespace
 
-Figure make_figure(const Mechanism& mechanism, const Eigen::VectorXd& q, const Eigen::VectorXd& v,
-                   const Eigen::VectorXd& z, double t) {
-  return FigureMaker(mechanism, q, v, z, t).make();
+Figure make_figure(const Mechanism& mechanism, const SceneNumbers& numbers, const Eigen::VectorXd& q,
+                   const Eigen::VectorXd& v, const Eigen::VectorXd& z, double t) {
+  return FigureMaker(mechanism, numbers, q, v, z, t).make();
 }
 
 }  // namespace costate::app

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -35,6 +36,7 @@ enum class LinkRole {
   driver,  // one that moves in time
   spring,  // a force between points
   load,    // a force at one point
+  wheel,   // one with an axis and a radius
   couple   // a force or a driver on a coordinate, at its body: along it where it is a length
 };
 
@@ -44,6 +46,7 @@ struct LinkShape {
   LinkRole role = LinkRole::joint;
   std::vector<Vector3d> at;           // one place or several
   std::optional<Vector3d> direction;  // of a joint's axis, a load's force, a coordinate; a unit vector
+  double radius = 0;                  // of a wheel
 };
 
 struct Figure {
@@ -55,8 +58,11 @@ struct Figure {
   double size = 1;  // [m]
 };
 
+/// Numbers of the scene that are none of the mechanism's, by path: an axis that cannot vary.
+using SceneNumbers = std::function<std::optional<double>(const std::string& path)>;
+
 /// The mechanism at the positions q and velocities v, force states z.
-Figure make_figure(const Mechanism& mechanism, const Eigen::VectorXd& q, const Eigen::VectorXd& v,
-                   const Eigen::VectorXd& z, double t);
+Figure make_figure(const Mechanism& mechanism, const SceneNumbers& numbers, const Eigen::VectorXd& q,
+                   const Eigen::VectorXd& v, const Eigen::VectorXd& z, double t);
 
 }  // namespace costate::app

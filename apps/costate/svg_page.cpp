@@ -10,8 +10,6 @@ namespace costate::app {
 
 namespace {
 
-constexpr double kFont = 14;
-
 std::string escaped(const std::string& text) {
   std::string r;
   for (const char c : text) {
@@ -31,7 +29,7 @@ std::string xy(const Vector2d& p) { return fmt::format("{:.1f} {:.1f}", p[0], p[
 
 }  // namespace
 
-SvgPage::SvgPage(double width, double height) : width_(width), height_(height) {}
+SvgPage::SvgPage(double width, double height, double font) : width_(width), height_(height), font_(font) {}
 
 void SvgPage::line(const Vector2d& a, const Vector2d& b, const std::string& style) {
   shapes_ += fmt::format("<path d=\"M{} L{}\" {}/>\n", xy(a), xy(b), style);
@@ -110,7 +108,7 @@ void SvgPage::name(const Vector2d& at, const Vector2d& away, double clear, const
 
 double SvgPage::cost(const Box& b, const Name& name) const {
   double sum = 0;
-  if (b.left < 2 || b.top < 2 || b.right > width_ - 2 || b.bottom > height_ - 2) sum += 500;
+  if (b.left < 2 || b.top < 2 || b.right > width_ - 2 || b.bottom > height_ - 2) sum += 5000;
   for (const auto& o : boxes_) {
     const double w = std::min(b.right, o.right) - std::max(b.left, o.left),
                  h = std::min(b.bottom, o.bottom) - std::max(b.top, o.top);
@@ -141,7 +139,7 @@ double SvgPage::cost(const Box& b, const Name& name) const {
 }
 
 void SvgPage::place(const Name& n) {
-  const double w = (n.bold ? 0.68 : 0.60) * kFont * static_cast<double>(n.text.size()) + 4, h = kFont + 2;
+  const double w = (n.bold ? 0.68 : 0.60) * font_ * static_cast<double>(n.text.size()) + 4, h = font_ + 2;
   Box best{};
   double least = 1e300, distance = 0;
   const auto attempt = [&](const Vector2d& center, double off) {
@@ -185,7 +183,7 @@ std::string SvgPage::text() {
       "font-family=\"Helvetica, Arial, sans-serif\" font-size=\"{}\">\n<rect width=\"{w:.0f}\" "
       "height=\"{h:.0f}\" "
       "fill=\"#ffffff\"/>\n{}{}</svg>\n",
-      kFont, shapes_, names_text_, fmt::arg("w", width_), fmt::arg("h", height_));
+      font_, shapes_, names_text_, fmt::arg("w", width_), fmt::arg("h", height_));
 }
 
 }  // namespace costate::app

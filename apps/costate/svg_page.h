@@ -12,7 +12,7 @@ using Eigen::Vector2d;
 
 class SvgPage {
  public:
-  SvgPage(double width, double height);
+  SvgPage(double width, double height, double font);
 
   // Shapes; coordinates in pixels, y downwards; `style` holds SVG attributes.
   void line(const Vector2d& a, const Vector2d& b, const std::string& style);
@@ -46,7 +46,7 @@ class SvgPage {
   void place(const Name& name);
   void keep_clear(const Vector2d& a, const Vector2d& b) { obstacles_.emplace_back(a, b); }
 
-  double width_, height_;
+  double width_, height_, font_;
   std::string shapes_, names_text_;
   std::vector<Name> names_;
   std::vector<Box> boxes_;

@@ -140,10 +140,20 @@ given = ["block.x", "block.y", "belt.y"]
     REQUIRE(crossings.size() >= 5);
     return (crossings.back() - crossings[1]) / static_cast<double>(crossings.size() - 2);
   };
-  const double exact = slip + stick, coarse = period(1e-3), fine = period(2.5e-4);
-  INFO("closed form " << exact << " s, v_t = 1e-3: " << coarse << ", v_t = 2.5e-4: " << fine);
-  // The block creeps while it sticks and slips along a rounded characteristic: an error of the order of v_t /
-  // V, which falls with v_t.
-  CHECK(std::abs(coarse - exact) < 0.02 * exact);
-  CHECK(std::abs(fine - exact) < 0.5 * std::abs(coarse - exact));
+  const double exact = slip + stick;
+  const std::vector<double> velocities = {1e-3, 2.5e-4, 6.25e-5};
+  std::vector<double> errors;
+  for (const double v_t : velocities) {
+    errors.push_back(std::abs(period(v_t) - exact));
+    INFO("v_t = " << v_t << ": off by " << errors.back() << " of " << exact << " s");
+    CHECK(errors.back() < 0.02 * exact);
+  }
+  // Creep while it sticks costs time of the order of v_t; the passage over the rounded top of the
+  // characteristic, where the block breaks loose, of the order of v_t^(2/3) (a fold passed slowly). So a
+  // fourth of v_t takes the error down by 4^(2/3) = 2.5 to 4 times, some percent of the last steps aside.
+  for (std::size_t i = 1; i < errors.size(); ++i) {
+    INFO(errors[i - 1] << " -> " << errors[i]);
+    CHECK(errors[i - 1] / errors[i] > 2.3);
+    CHECK(errors[i - 1] / errors[i] < 4.2);
+  }
 }

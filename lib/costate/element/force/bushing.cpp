@@ -14,7 +14,7 @@ Bushing::Bushing(std::string name, SpatialVector d, const std::vector<int>& law_
 }
 
 void Bushing::calc_partials(const LocalState& s, ForcePartials out) const {
-  calc_dual_partials<SpatialVector::kMax, kNumbers + 6>(*this, s, out);
+  calc_dual_partials<14, kNumbers + 6>(*this, s, out);
 }
 
 double Bushing::potential_energy(const LocalState& s) const {

@@ -11,6 +11,7 @@ SpatialPointForce::SpatialPointForce(std::string name, SpatialPoint point, Vecto
 }
 
 void SpatialPointForce::calc_partials(const LocalState& s, ForcePartials out) const {
+  if (point_.kind() != SpatialPoint::Kind::on_body) return;  // r_q is constant
   constexpr int k = SpatialPoint::curvature_index;
   const double *point = s.p + law_.number_count(), *e = s.q + k;
   Vector3 f;

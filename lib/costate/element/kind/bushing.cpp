@@ -19,6 +19,12 @@ void add_bushing(MechanismBuilder& builder, const std::string& name, const std::
                      fmt::format("'{}' and '{}' are fixed to {}; a bushing joins two bodies, or a "
                                  "body and the ground.",
                                  from, to, d.size() == 0 ? "the ground" : "the same body"));
+  for (const SpatialPoint* p : {&d.from(), &d.to()})
+    if (p->kind() != SpatialPoint::Kind::ground && p->kind() != SpatialPoint::Kind::on_body)
+      throw ModelError(
+          path + (p == &d.from() ? ".from" : ".to"),
+          fmt::format("'{}' must be on a rigid body or on the ground, in whose frame the bushing stands.",
+                      p->name()));
   std::vector<int> numbers;
   const auto add = [&](const char* key, const std::array<double, 3>& x, NumberRule rule) {
     for (std::size_t k = 0; k < 3; ++k)

@@ -129,6 +129,7 @@ void add_regress(CLI::App& app, std::function<int()>& action, CommonOptions& com
 void add_equilibrium(CLI::App& app, std::function<int()>& action, CommonOptions& common);
 void add_modes(CLI::App& app, std::function<int()>& action, CommonOptions& common);
 void add_sweep(CLI::App& app, std::function<int()>& action, CommonOptions& common);
+void add_study(CLI::App& app, std::function<int()>& action, CommonOptions& common);
 void add_list(CLI::App& app, std::function<int()>& action, CommonOptions& common);
 void add_dump(CLI::App& app, std::function<int()>& action, CommonOptions& common);
 void add_draw(CLI::App& app, std::function<int()>& action, CommonOptions& common);

@@ -78,6 +78,7 @@ int main(int argc, char** argv) {
   costate::app::add_equilibrium(app, action, common);
   costate::app::add_modes(app, action, common);
   costate::app::add_sweep(app, action, common);
+  costate::app::add_study(app, action, common);
   costate::app::add_list(app, action, common);
   costate::app::add_dump(app, action, common);
   costate::app::add_draw(app, action, common);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
 
 #include "costate/analysis/start.h"
 
@@ -15,16 +17,36 @@ namespace {
 constexpr double kNoStiffness = 1e-11;  // of the largest stiffness, in the metric of the masses
 constexpr double kSingular = 1e-9;      // of pivots of equilibrated matrices
 
-MatrixXd columns_of(const MatrixXd& A, const std::vector<int>& which) {
-  MatrixXd B(A.rows(), static_cast<Eigen::Index>(which.size()));
-  for (std::size_t i = 0; i < which.size(); ++i) B.col(static_cast<Eigen::Index>(i)) = A.col(which[i]);
-  return B;
+VectorXd pick(const VectorXd& x, const std::vector<int>& which) {
+  VectorXd r(static_cast<Eigen::Index>(which.size()));
+  for (std::size_t i = 0; i < which.size(); ++i) r[static_cast<Eigen::Index>(i)] = x[which[i]];
+  return r;
 }
 
-MatrixXd rows_of(const MatrixXd& A, const std::vector<int>& which) {
-  MatrixXd B(static_cast<Eigen::Index>(which.size()), A.cols());
-  for (std::size_t i = 0; i < which.size(); ++i) B.row(static_cast<Eigen::Index>(i)) = A.row(which[i]);
-  return B;
+void put(const VectorXd& x, const std::vector<int>& which, VectorXd& out) {
+  for (std::size_t i = 0; i < which.size(); ++i) out[which[i]] = x[static_cast<Eigen::Index>(i)];
+}
+
+MatrixXd pick_rows(const MatrixXd& A, const std::vector<int>& which) {
+  MatrixXd r(static_cast<Eigen::Index>(which.size()), A.cols());
+  for (std::size_t i = 0; i < which.size(); ++i) r.row(static_cast<Eigen::Index>(i)) = A.row(which[i]);
+  return r;
+}
+
+MatrixXd pick_columns(const MatrixXd& A, const std::vector<int>& which) {
+  MatrixXd r(A.rows(), static_cast<Eigen::Index>(which.size()));
+  for (std::size_t i = 0; i < which.size(); ++i) r.col(static_cast<Eigen::Index>(i)) = A.col(which[i]);
+  return r;
+}
+
+void put_rows(const MatrixXd& x, const std::vector<int>& which, MatrixXd& out) {
+  for (std::size_t i = 0; i < which.size(); ++i) out.row(which[i]) = x.row(static_cast<Eigen::Index>(i));
+}
+
+std::vector<int> chosen(const std::vector<int>& numbers, const std::vector<int>& places) {
+  std::vector<int> r;
+  for (const int i : places) r.push_back(numbers[static_cast<std::size_t>(i)]);
+  return r;
 }
 
 MatrixXd solve_square(const MatrixXd& A, const MatrixXd& b) {
@@ -47,6 +69,16 @@ MatrixXd kernel(const MatrixXd& A) {
   return size.asDiagonal() * lu.kernel();
 }
 
+/// The metric of the masses; directions without mass get a little, so that they have one.
+MatrixXd metric(const MatrixXd& M) {
+  const double largest = M.size() > 0 ? M.diagonal().maxCoeff() : 0;
+  return M + (largest > 0 ? 1e-14 * largest : 1.0) * MatrixXd::Identity(M.rows(), M.cols());
+}
+
+MatrixXd symmetric(const MatrixXd& A) { return 0.5 * (A + A.transpose()); }
+
+using Symmetric = Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd>;
+
 }  // namespace
 
 RestSystem::RestSystem(Assembly& assembly, double t, const std::vector<HeldPosition>& held)
@@ -57,7 +89,55 @@ RestSystem::RestSystem(Assembly& assembly, double t, const std::vector<HeldPosit
       nz_(assembly.nz()),
       t_(t),
       rest_(static_cast<std::size_t>(assembly.n()), 0.0),
-      largest_z_(VectorXd::Zero(assembly.nz())) {}
+      largest_z_(VectorXd::Zero(assembly.nz())) {
+  find_parts();
+}
+
+void RestSystem::find_parts() {
+  // Elements join their coordinates.
+  std::vector<int> root(static_cast<std::size_t>(n_));
+  std::iota(root.begin(), root.end(), 0);
+  const auto find = [&](int i) {
+    while (root[static_cast<std::size_t>(i)] != i) i = root[static_cast<std::size_t>(i)] = root[static_cast<std::size_t>(root[static_cast<std::size_t>(i)])];
+    return i;
+  };
+  const Mechanism& m = assembly_.mechanism();
+  const auto join = [&](const auto& elements) {
+    for (const auto& e : elements)
+      for (const int i : e->coordinates()) root[static_cast<std::size_t>(find(i))] = find(e->coordinates().front());
+  };
+  join(m.bodies());
+  join(m.constraints());
+  join(m.forces());
+  std::vector<int> part(static_cast<std::size_t>(n_), -1);
+  const auto part_of_coordinate = [&](int i) -> Part& {
+    int& k = part[static_cast<std::size_t>(find(i))];
+    if (k < 0) {
+      k = static_cast<int>(parts_.size());
+      parts_.emplace_back();
+    }
+    return parts_[static_cast<std::size_t>(k)];
+  };
+  const auto enter = [](std::vector<int>& list, std::vector<int>& local, int number) {
+    local[static_cast<std::size_t>(number)] = static_cast<int>(list.size());
+    list.push_back(number);
+  };
+  local_q_.resize(static_cast<std::size_t>(n_));
+  local_row_.resize(static_cast<std::size_t>(m_));
+  local_state_.resize(static_cast<std::size_t>(nz_));
+  for (int i = 0; i < n_; ++i) enter(part_of_coordinate(i).q, local_q_, i);
+  for (std::size_t k = 0; k < m.constraints().size(); ++k)
+    for (int i = 0; i < m.constraints()[k]->rows(); ++i)
+      enter(part_of_coordinate(m.constraints()[k]->coordinates().front()).rows, local_row_, m.row_offsets()[k] + i);
+  for (std::size_t k = 0; k < m.forces().size(); ++k) {
+    const auto& q = m.forces()[k]->coordinates();
+    if (m.forces()[k]->states() == 0) continue;
+    if (q.empty()) parts_.emplace_back();
+    Part& p = q.empty() ? parts_.back() : part_of_coordinate(q.front());
+    for (int i = 0; i < m.forces()[k]->states(); ++i) enter(p.states, local_state_, m.state_offsets()[k] + i);
+  }
+  for (std::size_t h = 0; h < held_.size(); ++h) part_of_coordinate(held_[h].coordinate).held.push_back(static_cast<int>(h));
+}
 
 StateView RestSystem::state() const {
   StateView s;
@@ -69,10 +149,32 @@ StateView RestSystem::state() const {
   return s;
 }
 
-MatrixXd RestSystem::calc_rows() const {
-  MatrixXd X = MatrixXd::Zero(m_ + static_cast<Eigen::Index>(held_.size()), n_);
-  X.topRows(m_) = dense_matrix(assembly_.jacobian(), assembly_.phi_q);
-  for (std::size_t h = 0; h < held_.size(); ++h) X(m_ + static_cast<Eigen::Index>(h), held_[h].coordinate) = 1;
+MatrixXd RestSystem::part_of(const SparsePattern& pattern, const std::vector<double>& values,
+                             const std::vector<int>& columns, const std::vector<int>& local_row,
+                             std::size_t row_count) const {
+  MatrixXd A = MatrixXd::Zero(static_cast<Eigen::Index>(row_count), static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    const auto j = static_cast<std::size_t>(columns[c]);
+    for (auto k = pattern.column_start[j]; k < pattern.column_start[j + 1]; ++k)
+      A(local_row[static_cast<std::size_t>(pattern.row[static_cast<std::size_t>(k)])], static_cast<Eigen::Index>(c)) +=
+          values[static_cast<std::size_t>(k)];
+  }
+  return A;
+}
+
+std::vector<int> RestSystem::row_numbers(const Part& p) const {
+  std::vector<int> r = p.rows;
+  for (const int h : p.held) r.push_back(m_ + h);
+  return r;
+}
+
+MatrixXd RestSystem::calc_rows(const Part& p) const {
+  const auto rows = static_cast<Eigen::Index>(p.rows.size());
+  MatrixXd X = MatrixXd::Zero(rows + static_cast<Eigen::Index>(p.held.size()), static_cast<Eigen::Index>(p.q.size()));
+  X.topRows(rows) = part_of(assembly_.jacobian(), assembly_.phi_q, p.q, local_row_, p.rows.size());
+  for (std::size_t h = 0; h < p.held.size(); ++h)
+    X(rows + static_cast<Eigen::Index>(h),
+      local_q_[static_cast<std::size_t>(held_[static_cast<std::size_t>(p.held[h])].coordinate)]) = 1;
   return X;
 }
 
@@ -92,79 +194,98 @@ void RestSystem::move_to(const VectorXd& q, const VectorXd& z) {
   std::copy(assembly_.phi.begin(), assembly_.phi.end(), gap_.data());
   for (std::size_t h = 0; h < held_.size(); ++h)
     gap_[m_ + static_cast<Eigen::Index>(h)] = q_[held_[h].coordinate] - held_[h].value;
-  here_.compute(calc_rows());
   const VectorXd Q = Eigen::Map<const VectorXd>(assembly_.Q.data(), n_);
-  multipliers_ = here_.solve_transposed(Q);
-  unbalanced_ = Q - here_.matrix().transpose() * multipliers_;
+  unbalanced_.resize(n_);
+  for (Part& p : parts_) {
+    p.here.compute(calc_rows(p));
+    const VectorXd force = pick(Q, p.q), lambda = p.here.solve_transposed(force);
+    put(lambda, row_numbers(p), multipliers_);
+    put(force - p.here.matrix().transpose() * lambda, p.q, unbalanced_);
+  }
   rate_ = Eigen::Map<const VectorXd>(assembly_.zdot.data(), nz_);
 }
 
-VectorXd RestSystem::closing_step() const { return here_.solve(-gap_); }
+VectorXd RestSystem::closing_step() const {
+  VectorXd step(n_);
+  for (const Part& p : parts_) put(p.here.solve(-pick(gap_, row_numbers(p))), p.q, step);
+  return step;
+}
 
 void RestSystem::linearize() {
   assembly_.calc_dynamics(state());
   assembly_.calc_partials(state());
-  linear_ = here_;
-  N_ = linear_.null_space();
-  M_ = dense_matrix(assembly_.square(), assembly_.M);
-  K_ = dense_matrix(assembly_.square(), assembly_.K);
-  const MatrixXd Q_z = dense_matrix(assembly_.force_state(), assembly_.Q_z), f_q = dense_matrix(assembly_.state_force(), assembly_.f_q),
-                 f_z = dense_matrix(assembly_.state_state(), assembly_.f_z);
+  freedom_ = 0;
+  lowest_ = std::numeric_limits<double>::infinity();
+  highest_ = 0;
+  for (Part& p : parts_) {
+    linearize(p);
+    freedom_ += static_cast<int>(p.N.cols());
+    measure_stiffness(p);
+  }
+  if (freedom_ == 0) lowest_ = 0;
+}
+
+void RestSystem::linearize(Part& p) {
+  p.linear = p.here;
+  p.N = p.linear.null_space();
+  p.M = part_of(assembly_.square(), assembly_.M, p.q, local_q_, p.q.size());
+  p.K = part_of(assembly_.square(), assembly_.K, p.q, local_q_, p.q.size());
+  p.Q_z = part_of(assembly_.force_state(), assembly_.Q_z, p.states, local_q_, p.q.size());
+  const MatrixXd f_q = part_of(assembly_.state_force(), assembly_.f_q, p.q, local_state_, p.states.size()),
+                 f_z = part_of(assembly_.state_state(), assembly_.f_z, p.states, local_state_, p.states.size());
   // States that neither move nor can be moved at rest (a tyre that does not roll) stay where they are.
-  free_states_.clear();
-  for (int i = 0; i < nz_; ++i)
-    if (!assembly_.mechanism().held_states()[static_cast<std::size_t>(i)] &&
-        (rate_[i] != 0 || f_q.row(i).any() || f_z.row(i).any()))
-      free_states_.push_back(i);
-  Q_z_ = columns_of(Q_z, free_states_);
-  f_q_ = rows_of(f_q, free_states_);
-  f_z_ = columns_of(rows_of(f_z, free_states_), free_states_);
-  Mr_ = N_.transpose() * M_ * N_;
-  Kr_ = N_.transpose() * K_ * N_;
-  Kz_ = Kr_;
-  eliminated_ = kernel(f_z_).cols() == 0;
-  if (eliminated_ && !free_states_.empty()) Kz_ += N_.transpose() * Q_z_ * solve_square(f_z_, f_q_ * N_);
-  measure_stiffness();
+  p.free.clear();
+  for (std::size_t i = 0; i < p.states.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    if (!assembly_.mechanism().held_states()[static_cast<std::size_t>(p.states[i])] &&
+        (rate_[p.states[i]] != 0 || (f_q.row(row).array() != 0).any() || (f_z.row(row).array() != 0).any()))
+      p.free.push_back(static_cast<int>(i));
+  }
+  p.f_q = pick_rows(f_q, p.free);
+  p.f_z = pick_rows(f_z, p.free);
+  p.f_zz = pick_columns(p.f_z, p.free);
+  p.NQ_z = p.N.transpose() * pick_columns(p.Q_z, p.free);
+  p.f_qN = p.f_q * p.N;
+  p.Mr = p.N.transpose() * p.M * p.N;
+  p.Kr = p.N.transpose() * p.K * p.N;
+  p.Kz = p.Kr;
+  p.eliminated = kernel(p.f_zz).cols() == 0;
+  if (p.eliminated && !p.free.empty()) p.Kz += p.NQ_z * solve_square(p.f_zz, p.f_qN);
 }
 
-void RestSystem::measure_stiffness() {
-  lowest_ = highest_ = 0;
-  const Eigen::Index f = N_.cols();
-  if (f == 0 || !Kz_.allFinite()) return;
-  // Directions without mass get a little, so that they have a metric.
-  const double largest = Mr_.diagonal().maxCoeff();
-  const MatrixXd mass = Mr_ + (largest > 0 ? 1e-14 * largest : 1.0) * MatrixXd::Identity(f, f);
-  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> eigen(0.5 * (Kz_ + Kz_.transpose()), mass,
-                                                                 Eigen::EigenvaluesOnly);
-  lowest_ = eigen.eigenvalues()[0];
-  highest_ = std::max(std::abs(lowest_), std::abs(eigen.eigenvalues()[f - 1]));
-  if (std::abs(lowest_) < kNoStiffness * highest_) lowest_ = 0;
+void RestSystem::measure_stiffness(const Part& p) {
+  const Eigen::Index f = p.N.cols();
+  if (f == 0 || !p.Kz.allFinite()) return;
+  const Symmetric eigen(symmetric(p.Kz), metric(p.Mr), Eigen::EigenvaluesOnly);
+  const double low = eigen.eigenvalues()[0], high = std::max(std::abs(low), std::abs(eigen.eigenvalues()[f - 1]));
+  lowest_ = std::min(lowest_, std::abs(low) < kNoStiffness * high ? 0 : low);
+  highest_ = std::max(highest_, high);
 }
 
-MatrixXd RestSystem::reduced_matrix(double sigma) const {
-  const Eigen::Index f = N_.cols(), nz = f_z_.rows();
+MatrixXd RestSystem::Part::reduced(double sigma) const {
+  const Eigen::Index f = N.cols(), nz = f_zz.rows();
   MatrixXd J(f + nz, f + nz);
-  J << Kr_ + sigma * Mr_, -N_.transpose() * Q_z_, f_q_ * N_, f_z_;
+  J << Kr + sigma * Mr, -NQ_z, f_qN, f_zz;
   return J;
 }
 
 RestStep RestSystem::newton(double sigma) const {
-  RestStep step;
-  const VectorXd closing = linear_.solve(-gap_);
-  const Eigen::Index f = N_.cols(), nz = f_z_.rows();
-  VectorXd right(f + nz);
-  right.head(f) = N_.transpose() * (unbalanced_ - K_ * closing);
-  for (Eigen::Index i = 0; i < nz; ++i) right[f + i] = -rate_[free_states_[static_cast<std::size_t>(i)]];
-  right.tail(nz) -= f_q_ * closing;
-  const VectorXd x = solve_square(reduced_matrix(sigma), right);
-  step.q = closing + N_ * x.head(f);
-  step.z = VectorXd::Zero(nz_);
-  for (Eigen::Index i = 0; i < nz; ++i) step.z[free_states_[static_cast<std::size_t>(i)]] = x[f + i];
+  RestStep step{VectorXd::Zero(n_), VectorXd::Zero(nz_)};
+  for (const Part& p : parts_) {
+    const VectorXd closing = p.linear.solve(-pick(gap_, row_numbers(p)));
+    const Eigen::Index f = p.N.cols(), nz = p.f_zz.rows();
+    const std::vector<int> states = chosen(p.states, p.free);
+    VectorXd right(f + nz);
+    right << p.N.transpose() * (pick(unbalanced_, p.q) - p.K * closing), -pick(rate_, states) - p.f_q * closing;
+    const VectorXd x = solve_square(p.reduced(sigma), right);
+    put(closing + p.N * x.head(f), p.q, step.q);
+    put(x.tail(nz), states, step.z);
+  }
   return step;
 }
 
 double RestSystem::step_size(const RestStep& step) const {
-  double r = n_ > 0 ? step.q.norm() : 0;
+  double r = step.q.norm();
   for (int i = 0; i < nz_; ++i)
     if (step.z[i] != 0) r = std::max(r, std::abs(step.z[i]) / std::max(largest_z_[i], std::abs(step.z[i])));
   return r;
@@ -173,41 +294,42 @@ double RestSystem::step_size(const RestStep& step) const {
 std::vector<std::string> RestSystem::undetermined() const {
   const Mechanism& m = assembly_.mechanism();
   std::vector<std::string> names;
-  const auto add = [&](const VectorXd& q, const VectorXd& z) {
+  const auto add = [&](const Part& p, const VectorXd& q, const VectorXd& z) {
     // The largest entry that is not named yet.
     double largest = -1;
     std::string name;
-    for (int i = 0; i < n_; ++i) {
-      const std::string& c = m.coordinates()[static_cast<std::size_t>(i)].name;
-      if (std::abs(q[i]) > largest && std::find(names.begin(), names.end(), c) == names.end()) {
-        largest = std::abs(q[i]);
-        name = c;
-      }
+    for (std::size_t i = 0; i < p.q.size(); ++i) {
+      const std::string& c = m.coordinates()[static_cast<std::size_t>(p.q[i])].name;
+      const double x = std::abs(q[static_cast<Eigen::Index>(i)]);
+      if (!(x > largest) || std::find(names.begin(), names.end(), c) != names.end()) continue;
+      largest = x;
+      name = c;
     }
     const auto states = m.state_names();
-    for (std::size_t i = 0; i < free_states_.size(); ++i)
+    for (std::size_t i = 0; i < p.free.size(); ++i)
       if (std::abs(z[static_cast<Eigen::Index>(i)]) > 1e6 * largest)
-        name = "the force state " + states[static_cast<std::size_t>(free_states_[i])];
+        name = "the force state " + states[static_cast<std::size_t>(p.states[static_cast<std::size_t>(p.free[i])])];
     names.push_back(name);
   };
-  const Eigen::Index f = N_.cols(), nz = f_z_.rows();
-  if (eliminated_) {
-    if (f == 0) return names;
-    const double largest = Mr_.diagonal().maxCoeff();
-    const MatrixXd mass = Mr_ + (largest > 0 ? 1e-14 * largest : 1.0) * MatrixXd::Identity(f, f);
-    const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> eigen(0.5 * (Kz_ + Kz_.transpose()), mass);
-    const MatrixXd V = eigen.eigenvectors(), null = V * kernel(V.transpose() * Kz_ * V);
-    for (Eigen::Index k = 0; k < null.cols(); ++k) add(N_ * null.col(k), VectorXd::Zero(nz));
-    return names;
+  for (const Part& p : parts_) {
+    const Eigen::Index f = p.N.cols(), nz = p.f_zz.rows();
+    if (f + nz == 0) continue;
+    if (!p.eliminated) {
+      const MatrixXd null = kernel(p.reduced(0));
+      for (Eigen::Index k = 0; k < null.cols(); ++k) add(p, p.N * null.col(k).head(f), null.col(k).tail(nz));
+    } else if (f > 0) {
+      const Symmetric eigen(symmetric(p.Kz), metric(p.Mr));
+      const MatrixXd V = eigen.eigenvectors(), null = V * kernel(V.transpose() * p.Kz * V);
+      for (Eigen::Index k = 0; k < null.cols(); ++k) add(p, p.N * null.col(k), VectorXd::Zero(nz));
+    }
   }
-  const MatrixXd null = kernel(reduced_matrix(0));
-  for (Eigen::Index k = 0; k < null.cols(); ++k) add(N_ * null.col(k).head(f), null.col(k).tail(nz));
   return names;
 }
 
 MatrixXd RestSystem::lambda_off_range(const MatrixXd& q_rho) {
   // lambda = X w turns with X where rows are redundant: the part off the range of X is (1 - X X^+) X_rho w.
-  const VectorXd w = linear_.solve(multipliers_);
+  VectorXd w(n_);
+  for (const Part& p : parts_) put(p.linear.solve(pick(multipliers_, row_numbers(p))), p.q, w);
   StateView s = state();
   Assembly::ParameterColumns moved, still;
   assembly_.resize(moved);
@@ -218,10 +340,17 @@ MatrixXd RestSystem::lambda_off_range(const MatrixXd& q_rho) {
   assembly_.calc_dynamics(s);
   assembly_.calc_partials(s);
   assembly_.calc_parameter_columns(s, moved);
-  MatrixXd d = MatrixXd::Zero(multipliers_.size(), q_rho.cols());
-  d.topRows(m_) = moved.phid - still.phid +
-                  (dense_matrix(assembly_.jacobian(), assembly_.phid_q) - dense_matrix(assembly_.jacobian(), phid_q)) * q_rho;
-  return d - linear_.matrix() * linear_.solve(d);
+  MatrixXd out = MatrixXd::Zero(multipliers_.size(), q_rho.cols());
+  for (const Part& p : parts_) {
+    const auto rows = static_cast<Eigen::Index>(p.rows.size());
+    MatrixXd d = MatrixXd::Zero(rows + static_cast<Eigen::Index>(p.held.size()), q_rho.cols());
+    d.topRows(rows) = pick_rows(moved.phid - still.phid, p.rows) +
+                      (part_of(assembly_.jacobian(), assembly_.phid_q, p.q, local_row_, p.rows.size()) -
+                       part_of(assembly_.jacobian(), phid_q, p.q, local_row_, p.rows.size())) *
+                          pick_rows(q_rho, p.q);
+    put_rows(d - p.linear.matrix() * p.linear.solve(d), row_numbers(p), out);
+  }
+  return out;
 }
 
 void RestSystem::differentiate(MatrixXd& q_rho, MatrixXd& z_rho, MatrixXd& lambda_rho, MatrixXd& held_rho) {
@@ -237,39 +366,51 @@ void RestSystem::differentiate(MatrixXd& q_rho, MatrixXd& z_rho, MatrixXd& lambd
     if (held_[h].number >= 0)
       for (const auto& [column, factor] : columns[static_cast<std::size_t>(held_[h].number)])
         right(m_ + static_cast<Eigen::Index>(h), column) += factor;
-  const MatrixXd closing = linear_.solve(right);
   VectorXd z0(nz_);
   calc_initial_states(assembly_, z0, &z_rho);
-  // Of held states the initial values; of free ones what follows.
-  MatrixXd held_z = z_rho;
-  for (const int i : free_states_) held_z.row(i).setZero();
-  const MatrixXd F = c.F - dense_matrix(assembly_.force_state(), assembly_.Q_z) * held_z + K_ * closing;
-  const MatrixXd rate = rows_of(c.f + dense_matrix(assembly_.state_state(), assembly_.f_z) * held_z, free_states_) + f_q_ * closing;
-  const Eigen::Index f = N_.cols(), nz = f_z_.rows();
-  MatrixXd b(f + nz, np);
-  b << -N_.transpose() * F, -rate;
-  const MatrixXd x = solve_square(reduced_matrix(0), b);
-  q_rho = closing + N_ * x.topRows(f);
-  z_rho = held_z;
-  for (Eigen::Index i = 0; i < nz; ++i) z_rho.row(free_states_[static_cast<std::size_t>(i)]) = x.row(f + i);
-  const MatrixXd force = c.F + K_ * q_rho - dense_matrix(assembly_.force_state(), assembly_.Q_z) * z_rho;
-  MatrixXd multipliers = -linear_.solve_transposed(force);
-  if (linear_.rank() < multipliers_.size()) multipliers += lambda_off_range(q_rho);
+  q_rho.setZero(n_, np);
+  MatrixXd multipliers = MatrixXd::Zero(multipliers_.size(), np);
+  bool redundant = false;
+  for (const Part& p : parts_) {
+    const Eigen::Index f = p.N.cols(), nz = p.f_zz.rows();
+    const MatrixXd closing = p.linear.solve(pick_rows(right, row_numbers(p)));
+    // Of held states the initial values; of free ones what follows.
+    MatrixXd z = pick_rows(z_rho, p.states);
+    for (const int i : p.free) z.row(i).setZero();
+    const MatrixXd F = pick_rows(c.F, p.q);
+    const std::vector<int> states = chosen(p.states, p.free);
+    MatrixXd b(f + nz, np);
+    b << -p.N.transpose() * (F - p.Q_z * z + p.K * closing), -(pick_rows(c.f, states) + p.f_z * z + p.f_q * closing);
+    const MatrixXd x = solve_square(p.reduced(0), b), q = closing + p.N * x.topRows(f);
+    for (Eigen::Index i = 0; i < nz; ++i) z.row(p.free[static_cast<std::size_t>(i)]) = x.row(f + i);
+    put_rows(q, p.q, q_rho);
+    put_rows(z, p.states, z_rho);
+    put_rows(-p.linear.solve_transposed(F + p.K * q - p.Q_z * z), row_numbers(p), multipliers);
+    redundant = redundant || p.linear.rank() < p.linear.matrix().rows();
+  }
+  if (redundant) multipliers += lambda_off_range(q_rho);
   lambda_rho = multipliers.topRows(m_);
   held_rho = multipliers.bottomRows(static_cast<Eigen::Index>(held_.size()));
 }
 
 void RestSystem::solve_adjoint(const VectorXd& weight_q, const VectorXd& weight_z, VectorXd& s, VectorXd& w,
                                VectorXd& x) const {
-  const Eigen::Index f = N_.cols(), nz = f_z_.rows();
-  VectorXd b(f + nz);
-  b.head(f) = N_.transpose() * weight_q;
-  for (Eigen::Index i = 0; i < nz; ++i) b[f + i] = weight_z[free_states_[static_cast<std::size_t>(i)]];
-  const VectorXd solved = solve_square(reduced_matrix(0).transpose(), b);
-  s = N_ * solved.head(f);
-  w = VectorXd::Zero(nz_);
-  for (Eigen::Index i = 0; i < nz; ++i) w[free_states_[static_cast<std::size_t>(i)]] = solved[f + i];
-  x = VectorXd(linear_.solve_transposed(weight_q - K_.transpose() * s - f_q_.transpose() * solved.tail(nz))).head(m_);
+  s.setZero(n_);
+  w.setZero(nz_);
+  VectorXd rows = VectorXd::Zero(multipliers_.size());
+  for (const Part& p : parts_) {
+    const Eigen::Index f = p.N.cols(), nz = p.f_zz.rows();
+    const VectorXd weight = pick(weight_q, p.q);
+    const std::vector<int> states = chosen(p.states, p.free);
+    VectorXd b(f + nz);
+    b << p.N.transpose() * weight, pick(weight_z, states);
+    const VectorXd solved = solve_square(p.reduced(0).transpose(), b), force = p.N * solved.head(f);
+    put(force, p.q, s);
+    put(solved.tail(nz), states, w);
+    put(p.linear.solve_transposed(weight - p.K.transpose() * force - p.f_q.transpose() * solved.tail(nz)), row_numbers(p),
+        rows);
+  }
+  x = rows.head(m_);
 }
 
 }  // namespace costate

@@ -1,6 +1,7 @@
 // The equations of rest (equilibrium.h, (0.10)) at one point and their linearization on the null space of
 // X = [Phi_q; B]: the balance N^T Q = 0 with the columns of N a basis of the directions that X leaves free, and the
-// multipliers those of least squares and least norm, so that Q - X^T lambda = N N^T Q. Dense.
+// multipliers those of least squares and least norm, so that Q - X^T lambda = N N^T Q. Dense in each part of the mechanism
+// that no element connects with another, so that many vehicles cost as much each as one.
 #pragma once
 
 #include <Eigen/Dense>
@@ -43,7 +44,7 @@ class RestSystem {
   double step_size(const RestStep& step) const;
 
   // Of the last linearize().
-  int freedom() const { return static_cast<int>(N_.cols()); }
+  int freedom() const { return freedom_; }
   double lowest_stiffness() const { return lowest_; }
   double highest_stiffness() const { return highest_; }
   /// Coordinates and force states that no stiffness holds, one for each direction of that kind.
@@ -57,10 +58,26 @@ class RestSystem {
                      Eigen::VectorXd& w, Eigen::VectorXd& x) const;
 
  private:
-  Eigen::MatrixXd calc_rows() const;
-  /// [N^T K N + sigma N^T M N, -N^T Q_z; f_q N, f_z] [y; dz] = [force; rates]
-  Eigen::MatrixXd reduced_matrix(double sigma) const;
-  void measure_stiffness();
+  /// A connected part: its coordinates, constraint rows, force states and held positions, by their global numbers.
+  struct Part {
+    std::vector<int> q, rows, states, held;
+    RowSpace here, linear;     // X at the point, and at that of the last linearize()
+    std::vector<int> free;     // of `states`, by their place there: neither held nor indifferent
+    Eigen::MatrixXd M, K, Q_z, f_q, f_z;          // Q_z, f_z of all its states; f_q, f_z rows of the free ones
+    Eigen::MatrixXd N, NQ_z, f_qN, f_zz, Mr, Kr;  // reduced, of the free states
+    Eigen::MatrixXd Kz;                           // Kr with the free states eliminated where they can be
+    bool eliminated = true;
+    /// [Kr + sigma Mr, -N^T Q_z; f_q N, f_z] for the free directions and states
+    Eigen::MatrixXd reduced(double sigma) const;
+  };
+  void find_parts();
+  void linearize(Part& p);
+  void measure_stiffness(const Part& p);
+  Eigen::MatrixXd calc_rows(const Part& p) const;
+  /// Rows of the global unknowns' numbering that belong to a part: of the constraints, then of its held positions.
+  std::vector<int> row_numbers(const Part& p) const;
+  Eigen::MatrixXd part_of(const SparsePattern& pattern, const std::vector<double>& values, const std::vector<int>& columns,
+                          const std::vector<int>& local_row, std::size_t row_count) const;
   Eigen::MatrixXd lambda_off_range(const Eigen::MatrixXd& q_rho);
 
   Assembly& assembly_;
@@ -68,12 +85,10 @@ class RestSystem {
   const int n_, m_, nz_;
   const double t_;
   std::vector<double> rest_;
+  std::vector<Part> parts_;
+  std::vector<int> local_q_, local_row_, local_state_;  // place within the part
   Eigen::VectorXd q_, z_, multipliers_, gap_, unbalanced_, rate_, largest_z_;
-  RowSpace here_, linear_;
-  std::vector<int> free_states_;
-  Eigen::MatrixXd M_, K_, Q_z_, f_q_, f_z_;  // full; those with z of the free states
-  Eigen::MatrixXd N_, Mr_, Kr_, Kz_;         // reduced; Kz_ with the force states eliminated where they can be
-  bool eliminated_ = true;
+  int freedom_ = 0;
   double lowest_ = 0, highest_ = 0;
 };
 

@@ -1,0 +1,377 @@
+// costate study: the optimization runs of one file, in parallel as processes of their own, resumable, and a table of what
+// they achieved.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fcntl.h>
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+#include "command.h"
+#include "costate/record/atomic_file.h"
+#include "costate/record/interrupt.h"
+#include "study_file.h"
+
+namespace costate::app {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  std::string file;
+  std::vector<std::string> only;
+  int jobs = 0;
+  bool fresh = false;
+};
+
+std::string text_of(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+Json json_of(const fs::path& path) {
+  std::ifstream in(path);
+  return in ? Json::parse(in, nullptr, false) : Json();
+}
+
+/// One run of the study and where it is.
+struct Job {
+  StudyRun run;
+  fs::path directory;
+  enum class State { waiting, kept, running, done, failed } state = State::waiting;
+  bool resume = false;
+  pid_t pid = -1;
+  std::string error;
+  Json result;
+
+  /// What the results belong to: a change of it makes them worthless.
+  Json definition() const {
+    return {{"scene", run.scene_text}, {"parameters", run.parameters}, {"options", run.options}};
+  }
+  long evaluations() const {
+    const std::string journal = text_of(directory / "evaluations.jsonl");
+    return std::max<long>(0, std::count(journal.begin(), journal.end(), '\n') - 1);
+  }
+  bool ok() const { return state == State::kept || state == State::done; }
+  const char* status() const {
+    return state == State::kept ? "kept" : state == State::done ? "ok" : state == State::failed ? "failed" : "interrupted";
+  }
+};
+
+class StudyCommand {
+ public:
+  StudyCommand(const CommonOptions& common, const Options& options) : common_(common), options_(options) {}
+
+  int run() {
+    const Study study = read_study(options_.file, options_.only);
+    title_ = study.title.empty() ? options_.file : study.title;
+    directory_ = common_.output.empty() ? fs::path("results") / fs::path(options_.file).stem() : common_.output;
+    require_writable(directory_);
+    for (const StudyRun& r : study.runs) jobs_.push_back({r, directory_ / r.name, {}, false, -1, {}, {}});
+    for (Job& j : jobs_) prepare(j);
+    try {
+      run_all();
+    } catch (...) {
+      stop_all();
+      report(false);
+      throw;
+    }
+    report(true);
+    return std::all_of(jobs_.begin(), jobs_.end(), [](const Job& j) { return j.ok(); }) ? 0 : kFailed;
+  }
+
+ private:
+  /// Finished runs of the same definition are kept, interrupted ones resume, others begin anew.
+  void prepare(Job& j) {
+    const fs::path file = j.directory / "study_run.json";
+    const bool same = !options_.fresh && json_of(file) == j.definition();
+    const fs::path summary = j.directory / "optimize.json";
+    if (same) {
+      j.result = json_of(summary);
+      if (j.result.is_object() && j.result.value("status", "") == "ok") {
+        j.state = Job::State::kept;
+        return;
+      }
+      j.resume = true;
+    }
+    fs::create_directories(j.directory);
+    fs::remove(summary);
+    if (!same) fs::remove(j.directory / "evaluations.jsonl");
+    write_file_atomically(file, json_text(j.definition()) + "\n");
+  }
+
+  std::vector<std::string> arguments(const Job& j) const {
+    std::vector<std::string> a = {"costate", "optimize", j.run.scene.string(), "--output", j.directory.string()};
+    if (j.resume) a.push_back("--resume");
+    if (!j.run.parameters.empty()) {
+      a.push_back("--parameters");
+      a.push_back(fmt::format("{}", fmt::join(j.run.parameters, ",")));
+    }
+    for (const auto& o : j.run.overrides) {
+      a.push_back("--set");
+      a.push_back(o);
+    }
+    a.insert(a.end(), j.run.options.begin(), j.run.options.end());
+    return a;
+  }
+
+  void start(Job& j) {
+    const std::vector<std::string> words = arguments(j);
+    std::vector<char*> argv;
+    for (const auto& w : words) argv.push_back(const_cast<char*>(w.c_str()));
+    argv.push_back(nullptr);
+    const std::string log = (j.directory / "log.txt").string();
+    const pid_t parent = ::getpid();
+    std::fflush(nullptr);
+    j.pid = ::fork();
+    if (j.pid < 0) throw Error("No further process can be started for the run '" + j.run.name + "'.");
+    if (j.pid == 0) {
+      // A group of its own: Ctrl-C reaches this program, which hands it on once. And an end with it, however it ends.
+      ::setpgid(0, 0);
+      ::prctl(PR_SET_PDEATHSIG, SIGTERM);
+      const int file = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666), null = ::open("/dev/null", O_RDONLY);
+      if (::getppid() != parent || file < 0 || null < 0) ::_exit(kFailed);
+      ::dup2(null, 0);
+      ::dup2(file, 1);
+      ::dup2(file, 2);
+      ::execv("/proc/self/exe", argv.data());
+      ::_exit(kFailed);
+    }
+    j.state = Job::State::running;
+  }
+
+  void finish(Job& j, int wait_status) {
+    j.pid = -1;
+    j.result = json_of(j.directory / "optimize.json");
+    const bool good = WIFEXITED(wait_status) && WEXITSTATUS(wait_status) == 0 && j.result.is_object() &&
+                      j.result.value("status", "") == "ok";
+    j.state = good ? Job::State::done : Job::State::failed;
+    if (!good) j.error = complaint(j, wait_status);
+    ++finished_;
+    clear_line();
+    if (common_.json || common_.quiet) return;
+    if (good)
+      fmt::print(stderr, "[{}/{}] {}: psi {:.6g} -> {:.6g} in {} evaluations, {:.3g} s\n", finished_, total_, j.run.name,
+                 j.result["initial"]["psi"].get<double>(), j.result["psi"].get<double>(), j.result["evaluations"].size(),
+                 j.result["wall_s"].get<double>());
+    else
+      fmt::print(stderr, "[{}/{}] {} failed: {}\n", finished_, total_, j.run.name, j.error);
+  }
+
+  /// The last line of what the run said, or the signal that ended it.
+  std::string complaint(const Job& j, int wait_status) const {
+    if (WIFSIGNALED(wait_status)) return fmt::format("ended by signal {}", WTERMSIG(wait_status));
+    std::istringstream log(text_of(j.directory / "log.txt"));
+    std::string line, last;
+    while (std::getline(log, line))
+      if (line.rfind("costate: ", 0) == 0) last = line.substr(9);
+    return last.empty() ? fmt::format("exit status {}; see {}", WEXITSTATUS(wait_status), (j.directory / "log.txt").string())
+                        : last;
+  }
+
+  void run_all() {
+    const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    const std::size_t at_once = static_cast<std::size_t>(options_.jobs > 0 ? options_.jobs : cores);
+    total_ = static_cast<std::size_t>(std::count_if(jobs_.begin(), jobs_.end(), [](const Job& j) { return !j.ok(); }));
+    if (total_ < jobs_.size() && !common_.json && !common_.quiet)
+      fmt::print(stderr, "{} of {} runs are finished already\n", jobs_.size() - total_, jobs_.size());
+    for (;;) {
+      throw_if_interrupted();
+      std::size_t running = 0;
+      bool waiting = false;
+      for (Job& j : jobs_) {
+        if (j.state == Job::State::running) {
+          int status = 0;
+          if (::waitpid(j.pid, &status, WNOHANG) == j.pid)
+            finish(j, status);
+          else
+            ++running;
+        }
+      }
+      for (Job& j : jobs_)
+        if (j.state == Job::State::waiting && running < at_once) {
+          start(j);
+          ++running;
+        } else {
+          waiting = waiting || j.state == Job::State::waiting;
+        }
+      if (running == 0 && !waiting) return;
+      show_progress();
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+  }
+
+  /// Asks the runs to end; their journals are complete.
+  void stop_all() {
+    for (Job& j : jobs_)
+      if (j.state == Job::State::running) ::kill(j.pid, SIGINT);
+    for (Job& j : jobs_)
+      if (j.state == Job::State::running) ::waitpid(j.pid, nullptr, 0);
+    clear_line();
+  }
+
+  void show_progress() {
+    if (common_.json || common_.quiet || ::isatty(2) == 0) return;
+    const auto now = std::chrono::steady_clock::now();
+    if (now - shown_ < std::chrono::milliseconds(500)) return;
+    shown_ = now;
+    std::vector<std::string> names;
+    for (const Job& j : jobs_)
+      if (j.state == Job::State::running) names.push_back(fmt::format("{} ({})", j.run.name, j.evaluations()));
+    fmt::print(stderr, "\r\033[K[{}/{}] evaluations: {}", finished_, total_, fmt::join(names, ", "));
+    std::fflush(stderr);
+    line_ = true;
+  }
+  void clear_line() {
+    if (line_) fmt::print(stderr, "\r\033[K");
+    line_ = false;
+  }
+
+  Json row(const Job& j) const {
+    Json r;
+    r["name"] = j.run.name;
+    r["scene"] = j.run.scene.string();
+    r["status"] = j.status();
+    r["directory"] = j.directory.string();
+    if (!j.error.empty()) r["error"] = j.error;
+    if (!j.ok()) {
+      r["evaluations"] = j.evaluations();
+      return r;
+    }
+    const double before = j.result["initial"]["psi"], after = j.result["psi"];
+    r["psi_before"] = before;
+    r["psi_after"] = after;
+    r["improvement"] = before != 0 ? Json((before - after) / std::abs(before)) : Json();
+    r["parameters_before"] = j.result["initial"]["parameters"];
+    r["parameters_after"] = j.result["parameters"];
+    r["bounds_active"] = j.result["bounds_active"];
+    r["evaluations"] = j.result["evaluations"].size();
+    const auto& list = j.result["evaluations"];
+    for (const auto& [key, at] : {std::pair{"projected_gradient_before", std::size_t{0}},
+                                  std::pair{"projected_gradient_after", j.result["best_evaluation"].get<std::size_t>() - 1}})
+      r[key] = at < list.size() ? list[at]["projected_gradient"] : Json();
+    r["stop_reason"] = j.result["stop_reason"];
+    r["converged"] = j.result["converged"];
+    r["verdict"] = j.result.contains("certificate") ? j.result["certificate"]["verdict"] : Json();
+    r["formulation"] = j.result["formulation"];
+    r["method"] = j.result["method"];
+    r["wall_s"] = j.result["wall_s"];
+    return r;
+  }
+
+  static std::string csv_text(const Json& value) {
+    if (value.is_null()) return "";
+    std::string text = value.is_string() ? value.get<std::string>() : value.dump();
+    if (text.find_first_of(",\"\n") == std::string::npos) return text;
+    std::string quoted = "\"";
+    for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+    return quoted + "\"";
+  }
+
+  static std::string csv(const Json& rows) {
+    const std::vector<std::string> keys = {"name", "status", "psi_before", "psi_after", "improvement",
+                                           "projected_gradient_before", "projected_gradient_after", "evaluations", "wall_s",
+                                           "stop_reason", "verdict"};
+    std::vector<std::string> parameters;
+    for (const auto& r : rows)
+      if (r.contains("parameters_after"))
+        for (const auto& [name, x] : r["parameters_after"].items())
+          if (std::find(parameters.begin(), parameters.end(), name) == parameters.end()) parameters.push_back(name);
+    std::string text = fmt::format("{}", fmt::join(keys, ","));
+    for (const auto& p : parameters) text += fmt::format(",{0}.before,{0}.after", p);
+    text += "\n";
+    for (const auto& r : rows) {
+      for (std::size_t k = 0; k < keys.size(); ++k)
+        text += (k ? "," : "") + csv_text(r.contains(keys[k]) ? r[keys[k]] : Json());
+      for (const auto& p : parameters)
+        for (const char* when : {"parameters_before", "parameters_after"})
+          text += "," + csv_text(r.contains(when) && r[when].contains(p) ? r[when][p] : Json());
+      text += "\n";
+    }
+    return text;
+  }
+
+  std::string table(const Json& rows) const {
+    std::size_t width = 3;
+    for (const Job& j : jobs_) width = std::max(width, j.run.name.size());
+    std::string text = fmt::format("{}\n  {:<{}} {:>14} {:>14} {:>8} {:>6} {:>9}  {}\n", title_, "run", width, "psi before",
+                                   "psi after", "change", "evals", "time [s]", "end");
+    for (const auto& r : rows) {
+      const std::string name = r["name"];
+      if (!r.contains("psi_after")) {
+        text += fmt::format("  {:<{}} {}{}\n", name, width, r["status"].get<std::string>(),
+                            r.contains("error") ? ": " + r["error"].get<std::string>() : "");
+        continue;
+      }
+      text += fmt::format("  {:<{}} {:>14.8g} {:>14.8g} {:>7.2f}% {:>6} {:>9.3g}  {}{}\n", name, width,
+                          r["psi_before"].get<double>(), r["psi_after"].get<double>(),
+                          r["improvement"].is_null() ? 0.0 : -100 * r["improvement"].get<double>(),
+                          r["evaluations"].get<int>(), r["wall_s"].get<double>(), r["stop_reason"].get<std::string>(),
+                          r["status"] == "kept" ? " (kept)" : "");
+      std::vector<std::string> moves;
+      for (const auto& [p, x] : r["parameters_after"].items())
+        moves.push_back(fmt::format("{} {:.6g} -> {:.6g}", p, r["parameters_before"][p].get<double>(), x.get<double>()));
+      text += fmt::format("  {:<{}} {}\n", "", width, fmt::join(moves, ", "));
+    }
+    return text;
+  }
+
+  void report(bool complete) {
+    Json j;
+    const bool good = std::all_of(jobs_.begin(), jobs_.end(), [](const Job& x) { return x.ok(); });
+    j["status"] = good ? "ok" : complete ? "failed" : "interrupted";
+    j["title"] = title_;
+    j["runs"] = Json::array();
+    for (const Job& x : jobs_) j["runs"].push_back(row(x));
+    const std::string text = table(j["runs"]);
+    write_file_atomically(directory_ / "study.json", json_text(j) + "\n");
+    write_file_atomically(directory_ / "study.csv", csv(j["runs"]));
+    write_file_atomically(directory_ / "study.txt", text);
+    if (!complete) return;
+    if (common_.json)
+      fmt::print("{}\n", json_text(j));
+    else if (!common_.quiet)
+      fmt::print("{}  results in {}: study.txt, study.csv, study.json\n", text, directory_.string());
+  }
+
+  const CommonOptions& common_;
+  const Options& options_;
+  std::string title_;
+  fs::path directory_;
+  std::vector<Job> jobs_;
+  std::size_t finished_ = 0, total_ = 0;
+  bool line_ = false;
+  std::chrono::steady_clock::time_point shown_;
+};
+
+}  // namespace
+
+void add_study(CLI::App& app, std::function<int()>& action, CommonOptions& common) {
+  CLI::App* c = app.add_subcommand("study", "Run the optimizations that a file lists, in parallel, and tabulate them");
+  auto options = std::make_shared<Options>();
+  c->add_option("file", options->file, "Study file (TOML)")->required();
+  c->add_option("--only", options->only, "Runs by name or pattern, such as 'ride*' (repeatable)")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  c->add_option("--jobs", options->jobs, "Runs at a time (default: the number of cores)")->check(CLI::NonNegativeNumber);
+  c->add_flag("--fresh", options->fresh, "Begin all runs anew, finished ones too");
+  c->add_option("--output", common.output, "Directory for results (default: results/STUDY)");
+  c->add_flag("--json", common.json, "Print one JSON object and nothing else");
+  c->add_flag("--quiet", common.quiet, "Print errors only");
+  c->callback([&action, &common, options] {
+    action = [&common, options] { return StudyCommand(common, *options).run(); };
+  });
+}
+
+}  // namespace costate::app

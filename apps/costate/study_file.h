@@ -1,0 +1,28 @@
+// The file of a study: a list of optimization runs, each a scene with its parameters, overrides and options.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace costate::app {
+
+struct StudyRun {
+  std::string name;
+  std::filesystem::path scene;          // as it can be opened from here
+  std::vector<std::string> parameters;  // empty: the scene's
+  std::vector<std::string> overrides;   // "path=value", those of the whole study first
+  std::vector<std::string> options;     // of costate optimize: "--method", "idas-adjoint", ...
+  std::string scene_text;               // the scene as it is understood with the overrides
+};
+
+struct Study {
+  std::string title;
+  std::vector<StudyRun> runs;
+};
+
+/// Reads a study and all of its scenes; a mistake names file, line and column, or the run. `selected` (names or patterns such
+/// as "ride*") keeps only those runs; one that fits none is a mistake.
+Study read_study(const std::string& path, const std::vector<std::string>& selected);
+
+}  // namespace costate::app

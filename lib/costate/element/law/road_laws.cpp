@@ -11,15 +11,17 @@
 namespace costate {
 
 namespace {
-constexpr int kLanes = 4;  // sines that are rotated side by side: independent chains, which the processor overlaps
+constexpr int kLanes =
+    4;  // sines that are rotated side by side: independent chains, which the processor overlaps
 }
 
 SineSumLaw::SineSumLaw(const SpectrumOptions& o) : options_(o) {
   if (o.count < 1) throw ModelError("", fmt::format("'count' must be at least 1, found {}.", o.count));
-  if (!(o.n_min > 0)) throw ModelError("", fmt::format("'n_min_1_per_m' must be positive, found {}.", o.n_min));
+  if (!(o.n_min > 0))
+    throw ModelError("", fmt::format("'n_min_1_per_m' must be positive, found {}.", o.n_min));
   if (!(o.n_max > o.n_min))
-    throw ModelError("", fmt::format("'n_max_1_per_m' must be greater than 'n_min_1_per_m', found {} and {}.", o.n_max,
-                                     o.n_min));
+    throw ModelError("", fmt::format("'n_max_1_per_m' must be greater than 'n_min_1_per_m', found {} and {}.",
+                                     o.n_max, o.n_min));
   spacing_ = (o.n_max - o.n_min) / o.count;
   std::mt19937 engine(o.seed);
   const std::size_t padded = static_cast<std::size_t>((o.count + kLanes - 1) / kLanes * kLanes);
@@ -35,7 +37,8 @@ SineSumLaw::SineSumLaw(const SpectrumOptions& o) : options_(o) {
 }
 
 void SineSumLaw::calc_sums(double x, int order, double* f) const {
-  const double step = kTwoPi * spacing_ * x, turn_c = std::cos(kLanes * step), turn_s = std::sin(kLanes * step);
+  const double step = kTwoPi * spacing_ * x, turn_c = std::cos(kLanes * step),
+               turn_s = std::sin(kLanes * step);
   double c[kLanes], s[kLanes], sum[5][kLanes] = {};
   for (int l = 0; l < kLanes; ++l) {
     const double angle = kTwoPi * wave_number(l) * x;
@@ -66,14 +69,16 @@ void SineSumLaw::calc_sums(double x, int order, double* f) const {
   }
 }
 
-ProfileTableLaw::ProfileTableLaw(std::vector<double> x, std::vector<double> y) : x_(std::move(x)), y_(std::move(y)) {
+ProfileTableLaw::ProfileTableLaw(std::vector<double> x, std::vector<double> y)
+    : x_(std::move(x)), y_(std::move(y)) {
   const std::size_t n = x_.size();
   if (n != y_.size())
     throw ModelError("", fmt::format("The table has {} distances but {} heights.", n, y_.size()));
   if (n < 2) throw ModelError("", fmt::format("A table needs at least 2 points, found {}.", n));
   for (std::size_t i = 1; i < n; ++i)
     if (!(x_[i] > x_[i - 1]))
-      throw ModelError("", fmt::format("The distances must increase: entry {} is {} after {}.", i + 1, x_[i], x_[i - 1]));
+      throw ModelError(
+          "", fmt::format("The distances must increase: entry {} is {} after {}.", i + 1, x_[i], x_[i - 1]));
   // The tridiagonal system of the spline's second derivatives, zero at both ends.
   moment_.assign(n, 0.0);
   std::vector<double> upper(n, 0.0);

@@ -23,10 +23,8 @@ LawOptions bump_law(const BumpOptions& o) {
   positive("length_m", o.length_m);
   if (o.count < 1) throw ModelError("", fmt::format("'count' must be at least 1, found {}.", o.count));
   if (o.count > 1 && !(o.spacing_m >= o.length_m))
-    throw ModelError(
-        "", fmt::format("'spacing_m' counts from one start to the next and must not be less than length_m "
-                        "= {}, found {}.",
-                        o.length_m, o.spacing_m));
+    throw ModelError("", fmt::format("'spacing_m' counts from one start to the next and must not be less than length_m "
+                                     "= {}, found {}.", o.length_m, o.spacing_m));
   LawOptions law{std::make_shared<BumpLaw>(o.count, o.half_sine),
                  {{"height_m", o.height_m}, {"start_m", o.start_m}, {"length_m", o.length_m}}};
   if (o.count > 1) law.numbers.emplace_back("spacing_m", o.spacing_m);
@@ -65,8 +63,7 @@ LawOptions profile_table_law(const std::string& file, double scale) {
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
     line.resize(std::min(line.size(), line.find('#')));
-    std::replace_if(
-        line.begin(), line.end(), [](char c) { return c == ',' || c == ';' || c == '\r'; }, ' ');
+    std::replace_if(line.begin(), line.end(), [](char c) { return c == ',' || c == ';' || c == '\r'; }, ' ');
     std::istringstream words(line);
     std::string word;
     std::vector<double> values;
@@ -74,13 +71,11 @@ LawOptions profile_table_law(const std::string& file, double scale) {
       char* end = nullptr;
       values.push_back(std::strtod(word.c_str(), &end));
       if (*end != 0 || !std::isfinite(values.back()))
-        throw SceneError({file, number, 1},
-                         fmt::format("Expected two numbers, x and z in m, found '{}'.", word));
+        throw SceneError({file, number, 1}, fmt::format("Expected two numbers, x and z in m, found '{}'.", word));
     }
     if (values.empty()) continue;
     if (values.size() != 2)
-      throw SceneError({file, number, 1},
-                       fmt::format("Expected two numbers, x and z in m, found {}.", values.size()));
+      throw SceneError({file, number, 1}, fmt::format("Expected two numbers, x and z in m, found {}.", values.size()));
     if (!x.empty() && !(values[0] > x.back()))
       throw SceneError({file, number, 1},
                        fmt::format("The distances must increase, found {} after {}.", values[0], x.back()));
@@ -88,8 +83,7 @@ LawOptions profile_table_law(const std::string& file, double scale) {
     z.push_back(values[1]);
   }
   if (x.size() < 2)
-    throw SceneError({file, 0, 0},
-                     fmt::format("A road profile needs at least 2 points, found {}.", x.size()));
+    throw SceneError({file, 0, 0}, fmt::format("A road profile needs at least 2 points, found {}.", x.size()));
   return profile_table_law(std::move(x), std::move(z), scale);
 }
 
@@ -105,19 +99,18 @@ SpectrumOptions read_spectrum(SceneTable& t, double exponent) {
   return o;
 }
 
-const RegisterLawKind bump(
-    {.name = "bump",
-     .summary = "height_m (1 - cos(2 pi (x - start_m) / length_m)) over length_m, count times",
-     .read = [](SceneTable& t) {
-       BumpOptions o;
-       o.height_m = t.value("height_m");
-       o.start_m = t.value("start_m", NumberRule::any, 0);
-       o.length_m = t.value("length_m", NumberRule::positive);
-       o.count = t.whole_number("count", 1);
-       if (o.count > 1) o.spacing_m = t.value("spacing_m", NumberRule::positive);
-       o.half_sine = t.one_of("shape", {"cosine", "half_sine"}, "cosine") == "half_sine";
-       return bump_law(o);
-     }});
+const RegisterLawKind bump({.name = "bump",
+                            .summary = "height_m (1 - cos(2 pi (x - start_m) / length_m)) over length_m, count times",
+                            .read = [](SceneTable& t) {
+                              BumpOptions o;
+                              o.height_m = t.value("height_m");
+                              o.start_m = t.value("start_m", NumberRule::any, 0);
+                              o.length_m = t.value("length_m", NumberRule::positive);
+                              o.count = t.whole_number("count", 1);
+                              if (o.count > 1) o.spacing_m = t.value("spacing_m", NumberRule::positive);
+                              o.half_sine = t.one_of("shape", {"cosine", "half_sine"}, "cosine") == "half_sine";
+                              return bump_law(o);
+                            }});
 
 const RegisterLawKind sine_sweep(
     {.name = "sine_sweep",
@@ -138,21 +131,19 @@ const RegisterLawKind iso8608(
      .read = [](SceneTable& t) {
        // A varied roughness is written beside the class and stands over it.
        double g = 0;
-       if (t.has("class"))
-         g = iso8608_roughness(t.one_of("class", {"A", "B", "C", "D", "E", "F", "G", "H"})[0]);
+       if (t.has("class")) g = iso8608_roughness(t.one_of("class", {"A", "B", "C", "D", "E", "F", "G", "H"})[0]);
        if (t.has("roughness_m3")) g = t.value("roughness_m3", NumberRule::positive);
        if (g == 0) t.fail("needs 'class' (A to H) or 'roughness_m3' (G at 0.1 1/m).");
        return sine_sum_law(g, read_spectrum(t, 2));
      }});
 
-const RegisterLawKind noise(
-    {.name = "noise",
-     .summary = "a sum of sines with the spectral density roughness_m3 (n / 0.1)^-exponent",
-     .read = [](SceneTable& t) {
-       const double exponent = t.value("exponent", NumberRule::non_negative);
-       const double g = t.value("roughness_m3", NumberRule::positive);
-       return sine_sum_law(g, read_spectrum(t, exponent));
-     }});
+const RegisterLawKind noise({.name = "noise",
+                             .summary = "a sum of sines with the spectral density roughness_m3 (n / 0.1)^-exponent",
+                             .read = [](SceneTable& t) {
+                               const double exponent = t.value("exponent", NumberRule::non_negative);
+                               const double g = t.value("roughness_m3", NumberRule::positive);
+                               return sine_sum_law(g, read_spectrum(t, exponent));
+                             }});
 
 const RegisterLawKind profile_table(
     {.name = "profile_table",

@@ -95,8 +95,8 @@ class SineSumLaw final : public ScalarLawOf<SineSumLaw> {
   SpectrumOptions options_;
   double spacing_;
   std::vector<double> amplitude_, phase_;
-  std::vector<double> sine_,
-      cosine_;  // A_i cos(phi_i), A_i sin(phi_i): factors of sin and cos; padded to whole groups
+  // Padded to whole groups: A_i cos(phi_i) and A_i sin(phi_i), the factors of sin and cos, and 2 pi n_i.
+  std::vector<double> sine_, cosine_, frequency_;
 };
 
 /// scale times the natural cubic spline through measured points, continued by its end tangents. Number:

@@ -23,7 +23,8 @@ struct Point {
   double kappa, alpha, load, pressure, camber, Fx, Fy, Mx, My, Mz;
 };
 
-TyreOutput<double> evaluate(const MagicFormula& model, MagicFormulaOptions o, const Point& x, double speed = 10) {
+TyreOutput<double> evaluate(const MagicFormula& model, MagicFormulaOptions o, const Point& x,
+                            double speed = 10) {
   o.coefficients["INFLPRES"] = x.pressure;
   std::vector<double> p = {0};  // slip speed
   for (const auto& entry : MagicFormula::coefficients()) {
@@ -53,9 +54,9 @@ MagicFormula with_pressure() {
 }  // namespace
 
 TEST_CASE("magic formula: points of version 6.1") {
-  // F_x, F_y, M_z of magic-formula-tyre-library (teasit, commit 642592f), executed in Octave at 10 m/s; its authors'
-  // formulas in another language agree to 2e-14. Required: 1e-9, for the difference of alpha and atan(tan(alpha)) and
-  // the order of operations, 1e-14, and for numbers printed to 15 digits.
+  // F_x, F_y, M_z of magic-formula-tyre-library (teasit, commit 642592f), executed in Octave at 10 m/s; its
+  // authors' formulas in another language agree to 2e-14. Required: 1e-9, for the difference of alpha and
+  // atan(tan(alpha)) and the order of operations, 1e-14, and for numbers printed to 15 digits.
   const Point points[] = {
       {0.05, 0, 2000, 97000, 0, 1585.48683085389, -48.4261248290356, 0, 0, 0.0514303266043362},
       {-0.1, 0, 2750, 97000, 0, -2792.3735255244, -56.7603412196331, 0, 0, 0.838614731073844},
@@ -74,14 +75,14 @@ TEST_CASE("magic formula: points of version 6.1") {
 
 TEST_CASE("magic formula: camber, pressure and all moments") {
   // From a program of its own for the same equations, which gives the points above to 5e-15.
-  const Point points[] = {{0.05, 0.08, 2400, 97000, 0.04, 1047.33808831383, -2178.42733728206, -44.3894323146884,
-                           -162.231352220259, 50.9128897095229},
-                          {-0.08, -0.06, 3000, 90000, -0.03, -2503.10005294686, 1608.03606250095, -1.46727904932085,
-                           -127.222538858829, -38.3595587315088},
-                          {0.02, -0.12, 1800, 105000, 0.06, 164.199696634123, 1613.59992764326, 16.1790456253944,
-                           -107.958791575416, -13.4031665453357},
-                          {0, 0.04, 2750, 97000, -0.05, 7.01781477105573, -1784.57475841655, -69.6375584104141,
-                           -167.483048249114, 34.2523809234666}};
+  const Point points[] = {{0.05, 0.08, 2400, 97000, 0.04, 1047.33808831383, -2178.42733728206,
+                           -44.3894323146884, -162.231352220259, 50.9128897095229},
+                          {-0.08, -0.06, 3000, 90000, -0.03, -2503.10005294686, 1608.03606250095,
+                           -1.46727904932085, -127.222538858829, -38.3595587315088},
+                          {0.02, -0.12, 1800, 105000, 0.06, 164.199696634123, 1613.59992764326,
+                           16.1790456253944, -107.958791575416, -13.4031665453357},
+                          {0, 0.04, 2750, 97000, -0.05, 7.01781477105573, -1784.57475841655,
+                           -69.6375584104141, -167.483048249114, 34.2523809234666}};
   const MagicFormulaOptions o = read(kFile);
   for (const Point& x : points) {
     auto out = evaluate(with_pressure(), o, x);
@@ -129,7 +130,8 @@ TEST_CASE("magic formula: no load, no force, and no jump towards it or across ze
     for (const double y : out.x) CHECK(y == 0);
   }
   for (const double y : at(0.1, 0.1, 1e-6).x) CHECK(std::abs(y) < 1e-5);
-  // Both sides of alpha = 0 and kappa = 0: over 2e-9 no force changes by more than a stiffness of 1e6 N can explain.
+  // Both sides of alpha = 0 and kappa = 0: over 2e-9 no force changes by more than a stiffness of 1e6 N can
+  // explain.
   for (std::size_t k = 0; k < 5; ++k) {
     CHECK(std::abs(at(0.03, 1e-9, 2500).x[k] - at(0.03, -1e-9, 2500).x[k]) < 2e-3);
     CHECK(std::abs(at(1e-9, 0.03, 2500).x[k] - at(-1e-9, 0.03, 2500).x[k]) < 2e-3);
@@ -141,11 +143,18 @@ TEST_CASE("magic formula: the generation 5.2") {
   // K = PKY1 F0 sin(2 atan(F / (PKY2 F0))) (1 - PKY3 |camber|).
   MagicFormulaOptions o;
   o.camber_as_angle = true;
-  o.coefficients = {{"FNOMIN", 4000}, {"UNLOADED_RADIUS", 0.3}, {"PCX1", 1.6}, {"PDX1", 1.1}, {"PKX1", 20},
-                    {"PCY1", 1.3},    {"PDY1", 0.9},            {"PDY2", -0.1}, {"PDY3", 2},  {"PEY1", -0.8},
-                    {"PEY2", -0.6},   {"PEY3", 0.1},            {"PEY4", -5},   {"PKY1", -20}, {"PKY2", 2},
-                    {"PKY3", 0.3},    {"PHY1", 0.003},          {"PHY2", 0.001}, {"PHY3", 0.07}, {"PVY1", 0.04},
-                    {"PVY2", -0.01},  {"PVY3", -0.3},           {"PVY4", -0.2}};
+  o.coefficients = {{"FNOMIN", 4000}, {"UNLOADED_RADIUS", 0.3},
+                    {"PCX1", 1.6},    {"PDX1", 1.1},
+                    {"PKX1", 20},     {"PCY1", 1.3},
+                    {"PDY1", 0.9},    {"PDY2", -0.1},
+                    {"PDY3", 2},      {"PEY1", -0.8},
+                    {"PEY2", -0.6},   {"PEY3", 0.1},
+                    {"PEY4", -5},     {"PKY1", -20},
+                    {"PKY2", 2},      {"PKY3", 0.3},
+                    {"PHY1", 0.003},  {"PHY2", 0.001},
+                    {"PHY3", 0.07},   {"PVY1", 0.04},
+                    {"PVY2", -0.01},  {"PVY3", -0.3},
+                    {"PVY4", -0.2}};
   MagicFormula model;
   model.camber_as_angle = true;
   const double F = 3000, alpha = 0.06, gamma = 0.05, df = -0.25;
@@ -177,19 +186,23 @@ TEST_CASE("magic formula: mistakes in files are named with their line") {
   CHECK(complaint("FITTYP = 61\n\nPKY1\n") == file + ":3:1: Expected NAME = value, found 'PKY1'.");
   CHECK(complaint("FITTYP = 61\nPKY1 = $ none\n") == file + ":2:1: Expected NAME = value, found 'PKY1 ='.");
   CHECK(complaint("[MODEL\n") == file + ":1:1: Expected ']' at the end of '[MODEL'.");
-  CHECK(complaint("PKY1 = -12\n") == file + ": FITTYP is missing: it tells which Magic Formula the coefficients belong to.");
+  CHECK(complaint("PKY1 = -12\n") ==
+        file + ": FITTYP is missing: it tells which Magic Formula the coefficients belong to.");
   CHECK_THAT(complaint("[MODEL]\nFITTYP = 70\n"), Contains(file + ":2:1: FITTYP must be 60, 61 or 62"));
   CHECK(complaint("[UNITS]\nLENGTH = 'mm'\n") ==
         file + ":2:1: LENGTH must be 'METER', found 'MM': convert the file to SI units.");
-  CHECK_THAT(complaint("FITTYP = 6\nLGAY = 0.9\n"), Contains(file + ":2:1: LGAY other than 1 is not supported"));
-  CHECK_THAT([&] {
-    try {
-      read("no_such.tir");
-    } catch (const Error& e) {
-      return std::string(e.what());
-    }
-    return std::string();
-  }(), Contains("no_such.tir: This tyre property file cannot be read."));
+  CHECK_THAT(complaint("FITTYP = 6\nLGAY = 0.9\n"),
+             Contains(file + ":2:1: LGAY other than 1 is not supported"));
+  CHECK_THAT(
+      [&] {
+        try {
+          read("no_such.tir");
+        } catch (const Error& e) {
+          return std::string(e.what());
+        }
+        return std::string();
+      }(),
+      Contains("no_such.tir: This tyre property file cannot be read."));
 }
 
 TEST_CASE("magic formula: a scene with a file, which single coefficients stand over") {
@@ -220,7 +233,8 @@ magic_formula = { PDX1 = 0.9 }
 [start]
 given = ["wheel"]
 )";
-  const std::string name = std::string(COSTATE_MODELS_DIR) + "/tyres/scene.toml";  // the place that paths start from
+  const std::string name =
+      std::string(COSTATE_MODELS_DIR) + "/tyres/scene.toml";  // the place that paths start from
   const Scene scene = Scene::parse(text, name);
   const auto& m = *scene.mechanism();
   const auto value = [&](const std::string& path) { return m.numbers()[m.number("tyre.T." + path)].value; };
@@ -235,6 +249,7 @@ given = ["wheel"]
     Scene::parse(text, "elsewhere/scene.toml");
     FAIL("found a file that is not there");
   } catch (const Error& e) {
-    CHECK_THAT(e.what(), Contains("elsewhere/formula_student_61.tir: This tyre property file cannot be read."));
+    CHECK_THAT(e.what(),
+               Contains("elsewhere/formula_student_61.tir: This tyre property file cannot be read."));
   }
 }

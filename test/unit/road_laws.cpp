@@ -1,4 +1,6 @@
 // Shapes of roads against sums and formulas written out here.
+#include "costate/element/kind/road_laws.h"
+
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
@@ -8,7 +10,6 @@
 #include <numeric>
 
 #include "costate/base/error.h"
-#include "costate/element/kind/road_laws.h"
 
 using namespace costate;
 using Catch::Contains;
@@ -65,20 +66,23 @@ TEST_CASE("road laws: the sum of sines is the sum, with all its derivatives") {
 }
 
 TEST_CASE("road laws: ISO 8608 has the spectrum and the height that it should") {
-  // rms heights of classes A to H in the band 0.011 to 2.83 1/m: sqrt of the integral of G_d (n/0.1)^-2, which for
-  // class A is 16e-6 0.01 (1/0.011 - 1/2.83).
+  // rms heights of classes A to H in the band 0.011 to 2.83 1/m: sqrt of the integral of G_d (n/0.1)^-2,
+  // which for class A is 16e-6 0.01 (1/0.011 - 1/2.83).
   for (char c = 'A'; c <= 'H'; ++c) {
     SpectrumOptions spectrum;
     spectrum.count = 20000;
     const LawOptions o = sine_sum_law(iso8608_roughness(c), spectrum);
     const SineSumLaw& law = sum_law(o);
     double square = 0;
-    for (int i = 0; i < spectrum.count; ++i) square += o.numbers[0].second * std::pow(law.unit_amplitude(i), 2) / 2;
+    for (int i = 0; i < spectrum.count; ++i)
+      square += o.numbers[0].second * std::pow(law.unit_amplitude(i), 2) / 2;
     const double expected = std::sqrt(std::ldexp(16e-6, 2 * (c - 'A')) * 0.01 * (1 / 0.011 - 1 / 2.83));
-    // Midpoints of n^-2: the sum is short by dn^2 / 24 times the difference of the slopes at the ends (the first term of
-    // Euler and Maclaurin), here 1.4e-5 of the integral, half of that in the root. The next one is of its square.
+    // Midpoints of n^-2: the sum is short by dn^2 / 24 times the difference of the slopes at the ends (the
+    // first term of Euler and Maclaurin), here 1.4e-5 of the integral, half of that in the root. The next one
+    // is of its square.
     const double dn = (2.83 - 0.011) / spectrum.count,
-                 short_by = dn * dn / 24 * (std::pow(0.011, -3) - std::pow(2.83, -3)) / (1 / 0.011 - 1 / 2.83);
+                 short_by =
+                     dn * dn / 24 * (std::pow(0.011, -3) - std::pow(2.83, -3)) / (1 / 0.011 - 1 / 2.83);
     CHECK(std::sqrt(square) == Approx(expected * (1 - short_by)).epsilon(1e-8));
     if (c == 'A') CHECK(expected == Approx(0.0038064310637368762).epsilon(1e-14));
     if (c == 'H') CHECK(expected == Approx(0.48722317615832016).epsilon(1e-14));
@@ -89,8 +93,8 @@ TEST_CASE("road laws: ISO 8608 has the spectrum and the height that it should") 
       CHECK(o.numbers[0].second * std::pow(law.unit_amplitude(i), 2) / 2 == Approx(G * dn).epsilon(1e-13));
     }
   }
-  // The realisation itself: with n_min = 2.5 dn all wave numbers are multiples of dn, over 1/dn the sines are orthogonal
-  // and the mean square is the sum exactly; 4096 samples resolve products of waves up to 402 dn.
+  // The realisation itself: with n_min = 2.5 dn all wave numbers are multiples of dn, over 1/dn the sines are
+  // orthogonal and the mean square is the sum exactly; 4096 samples resolve products of waves up to 402 dn.
   SpectrumOptions spectrum;
   spectrum.n_min = 0.0125;
   spectrum.n_max = 2.0125;
@@ -113,7 +117,8 @@ TEST_CASE("road laws: noise is white or red, and a seed tells realisations apart
   other.seed = 2;
   CHECK(value(o, 1.0) == value(sine_sum_law(2e-6, white), 1.0));
   CHECK(value(o, 1.0) != value(sine_sum_law(2e-6, other), 1.0));
-  // The first number of mt19937 with seed 1 is 1791095845 (the generator's definition): the same on every machine.
+  // The first number of mt19937 with seed 1 is 1791095845 (the generator's definition): the same on every
+  // machine.
   CHECK(sum_law(o).phase(0) == Approx(2 * kPi * 1791095845.0 / 4294967296.0).epsilon(1e-15));
 }
 
@@ -123,7 +128,8 @@ TEST_CASE("road laws: bumps and a sweep") {
   b.length_m = 5;
   const LawOptions one = bump_law(b);
   for (const double x : {0.0, 0.97, 1.5, 3.47, 5.9, 5.97, 8.0})
-    CHECK(value(one, x) == Approx(x > 0.97 && x < 5.97 ? 0.1 * (1 - std::cos(2 * kPi * (x - 0.97) / 5)) : 0).margin(1e-15));
+    CHECK(value(one, x) ==
+          Approx(x > 0.97 && x < 5.97 ? 0.1 * (1 - std::cos(2 * kPi * (x - 0.97) / 5)) : 0).margin(1e-15));
   b.count = 3;
   b.spacing_m = 7;
   const LawOptions three = bump_law(b);
@@ -153,7 +159,8 @@ TEST_CASE("road laws: a table is the natural spline of the law 'table'") {
   const LawOptions spline = table_law(x, z), profile = profile_table_law(x, z, 2);
   for (const double at : {-3.0, -1.0, 0.0, 0.5, 0.7, 2.0, 3.9, 4.0, 6.0}) {
     const auto p = values(spline);
-    const Taylor2 expected = spline.law->curve(at, p.data()), found = profile.law->curve(at, values(profile).data());
+    const Taylor2 expected = spline.law->curve(at, p.data()),
+                  found = profile.law->curve(at, values(profile).data());
     CHECK(found.c0 == Approx(2 * expected.c0).margin(1e-14));
     CHECK(found.c1 == Approx(2 * expected.c1).margin(1e-14));
     CHECK(found.c2 == Approx(2 * expected.c2).margin(1e-13));

@@ -1,5 +1,7 @@
-// Tyres on roads: contact, models and lift-off against formulas written out here on their own, and what is said of
-// mistakes. Derivatives are checked with those of all other elements.
+// Tyres on roads: contact, models and lift-off against formulas written out here on their own, and what is
+// said of mistakes. Derivatives are checked with those of all other elements.
+#include "costate/element/kind/tyre.h"
+
 #include <fmt/format.h>
 
 #include <Eigen/Dense>
@@ -12,7 +14,6 @@
 #include "costate/element/kind/point.h"
 #include "costate/element/kind/rigid_body.h"
 #include "costate/element/kind/road_laws.h"
-#include "costate/element/kind/tyre.h"
 #include "costate/scene/scene.h"
 
 using namespace costate;
@@ -24,7 +25,8 @@ namespace {
 using Vector = Eigen::Vector3d;
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr CalspanOptions kIltis = {2625, 14.47, 12930, 2.29, 18175, 1, -4.64e-5, 1.216, 2.18e-11, 1.0274, -1.71e-5, 1.71e-5};
+constexpr CalspanOptions kIltis = {2625,     14.47, 12930,    2.29,   18175,    1,
+                                   -4.64e-5, 1.216, 2.18e-11, 1.0274, -1.71e-5, 1.71e-5};
 
 /// A wheel on a body at a state, and what its tyre does there.
 class Wheel {
@@ -81,8 +83,10 @@ class Wheel {
     const auto names = f.measures();
     for (std::size_t i = 0; i < names.size(); ++i)
       if (names[i].name == name)
-        return f.measure(static_cast<int>(i), {PathDual(t), dual_q.data(), dual_v.data(), nullptr, nullptr,
-                                               dual_z.data(), dual_p.data()}).v.c0;
+        return f
+            .measure(static_cast<int>(i), {PathDual(t), dual_q.data(), dual_v.data(), nullptr, nullptr,
+                                           dual_z.data(), dual_p.data()})
+            .v.c0;
     FAIL("no measure " << name);
     return 0;
   }
@@ -122,8 +126,8 @@ double calspan_lateral(double F, double alpha, double gamma) {
 }  // namespace
 
 TEST_CASE("tyre: a tilted disc on an inclined plane") {
-  // The plane z = 0.05 + 0.2 x. Everything by projections: the direction from the contact to the centre is the normal
-  // without its part along the axis. Rounding errors of a few products: 1e-13 relative.
+  // The plane z = 0.05 + 0.2 x. Everything by projections: the direction from the contact to the centre is
+  // the normal without its part along the axis. Rounding errors of a few products: 1e-13 relative.
   const double slope = 0.2;
   const Vector n = Vector(-slope, 0, 1).normalized(), on_plane(0, 0, 0.05);
   Wheel w;
@@ -168,8 +172,8 @@ TEST_CASE("tyre: a tilted disc on an inclined plane") {
 }
 
 TEST_CASE("tyre: the contact of the public Iltis model on its bump") {
-  // The foot of the perpendicular from the centre to the tangent of the profile below it; the point where the forces
-  // act lies in the wheel's plane at the height of that foot.
+  // The foot of the perpendicular from the centre to the tangent of the profile below it; the point where the
+  // forces act lies in the wheel's plane at the height of that foot.
   for (const double x : {-0.5, 0.4, 1.3, 2.5}) {
     Wheel w;
     w.position = {x, -0.2, 0.5};
@@ -189,9 +193,11 @@ TEST_CASE("tyre: the contact of the public Iltis model on its bump") {
     w.finish();
     const Vector C = w.center(), u = w.axis();
     const double y = C[0] - 0.3;
-    const double zp = y > 0 ? -0.1 * (1 - std::cos(2 * kPi * y / 5)) : 0, s = y > 0 ? -0.1 * 2 * kPi / 5 * std::sin(2 * kPi * y / 5) : 0;
+    const double zp = y > 0 ? -0.1 * (1 - std::cos(2 * kPi * y / 5)) : 0,
+                 s = y > 0 ? -0.1 * 2 * kPi / 5 * std::sin(2 * kPi * y / 5) : 0;
     const double d = C[2] - zp, F = 46000 * std::max(0.0, 0.55 - d) / std::sqrt(1 + s * s);
-    const Vector n = Vector(-s, 0, 1).normalized(), foot(C[0] + s * d / (1 + s * s), C[1], zp + s * s * d / (1 + s * s));
+    const Vector n = Vector(-s, 0, 1).normalized(),
+                 foot(C[0] + s * d / (1 + s * s), C[1], zp + s * s * d / (1 + s * s));
     REQUIRE((C - foot).cross(n).norm() < 1e-15);
     const Vector up = (n - n.dot(u) * u).normalized(), P = C - (C[2] - foot[2]) / up[2] * up;
     INFO("x = " << x << ", F = " << F);
@@ -218,8 +224,10 @@ TEST_CASE("tyre: a vertical contact pushes through the centre") {
   add_ride_tyre(w.builder, "T", w.tyre);
   w.finish();
   const double at = w.t - 0.1, s = at / 0.8, step = s * s * s * (10 - 15 * s + 6 * s * s),
-               step_rate = 30 * s * s * (1 - s) * (1 - s) / 0.8, wave = 0.02 + 0.03 * std::sin(5 * 2 * at + 0.4);
-  const double height = 0.9 * step * wave, rate = 0.9 * (step_rate * wave + step * 0.3 * std::cos(10 * at + 0.4));
+               step_rate = 30 * s * s * (1 - s) * (1 - s) / 0.8,
+               wave = 0.02 + 0.03 * std::sin(5 * 2 * at + 0.4);
+  const double height = 0.9 * step * wave,
+               rate = 0.9 * (step_rate * wave + step * 0.3 * std::cos(10 * at + 0.4));
   const double F = 46000 * (0.55 - (w.center()[2] - height)) + 300 * (rate - w.center_velocity()[2]);
   REQUIRE(F > 0);
   REQUIRE((w.force - Vector(0, 0, F)).norm() < 1e-12 * F);
@@ -229,12 +237,13 @@ TEST_CASE("tyre: a vertical contact pushes through the centre") {
 TEST_CASE("tyre: the Calspan model in its branches") {
   // Loads below and beyond A2, slips from small to saturated, both signs, through the model itself.
   CalspanTyre model;
-  const std::vector<double> p = {0, kIltis.A0, kIltis.A1, kIltis.A2, kIltis.A3,  kIltis.A4, kIltis.A_omega,
-                                 kIltis.B1, kIltis.B3, kIltis.B4, kIltis.SN, kIltis.AF1, kIltis.AF2};
+  const std::vector<double> p = {0,         kIltis.A0,      kIltis.A1, kIltis.A2, kIltis.A3,
+                                 kIltis.A4, kIltis.A_omega, kIltis.B1, kIltis.B3, kIltis.B4,
+                                 kIltis.SN, kIltis.AF1,     kIltis.AF2};
   const auto lateral = [&](double F, double alpha, double gamma) {
     TyreOutput<double> out;
-    model(TyreInput<double>{{F, 10, 10 * std::tan(alpha), gamma, 0}}, static_cast<const double*>(nullptr), p.data(), out,
-          static_cast<double*>(nullptr));
+    model(TyreInput<double>{{F, 10, 10 * std::tan(alpha), gamma, 0}}, static_cast<const double*>(nullptr),
+          p.data(), out, static_cast<double*>(nullptr));
     return out.lateral();
   };
   for (const double F : {1.0, 500.0, 3831.31, 9000.0, 12929.9, 12930.1, 20890.9})
@@ -245,8 +254,9 @@ TEST_CASE("tyre: the Calspan model in its branches") {
   REQUIRE(lateral(1e-9, 0.1, 0.1) == Approx(0).margin(1e-8));
   // Continuous where the branches of the load meet: within the change over 0.02 N.
   REQUIRE(lateral(12930.01, 0.05, 0.03) == Approx(lateral(12929.99, 0.05, 0.03)).margin(0.02));
-  // At the static loads the slopes are the numbers of the benchmark's linear tyre: 41641 and 40162 N/rad, and 6925 and
-  // 6600 N/rad of camber (printed to a unit; the load that they belong to is known to about 0.5 N, which is 5 N/rad).
+  // At the static loads the slopes are the numbers of the benchmark's linear tyre: 41641 and 40162 N/rad, and
+  // 6925 and 6600 N/rad of camber (printed to a unit; the load that they belong to is known to about 0.5 N,
+  // which is 5 N/rad).
   const double h = 1e-7;
   REQUIRE(-lateral(3831.31, h, 0) / h == Approx(41641).margin(5));
   REQUIRE(-lateral(3591.91, h, 0) / h == Approx(40162).margin(5));
@@ -377,8 +387,8 @@ std::string complaint(const std::string& place, const std::string& by) {
 }  // namespace
 
 TEST_CASE("tyre: power, spin and the gradient by numbers") {
-  // What the tyre's generalized force does along any velocities is the force on the centre's velocity and the moment
-  // about the centre on the wheel's whole angular velocity, the body's and the spin's.
+  // What the tyre's generalized force does along any velocities is the force on the centre's velocity and the
+  // moment about the centre on the wheel's whole angular velocity, the body's and the spin's.
   Wheel w;
   w.place();
   BodyOptions rotor;
@@ -407,17 +417,20 @@ TEST_CASE("tyre: power, spin and the gradient by numbers") {
   const Vector u = w.axis(), C = w.center(), n = Vector(-0.1, 0, 1).normalized(), V = w.center_velocity();
   const Vector ex = u.cross(n).normalized(), eg = n.cross(ex);
   const Vector P(w.measure("contact_x"), w.measure("contact_y"), 0.02 + 0.1 * w.measure("contact_x"));
-  const Vector F = w.measure("normal_force") * n + w.measure("lateral_force") * eg + w.measure("longitudinal_force") * ex;
+  const Vector F =
+      w.measure("normal_force") * n + w.measure("lateral_force") * eg + w.measure("longitudinal_force") * ex;
   REQUIRE(w.measure("normal_force") > 1000);
   REQUIRE(std::abs(w.measure("longitudinal_force")) > 100);
   double Q[8] = {}, rates[2] = {};
   f.calc_force(s, Q, rates);
   const Vector4 e(w.euler.data());
-  const Vector moment = global_rate_matrix(e.data()) * Vector4(Q + 3) / 2 - (C - w.position).cross(F);  // about C
+  const Vector moment =
+      global_rate_matrix(e.data()) * Vector4(Q + 3) / 2 - (C - w.position).cross(F);  // about C
   REQUIRE((Vector(Q) - F).norm() < 1e-12 * F.norm());
   REQUIRE(Q[7] == Approx(moment.dot(u)).epsilon(1e-12));
   const Vector of_contact = moment - (P - C).cross(F);  // moments of the model: about e_x, e_y and n
-  REQUIRE((of_contact - of_contact.dot(n) * n - of_contact.dot(ex) * ex).norm() > 1);  // rolling resistance about the axis
+  REQUIRE((of_contact - of_contact.dot(n) * n - of_contact.dot(ex) * ex).norm() >
+          1);  // rolling resistance about the axis
   double power = 0;
   for (int i = 0; i < 8; ++i) power += Q[i] * w.v[i];
   REQUIRE(power == Approx(F.dot(V) + moment.dot(w.omega + spin * u)).epsilon(1e-12));
@@ -451,21 +464,28 @@ TEST_CASE("tyre: mistakes are named with their place") {
   CHECK_THAT(complaint("wheel = \"hub\"", "wheel = \"hob\""), Contains("There is no point 'hob' in space."));
   CHECK_THAT(complaint("model = \"ride\"", "model = \"rid\""),
              Contains("must be one of calspan, linear, ") && Contains("found \"rid\". Did you mean 'ride'?"));
-  CHECK_THAT(complaint("model = \"ride\"", "model = \"ride\"\nroad_delay_s = 1"),
-             Contains("'road_delay_s' in [tyre.T] belongs to a post, but road 'plain' is none: give road_offset_m."));
+  CHECK_THAT(
+      complaint("model = \"ride\"", "model = \"ride\"\nroad_delay_s = 1"),
+      Contains(
+          "'road_delay_s' in [tyre.T] belongs to a post, but road 'plain' is none: give road_offset_m."));
   CHECK_THAT(complaint("model = \"ride\"", "model = \"ride\"\naxis = [0, 0, 0]"),
              Contains("tyre.T.axis: The axis must not be zero."));
   CHECK_THAT(complaint("model = \"ride\"", "model = \"ride\"\nspin = \"carrier.e1\""),
              Contains("tyre.T.spin: 'carrier.e1' belongs to the wheel's own body"));
-  CHECK_THAT(complaint("model = \"ride\"", "model = \"calspan\""), Contains("[tyre.T] needs 'calspan' (a table)"));
+  CHECK_THAT(complaint("model = \"ride\"", "model = \"calspan\""),
+             Contains("[tyre.T] needs 'calspan' (a table)"));
   CHECK_THAT(complaint("class = \"B\"", "class = \"J\""), Contains("must be one of A, B, C, D, E, F, G, H"));
   CHECK_THAT(complaint("class = \"B\"", "seed = 1"), Contains("needs 'class' (A to H) or 'roughness_m3'"));
   CHECK_THAT(complaint("class = \"B\"", "class = \"B\", n_max_1_per_m = 0.01"),
              Contains("'n_max_1_per_m' must be greater than 'n_min_1_per_m', found 0.01 and 0.011."));
-  CHECK_THAT(complaint("{ kind = \"iso8608\", class = \"B\" }", "{ kind = \"profile_table\", file = \"none.txt\" }"),
-             Contains("The file 'none.txt' of a road profile cannot be read."));
-  CHECK_THAT(complaint("kind = \"post\"", "kind = \"profile\""), Contains("Unknown key 'speed_m_per_s' in [road.rig]"));
-  CHECK_THAT(complaint("{ kind = \"iso8608\", class = \"B\" }",
-                       "{ kind = \"bump\", height_m = 0.1, length_m = 2, count = 3, spacing_m = 1 }"),
-             Contains("'spacing_m' counts from one start to the next and must not be less than length_m = 2, found 1."));
+  CHECK_THAT(
+      complaint("{ kind = \"iso8608\", class = \"B\" }", "{ kind = \"profile_table\", file = \"none.txt\" }"),
+      Contains("The file 'none.txt' of a road profile cannot be read."));
+  CHECK_THAT(complaint("kind = \"post\"", "kind = \"profile\""),
+             Contains("Unknown key 'speed_m_per_s' in [road.rig]"));
+  CHECK_THAT(
+      complaint("{ kind = \"iso8608\", class = \"B\" }",
+                "{ kind = \"bump\", height_m = 0.1, length_m = 2, count = 3, spacing_m = 1 }"),
+      Contains(
+          "'spacing_m' counts from one start to the next and must not be less than length_m = 2, found 1."));
 }

@@ -1,14 +1,15 @@
-// The Magic Formula tyre in steady state and with lagging slips: MF-Tyre 6.1 (FITTYP 61, 62) and, with its own few
-// terms, 5.2 and PAC2002 (FITTYP 5, 6, 21, 52). Equations: H. B. Pacejka, Tire and Vehicle Dynamics, 3rd edition,
-// chapter 4.3.2 (4.E1 to 4.E78), without turn slip, in the axes of .tir files (ISO-W: x forward, y left, z up), and with
-// the conventions of the public magic-formula-tyre-library (teasit, commit 642592f), which the test compares with:
-//   - the pure side force takes the angle alpha, everything else tan alpha, and the camber as it comes is sin(camber)
+// The Magic Formula tyre in steady state and with lagging slips: MF-Tyre 6.1 (FITTYP 61, 62) and, with its
+// own few terms, 5.2 and PAC2002 (FITTYP 5, 6, 21, 52). Equations: H. B. Pacejka, Tire and Vehicle Dynamics,
+// 3rd edition, chapter 4.3.2 (4.E1 to 4.E78), without turn slip, in the axes of .tir files (ISO-W: x forward,
+// y left, z up), and with the conventions of the public magic-formula-tyre-library (teasit, commit 642592f),
+// which the test compares with:
+//   - the pure side force takes the angle alpha, all else tan alpha; camber enters by its sine
 //   - the trail's side force, and the residual moment but for its camber terms, are those without camber
 //   - the residual moment has cos(alpha) in D_r and once more outside
-// and with these of ours, for smoothness: sgn(alpha) in E_y is tanh(alpha / 1e-3 rad), which changes the side force by
-// less than 1e-6 F_z in |alpha| < 2e-3 and not at all beyond 0.02; shape factors E are not above 1.
-// Numbers: [slip speed, lateral and longitudinal relaxation length and initial slip where the tyre lags], then the
-// coefficients by their names in the file.
+// and with these of ours, for smoothness: sgn(alpha) in E_y is tanh(alpha / 1e-3 rad), which changes the side
+// force by less than 1e-6 F_z in |alpha| < 2e-3 and not at all beyond 0.02; shape factors E are not above 1.
+// Numbers: [slip speed, lateral and longitudinal relaxation length and initial slip where the tyre lags],
+// then the coefficients by their names in the file.
 #pragma once
 
 #include <string>
@@ -18,38 +19,31 @@
 
 namespace costate {
 
-// X(name, default): scaling factors are 1 where a file does not give them, coefficients 0.
-#define COSTATE_MAGIC_FORMULA(X)                                                                                        \
-  X(FNOMIN, 0) X(UNLOADED_RADIUS, 0) X(LONGVL, 16.7) X(NOMPRES, 0) X(INFLPRES, 0) X(BREFF, 0) X(DREFF, 0) X(FREFF, 0)  \
-  X(LFZO, 1) X(LCX, 1) X(LMUX, 1) X(LEX, 1) X(LKX, 1) X(LHX, 1) X(LVX, 1) X(LCY, 1) X(LMUY, 1) X(LEY, 1) X(LKY, 1)      \
-  X(LHY, 1) X(LVY, 1) X(LTR, 1) X(LRES, 1) X(LXAL, 1) X(LYKA, 1) X(LVYKA, 1) X(LS, 1) X(LKYC, 1) X(LKZC, 1) X(LVMX, 1)  \
-  X(LMX, 1) X(LMY, 1)                                                                                                  \
-  X(PCX1, 0) X(PDX1, 0) X(PDX2, 0) X(PDX3, 0) X(PEX1, 0) X(PEX2, 0) X(PEX3, 0) X(PEX4, 0) X(PKX1, 0) X(PKX2, 0)         \
-  X(PKX3, 0) X(PHX1, 0) X(PHX2, 0) X(PVX1, 0) X(PVX2, 0) X(PPX1, 0) X(PPX2, 0) X(PPX3, 0) X(PPX4, 0)                    \
-  X(RBX1, 0) X(RBX2, 0) X(RBX3, 0) X(RCX1, 0) X(REX1, 0) X(REX2, 0) X(RHX1, 0)                                          \
-  X(PCY1, 0) X(PDY1, 0) X(PDY2, 0) X(PDY3, 0) X(PEY1, 0) X(PEY2, 0) X(PEY3, 0) X(PEY4, 0) X(PEY5, 0) X(PKY1, 0)         \
-  X(PKY2, 0) X(PKY3, 0) X(PKY4, 2) X(PKY5, 0) X(PKY6, 0) X(PKY7, 0) X(PHY1, 0) X(PHY2, 0) X(PHY3, 0) X(PVY1, 0)         \
-  X(PVY2, 0) X(PVY3, 0) X(PVY4, 0) X(PPY1, 0) X(PPY2, 0) X(PPY3, 0) X(PPY4, 0) X(PPY5, 0)                               \
-  X(RBY1, 0) X(RBY2, 0) X(RBY3, 0) X(RBY4, 0) X(RCY1, 0) X(REY1, 0) X(REY2, 0) X(RHY1, 0) X(RHY2, 0) X(RVY1, 0)         \
-  X(RVY2, 0) X(RVY3, 0) X(RVY4, 0) X(RVY5, 0) X(RVY6, 0)                                                                \
-  X(QBZ1, 0) X(QBZ2, 0) X(QBZ3, 0) X(QBZ4, 0) X(QBZ5, 0) X(QBZ9, 0) X(QBZ10, 0) X(QCZ1, 0) X(QDZ1, 0) X(QDZ2, 0)        \
-  X(QDZ3, 0) X(QDZ4, 0) X(QDZ6, 0) X(QDZ7, 0) X(QDZ8, 0) X(QDZ9, 0) X(QDZ10, 0) X(QDZ11, 0) X(QEZ1, 0) X(QEZ2, 0)       \
-  X(QEZ3, 0) X(QEZ4, 0) X(QEZ5, 0) X(QHZ1, 0) X(QHZ2, 0) X(QHZ3, 0) X(QHZ4, 0) X(PPZ1, 0) X(PPZ2, 0) X(SSZ1, 0)         \
-  X(SSZ2, 0) X(SSZ3, 0) X(SSZ4, 0)                                                                                      \
-  X(QSX1, 0) X(QSX2, 0) X(QSX3, 0) X(QSX4, 0) X(QSX5, 0) X(QSX6, 0) X(QSX7, 0) X(QSX8, 0) X(QSX9, 0) X(QSX10, 0)        \
-  X(QSX11, 0) X(PPMX1, 0) X(QSY1, 0) X(QSY2, 0) X(QSY3, 0) X(QSY4, 0) X(QSY5, 0) X(QSY6, 0) X(QSY7, 0) X(QSY8, 0)
+// clang-format off
+#define COSTATE_MAGIC_FORMULA \
+  FNOMIN, UNLOADED_RADIUS, LONGVL, NOMPRES, INFLPRES, BREFF, DREFF, FREFF, LFZO, LCX, LMUX, LEX, LKX, LHX, \
+  LVX, LCY, LMUY, LEY, LKY, LHY, LVY, LTR, LRES, LXAL, LYKA, LVYKA, LS, LKYC, LKZC, LVMX, LMX, LMY, PCX1, \
+  PDX1, PDX2, PDX3, PEX1, PEX2, PEX3, PEX4, PKX1, PKX2, PKX3, PHX1, PHX2, PVX1, PVX2, PPX1, PPX2, PPX3, \
+  PPX4, RBX1, RBX2, RBX3, RCX1, REX1, REX2, RHX1, PCY1, PDY1, PDY2, PDY3, PEY1, PEY2, PEY3, PEY4, PEY5, \
+  PKY1, PKY2, PKY3, PKY4, PKY5, PKY6, PKY7, PHY1, PHY2, PHY3, PVY1, PVY2, PVY3, PVY4, PPY1, PPY2, PPY3, \
+  PPY4, PPY5, RBY1, RBY2, RBY3, RBY4, RCY1, REY1, REY2, RHY1, RHY2, RVY1, RVY2, RVY3, RVY4, RVY5, RVY6, \
+  QBZ1, QBZ2, QBZ3, QBZ4, QBZ5, QBZ9, QBZ10, QCZ1, QDZ1, QDZ2, QDZ3, QDZ4, QDZ6, QDZ7, QDZ8, QDZ9, QDZ10, \
+  QDZ11, QEZ1, QEZ2, QEZ3, QEZ4, QEZ5, QHZ1, QHZ2, QHZ3, QHZ4, PPZ1, PPZ2, SSZ1, SSZ2, SSZ3, SSZ4, QSX1, \
+  QSX2, QSX3, QSX4, QSX5, QSX6, QSX7, QSX8, QSX9, QSX10, QSX11, PPMX1, QSY1, QSY2, QSY3, QSY4, QSY5, QSY6, \
+  QSY7, QSY8
+// clang-format on
+#define COSTATE_TEXT_OF(...) #__VA_ARGS__
+#define COSTATE_TEXT(...) COSTATE_TEXT_OF(__VA_ARGS__)
 
 struct MagicFormula {
-  enum Coefficient {
-#define COSTATE_NAME(name, value) name,
-    COSTATE_MAGIC_FORMULA(COSTATE_NAME)
-#undef COSTATE_NAME
-        count
-  };
+  enum Coefficient { COSTATE_MAGIC_FORMULA, count };
+  /// The same names, separated by commas.
+  static constexpr const char* names = COSTATE_TEXT(COSTATE_MAGIC_FORMULA);
   struct Entry {
-    const char* name;
-    double usual;
+    std::string name;
+    double usual;  // where a file does not give it: 1 for scaling factors, 0 for most others
   };
+  /// In the order of the numbers.
   static const std::vector<Entry>& coefficients();
 
   static constexpr int inputs = 5, most_states = 2;
@@ -82,8 +76,8 @@ struct MagicFormula {
     return lags_along ? z[lags ? 1 : 0] : TyreSlip::ratio(in.forward(), in.rolling() - in.forward(), p[0]);
   }
 
-  /// R_e = R - d_N DREFF atan(BREFF d / d_N) - FREFF d for a deflection d, d_N that of the nominal load, where the file
-  /// has these, else R - d / 3.
+  /// R_e = R - d_N DREFF atan(BREFF d / d_N) - FREFF d for a deflection d, d_N that of the nominal load,
+  /// where the file has these, else R - d / 3.
   template <class S, class P>
   S effective_radius(const S& deflection, const P& radius, const P* p) const {
     using std::atan;
@@ -101,21 +95,23 @@ struct MagicFormula {
     const S tangent = slip_tangent(in, z, p), kappa = longitudinal_slip(in, z, p);
     if (lags) zdot[0] = (in.lateral() - TyreSlip::speed(in.forward(), p[0]) * tangent) / S(p[1]);
     if (lags_along && !free_rolling)
-      zdot[lags ? 1 : 0] = (in.rolling() - in.forward() - TyreSlip::speed(in.forward(), p[0]) * kappa) / S(p[lags ? 3 : 1]);
+      zdot[lags ? 1 : 0] =
+          (in.rolling() - in.forward() - TyreSlip::speed(in.forward(), p[0]) * kappa) / S(p[lags ? 3 : 1]);
     if (!(value_of(in.normal()) > 0)) return;
     const double w = value_of(p[0]);
     S direction(value_of(in.forward()) < 0 ? -1.0 : 1.0);
     if (w > 0) direction = tanh(in.forward() / S(p[0]));
-    if (!mirrored) return steady(in.normal(), kappa, tangent, in.camber(), in.forward(), direction, p + first(), out);
+    if (!mirrored)
+      return steady(in.normal(), kappa, tangent, in.camber(), in.forward(), direction, p + first(), out);
     steady(in.normal(), kappa, -tangent, -in.camber(), in.forward(), direction, p + first(), out);
     for (S* y : {&out.lateral(), &out.overturning(), &out.aligning()}) *y = -*y;
   }
 
-  /// F_x, F_y, M_x, M_y, M_z for a load F > 0, slips kappa and tan alpha, and the camber. direction: 1 forwards, -1
-  /// backwards. c: the coefficients.
+  /// F_x, F_y, M_x, M_y, M_z for a load F > 0, slips kappa and tan alpha, and the camber. direction: 1
+  /// forwards, -1 backwards. c: the coefficients.
   template <class S, class P>
-  void steady(const S& F, const S& kappa, const S& tangent, const S& camber, const S& forward, const S& direction,
-              const P* c, TyreOutput<S>& out) const {
+  void steady(const S& F, const S& kappa, const S& tangent, const S& camber, const S& forward,
+              const S& direction, const P* c, TyreOutput<S>& out) const {
     using std::atan;
     using std::cos;
     using std::exp;
@@ -134,7 +130,8 @@ struct MagicFormula {
     const auto linear = [&](Coefficient a, Coefficient b) { return n(a) + n(b) * df; };
 
     // Longitudinal, pure slip.
-    const S mu_x = linear(PDX1, PDX2) * (one + dp * (n(PPX3) + n(PPX4) * dp)) * (one - n(PDX3) * camber * camber) * n(LMUX);
+    const S mu_x = linear(PDX1, PDX2) * (one + dp * (n(PPX3) + n(PPX4) * dp)) *
+                   (one - n(PDX3) * camber * camber) * n(LMUX);
     const S C_x = n(PCX1) * n(LCX), D_x = mu_x * F, kx = kappa + linear(PHX1, PHX2) * n(LHX);
     const S K_x = F * linear(PKX1, PKX2) * exp(n(PKX3) * df) * (one + dp * (n(PPX1) + n(PPX2) * dp)) * n(LKX);
     const S E_x = limited((linear(PEX1, PEX2) + n(PEX3) * df * df) *
@@ -144,8 +141,10 @@ struct MagicFormula {
 
     // Lateral, pure slip, with and without camber.
     const S sign = tanh(alpha / S(1e-3));
-    const S mu_y0 = linear(PDY1, PDY2) * (one + dp * (n(PPY3) + n(PPY4) * dp)) * n(LMUY), C_y = n(PCY1) * n(LCY);
-    const S H0 = linear(PHY1, PHY2) * n(LHY), V0 = F * linear(PVY1, PVY2) * n(LVY) * n(LMUY), E0 = linear(PEY1, PEY2) * n(LEY);
+    const S mu_y0 = linear(PDY1, PDY2) * (one + dp * (n(PPY3) + n(PPY4) * dp)) * n(LMUY),
+            C_y = n(PCY1) * n(LCY);
+    const S H0 = linear(PHY1, PHY2) * n(LHY), V0 = F * linear(PVY1, PVY2) * n(LVY) * n(LMUY),
+            E0 = linear(PEY1, PEY2) * n(LEY);
     const auto cornering = [&](const S& size, const S& square) {
       return n(PKY1) * F0 * (one + n(PPY1) * dp) * (one - n(PKY3) * size) * n(LKY) *
              sin(n(PKY4) * atan(F / F0 / ((n(PKY2) + n(PKY5) * square) * (one + n(PPY2) * dp))));
@@ -165,7 +164,8 @@ struct MagicFormula {
     const S across0 = side(K_y0, mu_y0, E_y0, H0, V0);
 
     // Combined slip.
-    const S E_xa = limited(linear(REX1, REX2)), B_xa = (n(RBX1) + n(RBX3) * g2) * cos(atan(n(RBX2) * kappa)) * n(LXAL);
+    const S E_xa = limited(linear(REX1, REX2)),
+            B_xa = (n(RBX1) + n(RBX3) * g2) * cos(atan(n(RBX2) * kappa)) * n(LXAL);
     S& Fx = out.longitudinal();
     Fx = free_rolling ? S(0.0) : along * weight(B_xa, n(RCX1), E_xa, tangent, n(RHX1));
     const S E_yk = limited(linear(REY1, REY2)), H_yk = linear(RHY1, RHY2);
@@ -178,32 +178,39 @@ struct MagicFormula {
 
     // Aligning moment: the trail times the side force, the residual moment, and the longitudinal force's arm.
     const S share = K_x / K_y * kappa, share2 = share * share;
-    const auto with_share = [&](const S& a) { return sqrt(a * a + share2 + S(1e-24)); };  // only even functions take it
+    const auto with_share = [&](const S& a) {
+      return sqrt(a * a + share2 + S(1e-24));
+    };  // only even functions take it
     const S a_t = tangent + linear(QHZ1, QHZ2) + linear(QHZ3, QHZ4) * g, a_r = tangent + H0 + V0 / K_y0;
-    const S B_t = (linear(QBZ1, QBZ2) + n(QBZ3) * df * df) * (one + n(QBZ4) * g + n(QBZ5) * g_size) * n(LKY) / n(LMUY);
+    const S B_t =
+        (linear(QBZ1, QBZ2) + n(QBZ3) * df * df) * (one + n(QBZ4) * g + n(QBZ5) * g_size) * n(LKY) / n(LMUY);
     const S D_t = F * R0 / F0 * linear(QDZ1, QDZ2) * (one - n(PPZ1) * dp) * n(LTR) *
                   (one + n(QDZ3) * (camber_as_angle ? g : g_size) + n(QDZ4) * g2);
-    const S E_t = limited((linear(QEZ1, QEZ2) + n(QEZ3) * df * df) *
-                          (one + (n(QEZ4) + n(QEZ5) * g) * S(0.63661977236758134) * atan(B_t * n(QCZ1) * a_t)));
+    const S E_t =
+        limited((linear(QEZ1, QEZ2) + n(QEZ3) * df * df) *
+                (one + (n(QEZ4) + n(QEZ5) * g) * S(0.63661977236758134) * atan(B_t * n(QCZ1) * a_t)));
     const S trail = D_t * cos(bent(B_t, n(QCZ1), E_t, with_share(a_t))) * cosine;
     const S B_r = n(QBZ9) * n(LKY) / n(LMUY) + n(QBZ10) * K_y0 / (mu_y0 * F);
     const S D_r = F * R0 * n(LMUY) * cosine *
                   (linear(QDZ6, QDZ7) * n(LRES) +
                    (linear(QDZ8, QDZ9) * (one + n(PPZ2) * dp) + linear(QDZ10, QDZ11) * g_size) * g * n(LKZC));
     const S arm = R0 * (n(SSZ1) + n(SSZ2) * Fy / F0 + linear(SSZ3, SSZ4) * g) * n(LS);
-    out.aligning() = direction * (D_r * cos(atan(B_r * with_share(a_r))) * cosine - trail * of_trail) + arm * Fx;
+    out.aligning() =
+        direction * (D_r * cos(atan(B_r * with_share(a_r))) * cosine - trail * of_trail) + arm * Fx;
 
     // Overturning and rolling resistance, loads relative to FNOMIN itself.
     const S N = n(FNOMIN), load = F / N, angle = atan(n(QSX6) * load);
-    out.overturning() = R0 * F * n(LMX) *
-                        (n(QSX1) * n(LVMX) - n(QSX2) * camber * (one + n(PPMX1) * dp) + n(QSX3) * Fy / N +
-                         n(QSX4) * cos(n(QSX5) * angle * angle) * sin(n(QSX7) * camber + n(QSX8) * atan(n(QSX9) * Fy / N)) +
-                         n(QSX10) * atan(n(QSX11) * load) * camber);
+    out.overturning() =
+        R0 * F * n(LMX) *
+        (n(QSX1) * n(LVMX) - n(QSX2) * camber * (one + n(PPMX1) * dp) + n(QSX3) * Fy / N +
+         n(QSX4) * cos(n(QSX5) * angle * angle) * sin(n(QSX7) * camber + n(QSX8) * atan(n(QSX9) * Fy / N)) +
+         n(QSX10) * atan(n(QSX11) * load) * camber);
     if (free_rolling) return;
     const S speed = forward / n(LONGVL), speed2 = speed * speed;
     const S resistance = n(QSY1) + n(QSY2) * Fx / N + n(QSY3) * (value_of(speed) < 0 ? -speed : speed) +
                          n(QSY4) * speed2 * speed2 + (n(QSY5) + n(QSY6) * load) * camber * camber;
-    out.rolling() = -direction * F * R0 * resistance * n(LMY) * power(load, c[QSY7]) * power(pressure, c[QSY8]);
+    out.rolling() =
+        -direction * F * R0 * resistance * n(LMY) * power(load, c[QSY7]) * power(pressure, c[QSY8]);
   }
 
  private:
@@ -232,5 +239,9 @@ struct MagicFormula {
     return exp(S(e) * log(x));
   }
 };
+
+#undef COSTATE_MAGIC_FORMULA
+#undef COSTATE_TEXT
+#undef COSTATE_TEXT_OF
 
 }  // namespace costate

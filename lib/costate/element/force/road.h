@@ -3,8 +3,8 @@
 //   flat     z = h
 //   profile  z = c r(y / ramp) f(y),  y = x - offset
 //   post     z = c r(s / ramp) f(speed s),  s = t - delay: a plate under the wheel that moves up and down
-// f is any law, r a smooth step from 0 to 1 (where a ramp is given). c and offset or delay belong to the tyre:
-// the other side of an axle may see the profile negated, the rear axle sees it later.
+// f is any law, r a smooth step from 0 to 1 (where a ramp is given). c and offset or delay belong to the
+// tyre: the other side of an axle may see the profile negated, the rear axle sees it later.
 #pragma once
 
 #include <memory>
@@ -49,9 +49,15 @@ class Road final : public SharedPart {
  public:
   enum class Kind { flat, profile, post };
 
-  /// numbers: of a flat road its height; else [speed of a post that has one], [ramp, if any], those of the law.
-  Road(Kind kind, std::shared_ptr<const ScalarLaw> law, bool has_speed, bool has_ramp, std::vector<int> numbers)
-      : kind_(kind), law_(std::move(law)), has_speed_(has_speed), has_ramp_(has_ramp), numbers_(std::move(numbers)) {}
+  /// numbers: of a flat road its height; else [speed of a post that has one], [ramp, if any], those of the
+  /// law.
+  Road(Kind kind, std::shared_ptr<const ScalarLaw> law, bool has_speed, bool has_ramp,
+       std::vector<int> numbers)
+      : kind_(kind),
+        law_(std::move(law)),
+        has_speed_(has_speed),
+        has_ramp_(has_ramp),
+        numbers_(std::move(numbers)) {}
 
   Kind kind() const { return kind_; }
   /// Whether the ground is level everywhere (it may still move).

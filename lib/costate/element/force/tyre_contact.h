@@ -1,7 +1,8 @@
 // Where a wheel meets the ground. e_y is the wheel's axis, n the ground's normal, and, all normalised,
-//   e_x = e_y x n (where the wheel points),  e_g = n x e_x (the axis projected on the ground),  e_z = e_x x e_y.
-// The contact point is the centre - r_w e_z: that of a disc with the ground's tangent plane. Slip belongs to the
-// centre's velocity V; camber = atan(n.e_y / n.e_z).
+//   e_x = e_y x n (where the wheel points),  e_g = n x e_x (the axis projected on the ground),  e_z = e_x x
+//   e_y.
+// The contact point is the centre - r_w e_z: that of a disc with the ground's tangent plane. Slip belongs to
+// the centre's velocity V; camber = atan(n.e_y / n.e_z).
 #pragma once
 
 #include <cmath>
@@ -11,12 +12,13 @@
 
 namespace costate {
 
-/// How the deflection and the normal force follow from the geometry. s is the ground's slope, z_p its height below
-/// the centre, d = z_centre - z_p, H = sqrt(1 + s^2).
+/// How the deflection and the normal force follow from the geometry. s is the ground's slope, z_p its height
+/// below the centre, d = z_centre - z_p, H = sqrt(1 + s^2).
 enum class TyreContact {
   /// The disc's lowest point against the tangent plane below it: deflection R - r_w, approach -V.n / (n.e_z).
   disc,
-  /// As the public Iltis model does: deflection (R - d)/H, contact point centre - (d / (H^2 e_z,z)) e_z; with camber the
+  /// As the public Iltis model does: deflection (R - d)/H, contact point centre - (d / (H^2 e_z,z)) e_z; with
+  /// camber the
   /// deflection counts vertically and not along the disc.
   source,
   /// Deflection R - d; the normal force is vertical and acts at the wheel's centre.
@@ -27,16 +29,16 @@ enum class TyreContact {
 template <class S>
 struct TyreGeometry {
   S ex[3], ey[3], eg[3], ez[3], n[3];
-  S loaded_radius;            // r_w, m
-  S deflection, approach;     // m, m/s: rate of the deflection as the damper sees it
-  S forward, lateral;         // V.e_x, V.e_g, m/s
-  S camber;                   // rad
+  S loaded_radius;         // r_w, m
+  S deflection, approach;  // m, m/s: rate of the deflection as the damper sees it
+  S forward, lateral;      // V.e_x, V.e_g, m/s
+  S camber;                // rad
 };
 
 /// The wheel as the contact sees it. axis needs not be normalised.
 template <class S>
 struct WheelState {
-  S x, z;              // of the centre
+  S x, z;  // of the centre
   S axis[3], velocity[3];
 };
 
@@ -90,8 +92,8 @@ void sloped_directions(const S* axis, const S& slope, TyreGeometry<S>& g) {
 
 /// factor, shift: the tyre's share of the road (Road::at); p: the road's numbers.
 template <class S, class P>
-void calc_tyre_geometry(const Road& road, TyreContact contact, const S& t, const WheelState<S>& w, const P& radius,
-                        const P& factor, const P& shift, const P* p, TyreGeometry<S>& g) {
+void calc_tyre_geometry(const Road& road, TyreContact contact, const S& t, const WheelState<S>& w,
+                        const P& radius, const P& factor, const P& shift, const P* p, TyreGeometry<S>& g) {
   using std::sqrt;
   const S* V = w.velocity;
   if (road.level()) {

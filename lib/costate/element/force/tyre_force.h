@@ -1,16 +1,19 @@
-// A tyre on a wheel that turns about an axis fixed in a rigid body: contact (tyre_contact.h), normal force and a
-// tyre model (tyre_models.h) as a generalized force.
-//   F_n = K delta + c delta' r,  r = min(1, delta / ramp), for delta > 0 and never below 0: continuous at lift-off
-// The wrench (F, M) about the wheel's centre C depends on the motion only through u = (x and z of C, the axis a = A a',
-// the velocity V of C, the wheel's spin, the states): dual numbers differentiate by u, the rest is written by hand,
-//   Q = C_q^T F + 2 E^T M (+ a.M on the spin's coordinate),  Q_q = T [F_u; M_u] u_q + (T [F; M])_q at fixed F, M.
-// Coordinates: the body's x, y, z, e0, e1, e2, e3, then the spin's, if any. Numbers: the centre's and the axis's three
-// in the body's frame, radius, K, c, ramp, the share and the shift of the road, those of the road, those of the model.
+// A tyre on a wheel that turns about an axis fixed in a rigid body: contact (tyre_contact.h), normal force
+// and a tyre model (tyre_models.h) as a generalized force.
+//   F_n = K delta + c delta' r,  r = min(1, delta / ramp), for delta > 0 and never below 0: continuous at
+//   lift-off
+// The wrench (F, M) about the wheel's centre C depends on the motion only through u = (x and z of C, the axis
+// a = A a', the velocity V of C, the wheel's spin, the states): dual numbers differentiate by u, the rest is
+// written by hand,
+//   Q = C_q^T F + 2 E^T M (+ a.M on the spin's coordinate),  Q_q = T [F_u; M_u] u_q + (T [F; M])_q at fixed
+//   F, M.
+// Coordinates: the body's x, y, z, e0, e1, e2, e3, then the spin's, if any. Numbers: the centre's and the
+// axis's three in the body's frame, radius, K, c, ramp, the share and the shift of the road, those of the
+// road, those of the model.
 #pragma once
 
 #include "costate/element/element.h"
-#include "costate/element/force/tyre_contact.h"
-#include "costate/element/force/tyre_models.h"
+#include "costate/element/force/tyre_wrench.h"
 #include "costate/element/point/spatial_point.h"
 
 namespace costate {
@@ -24,48 +27,11 @@ void add_global_moment(const S* p, const S* M, S* Q) {
   for (int i = 0; i < 3; ++i) Q[1 + i] += S(2.0) * (p[0] * M[i] - exM[i]);
 }
 
-struct TyreSetup {
-  std::shared_ptr<const Road> road;
-  TyreContact contact = TyreContact::disc;
-  bool bilateral = false;      // may pull: for linearisations
-  bool has_spin = false;       // the last coordinate is the spin relative to the body
-};
-
-/// The outputs of a model, for Dual<N> by its own few inputs and chained.
-template <class Model, class S, class P>
-void apply_model(const Model& model, const TyreInput<S>& in, const S* z, const P* p, TyreOutput<S>& out, S* zdot) {
-  model(in, z, p, out, zdot);
-}
-template <class Model, int N>
-void apply_model(const Model& model, const TyreInput<Dual<N>>& in, const Dual<N>* z, const double* p,
-                 TyreOutput<Dual<N>>& out, Dual<N>* zdot) {
-  constexpr int k = Model::inputs, m = k + Model::most_states;
-  if constexpr (k == 1) return;
-  using D = Dual<m>;
-  TyreInput<D> few;
-  TyreOutput<D> found;
-  D few_z[Model::most_states + 1], found_zdot[Model::most_states + 1];
-  for (int i = 0; i < k; ++i) few.x[i] = D::variable(in.x[i].v, i);
-  for (int i = 0; i < model.states(); ++i) few_z[i] = D::variable(z[i].v, k + i);
-  model(few, few_z, p, found, found_zdot);
-  const auto chained = [&](const D& y, Dual<N>& r) {
-    r.v = y.v;
-    for (int j = 0; j < k; ++j)
-      for (int i = 0; i < N; ++i) r.d[i] += y.d[j] * in.x[j].d[i];
-    for (int j = 0; j < model.states(); ++j)
-      for (int i = 0; i < N; ++i) r.d[i] += y.d[k + j] * z[j].d[i];
-  };
-  chained(found.lateral(), out.lateral());
-  chained(found.aligning(), out.aligning());
-  if (Model::pulls_along) chained(found.longitudinal(), out.longitudinal());
-  if (Model::overturns) chained(found.overturning(), out.overturning());
-  if (Model::resists) chained(found.rolling(), out.rolling());
-  for (int i = 0; i < model.states(); ++i) chained(found_zdot[i], zdot[i]);
-}
-
 template <class Model>
 class TyreForce final : public ForceOf<TyreForce<Model>> {
-  enum Index { center = 0, axis = 3, radius = 6, stiffness, damping, ramp, share, shift, road_numbers };
+  using Numbers = TyreNumbers;
+  template <class S>
+  using Evaluation = TyreWrench<Model, S>;
   static constexpr bool uses_spin = Model::inputs == TyreInput<double>::most;
   // Directions of the dual numbers: u.
   static constexpr int of_axis = 2, of_velocity = 5, of_spin = 8, of_states = of_spin + (uses_spin ? 1 : 0),
@@ -73,13 +39,14 @@ class TyreForce final : public ForceOf<TyreForce<Model>> {
                        directions = used + used % 2;  // even: two fit into a register
 
  public:
-  /// wheel: the centre, on a rigid body. numbers: axis (3), radius, K, c, ramp, share, shift; the road adds its own.
+  /// wheel: the centre, on a rigid body. numbers: axis (3), radius, K, c, ramp, share, shift; the road adds
+  /// its own.
   TyreForce(std::string name, TyreSetup setup, const SpatialPoint& wheel, std::vector<int> spin_coordinate,
             const std::vector<int>& numbers, Model model, const std::vector<int>& model_numbers)
       : ForceOf<TyreForce<Model>>("tyre", std::move(name)),
         setup_(std::move(setup)),
         model_(std::move(model)),
-        model_numbers_(road_numbers + static_cast<int>(setup_.road->numbers().size())) {
+        model_numbers_(Numbers::road + static_cast<int>(setup_.road->numbers().size())) {
     this->append_coordinates(wheel.coordinates());
     this->append_coordinates(spin_coordinate);
     this->append_numbers(wheel.numbers());
@@ -97,7 +64,7 @@ class TyreForce final : public ForceOf<TyreForce<Model>> {
   void physics(const S& t, const S* q, const S* v, const S* z, const S* p, S* Q, S* zdot) const {
     Evaluation<S> e;
     evaluate(t, q, v, z, p, e, zdot);
-    SpatialPointMath::add_force(q, p + center, e.force, Q);
+    SpatialPointMath::add_force(q, p + Numbers::center, e.force, Q);
     add_global_moment(q + 3, e.moment, Q + 3);
     if (setup_.has_spin) Q[7] += dot3(e.geometry.ey, e.moment);
   }
@@ -120,8 +87,9 @@ class TyreForce final : public ForceOf<TyreForce<Model>> {
     Evaluation<D> y;
     y.forces(setup_, model_, D(s.t), w, spin, z, s.p, model_numbers_, zdot);
 
-    // How u varies with the Euler parameters: x and z of C by B, the axis by A, the velocity by Bd and, with theirs, by B.
-    const Vector3 sc(s.p), sa(s.p + axis);
+    // How u varies with the Euler parameters: x and z of C by B, the axis by A, the velocity by Bd and, with
+    // theirs, by B.
+    const Vector3 sc(s.p), sa(s.p + Numbers::axis);
     const Matrix34 B = rotation_jacobian(e, sc), Bd = rotation_jacobian(ed, sc), A = rotation_jacobian(e, sa);
     Eigen::Matrix<double, 1, 4> spin_e = Eigen::Matrix<double, 1, 4>::Zero(), spin_ed = spin_e;
     if constexpr (uses_spin) {
@@ -204,22 +172,23 @@ class TyreForce final : public ForceOf<TyreForce<Model>> {
     if (!partials.calc(number)) return Force::calc_number_partial(s, number, Q_p, f_p);
     double force[3], moment[3];
     e.calc_wrench(setup_, partials.normal, partials.output, force, moment);
-    SpatialPointMath::add_force(s.q, s.p + center, force, Q_p);
+    SpatialPointMath::add_force(s.q, s.p + Numbers::center, force, Q_p);
     add_global_moment(s.q + 3, moment, Q_p + 3);
     if (setup_.has_spin) Q_p[7] += dot3(e.geometry.ey, moment);
     for (int i = 0; i < states(); ++i) f_p[i] = partials.zdot[i];
   }
 
-  void add_number_gradient(const LocalState& s, const double* w_Q, const double* w_f, const int* numbers, int count,
-                           double* out) const override {
+  void add_number_gradient(const LocalState& s, const double* w_Q, const double* w_f, const int* numbers,
+                           int count, double* out) const override {
     Evaluation<double> e;
     NumberPartials partials(*this, s, e);
     // w_Q^T Q = F.w_C + M.w_turn: the velocity of C and the angular velocity that w_Q would be.
     double w_C[3] = {}, w_turn[3] = {}, force[3], moment[3];
     if (w_Q) {
-      SpatialPointMath::velocity(s.q, w_Q, s.p + center, w_C);
+      SpatialPointMath::velocity(s.q, w_Q, s.p + Numbers::center, w_C);
       global_rate(s.q + 3, w_Q + 3, w_turn);
-      for (int i = 0; i < 3; ++i) w_turn[i] = 2 * w_turn[i] + (setup_.has_spin ? w_Q[7] * e.geometry.ey[i] : 0.0);
+      for (int i = 0; i < 3; ++i)
+        w_turn[i] = 2 * w_turn[i] + (setup_.has_spin ? w_Q[7] * e.geometry.ey[i] : 0.0);
     }
     for (int i = 0; i < count; ++i) {
       if (!partials.calc(numbers[i])) {
@@ -234,8 +203,11 @@ class TyreForce final : public ForceOf<TyreForce<Model>> {
   }
 
   std::vector<Measure> measures() const override {
-    std::vector<Measure> m = {{"normal_force", "N", false}, {"deflection", "m", false}, {"camber", "rad", false},
-                              {"contact_x", "m", false},    {"contact_y", "m", false}};
+    std::vector<Measure> m = {{"normal_force", "N", false},
+                              {"deflection", "m", false},
+                              {"camber", "rad", false},
+                              {"contact_x", "m", false},
+                              {"contact_y", "m", false}};
     if (!Model::slips) return m;
     m.insert(m.end(), {{"lateral_force", "N", false},
                        {"longitudinal_force", "N", false},
@@ -258,7 +230,7 @@ class TyreForce final : public ForceOf<TyreForce<Model>> {
       case 3:
       case 4: {
         PathDual r[3];
-        SpatialPointMath::position(x.q, x.p + center, r);
+        SpatialPointMath::position(x.q, x.p + Numbers::center, r);
         return r[i - 3] + e.arm[i - 3];
       }
       case 5:
@@ -295,70 +267,13 @@ class TyreForce final : public ForceOf<TyreForce<Model>> {
     }
   };
 
-  template <class S>
-  struct Evaluation {
-    TyreGeometry<S> geometry;
-    TyreInput<S> input;
-    TyreOutput<S> output;
-    S arm[3];               // from the centre to the contact point, m
-    S force[3], moment[3];  // about the centre
-
-    template <class P>
-    void forces(const TyreSetup& setup, const Model& model, const S& t, const WheelState<S>& w, const S& spin,
-                const S* z, const P* p, int model_numbers, S* zdot) {
-      calc_tyre_geometry(*setup.road, setup.contact, t, w, p[radius], p[share], p[shift], p + road_numbers, geometry);
-      const TyreGeometry<S>& g = geometry;
-      const S normal = normal_force(setup.bilateral, g.deflection, g.approach, p);
-      input = {{normal, g.forward, g.lateral, g.camber, S(0.0)}};
-      if constexpr (uses_spin) input.x[4] = spin * model.effective_radius(g.deflection, p[radius], p + model_numbers);
-      apply_model(model, input, z, p + model_numbers, output, zdot);
-      for (int i = 0; i < 3; ++i) {
-        arm[i] = -g.loaded_radius * g.ez[i];
-        if (model.trail() >= 0) arm[i] -= S(p[model_numbers + model.trail()]) * g.ex[i];
-      }
-      calc_wrench(setup, normal, output, force, moment);
-    }
-
-    /// Force and moment about the centre of a normal force and a model's outputs: linear in these.
-    void calc_wrench(const TyreSetup& setup, const S& normal, TyreOutput<S>& y, S* F, S* M) const {
-      // On level ground n, and the z of e_x and e_g, are known: no products with 0 and 1.
-      const TyreGeometry<S>& g = geometry;
-      const bool level = setup.road->level(), vertical = setup.contact == TyreContact::vertical;
-      const int across = level ? 2 : 3;
-      for (int i = 0; i < 3; ++i) {
-        F[i] = S(0.0);
-        if (Model::slips && i < across) F[i] = y.lateral() * g.eg[i];
-        if (Model::pulls_along && i < across) F[i] += y.longitudinal() * g.ex[i];
-        if (!level && !vertical) F[i] += normal * g.n[i];
-      }
-      if (level && !vertical) F[2] += normal;
-      cross3(arm, F, M);
-      if (vertical) F[2] += normal;
-      if (Model::overturns)
-        for (int i = 0; i < across; ++i) M[i] += y.overturning() * g.ex[i];
-      if (Model::resists)
-        for (int i = 0; i < 3; ++i) M[i] += y.rolling() * g.ey[i];
-      if (Model::slips)
-        for (int i = level ? 2 : 0; i < 3; ++i) M[i] += level ? y.aligning() : y.aligning() * g.n[i];
-    }
-
-    template <class P>
-    static S normal_force(bool bilateral, const S& deflection, const S& approach, const P* p) {
-      if (!bilateral && !(value_of(deflection) > 0)) return S(0.0);
-      S damper = S(p[damping]) * approach;
-      if (!bilateral && value_of(deflection) < value_of(p[ramp])) damper *= deflection / S(p[ramp]);
-      const S force = S(p[stiffness]) * deflection + damper;
-      return bilateral || value_of(force) > 0 ? force : S(0.0);
-    }
-  };
-
-  /// Derivatives by single numbers of what does not change the geometry: dual numbers through the normal force and the
-  /// model alone. Fills the evaluation with the values.
+  /// Derivatives by single numbers of what does not change the geometry: dual numbers through the normal
+  /// force and the model alone. Fills the evaluation with the values.
   class NumberPartials {
    public:
     using D = Dual<1>;
-    double normal = 0;            // of F_n,
-    TyreOutput<double> output;    // of the model's outputs
+    double normal = 0;          // of F_n,
+    TyreOutput<double> output;  // of the model's outputs
     double zdot[Model::most_states + 1] = {};
 
     NumberPartials(const TyreForce& f, const LocalState& s, Evaluation<double>& e) : f_(f) {
@@ -374,7 +289,7 @@ class TyreForce final : public ForceOf<TyreForce<Model>> {
       input_ = {{D(0.0), D(e.input.forward()), D(e.input.lateral()), D(e.input.camber()), D(0.0)}};
       spin_ = spin;
       for (int i = 0; i < f.states(); ++i) z_[i] = D(s.z[i]);
-      for (int i = radius; i <= ramp; ++i) p_[i] = D(s.p[i]);
+      for (int i = Numbers::radius; i <= Numbers::ramp; ++i) p_[i] = D(s.p[i]);
       for (int i = 0; i < f.model_.number_count(); ++i) model_p_[i] = D(s.p[f.model_numbers_ + i]);
     }
 
@@ -383,14 +298,17 @@ class TyreForce final : public ForceOf<TyreForce<Model>> {
       const int of_model = number - f_.model_numbers_;
       const bool level = f_.setup_.road->level();
       const TyreContact contact = f_.setup_.contact;
-      if (of_model >= 0 ? of_model == f_.model_.trail() : number < radius || number > ramp) return false;
-      if (number == radius && contact == TyreContact::disc && !level) return false;
+      if (of_model >= 0 ? of_model == f_.model_.trail() : number < Numbers::radius || number > Numbers::ramp)
+        return false;
+      if (number == Numbers::radius && contact == TyreContact::disc && !level) return false;
       D& seed = of_model >= 0 ? model_p_[of_model] : p_[number];
       seed.d[0] = 1;
       D deflection(geometry_->deflection);
-      if (number == radius) deflection.d[0] = contact == TyreContact::source && !level ? geometry_->n[2] : 1;
+      if (number == Numbers::radius)
+        deflection.d[0] = contact == TyreContact::source && !level ? geometry_->n[2] : 1;
       input_.x[0] = Evaluation<D>::normal_force(f_.setup_.bilateral, deflection, D(geometry_->approach), p_);
-      if constexpr (uses_spin) input_.x[4] = D(spin_) * f_.model_.effective_radius(deflection, p_[radius], model_p_);
+      if constexpr (uses_spin)
+        input_.x[4] = D(spin_) * f_.model_.effective_radius(deflection, p_[Numbers::radius], model_p_);
       TyreOutput<D> y;
       D rates[Model::most_states + 1];
       f_.model_(input_, z_, model_p_, y, rates);
@@ -406,22 +324,23 @@ class TyreForce final : public ForceOf<TyreForce<Model>> {
     const TyreGeometry<double>* geometry_ = nullptr;
     TyreInput<D> input_;
     double spin_ = 0;
-    D z_[Model::most_states + 1], p_[ramp + 1], model_p_[Model::most_numbers + 1];
+    D z_[Model::most_states + 1], p_[Numbers::ramp + 1], model_p_[Model::most_numbers + 1];
   };
 
   template <class S, class P>
   void wheel_motion(const S* q, const S* v, const P* p, S* at, S* velocity, S* direction) const {
-    SpatialPointMath::position(q, p + center, at);
-    SpatialPointMath::velocity(q, v, p + center, velocity);
-    rotated(q + 3, p + axis, direction);
+    SpatialPointMath::position(q, p + Numbers::center, at);
+    SpatialPointMath::velocity(q, v, p + Numbers::center, velocity);
+    rotated(q + 3, p + Numbers::axis, direction);
   }
 
-  /// The wheel's angular velocity about its axis: the body's share, 2 a'.G p' / |a'|, and the coordinate's rate.
+  /// The wheel's angular velocity about its axis: the body's share, 2 a'.G p' / |a'|, and the coordinate's
+  /// rate.
   template <class S>
   S spin_of(const S* q, const S* v, const S* p) const {
     S rate[3];
     body_rate(q + 3, v + 3, rate);
-    const S turning = S(2.0) * dot3(p + axis, rate) / length3(p + axis);
+    const S turning = S(2.0) * dot3(p + Numbers::axis, rate) / length3(p + Numbers::axis);
     return setup_.has_spin ? turning + v[7] : turning;
   }
 

@@ -1,7 +1,7 @@
-// Tyre models: what a tyre does for a normal force F_n, the velocity of the wheel's centre along e_x and e_g, the
-// camber and the wheel's rolling speed. A model is one templated function object that says which outputs it has; the
-// contact (tyre_contact.h) and the wheel's motion (tyre_force.h) are shared, and derivatives come from dual numbers
-// over these few inputs.
+// Tyre models: what a tyre does for a normal force F_n, the velocity of the wheel's centre along e_x and e_g,
+// the camber and the wheel's rolling speed. A model is one templated function object that says which outputs
+// it has; the contact (tyre_contact.h) and the wheel's motion (tyre_force.h) are shared, and derivatives come
+// from dual numbers over these few inputs.
 #pragma once
 
 #include <algorithm>
@@ -16,11 +16,11 @@ template <class S>
 struct TyreInput {
   static constexpr int most = 5;
   S x[most]{};
-  const S& normal() const { return x[0]; }    // F_n, N
-  const S& forward() const { return x[1]; }   // V.e_x, m/s
-  const S& lateral() const { return x[2]; }   // V.e_g, m/s
-  const S& camber() const { return x[3]; }    // rad
-  const S& rolling() const { return x[4]; }   // spin times the effective radius, m/s, positive forward
+  const S& normal() const { return x[0]; }   // F_n, N
+  const S& forward() const { return x[1]; }  // V.e_x, m/s
+  const S& lateral() const { return x[2]; }  // V.e_g, m/s
+  const S& camber() const { return x[3]; }   // rad
+  const S& rolling() const { return x[4]; }  // spin times the effective radius, m/s, positive forward
 };
 
 /// The outputs at the contact point: forces along e_x and e_g, moments about e_x, e_y and n.
@@ -41,15 +41,20 @@ S x_coth(const S& x) {
   using std::tanh;
   if (std::abs(value_of(x)) > 0.1) return x / tanh(x);
   const S y = x * x;  // the next term is 2e-6 x^12
-  return S(1.0) + y * (S(1.0 / 3) - y * (S(1.0 / 45) - y * (S(2.0 / 945) - y * (S(1.0 / 4725) - y * S(2.0 / 93555)))));
+  return S(1.0) +
+         y * (S(1.0 / 3) - y * (S(1.0 / 45) - y * (S(2.0 / 945) - y * (S(1.0 / 4725) - y * S(2.0 / 93555)))));
 }
 
-/// How slip follows from velocities. Numbers: [slip speed w], then where the tyre lags [relaxation length, initial value].
-///   at once        tan alpha = V.e_g / s,  s = V.e_x coth(V.e_x / w): |V.e_x| to a fraction 2 exp(-2 |V.e_x| / w), 4e-9
+/// How slip follows from velocities. Numbers: [slip speed w], then where the tyre lags [relaxation length,
+/// initial value].
+///   at once        tan alpha = V.e_g / s,  s = V.e_x coth(V.e_x / w): |V.e_x| to a fraction 2 exp(-2 |V.e_x|
+///   / w), 4e-9
 ///                  from 10 w on, and w at rest, so that slip is regular there
-///   w = 0          tan alpha = V.e_g / |V.e_x|, but 0 up to 0.1 m/s and in a skid without forward speed: as the public
+///   w = 0          tan alpha = V.e_g / |V.e_x|, but 0 up to 0.1 m/s and in a skid without forward speed: as
+///   the public
 ///                  Iltis model does
-///   with a lag     tan alpha = z, L z' = V.e_g - s z: regular also for w = 0; at rest the tyre is then a spring
+///   with a lag     tan alpha = z, L z' = V.e_g - s z: regular also for w = 0; at rest the tyre is then a
+///   spring
 struct TyreSlip {
   bool lags = false;
   static constexpr double cut_speed = 0.1;  // m/s
@@ -96,9 +101,8 @@ struct RideTyre {
   }
 };
 
-/// F_y = -D V.e_g - C alpha - C_c camber, moments m_c camber about e_x and m_a alpha about n; the contact point lies
-/// back by the trail. None depends on F_n.
-/// Numbers: those of the slip, D, C, C_c, m_c, m_a, trail.
+/// F_y = -D V.e_g - C alpha - C_c camber, moments m_c camber about e_x and m_a alpha about n; the contact
+/// point lies back by the trail. None depends on F_n. Numbers: those of the slip, D, C, C_c, m_c, m_a, trail.
 struct LinearTyre {
   static constexpr int inputs = 4, most_states = 1;
   static constexpr bool slips = true, pulls_along = false, overturns = true, resists = false;
@@ -126,15 +130,17 @@ struct LinearTyre {
   }
 };
 
-/// Calspan's model as the Iltis benchmark uses it (Frik, Leister, Schwartz, Vehicle System Dynamics 22 (1993) 215-253):
+/// Calspan's model as the Iltis benchmark uses it (Frik, Leister, Schwartz, Vehicle System Dynamics 22 (1993)
+/// 215-253):
 ///   mu = (B1 F + B3 + B4 F^2) SN, F the normal force
 ///   F <= A_omega A2:  a = (A1 F (F - A2) - A0 A2) / A2,  alpha_c = -A3 (A4 - F) F camber / (A4 a)
 ///   beyond:           a = -A0,                           alpha_c = A2 A3 (A4 - A2) camber / (A0 A4)
-///   abar = a (alpha + alpha_c) / (mu F),  g = abar - abar |abar| / 3 + abar^3 / 27 up to |abar| = 3, beyond its sign
+///   abar = a (alpha + alpha_c) / (mu F),  g = abar - abar |abar| / 3 + abar^3 / 27 up to |abar| = 3, beyond
+///   its sign
 /// (mu is taken as 0 where its parabola falls below: with the benchmark's numbers beyond 26 kN.)
 ///   F_y = mu F g,  M_z = (AF1 F + AF2 |F_y|) F_y
-/// The branches join: with their slopes at |abar| = 3, with the value at A_omega = 1, F = A2 (there alpha_c as well).
-/// Numbers: those of the slip, then A0, A1, A2, A3, A4, A_omega, B1, B3, B4, SN, AF1, AF2.
+/// The branches join: with their slopes at |abar| = 3, with the value at A_omega = 1, F = A2 (there alpha_c
+/// as well). Numbers: those of the slip, then A0, A1, A2, A3, A4, A_omega, B1, B3, B4, SN, AF1, AF2.
 struct CalspanTyre {
   static constexpr int inputs = 4, most_states = 1;
   static constexpr bool slips = true, pulls_along = false, overturns = false, resists = false;

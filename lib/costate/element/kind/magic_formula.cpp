@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <sstream>
 
 #include "costate/base/error.h"
 #include "costate/element/force/magic_formula.h"
@@ -12,11 +13,17 @@
 namespace costate {
 
 const std::vector<MagicFormula::Entry>& MagicFormula::coefficients() {
-  static const std::vector<Entry> all = {
-#define COSTATE_ENTRY(name, value) {#name, value},
-      COSTATE_MAGIC_FORMULA(COSTATE_ENTRY)
-#undef COSTATE_ENTRY
-  };
+  static const std::vector<Entry> all = [] {
+    std::vector<Entry> list;
+    std::istringstream words(names);
+    for (std::string name; words >> name;) {
+      if (name.back() == ',') name.pop_back();
+      list.push_back({name, name[0] == 'L' ? 1.0 : 0.0});
+      if (name == "LONGVL") list.back().usual = 16.7;  // m/s, reference of the rolling resistance
+      if (name == "PKY4") list.back().usual = 2;       // what 5.2 has in its place
+    }
+    return list;
+  }();
   return all;
 }
 
@@ -24,14 +31,16 @@ void add_magic_formula_tyre(MechanismBuilder& builder, const std::string& name, 
                             const TyreSlipOptions& slip, const MagicFormulaOptions& o) {
   const std::string path = "tyre." + name + ".", table = path + "magic_formula.";
   if (tyre.bilateral)
-    throw ModelError(path + "bilateral", "A Magic Formula tyre cannot pull: its forces are not defined for a negative load.");
+    throw ModelError(path + "bilateral",
+                     "A Magic Formula tyre cannot pull: its forces are not defined for a negative load.");
   const auto has = [&](const char* key) {
     const auto at = o.coefficients.find(key);
     return at != o.coefficients.end() && at->second != 0;
   };
   for (const char* needed : {"FNOMIN", "UNLOADED_RADIUS", "PCX1", "PDX1", "PCY1", "PDY1", "PKY1", "PKY2"}) {
     if (!has(needed))
-      throw ModelError(path + "magic_formula", fmt::format("The coefficient {} is missing, or 0: give a complete tir_file.", needed));
+      throw ModelError(path + "magic_formula",
+                       fmt::format("The coefficient {} is missing, or 0: give a complete tir_file.", needed));
   }
   MagicFormula model;
   TyreSlip lateral;
@@ -39,8 +48,8 @@ void add_magic_formula_tyre(MechanismBuilder& builder, const std::string& name, 
   model.lags = lateral.lags;
   model.lags_along = o.longitudinal_relaxation_length_m > 0;
   if (model.lags_along) {
-    numbers.push_back(builder.add_number(path + "longitudinal_relaxation_length_m", o.longitudinal_relaxation_length_m,
-                                         NumberRule::positive));
+    numbers.push_back(builder.add_number(path + "longitudinal_relaxation_length_m",
+                                         o.longitudinal_relaxation_length_m, NumberRule::positive));
     numbers.push_back(builder.add_number(path + "initial_longitudinal_slip", o.initial_longitudinal_slip));
   }
   model.free_rolling = o.free_rolling;
@@ -51,11 +60,12 @@ void add_magic_formula_tyre(MechanismBuilder& builder, const std::string& name, 
     const auto at = o.coefficients.find(entry.name);
     const bool given = at != o.coefficients.end();
     double value = given ? at->second : entry.usual;
-    if (!given && entry.name == std::string("INFLPRES") && pressure != o.coefficients.end()) value = pressure->second;
+    if (!given && entry.name == "INFLPRES" && pressure != o.coefficients.end()) value = pressure->second;
     numbers.push_back(builder.add_number(table + entry.name, value));
     if (!given)
-      builder.fix_number(numbers.back(), "neither the tyre's file nor the scene gives this coefficient; write it into "
-                                         "magic_formula = { ... } to vary it.");
+      builder.fix_number(numbers.back(),
+                         "neither the tyre's file nor the scene gives this coefficient; write it into "
+                         "magic_formula = { ... } to vary it.");
   }
   model.has_pressure = has("NOMPRES");
   if (tyre.stiffness_N_per_m > 0 && (has("DREFF") || has("FREFF")))
@@ -69,7 +79,10 @@ void read_tir_file(const std::string& path, MagicFormulaOptions& o, TyreOptions&
     const double type = file.number("FITTYP");
     const bool older = type == 5 || type == 6 || type == 21 || type == 51 || type == 52;
     if (!older && type != 60 && type != 61 && type != 62)
-      file.fail("FITTYP", fmt::format("must be 60, 61 or 62 (MF-Tyre 6) or 5, 6, 21, 51 or 52 (MF-Tyre 5, PAC2002), found {}.", type));
+      file.fail("FITTYP",
+                fmt::format(
+                    "must be 60, 61 or 62 (MF-Tyre 6) or 5, 6, 21, 51 or 52 (MF-Tyre 5, PAC2002), found {}.",
+                    type));
     o.camber_as_angle = older;
   } else if (file.text("PROPERTY_FILE_FORMAT", "") == "PAC2002") {
     o.camber_as_angle = true;
@@ -77,7 +90,8 @@ void read_tir_file(const std::string& path, MagicFormulaOptions& o, TyreOptions&
     file.fail("FITTYP", "is missing: it tells which Magic Formula the coefficients belong to.");
   }
   for (const char* scaling : {"LGAX", "LGAY", "LGAZ"})
-    if (file.number(scaling, 1) != 1) file.fail(scaling, "other than 1 is not supported: scale the camber's coefficients.");
+    if (file.number(scaling, 1) != 1)
+      file.fail(scaling, "other than 1 is not supported: scale the camber's coefficients.");
   for (const auto& entry : MagicFormula::coefficients())
     if (file.has(entry.name)) o.coefficients[entry.name] = file.number(entry.name);
   tyre.radius_m = file.number("UNLOADED_RADIUS", 0);
@@ -87,36 +101,39 @@ void read_tir_file(const std::string& path, MagicFormulaOptions& o, TyreOptions&
 
 namespace {
 
-const RegisterTyreModel registered({"magic_formula", [](const std::string& name, SceneTable& table, MechanismBuilder& builder) {
-  MagicFormulaOptions o;
-  TyreOptions usual;
-  if (table.has("tir_file")) {
-    const auto folder = std::filesystem::path(table.where().file).parent_path();
-    read_tir_file((folder / table.text("tir_file")).string(), o, usual);
-    if (table.has("generation")) table.fail("generation", "contradicts 'tir_file', whose FITTYP tells the generation.");
-  } else {
-    o.camber_as_angle = table.one_of("generation", {"5.2", "6.1"}, "6.1") == "5.2";
-  }
-  if (table.has("magic_formula")) {  // stands over the file
-    SceneTable own = table.table("magic_formula");
-    for (const auto& entry : MagicFormula::coefficients())
-      if (const auto x = own.find_value(entry.name)) o.coefficients[entry.name] = *x;
-  } else if (!table.has("tir_file")) {
-    table.fail("needs 'tir_file' (a .tir file) or 'magic_formula' (a table of coefficients).");
-  }
-  const TyreOptions tyre = read_tyre(table, builder, usual);
-  const TyreSlipOptions slip = read_tyre_slip(table);
-  o.free_rolling = table.flag("free_rolling", false);
-  o.mirrored = table.flag("mirror", false);
-  o.longitudinal_relaxation_length_m =
-      table.find_value("longitudinal_relaxation_length_m", NumberRule::positive).value_or(0);
-  if (o.longitudinal_relaxation_length_m > 0) {
-    if (o.free_rolling)
-      table.fail("longitudinal_relaxation_length_m", "contradicts 'free_rolling': there is no longitudinal slip to lag.");
-    o.initial_longitudinal_slip = table.value("initial_longitudinal_slip", NumberRule::any, 0);
-  }
-  add_magic_formula_tyre(builder, name, tyre, slip, o);
-}});
+const RegisterTyreModel registered(
+    {"magic_formula", [](const std::string& name, SceneTable& table, MechanismBuilder& builder) {
+       MagicFormulaOptions o;
+       TyreOptions usual;
+       if (table.has("tir_file")) {
+         const auto folder = std::filesystem::path(table.where().file).parent_path();
+         read_tir_file((folder / table.text("tir_file")).string(), o, usual);
+         if (table.has("generation"))
+           table.fail("generation", "contradicts 'tir_file', whose FITTYP tells the generation.");
+       } else {
+         o.camber_as_angle = table.one_of("generation", {"5.2", "6.1"}, "6.1") == "5.2";
+       }
+       if (table.has("magic_formula")) {  // stands over the file
+         SceneTable own = table.table("magic_formula");
+         for (const auto& entry : MagicFormula::coefficients())
+           if (const auto x = own.find_value(entry.name)) o.coefficients[entry.name] = *x;
+       } else if (!table.has("tir_file")) {
+         table.fail("needs 'tir_file' (a .tir file) or 'magic_formula' (a table of coefficients).");
+       }
+       const TyreOptions tyre = read_tyre(table, builder, usual);
+       const TyreSlipOptions slip = read_tyre_slip(table);
+       o.free_rolling = table.flag("free_rolling", false);
+       o.mirrored = table.flag("mirror", false);
+       o.longitudinal_relaxation_length_m =
+           table.find_value("longitudinal_relaxation_length_m", NumberRule::positive).value_or(0);
+       if (o.longitudinal_relaxation_length_m > 0) {
+         if (o.free_rolling)
+           table.fail("longitudinal_relaxation_length_m",
+                      "contradicts 'free_rolling': there is no longitudinal slip to lag.");
+         o.initial_longitudinal_slip = table.value("initial_longitudinal_slip", NumberRule::any, 0);
+       }
+       add_magic_formula_tyre(builder, name, tyre, slip, o);
+     }});
 
 }  // namespace
 

@@ -9,11 +9,12 @@
 namespace costate {
 
 struct MagicFormulaOptions {
-  std::map<std::string, double> coefficients;    // by their names in a .tir file; what is missing is 0, or 1 of a scaling
-  bool camber_as_angle = false;                  // the generation 5.2 (PAC2002), not 6.1
-  bool free_rolling = false;                     // no longitudinal slip nor force: the wheel's spin is left out
-  bool mirrored = false;                         // left and right exchanged
-  double longitudinal_relaxation_length_m = 0;   // 0: without a lag
+  std::map<std::string, double>
+      coefficients;              // by their names in a .tir file; what is missing is 0, or 1 of a scaling
+  bool camber_as_angle = false;  // the generation 5.2 (PAC2002), not 6.1
+  bool free_rolling = false;     // no longitudinal slip nor force: the wheel's spin is left out
+  bool mirrored = false;         // left and right exchanged
+  double longitudinal_relaxation_length_m = 0;  // 0: without a lag
   double initial_longitudinal_slip = 0;
 };
 void add_magic_formula_tyre(MechanismBuilder& builder, const std::string& name, const TyreOptions& tyre,

@@ -18,9 +18,12 @@ void add_road(MechanismBuilder& builder, const std::string& name, const RoadOpti
   }
   if (!o.law) throw ModelError(path, "A profile or a post needs a law of its height.");
   const bool post = o.kind == Road::Kind::post, has_speed = o.speed_m_per_s != 0, has_ramp = o.ramp != 0;
-  if (has_speed && !post) throw ModelError(path, "Only a post has a speed: the height of a profile is one over x.");
+  if (has_speed && !post)
+    throw ModelError(path, "Only a post has a speed: the height of a profile is one over x.");
   if (has_speed) numbers.push_back(builder.add_number(path + ".speed_m_per_s", o.speed_m_per_s));
-  if (has_ramp) numbers.push_back(builder.add_number(path + (post ? ".ramp_s" : ".ramp_m"), o.ramp, NumberRule::positive));
+  if (has_ramp)
+    numbers.push_back(
+        builder.add_number(path + (post ? ".ramp_s" : ".ramp_m"), o.ramp, NumberRule::positive));
   const RegisteredLaw law = add_law(builder, path + ".law", o.law);
   numbers.insert(numbers.end(), law.numbers.begin(), law.numbers.end());
   builder.add_shared_part(path, std::make_shared<Road>(o.kind, law.law, has_speed, has_ramp, numbers));
@@ -31,9 +34,10 @@ std::shared_ptr<const Road> find_road(const MechanismBuilder& builder, const std
   auto road = std::dynamic_pointer_cast<const Road>(builder.find_shared_part("road." + name));
   if (!road) {
     const auto known = builder.shared_part_names("road");
-    throw ModelError(subject, fmt::format("There is no road '{}'.{}", name,
-                                          known.empty() ? " Add one: [road." + name + "] with kind = \"flat\"."
-                                                        : suggestion(name, known)));
+    throw ModelError(subject,
+                     fmt::format("There is no road '{}'.{}", name,
+                                 known.empty() ? " Add one: [road." + name + "] with kind = \"flat\"."
+                                               : suggestion(name, known)));
   }
   return road;
 }

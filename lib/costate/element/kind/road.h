@@ -1,5 +1,6 @@
-// [road.NAME]: the ground under tyres, shared by any number of them. Flat, a profile over the distance x, or a
-// post that moves in time. The shapes are laws of the distance: bump, sine_sweep, iso8608, noise, profile_table.
+// [road.NAME]: the ground under tyres, shared by any number of them. Flat, a profile over the distance x, or
+// a post that moves in time. The shapes are laws of the distance: bump, sine_sweep, iso8608, noise,
+// profile_table.
 #pragma once
 
 #include <memory>
@@ -12,10 +13,10 @@ namespace costate {
 
 struct RoadOptions {
   Road::Kind kind = Road::Kind::flat;
-  double height_m = 0;          // of a flat road
-  LawOptions law = {};          // of a profile: height over x; of a post: over t, or over speed t
-  double speed_m_per_s = 0;     // of a post: 0 means that its law is one of time
-  double ramp = 0;              // 0 to 1 over this distance [m] of a profile or time [s] of a post; 0: at once
+  double height_m = 0;       // of a flat road
+  LawOptions law = {};       // of a profile: height over x; of a post: over t, or over speed t
+  double speed_m_per_s = 0;  // of a post: 0 means that its law is one of time
+  double ramp = 0;           // 0 to 1 over this distance [m] of a profile or time [s] of a post; 0: at once
 };
 void add_road(MechanismBuilder& builder, const std::string& name, const RoadOptions& options);
 

@@ -29,7 +29,8 @@ LawOptions sine_sum_law(double roughness_m3, const SpectrumOptions& spectrum);
 double iso8608_roughness(char road_class);
 
 LawOptions profile_table_law(std::vector<double> x_m, std::vector<double> z_m, double scale = 1);
-/// Two columns, x and z in m, separated by blanks, tabs, commas or semicolons; # starts a comment. Errors name the line.
+/// Two columns, x and z in m, separated by blanks, tabs, commas or semicolons; # starts a comment. Errors
+/// name the line.
 LawOptions profile_table_law(const std::string& file, double scale = 1);
 
 }  // namespace costate

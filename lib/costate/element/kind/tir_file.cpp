@@ -15,14 +15,17 @@ std::string trimmed(const std::string& s) {
   return first == std::string::npos ? "" : s.substr(first, last - first + 1);
 }
 std::string upper(std::string s) {
-  std::transform(s.begin(), s.end(), s.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  std::transform(s.begin(), s.end(), s.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
   return s;
 }
 }  // namespace
 
 TirFile TirFile::read(const std::string& path) {
   std::ifstream in(path);
-  if (!in) throw SceneError({path, 0, 0}, "This tyre property file cannot be read. Its path is relative to the scene.");
+  if (!in)
+    throw SceneError({path, 0, 0},
+                     "This tyre property file cannot be read. Its path is relative to the scene.");
   TirFile file;
   file.path_ = path;
   std::string line, section;
@@ -30,7 +33,8 @@ TirFile TirFile::read(const std::string& path) {
     line = trimmed(line.substr(0, line.find_first_of("$!")));
     if (line.empty() || line[0] == '{') continue;
     if (line[0] == '[') {
-      if (line.back() != ']') throw SceneError({path, number, 1}, fmt::format("Expected ']' at the end of '{}'.", line));
+      if (line.back() != ']')
+        throw SceneError({path, number, 1}, fmt::format("Expected ']' at the end of '{}'.", line));
       section = upper(line.substr(1, line.size() - 2));
       continue;
     }
@@ -41,7 +45,8 @@ TirFile TirFile::read(const std::string& path) {
     }
     const std::string name = upper(trimmed(line.substr(0, equals)));
     std::string value = trimmed(line.substr(equals + 1));
-    if (value.size() >= 2 && (value[0] == '\'' || value[0] == '"')) value = trimmed(value.substr(1, value.size() - 2));
+    if (value.size() >= 2 && (value[0] == '\'' || value[0] == '"'))
+      value = trimmed(value.substr(1, value.size() - 2));
     if (name.empty() || value.empty())
       throw SceneError({path, number, 1}, fmt::format("Expected NAME = value, found '{}'.", line));
     file.values_[name] = {value, number};
@@ -71,7 +76,8 @@ std::string TirFile::text(const std::string& name, const std::string& otherwise)
 }
 
 void TirFile::fail(const std::string& name, const std::string& message) const {
-  throw SceneError({path_, has(name) ? values_.at(name).line : 0, has(name) ? 1 : 0}, fmt::format("{} {}", name, message));
+  throw SceneError({path_, has(name) ? values_.at(name).line : 0, has(name) ? 1 : 0},
+                   fmt::format("{} {}", name, message));
 }
 
 }  // namespace costate

@@ -1,5 +1,5 @@
-// Tyre property files (.tir): sections, NAME = number or 'text', comments after $ or !. What a file says is kept with
-// the line that it stands in.
+// Tyre property files (.tir): sections, NAME = number or 'text', comments after $ or !. What a file says is
+// kept with the line that it stands in.
 #pragma once
 
 #include <map>
@@ -21,7 +21,9 @@ class TirFile {
   bool has(const std::string& name) const { return values_.count(name) > 0; }
   /// A number; the name must be there.
   double number(const std::string& name) const;
-  double number(const std::string& name, double otherwise) const { return has(name) ? number(name) : otherwise; }
+  double number(const std::string& name, double otherwise) const {
+    return has(name) ? number(name) : otherwise;
+  }
   std::string text(const std::string& name, const std::string& otherwise) const;
   [[noreturn]] void fail(const std::string& name, const std::string& message) const;
 

@@ -37,17 +37,19 @@ struct LinearKey {
   double LinearTyreOptions::*member;
 };
 // In the order of LinearTyre's numbers.
-constexpr LinearKey kLinear[] = {{"lateral_damping_N_s_per_m", &LinearTyreOptions::lateral_damping_N_s_per_m},
-                                 {"cornering_stiffness_N_per_rad", &LinearTyreOptions::cornering_stiffness_N_per_rad},
-                                 {"camber_stiffness_N_per_rad", &LinearTyreOptions::camber_stiffness_N_per_rad},
-                                 {"camber_moment_N_m_per_rad", &LinearTyreOptions::camber_moment_N_m_per_rad},
-                                 {"aligning_moment_N_m_per_rad", &LinearTyreOptions::aligning_moment_N_m_per_rad},
-                                 {"trail_m", &LinearTyreOptions::trail_m}};
+constexpr LinearKey kLinear[] = {
+    {"lateral_damping_N_s_per_m", &LinearTyreOptions::lateral_damping_N_s_per_m},
+    {"cornering_stiffness_N_per_rad", &LinearTyreOptions::cornering_stiffness_N_per_rad},
+    {"camber_stiffness_N_per_rad", &LinearTyreOptions::camber_stiffness_N_per_rad},
+    {"camber_moment_N_m_per_rad", &LinearTyreOptions::camber_moment_N_m_per_rad},
+    {"aligning_moment_N_m_per_rad", &LinearTyreOptions::aligning_moment_N_m_per_rad},
+    {"trail_m", &LinearTyreOptions::trail_m}};
 
 void refuse_bilateral(const std::string& name, const TyreOptions& tyre, const char* model) {
   if (tyre.bilateral)
-    throw ModelError("tyre." + name + ".bilateral",
-                     fmt::format("A {} tyre cannot pull: its forces are not defined for a negative load.", model));
+    throw ModelError(
+        "tyre." + name + ".bilateral",
+        fmt::format("A {} tyre cannot pull: its forces are not defined for a negative load.", model));
 }
 
 }  // namespace
@@ -60,7 +62,8 @@ void add_linear_tyre(MechanismBuilder& builder, const std::string& name, const T
                      const TyreSlipOptions& slip, const LinearTyreOptions& o) {
   LinearTyre model;
   std::vector<int> numbers = add_tyre_slip(builder, name, slip, model.slip);
-  for (const auto& k : kLinear) numbers.push_back(builder.add_number("tyre." + name + "." + k.key, o.*k.member));
+  for (const auto& k : kLinear)
+    numbers.push_back(builder.add_number("tyre." + name + "." + k.key, o.*k.member));
   add_tyre_force(builder, name, tyre, model, numbers);
 }
 
@@ -86,19 +89,23 @@ TyreOptions read_tyre_that_may_pull(SceneTable& table, MechanismBuilder& builder
   return tyre;
 }
 
-const RegisterTyreModel ride({"ride", [](const std::string& name, SceneTable& table, MechanismBuilder& builder) {
+const RegisterTyreModel ride({"ride",
+                              [](const std::string& name, SceneTable& table, MechanismBuilder& builder) {
                                 add_ride_tyre(builder, name, read_tyre_that_may_pull(table, builder));
                               }});
 
-const RegisterTyreModel linear({"linear", [](const std::string& name, SceneTable& table, MechanismBuilder& builder) {
+const RegisterTyreModel linear({"linear",
+                                [](const std::string& name, SceneTable& table, MechanismBuilder& builder) {
                                   const TyreOptions tyre = read_tyre_that_may_pull(table, builder);
                                   const TyreSlipOptions slip = read_tyre_slip(table);
                                   LinearTyreOptions o;
-                                  for (const auto& k : kLinear) o.*k.member = table.value(k.key, NumberRule::any, 0);
+                                  for (const auto& k : kLinear)
+                                    o.*k.member = table.value(k.key, NumberRule::any, 0);
                                   add_linear_tyre(builder, name, tyre, slip, o);
                                 }});
 
-const RegisterTyreModel calspan({"calspan", [](const std::string& name, SceneTable& table, MechanismBuilder& builder) {
+const RegisterTyreModel calspan({"calspan",
+                                 [](const std::string& name, SceneTable& table, MechanismBuilder& builder) {
                                    const TyreOptions tyre = read_tyre(table, builder);
                                    const TyreSlipOptions slip = read_tyre_slip(table);
                                    SceneTable c = table.table("calspan");

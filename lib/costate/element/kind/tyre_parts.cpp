@@ -35,12 +35,14 @@ TyreOptions read_tyre(SceneTable& table, const MechanismBuilder& builder, const 
   o.road = table.text("road");
   if (table.has("axis")) {
     const auto axis = table.values("axis");
-    if (axis.size() != 3) table.fail("axis", fmt::format("must hold x, y, z, found {} numbers.", axis.size()));
+    if (axis.size() != 3)
+      table.fail("axis", fmt::format("must hold x, y, z, found {} numbers.", axis.size()));
     std::copy(axis.begin(), axis.end(), o.axis.begin());
   }
   o.spin = table.text("spin", "");
   o.radius_m = table.value("radius_m", NumberRule::positive, given(usual.radius_m));
-  o.stiffness_N_per_m = table.value("stiffness_N_per_m", NumberRule::non_negative, given(usual.stiffness_N_per_m));
+  o.stiffness_N_per_m =
+      table.value("stiffness_N_per_m", NumberRule::non_negative, given(usual.stiffness_N_per_m));
   o.damping_N_s_per_m = table.value("damping_N_s_per_m", NumberRule::non_negative, usual.damping_N_s_per_m);
   o.damping_ramp_m = table.value("damping_ramp_m", NumberRule::non_negative, o.damping_ramp_m);
   o.road_factor = table.value("road_factor", NumberRule::any, 1);
@@ -73,7 +75,8 @@ std::vector<int> add_tyre_slip(MechanismBuilder& builder, const std::string& nam
   std::vector<int> numbers = {
       builder.add_number(path + "slip_speed_m_per_s", o.slip_speed_m_per_s, NumberRule::non_negative)};
   if (!slip.lags) return numbers;
-  numbers.push_back(builder.add_number(path + "relaxation_length_m", o.relaxation_length_m, NumberRule::positive));
+  numbers.push_back(
+      builder.add_number(path + "relaxation_length_m", o.relaxation_length_m, NumberRule::positive));
   numbers.push_back(builder.add_number(path + "initial_slip", o.initial_slip));
   return numbers;
 }
@@ -81,21 +84,26 @@ std::vector<int> add_tyre_slip(MechanismBuilder& builder, const std::string& nam
 TyreParts add_tyre_parts(MechanismBuilder& builder, const std::string& name, const TyreOptions& o) {
   const std::string path = "tyre." + name + ".";
   if (!builder.has_spatial_point(o.wheel))
-    throw ModelError(path + "wheel", fmt::format("There is no point '{}' in space. A wheel's centre is a point on a "
-                                                 "rigid body: [point.{}] with on = \"BODY\" and z_m.", o.wheel, o.wheel));
+    throw ModelError(path + "wheel",
+                     fmt::format("There is no point '{}' in space. A wheel's centre is a point on a "
+                                 "rigid body: [point.{}] with on = \"BODY\" and z_m.",
+                                 o.wheel, o.wheel));
   const SpatialPoint& wheel = builder.spatial_point(o.wheel);
   if (wheel.kind() != SpatialPoint::Kind::on_body)
-    throw ModelError(path + "wheel", fmt::format("'{}' is not fixed to a rigid body, as a wheel's centre must be.",
-                                                 o.wheel));
-  if (o.axis[0] == 0 && o.axis[1] == 0 && o.axis[2] == 0) throw ModelError(path + "axis", "The axis must not be zero.");
-  TyreParts parts{{find_road(builder, path + "road", o.road), o.contact, o.bilateral, !o.spin.empty()}, wheel, {}, {}};
+    throw ModelError(path + "wheel",
+                     fmt::format("'{}' is not fixed to a rigid body, as a wheel's centre must be.", o.wheel));
+  if (o.axis[0] == 0 && o.axis[1] == 0 && o.axis[2] == 0)
+    throw ModelError(path + "axis", "The axis must not be zero.");
+  TyreParts parts{
+      {find_road(builder, path + "road", o.road), o.contact, o.bilateral, !o.spin.empty()}, wheel, {}, {}};
   if (!o.spin.empty()) {
     parts.spin = {find_coordinate(builder, path + "spin", o.spin)};
     const auto& q = wheel.coordinates();
     if (std::find(q.begin(), q.end(), parts.spin[0]) != q.end())
-      throw ModelError(path + "spin", fmt::format("'{}' belongs to the wheel's own body; a spin is a coordinate of its "
-                                                  "own, relative to the body. Without one, the body itself spins.",
-                                                  o.spin));
+      throw ModelError(path + "spin",
+                       fmt::format("'{}' belongs to the wheel's own body; a spin is a coordinate of its "
+                                   "own, relative to the body. Without one, the body itself spins.",
+                                   o.spin));
   }
   const auto number = [&](const std::string& key, double value, NumberRule rule = NumberRule::non_negative) {
     parts.numbers.push_back(builder.add_number(path + key, value, rule));

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -11,69 +12,90 @@
 namespace costate {
 
 namespace {
-constexpr int kLanes = 4;  // sines that are rotated side by side: independent chains, which the processor overlaps
+constexpr int kLanes =
+    4;  // sines that are rotated side by side: independent chains, which the processor overlaps
 }
 
 SineSumLaw::SineSumLaw(const SpectrumOptions& o) : options_(o) {
   if (o.count < 1) throw ModelError("", fmt::format("'count' must be at least 1, found {}.", o.count));
-  if (!(o.n_min > 0)) throw ModelError("", fmt::format("'n_min_1_per_m' must be positive, found {}.", o.n_min));
+  if (!(o.n_min > 0))
+    throw ModelError("", fmt::format("'n_min_1_per_m' must be positive, found {}.", o.n_min));
   if (!(o.n_max > o.n_min))
-    throw ModelError("", fmt::format("'n_max_1_per_m' must be greater than 'n_min_1_per_m', found {} and {}.", o.n_max,
-                                     o.n_min));
+    throw ModelError("", fmt::format("'n_max_1_per_m' must be greater than 'n_min_1_per_m', found {} and {}.",
+                                     o.n_max, o.n_min));
   spacing_ = (o.n_max - o.n_min) / o.count;
   std::mt19937 engine(o.seed);
   const std::size_t padded = static_cast<std::size_t>((o.count + kLanes - 1) / kLanes * kLanes);
   sine_.assign(padded, 0.0);
   cosine_.assign(padded, 0.0);
+  frequency_.assign(padded, 0.0);
   for (int i = 0; i < o.count; ++i) {
     const auto k = static_cast<std::size_t>(i);
     amplitude_.push_back(std::sqrt(2 * spacing_) * std::pow(wave_number(i) / 0.1, -o.exponent / 2));
     phase_.push_back(kTwoPi * (engine() / 4294967296.0));
     sine_[k] = amplitude_[k] * std::cos(phase_[k]);
     cosine_[k] = amplitude_[k] * std::sin(phase_[k]);
+    frequency_[k] = kTwoPi * wave_number(i);
   }
 }
 
-void SineSumLaw::calc_sums(double x, int order, double* f) const {
-  const double step = kTwoPi * spacing_ * x, turn_c = std::cos(kLanes * step), turn_s = std::sin(kLanes * step);
-  double c[kLanes], s[kLanes], sum[5][kLanes] = {};
-  for (int l = 0; l < kLanes; ++l) {
-    const double angle = kTwoPi * wave_number(l) * x;
-    c[l] = std::cos(angle);
-    s[l] = std::sin(angle);
-  }
-  for (std::size_t i = 0; i < sine_.size(); i += kLanes) {
-    for (int l = 0; l < kLanes; ++l) {
-      const double a = sine_[i + l], b = cosine_[i + l], w = kTwoPi * wave_number(static_cast<int>(i) + l);
-      const double y = a * s[l] + b * c[l], yd = w * (a * c[l] - b * s[l]);
-      sum[0][l] += y;
-      sum[1][l] += yd;
-      if (order > 0) {
-        sum[2][l] -= w * w * y;
-        if (order > 2) {
-          sum[3][l] -= w * w * yd;
-          sum[4][l] += w * w * w * w * y;
-        }
-      }
-      const double next = c[l] * turn_c - s[l] * turn_s;
-      s[l] = s[l] * turn_c + c[l] * turn_s;
-      c[l] = next;
+namespace {
+using Lanes = std::array<double, kLanes>;
+
+/// The sums of order 0, of 0 to 2 or of all five, so that the inner loops have no branches and vectorize.
+template <int Most>
+void accumulate(std::size_t n, const double* a, const double* b, const double* w, double turn_c,
+                double turn_s, Lanes c, Lanes s, double* f) {
+  Lanes sum[5] = {};
+  for (std::size_t i = 0; i < n; i += kLanes, a += kLanes, b += kLanes, w += kLanes) {
+    Lanes y, yd, w2;
+    for (int l = 0; l < kLanes; ++l) y[l] = a[l] * s[l] + b[l] * c[l];
+    for (int l = 0; l < kLanes; ++l) sum[0][l] += y[l];
+    if constexpr (Most > 0) {
+      for (int l = 0; l < kLanes; ++l) yd[l] = w[l] * (a[l] * c[l] - b[l] * s[l]);
+      for (int l = 0; l < kLanes; ++l) w2[l] = w[l] * w[l];
+      for (int l = 0; l < kLanes; ++l) sum[1][l] += yd[l];
+      for (int l = 0; l < kLanes; ++l) sum[2][l] -= w2[l] * y[l];
     }
+    if constexpr (Most > 2) {
+      for (int l = 0; l < kLanes; ++l) sum[3][l] -= w2[l] * yd[l];
+      for (int l = 0; l < kLanes; ++l) sum[4][l] += w2[l] * w2[l] * y[l];
+    }
+    Lanes next;
+    for (int l = 0; l < kLanes; ++l) next[l] = c[l] * turn_c - s[l] * turn_s;
+    for (int l = 0; l < kLanes; ++l) s[l] = s[l] * turn_c + c[l] * turn_s;
+    c = next;
   }
   for (int k = 0; k < 5; ++k) {
     f[k] = 0;
     for (int l = 0; l < kLanes; ++l) f[k] += sum[k][l];
   }
 }
+}  // namespace
 
-ProfileTableLaw::ProfileTableLaw(std::vector<double> x, std::vector<double> y) : x_(std::move(x)), y_(std::move(y)) {
+void SineSumLaw::calc_sums(double x, int order, double* f) const {
+  const double step = kTwoPi * spacing_ * x, turn_c = std::cos(kLanes * step),
+               turn_s = std::sin(kLanes * step);
+  Lanes c, s;
+  for (int l = 0; l < kLanes; ++l) {
+    const double angle = kTwoPi * wave_number(l) * x;
+    c[l] = std::cos(angle);
+    s[l] = std::sin(angle);
+  }
+  const auto add = order == 0 ? accumulate<0> : order <= 2 ? accumulate<2> : accumulate<4>;
+  add(sine_.size(), sine_.data(), cosine_.data(), frequency_.data(), turn_c, turn_s, c, s, f);
+}
+
+ProfileTableLaw::ProfileTableLaw(std::vector<double> x, std::vector<double> y)
+    : x_(std::move(x)), y_(std::move(y)) {
   const std::size_t n = x_.size();
   if (n != y_.size())
     throw ModelError("", fmt::format("The table has {} distances but {} heights.", n, y_.size()));
   if (n < 2) throw ModelError("", fmt::format("A table needs at least 2 points, found {}.", n));
   for (std::size_t i = 1; i < n; ++i)
     if (!(x_[i] > x_[i - 1]))
-      throw ModelError("", fmt::format("The distances must increase: entry {} is {} after {}.", i + 1, x_[i], x_[i - 1]));
+      throw ModelError(
+          "", fmt::format("The distances must increase: entry {} is {} after {}.", i + 1, x_[i], x_[i - 1]));
   // The tridiagonal system of the spline's second derivatives, zero at both ends.
   moment_.assign(n, 0.0);
   std::vector<double> upper(n, 0.0);

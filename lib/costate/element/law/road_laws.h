@@ -12,9 +12,10 @@ namespace costate {
 
 inline constexpr double kTwoPi = 6.283185307179586476925;
 
-/// `count` bumps, the first at start, each h (1 - cos(2 pi y / length)), or h sin(pi y / length), over its own distance
-/// 0 < y < length, one every `spacing`. Numbers: height, start, length, spacing (the last one only of several bumps).
-/// The slope is continuous at the ends of the first shape, the curvature is not; of the second not even the slope.
+/// `count` bumps, the first at start, each h (1 - cos(2 pi y / length)), or h sin(pi y / length), over its
+/// own distance 0 < y < length, one every `spacing`. Numbers: height, start, length, spacing (the last one
+/// only of several bumps). The slope is continuous at the ends of the first shape, the curvature is not; of
+/// the second not even the slope.
 class BumpLaw final : public ScalarLawOf<BumpLaw> {
  public:
   BumpLaw(int count, bool half_sine) : count_(count), half_sine_(half_sine) {}
@@ -40,8 +41,8 @@ class BumpLaw final : public ScalarLawOf<BumpLaw> {
   bool half_sine_;
 };
 
-/// A sin(2 pi (n0 y + (n1 - n0) y^2 / (2 length))) from y = x - start = 0 on; beyond `length` the wave number stays n1.
-/// Zero before. Numbers: amplitude, start, length, n0, n1 (wave numbers in 1/m).
+/// A sin(2 pi (n0 y + (n1 - n0) y^2 / (2 length))) from y = x - start = 0 on; beyond `length` the wave number
+/// stays n1. Zero before. Numbers: amplitude, start, length, n0, n1 (wave numbers in 1/m).
 class SineSweepLaw final : public ScalarLawOf<SineSweepLaw> {
  public:
   int number_count() const override { return 5; }
@@ -57,10 +58,11 @@ class SineSweepLaw final : public ScalarLawOf<SineSweepLaw> {
   }
 };
 
-/// What a sum of sines is made of: n_i = n_min + (i + 1/2) dn, dn = (n_max - n_min) / count, with the power spectral
-/// density G(n) = G0 (n / 0.1)^-exponent: A_i = sqrt(2 G(n_i) dn), phases uniform on the circle from the seed.
+/// What a sum of sines is made of: n_i = n_min + (i + 1/2) dn, dn = (n_max - n_min) / count, with the power
+/// spectral density G(n) = G0 (n / 0.1)^-exponent: A_i = sqrt(2 G(n_i) dn), phases uniform on the circle from
+/// the seed.
 struct SpectrumOptions {
-  double exponent = 2;            // 2: ISO 8608; 0: white
+  double exponent = 2;                 // 2: ISO 8608; 0: white
   double n_min = 0.011, n_max = 2.83;  // 1/m
   int count = 400;
   std::uint32_t seed = 1;
@@ -86,17 +88,19 @@ class SineSumLaw final : public ScalarLawOf<SineSumLaw> {
   }
 
  private:
-  /// f[k], k <= order: the k-th derivative of the sum at G0 = 1, by rotating exp(2 pi i n_i x) from one i to the next.
+  /// f[k], k <= order: the k-th derivative of the sum at G0 = 1, by rotating exp(2 pi i n_i x) from one i to
+  /// the next.
   void calc_sums(double x, int order, double* f) const;
 
   SpectrumOptions options_;
   double spacing_;
   std::vector<double> amplitude_, phase_;
-  std::vector<double> sine_, cosine_;  // A_i cos(phi_i), A_i sin(phi_i): factors of sin and cos; padded to whole groups
+  // Padded to whole groups: A_i cos(phi_i) and A_i sin(phi_i), the factors of sin and cos, and 2 pi n_i.
+  std::vector<double> sine_, cosine_, frequency_;
 };
 
-/// scale times the natural cubic spline through measured points, continued by its end tangents. Number: scale. The
-/// points are data, not numbers, so that there may be many of them.
+/// scale times the natural cubic spline through measured points, continued by its end tangents. Number:
+/// scale. The points are data, not numbers, so that there may be many of them.
 class ProfileTableLaw final : public ScalarLawOf<ProfileTableLaw> {
  public:
   /// x strictly increasing, at least 2 points; throws ModelError otherwise.

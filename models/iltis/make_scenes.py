@@ -248,6 +248,11 @@ formulation = "index1"
 method = "idas-adjoint"
 parameters = ["kL1", "kL2", "c1", "c2", "k1", "k2"]
 rtol = 1e-8
+
+[optimize]
+max_evaluations = 200
+relative_tolerance = 0.0
+gradient_tolerance = 1e-6
 """
 
 text = head + "\n".join(corner(name, *where) for name, where in corners.items()) + "\n" + tail + "\n" + parameters() + run

@@ -1,0 +1,15 @@
+#!/usr/bin/env python3
+"""Writes study.toml, the thirteen optimizations of the vehicle: python3 make_study.py"""
+
+import pathlib
+
+sets = {"leaf": ["kL1", "kL2"], "damping": ["c1", "c2"], "strut": ["k1", "k2"],
+        "all": ["kL1", "kL2", "c1", "c2", "k1", "k2"]}
+scenes = {"four_post_white": "white", "four_post_red": "red", "speed_bumps": "bumps"}
+text = 'title = "Bombardier Iltis: ride and handling"\n'
+runs = [(f"ride_{short}_{name}", scene, p) for scene, short in scenes.items() for name, p in sets.items()]
+runs.append(("handling", "double_lane_change", sets["all"]))
+for name, scene, parameters in runs:
+    quoted = ", ".join(f'"{p}"' for p in parameters)
+    text += f'\n[[run]]\nname = "{name}"\nscene = "{scene}.toml"\nparameters = [{quoted}]\n'
+(pathlib.Path(__file__).resolve().parent / "study.toml").write_text(text)

@@ -19,6 +19,7 @@ constexpr const char* kStyle =
     "body { font-family: sans-serif; color: #222222; max-width: 1180px; margin: 2em auto; padding: 0 1em; }\n"
     "h1 { font-size: 1.5em; } h2 { font-size: 1.15em; margin-top: 1.8em; }\n"
     "table { border-collapse: collapse; } th, td { padding: 0.2em 0.9em 0.2em 0; text-align: left; }\n"
+    "td { white-space: nowrap; vertical-align: top; } td:last-child { white-space: normal; }\n"
     "th { border-bottom: 1px solid #888888; } td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }\n"
     ".strong { font-weight: bold; }\n"
     ".plots { display: flex; flex-wrap: wrap; gap: 1em; } .plots svg { max-width: 100%; height: auto; }\n"
@@ -130,12 +131,12 @@ void add_parameters(Page& page, const Setup& setup, const Json& j) {
     rows.push_back({p.name, number(before), number(after),
                     before != 0 ? fmt::format("{:+.3g} %", 100 * (after - before) / std::abs(before)) : "-",
                     number(p.lower), number(p.upper),
-                    after == p.lower   ? "lower bound active"
-                    : after == p.upper ? "upper bound active"
+                    after == p.lower   ? "at lower"
+                    : after == p.upper ? "at upper"
                                        : "",
                     number(j.at("gradient").at(p.name).get<double>()), numbers});
   }
-  page.table({"parameter", "#before", "#after", "#change", "#lower", "#upper", "bound", "#d(psi)/d(parameter) after",
+  page.table({"parameter", "#before", "#after", "#change", "#lower", "#upper", "active bound", "#d(psi)/d(parameter)",
               "what it is in the scene"},
              rows);
 }

@@ -59,7 +59,8 @@ struct Axis {
   std::vector<std::pair<double, std::string>> ticks;
 
   double transformed(double x) const {
-    return !logarithmic ? x : x > 0 ? std::log10(x) : std::numeric_limits<double>::quiet_NaN();
+    const bool drawable = std::abs(x) <= 1e300 && (!logarithmic || x > 0);
+    return !drawable ? std::numeric_limits<double>::quiet_NaN() : logarithmic ? std::log10(x) : x;
   }
   void include(double x) {
     const double t = transformed(x);
@@ -71,8 +72,8 @@ struct Axis {
   void settle(double margin) {
     if (!(low <= high)) low = 0, high = 1;
     const double size = std::max(std::abs(low), std::abs(high));
-    if (high - low <= 1e-9 * size || high == low) {
-      const double pad = size > 0 ? 0.05 * size : 1;
+    if (high - low <= 1e-9 * size || high - low < 1e-290) {
+      const double pad = size > 1e-280 ? 0.05 * size : 1;
       low -= pad;
       high += pad;
     } else {
@@ -213,8 +214,8 @@ std::string svg_of(const SvgPlot& plot) {
   }
   x.settle(plot.counting ? 0.02 : 0);
   y.settle(0.04);
-  x.place_ticks(plot.width / 80, plot.counting);
-  y.place_ticks(std::max(3, plot.height / 45), false);
+  x.place_ticks(plot.width / 60, plot.counting);
+  y.place_ticks(std::max(3, plot.height / 32), false);
   std::size_t letters = 1;
   for (const auto& [value, label] : y.ticks) letters = std::max(letters, label.size());
   x.from = 14 + kLetter * static_cast<double>(letters);

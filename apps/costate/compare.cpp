@@ -42,7 +42,8 @@ struct OutputDifference {
   std::string name, unit;
   double largest = 0, at_s = 0, rms = 0;
   double range = 0;  // of B
-  std::optional<double> relative(double x) const { return range > 0 ? std::optional(x / range) : std::nullopt; }
+  bool constant = false;  // B's, within 100 times its relative tolerance: then nothing is relative to its range
+  std::optional<double> relative(double x) const { return constant ? std::nullopt : std::optional(x / range); }
 };
 
 Side make_side(const CommonOptions& common, const std::string& scene, const std::vector<std::string>& set,
@@ -59,10 +60,8 @@ Side make_side(const CommonOptions& common, const std::string& scene, const std:
   }
 }
 
-double range_of(const std::vector<double>& values) {
-  const auto [low, high] = std::minmax_element(values.begin(), values.end());
-  return *high - *low;
-}
+/// To three digits: more of a measured time mean nothing.
+double rounded(double seconds) { return std::stod(fmt::format("{:.3g}", seconds)); }
 
 class Compare {
  public:
@@ -190,7 +189,10 @@ class Compare {
     if (a == nullptr || b == nullptr) throw Error(fmt::format("Output '{}' was not recorded.", name));
     const std::vector<double>& t = b_.motion.time_s;
     OutputDifference d{name, b->unit};
-    d.range = range_of(b->values);
+    const auto [low, high] = std::minmax_element(b->values.begin(), b->values.end());
+    d.range = *high - *low;
+    const double rtol = b_.setup.problem.solver.rtol;
+    d.constant = !(d.range > 100 * rtol * std::max(std::abs(*low), std::abs(*high)));
     double integral = 0;  // of the squared difference, by the trapezoidal rule
     for (std::size_t k = 0; k < t.size(); ++k) {
       const double apart = std::abs(a->values[k] - b->values[k]);
@@ -284,14 +286,14 @@ class Compare {
 
     t += fmt::format("\n  {:<22} {:>14} {:>14} {:>10}\n", "", "A", "B", "A / B");
     const auto row = [&](const char* name, double a, double b) {
-      t += fmt::format("  {:<22} {:>14.6g} {:>14.6g} {:>10}\n", name, a, b, b != 0 ? fmt::format("{:.3g}", a / b) : "-");
+      t += fmt::format("  {:<22} {:>14.9g} {:>14.9g} {:>10}\n", name, a, b, b != 0 ? fmt::format("{:.3g}", a / b) : "-");
     };
     row("coordinates", a_.mechanism().coordinate_count(), b_.mechanism().coordinate_count());
     row("multipliers", a_.mechanism().row_count(), b_.mechanism().row_count());
     row("force states", a_.mechanism().state_count(), b_.mechanism().state_count());
     row("steps", static_cast<double>(a_.result.counters.steps), static_cast<double>(b_.result.counters.steps));
-    row("simulation [s]", a_.simulation_s, b_.simulation_s);
-    if (compares_gradients()) row("gradient [s]", a_.gradient_s, b_.gradient_s);
+    row("simulation [s]", rounded(a_.simulation_s), rounded(b_.simulation_s));
+    if (compares_gradients()) row("gradient [s]", rounded(a_.gradient_s), rounded(b_.gradient_s));
     if (compares_costs()) row("psi", a_.result.psi, b_.result.psi);
 
     std::size_t width = 9;

@@ -198,7 +198,7 @@ TEST_CASE("compare: mistakes name the scene or the option") {
   CHECK_THAT(message({"thrown.toml", "missing.toml"}), Contains("missing.toml"));
   CHECK_THAT(message({"thrown.toml", kFiveBar, "--outputs", "P2.x"}), Contains("'P2.x'") && Contains("'thrown.toml'"));
   CHECK_THAT(message({"thrown.toml", kFiveBar, "--outputs", "P.y"}), Contains("'P.y'") && Contains("five_bar.toml'"));
-  CHECK_THAT(message({"thrown.toml", kFiveBar}), Contains("nothing to compare") && Contains("--outputs"));
+  CHECK_THAT(message({"thrown.toml", kFiveBar, "--set-b", "run.outputs=['P2.x']"}), Contains("nothing to compare") && Contains("--outputs"));
   CHECK_THAT(message({"thrown.toml", "thrown.toml", "--set-b", "run.t_start_s=0.5"}), Contains("--set-a run.t_start_s=0.5"));
   CHECK_THAT(message({"thrown.toml", "thrown.toml", "--samples", "0"}), Contains("--samples"));
   CHECK_THAT(message({"thrown.toml", kFiveBar, "--parameters", "L01"}), Contains("--parameters") && Contains("thrown.toml"));

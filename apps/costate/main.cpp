@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "command.h"
+#include "compare.h"
 #include "costate/base/error.h"
 #include "costate/base/version.h"
 #include "costate/record/interrupt.h"
@@ -74,6 +75,7 @@ int main(int argc, char** argv) {
   costate::app::add_gradient(app, action, common);
   costate::app::add_optimize(app, action, common);
   costate::app::add_check(app, action, common);
+  costate::app::add_compare(app, action, common);
   costate::app::add_regress(app, action, common);
   costate::app::add_equilibrium(app, action, common);
   costate::app::add_modes(app, action, common);

@@ -12,6 +12,7 @@
 #include "costate/record/interrupt.h"
 #include "costate/record/journal.h"
 #include "costate/record/json_number.h"
+#include "report_page.h"
 #include "trajectory.h"
 
 namespace costate::app {
@@ -19,7 +20,7 @@ namespace costate::app {
 namespace {
 
 struct OptimizeOptions {
-  bool resume = false, no_certificate = false;
+  bool resume = false, no_certificate = false, no_report = false;
   std::optional<int> max_evaluations;
   std::optional<double> stop_value;
   std::string algorithm;
@@ -100,12 +101,14 @@ std::string evaluation_line(const OptimizerEvaluation& e, const std::vector<std:
   return line;
 }
 
-/// The motion at given parameters, as a trajectory file.
-void write_motion(const Setup& setup, const std::vector<double>& rho, const std::string& name, const Json& settings) {
-  if (!setup.files) return;
+/// The motion at given parameters, written as trajectory files.
+TrajectoryTable write_motion(const Setup& setup, const std::vector<double>& rho, const std::string& name,
+                             const Json& settings) {
   TrajectoryRecorder recorder(setup, std::nullopt);
   simulate(setup.problem, rho, recorder.times(), recorder.sink());
-  write_trajectory(setup, recorder.finish(settings), name, true);
+  TrajectoryTable table = recorder.finish(settings);
+  write_trajectory(setup, table, name, true);
+  return table;
 }
 
 /// The scene's settings with the command line's, checked before anything is computed or written.
@@ -264,8 +267,14 @@ int run(const CommonOptions& common, const OptimizeOptions& options) {
   setup.write_file("optimized.toml", [&](const auto& path) {
     write_file_atomically(path, setup.scene.with_parameters(setup.problem.parameters, best.rho).dump());
   });
-  write_motion(setup, initial, "before", j["settings"]);
-  write_motion(setup, best.rho, "after", j["settings"]);
+  bool page = false;
+  if (setup.files) {
+    const TrajectoryTable before = write_motion(setup, initial, "before", j["settings"]),
+                          after = write_motion(setup, best.rho, "after", j["settings"]);
+    page = !options.no_report && setup.write_file("report.html", [&](const auto& path) {
+      write_file_atomically(path, optimize_page(setup, j, before, after));
+    });
+  }
   progress.finish();
   std::string text = fmt::format("{}: psi {:.6g} -> {:.6g} in {} evaluations, {:.3g} s\n",
                                  setup.scene.title.empty() ? common.scene : setup.scene.title, first.psi, best.psi,
@@ -277,6 +286,7 @@ int run(const CommonOptions& common, const OptimizeOptions& options) {
   if (setup.files)
     text += fmt::format("  results in {}: evaluations.jsonl, optimized.toml, before.h5, after.h5 (and .csv)\n",
                         setup.directory.string());
+  if (page) text += fmt::format("  report: {}\n", (setup.directory / "report.html").string());
   report(setup, common, j, text, "optimize.json");
   return 0;
 }
@@ -291,6 +301,7 @@ void add_optimize(CLI::App& app, std::function<int()>& action, CommonOptions& co
   c->add_flag("--resume", options->resume, "Continue an interrupted run from its journal");
   c->add_flag("--no-certificate", options->no_certificate,
               "Leave out the check of the optimum: multipliers and the Hessian's eigenvalues");
+  c->add_flag("--no-report", options->no_report, "Leave out report.html, the page with plots");
   c->add_option("--max-evaluations", options->max_evaluations, "Limit of evaluations");
   c->add_option("--stop-value", options->stop_value, "Stop once psi is this small");
   c->add_option("--algorithm", options->algorithm, "lbfgs, mma or slsqp");

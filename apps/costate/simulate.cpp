@@ -6,6 +6,8 @@
 
 #include "command.h"
 #include "costate/integrator/simulate.h"
+#include "costate/record/atomic_file.h"
+#include "report_page.h"
 #include "trajectory.h"
 
 namespace costate::app {
@@ -14,12 +16,13 @@ namespace {
 
 struct SimulateOptions {
   std::optional<double> step;
-  bool csv = false;
+  bool csv = false, report = false;
 };
 
 int run(const CommonOptions& common, const SimulateOptions& options) {
   Setup setup(common, Purpose::simulate);
   setup.method.clear();
+  if (options.report && !setup.files) throw Error("--report writes a page beside the trajectory, so it excludes --no-files.");
   Progress progress(setup.progress_options);
   const auto begin = std::chrono::steady_clock::now();
   progress.start(setup.problem.solver.t_start);
@@ -38,6 +41,12 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
     for (const auto& path : write_trajectory(setup, table, "trajectory", options.csv)) {
       j["files"].push_back(path);
       files += fmt::format("  trajectory: {}\n", path);
+    }
+    if (options.report && setup.write_file("simulate.html", [&](const auto& path) {
+          write_file_atomically(path, simulate_page(setup, j, table));
+        })) {
+      j["files"].push_back((setup.directory / "simulate.html").string());
+      files += fmt::format("  report: {}\n", j["files"].back().get<std::string>());
     }
   }
   std::string text = fmt::format("{}\n", setup.scene.title.empty() ? common.scene : setup.scene.title);
@@ -59,6 +68,7 @@ void add_simulate(CLI::App& app, std::function<int()>& action, CommonOptions& co
   common.add_run_options(*c);
   c->add_option("--output-step", options->step, "Time between stored samples [s]");
   c->add_flag("--csv", options->csv, "Write the trajectory as CSV too");
+  c->add_flag("--report", options->report, "Write simulate.html too, a page with plots of the outputs that matter");
   c->callback([&action, &common, options] { action = [&common, options] { return run(common, *options); }; });
 }
 

@@ -8,6 +8,7 @@
 #include "costate/record/csv_file.h"
 #include "costate/record/hdf5_file.h"
 #include "costate/record/interrupt.h"
+#include "named_outputs.h"
 
 namespace costate::app {
 
@@ -66,15 +67,8 @@ SampleSink TrajectoryRecorder::sink() {
 
 Json TrajectoryRecorder::terminal() const {
   Json j = Json::object();
-  for (const Column& c : table_.columns) {
-    if (c.values.empty()) continue;
-    const std::string name = c.group == "velocities"      ? c.name + "_dot"
-                             : c.group == "accelerations" ? c.name + "_ddot"
-                             : c.group == "multipliers"   ? "lambda." + c.name
-                             : c.group == "states"        ? "z." + c.name
-                                                          : c.name;
-    j[name] = c.values.back();
-  }
+  for (const Column& c : table_.columns)
+    if (!c.values.empty()) j[output_of_column(c)] = c.values.back();
   return j;
 }
 

@@ -143,7 +143,7 @@ TEST_CASE("optimize: the files it leaves") {
   const Json j = costate_json({"optimize", kFiveBar, "--output", "out"}, here.path());
   CHECK(here.entries() == std::vector<std::string>{"out", "out/after.csv", "out/after.h5", "out/before.csv",
                                                    "out/before.h5", "out/evaluations.jsonl", "out/optimize.json",
-                                                   "out/optimized.toml"});
+                                                   "out/optimized.toml", "out/report.html"});
   // The optimized scene reproduces the optimum.
   const Json again = costate_json({"simulate", "out/optimized.toml", "--no-files"}, here.path());
   CHECK(again.at("parameters") == j.at("parameters"));

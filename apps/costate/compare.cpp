@@ -1,0 +1,354 @@
+// costate compare: two scenes, typically a reduced and a full model of the same thing, over the same time: how far their
+// outputs, costs and gradients are apart, and what each costs to run. The second one is what the first is measured by.
+#include "compare.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "costate/integrator/simulate.h"
+#include "costate/objective/output.h"
+#include "named_outputs.h"
+#include "trajectory.h"
+
+namespace costate::app {
+
+namespace {
+
+struct CompareOptions {
+  std::string other;
+  std::vector<std::string> outputs, set_a, set_b;
+  long samples = 1000;
+  bool no_gradient = false;
+};
+
+/// One of the two scenes and what it gave.
+struct Side {
+  Setup setup;
+  GradientResult result;  // psi and counters of the plain simulation; the gradient, if there is one
+  double simulation_s = 0, gradient_s = 0;
+  TrajectoryTable motion;
+
+  const Mechanism& mechanism() const { return *setup.problem.mechanism; }
+  bool has_cost() const {
+    const Objective& o = setup.problem.objective;
+    return !o.running.empty() || !o.terminal.empty();
+  }
+};
+
+struct OutputDifference {
+  std::string name, unit;
+  double largest = 0, at_s = 0, rms = 0;
+  double range = 0;  // of B
+  bool constant = false;  // B's, within 100 times its relative tolerance: then nothing is relative to its range
+  std::optional<double> relative(double x) const { return constant ? std::nullopt : std::optional(x / range); }
+};
+
+Side make_side(const CommonOptions& common, const std::string& scene, const std::vector<std::string>& set,
+               bool differentiate) {
+  CommonOptions options = common;
+  options.scene = scene;
+  options.overrides.insert(options.overrides.end(), set.begin(), set.end());
+  try {
+    return {Setup(options, differentiate ? Purpose::differentiate : Purpose::simulate), {}, 0, 0, {}};
+  } catch (const SceneError&) {
+    throw;
+  } catch (const Error& e) {  // an option's: say of which scene
+    throw Error(fmt::format("{} (in scene '{}')", e.what(), scene));
+  }
+}
+
+/// To three digits: more of a measured time mean nothing.
+double rounded(double seconds) { return std::stod(fmt::format("{:.3g}", seconds)); }
+
+class Compare {
+ public:
+  Compare(const CommonOptions& common, const CompareOptions& options)
+      : common_(common),
+        options_(options),
+        a_(make_side(common, common.scene, options.set_a, !options.no_gradient)),
+        b_(make_side(common, options.other, options.set_b, !options.no_gradient)),
+        progress_(a_.setup.progress_options) {}
+
+  int run() {
+    if (options_.samples < 1 || options_.samples > 10'000'000)
+      throw Error(fmt::format("--samples must lie between 1 and 10000000, found {}.", options_.samples));
+    same_time();
+    choose_outputs();
+    choose_parameters();
+    for (Side* side : {&a_, &b_}) run_side(*side);
+    progress_.finish();
+    for (const auto& name : outputs_) differences_.push_back(difference(name));
+    const auto stem = [](const std::string& file) { return std::filesystem::path(file).stem().string(); };
+    if (!a_.setup.directory_chosen)
+      a_.setup.directory = std::filesystem::path("results") / (stem(common_.scene) + "_vs_" + stem(options_.other));
+    CommonOptions plain = common_;
+    plain.verbose = false;  // the details of a single run
+    report(a_.setup, plain, json(), text(), "compare.json");
+    return 0;
+  }
+
+ private:
+  void same_time() {
+    SolverOptions &a = a_.setup.problem.solver, &b = b_.setup.problem.solver;
+    if (a.t_start != b.t_start)
+      throw Error(fmt::format("The scenes start at different times, {} s and {} s; set run.t_start_s, for example with "
+                              "--set-a run.t_start_s={}.", a.t_start, b.t_start, b.t_start));
+    if (a.t_end != b.t_end)
+      notes_.push_back(fmt::format("The scenes end at {:g} s and {:g} s; both were run to {:g} s.", a.t_end, b.t_end,
+                                   std::min(a.t_end, b.t_end)));
+    a.t_end = b.t_end = std::min(a.t_end, b.t_end);
+  }
+
+  /// Those asked for, which both must have; or what either names in its cost or in [run], as far as both have it.
+  void choose_outputs() {
+    const auto of_a = output_names(a_.mechanism()), of_b = output_names(b_.mechanism());
+    const auto has = [](const std::vector<std::string>& names, const std::string& name) {
+      return std::find(names.begin(), names.end(), name) != names.end();
+    };
+    for (const auto& name : options_.outputs) {
+      for (const auto& [names, scene] : {std::pair(&of_a, common_.scene), std::pair(&of_b, options_.other)})
+        if (name == "time" || !has(*names, name))
+          throw Error(fmt::format("--outputs: There is no output '{}' to compare in '{}'.{} 'costate list SCENE' names them.",
+                                  name, scene, suggestion(name, *names)));
+      if (!has(outputs_, name)) outputs_.push_back(name);
+    }
+    if (options_.outputs.empty()) {
+      std::vector<std::string> names = outputs_of_interest(b_.setup.scene);
+      for (const auto& name : outputs_of_interest(a_.setup.scene))
+        if (!has(names, name)) names.push_back(name);
+      for (const auto& name : names)
+        if (name == "time")
+          continue;
+        else if (has(of_a, name) && has(of_b, name))
+          outputs_.push_back(name);
+        else
+          notes_.push_back(fmt::format("Output {} exists only in {}.", name, has(of_a, name) ? "A" : "B"));
+    }
+    if (outputs_.empty())
+      throw Error("There is nothing to compare: no output that a cost or [run] outputs names exists in both scenes. "
+                  "Name some that do with --outputs.");
+    for (const auto& name : outputs_) {
+      const std::string a = make_output(a_.mechanism(), name)->unit(), b = make_output(b_.mechanism(), name)->unit();
+      if (a != b)
+        throw Error(fmt::format("Output '{}' is in {} in '{}' but in {} in '{}'; choose others with --outputs.", name, a,
+                                common_.scene, b, options_.other));
+    }
+  }
+
+  void choose_parameters() {
+    if (options_.no_gradient || !a_.has_cost() || !b_.has_cost()) return;
+    const auto accepts = [](const Side& side, const std::string& name) {
+      try {
+        side.mechanism().select({name});
+        return true;
+      } catch (const Error&) {
+        return false;
+      }
+    };
+    for (const Side* side : {&b_, &a_})
+      for (const auto& name : side->setup.problem.parameters.names())
+        if (std::find(parameters_.begin(), parameters_.end(), name) == parameters_.end()) {
+          if (accepts(a_, name) && accepts(b_, name))
+            parameters_.push_back(name);
+          else
+            notes_.push_back(fmt::format("Parameter {} exists only in {}.", name, accepts(a_, name) ? "A" : "B"));
+        }
+    if (parameters_.empty()) return;
+    for (Side* side : {&a_, &b_}) {
+      side->setup.problem.parameters = side->mechanism().select(parameters_);
+      side->setup.rho = side->setup.problem.parameters.values();
+    }
+    for (std::size_t i = 0; i < parameters_.size(); ++i)
+      if (a_.setup.rho[i] != b_.setup.rho[i])
+        notes_.push_back(fmt::format("Parameter {} is {:.9g} in A, {:.9g} in B.", parameters_[i], a_.setup.rho[i],
+                                     b_.setup.rho[i]));
+  }
+
+  void run_side(Side& side) {
+    Setup& setup = side.setup;
+    const SolverOptions& solver = setup.problem.solver;
+    setup.problem.monitor = monitor(progress_, solver.t_end);
+    progress_.start(solver.t_start);
+    const auto begin = std::chrono::steady_clock::now();
+    side.result = setup.located([&] { return simulate(setup.problem, setup.rho); });
+    side.simulation_s = seconds_since(begin);
+    TrajectoryRecorder recorder(setup, (solver.t_end - solver.t_start) / static_cast<double>(options_.samples));
+    setup.located([&] { return simulate(setup.problem, setup.rho, recorder.times(), recorder.sink()); });
+    side.motion = recorder.finish(Json());
+    if (parameters_.empty()) return;
+    const auto gradient_begin = std::chrono::steady_clock::now();
+    side.result.gradient = setup.located([&] { return gradient(setup.problem, setup.method, setup.rho); }).gradient;
+    side.gradient_s = seconds_since(gradient_begin);
+  }
+
+  OutputDifference difference(const std::string& name) const {
+    const Column *a = column_of_output(a_.motion, name), *b = column_of_output(b_.motion, name);
+    if (a == nullptr || b == nullptr) throw Error(fmt::format("Output '{}' was not recorded.", name));
+    const std::vector<double>& t = b_.motion.time_s;
+    OutputDifference d{name, b->unit};
+    const auto [low, high] = std::minmax_element(b->values.begin(), b->values.end());
+    d.range = *high - *low;
+    const double rtol = b_.setup.problem.solver.rtol;
+    d.constant = !(d.range > 100 * rtol * std::max(std::abs(*low), std::abs(*high)));
+    double integral = 0;  // of the squared difference, by the trapezoidal rule
+    for (std::size_t k = 0; k < t.size(); ++k) {
+      const double apart = std::abs(a->values[k] - b->values[k]);
+      if (apart > d.largest) d.largest = apart, d.at_s = t[k];
+      const double width = (k > 0 ? t[k] - t[k - 1] : 0) + (k + 1 < t.size() ? t[k + 1] - t[k] : 0);
+      integral += apart * apart * width / 2;
+    }
+    d.rms = std::sqrt(integral / (t.back() - t.front()));
+    return d;
+  }
+
+  bool compares_gradients() const { return !parameters_.empty(); }
+  double scaled(const Side& side, std::size_t i) const {
+    return side.result.gradient[i] * b_.setup.problem.parameters.parameters[i].scale;
+  }
+  /// The difference of one component relative to B's largest, all in B's scaled parameters.
+  std::optional<double> gradient_difference(std::size_t i) const {
+    double largest = 0;
+    for (std::size_t j = 0; j < parameters_.size(); ++j) largest = std::max(largest, std::abs(scaled(b_, j)));
+    return largest > 0 ? std::optional((scaled(a_, i) - scaled(b_, i)) / largest) : std::nullopt;
+  }
+  /// Of the angle between the gradients: 1 where an optimizer would go the same way.
+  std::optional<double> cosine() const {
+    double ab = 0, aa = 0, bb = 0;
+    for (std::size_t i = 0; i < parameters_.size(); ++i) {
+      ab += scaled(a_, i) * scaled(b_, i);
+      aa += scaled(a_, i) * scaled(a_, i);
+      bb += scaled(b_, i) * scaled(b_, i);
+    }
+    return aa > 0 && bb > 0 ? std::optional(ab / std::sqrt(aa * bb)) : std::nullopt;
+  }
+  std::optional<double> psi_relative() const {
+    const double a = a_.result.psi, b = b_.result.psi;
+    return b != 0 ? std::optional((a - b) / std::abs(b)) : std::nullopt;
+  }
+  bool compares_costs() const { return a_.has_cost() && b_.has_cost(); }
+
+  static Json optional_json(const std::optional<double>& x) { return x ? Json(*x) : Json(); }
+
+  Json side_json(const Side& side) const {
+    Json j = run_json(side.setup, side.result, compares_gradients() ? side.setup.method : "", side.simulation_s);
+    if (!side.has_cost()) j["psi"] = nullptr;
+    if (!compares_gradients()) j["parameters"] = Json::object();
+    j["coordinates"] = side.mechanism().coordinate_count();
+    j["multipliers"] = side.mechanism().row_count();
+    j["states"] = side.mechanism().state_count();
+    j["gradient_wall_s"] = compares_gradients() ? Json(side.gradient_s) : Json();
+    return j;
+  }
+
+  Json json() const {
+    Json j;
+    j["status"] = "ok";
+    j["t_start_s"] = b_.setup.problem.solver.t_start;
+    j["t_end_s"] = b_.setup.problem.solver.t_end;
+    j["a"] = side_json(a_);
+    j["b"] = side_json(b_);
+    j["outputs"] = Json::array();
+    for (const auto& d : differences_)
+      j["outputs"].push_back({{"name", d.name},
+                              {"unit", d.unit},
+                              {"range", d.range},
+                              {"largest", d.largest},
+                              {"at_s", d.at_s},
+                              {"rms", d.rms},
+                              {"largest_relative", optional_json(d.relative(d.largest))},
+                              {"rms_relative", optional_json(d.relative(d.rms))}});
+    j["psi_difference"] = compares_costs() ? Json(a_.result.psi - b_.result.psi) : Json();
+    j["psi_relative"] = compares_costs() ? optional_json(psi_relative()) : Json();
+    j["gradient_difference"] = nullptr;
+    if (compares_gradients()) {
+      j["gradient_difference"] = Json::object();
+      for (std::size_t i = 0; i < parameters_.size(); ++i)
+        j["gradient_difference"][parameters_[i]] = optional_json(gradient_difference(i));
+    }
+    j["gradient_cosine"] = compares_gradients() ? optional_json(cosine()) : Json();
+    j["time_ratio"] = a_.simulation_s / b_.simulation_s;
+    j["notes"] = notes_;
+    return j;
+  }
+
+  std::string text() const {
+    const auto title = [](const char* label, const Side& s, const std::string& file) {
+      return fmt::format("{}: {}{}\n", label, file, s.setup.scene.title.empty() ? "" : ", " + s.setup.scene.title);
+    };
+    const auto percent = [](const std::optional<double>& x) { return x ? fmt::format("{:.3g} %", 100 * *x) : "-"; };
+    std::string t = title("A", a_, common_.scene) + title("B", b_, options_.other);
+    t += fmt::format("t = {:g} .. {:g} s, {} samples\n", b_.setup.problem.solver.t_start, b_.setup.problem.solver.t_end,
+                     b_.motion.time_s.size());
+    for (const auto& note : notes_) t += "  " + note + "\n";
+
+    t += fmt::format("\n  {:<22} {:>14} {:>14} {:>10}\n", "", "A", "B", "A / B");
+    const auto row = [&](const char* name, double a, double b) {
+      t += fmt::format("  {:<22} {:>14.9g} {:>14.9g} {:>10}\n", name, a, b, b != 0 ? fmt::format("{:.3g}", a / b) : "-");
+    };
+    row("coordinates", a_.mechanism().coordinate_count(), b_.mechanism().coordinate_count());
+    row("multipliers", a_.mechanism().row_count(), b_.mechanism().row_count());
+    row("force states", a_.mechanism().state_count(), b_.mechanism().state_count());
+    row("steps", static_cast<double>(a_.result.counters.steps), static_cast<double>(b_.result.counters.steps));
+    row("simulation [s]", rounded(a_.simulation_s), rounded(b_.simulation_s));
+    if (compares_gradients()) row("gradient [s]", rounded(a_.gradient_s), rounded(b_.gradient_s));
+    if (compares_costs()) row("psi", a_.result.psi, b_.result.psi);
+
+    std::size_t width = 9;
+    for (const auto& d : differences_) width = std::max(width, d.name.size() + d.unit.size() + 3);
+    t += fmt::format("\n  {:<{}} {:>12} {:>13} {:>9} {:>10} {:>10} {:>10}\n", "output", width, "range of B", "largest diff.",
+                     "at [s]", "rms diff.", "largest", "rms");
+    for (const auto& d : differences_)
+      t += fmt::format("  {:<{}} {:>12.5g} {:>13.3g} {:>9.4g} {:>10.3g} {:>10} {:>10}\n",
+                       fmt::format("{} [{}]", d.name, d.unit), width, d.range, d.largest, d.at_s, d.rms,
+                       percent(d.relative(d.largest)), percent(d.relative(d.rms)));
+    if (compares_costs())
+      t += fmt::format("\n  psi of A is that of B {:+.6g} ({})\n", a_.result.psi - b_.result.psi, percent(psi_relative()));
+    if (!compares_gradients()) return t;
+    std::size_t letters = 9;
+    for (const auto& p : parameters_) letters = std::max(letters, p.size());
+    t += fmt::format("\n  {:<{}} {:>16} {:>16} {:>12}\n", "d(psi)/d", letters, "A", "B", "difference");
+    for (std::size_t i = 0; i < parameters_.size(); ++i)
+      t += fmt::format("  {:<{}} {:>16.9g} {:>16.9g} {:>12}\n", parameters_[i], letters, a_.result.gradient[i],
+                       b_.result.gradient[i], percent(gradient_difference(i)));
+    const auto c = cosine();
+    t += fmt::format("  (of B's largest, in scaled parameters); cosine of the angle between them: {}\n",
+                     c ? fmt::format("{:.6g}", *c) : "-");
+    return t;
+  }
+
+  const CommonOptions& common_;
+  const CompareOptions& options_;
+  Side a_, b_;
+  Progress progress_;
+  std::vector<std::string> outputs_, parameters_, notes_;
+  std::vector<OutputDifference> differences_;
+};
+
+}  // namespace
+
+void add_compare(CLI::App& app, std::function<int()>& action, CommonOptions& common) {
+  CLI::App* c = app.add_subcommand("compare", "Two scenes over the same time: differences of outputs, cost, gradient, effort");
+  auto options = std::make_shared<CompareOptions>();
+  common.add_to(*c);
+  c->get_option("scene")->description("Scene A, the reduced one (TOML)");
+  c->add_option("other", options->other, "Scene B, which A is measured by (TOML)")->required();
+  common.add_run_options(*c);
+  c->get_option("--output")->description("Directory for result files (default: results/A_vs_B)");
+  c->get_option("--parameters")->description("Of the gradients, separated by commas (default: those that both scenes have)");
+  c->add_option("--outputs", options->outputs, "Outputs to compare, separated by commas (default: those of cost and [run])")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  const auto add_set = [&](const char* name, std::vector<std::string>& set, const char* text) {
+    c->add_option(name, set, text)->type_name("PATH=VALUE")->allow_extra_args(false);
+  };
+  add_set("--set-a", options->set_a, "Like --set, in scene A only (repeatable)");
+  add_set("--set-b", options->set_b, "Like --set, in scene B only (repeatable)");
+  c->add_option("--samples", options->samples, "Intervals between samples of the outputs")->capture_default_str();
+  c->add_flag("--no-gradient", options->no_gradient, "Compare no gradients");
+  c->callback([&action, &common, options] { action = [&common, options] { return Compare(common, *options).run(); }; });
+}
+
+}  // namespace costate::app

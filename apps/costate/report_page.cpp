@@ -1,0 +1,292 @@
+#include "report_page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "costate/record/svg_plot.h"
+#include "named_outputs.h"
+
+namespace costate::app {
+
+namespace {
+
+constexpr std::size_t kHistories = 8;    // plots over time
+constexpr std::size_t kParameters = 12;  // plots over the evaluations
+
+constexpr const char* kStyle =
+    "body { font-family: sans-serif; color: #222222; max-width: 1180px; margin: 2em auto; padding: 0 1em; }\n"
+    "h1 { font-size: 1.5em; } h2 { font-size: 1.15em; margin-top: 1.8em; }\n"
+    "table { border-collapse: collapse; } th, td { padding: 0.2em 0.9em 0.2em 0; text-align: left; }\n"
+    "td { white-space: nowrap; vertical-align: top; } td:last-child { white-space: normal; }\n"
+    "th { border-bottom: 1px solid #888888; } td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }\n"
+    ".strong { font-weight: bold; }\n"
+    ".plots { display: flex; flex-wrap: wrap; gap: 1em; } .plots svg { max-width: 100%; height: auto; }\n"
+    "@media print { svg, tr { break-inside: avoid; } }\n";
+
+std::string number(double x) {
+  if (x == HUGE_VAL || x == -HUGE_VAL) return "none";
+  return fmt::format("{:.6g}", x);
+}
+/// A number of a summary; null and what is missing are "-".
+std::string number(const Json& j, const char* key) {
+  return j.contains(key) && j.at(key).is_number() ? number(j.at(key).get<double>()) : "-";
+}
+
+class Page {
+ public:
+  explicit Page(const std::string& title) : title_(title) {}
+
+  void heading(const std::string& text) { body_ += fmt::format("<h2>{}</h2>\n", xml_escaped(text)); }
+  void paragraph(const std::string& text, bool strong = false) {
+    body_ += fmt::format("<p{}>{}</p>\n", strong ? " class=\"strong\"" : "", xml_escaped(text));
+  }
+  /// Columns whose header begins with '#' hold numbers.
+  void table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows) {
+    body_ += "<table>\n";
+    const auto line = [&](const char* tag, const std::vector<std::string>& cells) {
+      body_ += "<tr>";
+      for (std::size_t i = 0; i < cells.size(); ++i) {
+        const bool numeric = !header.empty() && header[i].rfind('#', 0) == 0;
+        const std::string text = &cells == &header && numeric ? cells[i].substr(1) : cells[i];
+        body_ += fmt::format("<{0}{1}>{2}</{0}>", tag, numeric ? " class=\"n\"" : "", xml_escaped(text));
+      }
+      body_ += "</tr>\n";
+    };
+    if (!header.empty()) line("th", header);
+    for (const auto& row : rows) line("td", row);
+    body_ += "</table>\n";
+  }
+  void plots(const std::vector<SvgPlot>& plots) {
+    body_ += "<div class=\"plots\">\n";
+    for (const SvgPlot& plot : plots) body_ += svg_of(plot);
+    body_ += "</div>\n";
+  }
+  std::string text() const {
+    return fmt::format(
+        "<!DOCTYPE html>\n<html xmlns=\"http://www.w3.org/1999/xhtml\" lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
+        "<meta name=\"viewport\" content=\"width=device-width\"/>\n<title>{0}</title>\n<style>\n{1}</style>\n</head>\n"
+        "<body>\n<h1>{0}</h1>\n{2}</body>\n</html>\n",
+        xml_escaped(title_), kStyle, body_);
+  }
+
+ private:
+  std::string title_, body_;
+};
+
+std::string title_of(const Setup& setup) {
+  return setup.scene.title.empty() ? setup.scene.file_name() : setup.scene.title;
+}
+
+void add_run(Page& page, const Setup& setup, const Json& j) {
+  if (!setup.scene.description.empty()) page.paragraph(setup.scene.description);
+  page.heading("What was run");
+  const SolverOptions& s = setup.problem.solver;
+  const auto text = [&](const char* key) { return j.contains(key) && j.at(key).is_string() ? j.at(key).get<std::string>() : "-"; };
+  std::vector<std::vector<std::string>> rows = {
+      {"Scene", setup.scene.file_name()},
+      {"Time", fmt::format("{:g} to {:g} s", s.t_start, s.t_end)},
+      {"Formulation", fmt::format("{} on {}", text("formulation"), text("integrator"))},
+      {"Tolerances", fmt::format("relative {:g}, absolute {:g}", s.rtol, s.absolute())}};
+  if (j.at("method").is_string()) rows.push_back({"Gradient", text("method")});
+  if (j.contains("algorithm")) rows.push_back({"Optimizer", text("algorithm")});
+  std::string versions;
+  for (const auto& [name, version] : j.at("settings").at("versions").items())
+    versions += fmt::format("{}{} {}", versions.empty() ? "" : ", ", name, version.get<std::string>());
+  rows.push_back({"Versions", versions});
+  rows.push_back({"Wall time", fmt::format("{:.3g} s", j.at("wall_s").get<double>())});
+  page.table({}, rows);
+}
+
+/// "It fell by 2 (40 %)."
+std::string improvement(double before, double after) {
+  const double fall = before - after;
+  if (fall == 0) return "It did not change.";
+  std::string text = fmt::format("It {} by {}", fall > 0 ? "fell" : "rose", number(std::abs(fall)));
+  if (before != 0) text += fmt::format(", {:.4g} % of where it began", 100 * std::abs(fall / before));
+  if (after > 0 && before > 100 * after) text += fmt::format(", to 1/{:.3g} of it", before / after);
+  return text + ".";
+}
+
+void add_result(Page& page, const Json& j) {
+  const double before = j.at("initial").at("psi").get<double>(), after = j.at("psi").get<double>();
+  page.heading("Result");
+  page.paragraph(fmt::format("psi went from {:.9g} to {:.9g}. {}", before, after, improvement(before, after)), true);
+  page.paragraph(fmt::format("Stopped after {} evaluations by {}. The best is evaluation {}.", j.at("evaluations").size(),
+                             j.at("stop_reason").get<std::string>(), j.at("best_evaluation").get<int>()));
+  if (!j.at("converged").get<bool>())
+    page.paragraph("It ended before it converged: a limit or a failed line search, not an optimum, stopped it.", true);
+}
+
+void add_parameters(Page& page, const Setup& setup, const Json& j) {
+  page.heading("Parameters");
+  std::vector<std::vector<std::string>> rows;
+  for (const Parameter& p : setup.problem.parameters.parameters) {
+    const double before = j.at("initial").at("parameters").at(p.name).get<double>(),
+                 after = j.at("parameters").at(p.name).get<double>();
+    std::string numbers;
+    for (const auto& [index, factor] : p.bindings)
+      numbers += (numbers.empty() ? "" : ", ") + setup.scene.mechanism()->numbers()[static_cast<std::size_t>(index)].path;
+    rows.push_back({p.name, number(before), number(after),
+                    before != 0 ? fmt::format("{:+.3g} %", 100 * (after - before) / std::abs(before)) : "-",
+                    number(p.lower), number(p.upper),
+                    after == p.lower   ? "at lower"
+                    : after == p.upper ? "at upper"
+                                       : "",
+                    number(j.at("gradient").at(p.name).get<double>()), numbers});
+  }
+  page.table({"parameter", "#before", "#after", "#change", "#lower", "#upper", "active bound", "#d(psi)/d(parameter)",
+              "what it is in the scene"},
+             rows);
+}
+
+void add_constraints(Page& page, const Setup& setup, const Json& j) {
+  if (setup.scene.constraints().empty()) return;
+  const Json& evaluations = j.at("evaluations");
+  const Json &first = evaluations.front(), &best = evaluations.at(j.at("best_evaluation").get<std::size_t>() - 1);
+  page.heading("Constraints");
+  std::vector<std::vector<std::string>> rows;
+  for (const auto& c : setup.scene.constraints()) {
+    const double before = first.at("constraints").at(c.name).get<double>(),
+                 after = best.at("constraints").at(c.name).get<double>();
+    rows.push_back({c.name, number(before + c.upper), number(after + c.upper), number(c.upper),
+                    after > 0 ? fmt::format("exceeded by {:.3g}", after) : "kept"});
+  }
+  page.table({"constraint", "#before", "#after", "#upper", ""}, rows);
+}
+
+void add_certificate(Page& page, const Json& j) {
+  if (!j.contains("certificate")) return;
+  const Json& c = j.at("certificate");
+  page.heading("Certificate");
+  page.paragraph(c.at("verdict").get<std::string>(), true);
+  std::vector<std::vector<std::string>> rows = {
+      {"Projected gradient, scaled", number(c, "projected_gradient")},
+      {"KKT residual", fmt::format("{} (within {} counts as zero)", number(c, "kkt_residual"), number(c, "kkt_tolerance"))}};
+  for (const auto& [name, value] : c.at("multipliers").items())
+    rows.push_back({"Multiplier of " + name, fmt::format("{:.6g}", value.get<double>())});
+  if (c.at("smallest_eigenvalue").is_number())
+    rows.push_back({"Eigenvalues of the Hessian, scaled",
+                    fmt::format("{} to {}", number(c, "smallest_eigenvalue"), number(c, "largest_eigenvalue"))});
+  if (c.at("newton_step").is_number())
+    rows.push_back({"Newton's step from here", fmt::format("{} of the scales; psi would fall by {}", number(c, "newton_step"),
+                                                           number(c, "predicted_decrease"))});
+  if (c.at("hessian_note").is_string()) rows.push_back({"Note", c.at("hessian_note").get<std::string>()});
+  page.table({}, rows);
+}
+
+/// Whether values are best seen on a logarithmic axis: positive, over more than two decades.
+bool spans_decades(const std::vector<double>& values) {
+  double low = HUGE_VAL, high = 0;
+  for (const double v : values) {
+    if (!(v > 0)) return false;
+    low = std::min(low, v);
+    high = std::max(high, v);
+  }
+  return high > 100 * low;
+}
+
+void add_evaluations(Page& page, const Setup& setup, const Json& j) {
+  page.heading("Evaluations");
+  std::vector<double> index, psi;
+  for (const Json& e : j.at("evaluations")) {
+    index.push_back(e.at("index").get<double>());
+    psi.push_back(e.at("psi").get<double>());
+  }
+  const auto plot = [&](const std::string& label, const std::vector<double>& values) {
+    SvgPlot p;
+    p.x_label = "evaluation";
+    p.y_label = label;
+    p.curves = {{"", index, values, SvgCurve::Stroke::dark, true}};
+    p.counting = true;
+    p.width = 370;
+    p.height = 200;
+    return p;
+  };
+  std::vector<SvgPlot> plots = {plot("psi", psi)};
+  plots.front().logarithmic = spans_decades(psi);
+
+  // Where there are many, those that went farthest, in their order.
+  const auto& parameters = setup.problem.parameters.parameters;
+  std::vector<std::vector<double>> scaled(parameters.size());
+  std::vector<std::pair<double, std::size_t>> way;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    for (const Json& e : j.at("evaluations"))
+      scaled[i].push_back(e.at("parameters").at(parameters[i].name).get<double>() / parameters[i].scale);
+    const auto [low, high] = std::minmax_element(scaled[i].begin(), scaled[i].end());
+    way.emplace_back(*low - *high, i);
+  }
+  std::sort(way.begin(), way.end());
+  way.resize(std::min(way.size(), kParameters));
+  std::sort(way.begin(), way.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  for (const auto& [minus_span, i] : way) {
+    const Parameter& p = parameters[i];
+    SvgPlot one = plot(fmt::format("{} / {:g}", p.name, p.scale), scaled[i]);
+    const auto [low, high] = std::minmax_element(scaled[i].begin(), scaled[i].end());
+    for (const double bound : {p.lower / p.scale, p.upper / p.scale})  // where it was reached
+      if (bound == *low || bound == *high)
+        one.curves.insert(one.curves.begin(), SvgCurve{"bound", {index.front(), index.back()}, {bound, bound},
+                                                       SvgCurve::Stroke::dashed, false});
+    plots.push_back(std::move(one));
+  }
+  page.paragraph("Each parameter is divided by its scale.");
+  if (parameters.size() > kParameters)
+    page.paragraph(fmt::format("Of {} parameters the {} that moved most.", parameters.size(), kParameters));
+  page.plots(plots);
+}
+
+/// One plot an output; tables with their names in the legend, drawn in this order.
+void add_motion(Page& page, const Setup& setup, const std::vector<std::pair<std::string, const TrajectoryTable*>>& motions) {
+  page.heading("Motion");
+  std::vector<std::string> names = outputs_of_interest(setup.scene);
+  if (names.empty()) {
+    names = setup.scene.mechanism()->coordinate_names();
+    page.paragraph("Neither a cost nor [run] outputs name any output; these are coordinates.");
+  }
+  std::vector<SvgPlot> plots;
+  std::string left_out;
+  for (const std::string& name : names) {
+    SvgPlot plot;
+    plot.x_label = "time [s]";
+    for (const auto& [label, table] : motions)
+      if (const Column* c = column_of_output(*table, name)) {
+        plot.y_label = c->unit.empty() || c->unit == "1" ? name : fmt::format("{} [{}]", name, c->unit);
+        const bool last = label == motions.back().first;
+        plot.curves.push_back({motions.size() > 1 ? label : "", table->time_s, c->values,
+                               last ? SvgCurve::Stroke::dark : SvgCurve::Stroke::light, false});
+      }
+    if (plot.curves.empty()) continue;
+    if (plots.size() < kHistories)
+      plots.push_back(std::move(plot));
+    else
+      left_out += (left_out.empty() ? "" : ", ") + name;
+  }
+  page.plots(plots);
+  if (!left_out.empty()) page.paragraph("Not drawn, but in the files: " + left_out + ".");
+}
+
+}  // namespace
+
+std::string optimize_page(const Setup& setup, const Json& summary, const TrajectoryTable& before,
+                          const TrajectoryTable& after) {
+  Page page(title_of(setup));
+  add_run(page, setup, summary);
+  add_result(page, summary);
+  add_parameters(page, setup, summary);
+  add_constraints(page, setup, summary);
+  add_certificate(page, summary);
+  add_evaluations(page, setup, summary);
+  add_motion(page, setup, {{"before", &before}, {"after", &after}});
+  return page.text();
+}
+
+std::string simulate_page(const Setup& setup, const Json& summary, const TrajectoryTable& motion) {
+  Page page(title_of(setup));
+  add_run(page, setup, summary);
+  page.paragraph(fmt::format("psi = {:.9g}", summary.at("psi").get<double>()), true);
+  add_motion(page, setup, {{"", &motion}});
+  return page.text();
+}
+
+}  // namespace costate::app

@@ -1,0 +1,18 @@
+// The page that a run leaves for a person: one HTML file with its plots inside as SVG. It needs nothing from elsewhere
+// and no scripts, and is well-formed XML.
+#pragma once
+
+#include "command.h"
+#include "costate/record/trajectory_table.h"
+
+namespace costate::app {
+
+/// costate optimize: what was run, why it stopped, parameters and cost before and after, the certificate, both over the
+/// evaluations, and the motion before and after. `summary` is what optimize.json holds.
+std::string optimize_page(const Setup& setup, const Json& summary, const TrajectoryTable& before,
+                          const TrajectoryTable& after);
+
+/// costate simulate --report: what was run and the motion.
+std::string simulate_page(const Setup& setup, const Json& summary, const TrajectoryTable& motion);
+
+}  // namespace costate::app

@@ -1,0 +1,38 @@
+// Line plots as SVG, for reports: axes with ticks at round numbers, labels, a legend, and curves that stay apart in
+// black and white (a light broad line under a dark thin one). No scripts, no fonts or styles from elsewhere.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace costate {
+
+/// Text inside XML or HTML, or inside a quoted attribute: & < > " ' are escaped; what is no valid UTF-8, and characters
+/// that XML forbids, become U+FFFD.
+std::string xml_escaped(const std::string& text);
+
+struct SvgCurve {
+  enum class Stroke {
+    dark,    // thin and dark: what the plot is about
+    light,   // broad and light: what it is compared with
+    dashed,  // a limit
+  };
+  std::string name;          // in the legend; empty: not there
+  std::vector<double> x, y;  // of equal length; the line breaks at values that are not finite
+  Stroke stroke = Stroke::dark;
+  bool markers = false;  // a dot a point
+};
+
+struct SvgPlot {
+  std::string x_label, y_label;  // with units: "time [s]"
+  std::vector<SvgCurve> curves;  // the last is drawn on top
+  bool logarithmic = false;      // y; values that are not positive are left out
+  bool counting = false;         // x counts something: ticks at whole numbers only
+  int width = 560, height = 260;  // of the drawing; it scales with the page
+};
+
+/// The plot as one <svg> element, well-formed XML. Curves of many points are thinned to what can be seen, extremes kept.
+/// Throws Error when a curve's x and y differ in length.
+std::string svg_of(const SvgPlot& plot);
+
+}  // namespace costate

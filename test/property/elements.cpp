@@ -5,6 +5,7 @@
 #include "costate/element/kind/angle.h"
 #include "costate/element/kind/bar.h"
 #include "costate/element/kind/body.h"
+#include "costate/element/kind/coordinate.h"
 #include "costate/element/kind/distance.h"
 #include "costate/element/kind/driver.h"
 #include "costate/element/kind/fixed.h"
@@ -20,6 +21,7 @@
 #include "costate/element/kind/sliding_joint.h"
 #include "costate/element/kind/spherical.h"
 #include "costate/element/kind/spring.h"
+#include "costate/element/kind/tie_rod.h"
 #include "costate/element/kind/two_lines.h"
 #include "examples.h"
 
@@ -166,6 +168,7 @@ TEST_CASE("the same between every two sorts of points of space") {
   add_spatial_point(builder, "on_disc", "disc", {-0.4, 0.2, 0.6});
   add_spatial_point(builder, "on_block", "block", {0.1, -0.3, 0.2});
   add_spatial_point(builder, "on_beam", "beam", {-0.2, 0.4, 0.3});
+  add_own_coordinate(builder, "rack", "m", 0.1, 0);
   const std::vector<std::string> points = {"ground", "free", "on_plate", "on_disc", "on_block", "on_beam"};
   for (const auto& a : points)
     if (a != "ground" && a != "free") add_mass(builder, a, a, 0.4);
@@ -181,6 +184,14 @@ TEST_CASE("the same between every two sorts of points of space") {
       add_maxwell(builder, name, a, b, {80, 0.8, 12, 0.05});
       add_distance_driver(builder, name, a, b, sine_law(1.2, 0.3, 2.0, 0.1));
       add_spherical(builder, name, {a, b});
+      if (a == "ground" || a == "on_plate") {
+        TieRodOptions rod;
+        rod.from = a;
+        rod.to = b;
+        rod.slide = "rack";
+        rod.direction = {0.1, 1, 0.2};
+        add_tie_rod(builder, name, rod);
+      }
       if (a == "free" || b == "free") {
         // No direction is fixed to a free point.
         CHECK_THROWS_WITH(add_hinge(builder, name + "-refused", {a, b}, axes),

@@ -101,7 +101,10 @@ class Drawing {
       for (const auto& c : b.corners) extend(c);
     for (const auto& l : figure_.links)
       for (const auto& c : l.at)
-        for (const double r : {-l.radius, l.radius}) extend(c + r * view_.up);
+        for (const double r : {-l.radius, l.radius}) {
+          extend(c + r * view_.up);
+          extend(c + r * view_.right);
+        }
     if (box.isEmpty()) box.extend(Vector2d::Zero());
     const double margin = 70;
     const double span = std::max(box.sizes().maxCoeff(), 1e-6 * figure_.size);

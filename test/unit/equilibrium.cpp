@@ -176,11 +176,10 @@ damping_N_s_per_m = 40
 equilibrium = true
 )";
 
-/// Three posts with a beam of three collinear bars on top, of which one says nothing new, leaning on a spring.
-const std::string redundant_posts = R"(
+/// A beam that hangs from three parallel posts, of which one says nothing new, pulled aside by a spring.
+const std::string hanging_beam = R"(
 [gravity]
 y_m_per_s2 = -9.81
-
 [point.A0]
 ground = true
 x_m = 0
@@ -193,48 +192,41 @@ y_m = 0
 ground = true
 x_m = 2
 y_m = 0
-[point.B0]
+[body.beam]
 x_m = 0.3
-y_m = 0.9
+y_m = -0.9
+mass_kg = 3
+inertia_kg_m2 = 0.8
+center_x_m = 0.9
+[point.B0]
+on = "beam"
+x_m = 0
+y_m = 0
 [point.B1]
-x_m = 1.3
-y_m = 0.9
+on = "beam"
+x_m = 1
+y_m = 0
 [point.B2]
-x_m = 2.3
-y_m = 0.9
-
-[bar.post0]
+on = "beam"
+x_m = 2
+y_m = 0
+[distance.left]
 from = "A0"
 to = "B0"
-mass_kg = 1
 length_m = 1
-[bar.post1]
+[distance.middle]
 from = "A1"
 to = "B1"
-mass_kg = 1.5
 length_m = 1
-[bar.post2]
+[distance.right]
 from = "A2"
 to = "B2"
-mass_kg = 2
 length_m = 1
-[bar.top0]
-from = "B0"
-to = "B1"
-mass_kg = 1
-length_m = 1
-[bar.top1]
-from = "B1"
-to = "B2"
-mass_kg = 1
-length_m = 1
-
 [spring.S]
-from = "A1"
-to = "B2"
-stiffness_N_per_m = 90
-natural_length_m = 1.1
-
+from = "A2"
+to = "B1"
+stiffness_N_per_m = 50
+natural_length_m = 1
 [start]
 equilibrium = true
 )";
@@ -374,7 +366,7 @@ TEST_CASE("equilibrium: derivatives of everything equal differences", "[equilibr
   check_derivatives(hanging_plate, {"spring.S0.stiffness_N_per_m", "rigid_body.plate.mass_kg", "point.B1.x_m",
                                     "rigid_body.plate.center_x_m", "maxwell.M.natural_length_m"}, 1e-8);
   // Where rows are redundant the multipliers of least norm turn with the rows.
-  check_derivatives(redundant_posts, {"spring.S.stiffness_N_per_m", "bar.post2.mass_kg"}, 1e-8);
+  check_derivatives(hanging_beam, {"spring.S.stiffness_N_per_m", "body.beam.mass_kg", "body.beam.center_x_m"}, 1e-8);
 }
 
 TEST_CASE("equilibrium: held positions carry what they must", "[equilibrium]") {
@@ -393,12 +385,16 @@ TEST_CASE("equilibrium: held positions carry what they must", "[equilibrium]") {
 }
 
 TEST_CASE("equilibrium: redundant rows, and multipliers of least norm", "[equilibrium]") {
-  Case c(redundant_posts + "\n[distance.tie]\nfrom = \"B0\"\nto = \"B2\"\nlength_m = 2\n", {});
-  const Equilibrium e = c.solve(), without = Case(redundant_posts, {}).solve();
-  CHECK((e.q - without.q).norm() < 1e-9);  // collinear rows: the positions follow to the root of rounding's size at worst
-  // Posts stay parallel.
-  CHECK(c.of(e, "B1.x") - 1 == Approx(c.of(e, "B0.x")).epsilon(1e-9));
+  const std::string middle = "[distance.middle]\nfrom = \"A1\"\nto = \"B1\"\nlength_m = 1\n";
+  Case c(hanging_beam, {}), less(replaced(hanging_beam, middle, ""), {});
+  const Equilibrium e = c.solve(), without = less.solve();
+  CHECK((e.q - without.q).cwiseAbs().maxCoeff() < 1e-12);
   CHECK(e.degrees_of_freedom == 1);
+  CHECK(e.lambda.size() == 3);
+  // Three parallel rods: shifting the load from the outer two to the middle one by -1, 2, -1 changes no resultant, so that
+  // the least multipliers have no part in it. Their sum is that of the two.
+  CHECK(e.lambda[0] - 2 * e.lambda[1] + e.lambda[2] == Approx(0).margin(1e-11 * e.lambda.norm()));
+  CHECK(e.lambda.sum() == Approx(without.lambda.sum()).epsilon(1e-11));
 }
 
 TEST_CASE("equilibrium: a force state stays where the scene holds it", "[equilibrium]") {

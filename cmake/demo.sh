@@ -29,6 +29,7 @@ if command -v gnuplot >/dev/null; then
 else
   echo "  (no figures, for want of gnuplot)"
 fi
+echo "  report.html        the run on one page, with plots"
 echo "  optimize.json      the result and every evaluation"
 echo "  optimized.toml     the scene with the best parameters"
 echo "  before.h5, after.h5, before.csv, after.csv: the motions"

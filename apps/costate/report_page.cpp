@@ -166,9 +166,11 @@ void add_certificate(Page& page, const Json& j) {
       {"KKT residual", fmt::format("{} (within {} counts as zero)", number(c, "kkt_residual"), number(c, "kkt_tolerance"))}};
   for (const auto& [name, value] : c.at("multipliers").items())
     rows.push_back({"Multiplier of " + name, fmt::format("{:.6g}", value.get<double>())});
-  if (c.at("smallest_eigenvalue").is_number())
-    rows.push_back({"Eigenvalues of the Hessian, scaled",
-                    fmt::format("{} to {}", number(c, "smallest_eigenvalue"), number(c, "largest_eigenvalue"))});
+  if (c.at("smallest_eigenvalue").is_number()) {
+    const std::string least = number(c, "smallest_eigenvalue"), largest = number(c, "largest_eigenvalue");
+    const std::string which = c.at("hessian_eigenvalues").size() == 1 ? least : fmt::format("{} to {}", least, largest);
+    rows.push_back({"Eigenvalues of the Hessian, scaled", which});
+  }
   if (c.at("newton_step").is_number())
     rows.push_back({"Newton's step from here", fmt::format("{} of the scales; psi would fall by {}", number(c, "newton_step"),
                                                            number(c, "predicted_decrease"))});
@@ -224,10 +226,13 @@ void add_evaluations(Page& page, const Setup& setup, const Json& j) {
     const Parameter& p = parameters[i];
     SvgPlot one = plot(fmt::format("{} / {:g}", p.name, p.scale), scaled[i]);
     const auto [low, high] = std::minmax_element(scaled[i].begin(), scaled[i].end());
-    for (const double bound : {p.lower / p.scale, p.upper / p.scale})  // where it was reached
-      if (bound == *low || bound == *high)
-        one.curves.insert(one.curves.begin(), SvgCurve{"bound", {index.front(), index.back()}, {bound, bound},
-                                                       SvgCurve::Stroke::dashed, false});
+    const double lower = p.lower / p.scale, upper = p.upper / p.scale;
+    const auto line = [&](const char* name, double bound) {
+      one.curves.insert(one.curves.begin(), SvgCurve{name, {index.front(), index.back()}, {bound, bound},
+                                                     SvgCurve::Stroke::dashed, false});
+    };
+    if (*low == lower) line("lower bound", lower);  // where it was reached
+    if (*high == upper) line("upper bound", upper);
     plots.push_back(std::move(one));
   }
   page.paragraph("Each parameter is divided by its scale.");

@@ -155,7 +155,12 @@ weight = -1
   CHECK(std::stod(row.at(2)) == Approx(60 + best.at("constraints").at("impulse").get<double>()).epsilon(1e-5));
 
   costate_json({"optimize", kFiveBar, "--set", "parameter.L02.lower=1.9", "--output", "bound"}, here.path());
-  CHECK(row_of(page_at(here / "bound/report.html"), "L02").at(6) == "at lower");
+  const std::string bound = page_at(here / "bound/report.html");
+  CHECK(row_of(bound, "L02").at(6) == "at lower");
+  const ReadPlot path = plot_named(bound, "L02 / 2.06155");  // with the bound as a line of its own
+  REQUIRE(path.curves.size() == 2);
+  for (const double y : path.curves[0].y) CHECK(y == Approx(1.9 / std::hypot(0.5, 2)).margin(2e-3));
+  CHECK_THAT(bound, Contains(">lower bound</text>"));
 }
 
 TEST_CASE("optimize: a run that a limit ended says so in its report") {

@@ -28,6 +28,13 @@ Report matrix(const Settings& settings);
 /// The discrete adjoint's time against its simulation's on three mechanisms.
 Report discrete(const Settings& settings);
 
+/// The full vehicle in the double lane change: against real time, gradients of 6 and 100 parameters against a simulation,
+/// the time of a step against the number of vehicles; and each of these alone.
+Report vehicle(const Settings& settings);
+Report vehicle_speed(const Settings& settings);
+Report vehicle_gradients(const Settings& settings);
+Report vehicle_number(const Settings& settings);
+
 /// Residuals or right-hand sides and Jacobians, forward and backward, of state and sensitivities.
 long callbacks(const Counters& c);
 nlohmann::json counters_json(const Counters& c);

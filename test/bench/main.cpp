@@ -1,4 +1,5 @@
-// costate_bench [gradients] [parameters] [matrix] [discrete] [--json] [--quick] [--rounds N]
+// costate_bench [NAME...] [--json] [--quick] [--rounds N]: without a name all of the benchmarks below but the parts of
+// `vehicle` under names of their own.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -30,9 +31,12 @@ namespace {
 struct Benchmark {
   const char* name;
   Report (*run)(const Settings&);
+  bool part = false;  // of another one
 };
 constexpr Benchmark kBenchmarks[] = {
-    {"gradients", gradients}, {"parameters", parameters}, {"matrix", matrix}, {"discrete", discrete}};
+    {"gradients", gradients}, {"parameters", parameters}, {"matrix", matrix}, {"discrete", discrete},
+    {"vehicle", vehicle}, {"vehicle_speed", vehicle_speed, true}, {"vehicle_gradients", vehicle_gradients, true},
+    {"vehicle_number", vehicle_number, true}};
 
 int run(const std::vector<std::string>& arguments) {
   Settings settings;
@@ -52,13 +56,16 @@ int run(const std::vector<std::string>& arguments) {
     } else if (a == "--rounds" && i + 1 < arguments.size()) {
       settings.rounds = std::atoi(arguments[++i].c_str());
     } else {
-      throw Error(fmt::format("Unknown argument '{}'. Usage: costate_bench [gradients] [parameters] [matrix] [discrete] "
-                              "[--json] [--quick] [--rounds N]", a));
+      std::string names;
+      for (const Benchmark& b : kBenchmarks) names += fmt::format(" [{}]", b.name);
+      throw Error(
+          fmt::format("Unknown argument '{}'. Usage: costate_bench{} [--json] [--quick] [--rounds N]", a, names));
     }
   }
   if (settings.rounds < 1) throw Error("--rounds needs a positive number.");
   if (chosen.empty())
-    for (const Benchmark& b : kBenchmarks) chosen.push_back(&b);
+    for (const Benchmark& b : kBenchmarks)
+      if (!b.part) chosen.push_back(&b);
   nlohmann::json all;
   for (const Benchmark* b : chosen) {
     const Report r = b->run(settings);

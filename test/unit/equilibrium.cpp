@@ -423,6 +423,10 @@ TEST_CASE("equilibrium: velocities are given as before", "[equilibrium]") {
             {"point.P.vx_m_per_s"});
   CHECK(find_start(half.assembly, 0, false).v.isZero(0));
   CHECK_THAT(half.complaint(), Contains("'point.P.vx_m_per_s' sets the mechanism in motion"));
+  // A driver moves it: the rest must be said.
+  Case driven(hanging_mass + "[driver.shake]\ncoordinate = \"P.x\"\n"
+                             "law = { kind = \"sine\", amplitude = 0.1, angular_frequency_rad_per_s = 3 }\n", {});
+  CHECK_THAT(driven.complaint(), Contains("Too few given velocities") && Contains("starts at rest by itself"));
 }
 
 TEST_CASE("equilibrium: the stable one, unless the guess is exactly one that is not", "[equilibrium]") {

@@ -10,9 +10,10 @@
 namespace costate::app {
 
 void AnalysisOptions::add_hold(CLI::App& app, const std::string& text) {
-  app.add_option("--hold", hold, text)->delimiter(',')->allow_extra_args(false)->each([this](const std::string&) {
-    hold_given = true;
-  });
+  app.add_option("--hold", hold, text)
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->each([this](const std::string&) { hold_given = true; });
 }
 
 Scene load_for_analysis(const CommonOptions& common, AnalysisOptions& options, bool released) {
@@ -20,8 +21,7 @@ Scene load_for_analysis(const CommonOptions& common, AnalysisOptions& options, b
   std::vector<std::string> hold;
   for (const auto& name : options.hold)
     if (!name.empty() && name != "none") hold.push_back(fmt::format("\"{}\"", name));
-  if (options.hold_given)
-    with.overrides.push_back(fmt::format("start.given=[{}]", fmt::join(hold, ", ")));
+  if (options.hold_given) with.overrides.push_back(fmt::format("start.given=[{}]", fmt::join(hold, ", ")));
   if (released && !load_scene(common).mechanism()->starts_at_equilibrium()) {
     with.overrides.push_back("start.equilibrium=true");
     if (!options.hold_given) with.overrides.push_back("start.given=[]");
@@ -29,7 +29,8 @@ Scene load_for_analysis(const CommonOptions& common, AnalysisOptions& options, b
   return load_scene(with);
 }
 
-std::vector<std::unique_ptr<Output>> outputs_named(const Mechanism& m, const std::vector<std::string>& names) {
+std::vector<std::unique_ptr<Output>> outputs_named(const Mechanism& m,
+                                                   const std::vector<std::string>& names) {
   std::vector<std::unique_ptr<Output>> outputs;
   for (const auto& name : names) outputs.push_back(make_output(m, name));
   return outputs;
@@ -52,7 +53,8 @@ std::vector<std::unique_ptr<Output>> measured_outputs(const Mechanism& m) {
 }
 
 void Listing::add(const std::string& name, double value, const std::string& unit, const std::string& note) {
-  lines_.push_back({name, fmt::format("{:.10g}", value), (unit == "1" ? "" : unit) + (note.empty() ? "" : "  " + note)});
+  lines_.push_back(
+      {name, fmt::format("{:.10g}", value), (unit == "1" ? "" : unit) + (note.empty() ? "" : "  " + note)});
 }
 
 std::string Listing::text() const {

@@ -1,4 +1,5 @@
-// costate equilibrium: where a mechanism rests, what its forces are there, and how that depends on the parameters.
+// costate equilibrium: where a mechanism rests, what its forces are there, and how that depends on the
+// parameters.
 #include <fmt/format.h>
 
 #include <utility>
@@ -18,7 +19,8 @@ struct Options {
 
 Json positions_json(const Mechanism& m, const Equilibrium& e) {
   Json j = Json::object();
-  for (int i = 0; i < m.coordinate_count(); ++i) j[m.coordinates()[static_cast<std::size_t>(i)].name] = e.q[i];
+  for (int i = 0; i < m.coordinate_count(); ++i)
+    j[m.coordinates()[static_cast<std::size_t>(i)].name] = e.q[i];
   return j;
 }
 
@@ -27,7 +29,8 @@ int run(const CommonOptions& common, Options& options) {
   const auto m = scene.mechanism();
   const ParameterSelection parameters = located_in(scene, [&] { return m->select(common.parameters); });
   // Of very large mechanisms only what is asked for.
-  const auto measures = m->coordinate_count() <= 500 ? measured_outputs(*m) : std::vector<std::unique_ptr<Output>>();
+  const auto measures =
+      m->coordinate_count() <= 500 ? measured_outputs(*m) : std::vector<std::unique_ptr<Output>>();
   auto chosen = outputs_named(*m, options.outputs);
   Assembly assembly(m, parameters);
   const double t = scene.run.t_start_s;
@@ -51,7 +54,8 @@ int run(const CommonOptions& common, Options& options) {
   std::string text = fmt::format("{}\n", scene.title.empty() ? common.scene : scene.title);
   text += fmt::format("  at rest at t = {:g} s: {} coordinate{} found by balance, {} iterations\n", t,
                       e.degrees_of_freedom, e.degrees_of_freedom == 1 ? "" : "s", e.iterations);
-  text += fmt::format("  out of balance by {:.2g} N or N m, constraints by {:.2g}\n", e.residual, e.constraint_residual);
+  text += fmt::format("  out of balance by {:.2g} N or N m, constraints by {:.2g}\n", e.residual,
+                      e.constraint_residual);
   if (!stable)
     text += fmt::format("  NOT STABLE: a stiffness is {:.4g} 1/s^2 per mass\n", e.lowest_stiffness);
   Listing positions, forces, multipliers;
@@ -63,7 +67,10 @@ int run(const CommonOptions& common, Options& options) {
       if (held[h].coordinate == i) {
         const double force = e.held[static_cast<Eigen::Index>(h)];
         j["held"][c.name] = force;
-        note = fmt::format("held with {:.6g} {}", force == 0 ? 0 : -force, c.unit == "m" ? "N" : c.unit == "rad" ? "N m" : "");
+        note = fmt::format("held with {:.6g} {}", force == 0 ? 0 : -force,
+                           c.unit == "m"     ? "N"
+                           : c.unit == "rad" ? "N m"
+                                             : "");
       }
     positions.add(c.name, e.q[i], c.unit, note);
   }
@@ -112,12 +119,17 @@ void add_equilibrium(CLI::App& app, std::function<int()>& action, CommonOptions&
   CLI::App* c = app.add_subcommand("equilibrium", "Where a scene's mechanism rests, and the forces there");
   auto options = std::make_shared<Options>();
   common.add_to(*c);
-  options->analysis.add_hold(*c, "Positions held, separated by commas, or 'none' (default: what [start] gives if the scene "
-                                 "starts at equilibrium, else none)");
-  c->add_option("--outputs", options->outputs, "Further outputs, separated by commas")->delimiter(',')->allow_extra_args(false);
+  options->analysis.add_hold(
+      *c,
+      "Positions held, separated by commas, or 'none' (default: what [start] gives if the scene "
+      "starts at equilibrium, else none)");
+  c->add_option("--outputs", options->outputs, "Further outputs, separated by commas")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   c->add_flag("--derivatives", options->derivatives,
               "Derivatives of --outputs (default: of the positions) with respect to the parameters");
-  c->add_option("--parameters", common.parameters, "Parameters or number paths, separated by commas (default: the scene's)")
+  c->add_option("--parameters", common.parameters,
+                "Parameters or number paths, separated by commas (default: the scene's)")
       ->delimiter(',')
       ->allow_extra_args(false);
   c->add_option("--output", common.output, "Write the JSON object to this file, too");

@@ -1,4 +1,6 @@
 // costate modes: natural frequencies, damping and mode shapes about the start of a scene.
+#include "costate/analysis/modes.h"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -6,7 +8,6 @@
 #include <numeric>
 
 #include "analysis.h"
-#include "costate/analysis/modes.h"
 #include "costate/record/atomic_file.h"
 
 namespace costate::app {
@@ -41,7 +42,9 @@ double clean(double x) { return std::abs(x) < 1e-12 ? 0 : x; }
 
 Json shape_json(const Mechanism& m, const Modes& r, const Mode& mode) {
   Json j = Json::object();
-  const auto put = [&](const std::string& name, const std::complex<double>& x) { j[name] = {x.real(), x.imag()}; };
+  const auto put = [&](const std::string& name, const std::complex<double>& x) {
+    j[name] = {x.real(), x.imag()};
+  };
   for (std::size_t i = 0; i < r.directions.size(); ++i)
     put(r.directions[i].name, mode.shape[static_cast<Eigen::Index>(i)]);
   const auto states = m.state_names();
@@ -58,8 +61,8 @@ std::string shapes_csv(const Mechanism& m, const Modes& r) {
   text += "\n";
   for (std::size_t k = 0; k < r.modes.size(); ++k) {
     const Mode& mode = r.modes[k];
-    text += fmt::format("{},{},{},{},{}", k + 1, mode.frequency_Hz(), mode.damping_ratio(), mode.eigenvalue.real(),
-                        mode.eigenvalue.imag());
+    text += fmt::format("{},{},{},{},{}", k + 1, mode.frequency_Hz(), mode.damping_ratio(),
+                        mode.eigenvalue.real(), mode.eigenvalue.imag());
     for (const auto& x : mode.shape) text += fmt::format(",{},{}", x.real(), x.imag());
     for (const auto& x : mode.z) text += fmt::format(",{},{}", x.real(), x.imag());
     text += "\n";
@@ -88,17 +91,21 @@ int run(const CommonOptions& common, Options& options) {
   j["modes"] = Json::array();
   std::string text = fmt::format("{}\n", scene.title.empty() ? common.scene : scene.title);
   text += fmt::format("  about {} at t = {:g} s, {} degree{} of freedom\n",
-                      m->starts_at_equilibrium() && !moves ? "the equilibrium" : moves ? "the motion" : "the position", t,
-                      r.degrees_of_freedom, r.degrees_of_freedom == 1 ? "" : "s");
+                      m->starts_at_equilibrium() && !moves ? "the equilibrium"
+                      : moves                              ? "the motion"
+                                                           : "the position",
+                      t, r.degrees_of_freedom, r.degrees_of_freedom == 1 ? "" : "s");
   if (r.zero_eigenvalues > 0)
-    text += fmt::format("  {} zero eigenvalue{} (rigid motion: a free translation, turn or spin counts two)\n",
-                        r.zero_eigenvalues, r.zero_eigenvalues == 1 ? "" : "s");
+    text +=
+        fmt::format("  {} zero eigenvalue{} (rigid motion: a free translation, turn or spin counts two)\n",
+                    r.zero_eigenvalues, r.zero_eigenvalues == 1 ? "" : "s");
   if (acceleration > 1e-6)
-    text += fmt::format("  not steady: {} accelerates with {:.3g} {}/s^2; these are the modes of the frozen instant\n",
-                        r.directions[static_cast<std::size_t>(fastest)].name, acceleration,
-                        r.directions[static_cast<std::size_t>(fastest)].unit);
-  text += fmt::format("\n  {:>4} {:>14} {:>10} {:>14}  {}\n", "mode", "frequency [Hz]", "damping", "real [1/s]",
-                      "kinetic energy in");
+    text += fmt::format(
+        "  not steady: {} accelerates with {:.3g} {}/s^2; these are the modes of the frozen instant\n",
+        r.directions[static_cast<std::size_t>(fastest)].name, acceleration,
+        r.directions[static_cast<std::size_t>(fastest)].unit);
+  text += fmt::format("\n  {:>4} {:>14} {:>10} {:>14}  {}\n", "mode", "frequency [Hz]", "damping",
+                      "real [1/s]", "kinetic energy in");
   for (std::size_t k = 0; k < r.modes.size(); ++k) {
     const Mode& mode = r.modes[k];
     Json e;
@@ -108,7 +115,8 @@ int run(const CommonOptions& common, Options& options) {
     e["damping_ratio"] = mode.damping_ratio();
     e["kinetic_energy"] = Json::object();
     for (int i = 0; i < mode.share.size(); ++i)
-      if (mode.share[i] >= 0.01) e["kinetic_energy"][r.directions[static_cast<std::size_t>(i)].name] = mode.share[i];
+      if (mode.share[i] >= 0.01)
+        e["kinetic_energy"][r.directions[static_cast<std::size_t>(i)].name] = mode.share[i];
     e["shape"] = shape_json(*m, r, mode);
     j["modes"].push_back(e);
     const double size = std::abs(mode.eigenvalue);
@@ -116,8 +124,8 @@ int run(const CommonOptions& common, Options& options) {
                 ? fmt::format("  {:>4} {:>14.8g} {:>10.5f} {:>14.6g}  {}\n", k + 1, mode.frequency_Hz(),
                               clean(mode.damping_ratio()), clean(mode.eigenvalue.real() / size) * size,
                               participants(*m, r, mode))
-                : fmt::format("  {:>4} {:>14} {:>10} {:>14.6g}  {}\n", k + 1, "-", "-", mode.eigenvalue.real(),
-                              participants(*m, r, mode));
+                : fmt::format("  {:>4} {:>14} {:>10} {:>14.6g}  {}\n", k + 1, "-", "-",
+                              mode.eigenvalue.real(), participants(*m, r, mode));
   }
   if (!options.shapes.empty()) {
     write_file_atomically(options.shapes, shapes_csv(*m, r));
@@ -130,7 +138,8 @@ int run(const CommonOptions& common, Options& options) {
 }  // namespace
 
 void add_modes(CLI::App& app, std::function<int()>& action, CommonOptions& common) {
-  CLI::App* c = app.add_subcommand("modes", "Natural frequencies, damping and mode shapes about a scene's start");
+  CLI::App* c =
+      app.add_subcommand("modes", "Natural frequencies, damping and mode shapes about a scene's start");
   auto options = std::make_shared<Options>();
   common.add_to(*c);
   c->add_flag("--equilibrium", options->analysis.at_equilibrium,

@@ -1,5 +1,6 @@
-// costate study: the optimization runs of one file, in parallel as processes of their own, resumable, and a table of what
-// they achieved.
+// costate study: the optimization runs of one file, in parallel as processes of their own, resumable, and a
+// table of what they achieved.
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <signal.h>
@@ -10,7 +11,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <fcntl.h>
 #include <fstream>
 #include <sstream>
 #include <thread>
@@ -65,7 +65,10 @@ struct Job {
   }
   bool ok() const { return state == State::kept || state == State::done; }
   const char* status() const {
-    return state == State::kept ? "kept" : state == State::done ? "ok" : state == State::failed ? "failed" : "interrupted";
+    return state == State::kept     ? "kept"
+           : state == State::done   ? "ok"
+           : state == State::failed ? "failed"
+                                    : "interrupted";
   }
 };
 
@@ -76,7 +79,8 @@ class StudyCommand {
   int run() {
     const Study study = read_study(options_.file, options_.only);
     title_ = study.title.empty() ? options_.file : study.title;
-    directory_ = common_.output.empty() ? fs::path("results") / fs::path(options_.file).stem() : common_.output;
+    directory_ =
+        common_.output.empty() ? fs::path("results") / fs::path(options_.file).stem() : common_.output;
     require_writable(directory_);
     for (const StudyRun& r : study.runs) jobs_.push_back({r, directory_ / r.name, {}, false, -1, {}, {}});
     for (Job& j : jobs_) prepare(j);
@@ -112,7 +116,8 @@ class StudyCommand {
   }
 
   std::vector<std::string> arguments(const Job& j) const {
-    std::vector<std::string> a = {"costate", "optimize", j.run.scene.string(), "--output", j.directory.string()};
+    std::vector<std::string> a = {"costate", "optimize", j.run.scene.string(), "--output",
+                                  j.directory.string()};
     if (j.resume) a.push_back("--resume");
     if (!j.run.parameters.empty()) {
       a.push_back("--parameters");
@@ -137,10 +142,12 @@ class StudyCommand {
     j.pid = ::fork();
     if (j.pid < 0) throw Error("No further process can be started for the run '" + j.run.name + "'.");
     if (j.pid == 0) {
-      // A group of its own: Ctrl-C reaches this program, which hands it on once. And an end with it, however it ends.
+      // A group of its own: Ctrl-C reaches this program, which hands it on once. And an end with it, however
+      // it ends.
       ::setpgid(0, 0);
       ::prctl(PR_SET_PDEATHSIG, SIGTERM);
-      const int file = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666), null = ::open("/dev/null", O_RDONLY);
+      const int file = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666),
+                null = ::open("/dev/null", O_RDONLY);
       if (::getppid() != parent || file < 0 || null < 0) ::_exit(kFailed);
       ::dup2(null, 0);
       ::dup2(file, 1);
@@ -162,9 +169,9 @@ class StudyCommand {
     clear_line();
     if (common_.json || common_.quiet) return;
     if (good)
-      fmt::print(stderr, "[{}/{}] {}: psi {:.6g} -> {:.6g} in {} evaluations, {:.3g} s\n", finished_, total_, j.run.name,
-                 j.result["initial"]["psi"].get<double>(), j.result["psi"].get<double>(), j.result["evaluations"].size(),
-                 j.result["wall_s"].get<double>());
+      fmt::print(stderr, "[{}/{}] {}: psi {:.6g} -> {:.6g} in {} evaluations, {:.3g} s\n", finished_, total_,
+                 j.run.name, j.result["initial"]["psi"].get<double>(), j.result["psi"].get<double>(),
+                 j.result["evaluations"].size(), j.result["wall_s"].get<double>());
     else
       fmt::print(stderr, "[{}/{}] {} failed: {}\n", finished_, total_, j.run.name, j.error);
   }
@@ -176,14 +183,16 @@ class StudyCommand {
     std::string line, last;
     while (std::getline(log, line))
       if (line.rfind("costate: ", 0) == 0) last = line.substr(9);
-    return last.empty() ? fmt::format("exit status {}; see {}", WEXITSTATUS(wait_status), (j.directory / "log.txt").string())
+    return last.empty() ? fmt::format("exit status {}; see {}", WEXITSTATUS(wait_status),
+                                      (j.directory / "log.txt").string())
                         : last;
   }
 
   void run_all() {
     const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
     const std::size_t at_once = static_cast<std::size_t>(options_.jobs > 0 ? options_.jobs : cores);
-    total_ = static_cast<std::size_t>(std::count_if(jobs_.begin(), jobs_.end(), [](const Job& j) { return !j.ok(); }));
+    total_ = static_cast<std::size_t>(
+        std::count_if(jobs_.begin(), jobs_.end(), [](const Job& j) { return !j.ok(); }));
     if (total_ < jobs_.size() && !common_.json && !common_.quiet)
       fmt::print(stderr, "{} of {} runs are finished already\n", jobs_.size() - total_, jobs_.size());
     for (;;) {
@@ -228,7 +237,8 @@ class StudyCommand {
     shown_ = now;
     std::vector<std::string> names;
     for (const Job& j : jobs_)
-      if (j.state == Job::State::running) names.push_back(fmt::format("{} ({})", j.run.name, j.evaluations()));
+      if (j.state == Job::State::running)
+        names.push_back(fmt::format("{} ({})", j.run.name, j.evaluations()));
     fmt::print(stderr, "\r\033[K[{}/{}] evaluations: {}", finished_, total_, fmt::join(names, ", "));
     std::fflush(stderr);
     line_ = true;
@@ -258,8 +268,9 @@ class StudyCommand {
     r["bounds_active"] = j.result["bounds_active"];
     r["evaluations"] = j.result["evaluations"].size();
     const auto& list = j.result["evaluations"];
-    for (const auto& [key, at] : {std::pair{"projected_gradient_before", std::size_t{0}},
-                                  std::pair{"projected_gradient_after", j.result["best_evaluation"].get<std::size_t>() - 1}})
+    for (const auto& [key, at] :
+         {std::pair{"projected_gradient_before", std::size_t{0}},
+          std::pair{"projected_gradient_after", j.result["best_evaluation"].get<std::size_t>() - 1}})
       r[key] = at < list.size() ? list[at]["projected_gradient"] : Json();
     r["stop_reason"] = j.result["stop_reason"];
     r["converged"] = j.result["converged"];
@@ -280,14 +291,23 @@ class StudyCommand {
   }
 
   static std::string csv(const Json& rows) {
-    const std::vector<std::string> keys = {"name", "status", "psi_before", "psi_after", "improvement",
-                                           "projected_gradient_before", "projected_gradient_after", "evaluations", "wall_s",
-                                           "stop_reason", "verdict"};
+    const std::vector<std::string> keys = {"name",
+                                           "status",
+                                           "psi_before",
+                                           "psi_after",
+                                           "improvement",
+                                           "projected_gradient_before",
+                                           "projected_gradient_after",
+                                           "evaluations",
+                                           "wall_s",
+                                           "stop_reason",
+                                           "verdict"};
     std::vector<std::string> parameters;
     for (const auto& r : rows)
       if (r.contains("parameters_after"))
         for (const auto& [name, x] : r["parameters_after"].items())
-          if (std::find(parameters.begin(), parameters.end(), name) == parameters.end()) parameters.push_back(name);
+          if (std::find(parameters.begin(), parameters.end(), name) == parameters.end())
+            parameters.push_back(name);
     std::string text = fmt::format("{}", fmt::join(keys, ","));
     for (const auto& p : parameters) text += fmt::format(",{0}.before,{0}.after", p);
     text += "\n";
@@ -305,8 +325,8 @@ class StudyCommand {
   std::string table(const Json& rows) const {
     std::size_t width = 3;
     for (const Job& j : jobs_) width = std::max(width, j.run.name.size());
-    std::string text = fmt::format("{}\n  {:<{}} {:>14} {:>14} {:>8} {:>6} {:>9}  {}\n", title_, "run", width, "psi before",
-                                   "psi after", "change", "evals", "time [s]", "end");
+    std::string text = fmt::format("{}\n  {:<{}} {:>14} {:>14} {:>8} {:>6} {:>9}  {}\n", title_, "run", width,
+                                   "psi before", "psi after", "change", "evals", "time [s]", "end");
     for (const auto& r : rows) {
       const std::string name = r["name"];
       if (!r.contains("psi_after")) {
@@ -317,11 +337,12 @@ class StudyCommand {
       text += fmt::format("  {:<{}} {:>14.8g} {:>14.8g} {:>7.2f}% {:>6} {:>9.3g}  {}{}\n", name, width,
                           r["psi_before"].get<double>(), r["psi_after"].get<double>(),
                           r["improvement"].is_null() ? 0.0 : -100 * r["improvement"].get<double>(),
-                          r["evaluations"].get<int>(), r["wall_s"].get<double>(), r["stop_reason"].get<std::string>(),
-                          r["status"] == "kept" ? " (kept)" : "");
+                          r["evaluations"].get<int>(), r["wall_s"].get<double>(),
+                          r["stop_reason"].get<std::string>(), r["status"] == "kept" ? " (kept)" : "");
       std::vector<std::string> moves;
       for (const auto& [p, x] : r["parameters_after"].items())
-        moves.push_back(fmt::format("{} {:.6g} -> {:.6g}", p, r["parameters_before"][p].get<double>(), x.get<double>()));
+        moves.push_back(
+            fmt::format("{} {:.6g} -> {:.6g}", p, r["parameters_before"][p].get<double>(), x.get<double>()));
       text += fmt::format("  {:<{}} {}\n", "", width, fmt::join(moves, ", "));
     }
     return text;
@@ -358,13 +379,15 @@ class StudyCommand {
 }  // namespace
 
 void add_study(CLI::App& app, std::function<int()>& action, CommonOptions& common) {
-  CLI::App* c = app.add_subcommand("study", "Run the optimizations that a file lists, in parallel, and tabulate them");
+  CLI::App* c =
+      app.add_subcommand("study", "Run the optimizations that a file lists, in parallel, and tabulate them");
   auto options = std::make_shared<Options>();
   c->add_option("file", options->file, "Study file (TOML)")->required();
   c->add_option("--only", options->only, "Runs by name or pattern, such as 'ride*' (repeatable)")
       ->delimiter(',')
       ->allow_extra_args(false);
-  c->add_option("--jobs", options->jobs, "Runs at a time (default: the number of cores)")->check(CLI::NonNegativeNumber);
+  c->add_option("--jobs", options->jobs, "Runs at a time (default: the number of cores)")
+      ->check(CLI::NonNegativeNumber);
   c->add_flag("--fresh", options->fresh, "Begin all runs anew, finished ones too");
   c->add_option("--output", common.output, "Directory for results (default: results/STUDY)");
   c->add_flag("--json", common.json, "Print one JSON object and nothing else");

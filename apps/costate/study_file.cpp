@@ -18,12 +18,25 @@ namespace costate::app {
 
 namespace {
 
-const std::vector<std::string> kOptions = {"formulation", "method",  "integrator",    "cvodes_method",   "sensitivity_corrector",
-                                           "rtol",        "atol",    "t_end",         "step",            "penalty_alpha",
-                                           "algorithm",   "stop_value", "max_evaluations", "checkpoint_steps",
+const std::vector<std::string> kOptions = {"formulation",
+                                           "method",
+                                           "integrator",
+                                           "cvodes_method",
+                                           "sensitivity_corrector",
+                                           "rtol",
+                                           "atol",
+                                           "t_end",
+                                           "step",
+                                           "penalty_alpha",
+                                           "algorithm",
+                                           "stop_value",
+                                           "max_evaluations",
+                                           "checkpoint_steps",
                                            "no_certificate"};
 
-[[noreturn]] void fail(const SourceLocation& where, const std::string& message) { throw SceneError(where, message); }
+[[noreturn]] void fail(const SourceLocation& where, const std::string& message) {
+  throw SceneError(where, message);
+}
 
 void require_known(const SceneNode& table, const std::string& title, const std::vector<std::string>& known) {
   for (const auto& c : table.children)
@@ -94,14 +107,18 @@ StudyRun read_run(const SceneNode& table, const Common& common, const std::files
   run.name = text_of(table, "name", "[[run]]", true);
   const std::string title = fmt::format("the run '{}'", run.name);
   require_known(table, title, {"name", "scene", "parameters", "set", "options"});
-  const bool good = !run.name.empty() && run.name[0] != '.' &&
-                    run.name.find_first_of("/\\ \t\r\n\"'") == std::string::npos;
+  const bool good =
+      !run.name.empty() && run.name[0] != '.' && run.name.find_first_of("/\\ \t\r\n\"'") == std::string::npos;
   if (!good)
-    fail(table.find("name")->where, fmt::format("'{}' cannot be the name of a run: its results get a directory of that name, "
-                                                "so it must hold no blanks, quotes or slashes.", run.name));
+    fail(table.find("name")->where,
+         fmt::format("'{}' cannot be the name of a run: its results get a directory of that name, "
+                     "so it must hold no blanks, quotes or slashes.",
+                     run.name));
   run.scene = directory / text_of(table, "scene", title, true);
   if (const SceneNode* list = table.find("parameters")) {
-    if (!list->is_array()) fail(list->where, fmt::format("'parameters' in {} must be an array, found {}.", title, list->describe()));
+    if (!list->is_array())
+      fail(list->where,
+           fmt::format("'parameters' in {} must be an array, found {}.", title, list->describe()));
     for (const auto& p : list->children) {
       if (p.type != SceneNode::Type::text)
         fail(p.where, fmt::format("'parameters' in {} must hold strings, found {}.", title, p.describe()));
@@ -110,7 +127,8 @@ StudyRun read_run(const SceneNode& table, const Common& common, const std::files
   }
   run.overrides = common.overrides;
   run.options = common.options;
-  if (const SceneNode* set = table.find("set")) add_overrides(require_table(*set, "'set' in " + title), "", run.overrides);
+  if (const SceneNode* set = table.find("set"))
+    add_overrides(require_table(*set, "'set' in " + title), "", run.overrides);
   if (const SceneNode* o = table.find("options"))
     add_options(require_table(*o, "'options' in " + title), "[options] of " + title, run.options);
   try {
@@ -135,11 +153,14 @@ Study read_study(const std::string& path, const std::vector<std::string>& select
   Study study;
   study.title = text_of(root, "title", "the study", false);
   Common common;
-  if (const SceneNode* set = root.find("set")) add_overrides(require_table(*set, "'set'"), "", common.overrides);
-  if (const SceneNode* o = root.find("options")) add_options(require_table(*o, "'options'"), "[options]", common.options);
+  if (const SceneNode* set = root.find("set"))
+    add_overrides(require_table(*set, "'set'"), "", common.overrides);
+  if (const SceneNode* o = root.find("options"))
+    add_options(require_table(*o, "'options'"), "[options]", common.options);
   const SceneNode* runs = root.find("run");
   if (!runs || !runs->is_table_array())
-    fail(runs ? runs->where : SourceLocation{path, 0, 0}, "A study lists its runs, each with the header [[run]].");
+    fail(runs ? runs->where : SourceLocation{path, 0, 0},
+         "A study lists its runs, each with the header [[run]].");
   std::vector<std::string> names;
   for (const auto& table : runs->children) {
     const std::string name = text_of(table, "name", "[[run]]", true);
@@ -148,13 +169,16 @@ Study read_study(const std::string& path, const std::vector<std::string>& select
     names.push_back(name);
   }
   for (const auto& pattern : selected)
-    if (std::none_of(names.begin(), names.end(), [&](const auto& n) { return ::fnmatch(pattern.c_str(), n.c_str(), 0) == 0; }))
+    if (std::none_of(names.begin(), names.end(),
+                     [&](const auto& n) { return ::fnmatch(pattern.c_str(), n.c_str(), 0) == 0; }))
       throw Error(fmt::format("--only: There is no run '{}'.{}", pattern, suggestion(pattern, names)));
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const bool wanted = selected.empty() || std::any_of(selected.begin(), selected.end(), [&](const auto& pattern) {
-                          return ::fnmatch(pattern.c_str(), names[i].c_str(), 0) == 0;
-                        });
-    if (wanted) study.runs.push_back(read_run(runs->children[i], common, std::filesystem::path(path).parent_path()));
+    const bool wanted =
+        selected.empty() || std::any_of(selected.begin(), selected.end(), [&](const auto& pattern) {
+          return ::fnmatch(pattern.c_str(), names[i].c_str(), 0) == 0;
+        });
+    if (wanted)
+      study.runs.push_back(read_run(runs->children[i], common, std::filesystem::path(path).parent_path()));
   }
   return study;
 }

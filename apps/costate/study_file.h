@@ -21,8 +21,8 @@ struct Study {
   std::vector<StudyRun> runs;
 };
 
-/// Reads a study and all of its scenes; a mistake names file, line and column, or the run. `selected` (names or patterns such
-/// as "ride*") keeps only those runs; one that fits none is a mistake.
+/// Reads a study and all of its scenes; a mistake names file, line and column, or the run. `selected` (names
+/// or patterns such as "ride*") keeps only those runs; one that fits none is a mistake.
 Study read_study(const std::string& path, const std::vector<std::string>& selected);
 
 }  // namespace costate::app

@@ -1,8 +1,9 @@
 // costate sweep: one coordinate is led through a range; outputs against it as CSV and JSON.
+#include "costate/analysis/sweep.h"
+
 #include <fmt/format.h>
 
 #include "analysis.h"
-#include "costate/analysis/sweep.h"
 #include "costate/record/atomic_file.h"
 
 namespace costate::app {
@@ -32,10 +33,12 @@ int run(const CommonOptions& common, Options& options) {
   const double t = scene.run.t_start_s;
   const Sweep sweep = located_in(scene, [&] {
     try {
-      return sweep_position(assembly, t, held_by_start(assembly), coordinate, options.from, options.to, options.count);
+      return sweep_position(assembly, t, held_by_start(assembly), coordinate, options.from, options.to,
+                            options.count);
     } catch (const ModelError& e) {
       const bool many = e.bare_message().rfind("Too many given", 0) == 0;
-      throw ModelError(e.subject(), e.bare_message() + (many ? " With --hold you say which others are held." : ""));
+      throw ModelError(e.subject(),
+                       e.bare_message() + (many ? " With --hold you say which others are held." : ""));
     }
   });
 
@@ -83,7 +86,8 @@ int run(const CommonOptions& common, Options& options) {
     write_file_atomically(directory / "sweep.csv", csv);
     write_file_atomically(directory / "sweep.json", json_text(j) + "\n");
     j["files"] = {(directory / "sweep.csv").string(), (directory / "sweep.json").string()};
-    text += fmt::format("  {}\n  {}\n", (directory / "sweep.csv").string(), (directory / "sweep.json").string());
+    text +=
+        fmt::format("  {}\n  {}\n", (directory / "sweep.csv").string(), (directory / "sweep.json").string());
   } else {
     text += csv;
   }
@@ -106,10 +110,12 @@ void add_sweep(CLI::App& app, std::function<int()>& action, CommonOptions& commo
   c->add_option("--from", options->from, "First value [m, rad]")->required();
   c->add_option("--to", options->to, "Last value")->required();
   c->add_option("--count", options->count, "Number of points (default: 21)");
-  c->add_option("--outputs", options->outputs, "Outputs, separated by commas (default: those of [run], else all positions)")
+  c->add_option("--outputs", options->outputs,
+                "Outputs, separated by commas (default: those of [run], else all positions)")
       ->delimiter(',')
       ->allow_extra_args(false);
-  options->analysis.add_hold(*c, "Other positions held, separated by commas, or 'none' (default: what [start] gives)");
+  options->analysis.add_hold(
+      *c, "Other positions held, separated by commas, or 'none' (default: what [start] gives)");
   c->add_flag("--equilibrium", options->analysis.at_equilibrium,
               "Find force states by balance, also where the scene does not start at equilibrium");
   c->add_option("--output", common.output, "Directory for sweep.csv and sweep.json (default: results/SCENE)");

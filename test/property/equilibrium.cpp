@@ -1,8 +1,8 @@
-// A run that starts at its static equilibrium: the parameters move the start, and every method's gradient must know.
-// Differences of whole runs share no derivative with them. Tolerances as in gradients.cpp.
-#include <catch2/catch.hpp>
-
+// A run that starts at its static equilibrium: the parameters move the start, and every method's gradient
+// must know. Differences of whole runs share no derivative with them. Tolerances as in gradients.cpp.
 #include <support/variants.h>
+
+#include <catch2/catch.hpp>
 
 #include "costate/integrator/simulate.h"
 #include "costate/scene/scene.h"
@@ -117,7 +117,8 @@ TEST_CASE("equilibrium: every method's gradient knows that the parameters move t
       expected = r.gradient;
       psi = r.psi;
       for (std::size_t j = 0; j < rho.size(); ++j)
-        REQUIRE(r.gradient_error[j] * p.parameters.parameters[j].scale < tolerance * size_of(expected, p.parameters));
+        REQUIRE(r.gradient_error[j] * p.parameters.parameters[j].scale <
+                tolerance * size_of(expected, p.parameters));
       p.formulation = v.formulation;
     }
     // A penalty's gap between the constraints and the motion shrinks with its default weight to about 1e-6.
@@ -126,7 +127,8 @@ TEST_CASE("equilibrium: every method's gradient knows that the parameters move t
       CAPTURE(v.label, method);
       const GradientResult r = gradient(p, method, rho);
       CHECK(std::abs(r.psi - psi) <= (penalty ? 1e-5 : tolerance) * std::abs(psi));
-      CHECK_BELOW(gradient_mismatch(r.gradient, expected, problem.parameters), penalty ? 1e-5 : 10 * tolerance);
+      CHECK_BELOW(gradient_mismatch(r.gradient, expected, problem.parameters),
+                  penalty ? 1e-5 : 10 * tolerance);
     }
   }
 }

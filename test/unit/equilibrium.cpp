@@ -1,14 +1,13 @@
-// Static equilibrium against closed forms and balances written out here, its derivative against differences, and what it
-// says when there is none.
-#include <catch2/catch.hpp>
+// Static equilibrium against closed forms and balances written out here, its derivative against differences,
+// and what it says when there is none.
+#include "costate/analysis/equilibrium.h"
 
 #include <fmt/format.h>
-
 #include <support/differences.h>
 
 #include <Eigen/Geometry>
+#include <catch2/catch.hpp>
 
-#include "costate/analysis/equilibrium.h"
 #include "costate/analysis/start.h"
 #include "costate/objective/output.h"
 #include "scene_texts.h"
@@ -83,7 +82,8 @@ natural_angle_rad = 0.5
 equilibrium = true
 )";
 
-/// A plate that hangs from four points above its corners, its centre of mass off the middle; a Maxwell element beside.
+/// A plate that hangs from four points above its corners, its centre of mass off the middle; a Maxwell
+/// element beside.
 const std::string hanging_plate = R"(
 [gravity]
 z_m_per_s2 = -9.81
@@ -233,7 +233,8 @@ equilibrium = true
 
 struct Case {
   Case(const std::string& text, const std::vector<std::string>& parameters)
-      : scene(Scene::parse(text, "s.toml")), assembly(scene.mechanism(), scene.mechanism()->select(parameters)) {}
+      : scene(Scene::parse(text, "s.toml")),
+        assembly(scene.mechanism(), scene.mechanism()->select(parameters)) {}
   Scene scene;
   Assembly assembly;
 
@@ -261,8 +262,10 @@ struct Case {
   }
 };
 
-/// All of q, z, lambda and the forces on held positions by differences; h is the step relative to the parameter.
-void check_derivatives(const std::string& text, const std::vector<std::string>& parameters, double tolerance) {
+/// All of q, z, lambda and the forces on held positions by differences; h is the step relative to the
+/// parameter.
+void check_derivatives(const std::string& text, const std::vector<std::string>& parameters,
+                       double tolerance) {
   Case c(text, parameters);
   const Equilibrium e = c.solve(true);
   const VectorXd rho = Eigen::Map<const VectorXd>(c.assembly.rho().data(), c.assembly.np());
@@ -339,7 +342,8 @@ TEST_CASE("equilibrium: a plate on four springs balances forces and moments", "[
   const Vector3d anchors[4] = {{0.5, 0.3, 0}, {0.5, -0.3, 0}, {-0.5, 0.3, 0}, {-0.5, -0.3, 0.1}};
   const Vector3d corners[4] = {{0.5, 0.3, 0}, {0.5, -0.3, 0}, {-0.5, 0.3, 0}, {-0.5, -0.3, 0}};
   const Vector3d r(c.of(e, "plate.x"), c.of(e, "plate.y"), c.of(e, "plate.z"));
-  const Eigen::Quaterniond turn(c.of(e, "plate.e0"), c.of(e, "plate.e1"), c.of(e, "plate.e2"), c.of(e, "plate.e3"));
+  const Eigen::Quaterniond turn(c.of(e, "plate.e0"), c.of(e, "plate.e1"), c.of(e, "plate.e2"),
+                                c.of(e, "plate.e3"));
   CHECK(turn.norm() == Approx(1).epsilon(kRounding));
   const Vector3d weight(0, 0, -12 * 9.81), centre = turn * Vector3d(0.06, 0.03, -0.1);
   Vector3d force = weight, moment = centre.cross(weight);
@@ -360,17 +364,23 @@ TEST_CASE("equilibrium: a plate on four springs balances forces and moments", "[
 
 TEST_CASE("equilibrium: derivatives of everything equal differences", "[equilibrium]") {
   // Differences of order h^6 at h = 1e-2: 1e-9 with factors of smooth functions, and 10 eps/h of rounding.
-  check_derivatives(hanging_mass, {"spring.S.stiffness_N_per_m", "mass.bob.mass_kg", "gravity.y_m_per_s2"}, 1e-8);
-  check_derivatives(sprung_arm, {"torsion_spring.hinge.stiffness_N_m_per_rad", "bar.arm.mass_kg", "bar.arm.length_m"},
+  check_derivatives(hanging_mass, {"spring.S.stiffness_N_per_m", "mass.bob.mass_kg", "gravity.y_m_per_s2"},
                     1e-8);
-  check_derivatives(hanging_plate, {"spring.S0.stiffness_N_per_m", "rigid_body.plate.mass_kg", "point.B1.x_m",
-                                    "rigid_body.plate.center_x_m", "maxwell.M.natural_length_m"}, 1e-8);
+  check_derivatives(sprung_arm,
+                    {"torsion_spring.hinge.stiffness_N_m_per_rad", "bar.arm.mass_kg", "bar.arm.length_m"},
+                    1e-8);
+  check_derivatives(hanging_plate,
+                    {"spring.S0.stiffness_N_per_m", "rigid_body.plate.mass_kg", "point.B1.x_m",
+                     "rigid_body.plate.center_x_m", "maxwell.M.natural_length_m"},
+                    1e-8);
   // Where rows are redundant the multipliers of least norm turn with the rows.
-  check_derivatives(hanging_beam, {"spring.S.stiffness_N_per_m", "body.beam.mass_kg", "body.beam.center_x_m"}, 1e-8);
+  check_derivatives(hanging_beam, {"spring.S.stiffness_N_per_m", "body.beam.mass_kg", "body.beam.center_x_m"},
+                    1e-8);
 }
 
 TEST_CASE("equilibrium: held positions carry what they must", "[equilibrium]") {
-  const std::string text = replaced(hanging_mass, "equilibrium = true", "equilibrium = true\ngiven = [\"P.x\"]");
+  const std::string text =
+      replaced(hanging_mass, "equilibrium = true", "equilibrium = true\ngiven = [\"P.x\"]");
   Case c(text, {"point.P.x_m", "spring.S.stiffness_N_per_m"});
   const Equilibrium e = c.solve(true);
   const double x = 0.3, y = c.of(e, "P.y"), length = std::hypot(x, y);
@@ -380,7 +390,8 @@ TEST_CASE("equilibrium: held positions carry what they must", "[equilibrium]") {
   CHECK(e.held[0] == Approx(-120 * (length - 0.9) * x / length).epsilon(kRounding));
   check_derivatives(text, {"point.P.x_m", "spring.S.stiffness_N_per_m"}, 1e-8);
   // With all positions given there is nothing to balance, and the start is the plain one.
-  Case all(replaced(hanging_mass, "equilibrium = true", "equilibrium = true\ngiven = [\"P.x\", \"P.y\"]"), {});
+  Case all(replaced(hanging_mass, "equilibrium = true", "equilibrium = true\ngiven = [\"P.x\", \"P.y\"]"),
+           {});
   CHECK(all.solve().q == VectorXd(Eigen::Vector2d(0.3, 0.4)));
 }
 
@@ -391,8 +402,8 @@ TEST_CASE("equilibrium: redundant rows, and multipliers of least norm", "[equili
   CHECK((e.q - without.q).cwiseAbs().maxCoeff() < 1e-12);
   CHECK(e.degrees_of_freedom == 1);
   CHECK(e.lambda.size() == 3);
-  // Three parallel rods: shifting the load from the outer two to the middle one by -1, 2, -1 changes no resultant, so that
-  // the least multipliers have no part in it. Their sum is that of the two.
+  // Three parallel rods: shifting the load from the outer two to the middle one by -1, 2, -1 changes no
+  // resultant, so that the least multipliers have no part in it. Their sum is that of the two.
   CHECK(e.lambda[0] - 2 * e.lambda[1] + e.lambda[2] == Approx(0).margin(1e-11 * e.lambda.norm()));
   CHECK(e.lambda.sum() == Approx(without.lambda.sum()).epsilon(1e-11));
 }
@@ -401,7 +412,8 @@ TEST_CASE("equilibrium: a force state stays where the scene holds it", "[equilib
   Case free(hanging_plate, {});
   CHECK_THROWS_WITH(free.scene.mechanism()->select({"maxwell.M.initial_stroke_m"}),
                     Contains("cannot vary") && Contains("finds this force state by equilibrium"));
-  const std::string held = replaced(hanging_plate, "damping_N_s_per_m = 40", "damping_N_s_per_m = 40\ninitial_stroke_m = 0.02");
+  const std::string held =
+      replaced(hanging_plate, "damping_N_s_per_m = 40", "damping_N_s_per_m = 40\ninitial_stroke_m = 0.02");
   Case c(held, {"maxwell.M.initial_stroke_m"});
   const Equilibrium e = c.solve();
   CHECK(e.z[0] == 0.02);
@@ -410,8 +422,9 @@ TEST_CASE("equilibrium: a force state stays where the scene holds it", "[equilib
 }
 
 TEST_CASE("equilibrium: velocities are given as before", "[equilibrium]") {
-  const std::string moving = replaced(replaced(hanging_mass, "y_m = 0.4", "y_m = 0.4\nvx_m_per_s = 2"),
-                                      "equilibrium = true", "equilibrium = true\ngiven_velocities = [\"P.x\", \"P.y\"]");
+  const std::string moving =
+      replaced(replaced(hanging_mass, "y_m = 0.4", "y_m = 0.4\nvx_m_per_s = 2"), "equilibrium = true",
+               "equilibrium = true\ngiven_velocities = [\"P.x\", \"P.y\"]");
   Case c(moving, {"point.P.vx_m_per_s", "mass.bob.mass_kg"});
   const Start start = find_start(c.assembly, 0, true);
   CHECK(start.v[0] == 2);
@@ -423,12 +436,20 @@ TEST_CASE("equilibrium: velocities are given as before", "[equilibrium]") {
             {"point.P.vx_m_per_s"});
   CHECK(find_start(half.assembly, 0, false).v.isZero(0));
   CHECK_THAT(half.complaint(), Contains("'point.P.vx_m_per_s' sets the mechanism in motion"));
+  // A driver moves it: the rest must be said.
+  Case driven(hanging_mass +
+                  "[driver.shake]\ncoordinate = \"P.x\"\n"
+                  "law = { kind = \"sine\", amplitude = 0.1, angular_frequency_rad_per_s = 3 }\n",
+              {});
+  CHECK_THAT(driven.complaint(),
+             Contains("Too few given velocities") && Contains("starts at rest by itself"));
 }
 
 TEST_CASE("equilibrium: the stable one, unless the guess is exactly one that is not", "[equilibrium]") {
   // An arm that stands: exactly upright it stays, a little aside it falls to the other side of its spring.
-  const std::string soft = replaced(replaced(sprung_arm, "stiffness_N_m_per_rad = 20", "stiffness_N_m_per_rad = 2"),
-                                    "natural_angle_rad = 0.5", "natural_angle_rad = 1.5707963267948966");
+  const std::string soft =
+      replaced(replaced(sprung_arm, "stiffness_N_m_per_rad = 20", "stiffness_N_m_per_rad = 2"),
+               "natural_angle_rad = 0.5", "natural_angle_rad = 1.5707963267948966");
   const auto from = [&](double angle) {
     std::string text = replaced(soft, "x_m = 0.6", fmt::format("x_m = {:.17g}", std::cos(angle)));
     text = replaced(text, "y_m = 0.8", fmt::format("y_m = {:.17g}", std::sin(angle)));
@@ -448,13 +469,16 @@ TEST_CASE("equilibrium: the stable one, unless the guess is exactly one that is 
 TEST_CASE("equilibrium: what nothing holds is named", "[equilibrium]") {
   {
     // The arm turns freely when there is neither spring nor weight.
-    Case c(replaced(replaced(sprung_arm, "y_m_per_s2 = -9.81", "y_m_per_s2 = 0"), "stiffness_N_m_per_rad = 20",
-                    "stiffness_N_m_per_rad = 0"), {});
-    CHECK_THAT(c.complaint(), Contains("s.toml:") && Contains("nothing holds crank.angle") && Contains("[start]"));
+    Case c(replaced(replaced(sprung_arm, "y_m_per_s2 = -9.81", "y_m_per_s2 = 0"),
+                    "stiffness_N_m_per_rad = 20", "stiffness_N_m_per_rad = 0"),
+           {});
+    CHECK_THAT(c.complaint(),
+               Contains("s.toml:") && Contains("nothing holds crank.angle") && Contains("[start]"));
   }
   {
     // A mass beside the springs falls, another one floats sideways.
-    Case c(replaced(hanging_mass, "[start]", "[point.Q]\nx_m = 1\ny_m = 1\n[mass.stone]\npoint = \"Q\"\nmass_kg = 1\n[start]"),
+    Case c(replaced(hanging_mass, "[start]",
+                    "[point.Q]\nx_m = 1\ny_m = 1\n[mass.stone]\npoint = \"Q\"\nmass_kg = 1\n[start]"),
            {});
     CHECK_THAT(c.complaint(), Contains("nothing holds") && Contains("Q.x") && Contains("Q.y"));
   }
@@ -464,7 +488,8 @@ TEST_CASE("equilibrium: what nothing holds is named", "[equilibrium]") {
   }
   {
     Case c(replaced(sprung_arm, "equilibrium = true", "equilibrium = true\ngiven = [\"P.x\"]") +
-               "\n[distance.far]\nfrom = \"A\"\nto = \"P\"\nlength_m = 3\n", {});
+               "\n[distance.far]\nfrom = \"A\"\nto = \"P\"\nlength_m = 3\n",
+           {});
     CHECK_THAT(c.complaint(), Contains("cannot be reached") && Contains("distance.far.length"));
   }
 }

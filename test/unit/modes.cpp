@@ -1,14 +1,15 @@
-// Natural frequencies, damping and mode shapes against closed forms, and against differences of the accelerations.
-#include <catch2/catch.hpp>
+// Natural frequencies, damping and mode shapes against closed forms, and against differences of the
+// accelerations.
+#include "costate/analysis/modes.h"
 
 #include <fmt/format.h>
 #include <support/differences.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <complex>
 
-#include "costate/analysis/modes.h"
 #include "scene_texts.h"
 
 using namespace costate;
@@ -53,10 +54,13 @@ law = { kind = "polynomial", coefficients = [0] }
 [start]
 given = ["P.x", "R.x"]
 )";
-  s += "[mass.p]\npoint = \"P\"\nmass_kg = " + text_of(m1) + "\n[mass.r]\npoint = \"R\"\nmass_kg = " + text_of(m2) + "\n";
-  const auto spring = [&](const std::string& name, const std::string& from, const std::string& to, double k, double c) {
-    s += "[spring." + name + "]\nfrom = \"" + from + "\"\nto = \"" + to + "\"\nnatural_length_m = 1\nstiffness_N_per_m = " +
-         text_of(k) + "\ndamping_N_s_per_m = " + text_of(c) + "\n";
+  s += "[mass.p]\npoint = \"P\"\nmass_kg = " + text_of(m1) +
+       "\n[mass.r]\npoint = \"R\"\nmass_kg = " + text_of(m2) + "\n";
+  const auto spring = [&](const std::string& name, const std::string& from, const std::string& to, double k,
+                          double c) {
+    s += "[spring." + name + "]\nfrom = \"" + from + "\"\nto = \"" + to +
+         "\"\nnatural_length_m = 1\nstiffness_N_per_m = " + text_of(k) +
+         "\ndamping_N_s_per_m = " + text_of(c) + "\n";
   };
   spring("one", "A", "P", k1, c1);
   spring("two", "P", "R", k2, c2);
@@ -75,7 +79,8 @@ TEST_CASE("modes: two masses in a row", "[modes]") {
   CHECK(r.zero_eigenvalues == 0);
   const double w2[2] = {(b - root) / (2 * a), (b + root) / (2 * a)};
   const auto at = [&](const std::string& name) {
-    const auto found = std::find_if(r.directions.begin(), r.directions.end(), [&](const auto& d) { return d.name == name; });
+    const auto found =
+        std::find_if(r.directions.begin(), r.directions.end(), [&](const auto& d) { return d.name == name; });
     REQUIRE(found != r.directions.end());
     return found - r.directions.begin();
   };
@@ -94,7 +99,8 @@ TEST_CASE("modes: two masses in a row", "[modes]") {
 
 TEST_CASE("modes: damping ratios and real roots", "[modes]") {
   // Damping in proportion to the stiffness: damping ratio = c/k w/2.
-  const Modes proportional = modes_of(chain(2, 3, 100, 40, 1, 0.4)), undamped = modes_of(chain(2, 3, 100, 40, 0, 0));
+  const Modes proportional = modes_of(chain(2, 3, 100, 40, 1, 0.4)),
+              undamped = modes_of(chain(2, 3, 100, 40, 0, 0));
   REQUIRE(proportional.modes.size() == 2);
   for (std::size_t k = 0; k < 2; ++k)
     CHECK(proportional.modes[k].damping_ratio() ==
@@ -106,7 +112,8 @@ TEST_CASE("modes: damping ratios and real roots", "[modes]") {
   for (std::size_t k = 0; k < 2; ++k) {
     CHECK_FALSE(creeping.modes[k].oscillates());
     const double root = std::sqrt(30.0 * 30 - 4 * 2 * 8);
-    CHECK(creeping.modes[k].eigenvalue.real() == Approx((-30 + (k == 0 ? root : -root)) / 4).epsilon(kRounding));
+    CHECK(creeping.modes[k].eigenvalue.real() ==
+          Approx((-30 + (k == 0 ? root : -root)) / 4).epsilon(kRounding));
   }
 }
 
@@ -121,7 +128,8 @@ x_m = 0
 y_m = 0
 [point.P]
 x_m = 0
-y_m = )" + std::string(y) + R"(
+y_m = )" + std::string(y) +
+                    R"(
 [bar.arm]
 from = "A"
 to = "P"
@@ -135,7 +143,8 @@ equilibrium = true
   REQUIRE(hanging.modes.size() == 1);
   CHECK(hanging.modes[0].eigenvalue.imag() == Approx(w).epsilon(kRounding));
   REQUIRE(standing.modes.size() == 2);
-  CHECK(standing.modes[0].eigenvalue.real() == Approx(-standing.modes[1].eigenvalue.real()).epsilon(kRounding));
+  CHECK(standing.modes[0].eigenvalue.real() ==
+        Approx(-standing.modes[1].eigenvalue.real()).epsilon(kRounding));
   CHECK(std::abs(standing.modes[0].eigenvalue.real()) == Approx(w).epsilon(kRounding));
 }
 
@@ -151,7 +160,8 @@ to = "P"
 natural_length_m = 1
 stiffness_N_per_m = 60
 damping_N_s_per_m = 9
-)", "s.toml", {"start.given=['P.x']"});
+)",
+                                   "s.toml", {"start.given=['P.x']"});
   const Modes modes = modes_of(scene);
   REQUIRE(modes.modes.size() == 2);
   CHECK(modes.zero_eigenvalues == 0);
@@ -213,11 +223,13 @@ damping_N_s_per_m = 2
 [start]
 equilibrium = true
 )";
-  const Modes r = modes_of(frame), redundant = modes_of(frame + "\n[distance.middle]\nfrom = \"A1\"\nto = \"B1\"\nlength_m = 1\n");
+  const Modes r = modes_of(frame),
+              redundant = modes_of(frame + "\n[distance.middle]\nfrom = \"A1\"\nto = \"B1\"\nlength_m = 1\n");
   REQUIRE(r.modes.size() == 1);
   REQUIRE(redundant.modes.size() == 1);
   CHECK(redundant.lambda.size() == 3);
-  CHECK(std::abs(r.modes[0].eigenvalue - redundant.modes[0].eigenvalue) < 1e-9 * std::abs(r.modes[0].eigenvalue));
+  CHECK(std::abs(r.modes[0].eigenvalue - redundant.modes[0].eigenvalue) <
+        1e-9 * std::abs(r.modes[0].eigenvalue));
   CHECK(r.modes[0].damping_ratio() > 0.01);
 }
 
@@ -247,7 +259,8 @@ given = ["disc"]
   CHECK(r.modes[0].damping_ratio() == Approx(0).margin(kRounding));
   std::vector<std::string> moving;
   for (std::size_t i = 0; i < r.directions.size(); ++i)
-    if (std::abs(r.modes[0].shape[static_cast<Eigen::Index>(i)]) > 1e-9) moving.push_back(r.directions[i].name);
+    if (std::abs(r.modes[0].shape[static_cast<Eigen::Index>(i)]) > 1e-9)
+      moving.push_back(r.directions[i].name);
   CHECK(moving == std::vector<std::string>{"disc.turn_x", "disc.turn_y"});
 }
 
@@ -294,20 +307,23 @@ given_velocities = ["top.omega_x", "top.omega_y", "top.omega_z"]
 
 TEST_CASE("modes: the five-bar against differences of its accelerations", "[modes]") {
   const std::string file = COSTATE_MODELS_DIR "/five_bar/five_bar.toml";
-  const std::vector<std::string> rest = {"start.equilibrium=true", "start.given=[]", "spring.S1.damping_N_s_per_m=5",
-                                         "run.parameters=[]"};
+  const std::vector<std::string> rest = {"start.equilibrium=true", "start.given=[]",
+                                         "spring.S1.damping_N_s_per_m=5", "run.parameters=[]"};
   const Scene scene = Scene::load(file, rest);
   const Modes r = modes_of(scene);
   REQUIRE(r.modes.size() == 2);
   // The same mechanism in P1.x and P3.x, given, and accelerations by a matrix of this test's own.
-  std::vector<std::string> given = {"start.given=['P1.x', 'P3.x']", "spring.S1.damping_N_s_per_m=5", "run.parameters=[]"};
+  std::vector<std::string> given = {"start.given=['P1.x', 'P3.x']", "spring.S1.damping_N_s_per_m=5",
+                                    "run.parameters=[]"};
   const auto& coordinates = scene.mechanism()->coordinates();
   for (std::size_t i = 0; i < coordinates.size(); ++i)
-    given.push_back(scene.mechanism()->numbers()[static_cast<std::size_t>(coordinates[i].position_number)].path + "=" +
-                    text_of(r.q[static_cast<Eigen::Index>(i)]));
+    given.push_back(
+        scene.mechanism()->numbers()[static_cast<std::size_t>(coordinates[i].position_number)].path + "=" +
+        text_of(r.q[static_cast<Eigen::Index>(i)]));
   const Scene minimal = Scene::load(file, given);
   const auto m = minimal.mechanism();
-  Assembly assembly(m, m->select({"point.P1.x_m", "point.P3.x_m", "point.P1.vx_m_per_s", "point.P3.vx_m_per_s"}));
+  Assembly assembly(
+      m, m->select({"point.P1.x_m", "point.P3.x_m", "point.P1.vx_m_per_s", "point.P3.vx_m_per_s"}));
   const int i = m->coordinate("P1.x"), j = m->coordinate("P3.x"), n = assembly.n(), rows = assembly.m();
   const auto rates = [&](const VectorXd& x) {
     assembly.set_parameters(x.data());
@@ -317,10 +333,12 @@ TEST_CASE("modes: the five-bar against differences of its accelerations", "[mode
     VectorXd b(n + rows);
     for (int c = 0; c < n; ++c) {
       const auto& M = assembly.square();
-      for (auto k = M.column_start[static_cast<std::size_t>(c)]; k < M.column_start[static_cast<std::size_t>(c) + 1]; ++k)
+      for (auto k = M.column_start[static_cast<std::size_t>(c)];
+           k < M.column_start[static_cast<std::size_t>(c) + 1]; ++k)
         A(M.row[static_cast<std::size_t>(k)], c) = assembly.M[static_cast<std::size_t>(k)];
       const auto& J = assembly.jacobian();
-      for (auto k = J.column_start[static_cast<std::size_t>(c)]; k < J.column_start[static_cast<std::size_t>(c) + 1]; ++k) {
+      for (auto k = J.column_start[static_cast<std::size_t>(c)];
+           k < J.column_start[static_cast<std::size_t>(c) + 1]; ++k) {
         const auto row = n + J.row[static_cast<std::size_t>(k)];
         A(row, c) = A(c, row) = assembly.phi_q[static_cast<std::size_t>(k)];
       }
@@ -349,6 +367,6 @@ TEST_CASE("modes: too many coordinates for full matrices", "[modes]") {
     s += fmt::format("[point.P{0}]\nx_m = {0}\ny_m = 0\n[mass.m{0}]\npoint = \"P{0}\"\nmass_kg = 1\n", i);
   const Scene scene = Scene::parse(s, "s.toml");
   Assembly assembly(scene.mechanism(), ParameterSelection{});
-  CHECK_THROWS_WITH(find_modes(assembly, 0, Start{}), Catch::Matchers::Contains("up to 500 coordinates") &&
-                                                          Catch::Matchers::Contains("502"));
+  CHECK_THROWS_WITH(find_modes(assembly, 0, Start{}),
+                    Catch::Matchers::Contains("up to 500 coordinates") && Catch::Matchers::Contains("502"));
 }

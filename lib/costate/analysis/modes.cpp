@@ -23,7 +23,8 @@ namespace {
 constexpr int kMostCoordinates = 500;
 constexpr double kZero = 1e-11;  // of singular values, against the largest row
 
-/// A in the orthonormal basis V has zeros in its first columns: those of its zero eigenvalues, chains included.
+/// A in the orthonormal basis V has zeros in its first columns: those of its zero eigenvalues, chains
+/// included.
 struct Deflated {
   MatrixXd A, V;
   Eigen::Index zeros = 0;
@@ -61,9 +62,10 @@ void calc_accelerations(Assembly& assembly, const RowSpace& rows, const MatrixXd
   r.lambda = rows.solve_transposed(Q - M * r.a);
 }
 
-/// T of the header at Euler parameters taken from `p`: those of q, v or a give T, T' or T''. Where `names` is not null the
-/// directions are written there.
-MatrixXd calc_directions(const Mechanism& m, const VectorXd& p, bool constant_part, std::vector<ModeDirection>* names) {
+/// T of the header at Euler parameters taken from `p`: those of q, v or a give T, T' or T''. Where `names` is
+/// not null the directions are written there.
+MatrixXd calc_directions(const Mechanism& m, const VectorXd& p, bool constant_part,
+                         std::vector<ModeDirection>* names) {
   const int n = m.coordinate_count();
   std::vector<const EulerNormConstraint*> turned(static_cast<std::size_t>(n), nullptr);
   for (const auto& c : m.constraints())
@@ -83,7 +85,8 @@ MatrixXd calc_directions(const Mechanism& m, const VectorXd& p, bool constant_pa
       for (std::size_t k = 0; k < 4; ++k) e[k] = p[body->coordinates()[k]];
       const Matrix34 E = global_rate_matrix(e);
       for (int axis = 0; axis < 3; ++axis, ++column) {
-        for (int k = 0; k < 4; ++k) T(body->coordinates()[static_cast<std::size_t>(k)], column) = E(axis, k) / 2;
+        for (int k = 0; k < 4; ++k)
+          T(body->coordinates()[static_cast<std::size_t>(k)], column) = E(axis, k) / 2;
         if (names) names->push_back({body->name() + ".turn_" + "xyz"[axis], "rad"});
       }
     }
@@ -91,8 +94,9 @@ MatrixXd calc_directions(const Mechanism& m, const VectorXd& p, bool constant_pa
   return T.leftCols(column);
 }
 
-/// The linear system s' = A s for s = (u, u'/w, dz/d), with u the directions y in which the masses are 1 and w, d scales that
-/// make the blocks comparable; the map U from u to all directions, d, and the directions' masses.
+/// The linear system s' = A s for s = (u, u'/w, dz/d), with u the directions y in which the masses are 1 and
+/// w, d scales that make the blocks comparable; the map U from u to all directions, d, and the directions'
+/// masses.
 struct LinearMotion {
   MatrixXd A, U, M;
   VectorXd d;
@@ -127,7 +131,8 @@ LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
   for (Eigen::Index i = 0; i < J.rows(); ++i)
     if (J.row(i).norm() < 1e-12 * phi_q.row(i).norm()) J.row(i).setZero();
   rows.compute(J);
-  const MatrixXd R = rows.null_space(), J1 = phi_q * T1 + phid_q * T, J2 = phi_q * T2 + 2 * phid_q * T1 + phidd_q * T;
+  const MatrixXd R = rows.null_space(), J1 = phi_q * T1 + phid_q * T,
+                 J2 = phi_q * T2 + 2 * phid_q * T1 + phidd_q * T;
   const MatrixXd D = -rows.solve(J1 * R), A = -rows.solve(J2 * R + 2 * J1 * D);
   const MatrixXd Mz = R.transpose() * Mx * R, Cz = R.transpose() * (Cx * R + 2 * Mx * D),
                  Kz = R.transpose() * (Kx * R + Cx * D + Mx * A);
@@ -139,19 +144,23 @@ LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
   r.degrees_of_freedom = static_cast<int>(f);
   const Eigen::LLT<MatrixXd> llt(Mz);
   if (f > 0 && llt.info() != Eigen::Success)
-    throw ModelError("", "Modes: a motion that the constraints allow has no mass, so that its acceleration is not determined.");
+    throw ModelError("",
+                     "Modes: a motion that the constraints allow has no mass, so that its acceleration is "
+                     "not determined.");
   const MatrixXd V = f > 0 ? MatrixXd(llt.matrixU().solve(MatrixXd::Identity(f, f))) : MatrixXd(0, 0);
   const MatrixXd stiffness = V.transpose() * Kz * V, damping = V.transpose() * Cz * V;
   // A time scale, not below what the terms of the stiffness leave where they cancel.
   const MatrixXd most = (T * R * V).cwiseAbs();
   const double terms = (most.transpose() * (K.cwiseAbs() * most + C.cwiseAbs() * (T1 * R * V).cwiseAbs() +
-                                            M.cwiseAbs() * (T2 * R * V).cwiseAbs())).norm();
+                                            M.cwiseAbs() * (T2 * R * V).cwiseAbs()))
+                           .norm();
   double w = std::max({std::sqrt(stiffness.norm()), damping.norm(), std::sqrt(1e-10 * terms)});
   if (!(w > 0)) w = 1;
   LinearMotion motion{MatrixXd::Zero(2 * f + nz, 2 * f + nz), R * V, Mx, VectorXd::Ones(nz)};
   motion.A.block(0, f, f, f) = w * MatrixXd::Identity(f, f);
   if (f > 0) motion.A.middleRows(f, f) << -stiffness / w, -damping, (T * R * V).transpose() * Q_z / w;
-  if (nz > 0) motion.A.bottomRows(nz) << f_q * T * R * V + f_v * (T1 * R + T * D) * V, f_v * T * R * V * w, f_z;
+  if (nz > 0)
+    motion.A.bottomRows(nz) << f_q * T * R * V + f_v * (T1 * R + T * D) * V, f_v * T * R * V * w, f_z;
   for (int i = 0; i < nz; ++i) {
     const Eigen::Index at = 2 * f + i;
     const double self = std::abs(motion.A(at, at)), row = motion.A.row(at).cwiseAbs().sum() - self,
@@ -187,8 +196,10 @@ double Mode::damping_ratio() const { return -eigenvalue.real() / std::abs(eigenv
 
 Modes find_modes(Assembly& assembly, double t, const Start& start) {
   if (assembly.n() > kMostCoordinates)
-    throw CapabilityError(fmt::format("Modes are computed with full matrices, which serves up to {} coordinates; this "
-                                      "mechanism has {}. Take a part of it.", kMostCoordinates, assembly.n()));
+    throw CapabilityError(
+        fmt::format("Modes are computed with full matrices, which serves up to {} coordinates; this "
+                    "mechanism has {}. Take a part of it.",
+                    kMostCoordinates, assembly.n()));
   Modes r;
   r.q = start.q;
   r.v = start.v;
@@ -211,7 +222,8 @@ Modes find_modes(Assembly& assembly, double t, const Start& start) {
     VectorXcd x(size);
     x.tail(rest) = vectors.col(k);
     if (d.zeros > 0)
-      x.head(d.zeros) = (mode.eigenvalue * MatrixXcd::Identity(d.zeros, d.zeros) - A00).lu().solve(A01 * x.tail(rest));
+      x.head(d.zeros) =
+          (mode.eigenvalue * MatrixXcd::Identity(d.zeros, d.zeros) - A00).lu().solve(A01 * x.tail(rest));
     x = d.V.cast<std::complex<double>>() * x;
     mode.shape = motion.U.cast<std::complex<double>>() * x.head(f);
     mode.z = motion.d.cast<std::complex<double>>().asDiagonal() * x.tail(size - 2 * f);

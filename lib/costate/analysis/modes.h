@@ -1,14 +1,16 @@
-// Linearized motion about the start of a scene: natural frequencies, damping and mode shapes. At a point (t, q, v, z) with
-// its consistent accelerations and multipliers, for directions dq = T(q) x in which a body in space has three moves and three
-// turns about the global axes (T = E^T / 2 for its Euler parameters; the identity for other coordinates),
+// Linearized motion about the start of a scene: natural frequencies, damping and mode shapes. At a point (t,
+// q, v, z) with its consistent accelerations and multipliers, for directions dq = T(q) x in which a body in
+// space has three moves and three turns about the global axes (T = E^T / 2 for its Euler parameters; the
+// identity for other coordinates),
 //   dq = T x,  dv = T x' + T' x,  da = T x'' + 2 T' x' + T'' x
 //   J = Phi_q T,  J' = Phi_q T' + Phid_q T,  J'' = Phi_q T'' + 2 Phid_q T' + Phidd_q T
-//   x = R y,  x' = R y' + D y,  x'' = R y'' + 2 D y' + A y,  with R the null space, S = J^+ and D, A as in (5.9)
-//   M_z y'' + C_z y' + K_z y - (T R)^T Q_z dz = 0,   dz' = f_q dq + f_v dv + f_z dz                       (14.1)
-// About an equilibrium the eigenvalues are exact. They are about a steady motion, too, where the coefficients do not change
-// along it: bodies that move straight on, or spin about an axis of their symmetry. Else they belong to the frozen instant.
-// Redundant rows are allowed. Zero eigenvalues (rigid motions, a free spin) are split off before the others are computed,
-// because those of a chain would come out as large as the square root of rounding. Dense: up to 500 coordinates.
+//   x = R y,  x' = R y' + D y,  x'' = R y'' + 2 D y' + A y,  with R the null space, S = J^+, (5.9)
+//   M_z y'' + C_z y' + K_z y - (T R)^T Q_z dz = 0,   dz' = f_q dq + f_v dv + f_z dz    (14.1)
+// About an equilibrium the eigenvalues are exact. They are about a steady motion, too, where the coefficients
+// do not change along it: bodies that move straight on, or spin about an axis of their symmetry. Else they
+// belong to the frozen instant. Redundant rows are allowed. Zero eigenvalues (rigid motions, a free spin) are
+// split off before the others are computed, because those of a chain would come out as large as the square
+// root of rounding. Dense: up to 500 coordinates.
 #pragma once
 
 #include <complex>
@@ -27,8 +29,8 @@ struct ModeDirection {
 
 struct Mode {
   std::complex<double> eigenvalue;  // 1/s; of a conjugate pair the one above the real axis
-  Eigen::VectorXcd shape, z;        // one entry a direction; nz. The direction that moves most is 1 (or the state)
-  Eigen::VectorXd share;            // share of each direction in the kinetic energy of the shape, sum 1 (or 0)
+  Eigen::VectorXcd shape, z;  // one entry a direction; nz. The direction that moves most is 1 (or the state)
+  Eigen::VectorXd share;      // share of each direction in the kinetic energy of the shape, sum 1 (or 0)
   bool oscillates() const { return eigenvalue.imag() > 0; }
   double frequency_Hz() const;   // Im / (2 pi)
   double damping_ratio() const;  // -Re / |eigenvalue|

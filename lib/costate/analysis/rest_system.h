@@ -1,7 +1,8 @@
 // The equations of rest (equilibrium.h, (0.10)) at one point and their linearization on the null space of
-// X = [Phi_q; B]: the balance N^T Q = 0 with the columns of N a basis of the directions that X leaves free, and the
-// multipliers those of least squares and least norm, so that Q - X^T lambda = N N^T Q. Dense in each part of the mechanism
-// that no element connects with another, so that many vehicles cost as much each as one.
+// X = [Phi_q; B]: the balance N^T Q = 0 with the columns of N a basis of the directions that X leaves free,
+// and the multipliers those of least squares and least norm, so that Q - X^T lambda = N N^T Q. Dense in each
+// part of the mechanism that no element connects with another, so that many vehicles cost as much each as
+// one.
 #pragma once
 
 #include <Eigen/Dense>
@@ -29,16 +30,19 @@ class RestSystem {
 
   const Eigen::VectorXd& q() const { return q_; }
   const Eigen::VectorXd& z() const { return z_; }
-  const Eigen::VectorXd& multipliers() const { return multipliers_; }  // of the constraints, then of the held positions
-  const Eigen::VectorXd& gap() const { return gap_; }                  // [Phi; B q - b]
-  const Eigen::VectorXd& unbalanced() const { return unbalanced_; }    // n
+  const Eigen::VectorXd& multipliers() const {
+    return multipliers_;
+  }                                                    // of the constraints, then of the held positions
+  const Eigen::VectorXd& gap() const { return gap_; }  // [Phi; B q - b]
+  const Eigen::VectorXd& unbalanced() const { return unbalanced_; }  // n
   StateView state() const;
   /// Largest entry of Phi_q, at least 1.
   double row_scale() const;
 
   /// The shortest step that closes the constraints here to first order.
   Eigen::VectorXd closing_step() const;
-  /// Newton's step for the residual here with the matrices of the last linearize(), sigma M added to the stiffness.
+  /// Newton's step for the residual here with the matrices of the last linearize(), sigma M added to the
+  /// stiffness.
   RestStep newton(double sigma) const;
   /// In positions, and in force states relative to the largest that was met.
   double step_size(const RestStep& step) const;
@@ -58,12 +62,13 @@ class RestSystem {
                      Eigen::VectorXd& w, Eigen::VectorXd& x) const;
 
  private:
-  /// A connected part: its coordinates, constraint rows, force states and held positions, by their global numbers.
+  /// A connected part: its coordinates, constraint rows, force states and held positions, by their global
+  /// numbers.
   struct Part {
     std::vector<int> q, rows, states, held;
-    RowSpace here, linear;     // X at the point, and at that of the last linearize()
-    std::vector<int> free;     // of `states`, by their place there: neither held nor indifferent
-    Eigen::MatrixXd M, K, Q_z, f_q, f_z;          // Q_z, f_z of all its states; f_q, f_z rows of the free ones
+    RowSpace here, linear;                // X at the point, and at that of the last linearize()
+    std::vector<int> free;                // of `states`, by their place there: neither held nor indifferent
+    Eigen::MatrixXd M, K, Q_z, f_q, f_z;  // Q_z, f_z of all its states; f_q, f_z rows of the free ones
     Eigen::MatrixXd N, NQ_z, f_qN, f_zz, Mr, Kr;  // reduced, of the free states
     Eigen::MatrixXd Kz;                           // Kr with the free states eliminated where they can be
     bool eliminated = true;
@@ -74,10 +79,12 @@ class RestSystem {
   void linearize(Part& p);
   void measure_stiffness(const Part& p);
   Eigen::MatrixXd calc_rows(const Part& p) const;
-  /// Rows of the global unknowns' numbering that belong to a part: of the constraints, then of its held positions.
+  /// Rows of the global unknowns' numbering that belong to a part: of the constraints, then of its held
+  /// positions.
   std::vector<int> row_numbers(const Part& p) const;
-  Eigen::MatrixXd part_of(const SparsePattern& pattern, const std::vector<double>& values, const std::vector<int>& columns,
-                          const std::vector<int>& local_row, std::size_t row_count) const;
+  Eigen::MatrixXd part_of(const SparsePattern& pattern, const std::vector<double>& values,
+                          const std::vector<int>& columns, const std::vector<int>& local_row,
+                          std::size_t row_count) const;
   Eigen::MatrixXd lambda_off_range(const Eigen::MatrixXd& q_rho);
 
   Assembly& assembly_;

@@ -1,5 +1,5 @@
-// A dense matrix X of constraint rows with its rank, its null space and its pseudo-inverse: redundant rows, and none at all,
-// are as good as others. For analyses of single points, not for runs.
+// A dense matrix X of constraint rows with its rank, its null space and its pseudo-inverse: redundant rows,
+// and none at all, are as good as others. For analyses of single points, not for runs.
 #pragma once
 
 #include <Eigen/Dense>

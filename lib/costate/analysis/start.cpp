@@ -281,8 +281,15 @@ void GivenVelocities::solve(Start& start, const GivenSystem* same) {
     start.v.setZero();
     return;
   }
-  if (!system().determines())
-    require_given_count(assembly_, t_, start.q.data(), names_of(m, given_), "velocities");
+  if (!system().determines()) {
+    try {
+      require_given_count(assembly_, t_, start.q.data(), names_of(m, given_), "velocities");
+    } catch (const ModelError& e) {
+      if (!m.starts_at_equilibrium()) throw;
+      throw ModelError(e.subject(), e.bare_message() + " (Only a mechanism that no driver and no given velocity moves "
+                                                       "starts at rest by itself.)");
+    }
+  }
   if (system().rank() < assembly_.n())
     throw ModelError("start", fmt::format("The given velocities ({}) do not determine the motion: with the constraints "
                                           "they depend on each other here. Give other coordinates.",

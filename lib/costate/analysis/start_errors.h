@@ -1,4 +1,5 @@
-// What the start and the equilibrium say when the mechanism cannot be closed or is given too much or too little.
+// What the start and the equilibrium say when the mechanism cannot be closed or is given too much or too
+// little.
 #pragma once
 
 #include <string>
@@ -8,8 +9,8 @@
 
 namespace costate {
 
-/// Throws if the number of `given` values (names) is not that of the degrees of freedom at q. `what`: "positions" or
-/// "velocities"; with `fewer_allowed` only too many are refused.
+/// Throws if the number of `given` values (names) is not that of the degrees of freedom at q. `what`:
+/// "positions" or "velocities"; with `fewer_allowed` only too many are refused.
 void require_given_count(Assembly& assembly, double t, const double* q, const std::vector<std::string>& given,
                          const char* what, bool fewer_allowed = false);
 

@@ -71,7 +71,8 @@ void require_round_trip(const Scene& scene) {
 TEST_CASE("scene: every model comes back from its dump") {
   int models = 0;
   for (const auto& file : std::filesystem::recursive_directory_iterator(COSTATE_MODELS_DIR)) {
-    if (file.path().extension() != ".toml") continue;
+    // A study lists runs of scenes and is none itself.
+    if (file.path().extension() != ".toml" || file.path().filename() == "study.toml") continue;
     INFO(file.path().string());
     ++models;
     require_round_trip(Scene::load(file.path().string()));

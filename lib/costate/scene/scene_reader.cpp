@@ -223,6 +223,7 @@ void SceneReader::read_run() {
   run.rtol = t.value("rtol", NumberRule::positive, run.rtol);
   run.atol = t.find_value("atol", NumberRule::positive);
   run.step_s = t.find_value("step_s", NumberRule::positive);
+  run.max_step_s = t.find_value("max_step_s", NumberRule::positive);
   run.output_step_s = t.find_value("output_step_s", NumberRule::positive);
   run.outputs = t.texts("outputs", false);
   t.finish();

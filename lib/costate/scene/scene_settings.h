@@ -22,6 +22,7 @@ struct RunSettings {
   double rtol = 1e-8;
   std::optional<double> atol;           // none: the method's own choice
   std::optional<double> step_s;         // of fixed-step runs; none: chosen from rtol
+  std::optional<double> max_step_s;     // of integrators; none: unlimited
   std::optional<double> output_step_s;  // none: the integrator's steps
   std::vector<std::string> outputs;     // extra named outputs in files
 };

@@ -61,6 +61,7 @@ void CvodeSession::create_memory() {
   check(CVodeSetUserData(memory_, this), "CVodeSetUserData");
   check(CVodeSStolerances(memory_, options_.rtol, options_.absolute()), "CVodeSStolerances");
   check(CVodeSetMaxNumSteps(memory_, options_.max_steps), "CVodeSetMaxNumSteps");
+  if (options_.max_step_s > 0) check(CVodeSetMaxStep(memory_, options_.max_step_s), "CVodeSetMaxStep");
   check(CVodeSetStopTime(memory_, std::min(options_.t_end, system_.segment_limit(t_))), "CVodeSetStopTime");
   newton_ = std::make_unique<NewtonOperator>(context_, guard_, [this](double* b) { solve_newton(b); });
   check(CVodeSetLinearSolver(memory_, newton_->solver(), newton_->matrix()), "CVodeSetLinearSolver");

@@ -58,6 +58,8 @@ void IdaSession::solve_backward(AdjointState& mu, const AdjointSize& expected, s
   check(IDASetUserDataB(memory_, b.which, this), "IDASetUserDataB");
   check(IDASVtolerancesB(memory_, b.which, options_.rtol, b.atol), "IDASVtolerancesB");
   check(IDASetMaxNumStepsB(memory_, b.which, options_.max_steps), "IDASetMaxNumStepsB");
+  if (options_.max_step_s > 0)
+    check(IDASetMaxStepB(memory_, b.which, options_.max_step_s), "IDASetMaxStepB");
   check(IDASetIdB(memory_, b.which, id_), "IDASetIdB");
   check(IDASetSuppressAlgB(memory_, b.which, SUNTRUE), "IDASetSuppressAlgB");
   // J_B = cj E - F_y^T = -(F_y - cj E)^T: the forward Newton matrix at -cj, solved transposed.

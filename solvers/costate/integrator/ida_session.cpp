@@ -60,6 +60,7 @@ void IdaSession::create_memory() {
   check(IDASetUserData(memory_, this), "IDASetUserData");
   check(IDASVtolerances(memory_, options_.rtol, atol_), "IDASVtolerances");
   check(IDASetMaxNumSteps(memory_, options_.max_steps), "IDASetMaxNumSteps");
+  if (options_.max_step_s > 0) check(IDASetMaxStep(memory_, options_.max_step_s), "IDASetMaxStep");
   check(IDASetId(memory_, id_), "IDASetId");
   if (algebraic) check(IDASetSuppressAlg(memory_, SUNTRUE), "IDASetSuppressAlg");
   check(IDASetStopTime(memory_, std::min(options_.t_end, system_.segment_limit(t_))), "IDASetStopTime");

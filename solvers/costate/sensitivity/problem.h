@@ -17,6 +17,7 @@ struct SolverOptions {
   double rtol = 1e-8;
   double atol = 0;  // absolute tolerance of every unknown in its SI unit; 0: the same number as rtol
   long max_steps = 2'000'000;
+  double max_step_s = 0;  // largest step, so that nothing short (a bump in the road) is stepped over; 0: unlimited
   std::string integrator;              // "idas", "cvodes", "fixed" or empty: the formulation's default
   std::string cvodes_method = "adams"; // "adams" (smooth, not stiff) or "bdf" (stiff); both with exact Newton
   double step_s = 0;                   // fixed-step runs: their step; 0: from rtol, see fixed_run.h

@@ -19,6 +19,7 @@ Problem make_problem(const Scene& scene, const std::vector<std::string>& paramet
   if (!run.cvodes_method.empty()) s.cvodes_method = run.cvodes_method;
   if (!run.sensitivity_corrector.empty()) s.staggered = run.sensitivity_corrector == "staggered";
   s.step_s = run.step_s.value_or(0);
+  s.max_step_s = run.max_step_s.value_or(0);
   return p;
 }
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "costate/base/error.h"
 #include "costate/scene/law_table.h"
 
@@ -12,6 +14,16 @@ SmoothStepsLaw::SmoothStepsLaw(std::vector<double> x) : x_(std::move(x)) {
   for (std::size_t i = 1; i < x_.size(); ++i)
     if (!(x_[i] > x_[i - 1]))
       throw ModelError("", fmt::format("'x' must increase strictly, found {} after {}.", x_[i], x_[i - 1]));
+}
+
+double SmoothStepsLaw::primitive(double x, const double* p) const {
+  if (x <= x_.front()) return p[0] * (x - x_.front());
+  double sum = 0;
+  for (std::size_t k = 0; k + 1 < x_.size() && x_[k] < x; ++k) {
+    const double h = x_[k + 1] - x_[k], s = std::min(1.0, (x - x_[k]) / h), s4 = s * s * s * s;
+    sum += h * (p[k] * s + (p[k + 1] - p[k]) * s4 * (2.5 - 3 * s + s * s));
+  }
+  return sum + p[x_.size() - 1] * std::max(0.0, x - x_.back());
 }
 
 LawOptions smooth_steps_law(std::vector<double> x, const std::vector<double>& y) {

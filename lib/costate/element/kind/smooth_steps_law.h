@@ -28,7 +28,13 @@ class SmoothStepsLaw final : public ScalarLawOf<SmoothStepsLaw> {
     return S(p[k]) + (S(p[k + 1]) - S(p[k])) * s * s * s * (S(10.0) - S(15.0) * s + S(6.0) * s * s);
   }
 
+  /// Exact: interval by interval.
+  double integral(double x, const double* p) const override { return primitive(x, p) - primitive(0, p); }
+
  private:
+  /// The integral from the first place.
+  double primitive(double x, const double* p) const;
+
   std::vector<double> x_;
 };
 

@@ -72,8 +72,21 @@ class StepsLaw final : public ScalarLawOf<StepsLaw> {
     }
     return sum;
   }
+  /// Exact: step by step.
+  double integral(double x, const double* p) const override { return primitive(x, p) - primitive(0, p); }
 
  private:
+  double primitive(double x, const double* p) const {
+    const double *at = p + 1, *y = p + 1 + n_;
+    double sum = y[0] * x;
+    for (int k = 0; k < n_; ++k) {
+      const double s = (x - at[k]) / p[0];
+      if (s <= 0) continue;
+      sum += (y[k + 1] - y[k]) * p[0] * (s < 1 ? s * s * s * s * (2.5 - 3 * s + s * s) : s - 0.5);
+    }
+    return sum;
+  }
+
   int n_;
 };
 

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "costate/element/constraint/in_plane.h"
+#include "costate/element/constraint/offset.h"
 #include "costate/element/kind/joint_axes.h"
 #include "costate/element/kind/lookup.h"
 #include "costate/scene/scene_kind.h"
@@ -16,7 +16,7 @@ void add_in_plane(MechanismBuilder& builder, const std::string& name,
   std::vector<int> numbers;
   for (std::size_t i = 0; i < 3; ++i)
     numbers.push_back(builder.add_number(fmt::format("{}.normal[{}]", path, i), normal[i]));
-  builder.add(std::make_unique<InPlaneConstraint>("in_plane", name, std::move(d), numbers));
+  builder.add(std::make_unique<OffsetConstraint>("in_plane", name, std::move(d), numbers, std::nullopt));
 }
 
 namespace {

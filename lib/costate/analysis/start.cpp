@@ -7,20 +7,49 @@
 #include <Eigen/SparseCore>
 #include <Eigen/SparseQR>
 #include <algorithm>
+#include <memory>
 #include <optional>
 #include <utility>
 
 #include "costate/analysis/equilibrium.h"
 #include "costate/analysis/start_errors.h"
 #include "costate/base/error.h"
+#include "costate/linear/matrix_parts.h"
 
 namespace costate {
 
 namespace {
 
-constexpr int kDenseLimit = 500;  // coordinates; above, a sparse QR takes over
+constexpr int kDenseLimit = 500;  // coordinates; above, uncoupled parts one by one, larger ones by a sparse QR
 constexpr double kRankTolerance = 1e-9;
 constexpr int kMaxIterations = 60;
+
+using Dense = Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>;
+using Sparse = Eigen::SparseQR<Eigen::SparseMatrix<double>, Eigen::COLAMDOrdering<int>>;
+
+/// A part with its orthogonal factors; none where it has no rows or no columns.
+struct FactoredPart {
+  explicit FactoredPart(MatrixPart p) : part(std::move(p)) {
+    if (part.rows.empty() || part.columns.empty()) return;
+    if (part.columns.size() <= kDenseLimit) {
+      dense.emplace(part.matrix.rows(), part.matrix.cols());
+      dense->setThreshold(kRankTolerance);
+      dense->compute(Eigen::MatrixXd(part.matrix));
+    } else {
+      sparse = std::make_unique<Sparse>();
+      sparse->setPivotThreshold(kRankTolerance);
+      sparse->compute(part.matrix);
+    }
+  }
+  int rank() const { return static_cast<int>(dense ? dense->rank() : sparse ? sparse->rank() : 0); }
+  Eigen::MatrixXd solve(const Eigen::MatrixXd& b) const {
+    return dense ? Eigen::MatrixXd(dense->solve(b)) : Eigen::MatrixXd(sparse->solve(b));
+  }
+
+  MatrixPart part;
+  std::optional<Dense> dense;
+  std::unique_ptr<Sparse> sparse;
+};
 
 /// Least-squares solver of [Phi_q; B] x = b with full column rank, dense or sparse.
 class GivenSystem {
@@ -51,15 +80,25 @@ class GivenSystem {
       dense_->setThreshold(kRankTolerance);
       dense_->compute(Eigen::MatrixXd(matrix_));
     } else {
-      sparse_.setPivotThreshold(kRankTolerance);
-      sparse_.compute(matrix_);
+      parts_.clear();
+      for (MatrixPart& p : matrix_parts(matrix_)) parts_.emplace_back(std::move(p));
     }
   }
   /// Square and regular: then the constraint rows are independent and the number of given values is right.
   bool determines() const { return rows_ == assembly_.n() && rank() == rows_; }
-  int rank() const { return dense_ ? static_cast<int>(dense_->rank()) : static_cast<int>(sparse_.rank()); }
+  int rank() const {
+    if (dense_) return static_cast<int>(dense_->rank());
+    int sum = 0;
+    for (const FactoredPart& p : parts_) sum += p.rank();
+    return sum;
+  }
   Eigen::MatrixXd solve(const Eigen::MatrixXd& b) const {
-    return dense_ ? Eigen::MatrixXd(dense_->solve(b)) : Eigen::MatrixXd(sparse_.solve(b));
+    if (dense_) return dense_->solve(b);
+    Eigen::MatrixXd x = Eigen::MatrixXd::Zero(assembly_.n(), b.cols());
+    for (const FactoredPart& p : parts_)
+      if (!p.part.rows.empty() && !p.part.columns.empty())
+        x(p.part.columns, Eigen::all) = p.solve(b(p.part.rows, Eigen::all));
+    return x;
   }
   /// A coordinate that the given ones leave undetermined (largest entry of a null vector), for messages.
   int undetermined() const {
@@ -79,7 +118,7 @@ class GivenSystem {
   int rows_;
   Eigen::SparseMatrix<double> matrix_;
   std::optional<Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>> dense_;
-  Eigen::SparseQR<Eigen::SparseMatrix<double>, Eigen::COLAMDOrdering<int>> sparse_;
+  std::vector<FactoredPart> parts_;
 };
 
 bool same_coordinates(const std::vector<GivenStart>& a, const std::vector<GivenStart>& b) {
@@ -118,21 +157,36 @@ ConstraintRank constraint_rank(Assembly& assembly, double t, const double* q) {
   Eigen::SparseMatrix<double> A(assembly.n(), assembly.m());
   A.setFromTriplets(entries.begin(), entries.end());
   A.makeCompressed();
-  Eigen::VectorXi order;
-  if (assembly.n() <= kDenseLimit) {
-    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(assembly.n(), assembly.m());
+  const auto add = [&](const auto& qr, const std::vector<int>* rows) {
+    const int rank = static_cast<int>(qr.rank());
+    const Eigen::VectorXi order = qr.colsPermutation().indices();
+    result.rank += rank;
+    for (Eigen::Index i = rank; i < order.size(); ++i)
+      result.dependent_rows.push_back(rows ? (*rows)[order[i]] : order[i]);
+  };
+  const auto add_dense = [&](const Eigen::SparseMatrix<double>& B, const std::vector<int>* rows) {
+    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(B.rows(), B.cols());
     qr.setThreshold(kRankTolerance);
-    qr.compute(Eigen::MatrixXd(A));
-    result.rank = static_cast<int>(qr.rank());
-    order = qr.colsPermutation().indices();
-  } else {
-    Eigen::SparseQR<Eigen::SparseMatrix<double>, Eigen::COLAMDOrdering<int>> qr;
-    qr.setPivotThreshold(kRankTolerance);
-    qr.compute(A);
-    result.rank = static_cast<int>(qr.rank());
-    order = qr.colsPermutation().indices();
+    qr.compute(Eigen::MatrixXd(B));
+    add(qr, rows);
+  };
+  if (assembly.n() <= kDenseLimit) {
+    add_dense(A, nullptr);
+    return result;
   }
-  for (int i = result.rank; i < assembly.m(); ++i) result.dependent_rows.push_back(order[i]);
+  for (const MatrixPart& p : matrix_parts(A)) {
+    if (p.columns.empty()) continue;
+    if (p.rows.empty()) {  // a row of zeros
+      result.dependent_rows.insert(result.dependent_rows.end(), p.columns.begin(), p.columns.end());
+    } else if (p.rows.size() <= kDenseLimit) {
+      add_dense(p.matrix, &p.columns);
+    } else {
+      Sparse qr;
+      qr.setPivotThreshold(kRankTolerance);
+      qr.compute(p.matrix);
+      add(qr, &p.columns);
+    }
+  }
   return result;
 }
 

@@ -4,7 +4,7 @@
 #   test.sh              optimized build
 #   test.sh --sanitize   a debug build with address and undefined-behaviour sanitizers first, then the
 #                        optimized one
-#   CI=true test.sh      the unit tests under sanitizers, then the optimized build, with warnings as errors
+#   CI=true test.sh      warnings are errors
 #
 # The output ends with the summary of ctest, of the optimized build.
 set -euo pipefail
@@ -12,7 +12,6 @@ set -euo pipefail
 sanitize=false
 preset=release
 if [[ ${CI:-} == true || ${CI:-} == 1 ]]; then
-  sanitize=units
   preset=ci
 fi
 for argument in "$@"; do
@@ -31,19 +30,13 @@ bash cmake/install-dependencies.sh
 build() {
   echo "== Building the preset '$1'"
   cmake --preset "$1" -D COSTATE_BUILD_TESTS=ON
-  cmake --build --preset "$1" --parallel "$(nproc)" "${@:2}"
+  cmake --build --preset "$1" --parallel "$(nproc)"
 }
 
-if [[ $sanitize != false ]]; then
-  selection=()
-  if [[ $sanitize == units ]]; then
-    build debug --target test_unit
-    selection=(--label-regex '^unit$')
-  else
-    build debug
-  fi
+if $sanitize; then
+  build debug
   echo "== Testing the preset 'debug' (sanitizers)"
-  ctest --preset debug --output-on-failure -j "$(nproc)" "${selection[@]}"
+  ctest --preset debug --output-on-failure -j "$(nproc)"
   echo "== The tests pass under the sanitizers"
 fi
 

@@ -150,8 +150,8 @@ void SceneReader::read_start() {
   if (!table_.has("start")) return;
   SceneTable t = table_.table("start");
   const bool equilibrium = t.flag("equilibrium", false);
-  const auto given = t.texts("given", !equilibrium);
   const bool own_velocities = t.has("given_velocities");
+  const auto given = t.texts("given", !equilibrium);
   const auto velocities = own_velocities ? t.texts("given_velocities") : given;
   t.finish();
   const std::string velocity_key = own_velocities ? "start.given_velocities" : "start.given";

@@ -235,7 +235,7 @@ def parameters():
         for name, what, value, low, high in (
                 (f"kL{i}", "axis_spring.leaf_{}.stiffness_N_per_m", leaf["k"], 0.4, 2.5),
                 (f"k{i}", "spring.strut_{}.spring_law.slope", k, 0.4, 2.5),
-                (f"c{i}", "spring.strut_{}.damper_law.slope", spring["linearised"]["c"], 0.1, 4.0)):
+                (f"c{i}", "spring.strut_{}.damper_law.slope", spring["linearised"]["c"], 0.3, 4.0)):
             numbers = ", ".join('"' + what.format(s) + '"' for s in sides)
             out.append(f"[parameter.{name}]\nnumbers = [{numbers}]\nlower = {n(low * value)}\nupper = {n(high * value)}\n")
     return "\n".join(out)

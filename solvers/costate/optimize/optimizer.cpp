@@ -6,6 +6,7 @@
 #include <cmath>
 #include <exception>
 #include <nlopt.hpp>
+#include <optional>
 
 #include "costate/base/error.h"
 #include "costate/integrator/fixed_run.h"
@@ -30,6 +31,7 @@ nlopt::algorithm algorithm_of(const std::string& name, bool constrained) {
 /// Raised inside the objective to end a run by a criterion that NLopt does not know.
 struct Stop {
   std::string reason;
+  std::size_t evaluation = 0;  // where the criterion was met
 };
 
 class Run {
@@ -83,15 +85,17 @@ class Run {
     try {
       result_.stop_reason = reason_of(opt.optimize(x, psi));
     } catch (const nlopt::forced_stop&) {
-      if (error_) std::rethrow_exception(error_);
-      result_.stop_reason = stop_.reason;
-      result_.converged = true;
+      // Ours; told below.
     } catch (const nlopt::roundoff_limited&) {
       result_.stop_reason = "rounding: no further decrease of psi can be told from rounding errors";
       result_.converged = true;
     } catch (const std::runtime_error&) {
-      if (error_) std::rethrow_exception(error_);
       result_.stop_reason = "line search: the optimizer found no further decrease along its search direction";
+    }
+    if (error_) std::rethrow_exception(error_);
+    if (stop_) {
+      result_.stop_reason = stop_->reason;
+      result_.converged = true;
     }
     pick_best();
     return result_;
@@ -173,7 +177,9 @@ class Run {
 
   template <class Function>
   double guarded(Function&& f) {
-    // NLopt's wrapper lets exceptions of unknown type end the run in its own way; keep ours and stop it cleanly.
+    // NLopt's wrapper lets exceptions of unknown type end the run in its own way; keep ours and stop it cleanly. Its line
+    // search asks on after that, and is not answered.
+    if (stop_ || error_) throw nlopt::forced_stop();
     try {
       return f();
     } catch (const Stop& stop) {
@@ -190,7 +196,8 @@ class Run {
       for (std::size_t j = 0; j < g.size(); ++j) g[j] = e.gradient[j] * problem_.parameters.parameters[j].scale;
       if (options_.gradient_tolerance > 0 && constraints_.empty() &&
           e.projected_gradient <= options_.gradient_tolerance)
-        throw Stop{fmt::format("gradient tolerance: the projected gradient fell to {:.3g}", e.projected_gradient)};
+        throw Stop{fmt::format("gradient tolerance: the projected gradient fell to {:.3g}", e.projected_gradient),
+                   static_cast<std::size_t>(e.index - 1)};
       return e.psi;
     });
   }
@@ -217,6 +224,10 @@ class Run {
         result_.best = i;
       }
     }
+    // Where the gradient vanishes psi is flat, and the least of its values is chance: within psi's own error the point where
+    // the gradient met its tolerance is the better one.
+    if (stop_ && result_.evaluations[stop_->evaluation].psi - least <= 100 * problem_.solver.rtol * std::abs(least))
+      result_.best = stop_->evaluation;
   }
 
   const Problem& problem_;
@@ -228,7 +239,7 @@ class Run {
   bool replaying_;
   nlopt::opt* opt_ = nullptr;
   OptimizerResult result_;
-  Stop stop_;
+  std::optional<Stop> stop_;
   std::exception_ptr error_;
 };
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes study.toml, the thirteen optimizations of the vehicle: python3 make_study.py"""
+"""Writes study.toml, the thirteen optimizations of the vehicle and one with constraints: python3 make_study.py"""
 
 import pathlib
 
@@ -9,6 +9,7 @@ scenes = {"four_post_white": "white", "four_post_red": "red", "speed_bumps": "bu
 text = 'title = "Bombardier Iltis: ride and handling"\n'
 runs = [(f"ride_{short}_{name}", scene, p) for scene, short in scenes.items() for name, p in sets.items()]
 runs.append(("handling", "double_lane_change", sets["all"]))
+runs.append(("ride_white_limited", "four_post_white_limited", sets["all"]))
 for name, scene, parameters in runs:
     quoted = ", ".join(f'"{p}"' for p in parameters)
     text += f'\n[[run]]\nname = "{name}"\nscene = "{scene}.toml"\nparameters = [{quoted}]\n'

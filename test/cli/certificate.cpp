@@ -142,6 +142,17 @@ weight = -1
   CHECK_THAT(verdict_of(j), Contains("strict local minimum"));
 }
 
+TEST_CASE("certificate: a bound that the optimizer missed by a rounding is active") {
+  const WorkingDirectory here;
+  // At this bound SLSQP ends 9e-15 inside (NLopt 2.7.1 on x86-64).
+  const Json j = costate_json({"optimize", kFiveBar, "--no-files", "--algorithm", "slsqp", "--stop-value=-1", "--set",
+                               "parameter.L02.lower=1.9771"},
+                              here.path());
+  CHECK(j.at("parameters").at("L02").get<double>() == Approx(1.9771).epsilon(1e-12));
+  CHECK(certificate_of(j).at("active") == Json({"L02.lower"}));
+  CHECK_THAT(verdict_of(j), Contains("strict local minimum"));
+}
+
 TEST_CASE("certificate: a run that was cut short is not stationary") {
   const WorkingDirectory here;
   const Json j = costate_json({"optimize", kFiveBar, "--no-files", "--max-evaluations", "2"}, here.path());

@@ -29,6 +29,8 @@ constexpr double kNewton = 1e-2;
 // A constraint is a candidate for being active this near its bound, relative to the larger of 1 and the
 // bound: optimizers stop some way inside.
 constexpr double kNear = 1e-3;
+// A parameter this near its bound, in parts of its scale, is on it: SLSQP and MMA stop a rounding inside.
+constexpr double kOnBound = 1e-8;
 // Errors of second derivatives against the tolerance of the integrators.
 constexpr double kSteps = 1e3;
 
@@ -77,8 +79,9 @@ class Certifier {
   VectorXd scaled(const std::vector<double>& gradient) const {
     return scale_.cwiseProduct(Eigen::Map<const VectorXd>(gradient.data(), n_));
   }
-  bool at_lower(int j) const { return best_.rho[static_cast<std::size_t>(j)] <= parameter(j).lower; }
-  bool at_upper(int j) const { return best_.rho[static_cast<std::size_t>(j)] >= parameter(j).upper; }
+  double rho(int j) const { return best_.rho[static_cast<std::size_t>(j)]; }
+  bool at_lower(int j) const { return rho(j) <= parameter(j).lower + kOnBound * parameter(j).scale; }
+  bool at_upper(int j) const { return rho(j) >= parameter(j).upper - kOnBound * parameter(j).scale; }
   /// Pushed out of its bounds by the slope s of L (before the bounds' own terms).
   bool held(int j, double s) const { return (at_lower(j) && s > 0) || (at_upper(j) && s < 0); }
 

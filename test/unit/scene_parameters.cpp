@@ -106,7 +106,7 @@ TEST_CASE("scene parameters: numbers that cannot vary") {
   REQUIRE(bound_to("bar.light.mass_kg") ==
           "s.toml:46:1: parameter.b: 'bar.light.mass_kg' cannot vary: the bar is massless, a constraint "
           "without inertia; "
-          "give it a small mass to vary it");
+          "give it a mass to vary it");
   REQUIRE(
       complaint(pendulum, {"run.parameters=['point.P.y_m']"})
           .rfind("override 'run.parameters=['point.P.y_m']': run.parameters[0]: 'point.P.y_m' cannot vary:",

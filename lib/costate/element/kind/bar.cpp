@@ -55,7 +55,7 @@ void add_bar(MechanismBuilder& builder, const std::string& name, const std::stri
                                             builder.gravity_numbers()));
   } else {
     builder.fix_number(mass,
-                       "the bar is massless, a constraint without inertia; give it a small mass to vary it");
+                       "the bar is massless, a constraint without inertia; give it a mass to vary it");
   }
 }
 

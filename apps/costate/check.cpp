@@ -11,6 +11,7 @@
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
 #include "costate/integrator/simulate.h"
+#include "costate/record/interrupt.h"
 #include "trajectory.h"
 
 namespace costate::app {
@@ -83,15 +84,37 @@ class Check {
     setup_.located([&] { find_redundant_rows(); });
     choose_rows();
     setup_.located([&] { find_reference(); });
-    for (Row& row : rows_)
-      if (row.refused.empty()) fill(row);
+    int interruption = 0;
+    std::size_t done = 0;
+    try {
+      for (Row& row : rows_) {
+        if (row.refused.empty()) {
+          throw_if_interrupted();
+          fill(row);
+          tell(row, done + 1);
+        }
+        ++done;
+      }
+    } catch (const Interrupted& e) {  // what is done is shown
+      interruption = e.signal_number();
+      interrupted_ = fmt::format("{} {} of {} rows had been run; they stand.", e.what(), done, rows_.size());
+      rows_.resize(done);
+    }
     progress_.finish();
-    if (std::all_of(rows_.begin(), rows_.end(), [](const Row& r) { return !r.refused.empty(); }))
+    if (interruption == 0 && std::all_of(rows_.begin(), rows_.end(), [](const Row& r) { return !r.refused.empty(); }))
       throw CapabilityError("No combination of formulation and method can treat this scene. " + rows_.back().refused);
-    return finish();
+    const int status = finish();
+    return interruption == 0 ? status : 128 + interruption;
   }
 
  private:
+  void tell(const Row& r, std::size_t number) {
+    progress_.line(fmt::format("{:>6}/{} {:<22} {:<16} {}", number, rows_.size(), r.formulation, r.method,
+                               !r.refused.empty()   ? "refused"
+                               : !r.failure.empty() ? "FAILED"
+                                                    : fmt::format("error {:.1e}, {:.3g} s", r.error, r.wall_s)));
+  }
+
   void find_redundant_rows() {
     Assembly assembly(setup_.problem.mechanism, setup_.problem.parameters);
     assembly.set_parameters(setup_.rho.data());
@@ -305,14 +328,17 @@ class Check {
       wrong.push_back(fmt::format("the reference itself ({} x cvodes-forward), {}: {:.2e} from differences, whose own "
                                   "estimate is {:.2e}", reference_formulation_, reference_worst_, reference_apart_,
                                   reference_estimate_));
-    j["status"] = wrong.empty() ? "ok" : "disagreement";
+    j["status"] = !interrupted_.empty() ? "interrupted" : wrong.empty() ? "ok" : "disagreement";
+    if (!interrupted_.empty()) j["error"] = interrupted_;
     j["disagreements"] = wrong;
-    if (wrong.empty())
+    for (const auto& w : wrong) text += "DISAGREEMENT: " + w + "\n";
+    if (!interrupted_.empty())
+      text += interrupted_ + "\n";
+    else if (wrong.empty())
       text += "all agree within what the tolerances allow\n";
-    else
-      for (const auto& w : wrong) text += "DISAGREEMENT: " + w + "\n";
     report(setup_, common_, j, text, "check.json");
     for (const auto& w : wrong) fmt::print(stderr, "costate: disagreement: {}\n", w);
+    if (!interrupted_.empty()) fmt::print(stderr, "costate: {}\n", interrupted_);
     return wrong.empty() ? 0 : kDisagreement;
   }
 
@@ -350,6 +376,7 @@ class Check {
   bool reference_agrees_ = true;
   std::map<std::pair<std::string, std::string>, double> simulation_s_;  // by formulation and integrator
   std::vector<Row> rows_;
+  std::string interrupted_;  // a sentence where Ctrl-C ended the rows early
 };
 
 }  // namespace

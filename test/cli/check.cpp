@@ -1,5 +1,7 @@
 // costate check: it passes good scenes, and finds a wrong method with its row and parameter. The wrong ones live in a
 // second program made of the tool's objects and programs/wrong_methods.cpp.
+#include <signal.h>
+
 #include <catch2/catch.hpp>
 #include <set>
 
@@ -7,9 +9,12 @@
 #include "process.h"
 
 using Catch::Matchers::Contains;
+using costate::test::Connection;
 using costate::test::costate_json;
+using costate::test::file_text;
 using costate::test::kFiveBar;
 using costate::test::kGradient;
+using costate::test::one_object;
 using costate::test::Outcome;
 using costate::test::Process;
 using costate::test::WorkingDirectory;
@@ -143,6 +148,20 @@ TEST_CASE("check: a wrong cost, a gradient that is no number and a failing run")
   found("wrong-cost", "psi");
   found("nan-adjoint", "parameter L01");
   found("failing-adjoint", "t = 1.25 s");
+}
+
+TEST_CASE("check: rows are told as they end, and Ctrl-C keeps them") {
+  const WorkingDirectory here;
+  Process process(COSTATE_EXECUTABLE, {"check", kFiveBar}, here.path(), Connection::terminal_errors);
+  REQUIRE(process.wait_until([&] { return process.seen().find(" 2/") != std::string::npos; }));
+  process.send(SIGINT);
+  const Outcome o = process.finish();
+  CHECK(o.status == 130);
+  CHECK_THAT(o.terminal, Contains("interrupted") && Contains("rows had been run; they stand."));
+  CHECK_THAT(o.out, Contains("reference: baumgarte") && Contains("augmented-lagrangian") && !Contains("all agree"));
+  const Json j = one_object(file_text(here / "results/five_bar/check.json"));
+  CHECK(j.at("status") == "interrupted");
+  CHECK(j.at("rows").size() >= 2);
 }
 
 TEST_CASE("check: nothing to check is a mistake, not an agreement") {

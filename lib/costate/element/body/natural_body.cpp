@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "costate/element/body/cardan_angles.h"
+
 namespace costate {
 
 NaturalBody::NaturalBody(std::string kind, std::string name, const std::vector<int>& coordinates,
@@ -15,10 +17,13 @@ std::vector<Measure> NaturalBody::measures() const {
   if (reports_ == Reports::nothing) return {};
   return {{"omega_x", "rad/s", false},        {"omega_y", "rad/s", false},
           {"omega_z", "rad/s", false},        {"omega_global_x", "rad/s", false},
-          {"omega_global_y", "rad/s", false}, {"omega_global_z", "rad/s", false}};
+          {"omega_global_y", "rad/s", false}, {"omega_global_z", "rad/s", false},
+          {"roll", "rad", false},             {"pitch", "rad", false},
+          {"yaw", "rad", false}};
 }
 
 PathDual NaturalBody::measure(int i, const MeasureArguments& x) const {
+  if (i >= 6) return cardan_angle(static_cast<CardanAngle>(i - 6), x.q[3], x.q[4], x.q[5], x.q[8], x.q[11]);
   // In the body's frame u3 . u2', u1 . u3', u2 . u1'; globally the sum of u x u' over two.
   const int k = i % 3, j = (k + 1) % 3, l = (k + 2) % 3;
   if (i < 3) return dot3(x.q + 3 + 3 * l, x.v + 3 + 3 * j);

@@ -31,7 +31,7 @@ class NaturalBody final : public BodyOf<NaturalBody> {
         r[3 * k + i] = sum;
       }
   }
-  /// Angular velocity in the body's and in the global frame.
+  /// Angular velocity in the body's and in the global frame; roll, pitch and yaw.
   std::vector<Measure> measures() const override;
   PathDual measure(int i, const MeasureArguments& x) const override;
 

@@ -1,5 +1,7 @@
 #include "costate/element/body/rigid_body.h"
 
+#include "costate/element/body/cardan_angles.h"
+
 namespace costate {
 
 namespace {
@@ -36,10 +38,18 @@ std::vector<Measure> RigidBody::measures() const {
   if (reports_ == Reports::nothing) return {};
   return {{"omega_x", "rad/s", false},        {"omega_y", "rad/s", false},
           {"omega_z", "rad/s", false},        {"omega_global_x", "rad/s", false},
-          {"omega_global_y", "rad/s", false}, {"omega_global_z", "rad/s", false}};
+          {"omega_global_y", "rad/s", false}, {"omega_global_z", "rad/s", false},
+          {"roll", "rad", false},             {"pitch", "rad", false},
+          {"yaw", "rad", false}};
 }
 
 PathDual RigidBody::measure(int i, const MeasureArguments& x) const {
+  if (i >= 6) {
+    const PathDual *e = x.q + 3, &e0 = e[0], &e1 = e[1], &e2 = e[2], &e3 = e[3];
+    return cardan_angle<PathDual>(static_cast<CardanAngle>(i - 6), e0 * e0 + e1 * e1 - e2 * e2 - e3 * e3,
+                                  2.0 * (e1 * e2 + e0 * e3), 2.0 * (e1 * e3 - e0 * e2), 2.0 * (e2 * e3 + e0 * e1),
+                                  e0 * e0 - e1 * e1 - e2 * e2 + e3 * e3);
+  }
   PathDual rate[3];
   if (i < 3)
     body_rate(x.q + 3, x.v + 3, rate);

@@ -34,7 +34,7 @@ class RigidBody final : public BodyOf<RigidBody> {
     add_body_moment(p, JGa, 4, r + 3);
     add_body_moment(pd, JGv, 8, r + 3);
   }
-  /// Angular velocity in the body's and in the global frame.
+  /// Angular velocity in the body's and in the global frame; roll, pitch and yaw.
   std::vector<Measure> measures() const override;
   PathDual measure(int i, const MeasureArguments& x) const override;
 

@@ -1,7 +1,7 @@
 // [rigid_body.NAME]: a rigid body in space with the coordinates NAME.x, .y, .z of its reference point and
 // Euler parameters NAME.e0 ... NAME.e3, kept normalised. In [start], NAME alone gives its whole pose and
 // motion, NAME.orientation its turn and angular velocity, and NAME.omega_x (body's frame), NAME.omega_global_x, ... are
-// velocities that can be given.
+// velocities that can be given. Outputs besides: NAME.roll, .pitch, .yaw (element/body/cardan_angles.h).
 #pragma once
 
 #include <array>

@@ -65,6 +65,23 @@ std::string complaint(const std::string& path) {
 
 }  // namespace
 
+TEST_CASE("scene include: patterns remove what fits them, and complain where nothing does") {
+  Files files;
+  files.write("base.toml", base);
+  const Scene scene = Scene::load(files.write("run.toml", R"(include = ["base.toml"]
+remove = ["*.ro?", "mass.b*", "start"]
+[mass.other]
+point = "P"
+mass_kg = 3
+[start]
+given = ["P.x", "P.y"]
+)"));
+  CHECK(scene.mechanism()->row_names().empty());
+  CHECK(scene.mechanism()->coordinate_count() == 2);
+  CHECK_THAT(complaint(files.write("wrong.toml", "include = [\"base.toml\"]\nremove = [\"tyre.*\"]\n")),
+             Contains("wrong.toml:2:11") && Contains("'tyre.*' is to be removed, but nothing in the included files fits it."));
+}
+
 TEST_CASE("scene include: own keys lie over included ones") {
   Files files;
   files.write("base.toml", base);

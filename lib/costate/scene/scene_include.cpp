@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <fnmatch.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -81,6 +82,28 @@ void remove_node(SceneNode& root, const std::string& path, const SourceLocation&
     remove_node(root, path.substr(0, dot), where);
 }
 
+/// The paths below `node` that fit a pattern in the way of file names, such as "*.*_FR" or "tyre.?R".
+void collect_paths(const SceneNode& node, const std::string& pattern, const std::string& path,
+                   std::vector<std::string>& found) {
+  const std::size_t dot = pattern.find('.');
+  for (const auto& c : node.children)
+    if (!c.key.empty() && fnmatch(pattern.substr(0, dot).c_str(), c.key.c_str(), 0) == 0) {
+      if (dot == std::string::npos)
+        found.push_back(path + c.key);
+      else
+        collect_paths(c, pattern.substr(dot + 1), path + c.key + ".", found);
+    }
+}
+
+void remove_all(SceneNode& root, const std::string& path, const SourceLocation& where) {
+  if (path.find_first_of("*?[") == std::string::npos) return remove_node(root, path, where);
+  std::vector<std::string> found;
+  collect_paths(root, path, "", found);
+  if (found.empty())
+    throw SceneError(where, fmt::format("'{}' is to be removed, but nothing in the included files fits it.", path));
+  for (const auto& p : found) remove_node(root, p, where);
+}
+
 SceneNode read(const std::string& text, const std::string& file_name, std::vector<std::string>& open, int& parts) {
   SceneNode own = read_toml(text, file_name);
   const auto includes = take_texts(own, "include", "vehicle.toml");
@@ -103,7 +126,7 @@ SceneNode read(const std::string& text, const std::string& file_name, std::vecto
     lay_over(root, read(included, path, open, parts));
     open.pop_back();
   }
-  for (const auto& [path, where] : removed) remove_node(root, path, where);
+  for (const auto& [path, where] : removed) remove_all(root, path, where);
   set_part(own, parts++);
   lay_over(root, std::move(own));
   return root;

@@ -24,12 +24,12 @@ MatrixXd RowSpace::null_space() const {
 }
 
 MatrixXd RowSpace::solve(const MatrixXd& b) const {
-  if (X_.rows() == 0) return MatrixXd::Zero(X_.cols(), b.cols());
+  if (X_.rows() == 0 || b.cols() == 0) return MatrixXd::Zero(X_.cols(), b.cols());
   return transposed_.transpose().solve(b);
 }
 
 MatrixXd RowSpace::solve_transposed(const MatrixXd& b) const {
-  if (X_.rows() == 0) return MatrixXd::Zero(0, b.cols());
+  if (X_.rows() == 0 || b.cols() == 0) return MatrixXd::Zero(X_.rows(), b.cols());
   return transposed_.solve(b);
 }
 

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "command.h"
+#include "costate/objective/all_outputs.h"
 #include "costate/scene/law_table.h"
 #include "costate/scene/scene_kind.h"
 
@@ -95,7 +96,7 @@ int run(const CommonOptions& common) {
     fmt::print("  {:<16} {:>14.9g}  in [{:g}, {:g}]  {}\n", p.name, p.value, p.lower, p.upper,
                m->numbers()[p.bindings.front().first].path);
   fmt::print("\nOutputs\n");
-  for (const auto& o : output_names(*m)) fmt::print("  {:<28} [{}]\n", o, make_output(*m, o)->unit());
+  for (const auto& o : make_all_outputs(*m)) fmt::print("  {:<28} [{}]\n", o->name(), o->unit());
   fmt::print("\nNumbers (each can be a parameter by its path)\n");
   for (const auto& n : m->numbers())
     if (n.fixed_because.empty()) fmt::print("  {:<44} {:g}\n", n.path, n.value);

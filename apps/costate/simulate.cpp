@@ -27,7 +27,7 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   progress.start(setup.problem.solver.t_start);
   setup.problem.monitor = monitor(progress, setup.problem.solver.t_end);
-  TrajectoryRecorder recorder(setup, options.step);
+  TrajectoryRecorder recorder(setup, options.step, !setup.files);
   const GradientResult r = setup.located(
       [&] { return simulate(setup.problem, setup.rho, recorder.times(), recorder.sink()); });
   progress.finish();

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <set>
 
 #include "costate/base/error.h"
+#include "costate/objective/all_outputs.h"
 #include "costate/record/csv_file.h"
 #include "costate/record/hdf5_file.h"
 #include "costate/record/interrupt.h"
@@ -12,7 +14,7 @@
 
 namespace costate::app {
 
-TrajectoryRecorder::TrajectoryRecorder(const Setup& setup, std::optional<double> step) : setup_(setup) {
+TrajectoryRecorder::TrajectoryRecorder(const Setup& setup, std::optional<double> step, bool only_end) : setup_(setup) {
   const double t0 = setup.problem.solver.t_start, t1 = setup.problem.solver.t_end;
   double h = step.value_or(setup.scene.run.output_step_s.value_or(0));
   if (step && !(*step > 0 && std::isfinite(*step)))
@@ -23,6 +25,8 @@ TrajectoryRecorder::TrajectoryRecorder(const Setup& setup, std::optional<double>
   for (long i = 0; i <= static_cast<long>(count); ++i) times_.push_back(t0 + static_cast<double>(i) * h);
   if (times_.back() > t1 || t1 - times_.back() < 1e-9 * h) times_.back() = t1;
   if (times_.back() < t1) times_.push_back(t1);
+  // An integrator's first step depends on how far it is first asked to go: the first sample stays, so that the run does.
+  if (only_end && times_.size() > 2) times_ = {times_[1], t1};
   prepare(*setup.problem.mechanism);
 }
 
@@ -37,15 +41,13 @@ void TrajectoryRecorder::prepare(const Mechanism& m) {
   for (const auto& c : m.coordinates()) add("accelerations", c.name, c.unit + "/s^2");
   for (const auto& name : m.row_names()) add("multipliers", name, "1");
   for (const auto& name : m.state_names()) add("states", name, "1");
-  for (const auto& name : output_names(m)) {
-    std::unique_ptr<Output> o = make_output(m, name);
-    // Coordinates, multipliers, states and time have groups of their own.
-    const bool coordinate = [&] {
-      for (const auto& c : m.coordinates())
-        if (name == c.name || name == c.name + "_dot" || name == c.name + "_ddot") return true;
-      return name == "time" || name.rfind("lambda.", 0) == 0 || name.rfind("z.", 0) == 0;
-    }();
-    if (coordinate) continue;
+  // Coordinates, multipliers, states and time have groups of their own.
+  std::set<std::string> elsewhere = {"time"};
+  for (const auto& c : m.coordinates())
+    for (const char* suffix : {"", "_dot", "_ddot"}) elsewhere.insert(c.name + suffix);
+  for (auto& o : make_all_outputs(m)) {
+    const std::string& name = o->name();
+    if (elsewhere.contains(name) || name.starts_with("lambda.") || name.starts_with("z.")) continue;
     add("outputs", name, o->unit());
     outputs_.push_back(std::move(o));
   }

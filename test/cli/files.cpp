@@ -121,6 +121,18 @@ TEST_CASE("option --no-files writes nothing") {
   CHECK(here.entries().empty());
 }
 
+TEST_CASE("simulate: the same run and end with files and without") {
+  const WorkingDirectory here;
+  for (const std::string formulation : {"index1", "baumgarte"}) {
+    INFO(formulation);
+    const Json with = costate_json({"simulate", kFiveBar, "--formulation", formulation, "--output", "out"}, here.path());
+    const Json without = costate_json({"simulate", kFiveBar, "--formulation", formulation, "--no-files"}, here.path());
+    CHECK(without.at("psi") == with.at("psi"));
+    CHECK(without.at("terminal") == with.at("terminal"));
+    CHECK(without.at("counters").at("steps") == with.at("counters").at("steps"));
+  }
+}
+
 TEST_CASE("a failed run leaves the results of an earlier one as they were") {
   const WorkingDirectory here;
   costate_json({"simulate", kFiveBar, "--output", "out"}, here.path());

@@ -73,6 +73,29 @@ Vector column(Eigen::Index rows, const F& fill) {
   return m;
 }
 
+/// Weights between -1 and 1 without a pattern.
+inline Vector weights(Eigen::Index count, int seed) {
+  return Vector::NullaryExpr(count, [seed](Eigen::Index i) { return std::sin(1.7 * static_cast<double>(i) + seed); });
+}
+
+/// Sums of weighted derivatives by all numbers at once, and by every other one, added to what is there; `sizes`: sums of
+/// the magnitudes of what is weighted, the weights being at most 1.
+template <class Add>
+void check_sums(const std::string& what, const Vector& expected, const Vector& sizes, const Add& add) {
+  const double size = std::max(1.0, sizes.size() == 0 ? 0.0 : sizes.maxCoeff());
+  for (const int step : {1, 2}) {
+    std::vector<int> numbers;
+    for (int k = 0; k < expected.size(); k += step) numbers.push_back(k);
+    std::vector<double> found(numbers.size(), 0.5);
+    add(numbers.data(), static_cast<int>(numbers.size()), found.data());
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      const double value = 0.5 + expected[numbers[i]];
+      INFO(what << ": number " << numbers[i] << " gives " << found[i] << ", expected " << value << "; sizes up to " << size);
+      REQUIRE(std::abs(found[i] - value) <= kHandTolerance * size);
+    }
+  }
+}
+
 // Bodies.
 
 inline Matrix mass(const Body& e, const Local& s) {
@@ -213,6 +236,8 @@ inline void check(const Constraint& e, const Local& s) {
     return differences(s.p, [&](const Vector& x) { return f(e, s.with_p(x)); });
   };
   const Matrix phi_p = by_p(phi), phid_p = by_p(phid), phidd_p = by_p(phidd), reaction_p = by_p(reaction);
+  const Vector w0 = weights(m, 1), w1 = weights(m, 2), w2 = weights(m, 3), w_reaction = weights(n, 4);
+  Vector plain = Vector::Zero(s.p.size()), sizes = plain, with_reaction = plain;
   for (int k = 0; k < s.p.size(); ++k) {
     Vector p0 = Vector::Zero(m), p1 = p0, p2 = p0, r = Vector::Zero(n), d0 = p0, d1 = p0, d2 = p0, dr = r;
     e.calc_number_partial(s.view(), k, p0.data(), p1.data(), p2.data(), r.data());
@@ -226,7 +251,18 @@ inline void check(const Constraint& e, const Local& s) {
     require_equal(name + "phid by differences", d1, phid_p.col(k), kDifferenceTolerance);
     require_equal(name + "phidd by differences", d2, phidd_p.col(k), kDifferenceTolerance);
     require_equal(name + "reaction by differences", dr, reaction_p.col(k), kDifferenceTolerance);
+    plain[k] = w0.dot(d0) + w1.dot(d1) + w2.dot(d2);
+    with_reaction[k] = plain[k] + w_reaction.dot(dr);
+    sizes[k] = d0.cwiseAbs().sum() + d1.cwiseAbs().sum() + d2.cwiseAbs().sum() + dr.cwiseAbs().sum();
   }
+  const auto add = [&](const double* reaction_weights) {
+    return [&s, &e, w = ConstraintWeights{w0.data(), w1.data(), w2.data(), reaction_weights}](
+               const int* numbers, int count, double* out) {
+      for (int i = 0; i < count; ++i) out[i] += e.calc_number_gradient(s.view(), numbers[i], w);
+    };
+  };
+  check_sums("weighted sum by the numbers", plain, sizes, add(nullptr));
+  check_sums("weighted sum with the reaction by the numbers", with_reaction, sizes, add(w_reaction.data()));
 }
 
 // Forces.
@@ -280,13 +316,26 @@ inline void check(const Force& e, const Local& s) {
   require_equal("f_z by differences", dual.f_z, by_z.bottomRows(nz), kDifferenceTolerance);
 
   const Matrix by_p = differences(s.p, [&](const Vector& x) { return force(e, s.with_p(x)); });
+  const Vector w_Q = weights(n, 1), w_f = weights(nz, 2);
+  Vector of_force = Vector::Zero(s.p.size()), of_states = of_force, sizes = of_force;
   for (int k = 0; k < s.p.size(); ++k) {
     Vector found = Vector::Zero(n + nz), dual_p = found;
     e.calc_number_partial(s.view(), k, found.data(), found.data() + n);
     e.Force::calc_number_partial(s.view(), k, dual_p.data(), dual_p.data() + n);
     require_equal(fmt::format("number {}", k), found, dual_p, kHandTolerance);
     require_equal(fmt::format("number {} by differences", k), dual_p, by_p.col(k), kDifferenceTolerance);
+    of_force[k] = w_Q.dot(dual_p.head(n));
+    of_states[k] = w_f.dot(dual_p.tail(nz));
+    sizes[k] = dual_p.cwiseAbs().sum();
   }
+  const auto add = [&](const double* force_weights, const double* state_weights) {
+    return [&s, &e, force_weights, state_weights](const int* numbers, int count, double* out) {
+      e.add_number_gradient(s.view(), force_weights, state_weights, numbers, count, out);
+    };
+  };
+  check_sums("weighted force by the numbers", of_force, sizes, add(w_Q.data(), nullptr));
+  check_sums("weighted rates by the numbers", of_states, sizes, add(nullptr, w_f.data()));
+  check_sums("weighted sum by the numbers", of_force + of_states, sizes, add(w_Q.data(), w_f.data()));
 
   const auto potential = [&](const Vector& x) {
     return Vector::Constant(1, e.potential_energy(s.with_q(x).view()));

@@ -1,6 +1,6 @@
 // The example scene of every registered kind as a whole: what is assembled, the outputs' gradients and the
 // start's derivatives equal differences.
-#include "costate/objective/output.h"
+#include "costate/objective/all_outputs.h"
 #include "examples.h"
 
 using namespace costate;
@@ -114,10 +114,15 @@ TEST_CASE("every example's assembled blocks equal differences of the equations o
 
 TEST_CASE("every output's gradient equals differences of its value") {
   for_each_example([](const Scene& scene, Assembly& assembly, const State& s) {
-    for (const auto& name : output_names(*scene.mechanism())) {
-      INFO("output " << name);
-      const auto output = make_output(*scene.mechanism(), name);
-      REQUIRE(output->name() == name);
+    const auto names = output_names(*scene.mechanism());
+    const auto all = make_all_outputs(*scene.mechanism());
+    REQUIRE(all.size() == names.size());
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      INFO("output " << names[i]);
+      const auto output = make_output(*scene.mechanism(), names[i]);
+      REQUIRE(output->name() == names[i]);
+      REQUIRE(all[i]->name() == names[i]);
+      REQUIRE(all[i]->unit() == output->unit());
       check_output(*output, assembly, s);
     }
   });

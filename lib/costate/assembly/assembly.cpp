@@ -438,10 +438,14 @@ void Assembly::add_parameter_gradient(const StateView& s, const ParameterWeights
       for (std::size_t k = 0; k < count; ++k) deliver(e.numbers()[active[first + k]], -sums[k]);
     }
   }
+  StateView all = s;  // of what has no weight, v and a may be missing
+  rest_.resize(static_cast<std::size_t>(n_), 0.0);
+  if (!s.v) all.v = rest_.data();
+  if (!s.a) all.a = rest_.data();
   for (std::size_t i = 0; i < constraints_.size(); ++i) {
     if (constraints_[i].active.empty()) continue;
     const Constraint& e = *mechanism_->constraints()[i];
-    const LocalState l = gather(constraints_[i], s);
+    const LocalState l = gather(constraints_[i], all);
     gather_weights(e);
     for (int j = 0; j < e.rows(); ++j) {
       const int row = constraints_[i].row_offset + j;

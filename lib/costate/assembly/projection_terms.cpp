@@ -77,7 +77,9 @@ void Assembly::add_projection_gradient(const StateView& s, const double* u, cons
     for (std::size_t j = 0; j < e.coordinates().size(); ++j) x += s1[e.coordinates()[j]] * f[j];
     for (const auto& [column, c] : columns_[number]) gradient[column] += factor * c * x;
   });
-  StateView x = s;
+  StateView x = s;  // only q and lambda count
+  rest_.resize(static_cast<std::size_t>(n_), 0.0);
+  x.v = x.a = rest_.data();
   x.lambda = eta;
   const double none[kMaxLocal] = {};
   double local[kMaxLocal];

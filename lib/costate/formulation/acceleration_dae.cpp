@@ -95,7 +95,9 @@ void AccelerationDae::linearize(const StateView& s) {
   std::memcpy(p + 1, s.q, bytes);
   point_ = view(s.t, p + 1);
   level_.invalidate();
-  assembly_.calc_dynamics(point_);
+  // Of the values only M and Phi_q stand in the products: forces are not evaluated.
+  assembly_.calc_mass(point_);
+  assembly_.calc_jacobian(point_);
   level_.linearize(point_);
   linearized_ = true;
 }

@@ -105,7 +105,9 @@ void Index2Dae::linearize(double t, const double* y, const double*) {
   std::memcpy(p + 1, y, bytes);
   point_ = view(t, p + 1);
   level_.invalidate();
-  assembly_.calc_dynamics(point_);
+  // Of the values only M and Phi_q stand in the products: forces are not evaluated.
+  assembly_.calc_mass(point_);
+  assembly_.calc_jacobian(point_);
   assembly_.calc_partials(point_);
   assembly_.calc_hessian(point_, point_.lambda + m_, hessian_);
   linearized_ = true;

@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <functional>
+#include <optional>
+#include <string_view>
 
 #include "costate/assembly/second_terms.h"
 #include "costate/base/error.h"
+#include "costate/objective/all_outputs.h"
 #include "costate/objective/local_output.h"
 
 namespace costate {
@@ -241,13 +244,16 @@ std::string rate_unit(const std::string& unit, int order) {
   return order == 0 ? unit : order == 1 ? unit + "/s" : unit + "/s^2";
 }
 
-/// Calls visit(name, factory) for every output until it returns true.
+/// Calls visit(name, factory) for every output until it returns true; where one name is wanted, only for those of things
+/// (coordinates, points, elements, ...) whose own name it begins with, so that the names of all others are not made.
 template <class Visit>
-bool for_each_output(const Mechanism& m, Visit&& visit) {
+bool for_each_output(const Mechanism& m, std::optional<std::string_view> wanted, Visit&& visit) {
   using Factory = std::function<std::unique_ptr<Output>()>;
-  for (int i = 0; i < m.coordinate_count(); ++i)
+  const auto may_be_of = [&](std::string_view thing) { return !wanted || wanted->starts_with(thing); };
+  for (int i = 0; i < m.coordinate_count(); ++i) {
+    const auto& c = m.coordinates()[i];
+    if (!may_be_of(c.name)) continue;
     for (int order = 0; order < 3; ++order) {
-      const auto& c = m.coordinates()[i];
       const std::string name = c.name + kSuffix[order];
       const Entry::Of of[3] = {Entry::Of::q, Entry::Of::v, Entry::Of::a};
       if (visit(name, Factory([&, i, order, name] {
@@ -255,8 +261,10 @@ bool for_each_output(const Mechanism& m, Visit&& visit) {
                 })))
         return true;
     }
+  }
   for (const auto& p : m.points()) {
     if (p.kind() == PlanarPoint::Kind::ground || p.kind() == PlanarPoint::Kind::free) continue;
+    if (!may_be_of(p.name())) continue;
     for (int component = 0; component < 2; ++component)
       for (int order = 0; order < 3; ++order) {
         const std::string name = p.name() + (component == 0 ? ".x" : ".y") + kSuffix[order];
@@ -268,6 +276,7 @@ bool for_each_output(const Mechanism& m, Visit&& visit) {
   }
   for (const auto& p : m.spatial_points()) {
     if (p.kind() == SpatialPoint::Kind::ground || p.kind() == SpatialPoint::Kind::free) continue;
+    if (!may_be_of(p.name())) continue;
     for (int component = 0; component < 3; ++component)
       for (int order = 0; order < 3; ++order) {
         const std::string name = p.name() + "." + "xyz"[component] + kSuffix[order];
@@ -279,6 +288,7 @@ bool for_each_output(const Mechanism& m, Visit&& visit) {
   }
   const auto elements = [&](const auto& list, auto row_of, auto rows_of, auto state_of, auto states_of) {
     for (std::size_t k = 0; k < list.size(); ++k) {
+      if (!may_be_of(list[k]->name())) continue;
       const auto measures = list[k]->measures();
       for (std::size_t i = 0; i < measures.size(); ++i) {
         const std::string name = list[k]->name() + "." + measures[i].name;
@@ -301,7 +311,7 @@ bool for_each_output(const Mechanism& m, Visit&& visit) {
           m.forces(), none, none, [&](std::size_t k) { return m.state_offsets()[k]; },
           [&](std::size_t k) { return m.forces()[k]->states(); }))
     return true;
-  const auto rows = m.row_names();
+  const auto rows = may_be_of("lambda.") ? m.row_names() : std::vector<std::string>{};
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const std::string name = "lambda." + rows[i];
     if (visit(name, Factory([=] {
@@ -309,7 +319,7 @@ bool for_each_output(const Mechanism& m, Visit&& visit) {
               })))
       return true;
   }
-  const auto states = m.state_names();
+  const auto states = may_be_of("z.") ? m.state_names() : std::vector<std::string>{};
   for (std::size_t i = 0; i < states.size(); ++i) {
     const std::string name = "z." + states[i];
     if (visit(name, Factory([=] { return std::make_unique<Entry>(name, "1", Entry::Of::z, static_cast<int>(i)); })))
@@ -325,7 +335,7 @@ bool for_each_output(const Mechanism& m, Visit&& visit) {
 
 std::unique_ptr<Output> make_output(const Mechanism& mechanism, const std::string& name) {
   std::unique_ptr<Output> result;
-  for_each_output(mechanism, [&](const std::string& candidate, const auto& factory) {
+  for_each_output(mechanism, name, [&](const std::string& candidate, const auto& factory) {
     if (candidate != name) return false;
     result = factory();
     return true;
@@ -337,11 +347,20 @@ std::unique_ptr<Output> make_output(const Mechanism& mechanism, const std::strin
 
 std::vector<std::string> output_names(const Mechanism& mechanism) {
   std::vector<std::string> names;
-  for_each_output(mechanism, [&](const std::string& name, const auto&) {
+  for_each_output(mechanism, {}, [&](const std::string& name, const auto&) {
     names.push_back(name);
     return false;
   });
   return names;
+}
+
+std::vector<std::unique_ptr<Output>> make_all_outputs(const Mechanism& mechanism) {
+  std::vector<std::unique_ptr<Output>> outputs;
+  for_each_output(mechanism, {}, [&](const std::string&, const auto& factory) {
+    outputs.push_back(factory());
+    return false;
+  });
+  return outputs;
 }
 
 }  // namespace costate

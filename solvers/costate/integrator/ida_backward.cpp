@@ -46,6 +46,8 @@ void IdaSession::solve_backward(AdjointState& mu, const AdjointSize& expected, s
   b.yp = Vector(n, context_);
   b.q = Vector(np, context_);
   b.atol_q = Vector(np, context_);
+  b.g_y.assign(static_cast<std::size_t>(n), 0);
+  b.g_rho.assign(static_cast<std::size_t>(np), 0);
   std::copy(mu.mu.begin(), mu.mu.end(), b.y.data());
   std::copy(mu.mup.begin(), mu.mup.end(), b.yp.data());
   b.atol = Vector(n, context_);
@@ -98,6 +100,16 @@ void IdaSession::solve_backward(AdjointState& mu, const AdjointSize& expected, s
   c.position_iterations = system_.position_iterations();
 }
 
+const IdaSession::Backward& IdaSession::backward_cost_gradient(double t, const double* x) {
+  Backward& b = *backward_;
+  if (t != b.cost_time) {
+    std::fill(b.g_rho.begin(), b.g_rho.end(), 0.0);
+    system_.running_cost_gradient(t, x, b.g_y.data(), 1, b.g_rho.data());
+    b.cost_time = t;
+  }
+  return b;
+}
+
 int IdaSession::backward_residual(double t, N_Vector y, N_Vector yp, N_Vector yB, N_Vector ypB, N_Vector rB, void* p) {
   IdaSession& s = self_of(p);
   return s.guard_.run([&] {
@@ -108,7 +120,8 @@ int IdaSession::backward_residual(double t, N_Vector y, N_Vector yp, N_Vector yB
     const int n = s.system_.size();
     const double* x = s.forward(t, y);
     s.system_.linearize(t, x, data(yp));
-    s.system_.running_cost_gradient(t, x, r, 0, nullptr);
+    const Backward& b = s.backward_cost_gradient(t, x);
+    std::copy(b.g_y.begin(), b.g_y.end(), r);
     const double *id = s.id_.data(), *mup = data(ypB);
     for (int i = 0; i < n; ++i) r[i] += id[i] * mup[i];
     s.system_.add_transposed_product(-1, data(yB), r);
@@ -126,10 +139,10 @@ int IdaSession::backward_quadrature(double t, N_Vector y, N_Vector yp, N_Vector 
   return s.guard_.run([&] {
     // Integrated from T down to 0, so the sign of g_rho - mu^T F_rho is turned.
     double* q = data(qB);
-    std::fill(q, q + s.system_.parameter_count(), 0.0);
     const double* x = s.forward(t, y);
     s.system_.linearize(t, x, data(yp));
-    s.system_.running_cost_gradient(t, x, s.g_y_.data(), -1, q);
+    const Backward& b = s.backward_cost_gradient(t, x);
+    for (std::size_t j = 0; j < b.g_rho.size(); ++j) q[j] = -b.g_rho[j];
     s.system_.add_parameter_gradient(1, data(yB), q);
   });
 }

@@ -2,6 +2,7 @@
 // adjoint module with checkpoints. The methods in sensitivity/ are short programs on this.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -73,6 +74,10 @@ class IdaSession {
     int which = -1;
     Vector y, yp, q, id, atol, atol_q;
     std::unique_ptr<NewtonOperator> newton;
+    // The running cost's gradient, kept for further calls at the same time: Newton's iterations and the integrand of the
+    // gradient come back to it.
+    double cost_time = std::numeric_limits<double>::quiet_NaN();
+    std::vector<double> g_y, g_rho;
   };
   static IdaSession& self_of(void* p) { return *static_cast<IdaSession*>(p); }
   void record_step(double begin, double end, Trajectory& trajectory);
@@ -85,6 +90,8 @@ class IdaSession {
   void poll(double t, bool backward);
   /// The forward state in a backward callback.
   const double* forward(double t, N_Vector y) { return forward_.at(t, costate::data(y), system_.size()); }
+  /// g_y and g_rho in a backward callback.
+  const Backward& backward_cost_gradient(double t, const double* x);
   /// Before a callback of the forward problem evaluates the system.
   void watch_forward();
   /// Zeroed, `count` entries.

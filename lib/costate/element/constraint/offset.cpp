@@ -1,5 +1,7 @@
 #include "costate/element/constraint/offset.h"
 
+#include "costate/element/point/number_gradient.h"
+
 namespace costate {
 
 namespace {
@@ -39,6 +41,17 @@ void OffsetConstraint::calc_partials(const LocalState& s, LocalMatrix& hessian, 
   offset_.partials(s.q, s.v, s.a, s.p + 3, direction(s), rate_q, acceleration_q);
   phid_q.leftCols(offset_.size()) = rate_q;
   phidd_q.leftCols(offset_.size()) = acceleration_q;
+}
+
+double OffsetConstraint::calc_number_gradient(const LocalState& s, int number, const ConstraintWeights& w) const {
+  double by_number[3 + kMaxNumbers<SpatialVector>] = {};
+  const bool reaction = w.reaction && s.lambda;
+  const double weights[3] = {w.phi[0], w.phid[0], w.phidd[0]};
+  const Vector3 by_direction =
+      offset_.add_number_gradient(s.q, s.v, s.a, weights, reaction ? w.reaction : nullptr,
+                                  reaction ? s.lambda[0] : 0, s.p + 3, direction(s), by_number + 3);
+  Eigen::Map<Vector3>(by_number, 3) = axis_gradient(s.p, by_direction);
+  return by_number[number];
 }
 
 }  // namespace costate

@@ -1,5 +1,7 @@
 #include "costate/element/constraint/spatial_coincidence.h"
 
+#include "costate/element/point/number_gradient.h"
+
 namespace costate {
 
 SpatialCoincidenceConstraint::SpatialCoincidenceConstraint(std::string kind, std::string name,
@@ -27,6 +29,16 @@ void SpatialCoincidenceConstraint::calc_partials(const LocalState& s, LocalMatri
   calc_hessian(s, hessian);
   phid_q = d_.jacobian_dot(s.q, s.v, s.p);
   phidd_q = d_.acceleration_partial(s.q, s.v, s.a, s.p);
+}
+
+double SpatialCoincidenceConstraint::calc_number_gradient(const LocalState& s, int number,
+                                                          const ConstraintWeights& w) const {
+  double by_number[kMaxNumbers<SpatialVector>] = {};
+  add_number_gradient(d_, s.q, s.p, Vector3(w.phi), by_number);
+  add_rate_number_gradient(d_, s.q, s.v, s.p, Vector3(w.phid), by_number);
+  add_acceleration_number_gradient(d_, s.q, s.v, s.a, s.p, Vector3(w.phidd), by_number);
+  if (w.reaction && s.lambda) add_rate_number_gradient(d_, s.q, w.reaction, s.p, Vector3(s.lambda), by_number);
+  return by_number[number];
 }
 
 }  // namespace costate

@@ -1,5 +1,7 @@
 #include "costate/element/constraint/spatial_distance.h"
 
+#include "costate/element/point/number_gradient.h"
+
 namespace costate {
 
 SpatialDistanceConstraint::SpatialDistanceConstraint(std::string kind, std::string name, SpatialVector d,
@@ -44,6 +46,31 @@ void SpatialDistanceConstraint::calc_partials(const LocalState& s, LocalMatrix& 
   phid_q.noalias() = 2 * (dv.transpose() * J + d.transpose() * Jv);
   phidd_q.noalias() = 2 * (da.transpose() * J + 2 * dv.transpose() * Jv +
                            d.transpose() * d_.acceleration_partial(s.q, s.v, s.a, s.p + 1));
+}
+
+// phi = d.d - L^2, phid = 2 d.dv, phidd = 2 (dv.dv + d.da), phi_q w = 2 d.dw: their weighted sum by d, dv, da and dw,
+// and these by the points' numbers.
+double SpatialDistanceConstraint::calc_number_gradient(const LocalState& s, int number,
+                                                       const ConstraintWeights& w) const {
+  const double w0 = w.phi[0], w1 = w.phid[0], w2 = w.phidd[0];
+  const double* p = s.p + 1;
+  double by_number[1 + kMaxNumbers<SpatialVector>] = {-2 * s.p[0] * w0}, *by_points = by_number + 1;
+  Vector3 d, dv;
+  d_.value(s.q, p, d.data());
+  d_.rate(s.q, s.v, p, dv.data());
+  Vector3 by_d = 2 * (w0 * d + w1 * dv + w2 * d_.acceleration(s.q, s.v, s.a, p));
+  const Vector3 by_dv = 2 * (w1 * d + 2 * w2 * dv), by_da = 2 * w2 * d;
+  if (w.reaction && s.lambda) {
+    Vector3 dw;
+    d_.rate(s.q, w.reaction, p, dw.data());
+    by_d += 2 * s.lambda[0] * dw;
+    const Vector3 by_dw = 2 * s.lambda[0] * d;
+    add_rate_number_gradient(d_, s.q, w.reaction, p, by_dw, by_points);
+  }
+  add_number_gradient(d_, s.q, p, by_d, by_points);
+  add_rate_number_gradient(d_, s.q, s.v, p, by_dv, by_points);
+  add_acceleration_number_gradient(d_, s.q, s.v, s.a, p, by_da, by_points);
+  return by_number[number];
 }
 
 }  // namespace costate

@@ -30,6 +30,7 @@ class SpatialDistanceConstraint final : public ConstraintOf<SpatialDistanceConst
   void calc_hessian(const LocalState& s, LocalMatrix& hessian) const override;
   void calc_partials(const LocalState& s, LocalMatrix& hessian, LocalMatrix& phid_q,
                      LocalMatrix& phidd_q) const override;
+  double calc_number_gradient(const LocalState& s, int number, const ConstraintWeights& w) const override;
 
  private:
   SpatialVector d_;

@@ -66,9 +66,8 @@ class AngularForce final : public ForceOf<AngularForce<Law>> {
 
   void calc_number_partial(const LocalState& s, int number, double* Q_p, double* f_p) const override {
     double force_p;
-    if (!calc_law_number_partial(law_, s.t, difference(s.q), difference(s.v), s.z, s.p,
-                                 static_cast<int>(this->numbers().size()), number, force_p, f_p))
-      return Force::calc_number_partial(s, number, Q_p, f_p);
+    calc_law_number_partial(law_, s.t, difference(s.q), difference(s.v), s.z, s.p,
+                            static_cast<int>(this->numbers().size()), number, force_p, f_p);
     Q_p[relative_ ? 1 : 0] = -force_p;
     if (relative_) Q_p[0] = force_p;
   }

@@ -8,8 +8,7 @@
 #include "costate/base/error.h"
 #include "costate/element/element.h"
 #include "costate/element/force/force_law.h"
-#include "costate/element/point/planar_vector.h"
-#include "costate/element/point/spatial_vector.h"
+#include "costate/element/point/number_gradient.h"
 
 namespace costate {
 
@@ -83,29 +82,48 @@ class AxialForce final : public ForceOf<AxialForce<Law, Line>> {
     double d[dim], n[dim], length, rate, force_p;
     if (number >= law_number_count_) return Force::calc_number_partial(s, number, Q_p, f_p);
     geometry(s.q, s.v, s.p, d, n, length, rate);
-    if (!calc_law_number_partial(law_, s.t, length, rate, s.z, s.p, law_number_count_, number, force_p, f_p))
-      return Force::calc_number_partial(s, number, Q_p, f_p);
+    calc_law_number_partial(law_, s.t, length, rate, s.z, s.p, law_number_count_, number, force_p, f_p);
     apply(s.q, s.p, n, force_p, Q_p);
   }
 
+  /// w_Q^T Q + w_f^T zdot = w_f^T f(L, Ldot) - F(L, Ldot) L_w with L_w = L_q w_Q: by the law's numbers at fixed lengths,
+  /// by those of the points through d, d' and d_w = d_q w_Q.
   void add_number_gradient(const LocalState& s, const double* w_Q, const double* w_f, const int* numbers, int count,
                            double* out) const override {
-    double d[dim], n[dim], length, rate, unit[kMaxLocal] = {}, along = 0, force_p, f_p[Law::states + 1];
-    geometry(s.q, s.v, s.p, d, n, length, rate);
-    if (w_Q) {
-      apply(s.q, s.p, n, 1.0, unit);
-      for (int j = 0; j < d_.size(); ++j) along += w_Q[j] * unit[j];
-    }
+    const double still[Line::kMax] = {}, *w = w_Q ? w_Q : still, *p = s.p + law_number_count_;
+    Vector d, n, dv, dw;
+    double length, rate, force_p, f_p[Law::states + 1];
+    geometry(s.q, s.v, s.p, d.data(), n.data(), length, rate);
+    d_.rate(s.q, w, p, dw.data());
+    const double along = n.dot(dw);
+    bool of_points = false;
     for (int i = 0; i < count; ++i) {
-      if (numbers[i] >= law_number_count_ ||
-          !calc_law_number_partial(law_, s.t, length, rate, s.z, s.p, law_number_count_, numbers[i], force_p, f_p)) {
-        Force::add_number_gradient(s, w_Q, w_f, numbers + i, 1, out + i);
+      if (numbers[i] >= law_number_count_) {
+        of_points = true;
         continue;
       }
-      out[i] += along * force_p;
+      calc_law_number_partial(law_, s.t, length, rate, s.z, s.p, law_number_count_, numbers[i], force_p, f_p);
+      out[i] -= along * force_p;
       if (w_f)
         for (int j = 0; j < Law::states; ++j) out[i] += w_f[j] * f_p[j];
     }
+    if (!of_points) return;
+    const LawPartials<Law> law(law_, s.t, length, rate, s.z, s.p);
+    const double F = law.force.v;
+    double by_length = -law.force.d[0] * along, by_rate = -law.force.d[1] * along;
+    for (int j = 0; j < Law::states && w_f; ++j) {
+      by_length += w_f[j] * law.zdot[j].d[0];
+      by_rate += w_f[j] * law.zdot[j].d[1];
+    }
+    d_.rate(s.q, s.v, p, dv.data());
+    const Vector by_d = by_length * n + by_rate / length * (dv - rate * n) - F / length * (dw - along * n);
+    const Vector by_dv = by_rate * n, by_dw = -F * n;
+    double by_number[kMaxNumbers<Line>] = {};
+    costate::add_number_gradient(d_, s.q, p, by_d, by_number);
+    add_rate_number_gradient(d_, s.q, s.v, p, by_dv, by_number);
+    add_rate_number_gradient(d_, s.q, w, p, by_dw, by_number);
+    for (int i = 0; i < count; ++i)
+      if (numbers[i] >= law_number_count_) out[i] += by_number[numbers[i] - law_number_count_];
   }
 
   std::vector<Measure> measures() const override {

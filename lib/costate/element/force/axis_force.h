@@ -9,8 +9,7 @@
 
 #include "costate/element/element.h"
 #include "costate/element/force/force_law.h"
-#include "costate/element/point/body_direction.h"
-#include "costate/element/point/spatial_vector.h"
+#include "costate/element/point/number_gradient.h"
 
 namespace costate {
 
@@ -89,9 +88,53 @@ class AxisForce final : public ForceOf<AxisForce<Law>> {
     double x, rate, force_p;
     if (number >= axis_) return Force::calc_number_partial(s, number, Q_p, f_p);
     displacement(s.q, s.v, s.p, x, rate);
-    if (!calc_law_number_partial(law_, s.t, x, rate, s.z, s.p, axis_, number, force_p, f_p))
-      return Force::calc_number_partial(s, number, Q_p, f_p);
+    calc_law_number_partial(law_, s.t, x, rate, s.z, s.p, axis_, number, force_p, f_p);
     apply(s.q, s.p, force_p, Q_p);
+  }
+
+  /// w_Q^T Q + w_f^T zdot = w_f^T f(x, xdot) - F(x, xdot) x_w with x_w = x_q w_Q: by the law's numbers at fixed x, by those
+  /// of the axis and the points through d and u, their rates along v and along w_Q.
+  void add_number_gradient(const LocalState& s, const double* w_Q, const double* w_f, const int* numbers, int count,
+                           double* out) const override {
+    const double still[SpatialVector::kMax] = {}, *w = w_Q ? w_Q : still, *points = s.p + axis_ + 3;
+    const double *e = s.q + rotation_, *ev = s.v + rotation_, *ew = w + rotation_;
+    const Vector3 a = unit(s.p), u = u_.value(e, a), uv = u_.rate(e, ev, a), uw = u_.rate(e, ew, a);
+    Vector3 d, dv, dw;
+    d_.value(s.q, points, d.data());
+    d_.rate(s.q, s.v, points, dv.data());
+    d_.rate(s.q, w, points, dw.data());
+    const double x = u.dot(d), rate = u.dot(dv) + uv.dot(d), along = u.dot(dw) + uw.dot(d);
+    double force_p, f_p[Law::states + 1];
+    bool of_geometry = false;
+    for (int i = 0; i < count; ++i) {
+      if (numbers[i] >= axis_) {
+        of_geometry = true;
+        continue;
+      }
+      calc_law_number_partial(law_, s.t, x, rate, s.z, s.p, axis_, numbers[i], force_p, f_p);
+      out[i] -= along * force_p;
+      if (w_f)
+        for (int j = 0; j < Law::states; ++j) out[i] += w_f[j] * f_p[j];
+    }
+    if (!of_geometry) return;
+    const LawPartials<Law> law(law_, s.t, x, rate, s.z, s.p);
+    const double F = law.force.v;
+    double by_x = -law.force.d[0] * along, by_rate = -law.force.d[1] * along;
+    for (int j = 0; j < Law::states && w_f; ++j) {
+      by_x += w_f[j] * law.zdot[j].d[0];
+      by_rate += w_f[j] * law.zdot[j].d[1];
+    }
+    double by_number[3 + kMaxNumbers<SpatialVector>] = {};
+    costate::add_number_gradient(d_, s.q, points, by_x * u + by_rate * uv - F * uw, by_number + 3);
+    add_rate_number_gradient(d_, s.q, s.v, points, by_rate * u, by_number + 3);
+    add_rate_number_gradient(d_, s.q, w, points, -F * u, by_number + 3);
+    Vector3 by_a = Vector3::Zero();
+    add_component_gradient(u_, e, by_x * d + by_rate * dv - F * dw, by_a);
+    add_rate_component_gradient(u_, e, ev, by_rate * d, by_a);
+    add_rate_component_gradient(u_, e, ew, -F * d, by_a);
+    Eigen::Map<Vector3>(by_number, 3) = axis_gradient(s.p + axis_, by_a);
+    for (int i = 0; i < count; ++i)
+      if (numbers[i] >= axis_) out[i] += by_number[numbers[i] - axis_];
   }
 
   std::vector<Measure> measures() const override {

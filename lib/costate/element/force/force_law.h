@@ -4,6 +4,7 @@
 // from dual numbers, so that a new law is a few lines of physics and no calculus.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <vector>
@@ -13,6 +14,14 @@
 
 namespace costate {
 
+/// A law's numbers as path duals, in a buffer of the thread that grows once: a table has many.
+inline PathDual* law_numbers(const double* p, int count) {
+  thread_local std::vector<PathDual> buffer;
+  if (buffer.size() < static_cast<std::size_t>(count)) buffer.resize(static_cast<std::size_t>(count));
+  std::copy(p, p + count, buffer.begin());
+  return buffer.data();
+}
+
 /// A ScalarLaw inside a templated law, for each scalar that laws are compiled for.
 inline double evaluate(const ScalarLaw& f, double x, const double* p) { return f.value(x, p); }
 inline PathDual evaluate(const ScalarLaw& f, const PathDual& x, const PathDual* p) { return f.value(x, p); }
@@ -20,6 +29,13 @@ template <int N>
 Dual<N> evaluate(const ScalarLaw& f, const Dual<N>& x, const double* p) {
   const Dual<1> y = f.slope(x.v, p);
   return chain(x, y.v, y.d[0]);
+}
+
+/// df/dp_k of a ScalarLaw.
+inline double law_number_partial(const ScalarLaw& f, double x, const double* p, int k) {
+  PathDual* pp = law_numbers(p, f.number_count());
+  pp[k].d[0] = Taylor2(1.0);
+  return f.value(PathDual(x), pp).d[0].c0;
 }
 
 /// F = k (x - x0) + c xdot + F0 + spring(x - x0) + damper(xdot).
@@ -38,12 +54,13 @@ struct SpringDamperLaw {
     }
     if (damper) force += evaluate(*damper, rate, q);
   }
-  /// dF/dp_k where that is plain: true.
-  bool calc_number_partial(double x, double rate, const double* p, int k, double& force_p) const {
-    if (k > 3 || (k == 1 && spring)) return false;
-    const double of[4] = {x - p[1], -p[0], rate, 1};
-    force_p = of[k];
-    return true;
+  /// dF/dp_k.
+  double number_partial(double x, double rate, const double* p, int k) const {
+    const double *of_spring = p + 4, *of_damper = of_spring + (spring ? spring->number_count() : 0);
+    if (k >= of_damper - p) return law_number_partial(*damper, rate, of_damper, static_cast<int>(k - (of_damper - p)));
+    if (k >= 4) return law_number_partial(*spring, x - p[1], of_spring, k - 4);
+    const double of[4] = {x - p[1], -p[0] - (k == 1 && spring ? spring->slope(x - p[1], of_spring).d[0] : 0), rate, 1};
+    return of[k];
   }
   double potential_energy(double x, const double* p) const {
     const double e = x - p[1];
@@ -93,23 +110,20 @@ struct LawPartials {
   }
 };
 
-/// Derivatives of a law's force and state rates with respect to its number k: true, or false when the law has more
-/// numbers than fit on the stack.
+/// Derivatives of a law's force and state rates with respect to its number k of `count`.
 template <class Law>
-bool calc_law_number_partial(const Law& law, double t, double x, double rate, const double* z, const double* p,
+void calc_law_number_partial(const Law& law, double t, double x, double rate, const double* z, const double* p,
                              int count, int k, double& force_p, double* f_p) {
-  if constexpr (requires { law.calc_number_partial(x, rate, p, k, force_p); })
-    if (law.calc_number_partial(x, rate, p, k, force_p)) return true;
-  constexpr int most = 16;
-  if (count > most) return false;
-  PathDual pp[most], zz[Law::states + 1], force, zdot[Law::states + 1];
-  for (int i = 0; i < count; ++i) pp[i] = PathDual(p[i]);
-  pp[k].d[0] = Taylor2(1.0);
-  for (int i = 0; i < Law::states; ++i) zz[i] = PathDual(z[i]);
-  law(PathDual(t), PathDual(x), PathDual(rate), zz, pp, force, zdot);
-  force_p = force.d[0].c0;
-  for (int i = 0; i < Law::states; ++i) f_p[i] = zdot[i].d[0].c0;
-  return true;
+  if constexpr (requires { law.number_partial(x, rate, p, k); }) {
+    force_p = law.number_partial(x, rate, p, k);
+  } else {
+    PathDual *pp = law_numbers(p, count), zz[Law::states + 1], force, zdot[Law::states + 1];
+    pp[k].d[0] = Taylor2(1.0);
+    for (int i = 0; i < Law::states; ++i) zz[i] = PathDual(z[i]);
+    law(PathDual(t), PathDual(x), PathDual(rate), zz, pp, force, zdot);
+    force_p = force.d[0].c0;
+    for (int i = 0; i < Law::states; ++i) f_p[i] = zdot[i].d[0].c0;
+  }
 }
 
 }  // namespace costate

@@ -12,6 +12,35 @@ PathDriver::PathDriver(std::string name, SpatialPoint point, int coordinate, std
   append_numbers(path_numbers);
 }
 
+void PathDriver::calc_partials(const LocalState& s, ForcePartials out) const {
+  using Row = Eigen::Matrix<double, 1, 4>;
+  const double* p = s.p;
+  const double *e = s.q + SpatialPoint::curvature_index, *ev = s.v + SpatialPoint::curvature_index;
+  const int n = point_.size();
+  // The point seen ahead, r + L h, and e = path(x) - y there.
+  const Vector3 forward(1, 0, 0);
+  Vector3 ahead, h;
+  point_.position(s.q, p + own_numbers, ahead.data());
+  rotated(e, forward.data(), h.data());
+  ahead += p[preview] * h;
+  auto ahead_q = point_.jacobian(s.q, p + own_numbers);
+  ahead_q.rightCols<4>() += p[preview] * rotation_jacobian(e, forward);
+  const double slope = path_->slope(ahead[0], p + own_numbers + 3).d[0];
+  // E(e) e' = -E(e') e.
+  const Row yaw_e = -2 * global_rate_matrix(ev).row(2), yaw_ev = 2 * global_rate_matrix(e).row(2);
+  const double of_error = -p[gain] / p[decision_lag], of_yaw = p[yaw_gain] / p[decision_lag];
+  out.f_q.row(0).head(n) = of_error * (slope * ahead_q.row(0) - ahead_q.row(1));
+  out.f_q.row(0).segment<4>(SpatialPoint::curvature_index) += of_yaw * yaw_e;
+  out.f_v.row(0).segment<4>(SpatialPoint::curvature_index) = of_yaw * yaw_ev;
+  out.f_z(0, 0) = -1 / p[decision_lag];
+  out.f_z(1, 0) = 1 / p[arm_lag];
+  out.f_z(1, 1) = -1 / p[arm_lag];
+  out.Q_q(n, n) = -p[stiffness];
+  out.Q_v(n, n) = -p[damping];
+  out.Q_z(n, 0) = p[damping] / p[arm_lag];
+  out.Q_z(n, 1) = p[stiffness] - p[damping] / p[arm_lag];
+}
+
 PathDual PathDriver::measure(int i, const MeasureArguments& x) const {
   if (i == 0) return error(x.q, x.p);
   const int s = point_.size();

@@ -36,6 +36,9 @@ class PathDriver final : public ForceOf<PathDriver> {
     Q[s] = p[stiffness] * (z[1] - q[s]) + p[damping] * (zdot[1] - v[s]);
   }
 
+  bool by_hand() const override { return true; }
+  void calc_partials(const LocalState& s, ForcePartials out) const override;
+
   std::vector<Measure> measures() const override {
     return {{"lateral_error", "m", false}, {"force", "N", false}, {"path_offset", "m", false}};
   }

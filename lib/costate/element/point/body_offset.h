@@ -5,8 +5,7 @@
 
 #include <utility>
 
-#include "costate/element/point/body_direction.h"
-#include "costate/element/point/spatial_vector.h"
+#include "costate/element/point/number_gradient.h"
 
 namespace costate {
 
@@ -79,6 +78,36 @@ class BodyOffset {
     add(d, Ba, acceleration_q);
     add(2 * dv, Bv, acceleration_q);
     add(da, B, acceleration_q);
+  }
+  /// The gradient of w0 x + w1 xdot + w2 xddot + c x_q w, x = u . d, with respect to the numbers of the points, added to
+  /// out, and to b, returned; w may be null.
+  Vector3 add_number_gradient(const double* q, const double* v, const double* a, const double weights[3],
+                              const double* w, double c, const double* p, const Vector3& b, double* out) const {
+    const double *e = q + rotation, *ev = v + rotation, *ea = a + rotation;
+    const double w0 = weights[0], w1 = weights[1], w2 = weights[2];
+    Vector3 d, dv, by_b = Vector3::Zero();
+    d_.value(q, p, d.data());
+    d_.rate(q, v, p, dv.data());
+    const Vector3 da = d_.acceleration(q, v, a, p);
+    const Vector3 u = u_.value(e, b), uv = u_.rate(e, ev, b), ua = u_.rate(e, ea, b) + u_.turning(ev, b);
+    // By d and u and by their rates; x_q w is the rate along w.
+    Vector3 by_d = w0 * u + w1 * uv + w2 * ua, by_u = w0 * d + w1 * dv + w2 * da;
+    if (w) {
+      const double* ew = w + rotation;
+      Vector3 dw;
+      d_.rate(q, w, p, dw.data());
+      by_d += c * u_.rate(e, ew, b);
+      by_u += c * dw;
+      add_rate_number_gradient(d_, q, w, p, c * u, out);
+      add_rate_component_gradient(u_, e, ew, c * d, by_b);
+    }
+    costate::add_number_gradient(d_, q, p, by_d, out);
+    add_rate_number_gradient(d_, q, v, p, w1 * u + 2 * w2 * uv, out);
+    add_acceleration_number_gradient(d_, q, v, a, p, w2 * u, out);
+    add_component_gradient(u_, e, by_u, by_b);
+    add_rate_component_gradient(u_, e, ev, w1 * d + 2 * w2 * dv, by_b);
+    add_acceleration_component_gradient(u_, e, ev, ea, w2 * d, by_b);
+    return by_b;
   }
 
  private:

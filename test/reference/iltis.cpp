@@ -81,7 +81,7 @@ Approx within_1_percent(double x) { return Approx(x).epsilon(0.01); }
 TEST_CASE("Iltis: the forces in the nominal position, before it settles") {
   // "leaf -2728.86, strut -128.03, tyres 3829.50 / 3593.52 N"; keeping the springs' free length changes nothing here, but
   // it is another derivative: kL (L - L_free) instead of F_nominal + kL (L - L_nominal).
-  const std::string nominal = COSTATE_MODELS_DIR "/iltis/nominal.toml", switched = COSTATE_MODELS_DIR "/iltis/free_length.toml";
+  const std::string nominal = COSTATE_MODELS_DIR "/iltis/nominal.toml", switched = COSTATE_MODELS_DIR "/iltis/parts/free_length.toml";
   const Scene held = Scene::load(nominal);
   const Scene free = Scene::parse("include = [\"" + nominal + "\", \"" + switched + "\"]\n", "s.toml");
   for (const Scene* scene : {&held, &free}) {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "costate/element/law/composed.h"
+#include "costate/element/law/from_derivatives.h"
 #include "costate/element/law/scalar_law.h"
 
 namespace costate {
@@ -84,7 +84,7 @@ class SineSumLaw final : public ScalarLawOf<SineSumLaw> {
     using std::sqrt;
     double f[5];
     calc_sums(value_of(x), DerivativeOrder<S>::value, f);
-    return S(sqrt(p[0])) * composed(x, f);
+    return S(sqrt(p[0])) * from_derivatives(x, f);
   }
 
  private:
@@ -111,7 +111,7 @@ class ProfileTableLaw final : public ScalarLawOf<ProfileTableLaw> {
   S physics(const S& x, const P* p) const {
     double f[5];
     calc_derivatives(value_of(x), f);
-    return S(p[0]) * composed(x, f);
+    return S(p[0]) * from_derivatives(x, f);
   }
 
  private:

@@ -53,7 +53,9 @@ const double* VelocityJump::calc(const StateView& before, double t_after) {
   solution_.assign(static_cast<std::size_t>(n + m), 0);
   for (int i = 0; i < m; ++i) solution_[n + i] = driven[i] - assembly_.phi_t[i];
   level_.solve_kkt(solution_.data());
-  return solution_.data();
+  after_.assign(before.v, before.v + n);
+  for (int i = 0; i < n; ++i) after_[i] += solution_[i];
+  return after_.data();
 }
 
 void VelocityJump::linearize(const StateView& before, double t_after, bool columns) {
@@ -61,8 +63,6 @@ void VelocityJump::linearize(const StateView& before, double t_after, bool colum
   const std::vector<double> rest(static_cast<std::size_t>(std::max(n, m)), 0);
   if (columns) require_fixed_time(assembly_, t_after);
   calc(before, t_after);
-  after_.assign(before.v, before.v + n);
-  for (int i = 0; i < n; ++i) after_[i] += solution_[i];
   StateView s = before;
   s.a = s.lambda = rest.data();
   Assembly::ParameterColumns c;
@@ -90,7 +90,7 @@ void VelocityJump::linearize(const StateView& before, double t_after, bool colum
   assembly_.calc_projection_columns(s, u, P, force_);
 }
 
-void VelocityJump::tangent(const StateView& before, double t_after, double* const* y, int count) {
+const double* VelocityJump::tangent(const StateView& before, double t_after, double* const* y, int count) {
   const int n = assembly_.n(), m = assembly_.m();
   linearize(before, t_after, true);
   std::vector<double> b(static_cast<std::size_t>(n + m));
@@ -102,6 +102,7 @@ void VelocityJump::tangent(const StateView& before, double t_after, double* cons
     level_.solve_kkt(b.data());
     for (int i = 0; i < n; ++i) y[j][n + i] += b[i];
   }
+  return after_.data();
 }
 
 void VelocityJump::adjoint(const StateView& before, double t_after, double* mu, double* gradient) {

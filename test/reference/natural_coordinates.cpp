@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "costate/scene/scene_kind.h"
 #include "run_scene.h"
 
 using namespace costate;
@@ -98,6 +99,39 @@ TEST_CASE("a fixed joint: two welded bodies move as the one that they make, in e
     for (std::size_t i = 0; i < times.size(); ++i)
       for (std::size_t k = 0; k < names.size(); ++k)
         CHECK(found[i][k] == Approx(expected[i][k]).margin(10 * kMotion));
+  }
+}
+
+TEST_CASE("bushings and axis springs: the same motion in either coordinates, and mixed") {
+  // The examples of the two kinds, in which one body is in natural coordinates, and all others as they come.
+  const auto with = [](std::string text, const std::string& from, const std::string& to) {
+    for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+      text.replace(at, from.size(), to);
+    return text;
+  };
+  const auto times = times_to(0.6, 3);
+  for (const auto& [kind, names] :
+       {std::pair(std::string("bushing"),
+                  std::vector<std::string>{"lid.x", "foot.y", "seat.z", "rubber.angle_x", "rubber.angle_z",
+                                           "rubber.torque_y", "mount.force_z", "stand.angle_y"}),
+        std::pair(std::string("axis_spring"),
+                  std::vector<std::string>{"hook.x", "ball.y", "seat.z", "rail.force", "rail.rate",
+                                           "leaf.force"})}) {
+    CAPTURE(kind);
+    const std::string mixed = find_scene_kind(kind)->example;
+    const auto expected =
+        run(Scene::parse(with(mixed, "[natural_body.", "[rigid_body."), "s.toml"), times, names);
+    for (const std::string& text : {mixed, with(mixed, "[rigid_body.", "[natural_body.")}) {
+      const auto found = run(Scene::parse(text, "s.toml"), times, names);
+      for (std::size_t i = 0; i < times.size(); ++i)
+        for (std::size_t k = 0; k < names.size(); ++k) {
+          CAPTURE(names[k]);
+          // Forces of up to 1e3 N/m times the error of the motion.
+          const bool force =
+              names[k].find("orce") != std::string::npos || names[k].find("torque") != std::string::npos;
+          CHECK(found[i][k] == Approx(expected[i][k]).margin((force ? 1000 : 10) * kMotion));
+        }
+    }
   }
 }
 

@@ -93,6 +93,70 @@ TEST_CASE("tyre: a linear tyre with a relaxation length, driving and at rest") {
   }
 }
 
+TEST_CASE(
+    "tyre: a step of steer settles over the relaxation length of the load, and a standing start does not") {
+  // A carrier too heavy to be moved holds the wheel at a load and a slip: from z = 0, over the length
+  // sigma_alpha of this load, z = tan(alpha) (1 - exp(-V t / sigma_alpha)). At rest, where only the slip
+  // speed w = 0.1 m/s is left of V, sideways sliding builds up slip at v / sigma_alpha.
+  struct Case {
+    double load, forward, lateral;
+  };
+  for (const Case& c : {Case{2000, 15, 0.3}, Case{5000, 15, 0.3}, Case{3000, 0, 0.001}}) {
+    INFO(c.load << " N at " << c.forward << " m/s");
+    const Scene read = Scene::parse(fmt::format(R"([road.plain]
+kind = "flat"
+[rigid_body.car]
+x_m = 0
+y_m = 0
+z_m = {}
+vx_m_per_s = {}
+vy_m_per_s = {}
+mass_kg = 1e15
+inertia_xx_kg_m2 = 1e15
+inertia_yy_kg_m2 = 1e15
+inertia_zz_kg_m2 = 1e15
+[point.hub]
+on = "car"
+x_m = 0
+y_m = 0
+z_m = 0
+[tyre.T]
+wheel = "hub"
+road = "plain"
+radius_m = 0.3
+stiffness_N_per_m = 2e5
+model = "magic_formula"
+generation = "5.2"
+free_rolling = true
+relaxation = "coefficients"
+magic_formula = {{ FNOMIN = 4000, UNLOADED_RADIUS = 0.3, PCX1 = 1.6, PDX1 = 1, PCY1 = 1.3, PDY1 = 0.9, PKY1 = -20, PKY2 = 2, PTY1 = 2.1, PTY2 = 1.9 }}
+[start]
+given = ["car"]
+)",
+                                                0.3 - c.load / 2e5, c.forward, c.lateral),
+                                    "tyre.toml");
+    Problem p;
+    p.mechanism = read.mechanism();
+    p.parameters = p.mechanism->select({});
+    p.formulation = "baumgarte";
+    p.solver.integrator = "cvodes";
+    p.solver.rtol = 1e-10;
+    p.solver.atol = 1e-14;  // of slips of 1e-4
+    p.solver.t_end = 0.2;
+    const double sigma = 2.1 * 0.3 * std::sin(2 * std::atan(c.load / (1.9 * 4000))),
+                 s = c.forward > 0 ? c.forward : 0.1;
+    const auto slip = make_output(*p.mechanism, "T.slip_angle"),
+               force = make_output(*p.mechanism, "T.lateral_force");
+    simulate(p, p.parameters.values(), {0.01, 0.05, 0.2}, [&](const PhysicalState& x, System& system) {
+      INFO("t = " << x.t);
+      const double z = c.lateral / s * (1 - std::exp(-s * x.t / sigma));
+      // A thousand times the run's tolerance.
+      CHECK(std::tan(slip->value(x, system.assembly())) == Approx(z).epsilon(1e-7));
+      CHECK(std::isfinite(force->value(x, system.assembly())));
+    });
+  }
+}
+
 TEST_CASE("tyre: the golden car's transfer functions on a swinging post") {
   // Heights of body and axle over that of the post, by an independent solution of the linear quarter car
   // (ASTM E1926) for motions exp(i omega t). The post starts at full amplitude; by 10 s its transient has

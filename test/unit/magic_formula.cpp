@@ -168,6 +168,150 @@ TEST_CASE("magic formula: the generation 5.2") {
   CHECK(out.lateral() == Approx(expected).epsilon(1e-12));
 }
 
+namespace {
+
+/// A tyre of the generation 5.2 whose slips lag over the lengths of its coefficients.
+MagicFormulaOptions relaxing() {
+  MagicFormulaOptions o;
+  o.camber_as_angle = o.relaxation_by_coefficients = true;
+  o.coefficients = {{"FNOMIN", 4000}, {"UNLOADED_RADIUS", 0.3135},
+                    {"LFZO", 0.9},    {"PCX1", 1.6},
+                    {"PDX1", 1.1},    {"PKX1", 20},
+                    {"PCY1", 1.3},    {"PDY1", 0.9},
+                    {"PKY1", -20},    {"PKY2", 2},
+                    {"PKY3", 0.43},   {"PTX1", 2.3657},
+                    {"PTX2", 1.4112}, {"PTX3", 0.56626},
+                    {"PTY1", 2.1439}, {"PTY2", 1.9829},
+                    {"LSGKP", 1.1},   {"LSGAL", 0.95}};
+  return o;
+}
+
+/// The model's numbers: slip speed 0.1 m/s, initial slips 0, coefficients.
+std::vector<double> numbers_of(const MagicFormulaOptions& o) {
+  std::vector<double> p = {0.1, 0, 0};
+  for (const auto& entry : MagicFormula::coefficients()) {
+    const auto at = o.coefficients.find(entry.name);
+    p.push_back(at == o.coefficients.end() ? entry.usual : at->second);
+  }
+  return p;
+}
+
+}  // namespace
+
+TEST_CASE("magic formula: relaxation lengths that follow the load") {
+  // sigma_kappa, sigma_alpha and their derivatives by the load from the formulas of MF-Tyre 5.2 as its
+  // equation manual has them (and MFeval, which cites it), evaluated with 30 digits by a program of its own;
+  // printed to 16.
+  struct Row {
+    double load, camber, kappa, kappa_F, alpha, alpha_F;
+  };
+  const Row rows[] = {
+      {1500, 0, 0.2775505550617377, 0.0002119112707801448, 0.2312923783569356, 0.0001411539113589893},
+      {4000, 0.04, 0.8168391816061996, 0.0002026634723264354, 0.4816910017006971, 6.287075029463397e-5},
+      {6500, -0.07, 1.243817385123742, 0.0001349190689724839, 0.5549217692469817, 7.975412320636932e-6}};
+  MagicFormula model;
+  model.camber_as_angle = model.lags = model.lags_along = model.lags_by_load = true;
+  const std::vector<double> p = numbers_of(relaxing());
+  REQUIRE(model.number_count() == static_cast<int>(p.size()));
+  for (const Row& x : rows) {
+    INFO("at " << x.load << " N");
+    const auto F = Dual<1>::variable(x.load, 0);
+    const Dual<1> kappa = model.longitudinal_relaxation_length(F, p.data()),
+                  alpha = model.lateral_relaxation_length(F, Dual<1>(x.camber), p.data());
+    CHECK(kappa.v == Approx(x.kappa).epsilon(1e-13));
+    CHECK(kappa.d[0] == Approx(x.kappa_F).epsilon(1e-13));
+    CHECK(alpha.v == Approx(x.alpha).epsilon(1e-13));
+    CHECK(alpha.d[0] == Approx(x.alpha_F).epsilon(1e-13));
+    // The slips fall to their steady values over these lengths: sigma z' = V_slip - s z. At rest s is the
+    // slip speed, and the rates are finite.
+    for (const double forward : {20.0, 0.0}) {
+      const double z[2] = {0.03, -0.02}, lateral = 0.7, rolling = forward + 0.4,
+                   s = forward > 0 ? forward : 0.1;
+      double zdot[2];
+      TyreOutput<double> out;
+      model(TyreInput<double>{{x.load, forward, lateral, x.camber, rolling}}, z, p.data(), out, zdot);
+      CHECK(zdot[0] == Approx((lateral - s * z[0]) / x.alpha).epsilon(1e-12));
+      CHECK(zdot[1] == Approx((0.4 - s * z[1]) / x.kappa).epsilon(1e-12));
+    }
+  }
+  // Without a load they stay at R0 / 20, which they join with their slopes: over 2e-6 N across either joint
+  // the slope of at most 1e-3 m/N changes by less than its curvature (1e-6 m/N^2) explains.
+  CHECK(model.lateral_relaxation_length(0.0, 0.02, p.data()) == Approx(0.05 * 0.3135).epsilon(1e-14));
+  CHECK(model.longitudinal_relaxation_length(0.0, p.data()) == Approx(0.05 * 0.3135).epsilon(1e-14));
+  const auto slope = [&](double load) {
+    return model.lateral_relaxation_length(Dual<1>::variable(load, 0), Dual<1>(0.0), p.data());
+  };
+  double low = 1, high = 4000;  // of the load at which the length is R0 / 10
+  for (int i = 0; i < 60; ++i) {
+    const double middle = (low + high) / 2;
+    (slope(middle).v < 0.1 * 0.3135 ? low : high) = middle;
+  }
+  CHECK(slope(low - 1e-6).v == Approx(slope(high + 1e-6).v).margin(1e-8));
+  CHECK(slope(low - 1e-6).d[0] == Approx(slope(high + 1e-6).d[0]).margin(1e-11));
+  CHECK(slope(1e-6).d[0] < 1e-10);
+}
+
+TEST_CASE("magic formula: a scene with relaxation by coefficients, and what it lacks") {
+  const auto text = [](const std::string& tyre) {
+    return R"([road.plain]
+kind = "flat"
+[rigid_body.wheel]
+x_m = 0
+y_m = 0
+z_m = 0.3
+vx_m_per_s = 10
+mass_kg = 10
+inertia_xx_kg_m2 = 1
+inertia_yy_kg_m2 = 1
+inertia_zz_kg_m2 = 1
+[point.hub]
+on = "wheel"
+x_m = 0
+y_m = 0
+z_m = 0
+[tyre.T]
+wheel = "hub"
+road = "plain"
+stiffness_N_per_m = 1.6e5
+model = "magic_formula"
+)" + tyre + "\n[start]\ngiven = [\"wheel\"]\n";
+  };
+  const std::string name = std::string(COSTATE_MODELS_DIR) + "/tyres/scene.toml",
+                    file = "tir_file = \"formula_student_61.tir\"\n",
+                    asks = file + "relaxation = \"coefficients\"\n",
+                    lengths = "magic_formula = { PTX1 = 2, PTX2 = 1.4, PTX3 = 0.5, PTY1 = 2, PTY2 = 1.9 }";
+  const auto complaint = [&](const std::string& tyre) -> std::string {
+    try {
+      Scene::parse(text(tyre), name);
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "none";
+  };
+  CHECK(complaint(asks + lengths) == "none");
+  // What there is of numbers is as the scene says: initial slips, and no length of its own.
+  const auto m = Scene::parse(text(asks + "initial_slip = 0.02\n" + lengths), name).mechanism();
+  CHECK(m->numbers()[m->number("tyre.T.initial_slip")].value == 0.02);
+  CHECK(m->forces()[0]->states() == 2);
+  const auto rolling = Scene::parse(text(asks + "free_rolling = true\n" + lengths), name).mechanism();
+  CHECK(rolling->forces()[0]->states() == 1);
+  CHECK_THAT(complaint(asks),
+             Contains("tyre.T.relaxation: \"coefficients\" needs PTX1, PTX2, PTX3, PTY1, PTY2, "
+                      "which neither ") &&
+                 Contains("/tyres/formula_student_61.tir nor 'magic_formula' gives. Write what is "
+                          "missing into magic_formula = { ... }, or give numbers: "
+                          "relaxation_length_m and longitudinal_relaxation_length_m."));
+  CHECK_THAT(complaint(asks + "free_rolling = true\nmagic_formula = { PTY1 = 2 }"),
+             Contains("\"coefficients\" needs PTY2, which neither "));
+  CHECK_THAT(complaint(asks + "magic_formula = { PTX1 = 2, PTX2 = 1.4, PTX3 = 0.5, PTY1 = -2, PTY2 = 1.9 }"),
+             Contains("\"coefficients\" needs a positive PTY1, found -2"));
+  CHECK_THAT(
+      complaint(asks + "relaxation_length_m = 0.3\n" + lengths),
+      Contains("'relaxation_length_m' in [tyre.T] contradicts 'relaxation', which gives this length."));
+  CHECK_THAT(complaint(file + "relaxation = \"file\"\n" + lengths),
+             Contains("'relaxation' in [tyre.T] must be") && Contains("coefficients"));
+}
+
 TEST_CASE("magic formula: mistakes in files are named with their line") {
   const auto file = "tyre_" + std::to_string(getpid()) + ".tir";
   const auto complaint = [&](const std::string& text) -> std::string {

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 #include <support/differences.h>
+#include <support/hanging_beam.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -173,58 +174,7 @@ damping_N_s_per_m = 9
 }
 
 TEST_CASE("modes: redundant rows change nothing", "[modes]") {
-  const std::string frame = R"(
-[gravity]
-y_m_per_s2 = -9.81
-[point.A0]
-ground = true
-x_m = 0
-y_m = 0
-[point.A1]
-ground = true
-x_m = 1
-y_m = 0
-[point.A2]
-ground = true
-x_m = 2
-y_m = 0
-[body.beam]
-x_m = 0.3
-y_m = -0.9
-mass_kg = 3
-inertia_kg_m2 = 0.8
-center_x_m = 0.9
-[point.B0]
-on = "beam"
-x_m = 0
-y_m = 0
-[point.B1]
-on = "beam"
-x_m = 1
-y_m = 0
-[point.B2]
-on = "beam"
-x_m = 2
-y_m = 0
-[distance.left]
-from = "A0"
-to = "B0"
-length_m = 1
-[distance.right]
-from = "A2"
-to = "B2"
-length_m = 1
-[spring.S]
-from = "A2"
-to = "B1"
-stiffness_N_per_m = 50
-natural_length_m = 1
-damping_N_s_per_m = 2
-[start]
-equilibrium = true
-)";
-  const Modes r = modes_of(frame),
-              redundant = modes_of(frame + "\n[distance.middle]\nfrom = \"A1\"\nto = \"B1\"\nlength_m = 1\n");
+  const Modes r = modes_of(hanging_beam), redundant = modes_of(hanging_beam + middle_post);
   REQUIRE(r.modes.size() == 1);
   REQUIRE(redundant.modes.size() == 1);
   CHECK(redundant.lambda.size() == 3);

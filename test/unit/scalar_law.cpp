@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "costate/base/error.h"
+#include "costate/element/kind/steps_laws.h"
 #include "costate/element/law/composed_law.h"
 #include "costate/element/law/formula_law.h"
 #include "costate/element/law/scalar_law.h"

@@ -240,8 +240,10 @@ void CandidateBlocks::add_second_order(AdjointBlocks& b, const StateView& s) {
                         M2 = dense(assembly_.square(), rates.M_ddot),
                         C1 = dense(assembly_.square(), rates.C_dot);
   b.f_v_dot = dense(assembly_.state_force(), rates.f_v_dot);
-  b.g_v_dot.setZero(b.n);
-  objective_.add_running_velocity_gradient_rate(s, assembly_, b.g_v_dot.data());
+  ScalarGradient rate;
+  rate.resize(assembly_);
+  calc_running_gradient_rate(objective_, assembly_, s, rate);
+  b.g_v_dot = rate.v;
   if (!reduced_) {
     const double al = 1 / b.inverse_alpha, c1 = 2 * b.xi * b.omega;
     const Eigen::MatrixXd J = b.Phi_q, Jt = J.transpose(), J1t = b.Phid_q.transpose();

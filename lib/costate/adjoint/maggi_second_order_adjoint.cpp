@@ -1,5 +1,6 @@
 #include "costate/adjoint/maggi_second_order_adjoint.h"
 
+#include "costate/adjoint/gradient_rate.h"
 #include "costate/base/error.h"
 
 namespace costate {
@@ -45,9 +46,10 @@ void MaggiSecondOrderAdjoint::fill() {
   const Eigen::MatrixXd nu_nu = at_.Cz.transpose() - Mz_dot_;
   const ScalarGradient& g = running_gradient();
   const MaggiBlocks::Reduced r = running();
-  Eigen::VectorXd g_v_dot = Eigen::VectorXd::Zero(n_);
-  objective_.add_running_velocity_gradient_rate(state(), assembly_, g_v_dot.data());
-  Eigen::VectorXd b = r.z - D.transpose() * g.v - R.transpose() * g_v_dot;
+  ScalarGradient rate;
+  rate.resize(assembly_);
+  calc_running_gradient_rate(objective_, assembly_, state(), rate);
+  Eigen::VectorXd b = r.z - D.transpose() * g.v - R.transpose() * rate.v;
   if (nz_ > 0) {
     // Zq^T mu_f - Zv'^T mu_f - Zv^T mu_f' with mu_f' = -g_zf - Qz^T mu - f_z^T mu_f
     const SparsePattern& state_force = assembly_.state_force();

@@ -1,5 +1,6 @@
 #include "costate/adjoint/second_order_adjoint.h"
 
+#include "costate/adjoint/gradient_rate.h"
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
 
@@ -88,9 +89,10 @@ void SecondOrderAdjoint::fill() {
   A_.add(at_.t_mu, assembly_.phid_q.data());
   A_.add_constant(at_.t_corner, -st.inverse_alpha);
   const ScalarGradient& g = running_gradient();
-  Eigen::VectorXd g_v_dot = Eigen::VectorXd::Zero(n_);
-  objective_.add_running_velocity_gradient_rate(state(), assembly_, g_v_dot.data());
-  b_.col(0).segment(n_, n_) = g.q - g_v_dot;
+  ScalarGradient rate;
+  rate.resize(assembly_);
+  calc_running_gradient_rate(objective_, assembly_, state(), rate);
+  b_.col(0).segment(n_, n_) = g.q - rate.v;
   b_.col(0).segment(2 * n_, nz_) = -g.z;
   if (nz_ == 0) return;
   A_.add(at_.z_mu, assembly_.Q_z.data(), -1);

@@ -2,7 +2,6 @@
 
 #include <cstring>
 
-#include "costate/analysis/start.h"
 #include "costate/formulation/cost_pullback.h"
 #include "costate/formulation/unknown_names.h"
 
@@ -12,7 +11,7 @@ AccelerationDae::AccelerationDae(std::shared_ptr<const Mechanism> mechanism, Par
                                  Objective objective, Stabilization stabilization)
     : DaeSystem(std::move(mechanism), std::move(parameters), std::move(objective)),
       level_(assembly_, stabilization),
-      velocity_jump_(assembly_, level_),
+      state_(assembly_, level_, 3 * assembly_.n() + assembly_.nz() + assembly_.m()),
       jacobian_(3 * assembly_.n() + assembly_.nz() + assembly_.m()),
       n_(assembly_.n()),
       m_(assembly_.m()),
@@ -53,17 +52,6 @@ void AccelerationDae::set_parameters(const double* rho) {
   DaeSystem::set_parameters(rho);
   level_.invalidate();
   linearized_ = false;
-}
-
-StateView AccelerationDae::view(double t, const double* y) const {
-  StateView s;
-  s.t = t;
-  s.q = y;
-  s.v = y + n_;
-  s.z = y + 2 * n_;
-  s.a = s.z + nz_;
-  s.lambda = s.a + n_;
-  return s;
 }
 
 void AccelerationDae::residual(double t, const double* y, const double* yp, double* r) {
@@ -235,16 +223,6 @@ void AccelerationDae::add_parameter_gradient(double c, const double* mu, double*
   assembly_.add_parameter_gradient(point_, w, c, gradient);
 }
 
-void AccelerationDae::complete(double t, double* y, double* yp) {
-  level_.invalidate();
-  linearized_ = false;
-  level_.solve(view(t, y));
-  std::copy(level_.a(), level_.a() + n_ + m_, y + 2 * n_ + nz_);
-  std::copy(y + n_, y + 2 * n_, yp);
-  std::copy(level_.a(), level_.a() + n_, yp + n_);
-  std::copy(assembly_.zdot.begin(), assembly_.zdot.end(), yp + 2 * n_);
-}
-
 // KKT [Sa; Sl] = -[K Sq + C Sv - Q_z Sz + F_rho; R2_q Sq + R2_v Sv + R2_rho]
 void AccelerationDae::complete_columns(double* const* s, double* const* sp, int count) {
   level_.linearize(level_.state());
@@ -268,13 +246,8 @@ void AccelerationDae::complete_columns(double* const* s, double* const* sp, int 
 }
 
 void AccelerationDae::start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, Eigen::MatrixXd* yp_rho) {
-  const Start s = find_start(assembly_, t, y_rho != nullptr);
-  std::fill(y, y + size(), 0.0);
-  std::fill(yp, yp + size(), 0.0);
-  std::copy(s.q.data(), s.q.data() + n_, y);
-  std::copy(s.v.data(), s.v.data() + n_, y + n_);
-  std::copy(s.z.data(), s.z.data() + nz_, y + 2 * n_);
-  complete(t, y, yp);
+  linearized_ = false;
+  const Start s = state_.start(t, y_rho != nullptr, y, yp);
   if (!y_rho) return;
   const int np = assembly_.np();
   y_rho->setZero(size(), np);
@@ -289,24 +262,19 @@ void AccelerationDae::start(double t, double* y, double* yp, Eigen::MatrixXd* y_
 }
 
 void AccelerationDae::jump(double t, double* y, double* yp) {
-  const double after = segment_start(t);
-  const double* dv = velocity_jump_.calc(view(t, y), after);
-  for (int i = 0; i < n_; ++i) y[n_ + i] += dv[i];
-  complete(after, y, yp);
+  linearized_ = false;
+  state_.jump(t, segment_start(t), y, yp);
 }
 
 void AccelerationDae::jump_tangent(const Jump& jump, double* const* s, double* const* sp, int count) {
-  const double after = segment_start(jump.t);
   std::vector<double> y = jump.y, yp = jump.yp;
-  velocity_jump_.tangent(view(jump.t, jump.y.data()), after, s, count);
-  const double* dv = velocity_jump_.calc(view(jump.t, jump.y.data()), after);
-  for (int i = 0; i < n_; ++i) y[n_ + i] += dv[i];
-  complete(after, y.data(), yp.data());
+  linearized_ = false;
+  state_.jump_tangent(jump.t, segment_start(jump.t), y.data(), yp.data(), s, count);
   complete_columns(s, sp, count);
 }
 
 void AccelerationDae::jump_adjoint(const Jump& jump, double* mu, double* mup, double* gradient) {
-  velocity_jump_.adjoint(view(jump.t, jump.y.data()), segment_start(jump.t), mu, gradient);
+  state_.jump_adjoint(jump.t, segment_start(jump.t), jump.y.data(), mu, gradient);
   level_.invalidate();
   linearized_ = false;
   const StateView s = view(jump.t, jump.y.data());

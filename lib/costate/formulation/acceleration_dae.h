@@ -4,8 +4,8 @@
 #pragma once
 
 #include "costate/formulation/acceleration_level.h"
+#include "costate/formulation/dae_state.h"
 #include "costate/formulation/system.h"
-#include "costate/formulation/velocity_jump.h"
 
 namespace costate {
 
@@ -42,18 +42,16 @@ class AccelerationDae final : public DaeSystem {
   void jump_adjoint(const Jump& jump, double* mu, double* mup, double* gradient) override;
 
  private:
-  /// Accelerations, multipliers and y' for the (q, v, z) that y holds.
-  void complete(double t, double* y, double* yp);
-  /// The same for columns of sensitivities, at the point of the last complete().
+  /// Accelerations, multipliers and rates of columns of sensitivities, where the state was completed last.
   void complete_columns(double* const* s, double* const* sp, int count);
   /// The algebraic part of mu, and mu', for the (mu_q, mu_v, mu_z) that mu holds, at the linearized point s.
   void complete_adjoint(const StateView& s, double* mu, double* mup);
-  StateView view(double t, const double* y) const;
+  StateView view(double t, const double* y) const { return state_.view(t, y); }
   void place_jacobian();
   void linearize(const StateView& s);
 
   AccelerationLevel level_;
-  VelocityJump velocity_jump_;
+  DaeState state_;
   BlockMatrix jacobian_;
   struct Blocks {
     int identity_q, q_v, identity_v, v_a, identity_z, z_q, z_v, z_z, K, C, Q_z, M, phi_t, R2_q, R2_v, phi_q, corner;

@@ -272,8 +272,8 @@ void AccelerationOde::start(double t, double* y, Eigen::MatrixXd* y_rho) {
 }
 
 void AccelerationOde::jump(double t, double* y) {
-  const double* dv = velocity_jump_.calc(view(t, y), segment_start(t));
-  for (int i = 0; i < assembly_.n(); ++i) y[assembly_.n() + i] += dv[i];
+  const double* v = velocity_jump_.calc(view(t, y), segment_start(t));
+  std::copy(v, v + assembly_.n(), y + assembly_.n());
   level_.invalidate();
 }
 

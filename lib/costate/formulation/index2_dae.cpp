@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstring>
 
-#include "costate/analysis/start.h"
 #include "costate/base/error.h"
 #include "costate/formulation/cost_pullback.h"
 #include "costate/formulation/unknown_names.h"
@@ -17,7 +16,7 @@ namespace costate {
 Index2Dae::Index2Dae(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective)
     : DaeSystem(std::move(mechanism), std::move(parameters), std::move(objective)),
       level_(assembly_, Stabilization{}),
-      velocity_jump_(assembly_, level_),
+      state_(assembly_, level_, 3 * assembly_.n() + assembly_.nz() + 2 * assembly_.m()),
       jacobian_(3 * assembly_.n() + assembly_.nz() + 2 * assembly_.m()),
       n_(assembly_.n()),
       m_(assembly_.m()),
@@ -61,17 +60,6 @@ void Index2Dae::set_parameters(const double* rho) {
   DaeSystem::set_parameters(rho);
   level_.invalidate();
   linearized_ = false;
-}
-
-StateView Index2Dae::view(double t, const double* y) const {
-  StateView s;
-  s.t = t;
-  s.q = y;
-  s.v = y + n_;
-  s.z = y + 2 * n_;
-  s.a = s.z + nz_;
-  s.lambda = s.a + n_;
-  return s;
 }
 
 void Index2Dae::residual(double t, const double* y, const double* yp, double* r) {
@@ -246,31 +234,14 @@ void Index2Dae::add_parameter_gradient(double c, const double* mu, double* gradi
   assembly_.add_parameter_gradient(point_, w, c, gradient);
 }
 
-void Index2Dae::complete(double t, double* y, double* yp) {
-  level_.invalidate();
-  linearized_ = false;
-  level_.solve(view(t, y));
-  std::copy(level_.a(), level_.a() + n_ + m_, y + 2 * n_ + nz_);
-  std::copy(y + n_, y + 2 * n_, yp);
-  std::copy(level_.a(), level_.a() + n_, yp + n_);
-  std::copy(assembly_.zdot.begin(), assembly_.zdot.end(), yp + 2 * n_);
-}
-
 void Index2Dae::jump(double t, double* y, double* yp) {
-  const double after = segment_start(t);
-  const double* dv = velocity_jump_.calc(view(t, y), after);
-  for (int i = 0; i < n_; ++i) y[n_ + i] += dv[i];
-  complete(after, y, yp);
+  linearized_ = false;
+  state_.jump(t, segment_start(t), y, yp);
 }
 
 void Index2Dae::start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, Eigen::MatrixXd* yp_rho) {
-  const Start s = find_start(assembly_, t, y_rho != nullptr);
-  std::fill(y, y + size(), 0.0);
-  std::fill(yp, yp + size(), 0.0);
-  std::copy(s.q.data(), s.q.data() + n_, y);
-  std::copy(s.v.data(), s.v.data() + n_, y + n_);
-  std::copy(s.z.data(), s.z.data() + nz_, y + 2 * n_);
-  complete(t, y, yp);
+  linearized_ = false;
+  const Start s = state_.start(t, y_rho != nullptr, y, yp);
   if (!y_rho) return;
   const int np = assembly_.np();
   level_.linearize(level_.state());

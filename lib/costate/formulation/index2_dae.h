@@ -7,8 +7,8 @@
 #include <memory>
 
 #include "costate/formulation/acceleration_level.h"
+#include "costate/formulation/dae_state.h"
 #include "costate/formulation/system.h"
-#include "costate/formulation/velocity_jump.h"
 
 namespace costate {
 
@@ -43,9 +43,7 @@ class Index2Dae final : public DaeSystem {
   void jump(double t, double* y, double* yp) override;
 
  private:
-  /// Accelerations, multipliers and y' for the (q, v, z) that y holds.
-  void complete(double t, double* y, double* yp);
-  StateView view(double t, const double* y) const;
+  StateView view(double t, const double* y) const { return state_.view(t, y); }
   void place_jacobian();
   void fill_jacobian(double cj);
   /// values := R J C with the powers of |cj| that make it tend to a regular matrix for cj -> infinity.
@@ -54,7 +52,7 @@ class Index2Dae final : public DaeSystem {
   void scale_columns(double* x) const;
 
   AccelerationLevel level_;  // for starts and ends, and the blocks' products
-  VelocityJump velocity_jump_;
+  DaeState state_;
   BlockMatrix jacobian_;
   std::unique_ptr<KluSolver> solver_;
   struct Blocks {

@@ -1,6 +1,46 @@
 #include "costate/formulation/velocity_jump.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "costate/base/error.h"
+
 namespace costate {
+
+namespace {
+
+/// The derivatives hold t* fixed: throws where a parameter moves it.
+void require_fixed_time(const Assembly& assembly, double t) {
+  const auto has_kink = [&](const Constraint& c, const std::vector<double>& p) {
+    std::vector<double> times;
+    c.add_kinks(p.data(), times);
+    return std::find(times.begin(), times.end(), t) != times.end();
+  };
+  for (const auto& c : assembly.mechanism().constraints()) {
+    if (!c->rheonomic()) continue;
+    std::vector<double> p;
+    for (const int number : c->numbers()) p.push_back(assembly.numbers()[static_cast<std::size_t>(number)]);
+    if (!has_kink(*c, p)) continue;
+    for (const auto& parameter : assembly.parameters().parameters)
+      for (const auto& [number, factor] : parameter.bindings)
+        for (std::size_t k = 0; k < p.size(); ++k) {
+          if (c->numbers()[k] != number) continue;
+          std::vector<double> changed = p;
+          changed[k] += 1e-3 * std::max(1.0, std::abs(p[k]));
+          if (!has_kink(*c, changed))
+            throw CapabilityError(
+                fmt::format("Parameter '{}' moves the time t = {:.6g} s at which the law of {} '{}' has a "
+                            "kink; gradients are "
+                            "carried across kinks at fixed times only. Keep this number fixed, take a law "
+                            "with a continuous "
+                            "slope, or the method 'differences'.",
+                            parameter.name, t, c->kind(), c->name()));
+        }
+  }
+}
+
+}  // namespace
 
 const double* VelocityJump::calc(const StateView& before, double t_after) {
   const int n = assembly_.n(), m = assembly_.m();
@@ -13,15 +53,16 @@ const double* VelocityJump::calc(const StateView& before, double t_after) {
   solution_.assign(static_cast<std::size_t>(n + m), 0);
   for (int i = 0; i < m; ++i) solution_[n + i] = driven[i] - assembly_.phi_t[i];
   level_.solve_kkt(solution_.data());
-  return solution_.data();
+  after_.assign(before.v, before.v + n);
+  for (int i = 0; i < n; ++i) after_[i] += solution_[i];
+  return after_.data();
 }
 
 void VelocityJump::linearize(const StateView& before, double t_after, bool columns) {
   const int n = assembly_.n(), m = assembly_.m();
   const std::vector<double> rest(static_cast<std::size_t>(std::max(n, m)), 0);
+  if (columns) require_fixed_time(assembly_, t_after);
   calc(before, t_after);
-  after_.assign(before.v, before.v + n);
-  for (int i = 0; i < n; ++i) after_[i] += solution_[i];
   StateView s = before;
   s.a = s.lambda = rest.data();
   Assembly::ParameterColumns c;
@@ -49,7 +90,7 @@ void VelocityJump::linearize(const StateView& before, double t_after, bool colum
   assembly_.calc_projection_columns(s, u, P, force_);
 }
 
-void VelocityJump::tangent(const StateView& before, double t_after, double* const* y, int count) {
+const double* VelocityJump::tangent(const StateView& before, double t_after, double* const* y, int count) {
   const int n = assembly_.n(), m = assembly_.m();
   linearize(before, t_after, true);
   std::vector<double> b(static_cast<std::size_t>(n + m));
@@ -61,6 +102,7 @@ void VelocityJump::tangent(const StateView& before, double t_after, double* cons
     level_.solve_kkt(b.data());
     for (int i = 0; i < n; ++i) y[j][n + i] += b[i];
   }
+  return after_.data();
 }
 
 void VelocityJump::adjoint(const StateView& before, double t_after, double* mu, double* gradient) {

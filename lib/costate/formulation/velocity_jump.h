@@ -3,7 +3,7 @@
 //   [M  Phi_q^T] [v+ - v-]   [          0           ]
 //   [Phi_q  -1/alpha] [P]  = [-(Phi_t(t*+) - Phi_t(t*-))]
 // (1/alpha = 0 but in penalty formulations), with the exact derivatives of v+ with respect to the state before and to
-// the parameters. The time t* does not depend on them.
+// the parameters. The time t* must not depend on them: where it does, derivatives are refused by name.
 #pragma once
 
 #include <vector>
@@ -16,11 +16,11 @@ class VelocityJump {
  public:
   VelocityJump(Assembly& assembly, AccelerationLevel& level) : assembly_(assembly), level_(level) {}
 
-  /// v+ - v- (n entries) at the state before the jump (q, v, z), with the instants on either side.
+  /// v+ (n entries, until the next call) for the state before the jump (q, v, z), with the instants on either side.
   const double* calc(const StateView& before, double t_after);
 
-  /// Of a state before that calc() is made anew for: v columns become those after; y holds (q, v, z).
-  void tangent(const StateView& before, double t_after, double* const* y, int count);
+  /// v+ again, and v columns become those after it; the columns y hold (q, v, z).
+  const double* tangent(const StateView& before, double t_after, double* const* y, int count);
   /// mu of (q, v, z) after becomes that before; the gradient gains mu_v^T (v+)_rho.
   void adjoint(const StateView& before, double t_after, double* mu, double* gradient);
 

@@ -1,6 +1,6 @@
 // A force along a direction fixed in a body, with any constitutive law of the displacement along it:
-//   x = u . d,  u = A_i a / |a| turned with the body of the first point (or fixed on the ground), d = r_j -
-//   r_i.
+//   x = u . d,  u = a / |a| fixed to the body of the first point, of either kind (or to the ground),
+//   d = r_j - r_i.
 // The force acts at the second point along u, its reaction on the first body as virtual work has it, Q = -F
 // x_q: at the place of the second point, so that no moment is lost when that point moves across the axis.
 // Numbers: those of the law, the axis a (3, of any length), those of the points. Geometry by hand, the law's
@@ -9,7 +9,9 @@
 
 #include "costate/element/element.h"
 #include "costate/element/force/force_law.h"
+#include "costate/element/point/direction_forces.h"
 #include "costate/element/point/number_gradient.h"
+#include "costate/element/point/spatial_vector.h"
 
 namespace costate {
 
@@ -22,7 +24,7 @@ class AxisForce final : public ForceOf<AxisForce<Law>> {
         law_(std::move(law)),
         axis_(static_cast<int>(law_numbers.size())),
         d_(std::move(d)),
-        u_(d_.from().rotation_coordinates()),
+        u_(d_.from().direction_coordinates()),
         rotation_(u_.size() > 0 ? SpatialPoint::curvature_index : 0) {
     this->append_coordinates(d_.coordinates());
     this->append_numbers(law_numbers);
@@ -62,16 +64,17 @@ class AxisForce final : public ForceOf<AxisForce<Law>> {
     if (n > 0) {
       rate_q += u_.rate(e, ev, a).transpose() * J;
       x_q.segment(rotation_, n) += d.transpose() * B;
-      rate_q.segment(rotation_, n) += dv.transpose() * B + d.transpose() * u_.jacobian(ev, a);
+      rate_q.segment(rotation_, n) += dv.transpose() * B + d.transpose() * u_.jacobian_dot(ev, a);
     }
     const LawPartials<Law> law(law_, s.t, u.dot(d), rate_v(x_q, s.v), s.z, s.p);
     const double F = law.force.v, F_x = law.force.d[0], F_r = law.force.d[1];
     out.Q_q.noalias() = -x_q.transpose() * (F_x * x_q + F_r * rate_q);
     d_.add_curvature(s.q, points, -F * u, out.Q_q);
     if (n > 0) {
-      out.Q_q.block(rotation_, rotation_, n, n) -= F * rotation_curvature(a, d);
-      const Eigen::Matrix<double, 4, Eigen::Dynamic, Eigen::ColMajor, 4, SpatialVector::kMax> mixed =
-          F * B.transpose() * J;
+      u_.add_curvature(-F, a, d, rotation_, out.Q_q);
+      const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, BodyDirection::kMax,
+                          SpatialVector::kMax>
+          mixed = F * B.transpose() * J;
       out.Q_q.middleRows(rotation_, n) -= mixed;
       out.Q_q.middleCols(rotation_, n) -= mixed.transpose();
     }
@@ -173,7 +176,7 @@ class AxisForce final : public ForceOf<AxisForce<Law>> {
     rate = dot3(u, dv);
     if (u_.size() == 0) return;
     S ud[3];
-    rotated_rate(q + rotation_, v + rotation_, a, ud);
+    direction_rate(u_, q + rotation_, v + rotation_, a, ud);
     rate += dot3(ud, d);
   }
   /// Q -= force x_q.
@@ -192,7 +195,7 @@ class AxisForce final : public ForceOf<AxisForce<Law>> {
     }
     i.add_generalized_force(q, pi, f, Q);
     j.add_generalized_force(q + i.size(), pi + i.numbers().size(), g, Q + i.size());
-    if (u_.size() > 0) add_rotated_force(q + rotation_, a, d, Q + rotation_);
+    if (u_.size() > 0) add_direction_force(u_, q + rotation_, a, d, Q + rotation_);
   }
   template <class S>
   void direction(const S* p, S* a) const {
@@ -214,7 +217,7 @@ class AxisForce final : public ForceOf<AxisForce<Law>> {
   int axis_;  // the first of the axis's numbers, and the count of the law's
   SpatialVector d_;
   BodyDirection u_;
-  int rotation_;  // local index of the first body's Euler parameters
+  int rotation_;  // local index of what the first body's directions depend on
 };
 
 }  // namespace costate

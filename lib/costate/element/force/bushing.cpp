@@ -5,16 +5,37 @@
 
 namespace costate {
 
+namespace {
+
+Eigen::Matrix3d axes_of(const Vector4& euler) {
+  Eigen::Matrix3d A;
+  for (int k = 0; k < 3; ++k) {
+    const Vector3 axis = Vector3::Unit(k);
+    rotated(euler.data(), axis.data(), A.col(k).data());
+  }
+  return A;
+}
+
+}  // namespace
+
 Bushing::Bushing(std::string name, SpatialVector d, const std::vector<int>& law_numbers,
                  const Vector4& frame_from, const Vector4& frame_to)
-    : ForceOf("bushing", std::move(name)), d_(std::move(d)), frame_i_(frame_from), frame_j_(frame_to) {
+    : ForceOf("bushing", std::move(name)),
+      d_(std::move(d)),
+      turn_i_(d_.from().direction_coordinates()),
+      turn_j_(d_.to().direction_coordinates()),
+      frame_i_(axes_of(frame_from)),
+      frame_j_(axes_of(frame_to)) {
   append_coordinates(d_.coordinates());
   append_numbers(law_numbers);
   append_numbers(d_.numbers());
 }
 
 void Bushing::calc_partials(const LocalState& s, ForcePartials out) const {
-  calc_dual_partials<14, kNumbers + 6>(*this, s, out);
+  if (d_.size() <= 14)  // Euler parameters: half the directions
+    calc_dual_partials<14, kNumbers + 6>(*this, s, out);
+  else
+    calc_dual_partials<SpatialVector::kMax, kNumbers + 6>(*this, s, out);
 }
 
 double Bushing::potential_energy(const LocalState& s) const {

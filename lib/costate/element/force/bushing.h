@@ -1,13 +1,14 @@
 // A bushing between two bodies of space, or a body and the ground: three springs and dampers along the axes
 // of a frame on the first body, three about them.
 //
-// Translation: x_k = u_k . d, d = r_j - r_i, u_k the axes of the frame on the first body. Forces act at the
-// second point. Rotation: theta, the rotation vector (angle times axis) of the second body's frame seen from
-// the first's. With the Euler parameters e = (e0, eps) of that rotation and rho = eps / e0,
+// Translation: x_k = a_k . d, d = r_j - r_i, a_k the axes of the frame on the first body. Forces act at the
+// second point. Rotation: theta, the rotation vector (angle times axis) of the second body's frame b_l seen
+// from the first's. With R_kl = a_k . b_l,
+//   rho = (R_32 - R_23, R_13 - R_31, R_21 - R_12) / (1 + R_11 + R_22 + R_33) = tan(angle / 2) times the axis,
 //   theta = 2 g(s) rho,  s = rho.rho,  g(s) = atan(sqrt(s)) / sqrt(s):
-// smooth up to half a turn, exact for any angle about one axis, the same for e and -e and for Euler
-// parameters of any length. Force and moment, each component of its own: F = k x + c x' + F0, M = k theta + c
-// theta' + M0; generalized forces by virtual work, Q = -x_q^T F - theta_q^T M.
+// smooth up to half a turn and exact for any angle about one axis. Only the axes enter, so that a body may
+// have Euler parameters or natural coordinates. Force and moment, each component of its own: F = k x + c x' +
+// F0, M = k theta + c theta' + M0; generalized forces by virtual work, Q = -x_q^T F - theta_q^T M.
 //
 // Numbers: stiffnesses (3 N/m, 3 N m/rad), dampings (3, 3), preloads (3 N, 3 N m), then those of the points.
 #pragma once
@@ -15,8 +16,7 @@
 #include <array>
 
 #include "costate/element/element.h"
-#include "costate/element/point/body_direction.h"
-#include "costate/element/point/quaternion.h"
+#include "costate/element/point/direction_forces.h"
 #include "costate/element/point/spatial_vector.h"
 
 namespace costate {
@@ -46,9 +46,8 @@ class Bushing final : public ForceOf<Bushing> {
   template <class S>
   struct Deformation {
     S x[6], rate[6];           // translations [m], rotation vector [rad], and their rates
-    S d[3], u[3][3];           // line between the points, axes
-    S a[4], b[4], e0, rho[3];  // orientations of both frames, and of the second in the first
-    S g, g_s;                  // g(s), g'(s)
+    S d[3], a[3][3], b[3][3];  // line between the points, axes of both frames
+    S rho[3], n, g, g_s;       // n = 1 + trace of R; g(s), g'(s)
   };
 
   /// g and its derivative: by its series where s is small, else in closed form.
@@ -70,45 +69,37 @@ class Bushing final : public ForceOf<Bushing> {
     g_s = (S(1.0) / (S(1.0) + s) - g) / (S(2.0) * s);
   }
 
-  /// Euler parameters of a body's bushing frame and their rates; on the ground the frame itself, at rest.
-  template <class S>
-  static void orient(const S* q, const S* v, bool ground, const Vector4& frame, S* a, S* ad) {
-    S f[4];
-    for (int i = 0; i < 4; ++i) f[i] = S(frame[i]);
-    for (int i = 0; i < 4; ++i) {
-      a[i] = f[i];
-      ad[i] = S(0.0);
-    }
-    if (ground) return;
-    quaternion_product(q + 3, f, a);
-    quaternion_product(v + 3, f, ad);
-  }
-
   template <class S>
   void deform(const S* q, const S* v, const S* p, Deformation<S>& x) const {
-    const int n = d_.from().size();
-    S ad[4], bd[4], e[4], ed[4], ef[4], dv[3];
+    const int i = kDirections, j = d_.from().size() + kDirections;
+    S ad[3][3], bd[3][3], dv[3];
     d_.value(q, p, x.d);
     d_.rate(q, v, p, dv);
-    orient(q, v, n == 0, frame_i_, x.a, ad);
-    orient(q + n, v + n, d_.to().size() == 0, frame_j_, x.b, bd);
     for (int k = 0; k < 3; ++k) {
-      S axis[3] = {S(0.0), S(0.0), S(0.0)}, ud[3];
-      axis[k] = S(1.0);
-      rotated(x.a, axis, x.u[k]);
-      rotated_rate(x.a, ad, axis, ud);
-      x.x[k] = dot3(x.u[k], x.d);
-      x.rate[k] = dot3(x.u[k], dv) + dot3(ud, x.d);
+      S axis[3];
+      components(frame_i_, k, axis);
+      turn_i_.value(q + i, axis, x.a[k]);
+      direction_rate(turn_i_, q + i, v + i, axis, ad[k]);
+      components(frame_j_, k, axis);
+      turn_j_.value(q + j, axis, x.b[k]);
+      direction_rate(turn_j_, q + j, v + j, axis, bd[k]);
+      x.x[k] = dot3(x.a[k], x.d);
+      x.rate[k] = dot3(x.a[k], dv) + dot3(ad[k], x.d);
     }
-    quaternion_difference(x.a, x.b, e);
-    quaternion_difference(ad, x.b, ed);
-    quaternion_difference(x.a, bd, ef);
-    if (!(value_of(e[0]) * value_of(e[0]) > 1e-12)) half_turn();
-    x.e0 = e[0];
+    S nd(0.0);
+    x.n = S(1.0);
+    for (int k = 0; k < 3; ++k) {
+      x.n += dot3(x.a[k], x.b[k]);
+      nd += dot3(ad[k], x.b[k]) + dot3(x.a[k], bd[k]);
+    }
+    if (!(value_of(x.n) > 4e-12)) half_turn();
     S rhod[3];
     for (int k = 0; k < 3; ++k) {
-      x.rho[k] = e[1 + k] / e[0];
-      rhod[k] = (ed[1 + k] + ef[1 + k] - x.rho[k] * (ed[0] + ef[0])) / e[0];
+      const int l = (k + 1) % 3, m = (k + 2) % 3;
+      x.rho[k] = (dot3(x.a[m], x.b[l]) - dot3(x.a[l], x.b[m])) / x.n;
+      rhod[k] = (dot3(ad[m], x.b[l]) + dot3(x.a[m], bd[l]) - dot3(ad[l], x.b[m]) - dot3(x.a[l], bd[m]) -
+                 x.rho[k] * nd) /
+                x.n;
     }
     arc(dot3(x.rho, x.rho), x.g, x.g_s);
     const S turning = S(4.0) * x.g_s * dot3(x.rho, rhod);
@@ -121,50 +112,51 @@ class Bushing final : public ForceOf<Bushing> {
   /// Q -= x_q^T load.
   template <class S>
   void apply(const S* q, const S* p, const Deformation<S>& x, const S* load, S* Q) const {
-    const auto &i = d_.from(), &j = d_.to();
-    const int n = i.size();
+    const auto &from = d_.from(), &to = d_.to();
+    const int n = from.size(), i = kDirections, j = n + kDirections;
     S f[3], g[3];
     for (int k = 0; k < 3; ++k) {
-      f[k] = load[0] * x.u[0][k] + load[1] * x.u[1][k] + load[2] * x.u[2][k];
+      f[k] = load[0] * x.a[0][k] + load[1] * x.a[1][k] + load[2] * x.a[2][k];
       g[k] = -f[k];
     }
-    i.add_generalized_force(q, p, f, Q);
-    j.add_generalized_force(q + n, p + i.numbers().size(), g, Q + n);
-    // Weights of the moment on rho, then on e = conj(a) b; de = conj(da) b + conj(a) db.
-    const S* m = load + 3;
-    const S along = S(4.0) * x.g_s * dot3(x.rho, m);
-    S w[4], on_a[4], on_b[4], c[4];
-    for (int k = 0; k < 3; ++k) w[1 + k] = (S(2.0) * x.g * m[k] + along * x.rho[k]) / x.e0;
-    w[0] = -dot3(x.rho, w + 1);
-    if (n > 0) {
-      quaternion_conjugate(w, c);
-      quaternion_product(x.b, c, on_a);
-      // The axes turn with the first body: x_k = u_k . d.
-      for (int k = 0; k < 3; ++k) {
-        S axis[3] = {S(0.0), S(0.0), S(0.0)}, reaction[3];
-        axis[k] = S(1.0);
-        for (int l = 0; l < 3; ++l) reaction[l] = load[k] * x.d[l];
-        add_rotated_force(x.a, axis, reaction, on_a);
-      }
-      subtract_frame(on_a, frame_i_, Q + 3);
+    from.add_generalized_force(q, p, f, Q);
+    to.add_generalized_force(q + n, p + from.numbers().size(), g, Q + n);
+    // Weights of the moment on rho / n, then of rho's part on R, and of both on the axes, whose first ones
+    // also turn x_k.
+    const S* moment = load + 3;
+    const S along = S(4.0) * x.g_s * dot3(x.rho, moment);
+    S w[3], R[3][3];
+    for (int k = 0; k < 3; ++k) w[k] = (S(2.0) * x.g * moment[k] + along * x.rho[k]) / x.n;
+    const S trace = -dot3(x.rho, w);
+    for (int k = 0; k < 3; ++k) {
+      const int l = (k + 1) % 3, m = (k + 2) % 3;
+      R[k][k] = trace;
+      R[m][l] = w[k];
+      R[l][m] = -w[k];
     }
-    if (j.size() > 0) {
-      quaternion_product(x.a, w, on_b);
-      subtract_frame(on_b, frame_j_, Q + n + 3);
+    for (int k = 0; k < 3; ++k) {
+      S on_a[3], on_b[3], axis[3];
+      for (int c = 0; c < 3; ++c) {
+        on_a[c] = -(load[k] * x.d[c] + R[k][0] * x.b[0][c] + R[k][1] * x.b[1][c] + R[k][2] * x.b[2][c]);
+        on_b[c] = -(R[0][k] * x.a[0][c] + R[1][k] * x.a[1][c] + R[2][k] * x.a[2][c]);
+      }
+      components(frame_i_, k, axis);
+      add_direction_force(turn_i_, q + i, axis, on_a, Q + i);
+      components(frame_j_, k, axis);
+      add_direction_force(turn_j_, q + j, axis, on_b, Q + j);
     }
   }
-  /// Q -= the force on the Euler parameters p, given that on a = p f.
+  /// Axis k of a frame in its body's.
   template <class S>
-  static void subtract_frame(const S* on_a, const Vector4& frame, S* Q) {
-    const S c[4] = {S(frame[0]), S(-frame[1]), S(-frame[2]), S(-frame[3])};
-    S on_p[4];
-    quaternion_product(on_a, c, on_p);
-    for (int k = 0; k < 4; ++k) Q[k] -= on_p[k];
+  static void components(const Eigen::Matrix3d& frame, int k, S* axis) {
+    for (int c = 0; c < 3; ++c) axis[c] = S(frame(c, k));
   }
   [[noreturn]] void half_turn() const;
 
+  static constexpr int kDirections = 3;  // behind a body's x, y, z: what its directions depend on
   SpatialVector d_;
-  Vector4 frame_i_, frame_j_;
+  BodyDirection turn_i_, turn_j_;
+  Eigen::Matrix3d frame_i_, frame_j_;  // the frames' axes in their bodies'
 };
 
 }  // namespace costate

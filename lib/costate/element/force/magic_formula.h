@@ -8,8 +8,10 @@
 //   - the residual moment has cos(alpha) in D_r and once more outside
 // and with these of ours, for smoothness: sgn(alpha) in E_y is tanh(alpha / 1e-3 rad), which changes the side
 // force by less than 1e-6 F_z in |alpha| < 2e-3 and not at all beyond 0.02; shape factors E are not above 1.
-// Numbers: [slip speed, lateral and longitudinal relaxation length and initial slip where the tyre lags],
-// then the coefficients by their names in the file.
+// Relaxation lengths are numbers of the scene or follow load and camber by the coefficients of 5.2 and
+// PAC2002.
+// Numbers: slip speed, [relaxation length if it is a number, and initial slip] of the lateral and then of the
+// longitudinal slip where they lag, then the coefficients by their names in the file.
 #pragma once
 
 #include <string>
@@ -30,7 +32,7 @@ namespace costate {
   QBZ1, QBZ2, QBZ3, QBZ4, QBZ5, QBZ9, QBZ10, QCZ1, QDZ1, QDZ2, QDZ3, QDZ4, QDZ6, QDZ7, QDZ8, QDZ9, QDZ10, \
   QDZ11, QEZ1, QEZ2, QEZ3, QEZ4, QEZ5, QHZ1, QHZ2, QHZ3, QHZ4, PPZ1, PPZ2, SSZ1, SSZ2, SSZ3, SSZ4, QSX1, \
   QSX2, QSX3, QSX4, QSX5, QSX6, QSX7, QSX8, QSX9, QSX10, QSX11, PPMX1, QSY1, QSY2, QSY3, QSY4, QSY5, QSY6, \
-  QSY7, QSY8
+  QSY7, QSY8, PTX1, PTX2, PTX3, PTY1, PTY2, LSGKP, LSGAL
 // clang-format on
 #define COSTATE_TEXT_OF(...) #__VA_ARGS__
 #define COSTATE_TEXT(...) COSTATE_TEXT_OF(__VA_ARGS__)
@@ -50,15 +52,16 @@ struct MagicFormula {
   static constexpr bool slips = true, pulls_along = true, overturns = true, resists = true;
   static constexpr int most_numbers = 5 + count;
   bool lags = false, lags_along = false;  // lateral and longitudinal slip
+  bool lags_by_load = false;              // over lengths from PTX1 to LSGAL, not over numbers of their own
   bool free_rolling = false;              // no longitudinal slip nor force, whatever the spin
   bool mirrored = false;                  // a left tyre on the right side or the other way round
   bool has_pressure = false;              // NOMPRES and INFLPRES are there
   bool camber_as_angle = false;           // 5.2: camber itself, not its sine, and its own terms
 
-  int first() const { return 1 + (lags ? 2 : 0) + (lags_along ? 2 : 0); }
+  int first() const { return 1 + numbers_a_lag() * states(); }
   int number_count() const { return first() + count; }
   int states() const { return (lags ? 1 : 0) + (lags_along ? 1 : 0); }
-  int initial_state(int i) const { return 2 + 2 * i; }
+  int initial_state(int i) const { return numbers_a_lag() * (1 + i); }
   int trail() const { return -1; }
 
   template <class S, class P>
@@ -89,14 +92,44 @@ struct MagicFormula {
   }
   double nominal_deflection = 0;  // m; 0: the file has no effective radius
 
+  /// sigma_kappa = F (PTX1 + PTX2 df) exp(-PTX3 df) (R0 / FNOMIN) LSGKP, df = (F - F0) / F0,
+  /// F0 = FNOMIN LFZO, in m. What lags is the slip itself, sigma kappa' = .., not the deflection
+  /// u = sigma kappa of the manuals: the same under a constant load, and regular at lift-off, where u / sigma
+  /// is not.
+  template <class S, class P>
+  S longitudinal_relaxation_length(const S& F, const P* p) const {
+    using std::exp;
+    const P* c = p + first();
+    const S F0 = S(c[FNOMIN]) * S(c[LFZO]), df = (F - F0) / F0, R0(c[UNLOADED_RADIUS]);
+    return at_least(S(kLeastLag) * R0, F * (S(c[PTX1]) + S(c[PTX2]) * df) * exp(-S(c[PTX3]) * df) * R0 /
+                                           S(c[FNOMIN]) * S(c[LSGKP]));
+  }
+  /// sigma_alpha = PTY1 sin(2 atan(F / (PTY2 F0))) (1 - PKY3 |camber|) R0 LFZO LSGAL, in m.
+  template <class S, class P>
+  S lateral_relaxation_length(const S& F, const S& camber, const P* p) const {
+    using std::atan;
+    using std::sin;
+    const P* c = p + first();
+    const S F0 = S(c[FNOMIN]) * S(c[LFZO]), R0(c[UNLOADED_RADIUS]);
+    const S size = value_of(camber) < 0 ? -camber : camber;
+    return at_least(S(kLeastLag) * R0, S(c[PTY1]) * sin(S(2.0) * atan(F / (S(c[PTY2]) * F0))) *
+                                           (S(1.0) - S(c[PKY3]) * size) * R0 * S(c[LFZO]) * S(c[LSGAL]));
+  }
+  /// Both lengths fall to zero with the load; they are kept above this share of R0, and are exactly the above
+  /// from twice this on.
+  static constexpr double kLeastLag = 0.05;
+
   template <class S, class P>
   void operator()(const TyreInput<S>& in, const S* z, const P* p, TyreOutput<S>& out, S* zdot) const {
     using std::tanh;
     const S tangent = slip_tangent(in, z, p), kappa = longitudinal_slip(in, z, p);
-    if (lags) zdot[0] = (in.lateral() - TyreSlip::speed(in.forward(), p[0]) * tangent) / S(p[1]);
+    if (lags)
+      zdot[0] = (in.lateral() - TyreSlip::speed(in.forward(), p[0]) * tangent) /
+                (lags_by_load ? lateral_relaxation_length(in.normal(), in.camber(), p) : S(p[1]));
     if (lags_along && !free_rolling)
       zdot[lags ? 1 : 0] =
-          (in.rolling() - in.forward() - TyreSlip::speed(in.forward(), p[0]) * kappa) / S(p[lags ? 3 : 1]);
+          (in.rolling() - in.forward() - TyreSlip::speed(in.forward(), p[0]) * kappa) /
+          (lags_by_load ? longitudinal_relaxation_length(in.normal(), p) : S(p[lags ? 3 : 1]));
     if (!(value_of(in.normal()) > 0)) return;
     const double w = value_of(p[0]);
     S direction(value_of(in.forward()) < 0 ? -1.0 : 1.0);
@@ -214,6 +247,13 @@ struct MagicFormula {
   }
 
  private:
+  int numbers_a_lag() const { return lags_by_load ? 1 : 2; }
+  /// x from 2 m on, m at x <= 0, between them m + x^2 / (4 m): with a continuous slope.
+  template <class S>
+  static S at_least(const S& m, const S& x) {
+    if (!(value_of(x) > 0)) return m;
+    return value_of(x) < 2 * value_of(m) ? m + x * x / (S(4.0) * m) : x;
+  }
   template <class S>
   static S limited(const S& E) {
     return value_of(E) > 1 ? S(1.0) : E;

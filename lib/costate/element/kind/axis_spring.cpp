@@ -54,6 +54,18 @@ inertia_xx_kg_m2 = 0.2
 inertia_yy_kg_m2 = 0.3
 inertia_zz_kg_m2 = 0.25
 
+[natural_body.load]
+x_m = -0.3
+y_m = 0.5
+z_m = 0.4
+rotation_axis = [1, -1, 2]
+angle_rad = 0.5
+omega_y_rad_per_s = -0.4
+mass_kg = 2
+inertia_xx_kg_m2 = 0.15
+inertia_yy_kg_m2 = 0.2
+inertia_zz_kg_m2 = 0.3
+
 [point.floor]
 ground = true
 x_m = 0
@@ -71,6 +83,12 @@ on = "wheel"
 x_m = -0.1
 y_m = -0.1
 z_m = 0.2
+
+[point.hook]
+on = "load"
+x_m = 0.1
+y_m = 0
+z_m = 0.3
 
 [axis_spring.leaf]
 from = "seat"
@@ -90,8 +108,16 @@ stiffness_N_per_m = 900
 natural_length_m = 0.8
 damper_law = { kind = "polynomial", coefficients = [0, 15, 4] }
 
+[axis_spring.rail]
+from = "hook"
+to = "ball"
+axis = [1, -0.2, 0.3]
+stiffness_N_per_m = 200
+natural_length_m = 0.3
+damping_N_s_per_m = 10
+
 [start]
-given = ["chassis", "wheel"]
+given = ["chassis", "wheel", "load"]
 )",
     .add =
         [](const std::string& name, SceneTable& table, MechanismBuilder& builder) {

@@ -20,10 +20,10 @@ void add_bushing(MechanismBuilder& builder, const std::string& name, const std::
                                  "body and the ground.",
                                  from, to, d.size() == 0 ? "the ground" : "the same body"));
   for (const SpatialPoint* p : {&d.from(), &d.to()})
-    if (p->kind() != SpatialPoint::Kind::ground && p->kind() != SpatialPoint::Kind::on_body)
+    if (!p->has_directions())
       throw ModelError(
           path + (p == &d.from() ? ".from" : ".to"),
-          fmt::format("'{}' must be on a rigid body or on the ground, in whose frame the bushing stands.",
+          fmt::format("'{}' must be on a body or on the ground, in whose frame the bushing stands.",
                       p->name()));
   std::vector<int> numbers;
   const auto add = [&](const char* key, const std::array<double, 3>& x, NumberRule rule) {
@@ -90,6 +90,18 @@ inertia_xx_kg_m2 = 0.2
 inertia_yy_kg_m2 = 0.3
 inertia_zz_kg_m2 = 0.25
 
+[natural_body.box]
+x_m = -0.3
+y_m = 0.5
+z_m = 0.4
+rotation_axis = [1, -1, 2]
+angle_rad = 0.5
+omega_y_rad_per_s = -0.4
+mass_kg = 2
+inertia_xx_kg_m2 = 0.15
+inertia_yy_kg_m2 = 0.2
+inertia_zz_kg_m2 = 0.3
+
 [point.wall]
 ground = true
 x_m = 0
@@ -107,6 +119,12 @@ on = "engine"
 x_m = -0.1
 y_m = -0.1
 z_m = 0.2
+
+[point.lid]
+on = "box"
+x_m = 0.1
+y_m = 0
+z_m = 0.3
 
 [bushing.mount]
 from = "seat"
@@ -128,8 +146,24 @@ to = "seat"
 stiffness_N_per_m = [100, 100, 100]
 stiffness_N_m_per_rad = [10, 10, 15]
 
+[bushing.rubber]
+from = "lid"
+to = "foot"
+rotation_axis_to = [0, 1, 0]
+angle_to_rad = 0.4
+stiffness_N_per_m = [120, 150, 90]
+stiffness_N_m_per_rad = [15, 12, 10]
+damping_N_s_per_m = [2, 1, 3]
+damping_N_m_s_per_rad = [0.2, 0.1, 0.3]
+
+[bushing.stand]
+from = "lid"
+to = "wall"
+stiffness_N_per_m = [80, 70, 60]
+stiffness_N_m_per_rad = [5, 6, 7]
+
 [start]
-given = ["frame", "engine"]
+given = ["frame", "engine", "box"]
 )",
     .add =
         [](const std::string& name, SceneTable& table, MechanismBuilder& builder) {

@@ -40,21 +40,6 @@ LawOptions product_law(const std::vector<LawOptions>& factors) {
   return composed(ComposedLaw::Operation::product, "factors", factors);
 }
 
-LawOptions steps_law(const std::vector<double>& at, const std::vector<double>& values, double width) {
-  if (at.empty() || values.size() != at.size() + 1)
-    throw ModelError("",
-                     fmt::format("There must be one entry more in 'values' than in 'at', found {} and {}.",
-                                 values.size(), at.size()));
-  if (!(width > 0)) throw ModelError("", fmt::format("'width' must be positive, found {}.", width));
-  LawOptions o;
-  o.law = std::make_shared<StepsLaw>(static_cast<int>(at.size()));
-  o.numbers.emplace_back("width", width);
-  for (std::size_t i = 0; i < at.size(); ++i) o.numbers.emplace_back(fmt::format("at[{}]", i), at[i]);
-  for (std::size_t i = 0; i < values.size(); ++i)
-    o.numbers.emplace_back(fmt::format("values[{}]", i), values[i]);
-  return o;
-}
-
 LawOptions chirp_law(double mean, double amplitude, double from, double to, double first_rad_per_s,
                      double last_rad_per_s, double phase_rad) {
   if (!(to > from))
@@ -96,16 +81,6 @@ const RegisterLawKind product(
      .example =
          R"({ kind = "product", factors = [{ kind = "sine", amplitude = 0.2, angular_frequency_rad_per_s = 3 }, { kind = "polynomial", coefficients = [0.1, 0.4] }] })",
      .read = [](SceneTable& t) { return product_law(read_laws(t, "factors")); }});
-
-const RegisterLawKind steps(
-    {.name = "steps",
-     .summary = "values[0], then from at[k] on values[k + 1] by a quintic of 'width'",
-     .example = R"({ kind = "steps", at = [-0.5, 0.4], values = [0.0, 1.0, -0.5], width = 0.3 })",
-     .read = [](SceneTable& t) {
-       const auto at = t.values("at");
-       const auto values = t.values("values");
-       return steps_law(at, values, t.value("width", NumberRule::positive));
-     }});
 
 const RegisterLawKind chirp(
     {.name = "chirp",

@@ -1,5 +1,5 @@
 // Laws of formulas and of other laws, as options of a kind: { kind = "formula", ... }, "sum", "product",
-// "steps", "chirp".
+// "chirp".
 #pragma once
 
 #include <string>
@@ -15,8 +15,6 @@ LawOptions formula_law(const std::string& formula,
                        const std::vector<std::pair<std::string, double>>& numbers);
 LawOptions sum_law(const std::vector<LawOptions>& terms);
 LawOptions product_law(const std::vector<LawOptions>& factors);
-/// values[0], then by a smooth step of `width` from each at[k] on to values[k + 1].
-LawOptions steps_law(const std::vector<double>& at, const std::vector<double>& values, double width);
 /// A sine whose angular frequency goes from `first` at x = from to `last` at x = to, and on.
 LawOptions chirp_law(double mean, double amplitude, double from, double to, double first_rad_per_s,
                      double last_rad_per_s, double phase_rad);

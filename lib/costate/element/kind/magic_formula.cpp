@@ -27,6 +27,37 @@ const std::vector<MagicFormula::Entry>& MagicFormula::coefficients() {
   return all;
 }
 
+namespace {
+
+/// Throws where the relaxation lengths lack coefficients.
+void require_relaxation(const std::string& path, const MagicFormulaOptions& o) {
+  std::vector<const char*> needed = {"PTY1", "PTY2"};
+  if (!o.free_rolling) needed.insert(needed.begin(), {"PTX1", "PTX2", "PTX3"});
+  std::string missing;
+  for (const char* key : needed)
+    if (!o.coefficients.count(key)) missing += (missing.empty() ? "" : ", ") + std::string(key);
+  if (!missing.empty())
+    throw ModelError(
+        path + "relaxation",
+        fmt::format(
+            "\"coefficients\" needs {}, which {}. Write what is missing into magic_formula = {{ ... }}, "
+            "or give numbers: relaxation_length_m{}.",
+            missing,
+            o.tir_file.empty() ? "'magic_formula' does not give"
+                               : fmt::format("neither {} nor 'magic_formula' gives", o.tir_file),
+            o.free_rolling ? "" : " and longitudinal_relaxation_length_m"));
+  for (const char* key : {"PTX1", "PTY1", "PTY2"}) {
+    const auto at = o.coefficients.find(key);
+    if (at != o.coefficients.end() && !(at->second > 0) && (key[2] == 'Y' || !o.free_rolling))
+      throw ModelError(path + "relaxation",
+                       fmt::format("\"coefficients\" needs a positive {}, found {}: the relaxation length at "
+                                   "the nominal load grows with it.",
+                                   key, at->second));
+  }
+}
+
+}  // namespace
+
 void add_magic_formula_tyre(MechanismBuilder& builder, const std::string& name, const TyreOptions& tyre,
                             const TyreSlipOptions& slip, const MagicFormulaOptions& o) {
   const std::string path = "tyre." + name + ".", table = path + "magic_formula.";
@@ -47,7 +78,17 @@ void add_magic_formula_tyre(MechanismBuilder& builder, const std::string& name, 
   std::vector<int> numbers = add_tyre_slip(builder, name, slip, lateral);
   model.lags = lateral.lags;
   model.lags_along = o.longitudinal_relaxation_length_m > 0;
-  if (model.lags_along) {
+  if (o.relaxation_by_coefficients) {
+    if (model.lags || model.lags_along)
+      throw ModelError(path + "relaxation",
+                       "\"coefficients\" contradicts a relaxation length of its own: give one of the two.");
+    require_relaxation(path, o);
+    model.lags_by_load = model.lags = true;
+    model.lags_along = !o.free_rolling;
+    numbers.push_back(builder.add_number(path + "initial_slip", slip.initial_slip));
+    if (model.lags_along)
+      numbers.push_back(builder.add_number(path + "initial_longitudinal_slip", o.initial_longitudinal_slip));
+  } else if (model.lags_along) {
     numbers.push_back(builder.add_number(path + "longitudinal_relaxation_length_m",
                                          o.longitudinal_relaxation_length_m, NumberRule::positive));
     numbers.push_back(builder.add_number(path + "initial_longitudinal_slip", o.initial_longitudinal_slip));
@@ -75,6 +116,7 @@ void add_magic_formula_tyre(MechanismBuilder& builder, const std::string& name, 
 
 void read_tir_file(const std::string& path, MagicFormulaOptions& o, TyreOptions& tyre) {
   const TirFile file = TirFile::read(path);
+  o.tir_file = path;
   if (file.has("FITTYP")) {
     const double type = file.number("FITTYP");
     const bool older = type == 5 || type == 6 || type == 21 || type == 51 || type == 52;
@@ -121,9 +163,18 @@ const RegisterTyreModel registered(
          table.fail("needs 'tir_file' (a .tir file) or 'magic_formula' (a table of coefficients).");
        }
        const TyreOptions tyre = read_tyre(table, builder, usual);
-       const TyreSlipOptions slip = read_tyre_slip(table);
+       TyreSlipOptions slip = read_tyre_slip(table);
        o.free_rolling = table.flag("free_rolling", false);
        o.mirrored = table.flag("mirror", false);
+       if (table.has("relaxation")) {
+         table.one_of("relaxation", {"coefficients"});
+         o.relaxation_by_coefficients = true;
+         for (const char* key : {"relaxation_length_m", "longitudinal_relaxation_length_m"})
+           if (table.has(key)) table.fail(key, "contradicts 'relaxation', which gives this length.");
+         slip.initial_slip = table.value("initial_slip", NumberRule::any, 0);
+         if (!o.free_rolling)
+           o.initial_longitudinal_slip = table.value("initial_longitudinal_slip", NumberRule::any, 0);
+       }
        o.longitudinal_relaxation_length_m =
            table.find_value("longitudinal_relaxation_length_m", NumberRule::positive).value_or(0);
        if (o.longitudinal_relaxation_length_m > 0) {

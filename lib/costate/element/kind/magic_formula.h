@@ -16,6 +16,11 @@ struct MagicFormulaOptions {
   bool mirrored = false;         // left and right exchanged
   double longitudinal_relaxation_length_m = 0;  // 0: without a lag
   double initial_longitudinal_slip = 0;
+  /// Both slips lag (the lateral one alone if free_rolling) over lengths that follow the load, by the
+  /// coefficients PTX1, PTX2, PTX3, PTY1, PTY2, PKY3, LSGKP and LSGAL. No other relaxation length is given
+  /// then.
+  bool relaxation_by_coefficients = false;
+  std::string tir_file;  // what the coefficients were read from, for messages
 };
 void add_magic_formula_tyre(MechanismBuilder& builder, const std::string& name, const TyreOptions& tyre,
                             const TyreSlipOptions& slip, const MagicFormulaOptions& options);

@@ -61,22 +61,11 @@ std::vector<GivenStart::Term> rate_terms(const std::vector<int>& u, int k, bool 
 
 void add_natural_body(MechanismBuilder& builder, const std::string& name, const RigidBodyOptions& o) {
   const std::string path = "natural_body." + name + ".";
-  const auto number = [&](const std::string& key, double value, NumberRule rule = NumberRule::any) {
-    return builder.add_number(path + key, value, rule);
+  const auto number = [&](const std::string& key, double value) {
+    return builder.add_number(path + key, value);
   };
-  check_inertia(path, o.inertia_kg_m2);
+  const std::vector<int> numbers = add_spatial_body_numbers(builder, path, o);
   const Vector4 p(o.euler.data());
-  if (std::abs(p.norm() - 1) > 1e-3)
-    throw ModelError(path + "e0",
-                     fmt::format("Euler parameters must have e0^2 + e1^2 + e2^2 + e3^2 = 1, found {:.6g}.",
-                                 p.squaredNorm()));
-  std::vector<int> numbers = {number("mass_kg", o.mass_kg, NumberRule::non_negative)};
-  constexpr const char* entry[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
-  for (std::size_t i = 0; i < 6; ++i)
-    numbers.push_back(number(fmt::format("inertia_{}_kg_m2", entry[i]), o.inertia_kg_m2[i]));
-  for (std::size_t i = 0; i < 3; ++i)
-    numbers.push_back(number(fmt::format("center_{}_m", kAxis[i]), o.center_m[i]));
-  for (const int g : builder.spatial_gravity_numbers()) numbers.push_back(g);
 
   std::vector<int> q, u;
   std::vector<std::string> place, turn, rates;
@@ -137,46 +126,7 @@ const RegisterSceneKind registered({
     .name = "natural_body",
     .phase = ScenePhase::points,
     .summary = "a rigid body in space, in natural coordinates (a point and three unit vectors)",
-    .example = R"(
-[gravity]
-x_m_per_s2 = 0.3
-y_m_per_s2 = -0.4
-z_m_per_s2 = -9.81
-
-[natural_body.stone]
-x_m = 0.2
-y_m = 1.0
-z_m = -0.5
-e0 = 0.8
-e1 = 0.4
-e2 = -0.2
-e3 = 0.4
-vx_m_per_s = 0.5
-omega_x_rad_per_s = 2.0
-omega_z_rad_per_s = -0.7
-mass_kg = 3.0
-inertia_xx_kg_m2 = 0.7
-inertia_yy_kg_m2 = 0.9
-inertia_zz_kg_m2 = 0.5
-inertia_xy_kg_m2 = 0.1
-inertia_xz_kg_m2 = -0.05
-inertia_yz_kg_m2 = 0.02
-center_x_m = 0.1
-center_y_m = -0.05
-center_z_m = 0.2
-
-[natural_body.plate]
-x_m = 1.2
-y_m = 0.0
-z_m = 0.5
-rotation_axis = [1, 2, 0]
-angle_rad = 2.5
-omega_global_z_rad_per_s = 1.5
-mass_kg = 1.0
-inertia_xx_kg_m2 = 0.1
-inertia_yy_kg_m2 = 0.2
-inertia_zz_kg_m2 = 0.3
-
+    .example = two_bodies_example("natural_body") + R"(
 [point.ear]
 on = "stone"
 x_m = 0.2

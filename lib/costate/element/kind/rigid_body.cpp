@@ -47,24 +47,32 @@ std::array<double, 4> euler_parameters(const std::array<double, 3>& axis, double
   return {std::cos(angle_rad / 2), s * axis[0], s * axis[1], s * axis[2]};
 }
 
-void add_rigid_body(MechanismBuilder& builder, const std::string& name, const RigidBodyOptions& o) {
-  const std::string path = "rigid_body." + name + ".";
-  const auto number = [&](const std::string& key, double value, NumberRule rule = NumberRule::any) {
-    return builder.add_number(path + key, value, rule);
-  };
+std::vector<int> add_spatial_body_numbers(MechanismBuilder& builder, const std::string& path,
+                                          const RigidBodyOptions& o) {
   check_inertia(path, o.inertia_kg_m2);
   const Vector4 p(o.euler.data());
   if (std::abs(p.norm() - 1) > 1e-3)
     throw ModelError(path + "e0",
                      fmt::format("Euler parameters must have e0^2 + e1^2 + e2^2 + e3^2 = 1, found {:.6g}.",
                                  p.squaredNorm()));
-  std::vector<int> numbers = {number("mass_kg", o.mass_kg, NumberRule::non_negative)};
+  std::vector<int> numbers = {builder.add_number(path + "mass_kg", o.mass_kg, NumberRule::non_negative)};
   constexpr const char* entry[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
   for (std::size_t i = 0; i < 6; ++i)
-    numbers.push_back(number(fmt::format("inertia_{}_kg_m2", entry[i]), o.inertia_kg_m2[i]));
+    numbers.push_back(
+        builder.add_number(fmt::format("{}inertia_{}_kg_m2", path, entry[i]), o.inertia_kg_m2[i]));
   for (std::size_t i = 0; i < 3; ++i)
-    numbers.push_back(number(fmt::format("center_{}_m", kAxis[i]), o.center_m[i]));
+    numbers.push_back(builder.add_number(fmt::format("{}center_{}_m", path, kAxis[i]), o.center_m[i]));
   for (const int g : builder.spatial_gravity_numbers()) numbers.push_back(g);
+  return numbers;
+}
+
+void add_rigid_body(MechanismBuilder& builder, const std::string& name, const RigidBodyOptions& o) {
+  const std::string path = "rigid_body." + name + ".";
+  const auto number = [&](const std::string& key, double value) {
+    return builder.add_number(path + key, value);
+  };
+  const std::vector<int> numbers = add_spatial_body_numbers(builder, path, o);
+  const Vector4 p(o.euler.data());
 
   std::vector<int> q;
   std::vector<std::string> positions, velocities;
@@ -180,19 +188,14 @@ RigidBodyOptions read_rigid_body(SceneTable& table) {
   return o;
 }
 
-namespace {
-
-const RegisterSceneKind registered({
-    .name = "rigid_body",
-    .phase = ScenePhase::points,
-    .summary = "a rigid body in space",
-    .example = R"(
+std::string two_bodies_example(const std::string& kind) {
+  return fmt::format(R"(
 [gravity]
 x_m_per_s2 = 0.3
 y_m_per_s2 = -0.4
 z_m_per_s2 = -9.81
 
-[rigid_body.stone]
+[{0}.stone]
 x_m = 0.2
 y_m = 1.0
 z_m = -0.5
@@ -214,7 +217,7 @@ center_x_m = 0.1
 center_y_m = -0.05
 center_z_m = 0.2
 
-[rigid_body.plate]
+[{0}.plate]
 x_m = 1.2
 y_m = 0.0
 z_m = 0.5
@@ -225,7 +228,17 @@ mass_kg = 1.0
 inertia_xx_kg_m2 = 0.1
 inertia_yy_kg_m2 = 0.2
 inertia_zz_kg_m2 = 0.3
+)",
+                     kind);
+}
 
+namespace {
+
+const RegisterSceneKind registered({
+    .name = "rigid_body",
+    .phase = ScenePhase::points,
+    .summary = "a rigid body in space",
+    .example = two_bodies_example("rigid_body") + R"(
 [start]
 given = ["stone", "plate"]
 )",

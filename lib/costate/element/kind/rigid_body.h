@@ -6,6 +6,7 @@
 
 #include <array>
 #include <string>
+#include <vector>
 
 #include "costate/scene/scene_table.h"
 
@@ -29,6 +30,14 @@ void add_rigid_body(MechanismBuilder& builder, const std::string& name, const Ri
 
 /// The keys that the kinds of bodies in space share.
 RigidBodyOptions read_rigid_body(SceneTable& table);
+
+/// Mass, inertia, centre and gravity as numbers, in the order in which the bodies of space take them. path: "KIND.NAME.".
+/// Throws ModelError for what no body can have.
+std::vector<int> add_spatial_body_numbers(MechanismBuilder& builder, const std::string& path,
+                                          const RigidBodyOptions& options);
+
+/// Gravity and two bodies of a kind, "stone" and "plate": the beginning of the kind's example.
+std::string two_bodies_example(const std::string& kind);
 
 /// Throws ModelError at path + "inertia_xx_kg_m2" for a tensor that no body has: the principal moments of a real body are
 /// not negative and none exceeds the sum of the others; 1e-9 of slack for numbers written with few digits.

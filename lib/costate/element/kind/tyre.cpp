@@ -244,6 +244,20 @@ longitudinal_relaxation_length_m = 0.4
 initial_longitudinal_slip = 0.05
 magic_formula = { FNOMIN = 30, UNLOADED_RADIUS = 1.1, BREFF = 1.5, DREFF = 0.4, FREFF = 0.2, PCX1 = 1.5, PDX1 = 1.1, PKX1 = 4, PCY1 = 1.4, PDY1 = 1, PEY1 = 0.4, PKY1 = -6, PKY2 = 1.6, PHY3 = 0.2, PVY3 = 0.3, RBY1 = 4, RBY2 = 3, RCY1 = 1.2, QBZ1 = 3, QCZ1 = 1.2, QDZ1 = 0.2, QDZ3 = 0.3 }
 
+[tyre.relaxing]
+wheel = "hub"
+road = "hill"
+radius_m = 1.2
+stiffness_N_per_m = 60
+damping_N_s_per_m = 2
+model = "magic_formula"
+generation = "5.2"
+slip_speed_m_per_s = 0.6
+relaxation = "coefficients"
+initial_slip = 0.1
+initial_longitudinal_slip = 0.05
+magic_formula = { FNOMIN = 30, UNLOADED_RADIUS = 1.1, LFZO = 0.9, LSGKP = 1.1, LSGAL = 0.9, PCX1 = 1.5, PDX1 = 1.1, PKX1 = 4, PCY1 = 1.4, PDY1 = 1, PKY1 = -6, PKY2 = 1.6, PKY3 = 0.3, PTX1 = 2.3, PTX2 = 1.6, PTX3 = -0.4, PTY1 = 2.1, PTY2 = 1.9 }
+
 [start]
 given = ["frame", "rotor.x", "rotor.y", "rotor.angle"]
 )",

@@ -1,5 +1,4 @@
-// Laws made of others, and courses in time that come up often: the sum and the product of laws, a sequence of
-// smooth steps, a sine whose frequency grows with time.
+// Laws composed of other laws, their sum and product; and a sine whose frequency grows with time.
 #pragma once
 
 #include "costate/element/law/scalar_law.h"
@@ -52,42 +51,6 @@ class ComposedLaw final : public ScalarLawOf<ComposedLaw> {
   Operation operation_;
   std::vector<std::shared_ptr<const ScalarLaw>> parts_;
   int count_ = 0;
-};
-
-/// From one value to the next by quintic steps (C2 everywhere), each beginning at its place and `width` wide;
-/// numbers: the width, the n places, the n + 1 values. Steps that overlap add up.
-class StepsLaw final : public ScalarLawOf<StepsLaw> {
- public:
-  explicit StepsLaw(int steps) : n_(steps) {}
-  int number_count() const override { return 2 * n_ + 2; }
-
-  template <class S, class P>
-  S physics(const S& x, const P* p) const {
-    const P *at = p + 1, *y = p + 1 + n_;
-    S sum = S(y[0]);
-    for (int k = 0; k < n_; ++k) {
-      if (value_of(x) <= value_of(at[k])) continue;
-      const S rise = S(y[k + 1]) - S(y[k]), s = (x - S(at[k])) / S(p[0]);
-      sum += value_of(s) >= 1 ? rise : rise * s * s * s * (S(10.0) - S(15.0) * s + S(6.0) * s * s);
-    }
-    return sum;
-  }
-  /// Exact: step by step.
-  double integral(double x, const double* p) const override { return primitive(x, p) - primitive(0, p); }
-
- private:
-  double primitive(double x, const double* p) const {
-    const double *at = p + 1, *y = p + 1 + n_;
-    double sum = y[0] * x;
-    for (int k = 0; k < n_; ++k) {
-      const double s = (x - at[k]) / p[0];
-      if (s <= 0) continue;
-      sum += (y[k + 1] - y[k]) * p[0] * (s < 1 ? s * s * s * s * (2.5 - 3 * s + s * s) : s - 0.5);
-    }
-    return sum;
-  }
-
-  int n_;
 };
 
 /// mean + amplitude sin(phase + omega_0 s + (omega_1 - omega_0) s^2 / (2 (x_1 - x_0))), s = x - x_0: its

@@ -16,6 +16,39 @@ constexpr int kLanes =
     4;  // sines that are rotated side by side: independent chains, which the processor overlaps
 }
 
+BumpLaw::Place BumpLaw::place(double y, double length, double spacing) const {
+  if (!(y >= 0)) return {0, false};
+  if (count_ == 1) return {0, y < length};
+  // Neighbours that touch leave no gap between them, whatever the rounding.
+  const bool touching = spacing - length < 1e-12 * spacing;
+  int k = std::clamp(static_cast<int>(std::min(y / spacing, 1.0 * count_)), 0, count_ - 1);
+  if (k > 0 && y - k * spacing < 0) --k;
+  return {k, (touching && k + 1 < count_) || y - k * spacing < length};
+}
+
+void BumpLaw::add_kinks(const double* p, std::vector<double>& x) const {
+  if (!half_sine_) return;
+  // Where the law enters another of its pieces: the first x of the next one in floating point.
+  const double spacing = count_ > 1 ? p[3] : 0;
+  const auto same = [&](double a, double b) {
+    const Place i = place(a - p[1], p[2], spacing), j = place(b - p[1], p[2], spacing);
+    return i.bump == j.bump && i.on == j.on;
+  };
+  const auto add = [&](double at) {
+    const double width = 1e-12 * (std::abs(at) + std::abs(p[1]) + p[2] + count_ * spacing);
+    double before = at - width, after = at + width;
+    if (same(before, after)) return;
+    for (double middle; middle = before + (after - before) / 2, before < middle && middle < after;)
+      (same(before, middle) ? before : after) = middle;
+    x.push_back(after);
+  };
+  for (int k = 0; k < count_; ++k) {
+    const double start = p[1] + k * spacing;
+    add(start);
+    if (k + 1 == count_ || spacing - p[2] > 1e-9 * spacing) add(start + p[2]);
+  }
+}
+
 SineSumLaw::SineSumLaw(const SpectrumOptions& o) : options_(o) {
   if (o.count < 1) throw ModelError("", fmt::format("'count' must be at least 1, found {}.", o.count));
   if (!(o.n_min > 0))

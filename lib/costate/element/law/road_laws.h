@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "costate/element/law/composed.h"
+#include "costate/element/law/from_derivatives.h"
 #include "costate/element/law/scalar_law.h"
 
 namespace costate {
@@ -13,45 +13,54 @@ namespace costate {
 inline constexpr double kTwoPi = 6.283185307179586476925;
 
 /// `count` bumps, the first at start, each h (1 - cos(2 pi y / length)), or h sin(pi y / length), over its
-/// own distance 0 < y < length, one every `spacing`. Numbers: height, start, length, spacing (the last one
-/// only of several bumps). The slope is continuous at the ends of the first shape, the curvature is not; of
-/// the second not even the slope.
+/// own distance 0 <= y < length, one every `spacing`. Numbers: height, start, length, spacing (the last one
+/// only of several bumps). The slope is continuous at the ends of the first shape, the curvature is not; the
+/// second has kinks there.
 class BumpLaw final : public ScalarLawOf<BumpLaw> {
  public:
   BumpLaw(int count, bool half_sine) : count_(count), half_sine_(half_sine) {}
   int number_count() const override { return count_ > 1 ? 4 : 3; }
+  void add_kinks(const double* p, std::vector<double>& x) const override;
 
   template <class S, class P>
   S physics(const S& x, const P* p) const {
     using std::cos;
     using std::sin;
     S y = x - S(p[1]);
-    if (count_ > 1) {
-      const double k = std::floor(value_of(y) / value_of(p[3]));
-      y -= S(std::min(std::max(k, 0.0), count_ - 1.0)) * S(p[3]);
-    }
-    if (!(value_of(y) > 0 && value_of(y) < value_of(p[2]))) return S(0.0);
+    const Place at = place(value_of(y), value_of(p[2]), count_ > 1 ? value_of(p[3]) : 0.0);
+    if (!at.on) return S(0.0);
+    if (at.bump > 0) y -= S(1.0 * at.bump) * S(p[3]);
     const S turn = y / S(p[2]);
     if (half_sine_) return S(p[0]) * sin(S(kTwoPi / 2) * turn);
     return S(p[0]) * (S(1.0) - cos(S(kTwoPi) * turn));
   }
 
  private:
+  struct Place {
+    int bump;  // the last one that began
+    bool on;   // and is not over
+  };
+  Place place(double y, double length, double spacing) const;
+
   int count_;
   bool half_sine_;
 };
 
 /// A sin(2 pi (n0 y + (n1 - n0) y^2 / (2 length))) from y = x - start = 0 on; beyond `length` the wave number
-/// stays n1. Zero before. Numbers: amplitude, start, length, n0, n1 (wave numbers in 1/m).
+/// stays n1. Zero before, with a kink at the start unless n0 = 0. Numbers: amplitude, start, length, n0, n1
+/// (wave numbers in 1/m).
 class SineSweepLaw final : public ScalarLawOf<SineSweepLaw> {
  public:
   int number_count() const override { return 5; }
+  void add_kinks(const double* p, std::vector<double>& x) const override {
+    if (p[3] != 0) x.push_back(p[1]);
+  }
 
   template <class S, class P>
   S physics(const S& x, const P* p) const {
     using std::sin;
     const S y = x - S(p[1]), rise = S(p[4]) - S(p[3]);
-    if (!(value_of(y) > 0)) return S(0.0);
+    if (!(value_of(y) >= 0)) return S(0.0);
     const S waves = value_of(y) < value_of(p[2]) ? (S(p[3]) + S(0.5) * rise * y / S(p[2])) * y
                                                  : S(p[4]) * y - S(0.5) * rise * S(p[2]);
     return S(p[0]) * sin(S(kTwoPi) * waves);
@@ -84,7 +93,7 @@ class SineSumLaw final : public ScalarLawOf<SineSumLaw> {
     using std::sqrt;
     double f[5];
     calc_sums(value_of(x), DerivativeOrder<S>::value, f);
-    return S(sqrt(p[0])) * composed(x, f);
+    return S(sqrt(p[0])) * from_derivatives(x, f);
   }
 
  private:
@@ -111,7 +120,7 @@ class ProfileTableLaw final : public ScalarLawOf<ProfileTableLaw> {
   S physics(const S& x, const P* p) const {
     double f[5];
     calc_derivatives(value_of(x), f);
-    return S(p[0]) * composed(x, f);
+    return S(p[0]) * from_derivatives(x, f);
   }
 
  private:

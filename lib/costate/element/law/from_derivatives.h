@@ -10,11 +10,11 @@ namespace costate {
 
 /// f[k] is the k-th derivative; the order that the type carries must be there: 1 for Dual<N>, 2 for Taylor2,
 /// 3 for PathDual, 4 for DirectedPathDual.
-inline double composed(double, const double* f) { return f[0]; }
-inline Taylor2 composed(const Taylor2& x, const double* f) { return compose(x, f[0], f[1], f[2]); }
+inline double from_derivatives(double, const double* f) { return f[0]; }
+inline Taylor2 from_derivatives(const Taylor2& x, const double* f) { return compose(x, f[0], f[1], f[2]); }
 template <int N, class T>
-Dual<N, T> composed(const Dual<N, T>& x, const double* f) {
-  return chain(x, T(composed(x.v, f)), T(composed(x.v, f + 1)));
+Dual<N, T> from_derivatives(const Dual<N, T>& x, const double* f) {
+  return chain(x, T(from_derivatives(x.v, f)), T(from_derivatives(x.v, f + 1)));
 }
 
 /// How many derivatives a type carries.

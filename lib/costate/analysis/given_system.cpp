@@ -1,0 +1,156 @@
+#include "costate/analysis/given_system.h"
+
+#include <Eigen/SparseQR>
+
+#include "costate/analysis/start.h"
+#include "costate/linear/matrix_parts.h"
+
+namespace costate {
+
+namespace {
+
+constexpr int kDenseLimit =
+    500;  // coordinates; above, uncoupled parts one by one, larger ones by a sparse QR
+constexpr double kRankTolerance = 1e-9;
+
+using Dense = Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>;
+using Sparse = Eigen::SparseQR<Eigen::SparseMatrix<double>, Eigen::COLAMDOrdering<int>>;
+
+}  // namespace
+
+/// A part with its orthogonal factors; none where it has no rows or no columns.
+struct GivenSystem::FactoredPart {
+  explicit FactoredPart(MatrixPart p) : part(std::move(p)) {
+    if (part.rows.empty() || part.columns.empty()) return;
+    if (part.columns.size() <= kDenseLimit) {
+      dense.emplace(part.matrix.rows(), part.matrix.cols());
+      dense->setThreshold(kRankTolerance);
+      dense->compute(Eigen::MatrixXd(part.matrix));
+    } else {
+      sparse = std::make_unique<Sparse>();
+      sparse->setPivotThreshold(kRankTolerance);
+      sparse->compute(part.matrix);
+    }
+  }
+  int rank() const { return static_cast<int>(dense ? dense->rank() : sparse ? sparse->rank() : 0); }
+  Eigen::MatrixXd solve(const Eigen::MatrixXd& b) const {
+    return dense ? Eigen::MatrixXd(dense->solve(b)) : Eigen::MatrixXd(sparse->solve(b));
+  }
+
+  MatrixPart part;
+  std::optional<Dense> dense;
+  std::unique_ptr<Sparse> sparse;
+};
+
+GivenSystem::GivenSystem(const Assembly& assembly, const std::vector<GivenStart>& given)
+    : assembly_(assembly), given_(given), rows_(assembly.m() + static_cast<int>(given.size())) {}
+
+GivenSystem::~GivenSystem() = default;
+
+void GivenSystem::factor(const double* q) {
+  const auto& J = assembly_.jacobian();
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int j = 0; j < J.cols; ++j)
+    for (auto k = J.column_start[j]; k < J.column_start[j + 1]; ++k)
+      entries.emplace_back(static_cast<int>(J.row[k]), j, assembly_.phi_q[k]);
+  for (std::size_t g = 0; g < given_.size(); ++g)
+    if (given_[g].coordinate >= 0)
+      entries.emplace_back(assembly_.m() + static_cast<int>(g), given_[g].coordinate, 1.0);
+    else
+      for (const auto& [i, j, c] : given_[g].terms)
+        entries.emplace_back(assembly_.m() + static_cast<int>(g), j, c * q[i]);
+  matrix_.resize(rows_, assembly_.n());
+  matrix_.setFromTriplets(entries.begin(), entries.end());
+  matrix_.makeCompressed();
+  if (assembly_.n() <= kDenseLimit) {
+    dense_.emplace(rows_, assembly_.n());
+    dense_->setThreshold(kRankTolerance);
+    dense_->compute(Eigen::MatrixXd(matrix_));
+  } else {
+    parts_.clear();
+    for (MatrixPart& p : matrix_parts(matrix_)) parts_.emplace_back(std::move(p));
+  }
+}
+
+int GivenSystem::rank() const {
+  if (dense_) return static_cast<int>(dense_->rank());
+  int sum = 0;
+  for (const FactoredPart& p : parts_) sum += p.rank();
+  return sum;
+}
+
+Eigen::MatrixXd GivenSystem::solve(const Eigen::MatrixXd& b) const {
+  if (dense_) return dense_->solve(b);
+  Eigen::MatrixXd x = Eigen::MatrixXd::Zero(assembly_.n(), b.cols());
+  for (const FactoredPart& p : parts_)
+    if (!p.part.rows.empty() && !p.part.columns.empty())
+      x(p.part.columns, Eigen::all) = p.solve(b(p.part.rows, Eigen::all));
+  return x;
+}
+
+int GivenSystem::undetermined() const {
+  if (!dense_) return -1;
+  const Eigen::MatrixXd A(matrix_);
+  Eigen::FullPivLU<Eigen::MatrixXd> lu(A);
+  lu.setThreshold(kRankTolerance);
+  if (lu.dimensionOfKernel() == 0) return -1;
+  Eigen::Index at;
+  lu.kernel().col(0).cwiseAbs().maxCoeff(&at);
+  return static_cast<int>(at);
+}
+
+ConstraintRank constraint_rank(Assembly& assembly, double t, const double* q) {
+  StateView s;
+  s.t = t;
+  s.q = q;
+  assembly.calc_constraints(s);
+  const auto& J = assembly.jacobian();
+  ConstraintRank result;
+  if (assembly.m() == 0) return result;
+  // Columns of Phi_q^T are the rows of Phi_q; column pivoting leaves the dependent ones last.
+  std::vector<Eigen::Triplet<double>> entries;
+  Eigen::VectorXd norm = Eigen::VectorXd::Zero(assembly.m());
+  for (int j = 0; j < J.cols; ++j)
+    for (auto k = J.column_start[j]; k < J.column_start[j + 1]; ++k)
+      norm[J.row[k]] += assembly.phi_q[k] * assembly.phi_q[k];
+  for (int j = 0; j < J.cols; ++j)
+    for (auto k = J.column_start[j]; k < J.column_start[j + 1]; ++k)
+      if (norm[J.row[k]] > 0)
+        entries.emplace_back(j, static_cast<int>(J.row[k]), assembly.phi_q[k] / std::sqrt(norm[J.row[k]]));
+  Eigen::SparseMatrix<double> A(assembly.n(), assembly.m());
+  A.setFromTriplets(entries.begin(), entries.end());
+  A.makeCompressed();
+  const auto add = [&](const auto& qr, const std::vector<int>* rows) {
+    const int rank = static_cast<int>(qr.rank());
+    const Eigen::VectorXi order = qr.colsPermutation().indices();
+    result.rank += rank;
+    for (Eigen::Index i = rank; i < order.size(); ++i)
+      result.dependent_rows.push_back(rows ? (*rows)[order[i]] : order[i]);
+  };
+  const auto add_dense = [&](const Eigen::SparseMatrix<double>& B, const std::vector<int>* rows) {
+    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(B.rows(), B.cols());
+    qr.setThreshold(kRankTolerance);
+    qr.compute(Eigen::MatrixXd(B));
+    add(qr, rows);
+  };
+  if (assembly.n() <= kDenseLimit) {
+    add_dense(A, nullptr);
+    return result;
+  }
+  for (const MatrixPart& p : matrix_parts(A)) {
+    if (p.columns.empty()) continue;
+    if (p.rows.empty()) {  // a row of zeros
+      result.dependent_rows.insert(result.dependent_rows.end(), p.columns.begin(), p.columns.end());
+    } else if (p.rows.size() <= kDenseLimit) {
+      add_dense(p.matrix, &p.columns);
+    } else {
+      Sparse qr;
+      qr.setPivotThreshold(kRankTolerance);
+      qr.compute(p.matrix);
+      add(qr, &p.columns);
+    }
+  }
+  return result;
+}
+
+}  // namespace costate

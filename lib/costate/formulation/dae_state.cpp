@@ -1,0 +1,57 @@
+#include "costate/formulation/dae_state.h"
+
+#include <algorithm>
+
+namespace costate {
+
+StateView DaeState::view(double t, const double* y) const {
+  StateView s;
+  s.t = t;
+  s.q = y;
+  s.v = y + assembly_.n();
+  s.z = s.v + assembly_.n();
+  s.a = s.z + assembly_.nz();
+  s.lambda = s.a + assembly_.n();
+  return s;
+}
+
+void DaeState::complete(double t, double* y, double* yp) {
+  const int n = assembly_.n(), nz = assembly_.nz();
+  level_.invalidate();
+  level_.solve(view(t, y));
+  std::copy(level_.a(), level_.a() + n + assembly_.m(), y + 2 * n + nz);
+  std::copy(y + n, y + 2 * n, yp);
+  std::copy(level_.a(), level_.a() + n, yp + n);
+  std::copy(assembly_.zdot.begin(), assembly_.zdot.end(), yp + 2 * n);
+}
+
+Start DaeState::start(double t, bool columns, double* y, double* yp) {
+  const int n = assembly_.n();
+  Start s = find_start(assembly_, t, columns);
+  std::fill(y, y + size_, 0.0);
+  std::fill(yp, yp + size_, 0.0);
+  std::copy(s.q.data(), s.q.data() + n, y);
+  std::copy(s.v.data(), s.v.data() + n, y + n);
+  std::copy(s.z.data(), s.z.data() + assembly_.nz(), y + 2 * n);
+  complete(t, y, yp);
+  return s;
+}
+
+void DaeState::take(const double* v, double t_after, double* y, double* yp) {
+  std::copy(v, v + assembly_.n(), y + assembly_.n());
+  complete(t_after, y, yp);
+}
+
+void DaeState::jump(double t, double t_after, double* y, double* yp) {
+  take(jump_.calc(view(t, y), t_after), t_after, y, yp);
+}
+
+void DaeState::jump_tangent(double t, double t_after, double* y, double* yp, double* const* s, int count) {
+  take(jump_.tangent(view(t, y), t_after, s, count), t_after, y, yp);
+}
+
+void DaeState::jump_adjoint(double t, double t_after, const double* y, double* mu, double* gradient) {
+  jump_.adjoint(view(t, y), t_after, mu, gradient);
+}
+
+}  // namespace costate

@@ -1,0 +1,234 @@
+// Drivers whose laws have kinks: the velocities jump there, by the impulse of the constraints, and gradients
+// are carried across; against Richardson differences of whole runs, which use no derivative.
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+
+#include "costate/base/error.h"
+#include "costate/integrator/simulate.h"
+#include "costate/scene/law_table.h"
+#include "costate/scene/toml_reader.h"
+#include "costate/sensitivity/method.h"
+#include "costate/sensitivity/scene_problem.h"
+#include "property/gradient_compare.h"
+
+using namespace costate;
+using Catch::Contains;
+using Catch::Detail::Approx;
+
+namespace {
+
+/// A carriage that a law moves along x, and a heavy rod that hangs on it with a damper: the driven velocity
+/// jumps at each kink, and with it the rod's rate, by its masses.
+std::string scene(const std::string& law) {
+  return fmt::format(R"([gravity]
+y_m_per_s2 = -9.81
+
+[body.carriage]
+x_m = 0
+y_m = 0
+angle_rad = 0
+mass_kg = 2
+inertia_kg_m2 = 0.1
+
+[body.rod]
+x_m = 0.3
+y_m = -0.4
+angle_rad = 0.2
+mass_kg = 1.5
+inertia_kg_m2 = 0.08
+
+[point.eye]
+on = "carriage"
+x_m = 0
+y_m = 0
+
+[point.top]
+on = "rod"
+x_m = -0.4
+y_m = 0.3
+
+[point.end]
+on = "rod"
+x_m = 0.4
+y_m = -0.2
+
+[point.wall]
+ground = true
+x_m = 1
+y_m = 0.5
+
+[revolute.pin]
+points = ["eye", "top"]
+
+[driver.level]
+coordinate = "carriage.y"
+law = 0
+
+[driver.straight]
+coordinate = "carriage.angle"
+law = 0
+
+[driver.push]
+coordinate = "carriage.x"
+law = {}
+
+[spring.strut]
+from = "end"
+to = "wall"
+stiffness_N_per_m = 30
+natural_length_m = 0.8
+damping_N_s_per_m = 2
+
+[start]
+given = ["rod.angle"]
+
+[[cost.running]]
+kind = "square"
+output = "rod.angle"
+
+[[cost.terminal]]
+kind = "square"
+output = "rod.angle_dot"
+
+[run]
+t_end_s = 1.2
+rtol = 1e-9
+)",
+                     law);
+}
+
+struct Case {
+  const char* name;
+  const char* law;
+  std::vector<std::string> parameters;  // of the law
+  long jumps;
+};
+
+const std::vector<std::string> kMechanism = {"spring.strut.stiffness_N_per_m", "body.rod.mass_kg"};
+
+const std::vector<Case>& cases() {
+  static const std::vector<Case> all = {
+      {"half sine",
+       R"({ kind = "bump", height_m = 0.15, start_m = 0.3, length_m = 0.5, shape = "half_sine" })",
+       {"driver.push.law.height_m"},
+       2},
+      // Three that touch: one kink where they do.
+      {"half sines that touch",
+       R"({ kind = "bump", height_m = 0.1, start_m = 0.1, length_m = 0.3, shape = "half_sine", count = 3, spacing_m = 0.3 })",
+       {"driver.push.law.height_m"},
+       4},
+      {"sweep",
+       R"({ kind = "sine_sweep", amplitude_m = 0.08, start_m = 0.35, length_m = 0.6, n_start_1_per_m = 0.8, n_end_1_per_m = 2 })",
+       // Not its length: that moves a jump of the acceleration, which gradients do not know (README, Limits).
+       {"driver.push.law.amplitude_m", "driver.push.law.n_start_1_per_m", "driver.push.law.n_end_1_per_m"},
+       1},
+      {"the sum of two",
+       R"({ kind = "sum", terms = [{ kind = "bump", height_m = 0.1, start_m = 0.3, length_m = 0.4, shape = "half_sine" }, { kind = "sine_sweep", amplitude_m = 0.05, start_m = 0.5, length_m = 0.8, n_start_1_per_m = 0.8, n_end_1_per_m = 2 }] })",
+       {},
+       3}};
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("driver with kinks: gradients across them equal differences") {
+  for (const Case& c : cases()) {
+    INFO(c.name);
+    const Scene read = Scene::parse(scene(c.law), "driver.toml");
+    std::vector<std::string> parameters = kMechanism;
+    parameters.insert(parameters.end(), c.parameters.begin(), c.parameters.end());
+    Problem problem = make_problem(read, parameters);
+    problem.formulation = "index1";
+    const auto rho = problem.parameters.values();
+    const GradientResult oracle = gradient(problem, "differences", rho);
+    for (const auto& [formulation, method] :
+         {std::pair("index1", "idas-forward"), std::pair("index1", "idas-adjoint"),
+          std::pair("index1", "cvodes-forward"), std::pair("baumgarte", "idas-adjoint"),
+          std::pair("baumgarte", "cvodes-adjoint"), std::pair("penalty", "cvodes-forward"),
+          std::pair("penalty", "idas-adjoint")}) {
+      INFO(formulation << " " << method);
+      problem.formulation = formulation;
+      const GradientResult r = gradient(problem, method, rho);
+      CHECK(r.counters.jumps == c.jumps);
+      const auto mismatch = test::gradient_mismatch(r.gradient, oracle.gradient, problem.parameters);
+      INFO(mismatch.text);
+      // A thousand times rtol, which is what an adjoint costs (README); the penalty's own error, 1e-8 with
+      // its weight of 1e8 masses, is less.
+      CHECK(mismatch.error < 1e-6);
+    }
+  }
+}
+
+TEST_CASE("driver with kinks: a parameter that moves one is refused by name") {
+  for (const char* moving : {"driver.push.law.start_m", "driver.push.law.length_m"}) {
+    const Scene read = Scene::parse(scene(cases()[0].law), "driver.toml");
+    Problem problem = make_problem(read, {moving});
+    const auto rho = problem.parameters.values();
+    CHECK_NOTHROW(simulate(problem, rho));
+    for (const char* method : {"idas-adjoint", "idas-forward"})
+      CHECK_THROWS_WITH(gradient(problem, method, rho),
+                        Contains(fmt::format("Parameter '{}' moves the time t = ", moving)) &&
+                            Contains("the law of driver 'push' has a kink"));
+  }
+}
+
+TEST_CASE("laws with kinks say where, at the first place of the next piece") {
+  const auto read = [](const std::string& text) {
+    static SceneNode root;
+    root = read_toml("law = " + text, "law");
+    SceneTable table(root);
+    return read_law(table, "law");
+  };
+  const auto kinks = [&](const std::string& text) {
+    const LawOptions law = read(text);
+    std::vector<double> p, x;
+    for (const auto& [key, value] : law.numbers) p.push_back(value);
+    law.law->add_kinks(p.data(), x);
+    for (const double at : x) {
+      INFO(text << " at " << at);
+      // The slope just before it is that of the piece before, the slope at it that of the piece behind.
+      const auto slope = [&](double place) { return law.law->slope(place, p.data()).d[0]; };
+      const double h = 1e-9;
+      const double before = slope(at - h), after = slope(at + h);
+      CHECK(std::abs(after - before) > 1e-2);
+      // Slopes change by less than their curvature, 100, times h on a piece.
+      CHECK(slope(std::nextafter(at, -1e9)) == Approx(before).margin(100 * h));
+      CHECK(slope(at) == Approx(after).margin(100 * h));
+    }
+    return x;
+  };
+  const auto near = [](const std::vector<double>& x, const std::vector<double>& expected) {
+    REQUIRE(x.size() == expected.size());
+    for (std::size_t i = 0; i < x.size(); ++i)
+      CHECK(x[i] == Approx(expected[i]).epsilon(1e-15).margin(1e-15));
+  };
+  // Places whose sums are not exact in binary, so that branches and places could disagree by a rounding.
+  for (const double start : {0.1, 0.3, -0.7, 0.0, 1e3 + 0.1}) {
+    near(kinks(fmt::format(
+             R"({{ kind = "bump", height_m = 0.2, start_m = {:.17g}, length_m = 0.7, shape = "half_sine" }})",
+             start)),
+         {start, start + 0.7});
+    near(
+        kinks(fmt::format(
+            R"({{ kind = "bump", height_m = 0.2, start_m = {:.17g}, length_m = 0.7, shape = "half_sine", count = 3, spacing_m = 1.1 }})",
+            start)),
+        {start, start + 0.7, start + 1.1, start + 1.8, start + 2.2, start + 2.9});
+    near(
+        kinks(fmt::format(
+            R"({{ kind = "bump", height_m = 0.2, start_m = {:.17g}, length_m = 0.7, shape = "half_sine", count = 3, spacing_m = 0.7 }})",
+            start)),
+        {start, start + 0.7, start + 1.4, start + 2.1});
+    near(
+        kinks(fmt::format(
+            R"({{ kind = "sine_sweep", amplitude_m = 0.1, start_m = {:.17g}, length_m = 3, n_start_1_per_m = 0.3, n_end_1_per_m = 2 }})",
+            start)),
+        {start});
+  }
+  // No kinks: a cosine's bump, a sweep that begins with waves of no number.
+  near(kinks(R"({ kind = "bump", height_m = 0.2, start_m = 0.1, length_m = 0.7 })"), {});
+  near(
+      kinks(
+          R"({ kind = "sine_sweep", amplitude_m = 0.1, start_m = 0.2, length_m = 3, n_start_1_per_m = 0, n_end_1_per_m = 2 })"),
+      {});
+}

@@ -34,7 +34,8 @@ class RadauLinear {
 
   /// Integrates over the span of the grid (increasing times), stepping onto each of its points. `rtol` is that of the
   /// trajectory: the result is to be about as accurate. With 0 the steps are those of the grid: in systems of index 3 the
-  /// multipliers' error grows as the step falls, and the estimate with it. Throws SolverError naming time and row where a stage system is
+  /// multipliers' error grows as the step falls, and the estimate with it.
+  /// Throws SolverError naming time and row where a stage system is
   /// singular.
   RadauResult integrate(const Trajectory& trajectory, const std::vector<double>& grid, double rtol,
                         const Watch& watch = {});

@@ -21,6 +21,7 @@ class AccelerationAdjoint final : public HandEquations {
 
  protected:
   void fill() override;
+  bool integrand_needs_blocks() const override { return false; }
 
  private:
   struct Blocks {

@@ -37,7 +37,9 @@ const Start& HandEquations::start() {
 }
 
 void HandEquations::add_rows(const std::string& prefix, const std::vector<std::string>& names, bool differential) {
+  const int group = groups();
   for (const auto& name : names) {
+    group_.push_back(group);
     names_.push_back(prefix + name);
     differential_.push_back(differential ? 1 : 0);
   }
@@ -65,6 +67,7 @@ void HandEquations::evaluate(double t, const double* qvz) {
   s.z = qvz + 2 * n_;
   solve_motion(s);
   running_known_ = false;
+  current_ = recalled_ = -1;
   A_.set_zero();
   D_.set_zero();
   b_.setZero();
@@ -75,6 +78,43 @@ void HandEquations::evaluate(double t, const double* qvz) {
 void HandEquations::solve_motion(const StateView& s) {
   level_.solve(s);
   level_.linearize(level_.state());
+}
+
+void HandEquations::keep(int number) {
+  const auto index = static_cast<std::size_t>(number);
+  if (kept_.size() <= index) kept_.resize(index + 1);
+  Kept& k = kept_[index];
+  const StateView s = state();
+  k.t = s.t;
+  k.values.clear();
+  for (const auto& [x, count] : {std::pair{s.q, n_}, {s.v, n_}, {s.z, nz_}, {s.a, n_}, {s.lambda, m_}})
+    k.values.insert(k.values.end(), x, x + count);
+  if (!integrand_needs_blocks()) k.running = running_gradient();
+  current_ = number;
+}
+
+void HandEquations::recall(int number) {
+  if (number == current_ && recalled_ < 0) return;
+  const Kept& k = kept_[static_cast<std::size_t>(number)];
+  if (integrand_needs_blocks()) {
+    evaluate(k.t, k.values.data());
+    current_ = number;
+    return;
+  }
+  running_ = k.running;
+  running_known_ = true;
+  recalled_ = number;
+}
+
+StateView HandEquations::view(const Kept& k) const {
+  StateView s;
+  s.t = k.t;
+  s.q = k.values.data();
+  s.v = s.q + n_;
+  s.z = s.v + n_;
+  s.a = s.z + nz_;
+  s.lambda = s.a + n_;
+  return s;
 }
 
 std::vector<double> HandEquations::plan(const std::vector<double>&, const Motion&) { return {}; }

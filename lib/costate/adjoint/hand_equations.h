@@ -38,6 +38,9 @@ class HandEquations {
   /// Columns of X.
   int columns() const { return direction_ == Direction::forward ? assembly_.np() : 1; }
   bool differential(int row) const { return differential_[row] != 0; }
+  /// The rows that were added together are a group, of one kind of unknown.
+  int group(int row) const { return group_[row]; }
+  int groups() const { return group_.empty() ? 0 : group_.back() + 1; }
   int parameter_count() const { return assembly_.np(); }
   virtual void set_parameters(const double* rho);
 
@@ -59,8 +62,12 @@ class HandEquations {
   /// X where the integration begins (t_start forward, t_end backward) at an evaluated point, and the terms that the
   /// gradient gains there.
   virtual void begin(Eigen::MatrixXd& X, Eigen::VectorXd& gradient) = 0;
-  /// The gradient's integrand (np entries) at an evaluated point.
+  /// The gradient's integrand (np entries) at an evaluated point, or at one that recall() has brought back.
   virtual void integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& out) = 0;
+  /// Keeps the evaluated point under a small number. recall() brings back as much of it as integrand() needs; the
+  /// matrices are then no longer defined.
+  void keep(int number);
+  void recall(int number);
   /// The terms that the gradient gains where the integration ends.
   virtual void finish(const Eigen::MatrixXd& X, Eigen::VectorXd& gradient) = 0;
 
@@ -82,8 +89,10 @@ class HandEquations {
 
   /// Accelerations, multipliers and the assembly's derivative blocks at (t, q, v, z).
   virtual void solve_motion(const StateView& s);
+  /// Whether integrand() works with the blocks of the point, or with its state and the cost's gradient alone.
+  virtual bool integrand_needs_blocks() const { return true; }
   // At the evaluated point.
-  virtual StateView state() const { return level_.state(); }
+  virtual StateView state() const { return recalled_ >= 0 ? view(kept_[recalled_]) : level_.state(); }
   /// Running cost gradient at the evaluated point.
   const ScalarGradient& running_gradient();
   const ScalarGradient& terminal_gradient();
@@ -111,10 +120,19 @@ class HandEquations {
   Direction direction_;
   std::vector<std::string> names_;
   std::vector<char> differential_;
+  std::vector<int> group_;
   std::unique_ptr<Start> start_;
   ScalarGradient running_, terminal_;
   bool running_known_ = false;
   Assembly::ParameterColumns columns_;
+  struct Kept {
+    double t = 0;
+    std::vector<double> values;  // q, v, z, a, lambda
+    ScalarGradient running;
+  };
+  StateView view(const Kept& k) const;
+  std::vector<Kept> kept_;
+  int current_ = -1, recalled_ = -1;  // what is evaluated now was kept under this number; what recall() brought back
 };
 
 }  // namespace costate

@@ -27,6 +27,7 @@ class MomentumAdjoint final : public HandEquations {
 
  protected:
   void fill() override;
+  bool integrand_needs_blocks() const override { return false; }
 
  private:
   Constraints constraints_;

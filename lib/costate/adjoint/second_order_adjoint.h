@@ -31,6 +31,7 @@ class SecondOrderAdjoint final : public HandEquations {
 
  protected:
   void fill() override;
+  bool integrand_needs_blocks() const override { return false; }
 
  private:
   /// -g_v + C^T mu + R2_v^T sigma - f_v^T mu_z - M' mu - Phid_q^T sigma: what is left of mu_q when (M nu + Phi_q^T tau)

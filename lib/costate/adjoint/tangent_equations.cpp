@@ -97,12 +97,12 @@ void TangentEquations::begin(Eigen::MatrixXd& X, Eigen::VectorXd&) {
   X.middleRows(2 * n_ + nz_, n_ + m_) << Sa_, Sl_;
 }
 
-void TangentEquations::split(const Eigen::MatrixXd& X) {
+void TangentEquations::split(const Eigen::MatrixXd& X, bool with_accelerations) {
   Sq_ = X.topRows(n_);
   Sv_ = X.middleRows(n_, n_);
   Sz_ = X.middleRows(2 * n_, nz_);
   // At lower constraint levels Sa and Sl lose orders of accuracy; the cost takes them from Sq and Sv instead.
-  if (constraints_ == Constraints::acceleration) {
+  if (constraints_ == Constraints::acceleration || !with_accelerations) {
     Sa_ = X.middleRows(2 * n_ + nz_, n_);
     Sl_ = X.middleRows(3 * n_ + nz_, m_);
   } else {
@@ -111,12 +111,12 @@ void TangentEquations::split(const Eigen::MatrixXd& X) {
 }
 
 void TangentEquations::integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& out) {
-  split(X);
+  split(X, objective_.running_needs_accelerations());
   add_running_tangent(Sq_, Sv_, Sz_, Sa_, Sl_, out);
 }
 
 void TangentEquations::finish(const Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
-  split(X);
+  split(X, objective_.terminal_needs_accelerations());
   add_terminal_tangent(Sq_, Sv_, Sz_, Sa_, Sl_, gradient);
 }
 

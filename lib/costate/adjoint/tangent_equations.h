@@ -22,10 +22,13 @@ class TangentEquations final : public HandEquations {
 
  protected:
   void fill() override;
+  bool integrand_needs_blocks() const override {
+    return constraints_ != Constraints::acceleration && objective_.running_needs_accelerations();
+  }
 
  private:
-  /// a and lambda of the tangent: from the KKT system, which holds whatever the constraints' level.
-  void split(const Eigen::MatrixXd& X);
+  /// The parts of X; a and lambda, where they are needed, from the KKT system, which holds whatever the constraints' level.
+  void split(const Eigen::MatrixXd& X, bool with_accelerations);
   Constraints constraints_;
   Eigen::MatrixXd Sq_, Sv_, Sz_, Sa_, Sl_;
   struct Blocks {

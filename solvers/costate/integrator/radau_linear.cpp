@@ -15,10 +15,36 @@ const double c[3] = {(4 - r6) / 10, (4 + r6) / 10, 1};
 const double a[3][3] = {{(88 - 7 * r6) / 360, (296 - 169 * r6) / 1800, (-2 + 3 * r6) / 225},
                         {(296 + 169 * r6) / 1800, (88 + 7 * r6) / 360, (-2 - 3 * r6) / 225},
                         {(16 - r6) / 36, (16 + r6) / 36, 1.0 / 9}};
+// Weights of f at 0, c[0], c[1], c[2] in the estimate of the error: a third divided difference, scaled so that the first
+// one is the real eigenvalue of a, as in the source.
+const double estimate_first = (6 + std::cbrt(81.0) - std::cbrt(9.0)) / 30;
+double estimate_weight(int i) {
+  double weight = -estimate_first * c[0] * c[1] * c[2] / c[i];
+  for (int j = 0; j < 3; ++j)
+    if (j != i) weight /= c[i] - c[j];
+  return weight;
+}
+const double estimate[3] = {estimate_weight(0), estimate_weight(1), estimate_weight(2)};
+
+// The estimate is one of order 3 for a result of order 5: as in the source's program, a tolerance of this power keeps the
+// latter's error near rtol. The factor (0.1 there) leaves the gradient's error to that of the motion.
+double step_tolerance(double rtol) { return 0.03 * std::pow(rtol, 2.0 / 3); }
+constexpr double kSafety = 0.9, kLargestGrowth = 5, kLargestCut = 0.2;
+// Relative to the span: a kink of the forces is not resolved below this, where what it does is far below the tolerance.
+constexpr double kSmallestStep = 1e-9;
+// Columns smaller than this fraction of the largest one (per relative change of the parameter) need no digits of their own.
+constexpr double kSmallColumn = 1e-2;
+// More steps than so many for one of the motion, whose integrator is of about the same order, mean that the estimate has
+// stopped falling with the step.
+constexpr long kMostSteps = 50;
 }  // namespace
 
-RadauLinear::RadauLinear(HandEquations& equations)
-    : eq_(equations), N_(equations.size()), k_(equations.columns()), stages_(3 * equations.size()) {
+RadauLinear::RadauLinear(HandEquations& equations, std::vector<double> parameter_sizes)
+    : eq_(equations),
+      N_(equations.size()),
+      k_(equations.columns()),
+      parameter_sizes_(std::move(parameter_sizes)),
+      matrix_(3 * equations.size()) {
   const SparsePattern& p = eq_.pattern();
   std::vector<std::pair<int, int>> entries;
   for (int j = 0; j < N_; ++j)
@@ -29,9 +55,9 @@ RadauLinear::RadauLinear(HandEquations& equations)
     for (auto e = differential_rows_.column_start[j]; e < differential_rows_.column_start[j + 1]; ++e)
       differential_of_.push_back(p.find(static_cast<int>(differential_rows_.row[e]), j));
   for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) block_[i][j] = stages_.place(i == j ? p : differential_rows_, i * N_, j * N_);
-  stages_.finalize();
-  solver_ = std::make_unique<KluSolver>(stages_.pattern());
+    for (int j = 0; j < 3; ++j) block_[i][j] = matrix_.place(i == j ? p : differential_rows_, i * N_, j * N_);
+  matrix_.finalize();
+  solver_ = std::make_unique<KluSolver>(matrix_.pattern());
   values_.resize(p.row.size());
   part_.resize(differential_of_.size());
 }
@@ -45,19 +71,19 @@ void RadauLinear::fill_stage(int i, double h) {
     const bool differential = eq_.differential(static_cast<int>(p.row[e]));
     values_[e] = differential ? D[e] - h * a[i][i] * A[e] : A[e];
   }
-  stages_.add(block_[i][i], values_.data());
+  matrix_.add(block_[i][i], values_.data());
   for (int j = 0; j < 3; ++j) {
     if (j == i) continue;
     for (std::size_t e = 0; e < part_.size(); ++e) part_[e] = -h * a[j][i] * A[static_cast<std::size_t>(differential_of_[e])];
-    stages_.add(block_[j][i], part_.data());
+    matrix_.add(block_[j][i], part_.data());
   }
 }
 
 // Multipliers come with factors of h, two of them in index 3: brought to size 1 column by column (rows are scaled by the
 // solver itself), a small step is not taken for a singular matrix.
 void RadauLinear::equilibrate() {
-  const SparsePattern& p = stages_.pattern();
-  const auto values = stages_.values();
+  const SparsePattern& p = matrix_.pattern();
+  const auto values = matrix_.values();
   scaled_.resize(values.size());
   column_scale_.resize(p.cols);
   for (int j = 0; j < p.cols; ++j) {
@@ -71,77 +97,199 @@ void RadauLinear::equilibrate() {
   }
 }
 
-RadauResult RadauLinear::integrate(const Trajectory& trajectory, const std::vector<double>& grid,
-                                   const std::function<void(double, const Eigen::MatrixXd&)>& observe) {
+
+void RadauLinear::solve(Eigen::MatrixXd& right) {
+  solver_->solve(right.data(), k_);
+  for (int j = 0; j < k_; ++j) right.col(j).array() *= column_scale_;
+}
+
+void RadauLinear::calc_momentum(const Eigen::MatrixXd& X, Eigen::MatrixXd& out) const {
+  out = eq_.d();
+  for (int j = 0; j < k_; ++j) add_product(eq_.pattern(), eq_.D().data(), 1, X.col(j).data(), out.col(j).data());
+}
+
+void RadauLinear::calc_flow(Stage& s) const {
+  s.f = s.b;
+  for (int j = 0; j < k_; ++j) add_product(eq_.pattern(), s.A.data(), 1, s.X.col(j).data(), s.f.col(j).data());
+}
+
+void RadauLinear::take_blocks(Stage& s) const {
+  s.A.assign(eq_.A().begin(), eq_.A().end());
+  s.b = eq_.b();
+  s.d = eq_.d();
+}
+
+double RadauLinear::attempt(const Trajectory& trajectory, double t0, double next, double tolerance,
+                            RadauResult& result) {
+  const bool forward = eq_.direction() == HandEquations::Direction::forward;
+  const double h = next - t0;
+  matrix_.set_zero();
+  for (int i = 0; i < 3; ++i) {
+    const double t = i == 2 ? next : t0 + c[i] * h;
+    trajectory.evaluate(t, point_.data());
+    eq_.evaluate(t, point_.data());
+    ++result.evaluations;
+    eq_.keep(i);
+    take_blocks(stages_[i]);
+    fill_stage(i, h);
+  }
+  right_.resize(3 * N_, k_);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < k_; ++j)
+      for (int row = 0; row < N_; ++row) {
+        double x = -stages_[i].b(row, j);
+        if (eq_.differential(row)) {
+          x = momentum_(row, j) - stages_[i].d(row, j);
+          for (int l = 0; l < 3; ++l) x += h * a[i][l] * stages_[l].b(row, j);
+        }
+        right_(i * N_ + row, j) = x;
+      }
+  equilibrate();
+  const int bad = solver_->factor(scaled_.data());
+  if (bad >= 0)
+    throw SolverError(fmt::format("The hand-derived equations are singular at t = {:.9g} s, unknown '{}'.", t0,
+                                  eq_.names()[static_cast<std::size_t>(bad % N_)]));
+  ++result.factorizations;
+  solve(right_);
+  for (int i = 0; i < 3; ++i) {
+    stages_[i].X = right_.middleRows(i * N_, N_);
+    calc_flow(stages_[i]);
+  }
+  calc_momentum(stages_[2].X, momentum_after_);
+  // The integrand last: for some equations it evaluates the kept points again.
+  Eigen::VectorXd change = estimate_first * begin_.integrand;
+  gradient_after_ = gradient_;
+  for (int i = 2; i >= 0; --i) {
+    eq_.recall(i);
+    eq_.integrand(stages_[i].X, stages_[i].integrand);
+    gradient_after_ += (forward ? h : -h) * a[2][i] * stages_[i].integrand;
+    change += estimate[i] * stages_[i].integrand;
+  }
+  return std::max(state_error(h, tolerance), integral_error(h * change, tolerance));
+}
+
+double RadauLinear::state_error(double h, double tolerance) {
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < k_; ++j)
+      for (int row = 0; row < N_; ++row) {
+        double x = 0;
+        if (eq_.differential(row)) {
+          x = estimate_first * begin_.f(row, j);
+          for (int l = 0; l < 3; ++l) x += estimate[l] * stages_[l].f(row, j);
+        }
+        right_(i * N_ + row, j) = h * x;
+      }
+  solve(right_);
+  Eigen::ArrayXXd squares = Eigen::ArrayXXd::Zero(eq_.groups(), k_), counts = squares;
+  size_after_ = size_;
+  for (int j = 0; j < k_; ++j)
+    for (int row = 0; row < N_; ++row) {
+      if (!eq_.differential(row)) continue;
+      const int group = eq_.group(row);
+      const double error = right_(2 * N_ + row, j);
+      squares(group, j) += error * error;
+      ++counts(group, j);
+      size_after_(group, j) = std::max(size_after_(group, j), std::abs(stages_[2].X(row, j)));
+    }
+  double largest_error = 0;
+  for (int group = 0; group < eq_.groups(); ++group) {
+    const auto per_change = [&](int j) { return k_ > 1 ? parameter_sizes_[static_cast<std::size_t>(j)] : 1.0; };
+    double largest = 0;
+    for (int j = 0; j < k_; ++j) largest = std::max(largest, size_after_(group, j) * per_change(j));
+    for (int j = 0; j < k_; ++j) {
+      const double size = std::max(size_after_(group, j), kSmallColumn * largest / per_change(j));
+      if (squares(group, j) == 0) continue;
+      const double error = std::sqrt(squares(group, j) / counts(group, j)) / (tolerance * size);
+      if (!(error <= largest_error)) largest_error = error;
+    }
+  }
+  return largest_error;
+}
+
+double RadauLinear::integral_error(const Eigen::VectorXd& error, double tolerance) {
+  gradient_size_after_ = gradient_size_;
+  double largest = 0;
+  for (Eigen::Index j = 0; j < error.size(); ++j) {
+    const double size = parameter_sizes_[static_cast<std::size_t>(j)];
+    gradient_size_after_ = std::max(gradient_size_after_, size * std::abs(gradient_after_[j]));
+    largest = std::max(largest, size * std::abs(error[j]));
+  }
+  return largest > 0 ? largest / (tolerance * gradient_size_after_) : 0;
+}
+
+void RadauLinear::begin_at(const Trajectory& trajectory, double t, const Eigen::MatrixXd& X) {
+  trajectory.evaluate(t, point_.data());
+  eq_.evaluate(t, point_.data());
+  begin_.X = X;
+  take_blocks(begin_);
+  calc_flow(begin_);
+  calc_momentum(X, momentum_);
+  eq_.integrand(X, begin_.integrand);
+}
+
+RadauResult RadauLinear::integrate(const Trajectory& trajectory, const std::vector<double>& grid, double rtol,
+                                   const Watch& watch) {
   const bool forward = eq_.direction() == HandEquations::Direction::forward;
   const std::size_t count = grid.size();
   const auto time = [&](std::size_t i) { return forward ? grid[i] : grid[count - 1 - i]; };
-  const int np = eq_.parameter_count();
+  const double smallest = kSmallestStep * (grid.back() - grid.front());
+  const bool adaptive = rtol > 0;
+  const double tolerance = adaptive ? step_tolerance(rtol) : 1;
+  const long most_steps = kMostSteps * static_cast<long>(trajectory.steps()) + 1000;
   RadauResult r;
-  r.gradient = Eigen::VectorXd::Zero(np);
-  std::vector<double> y(static_cast<std::size_t>(trajectory.width()));
-  Eigen::MatrixXd X(N_, k_), W(N_, k_), right(3 * N_, k_);
-  Eigen::VectorXd integrand(np);
-  const auto momentum = [&] {
-    W = eq_.d();
-    for (int j = 0; j < k_; ++j) add_product(eq_.pattern(), eq_.D().data(), 1, X.col(j).data(), W.col(j).data());
-  };
-  trajectory.evaluate(time(0), y.data());
-  eq_.evaluate(time(0), y.data());
-  eq_.begin(X, r.gradient);
-  eq_.evaluate(time(0), y.data());
-  momentum();
-  if (observe) observe(time(0), X);
-  Eigen::MatrixXd b[3], d[3];
-  for (std::size_t step = 0; step + 1 < count; ++step) {
-    const double t0 = time(step), h = time(step + 1) - t0;
-    trajectory.evaluate(t0, y.data());
-    if (eq_.before_step(t0, time(step + 1), y.data(), X, r.gradient)) {
-      eq_.evaluate(t0, y.data());
-      momentum();
+  point_.resize(static_cast<std::size_t>(trajectory.width()));
+  gradient_ = Eigen::VectorXd::Zero(eq_.parameter_count());
+  size_ = Eigen::MatrixXd::Zero(eq_.groups(), k_);
+  gradient_size_ = 0;
+  for (Stage& s : stages_) s.integrand.resize(gradient_.size());
+  begin_.integrand.resize(gradient_.size());
+  Eigen::MatrixXd X(N_, k_);
+  double t = time(0), h = count > 1 ? 0.1 * std::abs(time(1) - t) : 0;
+  trajectory.evaluate(t, point_.data());
+  eq_.evaluate(t, point_.data());
+  eq_.begin(X, gradient_);
+  begin_at(trajectory, t, X);
+  bool rejected = false;
+  for (std::size_t i = 0; i + 1 < count; ++i) {
+    const double end = time(i + 1);
+    trajectory.evaluate(t, point_.data());
+    X = begin_.X;
+    if (eq_.before_step(t, end, point_.data(), X, gradient_)) begin_at(trajectory, t, X);
+    while (t != end) {
+      // Equal steps to the end rather than a small last one.
+      const double left = std::abs(end - t), steps = adaptive ? std::max(1.0, std::ceil(left / h * (1 - 1e-3))) : 1;
+      const double step = std::min(left / steps, left);
+      const double next = steps == 1 ? end : forward ? t + step : t - step;
+      const double error = attempt(trajectory, t, next, tolerance, r);
+      const bool smallest_reached = step <= smallest;
+      double factor = error > 0 ? kSafety * std::pow(error, -0.25) : kLargestGrowth;
+      if (!(factor > kLargestCut)) factor = kLargestCut;
+      factor = std::min(factor, rejected ? 1 : kLargestGrowth);
+      rejected = adaptive && !(error <= 1) && !smallest_reached;
+      h = std::max(step * factor, 0.9 * smallest);
+      if (rejected) {
+        ++r.rejected;
+        continue;
+      }
+      if (!std::isfinite(error))
+        throw SolverError(fmt::format("The hand-derived equations' solution grows without bound at t = {:.9g} s.", t));
+      std::swap(begin_, stages_[2]);
+      std::swap(momentum_, momentum_after_);
+      std::swap(size_, size_after_);
+      std::swap(gradient_, gradient_after_);
+      gradient_size_ = gradient_size_after_;
+      t = next;
+      if (++r.steps > most_steps && adaptive)
+        throw SolverError(fmt::format("The hand-derived equations need {} steps of {:.3g} s at t = {:.9g} s, where the motion "
+                                      "had {} in all: their solution is too rough for rtol {:.3g}. Take another method, or "
+                                      "a larger rtol.", r.steps, step, t, trajectory.steps(), rtol));
+      if (watch) watch(t, r.steps);
     }
-    stages_.set_zero();
-    for (int i = 0; i < 3; ++i) {
-      const double t = i == 2 ? time(step + 1) : t0 + c[i] * h;
-      trajectory.evaluate(t, y.data());
-      eq_.evaluate(t, y.data());
-      ++r.evaluations;
-      b[i] = eq_.b();
-      d[i] = eq_.d();
-      fill_stage(i, h);
-    }
-    for (int i = 0; i < 3; ++i)
-      for (int row = 0; row < N_; ++row)
-        for (int j = 0; j < k_; ++j) {
-          double x = -b[i](row, j);
-          if (eq_.differential(row)) {
-            x = W(row, j) - d[i](row, j);
-            for (int l = 0; l < 3; ++l) x += h * a[i][l] * b[l](row, j);
-          }
-          right(i * N_ + row, j) = x;
-        }
-    equilibrate();
-    const int bad = solver_->factor(scaled_.data());
-    if (bad >= 0)
-      throw SolverError(fmt::format("The hand-derived equations are singular at t = {:.9g} s, unknown '{}'.", t0,
-                                    eq_.names()[static_cast<std::size_t>(bad % N_)]));
-    ++r.factorizations;
-    solver_->solve(right.data(), k_);
-    for (int j = 0; j < k_; ++j) right.col(j).array() *= column_scale_;
-    // Quadrature with the scheme's weights (its last row), the integrand at each stage.
-    for (int i = 0; i < 3; ++i) {
-      const double t = i == 2 ? time(step + 1) : t0 + c[i] * h;
-      trajectory.evaluate(t, y.data());
-      eq_.evaluate(t, y.data());
-      X = right.middleRows(i * N_, N_);
-      eq_.integrand(X, integrand);
-      r.gradient += (forward ? h : -h) * a[2][i] * integrand;
-    }
-    momentum();
-    ++r.steps;
-    if (observe) observe(time(step + 1), X);
   }
-  eq_.finish(X, r.gradient);
+  trajectory.evaluate(t, point_.data());
+  eq_.evaluate(t, point_.data());
+  eq_.finish(begin_.X, gradient_);
+  r.gradient = gradient_;
   return r;
 }
 

@@ -1,10 +1,16 @@
 // Radau IIA of three stages (order 5) for the linear descriptor systems of adjoint/hand_equations.h, forward or
 // backward in time along a stored trajectory. Handles index 1 to 3 without change of form; momenta D X + d are carried
 // as such. The gradient's integrand is summed with the scheme's own weights.
-// Source of the scheme: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.5 and VII.
+//
+// Steps follow their error. With f = A X + b at the beginning of a step and at its stages, h times the third divided
+// difference of f is the difference to an embedded formula of order 3; passed through the step itself (S being its
+// matrix, S^-1 of it is what the step would make of such a momentum) it does not exaggerate stiff components and leaves
+// out what the constraints take away. The integrand's divided difference is held to the same tolerance.
+// Source of scheme and estimate: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.5, IV.8 and VII.
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "costate/adjoint/hand_equations.h"
@@ -15,25 +21,50 @@ namespace costate {
 
 struct RadauResult {
   Eigen::VectorXd gradient;
-  long steps = 0, factorizations = 0, evaluations = 0;
+  long steps = 0, rejected = 0, factorizations = 0, evaluations = 0;
 };
 
 class RadauLinear {
  public:
-  explicit RadauLinear(HandEquations& equations);
+  /// Called after each step with time and number of steps; may throw to stop.
+  using Watch = std::function<void(double t, long steps)>;
 
-  /// Integrates over the grid (increasing times); `observe`, if given, sees (t, X) at each grid point in the order of
-  /// integration. Throws SolverError naming time and row where a stage system is singular.
-  RadauResult integrate(const Trajectory& trajectory, const std::vector<double>& grid,
-                        const std::function<void(double, const Eigen::MatrixXd&)>& observe = {});
+  /// Sizes of the parameters: a column's error, and a parameter's share of the gradient, counts per relative change.
+  RadauLinear(HandEquations& equations, std::vector<double> parameter_sizes);
+
+  /// Integrates over the span of the grid (increasing times), stepping onto each of its points. `rtol` is that of the
+  /// trajectory: the result is to be about as accurate. With 0 the steps are those of the grid: in systems of index 3 the
+  /// multipliers' error grows as the step falls, and the estimate with it.
+  /// Throws SolverError naming time and row where a stage system is
+  /// singular.
+  RadauResult integrate(const Trajectory& trajectory, const std::vector<double>& grid, double rtol,
+                        const Watch& watch = {});
 
  private:
   void fill_stage(int i, double h);
   void equilibrate();
+  void solve(Eigen::MatrixXd& right);
+  struct Stage {
+    std::vector<double> A;
+    Eigen::MatrixXd X, b, d, f;
+    Eigen::VectorXd integrand;
+  };
+  /// A, b, d of the evaluated point.
+  void take_blocks(Stage& s) const;
+  /// f = A X + b
+  void calc_flow(Stage& s) const;
+  /// D X + d at the evaluated point.
+  void calc_momentum(const Eigen::MatrixXd& X, Eigen::MatrixXd& out) const;
+  void begin_at(const Trajectory& trajectory, double t, const Eigen::MatrixXd& X);
+  /// The step from t0 to `next`: stages_ and what is called "after". Returns its error in tolerances.
+  double attempt(const Trajectory& trajectory, double t0, double next, double tolerance, RadauResult& result);
+  double state_error(double h, double tolerance);
+  double integral_error(const Eigen::VectorXd& error, double tolerance);
+
   HandEquations& eq_;
   int N_, k_;
-  BlockMatrix stages_;
-  KluSolver* solver() { return solver_.get(); }
+  std::vector<double> parameter_sizes_;
+  BlockMatrix matrix_;
   std::unique_ptr<KluSolver> solver_;
   std::vector<double> scaled_;    // the stage matrix as factored
   Eigen::ArrayXd column_scale_;
@@ -41,6 +72,12 @@ class RadauLinear {
   std::vector<std::int64_t> differential_of_;  // positions of its entries in the full pattern
   int block_[3][3] = {};
   std::vector<double> values_, part_;
+  Stage begin_, stages_[3];
+  std::vector<double> point_;
+  Eigen::MatrixXd momentum_, momentum_after_, right_;
+  Eigen::MatrixXd size_, size_after_;  // of X by group and column, the largest met
+  Eigen::VectorXd gradient_, gradient_after_;
+  double gradient_size_ = 0, gradient_size_after_ = 0;
 };
 
 }  // namespace costate

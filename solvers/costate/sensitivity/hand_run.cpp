@@ -12,6 +12,11 @@
 namespace costate {
 
 namespace {
+constexpr std::size_t kStretches = 30;  // of the stored steps, in each of which the linear pass makes one step at least
+constexpr long kPoll = 64;              // steps between calls of the monitor
+// Of index 3, steps cannot be chosen by their estimated error: grids that are refined until the gradient stands still.
+constexpr const char* kWithoutEstimate = "index3";
+constexpr std::size_t kCoarsest = 60;
 constexpr int kMaxRefinements = 7;
 
 template <class Run, class SystemType>
@@ -90,21 +95,28 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
   equations.t_start = problem.solver.t_start;
   equations.set_parameters(rho.data());
   const ForwardMotion motion = record_motion(problem, rho);
-  RadauLinear radau(equations);
   std::vector<double> ends{motion.trajectory.t_begin()};
   for (std::size_t i = 0; i < motion.trajectory.steps(); ++i) ends.push_back(motion.trajectory.step_end(i));
   const std::vector<double> changes =
       equations.plan(ends, [&](double t, double* qvz) { motion.trajectory.evaluate(t, qvz); });
-  std::vector<double> grid = with_times(
-      grid_of(motion.trajectory, std::max<std::size_t>(1, motion.trajectory.steps() / 60)), changes);
+  const std::size_t steps = motion.trajectory.steps();
+  const auto grid = [&](std::size_t stretches) {
+    return with_times(grid_of(motion.trajectory, std::max<std::size_t>(1, steps / stretches)), changes);
+  };
+  std::vector<double> sizes;
+  for (const auto& p : problem.parameters.parameters) sizes.push_back(p.scale);
+  const bool backward = equations.direction() == HandEquations::Direction::backward;
+  RadauLinear radau(equations, sizes);
   GradientResult r;
   r.psi = motion.psi;
   r.counters = motion.counters;
   r.integrator = motion.integrator;
-  const auto pass = [&] {
-    const RadauResult x = radau.integrate(motion.trajectory, grid);
-    (equations.direction() == HandEquations::Direction::backward ? r.counters.backward_steps : r.counters.steps) +=
-        x.steps;
+  const auto pass = [&](const std::vector<double>& times, double rtol) {
+    const RadauResult x = radau.integrate(motion.trajectory, times, rtol, [&](double t, long done) {
+      if (problem.monitor && done % kPoll == 0) problem.monitor(t, done, backward);
+    });
+    (backward ? r.counters.backward_steps : r.counters.steps) += x.steps;
+    (backward ? r.counters.backward_error_test_failures : r.counters.error_test_failures) += x.rejected;
     r.counters.backward_residuals += x.evaluations;
     r.counters.factorizations += x.factorizations;
     return x.gradient;
@@ -112,20 +124,25 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
   const auto size_of = [&](const Eigen::VectorXd& g) {
     double size = 0;
     for (Eigen::Index j = 0; j < g.size(); ++j)
-      size = std::max(size, std::abs(g[j]) * problem.parameters.parameters[static_cast<std::size_t>(j)].scale);
+      size = std::max(size, std::abs(g[j]) * sizes[static_cast<std::size_t>(j)]);
     return size;
   };
-  // Order 3 to 5: once a halving changes the gradient by less than a few tolerances, the rest is below them.
-  Eigen::VectorXd gradient = pass();
-  for (int level = 0; level < kMaxRefinements; ++level) {
-    grid = refined(grid);
-    const Eigen::VectorXd finer = pass();
-    const Eigen::VectorXd change = finer - gradient;
-    gradient = finer;
-    r.gradient_error.assign(change.data(), change.data() + change.size());
-    if (size_of(change) <= 3 * problem.solver.rtol * size_of(finer)) break;
+  Eigen::VectorXd gradient;
+  if (problem.formulation != kWithoutEstimate) {
+    gradient = pass(grid(kStretches), problem.solver.rtol);
+  } else {
+    // Order 3 to 5: once a halving changes the gradient by less than a few tolerances, the rest is below them.
+    std::vector<double> times = grid(kCoarsest);
+    gradient = pass(times, 0);
+    for (int level = 0; level < kMaxRefinements; ++level) {
+      times = refined(times);
+      const Eigen::VectorXd finer = pass(times, 0), change = finer - gradient;
+      gradient = finer;
+      r.gradient_error.assign(change.data(), change.data() + change.size());
+      if (size_of(change) <= 3 * problem.solver.rtol * size_of(finer)) break;
+    }
+    for (double& e : r.gradient_error) e = std::abs(e);
   }
-  for (double& e : r.gradient_error) e = std::abs(e);
   r.gradient.assign(gradient.data(), gradient.data() + gradient.size());
   return r;
 }

@@ -1,5 +1,5 @@
-// Runs hand-derived equations: a forward simulation with dense output, then their own Radau pass on a grid that is
-// refined until the gradient stands still.
+// Runs hand-derived equations: a forward simulation with dense output, then their own Radau pass along it, with steps of
+// its own.
 #pragma once
 
 #include "costate/adjoint/hand_equations.h"
@@ -18,14 +18,14 @@ struct ForwardMotion {
 /// Simulates on the formulation's default (or the chosen) integrator and keeps the motion (q, v, z).
 ForwardMotion record_motion(const Problem& problem, const std::vector<double>& rho);
 
-/// Grid times for the linear pass: about one point for every `stride` integrator steps.
+/// Grid times for a pass along the motion: about one point for every `stride` integrator steps.
 std::vector<double> grid_of(const Trajectory& trajectory, std::size_t stride);
 /// The grid with further times (within its span) among its points.
 std::vector<double> with_times(const std::vector<double>& grid, const std::vector<double>& times);
 /// The grid with its midpoints.
 std::vector<double> refined(const std::vector<double>& grid);
 
-/// psi, gradient and the gradient's change in the last refinement (gradient_error).
+/// psi and gradient; of index 3 also the gradient's change in the last refinement (gradient_error).
 GradientResult run_hand_equations(const Problem& problem, const std::vector<double>& rho, HandEquations& equations);
 
 }  // namespace costate

@@ -173,6 +173,35 @@ TEST_CASE("driver with kinks: a parameter that moves one is refused by name") {
   }
 }
 
+TEST_CASE("driver: a parameter that moves a jump of its acceleration is refused by name, where it is in the run") {
+  struct Law {
+    const char *text, *moving;
+    double time;
+  };
+  for (const Law& law :
+       {Law{R"({ kind = "bump", height_m = 0.2, start_m = 0.1, length_m = 0.3 })", "start_m", 0.1},
+        Law{R"({ kind = "bump", height_m = 0.2, start_m = 0.1, length_m = 0.3 })", "length_m", 0.4},
+        Law{R"({ kind = "sine_sweep", amplitude_m = 0.1, n_start_1_per_m = 0.0, n_end_1_per_m = 2.0, start_m = 0.1, length_m = 0.3 })",
+            "length_m", 0.4}}) {
+    INFO(law.text << " " << law.moving);
+    const std::string moving = std::string("driver.push.law.") + law.moving;
+    Problem problem = make_problem(Scene::parse(scene(law.text), "driver.toml"), {moving});
+    problem.solver.t_end = 0.5;
+    const auto rho = problem.parameters.values();
+    for (const auto& [formulation, method] :
+         {std::pair("index1", "idas-adjoint"), std::pair("penalty", "cvodes-forward"), std::pair("maggi", "hand-adjoint")}) {
+      problem.formulation = formulation;
+      CHECK_THROWS_WITH(gradient(problem, method, rho),
+                        Contains(fmt::format("Parameter '{}' moves the time t = {:g} s", moving, law.time)) &&
+                            Contains("has a jump of its second derivative"));
+    }
+    problem.formulation = "index1";
+    CHECK_NOTHROW(gradient(problem, "differences", rho));
+    problem.solver.t_end = law.time - 0.01;  // not reached
+    CHECK_NOTHROW(gradient(problem, "idas-adjoint", rho));
+  }
+}
+
 TEST_CASE("laws with kinks say where, at the first place of the next piece") {
   const auto read = [](const std::string& text) {
     static SceneNode root;

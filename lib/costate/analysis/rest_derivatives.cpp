@@ -39,6 +39,11 @@ MatrixXd RestSystem::lambda_off_range(const MatrixXd& q_rho) {
 void RestSystem::differentiate(MatrixXd& q_rho, MatrixXd& z_rho, MatrixXd& lambda_rho, MatrixXd& held_rho) {
   linearize();
   const int np = assembly_.np();
+  if (np == 0) {
+    for (const auto& [block, rows] : {std::pair{&q_rho, n_}, {&z_rho, nz_}, {&lambda_rho, m_}}) block->resize(rows, 0);
+    held_rho.resize(static_cast<Eigen::Index>(held_.size()), 0);
+    return;
+  }
   Assembly::ParameterColumns c;
   assembly_.resize(c);
   assembly_.calc_parameter_columns(state(), c);

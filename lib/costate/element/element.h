@@ -115,6 +115,8 @@ class Constraint : public Element {
   virtual bool rheonomic() const { return false; }
   /// Appends the times at which phi_t jumps, for the element's numbers p.
   virtual void add_kinks(const double*, std::vector<double>&) const {}
+  /// Appends times at which phi_tt alone jumps, where the numbers p decide when.
+  virtual void add_acceleration_jumps(const double*, std::vector<double>&) const {}
 
   virtual void phi(const PathDual& t, const PathDual* q, const PathDual* p, PathDual* out) const = 0;
   /// The same with the change of everything along a direction: what Hessians need. Throws CapabilityError where it is

@@ -1,46 +1,10 @@
 #include "costate/formulation/velocity_jump.h"
 
-#include <fmt/format.h>
+#include "costate/formulation/fixed_times.h"
 
 #include <algorithm>
 
-#include "costate/base/error.h"
-
 namespace costate {
-
-namespace {
-
-/// The derivatives hold t* fixed: throws where a parameter moves it.
-void require_fixed_time(const Assembly& assembly, double t) {
-  const auto has_kink = [&](const Constraint& c, const std::vector<double>& p) {
-    std::vector<double> times;
-    c.add_kinks(p.data(), times);
-    return std::find(times.begin(), times.end(), t) != times.end();
-  };
-  for (const auto& c : assembly.mechanism().constraints()) {
-    if (!c->rheonomic()) continue;
-    std::vector<double> p;
-    for (const int number : c->numbers()) p.push_back(assembly.numbers()[static_cast<std::size_t>(number)]);
-    if (!has_kink(*c, p)) continue;
-    for (const auto& parameter : assembly.parameters().parameters)
-      for (const auto& [number, factor] : parameter.bindings)
-        for (std::size_t k = 0; k < p.size(); ++k) {
-          if (c->numbers()[k] != number) continue;
-          std::vector<double> changed = p;
-          changed[k] += 1e-3 * std::max(1.0, std::abs(p[k]));
-          if (!has_kink(*c, changed))
-            throw CapabilityError(
-                fmt::format("Parameter '{}' moves the time t = {:.6g} s at which the law of {} '{}' has a "
-                            "kink; gradients are "
-                            "carried across kinks at fixed times only. Keep this number fixed, take a law "
-                            "with a continuous "
-                            "slope, or the method 'differences'.",
-                            parameter.name, t, c->kind(), c->name()));
-        }
-  }
-}
-
-}  // namespace
 
 const double* VelocityJump::calc(const StateView& before, double t_after) {
   const int n = assembly_.n(), m = assembly_.m();
@@ -61,7 +25,7 @@ const double* VelocityJump::calc(const StateView& before, double t_after) {
 void VelocityJump::linearize(const StateView& before, double t_after, bool columns) {
   const int n = assembly_.n(), m = assembly_.m();
   const std::vector<double> rest(static_cast<std::size_t>(std::max(n, m)), 0);
-  if (columns) require_fixed_time(assembly_, t_after);
+  if (columns) require_fixed_kink(assembly_, t_after);
   calc(before, t_after);
   StateView s = before;
   s.a = s.lambda = rest.data();

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "costate/base/error.h"
+#include "costate/formulation/fixed_times.h"
 
 namespace costate {
 
@@ -90,6 +91,11 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
   const std::string no = refusal(method, find_formulation(problem.formulation));
   if (!no.empty()) throw CapabilityError(no);
   problem.check_values(rho);
+  if (method.name != "differences") {
+    Assembly assembly(problem.mechanism, problem.parameters);
+    assembly.set_parameters(rho.data());
+    require_fixed_accelerations(assembly, problem.solver.t_start, problem.solver.t_end);
+  }
   return method.gradient(problem, rho);
 }
 

@@ -20,6 +20,9 @@ class CoordinateDriver final : public ConstraintOf<CoordinateDriver> {
   void add_kinks(const double* p, std::vector<double>& times) const override {
     law_->add_kinks(p + coordinates().size(), times);
   }
+  void add_acceleration_jumps(const double* p, std::vector<double>& times) const override {
+    law_->add_curvature_jumps(p + coordinates().size(), times);
+  }
 
   template <class S>
   void physics(const S& t, const S* q, const S* p, S* phi) const {

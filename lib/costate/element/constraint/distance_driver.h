@@ -30,6 +30,9 @@ class DistanceDriver final : public ConstraintOf<DistanceDriver<Line>> {
   void add_kinks(const double* p, std::vector<double>& times) const override {
     law_->add_kinks(p + d_.number_count(), times);
   }
+  void add_acceleration_jumps(const double* p, std::vector<double>& times) const override {
+    law_->add_curvature_jumps(p + d_.number_count(), times);
+  }
 
   template <class S>
   void physics(const S& t, const S* q, const S* p, S* phi) const {

@@ -27,6 +27,9 @@ class ScaledLaw final : public ScalarLawOf<ScaledLaw> {
     return f0 + scale * (f - f0);
   }
   void add_kinks(const double* p, std::vector<double>& x) const override { law_->add_kinks(p + own(), x); }
+  void add_curvature_jumps(const double* p, std::vector<double>& x) const override {
+    law_->add_curvature_jumps(p + own(), x);
+  }
   double integral(double x, const double* p) const override;
 
  private:

@@ -20,6 +20,12 @@ class ComposedLaw final : public ScalarLawOf<ComposedLaw> {
       p += part->number_count();
     }
   }
+  void add_curvature_jumps(const double* p, std::vector<double>& x) const override {
+    for (const auto& part : parts_) {
+      part->add_curvature_jumps(p, x);
+      p += part->number_count();
+    }
+  }
 
   template <class S, class P>
   S physics(const S& x, const P* p) const {

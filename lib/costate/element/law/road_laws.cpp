@@ -26,8 +26,7 @@ BumpLaw::Place BumpLaw::place(double y, double length, double spacing) const {
   return {k, (touching && k + 1 < count_) || y - k * spacing < length};
 }
 
-void BumpLaw::add_kinks(const double* p, std::vector<double>& x) const {
-  if (!half_sine_) return;
+void BumpLaw::add_ends(const double* p, std::vector<double>& x) const {
   // Where the law enters another of its pieces: the first x of the next one in floating point.
   const double spacing = count_ > 1 ? p[3] : 0;
   const auto same = [&](double a, double b) {

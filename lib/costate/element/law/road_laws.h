@@ -20,7 +20,12 @@ class BumpLaw final : public ScalarLawOf<BumpLaw> {
  public:
   BumpLaw(int count, bool half_sine) : count_(count), half_sine_(half_sine) {}
   int number_count() const override { return count_ > 1 ? 4 : 3; }
-  void add_kinks(const double* p, std::vector<double>& x) const override;
+  void add_kinks(const double* p, std::vector<double>& x) const override {
+    if (half_sine_) add_ends(p, x);
+  }
+  void add_curvature_jumps(const double* p, std::vector<double>& x) const override {
+    if (!half_sine_) add_ends(p, x);
+  }
 
   template <class S, class P>
   S physics(const S& x, const P* p) const {
@@ -41,6 +46,8 @@ class BumpLaw final : public ScalarLawOf<BumpLaw> {
     bool on;   // and is not over
   };
   Place place(double y, double length, double spacing) const;
+  /// Where bumps begin and end.
+  void add_ends(const double* p, std::vector<double>& x) const;
 
   int count_;
   bool half_sine_;
@@ -54,6 +61,10 @@ class SineSweepLaw final : public ScalarLawOf<SineSweepLaw> {
   int number_count() const override { return 5; }
   void add_kinks(const double* p, std::vector<double>& x) const override {
     if (p[3] != 0) x.push_back(p[1]);
+  }
+  void add_curvature_jumps(const double* p, std::vector<double>& x) const override {
+    if (p[3] == 0) x.push_back(p[1]);
+    x.push_back(p[1] + p[2]);
   }
 
   template <class S, class P>

@@ -24,6 +24,8 @@ class ScalarLaw {
   virtual Taylor2 curve(double x, const double* p) const = 0;
   /// Appends the x at which the slope jumps. A driver with such a law gives its mechanism a blow there.
   virtual void add_kinks(const double*, std::vector<double>&) const {}
+  /// Appends the x at which the curvature jumps and the numbers decide where: a driver's acceleration jumps there.
+  virtual void add_curvature_jumps(const double*, std::vector<double>&) const {}
   /// Integral of f from 0 to x (the stored energy of a spring law).
   virtual double integral(double x, const double* p) const = 0;
 };

@@ -30,6 +30,9 @@ const double estimate[3] = {estimate_weight(0), estimate_weight(1), estimate_wei
 // latter's error near rtol. The factor (0.1 there) leaves the gradient's error to that of the motion.
 double step_tolerance(double rtol) { return 0.03 * std::pow(rtol, 2.0 / 3); }
 constexpr double kSafety = 0.9, kLargestGrowth = 5, kLargestCut = 0.2;
+// Errors of a relative change's share of the gradient that need no smaller steps, in absolute tolerances of the motion: at
+// an optimum, where psi vanishes, the integrand is nothing but the motion's own errors, and rough.
+constexpr double kSmallError = 1e-2;
 // Relative to the span: a kink of the forces is not resolved below this, where what it does is far below the tolerance.
 constexpr double kSmallestStep = 1e-9;
 // Columns smaller than this fraction of the largest one (per relative change of the parameter) need no digits of their own.
@@ -214,7 +217,7 @@ double RadauLinear::integral_error(const Eigen::VectorXd& error, double toleranc
     gradient_size_after_ = std::max(gradient_size_after_, size * std::abs(gradient_after_[j]));
     largest = std::max(largest, size * std::abs(error[j]));
   }
-  return largest > 0 ? largest / (tolerance * gradient_size_after_) : 0;
+  return largest > 0 ? largest / (tolerance * gradient_size_after_ + smallest_error_) : 0;
 }
 
 void RadauLinear::begin_at(const Trajectory& trajectory, double t, const Eigen::MatrixXd& X) {
@@ -227,8 +230,9 @@ void RadauLinear::begin_at(const Trajectory& trajectory, double t, const Eigen::
   eq_.integrand(X, begin_.integrand);
 }
 
-RadauResult RadauLinear::integrate(const Trajectory& trajectory, const std::vector<double>& grid, double rtol,
+RadauResult RadauLinear::integrate(const Trajectory& trajectory, const std::vector<double>& grid, double rtol, double atol,
                                    const Watch& watch) {
+  smallest_error_ = kSmallError * atol;
   const bool forward = eq_.direction() == HandEquations::Direction::forward;
   const std::size_t count = grid.size();
   const auto time = [&](std::size_t i) { return forward ? grid[i] : grid[count - 1 - i]; };

@@ -32,12 +32,11 @@ class RadauLinear {
   /// Sizes of the parameters: a column's error, and a parameter's share of the gradient, counts per relative change.
   RadauLinear(HandEquations& equations, std::vector<double> parameter_sizes);
 
-  /// Integrates over the span of the grid (increasing times), stepping onto each of its points. `rtol` is that of the
-  /// trajectory: the result is to be about as accurate. With 0 the steps are those of the grid: in systems of index 3 the
+  /// Integrates over the span of the grid (increasing times), stepping onto each of its points. `rtol` and `atol` are those
+  /// of the trajectory: the result is to be about as accurate. With 0 the steps are those of the grid: in systems of index 3 the
   /// multipliers' error grows as the step falls, and the estimate with it.
-  /// Throws SolverError naming time and row where a stage system is
-  /// singular.
-  RadauResult integrate(const Trajectory& trajectory, const std::vector<double>& grid, double rtol,
+  /// Throws SolverError naming time and row where a stage system is singular.
+  RadauResult integrate(const Trajectory& trajectory, const std::vector<double>& grid, double rtol, double atol,
                         const Watch& watch = {});
 
  private:
@@ -78,6 +77,7 @@ class RadauLinear {
   Eigen::MatrixXd size_, size_after_;  // of X by group and column, the largest met
   Eigen::VectorXd gradient_, gradient_after_;
   double gradient_size_ = 0, gradient_size_after_ = 0;
+  double smallest_error_ = 0;  // of the integral, that a step may always have
 };
 
 }  // namespace costate

@@ -112,7 +112,7 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
   r.counters = motion.counters;
   r.integrator = motion.integrator;
   const auto pass = [&](const std::vector<double>& times, double rtol) {
-    const RadauResult x = radau.integrate(motion.trajectory, times, rtol, [&](double t, long done) {
+    const RadauResult x = radau.integrate(motion.trajectory, times, rtol, problem.solver.absolute(), [&](double t, long done) {
       if (problem.monitor && done % kPoll == 0) problem.monitor(t, done, backward);
     });
     (backward ? r.counters.backward_steps : r.counters.steps) += x.steps;

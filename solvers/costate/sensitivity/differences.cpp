@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "costate/base/error.h"
 #include "costate/integrator/simulate.h"
 #include "costate/sensitivity/method.h"
 
@@ -53,10 +54,10 @@ std::pair<double, double> extrapolated_slope(Function&& f, double x, double h) {
   return {best, error};
 }
 
-GradientResult run(const Problem& problem, const std::vector<double>& rho) {
+GradientResult run_at(double rtol, const Problem& problem, const std::vector<double>& rho) {
   Problem tight = problem;
-  tight.solver.rtol = std::max(kTightest, std::min(1e-12, problem.solver.rtol * 1e-3));
-  tight.solver.atol = tight.solver.rtol * problem.solver.absolute() / problem.solver.rtol;
+  tight.solver.rtol = rtol;
+  tight.solver.atol = rtol * problem.solver.absolute() / problem.solver.rtol;
   // Where there is a choice, CVODES: its psi is the smoother function of the parameters (index 1 on the five-bar: the
   // difference of the gradient 7e-10 instead of 1.2e-8, in a quarter of the time).
   if (tight.solver.integrator.empty() && find_formulation(tight.formulation).make_ode)
@@ -76,6 +77,16 @@ GradientResult run(const Problem& problem, const std::vector<double>& rho) {
     r.gradient_error.push_back(error);
   }
   return r;
+}
+
+GradientResult run(const Problem& problem, const std::vector<double>& rho) {
+  // A formulation whose rounding errors are above such a tolerance is asked for less, ten times at a time; the estimate of
+  // the error shows what that costs.
+  for (double rtol = std::max(kTightest, std::min(1e-12, problem.solver.rtol * 1e-3));; rtol *= 10) try {
+      return run_at(rtol, problem, rho);
+    } catch (const SolverError&) {
+      if (rtol * 10 > problem.solver.rtol) throw;
+    }
 }
 
 const RegisterSensitivityMethod registered({"differences",

@@ -30,8 +30,9 @@ const double estimate[3] = {estimate_weight(0), estimate_weight(1), estimate_wei
 // latter's error near rtol. The factor (0.1 there) leaves the gradient's error to that of the motion.
 double step_tolerance(double rtol) { return 0.03 * std::pow(rtol, 2.0 / 3); }
 constexpr double kSafety = 0.9, kLargestGrowth = 5, kLargestCut = 0.2;
-// Errors of a relative change's share of the gradient that need no smaller steps, in absolute tolerances of the motion: at
-// an optimum, where psi vanishes, the integrand is nothing but the motion's own errors, and rough.
+// Errors per relative change of a parameter, of a tangent or of the gradient, that need no smaller steps; in absolute
+// tolerances of the motion. At rest, and at an optimum where psi vanishes, they are nothing but the motion's own errors, and
+// rough.
 constexpr double kSmallError = 1e-2;
 // Relative to the span: a kink of the forces is not resolved below this, where what it does is far below the tolerance.
 constexpr double kSmallestStep = 1e-9;
@@ -194,6 +195,7 @@ double RadauLinear::state_error(double h, double tolerance) {
       ++counts(group, j);
       size_after_(group, j) = std::max(size_after_(group, j), std::abs(stages_[2].X(row, j)));
     }
+  const bool forward = eq_.direction() == HandEquations::Direction::forward;
   double largest_error = 0;
   for (int group = 0; group < eq_.groups(); ++group) {
     const auto per_change = [&](int j) { return k_ > 1 ? parameter_sizes_[static_cast<std::size_t>(j)] : 1.0; };
@@ -202,7 +204,8 @@ double RadauLinear::state_error(double h, double tolerance) {
     for (int j = 0; j < k_; ++j) {
       const double size = std::max(size_after_(group, j), kSmallColumn * largest / per_change(j));
       if (squares(group, j) == 0) continue;
-      const double error = std::sqrt(squares(group, j) / counts(group, j)) / (tolerance * size);
+      const double smallest = forward ? smallest_error_ / parameter_sizes_[static_cast<std::size_t>(j)] : 0;
+      const double error = std::sqrt(squares(group, j) / counts(group, j)) / (tolerance * size + smallest);
       if (!(error <= largest_error)) largest_error = error;
     }
   }

@@ -77,7 +77,7 @@ class RadauLinear {
   Eigen::MatrixXd size_, size_after_;  // of X by group and column, the largest met
   Eigen::VectorXd gradient_, gradient_after_;
   double gradient_size_ = 0, gradient_size_after_ = 0;
-  double smallest_error_ = 0;  // of the integral, that a step may always have
+  double smallest_error_ = 0;  // that a step may always have, per relative change of a parameter
 };
 
 }  // namespace costate

@@ -20,8 +20,9 @@ std::vector<double> times_of(const Constraint& c, AddTimes add, const std::vecto
 }
 
 /// The name of a parameter that moves the time t of a constraint with the numbers p, or nothing.
-std::string mover(const Assembly& assembly, const Constraint& c, AddTimes add, const std::vector<double>& p, double t) {
-  for (const auto& parameter : assembly.parameters().parameters)
+std::string mover(const ParameterSelection& parameters, const Constraint& c, AddTimes add, const std::vector<double>& p,
+                  double t) {
+  for (const auto& parameter : parameters.parameters)
     for (const auto& [number, factor] : parameter.bindings)
       for (std::size_t k = 0; k < p.size(); ++k) {
         if (c.numbers()[k] != number) continue;
@@ -35,14 +36,15 @@ std::string mover(const Assembly& assembly, const Constraint& c, AddTimes add, c
 
 /// Of every driver: what `relevant` chooses among its times must not move.
 template <class Relevant>
-void require_fixed(const Assembly& assembly, AddTimes add, const char* what, const char* instead, Relevant&& relevant) {
-  for (const auto& c : assembly.mechanism().constraints()) {
+void require_fixed(const Mechanism& mechanism, const ParameterSelection& parameters, const std::vector<double>& numbers,
+                   AddTimes add, const char* what, const char* instead, Relevant&& relevant) {
+  for (const auto& c : mechanism.constraints()) {
     if (!c->rheonomic()) continue;
     std::vector<double> p;
-    for (const int number : c->numbers()) p.push_back(assembly.numbers()[static_cast<std::size_t>(number)]);
+    for (const int number : c->numbers()) p.push_back(numbers[static_cast<std::size_t>(number)]);
     for (const double t : times_of(*c, add, p)) {
       if (!relevant(t)) continue;
-      const std::string name = mover(assembly, *c, add, p, t);
+      const std::string name = mover(parameters, *c, add, p, t);
       if (!name.empty())
         throw CapabilityError(fmt::format("Parameter '{}' moves the time t = {:.6g} s at which the law of {} '{}' has a {}; "
                                           "gradients are carried across these at fixed times only. Keep this number fixed, "
@@ -54,13 +56,16 @@ void require_fixed(const Assembly& assembly, AddTimes add, const char* what, con
 
 }  // namespace
 
-void require_fixed_kink(const Assembly& assembly, double t) {
-  require_fixed(assembly, &Constraint::add_kinks, "kink", "slope", [&](double at) { return at == t; });
+void require_fixed_kink(const Mechanism& mechanism, const ParameterSelection& parameters,
+                        const std::vector<double>& numbers, double t) {
+  require_fixed(mechanism, parameters, numbers, &Constraint::add_kinks, "kink", "slope",
+                [&](double at) { return at == t; });
 }
 
-void require_fixed_accelerations(const Assembly& assembly, double t_start, double t_end) {
-  require_fixed(assembly, &Constraint::add_acceleration_jumps, "jump of its second derivative", "second derivative",
-                [&](double at) { return t_start < at && at < t_end; });
+void require_fixed_accelerations(const Mechanism& mechanism, const ParameterSelection& parameters,
+                                 const std::vector<double>& numbers, double t_start, double t_end) {
+  require_fixed(mechanism, parameters, numbers, &Constraint::add_acceleration_jumps, "jump of its second derivative",
+                "second derivative", [&](double at) { return t_start < at && at < t_end; });
 }
 
 }  // namespace costate

@@ -3,14 +3,18 @@
 // parameter, the element and the time.
 #pragma once
 
-#include "costate/assembly/assembly.h"
+#include <vector>
+
+#include "costate/mechanism/mechanism.h"
 
 namespace costate {
 
-/// For the kink at time t.
-void require_fixed_kink(const Assembly& assembly, double t);
+/// For the kink at time t; `numbers` are those of the mechanism, with the parameters' values in them.
+void require_fixed_kink(const Mechanism& mechanism, const ParameterSelection& parameters,
+                        const std::vector<double>& numbers, double t);
 
 /// For every jump of a driver's acceleration within t_start < t < t_end.
-void require_fixed_accelerations(const Assembly& assembly, double t_start, double t_end);
+void require_fixed_accelerations(const Mechanism& mechanism, const ParameterSelection& parameters,
+                                 const std::vector<double>& numbers, double t_start, double t_end);
 
 }  // namespace costate

@@ -25,7 +25,7 @@ const double* VelocityJump::calc(const StateView& before, double t_after) {
 void VelocityJump::linearize(const StateView& before, double t_after, bool columns) {
   const int n = assembly_.n(), m = assembly_.m();
   const std::vector<double> rest(static_cast<std::size_t>(std::max(n, m)), 0);
-  if (columns) require_fixed_kink(assembly_, t_after);
+  if (columns) require_fixed_kink(assembly_.mechanism(), assembly_.parameters(), assembly_.numbers(), t_after);
   calc(before, t_after);
   StateView s = before;
   s.a = s.lambda = rest.data();

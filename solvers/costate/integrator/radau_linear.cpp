@@ -101,7 +101,6 @@ void RadauLinear::equilibrate() {
   }
 }
 
-
 void RadauLinear::solve(Eigen::MatrixXd& right) {
   solver_->solve(right.data(), k_);
   for (int j = 0; j < k_; ++j) right.col(j).array() *= column_scale_;

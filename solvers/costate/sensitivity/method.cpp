@@ -92,9 +92,10 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
   if (!no.empty()) throw CapabilityError(no);
   problem.check_values(rho);
   if (method.name != "differences") {
-    Assembly assembly(problem.mechanism, problem.parameters);
-    assembly.set_parameters(rho.data());
-    require_fixed_accelerations(assembly, problem.solver.t_start, problem.solver.t_end);
+    std::vector<double> numbers = problem.mechanism->base_numbers();
+    problem.parameters.apply(rho.data(), numbers);
+    require_fixed_accelerations(*problem.mechanism, problem.parameters, numbers, problem.solver.t_start,
+                                problem.solver.t_end);
   }
   return method.gradient(problem, rho);
 }

@@ -8,6 +8,7 @@ find_package(NLopt REQUIRED)
 find_package(nlohmann_json 3.9 REQUIRED)
 find_package(HDF5Serial MODULE REQUIRED)
 find_package(CLI11 2.1 REQUIRED)
+find_package(Threads REQUIRED)
 
 if(COSTATE_BUILD_TESTS)
   find_package(Catch2 2.13 REQUIRED)

@@ -26,7 +26,10 @@ if(COSTATE_CCACHE AND NOT DEFINED CMAKE_CXX_COMPILER_LAUNCHER)
     RESULT_VARIABLE ccache_result
     OUTPUT_QUIET ERROR_QUIET)
   if(ccache_result EQUAL 0)
-    set(CMAKE_CXX_COMPILER_LAUNCHER "${COSTATE_CCACHE}")
+    # It passes over files with precompiled headers unless told that they are safe to compare.
+    set(CMAKE_CXX_COMPILER_LAUNCHER "${CMAKE_COMMAND}" -E env
+                                    CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
+                                    "${COSTATE_CCACHE}")
   endif()
 endif()
 

@@ -16,7 +16,7 @@ write_basic_package_version_file("${PROJECT_BINARY_DIR}/costateConfigVersion.cma
 install(FILES "${PROJECT_BINARY_DIR}/costateConfig.cmake"
               "${PROJECT_BINARY_DIR}/costateConfigVersion.cmake"
               cmake/FindHDF5Serial.cmake cmake/FindKLU.cmake cmake/FindSUNDIALS.cmake
-              cmake/FindTomlPlusPlus.cmake cmake/costateCandidate.cmake
+              cmake/costateCandidate.cmake
         DESTINATION "${COSTATE_INSTALL_CMAKEDIR}")
 install(EXPORT costateTargets NAMESPACE costate:: DESTINATION "${COSTATE_INSTALL_CMAKEDIR}")
 install(FILES LICENSE README.md DESTINATION "${CMAKE_INSTALL_DOCDIR}" OPTIONAL)

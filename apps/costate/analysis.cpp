@@ -4,16 +4,15 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <filesystem>
 
+#include "costate/base/error.h"
 #include "costate/record/atomic_file.h"
 
 namespace costate::app {
 
-void AnalysisOptions::add_hold(CLI::App& app, const std::string& text) {
-  app.add_option("--hold", hold, text)
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->each([this](const std::string&) { hold_given = true; });
+void AnalysisOptions::add_hold(Command& command, const std::string& text) {
+  command.option("--hold", hold, text).separated().seen([this] { hold_given = true; });
 }
 
 Scene load_for_analysis(const CommonOptions& common, AnalysisOptions& options, bool released) {
@@ -72,13 +71,28 @@ std::string Listing::text() const {
   return text;
 }
 
-void report_analysis(const CommonOptions& common, const Json& json, const std::string& text) {
+void report_analysis(const CommonOptions& common, const Json& json, const std::string& text, const std::string& file) {
+  namespace fs = std::filesystem;
   const std::string object = json_text(json) + "\n";
-  if (!common.output.empty()) write_file_atomically(common.output, object);
+  fs::path path = common.output;
+  if (!path.empty()) {
+    // A folder, as for all commands; what has an extension and is no folder is the file itself.
+    if (fs::is_directory(path) || !path.has_extension()) {
+      try {
+        require_writable(path);
+      } catch (const Error& e) {
+        throw Error(fmt::format("--output: {}", e.what()));
+      }
+      path /= file;
+    }
+    write_file_atomically(path, object);
+  }
   if (common.json)
     fmt::print("{}", object);
-  else if (!common.quiet)
+  else if (!common.quiet) {
     fmt::print("{}", text);
+    if (!path.empty()) fmt::print("  summary: {}\n", path.string());
+  }
 }
 
 }  // namespace costate::app

@@ -12,7 +12,7 @@ struct AnalysisOptions {
   bool hold_given = false;      // --hold was there, possibly empty
   bool at_equilibrium = false;  // --equilibrium
 
-  void add_hold(CLI::App& app, const std::string& text);
+  void add_hold(Command& command, const std::string& text);
 };
 
 /// The scene with its overrides; `released`: it starts at equilibrium, with only what it holds given.
@@ -46,7 +46,7 @@ class Listing {
   std::vector<Line> lines_;
 };
 
-/// Prints the JSON object or the text, and writes what was asked for with --output FILE (JSON).
-void report_analysis(const CommonOptions& common, const Json& json, const std::string& text);
+/// Prints the JSON object or the text, and writes the object where --output says: to `file` in a folder, or to a file.
+void report_analysis(const CommonOptions& common, const Json& json, const std::string& text, const std::string& file);
 
 }  // namespace costate::app

@@ -14,13 +14,8 @@ namespace costate::app {
 
 namespace {
 
-/// Commands whose results can be kept, each with its registration.
-struct Runnable {
-  const char* name;
-  void (*add)(CLI::App&, std::function<int()>&, CommonOptions&);
-};
-constexpr Runnable kRunnables[] = {
-    {"simulate", add_simulate}, {"gradient", add_gradient}, {"optimize", add_optimize}};
+/// Commands whose results can be kept.
+const std::vector<std::string> kRunnables = {"simulate", "gradient", "optimize"};
 
 /// Options about where results go: a baseline does not choose them.
 const std::vector<std::string> kNotInBaselines = {"json",   "quiet", "verbose", "output",     "no-files",
@@ -50,6 +45,8 @@ class Reader {
     };
     try {
       return Json::parse(text, twice);
+    } catch (const Json::out_of_range&) {
+      complain("", "It holds a number beyond 1.8e308, the largest there is.");
     } catch (const Json::parse_error& e) {
       const std::string before = text.substr(0, e.byte > 0 ? e.byte - 1 : 0);
       const std::size_t start = before.rfind('\n');
@@ -211,11 +208,7 @@ std::vector<Quantity> default_quantities(const std::string& command, const Setup
 
 }  // namespace
 
-std::vector<std::string> baseline_commands() {
-  std::vector<std::string> names;
-  for (const Runnable& r : kRunnables) names.push_back(r.name);
-  return names;
-}
+std::vector<std::string> baseline_commands() { return kRunnables; }
 
 Baseline Baseline::load(const std::filesystem::path& file) {
   const Reader reader(file);
@@ -290,17 +283,11 @@ Quantity Measurement::with_default(const std::string& name) const {
 }
 
 Measurement measure(const Baseline& baseline, bool quiet) {
-  CLI::App app;
-  CommonOptions common;
-  std::function<int()> action;
-  for (const Runnable& r : kRunnables)
-    if (r.name == baseline.command) r.add(app, action, common);
-  const CLI::App& command = *app.get_subcommand(baseline.command);
+  CommandLine line;
+  CommonOptions& common = line.common();
   std::vector<std::string> names;
-  for (const CLI::Option* option : command.get_options())
-    for (const auto& name : option->get_lnames())
-      if (std::find(kNotInBaselines.begin(), kNotInBaselines.end(), name) == kNotInBaselines.end())
-        names.push_back(name);
+  for (const auto& name : line.option_names(baseline.command))
+    if (std::find(kNotInBaselines.begin(), kNotInBaselines.end(), name) == kNotInBaselines.end()) names.push_back(name);
   std::vector<std::string> words = {baseline.command, baseline.scene_path().string()};
   for (const auto& [key, value] : baseline.options.items()) {
     if (std::find(names.begin(), names.end(), key) == names.end())
@@ -309,8 +296,8 @@ Measurement measure(const Baseline& baseline, bool quiet) {
     append_words(words, key, value);
   }
   try {
-    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
-  } catch (const CLI::ParseError& e) {
+    line.parse(words);
+  } catch (const UsageError& e) {
     throw Error(fmt::format("options: {}", e.what()));
   }
   common.no_files = true;
@@ -326,7 +313,7 @@ Measurement measure(const Baseline& baseline, bool quiet) {
                    rounded(kTolerances * setup.problem.solver.absolute()),
                    fmt::format("{:g} times rtol {:g} and atol: {}", kTolerances, rtol, kCompilers)};
   };
-  action();
+  line.action()();
   return m;
 }
 

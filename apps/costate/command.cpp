@@ -5,50 +5,55 @@
 #include <unistd.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <system_error>
 
+#include "costate/analysis/start_remarks.h"
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/discrete/discrete_scheme.h"
 #include "costate/base/version.h"
 #include "costate/integrator/simulate.h"
 #include "costate/optimize/optimizer.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/json_number.h"
+#include "costate/record/print.h"
 #include "costate/sensitivity/scene_problem.h"
+#include "saving.h"
+#include "start_notice.h"
 
 namespace costate::app {
 
-void CommonOptions::add_to(CLI::App& app) {
-  app.add_option("scene", scene, "Scene file (TOML)")->required();
-  app.add_option("--set", overrides, "Replace a value of the scene: path=value (repeatable)")
-      ->type_name("PATH=VALUE")
-      ->allow_extra_args(false);
+void CommonOptions::add_to(Command& c) {
+  c.option("scene", scene, "Scene file (TOML)").required();
+  c.option("--set", overrides, "Replace a value of the scene: path=value (repeatable)")
+      .value_name("PATH=VALUE")
+      .repeatable();
 }
 
-void CommonOptions::add_run_options(CLI::App& app) {
-  app.add_option("--parameters", parameters, "Parameters or number paths, separated by commas (default: the scene's)")
-      ->delimiter(',')
-      ->allow_extra_args(false);  // what follows is the scene
-  app.add_option("--formulation", formulation, "See 'costate list'");
-  app.add_option("--method", method, "Gradient method, see 'costate list'");
-  app.add_option("--integrator", integrator, "idas, cvodes or fixed (default: the formulation's)");
-  app.add_option("--cvodes-method", cvodes_method, "adams (default; smooth motion) or bdf (stiff)");
-  app.add_option("--sensitivity-corrector", sensitivity_corrector,
+void CommonOptions::add_run_options(Command& c) {
+  c.option("--parameters", parameters, "Parameters or number paths, separated by commas (default: the scene's)")
+      .separated();  // what follows is the scene
+  c.option("--formulation", formulation, "See 'costate list'");
+  c.option("--method", method, "Gradient method, see 'costate list'");
+  c.option("--integrator", integrator, "idas, cvodes or fixed (default: the formulation's)");
+  c.option("--cvodes-method", cvodes_method, "adams (default; smooth motion) or bdf (stiff)");
+  c.option("--sensitivity-corrector", sensitivity_corrector,
                  "Forward methods: staggered (default; sensitivities after the state) or simultaneous");
-  app.add_option("--rtol", rtol, "Relative tolerance");
-  app.add_option("--atol", atol, "Absolute tolerance in SI units (default: the number of rtol)");
-  app.add_option("--t-end", t_end, "End of the simulation [s]");
-  app.add_option("--step", step, "Step of fixed-step runs [s] (default: chosen from rtol)");
-  app.add_option("--penalty-alpha", penalty_alpha, "Weight of the penalty formulation");
-  app.add_option("--checkpoint-steps", checkpoint_steps, "Steps between checkpoints of adjoint runs");
-  app.add_option("--output", output, "Directory for result files (default: results/SCENE)");
-  app.add_flag("--no-files", no_files, "Write no result files");
-  app.add_flag("--json", json, "Print one JSON object and nothing else");
-  app.add_flag("--quiet", quiet, "Print errors only");
-  app.add_flag("--verbose", verbose, "Print settings and counters, too");
+  c.option("--rtol", rtol, "Relative tolerance");
+  c.option("--atol", atol, "Absolute tolerance in SI units (default: the number of rtol)");
+  c.option("--t-end", t_end, "End of the simulation [s]");
+  c.option("--step", step, "Step of fixed-step runs [s] (default: chosen from rtol)");
+  c.option("--penalty-alpha", penalty_alpha, "Weight of the penalty formulation");
+  c.option("--checkpoint-steps", checkpoint_steps, "Steps between checkpoints of adjoint runs");
+  c.option("--output", output, "Directory for result files (default: results/SCENE)");
+  c.flag("--no-files", no_files, "Write no result files");
+  c.flag("--json", json, "Print one JSON object and nothing else");
+  c.flag("--quiet", quiet, "Print errors only");
+  c.flag("--verbose", verbose, "Print settings and counters, too");
 }
 
 Scene load_scene(const CommonOptions& options) {
@@ -89,6 +94,8 @@ void Setup::choose_solver(const CommonOptions& options) {
   require_positive(options.step, "--step");
   require_positive(options.penalty_alpha, "--penalty-alpha");
   if (options.rtol && *options.rtol >= 1) throw Error(fmt::format("--rtol must be below 1, found {}.", *options.rtol));
+  if (options.atol && *options.atol >= 1)
+    throw Error(fmt::format("--atol must be below 1 (in SI units, of every unknown), found {}.", *options.atol));
   if (options.checkpoint_steps && *options.checkpoint_steps < 0)
     throw Error(fmt::format("--checkpoint-steps must not be negative, found {}.", *options.checkpoint_steps));
   if (options.penalty_alpha) problem.formulation_options.penalty_alpha = *options.penalty_alpha;
@@ -134,6 +141,9 @@ void Setup::check_combination(const CommonOptions& options, Purpose purpose) {
             });
   if (purpose == Purpose::simulate) return;
   const SensitivityMethod& m = find_sensitivity_method(method);
+  if (options.checkpoint_steps && method != "idas-adjoint" && method != "cvodes-adjoint" && method != "discrete-adjoint")
+    throw Error(fmt::format("--checkpoint-steps: Method '{}' keeps no checkpoints; idas-adjoint, cvodes-adjoint and "
+                            "discrete-adjoint do. Leave this option out, or choose one of these.", method));
   chosen_by(method_chosen || formulation_chosen, method_chosen ? "--method" : "--formulation", "run.method", [&] {
     const std::string no = refusal(m, f);
     if (!no.empty()) throw CapabilityError(no);
@@ -173,7 +183,7 @@ bool Setup::write_file(const std::string& name,
     return true;
   } catch (const Error& e) {
     if (directory_chosen) throw;
-    fmt::print(stderr, "costate: warning: {}. Choose a directory with --output, or --no-files.\n", e.what());
+    print_text(stderr, fmt::format("costate: warning: {}. Choose a directory with --output, or --no-files.\n", e.what()));
     return false;
   }
 }
@@ -221,6 +231,25 @@ Json settings_json(const Setup& setup) {
   return j;
 }
 
+namespace {
+
+std::vector<std::string> remarks_about_start(const Setup& setup) {
+  const Saving saving;  // the run that started here has ended
+  Assembly assembly(setup.problem.mechanism, setup.problem.parameters);
+  assembly.set_parameters(setup.rho.data());
+  return start_remarks(assembly, find_start(assembly, setup.problem.solver.t_start, false));
+}
+
+}  // namespace
+
+void notice_start(const Setup& setup) {
+  try {
+    for (const auto& remark : remarks_about_start(setup)) notice(remark);
+  } catch (const Error&) {
+    // It is the start that fails, which is told already.
+  }
+}
+
 Json run_json(const Setup& setup, const GradientResult& r, const std::string& method, double wall_s) {
   const auto names = setup.problem.parameters.names();
   Json j;
@@ -235,7 +264,9 @@ Json run_json(const Setup& setup, const GradientResult& r, const std::string& me
   j["counters"] = counters_json(r.counters);
   j["wall_s"] = wall_s;
   j["status"] = "ok";
+  j["warnings"] = take_notices();
   j["settings"] = settings_json(setup);
+  for (const auto& remark : remarks_about_start(setup)) j["warnings"].push_back(remark);
   return j;
 }
 
@@ -259,9 +290,21 @@ std::string details(const Json& json) {
 
 void report(const Setup& setup, const CommonOptions& options, const Json& json, const std::string& text,
             const std::string& file) {
-  if (options.take) return options.take(setup, json);
-  const std::string object = json_text(json) + "\n";
+  // What was noticed behind the summary's own runs (a reference, the motion at an optimum) belongs to it, too.
+  Json whole = json;
+  std::vector<std::string> warnings;
+  if (json.contains("warnings")) warnings = json.at("warnings").get<std::vector<std::string>>();
+  for (const auto& sentence : take_notices())
+    if (std::find(warnings.begin(), warnings.end(), sentence) == warnings.end()) warnings.push_back(sentence);
+  whole["warnings"] = warnings;
+  if (options.take) return options.take(setup, whole);
+  const std::string object = json_text(whole) + "\n";
   const bool written = setup.write_file(file, [&](const auto& path) { write_file_atomically(path, object); });
+  constexpr std::size_t told = 5;
+  for (std::size_t i = 0; i < std::min(told, warnings.size()); ++i)
+    fmt::print(stderr, "costate: warning: {}\n", warnings[i]);
+  if (warnings.size() > told)
+    fmt::print(stderr, "costate: warning: {} more like these, see \"warnings\" in the summary.\n", warnings.size() - told);
   if (options.json)
     fmt::print("{}", object);
   else if (!options.quiet) {

@@ -1,7 +1,6 @@
 // What the commands of the tool share: common options, loading a scene into a problem, and ending a run.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <filesystem>
 #include <functional>
@@ -10,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "command_line.h"
 #include "costate/base/error.h"
 #include "costate/record/progress.h"
 #include "costate/scene/scene.h"
@@ -38,8 +38,8 @@ struct CommonOptions {
   /// Where a command that runs inside another one (costate regress) hands its summary, instead of printing it.
   std::function<void(const Setup&, const Json&)> take;
 
-  void add_to(CLI::App& app);
-  void add_run_options(CLI::App& app);
+  void add_to(Command& command);
+  void add_run_options(Command& command);
 };
 
 /// The scene of the command line with its overrides.
@@ -119,19 +119,5 @@ struct CandidateOptions {
 int check_candidate_file(const CommonOptions& common, const CandidateOptions& options);
 
 double seconds_since(const std::chrono::steady_clock::time_point& begin);
-
-/// Registration: each command's file offers one of these.
-void add_simulate(CLI::App& app, std::function<int()>& action, CommonOptions& common);
-void add_gradient(CLI::App& app, std::function<int()>& action, CommonOptions& common);
-void add_optimize(CLI::App& app, std::function<int()>& action, CommonOptions& common);
-void add_check(CLI::App& app, std::function<int()>& action, CommonOptions& common);
-void add_regress(CLI::App& app, std::function<int()>& action, CommonOptions& common);
-void add_equilibrium(CLI::App& app, std::function<int()>& action, CommonOptions& common);
-void add_modes(CLI::App& app, std::function<int()>& action, CommonOptions& common);
-void add_sweep(CLI::App& app, std::function<int()>& action, CommonOptions& common);
-void add_study(CLI::App& app, std::function<int()>& action, CommonOptions& common);
-void add_list(CLI::App& app, std::function<int()>& action, CommonOptions& common);
-void add_dump(CLI::App& app, std::function<int()>& action, CommonOptions& common);
-void add_draw(CLI::App& app, std::function<int()>& action, CommonOptions& common);
 
 }  // namespace costate::app

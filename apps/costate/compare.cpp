@@ -1,6 +1,6 @@
 // costate compare: two scenes, typically a reduced and a full model of the same thing, over the same time: how far their
 // outputs, costs and gradients are apart, and what each costs to run. The second one is what the first is measured by.
-#include "compare.h"
+#include "command.h"
 
 #include <fmt/format.h>
 
@@ -10,6 +10,7 @@
 
 #include "costate/integrator/simulate.h"
 #include "costate/objective/output.h"
+#include "digits.h"
 #include "named_outputs.h"
 #include "trajectory.h"
 
@@ -228,6 +229,16 @@ class Compare {
     const double a = a_.result.psi, b = b_.result.psi;
     return b != 0 ? std::optional((a - b) / std::abs(b)) : std::nullopt;
   }
+  static std::string digits(const Side& side, double psi) {
+    return known_digits(psi, uncertainty_of(psi, relative(side)));
+  }
+  static double relative(const Side& side) {
+    return precision_of(side.setup.problem.solver, side.result.integrator, side.result.counters.steps).relative;
+  }
+  static std::string component(const Side& side, std::size_t i) {
+    const std::vector<double>& g = side.result.gradient;
+    return known_digits(g[i], gradient_uncertainty(g, side.setup.problem.parameters, relative(side))[i]);
+  }
   bool compares_costs() const { return a_.has_cost() && b_.has_cost(); }
 
   static Json optional_json(const std::optional<double>& x) { return x ? Json(*x) : Json(); }
@@ -294,7 +305,9 @@ class Compare {
     row("steps", static_cast<double>(a_.result.counters.steps), static_cast<double>(b_.result.counters.steps));
     row("simulation [s]", rounded(a_.simulation_s), rounded(b_.simulation_s));
     if (compares_gradients()) row("gradient [s]", rounded(a_.gradient_s), rounded(b_.gradient_s));
-    if (compares_costs()) row("psi", a_.result.psi, b_.result.psi);
+    if (compares_costs())
+      t += fmt::format("  {:<22} {:>14} {:>14} {:>10}\n", "psi", digits(a_, a_.result.psi), digits(b_, b_.result.psi),
+                       b_.result.psi != 0 ? fmt::format("{:.3g}", a_.result.psi / b_.result.psi) : "-");
 
     std::size_t width = 9;
     for (const auto& d : differences_) width = std::max(width, d.name.size() + d.unit.size() + 3);
@@ -311,8 +324,8 @@ class Compare {
     for (const auto& p : parameters_) letters = std::max(letters, p.size());
     t += fmt::format("\n  {:<{}} {:>16} {:>16} {:>12}\n", "d(psi)/d", letters, "A", "B", "difference");
     for (std::size_t i = 0; i < parameters_.size(); ++i)
-      t += fmt::format("  {:<{}} {:>16.9g} {:>16.9g} {:>12}\n", parameters_[i], letters, a_.result.gradient[i],
-                       b_.result.gradient[i], percent(gradient_difference(i)));
+      t += fmt::format("  {:<{}} {:>16} {:>16} {:>12}\n", parameters_[i], letters, component(a_, i), component(b_, i),
+                       percent(gradient_difference(i)));
     const auto c = cosine();
     t += fmt::format("  (of B's largest, in scaled parameters); cosine of the angle between them: {}\n",
                      c ? fmt::format("{:.6g}", *c) : "-");
@@ -329,26 +342,29 @@ class Compare {
 
 }  // namespace
 
-void add_compare(CLI::App& app, std::function<int()>& action, CommonOptions& common) {
-  CLI::App* c = app.add_subcommand("compare", "Two scenes over the same time: differences of outputs, cost, gradient, effort");
-  auto options = std::make_shared<CompareOptions>();
-  common.add_to(*c);
-  c->get_option("scene")->description("Scene A, the reduced one (TOML)");
-  c->add_option("other", options->other, "Scene B, which A is measured by (TOML)")->required();
-  common.add_run_options(*c);
-  c->get_option("--output")->description("Directory for result files (default: results/A_vs_B)");
-  c->get_option("--parameters")->description("Of the gradients, separated by commas (default: those that both scenes have)");
-  c->add_option("--outputs", options->outputs, "Outputs to compare, separated by commas (default: those of cost and [run])")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  const auto add_set = [&](const char* name, std::vector<std::string>& set, const char* text) {
-    c->add_option(name, set, text)->type_name("PATH=VALUE")->allow_extra_args(false);
-  };
-  add_set("--set-a", options->set_a, "Like --set, in scene A only (repeatable)");
-  add_set("--set-b", options->set_b, "Like --set, in scene B only (repeatable)");
-  c->add_option("--samples", options->samples, "Intervals between samples of the outputs")->capture_default_str();
-  c->add_flag("--no-gradient", options->no_gradient, "Compare no gradients");
-  c->callback([&action, &common, options] { action = [&common, options] { return Compare(common, *options).run(); }; });
-}
+const RegisterCommand compare_command(
+    CommandGroup::judge, "compare",
+    "Two scenes over the same time: differences of outputs, cost, gradient, effort",
+    [](Command& c, CommonOptions& common) {
+      auto options = std::make_shared<CompareOptions>();
+      common.add_to(c);
+      c.existing("scene").text("Scene A, the reduced one (TOML)");
+      c.option("other", options->other, "Scene B, which A is measured by (TOML)").required();
+      common.add_run_options(c);
+      c.existing("--output").text("Directory for result files (default: results/A_vs_B)");
+      c.existing("--parameters")
+          .text("Of the gradients, separated by commas (default: those that both scenes have)");
+      c.option("--outputs", options->outputs,
+               "Outputs to compare, separated by commas (default: those of cost and [run])")
+          .separated();
+      const auto add_set = [&](const char* name, std::vector<std::string>& set, const char* text) {
+        c.option(name, set, text).value_name("PATH=VALUE").repeatable();
+      };
+      add_set("--set-a", options->set_a, "Like --set, in scene A only (repeatable)");
+      add_set("--set-b", options->set_b, "Like --set, in scene B only (repeatable)");
+      c.option("--samples", options->samples, "Intervals between samples of the outputs").shows_default();
+      c.flag("--no-gradient", options->no_gradient, "Compare no gradients");
+      c.runs([&common, options] { return Compare(common, *options).run(); });
+    });
 
 }  // namespace costate::app

@@ -296,6 +296,8 @@ class Drawing {
 };
 
 int run(const CommonOptions& common, const DrawOptions& options) {
+  if (!(options.width >= 200 && options.width <= 10000))
+    throw Error(fmt::format("--width must be 200 to 10000 pixels, found {}.", options.width));
   const Scene scene = load_scene(common);
   const auto m = scene.mechanism();
   Assembly assembly(m, m->select({}));
@@ -328,17 +330,18 @@ int run(const CommonOptions& common, const DrawOptions& options) {
 
 }  // namespace
 
-void add_draw(CLI::App& app, std::function<int()>& action, CommonOptions& common) {
-  CLI::App* c = app.add_subcommand("draw", "Draw a scene's mechanism at its start, as SVG");
-  auto options = std::make_shared<DrawOptions>();
-  common.add_to(*c);
-  c->add_option("--view", options->view,
-                "xy, xz, yz or isometric (default: xy in the plane, isometric in space)")
-      ->check(CLI::IsMember({"xy", "xz", "yz", "isometric"}));
-  c->add_option("-o,--output", options->file, "File to write (default: standard output)");
-  c->add_option("--width", options->width, "Width of the page [pixels]")->check(CLI::Range(200.0, 10000.0));
-  c->add_flag("--no-names", options->no_names, "Leave out the names");
-  c->callback([&action, &common, options] { action = [&common, options] { return run(common, *options); }; });
-}
+const RegisterCommand draw_command(
+    CommandGroup::inspect, "draw", "Draw a scene's mechanism at its start, as SVG",
+    [](Command& c, CommonOptions& common) {
+      auto options = std::make_shared<DrawOptions>();
+      common.add_to(c);
+      c.option("--view", options->view,
+               "xy, xz, yz or isometric (default: xy in the plane, isometric in space)")
+          .among({"xy", "xz", "yz", "isometric"});
+      c.option("-o,--output", options->file, "File to write (default: standard output)");
+      c.option("--width", options->width, "Width of the page [pixels]").between(200, 10000);
+      c.flag("--no-names", options->no_names, "Leave out the names");
+      c.runs([&common, options] { return run(common, *options); });
+    });
 
 }  // namespace costate::app

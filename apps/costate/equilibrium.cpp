@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "analysis.h"
+#include "costate/mechanism/multiplier_unit.h"
 #include "costate/analysis/start.h"
 
 namespace costate::app {
@@ -74,11 +75,11 @@ int run(const CommonOptions& common, Options& options) {
       }
     positions.add(c.name, e.q[i], c.unit, note);
   }
-  const auto states = m->state_names();
+  const auto states = m->state_names(), units_of_states = state_units(*m);
   j["states"] = Json::object();
   for (std::size_t i = 0; i < states.size(); ++i) {
     j["states"][states[i]] = e.z[static_cast<Eigen::Index>(i)];
-    positions.add("z." + states[i], e.z[static_cast<Eigen::Index>(i)], "");
+    positions.add("z." + states[i], e.z[static_cast<Eigen::Index>(i)], units_of_states[i]);
   }
   j["outputs"] = Json::object();
   for (const auto* list : {&measures, &std::as_const(chosen)})
@@ -87,11 +88,11 @@ int run(const CommonOptions& common, Options& options) {
       if (!j["outputs"].contains(o->name())) forces.add(o->name(), x, o->unit());
       j["outputs"][o->name()] = x;
     }
-  const auto rows = m->row_names();
+  const auto rows = m->row_names(), row_units = multiplier_units(*m);
   j["multipliers"] = Json::object();
   for (std::size_t i = 0; i < rows.size(); ++i) {
     j["multipliers"][rows[i]] = e.lambda[static_cast<Eigen::Index>(i)];
-    multipliers.add(rows[i], e.lambda[static_cast<Eigen::Index>(i)], "");
+    multipliers.add(rows[i], e.lambda[static_cast<Eigen::Index>(i)], row_units[i]);
   }
   text += "\nPositions\n" + positions.text();
   if (!forces.empty()) text += "\nPoints and elements\n" + forces.text();
@@ -109,32 +110,30 @@ int run(const CommonOptions& common, Options& options) {
       text += fmt::format("\nDerivative of {} [{}]\n{}", o->name(), o->unit(), listing.text());
     }
   }
-  report_analysis(common, j, text);
+  report_analysis(common, j, text, "equilibrium.json");
   return 0;
 }
 
 }  // namespace
 
-void add_equilibrium(CLI::App& app, std::function<int()>& action, CommonOptions& common) {
-  CLI::App* c = app.add_subcommand("equilibrium", "Where a scene's mechanism rests, and the forces there");
-  auto options = std::make_shared<Options>();
-  common.add_to(*c);
-  options->analysis.add_hold(
-      *c,
-      "Positions held, separated by commas, or 'none' (default: what [start] gives if the scene "
-      "starts at equilibrium, else none)");
-  c->add_option("--outputs", options->outputs, "Further outputs, separated by commas")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  c->add_flag("--derivatives", options->derivatives,
-              "Derivatives of --outputs (default: of the positions) with respect to the parameters");
-  c->add_option("--parameters", common.parameters,
-                "Parameters or number paths, separated by commas (default: the scene's)")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  c->add_option("--output", common.output, "Write the JSON object to this file, too");
-  c->add_flag("--json", common.json, "Print one JSON object and nothing else");
-  c->callback([&action, &common, options] { action = [&common, options] { return run(common, *options); }; });
-}
+const RegisterCommand equilibrium_command(
+    CommandGroup::analyse, "equilibrium", "Where a scene's mechanism rests, and the forces there",
+    [](Command& c, CommonOptions& common) {
+      auto options = std::make_shared<Options>();
+      common.add_to(c);
+      options->analysis.add_hold(
+          c,
+          "Positions held, separated by commas, or 'none' (default: what [start] gives if the scene "
+          "starts at equilibrium, else none)");
+      c.option("--outputs", options->outputs, "Further outputs, separated by commas").separated();
+      c.flag("--derivatives", options->derivatives,
+             "Derivatives of --outputs (default: of the positions) with respect to the parameters");
+      c.option("--parameters", common.parameters,
+               "Parameters or number paths, separated by commas (default: the scene's)")
+          .separated();
+      c.option("--output", common.output, "Directory for equilibrium.json, or a file with an extension (default: none)");
+      c.flag("--json", common.json, "Print one JSON object and nothing else");
+      c.runs([&common, options] { return run(common, *options); });
+    });
 
 }  // namespace costate::app

@@ -4,6 +4,9 @@
 #include <chrono>
 
 #include "command.h"
+#include "costate/sensitivity/error_estimate.h"
+#include "digits.h"
+#include "start_notice.h"
 #include "trajectory.h"
 
 namespace costate::app {
@@ -16,25 +19,39 @@ int run(const CommonOptions& common, bool estimate) {
   progress.start(setup.problem.solver.t_start);
   setup.problem.monitor = monitor(progress, setup.problem.solver.t_end);
   const auto begin = std::chrono::steady_clock::now();
-  GradientResult r = setup.located([&] { return gradient(setup.problem, setup.method, setup.rho); });
+  GradientResult r = started(setup, [&] { return gradient(setup.problem, setup.method, setup.rho); });
   const double wall = seconds_since(begin);
   // Differences estimate their own error, which the text shows in any case.
-  if (estimate && r.gradient_error.empty())
-    r.gradient_error =
-        setup.located([&] { return estimate_gradient_error(setup.problem, setup.method, setup.rho, r); });
+  std::optional<double> psi_error;
+  if (estimate) {
+    const bool by_method = r.gradient_error.empty();
+    const ErrorEstimate e = setup.located([&] {
+      return by_method ? estimate_error(setup.problem, setup.method, setup.rho, r)
+                       : estimate_error(setup.problem, setup.rho, r);
+    });
+    psi_error = e.psi;
+    if (by_method) r.gradient_error = e.gradient;
+  }
   progress.finish();
   Json j = run_json(setup, r, setup.method, wall);
   if (!estimate) j["gradient_error"] = nullptr;
-  std::string text = fmt::format("{}\n  {} by {}, rtol {:g}\n  psi = {:.12g}\n",
+  j["psi_error"] = psi_error ? Json(*psi_error) : Json();
+  const Precision precision = precision_of(setup.problem.solver, r.integrator, r.counters.steps);
+  std::string text = fmt::format("{}\n  {} by {}, {}\n  {}\n",
                                  setup.scene.title.empty() ? common.scene : setup.scene.title,
-                                 setup.problem.formulation, setup.method, setup.problem.solver.rtol, r.psi);
+                                 setup.problem.formulation, setup.method, precision.run,
+                                 psi_text(r.psi, precision, psi_error));
+  const std::vector<double> unknown =
+      r.gradient_error.empty() ? gradient_uncertainty(r.gradient, setup.problem.parameters, precision.relative)
+                               : r.gradient_error;
   const auto names = setup.problem.parameters.names();
   std::size_t width = 9;
   for (const auto& n : names) width = std::max(width, n.size());
   text += fmt::format("  {:<{}}  {:>20}  {:>20}{}\n", "parameter", width, "value", "d(psi)/d(parameter)",
                       r.gradient_error.empty() ? "" : "      estimated error");
   for (std::size_t i = 0; i < names.size(); ++i) {
-    text += fmt::format("  {:<{}}  {:>20.12g}  {:>20.12g}", names[i], width, setup.rho[i], r.gradient[i]);
+    text += fmt::format("  {:<{}}  {:>20.12g}  {:>20}", names[i], width, setup.rho[i],
+                        known_digits(r.gradient[i], unknown[i]));
     if (!r.gradient_error.empty()) text += fmt::format("  {:>19.2e}", r.gradient_error[i]);
     text += "\n";
   }
@@ -46,13 +63,15 @@ int run(const CommonOptions& common, bool estimate) {
 
 }  // namespace
 
-void add_gradient(CLI::App& app, std::function<int()>& action, CommonOptions& common) {
-  CLI::App* c = app.add_subcommand("gradient", "The cost and its exact gradient by one method");
-  auto estimate = std::make_shared<bool>(false);
-  common.add_to(*c);
-  common.add_run_options(*c);
-  c->add_flag("--estimate-error", *estimate, "Estimate the gradient's error by a rerun at rtol/10");
-  c->callback([&action, &common, estimate] { action = [&common, estimate] { return run(common, *estimate); }; });
-}
+const RegisterCommand gradient_command(CommandGroup::run, "gradient",
+                                       "The cost and its exact gradient by one method",
+                                       [](Command& c, CommonOptions& common) {
+                                         auto estimate = std::make_shared<bool>(false);
+                                         common.add_to(c);
+                                         common.add_run_options(c);
+                                         c.flag("--estimate-error", *estimate,
+                                                "Estimate the errors of psi and gradient by a rerun at rtol/10, or half the step");
+                                         c.runs([&common, estimate] { return run(common, *estimate); });
+                                       });
 
 }  // namespace costate::app

@@ -4,6 +4,7 @@
 #include "command.h"
 #include "costate/objective/all_outputs.h"
 #include "costate/scene/law_table.h"
+#include "costate/scene/scene_files.h"
 #include "costate/scene/scene_kind.h"
 
 namespace costate::app {
@@ -105,25 +106,27 @@ int run(const CommonOptions& common) {
 
 }  // namespace
 
-void add_list(CLI::App& app, std::function<int()>& action, CommonOptions& common) {
-  CLI::App* c = app.add_subcommand("list", "Formulations, methods and scene tables; or what a scene offers");
-  common.add_to(*c);
-  c->get_option("scene")->required(false);
-  c->add_flag("--json", common.json, "Print one JSON object and nothing else");
-  c->callback([&action, &common] { action = [&common] { return run(common); }; });
-}
+const RegisterCommand list_command(CommandGroup::inspect, "list",
+                                   "Formulations, methods and scene tables; or what a scene offers",
+                                   [](Command& c, CommonOptions& common) {
+                                     common.add_to(c);
+                                     c.existing("scene").required(false);
+                                     c.flag("--json", common.json, "Print one JSON object and nothing else");
+                                     c.runs([&common] { return run(common); });
+                                   });
 
-void add_dump(CLI::App& app, std::function<int()>& action, CommonOptions& common) {
-  CLI::App* c = app.add_subcommand("dump", "Print a scene as it was understood, overrides applied");
-  common.add_to(*c);
-  c->add_flag("--json", common.json, "Print one JSON object, with the scene as text");
-  c->callback([&action, &common] {
-    action = [&common] {
-      const std::string scene = load_scene(common).dump();
-      fmt::print("{}", common.json ? json_text({{"status", "ok"}, {"scene", scene}}) + "\n" : scene);
-      return 0;
-    };
-  });
-}
+const RegisterCommand dump_command(
+    CommandGroup::inspect, "dump", "Print a scene as it was understood, overrides applied",
+    [](Command& c, CommonOptions& common) {
+      common.add_to(c);
+      c.flag("--json", common.json, "Print one JSON object, with the scene as text");
+      c.runs([&common] {
+        const SceneFileLog log(common.scene);
+        const Scene loaded = load_scene(common);
+        const std::string scene = scene_text_for(loaded, log.files(), "");
+        fmt::print("{}", common.json ? json_text({{"status", "ok"}, {"scene", scene}}) + "\n" : scene);
+        return 0;
+      });
+    });
 
 }  // namespace costate::app

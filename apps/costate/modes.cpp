@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "analysis.h"
+#include "costate/analysis/start_remarks.h"
 #include "costate/record/atomic_file.h"
 
 namespace costate::app {
@@ -75,7 +76,12 @@ int run(const CommonOptions& common, Options& options) {
   const auto m = scene.mechanism();
   Assembly assembly(m, ParameterSelection{});
   const double t = scene.run.t_start_s;
-  const Modes r = located_in(scene, [&] { return find_modes(assembly, t, find_start(assembly, t, false)); });
+  std::vector<std::string> remarks;
+  const Modes r = located_in(scene, [&] {
+    const Start start = find_start(assembly, t, false);
+    remarks = start_remarks(assembly, start);
+    return find_modes(assembly, t, start);
+  });
 
   Eigen::Index fastest = 0;
   const double acceleration = r.acceleration.size() > 0 ? r.acceleration.cwiseAbs().maxCoeff(&fastest) : 0;
@@ -113,6 +119,7 @@ int run(const CommonOptions& common, Options& options) {
     e["imaginary_per_s"] = mode.eigenvalue.imag();
     e["frequency_Hz"] = mode.frequency_Hz();
     e["damping_ratio"] = mode.damping_ratio();
+    e["relative_error"] = mode.relative_error;
     e["kinetic_energy"] = Json::object();
     for (int i = 0; i < mode.share.size(); ++i)
       if (mode.share[i] >= 0.01)
@@ -127,28 +134,37 @@ int run(const CommonOptions& common, Options& options) {
                 : fmt::format("  {:>4} {:>14} {:>10} {:>14.6g}  {}\n", k + 1, "-", "-",
                               mode.eigenvalue.real(), participants(*m, r, mode));
   }
+  j["warnings"] = Json::array();
+  for (std::size_t k = 0; k < r.modes.size(); ++k)
+    if (r.modes[k].relative_error > 1e-3)
+      j["warnings"].push_back(fmt::format(
+          "Mode {}: the accuracy of this root is not known; rounding in the stiffness and damping of the mechanism may have "
+          "moved it by {:.2g} of its size.",
+          k + 1, r.modes[k].relative_error));
+  for (const auto& remark : remarks) j["warnings"].push_back(remark);
+  for (const auto& w : j["warnings"]) fmt::print(stderr, "costate: warning: {}\n", w.get<std::string>());
   if (!options.shapes.empty()) {
     write_file_atomically(options.shapes, shapes_csv(*m, r));
     text += fmt::format("  shapes: {}\n", options.shapes.string());
   }
-  report_analysis(common, j, text);
+  report_analysis(common, j, text, "modes.json");
   return 0;
 }
 
 }  // namespace
 
-void add_modes(CLI::App& app, std::function<int()>& action, CommonOptions& common) {
-  CLI::App* c =
-      app.add_subcommand("modes", "Natural frequencies, damping and mode shapes about a scene's start");
-  auto options = std::make_shared<Options>();
-  common.add_to(*c);
-  c->add_flag("--equilibrium", options->analysis.at_equilibrium,
-              "About the static equilibrium, also where the scene starts elsewhere");
-  options->analysis.add_hold(*c, "With --equilibrium: positions held, separated by commas, or 'none'");
-  c->add_option("--shapes", options->shapes, "Write the mode shapes to this file (CSV)");
-  c->add_option("--output", common.output, "Write the JSON object to this file, too");
-  c->add_flag("--json", common.json, "Print one JSON object and nothing else");
-  c->callback([&action, &common, options] { action = [&common, options] { return run(common, *options); }; });
-}
+const RegisterCommand modes_command(
+    CommandGroup::analyse, "modes", "Natural frequencies, damping and mode shapes about a scene's start",
+    [](Command& c, CommonOptions& common) {
+      auto options = std::make_shared<Options>();
+      common.add_to(c);
+      c.flag("--equilibrium", options->analysis.at_equilibrium,
+             "About the static equilibrium, also where the scene starts elsewhere");
+      options->analysis.add_hold(c, "With --equilibrium: positions held, separated by commas, or 'none'");
+      c.option("--shapes", options->shapes, "Write the mode shapes to this file (CSV)");
+      c.option("--output", common.output, "Directory for modes.json, or a file with an extension (default: none)");
+      c.flag("--json", common.json, "Print one JSON object and nothing else");
+      c.runs([&common, options] { return run(common, *options); });
+    });
 
 }  // namespace costate::app

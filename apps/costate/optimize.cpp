@@ -10,9 +10,12 @@
 #include "costate/optimize/optimizer.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/interrupt.h"
-#include "costate/record/journal.h"
-#include "costate/record/json_number.h"
+#include "costate/record/print.h"
+#include "costate/scene/scene_files.h"
+#include "digits.h"
+#include "optimize_journal.h"
 #include "report_page.h"
+#include "saving.h"
 #include "trajectory.h"
 
 namespace costate::app {
@@ -23,49 +26,22 @@ struct OptimizeOptions {
   bool resume = false, no_certificate = false, no_report = false;
   std::optional<int> max_evaluations;
   std::optional<double> stop_value;
+  double step_limit_factor = OptimizerOptions{}.step_limit_factor;
   std::string algorithm;
 };
-
-nlohmann::json to_record(const OptimizerEvaluation& e) {
-  nlohmann::json j;
-  j["index"] = e.index;
-  j["parameters"] = e.rho;
-  j["psi"] = e.psi;
-  j["gradient"] = e.gradient;
-  j["constraints"] = e.constraints;
-  j["constraint_gradients"] = e.constraint_gradients;
-  j["projected_gradient"] = e.projected_gradient;
-  for (const auto& [name, value] : counter_list(e.counters)) j["counters"][name] = value;
-  j["wall_s"] = e.wall_s;
-  return j;
-}
-
-OptimizerEvaluation from_record(const nlohmann::json& j) {
-  OptimizerEvaluation e;
-  e.index = j.at("index").get<int>();
-  e.rho = numbers_from_json(j.at("parameters"));
-  e.psi = number_from_json(j.at("psi"));
-  e.gradient = numbers_from_json(j.at("gradient"));
-  e.constraints = numbers_from_json(j.at("constraints"));
-  for (const auto& g : j.at("constraint_gradients")) e.constraint_gradients.push_back(numbers_from_json(g));
-  e.projected_gradient = number_from_json(j.at("projected_gradient"));
-  e.wall_s = number_from_json(j.at("wall_s"));
-  Counters& c = e.counters;
-  long* const fields[] = {&c.steps, &c.residuals, &c.jacobians, &c.newton_iterations, &c.error_test_failures,
-                          &c.convergence_failures, &c.backward_steps, &c.backward_residuals, &c.backward_jacobians,
-                          &c.backward_newton_iterations, &c.backward_error_test_failures,
-                          &c.backward_convergence_failures, &c.sensitivity_residuals, &c.factorizations,
-                          &c.checkpoints, &c.simulations, &c.jumps, &c.position_iterations};
-  const auto names = counter_list(c);
-  for (std::size_t i = 0; i < names.size(); ++i) *fields[i] = j.at("counters").value(names[i].first, 0L);
-  return e;
-}
 
 Json evaluation_json(const OptimizerEvaluation& e, const std::vector<std::string>& names,
                      const std::vector<OptimizerConstraint>& constraints) {
   Json j;
   j["index"] = e.index;
   j["parameters"] = named(names, e.rho);
+  if (e.failed()) {
+    j["psi"] = j["gradient"] = j["projected_gradient"] = nullptr;
+    j["failure"] = e.failure;
+    j["counters"] = counters_json(e.counters);
+    j["wall_s"] = e.wall_s;
+    return j;
+  }
   j["psi"] = e.psi;
   j["gradient"] = named(names, e.gradient);
   if (!constraints.empty()) {
@@ -78,26 +54,18 @@ Json evaluation_json(const OptimizerEvaluation& e, const std::vector<std::string
   return j;
 }
 
-/// The evaluations of an interrupted run.
-std::vector<OptimizerEvaluation> evaluations_of(const Journal& journal) {
-  std::vector<OptimizerEvaluation> evaluations;
-  for (const auto& r : journal.records()) try {
-      evaluations.push_back(from_record(r));
-    } catch (const std::exception& e) {
-      throw Error(fmt::format("Record {} of the journal '{}' is damaged: {}. Start without --resume.",
-                              evaluations.size() + 1, journal.path().string(), e.what()));
-    }
-  return evaluations;
-}
-
-std::string evaluation_line(const OptimizerEvaluation& e, const std::vector<std::string>& names, bool verbose) {
-  std::string line = fmt::format("  {:>4}  psi = {:<18.12g} |projected gradient| = {:<10.3g}", e.index, e.psi,
-                                 e.projected_gradient);
+/// `relative`: what is known of psi (digits.h).
+std::string evaluation_line(const OptimizerEvaluation& e, const std::vector<std::string>& names, double relative,
+                            bool verbose) {
+  std::string line = e.failed() ? fmt::format("  {:>4}  failed, the step is rejected:", e.index)
+                                : fmt::format("  {:>4}  psi = {:<18} |projected gradient| = {:<10.3g}", e.index,
+                                              known_digits(e.psi, uncertainty_of(e.psi, relative)), e.projected_gradient);
   for (std::size_t j = 0; j < names.size() && j < 6; ++j) line += fmt::format(" {} = {:.9g}", names[j], e.rho[j]);
   if (names.size() > 6) line += " ...";
-  if (verbose)
+  if (verbose && !e.failed())
     line += fmt::format(" steps = {} + {} backward, {:.3g} s", e.counters.steps, e.counters.backward_steps, e.wall_s);
   if (e.replayed) line += " (from the journal)";
+  if (e.failed()) line += "\n        " + e.failure;
   return line;
 }
 
@@ -120,6 +88,9 @@ OptimizerOptions optimizer_options(const Setup& setup, const OptimizeOptions& op
   o.stop_value = options.stop_value ? *options.stop_value : s.stop_value.value_or(o.stop_value);
   o.relative_tolerance = s.relative_tolerance;
   o.gradient_tolerance = s.gradient_tolerance;
+  o.step_limit_factor = options.step_limit_factor;
+  if (!(o.step_limit_factor == 0 || (o.step_limit_factor >= 1 && std::isfinite(o.step_limit_factor))))
+    throw Error(fmt::format("--step-limit-factor must be 1 or more, or 0 for no limit, found {}.", o.step_limit_factor));
   setup.chosen_by(!options.algorithm.empty(), "--algorithm", "optimize.algorithm",
                   [&] { require_algorithm(o.algorithm, !setup.scene.constraints().empty()); });
   setup.chosen_by(options.max_evaluations.has_value(), "--max-evaluations", "optimize.max_evaluations", [&] {
@@ -129,6 +100,10 @@ OptimizerOptions optimizer_options(const Setup& setup, const OptimizeOptions& op
   if (std::isnan(o.stop_value)) throw Error("--stop-value must be a number, found nan.");
   if (setup.problem.parameters.size() == 0)
     throw Error("There is no parameter to optimize: name some with --parameters or in [run].");
+  const Objective& cost = setup.problem.objective;
+  if (cost.running.empty() && cost.terminal.empty())
+    throw SceneError(setup.scene.locate("cost"), "There is no cost to minimise: give the scene a term under "
+                                                 "[[cost.running]] or [[cost.terminal]].");
   if (options.resume && !setup.files) throw Error("--resume reads the journal of the run, so it excludes --no-files.");
   return o;
 }
@@ -173,139 +148,266 @@ std::string certificate_text(const Certificate& c) {
   return text;
 }
 
-/// Everything that decides the sequence of evaluations.
-nlohmann::json journal_header(const Setup& setup, const OptimizerOptions& o) {
-  nlohmann::json header;
-  header["scene"] = setup.scene.dump();
-  header["parameters"] = setup.problem.parameters.names();
-  header["formulation"] = setup.problem.formulation;
-  header["method"] = setup.method;
-  header["settings"] = nlohmann::json(settings_json(setup));
-  header["settings"].erase("scene");
-  header["settings"]["rtol"] = setup.problem.solver.rtol;
-  header["settings"]["integrator"] = setup.problem.solver.integrator;
-  header["optimize"] = {{"algorithm", o.algorithm},
-                        {"stop_value", with_nonfinite_as_text(o.stop_value)},
-                        {"relative_tolerance", o.relative_tolerance},
-                        {"gradient_tolerance", o.gradient_tolerance}};
-  return header;
+/// What an earlier run left in the folder does not belong to the evaluations that are made now. A file that the scene
+/// itself consists of stays until it is replaced.
+void remove_old_results(const Setup& setup, const std::vector<SceneFile>& files) {
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  for (const char* name : {"optimized.toml", "optimize.json", "report.html", "before.h5", "before.csv", "after.h5",
+                           "after.csv"}) {
+    const fs::path path = setup.directory / name;
+    bool read = fs::equivalent(path, setup.scene.file_name(), ignored);
+    for (const SceneFile& f : files) read = read || fs::equivalent(path, f.file, ignored);
+    if (!read) fs::remove(path, ignored);
+  }
 }
 
-int run(const CommonOptions& common, const OptimizeOptions& options) {
-  Setup setup(common, Purpose::differentiate);
-  const auto names = setup.problem.parameters.names();
-  const OptimizerOptions o = optimizer_options(setup, options);
-  std::vector<OptimizerConstraint> constraints;
-  for (const auto& c : setup.scene.constraints()) constraints.push_back({c.name, c.objective, c.upper});
-
-  std::optional<Journal> journal;
-  std::vector<OptimizerEvaluation> replay;
-  if (setup.files) {
-    require_writable(setup.directory);
-    journal.emplace(Journal::open(setup.directory / "evaluations.jsonl", journal_header(setup, o), options.resume));
-    replay = evaluations_of(*journal);
+/// One run of costate optimize.
+class OptimizeRun {
+ public:
+  OptimizeRun(const CommonOptions& common, const OptimizeOptions& options)
+      : common_(common),
+        options_(options),
+        files_(common.scene),
+        setup_(common, Purpose::differentiate),
+        names_(setup_.problem.parameters.names()),
+        o_(optimizer_options(setup_, options)),
+        progress_(setup_.progress_options),
+        lines_(!common.json && !common.quiet && !common.take) {
+    for (const auto& c : setup_.scene.constraints()) constraints_.push_back({c.name, c.objective, c.upper});
   }
 
-  Progress progress(setup.progress_options);
-  progress.start(setup.problem.solver.t_start);
-  setup.problem.monitor = monitor(progress, setup.problem.solver.t_end);
-  const auto begin = std::chrono::steady_clock::now();
-  const bool lines = !common.json && !common.quiet && !common.take;
-  if (lines && options.resume)
-    fmt::print("resuming after {} evaluation{}\n", replay.size(), replay.size() == 1 ? "" : "s");
-  const auto record = [&](const OptimizerEvaluation& e) {
-    if (!e.replayed && static_cast<std::size_t>(e.index) <= replay.size())
+  int run() {
+    open_journal();
+    progress_.start(setup_.problem.solver.t_start);
+    setup_.problem.monitor = monitor(progress_, setup_.problem.solver.t_end);
+    const auto begin = std::chrono::steady_clock::now();
+    const OptimizerResult result = setup_.located([&] {
+      return optimize(setup_.problem, setup_.method, constraints_, o_, replay_,
+                      [&](const OptimizerEvaluation& e) { record(e); });
+    });
+    wall_ = seconds_since(begin);
+    // The best point is safe before anything else is done with it.
+    const OptimizerEvaluation& best = result.evaluations[result.best];
+    summarize(result);
+    try {
+      const Saving saving;
+      setup_.write_file("optimized.toml", [&](const auto& path) {
+        write_file_atomically(path, scene_text_for(setup_.scene, files_.files(), setup_.directory,
+                                                   setup_.problem.parameters, best.rho));
+      });
+    } catch (const Error&) {
+      if (result.error) std::rethrow_exception(result.error);  // a full disk has been told already
+      throw;
+    }
+    warn_of_changed_files();
+    try {
+      if (result.error) std::rethrow_exception(result.error);
+      // Behind the last evaluation: an interruption here leaves the journal complete, and --resume comes straight back.
+      add_certificate(result.evaluations.front(), best);
+      write_motions(result.evaluations.front().rho, best.rho);
+    } catch (const Interrupted& e) {
+      end_early("interrupted", e.what());
+      throw;
+    } catch (const std::exception& e) {
+      end_early("failed", e.what());
+      throw;
+    }
+    write_page();
+    progress_.finish();
+    report(setup_, common_, j_, text(result), "optimize.json");
+    return 0;
+  }
+
+ private:
+  void open_journal() {
+    if (!setup_.files) return;
+    require_writable(setup_.directory);
+    journal_.emplace(
+        Journal::open(setup_.directory / "evaluations.jsonl", journal_header(setup_, files_.files(), o_), options_.resume));
+    replay_ = read_evaluations(*journal_, setup_.problem.parameters, constraints_.size());
+    if (!journal_->damage().empty())
+      note(fmt::format("Journal '{}': {}. The run goes on after evaluation {}.", journal_->path().string(),
+                       journal_->damage(), replay_.size()));
+    remove_old_results(setup_, files_.files());
+    if (lines_ && options_.resume)
+      print_text(stdout, fmt::format("resuming after {} evaluation{}\n", replay_.size(), replay_.size() == 1 ? "" : "s"));
+  }
+
+  /// A remark that belongs to the result: on standard error, in the summary and on the page.
+  void note(const std::string& text) {
+    notes_.push_back(text);
+    progress_.finish();
+    print_text(stderr, "costate: warning: " + text + "\n");
+  }
+
+  void record(const OptimizerEvaluation& e) {
+    if (!e.replayed && static_cast<std::size_t>(e.index) <= replay_.size())
       throw Error(fmt::format("Evaluation {} of the journal '{}' was made at other parameters than this run asks for: "
                               "it was written on another kind of machine. Start without --resume.", e.index,
-                              journal->path().string()));
-    if (journal && !e.replayed) journal->append(to_record(e));
-    progress.finish();
-    if (lines) {
-      fmt::print("{}\n", evaluation_line(e, names, common.verbose));
-      std::fflush(stdout);
-    }
+                              journal_->path().string()));
+    if (journal_ && !e.replayed) journal_->append(evaluation_record(e));
+    progress_.finish();
+    // A discrete gradient's psi is exact for its own steps.
+    const double relative = setup_.method.rfind("discrete", 0) == 0 ? 0 : setup_.problem.solver.rtol;
+    if (lines_) print_text(stdout, evaluation_line(e, names_, relative, common_.verbose) + "\n");
     throw_if_interrupted();
-    progress.start(setup.problem.solver.t_start);
-  };
-  const OptimizerResult result =
-      setup.located([&] { return optimize(setup.problem, setup.method, constraints, o, replay, record); });
-  const double wall = seconds_since(begin);
-  const OptimizerEvaluation &first = result.evaluations.front(), &best = result.evaluations[result.best];
-
-  // Behind the last evaluation: an interruption here leaves the journal complete, and --resume comes straight back.
-  std::optional<Certificate> certificate;
-  const auto certificate_begin = std::chrono::steady_clock::now();
-  if (!options.no_certificate)
-    certificate = setup.located([&] { return certify(setup.problem, constraints, first, best); });
-  const double certificate_wall = seconds_since(certificate_begin);
-
-  const std::vector<double> initial = setup.rho;
-  setup.rho = best.rho;
-  GradientResult final;
-  final.psi = best.psi;
-  final.gradient = best.gradient;
-  final.counters = best.counters;
-  final.integrator = setup.method.rfind("idas", 0) == 0     ? "idas"
-                     : setup.method.rfind("cvodes", 0) == 0 ? "cvodes"
-                     : setup.method.rfind("discrete", 0) == 0 ? "fixed"
-                                                            : integrator_of(setup.problem);
-  Json j = run_json(setup, final, setup.method, wall);
-  j["initial"] = {{"psi", first.psi}, {"parameters", named(names, first.rho)}, {"gradient", named(names, first.gradient)}};
-  j["algorithm"] = o.algorithm;
-  j["stop_reason"] = result.stop_reason;
-  j["converged"] = result.converged;
-  j["best_evaluation"] = best.index;
-  j["bounds_active"] = Json::array();
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const Parameter& p = setup.problem.parameters.parameters[i];
-    if (best.rho[i] == p.lower || best.rho[i] == p.upper) j["bounds_active"].push_back(names[i]);
+    progress_.start(setup_.problem.solver.t_start);
   }
-  if (certificate) j["certificate"] = certificate_json(*certificate, certificate_wall);
-  j["evaluations"] = Json::array();
-  for (const auto& e : result.evaluations) j["evaluations"].push_back(evaluation_json(e, names, constraints));
 
-  setup.write_file("optimized.toml", [&](const auto& path) {
-    write_file_atomically(path, setup.scene.with_parameters(setup.problem.parameters, best.rho).dump());
-  });
-  bool page = false;
-  if (setup.files) {
-    const TrajectoryTable before = write_motion(setup, initial, "before", j["settings"]),
-                          after = write_motion(setup, best.rho, "after", j["settings"]);
-    page = !options.no_report && setup.write_file("report.html", [&](const auto& path) {
-      write_file_atomically(path, optimize_page(setup, j, before, after));
+  /// Everything of the summary that the evaluations tell.
+  void summarize(const OptimizerResult& result) {
+    const OptimizerEvaluation &first = result.evaluations.front(), &best = result.evaluations[result.best];
+    setup_.rho = best.rho;
+    GradientResult final;
+    final.psi = best.psi;
+    final.gradient = best.gradient;
+    final.counters = best.counters;
+    final.integrator = setup_.method.rfind("idas", 0) == 0       ? "idas"
+                       : setup_.method.rfind("cvodes", 0) == 0   ? "cvodes"
+                       : setup_.method.rfind("discrete", 0) == 0 ? "fixed"
+                                                                 : integrator_of(setup_.problem);
+    j_ = run_json(setup_, final, setup_.method, wall_);
+    j_["initial"] = {{"psi", first.psi}, {"parameters", named(names_, first.rho)}, {"gradient", named(names_, first.gradient)}};
+    j_["algorithm"] = o_.algorithm;
+    j_["stop_reason"] = result.stop_reason;
+    j_["converged"] = result.converged;
+    j_["best_evaluation"] = best.index;
+    j_["failed_evaluations"] = result.failures();
+    j_["bounds_active"] = Json::array();
+    for (std::size_t i = 0; i < names_.size(); ++i) {
+      const Parameter& p = setup_.problem.parameters.parameters[i];
+      if (best.rho[i] == p.lower || best.rho[i] == p.upper) j_["bounds_active"].push_back(names_[i]);
+    }
+    j_["evaluations"] = Json::array();
+    for (const auto& e : result.evaluations) j_["evaluations"].push_back(evaluation_json(e, names_, constraints_));
+    j_["notes"] = notes_;
+  }
+
+  /// optimized.toml names files; they should still be those that were optimized with.
+  void warn_of_changed_files() {
+    for (const SceneFile& f : files_.files())
+      if (!f.path.empty() && file_digest(f.file) != f.digest)
+        note(fmt::format("The file '{}' ({}) changed while this ran; the results belong to what it was at the beginning.",
+                         f.file, f.path));
+    j_["notes"] = notes_;
+  }
+
+  void add_certificate(const OptimizerEvaluation& first, const OptimizerEvaluation& best) {
+    if (options_.no_certificate) return;
+    const auto begin = std::chrono::steady_clock::now();
+    try {
+      const Certificate c = setup_.located([&] { return certify(setup_.problem, constraints_, first, best); });
+      j_["certificate"] = certificate_json(c, seconds_since(begin));
+      certificate_ = certificate_text(c);
+    } catch (const Interrupted&) {
+      throw;
+    } catch (const Error& e) {
+      note(fmt::format("There is no certificate, whether this is a minimum is not known: {}", e.what()));
+      j_["notes"] = notes_;
+    }
+  }
+
+  void write_motions(const std::vector<double>& first, const std::vector<double>& best) {
+    if (!setup_.files) return;
+    const auto motion = [&](const std::vector<double>& rho, const std::string& name) -> std::optional<TrajectoryTable> {
+      try {
+        return write_motion(setup_, rho, name, j_["settings"]);
+      } catch (const Interrupted&) {
+        throw;
+      } catch (const SolverError& e) {
+        note(fmt::format("The motion '{}' could not be computed: {}", name, e.what()));
+        j_["notes"] = notes_;
+        return {};
+      }
+    };
+    before_ = motion(first, "before");
+    after_ = motion(best, "after");
+  }
+
+  void write_page() {
+    page_ = setup_.files && !options_.no_report && setup_.write_file("report.html", [&](const auto& path) {
+      write_file_atomically(path, optimize_page(setup_, j_, before_ ? &*before_ : nullptr, after_ ? &*after_ : nullptr));
     });
   }
-  progress.finish();
-  std::string text = fmt::format("{}: psi {:.6g} -> {:.6g} in {} evaluations, {:.3g} s\n",
-                                 setup.scene.title.empty() ? common.scene : setup.scene.title, first.psi, best.psi,
-                                 result.evaluations.size(), wall);
-  text += fmt::format("  stopped by {}\n", result.stop_reason);
-  for (std::size_t i = 0; i < names.size(); ++i)
-    text += fmt::format("  {:<16} {:>18.12g} -> {:.12g}\n", names[i], first.rho[i], best.rho[i]);
-  if (certificate) text += certificate_text(*certificate);
-  if (setup.files)
-    text += fmt::format("  results in {}: evaluations.jsonl, optimized.toml, before.h5, after.h5 (and .csv)\n",
-                        setup.directory.string());
-  if (page) text += fmt::format("  report: {}\n", (setup.directory / "report.html").string());
-  report(setup, common, j, text, "optimize.json");
-  return 0;
-}
+
+  /// After an interruption or an error: the best point so far, and a page and a summary that say what they are.
+  void end_early(const char* status, const std::string& why) {
+    progress_.finish();
+    j_["status"] = status;
+    j_["error"] = why;
+    j_["converged"] = false;
+    j_["stop_reason"] = fmt::format("{}: {}", status == std::string("failed") ? "an error" : "an interruption", why);
+    try {
+      const Saving saving;
+      write_page();
+      setup_.write_file("optimize.json",
+                        [&](const auto& path) { write_file_atomically(path, json_text(j_) + "\n"); });
+      if (setup_.files)
+        print_text(stderr, fmt::format("costate: the best so far, psi = {:.12g} of evaluation {}, is in {}; --resume goes on\n",
+                                       j_["psi"].get<double>(), j_["best_evaluation"].get<int>(),
+                                       (setup_.directory / "optimized.toml").string()));
+    } catch (const std::exception& e) {
+      print_text(stderr, fmt::format("costate: {}\n", e.what()));  // what ended the run is told by the caller
+    }
+  }
+
+  std::string text(const OptimizerResult& result) const {
+    const OptimizerEvaluation &first = result.evaluations.front(), &best = result.evaluations[result.best];
+    std::string text = fmt::format("{}: psi {:.6g} -> {:.6g} in {} evaluation{}, {:.3g} s\n",
+                                   setup_.scene.title.empty() ? common_.scene : setup_.scene.title, first.psi, best.psi,
+                                   result.evaluations.size(), result.evaluations.size() == 1 ? "" : "s", wall_);
+    text += fmt::format("  stopped by {}\n", result.stop_reason);
+    if (const std::size_t failed = result.failures())
+      text += fmt::format("  {} evaluation{} failed and {} rejected\n", failed, failed == 1 ? "" : "s",
+                          failed == 1 ? "was" : "were");
+    for (std::size_t i = 0; i < names_.size(); ++i)
+      text += fmt::format("  {:<16} {:>18.12g} -> {:.12g}\n", names_[i], first.rho[i], best.rho[i]);
+    text += certificate_;
+    if (setup_.files)
+      text += fmt::format("  results in {}: evaluations.jsonl, optimized.toml, before.h5, after.h5 (and .csv)\n",
+                          setup_.directory.string());
+    if (page_) text += fmt::format("  report: {}\n", (setup_.directory / "report.html").string());
+    return text;
+  }
+
+  const CommonOptions& common_;
+  const OptimizeOptions& options_;
+  SceneFileLog files_;  // before the setup, which reads the scene
+  Setup setup_;
+  std::vector<std::string> names_;
+  OptimizerOptions o_;
+  std::vector<OptimizerConstraint> constraints_;
+  std::optional<Journal> journal_;
+  std::vector<OptimizerEvaluation> replay_;
+  Progress progress_;
+  bool lines_;
+  double wall_ = 0;
+  Json j_;
+  std::vector<std::string> notes_;
+  std::string certificate_;
+  std::optional<TrajectoryTable> before_, after_;
+  bool page_ = false;
+};
 
 }  // namespace
 
-void add_optimize(CLI::App& app, std::function<int()>& action, CommonOptions& common) {
-  CLI::App* c = app.add_subcommand("optimize", "Minimise the scene's cost over its parameters");
-  auto options = std::make_shared<OptimizeOptions>();
-  common.add_to(*c);
-  common.add_run_options(*c);
-  c->add_flag("--resume", options->resume, "Continue an interrupted run from its journal");
-  c->add_flag("--no-certificate", options->no_certificate,
-              "Leave out the check of the optimum: multipliers and the Hessian's eigenvalues");
-  c->add_flag("--no-report", options->no_report, "Leave out report.html, the page with plots");
-  c->add_option("--max-evaluations", options->max_evaluations, "Limit of evaluations");
-  c->add_option("--stop-value", options->stop_value, "Stop once psi is this small");
-  c->add_option("--algorithm", options->algorithm, "lbfgs, mma or slsqp");
-  c->callback([&action, &common, options] { action = [&common, options] { return run(common, *options); }; });
-}
+const RegisterCommand optimize_command(
+    CommandGroup::run, "optimize", "Minimise the scene's cost over its parameters",
+    [](Command& c, CommonOptions& common) {
+      auto options = std::make_shared<OptimizeOptions>();
+      common.add_to(c);
+      common.add_run_options(c);
+      c.flag("--resume", options->resume, "Continue an interrupted run from its journal");
+      c.flag("--no-certificate", options->no_certificate,
+             "Leave out the check of the optimum: multipliers and the Hessian's eigenvalues");
+      c.flag("--no-report", options->no_report, "Leave out report.html, the page with plots");
+      c.option("--max-evaluations", options->max_evaluations, "Limit of evaluations");
+      c.option("--step-limit-factor", options->step_limit_factor,
+               "An evaluation fails beyond this many times the steps of those before (default 100; 0: no limit)");
+      c.option("--stop-value", options->stop_value, "Stop once psi is this small");
+      c.option("--algorithm", options->algorithm, "lbfgs, mma or slsqp");
+      c.runs([&common, options] { return OptimizeRun(common, *options).run(); });
+    });
 
 }  // namespace costate::app

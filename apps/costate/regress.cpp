@@ -313,27 +313,25 @@ class Regression {
 
 }  // namespace
 
-void add_regress(CLI::App& app, std::function<int()>& action, CommonOptions& common) {
-  CLI::App* c = app.add_subcommand("regress", "Run scenes against stored results and say what moved");
-  auto options = std::make_shared<RegressOptions>();
-  c->add_option("directory", options->directory,
-                "Directory with baselines (*.json, also below), or one baseline")
-      ->required();
-  c->add_option("--only", options->only,
-                "Only baselines of this name; * and ? stand for anything (repeatable)")
-      ->type_name("PATTERN")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  c->add_flag("--update", options->update, "Write what moved, and what has no value yet, into the baselines");
-  c->add_flag("--json", common.json, "Print one JSON object and nothing else");
-  c->add_flag("--quiet", common.quiet, "Print errors and moves only");
-  c->footer(
-      "A baseline: {\"scene\": \"PATH FROM THE FILE\", \"command\": \"simulate, gradient or optimize\", "
-      "\"options\": "
-      "{\"rtol\": 1e-8}, \"quantities\": {...}}; --update fills in the quantities.");
-  c->callback([&action, &common, options] {
-    action = [&common, options] { return Regression(common, *options).run(); };
-  });
-}
+const RegisterCommand regress_command(
+    CommandGroup::judge, "regress", "Run scenes against stored results and say what moved",
+    [](Command& c, CommonOptions& common) {
+      auto options = std::make_shared<RegressOptions>();
+      c.option("directory", options->directory,
+               "Directory with baselines (*.json, also below), or one baseline")
+          .required();
+      c.option("--only", options->only,
+               "Only baselines of this name; * and ? stand for anything (repeatable)")
+          .value_name("PATTERN")
+          .separated();
+      c.flag("--update", options->update, "Write what moved, and what has no value yet, into the baselines");
+      c.flag("--json", common.json, "Print one JSON object and nothing else");
+      c.flag("--quiet", common.quiet, "Print errors and moves only");
+      c.footer(
+          "A baseline: {\"scene\": \"PATH FROM THE FILE\", \"command\": \"simulate, gradient or optimize\", "
+          "\"options\": "
+          "{\"rtol\": 1e-8}, \"quantities\": {...}}; --update fills in the quantities.");
+      c.runs([&common, options] { return Regression(common, *options).run(); });
+    });
 
 }  // namespace costate::app

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "costate/record/svg_plot.h"
+#include "digits.h"
 #include "named_outputs.h"
 
 namespace costate::app {
@@ -97,6 +98,8 @@ void add_run(Page& page, const Setup& setup, const Json& j) {
   rows.push_back({"Versions", versions});
   rows.push_back({"Wall time", fmt::format("{:.3g} s", j.at("wall_s").get<double>())});
   page.table({}, rows);
+  if (j.contains("warnings"))
+    for (const Json& warning : j.at("warnings")) page.paragraph("Warning: " + warning.get<std::string>(), true);
 }
 
 /// "It fell by 2 (40 %)."
@@ -112,11 +115,32 @@ std::string improvement(double before, double after) {
 void add_result(Page& page, const Json& j) {
   const double before = j.at("initial").at("psi").get<double>(), after = j.at("psi").get<double>();
   page.heading("Result");
-  page.paragraph(fmt::format("psi went from {:.9g} to {:.9g}. {}", before, after, improvement(before, after)), true);
+  const double relative = j.at("integrator") == "fixed" ? 0 : j.at("rtol").get<double>();  // psi of its own steps
+  const auto digits = [relative](double psi) { return known_digits(psi, uncertainty_of(psi, relative)); };
+  page.paragraph(fmt::format("psi went from {} to {}. {}", digits(before), digits(after), improvement(before, after)), true);
   page.paragraph(fmt::format("Stopped after {} evaluations by {}. The best is evaluation {}.", j.at("evaluations").size(),
                              j.at("stop_reason").get<std::string>(), j.at("best_evaluation").get<int>()));
-  if (!j.at("converged").get<bool>())
-    page.paragraph("It ended before it converged: a limit or a failed line search, not an optimum, stopped it.", true);
+  // What the optimizer says and what the certificate says are two things; where they differ the page says so.
+  const bool converged = j.at("converged").get<bool>(), certified = j.contains("certificate");
+  const std::string verdict = certified ? j.at("certificate").at("verdict").get<std::string>() : "";
+  const bool minimum = verdict.rfind("strict local minimum", 0) == 0, unproven = verdict.rfind("not stationary", 0) == 0;
+  if (j.at("status") != "ok")
+    page.paragraph("The run did not come to its end: this is the best point until then.", true);
+  else if (!converged && minimum)
+    page.paragraph("The optimizer ended before its own criterion was met, but the certificate below finds a minimum at the "
+                   "best point.", true);
+  else if (!converged)
+    page.paragraph("It ended before it converged: a limit or a failed step stopped it.", true);
+  else if (unproven)
+    page.paragraph("The optimizer's criterion was met, but the certificate below says that this is no minimum yet.", true);
+  if (j.at("failed_evaluations").get<int>() > 0) {
+    page.paragraph("Evaluations that failed; their steps were rejected and shortened:");
+    std::vector<std::vector<std::string>> rows;
+    for (const Json& e : j.at("evaluations"))
+      if (e.contains("failure")) rows.push_back({std::to_string(e.at("index").get<int>()), e.at("failure").get<std::string>()});
+    page.table({"#evaluation", "why"}, rows);
+  }
+  for (const Json& n : j.at("notes")) page.paragraph(n.get<std::string>());
 }
 
 void add_parameters(Page& page, const Setup& setup, const Json& j) {
@@ -193,6 +217,7 @@ void add_evaluations(Page& page, const Setup& setup, const Json& j) {
   page.heading("Evaluations");
   std::vector<double> index, psi;
   for (const Json& e : j.at("evaluations")) {
+    if (e.contains("failure")) continue;
     index.push_back(e.at("index").get<double>());
     psi.push_back(e.at("psi").get<double>());
   }
@@ -215,7 +240,7 @@ void add_evaluations(Page& page, const Setup& setup, const Json& j) {
   std::vector<std::pair<double, std::size_t>> way;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     for (const Json& e : j.at("evaluations"))
-      scaled[i].push_back(e.at("parameters").at(parameters[i].name).get<double>() / parameters[i].scale);
+      if (!e.contains("failure")) scaled[i].push_back(e.at("parameters").at(parameters[i].name).get<double>() / parameters[i].scale);
     const auto [low, high] = std::minmax_element(scaled[i].begin(), scaled[i].end());
     way.emplace_back(*low - *high, i);
   }
@@ -273,8 +298,8 @@ void add_motion(Page& page, const Setup& setup, const std::vector<std::pair<std:
 
 }  // namespace
 
-std::string optimize_page(const Setup& setup, const Json& summary, const TrajectoryTable& before,
-                          const TrajectoryTable& after) {
+std::string optimize_page(const Setup& setup, const Json& summary, const TrajectoryTable* before,
+                          const TrajectoryTable* after) {
   Page page(title_of(setup));
   add_run(page, setup, summary);
   add_result(page, summary);
@@ -282,14 +307,19 @@ std::string optimize_page(const Setup& setup, const Json& summary, const Traject
   add_constraints(page, setup, summary);
   add_certificate(page, summary);
   add_evaluations(page, setup, summary);
-  add_motion(page, setup, {{"before", &before}, {"after", &after}});
+  if (before && after) add_motion(page, setup, {{"before", before}, {"after", after}});
   return page.text();
 }
 
 std::string simulate_page(const Setup& setup, const Json& summary, const TrajectoryTable& motion) {
   Page page(title_of(setup));
   add_run(page, setup, summary);
-  page.paragraph(fmt::format("psi = {:.9g}", summary.at("psi").get<double>()), true);
+  const Precision precision = precision_of(setup.problem.solver, summary.at("integrator").get<std::string>(),
+                                           summary.at("counters").at("steps").get<long>());
+  const Json& error = summary.at("psi_error");
+  page.paragraph(psi_text(summary.at("psi").get<double>(), precision,
+                          error.is_null() ? std::nullopt : std::optional(error.get<double>())),
+                 true);
   add_motion(page, setup, {{"", &motion}});
   return page.text();
 }

@@ -8,9 +8,9 @@
 namespace costate::app {
 
 /// costate optimize: what was run, why it stopped, parameters and cost before and after, the certificate, both over the
-/// evaluations, and the motion before and after. `summary` is what optimize.json holds.
-std::string optimize_page(const Setup& setup, const Json& summary, const TrajectoryTable& before,
-                          const TrajectoryTable& after);
+/// evaluations, and the motion before and after (null where there is none). `summary` is what optimize.json holds.
+std::string optimize_page(const Setup& setup, const Json& summary, const TrajectoryTable* before,
+                          const TrajectoryTable* after);
 
 /// costate simulate --report: what was run and the motion.
 std::string simulate_page(const Setup& setup, const Json& summary, const TrajectoryTable& motion);

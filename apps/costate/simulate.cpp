@@ -7,7 +7,10 @@
 #include "command.h"
 #include "costate/integrator/simulate.h"
 #include "costate/record/atomic_file.h"
+#include "costate/sensitivity/error_estimate.h"
+#include "digits.h"
 #include "report_page.h"
+#include "start_notice.h"
 #include "trajectory.h"
 
 namespace costate::app {
@@ -16,7 +19,7 @@ namespace {
 
 struct SimulateOptions {
   std::optional<double> step;
-  bool csv = false, report = false;
+  bool csv = false, report = false, estimate = false;
 };
 
 int run(const CommonOptions& common, const SimulateOptions& options) {
@@ -28,12 +31,19 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   progress.start(setup.problem.solver.t_start);
   setup.problem.monitor = monitor(progress, setup.problem.solver.t_end);
   TrajectoryRecorder recorder(setup, options.step, !setup.files);
-  const GradientResult r = setup.located(
-      [&] { return simulate(setup.problem, setup.rho, recorder.times(), recorder.sink()); });
-  progress.finish();
+  const GradientResult r =
+      started(setup, [&] { return simulate(setup.problem, setup.rho, recorder.times(), recorder.sink()); });
   const double wall = seconds_since(begin);
+  const Objective& objective = setup.problem.objective;
+  const bool costs = !objective.running.empty() || !objective.terminal.empty();
+  std::optional<double> error;
+  if (options.estimate && costs)
+    error = setup.located([&] { return estimate_error(setup.problem, setup.rho, r).psi; });
+  progress.finish();
   Json j = run_json(setup, r, "", wall);
+  j["psi_error"] = error ? Json(*error) : Json();
   j["terminal"] = recorder.terminal();
+  j["units"] = recorder.units();
   std::string files;
   if (setup.files) {
     const TrajectoryTable table = recorder.finish(j);
@@ -50,10 +60,13 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
     }
   }
   std::string text = fmt::format("{}\n", setup.scene.title.empty() ? common.scene : setup.scene.title);
-  text += fmt::format("  {} on {}, rtol {:g}, t = {:g} .. {:g} s\n", setup.problem.formulation, r.integrator,
-                      setup.problem.solver.rtol, setup.problem.solver.t_start, setup.problem.solver.t_end);
-  text += fmt::format("  psi = {:.12g}\n  {} steps, {} residuals, {} factorizations, {:.3g} s\n", r.psi,
-                      r.counters.steps, r.counters.residuals, r.counters.factorizations, wall);
+  const SolverOptions& solver = setup.problem.solver;
+  const Precision precision = precision_of(solver, r.integrator, r.counters.steps);
+  text += fmt::format("  {} on {}, {}, t = {:g} .. {:g} s\n", setup.problem.formulation, r.integrator, precision.run,
+                      solver.t_start, solver.t_end);
+  text += fmt::format("  {}\n", costs ? psi_text(r.psi, precision, error) : "psi = 0 (the scene has no cost)");
+  text += fmt::format("  {} steps, {} residuals, {} factorizations, {:.3g} s\n", r.counters.steps, r.counters.residuals,
+                      r.counters.factorizations, wall);
   text += files;
   report(setup, common, j, text, "simulate.json");
   return 0;
@@ -61,15 +74,18 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
 
 }  // namespace
 
-void add_simulate(CLI::App& app, std::function<int()>& action, CommonOptions& common) {
-  CLI::App* c = app.add_subcommand("simulate", "Run a scene and store its trajectory");
-  auto options = std::make_shared<SimulateOptions>();
-  common.add_to(*c);
-  common.add_run_options(*c);
-  c->add_option("--output-step", options->step, "Time between stored samples [s]");
-  c->add_flag("--csv", options->csv, "Write the trajectory as CSV too");
-  c->add_flag("--report", options->report, "Write simulate.html too, a page with plots of the outputs that matter");
-  c->callback([&action, &common, options] { action = [&common, options] { return run(common, *options); }; });
-}
+const RegisterCommand simulate_command(
+    CommandGroup::run, "simulate", "Run a scene and store its trajectory",
+    [](Command& c, CommonOptions& common) {
+      auto options = std::make_shared<SimulateOptions>();
+      common.add_to(c);
+      common.add_run_options(c);
+      c.option("--output-step", options->step, "Time between stored samples [s]");
+      c.flag("--csv", options->csv, "Write the trajectory as CSV too");
+      c.flag("--report", options->report,
+             "Write simulate.html too, a page with plots of the outputs that matter");
+      c.flag("--estimate-error", options->estimate, "Estimate psi's error by a rerun at rtol/10, or half the step");
+      c.runs([&common, options] { return run(common, *options); });
+    });
 
 }  // namespace costate::app

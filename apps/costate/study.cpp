@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <signal.h>
+#include <sys/file.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <fstream>
@@ -18,6 +20,8 @@
 #include "command.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/interrupt.h"
+#include "costate/record/journal.h"
+#include "costate/record/print.h"
 #include "study_file.h"
 
 namespace costate::app {
@@ -57,7 +61,10 @@ struct Job {
 
   /// What the results belong to: a change of it makes them worthless.
   Json definition() const {
-    return {{"scene", run.scene_text}, {"parameters", run.parameters}, {"options", run.options}};
+    Json files = Json::object();
+    for (const SceneFile& f : run.files)
+      if (!f.path.empty()) files[f.path] = f.digest;
+    return {{"scene", run.scene_text}, {"files", files}, {"parameters", run.parameters}, {"options", run.options}};
   }
   long evaluations() const {
     const std::string journal = text_of(directory / "evaluations.jsonl");
@@ -82,6 +89,7 @@ class StudyCommand {
     directory_ =
         common_.output.empty() ? fs::path("results") / fs::path(options_.file).stem() : common_.output;
     require_writable(directory_);
+    take_directory();
     for (const StudyRun& r : study.runs) jobs_.push_back({r, directory_ / r.name, {}, false, -1, {}, {}});
     for (Job& j : jobs_) prepare(j);
     try {
@@ -96,8 +104,32 @@ class StudyCommand {
   }
 
  private:
+  /// One study at a time works in a directory; the lock ends with this process, however it ends.
+  void take_directory() {
+    fs::create_directories(directory_);
+    lock_ = record_detail::FileDescriptor(::open(directory_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (lock_.valid() && ::flock(lock_.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+      throw Error(fmt::format("Another study is at work in '{}'; wait for it to end, or choose another directory with "
+                              "--output.", directory_.string()));
+  }
+
+  /// A run of a study that was killed ends by itself, but not at once. Until then its results are its own.
+  void wait_for_earlier(const Job& j) {
+    const fs::path journal = j.directory / "evaluations.jsonl";
+    for (int i = 0; Journal::in_use(journal); ++i) {
+      throw_if_interrupted();
+      if (i == 0 && !common_.json && !common_.quiet)
+        print_text(stderr, fmt::format("waiting for an earlier run of '{}' to end\n", j.run.name));
+      if (i >= 600)
+        throw Error(fmt::format("The journal '{}' is in use by another run, which does not end; end it, or choose another "
+                                "directory with --output.", journal.string()));
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+  }
+
   /// Finished runs of the same definition are kept, interrupted ones resume, others begin anew.
   void prepare(Job& j) {
+    wait_for_earlier(j);
     const fs::path file = j.directory / "study_run.json";
     const bool same = !options_.fresh && json_of(file) == j.definition();
     const fs::path summary = j.directory / "optimize.json";
@@ -169,11 +201,12 @@ class StudyCommand {
     clear_line();
     if (common_.json || common_.quiet) return;
     if (good)
-      fmt::print(stderr, "[{}/{}] {}: psi {:.6g} -> {:.6g} in {} evaluations, {:.3g} s\n", finished_, total_,
-                 j.run.name, j.result["initial"]["psi"].get<double>(), j.result["psi"].get<double>(),
-                 j.result["evaluations"].size(), j.result["wall_s"].get<double>());
+      print_text(stderr,
+                 fmt::format("[{}/{}] {}: psi {:.6g} -> {:.6g} in {} evaluations, {:.3g} s\n", finished_, total_, j.run.name,
+                             j.result["initial"]["psi"].get<double>(), j.result["psi"].get<double>(),
+                             j.result["evaluations"].size(), j.result["wall_s"].get<double>()));
     else
-      fmt::print(stderr, "[{}/{}] {} failed: {}\n", finished_, total_, j.run.name, j.error);
+      print_text(stderr, fmt::format("[{}/{}] {} failed: {}\n", finished_, total_, j.run.name, j.error));
   }
 
   /// The last line of what the run said, or the signal that ended it.
@@ -194,7 +227,7 @@ class StudyCommand {
     total_ = static_cast<std::size_t>(
         std::count_if(jobs_.begin(), jobs_.end(), [](const Job& j) { return !j.ok(); }));
     if (total_ < jobs_.size() && !common_.json && !common_.quiet)
-      fmt::print(stderr, "{} of {} runs are finished already\n", jobs_.size() - total_, jobs_.size());
+      print_text(stderr, fmt::format("{} of {} runs are finished already\n", jobs_.size() - total_, jobs_.size()));
     for (;;) {
       throw_if_interrupted();
       std::size_t running = 0;
@@ -239,12 +272,11 @@ class StudyCommand {
     for (const Job& j : jobs_)
       if (j.state == Job::State::running)
         names.push_back(fmt::format("{} ({})", j.run.name, j.evaluations()));
-    fmt::print(stderr, "\r\033[K[{}/{}] evaluations: {}", finished_, total_, fmt::join(names, ", "));
-    std::fflush(stderr);
+    print_text(stderr, fmt::format("\r\033[K[{}/{}] evaluations: {}", finished_, total_, fmt::join(names, ", ")));
     line_ = true;
   }
   void clear_line() {
-    if (line_) fmt::print(stderr, "\r\033[K");
+    if (line_) print_text(stderr, "\r\033[K");
     line_ = false;
   }
 
@@ -371,6 +403,7 @@ class StudyCommand {
   std::string title_;
   fs::path directory_;
   std::vector<Job> jobs_;
+  record_detail::FileDescriptor lock_;
   std::size_t finished_ = 0, total_ = 0;
   bool line_ = false;
   std::chrono::steady_clock::time_point shown_;
@@ -378,23 +411,18 @@ class StudyCommand {
 
 }  // namespace
 
-void add_study(CLI::App& app, std::function<int()>& action, CommonOptions& common) {
-  CLI::App* c =
-      app.add_subcommand("study", "Run the optimizations that a file lists, in parallel, and tabulate them");
-  auto options = std::make_shared<Options>();
-  c->add_option("file", options->file, "Study file (TOML)")->required();
-  c->add_option("--only", options->only, "Runs by name or pattern, such as 'ride*' (repeatable)")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  c->add_option("--jobs", options->jobs, "Runs at a time (default: the number of cores)")
-      ->check(CLI::NonNegativeNumber);
-  c->add_flag("--fresh", options->fresh, "Begin all runs anew, finished ones too");
-  c->add_option("--output", common.output, "Directory for results (default: results/STUDY)");
-  c->add_flag("--json", common.json, "Print one JSON object and nothing else");
-  c->add_flag("--quiet", common.quiet, "Print errors only");
-  c->callback([&action, &common, options] {
-    action = [&common, options] { return StudyCommand(common, *options).run(); };
-  });
-}
+const RegisterCommand study_command(
+    CommandGroup::run, "study", "Run the optimizations that a file lists, in parallel, and tabulate them",
+    [](Command& c, CommonOptions& common) {
+      auto options = std::make_shared<Options>();
+      c.option("file", options->file, "Study file (TOML)").required();
+      c.option("--only", options->only, "Runs by name or pattern, such as 'ride*' (repeatable)").separated();
+      c.option("--jobs", options->jobs, "Runs at a time (default: the number of cores)").between(0, 1e6);
+      c.flag("--fresh", options->fresh, "Begin all runs anew, finished ones too");
+      c.option("--output", common.output, "Directory for results (default: results/STUDY)");
+      c.flag("--json", common.json, "Print one JSON object and nothing else");
+      c.flag("--quiet", common.quiet, "Print errors only");
+      c.runs([&common, options] { return StudyCommand(common, *options).run(); });
+    });
 
 }  // namespace costate::app

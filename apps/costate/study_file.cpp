@@ -10,6 +10,7 @@
 
 #include "costate/base/error.h"
 #include "costate/scene/scene.h"
+#include "costate/scene/scene_files.h"
 #include "costate/scene/scene_node.h"
 #include "costate/scene/toml_reader.h"
 #include "costate/scene/toml_writer.h"
@@ -31,6 +32,7 @@ const std::vector<std::string> kOptions = {"formulation",
                                            "algorithm",
                                            "stop_value",
                                            "max_evaluations",
+                                           "step_limit_factor",
                                            "checkpoint_steps",
                                            "no_certificate"};
 
@@ -132,9 +134,13 @@ StudyRun read_run(const SceneNode& table, const Common& common, const std::files
   if (const SceneNode* o = table.find("options"))
     add_options(require_table(*o, "'options' in " + title), "[options] of " + title, run.options);
   try {
+    const SceneFileLog log(run.scene.string());
     const Scene scene = Scene::load(run.scene.string(), run.overrides);
     scene.mechanism()->select(run.parameters);
+    if (scene.objective().running.empty() && scene.objective().terminal.empty())
+      throw Error("Its scene has no cost to minimise.");
     run.scene_text = scene.dump();
+    run.files = log.files();
   } catch (const Error& e) {
     fail(table.where, fmt::format("The run '{}': {}", run.name, e.what()));
   }

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "costate/scene/scene_file.h"
+
 namespace costate::app {
 
 struct StudyRun {
@@ -14,6 +16,7 @@ struct StudyRun {
   std::vector<std::string> overrides;   // "path=value", those of the whole study first
   std::vector<std::string> options;     // of costate optimize: "--method", "idas-adjoint", ...
   std::string scene_text;               // the scene as it is understood with the overrides
+  std::vector<SceneFile> files;         // that it names, with fingerprints
 };
 
 struct Study {

@@ -3,8 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "analysis.h"
 #include "costate/record/atomic_file.h"
+#include "costate/record/print.h"
 
 namespace costate::app {
 
@@ -19,7 +22,10 @@ struct Options {
 };
 
 int run(const CommonOptions& common, Options& options) {
-  if (options.count < 2) throw Error(fmt::format("--count must be 2 or more, found {}.", options.count));
+  if (options.count < 2 || options.count > 100000)
+    throw Error(fmt::format("--count must be 2 to 100000, found {}.", options.count));
+  for (const auto& [option, x] : {std::pair{"--from", options.from}, std::pair{"--to", options.to}})
+    if (!std::isfinite(x)) throw Error(fmt::format("{} must be a finite number, found {}.", option, x));
   if (options.from == options.to)
     throw Error(fmt::format("--from and --to must differ, found {} twice.", options.from));
   const Scene scene = load_for_analysis(common, options.analysis, options.analysis.at_equilibrium);
@@ -96,32 +102,32 @@ int run(const CommonOptions& common, Options& options) {
   else
     fmt::print("{}", text);
   if (sweep.stopped.empty()) return 0;
-  fmt::print(stderr, "costate: {}\n", sweep.stopped);
+  print_text(stderr, fmt::format("costate: {}\n", sweep.stopped));
   return kFailed;
 }
 
 }  // namespace
 
-void add_sweep(CLI::App& app, std::function<int()>& action, CommonOptions& common) {
-  CLI::App* c = app.add_subcommand("sweep", "Lead one coordinate through a range and tabulate outputs");
-  auto options = std::make_shared<Options>();
-  common.add_to(*c);
-  c->add_option("--coordinate", options->coordinate, "The coordinate that is led")->required();
-  c->add_option("--from", options->from, "First value [m, rad]")->required();
-  c->add_option("--to", options->to, "Last value")->required();
-  c->add_option("--count", options->count, "Number of points (default: 21)");
-  c->add_option("--outputs", options->outputs,
-                "Outputs, separated by commas (default: those of [run], else all positions)")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  options->analysis.add_hold(
-      *c, "Other positions held, separated by commas, or 'none' (default: what [start] gives)");
-  c->add_flag("--equilibrium", options->analysis.at_equilibrium,
-              "Find force states by balance, also where the scene does not start at equilibrium");
-  c->add_option("--output", common.output, "Directory for sweep.csv and sweep.json (default: results/SCENE)");
-  c->add_flag("--no-files", common.no_files, "Write no files; the table goes to standard output");
-  c->add_flag("--json", common.json, "Print one JSON object and nothing else");
-  c->callback([&action, &common, options] { action = [&common, options] { return run(common, *options); }; });
-}
+const RegisterCommand sweep_command(
+    CommandGroup::analyse, "sweep", "Lead one coordinate through a range and tabulate outputs",
+    [](Command& c, CommonOptions& common) {
+      auto options = std::make_shared<Options>();
+      common.add_to(c);
+      c.option("--coordinate", options->coordinate, "The coordinate that is led").required();
+      c.option("--from", options->from, "First value [m, rad]").required();
+      c.option("--to", options->to, "Last value").required();
+      c.option("--count", options->count, "Number of points (default: 21)");
+      c.option("--outputs", options->outputs,
+               "Outputs, separated by commas (default: those of [run], else all positions)")
+          .separated();
+      options->analysis.add_hold(
+          c, "Other positions held, separated by commas, or 'none' (default: what [start] gives)");
+      c.flag("--equilibrium", options->analysis.at_equilibrium,
+             "Find force states by balance, also where the scene does not start at equilibrium");
+      c.option("--output", common.output, "Directory for sweep.csv and sweep.json (default: results/SCENE)");
+      c.flag("--no-files", common.no_files, "Write no files; the table goes to standard output");
+      c.flag("--json", common.json, "Print one JSON object and nothing else");
+      c.runs([&common, options] { return run(common, *options); });
+    });
 
 }  // namespace costate::app

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "costate/base/error.h"
+#include "costate/mechanism/multiplier_unit.h"
 #include "costate/objective/all_outputs.h"
 #include "costate/record/csv_file.h"
 #include "costate/record/hdf5_file.h"
@@ -39,8 +40,11 @@ void TrajectoryRecorder::prepare(const Mechanism& m) {
   for (const auto& c : m.coordinates()) add("coordinates", c.name, c.unit);
   for (const auto& c : m.coordinates()) add("velocities", c.name, c.unit + "/s");
   for (const auto& c : m.coordinates()) add("accelerations", c.name, c.unit + "/s^2");
-  for (const auto& name : m.row_names()) add("multipliers", name, "1");
-  for (const auto& name : m.state_names()) add("states", name, "1");
+  const auto add_all = [&](const char* group, const std::vector<std::string>& names, const std::vector<std::string>& units) {
+    for (std::size_t i = 0; i < names.size(); ++i) add(group, names[i], units[i]);
+  };
+  add_all("multipliers", m.row_names(), multiplier_units(m));
+  add_all("states", m.state_names(), state_units(m));
   // Coordinates, multipliers, states and time have groups of their own.
   std::set<std::string> elsewhere = {"time"};
   for (const auto& c : m.coordinates())
@@ -71,6 +75,12 @@ Json TrajectoryRecorder::terminal() const {
   Json j = Json::object();
   for (const Column& c : table_.columns)
     if (!c.values.empty()) j[output_of_column(c)] = c.values.back();
+  return j;
+}
+
+Json TrajectoryRecorder::units() const {
+  Json j = Json::object();
+  for (const Column& c : table_.columns) j[output_of_column(c)] = c.unit;
   return j;
 }
 

@@ -18,6 +18,8 @@ class TrajectoryRecorder {
   SampleSink sink();
   /// The last sample by the names of outputs: coordinates, NAME_dot, NAME_ddot, lambda.ROW, z.STATE and the outputs.
   Json terminal() const;
+  /// The units of terminal().
+  Json units() const;
   /// The table with the scene inside; `settings` is stored as JSON.
   TrajectoryTable finish(const Json& settings);
 

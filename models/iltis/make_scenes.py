@@ -248,7 +248,6 @@ formulation = "index1"
 method = "idas-adjoint"
 parameters = ["kL1", "kL2", "c1", "c2", "k1", "k2"]
 rtol = 1e-8
-max_step_s = 0.02
 outputs = ["chassis.z", "upright_FL.z", "FL.normal_force", "strut_FL.length"]
 
 [optimize]

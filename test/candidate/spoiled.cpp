@@ -1,4 +1,7 @@
 // A candidate adjoint that misbehaves in the way that the environment variable COSTATE_SPOIL names, for test/cli.
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -16,6 +19,31 @@ bool spoil(const char* how) {
   return s && std::string(s) == how;
 }
 
+/// Processes that leave the candidate's group and its session, told by their ids; then it never ends itself.
+void leave_family() {
+  for (int i = 0; i < 2; ++i)
+    if (::fork() == 0) {
+      if (i == 1) ::setsid();
+      if (i == 1 && ::fork() != 0) ::_exit(0);
+      if (std::FILE* file = std::fopen(std::getenv("COSTATE_SPOIL_FILE"), "a")) {
+        std::fprintf(file, "%d\n", static_cast<int>(::getpid()));
+        std::fclose(file);
+      }
+      while (true) ::pause();
+    }
+  while (true) ::pause();
+}
+
+/// Writes without end into every pipe that is open.
+void flood() {
+  static char zeros[1 << 16] = {};
+  while (true)
+    for (int fd = 3; fd < 64; ++fd) {
+      struct stat status {};
+      if (::fstat(fd, &status) == 0 && S_ISFIFO(status.st_mode) && ::write(fd, zeros, sizeof zeros) < 0) continue;
+    }
+}
+
 class Spoiled final : public costate::CandidateAdjoint {
  public:
   std::string formulation() const override { return spoil("formulation") ? "lagrange-of-the-third-kind" : "baumgarte"; }
@@ -28,6 +56,13 @@ class Spoiled final : public costate::CandidateAdjoint {
     if (spoil("quadratic")) return mu.cwiseProduct(mu);
     while (spoil("hang")) {
     }
+    if (spoil("close")) {
+      for (int fd = 0; fd < 1024; ++fd) ::close(fd);
+      while (true) {
+      }
+    }
+    if (spoil("family")) leave_family();
+    if (spoil("flood")) flood();
     const Vector s = b.solve_kkt(mu.segment(b.n, b.n) + b.g_a, b.g_lambda), s1 = s.head(b.n), s2 = s.tail(b.m);
     Vector r(mu.size());
     r << -b.g_q + b.K.transpose() * s1 + b.R2_q.transpose() * s2 - b.f_q.transpose() * mu.tail(b.nz),

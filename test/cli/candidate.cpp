@@ -4,12 +4,17 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
+
+#include "process.h"
 
 namespace {
 
@@ -96,6 +101,52 @@ TEST_CASE("a candidate that misbehaves is reported as such") {
   CHECK_THAT(failure("size"), Contains("entries"));
   CHECK_THAT(failure("quadratic"), Contains("not linear"));
   CHECK_THAT(failure("hang", "--json --candidate-limit 5"), Contains("did not end within 5 s"));
+}
+
+TEST_CASE("a candidate cannot outlive its limit by closing its descriptors, nor send without end") {
+  const auto failure = [](const std::string& spoil) {
+    const Outcome o = check(kLibrary, spoil, "--json --candidate-limit 3");
+    INFO(o.out << o.err);
+    CHECK(o.status == 3);
+    return o.json()["failure"].get<std::string>();
+  };
+  CHECK_THAT(failure("close"), Catch::Contains("did not end within 3 s"));
+  CHECK_THAT(failure("flood"), Catch::Contains("sent more than"));
+}
+
+TEST_CASE("an end of the tool ends the candidate and all that it started") {
+  using costate::test::file_text;
+  using costate::test::Process;
+  for (const int signal_number : {SIGINT, SIGTERM, SIGKILL}) {
+    INFO("signal " << signal_number);
+    const costate::test::WorkingDirectory here;
+    const auto pids = here / "pids";
+    Process process("/usr/bin/env",
+                    {"COSTATE_SPOIL=family", "COSTATE_SPOIL_FILE=" + pids.string(), COSTATE_EXECUTABLE, "check",
+                     COSTATE_MODELS_DIR "/five_bar/five_bar.toml", "--t-end", "0.5", "--no-files", "--candidate", kLibrary},
+                    here.path());
+    REQUIRE(process.wait_until([&] {
+      const std::string text = file_text(pids);
+      return std::count(text.begin(), text.end(), '\n') == 2;
+    }));
+    process.send(signal_number);
+    const auto o = process.finish();
+    if (signal_number == SIGKILL)
+      CHECK(o.signal == SIGKILL);
+    else
+      CHECK(o.status == 128 + signal_number);
+    std::istringstream list(file_text(pids));
+    for (int pid = 0; list >> pid;) {
+      // Its own parent is gone; whoever inherits it may take a moment to bury it.
+      const auto lives = [&] {
+        std::ifstream status("/proc/" + std::to_string(pid) + "/stat");
+        std::string number, name, state;
+        return bool(status >> number >> name >> state) && state != "Z";
+      };
+      for (int i = 0; i < 500 && lives(); ++i) ::usleep(10000);
+      CHECK_FALSE(lives());
+    }
+  }
 }
 
 TEST_CASE("what is no candidate is refused") {

@@ -59,6 +59,14 @@ TEST_CASE("check: the five-bar passes, a row for every combination") {
       CHECK(row->at("time_ratio").get<double>() > 0.3);
     }
   CHECK(j.at("reference").at("distance_to_differences").get<double>() < 1e-8);
+  // Motions of each formulation on each of its integrators: 11 formulations, index3 by fixed steps, too.
+  CHECK(j.at("motions").size() >= 14);
+  for (const Json& motion : j.at("motions")) {
+    INFO(motion.dump(1));
+    CHECK(motion.at("status") == "ok");
+    CHECK(motion.at("error").get<double>() < (motion.at("integrator") == "fixed" ? 1e-2 : 1e-4));
+    CHECK_FALSE(motion.at("quantity").get<std::string>().empty());
+  }
 }
 
 TEST_CASE("check: at the optimum, where psi and gradient vanish, tolerances are not taken for mistakes") {
@@ -146,7 +154,7 @@ TEST_CASE("check: a wrong cost, a gradient that is no number and a failing run")
     CHECK_THAT(o.out, Contains("DISAGREEMENT: index1 x " + method) && !Contains("all agree"));
   };
   found("wrong-cost", "psi");
-  found("nan-adjoint", "parameter L01");
+  found("nan-adjoint", "with respect to 'L01' is nan");  // gradient() itself refuses it
   found("failing-adjoint", "t = 1.25 s");
 }
 
@@ -162,6 +170,135 @@ TEST_CASE("check: rows are told as they end, and Ctrl-C keeps them") {
   const Json j = one_object(file_text(here / "results/five_bar/check.json"));
   CHECK(j.at("status") == "interrupted");
   CHECK(j.at("rows").size() >= 2);
+}
+
+TEST_CASE("check: a wrong reaction is found with its time and both values, though psi and gradient are right") {
+  const Outcome o = check_with_wrong_methods({"--formulations", "wrong-reaction", "--methods", "cvodes-forward", "--json"});
+  CHECK(o.status == 3);
+  const Json j = one_object(o.out);
+  CHECK(find_row(j, "wrong-reaction", "cvodes-forward")->at("status") == "ok");
+  REQUIRE(j.at("motions").size() == 1);
+  const Json& motion = j.at("motions")[0];
+  CHECK(motion.at("status") == "disagreement");
+  CHECK(motion.at("integrator") == "cvodes");
+  const double found = motion.at("value"), expected = motion.at("expected");
+  CHECK(found == Approx(1.01 * expected).epsilon(1e-6));
+  // Its own state's equations of motion tell, too.
+  CHECK(motion.at("equations_error").get<double>() > 1e-3);
+  CHECK_THAT(o.err, Contains("the motion of wrong-reaction on cvodes: " + motion.at("quantity").get<std::string>() + " at t = "));
+}
+
+TEST_CASE("check: where a gradient is zero, noise is not taken for a mistake, and a wrong one is found") {
+  const WorkingDirectory here;
+  const std::string scene = R"([gravity]
+y_m_per_s2 = -9.81
+[point.O]
+ground = true
+x_m = 0
+y_m = 0
+[point.P]
+x_m = 1
+y_m = 0
+[bar.rod]
+from = "O"
+to = "P"
+mass_kg = 1.5
+length_m = 1
+[start]
+given = ["P.y"]
+[[cost.running]]
+kind = "square"
+output = "P.y"
+[run]
+t_end_s = 1.5
+parameters = ["bar.rod.mass_kg"]
+)";
+  // A pendulum's motion does not know its mass.
+  costate::test::write_text(here / "zero.toml", scene);
+  const Json j = costate_json({"check", "zero.toml", "--no-files"}, here.path());
+  CHECK(j.at("status") == "ok");
+  CHECK(j.at("disagreements").empty());
+  CHECK(j.at("inaccurate").empty());
+  Words arguments = {"check", "zero.toml", "--no-files", "--json", "--formulations", "index1", "--methods", "not-zero"};
+  const Outcome o = Process(COSTATE_WITH_WRONG_METHODS, arguments, here.path()).finish();
+  CHECK(o.status == 3);
+  CHECK(find_row(one_object(o.out), "index1", "not-zero")->at("status") == "disagreement");
+}
+
+TEST_CASE("check: a row that takes too long is cut, which is neither right nor wrong") {
+  const Outcome o = check_with_wrong_methods({"--formulations", "index1", "--methods", "idas-adjoint,slow-adjoint", "--no-motions"});
+  CHECK(o.status == 0);
+  CHECK_THAT(o.out, Contains("cut: after") && Contains("all that ended agree") && Contains("--patience"));
+  // Rows are told as they end where stderr is no terminal, too.
+  CHECK_THAT(o.err, Contains("1/2 index1") && Contains("ok, error"));
+  // Nothing that ended is no agreement.
+  const Outcome none = check_with_wrong_methods({"--formulations", "index1", "--methods", "slow-adjoint", "--no-motions"});
+  CHECK(none.status == 1);
+  CHECK_THAT(none.err, Contains("raise --patience"));
+}
+
+TEST_CASE("check: soft constraints are excused by O(1/alpha) alone, and only while that is small") {
+  const WorkingDirectory here;
+  const auto check = [&](const std::string& alpha, int status) {
+    return costate_json({"check", kFiveBar, "--no-files", "--no-motions", "--formulations", "penalty", "--methods",
+                         "cvodes-forward", "--penalty-alpha", alpha}, here.path(), status);
+  };
+  // psi is off by 2 (1/alpha) and the gradient by as much more: what ten times alpha takes away tells.
+  const Json soft = check("1e4", 0);
+  CHECK_THAT(find_row(soft, "penalty", "cvodes-forward")->at("remark").get<std::string>(), Contains("O(1/alpha)"));
+  const Json wrong = check("10", 3);
+  CHECK(find_row(wrong, "penalty", "cvodes-forward")->at("status") == "disagreement");
+  // A formulation that carries redundant rows and agrees with itself is excused from nothing.
+  const Outcome o = check_with_wrong_methods({"--formulations", "wrong-motion", "--methods", "cvodes-forward"});
+  CHECK(o.status == 3);
+  CHECK_THAT(o.err, Contains("wrong-motion x cvodes-forward"));
+}
+
+TEST_CASE("check: drivers with kinks, which some formulations refuse and the others cross, are no disagreement") {
+  const WorkingDirectory here;
+  costate::test::write_text(here / "kink.toml", R"([gravity]
+y_m_per_s2 = -9.81
+[point.A]
+ground = true
+x_m = 0
+y_m = 0
+[point.P]
+x_m = 0.6
+y_m = -0.8
+[point.Q]
+x_m = 1.4
+y_m = -1.4
+[bar.r1]
+from = "A"
+to = "P"
+mass_kg = 1
+length_m = 1
+[bar.r2]
+from = "P"
+to = "Q"
+mass_kg = 1
+length_m = 1
+[angle.a]
+bar = "r1"
+[driver.m]
+coordinate = "a.angle"
+law = { kind = "piecewise", breaks = [0.4, 0.9], coefficients = [[-0.9, 0.5], [-1.1, 1.0], [1.6, -2]] }
+[start]
+given = ["Q.x"]
+[[cost.running]]
+kind = "square"
+output = "Q.x"
+[[cost.terminal]]
+kind = "value"
+output = "Q.y_dot"
+[run]
+t_end_s = 1.5
+parameters = ["bar.r2.length_m", "bar.r2.mass_kg"]
+)");
+  const Json j = costate_json({"check", "kink.toml", "--no-files", "--methods", "cvodes-forward,idas-adjoint"}, here.path());
+  CHECK(j.at("status") == "ok");
+  CHECK(find_row(j, "maggi", "cvodes-forward")->at("status") == "ok");
+  CHECK(find_row(j, "maggi", "cvodes-forward")->at("psi").get<double>() == Approx(2.7610379).epsilon(1e-6));
 }
 
 TEST_CASE("check: nothing to check is a mistake, not an agreement") {

@@ -167,6 +167,65 @@ TEST_CASE("list and dump: one object as well") {
   CHECK(dump.at("scene").get<std::string>().find("[spring.S1]") != std::string::npos);
 }
 
+TEST_CASE("failures: what was noticed on the way comes with them") {
+  // A four-bar that is assembled far from its first guess, and locks when its crank is turned.
+  const WorkingDirectory here;
+  costate::test::write_text(here / "scene.toml", R"([point]
+A = { ground = true, x_m = 0, y_m = 0 }
+D = { ground = true, x_m = 1, y_m = 0 }
+B = { x_m = 0, y_m = 0.3 }
+C = { x_m = 0.7, y_m = 0.8 }
+
+[bar.crank]
+from = "A"
+to = "B"
+length_m = 0.75
+mass_kg = 1
+
+[bar.coupler]
+from = "B"
+to = "C"
+length_m = 0.9
+mass_kg = 2
+
+[bar.rocker]
+from = "C"
+to = "D"
+length_m = 0.72
+mass_kg = 2
+
+[angle.crank]
+from = "A"
+to = "B"
+
+[driver.motor]
+coordinate = "crank.angle"
+law = { kind = "polynomial", coefficients = [0, 6] }
+
+[[cost.running]]
+kind = "square"
+output = "C.x"
+
+[parameter.m]
+number = "bar.rocker.mass_kg"
+
+[run]
+t_end_s = 1
+)");
+  for (const std::string command : {"simulate", "gradient"}) {
+    INFO(command);
+    const auto o = costate::test::run_costate({command, "scene.toml", "--json", "--no-files"}, here.path());
+    CHECK(o.status == 1);
+    const Json j = costate::test::one_object(o.out);
+    INFO(j.dump(1));
+    CHECK(j.at("status") == "failed");
+    const auto warnings = j.at("warnings").get<std::vector<std::string>>();
+    REQUIRE_FALSE(warnings.empty());
+    CHECK(warnings[0].find("'C.x' at 1.4582 m, far from its first guess 0.7 m") != std::string::npos);
+    CHECK(o.err.find("warning: " + warnings[0]) != std::string::npos);
+  }
+}
+
 TEST_CASE("failures: one object, too, that says why") {
   const WorkingDirectory here;
   const auto failure = [&](const std::vector<std::string>& arguments, int status, const std::string& about) {
@@ -174,7 +233,8 @@ TEST_CASE("failures: one object, too, that says why") {
     INFO(j.dump(1));
     CHECK(j.at("status") == "failed");
     CHECK(j.at("error").get<std::string>().find(about) != std::string::npos);
-    CHECK(j.size() == 2);
+    CHECK(j.at("warnings").empty());
+    CHECK(j.size() == 3);
   };
   for (const std::string command : {"simulate", "gradient", "optimize", "check", "list", "dump"}) {
     INFO(command);

@@ -43,7 +43,7 @@ TEST_CASE("simulate: a trajectory with everything, units and the scene") {
   CHECK(table.time_s.back() == 5);
   const auto &x = column(table, "coordinates", "P2.x", "m"), &y = column(table, "coordinates", "P2.y", "m");
   const auto &vx = column(table, "velocities", "P2.x", "m/s"), &ay = column(table, "accelerations", "P2.y", "m/s^2");
-  column(table, "multipliers", "bar.A1.length", "1");
+  column(table, "multipliers", "bar.A1.length", "N/m");
   const auto& force = column(table, "outputs", "S1.force", "N");
   const auto& energy = column(table, "outputs", "energy.total", "J");
 

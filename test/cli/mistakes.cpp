@@ -116,7 +116,7 @@ TEST_CASE("numbers out of range") {
   };
   for (const std::string command : {"simulate", "gradient", "optimize", "check"}) {
     option(command, "--rtol", {"0", "-1e-8", "1", "nan", "inf", "small", ""});
-    option(command, "--atol", {"0", "-1", "nan", "inf", "x"});
+    option(command, "--atol", {"0", "-1", "nan", "inf", "x", "1", "1e300"});
     option(command, "--t-end", {"0", "-1", "nan", "inf", "x"});
     option(command, "--penalty-alpha", {"0", "-5", "nan"});
     option(command, "--checkpoint-steps", {"-1", "1.5", "many"});
@@ -125,6 +125,22 @@ TEST_CASE("numbers out of range") {
   CHECK_THAT(mistake({"simulate", kFiveBar, "--output-step=1e-12"}), Contains("output step") && Contains("samples"));
   option("optimize", "--max-evaluations", {"0", "-3", "2.5", "x"});
   option("optimize", "--stop-value", {"nan", "x"});
+  option("optimize", "--step-limit-factor", {"-1", "0.5", "nan", "inf", "x"});
+  option("draw", "--width", {"nan", "inf", "0", "1e9"});
+  for (const std::string name : {"--from", "--to"})
+    for (const std::string value : {"nan", "inf", "-inf"}) {
+      INFO(name << value);
+      CHECK_THAT(mistake({"sweep", kFiveBar, "--coordinate", "P2.x", name == "--from" ? "--to" : "--from", "0.4", name + "=" + value}),
+                 Contains(name));
+    }
+  for (const std::string count : {"1", "-3", "100001", "1000000000"})
+    CHECK_THAT(mistake({"sweep", kFiveBar, "--coordinate", "P2.x", "--from", "0.4", "--to", "0.5", "--count=" + count}),
+               Contains("--count"));
+  // Methods without checkpoints do not ignore their number.
+  for (const std::string method : {"hand-adjoint", "idas-forward", "discrete-tangent"})
+    CHECK_THAT(mistake({"gradient", kFiveBar, "--formulation", method == "discrete-tangent" ? "index3" : "index1", "--method", method,
+                        "--checkpoint-steps", "20"}),
+               Contains("--checkpoint-steps") && Contains(method));
 }
 
 TEST_CASE("scenes that are not there, or no scene") {
@@ -147,6 +163,11 @@ TEST_CASE("mistakes in a scene are reported at their place") {
   CHECK_THAT(mistake_in_scene("optimize", "mass_kg = 1\n", "mas_kg = 1\n"),
              Contains("scene.toml" + place_of("mass_kg")) && Contains("Did you mean 'mass_kg'?"));
   CHECK_THAT(mistake_in_scene("check", "t_end_s = 5", "t_end_s = -5"), Contains("scene.toml" + place_of("5\nformulation")));
+  CHECK_THAT(mistake_in_scene("check", "rtol = 1e-8", "rtol = 2"), Contains("scene.toml:") && Contains("'rtol'"));
+  CHECK_THAT(mistake_in_scene("simulate", "rtol = 1e-8", "atol = 1e300"), Contains("scene.toml:") && Contains("'atol'"));
+  CHECK_THAT(mistake_in_scene("simulate", "[gravity]", "[friction.f]\nfrom = \"A\"\nto = \"P2\"\nnormal_force_N = \"\"\n"
+                                                       "static_coefficient = 0.3\ntransition_velocity_m_per_s = 0.01\n\n[gravity]"),
+             Contains("scene.toml:") && Contains("'normal_force_N'"));
   CHECK_THAT(mistake_in_scene("simulate", "[gravity]", "[gravity"), Contains("scene.toml:"));
   CHECK_THAT(mistake_in_scene("optimize", "\"lbfgs\"", "\"bfgs\""), Contains("scene.toml" + place_of("\"lbfgs\"")));
   CHECK_THAT(mistake_in_scene("optimize", "algorithm = ", "max_evaluations = 0\nalgorithm = "),

@@ -111,7 +111,7 @@ TEST_CASE("the corrector of forward sensitivities can be chosen") {
 
 TEST_CASE("options win over the scene") {
   const Json j = gradient({"--set", "run.rtol=1e-5", "--set", "run.formulation=penalty", "--formulation", "baumgarte",
-                           "--method", "cvodes-forward", "--rtol", "1e-7", "--atol", "1e-9", "--cvodes-method", "bdf",
+                           "--method", "cvodes-adjoint", "--rtol", "1e-7", "--atol", "1e-9", "--cvodes-method", "bdf",
                            "--penalty-alpha", "1e5", "--checkpoint-steps", "50"});
   CHECK(j.at("formulation") == "baumgarte");
   CHECK(j.at("rtol") == 1e-7);

@@ -201,25 +201,32 @@ TEST_CASE("report: names are escaped, whatever they are") {
   CHECK_THAT(page, Contains("<h1>&lt;b&gt;1 &amp; 2&lt;/b&gt; &#39;x&#39;</h1>") && Contains("&lt;&amp;&gt;nf.toml"));
 }
 
-TEST_CASE("report: an interrupted run leaves the report of an earlier one as it was, and no piece of its own") {
+TEST_CASE("report: an interrupted run leaves nothing of an earlier one") {
   const WorkingDirectory here;
-  const std::vector<std::string> run = {"optimize", kFiveBar, "--rtol", "1e-12", "--output", "out"};
-  const auto interrupt = [&](std::size_t evaluations) {
-    Process process(COSTATE_EXECUTABLE, run, here.path());
-    REQUIRE(process.wait_until([&] {
-      const std::string journal = file_text(here / "out/evaluations.jsonl");
-      return static_cast<std::size_t>(std::count(journal.begin(), journal.end(), '\n')) >= 1 + evaluations;
-    }));
-    process.send(SIGINT);
-    CHECK(process.finish().status == 130);
-  };
-  interrupt(1);
-  CHECK(here.entries() == std::vector<std::string>{"out", "out/evaluations.jsonl"});
   costate_json({"optimize", kFiveBar, "--output", "out"}, here.path());
   const std::string page = page_at(here / "out/report.html");
-  const auto entries = here.entries();
   std::filesystem::remove(here / "out/evaluations.jsonl");
-  interrupt(1);
-  CHECK(here.entries() == entries);
-  CHECK(file_text(here / "out/report.html") == page);
+  Process process(COSTATE_EXECUTABLE, {"optimize", kFiveBar, "--rtol", "1e-12", "--output", "out"}, here.path());
+  REQUIRE(process.wait_until([&] {
+    const std::string journal = file_text(here / "out/evaluations.jsonl");
+    return std::count(journal.begin(), journal.end(), '\n') >= 2;
+  }));
+  CHECK_FALSE(std::filesystem::exists(here / "out/report.html"));
+  process.send(SIGINT);
+  CHECK(process.finish().status == 130);
+  CHECK(here.entries() == std::vector<std::string>{"out", "out/evaluations.jsonl", "out/optimize.json", "out/optimized.toml",
+                                                   "out/report.html"});
+  CHECK(page_at(here / "out/report.html") != page);
+}
+
+TEST_CASE("report: what the optimizer and the certificate say does not contradict itself") {
+  const WorkingDirectory here;
+  // Stopped by a limit at a point that is a minimum: the optimum, from which it begins.
+  costate_json({"optimize", kFiveBar, "--output", "first"}, here.path());
+  const Json j = costate_json({"optimize", "first/optimized.toml", "--max-evaluations", "1", "--stop-value=-1", "--output", "second"},
+                              here.path());
+  CHECK(j.at("converged") == false);
+  REQUIRE_THAT(j.at("certificate").at("verdict").get<std::string>(), Contains("strict local minimum"));
+  const std::string page = page_at(here / "second/report.html");
+  CHECK_THAT(page, Contains("the certificate below finds a minimum") && !Contains("not an optimum"));
 }

@@ -2,9 +2,11 @@
 // that of an undisturbed run, wall-clock times apart.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 
+#include "costate/record/journal.h"
 #include "five_bar.h"
 #include "process.h"
 
@@ -153,21 +155,87 @@ TEST_CASE("resume: other settings are refused, named, and the journal is kept") 
   refused({"--rtol", "1e-12", "--set", "spring.S1.stiffness_N_per_m=101"}, "scene");
 }
 
-TEST_CASE("resume: a damaged journal is refused with the line") {
+TEST_CASE("resume: what is damaged in a journal is cut off with a message, and never half believed") {
+  const WorkingDirectory here;
+  costate_json(with(kRun, {"--max-evaluations", "4"}), here.path());
+  const auto path = here / "out/evaluations.jsonl";
+  const std::string journal = file_text(path);
+  const std::size_t second = journal.find('\n') + 1, third = journal.find('\n', second) + 1;
+  const auto goes_on = [&](const std::string& text, std::size_t kept, const std::string& why) {
+    INFO(why);
+    write_text(path, text);
+    Words words = with(kRun, {"--resume", "--json"});
+    const Outcome o = costate::test::run_costate(words, here.path());
+    CHECK(o.status == 0);
+    CHECK_THAT(o.err, Contains("record " + std::to_string(kept + 1) + " is damaged") && Contains(why) &&
+                          Contains("after evaluation " + std::to_string(kept)));
+    const Json j = costate::test::one_object(o.out);
+    check_same(j, undisturbed());
+    CHECK_THAT(j.at("notes").dump(), Contains("damaged"));
+  };
+  goes_on(journal.substr(0, second) + "{\"index\": oops}\n" + journal.substr(third), 0, "syntax error");
+  goes_on(journal.substr(0, second) + "{\"index\": 1}\n" + journal.substr(third), 0, "no checksum");
+  // Evaluations that are right, but not in their place.
+  goes_on(journal.substr(0, second) + journal.substr(third), 0, "checksum");
+  // A sign that flipped, and a digit.
+  const std::size_t psi = journal.find("\"psi\":", third) + 6;
+  goes_on(journal.substr(0, psi) + "-" + journal.substr(psi), 1, "checksum");
+  std::string digit = journal;
+  const std::size_t gradient = digit.find("\"gradient\":[", third) + 15;
+  digit[gradient] = digit[gradient] == '7' ? '3' : '7';
+  goes_on(digit, 1, "checksum");
+}
+
+TEST_CASE("resume: records with a right checksum that this run cannot have written are cut off as well") {
   const WorkingDirectory here;
   costate_json(with(kRun, {"--max-evaluations", "3"}), here.path());
-  const std::string journal = file_text(here / "out/evaluations.jsonl");
-  const std::size_t second = journal.find('\n') + 1, third = journal.find('\n', second) + 1;
-  const auto refused = [&](const std::string& text, const std::string& named) {
-    write_text(here / "out/evaluations.jsonl", text);
-    const Json j = costate_json(with(kRun, {"--resume"}), here.path(), 1);
-    CHECK_THAT(j.at("error").get<std::string>(), Contains("journal") && Contains(named));
-    CHECK(file_text(here / "out/evaluations.jsonl") == text);
+  const auto path = here / "out/evaluations.jsonl";
+  const std::string journal = file_text(path), header = journal.substr(0, journal.find('\n') + 1);
+  const Json first = Json::parse(journal.substr(header.size(), journal.find('\n', header.size()) - header.size()));
+  const auto goes_on = [&](const std::function<void(Json&)>& change, const std::string& why) {
+    INFO(why);
+    write_text(path, header);
+    Json record = first;
+    record.erase("checksum");
+    change(record);
+    {
+      auto written = costate::Journal::open(path, Json::parse(header).at("header"), true);
+      written.append(record);
+    }
+    const Outcome o = costate::test::run_costate(with(kRun, {"--resume", "--json"}), here.path());
+    CHECK(o.status == 0);
+    CHECK_THAT(o.err, Contains("record 1 is damaged") && Contains(why));
+    check_same(costate::test::one_object(o.out), undisturbed());
   };
-  refused(journal.substr(0, second) + "{\"index\": oops}\n" + journal.substr(third), "line 2");
-  refused(journal.substr(0, second) + "{\"index\": 1}\n" + journal.substr(third), "Record 1");
-  // Two evaluations swapped: no longer what this run asks for.
-  refused(journal.substr(0, second) + journal.substr(third), "Evaluation 1");
+  goes_on([](Json& r) { r["gradient"].push_back(1.0); }, "3 entries where 2 belong");
+  goes_on([](Json& r) { r["parameters"] = Json::array({1.5}); }, "1 entries where 2 belong");
+  goes_on([](Json& r) { r["parameters"][0] = 17.0; }, "outside of its bounds");
+  goes_on([](Json& r) { r["psi"] = "nan"; }, "not finite");
+  goes_on([](Json& r) { r["index"] = 4; }, "where 1 belongs");
+  goes_on([](Json& r) { r["constraints"] = Json::array({0.5}); }, "1 entries where 0 belong");
+  goes_on([](Json& r) { r.erase("counters"); }, "counters");
+}
+
+TEST_CASE("resume: the limit of evaluations counts those of the journal") {
+  for (const std::string algorithm : {"lbfgs", "mma", "slsqp"}) {
+    INFO(algorithm);
+    const WorkingDirectory here;
+    const auto evaluations = [&](const Words& options) {
+      return costate_json(with({"optimize", kFiveBar, "--output", "out", "--no-certificate", "--stop-value=-1",
+                                "--algorithm", algorithm},
+                               options),
+                          here.path());
+    };
+    for (const int limit : {1, 2, 5}) {
+      const Json j = evaluations({"--max-evaluations", std::to_string(limit)});
+      CHECK(j.at("evaluations").size() == static_cast<std::size_t>(limit));
+      CHECK(j.at("converged") == false);
+      CHECK_THAT(j.at("stop_reason").get<std::string>(), Contains("limit"));
+    }
+    CHECK(evaluations({"--resume", "--max-evaluations", "8"}).at("evaluations").size() == 8);
+    CHECK(evaluations({"--resume", "--max-evaluations", "4"}).at("evaluations").size() == 4);
+    CHECK(lines_of(here / "out/evaluations.jsonl") == 9);  // what is known is kept
+  }
 }
 
 TEST_CASE("interrupted by Ctrl-C or SIGTERM: says so, and can be resumed") {
@@ -183,14 +251,24 @@ TEST_CASE("interrupted by Ctrl-C or SIGTERM: says so, and can be resumed") {
     CHECK_THAT(o.err, Contains("interrupted"));
     const Json j = costate::test::one_object(o.out);
     CHECK(j.at("status") == "interrupted");
-    CHECK(here.entries() == Words{"out", "out/evaluations.jsonl"});
+    // The best point so far, and a report and a summary that say what they are.
+    CHECK(here.entries() == Words{"out", "out/evaluations.jsonl", "out/optimize.json", "out/optimized.toml", "out/report.html"});
+    const Json best = costate::test::one_object(file_text(here / "out/optimize.json"));
+    CHECK(best.at("status") == "interrupted");
+    CHECK(best.at("converged") == false);
+    double least = HUGE_VAL;
+    for (const Json& e : best.at("evaluations")) least = std::min(least, e.at("psi").get<double>());
+    CHECK(best.at("psi") == least);
+    CHECK(costate_json({"simulate", "out/optimized.toml", "--no-files"}, here.path()).at("parameters") == best.at("parameters"));
+    CHECK_THAT(file_text(here / "out/report.html"), Contains("did not come to its end") && Contains("interrupted"));
     check_same(costate_json(with(kRun, {"--resume"}), here.path()), undisturbed());
   }
 }
 
 TEST_CASE("interrupted: every command stops soon and leaves nothing") {
-  for (const Words& command : {Words{"simulate", "--t-end", "1e5"}, Words{"gradient", "--method", "cvodes-forward", "--t-end", "1e5"},
-                               Words{"gradient", "--method", "differences", "--t-end", "1000"},
+  for (const Words& command : {Words{"simulate", "--formulation", "baumgarte", "--t-end", "1e4"},
+                               Words{"gradient", "--formulation", "baumgarte", "--method", "cvodes-forward", "--t-end", "1e4"},
+                               Words{"gradient", "--formulation", "baumgarte", "--method", "differences", "--t-end", "1000"},
                                Words{"check", "--rtol", "1e-12", "--t-end", "1000"}}) {
     INFO(command[0]);
     const WorkingDirectory here;

@@ -145,3 +145,35 @@ TEST_CASE("costate study: mistakes have a place, and a run that fails does not s
   CHECK_THAT(j.at("runs").at(0).at("error").get<std::string>(), Contains("--method"));
   CHECK(j.at("runs").at(1).at("status") == "ok");
 }
+
+TEST_CASE("costate study: one at a time in a directory, and an edited one waits for what still runs") {
+  const WorkingDirectory here;
+  std::string text = study_text();
+  text.replace(text.find("run.t_end_s = 2.0"), 17, "run.t_end_s = 300.0");
+  write_text(here / "study.toml", text);
+  const auto journal = here / "results/study/lengths/evaluations.jsonl";
+  const auto begun = [&] {
+    return std::filesystem::exists(journal) && file_text(journal).find("\"index\":1") != std::string::npos;
+  };
+  {
+    Process p(COSTATE_EXECUTABLE, {"study", "study.toml", "--only", "lengths"}, here.path());
+    REQUIRE(p.wait_until(begun));
+    // Edited and started while the old one runs: refused, and the old journal is as it was.
+    std::string edited = text;
+    edited.replace(edited.find("run.t_end_s = 300.0"), 19, "run.t_end_s = 2.0");
+    write_text(here / "study.toml", edited);
+    const std::string header = file_text(journal).substr(0, file_text(journal).find('\n'));
+    const Json j = costate_json({"study", "study.toml", "--only", "lengths"}, here.path(), 1);
+    CHECK_THAT(j.at("error").get<std::string>(), Contains("Another study is at work"));
+    CHECK(file_text(journal).substr(0, header.size()) == header);
+    p.send(SIGKILL);
+    CHECK(p.finish().signal == SIGKILL);
+  }
+  // Right after the kill the run may still be there; the next study waits for it, and makes all of its own.
+  const Outcome next = run_costate({"study", "study.toml", "--only", "lengths", "--json"}, here.path());
+  INFO(next.err);
+  CHECK(next.status == 0);
+  const Json j = one_object(next.out);
+  CHECK(j.at("runs").at(0).at("status") == "ok");
+  CHECK(one_object(file_text(here / "results/study/lengths/optimize.json")).at("settings").at("t_end_s") == 2);
+}

@@ -107,7 +107,10 @@ angular_velocity_rad_per_s = 0.5
 [hinge.elbow]
 points = ["end", "wrist"]
 axis_first = [0.1, 1, 0]
+normal_first = [1, -0.1, 0]
+normal_second = [1, -0.1, 0]
 angle = "b"
+angle_rad = 0.1984261189408803
 
 [translational.guide]
 points = ["O", "shoe"]
@@ -118,6 +121,7 @@ displacement = "rack"
 angle = "a"
 coordinate = "rack.displacement"
 radius_m = 0.2
+offset_m = -0.06
 
 [torsion_spring.tendon]
 angle = "b"
@@ -174,7 +178,8 @@ TEST_CASE("gradients of a mechanism with joint coordinates and natural coordinat
     return gradient(o, "differences", rho);
   };
   const GradientResult exact = oracle_of("baumgarte", {});
-  for (const Variant& v : variants()) {
+  // With alpha = 100 the rack's guide gives by 2 % of its length and psi differs by 0.3 %; with 30 it gives by more than 5 %.
+  for (const Variant& v : variants(100)) {
     const GradientResult own =
         v.formulation.rfind("penalty", 0) == 0 ? oracle_of(v.formulation, v.options) : GradientResult();
     const GradientResult& oracle = own.gradient.empty() ? exact : own;

@@ -2,7 +2,7 @@
 // Dynamics 22 (1993) 215-253) as the Robotran model ovankerm/IAVSD_ILTIS (commit 18c4286) computes it. Tolerances: what is
 // printed for the equilibrium (half of the last digit); 1 % for frequencies and extremes, 3 % for damping, 5 ms for times,
 // which is what two programs with different integrators can be asked for. Angles of runs are those of the source, in the
-// order pitch, roll, yaw: tan(pitch) = A13 / A33, sin(roll) = -A23.
+// order pitch, roll, yaw: tan(pitch) = A13 / A33, sin(roll) = -A23, tan(yaw) = A21 / A22.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -46,7 +46,7 @@ Run run(const std::string& name, double sample) {
   std::vector<double> times;
   for (int i = 0; i * sample <= problem.solver.t_end + 1e-9; ++i) times.push_back(std::min(i * sample, problem.solver.t_end));
   const Mechanism& m = *scene.mechanism();
-  const auto yaw_rate = make_output(m, "chassis.omega_global_z"), load = make_output(m, "FL.normal_force");
+  const auto load = make_output(m, "FL.normal_force");
   const int first = m.coordinate("chassis.x");
   Run r;
   simulate(problem, problem.parameters.values(), times, [&](const PhysicalState& s, System& system) {
@@ -63,7 +63,12 @@ Run run(const std::string& name, double sample) {
     add(r.speed, std::hypot(v[0], v[1]));
     add(r.lateral, std::hypot(a[0], a[1]));
     add(r.y, q[1]);
-    add(r.yaw_rate, yaw_rate->value(s, system.assembly()));
+    // The derivative of the yaw angle, tan(yaw) = A21 / A22.
+    const double *w = v + 3, A21 = 2 * (e[1] * e[2] + e[0] * e[3]);
+    const double A22 = e[0] * e[0] - e[1] * e[1] + e[2] * e[2] - e[3] * e[3];
+    const double A21_dot = 2 * (w[1] * e[2] + e[1] * w[2] + w[0] * e[3] + e[0] * w[3]);
+    const double A22_dot = 2 * (e[0] * w[0] - e[1] * w[1] + e[2] * w[2] - e[3] * w[3]);
+    add(r.yaw_rate, (A21_dot * A22 - A22_dot * A21) / (A21 * A21 + A22 * A22));
     add(r.load, load->value(s, system.assembly()));
   });
   return r;
@@ -196,8 +201,10 @@ TEST_CASE("Iltis: steering") {
         Printed{"steer_sine_2mm", 0.07928, 0.05922, -0.52346, 0.35940, 0.85589, 0.53945, -0.77419}}) {
     INFO(p.scene);
     const Run r = run(p.scene, 0.001);
-    CHECK((p.yaw < 0 ? r.yaw_rate.smallest() : r.yaw_rate.largest()).value == within_1_percent(p.yaw));
-    CHECK(r.yaw_rate.end() == within_1_percent(p.yaw_end));
+    // The source's yaw rate is the derivative of its yaw angle, not the angular velocity about the vertical, which differs by
+    // 0.1 %: it agrees within a unit of the last printed digit.
+    CHECK(std::abs((p.yaw < 0 ? r.yaw_rate.smallest() : r.yaw_rate.largest()).value - p.yaw) <= 1e-5);
+    CHECK(std::abs(r.yaw_rate.end() - p.yaw_end) <= 1e-5);
     CHECK(r.roll.smallest().value == within_1_percent(p.roll));
     CHECK(r.roll.end() == within_1_percent(p.roll_end));
     CHECK(r.lateral.largest().value == within_1_percent(p.lateral));
@@ -238,7 +245,7 @@ TEST_CASE("Iltis: the ride's gradient on posts and bumps, the lane change's, aga
     const GradientResult standard = gradient(problem, "idas-adjoint", rho);
     problem.solver.rtol = 1e-11;
     const GradientResult oracle = gradient(problem, "differences", rho);
-    problem.solver.rtol = 1e-10;
+    // The errors of some 5000 steps there and back add up to 5e-8.
     const GradientResult tight = gradient(problem, "idas-adjoint", rho);
     for (std::size_t j = 0; j < rho.size(); ++j) {
       CHECK(standard.gradient[j] == Approx(oracle.gradient[j]).epsilon(1e-5));

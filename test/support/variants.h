@@ -15,14 +15,14 @@ struct Variant {
 };
 
 /// Every registered formulation as it comes; the penalty formulation also with so small a weight that the 1/alpha
-/// block counts.
-inline std::vector<Variant> variants() {
+/// block counts (and not so small that the constraints are lost).
+inline std::vector<Variant> variants(int soft_weight = 30) {
   std::vector<Variant> r;
   for (const auto& f : formulations()) {
     r.push_back({f.name, f.name, {}});
     if (f.name != "penalty") continue;
-    Variant soft{f.name, "penalty, alpha = 30", {}};
-    soft.options.penalty_alpha = 30;
+    Variant soft{f.name, "penalty, alpha = " + std::to_string(soft_weight), {}};
+    soft.options.penalty_alpha = soft_weight;
     r.push_back(soft);
   }
   return r;

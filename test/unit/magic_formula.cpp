@@ -335,6 +335,8 @@ TEST_CASE("magic formula: mistakes in files are named with their line") {
   CHECK_THAT(complaint("[MODEL]\nFITTYP = 70\n"), Contains(file + ":2:1: FITTYP must be 60, 61 or 62"));
   CHECK(complaint("[UNITS]\nLENGTH = 'mm'\n") ==
         file + ":2:1: LENGTH must be 'METER', found 'MM': convert the file to SI units.");
+  CHECK(complaint("FITTYP = 61\nUNLOADED_RADIUS = -0.3\n") == file + ":2:1: UNLOADED_RADIUS must be positive, found -0.3.");
+  CHECK(complaint("FITTYP = 61\nLMUY = -1\n") == file + ":2:1: LMUY must not be negative, found -1.");
   CHECK_THAT(complaint("FITTYP = 6\nLGAY = 0.9\n"),
              Contains(file + ":2:1: LGAY other than 1 is not supported"));
   CHECK_THAT(
@@ -346,7 +348,7 @@ TEST_CASE("magic formula: mistakes in files are named with their line") {
         }
         return std::string();
       }(),
-      Contains("no_such.tir: This tyre property file cannot be read."));
+      Contains("no_such.tir: This tyre property file, whose path is relative to the scene, cannot be read"));
 }
 
 TEST_CASE("magic formula: a scene with a file, which single coefficients stand over") {
@@ -385,7 +387,8 @@ given = ["wheel"]
   CHECK(value("radius_m") == 0.2025);
   CHECK(value("magic_formula.PDX1") == 0.9);
   CHECK(value("magic_formula.PKY1") == -18.9867);
-  CHECK(value("magic_formula.INFLPRES") == 97000);
+  CHECK(value("magic_formula.NOMPRES") == 97000);
+  CHECK_THROWS(m.number("tyre.T.magic_formula.INFLPRES"));  // left out: the nominal pressure is the tyre's own, one number
   // A coefficient of the file can vary as well: its new value then stands in the scene.
   const Scene changed = scene.with_number("tyre.T.magic_formula.PKY1", -20);
   CHECK(changed.mechanism()->numbers()[m.number("tyre.T.magic_formula.PKY1")].value == -20);
@@ -394,6 +397,6 @@ given = ["wheel"]
     FAIL("found a file that is not there");
   } catch (const Error& e) {
     CHECK_THAT(e.what(),
-               Contains("elsewhere/formula_student_61.tir: This tyre property file cannot be read."));
+               Contains("elsewhere/formula_student_61.tir: This tyre property file, whose path is relative to the scene, cannot be read"));
   }
 }

@@ -270,6 +270,11 @@ TEST_CASE("modes: the five-bar against differences of its accelerations", "[mode
     given.push_back(
         scene.mechanism()->numbers()[static_cast<std::size_t>(coordinates[i].position_number)].path + "=" +
         text_of(r.q[static_cast<Eigen::Index>(i)]));
+  // The lengths stay those of the file while its points vary.
+  for (const char* bar : {"A1", "B12", "B23", "B3B"}) {
+    const std::string length = std::string("bar.") + bar + ".length_m";
+    given.push_back(length + "=" + text_of(scene.mechanism()->numbers()[scene.mechanism()->number(length)].value));
+  }
   const Scene minimal = Scene::load(file, given);
   const auto m = minimal.mechanism();
   Assembly assembly(

@@ -1,7 +1,9 @@
 // Tests of atomic file writing.
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <csignal>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
@@ -76,6 +78,35 @@ TEST_CASE("atomic file: creates missing parents, keeps permissions, follows link
   write_file_atomically(link, "through the link");
   CHECK(fs::is_symlink(link));
   CHECK(file_content(path) == "through the link");
+}
+
+TEST_CASE("atomic file: what a killed process left behind is removed, and nothing else", "[record]") {
+  const TemporaryDirectory directory;
+  const fs::path path = directory / "a.txt";
+  const pid_t child = ::fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {
+    write_file_atomically(path, [](const fs::path& temporary) {
+      put_content(temporary, "half");
+      ::kill(::getpid(), SIGKILL);
+    });
+    ::_exit(1);
+  }
+  ::waitpid(child, nullptr, 0);
+  REQUIRE(directory.entries() == 1);  // the temporary
+  const std::string left = fs::directory_iterator(directory.path())->path().filename().string();
+  // Names that are almost ours: of a process that lives, of another machine, of another program.
+  const std::string mine = left.substr(0, left.rfind('-', left.rfind('-') - 1) + 1) + std::to_string(::getppid()) + "-0.tmp";
+  put_content(directory / mine, "alive");
+  std::string elsewhere = left;
+  const std::size_t space = left.find("txt.") + 4;
+  elsewhere[space] = elsewhere[space] == '0' ? '1' : '0';
+  put_content(directory / elsewhere, "elsewhere");
+  put_content(directory / ".a.txt.swp", "editor");
+  write_file_atomically(path, "whole");
+  CHECK_FALSE(fs::exists(directory / left));
+  for (const std::string& name : {mine, elsewhere, std::string(".a.txt.swp")}) CHECK(fs::exists(directory / name));
+  CHECK(file_content(path) == "whole");
 }
 
 TEST_CASE("atomic file: a long file name is no problem", "[record]") {

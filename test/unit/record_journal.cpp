@@ -129,16 +129,39 @@ TEST_CASE("journal: every truncation is recovered from", "[record]") {
   CHECK_THAT(error_of([&] { (void)Journal::open(path, kHeader, true); }), Contains("within its header"));
 }
 
-TEST_CASE("journal: corruption in the middle gives the line number", "[record]") {
+TEST_CASE("journal: a damaged record is cut off with all after it", "[record]") {
   const TemporaryDirectory directory;
   const fs::path path = directory / "run.jsonl";
-  fill(path, 3);
-  std::string content = file_content(path);
-  content.replace(content.find("\"i\":1"), 3, "\"i:");
-  put_content(path, content);
-  CHECK_THAT(error_of([&] { (void)Journal::open(path, kHeader, true); }),
-             Contains("corrupt in line 3") && Contains("run.jsonl"));
-  CHECK(file_content(path) == content);
+  fill(path, 4);
+  const std::string whole = file_content(path);
+  const std::size_t first = whole.find('\n') + 1, second = whole.find('\n', first) + 1, third = whole.find('\n', second) + 1;
+  // Every byte of the second record, replaced by another: what is read is what was written, or it is cut off.
+  for (std::size_t at = second; at + 1 < third; ++at) {
+    CAPTURE(at);
+    std::string content = whole;
+    content[at] = content[at] == '7' ? '8' : '7';
+    put_content(path, content);
+    const Journal journal = Journal::open(path, kHeader, true);
+    REQUIRE(journal.records().size() == 1);
+    CHECK(journal.records()[0].at("i") == 0);
+    CHECK_THAT(journal.damage(), Contains("record 2 is damaged"));
+    CHECK(file_content(path) == whole.substr(0, second));
+  }
+  // Records that are whole, but not in their place.
+  put_content(path, whole.substr(0, first) + whole.substr(second));
+  CHECK(Journal::open(path, kHeader, true).records().empty());
+  // What the caller cannot have written.
+  put_content(path, whole);
+  {
+    Journal journal = Journal::open(path, kHeader, true);
+    CHECK(journal.damage().empty());
+    journal.keep(2, "its length");
+    CHECK_THAT(journal.damage(), Contains("record 3 is damaged (its length)"));
+    journal.append({{"i", 2}, {"f", 2 / 3.0}});
+  }
+  CHECK(Journal::open(path, kHeader, true).records().size() == 3);
+  put_content(path, "{\"costate_journal\":oops\n");
+  CHECK_THAT(error_of([&] { (void)Journal::open(path, kHeader, true); }), Contains("header") && Contains("damaged"));
 }
 
 TEST_CASE("journal: a header of another run is refused, naming the keys", "[record]") {
@@ -182,7 +205,8 @@ TEST_CASE("journal: two runs cannot share a journal", "[record]") {
   const TemporaryDirectory directory;
   const fs::path path = directory / "run.jsonl";
   Journal journal = Journal::open(path, kHeader, false);
-  journal.append(1);
+  journal.append({{"i", 1}});
+  CHECK(Journal::in_use(path));
   const bool resume = GENERATE(true, false);
   CHECK_THAT(error_of([&] { (void)Journal::open(path, kHeader, resume); }),
              Contains("in use by another run"));

@@ -8,6 +8,7 @@
 #include "costate/element/law/composed_law.h"
 #include "costate/element/law/formula_law.h"
 #include "costate/element/law/scalar_law.h"
+#include "costate/element/law/spline_law.h"
 
 using namespace costate;
 using Catch::Matchers::Contains;
@@ -29,7 +30,7 @@ std::vector<LawCase> laws() {
   return {{"polynomial", std::make_shared<PolynomialLaw>(4), {0.3, -1.2, 0.7, 2.0}, -2, 2},
           {"sine", std::make_shared<SineLaw>(), {0.5, 1.5, 3.0, 0.2}, -2, 2},
           {"smooth step", std::make_shared<SmoothStepLaw>(), {-0.5, 1.2, 2.0, -1.0}, -1.5, 2.5},
-          {"table", std::make_shared<TableLaw>(std::vector<double>{-1, -0.3, 0.4, 1.5, 2}),
+          {"table", std::make_shared<SplineLaw>(std::vector<double>{-1, -0.3, 0.4, 1.5, 2}),
            {1.0, -0.5, 0.2, 2.0, 1.0}, -2.5, 3.5},
           {"formula",
            std::make_shared<FormulaLaw>("-a*sin(w*x)^2*exp(-x/3) + (x - 1)^3/(2 + cos(x)) - 2^(b*x) + sqrt(9 + x)*tanh(x)"
@@ -150,7 +151,7 @@ TEST_CASE("laws: smooth step", "[law]") {
 
 TEST_CASE("laws: table", "[law]") {
   const std::vector<double> x = {-1, -0.3, 0.4, 1.5, 2};
-  const TableLaw law(x);
+  const SplineLaw law(x);
   const double y[] = {1.0, -0.5, 0.2, 2.0, 1.0};
   for (std::size_t k = 0; k < x.size(); ++k) CHECK(law.value(x[k], y) == rounded(y[k]));
   // Natural ends, continued by straight lines.
@@ -167,23 +168,23 @@ TEST_CASE("laws: table", "[law]") {
   const double line[] = {2 - 3, 2 - 0.9, 2 + 1.2, 2 + 4.5, 2 + 6};
   for (const double at : {-4.0, -0.7, 0.0, 1.1, 1.9, 7.0}) CHECK(law.value(at, line) == rounded(2 + 3 * at));
   // Natural spline through (0,0), (1,1), (2,0): second derivative -3 in the middle, 11/16 half way up.
-  const TableLaw hat({0, 1, 2});
+  const SplineLaw hat({0, 1, 2});
   const double h[] = {0, 1, 0};
   CHECK(hat.curve(1, h).c2 == rounded(-3));
   CHECK(hat.value(0.5, h) == rounded(0.6875));
   // Two points: a straight line.
-  const TableLaw two({0, 2});
+  const SplineLaw two({0, 2});
   const double t[] = {1, 5};
   for (const double at : {-1.0, 0.5, 3.0}) CHECK(two.value(at, t) == rounded(1 + 2 * at));
 }
 
 TEST_CASE("laws: a table's abscissae must make sense", "[law]") {
-  CHECK_THROWS_WITH(TableLaw({}), Contains("at least 2 points, found 0"));
-  CHECK_THROWS_WITH(TableLaw({1}), Contains("at least 2 points, found 1"));
-  CHECK_THROWS_AS(TableLaw({1}), ModelError);
-  CHECK_THROWS_WITH(TableLaw({0, 1, 1}), Contains("must increase") && Contains("entry 3"));
-  CHECK_THROWS_WITH(TableLaw({0, -1}), Contains("entry 2 is -1 after 0"));
-  CHECK_THROWS(TableLaw({0, std::numeric_limits<double>::quiet_NaN()}));
+  CHECK_THROWS_WITH(SplineLaw({}), Contains("at least 2 points, found 0"));
+  CHECK_THROWS_WITH(SplineLaw({1}), Contains("at least 2 points, found 1"));
+  CHECK_THROWS_AS(SplineLaw({1}), ModelError);
+  CHECK_THROWS_WITH(SplineLaw({0, 1, 1}), Contains("must increase") && Contains("entry 3"));
+  CHECK_THROWS_WITH(SplineLaw({0, -1}), Contains("entry 2 is -1 after 0"));
+  CHECK_THROWS(SplineLaw({0, std::numeric_limits<double>::quiet_NaN()}));
 }
 
 TEST_CASE("laws: stored energy is the integral from 0", "[law]") {

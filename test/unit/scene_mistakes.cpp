@@ -315,5 +315,5 @@ TEST_CASE("scene mistakes: overrides") {
 TEST_CASE("scene mistakes: a file that cannot be read") {
   REQUIRE_THROWS_WITH(
       Scene::load("/no/such/scene.toml"),
-      "/no/such/scene.toml: The scene file cannot be read; check the path and its permissions.");
+      "/no/such/scene.toml: The scene file cannot be read: No such file or directory; check the path and its permissions.");
 }

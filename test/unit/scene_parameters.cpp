@@ -44,7 +44,7 @@ scale = 0.25
 [parameter.damping]
 number = "spring.S1.damping_N_s_per_m"
 )",
-                               "s.toml", {"spring.S1.preload_N=-0.25"});
+                               "s.toml", {"spring.S1.preload_N=-0.25", "bar.arm.length_m=1"});
   const Parameter& both = parameter(s, "both");
   REQUIRE(both.value == 0.5);
   REQUIRE(both.scale == 0.5);
@@ -91,7 +91,7 @@ TEST_CASE("scene parameters: the numbers that one binds must agree") {
 TEST_CASE("scene parameters: numbers that cannot vary") {
   const auto bound_to = [](const std::string& path) {
     return complaint(pendulum + "\n[parameter.b]\nnumber = \"" + path + "\"\n",
-                     {"bar.light.from=A", "bar.light.to=Q", "bar.light.mass_kg=0",
+                     {"bar.arm.length_m=1", "bar.light.from=A", "bar.light.to=Q", "bar.light.mass_kg=0",
                       "point.Q={ x_m = 1, y_m = 1 }", "start.given=['P.x', 'Q.x']"});
   };
   REQUIRE(bound_to("point.P.x_m") == "no error");
@@ -135,7 +135,7 @@ TEST_CASE("scene settings: defaults and everything set") {
   const Scene plain = Scene::parse(pendulum, "s.toml");
   REQUIRE(plain.title == "Pendulum");
   REQUIRE(plain.run.t_start_s == 0);
-  REQUIRE(plain.run.formulation == "index1");
+  REQUIRE(plain.run.formulation == "baumgarte");
   REQUIRE(plain.run.method == "idas-adjoint");
   REQUIRE(plain.run.integrator.empty());
   REQUIRE(plain.run.parameters == std::vector<std::string>{"k"});

@@ -455,6 +455,23 @@ TEST_CASE("tyre: power, spin and the gradient by numbers") {
   }
 }
 
+TEST_CASE("tyre: without a spin the whole moment acts on the body of the centre, the share about the axis included") {
+  Wheel w;
+  w.place();
+  add_road(w.builder, "ground", {});
+  LinearTyreOptions o;
+  o.cornering_stiffness_N_per_rad = 20000;
+  o.aligning_moment_N_m_per_rad = 900;
+  add_linear_tyre(w.builder, "T", w.tyre, {}, o);
+  w.finish();
+  const Vector u = w.axis(), n(0, 0, 1);
+  const Vector about_center = w.moment - (w.center() - w.position).cross(w.force);
+  // Of the linear tyre's wrench only M_z has a share about the axis: n.u, the sine of the camber.
+  REQUIRE(std::abs(w.measure("aligning_moment")) > 10);
+  REQUIRE(std::abs(n.dot(u)) > 0.05);
+  REQUIRE(about_center.dot(u) == Approx(w.measure("aligning_moment") * n.dot(u)).epsilon(1e-10));
+}
+
 TEST_CASE("tyre: mistakes are named with their place") {
   REQUIRE(complaint("[start]", "[start]") == "none");
   CHECK_THAT(complaint("road = \"plain\"", "road = \"plane\""),
@@ -480,7 +497,7 @@ TEST_CASE("tyre: mistakes are named with their place") {
              Contains("'n_max_1_per_m' must be greater than 'n_min_1_per_m', found 0.01 and 0.011."));
   CHECK_THAT(
       complaint("{ kind = \"iso8608\", class = \"B\" }", "{ kind = \"profile_table\", file = \"none.txt\" }"),
-      Contains("The file 'none.txt' of a road profile cannot be read."));
+      Contains("none.txt: This road profile, whose path is relative to the scene, cannot be read"));
   CHECK_THAT(complaint("kind = \"post\"", "kind = \"profile\""),
              Contains("Unknown key 'speed_m_per_s' in [road.rig]"));
   CHECK_THAT(

@@ -63,12 +63,20 @@ void AccelerationAdjoint::fill() {
 void AccelerationAdjoint::begin(Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
   Eigen::VectorXd wq, wv, wz;
   eliminate_terminal(wq, wv, wz, gradient);
+  Eigen::VectorXd w(2 * n_ + nz_);
+  w << wq, wv, wz;
+  from_states(w, X, gradient);
+}
+
+Eigen::MatrixXd AccelerationAdjoint::of_states(const Eigen::MatrixXd& X) { return X.topRows(2 * n_ + nz_); }
+
+void AccelerationAdjoint::from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& X, Eigen::VectorXd&) {
   const ScalarGradient& g = running_gradient();
   Eigen::VectorXd s(n_ + m_);
-  s << wv + g.a, g.lambda;
+  s << Y.col(0).segment(n_, n_) + g.a, g.lambda;
   level_.solve_kkt(s.data());
   X.resize(size(), 1);
-  X.col(0) << wq, wv, wz, s;
+  X.col(0) << Y.col(0), s;
 }
 
 void AccelerationAdjoint::integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& out) {

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "costate/formulation/acceleration_level.h"
+#include "costate/formulation/velocity_jump.h"
 #include "costate/objective/objective.h"
 
 namespace costate {
@@ -38,6 +39,9 @@ class HandEquations {
   /// Columns of X.
   int columns() const { return direction_ == Direction::forward ? assembly_.np() : 1; }
   bool differential(int row) const { return differential_[row] != 0; }
+  /// The power of the step by which a row is multiplied before a stage is solved for; unknowns that grow like its inverse (in
+  /// systems of index 3 accelerations and multipliers) then do not make the matrix of a small step singular.
+  virtual int step_power(int) const { return 0; }
   /// The rows that were added together are a group, of one kind of unknown.
   int group(int row) const { return group_[row]; }
   int groups() const { return group_.empty() ? 0 : group_.back() + 1; }
@@ -59,6 +63,10 @@ class HandEquations {
   /// Before the step from t to `next`, at the point (t; q, v, z): where the choice changes, X is expressed in the new one,
   /// the gradient gains what depends on the parameters in that, and the result is true.
   virtual bool before_step(double t, double next, const double* qvz, Eigen::MatrixXd& X, Eigen::VectorXd& gradient);
+  /// X across the kink of a driver between the instants t_before and t_after, from `qvz` before it (the motion's state where
+  /// the driven velocity jumps, see impulse_jump.h): forward from before to behind, backward from behind to before, when the
+  /// gradient gains the jump's own dependence on the parameters. The point of the side that X is then on is evaluated.
+  void cross_kink(double t_before, double t_after, const double* qvz, Eigen::MatrixXd& X, Eigen::VectorXd& gradient);
   /// X where the integration begins (t_start forward, t_end backward) at an evaluated point, and the terms that the
   /// gradient gains there.
   virtual void begin(Eigen::MatrixXd& X, Eigen::VectorXd& gradient) = 0;
@@ -87,6 +95,13 @@ class HandEquations {
   /// Fills A_, D_, b_, d_ (zeroed) at the evaluated point.
   virtual void fill() = 0;
 
+  /// At an evaluated point: the tangents of (q, v, z), or the weights of their changes that an adjoint stands for.
+  virtual Eigen::MatrixXd of_states(const Eigen::MatrixXd& X) = 0;
+  /// X from those, at an evaluated point, with what the gradient gains by the constraints there.
+  virtual void from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) = 0;
+  /// The balance of impulses at the evaluated positions.
+  virtual ImpulseJump& velocity_jump() { return velocity_jump_; }
+
   /// Accelerations, multipliers and the assembly's derivative blocks at (t, q, v, z).
   virtual void solve_motion(const StateView& s);
   /// Whether integrand() works with the blocks of the point, or with its state and the cost's gradient alone.
@@ -112,6 +127,7 @@ class HandEquations {
   Assembly assembly_;
   Objective objective_;
   AccelerationLevel level_;
+  VelocityJump velocity_jump_;
   int n_, m_, nz_;
   BlockMatrix A_, D_;
   Eigen::MatrixXd b_, d_;

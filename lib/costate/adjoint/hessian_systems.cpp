@@ -41,6 +41,13 @@ void HessianPass::set_parameters(const double* rho) {
   newton_.set_parameters(rho);
 }
 
+void HessianPass::jump(double t, double*) {
+  throw CapabilityError(fmt::format(
+      "A driver's law has a kink at t = {:.6g} s, where the velocities jump; second derivatives are not carried across, in "
+      "any formulation. Take a law with a continuous slope, or leave the Hessian out.",
+      segment_start(t)));
+}
+
 void HessianPass::append_columns(const std::string& first, const std::string& others) {
   append_column(assembly_.mechanism(), first, unknowns_);
   for (int k = 1; k < columns_; ++k)
@@ -95,6 +102,12 @@ HessianAdjoint::HessianAdjoint(HessianEquations& equations, Motion motion, doubl
   point_.assign(static_cast<std::size_t>(columns_ * equations.state_size()), 0);
   unscaled_.assign(size, 0);
   rates_.assign(size, 0);
+}
+
+// Without those of the base: kinks are times of the motion, not of tau, and the motion has none.
+void HessianAdjoint::set_parameters(const double* rho) {
+  assembly_.set_parameters(rho);
+  newton_.set_parameters(rho);
 }
 
 PhysicalState HessianAdjoint::physical_state(double tau, const double*) {

@@ -27,6 +27,9 @@ class HessianPass : public OdeSystem {
   void adjoint_integrand(double, const double*, const double*, double*) final;
   void terminal_adjoint(double, const double*, double*, double*) final;
 
+  /// Refuses: second derivatives are not carried across the kink of a driver.
+  void jump(double t, double* y) final;
+
  protected:
   explicit HessianPass(HessianEquations& equations);
   /// Names of the columns' unknowns behind `prefix` (the first column) or `prefix`, the direction's number
@@ -65,6 +68,7 @@ class HessianAdjoint final : public HessianPass {
   HessianAdjoint(HessianEquations& equations, Motion motion, double t_end, double scale,
                  std::vector<double> parameter_scale);
 
+  void set_parameters(const double* rho) override;
   PhysicalState physical_state(double tau, const double* y) override;
   void rhs(double tau, const double* y, double* f) override;
   void factor(double tau, const double* y, double gamma) override;

@@ -42,16 +42,30 @@ void MaggiAdjoint::finish(const Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
 
 // (5.12)
 void MaggiAdjoint::change_chart(int to, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
-  const std::vector<int> B2 = at_.independent();
-  const Adjoint mu2 = split(X.col(0));
+  const Eigen::MatrixXd Y = of_states(X);
   evaluate_in_chart(to);
+  from_states(Y, X, gradient);
+}
+
+// The weights B^T mu_z of dq and B^T mu_zd of dv.
+Eigen::MatrixXd MaggiAdjoint::of_states(const Eigen::MatrixXd& X) {
+  const Adjoint mu = split(X.col(0));
+  const auto& independent = at_.independent();
+  Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(2 * n_ + nz_, 1);
+  for (int i = 0; i < f_; ++i) {
+    Y(independent[static_cast<std::size_t>(i)], 0) = mu.z[i];
+    Y(n_ + independent[static_cast<std::size_t>(i)], 0) = mu.zd[i];
+  }
+  Y.bottomRows(nz_) = mu.f;
+  return Y;
+}
+
+// With (5.9): dq = R dz + Nr drho, dv = R dzd + D dz + Vr drho.
+void MaggiAdjoint::from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
   evaluate_parameters();
-  Adjoint mu1;
-  mu1.z = rows_of(at_.R, B2).transpose() * mu2.z + rows_of(at_.D, B2).transpose() * mu2.zd;
-  mu1.zd = rows_of(at_.R, B2).transpose() * mu2.zd;
-  mu1.f = mu2.f;
-  gradient += rows_of(at_.Nr, B2).transpose() * mu2.z + rows_of(at_.Vr, B2).transpose() * mu2.zd;
-  X = join(mu1);
+  const Eigen::VectorXd q = Y.col(0).head(n_), v = Y.col(0).segment(n_, n_);
+  gradient += at_.Nr.transpose() * q + at_.Vr.transpose() * v;
+  X = join({at_.R.transpose() * q + at_.D.transpose() * v, at_.R.transpose() * v, Y.col(0).tail(nz_)});
 }
 
 // Explicit form of first order: (5.5), with mu = Mz^-1 (mu_zd + g_zdd).

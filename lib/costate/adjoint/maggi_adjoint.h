@@ -39,6 +39,8 @@ class MaggiAdjoint : public MaggiEquations {
   /// The running cost's gradient at the evaluated point, without that of parameters.
   MaggiBlocks::Reduced running() { return at_.reduce(running_gradient(), false); }
   void change_chart(int to, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
+  Eigen::MatrixXd of_states(const Eigen::MatrixXd& X) override;
+  void from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
 };
 
 /// Explicit form of first order: X = (mu_z, mu_zd, mu_f), mu solved for.

@@ -228,6 +228,17 @@ MaggiBlocks::Reduced MaggiBlocks::reduce_and_eliminate(const ScalarGradient& g) 
   return r;
 }
 
+// [u; p] with Phi_q u = g, M u + Phi_q^T p = h: u = S g + R y, Mz y = R^T (h - M S g), p = S^T (h - M u).
+void MaggiBlocks::solve_impulses(double* b) {
+  const SparsePattern& square = assembly_.square();
+  Eigen::Map<Eigen::VectorXd> h(b, n_), g(b + n_, m_);
+  Eigen::VectorXd u = times_S(g);
+  u += R * solve_mass(R.transpose() * (h - times(square, assembly_.M, u)));
+  const Eigen::VectorXd p = -multiplier_change(h - times(square, assembly_.M, u));
+  h = u;
+  g = p;
+}
+
 long MaggiBlocks::factorizations() const {
   long sum = 0;
   for (const auto& c : charts_) sum += c->factorizations();

@@ -66,6 +66,10 @@ class MaggiBlocks {
   /// The same with accelerations eliminated by the equations of motion.
   Reduced reduce_and_eliminate(const ScalarGradient& g);
 
+  /// b := [M, Phi_q^T; Phi_q, 0]^-1 b (n + m entries) at the evaluated positions, with the assembly's mass matrix there; of the
+  /// multipliers of redundant rows those of least norm.
+  void solve_impulses(double* b);
+
   /// S c for m rows c.
   Eigen::MatrixXd times_S(const Eigen::MatrixXd& c);
   long factorizations() const;

@@ -22,11 +22,25 @@ Eigen::VectorXd stacked(const Eigen::VectorXd& a, const Eigen::VectorXd& b, cons
   return x;
 }
 
+namespace {
+class BlocksBalance final : public ImpulseBalance {
+ public:
+  BlocksBalance(Assembly& assembly, MaggiBlocks& at) : assembly_(assembly), at_(at) {}
+  void prepare(const StateView& s) override { assembly_.calc_dynamics(s); }
+  void solve(double* b) override { at_.solve_impulses(b); }
+
+ private:
+  Assembly& assembly_;
+  MaggiBlocks& at_;
+};
+}  // namespace
+
 MaggiEquations::MaggiEquations(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
                                Objective objective, Direction direction)
     : HandEquations(std::move(mechanism), std::move(parameters), std::move(objective), Stabilization{},
                     direction),
       at_(assembly_),
+      velocity_jump_(assembly_, std::make_unique<BlocksBalance>(assembly_, at_)),
       f_(at_.freedoms()) {}
 
 void MaggiEquations::set_parameters(const double* rho) {

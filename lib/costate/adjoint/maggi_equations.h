@@ -26,6 +26,7 @@ class MaggiEquations : public HandEquations {
   /// X, at an evaluated point, to the chart of number `to`: on return that is in force and the point
   /// evaluated in it.
   virtual void change_chart(int to, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) = 0;
+  ImpulseJump& velocity_jump() override { return velocity_jump_; }
 
   /// "independent.0", ...: which coordinates these are changes on the way.
   std::vector<std::string> independent_names() const;
@@ -39,6 +40,7 @@ class MaggiEquations : public HandEquations {
   void evaluate_parameters();
 
   MaggiBlocks at_;
+  ImpulseJump velocity_jump_;
   const int f_;
 
  private:

@@ -25,11 +25,35 @@ MaggiSecondOrderAdjoint::MaggiSecondOrderAdjoint(std::shared_ptr<const Mechanism
   finalize();
 }
 
-void MaggiSecondOrderAdjoint::fill() {
+void MaggiSecondOrderAdjoint::require_plain_cost() const {
   if (objective_.running_needs_accelerations())
     throw CapabilityError(
         "The second-order adjoint needs derivatives of the accelerations where the running cost depends "
         "on accelerations or reactions; use formulation 'maggi' or 'maggi-implicit' for this cost.");
+}
+
+std::vector<double> MaggiSecondOrderAdjoint::plan(const std::vector<double>& times, const Motion& motion) {
+  require_plain_cost();
+  kinks_ = find_force_kinks(assembly_, objective_, times, motion);
+  std::vector<double> changes = MaggiAdjoint::plan(times, motion);
+  append_times(kinks_, changes);
+  return changes;
+}
+
+bool MaggiSecondOrderAdjoint::before_step(double t, double next, const double* qvz, Eigen::MatrixXd& X,
+                                          Eigen::VectorXd& gradient) {
+  const bool changed = MaggiAdjoint::before_step(t, next, qvz, X, gradient);
+  const ForceKink* k = kink_before(kinks_, t);
+  if (!k) return changed;
+  evaluate(k->after, k->state_after.data());
+  const Adjoint mu = split(X.col(0));
+  evaluate(k->before, k->state_before.data());
+  X = join(mu);
+  return true;
+}
+
+void MaggiSecondOrderAdjoint::fill() {
+  require_plain_cost();
   calc_path_rates(assembly_, state(), rates_);
   const SparsePattern& square = assembly_.square();
   const Eigen::MatrixXd &R = at_.R, &D = at_.D, &A = at_.A;

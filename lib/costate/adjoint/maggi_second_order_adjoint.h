@@ -10,6 +10,7 @@
 // refused.
 #pragma once
 
+#include "costate/adjoint/force_kinks.h"
 #include "costate/adjoint/maggi_adjoint.h"
 #include "costate/assembly/path_rates.h"
 
@@ -19,6 +20,10 @@ class MaggiSecondOrderAdjoint final : public MaggiAdjoint {
  public:
   MaggiSecondOrderAdjoint(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
                           Objective objective);
+
+  /// Kinks of forces, where the blocks whose rates stand above jump, and mu' with them; mu_z and mu_zd do not.
+  std::vector<double> plan(const std::vector<double>& times, const Motion& motion) override;
+  bool before_step(double t, double next, const double* qvz, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
 
  protected:
   void fill() override;
@@ -30,7 +35,10 @@ class MaggiSecondOrderAdjoint final : public MaggiAdjoint {
   /// -g_zd + Cz^T mu - Zv^T mu_f - Mz' mu, which is mu_z + Mz mu'.
   Eigen::VectorXd rest(const Eigen::VectorXd& mu, const Eigen::VectorXd& mu_f);
 
+  void require_plain_cost() const;
+
   PathRates rates_;
+  std::vector<ForceKink> kinks_;
   Eigen::MatrixXd Mz_dot_;
   struct Blocks {
     int D_mu, D_nu, D_f, mu_nu, nu_nu, nu_mu, nu_f, f_mu, f_f;

@@ -102,6 +102,17 @@ void MaggiTangent::begin(Eigen::MatrixXd& X, Eigen::VectorXd&) {
   X = project(s.q_rho, s.v_rho, s.z_rho);
 }
 
+Eigen::MatrixXd MaggiTangent::of_states(const Eigen::MatrixXd& X) {
+  expand(X);
+  Eigen::MatrixXd Y(2 * n_ + nz_, columns());
+  Y << dq_, dv_, dzf_;
+  return Y;
+}
+
+void MaggiTangent::from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& X, Eigen::VectorXd&) {
+  X = project(Y.topRows(n_), Y.middleRows(n_, n_), Y.bottomRows(nz_));
+}
+
 void MaggiTangent::change_chart(int to, Eigen::MatrixXd& X, Eigen::VectorXd&) {
   expand(X);
   evaluate_in_chart(to);

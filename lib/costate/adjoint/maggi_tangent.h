@@ -20,6 +20,8 @@ class MaggiTangent final : public MaggiEquations {
 
  protected:
   void fill() override;
+  Eigen::MatrixXd of_states(const Eigen::MatrixXd& X) override;
+  void from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
   void change_chart(int to, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
 
  private:

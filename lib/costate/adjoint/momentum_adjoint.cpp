@@ -69,6 +69,24 @@ void MomentumAdjoint::fill() {
 void MomentumAdjoint::begin(Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
   Eigen::VectorXd wq, wv, wz;
   eliminate_terminal(wq, wv, wz, gradient);
+  Eigen::VectorXd w(2 * n_ + nz_);
+  w << wq, wv, wz;
+  from_states(w, X, gradient);
+}
+
+// P = M mu - g_a
+Eigen::MatrixXd MomentumAdjoint::of_states(const Eigen::MatrixXd& X) {
+  Eigen::MatrixXd Y = X.topRows(2 * n_ + nz_);
+  Eigen::VectorXd P = -running_gradient().a;
+  add_product(assembly_.square(), assembly_.M.data(), 1, X.data() + n_, P.data());
+  Y.col(0).segment(n_, n_) = P;
+  return Y;
+}
+
+// (1.3) to (1.5): of weights of all changes, the adjoint takes those that the constraints allow; the rest, with eta, goes to
+// the parameters that move the constraints.
+void MomentumAdjoint::from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
+  const Eigen::VectorXd wq = Y.col(0).head(n_), wv = Y.col(0).segment(n_, n_), wz = Y.col(0).tail(nz_);
   const ScalarGradient& g = running_gradient();
   const SparsePattern& J = assembly_.jacobian();
   Eigen::VectorXd kkt(n_ + m_);

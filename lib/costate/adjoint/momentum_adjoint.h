@@ -27,6 +27,8 @@ class MomentumAdjoint final : public HandEquations {
 
  protected:
   void fill() override;
+  Eigen::MatrixXd of_states(const Eigen::MatrixXd& X) override;
+  void from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
   bool integrand_needs_blocks() const override { return false; }
 
  private:

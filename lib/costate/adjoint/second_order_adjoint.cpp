@@ -123,15 +123,56 @@ void SecondOrderAdjoint::begin(Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
   require_plain_cost();
   Eigen::VectorXd wq, wv, wz;
   eliminate_terminal(wq, wv, wz, gradient);
-  // KKT [mu; sigma] = [w^_v; 0], KKT [nu; tau] = [rest - w^_q; -Phid_q mu]
+  Eigen::VectorXd w(2 * n_ + nz_);
+  w << wq, wv, wz;
+  from_states(w, X, gradient);
+}
+
+void SecondOrderAdjoint::from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& X, Eigen::VectorXd&) {
+  X = join({Y.col(0).head(n_), Y.col(0).segment(n_, n_), Y.col(0).tail(nz_)});
+}
+
+// KKT [mu; sigma] = [mu_v; 0], KKT [nu; tau] = [rest - mu_q; -Phid_q mu]
+Eigen::MatrixXd SecondOrderAdjoint::join(const StateAdjoint& mu) {
   Eigen::VectorXd x = Eigen::VectorXd::Zero(n_ + m_), y = x;
-  x.head(n_) = wv;
+  x.head(n_) = mu.v;
   level_.solve_kkt(x.data());
-  y.head(n_) = rest(x.data(), x.data() + n_, wz.data()) - wq;
+  y.head(n_) = rest(x.data(), x.data() + n_, mu.z.data()) - mu.q;
   add_product(assembly_.jacobian(), assembly_.phid_q.data(), -1, x.data(), y.data() + n_);
   level_.solve_kkt(y.data());
-  X.resize(size(), 1);
-  X.col(0) << x.head(n_), y.head(n_), wz, x.tail(m_), y.tail(m_);
+  Eigen::MatrixXd X(size(), 1);
+  X.col(0) << x.head(n_), y.head(n_), mu.z, x.tail(m_), y.tail(m_);
+  return X;
+}
+
+// mu_v = M mu + Phi_q^T sigma, mu_q = rest - M nu - Phi_q^T tau
+SecondOrderAdjoint::StateAdjoint SecondOrderAdjoint::split(const Eigen::MatrixXd& X) {
+  const double *mu = X.data(), *nu = mu + n_, *mu_z = nu + n_, *sigma = mu_z + nz_, *tau = sigma + m_;
+  StateAdjoint r{rest(mu, sigma, mu_z), Eigen::VectorXd::Zero(n_), X.col(0).segment(2 * n_, nz_)};
+  level_.add_mass(1, mu, r.v.data());
+  level_.add_jacobian_transposed(1, sigma, r.v.data());
+  level_.add_mass(-1, nu, r.q.data());
+  level_.add_jacobian_transposed(-1, tau, r.q.data());
+  return r;
+}
+
+std::vector<double> SecondOrderAdjoint::plan(const std::vector<double>& times, const Motion& motion) {
+  require_plain_cost();
+  kinks_ = find_force_kinks(assembly_, objective_, times, motion);
+  level_.invalidate();
+  std::vector<double> changes;
+  append_times(kinks_, changes);
+  return changes;
+}
+
+bool SecondOrderAdjoint::before_step(double t, double, const double*, Eigen::MatrixXd& X, Eigen::VectorXd&) {
+  const ForceKink* k = kink_before(kinks_, t);
+  if (!k) return false;
+  evaluate(k->after, k->state_after.data());
+  const StateAdjoint mu = split(X);
+  evaluate(k->before, k->state_before.data());
+  X = join(mu);
+  return true;
 }
 
 void SecondOrderAdjoint::integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& out) {
@@ -153,15 +194,15 @@ void SecondOrderAdjoint::finish(const Eigen::MatrixXd& X, Eigen::VectorXd& gradi
   Eigen::VectorXd y(2 * n_ + nz_);
   y << s.q, s.v, s.z;
   evaluate(t_start, y.data());
-  const double *mu = X.data(), *nu = mu + n_, *mu_z = nu + n_, *sigma = mu_z + nz_, *tau = sigma + m_;
-  // mu_v = M mu + Phi_q^T sigma, mu_q = rest - M nu - Phi_q^T tau
-  Eigen::VectorXd mu_v = Eigen::VectorXd::Zero(n_), mu_q = rest(mu, sigma, mu_z);
-  level_.add_mass(1, mu, mu_v.data());
-  level_.add_jacobian_transposed(1, sigma, mu_v.data());
-  level_.add_mass(-1, nu, mu_q.data());
-  level_.add_jacobian_transposed(-1, tau, mu_q.data());
-  gradient += s.q_rho.transpose() * mu_q + s.v_rho.transpose() * mu_v +
-              s.z_rho.transpose() * X.col(0).segment(2 * n_, nz_);
+  const StateAdjoint mu = split(X);
+  gradient += s.q_rho.transpose() * mu.q + s.v_rho.transpose() * mu.v + s.z_rho.transpose() * mu.z;
+}
+
+Eigen::MatrixXd SecondOrderAdjoint::of_states(const Eigen::MatrixXd& X) {
+  const StateAdjoint mu = split(X);
+  Eigen::MatrixXd Y(2 * n_ + nz_, 1);
+  Y << mu.q, mu.v, mu.z;
+  return Y;
 }
 
 }  // namespace costate

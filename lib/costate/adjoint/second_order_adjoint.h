@@ -16,6 +16,7 @@
 // fourth derivatives of the motion and are refused.
 #pragma once
 
+#include "costate/adjoint/force_kinks.h"
 #include "costate/adjoint/hand_equations.h"
 #include "costate/assembly/path_rates.h"
 
@@ -25,21 +26,33 @@ class SecondOrderAdjoint final : public HandEquations {
  public:
   SecondOrderAdjoint(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective,
                      Stabilization stabilization);
+  /// Kinks of forces, where the blocks whose rates stand above jump, and nu and tau with them; mu_q and mu_v do not.
+  std::vector<double> plan(const std::vector<double>& times, const Motion& motion) override;
+  bool before_step(double t, double next, const double* qvz, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
   void begin(Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
   void integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& out) override;
   void finish(const Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
 
  protected:
   void fill() override;
+  Eigen::MatrixXd of_states(const Eigen::MatrixXd& X) override;
+  void from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
   bool integrand_needs_blocks() const override { return false; }
 
  private:
+  struct StateAdjoint {
+    Eigen::VectorXd q, v, z;
+  };
+  /// X at the evaluated point from the states' adjoints, and back.
+  Eigen::MatrixXd join(const StateAdjoint& mu);
+  StateAdjoint split(const Eigen::MatrixXd& X);
   /// -g_v + C^T mu + R2_v^T sigma - f_v^T mu_z - M' mu - Phid_q^T sigma: what is left of mu_q when (M nu + Phi_q^T tau)
   /// is taken away, with the sign of the equation mu_q = rest - (M nu + Phi_q^T tau).
   Eigen::VectorXd rest(const double* mu, const double* sigma, const double* mu_z);
   void require_plain_cost() const;
 
   PathRates rates_;
+  std::vector<ForceKink> kinks_;
   struct Blocks {
     int D_mu, D_nu, D_tau, D_z, mu_nu, nu_M1, nu_C, nu_mu, nu_mu_t, nu_tau, nu_sigma, nu_z, z_mu, z_z, D_sigma, sigma_tau,
         t_nu, t_mu, t_corner, nu_fv_fz, nu_fv_Qz;

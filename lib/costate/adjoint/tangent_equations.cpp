@@ -86,14 +86,22 @@ void TangentEquations::fill() {
   }
 }
 
-void TangentEquations::begin(Eigen::MatrixXd& X, Eigen::VectorXd&) {
+void TangentEquations::begin(Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
   const Start s = start();
   Eigen::VectorXd y(2 * n_ + nz_);
   y << s.q, s.v, s.z;
   evaluate(t_start, y.data());
+  Eigen::MatrixXd Y(2 * n_ + nz_, columns());
+  Y << s.q_rho, s.v_rho, s.z_rho;
+  from_states(Y, X, gradient);
+}
+
+Eigen::MatrixXd TangentEquations::of_states(const Eigen::MatrixXd& X) { return X.topRows(2 * n_ + nz_); }
+
+void TangentEquations::from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& X, Eigen::VectorXd&) {
   X.setZero(size(), columns());
-  X.topRows(2 * n_ + nz_) << s.q_rho, s.v_rho, s.z_rho;
-  solve_tangent_accelerations(s.q_rho, s.v_rho, s.z_rho, Sa_, Sl_);
+  X.topRows(2 * n_ + nz_) = Y;
+  solve_tangent_accelerations(Y.topRows(n_), Y.middleRows(n_, n_), Y.bottomRows(nz_), Sa_, Sl_);
   X.middleRows(2 * n_ + nz_, n_ + m_) << Sa_, Sl_;
 }
 

@@ -16,12 +16,19 @@ class TangentEquations final : public HandEquations {
   enum class Constraints { acceleration, index2, index3 };
   TangentEquations(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective,
                    Stabilization stabilization, Constraints constraints);
+  /// Index 3: Sv goes with 1/h, Sa and Sl with 1/h^2 of Sq.
+  int step_power(int row) const override {
+    if (constraints_ != Constraints::index3 || row < n_ || row >= 3 * n_ + nz_) return 0;
+    return row < 2 * n_ ? 1 : row < 2 * n_ + nz_ ? 0 : 2;
+  }
   void begin(Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
   void integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& out) override;
   void finish(const Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
 
  protected:
   void fill() override;
+  Eigen::MatrixXd of_states(const Eigen::MatrixXd& X) override;
+  void from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
   bool integrand_needs_blocks() const override {
     return constraints_ != Constraints::acceleration && objective_.running_needs_accelerations();
   }

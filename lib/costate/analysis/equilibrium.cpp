@@ -7,10 +7,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/analysis/given_by_itself.h"
+#include "costate/analysis/mechanism_size.h"
 #include "costate/analysis/rest_system.h"
 #include "costate/analysis/start.h"
 #include "costate/analysis/start_errors.h"
 #include "costate/base/error.h"
+#include "costate/base/stop.h"
 #include "costate/objective/output.h"
 
 namespace costate {
@@ -51,6 +54,7 @@ class Search {
     int settled = 0, transient = 0;
     bool newton = true;
     for (; iterations_ < kMaxIterations && settled < 2; ++iterations_) {
+      check_stop();
       x_.linearize();
       const bool stable = x_.lowest_stiffness() > 0 || x_.freedom() == 0;
       newton = (stable || transient >= kPatience) && newton_step(settled);
@@ -83,40 +87,17 @@ class Search {
     return r;
   }
 
-  /// The largest coordinate, and the extent of all points and coordinates that are lengths.
   void measure_size() {
-    const Mechanism& m = assembly_.mechanism();
     const VectorXd& q = x_.q();
     size_ = std::max(1e-3, q.cwiseAbs().maxCoeff());
-    std::vector<double> lengths;
-    for (int i = 0; i < assembly_.n(); ++i)
-      if (m.coordinates()[static_cast<std::size_t>(i)].unit == "m") lengths.push_back(q[i]);
-    const auto local = [&](const auto& point, double* at, double* p) {
-      for (std::size_t i = 0; i < point.coordinates().size(); ++i) at[i] = q[point.coordinates()[i]];
-      for (std::size_t i = 0; i < point.numbers().size(); ++i)
-        p[i] = assembly_.numbers()[static_cast<std::size_t>(point.numbers()[i])];
-    };
-    for (const auto& point : m.points()) {
-      double at[PlanarPoint::kMaxCoordinates] = {}, p[PlanarPoint::kMaxNumbers] = {}, r[2];
-      local(point, at, p);
-      point.position(at, p, r[0], r[1]);
-      lengths.insert(lengths.end(), r, r + 2);
-    }
-    for (const auto& point : m.spatial_points()) {
-      double at[SpatialPoint::kMaxCoordinates] = {}, p[3] = {}, r[3];
-      local(point, at, p);
-      point.position(at, p, r);
-      lengths.insert(lengths.end(), r, r + 3);
-    }
-    if (lengths.empty()) return;
-    const auto [low, high] = std::minmax_element(lengths.begin(), lengths.end());
-    extent_ = *high > *low ? *high - *low : 1;
+    extent_ = extent_of(assembly_, q).value_or(extent_);
   }
 
   /// Constraints and held positions alone, by the shortest steps.
   void close() {
     int settled = 0;
     for (int i = 0; i < kCloseIterations && settled < 2; ++i) {
+      check_stop();
       const VectorXd q = x_.q(), step = x_.closing_step();
       const double before = x_.gap().norm();
       double fraction = 1;
@@ -222,7 +203,7 @@ class Search {
 std::vector<HeldPosition> held_by_start(const Assembly& assembly) {
   std::vector<HeldPosition> held;
   for (const auto& g : assembly.mechanism().given_positions())
-    held.push_back({g.coordinate, assembly.numbers()[g.number], g.number});
+    if (!given_by_itself(g)) held.push_back({g.coordinate, assembly.numbers()[g.number], g.number});
   return held;
 }
 

@@ -3,6 +3,8 @@
 #include <Eigen/SparseQR>
 
 #include "costate/analysis/start.h"
+#include "costate/base/stop.h"
+#include "costate/linear/inverse_norm.h"
 #include "costate/linear/matrix_parts.h"
 
 namespace costate {
@@ -10,15 +12,48 @@ namespace costate {
 namespace {
 
 constexpr int kDenseLimit =
-    500;  // coordinates; above, uncoupled parts one by one, larger ones by a sparse QR
+    500;  // coordinates; above, uncoupled parts one by one, larger ones by sparse factors
 constexpr double kRankTolerance = 1e-9;
+// A large matrix with an inverse below this is regular beyond the tolerance, and its LU factors serve. What is not so
+// surely regular is left to a sparse QR, whose cost grows much faster than linearly.
+constexpr double kSurelyRegular = 0.01 / kRankTolerance;
 
 using Dense = Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>;
 using Sparse = Eigen::SparseQR<Eigen::SparseMatrix<double>, Eigen::COLAMDOrdering<int>>;
 
 }  // namespace
 
-/// A part with its orthogonal factors; none where it has no rows or no columns.
+namespace {
+
+/// Columns that are dependent come last. Long, and not to be interrupted from within.
+std::shared_ptr<Sparse> orthogonal_factors(const Eigen::SparseMatrix<double>& matrix) {
+  auto qr = std::make_shared<Sparse>();
+  qr->setPivotThreshold(kRankTolerance);
+  const auto own = std::make_shared<Eigen::SparseMatrix<double>>(matrix);
+  run_stoppably([qr, own] { qr->compute(*own); });
+  return qr;
+}
+
+/// Whether the columns of A are independent beyond doubt: the matrix [-I A; A^T 0] is regular, with an inverse as large as
+/// that of A^T A.
+bool has_full_column_rank(const Eigen::SparseMatrix<double>& A) {
+  const auto n = static_cast<int>(A.rows());
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int i = 0; i < n; ++i) entries.emplace_back(i, i, -1.0);
+  for (int j = 0; j < A.outerSize(); ++j)
+    for (Eigen::SparseMatrix<double>::InnerIterator e(A, j); e; ++e) {
+      entries.emplace_back(static_cast<int>(e.row()), n + j, e.value());
+      entries.emplace_back(n + j, static_cast<int>(e.row()), e.value());
+    }
+  Eigen::SparseMatrix<double> saddle(n + A.cols(), n + A.cols());
+  saddle.setFromTriplets(entries.begin(), entries.end());
+  saddle.makeCompressed();
+  return SparseSquare(saddle).regular(1e12);
+}
+
+}  // namespace
+
+/// A part with its factors; none where it has no rows or no columns.
 struct GivenSystem::FactoredPart {
   explicit FactoredPart(MatrixPart p) : part(std::move(p)) {
     if (part.rows.empty() || part.columns.empty()) return;
@@ -27,19 +62,27 @@ struct GivenSystem::FactoredPart {
       dense->setThreshold(kRankTolerance);
       dense->compute(Eigen::MatrixXd(part.matrix));
     } else {
-      sparse = std::make_unique<Sparse>();
-      sparse->setPivotThreshold(kRankTolerance);
-      sparse->compute(part.matrix);
+      if (part.rows.size() == part.columns.size()) square = std::make_unique<SparseSquare>(part.matrix);
+      if (square && square->regular(kSurelyRegular)) return;
+      square.reset();
+      sparse = orthogonal_factors(part.matrix);
     }
   }
-  int rank() const { return static_cast<int>(dense ? dense->rank() : sparse ? sparse->rank() : 0); }
+  int rank() const {
+    return static_cast<int>(dense    ? dense->rank()
+                            : square ? part.matrix.cols()
+                            : sparse ? sparse->rank()
+                                     : 0);
+  }
   Eigen::MatrixXd solve(const Eigen::MatrixXd& b) const {
+    if (square) return square->solve(b);
     return dense ? Eigen::MatrixXd(dense->solve(b)) : Eigen::MatrixXd(sparse->solve(b));
   }
 
   MatrixPart part;
   std::optional<Dense> dense;
-  std::unique_ptr<Sparse> sparse;
+  std::unique_ptr<SparseSquare> square;  // the LU factors of what is surely regular
+  std::shared_ptr<Sparse> sparse;        // or the orthogonal ones
 };
 
 GivenSystem::GivenSystem(const Assembly& assembly, const std::vector<GivenStart>& given)
@@ -68,7 +111,10 @@ void GivenSystem::factor(const double* q) {
     dense_->compute(Eigen::MatrixXd(matrix_));
   } else {
     parts_.clear();
-    for (MatrixPart& p : matrix_parts(matrix_)) parts_.emplace_back(std::move(p));
+    for (MatrixPart& p : matrix_parts(matrix_)) {
+      check_stop();
+      parts_.emplace_back(std::move(p));
+    }
   }
 }
 
@@ -143,11 +189,10 @@ ConstraintRank constraint_rank(Assembly& assembly, double t, const double* q) {
       result.dependent_rows.insert(result.dependent_rows.end(), p.columns.begin(), p.columns.end());
     } else if (p.rows.size() <= kDenseLimit) {
       add_dense(p.matrix, &p.columns);
+    } else if (has_full_column_rank(p.matrix)) {
+      result.rank += static_cast<int>(p.columns.size());
     } else {
-      Sparse qr;
-      qr.setPivotThreshold(kRankTolerance);
-      qr.compute(p.matrix);
-      add(qr, &p.columns);
+      add(*orthogonal_factors(p.matrix), &p.columns);
     }
   }
   return result;

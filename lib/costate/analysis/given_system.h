@@ -1,5 +1,5 @@
 // The linear system of the start, [Phi_q; B] x = b with a row of B for each given coordinate or rate: dense
-// where a mechanism is small, else part by part of what no element connects, larger parts by a sparse QR.
+// where a mechanism is small, else part by part of what no element connects, larger parts by sparse factors.
 // (Also the rank of Phi_q, start.h, is found so.)
 #pragma once
 

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "costate/analysis/row_space.h"
+#include "costate/analysis/spread_roots.h"
 #include "costate/base/error.h"
 #include "costate/element/constraint/euler_norm.h"
 #include "costate/element/point/rotation.h"
@@ -21,37 +22,6 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr int kMostCoordinates = 500;
-constexpr double kZero = 1e-11;  // of singular values, against the largest row
-
-/// A in the orthonormal basis V has zeros in its first columns: those of its zero eigenvalues, chains
-/// included.
-struct Deflated {
-  MatrixXd A, V;
-  Eigen::Index zeros = 0;
-};
-
-Deflated split_zeros(const MatrixXd& A) {
-  const Eigen::Index n = A.rows();
-  Deflated d{A, MatrixXd::Identity(n, n), 0};
-  const double size = A.size() > 0 ? A.cwiseAbs().rowwise().sum().maxCoeff() : 0;
-  while (d.zeros < n) {
-    const Eigen::Index rest = n - d.zeros;
-    const Eigen::JacobiSVD<MatrixXd> svd(d.A.bottomRightCorner(rest, rest), Eigen::ComputeFullV);
-    Eigen::Index null = 0;
-    while (null < rest && !(svd.singularValues()[rest - 1 - null] > kZero * size)) ++null;
-    if (null == 0) break;
-    // The null vectors first.
-    const MatrixXd V = svd.matrixV().rowwise().reverse();
-    MatrixXd full = MatrixXd::Identity(n, n);
-    full.bottomRightCorner(rest, rest) = V;
-    d.A = full.transpose() * d.A * full;
-    d.V = d.V * full;
-    d.A.block(d.zeros, d.zeros, rest, null).setZero();
-    d.zeros += null;
-  }
-  return d;
-}
-
 /// Accelerations and multipliers at (q, v, z), by the null space.
 void calc_accelerations(Assembly& assembly, const RowSpace& rows, const MatrixXd& N, Modes& r) {
   const MatrixXd M = dense_matrix(assembly.square(), assembly.M);
@@ -100,7 +70,19 @@ MatrixXd calc_directions(const Mechanism& m, const VectorXd& p, bool constant_pa
 struct LinearMotion {
   MatrixXd A, U, M;
   VectorXd d;
+  MatrixXd terms;  // the sum of the absolute values of the terms of each entry of A
 };
+
+/// Columns N with X N = 0 that leave apart what X does not couple: by elimination, so that the stiffness of one body is not
+/// mixed with that of another.
+MatrixXd null_columns(const MatrixXd& X, const RowSpace& rows) {
+  const Eigen::Index n = X.cols(), f = n - rows.rank();
+  if (f == 0) return MatrixXd(n, 0);
+  if (rows.rank() == 0) return MatrixXd::Identity(n, n);
+  Eigen::FullPivLU<MatrixXd> lu(X);
+  lu.setThreshold(1e-9);
+  return lu.rank() == rows.rank() ? MatrixXd(lu.kernel()) : rows.null_space();
+}
 
 LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
   const int nz = assembly.nz();
@@ -131,7 +113,7 @@ LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
   for (Eigen::Index i = 0; i < J.rows(); ++i)
     if (J.row(i).norm() < 1e-12 * phi_q.row(i).norm()) J.row(i).setZero();
   rows.compute(J);
-  const MatrixXd R = rows.null_space(), J1 = phi_q * T1 + phid_q * T,
+  const MatrixXd R = null_columns(J, rows), J1 = phi_q * T1 + phid_q * T,
                  J2 = phi_q * T2 + 2 * phid_q * T1 + phidd_q * T;
   const MatrixXd D = -rows.solve(J1 * R), A = -rows.solve(J2 * R + 2 * J1 * D);
   const MatrixXd Mz = R.transpose() * Mx * R, Cz = R.transpose() * (Cx * R + 2 * Mx * D),
@@ -149,26 +131,35 @@ LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
                      "not determined.");
   const MatrixXd V = f > 0 ? MatrixXd(llt.matrixU().solve(MatrixXd::Identity(f, f))) : MatrixXd(0, 0);
   const MatrixXd stiffness = V.transpose() * Kz * V, damping = V.transpose() * Cz * V;
-  // A time scale, not below what the terms of the stiffness leave where they cancel.
-  const MatrixXd most = (T * R * V).cwiseAbs();
-  const double terms = (most.transpose() * (K.cwiseAbs() * most + C.cwiseAbs() * (T1 * R * V).cwiseAbs() +
-                                            M.cwiseAbs() * (T2 * R * V).cwiseAbs()))
-                           .norm();
-  double w = std::max({std::sqrt(stiffness.norm()), damping.norm(), std::sqrt(1e-10 * terms)});
+  double w = std::max(std::sqrt(stiffness.norm()), damping.norm());
   if (!(w > 0)) w = 1;
-  LinearMotion motion{MatrixXd::Zero(2 * f + nz, 2 * f + nz), R * V, Mx, VectorXd::Ones(nz)};
+  LinearMotion motion{MatrixXd::Zero(2 * f + nz, 2 * f + nz), R * V, Mx, VectorXd::Ones(nz), {}};
   motion.A.block(0, f, f, f) = w * MatrixXd::Identity(f, f);
   if (f > 0) motion.A.middleRows(f, f) << -stiffness / w, -damping, (T * R * V).transpose() * Q_z / w;
   if (nz > 0)
     motion.A.bottomRows(nz) << f_q * T * R * V + f_v * (T1 * R + T * D) * V, f_v * T * R * V * w, f_z;
+  // What these entries are sums of.
+  const MatrixXd most = (T * R * V).cwiseAbs(), most_d = (T * D * V).cwiseAbs() + (T1 * R * V).cwiseAbs(),
+                 most_a = (T * A * V).cwiseAbs() + 2 * (T1 * D * V).cwiseAbs() + (T2 * R * V).cwiseAbs();
+  motion.terms = motion.A.cwiseAbs();
+  if (f > 0)
+    motion.terms.middleRows(f, f)
+        << most.transpose() * (K.cwiseAbs() * most + C.cwiseAbs() * most_d + M.cwiseAbs() * most_a) / w,
+        most.transpose() * (C.cwiseAbs() * most + 2 * M.cwiseAbs() * most_d), most.transpose() * Q_z.cwiseAbs() / w;
+  if (nz > 0)
+    motion.terms.bottomRows(nz) << f_q.cwiseAbs() * most + f_v.cwiseAbs() * most_d, f_v.cwiseAbs() * most * w,
+        f_z.cwiseAbs();
+  motion.terms = motion.terms.cwiseMax(motion.A.cwiseAbs());
   for (int i = 0; i < nz; ++i) {
     const Eigen::Index at = 2 * f + i;
     const double self = std::abs(motion.A(at, at)), row = motion.A.row(at).cwiseAbs().sum() - self,
                  column = motion.A.col(at).cwiseAbs().sum() - self;
     if (!(row > 0) || !(column > 0)) continue;
     motion.d[i] = std::sqrt(row / column);
-    motion.A.row(at) /= motion.d[i];
-    motion.A.col(at) *= motion.d[i];
+    for (MatrixXd* X : {&motion.A, &motion.terms}) {
+      X->row(at) /= motion.d[i];
+      X->col(at) *= motion.d[i];
+    }
   }
   return motion;
 }
@@ -205,28 +196,15 @@ Modes find_modes(Assembly& assembly, double t, const Start& start) {
   r.v = start.v;
   r.z = start.z;
   const LinearMotion motion = linearize(assembly, t, r);
-  const Deflated d = split_zeros(motion.A);
-  r.zero_eigenvalues = static_cast<int>(d.zeros);
-  const Eigen::Index size = d.A.rows(), rest = size - d.zeros, f = motion.U.cols();
-  if (rest == 0) return r;
-  const Eigen::EigenSolver<MatrixXd> eigen(d.A.bottomRightCorner(rest, rest));
-  if (eigen.info() != Eigen::Success) throw SolverError("Modes: the eigenvalues did not converge.");
-  const MatrixXcd vectors = eigen.eigenvectors();
-  // The upper triangular block of the zeros: A00 x0 + A01 x1 = w x0, A00 nilpotent.
-  const MatrixXcd A00 = d.A.topLeftCorner(d.zeros, d.zeros).cast<std::complex<double>>(),
-                  A01 = d.A.topRightCorner(d.zeros, rest).cast<std::complex<double>>();
-  for (Eigen::Index k = 0; k < rest; ++k) {
+  const Roots found = find_roots(motion.A, motion.terms);
+  r.zero_eigenvalues = found.zeros;
+  const Eigen::Index size = motion.A.rows(), f = motion.U.cols();
+  for (const Root& root : found.roots) {
     Mode mode;
-    mode.eigenvalue = eigen.eigenvalues()[k];
-    if (mode.eigenvalue.imag() < 0) continue;
-    VectorXcd x(size);
-    x.tail(rest) = vectors.col(k);
-    if (d.zeros > 0)
-      x.head(d.zeros) =
-          (mode.eigenvalue * MatrixXcd::Identity(d.zeros, d.zeros) - A00).lu().solve(A01 * x.tail(rest));
-    x = d.V.cast<std::complex<double>>() * x;
-    mode.shape = motion.U.cast<std::complex<double>>() * x.head(f);
-    mode.z = motion.d.cast<std::complex<double>>().asDiagonal() * x.tail(size - 2 * f);
+    mode.eigenvalue = root.value;
+    mode.relative_error = root.error / std::abs(root.value);
+    mode.shape = motion.U.cast<std::complex<double>>() * root.vector.head(f);
+    mode.z = motion.d.cast<std::complex<double>>().asDiagonal() * root.vector.tail(size - 2 * f);
     finish(mode, motion.M);
     r.modes.push_back(std::move(mode));
   }

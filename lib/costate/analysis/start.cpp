@@ -5,12 +5,16 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
+#include "costate/analysis/closing_path.h"
 #include "costate/analysis/equilibrium.h"
 #include "costate/analysis/given_system.h"
+#include "costate/analysis/not_finite.h"
 #include "costate/analysis/start_errors.h"
 #include "costate/base/error.h"
+#include "costate/base/stop.h"
 
 namespace costate {
 
@@ -68,18 +72,19 @@ class GivenPositions {
   const GivenSystem& system() const { return system_; }
 
  private:
+  /// Newton's iteration from start.q; whether it closed the mechanism. By short, contracting steps alone, if asked to.
+  bool iterate(Start& start, bool only_short_steps);
+
   Assembly& assembly_;
   const double t_;
   const std::vector<GivenStart>& given_;
   GivenSystem system_;
+  Eigen::VectorXd residual_;
 };
 
-void GivenPositions::solve(Start& start) {
-  const Mechanism& m = assembly_.mechanism();
+bool GivenPositions::iterate(Start& start, bool only_short_steps) {
   const auto& numbers = assembly_.numbers();
   const int n = assembly_.n(), rows = assembly_.m();
-  for (int i = 0; i < n; ++i) start.q[i] = numbers[m.coordinates()[i].position_number];
-  calc_initial_states(assembly_, start.z, nullptr);
   StateView s;
   s.t = t_;
   s.q = start.q.data();
@@ -92,34 +97,82 @@ void GivenPositions::solve(Start& start) {
       r[rows + static_cast<int>(g)] = start.q[given_[g].coordinate] - numbers[given_[g].number];
     return r;
   };
-  Eigen::VectorXd r = residual();
+  const StepLength length(assembly_, start.q);
+  Eigen::VectorXd& r = residual_;
+  r = residual();
+  require_finite(assembly_, s);
   const double scale = std::max(1e-300, start.q.cwiseAbs().maxCoeff());
   bool converged = false;
   int settled = 0;
-  for (start.iterations = 0; start.iterations < kMaxIterations && !converged; ++start.iterations) {
+  double last = HUGE_VAL;
+  for (int k = 0; k < kMaxIterations && !converged; ++k, ++start.iterations) {
+    check_stop();
     system_.factor(start.q.data());
     const Eigen::VectorXd step = system_.solve(-r);
     const Eigen::VectorXd before = start.q;
     const double norm = r.norm();
+    // Steps that are short and contract stay near the guess.
+    const double longest = length(step);
+    if (only_short_steps && !(longest <= 1 && (longest < 1e-6 || longest <= 0.5 * last))) return false;
+    last = longest;
     double fraction = 1;
     for (int halving = 0; halving < 12; ++halving, fraction /= 2) {
       start.q = before + fraction * step;
       r = residual();
       if (r.norm() <= norm || step.norm() < 1e-12 * scale) break;
+      if (only_short_steps && longest > 1e-6) return false;
     }
     // Quadratic convergence: one step after the size of rounding is enough.
     if (step.norm() < 1e-9 * scale) ++settled;
     converged = settled >= 2 || (step.norm() < 1e-15 * scale);
-    if (!r.allFinite()) break;
+    if (!r.allFinite()) return false;
   }
   // A row's residual of rounding size is some eps times its terms, of size |phi_q||q|.
   double row_scale = 0;
   for (double x : assembly_.phi_q) row_scale = std::max(row_scale, std::abs(x));
-  if (!converged || !(r.cwiseAbs().maxCoeff() < 1e-10 * scale * std::max(1.0, row_scale))) {
-    std::vector<double> guess(static_cast<std::size_t>(n));
-    for (int i = 0; i < n; ++i) guess[i] = numbers[m.coordinates()[i].position_number];
+  const double worst = r.size() == 0 ? 0 : r.cwiseAbs().maxCoeff();
+  return n > 0 && converged && worst < 1e-10 * scale * std::max(1.0, row_scale);
+}
+
+void GivenPositions::solve(Start& start) {
+  const Mechanism& m = assembly_.mechanism();
+  const auto& numbers = assembly_.numbers();
+  const int n = assembly_.n();
+  Eigen::VectorXd guess(n), z0(static_cast<Eigen::Index>(given_.size()));
+  for (int i = 0; i < n; ++i) guess[i] = numbers[m.coordinates()[i].position_number];
+  for (std::size_t g = 0; g < given_.size(); ++g) z0[static_cast<Eigen::Index>(g)] = numbers[given_[g].number];
+  calc_initial_states(assembly_, start.z, nullptr);
+  start.q = guess;
+  bool found = iterate(start, true);
+  ClosingPath path(assembly_, t_, given_, z0);
+  Eigen::VectorXd end = guess;
+  if (!found) {
+    const bool through = path.follow(end);
+    start.q = end;
+    found = iterate(start, through);
+  }
+  if (!found) {
+    // Past a dead position there is no one branch of the guess: the one nearest to it of those that are found.
+    const StepLength length(assembly_, guess);
+    Eigen::VectorXd nearest, least = residual_, least_q = start.q;
+    for (int way = 0; way < 3; ++way) {
+      Eigen::VectorXd q = way == 1 ? end : guess;
+      if (way < 2 && !path.descend(q)) continue;
+      start.q = q;
+      const bool closed = iterate(start, false);
+      if (closed && (nearest.size() == 0 || length(start.q - guess) < length(nearest - guess))) nearest = start.q;
+      if (!closed && residual_.allFinite() && !(residual_.norm() >= least.norm())) {
+        least = residual_;
+        least_q = start.q;
+      }
+    }
+    found = nearest.size() > 0;
+    start.q = found ? nearest : least_q;
+    residual_ = path.residual(start.q);
+  }
+  if (!found) {
     require_given_count(assembly_, t_, guess.data(), names_of(m, given_), "positions");
-    throw_unreachable(assembly_, r, names_of(m, given_));
+    throw_unreachable(assembly_, residual_, names_of(m, given_));
   }
   system_.factor(start.q.data());
   if (!system_.determines()) require_given_count(assembly_, t_, start.q.data(), names_of(m, given_), "positions");
@@ -245,6 +298,7 @@ Start find_start(Assembly& assembly, double t, bool with_derivatives) {
   s.v = start.v.data();
   s.z = start.z.data();
   assembly.calc_dynamics(s);
+  require_finite(assembly, s);
   GivenVelocities velocities(assembly, t);
   const bool same = !balanced && same_coordinates(m.given_positions(), m.given_velocities());
   velocities.solve(start, same ? &positions.system() : nullptr);

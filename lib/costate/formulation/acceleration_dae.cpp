@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "costate/formulation/cost_pullback.h"
+#include "costate/formulation/solved_end.h"
 #include "costate/formulation/unknown_names.h"
 
 namespace costate {
@@ -52,6 +53,13 @@ void AccelerationDae::set_parameters(const double* rho) {
   DaeSystem::set_parameters(rho);
   level_.invalidate();
   linearized_ = false;
+}
+
+PhysicalState AccelerationDae::solved_state(double t, const double* y) {
+  linearized_ = false;  // the assembly's blocks are those of the last evaluation
+  level_.invalidate();
+  level_.solve(view(t, y));
+  return level_.state();
 }
 
 void AccelerationDae::residual(double t, const double* y, const double* yp, double* r) {
@@ -290,41 +298,47 @@ void AccelerationDae::running_cost_gradient(double t, const double* y, double* g
 }
 
 void AccelerationDae::terminal_cost_gradient(double t, const double* y, double* w_y, double c, double* gradient) {
+  if (!objective_.terminal_needs_accelerations()) {
+    cost_gradient_.set_zero();
+    objective_.add_terminal_gradient(view(t, y), assembly_, cost_gradient_);
+    return copy_cost_gradient(cost_gradient_, w_y, c, gradient);
+  }
+  // As psi is formed: with accelerations and multipliers solved for. Columns of (q, v, z) remain.
+  linearized_ = false;
+  level_.invalidate();
+  level_.solve(view(t, y));
+  const StateView s = level_.state();
+  level_.linearize(s);
   cost_gradient_.set_zero();
-  objective_.add_terminal_gradient(view(t, y), assembly_, cost_gradient_);
-  copy_cost_gradient(cost_gradient_, w_y, c, gradient);
+  objective_.add_terminal_gradient(s, assembly_, cost_gradient_);
+  ScalarGradient& g = cost_gradient_;
+  eliminate_at_end(level_, assembly_, s, g, c, gradient);
+  g.a.setZero();
+  g.lambda.setZero();
+  copy_cost_gradient(g, w_y, c, gradient);
 }
 
 void AccelerationDae::terminal_adjoint(double t, const double* y, const double*, double* mu, double* mup,
                                        double* gradient) {
   linearized_ = false;
-  const StateView s = view(t, y);
-  level_.prepare(s);
+  level_.invalidate();
+  StateView s = view(t, y);
+  if (objective_.terminal_needs_accelerations()) {  // those that psi is formed with
+    level_.solve(s);
+    s = level_.state();
+  } else {
+    level_.prepare(s);
+  }
   level_.linearize(s);
-  std::vector<double> kkt(static_cast<std::size_t>(n_ + m_));
-  double *mv = mu + n_, *mz = mu + 2 * n_;
-  // Terminal part, accelerations and multipliers eliminated: tau = KKT^-1 [w_a; w_l].
+  // Terminal part, accelerations and multipliers eliminated.
   cost_gradient_.set_zero();
   objective_.add_terminal_gradient(s, assembly_, cost_gradient_);
   ScalarGradient& g = cost_gradient_;
-  std::copy(g.q.data(), g.q.data() + n_, mu);
-  std::copy(g.v.data(), g.v.data() + n_, mv);
-  std::copy(g.z.data(), g.z.data() + nz_, mz);
   for (int j = 0; j < assembly_.np(); ++j) gradient[j] += g.rho[j];
-  const Stabilization& st = level_.stabilization();
-  if (objective_.terminal_needs_accelerations()) {
-    std::copy(g.a.data(), g.a.data() + n_, kkt.begin());
-    std::copy(g.lambda.data(), g.lambda.data() + m_, kkt.begin() + n_);
-    level_.solve_kkt(kkt.data());
-    level_.add_transposed(-1, kkt.data(), kkt.data() + n_, nullptr, mu, mv, mz);
-    Assembly::ParameterWeights w;
-    w.force = kkt.data();
-    w.row = kkt.data() + n_;
-    w.c0 = st.omega * st.omega;
-    w.c1 = 2 * st.xi * st.omega;
-    w.c2 = 1;
-    assembly_.add_parameter_gradient(s, w, -1, gradient);
-  }
+  if (objective_.terminal_needs_accelerations()) eliminate_at_end(level_, assembly_, s, g, 1, gradient);
+  std::copy(g.q.data(), g.q.data() + n_, mu);
+  std::copy(g.v.data(), g.v.data() + n_, mu + n_);
+  std::copy(g.z.data(), g.z.data() + nz_, mu + 2 * n_);
   complete_adjoint(s, mu, mup);
 }
 

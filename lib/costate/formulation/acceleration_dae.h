@@ -5,11 +5,12 @@
 
 #include "costate/formulation/acceleration_level.h"
 #include "costate/formulation/dae_state.h"
+#include "costate/formulation/solved_state.h"
 #include "costate/formulation/system.h"
 
 namespace costate {
 
-class AccelerationDae final : public DaeSystem {
+class AccelerationDae final : public DaeSystem, public SolvedState {
  public:
   AccelerationDae(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective,
                   Stabilization stabilization);
@@ -20,6 +21,7 @@ class AccelerationDae final : public DaeSystem {
     linearized_ = false;
   }
   PhysicalState physical_state(double t, const double* y) override { return view(t, y); }
+  PhysicalState solved_state(double t, const double* y) override;
   void residual(double t, const double* y, const double* yp, double* r) override;
   const SparsePattern& jacobian_pattern() const override { return jacobian_.pattern(); }
   void jacobian(double t, const double* y, const double* yp, double cj, double* values) override;

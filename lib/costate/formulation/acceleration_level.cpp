@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "costate/analysis/not_finite.h"
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
 
@@ -68,7 +69,10 @@ void AccelerationLevel::prepare(const StateView& s) {
   std::memcpy(p + 1, s.q, n * sizeof(double));
   std::memcpy(p + 1 + n, s.v, n * sizeof(double));
   if (nz > 0) std::memcpy(p + 1 + 2 * n, s.z, nz * sizeof(double));
-  if (bad >= 0) singular(bad);
+  if (bad >= 0) {
+    require_finite(assembly_, s);
+    singular(bad);
+  }
   prepared_ = true;
 }
 

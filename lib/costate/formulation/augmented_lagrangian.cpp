@@ -17,7 +17,7 @@ Stabilization iterated(const std::shared_ptr<const Mechanism>& mechanism, const 
 }
 
 /// The hand-derived equations are those of converged iterations, exact constraints. Their matrices are to be regular
-/// with redundant rows, too: a weight 1e4 times larger leaves 1e-12 of the largest mass, below what anyone can see.
+/// with redundant rows, too: a weight 1e4 times larger leaves some 1e-12 of the masses, below what anyone can see.
 Stabilization converged(const std::shared_ptr<const Mechanism>& mechanism, const FormulationOptions& o) {
   return {o.penalty_xi, o.penalty_omega_rad_per_s, 1e-4 / default_penalty_weight(mechanism), false};
 }

@@ -17,7 +17,7 @@ const RegisterFormulation registered({
     "baumgarte",
     "constraints at acceleration level with Baumgarte's stabilisation",
     false,
-    "cvodes",
+    "idas",
     [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
       return std::make_unique<AccelerationDae>(mechanism, parameters, objective, stabilization(o));
     },

@@ -56,6 +56,19 @@ void require_fixed(const Mechanism& mechanism, const ParameterSelection& paramet
 
 }  // namespace
 
+std::vector<double> driver_kinks(const Mechanism& mechanism, const std::vector<double>& numbers) {
+  std::vector<double> times;
+  for (const auto& c : mechanism.constraints()) {
+    if (!c->rheonomic()) continue;
+    std::vector<double> p;
+    for (const int number : c->numbers()) p.push_back(numbers[static_cast<std::size_t>(number)]);
+    c->add_kinks(p.data(), times);
+  }
+  std::sort(times.begin(), times.end());
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  return times;
+}
+
 void require_fixed_kink(const Mechanism& mechanism, const ParameterSelection& parameters,
                         const std::vector<double>& numbers, double t) {
   require_fixed(mechanism, parameters, numbers, &Constraint::add_kinks, "kink", "slope",

@@ -9,6 +9,9 @@
 
 namespace costate {
 
+/// The times at which laws of drivers have kinks, in order; `numbers` are those of the mechanism.
+std::vector<double> driver_kinks(const Mechanism& mechanism, const std::vector<double>& numbers);
+
 /// For the kink at time t; `numbers` are those of the mechanism, with the parameters' values in them.
 void require_fixed_kink(const Mechanism& mechanism, const ParameterSelection& parameters,
                         const std::vector<double>& numbers, double t);

@@ -9,9 +9,17 @@
 
 #include "costate/base/error.h"
 #include "costate/formulation/cost_pullback.h"
+#include "costate/formulation/solved_end.h"
 #include "costate/formulation/unknown_names.h"
 
 namespace costate {
+
+namespace {
+/// Of a difference of vectors, relative to them: rounding, with room for the solution of a linear system.
+constexpr double kRounding = 1e-12;
+
+double largest(const Eigen::VectorXd& x) { return x.size() > 0 ? x.cwiseAbs().maxCoeff() : 0; }
+}  // namespace
 
 Index2Dae::Index2Dae(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective)
     : DaeSystem(std::move(mechanism), std::move(parameters), std::move(objective)),
@@ -60,6 +68,13 @@ void Index2Dae::set_parameters(const double* rho) {
   DaeSystem::set_parameters(rho);
   level_.invalidate();
   linearized_ = false;
+}
+
+PhysicalState Index2Dae::solved_state(double t, const double* y) {
+  linearized_ = false;  // the assembly's blocks are those of the last evaluation
+  level_.invalidate();
+  level_.solve(view(t, y));
+  return level_.state();
 }
 
 void Index2Dae::residual(double t, const double* y, const double* yp, double* r) {
@@ -274,37 +289,50 @@ void Index2Dae::running_cost_gradient(double t, const double* y, double* g_y, do
 
 void Index2Dae::terminal_cost_gradient(double t, const double* y, double* w_y, double c, double* gradient) {
   std::fill(w_y, w_y + size(), 0.0);
+  if (!objective_.terminal_needs_accelerations()) {
+    cost_gradient_.set_zero();
+    objective_.add_terminal_gradient(view(t, y), assembly_, cost_gradient_);
+    return copy_cost_gradient(cost_gradient_, w_y, c, gradient);
+  }
+  // As psi is formed: with accelerations and multipliers solved for. Columns of (q, v, z) remain.
+  linearized_ = false;
+  level_.invalidate();
+  level_.solve(view(t, y));
+  const StateView s = level_.state();
+  level_.linearize(s);
   cost_gradient_.set_zero();
-  objective_.add_terminal_gradient(view(t, y), assembly_, cost_gradient_);
-  copy_cost_gradient(cost_gradient_, w_y, c, gradient);
+  objective_.add_terminal_gradient(s, assembly_, cost_gradient_);
+  ScalarGradient& g = cost_gradient_;
+  eliminate_at_end(level_, assembly_, s, g, c, gradient);
+  g.a.setZero();
+  g.lambda.setZero();
+  copy_cost_gradient(g, w_y, c, gradient);
 }
 
 void Index2Dae::terminal_adjoint(double t, const double* y, const double*, double* mu, double* mup,
                                  double* gradient) {
   linearized_ = false;
-  const StateView s = view(t, y);
-  level_.prepare(s);
+  level_.invalidate();
+  StateView s = view(t, y);
+  if (objective_.terminal_needs_accelerations()) {  // those that psi is formed with
+    level_.solve(s);
+    s = level_.state();
+  } else {
+    level_.prepare(s);
+  }
   level_.linearize(s);
   std::fill(mu, mu + size(), 0.0);
   std::fill(mup, mup + size(), 0.0);
   Eigen::VectorXd kkt(n_ + m_);
   double *P = mu + n_, *mz = mu + 2 * n_, *m1 = mz + nz_;
-  // w^ = w with accelerations and multipliers eliminated by tau = KKT^-1 [w_a; w_l].
+  // w^ = w with accelerations and multipliers eliminated.
   cost_gradient_.set_zero();
   objective_.add_terminal_gradient(s, assembly_, cost_gradient_);
   ScalarGradient& g = cost_gradient_;
-  Eigen::VectorXd wq = g.q, wv = g.v, wz = g.z;
   for (int j = 0; j < assembly_.np(); ++j) gradient[j] += g.rho[j];
-  if (objective_.terminal_needs_accelerations()) {
-    kkt << g.a, g.lambda;
-    level_.solve_kkt(kkt.data());
-    level_.add_transposed(-1, kkt.data(), kkt.data() + n_, nullptr, wq.data(), wv.data(), wz.data());
-    Assembly::ParameterWeights w;
-    w.force = kkt.data();
-    w.row = kkt.data() + n_;
-    w.c2 = 1;
-    assembly_.add_parameter_gradient(s, w, -1, gradient);
-  }
+  if (objective_.terminal_needs_accelerations()) eliminate_at_end(level_, assembly_, s, g, 1, gradient);
+  Eigen::VectorXd wq = g.q;
+  const Eigen::VectorXd wv = g.v, wz = g.z;
   std::copy(wz.data(), wz.data() + nz_, mz);
   // (i) KKT [mu; eta_v] = [w^_v + g_a; g_l]
   cost_gradient_.set_zero();
@@ -314,6 +342,7 @@ void Index2Dae::terminal_adjoint(double t, const double* y, const double*, doubl
   const Eigen::VectorXd eta_v = kkt.tail(m_);
   std::copy(kkt.data(), kkt.data() + n_, m1);
   // (Phi_q Phi_q^T) eta_q = Phi_q (w^_q - Phid_q^T eta_v): least squares, so that redundant rows do no harm.
+  const double before_q = largest(wq);
   costate::add_transposed_product(assembly_.jacobian(), assembly_.phid_q.data(), -1, eta_v.data(), wq.data());
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(m_, n_);
   const SparsePattern& p = assembly_.jacobian();
@@ -321,10 +350,17 @@ void Index2Dae::terminal_adjoint(double t, const double* y, const double*, doubl
     for (auto k = p.column_start[j]; k < p.column_start[j + 1]; ++k) J(p.row[k], j) = assembly_.phi_q[k];
   Eigen::VectorXd eta_q(m_);
   if (m_ > 0) eta_q = J.transpose().completeOrthogonalDecomposition().solve(wq);
+  const double size_q = std::max(before_q, largest(wq));
   // (iii) mu_q = w^_q - Phi_q^T eta_q - Phid_q^T eta_v, P = w^_v - Phi_q^T eta_v
   Eigen::VectorXd mu_q = wq, p_v = wv;
   level_.add_jacobian_transposed(-1, eta_q.data(), mu_q.data());
   level_.add_jacobian_transposed(-1, eta_v.data(), p_v.data());
+  // What rounding leaves where the constraints carry all of it would pass for the adjoint's size.
+  const auto drop_rounding = [](Eigen::VectorXd& left, double before) {
+    if (largest(left) <= kRounding * before) left.setZero();
+  };
+  drop_rounding(mu_q, size_q);
+  drop_rounding(p_v, largest(wv));
   std::copy(mu_q.data(), mu_q.data() + n_, mu);
   std::copy(p_v.data(), p_v.data() + n_, P);
   Assembly::ParameterWeights w;

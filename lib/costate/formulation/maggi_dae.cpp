@@ -17,9 +17,10 @@ SparsePattern full(int rows, int cols) {
 }  // namespace
 
 MaggiDae::MaggiDae(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective)
-    : DaeSystem(std::move(mechanism), std::move(parameters), std::move(objective)),
+    : SegmentedDae(std::move(mechanism), std::move(parameters), std::move(objective)),
       level_(assembly_),
       newton_(level_),
+      kink_(level_),
       f_(level_.freedoms()),
       nz_(assembly_.nz()),
       jacobian_(std::max(1, 3 * f_ + nz_)) {
@@ -73,6 +74,22 @@ PhysicalState MaggiDae::physical_state(double t, const double* y) {
   solve_point(t, y);
   level_.solve_multipliers();
   return level_.state();
+}
+
+PhysicalState MaggiDae::solved_state(double t, const double* y) {
+  level_.solve(t, y, y + f_, y + 2 * f_);
+  level_.solve_accelerations();
+  level_.solve_multipliers();
+  return level_.state();
+}
+
+// Between an integrator's steps w is interpolated, and where a force is short it does not follow it.
+void MaggiDae::solve_unknowns(double t, double* y) {
+  level_.solve(t, y, y + f_, y + 2 * f_);
+  level_.solve_accelerations();
+  const std::vector<int>& independent = level_.independent();
+  const StateView s = level_.state();
+  for (int i = 0; i < f_; ++i) y[2 * f_ + nz_ + i] = s.a[independent[static_cast<std::size_t>(i)]];
 }
 
 void MaggiDae::residual(double t, const double* y, const double* yp, double* r) {
@@ -267,12 +284,24 @@ void MaggiDae::start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, Ei
     columns.push_back(y_rho->col(j).data());
     rates.push_back(yp_rho->col(j).data());
   }
-  // A jump that changes nothing completes the columns.
-  Jump here;
-  here.t = t;
-  here.before = here.after = mode();
-  here.y.assign(y, y + size());
-  jump_tangent(here, columns.data(), rates.data(), np);
+  linearize_motion(t, y);
+  complete_columns(columns.data(), rates.data(), np);
+}
+
+void MaggiDae::complete_columns(double* const* s, double* const* sp, int count) {
+  const std::vector<int>& independent = level_.independent();
+  const int w = 2 * f_ + nz_;
+  level_.push(s, count, false, true);
+  Eigen::VectorXd da;
+  for (int j = 0; j < count; ++j) {
+    solve_pushed_accelerations(j, da);
+    for (int i = 0; i < f_; ++i) {
+      sp[j][i] = s[j][f_ + i];
+      s[j][w + i] = sp[j][f_ + i] = da[independent[i]];
+      sp[j][w + i] = 0;
+    }
+    std::copy_n(level_.state_rate(j), nz_, sp[j] + 2 * f_);
+  }
 }
 
 void MaggiDae::copy_pulled(double c, double* out) const {
@@ -307,9 +336,9 @@ void MaggiDae::running_cost_gradient(double t, const double* y, double* g_y, dou
 }
 
 void MaggiDae::terminal_cost_gradient(double t, const double* y, double* w_y, double c, double* gradient) {
-  solve_point(t, y);
-  level_.linearize();
+  linearize_motion(t, y);  // as psi is formed, and terminal_adjoint()
   pull_cost(true);
+  if (objective_.terminal_needs_accelerations()) level_.eliminate_accelerations(nullptr);
   level_.finish_pull(nullptr);
   copy_pulled(1, w_y);
   for (int j = 0; j < assembly_.np(); ++j) gradient[j] += c * cost_gradient_.rho[j];
@@ -345,7 +374,7 @@ void MaggiDae::use_mode(int mode) {
   name_maggi_unknowns(assembly_.mechanism(), level_.independent(), unknowns_);
 }
 
-bool MaggiDae::segment_ends(double t, const double*) {
+bool MaggiDae::wants_other_coordinates(double t, const double*) {
   // The step's last evaluation serves: another one here would be missing where the run is repeated from a checkpoint. A
   // step that ended without one is judged after the next.
   if (!level_.solved_at(t)) return false;
@@ -353,7 +382,35 @@ bool MaggiDae::segment_ends(double t, const double*) {
   return level_.chart_ratio() > kWorstMaggiRatio;
 }
 
-void MaggiDae::jump(double t, double* y, double* yp) {
+void MaggiDae::cross_kink(double t, double t_after, double* y, double* yp) {
+  level_.solve(t, y, y + f_, y + 2 * f_);
+  kink_.cross(t_after, y + f_);
+  level_.solve(t_after, y, y + f_, y + 2 * f_);
+  level_.solve_accelerations();
+  load_state(level_.state(), y, yp);
+}
+
+void MaggiDae::cross_kink_tangent(const Jump& before, double t_after, double* const* s, double* const* sp, int count) {
+  linearize_motion(before.t, before.y.data());
+  kink_.tangent(t_after, s, count);
+  std::vector<double> y = before.y, yp = before.yp;
+  cross_kink(before.t, t_after, y.data(), yp.data());
+  linearize_motion(t_after, y.data());
+  complete_columns(s, sp, count);
+}
+
+void MaggiDae::cross_kink_adjoint(const Jump& before, double t_after, double* mu, double* mup, double* gradient) {
+  level_.solve(before.t, before.y.data(), before.y.data() + f_, before.y.data() + 2 * f_);
+  const ScalarGradient& weights = kink_.adjoint(t_after, mu, gradient);
+  linearize_motion(before.t, before.y.data());
+  level_.pull(weights, false);
+  level_.finish_pull(nullptr);
+  copy_pulled(1, mu);
+  level_.add_pulled_parameters(1, gradient);
+  complete_adjoint(mu, mup);
+}
+
+void MaggiDae::change_coordinates(double t, double* y, double* yp) {
   level_.solve(t, y, y + f_, y + 2 * f_);
   level_.solve_accelerations();
   const StateView s = level_.state();
@@ -363,7 +420,7 @@ void MaggiDae::jump(double t, double* y, double* yp) {
 }
 
 // dy after = (B2 dq, B2 dv, dzf, B2 da), with dw before the jump from the equations of motion.
-void MaggiDae::jump_tangent(const Jump& jump, double* const* s, double* const* sp, int count) {
+void MaggiDae::change_coordinates_tangent(const Jump& jump, double* const* s, double* const* sp, int count) {
   use_mode(jump.after);
   const std::vector<int> independent = level_.independent();
   use_mode(jump.before);
@@ -385,7 +442,7 @@ void MaggiDae::jump_tangent(const Jump& jump, double* const* s, double* const* s
   use_mode(jump.after);
 }
 
-void MaggiDae::jump_adjoint(const Jump& jump, double* mu, double* mup, double* gradient) {
+void MaggiDae::change_coordinates_adjoint(const Jump& jump, double* mu, double* mup, double* gradient) {
   use_mode(jump.after);
   cost_gradient_.set_zero();
   const auto& independent = level_.independent();

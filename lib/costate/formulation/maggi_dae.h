@@ -4,12 +4,14 @@
 // Mz mu = mu_zd + g_w. Changes its independent coordinates as the explicit form does.
 #pragma once
 
+#include "costate/formulation/maggi_kink.h"
 #include "costate/formulation/maggi_newton.h"
-#include "costate/formulation/system.h"
+#include "costate/formulation/segmented_system.h"
+#include "costate/formulation/solved_state.h"
 
 namespace costate {
 
-class MaggiDae final : public DaeSystem {
+class MaggiDae final : public SegmentedDae, public SolvedState {
  public:
   MaggiDae(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective);
 
@@ -18,6 +20,8 @@ class MaggiDae final : public DaeSystem {
   void forget_history() override { level_.forget_history(); }
   PhysicalState physical_state(double t, const double* y) override;
   PhysicalState kinematic_state(double t, const double* y) override;
+  PhysicalState solved_state(double t, const double* y) override;
+  void solve_unknowns(double t, double* y) override;
   void residual(double t, const double* y, const double* yp, double* r) override;
   const SparsePattern& jacobian_pattern() const override { return jacobian_.pattern(); }
   void jacobian(double t, const double* y, const double* yp, double cj, double* values) override;
@@ -37,13 +41,18 @@ class MaggiDae final : public DaeSystem {
   void terminal_adjoint(double t, const double* y, const double* yp, double* mu, double* mup,
                         double* gradient) override;
 
-  bool may_jump() const override { return f_ > 0; }
   int mode() const override { return level_.chart(); }
   void use_mode(int mode) override;
-  bool segment_ends(double t, const double* y) override;
-  void jump(double t, double* y, double* yp) override;
-  void jump_tangent(const Jump& jump, double* const* s, double* const* sp, int count) override;
-  void jump_adjoint(const Jump& jump, double* mu, double* mup, double* gradient) override;
+
+ protected:
+  bool changes_coordinates() const override { return f_ > 0; }
+  bool wants_other_coordinates(double t, const double* y) override;
+  void cross_kink(double t, double t_after, double* y, double* yp) override;
+  void cross_kink_tangent(const Jump& before, double t_after, double* const* s, double* const* sp, int count) override;
+  void cross_kink_adjoint(const Jump& before, double t_after, double* mu, double* mup, double* gradient) override;
+  void change_coordinates(double t, double* y, double* yp) override;
+  void change_coordinates_tangent(const Jump& jump, double* const* s, double* const* sp, int count) override;
+  void change_coordinates_adjoint(const Jump& jump, double* mu, double* mup, double* gradient) override;
 
  private:
   /// The point (t, y) with its w.
@@ -58,11 +67,14 @@ class MaggiDae final : public DaeSystem {
   /// mu and mu' from mu_z, mu_zd, mu_zf at the linearized point.
   void complete_adjoint(double* mu, double* mup);
   void pull_cost(bool terminal);
+  /// dw and the rates of columns (dz, dzd, dzf), at the linearized motion.
+  void complete_columns(double* const* s, double* const* sp, int count);
   /// For rows of columns (dq, dv, da, df) pushed without dw: dw from the equations of motion, added to da.
   void solve_pushed_accelerations(int j, Eigen::VectorXd& da);
 
   MaggiLevel level_;
   MaggiNewton newton_;
+  MaggiKink kink_;
   int f_, nz_;
   BlockMatrix jacobian_;
   struct Blocks {

@@ -177,6 +177,26 @@ void MaggiLevel::solve_mass(double* b) {
   solve_cholesky(mass_factor_.data(), f_, b);
 }
 
+// [u; p] with Phi_q u = g, M u + Phi_q^T p = h: u = S g + R y, Mz y = R^T (h - M S g), p = S^T (h - M u).
+void MaggiLevel::solve_impulses(double* b) {
+  calc_mass_matrix();
+  MaggiChart& X = positions_.chart();
+  std::vector<double> u(static_cast<std::size_t>(rows_), 0), y(static_cast<std::size_t>(f_)), h = u;
+  std::copy(b + n_, b + n_ + m_, u.begin());
+  X.solve(u.data());
+  std::copy(b, b + n_, h.begin());
+  add_product(assembly_.square(), assembly_.M.data(), -1, u.data(), h.data());
+  project(h.data(), y.data());
+  solve_mass(y.data());
+  expand(y.data(), h.data());
+  for (int i = 0; i < n_; ++i) u[i] += h[i];
+  std::copy(b, b + n_, h.begin());
+  add_product(assembly_.square(), assembly_.M.data(), -1, u.data(), h.data());
+  X.solve_transposed(h.data());
+  std::copy(u.begin(), u.begin() + n_, b);
+  std::copy(h.begin(), h.begin() + m_, b + n_);
+}
+
 void MaggiLevel::set_accelerations(const double* w) {
   if (accelerated_ && (f_ == 0 || std::memcmp(w_.data(), w, w_.size() * sizeof(double)) == 0)) return;
   dynamic_ = has_multipliers_ = linearized_ = false;

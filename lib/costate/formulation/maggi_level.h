@@ -72,6 +72,9 @@ class MaggiLevel {
   void project(const double* x, double* out);
   void expand(const double* y, double* out);
   void solve_mass(double* b);
+  /// b := [M, Phi_q^T; Phi_q, 0]^-1 b (n + m entries) at the solved positions, with the mass matrix there; of the
+  /// multipliers of redundant rows those of least norm.
+  void solve_impulses(double* b);
 
   // The transpose of push(): the gradient of
   //   L = g(q, v, a, lambda, zf, rho) - sigma^T R1 + mu_f^T f

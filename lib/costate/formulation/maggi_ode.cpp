@@ -8,9 +8,10 @@
 namespace costate {
 
 MaggiOde::MaggiOde(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective)
-    : OdeSystem(std::move(mechanism), std::move(parameters), std::move(objective)),
+    : SegmentedOde(std::move(mechanism), std::move(parameters), std::move(objective)),
       level_(assembly_),
       newton_(level_),
+      kink_(level_),
       f_(level_.freedoms()),
       nz_(assembly_.nz()) {
   append_maggi_unknowns(assembly_.mechanism(), f_, unknowns_);
@@ -213,7 +214,7 @@ void MaggiOde::use_mode(int mode) {
   name_maggi_unknowns(assembly_.mechanism(), level_.independent(), unknowns_);
 }
 
-bool MaggiOde::segment_ends(double t, const double*) {
+bool MaggiOde::wants_other_coordinates(double t, const double*) {
   // The step's last evaluation serves: another one here would be missing where the run is repeated from a checkpoint. A
   // step that ended without one is judged after the next.
   if (!level_.solved_at(t)) return false;
@@ -221,7 +222,28 @@ bool MaggiOde::segment_ends(double t, const double*) {
   return level_.chart_ratio() > kWorstMaggiRatio;
 }
 
-void MaggiOde::jump(double t, double* y) {
+void MaggiOde::cross_kink(double t, double t_after, double* y) {
+  solve_point(t, y);
+  kink_.cross(t_after, y + f_);
+  solve_point(t_after, y);
+}
+
+void MaggiOde::cross_kink_tangent(const Jump& before, double t_after, double* const* s, int count) {
+  linearize(before.t, before.y.data());
+  kink_.tangent(t_after, s, count);
+}
+
+void MaggiOde::cross_kink_adjoint(const Jump& before, double t_after, double* mu, double* gradient) {
+  solve_point(before.t, before.y.data());
+  const ScalarGradient& weights = kink_.adjoint(t_after, mu, gradient);
+  linearize(before.t, before.y.data());
+  level_.pull(weights, false);
+  level_.finish_pull(nullptr);
+  copy_pulled(1, mu);
+  level_.add_pulled_parameters(1, gradient);
+}
+
+void MaggiOde::change_coordinates(double t, double* y) {
   solve_point(t, y);
   const StateView s = level_.state();
   level_.change_chart();
@@ -234,7 +256,7 @@ void MaggiOde::jump(double t, double* y) {
 }
 
 // dy after = (B2 dq, B2 dv, dzf)
-void MaggiOde::jump_tangent(const Jump& jump, double* const* s, int count) {
+void MaggiOde::change_coordinates_tangent(const Jump& jump, double* const* s, int count) {
   use_mode(jump.after);
   const std::vector<int> independent = level_.independent();
   use_mode(jump.before);
@@ -248,7 +270,7 @@ void MaggiOde::jump_tangent(const Jump& jump, double* const* s, int count) {
   use_mode(jump.after);
 }
 
-void MaggiOde::jump_adjoint(const Jump& jump, double* mu, double* gradient) {
+void MaggiOde::change_coordinates_adjoint(const Jump& jump, double* mu, double* gradient) {
   use_mode(jump.after);
   cost_gradient_at_ = -1;
   cost_gradient_.set_zero();

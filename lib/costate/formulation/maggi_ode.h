@@ -4,12 +4,13 @@
 // come near a singular choice the trajectory jumps to better ones: y = (B2 q, B2 v, zf).
 #pragma once
 
+#include "costate/formulation/maggi_kink.h"
 #include "costate/formulation/maggi_newton.h"
-#include "costate/formulation/system.h"
+#include "costate/formulation/segmented_system.h"
 
 namespace costate {
 
-class MaggiOde final : public OdeSystem {
+class MaggiOde final : public SegmentedOde {
  public:
   MaggiOde(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective);
 
@@ -34,13 +35,18 @@ class MaggiOde final : public OdeSystem {
   void terminal_adjoint(double t, const double* y, double* mu, double* gradient) override;
   void start(double t, double* y, Eigen::MatrixXd* y_rho) override;
 
-  bool may_jump() const override { return f_ > 0; }
   int mode() const override { return level_.chart(); }
   void use_mode(int mode) override;
-  bool segment_ends(double t, const double* y) override;
-  void jump(double t, double* y) override;
-  void jump_tangent(const Jump& jump, double* const* s, int count) override;
-  void jump_adjoint(const Jump& jump, double* mu, double* gradient) override;
+
+ protected:
+  bool changes_coordinates() const override { return f_ > 0; }
+  bool wants_other_coordinates(double t, const double* y) override;
+  void cross_kink(double t, double t_after, double* y) override;
+  void cross_kink_tangent(const Jump& before, double t_after, double* const* s, int count) override;
+  void cross_kink_adjoint(const Jump& before, double t_after, double* mu, double* gradient) override;
+  void change_coordinates(double t, double* y) override;
+  void change_coordinates_tangent(const Jump& jump, double* const* s, int count) override;
+  void change_coordinates_adjoint(const Jump& jump, double* mu, double* gradient) override;
 
  private:
   void solve_point(double t, const double* y);
@@ -53,6 +59,7 @@ class MaggiOde final : public OdeSystem {
 
   MaggiLevel level_;
   MaggiNewton newton_;
+  MaggiKink kink_;
   int f_, nz_;
   std::vector<double> reduced_, y_buffer_, rho_buffer_;
   long cost_gradient_at_ = -1;  // the linearization that cost_gradient_ belongs to

@@ -8,8 +8,8 @@
 
 namespace costate {
 
-/// 1e8 times the largest entry of the mass matrix at the scene's own numbers, so that it does not vary with the
-/// parameters.
+/// lib/README.md (4.4), at the scene's own numbers and first positions, so that it varies neither along the motion nor
+/// with the parameters, and follows the units and sizes of the scene.
 double default_penalty_weight(const std::shared_ptr<const Mechanism>& mechanism);
 
 /// xi, omega and 1/alpha of the options, alpha by default as above.

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "costate/base/error.h"
+#include "costate/formulation/solved_state.h"
 
 namespace costate {
 
@@ -46,15 +47,16 @@ double System::running_cost(double t, const double* y) {
 }
 
 double System::terminal_cost(double t, const double* y) {
+  // At one instant nothing averages what the integrator leaves in the multipliers among its unknowns.
   const bool accelerations = objective_.terminal_needs_accelerations();
-  return objective_.terminal_value(accelerations ? physical_state(t, y) : kinematic_state(t, y), assembly_);
+  return objective_.terminal_value(accelerations ? solved_state(*this, t, y) : kinematic_state(t, y), assembly_);
 }
 
 namespace {
 [[noreturn]] void no_jump() {
   throw CapabilityError(
       "A driver's law has a kink, where the velocities jump; this formulation is not carried across. Take index1, "
-      "baumgarte or penalty, or a law with a continuous slope.");
+      "baumgarte, penalty or maggi, or a law with a continuous slope.");
 }
 }  // namespace
 

@@ -1,5 +1,7 @@
 #include "costate/formulation/unknown_names.h"
 
+#include "costate/mechanism/multiplier_unit.h"
+
 namespace costate {
 
 void append_differential_unknowns(const Mechanism& m, std::vector<Unknown>& u) {
@@ -14,8 +16,9 @@ void append_differential_unknowns(const Mechanism& m, std::vector<Unknown>& u) {
 void append_algebraic_unknowns(const Mechanism& m, std::vector<Unknown>& u, bool in_norm) {
   for (const auto& c : m.coordinates())
     u.push_back({c.name + "_ddot", c.unit + "/s^2", Unknown::Role::acceleration, false, in_norm});
-  for (const auto& name : m.row_names())
-    u.push_back({"lambda." + name, "1", Unknown::Role::multiplier, false, in_norm});
+  const auto rows = m.row_names(), units = multiplier_units(m);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    u.push_back({"lambda." + rows[i], units[i], Unknown::Role::multiplier, false, in_norm});
 }
 
 }  // namespace costate

@@ -1,39 +1,15 @@
-// What happens where a driver's law has a kink: at a time t* the driven velocity Phi_t jumps, the positions do not, and the
-// velocities jump so that they balance the impulse P of the constraints (lib/README.md (0.11)):
-//   [M  Phi_q^T] [v+ - v-]   [          0           ]
-//   [Phi_q  -1/alpha] [P]  = [-(Phi_t(t*+) - Phi_t(t*-))]
-// (1/alpha = 0 but in penalty formulations), with the exact derivatives of v+ with respect to the state before and to
-// the parameters. The time t* must not depend on them: where it does, derivatives are refused by name.
+// The velocity jump (impulse_jump.h) of formulations that solve the balance of impulses as they solve for accelerations, with
+// 1/alpha in its corner where they have one.
 #pragma once
 
-#include <vector>
-
 #include "costate/formulation/acceleration_level.h"
+#include "costate/formulation/impulse_jump.h"
 
 namespace costate {
 
-class VelocityJump {
+class VelocityJump : public ImpulseJump {
  public:
-  VelocityJump(Assembly& assembly, AccelerationLevel& level) : assembly_(assembly), level_(level) {}
-
-  /// v+ (n entries, until the next call) for the state before the jump (q, v, z), with the instants on either side.
-  const double* calc(const StateView& before, double t_after);
-
-  /// v+ again, and v columns become those after it; the columns y hold (q, v, z).
-  const double* tangent(const StateView& before, double t_after, double* const* y, int count);
-  /// mu of (q, v, z) after becomes that before; the gradient gains mu_v^T (v+)_rho.
-  void adjoint(const StateView& before, double t_after, double* mu, double* gradient);
-
- private:
-  /// The blocks of d(v+ - v-) with respect to q and rho; `columns` with those of all parameters, too.
-  void linearize(const StateView& before, double t_after, bool columns);
-
-  Assembly& assembly_;
-  AccelerationLevel& level_;
-  std::vector<double> solution_;          // v+ - v-, P
-  std::vector<double> after_;             // v+
-  std::vector<double> hessian_, phid_q_;  // (M dv + Phi_q^T P)_q; Phidot_q after less before
-  Eigen::MatrixXd force_, phid_;          // the same by rho
+  VelocityJump(Assembly& assembly, AccelerationLevel& level);
 };
 
 }  // namespace costate

@@ -1,10 +1,13 @@
 #include "costate/mechanism/builder.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <set>
 
 #include "costate/base/error.h"
+#include "costate/mechanism/taken_number.h"
 
 namespace costate {
 
@@ -253,6 +256,31 @@ std::shared_ptr<const Mechanism> MechanismBuilder::build() {
   Mechanism& m = *m_;
   if (m.coordinates_.empty())
     throw ModelError("", "The mechanism has no coordinate: add a free point or a body.");
+  // Nothing is given: points and bodies that no constraint touches start as they are.
+  if (!m.starts_at_equilibrium_ && m.given_positions_.empty() && m.given_velocities_.empty()) {
+    std::vector<std::vector<const Constraint*>> on(static_cast<std::size_t>(m.coordinate_count()));
+    for (const auto& c : m.constraints_)
+      for (const int i : c->coordinates()) on[static_cast<std::size_t>(i)].push_back(c.get());
+    // The constraints among its own coordinates bind a body in space to nothing.
+    const auto free = [&](const std::vector<int>& own) {
+      for (const int i : own)
+        for (const Constraint* c : on[static_cast<std::size_t>(i)])
+          for (const int j : c->coordinates())
+            if (std::find(own.begin(), own.end(), j) == own.end()) return false;
+      return true;
+    };
+    std::vector<int> of_bodies;
+    for (const auto* bodies : {&rigid_bodies_, &natural_bodies_})
+      for (const auto& [name, own] : *bodies)
+        if (free(own)) {
+          give(name);
+          of_bodies.insert(of_bodies.end(), own.begin(), own.end());
+        }
+    for (int i = 0; i < m.coordinate_count(); ++i)
+      if (on[static_cast<std::size_t>(i)].empty() && std::find(of_bodies.begin(), of_bodies.end(), i) == of_bodies.end())
+        give(m.coordinates_[static_cast<std::size_t>(i)].name);
+    for (GivenStart& g : m.given_positions_) g.name.clear();  // see given_by_itself
+  }
   std::set<int> given, given_velocity, given_rate;
   for (const auto& g : m.given_positions_) given.insert(g.coordinate);
   for (const auto& g : m.given_velocities_) {
@@ -274,6 +302,29 @@ std::shared_ptr<const Mechanism> MechanismBuilder::build() {
       m.numbers_[rate.number].fixed_because =
           fmt::format("the start does not give '{}' (given velocities are listed in [start])", name);
   hold_or_balance_states();
+  // A number that is taken from others counts where it is more than a first guess, or where one that counts is taken
+  // from it. What it is taken from must not vary.
+  std::set<int> guesses;
+  for (int i = 0; i < m.coordinate_count(); ++i)
+    if (!given.count(i)) guesses.insert(m.coordinates_[i].position_number);
+  std::map<int, std::set<std::string>> written;  // by number: what would have to be written for it to vary
+  for (bool more = true; more;) {
+    more = false;
+    for (const auto& [path, part] : shared_parts_) {
+      const auto* taken = dynamic_cast<const TakenNumber*>(part.get());
+      if (!taken || (guesses.count(taken->number) && !written.count(taken->number))) continue;
+      const Number& n = m.numbers_[taken->number];
+      const std::string text = taken->written_as.empty() ? fmt::format("{} = {}", n.path, n.value) : taken->written_as;
+      std::vector<int> inputs = taken->numbers;
+      for (const int i : taken->coordinates) inputs.push_back(m.coordinates_[i].position_number);
+      for (const int k : inputs) more = written[k].insert(text).second || more;
+    }
+  }
+  for (const auto& [k, texts] : written)
+    if (m.numbers_[k].fixed_because.empty())
+      m.numbers_[k].fixed_because = fmt::format(
+          "numbers that the scene leaves out are taken from it and would change with it; write {} to hold them.",
+          fmt::join(texts, " and "));
   m.select(m.default_parameters_);  // names must exist and be free to vary
   return std::shared_ptr<const Mechanism>(std::move(m_));
 }

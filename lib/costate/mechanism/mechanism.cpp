@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <unordered_map>
+#include <unordered_set>
+
 #include "costate/base/error.h"
 
 namespace costate {
@@ -90,17 +93,26 @@ std::vector<std::string> Mechanism::state_names() const {
 ParameterSelection Mechanism::select(const std::vector<std::string>& names) const {
   std::vector<std::string> wanted = names.empty() ? default_parameters_ : names;
   ParameterSelection selection;
-  for (const auto& name : wanted) {
-    for (const auto& p : selection.parameters)
-      if (p.name == name) throw ModelError("", fmt::format("Parameter '{}' is listed twice.", name));
-    Parameter chosen;
-    bool found = false;
+  std::unordered_map<std::string, const Parameter*> by_name;
+  if (wanted.size() > 1)
+    for (const auto& p : parameters_) by_name.emplace(p.name, &p);
+  const auto find = [&](const std::string& name) -> const Parameter* {
+    if (wanted.size() > 1) {
+      const auto at = by_name.find(name);
+      return at == by_name.end() ? nullptr : at->second;
+    }
     for (const auto& p : parameters_)
-      if (p.name == name) {
-        chosen = p;
-        found = true;
-      }
-    if (!found) {
+      if (p.name == name) return &p;
+    return nullptr;
+  };
+  std::unordered_set<std::string> listed;
+  std::unordered_map<int, std::size_t> varied_by;  // number -> place in the selection
+  for (const auto& name : wanted) {
+    if (!listed.insert(name).second) throw ModelError("", fmt::format("Parameter '{}' is listed twice.", name));
+    Parameter chosen;
+    if (const Parameter* found = find(name)) {
+      chosen = *found;
+    } else {
       const auto at = number_index_.find(name);
       if (at == number_index_.end()) {
         std::vector<std::string> known;
@@ -118,12 +130,12 @@ ParameterSelection Mechanism::select(const std::vector<std::string>& names) cons
       if (!numbers_[number].fixed_because.empty())
         throw ModelError("parameter." + name, fmt::format("'{}' cannot vary: {}", numbers_[number].path,
                                                           numbers_[number].fixed_because));
-      for (const auto& other : selection.parameters)
-        for (const auto& [taken, f] : other.bindings)
-          if (taken == number)
-            throw ModelError("parameter." + name, fmt::format("'{}' is already varied by parameter '{}'.",
-                                                              numbers_[number].path, other.name));
+      if (const auto taken = varied_by.find(number); taken != varied_by.end())
+        throw ModelError("parameter." + name,
+                         fmt::format("'{}' is already varied by parameter '{}'.", numbers_[number].path,
+                                     selection.parameters[taken->second].name));
     }
+    for (const auto& [number, factor] : chosen.bindings) varied_by.emplace(number, selection.parameters.size());
     selection.parameters.push_back(std::move(chosen));
   }
   return selection;

@@ -1,14 +1,36 @@
 #include "costate/objective/objective.h"
 
 #include "costate/base/error.h"
+#include "costate/element/course.h"
+#include "costate/objective/folded_angle.h"
 
 namespace costate {
 
 OutputTerm::OutputTerm(std::shared_ptr<const Output> output, int power, int weight_number, Target target)
     : output_(std::move(output)), power_(power), weight_number_(weight_number), target_(std::move(target)) {}
 
+namespace {
+// While a course asks, the terms that are asked what they need tell it of their laws of time, too.
+thread_local Course* asking = nullptr;
+thread_local const std::vector<double>* asked_numbers = nullptr;
+}  // namespace
+
 bool OutputTerm::needs_accelerations() const {
+  if (asking && target_.law) {
+    std::vector<double> p;
+    for (const int n : target_.law_numbers) p.push_back((*asked_numbers)[static_cast<std::size_t>(n)]);
+    asking->add(*target_.law, p.data());
+  }
   return output_->needs_accelerations() || (target_.output && target_.output->needs_accelerations());
+}
+
+void add_cost_course(const CostTerm& term, const std::vector<double>& numbers, Course& course) {
+  const auto* output = dynamic_cast<const OutputTerm*>(&term);
+  if (!output) return;
+  asking = &course;
+  asked_numbers = &numbers;
+  output->needs_accelerations();
+  asking = nullptr;
 }
 
 double OutputTerm::difference(const StateView& s, Assembly& assembly, std::vector<double>& p) const {
@@ -35,6 +57,8 @@ std::vector<PathDual>& dual_buffer(std::size_t n) {
 }  // namespace
 
 double OutputTerm::value(const StateView& s, Assembly& assembly) const {
+  for (const Output* y : {output_.get(), target_.output.get()})
+    if (y && folds(*y)) watch_fold(*y, assembly, s.t, y->value(s, assembly));
   const double d = difference(s, assembly, law_buffer());
   return assembly.numbers()[weight_number_] * (power_ == 2 ? d * d : d);
 }

@@ -8,6 +8,7 @@
 
 #include "costate/assembly/second_terms.h"
 #include "costate/base/error.h"
+#include "costate/mechanism/multiplier_unit.h"
 #include "costate/objective/all_outputs.h"
 #include "costate/objective/local_output.h"
 
@@ -312,17 +313,19 @@ bool for_each_output(const Mechanism& m, std::optional<std::string_view> wanted,
           [&](std::size_t k) { return m.forces()[k]->states(); }))
     return true;
   const auto rows = may_be_of("lambda.") ? m.row_names() : std::vector<std::string>{};
+  const auto units = may_be_of("lambda.") ? multiplier_units(m) : rows;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const std::string name = "lambda." + rows[i];
+    const std::string name = "lambda." + rows[i], unit = units[i];
     if (visit(name, Factory([=] {
-                return std::make_unique<Entry>(name, "1", Entry::Of::lambda, static_cast<int>(i));
+                return std::make_unique<Entry>(name, unit, Entry::Of::lambda, static_cast<int>(i));
               })))
       return true;
   }
   const auto states = may_be_of("z.") ? m.state_names() : std::vector<std::string>{};
+  const auto units_of_states = may_be_of("z.") ? state_units(m) : states;
   for (std::size_t i = 0; i < states.size(); ++i) {
-    const std::string name = "z." + states[i];
-    if (visit(name, Factory([=] { return std::make_unique<Entry>(name, "1", Entry::Of::z, static_cast<int>(i)); })))
+    const std::string name = "z." + states[i], unit = units_of_states[i];
+    if (visit(name, Factory([=] { return std::make_unique<Entry>(name, unit, Entry::Of::z, static_cast<int>(i)); })))
       return true;
   }
   return visit("energy.kinetic", Factory([] { return std::make_unique<KineticEnergy>(); })) ||

@@ -1,7 +1,10 @@
 #include "costate/scene/scene.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include "costate/analysis/not_finite.h"
+#include "costate/scene/scene_files.h"
 #include "costate/scene/scene_include.h"
 #include "costate/scene/scene_node.h"
 #include "costate/scene/scene_reader.h"
@@ -16,6 +19,7 @@ Scene Scene::load(const std::string& path, const std::vector<std::string>& overr
 
 Scene Scene::parse(const std::string& text, const std::string& file_name,
                    const std::vector<std::string>& overrides) {
+  const SceneFileLog files(file_name);
   auto root = std::make_shared<SceneNode>(read_with_includes(text, file_name));
   for (const auto& o : overrides) {
     const std::string source = "override '" + o + "'";
@@ -37,6 +41,7 @@ Scene Scene::read(std::shared_ptr<const SceneNode> root, const std::string& file
   Scene scene;
   scene.file_name_ = file_name;
   scene.root_ = root;
+  const SceneFileLog files(file_name);
   SceneReader reader(*root);
   try {
     reader.read();
@@ -61,7 +66,29 @@ SourceLocation Scene::locate(const std::string& path) const {
   return found ? *found : SourceLocation{file_name_, 0, 0};
 }
 
-SceneError Scene::located(const ModelError& e) const { return SceneError(locate(e.subject()), e.what()); }
+namespace {
+
+/// The keys of an element's table that hold laws.
+std::vector<std::string> law_keys(const SceneNode* element) {
+  std::vector<std::string> keys;
+  if (element)
+    for (const auto& c : element->children)
+      if (c.is_table() && (c.find("kind") || c.find("formula"))) keys.push_back(c.key);
+  return keys;
+}
+
+}  // namespace
+
+SceneError Scene::located(const ModelError& e) const {
+  if (dynamic_cast<const NotFinite*>(&e)) {
+    const auto keys = law_keys(e.subject().empty() ? nullptr : find_node(*root_, e.subject()));
+    if (keys.size() == 1)
+      return SceneError(locate(e.subject() + "." + keys[0]), fmt::format("{} Its law is '{}'.", e.what(), keys[0]));
+    if (!keys.empty())
+      return SceneError(locate(e.subject()), fmt::format("{} Its laws are '{}'.", e.what(), fmt::join(keys, "', '")));
+  }
+  return SceneError(locate(e.subject()), e.what());
+}
 
 Scene Scene::with_override(const std::string& path, const std::string& value) const {
   auto root = std::make_shared<SceneNode>(*root_);

@@ -6,10 +6,12 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
+#include <unordered_map>
 #include <utility>
 
+#include "costate/base/stop.h"
+#include "costate/base/text_file.h"
+#include "costate/scene/scene_files.h"
 #include "costate/scene/toml_reader.h"
 
 namespace costate {
@@ -17,6 +19,17 @@ namespace costate {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr int kDeepestInclude = 32;
+constexpr int kMostFiles = 1000;
+constexpr std::size_t kLongestFile = 64 << 20, kLongestScene = 128 << 20;  // bytes
+
+/// What reading a scene has come to.
+struct Reading {
+  std::vector<std::string> open;  // files, each included by the one before
+  int parts = 0, files = 0;
+  std::size_t bytes = 0;
+};
 
 void set_part(SceneNode& node, int part) {
   node.part = part;
@@ -44,8 +57,11 @@ std::vector<std::pair<std::string, SourceLocation>> take_texts(SceneNode& root, 
 
 /// Lays `over` on `base`, which keeps its places where both are tables.
 void lay_over(SceneNode& base, SceneNode&& over) {
+  std::unordered_map<std::string, std::size_t> places;
+  for (std::size_t i = 0; i < base.children.size(); ++i) places.emplace(base.children[i].key, i);
   for (auto& child : over.children) {
-    SceneNode* below = base.find(child.key);
+    const auto place = places.find(child.key);
+    SceneNode* below = place == places.end() ? nullptr : &base.children[place->second];
     if (!below)
       base.children.push_back(std::move(child));
     else if (below->is_table() && !below->inlined && child.is_table() && !child.inlined)
@@ -104,7 +120,9 @@ void remove_all(SceneNode& root, const std::string& path, const SourceLocation& 
   for (const auto& p : found) remove_node(root, p, where);
 }
 
-SceneNode read(const std::string& text, const std::string& file_name, std::vector<std::string>& open, int& parts) {
+SceneNode read(const std::string& text, const std::string& file_name, Reading& reading) {
+  std::vector<std::string>& open = reading.open;
+  check_stop();
   SceneNode own = read_toml(text, file_name);
   const auto includes = take_texts(own, "include", "vehicle.toml");
   const auto removed = take_texts(own, "remove", "tyre.front");
@@ -116,18 +134,28 @@ SceneNode read(const std::string& text, const std::string& file_name, std::vecto
     const std::string path = (fs::path(file_name).parent_path() / name).lexically_normal().string();
     if (std::find(open.begin(), open.end(), path) != open.end())
       throw SceneError(where, fmt::format("'{}' includes itself: {} -> {}.", path, fmt::join(open, " -> "), path));
+    if (open.size() > kDeepestInclude)
+      throw SceneError(where, fmt::format("Files include each other more than {} deep: {} -> ... -> {}.", kDeepestInclude,
+                                          open.front(), path));
+    if (++reading.files > kMostFiles)
+      throw SceneError(where, fmt::format("The scene includes more than {} files (one that is included twice counts twice).",
+                                          kMostFiles));
     std::string included;
     try {
       included = read_scene_text(path);
     } catch (const Error& e) {
       throw SceneError(where, fmt::format("'{}' is included here. {}", name, e.what()));
     }
+    SceneFileLog::add({"", path, ""});
+    reading.bytes += included.size();
+    if (reading.bytes > kLongestScene)
+      throw SceneError(where, fmt::format("The files of this scene hold more than {} MB together.", kLongestScene >> 20));
     open.push_back(path);
-    lay_over(root, read(included, path, open, parts));
+    lay_over(root, read(included, path, reading));
     open.pop_back();
   }
   for (const auto& [path, where] : removed) remove_all(root, path, where);
-  set_part(own, parts++);
+  set_part(own, reading.parts++);
   lay_over(root, std::move(own));
   return root;
 }
@@ -138,17 +166,14 @@ std::string read_scene_text(const std::string& path) {
   std::error_code ignored;
   if (fs::is_directory(path, ignored))
     throw SceneError({path, 0, 0}, "This is a directory; expected a scene file, such as models/five_bar/five_bar.toml.");
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw SceneError({path, 0, 0}, "The scene file cannot be read; check the path and its permissions.");
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
+  return read_text_file(path, kLongestFile, "The scene file");
 }
 
 SceneNode read_with_includes(const std::string& text, const std::string& file_name) {
-  std::vector<std::string> open = {fs::path(file_name).lexically_normal().string()};
-  int parts = 0;
-  return read(text, file_name, open, parts);
+  Reading reading;
+  reading.open = {fs::path(file_name).lexically_normal().string()};
+  reading.bytes = text.size();
+  return read(text, file_name, reading);
 }
 
 }  // namespace costate

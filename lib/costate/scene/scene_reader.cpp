@@ -6,10 +6,14 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <new>
+#include <set>
 #include <tuple>
 
 #include "costate/base/error.h"
+#include "costate/base/stop.h"
 #include "costate/discrete/alpha_coefficients.h"
+#include "costate/formulation/defaults.h"
 
 namespace costate {
 
@@ -137,10 +141,29 @@ void SceneReader::collect_entries() {
   });
 }
 
+namespace {
+/// Items of arrays that the scene leaves out, a table's defaults: there is no place to write a value of theirs to.
+void fix_unwritten_items(const SceneTable& table, MechanismBuilder& builder) {
+  const auto written = table.keys();
+  for (const auto& key : table.known_keys()) {
+    if (std::find(written.begin(), written.end(), key) != written.end()) continue;
+    for (int i = 0; builder.has_number(fmt::format("{}[{}]", table.path(key), i)); ++i)
+      builder.fix_number(builder.number(fmt::format("{}[{}]", table.path(key), i)),
+                         fmt::format("the scene leaves it out; write {} = [...] in [{}] to vary it.", key, table.path()));
+  }
+}
+}  // namespace
+
 void SceneReader::read_entries() {
   for (Entry& e : entries_) {
+    check_stop();
     here_ = e.table.where();
-    at(e.table.path(), [&] { e.kind->add(e.name, e.table, builder_); });
+    try {
+      at(e.table.path(), [&] { e.kind->add(e.name, e.table, builder_); });
+    } catch (const std::bad_alloc&) {
+      throw SceneError(*here_, fmt::format("[{}] needs more memory than there is.", e.table.path()));
+    }
+    fix_unwritten_items(e.table, builder_);
     e.table.finish();
   }
   here_.reset();
@@ -169,6 +192,7 @@ void SceneReader::read_parameters() {
   if (!table_.has("parameter")) return;
   SceneTable group = table_.table("parameter");
   for (const auto& name : group.keys()) {
+    check_stop();
     SceneTable t = group.table(name);
     check_name(t, name);
     here_ = t.where();
@@ -202,6 +226,8 @@ void SceneReader::read_parameters() {
 }
 
 void SceneReader::read_run() {
+  run.formulation = kDefaultFormulation;
+  run.method = kDefaultMethod;
   if (!table_.has("run")) return;
   SceneTable t = table_.table("run");
   here_ = t.where();
@@ -221,7 +247,10 @@ void SceneReader::read_run() {
                                   : run.sensitivity_corrector;
   run.parameters = t.texts("parameters", false);
   run.rtol = t.value("rtol", NumberRule::positive, run.rtol);
+  if (run.rtol >= 1) t.fail("rtol", fmt::format("must be below 1, found {}.", run.rtol));
   run.atol = t.find_value("atol", NumberRule::positive);
+  if (run.atol && *run.atol >= 1)
+    t.fail("atol", fmt::format("must be below 1 (in SI units, of every unknown), found {}.", *run.atol));
   run.step_s = t.find_value("step_s", NumberRule::positive);
   run.max_step_s = t.find_value("max_step_s", NumberRule::positive);
   run.output_step_s = t.find_value("output_step_s", NumberRule::positive);
@@ -229,13 +258,14 @@ void SceneReader::read_run() {
   t.finish();
   std::vector<std::string> known =
       table_.has("parameter") ? table_.table("parameter").keys() : std::vector<std::string>();
+  const std::set<std::string> named(known.begin(), known.end());
+  std::set<std::string> listed;
   for (std::size_t i = 0; i < run.parameters.size(); ++i) {
     const std::string& name = run.parameters[i];
-    if (!builder_.has_number(name) && std::find(known.begin(), known.end(), name) == known.end())
+    if (!builder_.has_number(name) && named.count(name) == 0)
       throw ModelError(fmt::format("run.parameters[{}]", i),
                        fmt::format("There is no parameter '{}'.{}", name, suggestion(name, known)));
-    if (std::find(run.parameters.begin(), run.parameters.begin() + static_cast<std::ptrdiff_t>(i), name) !=
-        run.parameters.begin() + static_cast<std::ptrdiff_t>(i))
+    if (!listed.insert(name).second)
       throw ModelError(fmt::format("run.parameters[{}]", i),
                        fmt::format("Parameter '{}' is listed twice.", name));
   }
@@ -284,7 +314,9 @@ void SceneReader::build() {
     mechanism = builder_.build();
     // Those that the default list leaves out must be able to vary, too.
     if (table_.has("parameter"))
-      for (const auto& name : table_.table("parameter").keys()) mechanism->select({name});
+      for (const auto& p : mechanism->parameters())
+        for (const auto& [number, factor] : p.bindings)
+          if (!mechanism->numbers()[static_cast<std::size_t>(number)].fixed_because.empty()) mechanism->select({p.name});
   } catch (const ModelError& e) {
     // A number that [run] lists by its path has no table [parameter.*] to point at.
     for (std::size_t i = 0; i < run.parameters.size(); ++i)
@@ -295,19 +327,44 @@ void SceneReader::build() {
   }
 }
 
+/// The tables of the scene that bring an output of this name.
+static std::vector<std::string> owners(const Mechanism& mechanism, const std::string& output) {
+  std::vector<std::string> paths;
+  const auto add = [&](const std::string& path) {
+    if (std::find(paths.begin(), paths.end(), path) == paths.end()) paths.push_back(path);
+  };
+  const auto derived = [&](const std::string& name) {
+    for (const char* order : {"", "_dot", "_ddot"})
+      if (name + order == output) return true;
+    return false;
+  };
+  for (const auto& c : mechanism.coordinates())
+    if (derived(c.name)) {  // "body.one.x_m" belongs to [body.one]
+      const std::string& path = mechanism.numbers()[static_cast<std::size_t>(c.position_number)].path;
+      add(path.substr(0, path.find('.', path.find('.') + 1)));
+    }
+  for (const auto& p : mechanism.points())
+    for (const char* component : {".x", ".y"})
+      if (derived(p.name() + component)) add("point." + p.name());
+  for (const auto& p : mechanism.spatial_points())
+    for (const char* component : {".x", ".y", ".z"})
+      if (derived(p.name() + component)) add("point." + p.name());
+  const auto collect = [&](const auto& list) {
+    for (const auto& e : list)
+      for (const auto& measure : e->measures())
+        if (e->name() + "." + measure.name == output) add(e->path());
+  };
+  collect(mechanism.bodies());
+  collect(mechanism.constraints());
+  collect(mechanism.forces());
+  return paths;
+}
+
 void SceneReader::check_outputs() {
   std::map<std::string, int> count;
   for (const auto& name : output_names(*mechanism))
     if (++count[name] == 2) {
-      std::vector<std::string> paths;
-      const auto collect = [&](const auto& list) {
-        for (const auto& e : list)
-          for (const auto& measure : e->measures())
-            if (e->name() + "." + measure.name == name) paths.push_back(e->path());
-      };
-      collect(mechanism->bodies());
-      collect(mechanism->constraints());
-      collect(mechanism->forces());
+      const std::vector<std::string> paths = owners(*mechanism, name);
       throw ModelError(paths.empty() ? "" : paths.back(),
                        fmt::format("The output '{}' has two meanings: {} share a name. Rename one.", name,
                                    fmt::join(paths, " and ")));

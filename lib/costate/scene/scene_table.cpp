@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
+#include <unordered_map>
+#include <unordered_set>
 
 #include "costate/scene/scene_node.h"
 
@@ -13,13 +16,23 @@ namespace costate {
 /// The keys of this table that were asked for, and the same of every table inside that was read.
 struct SceneTable::Record {
   std::vector<std::string> asked;
+  std::unordered_set<std::string> was_asked;
   std::vector<SceneTable> inner;
+  std::unordered_map<const SceneNode*, std::size_t> inner_place;  // of those by key
+  std::unordered_map<std::string_view, const SceneNode*> child;   // of a table with many keys
 };
+
+namespace {
+constexpr std::size_t kManyKeys = 32;
+}
 
 SceneTable::SceneTable(const SceneNode& root) : SceneTable(root, "", std::make_shared<Record>()) {}
 
 SceneTable::SceneTable(const SceneNode& node, std::string path, std::shared_ptr<Record> record)
-    : node_(&node), path_(std::move(path)), record_(std::move(record)) {}
+    : node_(&node), path_(std::move(path)), record_(std::move(record)) {
+  if (node.is_table() && node.children.size() > kManyKeys)
+    for (const auto& c : node.children) record_->child.emplace(c.key, &c);
+}
 
 std::string SceneTable::title() const { return path_.empty() ? "the scene" : "[" + path_ + "]"; }
 
@@ -45,9 +58,10 @@ void SceneTable::fail_type(const std::string& key, const std::string& expected) 
 }
 
 const SceneNode* SceneTable::ask(const std::string& key) const {
-  auto& asked = record_->asked;
-  if (std::find(asked.begin(), asked.end(), key) == asked.end()) asked.push_back(key);
-  return node_->find(key);
+  if (record_->was_asked.insert(key).second) record_->asked.push_back(key);
+  if (record_->child.empty()) return node_->find(key);
+  const auto at = record_->child.find(key);
+  return at == record_->child.end() ? nullptr : at->second;
 }
 
 void SceneTable::missing(const std::string& key, const char* what) const {
@@ -58,7 +72,7 @@ void SceneTable::missing(const std::string& key, const char* what) const {
   };
   std::vector<std::string> others;
   for (const auto& c : node_->children) {
-    if (std::find(record_->asked.begin(), record_->asked.end(), c.key) != record_->asked.end()) continue;
+    if (record_->was_asked.count(c.key) > 0) continue;
     if (key.rfind(c.key + "_", 0) == 0 || c.key.rfind(key + "_", 0) == 0) unknown(c, false, key);
     if (c.key.size() > 4 && alike(c.key) != alike(key)) others.push_back(c.key);
   }
@@ -209,8 +223,8 @@ std::pair<std::string, std::string> SceneTable::text_pair(const std::string& key
 SceneTable SceneTable::table(const std::string& key) {
   const SceneNode& n = require(key, "a table");
   if (!n.is_table()) wrong_type(n, key, "a table");
-  for (const SceneTable& t : record_->inner)
-    if (t.node_ == &n) return t;
+  const auto [at, is_new] = record_->inner_place.emplace(&n, record_->inner.size());
+  if (!is_new) return record_->inner[at->second];
   record_->inner.push_back(SceneTable(n, path(key), std::make_shared<Record>()));
   return record_->inner.back();
 }
@@ -248,8 +262,7 @@ void SceneTable::unknown(const SceneNode& node, bool all_asked, const std::strin
 
 void SceneTable::finish() const {
   for (const auto& c : node_->children)
-    if (std::find(record_->asked.begin(), record_->asked.end(), c.key) == record_->asked.end())
-      unknown(c, true);
+    if (record_->was_asked.count(c.key) == 0) unknown(c, true);
   for (const SceneTable& t : record_->inner) t.finish();
 }
 

@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <cctype>
+#include <memory>
 #include <sstream>
+
+#include "costate/base/stop.h"
 
 namespace costate {
 
@@ -13,6 +16,55 @@ namespace {
 
 SourceLocation place(const toml::source_region& s, const std::string& file) {
   return {file, static_cast<int>(s.begin.line), static_cast<int>(s.begin.column)};
+}
+
+constexpr int kDeepest = 64;
+constexpr std::size_t kLongText = 100000;  // characters; parsing more takes long enough to be interrupted
+
+/// Keys of so many parts, and tables nested so deeply, say nothing that a scene means; parsers recurse over them.
+void require_shallow(const std::string& text, const std::string& file) {
+  int line = 1, depth = 0, dots = 0;
+  std::size_t line_start = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '#') {
+      while (i + 1 < text.size() && text[i + 1] != '\n') ++i;
+    } else if (c == '"' || c == '\'') {
+      const bool triple = text.compare(i, 3, std::string(3, c)) == 0;
+      std::size_t end = i + (triple ? 3 : 1);
+      for (; end < text.size(); ++end) {
+        if (text[end] == '\n') {
+          if (!triple) break;  // the parser will complain
+          ++line;
+          line_start = end + 1;
+        } else if (c == '"' && text[end] == '\\') {
+          ++end;
+        } else if (text[end] == c && (!triple || text.compare(end, 3, std::string(3, c)) == 0)) {
+          break;
+        }
+      }
+      if (end < text.size() && text[end] == '\n') --end;
+      i = triple ? end + 2 : end;
+    } else if (c == '\n') {
+      ++line;
+      line_start = i + 1;
+      dots = 0;
+    } else if (c == '=' || c == ',') {
+      dots = 0;
+    } else if (c == '[' || c == '{') {
+      dots = 0;
+      ++depth;
+    } else if (c == ']' || c == '}') {
+      dots = 0;
+      --depth;
+    } else if (c == '.') {
+      ++dots;
+    }
+    if (dots > kDeepest || depth > kDeepest)
+      throw SceneError({file, line, static_cast<int>(i - std::min(i, line_start)) + 1},
+                       dots > kDeepest ? fmt::format("A key has more than {} parts.", kDeepest)
+                                       : fmt::format("Arrays and tables are nested more than {} deep.", kDeepest));
+  }
 }
 
 SceneNode convert(const toml::node& from, const std::string& file) {
@@ -66,8 +118,19 @@ bool is_bare_text(const std::string& text) {
 }  // namespace
 
 SceneNode read_toml(const std::string& text, const std::string& file_name) {
+  require_shallow(text, file_name);
   try {
-    return convert(toml::parse(std::string_view(text), std::string_view(file_name)), file_name);
+    if (text.size() < kLongText)
+      return convert(toml::parse(std::string_view(text), std::string_view(file_name)), file_name);
+    struct Work {
+      std::string text, file_name;
+      SceneNode result;
+    };
+    const auto work = std::make_shared<Work>(Work{text, file_name, {}});
+    run_stoppably([work] {
+      work->result = convert(toml::parse(std::string_view(work->text), std::string_view(work->file_name)), work->file_name);
+    });
+    return std::move(work->result);
   } catch (const toml::parse_error& e) {
     throw SceneError(place(e.source(), file_name), fmt::format("{}.", e.description()));
   }
@@ -75,6 +138,7 @@ SceneNode read_toml(const std::string& text, const std::string& file_name) {
 
 SceneNode read_toml_value(const std::string& text, const std::string& source_name) {
   std::string why;
+  require_shallow(text, source_name);
   try {
     SceneNode root = convert(toml::parse(std::string_view("x = " + text)), source_name);
     if (root.children.size() == 1 && root.children[0].key == "x") {

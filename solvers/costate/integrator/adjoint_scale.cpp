@@ -41,8 +41,11 @@ double set_adjoint_tolerances(const std::vector<Unknown>& unknowns, const std::v
     double& size = unknowns[i].role == Unknown::Role::velocity ? velocities : others;
     size = std::max(size, std::abs(mu[i]));
   }
-  if (!(others > 0)) others = velocities > 0 ? velocities : 1;
-  if (!(velocities > 0)) velocities = others;
+  // Each grows out of the other within the motion's time, so that neither is measured by its own rounding alone.
+  const double factor = std::min(expected.velocity_factor, 1.0);
+  others = std::max(others, velocities);
+  velocities = std::max(velocities, others * factor);
+  if (!(others > 0)) others = velocities = 1;
   for (std::size_t i = 0; i < mu.size(); ++i)
     atol[i] = !unknowns[i].in_norm ? unweighted
                                    : rtol * (unknowns[i].role == Unknown::Role::velocity ? velocities : others);

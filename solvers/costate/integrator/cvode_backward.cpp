@@ -64,6 +64,7 @@ void CvodeSession::solve_backward(AdjointState& mu, const AdjointSize& expected,
     check(CVodeQuadSVtolerancesB(memory_, b.which, options_.rtol, b.atol_q), "CVodeQuadSVtolerancesB");
     check(CVodeSetQuadErrConB(memory_, b.which, SUNTRUE), "CVodeSetQuadErrConB");
   }
+  read_checkpoints();
   capture_cvode_messages(memory_b, message_);
   const int flag = CVodeB(memory_, options_.t_start, CV_NORMAL);
   if (flag < 0)
@@ -86,12 +87,34 @@ void CvodeSession::solve_backward(AdjointState& mu, const AdjointSize& expected,
   c.position_iterations = system_.position_iterations();
 }
 
+void CvodeSession::read_checkpoints() {
+  checkpoint_times_.clear();
+  if (!plan_) return;
+  std::vector<CVadjCheckPointRec> records(static_cast<std::size_t>(counters_.checkpoints) + 1);
+  check(CVodeGetAdjCheckPointsInfo(memory_, records.data()), "CVodeGetAdjCheckPointsInfo");
+  for (const auto& r : records) checkpoint_times_.push_back(r.t0);
+  std::sort(checkpoint_times_.begin(), checkpoint_times_.end());
+}
+
+void CvodeSession::look_back(double t, const double* y) {
+  if (!plan_) return;
+  // At a checkpoint, but for rounding, it has to stop there.
+  const double near = 1e-13 * (std::abs(t) + std::abs(t_ - options_.t_start));
+  const auto above = std::upper_bound(checkpoint_times_.begin(), checkpoint_times_.end(), t + near);
+  const double floor = above == checkpoint_times_.begin() ? options_.t_start : *(above - 1);
+  const double end = floor >= t - near ? floor : std::max(floor, plan_->limit(system_, t, y, true));
+  CVodeSetStopTime(CVodeGetAdjCVodeBmem(memory_, backward_->which), end);
+}
+
 int CvodeSession::backward_rhs(double t, N_Vector y, N_Vector yB, N_Vector fB, void* p) {
   CvodeSession& s = self_of(p);
   return s.guard_.run([&] {
     s.poll(t, true);
     s.watch_->backward();
-    s.system_.adjoint_rhs(t, s.forward(t, y), data(yB), data(fB));
+    const double* x = s.forward(t, y);
+    s.adjoint_growth_.look(t, x, data(yB), s.system_.unknowns(), s.options_.rtol, s.options_.absolute());
+    s.system_.adjoint_rhs(t, x, data(yB), data(fB));
+    s.look_back(t, x);
   });
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/integrator/unknown_sizes.h"
 #include "costate/sundials/failure.h"
 #include "costate/sundials/message_capture.h"
 
@@ -53,16 +54,20 @@ CvodeSession::CvodeSession(OdeSystem& system, const SolverOptions& options, Moni
 }
 
 void CvodeSession::create_memory() {
-  step_end_ = t_;
+  step_end_ = start_time_ = t_;
   memory_ = CVodeCreate(linear_multistep(), context_);
   if (!memory_) throw SolverError("CVODES could not be created.");
   capture_cvode_messages(memory_, message_);
   check(CVodeInit(memory_, rhs, t_, y_), "CVodeInit");
   check(CVodeSetUserData(memory_, this), "CVodeSetUserData");
-  check(CVodeSStolerances(memory_, options_.rtol, options_.absolute()), "CVodeSStolerances");
+  Vector atol(size_, context_);  // SUNDIALS copies it
+  fill_absolute_tolerances(system_, options_.absolute(), size_, atol.data());
+  check(CVodeSVtolerances(memory_, options_.rtol, atol), "CVodeSVtolerances");
   check(CVodeSetMaxNumSteps(memory_, options_.max_steps), "CVodeSetMaxNumSteps");
+  // A step that begins where a force or an acceleration jumps may have to become very short.
+  check(CVodeSetMaxErrTestFails(memory_, 30), "CVodeSetMaxErrTestFails");
   if (options_.max_step_s > 0) check(CVodeSetMaxStep(memory_, options_.max_step_s), "CVodeSetMaxStep");
-  check(CVodeSetStopTime(memory_, std::min(options_.t_end, system_.segment_limit(t_))), "CVodeSetStopTime");
+  check(CVodeSetStopTime(memory_, stop()), "CVodeSetStopTime");
   newton_ = std::make_unique<NewtonOperator>(context_, guard_, [this](double* b) { solve_newton(b); });
   check(CVodeSetLinearSolver(memory_, newton_->solver(), newton_->matrix()), "CVodeSetLinearSolver");
   check(CVodeSetLinSysFn(memory_, newton_matrix), "CVodeSetLinSysFn");
@@ -136,10 +141,45 @@ void CvodeSession::poll(double t, bool backward) {
     void* memory = backward ? CVodeGetAdjCVodeBmem(memory_, backward_->which) : memory_;
     fail(memory, CV_ERR_FAILURE, "CVODES no longer gets on", backward ? adjoint_names(system_.unknowns()) : names());
   }
-  if (!monitor_ || ++polls_ % 64 != 0) return;
   long steps = 0;
+  void* memory = backward ? CVodeGetAdjCVodeBmem(memory_, backward_->which) : memory_;
+  CVodeGetNumSteps(memory, &steps);
+  if (const double all = (backward ? pace_back_ : pace_)
+                             .projected(t, steps, backward ? options_.t_start : options_.t_end, options_.max_steps);
+      all > 0)
+    fail(memory, CV_TOO_MUCH_WORK, pace_message("CVODES", all, options_.max_steps),
+         backward ? adjoint_names(system_.unknowns()) : names());
+  if (!monitor_ || ++polls_ % 64 != 0) return;
   CVodeGetNumSteps(memory_, &steps);
   monitor_(t, steps, backward);
+}
+
+void CvodeSession::follow(std::shared_ptr<const StepPlan> plan) {
+  plan_ = plan && !plan->empty() ? std::move(plan) : nullptr;
+}
+
+void CvodeSession::look_ahead(double t, const double* y) {
+  if (plan_) CVodeSetStopTime(memory_, std::min(stop(), plan_->limit(system_, t, y, false)));
+}
+
+void CvodeSession::watch_stiffness(double t, const double* y) {
+  constexpr double few = 2e5;  // steps that may as well be taken
+  if (linear_multistep() != CV_ADAMS) return;
+  long steps = 0;
+  CVodeGetNumSteps(memory_, &steps);
+  if (!stiffness_.due(steps)) return;
+  double h = 0;
+  int q = 0;
+  CVodeGetLastStep(memory_, &h);
+  CVodeGetLastOrder(memory_, &q);
+  if (!(options_.t_end - t > few * h)) return;
+  const double rate = stiffness_.bound_by(system_, t, y, h, q);
+  if (!(rate > 0)) return;
+  throw StiffError(fmt::format("The motion is stiff at t = {:.6g} s: after {} steps Adams' method still takes steps of {:.3g} "
+                               "s, the size at which it is stable, for a rate of {:.3g} 1/s (a light mass, a stiff damper or "
+                               "spring); about {:.2g} more would follow. Take CVODES's BDF (--cvodes-method bdf) or a "
+                               "formulation on IDAS.",
+                               t, steps, h, rate, (options_.t_end - t) / h));
 }
 
 void CvodeSession::enable_cost() {
@@ -147,7 +187,7 @@ void CvodeSession::enable_cost() {
   q_ = Vector(1, context_);
   q_.data()[0] = start_.cost;
   check(CVodeQuadInit(memory_, quadrature, q_), "CVodeQuadInit");
-  check(CVodeQuadSStolerances(memory_, options_.rtol, options_.absolute()), "CVodeQuadSStolerances");
+  check(CVodeQuadSStolerances(memory_, options_.rtol, options_.absolute() * cost_size(system_)), "CVodeQuadSStolerances");
   check(CVodeSetQuadErrCon(memory_, SUNTRUE), "CVodeSetQuadErrCon");
 }
 
@@ -155,13 +195,13 @@ void CvodeSession::enable_sensitivities() {
   const int n = system_.size(), np = system_.parameter_count();
   if (np == 0) return;
   yS_ = VectorArray(np, size_, context_);
-  std::vector<double> atol;
+  VectorArray atol(np, size_, context_);
   for (int j = 0; j < np; ++j) {
     if (start_.s.empty())
       std::copy(y_rho_.col(j).data(), y_rho_.col(j).data() + n, yS_.data(j));
     else
       std::copy(start_.s[j].begin(), start_.s[j].end(), yS_.data(j));
-    atol.push_back(options_.absolute() / system_.parameters().parameters[j].scale);
+    fill_absolute_tolerances(system_, options_.absolute() / system_.parameters().parameters[j].scale, size_, atol.data(j));
   }
   columns_in_.resize(static_cast<std::size_t>(np));
   columns_out_.resize(static_cast<std::size_t>(np));
@@ -169,7 +209,7 @@ void CvodeSession::enable_sensitivities() {
   check(CVodeSensInit(memory_, np, options_.staggered ? CV_STAGGERED : CV_SIMULTANEOUS, sensitivity_rhs,
                       yS_.handles()),
         "CVodeSensInit");
-  check(CVodeSensSStolerances(memory_, options_.rtol, atol.data()), "CVodeSensSStolerances");
+  check(CVodeSensSVtolerances(memory_, options_.rtol, atol.handles()), "CVodeSensSVtolerances");
   check(CVodeSetSensErrCon(memory_, SUNTRUE), "CVodeSetSensErrCon");
 }
 
@@ -215,7 +255,7 @@ void CvodeSession::advance_with_checkpoints(double t) {
   counters_.checkpoints = checkpoints;
 }
 
-bool CvodeSession::advance_segment(double t, Trajectory* trajectory) {
+bool CvodeSession::advance_segment(double t, Trajectory* trajectory, const StepSink& after_step) {
   const double known = step_end_;  // y_ may hold an earlier time of the step that ends there
   while (step_end_ < t) {
     if (ended_) {
@@ -226,10 +266,13 @@ bool CvodeSession::advance_segment(double t, Trajectory* trajectory) {
     limit_steps();
     int checkpoints = 0;
     const double begin = step_end_;
+    // What the repetitions begin with is the end of all; the next step is bounded already.
+    if (plan_ && adjoint_) CVodeSetStopTime(memory_, stop());
     const int flag = adjoint_ ? CVodeF(memory_, options_.t_end, y_, &step_end_, CV_ONE_STEP, &checkpoints)
                               : CVode(memory_, options_.t_end, y_, &step_end_, CV_ONE_STEP);
     if (flag < 0) fail(memory_, flag, "CVODES could not continue the simulation", names());
     if (adjoint_) counters_.checkpoints = checkpoints;
+    if (after_step) after_step(step_end_, y());
     ended_ = system_.segment_ends(step_end_, y());
     if (trajectory) record_step(begin, step_end_, *trajectory);
   }
@@ -303,6 +346,8 @@ int CvodeSession::rhs(double t, N_Vector y, N_Vector f, void* p) {
     s.watch_forward();
     s.system_.rhs(t, data(y), data(f));
     if (s.cost_state_) data(f)[s.system_.size()] = s.system_.running_cost(t, data(y));
+    s.look_ahead(t, data(y));
+    s.watch_stiffness(t, data(y));
   });
 }
 

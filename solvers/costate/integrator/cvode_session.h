@@ -6,12 +6,16 @@
 #include <optional>
 #include <string>
 
+#include "costate/formulation/step_plan.h"
 #include "costate/integrator/checkpoints.h"
+#include "costate/integrator/adjoint_growth.h"
 #include "costate/integrator/adjoint_scale.h"
 #include "costate/integrator/forward_state.h"
+#include "costate/integrator/pace_watch.h"
 #include "costate/integrator/segment.h"
 #include "costate/integrator/trajectory.h"
 #include "costate/integrator/stall_watch.h"
+#include "costate/integrator/stiffness_watch.h"
 #include "costate/sensitivity/problem.h"
 #include "costate/sundials/callback_guard.h"
 #include "costate/sundials/handles.h"
@@ -34,6 +38,8 @@ class CvodeSession {
   CvodeSession(const CvodeSession&) = delete;
   CvodeSession& operator=(const CvodeSession&) = delete;
 
+  /// Steps keep within the plan's bounds; before anything else.
+  void follow(std::shared_ptr<const StepPlan> plan);
   void enable_cost();
   void enable_sensitivities();
   /// Once the costs are enabled.
@@ -44,8 +50,8 @@ class CvodeSession {
 
   // Trajectories of several segments, each a session of its own (segmented_run.h).
   /// Advances to t by single steps, or to the end of the segment where that comes first: then false. Stores the motion
-  /// (q, v, z) of each step in the trajectory, if there is one.
-  bool advance_segment(double t, Trajectory* trajectory = nullptr);
+  /// (q, v, z) of each step in the trajectory, if there is one, and tells of each.
+  bool advance_segment(double t, Trajectory* trajectory = nullptr, const StepSink& after_step = {});
   /// After that: the jump, and what the next segment begins with.
   void jump(Jump& jump, SegmentStart& start);
   /// The adjoint's end values; the integration from the end of this session's segment to its beginning; the gradient
@@ -55,6 +61,7 @@ class CvodeSession {
   void add_start_gradient(const AdjointState& mu, std::vector<double>& gradient) const;
   static void transfer_adjoint(OdeSystem& system, const Jump& jump, AdjointState& mu, std::vector<double>& gradient);
   const AdjointScale& adjoint_scale() const { return adjoint_scale_; }
+  const AdjointGrowth& adjoint_growth() const { return adjoint_growth_; }
 
   const double* y() const { return y_.data(); }
   double cost();
@@ -76,6 +83,15 @@ class CvodeSession {
   /// In one-step mode the integrator counts no steps; this throws when the next one would exceed max_steps.
   void limit_steps();
   void poll(double t, bool backward);
+  // A step that begins where this evaluation takes place, if it does, ends within the plan's bounds: its end is known to
+  // the integrator before it chooses the step, in a repetition from a checkpoint as in the original.
+  void look_ahead(double t, const double* y);
+  void look_back(double t, const double* y);
+  /// Throws StiffError where Adams' steps are bound by stability and very many of them are left.
+  void watch_stiffness(double t, const double* y);
+  /// Before the run back: the times at which SUNDIALS has to stop on the way.
+  void read_checkpoints();
+  double stop() const { return std::min(options_.t_end, system_.segment_limit(start_time_)); }
   /// The forward state in a backward callback.
   const double* forward(double t, N_Vector y) { return forward_.at(t, costate::data(y), system_.size()); }
   /// Before a callback of the forward problem evaluates the system.
@@ -117,7 +133,13 @@ class CvodeSession {
   bool cost_state_ = false;  // the last unknown is psi' = g
   double gamma_ = 0;
   AdjointScale adjoint_scale_;
+  AdjointGrowth adjoint_growth_;
   StallWatch stall_;
+  PaceWatch pace_, pace_back_;
+  StiffnessWatch stiffness_;
+  std::shared_ptr<const StepPlan> plan_;  // or null
+  std::vector<double> checkpoint_times_;  // ascending
+  double start_time_ = 0;
   long polls_ = 0, scale_samples_ = 0, newton_setups_ = 0, backward_setups_ = 0;
   bool adjoint_ = false, ended_ = false;
   double t_ = 0, step_end_ = 0;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 
 namespace costate {
 
@@ -92,8 +93,19 @@ Problem with_fixed_step(const Problem& problem) {
 FixedRun::FixedRun(const Problem& problem, const std::vector<double>& rho, long steps, bool with_derivatives)
     : problem_(problem), scheme_(problem.make_discrete()), steps_(steps) {
   scheme_->set_parameters(rho.data());
+  for (const double t : scheme_->kinks())
+    if (problem.solver.t_start < t && t < problem.solver.t_end)
+      throw CapabilityError(fmt::format("A driver's law has a kink at t = {:.6g} s, where the velocities jump; fixed steps pass "
+                                        "it by. Take the integrator idas or cvodes (the methods that bear their names), or a "
+                                        "law with a continuous slope.", t));
   const double span = problem.solver.t_end - problem.solver.t_start;
   scheme_->start(problem.solver.t_start, span / static_cast<double>(steps), with_derivatives);
+  plan_ = std::make_unique<StepPlan>(scheme_->assembly(), problem.objective, problem.solver.t_start, problem.solver.t_end,
+                                     scheme_->state());
+  WatchSettings s;
+  s.rtol = problem.solver.rtol;
+  s.formulation = problem.formulation;
+  watch_ = std::make_unique<MotionWatch>(problem.mechanism, problem.parameters, rho.data(), std::move(s));
 }
 
 double FixedRun::forward(const std::function<void(long k)>& at) {
@@ -101,12 +113,17 @@ double FixedRun::forward(const std::function<void(long k)>& at) {
   const bool running = scheme_->has_running_cost();
   double psi = 0;
   for (long k = 0;; ++k) {
+    const StateView here = scheme_->state();
+    k == 0 ? watch_->begin(here.t, here.q, here.v) : watch_->step(here.t, here.q, here.v);
     if (running) psi += weight(k) * objective.running_value(scheme_->state(), scheme_->assembly());
     if (at) at(k);
     if (problem_.monitor && k % kPoll == 0) problem_.monitor(scheme_->time(), k, false);
     if (k == steps_) break;
+    if (!plan_->empty()) plan_->require(scheme_->time(), scheme_->state(), scheme_->coefficients().h);
     scheme_->step();
   }
+  const StateView last = scheme_->state();
+  watch_->finish(last.t, last.q, last.v);
   const DiscreteCounters& c = scheme_->counters();
   counters_.steps = c.steps;
   counters_.newton_iterations = c.newton_iterations;
@@ -134,6 +151,11 @@ std::vector<double> FixedRun::backward(StepArchive& archive, DiscreteAdjoint& ad
     }
     adjoint.step_back(factored);
   }
+}
+
+void FixedRun::conclude(const GradientResult& result) const {
+  for (const auto& text : watch_->warnings()) notice(text);
+  require_finite(problem_, result);
 }
 
 Counters FixedRun::counters() const {

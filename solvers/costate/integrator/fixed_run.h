@@ -13,6 +13,8 @@
 #include "costate/discrete/discrete_adjoint.h"
 #include "costate/discrete/discrete_tangent.h"
 #include "costate/discrete/step_archive.h"
+#include "costate/formulation/step_plan.h"
+#include "costate/integrator/run_watch.h"
 #include "costate/sensitivity/problem.h"
 
 namespace costate {
@@ -38,12 +40,16 @@ class FixedRun {
   std::vector<double> backward(StepArchive& archive, DiscreteAdjoint& adjoint);
 
   Counters counters() const;
+  /// What the watch over a finished forward run noticed; refuses what is not finite.
+  void conclude(const GradientResult& result) const;
 
  private:
   const Problem& problem_;
   std::unique_ptr<DiscreteScheme> scheme_;
   long steps_;
+  std::unique_ptr<StepPlan> plan_;
   Counters counters_;
+  std::unique_ptr<MotionWatch> watch_;
 };
 
 }  // namespace costate

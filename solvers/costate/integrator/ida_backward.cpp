@@ -5,10 +5,16 @@
 #include <cmath>
 
 #include "costate/integrator/ida_session.h"
+#include "costate/integrator/solved_algebraic.h"
 #include "costate/sundials/failure.h"
 #include "costate/sundials/message_capture.h"
 
 namespace costate {
+
+namespace {
+/// Of the backward run that the thread is at: its forward states as its equations take them.
+thread_local SolvedAlgebraic solved;
+}  // namespace
 
 std::vector<double> IdaSession::solve_adjoint() {
   std::vector<double> gradient(static_cast<std::size_t>(system_.parameter_count()), 0);
@@ -40,6 +46,7 @@ void IdaSession::add_start_gradient(const AdjointState& mu, std::vector<double>&
 
 void IdaSession::solve_backward(AdjointState& mu, const AdjointSize& expected, std::vector<double>& gradient) {
   const int n = system_.size(), np = system_.parameter_count();
+  solved.forget();
   backward_ = std::make_unique<Backward>();
   Backward& b = *backward_;
   b.y = Vector(n, context_);
@@ -77,6 +84,7 @@ void IdaSession::solve_backward(AdjointState& mu, const AdjointSize& expected, s
     check(IDAQuadSVtolerancesB(memory_, b.which, options_.rtol, b.atol_q), "IDAQuadSVtolerancesB");
     check(IDASetQuadErrConB(memory_, b.which, SUNTRUE), "IDASetQuadErrConB");
   }
+  read_checkpoints();
   capture_ida_messages(memory_b, message_);
   const int flag = IDASolveB(memory_, options_.t_start, IDA_NORMAL);
   if (flag < 0)
@@ -100,6 +108,31 @@ void IdaSession::solve_backward(AdjointState& mu, const AdjointSize& expected, s
   c.position_iterations = system_.position_iterations();
 }
 
+void IdaSession::read_checkpoints() {
+  checkpoint_times_.clear();
+  if (!plan_) return;
+  std::vector<IDAadjCheckPointRec> records(static_cast<std::size_t>(counters_.checkpoints) + 1);
+  check(IDAGetAdjCheckPointsInfo(memory_, records.data()), "IDAGetAdjCheckPointsInfo");
+  for (const auto& r : records) checkpoint_times_.push_back(r.t0);
+  std::sort(checkpoint_times_.begin(), checkpoint_times_.end());
+  // IDAS chooses its first step without an evaluation.
+  const double first = t_ - plan_->limit(system_, t_, y(), true);
+  if (std::isfinite(first) && !(options_.max_step_s > 0 && options_.max_step_s < first))
+    check(IDASetMaxStepB(memory_, backward_->which, first), "IDASetMaxStepB");
+}
+
+void IdaSession::look_back(double t, const double* y) {
+  if (!plan_) return;
+  // At a checkpoint, but for rounding, it has to stop there.
+  const double near = 1e-13 * (std::abs(t) + std::abs(t_ - options_.t_start));
+  const auto above = std::upper_bound(checkpoint_times_.begin(), checkpoint_times_.end(), t + near);
+  const double floor = above == checkpoint_times_.begin() ? options_.t_start : *(above - 1);
+  const double end = floor >= t - near ? floor : std::max(floor, plan_->limit(system_, t, y, true));
+  void* memory = IDAGetAdjIDABmem(memory_, backward_->which);
+  IDASetMaxStep(memory, std::max(0.0, options_.max_step_s));
+  IDASetStopTime(memory, end);
+}
+
 const IdaSession::Backward& IdaSession::backward_cost_gradient(double t, const double* x) {
   Backward& b = *backward_;
   if (t != b.cost_time) {
@@ -118,20 +151,22 @@ int IdaSession::backward_residual(double t, N_Vector y, N_Vector yp, N_Vector yB
     // E mu' - F_y^T mu + g_y = 0
     double* r = data(rB);
     const int n = s.system_.size();
-    const double* x = s.forward(t, y);
+    const double* x = solved.at(s.system_, t, s.forward(t, y));
+    s.adjoint_growth_.look(t, x, data(yB), s.system_.unknowns(), s.options_.rtol, s.options_.absolute());
     s.system_.linearize(t, x, data(yp));
     const Backward& b = s.backward_cost_gradient(t, x);
     std::copy(b.g_y.begin(), b.g_y.end(), r);
     const double *id = s.id_.data(), *mup = data(ypB);
     for (int i = 0; i < n; ++i) r[i] += id[i] * mup[i];
     s.system_.add_transposed_product(-1, data(yB), r);
+    s.look_back(t, x);
   });
 }
 
 int IdaSession::backward_jacobian(double t, double cj, N_Vector y, N_Vector yp, N_Vector, N_Vector, N_Vector,
                                   SUNMatrix, void* p, N_Vector, N_Vector, N_Vector) {
   IdaSession& s = self_of(p);
-  return s.guard_.run([&] { s.system_.factor(t, s.forward(t, y), data(yp), -cj); });
+  return s.guard_.run([&] { s.system_.factor(t, solved.at(s.system_, t, s.forward(t, y)), data(yp), -cj); });
 }
 
 int IdaSession::backward_quadrature(double t, N_Vector y, N_Vector yp, N_Vector yB, N_Vector, N_Vector qB, void* p) {
@@ -139,7 +174,7 @@ int IdaSession::backward_quadrature(double t, N_Vector y, N_Vector yp, N_Vector 
   return s.guard_.run([&] {
     // Integrated from T down to 0, so the sign of g_rho - mu^T F_rho is turned.
     double* q = data(qB);
-    const double* x = s.forward(t, y);
+    const double* x = solved.at(s.system_, t, s.forward(t, y));
     s.system_.linearize(t, x, data(yp));
     const Backward& b = s.backward_cost_gradient(t, x);
     for (std::size_t j = 0; j < b.g_rho.size(); ++j) q[j] = -b.g_rho[j];

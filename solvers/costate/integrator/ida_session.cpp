@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/integrator/error_weights.h"
+#include "costate/integrator/unknown_sizes.h"
+#include "costate/integrator/solved_algebraic.h"
 #include "costate/sundials/failure.h"
 #include "costate/sundials/message_capture.h"
 
@@ -17,6 +20,14 @@ std::string flag_name(int flag) {
   std::string text = name ? name : std::to_string(flag);
   free(name);  // the caller owns it
   return text;
+}
+
+/// The state at which a running cost is taken. The result lives until the next call in the thread.
+const double* cost_state(DaeSystem& system, double t, const double* y) {
+  if (!system.objective().running_needs_accelerations()) return y;
+  thread_local SolvedAlgebraic solved;
+  solved.forget();
+  return solved.at(system, t, y);
 }
 
 }  // namespace
@@ -44,7 +55,7 @@ IdaSession::IdaSession(DaeSystem& system, const SolverOptions& options, Monitor 
 
 void IdaSession::create_memory() {
   const int n = system_.size();
-  step_end_ = t_;
+  step_end_ = start_time_ = t_;
   id_ = Vector(n, context_);
   g_y_.assign(static_cast<std::size_t>(n), 0);
   bool algebraic = false;
@@ -58,12 +69,24 @@ void IdaSession::create_memory() {
   capture_ida_messages(memory_, message_);
   check(IDAInit(memory_, residual, t_, y_, yp_), "IDAInit");
   check(IDASetUserData(memory_, this), "IDASetUserData");
-  check(IDASVtolerances(memory_, options_.rtol, atol_), "IDASVtolerances");
+  check(IDAWFtolerances(memory_,
+                        [](N_Vector y, N_Vector w, void* p) {
+                          IdaSession& s = self_of(p);
+                          double h = 0;
+                          long steps = 0;
+                          IDAGetNumSteps(s.memory_, &steps);
+                          if (steps > 0) IDAGetCurrentStep(s.memory_, &h);  // else what another run has left
+                          return set_error_weights(s.system_.unknowns(), costate::data(y), s.options_.rtol, s.atol_.data(), h,
+                                                   costate::data(w));
+                        }),
+        "IDAWFtolerances");
   check(IDASetMaxNumSteps(memory_, options_.max_steps), "IDASetMaxNumSteps");
+  // A step that begins where a force or an acceleration jumps may have to become very short.
+  check(IDASetMaxErrTestFails(memory_, 30), "IDASetMaxErrTestFails");
   if (options_.max_step_s > 0) check(IDASetMaxStep(memory_, options_.max_step_s), "IDASetMaxStep");
   check(IDASetId(memory_, id_), "IDASetId");
   if (algebraic) check(IDASetSuppressAlg(memory_, SUNTRUE), "IDASetSuppressAlg");
-  check(IDASetStopTime(memory_, std::min(options_.t_end, system_.segment_limit(t_))), "IDASetStopTime");
+  check(IDASetStopTime(memory_, stop()), "IDASetStopTime");
   newton_ = std::make_unique<NewtonOperator>(context_, guard_, [this](double* b) { system_.solve(b); });
   check(IDASetLinearSolver(memory_, newton_->solver(), newton_->matrix()), "IDASetLinearSolver");
   check(IDASetJacFn(memory_, jacobian), "IDASetJacFn");
@@ -75,7 +98,8 @@ IdaSession::~IdaSession() {
 
 Vector IdaSession::absolute_tolerances(double scale) const {
   Vector v(system_.size(), context_);
-  for (int i = 0; i < system_.size(); ++i) v.data()[i] = system_.unknowns()[i].in_norm ? scale : kUnweighted;
+  const auto sizes = unknown_sizes(system_);
+  for (std::size_t i = 0; i < sizes.size(); ++i) v.data()[i] = system_.unknowns()[i].in_norm ? scale * sizes[i] : kUnweighted;
   return v;
 }
 
@@ -125,10 +149,32 @@ void IdaSession::poll(double t, bool backward) {
     void* memory = backward ? IDAGetAdjIDABmem(memory_, backward_->which) : memory_;
     fail(memory, IDA_ERR_FAIL, "IDAS no longer gets on", backward ? adjoint_names(system_.unknowns()) : system_.unknowns());
   }
-  if (!monitor_ || ++polls_ % 64 != 0) return;
   long steps = 0;
+  void* memory = backward ? IDAGetAdjIDABmem(memory_, backward_->which) : memory_;
+  IDAGetNumSteps(memory, &steps);
+  if (const double all = (backward ? pace_back_ : pace_)
+                             .projected(t, steps, backward ? options_.t_start : options_.t_end, options_.max_steps);
+      all > 0)
+    fail(memory, IDA_TOO_MUCH_WORK, pace_message("IDAS", all, options_.max_steps),
+         backward ? adjoint_names(system_.unknowns()) : system_.unknowns());
+  if (!monitor_ || ++polls_ % 64 != 0) return;
   IDAGetNumSteps(memory_, &steps);
   monitor_(t, steps, backward);
+}
+
+void IdaSession::follow(std::shared_ptr<const StepPlan> plan) {
+  plan_ = plan && !plan->empty() ? std::move(plan) : nullptr;
+  if (!plan_) return;
+  // Without an evaluation IDAS chooses its first step; the first evaluation lifts this bound (look_ahead).
+  const double first = plan_->limit(system_, t_, y(), false) - t_;
+  if (std::isfinite(first) && !(options_.max_step_s > 0 && options_.max_step_s < first))
+    check(IDASetMaxStep(memory_, first), "IDASetMaxStep");
+}
+
+void IdaSession::look_ahead(double t, const double* y) {
+  if (!plan_) return;
+  IDASetMaxStep(memory_, std::max(0.0, options_.max_step_s));
+  IDASetStopTime(memory_, std::min(stop(), plan_->limit(system_, t, y, false)));
 }
 
 void IdaSession::enable_cost() {
@@ -136,7 +182,7 @@ void IdaSession::enable_cost() {
   q_ = Vector(1, context_);
   q_.data()[0] = start_.cost;
   check(IDAQuadInit(memory_, quadrature, q_), "IDAQuadInit");
-  check(IDAQuadSStolerances(memory_, options_.rtol, options_.absolute()), "IDAQuadSStolerances");
+  check(IDAQuadSStolerances(memory_, options_.rtol, options_.absolute() * cost_size(system_)), "IDAQuadSStolerances");
   check(IDASetQuadErrCon(memory_, SUNTRUE), "IDASetQuadErrCon");
 }
 
@@ -167,7 +213,8 @@ void IdaSession::enable_sensitivities() {
   for (std::size_t j = 0; j < start_.cost_gradient.size(); ++j)
     qS_.data(static_cast<int>(j))[0] = start_.cost_gradient[j];
   std::vector<double> atol_q;
-  for (int j = 0; j < np; ++j) atol_q.push_back(options_.absolute() / system_.parameters().parameters[j].scale);
+  for (int j = 0; j < np; ++j)
+    atol_q.push_back(options_.absolute() * cost_size(system_) / system_.parameters().parameters[j].scale);
   check(IDAQuadSensInit(memory_, sensitivity_quadrature, qS_.handles()), "IDAQuadSensInit");
   check(IDAQuadSensSStolerances(memory_, options_.rtol, atol_q.data()), "IDAQuadSensSStolerances");
   check(IDASetQuadSensErrCon(memory_, SUNTRUE), "IDASetQuadSensErrCon");
@@ -189,6 +236,7 @@ void IdaSession::advance(double t) {
   const int flag = IDASolve(memory_, t, &reached, y_, yp_, IDA_NORMAL);
   if (flag < 0) fail(memory_, flag, "IDAS could not continue the simulation", system_.unknowns());
   t_ = reached;
+  if (t_ >= options_.t_end) solve_algebraic(system_, t_, y_.data());
 }
 
 void IdaSession::record_step(double begin, double end, Trajectory& trajectory) {
@@ -216,10 +264,11 @@ void IdaSession::advance_with_checkpoints(double t) {
   const int flag = IDASolveF(memory_, t, &reached, y_, yp_, IDA_NORMAL, &checkpoints);
   if (flag < 0) fail(memory_, flag, "IDAS could not continue the simulation", system_.unknowns());
   t_ = reached;
+  if (t_ >= options_.t_end) solve_algebraic(system_, t_, y_.data());
   counters_.checkpoints = checkpoints;
 }
 
-bool IdaSession::advance_segment(double t, Trajectory* trajectory) {
+bool IdaSession::advance_segment(double t, Trajectory* trajectory, const StepSink& after_step) {
   const double known = step_end_;  // y_ may hold an earlier time of the step that ends there
   const auto interpolate = [&](double at) {
     check(IDAGetDky(memory_, at, 0, y_), "IDAGetDky");
@@ -234,15 +283,19 @@ bool IdaSession::advance_segment(double t, Trajectory* trajectory) {
     limit_steps();
     int checkpoints = 0;
     const double begin = step_end_;
+    // What the repetitions begin with is the end of all; the next step is bounded already.
+    if (plan_ && adjoint_) IDASetStopTime(memory_, stop());
     const int flag = adjoint_ ? IDASolveF(memory_, options_.t_end, &step_end_, y_, yp_, IDA_ONE_STEP, &checkpoints)
                               : IDASolve(memory_, options_.t_end, &step_end_, y_, yp_, IDA_ONE_STEP);
     if (flag < 0) fail(memory_, flag, "IDAS could not continue the simulation", system_.unknowns());
     if (adjoint_) counters_.checkpoints = checkpoints;
+    if (after_step) after_step(step_end_, y());
     ended_ = system_.segment_ends(step_end_, y());
     if (trajectory) record_step(begin, step_end_, *trajectory);
   }
   if (t < step_end_ || (t_ < t && t == known)) interpolate(t);
   t_ = t;
+  if (t_ >= options_.t_end) solve_algebraic(system_, t_, y_.data());
   return true;
 }
 
@@ -317,6 +370,7 @@ int IdaSession::residual(double t, N_Vector y, N_Vector yp, N_Vector r, void* p)
     s.poll(t, false);
     s.watch_forward();
     s.system_.residual(t, data(y), data(yp), data(r));
+    s.look_ahead(t, data(y));
   });
 }
 
@@ -333,10 +387,11 @@ int IdaSession::quadrature(double t, N_Vector y, N_Vector, N_Vector q, void* p) 
   IdaSession& s = self_of(p);
   return s.guard_.run([&] {
     s.watch_forward();
-    data(q)[0] = s.system_.running_cost(t, data(y));
+    const double* x = cost_state(s.system_, t, data(y));
+    data(q)[0] = s.system_.running_cost(t, x);
     if (!s.adjoint_ || s.scale_samples_++ % 8 != 0) return;
-    s.system_.running_cost_gradient(t, data(y), s.g_y_.data(), 0, nullptr);
-    s.adjoint_scale_.sample(data(y), s.g_y_, s.system_.unknowns());
+    s.system_.running_cost_gradient(t, x, s.g_y_.data(), 0, nullptr);
+    s.adjoint_scale_.sample(x, s.g_y_, s.system_.unknowns());
   });
 }
 
@@ -362,7 +417,7 @@ int IdaSession::sensitivity_quadrature(int count, double t, N_Vector y, N_Vector
   return s.guard_.run([&] {
     const int n = s.system_.size();
     double* g_rho = s.q_rho_buffer(count);
-    s.system_.running_cost_gradient(t, data(y), s.g_y_.data(), 1, g_rho);
+    s.system_.running_cost_gradient(t, cost_state(s.system_, t, data(y)), s.g_y_.data(), 1, g_rho);
     for (int j = 0; j < count; ++j) {
       double sum = g_rho[j];
       const double* x = data(yS[j]);

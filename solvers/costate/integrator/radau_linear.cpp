@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "costate/base/error.h"
+#include "costate/formulation/fixed_times.h"
 
 namespace costate {
 
@@ -83,25 +85,28 @@ void RadauLinear::fill_stage(int i, double h) {
   }
 }
 
-// Multipliers come with factors of h, two of them in index 3: brought to size 1 column by column (rows are scaled by the
-// solver itself), a small step is not taken for a singular matrix.
-void RadauLinear::equilibrate() {
+// Multipliers come with factors of h, two of them in index 3: with rows multiplied by their powers of h and brought to size
+// 1 column by column, a small step is not taken for a singular matrix.
+void RadauLinear::equilibrate(double h) {
   const SparsePattern& p = matrix_.pattern();
   const auto values = matrix_.values();
   scaled_.resize(values.size());
   column_scale_.resize(p.cols);
+  row_scale_.resize(p.rows);
+  for (int i = 0; i < p.rows; ++i) row_scale_[i] = std::pow(std::abs(h), eq_.step_power(i % N_));
   for (int j = 0; j < p.cols; ++j) {
     double largest = 0;
     for (auto e = p.column_start[j]; e < p.column_start[j + 1]; ++e)
-      largest = std::max(largest, std::abs(values[static_cast<std::size_t>(e)]));
+      largest = std::max(largest, row_scale_[p.row[e]] * std::abs(values[static_cast<std::size_t>(e)]));
     const double scale = largest > 0 ? 1 / largest : 1;
     column_scale_[j] = scale;
     for (auto e = p.column_start[j]; e < p.column_start[j + 1]; ++e)
-      scaled_[static_cast<std::size_t>(e)] = scale * values[static_cast<std::size_t>(e)];
+      scaled_[static_cast<std::size_t>(e)] = row_scale_[p.row[e]] * scale * values[static_cast<std::size_t>(e)];
   }
 }
 
 void RadauLinear::solve(Eigen::MatrixXd& right) {
+  for (int j = 0; j < k_; ++j) right.col(j).array() *= row_scale_;
   solver_->solve(right.data(), k_);
   for (int j = 0; j < k_; ++j) right.col(j).array() *= column_scale_;
 }
@@ -147,7 +152,7 @@ double RadauLinear::attempt(const Trajectory& trajectory, double t0, double next
         }
         right_(i * N_ + row, j) = x;
       }
-  equilibrate();
+  equilibrate(h);
   const int bad = solver_->factor(scaled_.data());
   if (bad >= 0)
     throw SolverError(fmt::format("The hand-derived equations are singular at t = {:.9g} s, unknown '{}'.", t0,
@@ -232,17 +237,29 @@ void RadauLinear::begin_at(const Trajectory& trajectory, double t, const Eigen::
   eq_.integrand(X, begin_.integrand);
 }
 
+void RadauLinear::cross_kink(const Trajectory& trajectory, double before, double after, Eigen::MatrixXd& X) {
+  trajectory.evaluate(before, point_.data());
+  eq_.cross_kink(before, after, point_.data(), X, gradient_);
+  begin_at(trajectory, eq_.direction() == HandEquations::Direction::forward ? after : before, X);
+}
+
 RadauResult RadauLinear::integrate(const Trajectory& trajectory, const std::vector<double>& grid, double rtol, double atol,
                                    const Watch& watch) {
   smallest_error_ = kSmallError * atol;
   const bool forward = eq_.direction() == HandEquations::Direction::forward;
   const std::size_t count = grid.size();
   const auto time = [&](std::size_t i) { return forward ? grid[i] : grid[count - 1 - i]; };
+  // A kink is the instant behind it; the grid has the last one before it.
+  const auto behind = [&](double t) {
+    const double next = std::nextafter(t, std::numeric_limits<double>::infinity());
+    return std::find(kinks_.begin(), kinks_.end(), next) != kinks_.end() ? next : t;
+  };
   const double smallest = kSmallestStep * (grid.back() - grid.front());
   const bool adaptive = rtol > 0;
   const double tolerance = adaptive ? step_tolerance(rtol) : 1;
   const long most_steps = kMostSteps * static_cast<long>(trajectory.steps()) + 1000;
   RadauResult r;
+  kinks_ = driver_kinks(eq_.assembly().mechanism(), eq_.assembly().numbers());
   point_.resize(static_cast<std::size_t>(trajectory.width()));
   gradient_ = Eigen::VectorXd::Zero(eq_.parameter_count());
   size_ = Eigen::MatrixXd::Zero(eq_.groups(), k_);
@@ -257,9 +274,13 @@ RadauResult RadauLinear::integrate(const Trajectory& trajectory, const std::vect
   begin_at(trajectory, t, X);
   bool rejected = false;
   for (std::size_t i = 0; i + 1 < count; ++i) {
-    const double end = time(i + 1);
-    trajectory.evaluate(t, point_.data());
     X = begin_.X;
+    if (const double here = time(i), after = behind(here); after != here) {
+      cross_kink(trajectory, here, after, X);
+      t = forward ? after : here;
+    }
+    const double end = forward ? time(i + 1) : behind(time(i + 1));
+    trajectory.evaluate(t, point_.data());
     if (eq_.before_step(t, end, point_.data(), X, gradient_)) begin_at(trajectory, t, X);
     while (t != end) {
       // Equal steps to the end rather than a small last one.

@@ -32,7 +32,8 @@ class RadauLinear {
   /// Sizes of the parameters: a column's error, and a parameter's share of the gradient, counts per relative change.
   RadauLinear(HandEquations& equations, std::vector<double> parameter_sizes);
 
-  /// Integrates over the span of the grid (increasing times), stepping onto each of its points. `rtol` and `atol` are those
+  /// Integrates over the span of the grid (increasing times), stepping onto each of its points. Where a driver's law has a
+  /// kink, the last instant before it must be one of them. `rtol` and `atol` are those
   /// of the trajectory: the result is to be about as accurate. With 0 the steps are those of the grid: in systems of index 3 the
   /// multipliers' error grows as the step falls, and the estimate with it.
   /// Throws SolverError naming time and row where a stage system is singular.
@@ -41,7 +42,8 @@ class RadauLinear {
 
  private:
   void fill_stage(int i, double h);
-  void equilibrate();
+  /// For a step h.
+  void equilibrate(double h);
   void solve(Eigen::MatrixXd& right);
   struct Stage {
     std::vector<double> A;
@@ -55,6 +57,8 @@ class RadauLinear {
   /// D X + d at the evaluated point.
   void calc_momentum(const Eigen::MatrixXd& X, Eigen::MatrixXd& out) const;
   void begin_at(const Trajectory& trajectory, double t, const Eigen::MatrixXd& X);
+  /// Across the kink of a driver, between two instants of the trajectory; the next step begins on the other side.
+  void cross_kink(const Trajectory& trajectory, double before, double after, Eigen::MatrixXd& X);
   /// The step from t0 to `next`: stages_ and what is called "after". Returns its error in tolerances.
   double attempt(const Trajectory& trajectory, double t0, double next, double tolerance, RadauResult& result);
   double state_error(double h, double tolerance);
@@ -66,13 +70,14 @@ class RadauLinear {
   BlockMatrix matrix_;
   std::unique_ptr<KluSolver> solver_;
   std::vector<double> scaled_;    // the stage matrix as factored
-  Eigen::ArrayXd column_scale_;
+  Eigen::ArrayXd column_scale_, row_scale_;
   SparsePattern differential_rows_;           // the equations' pattern without algebraic rows
   std::vector<std::int64_t> differential_of_;  // positions of its entries in the full pattern
   int block_[3][3] = {};
   std::vector<double> values_, part_;
   Stage begin_, stages_[3];
   std::vector<double> point_;
+  std::vector<double> kinks_;  // of drivers, each the first instant behind it
   Eigen::MatrixXd momentum_, momentum_after_, right_;
   Eigen::MatrixXd size_, size_after_;  // of X by group and column, the largest met
   Eigen::VectorXd gradient_, gradient_after_;

@@ -1,6 +1,7 @@
 // What passes between two segments of a trajectory (Jump in formulation/system.h), forward and backward.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 namespace costate {
@@ -13,6 +14,9 @@ struct SegmentStart {
   double cost = 0;                          // running part of psi so far
   std::vector<double> cost_gradient;        // and of its gradient, where that is a quadrature
 };
+
+/// Is told of each step that an integrator accepts, in order of time.
+using StepSink = std::function<void(double t, const double* y)>;
 
 /// The adjoint at one time; mup of DAE systems only.
 struct AdjointState {

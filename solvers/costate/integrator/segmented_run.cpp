@@ -38,7 +38,7 @@ template <class Session, class SystemType>
 void SegmentedRun<Session, SystemType>::advance_segments(double t, Trajectory* trajectory) {
   std::size_t in_a_row = 0;
   double last = t_start_;
-  while (!session().advance_segment(t, trajectory)) {
+  while (!session().advance_segment(t, trajectory, after_step_)) {
     Jump jump;
     SegmentStart start;
     session().jump(jump, start);
@@ -53,6 +53,7 @@ void SegmentedRun<Session, SystemType>::advance_segments(double t, Trajectory* t
       sessions_.clear();
     }
     sessions_.push_back(make_session_(start));
+    session().follow(plan_of_steps_);
     if (cost_) session().enable_cost();
     if (sensitivities_) session().enable_sensitivities();
     if (adjoint_) session().enable_adjoint(plan_);
@@ -67,11 +68,13 @@ std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint() {
     scale.add_segment(sessions_[k]->adjoint_scale(), (k < jumps_.size() ? jumps_[k].t : t_) -
                                                          (k > 0 ? jumps_[k - 1].t : t_start_));
   AdjointState mu = session().end_adjoint(gradient);
+  invariant_.end(system_, t_start_, t_, session().y(), mu.mu.data());
   for (std::size_t k = sessions_.size(); k-- > 0;) {
     sessions_[k]->solve_backward(mu, scale.size(), gradient);
     if (k > 0) Session::transfer_adjoint(system_, jumps_[k - 1], mu, gradient);
   }
   sessions_.front()->add_start_gradient(mu, gradient);
+  invariant_.start(system_, t_start_, start_y_.data(), mu.mu.data());
   return gradient;
 }
 

@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "costate/integrator/adjoint_invariant.h"
 #include "costate/integrator/cvode_session.h"
 #include "costate/integrator/ida_session.h"
 
@@ -20,10 +21,18 @@ class SegmentedRun {
       : system_(system), segmented_(system.may_jump()) {
     sessions_.push_back(std::make_unique<Session>(system, options, monitor, with_start_derivative, more...));
     t_start_ = options.t_start;
+    follow(std::make_shared<const StepPlan>(system, system.objective(), options.t_start, options.t_end, session().y()));
     make_session_ = [&system, options, monitor, more...](const SegmentStart& start) {
       return std::make_unique<Session>(system, options, monitor, start, more...);
     };
   }
+
+  /// Another plan for the steps than that of the system and its cost.
+  void follow(std::shared_ptr<const StepPlan> plan) {
+    plan_of_steps_ = std::move(plan);
+    session().follow(plan_of_steps_);
+  }
+  std::shared_ptr<const StepPlan> plan_of_steps() const { return plan_of_steps_; }
 
   void enable_cost() {
     cost_ = true;
@@ -37,12 +46,16 @@ class SegmentedRun {
   void enable_adjoint(const CheckpointPlan& plan) {
     adjoint_ = true;
     plan_ = plan;
+    start_y_.assign(session().y(), session().y() + system_.size());
     session().enable_adjoint(plan);
   }
 
-  void advance(double t) { segmented_ ? advance_segments(t) : session().advance(t); }
+  /// To be told of each step from here on; the run then goes by single steps.
+  void watch(StepSink after_step) { after_step_ = std::move(after_step); }
+
+  void advance(double t) { segmented_ || after_step_ ? advance_segments(t) : session().advance(t); }
   void advance_with_checkpoints(double t) {
-    segmented_ ? advance_segments(t) : session().advance_with_checkpoints(t);
+    segmented_ || after_step_ ? advance_segments(t) : session().advance_with_checkpoints(t);
     t_ = t;
   }
 
@@ -59,6 +72,15 @@ class SegmentedRun {
       if (s) s->read_forward_counters();
   }
   std::vector<double> solve_adjoint();
+  /// After that: where an error of the size of the tolerance changes psi most.
+  AdjointGrowth adjoint_growth() const {
+    AdjointGrowth most;
+    for (const auto& s : sessions_)
+      if (s && !(s->adjoint_growth().change() <= most.change())) most = s->adjoint_growth();
+    return most;
+  }
+  /// After that: what the adjoint should have kept.
+  const AdjointInvariant& invariant() const { return invariant_; }
   Counters counters() const;
 
  private:
@@ -69,6 +91,10 @@ class SegmentedRun {
   bool segmented_, cost_ = false, sensitivities_ = false, adjoint_ = false;
   double t_start_ = 0, t_ = 0;
   CheckpointPlan plan_;
+  std::shared_ptr<const StepPlan> plan_of_steps_;
+  StepSink after_step_;
+  std::vector<double> start_y_;
+  AdjointInvariant invariant_;
   std::function<std::unique_ptr<Session>(const SegmentStart&)> make_session_;
   std::vector<std::unique_ptr<Session>> sessions_;  // all for an adjoint, else the last
   std::vector<Jump> jumps_;

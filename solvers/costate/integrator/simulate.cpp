@@ -6,7 +6,9 @@
 
 #include "costate/base/error.h"
 #include "costate/discrete/step_interpolant.h"
+#include "costate/formulation/solved_state.h"
 #include "costate/integrator/fixed_run.h"
+#include "costate/integrator/run_watch.h"
 #include "costate/integrator/segmented_run.h"
 
 namespace costate {
@@ -26,6 +28,7 @@ GradientResult simulate_fixed(const Problem& problem, const std::vector<double>&
       sink(between.at(times[next]), run.scheme());
   });
   r.counters = run.counters();
+  run.conclude(r);
   return r;
 }
 
@@ -34,17 +37,30 @@ GradientResult run(SystemType& system, const Problem& problem, const std::vector
                    const std::vector<double>& times, const SampleSink& sink) {
   system.set_parameters(rho.data());
   Run session(system, problem.solver, problem.monitor, false);
+  RunWatch watch(problem, rho, system);
+  watch.begin(problem.solver.t_start, session.y());
+  session.watch(watch.sink());
   session.enable_cost();
+  // What samples take is no work of the run: its counters are the same whatever is stored.
+  long factorizations = 0, position_iterations = 0;
   for (const double t : times) {
     session.advance(t);
-    if (sink) sink(system.physical_state(t, session.y()), system);
+    if (!sink) continue;
+    const long f = system.factorizations(), i = system.position_iterations();
+    sink(solved_state(system, t, session.y()), system);
+    factorizations += system.factorizations() - f;
+    position_iterations += system.position_iterations() - i;
   }
   session.advance(problem.solver.t_end);
+  watch.finish(problem.solver.t_end, session.y());
   GradientResult r;
   r.psi = session.cost();
   if (!system.objective().terminal.empty()) r.psi += system.terminal_cost(problem.solver.t_end, session.y());
   session.read_forward_counters();
   r.counters = session.counters();
+  r.counters.factorizations -= factorizations;
+  r.counters.position_iterations -= position_iterations;
+  watch.conclude(r);
   return r;
 }
 
@@ -71,8 +87,16 @@ GradientResult simulate(const Problem& problem, const std::vector<double>& rho, 
   } else if (integrator == "fixed") {
     r = simulate_fixed(problem, rho, times, sink);
   } else {
-    const auto system = problem.make_ode();
-    r = run<CvodeRun>(*system, problem, rho, times, sink);
+    // A second attempt goes on with the samples that the first one has not handed out.
+    std::ptrdiff_t handed_out = 0;
+    const SampleSink once = [&](const PhysicalState& state, System& system) {
+      ++handed_out;
+      sink(state, system);
+    };
+    r = with_bdf_where_stiff(problem, [&](const Problem& p) {
+      const auto system = p.make_ode();
+      return run<CvodeRun>(*system, p, rho, std::vector<double>(times.begin() + handed_out, times.end()), sink ? once : sink);
+    });
   }
   r.integrator = integrator;
   return r;

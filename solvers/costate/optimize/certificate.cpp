@@ -31,6 +31,12 @@ constexpr double kNewton = 1e-2;
 constexpr double kNear = 1e-3;
 // A parameter this near its bound, in parts of its scale, is on it: SLSQP and MMA stop a rounding inside.
 constexpr double kOnBound = 1e-8;
+// The Hessian's run is of the optimum's motion where its psi agrees to this fraction of itself or of the first one, and its
+// gradient to this fraction of the first one's: as far as formulations may differ (penalty: O(1/alpha)), and far below
+// what a verdict depends on. A psi that vanishes is held to no fraction of itself, see compare().
+constexpr double kSame = 1e-4;
+// Outputs that are zero are zero to this many absolute tolerances of the integrators.
+constexpr double kZero = 10;
 // Errors of second derivatives against the tolerance of the integrators.
 constexpr double kSteps = 1e3;
 
@@ -67,6 +73,14 @@ class Certifier {
     set_tolerance(H);
     sort_parameters();
     measure();
+    if (curvature) compare(H);
+    if (!differences_.empty()) {
+      result_.kind = Certificate::Kind::none;
+      result_.verdict = fmt::format("no verdict: the run of the Hessian found another motion than the optimum's: {}. Check "
+                                    "both with 'costate check', a smaller rtol or another formulation.",
+                                    fmt::join(differences_, "; "));
+      return result_;
+    }
     if (curvature) analyse(H);
     judge(curvature.has_value());
     return result_;
@@ -131,9 +145,9 @@ class Certifier {
       notes.push_back(fmt::format("formulation '{}' has no Hessian-vector products", own.name));
       candidates = {"augmented-lagrangian", "penalty"};
       if (const std::string rows = redundant_rows(); rows.empty())
-        candidates.insert(candidates.begin(), {"index1", "baumgarte"});
+        candidates.insert(candidates.begin(), {"baumgarte", "index1"});
       else
-        notes.push_back(fmt::format("'index1' and 'baumgarte' cannot carry its redundant rows ({})", rows));
+        notes.push_back(fmt::format("'baumgarte' and 'index1' cannot carry its redundant rows ({})", rows));
     }
     for (const std::string& name : candidates) try {
         Curvature c = curvature_of(name);
@@ -172,15 +186,55 @@ class Certifier {
     p.solver.integrator.clear();
     Curvature c;
     result_.asymmetry = 0;
-    const auto of = [&](const Objective& objective) {
+    found_.clear();
+    const auto of = [&](const Objective& objective, Found f) {
       p.objective = objective;
       const Hessian h = hessian(p, best_.rho);
+      f.hessian += h.psi;
+      f.g_hessian = scaled(h.gradient);
+      found_.push_back(std::move(f));
       result_.asymmetry = std::max(result_.asymmetry, h.asymmetry);
       return MatrixXd(scale_.asDiagonal() * h.matrix * scale_.asDiagonal());
     };
-    c.psi = of(problem_.objective);
-    for (const std::size_t i : near_) c.constraints.push_back(of(constraints_[i].objective));
+    c.psi = of(problem_.objective, {"psi", best_.psi, 0, first_.psi, g_, {}, scaled(first_.gradient)});
+    for (const std::size_t i : near_)  // an evaluation keeps psi_c - upper
+      c.constraints.push_back(
+          of(constraints_[i].objective,
+             {"constraint." + constraints_[i].name, best_.constraints[i] + constraints_[i].upper, 0,
+              first_.constraints[i] + constraints_[i].upper, scaled(best_.constraint_gradients[i]), {},
+              scaled(first_.constraint_gradients[i])}));
     return c;
+  }
+
+  /// Of psi (the constraint's, where c is one), of its gradient in scaled parameters, found by the run and by the Hessian's.
+  struct Found {
+    std::string what;
+    double run, hessian, first;
+    VectorXd g_run, g_hessian, g_first;
+  };
+  /// Two runs of one motion differ as two motions of parameters do that are kStationary of their scales apart, which no
+  /// verdict tells from each other: delta psi = |g| delta + |H| delta^2 / 2, delta g = |H| delta. And a psi of outputs
+  /// that are zero is an integral of the squares of what the integrators leave of them.
+  void compare(const MatrixXd& H) {
+    const double size = H.size() > 0 ? H.cwiseAbs().maxCoeff() : 0;
+    const SolverOptions& solver = problem_.solver;
+    const double left = kZero * solver.absolute(), rounding = (solver.t_end - solver.t_start) * left * left;
+    for (const Found& f : found_) {
+      const double slope = n_ > 0 ? std::max(f.g_run.cwiseAbs().maxCoeff(), f.g_hessian.cwiseAbs().maxCoeff()) : 0;
+      const double of_psi = kSame * std::max(std::abs(f.run), std::abs(f.first)) +
+                            (slope + size * kStationary / 2) * kStationary + rounding;
+      if (!(std::abs(f.run - f.hessian) <= of_psi))
+        differences_.push_back(fmt::format("{} is {:.9g} there and {:.9g} here", f.what, f.hessian, f.run));
+      if (n_ == 0) continue;
+      const double of_gradient =
+          std::max(kStationary * size, kSame * f.g_first.cwiseAbs().maxCoeff()) + rounding;
+      Index worst = 0;
+      const double difference = (f.g_run - f.g_hessian).cwiseAbs().maxCoeff(&worst);
+      if (!(difference <= of_gradient))
+        differences_.push_back(fmt::format("d({})/d({}) is {:.9g} there and {:.9g} here", f.what,
+                                           parameter(static_cast<int>(worst)).name, f.g_hessian[worst] / scale_[worst],
+                                           f.g_run[worst] / scale_[worst]));
+    }
   }
 
   void set_tolerance(const MatrixXd& H) {
@@ -295,6 +349,8 @@ class Certifier {
   MatrixXd A_;                     // gradients of the active constraints, a column each
   std::vector<std::size_t> near_;  // active constraints
   std::vector<int> free_;
+  std::vector<Found> found_;
+  std::vector<std::string> differences_;
   Certificate result_;
 };
 

@@ -21,7 +21,8 @@ struct Certificate {
     flat,
     indefinite,
     stationary,
-    not_stationary
+    not_stationary,
+    none  // the Hessian belongs to another motion than the optimum: nothing is said
   } kind = Kind::not_stationary;
 
   double projected_gradient = 0;  // of psi, largest entry in scaled parameters, bounds respected

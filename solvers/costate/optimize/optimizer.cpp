@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <exception>
@@ -10,6 +11,7 @@
 
 #include "costate/base/error.h"
 #include "costate/integrator/fixed_run.h"
+#include "costate/record/interrupt.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate {
@@ -31,8 +33,12 @@ nlopt::algorithm algorithm_of(const std::string& name, bool constrained) {
 /// Raised inside the objective to end a run by a criterion that NLopt does not know.
 struct Stop {
   std::string reason;
-  std::size_t evaluation = 0;  // where the criterion was met
+  bool converged = true;
+  std::optional<std::size_t> evaluation;  // where the criterion was met
 };
+
+/// How often NLopt may ask in a row for points that are known already.
+constexpr int kRepetitions = 1000;
 
 class Run {
  public:
@@ -76,11 +82,11 @@ class Run {
           },
           &handles[c], 1e-8 * std::max(1.0, std::abs(constraints_[c].upper)));
     }
-    opt.set_maxeval(options_.max_evaluations);
+    // The limit of evaluations is ours: NLopt looks at its own only between line searches, and chooses the memory of
+    // L-BFGS from it.
     opt.set_ftol_rel(options_.relative_tolerance);
     opt.set_stopval(options_.stop_value);
     if (options_.algorithm == "lbfgs") opt.set_vector_storage(static_cast<unsigned>(options_.corrections));
-    opt_ = &opt;
     double psi = 0;
     try {
       result_.stop_reason = reason_of(opt.optimize(x, psi));
@@ -92,12 +98,27 @@ class Run {
     } catch (const std::runtime_error&) {
       result_.stop_reason = "line search: the optimizer found no further decrease along its search direction";
     }
-    if (error_) std::rethrow_exception(error_);
-    if (stop_) {
+    const std::optional<std::size_t> best = best_before(result_.evaluations.size());
+    if (error_ && !best) std::rethrow_exception(error_);
+    result_.best = *best;
+    if (error_) {
+      result_.error = error_;
+      result_.converged = false;
+      result_.stop_reason = "an error: " + message_of(error_);
+    } else if (stop_) {
       result_.stop_reason = stop_->reason;
-      result_.converged = true;
+      result_.converged = stop_->converged;
+    } else if (result_.evaluations.back().failed()) {
+      result_.converged = false;
+      result_.stop_reason = fmt::format("failed evaluations: no step from the best point led to one that could be evaluated; "
+                                        "the last: {}", result_.evaluations.back().failure);
+    } else if (result_.stop_reason.empty()) {
+      result_.stop_reason = constraints_.empty()
+                                ? fmt::format("optimality: to first order nothing is left to gain, the projected gradient is "
+                                              "{:.3g}", result_.evaluations[*best].projected_gradient)
+                                : "optimality: the optimizer's conditions of first order hold";
     }
-    pick_best();
+    prefer_flat();
     return result_;
   }
 
@@ -111,11 +132,18 @@ class Run {
         return fmt::format("relative tolerance: psi changed by less than {:g} of itself", options_.relative_tolerance);
       case nlopt::XTOL_REACHED:
         return "parameter tolerance: the step became negligible";
-      case nlopt::MAXEVAL_REACHED:
-        result_.converged = false;
-        return fmt::format("limit: {} evaluations", options_.max_evaluations);
       default:
-        return "success";
+        return {};  // told by solve()
+    }
+  }
+
+  static std::string message_of(const std::exception_ptr& error) {
+    try {
+      std::rethrow_exception(error);
+    } catch (const std::exception& e) {
+      return e.what();
+    } catch (...) {
+      return "unknown";
     }
   }
 
@@ -128,7 +156,15 @@ class Run {
     }
     auto& list = result_.evaluations;
     for (auto e = list.rbegin(); e != list.rend(); ++e)
-      if (e->rho == rho) return *e;
+      if (e->rho == rho) {
+        if (++repeated_ > kRepetitions)
+          throw Stop{"line search: the optimizer asked for nothing but points that it knows", false, {}};
+        return *e;
+      }
+    repeated_ = 0;
+    if (list.size() >= static_cast<std::size_t>(options_.max_evaluations))
+      throw Stop{fmt::format("limit: {} evaluation{}", options_.max_evaluations, options_.max_evaluations == 1 ? "" : "s"),
+                 false, {}};
     OptimizerEvaluation e;
     e.index = static_cast<int>(list.size()) + 1;
     e.rho = rho;
@@ -149,22 +185,46 @@ class Run {
   void compute(OptimizerEvaluation& e) {
     const auto begin = std::chrono::steady_clock::now();
     try {
-      const GradientResult r = gradient(problem_, method_, e.rho);
-      e.psi = r.psi;
-      e.gradient = r.gradient;
-      e.counters = r.counters;
-      for (const auto& c : constraints_) {
-        Problem p = problem_;
-        p.objective = c.objective;
-        const GradientResult rc = gradient(p, method_, e.rho);
-        e.constraints.push_back(rc.psi - c.upper);
-        e.constraint_gradients.push_back(rc.gradient);
-      }
-    } catch (const SolverError& failure) {
+      evaluate(e);
+    } catch (const Interrupted&) {
+      throw;
+    } catch (const Error& failure) {
       std::string where;
       for (std::size_t j = 0; j < e.rho.size(); ++j)
         where += fmt::format("{}{} = {:.9g}", j ? ", " : "", problem_.parameters.parameters[j].name, e.rho[j]);
-      throw SolverError(fmt::format("Evaluation {} at {}: {}", e.index, where, failure.what()));
+      if (e.index == 1) {
+        // Nothing to go back to. What the mechanism objects to keeps its type, and so its place in the scene.
+        if (dynamic_cast<const SolverError*>(&failure))
+          throw SolverError(fmt::format("Evaluation {} at {}: {}", e.index, where, failure.what()));
+        throw;
+      }
+      OptimizerEvaluation failed;
+      failed.index = e.index;
+      failed.rho = e.rho;
+      failed.psi = failed.projected_gradient = std::numeric_limits<double>::quiet_NaN();
+      failed.failure = failure.what();
+      if (step_limit_ > 0 && failed.failure.find(fmt::format("after {} steps", step_limit_)) != std::string::npos)
+        failed.failure += fmt::format(" The limit is {:g} times the steps of the evaluations before (--step-limit-factor).",
+                                      options_.step_limit_factor);
+      e = std::move(failed);
+    }
+    e.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  }
+
+  void evaluate(OptimizerEvaluation& e) {
+    Problem problem = problem_;
+    limit_steps(problem.solver);
+    const GradientResult r = gradient(problem, method_, e.rho);
+    require_finite(r, "psi");
+    e.psi = r.psi;
+    e.gradient = r.gradient;
+    e.counters = r.counters;
+    for (const auto& c : constraints_) {
+      problem.objective = c.objective;
+      const GradientResult rc = gradient(problem, method_, e.rho);
+      require_finite(rc, fmt::format("the constraint '{}'", c.name));
+      e.constraints.push_back(rc.psi - c.upper);
+      e.constraint_gradients.push_back(rc.gradient);
     }
     for (std::size_t j = 0; j < e.rho.size(); ++j) {
       const Parameter& p = problem_.parameters.parameters[j];
@@ -172,7 +232,63 @@ class Run {
       const double moved = std::clamp(x - g, p.lower / p.scale, p.upper / p.scale);
       e.projected_gradient = std::max(e.projected_gradient, std::abs(moved - x));
     }
-    e.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  }
+
+  /// A run that needs many times the steps of its neighbours is stuck somewhere.
+  void limit_steps(SolverOptions& solver) {
+    step_limit_ = 0;
+    long most = 0;
+    for (const auto& e : result_.evaluations)
+      if (!e.failed()) most = std::max({most, e.counters.steps, e.counters.backward_steps});
+    if (most == 0 || options_.step_limit_factor <= 0) return;
+    const double limit = std::max(static_cast<double>(OptimizerOptions::kStepsAlwaysAllowed),
+                                  options_.step_limit_factor * static_cast<double>(most));
+    if (limit < static_cast<double>(solver.max_steps)) solver.max_steps = step_limit_ = static_cast<long>(limit);
+  }
+
+  void require_finite(const GradientResult& r, const std::string& what) const {
+    if (!std::isfinite(r.psi)) throw SolverError(fmt::format("{} is {}, not a finite number.", what, r.psi));
+    for (std::size_t j = 0; j < r.gradient.size(); ++j)
+      if (!std::isfinite(r.gradient[j]))
+        throw SolverError(fmt::format("The derivative of {} with respect to {} is {}, not a finite number.", what,
+                                      problem_.parameters.parameters[j].name, r.gradient[j]));
+  }
+
+  /// What stands in for a failed evaluation, see optimize(): a parabola along the step from the best point.
+  struct Barrier {
+    std::vector<double> rise;  // s / |s|^2, scaled
+    std::size_t best = 0, last = 0;
+    double slope = 0;  // |p|
+  };
+  Barrier barrier(const OptimizerEvaluation& failed) const {
+    const auto& list = result_.evaluations;
+    const auto here = static_cast<std::size_t>(failed.index - 1);
+    Barrier b;
+    b.best = *best_before(here);
+    b.last = here - 1;
+    while (list[b.last].failed()) --b.last;
+    double squared = 0, p = 0;
+    for (std::size_t j = 0; j < failed.rho.size(); ++j) {
+      const double scale = problem_.parameters.parameters[j].scale;
+      b.rise.push_back((failed.rho[j] - list[b.best].rho[j]) / scale);
+      squared += b.rise[j] * b.rise[j];
+      p += list[b.best].gradient[j] * scale * b.rise[j];
+    }
+    for (double& s : b.rise) s /= squared;
+    // A step along which psi does not change needs a rise all the same.
+    b.slope = std::max(std::abs(p), 1e-6 * std::abs(list[b.best].psi));
+    if (b.slope == 0) b.slope = 1e-6;
+    return b;
+  }
+  /// Above the best point and above the last, which is where some methods began this step.
+  double barrier_psi(const Barrier& b) const {
+    const auto& list = result_.evaluations;
+    return std::max(list[b.best].psi, list[b.last].psi) + b.slope;
+  }
+  double constraint_rise(const Barrier& b, std::size_t c) const {
+    const auto& list = result_.evaluations;
+    return std::max({std::abs(list[b.best].constraints[c]), std::abs(list[b.last].constraints[c]),
+                     1e-3 * std::max(1.0, std::abs(constraints_[c].upper))});
   }
 
   template <class Function>
@@ -193,10 +309,15 @@ class Run {
   double objective(const std::vector<double>& x, std::vector<double>& g) {
     return guarded([&] {
       const OptimizerEvaluation& e = at(x);
+      if (e.failed()) {
+        const Barrier b = barrier(e);
+        for (std::size_t j = 0; j < g.size(); ++j) g[j] = 3 * b.slope * b.rise[j];
+        return barrier_psi(b);
+      }
       for (std::size_t j = 0; j < g.size(); ++j) g[j] = e.gradient[j] * problem_.parameters.parameters[j].scale;
       if (options_.gradient_tolerance > 0 && constraints_.empty() &&
           e.projected_gradient <= options_.gradient_tolerance)
-        throw Stop{fmt::format("gradient tolerance: the projected gradient fell to {:.3g}", e.projected_gradient),
+        throw Stop{fmt::format("gradient tolerance: the projected gradient fell to {:.3g}", e.projected_gradient), true,
                    static_cast<std::size_t>(e.index - 1)};
       return e.psi;
     });
@@ -205,29 +326,44 @@ class Run {
   double constraint(std::size_t c, const std::vector<double>& x, std::vector<double>& g) {
     return guarded([&] {
       const OptimizerEvaluation& e = at(x);
+      if (e.failed()) {
+        const Barrier b = barrier(e);
+        const double rise = constraint_rise(b, c);
+        for (std::size_t j = 0; j < g.size(); ++j) g[j] = 3 * rise * b.rise[j];
+        return std::max(result_.evaluations[b.best].constraints[c], result_.evaluations[b.last].constraints[c]) + rise;
+      }
       for (std::size_t j = 0; j < g.size(); ++j)
         g[j] = e.constraint_gradients[c][j] * problem_.parameters.parameters[j].scale;
       return e.constraints[c];
     });
   }
 
-  void pick_best() {
+  /// The best of the first `count` evaluations: the least violation of the constraints, then the least psi.
+  std::optional<std::size_t> best_before(std::size_t count) const {
+    std::optional<std::size_t> best;
     double least = std::numeric_limits<double>::infinity(), least_violation = least;
-    for (std::size_t i = 0; i < result_.evaluations.size(); ++i) {
+    for (std::size_t i = 0; i < count; ++i) {
       const auto& e = result_.evaluations[i];
+      if (e.failed()) continue;
       double violation = 0;
       for (std::size_t c = 0; c < e.constraints.size(); ++c)
         violation = std::max(violation, e.constraints[c] / std::max(1.0, std::abs(constraints_[c].upper)) - 1e-8);
       if (violation < least_violation || (violation == least_violation && e.psi < least)) {
         least_violation = violation;
         least = e.psi;
-        result_.best = i;
+        best = i;
       }
     }
-    // Where the gradient vanishes psi is flat, and the least of its values is chance: within psi's own error the point where
-    // the gradient met its tolerance is the better one.
-    if (stop_ && result_.evaluations[stop_->evaluation].psi - least <= 100 * problem_.solver.rtol * std::abs(least))
-      result_.best = stop_->evaluation;
+    return best;
+  }
+
+  /// Where the gradient vanishes psi is flat, and the least of its values is chance: within psi's own error the point where
+  /// the gradient met its tolerance is the better one.
+  void prefer_flat() {
+    if (!stop_ || !stop_->evaluation) return;
+    const double least = result_.evaluations[result_.best].psi;
+    if (result_.evaluations[*stop_->evaluation].psi - least <= 100 * problem_.solver.rtol * std::abs(least))
+      result_.best = *stop_->evaluation;
   }
 
   const Problem& problem_;
@@ -237,13 +373,19 @@ class Run {
   const std::vector<OptimizerEvaluation>& replay_;
   const std::function<void(const OptimizerEvaluation&)>& record_;
   bool replaying_;
-  nlopt::opt* opt_ = nullptr;
+  int repeated_ = 0;
+  long step_limit_ = 0;  // of the evaluation being made; 0: the solver's own
   OptimizerResult result_;
   std::optional<Stop> stop_;
   std::exception_ptr error_;
 };
 
 }  // namespace
+
+std::size_t OptimizerResult::failures() const {
+  return static_cast<std::size_t>(
+      std::count_if(evaluations.begin(), evaluations.end(), [](const auto& e) { return e.failed(); }));
+}
 
 std::string nlopt_version_text() {
   return fmt::format("{}.{}.{}", nlopt::version_major(), nlopt::version_minor(), nlopt::version_bugfix());

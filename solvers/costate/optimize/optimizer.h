@@ -2,6 +2,7 @@
 // parameter scaling, a stop that says which criterion ended it, every evaluation recorded and replayable.
 #pragma once
 
+#include <exception>
 #include <functional>
 #include <limits>
 #include <string>
@@ -18,6 +19,10 @@ struct OptimizerOptions {
   double relative_tolerance = 1e-10;  // of psi between iterations
   double gradient_tolerance = 0;      // stop once the scaled projected gradient's largest entry <= this; 0: off
   int corrections = 10;               // vectors kept by L-BFGS
+  /// An evaluation fails that takes more than this many times the steps of any before it, in either direction of time
+  /// (and more than kStepsAlwaysAllowed); 0: only the solver's own limit holds.
+  double step_limit_factor = 100;
+  static constexpr long kStepsAlwaysAllowed = 10000;
 };
 
 /// psi_c(rho) <= upper, where psi_c is a cost of its own.
@@ -39,6 +44,10 @@ struct OptimizerEvaluation {
   Counters counters;
   double wall_s = 0;
   bool replayed = false;
+  /// Why there is no psi here (the step was rejected), or empty. psi is nan then and the lists are empty.
+  std::string failure;
+
+  bool failed() const { return !failure.empty(); }
 };
 
 struct OptimizerResult {
@@ -46,6 +55,11 @@ struct OptimizerResult {
   std::size_t best = 0;     // into evaluations: the least psi among the feasible ones
   std::string stop_reason;  // a sentence naming the criterion
   bool converged = false;   // false when a limit or a failure of the line search ended it
+  /// What ended it from outside after `best` was known (an interruption, a full disk): for the caller to rethrow once
+  /// the best is safe.
+  std::exception_ptr error;
+
+  std::size_t failures() const;  // how many evaluations failed
 };
 
 /// Throws CapabilityError for an algorithm that does not exist or takes no constraints.
@@ -53,7 +67,14 @@ void require_algorithm(const std::string& algorithm, bool constrained);
 
 /// `replay` holds the evaluations of an interrupted run, which are given back without being computed as long as the
 /// optimizer asks for the same parameters bit for bit; `record` sees every evaluation as soon as it is known.
-/// Throws what a simulation throws, with the evaluation named.
+/// options.max_evaluations bounds all evaluations, failed and replayed ones included.
+///
+/// Where an evaluation fails (a motion that cannot be computed, a mechanism that locks, psi that is not finite), the
+/// optimizer is shown, in its place, the parabola along the step s from the best point rho_b known until then that has
+/// psi and slope p = dpsi/drho s < 0 of rho_b and rises by |p| over the whole step: psi_b + |p| with the gradient
+/// 3 |p| s / |s|^2. Its least value is at a quarter of the step, which is where a line search goes next; constraints rise
+/// likewise. It follows from the evaluations alone, so that a run repeats itself. The first evaluation must not fail: it
+/// throws what the simulation throws, with the evaluation named.
 OptimizerResult optimize(const Problem& problem, const std::string& method,
                          const std::vector<OptimizerConstraint>& constraints, const OptimizerOptions& options,
                          const std::vector<OptimizerEvaluation>& replay,

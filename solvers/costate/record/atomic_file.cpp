@@ -7,9 +7,14 @@
 
 #include <atomic>
 #include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <mutex>
+#include <set>
 #include <string>
 #include <system_error>
 
+#include "costate/base/digest.h"
 #include "costate/base/error.h"
 #include "costate/record/posix_file.h"
 
@@ -58,13 +63,58 @@ void create_parent(const fs::path& directory, const fs::path& path) {
   }
 }
 
+// Tells this machine and its space of process ids from others that may share a directory, so that the id in a
+// temporary's name can be trusted.
+const std::string& process_space() {
+  static const std::string text = [] {
+    char host[256] = {}, space[256] = {};
+    ::gethostname(host, sizeof host - 1);
+    if (::readlink("/proc/self/ns/pid", space, sizeof space - 1) < 0) space[0] = 0;
+    Digest digest;
+    digest.add(host);
+    digest.add(space);
+    return digest.text();
+  }();
+  return text;
+}
+
+// What a process that was killed left behind: temporaries with a name of ours, this user's, whose process is gone. A
+// directory is looked through once by each process.
+void remove_abandoned(const fs::path& directory) {
+  static std::mutex mutex;
+  static std::set<fs::path> seen;
+  {
+    const std::lock_guard<std::mutex> guard(mutex);
+    std::error_code code;
+    if (!seen.insert(fs::weakly_canonical(directory, code)).second) return;
+  }
+  std::error_code code;
+  for (fs::directory_iterator entry(directory, code), end; !code && entry != end; entry.increment(code)) {
+    const std::string name = entry->path().filename().string();
+    // .NAME.SPACE-PID-COUNT.tmp
+    const std::string mark = "." + process_space() + "-";
+    const std::size_t at = name.rfind(mark);
+    if (at == std::string::npos || at < 2 || name[0] != '.' || name.size() < 4 || name.substr(name.size() - 4) != ".tmp")
+      continue;
+    int pid = 0, count = 0, used = 0;
+    const std::string rest = name.substr(at + mark.size());
+    if (std::sscanf(rest.c_str(), "%d-%d.tmp%n", &pid, &count, &used) != 2 ||
+        used != static_cast<int>(rest.size()) || pid <= 0)
+      continue;
+    struct stat status {};
+    if (::lstat(entry->path().c_str(), &status) != 0 || !S_ISREG(status.st_mode) || status.st_uid != ::geteuid()) continue;
+    if (::kill(pid, 0) != 0 && errno == ESRCH) ::unlink(entry->path().c_str());
+  }
+}
+
 // Reserves a new empty file next to the target; the name is unique in this process (counter) and, through
 // O_EXCL, against all others.
 fs::path reserve_temporary(const fs::path& directory, const fs::path& target, const fs::path& path) {
   static std::atomic<unsigned long> counter{0};
-  const std::string name = target.filename().string().substr(0, 200);
+  remove_abandoned(directory);
+  const std::string name = target.filename().string().substr(0, 180);
   for (;;) {
-    fs::path temporary = directory / fmt::format(".{}.{}-{}.tmp", name, ::getpid(), counter.fetch_add(1));
+    fs::path temporary = directory / fmt::format(".{}.{}-{}-{}.tmp", name, process_space(), ::getpid(), counter.fetch_add(1));
     const FileDescriptor file(::open(temporary.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666));
     if (file.valid()) return temporary;
     if (errno == EEXIST) continue;

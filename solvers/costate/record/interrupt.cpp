@@ -1,13 +1,45 @@
 #include "costate/record/interrupt.h"
 
+#include <sys/time.h>
+#include <unistd.h>
+
 #include <atomic>
 #include <csignal>
+#include <cstring>
+
+#include "costate/base/stop.h"
+#include "costate/record/nothing_to_save.h"
 
 namespace costate {
 namespace {
 
-std::atomic<int> g_signal{0};
-static_assert(std::atomic<int>::is_always_lock_free, "the signal handler needs a lock-free flag");
+constexpr int kPatience_us = 500000;
+
+std::atomic<int> g_signal{0}, g_nothing_to_save{0};
+std::atomic<bool> g_json{false};
+static_assert(std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_always_lock_free,
+              "the signal handlers need lock-free flags");
+
+void arm() {
+  itimerval in{};
+  in.it_value.tv_usec = kPatience_us;
+  setitimer(ITIMER_REAL, &in, nullptr);
+}
+
+void say(int descriptor, const char* text) {
+  if (::write(descriptor, text, std::strlen(text)) < 0) return;  // there is no one to tell
+}
+
+extern "C" void costate_on_alarm(int) {
+  const int signal_number = g_signal.load(std::memory_order_relaxed);
+  if (signal_number == 0 || g_nothing_to_save.load(std::memory_order_relaxed) == 0) return;
+  const bool term = signal_number == SIGTERM;
+  say(STDERR_FILENO, term ? "costate: interrupted by SIGTERM\n" : "costate: interrupted by Ctrl-C (SIGINT)\n");
+  if (g_json.load(std::memory_order_relaxed))
+    say(STDOUT_FILENO, term ? "{\n \"status\": \"interrupted\",\n \"error\": \"interrupted by SIGTERM\"\n}\n"
+                            : "{\n \"status\": \"interrupted\",\n \"error\": \"interrupted by Ctrl-C (SIGINT)\"\n}\n");
+  _exit(128 + signal_number);
+}
 
 extern "C" void costate_on_signal(int signal_number) {
   g_signal.store(signal_number, std::memory_order_relaxed);
@@ -16,6 +48,7 @@ extern "C" void costate_on_signal(int signal_number) {
   action.sa_handler = SIG_DFL;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  if (g_nothing_to_save.load(std::memory_order_relaxed) > 0) arm();
 }
 
 }  // namespace
@@ -27,6 +60,12 @@ Interrupted::Interrupted(int signal_number)
 
 void install_interrupt_handler() {
   g_signal.store(0, std::memory_order_relaxed);
+  set_stop_check(&throw_if_interrupted);
+  struct sigaction alarm {};
+  alarm.sa_handler = costate_on_alarm;
+  alarm.sa_flags = SA_RESTART;
+  sigemptyset(&alarm.sa_mask);
+  sigaction(SIGALRM, &alarm, nullptr);
   for (const int signal_number : {SIGINT, SIGTERM}) {
     struct sigaction old_action {};
     sigaction(signal_number, nullptr, &old_action);
@@ -44,6 +83,16 @@ bool interrupted() noexcept { return g_signal.load(std::memory_order_relaxed) !=
 void throw_if_interrupted() {
   const int signal_number = g_signal.load(std::memory_order_relaxed);
   if (signal_number != 0) throw Interrupted(signal_number);
+}
+
+NothingToSave::NothingToSave(bool json) {
+  if (json) g_json.store(true, std::memory_order_relaxed);
+  g_nothing_to_save.fetch_add(1, std::memory_order_relaxed);
+  if (interrupted()) arm();
+}
+
+NothingToSave::~NothingToSave() {
+  if (g_nothing_to_save.fetch_sub(1, std::memory_order_relaxed) == 1) g_json.store(false, std::memory_order_relaxed);
 }
 
 }  // namespace costate

@@ -3,12 +3,14 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <string>
 #include <string_view>
 
+#include "costate/base/digest.h"
 #include "costate/base/error.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/json_number.h"
@@ -20,7 +22,8 @@ using nlohmann::json;
 using record_detail::errno_text;
 using record_detail::FileDescriptor;
 
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
+constexpr const char* kChecksum = "checksum";
 constexpr std::string_view kMagic = "{\"costate_journal\":";
 
 std::string shortened(const json& value) {
@@ -84,6 +87,10 @@ void require_same_header(const json& old_header, const json& new_header, const s
                   path.string(), text));
 }
 
+std::string damage_text(std::size_t number, const std::string& why) {
+  return fmt::format("record {} is damaged ({}): it and what follows it are cut off", number, why);
+}
+
 void lock(const FileDescriptor& file, const std::filesystem::path& path) {
   if (::flock(file.get(), LOCK_EX | LOCK_NB) == 0) return;
   // File systems without locks are accepted; only a lock held by somebody else is an error.
@@ -95,14 +102,24 @@ void lock(const FileDescriptor& file, const std::filesystem::path& path) {
   }
 }
 
+/// Whether the open file is still the one of that name: a run that begins anew puts another in its place.
+bool still_there(const FileDescriptor& file, const std::filesystem::path& path) {
+  struct stat opened {}, named {};
+  return ::fstat(file.get(), &opened) == 0 && ::stat(path.c_str(), &named) == 0 && opened.st_dev == named.st_dev &&
+         opened.st_ino == named.st_ino;
+}
+
 FileDescriptor open_file(const std::filesystem::path& path, std::string& content) {
-  FileDescriptor file(::open(path.c_str(), O_RDWR | O_APPEND | O_CLOEXEC));
-  if (!file.valid()) {
-    if (errno == ENOENT) return file;
-    throw Error(fmt::format("cannot open the journal '{}': {}; check the path and its permissions",
-                            path.string(), errno_text(errno)));
-  }
-  lock(file, path);
+  FileDescriptor file;
+  do {
+    file = FileDescriptor(::open(path.c_str(), O_RDWR | O_APPEND | O_CLOEXEC));
+    if (!file.valid()) {
+      if (errno == ENOENT) return file;
+      throw Error(fmt::format("cannot open the journal '{}': {}; check the path and its permissions",
+                              path.string(), errno_text(errno)));
+    }
+    lock(file, path);
+  } while (!still_there(file, path));
   const int failed = record_detail::read_all(file.get(), content);
   if (failed != 0) {
     throw Error(fmt::format("cannot read the journal '{}': {}", path.string(), errno_text(failed)));
@@ -114,15 +131,33 @@ FileDescriptor open_file(const std::filesystem::path& path, std::string& content
   return file;
 }
 
-json parse_line(std::string_view line, long number, const std::filesystem::path& path) {
+/// The header's line, or an error: without it nothing that follows can be trusted.
+json parse_header(std::string_view line, const std::filesystem::path& path) {
   try {
     return json::parse(line);
   } catch (const json::exception& error) {
-    throw Error(
-        fmt::format("the journal '{}' is corrupt in line {}: {}; restore it from a copy, or delete this "
-                    "line and all after it to go on from the records before",
-                    path.string(), number, error.what()));
+    throw Error(fmt::format("the header of the journal '{}' is damaged: {}; start without resuming", path.string(),
+                            error.what()));
   }
+}
+
+/// Of a record in its place: the header's line, its number and its text without the checksum.
+std::string checksum(const std::string& header, std::size_t number, const std::string& text) {
+  Digest digest;
+  digest.add(header);
+  digest.add(fmt::format("{} {}", number, text));
+  return digest.text();
+}
+
+/// The record of a line; throws json::exception or Error for what is not one as it was written.
+json parse_record(std::string_view line, const std::string& header, std::size_t number) {
+  json value = json::parse(line);
+  if (!value.is_object() || !value.contains(kChecksum) || !value.at(kChecksum).is_string())
+    throw Error("it has no checksum");
+  const std::string stored = value.at(kChecksum).get<std::string>();
+  value.erase(kChecksum);
+  if (checksum(header, number, value.dump()) != stored) throw Error("its checksum does not fit");
+  return value;
 }
 
 }  // namespace
@@ -144,59 +179,87 @@ Journal Journal::open(const std::filesystem::path& path, const json& header, boo
       throw Error(
           fmt::format("the journal '{}' was changed by another process while it was created", path.string()));
     }
-    journal.size_bytes_ = line.size();
+    journal.header_ = first.dump();
+    journal.ends_ = {line.size()};
     return journal;
   }
 
   journal.file_ = std::move(existing);
   std::string_view rest = content;
-  for (long number = 1; !rest.empty(); ++number) {
+  while (!rest.empty() && journal.damage_.empty()) {
     const std::size_t end = rest.find('\n');
     if (end == std::string_view::npos) {
-      if (number == 1) throw Error(fmt::format("the journal '{}' ends within its header", path.string()));
+      if (journal.ends_.empty()) throw Error(fmt::format("the journal '{}' ends within its header", path.string()));
       journal.dropped_partial_record_ = true;
       break;
     }
-    json value = parse_line(rest.substr(0, end), number, path);
+    const std::string_view line = rest.substr(0, end);
+    if (journal.ends_.empty()) {
+      const json value = parse_header(line, path);
+      if (value.at("costate_journal") != kVersion || !value.contains("header")) {
+        throw Error(
+            fmt::format("the journal '{}' was written by another version of Costate; start without "
+                        "resuming or use that version",
+                        path.string()));
+      }
+      require_same_header(value.at("header"), stored_header, path);
+      journal.header_ = std::string(line);
+      journal.ends_.push_back(end + 1);
+    } else {
+      try {
+        journal.records_.push_back(parse_record(line, journal.header_, journal.ends_.size()));
+        journal.ends_.push_back(journal.ends_.back() + end + 1);
+      } catch (const std::exception& error) {
+        journal.damage_ = damage_text(journal.records_.size() + 1, error.what());
+      }
+    }
     rest.remove_prefix(end + 1);
-    journal.size_bytes_ += end + 1;
-    if (number > 1) {
-      journal.records_.push_back(std::move(value));
-      continue;
-    }
-    if (value.at("costate_journal") != kVersion || !value.contains("header")) {
-      throw Error(
-          fmt::format("the journal '{}' was written by another version of Costate; start without "
-                      "resuming or use that version",
-                      path.string()));
-    }
-    require_same_header(value.at("header"), stored_header, path);
   }
   journal.resumed_records_ = journal.records_.size();
-  if (journal.dropped_partial_record_) {
-    const bool cut = ::ftruncate(journal.file_.get(), static_cast<off_t>(journal.size_bytes_)) == 0;
-    const int failed = cut ? record_detail::sync_to_disk(journal.file_.get()) : errno;
-    if (failed != 0) {
-      throw Error(fmt::format("cannot cut the incomplete last line off the journal '{}': {}", path.string(),
-                              errno_text(failed)));
-    }
-  }
+  if (journal.dropped_partial_record_ || !journal.damage_.empty()) journal.cut();
   return journal;
 }
 
+bool Journal::in_use(const std::filesystem::path& path) {
+  const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  return file.valid() && ::flock(file.get(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+}
+
+void Journal::keep(std::size_t count, const std::string& why) {
+  if (count >= records_.size()) return;
+  damage_ = damage_text(count + 1, why);
+  records_.resize(count);
+  ends_.resize(count + 1);
+  resumed_records_ = count;
+  cut();
+}
+
+void Journal::cut() {
+  const bool done = ::ftruncate(file_.get(), static_cast<off_t>(ends_.back())) == 0;
+  const int failed = done ? record_detail::sync_to_disk(file_.get()) : errno;
+  if (failed != 0) {
+    throw Error(fmt::format("cannot cut what is incomplete or damaged off the journal '{}': {}", path_.string(),
+                            errno_text(failed)));
+  }
+}
+
 void Journal::append(const json& record) {
-  const std::string line = json_to_line(record, "a journal record") + "\n";
+  if (!record.is_object()) throw Error("a journal record must be a JSON object");
+  json stored = json::parse(json_to_line(record, "a journal record"));
+  json written = stored;
+  written[kChecksum] = checksum(header_, ends_.size(), stored.dump());
+  const std::string line = written.dump() + "\n";
   int failed = record_detail::write_all(file_.get(), line);
   if (failed == 0) failed = record_detail::sync_to_disk(file_.get());
   if (failed != 0) {
-    [[maybe_unused]] const int ignored = ::ftruncate(file_.get(), static_cast<off_t>(size_bytes_));
+    [[maybe_unused]] const int ignored = ::ftruncate(file_.get(), static_cast<off_t>(ends_.back()));
     throw Error(
         fmt::format("cannot append to the journal '{}': {}; the records before are kept: free some space "
                     "and resume",
                     path_.string(), errno_text(failed)));
   }
-  size_bytes_ += line.size();
-  records_.push_back(json::parse(line));
+  ends_.push_back(ends_.back() + line.size());
+  records_.push_back(std::move(stored));
 }
 
 }  // namespace costate

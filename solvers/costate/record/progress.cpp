@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "costate/record/print.h"
+
 namespace costate {
 namespace {
 
@@ -60,14 +62,14 @@ void Progress::update(double t, double t_end, long steps) {
   if (wall_s > 0.05) text += fmt::format("  {:.3g} simulated s/s", (t - t_begin_) / wall_s);
   const std::size_t columns = terminal_columns(options_.stream);
   if (text.size() >= columns) text.resize(columns - 1);  // a wrapped line could not be rewritten in place
-  fmt::print(options_.stream, "\r{}\x1b[K", text);
+  print_text(options_.stream, fmt::format("\r{}\x1b[K", text));
   std::fflush(options_.stream);
   shown_ = true;
 }
 
 void Progress::clear_locked() {
   if (!shown_) return;
-  fmt::print(options_.stream, "\r\x1b[K");
+  print_text(options_.stream, fmt::format("\r\x1b[K"));
   std::fflush(options_.stream);
   shown_ = false;
 }
@@ -76,7 +78,7 @@ void Progress::line(const std::string& text) {
   if (options_.quiet || (!live_ && !options_.verbose)) return;
   const std::lock_guard<std::mutex> guard(mutex_);
   clear_locked();
-  fmt::print(options_.stream, "{}\n", text);
+  print_text(options_.stream, fmt::format("{}\n", text));
   std::fflush(options_.stream);
 }
 

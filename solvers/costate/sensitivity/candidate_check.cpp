@@ -7,6 +7,7 @@
 #include <random>
 
 #include "costate/base/error.h"
+#include "costate/formulation/fixed_times.h"
 #include "costate/sensitivity/candidate_layout.h"
 #include "costate/sensitivity/method.h"
 
@@ -81,7 +82,8 @@ class Checker {
  private:
   void integrate() {
     const Trajectory& trajectory = ref_.motion.trajectory;
-    grid_ = with_times(grid_of(trajectory, std::max<std::size_t>(1, trajectory.steps() / 40)), changes_);
+    grid_ = with_times(with_looks(grid_of(trajectory, std::max<std::size_t>(1, trajectory.steps() / 40)), ref_.motion),
+                       changes_);
     const auto& p = ref_.problem.parameters;
     for (int level = 0; level <= kMaxRefinements; ++level) {
       if (level > 0) grid_ = refined(grid_);
@@ -394,6 +396,12 @@ CandidateReference candidate_reference(const Problem& problem, const std::string
     if (method.empty() && refusal(find_sensitivity_method(name), find_formulation(formulation)).empty()) method = name;
   if (method.empty())
     throw CapabilityError(fmt::format("Formulation '{}' has no adjoint to compare a candidate with.", formulation));
+  std::vector<double> numbers = p.mechanism->base_numbers();
+  p.parameters.apply(rho.data(), numbers);
+  for (const double t : driver_kinks(*p.mechanism, numbers))
+    if (p.solver.t_start < t && t <= p.solver.t_end)
+      throw CapabilityError(fmt::format("A driver's law has a kink at t = {:.6g} s, where the velocities jump; adjoints of users "
+                                        "are not carried across. Take a law with a continuous slope.", t));
   const auto attempt = [&](double rtol) {
     Problem tight = p;
     tight.solver.rtol = rtol;

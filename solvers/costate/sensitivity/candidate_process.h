@@ -15,8 +15,9 @@ struct IsolatedResult {
   std::string failure;  // or how the process ended: "crashed (signal 11, Segmentation fault) in rhs() at t = ..."
 };
 
-/// Runs `work` in a forked child, which may tell where it is; ends it after `limit_s` seconds. What it prints goes to
-/// standard error. Exceptions become failures.
+/// Runs `work` in a forked child, which may tell where it is; ends it and every process that it started after `limit_s`
+/// seconds, on an interruption (which is then thrown), and when this process dies. What it prints goes to standard error;
+/// what it sends back is bounded. Exceptions become failures.
 IsolatedResult run_isolated(const std::function<std::string(const CandidateStage&)>& work, double limit_s);
 
 /// Loads a candidate library; throws Error for a missing file, a missing symbol or another ABI. The library stays loaded.

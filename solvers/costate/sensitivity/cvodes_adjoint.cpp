@@ -6,7 +6,8 @@ namespace costate {
 namespace {
 
 GradientResult run(const Problem& problem, const std::vector<double>& rho) {
-  return adjoint_gradient<CvodeRun>(*problem.make_ode(), problem, rho, "cvodes");
+  return with_bdf_where_stiff(
+      problem, [&](const Problem& p) { return adjoint_gradient<CvodeRun>(*p.make_ode(), p, rho, "cvodes"); });
 }
 
 const RegisterSensitivityMethod registered({

@@ -6,7 +6,9 @@ namespace costate {
 namespace {
 
 GradientResult run(const Problem& problem, const std::vector<double>& rho) {
-  return forward_gradient<CvodeRun>(*problem.make_ode(), problem, rho, "cvodes", CvodeSession::Cost::state);
+  return with_bdf_where_stiff(problem, [&](const Problem& p) {
+    return forward_gradient<CvodeRun>(*p.make_ode(), p, rho, "cvodes", CvodeSession::Cost::state);
+  });
 }
 
 const RegisterSensitivityMethod registered({

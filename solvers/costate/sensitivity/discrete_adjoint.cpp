@@ -14,6 +14,7 @@ GradientResult run(const Problem& problem, const std::vector<double>& rho) {
   DiscreteAdjoint adjoint(run.scheme());
   r.gradient = run.backward(archive, adjoint);
   r.counters = run.counters();
+  run.conclude(r);
   return r;
 }
 

@@ -20,6 +20,7 @@ GradientResult run(const Problem& problem, const std::vector<double>& rho) {
   });
   tangent.add_terminal_cost(r.gradient.data());
   r.counters = run.counters();
+  run.conclude(r);
   return r;
 }
 

@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "costate/formulation/fixed_times.h"
 #include "costate/integrator/radau_linear.h"
+#include "costate/integrator/run_watch.h"
 #include "costate/integrator/segmented_run.h"
 #include "costate/integrator/simulate.h"
 
@@ -24,23 +27,41 @@ void record(SystemType& system, const Problem& problem, const std::vector<double
   system.set_parameters(rho.data());
   Run session(system, problem.solver, problem.monitor, false);
   session.enable_cost();
-  if (!system.kinks().empty())
-    throw CapabilityError(fmt::format("A driver's law has a kink at t = {:.6g} s, where the velocities jump; hand-derived "
-                                      "methods are not carried across. Take idas-adjoint, cvodes-adjoint or a forward "
-                                      "method, or a law with a continuous slope.",
-                                      system.kinks().front()));
+  motion.plan = session.plan_of_steps();
+  RunWatch watch(problem, rho, system);
+  watch.begin(problem.solver.t_start, session.y());
+  session.watch(watch.sink());
   session.advance_recording(problem.solver.t_end, motion.trajectory);
+  watch.finish(problem.solver.t_end, session.y());
   motion.psi = session.cost();
   if (!system.objective().terminal.empty())
     motion.psi += system.terminal_cost(problem.solver.t_end, session.y());
   session.read_forward_counters();
   motion.counters = session.counters();
+  GradientResult seen;
+  seen.psi = motion.psi;
+  watch.conclude(seen);
+}
+/// The kinks of drivers that the run passes.
+std::vector<double> kinks_of(const Problem& problem, const std::vector<double>& rho) {
+  std::vector<double> numbers = problem.mechanism->base_numbers(), kinks;
+  problem.parameters.apply(rho.data(), numbers);
+  for (const double t : driver_kinks(*problem.mechanism, numbers))
+    if (problem.solver.t_start < t && t <= problem.solver.t_end) kinks.push_back(t);
+  return kinks;
 }
 }  // namespace
 
 ForwardMotion record_motion(const Problem& problem, const std::vector<double>& rho) {
   const Mechanism& m = *problem.mechanism;
+  if (const std::vector<double> at = kinks_of(problem, rho); !at.empty()) {
+    if (at.back() == problem.solver.t_end)
+      throw CapabilityError(fmt::format("A driver's law has a kink at the end of the run, t = {:.6g} s; hand-derived methods "
+                                        "are carried across kinks within the run only. Take idas-adjoint, cvodes-adjoint or a "
+                                        "forward method, or another t_end_s.", at.back()));
+  }
   ForwardMotion motion{Trajectory(m.coordinate_count(), m.state_count()), 0, {}, integrator_of(problem)};
+  motion.states = m.state_count();
   if (motion.integrator == "idas") {
     const auto system = problem.make_dae();
     record<IdaRun>(*system, problem, rho, motion);
@@ -81,6 +102,20 @@ std::vector<double> with_times(const std::vector<double>& grid, const std::vecto
   return r;
 }
 
+std::vector<double> with_looks(const std::vector<double>& grid, const ForwardMotion& motion) {
+  if (!motion.plan || motion.plan->empty()) return grid;
+  std::vector<double> qvz(static_cast<std::size_t>(motion.trajectory.width()));
+  const int n = (motion.trajectory.width() - motion.states) / 2;
+  return motion.plan->divided(grid, [&](double t) {
+    StateView s;
+    if (!motion.plan->needs_state()) return s;
+    motion.trajectory.evaluate(t, qvz.data());
+    s.q = qvz.data();
+    s.v = s.q + n;
+    return s;
+  });
+}
+
 std::vector<double> refined(const std::vector<double>& grid) {
   std::vector<double> r;
   for (std::size_t i = 0; i + 1 < grid.size(); ++i) {
@@ -95,13 +130,17 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
   equations.t_start = problem.solver.t_start;
   equations.set_parameters(rho.data());
   const ForwardMotion motion = record_motion(problem, rho);
+  // Passes stop at the last instant before a kink and go on at the first one behind it.
+  std::vector<double> kinks = kinks_of(problem, rho);
+  for (double& t : kinks) t = std::nextafter(t, -std::numeric_limits<double>::infinity());
   std::vector<double> ends{motion.trajectory.t_begin()};
   for (std::size_t i = 0; i < motion.trajectory.steps(); ++i) ends.push_back(motion.trajectory.step_end(i));
   const std::vector<double> changes =
       equations.plan(ends, [&](double t, double* qvz) { motion.trajectory.evaluate(t, qvz); });
   const std::size_t steps = motion.trajectory.steps();
   const auto grid = [&](std::size_t stretches) {
-    return with_times(grid_of(motion.trajectory, std::max<std::size_t>(1, steps / stretches)), changes);
+    const std::vector<double> looked = with_looks(grid_of(motion.trajectory, std::max<std::size_t>(1, steps / stretches)), motion);
+    return with_times(with_times(looked, changes), kinks);
   };
   std::vector<double> sizes;
   for (const auto& p : problem.parameters.parameters) sizes.push_back(p.scale);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "costate/adjoint/hand_equations.h"
+#include "costate/formulation/step_plan.h"
 #include "costate/integrator/trajectory.h"
 #include "costate/sensitivity/problem.h"
 
@@ -13,6 +14,8 @@ struct ForwardMotion {
   double psi = 0;
   Counters counters;
   std::string integrator;
+  std::shared_ptr<const StepPlan> plan = {};  // of the run's steps
+  int states = 0;                             // of forces, z
 };
 
 /// Simulates on the formulation's default (or the chosen) integrator and keeps the motion (q, v, z).
@@ -22,6 +25,8 @@ ForwardMotion record_motion(const Problem& problem, const std::vector<double>& r
 std::vector<double> grid_of(const Trajectory& trajectory, std::size_t stride);
 /// The grid with further times (within its span) among its points.
 std::vector<double> with_times(const std::vector<double>& grid, const std::vector<double>& times);
+/// The grid, divided where the motion's laws do something that a pass must not step over.
+std::vector<double> with_looks(const std::vector<double>& grid, const ForwardMotion& motion);
 /// The grid with its midpoints.
 std::vector<double> refined(const std::vector<double>& grid);
 

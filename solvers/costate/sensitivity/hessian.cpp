@@ -9,6 +9,7 @@
 #include "costate/adjoint/hessian_systems.h"
 #include "costate/base/error.h"
 #include "costate/integrator/cvode_session.h"
+#include "costate/integrator/run_watch.h"
 #include "costate/integrator/segmented_run.h"
 #include "costate/integrator/trajectory.h"
 
@@ -64,6 +65,25 @@ void add(Counters& sum, const Counters& forward, const Counters& backward) {
   sum.factorizations += forward.factorizations + backward.factorizations;
 }
 
+/// psi of the stored motion: Gauss's rule of four points on each of its steps.
+double psi_of(System& forward, const Objective& objective, const Trajectory& motion) {
+  constexpr double node[2] = {0.3399810435848563, 0.8611363115940526}, weight[2] = {0.6521451548625461, 0.3478548451374538};
+  std::vector<double> y(static_cast<std::size_t>(motion.width()));
+  const auto state = [&](double t) {
+    motion.evaluate(t, y.data());
+    return forward.physical_state(t, y.data());
+  };
+  double psi = objective.terminal.empty() ? 0 : objective.terminal_value(state(motion.t_end()), forward.assembly());
+  double begin = motion.t_begin();
+  for (std::size_t i = 0; i < motion.steps() && !objective.running.empty(); begin = motion.step_end(i++)) {
+    const double half = 0.5 * (motion.step_end(i) - begin);
+    for (int k = 0; k < 2; ++k)
+      for (const double sign : {-1.0, 1.0})
+        psi += half * weight[k] * objective.running_value(state(begin + half * (1 + sign * node[k])), forward.assembly());
+  }
+  return psi;
+}
+
 /// The products of some directions, which are of size 1 in scaled parameters.
 MatrixXd run(const Problem& problem, const std::vector<double>& rho, const MatrixXd& directions,
              HessianProducts& result) {
@@ -79,8 +99,19 @@ MatrixXd run(const Problem& problem, const std::vector<double>& rho, const Matri
   forward.set_parameters(rho.data());
   Trajectory motion(0, forward.size());  // all of the unknowns, the tangents among them
   CvodeRun forward_session(forward, problem.solver, problem.monitor, false);
+  // The passes know nothing of the cost.
+  const auto plan =
+      std::make_shared<const StepPlan>(forward, problem.objective, t_start, t_end, forward_session.y());
+  forward_session.follow(plan);
+  RunWatch watch(problem, rho, forward);
+  watch.begin(t_start, forward_session.y());
+  forward_session.watch(watch.sink());
   forward_session.advance_recording(t_end, motion);
+  watch.finish(t_end, forward_session.y());
+  watch.conclude({});
   forward_session.read_forward_counters();
+
+  result.psi = psi_of(forward, problem.objective, motion);
 
   // A few unknowns of size above 1 are no harm (they count relatively), many far below it would be.
   const double scale = 0.1 * adjoint_size(*equations, motion);
@@ -100,6 +131,7 @@ MatrixXd run(const Problem& problem, const std::vector<double>& rho, const Matri
   })
                                           : Monitor();
   CvodeSession backward_session(backward, options, monitor, false);
+  backward_session.follow(std::make_shared<const StepPlan>(plan->reversed(t_end)));
   try {
     backward_session.advance(options.t_end);
   } catch (const SolverError& e) {
@@ -161,6 +193,7 @@ Hessian hessian(const Problem& problem, const std::vector<double>& rho) {
   const auto np = static_cast<Eigen::Index>(parameters.size());
   HessianProducts p = hessian_products(problem, rho, MatrixXd::Identity(np, np));
   Hessian h;
+  h.psi = p.psi;
   h.gradient = std::move(p.gradient);
   h.counters = p.counters;
   Eigen::VectorXd scale(np);

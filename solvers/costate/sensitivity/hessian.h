@@ -12,12 +12,14 @@
 namespace costate {
 
 struct HessianProducts {
+  double psi = 0;  // of the motion that these runs found
   std::vector<double> gradient;
   Eigen::MatrixXd products;  // np x k: H times each direction
   Counters counters;
 };
 
 struct Hessian {
+  double psi = 0;
   std::vector<double> gradient;
   Eigen::MatrixXd matrix;  // np x np; symmetric, the mean of what the products gave and its transpose
   /// The largest |H_ij - H_ji| of the products in scaled parameters, against the largest entry: exact second

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "costate/integrator/run_watch.h"
 #include "costate/integrator/segmented_run.h"
 
 namespace costate {
@@ -16,6 +17,11 @@ GradientResult adjoint_gradient(SystemType& system, const Problem& problem, cons
   CheckpointPlan plan = plan_checkpoints(problem.solver, system.size());
   for (long runs = 1;; ++runs) {
     Run session(system, problem.solver, problem.monitor, true);
+    RunWatch watch(problem, rho, system);
+    watch.begin(problem.solver.t_start, session.y());
+    // A segment that is repeated must be the same to the bit: where steps are solved for their positions, looking at them in
+    // between would not leave it so.
+    if (system.begins_with_motion() || !plan.repeats) session.watch(watch.sink());
     session.enable_cost();
     session.enable_adjoint(plan);
     session.advance_with_checkpoints(problem.solver.t_end);
@@ -24,12 +30,15 @@ GradientResult adjoint_gradient(SystemType& system, const Problem& problem, cons
       plan = plan_again(problem.solver, system.size(), session.counters().steps);
       continue;
     }
+    watch.finish(problem.solver.t_end, session.y());
     GradientResult r;
     r.integrator = integrator;
     r.psi = session.cost() + system.terminal_cost(problem.solver.t_end, session.y());
     r.gradient = session.solve_adjoint();
     r.counters = session.counters();
     r.counters.simulations = runs;
+    watch.conclude(r);
+    watch.judge(r, session.adjoint_growth(), session.invariant());
     return r;
   }
 }
@@ -40,15 +49,20 @@ GradientResult forward_gradient(SystemType& system, const Problem& problem, cons
                                 const std::string& integrator, More... more) {
   system.set_parameters(rho.data());
   Run session(system, problem.solver, problem.monitor, true, more...);
+  RunWatch watch(problem, rho, system);
+  watch.begin(problem.solver.t_start, session.y());
+  session.watch(watch.sink());
   GradientResult r;
   r.integrator = integrator;
   session.enable_cost();
   session.enable_sensitivities();
   session.advance(problem.solver.t_end);
+  watch.finish(problem.solver.t_end, session.y());
   r.psi = session.cost() + system.terminal_cost(problem.solver.t_end, session.y());
   r.gradient = session.sensitivity_gradient();
   session.read_forward_counters();
   r.counters = session.counters();
+  watch.conclude(r);
   return r;
 }
 

@@ -7,6 +7,9 @@
 
 #include "costate/base/error.h"
 #include "costate/formulation/fixed_times.h"
+#include "costate/formulation/law_joins.h"
+#include "costate/sensitivity/error_estimate.h"
+#include "costate/integrator/run_watch.h"
 
 namespace costate {
 
@@ -96,31 +99,16 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
     problem.parameters.apply(rho.data(), numbers);
     require_fixed_accelerations(*problem.mechanism, problem.parameters, numbers, problem.solver.t_start,
                                 problem.solver.t_end);
+    require_joined_laws(*problem.mechanism, problem.parameters, numbers, problem.solver.t_start, problem.solver.t_end);
   }
-  return method.gradient(problem, rho);
+  GradientResult r = method.gradient(problem, rho);
+  require_finite(problem, r);  // whatever the method
+  return r;
 }
 
 std::vector<double> estimate_gradient_error(const Problem& problem, const std::string& method,
                                             const std::vector<double>& rho, const GradientResult& result) {
-  Problem tighter = problem;
-  if (find_sensitivity_method(method).needs == SensitivityMethod::Needs::discrete) {
-    // Exact for its own psi; what is estimated is the distance to the integral, three quarters of which halving the step
-    // of a second-order scheme takes away.
-    tighter.solver.step_s =
-        (problem.solver.t_end - problem.solver.t_start) / (2.0 * static_cast<double>(result.counters.steps));
-    const GradientResult finer = gradient(tighter, method, rho);
-    std::vector<double> error;
-    for (std::size_t j = 0; j < result.gradient.size(); ++j)
-      error.push_back(4.0 / 3.0 * std::abs(result.gradient[j] - finer.gradient[j]));
-    return error;
-  }
-  tighter.solver.rtol = std::max(problem.solver.rtol / 10, 1e-14);
-  tighter.solver.atol = std::max(problem.solver.absolute() / 10, 1e-16);
-  const GradientResult better = gradient(tighter, method, rho);
-  std::vector<double> error;
-  for (std::size_t j = 0; j < result.gradient.size(); ++j)
-    error.push_back(std::abs(result.gradient[j] - better.gradient[j]));
-  return error;
+  return estimate_error(problem, method, rho, result).gradient;
 }
 
 }  // namespace costate

@@ -6,6 +6,7 @@
 
 #include "costate/base/error.h"
 #include "costate/discrete/discrete_scheme.h"
+#include "costate/formulation/law_joins.h"
 
 namespace costate {
 
@@ -39,6 +40,9 @@ void Problem::check_values(const std::vector<double>& rho) const {
     if (!std::isfinite(rho[j]))
       throw Error(fmt::format("The value of parameter '{}' is {}; expected a finite number.",
                               parameters.parameters[j].name, rho[j]));
+  std::vector<double> numbers = mechanism->base_numbers();
+  parameters.apply(rho.data(), numbers);
+  require_joined_drivers(*mechanism, numbers, solver.t_start, solver.t_end);
 }
 
 std::unique_ptr<DaeSystem> Problem::make_dae() const {

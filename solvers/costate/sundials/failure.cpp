@@ -32,6 +32,12 @@ std::vector<Unknown> adjoint_names(std::vector<Unknown> unknowns) {
   return unknowns;
 }
 
+std::string pace_message(const char* integrator, double all, long most) {
+  return fmt::format("{} hardly gets on: at the pace of its last steps the run would take about {:.2g} of them, more than "
+                     "the limit of {} (max_steps), and stopped",
+                     integrator, all, most);
+}
+
 std::string failure_report(const FailureContext& c, const std::vector<Unknown>& unknowns) {
   std::string text = fmt::format("{} at t = {:.9g} s after {} steps, step size {:.3g} s [{}].", c.what, c.t, c.steps,
                                  c.step, c.flag);

@@ -19,6 +19,9 @@ struct FailureContext {
   const double* rates = nullptr;    // time derivatives, named when there are no errors to name
 };
 
+/// For a run that would take `all` steps at its pace, of `most` allowed.
+std::string pace_message(const char* integrator, double all, long most);
+
 /// Weighted local errors above all others come first; advice depends on the flag.
 std::string failure_report(const FailureContext& c, const std::vector<Unknown>& unknowns);
 

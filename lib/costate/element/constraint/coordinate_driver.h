@@ -3,12 +3,13 @@
 // Numbers: the weights c_k, then those of the law f.
 #pragma once
 
+#include "costate/element/course.h"
 #include "costate/element/element.h"
 #include "costate/element/law/scalar_law.h"
 
 namespace costate {
 
-class CoordinateDriver final : public ConstraintOf<CoordinateDriver> {
+class CoordinateDriver final : public ConstraintOf<CoordinateDriver>, public CourseElement {
  public:
   CoordinateDriver(std::string kind, std::string name, const std::vector<int>& coordinates,
                    const std::vector<int>& weight_numbers, std::shared_ptr<const ScalarLaw> law,
@@ -23,6 +24,7 @@ class CoordinateDriver final : public ConstraintOf<CoordinateDriver> {
   void add_acceleration_jumps(const double* p, std::vector<double>& times) const override {
     law_->add_curvature_jumps(p + coordinates().size(), times);
   }
+  void add_course(const double* p, Course& course) const override { course.add(*law_, p + coordinates().size()); }
 
   template <class S>
   void physics(const S& t, const S* q, const S* p, S* phi) const {

@@ -2,6 +2,7 @@
 // given stroke). Numbers: those of the points, then those of the law f [m].
 #pragma once
 
+#include "costate/element/course.h"
 #include "costate/element/element.h"
 #include "costate/element/law/scalar_law.h"
 #include "costate/element/point/planar_vector.h"
@@ -10,7 +11,7 @@
 namespace costate {
 
 template <class Line>
-class DistanceDriver final : public ConstraintOf<DistanceDriver<Line>> {
+class DistanceDriver final : public ConstraintOf<DistanceDriver<Line>>, public CourseElement {
   static constexpr int dim = Line::Vector::RowsAtCompileTime;
   using Vector = typename Line::Vector;
 
@@ -33,6 +34,7 @@ class DistanceDriver final : public ConstraintOf<DistanceDriver<Line>> {
   void add_acceleration_jumps(const double* p, std::vector<double>& times) const override {
     law_->add_curvature_jumps(p + d_.number_count(), times);
   }
+  void add_course(const double* p, Course& course) const override { course.add(*law_, p + d_.number_count()); }
 
   template <class S>
   void physics(const S& t, const S* q, const S* p, S* phi) const {

@@ -1,5 +1,10 @@
 #include "costate/element/force/bushing.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
 #include "costate/base/error.h"
 #include "costate/element/force/dual_partials.h"
 
@@ -68,6 +73,30 @@ void Bushing::half_turn() const {
       path(),
       "The two frames are half a turn apart, where the rotation vector has no direction. Turn one of them "
       "by its rotation axis and angle so that they coincide where the bushing is unloaded.");
+}
+
+void Bushing::compare_half_turn(double t, const std::array<double, 3>& rho) const {
+  // What was seen last, and before that at another time: an integrator's trial of a step is seen at the time of the step.
+  struct Seen {
+    double t = 0;
+    std::array<double, 3> rho{};
+  };
+  thread_local std::map<const Bushing*, std::array<Seen, 2>> seen;
+  auto& [last, earlier] = seen[this];
+  const Seen before = t != last.t ? last : earlier;
+  double along = 0;
+  for (int k = 0; k < 3; ++k) along += rho[k] * before.rho[k];
+  if (!(along < 0)) {
+    earlier = before;
+    last = {t, rho};
+    return;
+  }
+  // The trial that turns past is not taken note of: the next one is compared with the same instant.
+  throw StepError(fmt::format(
+      "{}: its two frames turn past half a turn against each other between t = {:.6g} s and {:.6g} s, where the rotation "
+      "vector, and with it the moment, would jump to the other side. A bushing holds up to half a turn; take a "
+      "torsion_spring on the angle of a joint, or stiffnesses that keep the turn smaller.",
+      path(), std::min(before.t, t), std::max(before.t, t)));
 }
 
 }  // namespace costate

@@ -24,14 +24,16 @@ namespace costate {
 class Bushing final : public ForceOf<Bushing> {
  public:
   static constexpr int kNumbers = 18;
+  static constexpr double kNearHalfTurn = 0.5;  // of n = 2 (1 + cos(angle)): from 139 degrees on
   /// frame_from, frame_to: Euler parameters of the bushing's frame in each body's.
   Bushing(std::string name, SpatialVector d, const std::vector<int>& law_numbers, const Vector4& frame_from,
           const Vector4& frame_to);
 
   template <class S>
-  void physics(const S&, const S* q, const S* v, const S*, const S* p, S* Q, S*) const {
+  void physics(const S& t, const S* q, const S* v, const S*, const S* p, S* Q, S*) const {
     Deformation<S> x;
     deform(q, v, p + kNumbers, x);
+    watch_half_turn(value_of(t), value_of(x.n), {value_of(x.rho[0]), value_of(x.rho[1]), value_of(x.rho[2])});
     S load[6];
     for (int k = 0; k < 6; ++k) load[k] = p[k] * x.x[k] + p[6 + k] * x.rate[k] + p[12 + k];
     apply(q, p + kNumbers, x, load, Q);
@@ -152,6 +154,12 @@ class Bushing final : public ForceOf<Bushing> {
     for (int c = 0; c < 3; ++c) axis[c] = S(frame(c, k));
   }
   [[noreturn]] void half_turn() const;
+  /// Along a motion the angle must not go on from one side of the half turn to the other, where the moment would jump from
+  /// one sign to the other between two instants: throws StepError with the time.
+  void watch_half_turn(double t, double n, const std::array<double, 3>& rho) const {
+    if (n < kNearHalfTurn) compare_half_turn(t, rho);
+  }
+  void compare_half_turn(double t, const std::array<double, 3>& rho) const;
 
   static constexpr int kDirections = 3;  // behind a body's x, y, z: what its directions depend on
   SpatialVector d_;

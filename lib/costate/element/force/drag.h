@@ -8,6 +8,7 @@
 #include <memory>
 #include <type_traits>
 
+#include "costate/element/course.h"
 #include "costate/element/element.h"
 #include "costate/element/law/scalar_law.h"
 #include "costate/element/point/planar_point.h"
@@ -16,7 +17,7 @@
 namespace costate {
 
 template <class Point>
-class Drag final : public ForceOf<Drag<Point>> {
+class Drag final : public ForceOf<Drag<Point>>, public CourseElement {
  public:
   static constexpr int dim = Point::Vector::RowsAtCompileTime;
   using Wind = std::array<std::shared_ptr<const ScalarLaw>, dim>;
@@ -34,6 +35,14 @@ class Drag final : public ForceOf<Drag<Point>> {
     S f[dim], speed;
     force(t, q, v, p, f, speed);
     point_.add_generalized_force(q, p + point_numbers_, f, Q);
+  }
+
+  void add_course(const double* p, Course& course) const override {
+    p += 4;
+    for (const auto& f : wind_) {
+      course.add(*f, p);
+      p += f->number_count();
+    }
   }
 
   std::vector<Measure> measures() const override { return {{"speed", "m/s", false}, {"force", "N", false}}; }

@@ -80,17 +80,17 @@ struct MagicFormula {
   }
 
   /// R_e = R - d_N DREFF atan(BREFF d / d_N) - FREFF d for a deflection d, d_N that of the nominal load,
-  /// where the file has these, else R - d / 3.
+  /// FNOMIN / stiffness, where the file has these, else R - d / 3.
   template <class S, class P>
-  S effective_radius(const S& deflection, const P& radius, const P* p) const {
+  S effective_radius(const S& deflection, const P& radius, const P& stiffness, const P* p) const {
     using std::atan;
     const P* c = p + first();
     if (!(value_of(deflection) > 0)) return S(radius);
-    if (!(nominal_deflection > 0)) return S(radius) - deflection / S(3.0);
-    const S d_N(nominal_deflection);
+    if (!has_effective_radius) return S(radius) - deflection / S(3.0);
+    const S d_N = S(c[FNOMIN]) / S(stiffness);
     return S(radius) - d_N * S(c[DREFF]) * atan(S(c[BREFF]) * deflection / d_N) - S(c[FREFF]) * deflection;
   }
-  double nominal_deflection = 0;  // m; 0: the file has no effective radius
+  bool has_effective_radius = false;
 
   /// sigma_kappa = F (PTX1 + PTX2 df) exp(-PTX3 df) (R0 / FNOMIN) LSGKP, df = (F - F0) / F0,
   /// F0 = FNOMIN LFZO, in m. What lags is the slip itself, sigma kappa' = .., not the deflection

@@ -41,6 +41,17 @@ void PathDriver::calc_partials(const LocalState& s, ForcePartials out) const {
   out.Q_z(n, 1) = p[stiffness] - p[damping] / p[arm_lag];
 }
 
+CourseElement::Place PathDriver::track_place(int, const LocalState& s) const {
+  const Vector3 forward(1, 0, 0);
+  const int e = SpatialPoint::curvature_index;
+  double r[3], v[3], h[3];
+  point_.position(s.q, s.p + own_numbers, r);
+  point_.velocity(s.q, s.v, s.p + own_numbers, v);
+  rotated(s.q + e, forward.data(), h);
+  const Vector3 turning = rotation_jacobian(s.q + e, forward) * Eigen::Map<const Eigen::Vector4d>(s.v + e);
+  return {r[0] + s.p[preview] * h[0], v[0] + s.p[preview] * turning[0]};
+}
+
 PathDual PathDriver::measure(int i, const MeasureArguments& x) const {
   if (i == 0) return error(x.q, x.p);
   const int s = point_.size();

@@ -10,13 +10,14 @@
 
 #include <memory>
 
+#include "costate/element/course.h"
 #include "costate/element/element.h"
 #include "costate/element/law/scalar_law.h"
 #include "costate/element/point/spatial_point.h"
 
 namespace costate {
 
-class PathDriver final : public ForceOf<PathDriver> {
+class PathDriver final : public ForceOf<PathDriver>, public CourseElement {
  public:
   enum Number { gain, yaw_gain, preview, decision_lag, arm_lag, stiffness, damping, command, steering, own_numbers };
 
@@ -36,6 +37,9 @@ class PathDriver final : public ForceOf<PathDriver> {
     Q[s] = p[stiffness] * (z[1] - q[s]) + p[damping] * (zdot[1] - v[s]);
   }
 
+  int tracks() const override { return 1; }
+  void add_track(int, const double* p, Course& course) const override { course.add(*path_, p + own_numbers + 3); }
+  Place track_place(int, const LocalState& s) const override;
   bool by_hand() const override { return true; }
   void calc_partials(const LocalState& s, ForcePartials out) const override;
 

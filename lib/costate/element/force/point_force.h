@@ -2,13 +2,14 @@
 // Numbers: those of the x law, of the y law, then those of the point.
 #pragma once
 
+#include "costate/element/course.h"
 #include "costate/element/element.h"
 #include "costate/element/law/scalar_law.h"
 #include "costate/element/point/planar_point.h"
 
 namespace costate {
 
-class PointForce final : public ForceOf<PointForce> {
+class PointForce final : public ForceOf<PointForce>, public CourseElement {
  public:
   PointForce(std::string name, PlanarPoint point, std::shared_ptr<const ScalarLaw> x,
              std::shared_ptr<const ScalarLaw> y, const std::vector<int>& law_numbers);
@@ -17,6 +18,10 @@ class PointForce final : public ForceOf<PointForce> {
   void physics(const S& t, const S* q, const S*, const S*, const S* p, S* Q, S*) const {
     const S f[2] = {x_->value(t, p), y_->value(t, p + x_->number_count())};
     point_.add_generalized_force(q, p + law_number_count_, f, Q);
+  }
+  void add_course(const double* p, Course& course) const override {
+    course.add(*x_, p);
+    course.add(*y_, p + x_->number_count());
   }
   bool by_hand() const override { return true; }
   void calc_partials(const LocalState& s, ForcePartials out) const override;
@@ -28,7 +33,7 @@ class PointForce final : public ForceOf<PointForce> {
 };
 
 /// A torque on angle coordinates as a law of time: Q_j = +T(t), Q_i = -T(t). Numbers: those of the law [N m].
-class Couple final : public ForceOf<Couple> {
+class Couple final : public ForceOf<Couple>, public CourseElement {
  public:
   Couple(std::string name, const std::vector<int>& coordinates, std::shared_ptr<const ScalarLaw> torque,
          const std::vector<int>& law_numbers);
@@ -40,6 +45,7 @@ class Couple final : public ForceOf<Couple> {
     Q[n - 1] = torque;
     if (n == 2) Q[0] = -torque;
   }
+  void add_course(const double* p, Course& course) const override { course.add(*torque_, p); }
   bool by_hand() const override { return true; }
   void calc_partials(const LocalState&, ForcePartials) const override {}
 

@@ -10,6 +10,7 @@
 #include <memory>
 #include <vector>
 
+#include "costate/element/course.h"
 #include "costate/element/law/scalar_law.h"
 #include "costate/mechanism/builder.h"
 
@@ -84,6 +85,16 @@ class Road final : public SharedPart {
     r.z = S(factor) * step * y;
     (kind_ == Kind::post ? r.rate : r.slope) = S(factor) * (step * scale * y_x + step_slope * y);
     return r;
+  }
+
+  /// What is on it along time (a post) or along x (a profile), with the tyre's shift.
+  void add_course(double shift, const double* p, Course& course) const {
+    const double speed = has_speed_ ? *p++ : 1;
+    if (has_ramp_) {
+      course.add_look(shift, shift + *p, *p / 4);
+      ++p;
+    }
+    if (kind_ != Kind::flat) course.add(*law_, p, shift, speed);
   }
 
  private:

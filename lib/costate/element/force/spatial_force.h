@@ -6,6 +6,7 @@
 #include <array>
 #include <memory>
 
+#include "costate/element/course.h"
 #include "costate/element/element.h"
 #include "costate/element/law/scalar_law.h"
 #include "costate/element/point/spatial_point.h"
@@ -26,12 +27,18 @@ struct VectorLaw {
       p += component[k]->number_count();
     }
   }
+  void add_course(const double* p, Course& course) const {
+    for (const auto& f : component) {
+      course.add(*f, p);
+      p += f->number_count();
+    }
+  }
 };
 
 enum class ForceFrame { ground, body };
 
 /// Numbers: those of the laws, then those of the point.
-class SpatialPointForce final : public ForceOf<SpatialPointForce> {
+class SpatialPointForce final : public ForceOf<SpatialPointForce>, public CourseElement {
  public:
   SpatialPointForce(std::string name, SpatialPoint point, VectorLaw law, const std::vector<int>& law_numbers,
                     ForceFrame frame);
@@ -43,6 +50,7 @@ class SpatialPointForce final : public ForceOf<SpatialPointForce> {
     if (frame_ == ForceFrame::body) rotated(q + SpatialPoint::curvature_index, f, turned);
     point_.add_generalized_force(q, p + law_.number_count(), frame_ == ForceFrame::body ? turned : f, Q);
   }
+  void add_course(const double* p, Course& course) const override { law_.add_course(p, course); }
   bool by_hand() const override { return true; }
   void calc_partials(const LocalState& s, ForcePartials out) const override;
 
@@ -55,7 +63,7 @@ class SpatialPointForce final : public ForceOf<SpatialPointForce> {
 /// A couple M on the last body, -M on the first of two: Q = 2 E^T M, or 2 G^T M with components in the first
 /// body's frame (of two, else the only one's). Coordinates: e0, e1, e2, e3 of each body. Numbers: those of
 /// the laws.
-class SpatialCouple final : public ForceOf<SpatialCouple> {
+class SpatialCouple final : public ForceOf<SpatialCouple>, public CourseElement {
  public:
   SpatialCouple(std::string name, const std::vector<int>& rotations, VectorLaw law,
                 const std::vector<int>& law_numbers, ForceFrame frame);
@@ -72,6 +80,7 @@ class SpatialCouple final : public ForceOf<SpatialCouple> {
     add_moment(q + (two ? 4 : 0), ground, 2, Q + (two ? 4 : 0));
     if (two) add_moment(q, ground, -2, Q);
   }
+  void add_course(const double* p, Course& course) const override { law_.add_course(p, course); }
   bool by_hand() const override { return true; }
   void calc_partials(const LocalState& s, ForcePartials out) const override;
 

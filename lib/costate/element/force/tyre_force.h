@@ -12,6 +12,12 @@
 // road, those of the model.
 #pragma once
 
+#include <fmt/format.h>
+
+#include <cmath>
+#include <type_traits>
+
+#include "costate/base/error.h"
 #include "costate/element/element.h"
 #include "costate/element/force/tyre_wrench.h"
 #include "costate/element/point/spatial_point.h"
@@ -28,7 +34,7 @@ void add_global_moment(const S* p, const S* M, S* Q) {
 }
 
 template <class Model>
-class TyreForce final : public ForceOf<TyreForce<Model>> {
+class TyreForce final : public ForceOf<TyreForce<Model>>, public CourseElement {
   using Numbers = TyreNumbers;
   template <class S>
   using Evaluation = TyreWrench<Model, S>;
@@ -55,6 +61,19 @@ class TyreForce final : public ForceOf<TyreForce<Model>> {
     this->append_numbers(model_numbers);
   }
 
+  void add_course(const double* p, Course& course) const override {
+    if (setup_.road->kind() == Road::Kind::post) setup_.road->add_course(p[Numbers::shift], p + Numbers::road, course);
+  }
+  int tracks() const override { return setup_.road->kind() == Road::Kind::profile ? 1 : 0; }
+  void add_track(int, const double* p, Course& course) const override {
+    setup_.road->add_course(p[Numbers::shift], p + Numbers::road, course);
+  }
+  /// Of the wheel's centre, whatever part of the road the contact takes.
+  CourseElement::Place track_place(int, const LocalState& s) const override {
+    double at[3], velocity[3], direction[3];
+    wheel_motion(s.q, s.v, s.p, at, velocity, direction);
+    return {at[0], velocity[0]};
+  }
   bool by_hand() const override { return true; }
   int states() const override { return model_.states(); }
   int initial_state_number(int i) const override { return model_numbers_ + model_.initial_state(i); }
@@ -64,6 +83,7 @@ class TyreForce final : public ForceOf<TyreForce<Model>> {
   void physics(const S& t, const S* q, const S* v, const S* z, const S* p, S* Q, S* zdot) const {
     Evaluation<S> e;
     evaluate(t, q, v, z, p, e, zdot);
+    if constexpr (std::is_same_v<S, double>) require_upright(t, e);
     SpatialPointMath::add_force(q, p + Numbers::center, e.force, Q);
     add_global_moment(q + 3, e.moment, Q + 3);
     if (setup_.has_spin) Q[7] += dot3(e.geometry.ey, e.moment);
@@ -308,7 +328,8 @@ class TyreForce final : public ForceOf<TyreForce<Model>> {
         deflection.d[0] = contact == TyreContact::source && !level ? geometry_->n[2] : 1;
       input_.x[0] = Evaluation<D>::normal_force(f_.setup_.bilateral, deflection, D(geometry_->approach), p_);
       if constexpr (uses_spin)
-        input_.x[4] = D(spin_) * f_.model_.effective_radius(deflection, p_[Numbers::radius], model_p_);
+        input_.x[4] =
+            D(spin_) * f_.model_.effective_radius(deflection, p_[Numbers::radius], p_[Numbers::stiffness], model_p_);
       TyreOutput<D> y;
       D rates[Model::most_states + 1];
       f_.model_(input_, z_, model_p_, y, rates);
@@ -332,6 +353,16 @@ class TyreForce final : public ForceOf<TyreForce<Model>> {
     SpatialPointMath::position(q, p + Numbers::center, at);
     SpatialPointMath::velocity(q, v, p + Numbers::center, velocity);
     rotated(q + 3, p + Numbers::axis, direction);
+  }
+
+  /// Towards a wheel that lies flat the loaded radius, and with it the force, grows without bound: no step leads through.
+  void require_upright(double t, const Evaluation<double>& e) const {
+    constexpr double flat = 1e-3;  // cosine of the camber
+    if (e.force[0] == 0 && e.force[1] == 0 && e.force[2] == 0) return;
+    if (std::abs(dot3(e.geometry.n, e.geometry.ez)) > flat) return;
+    throw StepError(fmt::format("The wheel of tyre '{}' lies flat at t = {:.6g} s: its axis is along the ground's normal, where "
+                                "the tyre's contact is not defined.",
+                                this->name(), t));
   }
 
   /// The wheel's angular velocity about its axis: the body's share, 2 a'.G p' / |a'|, and the coordinate's

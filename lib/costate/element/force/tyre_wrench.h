@@ -74,7 +74,8 @@ struct TyreWrench {
     const S normal = normal_force(setup.bilateral, g.deflection, g.approach, p);
     input = {{normal, g.forward, g.lateral, g.camber, S(0.0)}};
     if constexpr (Model::inputs == TyreInput<S>::most)
-      input.x[4] = spin * model.effective_radius(g.deflection, p[TyreNumbers::radius], p + model_numbers);
+      input.x[4] = spin * model.effective_radius(g.deflection, p[TyreNumbers::radius], p[TyreNumbers::stiffness],
+                                                 p + model_numbers);
     apply_model(model, input, z, p + model_numbers, output, zdot);
     for (int i = 0; i < 3; ++i) {
       arm[i] = -g.loaded_radius * g.ez[i];

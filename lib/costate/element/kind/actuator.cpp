@@ -1,6 +1,7 @@
 #include "costate/element/kind/actuator.h"
 
 #include "costate/base/error.h"
+#include "costate/element/course.h"
 #include "costate/element/force/angular_force.h"
 #include "costate/element/kind/axial_line.h"
 #include "costate/element/kind/table_options.h"
@@ -46,6 +47,18 @@ void add_rotary_actuator(MechanismBuilder& builder, const std::string& name,
 }
 
 namespace {
+
+template <class Actuator>
+bool add_command(const Element& element, const double* p, Course& course) {
+  const auto* actuator = dynamic_cast<const Actuator*>(&element);
+  if (actuator) course.add(*actuator->law().command, p + 2);
+  return actuator != nullptr;
+}
+const RegisterElementCourse course([](const Element& e, const double* p, Course& c) {
+  return add_command<AxialForce<LagActuatorLaw>>(e, p, c) ||
+         add_command<AxialForce<LagActuatorLaw, SpatialVector>>(e, p, c) ||
+         add_command<AngularForce<LagActuatorLaw>>(e, p, c);
+});
 
 void add(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
   const double time_constant = table.value("time_constant_s");

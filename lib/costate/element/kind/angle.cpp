@@ -3,6 +3,7 @@
 #include "costate/base/error.h"
 #include "costate/element/constraint/bar_angle.h"
 #include "costate/element/kind/lookup.h"
+#include "costate/mechanism/taken_number.h"
 #include "costate/scene/scene_kind.h"
 
 namespace costate {
@@ -12,7 +13,9 @@ void add_line_angle(MechanismBuilder& builder, const std::string& name, const Pl
                     const AngleOptions& o) {
   const std::string path = "angle." + name;
   const Eigen::Vector2d d = builder.first_position(line.to()) - builder.first_position(line.from());
-  const int start = builder.add_number(path + ".angle_rad", o.angle_rad.value_or(std::atan2(d[1], d[0])));
+  const std::string key = path + ".angle_rad";
+  const int start = o.angle_rad ? builder.add_number(key, *o.angle_rad)
+                                : add_number_of_line(builder, key, std::atan2(d[1], d[0]), line.from(), line.to());
   const int velocity = builder.add_number(path + ".angular_velocity_rad_per_s", o.angular_velocity_rad_per_s);
   const int angle = builder.add_coordinate(name + ".angle", "rad", start, velocity);
   builder.add_angle(name, angle);

@@ -4,6 +4,7 @@
 #include "costate/element/body/planar_bar.h"
 #include "costate/element/constraint/distance.h"
 #include "costate/element/kind/lookup.h"
+#include "costate/mechanism/taken_number.h"
 #include "costate/scene/scene_kind.h"
 
 namespace costate {
@@ -37,8 +38,10 @@ void add_bar(MechanismBuilder& builder, const std::string& name, const std::stri
   const PlanarVector ends = find_line(builder, path, from, to);
   const double distance = (builder.first_position(ends.to()) - builder.first_position(ends.from())).norm();
   const int mass = builder.add_number(path + ".mass_kg", o.mass_kg, NumberRule::non_negative);
-  const int length =
-      builder.add_number(path + ".length_m", o.length_m.value_or(distance), NumberRule::positive);
+  constexpr auto rule = NumberRule::positive;
+  const std::string key = path + ".length_m";
+  const int length = o.length_m ? builder.add_number(key, *o.length_m, rule)
+                                : add_number_of_line(builder, key, distance, ends.from(), ends.to(), rule);
   if (o.center_m.has_value() != o.inertia_kg_m2.has_value())
     throw ModelError(path, "A bar that is not uniform needs both 'center_m' and 'inertia_kg_m2'.");
   builder.add(std::make_unique<DistanceConstraint>("bar", name, ends, length));

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "costate/base/error.h"
+#include "costate/element/course.h"
 #include "costate/scene/law_table.h"
 
 namespace costate {
@@ -38,6 +39,10 @@ double stored(double d, double exponent, double width) {
 }
 
 }  // namespace
+
+void BumpStopLaw::add_places(const double* p, LawPlaces& places) const {
+  places.sharp.insert(places.sharp.end(), {p[0] - 0.5 * p[3], p[0] + 0.5 * p[3]});
+}
 
 double BumpStopLaw::integral(double x, const double* p) const {
   // F = sign k ramp(sign (x - gap))^e, so that dF's integral over x is k times that over the depth.

@@ -8,6 +8,7 @@
 // a width.
 #pragma once
 
+#include "costate/element/course.h"
 #include "costate/element/kind/law_options.h"
 
 namespace costate {
@@ -15,7 +16,7 @@ namespace costate {
 enum class StopSide { below, above };
 
 /// Numbers: gap, stiffness, exponent, smoothing width.
-class BumpStopLaw final : public ScalarLawOf<BumpStopLaw> {
+class BumpStopLaw final : public ScalarLawOf<BumpStopLaw>, public PlacedLaw {
  public:
   explicit BumpStopLaw(StopSide side) : sign_(side == StopSide::below ? -1 : 1) {}
   int number_count() const override { return 4; }
@@ -36,6 +37,7 @@ class BumpStopLaw final : public ScalarLawOf<BumpStopLaw> {
     }
     return S(sign_) * S(p[1]) * exp(S(p[2]) * log(ramp));
   }
+  void add_places(const double* p, LawPlaces& places) const override;
   double integral(double x, const double* p) const override;
 
  private:

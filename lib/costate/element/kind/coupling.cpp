@@ -7,6 +7,7 @@
 #include "costate/base/error.h"
 #include "costate/element/constraint/coupling.h"
 #include "costate/element/kind/lookup.h"
+#include "costate/mechanism/taken_number.h"
 #include "costate/scene/scene_kind.h"
 
 namespace costate {
@@ -23,8 +24,9 @@ void couple(MechanismBuilder& builder, const std::string& kind, const std::strin
   const std::string path = kind + "." + name + ".";
   if (c.ratio == 0) throw ModelError(path + c.ratio_key, "A coupling's ratio must not be zero.");
   const double found = builder.first_value(c.second) - c.factor * c.ratio * builder.first_value(c.first);
-  const int ratio = builder.add_number(path + c.ratio_key, c.ratio),
-            shift = builder.add_number(path + c.offset_key, offset.value_or(found));
+  const int ratio = builder.add_number(path + c.ratio_key, c.ratio);
+  const int shift = offset ? builder.add_number(path + c.offset_key, *offset)
+                           : add_taken_number(builder, path + c.offset_key, found, {c.first, c.second}, {ratio});
   builder.add(
       std::make_unique<CouplingConstraint>(kind, name, c.first, c.second, c.factor, ratio, shift, c.unit));
 }

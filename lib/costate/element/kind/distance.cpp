@@ -5,6 +5,7 @@
 #include "costate/element/constraint/distance.h"
 #include "costate/element/constraint/spatial_distance.h"
 #include "costate/element/kind/lookup.h"
+#include "costate/mechanism/taken_number.h"
 #include "costate/scene/scene_kind.h"
 
 namespace costate {
@@ -14,7 +15,10 @@ void add_distance(MechanismBuilder& builder, const std::string& name, const std:
   const std::string path = "distance." + name;
   const auto add_between = [&]<class Rod>(std::type_identity<Rod>, const auto& d) {
     const double first = (builder.first_position(d.to()) - builder.first_position(d.from())).norm();
-    const int length = builder.add_number(path + ".length_m", length_m.value_or(first), NumberRule::positive);
+    constexpr auto rule = NumberRule::positive;
+    const std::string key = path + ".length_m";
+    const int length = length_m ? builder.add_number(key, *length_m, rule)
+                                : add_number_of_line(builder, key, first, d.from(), d.to(), rule);
     builder.add(std::make_unique<Rod>("distance", name, d, length));
   };
   if (is_spatial(builder, from, to))

@@ -39,15 +39,16 @@ std::vector<int> add_law_numbers(MechanismBuilder& builder, const std::string& p
   const auto add = [&](const char* key, double value, NumberRule r) {
     return builder.add_number(path + "." + key, value, r);
   };
-  if (o.static_coefficient < o.dynamic_coefficient)
+  if (o.static_coefficient < o.dynamic_coefficient.value_or(o.static_coefficient))
     throw ModelError(
         path + ".static_coefficient",
         fmt::format("The static coefficient of friction must not be less than the dynamic one, found {} "
                     "and {}.",
-                    o.static_coefficient, o.dynamic_coefficient));
+                    o.static_coefficient, *o.dynamic_coefficient));
+  const int sticking = add("static_coefficient", o.static_coefficient, rule);
   std::vector<int> r = {
-      normal_force(builder, path, o), add("static_coefficient", o.static_coefficient, rule),
-      add("dynamic_coefficient", o.dynamic_coefficient, rule),
+      normal_force(builder, path, o), sticking,
+      o.dynamic_coefficient ? add("dynamic_coefficient", *o.dynamic_coefficient, rule) : sticking,
       add("transition_velocity_m_per_s", o.transition_velocity_m_per_s, NumberRule::positive),
       add("viscous_N_s_per_m", o.viscous_N_s_per_m, rule)};
   if (radius_m > 0) {
@@ -147,12 +148,15 @@ namespace {
 void add(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
   constexpr auto rule = NumberRule::non_negative;
   FrictionOptions o;
-  if (table.is_text("normal_force_N"))
+  if (table.is_text("normal_force_N")) {
     o.normal_force_number = table.text("normal_force_N");
-  else
+    if (o.normal_force_number.empty())
+      table.fail("normal_force_N", "must be a number, or the path of one such as \"spring.clamp.preload_N\", found \"\".");
+  } else {
     o.normal_force_N = table.value("normal_force_N", rule);
+  }
   o.static_coefficient = table.value("static_coefficient", rule);
-  o.dynamic_coefficient = table.value("dynamic_coefficient", rule, o.static_coefficient);
+  o.dynamic_coefficient = table.find_value("dynamic_coefficient", rule);
   o.transition_velocity_m_per_s = table.value("transition_velocity_m_per_s", NumberRule::positive);
   o.viscous_N_s_per_m = table.value("viscous_N_s_per_m", rule, 0);
   const auto radius = [&] { return table.find_value("radius_m", NumberRule::positive).value_or(0); };

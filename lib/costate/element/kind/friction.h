@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,7 @@ struct FrictionOptions {
   /// Path of the number that is the normal force instead, "spring.clamp.preload_N"; empty: none.
   std::string normal_force_number = {};
   double static_coefficient = 0;
-  double dynamic_coefficient = 0;
+  std::optional<double> dynamic_coefficient = {};  // none: the static one, the same number
   double transition_velocity_m_per_s = 0;
   double viscous_N_s_per_m = 0;
 };

@@ -10,6 +10,7 @@
 #include "costate/element/constraint/on_axis.h"
 #include "costate/element/constraint/spatial_coincidence.h"
 #include "costate/element/constraint/turn_angle.h"
+#include "costate/mechanism/taken_number.h"
 
 namespace costate {
 
@@ -41,6 +42,26 @@ std::vector<int> JointBuilder::add_axis(const std::string& key, const std::array
   return r;
 }
 
+std::vector<int> JointBuilder::add_taken_axis(const std::string& key, const std::array<double, 3>& axis,
+                                              const std::vector<int>& coordinates, const std::vector<int>& numbers) {
+  const std::string at = path() + "." + key;
+  const std::string written_as = fmt::format("{} = [{}, {}, {}]", at, axis[0], axis[1], axis[2]);
+  std::vector<int> r;
+  for (std::size_t i = 0; i < 3; ++i) {
+    r.push_back(add_taken_number(builder_, fmt::format("{}[{}]", at, i), axis[i], coordinates, numbers, NumberRule::any,
+                                 written_as));
+    builder_.fix_number(r.back(), fmt::format("the scene leaves it out; write {} to vary it.", written_as));
+  }
+  return r;
+}
+
+std::vector<int> JointBuilder::both_orientations() const {
+  std::vector<int> r = direction(0).coordinates();
+  const std::vector<int> second = direction(1).coordinates();
+  r.insert(r.end(), second.begin(), second.end());
+  return r;
+}
+
 BodyDirection JointBuilder::direction(int i) const {
   try {
     return BodyDirection(point(i).direction_coordinates());
@@ -62,7 +83,10 @@ void JointBuilder::set_axes(const JointAxes& axes, const std::string& key) {
   axes_ = axes;
   first_axis_ = vector3(axes.first);
   axis_numbers_ = add_axis(key + "_first", axes.first);
-  const auto second = add_axis(key + "_second", axes.second);
+  const auto second = axes.second_is == JointAxes::Second::given        ? add_axis(key + "_second", axes.second)
+                      : axes.second_is == JointAxes::Second::like_first ? axis_numbers_
+                                                                         : add_taken_axis(key + "_second", axes.second,
+                                                                                          both_orientations(), {});
   axis_numbers_.insert(axis_numbers_.end(), second.begin(), second.end());
 }
 
@@ -76,7 +100,8 @@ void JointBuilder::set_normals() {
         "The axes differ, so that the frames of the two bodies are not parallel: give "
         "'normal_first' and 'normal_second', directions across the axes that stay parallel, or are "
         "so where the angle is zero.");
-  if (!axes_.normal_first) {
+  const bool chosen = !axes_.normal_first;
+  if (chosen) {
     std::array<double, 3> b, c;
     perpendicular_pair(axes_.first.data(), flattest(first_axis_), b.data(), c.data());
     axes_.normal_first = axes_.normal_second = b;
@@ -86,7 +111,13 @@ void JointBuilder::set_normals() {
     const Vector3 a = vector3(axis), n = vector3(normal);
     if (!(cross(a, n).norm() > 0.1 * a.norm() * n.norm()))
       throw ModelError(path() + "." + key, "A normal must lie across its axis, not along it.");
-    const auto numbers = add_axis(key, normal);
+    const bool posed = axes_.second_is == JointAxes::Second::as_first_posed && !normal_numbers_.empty();
+    const auto numbers = chosen  ? add_taken_axis(key, normal, {}, first_axis_numbers())
+                         : posed ? add_taken_axis(key, normal, both_orientations(), {})
+                                 : add_axis(key, normal);
+    if (axes_.second_is == JointAxes::Second::as_first_posed && !posed)
+      for (const int k : numbers)
+        builder_.fix_number(k, "the joint keeps the bodies as they first stand; write axis_first, ... to vary its axes.");
     normal_numbers_.insert(normal_numbers_.end(), numbers.begin(), numbers.end());
   }
 }
@@ -111,6 +142,7 @@ JointAxes JointBuilder::axes_of_first_poses() const {
   JointAxes axes{{1, 0, 0}, in_second(Vector3::UnitX())};
   axes.normal_first = {0, 1, 0};
   axes.normal_second = in_second(Vector3::UnitY());
+  axes.second_is = JointAxes::Second::as_first_posed;
   return axes;
 }
 
@@ -147,7 +179,9 @@ void JointBuilder::add_angle(const JointCoordinate& c) {
         fmt::format("The angle {:.6g} rad is more than a quarter of a turn from the first poses of the "
                     "bodies, which stand at {:.6g} rad. Give them poses (first guesses) nearer to it.",
                     *c.position, found));
-  const int position = builder_.add_number(path() + ".angle_rad", c.position.value_or(found));
+  const std::string key = path() + ".angle_rad";
+  const int position = c.position ? builder_.add_number(key, *c.position)
+                                  : add_taken_number(builder_, key, found, both_orientations(), numbers);
   const int velocity = builder_.add_number(path() + ".angular_velocity_rad_per_s", c.velocity);
   const int angle = builder_.add_coordinate(c.name + ".angle", "rad", position, velocity);
   builder_.add_angle(c.name, angle);
@@ -158,7 +192,14 @@ void JointBuilder::add_angle(const JointCoordinate& c) {
 void JointBuilder::add_displacement(const JointCoordinate& c) {
   const Vector3 d = builder_.first_position(d_.to()) - builder_.first_position(d_.from());
   const double found = first_direction(0, first_axis_.normalized()).dot(d);
-  const int position = builder_.add_number(path() + ".displacement_m", c.position.value_or(found));
+  const std::string key = path() + ".displacement_m";
+  std::vector<int> coordinates = direction(0).coordinates(), numbers = first_axis_numbers();
+  for (const auto& p : {d_.from(), d_.to()}) {
+    coordinates.insert(coordinates.end(), p.coordinates().begin(), p.coordinates().end());
+    numbers.insert(numbers.end(), p.numbers().begin(), p.numbers().end());
+  }
+  const int position = c.position ? builder_.add_number(key, *c.position)
+                                  : add_taken_number(builder_, key, found, coordinates, numbers);
   const int velocity = builder_.add_number(path() + ".velocity_m_per_s", c.velocity);
   const int way = builder_.add_coordinate(c.name + ".displacement", "m", position, velocity);
   builder_.add(std::make_unique<OffsetConstraint>(kind_, name_, d_, first_axis_numbers(), way));
@@ -201,6 +242,7 @@ void read_joint(const JointRecipe& recipe, const std::string& name, SceneTable& 
   // The axes of a universal joint differ by nature.
   const bool same = recipe.directions != Condition::perpendicular && !table.has(second);
   axes.second = same ? axes.first : read_direction(table, second);
+  if (same) axes.second_is = JointAxes::Second::like_first;
   JointCoordinates coordinates;
   if (recipe.angle && table.has("angle"))
     coordinates.angle = {table.text("angle"), table.find_value("angle_rad"),

@@ -20,6 +20,9 @@ struct JointAxes {
   /// Translational joints: directions across the axes that stay parallel. Without them, the two frames stay
   /// parallel, which needs the same axis in both.
   std::optional<std::array<double, 3>> normal_first = {}, normal_second = {};
+  /// What the second body's axis, and its normal, is where the scene leaves it out: the first body's numbers, or taken
+  /// from the first poses so that the bodies stand to each other as there.
+  enum class Second { given, like_first, as_first_posed } second_is = Second::given;
 };
 
 /// A coordinate that a joint adds to the mechanism: the turn about its axis, NAME.angle [rad], or the way
@@ -58,6 +61,10 @@ class JointBuilder {
  private:
   std::string path() const { return kind_ + "." + name_; }
   std::vector<int> add_axis(const std::string& key, const std::array<double, 3>& axis);
+  /// With components that the scene leaves out and that are taken from first values of coordinates and from numbers.
+  std::vector<int> add_taken_axis(const std::string& key, const std::array<double, 3>& axis,
+                                  const std::vector<int>& coordinates, const std::vector<int>& numbers);
+  std::vector<int> both_orientations() const;
   /// The normals, as given or chosen, with their numbers.
   void set_normals();
   std::vector<int> axis_and_normal_numbers();

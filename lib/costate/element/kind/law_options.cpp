@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "costate/base/error.h"
+#include "costate/element/law/spline_law.h"
 
 namespace costate {
 
@@ -37,7 +38,7 @@ LawOptions table_law(std::vector<double> x, const std::vector<double>& y) {
     throw ModelError(
         "", fmt::format("'x' and 'y' must have the same length, found {} and {}.", x.size(), y.size()));
   LawOptions o;
-  o.law = std::make_shared<TableLaw>(std::move(x));
+  o.law = std::make_shared<SplineLaw>(std::move(x));
   for (std::size_t i = 0; i < y.size(); ++i) o.numbers.emplace_back(fmt::format("y[{}]", i), y[i]);
   return o;
 }

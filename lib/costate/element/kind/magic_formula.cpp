@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <sstream>
 
 #include "costate/base/error.h"
 #include "costate/element/force/magic_formula.h"
 #include "costate/element/kind/tir_file.h"
 #include "costate/element/kind/tyre_parts.h"
+#include "costate/scene/scene_files.h"
 
 namespace costate {
 
@@ -58,6 +58,19 @@ void require_relaxation(const std::string& path, const MagicFormulaOptions& o) {
 
 }  // namespace
 
+namespace {
+
+/// Why a coefficient cannot have this value, or null. Offsets and shapes may be negative, these not.
+const char* nonsense(const std::string& name, double x) {
+  for (const char* positive : {"UNLOADED_RADIUS", "FNOMIN", "LFZO", "NOMPRES"})
+    if (name == positive && !(x > 0)) return "must be positive";
+  for (const char* scale : {"LMUX", "LMUY", "LKX", "LKY", "LCX", "LCY", "VERTICAL_STIFFNESS", "VERTICAL_DAMPING"})
+    if (name == scale && !(x >= 0)) return "must not be negative";
+  return nullptr;
+}
+
+}  // namespace
+
 void add_magic_formula_tyre(MechanismBuilder& builder, const std::string& name, const TyreOptions& tyre,
                             const TyreSlipOptions& slip, const MagicFormulaOptions& o) {
   const std::string path = "tyre." + name + ".", table = path + "magic_formula.";
@@ -73,6 +86,10 @@ void add_magic_formula_tyre(MechanismBuilder& builder, const std::string& name, 
       throw ModelError(path + "magic_formula",
                        fmt::format("The coefficient {} is missing, or 0: give a complete tir_file.", needed));
   }
+  for (const auto& [coefficient, x] : o.coefficients)
+    if (const char* wrong = nonsense(coefficient, x))
+      if (coefficient != "NOMPRES" || x < 0)  // 0: without pressure
+        throw ModelError(table + coefficient, fmt::format("The coefficient {} {}, found {}.", coefficient, wrong, x));
   MagicFormula model;
   TyreSlip lateral;
   std::vector<int> numbers = add_tyre_slip(builder, name, slip, lateral);
@@ -100,17 +117,18 @@ void add_magic_formula_tyre(MechanismBuilder& builder, const std::string& name, 
   for (const auto& entry : MagicFormula::coefficients()) {
     const auto at = o.coefficients.find(entry.name);
     const bool given = at != o.coefficients.end();
-    double value = given ? at->second : entry.usual;
-    if (!given && entry.name == "INFLPRES" && pressure != o.coefficients.end()) value = pressure->second;
-    numbers.push_back(builder.add_number(table + entry.name, value));
+    if (!given && entry.name == "INFLPRES" && pressure != o.coefficients.end()) {
+      numbers.push_back(builder.number(table + "NOMPRES"));
+      continue;
+    }
+    numbers.push_back(builder.add_number(table + entry.name, given ? at->second : entry.usual));
     if (!given)
       builder.fix_number(numbers.back(),
                          "neither the tyre's file nor the scene gives this coefficient; write it into "
                          "magic_formula = { ... } to vary it.");
   }
   model.has_pressure = has("NOMPRES");
-  if (tyre.stiffness_N_per_m > 0 && (has("DREFF") || has("FREFF")))
-    model.nominal_deflection = o.coefficients.at("FNOMIN") / tyre.stiffness_N_per_m;
+  model.has_effective_radius = tyre.stiffness_N_per_m > 0 && (has("DREFF") || has("FREFF"));
   add_tyre_force(builder, name, tyre, model, numbers);
 }
 
@@ -136,6 +154,11 @@ void read_tir_file(const std::string& path, MagicFormulaOptions& o, TyreOptions&
       file.fail(scaling, "other than 1 is not supported: scale the camber's coefficients.");
   for (const auto& entry : MagicFormula::coefficients())
     if (file.has(entry.name)) o.coefficients[entry.name] = file.number(entry.name);
+  for (const char* name : {"UNLOADED_RADIUS", "FNOMIN", "LFZO", "LMUX", "LMUY", "LKX", "LKY", "LCX", "LCY",
+                           "VERTICAL_STIFFNESS", "VERTICAL_DAMPING"})
+    if (file.has(name))
+      if (const char* wrong = nonsense(name, file.number(name)))
+        file.fail(name, fmt::format("{}, found {}.", wrong, file.number(name)));
   tyre.radius_m = file.number("UNLOADED_RADIUS", 0);
   tyre.stiffness_N_per_m = file.number("VERTICAL_STIFFNESS", 0);
   tyre.damping_N_s_per_m = file.number("VERTICAL_DAMPING", 0);
@@ -148,8 +171,7 @@ const RegisterTyreModel registered(
        MagicFormulaOptions o;
        TyreOptions usual;
        if (table.has("tir_file")) {
-         const auto folder = std::filesystem::path(table.where().file).parent_path();
-         read_tir_file((folder / table.text("tir_file")).string(), o, usual);
+         read_tir_file(named_file(table, "tir_file"), o, usual);
          if (table.has("generation"))
            table.fail("generation", "contradicts 'tir_file', whose FITTYP tells the generation.");
        } else {

@@ -99,9 +99,10 @@ void add_natural_body(MechanismBuilder& builder, const std::string& name, const 
       const std::string key = fmt::format("omega_{}{}", is_global ? "global_" : "", kAxis[k]);
       GivenStart rate;
       rate.name = name + "." + key;
-      rate.number = number(key + "_rad_per_s", (is_global ? global : local)[k]);
+      const bool written = is_global == o.omega_is_global;
+      rate.number = number(key + "_rad_per_s", (written ? omega : is_global ? global : local)[k]);
       rate.terms = rate_terms(u, k, is_global);
-      if (is_global == o.omega_is_global)
+      if (written)
         rates.push_back(rate.name);
       else
         builder.fix_number(rate.number, fmt::format("the scene gives the angular velocity in the {} frame.",

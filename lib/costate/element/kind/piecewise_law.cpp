@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "costate/base/error.h"
+#include "costate/element/course.h"
 #include "costate/scene/law_table.h"
 
 namespace costate {
@@ -91,6 +92,10 @@ void PiecewiseLaw::add_kinks(const double* p, std::vector<double>& x) const {
     const double left = slope(k), right = slope(k + 1);
     if (std::abs(right - left) > 1e-9 * std::max(std::abs(left), std::abs(right))) x.push_back(breaks_[k]);
   }
+}
+
+void PiecewiseLaw::add_places(const double*, LawPlaces& places) const {
+  places.sharp.insert(places.sharp.end(), breaks_.begin(), breaks_.end());
 }
 
 double PiecewiseLaw::integral(double x, const double* p) const {

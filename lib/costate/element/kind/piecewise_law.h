@@ -9,11 +9,12 @@
 
 #include <vector>
 
+#include "costate/element/course.h"
 #include "costate/element/kind/law_options.h"
 
 namespace costate {
 
-class PiecewiseLaw final : public ScalarLawOf<PiecewiseLaw> {
+class PiecewiseLaw final : public ScalarLawOf<PiecewiseLaw>, public PlacedLaw {
  public:
   /// breaks increasing, n >= 1; sizes: the numbers of coefficients of the n + 1 pieces, each at least 1.
   /// Throws ModelError otherwise.
@@ -26,6 +27,7 @@ class PiecewiseLaw final : public ScalarLawOf<PiecewiseLaw> {
     return polynomial<S>(piece(value_of(x)), x, p);
   }
   void add_kinks(const double* p, std::vector<double>& x) const override;
+  void add_places(const double* p, LawPlaces& places) const override;
   /// Exact: piece by piece.
   double integral(double x, const double* p) const override;
   /// The polynomial of a piece, wherever x is.

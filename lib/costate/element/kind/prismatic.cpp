@@ -3,6 +3,7 @@
 #include "costate/element/constraint/prismatic.h"
 #include "costate/element/kind/joint_axes.h"
 #include "costate/element/kind/lookup.h"
+#include "costate/mechanism/taken_number.h"
 #include "costate/scene/scene_kind.h"
 
 namespace costate {
@@ -15,8 +16,13 @@ void add_prismatic(MechanismBuilder& builder, const std::string& name,
     return p.kind() == PlanarPoint::Kind::on_body ? builder.first_value(p.coordinates()[2]) : 0.0;
   };
   const int axis = builder.add_number(path + ".axis_angle_rad", o.axis_angle_rad);
-  const int relative = builder.add_number(path + ".relative_angle_rad",
-                                          o.relative_angle_rad.value_or(angle(d.to()) - angle(d.from())));
+  const std::string key = path + ".relative_angle_rad";
+  std::vector<int> turning;
+  for (const auto& p : {d.from(), d.to()})
+    if (p.kind() == PlanarPoint::Kind::on_body) turning.push_back(p.coordinates()[2]);
+  const int relative = o.relative_angle_rad
+                           ? builder.add_number(key, *o.relative_angle_rad)
+                           : add_taken_number(builder, key, angle(d.to()) - angle(d.from()), turning, {});
   builder.add(std::make_unique<PrismaticConstraint>("prismatic", name, d, axis, relative));
 }
 

@@ -96,7 +96,7 @@ void add_rigid_body(MechanismBuilder& builder, const std::string& name, const Ri
               velocity = number(fmt::format("e{}_dot_per_s", i), pd[i]);
     if (o.turned_by_axis)
       builder.fix_number(position,
-                         "the scene turns the body by rotation_axis and angle_rad; write "
+                         "the scene turns the body by rotation_axis and angle_rad, or not at all; write "
                          "e0, e1, e2, e3 instead to vary them.");
     builder.fix_number(velocity,
                        "it follows from the angular velocity, which can vary where the start gives it.");
@@ -141,13 +141,13 @@ void read_orientation(SceneTable& table, RigidBodyOptions& o) {
     for (std::size_t i = 0; i < 4; ++i) o.euler[i] = table.value(e[i]);
     return;
   }
+  o.turned_by_axis = true;  // also where the scene leaves both out: one Euler parameter cannot be written alone
   if (!table.has("rotation_axis")) return;
   const auto axis = table.values("rotation_axis");
   if (axis.size() != 3)
     table.fail("rotation_axis", fmt::format("must hold x, y, z, found {} numbers.", axis.size()));
   if (axis[0] == 0 && axis[1] == 0 && axis[2] == 0) table.fail("rotation_axis", "must not be zero.");
   o.euler = euler_parameters({axis[0], axis[1], axis[2]}, table.value("angle_rad"));
-  o.turned_by_axis = true;
 }
 
 void read_angular_velocity(SceneTable& table, RigidBodyOptions& o) {

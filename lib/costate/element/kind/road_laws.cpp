@@ -4,16 +4,25 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <sstream>
 
 #include "costate/base/error.h"
+#include "costate/base/text_file.h"
 #include "costate/scene/law_table.h"
+#include "costate/scene/scene_files.h"
 
 namespace costate {
 
 namespace {
+constexpr std::size_t kLongestFile = 256 << 20;  // bytes
+constexpr int kMostParts = 100000;               // of a sum of sines, or bumps
+
+int read_count(SceneTable& t, int otherwise) {
+  const int count = t.whole_number("count", otherwise);
+  if (count > kMostParts) t.fail("count", fmt::format("must not be above {}, found {}.", kMostParts, count));
+  return count;
+}
+
 void positive(const char* key, double x) {
   if (!(x > 0)) throw ModelError("", fmt::format("'{}' must be positive, found {}.", key, x));
 }
@@ -57,8 +66,7 @@ LawOptions profile_table_law(std::vector<double> x_m, std::vector<double> z_m, d
 }
 
 LawOptions profile_table_law(const std::string& file, double scale) {
-  std::ifstream in(file);
-  if (!in) throw ModelError("", fmt::format("The file '{}' of a road profile cannot be read.", file));
+  std::istringstream in(read_text_file(file, kLongestFile, "This road profile, whose path is relative to the scene,"));
   std::vector<double> x, z;
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
@@ -68,9 +76,7 @@ LawOptions profile_table_law(const std::string& file, double scale) {
     std::string word;
     std::vector<double> values;
     while (words >> word) {
-      char* end = nullptr;
-      values.push_back(std::strtod(word.c_str(), &end));
-      if (*end != 0 || !std::isfinite(values.back()))
+      if (!read_number(word, values.emplace_back()))
         throw SceneError({file, number, 1}, fmt::format("Expected two numbers, x and z in m, found '{}'.", word));
     }
     if (values.empty()) continue;
@@ -94,7 +100,7 @@ SpectrumOptions read_spectrum(SceneTable& t, double exponent) {
   o.exponent = exponent;
   o.n_min = t.value("n_min_1_per_m", NumberRule::positive, o.n_min);
   o.n_max = t.value("n_max_1_per_m", NumberRule::positive, o.n_max);
-  o.count = t.whole_number("count", o.count);
+  o.count = read_count(t, o.count);
   o.seed = static_cast<std::uint32_t>(t.whole_number("seed", static_cast<int>(o.seed)));
   return o;
 }
@@ -107,7 +113,7 @@ const RegisterLawKind bump({.name = "bump",
                               o.height_m = t.value("height_m");
                               o.start_m = t.value("start_m", NumberRule::any, 0);
                               o.length_m = t.value("length_m", NumberRule::positive);
-                              o.count = t.whole_number("count", 1);
+                              o.count = read_count(t, 1);
                               if (o.count > 1) o.spacing_m = t.value("spacing_m", NumberRule::positive);
                               o.half_sine = t.one_of("shape", {"cosine", "half_sine"}, "cosine") == "half_sine";
                               return bump_law(o);
@@ -159,9 +165,7 @@ const RegisterLawKind profile_table(
          const auto x = t.values("x_m");
          return profile_table_law(x, t.values("z_m"), scale);
        }
-       // Relative to the scene.
-       const auto folder = std::filesystem::path(t.where().file).parent_path();
-       return profile_table_law((folder / t.text("file")).string(), scale);
+       return profile_table_law(named_file(t, "file"), scale);
      }});
 
 }  // namespace

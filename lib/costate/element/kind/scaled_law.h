@@ -8,12 +8,13 @@
 
 #include <optional>
 
+#include "costate/element/course.h"
 #include "costate/element/kind/law_options.h"
 
 namespace costate {
 
 /// Numbers: slope, nominal slope, then x0 when it scales about a reference, then those of the scaled law.
-class ScaledLaw final : public ScalarLawOf<ScaledLaw> {
+class ScaledLaw final : public ScalarLawOf<ScaledLaw>, public PlacedLaw {
  public:
   ScaledLaw(std::shared_ptr<const ScalarLaw> law, bool about_reference)
       : law_(std::move(law)), about_(about_reference) {}
@@ -29,6 +30,9 @@ class ScaledLaw final : public ScalarLawOf<ScaledLaw> {
   void add_kinks(const double* p, std::vector<double>& x) const override { law_->add_kinks(p + own(), x); }
   void add_curvature_jumps(const double* p, std::vector<double>& x) const override {
     law_->add_curvature_jumps(p + own(), x);
+  }
+  void add_places(const double* p, LawPlaces& places) const override {
+    add_law_places(*law_, p + own(), places);
   }
   double integral(double x, const double* p) const override;
 

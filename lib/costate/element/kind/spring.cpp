@@ -2,6 +2,7 @@
 
 #include "costate/element/force/angular_force.h"
 #include "costate/element/kind/axial_line.h"
+#include "costate/element/kind/central_spring.h"
 #include "costate/element/kind/table_options.h"
 #include "costate/scene/law_table.h"
 #include "costate/scene/scene_kind.h"
@@ -38,7 +39,20 @@ SpringParts add_spring_parts(MechanismBuilder& builder, const std::string& path,
 
 void add_spring(MechanismBuilder& builder, const std::string& name, const std::string& from,
                 const std::string& to, const SpringOptions& o) {
-  const SpringParts parts = add_spring_parts(builder, "spring." + name, o);
+  const std::string path = "spring." + name;
+  const SpringParts parts = add_spring_parts(builder, path, o);
+  if (o.stiffness_N_per_m != 0 && o.natural_length_m == 0 && o.damping_N_s_per_m == 0 && o.preload_N == 0 && !o.spring_law &&
+      !o.damper_law) {
+    using Planar = LineWithEnds<PlanarVector>;
+    using Spatial = LineWithEnds<SpatialVector>;
+    if (is_spatial(builder, from, to))
+      builder.add(std::make_unique<AxialForce<CentralSpringLaw, Spatial>>(
+          "spring", name, CentralSpringLaw{path}, parts.numbers, Spatial(find_spatial_line(builder, path, from, to))));
+    else
+      builder.add(std::make_unique<AxialForce<CentralSpringLaw, Planar>>(
+          "spring", name, CentralSpringLaw{path}, parts.numbers, Planar(find_line(builder, path, from, to))));
+    return;
+  }
   add_axial_force(builder, "spring", name, parts.law, parts.numbers, from, to);
 }
 

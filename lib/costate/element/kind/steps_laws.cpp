@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "costate/base/error.h"
+#include "costate/element/course.h"
 #include "costate/scene/law_table.h"
 
 namespace costate {
@@ -14,6 +15,14 @@ SmoothStepsLaw::SmoothStepsLaw(std::vector<double> x) : x_(std::move(x)) {
   for (std::size_t i = 1; i < x_.size(); ++i)
     if (!(x_[i] > x_[i - 1]))
       throw ModelError("", fmt::format("'x' must increase strictly, found {} after {}.", x_[i], x_[i - 1]));
+}
+
+void StepsLaw::add_places(const double* p, LawPlaces& places) const {
+  for (int k = 0; k < n_; ++k) places.sharp.insert(places.sharp.end(), {p[1 + k], p[1 + k] + p[0]});
+}
+
+void SmoothStepsLaw::add_places(const double*, LawPlaces& places) const {
+  places.sharp.insert(places.sharp.end(), x_.begin(), x_.end());
 }
 
 double SmoothStepsLaw::primitive(double x, const double* p) const {

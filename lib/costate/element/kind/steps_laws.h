@@ -9,6 +9,7 @@
 
 #include <vector>
 
+#include "costate/element/course.h"
 #include "costate/element/kind/law_options.h"
 
 namespace costate {
@@ -21,7 +22,7 @@ S quintic_step(const S& s) {
 inline double quintic_step_integral(double s) { return s * s * s * s * (2.5 - 3 * s + s * s); }
 
 /// Numbers: the width, the n places, the n + 1 values.
-class StepsLaw final : public ScalarLawOf<StepsLaw> {
+class StepsLaw final : public ScalarLawOf<StepsLaw>, public PlacedLaw {
  public:
   explicit StepsLaw(int steps) : n_(steps) {}
   int number_count() const override { return 2 * n_ + 2; }
@@ -37,6 +38,7 @@ class StepsLaw final : public ScalarLawOf<StepsLaw> {
     }
     return sum;
   }
+  void add_places(const double* p, LawPlaces& places) const override;
   /// Exact: step by step.
   double integral(double x, const double* p) const override { return primitive(x, p) - primitive(0, p); }
 
@@ -56,7 +58,7 @@ class StepsLaw final : public ScalarLawOf<StepsLaw> {
 };
 
 /// Between neighbouring points y_k + (y_k+1 - y_k) h((x - x_k) / (x_k+1 - x_k)). Numbers: the levels y.
-class SmoothStepsLaw final : public ScalarLawOf<SmoothStepsLaw> {
+class SmoothStepsLaw final : public ScalarLawOf<SmoothStepsLaw>, public PlacedLaw {
  public:
   /// x strictly increasing, at least 2 entries; throws ModelError otherwise.
   explicit SmoothStepsLaw(std::vector<double> x);
@@ -74,6 +76,7 @@ class SmoothStepsLaw final : public ScalarLawOf<SmoothStepsLaw> {
     return S(p[k]) + (S(p[k + 1]) - S(p[k])) * quintic_step(s);
   }
 
+  void add_places(const double* p, LawPlaces& places) const override;
   /// Exact: interval by interval.
   double integral(double x, const double* p) const override { return primitive(x, p) - primitive(0, p); }
 

@@ -3,6 +3,7 @@
 #include "costate/element/constraint/tie_rod.h"
 #include "costate/element/kind/joint_axes.h"
 #include "costate/element/kind/lookup.h"
+#include "costate/mechanism/taken_number.h"
 #include "costate/scene/scene_kind.h"
 
 namespace costate {
@@ -12,7 +13,10 @@ void add_tie_rod(MechanismBuilder& builder, const std::string& name, const TieRo
   const SpatialVector d = find_spatial_line(builder, path, o.from, o.to);
   const int slide = find_coordinate(builder, path + ".slide", o.slide);
   const double first = (builder.first_position(d.to()) - builder.first_position(d.from())).norm();
-  const int length = builder.add_number(path + ".length_m", o.length_m.value_or(first), NumberRule::positive);
+  constexpr auto rule = NumberRule::positive;
+  const std::string key = path + ".length_m";
+  const int length = o.length_m ? builder.add_number(key, *o.length_m, rule)
+                                : add_number_of_line(builder, key, first, d.from(), d.to(), rule);
   builder.add(
       std::make_unique<TieRodConstraint>(name, d.from(), slide, d.to(), length, Vector3(o.direction.data())));
 }

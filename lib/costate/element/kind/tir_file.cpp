@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <cstdlib>
-#include <fstream>
+#include <cctype>
+#include <sstream>
+
+#include "costate/base/text_file.h"
 
 namespace costate {
 
@@ -22,10 +23,8 @@ std::string upper(std::string s) {
 }  // namespace
 
 TirFile TirFile::read(const std::string& path) {
-  std::ifstream in(path);
-  if (!in)
-    throw SceneError({path, 0, 0},
-                     "This tyre property file cannot be read. Its path is relative to the scene.");
+  std::istringstream in(
+      read_text_file(path, 16 << 20, "This tyre property file, whose path is relative to the scene,"));
   TirFile file;
   file.path_ = path;
   std::string line, section;
@@ -65,9 +64,8 @@ TirFile TirFile::read(const std::string& path) {
 
 double TirFile::number(const std::string& name) const {
   const std::string& text = values_.at(name).text;
-  char* end = nullptr;
-  const double x = std::strtod(text.c_str(), &end);
-  if (*end != 0 || !std::isfinite(x)) fail(name, fmt::format("must be a number, found '{}'.", text));
+  double x = 0;
+  if (!read_number(text, x)) fail(name, fmt::format("must be a number, found '{}'.", text));
   return x;
 }
 

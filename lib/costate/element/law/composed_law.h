@@ -1,12 +1,16 @@
 // Laws composed of other laws, their sum and product; and a sine whose frequency grows with time.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
+#include "costate/element/course.h"
 #include "costate/element/law/scalar_law.h"
 
 namespace costate {
 
 /// Sum or product of laws; numbers: those of the first, then those of the second, ...
-class ComposedLaw final : public ScalarLawOf<ComposedLaw> {
+class ComposedLaw final : public ScalarLawOf<ComposedLaw>, public PlacedLaw {
  public:
   enum class Operation { sum, product };
   ComposedLaw(Operation operation, std::vector<std::shared_ptr<const ScalarLaw>> parts)
@@ -23,6 +27,12 @@ class ComposedLaw final : public ScalarLawOf<ComposedLaw> {
   void add_curvature_jumps(const double* p, std::vector<double>& x) const override {
     for (const auto& part : parts_) {
       part->add_curvature_jumps(p, x);
+      p += part->number_count();
+    }
+  }
+  void add_places(const double* p, LawPlaces& places) const override {
+    for (const auto& part : parts_) {
+      add_law_places(*part, p, places);
       p += part->number_count();
     }
   }
@@ -62,9 +72,18 @@ class ComposedLaw final : public ScalarLawOf<ComposedLaw> {
 /// mean + amplitude sin(phase + omega_0 s + (omega_1 - omega_0) s^2 / (2 (x_1 - x_0))), s = x - x_0: its
 /// angular frequency is omega_0 at x_0 and omega_1 at x_1, linear throughout. Numbers: mean, amplitude, x_0,
 /// x_1, omega_0, omega_1, phase.
-class ChirpLaw final : public ScalarLawOf<ChirpLaw> {
+class ChirpLaw final : public ScalarLawOf<ChirpLaw>, public PlacedLaw {
  public:
   int number_count() const override { return 7; }
+  void add_places(const double* p, LawPlaces& places) const override {
+    constexpr int pieces = 32;
+    const double h = (places.to - places.from) / pieces, growth = (p[5] - p[4]) / (p[3] - p[2]);
+    const auto frequency = [&](double x) { return std::abs(p[4] + growth * (x - p[2])); };
+    for (int k = 0; k < pieces && p[1] != 0; ++k) {
+      const double from = places.from + k * h, most = std::max(frequency(from), frequency(from + h));
+      if (most > 0) places.waves.push_back({from, from + h, 6.283185307179586476925 / most});
+    }
+  }
 
   template <class S, class P>
   S physics(const S& x, const P* p) const {

@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "costate/base/error.h"
+#include "costate/element/course.h"
 
 namespace costate {
 
@@ -167,6 +170,106 @@ class FormulaLaw::Parser {
   std::size_t at_ = 0;
   int depth_ = 0, nesting_ = 0;
 };
+
+void FormulaLaw::add_places(const double* p, LawPlaces& places) const {
+  // Runs the program on c + s x; s is NaN where a term is not linear.
+  struct Linear {
+    double c = 0, s = 0;
+  };
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  Linear stack[kDepth + 1] = {};
+  Linear* top = stack;
+  bool linear = true;
+  const auto leave = [&](Linear& term, bool sine) {  // for a function that is not linear
+    if (term.s == 0) return;
+    linear = false;
+    if (std::isfinite(term.s)) {
+      places.sharp.push_back(-term.c / term.s);
+      if (sine) places.waves.push_back({places.from, places.to, 2 * std::numbers::pi / std::abs(term.s)});
+    }
+    term = {nan, nan};
+  };
+  for (const Step& step : program_) {
+    switch (step.op) {
+      case Op::constant:
+        *++top = {step.value, 0};
+        break;
+      case Op::variable:
+        *++top = {0, 1};
+        break;
+      case Op::number:
+        *++top = {p[step.index], 0};
+        break;
+      case Op::add:
+        --top;
+        top[0] = {top[0].c + top[1].c, top[0].s + top[1].s};
+        break;
+      case Op::subtract:
+        --top;
+        top[0] = {top[0].c - top[1].c, top[0].s - top[1].s};
+        break;
+      case Op::multiply:
+        --top;
+        if (top[0].s == 0)
+          top[0] = {top[0].c * top[1].c, top[0].c * top[1].s};
+        else if (top[1].s == 0)
+          top[0] = {top[1].c * top[0].c, top[1].c * top[0].s};
+        else {
+          leave(top[0], false);
+          leave(top[1], false);
+        }
+        break;
+      case Op::divide:
+        --top;
+        leave(top[1], false);
+        top[0] = {top[0].c / top[1].c, top[0].s / top[1].c};
+        break;
+      case Op::negate:
+        top[0] = {-top[0].c, -top[0].s};
+        break;
+      case Op::power:
+        --top;
+        leave(top[0], false);
+        leave(top[1], false);
+        top[0] = {std::pow(top[0].c, top[1].c), top[0].s + top[1].s};
+        break;
+      case Op::whole_power:
+        leave(top[0], false);
+        top[0].c = std::pow(top[0].c, step.index);
+        break;
+      case Op::sin:
+        leave(top[0], true);
+        top[0].c = std::sin(top[0].c);
+        break;
+      case Op::cos:
+      case Op::tan:
+        leave(top[0], true);
+        top[0].c = step.op == Op::cos ? std::cos(top[0].c) : std::tan(top[0].c);
+        break;
+      case Op::exp:
+        leave(top[0], false);
+        top[0].c = std::exp(top[0].c);
+        break;
+      case Op::log:
+        leave(top[0], false);
+        top[0].c = std::log(top[0].c);
+        break;
+      case Op::sqrt:
+        leave(top[0], false);
+        top[0].c = std::sqrt(top[0].c);
+        break;
+      case Op::tanh:
+        leave(top[0], false);
+        top[0].c = std::tanh(top[0].c);
+        break;
+      case Op::atan:
+        leave(top[0], false);
+        top[0].c = std::atan(top[0].c);
+        break;
+    }
+  }
+  if (!linear) places.search = true;
+}
 
 FormulaLaw::FormulaLaw(const std::string& text, std::vector<std::string> names) : names_(std::move(names)) {
   Parser(text, *this).read();

@@ -6,16 +6,19 @@
 #include <string>
 #include <vector>
 
+#include "costate/element/course.h"
 #include "costate/element/law/scalar_law.h"
 
 namespace costate {
 
-class FormulaLaw final : public ScalarLawOf<FormulaLaw> {
+class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
  public:
   /// `names`: of the law's numbers, in their order. Throws ModelError where the text is no formula of them,
   /// with the place in the text.
   FormulaLaw(const std::string& text, std::vector<std::string> names);
   int number_count() const override { return static_cast<int>(names_.size()); }
+  /// Of its terms linear in x: where they pass through zero, and over which length their sines repeat. The rest is searched.
+  void add_places(const double* p, LawPlaces& places) const override;
 
   template <class S, class P>
   S physics(const S& x, const P* p) const {

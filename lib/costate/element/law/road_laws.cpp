@@ -8,6 +8,7 @@
 #include <random>
 
 #include "costate/base/error.h"
+#include "costate/element/course.h"
 
 namespace costate {
 
@@ -46,6 +47,36 @@ void BumpLaw::add_ends(const double* p, std::vector<double>& x) const {
     add(start);
     if (k + 1 == count_ || spacing - p[2] > 1e-9 * spacing) add(start + p[2]);
   }
+}
+
+void BumpLaw::add_places(const double* p, LawPlaces& places) const { add_ends(p, places.sharp); }
+
+void SineSweepLaw::add_places(const double* p, LawPlaces& places) const {
+  constexpr int pieces = 16;
+  places.sharp.push_back(p[1]);
+  const double h = p[2] / pieces;
+  const auto add = [&](double from, double to, double wave_number) {
+    if (wave_number > 0 && from < to) places.waves.push_back({from, to, 1 / wave_number});
+  };
+  const auto number = [&](double y) { return std::abs(p[3] + (p[4] - p[3]) * y / p[2]); };
+  for (int k = 0; k < pieces; ++k)
+    add(p[1] + k * h, p[1] + (k + 1) * h, std::max(number(k * h), number((k + 1) * h)));
+  add(p[1] + p[2], places.to, std::abs(p[4]));
+}
+
+void SineSumLaw::add_places(const double* p, LawPlaces& places) const {
+  // The mean wave number, by slopes: sines as short as this make up for most of the change.
+  double heights = 0, slopes = 0;
+  for (int i = 0; i < options_.count; ++i) {
+    const double a = unit_amplitude(i), n = wave_number(i);
+    heights += a * a;
+    slopes += a * a * n * n;
+  }
+  if (p[0] > 0 && slopes > 0) places.waves.push_back({places.from, places.to, std::sqrt(heights / slopes)});
+}
+
+void ProfileTableLaw::add_places(const double*, LawPlaces& places) const {
+  places.knots.insert(places.knots.end(), x_.begin(), x_.end());
 }
 
 SineSumLaw::SineSumLaw(const SpectrumOptions& o) : options_(o) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "costate/element/course.h"
 #include "costate/element/law/from_derivatives.h"
 #include "costate/element/law/scalar_law.h"
 
@@ -16,7 +17,7 @@ inline constexpr double kTwoPi = 6.283185307179586476925;
 /// own distance 0 <= y < length, one every `spacing`. Numbers: height, start, length, spacing (the last one
 /// only of several bumps). The slope is continuous at the ends of the first shape, the curvature is not; the
 /// second has kinks there.
-class BumpLaw final : public ScalarLawOf<BumpLaw> {
+class BumpLaw final : public ScalarLawOf<BumpLaw>, public PlacedLaw {
  public:
   BumpLaw(int count, bool half_sine) : count_(count), half_sine_(half_sine) {}
   int number_count() const override { return count_ > 1 ? 4 : 3; }
@@ -26,6 +27,7 @@ class BumpLaw final : public ScalarLawOf<BumpLaw> {
   void add_curvature_jumps(const double* p, std::vector<double>& x) const override {
     if (!half_sine_) add_ends(p, x);
   }
+  void add_places(const double* p, LawPlaces& places) const override;
 
   template <class S, class P>
   S physics(const S& x, const P* p) const {
@@ -56,7 +58,7 @@ class BumpLaw final : public ScalarLawOf<BumpLaw> {
 /// A sin(2 pi (n0 y + (n1 - n0) y^2 / (2 length))) from y = x - start = 0 on; beyond `length` the wave number
 /// stays n1. Zero before, with a kink at the start unless n0 = 0. Numbers: amplitude, start, length, n0, n1
 /// (wave numbers in 1/m).
-class SineSweepLaw final : public ScalarLawOf<SineSweepLaw> {
+class SineSweepLaw final : public ScalarLawOf<SineSweepLaw>, public PlacedLaw {
  public:
   int number_count() const override { return 5; }
   void add_kinks(const double* p, std::vector<double>& x) const override {
@@ -66,6 +68,7 @@ class SineSweepLaw final : public ScalarLawOf<SineSweepLaw> {
     if (p[3] == 0) x.push_back(p[1]);
     x.push_back(p[1] + p[2]);
   }
+  void add_places(const double* p, LawPlaces& places) const override;
 
   template <class S, class P>
   S physics(const S& x, const P* p) const {
@@ -89,7 +92,7 @@ struct SpectrumOptions {
 };
 
 /// sum of A_i sin(2 pi n_i x + phi_i). Number: G0 = G(0.1 1/m) [m^3].
-class SineSumLaw final : public ScalarLawOf<SineSumLaw> {
+class SineSumLaw final : public ScalarLawOf<SineSumLaw>, public PlacedLaw {
  public:
   explicit SineSumLaw(const SpectrumOptions& options);
   int number_count() const override { return 1; }
@@ -106,6 +109,7 @@ class SineSumLaw final : public ScalarLawOf<SineSumLaw> {
     calc_sums(value_of(x), DerivativeOrder<S>::value, f);
     return S(sqrt(p[0])) * from_derivatives(x, f);
   }
+  void add_places(const double* p, LawPlaces& places) const override;
 
  private:
   /// f[k], k <= order: the k-th derivative of the sum at G0 = 1, by rotating exp(2 pi i n_i x) from one i to
@@ -121,7 +125,7 @@ class SineSumLaw final : public ScalarLawOf<SineSumLaw> {
 
 /// scale times the natural cubic spline through measured points, continued by its end tangents. Number:
 /// scale. The points are data, not numbers, so that there may be many of them.
-class ProfileTableLaw final : public ScalarLawOf<ProfileTableLaw> {
+class ProfileTableLaw final : public ScalarLawOf<ProfileTableLaw>, public PlacedLaw {
  public:
   /// x strictly increasing, at least 2 points; throws ModelError otherwise.
   ProfileTableLaw(std::vector<double> x, std::vector<double> y);
@@ -133,6 +137,7 @@ class ProfileTableLaw final : public ScalarLawOf<ProfileTableLaw> {
     calc_derivatives(value_of(x), f);
     return S(p[0]) * from_derivatives(x, f);
   }
+  void add_places(const double* p, LawPlaces& places) const override;
 
  private:
   void calc_derivatives(double x, double* f) const;

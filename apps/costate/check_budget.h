@@ -1,0 +1,46 @@
+// What a run inside 'costate check' may take: so many times the steps and the processor time of the reference. One that takes
+// more is cut: it is neither right nor wrong, and the others are not kept waiting.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <ctime>
+#include <stdexcept>
+
+#include "costate/sensitivity/problem.h"
+
+namespace costate::app {
+
+/// No costate::Error: nothing in between takes it for a failure of the run and tries something else.
+struct Cut : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+class Budget {
+ public:
+  /// Of the process, so that a busy machine cuts nothing.
+  static double processor_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+  /// From here on: at most `seconds` in all, and `steps` in each run.
+  void begin(double seconds, double steps) {
+    seconds_ = seconds;
+    steps_ = steps;
+    began_ = processor_s();
+  }
+  void unlimited() { seconds_ = steps_ = 0; }
+
+  /// Throws Cut.
+  void look(double t, long steps, bool backward) const {
+    const char* where = backward ? " on the way back" : "";
+    if (steps_ > 0 && static_cast<double>(steps) > steps_)
+      throw Cut(fmt::format("after {} steps at t = {:.4g} s{}, its limit of steps", steps, t, where));
+    if (seconds_ > 0 && processor_s() - began_ > seconds_)
+      throw Cut(fmt::format("after {:.2g} s of processor time at t = {:.4g} s{}", processor_s() - began_, t, where));
+  }
+
+ private:
+  double seconds_ = 0, steps_ = 0, began_ = 0;
+};
+
+}  // namespace costate::app

@@ -1,0 +1,191 @@
+#include "check_reference.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "costate/base/error.h"
+#include "costate/integrator/simulate.h"
+#include "costate/record/interrupt.h"
+#include "costate/sensitivity/method.h"
+
+namespace costate::app {
+
+namespace {
+
+constexpr const char* kMethod = "cvodes-forward";
+
+class ReferenceSearch {
+ public:
+  ReferenceSearch(const Problem& problem, const std::vector<double>& rho, double patience, Budget& budget)
+      : problem_(problem), rho_(rho), patience_(patience), budget_(budget) {
+    problem_.solver.integrator.clear();
+    problem_.solver.step_s = 0;
+  }
+
+  CheckReference find(const std::string& formulation) {
+    r_ = {};
+    y_ = &r_.yardstick;
+    y_->formulation = problem_.formulation = formulation;
+    y_->parameters = problem_.parameters;
+    base_ = timed(problem_, kMethod);
+    tighten();
+    y_->components = y_->components_of(y_->result);
+    y_->uncertainty = y_->components_of(base_);
+    for (std::size_t j = 0; j < y_->components.size(); ++j)
+      // The error falls by far more than ten over two or three digits of the tolerance.
+      y_->uncertainty[j] = y_->rtol < problem_.solver.rtol ? std::abs(y_->uncertainty[j] - y_->components[j]) / 10
+                                                           : 10 * y_->rtol * std::abs(y_->components[j]);
+    measure_cost();
+    measure_size();
+    const std::vector<double> own = y_->components_of(base_);
+    for (std::size_t j = 0; j < own.size(); ++j)
+      y_->own_error = std::max(y_->own_error, std::abs(own[j] - y_->components[j]) / y_->unit_of(j));
+    compare_with_differences();
+    budget_.unlimited();
+    return r_;
+  }
+
+ private:
+  /// A run whose cost is what the others are allowed a multiple of.
+  GradientResult timed(const Problem& p, const char* method) {
+    const double begin = Budget::processor_s();
+    GradientResult g = gradient(p, method, rho_);
+    r_.seconds = std::max(Budget::processor_s() - begin, kLeastSeconds);
+    r_.steps = std::max(static_cast<double>(g.counters.steps), kLeastSteps);
+    return g;
+  }
+  void allow(double share = 1) { budget_.begin(patience_ * share * r_.seconds, patience_ * r_.steps); }
+
+  void tighten() {
+    Problem tight = problem_;
+    std::string failure;
+    for (double rtol = std::max(1e-13, std::min(1e-11, problem_.solver.rtol * 1e-3)); rtol < 0.5 * problem_.solver.rtol;
+         rtol *= 10) {
+      tight.solver.rtol = rtol;
+      tight.solver.atol = rtol * problem_.solver.absolute() / problem_.solver.rtol;
+      allow();
+      try {
+        y_->result = timed(tight, kMethod);
+        y_->rtol = rtol;
+        return;
+      } catch (const SolverError& e) {
+        failure = e.what();
+      } catch (const Cut& e) {
+        failure = std::string("cut ") + e.what();
+      }
+    }
+    y_->result = base_;
+    y_->rtol = problem_.solver.rtol;
+    if (!failure.empty()) r_.note = fmt::format("The reference could not be run at a tighter tolerance: {}", failure);
+  }
+
+  /// What must not fail the check: it only makes it blunter.
+  template <class F>
+  std::string attempt(F&& f) {
+    try {
+      f();
+      return {};
+    } catch (const Interrupted&) {
+      throw;
+    } catch (const Error& e) {
+      return e.what();
+    } catch (const Cut& e) {
+      return std::string("cut ") + e.what();
+    }
+  }
+
+  /// Terms by their amounts, so that they do not cancel: sum |w_i| + integral of sum |g_i| dt, by trapezoids.
+  void measure_cost() {
+    constexpr int samples = 200;
+    const double t0 = problem_.solver.t_start, t1 = problem_.solver.t_end;
+    std::vector<double> times;
+    for (int i = 1; i <= samples; ++i) times.push_back(i == samples ? t1 : t0 + (t1 - t0) * i / samples);
+    allow();
+    attempt([&] {
+      simulate(problem_, rho_, times, [&](const PhysicalState& s, System& system) {
+        const Objective& o = system.objective();
+        double g = 0;
+        for (const auto& term : o.running) g += std::abs(term->value(s, system.assembly()));
+        y_->cost += g * (t1 - t0) / samples;
+        if (s.t >= t1)
+          for (const auto& term : o.terminal) y_->cost += std::abs(term->value(s, system.assembly()));
+      });
+    });
+    if (!std::isfinite(y_->cost)) y_->cost = 0;
+    y_->cost = std::max(y_->cost, std::abs(y_->result.psi));
+  }
+
+  /// Changes that differ from one parameter to the next: some motions do not know a common factor.
+  void measure_size() {
+    const auto& p = y_->parameters.parameters;
+    const auto largest = [&](const std::vector<double>& g) {
+      double size = 0;
+      for (std::size_t j = 0; j < g.size(); ++j) size = std::max(size, std::abs(g[j]) * p[j].scale);
+      return std::isfinite(size) ? size : 0;
+    };
+    y_->size = largest(y_->result.gradient);
+    std::vector<double> elsewhere = rho_;
+    for (std::size_t j = 0; j < p.size(); ++j)
+      elsewhere[j] += 0.01 * p[j].scale * std::cos(2.4 * static_cast<double>(j));
+    allow();
+    attempt([&] { y_->size = std::max(y_->size, largest(gradient(problem_, kMethod, elsewhere).gradient)); });
+  }
+
+  void compare_with_differences() {
+    Problem loose = problem_;  // they run as tightly as they can, and no looser than this
+    loose.solver.rtol = std::min(1e-10, problem_.solver.rtol);
+    loose.solver.atol = loose.solver.rtol * problem_.solver.absolute() / problem_.solver.rtol;
+    loose.solver.max_steps = std::min(loose.solver.max_steps, static_cast<long>(patience_ * r_.steps));
+    allow(kDifferencesShare);
+    GradientResult d;
+    const std::string failure = attempt([&] { d = gradient(loose, "differences", rho_); });
+    if (!failure.empty()) {
+      r_.note += fmt::format("{}The reference is not proven by differences: {}", r_.note.empty() ? "" : " ", failure);
+      return;
+    }
+    r_.proven = true;
+    const std::vector<double> c = y_->components_of(d);
+    double most = -1;
+    for (std::size_t j = 0; j < c.size(); ++j) {
+      const bool psi = j + 1 == c.size();
+      const double estimate = psi ? 0 : d.gradient_error[j] * y_->parameters.parameters[j].scale, unit = y_->unit_of(j);
+      double apart = std::abs(c[j] - y_->components[j]);
+      if (!std::isfinite(apart)) apart = std::numeric_limits<double>::infinity();
+      r_.apart = std::max(r_.apart, apart / unit);
+      r_.estimate = std::max(r_.estimate, estimate / unit);
+      const double beyond = apart / (10 * estimate + 1e-6 * unit);
+      if (beyond > most) r_.worst = y_->name(j);
+      most = std::max(most, beyond);
+      // Bounds both: what one knows is the smaller one.
+      y_->uncertainty[j] = std::min(y_->uncertainty[j], apart + estimate);
+    }
+    r_.agrees = most <= 1;
+  }
+
+  Problem problem_;
+  const std::vector<double>& rho_;
+  double patience_;
+  Budget& budget_;
+  GradientResult base_;
+  CheckReference r_;
+  Yardstick* y_ = nullptr;
+};
+
+}  // namespace
+
+CheckReference find_reference(const Problem& problem, const std::vector<double>& rho, bool redundant, double patience,
+                              Budget& budget) {
+  ReferenceSearch search(problem, rho, patience, budget);
+  try {
+    return search.find(redundant ? "augmented-lagrangian" : "baumgarte");
+  } catch (const ModelError&) {
+    return search.find("penalty");
+  } catch (const SolverError&) {
+    return search.find("penalty");
+  }
+}
+
+}  // namespace costate::app

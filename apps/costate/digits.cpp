@@ -1,0 +1,60 @@
+#include "digits.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace costate::app {
+
+std::string known_digits(double value, double uncertainty) {
+  if (!std::isfinite(value) || value == 0 || !(uncertainty > 0) || !std::isfinite(uncertainty))
+    return fmt::format("{:.12g}", value);
+  const int first = static_cast<int>(std::floor(std::log10(std::abs(value)))),
+            last = static_cast<int>(std::floor(std::log10(uncertainty) + 1e-9));
+  const int digits = std::clamp(first - last + 1, 1, 15), decimals = digits - 1 - first;
+  if (first < -5 || decimals < 0) return fmt::format("{:.{}e}", value, digits - 1);
+  return fmt::format("{:.{}f}", value, decimals);
+}
+
+Precision precision_of(const SolverOptions& solver, const std::string& integrator, long steps) {
+  Precision p;
+  if (integrator != "fixed") {
+    p.relative = solver.rtol;
+    p.run = fmt::format("rtol {:g}", solver.rtol);
+    p.note = fmt::format("no more digits than rtol {:g} can hold; --estimate-error tells how many are right", solver.rtol);
+    return p;
+  }
+  p.run = fmt::format("{} steps of {:.6g} s", steps, (solver.t_end - solver.t_start) / static_cast<double>(steps));
+  if (solver.step_s > 0) {
+    p.note = "of these steps, exactly; --estimate-error tells how far the integral is";
+  } else {
+    p.relative = 0.1 * std::sqrt(solver.rtol);
+    p.note = fmt::format("the step is chosen for an error of about {:.0e} of psi; --estimate-error measures it", p.relative);
+  }
+  return p;
+}
+
+double uncertainty_of(double value, double relative) {
+  if (!(relative > 0) || value == 0) return 0;
+  const double first = std::floor(std::log10(std::abs(value)));
+  return std::pow(10, first + 1 + std::ceil(std::log10(relative) - 1e-9));
+}
+
+std::vector<double> gradient_uncertainty(const std::vector<double>& gradient, const ParameterSelection& parameters,
+                                         double relative) {
+  double largest = 0;
+  for (std::size_t j = 0; j < gradient.size(); ++j)
+    largest = std::max(largest, std::abs(gradient[j]) * parameters.parameters[j].scale);
+  std::vector<double> u(gradient.size(), 0.0);
+  for (std::size_t j = 0; j < gradient.size(); ++j) u[j] = uncertainty_of(largest / parameters.parameters[j].scale, relative);
+  return u;
+}
+
+std::string psi_text(double psi, const Precision& precision, std::optional<double> estimate) {
+  if (estimate)
+    return fmt::format("psi = {} (estimated error {:.1e})", known_digits(psi, *estimate), *estimate);
+  return fmt::format("psi = {} ({})", known_digits(psi, uncertainty_of(psi, precision.relative)), precision.note);
+}
+
+}  // namespace costate::app

@@ -1,0 +1,35 @@
+// Accelerations, multipliers and all outputs at a state, found without the formulations: the equations of motion as a dense
+// matrix of the assembly's blocks M, Phi_q, Q and bias, solved by an orthogonal decomposition.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "costate/assembly/assembly.h"
+#include "costate/objective/output.h"
+#include "costate/sensitivity/problem.h"
+
+namespace costate::app {
+
+class IndependentState {
+ public:
+  /// A dense matrix of more unknowns would take too long.
+  static constexpr int kMostUnknowns = 500;
+  IndependentState(const Problem& problem, const std::vector<double>& rho);
+
+  /// All but the time: coordinates, NAME_dot, NAME_ddot, lambda.ROW, z.STATE, and what elements measure.
+  const std::vector<std::unique_ptr<Output>>& outputs() const { return outputs_; }
+  bool affordable() const { return assembly_.n() + assembly_.m() <= kMostUnknowns; }
+
+  /// Of (t, q, v, z) alone. `determined` (or null): which outputs the equations determine; with redundant rows multipliers
+  /// are not unique, nor is what depends on them.
+  std::vector<double> values(const StateView& s, std::vector<char>* determined = nullptr);
+
+ private:
+  std::vector<double> outputs_at(const StateView& s, const Eigen::VectorXd& x);
+  Assembly assembly_;
+  std::vector<std::unique_ptr<Output>> outputs_;
+};
+
+}  // namespace costate::app

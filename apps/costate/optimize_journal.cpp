@@ -1,0 +1,115 @@
+#include "optimize_journal.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "costate/record/json_number.h"
+
+namespace costate::app {
+
+namespace {
+
+std::vector<long*> fields_of(Counters& c) {
+  return {&c.steps, &c.residuals, &c.jacobians, &c.newton_iterations, &c.error_test_failures,
+          &c.convergence_failures, &c.backward_steps, &c.backward_residuals, &c.backward_jacobians,
+          &c.backward_newton_iterations, &c.backward_error_test_failures,
+          &c.backward_convergence_failures, &c.sensitivity_residuals, &c.factorizations,
+          &c.checkpoints, &c.simulations, &c.jumps, &c.position_iterations};
+}
+
+void require(bool good, const std::string& what) {
+  if (!good) throw Error(what);
+}
+
+std::vector<double> numbers(const nlohmann::json& j, std::size_t count, const std::string& what) {
+  std::vector<double> x = numbers_from_json(j);
+  require(x.size() == count, fmt::format("{} has {} entries where {} belong", what, x.size(), count));
+  for (const double v : x) require(std::isfinite(v), fmt::format("{} holds what is not finite", what));
+  return x;
+}
+
+OptimizerEvaluation evaluation_of(const nlohmann::json& j, std::size_t index, const ParameterSelection& selection,
+                                  std::size_t constraints) {
+  OptimizerEvaluation e;
+  const auto n = static_cast<std::size_t>(selection.size());
+  e.index = j.at("index").get<int>();
+  require(e.index == static_cast<int>(index), fmt::format("its index is {} where {} belongs", e.index, index));
+  e.rho = numbers(j.at("parameters"), n, "'parameters'");
+  for (std::size_t i = 0; i < n; ++i)
+    require(e.rho[i] >= selection.parameters[i].lower && e.rho[i] <= selection.parameters[i].upper,
+            fmt::format("{} = {} is outside of its bounds", selection.parameters[i].name, e.rho[i]));
+  e.psi = number_from_json(j.at("psi"));
+  e.projected_gradient = number_from_json(j.at("projected_gradient"));
+  e.wall_s = number_from_json(j.at("wall_s"));
+  e.failure = j.value("failure", "");
+  if (e.failed()) {
+    require(index > 1, "the first evaluation cannot be a failed one");
+  } else {
+    require(std::isfinite(e.psi) && std::isfinite(e.projected_gradient), "psi or the projected gradient is not finite");
+    e.gradient = numbers(j.at("gradient"), n, "'gradient'");
+    e.constraints = numbers(j.at("constraints"), constraints, "'constraints'");
+    const auto& rows = j.at("constraint_gradients");
+    require(rows.is_array() && rows.size() == constraints,
+            fmt::format("'constraint_gradients' has {} rows where {} belong", rows.size(), constraints));
+    for (const auto& g : rows) e.constraint_gradients.push_back(numbers(g, n, "'constraint_gradients'"));
+  }
+  const auto fields = fields_of(e.counters);
+  const auto names = counter_list(e.counters);
+  for (std::size_t i = 0; i < names.size() && i < fields.size(); ++i)
+    *fields[i] = j.at("counters").value(names[i].first, 0L);
+  return e;
+}
+
+}  // namespace
+
+nlohmann::json evaluation_record(const OptimizerEvaluation& e) {
+  nlohmann::json j;
+  j["index"] = e.index;
+  j["parameters"] = e.rho;
+  j["psi"] = e.psi;
+  j["gradient"] = e.gradient;
+  j["constraints"] = e.constraints;
+  j["constraint_gradients"] = e.constraint_gradients;
+  j["projected_gradient"] = e.projected_gradient;
+  for (const auto& [name, value] : counter_list(e.counters)) j["counters"][name] = value;
+  j["wall_s"] = e.wall_s;
+  if (e.failed()) j["failure"] = Json::parse(json_text(e.failure));  // valid UTF-8, whatever names it quotes
+  return j;
+}
+
+std::vector<OptimizerEvaluation> read_evaluations(Journal& journal, const ParameterSelection& parameters,
+                                                  std::size_t constraints) {
+  std::vector<OptimizerEvaluation> evaluations;
+  for (const auto& r : journal.records()) try {
+      evaluations.push_back(evaluation_of(r, evaluations.size() + 1, parameters, constraints));
+    } catch (const std::exception& e) {
+      journal.keep(evaluations.size(), e.what());
+      break;
+    }
+  return evaluations;
+}
+
+nlohmann::json journal_header(const Setup& setup, const std::vector<SceneFile>& files, const OptimizerOptions& o) {
+  nlohmann::json header;
+  header["scene"] = setup.scene.dump();
+  // Every byte of the files that the scene names is part of what the run is.
+  header["files"] = nlohmann::json::object();
+  for (const SceneFile& f : files)
+    if (!f.path.empty()) header["files"][f.path] = f.digest;
+  header["parameters"] = setup.problem.parameters.names();
+  header["formulation"] = setup.problem.formulation;
+  header["method"] = setup.method;
+  header["settings"] = nlohmann::json(settings_json(setup));
+  header["settings"].erase("scene");
+  header["settings"]["rtol"] = setup.problem.solver.rtol;
+  header["settings"]["integrator"] = setup.problem.solver.integrator;
+  header["optimize"] = {{"algorithm", o.algorithm},
+                        {"stop_value", with_nonfinite_as_text(o.stop_value)},
+                        {"relative_tolerance", o.relative_tolerance},
+                        {"gradient_tolerance", o.gradient_tolerance},
+                        {"step_limit_factor", o.step_limit_factor}};
+  return header;
+}
+
+}  // namespace costate::app

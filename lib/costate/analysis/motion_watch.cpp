@@ -1,0 +1,413 @@
+#include "costate/analysis/motion_watch.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "costate/analysis/row_space.h"
+#include "costate/base/error.h"
+
+namespace costate {
+
+namespace {
+// Steps between looks: within them a distance changes little.
+constexpr long kCadence = 4;
+// Points kept: those of two stretches between looks, with both ends.
+constexpr std::size_t kKept = 2 * kCadence + 2;
+// Added to the squares of the distances, so that a redundant row has a positive pivot: distances below 3e-7 are zero.
+constexpr double kShift = 1e-13;
+constexpr double kZero = 1e-6;
+// At the start: rounding in long chains, and a start found to its tolerance, leave a redundant row up to this.
+constexpr double kDependent = 1e-5;
+// A minimum is looked for below this distance; a row that was dependent and gets this far off is so no longer.
+constexpr double kSuspicious = 0.25;
+// Of the row scaled to 1: as `check` and the start have it.
+constexpr double kRankTolerance = 1e-9;
+constexpr int kGolden = 40;
+// What a run at rtol may drift by without a word, in parts of the row's own length: errors are usually 1 to 200 rtol, and a
+// formulation that does not take its drift back collects them.
+constexpr double kDriftWarning = 1e3;
+// Beyond this it is no longer the mechanism of the scene; a loose tolerance, or soft weights that the user chose, ask for more.
+constexpr double kTorn = 1e-3;
+constexpr double kMostTorn = 0.05;
+// A length below this part of the mechanism is the rounding of another, not the length of a row.
+constexpr double kLeastLength = 1e-6;
+
+bool ends_with(const std::string& text, const char* end) {
+  const std::string e = end;
+  return text.size() >= e.size() && text.compare(text.size() - e.size(), e.size(), e) == 0;
+}
+}  // namespace
+
+MotionWatch::MotionWatch(std::shared_ptr<const Mechanism> mechanism, const ParameterSelection& parameters,
+                         const double* rho, WatchSettings settings)
+    : assembly_(std::move(mechanism), parameters), settings_(std::move(settings)) {
+  assembly_.set_parameters(rho);
+  const Mechanism& mech = assembly_.mechanism();
+  const auto n = static_cast<std::size_t>(assembly_.n()), m = static_cast<std::size_t>(assembly_.m());
+  rows_ = mech.row_names();
+  for (const auto& c : mech.coordinates()) metric_.push_back(c.unit == "m");
+  metric_row_.assign(m, 0);
+  row_length_.assign(m, 0);
+  row_size_.assign(m, 0);
+  length_part_ = angle_part_ = row_size_;
+  redundant_.assign(m, 0);
+  distances_.assign(m, 1);
+  q_.assign(n, 0);
+  v_.assign(n, 0);
+  // Two branches of a motion at a distance d from each other violate the constraints by d^2 between them, and the rows are at
+  // the distance d from dependence: nearer than sqrt(tolerance), an integrator cannot tell them apart.
+  rank_limit_ = std::clamp(10 * std::sqrt(settings_.rtol), 1e-4, 3e-3);
+  drift_error_ = settings_.chosen_weight ? kMostTorn : std::clamp(kDriftWarning * settings_.rtol, kTorn, kMostTorn);
+  drift_warning_ = std::min(kDriftWarning * settings_.rtol, drift_error_);
+  const auto& J = assembly_.jacobian();
+  scaled_.resize(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(m));
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int j = 0; j < J.cols; ++j)
+    for (auto k = J.column_start[j]; k < J.column_start[j + 1]; ++k)
+      entries.emplace_back(j, static_cast<int>(J.row[k]), 1.0);
+  scaled_.setFromTriplets(entries.begin(), entries.end());
+  ring_.resize(kKept);
+  for (Point& p : ring_) {
+    p.q.resize(n);
+    p.v.resize(n);
+  }
+}
+
+std::string MotionWatch::with_unit(int row, double length) const {
+  return fmt::format("{:.3g} {}", length, metric_row_[row] ? "m" : "rad");
+}
+
+void MotionWatch::require_finite(double t, const double* q, const double* v) const {
+  const auto& c = assembly_.mechanism().coordinates();
+  for (int i = 0; i < assembly_.n(); ++i) {
+    if (!std::isfinite(q[i]))
+      throw SolverError(fmt::format("{} is {} at t = {:.9g} s: the motion cannot be computed this way.", c[i].name, q[i], t));
+    if (!std::isfinite(v[i]))
+      throw SolverError(
+          fmt::format("The velocity {}_dot is {} at t = {:.9g} s: the motion cannot be computed this way.", c[i].name, v[i], t));
+  }
+}
+
+void MotionWatch::begin(double t, const double* q, const double* v) {
+  require_finite(t, q, v);
+  const Mechanism& mech = assembly_.mechanism();
+  const auto& J = assembly_.jacobian();
+  // Lengths: of the mechanism, by its numbers and by how far its coordinates lie apart; of a row, by its own numbers.
+  double spread = 0, low = HUGE_VAL, high = -HUGE_VAL, largest = 0;
+  for (int i = 0; i < assembly_.n(); ++i)
+    if (metric_[i]) {
+      low = std::min(low, q[i]);
+      high = std::max(high, q[i]);
+    }
+  if (high > low) spread = high - low;
+  const auto& numbers = assembly_.numbers();
+  double longest = spread;
+  for (std::size_t k = 0; k < mech.numbers().size(); ++k) {
+    const std::string& path = mech.numbers()[k].path;
+    if (path.starts_with("point.") && ends_with(path, "_m")) longest = std::max(longest, std::abs(numbers[k]));
+  }
+  const double rounding = kLeastLength * longest;
+  for (std::size_t c = 0; c < mech.constraints().size(); ++c) {
+    const Constraint& element = *mech.constraints()[c];
+    double own = 0, other = 0;
+    for (const int k : element.numbers()) {
+      const std::string& path = mech.numbers()[k].path;
+      if (ends_with(path, "length_m") || ends_with(path, "radius_m"))
+        own = std::max(own, std::abs(numbers[k]));
+      else if (ends_with(path, "_m"))
+        other = std::max(other, std::abs(numbers[k]));
+    }
+    if (own <= rounding) own = spread > rounding ? std::min(other, spread) : other;
+    if (own <= rounding) continue;
+    largest = std::max(largest, own);
+    for (int r = 0; r < element.rows(); ++r) row_length_[mech.row_offsets()[c] + r] = own;
+  }
+  length_ = largest > 0 ? largest : longest > 0 ? longest : 1;
+  for (double& l : row_length_)
+    if (!(l > 0)) l = length_;
+  for (int j = 0; j < J.cols; ++j)
+    if (metric_[j])
+      for (auto k = J.column_start[j]; k < J.column_start[j + 1]; ++k) metric_row_[J.row[k]] = 1;
+  points_ = 0;
+  steps_ = 0;
+  samples_.clear();
+  sample(t, q, v);
+  for (std::size_t i = 0; i < redundant_.size(); ++i) redundant_[i] = distances_[i] < kDependent;
+  if (std::find(redundant_.begin(), redundant_.end(), 1) != redundant_.end()) refuse_dependent_rows(t);
+}
+
+void MotionWatch::refuse_dependent_rows(double t) {
+  if (settings_.carries_redundancy) return;
+  // The same rows, at full accuracy: each against all before it.
+  const Eigen::MatrixXd A = Eigen::MatrixXd(scaled_);
+  std::vector<std::string> names;
+  double nearest = 1;
+  for (Eigen::Index i = 0; i < A.cols(); ++i) {
+    if (!redundant_[static_cast<std::size_t>(i)]) continue;
+    Eigen::MatrixXd others(A.rows(), A.cols() - 1);
+    for (Eigen::Index k = 0, at = 0; k < A.cols(); ++k)
+      if (k != i) others.col(at++) = A.col(k);
+    Eigen::VectorXd rest = A.col(i);
+    if (others.cols() > 0) rest -= others * others.completeOrthogonalDecomposition().solve(A.col(i));
+    names.push_back(rows_[static_cast<std::size_t>(i)]);
+    nearest = std::min(nearest, rest.norm());
+  }
+  if (nearest < std::max(kRankTolerance, settings_.rtol))
+    throw SolverError(fmt::format(
+        "At t = {:.9g} s {} of {} constraint rows depend on the others, to within {:.1e} of 1 ({}), so that formulation '{}' "
+        "does not determine the accelerations. Remove what is redundant, or take a formulation that carries it: "
+        "augmented-lagrangian, penalty or maggi.",
+        t, names.size(), rows_.size(), nearest, fmt::join(names, ", "), settings_.formulation));
+  if (nearest > kZero) return;
+  near_dependent_.push_back(fmt::format(
+      "At t = {:.9g} s constraint rows depend on the others to within {:.1e} of 1 ({}): accelerations and reactions are "
+      "known to as many digits less.",
+      t, nearest, fmt::join(names, ", ")));
+}
+
+void MotionWatch::step(double t, const double* q, const double* v) {
+  require_finite(t, q, v);
+  Point& p = ring_[points_++ % kKept];
+  p.t = t;
+  std::copy(q, q + assembly_.n(), p.q.begin());
+  std::copy(v, v + assembly_.n(), p.v.begin());
+  if (++steps_ % kCadence == 0) sample(t, q, v);
+}
+
+void MotionWatch::finish(double t, const double* q, const double* v) {
+  require_finite(t, q, v);
+  if (assembly_.m() == 0) return;
+  if (points_ > 0 && ring_[(points_ - 1) % kKept].t < t) {
+    Point& p = ring_[points_++ % kKept];
+    p.t = t;
+    std::copy(q, q + assembly_.n(), p.q.begin());
+    std::copy(v, v + assembly_.n(), p.v.begin());
+  }
+  if (samples_.empty() || samples_.back().t < t) sample(t, q, v);
+  look_for_minima(true);
+}
+
+void MotionWatch::sample(double t, const double* q, const double* v) {
+  if (points_ == 0) {  // the start
+    Point& p = ring_[points_++];
+    p.t = t;
+    std::copy(q, q + assembly_.n(), p.q.begin());
+    std::copy(v, v + assembly_.n(), p.v.begin());
+  }
+  if (assembly_.m() == 0) return;
+  StateView s;
+  s.t = t;
+  s.q = q;
+  s.v = v;
+  assembly_.calc_constraints(s);
+  calc_distances(distances_);
+  look_at_drift(t, v);
+  if (samples_.size() < 3)
+    samples_.emplace_back();
+  else
+    std::rotate(samples_.begin(), samples_.begin() + 1, samples_.end());
+  samples_.back().t = t;
+  samples_.back().distance = distances_;
+  look_for_minima(false);
+}
+
+void MotionWatch::calc_distances(std::vector<double>& out) {
+  const auto& J = assembly_.jacobian();
+  std::fill(length_part_.begin(), length_part_.end(), 0.0);
+  std::fill(angle_part_.begin(), angle_part_.end(), 0.0);
+  for (int j = 0; j < J.cols; ++j)
+    for (auto k = J.column_start[j]; k < J.column_start[j + 1]; ++k)
+      (metric_[j] ? length_part_ : angle_part_)[J.row[k]] += assembly_.phi_q[k] * assembly_.phi_q[k];
+  for (std::size_t i = 0; i < row_size_.size(); ++i)
+    row_size_[i] = std::sqrt(length_part_[i] * length_ * length_ + angle_part_[i]);
+  // Phi_q by columns is its transpose by rows: the values of scaled_ are those of Phi_q in another order.
+  Eigen::SparseMatrix<double>& A = scaled_;
+  std::fill(A.valuePtr(), A.valuePtr() + A.nonZeros(), 0.0);
+  std::vector<int>& next = next_;
+  next.assign(A.outerIndexPtr(), A.outerIndexPtr() + A.cols());
+  for (int j = 0; j < J.cols; ++j)
+    for (auto k = J.column_start[j]; k < J.column_start[j + 1]; ++k) {
+      const auto i = static_cast<std::size_t>(J.row[k]);
+      A.valuePtr()[next[i]++] =
+          row_size_[i] > 0 ? assembly_.phi_q[k] * (metric_[j] ? length_ : 1.0) / row_size_[i] : 0.0;
+    }
+  normal_ = A.transpose() * A;  // zeros stay, so that the pattern does
+  if (!analyzed_) {
+    ldlt_.setShift(kShift);
+    ldlt_.analyzePattern(normal_);
+    analyzed_ = true;
+  }
+  ldlt_.factorize(normal_);
+  const auto d = ldlt_.vectorD();
+  const auto& P = ldlt_.permutationP().indices();
+  for (Eigen::Index i = 0; i < d.size(); ++i) {
+    const double square = d[P.size() > 0 ? P[i] : i];
+    out[static_cast<std::size_t>(i)] = square > 0 ? std::sqrt(square) : 0;
+  }
+}
+
+void MotionWatch::look_at_drift(double t, const double* v) {
+  for (int i = 0; i < assembly_.n(); ++i)
+    speed_ = std::max(speed_, std::abs(v[i]) / (metric_[i] ? length_ : 1.0));
+  std::vector<double>& phid = phid_;
+  phid.assign(assembly_.phi_t.begin(), assembly_.phi_t.end());
+  add_product(assembly_.jacobian(), assembly_.phi_q.data(), 1, v, phid.data());
+  for (int i = 0; i < assembly_.m(); ++i) {
+    const double l = row_length_[i], size = std::sqrt(length_part_[i] * l * l + angle_part_[i]);
+    if (!(size > 0)) continue;
+    const double off = std::abs(assembly_.phi[i]) / size, rate = std::abs(phid[i]) / size;
+    if (!std::isfinite(off) || !std::isfinite(rate))
+      throw SolverError(fmt::format("Constraint row '{}' is not finite at t = {:.9g} s.", rows_[i], t));
+    const double unit = metric_row_[i] ? l : 1.0;
+    if (off > worst_position_.relative) worst_position_ = {t, off, off * unit, i};
+    if (rate > worst_velocity_.relative) {
+      worst_velocity_ = {t, rate, rate * unit, i};
+      worst_speed_ = speed_;
+    }
+  }
+  if (worst_position_.relative > drift_error_) torn(worst_position_);
+}
+
+void MotionWatch::torn(const Drift& d) const {
+  throw SolverError(fmt::format(
+      "The constraints no longer hold at t = {:.9g} s: row '{}' is off by {}, {:.2g} % of its own length, by formulation '{}' at "
+      "rtol {:g}; {:.1g} % is the most that is let pass. {}",
+      d.t, rows_[d.row], with_unit(d.row, d.length), 100 * d.relative, settings_.formulation, settings_.rtol,
+      100 * drift_error_,
+      settings_.formulation.starts_with("penalty") || settings_.formulation == "augmented-lagrangian"
+          ? "The mechanism locks there, or its weights are too small: see the same run by baumgarte or maggi."
+          : "Take a smaller rtol, or a formulation that holds its constraints: baumgarte, index2 or maggi."));
+}
+
+void MotionWatch::look_for_minima(bool at_end) {
+  if (samples_.size() < 2) return;
+  const std::size_t last = samples_.size() - 1;
+  for (std::size_t i = 0; i < redundant_.size(); ++i) {
+    if (redundant_[i]) {
+      if (samples_[last].distance[i] < kSuspicious) continue;
+      // Dependent at the start, and no longer: the start was the singular position.
+      events_.push_back({samples_.front().t, static_cast<int>(i), 0});
+      redundant_[i] = 0;
+      continue;
+    }
+    const double c = samples_[last].distance[i], b = samples_[last - 1].distance[i];
+    if (at_end) {
+      if (c < kSuspicious && c < b) refine(static_cast<int>(i), samples_[last - 1].t, samples_[last].t);
+      continue;
+    }
+    if (!(b < kSuspicious) || !(b < c)) continue;
+    if (samples_.size() == 2) {  // beside the start
+      refine(static_cast<int>(i), samples_[0].t, samples_[1].t);
+    } else if (const double a = samples_[last - 2].distance[i]; b <= a && std::max(a, c) > 1.2 * b) {
+      refine(static_cast<int>(i), samples_[last - 2].t, samples_[last].t);
+    }
+  }
+}
+
+double MotionWatch::distance_at(int row, double t) {
+  // Hermite's cubic between the two steps around t.
+  const std::size_t kept = std::min(points_, kKept);
+  const auto point = [&](std::size_t back) -> const Point& { return ring_[(points_ - 1 - back) % kKept]; };
+  std::size_t back = 0;
+  while (back + 2 < kept && point(back + 1).t > t) ++back;
+  const Point &p1 = point(back), &p0 = point(std::min(back + 1, kept - 1));
+  const double h = p1.t - p0.t, x = h > 0 ? std::clamp((t - p0.t) / h, 0.0, 1.0) : 1;
+  const double h00 = (1 + 2 * x) * (1 - x) * (1 - x), h10 = x * (1 - x) * (1 - x), h01 = x * x * (3 - 2 * x),
+               h11 = x * x * (x - 1);
+  for (std::size_t j = 0; j < q_.size(); ++j)
+    q_[j] = h00 * p0.q[j] + h10 * h * p0.v[j] + h01 * p1.q[j] + h11 * h * p1.v[j];
+  StateView s;
+  s.t = t;
+  s.q = q_.data();
+  s.v = p1.v.data();
+  assembly_.calc_constraints(s);
+  calc_distances(distances_);
+  return distances_[static_cast<std::size_t>(row)];
+}
+
+void MotionWatch::refine(int row, double from, double to) {
+  // The least of the steps between, then golden sections around it: a distance that vanishes is V-shaped.
+  const std::size_t kept = std::min(points_, kKept);
+  std::vector<double> times;
+  for (std::size_t back = kept; back-- > 0;) {
+    const double t = ring_[(points_ - 1 - back) % kKept].t;
+    if (t >= from && t <= to) times.push_back(t);
+  }
+  if (times.size() < 2) return;
+  std::size_t least = 0;
+  double value = HUGE_VAL;
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    const double d = distance_at(row, times[k]);
+    if (d < value) {
+      value = d;
+      least = k;
+    }
+  }
+  double a = times[least > 0 ? least - 1 : 0], b = times[std::min(least + 1, times.size() - 1)], at = times[least];
+  constexpr double g = 0.6180339887498949;
+  double x1 = b - g * (b - a), x2 = a + g * (b - a), f1 = distance_at(row, x1), f2 = distance_at(row, x2);
+  for (int k = 0; k < kGolden && value >= kZero; ++k) {
+    const bool left = f1 < f2;
+    if (std::min(f1, f2) < value) {
+      value = std::min(f1, f2);
+      at = left ? x1 : x2;
+    }
+    if (left) {
+      b = x2;
+      x2 = x1;
+      f2 = f1;
+      x1 = b - g * (b - a);
+      f1 = distance_at(row, x1);
+    } else {
+      a = x1;
+      x1 = x2;
+      f1 = f2;
+      x2 = a + g * (b - a);
+      f2 = distance_at(row, x2);
+    }
+  }
+  if (value < rank_limit_) events_.push_back({at, row, value});
+}
+
+std::vector<std::string> MotionWatch::warnings() const {
+  std::vector<std::string> out = near_dependent_;
+  if (!events_.empty()) {
+    std::set<std::string> rows;
+    std::vector<double> times;
+    double nearest = 1;
+    for (const RankEvent& e : events_) {
+      rows.insert(rows_[e.row]);
+      nearest = std::min(nearest, e.distance);
+      if (times.empty() || e.t - times.back() > 1e-3 * std::abs(e.t)) times.push_back(e.t);
+    }
+    std::string when, which;
+    for (std::size_t k = 0; k < std::min<std::size_t>(3, times.size()); ++k)
+      when += fmt::format("{}{:.6g}", k ? ", " : "", times[k]);
+    if (times.size() > 3) when += fmt::format(" and {} times more, until {:.6g}", times.size() - 3, times.back());
+    std::size_t k = 0;
+    for (const std::string& r : rows)
+      if (k++ < 3) which += (which.empty() ? "" : ", ") + r;
+    if (rows.size() > 3) which += fmt::format(" and {} more", rows.size() - 3);
+    out.push_back(fmt::format(
+        "The mechanism passes a singular position at t = {} s: there row {} depends on the other constraints (to within {:.1e} "
+        "of 1). Behind it the motion may go on along more than one branch, which the equations do not choose: psi and its gradient "
+        "hold only if the run took the branch that is meant. Compare formulations (costate check), or take the singularity "
+        "out of the scene.",
+        when, which, nearest));
+  }
+  if (worst_position_.relative > drift_warning_)
+    out.push_back(fmt::format(
+        "The constraints drift: row '{}' is off by {} at t = {:.9g} s, {:.2g} of its own length, where rtol is {:g}; psi and its gradient "
+        "are no better than that. Formulations baumgarte, index2 and maggi hold them.",
+        rows_[worst_position_.row], with_unit(worst_position_.row, worst_position_.length), worst_position_.t,
+        worst_position_.relative, settings_.rtol));
+  return out;
+}
+
+}  // namespace costate

@@ -1,0 +1,40 @@
+#include "costate/analysis/start_remarks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "costate/analysis/mechanism_size.h"
+
+namespace costate {
+
+std::vector<std::string> start_remarks(const Assembly& assembly, const Start& start) {
+  constexpr double kFarMove = 0.5, kFarTurn = 1.57;
+  const Mechanism& m = assembly.mechanism();
+  std::vector<std::string> remarks;
+  if (m.starts_at_equilibrium()) return remarks;
+  const double extent = extent_of(assembly, start.q).value_or(1);
+  std::vector<std::pair<double, int>> far;
+  for (int i = 0; i < assembly.n(); ++i) {
+    const Coordinate& c = m.coordinates()[static_cast<std::size_t>(i)];
+    // The first value of an [angle] follows from its bar's points.
+    if (m.numbers()[static_cast<std::size_t>(c.position_number)].path.rfind("angle.", 0) == 0) continue;
+    const double limit = c.unit == "m" ? kFarMove * extent : kFarTurn;
+    const double moved = std::abs(start.q[i] - assembly.numbers()[static_cast<std::size_t>(c.position_number)]) / limit;
+    if (moved > 1) far.emplace_back(-moved, i);
+  }
+  std::sort(far.begin(), far.end());
+  for (std::size_t k = 0; k < std::min<std::size_t>(3, far.size()); ++k) {
+    const int i = far[k].second;
+    const Coordinate& c = m.coordinates()[static_cast<std::size_t>(i)];
+    remarks.push_back(fmt::format("The start has '{}' at {:.6g} {}, far from its first guess {:.6g} {}: the mechanism may be "
+                                  "assembled in another way than meant. Bring the guess nearer, or give the coordinate in "
+                                  "[start].",
+                                  c.name, start.q[i], c.unit,
+                                  assembly.numbers()[static_cast<std::size_t>(c.position_number)], c.unit));
+  }
+  return remarks;
+}
+
+}  // namespace costate

@@ -1,0 +1,252 @@
+#include "costate/formulation/law_joins.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "costate/base/error.h"
+#include "costate/element/course.h"
+#include "costate/element/force/angular_force.h"
+#include "costate/element/force/axial_force.h"
+#include "costate/element/point/planar_vector.h"
+#include "costate/element/point/spatial_vector.h"
+
+namespace costate {
+
+namespace {
+
+/// Of the largest value at the law's places: printed data joins pieces to this (element/kind/piecewise_law.h). Of its own size:
+/// what a driver's position may differ by, and what a parameter opens beyond rounding.
+constexpr double kForceJoin = 1e-3, kDriverJoin = 1e-6, kOpened = 1e-6;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// Of a parameter's scale: what shows whether it moves a place.
+constexpr double kMoved = 1e-3;
+/// Of drivers' pieces that are asked for; a law that repeats has more, all of one kind.
+constexpr std::size_t kMostPieces = 1000;
+
+double before(double x) { return std::nextafter(x, -kInfinity); }
+
+struct OwnedLaw {
+  const ScalarLaw* law;
+  int first;  // of its numbers among the element's
+  const char* key;
+};
+
+std::vector<OwnedLaw> laws_of(const Force& f) {
+  std::vector<OwnedLaw> laws;
+  const auto add = [&](const SpringDamperLaw& law) {
+    if (law.spring) laws.push_back({law.spring.get(), 4, "spring_law"});
+    if (law.damper) laws.push_back({law.damper.get(), 4 + (law.spring ? law.spring->number_count() : 0), "damper_law"});
+  };
+  if (const auto* planar = dynamic_cast<const AxialForce<SpringDamperLaw, PlanarVector>*>(&f)) add(planar->law());
+  if (const auto* spatial = dynamic_cast<const AxialForce<SpringDamperLaw, SpatialVector>*>(&f)) add(spatial->law());
+  if (const auto* angular = dynamic_cast<const AngularForce<SpringDamperLaw>*>(&f)) add(angular->law());
+  return laws;
+}
+
+std::vector<double> local(const Element& e, int first, int count, const std::vector<double>& numbers) {
+  std::vector<double> p;
+  for (int k = 0; k < count; ++k)
+    p.push_back(numbers[static_cast<std::size_t>(e.numbers()[static_cast<std::size_t>(first + k)])]);
+  return p;
+}
+
+struct Joint {
+  double x, left, right;
+};
+
+std::vector<Joint> joints_of(const Element& e, const OwnedLaw& owned, const std::vector<double>& numbers) {
+  const std::vector<double> p = local(e, owned.first, owned.law->number_count(), numbers);
+  LawPlaces places;
+  places.from = -1e300;
+  places.to = 1e300;
+  add_law_places(*owned.law, p.data(), places);
+  std::vector<Joint> joints;
+  for (const double x : places.sharp)
+    if (std::isfinite(x)) joints.push_back({x, owned.law->value(before(x), p.data()), owned.law->value(x, p.data())});
+  return joints;
+}
+
+double size_of(const std::vector<Joint>& joints) {
+  double size = 0;
+  for (const Joint& j : joints) size = std::max({size, std::abs(j.left), std::abs(j.right)});
+  return size;
+}
+
+/// The numbers with a parameter moved by a part of its scale.
+std::vector<double> moved(const Parameter& parameter, std::vector<double> numbers, double part = 1) {
+  for (const auto& [number, factor] : parameter.bindings)
+    numbers[static_cast<std::size_t>(number)] += part * factor * parameter.scale;
+  return numbers;
+}
+
+[[noreturn]] void refuse_parameter(const std::string& parameter, const char* what, const std::string& law, const char* at,
+                                   double x, const char* because) {
+  throw CapabilityError(fmt::format(
+      "Parameter '{}' opens a {} in the law '{}' at {} = {:g}, where its pieces meet now: {}. Bind the numbers of both sides to "
+      "the parameter so that they go on meeting, or take a law that is continuous whatever its numbers are (steps, "
+      "smooth_steps, table).",
+      parameter, what, law, at, x, because));
+}
+
+void require_joined_force(const Force& f, const OwnedLaw& law, const ParameterSelection& parameters,
+                          const std::vector<double>& numbers) {
+  const std::string name = fmt::format("{}.{}", f.path(), law.key);
+  const std::vector<Joint> now = joints_of(f, law, numbers);
+  const double size = size_of(now);
+  for (const Joint& j : now)
+    if (!(std::abs(j.right - j.left) <= kForceJoin * size))
+      throw CapabilityError(fmt::format(
+          "The law '{}' jumps from {:.6g} to {:.6g} at x = {:g}. Where a motion comes to that place, its force jumps at an "
+          "instant that moves with every parameter: no gradient here knows that. Let its pieces meet (joins = \"value\"), lead "
+          "over the jump within a width (a law of the kind 'steps'), or take the method 'differences'.",
+          name, j.left, j.right, j.x));
+  for (const auto& parameter : parameters.parameters) {
+    const std::vector<Joint> then = joints_of(f, law, moved(parameter, numbers));
+    if (then.size() != now.size()) continue;
+    for (std::size_t k = 0; k < now.size(); ++k) {
+      const double opened = (then[k].right - then[k].left) - (now[k].right - now[k].left);
+      // A place that moves is another matter: the law is continuous there still.
+      if (then[k].x == now[k].x && std::abs(opened) > kOpened * std::max(size, size_of(then)))
+        refuse_parameter(parameter.name, "jump", name, "x", now[k].x, "a force that jumps has no gradients here");
+    }
+  }
+}
+
+/// The constraint at rest at the origin: what its law of time alone makes of phi, phid and their derivatives.
+class AtRest {
+ public:
+  AtRest(const Constraint& c, const std::vector<double>& numbers)
+      : c_(c), p_(local(c, 0, static_cast<int>(c.numbers().size()), numbers)), zero_(kMaxLocal, 0.0) {}
+  const std::vector<double>& numbers() const { return p_; }
+  std::vector<double> phi(double t) const {
+    std::vector<double> r(static_cast<std::size_t>(c_.rows()), 0);
+    c_.calc_phi(state(t), r.data());
+    return r;
+  }
+  /// By a parameter, per its scale: phi, then phid.
+  std::vector<double> change(double t, const Parameter& parameter) const {
+    const auto rows = static_cast<std::size_t>(c_.rows());
+    std::vector<double> sum(2 * rows, 0);
+    for (const auto& [number, factor] : parameter.bindings)
+      for (std::size_t k = 0; k < p_.size(); ++k) {
+        if (c_.numbers()[k] != number) continue;
+        std::vector<double> phi(rows, 0), phid(rows, 0), phidd(rows, 0), reaction(kMaxLocal, 0);
+        c_.calc_number_partial(state(t), static_cast<int>(k), phi.data(), phid.data(), phidd.data(), reaction.data());
+        for (std::size_t i = 0; i < rows; ++i) {
+          sum[i] += factor * parameter.scale * phi[i];
+          sum[rows + i] += factor * parameter.scale * phid[i];
+        }
+      }
+    return sum;
+  }
+
+ private:
+  LocalState state(double t) const {
+    LocalState s;
+    s.t = t;
+    s.q = s.v = s.a = s.lambda = s.z = zero_.data();
+    s.p = p_.data();
+    return s;
+  }
+  const Constraint& c_;
+  std::vector<double> p_, zero_;
+};
+
+/// The largest of entries begin ... end of value(t) along the run and on both sides of the places.
+template <class Value>
+double largest(const Value& value, std::size_t begin, std::size_t end, const std::vector<double>& places, double t_start,
+               double t_end) {
+  constexpr int samples = 16;
+  double size = 0;
+  const auto look = [&](double t) {
+    const std::vector<double> x = value(t);
+    for (std::size_t i = begin; i < end; ++i) size = std::max(size, std::abs(x[i]));
+  };
+  for (int k = 0; k <= samples; ++k) look(t_start + (t_end - t_start) * k / samples);
+  for (const double t : places) {
+    look(before(t));
+    look(t);
+  }
+  return size;
+}
+
+/// Whether a and b differ by more than this in any of entries begin ... end.
+bool differ(const std::vector<double>& a, const std::vector<double>& b, std::size_t begin, std::size_t end, double allowed) {
+  for (std::size_t i = begin; i < end; ++i)
+    if (std::abs(b[i] - a[i]) > allowed) return true;
+  return false;
+}
+
+/// Where the pieces of a driver's law end within t_start < t < t_end.
+std::vector<double> places_of(const Constraint& c, const std::vector<double>& p, double t_start, double t_end) {
+  std::vector<double> places;
+  const auto* element = dynamic_cast<const CourseElement*>(&c);
+  if (!element) return places;
+  Course course(t_start, t_end);
+  element->add_course(p.data(), course);
+  course.for_each_end([&](double t) {
+    if (t > t_start && t < t_end) places.push_back(t);
+  });
+  std::sort(places.begin(), places.end());
+  places.erase(std::unique(places.begin(), places.end()), places.end());
+  if (places.size() > kMostPieces) places.resize(kMostPieces);
+  return places;
+}
+
+}  // namespace
+
+void require_joined_laws(const Mechanism& mechanism, const ParameterSelection& parameters,
+                         const std::vector<double>& numbers, double t_start, double t_end) {
+  for (const auto& f : mechanism.forces())
+    for (const OwnedLaw& law : laws_of(*f)) require_joined_force(*f, law, parameters, numbers);
+  for (const auto& c : mechanism.constraints()) {
+    if (!c->rheonomic()) continue;
+    const AtRest rest(*c, numbers);
+    std::vector<double> kinks;
+    c->add_kinks(rest.numbers().data(), kinks);
+    const auto rows = static_cast<std::size_t>(c->rows());
+    const std::vector<double> places = places_of(*c, rest.numbers(), t_start, t_end);
+    if (places.empty()) continue;
+    for (const auto& parameter : parameters.parameters) {
+      const auto change = [&](double t) { return rest.change(t, parameter); };
+      const double of_phi = kOpened * largest(change, 0, rows, places, t_start, t_end),
+                   of_phid = kOpened * largest(change, rows, 2 * rows, places, t_start, t_end);
+      // A place that the parameter moves is another matter (fixed_times.h). Moved by little: courses halve the way to a place,
+      // and the half of the way to one that has moved twice as far is where it was.
+      const std::vector<double> p = local(*c, 0, static_cast<int>(c->numbers().size()), moved(parameter, numbers, kMoved)),
+                                then = places_of(*c, p, t_start, t_end);
+      for (const double t : places) {
+        if (std::find(then.begin(), then.end(), t) == then.end()) continue;
+        const std::vector<double> left = change(before(t)), right = change(t);
+        const bool jump = differ(left, right, 0, rows, of_phi),
+                   kink = std::find(kinks.begin(), kinks.end(), t) == kinks.end() && differ(left, right, rows, 2 * rows, of_phid);
+        if (jump || kink)
+          refuse_parameter(parameter.name, jump ? "jump" : "kink", c->path(), "t", t, "what is driven would have to jump");
+      }
+    }
+  }
+}
+
+void require_joined_drivers(const Mechanism& mechanism, const std::vector<double>& numbers, double t_start, double t_end) {
+  for (const auto& c : mechanism.constraints()) {
+    if (!c->rheonomic()) continue;
+    const AtRest rest(*c, numbers);
+    const std::vector<double> places = places_of(*c, rest.numbers(), t_start, t_end);
+    if (places.empty()) continue;
+    const double allowed = kDriverJoin * largest([&](double t) { return rest.phi(t); }, 0,
+                                                 static_cast<std::size_t>(c->rows()), places, t_start, t_end);
+    for (const double t : places) {
+      const std::vector<double> left = rest.phi(before(t)), right = rest.phi(t);
+      if (differ(left, right, 0, left.size(), allowed))
+        throw CapabilityError(fmt::format("The law of '{}' jumps at t = {:g} s, its constraint from {:.6g} to {:.6g}: what is "
+                                          "driven cannot. Let its pieces meet there to {:g} of their values.",
+                                          c->path(), t, left[0], right[0], kDriverJoin));
+    }
+  }
+}
+
+}  // namespace costate

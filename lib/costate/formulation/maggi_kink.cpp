@@ -1,0 +1,69 @@
+#include "costate/formulation/maggi_kink.h"
+
+#include <algorithm>
+
+namespace costate {
+
+namespace {
+class MaggiBalance final : public ImpulseBalance {
+ public:
+  explicit MaggiBalance(MaggiLevel& level) : level_(level) {}
+  void prepare(const StateView& s) override { level_.assembly().calc_dynamics(s); }
+  void solve(double* b) override { level_.solve_impulses(b); }
+
+ private:
+  MaggiLevel& level_;
+};
+}  // namespace
+
+MaggiKink::MaggiKink(MaggiLevel& level)
+    : level_(level), jump_(level.assembly(), std::make_unique<MaggiBalance>(level)) {
+  weights_.resize(level.assembly());
+}
+
+void MaggiKink::cross(double t_after, double* zd) {
+  const double* v = jump_.calc(level_.state(), t_after);
+  const auto& independent = level_.independent();
+  for (std::size_t i = 0; i < independent.size(); ++i) zd[i] = v[independent[i]];
+  level_.invalidate();
+}
+
+void MaggiKink::tangent(double t_after, double* const* s, int count) {
+  const int n = level_.assembly().n(), nz = level_.assembly().nz(), f = level_.freedoms();
+  const auto width = static_cast<std::size_t>(2 * n + nz);
+  level_.push(s, count, false, true);
+  std::vector<double> y(width * static_cast<std::size_t>(count));
+  std::vector<double*> columns;
+  for (int j = 0; j < count; ++j) {
+    double* c = y.data() + static_cast<std::size_t>(j) * width;
+    std::copy_n(level_.dq(j), n, c);
+    std::copy_n(level_.dv(j), n, c + n);
+    std::copy_n(s[j] + 2 * f, nz, c + 2 * n);
+    columns.push_back(c);
+  }
+  jump_.tangent(level_.state(), t_after, columns.data(), count);
+  const auto& independent = level_.independent();
+  for (int j = 0; j < count; ++j)
+    for (int i = 0; i < f; ++i) s[j][f + i] = columns[static_cast<std::size_t>(j)][n + independent[static_cast<std::size_t>(i)]];
+  level_.invalidate();
+}
+
+const ScalarGradient& MaggiKink::adjoint(double t_after, const double* mu, double* gradient) {
+  const int n = level_.assembly().n(), nz = level_.assembly().nz(), f = level_.freedoms();
+  std::vector<double> w(static_cast<std::size_t>(2 * n + nz), 0);
+  const auto& independent = level_.independent();
+  for (int i = 0; i < f; ++i) {
+    w[static_cast<std::size_t>(independent[static_cast<std::size_t>(i)])] = mu[i];
+    w[static_cast<std::size_t>(n + independent[static_cast<std::size_t>(i)])] = mu[f + i];
+  }
+  std::copy(mu + 2 * f, mu + 2 * f + nz, w.begin() + 2 * n);
+  jump_.adjoint(level_.state(), t_after, w.data(), gradient);
+  level_.invalidate();
+  weights_.set_zero();
+  std::copy_n(w.data(), n, weights_.q.data());
+  std::copy_n(w.data() + n, n, weights_.v.data());
+  std::copy_n(w.data() + 2 * n, nz, weights_.z.data());
+  return weights_;
+}
+
+}  // namespace costate

@@ -1,0 +1,40 @@
+#include "costate/objective/folded_angle.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <utility>
+
+#include "costate/base/error.h"
+
+namespace costate {
+
+bool folds(const Output& output) {
+  return output.unit() == "rad" && (output.name().ends_with(".yaw") || output.name().ends_with(".roll"));
+}
+
+void watch_fold(const Output& output, const Assembly& assembly, double t, double value) {
+  struct Seen {
+    double t, value;
+  };
+  // A system has an assembly of its own, and its runs begin anew at an earlier time.
+  constexpr std::size_t most = 256;
+  thread_local std::map<std::pair<const Assembly*, const Output*>, Seen> seen;
+  const auto key = std::pair(&assembly, &output);
+  const auto at = seen.find(key);
+  if (at != seen.end() && at->second.t < t && std::abs(value - at->second.value) > std::numbers::pi) {
+    const Seen before = at->second;
+    seen.erase(at);
+    throw CapabilityError(fmt::format(
+        "'{}' in the running cost passes half a turn at t = {:.6g} s, where it jumps from {:.4g} to {:.4g} rad: the integral "
+        "would be that of a sawtooth whose jumps no gradient knows. Take an output that goes on (a rate such as "
+        "omega_global_z, or the angle of a joint), or end the run before.",
+        output.name(), t, before.value, value));
+  }
+  if (at == seen.end() && seen.size() >= most) seen.clear();
+  seen[key] = {t, value};
+}
+
+}  // namespace costate

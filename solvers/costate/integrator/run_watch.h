@@ -1,0 +1,39 @@
+// The watch over one run (analysis/motion_watch.h), fed with the steps that an integrator accepts; its errors end the run,
+// its warnings are
+// notices (base/notice.h).
+#pragma once
+
+#include "costate/analysis/motion_watch.h"
+#include "costate/integrator/adjoint_growth.h"
+#include "costate/integrator/adjoint_invariant.h"
+#include "costate/integrator/segment.h"
+#include "costate/sensitivity/problem.h"
+
+namespace costate {
+
+class RunWatch {
+ public:
+  RunWatch(const Problem& problem, const std::vector<double>& rho, System& system);
+
+  /// The run's start, each accepted step, its end; y in the system's terms.
+  void begin(double t, const double* y) { look(&MotionWatch::begin, t, y); }
+  StepSink sink();
+  void finish(double t, const double* y) { look(&MotionWatch::finish, t, y); }
+  /// Tells what was noticed, and refuses a psi or a gradient that is no number.
+  void conclude(const GradientResult& result) const;
+  /// Whether psi and its gradient have digits, by what the adjoint says of errors of the size of the tolerance: a notice
+  /// where they are few, SolverError where there is none. And whether the adjoint kept what it must keep: else a notice.
+  void judge(const GradientResult& result, const AdjointGrowth& growth, const AdjointInvariant& invariant) const;
+
+ private:
+  void look(void (MotionWatch::*what)(double, const double*, const double*), double t, const double* y);
+  MotionWatch watch_;
+  System& system_;
+  const Problem& problem_;
+  long steps_ = 0;
+};
+
+/// Throws SolverError naming what is not finite.
+void require_finite(const Problem& problem, const GradientResult& result);
+
+}  // namespace costate

@@ -1,0 +1,40 @@
+#include "costate/integrator/unknown_sizes.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace costate {
+
+double length_size(const Mechanism& mechanism) {
+  double largest = 0;
+  const auto is_length = [](const std::string& path) {  // "length_m", but neither "..._N_per_m" nor "..._N_m"
+    return path.ends_with("_m") && !path.ends_with("_per_m") && !path.ends_with("_N_m");
+  };
+  for (const Number& n : mechanism.numbers())
+    if (is_length(n.path)) largest = std::max(largest, std::abs(n.value));
+  for (const Coordinate& c : mechanism.coordinates())
+    if (c.unit == "m")
+      largest = std::max(largest, std::abs(mechanism.numbers()[static_cast<std::size_t>(c.position_number)].value));
+  if (largest >= 0.1 || largest == 0) return 1;
+  return std::pow(10.0, std::floor(std::log10(largest)) + 1);
+}
+
+std::vector<double> unknown_sizes(const System& system) {
+  const double length = length_size(system.assembly().mechanism());
+  std::vector<double> sizes;
+  for (const Unknown& u : system.unknowns()) sizes.push_back(u.unit == "m" || u.unit.starts_with("m/") ? length : 1);
+  return sizes;
+}
+
+void fill_absolute_tolerances(const System& system, double atol, int size, double* out) {
+  const auto sizes = unknown_sizes(system);
+  std::fill(out, out + size, atol * cost_size(system));
+  for (std::size_t i = 0; i < sizes.size(); ++i) out[i] = atol * sizes[i];
+}
+
+double cost_size(const System& system) {
+  const double length = length_size(system.assembly().mechanism());
+  return length * length;
+}
+
+}  // namespace costate

@@ -1,0 +1,25 @@
+// How large the unknowns of a mechanism are, for absolute tolerances: one number in SI units for every unknown would
+// leave a mechanism of micrometres without digits.
+#pragma once
+
+#include <vector>
+
+#include "costate/formulation/system.h"
+
+namespace costate {
+
+/// The unit of length of a mechanism's tolerances [m]: 1 for mechanisms of 0.1 m and more, of which nothing changes; for
+/// smaller ones the power of ten next above their largest length. Steps of ten, so that it hardly ever moves with a
+/// parameter, and the scene's own numbers, so that it does not at all within a scene.
+double length_size(const Mechanism& mechanism);
+
+/// One an unknown: that length for what is measured in m, m/s or m/s^2, else 1.
+std::vector<double> unknown_sizes(const System& system);
+
+/// atol times these in the first entries of `out`, and of the cost in those behind the system's unknowns, up to `size`.
+void fill_absolute_tolerances(const System& system, double atol, int size, double* out);
+
+/// Of the cost's quadrature, whose unit the cost does not tell: the smallest that a square of lengths can have.
+double cost_size(const System& system);
+
+}  // namespace costate

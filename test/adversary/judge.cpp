@@ -1,0 +1,227 @@
+#include "judge.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "costate/base/error.h"
+#include "costate/integrator/simulate.h"
+#include "costate/sensitivity/method.h"
+#include "costate/sensitivity/scene_problem.h"
+
+namespace costate::adversary {
+
+namespace {
+
+std::string one_line(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  std::replace(text.begin(), text.end(), '\t', ' ');
+  return text.substr(0, 300);
+}
+
+/// Where runs carry warnings, theirs; so that this file can be read before they did.
+template <class Result>
+std::string warnings_of(const Result& r) {
+  std::string text;
+  if constexpr (requires { r.warnings; })
+    for (const auto& w : r.warnings) text += w + " ";
+  return text;
+}
+
+}  // namespace
+
+const char* name_of(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::agreed:
+      return "agreed";
+    case Outcome::warned:
+      return "warned";
+    case Outcome::refused:
+      return "refused";
+    case Outcome::failed:
+      return "failed";
+    case Outcome::unjudged:
+      return "unjudged";
+    case Outcome::wrong:
+      return "WRONG";
+    case Outcome::crashed:
+      return "CRASHED";
+    case Outcome::hung:
+      return "HUNG";
+  }
+  return "";
+}
+
+std::vector<std::pair<std::string, std::string>> combinations() {
+  std::vector<std::pair<std::string, std::string>> list;
+  for (const Formulation& f : formulations())
+    for (const SensitivityMethod& m : sensitivity_methods())
+      if (m.name != "differences" && refusal(m, f).empty()) list.emplace_back(f.name, m.name);
+  return list;
+}
+
+Finding run_gradient(const std::string& text, const std::string& formulation, const std::string& method,
+                     const Truth& truth, double allowed) {
+  Finding f;
+  f.run = formulation + " x " + method;
+  try {
+    const Scene scene = Scene::parse(text, "adversary.toml");
+    Problem problem = make_problem(scene);
+    problem.formulation = formulation;
+    problem.solver.integrator.clear();
+    const GradientResult r = gradient(problem, method, problem.parameters.values());
+    bool finite = std::isfinite(r.psi);
+    for (const double g : r.gradient) finite = finite && std::isfinite(g);
+    const std::string warnings = warnings_of(r);
+    if (!truth.known) {
+      f.outcome = finite ? Outcome::unjudged : Outcome::wrong;
+      f.message = finite ? one_line(warnings) : "a result that is not finite";
+      return f;
+    }
+    const bool discrete = method.rfind("discrete", 0) == 0;
+    double size = 0, largest = 0;
+    for (std::size_t j = 0; j < truth.gradient.size(); ++j)
+      size = std::max(size, std::abs(truth.gradient[j]) * truth.scales[j]);
+    size = std::max(size, 1e-3 * truth.psi_scale);
+    std::string worst;
+    for (std::size_t j = 0; j < truth.gradient.size(); ++j) {
+      const double e =
+          (std::abs(r.gradient[j] - truth.gradient[j]) - 10 * truth.uncertainty[j]) * truth.scales[j] / size;
+      if (!(e <= largest)) {
+        largest = std::isfinite(e) ? e : HUGE_VAL;
+        worst = fmt::format("parameter {}: {:.9g}, right {:.9g}", j, r.gradient[j], truth.gradient[j]);
+      }
+    }
+    const double psi_error =
+        std::abs(r.psi - truth.psi) / std::max(std::abs(truth.psi), 1e-3 * truth.psi_scale);
+    if (!(psi_error <= largest)) {
+      largest = std::isfinite(psi_error) ? psi_error : HUGE_VAL;
+      worst = fmt::format("psi {:.9g}, right {:.9g}", r.psi, truth.psi);
+    }
+    f.error = largest;
+    // A discrete gradient is that of its own psi, of second order in its step.
+    const bool right = largest <= (discrete ? 100 * allowed : allowed);
+    f.outcome = right ? Outcome::agreed : !warnings.empty() ? Outcome::warned : Outcome::wrong;
+    f.message = one_line((right ? "" : worst) + (warnings.empty() ? "" : "; warned: " + warnings));
+  } catch (const CapabilityError& e) {
+    f.outcome = Outcome::refused;
+    f.message = one_line(e.what());
+  } catch (const SolverError& e) {
+    f.outcome = Outcome::failed;
+    f.message = one_line(e.what());
+  } catch (const Error& e) {
+    f.outcome = Outcome::refused;
+    f.message = one_line(e.what());
+  } catch (const std::exception& e) {
+    f.outcome = Outcome::crashed;
+    f.message = one_line(std::string("raw exception: ") + e.what());
+  }
+  return f;
+}
+
+Truth truth_by_rereading(const std::string& text, const std::vector<std::string>& paths) {
+  Truth truths[2];
+  const char* by[] = {"baumgarte", "maggi"};
+  for (int k = 0; k < 2; ++k) {
+    Truth& truth = truths[k];
+    try {
+      const auto psi = [&](const std::vector<std::string>& overrides) {
+        const Scene scene = Scene::parse(text, "adversary.toml", overrides);
+        Problem problem = make_problem(scene);
+        problem.formulation = by[k];
+        problem.solver.integrator = "cvodes";
+        problem.solver.rtol = 1e-11;
+        problem.solver.max_steps = 200000;
+        return simulate(problem, problem.parameters.values()).psi;
+      };
+      const Scene scene = Scene::parse(text, "adversary.toml");
+      const ParameterSelection selection = scene.mechanism()->select(paths);
+      const std::vector<double> values = selection.values();
+      truth.psi = psi({});
+      for (std::size_t j = 0; j < paths.size(); ++j) {
+        const double scale = std::max(selection.parameters[j].scale, std::abs(values[j])), h = 1e-3 * scale;
+        double d[2];
+        for (const int half : {1, 2})
+          d[half - 1] = (psi({fmt::format("{}={:.17g}", paths[j], values[j] + h / half)}) -
+                         psi({fmt::format("{}={:.17g}", paths[j], values[j] - h / half)})) /
+                        (2 * h / half);
+        truth.gradient.push_back((4 * d[1] - d[0]) / 3);
+        truth.uncertainty.push_back(std::abs(d[1] - truth.gradient.back()));
+        truth.scales.push_back(scale);
+      }
+      truth.known = true;
+    } catch (const Error&) {
+      return {};
+    }
+  }
+  Truth& truth = truths[0];
+  truth.psi_scale = std::abs(truth.psi);
+  double size = 1e-3 * truth.psi_scale;
+  for (std::size_t j = 0; j < truth.gradient.size(); ++j)
+    size = std::max(size, std::abs(truth.gradient[j]) * truth.scales[j]);
+  for (std::size_t j = 0; j < truth.gradient.size(); ++j) {
+    truth.uncertainty[j] =
+        std::max(truth.uncertainty[j], std::abs(truth.gradient[j] - truths[1].gradient[j]));
+    if (!(truth.uncertainty[j] * truth.scales[j] < 2e-5 * size)) truth.known = false;
+  }
+  if (!(std::abs(truth.psi - truths[1].psi) <= 1e-6 * std::max(std::abs(truth.psi), 1e-300)))
+    truth.known = false;
+  return truth;
+}
+
+std::vector<Finding> in_child(const std::function<std::vector<Finding>()>& f, int seconds) {
+  int ends[2];
+  if (pipe(ends) != 0) throw Error("A pipe cannot be made.");
+  const pid_t child = fork();
+  if (child < 0) throw Error("A process cannot be started.");
+  if (child == 0) {
+    close(ends[0]);
+    alarm(static_cast<unsigned>(seconds));
+    std::string text;
+    for (const Finding& x : f())
+      text += fmt::format("{}\t{}\t{:.3g}\t{}\n", static_cast<int>(x.outcome), x.run, x.error, x.message);
+    for (std::size_t at = 0; at < text.size();) {
+      const ssize_t n = write(ends[1], text.data() + at, text.size() - at);
+      if (n <= 0) break;
+      at += static_cast<std::size_t>(n);
+    }
+    _exit(0);
+  }
+  close(ends[1]);
+  std::string text;
+  char buffer[4096];
+  for (ssize_t n; (n = read(ends[0], buffer, sizeof buffer)) > 0;)
+    text.append(buffer, static_cast<std::size_t>(n));
+  close(ends[0]);
+  int status = 0;
+  waitpid(child, &status, 0);
+  std::vector<Finding> list;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream fields(line);
+    std::string outcome, error;
+    Finding x;
+    std::getline(fields, outcome, '\t');
+    std::getline(fields, x.run, '\t');
+    std::getline(fields, error, '\t');
+    std::getline(fields, x.message);
+    x.outcome = static_cast<Outcome>(std::stoi(outcome));
+    x.error = std::strtod(error.c_str(), nullptr);
+    list.push_back(x);
+  }
+  if (WIFSIGNALED(status))
+    list.push_back({WTERMSIG(status) == SIGALRM ? Outcome::hung : Outcome::crashed, "the whole case", 0,
+                    fmt::format("ended by signal {}", WTERMSIG(status))});
+  else if (WEXITSTATUS(status) != 0)
+    list.push_back(
+        {Outcome::crashed, "the whole case", 0, fmt::format("ended with status {}", WEXITSTATUS(status))});
+  return list;
+}
+
+}  // namespace costate::adversary

@@ -1,0 +1,219 @@
+// The standing adversary: random mechanisms, every formulation and gradient method, oracles that share
+// nothing with them.
+//
+//   costate_adversary --cases 5000 [--seed 1] [--combinations 3]   the table; status 1 if anything was wrong
+//   without a word costate_adversary --case 4711 [--scene]                        one case again, with every
+//   combination
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <random>
+
+#include "judge.h"
+#include "kinds.h"
+#include "truss.h"
+#include "truss_motion.h"
+
+using namespace costate::adversary;
+
+namespace {
+
+constexpr int kSeconds = 60;  // for one case
+
+struct Options {
+  long cases = 200, first = 1, one = -1;
+  int combinations = 3;
+  bool scene = false, quiet = false;
+};
+
+Truth truth_of(const Truss& t) {
+  const Reference r = reference(t);
+  Truth truth;
+  if (!r.found) return truth;
+  double size = 0;
+  for (const Bar& b : t.bars) size = std::max(size, b.length);
+  size = size > 0 ? size : 1;
+  truth.psi = r.psi;
+  truth.psi_scale = 0;
+  for (const Cost& c : t.costs) {
+    const double y = c.rate ? std::max(r.speed, 1e-3 * size) : size;
+    truth.psi_scale += std::abs(c.weight) * (c.terminal ? y : y * y * t.t_end);
+  }
+  truth.gradient = r.gradient;
+  truth.uncertainty = r.gradient_error;
+  double largest = 1e-3 * truth.psi_scale;
+  for (const Parameter& p : t.parameters) truth.scales.push_back(t.scale(p));
+  for (std::size_t j = 0; j < truth.gradient.size(); ++j)
+    largest = std::max(largest, std::abs(truth.gradient[j]) * truth.scales[j]);
+  truth.known = r.regularity > 1e-3;
+  // Where differences do not settle, the motion depends too strongly on its numbers for them to judge by.
+  for (std::size_t j = 0; j < truth.gradient.size(); ++j)
+    if (!(truth.uncertainty[j] * truth.scales[j] < 2e-4 * largest)) truth.known = false;
+  return truth;
+}
+
+std::vector<Finding> try_truss(const Truss& t, const Truth& truth,
+                               std::vector<std::pair<std::string, std::string>> chosen,
+                               std::mt19937_64& engine) {
+  std::vector<Finding> list;
+  for (const auto& [formulation, method] : chosen) {
+    list.push_back(run_gradient(t.scene(), formulation, method, truth));
+  }
+  // The same motion, mirrored, turned or renamed.
+  if (!chosen.empty()) {
+    const auto& [formulation, method] = chosen.front();
+    const int which = static_cast<int>(engine() % 3);
+    const Truss other = which == 0 ? t.mirrored() : which == 1 ? t.turned() : t.renamed();
+    Truth same = truth;
+    if (which != 2)
+      for (std::size_t j = 0; j < same.gradient.size(); ++j) {
+        const Parameter& p = t.parameters[j];
+        int axis = -1;
+        if (p.kind == Parameter::Kind::position || p.kind == Parameter::Kind::velocity ||
+            p.kind == Parameter::Kind::gravity)
+          axis = p.axis;
+        if (p.kind == Parameter::Kind::force) axis = t.forces[static_cast<std::size_t>(p.element)].axis;
+        if (axis == which) same.gradient[j] = -same.gradient[j];
+      }
+    Finding f = run_gradient(other.scene(), formulation, method, same);
+    f.run += which == 0 ? ", mirrored" : which == 1 ? ", turned" : ", renamed";
+    list.push_back(f);
+  }
+  return list;
+}
+
+std::vector<Finding> try_case(long number, const Options& options) {
+  std::mt19937_64 engine(static_cast<std::uint64_t>(number) * 77 + 5);
+  auto chosen = combinations();
+  if (options.one < 0) {
+    std::shuffle(chosen.begin(), chosen.end(), engine);
+    chosen.resize(std::min<std::size_t>(chosen.size(), static_cast<std::size_t>(options.combinations)));
+  }
+  if (number % 4 != 0) {
+    const Truss t = random_truss(static_cast<std::uint64_t>(number));
+    if (options.scene) fmt::print("{}", t.scene());
+    std::fflush(stdout);
+    return try_truss(t, truth_of(t), chosen, engine);
+  }
+  const KindScene scene = random_kind_scene(static_cast<std::uint64_t>(number));
+  if (options.scene) fmt::print("# [{}]\n{}", scene.kind, scene.text);
+  if (scene.text.empty()) return {};
+  const Truth truth = truth_by_rereading(scene.text, scene.parameters);
+  std::vector<Finding> list;
+  for (const auto& [formulation, method] : chosen) {
+    list.push_back(run_gradient(scene.text, formulation, method, truth));
+    list.back().run += " on [" + scene.kind + "]";
+  }
+  return list;
+}
+
+bool bad(const Finding& f) {
+  return f.outcome == Outcome::wrong || f.outcome == Outcome::crashed || f.outcome == Outcome::hung;
+}
+
+/// A smaller truss that is wrong in the same run.
+Truss shrink(Truss t, const std::string& run) {
+  const auto cut = run.find(" x ");
+  const std::string formulation = run.substr(0, cut);
+  const std::string method = run.substr(cut + 3, run.find_first_of(", ", cut + 3) - cut - 3);
+  const auto still = [&](const Truss& s) {
+    const auto found = in_child(
+        [&] { return std::vector<Finding>{run_gradient(s.scene(), formulation, method, truth_of(s))}; },
+        kSeconds);
+    return std::any_of(found.begin(), found.end(), bad);
+  };
+  if (!still(t)) return t;
+  for (bool smaller = true; smaller;) {
+    smaller = false;
+    for (const Truss& s : t.smaller())
+      if (still(s)) {
+        t = s;
+        smaller = true;
+        break;
+      }
+  }
+  return t;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options o;
+  for (int i = 1; i < argc; ++i) {
+    const auto is = [&](const char* name) { return std::strcmp(argv[i], name) == 0 && i + 1 < argc; };
+    if (is("--cases"))
+      o.cases = std::atol(argv[++i]);
+    else if (is("--seed"))
+      o.first = std::atol(argv[++i]);
+    else if (is("--combinations"))
+      o.combinations = std::atoi(argv[++i]);
+    else if (is("--case"))
+      o.one = std::atol(argv[++i]);
+    else if (std::strcmp(argv[i], "--scene") == 0)
+      o.scene = true;
+    else if (std::strcmp(argv[i], "--quiet") == 0)
+      o.quiet = true;
+    else {
+      fmt::print(stderr,
+                 "usage: {} [--cases N] [--seed N] [--combinations N] [--case N [--scene]] [--quiet]\n",
+                 argv[0]);
+      return 2;
+    }
+  }
+  if (o.one >= 0) {
+    const auto found = in_child(
+        [&] {
+          auto list = try_case(o.one, o);
+          std::fflush(stdout);
+          return list;
+        },
+        10 * kSeconds);
+    for (const Finding& f : found)
+      fmt::print("{:<9} {:<50} {:9.1e}  {}\n", name_of(f.outcome), f.run, f.error, f.message);
+    for (const Finding& f : found)
+      if (f.outcome == Outcome::wrong && o.one % 4 != 0 && f.run.find(',') == std::string::npos) {
+        fmt::print("\n# the smallest scene on which {} is still wrong\n{}", f.run,
+                   shrink(random_truss(static_cast<std::uint64_t>(o.one)), f.run).scene());
+        break;
+      }
+    return std::any_of(found.begin(), found.end(), bad) ? 1 : 0;
+  }
+  std::map<Outcome, long> counts;
+  std::map<std::string, std::map<Outcome, long>> by_run;
+  const auto begin = std::chrono::steady_clock::now();
+  long none = 0;
+  for (long i = o.first; i < o.first + o.cases; ++i) {
+    const auto found = in_child([&] { return try_case(i, o); }, kSeconds);
+    if (found.empty()) ++none;
+    for (const Finding& f : found) {
+      ++counts[f.outcome];
+      ++by_run[f.run.substr(0, f.run.find(" x "))][f.outcome];
+      if (bad(f))
+        fmt::print("case {}: {} {} {:.1e} {}\n", i, name_of(f.outcome), f.run, f.error, f.message);
+      else if (!o.quiet && f.outcome == Outcome::failed)
+        fmt::print("case {}: failed {} {}\n", i, f.run, f.message);
+    }
+    std::fflush(stdout);
+  }
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  fmt::print("\n{} cases from seed {}, {:.0f} s ({} gave no scene)\n\n| runs |", o.cases, o.first, seconds,
+             none);
+  const Outcome all[] = {Outcome::agreed,   Outcome::warned, Outcome::refused, Outcome::failed,
+                         Outcome::unjudged, Outcome::wrong,  Outcome::crashed, Outcome::hung};
+  for (const Outcome x : all) fmt::print(" {} |", name_of(x));
+  fmt::print("\n|---|---|---|---|---|---|---|---|---|\n| all |");
+  for (const Outcome x : all) fmt::print(" {} |", counts[x]);
+  fmt::print("\n");
+  for (auto& [run, c] : by_run) {
+    fmt::print("| {} |", run);
+    for (const Outcome x : all) fmt::print(" {} |", c[x]);
+    fmt::print("\n");
+  }
+  const long wrong = counts[Outcome::wrong] + counts[Outcome::crashed] + counts[Outcome::hung];
+  // A runner that judged nothing has shown nothing.
+  return wrong > 0 || counts[Outcome::agreed] == 0 ? 1 : 0;
+}

@@ -1,0 +1,149 @@
+// What jumps at an instant that the motion decides is no matter for gradients: forces that jump, angles that fold back, and laws
+// whose pieces a parameter would part are refused by name, with the place or the time.
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+
+#include "costate/base/error.h"
+#include "costate/integrator/simulate.h"
+#include "costate/sensitivity/method.h"
+#include "costate/sensitivity/scene_problem.h"
+
+using namespace costate;
+using Catch::Contains;
+
+namespace {
+
+std::string case_path(const std::string& name) { return fmt::format("{}/test/cases/{}.toml", COSTATE_SOURCE_DIR, name); }
+
+Problem case_problem(const std::string& name, const std::vector<std::string>& changes = {}) {
+  return make_problem(Scene::load(case_path(name), changes));
+}
+
+/// One of each family: they share the look at the scene, not the course of the run.
+const std::vector<std::pair<const char*, const char*>>& methods() {
+  static const std::vector<std::pair<const char*, const char*>> all = {
+      {"index1", "idas-adjoint"},     {"index1", "idas-forward"},  {"baumgarte", "cvodes-adjoint"},
+      {"penalty", "hand-adjoint"},    {"maggi", "hand-tangent"},   {"index3", "discrete-adjoint"}};
+  return all;
+}
+
+template <class Matcher>
+void check_refused(Problem problem, const Matcher& message) {
+  const auto rho = problem.parameters.values();
+  for (const auto& [formulation, method] : methods()) {
+    INFO(formulation << " " << method);
+    problem.formulation = formulation;
+    CHECK_THROWS_WITH(gradient(problem, method, rho), message);
+  }
+}
+
+/// A driven carriage whose law is in two pieces.
+std::string driven(const std::string& parameter, const std::string& coefficients) {
+  return fmt::format(R"([body.carriage]
+x_m = 0
+y_m = 0
+angle_rad = 0
+mass_kg = 2
+inertia_kg_m2 = 0.1
+
+[driver.push]
+coordinate = "carriage.x"
+law = {{ kind = "piecewise", breaks = [0.4], coefficients = {}, joins = "none" }}
+
+[start]
+given = ["carriage.y", "carriage.angle"]
+
+[[cost.terminal]]
+kind = "value"
+output = "carriage.x"
+
+[parameter.p]
+{}
+
+[run]
+t_end_s = 1
+parameters = ["p"]
+)",
+                     coefficients, parameter);
+}
+
+Problem driven_problem(const std::string& parameter, const std::string& coefficients = "[[0.05, 0.5], [0.05, 0.1, 1]]") {
+  return make_problem(Scene::parse(driven(parameter, coefficients), "driven.toml"));
+}
+
+}  // namespace
+
+TEST_CASE("a force that jumps is refused in gradients, with its law and place") {
+  Problem problem = case_problem("force_that_jumps");
+  check_refused(problem, Contains("'spring.s.spring_law' jumps from 0 to 2 at x = 0.5") && Contains("joins = \"value\""));
+  // Runs go on, and differences of runs know the jump.
+  const auto rho = problem.parameters.values();
+  CHECK_NOTHROW(simulate(problem, rho));
+  CHECK_NOTHROW(gradient(problem, "differences", rho));
+  // The same inside other laws.
+  for (const char* law :
+       {R"(spring.s.spring_law={kind="scaled",slope=2,nominal_slope=1,law={kind="piecewise",breaks=[0.5],coefficients=[[0],[2]],joins="none"}})",
+        R"law(spring.s.spring_law={kind="formula",formula="atan(1/(x-0.5))"})law",
+        R"(spring.s.spring_law={kind="sum",terms=[{kind="piecewise",breaks=[0.5],coefficients=[[0],[2]],joins="none"},{kind="polynomial",coefficients=[0,1]}]})"}) {
+    Problem nested = make_problem(
+        Scene::load(case_path("force_that_jumps"), {law, R"(parameter.F.number="mass.bob.mass_kg")"}), {"point.P.vx_m_per_s"});
+    CHECK_THROWS_WITH(gradient(nested, "idas-adjoint", nested.parameters.values()),
+                      Contains("'spring.s.spring_law' jumps") && Contains("x = 0.5"));
+  }
+}
+
+TEST_CASE("a force law whose pieces meet passes; a parameter that parts them is refused") {
+  const std::string law =
+      R"(spring.s.spring_law={kind="piecewise",breaks=[0.5],coefficients=[[0,1],[-0.5,2]],joins="value"})";
+  Problem passes = make_problem(Scene::load(case_path("force_that_jumps"), {law}), {"point.P.vx_m_per_s"});
+  CHECK_NOTHROW(gradient(passes, "idas-adjoint", passes.parameters.values()));
+  Problem parted =
+      make_problem(Scene::load(case_path("force_that_jumps"), {law}), {"spring.s.spring_law.coefficients[1][1]"});
+  check_refused(parted, Contains("'spring.s.spring_law.coefficients[1][1]' opens a jump in the law 'spring.s.spring_law'") &&
+                            Contains("x = 0.5"));
+}
+
+TEST_CASE("a parameter that parts the pieces of a driver's law is refused, at its time") {
+  // 0.05 + 0.5 t and 0.05 + 0.1 t + t^2 meet at 0.25 m.
+  check_refused(driven_problem(R"(number = "driver.push.law.coefficients[1][0]")"),
+                Contains("Parameter 'p' opens a jump in the law 'driver.push' at t = 0.4"));
+  // Both sides together: still a law that meets.
+  Problem both = driven_problem(
+      R"(numbers = ["driver.push.law.coefficients[0][0]", "driver.push.law.coefficients[1][0]"])");
+  const GradientResult r = gradient(both, "idas-adjoint", both.parameters.values());
+  CHECK(r.gradient[0] == Catch::Detail::Approx(1).margin(1e-6));
+}
+
+TEST_CASE("a driver whose position jumps is refused in every run") {
+  Problem problem = driven_problem(R"(number = "body.carriage.mass_kg")", "[[0, 0.5], [0.3, 0.5]]");
+  for (const char* formulation : {"index1", "baumgarte", "maggi"}) {
+    problem.formulation = formulation;
+    CHECK_THROWS_WITH(simulate(problem, problem.parameters.values()),
+                      Contains("'driver.push' jumps at t = 0.4 s"));
+  }
+  problem.solver.t_end = 0.3;  // not reached
+  CHECK_NOTHROW(simulate(problem, problem.parameters.values()));
+}
+
+TEST_CASE("an angle that folds back in a running cost is refused at the time it does") {
+  // 2 rad/s from 0: half a turn at pi/2 s.
+  Problem problem = case_problem("yaw");
+  const auto rho = problem.parameters.values();
+  CHECK_THROWS_WITH(simulate(problem, rho), Contains("'b.yaw'") && Contains("half a turn at t = 1.5"));
+  check_refused(problem, Contains("'b.yaw'") && Contains("half a turn at t = 1."));
+  // Before that, psi = integral of w t = w T^2 / 2.
+  problem.solver.t_end = 1.5;
+  const GradientResult r = gradient(problem, "idas-adjoint", rho);
+  CHECK(r.gradient[0] == Catch::Detail::Approx(1.125).epsilon(1e-6));
+}
+
+TEST_CASE("a bushing that is turned past half a turn is refused at the time it is") {
+  Problem problem = case_problem("bush");
+  const auto rho = problem.parameters.values();
+  for (const char* formulation : {"index1", "baumgarte", "maggi"}) {
+    INFO(formulation);
+    problem.formulation = formulation;
+    CHECK_THROWS_WITH(simulate(problem, rho), Contains("bushing.bu") && Contains("half a turn"));
+  }
+}

@@ -1,0 +1,115 @@
+// The watch over runs: torn constraints, ranks that change, drift, what is no number; and no alarm where all is well.
+#include <catch2/catch.hpp>
+
+#include <filesystem>
+
+#include "costate/base/error.h"
+#include "costate/base/notice.h"
+#include "costate/integrator/simulate.h"
+#include "costate/sensitivity/method.h"
+#include "costate/sensitivity/scene_problem.h"
+
+using namespace costate;
+using Catch::Matchers::Contains;
+
+namespace {
+
+Problem case_of(const std::string& name, const std::string& formulation, const std::vector<std::string>& overrides = {}) {
+  Problem p = make_problem(Scene::load(COSTATE_SOURCE_DIR "/test/cases/" + name + ".toml", overrides));
+  if (!formulation.empty()) p.formulation = formulation;
+  return p;
+}
+
+GradientResult simulated(const Problem& p) { return simulate(p, p.parameters.values()); }
+
+std::string all_notices() {
+  std::string text;
+  for (const auto& sentence : take_notices()) text += sentence + "\n";
+  return text;
+}
+
+/// What a run ends with: its error, or its notices.
+template <class Run>
+std::string said(const Run& run) {
+  take_notices();
+  try {
+    run();
+  } catch (const Error& e) {
+    take_notices();
+    return std::string("error: ") + e.what();
+  }
+  return all_notices();
+}
+
+}  // namespace
+
+TEST_CASE("watch: a mechanism that locks is not torn in silence") {
+  // The crank turns where the rocker cannot follow; penalties stretch a bar of 0.5 m by 0.11 m.
+  for (const char* formulation : {"penalty", "augmented-lagrangian"}) {
+    INFO(formulation);
+    const Problem p = case_of("locked_linkage", formulation);
+    const std::string text = said([&] { simulated(p); });
+    CHECK_THAT(text, Contains("error: "));
+    if (std::string(formulation) == "penalty")
+      CHECK_THAT(text, Contains("no longer hold at t = ") && Contains(" m, ") && Contains("row '"));
+  }
+  CHECK_THAT(said([] { simulated(case_of("chain_locks", "penalty")); }), Contains("error: ") && Contains("no longer hold"));
+}
+
+TEST_CASE("watch: a change point is named, between steps too") {
+  // A parallelogram of sides 1, 2, 1 on a base of 2 lies flat where the left bar's angle is 0 or pi.
+  for (const auto& [formulation, method] :
+       {std::pair("baumgarte", "cvodes-adjoint"), std::pair("baumgarte", "idas-adjoint"), std::pair("index1", "cvodes-forward"),
+        std::pair("maggi", "cvodes-adjoint")}) {
+    INFO(formulation << " " << method);
+    const Problem p = case_of("change_point", formulation);
+    CHECK_THAT(said([&] { gradient(p, method, p.parameters.values()); }), Contains("passes a singular position at t = "));
+    CHECK_THAT(said([&] { simulated(p); }), Contains("passes a singular position at t = ") && Contains("bar."));
+  }
+  // As long as it does not get there, nothing is said.
+  Problem before = case_of("change_point", "baumgarte");
+  before.solver.t_end = 0.05;
+  CHECK(said([&] { simulated(before); }) == "");
+}
+
+TEST_CASE("watch: rows that nearly depend on each other are refused by name") {
+  for (const char* formulation : {"index1", "baumgarte", "index2"}) {
+    INFO(formulation);
+    const Problem p = case_of("red_13", formulation);
+    CHECK_THAT(said([&] { simulated(p); }), Contains("error: ") && Contains("depend on the others") && Contains("distance.d"));
+  }
+  // Formulations that carry them say what is right, which the parallelogram's one degree of freedom gives: 0.18228.
+  const Problem p = case_of("red_13", "augmented-lagrangian");
+  CHECK(simulated(p).psi == Approx(0.18228).epsilon(1e-4));
+}
+
+TEST_CASE("watch: index 1 says that it drifts, and the default does not drift") {
+  const Problem drifting = case_of("longp", "index1", {"run.t_end_s=100"});
+  CHECK_THAT(said([&] { simulated(drifting); }), Contains("drift") && Contains("bar.rod.length"));
+  const Problem p = case_of("longp", "", {"run.t_end_s=100"});
+  GradientResult r;
+  CHECK(said([&] { r = gradient(p, "idas-adjoint", p.parameters.values()); }) == "");
+  // From runs at rtol 1e-12; what phase errors of a hundred seconds leave at rtol 1e-8 is some 1e-3 of it.
+  CHECK(r.gradient[0] == Approx(-3.723).epsilon(3e-3));
+}
+
+TEST_CASE("watch: what is no number is an error") {
+  const Problem p = case_of("discrete_nan", "index3");
+  GradientResult r;
+  const std::string text = said([&] { r = gradient(p, "discrete-adjoint", p.parameters.values()); });
+  if (text.find("error: ") == std::string::npos)
+    for (const double g : r.gradient) CHECK(std::isfinite(g));
+}
+
+TEST_CASE("watch: the models run without a warning, but where they pass singular positions") {
+  for (const char* name : {"five_bar/five_bar", "pendulum/pendulum", "slider_crank/slider_crank", "golden_car/golden_car",
+                           "damped_pendulum/damped_pendulum", "bricard/bricard", "rigid_body/dzhanibekov"}) {
+    INFO(name);
+    const Problem p = make_problem(Scene::load(std::string(COSTATE_MODELS_DIR "/") + name + ".toml"));
+    CHECK(said([&] { simulated(p); }) == "");
+  }
+  Problem windows = make_problem(Scene::load(COSTATE_MODELS_DIR "/n_four_bar/n_four_bar_2.toml"));
+  windows.formulation = "maggi";
+  windows.solver.t_end = 1;  // the uprights lie flat at 0.71 s
+  CHECK_THAT(said([&] { simulated(windows); }), Contains("passes a singular position at t = 0.71"));
+}

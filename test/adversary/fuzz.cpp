@@ -28,6 +28,7 @@
 #include "costate/scene/scene.h"
 #include "costate/scene/scene_kind.h"
 #include "costate/sensitivity/scene_problem.h"
+#include "support/paths.h"
 
 namespace fs = std::filesystem;
 using namespace costate;

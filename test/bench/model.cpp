@@ -8,6 +8,7 @@
 
 #include "costate/base/error.h"
 #include "costate/sensitivity/scene_problem.h"
+#include "support/paths.h"
 
 namespace costate::bench {
 

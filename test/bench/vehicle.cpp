@@ -15,6 +15,7 @@
 #include "costate/sensitivity/scene_problem.h"
 #include "fleet.h"
 #include "stopwatch.h"
+#include "support/paths.h"
 
 namespace costate::bench {
 

@@ -15,6 +15,7 @@
 #include <string>
 
 #include "process.h"
+#include "support/paths.h"
 
 namespace {
 

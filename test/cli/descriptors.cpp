@@ -3,6 +3,7 @@
 
 #include "five_bar.h"
 #include "process.h"
+#include "support/paths.h"
 
 using Catch::Matchers::Contains;
 using costate::test::costate_json;

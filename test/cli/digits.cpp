@@ -7,6 +7,7 @@
 
 #include "five_bar.h"
 #include "process.h"
+#include "support/paths.h"
 
 using Catch::Contains;
 using costate::test::costate_json;

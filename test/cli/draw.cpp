@@ -8,6 +8,7 @@
 #include "costate/scene/scene.h"
 #include "costate/scene/scene_kind.h"
 #include "process.h"
+#include "support/paths.h"
 
 using namespace costate::test;
 using Catch::Matchers::Contains;

@@ -7,6 +7,7 @@
 #include "costate/scene/scene.h"
 #include "five_bar.h"
 #include "process.h"
+#include "support/paths.h"
 
 using costate::TrajectoryTable;
 using costate::test::costate_json;

@@ -4,6 +4,8 @@
 #include <map>
 #include <string>
 
+#include "support/paths.h"
+
 namespace costate::test {
 
 inline const std::string kFiveBar = COSTATE_MODELS_DIR "/five_bar/five_bar.toml";

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "process.h"
+#include "support/paths.h"
 
 using Catch::Matchers::Contains;
 using costate::test::costate_json;

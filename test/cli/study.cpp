@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include "process.h"
+#include "support/paths.h"
 
 using namespace costate::test;
 using Catch::Matchers::Contains;

@@ -4,6 +4,7 @@
 
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
+#include "support/paths.h"
 
 using namespace costate;
 

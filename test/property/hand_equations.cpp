@@ -10,6 +10,7 @@
 #include "costate/base/error.h"
 #include "costate/sensitivity/scene_problem.h"
 #include "gradient_compare.h"
+#include "support/paths.h"
 
 using namespace costate;
 using namespace costate::test;

@@ -8,6 +8,7 @@
 #include "costate/integrator/simulate.h"
 #include "costate/sensitivity/method.h"
 #include "costate/sensitivity/scene_problem.h"
+#include "support/paths.h"
 
 using namespace costate;
 using Catch::Contains;

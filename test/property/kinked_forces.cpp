@@ -7,6 +7,7 @@
 #include "costate/sensitivity/method.h"
 #include "costate/sensitivity/scene_problem.h"
 #include "property/gradient_compare.h"
+#include "support/paths.h"
 
 using namespace costate;
 

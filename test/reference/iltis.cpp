@@ -12,6 +12,7 @@
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
 #include "costate/sensitivity/scene_problem.h"
+#include "support/paths.h"
 
 using namespace costate;
 

@@ -9,6 +9,7 @@
 #include "costate/integrator/simulate.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
+#include "support/paths.h"
 
 using namespace costate;
 using Json = nlohmann::json;

@@ -8,6 +8,7 @@
 
 #include "costate/scene/scene_kind.h"
 #include "run_scene.h"
+#include "support/paths.h"
 
 using namespace costate;
 using namespace costate::test;

@@ -7,6 +7,7 @@
 
 #include "costate/integrator/simulate.h"
 #include "costate/scene/scene.h"
+#include "support/paths.h"
 
 using namespace costate;
 

@@ -11,6 +11,7 @@
 #include "costate/element/kind/magic_formula.h"
 #include "costate/element/kind/tir_file.h"
 #include "costate/scene/scene.h"
+#include "support/paths.h"
 
 using namespace costate;
 using Catch::Contains;

@@ -12,6 +12,7 @@
 #include <complex>
 
 #include "scene_texts.h"
+#include "support/paths.h"
 
 using namespace costate;
 using namespace costate::test;

@@ -15,6 +15,7 @@
 #include "costate/assembly/assembly.h"
 #include "costate/scene/scene.h"
 #include "costate/scene/scene_kind.h"
+#include "support/paths.h"
 
 using namespace costate;
 using namespace costate::test;

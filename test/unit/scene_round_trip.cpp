@@ -13,6 +13,7 @@
 #include "costate/scene/toml_reader.h"
 #include "costate/scene/toml_writer.h"
 #include "scene_texts.h"
+#include "support/paths.h"
 
 using namespace costate;
 using namespace costate::test;

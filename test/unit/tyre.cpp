@@ -15,6 +15,7 @@
 #include "costate/element/kind/rigid_body.h"
 #include "costate/element/kind/road_laws.h"
 #include "costate/scene/scene.h"
+#include "support/paths.h"
 
 using namespace costate;
 using Catch::Contains;

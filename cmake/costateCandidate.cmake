@@ -1,5 +1,5 @@
 # costate_add_candidate(<name> <source>...): builds <name>.so, an adjoint of one's own for
-# 'costate check SCENE --candidate <name>.so'; see the header costate/adjoint/candidate.h.
+# 'costate check SCENE --candidate <name>.so'; see the header costate/candidate/candidate.h.
 function(costate_add_candidate name)
   add_library(${name} MODULE ${ARGN})
   # Headers and flags of the library; the candidate uses none of its symbols.

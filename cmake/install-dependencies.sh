@@ -22,6 +22,7 @@ packages=(
   libfmt-dev
   catch2
   gnuplot-nox=gnuplot
+  clang-format=clang-format
 )
 
 if ! command -v dpkg-query >/dev/null; then

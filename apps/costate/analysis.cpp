@@ -28,8 +28,7 @@ Scene load_for_analysis(const CommonOptions& common, AnalysisOptions& options, b
   return load_scene(with);
 }
 
-std::vector<std::unique_ptr<Output>> outputs_named(const Mechanism& m,
-                                                   const std::vector<std::string>& names) {
+std::vector<std::unique_ptr<Output>> outputs_named(const Mechanism& m, const std::vector<std::string>& names) {
   std::vector<std::unique_ptr<Output>> outputs;
   for (const auto& name : names) outputs.push_back(make_output(m, name));
   return outputs;

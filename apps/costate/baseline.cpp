@@ -52,8 +52,8 @@ class Reader {
       const std::size_t start = before.rfind('\n');
       const std::string what = e.what();
       const std::size_t reason = what.find(": ");
-      throw Error(fmt::format("{}:{}:{}: A baseline is a JSON object, and this is no JSON: {}.",
-                              file_.string(), 1 + std::count(before.begin(), before.end(), '\n'),
+      throw Error(fmt::format("{}:{}:{}: A baseline is a JSON object, and this is no JSON: {}.", file_.string(),
+                              1 + std::count(before.begin(), before.end(), '\n'),
                               before.size() - (start == std::string::npos ? 0 : start + 1) + 1,
                               reason == std::string::npos ? what : what.substr(reason + 2)));
     }
@@ -96,8 +96,7 @@ class Reader {
     q.value = number(object, where, "value");
     q.relative = number(object, where, "relative");
     q.absolute = number(object, where, "absolute");
-    for (const auto& [key, tolerance] :
-         {std::pair{"relative", q.relative}, std::pair{"absolute", q.absolute}})
+    for (const auto& [key, tolerance] : {std::pair{"relative", q.relative}, std::pair{"absolute", q.absolute}})
       if (tolerance && !(*tolerance >= 0 && std::isfinite(*tolerance)))
         complain(where + key, fmt::format("A tolerance must not be negative, found {}.", *tolerance));
     if (q.value && !q.has_tolerance())
@@ -107,9 +106,8 @@ class Reader {
                "'costate regress --update', which fills in all of them.");
     if (object.contains("reason") && object.at("reason").is_string()) q.reason = object.at("reason");
     if (q.reason.empty() && (q.has_tolerance() || object.contains("reason")))
-      complain(where + "reason",
-               fmt::format("Expected text that says why the tolerance is what it is, found {}.",
-                           object.contains("reason") ? object.at("reason").dump() : "nothing"));
+      complain(where + "reason", fmt::format("Expected text that says why the tolerance is what it is, found {}.",
+                                             object.contains("reason") ? object.at("reason").dump() : "nothing"));
     return q;
   }
 
@@ -132,8 +130,7 @@ void append_words(std::vector<std::string>& words, const std::string& key, const
 }
 
 /// Every number below, by its path; lists by their length.
-void flatten(const Json& value, const std::string& path,
-             std::vector<std::pair<std::string, double>>& numbers) {
+void flatten(const Json& value, const std::string& path, std::vector<std::pair<std::string, double>>& numbers) {
   if (value.is_object()) {
     for (const auto& [key, v] : value.items()) flatten(v, path.empty() ? key : path + "." + key, numbers);
   } else if (value.is_array()) {
@@ -155,8 +152,7 @@ Json number_json(double x) {
 
 const std::string kCompilers = "another compiler or processor moves a run within its own error";
 
-std::vector<Quantity> default_quantities(const std::string& command, const Setup& setup,
-                                         const Json& summary) {
+std::vector<Quantity> default_quantities(const std::string& command, const Setup& setup, const Json& summary) {
   const double rtol = setup.problem.solver.rtol, relative = rounded(kTolerances * rtol),
                absolute = rounded(kTolerances * setup.problem.solver.absolute());
   std::vector<Quantity> list;
@@ -168,8 +164,8 @@ std::vector<Quantity> default_quantities(const std::string& command, const Setup
   if (command == "optimize") {
     const double initial = summary.at("initial").at("psi").get<double>();
     add("psi", {}, rounded(relative * std::abs(initial)),
-        fmt::format("{:g} times rtol {:g} of the first design's psi: at the optimum psi may be zero",
-                    kTolerances, rtol));
+        fmt::format("{:g} times rtol {:g} of the first design's psi: at the optimum psi may be zero", kTolerances,
+                    rtol));
     add("initial.psi", relative, {}, fmt::format("{:g} times rtol {:g}: {}", kTolerances, rtol, kCompilers));
   } else if (psi != 0) {
     add("psi", relative, {}, fmt::format("{:g} times rtol {:g}: {}", kTolerances, rtol, kCompilers));
@@ -188,16 +184,13 @@ std::vector<Quantity> default_quantities(const std::string& command, const Setup
   if (command == "optimize") {
     for (const auto& p : parameters)
       add("parameters." + p.name, {}, rounded(std::sqrt(rtol) * p.scale),
-          fmt::format("the square root of rtol {:g} times the parameter's scale: near an optimum psi is flat",
-                      rtol));
-    add("evaluations", 0.25, 2.0,
-        "the path of an optimizer depends on rounding; the number shows its speed only");
+          fmt::format("the square root of rtol {:g} times the parameter's scale: near an optimum psi is flat", rtol));
+    add("evaluations", 0.25, 2.0, "the path of an optimizer depends on rounding; the number shows its speed only");
   }
   if (command == "simulate")
     for (const auto& c : setup.problem.mechanism->coordinate_names())
       for (const std::string& name : {"terminal." + c, "terminal." + c + "_dot"})
-        add(name, relative, absolute,
-            fmt::format("{:g} times rtol {:g} and atol: {}", kTolerances, rtol, kCompilers));
+        add(name, relative, absolute, fmt::format("{:g} times rtol {:g} and atol: {}", kTolerances, rtol, kCompilers));
   if (command != "optimize")
     for (const std::string name : {"steps", "backward_steps"})
       if (summary.at("counters").at(name) != 0)
@@ -213,8 +206,7 @@ std::vector<std::string> baseline_commands() { return kRunnables; }
 Baseline Baseline::load(const std::filesystem::path& file) {
   const Reader reader(file);
   const Json json = reader.parse();
-  const std::string example =
-      "a baseline is at least {\"scene\": \"../five_bar.toml\", \"command\": \"gradient\"}";
+  const std::string example = "a baseline is at least {\"scene\": \"../five_bar.toml\", \"command\": \"gradient\"}";
   if (!json.is_object())
     reader.complain("", fmt::format("Expected a JSON object, found {}; {}.", json.type_name(), example));
   reader.known_keys(json, "", {"about", "scene", "command", "options", "quantities"});
@@ -225,8 +217,8 @@ Baseline Baseline::load(const std::filesystem::path& file) {
   b.command = reader.text(json, "command", "simulate, gradient or optimize", true);
   const auto commands = baseline_commands();
   if (std::find(commands.begin(), commands.end(), b.command) == commands.end())
-    reader.complain("command", fmt::format("Expected simulate, gradient or optimize, found '{}'.{}",
-                                           b.command, suggestion(b.command, commands)));
+    reader.complain("command", fmt::format("Expected simulate, gradient or optimize, found '{}'.{}", b.command,
+                                           suggestion(b.command, commands)));
   if (json.contains("options")) b.options = json.at("options");
   if (!b.options.is_object())
     reader.complain("options",
@@ -236,17 +228,15 @@ Baseline Baseline::load(const std::filesystem::path& file) {
   for (const auto& [key, value] : b.options.items()) {
     const auto scalar = [](const Json& v) { return v.is_string() || v.is_number() || v.is_boolean(); };
     if (!scalar(value) && !(value.is_array() && std::all_of(value.begin(), value.end(), scalar)))
-      reader.complain(
-          "options." + key,
-          fmt::format("Expected text, a number, true, or a list of these, found {}.", value.dump()));
+      reader.complain("options." + key,
+                      fmt::format("Expected text, a number, true, or a list of these, found {}.", value.dump()));
   }
   if (json.contains("quantities")) {
     const Json& quantities = json.at("quantities");
     if (!quantities.is_object())
-      reader.complain("quantities", fmt::format("Expected an object such as {{\"psi\": {{}}}}, found {}.",
-                                                quantities.dump()));
-    for (const auto& [name, object] : quantities.items())
-      b.quantities.push_back(reader.quantity(name, object));
+      reader.complain("quantities",
+                      fmt::format("Expected an object such as {{\"psi\": {{}}}}, found {}.", quantities.dump()));
+    for (const auto& [name, object] : quantities.items()) b.quantities.push_back(reader.quantity(name, object));
   }
   return b;
 }
@@ -291,8 +281,8 @@ Measurement measure(const Baseline& baseline, bool quiet) {
   std::vector<std::string> words = {baseline.command, baseline.scene_path().string()};
   for (const auto& [key, value] : baseline.options.items()) {
     if (std::find(names.begin(), names.end(), key) == names.end())
-      throw Error(fmt::format("options.{}: A baseline of 'costate {}' has no such option.{}", key,
-                              baseline.command, suggestion(key, names)));
+      throw Error(fmt::format("options.{}: A baseline of 'costate {}' has no such option.{}", key, baseline.command,
+                              suggestion(key, names)));
     append_words(words, key, value);
   }
   try {

@@ -1,6 +1,4 @@
 // costate check SCENE --candidate LIBRARY: a researcher's own adjoint beside the exact one.
-#include "costate/sensitivity/candidate_process.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <map>
 
 #include "command.h"
+#include "costate/candidate/candidate_process.h"
 
 namespace costate::app {
 
@@ -71,12 +70,17 @@ Json json_of(const CandidateReport& r, const Setup& setup, const std::string& fi
   j["agrees"] = r.agrees;
   j["first_disagreement"] = nullptr;
   if (r.first)
-    j["first_disagreement"] = {{"t", r.first->t}, {"component", r.first->component}, {"expected", r.first->expected},
+    j["first_disagreement"] = {{"t", r.first->t},
+                               {"component", r.first->component},
+                               {"expected", r.first->expected},
                                {"found", r.first->found}};
   j["findings"] = Json::array();
   for (const auto& f : r.findings)
-    j["findings"].push_back(
-        {{"where", f.where}, {"term", f.term}, {"what", f.what}, {"message", f.message}, {"alternatives", f.alternatives}});
+    j["findings"].push_back({{"where", f.where},
+                             {"term", f.term},
+                             {"what", f.what},
+                             {"message", f.message},
+                             {"alternatives", f.alternatives}});
   j["not_judged"] = Json::array();
   for (const auto& b : r.blind) j["not_judged"].push_back({{"where", b.where}, {"term", b.term}, {"why", b.why}});
   j["notes"] = r.notes;
@@ -91,7 +95,8 @@ int check_candidate_file(const CommonOptions& common, const CandidateOptions& op
   const Setup setup(common, Purpose::compare);
   if (setup.problem.parameters.size() == 0)
     throw Error("There is no parameter to differentiate: name some with --parameters or in [run].");
-  if (!(options.limit_s > 0)) throw Error(fmt::format("--candidate-limit must be positive, found {}.", options.limit_s));
+  if (!(options.limit_s > 0))
+    throw Error(fmt::format("--candidate-limit must be positive, found {}.", options.limit_s));
   const std::string formulation = candidate_formulation(options.file, options.limit_s);
   const CandidateReference reference =
       setup.located([&] { return candidate_reference(setup.problem, formulation, setup.rho); });

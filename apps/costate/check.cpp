@@ -31,7 +31,7 @@ struct CheckOptions {
 
 struct Row {
   std::string formulation, method;
-  std::string why;  // refused, failed or cut: the reason
+  std::string why;                    // refused, failed or cut: the reason
   std::vector<std::string> warnings;  // of its own run; those that judge it run otherwise
   GradientResult result;
   double wall_s = 0;
@@ -53,7 +53,8 @@ class Check {
  public:
   Check(const CommonOptions& common, const CheckOptions& options)
       : common_(common), options_(options), setup_(common, Purpose::compare), progress_(row_by_row(setup_)) {
-    setup_.problem.monitor = [this, show = monitor(progress_, setup_.problem.solver.t_end)](double t, long steps, bool back) {
+    setup_.problem.monitor = [this, show = monitor(progress_, setup_.problem.solver.t_end)](double t, long steps,
+                                                                                            bool back) {
       show(t, steps, back);
       budget_.look(t, steps, back);
     };
@@ -72,9 +73,8 @@ class Check {
     });
     setup_.located([&] { find_redundant_rows(); });
     choose_rows();
-    reference_ = setup_.located([&] {
-      return find_reference(setup_.problem, setup_.rho, !redundant_.empty(), options_.patience, budget_);
-    });
+    reference_ = setup_.located(
+        [&] { return find_reference(setup_.problem, setup_.rho, !redundant_.empty(), options_.patience, budget_); });
     int interruption = 0;
     std::size_t done = 0;
     try {
@@ -97,7 +97,8 @@ class Check {
       throw CapabilityError("No combination of formulation and method can treat this scene. " + rows_.back().why);
     const auto none_ended = [](const Row& r) { return r.refused() || r.verdict() == Verdict::cut; };
     if (interruption == 0 && std::all_of(rows_.begin(), rows_.end(), none_ended))
-      throw Error(fmt::format("No row ended within {:g} times what the reference took; raise --patience.", options_.patience));
+      throw Error(
+          fmt::format("No row ended within {:g} times what the reference took; raise --patience.", options_.patience));
     const int status = finish();
     return interruption == 0 ? status : 128 + interruption;
   }
@@ -111,9 +112,10 @@ class Check {
   }
 
   void tell(const Row& r, std::size_t number) {
-    const std::string how = r.ended() ? fmt::format("{}, error {:.1e}, {:.3g} s", name_of(r.verdict()), r.judged.error, r.wall_s)
-                            : r.verdict() == Verdict::failed ? "FAILED"
-                                                             : name_of(r.verdict());
+    const std::string how =
+        r.ended() ? fmt::format("{}, error {:.1e}, {:.3g} s", name_of(r.verdict()), r.judged.error, r.wall_s)
+        : r.verdict() == Verdict::failed ? "FAILED"
+                                         : name_of(r.verdict());
     progress_.line(fmt::format("{:>6}/{} {:<22} {:<16} {}", number, rows_.size(), r.formulation, r.method, how));
   }
 
@@ -146,8 +148,10 @@ class Check {
         row.why = refusal(m, f);
         const bool possible = row.why.empty();  // on other scenes
         if (possible && !f.carries_redundancy && !redundant_.empty())
-          row.why = fmt::format("{} Formulation '{}' needs independent rows; the penalties, augmented-lagrangian and "
-                                "maggi carry them.", redundant_, f.name);
+          row.why = fmt::format(
+              "{} Formulation '{}' needs independent rows; the penalties, augmented-lagrangian and "
+              "maggi carry them.",
+              redundant_, f.name);
         if (!row.why.empty()) row.judged.verdict = Verdict::refused;
         any = any || !row.refused();
         if (row.refused()) why = row.why;
@@ -166,7 +170,8 @@ class Check {
     if (method != "differences") return gradient(p, method, setup_.rho);
     // They answer the limit of steps by a looser tolerance, and an estimate that says so.
     Problem bounded = p;
-    bounded.solver.max_steps = std::min(p.solver.max_steps, static_cast<long>(0.9 * options_.patience * reference_.steps));
+    bounded.solver.max_steps =
+        std::min(p.solver.max_steps, static_cast<long>(0.9 * options_.patience * reference_.steps));
     return gradient(bounded, method, setup_.rho);
   }
 
@@ -208,8 +213,10 @@ class Check {
       row.judged = judge(reference_.yardstick, p, row.method, row.result,
                          [this](const Problem& q, const std::string& method) { return run_row(q, method); });
     } catch (const Cut& e) {
-      return row.end(Verdict::cut, fmt::format("it is not as close to the reference as expected, and the run that would tell why "
-                                               "was cut {}", e.what()));
+      return row.end(Verdict::cut,
+                     fmt::format("it is not as close to the reference as expected, and the run that would tell why "
+                                 "was cut {}",
+                                 e.what()));
     } catch (const SolverError& e) {
       return row.end(Verdict::failed, fmt::format("the run that judges it: {}", e.what()));
     }
@@ -241,7 +248,8 @@ class Check {
     motions_note_ = check.note();
     motions_of_ = fmt::format("{} quantities at {} times", check.quantities(), check.samples());
     for (const auto& f : formulations()) {
-      const bool listed = std::any_of(rows_.begin(), rows_.end(), [&](const Row& r) { return r.formulation == f.name && !r.refused(); });
+      const bool listed = std::any_of(rows_.begin(), rows_.end(),
+                                      [&](const Row& r) { return r.formulation == f.name && !r.refused(); });
       if (!listed) continue;
       for (const auto& [integrator, offered] :
            {std::pair("idas", f.make_dae != nullptr), std::pair("cvodes", f.make_ode != nullptr),
@@ -263,9 +271,9 @@ class Check {
     const Counters& c = r.result.counters;
     const double relative = precision_of(setup_.problem.solver, r.result.integrator, c.steps).relative;
     return begin + fmt::format("{:>18} {:>9.1e} {:>7} {:>8} {:>9} {:>9.2f} {:>7}{}{}\n",
-                               known_digits(r.result.psi, uncertainty_of(r.result.psi, relative)), r.judged.error, c.steps,
-                               c.backward_steps, c.residuals + c.backward_residuals + c.sensitivity_residuals, 1e3 * r.wall_s,
-                               r.time_ratio ? fmt::format("{:.2f}", *r.time_ratio) : "-",
+                               known_digits(r.result.psi, uncertainty_of(r.result.psi, relative)), r.judged.error,
+                               c.steps, c.backward_steps, c.residuals + c.backward_residuals + c.sensitivity_residuals,
+                               1e3 * r.wall_s, r.time_ratio ? fmt::format("{:.2f}", *r.time_ratio) : "-",
                                r.verdict() == Verdict::disagreement ? "  DISAGREES in " + r.judged.worst
                                : r.verdict() == Verdict::inaccurate ? "  INACCURATE in " + r.judged.worst
                                                                     : "",
@@ -277,8 +285,9 @@ class Check {
     const std::string name = fmt::format("{} x {}", r.formulation, r.method);
     if (r.verdict() == Verdict::failed) return fmt::format("{} failed: {}", name, r.why);
     if (r.verdict() == Verdict::cut) return fmt::format("{} was cut {}", name, r.why);
-    return fmt::format("{}, {}: {:.2e} relative, {:.9g} where the reference has {:.9g}{}", name, r.judged.worst, r.judged.error,
-                       r.judged.found, r.judged.expected, r.judged.remark.empty() ? "" : " (" + r.judged.remark + ")");
+    return fmt::format("{}, {}: {:.2e} relative, {:.9g} where the reference has {:.9g}{}", name, r.judged.worst,
+                       r.judged.error, r.judged.found, r.judged.expected,
+                       r.judged.remark.empty() ? "" : " (" + r.judged.remark + ")");
   }
 
   int finish() {
@@ -299,11 +308,11 @@ class Check {
     j["rows"] = Json::array();
     std::string text = fmt::format("{}, rtol {:g}, {} parameter{}\n", setup_.scene.title, setup_.problem.solver.rtol,
                                    setup_.rho.size(), setup_.rho.size() == 1 ? "" : "s");
-    text += fmt::format("reference: {} x cvodes-forward, {}{}\n", y.formulation,
-                        y.rtol < setup_.problem.solver.rtol ? "tighter; " : "",
-                        reference_.proven ? fmt::format("{:.1e} from differences (own estimate {:.1e})", reference_.apart,
-                                                        reference_.estimate)
-                                          : "not proven by differences");
+    text += fmt::format(
+        "reference: {} x cvodes-forward, {}{}\n", y.formulation, y.rtol < setup_.problem.solver.rtol ? "tighter; " : "",
+        reference_.proven
+            ? fmt::format("{:.1e} from differences (own estimate {:.1e})", reference_.apart, reference_.estimate)
+            : "not proven by differences");
     text += fmt::format("  {:<22} {:<16} {:>18} {:>9} {:>7} {:>8} {:>9} {:>9} {:>7}\n", "formulation", "method", "psi",
                         "error", "steps", "backward", "callbacks", "time [ms]", "ratio");
     std::vector<std::string> wrong, inaccurate, cut;
@@ -329,8 +338,10 @@ class Check {
     }
     if (!motions_note_.empty()) j["motions_note"] = motions_note_;
     if (!reference_.agrees)
-      wrong.push_back(fmt::format("the reference itself ({} x cvodes-forward), {}: {:.2e} from differences, whose own "
-                                  "estimate is {:.2e}", y.formulation, reference_.worst, reference_.apart, reference_.estimate));
+      wrong.push_back(
+          fmt::format("the reference itself ({} x cvodes-forward), {}: {:.2e} from differences, whose own "
+                      "estimate is {:.2e}",
+                      y.formulation, reference_.worst, reference_.apart, reference_.estimate));
     j["status"] = !interrupted_.empty() ? "interrupted" : wrong.empty() ? "ok" : "disagreement";
     if (!interrupted_.empty()) j["error"] = interrupted_;
     j["disagreements"] = wrong;
@@ -352,12 +363,14 @@ class Check {
   }
 
   std::string agreement(std::size_t inaccurate, std::size_t cut) const {
-    std::string s = inaccurate > 0 ? fmt::format("no disagreement, but {} less accurate than the tolerance lets one expect", inaccurate)
-                    : cut > 0      ? "all that ended agree within what the tolerances allow"
-                                   : "all agree within what the tolerances allow";
+    std::string s =
+        inaccurate > 0
+            ? fmt::format("no disagreement, but {} less accurate than the tolerance lets one expect", inaccurate)
+        : cut > 0 ? "all that ended agree within what the tolerances allow"
+                  : "all agree within what the tolerances allow";
     if (cut > 0)
-      s += fmt::format("; {} took more than {:g} times what the reference took and {} cut (--patience)", cut, options_.patience,
-                       cut == 1 ? "was" : "were");
+      s += fmt::format("; {} took more than {:g} times what the reference took and {} cut (--patience)", cut,
+                       options_.patience, cut == 1 ? "was" : "were");
     return s + "\n";
   }
 
@@ -423,12 +436,10 @@ const RegisterCommand check_command(
           .shows_default();
       auto candidate = std::make_shared<CandidateOptions>();
       c.option("--candidate", candidate->file,
-               "Only this: your own adjoint, a library built from costate/adjoint/candidate.h");
-      c.option("--candidate-limit", candidate->limit_s, "Longest time that the candidate may take [s]")
-          .shows_default();
+               "Only this: your own adjoint, a library built from costate/candidate/candidate.h");
+      c.option("--candidate-limit", candidate->limit_s, "Longest time that the candidate may take [s]").shows_default();
       c.runs([&common, options, candidate] {
-        return candidate->file.empty() ? Check(common, *options).run()
-                                       : check_candidate_file(common, *candidate);
+        return candidate->file.empty() ? Check(common, *options).run() : check_candidate_file(common, *candidate);
       });
     });
 

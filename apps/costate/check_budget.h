@@ -1,5 +1,5 @@
-// What a run inside 'costate check' may take: so many times the steps and the processor time of the reference. One that takes
-// more is cut: it is neither right nor wrong, and the others are not kept waiting.
+// What a run inside 'costate check' may take: so many times the steps and the processor time of the reference. One that
+// takes more is cut: it is neither right nor wrong, and the others are not kept waiting.
 #pragma once
 
 #include <fmt/format.h>
@@ -8,7 +8,7 @@
 #include <ctime>
 #include <stdexcept>
 
-#include "costate/sensitivity/problem.h"
+#include "costate/problem/problem.h"
 
 namespace costate::app {
 

@@ -56,8 +56,8 @@ class RowJudge {
     for (std::size_t j = 0; j <= psi; ++j) {
       const double own = std::abs(y_.components[j]), rtol = p_.solver.rtol;
       // psi counts against the larger of itself and the gradient: it may well be zero.
-      a.push_back(kComponent * rtol * (j == psi ? std::max(own, y_.size) : own) + (kOthers * rtol + kRounding) * y_.size +
-                  y_.uncertainty[j]);
+      a.push_back(kComponent * rtol * (j == psi ? std::max(own, y_.size) : own) +
+                  (kOthers * rtol + kRounding) * y_.size + y_.uncertainty[j]);
     }
     return a;
   }
@@ -92,7 +92,9 @@ class RowJudge {
 
   /// A row that is explained: as it is, with a warning, or wrong all the same.
   bool explain(double without_warning, double tolerable, const std::string& remark) {
-    j_.verdict = j_.error <= without_warning ? Verdict::ok : j_.error <= tolerable ? Verdict::inaccurate : Verdict::disagreement;
+    j_.verdict = j_.error <= without_warning ? Verdict::ok
+                 : j_.error <= tolerable     ? Verdict::inaccurate
+                                             : Verdict::disagreement;
     j_.remark = remark;
     return true;
   }
@@ -110,11 +112,12 @@ class RowJudge {
       estimate = std::max(estimate, relative(e, j));
     }
     if (!within(error_, allowed)) return false;
-    return explain(kForgiven * p_.solver.rtol, tolerable(), fmt::format("its own estimate of its error is {:.1e}", estimate));
+    return explain(kForgiven * p_.solver.rtol, tolerable(),
+                   fmt::format("its own estimate of its error is {:.1e}", estimate));
   }
 
-  /// Soft constraints are off by O(1/alpha): with ten times alpha by a tenth of that. The difference tells what they may be
-  /// off by, and the error must fall as it says.
+  /// Soft constraints are off by O(1/alpha): with ten times alpha by a tenth of that. The difference tells what they
+  /// may be off by, and the error must fall as it says.
   bool by_softness() {
     softness_.assign(error_.size(), 0.0);
     if (!has_soft_constraints(p_.formulation)) return false;
@@ -129,12 +132,13 @@ class RowJudge {
       least[j] = std::max(strict_[j], 0.3 * error_[j]);
     }
     if (!within(error_, allowed) || !within(left, least)) return false;
-    return explain(kSoft, kTolerable, fmt::format("the penalty's own O(1/alpha) is {:.1e}: {:.1e} is left at 10 alpha",
-                                                  relative(softness_), relative(left)));
+    return explain(kSoft, kTolerable,
+                   fmt::format("the penalty's own O(1/alpha) is {:.1e}: {:.1e} is left at 10 alpha",
+                               relative(softness_), relative(left)));
   }
 
-  /// Tighter, the error falls to what is allowed here, or to noise about zero. A first error may be small by luck and hardly
-  /// fall; one that does not fall in the next try either is no tolerance's.
+  /// Tighter, the error falls to what is allowed here, or to noise about zero. A first error may be small by luck and
+  /// hardly fall; one that does not fall in the next try either is no tolerance's.
   bool by_tolerance() {
     std::string failure;
     for (const double factor : {1e-2, 1e-4, 1e-3}) {
@@ -160,7 +164,8 @@ class RowJudge {
       if (!within(left, allowed)) continue;
       return explain(kForgiven * p_.solver.rtol, tolerable(),
                      is_noise ? fmt::format("nothing but noise about zero: {}", last_)
-                              : fmt::format("limited by the tolerance: {:.2g} times what is expected, and {}", times_allowed_, last_));
+                              : fmt::format("limited by the tolerance: {:.2g} times what is expected, and {}",
+                                            times_allowed_, last_));
     }
     j_.remark = last_.empty() ? failure : last_;
     return false;
@@ -173,8 +178,8 @@ class RowJudge {
     const double span = p_.solver.t_end - p_.solver.t_start, steps = static_cast<double>(r_.counters.steps);
     same.solver.step_s = span / steps;
     const std::vector<double> here = y_.components_of(r_),
-                              other = y_.components_of(run_(
-                                  same, method_ == "discrete-adjoint" ? "discrete-tangent" : "discrete-adjoint"));
+                              other = y_.components_of(
+                                  run_(same, method_ == "discrete-adjoint" ? "discrete-tangent" : "discrete-adjoint"));
     double apart = 0;
     for (std::size_t j = 0; j < here.size(); ++j) {
       const double e = std::abs(here[j] - other[j]);
@@ -221,12 +226,18 @@ class RowJudge {
 
 const char* name_of(Verdict verdict) {
   switch (verdict) {
-    case Verdict::ok: return "ok";
-    case Verdict::inaccurate: return "inaccurate";
-    case Verdict::disagreement: return "disagreement";
-    case Verdict::cut: return "cut";
-    case Verdict::failed: return "failed";
-    case Verdict::refused: return "refused";
+    case Verdict::ok:
+      return "ok";
+    case Verdict::inaccurate:
+      return "inaccurate";
+    case Verdict::disagreement:
+      return "disagreement";
+    case Verdict::cut:
+      return "cut";
+    case Verdict::failed:
+      return "failed";
+    case Verdict::refused:
+      return "refused";
   }
   return "";
 }
@@ -251,8 +262,8 @@ double Yardstick::unit_of(std::size_t component) const {
   return component < parameters.parameters.size() ? unit() : std::max(unit(), std::abs(result.psi));
 }
 
-Judgement judge(const Yardstick& yardstick, const Problem& problem, const std::string& method, const GradientResult& result,
-                const RunMethod& run) {
+Judgement judge(const Yardstick& yardstick, const Problem& problem, const std::string& method,
+                const GradientResult& result, const RunMethod& run) {
   return RowJudge(yardstick, problem, method, result, run).judge();
 }
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "costate/sensitivity/problem.h"
+#include "costate/problem/problem.h"
 
 namespace costate::app {
 
@@ -20,8 +20,8 @@ struct Yardstick {
   double rtol = 0;
   GradientResult result;
   std::vector<double> components, uncertainty;  // of the reference; how far it may be from the truth
-  /// The largest component of the gradient, here or a hundredth of the parameters away: what errors are relative to, also
-  /// where the gradient vanishes, as at an optimum.
+  /// The largest component of the gradient, here or a hundredth of the parameters away: what errors are relative to,
+  /// also where the gradient vanishes, as at an optimum.
   double size = 0;
   /// The cost's terms, each integrated by its amount: what psi, and a gradient that is zero everywhere, are lost in.
   double cost = 0;
@@ -39,17 +39,17 @@ struct Yardstick {
 
 struct Judgement {
   Verdict verdict = Verdict::ok;
-  double error = 0;    // the largest, in units of the yardstick
-  std::string worst;   // "parameter L01" or "psi": the component farthest beyond what is allowed
+  double error = 0;                // the largest, in units of the yardstick
+  std::string worst;               // "parameter L01" or "psi": the component farthest beyond what is allowed
   double found = 0, expected = 0;  // there, as the row and the reference have it
-  std::string remark;  // why it is forgiven and how much, or why not
+  std::string remark;              // why it is forgiven and how much, or why not
 };
 
 /// Runs a method; may throw Cut and errors.
 using RunMethod = std::function<GradientResult(const Problem&, const std::string& method)>;
 
 /// The rule is in apps/README.md.
-Judgement judge(const Yardstick& yardstick, const Problem& problem, const std::string& method, const GradientResult& result,
-                const RunMethod& run);
+Judgement judge(const Yardstick& yardstick, const Problem& problem, const std::string& method,
+                const GradientResult& result, const RunMethod& run);
 
 }  // namespace costate::app

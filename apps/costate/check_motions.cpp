@@ -17,8 +17,8 @@ namespace costate::app {
 
 namespace {
 
-// The rule of apps/README.md. A motion's error is a modest multiple of rtol, of what the quantity's range is, of what the
-// states' tolerances do to it there, and of what the reference's formulation is off by itself at this tolerance.
+// The rule of apps/README.md. A motion's error is a modest multiple of rtol, of what the quantity's range is, of what
+// the states' tolerances do to it there, and of what the reference's formulation is off by itself at this tolerance.
 constexpr double kRange = 1000, kState = 300, kOwn = 100;
 constexpr double kForgiven = 1e4;    // rtol: without a warning, where it converges
 constexpr double kTolerable = 1e-2;  // farther off, a motion is wrong, whatever it converges to
@@ -65,7 +65,8 @@ MotionCheck::Motion MotionCheck::record(const Problem& p) {
 /// All outputs where the state is off by its tolerances, rtol |y| + atol, some up and some down.
 std::vector<double> MotionCheck::displaced(const Sample& s, double phase) {
   std::vector<double> q = s.q, v = s.v;
-  const double rtol = problem_.solver.rtol, atol = problem_.solver.absolute(), length = length_size(*problem_.mechanism);
+  const double rtol = problem_.solver.rtol, atol = problem_.solver.absolute(),
+               length = length_size(*problem_.mechanism);
   for (std::size_t i = 0; i < q.size(); ++i) {
     const double sign = std::cos(2.4 * static_cast<double>(i) + phase) > 0 ? 1 : -1;
     const double least = atol * (problem_.mechanism->coordinates()[i].unit == "m" ? length : 1);
@@ -113,7 +114,8 @@ void MotionCheck::find_reference(const std::string& formulation, double rtol) {
   }
   // Nor to one that is small beside others of its kind: a thousandth of the largest range in this unit of measurement.
   std::map<std::string, double> largest;
-  for (std::size_t c = 0; c < columns; ++c) largest[state_.outputs()[c]->unit()] = std::max(largest[state_.outputs()[c]->unit()], range_[c]);
+  for (std::size_t c = 0; c < columns; ++c)
+    largest[state_.outputs()[c]->unit()] = std::max(largest[state_.outputs()[c]->unit()], range_[c]);
   for (std::size_t c = 0; c < columns; ++c) {
     unit_[c] = std::max(unit_[c], 1e-3 * largest[state_.outputs()[c]->unit()]);
     if (!(unit_[c] > 0)) unit_[c] = 1;
@@ -179,8 +181,8 @@ void MotionCheck::judge(MotionRow& row, const Problem& p) {
                      here = std::max(error(motion, i, c, false), error(motion, i, c, true));
         if (!vanishes(c)) most = std::max(most, here / unit_[c]);
         if (!vanishes(c)) by_equations = std::max(by_equations, error(motion, i, c, true) / unit_[c]);
-        // Beyond a hundredth the expansion in 1/alpha says nothing (what rigid constraints keep at zero has no hundredth); and
-        // the error must fall as it says.
+        // Beyond a hundredth the expansion in 1/alpha says nothing (what rigid constraints keep at zero has no
+        // hundredth); and the error must fall as it says.
         if (!(vanishes(c) || x <= kTolerable * unit_[c]) || !(left <= std::max(allowed[i][c], 0.3 * here))) continue;
         allowed[i][c] += 1.5 * x;
         if (!vanishes(c)) soft = std::max(soft, x / unit_[c]);
@@ -216,8 +218,8 @@ void MotionCheck::judge(MotionRow& row, const Problem& p) {
     const bool falls = left <= w.error / (fixed ? 2.5 : 2);
     if (falls && (fixed || worst(again, allowed).beyond <= 1))
       return forgive(fixed ? 10 * kTolerable : kForgiven * p.solver.rtol,
-                     fmt::format("limited by the {}: {:.2g} times what is expected, and {}", fixed ? "step" : "tolerance",
-                                 w.beyond, row.remark));
+                     fmt::format("limited by the {}: {:.2g} times what is expected, and {}",
+                                 fixed ? "step" : "tolerance", w.beyond, row.remark));
   }
   row.verdict = Verdict::disagreement;
 }
@@ -249,8 +251,9 @@ MotionRow MotionCheck::run(const std::string& formulation, const std::string& in
 
 std::string MotionCheck::note() const {
   if (state_.affordable()) return {};
-  return fmt::format("Motions are not compared with the equations of motion at their own states: more than {} unknowns.",
-                     IndependentState::kMostUnknowns);
+  return fmt::format(
+      "Motions are not compared with the equations of motion at their own states: more than {} unknowns.",
+      IndependentState::kMostUnknowns);
 }
 
 std::string MotionRow::heading() {
@@ -260,10 +263,14 @@ std::string MotionRow::heading() {
 std::string MotionRow::text() const {
   const std::string begin = fmt::format("  {:<22} {:<16} ", formulation, integrator);
   switch (verdict) {
-    case Verdict::refused: return begin + "-- " + why + "\n";
-    case Verdict::failed: return begin + "FAILED: " + why + "\n";
-    case Verdict::cut: return begin + "cut: " + why + "\n";
-    default: break;
+    case Verdict::refused:
+      return begin + "-- " + why + "\n";
+    case Verdict::failed:
+      return begin + "FAILED: " + why + "\n";
+    case Verdict::cut:
+      return begin + "cut: " + why + "\n";
+    default:
+      break;
   }
   return begin + fmt::format("{:>9.1e} {:>9.1e}  {} at {:.6g} s{}{}\n", error, independent_error, quantity, time,
                              verdict == Verdict::disagreement ? "  DISAGREES"

@@ -1,5 +1,6 @@
-// What 'costate check' says about motions: coordinates, velocities, accelerations, multipliers and every output at samples,
-// each formulation on each of its integrators, against a tighter run and against the equations of motion at the run's own state.
+// What 'costate check' says about motions: coordinates, velocities, accelerations, multipliers and every output at
+// samples, each formulation on each of its integrators, against a tighter run and against the equations of motion at
+// the run's own state.
 #pragma once
 
 #include <functional>
@@ -69,7 +70,7 @@ class MotionCheck {
   IndependentState state_;
   std::vector<double> times_;
   Motion reference_;
-  long steps_ = 0;  // of the last run
+  long steps_ = 0;                    // of the last run
   std::vector<double> range_, unit_;  // of each column; what an error is relative to
   Allowed allowed_;
 };

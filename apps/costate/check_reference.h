@@ -25,9 +25,9 @@ inline constexpr double kLeastSeconds = 0.05, kLeastSteps = 1000;
 /// Differences make up to 22 runs a parameter; how much more time they get than one gradient.
 inline constexpr double kDifferencesShare = 5;
 
-/// An exact-constraint formulation, forward sensitivities, three digits tighter where it can be followed that far; judged
-/// itself by differences that use no derivative block. `redundant` rows want a formulation that carries them. `budget` is
-/// looked at by the problem's monitor.
+/// An exact-constraint formulation, forward sensitivities, three digits tighter where it can be followed that far;
+/// judged itself by differences that use no derivative block. `redundant` rows want a formulation that carries them.
+/// `budget` is looked at by the problem's monitor.
 CheckReference find_reference(const Problem& problem, const std::vector<double>& rho, bool redundant, double patience,
                               Budget& budget);
 

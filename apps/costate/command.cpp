@@ -14,14 +14,14 @@
 #include "costate/analysis/start_remarks.h"
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
-#include "costate/discrete/discrete_scheme.h"
 #include "costate/base/version.h"
+#include "costate/discrete/discrete_scheme.h"
 #include "costate/integrator/simulate.h"
 #include "costate/optimize/optimizer.h"
+#include "costate/problem/scene_problem.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/json_number.h"
 #include "costate/record/print.h"
-#include "costate/sensitivity/scene_problem.h"
 #include "saving.h"
 #include "start_notice.h"
 
@@ -42,7 +42,7 @@ void CommonOptions::add_run_options(Command& c) {
   c.option("--integrator", integrator, "idas, cvodes or fixed (default: the formulation's)");
   c.option("--cvodes-method", cvodes_method, "adams (default; smooth motion) or bdf (stiff)");
   c.option("--sensitivity-corrector", sensitivity_corrector,
-                 "Forward methods: staggered (default; sensitivities after the state) or simultaneous");
+           "Forward methods: staggered (default; sensitivities after the state) or simultaneous");
   c.option("--rtol", rtol, "Relative tolerance");
   c.option("--atol", atol, "Absolute tolerance in SI units (default: the number of rtol)");
   c.option("--t-end", t_end, "End of the simulation [s]");
@@ -68,7 +68,8 @@ Scene load_scene(const CommonOptions& options) {
 namespace {
 
 void require_positive(const std::optional<double>& x, const char* option) {
-  if (x && !(*x > 0 && std::isfinite(*x))) throw Error(fmt::format("{} must be a positive number, found {}.", option, *x));
+  if (x && !(*x > 0 && std::isfinite(*x)))
+    throw Error(fmt::format("{} must be a positive number, found {}.", option, *x));
 }
 
 }  // namespace
@@ -102,8 +103,8 @@ void Setup::choose_solver(const CommonOptions& options) {
   SolverOptions& solver = problem.solver;
   if (options.t_end) solver.t_end = *options.t_end;
   if (!(solver.t_end > solver.t_start && std::isfinite(solver.t_end)))
-    throw Error(fmt::format("--t-end: The end time {} s must lie after the start time {} s.", solver.t_end,
-                            solver.t_start));
+    throw Error(
+        fmt::format("--t-end: The end time {} s must lie after the start time {} s.", solver.t_end, solver.t_start));
   // An explicit rtol moves the absolute tolerance along unless that is given, too.
   if (options.rtol) {
     solver.atol *= *options.rtol / solver.rtol;
@@ -141,9 +142,12 @@ void Setup::check_combination(const CommonOptions& options, Purpose purpose) {
             });
   if (purpose == Purpose::simulate) return;
   const SensitivityMethod& m = find_sensitivity_method(method);
-  if (options.checkpoint_steps && method != "idas-adjoint" && method != "cvodes-adjoint" && method != "discrete-adjoint")
-    throw Error(fmt::format("--checkpoint-steps: Method '{}' keeps no checkpoints; idas-adjoint, cvodes-adjoint and "
-                            "discrete-adjoint do. Leave this option out, or choose one of these.", method));
+  if (options.checkpoint_steps && method != "idas-adjoint" && method != "cvodes-adjoint" &&
+      method != "discrete-adjoint")
+    throw Error(
+        fmt::format("--checkpoint-steps: Method '{}' keeps no checkpoints; idas-adjoint, cvodes-adjoint and "
+                    "discrete-adjoint do. Leave this option out, or choose one of these.",
+                    method));
   chosen_by(method_chosen || formulation_chosen, method_chosen ? "--method" : "--formulation", "run.method", [&] {
     const std::string no = refusal(m, f);
     if (!no.empty()) throw CapabilityError(no);
@@ -154,8 +158,10 @@ void Setup::check_combination(const CommonOptions& options, Purpose purpose) {
                     : m.needs == Needs::discrete ? "fixed"
                                                  : "";
   if (integrator_chosen && *own != 0 && integrator != own)
-    throw Error(fmt::format("--integrator: Method '{}' runs on {}, found '{}'; leave this option out, or choose "
-                            "another method.", method, own, integrator));
+    throw Error(
+        fmt::format("--integrator: Method '{}' runs on {}, found '{}'; leave this option out, or choose "
+                    "another method.",
+                    method, own, integrator));
 }
 
 void require_writable(const std::filesystem::path& directory) {
@@ -171,19 +177,21 @@ void require_writable(const std::filesystem::path& directory) {
   else if (::access(there.c_str(), W_OK | X_OK) != 0)
     why = fmt::format("'{}': {}", there.string(), std::generic_category().message(errno));
   if (!why.empty())
-    throw Error(fmt::format("Nothing can be written to '{}' ({}). Choose another directory with --output, or "
-                            "--no-files.", directory.string(), why));
+    throw Error(
+        fmt::format("Nothing can be written to '{}' ({}). Choose another directory with --output, or "
+                    "--no-files.",
+                    directory.string(), why));
 }
 
-bool Setup::write_file(const std::string& name,
-                       const std::function<void(const std::filesystem::path&)>& write) const {
+bool Setup::write_file(const std::string& name, const std::function<void(const std::filesystem::path&)>& write) const {
   if (!files) return false;
   try {
     write(directory / name);
     return true;
   } catch (const Error& e) {
     if (directory_chosen) throw;
-    print_text(stderr, fmt::format("costate: warning: {}. Choose a directory with --output, or --no-files.\n", e.what()));
+    print_text(stderr,
+               fmt::format("costate: warning: {}. Choose a directory with --output, or --no-files.\n", e.what()));
     return false;
   }
 }
@@ -304,7 +312,8 @@ void report(const Setup& setup, const CommonOptions& options, const Json& json, 
   for (std::size_t i = 0; i < std::min(told, warnings.size()); ++i)
     fmt::print(stderr, "costate: warning: {}\n", warnings[i]);
   if (warnings.size() > told)
-    fmt::print(stderr, "costate: warning: {} more like these, see \"warnings\" in the summary.\n", warnings.size() - told);
+    fmt::print(stderr, "costate: warning: {} more like these, see \"warnings\" in the summary.\n",
+               warnings.size() - told);
   if (options.json)
     fmt::print("{}", object);
   else if (!options.quiet) {

@@ -57,8 +57,7 @@ std::string usage_message(const CLI::App& app, int argc, const char* const* argv
   for (int i = 2; i < argc; ++i) {
     const std::string name(argv[i], std::strcspn(argv[i], "="));
     if (name.rfind("--", 0) == 0 && std::find(options.begin(), options.end(), name) == options.end())
-      return fmt::format("'costate {}' has no option '{}'.{}", command.get_name(), name,
-                         suggestion(name, options));
+      return fmt::format("'costate {}' has no option '{}'.{}", command.get_name(), name, suggestion(name, options));
   }
   return e.what();
 }
@@ -113,12 +112,10 @@ CommandOption& CommandOption::seen(std::function<void()> then) {
 CommandOption Command::option(const std::string& names, std::string& value, const std::string& text) {
   return CommandOption(parser_.add_option(names, value, text));
 }
-CommandOption Command::option(const std::string& names, std::vector<std::string>& values,
-                              const std::string& text) {
+CommandOption Command::option(const std::string& names, std::vector<std::string>& values, const std::string& text) {
   return CommandOption(parser_.add_option(names, values, text));
 }
-CommandOption Command::option(const std::string& names, std::filesystem::path& value,
-                              const std::string& text) {
+CommandOption Command::option(const std::string& names, std::filesystem::path& value, const std::string& text) {
   return CommandOption(parser_.add_option(names, value, text));
 }
 CommandOption Command::option(const std::string& names, double& value, const std::string& text) {
@@ -130,8 +127,7 @@ CommandOption Command::option(const std::string& names, int& value, const std::s
 CommandOption Command::option(const std::string& names, long& value, const std::string& text) {
   return CommandOption(parser_.add_option(names, value, text));
 }
-CommandOption Command::option(const std::string& names, std::optional<double>& value,
-                              const std::string& text) {
+CommandOption Command::option(const std::string& names, std::optional<double>& value, const std::string& text) {
   return CommandOption(parser_.add_option(names, value, text));
 }
 CommandOption Command::option(const std::string& names, std::optional<int>& value, const std::string& text) {
@@ -166,8 +162,8 @@ RegisterCommand::RegisterCommand(CommandGroup group, std::string name, std::stri
 }
 
 CommandLine::CommandLine()
-    : parser_(std::make_unique<CLI::App>(
-          "Simulation, exact gradients and design optimization of multibody systems.", "costate")),
+    : parser_(std::make_unique<CLI::App>("Simulation, exact gradients and design optimization of multibody systems.",
+                                         "costate")),
       common_(std::make_unique<CommonOptions>()) {
   parser_->set_version_flag("--version", std::string(version));
   parser_->require_subcommand(1);

@@ -1,13 +1,13 @@
-// costate compare: two scenes, typically a reduced and a full model of the same thing, over the same time: how far their
-// outputs, costs and gradients are apart, and what each costs to run. The second one is what the first is measured by.
-#include "command.h"
-
+// costate compare: two scenes, typically a reduced and a full model of the same thing, over the same time: how far
+// their outputs, costs and gradients are apart, and what each costs to run. The second one is what the first is
+// measured by.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 
+#include "command.h"
 #include "costate/integrator/simulate.h"
 #include "costate/objective/output.h"
 #include "digits.h"
@@ -42,7 +42,7 @@ struct Side {
 struct OutputDifference {
   std::string name, unit;
   double largest = 0, at_s = 0, rms = 0;
-  double range = 0;  // of B
+  double range = 0;       // of B
   bool constant = false;  // B's, within 100 times its relative tolerance: then nothing is relative to its range
   std::optional<double> relative(double x) const { return constant ? std::nullopt : std::optional(x / range); }
 };
@@ -95,8 +95,10 @@ class Compare {
   void same_time() {
     SolverOptions &a = a_.setup.problem.solver, &b = b_.setup.problem.solver;
     if (a.t_start != b.t_start)
-      throw Error(fmt::format("The scenes start at different times, {} s and {} s; set run.t_start_s, for example with "
-                              "--set-a run.t_start_s={}.", a.t_start, b.t_start, b.t_start));
+      throw Error(
+          fmt::format("The scenes start at different times, {} s and {} s; set run.t_start_s, for example with "
+                      "--set-a run.t_start_s={}.",
+                      a.t_start, b.t_start, b.t_start));
     if (a.t_end != b.t_end)
       notes_.push_back(fmt::format("The scenes end at {:g} s and {:g} s; both were run to {:g} s.", a.t_end, b.t_end,
                                    std::min(a.t_end, b.t_end)));
@@ -112,8 +114,9 @@ class Compare {
     for (const auto& name : options_.outputs) {
       for (const auto& [names, scene] : {std::pair(&of_a, common_.scene), std::pair(&of_b, options_.other)})
         if (name == "time" || !has(*names, name))
-          throw Error(fmt::format("--outputs: There is no output '{}' to compare in '{}'.{} 'costate list SCENE' names them.",
-                                  name, scene, suggestion(name, *names)));
+          throw Error(
+              fmt::format("--outputs: There is no output '{}' to compare in '{}'.{} 'costate list SCENE' names them.",
+                          name, scene, suggestion(name, *names)));
       if (!has(outputs_, name)) outputs_.push_back(name);
     }
     if (options_.outputs.empty()) {
@@ -129,13 +132,14 @@ class Compare {
           notes_.push_back(fmt::format("Output {} exists only in {}.", name, has(of_a, name) ? "A" : "B"));
     }
     if (outputs_.empty())
-      throw Error("There is nothing to compare: no output that a cost or [run] outputs names exists in both scenes. "
-                  "Name some that do with --outputs.");
+      throw Error(
+          "There is nothing to compare: no output that a cost or [run] outputs names exists in both scenes. "
+          "Name some that do with --outputs.");
     for (const auto& name : outputs_) {
       const std::string a = make_output(a_.mechanism(), name)->unit(), b = make_output(b_.mechanism(), name)->unit();
       if (a != b)
-        throw Error(fmt::format("Output '{}' is in {} in '{}' but in {} in '{}'; choose others with --outputs.", name, a,
-                                common_.scene, b, options_.other));
+        throw Error(fmt::format("Output '{}' is in {} in '{}' but in {} in '{}'; choose others with --outputs.", name,
+                                a, common_.scene, b, options_.other));
     }
   }
 
@@ -164,8 +168,8 @@ class Compare {
     }
     for (std::size_t i = 0; i < parameters_.size(); ++i)
       if (a_.setup.rho[i] != b_.setup.rho[i])
-        notes_.push_back(fmt::format("Parameter {} is {:.9g} in A, {:.9g} in B.", parameters_[i], a_.setup.rho[i],
-                                     b_.setup.rho[i]));
+        notes_.push_back(
+            fmt::format("Parameter {} is {:.9g} in A, {:.9g} in B.", parameters_[i], a_.setup.rho[i], b_.setup.rho[i]));
   }
 
   void run_side(Side& side) {
@@ -297,7 +301,8 @@ class Compare {
 
     t += fmt::format("\n  {:<22} {:>14} {:>14} {:>10}\n", "", "A", "B", "A / B");
     const auto row = [&](const char* name, double a, double b) {
-      t += fmt::format("  {:<22} {:>14.9g} {:>14.9g} {:>10}\n", name, a, b, b != 0 ? fmt::format("{:.3g}", a / b) : "-");
+      t +=
+          fmt::format("  {:<22} {:>14.9g} {:>14.9g} {:>10}\n", name, a, b, b != 0 ? fmt::format("{:.3g}", a / b) : "-");
     };
     row("coordinates", a_.mechanism().coordinate_count(), b_.mechanism().coordinate_count());
     row("multipliers", a_.mechanism().row_count(), b_.mechanism().row_count());
@@ -311,14 +316,15 @@ class Compare {
 
     std::size_t width = 9;
     for (const auto& d : differences_) width = std::max(width, d.name.size() + d.unit.size() + 3);
-    t += fmt::format("\n  {:<{}} {:>12} {:>13} {:>9} {:>10} {:>10} {:>10}\n", "output", width, "range of B", "largest diff.",
-                     "at [s]", "rms diff.", "largest", "rms");
+    t += fmt::format("\n  {:<{}} {:>12} {:>13} {:>9} {:>10} {:>10} {:>10}\n", "output", width, "range of B",
+                     "largest diff.", "at [s]", "rms diff.", "largest", "rms");
     for (const auto& d : differences_)
       t += fmt::format("  {:<{}} {:>12.5g} {:>13.3g} {:>9.4g} {:>10.3g} {:>10} {:>10}\n",
                        fmt::format("{} [{}]", d.name, d.unit), width, d.range, d.largest, d.at_s, d.rms,
                        percent(d.relative(d.largest)), percent(d.relative(d.rms)));
     if (compares_costs())
-      t += fmt::format("\n  psi of A is that of B {:+.6g} ({})\n", a_.result.psi - b_.result.psi, percent(psi_relative()));
+      t += fmt::format("\n  psi of A is that of B {:+.6g} ({})\n", a_.result.psi - b_.result.psi,
+                       percent(psi_relative()));
     if (!compares_gradients()) return t;
     std::size_t letters = 9;
     for (const auto& p : parameters_) letters = std::max(letters, p.size());
@@ -343,8 +349,7 @@ class Compare {
 }  // namespace
 
 const RegisterCommand compare_command(
-    CommandGroup::judge, "compare",
-    "Two scenes over the same time: differences of outputs, cost, gradient, effort",
+    CommandGroup::judge, "compare", "Two scenes over the same time: differences of outputs, cost, gradient, effort",
     [](Command& c, CommonOptions& common) {
       auto options = std::make_shared<CompareOptions>();
       common.add_to(c);
@@ -352,8 +357,7 @@ const RegisterCommand compare_command(
       c.option("other", options->other, "Scene B, which A is measured by (TOML)").required();
       common.add_run_options(c);
       c.existing("--output").text("Directory for result files (default: results/A_vs_B)");
-      c.existing("--parameters")
-          .text("Of the gradients, separated by commas (default: those that both scenes have)");
+      c.existing("--parameters").text("Of the gradients, separated by commas (default: those that both scenes have)");
       c.option("--outputs", options->outputs,
                "Outputs to compare, separated by commas (default: those of cost and [run])")
           .separated();

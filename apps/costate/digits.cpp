@@ -22,7 +22,8 @@ Precision precision_of(const SolverOptions& solver, const std::string& integrato
   if (integrator != "fixed") {
     p.relative = solver.rtol;
     p.run = fmt::format("rtol {:g}", solver.rtol);
-    p.note = fmt::format("no more digits than rtol {:g} can hold; --estimate-error tells how many are right", solver.rtol);
+    p.note =
+        fmt::format("no more digits than rtol {:g} can hold; --estimate-error tells how many are right", solver.rtol);
     return p;
   }
   p.run = fmt::format("{} steps of {:.6g} s", steps, (solver.t_end - solver.t_start) / static_cast<double>(steps));
@@ -30,7 +31,8 @@ Precision precision_of(const SolverOptions& solver, const std::string& integrato
     p.note = "of these steps, exactly; --estimate-error tells how far the integral is";
   } else {
     p.relative = 0.1 * std::sqrt(solver.rtol);
-    p.note = fmt::format("the step is chosen for an error of about {:.0e} of psi; --estimate-error measures it", p.relative);
+    p.note =
+        fmt::format("the step is chosen for an error of about {:.0e} of psi; --estimate-error measures it", p.relative);
   }
   return p;
 }
@@ -47,13 +49,13 @@ std::vector<double> gradient_uncertainty(const std::vector<double>& gradient, co
   for (std::size_t j = 0; j < gradient.size(); ++j)
     largest = std::max(largest, std::abs(gradient[j]) * parameters.parameters[j].scale);
   std::vector<double> u(gradient.size(), 0.0);
-  for (std::size_t j = 0; j < gradient.size(); ++j) u[j] = uncertainty_of(largest / parameters.parameters[j].scale, relative);
+  for (std::size_t j = 0; j < gradient.size(); ++j)
+    u[j] = uncertainty_of(largest / parameters.parameters[j].scale, relative);
   return u;
 }
 
 std::string psi_text(double psi, const Precision& precision, std::optional<double> estimate) {
-  if (estimate)
-    return fmt::format("psi = {} (estimated error {:.1e})", known_digits(psi, *estimate), *estimate);
+  if (estimate) return fmt::format("psi = {} (estimated error {:.1e})", known_digits(psi, *estimate), *estimate);
   return fmt::format("psi = {} ({})", known_digits(psi, uncertainty_of(psi, precision.relative)), precision.note);
 }
 

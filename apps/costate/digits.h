@@ -1,17 +1,17 @@
-// Numbers to the digits that are known. psi and its gradient are results of a run with a tolerance: text shows no more digits
-// than that tolerance can hold, or than an estimate of the error leaves. JSON keeps full doubles.
+// Numbers to the digits that are known. psi and its gradient are results of a run with a tolerance: text shows no more
+// digits than that tolerance can hold, or than an estimate of the error leaves. JSON keeps full doubles.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "costate/sensitivity/problem.h"
+#include "costate/problem/problem.h"
 
 namespace costate::app {
 
-/// `value` rounded to the first digit of `uncertainty`, zeros at the end included: 0.7268777 for 0.72687767 and 3e-7; never
-/// less than one digit nor more than 15. Without an uncertainty (0) 12 digits.
+/// `value` rounded to the first digit of `uncertainty`, zeros at the end included: 0.7268777 for 0.72687767 and 3e-7;
+/// never less than one digit nor more than 15. Without an uncertainty (0) 12 digits.
 std::string known_digits(double value, double uncertainty);
 
 /// What a run's psi and gradient can hold at best: an integrator keeps the error of each of its steps below rtol.
@@ -20,8 +20,8 @@ struct Precision {
   std::string note;     // where that comes from
   std::string run;      // "rtol 1e-08", "1000 steps of 0.005 s"
 };
-/// Fixed steps are chosen, unless given, so that the integral is within 0.1 sqrt(rtol) of psi; psi and its gradient are exact
-/// for the steps themselves.
+/// Fixed steps are chosen, unless given, so that the integral is within 0.1 sqrt(rtol) of psi; psi and its gradient are
+/// exact for the steps themselves.
 Precision precision_of(const SolverOptions& solver, const std::string& integrator, long steps);
 
 /// The largest digit that is not known: rounding at it leaves -log10(relative) digits.

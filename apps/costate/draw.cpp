@@ -53,8 +53,7 @@ View view_of(const std::string& name, int up) {
 }
 
 std::vector<Vector2d> hull(std::vector<Vector2d> p) {
-  std::sort(p.begin(), p.end(),
-            [](const auto& a, const auto& b) { return a[0] != b[0] ? a[0] < b[0] : a[1] < b[1]; });
+  std::sort(p.begin(), p.end(), [](const auto& a, const auto& b) { return a[0] != b[0] ? a[0] < b[0] : a[1] < b[1]; });
   std::vector<Vector2d> h;
   for (int pass = 0; pass < 2; ++pass) {
     const std::size_t start = h.size();
@@ -77,8 +76,7 @@ class Drawing {
   Drawing(const Figure& figure, const DrawOptions& options)
       : figure_(figure),
         names_(!options.no_names),
-        view_(
-            view_of(options.view.empty() ? (figure.spatial ? "isometric" : "xy") : options.view, figure.up)),
+        view_(view_of(options.view.empty() ? (figure.spatial ? "isometric" : "xy") : options.view, figure.up)),
         page_(layout(options)) {}
 
   std::string text() {
@@ -110,8 +108,7 @@ class Drawing {
     const double span = std::max(box.sizes().maxCoeff(), 1e-6 * figure_.size);
     scale_ = (options.width - 2 * margin) / span;
     const Vector2d sizes = box.sizes() * scale_;
-    const double width = std::max(sizes[0], 200.0) + 2 * margin,
-                 height = std::max(sizes[1], 100.0) + 2 * margin;
+    const double width = std::max(sizes[0], 200.0) + 2 * margin, height = std::max(sizes[1], 100.0) + 2 * margin;
     center_ = box.center();
     middle_ = Vector2d(width / 2, height / 2);
     corner_ = Vector2d(44, height - 40);
@@ -322,9 +319,7 @@ int run(const CommonOptions& common, const DrawOptions& options) {
   std::ofstream out(options.file, std::ios::binary);
   out << svg;
   out.close();
-  if (!out)
-    throw Error(
-        fmt::format("'{}' cannot be written; check the directory and its permissions.", options.file));
+  if (!out) throw Error(fmt::format("'{}' cannot be written; check the directory and its permissions.", options.file));
   return 0;
 }
 
@@ -335,8 +330,7 @@ const RegisterCommand draw_command(
     [](Command& c, CommonOptions& common) {
       auto options = std::make_shared<DrawOptions>();
       common.add_to(c);
-      c.option("--view", options->view,
-               "xy, xz, yz or isometric (default: xy in the plane, isometric in space)")
+      c.option("--view", options->view, "xy, xz, yz or isometric (default: xy in the plane, isometric in space)")
           .among({"xy", "xz", "yz", "isometric"});
       c.option("-o,--output", options->file, "File to write (default: standard output)");
       c.option("--width", options->width, "Width of the page [pixels]").between(200, 10000);

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "analysis.h"
-#include "costate/mechanism/multiplier_unit.h"
 #include "costate/analysis/start.h"
+#include "costate/mechanism/multiplier_unit.h"
 
 namespace costate::app {
 
@@ -20,8 +20,7 @@ struct Options {
 
 Json positions_json(const Mechanism& m, const Equilibrium& e) {
   Json j = Json::object();
-  for (int i = 0; i < m.coordinate_count(); ++i)
-    j[m.coordinates()[static_cast<std::size_t>(i)].name] = e.q[i];
+  for (int i = 0; i < m.coordinate_count(); ++i) j[m.coordinates()[static_cast<std::size_t>(i)].name] = e.q[i];
   return j;
 }
 
@@ -30,14 +29,12 @@ int run(const CommonOptions& common, Options& options) {
   const auto m = scene.mechanism();
   const ParameterSelection parameters = located_in(scene, [&] { return m->select(common.parameters); });
   // Of very large mechanisms only what is asked for.
-  const auto measures =
-      m->coordinate_count() <= 500 ? measured_outputs(*m) : std::vector<std::unique_ptr<Output>>();
+  const auto measures = m->coordinate_count() <= 500 ? measured_outputs(*m) : std::vector<std::unique_ptr<Output>>();
   auto chosen = outputs_named(*m, options.outputs);
   Assembly assembly(m, parameters);
   const double t = scene.run.t_start_s;
   const auto held = held_by_start(assembly);
-  const Equilibrium e =
-      located_in(scene, [&] { return find_equilibrium(assembly, t, held, options.derivatives); });
+  const Equilibrium e = located_in(scene, [&] { return find_equilibrium(assembly, t, held, options.derivatives); });
   const bool stable = e.degrees_of_freedom == 0 || e.lowest_stiffness > 0;
 
   Json j;
@@ -55,10 +52,9 @@ int run(const CommonOptions& common, Options& options) {
   std::string text = fmt::format("{}\n", scene.title.empty() ? common.scene : scene.title);
   text += fmt::format("  at rest at t = {:g} s: {} coordinate{} found by balance, {} iterations\n", t,
                       e.degrees_of_freedom, e.degrees_of_freedom == 1 ? "" : "s", e.iterations);
-  text += fmt::format("  out of balance by {:.2g} N or N m, constraints by {:.2g}\n", e.residual,
-                      e.constraint_residual);
-  if (!stable)
-    text += fmt::format("  NOT STABLE: a stiffness is {:.4g} 1/s^2 per mass\n", e.lowest_stiffness);
+  text +=
+      fmt::format("  out of balance by {:.2g} N or N m, constraints by {:.2g}\n", e.residual, e.constraint_residual);
+  if (!stable) text += fmt::format("  NOT STABLE: a stiffness is {:.4g} 1/s^2 per mass\n", e.lowest_stiffness);
   Listing positions, forces, multipliers;
   j["held"] = Json::object();
   for (int i = 0; i < m->coordinate_count(); ++i) {
@@ -131,7 +127,8 @@ const RegisterCommand equilibrium_command(
       c.option("--parameters", common.parameters,
                "Parameters or number paths, separated by commas (default: the scene's)")
           .separated();
-      c.option("--output", common.output, "Directory for equilibrium.json, or a file with an extension (default: none)");
+      c.option("--output", common.output,
+               "Directory for equilibrium.json, or a file with an extension (default: none)");
       c.flag("--json", common.json, "Print one JSON object and nothing else");
       c.runs([&common, options] { return run(common, *options); });
     });

@@ -18,8 +18,8 @@ struct Frame {
 
 class FigureMaker {
  public:
-  FigureMaker(const Mechanism& m, const SceneNumbers& scene, const Eigen::VectorXd& q,
-              const Eigen::VectorXd& v, const Eigen::VectorXd& z, double t)
+  FigureMaker(const Mechanism& m, const SceneNumbers& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& v,
+              const Eigen::VectorXd& z, double t)
       : m_(m), scene_(scene), q_(q), v_(v), z_(z), t_(t), numbers_(m.base_numbers()) {
     for (std::size_t i = 0; i < m.numbers().size(); ++i) paths_[m.numbers()[i].path] = static_cast<int>(i);
     for (int i = 0; i < m.coordinate_count(); ++i) {
@@ -32,9 +32,7 @@ class FigureMaker {
     for (const auto& p : m.spatial_points()) add_point(p);
     find_size();
     for (std::size_t k = 0; k < points_.size(); ++k) figure_.places.push_back(points_[k].place);
-    const auto gravity = [&](const char* axis) {
-      return number(fmt::format("gravity.{}_m_per_s2", axis)).value_or(0);
-    };
+    const auto gravity = [&](const char* axis) { return number(fmt::format("gravity.{}_m_per_s2", axis)).value_or(0); };
     if (figure_.spatial && gravity("z") == 0 && (gravity("y") != 0 || gravity("x") != 0))
       figure_.up = std::abs(gravity("y")) >= std::abs(gravity("x")) ? 1 : 0;
   }
@@ -95,8 +93,7 @@ class FigureMaker {
       p.position(q.data(), n.data(), r.data());
       figure_.spatial = true;
     }
-    points_.push_back(
-        {{p.name(), r, p.coordinates().empty()}, p.coordinates(), p.numbers(), p.numbers().empty()});
+    points_.push_back({{p.name(), r, p.coordinates().empty()}, p.coordinates(), p.numbers(), p.numbers().empty()});
   }
 
   void find_size() {
@@ -118,22 +115,19 @@ class FigureMaker {
     };
     std::vector<const Point*> r;
     for (const auto& p : points_)
-      if (!p.free &&
-          std::all_of(p.numbers.begin(), p.numbers.end(), [&](int k) { return numbers.count(k) > 0; })) {
+      if (!p.free && std::all_of(p.numbers.begin(), p.numbers.end(), [&](int k) { return numbers.count(k) > 0; })) {
         take(p);
         r.push_back(&p);
       }
     for (const auto& p : points_)
       if (p.free && !p.coordinates.empty() &&
-          std::all_of(p.coordinates.begin(), p.coordinates.end(),
-                      [&](int c) { return coordinates.count(c) > 0; })) {
+          std::all_of(p.coordinates.begin(), p.coordinates.end(), [&](int c) { return coordinates.count(c) > 0; })) {
         take(p);
         r.push_back(&p);
       }
     // In the element's own order, as far as numbers tell it.
     const auto first = [&](const Point* p) {
-      return p->free ? e.numbers().end()
-                     : std::find(e.numbers().begin(), e.numbers().end(), p->numbers.front());
+      return p->free ? e.numbers().end() : std::find(e.numbers().begin(), e.numbers().end(), p->numbers.front());
     };
     std::stable_sort(r.begin(), r.end(), [&](const Point* a, const Point* b) { return first(a) < first(b); });
     return r;
@@ -150,8 +144,7 @@ class FigureMaker {
       return;
     }
     for (const auto& p : points_)
-      if (!p.coordinates.empty() && p.coordinates[0] == e.coordinates()[0])
-        shape.corners.push_back(p.place.at);
+      if (!p.coordinates.empty() && p.coordinates[0] == e.coordinates()[0]) shape.corners.push_back(p.place.at);
     double extent = 0;
     for (const auto& c : shape.corners) extent = std::max(extent, (c - shape.corners[0]).norm());
     if (extent < 0.02 * figure_.size) add_box(e, frame->second, shape.corners);
@@ -214,8 +207,7 @@ class FigureMaker {
   }
   /// Whether a constraint says what a coordinate of its own is.
   bool defines(const Constraint& c) const {
-    return std::any_of(c.coordinates().begin(), c.coordinates().end(),
-                       [&](int i) { return owners_[i] == c.name(); });
+    return std::any_of(c.coordinates().begin(), c.coordinates().end(), [&](int i) { return owners_[i] == c.name(); });
   }
 
   static std::vector<Vector3d> positions(const std::vector<const Point*>& points) {
@@ -252,8 +244,7 @@ class FigureMaker {
     figure_.links.push_back(shape);
   }
   bool drawn_as_body(const Constraint& c) const {
-    return std::any_of(m_.bodies().begin(), m_.bodies().end(),
-                       [&](const auto& b) { return b->path() == c.path(); });
+    return std::any_of(m_.bodies().begin(), m_.bodies().end(), [&](const auto& b) { return b->path() == c.path(); });
   }
 
   void add_force(const Force& f, int state) {
@@ -282,8 +273,7 @@ class FigureMaker {
 
   /// The sum of the generalized forces on coordinates x, y and z.
   Vector3d resultant(const Force& f, int state) const {
-    std::vector<double> q, v, p, Q(f.coordinates().size() + 1),
-        zdot(static_cast<std::size_t>(f.states()) + 1);
+    std::vector<double> q, v, p, Q(f.coordinates().size() + 1), zdot(static_cast<std::size_t>(f.states()) + 1);
     for (const int i : f.coordinates()) {
       q.push_back(q_[i]);
       v.push_back(v_[i]);

@@ -37,10 +37,9 @@ int run(const CommonOptions& common, bool estimate) {
   if (!estimate) j["gradient_error"] = nullptr;
   j["psi_error"] = psi_error ? Json(*psi_error) : Json();
   const Precision precision = precision_of(setup.problem.solver, r.integrator, r.counters.steps);
-  std::string text = fmt::format("{}\n  {} by {}, {}\n  {}\n",
-                                 setup.scene.title.empty() ? common.scene : setup.scene.title,
-                                 setup.problem.formulation, setup.method, precision.run,
-                                 psi_text(r.psi, precision, psi_error));
+  std::string text =
+      fmt::format("{}\n  {} by {}, {}\n  {}\n", setup.scene.title.empty() ? common.scene : setup.scene.title,
+                  setup.problem.formulation, setup.method, precision.run, psi_text(r.psi, precision, psi_error));
   const std::vector<double> unknown =
       r.gradient_error.empty() ? gradient_uncertainty(r.gradient, setup.problem.parameters, precision.relative)
                                : r.gradient_error;
@@ -63,15 +62,15 @@ int run(const CommonOptions& common, bool estimate) {
 
 }  // namespace
 
-const RegisterCommand gradient_command(CommandGroup::run, "gradient",
-                                       "The cost and its exact gradient by one method",
-                                       [](Command& c, CommonOptions& common) {
-                                         auto estimate = std::make_shared<bool>(false);
-                                         common.add_to(c);
-                                         common.add_run_options(c);
-                                         c.flag("--estimate-error", *estimate,
-                                                "Estimate the errors of psi and gradient by a rerun at rtol/10, or half the step");
-                                         c.runs([&common, estimate] { return run(common, *estimate); });
-                                       });
+const RegisterCommand gradient_command(
+    CommandGroup::run, "gradient", "The cost and its exact gradient by one method",
+    [](Command& c, CommonOptions& common) {
+      auto estimate = std::make_shared<bool>(false);
+      common.add_to(c);
+      common.add_run_options(c);
+      c.flag("--estimate-error", *estimate,
+             "Estimate the errors of psi and gradient by a rerun at rtol/10, or half the step");
+      c.runs([&common, estimate] { return run(common, *estimate); });
+    });
 
 }  // namespace costate::app

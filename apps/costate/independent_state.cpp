@@ -10,7 +10,8 @@ namespace costate::app {
 namespace {
 
 /// The blocks at (row, column), and transposed at (column, row) if wanted.
-void fill(Eigen::MatrixXd& A, const SparsePattern& pattern, const std::vector<double>& values, int first_row, bool transposed) {
+void fill(Eigen::MatrixXd& A, const SparsePattern& pattern, const std::vector<double>& values, int first_row,
+          bool transposed) {
   for (int j = 0; j < pattern.cols; ++j) {
     const auto c = static_cast<std::size_t>(j);
     for (auto e = pattern.column_start[c]; e < pattern.column_start[c + 1]; ++e) {

@@ -1,5 +1,5 @@
-// Accelerations, multipliers and all outputs at a state, found without the formulations: the equations of motion as a dense
-// matrix of the assembly's blocks M, Phi_q, Q and bias, solved by an orthogonal decomposition.
+// Accelerations, multipliers and all outputs at a state, found without the formulations: the equations of motion as a
+// dense matrix of the assembly's blocks M, Phi_q, Q and bias, solved by an orthogonal decomposition.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,7 +8,7 @@
 
 #include "costate/assembly/assembly.h"
 #include "costate/objective/output.h"
-#include "costate/sensitivity/problem.h"
+#include "costate/problem/problem.h"
 
 namespace costate::app {
 
@@ -22,8 +22,8 @@ class IndependentState {
   const std::vector<std::unique_ptr<Output>>& outputs() const { return outputs_; }
   bool affordable() const { return assembly_.n() + assembly_.m() <= kMostUnknowns; }
 
-  /// Of (t, q, v, z) alone. `determined` (or null): which outputs the equations determine; with redundant rows multipliers
-  /// are not unique, nor is what depends on them.
+  /// Of (t, q, v, z) alone. `determined` (or null): which outputs the equations determine; with redundant rows
+  /// multipliers are not unique, nor is what depends on them.
   std::vector<double> values(const StateView& s, std::vector<char>* determined = nullptr);
 
  private:

@@ -2,8 +2,8 @@
 #include <fmt/format.h>
 
 #include "command.h"
+#include "costate/kind/law/law_table.h"
 #include "costate/objective/all_outputs.h"
-#include "costate/scene/law_table.h"
 #include "costate/scene/scene_files.h"
 #include "costate/scene/scene_kind.h"
 
@@ -59,8 +59,8 @@ std::string capability_text() {
     t += "\n";
   }
   t += "\nScene tables\n";
-  for (const auto& k : scene_kinds()) t += fmt::format("  [{}.NAME]{:<{}} {}\n", k.name, "",
-                                                       k.name.size() < 16 ? 16 - k.name.size() : 0, k.summary);
+  for (const auto& k : scene_kinds())
+    t += fmt::format("  [{}.NAME]{:<{}} {}\n", k.name, "", k.name.size() < 16 ? 16 - k.name.size() : 0, k.summary);
   t += "\nLaws, wherever a number may be one: { kind = \"NAME\", ... }\n";
   for (const auto& k : law_kinds()) t += fmt::format("  {:<22} {}\n", k.name, k.summary);
   return t;

@@ -1,7 +1,6 @@
 // costate: simulation, exact gradients and design optimization of multibody systems from scene files.
-#include <fmt/format.h>
-
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -36,8 +35,8 @@ std::string printable(const std::string& text) {
   return r;
 }
 
-/// A failed run: the message on standard error and, with --json, the one object on standard output. What was noticed on the
-/// way, the cause perhaps, comes with it.
+/// A failed run: the message on standard error and, with --json, the one object on standard output. What was noticed on
+/// the way, the cause perhaps, comes with it.
 int complain(bool json, const char* status, const std::string& message, int code) {
   const std::vector<std::string> warnings = costate::take_notices();
   constexpr std::size_t told = 5;
@@ -54,8 +53,9 @@ int complain(bool json, const char* status, const std::string& message, int code
   return code;
 }
 
-/// Descriptors 0 to 2 that the caller has closed would be given to the next file that is opened, a journal, say. In their
-/// place: nothing to read, a standard output that cannot be written (as it was), and an error stream without a reader.
+/// Descriptors 0 to 2 that the caller has closed would be given to the next file that is opened, a journal, say. In
+/// their place: nothing to read, a standard output that cannot be written (as it was), and an error stream without a
+/// reader.
 void hold_standard_descriptors() {
   const int modes[] = {O_RDONLY, O_RDONLY, O_WRONLY};
   for (int fd = 0; fd < 3; ++fd)

@@ -43,9 +43,7 @@ double clean(double x) { return std::abs(x) < 1e-12 ? 0 : x; }
 
 Json shape_json(const Mechanism& m, const Modes& r, const Mode& mode) {
   Json j = Json::object();
-  const auto put = [&](const std::string& name, const std::complex<double>& x) {
-    j[name] = {x.real(), x.imag()};
-  };
+  const auto put = [&](const std::string& name, const std::complex<double>& x) { j[name] = {x.real(), x.imag()}; };
   for (std::size_t i = 0; i < r.directions.size(); ++i)
     put(r.directions[i].name, mode.shape[static_cast<Eigen::Index>(i)]);
   const auto states = m.state_names();
@@ -62,8 +60,8 @@ std::string shapes_csv(const Mechanism& m, const Modes& r) {
   text += "\n";
   for (std::size_t k = 0; k < r.modes.size(); ++k) {
     const Mode& mode = r.modes[k];
-    text += fmt::format("{},{},{},{},{}", k + 1, mode.frequency_Hz(), mode.damping_ratio(),
-                        mode.eigenvalue.real(), mode.eigenvalue.imag());
+    text += fmt::format("{},{},{},{},{}", k + 1, mode.frequency_Hz(), mode.damping_ratio(), mode.eigenvalue.real(),
+                        mode.eigenvalue.imag());
     for (const auto& x : mode.shape) text += fmt::format(",{},{}", x.real(), x.imag());
     for (const auto& x : mode.z) text += fmt::format(",{},{}", x.real(), x.imag());
     text += "\n";
@@ -102,16 +100,14 @@ int run(const CommonOptions& common, Options& options) {
                                                            : "the position",
                       t, r.degrees_of_freedom, r.degrees_of_freedom == 1 ? "" : "s");
   if (r.zero_eigenvalues > 0)
-    text +=
-        fmt::format("  {} zero eigenvalue{} (rigid motion: a free translation, turn or spin counts two)\n",
-                    r.zero_eigenvalues, r.zero_eigenvalues == 1 ? "" : "s");
+    text += fmt::format("  {} zero eigenvalue{} (rigid motion: a free translation, turn or spin counts two)\n",
+                        r.zero_eigenvalues, r.zero_eigenvalues == 1 ? "" : "s");
   if (acceleration > 1e-6)
-    text += fmt::format(
-        "  not steady: {} accelerates with {:.3g} {}/s^2; these are the modes of the frozen instant\n",
-        r.directions[static_cast<std::size_t>(fastest)].name, acceleration,
-        r.directions[static_cast<std::size_t>(fastest)].unit);
-  text += fmt::format("\n  {:>4} {:>14} {:>10} {:>14}  {}\n", "mode", "frequency [Hz]", "damping",
-                      "real [1/s]", "kinetic energy in");
+    text += fmt::format("  not steady: {} accelerates with {:.3g} {}/s^2; these are the modes of the frozen instant\n",
+                        r.directions[static_cast<std::size_t>(fastest)].name, acceleration,
+                        r.directions[static_cast<std::size_t>(fastest)].unit);
+  text += fmt::format("\n  {:>4} {:>14} {:>10} {:>14}  {}\n", "mode", "frequency [Hz]", "damping", "real [1/s]",
+                      "kinetic energy in");
   for (std::size_t k = 0; k < r.modes.size(); ++k) {
     const Mode& mode = r.modes[k];
     Json e;
@@ -122,25 +118,24 @@ int run(const CommonOptions& common, Options& options) {
     e["relative_error"] = mode.relative_error;
     e["kinetic_energy"] = Json::object();
     for (int i = 0; i < mode.share.size(); ++i)
-      if (mode.share[i] >= 0.01)
-        e["kinetic_energy"][r.directions[static_cast<std::size_t>(i)].name] = mode.share[i];
+      if (mode.share[i] >= 0.01) e["kinetic_energy"][r.directions[static_cast<std::size_t>(i)].name] = mode.share[i];
     e["shape"] = shape_json(*m, r, mode);
     j["modes"].push_back(e);
     const double size = std::abs(mode.eigenvalue);
-    text += mode.oscillates()
-                ? fmt::format("  {:>4} {:>14.8g} {:>10.5f} {:>14.6g}  {}\n", k + 1, mode.frequency_Hz(),
-                              clean(mode.damping_ratio()), clean(mode.eigenvalue.real() / size) * size,
-                              participants(*m, r, mode))
-                : fmt::format("  {:>4} {:>14} {:>10} {:>14.6g}  {}\n", k + 1, "-", "-",
-                              mode.eigenvalue.real(), participants(*m, r, mode));
+    text += mode.oscillates() ? fmt::format("  {:>4} {:>14.8g} {:>10.5f} {:>14.6g}  {}\n", k + 1, mode.frequency_Hz(),
+                                            clean(mode.damping_ratio()), clean(mode.eigenvalue.real() / size) * size,
+                                            participants(*m, r, mode))
+                              : fmt::format("  {:>4} {:>14} {:>10} {:>14.6g}  {}\n", k + 1, "-", "-",
+                                            mode.eigenvalue.real(), participants(*m, r, mode));
   }
   j["warnings"] = Json::array();
   for (std::size_t k = 0; k < r.modes.size(); ++k)
     if (r.modes[k].relative_error > 1e-3)
-      j["warnings"].push_back(fmt::format(
-          "Mode {}: the accuracy of this root is not known; rounding in the stiffness and damping of the mechanism may have "
-          "moved it by {:.2g} of its size.",
-          k + 1, r.modes[k].relative_error));
+      j["warnings"].push_back(
+          fmt::format("Mode {}: the accuracy of this root is not known; rounding in the stiffness and damping of the "
+                      "mechanism may have "
+                      "moved it by {:.2g} of its size.",
+                      k + 1, r.modes[k].relative_error));
   for (const auto& remark : remarks) j["warnings"].push_back(remark);
   for (const auto& w : j["warnings"]) fmt::print(stderr, "costate: warning: {}\n", w.get<std::string>());
   if (!options.shapes.empty()) {
@@ -153,18 +148,20 @@ int run(const CommonOptions& common, Options& options) {
 
 }  // namespace
 
-const RegisterCommand modes_command(
-    CommandGroup::analyse, "modes", "Natural frequencies, damping and mode shapes about a scene's start",
-    [](Command& c, CommonOptions& common) {
-      auto options = std::make_shared<Options>();
-      common.add_to(c);
-      c.flag("--equilibrium", options->analysis.at_equilibrium,
-             "About the static equilibrium, also where the scene starts elsewhere");
-      options->analysis.add_hold(c, "With --equilibrium: positions held, separated by commas, or 'none'");
-      c.option("--shapes", options->shapes, "Write the mode shapes to this file (CSV)");
-      c.option("--output", common.output, "Directory for modes.json, or a file with an extension (default: none)");
-      c.flag("--json", common.json, "Print one JSON object and nothing else");
-      c.runs([&common, options] { return run(common, *options); });
-    });
+const RegisterCommand modes_command(CommandGroup::analyse, "modes",
+                                    "Natural frequencies, damping and mode shapes about a scene's start",
+                                    [](Command& c, CommonOptions& common) {
+                                      auto options = std::make_shared<Options>();
+                                      common.add_to(c);
+                                      c.flag("--equilibrium", options->analysis.at_equilibrium,
+                                             "About the static equilibrium, also where the scene starts elsewhere");
+                                      options->analysis.add_hold(
+                                          c, "With --equilibrium: positions held, separated by commas, or 'none'");
+                                      c.option("--shapes", options->shapes, "Write the mode shapes to this file (CSV)");
+                                      c.option("--output", common.output,
+                                               "Directory for modes.json, or a file with an extension (default: none)");
+                                      c.flag("--json", common.json, "Print one JSON object and nothing else");
+                                      c.runs([&common, options] { return run(common, *options); });
+                                    });
 
 }  // namespace costate::app

@@ -9,8 +9,8 @@ namespace costate::app {
 
 namespace {
 
-/// Collects the texts below a node that name outputs: "P2.x", or "output:P2.x" as the target of another. Whatever kind a
-/// term of the cost is, its outputs are found.
+/// Collects the texts below a node that name outputs: "P2.x", or "output:P2.x" as the target of another. Whatever kind
+/// a term of the cost is, its outputs are found.
 void collect(const SceneNode& node, const std::vector<std::string>& known, std::vector<std::string>& found) {
   if (node.type == SceneNode::Type::text && node.key != "kind" && node.key != "name") {
     const std::string prefix = "output:";

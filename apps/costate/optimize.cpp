@@ -57,9 +57,10 @@ Json evaluation_json(const OptimizerEvaluation& e, const std::vector<std::string
 /// `relative`: what is known of psi (digits.h).
 std::string evaluation_line(const OptimizerEvaluation& e, const std::vector<std::string>& names, double relative,
                             bool verbose) {
-  std::string line = e.failed() ? fmt::format("  {:>4}  failed, the step is rejected:", e.index)
-                                : fmt::format("  {:>4}  psi = {:<18} |projected gradient| = {:<10.3g}", e.index,
-                                              known_digits(e.psi, uncertainty_of(e.psi, relative)), e.projected_gradient);
+  std::string line = e.failed()
+                         ? fmt::format("  {:>4}  failed, the step is rejected:", e.index)
+                         : fmt::format("  {:>4}  psi = {:<18} |projected gradient| = {:<10.3g}", e.index,
+                                       known_digits(e.psi, uncertainty_of(e.psi, relative)), e.projected_gradient);
   for (std::size_t j = 0; j < names.size() && j < 6; ++j) line += fmt::format(" {} = {:.9g}", names[j], e.rho[j]);
   if (names.size() > 6) line += " ...";
   if (verbose && !e.failed())
@@ -90,7 +91,8 @@ OptimizerOptions optimizer_options(const Setup& setup, const OptimizeOptions& op
   o.gradient_tolerance = s.gradient_tolerance;
   o.step_limit_factor = options.step_limit_factor;
   if (!(o.step_limit_factor == 0 || (o.step_limit_factor >= 1 && std::isfinite(o.step_limit_factor))))
-    throw Error(fmt::format("--step-limit-factor must be 1 or more, or 0 for no limit, found {}.", o.step_limit_factor));
+    throw Error(
+        fmt::format("--step-limit-factor must be 1 or more, or 0 for no limit, found {}.", o.step_limit_factor));
   setup.chosen_by(!options.algorithm.empty(), "--algorithm", "optimize.algorithm",
                   [&] { require_algorithm(o.algorithm, !setup.scene.constraints().empty()); });
   setup.chosen_by(options.max_evaluations.has_value(), "--max-evaluations", "optimize.max_evaluations", [&] {
@@ -102,8 +104,9 @@ OptimizerOptions optimizer_options(const Setup& setup, const OptimizeOptions& op
     throw Error("There is no parameter to optimize: name some with --parameters or in [run].");
   const Objective& cost = setup.problem.objective;
   if (cost.running.empty() && cost.terminal.empty())
-    throw SceneError(setup.scene.locate("cost"), "There is no cost to minimise: give the scene a term under "
-                                                 "[[cost.running]] or [[cost.terminal]].");
+    throw SceneError(setup.scene.locate("cost"),
+                     "There is no cost to minimise: give the scene a term under "
+                     "[[cost.running]] or [[cost.terminal]].");
   if (options.resume && !setup.files) throw Error("--resume reads the journal of the run, so it excludes --no-files.");
   return o;
 }
@@ -153,8 +156,8 @@ std::string certificate_text(const Certificate& c) {
 void remove_old_results(const Setup& setup, const std::vector<SceneFile>& files) {
   namespace fs = std::filesystem;
   std::error_code ignored;
-  for (const char* name : {"optimized.toml", "optimize.json", "report.html", "before.h5", "before.csv", "after.h5",
-                           "after.csv"}) {
+  for (const char* name :
+       {"optimized.toml", "optimize.json", "report.html", "before.h5", "before.csv", "after.h5", "after.csv"}) {
     const fs::path path = setup.directory / name;
     bool read = fs::equivalent(path, setup.scene.file_name(), ignored);
     for (const SceneFile& f : files) read = read || fs::equivalent(path, f.file, ignored);
@@ -193,8 +196,8 @@ class OptimizeRun {
     try {
       const Saving saving;
       setup_.write_file("optimized.toml", [&](const auto& path) {
-        write_file_atomically(path, scene_text_for(setup_.scene, files_.files(), setup_.directory,
-                                                   setup_.problem.parameters, best.rho));
+        write_file_atomically(
+            path, scene_text_for(setup_.scene, files_.files(), setup_.directory, setup_.problem.parameters, best.rho));
       });
     } catch (const Error&) {
       if (result.error) std::rethrow_exception(result.error);  // a full disk has been told already
@@ -223,15 +226,16 @@ class OptimizeRun {
   void open_journal() {
     if (!setup_.files) return;
     require_writable(setup_.directory);
-    journal_.emplace(
-        Journal::open(setup_.directory / "evaluations.jsonl", journal_header(setup_, files_.files(), o_), options_.resume));
+    journal_.emplace(Journal::open(setup_.directory / "evaluations.jsonl", journal_header(setup_, files_.files(), o_),
+                                   options_.resume));
     replay_ = read_evaluations(*journal_, setup_.problem.parameters, constraints_.size());
     if (!journal_->damage().empty())
       note(fmt::format("Journal '{}': {}. The run goes on after evaluation {}.", journal_->path().string(),
                        journal_->damage(), replay_.size()));
     remove_old_results(setup_, files_.files());
     if (lines_ && options_.resume)
-      print_text(stdout, fmt::format("resuming after {} evaluation{}\n", replay_.size(), replay_.size() == 1 ? "" : "s"));
+      print_text(stdout,
+                 fmt::format("resuming after {} evaluation{}\n", replay_.size(), replay_.size() == 1 ? "" : "s"));
   }
 
   /// A remark that belongs to the result: on standard error, in the summary and on the page.
@@ -243,9 +247,10 @@ class OptimizeRun {
 
   void record(const OptimizerEvaluation& e) {
     if (!e.replayed && static_cast<std::size_t>(e.index) <= replay_.size())
-      throw Error(fmt::format("Evaluation {} of the journal '{}' was made at other parameters than this run asks for: "
-                              "it was written on another kind of machine. Start without --resume.", e.index,
-                              journal_->path().string()));
+      throw Error(
+          fmt::format("Evaluation {} of the journal '{}' was made at other parameters than this run asks for: "
+                      "it was written on another kind of machine. Start without --resume.",
+                      e.index, journal_->path().string()));
     if (journal_ && !e.replayed) journal_->append(evaluation_record(e));
     progress_.finish();
     // A discrete gradient's psi is exact for its own steps.
@@ -268,7 +273,8 @@ class OptimizeRun {
                        : setup_.method.rfind("discrete", 0) == 0 ? "fixed"
                                                                  : integrator_of(setup_.problem);
     j_ = run_json(setup_, final, setup_.method, wall_);
-    j_["initial"] = {{"psi", first.psi}, {"parameters", named(names_, first.rho)}, {"gradient", named(names_, first.gradient)}};
+    j_["initial"] = {
+        {"psi", first.psi}, {"parameters", named(names_, first.rho)}, {"gradient", named(names_, first.gradient)}};
     j_["algorithm"] = o_.algorithm;
     j_["stop_reason"] = result.stop_reason;
     j_["converged"] = result.converged;
@@ -288,8 +294,9 @@ class OptimizeRun {
   void warn_of_changed_files() {
     for (const SceneFile& f : files_.files())
       if (!f.path.empty() && file_digest(f.file) != f.digest)
-        note(fmt::format("The file '{}' ({}) changed while this ran; the results belong to what it was at the beginning.",
-                         f.file, f.path));
+        note(fmt::format(
+            "The file '{}' ({}) changed while this ran; the results belong to what it was at the beginning.", f.file,
+            f.path));
     j_["notes"] = notes_;
   }
 
@@ -327,7 +334,8 @@ class OptimizeRun {
 
   void write_page() {
     page_ = setup_.files && !options_.no_report && setup_.write_file("report.html", [&](const auto& path) {
-      write_file_atomically(path, optimize_page(setup_, j_, before_ ? &*before_ : nullptr, after_ ? &*after_ : nullptr));
+      write_file_atomically(path,
+                            optimize_page(setup_, j_, before_ ? &*before_ : nullptr, after_ ? &*after_ : nullptr));
     });
   }
 
@@ -341,12 +349,12 @@ class OptimizeRun {
     try {
       const Saving saving;
       write_page();
-      setup_.write_file("optimize.json",
-                        [&](const auto& path) { write_file_atomically(path, json_text(j_) + "\n"); });
+      setup_.write_file("optimize.json", [&](const auto& path) { write_file_atomically(path, json_text(j_) + "\n"); });
       if (setup_.files)
-        print_text(stderr, fmt::format("costate: the best so far, psi = {:.12g} of evaluation {}, is in {}; --resume goes on\n",
-                                       j_["psi"].get<double>(), j_["best_evaluation"].get<int>(),
-                                       (setup_.directory / "optimized.toml").string()));
+        print_text(stderr,
+                   fmt::format("costate: the best so far, psi = {:.12g} of evaluation {}, is in {}; --resume goes on\n",
+                               j_["psi"].get<double>(), j_["best_evaluation"].get<int>(),
+                               (setup_.directory / "optimized.toml").string()));
     } catch (const std::exception& e) {
       print_text(stderr, fmt::format("costate: {}\n", e.what()));  // what ended the run is told by the caller
     }

@@ -11,11 +11,24 @@ namespace costate::app {
 namespace {
 
 std::vector<long*> fields_of(Counters& c) {
-  return {&c.steps, &c.residuals, &c.jacobians, &c.newton_iterations, &c.error_test_failures,
-          &c.convergence_failures, &c.backward_steps, &c.backward_residuals, &c.backward_jacobians,
-          &c.backward_newton_iterations, &c.backward_error_test_failures,
-          &c.backward_convergence_failures, &c.sensitivity_residuals, &c.factorizations,
-          &c.checkpoints, &c.simulations, &c.jumps, &c.position_iterations};
+  return {&c.steps,
+          &c.residuals,
+          &c.jacobians,
+          &c.newton_iterations,
+          &c.error_test_failures,
+          &c.convergence_failures,
+          &c.backward_steps,
+          &c.backward_residuals,
+          &c.backward_jacobians,
+          &c.backward_newton_iterations,
+          &c.backward_error_test_failures,
+          &c.backward_convergence_failures,
+          &c.sensitivity_residuals,
+          &c.factorizations,
+          &c.checkpoints,
+          &c.simulations,
+          &c.jumps,
+          &c.position_iterations};
 }
 
 void require(bool good, const std::string& what) {

@@ -42,23 +42,19 @@ struct Case {
     return std::any_of(comparisons.begin(), comparisons.end(),
                        [](const Comparison& c) { return c.moved && !c.updated; });
   }
-  const char* status() const {
-    return !error.empty() ? "failed" : moved() ? "moved" : written ? "updated" : "ok";
-  }
+  const char* status() const { return !error.empty() ? "failed" : moved() ? "moved" : written ? "updated" : "ok"; }
 };
 
 std::string shift_text(const Comparison& c) {
   const double by = *c.found - *c.before;
-  std::string text =
-      fmt::format("{}: {:.12g} -> {:.12g}, by {:.2e}", c.expected.name, *c.before, *c.found, by);
+  std::string text = fmt::format("{}: {:.12g} -> {:.12g}, by {:.2e}", c.expected.name, *c.before, *c.found, by);
   if (*c.before != 0) text += fmt::format(" ({:.1e} relative)", std::abs(by / *c.before));
   return text + fmt::format(", allowed {:.1e}", c.expected.allowed());
 }
 
 class Regression {
  public:
-  Regression(const CommonOptions& common, const RegressOptions& options)
-      : common_(common), options_(options) {}
+  Regression(const CommonOptions& common, const RegressOptions& options) : common_(common), options_(options) {}
 
   int run() {
     collect();
@@ -74,8 +70,8 @@ class Regression {
       }
     } catch (const Interrupted& e) {
       interruption = e.signal_number();
-      message = fmt::format("{} {} of {} baselines had been run; their results stand{}.", e.what(), done,
-                            cases_.size(), options_.update ? ", and those updated are updated" : "");
+      message = fmt::format("{} {} of {} baselines had been run; their results stand{}.", e.what(), done, cases_.size(),
+                            options_.update ? ", and those updated are updated" : "");
       cases_.resize(done);
     }
     return finish(interruption, message);
@@ -94,8 +90,7 @@ class Regression {
     if (fs::is_regular_file(root, code)) {
       cases_.push_back({root.stem().string(), root, {}, {}, {}, {}, 0, false});
     } else {
-      if (!fs::exists(root, code))
-        throw Error(fmt::format("There is no directory '{}'. {}", root.string(), example));
+      if (!fs::exists(root, code)) throw Error(fmt::format("There is no directory '{}'. {}", root.string(), example));
       if (!fs::is_directory(root, code)) throw Error(fmt::format("'{}' is not a directory.", root.string()));
       for (const auto& entry : fs::recursive_directory_iterator(root))
         if (entry.path().extension() == ".json" && entry.is_regular_file())
@@ -107,8 +102,7 @@ class Regression {
                             {},
                             0,
                             false});
-      if (cases_.empty())
-        throw Error(fmt::format("There is no baseline (*.json) in '{}'. {}", root.string(), example));
+      if (cases_.empty()) throw Error(fmt::format("There is no baseline (*.json) in '{}'. {}", root.string(), example));
     }
     std::sort(cases_.begin(), cases_.end(), [](const Case& a, const Case& b) { return a.name < b.name; });
     select();
@@ -196,8 +190,7 @@ class Regression {
       for (Comparison& r : c.comparisons) r.updated = false;  // a file with a mistake stays as it is
       throw Error(text);
     }
-    if (std::any_of(c.comparisons.begin(), c.comparisons.end(),
-                    [](const Comparison& r) { return r.updated; })) {
+    if (std::any_of(c.comparisons.begin(), c.comparisons.end(), [](const Comparison& r) { return r.updated; })) {
       try {
         baseline.write();
       } catch (...) {
@@ -217,9 +210,9 @@ class Regression {
     const std::string near = nearest_name(name, names);
     std::string known;
     for (const Quantity& q : m.defaults) known += (known.empty() ? "" : ", ") + q.name;
-    return fmt::format("quantities.{}: The result has no such number; correct or remove it.{}", name,
-                       near.empty() ? fmt::format(" It has, among others: {}.", known)
-                                    : fmt::format(" Did you mean '{}'?", near));
+    return fmt::format(
+        "quantities.{}: The result has no such number; correct or remove it.{}", name,
+        near.empty() ? fmt::format(" It has, among others: {}.", known) : fmt::format(" Did you mean '{}'?", near));
   }
 
   /// The lines of one case, as soon as it is done.
@@ -228,8 +221,8 @@ class Regression {
     std::string text;
     if (c.error.empty()) {
       const bool moved = c.moved();
-      text = fmt::format("{:<8} {:<{}} {:>3} quantities, {:.3g} s\n", moved ? "MOVED" : c.status(), c.name,
-                         width_, c.comparisons.size(), c.wall_s);
+      text = fmt::format("{:<8} {:<{}} {:>3} quantities, {:.3g} s\n", moved ? "MOVED" : c.status(), c.name, width_,
+                         c.comparisons.size(), c.wall_s);
       for (const Comparison& r : c.comparisons) {
         if (!r.moved && !r.updated) continue;
         text += "           ";
@@ -266,12 +259,11 @@ class Regression {
     if (common_.json) {
       fmt::print("{}\n", json_text(j));
     } else if (!common_.quiet) {
-      std::string text = fmt::format("{} baseline{}: {} moved, {} failed", cases_.size(),
-                                     cases_.size() == 1 ? "" : "s", moved, failed);
+      std::string text = fmt::format("{} baseline{}: {} moved, {} failed", cases_.size(), cases_.size() == 1 ? "" : "s",
+                                     moved, failed);
       if (options_.update) text += fmt::format(", {} updated", updated);
       text += "\n";
-      if (moved > 0)
-        text += "Where a move is meant, 'costate regress --update' writes the new values; review them.\n";
+      if (moved > 0) text += "Where a move is meant, 'costate regress --update' writes the new values; review them.\n";
       fmt::print("{}", text);
     }
     if (interruption != 0) {
@@ -293,15 +285,14 @@ class Regression {
     j["quantities"] = Json::array();
     const auto number = [](const std::optional<double>& x) { return x ? Json(*x) : Json(nullptr); };
     for (const Comparison& r : c.comparisons)
-      j["quantities"].push_back(
-          {{"name", r.expected.name},
-           {"expected", number(r.before)},
-           {"found", number(r.found)},
-           {"difference", r.before && r.found ? Json(*r.found - *r.before) : Json(nullptr)},
-           {"allowed", r.expected.has_tolerance() ? Json(r.expected.allowed()) : Json(nullptr)},
-           {"moved", r.moved},
-           {"updated", r.updated},
-           {"reason", r.expected.reason}});
+      j["quantities"].push_back({{"name", r.expected.name},
+                                 {"expected", number(r.before)},
+                                 {"found", number(r.found)},
+                                 {"difference", r.before && r.found ? Json(*r.found - *r.before) : Json(nullptr)},
+                                 {"allowed", r.expected.has_tolerance() ? Json(r.expected.allowed()) : Json(nullptr)},
+                                 {"moved", r.moved},
+                                 {"updated", r.updated},
+                                 {"reason", r.expected.reason}});
     return j;
   }
 
@@ -317,11 +308,9 @@ const RegisterCommand regress_command(
     CommandGroup::judge, "regress", "Run scenes against stored results and say what moved",
     [](Command& c, CommonOptions& common) {
       auto options = std::make_shared<RegressOptions>();
-      c.option("directory", options->directory,
-               "Directory with baselines (*.json, also below), or one baseline")
+      c.option("directory", options->directory, "Directory with baselines (*.json, also below), or one baseline")
           .required();
-      c.option("--only", options->only,
-               "Only baselines of this name; * and ? stand for anything (repeatable)")
+      c.option("--only", options->only, "Only baselines of this name; * and ? stand for anything (repeatable)")
           .value_name("PATTERN")
           .separated();
       c.flag("--update", options->update, "Write what moved, and what has no value yet, into the baselines");

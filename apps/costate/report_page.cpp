@@ -66,7 +66,8 @@ class Page {
   }
   std::string text() const {
     return fmt::format(
-        "<!DOCTYPE html>\n<html xmlns=\"http://www.w3.org/1999/xhtml\" lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
+        "<!DOCTYPE html>\n<html xmlns=\"http://www.w3.org/1999/xhtml\" lang=\"en\">\n<head>\n<meta "
+        "charset=\"utf-8\"/>\n"
         "<meta name=\"viewport\" content=\"width=device-width\"/>\n<title>{0}</title>\n<style>\n{1}</style>\n</head>\n"
         "<body>\n<h1>{0}</h1>\n{2}</body>\n</html>\n",
         xml_escaped(title_), kStyle, body_);
@@ -84,7 +85,9 @@ void add_run(Page& page, const Setup& setup, const Json& j) {
   if (!setup.scene.description.empty()) page.paragraph(setup.scene.description);
   page.heading("What was run");
   const SolverOptions& s = setup.problem.solver;
-  const auto text = [&](const char* key) { return j.contains(key) && j.at(key).is_string() ? j.at(key).get<std::string>() : "-"; };
+  const auto text = [&](const char* key) {
+    return j.contains(key) && j.at(key).is_string() ? j.at(key).get<std::string>() : "-";
+  };
   std::vector<std::vector<std::string>> rows = {
       {"Scene", setup.scene.file_name()},
       {"Time", fmt::format("{:g} to {:g} s", s.t_start, s.t_end)},
@@ -117,27 +120,34 @@ void add_result(Page& page, const Json& j) {
   page.heading("Result");
   const double relative = j.at("integrator") == "fixed" ? 0 : j.at("rtol").get<double>();  // psi of its own steps
   const auto digits = [relative](double psi) { return known_digits(psi, uncertainty_of(psi, relative)); };
-  page.paragraph(fmt::format("psi went from {} to {}. {}", digits(before), digits(after), improvement(before, after)), true);
-  page.paragraph(fmt::format("Stopped after {} evaluations by {}. The best is evaluation {}.", j.at("evaluations").size(),
-                             j.at("stop_reason").get<std::string>(), j.at("best_evaluation").get<int>()));
+  page.paragraph(fmt::format("psi went from {} to {}. {}", digits(before), digits(after), improvement(before, after)),
+                 true);
+  page.paragraph(fmt::format("Stopped after {} evaluations by {}. The best is evaluation {}.",
+                             j.at("evaluations").size(), j.at("stop_reason").get<std::string>(),
+                             j.at("best_evaluation").get<int>()));
   // What the optimizer says and what the certificate says are two things; where they differ the page says so.
   const bool converged = j.at("converged").get<bool>(), certified = j.contains("certificate");
   const std::string verdict = certified ? j.at("certificate").at("verdict").get<std::string>() : "";
-  const bool minimum = verdict.rfind("strict local minimum", 0) == 0, unproven = verdict.rfind("not stationary", 0) == 0;
+  const bool minimum = verdict.rfind("strict local minimum", 0) == 0,
+             unproven = verdict.rfind("not stationary", 0) == 0;
   if (j.at("status") != "ok")
     page.paragraph("The run did not come to its end: this is the best point until then.", true);
   else if (!converged && minimum)
-    page.paragraph("The optimizer ended before its own criterion was met, but the certificate below finds a minimum at the "
-                   "best point.", true);
+    page.paragraph(
+        "The optimizer ended before its own criterion was met, but the certificate below finds a minimum at the "
+        "best point.",
+        true);
   else if (!converged)
     page.paragraph("It ended before it converged: a limit or a failed step stopped it.", true);
   else if (unproven)
-    page.paragraph("The optimizer's criterion was met, but the certificate below says that this is no minimum yet.", true);
+    page.paragraph("The optimizer's criterion was met, but the certificate below says that this is no minimum yet.",
+                   true);
   if (j.at("failed_evaluations").get<int>() > 0) {
     page.paragraph("Evaluations that failed; their steps were rejected and shortened:");
     std::vector<std::vector<std::string>> rows;
     for (const Json& e : j.at("evaluations"))
-      if (e.contains("failure")) rows.push_back({std::to_string(e.at("index").get<int>()), e.at("failure").get<std::string>()});
+      if (e.contains("failure"))
+        rows.push_back({std::to_string(e.at("index").get<int>()), e.at("failure").get<std::string>()});
     page.table({"#evaluation", "why"}, rows);
   }
   for (const Json& n : j.at("notes")) page.paragraph(n.get<std::string>());
@@ -151,7 +161,8 @@ void add_parameters(Page& page, const Setup& setup, const Json& j) {
                  after = j.at("parameters").at(p.name).get<double>();
     std::string numbers;
     for (const auto& [index, factor] : p.bindings)
-      numbers += (numbers.empty() ? "" : ", ") + setup.scene.mechanism()->numbers()[static_cast<std::size_t>(index)].path;
+      numbers +=
+          (numbers.empty() ? "" : ", ") + setup.scene.mechanism()->numbers()[static_cast<std::size_t>(index)].path;
     rows.push_back({p.name, number(before), number(after),
                     before != 0 ? fmt::format("{:+.3g} %", 100 * (after - before) / std::abs(before)) : "-",
                     number(p.lower), number(p.upper),
@@ -187,7 +198,8 @@ void add_certificate(Page& page, const Json& j) {
   page.paragraph(c.at("verdict").get<std::string>(), true);
   std::vector<std::vector<std::string>> rows = {
       {"Projected gradient, scaled", number(c, "projected_gradient")},
-      {"KKT residual", fmt::format("{} (within {} counts as zero)", number(c, "kkt_residual"), number(c, "kkt_tolerance"))}};
+      {"KKT residual",
+       fmt::format("{} (within {} counts as zero)", number(c, "kkt_residual"), number(c, "kkt_tolerance"))}};
   for (const auto& [name, value] : c.at("multipliers").items())
     rows.push_back({"Multiplier of " + name, fmt::format("{:.6g}", value.get<double>())});
   if (c.at("smallest_eigenvalue").is_number()) {
@@ -196,8 +208,8 @@ void add_certificate(Page& page, const Json& j) {
     rows.push_back({"Eigenvalues of the Hessian, scaled", which});
   }
   if (c.at("newton_step").is_number())
-    rows.push_back({"Newton's step from here", fmt::format("{} of the scales; psi would fall by {}", number(c, "newton_step"),
-                                                           number(c, "predicted_decrease"))});
+    rows.push_back({"Newton's step from here", fmt::format("{} of the scales; psi would fall by {}",
+                                                           number(c, "newton_step"), number(c, "predicted_decrease"))});
   if (c.at("hessian_note").is_string()) rows.push_back({"Note", c.at("hessian_note").get<std::string>()});
   page.table({}, rows);
 }
@@ -240,7 +252,8 @@ void add_evaluations(Page& page, const Setup& setup, const Json& j) {
   std::vector<std::pair<double, std::size_t>> way;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     for (const Json& e : j.at("evaluations"))
-      if (!e.contains("failure")) scaled[i].push_back(e.at("parameters").at(parameters[i].name).get<double>() / parameters[i].scale);
+      if (!e.contains("failure"))
+        scaled[i].push_back(e.at("parameters").at(parameters[i].name).get<double>() / parameters[i].scale);
     const auto [low, high] = std::minmax_element(scaled[i].begin(), scaled[i].end());
     way.emplace_back(*low - *high, i);
   }
@@ -253,8 +266,8 @@ void add_evaluations(Page& page, const Setup& setup, const Json& j) {
     const auto [low, high] = std::minmax_element(scaled[i].begin(), scaled[i].end());
     const double lower = p.lower / p.scale, upper = p.upper / p.scale;
     const auto line = [&](const char* name, double bound) {
-      one.curves.insert(one.curves.begin(), SvgCurve{name, {index.front(), index.back()}, {bound, bound},
-                                                     SvgCurve::Stroke::dashed, false});
+      one.curves.insert(one.curves.begin(),
+                        SvgCurve{name, {index.front(), index.back()}, {bound, bound}, SvgCurve::Stroke::dashed, false});
     };
     if (*low == lower) line("lower bound", lower);  // where it was reached
     if (*high == upper) line("upper bound", upper);
@@ -267,7 +280,8 @@ void add_evaluations(Page& page, const Setup& setup, const Json& j) {
 }
 
 /// One plot an output; tables with their names in the legend, drawn in this order.
-void add_motion(Page& page, const Setup& setup, const std::vector<std::pair<std::string, const TrajectoryTable*>>& motions) {
+void add_motion(Page& page, const Setup& setup,
+                const std::vector<std::pair<std::string, const TrajectoryTable*>>& motions) {
   page.heading("Motion");
   std::vector<std::string> names = outputs_of_interest(setup.scene);
   if (names.empty()) {

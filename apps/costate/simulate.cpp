@@ -1,11 +1,12 @@
 // costate simulate: one run, its trajectory as HDF5 (and CSV), its summary as JSON.
+#include "costate/integrator/simulate.h"
+
 #include <fmt/format.h>
 
 #include <chrono>
 #include <cmath>
 
 #include "command.h"
-#include "costate/integrator/simulate.h"
 #include "costate/record/atomic_file.h"
 #include "costate/sensitivity/error_estimate.h"
 #include "digits.h"
@@ -25,7 +26,8 @@ struct SimulateOptions {
 int run(const CommonOptions& common, const SimulateOptions& options) {
   Setup setup(common, Purpose::simulate);
   setup.method.clear();
-  if (options.report && !setup.files) throw Error("--report writes a page beside the trajectory, so it excludes --no-files.");
+  if (options.report && !setup.files)
+    throw Error("--report writes a page beside the trajectory, so it excludes --no-files.");
   Progress progress(setup.progress_options);
   const auto begin = std::chrono::steady_clock::now();
   progress.start(setup.problem.solver.t_start);
@@ -37,8 +39,7 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   const Objective& objective = setup.problem.objective;
   const bool costs = !objective.running.empty() || !objective.terminal.empty();
   std::optional<double> error;
-  if (options.estimate && costs)
-    error = setup.located([&] { return estimate_error(setup.problem, setup.rho, r).psi; });
+  if (options.estimate && costs) error = setup.located([&] { return estimate_error(setup.problem, setup.rho, r).psi; });
   progress.finish();
   Json j = run_json(setup, r, "", wall);
   j["psi_error"] = error ? Json(*error) : Json();
@@ -75,15 +76,13 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
 }  // namespace
 
 const RegisterCommand simulate_command(
-    CommandGroup::run, "simulate", "Run a scene and store its trajectory",
-    [](Command& c, CommonOptions& common) {
+    CommandGroup::run, "simulate", "Run a scene and store its trajectory", [](Command& c, CommonOptions& common) {
       auto options = std::make_shared<SimulateOptions>();
       common.add_to(c);
       common.add_run_options(c);
       c.option("--output-step", options->step, "Time between stored samples [s]");
       c.flag("--csv", options->csv, "Write the trajectory as CSV too");
-      c.flag("--report", options->report,
-             "Write simulate.html too, a page with plots of the outputs that matter");
+      c.flag("--report", options->report, "Write simulate.html too, a page with plots of the outputs that matter");
       c.flag("--estimate-error", options->estimate, "Estimate psi's error by a rerun at rtol/10, or half the step");
       c.runs([&common, options] { return run(common, *options); });
     });

@@ -86,8 +86,7 @@ class StudyCommand {
   int run() {
     const Study study = read_study(options_.file, options_.only);
     title_ = study.title.empty() ? options_.file : study.title;
-    directory_ =
-        common_.output.empty() ? fs::path("results") / fs::path(options_.file).stem() : common_.output;
+    directory_ = common_.output.empty() ? fs::path("results") / fs::path(options_.file).stem() : common_.output;
     require_writable(directory_);
     take_directory();
     for (const StudyRun& r : study.runs) jobs_.push_back({r, directory_ / r.name, {}, false, -1, {}, {}});
@@ -109,8 +108,10 @@ class StudyCommand {
     fs::create_directories(directory_);
     lock_ = record_detail::FileDescriptor(::open(directory_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
     if (lock_.valid() && ::flock(lock_.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
-      throw Error(fmt::format("Another study is at work in '{}'; wait for it to end, or choose another directory with "
-                              "--output.", directory_.string()));
+      throw Error(
+          fmt::format("Another study is at work in '{}'; wait for it to end, or choose another directory with "
+                      "--output.",
+                      directory_.string()));
   }
 
   /// A run of a study that was killed ends by itself, but not at once. Until then its results are its own.
@@ -121,8 +122,10 @@ class StudyCommand {
       if (i == 0 && !common_.json && !common_.quiet)
         print_text(stderr, fmt::format("waiting for an earlier run of '{}' to end\n", j.run.name));
       if (i >= 600)
-        throw Error(fmt::format("The journal '{}' is in use by another run, which does not end; end it, or choose another "
-                                "directory with --output.", journal.string()));
+        throw Error(
+            fmt::format("The journal '{}' is in use by another run, which does not end; end it, or choose another "
+                        "directory with --output.",
+                        journal.string()));
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
     }
   }
@@ -148,8 +151,7 @@ class StudyCommand {
   }
 
   std::vector<std::string> arguments(const Job& j) const {
-    std::vector<std::string> a = {"costate", "optimize", j.run.scene.string(), "--output",
-                                  j.directory.string()};
+    std::vector<std::string> a = {"costate", "optimize", j.run.scene.string(), "--output", j.directory.string()};
     if (j.resume) a.push_back("--resume");
     if (!j.run.parameters.empty()) {
       a.push_back("--parameters");
@@ -178,8 +180,7 @@ class StudyCommand {
       // it ends.
       ::setpgid(0, 0);
       ::prctl(PR_SET_PDEATHSIG, SIGTERM);
-      const int file = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666),
-                null = ::open("/dev/null", O_RDONLY);
+      const int file = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666), null = ::open("/dev/null", O_RDONLY);
       if (::getppid() != parent || file < 0 || null < 0) ::_exit(kFailed);
       ::dup2(null, 0);
       ::dup2(file, 1);
@@ -202,8 +203,8 @@ class StudyCommand {
     if (common_.json || common_.quiet) return;
     if (good)
       print_text(stderr,
-                 fmt::format("[{}/{}] {}: psi {:.6g} -> {:.6g} in {} evaluations, {:.3g} s\n", finished_, total_, j.run.name,
-                             j.result["initial"]["psi"].get<double>(), j.result["psi"].get<double>(),
+                 fmt::format("[{}/{}] {}: psi {:.6g} -> {:.6g} in {} evaluations, {:.3g} s\n", finished_, total_,
+                             j.run.name, j.result["initial"]["psi"].get<double>(), j.result["psi"].get<double>(),
                              j.result["evaluations"].size(), j.result["wall_s"].get<double>()));
     else
       print_text(stderr, fmt::format("[{}/{}] {} failed: {}\n", finished_, total_, j.run.name, j.error));
@@ -216,16 +217,15 @@ class StudyCommand {
     std::string line, last;
     while (std::getline(log, line))
       if (line.rfind("costate: ", 0) == 0) last = line.substr(9);
-    return last.empty() ? fmt::format("exit status {}; see {}", WEXITSTATUS(wait_status),
-                                      (j.directory / "log.txt").string())
-                        : last;
+    return last.empty()
+               ? fmt::format("exit status {}; see {}", WEXITSTATUS(wait_status), (j.directory / "log.txt").string())
+               : last;
   }
 
   void run_all() {
     const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
     const std::size_t at_once = static_cast<std::size_t>(options_.jobs > 0 ? options_.jobs : cores);
-    total_ = static_cast<std::size_t>(
-        std::count_if(jobs_.begin(), jobs_.end(), [](const Job& j) { return !j.ok(); }));
+    total_ = static_cast<std::size_t>(std::count_if(jobs_.begin(), jobs_.end(), [](const Job& j) { return !j.ok(); }));
     if (total_ < jobs_.size() && !common_.json && !common_.quiet)
       print_text(stderr, fmt::format("{} of {} runs are finished already\n", jobs_.size() - total_, jobs_.size()));
     for (;;) {
@@ -270,8 +270,7 @@ class StudyCommand {
     shown_ = now;
     std::vector<std::string> names;
     for (const Job& j : jobs_)
-      if (j.state == Job::State::running)
-        names.push_back(fmt::format("{} ({})", j.run.name, j.evaluations()));
+      if (j.state == Job::State::running) names.push_back(fmt::format("{} ({})", j.run.name, j.evaluations()));
     print_text(stderr, fmt::format("\r\033[K[{}/{}] evaluations: {}", finished_, total_, fmt::join(names, ", ")));
     line_ = true;
   }
@@ -338,8 +337,7 @@ class StudyCommand {
     for (const auto& r : rows)
       if (r.contains("parameters_after"))
         for (const auto& [name, x] : r["parameters_after"].items())
-          if (std::find(parameters.begin(), parameters.end(), name) == parameters.end())
-            parameters.push_back(name);
+          if (std::find(parameters.begin(), parameters.end(), name) == parameters.end()) parameters.push_back(name);
     std::string text = fmt::format("{}", fmt::join(keys, ","));
     for (const auto& p : parameters) text += fmt::format(",{0}.before,{0}.after", p);
     text += "\n";
@@ -369,8 +367,8 @@ class StudyCommand {
       text += fmt::format("  {:<{}} {:>14.8g} {:>14.8g} {:>7.2f}% {:>6} {:>9.3g}  {}{}\n", name, width,
                           r["psi_before"].get<double>(), r["psi_after"].get<double>(),
                           r["improvement"].is_null() ? 0.0 : -100 * r["improvement"].get<double>(),
-                          r["evaluations"].get<int>(), r["wall_s"].get<double>(),
-                          r["stop_reason"].get<std::string>(), r["status"] == "kept" ? " (kept)" : "");
+                          r["evaluations"].get<int>(), r["wall_s"].get<double>(), r["stop_reason"].get<std::string>(),
+                          r["status"] == "kept" ? " (kept)" : "");
       std::vector<std::string> moves;
       for (const auto& [p, x] : r["parameters_after"].items())
         moves.push_back(

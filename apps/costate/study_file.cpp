@@ -36,9 +36,7 @@ const std::vector<std::string> kOptions = {"formulation",
                                            "checkpoint_steps",
                                            "no_certificate"};
 
-[[noreturn]] void fail(const SourceLocation& where, const std::string& message) {
-  throw SceneError(where, message);
-}
+[[noreturn]] void fail(const SourceLocation& where, const std::string& message) { throw SceneError(where, message); }
 
 void require_known(const SceneNode& table, const std::string& title, const std::vector<std::string>& known) {
   for (const auto& c : table.children)
@@ -119,8 +117,7 @@ StudyRun read_run(const SceneNode& table, const Common& common, const std::files
   run.scene = directory / text_of(table, "scene", title, true);
   if (const SceneNode* list = table.find("parameters")) {
     if (!list->is_array())
-      fail(list->where,
-           fmt::format("'parameters' in {} must be an array, found {}.", title, list->describe()));
+      fail(list->where, fmt::format("'parameters' in {} must be an array, found {}.", title, list->describe()));
     for (const auto& p : list->children) {
       if (p.type != SceneNode::Type::text)
         fail(p.where, fmt::format("'parameters' in {} must hold strings, found {}.", title, p.describe()));
@@ -159,14 +156,12 @@ Study read_study(const std::string& path, const std::vector<std::string>& select
   Study study;
   study.title = text_of(root, "title", "the study", false);
   Common common;
-  if (const SceneNode* set = root.find("set"))
-    add_overrides(require_table(*set, "'set'"), "", common.overrides);
+  if (const SceneNode* set = root.find("set")) add_overrides(require_table(*set, "'set'"), "", common.overrides);
   if (const SceneNode* o = root.find("options"))
     add_options(require_table(*o, "'options'"), "[options]", common.options);
   const SceneNode* runs = root.find("run");
   if (!runs || !runs->is_table_array())
-    fail(runs ? runs->where : SourceLocation{path, 0, 0},
-         "A study lists its runs, each with the header [[run]].");
+    fail(runs ? runs->where : SourceLocation{path, 0, 0}, "A study lists its runs, each with the header [[run]].");
   std::vector<std::string> names;
   for (const auto& table : runs->children) {
     const std::string name = text_of(table, "name", "[[run]]", true);
@@ -179,12 +174,10 @@ Study read_study(const std::string& path, const std::vector<std::string>& select
                      [&](const auto& n) { return ::fnmatch(pattern.c_str(), n.c_str(), 0) == 0; }))
       throw Error(fmt::format("--only: There is no run '{}'.{}", pattern, suggestion(pattern, names)));
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const bool wanted =
-        selected.empty() || std::any_of(selected.begin(), selected.end(), [&](const auto& pattern) {
-          return ::fnmatch(pattern.c_str(), names[i].c_str(), 0) == 0;
-        });
-    if (wanted)
-      study.runs.push_back(read_run(runs->children[i], common, std::filesystem::path(path).parent_path()));
+    const bool wanted = selected.empty() || std::any_of(selected.begin(), selected.end(), [&](const auto& pattern) {
+                          return ::fnmatch(pattern.c_str(), names[i].c_str(), 0) == 0;
+                        });
+    if (wanted) study.runs.push_back(read_run(runs->children[i], common, std::filesystem::path(path).parent_path()));
   }
   return study;
 }

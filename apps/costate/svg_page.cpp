@@ -46,8 +46,7 @@ void SvgPage::polygon(const std::vector<Vector2d>& corners, const std::string& s
 }
 
 void SvgPage::circle(const Vector2d& at, double radius, const std::string& style) {
-  shapes_ +=
-      fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\" {}/>\n", at[0], at[1], radius, style);
+  shapes_ += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\" {}/>\n", at[0], at[1], radius, style);
   const Vector2d r(radius, 0);
   keep_clear(at - r, at + r);
 }
@@ -57,10 +56,9 @@ void SvgPage::arrow(const Vector2d& from, const Vector2d& to, const std::string&
   if (length < 1) return;
   const Vector2d u = (to - from) / length, n(-u[1], u[0]);
   const Vector2d neck = to - 9 * u;
-  shapes_ += fmt::format("<path d=\"M{} L{}\" stroke=\"{}\" stroke-width=\"{}\"/>\n", xy(from), xy(neck),
-                         color, width);
-  shapes_ += fmt::format("<path d=\"M{} L{} L{} z\" fill=\"{}\"/>\n", xy(to), xy(neck + 4.5 * n),
-                         xy(neck - 4.5 * n), color);
+  shapes_ += fmt::format("<path d=\"M{} L{}\" stroke=\"{}\" stroke-width=\"{}\"/>\n", xy(from), xy(neck), color, width);
+  shapes_ +=
+      fmt::format("<path d=\"M{} L{} L{} z\" fill=\"{}\"/>\n", xy(to), xy(neck + 4.5 * n), xy(neck - 4.5 * n), color);
   keep_clear(from, to);
 }
 
@@ -81,17 +79,17 @@ void SvgPage::spring(const Vector2d& a, const Vector2d& b, const std::string& st
 
 void SvgPage::turn(const Vector2d& at, double radius, const std::string& color) {
   const Vector2d from = at + Vector2d(0, radius), to = at + Vector2d(radius, 0);
-  shapes_ += fmt::format(
-      "<path d=\"M{} A{r:.1f} {r:.1f} 0 1 1 {}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2.5\"/>\n",
-      xy(from), xy(to), color, fmt::arg("r", radius));
+  shapes_ +=
+      fmt::format("<path d=\"M{} A{r:.1f} {r:.1f} 0 1 1 {}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2.5\"/>\n",
+                  xy(from), xy(to), color, fmt::arg("r", radius));
   shapes_ += fmt::format("<path d=\"M{} l-5.5 -8 h11 z\" fill=\"{}\"/>\n", xy(to + Vector2d(0, 7)), color);
   keep_clear(at - Vector2d(radius, radius), at + Vector2d(radius, radius));
   keep_clear(at - Vector2d(radius, -radius), at + Vector2d(radius, -radius));
 }
 
 void SvgPage::ground(const Vector2d& at) {
-  shapes_ += fmt::format(
-      "<path d=\"M{} l-10 17 h20 z\" fill=\"#eeeeee\" stroke=\"#555555\" stroke-width=\"1.5\"/>\n", xy(at));
+  shapes_ +=
+      fmt::format("<path d=\"M{} l-10 17 h20 z\" fill=\"#eeeeee\" stroke=\"#555555\" stroke-width=\"1.5\"/>\n", xy(at));
   std::string d;
   for (int k = -2; k <= 2; ++k) d += fmt::format("M{} l-5 6", xy(at + Vector2d(5 * k + 2, 17)));
   shapes_ += fmt::format("<path d=\"{}\" stroke=\"#555555\" stroke-width=\"1.2\"/>\n", d);
@@ -102,8 +100,7 @@ void SvgPage::ground(const Vector2d& at) {
 
 void SvgPage::name(const Vector2d& at, const Vector2d& away, double clear, const std::string& text,
                    const std::string& color, bool bold) {
-  names_.push_back(
-      {at, away.norm() > 0 ? Vector2d(away.normalized()) : Vector2d(0, 0), clear, text, color, bold});
+  names_.push_back({at, away.norm() > 0 ? Vector2d(away.normalized()) : Vector2d(0, 0), clear, text, color, bold});
 }
 
 double SvgPage::cost(const Box& b, const Name& name) const {
@@ -162,16 +159,14 @@ void SvgPage::place(const Name& n) {
     }
   boxes_.push_back(best);
   if (distance > 30) {
-    const Vector2d end(std::clamp(n.at[0], best.left, best.right),
-                       std::clamp(n.at[1], best.top, best.bottom));
+    const Vector2d end(std::clamp(n.at[0], best.left, best.right), std::clamp(n.at[1], best.top, best.bottom));
     const Vector2d start = n.at + std::max(n.clear - 2, 0.0) * (end - n.at).normalized();
-    names_text_ += fmt::format("<path d=\"M{} L{}\" stroke=\"{}\" stroke-width=\"0.7\"/>\n", xy(start),
-                               xy(end), n.color);
+    names_text_ +=
+        fmt::format("<path d=\"M{} L{}\" stroke=\"{}\" stroke-width=\"0.7\"/>\n", xy(start), xy(end), n.color);
   }
-  names_text_ +=
-      fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\" fill=\"{}\"{}>{}</text>\n",
-                  0.5 * (best.left + best.right), best.bottom - 4, n.color,
-                  n.bold ? " font-weight=\"bold\"" : "", escaped(n.text));
+  names_text_ += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\" fill=\"{}\"{}>{}</text>\n",
+                             0.5 * (best.left + best.right), best.bottom - 4, n.color,
+                             n.bold ? " font-weight=\"bold\"" : "", escaped(n.text));
 }
 
 std::string SvgPage::text() {

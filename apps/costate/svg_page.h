@@ -27,8 +27,8 @@ class SvgPage {
   void ground(const Vector2d& at);
 
   /// A name to be placed at the end, not nearer to `at` than `clear` and if possible in the direction `away`.
-  void name(const Vector2d& at, const Vector2d& away, double clear, const std::string& text,
-            const std::string& color, bool bold = false);
+  void name(const Vector2d& at, const Vector2d& away, double clear, const std::string& text, const std::string& color,
+            bool bold = false);
   /// The page as text, all names placed.
   std::string text();
 

@@ -39,12 +39,10 @@ int run(const CommonOptions& common, Options& options) {
   const double t = scene.run.t_start_s;
   const Sweep sweep = located_in(scene, [&] {
     try {
-      return sweep_position(assembly, t, held_by_start(assembly), coordinate, options.from, options.to,
-                            options.count);
+      return sweep_position(assembly, t, held_by_start(assembly), coordinate, options.from, options.to, options.count);
     } catch (const ModelError& e) {
       const bool many = e.bare_message().rfind("Too many given", 0) == 0;
-      throw ModelError(e.subject(),
-                       e.bare_message() + (many ? " With --hold you say which others are held." : ""));
+      throw ModelError(e.subject(), e.bare_message() + (many ? " With --hold you say which others are held." : ""));
     }
   });
 
@@ -81,9 +79,9 @@ int run(const CommonOptions& common, Options& options) {
   j["outputs"] = columns;
   j["units"] = units;
   j["held_force"] = forces;
-  std::string text = fmt::format("{}\n  {} points of {} from {:g} to {:g} {}\n",
-                                 scene.title.empty() ? common.scene : scene.title, sweep.points.size(),
-                                 options.coordinate, options.from, options.to, unit);
+  std::string text =
+      fmt::format("{}\n  {} points of {} from {:g} to {:g} {}\n", scene.title.empty() ? common.scene : scene.title,
+                  sweep.points.size(), options.coordinate, options.from, options.to, unit);
   if (!common.no_files) {
     const auto directory = common.output.empty()
                                ? std::filesystem::path("results") / std::filesystem::path(common.scene).stem()
@@ -92,8 +90,7 @@ int run(const CommonOptions& common, Options& options) {
     write_file_atomically(directory / "sweep.csv", csv);
     write_file_atomically(directory / "sweep.json", json_text(j) + "\n");
     j["files"] = {(directory / "sweep.csv").string(), (directory / "sweep.json").string()};
-    text +=
-        fmt::format("  {}\n  {}\n", (directory / "sweep.csv").string(), (directory / "sweep.json").string());
+    text += fmt::format("  {}\n  {}\n", (directory / "sweep.csv").string(), (directory / "sweep.json").string());
   } else {
     text += csv;
   }
@@ -120,8 +117,8 @@ const RegisterCommand sweep_command(
       c.option("--outputs", options->outputs,
                "Outputs, separated by commas (default: those of [run], else all positions)")
           .separated();
-      options->analysis.add_hold(
-          c, "Other positions held, separated by commas, or 'none' (default: what [start] gives)");
+      options->analysis.add_hold(c,
+                                 "Other positions held, separated by commas, or 'none' (default: what [start] gives)");
       c.flag("--equilibrium", options->analysis.at_equilibrium,
              "Find force states by balance, also where the scene does not start at equilibrium");
       c.option("--output", common.output, "Directory for sweep.csv and sweep.json (default: results/SCENE)");

@@ -22,11 +22,13 @@ TrajectoryRecorder::TrajectoryRecorder(const Setup& setup, std::optional<double>
     throw Error(fmt::format("--output-step must be a positive number, found {}.", *step));
   if (!(h > 0)) h = (t1 - t0) / 500;
   const double count = std::floor((t1 - t0) / h + 1e-9);
-  if (!(count < 2e7)) throw Error(fmt::format("An output step of {:g} s gives {:.3g} samples; choose a larger one.", h, count));
+  if (!(count < 2e7))
+    throw Error(fmt::format("An output step of {:g} s gives {:.3g} samples; choose a larger one.", h, count));
   for (long i = 0; i <= static_cast<long>(count); ++i) times_.push_back(t0 + static_cast<double>(i) * h);
   if (times_.back() > t1 || t1 - times_.back() < 1e-9 * h) times_.back() = t1;
   if (times_.back() < t1) times_.push_back(t1);
-  // An integrator's first step depends on how far it is first asked to go: the first sample stays, so that the run does.
+  // An integrator's first step depends on how far it is first asked to go: the first sample stays, so that the run
+  // does.
   if (only_end && times_.size() > 2) times_ = {times_[1], t1};
   prepare(*setup.problem.mechanism);
 }
@@ -40,7 +42,8 @@ void TrajectoryRecorder::prepare(const Mechanism& m) {
   for (const auto& c : m.coordinates()) add("coordinates", c.name, c.unit);
   for (const auto& c : m.coordinates()) add("velocities", c.name, c.unit + "/s");
   for (const auto& c : m.coordinates()) add("accelerations", c.name, c.unit + "/s^2");
-  const auto add_all = [&](const char* group, const std::vector<std::string>& names, const std::vector<std::string>& units) {
+  const auto add_all = [&](const char* group, const std::vector<std::string>& names,
+                           const std::vector<std::string>& units) {
     for (std::size_t i = 0; i < names.size(); ++i) add(group, names[i], units[i]);
   };
   add_all("multipliers", m.row_names(), multiplier_units(m));

@@ -32,7 +32,8 @@ class TrajectoryRecorder {
 };
 
 /// Writes NAME.h5 (and NAME.csv); returns the paths of what was written.
-std::vector<std::string> write_trajectory(const Setup& setup, const TrajectoryTable& table, const std::string& name, bool csv);
+std::vector<std::string> write_trajectory(const Setup& setup, const TrajectoryTable& table, const std::string& name,
+                                          bool csv);
 
 /// Shows progress and stops on Ctrl-C.
 Monitor monitor(Progress& progress, double t_end);

@@ -16,14 +16,14 @@
 #include <cstdio>
 
 #include "costate/base/error.h"
-#include "costate/element/kind/angle.h"
-#include "costate/element/kind/bar.h"
-#include "costate/element/kind/force.h"
-#include "costate/element/kind/mass.h"
-#include "costate/element/kind/point.h"
-#include "costate/element/kind/spring.h"
-#include "costate/element/kind/two_lines.h"
 #include "costate/integrator/simulate.h"
+#include "costate/kind/body/bar.h"
+#include "costate/kind/body/mass.h"
+#include "costate/kind/body/point.h"
+#include "costate/kind/force/force.h"
+#include "costate/kind/force/spring.h"
+#include "costate/kind/joint/angle.h"
+#include "costate/kind/joint/two_lines.h"
 #include "costate/objective/constant_costs.h"
 #include "costate/sensitivity/method.h"
 
@@ -50,8 +50,9 @@ std::shared_ptr<const Mechanism> slider_crank() {
   // A bar knows its angle only if somebody wants it: here the motor and the start do.
   add_bar_angle(b, "crank", "crank", {});
   add_couple(b, "motor", {"crank"}, 2.0);  // N m; a law of time would do, too: sine_law(2, 1, 10, 0)
-  add_spring(b, "return", "B", "W",
-             {.stiffness_N_per_m = 80, .natural_length_m = 0.3, .damping_N_s_per_m = 4, .spring_law = {}, .damper_law = {}});
+  add_spring(
+      b, "return", "B", "W",
+      {.stiffness_N_per_m = 80, .natural_length_m = 0.3, .damping_N_s_per_m = 4, .spring_law = {}, .damper_law = {}});
 
   // One degree of freedom: the crank's angle and its rate are given, everything else follows from them.
   b.give("crank.angle");
@@ -66,8 +67,8 @@ int main() try {
   problem.mechanism = slider_crank();
   // Every number of the mechanism has a path and can be a parameter. Mind the crank's length: it moves the start, and
   // the gradients below contain that.
-  problem.parameters = problem.mechanism->select({"bar.crank.length_m", "bar.rod.mass_kg",
-                                                  "spring.return.stiffness_N_per_m", "couple.motor.torque_N_m"});
+  problem.parameters = problem.mechanism->select(
+      {"bar.crank.length_m", "bar.rod.mass_kg", "spring.return.stiffness_N_per_m", "couple.motor.torque_N_m"});
   // psi = integral of (x_B - 0.7)^2 + 0.01 (angular velocity of the crank)^2
   problem.objective.running = {square_cost(*problem.mechanism, "B.x", 0.7),
                                square_cost(*problem.mechanism, "crank.angle_dot", 0, 0.01)};

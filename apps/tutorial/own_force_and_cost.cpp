@@ -14,13 +14,13 @@
 
 #include "costate/base/error.h"
 #include "costate/element/force/axial_force.h"
-#include "costate/element/kind/lookup.h"
+#include "costate/kind/lookup.h"
 #include "costate/objective/objective.h"
+#include "costate/problem/scene_problem.h"
 #include "costate/scene/cost_kind.h"
 #include "costate/scene/scene.h"
 #include "costate/scene/scene_kind.h"
 #include "costate/sensitivity/method.h"
-#include "costate/sensitivity/scene_problem.h"
 
 namespace {
 

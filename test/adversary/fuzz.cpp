@@ -24,10 +24,10 @@
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
 #include "costate/integrator/simulate.h"
-#include "costate/scene/law_table.h"
+#include "costate/kind/law/law_table.h"
+#include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/scene/scene_kind.h"
-#include "costate/sensitivity/scene_problem.h"
 #include "support/paths.h"
 
 namespace fs = std::filesystem;
@@ -266,7 +266,7 @@ void try_input(const Input& input, const fs::path& directory, Shared& shared) {
       problem.solver.max_steps = 2000;
       simulate(problem, problem.parameters.values());
       ++shared.ran;
-    } catch (const SolverError&) {  // a run may fail, with a cause
+    } catch (const SolverError&) {   // a run may fail, with a cause
     } catch (const ModelError& e) {  // as the tool reports it
       throw scene.located(e);
     }
@@ -295,8 +295,8 @@ int main(int argc, char** argv) {
   }
   const fs::path directory = fs::temp_directory_path() / fmt::format("costate_fuzz_{}", getpid());
   fs::create_directories(directory);
-  auto* shared = static_cast<Shared*>(
-      mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
+  auto* shared =
+      static_cast<Shared*>(mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
   new (shared) Shared;
   // A tyre file as it is must be read: else its mutations would be refused before anyone looks at them.
   for (const Input& input : all) {
@@ -339,7 +339,6 @@ int main(int argc, char** argv) {
   fmt::print(
       "{} inputs, seed {}, {:.0f} s: {} read, {} of them run, {} refused ({} of these name no place), {} "
       "raw, {} crashed, {} hung\n",
-      inputs, seed, seconds, shared->read, shared->ran, shared->refused, shared->placeless, shared->raw,
-      crashed, hung);
+      inputs, seed, seconds, shared->read, shared->ran, shared->refused, shared->placeless, shared->raw, crashed, hung);
   return crashed + hung + shared->raw + shared->placeless > 0 || shared->read == 0 ? 1 : 0;
 }

@@ -12,8 +12,8 @@
 
 #include "costate/base/error.h"
 #include "costate/integrator/simulate.h"
+#include "costate/problem/scene_problem.h"
 #include "costate/sensitivity/method.h"
-#include "costate/sensitivity/scene_problem.h"
 
 namespace costate::adversary {
 
@@ -98,8 +98,7 @@ Finding run_gradient(const std::string& text, const std::string& formulation, co
         worst = fmt::format("parameter {}: {:.9g}, right {:.9g}", j, r.gradient[j], truth.gradient[j]);
       }
     }
-    const double psi_error =
-        std::abs(r.psi - truth.psi) / std::max(std::abs(truth.psi), 1e-3 * truth.psi_scale);
+    const double psi_error = std::abs(r.psi - truth.psi) / std::max(std::abs(truth.psi), 1e-3 * truth.psi_scale);
     if (!(psi_error <= largest)) {
       largest = std::isfinite(psi_error) ? psi_error : HUGE_VAL;
       worst = fmt::format("psi {:.9g}, right {:.9g}", r.psi, truth.psi);
@@ -166,12 +165,10 @@ Truth truth_by_rereading(const std::string& text, const std::vector<std::string>
   for (std::size_t j = 0; j < truth.gradient.size(); ++j)
     size = std::max(size, std::abs(truth.gradient[j]) * truth.scales[j]);
   for (std::size_t j = 0; j < truth.gradient.size(); ++j) {
-    truth.uncertainty[j] =
-        std::max(truth.uncertainty[j], std::abs(truth.gradient[j] - truths[1].gradient[j]));
+    truth.uncertainty[j] = std::max(truth.uncertainty[j], std::abs(truth.gradient[j] - truths[1].gradient[j]));
     if (!(truth.uncertainty[j] * truth.scales[j] < 2e-5 * size)) truth.known = false;
   }
-  if (!(std::abs(truth.psi - truths[1].psi) <= 1e-6 * std::max(std::abs(truth.psi), 1e-300)))
-    truth.known = false;
+  if (!(std::abs(truth.psi - truths[1].psi) <= 1e-6 * std::max(std::abs(truth.psi), 1e-300))) truth.known = false;
   return truth;
 }
 
@@ -196,8 +193,7 @@ std::vector<Finding> in_child(const std::function<std::vector<Finding>()>& f, in
   close(ends[1]);
   std::string text;
   char buffer[4096];
-  for (ssize_t n; (n = read(ends[0], buffer, sizeof buffer)) > 0;)
-    text.append(buffer, static_cast<std::size_t>(n));
+  for (ssize_t n; (n = read(ends[0], buffer, sizeof buffer)) > 0;) text.append(buffer, static_cast<std::size_t>(n));
   close(ends[0]);
   int status = 0;
   waitpid(child, &status, 0);
@@ -219,8 +215,7 @@ std::vector<Finding> in_child(const std::function<std::vector<Finding>()>& f, in
     list.push_back({WTERMSIG(status) == SIGALRM ? Outcome::hung : Outcome::crashed, "the whole case", 0,
                     fmt::format("ended by signal {}", WTERMSIG(status))});
   else if (WEXITSTATUS(status) != 0)
-    list.push_back(
-        {Outcome::crashed, "the whole case", 0, fmt::format("ended with status {}", WEXITSTATUS(status))});
+    list.push_back({Outcome::crashed, "the whole case", 0, fmt::format("ended with status {}", WEXITSTATUS(status))});
   return list;
 }
 

@@ -14,12 +14,8 @@ namespace costate::adversary {
 
 KindScene random_kind_scene(std::uint64_t seed) {
   std::mt19937_64 engine(seed * 0xD1B54A32D192ED03ull + 7);
-  const auto uniform = [&](double a, double b) {
-    return std::uniform_real_distribution<double>(a, b)(engine);
-  };
-  const auto pick = [&](std::size_t n) {
-    return std::uniform_int_distribution<std::size_t>(0, n - 1)(engine);
-  };
+  const auto uniform = [&](double a, double b) { return std::uniform_real_distribution<double>(a, b)(engine); };
+  const auto pick = [&](std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(engine); };
   KindScene r;
   const auto& kinds = scene_kinds();
   const auto& kind = kinds[pick(kinds.size())];

@@ -57,8 +57,7 @@ Truth truth_of(const Truss& t) {
 }
 
 std::vector<Finding> try_truss(const Truss& t, const Truth& truth,
-                               std::vector<std::pair<std::string, std::string>> chosen,
-                               std::mt19937_64& engine) {
+                               std::vector<std::pair<std::string, std::string>> chosen, std::mt19937_64& engine) {
   std::vector<Finding> list;
   for (const auto& [formulation, method] : chosen) {
     list.push_back(run_gradient(t.scene(), formulation, method, truth));
@@ -122,8 +121,7 @@ Truss shrink(Truss t, const std::string& run) {
   const std::string method = run.substr(cut + 3, run.find_first_of(", ", cut + 3) - cut - 3);
   const auto still = [&](const Truss& s) {
     const auto found = in_child(
-        [&] { return std::vector<Finding>{run_gradient(s.scene(), formulation, method, truth_of(s))}; },
-        kSeconds);
+        [&] { return std::vector<Finding>{run_gradient(s.scene(), formulation, method, truth_of(s))}; }, kSeconds);
     return std::any_of(found.begin(), found.end(), bad);
   };
   if (!still(t)) return t;
@@ -158,8 +156,7 @@ int main(int argc, char** argv) {
     else if (std::strcmp(argv[i], "--quiet") == 0)
       o.quiet = true;
     else {
-      fmt::print(stderr,
-                 "usage: {} [--cases N] [--seed N] [--combinations N] [--case N [--scene]] [--quiet]\n",
+      fmt::print(stderr, "usage: {} [--cases N] [--seed N] [--combinations N] [--case N [--scene]] [--quiet]\n",
                  argv[0]);
       return 2;
     }
@@ -200,8 +197,7 @@ int main(int argc, char** argv) {
     std::fflush(stdout);
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  fmt::print("\n{} cases from seed {}, {:.0f} s ({} gave no scene)\n\n| runs |", o.cases, o.first, seconds,
-             none);
+  fmt::print("\n{} cases from seed {}, {:.0f} s ({} gave no scene)\n\n| runs |", o.cases, o.first, seconds, none);
   const Outcome all[] = {Outcome::agreed,   Outcome::warned, Outcome::refused, Outcome::failed,
                          Outcome::unjudged, Outcome::wrong,  Outcome::crashed, Outcome::hung};
   for (const Outcome x : all) fmt::print(" {} |", name_of(x));

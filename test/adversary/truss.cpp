@@ -86,8 +86,8 @@ std::string TimeLaw::text() const {
       return num(a);
     case Kind::sine:
       return fmt::format(
-          "{{ kind = \"sine\", mean = {}, amplitude = {}, angular_frequency_rad_per_s = {}, phase_rad = 0 }}",
-          num(a), num(b), num(c));
+          "{{ kind = \"sine\", mean = {}, amplitude = {}, angular_frequency_rad_per_s = {}, phase_rad = 0 }}", num(a),
+          num(b), num(c));
     case Kind::pulse:
       return fmt::format(
           "{{ kind = \"sum\", terms = [{{ kind = \"smooth_step\", from = {}, to = {}, before = {}, after = "
@@ -95,8 +95,8 @@ std::string TimeLaw::text() const {
           "{{ kind = \"smooth_step\", from = {}, to = {}, before = 0, after = {} }}] }}",
           num(t1), num(t1 + w), num(a), num(a + b), num(t2), num(t2 + w), num(-b));
     case Kind::kink:
-      return fmt::format("{{ kind = \"piecewise\", breaks = [{}], coefficients = [[{}, {}], [{}, {}]] }}",
-                         num(t1), num(a), num(b), num(a + b * t1 - c * t1), num(c));
+      return fmt::format("{{ kind = \"piecewise\", breaks = [{}], coefficients = [[{}, {}], [{}, {}]] }}", num(t1),
+                         num(a), num(b), num(a + b * t1 - c * t1), num(c));
   }
   return {};
 }
@@ -174,45 +174,40 @@ double Truss::scale(const Parameter& p) const {
 }
 
 std::string Truss::scene() const {
-  std::string s =
-      fmt::format("[gravity]\nx_m_per_s2 = {}\ny_m_per_s2 = {}\n", num(gravity[0]), num(gravity[1]));
+  std::string s = fmt::format("[gravity]\nx_m_per_s2 = {}\ny_m_per_s2 = {}\n", num(gravity[0]), num(gravity[1]));
   std::string given;
   for (const Point& p : points) {
-    s += fmt::format("[point.{}]\n{}x_m = {}\ny_m = {}\n", p.name, p.ground ? "ground = true\n" : "",
-                     num(p.x[0]), num(p.x[1]));
+    s += fmt::format("[point.{}]\n{}x_m = {}\ny_m = {}\n", p.name, p.ground ? "ground = true\n" : "", num(p.x[0]),
+                     num(p.x[1]));
     for (int i = 0; i < 2; ++i) {
       if (p.given[i]) s += fmt::format("v{}_m_per_s = {}\n", kAxis[i], num(p.v[i]));
       if (p.given[i]) given += fmt::format("{}\"{}.{}\"", given.empty() ? "" : ", ", p.name, kAxis[i]);
     }
-    if (p.mass > 0)
-      s += fmt::format("[mass.m{}]\npoint = \"{}\"\nmass_kg = {}\n", p.name, p.name, num(p.mass));
+    if (p.mass > 0) s += fmt::format("[mass.m{}]\npoint = \"{}\"\nmass_kg = {}\n", p.name, p.name, num(p.mass));
   }
   const auto name = [&](int i) { return points[static_cast<std::size_t>(i)].name; };
   for (const Bar& b : bars)
     s += fmt::format("[bar.{}]\nfrom = \"{}\"\nto = \"{}\"\nmass_kg = {}\nlength_m = {}\n", b.name, name(b.a),
                      name(b.b), num(b.mass), num(b.length));
   for (const Spring& f : springs) {
-    s += fmt::format(
-        "[spring.{}]\nfrom = \"{}\"\nto = \"{}\"\nstiffness_N_per_m = {}\nnatural_length_m = {}\n", f.name,
-        name(f.a), name(f.b), num(f.stiffness), num(f.length));
+    s += fmt::format("[spring.{}]\nfrom = \"{}\"\nto = \"{}\"\nstiffness_N_per_m = {}\nnatural_length_m = {}\n", f.name,
+                     name(f.a), name(f.b), num(f.stiffness), num(f.length));
     if (f.kinked)
-      s += fmt::format(
-          "damper_law = {{ kind = \"piecewise\", breaks = [0], coefficients = [[0, {}], [0, {}]] }}\n",
-          num(f.damping), num(f.damping_out));
+      s += fmt::format("damper_law = {{ kind = \"piecewise\", breaks = [0], coefficients = [[0, {}], [0, {}]] }}\n",
+                       num(f.damping), num(f.damping_out));
     else
       s += fmt::format("damping_N_s_per_m = {}\n", num(f.damping));
   }
   for (const Force& f : forces)
-    s += fmt::format("[force.{}]\npoint = \"{}\"\n{}_N = {}\n", f.name, name(f.point), kAxis[f.axis],
-                     f.law.text());
+    s += fmt::format("[force.{}]\npoint = \"{}\"\n{}_N = {}\n", f.name, name(f.point), kAxis[f.axis], f.law.text());
   for (const Driver& d : drivers)
     s += fmt::format("[driver.{}]\ncoordinate = \"{}.{}\"\nlaw = {}\n", d.name, name(d.point), kAxis[d.axis],
                      d.law.text());
   s += fmt::format("[start]\ngiven = [{}]\n", given);
   for (const Cost& c : costs)
     s += fmt::format("[[cost.{}]]\nkind = \"{}\"\noutput = \"{}.{}{}\"\nweight = {}\ntarget = {}\n",
-                     c.terminal ? "terminal" : "running", c.terminal ? "value" : "square", name(c.point),
-                     kAxis[c.axis], c.rate ? "_dot" : "", num(c.weight), num(c.target));
+                     c.terminal ? "terminal" : "running", c.terminal ? "value" : "square", name(c.point), kAxis[c.axis],
+                     c.rate ? "_dot" : "", num(c.weight), num(c.target));
   std::string list;
   for (const Parameter& p : parameters) list += fmt::format("{}\"{}\"", list.empty() ? "" : ", ", path(p));
   s += fmt::format("[run]\nt_end_s = {}\nrtol = 1e-8\nparameters = [{}]\n", num(t_end), list);
@@ -324,14 +319,12 @@ std::vector<Truss> Truss::smaller() const {
   std::vector<Truss> list;
   const auto used = [&](std::initializer_list<Parameter::Kind> kinds, std::size_t element) {
     return std::any_of(parameters.begin(), parameters.end(), [&](const Parameter& p) {
-      return p.element == static_cast<int>(element) &&
-             std::find(kinds.begin(), kinds.end(), p.kind) != kinds.end();
+      return p.element == static_cast<int>(element) && std::find(kinds.begin(), kinds.end(), p.kind) != kinds.end();
     });
   };
   const auto shift = [](Truss& t, std::initializer_list<Parameter::Kind> kinds, std::size_t element) {
     for (Parameter& p : t.parameters)
-      if (p.element > static_cast<int>(element) &&
-          std::find(kinds.begin(), kinds.end(), p.kind) != kinds.end())
+      if (p.element > static_cast<int>(element) && std::find(kinds.begin(), kinds.end(), p.kind) != kinds.end())
         --p.element;
   };
   using K = Parameter::Kind;
@@ -367,9 +360,7 @@ std::vector<Truss> Truss::smaller() const {
 
 Truss random_truss(std::uint64_t seed) {
   std::mt19937_64 engine(seed * 0x9E3779B97F4A7C15ull + 1);
-  const auto uniform = [&](double a, double b) {
-    return std::uniform_real_distribution<double>(a, b)(engine);
-  };
+  const auto uniform = [&](double a, double b) { return std::uniform_real_distribution<double>(a, b)(engine); };
   const auto chance = [&](double p) { return uniform(0, 1) < p; };
   const auto pick = [&](std::size_t n) {
     return static_cast<int>(std::uniform_int_distribution<std::size_t>(0, n - 1)(engine));
@@ -396,8 +387,8 @@ Truss random_truss(std::uint64_t seed) {
     return std::hypot(q.x[0] - p.x[0], q.x[1] - p.x[1]);
   };
   const auto add_bar = [&](int a, int b) {
-    t.bars.push_back({fmt::format("B{}", t.bars.size()), a, b, chance(0.2) ? 0 : mass * decades(-0.7, 0.7),
-                      distance(a, b)});
+    t.bars.push_back(
+        {fmt::format("B{}", t.bars.size()), a, b, chance(0.2) ? 0 : mass * decades(-0.7, 0.7), distance(a, b)});
   };
   for (int i = 0; i < moving; ++i) {
     const int self = static_cast<int>(t.points.size()), parent = pick(t.points.size());
@@ -405,8 +396,7 @@ Truss random_truss(std::uint64_t seed) {
     p.name = fmt::format("P{}", i);
     const double angle = uniform(0, 6.283185307), l = uniform(0.4, 1.2) * length;
     for (int k = 0; k < 2; ++k)
-      p.x[k] =
-          t.points[static_cast<std::size_t>(parent)].x[k] + l * (k == 0 ? std::cos(angle) : std::sin(angle));
+      p.x[k] = t.points[static_cast<std::size_t>(parent)].x[k] + l * (k == 0 ? std::cos(angle) : std::sin(angle));
     t.points.push_back(p);
     if (chance(0.06)) {  // no bar at all: a free point
       t.points.back().mass = mass * decades(-0.7, 0.7);
@@ -422,10 +412,9 @@ Truss random_truss(std::uint64_t seed) {
     if (self > 1 && chance(0.35)) {
       second = pick(static_cast<std::size_t>(self));
       // A triangle that is nearly flat has no well-determined corner.
-      const Point &a = t.points[static_cast<std::size_t>(parent)],
-                  &b = t.points[static_cast<std::size_t>(second)];
-      const double area = std::abs((a.x[0] - point.x[0]) * (b.x[1] - point.x[1]) -
-                                   (a.x[1] - point.x[1]) * (b.x[0] - point.x[0]));
+      const Point &a = t.points[static_cast<std::size_t>(parent)], &b = t.points[static_cast<std::size_t>(second)];
+      const double area =
+          std::abs((a.x[0] - point.x[0]) * (b.x[1] - point.x[1]) - (a.x[1] - point.x[1]) * (b.x[0] - point.x[0]));
       if (second == parent || area < 0.2 * distance(parent, self) * distance(second, self)) second = -1;
     }
     if (second >= 0) {
@@ -437,9 +426,7 @@ Truss random_truss(std::uint64_t seed) {
       const int axis = dy > dx ? 0 : 1;
       if (chance(0.12)) {
         Driver d{fmt::format("D{}", t.drivers.size()), self, axis, {}};
-        d.law.kind = chance(0.5)   ? TimeLaw::Kind::sine
-                     : chance(0.5) ? TimeLaw::Kind::pulse
-                                   : TimeLaw::Kind::kink;
+        d.law.kind = chance(0.5) ? TimeLaw::Kind::sine : chance(0.5) ? TimeLaw::Kind::pulse : TimeLaw::Kind::kink;
         d.law.a = point.x[axis];
         d.law.t1 = uniform(0.1, 0.8) * t.t_end;
         d.law.w = uniform(0.05, 0.3);
@@ -540,8 +527,7 @@ Truss random_truss(std::uint64_t seed) {
     c.rate = chance(0.3);
     c.terminal = chance(0.3);
     c.weight = uniform(0.5, 2);
-    c.target =
-        c.rate ? 0 : t.points[static_cast<std::size_t>(c.point)].x[c.axis] + uniform(-0.3, 0.3) * length;
+    c.target = c.rate ? 0 : t.points[static_cast<std::size_t>(c.point)].x[c.axis] + uniform(-0.3, 0.3) * length;
     t.costs.push_back(c);
   }
   std::vector<Parameter> all;
@@ -556,8 +542,7 @@ Truss random_truss(std::uint64_t seed) {
     if (t.bars[static_cast<std::size_t>(i)].mass > 0) all.push_back({K::bar_mass, i, 0});
   }
   for (int i = 0; i < static_cast<int>(t.forces.size()); ++i)
-    if (t.forces[static_cast<std::size_t>(i)].law.kind == TimeLaw::Kind::constant)
-      all.push_back({K::force, i, 0});
+    if (t.forces[static_cast<std::size_t>(i)].law.kind == TimeLaw::Kind::constant) all.push_back({K::force, i, 0});
   for (int i = 0; i < static_cast<int>(t.points.size()); ++i) {
     const Point& p = t.points[static_cast<std::size_t>(i)];
     if (p.mass > 0) all.push_back({K::point_mass, i, 0});

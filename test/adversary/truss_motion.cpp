@@ -41,8 +41,7 @@ class Motion {
       A.bottomRows(g).setZero();
       for (int i = 0; i < g; ++i) {
         A(rows_ + i, values[static_cast<std::size_t>(i)].first) = 1;
-        r[rows_ + i] =
-            x[values[static_cast<std::size_t>(i)].first] - values[static_cast<std::size_t>(i)].second;
+        r[rows_ + i] = x[values[static_cast<std::size_t>(i)].first] - values[static_cast<std::size_t>(i)].second;
       }
     };
     bool settled = false;
@@ -194,10 +193,8 @@ class Motion {
     for (const Spring& s : t_.springs) {
       const double *p = at(s.a, q), *o = at(s.b, q);
       const double d[2] = {o[0] - p[0], o[1] - p[1]}, l = std::hypot(d[0], d[1]);
-      const double ld =
-          (d[0] * (rate(s.b, 0, v) - rate(s.a, 0, v)) + d[1] * (rate(s.b, 1, v) - rate(s.a, 1, v))) / l;
-      const double tension =
-          s.stiffness * (l - s.length) + (s.kinked && ld > 0 ? s.damping_out : s.damping) * ld;
+      const double ld = (d[0] * (rate(s.b, 0, v) - rate(s.a, 0, v)) + d[1] * (rate(s.b, 1, v) - rate(s.a, 1, v))) / l;
+      const double tension = s.stiffness * (l - s.length) + (s.kinked && ld > 0 ? s.damping_out : s.damping) * ld;
       for (int k = 0; k < 2; ++k) {
         push(s.a, k, tension * d[k] / l);
         push(s.b, k, -tension * d[k] / l);
@@ -233,8 +230,8 @@ class Motion {
     K.bottomLeftCorner(rows_, n_) = J;
     Vector b(n_ + rows_);
     b << forces(t, q, v) / unit, -bias(t, q, v);
-    const Vector x = t_.redundant ? Vector(K.completeOrthogonalDecomposition().solve(b))
-                                  : Vector(K.partialPivLu().solve(b));
+    const Vector x =
+        t_.redundant ? Vector(K.completeOrthogonalDecomposition().solve(b)) : Vector(K.partialPivLu().solve(b));
     Vector f(2 * n_ + 1);
     f << v, x.head(n_), 0;
     for (const Cost& c : t_.costs) {
@@ -254,8 +251,7 @@ class Motion {
                                    {19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729},
                                    {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656},
                                    {35.0 / 384, 0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84}};
-    static const double e[] = {71.0 / 57600,      0,          -71.0 / 16695, 71.0 / 1920,
-                               -17253.0 / 339200, 22.0 / 525, -1.0 / 40};
+    static const double e[] = {71.0 / 57600, 0, -71.0 / 16695, 71.0 / 1920, -17253.0 / 339200, 22.0 / 525, -1.0 / 40};
     // Laws are evaluated inside the segment: a kink at its border belongs to the neighbour.
     const auto inside = [&](double t) { return std::min(std::max(t, from + 1e-13), to - 1e-13); };
     double t = from, h = std::min(1e-4, (to - from) / 10);

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "costate/sensitivity/problem.h"
+#include "costate/problem/problem.h"
 
 namespace costate::bench {
 
@@ -23,13 +23,14 @@ Report gradients(const Settings& settings);
 /// Gradients of a chain against the number of parameters, and the time of a step against the length of the chain.
 Report parameters(const Settings& settings);
 
-/// Every formulation by every method on the five-bar and Andrews' mechanism at three tolerances: counters, time, errors.
+/// Every formulation by every method on the five-bar and Andrews' mechanism at three tolerances: counters, time,
+/// errors.
 Report matrix(const Settings& settings);
 /// The discrete adjoint's time against its simulation's on three mechanisms.
 Report discrete(const Settings& settings);
 
-/// The full vehicle in the double lane change: against real time, gradients of 6 and 100 parameters against a simulation,
-/// the time of a step against the number of vehicles; and each of these alone.
+/// The full vehicle in the double lane change: against real time, gradients of 6 and 100 parameters against a
+/// simulation, the time of a step against the number of vehicles; and each of these alone.
 Report vehicle(const Settings& settings);
 Report vehicle_speed(const Settings& settings);
 Report vehicle_gradients(const Settings& settings);

@@ -47,11 +47,10 @@ Problem make_chain(int bars, int parameters) {
   problem.mechanism = s.builder.build();
   if (!names.empty()) problem.parameters = problem.mechanism->select(names);
   const std::string end = fmt::format("P{}", bars);
-  problem.objective.running = {
-      std::make_shared<OutputTerm>(make_output(*problem.mechanism, end + ".x"), 2, weight,
-                                   OutputTerm::Target{x.law, x_numbers, nullptr}),
-      std::make_shared<OutputTerm>(make_output(*problem.mechanism, end + ".y"), 2, weight,
-                                   OutputTerm::Target{y.law, y_numbers, nullptr})};
+  problem.objective.running = {std::make_shared<OutputTerm>(make_output(*problem.mechanism, end + ".x"), 2, weight,
+                                                            OutputTerm::Target{x.law, x_numbers, nullptr}),
+                               std::make_shared<OutputTerm>(make_output(*problem.mechanism, end + ".y"), 2, weight,
+                                                            OutputTerm::Target{y.law, y_numbers, nullptr})};
   problem.solver.t_end = 1;
   problem.solver.rtol = 1e-6;
   return problem;

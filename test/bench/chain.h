@@ -3,7 +3,7 @@
 // may be parameters: its mass and the natural length of the spring at its end.
 #pragma once
 
-#include "costate/sensitivity/problem.h"
+#include "costate/problem/problem.h"
 
 namespace costate::bench {
 

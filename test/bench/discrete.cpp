@@ -15,9 +15,10 @@ Report discrete(const Settings& settings) {
   report.json["target"] = 2.0;
   report.json["rows"] = nlohmann::json::array();
   report.text = fmt::format(
-      "Discrete adjoint, gradient / simulation (target <= 2: the pass back costs at most one simulation); minimum of {} "
-      "interleaved rounds.\n  {:<16}{:<18}{:>11}{:>8}{:>10}{:>10}{:>8}{:>8}\n", settings.rounds, "", "scheme",
-      "parameters", "steps", "sim ms", "grad ms", "ratio", "factor");
+      "Discrete adjoint, gradient / simulation (target <= 2: the pass back costs at most one simulation); minimum of "
+      "{} "
+      "interleaved rounds.\n  {:<16}{:<18}{:>11}{:>8}{:>10}{:>10}{:>8}{:>8}\n",
+      settings.rounds, "", "scheme", "parameters", "steps", "sim ms", "grad ms", "ratio", "factor");
   for (const char* scene : {"five_bar/five_bar.toml", "andrews/andrews.toml", "n_four_bar/n_four_bar_40.toml"}) {
     const Model model = load_model(scene);
     for (const char* scheme : {"newmark", "generalized-alpha"}) {
@@ -33,10 +34,10 @@ Report discrete(const Settings& settings) {
       const int adjoint = race.add([&] { result = gradient(p, "discrete-adjoint", rho); });
       race.run(settings.rounds);
       const double ratio = race.ratio(adjoint, simulation);
-      report.text += fmt::format("  {:<16}{:<18}{:>11}{:>8}{:>10.2f}{:>10.2f}{:>7.2f}{}{:>8}\n", model.name, scheme,
-                                 rho.size(), result.counters.steps, race.minimum_ms(simulation),
-                                 race.minimum_ms(adjoint), ratio, ratio <= 2 ? ' ' : '!',
-                                 result.counters.factorizations);
+      report.text +=
+          fmt::format("  {:<16}{:<18}{:>11}{:>8}{:>10.2f}{:>10.2f}{:>7.2f}{}{:>8}\n", model.name, scheme, rho.size(),
+                      result.counters.steps, race.minimum_ms(simulation), race.minimum_ms(adjoint), ratio,
+                      ratio <= 2 ? ' ' : '!', result.counters.factorizations);
       report.json["rows"].push_back({{"scene", model.name},
                                      {"scheme", scheme},
                                      {"parameters", rho.size()},

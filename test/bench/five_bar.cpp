@@ -35,11 +35,10 @@ Problem make_five_bar() {
   Problem problem;
   problem.mechanism = s.builder.build();
   problem.parameters = problem.mechanism->select({"L01", "L02"});
-  problem.objective.running = {
-      std::make_shared<OutputTerm>(make_output(*problem.mechanism, "P2.x"), 2, weight,
-                                   OutputTerm::Target{x.law, x_numbers, nullptr}),
-      std::make_shared<OutputTerm>(make_output(*problem.mechanism, "P2.y"), 2, weight,
-                                   OutputTerm::Target{y.law, y_numbers, nullptr})};
+  problem.objective.running = {std::make_shared<OutputTerm>(make_output(*problem.mechanism, "P2.x"), 2, weight,
+                                                            OutputTerm::Target{x.law, x_numbers, nullptr}),
+                               std::make_shared<OutputTerm>(make_output(*problem.mechanism, "P2.y"), 2, weight,
+                                                            OutputTerm::Target{y.law, y_numbers, nullptr})};
   problem.solver.t_end = five_bar::t_end;
   return problem;
 }

@@ -6,7 +6,7 @@
 
 #include <array>
 
-#include "costate/sensitivity/problem.h"
+#include "costate/problem/problem.h"
 
 namespace costate::bench {
 

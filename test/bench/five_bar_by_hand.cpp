@@ -30,10 +30,8 @@ struct Bar {
   int from, to;  // first coordinate, or -1
   double ground_x, ground_y, mass, length_squared;
 };
-const std::array<Bar, kRows> kBars = {{{-1, 0, 0, 0, 1.0, 1.25},
-                                       {0, 2, 0, 0, 1.5, 2.0},
-                                       {2, 4, 0, 0, 1.5, 2.0},
-                                       {-1, 4, 1, 0, 1.0, 1.25}}};
+const std::array<Bar, kRows> kBars = {
+    {{-1, 0, 0, 0, 1.0, 1.25}, {0, 2, 0, 0, 1.5, 2.0}, {2, 4, 0, 0, 1.5, 2.0}, {-1, 4, 1, 0, 1.0, 1.25}}};
 const std::array<std::array<double, 2>, 2> kAnchors = {{{-0.5, 0}, {1, 0}}};
 const std::array<double, 2> kNatural = {std::sqrt(5.0), std::sqrt(4.25)};
 const std::array<double, kQ> kStart = {-0.5, 1, 0.5, 2, 1.5, 1};
@@ -186,7 +184,7 @@ class FiveBar {
   std::array<double, kKkt> inverse_{}, x_{};  // x = (a, lambda)
   std::array<double, 2> length_{};
   std::array<std::array<double, 2>, 2> direction_{};
-  Table<kState, kState> f_y_{};       // by columns
+  Table<kState, kState> f_y_{};     // by columns
   Table<kParameters, kQ> f_rho_{};  // by columns, the velocity rows
 };
 

@@ -14,9 +14,7 @@ namespace {
 
 using Names = std::set<std::string, std::less<>>;
 
-bool is_shared(const std::string& table) {
-  return table == "gravity" || table == "run" || table == "formulation";
-}
+bool is_shared(const std::string& table) { return table == "gravity" || table == "run" || table == "formulation"; }
 
 bool is_left_out(const std::string& table) { return table == "parameter" || table == "optimize"; }
 

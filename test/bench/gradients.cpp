@@ -22,7 +22,7 @@ constexpr double kSimulations = 3, kByHand = 1.5;  // targets
 struct Entry {
   std::string formulation, method, multistep;  // "baumgarte", "cvodes-adjoint", "adams" (or empty)
   Problem problem;
-  bool plain = false;   // a simulation
+  bool plain = false;  // a simulation
   int job = -1, simulation = -1;
   GradientResult result;
 };
@@ -98,9 +98,8 @@ class Round {
     e.problem.solver.rtol = rtol_;
     if (!e.multistep.empty()) e.problem.solver.cvodes_method = c.multistep;
     const std::vector<double> rho = e.problem.parameters.values();
-    e.job = race_.add([&e, rho] {
-      e.result = e.plain ? simulate(e.problem, rho) : gradient(e.problem, e.method, rho);
-    });
+    e.job =
+        race_.add([&e, rho] { e.result = e.plain ? simulate(e.problem, rho) : gradient(e.problem, e.method, rho); });
     return e.job;
   }
 

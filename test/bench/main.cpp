@@ -33,10 +33,14 @@ struct Benchmark {
   Report (*run)(const Settings&);
   bool part = false;  // of another one
 };
-constexpr Benchmark kBenchmarks[] = {
-    {"gradients", gradients}, {"parameters", parameters}, {"matrix", matrix}, {"discrete", discrete},
-    {"vehicle", vehicle}, {"vehicle_speed", vehicle_speed, true}, {"vehicle_gradients", vehicle_gradients, true},
-    {"vehicle_number", vehicle_number, true}};
+constexpr Benchmark kBenchmarks[] = {{"gradients", gradients},
+                                     {"parameters", parameters},
+                                     {"matrix", matrix},
+                                     {"discrete", discrete},
+                                     {"vehicle", vehicle},
+                                     {"vehicle_speed", vehicle_speed, true},
+                                     {"vehicle_gradients", vehicle_gradients, true},
+                                     {"vehicle_number", vehicle_number, true}};
 
 int run(const std::vector<std::string>& arguments) {
   Settings settings;
@@ -44,8 +48,8 @@ int run(const std::vector<std::string>& arguments) {
   std::vector<const Benchmark*> chosen;
   for (std::size_t i = 0; i < arguments.size(); ++i) {
     const std::string& a = arguments[i];
-    const auto known = std::find_if(std::begin(kBenchmarks), std::end(kBenchmarks),
-                                    [&](const Benchmark& b) { return a == b.name; });
+    const auto known =
+        std::find_if(std::begin(kBenchmarks), std::end(kBenchmarks), [&](const Benchmark& b) { return a == b.name; });
     if (known != std::end(kBenchmarks)) {
       chosen.push_back(known);
     } else if (a == "--json") {

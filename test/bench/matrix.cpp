@@ -41,8 +41,9 @@ Timed timed(int rounds, Job&& job) {
 }
 
 void table(const Model& model, double rtol, int rounds, Report& report) {
-  report.text += fmt::format("\n{}, rtol {:g}\n  {:<22}{:<18}{:>7}{:>8}{:>8}{:>10}{:>10}{:>7}{:>10}{:>10}\n", model.name,
-                             rtol, "", "", "steps", "back", "factor", "callbacks", "ms", "/sim", "psi err", "grad err");
+  report.text +=
+      fmt::format("\n{}, rtol {:g}\n  {:<22}{:<18}{:>7}{:>8}{:>8}{:>10}{:>10}{:>7}{:>10}{:>10}\n", model.name, rtol, "",
+                  "", "steps", "back", "factor", "callbacks", "ms", "/sim", "psi err", "grad err");
   for (const Formulation& f : formulations()) {
     Problem p = model.problem;
     p.formulation = f.name;
@@ -65,8 +66,7 @@ void table(const Model& model, double rtol, int rounds, Report& report) {
         row["ms"] = t.ms;
         row["over_simulation"] = ratio;
         row["psi_error"] = psi;
-        row["gradient_error"] =
-            plain ? nlohmann::json() : nlohmann::json(model.gradient_error(t.result.gradient));
+        row["gradient_error"] = plain ? nlohmann::json() : nlohmann::json(model.gradient_error(t.result.gradient));
       }
       report.json["rows"].push_back(std::move(row));
     };
@@ -95,8 +95,9 @@ void table(const Model& model, double rtol, int rounds, Report& report) {
 Report matrix(const Settings& settings) {
   Report report;
   report.json["rows"] = nlohmann::json::array();
-  report.text = "Every formulation by every method: processor time, times that of a simulation by the same integrator, "
-                "errors against reference.json.\n";
+  report.text =
+      "Every formulation by every method: processor time, times that of a simulation by the same integrator, "
+      "errors against reference.json.\n";
   std::vector<double> tolerances = {1e-5, 1e-7, 1e-9};
   if (settings.quick) tolerances = {1e-5};
   for (const char* scene : {"five_bar/five_bar.toml", "andrews/andrews.toml"}) {

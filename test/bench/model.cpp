@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "costate/base/error.h"
-#include "costate/sensitivity/scene_problem.h"
+#include "costate/problem/scene_problem.h"
 #include "support/paths.h"
 
 namespace costate::bench {

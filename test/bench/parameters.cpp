@@ -27,8 +27,8 @@ struct Case {
 };
 constexpr Case kCases[] = {{"index1", "idas"}, {"index2", "idas"}, {"baumgarte", "cvodes"}};
 
-int add(Race& race, std::vector<std::unique_ptr<Job>>& jobs, const Case& c, Problem problem,
-        const std::string& method, int simulation) {
+int add(Race& race, std::vector<std::unique_ptr<Job>>& jobs, const Case& c, Problem problem, const std::string& method,
+        int simulation) {
   Job& j = *jobs.emplace_back(std::make_unique<Job>());
   j.problem = std::move(problem);
   j.problem.formulation = c.formulation;
@@ -36,9 +36,8 @@ int add(Race& race, std::vector<std::unique_ptr<Job>>& jobs, const Case& c, Prob
   j.method = method;
   j.simulation = simulation;
   const std::vector<double> rho = j.problem.parameters.values();
-  j.job = race.add([&j, rho] {
-    j.result = j.method.empty() ? simulate(j.problem, rho) : gradient(j.problem, j.method, rho);
-  });
+  j.job = race.add(
+      [&j, rho] { j.result = j.method.empty() ? simulate(j.problem, rho) : gradient(j.problem, j.method, rho); });
   return j.job;
 }
 
@@ -83,10 +82,9 @@ void against_parameters(const Settings& settings, Report& report) {
       row["callbacks_over_fewest_parameters"] = g;
       row["time_over_fewest_parameters"] = t;
     }
-    report.text += fmt::format("  {:<11}{:<18}{:>11}{:>10.2f}{:>8}{:>8}{:>8}{:>11}{:>8}{:>8}\n",
-                               j->problem.formulation, j->method.empty() ? "simulation" : j->method, count,
-                               race.minimum_ms(j->job), simulations, c.steps, c.backward_steps, callbacks(c), growth,
-                               slower);
+    report.text += fmt::format("  {:<11}{:<18}{:>11}{:>10.2f}{:>8}{:>8}{:>8}{:>11}{:>8}{:>8}\n", j->problem.formulation,
+                               j->method.empty() ? "simulation" : j->method, count, race.minimum_ms(j->job),
+                               simulations, c.steps, c.backward_steps, callbacks(c), growth, slower);
     rows.push_back(std::move(row));
   }
   report.json["against_parameters"] = {{"bars", bars}, {"rows", std::move(rows)}};
@@ -120,8 +118,9 @@ void against_length(const Settings& settings, Report& report) {
     }
   race.run(std::min(settings.rounds, 5));
 
-  report.text += "\nTime of a step [us] against the number of bars, simulation and adjoint gradient (its forward and "
-                 "backward steps),\nand the exponent of its growth over all lengths\n";
+  report.text +=
+      "\nTime of a step [us] against the number of bars, simulation and adjoint gradient (its forward and "
+      "backward steps),\nand the exponent of its growth over all lengths\n";
   report.text += fmt::format("  {:<11}{:<18}", "", "");
   for (const int bars : lengths) report.text += fmt::format("{:>9}", bars);
   report.text += fmt::format("{:>11}\n", "exponent");

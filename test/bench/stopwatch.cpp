@@ -42,8 +42,6 @@ Timing Race::timing(int job) const {
 
 double Race::ratio(int job, int reference) const { return timing(job).minimum_s / timing(reference).minimum_s; }
 
-double Race::median_ratio(int job, int reference) const {
-  return timing(job).median_s / timing(reference).median_s;
-}
+double Race::median_ratio(int job, int reference) const { return timing(job).median_s / timing(reference).median_s; }
 
 }  // namespace costate::bench

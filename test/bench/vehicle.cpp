@@ -11,8 +11,8 @@
 
 #include "benchmark.h"
 #include "costate/integrator/simulate.h"
+#include "costate/problem/scene_problem.h"
 #include "costate/sensitivity/method.h"
-#include "costate/sensitivity/scene_problem.h"
 #include "fleet.h"
 #include "stopwatch.h"
 #include "support/paths.h"
@@ -22,7 +22,7 @@ namespace costate::bench {
 namespace {
 
 constexpr double kRealTime = 20, kPsiError = 1e-3, kSimulations = 3, kManyOverFew = 1.3;  // targets
-constexpr std::size_t kMany = 100;  // parameters
+constexpr std::size_t kMany = 100;                                                        // parameters
 
 struct Case {
   const char *formulation, *integrator, *multistep;
@@ -56,9 +56,8 @@ Job& add(Race& race, Jobs& jobs, Problem problem, const std::string& method) {
   j.problem = std::move(problem);
   j.method = method;
   const std::vector<double> rho = j.problem.parameters.values();
-  j.job = race.add([&j, rho] {
-    j.result = j.method.empty() ? simulate(j.problem, rho) : gradient(j.problem, j.method, rho);
-  });
+  j.job = race.add(
+      [&j, rho] { j.result = j.method.empty() ? simulate(j.problem, rho) : gradient(j.problem, j.method, rho); });
   return j;
 }
 
@@ -96,9 +95,9 @@ void against_real_time(const Settings& settings, Report& report) {
     const double speed = 1e3 * span / race.minimum_ms(j.job), error = std::abs(j.result.psi / psi - 1);
     const Counters& counters = j.result.counters;
     report.text += fmt::format("  {:<11}{:<8}{:<7}{:>8.0e}{:>10.1f}{:>9.1f}{}{:>8}{:>11}{:>10.1e}{:>11}\n",
-                               c.formulation, c.integrator, c.multistep, j.problem.solver.rtol,
-                               race.minimum_ms(j.job), speed, speed >= kRealTime ? ' ' : '!', counters.steps,
-                               callbacks(counters), error, fmt::format("({:.1e})", std::abs(psi / index1 - 1)));
+                               c.formulation, c.integrator, c.multistep, j.problem.solver.rtol, race.minimum_ms(j.job),
+                               speed, speed >= kRealTime ? ' ' : '!', counters.steps, callbacks(counters), error,
+                               fmt::format("({:.1e})", std::abs(psi / index1 - 1)));
     rows.push_back({{"formulation", c.formulation},
                     {"integrator", c.integrator},
                     {"multistep", c.multistep},
@@ -172,10 +171,10 @@ void against_simulation(const Settings& settings, Report& report) {
                             plain ? "" : fmt::format("{:.2f}{}", s, is_many || s <= kSimulations ? ' ' : '!'),
                         over_few = is_many ? fmt::format("{:.2f}{}", f, f <= kManyOverFew ? ' ' : '!') : "";
       const Counters& counters = j->result.counters;
-      report.text += fmt::format("  {:<11}{:<16}{:<7}{:>11}{:>10.1f}{:>9}{:>9}{:>8}{:>8}{:>11}\n", c.formulation,
-                                 plain ? "simulation" : j->method, c.multistep, parameters, race.minimum_ms(j->job),
-                                 over_simulation, over_few, counters.steps, counters.backward_steps,
-                                 callbacks(counters));
+      report.text +=
+          fmt::format("  {:<11}{:<16}{:<7}{:>11}{:>10.1f}{:>9}{:>9}{:>8}{:>8}{:>11}\n", c.formulation,
+                      plain ? "simulation" : j->method, c.multistep, parameters, race.minimum_ms(j->job),
+                      over_simulation, over_few, counters.steps, counters.backward_steps, callbacks(counters));
       rows.push_back({{"formulation", c.formulation},
                       {"method", plain ? "simulation" : j->method},
                       {"multistep", c.multistep},

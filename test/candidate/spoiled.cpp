@@ -8,7 +8,7 @@
 #include <limits>
 #include <string>
 
-#include "costate/adjoint/candidate.h"
+#include "costate/candidate/candidate.h"
 
 namespace {
 

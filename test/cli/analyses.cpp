@@ -11,9 +11,8 @@ using Json = nlohmann::json;
 
 namespace {
 
-const std::vector<std::string> kAtRest = {
-    "--set", "spring.S1.natural_length_m=" + std::to_string(kOptimalL01), "--set",
-    "spring.S2.natural_length_m=" + std::to_string(kOptimalL02)};
+const std::vector<std::string> kAtRest = {"--set", "spring.S1.natural_length_m=" + std::to_string(kOptimalL01), "--set",
+                                          "spring.S2.natural_length_m=" + std::to_string(kOptimalL02)};
 
 std::vector<std::string> with(std::vector<std::string> a, const std::vector<std::string>& b) {
   a.insert(a.end(), b.begin(), b.end());
@@ -40,8 +39,8 @@ TEST_CASE("costate equilibrium: the five-bar whose springs hold it where it star
 TEST_CASE("costate equilibrium: a run that starts there stays there") {
   const WorkingDirectory here;
   const Json rest = costate_json({"equilibrium", kFiveBar}, here.path());
-  const Json run = costate_json({"simulate", kFiveBar, "--no-files", "--set", "start.equilibrium=true",
-                                 "--set", "start.given=[]", "--rtol", "1e-9"},
+  const Json run = costate_json({"simulate", kFiveBar, "--no-files", "--set", "start.equilibrium=true", "--set",
+                                 "start.given=[]", "--rtol", "1e-9"},
                                 here.path());
   for (const auto& [name, x] : rest.at("positions").items()) {
     INFO(name);
@@ -51,40 +50,36 @@ TEST_CASE("costate equilibrium: a run that starts there stays there") {
   const double x = rest.at("positions").at("P2.x").get<double>() - 0.5,
                y = rest.at("positions").at("P2.y").get<double>() + 2;
   CHECK(run.at("psi").get<double>() == Approx(5 * (x * x + y * y)).epsilon(1e-7));
-  const Json gradient = costate_json({"gradient", kFiveBar, "--no-files", "--set", "start.equilibrium=true",
-                                      "--set", "start.given=[]", "--rtol", "1e-9"},
+  const Json gradient = costate_json({"gradient", kFiveBar, "--no-files", "--set", "start.equilibrium=true", "--set",
+                                      "start.given=[]", "--rtol", "1e-9"},
                                      here.path());
   const Json derivatives =
       costate_json({"equilibrium", kFiveBar, "--derivatives", "--outputs", "P2.x,P2.y"}, here.path());
   for (const auto& [name, g] : gradient.at("gradient").items()) {
     INFO(name);
     const Json& d = derivatives.at("derivatives");
-    const double expected =
-        10 * (x * d.at("P2.x").at(name).get<double>() + y * d.at("P2.y").at(name).get<double>());
+    const double expected = 10 * (x * d.at("P2.x").at(name).get<double>() + y * d.at("P2.y").at(name).get<double>());
     CHECK(g.get<double>() == Approx(expected).epsilon(1e-6));
   }
 }
 
 TEST_CASE("costate equilibrium: held positions, files and mistakes") {
   const WorkingDirectory here;
-  const Json j =
-      costate_json({"equilibrium", kFiveBar, "--hold", "P1.x,P3.x", "--output", "rest.json"}, here.path());
+  const Json j = costate_json({"equilibrium", kFiveBar, "--hold", "P1.x,P3.x", "--output", "rest.json"}, here.path());
   CHECK(j.at("degrees_of_freedom") == 0);
   CHECK(j.at("positions").at("P1.x") == -1);
   CHECK(j.at("held").size() == 2);
   CHECK(one_object(file_text(here / "rest.json")) == j);
   const Outcome text = run_costate({"equilibrium", kFiveBar}, here.path());
   CHECK(text.status == 0);
-  CHECK_THAT(text.out,
-             Contains("2 coordinates found by balance") && Contains("P2.y") && Contains("S2.force"));
+  CHECK_THAT(text.out, Contains("2 coordinates found by balance") && Contains("P2.y") && Contains("S2.force"));
   const Outcome wrong = run_costate({"equilibrium", kFiveBar, "--hold", "P1.z"}, here.path());
   CHECK(wrong.status == 1);
   CHECK_THAT(wrong.err, Contains("no coordinate 'P1.z'") && Contains("Did you mean"));
-  const Outcome loose =
-      run_costate({"equilibrium", kFiveBar, "--set", "spring.S1.stiffness_N_per_m=0", "--set",
-                   "spring.S2.stiffness_N_per_m=0", "--set", "gravity.y_m_per_s2=0", "--set",
-                   "parameter.k1.lower=0", "--set", "parameter.k2.lower=0"},
-                  here.path());
+  const Outcome loose = run_costate(
+      {"equilibrium", kFiveBar, "--set", "spring.S1.stiffness_N_per_m=0", "--set", "spring.S2.stiffness_N_per_m=0",
+       "--set", "gravity.y_m_per_s2=0", "--set", "parameter.k1.lower=0", "--set", "parameter.k2.lower=0"},
+      here.path());
   CHECK(loose.status == 1);
   CHECK_THAT(loose.err, Contains("five_bar.toml:") && Contains("nothing holds"));
 }
@@ -110,10 +105,9 @@ TEST_CASE("costate modes: frequencies, shapes and files") {
 
 TEST_CASE("costate sweep: a table to where the mechanism locks") {
   const WorkingDirectory here;
-  const Json j =
-      costate_json({"sweep", kFiveBar, "--coordinate", "P1.x", "--from", "-0.9", "--to", "-0.5", "--count",
-                    "5", "--hold", "P3.x", "--outputs", "P1.y,S1.force", "--output", "out"},
-                   here.path());
+  const Json j = costate_json({"sweep", kFiveBar, "--coordinate", "P1.x", "--from", "-0.9", "--to", "-0.5", "--count",
+                               "5", "--hold", "P3.x", "--outputs", "P1.y,S1.force", "--output", "out"},
+                              here.path());
   CHECK(j.at("status") == "ok");
   REQUIRE(j.at("values").size() == 5);
   // A1 is as long as the root of two.

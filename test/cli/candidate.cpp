@@ -1,10 +1,9 @@
 // costate check --candidate as a user runs it: right, wrong and misbehaving libraries.
-#include <catch2/catch.hpp>
-
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -35,8 +34,8 @@ Outcome check(const std::string& library, const std::string& spoil, const std::s
   std::filesystem::create_directories(directory);
   const auto out = directory / "out", err = directory / "err";
   const std::string command = "COSTATE_SPOIL=" + spoil + " '" + COSTATE_EXECUTABLE + "' check '" + COSTATE_MODELS_DIR +
-                              "/five_bar/five_bar.toml' --t-end 0.5 --no-files --candidate '" + library + "' " + options +
-                              " > '" + out.string() + "' 2> '" + err.string() + "'";
+                              "/five_bar/five_bar.toml' --t-end 0.5 --no-files --candidate '" + library + "' " +
+                              options + " > '" + out.string() + "' 2> '" + err.string() + "'";
   const int status = std::system(command.c_str());
   Outcome o{WIFEXITED(status) ? WEXITSTATUS(status) : -1, read(out), read(err)};
   std::filesystem::remove_all(directory);
@@ -122,10 +121,11 @@ TEST_CASE("an end of the tool ends the candidate and all that it started") {
     INFO("signal " << signal_number);
     const costate::test::WorkingDirectory here;
     const auto pids = here / "pids";
-    Process process("/usr/bin/env",
-                    {"COSTATE_SPOIL=family", "COSTATE_SPOIL_FILE=" + pids.string(), COSTATE_EXECUTABLE, "check",
-                     COSTATE_MODELS_DIR "/five_bar/five_bar.toml", "--t-end", "0.5", "--no-files", "--candidate", kLibrary},
-                    here.path());
+    Process process(
+        "/usr/bin/env",
+        {"COSTATE_SPOIL=family", "COSTATE_SPOIL_FILE=" + pids.string(), COSTATE_EXECUTABLE, "check",
+         COSTATE_MODELS_DIR "/five_bar/five_bar.toml", "--t-end", "0.5", "--no-files", "--candidate", kLibrary},
+        here.path());
     REQUIRE(process.wait_until([&] {
       const std::string text = file_text(pids);
       return std::count(text.begin(), text.end(), '\n') == 2;
@@ -154,7 +154,8 @@ TEST_CASE("what is no candidate is refused") {
   using Catch::Contains;
   CHECK(check("/nowhere/my_adjoint.so", "no").status == 1);
   CHECK_THAT(check("/nowhere/my_adjoint.so", "no").err, Contains("There is no candidate library"));
-  CHECK_THAT(check(std::string(COSTATE_MODELS_DIR) + "/five_bar/five_bar.toml", "no").err, Contains("cannot be loaded"));
+  CHECK_THAT(check(std::string(COSTATE_MODELS_DIR) + "/five_bar/five_bar.toml", "no").err,
+             Contains("cannot be loaded"));
   CHECK_THAT(check(COSTATE_LIBRARY, "no").err, Contains("COSTATE_CANDIDATE"));
   CHECK_THAT(check(kLibrary, "abi").err, Contains("build it again"));
   CHECK_THAT(check(kLibrary, "formulation").err, Contains("lagrange-of-the-third-kind"));

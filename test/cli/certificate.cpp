@@ -32,9 +32,9 @@ std::pair<double, double> eigenvalues(double a, double b, double c) {
 
 TEST_CASE("certificate: the five-bar at rest is a strict minimum") {
   const WorkingDirectory here;
-  const Json j = costate_json({"optimize", kFiveBar, "--output", "out", "--set", "parameter.L01.scale=1",
-                               "--set", "parameter.L02.scale=1"},
-                              here.path());
+  const Json j = costate_json(
+      {"optimize", kFiveBar, "--output", "out", "--set", "parameter.L01.scale=1", "--set", "parameter.L02.scale=1"},
+      here.path());
   const Json& c = certificate_of(j);
   CHECK_THAT(verdict_of(j), Contains("strict local minimum"));
   CHECK(c.at("hessian_formulation") == "index1");
@@ -69,8 +69,7 @@ TEST_CASE("certificate: the five-bar at rest is a strict minimum") {
   const double h = 1e-3;
   double H[2][2];
   for (const int k : {0, 1}) {
-    const Json up = gradient_at(k == 0 ? h : 0, k == 1 ? h : 0),
-               down = gradient_at(k == 0 ? -h : 0, k == 1 ? -h : 0);
+    const Json up = gradient_at(k == 0 ? h : 0, k == 1 ? h : 0), down = gradient_at(k == 0 ? -h : 0, k == 1 ? -h : 0);
     int i = 0;
     for (const char* name : {"L01", "L02"})
       H[i++][k] = (up.at(name).get<double>() - down.at(name).get<double>()) / (2 * h);
@@ -79,8 +78,7 @@ TEST_CASE("certificate: the five-bar at rest is a strict minimum") {
   CHECK(e[0] == Approx(least).epsilon(1e-3));
   CHECK(e[1] == Approx(largest).epsilon(1e-3));
   // The summary on disk holds it as well.
-  CHECK(Json::parse(file_text(here / "out/optimize.json")).at("certificate").at("verdict") ==
-        c.at("verdict"));
+  CHECK(Json::parse(file_text(here / "out/optimize.json")).at("certificate").at("verdict") == c.at("verdict"));
 }
 
 TEST_CASE("certificate: left out on request, and the evaluations do not depend on it") {
@@ -99,8 +97,7 @@ TEST_CASE("certificate: left out on request, and the evaluations do not depend o
 TEST_CASE("certificate: an active bound has a multiplier, which is what the bound costs") {
   const WorkingDirectory here;
   const auto bounded = [&](const std::string& lower) {
-    return costate_json({"optimize", kFiveBar, "--no-files", "--set", "parameter.L02.lower=" + lower},
-                        here.path());
+    return costate_json({"optimize", kFiveBar, "--no-files", "--set", "parameter.L02.lower=" + lower}, here.path());
   };
   const Json j = bounded("1.9"), moved = bounded("1.901");
   const Json& c = certificate_of(j);
@@ -112,8 +109,7 @@ TEST_CASE("certificate: an active bound has a multiplier, which is what the boun
   CHECK(multiplier > 0);
   CHECK(multiplier == Approx(j.at("gradient").at("L02").get<double>()));
   // The least psi grows by the multiplier times the bound's way, up to half the way times the curvature.
-  CHECK((moved.at("psi").get<double>() - j.at("psi").get<double>()) / 1e-3 ==
-        Approx(multiplier).epsilon(0.05));
+  CHECK((moved.at("psi").get<double>() - j.at("psi").get<double>()) / 1e-3 == Approx(multiplier).epsilon(0.05));
 }
 
 TEST_CASE("certificate: an active constraint has a multiplier") {
@@ -129,8 +125,7 @@ output = "S1.force"
 weight = -1
 )");
   const Json j = costate_json(
-      {"optimize", "scene.toml", "--no-files", "--algorithm", "slsqp", "--max-evaluations", "300"},
-      here.path());
+      {"optimize", "scene.toml", "--no-files", "--algorithm", "slsqp", "--max-evaluations", "300"}, here.path());
   const Json& c = certificate_of(j);
   INFO(c.dump(1));
   CHECK(c.at("active") == Json({"constraint.impulse"}));
@@ -157,8 +152,7 @@ TEST_CASE("certificate: a run that was cut short is not stationary") {
   const WorkingDirectory here;
   const Json j = costate_json({"optimize", kFiveBar, "--no-files", "--max-evaluations", "2"}, here.path());
   CHECK_THAT(verdict_of(j), Contains("not stationary"));
-  CHECK(certificate_of(j).at("kkt_residual").get<double>() >
-        certificate_of(j).at("kkt_tolerance").get<double>());
+  CHECK(certificate_of(j).at("kkt_residual").get<double>() > certificate_of(j).at("kkt_tolerance").get<double>());
 }
 
 TEST_CASE("certificate: a formulation without Hessians borrows one, and says so") {
@@ -166,18 +160,16 @@ TEST_CASE("certificate: a formulation without Hessians borrows one, and says so"
   for (const auto& [formulation, method] : {std::pair<std::string, std::string>{"index2", "idas-adjoint"},
                                             std::pair<std::string, std::string>{"maggi", "cvodes-adjoint"}}) {
     INFO(formulation);
-    const Json j = costate_json(
-        {"optimize", kFiveBar, "--no-files", "--formulation", formulation, "--method", method}, here.path());
+    const Json j = costate_json({"optimize", kFiveBar, "--no-files", "--formulation", formulation, "--method", method},
+                                here.path());
     CHECK(certificate_of(j).at("hessian_formulation") == "baumgarte");
-    CHECK_THAT(certificate_of(j).at("hessian_note").get<std::string>(),
-               Contains(formulation) && Contains("baumgarte"));
+    CHECK_THAT(certificate_of(j).at("hessian_note").get<std::string>(), Contains(formulation) && Contains("baumgarte"));
     CHECK_THAT(verdict_of(j), Contains("strict local minimum"));
   }
   for (const std::string formulation : {"baumgarte", "penalty", "augmented-lagrangian"}) {
     INFO(formulation);
     const Json j = costate_json(
-        {"optimize", kFiveBar, "--no-files", "--formulation", formulation, "--method", "cvodes-adjoint"},
-        here.path());
+        {"optimize", kFiveBar, "--no-files", "--formulation", formulation, "--method", "cvodes-adjoint"}, here.path());
     CHECK(certificate_of(j).at("hessian_formulation") == formulation);
     CHECK_THAT(verdict_of(j), Contains("strict local minimum"));
   }
@@ -187,8 +179,8 @@ TEST_CASE("certificate: parameters that make no difference leave the Hessian sin
   // Every choice of springs and masses that is in equilibrium at the start has psi = 0: two conditions on
   // eight.
   const WorkingDirectory here;
-  const Json j = costate_json(
-      {"optimize", kFiveBar, "--no-files", "--parameters", "L01,L02,k1,k2,m1,m2,m3,m4"}, here.path());
+  const Json j =
+      costate_json({"optimize", kFiveBar, "--no-files", "--parameters", "L01,L02,k1,k2,m1,m2,m3,m4"}, here.path());
   const Json& c = certificate_of(j);
   CHECK_THAT(verdict_of(j), Contains("Hessian singular: 6 of its 8 eigenvalues are zero"));
   CHECK(c.at("newton_step").is_null());
@@ -205,10 +197,10 @@ TEST_CASE("certificate: a maximum in the way is no minimum") {
        at = scene.find("kind = \"square\"", at + 30))
     scene.insert(at, "weight = -1\n");
   write_text(here / "scene.toml", scene);
-  const Json j = costate_json({"optimize", "scene.toml", "--no-files", "--stop-value", "1", "--set",
-                               "spring.S1.natural_length_m=2.4319235745745838", "--set",
-                               "spring.S2.natural_length_m=1.8448688868053879"},
-                              here.path());
+  const Json j = costate_json(
+      {"optimize", "scene.toml", "--no-files", "--stop-value", "1", "--set",
+       "spring.S1.natural_length_m=2.4319235745745838", "--set", "spring.S2.natural_length_m=1.8448688868053879"},
+      here.path());
   CHECK_THAT(verdict_of(j), Contains("stationary, Hessian indefinite") && !Contains("not stationary"));
   CHECK(certificate_of(j).at("largest_eigenvalue").get<double>() < 0);
 }
@@ -269,8 +261,7 @@ algorithm = "lbfgs"
 
 TEST_CASE("certificate: for people") {
   const WorkingDirectory here;
-  const Outcome o =
-      run_costate({"optimize", kFiveBar, "--no-files", "--set", "parameter.L02.lower=1.9"}, here.path());
+  const Outcome o = run_costate({"optimize", kFiveBar, "--no-files", "--set", "parameter.L02.lower=1.9"}, here.path());
   CHECK(o.status == 0);
   CHECK_THAT(o.out, Contains("strict local minimum: ") && Contains("L02.lower is active: multiplier ") &&
                         Contains("Hessian in scaled parameters: "));

@@ -45,7 +45,8 @@ TEST_CASE("check: the five-bar passes, a row for every combination") {
   CHECK(j.at("status") == "ok");
   CHECK(j.at("disagreements").empty());
   for (const std::string formulation : {"index1", "index2", "baumgarte", "penalty"})
-    for (const std::string method : {"idas-forward", "idas-adjoint", "cvodes-forward", "cvodes-adjoint", "differences"}) {
+    for (const std::string method :
+         {"idas-forward", "idas-adjoint", "cvodes-forward", "cvodes-adjoint", "differences"}) {
       INFO(formulation << " x " << method);
       const Json* row = find_row(j, formulation, method);
       if (formulation == "index2" && method.rfind("cvodes", 0) == 0) {
@@ -78,10 +79,11 @@ TEST_CASE("check: at the optimum, where psi and gradient vanish, tolerances are 
 
 TEST_CASE("check: text") {
   const WorkingDirectory here;
-  const Outcome o = costate::test::run_costate({"check", kFiveBar, "--methods", "idas-adjoint,cvodes-forward", "--all"}, here.path());
+  const Outcome o =
+      costate::test::run_costate({"check", kFiveBar, "--methods", "idas-adjoint,cvodes-forward", "--all"}, here.path());
   CHECK(o.status == 0);
-  CHECK_THAT(o.out, Contains("reference") && Contains("ratio") && Contains("all agree") &&
-                        Contains("index2") && Contains("Nearest that works"));
+  CHECK_THAT(o.out, Contains("reference") && Contains("ratio") && Contains("all agree") && Contains("index2") &&
+                        Contains("Nearest that works"));
 }
 
 TEST_CASE("check: --all has a row for every combination of the table, the impossible ones with their reason") {
@@ -103,7 +105,12 @@ TEST_CASE("check: --all has a row for every combination of the table, the imposs
 
 TEST_CASE("check: what a method cannot do on this scene is a refused row, and the others still run") {
   const WorkingDirectory here;
-  const std::vector<std::string> scene = {"check", kFiveBar, "--no-files", "--t-end", "0.5", "--set",
+  const std::vector<std::string> scene = {"check",
+                                          kFiveBar,
+                                          "--no-files",
+                                          "--t-end",
+                                          "0.5",
+                                          "--set",
                                           "cost={running=[{kind='square',output='P2.x_ddot'}]}"};
   const auto with = [&](std::vector<std::string> options) {
     options.insert(options.begin(), scene.begin(), scene.end());
@@ -173,7 +180,8 @@ TEST_CASE("check: rows are told as they end, and Ctrl-C keeps them") {
 }
 
 TEST_CASE("check: a wrong reaction is found with its time and both values, though psi and gradient are right") {
-  const Outcome o = check_with_wrong_methods({"--formulations", "wrong-reaction", "--methods", "cvodes-forward", "--json"});
+  const Outcome o =
+      check_with_wrong_methods({"--formulations", "wrong-reaction", "--methods", "cvodes-forward", "--json"});
   CHECK(o.status == 3);
   const Json j = one_object(o.out);
   CHECK(find_row(j, "wrong-reaction", "cvodes-forward")->at("status") == "ok");
@@ -185,7 +193,8 @@ TEST_CASE("check: a wrong reaction is found with its time and both values, thoug
   CHECK(found == Approx(1.01 * expected).epsilon(1e-6));
   // Its own state's equations of motion tell, too.
   CHECK(motion.at("equations_error").get<double>() > 1e-3);
-  CHECK_THAT(o.err, Contains("the motion of wrong-reaction on cvodes: " + motion.at("quantity").get<std::string>() + " at t = "));
+  CHECK_THAT(o.err, Contains("the motion of wrong-reaction on cvodes: " + motion.at("quantity").get<std::string>() +
+                             " at t = "));
 }
 
 TEST_CASE("check: where a gradient is zero, noise is not taken for a mistake, and a wrong one is found") {
@@ -226,13 +235,15 @@ parameters = ["bar.rod.mass_kg"]
 }
 
 TEST_CASE("check: a row that takes too long is cut, which is neither right nor wrong") {
-  const Outcome o = check_with_wrong_methods({"--formulations", "index1", "--methods", "idas-adjoint,slow-adjoint", "--no-motions"});
+  const Outcome o =
+      check_with_wrong_methods({"--formulations", "index1", "--methods", "idas-adjoint,slow-adjoint", "--no-motions"});
   CHECK(o.status == 0);
   CHECK_THAT(o.out, Contains("cut: after") && Contains("all that ended agree") && Contains("--patience"));
   // Rows are told as they end where stderr is no terminal, too.
   CHECK_THAT(o.err, Contains("1/2 index1") && Contains("ok, error"));
   // Nothing that ended is no agreement.
-  const Outcome none = check_with_wrong_methods({"--formulations", "index1", "--methods", "slow-adjoint", "--no-motions"});
+  const Outcome none =
+      check_with_wrong_methods({"--formulations", "index1", "--methods", "slow-adjoint", "--no-motions"});
   CHECK(none.status == 1);
   CHECK_THAT(none.err, Contains("raise --patience"));
 }
@@ -241,7 +252,8 @@ TEST_CASE("check: soft constraints are excused by O(1/alpha) alone, and only whi
   const WorkingDirectory here;
   const auto check = [&](const std::string& alpha, int status) {
     return costate_json({"check", kFiveBar, "--no-files", "--no-motions", "--formulations", "penalty", "--methods",
-                         "cvodes-forward", "--penalty-alpha", alpha}, here.path(), status);
+                         "cvodes-forward", "--penalty-alpha", alpha},
+                        here.path(), status);
   };
   // psi is off by 2 (1/alpha) and the gradient by as much more: what ten times alpha takes away tells.
   const Json soft = check("1e4", 0);
@@ -295,7 +307,8 @@ output = "Q.y_dot"
 t_end_s = 1.5
 parameters = ["bar.r2.length_m", "bar.r2.mass_kg"]
 )");
-  const Json j = costate_json({"check", "kink.toml", "--no-files", "--methods", "cvodes-forward,idas-adjoint"}, here.path());
+  const Json j =
+      costate_json({"check", "kink.toml", "--no-files", "--methods", "cvodes-forward,idas-adjoint"}, here.path());
   CHECK(j.at("status") == "ok");
   CHECK(find_row(j, "maggi", "cvodes-forward")->at("status") == "ok");
   CHECK(find_row(j, "maggi", "cvodes-forward")->at("psi").get<double>() == Approx(2.7610379).epsilon(1e-6));
@@ -315,8 +328,8 @@ TEST_CASE("check: nothing to check is a mistake, not an agreement") {
 TEST_CASE("check: redundant rows are named by the formulations that cannot carry them; the others agree") {
   // The five-bar with a bar's length kept twice.
   const WorkingDirectory here;
-  costate::test::write_text(here / "twice.toml", costate::test::file_text(kFiveBar) +
-                                                     "\n[distance.again]\nfrom = \"A\"\nto = \"P1\"\n");
+  costate::test::write_text(here / "twice.toml",
+                            costate::test::file_text(kFiveBar) + "\n[distance.again]\nfrom = \"A\"\nto = \"P1\"\n");
   const Json j = costate_json({"check", "twice.toml", "--no-files", "--methods",
                                "idas-forward,cvodes-adjoint,hand-adjoint,discrete-adjoint,differences"},
                               here.path());
@@ -332,6 +345,6 @@ TEST_CASE("check: redundant rows are named by the formulations that cannot carry
     ++run;
     CHECK(row.at("status") == "ok");
   }
-  CHECK(run >= 15);       // penalty, augmented Lagrangian and Maggi
-  CHECK(redundant >= 10); // index 1 to 3 and Baumgarte
+  CHECK(run >= 15);        // penalty, augmented Lagrangian and Maggi
+  CHECK(redundant >= 10);  // index 1 to 3 and Baumgarte
 }

@@ -93,8 +93,8 @@ TEST_CASE("compare: differences known in closed form") {
   const WorkingDirectory here;
   write_text(here / "thrown.toml", kThrown);
   // A falls by 8 instead of 10: it is (2/2) t^2 higher. B's y runs from 3^2/20 down to 6 - 20.
-  const Json j = costate_json({"compare", "thrown.toml", "thrown.toml", "--set-a", "gravity.y_m_per_s2=-8", "--no-files"},
-                              here.path());
+  const Json j = costate_json(
+      {"compare", "thrown.toml", "thrown.toml", "--set-a", "gravity.y_m_per_s2=-8", "--no-files"}, here.path());
   const Json y = output_named(j, "P.y"), x = output_named(j, "P.x");
   // The integrator's own error is about 1e-9; the samples miss the top by (2e-3 s)^2 * 10 / 8, and the trapezoidal rule
   // has an error of h^2/12 * [d(t^4)/dt] / integral = 2e-6 of the integral, half of it in the root.
@@ -123,8 +123,8 @@ TEST_CASE("compare: gradients that differ, in B's scaled parameters") {
   write_text(here / "thrown.toml", kThrown);
   // The weight of A's cost doubles its gradient: the direction is the same and the difference is the whole of B, whose
   // scaled gradient is (3 * 2, 10 * 4/3).
-  const Json j = costate_json({"compare", "thrown.toml", "thrown.toml", "--set-a", "cost.running[0].weight=2", "--no-files"},
-                              here.path());
+  const Json j = costate_json(
+      {"compare", "thrown.toml", "thrown.toml", "--set-a", "cost.running[0].weight=2", "--no-files"}, here.path());
   CHECK(j.at("gradient_cosine").get<double>() == Approx(1).epsilon(1e-9));
   CHECK(j.at("gradient_difference").at("g").get<double>() == Approx(1).epsilon(1e-6));
   CHECK(j.at("gradient_difference").at("v").get<double>() == Approx(6 / (40 / 3.)).epsilon(1e-6));
@@ -134,7 +134,8 @@ TEST_CASE("compare: two formulations give the same motion") {
   // The same scene by two formulations at rtol 1e-10: apart by their errors only, which grow to some 1e-7 in 5 s.
   const WorkingDirectory here;
   const Json j = costate_json({"compare", kFiveBar, kFiveBar, "--rtol", "1e-10", "--set-a", "run.formulation=baumgarte",
-                               "--outputs", "P2.x,P3.y_dot", "--no-gradient", "--no-files"}, here.path());
+                               "--outputs", "P2.x,P3.y_dot", "--no-gradient", "--no-files"},
+                              here.path());
   REQUIRE(j.at("outputs").size() == 2);
   for (const Json& o : j.at("outputs")) {
     CHECK(o.at("largest").get<double>() > 0);
@@ -156,7 +157,8 @@ TEST_CASE("compare: what only one of them has, and times that differ") {
   other.replace(other.find("\"g\"]"), 4, "\"h\"]");
   other.replace(other.find("[\"P.x\"]\n", other.find("outputs")), 8, "[\"P.x\", \"energy.total\"]\n");
   write_text(here / "other.toml", other);
-  const Json j = costate_json({"compare", "thrown.toml", "other.toml", "--set-b", "run.t_end_s=1", "--no-files"}, here.path());
+  const Json j =
+      costate_json({"compare", "thrown.toml", "other.toml", "--set-b", "run.t_end_s=1", "--no-files"}, here.path());
   CHECK(j.at("t_end_s") == 1);
   CHECK(j.at("a").at("gradient").size() == 1);
   CHECK(j.at("a").at("gradient").at("v").get<double>() == Approx(0.5).epsilon(1e-6));
@@ -164,10 +166,12 @@ TEST_CASE("compare: what only one of them has, and times that differ") {
   CHECK_THAT(notes, Contains("2 s and 1 s; both were run to 1 s") && Contains("Parameter h exists only in B") &&
                         Contains("Parameter g exists only in A"));
   // An output of constant value has no range to be relative to.
-  const Json constant = costate_json({"compare", "thrown.toml", "thrown.toml", "--outputs", "P.x_ddot", "--no-files"}, here.path());
+  const Json constant =
+      costate_json({"compare", "thrown.toml", "thrown.toml", "--outputs", "P.x_ddot", "--no-files"}, here.path());
   CHECK(constant.at("outputs").at(0).at("largest_relative").is_null());
 
-  const auto text = run_costate({"compare", "thrown.toml", "other.toml", "--set-b", "run.t_end_s=1", "--no-files"}, here.path());
+  const auto text =
+      run_costate({"compare", "thrown.toml", "other.toml", "--set-b", "run.t_end_s=1", "--no-files"}, here.path());
   CHECK(text.status == 0);
   CHECK_THAT(text.out, Contains("A: thrown.toml, Thrown") && Contains("P.y [m]") && Contains("coordinates") &&
                            Contains("simulation [s]") && Contains("psi of A is that of B") && Contains("d(psi)/d"));
@@ -198,10 +202,14 @@ TEST_CASE("compare: mistakes name the scene or the option") {
   CHECK_THAT(message({"thrown.toml", "missing.toml"}), Contains("missing.toml"));
   CHECK_THAT(message({"thrown.toml", kFiveBar, "--outputs", "P2.x"}), Contains("'P2.x'") && Contains("'thrown.toml'"));
   CHECK_THAT(message({"thrown.toml", kFiveBar, "--outputs", "P.y"}), Contains("'P.y'") && Contains("five_bar.toml'"));
-  CHECK_THAT(message({"thrown.toml", kFiveBar, "--set-b", "run.outputs=['P2.x']"}), Contains("nothing to compare") && Contains("--outputs"));
-  CHECK_THAT(message({"thrown.toml", "thrown.toml", "--set-b", "run.t_start_s=0.5"}), Contains("--set-a run.t_start_s=0.5"));
+  CHECK_THAT(message({"thrown.toml", kFiveBar, "--set-b", "run.outputs=['P2.x']"}),
+             Contains("nothing to compare") && Contains("--outputs"));
+  CHECK_THAT(message({"thrown.toml", "thrown.toml", "--set-b", "run.t_start_s=0.5"}),
+             Contains("--set-a run.t_start_s=0.5"));
   CHECK_THAT(message({"thrown.toml", "thrown.toml", "--samples", "0"}), Contains("--samples"));
-  CHECK_THAT(message({"thrown.toml", kFiveBar, "--parameters", "L01"}), Contains("--parameters") && Contains("thrown.toml"));
-  CHECK_THAT(message({"thrown.toml", "thrown.toml", "--formulation", "index9"}), Contains("--formulation") && Contains("index9"));
+  CHECK_THAT(message({"thrown.toml", kFiveBar, "--parameters", "L01"}),
+             Contains("--parameters") && Contains("thrown.toml"));
+  CHECK_THAT(message({"thrown.toml", "thrown.toml", "--formulation", "index9"}),
+             Contains("--formulation") && Contains("index9"));
   CHECK(here.entries() == std::vector<std::string>{"thrown.toml"});
 }

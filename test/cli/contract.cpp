@@ -116,9 +116,9 @@ TEST_CASE("optimize: keys and types") {
 
 TEST_CASE("check: keys and types") {
   const WorkingDirectory here;
-  const Json j = costate_json({"check", kFiveBar, "--formulations", "index1,index2", "--methods",
-                               "idas-adjoint,cvodes-forward", "--no-files"},
-                              here.path());
+  const Json j = costate_json(
+      {"check", kFiveBar, "--formulations", "index1,index2", "--methods", "idas-adjoint,cvodes-forward", "--no-files"},
+      here.path());
   CHECK(j.at("status") == "ok");
   CHECK(j.at("psi").is_number());
   check_number_object(j.at("parameters"), {"L01", "L02"});

@@ -37,8 +37,8 @@ TEST_CASE("closed descriptors are not given to the journal") {
     // What was not printed is a failure where it was asked for; the files are there all the same.
     CHECK(shell(kOptimize, closed, here).status == (out ? 1 : 0));
     CHECK(file_text(here / "out/evaluations.jsonl").rfind("{\"costate_journal\"", 0) == 0);
-    CHECK(costate_json({"optimize", kFiveBar, "--no-certificate", "--output", "out", "--resume"}, here.path()).at("status") ==
-          "ok");
+    CHECK(costate_json({"optimize", kFiveBar, "--no-certificate", "--output", "out", "--resume"}, here.path())
+              .at("status") == "ok");
   }
 }
 

@@ -1,5 +1,5 @@
-// What is printed is known: no more digits than the tolerance can hold or an estimate of the error leaves; JSON keeps all.
-// And every number stored has its unit.
+// What is printed is known: no more digits than the tolerance can hold or an estimate of the error leaves; JSON keeps
+// all. And every number stored has its unit.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
@@ -70,7 +70,8 @@ TEST_CASE("digits: an engine with friction, whose steps' errors add up a thousan
   const Json simulated = costate_json({"simulate", kEngine, "--estimate-error", "--no-files"}, here.path());
   const Json derived = costate_json({"gradient", kEngine, "--estimate-error", "--no-files"}, here.path());
   const auto covered = [](double error, double estimate) {
-    // A rerun at a tenth of the tolerance leaves some tenth of the error, if these were smooth: a factor of 4 either way.
+    // A rerun at a tenth of the tolerance leaves some tenth of the error, if these were smooth: a factor of 4 either
+    // way.
     CHECK(estimate >= error / 4);
     CHECK(estimate <= 4 * error);
   };
@@ -108,8 +109,8 @@ TEST_CASE("units: every value that simulate ends with has its unit, multipliers 
   REQUIRE(five_bar.at("units").size() == five_bar.at("terminal").size());
   CHECK(five_bar.at("units").at("lambda.bar.A1.length") == "N/m");
   CHECK(five_bar.at("units").at("P2.x_ddot") == "m/s^2");
-  const Json iltis = costate_json({"simulate", COSTATE_MODELS_DIR "/iltis/steer_ramp_20.toml", "--t-end", "0.001", "--no-files"},
-                                  here.path());
+  const Json iltis = costate_json(
+      {"simulate", COSTATE_MODELS_DIR "/iltis/steer_ramp_20.toml", "--t-end", "0.001", "--no-files"}, here.path());
   for (const auto& [name, unit] : iltis.at("units").items()) {
     INFO(name);
     CHECK(unit != "");

@@ -67,8 +67,7 @@ TEST_CASE("draw: the names of bodies, joints, forces and points") {
       {"car_axis/car_axis", {"axle", "track", "guide", "road", "left", "right", "PL", "PR"}},
       {"andrews/andrews", {"K1", "K7", "CD", "motor", "E6", "C"}},
       {"bricard/bricard", {"rod1", "rod5", "H0", "H5", "G0, P0_1", "out, P2_3"}},
-      {"flyball_governor/flyball_governor",
-       {"shaft", "slider", "ball1", "link2", "bearing", "guide", "hip1"}},
+      {"flyball_governor/flyball_governor", {"shaft", "slider", "ball1", "link2", "bearing", "guide", "hip1"}},
       {"heavy_top/heavy_top", {"top", "foot", "center"}}};
   for (const auto& [scene, names] : expected) {
     INFO(scene);

@@ -94,8 +94,8 @@ parameters = ["l"]
 
 TEST_CASE("optimize: a linkage that locks at some evaluation is a rejected step") {
   const WorkingDirectory here;
-  const Json j = costate_json({"optimize", kCases + "failing_evaluation_slsqp.toml", "--algorithm", "slsqp", "--max-evaluations",
-                               "12", "--no-certificate", "--output", "out"},
+  const Json j = costate_json({"optimize", kCases + "failing_evaluation_slsqp.toml", "--algorithm", "slsqp",
+                               "--max-evaluations", "12", "--no-certificate", "--output", "out"},
                               here.path());
   CHECK(j.at("status") == "ok");
   CHECK(j.at("failed_evaluations").get<int>() >= 1);
@@ -114,7 +114,8 @@ TEST_CASE("optimize: a linkage that locks at some evaluation is a rejected step"
       CHECK(e.at("gradient").is_null());
     }
   CHECK_THAT(file_text(here / "out/report.html"), Contains("Evaluations that failed"));
-  CHECK(costate_json({"simulate", "out/optimized.toml", "--no-files"}, here.path()).at("parameters") == j.at("parameters"));
+  CHECK(costate_json({"simulate", "out/optimized.toml", "--no-files"}, here.path()).at("parameters") ==
+        j.at("parameters"));
   // It repeats itself from its journal, failures included.
   const Json again = costate_json({"optimize", kCases + "failing_evaluation_slsqp.toml", "--algorithm", "slsqp",
                                    "--max-evaluations", "12", "--no-certificate", "--output", "out", "--resume"},
@@ -125,13 +126,14 @@ TEST_CASE("optimize: a linkage that locks at some evaluation is a rejected step"
 TEST_CASE("optimize: a run that needs a hundred times the steps of its neighbours has failed") {
   const WorkingDirectory here;
   // Two times here, so that the test takes seconds. By itself the second evaluation made two million steps.
-  const Json j = costate_json({"optimize", kCases + "failing_evaluation.toml", "--max-evaluations", "3", "--no-certificate",
-                               "--output", "out", "--step-limit-factor", "2"},
+  const Json j = costate_json({"optimize", kCases + "failing_evaluation.toml", "--max-evaluations", "3",
+                               "--no-certificate", "--output", "out", "--step-limit-factor", "2"},
                               here.path());
   CHECK(j.at("evaluations").size() == 3);
   CHECK(j.at("psi") == least_psi(j));
   const Json& counters = j.at("evaluations").at(0).at("counters");
-  const long limit = std::max(10000L, 2 * std::max(counters.at("steps").get<long>(), counters.at("backward_steps").get<long>()));
+  const long limit =
+      std::max(10000L, 2 * std::max(counters.at("steps").get<long>(), counters.at("backward_steps").get<long>()));
   const std::string why = j.at("evaluations").at(1).at("failure");
   CHECK_THAT(why, Contains("after " + std::to_string(limit) + " steps") && Contains("--step-limit-factor"));
   CHECK(std::filesystem::exists(here / "out/optimized.toml"));
@@ -142,8 +144,8 @@ TEST_CASE("optimize: every algorithm converges beside a region that cannot be si
   write_text(here / "scene.toml", edge_scene());
   for (const std::string algorithm : {"lbfgs", "mma", "slsqp"}) {
     INFO(algorithm);
-    const Json j = costate_json({"optimize", "scene.toml", "--algorithm", algorithm, "--output", algorithm, "--max-evaluations",
-                                 "60", "--no-certificate"},
+    const Json j = costate_json({"optimize", "scene.toml", "--algorithm", algorithm, "--output", algorithm,
+                                 "--max-evaluations", "60", "--no-certificate"},
                                 here.path());
     INFO(j.dump(1));
     CHECK(j.at("psi") == least_psi(j));
@@ -153,12 +155,15 @@ TEST_CASE("optimize: every algorithm converges beside a region that cannot be si
   }
 }
 
-TEST_CASE("optimize: where the first evaluation fails there is nothing to go back to, and nothing of an earlier run stays") {
+TEST_CASE(
+    "optimize: where the first evaluation fails there is nothing to go back to, and nothing of an earlier run stays") {
   const WorkingDirectory here;
   write_text(here / "scene.toml", edge_scene());
-  costate_json({"optimize", "scene.toml", "--output", "out", "--max-evaluations", "2", "--no-certificate"}, here.path());
+  costate_json({"optimize", "scene.toml", "--output", "out", "--max-evaluations", "2", "--no-certificate"},
+               here.path());
   CHECK(std::filesystem::exists(here / "out/optimized.toml"));
-  const Json j = costate_json({"optimize", "scene.toml", "--output", "out", "--set", "bar.coupler.length_m=8"}, here.path(), 1);
+  const Json j =
+      costate_json({"optimize", "scene.toml", "--output", "out", "--set", "bar.coupler.length_m=8"}, here.path(), 1);
   CHECK_FALSE(j.at("error").get<std::string>().empty());
   CHECK(here.entries() == std::vector<std::string>{"out", "out/evaluations.jsonl", "scene.toml"});
 }

@@ -70,15 +70,16 @@ TEST_CASE("simulate: a trajectory with everything, units and the scene") {
   CHECK(table.settings.at("rtol") == 1e-10);
   CHECK(table.settings.at("psi") == j.at("psi"));
   write_text(here / "again.toml", table.scene_text);
-  CHECK(costate_json({"simulate", "again.toml", "--rtol", "1e-10", "--no-files"}, here.path()).at("psi") == j.at("psi"));
+  CHECK(costate_json({"simulate", "again.toml", "--rtol", "1e-10", "--no-files"}, here.path()).at("psi") ==
+        j.at("psi"));
 }
 
 TEST_CASE("simulate: the scene inside holds what was overridden") {
   const WorkingDirectory here;
   costate_json({"simulate", kFiveBar, "--output", "out", "--set", "spring.S1.natural_length_m=2.4"}, here.path());
   const auto scene = costate::Scene::parse(costate::read_hdf5(here / "out/trajectory.h5").scene_text, "trajectory.h5");
-  CHECK(scene.mechanism()->numbers()[static_cast<std::size_t>(
-                                         scene.mechanism()->number("spring.S1.natural_length_m"))]
+  CHECK(scene.mechanism()
+            ->numbers()[static_cast<std::size_t>(scene.mechanism()->number("spring.S1.natural_length_m"))]
             .value == 2.4);
 }
 
@@ -102,7 +103,8 @@ TEST_CASE("simulate: CSV beside HDF5, the same numbers") {
   const WorkingDirectory here;
   const Json j = costate_json({"simulate", kFiveBar, "--csv", "--output", "out"}, here.path());
   CHECK(j.at("files") == Json({"out/trajectory.h5", "out/trajectory.csv"}));
-  const TrajectoryTable h5 = costate::read_hdf5(here / "out/trajectory.h5"), csv = costate::read_csv(here / "out/trajectory.csv");
+  const TrajectoryTable h5 = costate::read_hdf5(here / "out/trajectory.h5"),
+                        csv = costate::read_csv(here / "out/trajectory.csv");
   CHECK(csv.time_s == h5.time_s);
   REQUIRE(csv.columns.size() == h5.columns.size());
   for (std::size_t i = 0; i < csv.columns.size(); ++i) {
@@ -126,7 +128,8 @@ TEST_CASE("simulate: the same run and end with files and without") {
   const WorkingDirectory here;
   for (const std::string formulation : {"index1", "baumgarte"}) {
     INFO(formulation);
-    const Json with = costate_json({"simulate", kFiveBar, "--formulation", formulation, "--output", "out"}, here.path());
+    const Json with =
+        costate_json({"simulate", kFiveBar, "--formulation", formulation, "--output", "out"}, here.path());
     const Json without = costate_json({"simulate", kFiveBar, "--formulation", formulation, "--no-files"}, here.path());
     CHECK(without.at("psi") == with.at("psi"));
     CHECK(without.at("terminal") == with.at("terminal"));
@@ -151,12 +154,14 @@ TEST_CASE("the same run twice gives the same trajectory, byte for byte but for t
     costate_json({"simulate", kFiveBar, "--output", "out"}, here.path());
     t = costate::read_hdf5(here / "out/trajectory.h5");
   }
-  for (std::size_t i = 0; i < table[0].columns.size(); ++i) CHECK(table[0].columns[i].values == table[1].columns[i].values);
+  for (std::size_t i = 0; i < table[0].columns.size(); ++i)
+    CHECK(table[0].columns[i].values == table[1].columns[i].values);
 }
 
 TEST_CASE("dump: the scene as it was understood; dumping it again gives the same text") {
   const WorkingDirectory here;
-  for (const char* model : {"/five_bar/five_bar.toml", "/five_bar/five_bar_above.toml", "/slider_crank/slider_crank.toml"}) {
+  for (const char* model :
+       {"/five_bar/five_bar.toml", "/five_bar/five_bar_above.toml", "/slider_crank/slider_crank.toml"}) {
     INFO(model);
     const auto once = costate::test::run_costate({"dump", std::string(COSTATE_MODELS_DIR) + model}, here.path());
     CHECK(once.status == 0);

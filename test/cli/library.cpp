@@ -2,8 +2,8 @@
 #include <catch2/catch.hpp>
 
 #include "costate/integrator/simulate.h"
+#include "costate/problem/scene_problem.h"
 #include "costate/sensitivity/method.h"
-#include "costate/sensitivity/scene_problem.h"
 #include "five_bar.h"
 #include "process.h"
 

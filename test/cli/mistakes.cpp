@@ -7,10 +7,10 @@
 #include "process.h"
 
 using Catch::Matchers::Contains;
-using costate::test::run_costate;
 using costate::test::file_text;
 using costate::test::kFiveBar;
 using costate::test::Outcome;
+using costate::test::run_costate;
 using costate::test::WorkingDirectory;
 using costate::test::write_text;
 
@@ -75,7 +75,8 @@ TEST_CASE("unknown names are answered with the one that was meant") {
              Contains("--integrator") && Contains("Did you mean 'idas'?"));
   CHECK_THAT(mistake({"gradient", kFiveBar, "--sensitivity-corrector", "both"}),
              Contains("--sensitivity-corrector") && Contains("simultaneous"));
-  CHECK_THAT(mistake({"gradient", kFiveBar, "--cvodes-method", "adam"}), Contains("--cvodes-method") && Contains("adams"));
+  CHECK_THAT(mistake({"gradient", kFiveBar, "--cvodes-method", "adam"}),
+             Contains("--cvodes-method") && Contains("adams"));
   CHECK_THAT(mistake({"optimize", kFiveBar, "--algorithm", "lbgfs"}),
              Contains("--algorithm") && Contains("Did you mean 'lbfgs'?"));
   CHECK_THAT(mistake({"gradeint", kFiveBar}), Contains("Did you mean 'gradient'?"));
@@ -101,7 +102,8 @@ TEST_CASE("combinations that do not exist are refused with the nearest that does
              Contains("--integrator") && Contains("IDAS"));
   CHECK_THAT(mistake({"gradient", kFiveBar, "--method", "idas-adjoint", "--integrator", "cvodes"}),
              Contains("--integrator") && Contains("idas-adjoint"));
-  CHECK_THAT(mistake({"check", kFiveBar, "--formulations", "index4"}), Contains("--formulations") && Contains("index4"));
+  CHECK_THAT(mistake({"check", kFiveBar, "--formulations", "index4"}),
+             Contains("--formulations") && Contains("index4"));
   CHECK_THAT(mistake({"check", kFiveBar, "--methods", "adjoint"}), Contains("--methods") && Contains("adjoint"));
   CHECK_THAT(mistake_in_scene("gradient", "\"idas-adjoint\"", "\"idas-adjont\""),
              Contains("scene.toml" + place_of("\"idas-adjoint\"")) && Contains("'idas-adjoint'"));
@@ -130,7 +132,8 @@ TEST_CASE("numbers out of range") {
   for (const std::string name : {"--from", "--to"})
     for (const std::string value : {"nan", "inf", "-inf"}) {
       INFO(name << value);
-      CHECK_THAT(mistake({"sweep", kFiveBar, "--coordinate", "P2.x", name == "--from" ? "--to" : "--from", "0.4", name + "=" + value}),
+      CHECK_THAT(mistake({"sweep", kFiveBar, "--coordinate", "P2.x", name == "--from" ? "--to" : "--from", "0.4",
+                          name + "=" + value}),
                  Contains(name));
     }
   for (const std::string count : {"1", "-3", "100001", "1000000000"})
@@ -138,8 +141,8 @@ TEST_CASE("numbers out of range") {
                Contains("--count"));
   // Methods without checkpoints do not ignore their number.
   for (const std::string method : {"hand-adjoint", "idas-forward", "discrete-tangent"})
-    CHECK_THAT(mistake({"gradient", kFiveBar, "--formulation", method == "discrete-tangent" ? "index3" : "index1", "--method", method,
-                        "--checkpoint-steps", "20"}),
+    CHECK_THAT(mistake({"gradient", kFiveBar, "--formulation", method == "discrete-tangent" ? "index3" : "index1",
+                        "--method", method, "--checkpoint-steps", "20"}),
                Contains("--checkpoint-steps") && Contains(method));
 }
 
@@ -162,11 +165,14 @@ TEST_CASE("mistakes in a scene are reported at their place") {
              Contains("scene.toml" + place_of("\"P1\"\nto = \"P2\"")) && Contains("'P1'"));
   CHECK_THAT(mistake_in_scene("optimize", "mass_kg = 1\n", "mas_kg = 1\n"),
              Contains("scene.toml" + place_of("mass_kg")) && Contains("Did you mean 'mass_kg'?"));
-  CHECK_THAT(mistake_in_scene("check", "t_end_s = 5", "t_end_s = -5"), Contains("scene.toml" + place_of("5\nformulation")));
+  CHECK_THAT(mistake_in_scene("check", "t_end_s = 5", "t_end_s = -5"),
+             Contains("scene.toml" + place_of("5\nformulation")));
   CHECK_THAT(mistake_in_scene("check", "rtol = 1e-8", "rtol = 2"), Contains("scene.toml:") && Contains("'rtol'"));
-  CHECK_THAT(mistake_in_scene("simulate", "rtol = 1e-8", "atol = 1e300"), Contains("scene.toml:") && Contains("'atol'"));
-  CHECK_THAT(mistake_in_scene("simulate", "[gravity]", "[friction.f]\nfrom = \"A\"\nto = \"P2\"\nnormal_force_N = \"\"\n"
-                                                       "static_coefficient = 0.3\ntransition_velocity_m_per_s = 0.01\n\n[gravity]"),
+  CHECK_THAT(mistake_in_scene("simulate", "rtol = 1e-8", "atol = 1e300"),
+             Contains("scene.toml:") && Contains("'atol'"));
+  CHECK_THAT(mistake_in_scene("simulate", "[gravity]",
+                              "[friction.f]\nfrom = \"A\"\nto = \"P2\"\nnormal_force_N = \"\"\n"
+                              "static_coefficient = 0.3\ntransition_velocity_m_per_s = 0.01\n\n[gravity]"),
              Contains("scene.toml:") && Contains("'normal_force_N'"));
   CHECK_THAT(mistake_in_scene("simulate", "[gravity]", "[gravity"), Contains("scene.toml:"));
   CHECK_THAT(mistake_in_scene("optimize", "\"lbfgs\"", "\"bfgs\""), Contains("scene.toml" + place_of("\"lbfgs\"")));
@@ -182,9 +188,11 @@ TEST_CASE("mistakes in overrides name the override") {
   CHECK_THAT(mistake({"simulate", kFiveBar, "--set", "run.t_end=3"}), Contains("run.t_end=3") && Contains("'t_end_s'"));
   CHECK_THAT(mistake({"simulate", kFiveBar, "--set", "bar.A1.mass_kg=heavy"}),
              Contains("bar.A1.mass_kg=heavy") && Contains("a number"));
-  CHECK_THAT(mistake({"simulate", kFiveBar, "--set", "cost.running[7].weight=1"}), Contains("cost.running[7].weight=1"));
+  CHECK_THAT(mistake({"simulate", kFiveBar, "--set", "cost.running[7].weight=1"}),
+             Contains("cost.running[7].weight=1"));
   CHECK_THAT(mistake({"simulate", kFiveBar, "--set", "run.t_end_s=-1"}), Contains("run.t_end_s=-1"));
-  CHECK_THAT(mistake({"gradient", kFiveBar, "--set", "run.parameters=['L01','L03']"}), Contains("L03") && Contains("'L01'"));
+  CHECK_THAT(mistake({"gradient", kFiveBar, "--set", "run.parameters=['L01','L03']"}),
+             Contains("L03") && Contains("'L01'"));
 }
 
 TEST_CASE("output that cannot be written is refused before anything is computed") {
@@ -192,7 +200,8 @@ TEST_CASE("output that cannot be written is refused before anything is computed"
     INFO(command);
     const WorkingDirectory here;
     write_text(here / "file", "mine");
-    CHECK_THAT(mistake({command, kFiveBar, "--output", "file"}, here), Contains("--output") && Contains("not a directory"));
+    CHECK_THAT(mistake({command, kFiveBar, "--output", "file"}, here),
+               Contains("--output") && Contains("not a directory"));
     CHECK_THAT(mistake({command, kFiveBar, "--output", "file/below"}, here), Contains("--output"));
     CHECK(file_text(here / "file") == "mine");
   }
@@ -213,9 +222,9 @@ TEST_CASE("a refused optimization does not touch the journal of an earlier one")
   const WorkingDirectory here;
   REQUIRE(run_costate({"optimize", kFiveBar, "--output", "out"}, here.path()).status == 0);
   const std::string journal = file_text(here / "out/evaluations.jsonl");
-  for (const Words& wrong : {Words{"--formulation", "index2", "--method", "cvodes-adjoint"}, Words{"--algorithm", "bfgs"},
-                             Words{"--set", "run.parameters=[]"}, Words{"--max-evaluations", "0"},
-                             Words{"--stop-value", "nan"}}) {
+  for (const Words& wrong :
+       {Words{"--formulation", "index2", "--method", "cvodes-adjoint"}, Words{"--algorithm", "bfgs"},
+        Words{"--set", "run.parameters=[]"}, Words{"--max-evaluations", "0"}, Words{"--stop-value", "nan"}}) {
     INFO(wrong[1]);
     Words arguments = {"optimize", kFiveBar, "--output", "out"};
     arguments.insert(arguments.end(), wrong.begin(), wrong.end());

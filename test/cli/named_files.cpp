@@ -58,7 +58,8 @@ TEST_CASE("named files: a study begins a run anew when its road changed") {
   const WorkingDirectory here;
   put_scene(here);
   write_text(here / "study.toml",
-             "[[run]]\nname = \"a\"\nscene = \"scenes/road_file.toml\"\noptions = { max_evaluations = 2, no_certificate = true }\n");
+             "[[run]]\nname = \"a\"\nscene = \"scenes/road_file.toml\"\noptions = { max_evaluations = 2, "
+             "no_certificate = true }\n");
   CHECK(costate_json({"study", "study.toml"}, here.path()).at("runs").at(0).at("status") == "ok");
   CHECK(costate_json({"study", "study.toml"}, here.path()).at("runs").at(0).at("status") == "kept");
   change_road(here);
@@ -77,7 +78,8 @@ TEST_CASE("named files: optimized.toml and dump load from where they are written
   fs::create_directory(here / "elsewhere");
   fs::rename(here / "scenes", here / "elsewhere/scenes");
   fs::rename(here / "out", here / "elsewhere/out");
-  CHECK(costate_json({"simulate", "elsewhere/out/optimized.toml", "--no-files"}, here.path()).at("psi") == again.at("psi"));
+  CHECK(costate_json({"simulate", "elsewhere/out/optimized.toml", "--no-files"}, here.path()).at("psi") ==
+        again.at("psi"));
   // A dump goes anywhere.
   const Outcome dump = run_costate({"dump", "elsewhere/scenes/road_file.toml"}, here.path());
   REQUIRE(dump.status == 0);
@@ -94,10 +96,12 @@ TEST_CASE("named files: a path of the command line counts from the scene, one of
   fs::create_directory(here / "runs");
   write_text(here / "runs/run.toml", "include = [\"../scenes/road_file.toml\"]\n[run]\nt_end_s = 0.2\n");
   CHECK(costate_json({"simulate", "runs/run.toml", "--no-files"}, here.path()).at("status") == "ok");
-  CHECK(costate_json({"simulate", "scenes/road_file.toml", "--no-files", "--set", "road.post.law.file=other.txt", "--t-end", "0.2"},
+  CHECK(costate_json({"simulate", "scenes/road_file.toml", "--no-files", "--set", "road.post.law.file=other.txt",
+                      "--t-end", "0.2"},
                      here.path())
             .at("status") == "ok");
-  CHECK(costate_json({"simulate", "runs/run.toml", "--no-files", "--set", "road.post.law.file='../scenes/other.txt'"}, here.path())
+  CHECK(costate_json({"simulate", "runs/run.toml", "--no-files", "--set", "road.post.law.file='../scenes/other.txt'"},
+                     here.path())
             .at("status") == "ok");
 }
 
@@ -105,7 +109,8 @@ TEST_CASE("named files: a file that changes during a run is told") {
   const WorkingDirectory here;
   put_scene(here);
   costate::test::Process process(COSTATE_EXECUTABLE, with(kRun, {"--json"}), here.path());
-  REQUIRE(process.wait_until([&] { return file_text(here / "out/evaluations.jsonl").find("\"index\":1") != std::string::npos; }));
+  REQUIRE(process.wait_until(
+      [&] { return file_text(here / "out/evaluations.jsonl").find("\"index\":1") != std::string::npos; }));
   change_road(here);
   const Outcome o = process.finish();
   CHECK(o.status == 0);

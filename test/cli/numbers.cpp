@@ -32,7 +32,8 @@ void check_close(const Json& j, double relative) {
 
 TEST_CASE("five-bar: psi and gradient by every method of the interface at rtol 1e-9") {
   for (const std::string formulation : {"index1", "index2", "baumgarte", "penalty"})
-    for (const std::string method : {"idas-forward", "idas-adjoint", "cvodes-forward", "cvodes-adjoint", "differences"}) {
+    for (const std::string method :
+         {"idas-forward", "idas-adjoint", "cvodes-forward", "cvodes-adjoint", "differences"}) {
       if (formulation == "index2" && method.rfind("cvodes", 0) == 0) continue;
       INFO(formulation << " x " << method);
       const Json j = gradient({"--formulation", formulation, "--method", method, "--rtol", "1e-9"});

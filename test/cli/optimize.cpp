@@ -97,8 +97,9 @@ TEST_CASE("optimize: what ended it") {
   for (const Json& e : flat.at("evaluations"))
     CHECK((e.at("projected_gradient").get<double>() <= 0.1) == (e.at("index") == flat.at("evaluations").size()));
   CHECK(flat.at("best_evaluation") == flat.at("evaluations").size());
-  CHECK_THAT(reason({"--set", "optimize.relative_tolerance=0.9", "--stop-value=-1"}).at("stop_reason").get<std::string>(),
-             Contains("relative tolerance"));
+  CHECK_THAT(
+      reason({"--set", "optimize.relative_tolerance=0.9", "--stop-value=-1"}).at("stop_reason").get<std::string>(),
+      Contains("relative tolerance"));
 }
 
 TEST_CASE("optimize: MMA and SLSQP find the same constrained optimum") {
@@ -108,9 +109,9 @@ TEST_CASE("optimize: MMA and SLSQP find the same constrained optimum") {
   for (const int i : {0, 1}) {
     const std::string algorithm = i == 0 ? "mma" : "slsqp";
     INFO(algorithm);
-    const Json j = result[i] = costate_json({"optimize", "scene.toml", "--algorithm", algorithm, "--output", algorithm,
-                                             "--max-evaluations", "300"},
-                                            here.path());
+    const Json j = result[i] = costate_json(
+        {"optimize", "scene.toml", "--algorithm", algorithm, "--output", algorithm, "--max-evaluations", "300"},
+        here.path());
     CHECK(j.at("algorithm") == algorithm);
     CHECK(j.at("converged") == true);
     // psi_c - upper: satisfied, and active.
@@ -172,16 +173,16 @@ TEST_CASE("optimize: the files it leaves") {
 
 TEST_CASE("optimize: scales and other units do not change the optimum") {
   const WorkingDirectory here;
-  const Json j = costate_json({"optimize", kFiveBar, "--no-files", "--set", "parameter.L01.scale=0.5", "--set",
-                               "parameter.L02.scale=20"},
-                              here.path());
+  const Json j = costate_json(
+      {"optimize", kFiveBar, "--no-files", "--set", "parameter.L01.scale=0.5", "--set", "parameter.L02.scale=20"},
+      here.path());
   CHECK(j.at("parameters").at("L01").get<double>() == Approx(kOptimalL01).epsilon(1e-4));
   CHECK(j.at("parameters").at("L02").get<double>() == Approx(kOptimalL02).epsilon(1e-4));
 }
 
 TEST_CASE("optimize: one parameter bound to several numbers") {
-  // Both natural lengths by one factor; the optimized scene holds the same value for the parameter bit for bit or within
-  // rounding, and loads even where the parameter ended on its bound.
+  // Both natural lengths by one factor; the optimized scene holds the same value for the parameter bit for bit or
+  // within rounding, and loads even where the parameter ended on its bound.
   const WorkingDirectory here;
   std::string scene = file_text(kFiveBar);
   scene += R"(
@@ -194,7 +195,8 @@ upper = 1.1
   const auto insert = [&](const std::string& header) {
     const std::size_t at = scene.find(header);
     REQUIRE(at != std::string::npos);
-    scene.insert(at + header.size(), header == "[spring.S1]\n" ? "damping_N_s_per_m = 0.03\n" : "damping_N_s_per_m = 0.07\n");
+    scene.insert(at + header.size(),
+                 header == "[spring.S1]\n" ? "damping_N_s_per_m = 0.03\n" : "damping_N_s_per_m = 0.07\n");
   };
   insert("[spring.S1]\n");
   insert("[spring.S2]\n");

@@ -50,8 +50,8 @@ enum class Connection {
 class Process {
  public:
   /// Starts a program; `arguments` without its name.
-  Process(const std::string& program, const std::vector<std::string>& arguments,
-          const std::filesystem::path& directory, Connection connection = Connection::files);
+  Process(const std::string& program, const std::vector<std::string>& arguments, const std::filesystem::path& directory,
+          Connection connection = Connection::files);
   ~Process();
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
@@ -79,7 +79,7 @@ class Process {
 
 /// Runs `costate ARGUMENTS` to its end.
 Outcome run_costate(const std::vector<std::string>& arguments, const std::filesystem::path& directory,
-                Connection connection = Connection::files);
+                    Connection connection = Connection::files);
 /// The same with --json; requires exactly one JSON object on standard output.
 nlohmann::json costate_json(std::vector<std::string> arguments, const std::filesystem::path& directory,
                             int expected_status = 0);

@@ -36,9 +36,7 @@ void put(const WorkingDirectory& here, const std::string& name, const Json& base
   write_text(here / name, baseline.dump(1));
 }
 
-Json read(const WorkingDirectory& here, const std::string& name) {
-  return Json::parse(file_text(here / name));
-}
+Json read(const WorkingDirectory& here, const std::string& name) { return Json::parse(file_text(here / name)); }
 
 const Json& quantity(const Json& result, const std::string& name, std::size_t index = 0) {
   for (const Json& q : result.at("cases").at(index).at("quantities"))
@@ -67,8 +65,7 @@ std::string mistake(const Json& baseline) { return mistake_in_text(baseline.dump
 
 TEST_CASE("regress: a minimal file is filled in by --update and holds from then on") {
   const WorkingDirectory here;
-  put(here, "base/gradient.json",
-      minimal("gradient", {{"formulation", "baumgarte"}, {"method", "cvodes-adjoint"}}));
+  put(here, "base/gradient.json", minimal("gradient", {{"formulation", "baumgarte"}, {"method", "cvodes-adjoint"}}));
   put(here, "base/deep/motion.json", minimal("simulate", {{"t-end", 1}, {"set", {"run.rtol=1e-9"}}}));
   put(here, "base/optimum.json", minimal("optimize"));
   const Outcome before = run_costate({"regress", "base"}, here.path());
@@ -96,8 +93,7 @@ TEST_CASE("regress: a minimal file is filled in by --update and holds from then 
   CHECK(motion.contains("terminal.P2.y_dot"));
   CHECK(motion.at("terminal.P2.x").at("relative") == 1e-6);  // the override's rtol counts
   const Json optimum = read(here, "base/optimum.json").at("quantities");
-  CHECK(optimum.at("parameters.L01").at("value").get<double>() ==
-        Approx(costate::test::kOptimalL01).epsilon(1e-4));
+  CHECK(optimum.at("parameters.L01").at("value").get<double>() == Approx(costate::test::kOptimalL01).epsilon(1e-4));
   CHECK(optimum.at("evaluations").at("value") == 8);
 
   const auto entries = here.entries();
@@ -117,8 +113,7 @@ TEST_CASE("regress: what moved is named with the amount; --update keeps toleranc
   Json b = minimal("gradient");
   b["quantities"] = {
       {"psi", {{"value", costate::test::kPsi + 1e-3}, {"absolute", 1e-4}, {"reason", "my own reason"}}},
-      {"gradient.L01",
-       {{"value", costate::test::kGradient.at("L01")}, {"relative", 1e-5}, {"reason", "rtol"}}},
+      {"gradient.L01", {{"value", costate::test::kGradient.at("L01")}, {"relative", 1e-5}, {"reason", "rtol"}}},
       {"counters.steps", {{"value", 1}, {"relative", 1e6}, {"reason", "any number"}}}};
   put(here, "base/case.json", b);
   const Outcome o = run_costate({"regress", "base"}, here.path());
@@ -141,8 +136,7 @@ TEST_CASE("regress: what moved is named with the amount; --update keeps toleranc
   CHECK(update.status == 0);
   CHECK_THAT(update.out, Contains("updated  case") && Contains("psi: 0.72787") && Contains("-> 0.72687"));
   const Json after = read(here, "base/case.json");
-  CHECK(after.at("quantities").at("psi").at("value").get<double>() ==
-        Approx(costate::test::kPsi).epsilon(1e-6));
+  CHECK(after.at("quantities").at("psi").at("value").get<double>() == Approx(costate::test::kPsi).epsilon(1e-6));
   CHECK(after.at("quantities").at("psi").at("absolute") == 1e-4);
   CHECK(after.at("quantities").at("psi").at("reason") == "my own reason");
   CHECK(after.at("quantities").at("gradient.L01") == b.at("quantities").at("gradient.L01"));
@@ -171,8 +165,7 @@ TEST_CASE("regress: mistakes in a baseline name the file, the key and what was e
   CHECK_THAT(mistake_in_text("[]"), Contains("object") && Contains("array"));
   CHECK_THAT(mistake(Json{{"command", "gradient"}}), Contains("scene: ") && Contains("missing"));
   CHECK_THAT(mistake(Json{{"scene", kFiveBar}}), Contains("command: ") && Contains("gradient"));
-  CHECK_THAT(mistake(Json{{"scene", 3}, {"command", "gradient"}}),
-             Contains("scene: Expected text") && Contains("3"));
+  CHECK_THAT(mistake(Json{{"scene", 3}, {"command", "gradient"}}), Contains("scene: Expected text") && Contains("3"));
   CHECK_THAT(mistake(minimal("gradeint")), Contains("command: ") && Contains("Did you mean 'gradient'?"));
   CHECK_THAT(mistake(minimal("gradient", {{"mehtod", "idas-adjoint"}})),
              Contains("options.mehtod") && Contains("Did you mean 'method'?"));
@@ -191,10 +184,8 @@ TEST_CASE("regress: mistakes in a baseline name the file, the key and what was e
   CHECK_THAT(mistake(with(0.7)), Contains("quantities.psi: Expected an object") && Contains("0.7"));
   CHECK_THAT(mistake(with({{"value", "x"}})), Contains("quantities.psi.value: Expected a number"));
   CHECK_THAT(mistake(with({{"value", 1}})), Contains("quantities.psi") && Contains("tolerance"));
-  CHECK_THAT(mistake(with({{"value", 1}, {"relative", 1e-3}})),
-             Contains("quantities.psi.reason") && Contains("why"));
-  CHECK_THAT(mistake(with({{"value", 1}, {"relative", -1}, {"reason", "r"}})),
-             Contains("quantities.psi.relative"));
+  CHECK_THAT(mistake(with({{"value", 1}, {"relative", 1e-3}})), Contains("quantities.psi.reason") && Contains("why"));
+  CHECK_THAT(mistake(with({{"value", 1}, {"relative", -1}, {"reason", "r"}})), Contains("quantities.psi.relative"));
   CHECK_THAT(mistake(with({{"value", 1}, {"tolerance", 1}})), Contains("quantities.psi.tolerance"));
   Json unknown = minimal("gradient");
   unknown["quantities"] = {{"gradient.L03", {{"value", 1}, {"absolute", 1}, {"reason", "r"}}}};
@@ -226,8 +217,7 @@ TEST_CASE("regress: cases that fail do not keep the others from running") {
 
 TEST_CASE("regress: --only, by name and pattern") {
   const WorkingDirectory here;
-  for (const std::string name : {"one.json", "two.json", "sub/one.json"})
-    put(here, name, minimal("simulate"));
+  for (const std::string name : {"one.json", "two.json", "sub/one.json"}) put(here, name, minimal("simulate"));
   REQUIRE(run_costate({"regress", ".", "--update"}, here.path()).status == 0);
   const auto count = [&](const std::vector<std::string>& only) {
     std::vector<std::string> arguments = {"regress", "."};
@@ -240,8 +230,7 @@ TEST_CASE("regress: --only, by name and pattern") {
   CHECK(count({"one", "two"}) == 2);
   const Json none = costate_json({"regress", ".", "--only", "tow"}, here.path(), 1);
   CHECK(none.at("status") == "failed");
-  CHECK_THAT(none.at("error").get<std::string>(),
-             Contains("--only") && Contains("'tow'") && Contains("'two'"));
+  CHECK_THAT(none.at("error").get<std::string>(), Contains("--only") && Contains("'tow'") && Contains("'two'"));
 }
 
 TEST_CASE("regress: a directory without baselines, or none, says how to make one") {
@@ -250,12 +239,10 @@ TEST_CASE("regress: a directory without baselines, or none, says how to make one
   for (const std::string directory : {"empty", "nowhere"}) {
     const Outcome o = run_costate({"regress", directory}, here.path());
     CHECK(o.status == 1);
-    CHECK_THAT(o.err, Contains(directory) && Contains("\"scene\"") && Contains("\"command\"") &&
-                          Contains("--update"));
+    CHECK_THAT(o.err, Contains(directory) && Contains("\"scene\"") && Contains("\"command\"") && Contains("--update"));
   }
   CHECK(run_costate({"regress"}, here.path()).status == 2);
-  CHECK_THAT(run_costate({"regress", "--help"}, here.path()).out,
-             Contains("--update") && Contains("baseline"));
+  CHECK_THAT(run_costate({"regress", "--help"}, here.path()).out, Contains("--update") && Contains("baseline"));
 }
 
 TEST_CASE("regress: a baseline that cannot be written fails and stays as it was") {
@@ -280,8 +267,7 @@ TEST_CASE("regress: Ctrl-C keeps what is done and says so") {
     std::vector<std::string> arguments = {"regress", ".", "--update"};
     if (json) arguments.push_back("--json");
     Process process(COSTATE_EXECUTABLE, arguments, here.path());
-    REQUIRE(
-        process.wait_until([&] { return file_text(here / "a.json").find("reason") != std::string::npos; }));
+    REQUIRE(process.wait_until([&] { return file_text(here / "a.json").find("reason") != std::string::npos; }));
     process.send(SIGINT);
     const Outcome o = process.finish();
     CHECK(o.status == 130);

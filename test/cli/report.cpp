@@ -85,7 +85,8 @@ TEST_CASE("optimize: the report says what the summary says") {
   const std::string page = page_at(here / "out/report.html");
   CHECK_THAT(page, Contains("<h1>Five-bar mechanism with two springs</h1>"));
   CHECK_THAT(page, Contains("psi went from 0.7268") && Contains("It fell by 0.7268") && Contains("100 %"));
-  CHECK_THAT(page, Contains("stop value") && Contains("idas-adjoint") && Contains("lbfgs") && Contains("index1 on idas"));
+  CHECK_THAT(page,
+             Contains("stop value") && Contains("idas-adjoint") && Contains("lbfgs") && Contains("index1 on idas"));
   CHECK_THAT(page, Contains(j.at("certificate").at("verdict").get<std::string>()));
   const auto row = row_of(page, "L01");
   CHECK(std::stod(row.at(1)) == Approx(std::hypot(2, 1)).epsilon(1e-5));
@@ -142,8 +143,9 @@ kind = "value"
 output = "S1.force"
 weight = -1
 )");
-  const Json j = costate_json({"optimize", "scene.toml", "--algorithm", "slsqp", "--set", "parameter.L02.lower=1.9",
-                               "--output", "out"}, here.path());
+  const Json j = costate_json(
+      {"optimize", "scene.toml", "--algorithm", "slsqp", "--set", "parameter.L02.lower=1.9", "--output", "out"},
+      here.path());
   const std::string page = page_at(here / "out/report.html");
   const bool active = j.at("bounds_active") == Json({"L02"});
   CHECK(row_of(page, "L02").at(6) == (active ? "at lower" : ""));
@@ -214,8 +216,8 @@ TEST_CASE("report: an interrupted run leaves nothing of an earlier one") {
   CHECK_FALSE(std::filesystem::exists(here / "out/report.html"));
   process.send(SIGINT);
   CHECK(process.finish().status == 130);
-  CHECK(here.entries() == std::vector<std::string>{"out", "out/evaluations.jsonl", "out/optimize.json", "out/optimized.toml",
-                                                   "out/report.html"});
+  CHECK(here.entries() == std::vector<std::string>{"out", "out/evaluations.jsonl", "out/optimize.json",
+                                                   "out/optimized.toml", "out/report.html"});
   CHECK(page_at(here / "out/report.html") != page);
 }
 
@@ -223,8 +225,9 @@ TEST_CASE("report: what the optimizer and the certificate say does not contradic
   const WorkingDirectory here;
   // Stopped by a limit at a point that is a minimum: the optimum, from which it begins.
   costate_json({"optimize", kFiveBar, "--output", "first"}, here.path());
-  const Json j = costate_json({"optimize", "first/optimized.toml", "--max-evaluations", "1", "--stop-value=-1", "--output", "second"},
-                              here.path());
+  const Json j = costate_json(
+      {"optimize", "first/optimized.toml", "--max-evaluations", "1", "--stop-value=-1", "--output", "second"},
+      here.path());
   CHECK(j.at("converged") == false);
   REQUIRE_THAT(j.at("certificate").at("verdict").get<std::string>(), Contains("strict local minimum"));
   const std::string page = page_at(here / "second/report.html");

@@ -252,24 +252,27 @@ TEST_CASE("interrupted by Ctrl-C or SIGTERM: says so, and can be resumed") {
     const Json j = costate::test::one_object(o.out);
     CHECK(j.at("status") == "interrupted");
     // The best point so far, and a report and a summary that say what they are.
-    CHECK(here.entries() == Words{"out", "out/evaluations.jsonl", "out/optimize.json", "out/optimized.toml", "out/report.html"});
+    CHECK(here.entries() ==
+          Words{"out", "out/evaluations.jsonl", "out/optimize.json", "out/optimized.toml", "out/report.html"});
     const Json best = costate::test::one_object(file_text(here / "out/optimize.json"));
     CHECK(best.at("status") == "interrupted");
     CHECK(best.at("converged") == false);
     double least = HUGE_VAL;
     for (const Json& e : best.at("evaluations")) least = std::min(least, e.at("psi").get<double>());
     CHECK(best.at("psi") == least);
-    CHECK(costate_json({"simulate", "out/optimized.toml", "--no-files"}, here.path()).at("parameters") == best.at("parameters"));
+    CHECK(costate_json({"simulate", "out/optimized.toml", "--no-files"}, here.path()).at("parameters") ==
+          best.at("parameters"));
     CHECK_THAT(file_text(here / "out/report.html"), Contains("did not come to its end") && Contains("interrupted"));
     check_same(costate_json(with(kRun, {"--resume"}), here.path()), undisturbed());
   }
 }
 
 TEST_CASE("interrupted: every command stops soon and leaves nothing") {
-  for (const Words& command : {Words{"simulate", "--formulation", "baumgarte", "--t-end", "1e4"},
-                               Words{"gradient", "--formulation", "baumgarte", "--method", "cvodes-forward", "--t-end", "1e4"},
-                               Words{"gradient", "--formulation", "baumgarte", "--method", "differences", "--t-end", "1000"},
-                               Words{"check", "--rtol", "1e-12", "--t-end", "1000"}}) {
+  for (const Words& command :
+       {Words{"simulate", "--formulation", "baumgarte", "--t-end", "1e4"},
+        Words{"gradient", "--formulation", "baumgarte", "--method", "cvodes-forward", "--t-end", "1e4"},
+        Words{"gradient", "--formulation", "baumgarte", "--method", "differences", "--t-end", "1000"},
+        Words{"check", "--rtol", "1e-12", "--t-end", "1000"}}) {
     INFO(command[0]);
     const WorkingDirectory here;
     Process process(COSTATE_EXECUTABLE, with(command, {kFiveBar, "--output", "out"}), here.path(),

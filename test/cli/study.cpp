@@ -63,11 +63,10 @@ TEST_CASE("costate study: runs, a table, and what is finished is kept") {
   }
   CHECK(j.at("runs").at(1).at("parameters_after").size() == 2);
   // The same as the run by itself.
-  const Json alone =
-      costate_json({"optimize", kModels + "/five_bar/five_bar.toml", "--no-files", "--no-certificate",
-                    "--set", "run.t_end_s=2.0", "--rtol", "1e-8", "--formulation", "baumgarte", "--method",
-                    "cvodes-adjoint", "--max-evaluations", "4", "--parameters", "L01,L02"},
-                   here.path());
+  const Json alone = costate_json({"optimize", kModels + "/five_bar/five_bar.toml", "--no-files", "--no-certificate",
+                                   "--set", "run.t_end_s=2.0", "--rtol", "1e-8", "--formulation", "baumgarte",
+                                   "--method", "cvodes-adjoint", "--max-evaluations", "4", "--parameters", "L01,L02"},
+                                  here.path());
   CHECK(j.at("runs").at(1).at("psi_after") == alone.at("psi"));
   CHECK(one_object(file_text(here / "results/study/study.json")) == j);
   const std::string csv = file_text(here / "results/study/study.csv");
@@ -125,21 +124,17 @@ TEST_CASE("costate study: mistakes have a place, and a run that fails does not s
   CHECK_THAT(complaint("title = 3\n"), Contains("s.toml:1:9") && Contains("must be a string"));
   CHECK_THAT(complaint("title = \"x\"\n"), Contains("[[run]]"));
   CHECK_THAT(complaint("[[run]]\nname = \"a\"\n"), Contains("s.toml:1:") && Contains("'scene'"));
-  CHECK_THAT(complaint("[[run]]\nname = \"a/b\"\n" + scene),
-             Contains("s.toml:2:8") && Contains("name of a run"));
-  CHECK_THAT(complaint("[[run]]\nname = \"a\"\nparametres = []\n" + scene),
-             Contains("Did you mean 'parameters'?"));
+  CHECK_THAT(complaint("[[run]]\nname = \"a/b\"\n" + scene), Contains("s.toml:2:8") && Contains("name of a run"));
+  CHECK_THAT(complaint("[[run]]\nname = \"a\"\nparametres = []\n" + scene), Contains("Did you mean 'parameters'?"));
   CHECK_THAT(complaint("[[run]]\nname = \"a\"\n" + scene + "[[run]]\nname = \"a\"\n" + scene),
              Contains("two runs named 'a'"));
-  CHECK_THAT(complaint("[[run]]\nname = \"a\"\nparameters = [\"x\"]\n" + scene),
-             Contains("no parameter 'x'"));
+  CHECK_THAT(complaint("[[run]]\nname = \"a\"\nparameters = [\"x\"]\n" + scene), Contains("no parameter 'x'"));
   CHECK_THAT(complaint("[options]\nmethd = \"x\"\n[[run]]\nname = \"a\"\n" + scene),
              Contains("s.toml:2:1") && Contains("'method'"));
   CHECK_FALSE(std::filesystem::exists(here / "results"));
-  write_text(
-      here / "s.toml",
-      "[options]\nno_certificate = true\n[[run]]\nname = \"wrong\"\noptions = { method = \"nothing\" }\n" +
-          scene + "[[run]]\nname = \"right\"\noptions = { max_evaluations = 2 }\n" + scene);
+  write_text(here / "s.toml",
+             "[options]\nno_certificate = true\n[[run]]\nname = \"wrong\"\noptions = { method = \"nothing\" }\n" +
+                 scene + "[[run]]\nname = \"right\"\noptions = { max_evaluations = 2 }\n" + scene);
   const Json j = costate_json({"study", "s.toml"}, here.path(), 1);
   CHECK(j.at("status") == "failed");
   CHECK(j.at("runs").at(0).at("status") == "failed");

@@ -7,10 +7,10 @@
 
 using Catch::Matchers::Contains;
 using costate::test::Connection;
-using costate::test::run_costate;
 using costate::test::kFiveBar;
 using costate::test::Outcome;
 using costate::test::Process;
+using costate::test::run_costate;
 using costate::test::WorkingDirectory;
 
 namespace {
@@ -27,7 +27,8 @@ const std::string kErase = "\x1b[K";
 
 TEST_CASE("progress: simulated time, percentage, steps and speed, rewritten in place and gone at the end") {
   const WorkingDirectory here;
-  const Outcome o = run_costate({"simulate", kFiveBar, "--formulation", "baumgarte", "--t-end", "2000"}, here.path(), Connection::terminal);
+  const Outcome o = run_costate({"simulate", kFiveBar, "--formulation", "baumgarte", "--t-end", "2000"}, here.path(),
+                                Connection::terminal);
   CHECK(o.status == 0);
   CHECK(count(o.terminal, "\rt = ") >= 2);
   CHECK_THAT(o.terminal, Contains(" of 2000 s") && Contains(" %") && Contains(" steps") && Contains("simulated s/s"));
@@ -39,7 +40,8 @@ TEST_CASE("progress: simulated time, percentage, steps and speed, rewritten in p
 
 TEST_CASE("progress: with results redirected the terminal shows the line and the file has none of it") {
   const WorkingDirectory here;
-  const Outcome o = run_costate({"gradient", kFiveBar, "--formulation", "baumgarte", "--t-end", "50"}, here.path(), Connection::terminal_errors);
+  const Outcome o = run_costate({"gradient", kFiveBar, "--formulation", "baumgarte", "--t-end", "50"}, here.path(),
+                                Connection::terminal_errors);
   CHECK(o.status == 0);
   CHECK_THAT(o.terminal, Contains("\rt = ") && !Contains("psi"));
   CHECK_THAT(o.out, Contains("psi = ") && !Contains("\r") && !Contains(kErase));
@@ -104,7 +106,8 @@ TEST_CASE("option --verbose adds settings and counters") {
 
 TEST_CASE("Ctrl-C typed on the terminal") {
   const WorkingDirectory here;
-  Process process(COSTATE_EXECUTABLE, {"simulate", kFiveBar, "--formulation", "baumgarte", "--t-end", "1e4"}, here.path(), Connection::terminal);
+  Process process(COSTATE_EXECUTABLE, {"simulate", kFiveBar, "--formulation", "baumgarte", "--t-end", "1e4"},
+                  here.path(), Connection::terminal);
   REQUIRE(process.wait_until([&] { return count(process.seen(), "simulated s/s") >= 1; }));
   process.type("\x03");
   const Outcome o = process.finish();

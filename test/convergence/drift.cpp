@@ -1,8 +1,8 @@
 // What is left of the constraints in the course of a run.
+#include <support/models.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
-
-#include <support/models.h>
 
 #include "costate/integrator/simulate.h"
 
@@ -61,8 +61,8 @@ TEST_CASE("drift: tighter tolerances leave less", "[drift]") {
     loose.solver.integrator = tight.solver.integrator = integrator;
     const double a = violations(loose, {5}).front(), b = violations(tight, {5}).front();
     INFO("violations " << a * 1e12 << "e-12, " << b * 1e12 << "e-12");
-    // Where positions are algebraic unknowns, a step's end holds what Newton's iteration leaves, below the tolerance and
-    // soon at rounding. Elsewhere four decades of tolerance are at least three of drift.
+    // Where positions are algebraic unknowns, a step's end holds what Newton's iteration leaves, below the tolerance
+    // and soon at rounding. Elsewhere four decades of tolerance are at least three of drift.
     if (formulation == std::string("index2")) {
       CHECK(a < 1e-5);
       CHECK(b < 1e-9);

@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "costate/integrator/simulate.h"
+#include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
-#include "costate/sensitivity/scene_problem.h"
 #include "support/paths.h"
 
 using namespace costate;
@@ -17,25 +17,24 @@ namespace {
 
 std::vector<double> end_of(const Problem& p) {
   std::vector<double> q;
-  simulate(p, p.parameters.values(), {p.solver.t_end}, [&](const PhysicalState& s, System& system) {
-    q.assign(s.q, s.q + system.assembly().n());
-  });
+  simulate(p, p.parameters.values(), {p.solver.t_end},
+           [&](const PhysicalState& s, System& system) { q.assign(s.q, s.q + system.assembly().n()); });
   return q;
 }
 
 }  // namespace
 
 TEST_CASE("tolerances: each is reached, and none is less accurate than a looser one", "[tolerances]") {
-  // Errors of the positions at the end. An error may by chance be smaller than its tolerance lets expect, so that the next
-  // one is no better: kChance is what that is given, against the best of all looser ones.
+  // Errors of the positions at the end. An error may by chance be smaller than its tolerance lets expect, so that the
+  // next one is no better: kChance is what that is given, against the best of all looser ones.
   constexpr double kChance = 5;
   struct Case {
     const char *scene, *formulation, *integrator;
     int tightest;
   };
-  for (const Case& c : {Case{"heavy_top/heavy_top_natural", "maggi-implicit", "idas", 14},
-                        Case{"heavy_top/heavy_top", "maggi-implicit", "idas", 14},
-                        Case{"heavy_top/heavy_top", "index1", "idas", 14}}) {
+  for (const Case& c :
+       {Case{"heavy_top/heavy_top_natural", "maggi-implicit", "idas", 14},
+        Case{"heavy_top/heavy_top", "maggi-implicit", "idas", 14}, Case{"heavy_top/heavy_top", "index1", "idas", 14}}) {
     INFO(c.scene << ", " << c.formulation << ", " << c.integrator);
     Problem p = make_problem(Scene::load(fmt::format("{}/{}.toml", COSTATE_MODELS_DIR, c.scene)));
     // By another formulation, which has its positions by Newton's method.

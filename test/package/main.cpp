@@ -1,12 +1,12 @@
 // A project of its own on the installed package: a scene that came with it, a mechanism built by hand, an optimization.
 #include <costate/base/version.h>
-#include <costate/element/kind/bar.h>
-#include <costate/element/kind/point.h>
+#include <costate/kind/body/bar.h>
+#include <costate/kind/body/point.h>
 #include <costate/objective/constant_costs.h>
 #include <costate/optimize/optimizer.h>
+#include <costate/problem/scene_problem.h>
 #include <costate/scene/scene.h>
 #include <costate/sensitivity/method.h>
-#include <costate/sensitivity/scene_problem.h>
 
 #include <cmath>
 #include <exception>

@@ -1,12 +1,13 @@
 // Accelerations and multipliers are unknowns whose error IDAS does not control, in index 2 not even Newton's iteration:
-// adjoints along its motions take those that are solved for. And end values of adjoints that the constraints carry in full,
-// so that what is left is rounding. Against Baumgarte's ODE and its adjoint on CVODES at a hundredth of the tolerance.
+// adjoints along its motions take those that are solved for. And end values of adjoints that the constraints carry in
+// full, so that what is left is rounding. Against Baumgarte's ODE and its adjoint on CVODES at a hundredth of the
+// tolerance.
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
 
+#include "costate/problem/scene_problem.h"
 #include "costate/sensitivity/method.h"
-#include "costate/sensitivity/scene_problem.h"
 #include "property/gradient_compare.h"
 #include "support/paths.h"
 
@@ -45,5 +46,6 @@ TEST_CASE("index 2 on IDAS: adjoints do not see the noise of accelerations that 
 }
 
 TEST_CASE("index 2 on IDAS: adjoints begin where drivers or costs on velocities meet the end") {
-  for (const char* name : {"end_of_adjoint_1", "end_of_adjoint_2", "end_of_adjoint_3"}) check_against_baumgarte(name, 1e-8);
+  for (const char* name : {"end_of_adjoint_1", "end_of_adjoint_2", "end_of_adjoint_3"})
+    check_against_baumgarte(name, 1e-8);
 }

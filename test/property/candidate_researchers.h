@@ -1,12 +1,12 @@
-// What researchers would hand in: adjoints of each formulation written against costate/adjoint/candidate.h, with every
-// term open to a deliberate slip.
+// What researchers would hand in: adjoints of each formulation written against costate/candidate/candidate.h, with
+// every term open to a deliberate slip.
 #pragma once
 
 #include <map>
 #include <string>
 #include <vector>
 
-#include "costate/adjoint/candidate.h"
+#include "costate/candidate/candidate.h"
 
 namespace costate::test {
 
@@ -31,7 +31,8 @@ class Researcher : public CandidateAdjoint {
   double factor(const std::string& id) const {
     double f = 1;
     for (const Slip& s : slips)
-      if (s.id == id) f *= s.kind == 'd' ? 0 : s.kind == 'n' ? -1 : s.kind == '2' ? 2 : s.kind == 'h' ? 0.5 : s.kind == '7' ? 0.7 : 1;
+      if (s.id == id)
+        f *= s.kind == 'd' ? 0 : s.kind == 'n' ? -1 : s.kind == '2' ? 2 : s.kind == 'h' ? 0.5 : s.kind == '7' ? 0.7 : 1;
     return f;
   }
   Vector term(const std::string& where, const std::string& name, const Vector& x) const {
@@ -50,8 +51,9 @@ class Researcher : public CandidateAdjoint {
 };
 
 const std::string kMuQ = "the equation of mu_q'", kMuV = "the equation of mu_v'", kMuZ = "the equation of mu_z'",
-                  kP = "the equation of P'", kIntegrand = "the gradient's integrand", kSolve = "the solve for s1 and s2",
-                  kEnd = "the gradient at T", kStart = "the gradient's terms at the start",
+                  kP = "the equation of P'", kIntegrand = "the gradient's integrand",
+                  kSolve = "the solve for s1 and s2", kEnd = "the gradient at T",
+                  kStart = "the gradient's terms at the start",
                   kTau = "the elimination of accelerations and multipliers from w";
 
 /// Index 1, Baumgarte, penalty, augmented Lagrangian: explicit or, with s1 and s2 kept, implicit.
@@ -68,18 +70,17 @@ class AccelerationResearcher : public Researcher {
     Vector s1, s2, r(mu.size());
     multipliers(b, mu, s1, s2);
     const Vector mu_q = mu.head(b.n), mu_v = mu.segment(b.n, b.n), mu_z = mu.segment(2 * b.n, b.nz);
-    r.head(b.n) = term(kMuQ, "-g_q", -b.g_q) + times(kMuQ, "(M a)_q", b.Ma_q, s1) +
-                  times(kMuQ, "(Phi_q^T lambda)_q", b.Phi_lambda_q, s1) + times(kMuQ, "-Q_q", -b.Q_q, s1) +
-                  times(kMuQ, "Phidd_q", b.Phidd_q, s2) +
-                  times(kMuQ, "2 xi omega Phid_q", 2 * b.xi * b.omega * b.Phid_q, s2) +
-                  times(kMuQ, "omega^2 Phi_q", b.omega * b.omega * b.Phi_q, s2) +
-                  times(kMuQ, "-f_q^T mu_z", -b.f_q, mu_z);
+    r.head(b.n) =
+        term(kMuQ, "-g_q", -b.g_q) + times(kMuQ, "(M a)_q", b.Ma_q, s1) +
+        times(kMuQ, "(Phi_q^T lambda)_q", b.Phi_lambda_q, s1) + times(kMuQ, "-Q_q", -b.Q_q, s1) +
+        times(kMuQ, "Phidd_q", b.Phidd_q, s2) + times(kMuQ, "2 xi omega Phid_q", 2 * b.xi * b.omega * b.Phid_q, s2) +
+        times(kMuQ, "omega^2 Phi_q", b.omega * b.omega * b.Phi_q, s2) + times(kMuQ, "-f_q^T mu_z", -b.f_q, mu_z);
     r.segment(b.n, b.n) = term(kMuV, "-g_v", -b.g_v) + term(kMuV, "-mu_q", -mu_q) + times(kMuV, "-Q_v", -b.Q_v, s1) +
                           times(kMuV, "2 Phid_q", 2 * b.Phid_q, s2) +
                           times(kMuV, "2 xi omega Phi_q", 2 * b.xi * b.omega * b.Phi_q, s2) +
                           times(kMuV, "-f_v^T mu_z", -b.f_v, mu_z);
-    r.segment(2 * b.n, b.nz) = term(kMuZ, "-g_z", -b.g_z) + times(kMuZ, "-Q_z^T s1", -b.Q_z, s1) +
-                               times(kMuZ, "-f_z^T mu_z", -b.f_z, mu_z);
+    r.segment(2 * b.n, b.nz) =
+        term(kMuZ, "-g_z", -b.g_z) + times(kMuZ, "-Q_z^T s1", -b.Q_z, s1) + times(kMuZ, "-f_z^T mu_z", -b.f_z, mu_z);
     if (kept_) {
       const std::string one = "the algebraic equation of s1", two = "the algebraic equation of s2";
       r.segment(2 * b.n + b.nz, b.n) = times(one, "M s1", b.M.transpose(), s1) + times(one, "Phi_q^T s2", b.Phi_q, s2) +
@@ -93,12 +94,15 @@ class AccelerationResearcher : public Researcher {
   void terminal(const AdjointBlocks& b, Vector& mu, Vector& gradient) const override {
     const Vector tau = b.solve_kkt(term(kTau, "w_a", b.w_a), term(kTau, "w_lambda", b.w_lambda));
     const Vector t1 = term(kTau, "tau1", tau.head(b.n)), t2 = term(kTau, "tau2", tau.tail(b.m));
-    const std::string q = "the terminal value mu_q(T)", v = "the terminal value mu_v(T)", z = "the terminal value mu_z(T)";
+    const std::string q = "the terminal value mu_q(T)", v = "the terminal value mu_v(T)",
+                      z = "the terminal value mu_z(T)";
     mu.head(b.n) = term(q, "w_q", b.w_q) + times(q, "(M a)_q", -b.Ma_q, t1) +
                    times(q, "(Phi_q^T lambda)_q", -b.Phi_lambda_q, t1) + times(q, "-Q_q", b.Q_q, t1) +
-                   times(q, "Phidd_q", -b.Phidd_q, t2) + times(q, "2 xi omega Phid_q", -2 * b.xi * b.omega * b.Phid_q, t2) +
+                   times(q, "Phidd_q", -b.Phidd_q, t2) +
+                   times(q, "2 xi omega Phid_q", -2 * b.xi * b.omega * b.Phid_q, t2) +
                    times(q, "omega^2 Phi_q", -b.omega * b.omega * b.Phi_q, t2);
-    mu.segment(b.n, b.n) = term(v, "w_v", b.w_v) + times(v, "-Q_v", b.Q_v, t1) + times(v, "2 Phid_q", -2 * b.Phid_q, t2) +
+    mu.segment(b.n, b.n) = term(v, "w_v", b.w_v) + times(v, "-Q_v", b.Q_v, t1) +
+                           times(v, "2 Phid_q", -2 * b.Phid_q, t2) +
                            times(v, "2 xi omega Phi_q", -2 * b.xi * b.omega * b.Phi_q, t2);
     mu.segment(2 * b.n, b.nz) = term(z, "w_z", b.w_z) + times(z, "Q_z^T tau1", b.Q_z, t1);
     gradient += term(kEnd, "w_rho", b.w_rho) + times(kEnd, "(M a)_rho", -b.Ma_rho, t1) +
@@ -159,8 +163,8 @@ class PenaltyResearcher final : public CandidateAdjoint {
     const double al = b.alpha();
     const Vector tau = Mb(b).ldlt().solve(b.w_a + al * b.Phi_q.transpose() * b.w_lambda);
     const Vector l = al * (b.Phi_q * tau - b.w_lambda);
-    mu << b.w_q - b.K.transpose() * tau - b.R2_q.transpose() * l, b.w_v - b.C.transpose() * tau - b.R2_v.transpose() * l,
-        b.w_z + b.Q_z.transpose() * tau;
+    mu << b.w_q - b.K.transpose() * tau - b.R2_q.transpose() * l,
+        b.w_v - b.C.transpose() * tau - b.R2_v.transpose() * l, b.w_z + b.Q_z.transpose() * tau;
     gradient += b.w_rho - b.F_rho.transpose() * tau - b.R2_rho.transpose() * l;
   }
   Vector integrand(const AdjointBlocks& b, const Vector& x) const override {
@@ -176,15 +180,16 @@ class PenaltyResearcher final : public CandidateAdjoint {
   }
 };
 
-/// Index 3 and its stabilised index-2 form, unknowns (mu_q, P, mu_z, mu, nu, kappa), as a residual with its equations in
-/// an order of its own.
+/// Index 3 and its stabilised index-2 form, unknowns (mu_q, P, mu_z, mu, nu, kappa), as a residual with its equations
+/// in an order of its own.
 class MomentumResearcher : public Researcher {
  public:
   explicit MomentumResearcher(std::string formulation)
       : Researcher(std::move(formulation)), second_(formulation_ == "index2") {}
 
   std::vector<Group> unknowns() const override {
-    std::vector<Group> g = {{"mu_q", 'n', true}, {"P", 'n', true}, {"mu_z", 'z', true}, {"mu", 'n', false}, {"nu", 'm', false}};
+    std::vector<Group> g = {
+        {"mu_q", 'n', true}, {"P", 'n', true}, {"mu_z", 'z', true}, {"mu", 'n', false}, {"nu", 'm', false}};
     if (second_) g.push_back({"kappa", 'm', false});
     return g;
   }
@@ -202,8 +207,8 @@ class MomentumResearcher : public Researcher {
       q += times(kMuQ, "Phid_q^T kappa", b.Phid_q, kappa);
       p += times(kP, "Phi_q^T kappa", b.Phi_q, kappa);
     }
-    const Vector z = term(kMuZ, "-g_z", -b.g_z) + times(kMuZ, "-Q_z^T mu", -b.Q_z, mu) +
-                     times(kMuZ, "-f_z^T mu_z", -b.f_z, mu_z);
+    const Vector z =
+        term(kMuZ, "-g_z", -b.g_z) + times(kMuZ, "-Q_z^T mu", -b.Q_z, mu) + times(kMuZ, "-f_z^T mu_z", -b.f_z, mu_z);
     const std::string def = "the definition of P", on = "the constraint on mu";
     const Vector d = times(def, "M mu", b.M.transpose(), mu) + term(def, "-g_a", -b.g_a) + term(def, "-P", -P);
     const Vector c = term(on, "Phi_q mu", b.Phi_q * mu) + term(on, "-g_lambda", -b.g_lambda);
@@ -218,9 +223,10 @@ class MomentumResearcher : public Researcher {
 
   void terminal(const AdjointBlocks& b, Vector& x, Vector& gradient) const override {
     const int n = b.n, m = b.m, nz = b.nz;
-    const std::string hq = "w^_q (w without accelerations and multipliers)", hv = "w^_v (w without accelerations and multipliers)",
-                      z = "the terminal value mu_z(T)", ev = "the boundary multiplier eta_v",
-                      eq = "the boundary multiplier eta_q", mq = "the terminal value mu_q(T)", mp = "the terminal value P(T)";
+    const std::string hq = "w^_q (w without accelerations and multipliers)",
+                      hv = "w^_v (w without accelerations and multipliers)", z = "the terminal value mu_z(T)",
+                      ev = "the boundary multiplier eta_v", eq = "the boundary multiplier eta_q",
+                      mq = "the terminal value mu_q(T)", mp = "the terminal value P(T)";
     const Vector tau = b.solve_kkt(term(kTau, "w_a", b.w_a), term(kTau, "w_lambda", b.w_lambda));
     const Vector t1 = term(kTau, "tau1", tau.head(n)), t2 = term(kTau, "tau2", tau.tail(m));
     const Vector wq = term(hq, "w_q", b.w_q) + times(hq, "(M a)_q", -b.Ma_q, t1) +
@@ -235,10 +241,12 @@ class MomentumResearcher : public Researcher {
       const Vector right = b.Phi_q * (term(eq, "w^_q", wq) + times(eq, "-Phid_q^T eta_v", -b.Phid_q, eta_v));
       eta_q = (b.Phi_q * b.Phi_q.transpose()).ldlt().solve(right);
     } else {
-      const Vector top = term(eq, "-g_v", -b.g_v) + term(eq, "-w^_q", -wq) + times(eq, "Phid_q^T eta_v", b.Phid_q, eta_v) +
-                         times(eq, "-Q_v", -b.Q_v, mu) + term(eq, "(g_a)'", b.g_a_dot) + times(eq, "-M' mu", -b.M_dot, mu) +
+      const Vector top = term(eq, "-g_v", -b.g_v) + term(eq, "-w^_q", -wq) +
+                         times(eq, "Phid_q^T eta_v", b.Phid_q, eta_v) + times(eq, "-Q_v", -b.Q_v, mu) +
+                         term(eq, "(g_a)'", b.g_a_dot) + times(eq, "-M' mu", -b.M_dot, mu) +
                          times(eq, "-f_v^T mu_z", -b.f_v, wz);
-      eta_q = -b.solve_kkt(top, term(eq, "(g_lambda)'", b.g_lambda_dot) + term(eq, "-Phid_q mu", -b.Phid_q * mu)).tail(m);
+      eta_q =
+          -b.solve_kkt(top, term(eq, "(g_lambda)'", b.g_lambda_dot) + term(eq, "-Phid_q mu", -b.Phid_q * mu)).tail(m);
     }
     eta_q = term(eq, "eta_q", eta_q);
     x.head(n) = term(mq, "w^_q", wq) + times(mq, "-Phi_q^T eta_q", -b.Phi_q, eta_q) +
@@ -293,17 +301,20 @@ class MaggiResearcher final : public Researcher {
                 stiffness(b, Y, 1, mu) + times(Y, "-f_y^T mu_z", -b.f_q * b.R - b.f_v * b.D, mu_z);
     r.segment(f, f) = times(V, "-R^T g^_v", -b.R, g.v) + times(V, "-E^T g^_a", -b.E, g.a) + term(V, "-mu_y", -mu_y) +
                       times(V, "R^T C R", b.R.transpose() * b.C * b.R, mu) +
-                      times(V, "R^T M E", b.R.transpose() * b.M * b.E, mu) + times(V, "-f_yd^T mu_z", -b.f_v * b.R, mu_z);
+                      times(V, "R^T M E", b.R.transpose() * b.M * b.E, mu) +
+                      times(V, "-f_yd^T mu_z", -b.f_v * b.R, mu_z);
     r.segment(2 * f, nz) = term(kMuZ, "-g_z", -b.g_z) + times(kMuZ, "-Q_z^T s", -b.Q_z, g.s) +
-                           times(kMuZ, "-Qy_z^T mu", -b.R.transpose() * b.Q_z, mu) + times(kMuZ, "-f_z^T mu_z", -b.f_z, mu_z);
+                           times(kMuZ, "-Qy_z^T mu", -b.R.transpose() * b.Q_z, mu) +
+                           times(kMuZ, "-f_z^T mu_z", -b.f_z, mu_z);
     if (kept_)
-      r.tail(f) = times(P, "My mu", b.My.transpose(), mu) + times(P, "-R^T g^_a", -b.R, g.a) +
-                  term(P, "-P", -x.segment(f, f));
+      r.tail(f) =
+          times(P, "My mu", b.My.transpose(), mu) + times(P, "-R^T g^_a", -b.R, g.a) + term(P, "-P", -x.segment(f, f));
     return r;
   }
 
   void terminal(const AdjointBlocks& b, Vector& mu, Vector& gradient) const override {
-    const std::string Y = "the terminal value mu_y(T)", V = kept_ ? "the terminal value P(T)" : "the terminal value mu_yd(T)",
+    const std::string Y = "the terminal value mu_y(T)",
+                      V = kept_ ? "the terminal value P(T)" : "the terminal value mu_yd(T)",
                       Z = "the terminal value mu_z(T)";
     const Reduced w = reduced(b, "the elimination of reactions from w", "w", b.w_q, b.w_v, b.w_a, b.w_lambda);
     const Vector tau = b.My.ldlt().solve(times("the elimination of accelerations from w", "R^T w^_a", b.R, w.a));
@@ -312,16 +323,16 @@ class MaggiResearcher final : public Researcher {
     mu.segment(b.f, b.f) = times(V, "R^T w^_v", b.R, w.v) + times(V, "E^T w^_a", b.E, w.a) +
                            times(V, "R^T C R", -b.R.transpose() * b.C * b.R, tau) +
                            times(V, "R^T M E", -b.R.transpose() * b.M * b.E, tau);
-    mu.segment(2 * b.f, b.nz) = term(Z, "w_z", b.w_z) + times(Z, "Q_z^T s", b.Q_z, w.s) +
-                                times(Z, "Qy_z^T tau", b.Qy_z, tau);
+    mu.segment(2 * b.f, b.nz) =
+        term(Z, "w_z", b.w_z) + times(Z, "Q_z^T s", b.Q_z, w.s) + times(Z, "Qy_z^T tau", b.Qy_z, tau);
     gradient += parameters(b, kEnd, "w", b.w_rho, w, tau);
   }
 
   Vector integrand(const AdjointBlocks& b, const Vector& x) const override {
     const Reduced g = running(b);
     const Vector mu_z = x.segment(2 * b.f, b.nz);
-    return parameters(b, kIntegrand, "g", b.g_rho, g, multiplier(b, x, g)) +
-           times(kIntegrand, "f_rho", b.f_rho, mu_z) + times(kIntegrand, "f_q N_rho", b.f_q * b.N_rho, mu_z) +
+    return parameters(b, kIntegrand, "g", b.g_rho, g, multiplier(b, x, g)) + times(kIntegrand, "f_rho", b.f_rho, mu_z) +
+           times(kIntegrand, "f_q N_rho", b.f_q * b.N_rho, mu_z) +
            times(kIntegrand, "f_v V_rho", b.f_v * b.V_rho, mu_z);
   }
 
@@ -336,8 +347,8 @@ class MaggiResearcher final : public Researcher {
   struct Reduced {
     Vector s, q, v, a;
   };
-  Reduced reduced(const AdjointBlocks& b, const std::string& where, const std::string& c, const Vector& q, const Vector& v,
-                  const Vector& a, const Vector& lambda) const {
+  Reduced reduced(const AdjointBlocks& b, const std::string& where, const std::string& c, const Vector& q,
+                  const Vector& v, const Vector& a, const Vector& lambda) const {
     Reduced r;
     r.s = term(where, "S " + c + "_lambda", b.S * lambda);
     r.q = term(where, c + "_q", q) + times(where, "(M a)_q", -b.Ma_q, r.s) +
@@ -361,8 +372,8 @@ class MaggiResearcher final : public Researcher {
            times(where, "-R^T Q_q R", -L * b.Q_q * b.R, mu) + times(where, "R^T C D", L * b.C * b.D, mu) +
            times(where, "R^T M A", L * b.M * b.A, mu);
   }
-  Vector parameters(const AdjointBlocks& b, const std::string& i, const std::string& c, const Vector& rho, const Reduced& g,
-                    const Vector& mu) const {
+  Vector parameters(const AdjointBlocks& b, const std::string& i, const std::string& c, const Vector& rho,
+                    const Reduced& g, const Vector& mu) const {
     const Matrix L = -b.R.transpose();
     return term(i, c + "_rho", rho) + times(i, "(M a)_rho", -b.Ma_rho, g.s) +
            times(i, "(Phi_q^T lambda)_rho", -b.Phi_lambda_rho, g.s) + times(i, "-Q_rho", b.Q_rho, g.s) +
@@ -394,13 +405,14 @@ class SecondOrderResearcher final : public Researcher {
     out.tail(b.nz) = term(kMuZ, "-g_z", -b.g_z) + times(kMuZ, "-Q_z^T mu", maggi_ ? -b.Qy_z : -b.Q_z, mu) +
                      times(kMuZ, "-f_z^T mu_z", -b.f_z, mu_z);
     const Matrix &fv = maggi_ ? b.f_yd : b.f_v, &fv1 = maggi_ ? b.f_yd_dot : b.f_v_dot;
-    const Vector right =
-        (maggi_ ? term(e, "g_y", b.g_y) + term(e, "-(g_yd)'", -b.g_yd_dot)
-                : term(e, "g_q", b.g_q) + term(e, "-(g_v)'", -b.g_v_dot)) +
-        times(e, "-2 M' mu_dot", -2 * M1.transpose(), mu_dot) + times(e, "C^T mu_dot", C, mu_dot) +
-        times(e, "-M'' mu", maggi_ ? -b.My_ddot : -b.Mb_ddot, mu) + times(e, "C'^T mu", maggi_ ? b.Cy_dot : b.Cb_dot, mu) +
-        times(e, "-K^T mu", maggi_ ? -b.Ky : -b.Kb, mu) + times(e, "f_q^T mu_z", maggi_ ? b.f_y : b.f_q, mu_z) +
-        times(e, "-f_v'^T mu_z", -fv1, mu_z) + times(e, "-f_v^T mu_z'", -fv, out.tail(b.nz));
+    const Vector right = (maggi_ ? term(e, "g_y", b.g_y) + term(e, "-(g_yd)'", -b.g_yd_dot)
+                                 : term(e, "g_q", b.g_q) + term(e, "-(g_v)'", -b.g_v_dot)) +
+                         times(e, "-2 M' mu_dot", -2 * M1.transpose(), mu_dot) + times(e, "C^T mu_dot", C, mu_dot) +
+                         times(e, "-M'' mu", maggi_ ? -b.My_ddot : -b.Mb_ddot, mu) +
+                         times(e, "C'^T mu", maggi_ ? b.Cy_dot : b.Cb_dot, mu) +
+                         times(e, "-K^T mu", maggi_ ? -b.Ky : -b.Kb, mu) +
+                         times(e, "f_q^T mu_z", maggi_ ? b.f_y : b.f_q, mu_z) + times(e, "-f_v'^T mu_z", -fv1, mu_z) +
+                         times(e, "-f_v^T mu_z'", -fv, out.tail(b.nz));
     out.segment(k, k) = (maggi_ ? b.My : b.Mb).ldlt().solve(right);
     return out;
   }

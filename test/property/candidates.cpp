@@ -1,16 +1,15 @@
-// Adjoints written by a researcher against costate/adjoint/candidate.h. Right ones pass, for every formulation. Then every
-// single term of a right one is dropped, negated, doubled and, where its block is square, transposed in turn: the checker
-// must name exactly that term. The kitchen sink is rich enough that next to no term vanishes.
-#include <catch2/catch.hpp>
-
+// Adjoints written by a researcher against costate/candidate/candidate.h. Right ones pass, for every formulation. Then
+// every single term of a right one is dropped, negated, doubled and, where its block is square, transposed in turn: the
+// checker must name exactly that term. The kitchen sink is rich enough that next to no term vanishes.
 #include <fmt/format.h>
-
-#include <functional>
-#include <map>
 #include <support/models.h>
 
+#include <catch2/catch.hpp>
+#include <functional>
+#include <map>
+
 #include "candidate_researchers.h"
-#include "costate/sensitivity/candidate_check.h"
+#include "costate/candidate/candidate_check.h"
 
 using namespace costate;
 using namespace costate::test;
@@ -40,11 +39,12 @@ std::string text_of(const CandidateReport& r) {
 }
 
 bool algebraic(const std::string& where) {
-  return where.rfind("the algebraic", 0) == 0 || where.rfind("the constraint", 0) == 0 || where.rfind("the definition", 0) == 0;
+  return where.rfind("the algebraic", 0) == 0 || where.rfind("the constraint", 0) == 0 ||
+         where.rfind("the definition", 0) == 0;
 }
 
-// Sanitizers look for what a run does to memory, and every slip takes the same way through it: they see every eleventh, the
-// optimized build all.
+// Sanitizers look for what a run does to memory, and every slip takes the same way through it: they see every eleventh,
+// the optimized build all.
 #ifdef __SANITIZE_ADDRESS__
 constexpr int kEvery = 11;
 #else
@@ -56,7 +56,8 @@ template <class Candidate>
 void check_slips(
     Candidate& candidate, const CandidateReference& reference, const std::string& kinds = "dn2t",
     const std::function<bool(const std::string&)>& which = [](const std::string&) { return true; }) {
-  const CandidateReport right = check_candidate(candidate, reference, [](const std::string&) {}, true);
+  const CandidateReport right = check_candidate(
+      candidate, reference, [](const std::string&) {}, true);
   INFO(text_of(right));
   REQUIRE(right.agrees);
   const auto blind = [&](const std::string& id, bool transposed) {
@@ -82,7 +83,8 @@ void check_slips(
       if (reference.problem.formulation != "penalty" && id.find("/ alpha") != std::string::npos) continue;
       if (reference.problem.formulation == "index1" && id.find("omega") != std::string::npos) continue;
       candidate.slips = {{id, kind}};
-      const CandidateReport r = check_candidate(candidate, reference, [](const std::string&) {}, true);
+      const CandidateReport r = check_candidate(
+          candidate, reference, [](const std::string&) {}, true);
       CAPTURE(id, kind, text_of(r));
       if (kind == 't' && r.findings.empty()) continue;  // a symmetric constituent
       // An algebraic equation may be multiplied by any number.
@@ -109,7 +111,10 @@ void check_slips(
         continue;
       }
       CHECK(f.where + "|" + f.term == id);
-      const std::string what = kind == 'd' ? "missing" : kind == 'n' ? "wrong sign" : kind == '2' ? "factor 2" : "transposed";
+      const std::string what = kind == 'd'   ? "missing"
+                               : kind == 'n' ? "wrong sign"
+                               : kind == '2' ? "factor 2"
+                                             : "transposed";
       CHECK(f.what.find(what) != std::string::npos);
     }
   candidate.slips.clear();
@@ -191,7 +196,8 @@ TEST_CASE("each slip in adjoints of Maggi's formulations is named") {
   check_slips(first, reference_for("maggi"), "dnt");
   // The other equations are the same.
   check_slips(implicit, reference_for("maggi-implicit"), "dnt", [](const std::string& id) {
-    return id.find(" P'|") != std::string::npos || id.find(" P|") != std::string::npos || id.find("P^T") != std::string::npos;
+    return id.find(" P'|") != std::string::npos || id.find(" P|") != std::string::npos ||
+           id.find("P^T") != std::string::npos;
   });
 }
 
@@ -211,7 +217,8 @@ TEST_CASE("several slips at once are named together") {
   AccelerationResearcher candidate("baumgarte", false);
   const auto expect = [&](const std::vector<Slip>& slips) {
     candidate.slips = slips;
-    const CandidateReport r = check_candidate(candidate, reference, [](const std::string&) {}, true);
+    const CandidateReport r = check_candidate(
+        candidate, reference, [](const std::string&) {}, true);
     CAPTURE(text_of(r));
     REQUIRE(r.findings.size() == slips.size());
     for (const Slip& s : slips) {

@@ -1,5 +1,5 @@
-// The certificate of an optimization belongs to the optimum's own motion: where the run of the Hessian found another one, there
-// is no verdict, and where both found the same up to their tolerances, there is.
+// The certificate of an optimization belongs to the optimum's own motion: where the run of the Hessian found another
+// one, there is no verdict, and where both found the same up to their tolerances, there is.
 #include "costate/optimize/certificate.h"
 
 #include <fmt/format.h>
@@ -7,9 +7,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
-#include "costate/sensitivity/scene_problem.h"
 
 using namespace costate;
 using Catch::Matchers::Contains;
@@ -72,7 +72,9 @@ parameters = ["length"]
 kind = "square"
 weight = {}
 output = "b.x"
-)", length, pull, weight), "scene");
+)",
+                                               length, pull, weight),
+                                   "scene");
   return make_problem(scene);
 }
 
@@ -105,8 +107,8 @@ TEST_CASE("certificate: no verdict where the Hessian's run found another motion"
 }
 
 TEST_CASE("certificate: a psi that vanishes is the same motion's, whatever rounding leaves of it") {
-  // At rest psi is 0 and a minimum; a fraction of psi is no measure there. 1e-8 of the natural length beside it, the two runs'
-  // psi of some 1e-16 have no digit in common.
+  // At rest psi is 0 and a minimum; a fraction of psi is no measure there. 1e-8 of the natural length beside it, the
+  // two runs' psi of some 1e-16 have no digit in common.
   for (const double length : {1.0, 1 + 1e-8, 1 + 1e-6}) {
     INFO(length);
     const Problem p = problem(0, length);

@@ -1,9 +1,9 @@
 // What gradients cost, in callbacks: an adjoint costs the same for 2 parameters and for 200, forward sensitivities cost
 // more with each parameter.
-#include <catch2/catch.hpp>
-
 #include <support/models.h>
 #include <support/variants.h>
+
+#include <catch2/catch.hpp>
 
 using namespace costate;
 using namespace costate::test;
@@ -26,11 +26,13 @@ Counters run(const TestModel& model, const std::string& formulation, const std::
 TEST_CASE("cost: an adjoint gradient with 2 and with 200 parameters", "[cost]") {
   const TestModel model = chain(kBars, 0.05);
   REQUIRE(model.mechanism->default_parameters().size() == kBars);
-  for (const auto& [formulation, method] : {std::pair{"index1", "idas-adjoint"}, {"baumgarte", "cvodes-adjoint"},
-                                            {"index2", "idas-adjoint"}}) {
+  for (const auto& [formulation, method] :
+       {std::pair{"index1", "idas-adjoint"}, {"baumgarte", "cvodes-adjoint"}, {"index2", "idas-adjoint"}}) {
     INFO(formulation << ", " << method);
     const Counters few = run(model, formulation, method, 2), many = run(model, formulation, method, 200);
-    const auto same = [](long a, long b) { return static_cast<double>(b) == Approx(static_cast<double>(a)).epsilon(0.3); };
+    const auto same = [](long a, long b) {
+      return static_cast<double>(b) == Approx(static_cast<double>(a)).epsilon(0.3);
+    };
     // The forward run does not know of parameters at all.
     CHECK(few.steps == many.steps);
     CHECK(few.residuals == many.residuals);
@@ -43,8 +45,8 @@ TEST_CASE("cost: an adjoint gradient with 2 and with 200 parameters", "[cost]") 
 }
 
 TEST_CASE("cost: forward sensitivities grow with the number of parameters", "[cost]") {
-  // Each parameter brings a linear system of the size of the mechanism and step; what is counted is the right-hand sides
-  // of all of them, so the number of columns times the number of evaluations.
+  // Each parameter brings a linear system of the size of the mechanism and step; what is counted is the right-hand
+  // sides of all of them, so the number of columns times the number of evaluations.
   const TestModel model = chain(20, 0.05);
   std::vector<std::string> two = {"m1", "m11"};
   for (const auto& [formulation, method] : {std::pair{"index1", "idas-forward"}, {"baumgarte", "cvodes-forward"}}) {

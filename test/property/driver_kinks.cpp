@@ -6,11 +6,11 @@
 
 #include "costate/base/error.h"
 #include "costate/integrator/simulate.h"
-#include "costate/scene/law_table.h"
+#include "costate/kind/law/law_table.h"
+#include "costate/problem/scene_problem.h"
 #include "costate/scene/toml_reader.h"
 #include "costate/sensitivity/hessian.h"
 #include "costate/sensitivity/method.h"
-#include "costate/sensitivity/scene_problem.h"
 #include "property/gradient_compare.h"
 
 using namespace costate;
@@ -176,8 +176,8 @@ TEST_CASE("driver with kinks: hand-derived methods are carried across") {
     problem.formulation = "index1";
     const auto rho = problem.parameters.values();
     const GradientResult oracle = gradient(problem, "idas-forward", rho);
-    for (const char* formulation :
-         {"index1", "baumgarte", "index2", "index3", "penalty", "penalty-second-order", "maggi", "maggi-implicit", "maggi-second-order"})
+    for (const char* formulation : {"index1", "baumgarte", "index2", "index3", "penalty", "penalty-second-order",
+                                    "maggi", "maggi-implicit", "maggi-second-order"})
       for (const char* method : {"hand-tangent", "hand-adjoint"}) {
         INFO(formulation << " " << method);
         problem.formulation = formulation;
@@ -229,13 +229,13 @@ kind = "value"
 output = "Q.y_dot"
 [run]
 t_end_s = 1.5
-)", "corner.toml");
+)",
+                                  "corner.toml");
   Problem problem = make_problem(read, {"bar.r2.length_m", "bar.r2.mass_kg"});
   const auto rho = problem.parameters.values();
   for (const auto& [formulation, method] :
-       {std::pair("index1", "idas-adjoint"), std::pair("maggi", "cvodes-adjoint"),
-        std::pair("maggi", "hand-tangent"), std::pair("maggi-implicit", "idas-adjoint"),
-        std::pair("maggi-second-order", "hand-adjoint")}) {
+       {std::pair("index1", "idas-adjoint"), std::pair("maggi", "cvodes-adjoint"), std::pair("maggi", "hand-tangent"),
+        std::pair("maggi-implicit", "idas-adjoint"), std::pair("maggi-second-order", "hand-adjoint")}) {
     INFO(formulation << " " << method);
     problem.formulation = formulation;
     const GradientResult r = gradient(problem, method, rho);
@@ -277,18 +277,20 @@ TEST_CASE("driver: a parameter that moves a jump of its acceleration is refused 
     const char *text, *moving;
     double time;
   };
-  for (const Law& law :
-       {Law{R"({ kind = "bump", height_m = 0.2, start_m = 0.1, length_m = 0.3 })", "start_m", 0.1},
-        Law{R"({ kind = "bump", height_m = 0.2, start_m = 0.1, length_m = 0.3 })", "length_m", 0.4},
-        Law{R"({ kind = "sine_sweep", amplitude_m = 0.1, n_start_1_per_m = 0.0, n_end_1_per_m = 2.0, start_m = 0.1, length_m = 0.3 })",
-            "length_m", 0.4}}) {
+  for (
+      const Law& law :
+      {Law{R"({ kind = "bump", height_m = 0.2, start_m = 0.1, length_m = 0.3 })", "start_m", 0.1},
+       Law{R"({ kind = "bump", height_m = 0.2, start_m = 0.1, length_m = 0.3 })", "length_m", 0.4},
+       Law{R"({ kind = "sine_sweep", amplitude_m = 0.1, n_start_1_per_m = 0.0, n_end_1_per_m = 2.0, start_m = 0.1, length_m = 0.3 })",
+           "length_m", 0.4}}) {
     INFO(law.text << " " << law.moving);
     const std::string moving = std::string("driver.push.law.") + law.moving;
     Problem problem = make_problem(Scene::parse(scene(law.text), "driver.toml"), {moving});
     problem.solver.t_end = 0.5;
     const auto rho = problem.parameters.values();
     for (const auto& [formulation, method] :
-         {std::pair("index1", "idas-adjoint"), std::pair("penalty", "cvodes-forward"), std::pair("maggi", "hand-adjoint")}) {
+         {std::pair("index1", "idas-adjoint"), std::pair("penalty", "cvodes-forward"),
+          std::pair("maggi", "hand-adjoint")}) {
       problem.formulation = formulation;
       CHECK_THROWS_WITH(gradient(problem, method, rho),
                         Contains(fmt::format("Parameter '{}' moves the time t = {:g} s", moving, law.time)) &&
@@ -328,14 +330,12 @@ TEST_CASE("laws with kinks say where, at the first place of the next piece") {
   };
   const auto near = [](const std::vector<double>& x, const std::vector<double>& expected) {
     REQUIRE(x.size() == expected.size());
-    for (std::size_t i = 0; i < x.size(); ++i)
-      CHECK(x[i] == Approx(expected[i]).epsilon(1e-15).margin(1e-15));
+    for (std::size_t i = 0; i < x.size(); ++i) CHECK(x[i] == Approx(expected[i]).epsilon(1e-15).margin(1e-15));
   };
   // Places whose sums are not exact in binary, so that branches and places could disagree by a rounding.
   for (const double start : {0.1, 0.3, -0.7, 0.0, 1e3 + 0.1}) {
     near(kinks(fmt::format(
-             R"({{ kind = "bump", height_m = 0.2, start_m = {:.17g}, length_m = 0.7, shape = "half_sine" }})",
-             start)),
+             R"({{ kind = "bump", height_m = 0.2, start_m = {:.17g}, length_m = 0.7, shape = "half_sine" }})", start)),
          {start, start + 0.7});
     near(
         kinks(fmt::format(

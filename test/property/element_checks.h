@@ -27,16 +27,15 @@ Matrix differences(const Vector& x, const F& f) {
 
 inline double size(const Matrix& m) { return m.size() == 0 ? 0 : m.cwiseAbs().maxCoeff(); }
 
-inline void require_equal(const std::string& what, const Matrix& found, const Matrix& expected,
-                          double tolerance) {
+inline void require_equal(const std::string& what, const Matrix& found, const Matrix& expected, double tolerance) {
   REQUIRE(found.rows() == expected.rows());
   REQUIRE(found.cols() == expected.cols());
   const double allowed = tolerance * std::max({1.0, size(expected), size(found)});
   Eigen::Index row = 0, column = 0;
   const double worst = found.size() == 0 ? 0 : (found - expected).cwiseAbs().maxCoeff(&row, &column);
   INFO(what << ": entry (" << row << ", " << column << ") is " << (found.size() ? found(row, column) : 0)
-            << ", expected " << (found.size() ? expected(row, column) : 0) << "; allowed difference "
-            << allowed << ", found " << worst);
+            << ", expected " << (found.size() ? expected(row, column) : 0) << "; allowed difference " << allowed
+            << ", found " << worst);
   REQUIRE(worst <= allowed);
 }
 
@@ -78,8 +77,8 @@ inline Vector weights(Eigen::Index count, int seed) {
   return Vector::NullaryExpr(count, [seed](Eigen::Index i) { return std::sin(1.7 * static_cast<double>(i) + seed); });
 }
 
-/// Sums of weighted derivatives by all numbers at once, and by every other one, added to what is there; `sizes`: sums of
-/// the magnitudes of what is weighted, the weights being at most 1.
+/// Sums of weighted derivatives by all numbers at once, and by every other one, added to what is there; `sizes`: sums
+/// of the magnitudes of what is weighted, the weights being at most 1.
 template <class Add>
 void check_sums(const std::string& what, const Vector& expected, const Vector& sizes, const Add& add) {
   const double size = std::max(1.0, sizes.size() == 0 ? 0.0 : sizes.maxCoeff());
@@ -90,7 +89,8 @@ void check_sums(const std::string& what, const Vector& expected, const Vector& s
     add(numbers.data(), static_cast<int>(numbers.size()), found.data());
     for (std::size_t i = 0; i < numbers.size(); ++i) {
       const double value = 0.5 + expected[numbers[i]];
-      INFO(what << ": number " << numbers[i] << " gives " << found[i] << ", expected " << value << "; sizes up to " << size);
+      INFO(what << ": number " << numbers[i] << " gives " << found[i] << ", expected " << value << "; sizes up to "
+                << size);
       REQUIRE(std::abs(found[i] - value) <= kHandTolerance * size);
     }
   }
@@ -118,8 +118,7 @@ inline void check(const Body& e, const Local& s) {
   const auto n = s.q.size();
   const Matrix M = block(n, n, [&](LocalMatrix& m) { e.calc_mass(s.view(), m); });
   require_equal("mass", M, mass(e, s), kHandTolerance);
-  require_equal("force", column(n, [&](double* out) { e.calc_force(s.view(), out); }), force(e, s),
-                kHandTolerance);
+  require_equal("force", column(n, [&](double* out) { e.calc_force(s.view(), out); }), force(e, s), kHandTolerance);
   require_equal("residual", M * s.a - force(e, s), residual(e, s), kHandTolerance);
 
   Matrix r_q = Matrix::Zero(n, n), r_v = r_q, dual_q = r_q, dual_v = r_q;
@@ -130,11 +129,9 @@ inline void check(const Body& e, const Local& s) {
   require_equal("r_q", r_q, dual_q, kHandTolerance);
   require_equal("r_v", r_v, dual_v, kHandTolerance);
   require_equal("r_q by differences", dual_q,
-                differences(s.q, [&](const Vector& x) { return residual(e, s.with_q(x)); }),
-                kDifferenceTolerance);
+                differences(s.q, [&](const Vector& x) { return residual(e, s.with_q(x)); }), kDifferenceTolerance);
   require_equal("r_v by differences", dual_v,
-                differences(s.v, [&](const Vector& x) { return residual(e, s.with_v(x)); }),
-                kDifferenceTolerance);
+                differences(s.v, [&](const Vector& x) { return residual(e, s.with_v(x)); }), kDifferenceTolerance);
   const Matrix r_p = differences(s.p, [&](const Vector& x) { return residual(e, s.with_p(x)); });
   for (int k = 0; k < s.p.size(); ++k) {
     const Vector hand = column(n, [&](double* out) { e.calc_number_partial(s.view(), k, out); });
@@ -152,9 +149,7 @@ inline void check(const Body& e, const Local& s) {
   if (e.constant_mass()) require_equal("constant mass", mass(e, s.with_q(elsewhere)), mass(e, s), 0);
   if (e.constant_force())
     require_equal("constant force", force(e, s.with_q(elsewhere).with_v(elsewhere)), force(e, s), 0);
-  const auto potential = [&](const Vector& x) {
-    return Vector::Constant(1, e.potential_energy(s.with_q(x).view()));
-  };
+  const auto potential = [&](const Vector& x) { return Vector::Constant(1, e.potential_energy(s.with_q(x).view())); };
   require_equal("weight from the potential energy", -differences(s.q, potential).transpose(),
                 force(e, s.with_v(Vector::Zero(n))), kDifferenceTolerance);
 }
@@ -182,12 +177,9 @@ inline void check(const Constraint& e, const Local& s) {
   const int m = e.rows();
   require_equal("phi", phi(e, s), column(m, [&](double* out) { e.Constraint::calc_phi(s.view(), out); }),
                 kHandTolerance);
-  require_equal("phi_q", block(m, n, [&](LocalMatrix& x) { e.calc_phi_q(s.view(), x); }), phi_q(e, s),
-                kHandTolerance);
-  require_equal("phi_t", column(m, [&](double* out) { e.calc_phi_t(s.view(), out); }), phi_t(e, s),
-                kHandTolerance);
-  require_equal("bias", column(m, [&](double* out) { e.calc_bias(s.view(), out); }), bias(e, s),
-                kHandTolerance);
+  require_equal("phi_q", block(m, n, [&](LocalMatrix& x) { e.calc_phi_q(s.view(), x); }), phi_q(e, s), kHandTolerance);
+  require_equal("phi_t", column(m, [&](double* out) { e.calc_phi_t(s.view(), out); }), phi_t(e, s), kHandTolerance);
+  require_equal("bias", column(m, [&](double* out) { e.calc_bias(s.view(), out); }), bias(e, s), kHandTolerance);
   if (!e.rheonomic()) REQUIRE(size(phi_t(e, s)) == 0);
 
   struct Blocks {
@@ -205,36 +197,31 @@ inline void check(const Constraint& e, const Local& s) {
     e.Constraint::calc_partials(s.view(), h, d, dd);
   }
   require_equal("hessian", hand.hessian, dual.hessian, kHandTolerance);
-  require_equal("hessian alone", block(n, n, [&](LocalMatrix& x) { e.calc_hessian(s.view(), x); }),
-                dual.hessian, kHandTolerance);
+  require_equal("hessian alone", block(n, n, [&](LocalMatrix& x) { e.calc_hessian(s.view(), x); }), dual.hessian,
+                kHandTolerance);
   require_equal("phid_q", hand.phid_q, dual.phid_q, kHandTolerance);
   require_equal("phidd_q", hand.phidd_q, dual.phidd_q, kHandTolerance);
 
   // Each order by differences of the one below.
-  const auto by_q = [&](const auto& f) {
-    return differences(s.q, [&](const Vector& x) { return f(e, s.with_q(x)); });
-  };
+  const auto by_q = [&](const auto& f) { return differences(s.q, [&](const Vector& x) { return f(e, s.with_q(x)); }); };
   require_equal("phi_q by differences", phi_q(e, s), by_q(phi), kDifferenceTolerance);
   require_equal("hessian by differences", dual.hessian, by_q(reaction), kDifferenceTolerance);
   require_equal("phid_q by differences", dual.phid_q, by_q(phid), kDifferenceTolerance);
   require_equal("phidd_q by differences", dual.phidd_q, by_q(phidd), kDifferenceTolerance);
-  const auto along =
-      [&](const Vector& x) {  // the state at s.t + x on the path with velocity v, acceleration a
-        Local r = s;
-        r.t += x[0];
-        r.q += x[0] * s.v + x[0] * x[0] / 2 * s.a;
-        r.v += x[0] * s.a;
-        return r;
-      };
+  const auto along = [&](const Vector& x) {  // the state at s.t + x on the path with velocity v, acceleration a
+    Local r = s;
+    r.t += x[0];
+    r.q += x[0] * s.v + x[0] * x[0] / 2 * s.a;
+    r.v += x[0] * s.a;
+    return r;
+  };
   const Vector now = Vector::Zero(1);
-  require_equal("phid by differences", phid(e, s),
-                differences(now, [&](const Vector& x) { return phi(e, along(x)); }), kDifferenceTolerance);
+  require_equal("phid by differences", phid(e, s), differences(now, [&](const Vector& x) { return phi(e, along(x)); }),
+                kDifferenceTolerance);
   require_equal("phidd by differences", phidd(e, s),
                 differences(now, [&](const Vector& x) { return phid(e, along(x)); }), kDifferenceTolerance);
 
-  const auto by_p = [&](const auto& f) {
-    return differences(s.p, [&](const Vector& x) { return f(e, s.with_p(x)); });
-  };
+  const auto by_p = [&](const auto& f) { return differences(s.p, [&](const Vector& x) { return f(e, s.with_p(x)); }); };
   const Matrix phi_p = by_p(phi), phid_p = by_p(phid), phidd_p = by_p(phidd), reaction_p = by_p(reaction);
   const Vector w0 = weights(m, 1), w1 = weights(m, 2), w2 = weights(m, 3), w_reaction = weights(n, 4);
   Vector plain = Vector::Zero(s.p.size()), sizes = plain, with_reaction = plain;
@@ -256,8 +243,8 @@ inline void check(const Constraint& e, const Local& s) {
     sizes[k] = d0.cwiseAbs().sum() + d1.cwiseAbs().sum() + d2.cwiseAbs().sum() + dr.cwiseAbs().sum();
   }
   const auto add = [&](const double* reaction_weights) {
-    return [&s, &e, w = ConstraintWeights{w0.data(), w1.data(), w2.data(), reaction_weights}](
-               const int* numbers, int count, double* out) {
+    return [&s, &e, w = ConstraintWeights{w0.data(), w1.data(), w2.data(), reaction_weights}](const int* numbers,
+                                                                                              int count, double* out) {
       for (int i = 0; i < count; ++i) out[i] += e.calc_number_gradient(s.view(), numbers[i], w);
     };
   };
@@ -337,9 +324,7 @@ inline void check(const Force& e, const Local& s) {
   check_sums("weighted rates by the numbers", of_states, sizes, add(nullptr, w_f.data()));
   check_sums("weighted sum by the numbers", of_force + of_states, sizes, add(w_Q.data(), w_f.data()));
 
-  const auto potential = [&](const Vector& x) {
-    return Vector::Constant(1, e.potential_energy(s.with_q(x).view()));
-  };
+  const auto potential = [&](const Vector& x) { return Vector::Constant(1, e.potential_energy(s.with_q(x).view())); };
   if (e.potential_energy(s.view()) != 0)
     require_equal("force at rest from the potential energy", -differences(s.q, potential).transpose(),
                   force(e, s.with_v(Vector::Zero(n))).head(n), kDifferenceTolerance);

@@ -2,27 +2,27 @@
 // points for every pair of sorts of points.
 #include <set>
 
-#include "costate/element/kind/angle.h"
-#include "costate/element/kind/bar.h"
-#include "costate/element/kind/body.h"
-#include "costate/element/kind/coordinate.h"
-#include "costate/element/kind/distance.h"
-#include "costate/element/kind/driver.h"
-#include "costate/element/kind/fixed.h"
-#include "costate/element/kind/force.h"
-#include "costate/element/kind/hinge.h"
-#include "costate/element/kind/mass.h"
-#include "costate/element/kind/maxwell.h"
-#include "costate/element/kind/natural_body.h"
-#include "costate/element/kind/point.h"
-#include "costate/element/kind/prismatic.h"
-#include "costate/element/kind/revolute.h"
-#include "costate/element/kind/rigid_body.h"
-#include "costate/element/kind/sliding_joint.h"
-#include "costate/element/kind/spherical.h"
-#include "costate/element/kind/spring.h"
-#include "costate/element/kind/tie_rod.h"
-#include "costate/element/kind/two_lines.h"
+#include "costate/kind/body/bar.h"
+#include "costate/kind/body/body.h"
+#include "costate/kind/body/mass.h"
+#include "costate/kind/body/natural_body.h"
+#include "costate/kind/body/point.h"
+#include "costate/kind/body/rigid_body.h"
+#include "costate/kind/force/force.h"
+#include "costate/kind/force/maxwell.h"
+#include "costate/kind/force/spring.h"
+#include "costate/kind/joint/angle.h"
+#include "costate/kind/joint/coordinate.h"
+#include "costate/kind/joint/distance.h"
+#include "costate/kind/joint/driver.h"
+#include "costate/kind/joint/fixed.h"
+#include "costate/kind/joint/hinge.h"
+#include "costate/kind/joint/prismatic.h"
+#include "costate/kind/joint/revolute.h"
+#include "costate/kind/joint/sliding_joint.h"
+#include "costate/kind/joint/spherical.h"
+#include "costate/kind/joint/tie_rod.h"
+#include "costate/kind/joint/two_lines.h"
 #include "examples.h"
 
 using namespace costate;
@@ -30,8 +30,7 @@ using namespace costate::test;
 
 namespace {
 
-Local localize(const Element& e, const Mechanism& m, const State& s, int row, int rows, int state,
-               int states) {
+Local localize(const Element& e, const Mechanism& m, const State& s, int row, int rows, int state, int states) {
   Local l;
   l.t = s.t;
   const auto pick = [&](const Vector& from) {
@@ -141,8 +140,7 @@ TEST_CASE("the same between every two sorts of points") {
     start.q[i] = mechanism->numbers()[mechanism->coordinates()[i].position_number].value;
   Random random(7);
   for (int k = 0; k < 2; ++k)
-    check_elements(*mechanism,
-                   random_state(*mechanism, start.q, Vector::Zero(mechanism->state_count()), random));
+    check_elements(*mechanism, random_state(*mechanism, start.q, Vector::Zero(mechanism->state_count()), random));
 }
 
 TEST_CASE("the same between every two sorts of points of space") {
@@ -212,6 +210,5 @@ TEST_CASE("the same between every two sorts of points of space") {
     start.q[i] = mechanism->numbers()[mechanism->coordinates()[i].position_number].value;
   Random random(11);
   for (int k = 0; k < 3; ++k)
-    check_elements(*mechanism,
-                   random_state(*mechanism, start.q, Vector::Zero(mechanism->state_count()), random));
+    check_elements(*mechanism, random_state(*mechanism, start.q, Vector::Zero(mechanism->state_count()), random));
 }

@@ -5,8 +5,8 @@
 #include <catch2/catch.hpp>
 
 #include "costate/integrator/simulate.h"
+#include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
-#include "costate/sensitivity/scene_problem.h"
 #include "gradient_compare.h"
 
 using namespace costate;
@@ -117,8 +117,7 @@ TEST_CASE("equilibrium: every method's gradient knows that the parameters move t
       expected = r.gradient;
       psi = r.psi;
       for (std::size_t j = 0; j < rho.size(); ++j)
-        REQUIRE(r.gradient_error[j] * p.parameters.parameters[j].scale <
-                tolerance * size_of(expected, p.parameters));
+        REQUIRE(r.gradient_error[j] * p.parameters.parameters[j].scale < tolerance * size_of(expected, p.parameters));
       p.formulation = v.formulation;
     }
     // A penalty's gap between the constraints and the motion shrinks with its default weight to about 1e-6.
@@ -127,8 +126,7 @@ TEST_CASE("equilibrium: every method's gradient knows that the parameters move t
       CAPTURE(v.label, method);
       const GradientResult r = gradient(p, method, rho);
       CHECK(std::abs(r.psi - psi) <= (penalty ? 1e-5 : tolerance) * std::abs(psi));
-      CHECK_BELOW(gradient_mismatch(r.gradient, expected, problem.parameters),
-                  penalty ? 1e-5 : 10 * tolerance);
+      CHECK_BELOW(gradient_mismatch(r.gradient, expected, problem.parameters), penalty ? 1e-5 : 10 * tolerance);
     }
   }
 }

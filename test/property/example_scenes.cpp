@@ -11,11 +11,10 @@ namespace {
 /// M a + Phi_q^T lambda - Q, then phi, phid, phidd, zdot.
 Vector equations(Assembly& assembly, const State& s) {
   assembly.calc_dynamics(s.view());
-  const Matrix M = dense(assembly.square(), assembly.M.data()),
-               J = dense(assembly.jacobian(), assembly.phi_q.data());
+  const Matrix M = dense(assembly.square(), assembly.M.data()), J = dense(assembly.jacobian(), assembly.phi_q.data());
   Vector r(assembly.n() + 3 * assembly.m() + assembly.nz());
-  r << M * s.a + J.transpose() * s.lambda - copy(assembly.Q), copy(assembly.phi),
-      J * s.v + copy(assembly.phi_t), J * s.a + copy(assembly.bias), copy(assembly.zdot);
+  r << M * s.a + J.transpose() * s.lambda - copy(assembly.Q), copy(assembly.phi), J * s.v + copy(assembly.phi_t),
+      J * s.a + copy(assembly.bias), copy(assembly.zdot);
   return r;
 }
 
@@ -41,8 +40,7 @@ void check_assembly(Assembly& assembly, const State& s) {
   require_equal("K", dense(assembly.square(), assembly.K.data()), by_q.topRows(n), tolerance);
   require_equal("C", dense(assembly.square(), assembly.C.data()), by_v.topRows(n), tolerance);
   require_equal("Phi_q", dense(assembly.jacobian(), assembly.phi_q.data()), by_q.middleRows(n, m), tolerance);
-  require_equal("Phid_q", dense(assembly.jacobian(), assembly.phid_q.data()), by_q.middleRows(n + m, m),
-                tolerance);
+  require_equal("Phid_q", dense(assembly.jacobian(), assembly.phid_q.data()), by_q.middleRows(n + m, m), tolerance);
   require_equal("Phidd_q", dense(assembly.jacobian(), assembly.phidd_q.data()), by_q.middleRows(n + 2 * m, m),
                 tolerance);
   require_equal("Q_z", -dense(assembly.force_state(), assembly.Q_z.data()), by_z.topRows(n), tolerance);

@@ -27,8 +27,8 @@ inline Mismatch gradient_mismatch(const std::vector<double>& a, const std::vecto
     const double e = std::abs(a[j] - b[j]) * parameters.parameters[j].scale / size;
     if (e <= m.error) continue;
     m.error = std::isfinite(e) ? e : HUGE_VAL;
-    m.text = fmt::format("{}: {:.12g} and {:.12g}, {:.2g} of the gradient", parameters.parameters[j].name,
-                         a[j], b[j], m.error);
+    m.text = fmt::format("{}: {:.12g} and {:.12g}, {:.2g} of the gradient", parameters.parameters[j].name, a[j], b[j],
+                         m.error);
   }
   return m;
 }

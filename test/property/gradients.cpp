@@ -1,8 +1,8 @@
 // Every formulation by every method of an integrator: the gradient against Richardson differences of whole runs, which
 // share no derivative with it, and against each other. The kitchen sink has parameters of every kind, a moving start,
 // force states, and a cost that holds positions, velocities, accelerations, multipliers, force states, time and
-// parameters in its running and its terminal part: a missing boundary term or a lost block shows as an error of 1e-3 and
-// more.
+// parameters in its running and its terminal part: a missing boundary term or a lost block shows as an error of 1e-3
+// and more.
 //
 // Tolerances. An integrator keeps the error of each step below rtol; over the N steps of a run (up to 1e3 here) the
 // errors add up to N rtol as long as the motion does not amplify them, which a damped second of motion does not. So
@@ -216,7 +216,8 @@ TEST_CASE("gradient: parameters alone and together give the same entries", "[gra
         const GradientResult one = gradient(p, method, p.parameters.values());
         REQUIRE(one.gradient.size() == 1);
         const auto j = std::find(names.begin(), names.end(), name) - names.begin();
-        CHECK(std::abs(one.gradient[0] - all.gradient[static_cast<std::size_t>(j)]) * p.parameters.parameters[0].scale <=
+        CHECK(std::abs(one.gradient[0] - all.gradient[static_cast<std::size_t>(j)]) *
+                  p.parameters.parameters[0].scale <=
               kSteps * 1e-7 * size);
       }
     }

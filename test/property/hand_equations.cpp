@@ -1,14 +1,14 @@
 // Hand-derived tangents and adjoints of every formulation on the kitchen sink: parameters of every kind, force states,
 // a moving start, costs on everything. The reference is the formulation's own forward sensitivities by an integrator,
 // which share the blocks but neither the equations nor the scheme; those meet differences in gradients.cpp.
-#include <catch2/catch.hpp>
-
 #include <support/compare.h>
 #include <support/models.h>
 #include <support/variants.h>
 
+#include <catch2/catch.hpp>
+
 #include "costate/base/error.h"
-#include "costate/sensitivity/scene_problem.h"
+#include "costate/problem/scene_problem.h"
 #include "gradient_compare.h"
 #include "support/paths.h"
 

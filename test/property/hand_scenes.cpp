@@ -1,16 +1,16 @@
-// Scenes on which hand-derived methods, and the force of a spring, once went wrong: motions that are smoother, shorter or more at
-// rest than those of a working mechanism.
+// Scenes on which hand-derived methods, and the force of a spring, once went wrong: motions that are smoother, shorter
+// or more at rest than those of a working mechanism.
 #include <fmt/format.h>
+#include <support/compare.h>
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <support/compare.h>
 
 #include "costate/base/error.h"
 #include "costate/integrator/simulate.h"
+#include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
-#include "costate/sensitivity/scene_problem.h"
 #include "property/gradient_compare.h"
 #include "support/paths.h"
 
@@ -19,7 +19,9 @@ using Catch::Contains;
 using Catch::Detail::Approx;
 
 namespace {
-Problem read(const char* name) { return make_problem(Scene::load(fmt::format("{}/../test/cases/{}", COSTATE_MODELS_DIR, name))); }
+Problem read(const char* name) {
+  return make_problem(Scene::load(fmt::format("{}/../test/cases/{}", COSTATE_MODELS_DIR, name)));
+}
 constexpr double kRtol = 1e-8, kTolerance = 2e3 * kRtol;  // as in hand_equations.cpp
 }  // namespace
 
@@ -68,7 +70,8 @@ namespace {
 std::string hung(const std::string& more) {
   return "[point.A]\nground = true\nx_m = 0\ny_m = 0\n[point.P]\nx_m = 0\ny_m = 0\nvx_m_per_s = 0.6\nvy_m_per_s = 0.8\n"
          "[mass.bob]\npoint = \"P\"\nmass_kg = 0.5\n[spring.s]\nfrom = \"A\"\nto = \"P\"\nstiffness_N_per_m = 8\n"
-         "natural_length_m = 0\n" + more +
+         "natural_length_m = 0\n" +
+         more +
          "[start]\ngiven = [\"P.x\", \"P.y\"]\n[[cost.terminal]]\nkind = \"value\"\noutput = \"P.x\"\n"
          "[run]\nt_end_s = 1.3\nrtol = 1e-10\n";
 }
@@ -79,9 +82,8 @@ TEST_CASE("spring: of natural length 0, its ends may meet") {
   Problem p = make_problem(Scene::parse(hung(""), "hung.toml"), {"spring.s.stiffness_N_per_m"});
   const auto rho = p.parameters.values();
   const double w = 4, t = 1.3, v = 0.6, k = 8;
-  for (const auto& [formulation, method] :
-       {std::pair("index1", "idas-adjoint"), std::pair("index1", "cvodes-forward"), std::pair("maggi", "cvodes-adjoint"),
-        std::pair("maggi", "hand-adjoint")}) {
+  for (const auto& [formulation, method] : {std::pair("index1", "idas-adjoint"), std::pair("index1", "cvodes-forward"),
+                                            std::pair("maggi", "cvodes-adjoint"), std::pair("maggi", "hand-adjoint")}) {
     INFO(formulation << ", " << method);
     p.formulation = formulation;
     const GradientResult g = gradient(p, method, rho);

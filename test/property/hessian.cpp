@@ -19,8 +19,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
-#include "costate/sensitivity/scene_problem.h"
 #include "support/paths.h"
 
 using namespace costate;
@@ -63,9 +63,7 @@ Oracle difference_product(const Problem& problem, const std::string& method, con
       factor *= 4;
       row.push_back((factor * row[i - 1] - before[i - 1]) / (factor - 1));
       const VectorXd error = (row[i] - row[i - 1]).cwiseAbs().cwiseMax((row[i] - before[i - 1]).cwiseAbs());
-      const auto worst = [&](const VectorXd& e) {
-        return scales(problem.parameters).cwiseProduct(e).maxCoeff();
-      };
+      const auto worst = [&](const VectorXd& e) { return scales(problem.parameters).cwiseProduct(e).maxCoeff(); };
       if (best.error.size() == 0 || worst(error) < worst(best.error)) best = {row[i], error};
     }
   }
@@ -83,9 +81,8 @@ Mismatch mismatch(const MatrixXd& a, const MatrixXd& b, const ParameterSelection
       const double e = std::abs(x(i, j) - y(i, j)) / size;
       if (e <= m.error) continue;
       m.error = std::isfinite(e) ? e : HUGE_VAL;
-      m.text =
-          fmt::format("{}, direction {}: {:.12g} and {:.12g}, {:.2g} of the largest",
-                      parameters.parameters[static_cast<std::size_t>(i)].name, j, a(i, j), b(i, j), m.error);
+      m.text = fmt::format("{}, direction {}: {:.12g} and {:.12g}, {:.2g} of the largest",
+                           parameters.parameters[static_cast<std::size_t>(i)].name, j, a(i, j), b(i, j), m.error);
     }
   return m;
 }
@@ -104,14 +101,12 @@ void check_products(const Problem& problem, const MatrixXd& directions, double h
   error /= MatrixXd(scales(problem.parameters).asDiagonal() * expected).cwiseAbs().maxCoeff();
   CAPTURE(error);
   REQUIRE(error < kOracle);
-  CHECK_BELOW(mismatch(found.products, expected, problem.parameters),
-              kSteps * problem.solver.rtol + 10 * error);
+  CHECK_BELOW(mismatch(found.products, expected, problem.parameters), kSteps * problem.solver.rtol + 10 * error);
   const GradientResult g = gradient(problem, method, rho);
   const auto column = [](const std::vector<double>& x) {
     return MatrixXd(Eigen::Map<const VectorXd>(x.data(), static_cast<Eigen::Index>(x.size())));
   };
-  CHECK_BELOW(mismatch(column(found.gradient), column(g.gradient), problem.parameters),
-              kSteps * problem.solver.rtol);
+  CHECK_BELOW(mismatch(column(found.gradient), column(g.gradient), problem.parameters), kSteps * problem.solver.rtol);
 }
 
 std::vector<Variant> offered() {
@@ -209,9 +204,9 @@ TEST_CASE("Hessian: the scene of the slider-crank", "[hessian]") {
 
 TEST_CASE("Hessian: a top whose angular velocity is given, in a frame that varies", "[hessian]") {
   // The given rates are bilinear in positions and velocities: the start has second derivatives of its own.
-  Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/heavy_top/heavy_top.toml", {"rigid_body.top.e1=0.3",
-                                       "rigid_body.top.e0=0.95393920141694566",
-                                       "rigid_body.top.e2=0", "rigid_body.top.e3=0", "run.t_end_s=0.1"}));
+  Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/heavy_top/heavy_top.toml",
+                                       {"rigid_body.top.e1=0.3", "rigid_body.top.e0=0.95393920141694566",
+                                        "rigid_body.top.e2=0", "rigid_body.top.e3=0", "run.t_end_s=0.1"}));
   p.formulation = "baumgarte";
   p.solver.rtol = kRtol;
   p.solver.integrator.clear();

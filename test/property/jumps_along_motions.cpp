@@ -1,13 +1,13 @@
-// What jumps at an instant that the motion decides is no matter for gradients: forces that jump, angles that fold back, and laws
-// whose pieces a parameter would part are refused by name, with the place or the time.
+// What jumps at an instant that the motion decides is no matter for gradients: forces that jump, angles that fold back,
+// and laws whose pieces a parameter would part are refused by name, with the place or the time.
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
 
 #include "costate/base/error.h"
 #include "costate/integrator/simulate.h"
+#include "costate/problem/scene_problem.h"
 #include "costate/sensitivity/method.h"
-#include "costate/sensitivity/scene_problem.h"
 #include "support/paths.h"
 
 using namespace costate;
@@ -15,7 +15,9 @@ using Catch::Contains;
 
 namespace {
 
-std::string case_path(const std::string& name) { return fmt::format("{}/test/cases/{}.toml", COSTATE_SOURCE_DIR, name); }
+std::string case_path(const std::string& name) {
+  return fmt::format("{}/test/cases/{}.toml", COSTATE_SOURCE_DIR, name);
+}
 
 Problem case_problem(const std::string& name, const std::vector<std::string>& changes = {}) {
   return make_problem(Scene::load(case_path(name), changes));
@@ -24,8 +26,8 @@ Problem case_problem(const std::string& name, const std::vector<std::string>& ch
 /// One of each family: they share the look at the scene, not the course of the run.
 const std::vector<std::pair<const char*, const char*>>& methods() {
   static const std::vector<std::pair<const char*, const char*>> all = {
-      {"index1", "idas-adjoint"},     {"index1", "idas-forward"},  {"baumgarte", "cvodes-adjoint"},
-      {"penalty", "hand-adjoint"},    {"maggi", "hand-tangent"},   {"index3", "discrete-adjoint"}};
+      {"index1", "idas-adjoint"},  {"index1", "idas-forward"}, {"baumgarte", "cvodes-adjoint"},
+      {"penalty", "hand-adjoint"}, {"maggi", "hand-tangent"},  {"index3", "discrete-adjoint"}};
   return all;
 }
 
@@ -69,7 +71,8 @@ parameters = ["p"]
                      coefficients, parameter);
 }
 
-Problem driven_problem(const std::string& parameter, const std::string& coefficients = "[[0.05, 0.5], [0.05, 0.1, 1]]") {
+Problem driven_problem(const std::string& parameter,
+                       const std::string& coefficients = "[[0.05, 0.5], [0.05, 0.1, 1]]") {
   return make_problem(Scene::parse(driven(parameter, coefficients), "driven.toml"));
 }
 
@@ -77,18 +80,21 @@ Problem driven_problem(const std::string& parameter, const std::string& coeffici
 
 TEST_CASE("a force that jumps is refused in gradients, with its law and place") {
   Problem problem = case_problem("force_that_jumps");
-  check_refused(problem, Contains("'spring.s.spring_law' jumps from 0 to 2 at x = 0.5") && Contains("joins = \"value\""));
+  check_refused(problem,
+                Contains("'spring.s.spring_law' jumps from 0 to 2 at x = 0.5") && Contains("joins = \"value\""));
   // Runs go on, and differences of runs know the jump.
   const auto rho = problem.parameters.values();
   CHECK_NOTHROW(simulate(problem, rho));
   CHECK_NOTHROW(gradient(problem, "differences", rho));
   // The same inside other laws.
-  for (const char* law :
-       {R"(spring.s.spring_law={kind="scaled",slope=2,nominal_slope=1,law={kind="piecewise",breaks=[0.5],coefficients=[[0],[2]],joins="none"}})",
-        R"law(spring.s.spring_law={kind="formula",formula="atan(1/(x-0.5))"})law",
-        R"(spring.s.spring_law={kind="sum",terms=[{kind="piecewise",breaks=[0.5],coefficients=[[0],[2]],joins="none"},{kind="polynomial",coefficients=[0,1]}]})"}) {
-    Problem nested = make_problem(
-        Scene::load(case_path("force_that_jumps"), {law, R"(parameter.F.number="mass.bob.mass_kg")"}), {"point.P.vx_m_per_s"});
+  for (
+      const char* law :
+      {R"(spring.s.spring_law={kind="scaled",slope=2,nominal_slope=1,law={kind="piecewise",breaks=[0.5],coefficients=[[0],[2]],joins="none"}})",
+       R"law(spring.s.spring_law={kind="formula",formula="atan(1/(x-0.5))"})law",
+       R"(spring.s.spring_law={kind="sum",terms=[{kind="piecewise",breaks=[0.5],coefficients=[[0],[2]],joins="none"},{kind="polynomial",coefficients=[0,1]}]})"}) {
+    Problem nested =
+        make_problem(Scene::load(case_path("force_that_jumps"), {law, R"(parameter.F.number="mass.bob.mass_kg")"}),
+                     {"point.P.vx_m_per_s"});
     CHECK_THROWS_WITH(gradient(nested, "idas-adjoint", nested.parameters.values()),
                       Contains("'spring.s.spring_law' jumps") && Contains("x = 0.5"));
   }
@@ -101,8 +107,9 @@ TEST_CASE("a force law whose pieces meet passes; a parameter that parts them is 
   CHECK_NOTHROW(gradient(passes, "idas-adjoint", passes.parameters.values()));
   Problem parted =
       make_problem(Scene::load(case_path("force_that_jumps"), {law}), {"spring.s.spring_law.coefficients[1][1]"});
-  check_refused(parted, Contains("'spring.s.spring_law.coefficients[1][1]' opens a jump in the law 'spring.s.spring_law'") &&
-                            Contains("x = 0.5"));
+  check_refused(parted,
+                Contains("'spring.s.spring_law.coefficients[1][1]' opens a jump in the law 'spring.s.spring_law'") &&
+                    Contains("x = 0.5"));
 }
 
 TEST_CASE("a parameter that parts the pieces of a driver's law is refused, at its time") {
@@ -110,8 +117,8 @@ TEST_CASE("a parameter that parts the pieces of a driver's law is refused, at it
   check_refused(driven_problem(R"(number = "driver.push.law.coefficients[1][0]")"),
                 Contains("Parameter 'p' opens a jump in the law 'driver.push' at t = 0.4"));
   // Both sides together: still a law that meets.
-  Problem both = driven_problem(
-      R"(numbers = ["driver.push.law.coefficients[0][0]", "driver.push.law.coefficients[1][0]"])");
+  Problem both =
+      driven_problem(R"(numbers = ["driver.push.law.coefficients[0][0]", "driver.push.law.coefficients[1][0]"])");
   const GradientResult r = gradient(both, "idas-adjoint", both.parameters.values());
   CHECK(r.gradient[0] == Catch::Detail::Approx(1).margin(1e-6));
 }
@@ -120,8 +127,7 @@ TEST_CASE("a driver whose position jumps is refused in every run") {
   Problem problem = driven_problem(R"(number = "body.carriage.mass_kg")", "[[0, 0.5], [0.3, 0.5]]");
   for (const char* formulation : {"index1", "baumgarte", "maggi"}) {
     problem.formulation = formulation;
-    CHECK_THROWS_WITH(simulate(problem, problem.parameters.values()),
-                      Contains("'driver.push' jumps at t = 0.4 s"));
+    CHECK_THROWS_WITH(simulate(problem, problem.parameters.values()), Contains("'driver.push' jumps at t = 0.4 s"));
   }
   problem.solver.t_end = 0.3;  // not reached
   CHECK_NOTHROW(simulate(problem, problem.parameters.values()));

@@ -1,11 +1,12 @@
-// Second-order adjoints hold time derivatives of blocks that jump where a force has a kink: they cross it by the jump of mu' and
-// sigma' (lib/README.md (4.4)). Against Baumgarte's adjoint on CVODES, whose equations hold no such derivative.
+// Second-order adjoints hold time derivatives of blocks that jump where a force has a kink: they cross it by the jump
+// of mu' and sigma' (lib/README.md (4.4)). Against Baumgarte's adjoint on CVODES, whose equations hold no such
+// derivative.
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
 
+#include "costate/problem/scene_problem.h"
 #include "costate/sensitivity/method.h"
-#include "costate/sensitivity/scene_problem.h"
 #include "property/gradient_compare.h"
 #include "support/paths.h"
 

@@ -1,6 +1,6 @@
 // What begins late or is short is met by every run: laws of time in forces, drivers, actuators, winds, roads and costs,
-// each from rest, by every formulation, integrator and method. The same run with steps that are bounded from outside is the
-// measure: at rest, whoever steps over the law finds psi = 0.
+// each from rest, by every formulation, integrator and method. The same run with steps that are bounded from outside is
+// the measure: at rest, whoever steps over the law finds psi = 0.
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
@@ -9,11 +9,11 @@
 #include "costate/base/error.h"
 #include "costate/element/course.h"
 #include "costate/integrator/simulate.h"
-#include "costate/scene/law_table.h"
+#include "costate/kind/law/law_table.h"
+#include "costate/problem/scene_problem.h"
 #include "costate/scene/toml_reader.h"
 #include "costate/sensitivity/hessian.h"
 #include "costate/sensitivity/method.h"
-#include "costate/sensitivity/scene_problem.h"
 #include "property/gradient_compare.h"
 
 using namespace costate;
@@ -42,7 +42,8 @@ y_m = 0
 
 [driver.level]
 coordinate = "b.y"
-law = )" + level + R"(
+law = )" +
+         level + R"(
 
 [driver.straight]
 coordinate = "b.angle"
@@ -70,7 +71,8 @@ parameters = ["k", "m"]
 )" + more;
 }
 
-/// The motions are some 1e-4 m: with this weight psi is far above its absolute tolerance, which would else be its error.
+/// The motions are some 1e-4 m: with this weight psi is far above its absolute tolerance, which would else be its
+/// error.
 const std::string kSquare = "\n[[cost.running]]\nkind = \"square\"\noutput = \"b.x\"\nweight = 1e6\n";
 
 /// 1 over 0.02 s at 31 s, in the ways in which a law can say so.
@@ -79,7 +81,8 @@ const std::vector<std::pair<std::string, std::string>> kLate = {
     {"half sine", R"({ kind = "bump", shape = "half_sine", height_m = 1, start_m = 31, length_m = 0.02 })"},
     {"steps", R"({ kind = "steps", at = [31, 31.01], values = [0, 1, 0], width = 0.01 })"},
     {"smooth_steps", R"({ kind = "smooth_steps", x = [0, 31, 31.01, 31.02], y = [0, 0, 1, 0] })"},
-    {"table", R"({ kind = "table", x = [0, 30.99, 31, 31.01, 31.02, 31.03, 31.04, 40], y = [0, 0, 0, 1, 0, 0, 0, 0] })"},
+    {"table",
+     R"({ kind = "table", x = [0, 30.99, 31, 31.01, 31.02, 31.03, 31.04, 40], y = [0, 0, 0, 1, 0, 0, 0, 0] })"},
     {"profile_table",
      R"({ kind = "profile_table", x_m = [0, 30.99, 31, 31.01, 31.02, 31.03, 40], z_m = [0, 0, 0, 1, 0, 0, 0] })"},
     {"piecewise", R"({ kind = "piecewise", breaks = [31, 31.02], coefficients = [[0], [1], [0]], joins = "none" })"},
@@ -87,8 +90,10 @@ const std::vector<std::pair<std::string, std::string>> kLate = {
     {"product",
      R"({ kind = "product", factors = [{ kind = "steps", at = [31, 31.03], values = [0, 1, 0], width = 0.01 },
         { kind = "sine", amplitude = 1, angular_frequency_rad_per_s = 314.159265358979 }] })"},
-    {"scaled", R"({ kind = "scaled", slope = 3, nominal_slope = 2, law = { kind = "bump", height_m = 0.5, start_m = 31, length_m = 0.02 } })"},
-    {"sum", R"({ kind = "sum", terms = [{ kind = "polynomial", coefficients = [0] }, { kind = "bump", height_m = 0.5, start_m = 31, length_m = 0.02 }] })"},
+    {"scaled",
+     R"({ kind = "scaled", slope = 3, nominal_slope = 2, law = { kind = "bump", height_m = 0.5, start_m = 31, length_m = 0.02 } })"},
+    {"sum",
+     R"({ kind = "sum", terms = [{ kind = "polynomial", coefficients = [0] }, { kind = "bump", height_m = 0.5, start_m = 31, length_m = 0.02 }] })"},
 };
 
 std::string force(const std::string& law) { return scene("\n[force.f]\npoint = \"e\"\nx_N = " + law + "\n" + kSquare); }
@@ -121,8 +126,9 @@ TEST_CASE("late laws: a force, by every kind of law", "[late]") {
     const Problem p = problem_of(force(law));
     const double right = bounded_psi(p, 0.002);
     REQUIRE(right > 1e-6);
-    // Who steps over a law loses all of psi. On IDAS what begins sharply after long steps leaves velocities off by some 5e-8,
-    // of 6e-3, whatever its order; that is 2e-4 of psi at most against a fine Runge-Kutta run, CVODES leaves 1e-6.
+    // Who steps over a law loses all of psi. On IDAS what begins sharply after long steps leaves velocities off by some
+    // 5e-8, of 6e-3, whatever its order; that is 2e-4 of psi at most against a fine Runge-Kutta run, CVODES leaves
+    // 1e-6.
     for (const char* f : {"index1", "baumgarte"}) {
       CHECK(psi_of(p, f, "idas") == Approx(right).epsilon(1e-3));
       CHECK(psi_of(p, f, "cvodes") == Approx(right).epsilon(1e-4));
@@ -136,7 +142,8 @@ TEST_CASE("late laws: by every formulation and integrator", "[late]") {
   for (const Formulation& f : formulations())
     for (const char* integrator : {"idas", "cvodes", "fixed"}) {
       const std::string which = integrator;
-      if ((which == "idas" && !f.make_dae) || (which == "cvodes" && !f.make_ode) || (which == "fixed" && !f.make_discrete))
+      if ((which == "idas" && !f.make_dae) || (which == "cvodes" && !f.make_ode) ||
+          (which == "fixed" && !f.make_discrete))
         continue;
       INFO(f.name << " on " << which);
       Problem q = p;
@@ -152,11 +159,12 @@ TEST_CASE("late laws: whatever carries a law of time", "[late]") {
   const std::string spring_at_rest = kSquare;
   const std::vector<std::pair<std::string, std::string>> carriers = {
       {"driver", scene("\n[[cost.running]]\nkind = \"square\"\noutput = \"b.y\"\n", bump)},
-      {"actuator",
-       scene("\n[actuator.a]\nfrom = \"w\"\nto = \"e\"\ntime_constant_s = 0.005\ncommand_N = " + bump + "\n" + kSquare)},
+      {"actuator", scene("\n[actuator.a]\nfrom = \"w\"\nto = \"e\"\ntime_constant_s = 0.005\ncommand_N = " + bump +
+                         "\n" + kSquare)},
       {"wind", scene("\n[drag.d]\npoint = \"e\"\ndrag_coefficient = 1\narea_m2 = 4\nwind_x_m_per_s = "
                      R"({ kind = "bump", height_m = 5, start_m = 31, length_m = 0.02 })"
-                     "\n" + kSquare)},
+                     "\n" +
+                     kSquare)},
       {"target of the cost", scene("\n[[cost.running]]\nkind = \"square\"\noutput = \"b.x\"\ntarget = " + bump + "\n")},
   };
   for (const auto& [name, text] : carriers) {
@@ -250,8 +258,11 @@ TEST_CASE("late laws: gradients and Hessians", "[late]") {
   // Entries count in scaled parameters, against the largest.
   Eigen::VectorXd scale(reference.matrix.rows());
   for (Eigen::Index j = 0; j < scale.size(); ++j) scale[j] = p.parameters.parameters[static_cast<std::size_t>(j)].scale;
-  const auto scaled = [&](const Eigen::MatrixXd& m) -> Eigen::MatrixXd { return scale.asDiagonal() * m * scale.asDiagonal(); };
-  CHECK(scaled(found.matrix - reference.matrix).cwiseAbs().maxCoeff() < 1e-3 * scaled(reference.matrix).cwiseAbs().maxCoeff());
+  const auto scaled = [&](const Eigen::MatrixXd& m) -> Eigen::MatrixXd {
+    return scale.asDiagonal() * m * scale.asDiagonal();
+  };
+  CHECK(scaled(found.matrix - reference.matrix).cwiseAbs().maxCoeff() <
+        1e-3 * scaled(reference.matrix).cwiseAbs().maxCoeff());
 }
 
 TEST_CASE("late laws: a late cost alone, seen from the end", "[late]") {
@@ -311,8 +322,8 @@ TEST_CASE("late laws: fixed steps that pass over one are refused", "[late]") {
 
 TEST_CASE("late laws: every registered kind of law is met where it changes", "[late][law]") {
   // A stepper that sees nothing and takes all that it may: between two of its places a straight line must show what the
-  // law does, to most of what it changes nearby. A new kind that does not tell its places is searched; one that tells too
-  // little fails here.
+  // law does, to most of what it changes nearby. A new kind that does not tell its places is searched; one that tells
+  // too little fails here.
   constexpr double from = -40, to = 60;
   for (const LawKind& kind : law_kinds()) {
     INFO("law " << kind.name);
@@ -340,7 +351,8 @@ TEST_CASE("late laws: every registered kind of law is met where it changes", "[l
       }
       size = std::max(size, high - low);
       // A bow that leaves the line by as much as it rises is met; a pulse within is not.
-      if (high - std::max(a, b) > 0 || std::min(a, b) - low > 0) hidden = std::max(hidden, std::max(high - std::max(a, b), std::min(a, b) - low));
+      if (high - std::max(a, b) > 0 || std::min(a, b) - low > 0)
+        hidden = std::max(hidden, std::max(high - std::max(a, b), std::min(a, b) - low));
       x = end;
     }
     INFO(steps << " steps, hidden " << hidden << " of " << size);

@@ -2,7 +2,7 @@
 // and the stored energy is the integral.
 #include <catch2/catch.hpp>
 
-#include "costate/scene/law_table.h"
+#include "costate/kind/law/law_table.h"
 #include "costate/scene/toml_reader.h"
 
 using namespace costate;
@@ -86,9 +86,8 @@ TEST_CASE("every law: slopes, curvatures and derivatives by numbers equal differ
   constexpr double h = 2e-4, relative = 1e-9;
   for_each_law([&](const ExampleLaw& e, double x) {
     const Taylor2 curve = e.law->curve(x, e.p.data());
-    REQUIRE(curve.c1 == Approx(difference([&](double s) { return e.value(x + s); }, h))
-                            .epsilon(1e-8)
-                            .margin(allowed(e, relative)));
+    REQUIRE(curve.c1 ==
+            Approx(difference([&](double s) { return e.value(x + s); }, h)).epsilon(1e-8).margin(allowed(e, relative)));
     REQUIRE(curve.c2 == Approx(difference([&](double s) { return e.law->slope(x + s, e.p.data()).d[0]; }, h))
                             .epsilon(1e-8)
                             .margin(allowed(e, 10 * relative)));
@@ -102,13 +101,10 @@ TEST_CASE("every law: slopes, curvatures and derivatives by numbers equal differ
         return e.law->value(PathDual(Taylor2(x, 0.8, -0.5)), q.data()).v;
       };
       CAPTURE(k);
-      REQUIRE(d.d[0].c0 ==
-              Approx(difference([&](double s) { return changed(s).c0; }, h)).margin(allowed(e, relative)));
-      REQUIRE(d.d[0].c1 ==
-              Approx(difference([&](double s) { return changed(s).c1; }, h)).margin(allowed(e, relative)));
-      REQUIRE(
-          d.d[0].c2 ==
-          Approx(difference([&](double s) { return changed(s).c2; }, h)).margin(allowed(e, 100 * relative)));
+      REQUIRE(d.d[0].c0 == Approx(difference([&](double s) { return changed(s).c0; }, h)).margin(allowed(e, relative)));
+      REQUIRE(d.d[0].c1 == Approx(difference([&](double s) { return changed(s).c1; }, h)).margin(allowed(e, relative)));
+      REQUIRE(d.d[0].c2 ==
+              Approx(difference([&](double s) { return changed(s).c2; }, h)).margin(allowed(e, 100 * relative)));
     }
   });
 }

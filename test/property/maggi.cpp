@@ -35,8 +35,7 @@ std::vector<std::string> methods_of(const std::string& formulation) {
 /// The second-order adjoint refuses running costs on accelerations and reactions, and says which formulation
 /// to use.
 bool refused(const Problem& p, const std::string& method) {
-  return p.formulation == "maggi-second-order" && method == "hand-adjoint" &&
-         p.objective.running_needs_accelerations();
+  return p.formulation == "maggi-second-order" && method == "hand-adjoint" && p.objective.running_needs_accelerations();
 }
 
 /// Every method of every Maggi formulation against differences of whole runs.
@@ -220,10 +219,9 @@ TEST_CASE("maggi: the hand-derived tangent and adjoint agree to 1e-9 at rtol 1e-
   // exactly dual; each pass chooses its steps by itself, with an error of some ten rtol, so 1e-9 is ten times
   // what is left. That of second order holds as far as the stored motion satisfies
   // its equations, from which it takes the rates of its matrices: N rtol.
-  for (const TestModel& model :
-       {five_bar(), kitchen_sink(), kitchen_sink_of_rates(), spinning_pendulum(9, 1), crank_rocker(0.4),
-        slider_crank_of_everything(0.6), slider_crank_of_rates(0.6), parallelogram(true, true, 0.3),
-        parallelogram(true, false, 0.3)}) {
+  for (const TestModel& model : {five_bar(), kitchen_sink(), kitchen_sink_of_rates(), spinning_pendulum(9, 1),
+                                 crank_rocker(0.4), slider_crank_of_everything(0.6), slider_crank_of_rates(0.6),
+                                 parallelogram(true, true, 0.3), parallelogram(true, false, 0.3)}) {
     for (const std::string& formulation : kMaggi) {
       CAPTURE(model.name, formulation);
       Problem p = model.problem(formulation, 1e-11);
@@ -242,8 +240,7 @@ TEST_CASE("maggi: the hand-derived tangent and adjoint agree to 1e-9 at rtol 1e-
 TEST_CASE("maggi: the second-order adjoint refuses costs whose rates it would need", "[maggi]") {
   const Problem p = crank_rocker(0.4).problem("maggi-second-order", 1e-8);
   CHECK_THROWS_AS(gradient(p, "hand-adjoint", p.parameters.values()), CapabilityError);
-  CHECK_THROWS_WITH(gradient(p, "hand-adjoint", p.parameters.values()),
-                    Catch::Contains("use formulation 'maggi'"));
+  CHECK_THROWS_WITH(gradient(p, "hand-adjoint", p.parameters.values()), Catch::Contains("use formulation 'maggi'"));
 }
 
 TEST_CASE("maggi: hand-derived equations of the kitchen sink against differences", "[maggi]") {
@@ -257,8 +254,7 @@ TEST_CASE("maggi: hand-derived equations of the kitchen sink against differences
       for (const char* method : {"hand-tangent", "hand-adjoint"}) {
         if (refused(p, method)) continue;
         CAPTURE(model.name, formulation, method);
-        CHECK_BELOW(gradient_mismatch(gradient(p, method, rho).gradient, oracle.gradient, p.parameters),
-                    kSteps * 1e-9);
+        CHECK_BELOW(gradient_mismatch(gradient(p, method, rho).gradient, oracle.gradient, p.parameters), kSteps * 1e-9);
       }
     }
   }
@@ -296,8 +292,7 @@ TEST_CASE("maggi: a mechanism without freedom", "[maggi]") {
   check_against_differences(driven_crank(), 1e-10, 1, 0, {"maggi", "maggi-second-order"});
   // Nothing but the cost is left to integrate, which IDAS does at order 1 only: at a tolerance that this
   // reaches.
-  const Problem exact = driven_crank().problem("maggi", 1e-10),
-                p = driven_crank().problem("maggi-implicit", 1e-6);
+  const Problem exact = driven_crank().problem("maggi", 1e-10), p = driven_crank().problem("maggi-implicit", 1e-6);
   const std::vector<double> rho = p.parameters.values();
   const GradientResult expected = gradient(exact, "cvodes-adjoint", rho);
   for (const std::string& method : methods_of("maggi-implicit")) {
@@ -337,14 +332,12 @@ TEST_CASE("maggi: the recorded motion is that of the run", "[maggi]") {
         assembly.calc_dynamics(s);
         std::vector<double> phid = assembly.phi_t;
         add_product(assembly.jacobian(), assembly.phi_q.data(), 1, s.v, phid.data());
-        for (int i = 0; i < m; ++i)
-          largest = std::max({largest, std::abs(assembly.phi[i]), std::abs(phid[i])});
+        for (int i = 0; i < m; ++i) largest = std::max({largest, std::abs(assembly.phi[i]), std::abs(phid[i])});
       }
       CHECK(largest < 1e2 * rtol);
       const GradientResult run = simulate(p, rho, times, [&](const PhysicalState& s, System&) {
         motion.trajectory.evaluate(s.t, y.data());
-        for (int i = 0; i < n; ++i)
-          off = std::max({off, std::abs(y[i] - s.q[i]), std::abs(y[n + i] - s.v[i]) / 10});
+        for (int i = 0; i < n; ++i) off = std::max({off, std::abs(y[i] - s.q[i]), std::abs(y[n + i] - s.v[i]) / 10});
       });
       CHECK(run.psi == Approx(motion.psi).epsilon(kSteps * rtol));
       CHECK(off < kSteps * rtol);

@@ -1,13 +1,12 @@
 // The watch over runs: torn constraints, ranks that change, drift, what is no number; and no alarm where all is well.
 #include <catch2/catch.hpp>
-
 #include <filesystem>
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/integrator/simulate.h"
+#include "costate/problem/scene_problem.h"
 #include "costate/sensitivity/method.h"
-#include "costate/sensitivity/scene_problem.h"
 #include "support/paths.h"
 
 using namespace costate;
@@ -15,7 +14,8 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-Problem case_of(const std::string& name, const std::string& formulation, const std::vector<std::string>& overrides = {}) {
+Problem case_of(const std::string& name, const std::string& formulation,
+                const std::vector<std::string>& overrides = {}) {
   Problem p = make_problem(Scene::load(COSTATE_SOURCE_DIR "/test/cases/" + name + ".toml", overrides));
   if (!formulation.empty()) p.formulation = formulation;
   return p;
@@ -54,17 +54,19 @@ TEST_CASE("watch: a mechanism that locks is not torn in silence") {
     if (std::string(formulation) == "penalty")
       CHECK_THAT(text, Contains("no longer hold at t = ") && Contains(" m, ") && Contains("row '"));
   }
-  CHECK_THAT(said([] { simulated(case_of("chain_locks", "penalty")); }), Contains("error: ") && Contains("no longer hold"));
+  CHECK_THAT(said([] { simulated(case_of("chain_locks", "penalty")); }),
+             Contains("error: ") && Contains("no longer hold"));
 }
 
 TEST_CASE("watch: a change point is named, between steps too") {
   // A parallelogram of sides 1, 2, 1 on a base of 2 lies flat where the left bar's angle is 0 or pi.
   for (const auto& [formulation, method] :
-       {std::pair("baumgarte", "cvodes-adjoint"), std::pair("baumgarte", "idas-adjoint"), std::pair("index1", "cvodes-forward"),
-        std::pair("maggi", "cvodes-adjoint")}) {
+       {std::pair("baumgarte", "cvodes-adjoint"), std::pair("baumgarte", "idas-adjoint"),
+        std::pair("index1", "cvodes-forward"), std::pair("maggi", "cvodes-adjoint")}) {
     INFO(formulation << " " << method);
     const Problem p = case_of("change_point", formulation);
-    CHECK_THAT(said([&] { gradient(p, method, p.parameters.values()); }), Contains("passes a singular position at t = "));
+    CHECK_THAT(said([&] { gradient(p, method, p.parameters.values()); }),
+               Contains("passes a singular position at t = "));
     CHECK_THAT(said([&] { simulated(p); }), Contains("passes a singular position at t = ") && Contains("bar."));
   }
   // As long as it does not get there, nothing is said.
@@ -77,7 +79,8 @@ TEST_CASE("watch: rows that nearly depend on each other are refused by name") {
   for (const char* formulation : {"index1", "baumgarte", "index2"}) {
     INFO(formulation);
     const Problem p = case_of("red_13", formulation);
-    CHECK_THAT(said([&] { simulated(p); }), Contains("error: ") && Contains("depend on the others") && Contains("distance.d"));
+    CHECK_THAT(said([&] { simulated(p); }),
+               Contains("error: ") && Contains("depend on the others") && Contains("distance.d"));
   }
   // Formulations that carry them say what is right, which the parallelogram's one degree of freedom gives: 0.18228.
   const Problem p = case_of("red_13", "augmented-lagrangian");
@@ -103,8 +106,9 @@ TEST_CASE("watch: what is no number is an error") {
 }
 
 TEST_CASE("watch: the models run without a warning, but where they pass singular positions") {
-  for (const char* name : {"five_bar/five_bar", "pendulum/pendulum", "slider_crank/slider_crank", "golden_car/golden_car",
-                           "damped_pendulum/damped_pendulum", "bricard/bricard", "rigid_body/dzhanibekov"}) {
+  for (const char* name :
+       {"five_bar/five_bar", "pendulum/pendulum", "slider_crank/slider_crank", "golden_car/golden_car",
+        "damped_pendulum/damped_pendulum", "bricard/bricard", "rigid_body/dzhanibekov"}) {
     INFO(name);
     const Problem p = make_problem(Scene::load(std::string(COSTATE_MODELS_DIR "/") + name + ".toml"));
     CHECK(said([&] { simulated(p); }) == "");

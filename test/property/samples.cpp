@@ -1,20 +1,19 @@
-// What samples hold. Accelerations and multipliers are solved for at the (q, v, z) of each sample, by the formulation's own
-// equations, whatever the integrator interpolates: against a mechanism solved by hand, against a dense solution of the same
-// equations, and at the kinks of a driver.
+// What samples hold. Accelerations and multipliers are solved for at the (q, v, z) of each sample, by the formulation's
+// own equations, whatever the integrator interpolates: against a mechanism solved by hand, against a dense solution of
+// the same equations, and at the kinks of a driver.
 #include <fmt/format.h>
+#include <support/models.h>
+#include <support/variants.h>
 
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include <support/models.h>
-#include <support/variants.h>
-
-#include "costate/formulation/penalty_weight.h"
 #include "costate/integrator/simulate.h"
+#include "costate/level/penalty_weight.h"
+#include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
-#include "costate/sensitivity/scene_problem.h"
 #include "support/paths.h"
 
 using namespace costate;
@@ -22,8 +21,8 @@ using namespace costate::test;
 
 namespace {
 
-/// A crank of 0.3 m turned once in a second, a coupler of 0.9 m, a rocker of 0.8 m, a spring with a damper from the ground to
-/// the rocker. Nothing is free to move, so that the motor's torque follows from the balance of power.
+/// A crank of 0.3 m turned once in a second, a coupler of 0.9 m, a rocker of 0.8 m, a spring with a damper from the
+/// ground to the rocker. Nothing is free to move, so that the motor's torque follows from the balance of power.
 const char* const kCrankRocker = R"([gravity]
 y_m_per_s2 = -9.81
 
@@ -112,8 +111,8 @@ struct CrankRocker {
     damping = 10 * rate * rate;
   }
 
-  /// The multiplier of phi = angle - w t, minus the motor's torque: power = torque w = (energy)' + damping. The derivative by
-  /// differences of order 6 with steps of 1 ms, good to some 1e-11 of its terms here.
+  /// The multiplier of phi = angle - w t, minus the motor's torque: power = torque w = (energy)' + damping. The
+  /// derivative by differences of order 6 with steps of 1 ms, good to some 1e-11 of its terms here.
   static double motor(double t) {
     const double h = 1e-3;
     const auto d = [&](int k) { return CrankRocker(t + k * h).energy - CrankRocker(t - k * h).energy; };
@@ -203,8 +202,8 @@ Errors errors_of(Problem problem, int count) {
 }  // namespace
 
 TEST_CASE("samples: a driven crank-rocker's motion and motor torque, every formulation and integrator") {
-  // Steps keep rtol each, some 1e3 of them add up, and a multiplier follows velocities by a factor of a few: 1e4 rtol of
-  // its size. What is interpolated and not solved for is off by 40 times its size at every tolerance.
+  // Steps keep rtol each, some 1e3 of them add up, and a multiplier follows velocities by a factor of a few: 1e4 rtol
+  // of its size. What is interpolated and not solved for is off by 40 times its size at every tolerance.
   const Scene scene = Scene::parse(kCrankRocker, "crank_rocker.toml");
   for (const Way& way : ways()) {
     if (way.integrator == "fixed") continue;
@@ -240,8 +239,8 @@ TEST_CASE("samples: by fixed steps they are of second order or better, like the 
 }
 
 TEST_CASE("samples: every formulation's accelerations and multipliers solve its own equations") {
-  // To rounding, amplified by the condition of the mechanism. Redundant rows contradict each other by what they drift, 100 rtol
-  // at most, which the augmented Lagrangian leaves in R2.
+  // To rounding, amplified by the condition of the mechanism. Redundant rows contradict each other by what they drift,
+  // 100 rtol at most, which the augmented Lagrangian leaves in R2.
   const Scene redundant = Scene::load(COSTATE_MODELS_DIR "/bricard/bricard.toml");
   for (const Way& way : ways()) {
     std::vector<Problem> problems = {kitchen_sink_without_accelerations().problem(way.formulation, 1e-6)};
@@ -306,7 +305,8 @@ TEST_CASE("samples: exactly at a driver's kink they are the state behind it") {
 TEST_CASE("samples: a cost at the end counts the multiplier that is solved for there") {
   std::string text = kCrankRocker;
   const std::string cost = "[[cost.running]]\nkind = \"square\"\noutput = \"C.x\"";
-  text.replace(text.find(cost), cost.size(), "[[cost.terminal]]\nkind = \"square\"\noutput = \"lambda.driver.motor.drive\"");
+  text.replace(text.find(cost), cost.size(),
+               "[[cost.terminal]]\nkind = \"square\"\noutput = \"lambda.driver.motor.drive\"");
   const Scene scene = Scene::parse(text, "end.toml");
   const double motor = CrankRocker::motor(0.948);
   for (const Way& way : ways()) {
@@ -321,10 +321,12 @@ TEST_CASE("samples: a cost at the end counts the multiplier that is solved for t
   }
   // And so do gradients: against the exact derivative by the spring's stiffness, torque w = d/dt (l - 1)^2 / 2.
   const CrankRocker at(0.948);
-  const double l = std::hypot(at.cx, at.cy), by_stiffness = -(l - 1) * (at.cx * at.vx + at.cy * at.vy) / l / 6.283185307179586;
+  const double l = std::hypot(at.cx, at.cy),
+               by_stiffness = -(l - 1) * (at.cx * at.vx + at.cy * at.vy) / l / 6.283185307179586;
   for (const auto& [formulation, method] :
        {std::pair("index1", "idas-adjoint"), std::pair("index1", "idas-forward"), std::pair("index2", "idas-forward"),
-        std::pair("index3", "idas-forward"), std::pair("baumgarte", "idas-adjoint"), std::pair("baumgarte", "cvodes-forward")}) {
+        std::pair("index3", "idas-forward"), std::pair("baumgarte", "idas-adjoint"),
+        std::pair("baumgarte", "cvodes-forward")}) {
     INFO(formulation << " by " << method);
     Problem p = make_problem(scene, {"spring.s.stiffness_N_per_m"});
     p.formulation = formulation;

@@ -77,16 +77,14 @@ Vector first_derivative(Assembly& x, const Line& line, const Weights& w, double 
   Assembly::ParameterColumns c;
   x.resize(c);
   x.calc_parameter_columns(s.view(), c);
-  const auto transposed = [](const SparsePattern& pattern, const std::vector<double>& values,
-                             const Vector& weights) {
+  const auto transposed = [](const SparsePattern& pattern, const std::vector<double>& values, const Vector& weights) {
     return Vector(dense(pattern, values.data()).transpose() * weights);
   };
   const Vector q = transposed(x.square(), x.K, w.force) + transposed(x.jacobian(), x.phi_q, w.phi) +
                    transposed(x.jacobian(), x.phid_q, w.phid) + transposed(x.jacobian(), x.phidd_q, w.phidd) +
                    transposed(x.state_force(), x.f_q, w.state);
   const Vector v = transposed(x.square(), x.C, w.force) + transposed(x.jacobian(), x.phi_q, w.phid) +
-                   2 * transposed(x.jacobian(), x.phid_q, w.phidd) +
-                   transposed(x.state_force(), x.f_v, w.state);
+                   2 * transposed(x.jacobian(), x.phid_q, w.phidd) + transposed(x.state_force(), x.f_v, w.state);
   const Vector a = transposed(x.square(), x.M, w.force) + transposed(x.jacobian(), x.phi_q, w.phidd);
   const Vector lambda = dense(x.jacobian(), x.phi_q.data()) * w.force;
   const Vector z = transposed(x.state_state(), x.f_z, w.state) - transposed(x.force_state(), x.Q_z, w.force);
@@ -104,12 +102,15 @@ struct Changes {
     g.resize(assembly);
     assembly.set_parameters(line.rho.data());
     calc_number_changes(assembly, line.drho.data(), numbers);
-    d = {0.0, line.along.q.data(), line.along.v.data(), line.along.a.data(),
-         line.along.lambda.data(), line.along.z.data(), numbers.data()};
+    d = {0.0,
+         line.along.q.data(),
+         line.along.v.data(),
+         line.along.a.data(),
+         line.along.lambda.data(),
+         line.along.z.data(),
+         numbers.data()};
   }
-  GradientTarget target() {
-    return {g.q.data(), g.v.data(), g.a.data(), g.lambda.data(), g.z.data(), g.rho.data()};
-  }
+  GradientTarget target() { return {g.q.data(), g.v.data(), g.a.data(), g.lambda.data(), g.z.data(), g.rho.data()}; }
   Vector all() const { return joined({g.q, g.v, g.a, g.lambda, g.z, g.rho}); }
 };
 

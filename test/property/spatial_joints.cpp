@@ -178,7 +178,8 @@ TEST_CASE("gradients of a mechanism with joint coordinates and natural coordinat
     return gradient(o, "differences", rho);
   };
   const GradientResult exact = oracle_of("baumgarte", {});
-  // With alpha = 100 the rack's guide gives by 2 % of its length and psi differs by 0.3 %; with 30 it gives by more than 5 %.
+  // With alpha = 100 the rack's guide gives by 2 % of its length and psi differs by 0.3 %; with 30 it gives by more
+  // than 5 %.
   for (const Variant& v : variants(100)) {
     const GradientResult own =
         v.formulation.rfind("penalty", 0) == 0 ? oracle_of(v.formulation, v.options) : GradientResult();

@@ -7,14 +7,14 @@
 // exact routes to the same number, apart by accumulated rounding: 1e5 eps, for sums of about 100 terms that cancel to
 // 1e-3 of their size. kSolve: a sparse solve is backward stable up to the growth of pivots (pivots are at
 // least 0.1 of their column: 1e3 over a few eliminations) and the length of sums (1e2).
-#include <catch2/catch.hpp>
-#include <functional>
-
 #include <support/compare.h>
 #include <support/differences.h>
 #include <support/models.h>
 #include <support/random.h>
 #include <support/variants.h>
+
+#include <catch2/catch.hpp>
+#include <functional>
 
 using namespace costate;
 using namespace costate::test;
@@ -279,9 +279,8 @@ TEST_CASE("DAE: the start is consistent and its derivative exact", "[systems]") 
       // A bar's length moves the start (of all coordinates; independent ones may be the given ones).
       if (!has_all_coordinates(*s)) continue;
       const auto names = s->parameters().names();
-      const auto at = std::find_if(names.begin(), names.end(), [](const std::string& name) {
-        return name == "rod_length" || name == "A1_length";
-      });
+      const auto at = std::find_if(names.begin(), names.end(),
+                                   [](const std::string& name) { return name == "rod_length" || name == "A1_length"; });
       REQUIRE(at != names.end());
       CHECK(y_rho.col(at - names.begin()).head(s->assembly().n()).norm() > 0.1);
     }
@@ -365,8 +364,8 @@ std::vector<OdePoint> ode_points(OdeSystem& system) {
   system.start(0, start.y.data(), nullptr);
   std::vector<OdePoint> points = {start};
   for (const std::uint32_t seed : {1u, 2u})
-    points.push_back({"random state " + std::to_string(seed), 0.37,
-                      start.y + 0.15 * Random(seed).vector(system.size())});
+    points.push_back(
+        {"random state " + std::to_string(seed), 0.37, start.y + 0.15 * Random(seed).vector(system.size())});
   return points;
 }
 
@@ -492,8 +491,7 @@ TEST_CASE("ODE: the adjoint is the transpose of the tangent", "[systems]") {
       VectorXd zero = VectorXd::Zero(n), mup(n), g_rho(np), integrand(np);
       s->adjoint_rhs(p.t, p.y.data(), zero.data(), mup.data());
       const VectorXd g_y = -mup;
-      CHECK_ROWS_CLOSE_ABOVE(MatrixXd(g_y.transpose()), difference_jacobian(cost, p.y), kDifference,
-                             VectorXd::Ones(1));
+      CHECK_ROWS_CLOSE_ABOVE(MatrixXd(g_y.transpose()), difference_jacobian(cost, p.y), kDifference, VectorXd::Ones(1));
       s->adjoint_integrand(p.t, p.y.data(), zero.data(), g_rho.data());
       const MatrixXd expected = parameter_differences(*s, [&] { return cost(p.y); });
       CHECK_ROWS_CLOSE_ABOVE(MatrixXd(g_rho.cwiseProduct(scales(*s)).transpose()), expected, kDifference,
@@ -541,8 +539,7 @@ TEST_CASE("ODE: costs along tangent columns", "[systems]") {
       size = w_rho.cwiseAbs() + in.cwiseAbs().transpose() * mu.cwiseAbs();
       CHECK_ROWS_CLOSE_ABOVE(out, expected, kSame, size.cwiseMax(1).eval());
       const auto cost = [&](const VectorXd& y) { return VectorXd::Constant(1, s->terminal_cost(p.t, y.data())); };
-      CHECK_ROWS_CLOSE_ABOVE(MatrixXd(mu.transpose()), difference_jacobian(cost, p.y), kDifference,
-                             VectorXd::Ones(1));
+      CHECK_ROWS_CLOSE_ABOVE(MatrixXd(mu.transpose()), difference_jacobian(cost, p.y), kDifference, VectorXd::Ones(1));
       CHECK_ROWS_CLOSE_ABOVE(MatrixXd(w_rho.cwiseProduct(scales(*s)).transpose()),
                              parameter_differences(*s, [&] { return cost(p.y); }), kDifference, VectorXd::Ones(1));
     }

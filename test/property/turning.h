@@ -1,11 +1,11 @@
 // Mechanisms that turn all the way round, so that no choice of independent coordinates serves for a whole run.
 #pragma once
 
-#include <cmath>
-
 #include <support/costs.h>
 #include <support/models.h>
 #include <support/sketch.h>
+
+#include <cmath>
 
 namespace costate::test {
 

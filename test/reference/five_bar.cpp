@@ -1,5 +1,5 @@
-// The five-bar against an independent program: float128 Gragg-Bulirsch-Stoer extrapolation on the index-1 equations, two
-// tolerances agreeing to 19 digits (forward duals for the derivatives, central differences beside them).
+// The five-bar against an independent program: float128 Gragg-Bulirsch-Stoer extrapolation on the index-1 equations,
+// two tolerances agreeing to 19 digits (forward duals for the derivatives, central differences beside them).
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -74,8 +74,10 @@ TEST_CASE("five-bar: exact-constraint formulations agree to 1e-8 at rtol 1e-11")
 }
 
 TEST_CASE("five-bar: all eight derivatives, adjoint and forward") {
-  for (const auto& [formulation, method] : {std::pair{"baumgarte", "cvodes-adjoint"}, {"baumgarte", "cvodes-forward"},
-                                            {"index1", "idas-adjoint"}, {"index2", "idas-adjoint"}}) {
+  for (const auto& [formulation, method] : {std::pair{"baumgarte", "cvodes-adjoint"},
+                                            {"baumgarte", "cvodes-forward"},
+                                            {"index1", "idas-adjoint"},
+                                            {"index2", "idas-adjoint"}}) {
     Problem p = five_bar({"L01", "L02", "k1", "k2", "m1", "m2", "m3", "m4"}, 1e-10);
     p.formulation = formulation;
     INFO(formulation << " x " << method);
@@ -122,13 +124,15 @@ TEST_CASE("slider-crank of SUNDIALS' forward-sensitivity example") {
   // float128 extrapolation, tolerances 1e-22 and 1e-26 agreeing to 21 digits.
   const Scene scene = Scene::load(COSTATE_MODELS_DIR "/slider_crank/slider_crank.toml");
   const std::vector<std::pair<std::string, double>> expected = {
-      {"k", 3.334481061284379075292e-01},   {"c", -3.637540339709497703941e-01}, {"J1", 1.101832736269883708545e+00},
-      {"m2", 1.697390594022689927965e-01},  {"J2", 1.910380374184388714143e-01}, {"l0", 7.347589449476958572598e-01},
+      {"k", 3.334481061284379075292e-01},  {"c", -3.637540339709497703941e-01}, {"J1", 1.101832736269883708545e+00},
+      {"m2", 1.697390594022689927965e-01}, {"J2", 1.910380374184388714143e-01}, {"l0", 7.347589449476958572598e-01},
       {"F", 1.713264856816265826912e+00}};
   std::vector<std::string> names;
   for (const auto& [name, value] : expected) names.push_back(name);
-  for (const auto& [formulation, method] : {std::pair{"index1", "idas-forward"}, {"index1", "idas-adjoint"},
-                                            {"baumgarte", "cvodes-adjoint"}, {"index2", "idas-adjoint"}}) {
+  for (const auto& [formulation, method] : {std::pair{"index1", "idas-forward"},
+                                            {"index1", "idas-adjoint"},
+                                            {"baumgarte", "cvodes-adjoint"},
+                                            {"index2", "idas-adjoint"}}) {
     Problem p;
     p.mechanism = scene.mechanism();
     p.objective = scene.objective();

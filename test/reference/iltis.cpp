@@ -1,17 +1,17 @@
 // The Bombardier Iltis against the public model's results: the IAVSD benchmark (Frik, Leister, Schwartz, Vehicle System
-// Dynamics 22 (1993) 215-253) as the Robotran model ovankerm/IAVSD_ILTIS (commit 18c4286) computes it. Tolerances: what is
-// printed for the equilibrium (half of the last digit); 1 % for frequencies and extremes, 3 % for damping, 5 ms for times,
-// which is what two programs with different integrators can be asked for. Angles of runs are those of the source, in the
-// order pitch, roll, yaw: tan(pitch) = A13 / A33, sin(roll) = -A23, tan(yaw) = A21 / A22.
+// Dynamics 22 (1993) 215-253) as the Robotran model ovankerm/IAVSD_ILTIS (commit 18c4286) computes it. Tolerances: what
+// is printed for the equilibrium (half of the last digit); 1 % for frequencies and extremes, 3 % for damping, 5 ms for
+// times, which is what two programs with different integrators can be asked for. Angles of runs are those of the
+// source, in the order pitch, roll, yaw: tan(pitch) = A13 / A33, sin(roll) = -A23, tan(yaw) = A21 / A22.
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "costate/analysis/modes.h"
 #include "costate/integrator/simulate.h"
 #include "costate/objective/output.h"
+#include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
-#include "costate/sensitivity/scene_problem.h"
 #include "support/paths.h"
 
 using namespace costate;
@@ -45,7 +45,8 @@ Run run(const std::string& name, double sample) {
   const Scene scene = iltis(name);
   Problem problem = make_problem(scene, {"kL1"});
   std::vector<double> times;
-  for (int i = 0; i * sample <= problem.solver.t_end + 1e-9; ++i) times.push_back(std::min(i * sample, problem.solver.t_end));
+  for (int i = 0; i * sample <= problem.solver.t_end + 1e-9; ++i)
+    times.push_back(std::min(i * sample, problem.solver.t_end));
   const Mechanism& m = *scene.mechanism();
   const auto load = make_output(m, "FL.normal_force");
   const int first = m.coordinate("chassis.x");
@@ -85,9 +86,10 @@ Approx within_1_percent(double x) { return Approx(x).epsilon(0.01); }
 }  // namespace
 
 TEST_CASE("Iltis: the forces in the nominal position, before it settles") {
-  // "leaf -2728.86, strut -128.03, tyres 3829.50 / 3593.52 N"; keeping the springs' free length changes nothing here, but
-  // it is another derivative: kL (L - L_free) instead of F_nominal + kL (L - L_nominal).
-  const std::string nominal = COSTATE_MODELS_DIR "/iltis/nominal.toml", switched = COSTATE_MODELS_DIR "/iltis/parts/free_length.toml";
+  // "leaf -2728.86, strut -128.03, tyres 3829.50 / 3593.52 N"; keeping the springs' free length changes nothing here,
+  // but it is another derivative: kL (L - L_free) instead of F_nominal + kL (L - L_nominal).
+  const std::string nominal = COSTATE_MODELS_DIR "/iltis/nominal.toml",
+                    switched = COSTATE_MODELS_DIR "/iltis/parts/free_length.toml";
   const Scene held = Scene::load(nominal);
   const Scene free = Scene::parse("include = [\"" + nominal + "\", \"" + switched + "\"]\n", "s.toml");
   for (const Scene* scene : {&held, &free}) {
@@ -122,9 +124,7 @@ TEST_CASE("Iltis: the static equilibrium to all printed digits") {
   s.q = start.q.data();
   s.v = rest.data();
   s.z = start.z.data();
-  const auto value = [&](const std::string& name) {
-    return make_output(*scene.mechanism(), name)->value(s, assembly);
-  };
+  const auto value = [&](const std::string& name) { return make_output(*scene.mechanism(), name)->value(s, assembly); };
   CHECK(std::abs(1000 * (value("chassis.z") - 0.57) + 7.083) <= 0.0005);
   CHECK(std::abs(kDegree * 2 * std::asin(value("chassis.e2")) - 0.1465) <= 0.00005);
   for (const char* side : {"L", "R"}) {
@@ -153,8 +153,8 @@ TEST_CASE("Iltis: the modes of the sheet in its variant") {
       real.push_back(mode.eigenvalue.real());
   std::sort(oscillating.begin(), oscillating.end());
   std::sort(real.begin(), real.end());
-  const std::vector<std::pair<double, double>> printed = {{1.284, 0.443}, {1.448, 0.376}, {1.473, 0.503}, {11.36, 0.349},
-                                                          {12.84, 0.345}, {13.00, 0.339}, {13.49, 0.327}};
+  const std::vector<std::pair<double, double>> printed = {
+      {1.284, 0.443}, {1.448, 0.376}, {1.473, 0.503}, {11.36, 0.349}, {12.84, 0.345}, {13.00, 0.339}, {13.49, 0.327}};
   REQUIRE(oscillating.size() == printed.size());
   for (std::size_t i = 0; i < printed.size(); ++i) {
     CHECK(oscillating[i].first == Approx(printed[i].first).epsilon(0.01));
@@ -202,8 +202,8 @@ TEST_CASE("Iltis: steering") {
         Printed{"steer_sine_2mm", 0.07928, 0.05922, -0.52346, 0.35940, 0.85589, 0.53945, -0.77419}}) {
     INFO(p.scene);
     const Run r = run(p.scene, 0.001);
-    // The source's yaw rate is the derivative of its yaw angle, not the angular velocity about the vertical, which differs by
-    // 0.1 %: it agrees within a unit of the last printed digit.
+    // The source's yaw rate is the derivative of its yaw angle, not the angular velocity about the vertical, which
+    // differs by 0.1 %: it agrees within a unit of the last printed digit.
     CHECK(std::abs((p.yaw < 0 ? r.yaw_rate.smallest() : r.yaw_rate.largest()).value - p.yaw) <= 1e-5);
     CHECK(std::abs(r.yaw_rate.end() - p.yaw_end) <= 1e-5);
     CHECK(r.roll.smallest().value == within_1_percent(p.roll));
@@ -223,8 +223,9 @@ TEST_CASE("Iltis: gradients across the kink of the ramp") {
   const auto rho = problem.parameters.values();
   const GradientResult oracle = gradient(problem, "differences", rho);
   for (const auto& [formulation, method] :
-       {std::pair("index1", "idas-adjoint"), std::pair("index1", "idas-forward"), std::pair("baumgarte", "cvodes-adjoint"),
-        std::pair("baumgarte", "cvodes-forward"), std::pair("penalty", "cvodes-adjoint")}) {
+       {std::pair("index1", "idas-adjoint"), std::pair("index1", "idas-forward"),
+        std::pair("baumgarte", "cvodes-adjoint"), std::pair("baumgarte", "cvodes-forward"),
+        std::pair("penalty", "cvodes-adjoint")}) {
     INFO(formulation << " " << method);
     problem.formulation = formulation;
     const GradientResult r = gradient(problem, method, rho);
@@ -256,8 +257,9 @@ TEST_CASE("Iltis: the ride's gradient on posts and bumps, the lane change's, aga
 }
 
 TEST_CASE("Iltis: hand-derived tangents from rest") {
-  // At first nothing moves: velocities, their tangents and the cost's integrand grow out of the motion's own errors, which no
-  // relative tolerance could follow. The tangents take a few steps for one of the motion, and agree with the adjoint.
+  // At first nothing moves: velocities, their tangents and the cost's integrand grow out of the motion's own errors,
+  // which no relative tolerance could follow. The tangents take a few steps for one of the motion, and agree with the
+  // adjoint.
   Problem problem = make_problem(iltis("in_phase_quarter_car"), {"kL1", "c1"});
   problem.solver.t_end = 0.5;
   problem.formulation = "baumgarte";

@@ -75,18 +75,18 @@ y_m = 0
 z_m = 0
 )" + hinge + "[start]\ngiven = [\"swing.angle\"]\n",
                                     "direct.toml");
-  const Scene linked =
-      Scene::parse(common + massless + hinge + "[fixed.weld]\npoints = [\"B\", \"C\"]\n[start]\ngiven = [\"swing.angle\"]\n",
-                   "linked.toml");
+  const Scene linked = Scene::parse(
+      common + massless + hinge + "[fixed.weld]\npoints = [\"B\", \"C\"]\n[start]\ngiven = [\"swing.angle\"]\n",
+      "linked.toml");
   const auto times = times_to(2, 5);
   const std::vector<std::string> names = {"bob.x", "bob.z", "swing.angle", "bob.omega_y"};
   const auto expected = run(direct, times, names);
-  for (const std::string formulation : {"index1", "baumgarte", "index2", "augmented-lagrangian", "maggi", "maggi-implicit"}) {
+  for (const std::string formulation :
+       {"index1", "baumgarte", "index2", "augmented-lagrangian", "maggi", "maggi-implicit"}) {
     INFO(formulation);
     const auto found = run(linked, times, names, formulation);
     for (std::size_t i = 0; i < times.size(); ++i)
-      for (std::size_t j = 0; j < names.size(); ++j)
-        CHECK(found[i][j] == Approx(expected[i][j]).margin(10 * kMotion));
+      for (std::size_t j = 0; j < names.size(); ++j) CHECK(found[i][j] == Approx(expected[i][j]).margin(10 * kMotion));
   }
 }
 

@@ -83,8 +83,7 @@ TEST_CASE("models: the functionals of every reference.json and their gradients")
   int count = 0;
   for (const auto& [folder, e] : entries("functionals")) {
     const std::string name = e.at("scene");
-    const Scene scene =
-        Scene::load((folder / name).string(), e.at("set").get<std::vector<std::string>>());
+    const Scene scene = Scene::load((folder / name).string(), e.at("set").get<std::vector<std::string>>());
     std::vector<std::string> parameters;
     for (const auto& [parameter, value] : e.at("gradient").items()) parameters.push_back(parameter);
     const Problem p = problem_of(scene, e, parameters, e.at("t_end_s"));

@@ -67,16 +67,15 @@ given = ["a"]
 TEST_CASE("a fixed joint: two welded bodies move as the one that they make, in either coordinates") {
   // Mass 3, centre (1/3, 0, 1/6); tensors about it by Steiner, the second one's turned into the first one's
   // frame.
-  const Eigen::Matrix3d turn =
-      Eigen::AngleAxisd(0.9, Eigen::Vector3d(1, 2, 0.5).normalized()).toRotationMatrix();
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.9, Eigen::Vector3d(1, 2, 0.5).normalized()).toRotationMatrix();
   const Eigen::Vector3d center = Eigen::Vector3d(1, 0, 0.5) / 3;
   const auto steiner = [](double m, const Eigen::Vector3d& d) -> Eigen::Matrix3d {
     return m * (d.squaredNorm() * Eigen::Matrix3d::Identity() - d * d.transpose());
   };
   const Eigen::Matrix3d Ja = Eigen::Vector3d(0.2, 0.3, 0.4).asDiagonal(),
                         Jb = Eigen::Vector3d(0.05, 0.1, 0.08).asDiagonal();
-  const Eigen::Matrix3d J = Ja + steiner(2, -center) + turn * Jb * turn.transpose() +
-                            steiner(1, Eigen::Vector3d(1, 0, 0.5) - center);
+  const Eigen::Matrix3d J =
+      Ja + steiner(2, -center) + turn * Jb * turn.transpose() + steiner(1, Eigen::Vector3d(1, 0, 0.5) - center);
   std::string one =
       "[rigid_body.a]\nx_m = 0\ny_m = 0\nz_m = 0\nvx_m_per_s = 0.3\nomega_x_rad_per_s = 1\n"
       "omega_y_rad_per_s = 2\nomega_z_rad_per_s = -1.5\nmass_kg = 3\n";
@@ -91,15 +90,13 @@ TEST_CASE("a fixed joint: two welded bodies move as the one that they make, in e
   add("center_z_m", center[2]);
   one += "[point.mark]\non = \"a\"\nx_m = 0.3\ny_m = -0.2\nz_m = 0.7\n[start]\ngiven = [\"a\"]\n";
   const auto times = times_to(3, 4);
-  const std::vector<std::string> names = {"mark.x",    "mark.y",    "mark.z",
-                                          "a.omega_x", "a.omega_y", "a.omega_z"};
+  const std::vector<std::string> names = {"mark.x", "mark.y", "mark.z", "a.omega_x", "a.omega_y", "a.omega_z"};
   const auto expected = run(Scene::parse(one, "s.toml"), times, names);
   for (const std::string kind : {"rigid_body", "natural_body"}) {
     CAPTURE(kind);
     const auto found = run(Scene::parse(welded(kind), "s.toml"), times, names);
     for (std::size_t i = 0; i < times.size(); ++i)
-      for (std::size_t k = 0; k < names.size(); ++k)
-        CHECK(found[i][k] == Approx(expected[i][k]).margin(10 * kMotion));
+      for (std::size_t k = 0; k < names.size(); ++k) CHECK(found[i][k] == Approx(expected[i][k]).margin(10 * kMotion));
   }
 }
 
@@ -116,20 +113,17 @@ TEST_CASE("bushings and axis springs: the same motion in either coordinates, and
                   std::vector<std::string>{"lid.x", "foot.y", "seat.z", "rubber.angle_x", "rubber.angle_z",
                                            "rubber.torque_y", "mount.force_z", "stand.angle_y"}),
         std::pair(std::string("axis_spring"),
-                  std::vector<std::string>{"hook.x", "ball.y", "seat.z", "rail.force", "rail.rate",
-                                           "leaf.force"})}) {
+                  std::vector<std::string>{"hook.x", "ball.y", "seat.z", "rail.force", "rail.rate", "leaf.force"})}) {
     CAPTURE(kind);
     const std::string mixed = find_scene_kind(kind)->example;
-    const auto expected =
-        run(Scene::parse(with(mixed, "[natural_body.", "[rigid_body."), "s.toml"), times, names);
+    const auto expected = run(Scene::parse(with(mixed, "[natural_body.", "[rigid_body."), "s.toml"), times, names);
     for (const std::string& text : {mixed, with(mixed, "[rigid_body.", "[natural_body.")}) {
       const auto found = run(Scene::parse(text, "s.toml"), times, names);
       for (std::size_t i = 0; i < times.size(); ++i)
         for (std::size_t k = 0; k < names.size(); ++k) {
           CAPTURE(names[k]);
           // Forces of up to 1e3 N/m times the error of the motion.
-          const bool force =
-              names[k].find("orce") != std::string::npos || names[k].find("torque") != std::string::npos;
+          const bool force = names[k].find("orce") != std::string::npos || names[k].find("torque") != std::string::npos;
           CHECK(found[i][k] == Approx(expected[i][k]).margin((force ? 1000 : 10) * kMotion));
         }
     }
@@ -197,8 +191,7 @@ void replace_all(std::string& s, const std::string& what, const std::string& by)
 
 }  // namespace
 
-TEST_CASE(
-    "the heavy top in natural coordinates has the motion and the gradient of that in Euler parameters") {
+TEST_CASE("the heavy top in natural coordinates has the motion and the gradient of that in Euler parameters") {
   const std::string euler = read_file(std::string(COSTATE_MODELS_DIR) + "/heavy_top/heavy_top.toml");
   std::string natural = euler;
   replace_all(natural, "rigid_body.top", "natural_body.top");
@@ -221,9 +214,8 @@ TEST_CASE(
   double size = 0;
   for (std::size_t j = 0; j < parameters.size(); ++j)
     size = std::max(size, std::abs(ga.gradient[j]) * pa.parameters.parameters[j].scale);
-  for (const auto& [formulation, method] :
-       {std::pair("baumgarte", "cvodes-adjoint"), std::pair("index2", "hand-adjoint"),
-        std::pair("maggi", "hand-adjoint")}) {
+  for (const auto& [formulation, method] : {std::pair("baumgarte", "cvodes-adjoint"),
+                                            std::pair("index2", "hand-adjoint"), std::pair("maggi", "hand-adjoint")}) {
     pb.formulation = formulation;
     const GradientResult gb = gradient(pb, method, pb.parameters.values());
     for (std::size_t j = 0; j < parameters.size(); ++j) {
@@ -281,8 +273,7 @@ given = ["ball"]
   std::vector<std::string> names;
   for (int k = 0; k < 9; ++k) names.push_back(fmt::format("ball.u{}{}", k / 3 + 1, "xyz"[k % 3]));
   const double t = 60;
-  const Eigen::Matrix3d expected =
-      Eigen::AngleAxisd(100 * t, Eigen::Vector3d(0.6, 0, 0.8)).toRotationMatrix();
+  const Eigen::Matrix3d expected = Eigen::AngleAxisd(100 * t, Eigen::Vector3d(0.6, 0, 0.8)).toRotationMatrix();
   std::vector<std::unique_ptr<Output>> outputs;
   for (const auto& name : names) outputs.push_back(make_output(*scene.mechanism(), name));
   Problem p = problem_of(scene, t);

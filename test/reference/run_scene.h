@@ -32,8 +32,7 @@ using Values = std::vector<double>;
 
 /// The outputs at each time.
 inline std::vector<Values> run(const Scene& scene, const std::vector<double>& times,
-                               const std::vector<std::string>& names,
-                               const std::string& formulation = "baumgarte") {
+                               const std::vector<std::string>& names, const std::string& formulation = "baumgarte") {
   std::vector<std::unique_ptr<Output>> outputs;
   for (const auto& name : names) outputs.push_back(make_output(*scene.mechanism(), name));
   std::vector<Values> result;

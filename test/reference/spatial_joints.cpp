@@ -46,8 +46,7 @@ axis_first = [1, 2, -2]
 angle = "crank"
 )";
 
-const std::string given_nothing = "[start]\ngiven = []\n",
-                  given_angle = "[start]\ngiven = [\"crank.angle\"]\n";
+const std::string given_nothing = "[start]\ngiven = []\n", given_angle = "[start]\ngiven = [\"crank.angle\"]\n";
 
 }  // namespace
 
@@ -61,12 +60,10 @@ TEST_CASE("joint coordinates: a driven hinge follows every kind of law, through 
     std::vector<double> times;
   };
   const auto all = times_to(2, 9);
-  const auto quintic = [](double s) {
-    return s <= 0 ? 0 : s >= 1 ? 1 : s * s * s * (10 - 15 * s + 6 * s * s);
-  };
+  const auto quintic = [](double s) { return s <= 0 ? 0 : s >= 1 ? 1 : s * s * s * (10 - 15 * s + 6 * s * s); };
   const std::vector<Case> cases = {
-      {R"({ kind = "polynomial", coefficients = [0.3, -9, 2] })",
-       [](double t) { return 0.3 - 9 * t + 2 * t * t; }, all},
+      {R"({ kind = "polynomial", coefficients = [0.3, -9, 2] })", [](double t) { return 0.3 - 9 * t + 2 * t * t; },
+       all},
       {R"({ kind = "sine", mean = 0.2, amplitude = 2, angular_frequency_rad_per_s = 5, phase_rad = 0.4 })",
        [](double t) { return 0.2 + 2 * sin(5 * t + 0.4); }, all},
       {R"({ kind = "smooth_step", from = 0.2, to = 1.4, before = 0, after = 15 })",
@@ -94,16 +91,14 @@ TEST_CASE("joint coordinates: a driven hinge follows every kind of law, through 
     INFO(c.law);
     // The motion is prescribed: only the constraint, damped by the formulation, is integrated.
     const Scene scene = Scene::parse(
-        crank + given_nothing + "[driver.motor]\ncoordinate = \"crank.angle\"\nlaw = " + c.law + "\n",
-        "s.toml");
+        crank + given_nothing + "[driver.motor]\ncoordinate = \"crank.angle\"\nlaw = " + c.law + "\n", "s.toml");
     const auto found = run(scene, c.times, {"crank.angle", "tip.x", "tip.y", "tip.z", "crank.omega_x"});
     for (std::size_t i = 0; i < c.times.size(); ++i) {
       const double t = c.times[i], angle = c.f(t), h = 1e-4;
       CAPTURE(t);
       CHECK(found[i][0] == Approx(angle).margin(kMotion * 10));
       const Eigen::Vector3d r = Eigen::AngleAxisd(angle, axis) * arm;  // Rodrigues
-      for (int k = 0; k < 3; ++k)
-        CHECK(found[i][static_cast<std::size_t>(1 + k)] == Approx(r[k]).margin(kMotion * 10));
+      for (int k = 0; k < 3; ++k) CHECK(found[i][static_cast<std::size_t>(1 + k)] == Approx(r[k]).margin(kMotion * 10));
       // The body's rate along its axis; central differences: h^2 f''' / 6 with f''' below 2e3.
       if (c.times.size() == all.size())
         CHECK(found[i][4] == Approx(axis[0] * (c.f(t + h) - c.f(t - h)) / (2 * h)).margin(1e-5));

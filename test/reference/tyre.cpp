@@ -88,14 +88,12 @@ TEST_CASE("tyre: a linear tyre with a relaxation length, driving and at rest") {
       // The 1e-8 of the angles, and as much for the run: 1e4 times rtol of the size of the motion.
       CHECK(v->value(x, system.assembly()) == Approx(v_t).epsilon(1e-12).margin(2e-8 * 1e-4));
       CHECK(alpha->value(x, system.assembly()) == Approx(z_t).epsilon(1e-12).margin(2e-8 * 1e-4));
-      CHECK(force->value(x, system.assembly()) ==
-            Approx(-5000 * z_t).epsilon(1e-12).margin(5000 * 2e-8 * 1e-4));
+      CHECK(force->value(x, system.assembly()) == Approx(-5000 * z_t).epsilon(1e-12).margin(5000 * 2e-8 * 1e-4));
     });
   }
 }
 
-TEST_CASE(
-    "tyre: a step of steer settles over the relaxation length of the load, and a standing start does not") {
+TEST_CASE("tyre: a step of steer settles over the relaxation length of the load, and a standing start does not") {
   // A carrier too heavy to be moved holds the wheel at a load and a slip: from z = 0, over the length
   // sigma_alpha of this load, z = tan(alpha) (1 - exp(-V t / sigma_alpha)). At rest, where only the slip
   // speed w = 0.1 m/s is left of V, sideways sliding builds up slip at v / sigma_alpha.
@@ -146,8 +144,7 @@ given = ["car"]
     p.solver.t_end = 0.2;
     const double sigma = 2.1 * 0.3 * std::sin(2 * std::atan(c.load / (1.9 * 4000))),
                  s = c.forward > 0 ? c.forward : 0.1;
-    const auto slip = make_output(*p.mechanism, "T.slip_angle"),
-               force = make_output(*p.mechanism, "T.lateral_force");
+    const auto slip = make_output(*p.mechanism, "T.slip_angle"), force = make_output(*p.mechanism, "T.lateral_force");
     simulate(p, p.parameters.values(), {0.01, 0.05, 0.2}, [&](const PhysicalState& x, System& system) {
       INFO("t = " << x.t);
       const double z = c.lateral / s * (1 - std::exp(-s * x.t / sigma));
@@ -180,9 +177,8 @@ TEST_CASE("tyre: the golden car's transfer functions on a swinging post") {
     const double omega = 6.283185307179586 * row.frequency, h = 0.01;
     const Scene read = Scene::load(
         COSTATE_MODELS_DIR "/golden_car/golden_car.toml",
-        {fmt::format(
-             "road.post.law={{ kind = 'sine', amplitude = {}, angular_frequency_rad_per_s = {:.17g} }}", h,
-             omega),
+        {fmt::format("road.post.law={{ kind = 'sine', amplitude = {}, angular_frequency_rad_per_s = {:.17g} }}", h,
+                     omega),
          "road.post.speed_m_per_s=1.0"});
     Problem p;
     p.mechanism = read.mechanism();
@@ -197,10 +193,8 @@ TEST_CASE("tyre: the golden car's transfer functions on a swinging post") {
       const std::complex<double> turn = h * std::polar(1.0, omega * x.t);
       // The rest of the transient, 6e-12 of 0.02 m, and the run's error, a thousand times its tolerance of
       // heights of 1 m.
-      CHECK(body->value(x, system.assembly()) - 1 ==
-            Approx((row.body * turn).imag()).epsilon(1e-12).margin(1e-8));
-      CHECK(axle->value(x, system.assembly()) - 0.3 ==
-            Approx((row.axle * turn).imag()).epsilon(1e-12).margin(1e-8));
+      CHECK(body->value(x, system.assembly()) - 1 == Approx((row.body * turn).imag()).epsilon(1e-12).margin(1e-8));
+      CHECK(axle->value(x, system.assembly()) - 0.3 == Approx((row.axle * turn).imag()).epsilon(1e-12).margin(1e-8));
     });
   }
 }

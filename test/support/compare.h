@@ -53,11 +53,11 @@ inline Eigen::MatrixXd dense(const SparsePattern& pattern, const double* values)
 }  // namespace costate::test
 
 /// Fails with the worst entry when a mismatch exceeds `tolerance`.
-#define CHECK_BELOW(mismatch, tolerance)              \
-  do {                                                \
+#define CHECK_BELOW(mismatch, tolerance)                  \
+  do {                                                    \
     const costate::test::Mismatch mismatch_ = (mismatch); \
-    INFO(mismatch_.text);                             \
-    CHECK(mismatch_.error <= (tolerance));            \
+    INFO(mismatch_.text);                                 \
+    CHECK(mismatch_.error <= (tolerance));                \
   } while (false)
 /// Two matrices differ by no more than `tolerance` of their rows (of `floor` where that is larger).
 #define CHECK_ROWS_CLOSE(a, b, tolerance) CHECK_BELOW(costate::test::mismatch_by_rows((a), (b)), tolerance)

@@ -7,8 +7,8 @@
 
 namespace costate::test {
 
-/// d f(x + s e) / ds at s = 0 along a direction e, from three central differences at h, h/2, h/4. The truncation error is
-/// of order h^6; rounding is about 10 eps |f| / h (with h = 1e-3: 2e-12 of the largest term in f).
+/// d f(x + s e) / ds at s = 0 along a direction e, from three central differences at h, h/2, h/4. The truncation error
+/// is of order h^6; rounding is about 10 eps |f| / h (with h = 1e-3: 2e-12 of the largest term in f).
 template <class Function>
 auto directional_difference(Function&& f, double h) {
   using Value = std::decay_t<decltype(f(h))>;  // a number or a vector

@@ -10,8 +10,8 @@
 
 namespace costate::test {
 
-/// Why a text is no well-formed XML, or empty: tags balance, attributes are quoted and unique in an element, & begins an
-/// entity that XML knows. (No comments, CDATA or processing instructions: ours have none.)
+/// Why a text is no well-formed XML, or empty: tags balance, attributes are quoted and unique in an element, & begins
+/// an entity that XML knows. (No comments, CDATA or processing instructions: ours have none.)
 inline std::string xml_fault(const std::string& text) {
   std::vector<std::string> open;
   std::size_t at = 0;
@@ -27,7 +27,8 @@ inline std::string xml_fault(const std::string& text) {
   while (at < text.size()) {
     if (text[at] == '&' && !entity_ends(at)) return "unknown entity" + near();
     if (text[at] != '<') {
-      if (open.empty() && std::isspace(static_cast<unsigned char>(text[at])) == 0) return "text outside the root" + near();
+      if (open.empty() && std::isspace(static_cast<unsigned char>(text[at])) == 0)
+        return "text outside the root" + near();
       ++at;
       continue;
     }
@@ -35,7 +36,9 @@ inline std::string xml_fault(const std::string& text) {
     std::size_t i = at + (closing ? 2 : 1);
     const auto word = [&] {
       const std::size_t begin = i;
-      while (i < text.size() && (std::isalnum(static_cast<unsigned char>(text[i])) != 0 || text[i] == '-' || text[i] == ':')) ++i;
+      while (i < text.size() &&
+             (std::isalnum(static_cast<unsigned char>(text[i])) != 0 || text[i] == '-' || text[i] == ':'))
+        ++i;
       return text.substr(begin, i - begin);
     };
     const std::string tag = word();
@@ -83,7 +86,8 @@ inline std::vector<std::string> all_between(const std::string& text, const std::
   return found;
 }
 
-/// A curve of one of our plots in the plot's own units, read back from the picture alone: its ticks say what a pixel is.
+/// A curve of one of our plots in the plot's own units, read back from the picture alone: its ticks say what a pixel
+/// is.
 struct ReadCurve {
   std::vector<double> x, y;
 };
@@ -113,7 +117,8 @@ inline ReadPlot read_plot(const std::string& svg, bool logarithmic = false) {
     const double value = std::strtod(label.c_str(), &rest);
     if (label.empty() || *rest != 0) continue;
     const std::string anchor = all_between(text, "text-anchor=\"", "\"").at(0);
-    const double px = std::stod(all_between(text, "x=\"", "\"").at(0)), py = std::stod(all_between(text, "y=\"", "\"").at(0));
+    const double px = std::stod(all_between(text, "x=\"", "\"").at(0)),
+                 py = std::stod(all_between(text, "y=\"", "\"").at(0));
     if (anchor == "middle") x.add(px, value);
     if (anchor == "end") y.add(py - 4, logarithmic ? std::log10(value) : value);
   }

@@ -1,9 +1,8 @@
+#include <support/costs.h>
 #include <support/models.h>
+#include <support/sketch.h>
 
 #include <cmath>
-
-#include <support/costs.h>
-#include <support/sketch.h>
 
 namespace costate::test {
 
@@ -58,8 +57,7 @@ TestModel five_bar(FiveBarGeometry geometry) {
     s.parameter("k" + k, "spring.S" + k + ".stiffness");
   }
   const char* const bars[4] = {"A1", "B12", "B23", "B3B"};
-  for (int i = 0; i < 4; ++i)
-    s.parameter("m" + std::to_string(i + 1), std::string("bar.") + bars[i] + ".mass_kg");
+  for (int i = 0; i < 4; ++i) s.parameter("m" + std::to_string(i + 1), std::string("bar.") + bars[i] + ".mass_kg");
   s.parameter("A1_length", "bar.A1.length_m");
   s.give({"P2.x", "P2.y"});
   s.numbers("cost", {{"weight", 1}, {"x", 0.5}, {"y", hanging ? -2 : 2}});
@@ -223,20 +221,25 @@ TestModel kitchen_sink(bool accelerations) {
   s.maxwell("relaxation", "M", "crank_eye", 30, 1.2, 6, 0.05);
   s.lag_actuator("actuator", "flag_tip", "b1", 0.15, 1.5, sine(2, 3, 4, 0.2));
   s.torsion("twist", {"flag_angle", "plate.angle"},
-            {.stiffness = 3,
-             .natural = -0.5,
-             .damping = 0.4,
-             .spring = polynomial({0, 0, 0.5, 0.8}),
-             .damper = {}});
+            {.stiffness = 3, .natural = -0.5, .damping = 0.4, .spring = polynomial({0, 0, 0.5, 0.8}), .damper = {}});
   s.torsion_maxwell("twist_relaxation", {"plate.angle"}, 4, 0.1, 2, 0.02);
   s.torsion_maxwell("relative_relaxation", {"block.angle", "flag_angle"}, 2, 0.5, 1.5, -0.1);
   s.point_force("wind", "hole", sine(0.5, 1.5, 5, 0.3), smooth_step(0.2, 0.8, 0.0, -3));
   s.couple("drive", {"flag_angle", "plate.angle"}, polynomial({0.2, 0.5, -0.3}));
   s.give({"R.y", "M.x", "F.x", "block.y"});
 
-  s.numbers("cost", {{"run", 0.7}, {"run_target", 0.9}, {"end", 0.4}, {"end_target", 1.3},
-                     {"track", 0.5}, {"track0", 0.6}, {"track1", 0.8}, {"track2", 0.7},
-                     {"force", 0.003}, {"energy", 0.02}, {"reaction", 0.002}, {"difference", 0.6}});
+  s.numbers("cost", {{"run", 0.7},
+                     {"run_target", 0.9},
+                     {"end", 0.4},
+                     {"end_target", 1.3},
+                     {"track", 0.5},
+                     {"track0", 0.6},
+                     {"track1", 0.8},
+                     {"track2", 0.7},
+                     {"force", 0.003},
+                     {"energy", 0.02},
+                     {"reaction", 0.002},
+                     {"difference", 0.6}});
 
   // Masses: one alone, two tied by a ratio, inertia and centre of the off-centre body, of the general bar.
   s.parameter("bob_mass", "mass.M.mass_kg");
@@ -287,18 +290,15 @@ TestModel kitchen_sink(bool accelerations) {
   const Mechanism& mech = *m.mechanism;
   const double a = accelerations ? 0.05 : 0, l = accelerations ? 0.02 : 0;
   m.objective.running = {
-      std::make_shared<EverythingCost>(mech, "cost.run", "cost.run_target",
-                                       EverythingCost::Factors{1, 0.3, a, l, 2}),
+      std::make_shared<EverythingCost>(mech, "cost.run", "cost.run_target", EverythingCost::Factors{1, 0.3, a, l, 2}),
       output_term(mech, "hole.x", 2, "cost.track", std::make_shared<TableLaw>(std::vector<double>{0, 0.4, 1.1}),
                   {"cost.track0", "cost.track1", "cost.track2"}),
-      output_term(mech, "S1.force", 2, "cost.force"),
-      output_term(mech, "energy.kinetic", 1, "cost.energy"),
+      output_term(mech, "S1.force", 2, "cost.force"), output_term(mech, "energy.kinetic", 1, "cost.energy"),
       output_difference(mech, "eye.y", "boom_eye.x_dot", "cost.difference")};
-  m.objective.terminal = {
-      std::make_shared<EverythingCost>(mech, "cost.end", "cost.end_target",
-                                       EverythingCost::Factors{0.5, 0.4, 0.6 * a, 1.5 * l, 1}),
-      output_term(mech, "relaxation.force", 2, "cost.force"),
-      output_difference(mech, "flag_tip.x", "corner.y_dot", "cost.difference")};
+  m.objective.terminal = {std::make_shared<EverythingCost>(mech, "cost.end", "cost.end_target",
+                                                           EverythingCost::Factors{0.5, 0.4, 0.6 * a, 1.5 * l, 1}),
+                          output_term(mech, "relaxation.force", 2, "cost.force"),
+                          output_difference(mech, "flag_tip.x", "corner.y_dot", "cost.difference")};
   if (accelerations) {
     m.objective.running.push_back(output_term(mech, "hinge.reaction_x", 2, "cost.reaction"));
     m.objective.running.push_back(output_term(mech, "horn.y_ddot", 2, "cost.reaction"));

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "costate/sensitivity/problem.h"
+#include "costate/problem/problem.h"
 
 namespace costate::test {
 
@@ -16,8 +16,7 @@ struct TestModel {
   double t_end = 1;  // s
 
   /// With the parameters named, or the mechanism's default ones.
-  Problem problem(const std::string& formulation, double rtol,
-                  const std::vector<std::string>& parameters = {}) const;
+  Problem problem(const std::string& formulation, double rtol, const std::vector<std::string>& parameters = {}) const;
   ParameterSelection all_parameters() const;
 };
 
@@ -46,8 +45,8 @@ TestModel four_bars(int windows, double t_end);
 TestModel free_flight();
 
 /// Every kind of body, joint, driver and force at once, with 4 degrees of freedom, 4 force states,
-/// time-dependent constraints and 39 parameters of every kind. The cost holds q, v, a, lambda, z, t and parameters in its running and
-/// its terminal part.
+/// time-dependent constraints and 39 parameters of every kind. The cost holds q, v, a, lambda, z, t and parameters in
+/// its running and its terminal part.
 TestModel kitchen_sink();
 /// The same mechanism with a cost of positions, velocities and force states only.
 TestModel kitchen_sink_without_accelerations();

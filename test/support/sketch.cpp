@@ -38,8 +38,7 @@ Law polynomial(const std::vector<double>& coefficients) {
   return {std::make_shared<PolynomialLaw>(static_cast<int>(coefficients.size())), keys};
 }
 Law sine(double mean, double amplitude, double omega, double phase) {
-  return {std::make_shared<SineLaw>(),
-          {{"mean", mean}, {"amplitude", amplitude}, {"omega", omega}, {"phase", phase}}};
+  return {std::make_shared<SineLaw>(), {{"mean", mean}, {"amplitude", amplitude}, {"omega", omega}, {"phase", phase}}};
 }
 Law smooth_step(double x0, double x1, double y0, double y1) {
   return {std::make_shared<SmoothStepLaw>(), {{"x0", x0}, {"x1", x1}, {"y0", y0}, {"y1", y1}}};
@@ -115,9 +114,9 @@ void Sketch::add_bar(const std::string& name, const std::string& from, const std
   const int length_number = builder.add_number("bar." + name + ".length_m", length, NumberRule::positive);
   const bool general = n.size() > 1;
   if (general) n.insert(n.begin() + 1, length_number);
-  builder.add(std::make_unique<PlanarBar>(
-      name, general ? PlanarBar::Distribution::general : PlanarBar::Distribution::uniform, ends, n,
-      builder.gravity_numbers()));
+  builder.add(std::make_unique<PlanarBar>(name,
+                                          general ? PlanarBar::Distribution::general : PlanarBar::Distribution::uniform,
+                                          ends, n, builder.gravity_numbers()));
   builder.add(std::make_unique<DistanceConstraint>("bar", name, ends, length_number));
   AttachmentFrame frame;
   frame.ends = {ends.from(), ends.to()};
@@ -192,16 +191,14 @@ void Sketch::driver(const std::string& name, const std::vector<std::pair<std::st
                                                  numbers("driver." + name, law.keys)));
 }
 
-void Sketch::distance_driver(const std::string& name, const std::string& from, const std::string& to,
-                             const Law& law) {
+void Sketch::distance_driver(const std::string& name, const std::string& from, const std::string& to, const Law& law) {
   builder.add(std::make_unique<DistanceDriver<PlanarVector>>("driver", name, line(from, to), law.law,
-                                               numbers("driver." + name, law.keys)));
+                                                             numbers("driver." + name, law.keys)));
 }
 
 void Sketch::spring(const std::string& name, const std::string& from, const std::string& to, const Spring& s) {
-  builder.add(std::make_unique<AxialForce<SpringDamperLaw>>(
-      "spring", name, SpringDamperLaw{s.spring.law, s.damper.law}, numbers("spring." + name, spring_keys(s)),
-      line(from, to)));
+  builder.add(std::make_unique<AxialForce<SpringDamperLaw>>("spring", name, SpringDamperLaw{s.spring.law, s.damper.law},
+                                                            numbers("spring." + name, spring_keys(s)), line(from, to)));
 }
 
 void Sketch::maxwell(const std::string& name, const std::string& from, const std::string& to, double stiffness,
@@ -217,8 +214,8 @@ void Sketch::lag_actuator(const std::string& name, const std::string& from, cons
                           double state, const Law& command) {
   Keys keys = {{"tau", tau}, {"state", state}};
   append(keys, prefixed("command", command.keys));
-  builder.add(std::make_unique<AxialForce<LagActuatorLaw>>(
-      "actuator", name, LagActuatorLaw{command.law}, numbers("actuator." + name, keys), line(from, to)));
+  builder.add(std::make_unique<AxialForce<LagActuatorLaw>>("actuator", name, LagActuatorLaw{command.law},
+                                                           numbers("actuator." + name, keys), line(from, to)));
 }
 
 void Sketch::torsion(const std::string& name, const std::vector<std::string>& angles, const Spring& s) {
@@ -243,8 +240,8 @@ void Sketch::point_force(const std::string& name, const std::string& point, cons
 }
 
 void Sketch::couple(const std::string& name, const std::vector<std::string>& angles, const Law& torque) {
-  builder.add(std::make_unique<Couple>(name, coordinates_of(angles), torque.law,
-                                       numbers("couple." + name, torque.keys)));
+  builder.add(
+      std::make_unique<Couple>(name, coordinates_of(angles), torque.law, numbers("couple." + name, torque.keys)));
 }
 
 }  // namespace costate::test

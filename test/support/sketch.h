@@ -63,8 +63,8 @@ struct Sketch {
   void spring(const std::string& name, const std::string& from, const std::string& to, const Spring& s);
   void maxwell(const std::string& name, const std::string& from, const std::string& to, double stiffness,
                double natural, double damping, double state);
-  void lag_actuator(const std::string& name, const std::string& from, const std::string& to, double tau,
-                    double state, const Law& command);
+  void lag_actuator(const std::string& name, const std::string& from, const std::string& to, double tau, double state,
+                    const Law& command);
   /// Between two angle coordinates, or one and the ground.
   void torsion(const std::string& name, const std::vector<std::string>& angles, const Spring& s);
   void torsion_maxwell(const std::string& name, const std::vector<std::string>& angles, double stiffness,

@@ -1,8 +1,8 @@
 // Exceptions in callbacks of C libraries: kept, and thrown again with their own type.
+#include "costate/sundials/callback_guard.h"
+
 #include <catch2/catch.hpp>
 #include <stdexcept>
-
-#include "costate/sundials/callback_guard.h"
 
 using costate::CallbackGuard;
 

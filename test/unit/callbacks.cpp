@@ -5,8 +5,8 @@
 #include <new>
 
 #include "costate/element/force/force_law.h"
-#include "costate/element/kind/bar.h"
-#include "costate/element/kind/point.h"
+#include "costate/kind/body/bar.h"
+#include "costate/kind/body/point.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
 
@@ -129,7 +129,8 @@ TEST_CASE("DAE callbacks allocate nothing after set-up") {
     p.formulation = f.name;
     const auto system = p.make_dae();
     const auto n = static_cast<std::size_t>(system->size());
-    std::vector<double> y(n), yp(n), r(n), x(n, 0.1), g(3), values(static_cast<std::size_t>(system->jacobian_pattern().entries()));
+    std::vector<double> y(n), yp(n), r(n), x(n, 0.1), g(3),
+        values(static_cast<std::size_t>(system->jacobian_pattern().entries()));
     Eigen::MatrixXd y_rho, yp_rho, columns(system->size(), 3);
     system->start(0, y.data(), yp.data(), &y_rho, &yp_rho);
     INFO(f.name);

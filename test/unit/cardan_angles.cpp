@@ -1,9 +1,10 @@
-// Roll, pitch and yaw from a rotation matrix: their definition turned round, with derivatives, in every quadrant; and as
-// outputs of both kinds of bodies.
+// Roll, pitch and yaw from a rotation matrix: their definition turned round, with derivatives, in every quadrant; and
+// as outputs of both kinds of bodies.
 #include "costate/element/body/cardan_angles.h"
 
-#include <catch2/catch.hpp>
 #include <fmt/format.h>
+
+#include <catch2/catch.hpp>
 
 #include "costate/analysis/start.h"
 #include "costate/objective/output.h"
@@ -26,7 +27,8 @@ TEST_CASE("cardan angles: A_z(yaw) A_y(pitch) A_x(roll) gives them back, with un
           const S found = cardan_angle(static_cast<CardanAngle>(i), A11, A21, A31, A32, A33);
           // cos(1.5) = 0.07 divides the entries' roundings.
           CHECK(found.v == Approx(expected[i]).margin(1e-14));
-          for (int j = 0; j < 3; ++j) CHECK(found.d[static_cast<std::size_t>(j)] == Approx(i == j ? 1 : 0).margin(1e-12));
+          for (int j = 0; j < 3; ++j)
+            CHECK(found.d[static_cast<std::size_t>(j)] == Approx(i == j ? 1 : 0).margin(1e-12));
         }
       }
   CHECK(cardan_angle(CardanAngle::pitch, 0.0, 0.0, -1.0, 0.0, 0.0) == Approx(std::acos(-1.0) / 2));

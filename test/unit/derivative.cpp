@@ -27,17 +27,24 @@ std::vector<Elementary> elementary_functions() {
     r.push_back({std::move(name), x, f, f, f, f0, f1, f2, f3});
   };
   const double x = 0.7, e = std::exp(x), t = std::tanh(x), a = 1 / (1 + x * x);
-  add("sqrt", x, [](const auto& y) { return sqrt(y); }, std::sqrt(x), 0.5 * std::pow(x, -0.5),
+  add(
+      "sqrt", x, [](const auto& y) { return sqrt(y); }, std::sqrt(x), 0.5 * std::pow(x, -0.5),
       -0.25 * std::pow(x, -1.5), 0.375 * std::pow(x, -2.5));
-  add("sin", x, [](const auto& y) { return sin(y); }, std::sin(x), std::cos(x), -std::sin(x), -std::cos(x));
-  add("cos", x, [](const auto& y) { return cos(y); }, std::cos(x), -std::sin(x), -std::cos(x), std::sin(x));
-  add("exp", x, [](const auto& y) { return exp(y); }, e, e, e, e);
-  add("log", x, [](const auto& y) { return log(y); }, std::log(x), 1 / x, -1 / (x * x), 2 / (x * x * x));
-  add("tanh", x, [](const auto& y) { return tanh(y); }, t, 1 - t * t, -2 * t * (1 - t * t),
+  add(
+      "sin", x, [](const auto& y) { return sin(y); }, std::sin(x), std::cos(x), -std::sin(x), -std::cos(x));
+  add(
+      "cos", x, [](const auto& y) { return cos(y); }, std::cos(x), -std::sin(x), -std::cos(x), std::sin(x));
+  add(
+      "exp", x, [](const auto& y) { return exp(y); }, e, e, e, e);
+  add(
+      "log", x, [](const auto& y) { return log(y); }, std::log(x), 1 / x, -1 / (x * x), 2 / (x * x * x));
+  add(
+      "tanh", x, [](const auto& y) { return tanh(y); }, t, 1 - t * t, -2 * t * (1 - t * t),
       (1 - t * t) * (6 * t * t - 2));
-  add("atan", x, [](const auto& y) { return atan(y); }, std::atan(x), a, -2 * x * a * a,
-      a * a * a * (6 * x * x - 2));
-  add("pow 2.5", x, [](const auto& y) { return pow(y, 2.5); }, std::pow(x, 2.5), 2.5 * std::pow(x, 1.5),
+  add(
+      "atan", x, [](const auto& y) { return atan(y); }, std::atan(x), a, -2 * x * a * a, a * a * a * (6 * x * x - 2));
+  add(
+      "pow 2.5", x, [](const auto& y) { return pow(y, 2.5); }, std::pow(x, 2.5), 2.5 * std::pow(x, 1.5),
       3.75 * std::pow(x, 0.5), 1.875 * std::pow(x, -0.5));
   return r;
 }

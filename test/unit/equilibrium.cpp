@@ -179,8 +179,7 @@ equilibrium = true
 
 struct Case {
   Case(const std::string& text, const std::vector<std::string>& parameters)
-      : scene(Scene::parse(text, "s.toml")),
-        assembly(scene.mechanism(), scene.mechanism()->select(parameters)) {}
+      : scene(Scene::parse(text, "s.toml")), assembly(scene.mechanism(), scene.mechanism()->select(parameters)) {}
   Scene scene;
   Assembly assembly;
 
@@ -210,8 +209,7 @@ struct Case {
 
 /// All of q, z, lambda and the forces on held positions by differences; h is the step relative to the
 /// parameter.
-void check_derivatives(const std::string& text, const std::vector<std::string>& parameters,
-                       double tolerance) {
+void check_derivatives(const std::string& text, const std::vector<std::string>& parameters, double tolerance) {
   Case c(text, parameters);
   const Equilibrium e = c.solve(true);
   const VectorXd rho = Eigen::Map<const VectorXd>(c.assembly.rho().data(), c.assembly.np());
@@ -288,8 +286,7 @@ TEST_CASE("equilibrium: a plate on four springs balances forces and moments", "[
   const Vector3d anchors[4] = {{0.5, 0.3, 0}, {0.5, -0.3, 0}, {-0.5, 0.3, 0}, {-0.5, -0.3, 0.1}};
   const Vector3d corners[4] = {{0.5, 0.3, 0}, {0.5, -0.3, 0}, {-0.5, 0.3, 0}, {-0.5, -0.3, 0}};
   const Vector3d r(c.of(e, "plate.x"), c.of(e, "plate.y"), c.of(e, "plate.z"));
-  const Eigen::Quaterniond turn(c.of(e, "plate.e0"), c.of(e, "plate.e1"), c.of(e, "plate.e2"),
-                                c.of(e, "plate.e3"));
+  const Eigen::Quaterniond turn(c.of(e, "plate.e0"), c.of(e, "plate.e1"), c.of(e, "plate.e2"), c.of(e, "plate.e3"));
   CHECK(turn.norm() == Approx(1).epsilon(kRounding));
   const Vector3d weight(0, 0, -12 * 9.81), centre = turn * Vector3d(0.06, 0.03, -0.1);
   Vector3d force = weight, moment = centre.cross(weight);
@@ -310,10 +307,8 @@ TEST_CASE("equilibrium: a plate on four springs balances forces and moments", "[
 
 TEST_CASE("equilibrium: derivatives of everything equal differences", "[equilibrium]") {
   // Differences of order h^6 at h = 1e-2: 1e-9 with factors of smooth functions, and 10 eps/h of rounding.
-  check_derivatives(hanging_mass, {"spring.S.stiffness_N_per_m", "mass.bob.mass_kg", "gravity.y_m_per_s2"},
-                    1e-8);
-  check_derivatives(sprung_arm,
-                    {"torsion_spring.hinge.stiffness_N_m_per_rad", "bar.arm.mass_kg", "bar.arm.length_m"},
+  check_derivatives(hanging_mass, {"spring.S.stiffness_N_per_m", "mass.bob.mass_kg", "gravity.y_m_per_s2"}, 1e-8);
+  check_derivatives(sprung_arm, {"torsion_spring.hinge.stiffness_N_m_per_rad", "bar.arm.mass_kg", "bar.arm.length_m"},
                     1e-8);
   check_derivatives(hanging_plate,
                     {"spring.S0.stiffness_N_per_m", "rigid_body.plate.mass_kg", "point.B1.x_m",
@@ -325,8 +320,7 @@ TEST_CASE("equilibrium: derivatives of everything equal differences", "[equilibr
 }
 
 TEST_CASE("equilibrium: held positions carry what they must", "[equilibrium]") {
-  const std::string text =
-      replaced(hanging_mass, "equilibrium = true", "equilibrium = true\ngiven = [\"P.x\"]");
+  const std::string text = replaced(hanging_mass, "equilibrium = true", "equilibrium = true\ngiven = [\"P.x\"]");
   Case c(text, {"point.P.x_m", "spring.S.stiffness_N_per_m"});
   const Equilibrium e = c.solve(true);
   const double x = 0.3, y = c.of(e, "P.y"), length = std::hypot(x, y);
@@ -336,8 +330,7 @@ TEST_CASE("equilibrium: held positions carry what they must", "[equilibrium]") {
   CHECK(e.held[0] == Approx(-120 * (length - 0.9) * x / length).epsilon(kRounding));
   check_derivatives(text, {"point.P.x_m", "spring.S.stiffness_N_per_m"}, 1e-8);
   // With all positions given there is nothing to balance, and the start is the plain one.
-  Case all(replaced(hanging_mass, "equilibrium = true", "equilibrium = true\ngiven = [\"P.x\", \"P.y\"]"),
-           {});
+  Case all(replaced(hanging_mass, "equilibrium = true", "equilibrium = true\ngiven = [\"P.x\", \"P.y\"]"), {});
   CHECK(all.solve().q == VectorXd(Eigen::Vector2d(0.3, 0.4)));
 }
 
@@ -387,15 +380,13 @@ TEST_CASE("equilibrium: velocities are given as before", "[equilibrium]") {
                   "[driver.shake]\ncoordinate = \"P.x\"\n"
                   "law = { kind = \"sine\", amplitude = 0.1, angular_frequency_rad_per_s = 3 }\n",
               {});
-  CHECK_THAT(driven.complaint(),
-             Contains("Too few given velocities") && Contains("starts at rest by itself"));
+  CHECK_THAT(driven.complaint(), Contains("Too few given velocities") && Contains("starts at rest by itself"));
 }
 
 TEST_CASE("equilibrium: the stable one, unless the guess is exactly one that is not", "[equilibrium]") {
   // An arm that stands: exactly upright it stays, a little aside it falls to the other side of its spring.
-  const std::string soft =
-      replaced(replaced(sprung_arm, "stiffness_N_m_per_rad = 20", "stiffness_N_m_per_rad = 2"),
-               "natural_angle_rad = 0.5", "natural_angle_rad = 1.5707963267948966");
+  const std::string soft = replaced(replaced(sprung_arm, "stiffness_N_m_per_rad = 20", "stiffness_N_m_per_rad = 2"),
+                                    "natural_angle_rad = 0.5", "natural_angle_rad = 1.5707963267948966");
   const auto from = [&](double angle) {
     std::string text = replaced(soft, "x_m = 0.6", fmt::format("x_m = {:.17g}", std::cos(angle)));
     text = replaced(text, "y_m = 0.8", fmt::format("y_m = {:.17g}", std::sin(angle)));
@@ -415,11 +406,10 @@ TEST_CASE("equilibrium: the stable one, unless the guess is exactly one that is 
 TEST_CASE("equilibrium: what nothing holds is named", "[equilibrium]") {
   {
     // The arm turns freely when there is neither spring nor weight.
-    Case c(replaced(replaced(sprung_arm, "y_m_per_s2 = -9.81", "y_m_per_s2 = 0"),
-                    "stiffness_N_m_per_rad = 20", "stiffness_N_m_per_rad = 0"),
+    Case c(replaced(replaced(sprung_arm, "y_m_per_s2 = -9.81", "y_m_per_s2 = 0"), "stiffness_N_m_per_rad = 20",
+                    "stiffness_N_m_per_rad = 0"),
            {});
-    CHECK_THAT(c.complaint(),
-               Contains("s.toml:") && Contains("nothing holds crank.angle") && Contains("[start]"));
+    CHECK_THAT(c.complaint(), Contains("s.toml:") && Contains("nothing holds crank.angle") && Contains("[start]"));
   }
   {
     // A mass beside the springs falls, another one floats sideways.

@@ -1,7 +1,7 @@
 // Messages: where a mistake is, and what was probably meant.
-#include <catch2/catch.hpp>
-
 #include "costate/base/error.h"
+
+#include <catch2/catch.hpp>
 
 using namespace costate;
 
@@ -12,7 +12,7 @@ TEST_CASE("errors: near names", "[error]") {
   CHECK(nearest_name("L03", names) == "L01");  // the first of equals
   CHECK(nearest_name("completely_different_name", names).empty());
   CHECK(nearest_name("L01", {}).empty());
-  CHECK(nearest_name("Q", {"A"}).empty());   // no letter in common
+  CHECK(nearest_name("Q", {"A"}).empty());  // no letter in common
   CHECK(nearest_name("", {"ab"}).empty());
   CHECK(nearest_name("QA", {"A"}) == "A");
 }

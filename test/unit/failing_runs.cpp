@@ -1,13 +1,13 @@
 // Runs that fail: exceptions from elements arrive with their type through both integrators, forward and backward; a
 // failing integration says when, at which step, and which unknowns were the worst.
-#include <catch2/catch.hpp>
-#include <cmath>
-#include <stdexcept>
-
 #include <support/costs.h>
 #include <support/models.h>
 #include <support/sketch.h>
 #include <support/variants.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <stdexcept>
 
 #include "costate/base/error.h"
 #include "costate/integrator/simulate.h"
@@ -132,9 +132,8 @@ TEST_CASE("failing runs: too many steps", "[failing]") {
       p.solver.integrator = integrator;
       p.solver.max_steps = 20;
       CHECK_THROWS_AS(simulate(p, p.parameters.values()), SolverError);
-      CHECK_THROWS_WITH(simulate(p, p.parameters.values()),
-                        Contains("at t = ") && Contains("after 20 steps") && Contains("step size") &&
-                            Contains("TOO_MUCH_WORK"));
+      CHECK_THROWS_WITH(simulate(p, p.parameters.values()), Contains("at t = ") && Contains("after 20 steps") &&
+                                                                Contains("step size") && Contains("TOO_MUCH_WORK"));
     }
 }
 

@@ -1,11 +1,11 @@
 // The sparse direct solver: solves, re-use of pivots, and what it does when they no longer serve.
-#include <Eigen/Dense>
-#include <catch2/catch.hpp>
+#include "costate/linear/klu_solver.h"
 
 #include <support/compare.h>
 #include <support/random.h>
 
-#include "costate/linear/klu_solver.h"
+#include <Eigen/Dense>
+#include <catch2/catch.hpp>
 
 using namespace costate;
 using namespace costate::test;

@@ -8,8 +8,8 @@
 #include <cstdio>
 #include <fstream>
 
-#include "costate/element/kind/magic_formula.h"
-#include "costate/element/kind/tir_file.h"
+#include "costate/kind/tyre/magic_formula.h"
+#include "costate/kind/tyre/tir_file.h"
 #include "costate/scene/scene.h"
 #include "support/paths.h"
 
@@ -24,8 +24,7 @@ struct Point {
   double kappa, alpha, load, pressure, camber, Fx, Fy, Mx, My, Mz;
 };
 
-TyreOutput<double> evaluate(const MagicFormula& model, MagicFormulaOptions o, const Point& x,
-                            double speed = 10) {
+TyreOutput<double> evaluate(const MagicFormula& model, MagicFormulaOptions o, const Point& x, double speed = 10) {
   o.coefficients["INFLPRES"] = x.pressure;
   std::vector<double> p = {0};  // slip speed
   for (const auto& entry : MagicFormula::coefficients()) {
@@ -58,12 +57,11 @@ TEST_CASE("magic formula: points of version 6.1") {
   // F_x, F_y, M_z of magic-formula-tyre-library (teasit, commit 642592f), executed in Octave at 10 m/s; its
   // authors' formulas in another language agree to 2e-14. Required: 1e-9, for the difference of alpha and
   // atan(tan(alpha)) and the order of operations, 1e-14, and for numbers printed to 15 digits.
-  const Point points[] = {
-      {0.05, 0, 2000, 97000, 0, 1585.48683085389, -48.4261248290356, 0, 0, 0.0514303266043362},
-      {-0.1, 0, 2750, 97000, 0, -2792.3735255244, -56.7603412196331, 0, 0, 0.838614731073844},
-      {0, 0.05, 2000, 97000, 0, 9.16504853723632, -1592.1004420346, 0, 0, 39.712291423079},
-      {0, -0.1, 2750, 97000, 0, 5.95220908090243, 2535.12924740577, 0, 0, -54.3302808003036},
-      {0, 0.1, 3500, 97000, 0, 1.77020919358083, -3236.13833651925, 0, 0, 84.0814798445623}};
+  const Point points[] = {{0.05, 0, 2000, 97000, 0, 1585.48683085389, -48.4261248290356, 0, 0, 0.0514303266043362},
+                          {-0.1, 0, 2750, 97000, 0, -2792.3735255244, -56.7603412196331, 0, 0, 0.838614731073844},
+                          {0, 0.05, 2000, 97000, 0, 9.16504853723632, -1592.1004420346, 0, 0, 39.712291423079},
+                          {0, -0.1, 2750, 97000, 0, 5.95220908090243, 2535.12924740577, 0, 0, -54.3302808003036},
+                          {0, 0.1, 3500, 97000, 0, 1.77020919358083, -3236.13833651925, 0, 0, 84.0814798445623}};
   const MagicFormulaOptions o = read(kFile);
   REQUIRE_FALSE(o.camber_as_angle);
   for (const Point& x : points) {
@@ -76,14 +74,14 @@ TEST_CASE("magic formula: points of version 6.1") {
 
 TEST_CASE("magic formula: camber, pressure and all moments") {
   // From a program of its own for the same equations, which gives the points above to 5e-15.
-  const Point points[] = {{0.05, 0.08, 2400, 97000, 0.04, 1047.33808831383, -2178.42733728206,
-                           -44.3894323146884, -162.231352220259, 50.9128897095229},
-                          {-0.08, -0.06, 3000, 90000, -0.03, -2503.10005294686, 1608.03606250095,
-                           -1.46727904932085, -127.222538858829, -38.3595587315088},
-                          {0.02, -0.12, 1800, 105000, 0.06, 164.199696634123, 1613.59992764326,
-                           16.1790456253944, -107.958791575416, -13.4031665453357},
-                          {0, 0.04, 2750, 97000, -0.05, 7.01781477105573, -1784.57475841655,
-                           -69.6375584104141, -167.483048249114, 34.2523809234666}};
+  const Point points[] = {{0.05, 0.08, 2400, 97000, 0.04, 1047.33808831383, -2178.42733728206, -44.3894323146884,
+                           -162.231352220259, 50.9128897095229},
+                          {-0.08, -0.06, 3000, 90000, -0.03, -2503.10005294686, 1608.03606250095, -1.46727904932085,
+                           -127.222538858829, -38.3595587315088},
+                          {0.02, -0.12, 1800, 105000, 0.06, 164.199696634123, 1613.59992764326, 16.1790456253944,
+                           -107.958791575416, -13.4031665453357},
+                          {0, 0.04, 2750, 97000, -0.05, 7.01781477105573, -1784.57475841655, -69.6375584104141,
+                           -167.483048249114, 34.2523809234666}};
   const MagicFormulaOptions o = read(kFile);
   for (const Point& x : points) {
     auto out = evaluate(with_pressure(), o, x);
@@ -163,8 +161,8 @@ TEST_CASE("magic formula: the generation 5.2") {
   const double D = (0.9 - 0.1 * df) * (1 - 2 * gamma * gamma) * F, B = K / (1.3 * D);
   const double E = (-0.8 - 0.6 * df) * (1 - (0.1 - 5 * gamma));
   const double x = B * (alpha + 0.003 + 0.001 * df + 0.07 * gamma);
-  const double expected = D * std::sin(1.3 * std::atan(x - E * (x - std::atan(x)))) +
-                          F * (0.04 - 0.01 * df + (-0.3 - 0.2 * df) * gamma);
+  const double expected =
+      D * std::sin(1.3 * std::atan(x - E * (x - std::atan(x)))) + F * (0.04 - 0.01 * df + (-0.3 - 0.2 * df) * gamma);
   auto out = evaluate(model, o, {0, alpha, F, 1, gamma, 0, 0, 0, 0, 0});
   CHECK(out.lateral() == Approx(expected).epsilon(1e-12));
 }
@@ -226,8 +224,7 @@ TEST_CASE("magic formula: relaxation lengths that follow the load") {
     // The slips fall to their steady values over these lengths: sigma z' = V_slip - s z. At rest s is the
     // slip speed, and the rates are finite.
     for (const double forward : {20.0, 0.0}) {
-      const double z[2] = {0.03, -0.02}, lateral = 0.7, rolling = forward + 0.4,
-                   s = forward > 0 ? forward : 0.1;
+      const double z[2] = {0.03, -0.02}, lateral = 0.7, rolling = forward + 0.4, s = forward > 0 ? forward : 0.1;
       double zdot[2];
       TyreOutput<double> out;
       model(TyreInput<double>{{x.load, forward, lateral, x.camber, rolling}}, z, p.data(), out, zdot);
@@ -278,8 +275,7 @@ model = "magic_formula"
 )" + tyre + "\n[start]\ngiven = [\"wheel\"]\n";
   };
   const std::string name = std::string(COSTATE_MODELS_DIR) + "/tyres/scene.toml",
-                    file = "tir_file = \"formula_student_61.tir\"\n",
-                    asks = file + "relaxation = \"coefficients\"\n",
+                    file = "tir_file = \"formula_student_61.tir\"\n", asks = file + "relaxation = \"coefficients\"\n",
                     lengths = "magic_formula = { PTX1 = 2, PTX2 = 1.4, PTX3 = 0.5, PTY1 = 2, PTY2 = 1.9 }";
   const auto complaint = [&](const std::string& tyre) -> std::string {
     try {
@@ -296,19 +292,17 @@ model = "magic_formula"
   CHECK(m->forces()[0]->states() == 2);
   const auto rolling = Scene::parse(text(asks + "free_rolling = true\n" + lengths), name).mechanism();
   CHECK(rolling->forces()[0]->states() == 1);
-  CHECK_THAT(complaint(asks),
-             Contains("tyre.T.relaxation: \"coefficients\" needs PTX1, PTX2, PTX3, PTY1, PTY2, "
-                      "which neither ") &&
-                 Contains("/tyres/formula_student_61.tir nor 'magic_formula' gives. Write what is "
-                          "missing into magic_formula = { ... }, or give numbers: "
-                          "relaxation_length_m and longitudinal_relaxation_length_m."));
+  CHECK_THAT(complaint(asks), Contains("tyre.T.relaxation: \"coefficients\" needs PTX1, PTX2, PTX3, PTY1, PTY2, "
+                                       "which neither ") &&
+                                  Contains("/tyres/formula_student_61.tir nor 'magic_formula' gives. Write what is "
+                                           "missing into magic_formula = { ... }, or give numbers: "
+                                           "relaxation_length_m and longitudinal_relaxation_length_m."));
   CHECK_THAT(complaint(asks + "free_rolling = true\nmagic_formula = { PTY1 = 2 }"),
              Contains("\"coefficients\" needs PTY2, which neither "));
   CHECK_THAT(complaint(asks + "magic_formula = { PTX1 = 2, PTX2 = 1.4, PTX3 = 0.5, PTY1 = -2, PTY2 = 1.9 }"),
              Contains("\"coefficients\" needs a positive PTY1, found -2"));
-  CHECK_THAT(
-      complaint(asks + "relaxation_length_m = 0.3\n" + lengths),
-      Contains("'relaxation_length_m' in [tyre.T] contradicts 'relaxation', which gives this length."));
+  CHECK_THAT(complaint(asks + "relaxation_length_m = 0.3\n" + lengths),
+             Contains("'relaxation_length_m' in [tyre.T] contradicts 'relaxation', which gives this length."));
   CHECK_THAT(complaint(file + "relaxation = \"file\"\n" + lengths),
              Contains("'relaxation' in [tyre.T] must be") && Contains("coefficients"));
 }
@@ -336,10 +330,10 @@ TEST_CASE("magic formula: mistakes in files are named with their line") {
   CHECK_THAT(complaint("[MODEL]\nFITTYP = 70\n"), Contains(file + ":2:1: FITTYP must be 60, 61 or 62"));
   CHECK(complaint("[UNITS]\nLENGTH = 'mm'\n") ==
         file + ":2:1: LENGTH must be 'METER', found 'MM': convert the file to SI units.");
-  CHECK(complaint("FITTYP = 61\nUNLOADED_RADIUS = -0.3\n") == file + ":2:1: UNLOADED_RADIUS must be positive, found -0.3.");
+  CHECK(complaint("FITTYP = 61\nUNLOADED_RADIUS = -0.3\n") ==
+        file + ":2:1: UNLOADED_RADIUS must be positive, found -0.3.");
   CHECK(complaint("FITTYP = 61\nLMUY = -1\n") == file + ":2:1: LMUY must not be negative, found -1.");
-  CHECK_THAT(complaint("FITTYP = 6\nLGAY = 0.9\n"),
-             Contains(file + ":2:1: LGAY other than 1 is not supported"));
+  CHECK_THAT(complaint("FITTYP = 6\nLGAY = 0.9\n"), Contains(file + ":2:1: LGAY other than 1 is not supported"));
   CHECK_THAT(
       [&] {
         try {
@@ -380,8 +374,7 @@ magic_formula = { PDX1 = 0.9 }
 [start]
 given = ["wheel"]
 )";
-  const std::string name =
-      std::string(COSTATE_MODELS_DIR) + "/tyres/scene.toml";  // the place that paths start from
+  const std::string name = std::string(COSTATE_MODELS_DIR) + "/tyres/scene.toml";  // the place that paths start from
   const Scene scene = Scene::parse(text, name);
   const auto& m = *scene.mechanism();
   const auto value = [&](const std::string& path) { return m.numbers()[m.number("tyre.T." + path)].value; };
@@ -389,7 +382,8 @@ given = ["wheel"]
   CHECK(value("magic_formula.PDX1") == 0.9);
   CHECK(value("magic_formula.PKY1") == -18.9867);
   CHECK(value("magic_formula.NOMPRES") == 97000);
-  CHECK_THROWS(m.number("tyre.T.magic_formula.INFLPRES"));  // left out: the nominal pressure is the tyre's own, one number
+  CHECK_THROWS(
+      m.number("tyre.T.magic_formula.INFLPRES"));  // left out: the nominal pressure is the tyre's own, one number
   // A coefficient of the file can vary as well: its new value then stands in the scene.
   const Scene changed = scene.with_number("tyre.T.magic_formula.PKY1", -20);
   CHECK(changed.mechanism()->numbers()[m.number("tyre.T.magic_formula.PKY1")].value == -20);
@@ -397,7 +391,7 @@ given = ["wheel"]
     Scene::parse(text, "elsewhere/scene.toml");
     FAIL("found a file that is not there");
   } catch (const Error& e) {
-    CHECK_THAT(e.what(),
-               Contains("elsewhere/formula_student_61.tir: This tyre property file, whose path is relative to the scene, cannot be read"));
+    CHECK_THAT(e.what(), Contains("elsewhere/formula_student_61.tir: This tyre property file, whose path is relative "
+                                  "to the scene, cannot be read"));
   }
 }

@@ -56,13 +56,11 @@ law = { kind = "polynomial", coefficients = [0] }
 [start]
 given = ["P.x", "R.x"]
 )";
-  s += "[mass.p]\npoint = \"P\"\nmass_kg = " + text_of(m1) +
-       "\n[mass.r]\npoint = \"R\"\nmass_kg = " + text_of(m2) + "\n";
-  const auto spring = [&](const std::string& name, const std::string& from, const std::string& to, double k,
-                          double c) {
+  s += "[mass.p]\npoint = \"P\"\nmass_kg = " + text_of(m1) + "\n[mass.r]\npoint = \"R\"\nmass_kg = " + text_of(m2) +
+       "\n";
+  const auto spring = [&](const std::string& name, const std::string& from, const std::string& to, double k, double c) {
     s += "[spring." + name + "]\nfrom = \"" + from + "\"\nto = \"" + to +
-         "\"\nnatural_length_m = 1\nstiffness_N_per_m = " + text_of(k) +
-         "\ndamping_N_s_per_m = " + text_of(c) + "\n";
+         "\"\nnatural_length_m = 1\nstiffness_N_per_m = " + text_of(k) + "\ndamping_N_s_per_m = " + text_of(c) + "\n";
   };
   spring("one", "A", "P", k1, c1);
   spring("two", "P", "R", k2, c2);
@@ -101,8 +99,7 @@ TEST_CASE("modes: two masses in a row", "[modes]") {
 
 TEST_CASE("modes: damping ratios and real roots", "[modes]") {
   // Damping in proportion to the stiffness: damping ratio = c/k w/2.
-  const Modes proportional = modes_of(chain(2, 3, 100, 40, 1, 0.4)),
-              undamped = modes_of(chain(2, 3, 100, 40, 0, 0));
+  const Modes proportional = modes_of(chain(2, 3, 100, 40, 1, 0.4)), undamped = modes_of(chain(2, 3, 100, 40, 0, 0));
   REQUIRE(proportional.modes.size() == 2);
   for (std::size_t k = 0; k < 2; ++k)
     CHECK(proportional.modes[k].damping_ratio() ==
@@ -114,8 +111,7 @@ TEST_CASE("modes: damping ratios and real roots", "[modes]") {
   for (std::size_t k = 0; k < 2; ++k) {
     CHECK_FALSE(creeping.modes[k].oscillates());
     const double root = std::sqrt(30.0 * 30 - 4 * 2 * 8);
-    CHECK(creeping.modes[k].eigenvalue.real() ==
-          Approx((-30 + (k == 0 ? root : -root)) / 4).epsilon(kRounding));
+    CHECK(creeping.modes[k].eigenvalue.real() == Approx((-30 + (k == 0 ? root : -root)) / 4).epsilon(kRounding));
   }
 }
 
@@ -145,8 +141,7 @@ equilibrium = true
   REQUIRE(hanging.modes.size() == 1);
   CHECK(hanging.modes[0].eigenvalue.imag() == Approx(w).epsilon(kRounding));
   REQUIRE(standing.modes.size() == 2);
-  CHECK(standing.modes[0].eigenvalue.real() ==
-        Approx(-standing.modes[1].eigenvalue.real()).epsilon(kRounding));
+  CHECK(standing.modes[0].eigenvalue.real() == Approx(-standing.modes[1].eigenvalue.real()).epsilon(kRounding));
   CHECK(std::abs(standing.modes[0].eigenvalue.real()) == Approx(w).epsilon(kRounding));
 }
 
@@ -179,8 +174,7 @@ TEST_CASE("modes: redundant rows change nothing", "[modes]") {
   REQUIRE(r.modes.size() == 1);
   REQUIRE(redundant.modes.size() == 1);
   CHECK(redundant.lambda.size() == 3);
-  CHECK(std::abs(r.modes[0].eigenvalue - redundant.modes[0].eigenvalue) <
-        1e-9 * std::abs(r.modes[0].eigenvalue));
+  CHECK(std::abs(r.modes[0].eigenvalue - redundant.modes[0].eigenvalue) < 1e-9 * std::abs(r.modes[0].eigenvalue));
   CHECK(r.modes[0].damping_ratio() > 0.01);
 }
 
@@ -210,8 +204,7 @@ given = ["disc"]
   CHECK(r.modes[0].damping_ratio() == Approx(0).margin(kRounding));
   std::vector<std::string> moving;
   for (std::size_t i = 0; i < r.directions.size(); ++i)
-    if (std::abs(r.modes[0].shape[static_cast<Eigen::Index>(i)]) > 1e-9)
-      moving.push_back(r.directions[i].name);
+    if (std::abs(r.modes[0].shape[static_cast<Eigen::Index>(i)]) > 1e-9) moving.push_back(r.directions[i].name);
   CHECK(moving == std::vector<std::string>{"disc.turn_x", "disc.turn_y"});
 }
 
@@ -258,8 +251,8 @@ given_velocities = ["top.omega_x", "top.omega_y", "top.omega_z"]
 
 TEST_CASE("modes: the five-bar against differences of its accelerations", "[modes]") {
   const std::string file = COSTATE_MODELS_DIR "/five_bar/five_bar.toml";
-  const std::vector<std::string> rest = {"start.equilibrium=true", "start.given=[]",
-                                         "spring.S1.damping_N_s_per_m=5", "run.parameters=[]"};
+  const std::vector<std::string> rest = {"start.equilibrium=true", "start.given=[]", "spring.S1.damping_N_s_per_m=5",
+                                         "run.parameters=[]"};
   const Scene scene = Scene::load(file, rest);
   const Modes r = modes_of(scene);
   REQUIRE(r.modes.size() == 2);
@@ -268,9 +261,8 @@ TEST_CASE("modes: the five-bar against differences of its accelerations", "[mode
                                     "run.parameters=[]"};
   const auto& coordinates = scene.mechanism()->coordinates();
   for (std::size_t i = 0; i < coordinates.size(); ++i)
-    given.push_back(
-        scene.mechanism()->numbers()[static_cast<std::size_t>(coordinates[i].position_number)].path + "=" +
-        text_of(r.q[static_cast<Eigen::Index>(i)]));
+    given.push_back(scene.mechanism()->numbers()[static_cast<std::size_t>(coordinates[i].position_number)].path + "=" +
+                    text_of(r.q[static_cast<Eigen::Index>(i)]));
   // The lengths stay those of the file while its points vary.
   for (const char* bar : {"A1", "B12", "B23", "B3B"}) {
     const std::string length = std::string("bar.") + bar + ".length_m";
@@ -278,8 +270,7 @@ TEST_CASE("modes: the five-bar against differences of its accelerations", "[mode
   }
   const Scene minimal = Scene::load(file, given);
   const auto m = minimal.mechanism();
-  Assembly assembly(
-      m, m->select({"point.P1.x_m", "point.P3.x_m", "point.P1.vx_m_per_s", "point.P3.vx_m_per_s"}));
+  Assembly assembly(m, m->select({"point.P1.x_m", "point.P3.x_m", "point.P1.vx_m_per_s", "point.P3.vx_m_per_s"}));
   const int i = m->coordinate("P1.x"), j = m->coordinate("P3.x"), n = assembly.n(), rows = assembly.m();
   const auto rates = [&](const VectorXd& x) {
     assembly.set_parameters(x.data());
@@ -289,12 +280,12 @@ TEST_CASE("modes: the five-bar against differences of its accelerations", "[mode
     VectorXd b(n + rows);
     for (int c = 0; c < n; ++c) {
       const auto& M = assembly.square();
-      for (auto k = M.column_start[static_cast<std::size_t>(c)];
-           k < M.column_start[static_cast<std::size_t>(c) + 1]; ++k)
+      for (auto k = M.column_start[static_cast<std::size_t>(c)]; k < M.column_start[static_cast<std::size_t>(c) + 1];
+           ++k)
         A(M.row[static_cast<std::size_t>(k)], c) = assembly.M[static_cast<std::size_t>(k)];
       const auto& J = assembly.jacobian();
-      for (auto k = J.column_start[static_cast<std::size_t>(c)];
-           k < J.column_start[static_cast<std::size_t>(c) + 1]; ++k) {
+      for (auto k = J.column_start[static_cast<std::size_t>(c)]; k < J.column_start[static_cast<std::size_t>(c) + 1];
+           ++k) {
         const auto row = n + J.row[static_cast<std::size_t>(k)];
         A(row, c) = A(c, row) = assembly.phi_q[static_cast<std::size_t>(k)];
       }

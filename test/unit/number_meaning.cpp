@@ -1,10 +1,9 @@
 // A number means the same as a parameter and in a file: where a scene is read again with another value of one number,
 // it holds the equations, the start values and the numbers that the mechanism has with that value as a parameter. Then
 // gradients, --set and optimized.toml agree. Every number that may vary, of every kind's example and of the models.
+#include <fmt/format.h>
 #include <support/compare.h>
 #include <support/random.h>
-
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -48,8 +47,8 @@ Eigen::VectorXd equations(Assembly& assembly, const Eigen::VectorXd& q, const Ei
   s.z = z.data();
   assembly.calc_dynamics(s);
   std::vector<double> all;
-  for (const auto* x : {&assembly.M, &assembly.phi_q, &assembly.Q, &assembly.phi, &assembly.phi_t, &assembly.bias,
-                        &assembly.zdot})
+  for (const auto* x :
+       {&assembly.M, &assembly.phi_q, &assembly.Q, &assembly.phi, &assembly.phi_t, &assembly.bias, &assembly.zdot})
     all.insert(all.end(), x->begin(), x->end());
   return Eigen::Map<const Eigen::VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
 }
@@ -156,8 +155,9 @@ given = ["P.x"]
                         "rod.toml");
   };
   const Scene taken = scene("");
-  CHECK_THROWS_WITH(taken.mechanism()->select({"point.A.x_m"}),
-                    Catch::Contains("'point.A.x_m' cannot vary") && Catch::Contains("write bar.rod.length_m = 1 to hold"));
+  CHECK_THROWS_WITH(
+      taken.mechanism()->select({"point.A.x_m"}),
+      Catch::Contains("'point.A.x_m' cannot vary") && Catch::Contains("write bar.rod.length_m = 1 to hold"));
   CHECK_NOTHROW(taken.mechanism()->select({"bar.rod.length_m"}));
   // The angle is a first guess here, which the start solves for.
   CHECK_NOTHROW(scene("length_m = 1").mechanism()->select({"point.A.x_m"}));

@@ -96,7 +96,8 @@ TEST_CASE("atomic file: what a killed process left behind is removed, and nothin
   REQUIRE(directory.entries() == 1);  // the temporary
   const std::string left = fs::directory_iterator(directory.path())->path().filename().string();
   // Names that are almost ours: of a process that lives, of another machine, of another program.
-  const std::string mine = left.substr(0, left.rfind('-', left.rfind('-') - 1) + 1) + std::to_string(::getppid()) + "-0.tmp";
+  const std::string mine =
+      left.substr(0, left.rfind('-', left.rfind('-') - 1) + 1) + std::to_string(::getppid()) + "-0.tmp";
   put_content(directory / mine, "alive");
   std::string elsewhere = left;
   const std::size_t space = left.find("txt.") + 4;
@@ -121,8 +122,7 @@ TEST_CASE("atomic file: errors name the path and the reason", "[record]") {
   CHECK_THROWS_AS(write_file_atomically(directory.path(), "x"), costate::Error);
   CHECK_THAT(error_of([&] { write_file_atomically(directory.path(), "x"); }), Contains("is a directory"));
   CHECK_THAT(error_of([&] { write_file_atomically("/dev/null", "x"); }), Contains("device"));
-  CHECK_THAT(error_of([&] { write_file_atomically(directory.path().string() + "/", "x"); }),
-             Contains("no file name"));
+  CHECK_THAT(error_of([&] { write_file_atomically(directory.path().string() + "/", "x"); }), Contains("no file name"));
 
   put_content(directory / "file", "x");
   const fs::path below_file = directory.path() / "file" / "a.txt";
@@ -148,7 +148,7 @@ TEST_CASE("atomic file: a directory without write permission is reported", "[rec
   const std::string message = error_of([&] { write_file_atomically(closed / "a.txt", "new"); });
   if (dropped) REQUIRE(::seteuid(0) == 0);
   fs::permissions(closed, fs::perms(0755));
-  CHECK_THAT(message, Contains("Permission denied") && Contains((closed / "a.txt").string()) &&
-                          Contains("another output path"));
+  CHECK_THAT(message,
+             Contains("Permission denied") && Contains((closed / "a.txt").string()) && Contains("another output path"));
   CHECK(file_content(closed / "a.txt") == "old");
 }

@@ -28,9 +28,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-const json kHeader = {
-    {"scene", "[scene]\nname = 1\n"},
-    {"settings", {{"rtol", 1e-6}, {"bounds", {0.1, std::numeric_limits<double>::infinity()}}}}};
+const json kHeader = {{"scene", "[scene]\nname = 1\n"},
+                      {"settings", {{"rtol", 1e-6}, {"bounds", {0.1, std::numeric_limits<double>::infinity()}}}}};
 
 void fill(const fs::path& path, int count) {
   Journal journal = Journal::open(path, kHeader, false);
@@ -134,7 +133,8 @@ TEST_CASE("journal: a damaged record is cut off with all after it", "[record]") 
   const fs::path path = directory / "run.jsonl";
   fill(path, 4);
   const std::string whole = file_content(path);
-  const std::size_t first = whole.find('\n') + 1, second = whole.find('\n', first) + 1, third = whole.find('\n', second) + 1;
+  const std::size_t first = whole.find('\n') + 1, second = whole.find('\n', first) + 1,
+                    third = whole.find('\n', second) + 1;
   // Every byte of the second record, replaced by another: what is read is what was written, or it is cut off.
   for (std::size_t at = second; at + 1 < third; ++at) {
     CAPTURE(at);
@@ -169,9 +169,7 @@ TEST_CASE("journal: a header of another run is refused, naming the keys", "[reco
   const fs::path path = directory / "run.jsonl";
   fill(path, 1);
   const std::string before = file_content(path);
-  const auto message = [&](const json& header) {
-    return error_of([&] { (void)Journal::open(path, header, true); });
-  };
+  const auto message = [&](const json& header) { return error_of([&] { (void)Journal::open(path, header, true); }); };
   json other = kHeader;
   other["settings"]["rtol"] = 1e-8;
   CHECK_THAT(message(other), Contains("'settings/rtol': the journal has 1e-06, this run has 1e-08"));
@@ -196,8 +194,7 @@ TEST_CASE("journal: a file that is not a journal is never touched", "[record]") 
   const fs::path path = directory / "scene.toml";
   put_content(path, "[scene]\n");
   const bool resume = GENERATE(true, false);
-  CHECK_THAT(error_of([&] { (void)Journal::open(path, kHeader, resume); }),
-             Contains("not a Costate journal"));
+  CHECK_THAT(error_of([&] { (void)Journal::open(path, kHeader, resume); }), Contains("not a Costate journal"));
   CHECK(file_content(path) == "[scene]\n");
 }
 
@@ -208,8 +205,7 @@ TEST_CASE("journal: two runs cannot share a journal", "[record]") {
   journal.append({{"i", 1}});
   CHECK(Journal::in_use(path));
   const bool resume = GENERATE(true, false);
-  CHECK_THAT(error_of([&] { (void)Journal::open(path, kHeader, resume); }),
-             Contains("in use by another run"));
+  CHECK_THAT(error_of([&] { (void)Journal::open(path, kHeader, resume); }), Contains("in use by another run"));
   const Journal moved = std::move(journal);
   CHECK(moved.records().size() == 1);
 }
@@ -264,8 +260,7 @@ TEST_CASE("journal: survives kill -9 at any moment", "[record]") {
   }
   ::close(channel[1]);
   int acknowledged = -1;
-  for (int i = 0; i < 20; ++i)
-    REQUIRE(::read(channel[0], &acknowledged, sizeof acknowledged) == sizeof acknowledged);
+  for (int i = 0; i < 20; ++i) REQUIRE(::read(channel[0], &acknowledged, sizeof acknowledged) == sizeof acknowledged);
   ::kill(child, SIGKILL);
   ::waitpid(child, nullptr, 0);
   while (::read(channel[0], &acknowledged, sizeof acknowledged) == sizeof acknowledged) continue;

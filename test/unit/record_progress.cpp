@@ -51,8 +51,8 @@ TEST_CASE("progress: shows one rewritten line on a terminal and clears it", "[re
     std::this_thread::sleep_for(std::chrono::milliseconds(60));
     progress.update(2.5, 10.0, 123);
   });
-  CHECK_THAT(text, Contains("t = 2.5 of 10 s") && Contains(" 25 %") && Contains("123 steps") &&
-                       Contains("simulated s/s"));
+  CHECK_THAT(text,
+             Contains("t = 2.5 of 10 s") && Contains(" 25 %") && Contains("123 steps") && Contains("simulated s/s"));
   CHECK(text.find('\n') == std::string::npos);
   CHECK(text.substr(text.size() - 4) == "\r\x1b[K");
 }

@@ -29,8 +29,8 @@ SvgPlot plot_of(std::vector<double> x, std::vector<double> y) {
 }  // namespace
 
 TEST_CASE("svg plot: curves read back from the picture are those drawn", "[record]") {
-  // Pixels are printed to 0.1 and ticks placed to 0.1: a value reads back to about 0.2 of the 190 pixels of an axis. The
-  // ticks' labels hold for every size of number, also far from zero.
+  // Pixels are printed to 0.1 and ticks placed to 0.1: a value reads back to about 0.2 of the 190 pixels of an axis.
+  // The ticks' labels hold for every size of number, also far from zero.
   for (const double scale : {1e-12, 1e-3, 1.0, 7e4, 3e9})
     for (const double offset : {0.0, 1.0, 50.0}) {
       INFO(scale << " " << offset);
@@ -81,8 +81,14 @@ TEST_CASE("svg plot: many points are thinned, extremes kept", "[record]") {
 
 TEST_CASE("svg plot: what has no shape is drawn all the same", "[record]") {
   const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
-  for (const auto& y : std::vector<std::vector<double>>{
-           {3, 3, 3}, {0, 0, 0}, {nan, nan, nan}, {1, nan, 2}, {infinity, 1, 2}, {1e300, -1e300, 0}, {1e-320, 0, 0}, {}}) {
+  for (const auto& y : std::vector<std::vector<double>>{{3, 3, 3},
+                                                        {0, 0, 0},
+                                                        {nan, nan, nan},
+                                                        {1, nan, 2},
+                                                        {infinity, 1, 2},
+                                                        {1e300, -1e300, 0},
+                                                        {1e-320, 0, 0},
+                                                        {}}) {
     const std::string svg = svg_of(plot_of(y.empty() ? std::vector<double>{} : std::vector<double>{0, 1, 2}, y));
     INFO(svg);
     CHECK(xml_fault(svg).empty());
@@ -100,8 +106,8 @@ TEST_CASE("svg plot: names are escaped", "[record]") {
   CHECK(xml_escaped("m\xc3\xbc \xe2\x82\xac \xf0\x9f\x9a\x97") == "m\xc3\xbc \xe2\x82\xac \xf0\x9f\x9a\x97");
   const std::string bad = "\xef\xbf\xbd";
   CHECK(xml_escaped("\xfc!") == bad + "!");
-  CHECK(xml_escaped("\xc3") == bad);             // cut off
-  CHECK(xml_escaped("\xc0\xaf") == bad + bad);   // longer than need be
+  CHECK(xml_escaped("\xc3") == bad);                      // cut off
+  CHECK(xml_escaped("\xc0\xaf") == bad + bad);            // longer than need be
   CHECK(xml_escaped("\xed\xa0\x80") == bad + bad + bad);  // half a surrogate pair
   CHECK(xml_escaped(std::string("\x01\x1b\0x", 4)) == bad + bad + bad + "x");
   SvgPlot p = plot_of({0, 1}, {0, 1});

@@ -35,8 +35,7 @@ namespace {
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
 bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
-  return a.size() == b.size() &&
-         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0);
+  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0);
 }
 
 void check_same(const TrajectoryTable& a, const TrajectoryTable& b) {
@@ -138,13 +137,11 @@ TEST_CASE("hdf5: foreign, damaged and missing files are reported", "[record]") {
 
   const hid_t file = H5Fcreate((directory / "other.h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
   H5Fclose(file);
-  CHECK_THAT(error_of([&] { (void)read_hdf5(directory / "other.h5"); }),
-             Contains("not a Costate trajectory"));
+  CHECK_THAT(error_of([&] { (void)read_hdf5(directory / "other.h5"); }), Contains("not a Costate trajectory"));
 
   write_hdf5(directory / "a.h5", sample_table(1000));
   fs::resize_file(directory / "a.h5", fs::file_size(directory / "a.h5") / 2);
-  CHECK_THAT(error_of([&] { (void)read_hdf5(directory / "a.h5"); }),
-             Contains("a.h5") && Contains("truncated"));
+  CHECK_THAT(error_of([&] { (void)read_hdf5(directory / "a.h5"); }), Contains("a.h5") && Contains("truncated"));
 }
 
 TEST_CASE("hdf5: a failing write keeps the old file", "[record]") {
@@ -153,8 +150,7 @@ TEST_CASE("hdf5: a failing write keeps the old file", "[record]") {
   write_hdf5(directory / "a.h5", table);
   TrajectoryTable bad = table;
   bad.scene_text = std::string("a\0b", 3);
-  CHECK_THAT(error_of([&] { write_hdf5(directory / "a.h5", bad); }),
-             Contains("a.h5") && Contains("zero byte"));
+  CHECK_THAT(error_of([&] { write_hdf5(directory / "a.h5", bad); }), Contains("a.h5") && Contains("zero byte"));
   check_same(table, read_hdf5(directory / "a.h5"));
   CHECK(directory.entries() == 1);
 }
@@ -236,8 +232,7 @@ TEST_CASE("csv: header, quoting and shortest digits", "[record]") {
   const TemporaryDirectory directory;
   TrajectoryTable table;
   table.time_s = {0, 0.1};
-  table.columns = {{"P1.x", "m", "coordinates", {1.0 / 3.0, -0.0}},
-                   {"a,\"b\"", "", "outputs", {1e300, std::nan("")}}};
+  table.columns = {{"P1.x", "m", "coordinates", {1.0 / 3.0, -0.0}}, {"a,\"b\"", "", "outputs", {1e300, std::nan("")}}};
   write_csv(directory / "a.csv", table);
   CHECK(file_content(directory / "a.csv") ==
         "time [s],coordinates/P1.x [m],\"outputs/a,\"\"b\"\"\"\n"

@@ -1,5 +1,5 @@
 // Shapes of roads against sums and formulas written out here.
-#include "costate/element/kind/road_laws.h"
+#include "costate/kind/road/road_laws.h"
 
 #include <unistd.h>
 
@@ -74,15 +74,13 @@ TEST_CASE("road laws: ISO 8608 has the spectrum and the height that it should") 
     const LawOptions o = sine_sum_law(iso8608_roughness(c), spectrum);
     const SineSumLaw& law = sum_law(o);
     double square = 0;
-    for (int i = 0; i < spectrum.count; ++i)
-      square += o.numbers[0].second * std::pow(law.unit_amplitude(i), 2) / 2;
+    for (int i = 0; i < spectrum.count; ++i) square += o.numbers[0].second * std::pow(law.unit_amplitude(i), 2) / 2;
     const double expected = std::sqrt(std::ldexp(16e-6, 2 * (c - 'A')) * 0.01 * (1 / 0.011 - 1 / 2.83));
     // Midpoints of n^-2: the sum is short by dn^2 / 24 times the difference of the slopes at the ends (the
     // first term of Euler and Maclaurin), here 1.4e-5 of the integral, half of that in the root. The next one
     // is of its square.
     const double dn = (2.83 - 0.011) / spectrum.count,
-                 short_by =
-                     dn * dn / 24 * (std::pow(0.011, -3) - std::pow(2.83, -3)) / (1 / 0.011 - 1 / 2.83);
+                 short_by = dn * dn / 24 * (std::pow(0.011, -3) - std::pow(2.83, -3)) / (1 / 0.011 - 1 / 2.83);
     CHECK(std::sqrt(square) == Approx(expected * (1 - short_by)).epsilon(1e-8));
     if (c == 'A') CHECK(expected == Approx(0.0038064310637368762).epsilon(1e-14));
     if (c == 'H') CHECK(expected == Approx(0.48722317615832016).epsilon(1e-14));
@@ -159,8 +157,7 @@ TEST_CASE("road laws: a table is the natural spline of the law 'table'") {
   const LawOptions spline = table_law(x, z), profile = profile_table_law(x, z, 2);
   for (const double at : {-3.0, -1.0, 0.0, 0.5, 0.7, 2.0, 3.9, 4.0, 6.0}) {
     const auto p = values(spline);
-    const Taylor2 expected = spline.law->curve(at, p.data()),
-                  found = profile.law->curve(at, values(profile).data());
+    const Taylor2 expected = spline.law->curve(at, p.data()), found = profile.law->curve(at, values(profile).data());
     CHECK(found.c0 == Approx(2 * expected.c0).margin(1e-14));
     CHECK(found.c1 == Approx(2 * expected.c1).margin(1e-14));
     CHECK(found.c2 == Approx(2 * expected.c2).margin(1e-13));

@@ -2,8 +2,8 @@
 #include <catch2/catch.hpp>
 
 #include "costate/integrator/simulate.h"
+#include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
-#include "costate/sensitivity/scene_problem.h"
 
 using namespace costate;
 
@@ -29,7 +29,8 @@ const std::string as_body =
     frame(0, 0, 0) +
     "[rigid_body.wheel]\nx_m = 0\ny_m = 0\nz_m = 0\nvx_m_per_s = 1\nomega_x_rad_per_s = 0.7\nomega_z_rad_per_s = -1.1\n"
     "omega_y_rad_per_s = 25\ninertia_xx_kg_m2 = 0.2\ninertia_yy_kg_m2 = 0.3\ninertia_zz_kg_m2 = 0.2\nmass_kg = 2\n"
-    "[point.hub]\non = \"frame\"\nx_m = 0\ny_m = 0\nz_m = 0\n[point.center]\non = \"wheel\"\nx_m = 0\ny_m = 0\nz_m = 0\n"
+    "[point.hub]\non = \"frame\"\nx_m = 0\ny_m = 0\nz_m = 0\n[point.center]\non = \"wheel\"\nx_m = 0\ny_m = 0\nz_m = "
+    "0\n"
     "[hinge.axle]\npoints = [\"hub\", \"center\"]\naxis_first = [0, 1, 0]\n"
     "[start]\ngiven = [\"frame\", \"wheel.e2\"]\ngiven_velocities = [\"frame.x\", \"frame.y\", \"frame.z\", "
     "\"frame.omega_x\", \"frame.omega_y\", \"frame.omega_z\", \"wheel.omega_y\"]\n" +
@@ -45,8 +46,8 @@ double psi(const std::string& text) {
 }  // namespace
 
 TEST_CASE("rotor: moves its frame as a wheel on a hinge does") {
-  // psi is 0.01: an error of the tolerance, 1e-12, is 1e-10 of it, and those of 2500 steps at random 50 times that. What the
-  // spin changes is of order 1.
+  // psi is 0.01: an error of the tolerance, 1e-12, is 1e-10 of it, and those of 2500 steps at random 50 times that.
+  // What the spin changes is of order 1.
   const double of_rotor = psi(as_rotor);
   CHECK(of_rotor == Approx(psi(as_body)).epsilon(1e-8));
   std::string still = as_rotor;

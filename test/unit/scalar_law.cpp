@@ -1,14 +1,15 @@
 // Scalar laws: values, smoothness where pieces join, extrapolation, derivatives with respect to their numbers.
+#include "costate/element/law/scalar_law.h"
+
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 
 #include "costate/base/error.h"
-#include "costate/element/kind/steps_laws.h"
 #include "costate/element/law/composed_law.h"
 #include "costate/element/law/formula_law.h"
-#include "costate/element/law/scalar_law.h"
 #include "costate/element/law/spline_law.h"
+#include "costate/kind/law/steps_laws.h"
 
 using namespace costate;
 using Catch::Matchers::Contains;
@@ -27,22 +28,34 @@ std::vector<std::shared_ptr<const ScalarLaw>> pair_of_laws() {
 }
 
 std::vector<LawCase> laws() {
-  return {{"polynomial", std::make_shared<PolynomialLaw>(4), {0.3, -1.2, 0.7, 2.0}, -2, 2},
-          {"sine", std::make_shared<SineLaw>(), {0.5, 1.5, 3.0, 0.2}, -2, 2},
-          {"smooth step", std::make_shared<SmoothStepLaw>(), {-0.5, 1.2, 2.0, -1.0}, -1.5, 2.5},
-          {"table", std::make_shared<SplineLaw>(std::vector<double>{-1, -0.3, 0.4, 1.5, 2}),
-           {1.0, -0.5, 0.2, 2.0, 1.0}, -2.5, 3.5},
-          {"formula",
-           std::make_shared<FormulaLaw>("-a*sin(w*x)^2*exp(-x/3) + (x - 1)^3/(2 + cos(x)) - 2^(b*x) + sqrt(9 + x)*tanh(x)"
-                                        " + atan(x) - log(7 + x) + tan(x/9) + 1.5e-1*pi",
-                                        std::vector<std::string>{"a", "w", "b"}),
-           {1.5, 2.0, 0.7}, -2, 2},
-          {"sum", std::make_shared<ComposedLaw>(ComposedLaw::Operation::sum, pair_of_laws()), {0.3, -1.2, 0.7, 0.5, 1.5, 3.0, 0.2},
-           -2, 2},
-          {"product", std::make_shared<ComposedLaw>(ComposedLaw::Operation::product, pair_of_laws()),
-           {0.3, -1.2, 0.7, 0.5, 1.5, 3.0, 0.2}, -2, 2},
-          {"steps", std::make_shared<StepsLaw>(2), {0.7, -0.5, 0.1, 1.0, -1.0, 2.0}, -1.5, 2.5},
-          {"chirp", std::make_shared<ChirpLaw>(), {0.5, 1.5, -1.0, 1.0, 0.5, 3.0, 0.3}, -2, 2}};
+  return {
+      {"polynomial", std::make_shared<PolynomialLaw>(4), {0.3, -1.2, 0.7, 2.0}, -2, 2},
+      {"sine", std::make_shared<SineLaw>(), {0.5, 1.5, 3.0, 0.2}, -2, 2},
+      {"smooth step", std::make_shared<SmoothStepLaw>(), {-0.5, 1.2, 2.0, -1.0}, -1.5, 2.5},
+      {"table",
+       std::make_shared<SplineLaw>(std::vector<double>{-1, -0.3, 0.4, 1.5, 2}),
+       {1.0, -0.5, 0.2, 2.0, 1.0},
+       -2.5,
+       3.5},
+      {"formula",
+       std::make_shared<FormulaLaw>("-a*sin(w*x)^2*exp(-x/3) + (x - 1)^3/(2 + cos(x)) - 2^(b*x) + sqrt(9 + x)*tanh(x)"
+                                    " + atan(x) - log(7 + x) + tan(x/9) + 1.5e-1*pi",
+                                    std::vector<std::string>{"a", "w", "b"}),
+       {1.5, 2.0, 0.7},
+       -2,
+       2},
+      {"sum",
+       std::make_shared<ComposedLaw>(ComposedLaw::Operation::sum, pair_of_laws()),
+       {0.3, -1.2, 0.7, 0.5, 1.5, 3.0, 0.2},
+       -2,
+       2},
+      {"product",
+       std::make_shared<ComposedLaw>(ComposedLaw::Operation::product, pair_of_laws()),
+       {0.3, -1.2, 0.7, 0.5, 1.5, 3.0, 0.2},
+       -2,
+       2},
+      {"steps", std::make_shared<StepsLaw>(2), {0.7, -0.5, 0.1, 1.0, -1.0, 2.0}, -1.5, 2.5},
+      {"chirp", std::make_shared<ChirpLaw>(), {0.5, 1.5, -1.0, 1.0, 0.5, 3.0, 0.3}, -2, 2}};
 }
 
 /// Rounding of sums of terms of size 10.

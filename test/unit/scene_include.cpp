@@ -78,8 +78,9 @@ given = ["P.x", "P.y"]
 )"));
   CHECK(scene.mechanism()->row_names().empty());
   CHECK(scene.mechanism()->coordinate_count() == 2);
-  CHECK_THAT(complaint(files.write("wrong.toml", "include = [\"base.toml\"]\nremove = [\"tyre.*\"]\n")),
-             Contains("wrong.toml:2:11") && Contains("'tyre.*' is to be removed, but nothing in the included files fits it."));
+  CHECK_THAT(
+      complaint(files.write("wrong.toml", "include = [\"base.toml\"]\nremove = [\"tyre.*\"]\n")),
+      Contains("wrong.toml:2:11") && Contains("'tyre.*' is to be removed, but nothing in the included files fits it."));
 }
 
 TEST_CASE("scene include: own keys lie over included ones") {
@@ -124,10 +125,10 @@ given = ["P.x", "P.y"]
 TEST_CASE("scene include: elements keep the order of the files when dumped") {
   Files files;
   files.write("first.toml", "\n\n\n\n\n\n[point.B]\nx_m = 2\ny_m = 0\n[mass.b]\npoint = \"B\"\nmass_kg = 1\n");
-  const std::string run = files.write(
-      "run.toml",
-      "include = [\"first.toml\"]\n[point.A]\nx_m = 1\ny_m = 0\n[mass.a]\npoint = \"A\"\nmass_kg = 1\n"
-      "[start]\ngiven = [\"A.x\", \"A.y\", \"B.x\", \"B.y\"]\n");
+  const std::string run =
+      files.write("run.toml",
+                  "include = [\"first.toml\"]\n[point.A]\nx_m = 1\ny_m = 0\n[mass.a]\npoint = \"A\"\nmass_kg = 1\n"
+                  "[start]\ngiven = [\"A.x\", \"A.y\", \"B.x\", \"B.y\"]\n");
   const Scene scene = Scene::load(run);
   CHECK(scene.mechanism()->coordinates()[0].name == "B.x");
   const Scene again = Scene::parse(scene.dump(), "dumped.toml");

@@ -29,9 +29,12 @@ TEST_CASE("scene limits: keys of many parts and deep nesting are refused with a 
 
 TEST_CASE("scene limits: includes that go too deep, or double, end") {
   const TemporaryDirectory here;
-  const auto write = [&](const std::string& name, const std::string& text) { std::ofstream(here.path() / name) << text; };
+  const auto write = [&](const std::string& name, const std::string& text) {
+    std::ofstream(here.path() / name) << text;
+  };
   for (int i = 0; i < 50; ++i) write(fmt::format("d{}.toml", i), fmt::format("include = [\"d{}.toml\"]\n", i + 1));
-  CHECK_THROWS_WITH(Scene::load((here.path() / "d0.toml").string()), Contains("more than 32 deep") && Contains("d0.toml"));
+  CHECK_THROWS_WITH(Scene::load((here.path() / "d0.toml").string()),
+                    Contains("more than 32 deep") && Contains("d0.toml"));
   for (int i = 0; i < 20; ++i)
     write(fmt::format("t{}.toml", i), fmt::format("include = [\"t{}.toml\", \"t{}.toml\"]\n", i + 1, i + 1));
   write("t20.toml", "title = \"x\"\n");
@@ -39,9 +42,11 @@ TEST_CASE("scene limits: includes that go too deep, or double, end") {
 }
 
 TEST_CASE("scene limits: endless and unreadable files") {
-  CHECK_THROWS_WITH(read_text_file("/dev/zero", 1000, "The scene file"), Contains("/dev/zero") && Contains("1000 bytes"));
+  CHECK_THROWS_WITH(read_text_file("/dev/zero", 1000, "The scene file"),
+                    Contains("/dev/zero") && Contains("1000 bytes"));
   CHECK_THROWS_WITH(read_text_file("/nowhere/at/all", 1000, "The scene file"), Contains("cannot be read"));
-  CHECK_THROWS_WITH(read_text_file("/proc/self/mem", 1000, "The scene file"), Contains("cannot be read"));  // fails in read()
+  CHECK_THROWS_WITH(read_text_file("/proc/self/mem", 1000, "The scene file"),
+                    Contains("cannot be read"));  // fails in read()
   CHECK_THROWS_WITH(Scene::load("/dev/zero"), Contains("/dev/zero") && Contains("limit"));
 }
 
@@ -58,13 +63,15 @@ TEST_CASE("scene limits: numbers in files do not depend on the program's locale"
 }
 
 TEST_CASE("scene limits: two meanings are named both") {
-  CHECK_THAT(complaint(replaced(pendulum, "[bar.arm]", "[body.one]\nx_m = 0\ny_m = 0\nmass_kg = 1\ninertia_kg_m2 = 1\n"
-                                                       "[point.one]\non = \"one\"\nx_m = 0\ny_m = 0\n[bar.arm]")),
+  CHECK_THAT(complaint(replaced(pendulum, "[bar.arm]",
+                                "[body.one]\nx_m = 0\ny_m = 0\nmass_kg = 1\ninertia_kg_m2 = 1\n"
+                                "[point.one]\non = \"one\"\nx_m = 0\ny_m = 0\n[bar.arm]")),
              Contains("'one.x' has two meanings: body.one and point.one share a name"));
 }
 
 TEST_CASE("scene limits: a table of many points", "[law]") {
-  // The spline of a cubic's values: away from the ends, where its second derivative is not the cubic's, it is the cubic.
+  // The spline of a cubic's values: away from the ends, where its second derivative is not the cubic's, it is the
+  // cubic.
   const int n = 30000;
   std::vector<double> x, y;
   for (int i = 0; i < n; ++i) {
@@ -78,7 +85,8 @@ TEST_CASE("scene limits: a table of many points", "[law]") {
     CHECK(law.value(at, y.data()) == Approx(s * (1 - s * s)).epsilon(1e-13));
     CHECK(law.curve(at, y.data()).c1 * n == Approx(1 - 3 * s * s).epsilon(1e-9));
   }
-  // Linear in the ordinates, so that the derivative by y_k is the spline of the unit vector; it dies out within some 60 knots.
+  // Linear in the ordinates, so that the derivative by y_k is the spline of the unit vector; it dies out within some 60
+  // knots.
   std::vector<double> unit(x.size(), 0.0);
   unit[15000] = 1;
   CHECK(law.value(x[15000], unit.data()) == 1);

@@ -2,8 +2,8 @@
 #include <catch2/catch.hpp>
 
 #include "costate/analysis/start.h"
+#include "costate/kind/law/law_table.h"
 #include "costate/scene/cost_kind.h"
-#include "costate/scene/law_table.h"
 #include "costate/scene/scene_kind.h"
 #include "scene_texts.h"
 
@@ -82,11 +82,10 @@ TEST_CASE("scene mistakes: unknown tables") {
   std::string known = "title, description, gravity, start, parameter, cost, run, formulation, optimize";
   for (const auto& kind : scene_kinds()) known += ", " + kind.name;
   REQUIRE(complaint(replaced(pendulum, "[spring.S1]", "[sprnig.S1]")) ==
-          "s.toml:20:2: Unknown table 'sprnig' at the top of the scene. Did you mean 'spring'? Known here: " +
-              known + ".");
+          "s.toml:20:2: Unknown table 'sprnig' at the top of the scene. Did you mean 'spring'? Known here: " + known +
+              ".");
   REQUIRE(complaint("tilte = \"x\"\n") ==
-          "s.toml:1:1: Unknown key 'tilte' at the top of the scene. Did you mean 'title'? Known here: " +
-              known + ".");
+          "s.toml:1:1: Unknown key 'tilte' at the top of the scene. Did you mean 'title'? Known here: " + known + ".");
   require_complaints({
       {"[spring.S1]", "[spring]",
        "21:8: 'from' in [spring] must be a table: give the spring a name, [spring.NAME], and its keys "
@@ -105,14 +104,10 @@ TEST_CASE("scene mistakes: wrong types") {
   require_complaints({
       {"mass_kg = 2", "mass_kg = \"heavy\"",
        "18:11: 'mass_kg' in [bar.arm] must be a number, found the string \"heavy\"."},
-      {"mass_kg = 2", "mass_kg = [2]",
-       "18:11: 'mass_kg' in [bar.arm] must be a number, found an array of 1."},
-      {"mass_kg = 2", "mass_kg = 1979-05-27",
-       "18:11: 'mass_kg' in [bar.arm] must be a number, found a date or time."},
-      {"ground = true", "ground = 1",
-       "7:10: 'ground' in [point.A] must be true or false, found the number 1."},
-      {"title = \"Pendulum\"", "title = 3",
-       "1:9: 'title' in the scene must be a string, found the number 3."},
+      {"mass_kg = 2", "mass_kg = [2]", "18:11: 'mass_kg' in [bar.arm] must be a number, found an array of 1."},
+      {"mass_kg = 2", "mass_kg = 1979-05-27", "18:11: 'mass_kg' in [bar.arm] must be a number, found a date or time."},
+      {"ground = true", "ground = 1", "7:10: 'ground' in [point.A] must be true or false, found the number 1."},
+      {"title = \"Pendulum\"", "title = 3", "1:9: 'title' in the scene must be a string, found the number 3."},
       {"given = [\"P.x\"]", "given = \"P.x\"",
        "27:9: 'given' in [start] must be an array of strings, found the string \"P.x\"."},
       {"given = [\"P.x\"]", "given = [\"P.x\", 3]",
@@ -150,8 +145,7 @@ TEST_CASE("scene mistakes: numbers out of range") {
 
 TEST_CASE("scene mistakes: dangling names") {
   require_complaints({
-      {"to = \"P\"\nmass", "to = \"P1\"\nmass",
-       "17:6: bar.arm.to: There is no point 'P1'. Did you mean 'P'?"},
+      {"to = \"P\"\nmass", "to = \"P1\"\nmass", "17:6: bar.arm.to: There is no point 'P1'. Did you mean 'P'?"},
       {"to = \"P\"\nmass", "to = \"Q\"\nmass", "17:6: bar.arm.to: There is no point 'Q'. Known: A, P."},
       {"given = [\"P.x\"]", "given = [\"P.x\", \"P.z\"]",
        "27:17: start.given[1]: There is no coordinate 'P.z'. Did you mean 'P.x'?"},
@@ -203,8 +197,7 @@ TEST_CASE("scene mistakes: duplicates and contradictions") {
        "damping_N_s_per_m = 1\n[run]",
        "39:1: maxwell.S1: The output 'S1.length' has two meanings: spring.S1 and maxwell.S1 share a name. "
        "Rename one."},
-      {"given = [\"P.x\"]", "given = [\"P.x\", \"P.x\"]",
-       "27:17: start.given[1]: Coordinate 'P.x' is given twice."},
+      {"given = [\"P.x\"]", "given = [\"P.x\", \"P.x\"]", "27:17: start.given[1]: Coordinate 'P.x' is given twice."},
       {"given = [\"P.x\"]", "given = [\"P.x\"]\ngiven_velocities = [\"P.x\", \"P.x\"]",
        "28:28: start.given_velocities[1]: Velocity 'P.x' is given twice."},
       {"parameters = [\"k\"]", "parameters = [\"k\", \"k\"]",
@@ -243,7 +236,7 @@ TEST_CASE("scene mistakes: laws") {
   for (const auto& kind : law_kinds()) kinds += kind.name + ", ";
   REQUIRE(law("{ kind = \"sinus\", amplitude = 1 }") ==
           "s.toml:37:19: 'kind' in [cost.running[0].target] must be one of " + kinds +
-          "found \"sinus\". Did you mean 'sine'?");
+              "found \"sinus\". Did you mean 'sine'?");
   REQUIRE(law("{ kind = \"sine\", amplitude = 1 }") ==
           "s.toml:37:10: [cost.running[0].target] needs 'angular_frequency_rad_per_s' (a number), which is "
           "missing.");
@@ -269,11 +262,10 @@ TEST_CASE("scene mistakes: the start") {
                      "independent constraint rows leave 1 degree of freedom, so 1 must be "
                      "given, found 0",
                      0) == 0);
-  REQUIRE(
-      start_complaint(given("given = [\"P.x\", \"P.y\"]")) ==
-      "s.toml:26:1: start: Too many given positions: 2 coordinates less 1 independent constraint rows leave "
-      "1 degree "
-      "of freedom, so 1 must be given, found 2 (P.x, P.y). Remove some; the constraints determine the rest.");
+  REQUIRE(start_complaint(given("given = [\"P.x\", \"P.y\"]")) ==
+          "s.toml:26:1: start: Too many given positions: 2 coordinates less 1 independent constraint rows leave "
+          "1 degree "
+          "of freedom, so 1 must be given, found 2 (P.x, P.y). Remove some; the constraints determine the rest.");
   REQUIRE(start_complaint(given("given = [\"P.x\"]\ngiven_velocities = []"))
               .rfind("s.toml:26:1: start: Too few given velocities:", 0) == 0);
   REQUIRE(start_complaint(replaced(pendulum, "mass_kg = 2", "mass_kg = 2\nlength_m = 0.3"))
@@ -282,8 +274,8 @@ TEST_CASE("scene mistakes: the start") {
                      "close the mechanism. Violated most: bar.arm.length by ",
                      0) == 0);
   // Without [start] there is no table to point at.
-  REQUIRE(start_complaint(replaced(pendulum, "[start]\ngiven = [\"P.x\"]\n", ""))
-              .rfind("s.toml: start: Too few", 0) == 0);
+  REQUIRE(start_complaint(replaced(pendulum, "[start]\ngiven = [\"P.x\"]\n", "")).rfind("s.toml: start: Too few", 0) ==
+          0);
 }
 
 TEST_CASE("scene mistakes: overrides") {
@@ -294,9 +286,7 @@ TEST_CASE("scene mistakes: overrides") {
               .rfind("override 'run.rtl=1e-9': Unknown key 'rtl' in [run]. Did you mean 'rtol'?", 0) == 0);
   REQUIRE(override_complaint("run.rtol=tiny") ==
           "override 'run.rtol=tiny': 'rtol' in [run] must be a number, found the string \"tiny\".");
-  REQUIRE(
-      override_complaint("run.t_end_s=1 2").rfind("override 'run.t_end_s=1 2': '1 2' is not a value:", 0) ==
-      0);
+  REQUIRE(override_complaint("run.t_end_s=1 2").rfind("override 'run.t_end_s=1 2': '1 2' is not a value:", 0) == 0);
   REQUIRE(override_complaint("run.t_end_s=1\ny=2") ==
           "override 'run.t_end_s=1\ny=2': '1\ny=2' is not a value: more than "
           "one value.");
@@ -304,8 +294,9 @@ TEST_CASE("scene mistakes: overrides") {
           "override 'cost.running[3].weight=1': 'cost.running[3].weight' cannot be set: there is no item [3] "
           "in an array of "
           "1.");
-  REQUIRE(override_complaint("run..rtol=1")
-              .rfind("override 'run..rtol=1': 'run..rtol' is not a path of the scene", 0) == 0);
+  REQUIRE(
+      override_complaint("run..rtol=1").rfind("override 'run..rtol=1': 'run..rtol' is not a path of the scene", 0) ==
+      0);
   REQUIRE(override_complaint("point.P.x_m.deep=1") ==
           "override 'point.P.x_m.deep=1': 'point.P.x_m.deep' cannot be set: 'deep' is looked for in the "
           "number 0.6, not in "
@@ -313,7 +304,7 @@ TEST_CASE("scene mistakes: overrides") {
 }
 
 TEST_CASE("scene mistakes: a file that cannot be read") {
-  REQUIRE_THROWS_WITH(
-      Scene::load("/no/such/scene.toml"),
-      "/no/such/scene.toml: The scene file cannot be read: No such file or directory; check the path and its permissions.");
+  REQUIRE_THROWS_WITH(Scene::load("/no/such/scene.toml"),
+                      "/no/such/scene.toml: The scene file cannot be read: No such file or directory; check the path "
+                      "and its permissions.");
 }

@@ -51,8 +51,7 @@ number = "spring.S1.damping_N_s_per_m"
   REQUIRE(both.lower == -std::numeric_limits<double>::infinity());
   REQUIRE(both.upper == 7);
   REQUIRE(both.bindings.size() == 2);
-  const ParameterSelection selection =
-      s.mechanism()->select({"both", "x", "damping", "spring.S1.natural_length_m"});
+  const ParameterSelection selection = s.mechanism()->select({"both", "x", "damping", "spring.S1.natural_length_m"});
   auto numbers = s.mechanism()->base_numbers();
   const double rho[] = {2, 0.5, 0.1, 0.9};
   selection.apply(rho, numbers);
@@ -74,16 +73,14 @@ number = "spring.S1.damping_N_s_per_m"
 }
 
 TEST_CASE("scene parameters: the numbers that one binds must agree") {
-  const std::string bound =
-      pendulum + "\n[parameter.b]\nnumbers = [\"bar.arm.mass_kg\", \"spring.S1.preload_N\"]\n";
+  const std::string bound = pendulum + "\n[parameter.b]\nnumbers = [\"bar.arm.mass_kg\", \"spring.S1.preload_N\"]\n";
   REQUIRE(complaint(bound) ==
           "s.toml:46:1: parameter.b: 'spring.S1.preload_N' is 0 in the scene, but 'bar.arm.mass_kg' = 2 with "
           "factor 1 "
           "makes it 2. Numbers of one parameter must agree at the start.");
   REQUIRE(complaint(bound + "factors = [1, 1, 1]\n") ==
           "s.toml:48:11: 'factors' in [parameter.b] must hold one factor a number, found 3 for 2.");
-  REQUIRE(complaint(bound + "factors = [0, 1]\n") ==
-          "s.toml:48:11: 'factors' in [parameter.b] must not hold a zero.");
+  REQUIRE(complaint(bound + "factors = [0, 1]\n") == "s.toml:48:11: 'factors' in [parameter.b] must not hold a zero.");
   REQUIRE(complaint(bound + "factors = [1, 0]\n") == "s.toml:46:1: parameter.b: A factor must not be zero.");
   REQUIRE(complaint(bound + "factors = [1, 2]\n", {"spring.S1.preload_N=4"}) == "no error");
 }
@@ -107,10 +104,9 @@ TEST_CASE("scene parameters: numbers that cannot vary") {
           "s.toml:46:1: parameter.b: 'bar.light.mass_kg' cannot vary: the bar is massless, a constraint "
           "without inertia; "
           "give it a mass to vary it");
-  REQUIRE(
-      complaint(pendulum, {"run.parameters=['point.P.y_m']"})
-          .rfind("override 'run.parameters=['point.P.y_m']': run.parameters[0]: 'point.P.y_m' cannot vary:",
-                 0) == 0);
+  REQUIRE(complaint(pendulum, {"run.parameters=['point.P.y_m']"})
+              .rfind("override 'run.parameters=['point.P.y_m']': run.parameters[0]: 'point.P.y_m' cannot vary:", 0) ==
+          0);
 }
 
 TEST_CASE("scene parameters: every number in a law, a cost and a default can be one") {
@@ -149,9 +145,8 @@ TEST_CASE("scene settings: defaults and everything set") {
       {"run.t_start_s=0.5", "run.formulation=penalty", "run.method=cvodes-forward", "run.integrator=cvodes",
        "run.rtol=1e-6", "run.atol=1e-9", "run.output_step_s=0.01", "run.outputs=['P.y', 'time']",
        "formulation.baumgarte_xi=2", "formulation.baumgarte_omega_rad_per_s=20", "formulation.penalty_xi=3",
-       "formulation.penalty_omega_rad_per_s=30", "formulation.penalty_alpha=1e6",
-       "optimize.max_evaluations=12", "optimize.stop_value=1e-13", "optimize.relative_tolerance=1e-7",
-       "optimize.gradient_tolerance=1e-5",
+       "formulation.penalty_omega_rad_per_s=30", "formulation.penalty_alpha=1e6", "optimize.max_evaluations=12",
+       "optimize.stop_value=1e-13", "optimize.relative_tolerance=1e-7", "optimize.gradient_tolerance=1e-5",
        "optimize.constraint=[{ name='low', upper=2, running=[{ kind='square', output='P.y' }] }]"});
   REQUIRE(full.run.t_start_s == 0.5);
   REQUIRE(full.run.formulation == "penalty");
@@ -202,14 +197,13 @@ TEST_CASE("scene costs: squares and values against numbers, laws and outputs") {
 }
 
 TEST_CASE("scene costs: a user's own kind is one registration") {
-  static const RegisterCostKind registered(
-      {.name = "third-power-for-a-test",
-       .summary = "weight q0^3",
-       .read = [](SceneTable& table, MechanismBuilder& builder) -> MakeCostTerm {
-         auto term = std::make_shared<Third>();
-         term->weight = table.number("weight", builder, NumberRule::positive);
-         return [term](const Mechanism&) { return term; };
-       }});
+  static const RegisterCostKind registered({.name = "third-power-for-a-test",
+                                            .summary = "weight q0^3",
+                                            .read = [](SceneTable& table, MechanismBuilder& builder) -> MakeCostTerm {
+                                              auto term = std::make_shared<Third>();
+                                              term->weight = table.number("weight", builder, NumberRule::positive);
+                                              return [term](const Mechanism&) { return term; };
+                                            }});
   const std::vector<std::string> o = {"cost.running=[{ kind='third-power-for-a-test', weight=2 }]"};
   const Scene s = Scene::parse(pendulum, "s.toml", o);
   Assembly assembly(s.mechanism(), s.mechanism()->select({"cost.running[0].weight"}));

@@ -238,20 +238,19 @@ to = "A"
     const Mechanism& m = *x->mechanism();
     REQUIRE(m.coordinate_names() ==
             std::vector<std::string>{"Z.x", "Z.y", "M.x", "M.y", "M.angle", "B.x", "B.y", "A.x", "A.y"});
-    REQUIRE(m.row_names() ==
-            std::vector<std::string>{"bar.m.length", "distance.y.length", "distance.a.length"});
+    REQUIRE(m.row_names() == std::vector<std::string>{"bar.m.length", "distance.y.length", "distance.a.length"});
     REQUIRE(m.forces()[0]->name() == "z");
     REQUIRE(m.forces()[1]->name() == "a");
   }
 }
 
 TEST_CASE("scene: overrides replace and add values, and belong to the dump") {
-  const Scene s = Scene::parse(
-      pendulum, "s.toml",
-      {"spring.S1.stiffness_N_per_m=120.5", "spring.S1.preload_N=3", "gravity.y_m_per_s2=-1.62",
-       "run.method=cvodes-forward", "start.given=['P.y']", "title=A pendulum, heavier",
-       "cost.running[0].target={ kind = 'sine', amplitude = 1, angular_frequency_rad_per_s = 2 }",
-       "parameter.g.number=gravity.y_m_per_s2"});
+  const Scene s =
+      Scene::parse(pendulum, "s.toml",
+                   {"spring.S1.stiffness_N_per_m=120.5", "spring.S1.preload_N=3", "gravity.y_m_per_s2=-1.62",
+                    "run.method=cvodes-forward", "start.given=['P.y']", "title=A pendulum, heavier",
+                    "cost.running[0].target={ kind = 'sine', amplitude = 1, angular_frequency_rad_per_s = 2 }",
+                    "parameter.g.number=gravity.y_m_per_s2"});
   const Mechanism& m = *s.mechanism();
   const auto number = [&](const char* path) { return m.numbers()[m.number(path)].value; };
   REQUIRE(number("spring.S1.stiffness_N_per_m") == 120.5);

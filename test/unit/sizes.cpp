@@ -1,14 +1,15 @@
-// The same mechanism in other units: lengths times s, masses times m, gravity times s, stiffness and damping times m. Time
-// stays, so that psi, a square of lengths over time, is s^2 times as large, and so are its derivatives in relative terms.
+// The same mechanism in other units: lengths times s, masses times m, gravity times s, stiffness and damping times m.
+// Time stays, so that psi, a square of lengths over time, is s^2 times as large, and so are its derivatives in relative
+// terms.
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
 
-#include "costate/formulation/penalty_weight.h"
 #include "costate/integrator/unknown_sizes.h"
+#include "costate/level/penalty_weight.h"
+#include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
-#include "costate/sensitivity/scene_problem.h"
 
 using namespace costate;
 
@@ -16,7 +17,8 @@ namespace {
 
 /// Two bars of very different masses with a spring: drives, free points, massless angles.
 Scene double_pendulum(double s, double m) {
-  return Scene::parse(fmt::format(R"(
+  return Scene::parse(
+      fmt::format(R"(
 [gravity]
 y_m_per_s2 = {g}
 [point.A]
@@ -59,11 +61,10 @@ t_end_s = 1
 rtol = 1e-9
 parameters = ["bar.r1.mass_kg", "bar.r2.length_m", "spring.s.stiffness_N_per_m"]
 )",
-                                  fmt::arg("g", -9.81 * s), fmt::arg("w", 1.5 * s), fmt::arg("h", 0.5 * s),
-                                  fmt::arg("px", 0.6 * s), fmt::arg("py", -0.8 * s), fmt::arg("qx", 1.4 * s),
-                                  fmt::arg("qy", -1.4 * s), fmt::arg("m1", 1.3 * m), fmt::arg("m2", 0.2 * m),
-                                  fmt::arg("l", s), fmt::arg("k", 50 * m), fmt::arg("c", m)),
-                      "double_pendulum.toml");
+                  fmt::arg("g", -9.81 * s), fmt::arg("w", 1.5 * s), fmt::arg("h", 0.5 * s), fmt::arg("px", 0.6 * s),
+                  fmt::arg("py", -0.8 * s), fmt::arg("qx", 1.4 * s), fmt::arg("qy", -1.4 * s), fmt::arg("m1", 1.3 * m),
+                  fmt::arg("m2", 0.2 * m), fmt::arg("l", s), fmt::arg("k", 50 * m), fmt::arg("c", m)),
+      "double_pendulum.toml");
 }
 
 }  // namespace

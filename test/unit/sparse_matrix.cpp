@@ -1,8 +1,8 @@
 // Sparse patterns, products and matrices composed of blocks.
-#include <catch2/catch.hpp>
-
 #include <support/compare.h>
 #include <support/random.h>
+
+#include <catch2/catch.hpp>
 
 using namespace costate;
 using namespace costate::test;

@@ -142,8 +142,7 @@ preload_N_m = [-1, 2, 3]
       {"friction.S",
        "[friction.S]\nfrom = \"a\"\nto = \"b\"\naxis = [1, -2, 0.5]\nnormal_force_N = 100\n"
        "static_coefficient = 0.4\ndynamic_coefficient = 0.3\ntransition_velocity_m_per_s = 0.5\n"},
-      {"couple.S",
-       "[couple.S]\nbodies = [\"first\", \"second\"]\nframe = \"body\"\nx_N_m = 3\nz_N_m = -2\n"}};
+      {"couple.S", "[couple.S]\nbodies = [\"first\", \"second\"]\nframe = \"body\"\nx_N_m = 3\nz_N_m = -2\n"}};
   for (const auto& [name, text] : elements) {
     INFO(name);
     const Still s(two_bodies + text + given);
@@ -205,10 +204,9 @@ given = ["body"]
 TEST_CASE("bushing: with unequal stiffnesses the work of a small turn is the change of energy", "[spatial]") {
   // The rotation vector of a turn about z after one about x, by Eigen; energy differences against the moment.
   const auto text = [](double z) {
-    const Eigen::Quaterniond e =
-        Eigen::AngleAxisd(z, Vector3d::UnitZ()) * Eigen::AngleAxisd(1.1, Vector3d::UnitX());
-    return rigid_body("body", fmt::format("x_m = 0\ny_m = 0\nz_m = 0\ne0 = {}\ne1 = {}\ne2 = {}\ne3 = {}",
-                                          e.w(), e.x(), e.y(), e.z())) +
+    const Eigen::Quaterniond e = Eigen::AngleAxisd(z, Vector3d::UnitZ()) * Eigen::AngleAxisd(1.1, Vector3d::UnitX());
+    return rigid_body("body", fmt::format("x_m = 0\ny_m = 0\nz_m = 0\ne0 = {}\ne1 = {}\ne2 = {}\ne3 = {}", e.w(), e.x(),
+                                          e.y(), e.z())) +
            R"([point.center]
 on = "body"
 x_m = 0
@@ -228,8 +226,7 @@ given = ["body"]
 )";
   };
   const auto energy = [](double z) {
-    const Eigen::AngleAxisd r(Eigen::AngleAxisd(z, Vector3d::UnitZ()) *
-                              Eigen::AngleAxisd(1.1, Vector3d::UnitX()));
+    const Eigen::AngleAxisd r(Eigen::AngleAxisd(z, Vector3d::UnitZ()) * Eigen::AngleAxisd(1.1, Vector3d::UnitX()));
     const Vector3d theta = r.angle() * r.axis();
     return 0.5 * (40 * theta[0] * theta[0] + 25 * theta[1] * theta[1] + 90 * theta[2] * theta[2]);
   };
@@ -313,14 +310,12 @@ TEST_CASE("mistakes in spatial forces", "[spatial]") {
   refused("[couple.C]\nbody = \"frist\"\nx_N_m = 1\n", "Did you mean 'first'?");
   refused("[couple.C]\nbodies = [\"first\", \"first\"]\nx_N_m = 1\n", "must differ");
   refused("[bushing.B]\nfrom = \"a\"\nto = \"a\"\n", "must differ");
-  refused("[bushing.B]\nfrom = \"a\"\nto = \"b\"\nstiffness_N_per_m = [1, 2]\n",
-          "must hold x, y, z, found 2");
+  refused("[bushing.B]\nfrom = \"a\"\nto = \"b\"\nstiffness_N_per_m = [1, 2]\n", "must hold x, y, z, found 2");
   refused("[bushing.B]\nfrom = \"a\"\nto = \"b\"\nangle_to_rad = 1\n", "needs 'rotation_axis_to'");
   refused("[axis_spring.S]\nfrom = \"a\"\nto = \"b\"\naxis = [0, 0, 0]\n",
           "'axis' in [axis_spring.S] must not be zero");
   refused("[axis_spring.S]\nfrom = \"a\"\nto = \"c\"\naxis = [0, 0, 1]\n", "There is no spatial point 'c'");
-  refused("[drag.D]\npoint = \"a\"\ndrag_coefficient = 1\narea_m2 = 1\nsmoothing_m_per_s = 0\n",
-          "must be positive");
+  refused("[drag.D]\npoint = \"a\"\ndrag_coefficient = 1\narea_m2 = 1\nsmoothing_m_per_s = 0\n", "must be positive");
   refused("[friction.F]\nnormal_force_N = 1\nstatic_coefficient = 1\ntransition_velocity_m_per_s = 1\n",
           "needs what it acts on");
   refused(

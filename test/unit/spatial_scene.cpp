@@ -3,7 +3,7 @@
 
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
-#include "costate/element/kind/rigid_body.h"
+#include "costate/kind/body/rigid_body.h"
 #include "costate/scene/scene.h"
 
 using namespace costate;
@@ -56,10 +56,10 @@ std::string complaint(const std::string& text) {
 TEST_CASE("spatial scene: a body's name gives its pose and motion") {
   // Turned by angle about an axis, with the angular velocity in either frame: 2 G(p) pdot and 2 E(p) pdot.
   for (const std::string frame : {"", "global_"}) {
-    const Scene scene = Scene::parse(
-        body + "rotation_axis = [1, -2, 0.5]\nangle_rad = 2.2\nvz_m_per_s = 3\nomega_" + frame +
-            "x_rad_per_s = 1.5\nomega_" + frame + "y_rad_per_s = -0.5\n[start]\ngiven = [\"top\"]\n",
-        "s.toml");
+    const Scene scene =
+        Scene::parse(body + "rotation_axis = [1, -2, 0.5]\nangle_rad = 2.2\nvz_m_per_s = 3\nomega_" + frame +
+                         "x_rad_per_s = 1.5\nomega_" + frame + "y_rad_per_s = -0.5\n[start]\ngiven = [\"top\"]\n",
+                     "s.toml");
     Assembly assembly(scene.mechanism(), scene.mechanism()->select({}));
     const Start start = find_start(assembly, 0, false);
     const auto p = euler_parameters({1, -2, 0.5}, 2.2);
@@ -85,36 +85,43 @@ TEST_CASE("spatial scene: mistakes") {
   CHECK_THAT(complaint(body + "e0 = 1\ne1 = 1\ne2 = 0\ne3 = 0\n" + start),
              Contains("e0^2 + e1^2 + e2^2 + e3^2 = 1, found 2"));
   CHECK_THAT(complaint(body + "e0 = 1\n" + start), Contains("needs 'e1'"));
-  CHECK_THAT(complaint(body + "rotation_axis = [0, 0, 0]\nangle_rad = 1\n" + start),
-             Contains("must not be zero"));
+  CHECK_THAT(complaint(body + "rotation_axis = [0, 0, 0]\nangle_rad = 1\n" + start), Contains("must not be zero"));
   CHECK_THAT(complaint(body + "omega_x_rad_per_s = 1\nomega_global_y_rad_per_s = 1\n" + start),
              Contains("gives the angular velocity twice"));
-  CHECK_THAT(complaint(body + "inertia_xy_kg_m2 = 0.3\n" + start),
-             Contains("No body has this inertia tensor"));
+  CHECK_THAT(complaint(body + "inertia_xy_kg_m2 = 0.3\n" + start), Contains("No body has this inertia tensor"));
   CHECK_THAT(complaint(body + "[start]\ngiven = [\"top.omega_x\"]\n"), Contains("given_velocities"));
-  CHECK_THAT(complaint(body + "[point.P]\non = \"top\"\nx_m = 1\ny_m = 0\n" + start),
-             Contains("needs 'z_m'"));
-  CHECK_THAT(complaint(body + points + "[point.P]\nx_m = 1\ny_m = 0\nz_m = 0\n[hinge.j]\npoints = [\"foot\", \"P\"]\n"
-                       "axis_first = [0, 0, 1]\n" + start),
+  CHECK_THAT(complaint(body + "[point.P]\non = \"top\"\nx_m = 1\ny_m = 0\n" + start), Contains("needs 'z_m'"));
+  CHECK_THAT(complaint(body + points +
+                       "[point.P]\nx_m = 1\ny_m = 0\nz_m = 0\n[hinge.j]\npoints = [\"foot\", \"P\"]\n"
+                       "axis_first = [0, 0, 1]\n" +
+                       start),
              Contains("hinge.j.points[1]") && Contains("'P' is a free point"));
-  CHECK_THAT(complaint(body + points + "[hinge.j]\npoints = [\"O\", \"foot\"]\naxis_first = [0, 0, 1]\n"
-                       "angle = \"a\"\nangle_rad = 3\n" + start),
+  CHECK_THAT(complaint(body + points +
+                       "[hinge.j]\npoints = [\"O\", \"foot\"]\naxis_first = [0, 0, 1]\n"
+                       "angle = \"a\"\nangle_rad = 3\n" +
+                       start),
              Contains("more than a quarter of a turn from the first poses") && Contains("stand at 0 rad"));
-  CHECK_THAT(complaint(body + points + "[hinge.j]\npoints = [\"O\", \"foot\"]\naxis_first = [0, 0, 1]\n"
-                       "axis_second = [0, 1, 0]\nangle = \"a\"\n" + start),
+  CHECK_THAT(complaint(body + points +
+                       "[hinge.j]\npoints = [\"O\", \"foot\"]\naxis_first = [0, 0, 1]\n"
+                       "axis_second = [0, 1, 0]\nangle = \"a\"\n" +
+                       start),
              Contains("give 'normal_first' and 'normal_second'"));
-  CHECK_THAT(complaint(body + points + "[universal.j]\npoints = [\"O\", \"foot\"]\naxis_first = [0, 0, 1]\n"
-                       "axis_second = [0, 1, 0]\nangle = \"a\"\n" + start),
+  CHECK_THAT(complaint(body + points +
+                       "[universal.j]\npoints = [\"O\", \"foot\"]\naxis_first = [0, 0, 1]\n"
+                       "axis_second = [0, 1, 0]\nangle = \"a\"\n" +
+                       start),
              Contains("Unknown key 'angle'"));
   CHECK_THAT(complaint(body + points + "[revolute.j]\npoints = [\"O\", \"foot\"]\n" + start),
              Contains("revolute.j.points") && Contains("In space use [hinge.*]"));
   CHECK_THAT(complaint(body + points + "[prismatic.j]\npoints = [\"O\", \"foot\"]\naxis_angle_rad = 1\n" + start),
              Contains("needs 'axis_first'"));
-  CHECK_THAT(complaint(body + points + "[hinge.j]\npoints = [\"O\", \"foot\"]\naxis_first = [0, 0, 1]\n"
+  CHECK_THAT(complaint(body + points +
+                       "[hinge.j]\npoints = [\"O\", \"foot\"]\naxis_first = [0, 0, 1]\n"
                        "angle = \"a\"\n[rack_and_pinion.r]\nangle = \"a\"\ncoordinate = \"a.angle\"\n"
                        "radius_m = 1\n[start]\ngiven = []\n"),
              Contains("rack_and_pinion.r.coordinate") && Contains("a length in m; 'a.angle' is in rad"));
-  CHECK_THAT(complaint(body + points + "[hinge.j]\npoints = [\"O\", \"foot\"]\naxis_first = [0, 0, 1]\n"
+  CHECK_THAT(complaint(body + points +
+                       "[hinge.j]\npoints = [\"O\", \"foot\"]\naxis_first = [0, 0, 1]\n"
                        "angle = \"a\"\n[gear.g]\nangles = [\"a\", \"b\"]\nratio = 2\n[start]\ngiven = []\n"),
              Contains("gear.g.angles[1]") && Contains("There is no body or angle 'b'"));
   CHECK_THAT(complaint(body + points + "[bar.b]\nfrom = \"O\"\nto = \"flat\"\nmass_kg = 1\n" + start),
@@ -166,11 +173,11 @@ TEST_CASE("spatial scene: a body in natural coordinates starts like one in Euler
 }
 
 TEST_CASE("spatial scene: joint coordinates start where the first poses stand") {
-  const Scene scene = Scene::parse(
-      body + "rotation_axis = [0, 0, 1]\nangle_rad = 2.5\nomega_z_rad_per_s = 3\n" + points +
-                      "[hinge.j]\npoints = [\"O\", \"foot\"]\naxis_first = [0, 0, 2]\nangle = \"a\"\n"
-                      "[start]\ngiven = [\"top.e3\"]\ngiven_velocities = [\"top.omega_z\"]\n",
-      "s.toml");
+  const Scene scene =
+      Scene::parse(body + "rotation_axis = [0, 0, 1]\nangle_rad = 2.5\nomega_z_rad_per_s = 3\n" + points +
+                       "[hinge.j]\npoints = [\"O\", \"foot\"]\naxis_first = [0, 0, 2]\nangle = \"a\"\n"
+                       "[start]\ngiven = [\"top.e3\"]\ngiven_velocities = [\"top.omega_z\"]\n",
+                   "s.toml");
   Assembly assembly(scene.mechanism(), scene.mechanism()->select({}));
   const Start start = find_start(assembly, 0, false);
   const int a = scene.mechanism()->coordinate("a.angle");

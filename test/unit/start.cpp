@@ -1,10 +1,11 @@
 // The consistent start and what it says when it cannot be found; the builder's own complaints.
-#include <catch2/catch.hpp>
+#include "costate/analysis/start.h"
 
 #include <support/models.h>
 #include <support/sketch.h>
 
-#include "costate/analysis/start.h"
+#include <catch2/catch.hpp>
+
 #include "costate/base/error.h"
 
 using namespace costate;
@@ -51,13 +52,15 @@ TEST_CASE("start: positions and velocities from the given ones", "[start]") {
 TEST_CASE("start: too few, too many, and dependent given coordinates", "[start]") {
   {
     Sketch s = slider_crank();
-    CHECK_THROWS_WITH(start_of(s.builder.build()), Contains("Too few given positions") && Contains("1 degree of freedom") &&
+    CHECK_THROWS_WITH(start_of(s.builder.build()), Contains("Too few given positions") &&
+                                                       Contains("1 degree of freedom") &&
                                                        Contains("so 1 must be given, found 0"));
   }
   {
     Sketch s = slider_crank();
     s.give({"P.x", "R.x"});
-    CHECK_THROWS_WITH(start_of(s.builder.build()), Contains("Too many given positions") && Contains("found 2 (P.x, R.x)"));
+    CHECK_THROWS_WITH(start_of(s.builder.build()),
+                      Contains("Too many given positions") && Contains("found 2 (P.x, R.x)"));
   }
   {
     Sketch s = slider_crank();
@@ -85,8 +88,8 @@ TEST_CASE("start: a configuration that cannot be closed names the worst constrai
   ParameterSelection shorter = m->select({"bar.right.length_m"});
   shorter.parameters[0].value = 2;
   Assembly assembly(m, shorter);
-  CHECK_THROWS_WITH(find_start(assembly, 0, false), Contains("cannot be reached") && Contains("bar.left.length") &&
-                                                        Contains("bar.right.length"));
+  CHECK_THROWS_WITH(find_start(assembly, 0, false),
+                    Contains("cannot be reached") && Contains("bar.left.length") && Contains("bar.right.length"));
 }
 
 TEST_CASE("start: redundant constraints are allowed", "[start]") {
@@ -98,8 +101,7 @@ TEST_CASE("start: redundant constraints are allowed", "[start]") {
     s.point("B" + k, i, 1);
     s.mass("B" + k, 1);
   }
-  for (int i = 0; i < 3; ++i)
-    s.bar("post" + std::to_string(i), "A" + std::to_string(i), "B" + std::to_string(i), 1);
+  for (int i = 0; i < 3; ++i) s.bar("post" + std::to_string(i), "A" + std::to_string(i), "B" + std::to_string(i), 1);
   s.bar("top0", "B0", "B1", 1);
   s.bar("top1", "B1", "B2", 1);
   s.bar("top2", "B0", "B2", 1);  // along the same line: dependent where it is straight

@@ -16,7 +16,8 @@ using Catch::Contains;
 
 namespace {
 
-/// A four-bar A-B-C-D with A = (0, 0), D = (1, 0), guessed at B = (0, 0.3), C = (0.7, 0.8); a driver holds the crank at 0.
+/// A four-bar A-B-C-D with A = (0, 0), D = (1, 0), guessed at B = (0, 0.3), C = (0.7, 0.8); a driver holds the crank at
+/// 0.
 std::string four_bar(double crank, double coupler, double rocker) {
   return fmt::format(R"(
 point = {{ A = {{ ground = true, x_m = 0, y_m = 0 }}, D = {{ ground = true, x_m = 1, y_m = 0 }}, B = {{ x_m = 0, y_m = 0.3 }}, C = {{ x_m = 0.7, y_m = 0.8 }} }}
@@ -88,8 +89,10 @@ TEST_CASE("start: far from the guess is said, with both values", "[start]") {
 TEST_CASE("start: what nothing constrains starts as the scene has it, when nothing is given", "[start]") {
   // Plane bodies, with and without an empty list.
   for (const char* lists : {"", "[start]\ngiven = []\n"}) {
-    const Start start = start_of(std::string("[body.b]\nx_m = 1\ny_m = 2\nangle_rad = 0.5\nvx_m_per_s = 3\nmass_kg = 1\n"
-                                             "inertia_kg_m2 = 1\n") + lists);
+    const Start start =
+        start_of(std::string("[body.b]\nx_m = 1\ny_m = 2\nangle_rad = 0.5\nvx_m_per_s = 3\nmass_kg = 1\n"
+                             "inertia_kg_m2 = 1\n") +
+                 lists);
     CHECK(start.q == Eigen::Vector3d(1, 2, 0.5));
     CHECK(start.v == Eigen::Vector3d(3, 0, 0));
   }
@@ -139,7 +142,9 @@ mass_kg = 1
 point = "P"
 x_N = {{ kind = "formula", formula = "{}" }}
 y_N = 0
-)", law), "s.toml");
+)",
+                                                 law),
+                                     "s.toml");
     Assembly assembly(scene.mechanism(), ParameterSelection{});
     std::string said = "nothing";
     try {
@@ -199,7 +204,9 @@ stiffness_N_m_per_rad = 1
 damping_N_m_s_per_rad = {:.17g}
 [start]
 given = ["one.angle", "two.angle"]
-)", c), "s.toml");
+)",
+                                                 c),
+                                     "s.toml");
     Assembly assembly(scene.mechanism(), ParameterSelection{});
     const Modes r = find_modes(assembly, 0, find_start(assembly, 0, false));
     CAPTURE(c);

@@ -6,9 +6,9 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/integrator/simulate.h"
+#include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
-#include "costate/sensitivity/scene_problem.h"
 
 using namespace costate;
 using Catch::Contains;
@@ -60,7 +60,9 @@ number = "bar.r1.mass_kg"
 [run]
 t_end_s = 1
 parameters = ["m1"]
-)", mass_kg, damping), "s.toml"));
+)",
+                                                    mass_kg, damping),
+                                        "s.toml"));
   p.formulation = "baumgarte";
   return p;
 }

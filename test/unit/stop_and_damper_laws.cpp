@@ -2,9 +2,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "costate/element/kind/bump_stop_law.h"
-#include "costate/element/kind/piecewise_law.h"
-#include "costate/element/kind/scaled_law.h"
+#include "costate/kind/law/bump_stop_law.h"
+#include "costate/kind/law/piecewise_law.h"
+#include "costate/kind/law/scaled_law.h"
 #include "costate/scene/scene.h"
 
 using namespace costate;
@@ -24,9 +24,9 @@ double integral(const LawOptions& o, double x) { return o.law->integral(x, value
 /// The damper of the Bombardier Iltis benchmark (Kortuem, Sharp and de Pater, Vehicle System Dynamics 22,
 /// supplement 1993).
 LawOptions iltis_damper() {
-  return piecewise_law(
-      {-0.2, 0.21}, {{-416.42, 1844.3}, {0, 9945.627, 33955.72, -59832.25, -395651}, {1919.1638, 1634.727}},
-      Joins::slope);
+  return piecewise_law({-0.2, 0.21},
+                       {{-416.42, 1844.3}, {0, 9945.627, 33955.72, -59832.25, -395651}, {1919.1638, 1634.727}},
+                       Joins::slope);
 }
 
 Approx rounded(double x) { return Approx(x).epsilon(1e-13).margin(1e-13); }
@@ -67,20 +67,17 @@ TEST_CASE("piecewise law: what does not fit is refused", "[law]") {
   CHECK_THROWS_WITH(piecewise_law({1, 1}, {{1}, {1}, {1}}), Contains("must increase: entry 2 is 1 after 1"));
   CHECK_THROWS_WITH(piecewise_law({1}, {{1}}), Contains("2 for 1 break; found 1"));
   CHECK_THROWS_WITH(piecewise_law({1}, {{1}, {}}), Contains("'coefficients[1]' is empty"));
-  CHECK_THROWS_WITH(
-      piecewise_law({1}, {{1, 1}, {3}}),
-      Contains("do not meet at the break x = 1: the value is 2 on its left and 3 on its right"));
+  CHECK_THROWS_WITH(piecewise_law({1}, {{1, 1}, {3}}),
+                    Contains("do not meet at the break x = 1: the value is 2 on its left and 3 on its right"));
   CHECK_NOTHROW(piecewise_law({1}, {{1, 1}, {3}}, Joins::none));
-  CHECK_THROWS_WITH(piecewise_law({1}, {{1, 1}, {2}}, Joins::slope),
-                    Contains("the slope is 1 on its left and 0"));
+  CHECK_THROWS_WITH(piecewise_law({1}, {{1, 1}, {2}}, Joins::slope), Contains("the slope is 1 on its left and 0"));
   CHECK_NOTHROW(piecewise_law({1}, {{1, 1}, {2}}));
 }
 
 TEST_CASE("bump stop: nothing before the gap, a power beyond", "[law]") {
   const LawOptions stop = bump_stop_law(0.006, 1e7, 1, 1e-3);
   for (const double x : {1.0, 0.01, 0.00651}) CHECK(value(stop, x) == 0);
-  for (const double x : {0.0055, 0.005, -0.1})
-    CHECK(value(stop, x) == Approx(-1e7 * (0.006 - x)).epsilon(1e-12));
+  for (const double x : {0.0055, 0.005, -0.1}) CHECK(value(stop, x) == Approx(-1e7 * (0.006 - x)).epsilon(1e-12));
   CHECK(value(stop, 0.006) == Approx(-1e7 * 3e-3 / 32).epsilon(1e-12));  // the most that smoothing adds
   // Twice continuously differentiable at both ends of the smoothed part: there the ramp's third derivative is
   // at most 6/w^2 in depth, so that curvatures 2e-9 apart differ by k 6/w^2 2e-9 = 1.2e5.
@@ -112,8 +109,7 @@ TEST_CASE("scaled law: about a reference point and as a whole", "[law]") {
   const auto f = [](double z) { return -4.0092e6 + z * (2.8397e7 + z * (-6.7061e7 + z * 5.2796e7)); };
   const LawOptions stiffer = scaled_law(30000, 24529, strut, 0.35);
   for (const double z : {0.3, 0.35, 0.41})
-    CHECK(value(stiffer, z) ==
-          Approx(f(0.35) + 30000.0 / 24529 * (f(z) - f(0.35))).epsilon(1e-12).margin(1e-8));
+    CHECK(value(stiffer, z) == Approx(f(0.35) + 30000.0 / 24529 * (f(z) - f(0.35))).epsilon(1e-12).margin(1e-8));
   CHECK(value(stiffer, 0.35) == value(strut, 0.35));
   const LawOptions whole = scaled_law(3 * 9945.627, 9945.627, iltis_damper());
   for (const double x : {-0.4, 0.1, 0.3}) CHECK(value(whole, x) == rounded(3 * value(iltis_damper(), x)));
@@ -149,9 +145,8 @@ spring_law = { kind = "polynomial", coefficients = [-10, 30] }
 damper_law = { kind = "scaled", slope = 9945.627, nominal_slope = 9945.627, reference = 0, law = { kind = "piecewise", breaks = [-0.2, 0.21], coefficients = [[-416.42, 1844.3], [0, 9945.627, 33955.72, -59832.25, -395651], [1919.1638, 1634.727]] } }
 )",
                                    "strut.toml");
-  for (const char* path :
-       {"spring.strut.damper_law.slope", "spring.strut.damper_law.reference",
-        "spring.strut.damper_law.law.coefficients[1][4]", "spring.strut.spring_law.coefficients[1]"})
+  for (const char* path : {"spring.strut.damper_law.slope", "spring.strut.damper_law.reference",
+                           "spring.strut.damper_law.law.coefficients[1][4]", "spring.strut.spring_law.coefficients[1]"})
     CHECK_NOTHROW(scene.mechanism()->number(path));
   const Scene changed = scene.with_number("spring.strut.damper_law.law.coefficients[1][4]", -395652);
   const Mechanism& m = *changed.mechanism();
@@ -170,8 +165,6 @@ damper_law = { kind = "scaled", slope = 9945.627, nominal_slope = 9945.627, refe
           "The pieces do not meet at the break x = 0");
   refused("{ kind = \"bump_stop\", gap = 0, stiffness = 1 }", "give a width 'smoothing'");
   refused("{ kind = \"scaled\", slope = 1, nominal_slope = 1 }", "'law'");
-  refused("{ kind = \"scaled\", slope = 1, nominal_slope = 1, law = { kind = \"polynom\" } }",
-          "must be one of ");
-  refused("{ kind = \"bump_stop\", gap = 0, stiffness = 1, exponent = 2, smothing = 1 }",
-          "Did you mean 'smoothing'?");
+  refused("{ kind = \"scaled\", slope = 1, nominal_slope = 1, law = { kind = \"polynom\" } }", "must be one of ");
+  refused("{ kind = \"bump_stop\", gap = 0, stiffness = 1, exponent = 2, smothing = 1 }", "Did you mean 'smoothing'?");
 }

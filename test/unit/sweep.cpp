@@ -60,17 +60,14 @@ given = ["crank.angle"]
 )";
 
 struct Case {
-  explicit Case(const std::string& text)
-      : scene(Scene::parse(text, "s.toml")), assembly(scene.mechanism(), {}) {}
+  explicit Case(const std::string& text) : scene(Scene::parse(text, "s.toml")), assembly(scene.mechanism(), {}) {}
   Scene scene;
   Assembly assembly;
   Sweep sweep(const std::string& coordinate, double from, double to, int count, bool hold = true) {
     return sweep_position(assembly, 0, hold ? held_by_start(assembly) : std::vector<HeldPosition>{},
                           scene.mechanism()->coordinate(coordinate), from, to, count);
   }
-  double of(const SweepPoint& p, const std::string& name) {
-    return p.at.q[scene.mechanism()->coordinate(name)];
-  }
+  double of(const SweepPoint& p, const std::string& name) { return p.at.q[scene.mechanism()->coordinate(name)]; }
 };
 
 }  // namespace
@@ -83,8 +80,7 @@ TEST_CASE("sweep: a crank goes round twice", "[sweep]") {
   for (std::size_t k = 0; k < s.points.size(); ++k) {
     const SweepPoint& p = s.points[k];
     CHECK(p.value == Approx(12.5 * static_cast<double>(k) / 40).margin(1e-12));
-    const double a = 0.5, l = 1.2, phi = p.value,
-                 root = std::sqrt(l * l - a * a * std::sin(phi) * std::sin(phi));
+    const double a = 0.5, l = 1.2, phi = p.value, root = std::sqrt(l * l - a * a * std::sin(phi) * std::sin(phi));
     const double x = a * std::cos(phi) + root;
     CHECK(c.of(p, "crank.angle") == Approx(phi).margin(1e-12));
     CHECK(c.of(p, "R.x") == Approx(x).epsilon(1e-12));
@@ -122,12 +118,10 @@ TEST_CASE("sweep: freedom that is left is balanced", "[sweep]") {
   REQUIRE(s.points.size() == 5);
   for (const SweepPoint& p : s.points) {
     CHECK(p.at.degrees_of_freedom == 0);  // the crank is held by the driver, the rod by R.x
-    CHECK(std::hypot(c.of(p, "P.x") - p.value, c.of(p, "P.y") - c.of(p, "R.y")) ==
-          Approx(1.2).epsilon(1e-12));
+    CHECK(std::hypot(c.of(p, "P.x") - p.value, c.of(p, "P.y") - c.of(p, "R.y")) == Approx(1.2).epsilon(1e-12));
   }
   const std::string loose = replaced(
-      slider_crank,
-      "[driver.guide]\ncoordinate = \"R.y\"\nlaw = { kind = \"polynomial\", coefficients = [0] }\n", "");
+      slider_crank, "[driver.guide]\ncoordinate = \"R.y\"\nlaw = { kind = \"polynomial\", coefficients = [0] }\n", "");
   Case free(loose);
   const Sweep balanced = free.sweep("crank.angle", 0.9, -0.4, 14);
   REQUIRE(balanced.points.size() == 14);

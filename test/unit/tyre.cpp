@@ -1,6 +1,6 @@
 // Tyres on roads: contact, models and lift-off against formulas written out here on their own, and what is
 // said of mistakes. Derivatives are checked with those of all other elements.
-#include "costate/element/kind/tyre.h"
+#include "costate/kind/tyre/tyre.h"
 
 #include <fmt/format.h>
 
@@ -9,11 +9,11 @@
 
 #include "costate/base/error.h"
 #include "costate/element/force/tyre_force.h"
-#include "costate/element/kind/body.h"
-#include "costate/element/kind/magic_formula.h"
-#include "costate/element/kind/point.h"
-#include "costate/element/kind/rigid_body.h"
-#include "costate/element/kind/road_laws.h"
+#include "costate/kind/body/body.h"
+#include "costate/kind/body/point.h"
+#include "costate/kind/body/rigid_body.h"
+#include "costate/kind/road/road_laws.h"
+#include "costate/kind/tyre/magic_formula.h"
 #include "costate/scene/scene.h"
 #include "support/paths.h"
 
@@ -85,8 +85,8 @@ class Wheel {
     for (std::size_t i = 0; i < names.size(); ++i)
       if (names[i].name == name)
         return f
-            .measure(static_cast<int>(i), {PathDual(t), dual_q.data(), dual_v.data(), nullptr, nullptr,
-                                           dual_z.data(), dual_p.data()})
+            .measure(static_cast<int>(i),
+                     {PathDual(t), dual_q.data(), dual_v.data(), nullptr, nullptr, dual_z.data(), dual_p.data()})
             .v.c0;
     FAIL("no measure " << name);
     return 0;
@@ -119,8 +119,8 @@ double calspan_lateral(double F, double alpha, double gamma) {
     phi = c.A2 * c.A3 * (c.A4 - c.A2) / (c.A0 * c.A4) * gamma;
     abar = -c.A0 / (calspan_mu(F) * F) * (alpha + phi);
   }
-  const double g = std::abs(abar) < 3 ? abar - abar * std::abs(abar) / 3 + abar * abar * abar / 27
-                                      : (abar > 0 ? 1.0 : -1.0);
+  const double g =
+      std::abs(abar) < 3 ? abar - abar * std::abs(abar) / 3 + abar * abar * abar / 27 : (abar > 0 ? 1.0 : -1.0);
   return calspan_mu(F) * F * g;
 }
 
@@ -225,10 +225,8 @@ TEST_CASE("tyre: a vertical contact pushes through the centre") {
   add_ride_tyre(w.builder, "T", w.tyre);
   w.finish();
   const double at = w.t - 0.1, s = at / 0.8, step = s * s * s * (10 - 15 * s + 6 * s * s),
-               step_rate = 30 * s * s * (1 - s) * (1 - s) / 0.8,
-               wave = 0.02 + 0.03 * std::sin(5 * 2 * at + 0.4);
-  const double height = 0.9 * step * wave,
-               rate = 0.9 * (step_rate * wave + step * 0.3 * std::cos(10 * at + 0.4));
+               step_rate = 30 * s * s * (1 - s) * (1 - s) / 0.8, wave = 0.02 + 0.03 * std::sin(5 * 2 * at + 0.4);
+  const double height = 0.9 * step * wave, rate = 0.9 * (step_rate * wave + step * 0.3 * std::cos(10 * at + 0.4));
   const double F = 46000 * (0.55 - (w.center()[2] - height)) + 300 * (rate - w.center_velocity()[2]);
   REQUIRE(F > 0);
   REQUIRE((w.force - Vector(0, 0, F)).norm() < 1e-12 * F);
@@ -238,13 +236,12 @@ TEST_CASE("tyre: a vertical contact pushes through the centre") {
 TEST_CASE("tyre: the Calspan model in its branches") {
   // Loads below and beyond A2, slips from small to saturated, both signs, through the model itself.
   CalspanTyre model;
-  const std::vector<double> p = {0,         kIltis.A0,      kIltis.A1, kIltis.A2, kIltis.A3,
-                                 kIltis.A4, kIltis.A_omega, kIltis.B1, kIltis.B3, kIltis.B4,
-                                 kIltis.SN, kIltis.AF1,     kIltis.AF2};
+  const std::vector<double> p = {0,         kIltis.A0, kIltis.A1, kIltis.A2, kIltis.A3,  kIltis.A4, kIltis.A_omega,
+                                 kIltis.B1, kIltis.B3, kIltis.B4, kIltis.SN, kIltis.AF1, kIltis.AF2};
   const auto lateral = [&](double F, double alpha, double gamma) {
     TyreOutput<double> out;
-    model(TyreInput<double>{{F, 10, 10 * std::tan(alpha), gamma, 0}}, static_cast<const double*>(nullptr),
-          p.data(), out, static_cast<double*>(nullptr));
+    model(TyreInput<double>{{F, 10, 10 * std::tan(alpha), gamma, 0}}, static_cast<const double*>(nullptr), p.data(),
+          out, static_cast<double*>(nullptr));
     return out.lateral();
   };
   for (const double F : {1.0, 500.0, 3831.31, 9000.0, 12929.9, 12930.1, 20890.9})
@@ -425,8 +422,7 @@ TEST_CASE("tyre: power, spin and the gradient by numbers") {
   double Q[8] = {}, rates[2] = {};
   f.calc_force(s, Q, rates);
   const Vector4 e(w.euler.data());
-  const Vector moment =
-      global_rate_matrix(e.data()) * Vector4(Q + 3) / 2 - (C - w.position).cross(F);  // about C
+  const Vector moment = global_rate_matrix(e.data()) * Vector4(Q + 3) / 2 - (C - w.position).cross(F);  // about C
   REQUIRE((Vector(Q) - F).norm() < 1e-12 * F.norm());
   REQUIRE(Q[7] == Approx(moment.dot(u)).epsilon(1e-12));
   const Vector of_contact = moment - (P - C).cross(F);  // moments of the model: about e_x, e_y and n
@@ -482,28 +478,22 @@ TEST_CASE("tyre: mistakes are named with their place") {
   CHECK_THAT(complaint("wheel = \"hub\"", "wheel = \"hob\""), Contains("There is no point 'hob' in space."));
   CHECK_THAT(complaint("model = \"ride\"", "model = \"rid\""),
              Contains("must be one of calspan, linear, ") && Contains("found \"rid\". Did you mean 'ride'?"));
-  CHECK_THAT(
-      complaint("model = \"ride\"", "model = \"ride\"\nroad_delay_s = 1"),
-      Contains(
-          "'road_delay_s' in [tyre.T] belongs to a post, but road 'plain' is none: give road_offset_m."));
+  CHECK_THAT(complaint("model = \"ride\"", "model = \"ride\"\nroad_delay_s = 1"),
+             Contains("'road_delay_s' in [tyre.T] belongs to a post, but road 'plain' is none: give road_offset_m."));
   CHECK_THAT(complaint("model = \"ride\"", "model = \"ride\"\naxis = [0, 0, 0]"),
              Contains("tyre.T.axis: The axis must not be zero."));
   CHECK_THAT(complaint("model = \"ride\"", "model = \"ride\"\nspin = \"carrier.e1\""),
              Contains("tyre.T.spin: 'carrier.e1' belongs to the wheel's own body"));
-  CHECK_THAT(complaint("model = \"ride\"", "model = \"calspan\""),
-             Contains("[tyre.T] needs 'calspan' (a table)"));
+  CHECK_THAT(complaint("model = \"ride\"", "model = \"calspan\""), Contains("[tyre.T] needs 'calspan' (a table)"));
   CHECK_THAT(complaint("class = \"B\"", "class = \"J\""), Contains("must be one of A, B, C, D, E, F, G, H"));
   CHECK_THAT(complaint("class = \"B\"", "seed = 1"), Contains("needs 'class' (A to H) or 'roughness_m3'"));
   CHECK_THAT(complaint("class = \"B\"", "class = \"B\", n_max_1_per_m = 0.01"),
              Contains("'n_max_1_per_m' must be greater than 'n_min_1_per_m', found 0.01 and 0.011."));
-  CHECK_THAT(
-      complaint("{ kind = \"iso8608\", class = \"B\" }", "{ kind = \"profile_table\", file = \"none.txt\" }"),
-      Contains("none.txt: This road profile, whose path is relative to the scene, cannot be read"));
-  CHECK_THAT(complaint("kind = \"post\"", "kind = \"profile\""),
-             Contains("Unknown key 'speed_m_per_s' in [road.rig]"));
+  CHECK_THAT(complaint("{ kind = \"iso8608\", class = \"B\" }", "{ kind = \"profile_table\", file = \"none.txt\" }"),
+             Contains("none.txt: This road profile, whose path is relative to the scene, cannot be read"));
+  CHECK_THAT(complaint("kind = \"post\"", "kind = \"profile\""), Contains("Unknown key 'speed_m_per_s' in [road.rig]"));
   CHECK_THAT(
       complaint("{ kind = \"iso8608\", class = \"B\" }",
                 "{ kind = \"bump\", height_m = 0.1, length_m = 2, count = 3, spacing_m = 1 }"),
-      Contains(
-          "'spacing_m' counts from one start to the next and must not be less than length_m = 2, found 1."));
+      Contains("'spacing_m' counts from one start to the next and must not be less than length_m = 2, found 1."));
 }

@@ -4,7 +4,7 @@
 // and let the tool set it beside IDAS:
 //   costate check five_bar.toml --candidate ./my_adjoint.so
 // Leave out or negate any term below, and the tool names it.
-#include "costate/adjoint/candidate.h"
+#include "costate/candidate/candidate.h"
 
 namespace {
 

@@ -19,11 +19,11 @@ constexpr double kJump = 1e-6, kNoise = 1e-9;
 constexpr double kResolution = 1e-12;
 /// Of a step: from here on the motion is that of the step, and no longer of the one before.
 constexpr double kWithinStep = 1e-9;
-/// Of the span: what the two sides of a kink are apart, so that both can stand in a grid. What a block changes over it by
-/// itself is as small.
+/// Of the span: what the two sides of a kink are apart, so that both can stand in a grid. What a block changes over it
+/// by itself is as small.
 constexpr double kSides = 2e-9;
-/// Evaluations: some a step and some a hundred a kink are enough. Where blocks are rough everywhere (rounding of large terms that
-/// cancel) the search would find no end.
+/// Evaluations: some a step and some a hundred a kink are enough. Where blocks are rough everywhere (rounding of large
+/// terms that cancel) the search would find no end.
 constexpr long kEvaluationsPerStep = 50, kEvaluations = 20000;
 
 using Values = std::vector<double>;
@@ -71,10 +71,12 @@ class Search {
 
   Values blocks(double t) {
     if (left_-- == 0)
-      throw SolverError(fmt::format(
-          "The equations of second order need the times at which derivatives of forces jump, and these are rough near t = {:.9g} s: "
-          "more kinks than can be told from rounding. Take the adjoint of first order: hand-adjoint of 'penalty' or 'maggi'.",
-          t));
+      throw SolverError(
+          fmt::format("The equations of second order need the times at which derivatives of forces jump, and these are "
+                      "rough near t = {:.9g} s: "
+                      "more kinks than can be told from rounding. Take the adjoint of first order: hand-adjoint of "
+                      "'penalty' or 'maggi'.",
+                      t));
     motion_(t, point_.data());
     StateView s;
     s.t = t;
@@ -112,8 +114,8 @@ class Search {
     return false;
   }
 
-  // Of five values at equal distances the fourth difference is that of a smooth function to (h/4)^4, and at least the jump
-  // of one that jumps between any two of them.
+  // Of five values at equal distances the fourth difference is that of a smooth function to (h/4)^4, and at least the
+  // jump of one that jumps between any two of them.
   void look(double begin, double end, const Values& first, const Values& last) {
     const double h = end - begin, middle = begin + h / 2;
     if (h <= smallest_ || !(begin < middle && middle < end)) {
@@ -141,7 +143,8 @@ class Search {
 
 }  // namespace
 
-std::vector<ForceKink> find_force_kinks(Assembly& assembly, const Objective& objective, const std::vector<double>& times,
+std::vector<ForceKink> find_force_kinks(Assembly& assembly, const Objective& objective,
+                                        const std::vector<double>& times,
                                         const std::function<void(double t, double* qvz)>& motion) {
   if (times.size() < 2) return {};
   return Search(assembly, objective, motion).run(times);

@@ -15,8 +15,7 @@ Eigen::VectorXd acceleration_rates(Assembly& assembly, AccelerationLevel& level)
     const double c1 = 2 * st.xi * st.omega, c0 = st.omega * st.omega;
     const SparsePattern& J = assembly.jacobian();
     for (int i = 0; i < m; ++i)
-      x[n + i] +=
-          c1 * assembly.bias[static_cast<std::size_t>(i)] + c0 * assembly.phi_t[static_cast<std::size_t>(i)];
+      x[n + i] += c1 * assembly.bias[static_cast<std::size_t>(i)] + c0 * assembly.phi_t[static_cast<std::size_t>(i)];
     add_product(J, assembly.phi_q.data(), c1, s.a, x.data() + n);
     add_product(J, assembly.phi_q.data(), c0, s.v, x.data() + n);
   }

@@ -7,7 +7,7 @@
 // differenced.
 #pragma once
 
-#include "costate/formulation/acceleration_level.h"
+#include "costate/level/acceleration_level.h"
 #include "costate/objective/objective.h"
 
 namespace costate {
@@ -20,8 +20,8 @@ Eigen::VectorXd acceleration_rates(Assembly& assembly, AccelerationLevel& level)
 void calc_running_gradient_rate(const Objective& objective, Assembly& assembly, AccelerationLevel& level,
                                 ScalarGradient& out);
 
-/// The same at a point s that the assembly has evaluated (z' is there), for costs that need no accelerations: without a'
-/// and lambda'.
+/// The same at a point s that the assembly has evaluated (z' is there), for costs that need no accelerations: without
+/// a' and lambda'.
 void calc_running_gradient_rate(const Objective& objective, Assembly& assembly, const StateView& s,
                                 ScalarGradient& out);
 

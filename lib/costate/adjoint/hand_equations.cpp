@@ -230,9 +230,8 @@ void HandEquations::add_terminal_tangent(const Eigen::MatrixXd& Sq, const Eigen:
   gradient += along(terminal_gradient(), Sq, Sv, Sz, Sa, Sl);
 }
 
-void HandEquations::add_running_tangent(const Eigen::MatrixXd& Sq, const Eigen::MatrixXd& Sv,
-                                        const Eigen::MatrixXd& Sz, const Eigen::MatrixXd& Sa,
-                                        const Eigen::MatrixXd& Sl, Eigen::VectorXd& out) {
+void HandEquations::add_running_tangent(const Eigen::MatrixXd& Sq, const Eigen::MatrixXd& Sv, const Eigen::MatrixXd& Sz,
+                                        const Eigen::MatrixXd& Sa, const Eigen::MatrixXd& Sl, Eigen::VectorXd& out) {
   out = along(running_gradient(), Sq, Sv, Sz, Sa, Sl);
 }
 

@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "costate/formulation/acceleration_level.h"
-#include "costate/formulation/velocity_jump.h"
+#include "costate/level/acceleration_level.h"
+#include "costate/level/velocity_jump.h"
 #include "costate/objective/objective.h"
 
 namespace costate {
@@ -39,8 +39,9 @@ class HandEquations {
   /// Columns of X.
   int columns() const { return direction_ == Direction::forward ? assembly_.np() : 1; }
   bool differential(int row) const { return differential_[row] != 0; }
-  /// The power of the step by which a row is multiplied before a stage is solved for; unknowns that grow like its inverse (in
-  /// systems of index 3 accelerations and multipliers) then do not make the matrix of a small step singular.
+  /// The power of the step by which a row is multiplied before a stage is solved for; unknowns that grow like its
+  /// inverse (in systems of index 3 accelerations and multipliers) then do not make the matrix of a small step
+  /// singular.
   virtual int step_power(int) const { return 0; }
   /// The rows that were added together are a group, of one kind of unknown.
   int group(int row) const { return group_[row]; }
@@ -57,15 +58,16 @@ class HandEquations {
 
   /// Evaluates A, D, b, d at the trajectory's point (t, q, v, z); accelerations and multipliers are solved for.
   void evaluate(double t, const double* qvz);
-  /// For equations whose unknowns depend on a choice (of independent coordinates): fixes the choices along a motion, given
-  /// the ends of its steps in order of time, and returns the times where they change, which grids must contain.
+  /// For equations whose unknowns depend on a choice (of independent coordinates): fixes the choices along a motion,
+  /// given the ends of its steps in order of time, and returns the times where they change, which grids must contain.
   virtual std::vector<double> plan(const std::vector<double>& times, const Motion& motion);
-  /// Before the step from t to `next`, at the point (t; q, v, z): where the choice changes, X is expressed in the new one,
-  /// the gradient gains what depends on the parameters in that, and the result is true.
+  /// Before the step from t to `next`, at the point (t; q, v, z): where the choice changes, X is expressed in the new
+  /// one, the gradient gains what depends on the parameters in that, and the result is true.
   virtual bool before_step(double t, double next, const double* qvz, Eigen::MatrixXd& X, Eigen::VectorXd& gradient);
-  /// X across the kink of a driver between the instants t_before and t_after, from `qvz` before it (the motion's state where
-  /// the driven velocity jumps, see impulse_jump.h): forward from before to behind, backward from behind to before, when the
-  /// gradient gains the jump's own dependence on the parameters. The point of the side that X is then on is evaluated.
+  /// X across the kink of a driver between the instants t_before and t_after, from `qvz` before it (the motion's state
+  /// where the driven velocity jumps, see impulse_jump.h): forward from before to behind, backward from behind to
+  /// before, when the gradient gains the jump's own dependence on the parameters. The point of the side that X is then
+  /// on is evaluated.
   void cross_kink(double t_before, double t_after, const double* qvz, Eigen::MatrixXd& X, Eigen::VectorXd& gradient);
   /// X where the integration begins (t_start forward, t_end backward) at an evaluated point, and the terms that the
   /// gradient gains there.

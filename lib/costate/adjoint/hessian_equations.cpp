@@ -77,8 +77,7 @@ void HessianEquations::solve_tangent(double t, const double* y, const double* ta
   level_.solve_kkt(accelerations_.data(), directions());
 }
 
-void HessianEquations::motion(double t, const double* y, const double* tangents, double* yp,
-                              double* tangents_p) {
+void HessianEquations::motion(double t, const double* y, const double* tangents, double* yp, double* tangents_p) {
   solve_tangent(t, y, tangents);
   std::copy(y + n_, y + 2 * n_, yp);
   std::copy(level_.a(), level_.a() + n_, yp + n_);
@@ -93,9 +92,7 @@ void HessianEquations::motion(double t, const double* y, const double* tangents,
   }
 }
 
-void HessianEquations::evaluate(double t, const double* y, const double* tangents) {
-  solve_tangent(t, y, tangents);
-}
+void HessianEquations::evaluate(double t, const double* y, const double* tangents) { solve_tangent(t, y, tangents); }
 
 Variation HessianEquations::variation(int k) const {
   Variation d;
@@ -145,8 +142,8 @@ void HessianEquations::calc_change(bool terminal, int k, const double* s, const 
   }
   w.state = mu_z;
   add_gradient_change(assembly_, state, d, w,
-                      {change_.q.data(), change_.v.data(), change_.a.data(), change_.lambda.data(),
-                       change_.z.data(), change_.rho.data()});
+                      {change_.q.data(), change_.v.data(), change_.a.data(), change_.lambda.data(), change_.z.data(),
+                       change_.rho.data()});
 }
 
 void HessianEquations::add_transposed(double c, const double* s, const double* mu_z, double* out) const {
@@ -172,16 +169,14 @@ void HessianEquations::end(double* mu, double* dmu, double* gradient, double* pr
   assemble(gradient_, s_, mu, gradient);
   for (int k = 0; k < directions(); ++k) {
     calc_change(true, k, s_.data(), nullptr);
-    assemble(change_, ds_, dmu + static_cast<std::ptrdiff_t>(k) * N,
-             products + static_cast<std::ptrdiff_t>(k) * np);
+    assemble(change_, ds_, dmu + static_cast<std::ptrdiff_t>(k) * N, products + static_cast<std::ptrdiff_t>(k) * np);
   }
 }
 
-void HessianEquations::adjoint(const double* mu, const double* dmu, double* mup, double* dmup,
-                               double* integrand, double* product_integrands) {
+void HessianEquations::adjoint(const double* mu, const double* dmu, double* mup, double* dmup, double* integrand,
+                               double* product_integrands) {
   const int N = state_size(), np = parameter_count();
-  const auto assemble = [&](const ScalarGradient& g, const double* x, std::vector<double>& s, double* xp,
-                            double* rho) {
+  const auto assemble = [&](const ScalarGradient& g, const double* x, std::vector<double>& s, double* xp, double* rho) {
     for (int i = 0; i < n_; ++i) s[static_cast<std::size_t>(i)] = x[n_ + i] + g.a[i];
     std::copy(g.lambda.data(), g.lambda.data() + m_, s.begin() + n_);
     level_.solve_kkt(s.data());
@@ -237,8 +232,7 @@ void HessianEquations::solve_start_multipliers(const Start& start, const double*
     x = transposed(m.given_positions()).solve(right).head(m_);
 }
 
-void HessianEquations::begin(double t, const double* mu, const double* dmu, double* gradient,
-                             double* products) {
+void HessianEquations::begin(double t, const double* mu, const double* dmu, double* gradient, double* products) {
   const Start& start = start_point(t);
   const int N = state_size(), np = parameter_count();
   const auto pull = [&](const double* x, double* rho) {
@@ -272,8 +266,7 @@ void HessianEquations::begin(double t, const double* mu, const double* dmu, doub
   TermWeights w;
   w.phi = x.data();
   w.phid = y.data();
-  Eigen::MatrixXd dq = start.q_rho * directions_, dv = start.v_rho * directions_,
-                  dz = start.z_rho * directions_;
+  Eigen::MatrixXd dq = start.q_rho * directions_, dv = start.v_rho * directions_, dz = start.z_rho * directions_;
   Eigen::VectorXd moved(N);
   for (int k = 0; k < directions(); ++k) {
     Variation d;
@@ -285,8 +278,8 @@ void HessianEquations::begin(double t, const double* mu, const double* dmu, doub
     d.numbers = number_changes_[static_cast<std::size_t>(k)].data();
     change_.set_zero();
     add_gradient_change(assembly_, s, d, w,
-                        {change_.q.data(), change_.v.data(), change_.a.data(), change_.lambda.data(),
-                         change_.z.data(), change_.rho.data()});
+                        {change_.q.data(), change_.v.data(), change_.a.data(), change_.lambda.data(), change_.z.data(),
+                         change_.rho.data()});
     for (std::size_t g = 0; g < assembly_.mechanism().given_velocities().size(); ++g)
       for (const auto& [i, j, factor] : assembly_.mechanism().given_velocities()[g].terms) {
         const double b = factor * y[m_ + static_cast<int>(g)];

@@ -24,8 +24,8 @@ namespace costate {
 
 class HessianEquations {
  public:
-  HessianEquations(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
-                   Objective objective, Stabilization stabilization);
+  HessianEquations(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective,
+                   Stabilization stabilization);
 
   void set_parameters(const double* rho);
   /// np x k: one direction of the parameters a column.

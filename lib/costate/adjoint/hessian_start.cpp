@@ -7,8 +7,8 @@ namespace costate {
 
 void HessianEquations::solve_balance_multipliers(const Start& start, const Eigen::VectorXd& weight_q,
                                                  const double* mu_z, double t, Eigen::VectorXd& x) {
-  const EquilibriumAdjoint a = equilibrium_adjoint(assembly_, t, start.q, start.z, weight_q,
-                                                   Eigen::Map<const Eigen::VectorXd>(mu_z, nz_));
+  const EquilibriumAdjoint a =
+      equilibrium_adjoint(assembly_, t, start.q, start.z, weight_q, Eigen::Map<const Eigen::VectorXd>(mu_z, nz_));
   balance_s_ = a.s;
   balance_w_ = a.w;
   x = a.x;
@@ -30,9 +30,9 @@ void HessianEquations::add_balance_change(double t, const Start& start, int k, c
   w.state = state.data();
   ScalarGradient change;
   change.resize(assembly_);
-  add_gradient_change(assembly_, s, d, w,
-                      {change.q.data(), change.v.data(), change.a.data(), change.lambda.data(),
-                       change.z.data(), change.rho.data()});
+  add_gradient_change(
+      assembly_, s, d, w,
+      {change.q.data(), change.v.data(), change.a.data(), change.lambda.data(), change.z.data(), change.rho.data()});
   moved.head(n_) += change.q;
   moved.tail(nz_) += change.z;
   const Eigen::VectorXd sum = change.rho + start.lambda_rho.transpose() * change.lambda;

@@ -14,8 +14,7 @@ Eigen::MatrixXd rows_of(const Eigen::MatrixXd& A, const std::vector<int>& rows) 
 
 MaggiAdjoint::MaggiAdjoint(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
                            Objective objective)
-    : MaggiEquations(std::move(mechanism), std::move(parameters), std::move(objective), Direction::backward) {
-}
+    : MaggiEquations(std::move(mechanism), std::move(parameters), std::move(objective), Direction::backward) {}
 
 // mu(T) = w in (z, zd, zf), accelerations and multipliers eliminated (0.8).
 void MaggiAdjoint::begin(Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
@@ -70,8 +69,8 @@ void MaggiAdjoint::from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& X, Eig
 
 // Explicit form of first order: (5.5), with mu = Mz^-1 (mu_zd + g_zdd).
 
-MaggiExplicitAdjoint::MaggiExplicitAdjoint(std::shared_ptr<const Mechanism> mechanism,
-                                           ParameterSelection parameters, Objective objective)
+MaggiExplicitAdjoint::MaggiExplicitAdjoint(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
+                                           Objective objective)
     : MaggiAdjoint(std::move(mechanism), std::move(parameters), std::move(objective)) {
   add_rows("mu_z.", independent_names(), true);
   add_rows("mu_zd.", independent_names(), true);
@@ -97,8 +96,7 @@ void MaggiExplicitAdjoint::fill() {
   D_.add_constant(block_.Df, 1);
   // K^T Mz^-1 = (Mz^-1 K)^T
   const Eigen::MatrixXd K = at_.solve_mass(at_.Kz).transpose(), C = at_.solve_mass(at_.Cz).transpose(),
-                        Q = at_.solve_mass(at_.Qz).transpose(), Zq = at_.Zq.transpose(),
-                        Zv = at_.Zv.transpose();
+                        Q = at_.solve_mass(at_.Qz).transpose(), Zq = at_.Zq.transpose(), Zv = at_.Zv.transpose();
   A_.add(block_.z_zd, K.data());
   A_.add(block_.z_f, Zq.data(), -1);
   A_.add_constant(block_.zd_z, -1);
@@ -122,8 +120,8 @@ Eigen::VectorXd MaggiExplicitAdjoint::multiplier(const Eigen::VectorXd& X) {
 
 // Implicit form of first order: (5.7).
 
-MaggiImplicitAdjoint::MaggiImplicitAdjoint(std::shared_ptr<const Mechanism> mechanism,
-                                           ParameterSelection parameters, Objective objective)
+MaggiImplicitAdjoint::MaggiImplicitAdjoint(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
+                                           Objective objective)
     : MaggiAdjoint(std::move(mechanism), std::move(parameters), std::move(objective)) {
   add_rows("mu_z.", independent_names(), true);
   add_rows("mu.", independent_names(), true);

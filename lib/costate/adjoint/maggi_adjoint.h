@@ -19,8 +19,7 @@ namespace costate {
 
 class MaggiAdjoint : public MaggiEquations {
  public:
-  MaggiAdjoint(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
-               Objective objective);
+  MaggiAdjoint(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective);
   void begin(Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
   void integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& out) override;
   void finish(const Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
@@ -46,8 +45,7 @@ class MaggiAdjoint : public MaggiEquations {
 /// Explicit form of first order: X = (mu_z, mu_zd, mu_f), mu solved for.
 class MaggiExplicitAdjoint final : public MaggiAdjoint {
  public:
-  MaggiExplicitAdjoint(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
-                       Objective objective);
+  MaggiExplicitAdjoint(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective);
 
  protected:
   void fill() override;
@@ -66,8 +64,7 @@ class MaggiExplicitAdjoint final : public MaggiAdjoint {
 ///   P' = (Mz mu - g_zdd)' = -g_zd - mu_z + Cz^T mu - Zv^T mu_f.
 class MaggiImplicitAdjoint final : public MaggiAdjoint {
  public:
-  MaggiImplicitAdjoint(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
-                       Objective objective);
+  MaggiImplicitAdjoint(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective);
 
  protected:
   void fill() override;

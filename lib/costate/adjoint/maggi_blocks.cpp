@@ -14,13 +14,11 @@ namespace costate {
 Eigen::MatrixXd times(const SparsePattern& A, const std::vector<double>& values, const Eigen::MatrixXd& x) {
   Eigen::MatrixXd y = Eigen::MatrixXd::Zero(A.rows, x.cols());
   if (y.size() > 0)
-    for (Eigen::Index j = 0; j < x.cols(); ++j)
-      add_product(A, values.data(), 1, x.col(j).data(), y.col(j).data());
+    for (Eigen::Index j = 0; j < x.cols(); ++j) add_product(A, values.data(), 1, x.col(j).data(), y.col(j).data());
   return y;
 }
 
-Eigen::MatrixXd transposed_times(const SparsePattern& A, const std::vector<double>& values,
-                                 const Eigen::MatrixXd& x) {
+Eigen::MatrixXd transposed_times(const SparsePattern& A, const std::vector<double>& values, const Eigen::MatrixXd& x) {
   Eigen::MatrixXd y = Eigen::MatrixXd::Zero(A.cols, x.cols());
   if (y.size() > 0)
     for (Eigen::Index j = 0; j < x.cols(); ++j)
@@ -29,11 +27,7 @@ Eigen::MatrixXd transposed_times(const SparsePattern& A, const std::vector<doubl
 }
 
 MaggiBlocks::MaggiBlocks(Assembly& assembly)
-    : assembly_(assembly),
-      n_(assembly.n()),
-      m_(assembly.m()),
-      f_(degrees_of_freedom(assembly)),
-      nz_(assembly.nz()) {}
+    : assembly_(assembly), n_(assembly.n()), m_(assembly.m()), f_(degrees_of_freedom(assembly)), nz_(assembly.nz()) {}
 
 int MaggiBlocks::find_chart(const std::vector<int>& independent) {
   for (std::size_t c = 0; c < charts_.size(); ++c)
@@ -132,8 +126,7 @@ void MaggiBlocks::evaluate(const StateView& s) {
   D = times_S(-times(jacobian, assembly_.phid_q, R));
   A = times_S(-times(jacobian, assembly_.phidd_q, R) - 2 * times(jacobian, assembly_.phid_q, D));
   Cz = R.transpose() * (times(square, assembly_.C, R) + 2 * times(square, assembly_.M, D));
-  Kz = R.transpose() *
-       (times(square, assembly_.K, R) + times(square, assembly_.C, D) + times(square, assembly_.M, A));
+  Kz = R.transpose() * (times(square, assembly_.K, R) + times(square, assembly_.C, D) + times(square, assembly_.M, A));
   Qz = transposed_times(assembly_.force_state(), assembly_.Q_z, R).transpose();
   Zv = times(assembly_.state_force(), assembly_.f_v, R);
   Zq = times(assembly_.state_force(), assembly_.f_q, R) + times(assembly_.state_force(), assembly_.f_v, D);
@@ -151,13 +144,12 @@ StateView MaggiBlocks::state() const {
 }
 
 void MaggiBlocks::evaluate_parameters(const Assembly::ParameterColumns& c) {
-  const SparsePattern &square = assembly_.square(), &jacobian = assembly_.jacobian(),
-                      &rates = assembly_.state_force();
+  const SparsePattern &square = assembly_.square(), &jacobian = assembly_.jacobian(), &rates = assembly_.state_force();
   Nr = times_S(-c.phi);
   Vr = times_S(-c.phid - times(jacobian, assembly_.phid_q, Nr));
   Ar = times_S(-c.phidd - times(jacobian, assembly_.phidd_q, Nr) - 2 * times(jacobian, assembly_.phid_q, Vr));
-  Fz = R.transpose() * (c.F + times(square, assembly_.K, Nr) + times(square, assembly_.C, Vr) +
-                        times(square, assembly_.M, Ar));
+  Fz = R.transpose() *
+       (c.F + times(square, assembly_.K, Nr) + times(square, assembly_.C, Vr) + times(square, assembly_.M, Ar));
   Zr = c.f + times(rates, assembly_.f_q, Nr) + times(rates, assembly_.f_v, Vr);
   F = c.F;
 }

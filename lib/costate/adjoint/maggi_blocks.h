@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "costate/assembly/assembly.h"
-#include "costate/formulation/maggi_chart.h"
+#include "costate/level/maggi_chart.h"
 #include "costate/objective/output.h"
 
 namespace costate {
@@ -66,8 +66,8 @@ class MaggiBlocks {
   /// The same with accelerations eliminated by the equations of motion.
   Reduced reduce_and_eliminate(const ScalarGradient& g);
 
-  /// b := [M, Phi_q^T; Phi_q, 0]^-1 b (n + m entries) at the evaluated positions, with the assembly's mass matrix there; of the
-  /// multipliers of redundant rows those of least norm.
+  /// b := [M, Phi_q^T; Phi_q, 0]^-1 b (n + m entries) at the evaluated positions, with the assembly's mass matrix
+  /// there; of the multipliers of redundant rows those of least norm.
   void solve_impulses(double* b);
 
   /// S c for m rows c.
@@ -92,7 +92,6 @@ class MaggiBlocks {
 
 /// A x for a matrix with values on a pattern, and A^T x.
 Eigen::MatrixXd times(const SparsePattern& A, const std::vector<double>& values, const Eigen::MatrixXd& x);
-Eigen::MatrixXd transposed_times(const SparsePattern& A, const std::vector<double>& values,
-                                 const Eigen::MatrixXd& x);
+Eigen::MatrixXd transposed_times(const SparsePattern& A, const std::vector<double>& values, const Eigen::MatrixXd& x);
 
 }  // namespace costate

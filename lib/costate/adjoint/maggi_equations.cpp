@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "costate/analysis/start.h"
-#include "costate/formulation/maggi_names.h"
+#include "costate/level/maggi_names.h"
 
 namespace costate {
 
@@ -37,8 +37,7 @@ class BlocksBalance final : public ImpulseBalance {
 
 MaggiEquations::MaggiEquations(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
                                Objective objective, Direction direction)
-    : HandEquations(std::move(mechanism), std::move(parameters), std::move(objective), Stabilization{},
-                    direction),
+    : HandEquations(std::move(mechanism), std::move(parameters), std::move(objective), Stabilization{}, direction),
       at_(assembly_),
       velocity_jump_(assembly_, std::make_unique<BlocksBalance>(assembly_, at_)),
       f_(at_.freedoms()) {}
@@ -77,9 +76,7 @@ void MaggiEquations::evaluate_start() {
 
 void MaggiEquations::evaluate_in_chart(int chart) {
   const StateView s = state();
-  const auto vector = [](const double* x, int n) {
-    return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(x, n));
-  };
+  const auto vector = [](const double* x, int n) { return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(x, n)); };
   const Eigen::VectorXd y = stacked(vector(s.q, n_), vector(s.v, n_), vector(s.z, nz_));
   at_.use_chart(chart);
   evaluate(s.t, y.data());

@@ -12,12 +12,11 @@ namespace costate {
 
 class MaggiEquations : public HandEquations {
  public:
-  MaggiEquations(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
-                 Objective objective, Direction direction);
+  MaggiEquations(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective,
+                 Direction direction);
   void set_parameters(const double* rho) override;
   std::vector<double> plan(const std::vector<double>& times, const Motion& motion) override;
-  bool before_step(double t, double next, const double* qvz, Eigen::MatrixXd& X,
-                   Eigen::VectorXd& gradient) override;
+  bool before_step(double t, double next, const double* qvz, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
   long factorizations() const override { return at_.factorizations(); }
 
  protected:

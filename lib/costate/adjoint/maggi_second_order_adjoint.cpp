@@ -63,9 +63,9 @@ void MaggiSecondOrderAdjoint::fill() {
   Mz_dot_ = R.transpose() * M1R + RMD + RMD.transpose();
   const Eigen::MatrixXd Mz_ddot = R.transpose() * times(square, rates_.M_ddot, R) +
                                   2 * (RM1D + RM1D.transpose() + D.transpose() * MD) + RMA + RMA.transpose();
-  const Eigen::MatrixXd Cz_dot =
-      D.transpose() * (times(square, assembly_.C, R) + 2 * MD) +
-      R.transpose() * (times(square, rates_.C_dot, R) + times(square, assembly_.C, D)) + 2 * RM1D + 2 * RMA;
+  const Eigen::MatrixXd Cz_dot = D.transpose() * (times(square, assembly_.C, R) + 2 * MD) +
+                                 R.transpose() * (times(square, rates_.C_dot, R) + times(square, assembly_.C, D)) +
+                                 2 * RM1D + 2 * RMA;
   Eigen::MatrixXd nu_mu = Cz_dot.transpose() - Mz_ddot - at_.Kz.transpose();
   const Eigen::MatrixXd nu_nu = at_.Cz.transpose() - Mz_dot_;
   const ScalarGradient& g = running_gradient();
@@ -77,10 +77,8 @@ void MaggiSecondOrderAdjoint::fill() {
   if (nz_ > 0) {
     // Zq^T mu_f - Zv'^T mu_f - Zv^T mu_f' with mu_f' = -g_zf - Qz^T mu - f_z^T mu_f
     const SparsePattern& state_force = assembly_.state_force();
-    const Eigen::MatrixXd Zv_dot =
-        times(state_force, rates_.f_v_dot, R) + times(state_force, assembly_.f_v, D);
-    const Eigen::MatrixXd nu_f =
-        (at_.Zq - Zv_dot + times(assembly_.state_state(), assembly_.f_z, at_.Zv)).transpose();
+    const Eigen::MatrixXd Zv_dot = times(state_force, rates_.f_v_dot, R) + times(state_force, assembly_.f_v, D);
+    const Eigen::MatrixXd nu_f = (at_.Zq - Zv_dot + times(assembly_.state_state(), assembly_.f_z, at_.Zv)).transpose();
     A_.add(block_.nu_f, nu_f.data());
     nu_mu += at_.Zv.transpose() * at_.Qz.transpose();
     b += at_.Zv.transpose() * r.zf;

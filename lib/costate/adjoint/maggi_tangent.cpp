@@ -61,23 +61,21 @@ void MaggiTangent::fill() {
 }
 
 Eigen::MatrixXd MaggiTangent::accelerations(const Eigen::MatrixXd& X) {
-  return -at_.solve_mass(at_.Kz * X.topRows(f_) + at_.Cz * X.middleRows(f_, f_) -
-                         at_.Qz * X.middleRows(2 * f_, nz_) + at_.Fz);
+  return -at_.solve_mass(at_.Kz * X.topRows(f_) + at_.Cz * X.middleRows(f_, f_) - at_.Qz * X.middleRows(2 * f_, nz_) +
+                         at_.Fz);
 }
 
 void MaggiTangent::expand(const Eigen::MatrixXd& X) {
   evaluate_parameters();
   const auto Sz = X.topRows(f_), Szd = X.middleRows(f_, f_);
   dzf_ = X.middleRows(2 * f_, nz_);
-  const Eigen::MatrixXd Szdd =
-      form_ == Form::implicit_form ? Eigen::MatrixXd(X.bottomRows(f_)) : accelerations(X);
+  const Eigen::MatrixXd Szdd = form_ == Form::implicit_form ? Eigen::MatrixXd(X.bottomRows(f_)) : accelerations(X);
   dq_ = at_.R * Sz + at_.Nr;
   dv_ = at_.R * Szd + at_.D * Sz + at_.Vr;
   da_ = at_.R * Szdd + 2 * at_.D * Szd + at_.A * Sz + at_.Ar;
-  dlambda_ = at_.multiplier_change(times(assembly_.square(), assembly_.M, da_) +
-                                   times(assembly_.square(), assembly_.C, dv_) +
-                                   times(assembly_.square(), assembly_.K, dq_) -
-                                   times(assembly_.force_state(), assembly_.Q_z, dzf_) + at_.F);
+  dlambda_ = at_.multiplier_change(
+      times(assembly_.square(), assembly_.M, da_) + times(assembly_.square(), assembly_.C, dv_) +
+      times(assembly_.square(), assembly_.K, dq_) - times(assembly_.force_state(), assembly_.Q_z, dzf_) + at_.F);
 }
 
 Eigen::MatrixXd MaggiTangent::project(const Eigen::MatrixXd& dq, const Eigen::MatrixXd& dv,

@@ -83,8 +83,8 @@ Eigen::MatrixXd MomentumAdjoint::of_states(const Eigen::MatrixXd& X) {
   return Y;
 }
 
-// (1.3) to (1.5): of weights of all changes, the adjoint takes those that the constraints allow; the rest, with eta, goes to
-// the parameters that move the constraints.
+// (1.3) to (1.5): of weights of all changes, the adjoint takes those that the constraints allow; the rest, with eta,
+// goes to the parameters that move the constraints.
 void MomentumAdjoint::from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
   const Eigen::VectorXd wq = Y.col(0).head(n_), wv = Y.col(0).segment(n_, n_), wz = Y.col(0).tail(nz_);
   const ScalarGradient& g = running_gradient();

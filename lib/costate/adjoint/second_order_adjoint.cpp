@@ -62,8 +62,9 @@ SecondOrderAdjoint::SecondOrderAdjoint(std::shared_ptr<const Mechanism> mechanis
 
 void SecondOrderAdjoint::require_plain_cost() const {
   if (objective_.running_needs_accelerations())
-    throw CapabilityError("The second-order adjoint needs derivatives of the accelerations where the running cost depends "
-                          "on accelerations or reactions; use the first-order adjoint of this formulation.");
+    throw CapabilityError(
+        "The second-order adjoint needs derivatives of the accelerations where the running cost depends "
+        "on accelerations or reactions; use the first-order adjoint of this formulation.");
 }
 
 void SecondOrderAdjoint::fill() {

@@ -34,7 +34,8 @@ class TangentEquations final : public HandEquations {
   }
 
  private:
-  /// The parts of X; a and lambda, where they are needed, from the KKT system, which holds whatever the constraints' level.
+  /// The parts of X; a and lambda, where they are needed, from the KKT system, which holds whatever the constraints'
+  /// level.
   void split(const Eigen::MatrixXd& X, bool with_accelerations);
   Constraints constraints_;
   Eigen::MatrixXd Sq_, Sv_, Sz_, Sa_, Sl_;

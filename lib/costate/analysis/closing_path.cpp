@@ -18,7 +18,7 @@ namespace {
 constexpr double kLongestMove = 0.2;  // of the mechanism's extent
 constexpr double kLongestTurn = 0.3;  // also of Euler parameters and other coordinates of size 1
 constexpr double kContraction = 0.25;
-constexpr double kOnPath = 0.02;       // a correction this small, in step lengths, is near enough
+constexpr double kOnPath = 0.02;        // a correction this small, in step lengths, is near enough
 constexpr double kShortestPart = 1e-6;  // of the path
 constexpr int kMostParts = 2000;
 constexpr int kDescents = 300;
@@ -28,8 +28,9 @@ constexpr int kDenseLimit = 500;
 StepLength::StepLength(const Assembly& assembly, const VectorXd& q) : weight_(assembly.n()) {
   const double extent = extent_of(assembly, q).value_or(1);
   for (int i = 0; i < assembly.n(); ++i)
-    weight_[i] = 1 / (assembly.mechanism().coordinates()[static_cast<std::size_t>(i)].unit == "m" ? kLongestMove * extent
-                                                                                                  : kLongestTurn);
+    weight_[i] =
+        1 / (assembly.mechanism().coordinates()[static_cast<std::size_t>(i)].unit == "m" ? kLongestMove * extent
+                                                                                         : kLongestTurn);
 }
 
 ClosingPath::ClosingPath(Assembly& assembly, double t, const std::vector<GivenStart>& given, VectorXd z0)
@@ -43,7 +44,8 @@ VectorXd ClosingPath::residual(const VectorXd& q) {
   const int rows = assembly_.m();
   VectorXd r(rows + z0_.size());
   for (int i = 0; i < rows; ++i) r[i] = assembly_.phi[static_cast<std::size_t>(i)];
-  for (Eigen::Index g = 0; g < z0_.size(); ++g) r[rows + g] = q[given_[static_cast<std::size_t>(g)].coordinate] - z0_[g];
+  for (Eigen::Index g = 0; g < z0_.size(); ++g)
+    r[rows + g] = q[given_[static_cast<std::size_t>(g)].coordinate] - z0_[g];
   return r;
 }
 

@@ -1,6 +1,7 @@
-// Closing a mechanism from a first guess without leaving the guess's branch. With r(q) = [Phi(q, t); B q - z0] and its value
-// r0 at the guess, the positions are led along r(q(s)) = (1 - s) r0, s = 0 .. 1, by Newton steps that are short against the
-// mechanism and contract: all gaps close together, so that the assembly follows its guess as a hand would lead it.
+// Closing a mechanism from a first guess without leaving the guess's branch. With r(q) = [Phi(q, t); B q - z0] and its
+// value r0 at the guess, the positions are led along r(q(s)) = (1 - s) r0, s = 0 .. 1, by Newton steps that are short
+// against the mechanism and contract: all gaps close together, so that the assembly follows its guess as a hand would
+// lead it.
 #pragma once
 
 #include <Eigen/Core>

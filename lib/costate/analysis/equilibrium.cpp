@@ -25,10 +25,8 @@ namespace {
 
 constexpr int kMaxIterations = 400;
 constexpr int kCloseIterations = 60;
-constexpr int kPatience =
-    100;  // steps of the pseudo-transient before an equilibrium that is not stable will do
-constexpr double kSettled =
-    1e-9;  // a Newton step of this size, relative to the mechanism's: rounding is one step away
+constexpr int kPatience = 100;     // steps of the pseudo-transient before an equilibrium that is not stable will do
+constexpr double kSettled = 1e-9;  // a Newton step of this size, relative to the mechanism's: rounding is one step away
 constexpr double kLongestTurn = 0.3;
 constexpr double kLongestMove = 0.2;  // of the mechanism's size
 
@@ -143,8 +141,8 @@ class Search {
     double worst = 0;
     const auto& coordinates = assembly_.mechanism().coordinates();
     for (int i = 0; i < assembly_.n(); ++i)
-      worst = std::max(
-          worst, std::abs(step.q[i]) / (coordinates[i].unit == "m" ? kLongestMove * extent_ : kLongestTurn));
+      worst =
+          std::max(worst, std::abs(step.q[i]) / (coordinates[i].unit == "m" ? kLongestMove * extent_ : kLongestTurn));
     return worst > 0 ? 1 / worst : 1;
   }
 
@@ -168,12 +166,12 @@ class Search {
     const std::vector<std::string> loose = x_.undetermined();
     require_given_count(assembly_, x_.state().t, x_.q().data(), held_names(), "positions", true);
     if (loose.empty()) return;
-    throw ModelError("start", fmt::format("No equilibrium is determined: nothing holds {} (no stiffness acts "
-                                          "against {} motion{}). Give {} in "
-                                          "[start], or add the spring, contact or constraint that holds {}.",
-                                          fmt::join(loose, ", "), loose.size() == 1 ? "this" : "these",
-                                          loose.size() == 1 ? "" : "s", loose.size() == 1 ? "it" : "them",
-                                          loose.size() == 1 ? "it" : "them"));
+    throw ModelError(
+        "start", fmt::format("No equilibrium is determined: nothing holds {} (no stiffness acts "
+                             "against {} motion{}). Give {} in "
+                             "[start], or add the spring, contact or constraint that holds {}.",
+                             fmt::join(loose, ", "), loose.size() == 1 ? "this" : "these", loose.size() == 1 ? "" : "s",
+                             loose.size() == 1 ? "it" : "them", loose.size() == 1 ? "it" : "them"));
   }
 
   [[noreturn]] void throw_unbalanced() {
@@ -185,10 +183,9 @@ class Search {
     std::vector<std::string> text;
     for (std::size_t i = 0; i < std::min<std::size_t>(3, worst.size()); ++i)
       text.push_back(fmt::format("{} by {:.3g}", worst[i].second, worst[i].first));
-    throw ModelError(
-        "start", fmt::format("No equilibrium was found in {} iterations. Out of balance most (generalized "
-                             "force): {}. Bring the first guesses nearer, or give more positions.",
-                             kMaxIterations, fmt::join(text, ", ")));
+    throw ModelError("start", fmt::format("No equilibrium was found in {} iterations. Out of balance most (generalized "
+                                          "force): {}. Bring the first guesses nearer, or give more positions.",
+                                          kMaxIterations, fmt::join(text, ", ")));
   }
 
   Assembly& assembly_;
@@ -207,8 +204,8 @@ std::vector<HeldPosition> held_by_start(const Assembly& assembly) {
   return held;
 }
 
-Equilibrium find_equilibrium(Assembly& assembly, double t, const std::vector<HeldPosition>& held,
-                             bool with_derivatives, const EquilibriumGuess* guess) {
+Equilibrium find_equilibrium(Assembly& assembly, double t, const std::vector<HeldPosition>& held, bool with_derivatives,
+                             const EquilibriumGuess* guess) {
   Equilibrium e;
   Search search(assembly, t, held, guess);
   search.run(e);

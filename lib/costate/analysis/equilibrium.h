@@ -29,7 +29,7 @@ std::vector<HeldPosition> held_by_start(const Assembly& assembly);
 
 struct Equilibrium {
   Eigen::VectorXd q, z, lambda;  // n, nz, m
-  Eigen::VectorXd held;  // generalized force by which a held position is kept, one a held position [N, N m]
+  Eigen::VectorXd held;          // generalized force by which a held position is kept, one a held position [N, N m]
   int iterations = 0;
   double residual = 0;             // largest unbalanced generalized force [N, N m]
   double constraint_residual = 0;  // largest |Phi|
@@ -48,8 +48,8 @@ struct EquilibriumGuess {
 
 /// At time t for the parameters that the assembly holds. Throws ModelError where the constraints cannot be
 /// closed, where no equilibrium is found, and where nothing determines a coordinate (which it names).
-Equilibrium find_equilibrium(Assembly& assembly, double t, const std::vector<HeldPosition>& held,
-                             bool with_derivatives, const EquilibriumGuess* guess = nullptr);
+Equilibrium find_equilibrium(Assembly& assembly, double t, const std::vector<HeldPosition>& held, bool with_derivatives,
+                             const EquilibriumGuess* guess = nullptr);
 
 /// Multipliers of the balance, of f = 0 and of Phi = 0 (s, w, x with n, nz, m entries) that carry weights of
 /// q and z through the equilibrium: with X = [Phi_q; B], free force states alone in w, and K, Q_z, f at rest,
@@ -57,9 +57,8 @@ Equilibrium find_equilibrium(Assembly& assembly, double t, const std::vector<Hel
 struct EquilibriumAdjoint {
   Eigen::VectorXd s, w, x;
 };
-EquilibriumAdjoint equilibrium_adjoint(Assembly& assembly, double t, const Eigen::VectorXd& q,
-                                       const Eigen::VectorXd& z, const Eigen::VectorXd& weight_q,
-                                       const Eigen::VectorXd& weight_z);
+EquilibriumAdjoint equilibrium_adjoint(Assembly& assembly, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& z,
+                                       const Eigen::VectorXd& weight_q, const Eigen::VectorXd& weight_z);
 
 class Output;
 

@@ -1,5 +1,5 @@
-// Positions that start as the scene has them although no one gave them: where nothing at all is given, those of points and
-// bodies that no constraint touches (MechanismBuilder::build). An analysis that balances forces finds them instead.
+// Positions that start as the scene has them although no one gave them: where nothing at all is given, those of points
+// and bodies that no constraint touches (MechanismBuilder::build). An analysis that balances forces finds them instead.
 #pragma once
 
 #include "costate/mechanism/mechanism.h"

@@ -11,8 +11,7 @@ namespace costate {
 
 namespace {
 
-constexpr int kDenseLimit =
-    500;  // coordinates; above, uncoupled parts one by one, larger ones by sparse factors
+constexpr int kDenseLimit = 500;  // coordinates; above, uncoupled parts one by one, larger ones by sparse factors
 constexpr double kRankTolerance = 1e-9;
 // A large matrix with an inverse below this is regular beyond the tolerance, and its LU factors serve. What is not so
 // surely regular is left to a sparse QR, whose cost grows much faster than linearly.
@@ -34,8 +33,8 @@ std::shared_ptr<Sparse> orthogonal_factors(const Eigen::SparseMatrix<double>& ma
   return qr;
 }
 
-/// Whether the columns of A are independent beyond doubt: the matrix [-I A; A^T 0] is regular, with an inverse as large as
-/// that of A^T A.
+/// Whether the columns of A are independent beyond doubt: the matrix [-I A; A^T 0] is regular, with an inverse as large
+/// as that of A^T A.
 bool has_full_column_rank(const Eigen::SparseMatrix<double>& A) {
   const auto n = static_cast<int>(A.rows());
   std::vector<Eigen::Triplet<double>> entries;
@@ -69,10 +68,7 @@ struct GivenSystem::FactoredPart {
     }
   }
   int rank() const {
-    return static_cast<int>(dense    ? dense->rank()
-                            : square ? part.matrix.cols()
-                            : sparse ? sparse->rank()
-                                     : 0);
+    return static_cast<int>(dense ? dense->rank() : square ? part.matrix.cols() : sparse ? sparse->rank() : 0);
   }
   Eigen::MatrixXd solve(const Eigen::MatrixXd& b) const {
     if (square) return square->solve(b);

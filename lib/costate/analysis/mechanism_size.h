@@ -8,8 +8,8 @@
 
 namespace costate {
 
-/// The extent of all points and of all coordinates that are lengths, at q; 1 where they all lie in one place; none where
-/// there are no lengths.
+/// The extent of all points and of all coordinates that are lengths, at q; 1 where they all lie in one place; none
+/// where there are no lengths.
 std::optional<double> extent_of(const Assembly& assembly, const Eigen::VectorXd& q);
 
 }  // namespace costate

@@ -34,8 +34,7 @@ void calc_accelerations(Assembly& assembly, const RowSpace& rows, const MatrixXd
 
 /// T of the header at Euler parameters taken from `p`: those of q, v or a give T, T' or T''. Where `names` is
 /// not null the directions are written there.
-MatrixXd calc_directions(const Mechanism& m, const VectorXd& p, bool constant_part,
-                         std::vector<ModeDirection>* names) {
+MatrixXd calc_directions(const Mechanism& m, const VectorXd& p, bool constant_part, std::vector<ModeDirection>* names) {
   const int n = m.coordinate_count();
   std::vector<const EulerNormConstraint*> turned(static_cast<std::size_t>(n), nullptr);
   for (const auto& c : m.constraints())
@@ -55,8 +54,7 @@ MatrixXd calc_directions(const Mechanism& m, const VectorXd& p, bool constant_pa
       for (std::size_t k = 0; k < 4; ++k) e[k] = p[body->coordinates()[k]];
       const Matrix34 E = global_rate_matrix(e);
       for (int axis = 0; axis < 3; ++axis, ++column) {
-        for (int k = 0; k < 4; ++k)
-          T(body->coordinates()[static_cast<std::size_t>(k)], column) = E(axis, k) / 2;
+        for (int k = 0; k < 4; ++k) T(body->coordinates()[static_cast<std::size_t>(k)], column) = E(axis, k) / 2;
         if (names) names->push_back({body->name() + ".turn_" + "xyz"[axis], "rad"});
       }
     }
@@ -73,8 +71,8 @@ struct LinearMotion {
   MatrixXd terms;  // the sum of the absolute values of the terms of each entry of A
 };
 
-/// Columns N with X N = 0 that leave apart what X does not couple: by elimination, so that the stiffness of one body is not
-/// mixed with that of another.
+/// Columns N with X N = 0 that leave apart what X does not couple: by elimination, so that the stiffness of one body is
+/// not mixed with that of another.
 MatrixXd null_columns(const MatrixXd& X, const RowSpace& rows) {
   const Eigen::Index n = X.cols(), f = n - rows.rank();
   if (f == 0) return MatrixXd(n, 0);
@@ -136,15 +134,14 @@ LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
   LinearMotion motion{MatrixXd::Zero(2 * f + nz, 2 * f + nz), R * V, Mx, VectorXd::Ones(nz), {}};
   motion.A.block(0, f, f, f) = w * MatrixXd::Identity(f, f);
   if (f > 0) motion.A.middleRows(f, f) << -stiffness / w, -damping, (T * R * V).transpose() * Q_z / w;
-  if (nz > 0)
-    motion.A.bottomRows(nz) << f_q * T * R * V + f_v * (T1 * R + T * D) * V, f_v * T * R * V * w, f_z;
+  if (nz > 0) motion.A.bottomRows(nz) << f_q * T * R * V + f_v * (T1 * R + T * D) * V, f_v * T * R * V * w, f_z;
   // What these entries are sums of.
   const MatrixXd most = (T * R * V).cwiseAbs(), most_d = (T * D * V).cwiseAbs() + (T1 * R * V).cwiseAbs(),
                  most_a = (T * A * V).cwiseAbs() + 2 * (T1 * D * V).cwiseAbs() + (T2 * R * V).cwiseAbs();
   motion.terms = motion.A.cwiseAbs();
   if (f > 0)
-    motion.terms.middleRows(f, f)
-        << most.transpose() * (K.cwiseAbs() * most + C.cwiseAbs() * most_d + M.cwiseAbs() * most_a) / w,
+    motion.terms.middleRows(f, f) << most.transpose() *
+                                         (K.cwiseAbs() * most + C.cwiseAbs() * most_d + M.cwiseAbs() * most_a) / w,
         most.transpose() * (C.cwiseAbs() * most + 2 * M.cwiseAbs() * most_d), most.transpose() * Q_z.cwiseAbs() / w;
   if (nz > 0)
     motion.terms.bottomRows(nz) << f_q.cwiseAbs() * most + f_v.cwiseAbs() * most_d, f_v.cwiseAbs() * most * w,

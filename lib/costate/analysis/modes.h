@@ -8,8 +8,9 @@
 //   M_z y'' + C_z y' + K_z y - (T R)^T Q_z dz = 0,   dz' = f_q dq + f_v dv + f_z dz    (14.1)
 // About an equilibrium the eigenvalues are exact. They are about a steady motion, too, where the coefficients
 // do not change along it: bodies that move straight on, or spin about an axis of their symmetry. Else they
-// belong to the frozen instant. Redundant rows are allowed. Roots may be spread over many orders of magnitude; each is zero,
-// or known, by what rounding does to it, whatever the others are (analysis/spread_roots.h). Dense: up to 500 coordinates.
+// belong to the frozen instant. Redundant rows are allowed. Roots may be spread over many orders of magnitude; each is
+// zero, or known, by what rounding does to it, whatever the others are (analysis/spread_roots.h). Dense: up to 500
+// coordinates.
 #pragma once
 
 #include <complex>
@@ -28,10 +29,10 @@ struct ModeDirection {
 
 struct Mode {
   std::complex<double> eigenvalue;  // 1/s; of a conjugate pair the one above the real axis
-  Eigen::VectorXcd shape, z;  // one entry a direction; nz. The direction that moves most is 1 (or the state)
-  Eigen::VectorXd share;      // share of each direction in the kinetic energy of the shape, sum 1 (or 0)
-  /// How far, of its size, rounding in masses, stiffness and damping may have moved the eigenvalue; beyond some 1e-3 it is
-  /// not known, because it is small against what it is left over from.
+  Eigen::VectorXcd shape, z;        // one entry a direction; nz. The direction that moves most is 1 (or the state)
+  Eigen::VectorXd share;            // share of each direction in the kinetic energy of the shape, sum 1 (or 0)
+  /// How far, of its size, rounding in masses, stiffness and damping may have moved the eigenvalue; beyond some 1e-3 it
+  /// is not known, because it is small against what it is left over from.
   double relative_error = 0;
   bool oscillates() const { return eigenvalue.imag() > 0; }
   double frequency_Hz() const;   // Im / (2 pi)

@@ -29,10 +29,11 @@ constexpr double kSuspicious = 0.25;
 // Of the row scaled to 1: as `check` and the start have it.
 constexpr double kRankTolerance = 1e-9;
 constexpr int kGolden = 40;
-// What a run at rtol may drift by without a word, in parts of the row's own length: errors are usually 1 to 200 rtol, and a
-// formulation that does not take its drift back collects them.
+// What a run at rtol may drift by without a word, in parts of the row's own length: errors are usually 1 to 200 rtol,
+// and a formulation that does not take its drift back collects them.
 constexpr double kDriftWarning = 1e3;
-// Beyond this it is no longer the mechanism of the scene; a loose tolerance, or soft weights that the user chose, ask for more.
+// Beyond this it is no longer the mechanism of the scene; a loose tolerance, or soft weights that the user chose, ask
+// for more.
 constexpr double kTorn = 1e-3;
 constexpr double kMostTorn = 0.05;
 // A length below this part of the mechanism is the rounding of another, not the length of a row.
@@ -60,8 +61,8 @@ MotionWatch::MotionWatch(std::shared_ptr<const Mechanism> mechanism, const Param
   distances_.assign(m, 1);
   q_.assign(n, 0);
   v_.assign(n, 0);
-  // Two branches of a motion at a distance d from each other violate the constraints by d^2 between them, and the rows are at
-  // the distance d from dependence: nearer than sqrt(tolerance), an integrator cannot tell them apart.
+  // Two branches of a motion at a distance d from each other violate the constraints by d^2 between them, and the rows
+  // are at the distance d from dependence: nearer than sqrt(tolerance), an integrator cannot tell them apart.
   rank_limit_ = std::clamp(10 * std::sqrt(settings_.rtol), 1e-4, 3e-3);
   drift_error_ = settings_.chosen_weight ? kMostTorn : std::clamp(kDriftWarning * settings_.rtol, kTorn, kMostTorn);
   drift_warning_ = std::min(kDriftWarning * settings_.rtol, drift_error_);
@@ -87,10 +88,11 @@ void MotionWatch::require_finite(double t, const double* q, const double* v) con
   const auto& c = assembly_.mechanism().coordinates();
   for (int i = 0; i < assembly_.n(); ++i) {
     if (!std::isfinite(q[i]))
-      throw SolverError(fmt::format("{} is {} at t = {:.9g} s: the motion cannot be computed this way.", c[i].name, q[i], t));
-    if (!std::isfinite(v[i]))
       throw SolverError(
-          fmt::format("The velocity {}_dot is {} at t = {:.9g} s: the motion cannot be computed this way.", c[i].name, v[i], t));
+          fmt::format("{} is {} at t = {:.9g} s: the motion cannot be computed this way.", c[i].name, q[i], t));
+    if (!std::isfinite(v[i]))
+      throw SolverError(fmt::format(
+          "The velocity {}_dot is {} at t = {:.9g} s: the motion cannot be computed this way.", c[i].name, v[i], t));
   }
 }
 
@@ -160,15 +162,17 @@ void MotionWatch::refuse_dependent_rows(double t) {
   }
   if (nearest < std::max(kRankTolerance, settings_.rtol))
     throw SolverError(fmt::format(
-        "At t = {:.9g} s {} of {} constraint rows depend on the others, to within {:.1e} of 1 ({}), so that formulation '{}' "
+        "At t = {:.9g} s {} of {} constraint rows depend on the others, to within {:.1e} of 1 ({}), so that "
+        "formulation '{}' "
         "does not determine the accelerations. Remove what is redundant, or take a formulation that carries it: "
         "augmented-lagrangian, penalty or maggi.",
         t, names.size(), rows_.size(), nearest, fmt::join(names, ", "), settings_.formulation));
   if (nearest > kZero) return;
-  near_dependent_.push_back(fmt::format(
-      "At t = {:.9g} s constraint rows depend on the others to within {:.1e} of 1 ({}): accelerations and reactions are "
-      "known to as many digits less.",
-      t, nearest, fmt::join(names, ", ")));
+  near_dependent_.push_back(
+      fmt::format("At t = {:.9g} s constraint rows depend on the others to within {:.1e} of 1 ({}): accelerations and "
+                  "reactions are "
+                  "known to as many digits less.",
+                  t, nearest, fmt::join(names, ", ")));
 }
 
 void MotionWatch::step(double t, const double* q, const double* v) {
@@ -253,8 +257,7 @@ void MotionWatch::calc_distances(std::vector<double>& out) {
 }
 
 void MotionWatch::look_at_drift(double t, const double* v) {
-  for (int i = 0; i < assembly_.n(); ++i)
-    speed_ = std::max(speed_, std::abs(v[i]) / (metric_[i] ? length_ : 1.0));
+  for (int i = 0; i < assembly_.n(); ++i) speed_ = std::max(speed_, std::abs(v[i]) / (metric_[i] ? length_ : 1.0));
   std::vector<double>& phid = phid_;
   phid.assign(assembly_.phi_t.begin(), assembly_.phi_t.end());
   add_product(assembly_.jacobian(), assembly_.phi_q.data(), 1, v, phid.data());
@@ -276,7 +279,8 @@ void MotionWatch::look_at_drift(double t, const double* v) {
 
 void MotionWatch::torn(const Drift& d) const {
   throw SolverError(fmt::format(
-      "The constraints no longer hold at t = {:.9g} s: row '{}' is off by {}, {:.2g} % of its own length, by formulation '{}' at "
+      "The constraints no longer hold at t = {:.9g} s: row '{}' is off by {}, {:.2g} % of its own length, by "
+      "formulation '{}' at "
       "rtol {:g}; {:.1g} % is the most that is let pass. {}",
       d.t, rows_[d.row], with_unit(d.row, d.length), 100 * d.relative, settings_.formulation, settings_.rtol,
       100 * drift_error_,
@@ -394,19 +398,23 @@ std::vector<std::string> MotionWatch::warnings() const {
     for (const std::string& r : rows)
       if (k++ < 3) which += (which.empty() ? "" : ", ") + r;
     if (rows.size() > 3) which += fmt::format(" and {} more", rows.size() - 3);
-    out.push_back(fmt::format(
-        "The mechanism passes a singular position at t = {} s: there row {} depends on the other constraints (to within {:.1e} "
-        "of 1). Behind it the motion may go on along more than one branch, which the equations do not choose: psi and its gradient "
-        "hold only if the run took the branch that is meant. Compare formulations (costate check), or take the singularity "
-        "out of the scene.",
-        when, which, nearest));
+    out.push_back(
+        fmt::format("The mechanism passes a singular position at t = {} s: there row {} depends on the other "
+                    "constraints (to within {:.1e} "
+                    "of 1). Behind it the motion may go on along more than one branch, which the equations do not "
+                    "choose: psi and its gradient "
+                    "hold only if the run took the branch that is meant. Compare formulations (costate check), or take "
+                    "the singularity "
+                    "out of the scene.",
+                    when, which, nearest));
   }
   if (worst_position_.relative > drift_warning_)
-    out.push_back(fmt::format(
-        "The constraints drift: row '{}' is off by {} at t = {:.9g} s, {:.2g} of its own length, where rtol is {:g}; psi and its gradient "
-        "are no better than that. Formulations baumgarte, index2 and maggi hold them.",
-        rows_[worst_position_.row], with_unit(worst_position_.row, worst_position_.length), worst_position_.t,
-        worst_position_.relative, settings_.rtol));
+    out.push_back(
+        fmt::format("The constraints drift: row '{}' is off by {} at t = {:.9g} s, {:.2g} of its own length, where "
+                    "rtol is {:g}; psi and its gradient "
+                    "are no better than that. Formulations baumgarte, index2 and maggi hold them.",
+                    rows_[worst_position_.row], with_unit(worst_position_.row, worst_position_.length),
+                    worst_position_.t, worst_position_.relative, settings_.rtol));
   return out;
 }
 

@@ -1,14 +1,14 @@
 // Looks at a motion while it is computed, at the steps that an integrator accepts: whether the constraints still hold,
-// in position and velocity, and whether their rows keep their rank (lib/README.md (16)). It knows no formulation: what an
-// integrator makes of the equations is judged by (t, q, v) alone, with an assembly of its own.
+// in position and velocity, and whether their rows keep their rank (lib/README.md (16)). It knows no formulation: what
+// an integrator makes of the equations is judged by (t, q, v) alone, with an assembly of its own.
 //
-// Drift: row i is off by |Phi_i| / |Phi_q,i|, the least move of the coordinates that would satisfy it. Against the length of
-// the row's own element this is what the mechanism has been torn by.
+// Drift: row i is off by |Phi_i| / |Phi_q,i|, the least move of the coordinates that would satisfy it. Against the
+// length of the row's own element this is what the mechanism has been torn by.
 //
-// Rank: the rows of Phi_q, scaled to length 1, one after the other: the distance of each from the span of those before it, by
-// an LDL^T of Phi_q Phi_q^T (its pivots are the squares). Where rows become dependent one of these distances falls to
-// zero like |t - t*|, and rises again behind it: a minimum between samples is looked for where samples have one. A row
-// that is dependent from the start to the end is redundant, and no event.
+// Rank: the rows of Phi_q, scaled to length 1, one after the other: the distance of each from the span of those before
+// it, by an LDL^T of Phi_q Phi_q^T (its pivots are the squares). Where rows become dependent one of these distances
+// falls to zero like |t - t*|, and rises again behind it: a minimum between samples is looked for where samples have
+// one. A row that is dependent from the start to the end is redundant, and no event.
 #pragma once
 
 #include <Eigen/SparseCholesky>
@@ -32,9 +32,9 @@ class MotionWatch {
   MotionWatch(std::shared_ptr<const Mechanism> mechanism, const ParameterSelection& parameters, const double* rho,
               WatchSettings settings);
 
-  /// The start, each accepted step in order of time, the end (which may be a step that has been seen). Throw SolverError
-  /// where the constraints are torn, where rows depend on each other from the start and the formulation cannot carry that, and
-  /// for what is not finite.
+  /// The start, each accepted step in order of time, the end (which may be a step that has been seen). Throw
+  /// SolverError where the constraints are torn, where rows depend on each other from the start and the formulation
+  /// cannot carry that, and for what is not finite.
   void begin(double t, const double* q, const double* v);
   void step(double t, const double* q, const double* v);
   void finish(double t, const double* q, const double* v);
@@ -91,8 +91,8 @@ class MotionWatch {
   Eigen::SparseMatrix<double> normal_;
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> ldlt_;
   bool analyzed_ = false;
-  std::vector<Point> ring_;  // of the last steps
-  std::size_t points_ = 0;   // ever put into it
+  std::vector<Point> ring_;      // of the last steps
+  std::size_t points_ = 0;       // ever put into it
   std::vector<Sample> samples_;  // the last three, oldest first
   std::vector<double> q_, v_, distances_;
   std::vector<double> phid_;

@@ -16,10 +16,11 @@ bool finite(const double* x, std::size_t count) {
 bool finite(const std::vector<double>& x) { return finite(x.data(), x.size()); }
 
 [[noreturn]] void fail(const Element& e, const char* what, const StateView& s) {
-  throw NotFinite(e.path(), fmt::format("{} is not a finite number at t = {:.9g} s. A formula is outside its domain there "
-                                        "(a division by zero, the logarithm or root of a negative number), or numbers are "
-                                        "so large that they overflow.",
-                                        what, s.t));
+  throw NotFinite(e.path(),
+                  fmt::format("{} is not a finite number at t = {:.9g} s. A formula is outside its domain there "
+                              "(a division by zero, the logarithm or root of a negative number), or numbers are "
+                              "so large that they overflow.",
+                              what, s.t));
 }
 
 }  // namespace
@@ -27,8 +28,7 @@ bool finite(const std::vector<double>& x) { return finite(x.data(), x.size()); }
 void require_finite(Assembly& assembly, const StateView& s) {
   const bool dynamics = s.v != nullptr && (s.z != nullptr || assembly.nz() == 0);
   if (finite(assembly.phi) && finite(assembly.phi_q) && finite(assembly.phi_t) &&
-      (!dynamics ||
-       (finite(assembly.Q) && finite(assembly.M) && finite(assembly.zdot) && finite(assembly.bias))))
+      (!dynamics || (finite(assembly.Q) && finite(assembly.M) && finite(assembly.zdot) && finite(assembly.bias))))
     return;
   const Mechanism& m = assembly.mechanism();
   for (int i = 0; i < assembly.n(); ++i)

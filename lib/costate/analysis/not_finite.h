@@ -7,14 +7,15 @@
 
 namespace costate {
 
-/// Something of an element is not finite; the subject is the element's path. Scene::located adds which of its laws it may be.
+/// Something of an element is not finite; the subject is the element's path. Scene::located adds which of its laws it
+/// may be.
 class NotFinite : public ModelError {
  public:
   using ModelError::ModelError;
 };
 
-/// Throws NotFinite if M, Q, zdot, phi, phi_q, phi_t or bias, as `assembly` holds them, are not finite; `s` is the state
-/// that they were computed at (v and z null where only the constraints were).
+/// Throws NotFinite if M, Q, zdot, phi, phi_q, phi_t or bias, as `assembly` holds them, are not finite; `s` is the
+/// state that they were computed at (v and z null where only the constraints were).
 void require_finite(Assembly& assembly, const StateView& s);
 
 }  // namespace costate

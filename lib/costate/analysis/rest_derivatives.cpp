@@ -68,8 +68,7 @@ void RestSystem::differentiate(MatrixXd& q_rho, MatrixXd& z_rho, MatrixXd& lambd
     const MatrixXd F = pick_rows(c.F, p.q);
     const std::vector<int> states = chosen(p.states, p.free);
     MatrixXd b(f + nz, np);
-    b << -p.N.transpose() * (F - p.Q_z * z + p.K * closing),
-        -(pick_rows(c.f, states) + p.f_z * z + p.f_q * closing);
+    b << -p.N.transpose() * (F - p.Q_z * z + p.K * closing), -(pick_rows(c.f, states) + p.f_z * z + p.f_q * closing);
     const MatrixXd x = solve_square(p.reduced(0), b), q = closing + p.N * x.topRows(f);
     for (Eigen::Index i = 0; i < nz; ++i) z.row(p.free[static_cast<std::size_t>(i)]) = x.row(f + i);
     put_rows(q, p.q, q_rho);

@@ -25,8 +25,7 @@ MatrixXd kernel(const MatrixXd& A) {
   for (Eigen::Index i = 0; i < n; ++i) size[i] = std::max(A.row(i).norm(), A.col(i).norm());
   const double largest = size.maxCoeff();
   if (!(largest > 0)) return MatrixXd::Identity(n, n);
-  for (Eigen::Index i = 0; i < n; ++i)
-    size[i] = 1 / std::sqrt(size[i] > kNoStiffness * largest ? size[i] : largest);
+  for (Eigen::Index i = 0; i < n; ++i) size[i] = 1 / std::sqrt(size[i] > kNoStiffness * largest ? size[i] : largest);
   Eigen::FullPivLU<MatrixXd> lu(size.asDiagonal() * A * size.asDiagonal());
   lu.setThreshold(kSingular);
   if (lu.dimensionOfKernel() == 0) return MatrixXd::Zero(n, 0);
@@ -63,15 +62,13 @@ void RestSystem::find_parts() {
   std::iota(root.begin(), root.end(), 0);
   const auto find = [&](int i) {
     while (root[static_cast<std::size_t>(i)] != i)
-      i = root[static_cast<std::size_t>(i)] =
-          root[static_cast<std::size_t>(root[static_cast<std::size_t>(i)])];
+      i = root[static_cast<std::size_t>(i)] = root[static_cast<std::size_t>(root[static_cast<std::size_t>(i)])];
     return i;
   };
   const Mechanism& m = assembly_.mechanism();
   const auto join = [&](const auto& elements) {
     for (const auto& e : elements)
-      for (const int i : e->coordinates())
-        root[static_cast<std::size_t>(find(i))] = find(e->coordinates().front());
+      for (const int i : e->coordinates()) root[static_cast<std::size_t>(find(i))] = find(e->coordinates().front());
   };
   join(m.bodies());
   join(m.constraints());
@@ -95,8 +92,7 @@ void RestSystem::find_parts() {
   for (int i = 0; i < n_; ++i) enter(part_of_coordinate(i).q, local_q_, i);
   for (std::size_t k = 0; k < m.constraints().size(); ++k)
     for (int i = 0; i < m.constraints()[k]->rows(); ++i)
-      enter(part_of_coordinate(m.constraints()[k]->coordinates().front()).rows, local_row_,
-            m.row_offsets()[k] + i);
+      enter(part_of_coordinate(m.constraints()[k]->coordinates().front()).rows, local_row_, m.row_offsets()[k] + i);
   for (std::size_t k = 0; k < m.forces().size(); ++k) {
     const auto& q = m.forces()[k]->coordinates();
     if (m.forces()[k]->states() == 0) continue;
@@ -121,13 +117,12 @@ StateView RestSystem::state() const {
 MatrixXd RestSystem::part_of(const SparsePattern& pattern, const std::vector<double>& values,
                              const std::vector<int>& columns, const std::vector<int>& local_row,
                              std::size_t row_count) const {
-  MatrixXd A =
-      MatrixXd::Zero(static_cast<Eigen::Index>(row_count), static_cast<Eigen::Index>(columns.size()));
+  MatrixXd A = MatrixXd::Zero(static_cast<Eigen::Index>(row_count), static_cast<Eigen::Index>(columns.size()));
   for (std::size_t c = 0; c < columns.size(); ++c) {
     const auto j = static_cast<std::size_t>(columns[c]);
     for (auto k = pattern.column_start[j]; k < pattern.column_start[j + 1]; ++k)
-      A(local_row[static_cast<std::size_t>(pattern.row[static_cast<std::size_t>(k)])],
-        static_cast<Eigen::Index>(c)) += values[static_cast<std::size_t>(k)];
+      A(local_row[static_cast<std::size_t>(pattern.row[static_cast<std::size_t>(k)])], static_cast<Eigen::Index>(c)) +=
+          values[static_cast<std::size_t>(k)];
   }
   return A;
 }
@@ -140,8 +135,7 @@ std::vector<int> RestSystem::row_numbers(const Part& p) const {
 
 MatrixXd RestSystem::calc_rows(const Part& p) const {
   const auto rows = static_cast<Eigen::Index>(p.rows.size());
-  MatrixXd X =
-      MatrixXd::Zero(rows + static_cast<Eigen::Index>(p.held.size()), static_cast<Eigen::Index>(p.q.size()));
+  MatrixXd X = MatrixXd::Zero(rows + static_cast<Eigen::Index>(p.held.size()), static_cast<Eigen::Index>(p.q.size()));
   X.topRows(rows) = part_of(assembly_.jacobian(), assembly_.phi_q, p.q, local_row_, p.rows.size());
   for (std::size_t h = 0; h < p.held.size(); ++h)
     X(rows + static_cast<Eigen::Index>(h),
@@ -203,8 +197,7 @@ void RestSystem::linearize(Part& p) {
   p.K = part_of(assembly_.square(), assembly_.K, p.q, local_q_, p.q.size());
   p.Q_z = part_of(assembly_.force_state(), assembly_.Q_z, p.states, local_q_, p.q.size());
   const MatrixXd f_q = part_of(assembly_.state_force(), assembly_.f_q, p.q, local_state_, p.states.size()),
-                 f_z =
-                     part_of(assembly_.state_state(), assembly_.f_z, p.states, local_state_, p.states.size());
+                 f_z = part_of(assembly_.state_state(), assembly_.f_z, p.states, local_state_, p.states.size());
   // States that neither move nor can be moved at rest (a tyre that does not roll) stay where they are.
   p.free.clear();
   for (std::size_t i = 0; i < p.states.size(); ++i) {
@@ -229,8 +222,7 @@ void RestSystem::measure_stiffness(const Part& p) {
   const Eigen::Index f = p.N.cols();
   if (f == 0 || !p.Kz.allFinite()) return;
   const Symmetric eigen(symmetric(p.Kz), metric(p.Mr), Eigen::EigenvaluesOnly);
-  const double low = eigen.eigenvalues()[0],
-               high = std::max(std::abs(low), std::abs(eigen.eigenvalues()[f - 1]));
+  const double low = eigen.eigenvalues()[0], high = std::max(std::abs(low), std::abs(eigen.eigenvalues()[f - 1]));
   lowest_ = std::min(lowest_, std::abs(low) < kNoStiffness * high ? 0 : low);
   highest_ = std::max(highest_, high);
 }
@@ -249,8 +241,7 @@ RestStep RestSystem::newton(double sigma) const {
     const Eigen::Index f = p.N.cols(), nz = p.f_zz.rows();
     const std::vector<int> states = chosen(p.states, p.free);
     VectorXd right(f + nz);
-    right << p.N.transpose() * (pick(unbalanced_, p.q) - p.K * closing),
-        -pick(rate_, states) - p.f_q * closing;
+    right << p.N.transpose() * (pick(unbalanced_, p.q) - p.K * closing), -pick(rate_, states) - p.f_q * closing;
     const VectorXd x = solve_square(p.reduced(sigma), right);
     put(closing + p.N * x.head(f), p.q, step.q);
     put(x.tail(nz), states, step.z);
@@ -282,8 +273,7 @@ std::vector<std::string> RestSystem::undetermined() const {
     const auto states = m.state_names();
     for (std::size_t i = 0; i < p.free.size(); ++i)
       if (std::abs(z[static_cast<Eigen::Index>(i)]) > 1e6 * largest)
-        name = "the force state " +
-               states[static_cast<std::size_t>(p.states[static_cast<std::size_t>(p.free[i])])];
+        name = "the force state " + states[static_cast<std::size_t>(p.states[static_cast<std::size_t>(p.free[i])])];
     names.push_back(name);
   };
   for (const Part& p : parts_) {

@@ -30,11 +30,9 @@ class RestSystem {
 
   const Eigen::VectorXd& q() const { return q_; }
   const Eigen::VectorXd& z() const { return z_; }
-  const Eigen::VectorXd& multipliers() const {
-    return multipliers_;
-  }                                                    // of the constraints, then of the held positions
-  const Eigen::VectorXd& gap() const { return gap_; }  // [Phi; B q - b]
-  const Eigen::VectorXd& unbalanced() const { return unbalanced_; }  // n
+  const Eigen::VectorXd& multipliers() const { return multipliers_; }  // of the constraints, then of the held positions
+  const Eigen::VectorXd& gap() const { return gap_; }                  // [Phi; B q - b]
+  const Eigen::VectorXd& unbalanced() const { return unbalanced_; }    // n
   StateView state() const;
   /// Largest entry of Phi_q, at least 1.
   double row_scale() const;
@@ -66,9 +64,9 @@ class RestSystem {
   /// numbers.
   struct Part {
     std::vector<int> q, rows, states, held;
-    RowSpace here, linear;                // X at the point, and at that of the last linearize()
-    std::vector<int> free;                // of `states`, by their place there: neither held nor indifferent
-    Eigen::MatrixXd M, K, Q_z, f_q, f_z;  // Q_z, f_z of all its states; f_q, f_z rows of the free ones
+    RowSpace here, linear;                        // X at the point, and at that of the last linearize()
+    std::vector<int> free;                        // of `states`, by their place there: neither held nor indifferent
+    Eigen::MatrixXd M, K, Q_z, f_q, f_z;          // Q_z, f_z of all its states; f_q, f_z rows of the free ones
     Eigen::MatrixXd N, NQ_z, f_qN, f_zz, Mr, Kr;  // reduced, of the free states
     Eigen::MatrixXd Kz;                           // Kr with the free states eliminated where they can be
     bool eliminated = true;

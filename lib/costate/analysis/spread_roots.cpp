@@ -164,7 +164,8 @@ void find_vectors(const MatrixXd& B, LongComplex x, VectorXcd& right, VectorXcd&
     }
     lu.setThreshold(0);
     LongComplexVector v = LongComplexVector::Ones(n);
-    for (Eigen::Index i = 0; i < n; ++i) v[i] += LongComplex(0.1L * static_cast<Long>(i % 7), 0.01L * static_cast<Long>(i));
+    for (Eigen::Index i = 0; i < n; ++i)
+      v[i] += LongComplex(0.1L * static_cast<Long>(i % 7), 0.01L * static_cast<Long>(i));
     for (int k = 0; k < 3; ++k) {
       v = lu.solve(v);
       v /= v.norm();
@@ -217,7 +218,8 @@ void refine(const MatrixXd& B, std::vector<LongComplex>& x, std::vector<bool> op
   }
 }
 
-void add_roots(const MatrixXd& A_part, const MatrixXd& terms_part, const std::vector<int>& rows, Eigen::Index n, Roots& out) {
+void add_roots(const MatrixXd& A_part, const MatrixXd& terms_part, const std::vector<int>& rows, Eigen::Index n,
+               Roots& out) {
   MatrixXd A = A_part, terms = terms_part;
   const VectorXd scale = balance(A, terms);
   const Deflated d = split_zeros(A, terms);

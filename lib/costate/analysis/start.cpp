@@ -23,10 +23,9 @@ namespace {
 constexpr int kMaxIterations = 60;
 
 bool same_coordinates(const std::vector<GivenStart>& a, const std::vector<GivenStart>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](const GivenStart& x, const GivenStart& y) {
-                      return x.coordinate == y.coordinate && x.coordinate >= 0;
-                    });
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const GivenStart& x, const GivenStart& y) {
+    return x.coordinate == y.coordinate && x.coordinate >= 0;
+  });
 }
 
 std::vector<std::string> names_of(const Mechanism& m, const std::vector<GivenStart>& given) {
@@ -223,8 +222,7 @@ void GivenVelocities::solve(Start& start, const GivenSystem* same) {
   if (!same_) system_.factor(start.q.data());
   Eigen::VectorXd b(system().rows());
   for (int i = 0; i < rows; ++i) b[i] = -assembly_.phi_t[i];
-  for (std::size_t g = 0; g < given_.size(); ++g)
-    b[rows + static_cast<int>(g)] = assembly_.numbers()[given_[g].number];
+  for (std::size_t g = 0; g < given_.size(); ++g) b[rows + static_cast<int>(g)] = assembly_.numbers()[given_[g].number];
   // Where nothing is said to move, what has come to rest rests.
   start.rests = rests_ = m.starts_at_equilibrium() && b.isZero(0) && system().rank() < assembly_.n();
   if (rests_) {
@@ -236,8 +234,9 @@ void GivenVelocities::solve(Start& start, const GivenSystem* same) {
       require_given_count(assembly_, t_, start.q.data(), names_of(m, given_), "velocities");
     } catch (const ModelError& e) {
       if (!m.starts_at_equilibrium()) throw;
-      throw ModelError(e.subject(), e.bare_message() + " (Only a mechanism that no driver and no given velocity moves "
-                                                       "starts at rest by itself.)");
+      throw ModelError(e.subject(), e.bare_message() +
+                                        " (Only a mechanism that no driver and no given velocity moves "
+                                        "starts at rest by itself.)");
     }
   }
   if (system().rank() < assembly_.n())

@@ -3,9 +3,9 @@
 //   [Phi; B q - z0] = 0, [Phi_q; B] v = [-Phi_t; zd0]
 //   [Phi_q; B] Sq = [-Phi_rho; z0_rho], [Phi_q; B] Sv = [-(Phid_rho + Phid_q Sq); zd0_rho]
 // Redundant constraints are allowed as long as they are consistent.
-// A mechanism that starts at equilibrium (Mechanism::starts_at_equilibrium) gives fewer positions; balance finds the others
-// and the force states (analysis/equilibrium.h). Where all given velocities are zero and no driver moves it starts at rest,
-// and no more velocities need be given.
+// A mechanism that starts at equilibrium (Mechanism::starts_at_equilibrium) gives fewer positions; balance finds the
+// others and the force states (analysis/equilibrium.h). Where all given velocities are zero and no driver moves it
+// starts at rest, and no more velocities need be given.
 #pragma once
 
 #include "costate/assembly/assembly.h"
@@ -16,8 +16,8 @@ struct Start {
   Eigen::VectorXd q, v, z;              // n, n, nz
   Eigen::MatrixXd q_rho, v_rho, z_rho;  // n x np, n x np, nz x np (empty unless asked for)
   int iterations = 0;
-  // Of a start at equilibrium: the multipliers there, by which nothing accelerates at v = 0 (not those of the run at v), with
-  // their derivative (m, m x np); and whether the velocities are zero because nothing is said to move.
+  // Of a start at equilibrium: the multipliers there, by which nothing accelerates at v = 0 (not those of the run at
+  // v), with their derivative (m, m x np); and whether the velocities are zero because nothing is said to move.
   Eigen::VectorXd lambda;
   Eigen::MatrixXd lambda_rho;
   bool rests = false;

@@ -18,33 +18,30 @@ void require_given_count(Assembly& assembly, double t, const double* q, const st
   const int found = static_cast<int>(given.size());
   if (found == free || (fewer_allowed && found < free)) return;
   throw ModelError(
-      "start",
-      fmt::format("Too {} given {}: {} coordinates less {} independent constraint rows leave {} degree{} of "
-                  "freedom, so {} must be given, found {} ({}). {}",
-                  found < free ? "few" : "many", what, assembly.n(), rank, free, free == 1 ? "" : "s",
-                  fewer_allowed ? fmt::format("at most {}", free) : fmt::format("{}", free), found,
-                  fmt::join(given, ", "),
-                  found < free ? "Add to the list that [start] gives, or constrain the mechanism further."
-                               : "Remove some; the constraints determine the rest."));
+      "start", fmt::format("Too {} given {}: {} coordinates less {} independent constraint rows leave {} degree{} of "
+                           "freedom, so {} must be given, found {} ({}). {}",
+                           found < free ? "few" : "many", what, assembly.n(), rank, free, free == 1 ? "" : "s",
+                           fewer_allowed ? fmt::format("at most {}", free) : fmt::format("{}", free), found,
+                           fmt::join(given, ", "),
+                           found < free ? "Add to the list that [start] gives, or constrain the mechanism further."
+                                        : "Remove some; the constraints determine the rest."));
 }
 
 void throw_unreachable(const Assembly& assembly, const Eigen::VectorXd& residual,
                        const std::vector<std::string>& given) {
   std::vector<std::pair<double, std::string>> worst;
   const auto rows = assembly.mechanism().row_names();
-  for (int i = 0; i < assembly.m(); ++i)
-    worst.emplace_back(std::abs(residual[i]), rows[static_cast<std::size_t>(i)]);
+  for (int i = 0; i < assembly.m(); ++i) worst.emplace_back(std::abs(residual[i]), rows[static_cast<std::size_t>(i)]);
   for (std::size_t g = 0; g < given.size(); ++g)
     worst.emplace_back(std::abs(residual[assembly.m() + static_cast<int>(g)]), "given " + given[g]);
   std::sort(worst.rbegin(), worst.rend());
   std::vector<std::string> text;
   for (std::size_t i = 0; i < std::min<std::size_t>(3, worst.size()); ++i)
     text.push_back(fmt::format("{} by {:.3g}", worst[i].second, worst[i].first));
-  throw ModelError("start",
-                   fmt::format("The start cannot be reached: Newton's iteration from the first guesses does "
-                               "not close the mechanism. Violated most: {}. Check lengths and given "
-                               "coordinates, or bring the first guesses nearer.",
-                               fmt::join(text, ", ")));
+  throw ModelError("start", fmt::format("The start cannot be reached: Newton's iteration from the first guesses does "
+                                        "not close the mechanism. Violated most: {}. Check lengths and given "
+                                        "coordinates, or bring the first guesses nearer.",
+                                        fmt::join(text, ", ")));
 }
 
 }  // namespace costate

@@ -28,11 +28,11 @@ std::vector<std::string> start_remarks(const Assembly& assembly, const Start& st
   for (std::size_t k = 0; k < std::min<std::size_t>(3, far.size()); ++k) {
     const int i = far[k].second;
     const Coordinate& c = m.coordinates()[static_cast<std::size_t>(i)];
-    remarks.push_back(fmt::format("The start has '{}' at {:.6g} {}, far from its first guess {:.6g} {}: the mechanism may be "
-                                  "assembled in another way than meant. Bring the guess nearer, or give the coordinate in "
-                                  "[start].",
-                                  c.name, start.q[i], c.unit,
-                                  assembly.numbers()[static_cast<std::size_t>(c.position_number)], c.unit));
+    remarks.push_back(fmt::format(
+        "The start has '{}' at {:.6g} {}, far from its first guess {:.6g} {}: the mechanism may be "
+        "assembled in another way than meant. Bring the guess nearer, or give the coordinate in "
+        "[start].",
+        c.name, start.q[i], c.unit, assembly.numbers()[static_cast<std::size_t>(c.position_number)], c.unit));
   }
   return remarks;
 }

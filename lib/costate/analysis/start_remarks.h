@@ -8,8 +8,9 @@
 
 namespace costate {
 
-/// One sentence for each coordinate (the three that differ most) that the assembly moved far from its first guess: by more
-/// than half of the mechanism's extent, or 90 degrees. Not for starts that balance forces, which the guess does not mean.
+/// One sentence for each coordinate (the three that differ most) that the assembly moved far from its first guess: by
+/// more than half of the mechanism's extent, or 90 degrees. Not for starts that balance forces, which the guess does
+/// not mean.
 std::vector<std::string> start_remarks(const Assembly& assembly, const Start& start);
 
 }  // namespace costate

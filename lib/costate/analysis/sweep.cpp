@@ -82,8 +82,8 @@ class Continuation {
 
 }  // namespace
 
-Sweep sweep_position(Assembly& assembly, double t, const std::vector<HeldPosition>& held, int coordinate,
-                     double from, double to, int count) {
+Sweep sweep_position(Assembly& assembly, double t, const std::vector<HeldPosition>& held, int coordinate, double from,
+                     double to, int count) {
   const auto& c = assembly.mechanism().coordinates()[static_cast<std::size_t>(coordinate)];
   Continuation path(assembly, t, held, coordinate);
   const double first = assembly.numbers()[static_cast<std::size_t>(c.position_number)];
@@ -93,10 +93,10 @@ Sweep sweep_position(Assembly& assembly, double t, const std::vector<HeldPositio
   const int parts = static_cast<int>(std::clamp(std::ceil(std::abs((from - first) / step)), 1.0, 1000.0));
   for (int k = 1; k <= parts && from != first; ++k)
     if (!path.lead_to(k == parts ? from : first + k * (from - first) / parts))
-      throw ModelError(
-          "start", fmt::format("The sweep cannot begin: '{}' goes from its first guess {:.6g} only to {:.6g} "
-                               "{}, not to {:.6g}. {}",
-                               c.name, first, path.value(), c.unit, from, path.complaint()));
+      throw ModelError("start",
+                       fmt::format("The sweep cannot begin: '{}' goes from its first guess {:.6g} only to {:.6g} "
+                                   "{}, not to {:.6g}. {}",
+                                   c.name, first, path.value(), c.unit, from, path.complaint()));
   Sweep sweep;
   for (int k = 0; k < count; ++k) {
     const double value = std::lerp(from, to, static_cast<double>(k) / (count - 1));

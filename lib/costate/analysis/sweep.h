@@ -24,7 +24,7 @@ struct Sweep {
 /// Leads `coordinate` from its first guess to `from` and on to `to` in `count` >= 2 equally spaced points.
 /// `held` are the others that are held (an entry for the coordinate itself is ignored). Throws ModelError
 /// where not even `from` can be reached or where something is left undetermined.
-Sweep sweep_position(Assembly& assembly, double t, const std::vector<HeldPosition>& held, int coordinate,
-                     double from, double to, int count);
+Sweep sweep_position(Assembly& assembly, double t, const std::vector<HeldPosition>& held, int coordinate, double from,
+                     double to, int count);
 
 }  // namespace costate

@@ -392,8 +392,7 @@ void Assembly::calc_parameter_columns(const StateView& s, ParameterColumns& out)
     }
 }
 
-void Assembly::add_parameter_gradient(const StateView& s, const ParameterWeights& w, double factor,
-                                      double* gradient) {
+void Assembly::add_parameter_gradient(const StateView& s, const ParameterWeights& w, double factor, double* gradient) {
   ++counters_.parameters;
   double f[kMaxLocal], local[kMaxLocal], rows[3][kMaxLocal];
   const auto deliver = [&](int number, double x) {

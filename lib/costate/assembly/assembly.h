@@ -82,26 +82,26 @@ class Assembly {
   void calc_parameter_columns(const StateView& s, ParameterColumns& columns);
   /// gradient[j] += factor (s1^T F_j + s2^T (c0 phi_j + c1 phid_j + c2 phidd_j) + s0^T phid_j - sz^T f_j).
   struct ParameterWeights {
-    const double* force = nullptr;   // s1, n
-    const double* row = nullptr;     // s2, m
+    const double* force = nullptr;  // s1, n
+    const double* row = nullptr;    // s2, m
     double c0 = 0, c1 = 0, c2 = 0;
     const double* row_phi = nullptr;   // extra weight of phi alone, m (or null)
     const double* row_phid = nullptr;  // extra weight of phidot alone, m (or null)
-    const double* state = nullptr;   // sz, nz
-    bool constant_bodies = true;    // whether bodies of constant mass and force take part
+    const double* state = nullptr;     // sz, nz
+    bool constant_bodies = true;       // whether bodies of constant mass and force take part
   };
   void add_parameter_gradient(const StateView& s, const ParameterWeights& w, double factor, double* gradient);
 
   /// The share of bodies of constant mass and force in sums of such products, whatever their number of terms:
-  /// gradient[j] += factor (sum over entries of M_rho_j outer - Q_rho_j.sum), where outer, on the square pattern, is the
-  /// sum of s1 a^T, and sum that of s1.
+  /// gradient[j] += factor (sum over entries of M_rho_j outer - Q_rho_j.sum), where outer, on the square pattern, is
+  /// the sum of s1 a^T, and sum that of s1.
   bool varies_constant_bodies() const { return varies_constant_bodies_; }
   void add_constant_body_gradient(const double* outer, const double* sum, double factor, double* gradient);
   /// out += Mdot x along the motion (q, v).
   void add_mass_rate_product(const StateView& s, const double* x, double* out);
 
-  // What a projection onto the constraints in the metric of the masses differentiates: M u + Phi_q^T eta at (t, q), with
-  // u (n) and eta (m) fixed. In assembly/projection_terms.cpp.
+  // What a projection onto the constraints in the metric of the masses differentiates: M u + Phi_q^T eta at (t, q),
+  // with u (n) and eta (m) fixed. In assembly/projection_terms.cpp.
   /// out = (M u + Phi_q^T eta)_q on the square pattern.
   void calc_projection_hessian(const StateView& s, const double* u, const double* eta, std::vector<double>& out);
   /// F = (M u + Phi_q^T eta)_rho, n x np.
@@ -126,7 +126,7 @@ class Assembly {
  private:
   struct Slots {
     const Element* element = nullptr;
-    int row_offset = 0;           // first row of a constraint, first state of a force
+    int row_offset = 0;             // first row of a constraint, first state of a force
     std::size_t number_offset = 0;  // into local_numbers_
     std::vector<std::int64_t> square, jacobian, force_state, state_force, state_state;
     std::vector<int> active;  // local numbers that depend on parameters

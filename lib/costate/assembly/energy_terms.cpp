@@ -16,8 +16,7 @@ double Assembly::kinetic_energy(const StateView& s) {
   return e;
 }
 
-void Assembly::add_kinetic_energy_gradient(const StateView& s, double factor, double* g_q, double* g_v,
-                                           double* g_rho) {
+void Assembly::add_kinetic_energy_gradient(const StateView& s, double factor, double* g_q, double* g_v, double* g_rho) {
   calc_mass(s);
   add_product(square_, M.data(), factor, s.v, g_v);
   // (M v)_q and (M v)_p are those of the body's residual at a := v less those at a := 0, both at rest.

@@ -75,8 +75,7 @@ void calc_path_rates(Assembly& assembly, const StateView& s, PathRates& out) {
       v[j].d[0] = Taylor2(0.0);
       for (int i = 0; i < n; ++i) add(assembly, e, i, j, -r[i].d[0].c1, out.C_dot);
       for (int i = 0; i < nz; ++i)
-        if (f[i].d[0].c1 != 0)
-          out.f_v_dot[assembly.state_force().find(z0 + i, e.coordinates()[j])] += f[i].d[0].c1;
+        if (f[i].d[0].c1 != 0) out.f_v_dot[assembly.state_force().find(z0 + i, e.coordinates()[j])] += f[i].d[0].c1;
     }
   }
 }

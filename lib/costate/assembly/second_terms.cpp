@@ -45,8 +45,8 @@ void for_each_active(const Element& e, const Assembly& assembly, double* rho, co
 /// The straight line x + s dx as a path: first-order changes are then rates.
 PathDual line(double x, double dx) { return PathDual(Taylor2(x, dx, 0)); }
 
-void add_body(const Body& e, const Assembly& assembly, const StateView& s, const Variation& d,
-              const double* weight, const GradientTarget& out) {
+void add_body(const Body& e, const Assembly& assembly, const StateView& s, const Variation& d, const double* weight,
+              const GradientTarget& out) {
   const bool constant = e.constant_mass() && e.constant_force();
   if (constant && !takes_part(e, assembly, d)) return;
   const auto& c = e.coordinates();
@@ -114,8 +114,8 @@ void add_force(const Force& e, int z0, const Assembly& assembly, const StateView
 /// Phid_v = Phi_q, Phidd_v = 2 Phid_q, Phidd_a = Phi_q; the direction changes all of them alike.
 class ConstraintTerms {
  public:
-  ConstraintTerms(const Constraint& e, int row, const Assembly& assembly, const StateView& s,
-                  const Variation& d, const TermWeights& w)
+  ConstraintTerms(const Constraint& e, int row, const Assembly& assembly, const StateView& s, const Variation& d,
+                  const TermWeights& w)
       : e_(e), c_(e.coordinates()), rows_(e.rows()), row_(row), s_(s), d_(d), w_(w) {
     auto& p = number_buffer<DirectedPathDual>(e.numbers().size() + 1);
     for (std::size_t i = 0; i < e.numbers().size(); ++i) {
@@ -242,8 +242,8 @@ class KineticEnergyOf {
 
 }  // namespace
 
-void add_gradient_change(const Assembly& assembly, const StateView& s, const Variation& d,
-                         const TermWeights& weights, const GradientTarget& out) {
+void add_gradient_change(const Assembly& assembly, const StateView& s, const Variation& d, const TermWeights& weights,
+                         const GradientTarget& out) {
   const Mechanism& m = assembly.mechanism();
   if (weights.force)
     for (const auto& e : m.bodies()) add_body(*e, assembly, s, d, weights.force, out);
@@ -260,8 +260,8 @@ double kinetic_energy_change(const StateView& s, const Assembly& assembly, const
   return sum / 2;
 }
 
-void add_kinetic_energy_gradient_change(const StateView& s, const Assembly& assembly, const Variation& d,
-                                        double factor, const GradientTarget& out) {
+void add_kinetic_energy_gradient_change(const StateView& s, const Assembly& assembly, const Variation& d, double factor,
+                                        const GradientTarget& out) {
   for (const auto& e : assembly.mechanism().bodies()) {
     KineticEnergyOf T(*e, assembly, s, d);
     for (std::size_t i = 0; i < e->coordinates().size(); ++i) {

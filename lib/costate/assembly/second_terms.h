@@ -25,13 +25,13 @@ struct GradientTarget {
 };
 
 /// out += dL_x along d at the state s, which holds all of q, v, a, lambda and z.
-void add_gradient_change(const Assembly& assembly, const StateView& s, const Variation& d,
-                         const TermWeights& weights, const GradientTarget& out);
+void add_gradient_change(const Assembly& assembly, const StateView& s, const Variation& d, const TermWeights& weights,
+                         const GradientTarget& out);
 
 /// The kinetic energy T = v^T M v / 2: its change along d, and out += factor dT_x for x = q, v, rho.
 double kinetic_energy_change(const StateView& s, const Assembly& assembly, const Variation& d);
-void add_kinetic_energy_gradient_change(const StateView& s, const Assembly& assembly, const Variation& d,
-                                        double factor, const GradientTarget& out);
+void add_kinetic_energy_gradient_change(const StateView& s, const Assembly& assembly, const Variation& d, double factor,
+                                        const GradientTarget& out);
 
 /// What a change drho of the parameters makes of all numbers of the mechanism.
 void calc_number_changes(const Assembly& assembly, const double* drho, std::vector<double>& out);

@@ -6,7 +6,7 @@
 namespace costate {
 
 struct Variation {
-  double t = 0;  // of time, where a term depends on it explicitly
+  double t = 0;                                  // of time, where a term depends on it explicitly
   const double *q = nullptr, *v = nullptr;       // n each
   const double *a = nullptr, *lambda = nullptr;  // n, m, or null where the term depends on neither
   const double* z = nullptr;                     // nz

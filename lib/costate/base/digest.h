@@ -1,6 +1,6 @@
-// A fingerprint of bytes (FNV-1a, 64 bits): for telling whether a file is the one that was read before, and a record the
-// one that was written. Every step is a bijection of the state, so that a single changed byte always changes the result.
-// It protects against accidents, not against intent.
+// A fingerprint of bytes (FNV-1a, 64 bits): for telling whether a file is the one that was read before, and a record
+// the one that was written. Every step is a bijection of the state, so that a single changed byte always changes the
+// result. It protects against accidents, not against intent.
 #pragma once
 
 #include <cstdint>

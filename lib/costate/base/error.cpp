@@ -36,9 +36,7 @@ SceneError::SceneError(const SourceLocation& where, const std::string& message)
     : Error(located(where, message)), where_(where) {}
 
 ModelError::ModelError(std::string subject, const std::string& message)
-    : Error(subject.empty() ? message : subject + ": " + message),
-      subject_(std::move(subject)),
-      message_(message) {}
+    : Error(subject.empty() ? message : subject + ": " + message), subject_(std::move(subject)), message_(message) {}
 
 std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates) {
   std::string best;
@@ -59,8 +57,8 @@ std::string suggestion(std::string_view name, const std::vector<std::string>& ca
   if (candidates.empty()) return {};
   constexpr std::size_t limit = 24;
   if (candidates.size() <= limit) return fmt::format(" Known: {}.", fmt::join(candidates, ", "));
-  return fmt::format(" Known: {}, ... ({} in all).",
-                     fmt::join(candidates.begin(), candidates.begin() + limit, ", "), candidates.size());
+  return fmt::format(" Known: {}, ... ({} in all).", fmt::join(candidates.begin(), candidates.begin() + limit, ", "),
+                     candidates.size());
 }
 
 }  // namespace costate

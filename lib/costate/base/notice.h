@@ -1,5 +1,5 @@
-// What a computation has to say without ending: warnings, as whole sentences. They are kept for the thread that made them until
-// somebody takes them; the tool does at the end of each command, a program may after each run.
+// What a computation has to say without ending: warnings, as whole sentences. They are kept for the thread that made
+// them until somebody takes them; the tool does at the end of each command, a program may after each run.
 #pragma once
 
 #include <string>

@@ -15,11 +15,13 @@ AlphaCoefficients AlphaCoefficients::make(const std::string& scheme, double rho)
   AlphaCoefficients c;
   if (scheme == "newmark") return c;
   if (scheme != "generalized-alpha")
-    throw CapabilityError(fmt::format("There is no discrete scheme '{}'.{}", scheme,
-                                      suggestion(scheme, discrete_scheme_names())));
+    throw CapabilityError(
+        fmt::format("There is no discrete scheme '{}'.{}", scheme, suggestion(scheme, discrete_scheme_names())));
   if (!(rho >= 0 && rho <= 1))
-    throw CapabilityError(fmt::format("discrete_rho_infinity must lie between 0 (fastest damping of what the step does "
-                                      "not resolve) and 1 (none), found {}.", rho));
+    throw CapabilityError(
+        fmt::format("discrete_rho_infinity must lie between 0 (fastest damping of what the step does "
+                    "not resolve) and 1 (none), found {}.",
+                    rho));
   c.alpha_m = (2 * rho - 1) / (rho + 1);
   c.alpha_f = rho / (rho + 1);
   c.gamma = 0.5 + c.alpha_f - c.alpha_m;

@@ -4,8 +4,8 @@
 //   4  a~ += new_a alpha~, f~ += new_f y~ and shares for the last state's a, alpha, f, y
 //   3  s = P^-1 (a~, f~, lambda~):  q~ -= K^T s1 + Phidd_q^T s2 - f_q^T sz,  v~ -= C^T s1 + 2 Phid_q^T s2 - f_v^T sz,
 //      z~ += Q_z^T s1 + f_z^T sz,   rho~ -= F_rho^T s1 + Phidd_rho^T s2 - f_rho^T sz
-//   2  s = P^-1 (v~, 0, 0):         q~ -= V_q^T s1 + Phid_q^T s2,  v*~ = v~ - Phi_q^T s2,  rho~ -= V_rho^T s1 + Phid_rho^T s2
-//   1  s = J^-T (B q~ + G v*~, G_z z~, 0):  q_g~ = q~ - K^T s1 + f_q^T sz - Phi_q^T s2 / B,
+//   2  s = P^-1 (v~, 0, 0):         q~ -= V_q^T s1 + Phid_q^T s2,  v*~ = v~ - Phi_q^T s2,  rho~ -= V_rho^T s1 +
+//   Phid_rho^T s2 1  s = J^-T (B q~ + G v*~, G_z z~, 0):  q_g~ = q~ - K^T s1 + f_q^T sz - Phi_q^T s2 / B,
 //      v_g~ = v*~ - C^T s1 + f_v^T sz,  z_g~ = z~ + Q_z^T s1 + f_z^T sz,
 //      rho~ -= F_rho^T s1 - f_rho^T sz + Phi_rho^T s2 / B           and from these the last state's bars
 #pragma once

@@ -40,7 +40,8 @@ void DiscreteScheme::fail_newton(int iterations, double size) const {
   for (int i = 0; i < m_; ++i) rows.emplace_back(size_of(assembly_.phi[i]), names[i]);
   throw SolverError(fmt::format(
       "Newton's iteration of step {} (to t = {:.9g} s, h = {:.4g} s) did not converge: after {} iterations its "
-      "corrections are {:.2g} of the coordinates' size, largest in {}{}. A smaller step helps where the motion is fast; "
+      "corrections are {:.2g} of the coordinates' size, largest in {}{}. A smaller step helps where the motion is "
+      "fast; "
       "near singular positions the constraints do not determine it.",
       index_, time(), c_.h, iterations, size, worst(std::move(corrections)),
       m_ > 0 ? "; farthest from closed: " + worst(std::move(rows)) : std::string()));
@@ -55,18 +56,21 @@ void DiscreteScheme::fail_singular(const std::string& what, int column) {
   if (!rank.dependent_rows.empty()) {
     std::vector<std::string> dependent;
     for (const int i : rank.dependent_rows) dependent.push_back(names[i]);
-    throw SolverError(fmt::format("The equations of index 3 are singular {}: {} of {} constraint rows depend on the "
-                                  "others ({}). The mechanism has redundant joints or passes a singular position; the "
-                                  "penalty formulation carries both.",
-                                  where, dependent.size(), names.size(), fmt::join(dependent, ", ")));
+    throw SolverError(
+        fmt::format("The equations of index 3 are singular {}: {} of {} constraint rows depend on the "
+                    "others ({}). The mechanism has redundant joints or passes a singular position; the "
+                    "penalty formulation carries both.",
+                    where, dependent.size(), names.size(), fmt::join(dependent, ", ")));
   }
   const auto states = mech.state_names();
-  const std::string name = column < 0              ? std::string("?")
-                           : column < n_           ? mech.coordinates()[column].name
-                           : column < n_ + nz_     ? states[column - n_]
-                                                   : names[column - n_ - nz_];
-  throw SolverError(fmt::format("The equations of index 3 are singular {}, at '{}': either nothing holds it, neither "
-                                "inertia nor a constraint, or the mechanism passes a singular position.", where, name));
+  const std::string name = column < 0          ? std::string("?")
+                           : column < n_       ? mech.coordinates()[column].name
+                           : column < n_ + nz_ ? states[column - n_]
+                                               : names[column - n_ - nz_];
+  throw SolverError(
+      fmt::format("The equations of index 3 are singular {}, at '{}': either nothing holds it, neither "
+                  "inertia nor a constraint, or the mechanism passes a singular position.",
+                  where, name));
 }
 
 }  // namespace costate

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "costate/base/error.h"
-#include "costate/formulation/unknown_names.h"
+#include "costate/level/unknown_names.h"
 
 namespace costate {
 

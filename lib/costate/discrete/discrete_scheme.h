@@ -27,8 +27,8 @@
 #include "costate/analysis/start.h"
 #include "costate/discrete/alpha_coefficients.h"
 #include "costate/discrete/step_matrices.h"
-#include "costate/formulation/acceleration_level.h"
 #include "costate/formulation/system.h"
+#include "costate/level/acceleration_level.h"
 
 namespace costate {
 
@@ -40,10 +40,10 @@ struct DiscreteCounters {
 /// One step's end: views into its record, so that a whole trajectory can be kept as plain numbers.
 struct StepRecord {
   double *q = nullptr, *v = nullptr, *z = nullptr, *a = nullptr, *lambda = nullptr;  // n, n, nz, n, m
-  double* x = nullptr;                    // (a*, f*, lambda*), n + nz + m
-  double *u = nullptr, *eta = nullptr;    // n, m
-  double *alpha = nullptr, *y = nullptr;  // n, nz
-  double* f = nullptr;                    // nz
+  double* x = nullptr;                                                               // (a*, f*, lambda*), n + nz + m
+  double *u = nullptr, *eta = nullptr;                                               // n, m
+  double *alpha = nullptr, *y = nullptr;                                             // n, nz
+  double* f = nullptr;                                                               // nz
 };
 
 class DiscreteScheme final : public System {

@@ -49,7 +49,8 @@ double StepArchive::bytes() const {
 
 void StepArchive::keep() {
   const long k = scheme_.index();
-  if (k % segment_ == 0 && k < steps_) scheme_.save(checkpoints_.get() + static_cast<std::size_t>(k / segment_) * record_size_);
+  if (k % segment_ == 0 && k < steps_)
+    scheme_.save(checkpoints_.get() + static_cast<std::size_t>(k / segment_) * record_size_);
   if (k == 0) return;
   first_ = (k - 1) / segment_ * segment_;
   if (k == first_ + 1) arena_used_ = 0;

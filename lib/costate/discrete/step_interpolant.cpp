@@ -10,7 +10,8 @@ StepInterpolant::StepInterpolant(DiscreteScheme& scheme) : scheme_(scheme) {
 
 void StepInterpolant::copy(End& end) const {
   const StepRecord& r = scheme_.record();
-  const auto n = static_cast<std::size_t>(scheme_.assembly().n()), nz = static_cast<std::size_t>(scheme_.assembly().nz());
+  const auto n = static_cast<std::size_t>(scheme_.assembly().n()),
+             nz = static_cast<std::size_t>(scheme_.assembly().nz());
   end.t = scheme_.time();
   end.q.assign(r.q, r.q + n);
   end.v.assign(r.v, r.v + n);
@@ -41,7 +42,8 @@ PhysicalState StepInterpolant::at(double t) {
   }
   for (int i = 0; i < nz; ++i) {
     const double f0 = h * before_.f[i], f1 = h * now_.f[i];
-    y_[2 * n + i] = r * r * (1 + 2 * s) * before_.z[i] + s * s * (1 + 2 * r) * now_.z[i] + s * r * r * f0 - s * s * r * f1;
+    y_[2 * n + i] =
+        r * r * (1 + 2 * s) * before_.z[i] + s * s * (1 + 2 * r) * now_.z[i] + s * r * r * f0 - s * s * r * f1;
   }
   return scheme_.physical_state(t, y_.data());
 }

@@ -1,5 +1,5 @@
-// The motion between the ends of discrete steps: positions by the quintic through q, v, a at both ends, velocities by its
-// derivative, force states by the cubic through z and z'; accelerations and multipliers are solved for.
+// The motion between the ends of discrete steps: positions by the quintic through q, v, a at both ends, velocities by
+// its derivative, force states by the cubic through z and z'; accelerations and multipliers are solved for.
 #pragma once
 
 #include "costate/discrete/discrete_scheme.h"

@@ -59,7 +59,8 @@ StepMatrices::Saved StepMatrices::save(double* to) const {
 }
 
 bool StepMatrices::restore(const Saved& saved, const double* from) {
-  return step_.restore(saved.step_order, from) && projection_.restore(saved.projection_order, from + step_.saved_size());
+  return step_.restore(saved.step_order, from) &&
+         projection_.restore(saved.projection_order, from + step_.saved_size());
 }
 
 }  // namespace costate

@@ -11,11 +11,11 @@ namespace costate {
 
 namespace {
 
-constexpr int kGrid = 8192;             // points of a search
-constexpr int kGrading = 24;            // points towards each sharp place in a search, each half as far as the last
-constexpr double kSmallest = 1e-7;      // of the whole length: what is shorter is not looked for
-constexpr double kUnresolved = 0.05;    // of what a law changes within a cell: how far it may be from a cubic
-constexpr double kNothing = 1e-12;      // of what it changes altogether
+constexpr int kGrid = 8192;           // points of a search
+constexpr int kGrading = 24;          // points towards each sharp place in a search, each half as far as the last
+constexpr double kSmallest = 1e-7;    // of the whole length: what is shorter is not looked for
+constexpr double kUnresolved = 0.05;  // of what a law changes within a cell: how far it may be from a cubic
+constexpr double kNothing = 1e-12;    // of what it changes altogether
 constexpr long kMostCells = 200'000;
 // Not whole: at the quarters of a bump its second derivative, all that some formulations see of a driver, is zero.
 constexpr double kStepsInCell = 2.3, kStepsInWave = 4.3;
@@ -110,8 +110,8 @@ class Cells {
     };
     const auto resolved = [&] { return error <= std::max(kUnresolved * (high - low), floor_); };
     for (const double w : kWithin) compare({a + w * h, value(a + w * h)});
-    const auto first = std::lower_bound(samples_.begin(), samples_.end(), x[0],
-                                        [](const Sample& s, double at) { return s.x < at; });
+    const auto first =
+        std::lower_bound(samples_.begin(), samples_.end(), x[0], [](const Sample& s, double at) { return s.x < at; });
     for (auto s = first; s != samples_.end() && s->x < x[3]; ++s) {
       compare(*s);
       if (error > kUnresolved * range_) break;  // far off, whatever else there is
@@ -158,7 +158,9 @@ std::vector<ElementCourse>& registered_courses() {
 }
 }  // namespace
 
-RegisterElementCourse::RegisterElementCourse(ElementCourse course) { registered_courses().push_back(std::move(course)); }
+RegisterElementCourse::RegisterElementCourse(ElementCourse course) {
+  registered_courses().push_back(std::move(course));
+}
 const std::vector<ElementCourse>& element_courses() { return registered_courses(); }
 
 void Course::begin_owner(const std::string& name) { owners_.push_back(name); }
@@ -231,8 +233,8 @@ Course::Bound Course::bound(double x, bool downwards) const {
     }
     return b;
   }
-  auto i = std::upper_bound(pieces_.begin(), pieces_.end(), x,
-                            [](double at, const Piece& piece) { return at < piece.to; });
+  auto i =
+      std::upper_bound(pieces_.begin(), pieces_.end(), x, [](double at, const Piece& piece) { return at < piece.to; });
   for (; i != pieces_.end() && i->from < b.end; ++i) {
     const double end = std::max(i->from, x + i->step);
     if (end < b.end) b = {end, i->step, i->owner};

@@ -68,7 +68,7 @@ class Course {
     }
   }
   struct Bound {
-    double end = std::numeric_limits<double>::infinity();  // where the step ends at the latest
+    double end = std::numeric_limits<double>::infinity();   // where the step ends at the latest
     double step = std::numeric_limits<double>::infinity();  // what is asked for there
     int owner = -1;
   };

@@ -105,7 +105,8 @@ void Body::calc_number_partial(const LocalState& s, int number, double* r_p) con
 
 void Constraint::phi_directed(const DirectedPathDual&, const DirectedPathDual*, const DirectedPathDual*,
                               DirectedPathDual*) const {
-  throw CapabilityError(path() + " has no second derivatives, which Hessians need: derive its class from ConstraintOf, "
+  throw CapabilityError(path() +
+                        " has no second derivatives, which Hessians need: derive its class from ConstraintOf, "
                         "or override phi_directed.");
 }
 
@@ -192,8 +193,8 @@ void Constraint::calc_partials(const LocalState& s, LocalMatrix& hessian, LocalM
   }
 }
 
-void Constraint::calc_number_partial(const LocalState& s, int number, double* phi_p, double* phid_p,
-                                     double* phidd_p, double* reaction_p) const {
+void Constraint::calc_number_partial(const LocalState& s, int number, double* phi_p, double* phid_p, double* phidd_p,
+                                     double* reaction_p) const {
   const int n = static_cast<int>(coordinates().size());
   Local q, f;
   PathDual t;

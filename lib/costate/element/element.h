@@ -69,9 +69,7 @@ class Element {
   virtual PathDual measure(int, const MeasureArguments&) const { return {}; }
 
  protected:
-  void append_coordinates(const std::vector<int>& c) {
-    coordinates_.insert(coordinates_.end(), c.begin(), c.end());
-  }
+  void append_coordinates(const std::vector<int>& c) { coordinates_.insert(coordinates_.end(), c.begin(), c.end()); }
   void append_numbers(const std::vector<int>& n) { numbers_.insert(numbers_.end(), n.begin(), n.end()); }
 
  private:
@@ -88,8 +86,8 @@ class Body : public Element {
   virtual void residual(const PathDual* q, const PathDual* v, const PathDual* a, const PathDual* p,
                         PathDual* r) const = 0;
 
-  virtual void calc_mass(const LocalState& s, LocalMatrix& M) const;               // nq x nq
-  virtual void calc_force(const LocalState& s, double* Q) const;                   // nq
+  virtual void calc_mass(const LocalState& s, LocalMatrix& M) const;                          // nq x nq
+  virtual void calc_force(const LocalState& s, double* Q) const;                              // nq
   virtual void calc_partials(const LocalState& s, LocalMatrix& r_q, LocalMatrix& r_v) const;  // nq x nq each
   virtual void calc_number_partial(const LocalState& s, int number, double* r_p) const;       // nq
   /// True when M depends neither on q nor on time, so that it is assembled once per parameter set.
@@ -133,9 +131,10 @@ class Constraint : public Element {
   virtual void calc_partials(const LocalState& s, LocalMatrix& hessian, LocalMatrix& phid_q,
                              LocalMatrix& phidd_q) const;
   /// With respect to number k: phi, phidot, phiddot (nr each) and phi_q^T lambda (nq).
-  virtual void calc_number_partial(const LocalState& s, int number, double* phi_p, double* phid_p,
-                                   double* phidd_p, double* reaction_p) const;
-  /// Derivative of phi.w + phidot.w + phiddot.w + (phi_q^T lambda).w with respect to number k, all at (t, q, v, a, lambda).
+  virtual void calc_number_partial(const LocalState& s, int number, double* phi_p, double* phid_p, double* phidd_p,
+                                   double* reaction_p) const;
+  /// Derivative of phi.w + phidot.w + phiddot.w + (phi_q^T lambda).w with respect to number k, all at (t, q, v, a,
+  /// lambda).
   virtual double calc_number_gradient(const LocalState& s, int number, const ConstraintWeights& w) const;
   /// Only hessian: what the index-2 stabilising multiplier needs.
   virtual void calc_hessian(const LocalState& s, LocalMatrix& hessian) const;
@@ -161,8 +160,8 @@ class Force : public Element {
   /// Index into this element's local numbers of the initial value of state i.
   virtual int initial_state_number(int) const { return -1; }
 
-  virtual void force(const PathDual& t, const PathDual* q, const PathDual* v, const PathDual* z,
-                     const PathDual* p, PathDual* Q, PathDual* zdot) const = 0;
+  virtual void force(const PathDual& t, const PathDual* q, const PathDual* v, const PathDual* z, const PathDual* p,
+                     PathDual* Q, PathDual* zdot) const = 0;
 
   virtual void calc_force(const LocalState& s, double* Q, double* zdot) const;
   virtual void calc_partials(const LocalState& s, ForcePartials out) const;
@@ -208,8 +207,8 @@ class ForceOf : public Force {
   using Force::Force;
   /// Derived provides: template <class S> void physics(const S& t, const S* q, const S* v, const S* z,
   ///                                                  const S* p, S* Q, S* zdot)
-  void force(const PathDual& t, const PathDual* q, const PathDual* v, const PathDual* z, const PathDual* p,
-             PathDual* Q, PathDual* zdot) const override {
+  void force(const PathDual& t, const PathDual* q, const PathDual* v, const PathDual* z, const PathDual* p, PathDual* Q,
+             PathDual* zdot) const override {
     static_cast<const Derived*>(this)->template physics<PathDual>(t, q, v, z, p, Q, zdot);
   }
   void calc_force(const LocalState& s, double* Q, double* zdot) const override {

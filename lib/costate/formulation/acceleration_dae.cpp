@@ -4,7 +4,7 @@
 
 #include "costate/formulation/cost_pullback.h"
 #include "costate/formulation/solved_end.h"
-#include "costate/formulation/unknown_names.h"
+#include "costate/level/unknown_names.h"
 
 namespace costate {
 
@@ -215,8 +215,7 @@ void AccelerationDae::parameter_columns(Eigen::MatrixXd& F_rho) {
   F_rho.setZero();
   F_rho.middleRows(2 * n_, nz_) = -columns_.f;
   F_rho.middleRows(2 * n_ + nz_, n_) = columns_.F;
-  F_rho.bottomRows(m_) =
-      columns_.phidd + 2 * st.xi * st.omega * columns_.phid + st.omega * st.omega * columns_.phi;
+  F_rho.bottomRows(m_) = columns_.phidd + 2 * st.xi * st.omega * columns_.phid + st.omega * st.omega * columns_.phi;
 }
 
 void AccelerationDae::add_parameter_gradient(double c, const double* mu, double* gradient) {

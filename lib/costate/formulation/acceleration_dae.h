@@ -3,10 +3,10 @@
 // Adjoint unknowns in the same layout: (mu_q, mu_v, mu_z, s1, s2).
 #pragma once
 
-#include "costate/formulation/acceleration_level.h"
 #include "costate/formulation/dae_state.h"
 #include "costate/formulation/solved_state.h"
 #include "costate/formulation/system.h"
+#include "costate/level/acceleration_level.h"
 
 namespace costate {
 

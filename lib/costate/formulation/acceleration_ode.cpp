@@ -1,13 +1,15 @@
 #include "costate/formulation/acceleration_ode.h"
 
 #include "costate/analysis/start.h"
-#include "costate/formulation/unknown_names.h"
+#include "costate/level/unknown_names.h"
 
 namespace costate {
 
 AccelerationOde::AccelerationOde(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
                                  Objective objective, Stabilization stabilization)
-    : OdeSystem(std::move(mechanism), std::move(parameters), std::move(objective)), level_(assembly_, stabilization), velocity_jump_(assembly_, level_) {
+    : OdeSystem(std::move(mechanism), std::move(parameters), std::move(objective)),
+      level_(assembly_, stabilization),
+      velocity_jump_(assembly_, level_) {
   append_differential_unknowns(assembly_.mechanism(), unknowns_);
   assembly_.resize(columns_);
   const auto n = static_cast<std::size_t>(assembly_.n() + assembly_.m());
@@ -75,7 +77,6 @@ void AccelerationOde::solve(double* b) {
     bq[i] += g * u[i];
   }
   for (int i = 0; i < nz; ++i) bz[i] = uz[i];
-
 }
 
 void AccelerationOde::solve_transposed(double* b) {
@@ -164,8 +165,7 @@ void AccelerationOde::tangent_running_cost(double t, const double* y, const doub
   tangent_cost(false, t, y, s, out, count);
 }
 
-void AccelerationOde::tangent_terminal_cost(double t, const double* y, const double* const* s, double* out,
-                                            int count) {
+void AccelerationOde::tangent_terminal_cost(double t, const double* y, const double* const* s, double* out, int count) {
   tangent_cost(true, t, y, s, out, count);
 }
 

@@ -2,9 +2,9 @@
 // y' = (v, a, f) with a from the KKT system; explicit first-order adjoint (lib/README.md (3), (4)).
 #pragma once
 
-#include "costate/formulation/acceleration_level.h"
 #include "costate/formulation/system.h"
-#include "costate/formulation/velocity_jump.h"
+#include "costate/level/acceleration_level.h"
+#include "costate/level/velocity_jump.h"
 
 namespace costate {
 

@@ -5,7 +5,7 @@
 #include "costate/adjoint/tangent_equations.h"
 #include "costate/formulation/acceleration_ode.h"
 #include "costate/formulation/formulation.h"
-#include "costate/formulation/penalty_weight.h"
+#include "costate/level/penalty_weight.h"
 
 namespace costate {
 namespace {

@@ -9,9 +9,7 @@
 namespace costate {
 namespace {
 
-Stabilization stabilization(const FormulationOptions& o) {
-  return {o.baumgarte_xi, o.baumgarte_omega_rad_per_s, 0};
-}
+Stabilization stabilization(const FormulationOptions& o) { return {o.baumgarte_xi, o.baumgarte_omega_rad_per_s, 0}; }
 
 const RegisterFormulation registered({
     "baumgarte",

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "costate/analysis/start.h"
-#include "costate/formulation/velocity_jump.h"
+#include "costate/level/velocity_jump.h"
 
 namespace costate {
 

@@ -3,8 +3,8 @@
 
 namespace costate {
 
-/// Baumgarte's stabilisation on IDAS: what an integrator lets the constraints drift by, it takes back within 1/omega, so
-/// that long runs keep their lengths; per step it costs what index 1 does (README, "How to choose").
+/// Baumgarte's stabilisation on IDAS: what an integrator lets the constraints drift by, it takes back within 1/omega,
+/// so that long runs keep their lengths; per step it costs what index 1 does (README, "How to choose").
 inline constexpr const char* kDefaultFormulation = "baumgarte";
 inline constexpr const char* kDefaultMethod = "idas-adjoint";
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 #include "costate/base/error.h"
 
@@ -13,9 +14,24 @@ std::vector<Formulation>& table() {
   static std::vector<Formulation> formulations;
   return formulations;
 }
+// Static objects register in any order: those fixed steps whose formulation is not known yet wait here.
+std::map<std::string, Formulation::MakeDiscrete>& waiting() {
+  static std::map<std::string, Formulation::MakeDiscrete> forms;
+  return forms;
+}
 }  // namespace
 
+RegisterDiscreteForm::RegisterDiscreteForm(const std::string& formulation, Formulation::MakeDiscrete make) {
+  for (auto& f : table())
+    if (f.name == formulation) {
+      f.make_discrete = std::move(make);
+      return;
+    }
+  waiting()[formulation] = std::move(make);
+}
+
 RegisterFormulation::RegisterFormulation(Formulation f) {
+  if (auto form = waiting().extract(f.name)) f.make_discrete = std::move(form.mapped());
   auto& t = table();
   t.insert(std::upper_bound(t.begin(), t.end(), f, [](const auto& a, const auto& b) { return a.name < b.name; }),
            std::move(f));

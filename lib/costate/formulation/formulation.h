@@ -7,22 +7,12 @@
 #include <vector>
 
 #include "costate/formulation/system.h"
+#include "costate/level/formulation_options.h"
 
 namespace costate {
 
-/// Settings that formulations read; unset means the formulation's own default.
-struct FormulationOptions {
-  double baumgarte_xi = 1;                 // damping ratio of the constraint error
-  double baumgarte_omega_rad_per_s = 10;   // its frequency
-  double penalty_xi = 1;
-  double penalty_omega_rad_per_s = 10;
-  double penalty_alpha = 0;  // weight of the constraints against the masses; 0: 1e8 times the largest mass entry
-  std::string discrete_scheme = "newmark";  // fixed-step runs: "newmark" (trapezoidal) or "generalized-alpha"
-  double discrete_rho_infinity = 0.8;       // generalized-alpha: what a step leaves of the fastest oscillations
-};
-
-class DiscreteScheme;  // discrete/discrete_scheme.h: a fixed-step scheme with its exact tangent and adjoint
-class HandEquations;   // adjoint/hand_equations.h: hand-derived tangent and adjoint equations
+class DiscreteScheme;    // discrete/discrete_scheme.h: a fixed-step scheme with its exact tangent and adjoint
+class HandEquations;     // adjoint/hand_equations.h: hand-derived tangent and adjoint equations
 class HessianEquations;  // adjoint/hessian_equations.h: tangent and adjoint differentiated along directions
 
 /// A formulation offers one or several forms; a gradient method works with those that it needs.
@@ -58,6 +48,10 @@ const Formulation& find_formulation(const std::string& name);
 
 struct RegisterFormulation {
   explicit RegisterFormulation(Formulation f);
+};
+/// The fixed steps of a formulation (discrete/), which are registered apart from it.
+struct RegisterDiscreteForm {
+  RegisterDiscreteForm(const std::string& formulation, Formulation::MakeDiscrete make);
 };
 
 }  // namespace costate

@@ -10,7 +10,7 @@
 #include "costate/base/error.h"
 #include "costate/formulation/cost_pullback.h"
 #include "costate/formulation/solved_end.h"
-#include "costate/formulation/unknown_names.h"
+#include "costate/level/unknown_names.h"
 
 namespace costate {
 
@@ -149,9 +149,11 @@ void Index2Dae::factor(double t, const double* y, const double* yp, double cj) {
   scale_jacobian(cj);
   const int bad = solver_->factor(jacobian_.values().data());
   if (bad >= 0)
-    throw SolverError(fmt::format("The Newton matrix of the stabilised index-2 equations is singular at t = {:.9g} s, "
-                                  "at unknown '{}'. Redundant joints or a singular configuration; the penalty "
-                                  "formulation carries both.", t, unknowns_[bad].name));
+    throw SolverError(
+        fmt::format("The Newton matrix of the stabilised index-2 equations is singular at t = {:.9g} s, "
+                    "at unknown '{}'. Redundant joints or a singular configuration; the penalty "
+                    "formulation carries both.",
+                    t, unknowns_[bad].name));
 }
 
 // With s = |cj| > 1 the unknowns a, lambda and gamma are measured in units of s, and the rows of differential equations
@@ -309,8 +311,7 @@ void Index2Dae::terminal_cost_gradient(double t, const double* y, double* w_y, d
   copy_cost_gradient(g, w_y, c, gradient);
 }
 
-void Index2Dae::terminal_adjoint(double t, const double* y, const double*, double* mu, double* mup,
-                                 double* gradient) {
+void Index2Dae::terminal_adjoint(double t, const double* y, const double*, double* mu, double* mup, double* gradient) {
   linearized_ = false;
   level_.invalidate();
   StateView s = view(t, y);

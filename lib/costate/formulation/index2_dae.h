@@ -6,10 +6,10 @@
 
 #include <memory>
 
-#include "costate/formulation/acceleration_level.h"
 #include "costate/formulation/dae_state.h"
 #include "costate/formulation/solved_state.h"
 #include "costate/formulation/system.h"
+#include "costate/level/acceleration_level.h"
 
 namespace costate {
 

@@ -1,9 +1,8 @@
 // Registers the index-3 formulation: R1 = 0 and Phi = 0, as the equations come. IDAS is not given them raw: a solver of
 // variable step cannot control the error of index-3 multipliers. It carries them in stabilised index-2 form instead
-// (index2_dae.h), whose solution is the same; by fixed steps they are carried as they are (discrete/discrete_scheme.h).
+// (index2_dae.h), whose solution is the same; by fixed steps they are carried as they are (discrete/index3_steps.cpp).
 #include "costate/adjoint/momentum_adjoint.h"
 #include "costate/adjoint/tangent_equations.h"
-#include "costate/discrete/discrete_scheme.h"
 #include "costate/formulation/formulation.h"
 #include "costate/formulation/index2_dae.h"
 
@@ -17,11 +16,6 @@ Formulation index3() {
   f.default_integrator = "idas";
   f.make_dae = [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
     return std::make_unique<Index2Dae>(mechanism, parameters, objective);
-  };
-  f.make_discrete = [](auto mechanism, auto parameters, auto objective, const FormulationOptions& options) {
-    return std::make_unique<DiscreteScheme>(
-        mechanism, parameters, objective,
-        AlphaCoefficients::make(options.discrete_scheme, options.discrete_rho_infinity));
   };
   f.make_hand_tangent = [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
     return std::make_unique<TangentEquations>(mechanism, parameters, objective, Stabilization{},

@@ -18,8 +18,8 @@ namespace costate {
 
 namespace {
 
-/// Of the largest value at the law's places: printed data joins pieces to this (element/kind/piecewise_law.h). Of its own size:
-/// what a driver's position may differ by, and what a parameter opens beyond rounding.
+/// Of the largest value at the law's places: printed data joins pieces to this (kind/law/piecewise_law.h). Of its own
+/// size: what a driver's position may differ by, and what a parameter opens beyond rounding.
 constexpr double kForceJoin = 1e-3, kDriverJoin = 1e-6, kOpened = 1e-6;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Of a parameter's scale: what shows whether it moves a place.
@@ -83,10 +83,11 @@ std::vector<double> moved(const Parameter& parameter, std::vector<double> number
   return numbers;
 }
 
-[[noreturn]] void refuse_parameter(const std::string& parameter, const char* what, const std::string& law, const char* at,
-                                   double x, const char* because) {
+[[noreturn]] void refuse_parameter(const std::string& parameter, const char* what, const std::string& law,
+                                   const char* at, double x, const char* because) {
   throw CapabilityError(fmt::format(
-      "Parameter '{}' opens a {} in the law '{}' at {} = {:g}, where its pieces meet now: {}. Bind the numbers of both sides to "
+      "Parameter '{}' opens a {} in the law '{}' at {} = {:g}, where its pieces meet now: {}. Bind the numbers of both "
+      "sides to "
       "the parameter so that they go on meeting, or take a law that is continuous whatever its numbers are (steps, "
       "smooth_steps, table).",
       parameter, what, law, at, x, because));
@@ -99,11 +100,13 @@ void require_joined_force(const Force& f, const OwnedLaw& law, const ParameterSe
   const double size = size_of(now);
   for (const Joint& j : now)
     if (!(std::abs(j.right - j.left) <= kForceJoin * size))
-      throw CapabilityError(fmt::format(
-          "The law '{}' jumps from {:.6g} to {:.6g} at x = {:g}. Where a motion comes to that place, its force jumps at an "
-          "instant that moves with every parameter: no gradient here knows that. Let its pieces meet (joins = \"value\"), lead "
-          "over the jump within a width (a law of the kind 'steps'), or take the method 'differences'.",
-          name, j.left, j.right, j.x));
+      throw CapabilityError(
+          fmt::format("The law '{}' jumps from {:.6g} to {:.6g} at x = {:g}. Where a motion comes to that place, its "
+                      "force jumps at an "
+                      "instant that moves with every parameter: no gradient here knows that. Let its pieces meet "
+                      "(joins = \"value\"), lead "
+                      "over the jump within a width (a law of the kind 'steps'), or take the method 'differences'.",
+                      name, j.left, j.right, j.x));
   for (const auto& parameter : parameters.parameters) {
     const std::vector<Joint> then = joints_of(f, law, moved(parameter, numbers));
     if (then.size() != now.size()) continue;
@@ -158,8 +161,8 @@ class AtRest {
 
 /// The largest of entries begin ... end of value(t) along the run and on both sides of the places.
 template <class Value>
-double largest(const Value& value, std::size_t begin, std::size_t end, const std::vector<double>& places, double t_start,
-               double t_end) {
+double largest(const Value& value, std::size_t begin, std::size_t end, const std::vector<double>& places,
+               double t_start, double t_end) {
   constexpr int samples = 16;
   double size = 0;
   const auto look = [&](double t) {
@@ -175,7 +178,8 @@ double largest(const Value& value, std::size_t begin, std::size_t end, const std
 }
 
 /// Whether a and b differ by more than this in any of entries begin ... end.
-bool differ(const std::vector<double>& a, const std::vector<double>& b, std::size_t begin, std::size_t end, double allowed) {
+bool differ(const std::vector<double>& a, const std::vector<double>& b, std::size_t begin, std::size_t end,
+            double allowed) {
   for (std::size_t i = begin; i < end; ++i)
     if (std::abs(b[i] - a[i]) > allowed) return true;
   return false;
@@ -215,23 +219,27 @@ void require_joined_laws(const Mechanism& mechanism, const ParameterSelection& p
       const auto change = [&](double t) { return rest.change(t, parameter); };
       const double of_phi = kOpened * largest(change, 0, rows, places, t_start, t_end),
                    of_phid = kOpened * largest(change, rows, 2 * rows, places, t_start, t_end);
-      // A place that the parameter moves is another matter (fixed_times.h). Moved by little: courses halve the way to a place,
-      // and the half of the way to one that has moved twice as far is where it was.
-      const std::vector<double> p = local(*c, 0, static_cast<int>(c->numbers().size()), moved(parameter, numbers, kMoved)),
+      // A place that the parameter moves is another matter (fixed_times.h). Moved by little: courses halve the way to a
+      // place, and the half of the way to one that has moved twice as far is where it was.
+      const std::vector<double> p = local(*c, 0, static_cast<int>(c->numbers().size()),
+                                          moved(parameter, numbers, kMoved)),
                                 then = places_of(*c, p, t_start, t_end);
       for (const double t : places) {
         if (std::find(then.begin(), then.end(), t) == then.end()) continue;
         const std::vector<double> left = change(before(t)), right = change(t);
         const bool jump = differ(left, right, 0, rows, of_phi),
-                   kink = std::find(kinks.begin(), kinks.end(), t) == kinks.end() && differ(left, right, rows, 2 * rows, of_phid);
+                   kink = std::find(kinks.begin(), kinks.end(), t) == kinks.end() &&
+                          differ(left, right, rows, 2 * rows, of_phid);
         if (jump || kink)
-          refuse_parameter(parameter.name, jump ? "jump" : "kink", c->path(), "t", t, "what is driven would have to jump");
+          refuse_parameter(parameter.name, jump ? "jump" : "kink", c->path(), "t", t,
+                           "what is driven would have to jump");
       }
     }
   }
 }
 
-void require_joined_drivers(const Mechanism& mechanism, const std::vector<double>& numbers, double t_start, double t_end) {
+void require_joined_drivers(const Mechanism& mechanism, const std::vector<double>& numbers, double t_start,
+                            double t_end) {
   for (const auto& c : mechanism.constraints()) {
     if (!c->rheonomic()) continue;
     const AtRest rest(*c, numbers);
@@ -242,9 +250,10 @@ void require_joined_drivers(const Mechanism& mechanism, const std::vector<double
     for (const double t : places) {
       const std::vector<double> left = rest.phi(before(t)), right = rest.phi(t);
       if (differ(left, right, 0, left.size(), allowed))
-        throw CapabilityError(fmt::format("The law of '{}' jumps at t = {:g} s, its constraint from {:.6g} to {:.6g}: what is "
-                                          "driven cannot. Let its pieces meet there to {:g} of their values.",
-                                          c->path(), t, left[0], right[0], kDriverJoin));
+        throw CapabilityError(
+            fmt::format("The law of '{}' jumps at t = {:g} s, its constraint from {:.6g} to {:.6g}: what is "
+                        "driven cannot. Let its pieces meet there to {:g} of their values.",
+                        c->path(), t, left[0], right[0], kDriverJoin));
     }
   }
 }

@@ -1,6 +1,6 @@
-// Laws whose pieces do not meet, before runs and gradients. The instant at which a motion comes to a jump of a force moves with
-// every parameter, and what that does to the motion is in none of the derivatives; a driver's position cannot jump at all.
-// These throw CapabilityError with the law, the place and what to do.
+// Laws whose pieces do not meet, before runs and gradients. The instant at which a motion comes to a jump of a force
+// moves with every parameter, and what that does to the motion is in none of the derivatives; a driver's position
+// cannot jump at all. These throw CapabilityError with the law, the place and what to do.
 #pragma once
 
 #include <vector>
@@ -9,13 +9,14 @@
 
 namespace costate {
 
-/// For gradients: springs and dampers whose force jumps somewhere along what it depends on, parameters that part such a law's
-/// pieces, and parameters that open a jump or a kink of a driver's law within t_start < t < t_end. `numbers` are those of the
-/// mechanism, with the parameters' values in them.
+/// For gradients: springs and dampers whose force jumps somewhere along what it depends on, parameters that part such a
+/// law's pieces, and parameters that open a jump or a kink of a driver's law within t_start < t < t_end. `numbers` are
+/// those of the mechanism, with the parameters' values in them.
 void require_joined_laws(const Mechanism& mechanism, const ParameterSelection& parameters,
                          const std::vector<double>& numbers, double t_start, double t_end);
 
 /// For every run: drivers whose position jumps within t_start < t < t_end.
-void require_joined_drivers(const Mechanism& mechanism, const std::vector<double>& numbers, double t_start, double t_end);
+void require_joined_drivers(const Mechanism& mechanism, const std::vector<double>& numbers, double t_start,
+                            double t_end);
 
 }  // namespace costate

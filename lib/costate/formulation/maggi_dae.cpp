@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "costate/analysis/start.h"
-#include "costate/formulation/maggi_names.h"
+#include "costate/level/maggi_names.h"
 
 namespace costate {
 
@@ -26,8 +26,7 @@ MaggiDae::MaggiDae(std::shared_ptr<const Mechanism> mechanism, ParameterSelectio
       jacobian_(std::max(1, 3 * f_ + nz_)) {
   append_maggi_unknowns(assembly_.mechanism(), f_, unknowns_);
   for (int i = 0; i < f_; ++i)
-    unknowns_.push_back(
-        {"independent." + std::to_string(i) + "_ddot", "", Unknown::Role::acceleration, false, true});
+    unknowns_.push_back({"independent." + std::to_string(i) + "_ddot", "", Unknown::Role::acceleration, false, true});
   const int z = 0, zd = f_, zf = 2 * f_, w = zf + nz_;
   const SparsePattern If = SparsePattern::identity(f_), ff = full(f_, f_), zz = full(nz_, nz_), zxf = full(nz_, f_);
   at_.identity_z = jacobian_.place(If, z, z);
@@ -320,8 +319,8 @@ void MaggiDae::pull_cost(bool terminal) {
     objective_.add_terminal_gradient(level_.state(), assembly_, cost_gradient_);
   else
     objective_.add_running_gradient(level_.state(), assembly_, cost_gradient_);
-  level_.pull(cost_gradient_, terminal ? objective_.terminal_needs_accelerations()
-                                       : objective_.running_needs_accelerations());
+  level_.pull(cost_gradient_,
+              terminal ? objective_.terminal_needs_accelerations() : objective_.running_needs_accelerations());
 }
 
 void MaggiDae::running_cost_gradient(double t, const double* y, double* g_y, double c, double* gradient) {
@@ -356,8 +355,7 @@ void MaggiDae::complete_adjoint(double* mu, double* mup) {
   }
 }
 
-void MaggiDae::terminal_adjoint(double t, const double* y, const double*, double* mu, double* mup,
-                                double* gradient) {
+void MaggiDae::terminal_adjoint(double t, const double* y, const double*, double* mu, double* mup, double* gradient) {
   linearize_motion(t, y);
   pull_cost(true);
   if (objective_.terminal_needs_accelerations()) level_.eliminate_accelerations(nullptr);

@@ -5,9 +5,9 @@
 #pragma once
 
 #include "costate/formulation/maggi_kink.h"
-#include "costate/formulation/maggi_newton.h"
 #include "costate/formulation/segmented_system.h"
 #include "costate/formulation/solved_state.h"
+#include "costate/level/maggi_newton.h"
 
 namespace costate {
 

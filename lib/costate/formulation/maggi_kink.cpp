@@ -44,7 +44,8 @@ void MaggiKink::tangent(double t_after, double* const* s, int count) {
   jump_.tangent(level_.state(), t_after, columns.data(), count);
   const auto& independent = level_.independent();
   for (int j = 0; j < count; ++j)
-    for (int i = 0; i < f; ++i) s[j][f + i] = columns[static_cast<std::size_t>(j)][n + independent[static_cast<std::size_t>(i)]];
+    for (int i = 0; i < f; ++i)
+      s[j][f + i] = columns[static_cast<std::size_t>(j)][n + independent[static_cast<std::size_t>(i)]];
   level_.invalidate();
 }
 

@@ -1,10 +1,10 @@
-// The kinks of drivers in independent coordinates: z and the force states stay, zd jumps to B v+ (lib/README.md (5.13)). All
-// three work at the solved point of the level, the last one before the kink, in the chart in force, and leave the
-// level to be solved anew.
+// The kinks of drivers in independent coordinates: z and the force states stay, zd jumps to B v+ (lib/README.md
+// (5.13)). All three work at the solved point of the level, the last one before the kink, in the chart in force, and
+// leave the level to be solved anew.
 #pragma once
 
-#include "costate/formulation/maggi_level.h"
-#include "costate/formulation/impulse_jump.h"
+#include "costate/level/impulse_jump.h"
+#include "costate/level/maggi_level.h"
 
 namespace costate {
 
@@ -16,8 +16,8 @@ class MaggiKink {
   void cross(double t_after, double* zd);
   /// Columns (dz, dzd, dzf), one a parameter, before the kink become those behind it; at the linearized point.
   void tangent(double t_after, double* const* s, int count);
-  /// Adjoints (mu_z, mu_zd, mu_zf) behind the kink become the weights of (q, v, zf) before it, which the level then pulls
-  /// back; the gradient gains the jump's own dependence on the parameters.
+  /// Adjoints (mu_z, mu_zd, mu_zf) behind the kink become the weights of (q, v, zf) before it, which the level then
+  /// pulls back; the gradient gains the jump's own dependence on the parameters.
   const ScalarGradient& adjoint(double t_after, const double* mu, double* gradient);
 
  private:

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "costate/analysis/start.h"
-#include "costate/formulation/maggi_names.h"
+#include "costate/level/maggi_names.h"
 
 namespace costate {
 

@@ -5,8 +5,8 @@
 #pragma once
 
 #include "costate/formulation/maggi_kink.h"
-#include "costate/formulation/maggi_newton.h"
 #include "costate/formulation/segmented_system.h"
+#include "costate/level/maggi_newton.h"
 
 namespace costate {
 

@@ -7,7 +7,7 @@
 #include "costate/formulation/acceleration_dae.h"
 #include "costate/formulation/acceleration_ode.h"
 #include "costate/formulation/formulation.h"
-#include "costate/formulation/penalty_weight.h"
+#include "costate/level/penalty_weight.h"
 
 namespace costate {
 namespace {
@@ -31,7 +31,8 @@ const RegisterFormulation registered({
                                                 TangentEquations::Constraints::acceleration);
     },
     [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
-      return std::make_unique<AccelerationAdjoint>(mechanism, parameters, objective, penalty_stabilization(mechanism, o));
+      return std::make_unique<AccelerationAdjoint>(mechanism, parameters, objective,
+                                                   penalty_stabilization(mechanism, o));
     },
     [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
       return std::make_unique<HessianEquations>(mechanism, parameters, objective, penalty_stabilization(mechanism, o));

@@ -4,7 +4,7 @@
 #include "costate/adjoint/tangent_equations.h"
 #include "costate/formulation/acceleration_ode.h"
 #include "costate/formulation/formulation.h"
-#include "costate/formulation/penalty_weight.h"
+#include "costate/level/penalty_weight.h"
 
 namespace costate {
 namespace {
@@ -25,7 +25,8 @@ const RegisterFormulation registered({
                                                 TangentEquations::Constraints::acceleration);
     },
     [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
-      return std::make_unique<SecondOrderAdjoint>(mechanism, parameters, objective, penalty_stabilization(mechanism, o));
+      return std::make_unique<SecondOrderAdjoint>(mechanism, parameters, objective,
+                                                  penalty_stabilization(mechanism, o));
     },
 });
 

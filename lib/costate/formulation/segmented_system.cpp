@@ -8,14 +8,15 @@ namespace costate {
 
 namespace {
 [[noreturn]] void refuse_kink(double t, const char* what) {
-  throw CapabilityError(fmt::format("A driver's law has a kink at t = {:.6g} s, where the velocities jump; {} cannot be carried "
-                                    "across. Take index1, baumgarte, penalty or maggi, or a law with a continuous slope.",
-                                    t, what));
+  throw CapabilityError(
+      fmt::format("A driver's law has a kink at t = {:.6g} s, where the velocities jump; {} cannot be carried "
+                  "across. Take index1, baumgarte, penalty or maggi, or a law with a continuous slope.",
+                  t, what));
 }
 }  // namespace
 
-// A jump at a kink is two: that of the velocities, in the mode before, and then, where they are wanted, to other coordinates.
-// The state between them is not kept but made again.
+// A jump at a kink is two: that of the velocities, in the mode before, and then, where they are wanted, to other
+// coordinates. The state between them is not kept but made again.
 
 void SegmentedDae::jump(double t, double* y, double* yp) {
   const double t_after = segment_start(t);

@@ -1,7 +1,7 @@
-// Systems whose trajectories consist of segments. Two things end one: a kink in a driver's law, where the velocities jump
-// (impulse_jump.h), and what a formulation asks for itself (other independent coordinates). This layer composes both, so
-// that a formulation that adds jumps of its own cannot lose the kinks: it says how it crosses a kink, or that is
-// refused by name.
+// Systems whose trajectories consist of segments. Two things end one: a kink in a driver's law, where the velocities
+// jump (impulse_jump.h), and what a formulation asks for itself (other independent coordinates). This layer composes
+// both, so that a formulation that adds jumps of its own cannot lose the kinks: it says how it crosses a kink, or that
+// is refused by name.
 #pragma once
 
 #include "costate/formulation/system.h"

@@ -20,7 +20,8 @@ void for_each_element(const Mechanism& m, const Visit& visit) {
 }
 
 /// Where the motion is on a track.
-CourseElement::Place place_on(const Element& e, const CourseElement& course, int track, const std::vector<double>& numbers, double t, const StateView& s) {
+CourseElement::Place place_on(const Element& e, const CourseElement& course, int track,
+                              const std::vector<double>& numbers, double t, const StateView& s) {
   double q[kMaxLocal], v[kMaxLocal];
   const auto& c = e.coordinates();
   for (std::size_t i = 0; i < c.size(); ++i) {
@@ -123,10 +124,11 @@ void StepPlan::require(double t, const StateView& s, double h) const {
   const double most = std::max(2 * b.step, b.end - t);
   if (!(h > most * (1 + 1e-9))) return;
   const std::string owner = b.owner >= 0 ? time_.owner(b.owner) : std::string("A road or path");
-  throw SolverError(fmt::format("A fixed step of {:.6g} s from t = {:.6g} s passes over what begins or changes there: {} "
-                                "has a law with a part that needs steps of {:.3g} s or less. Choose such a step (--step, "
-                                "run.step_s).",
-                                h, t, owner, most));
+  throw SolverError(
+      fmt::format("A fixed step of {:.6g} s from t = {:.6g} s passes over what begins or changes there: {} "
+                  "has a law with a part that needs steps of {:.3g} s or less. Choose such a step (--step, "
+                  "run.step_s).",
+                  h, t, owner, most));
 }
 
 }  // namespace costate

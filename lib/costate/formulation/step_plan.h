@@ -1,6 +1,6 @@
 // How far an integrator's steps may go, whatever its error estimates say: what the laws of a mechanism and its cost do
-// late, briefly or over and over (element/course.h) is met by some steps at least. Laws of time are known before the run;
-// those along a track (a road under a wheel) are looked at from where the motion is, at the speed it has.
+// late, briefly or over and over (element/course.h) is met by some steps at least. Laws of time are known before the
+// run; those along a track (a road under a wheel) are looked at from where the motion is, at the speed it has.
 #pragma once
 
 #include <functional>

@@ -8,21 +8,11 @@
 #include <vector>
 
 #include "costate/assembly/assembly.h"
+#include "costate/level/unknown.h"
 #include "costate/linear/sparse_pattern.h"
 #include "costate/objective/objective.h"
 
 namespace costate {
-
-struct Unknown {
-  enum class Role { position, velocity, force_state, acceleration, multiplier, stabilizer };
-  std::string name;  // "P1.x", "P1.x_dot", "lambda.bar.A1.length"
-  std::string unit;
-  Role role;
-  bool differential;  // its time derivative appears in the system
-  /// Whether the unknown takes part in the integrator's norms. Index-2 multipliers do not: their corrections scale with
-  /// 1/h of the state's, so that any finite weight spoils the Newton test as the step falls.
-  bool in_norm = true;
-};
 
 /// The mechanism's state behind a system's unknowns, for costs, outputs and files. Pointers stay valid until the
 /// system is evaluated again.
@@ -140,8 +130,8 @@ class DaeSystem : public System {
   virtual void jump(double t, double* y, double* yp);
   /// Columns of y_rho and y'_rho before the jump become those after it; jump.after stays in force.
   virtual void jump_tangent(const Jump& jump, double* const* s, double* const* sp, int count);
-  /// The adjoint mu, mu' after the jump becomes the one before it, all equations of mu satisfied; the gradient gains the
-  /// jump's own dependence on rho; jump.before stays in force.
+  /// The adjoint mu, mu' after the jump becomes the one before it, all equations of mu satisfied; the gradient gains
+  /// the jump's own dependence on rho; jump.before stays in force.
   virtual void jump_adjoint(const Jump& jump, double* mu, double* mup, double* gradient);
 
   /// Adjoint end values mu(T), mu'(T) of (mu^T F_y')' - mu^T F_y = -g_y with the cost's terminal part, and the terms

@@ -13,8 +13,8 @@ class SparseSquare {
  public:
   explicit SparseSquare(const Eigen::SparseMatrix<double>& matrix);
 
-  /// ||A^-1||_1 < `limit`, as Hager's method estimates it (a lower bound, within a factor of three as a rule); false also
-  /// where no pivots are found.
+  /// ||A^-1||_1 < `limit`, as Hager's method estimates it (a lower bound, within a factor of three as a rule); false
+  /// also where no pivots are found.
   bool regular(double limit);
   Eigen::MatrixXd solve(const Eigen::MatrixXd& b);
 

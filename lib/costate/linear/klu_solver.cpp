@@ -18,7 +18,8 @@ constexpr double kGrowthLoss = 1e-3;
 // Below this reciprocal condition estimate of the diagonal of U the matrix counts as singular.
 constexpr double kSingular = 1e-15;
 // From so many entries a column on, the ordering decides what a factorization costs: on the stage matrices of the full
-// vehicle the default needs 1.4 times the operations of the best one for the adjoint of index 1, 3 times for that of index 2.
+// vehicle the default needs 1.4 times the operations of the best one for the adjoint of index 1, 3 times for that of
+// index 2.
 constexpr std::int64_t kManyEntries = 30;
 // KLU's orderings (0: AMD, 1: COLAMD), with and without a block triangular form in front. By default the first.
 struct Ordering {
@@ -135,8 +136,7 @@ int KluSolver::factor(const double* values) {
   double* x = const_cast<double*>(values);
   s.choose_ordering(x);
   if (std::exchange(keep_pivots_, true) && s.numeric &&
-      klu_l_refactor(s.starts(), s.rows(), x, s.symbolic, s.numeric, &s.common) &&
-      s.common.status == KLU_OK) {
+      klu_l_refactor(s.starts(), s.rows(), x, s.symbolic, s.numeric, &s.common) && s.common.status == KLU_OK) {
     if (klu_l_rgrowth(s.starts(), s.rows(), x, s.symbolic, s.numeric, &s.common) &&
         s.common.rgrowth > kGrowthLoss * s.full_growth)
       return -1;

@@ -31,8 +31,7 @@ std::vector<MatrixPart> matrix_parts(const Eigen::SparseMatrix<double>& matrix) 
   for (MatrixPart& p : parts) {
     entries.clear();
     for (std::size_t j = 0; j < p.columns.size(); ++j)
-      for (Entry e(matrix, p.columns[j]); e; ++e)
-        entries.emplace_back(local[e.row()], static_cast<int>(j), e.value());
+      for (Entry e(matrix, p.columns[j]); e; ++e) entries.emplace_back(local[e.row()], static_cast<int>(j), e.value());
     p.matrix.resize(static_cast<int>(p.rows.size()), static_cast<int>(p.columns.size()));
     p.matrix.setFromTriplets(entries.begin(), entries.end());
     p.matrix.makeCompressed();

@@ -8,8 +8,8 @@
 namespace costate {
 
 struct MatrixPart {
-  std::vector<int> rows, columns;     // increasing; a part has at least one of either
-  Eigen::SparseMatrix<double> matrix; // rows x columns
+  std::vector<int> rows, columns;      // increasing; a part has at least one of either
+  Eigen::SparseMatrix<double> matrix;  // rows x columns
 };
 
 /// Linear in the size of the matrix (but for the depth of a union-find); explicit zeros couple.

@@ -49,8 +49,8 @@ void add_transposed_product(const SparsePattern& A, const double* values, double
   }
 }
 
-void add_products(const SparsePattern& p, const double* A, const double* B, double c, const double* x,
-                  const double* z, double* y) {
+void add_products(const SparsePattern& p, const double* A, const double* B, double c, const double* x, const double* z,
+                  double* y) {
   for (int j = 0; j < p.cols; ++j) {
     const double cx = c * x[j], cz = c * z[j];
     for (auto k = p.column_start[j]; k < p.column_start[j + 1]; ++k) y[p.row[k]] += A[k] * cx + B[k] * cz;

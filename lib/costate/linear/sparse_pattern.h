@@ -30,8 +30,8 @@ void add_transposed_product(const SparsePattern& A, const double* values, double
 /// For two matrices on one pattern, in one pass: y += c (A x + B z); and y += c A^T x, w += c B^T x.
 void add_products(const SparsePattern& pattern, const double* A, const double* B, double c, const double* x,
                   const double* z, double* y);
-void add_transposed_products(const SparsePattern& pattern, const double* A, const double* B, double c,
-                             const double* x, double* y, double* w);
+void add_transposed_products(const SparsePattern& pattern, const double* A, const double* B, double c, const double* x,
+                             double* y, double* w);
 
 /// A square sparse matrix composed of blocks that may overlap; add() accumulates a block's values.
 class BlockMatrix {

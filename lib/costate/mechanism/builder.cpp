@@ -29,8 +29,7 @@ std::vector<int> MechanismBuilder::spatial_gravity_numbers() {
 int MechanismBuilder::add_number(const std::string& path, double value, NumberRule rule) {
   if (const char* wrong = violation(rule, value)) throw ModelError(path, fmt::format("{}, found {}.", wrong, value));
   const int index = static_cast<int>(m_->numbers_.size());
-  if (!m_->number_index_.emplace(path, index).second)
-    throw ModelError(path, "This number is defined twice.");
+  if (!m_->number_index_.emplace(path, index).second) throw ModelError(path, "This number is defined twice.");
   m_->numbers_.push_back({path, value, {}});
   return index;
 }
@@ -40,7 +39,8 @@ int MechanismBuilder::add_coordinate(const std::string& name, const std::string&
   const int index = m_->coordinate_count();
   if (!m_->coordinate_index_.emplace(name, index).second)
     throw ModelError("", fmt::format("Coordinate '{}' exists already; points, bodies and angles share one set of "
-                                     "names.", name));
+                                     "names.",
+                                     name));
   m_->coordinates_.push_back({name, unit, position_number, velocity_number});
   return index;
 }
@@ -76,9 +76,9 @@ const std::vector<int>& MechanismBuilder::rigid_body_frame(const std::string& na
   for (const auto& [k, v] : rigid_bodies_) known.push_back(k);
   if (natural_bodies_.count(name))
     throw ModelError("", fmt::format("'{}' is a [natural_body.*]; a [rigid_body.*] is needed here.", name));
-  throw ModelError("", fmt::format("There is no rigid body '{}'.{}{}", name, suggestion(name, known),
-                                   frames_.count(name) ? fmt::format(" '{}' is planar: points on it have no z_m.", name)
-                                                       : ""));
+  throw ModelError(
+      "", fmt::format("There is no rigid body '{}'.{}{}", name, suggestion(name, known),
+                      frames_.count(name) ? fmt::format(" '{}' is planar: points on it have no z_m.", name) : ""));
 }
 
 void MechanismBuilder::add_angle(const std::string& name, int coordinate) {
@@ -213,10 +213,11 @@ void MechanismBuilder::add_parameter(Parameter p) {
     if (f == 0) throw ModelError(subject, "A factor must not be zero.");
     const double expected = f * p.value, found = m_->numbers_[number].value;
     if (std::abs(expected - found) > 1e-12 * (std::abs(expected) + std::abs(found)))
-      throw ModelError(subject, fmt::format("'{}' is {} in the scene, but '{}' = {} with factor {} makes it {}. Numbers "
-                                            "of one parameter must agree at the start.",
-                                            m_->numbers_[number].path, found, m_->numbers_[first].path,
-                                            m_->numbers_[first].value, f / factor, expected));
+      throw ModelError(
+          subject, fmt::format("'{}' is {} in the scene, but '{}' = {} with factor {} makes it {}. Numbers "
+                               "of one parameter must agree at the start.",
+                               m_->numbers_[number].path, found, m_->numbers_[first].path, m_->numbers_[first].value,
+                               f / factor, expected));
   }
   if (!(p.lower <= p.value && p.value <= p.upper))
     throw ModelError(subject, fmt::format("The value {} lies outside its bounds [{}, {}].", p.value, p.lower, p.upper));
@@ -254,8 +255,7 @@ void MechanismBuilder::hold_or_balance_states() {
 
 std::shared_ptr<const Mechanism> MechanismBuilder::build() {
   Mechanism& m = *m_;
-  if (m.coordinates_.empty())
-    throw ModelError("", "The mechanism has no coordinate: add a free point or a body.");
+  if (m.coordinates_.empty()) throw ModelError("", "The mechanism has no coordinate: add a free point or a body.");
   // Nothing is given: points and bodies that no constraint touches start as they are.
   if (!m.starts_at_equilibrium_ && m.given_positions_.empty() && m.given_velocities_.empty()) {
     std::vector<std::vector<const Constraint*>> on(static_cast<std::size_t>(m.coordinate_count()));
@@ -277,7 +277,8 @@ std::shared_ptr<const Mechanism> MechanismBuilder::build() {
           of_bodies.insert(of_bodies.end(), own.begin(), own.end());
         }
     for (int i = 0; i < m.coordinate_count(); ++i)
-      if (on[static_cast<std::size_t>(i)].empty() && std::find(of_bodies.begin(), of_bodies.end(), i) == of_bodies.end())
+      if (on[static_cast<std::size_t>(i)].empty() &&
+          std::find(of_bodies.begin(), of_bodies.end(), i) == of_bodies.end())
         give(m.coordinates_[static_cast<std::size_t>(i)].name);
     for (GivenStart& g : m.given_positions_) g.name.clear();  // see given_by_itself
   }
@@ -292,10 +293,11 @@ std::shared_ptr<const Mechanism> MechanismBuilder::build() {
     if (!given.count(i) && m.numbers_[c.position_number].fixed_because.empty())
       m.numbers_[c.position_number].fixed_because = fmt::format(
           "it is only the first guess of coordinate '{}', which the start solves for (given coordinates are listed "
-          "in [start])", c.name);
+          "in [start])",
+          c.name);
     if (!given_velocity.count(i) && m.numbers_[c.velocity_number].fixed_because.empty())
-      m.numbers_[c.velocity_number].fixed_because = fmt::format(
-          "the start solves for the velocity of '{}' (given velocities are listed in [start])", c.name);
+      m.numbers_[c.velocity_number].fixed_because =
+          fmt::format("the start solves for the velocity of '{}' (given velocities are listed in [start])", c.name);
   }
   for (const auto& [name, rate] : rates_)
     if (!given_rate.count(rate.number) && m.numbers_[rate.number].fixed_because.empty())

@@ -1,5 +1,5 @@
 // Builds a mechanism, from a scene file or by hand: names are checked here, physics lives in the elements.
-// The add_... functions of the scene kinds (element/kind/) are written on these few operations.
+// The add_... functions of the scene kinds (kind/) are written on these few operations.
 #pragma once
 
 #include <memory>
@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "costate/element/shared_part.h"
 #include "costate/mechanism/mechanism.h"
 #include "costate/mechanism/number_rule.h"
 
@@ -17,12 +18,6 @@ struct AttachmentFrame {
   PlanarPoint::Kind kind = PlanarPoint::Kind::on_body;  // of points on it
   std::vector<int> coordinates, numbers;                // of such a point; the numbers follow its local x, y
   std::vector<PlanarPoint> ends;                        // of a bar
-};
-
-/// Something that several elements refer to by name, such as a road; its numbers are numbers of the scene.
-class SharedPart {
- public:
-  virtual ~SharedPart() = default;
 };
 
 class MechanismBuilder {

@@ -27,7 +27,8 @@ std::vector<double> Mechanism::base_numbers() const {
 int Mechanism::coordinate(const std::string& name) const {
   const auto at = coordinate_index_.find(name);
   if (at == coordinate_index_.end())
-    throw ModelError("", fmt::format("There is no coordinate '{}'.{}", name, suggestion(name, keys(coordinate_index_))));
+    throw ModelError("",
+                     fmt::format("There is no coordinate '{}'.{}", name, suggestion(name, keys(coordinate_index_))));
   return at->second;
 }
 
@@ -41,8 +42,8 @@ int Mechanism::number(const std::string& path) const {
 const PlanarPoint& Mechanism::point(const std::string& name) const {
   const auto at = point_index_.find(name);
   if (spatial_point_index_.count(name))
-    throw ModelError("", fmt::format("Point '{}' is a point of space (it has z_m); a planar point is needed here.",
-                                     name));
+    throw ModelError("",
+                     fmt::format("Point '{}' is a point of space (it has z_m); a planar point is needed here.", name));
   if (at == point_index_.end())
     throw ModelError("", fmt::format("There is no point '{}'.{}", name, suggestion(name, keys(point_index_))));
   return points_[at->second];
@@ -51,11 +52,11 @@ const PlanarPoint& Mechanism::point(const std::string& name) const {
 const SpatialPoint& Mechanism::spatial_point(const std::string& name) const {
   const auto at = spatial_point_index_.find(name);
   if (point_index_.count(name))
-    throw ModelError("", fmt::format("Point '{}' is a planar point; a point of space is needed here. Give it a z_m.",
-                                     name));
+    throw ModelError(
+        "", fmt::format("Point '{}' is a planar point; a point of space is needed here. Give it a z_m.", name));
   if (at == spatial_point_index_.end())
-    throw ModelError("", fmt::format("There is no spatial point '{}'.{}", name,
-                                     suggestion(name, keys(spatial_point_index_))));
+    throw ModelError(
+        "", fmt::format("There is no spatial point '{}'.{}", name, suggestion(name, keys(spatial_point_index_))));
   return spatial_points_[at->second];
 }
 
@@ -128,8 +129,8 @@ ParameterSelection Mechanism::select(const std::vector<std::string>& names) cons
     }
     for (const auto& [number, factor] : chosen.bindings) {
       if (!numbers_[number].fixed_because.empty())
-        throw ModelError("parameter." + name, fmt::format("'{}' cannot vary: {}", numbers_[number].path,
-                                                          numbers_[number].fixed_because));
+        throw ModelError("parameter." + name,
+                         fmt::format("'{}' cannot vary: {}", numbers_[number].path, numbers_[number].fixed_because));
       if (const auto taken = varied_by.find(number); taken != varied_by.end())
         throw ModelError("parameter." + name,
                          fmt::format("'{}' is already varied by parameter '{}'.", numbers_[number].path,

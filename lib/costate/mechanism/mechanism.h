@@ -23,14 +23,15 @@ struct Number {
 };
 
 struct Coordinate {
-  std::string name;  // "P1.x"
-  std::string unit;  // "m" or "rad"
+  std::string name;          // "P1.x"
+  std::string unit;          // "m" or "rad"
   int position_number = -1;  // start value, or first guess where it is not given
   int velocity_number = -1;
 };
 
-/// One given value of the start: coordinate i has the value of number k; or, for velocities, a rate bilinear in positions
-/// and velocities has it, sum of factor q_i v_j over `terms` (a component of an angular velocity: coordinate = -1).
+/// One given value of the start: coordinate i has the value of number k; or, for velocities, a rate bilinear in
+/// positions and velocities has it, sum of factor q_i v_j over `terms` (a component of an angular velocity: coordinate
+/// = -1).
 struct GivenStart {
   struct Term {
     int q, v;

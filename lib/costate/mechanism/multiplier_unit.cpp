@@ -61,7 +61,8 @@ std::vector<std::string> multiplier_units(const Mechanism& m) {
         const double ratio = twice(i, j) / once(i, j);
         if (!(std::abs(once(i, j)) > 1e-12) || !(ratio > 0)) continue;
         const double exponent = std::log2(ratio);
-        const bool length = m.coordinates()[static_cast<std::size_t>(c->coordinates()[static_cast<std::size_t>(j)])].unit == "m";
+        const bool length =
+            m.coordinates()[static_cast<std::size_t>(c->coordinates()[static_cast<std::size_t>(j)])].unit == "m";
         const int here = (length ? 0 : 1) - static_cast<int>(std::lround(exponent));
         one = one && std::abs(exponent - std::round(exponent)) < 1e-6 && (!power || *power == here);
         power = here;

@@ -1,6 +1,6 @@
-// Units of multipliers. A row's multiplier is a generalized force over the row's derivative, lambda Phi_q, and the row's
-// powers of a length show when all lengths are taken twice: distances are in m^2 and give N/m, coincidences N, drivers N or
-// N m with their coordinate, conditions on directions N m.
+// Units of multipliers. A row's multiplier is a generalized force over the row's derivative, lambda Phi_q, and the
+// row's powers of a length show when all lengths are taken twice: distances are in m^2 and give N/m, coincidences N,
+// drivers N or N m with their coordinate, conditions on directions N m.
 #pragma once
 
 #include <string>

@@ -12,13 +12,13 @@ namespace costate {
 
 struct TakenNumber final : SharedPart {
   int number = -1;
-  std::string written_as;         // what the scene would write in its place; empty: the number's own path
-  std::vector<int> coordinates;   // whose first values it is taken from
-  std::vector<int> numbers;       // the other numbers that it is taken from
+  std::string written_as;        // what the scene would write in its place; empty: the number's own path
+  std::vector<int> coordinates;  // whose first values it is taken from
+  std::vector<int> numbers;      // the other numbers that it is taken from
 };
 
-/// The number `path`, with this value, is taken from first values of these coordinates and from these numbers; returns its
-/// index. `written_as` is for numbers that only stand together, "hinge.A.axis_second = [...]".
+/// The number `path`, with this value, is taken from first values of these coordinates and from these numbers; returns
+/// its index. `written_as` is for numbers that only stand together, "hinge.A.axis_second = [...]".
 int add_taken_number(MechanismBuilder& builder, const std::string& path, double value, std::vector<int> coordinates,
                      std::vector<int> numbers, NumberRule rule = NumberRule::any, const std::string& written_as = {});
 

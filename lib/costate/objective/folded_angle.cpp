@@ -28,7 +28,8 @@ void watch_fold(const Output& output, const Assembly& assembly, double t, double
     const Seen before = at->second;
     seen.erase(at);
     throw CapabilityError(fmt::format(
-        "'{}' in the running cost passes half a turn at t = {:.6g} s, where it jumps from {:.4g} to {:.4g} rad: the integral "
+        "'{}' in the running cost passes half a turn at t = {:.6g} s, where it jumps from {:.4g} to {:.4g} rad: the "
+        "integral "
         "would be that of a sawtooth whose jumps no gradient knows. Take an output that goes on (a rate such as "
         "omega_global_z, or the angle of a joint), or end the run before.",
         output.name(), t, before.value, value));

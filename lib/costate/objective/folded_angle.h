@@ -1,6 +1,6 @@
-// Angles that are known up to full turns only (a body's roll and yaw, an atan2) jump by a turn where the body turns on. A cost
-// along a motion must not pass such a place: its integral would be that of a sawtooth, and the times of the jumps, which
-// parameters move, are no part of any gradient.
+// Angles that are known up to full turns only (a body's roll and yaw, an atan2) jump by a turn where the body turns on.
+// A cost along a motion must not pass such a place: its integral would be that of a sawtooth, and the times of the
+// jumps, which parameters move, are no part of any gradient.
 #pragma once
 
 #include "costate/objective/output.h"
@@ -10,8 +10,8 @@ namespace costate {
 /// Whether an output is such an angle.
 bool folds(const Output& output);
 
-/// Throws CapabilityError when the value of a folded output has jumped since the call before, at an earlier time of the same
-/// run (the same assembly, later times).
+/// Throws CapabilityError when the value of a folded output has jumped since the call before, at an earlier time of the
+/// same run (the same assembly, later times).
 void watch_fold(const Output& output, const Assembly& assembly, double t, double value);
 
 }  // namespace costate

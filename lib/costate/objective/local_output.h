@@ -124,9 +124,7 @@ class LocalOutput : public Output {
       for (int i = 0; i < o.states_; ++i) z[i].v.c1 = d.z[o.state_ + i];
       for (std::size_t i = 0; i < o.numbers_.size(); ++i) p[i].v.c1 = d.numbers[o.numbers_[i]];
     }
-    MeasureArguments arguments() const {
-      return {t, q.data(), v.data(), a.data(), lambda.data(), z.data(), p.data()};
-    }
+    MeasureArguments arguments() const { return {t, q.data(), v.data(), a.data(), lambda.data(), z.data(), p.data()}; }
   };
 
   /// Adds derivative(argument) for every argument.

@@ -76,8 +76,7 @@ void OutputTerm::add_gradient(const StateView& s, Assembly& assembly, double fac
       if (assembly.number_columns()[target_.law_numbers[i]].empty()) continue;
       for (std::size_t j = 0; j < p.size(); ++j) dual[j] = PathDual(p[j]);
       dual[i].d[0] = Taylor2(1.0);
-      g.add_number(assembly, target_.law_numbers[i],
-                   -slope * target_.law->value(PathDual(s.t), dual.data()).d[0].c0);
+      g.add_number(assembly, target_.law_numbers[i], -slope * target_.law->value(PathDual(s.t), dual.data()).d[0].c0);
     }
   }
   if (!assembly.number_columns()[weight_number_].empty())
@@ -85,8 +84,9 @@ void OutputTerm::add_gradient(const StateView& s, Assembly& assembly, double fac
 }
 
 void CostTerm::add_velocity_gradient_rate(const StateView&, Assembly&, double*) const {
-  throw CapabilityError("A term of the cost offers no time derivative of its velocity gradient, which second-order "
-                        "adjoints need; use a first-order one.");
+  throw CapabilityError(
+      "A term of the cost offers no time derivative of its velocity gradient, which second-order "
+      "adjoints need; use a first-order one.");
 }
 
 void OutputTerm::add_velocity_gradient_rate(const StateView& s, Assembly& assembly, double* out) const {
@@ -101,9 +101,10 @@ void OutputTerm::add_velocity_gradient_rate(const StateView& s, Assembly& assemb
 }
 
 void CostTerm::add_gradient_change(const StateView&, Assembly&, const Variation&, ScalarGradient&) const {
-  throw CapabilityError("A term of the cost offers no second derivatives, which Hessians and, for accelerations and "
-                        "reactions in the running cost, the index-3 adjoint need: derive its class from "
-                        "DualCostTerm, or override add_gradient_change.");
+  throw CapabilityError(
+      "A term of the cost offers no second derivatives, which Hessians and, for accelerations and "
+      "reactions in the running cost, the index-3 adjoint need: derive its class from "
+      "DualCostTerm, or override add_gradient_change.");
 }
 
 void OutputTerm::add_gradient_change(const StateView& s, Assembly& assembly, const Variation& v,

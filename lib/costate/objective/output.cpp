@@ -73,21 +73,36 @@ class Entry final : public Output {
   bool needs_accelerations() const override { return of_ == Of::a || of_ == Of::lambda; }
   double value(const StateView& s, Assembly&) const override {
     switch (of_) {
-      case Of::q: return s.q[i_];
-      case Of::v: return s.v[i_];
-      case Of::a: return s.a[i_];
-      case Of::lambda: return s.lambda[i_];
-      case Of::z: return s.z[i_];
+      case Of::q:
+        return s.q[i_];
+      case Of::v:
+        return s.v[i_];
+      case Of::a:
+        return s.a[i_];
+      case Of::lambda:
+        return s.lambda[i_];
+      case Of::z:
+        return s.z[i_];
     }
     return 0;
   }
   void add_gradient(const StateView&, Assembly&, double factor, ScalarGradient& g) const override {
     switch (of_) {
-      case Of::q: g.q[i_] += factor; break;
-      case Of::v: g.v[i_] += factor; break;
-      case Of::a: g.a[i_] += factor; break;
-      case Of::lambda: g.lambda[i_] += factor; break;
-      case Of::z: g.z[i_] += factor; break;
+      case Of::q:
+        g.q[i_] += factor;
+        break;
+      case Of::v:
+        g.v[i_] += factor;
+        break;
+      case Of::a:
+        g.a[i_] += factor;
+        break;
+      case Of::lambda:
+        g.lambda[i_] += factor;
+        break;
+      case Of::z:
+        g.z[i_] += factor;
+        break;
     }
   }
 
@@ -104,11 +119,16 @@ class Entry final : public Output {
   }
   double change(const StateView&, Assembly&, const Variation& d) const override {
     switch (of_) {
-      case Of::q: return d.q[i_];
-      case Of::v: return d.v[i_];
-      case Of::a: return d.a[i_];
-      case Of::lambda: return d.lambda[i_];
-      case Of::z: return d.z[i_];
+      case Of::q:
+        return d.q[i_];
+      case Of::v:
+        return d.v[i_];
+      case Of::a:
+        return d.a[i_];
+      case Of::lambda:
+        return d.lambda[i_];
+      case Of::z:
+        return d.z[i_];
     }
     return 0;
   }
@@ -222,15 +242,14 @@ class KineticEnergy final : public Output {
   }
   void add_gradient_change(const StateView& s, Assembly& assembly, const Variation& d, double factor,
                            ScalarGradient& g) const override {
-    add_kinetic_energy_gradient_change(s, assembly, d, factor, {g.q.data(), g.v.data(), nullptr, nullptr, nullptr,
-                                                                g.rho.data()});
+    add_kinetic_energy_gradient_change(s, assembly, d, factor,
+                                       {g.q.data(), g.v.data(), nullptr, nullptr, nullptr, g.rho.data()});
   }
 };
 
 class PotentialEnergy final : public Output {
  public:
-  explicit PotentialEnergy(bool total)
-      : Output(total ? "energy.total" : "energy.potential", "J"), total_(total) {}
+  explicit PotentialEnergy(bool total) : Output(total ? "energy.total" : "energy.potential", "J"), total_(total) {}
   double value(const StateView& s, Assembly& assembly) const override {
     return assembly.potential_energy(s) + (total_ ? assembly.kinetic_energy(s) : 0);
   }
@@ -245,8 +264,9 @@ std::string rate_unit(const std::string& unit, int order) {
   return order == 0 ? unit : order == 1 ? unit + "/s" : unit + "/s^2";
 }
 
-/// Calls visit(name, factory) for every output until it returns true; where one name is wanted, only for those of things
-/// (coordinates, points, elements, ...) whose own name it begins with, so that the names of all others are not made.
+/// Calls visit(name, factory) for every output until it returns true; where one name is wanted, only for those of
+/// things (coordinates, points, elements, ...) whose own name it begins with, so that the names of all others are not
+/// made.
 template <class Visit>
 bool for_each_output(const Mechanism& m, std::optional<std::string_view> wanted, Visit&& visit) {
   using Factory = std::function<std::unique_ptr<Output>()>;
@@ -316,9 +336,8 @@ bool for_each_output(const Mechanism& m, std::optional<std::string_view> wanted,
   const auto units = may_be_of("lambda.") ? multiplier_units(m) : rows;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const std::string name = "lambda." + rows[i], unit = units[i];
-    if (visit(name, Factory([=] {
-                return std::make_unique<Entry>(name, unit, Entry::Of::lambda, static_cast<int>(i));
-              })))
+    if (visit(name,
+              Factory([=] { return std::make_unique<Entry>(name, unit, Entry::Of::lambda, static_cast<int>(i)); })))
       return true;
   }
   const auto states = may_be_of("z.") ? m.state_names() : std::vector<std::string>{};

@@ -16,7 +16,8 @@ MakeCostTerm read_term(SceneTable& table, MechanismBuilder& builder) {
   std::vector<std::string> names;
   for (const auto& k : cost_kinds()) names.push_back(k.name);
   const std::string name = table.one_of("kind", names);
-  const auto kind = std::find_if(cost_kinds().begin(), cost_kinds().end(), [&](const auto& k) { return k.name == name; });
+  const auto kind =
+      std::find_if(cost_kinds().begin(), cost_kinds().end(), [&](const auto& k) { return k.name == name; });
   // What a term misses in the mechanism is reported at the term, unless it says where itself.
   return [make = kind->read(table, builder), path = table.path()](const Mechanism& mechanism) {
     try {

@@ -17,8 +17,7 @@ Scene Scene::load(const std::string& path, const std::vector<std::string>& overr
   return parse(read_scene_text(path), path, overrides);
 }
 
-Scene Scene::parse(const std::string& text, const std::string& file_name,
-                   const std::vector<std::string>& overrides) {
+Scene Scene::parse(const std::string& text, const std::string& file_name, const std::vector<std::string>& overrides) {
   const SceneFileLog files(file_name);
   auto root = std::make_shared<SceneNode>(read_with_includes(text, file_name));
   for (const auto& o : overrides) {

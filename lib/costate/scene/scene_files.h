@@ -1,6 +1,6 @@
-// The files besides itself that a scene reads: scenes that it includes, road profiles, tyre properties. They are part of
-// what a run is: its journal knows their bytes, and a scene that is written elsewhere names them so that they are found
-// from there.
+// The files besides itself that a scene reads: scenes that it includes, road profiles, tyre properties. They are part
+// of what a run is: its journal knows their bytes, and a scene that is written elsewhere names them so that they are
+// found from there.
 #pragma once
 
 #include <filesystem>
@@ -34,8 +34,8 @@ class SceneFileLog {
   std::vector<SceneFile> files_;
 };
 
-/// The file that a key names, as it can be opened. Relative paths count from the file that the key stands in; those of the
-/// command line from the scene's.
+/// The file that a key names, as it can be opened. Relative paths count from the file that the key stands in; those of
+/// the command line from the scene's.
 std::string named_file(SceneTable& table, const std::string& key);
 
 /// The fingerprint of a regular file's bytes as they are now; empty for anything else.
@@ -43,9 +43,11 @@ std::string file_digest(const std::string& file);
 
 /// The scene's text for a file in `directory`: relative paths of `files` are those from there. With an empty directory
 /// they become absolute, for a text that may go anywhere. Nothing is read.
-std::string scene_text_for(const Scene& scene, const std::vector<SceneFile>& files, const std::filesystem::path& directory);
+std::string scene_text_for(const Scene& scene, const std::vector<SceneFile>& files,
+                           const std::filesystem::path& directory);
 /// The same with the values rho in all numbers that the parameters are bound to.
-std::string scene_text_for(const Scene& scene, const std::vector<SceneFile>& files, const std::filesystem::path& directory,
-                           const ParameterSelection& selection, const std::vector<double>& rho);
+std::string scene_text_for(const Scene& scene, const std::vector<SceneFile>& files,
+                           const std::filesystem::path& directory, const ParameterSelection& selection,
+                           const std::vector<double>& rho);
 
 }  // namespace costate

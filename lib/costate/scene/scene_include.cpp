@@ -39,8 +39,8 @@ void set_part(SceneNode& node, int part) {
 /// Takes a list of texts out of the root.
 std::vector<std::pair<std::string, SourceLocation>> take_texts(SceneNode& root, const char* key, const char* example) {
   std::vector<std::pair<std::string, SourceLocation>> texts;
-  const auto at = std::find_if(root.children.begin(), root.children.end(),
-                               [&](const SceneNode& c) { return c.key == key; });
+  const auto at =
+      std::find_if(root.children.begin(), root.children.end(), [&](const SceneNode& c) { return c.key == key; });
   if (at == root.children.end()) return texts;
   const auto wrong = [&](const SceneNode& n) {
     return SceneError(n.where, fmt::format("'{}' must be an array of strings, as in {} = [\"{}\"]; found {}.", key, key,
@@ -76,7 +76,8 @@ void remove_node(SceneNode& root, const std::string& path, const SourceLocation&
   const std::string key = dot == std::string::npos ? path : path.substr(dot + 1);
   SceneNode* parent = &root;
   try {
-    for (const auto& step : dot == std::string::npos ? std::vector<ScenePathStep>() : split_scene_path(path.substr(0, dot)))
+    for (const auto& step :
+         dot == std::string::npos ? std::vector<ScenePathStep>() : split_scene_path(path.substr(0, dot)))
       parent = parent && step.index < 0 ? parent->find(step.key) : nullptr;
   } catch (const Error& e) {
     throw SceneError(where, e.what());
@@ -90,8 +91,8 @@ void remove_node(SceneNode& root, const std::string& path, const SourceLocation&
     std::vector<std::string> known;
     if (parent)
       for (const auto& c : parent->children) known.push_back(c.key);
-    throw SceneError(where, fmt::format("'{}' is to be removed, but the included files hold no such table or key.{}", path,
-                                        suggestion(key, known)));
+    throw SceneError(where, fmt::format("'{}' is to be removed, but the included files hold no such table or key.{}",
+                                        path, suggestion(key, known)));
   }
   parent->children.erase(gone);
   if (parent != &root && parent->children.empty() && dot != std::string::npos && path.find('.') == dot)
@@ -135,11 +136,12 @@ SceneNode read(const std::string& text, const std::string& file_name, Reading& r
     if (std::find(open.begin(), open.end(), path) != open.end())
       throw SceneError(where, fmt::format("'{}' includes itself: {} -> {}.", path, fmt::join(open, " -> "), path));
     if (open.size() > kDeepestInclude)
-      throw SceneError(where, fmt::format("Files include each other more than {} deep: {} -> ... -> {}.", kDeepestInclude,
-                                          open.front(), path));
+      throw SceneError(where, fmt::format("Files include each other more than {} deep: {} -> ... -> {}.",
+                                          kDeepestInclude, open.front(), path));
     if (++reading.files > kMostFiles)
-      throw SceneError(where, fmt::format("The scene includes more than {} files (one that is included twice counts twice).",
-                                          kMostFiles));
+      throw SceneError(
+          where,
+          fmt::format("The scene includes more than {} files (one that is included twice counts twice).", kMostFiles));
     std::string included;
     try {
       included = read_scene_text(path);
@@ -149,7 +151,8 @@ SceneNode read(const std::string& text, const std::string& file_name, Reading& r
     SceneFileLog::add({"", path, ""});
     reading.bytes += included.size();
     if (reading.bytes > kLongestScene)
-      throw SceneError(where, fmt::format("The files of this scene hold more than {} MB together.", kLongestScene >> 20));
+      throw SceneError(where,
+                       fmt::format("The files of this scene hold more than {} MB together.", kLongestScene >> 20));
     open.push_back(path);
     lay_over(root, read(included, path, reading));
     open.pop_back();
@@ -165,7 +168,8 @@ SceneNode read(const std::string& text, const std::string& file_name, Reading& r
 std::string read_scene_text(const std::string& path) {
   std::error_code ignored;
   if (fs::is_directory(path, ignored))
-    throw SceneError({path, 0, 0}, "This is a directory; expected a scene file, such as models/five_bar/five_bar.toml.");
+    throw SceneError({path, 0, 0},
+                     "This is a directory; expected a scene file, such as models/five_bar/five_bar.toml.");
   return read_text_file(path, kLongestFile, "The scene file");
 }
 

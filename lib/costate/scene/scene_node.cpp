@@ -72,8 +72,7 @@ std::vector<ScenePathStep> split_scene_path(const std::string& path) {
   return steps;
 }
 
-const SceneNode* find_node(const SceneNode& root, const std::string& path, int* depth,
-                           const SceneNode** deepest) {
+const SceneNode* find_node(const SceneNode& root, const std::string& path, int* depth, const SceneNode** deepest) {
   const SceneNode* at = &root;
   if (depth) *depth = 0;
   if (deepest) *deepest = at;
@@ -99,14 +98,13 @@ void set_node(SceneNode& root, const std::string& path, SceneNode value) {
     const ScenePathStep& step = steps[k];
     if (step.index >= 0) {
       if (!at->is_array() || step.index >= static_cast<int>(at->children.size()))
-        throw Error(fmt::format("'{}' cannot be set: there is no item [{}] in {}.", path, step.index,
-                                at->describe()));
+        throw Error(fmt::format("'{}' cannot be set: there is no item [{}] in {}.", path, step.index, at->describe()));
       at = &at->children[step.index];
       continue;
     }
     if (!at->is_table())
-      throw Error(fmt::format("'{}' cannot be set: '{}' is looked for in {}, not in a table.", path, step.key,
-                              at->describe()));
+      throw Error(
+          fmt::format("'{}' cannot be set: '{}' is looked for in {}, not in a table.", path, step.key, at->describe()));
     SceneNode* next = at->find(step.key);
     if (!next) {
       SceneNode added;

@@ -35,11 +35,10 @@ decltype(auto) at(const std::string& subject, const F& f) {
 void check_name(const SceneTable& table, const std::string& name) {
   const bool good = !name.empty() && name.find_first_of(".[]=\"'\\ \t\r\n") == std::string::npos;
   if (!good)
-    throw SceneError(table.where(),
-                     fmt::format("'{}' cannot be a name: it must not be empty nor hold dots, brackets, "
-                                 "quotes, '=' or blanks, because paths such as spring.S1.preload_N "
-                                 "are made of names.",
-                                 name));
+    throw SceneError(table.where(), fmt::format("'{}' cannot be a name: it must not be empty nor hold dots, brackets, "
+                                                "quotes, '=' or blanks, because paths such as spring.S1.preload_N "
+                                                "are made of names.",
+                                                name));
 }
 
 }  // namespace
@@ -103,10 +102,10 @@ void SceneReader::check_top_level() const {
   for (const auto& c : root_.children) {
     if (std::find(known.begin(), known.end(), c.key) != known.end()) continue;
     const std::string near = nearest_name(c.key, known);
-    throw SceneError(c.key_where, fmt::format("Unknown {} '{}' at the top of the scene.{} Known here: {}.",
-                                              c.is_table() || c.is_array() ? "table" : "key", c.key,
-                                              near.empty() ? "" : fmt::format(" Did you mean '{}'?", near),
-                                              fmt::join(known, ", ")));
+    throw SceneError(c.key_where,
+                     fmt::format("Unknown {} '{}' at the top of the scene.{} Known here: {}.",
+                                 c.is_table() || c.is_array() ? "table" : "key", c.key,
+                                 near.empty() ? "" : fmt::format(" Did you mean '{}'?", near), fmt::join(known, ", ")));
   }
 }
 
@@ -125,8 +124,8 @@ void SceneReader::collect_entries() {
     SceneTable group = table_.table(kind.name);
     for (const auto& name : group.keys()) {
       if (!group.is_table(name))
-        group.fail(name, fmt::format("must be a table: give the {} a name, [{}.NAME], and its keys below.",
-                                     kind.name, kind.name));
+        group.fail(name, fmt::format("must be a table: give the {} a name, [{}.NAME], and its keys below.", kind.name,
+                                     kind.name));
       SceneTable t = group.table(name);
       check_name(t, name);
       const ScenePhase phase = kind.phase_of ? kind.phase_of(t) : kind.phase;
@@ -148,8 +147,9 @@ void fix_unwritten_items(const SceneTable& table, MechanismBuilder& builder) {
   for (const auto& key : table.known_keys()) {
     if (std::find(written.begin(), written.end(), key) != written.end()) continue;
     for (int i = 0; builder.has_number(fmt::format("{}[{}]", table.path(key), i)); ++i)
-      builder.fix_number(builder.number(fmt::format("{}[{}]", table.path(key), i)),
-                         fmt::format("the scene leaves it out; write {} = [...] in [{}] to vary it.", key, table.path()));
+      builder.fix_number(
+          builder.number(fmt::format("{}[{}]", table.path(key), i)),
+          fmt::format("the scene leaves it out; write {} = [...] in [{}] to vary it.", key, table.path()));
   }
 }
 }  // namespace
@@ -204,8 +204,7 @@ void SceneReader::read_parameters() {
     std::vector<double> factors(paths.size(), 1.0);
     if (t.has("factors")) factors = t.values("factors");
     if (factors.size() != paths.size())
-      t.fail("factors",
-             fmt::format("must hold one factor a number, found {} for {}.", factors.size(), paths.size()));
+      t.fail("factors", fmt::format("must hold one factor a number, found {} for {}.", factors.size(), paths.size()));
     for (std::size_t i = 0; i < paths.size(); ++i)
       at(several ? fmt::format("{}[{}]", t.path("numbers"), i) : t.path("number"),
          [&] { p.bindings.emplace_back(builder_.number(paths[i]), factors[i]); });
@@ -240,8 +239,7 @@ void SceneReader::read_run() {
   run.formulation = t.one_of("formulation", names, run.formulation);
   run.method = t.text("method", run.method);
   run.integrator = t.text("integrator", run.integrator);
-  run.cvodes_method =
-      t.has("cvodes_method") ? t.one_of("cvodes_method", {"adams", "bdf"}) : run.cvodes_method;
+  run.cvodes_method = t.has("cvodes_method") ? t.one_of("cvodes_method", {"adams", "bdf"}) : run.cvodes_method;
   run.sensitivity_corrector = t.has("sensitivity_corrector")
                                   ? t.one_of("sensitivity_corrector", {"staggered", "simultaneous"})
                                   : run.sensitivity_corrector;
@@ -266,8 +264,7 @@ void SceneReader::read_run() {
       throw ModelError(fmt::format("run.parameters[{}]", i),
                        fmt::format("There is no parameter '{}'.{}", name, suggestion(name, known)));
     if (!listed.insert(name).second)
-      throw ModelError(fmt::format("run.parameters[{}]", i),
-                       fmt::format("Parameter '{}' is listed twice.", name));
+      throw ModelError(fmt::format("run.parameters[{}]", i), fmt::format("Parameter '{}' is listed twice.", name));
   }
   builder_.set_default_parameters(run.parameters);
 }
@@ -281,8 +278,7 @@ void SceneReader::read_formulation() {
   formulation.penalty_xi = t.value("penalty_xi", NumberRule::non_negative, formulation.penalty_xi);
   positive("penalty_omega_rad_per_s", formulation.penalty_omega_rad_per_s);
   formulation.penalty_alpha = t.value("penalty_alpha", NumberRule::non_negative, formulation.penalty_alpha);
-  if (t.has("discrete_scheme"))
-    formulation.discrete_scheme = t.one_of("discrete_scheme", discrete_scheme_names());
+  if (t.has("discrete_scheme")) formulation.discrete_scheme = t.one_of("discrete_scheme", discrete_scheme_names());
   formulation.discrete_rho_infinity =
       t.value("discrete_rho_infinity", NumberRule::non_negative, formulation.discrete_rho_infinity);
   if (formulation.discrete_rho_infinity > 1)
@@ -296,10 +292,8 @@ void SceneReader::read_optimize() {
   optimize.algorithm = t.one_of("algorithm", {"lbfgs", "mma", "slsqp"}, optimize.algorithm);
   optimize.max_evaluations = t.whole_number("max_evaluations", optimize.max_evaluations);
   optimize.stop_value = t.find_value("stop_value");
-  optimize.relative_tolerance =
-      t.value("relative_tolerance", NumberRule::non_negative, optimize.relative_tolerance);
-  optimize.gradient_tolerance =
-      t.value("gradient_tolerance", NumberRule::non_negative, optimize.gradient_tolerance);
+  optimize.relative_tolerance = t.value("relative_tolerance", NumberRule::non_negative, optimize.relative_tolerance);
+  optimize.gradient_tolerance = t.value("gradient_tolerance", NumberRule::non_negative, optimize.gradient_tolerance);
   for (SceneTable& c : t.tables("constraint")) {
     PlannedConstraint p{c.text("name"), c.value("upper"), read_cost(c, builder_)};
     if (p.cost.running.empty() && p.cost.terminal.empty())
@@ -316,12 +310,12 @@ void SceneReader::build() {
     if (table_.has("parameter"))
       for (const auto& p : mechanism->parameters())
         for (const auto& [number, factor] : p.bindings)
-          if (!mechanism->numbers()[static_cast<std::size_t>(number)].fixed_because.empty()) mechanism->select({p.name});
+          if (!mechanism->numbers()[static_cast<std::size_t>(number)].fixed_because.empty())
+            mechanism->select({p.name});
   } catch (const ModelError& e) {
     // A number that [run] lists by its path has no table [parameter.*] to point at.
     for (std::size_t i = 0; i < run.parameters.size(); ++i)
-      if (e.subject() == "parameter." + run.parameters[i] &&
-          !find_node(root_, "parameter." + run.parameters[i]))
+      if (e.subject() == "parameter." + run.parameters[i] && !find_node(root_, "parameter." + run.parameters[i]))
         throw ModelError(fmt::format("run.parameters[{}]", i), e.bare_message());
     throw;
   }

@@ -87,8 +87,7 @@ const SceneNode& SceneTable::require(const std::string& key, const char* what) c
   return *n;
 }
 
-void SceneTable::wrong_type(const SceneNode& node, const std::string& key,
-                            const std::string& expected) const {
+void SceneTable::wrong_type(const SceneNode& node, const std::string& key, const std::string& expected) const {
   throw SceneError(node.where,
                    fmt::format("'{}' in {} must be {}, found {}.", key, title(), expected, node.describe()));
 }
@@ -126,8 +125,7 @@ int SceneTable::number(const std::string& key, MechanismBuilder& builder, Number
 std::vector<int> SceneTable::numbers(const std::string& key, MechanismBuilder& builder, NumberRule rule) {
   std::vector<int> r;
   const auto x = values(key, rule);
-  for (std::size_t i = 0; i < x.size(); ++i)
-    r.push_back(builder.add_number(fmt::format("{}[{}]", path(key), i), x[i]));
+  for (std::size_t i = 0; i < x.size(); ++i) r.push_back(builder.add_number(fmt::format("{}[{}]", path(key), i), x[i]));
   return r;
 }
 
@@ -232,8 +230,7 @@ SceneTable SceneTable::table(const std::string& key) {
 std::vector<SceneTable> SceneTable::tables(const std::string& key) {
   const SceneNode* n = ask(key);
   if (!n) return {};
-  if (!n->is_array())
-    wrong_type(*n, key, fmt::format("an array of tables, each with the header [[{}]]", path(key)));
+  if (!n->is_array()) wrong_type(*n, key, fmt::format("an array of tables, each with the header [[{}]]", path(key)));
   std::vector<SceneTable> r;
   for (std::size_t i = 0; i < n->children.size(); ++i) {
     if (!n->children[i].is_table()) wrong_type(n->children[i], fmt::format("{}[{}]", key, i), "a table");

@@ -40,11 +40,9 @@ class SceneTable {
   int number(const std::string& key, MechanismBuilder& builder, NumberRule rule = NumberRule::any,
              std::optional<double> default_value = {});
   /// Registers an array of numbers: "path.key[0]", ...
-  std::vector<int> numbers(const std::string& key, MechanismBuilder& builder,
-                           NumberRule rule = NumberRule::any);
+  std::vector<int> numbers(const std::string& key, MechanismBuilder& builder, NumberRule rule = NumberRule::any);
 
-  double value(const std::string& key, NumberRule rule = NumberRule::any,
-               std::optional<double> default_value = {});
+  double value(const std::string& key, NumberRule rule = NumberRule::any, std::optional<double> default_value = {});
   std::optional<double> find_value(const std::string& key, NumberRule rule = NumberRule::any);
   int whole_number(const std::string& key, int default_value);
   std::string text(const std::string& key, const std::optional<std::string>& default_value = {});
@@ -84,8 +82,7 @@ class SceneTable {
   const SceneNode& require(const std::string& key, const char* what) const;
   [[noreturn]] void missing(const std::string& key, const char* what) const;
   [[noreturn]] void unknown(const SceneNode& node, bool all_asked, const std::string& meant = {}) const;
-  [[noreturn]] void wrong_type(const SceneNode& node, const std::string& key,
-                               const std::string& expected) const;
+  [[noreturn]] void wrong_type(const SceneNode& node, const std::string& key, const std::string& expected) const;
   double checked(const SceneNode& node, const std::string& key, NumberRule rule) const;
   std::string title() const;  // "[spring.S1]" or "the scene"
 

@@ -128,7 +128,8 @@ SceneNode read_toml(const std::string& text, const std::string& file_name) {
     };
     const auto work = std::make_shared<Work>(Work{text, file_name, {}});
     run_stoppably([work] {
-      work->result = convert(toml::parse(std::string_view(work->text), std::string_view(work->file_name)), work->file_name);
+      work->result =
+          convert(toml::parse(std::string_view(work->text), std::string_view(work->file_name)), work->file_name);
     });
     return std::move(work->result);
   } catch (const toml::parse_error& e) {

@@ -94,8 +94,7 @@ Place place_of(const SceneNode& n) {
   return {n.part, n.where.line, n.where.column};
 }
 
-void collect(const SceneNode& table, const std::string& path, Place at_least,
-             std::vector<Section>& out) {
+void collect(const SceneNode& table, const std::string& path, Place at_least, std::vector<Section>& out) {
   for (const auto& child : table.children) {
     if (!is_section(child)) continue;
     const std::string name = path.empty() ? key_text(child.key) : path + "." + key_text(child.key);

@@ -1,7 +1,7 @@
-// What errors of the size of the tolerance do to psi, read off an adjoint on its way back: an error e in the state at t changes
-// psi by mu(t)^T e, so that sum of |mu_i| (rtol |y_i| + atol) is what one error of that size there may change it by. Where a
-// motion is chaotic, or runs for long beside an unstable one, this grows beyond psi itself, and no digit of psi or of its gradient
-// is known, whatever the method.
+// What errors of the size of the tolerance do to psi, read off an adjoint on its way back: an error e in the state at t
+// changes psi by mu(t)^T e, so that sum of |mu_i| (rtol |y_i| + atol) is what one error of that size there may change
+// it by. Where a motion is chaotic, or runs for long beside an unstable one, this grows beyond psi itself, and no digit
+// of psi or of its gradient is known, whatever the method.
 #pragma once
 
 #include <cmath>
@@ -14,7 +14,8 @@ namespace costate {
 class AdjointGrowth {
  public:
   /// At every so many calls.
-  void look(double t, const double* y, const double* mu, const std::vector<Unknown>& unknowns, double rtol, double atol) {
+  void look(double t, const double* y, const double* mu, const std::vector<Unknown>& unknowns, double rtol,
+            double atol) {
     if (calls_++ % 4 != 0) return;
     double change = 0;
     for (std::size_t i = 0; i < unknowns.size(); ++i)

@@ -1,6 +1,7 @@
-// What an adjoint must keep: where neither forces nor costs depend on time, H = mu^T f + g is the same at the start and at the
-// end of a run (it is the derivative of psi by a shift of the start along the motion). An adjoint that went wrong on its way,
-// whatever the cause, leaves it; the look costs some evaluations of the equations at the two ends. lib/README.md (16.4).
+// What an adjoint must keep: where neither forces nor costs depend on time, H = mu^T f + g is the same at the start and
+// at the end of a run (it is the derivative of psi by a shift of the start along the motion). An adjoint that went
+// wrong on its way, whatever the cause, leaves it; the look costs some evaluations of the equations at the two ends.
+// lib/README.md (16.4).
 #pragma once
 
 #include <cmath>
@@ -39,8 +40,8 @@ class AdjointInvariant {
       for (std::size_t i = 0; i < f_.size(); ++i) f_[i] = system.unknowns()[i].differential ? -f_[i] : 0;
     }
   }
-  /// By the terms of the equations at the motion's state, taken at other times. Not by the system's own evaluations: where
-  /// positions are solved for, the ones at the end need not be near those that a system knows at another time.
+  /// By the terms of the equations at the motion's state, taken at other times. Not by the system's own evaluations:
+  /// where positions are solved for, the ones at the end need not be near those that a system knows at another time.
   static bool autonomous(System& system, double t_start, double t, const double* y);
   template <class SystemType>
   double value(SystemType& system, double t, const double* y, const double* mu) {

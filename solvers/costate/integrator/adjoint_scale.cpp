@@ -47,8 +47,8 @@ double set_adjoint_tolerances(const std::vector<Unknown>& unknowns, const std::v
   velocities = std::max(velocities, others * factor);
   if (!(others > 0)) others = velocities = 1;
   for (std::size_t i = 0; i < mu.size(); ++i)
-    atol[i] = !unknowns[i].in_norm ? unweighted
-                                   : rtol * (unknowns[i].role == Unknown::Role::velocity ? velocities : others);
+    atol[i] =
+        !unknowns[i].in_norm ? unweighted : rtol * (unknowns[i].role == Unknown::Role::velocity ? velocities : others);
   return std::max(others, velocities);
 }
 

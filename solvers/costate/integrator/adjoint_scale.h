@@ -1,6 +1,7 @@
 // How large an adjoint gets, for its absolute tolerances; it has nothing to do with the state's size. With
-// mu' = ... - g_y it is about the integral of |g_y|, or what it begins with. Adjoints of velocities are smaller where the
-// motion is fast: psi changes by mu_q dq + mu_v dv, and a velocity is a position over the time that the motion takes.
+// mu' = ... - g_y it is about the integral of |g_y|, or what it begins with. Adjoints of velocities are smaller where
+// the motion is fast: psi changes by mu_q dq + mu_v dv, and a velocity is a position over the time that the motion
+// takes.
 #pragma once
 
 #include <vector>

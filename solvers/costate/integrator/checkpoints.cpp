@@ -44,9 +44,11 @@ void RepeatWatch::forward(long steps) {
     first_ = steps;
   }
   if (repeating_ && steps - first_ >= plan_.steps)
-    throw SolverError(fmt::format("The forward run could not be repeated from a checkpoint: it took more than the {} "
-                                  "steps of the original. Raise the memory budget, or the number of steps between "
-                                  "checkpoints.", plan_.steps));
+    throw SolverError(
+        fmt::format("The forward run could not be repeated from a checkpoint: it took more than the {} "
+                    "steps of the original. Raise the memory budget, or the number of steps between "
+                    "checkpoints.",
+                    plan_.steps));
   // All evaluations of a segment's first step: the original makes some that its repetition does not (to choose the size
   // of the very first step).
   if (steps % plan_.steps == 0) system_.forget_history();

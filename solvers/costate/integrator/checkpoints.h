@@ -3,7 +3,7 @@
 #pragma once
 
 #include "costate/formulation/system.h"
-#include "costate/sensitivity/problem.h"
+#include "costate/problem/problem.h"
 
 namespace costate {
 
@@ -20,7 +20,8 @@ CheckpointPlan plan_again(const SolverOptions& options, int unknowns, long steps
 
 /// Makes a repeated segment the same as the original, to the bit, or stops it. SUNDIALS relies on that: a repetition
 /// that takes one step more than the original writes past the end of its arrays (up to 7.x). What a system carries from
-/// one evaluation to the next (the pivots of its matrices) is therefore dropped throughout the first step of each segment.
+/// one evaluation to the next (the pivots of its matrices) is therefore dropped throughout the first step of each
+/// segment.
 class RepeatWatch {
  public:
   RepeatWatch(System& system, const CheckpointPlan& plan) : system_(system), plan_(plan) {}

@@ -53,8 +53,7 @@ void CvodeSession::solve_backward(AdjointState& mu, const AdjointSize& expected,
   check(CVodeSetUserDataB(memory_, b.which, this), "CVodeSetUserDataB");
   check(CVodeSVtolerancesB(memory_, b.which, options_.rtol, b.atol), "CVodeSVtolerancesB");
   check(CVodeSetMaxNumStepsB(memory_, b.which, options_.max_steps), "CVodeSetMaxNumStepsB");
-  if (options_.max_step_s > 0)
-    check(CVodeSetMaxStepB(memory_, b.which, options_.max_step_s), "CVodeSetMaxStepB");
+  if (options_.max_step_s > 0) check(CVodeSetMaxStepB(memory_, b.which, options_.max_step_s), "CVodeSetMaxStepB");
   b.newton = std::make_unique<NewtonOperator>(context_, guard_, [this](double* x) { system_.solve_transposed(x); });
   check(CVodeSetLinearSolverB(memory_, b.which, b.newton->solver(), b.newton->matrix()), "CVodeSetLinearSolverB");
   check(CVodeSetLinSysFnB(memory_, b.which, backward_newton_matrix), "CVodeSetLinSysFnB");

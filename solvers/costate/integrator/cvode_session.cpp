@@ -21,8 +21,8 @@ std::string flag_name(int flag) {
 }
 }  // namespace
 
-CvodeSession::CvodeSession(OdeSystem& system, const SolverOptions& options, Monitor monitor,
-                           bool with_start_derivative, Cost cost)
+CvodeSession::CvodeSession(OdeSystem& system, const SolverOptions& options, Monitor monitor, bool with_start_derivative,
+                           Cost cost)
     : system_(system),
       options_(options),
       monitor_(std::move(monitor)),
@@ -110,8 +110,7 @@ void CvodeSession::fail(void* memory, int flag, const std::string& what, const s
 void CvodeSession::limit_steps() {
   long steps = 0;
   CVodeGetNumSteps(memory_, &steps);
-  if (steps >= options_.max_steps)
-    fail(memory_, CV_TOO_MUCH_WORK, "CVODES reached its limit of steps", names());
+  if (steps >= options_.max_steps) fail(memory_, CV_TOO_MUCH_WORK, "CVODES reached its limit of steps", names());
 }
 
 std::vector<Unknown> CvodeSession::names() const {
@@ -175,11 +174,12 @@ void CvodeSession::watch_stiffness(double t, const double* y) {
   if (!(options_.t_end - t > few * h)) return;
   const double rate = stiffness_.bound_by(system_, t, y, h, q);
   if (!(rate > 0)) return;
-  throw StiffError(fmt::format("The motion is stiff at t = {:.6g} s: after {} steps Adams' method still takes steps of {:.3g} "
-                               "s, the size at which it is stable, for a rate of {:.3g} 1/s (a light mass, a stiff damper or "
-                               "spring); about {:.2g} more would follow. Take CVODES's BDF (--cvodes-method bdf) or a "
-                               "formulation on IDAS.",
-                               t, steps, h, rate, (options_.t_end - t) / h));
+  throw StiffError(
+      fmt::format("The motion is stiff at t = {:.6g} s: after {} steps Adams' method still takes steps of {:.3g} "
+                  "s, the size at which it is stable, for a rate of {:.3g} 1/s (a light mass, a stiff damper or "
+                  "spring); about {:.2g} more would follow. Take CVODES's BDF (--cvodes-method bdf) or a "
+                  "formulation on IDAS.",
+                  t, steps, h, rate, (options_.t_end - t) / h));
 }
 
 void CvodeSession::enable_cost() {
@@ -187,7 +187,8 @@ void CvodeSession::enable_cost() {
   q_ = Vector(1, context_);
   q_.data()[0] = start_.cost;
   check(CVodeQuadInit(memory_, quadrature, q_), "CVodeQuadInit");
-  check(CVodeQuadSStolerances(memory_, options_.rtol, options_.absolute() * cost_size(system_)), "CVodeQuadSStolerances");
+  check(CVodeQuadSStolerances(memory_, options_.rtol, options_.absolute() * cost_size(system_)),
+        "CVodeQuadSStolerances");
   check(CVodeSetQuadErrCon(memory_, SUNTRUE), "CVodeSetQuadErrCon");
 }
 
@@ -201,13 +202,13 @@ void CvodeSession::enable_sensitivities() {
       std::copy(y_rho_.col(j).data(), y_rho_.col(j).data() + n, yS_.data(j));
     else
       std::copy(start_.s[j].begin(), start_.s[j].end(), yS_.data(j));
-    fill_absolute_tolerances(system_, options_.absolute() / system_.parameters().parameters[j].scale, size_, atol.data(j));
+    fill_absolute_tolerances(system_, options_.absolute() / system_.parameters().parameters[j].scale, size_,
+                             atol.data(j));
   }
   columns_in_.resize(static_cast<std::size_t>(np));
   columns_out_.resize(static_cast<std::size_t>(np));
   g_rho_.resize(static_cast<std::size_t>(np));
-  check(CVodeSensInit(memory_, np, options_.staggered ? CV_STAGGERED : CV_SIMULTANEOUS, sensitivity_rhs,
-                      yS_.handles()),
+  check(CVodeSensInit(memory_, np, options_.staggered ? CV_STAGGERED : CV_SIMULTANEOUS, sensitivity_rhs, yS_.handles()),
         "CVodeSensInit");
   check(CVodeSensSVtolerances(memory_, options_.rtol, atol.handles()), "CVodeSensSVtolerances");
   check(CVodeSetSensErrCon(memory_, SUNTRUE), "CVodeSetSensErrCon");

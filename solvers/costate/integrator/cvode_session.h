@@ -7,16 +7,16 @@
 #include <string>
 
 #include "costate/formulation/step_plan.h"
-#include "costate/integrator/checkpoints.h"
 #include "costate/integrator/adjoint_growth.h"
 #include "costate/integrator/adjoint_scale.h"
+#include "costate/integrator/checkpoints.h"
 #include "costate/integrator/forward_state.h"
 #include "costate/integrator/pace_watch.h"
 #include "costate/integrator/segment.h"
-#include "costate/integrator/trajectory.h"
 #include "costate/integrator/stall_watch.h"
 #include "costate/integrator/stiffness_watch.h"
-#include "costate/sensitivity/problem.h"
+#include "costate/integrator/trajectory.h"
+#include "costate/problem/problem.h"
 #include "costate/sundials/callback_guard.h"
 #include "costate/sundials/handles.h"
 #include "costate/sundials/newton_operator.h"
@@ -26,8 +26,8 @@ namespace costate {
 class CvodeSession {
  public:
   /// What psi's running part is to CVODES: a quadrature, or a state of its own behind those of the system. Runs with
-  /// sensitivities need the state: with Adams' method CVODES (6.4 to 7) forgets the quadratures of sensitivities when it
-  /// changes the order (cvAdjustAdams), so that these start from memory that was never written.
+  /// sensitivities need the state: with Adams' method CVODES (6.4 to 7) forgets the quadratures of sensitivities when
+  /// it changes the order (cvAdjustAdams), so that these start from memory that was never written.
   enum class Cost { quadrature, state };
   CvodeSession(OdeSystem& system, const SolverOptions& options, Monitor monitor, bool with_start_derivative,
                Cost cost = Cost::quadrature);
@@ -83,8 +83,8 @@ class CvodeSession {
   /// In one-step mode the integrator counts no steps; this throws when the next one would exceed max_steps.
   void limit_steps();
   void poll(double t, bool backward);
-  // A step that begins where this evaluation takes place, if it does, ends within the plan's bounds: its end is known to
-  // the integrator before it chooses the step, in a repetition from a checkpoint as in the original.
+  // A step that begins where this evaluation takes place, if it does, ends within the plan's bounds: its end is known
+  // to the integrator before it chooses the step, in a repetition from a checkpoint as in the original.
   void look_ahead(double t, const double* y);
   void look_back(double t, const double* y);
   /// Throws StiffError where Adams' steps are bound by stability and very many of them are left.

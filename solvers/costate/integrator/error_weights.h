@@ -1,6 +1,6 @@
-// The weights of IDAS's norms: 1 / (rtol |y| + atol), and for accelerations and multipliers not below what rounding makes of
-// them. These follow from differences of the velocities over a step h, so that an accuracy finer than eps |v| / h is
-// noise: with an absolute tolerance alone Newton's test would fail wherever one of them passes through zero.
+// The weights of IDAS's norms: 1 / (rtol |y| + atol), and for accelerations and multipliers not below what rounding
+// makes of them. These follow from differences of the velocities over a step h, so that an accuracy finer than eps |v|
+// / h is noise: with an absolute tolerance alone Newton's test would fail wherever one of them passes through zero.
 #pragma once
 
 #include <vector>

@@ -55,7 +55,8 @@ long chosen_steps(const Problem& problem) {
       // Of second order: the error of the finer run is a third of the change.
       const double error = change(before, now, problem.solver.absolute()) / 3;
       const double ratio = error > 0 ? error_before / error : 0;
-      const bool settled = (ratio > 2.5 && ratio < 6.5) || (error <= wanted && error_before > 0 && error_before <= wanted);
+      const bool settled =
+          (ratio > 2.5 && ratio < 6.5) || (error <= wanted && error_before > 0 && error_before <= wanted);
       if (settled) {
         const double scaled = static_cast<double>(steps) * std::sqrt(error / wanted);
         return std::max(kFirstTrial, static_cast<long>(std::ceil(scaled)));
@@ -78,8 +79,10 @@ long fixed_steps(const Problem& problem) {
   const double steps = o.step_s > 0 ? std::max(1.0, std::ceil(span / o.step_s * (1 - 1e-12)))
                                     : static_cast<double>(chosen_steps(problem));
   if (!(steps <= static_cast<double>(o.max_steps)))
-    throw SolverError(fmt::format("Steps of {:g} s over {:g} s are {:.3g} steps, more than the limit of {}. Choose a "
-                                  "larger step, or a larger rtol.", span / steps, span, steps, o.max_steps));
+    throw SolverError(
+        fmt::format("Steps of {:g} s over {:g} s are {:.3g} steps, more than the limit of {}. Choose a "
+                    "larger step, or a larger rtol.",
+                    span / steps, span, steps, o.max_steps));
   return static_cast<long>(steps);
 }
 
@@ -95,13 +98,15 @@ FixedRun::FixedRun(const Problem& problem, const std::vector<double>& rho, long 
   scheme_->set_parameters(rho.data());
   for (const double t : scheme_->kinks())
     if (problem.solver.t_start < t && t < problem.solver.t_end)
-      throw CapabilityError(fmt::format("A driver's law has a kink at t = {:.6g} s, where the velocities jump; fixed steps pass "
-                                        "it by. Take the integrator idas or cvodes (the methods that bear their names), or a "
-                                        "law with a continuous slope.", t));
+      throw CapabilityError(
+          fmt::format("A driver's law has a kink at t = {:.6g} s, where the velocities jump; fixed steps pass "
+                      "it by. Take the integrator idas or cvodes (the methods that bear their names), or a "
+                      "law with a continuous slope.",
+                      t));
   const double span = problem.solver.t_end - problem.solver.t_start;
   scheme_->start(problem.solver.t_start, span / static_cast<double>(steps), with_derivatives);
-  plan_ = std::make_unique<StepPlan>(scheme_->assembly(), problem.objective, problem.solver.t_start, problem.solver.t_end,
-                                     scheme_->state());
+  plan_ = std::make_unique<StepPlan>(scheme_->assembly(), problem.objective, problem.solver.t_start,
+                                     problem.solver.t_end, scheme_->state());
   WatchSettings s;
   s.rtol = problem.solver.rtol;
   s.formulation = problem.formulation;

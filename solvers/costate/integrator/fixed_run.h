@@ -1,6 +1,6 @@
-// Fixed-step runs: plain, with the exact tangent beside them, or with the exact adjoint behind them. psi is the sum that
-// they form, running cost by the trapezoidal rule on the steps plus the terminal cost, and the gradient is that of this
-// sum, to rounding and whatever the step; the step only decides how near psi is to the integral.
+// Fixed-step runs: plain, with the exact tangent beside them, or with the exact adjoint behind them. psi is the sum
+// that they form, running cost by the trapezoidal rule on the steps plus the terminal cost, and the gradient is that of
+// this sum, to rounding and whatever the step; the step only decides how near psi is to the integral.
 //
 // A step that is not given (SolverOptions::step_s = 0) is chosen so that psi is off by about 0.1 sqrt(rtol) of itself,
 // as estimated from runs with 32, 64, ... steps until halving the step divides the change of psi by about four. It is
@@ -15,7 +15,7 @@
 #include "costate/discrete/step_archive.h"
 #include "costate/formulation/step_plan.h"
 #include "costate/integrator/run_watch.h"
-#include "costate/sensitivity/problem.h"
+#include "costate/problem/problem.h"
 
 namespace costate {
 

@@ -1,8 +1,8 @@
-// The forward state that SUNDIALS interpolates for the callbacks of a backward run, kept for further calls at the same time.
-// Its interpolation (CVAfindIndex, IDAAfindIndex; 6.4 to 7) answers a call at exactly the first stored time from that
-// point itself and takes note of having moved there, but keeps the divided differences of the interval that it came from;
-// the next call at that time evaluates those and returns a state far from the trajectory. A backward run meets this where
-// it ends, unless that is t = 0, and at every checkpoint.
+// The forward state that SUNDIALS interpolates for the callbacks of a backward run, kept for further calls at the same
+// time. Its interpolation (CVAfindIndex, IDAAfindIndex; 6.4 to 7) answers a call at exactly the first stored time from
+// that point itself and takes note of having moved there, but keeps the divided differences of the interval that it
+// came from; the next call at that time evaluates those and returns a state far from the trajectory. A backward run
+// meets this where it ends, unless that is t = 0, and at every checkpoint.
 #pragma once
 
 #include <limits>

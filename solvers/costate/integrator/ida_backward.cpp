@@ -67,8 +67,7 @@ void IdaSession::solve_backward(AdjointState& mu, const AdjointSize& expected, s
   check(IDASetUserDataB(memory_, b.which, this), "IDASetUserDataB");
   check(IDASVtolerancesB(memory_, b.which, options_.rtol, b.atol), "IDASVtolerancesB");
   check(IDASetMaxNumStepsB(memory_, b.which, options_.max_steps), "IDASetMaxNumStepsB");
-  if (options_.max_step_s > 0)
-    check(IDASetMaxStepB(memory_, b.which, options_.max_step_s), "IDASetMaxStepB");
+  if (options_.max_step_s > 0) check(IDASetMaxStepB(memory_, b.which, options_.max_step_s), "IDASetMaxStepB");
   check(IDASetIdB(memory_, b.which, id_), "IDASetIdB");
   check(IDASetSuppressAlgB(memory_, b.which, SUNTRUE), "IDASetSuppressAlgB");
   // J_B = cj E - F_y^T = -(F_y - cj E)^T: the forward Newton matrix at -cj, solved transposed.
@@ -163,8 +162,8 @@ int IdaSession::backward_residual(double t, N_Vector y, N_Vector yp, N_Vector yB
   });
 }
 
-int IdaSession::backward_jacobian(double t, double cj, N_Vector y, N_Vector yp, N_Vector, N_Vector, N_Vector,
-                                  SUNMatrix, void* p, N_Vector, N_Vector, N_Vector) {
+int IdaSession::backward_jacobian(double t, double cj, N_Vector y, N_Vector yp, N_Vector, N_Vector, N_Vector, SUNMatrix,
+                                  void* p, N_Vector, N_Vector, N_Vector) {
   IdaSession& s = self_of(p);
   return s.guard_.run([&] { s.system_.factor(t, solved.at(s.system_, t, s.forward(t, y)), data(yp), -cj); });
 }

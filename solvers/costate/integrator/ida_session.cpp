@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "costate/integrator/error_weights.h"
-#include "costate/integrator/unknown_sizes.h"
 #include "costate/integrator/solved_algebraic.h"
+#include "costate/integrator/unknown_sizes.h"
 #include "costate/sundials/failure.h"
 #include "costate/sundials/message_capture.h"
 
@@ -38,8 +38,7 @@ IdaSession::IdaSession(DaeSystem& system, const SolverOptions& options, Monitor 
   y_ = Vector(n, context_);
   yp_ = Vector(n, context_);
   const bool derivative = with_start_derivative && system.parameter_count() > 0;
-  system.start(options.t_start, y_.data(), yp_.data(), derivative ? &y_rho_ : nullptr,
-               derivative ? &yp_rho_ : nullptr);
+  system.start(options.t_start, y_.data(), yp_.data(), derivative ? &y_rho_ : nullptr, derivative ? &yp_rho_ : nullptr);
   create_memory();
 }
 
@@ -76,8 +75,8 @@ void IdaSession::create_memory() {
                           long steps = 0;
                           IDAGetNumSteps(s.memory_, &steps);
                           if (steps > 0) IDAGetCurrentStep(s.memory_, &h);  // else what another run has left
-                          return set_error_weights(s.system_.unknowns(), costate::data(y), s.options_.rtol, s.atol_.data(), h,
-                                                   costate::data(w));
+                          return set_error_weights(s.system_.unknowns(), costate::data(y), s.options_.rtol,
+                                                   s.atol_.data(), h, costate::data(w));
                         }),
         "IDAWFtolerances");
   check(IDASetMaxNumSteps(memory_, options_.max_steps), "IDASetMaxNumSteps");
@@ -99,7 +98,8 @@ IdaSession::~IdaSession() {
 Vector IdaSession::absolute_tolerances(double scale) const {
   Vector v(system_.size(), context_);
   const auto sizes = unknown_sizes(system_);
-  for (std::size_t i = 0; i < sizes.size(); ++i) v.data()[i] = system_.unknowns()[i].in_norm ? scale * sizes[i] : kUnweighted;
+  for (std::size_t i = 0; i < sizes.size(); ++i)
+    v.data()[i] = system_.unknowns()[i].in_norm ? scale * sizes[i] : kUnweighted;
   return v;
 }
 
@@ -147,7 +147,8 @@ void IdaSession::watch_forward() {
 void IdaSession::poll(double t, bool backward) {
   if (stall_.stalled(t)) {
     void* memory = backward ? IDAGetAdjIDABmem(memory_, backward_->which) : memory_;
-    fail(memory, IDA_ERR_FAIL, "IDAS no longer gets on", backward ? adjoint_names(system_.unknowns()) : system_.unknowns());
+    fail(memory, IDA_ERR_FAIL, "IDAS no longer gets on",
+         backward ? adjoint_names(system_.unknowns()) : system_.unknowns());
   }
   long steps = 0;
   void* memory = backward ? IDAGetAdjIDABmem(memory_, backward_->which) : memory_;
@@ -219,7 +220,6 @@ void IdaSession::enable_sensitivities() {
   check(IDAQuadSensSStolerances(memory_, options_.rtol, atol_q.data()), "IDAQuadSensSStolerances");
   check(IDASetQuadSensErrCon(memory_, SUNTRUE), "IDASetQuadSensErrCon");
 }
-
 
 void IdaSession::enable_adjoint(const CheckpointPlan& plan) {
   adjoint_ = true;
@@ -374,8 +374,8 @@ int IdaSession::residual(double t, N_Vector y, N_Vector yp, N_Vector r, void* p)
   });
 }
 
-int IdaSession::jacobian(double t, double cj, N_Vector y, N_Vector yp, N_Vector, SUNMatrix, void* p, N_Vector,
-                         N_Vector, N_Vector) {
+int IdaSession::jacobian(double t, double cj, N_Vector y, N_Vector yp, N_Vector, SUNMatrix, void* p, N_Vector, N_Vector,
+                         N_Vector) {
   IdaSession& s = self_of(p);
   return s.guard_.run([&] {
     s.watch_forward();

@@ -8,15 +8,15 @@
 #include <string>
 
 #include "costate/formulation/step_plan.h"
-#include "costate/integrator/checkpoints.h"
 #include "costate/integrator/adjoint_growth.h"
 #include "costate/integrator/adjoint_scale.h"
+#include "costate/integrator/checkpoints.h"
 #include "costate/integrator/forward_state.h"
 #include "costate/integrator/pace_watch.h"
 #include "costate/integrator/segment.h"
-#include "costate/integrator/trajectory.h"
 #include "costate/integrator/stall_watch.h"
-#include "costate/sensitivity/problem.h"
+#include "costate/integrator/trajectory.h"
+#include "costate/problem/problem.h"
 #include "costate/sundials/callback_guard.h"
 #include "costate/sundials/handles.h"
 #include "costate/sundials/newton_operator.h"
@@ -65,7 +65,7 @@ class IdaSession {
 
   const double* y() const { return y_.data(); }
   const double* yp() const { return yp_.data(); }
-  double cost();                              // running part so far
+  double cost();                               // running part so far
   std::vector<double> sensitivity_gradient();  // of running and terminal part at the current time
   const Eigen::MatrixXd& start_rho() const { return y_rho_; }
 
@@ -80,8 +80,8 @@ class IdaSession {
     int which = -1;
     Vector y, yp, q, id, atol, atol_q;
     std::unique_ptr<NewtonOperator> newton;
-    // The running cost's gradient, kept for further calls at the same time: Newton's iterations and the integrand of the
-    // gradient come back to it.
+    // The running cost's gradient, kept for further calls at the same time: Newton's iterations and the integrand of
+    // the gradient come back to it.
     double cost_time = std::numeric_limits<double>::quiet_NaN();
     std::vector<double> g_y, g_rho;
   };
@@ -94,8 +94,8 @@ class IdaSession {
   void limit_steps();
   Vector absolute_tolerances(double scale) const;
   void poll(double t, bool backward);
-  // A step that begins where this evaluation takes place, if it does, ends within the plan's bounds: its end is known to
-  // the integrator before it chooses the step, in a repetition from a checkpoint as in the original.
+  // A step that begins where this evaluation takes place, if it does, ends within the plan's bounds: its end is known
+  // to the integrator before it chooses the step, in a repetition from a checkpoint as in the original.
   void look_ahead(double t, const double* y);
   void look_back(double t, const double* y);
   /// Before the run back: the times at which SUNDIALS has to stop on the way.
@@ -117,15 +117,14 @@ class IdaSession {
   static int jacobian(double t, double cj, N_Vector y, N_Vector yp, N_Vector r, SUNMatrix J, void* self, N_Vector,
                       N_Vector, N_Vector);
   static int quadrature(double t, N_Vector y, N_Vector yp, N_Vector q, void* self);
-  static int sensitivity_residual(int count, double t, N_Vector y, N_Vector yp, N_Vector r, N_Vector* yS,
-                                  N_Vector* ypS, N_Vector* rS, void* self, N_Vector, N_Vector, N_Vector);
+  static int sensitivity_residual(int count, double t, N_Vector y, N_Vector yp, N_Vector r, N_Vector* yS, N_Vector* ypS,
+                                  N_Vector* rS, void* self, N_Vector, N_Vector, N_Vector);
   static int sensitivity_quadrature(int count, double t, N_Vector y, N_Vector yp, N_Vector* yS, N_Vector* ypS,
                                     N_Vector q, N_Vector* qS, void* self, N_Vector, N_Vector, N_Vector);
   static int backward_residual(double t, N_Vector y, N_Vector yp, N_Vector yB, N_Vector ypB, N_Vector rB, void* self);
   static int backward_jacobian(double t, double cj, N_Vector y, N_Vector yp, N_Vector yB, N_Vector ypB, N_Vector rB,
                                SUNMatrix J, void* self, N_Vector, N_Vector, N_Vector);
-  static int backward_quadrature(double t, N_Vector y, N_Vector yp, N_Vector yB, N_Vector ypB, N_Vector qB,
-                                 void* self);
+  static int backward_quadrature(double t, N_Vector y, N_Vector yp, N_Vector yB, N_Vector ypB, N_Vector qB, void* self);
 
   Context context_;
   DaeSystem& system_;

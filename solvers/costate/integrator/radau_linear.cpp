@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "costate/base/error.h"
-#include "costate/formulation/fixed_times.h"
+#include "costate/level/fixed_times.h"
 
 namespace costate {
 
@@ -17,8 +17,8 @@ const double c[3] = {(4 - r6) / 10, (4 + r6) / 10, 1};
 const double a[3][3] = {{(88 - 7 * r6) / 360, (296 - 169 * r6) / 1800, (-2 + 3 * r6) / 225},
                         {(296 + 169 * r6) / 1800, (88 + 7 * r6) / 360, (-2 - 3 * r6) / 225},
                         {(16 - r6) / 36, (16 + r6) / 36, 1.0 / 9}};
-// Weights of f at 0, c[0], c[1], c[2] in the estimate of the error: a third divided difference, scaled so that the first
-// one is the real eigenvalue of a, as in the source.
+// Weights of f at 0, c[0], c[1], c[2] in the estimate of the error: a third divided difference, scaled so that the
+// first one is the real eigenvalue of a, as in the source.
 const double estimate_first = (6 + std::cbrt(81.0) - std::cbrt(9.0)) / 30;
 double estimate_weight(int i) {
   double weight = -estimate_first * c[0] * c[1] * c[2] / c[i];
@@ -28,20 +28,21 @@ double estimate_weight(int i) {
 }
 const double estimate[3] = {estimate_weight(0), estimate_weight(1), estimate_weight(2)};
 
-// The estimate is one of order 3 for a result of order 5: as in the source's program, a tolerance of this power keeps the
-// latter's error near rtol. The factor (0.1 there) leaves the gradient's error to that of the motion.
+// The estimate is one of order 3 for a result of order 5: as in the source's program, a tolerance of this power keeps
+// the latter's error near rtol. The factor (0.1 there) leaves the gradient's error to that of the motion.
 double step_tolerance(double rtol) { return 0.03 * std::pow(rtol, 2.0 / 3); }
 constexpr double kSafety = 0.9, kLargestGrowth = 5, kLargestCut = 0.2;
 // Errors per relative change of a parameter, of a tangent or of the gradient, that need no smaller steps; in absolute
-// tolerances of the motion. At rest, and at an optimum where psi vanishes, they are nothing but the motion's own errors, and
-// rough.
+// tolerances of the motion. At rest, and at an optimum where psi vanishes, they are nothing but the motion's own
+// errors, and rough.
 constexpr double kSmallError = 1e-2;
 // Relative to the span: a kink of the forces is not resolved below this, where what it does is far below the tolerance.
 constexpr double kSmallestStep = 1e-9;
-// Columns smaller than this fraction of the largest one (per relative change of the parameter) need no digits of their own.
+// Columns smaller than this fraction of the largest one (per relative change of the parameter) need no digits of their
+// own.
 constexpr double kSmallColumn = 1e-2;
-// More steps than so many for one of the motion, whose integrator is of about the same order, mean that the estimate has
-// stopped falling with the step.
+// More steps than so many for one of the motion, whose integrator is of about the same order, mean that the estimate
+// has stopped falling with the step.
 constexpr long kMostSteps = 50;
 }  // namespace
 
@@ -80,13 +81,14 @@ void RadauLinear::fill_stage(int i, double h) {
   matrix_.add(block_[i][i], values_.data());
   for (int j = 0; j < 3; ++j) {
     if (j == i) continue;
-    for (std::size_t e = 0; e < part_.size(); ++e) part_[e] = -h * a[j][i] * A[static_cast<std::size_t>(differential_of_[e])];
+    for (std::size_t e = 0; e < part_.size(); ++e)
+      part_[e] = -h * a[j][i] * A[static_cast<std::size_t>(differential_of_[e])];
     matrix_.add(block_[j][i], part_.data());
   }
 }
 
-// Multipliers come with factors of h, two of them in index 3: with rows multiplied by their powers of h and brought to size
-// 1 column by column, a small step is not taken for a singular matrix.
+// Multipliers come with factors of h, two of them in index 3: with rows multiplied by their powers of h and brought to
+// size 1 column by column, a small step is not taken for a singular matrix.
 void RadauLinear::equilibrate(double h) {
   const SparsePattern& p = matrix_.pattern();
   const auto values = matrix_.values();
@@ -243,8 +245,8 @@ void RadauLinear::cross_kink(const Trajectory& trajectory, double before, double
   begin_at(trajectory, eq_.direction() == HandEquations::Direction::forward ? after : before, X);
 }
 
-RadauResult RadauLinear::integrate(const Trajectory& trajectory, const std::vector<double>& grid, double rtol, double atol,
-                                   const Watch& watch) {
+RadauResult RadauLinear::integrate(const Trajectory& trajectory, const std::vector<double>& grid, double rtol,
+                                   double atol, const Watch& watch) {
   smallest_error_ = kSmallError * atol;
   const bool forward = eq_.direction() == HandEquations::Direction::forward;
   const std::size_t count = grid.size();
@@ -307,9 +309,11 @@ RadauResult RadauLinear::integrate(const Trajectory& trajectory, const std::vect
       gradient_size_ = gradient_size_after_;
       t = next;
       if (++r.steps > most_steps && adaptive)
-        throw SolverError(fmt::format("The hand-derived equations need {} steps of {:.3g} s at t = {:.9g} s, where the motion "
-                                      "had {} in all: their solution is too rough for rtol {:.3g}. Take another method, or "
-                                      "a larger rtol.", r.steps, step, t, trajectory.steps(), rtol));
+        throw SolverError(
+            fmt::format("The hand-derived equations need {} steps of {:.3g} s at t = {:.9g} s, where the motion "
+                        "had {} in all: their solution is too rough for rtol {:.3g}. Take another method, or "
+                        "a larger rtol.",
+                        r.steps, step, t, trajectory.steps(), rtol));
       if (watch) watch(t, r.steps);
     }
   }

@@ -32,11 +32,11 @@ class RadauLinear {
   /// Sizes of the parameters: a column's error, and a parameter's share of the gradient, counts per relative change.
   RadauLinear(HandEquations& equations, std::vector<double> parameter_sizes);
 
-  /// Integrates over the span of the grid (increasing times), stepping onto each of its points. Where a driver's law has a
-  /// kink, the last instant before it must be one of them. `rtol` and `atol` are those
-  /// of the trajectory: the result is to be about as accurate. With 0 the steps are those of the grid: in systems of index 3 the
-  /// multipliers' error grows as the step falls, and the estimate with it.
-  /// Throws SolverError naming time and row where a stage system is singular.
+  /// Integrates over the span of the grid (increasing times), stepping onto each of its points. Where a driver's law
+  /// has a kink, the last instant before it must be one of them. `rtol` and `atol` are those of the trajectory: the
+  /// result is to be about as accurate. With 0 the steps are those of the grid: in systems of index 3 the multipliers'
+  /// error grows as the step falls, and the estimate with it. Throws SolverError naming time and row where a stage
+  /// system is singular.
   RadauResult integrate(const Trajectory& trajectory, const std::vector<double>& grid, double rtol, double atol,
                         const Watch& watch = {});
 
@@ -69,9 +69,9 @@ class RadauLinear {
   std::vector<double> parameter_sizes_;
   BlockMatrix matrix_;
   std::unique_ptr<KluSolver> solver_;
-  std::vector<double> scaled_;    // the stage matrix as factored
+  std::vector<double> scaled_;  // the stage matrix as factored
   Eigen::ArrayXd column_scale_, row_scale_;
-  SparsePattern differential_rows_;           // the equations' pattern without algebraic rows
+  SparsePattern differential_rows_;            // the equations' pattern without algebraic rows
   std::vector<std::int64_t> differential_of_;  // positions of its entries in the full pattern
   int block_[3][3] = {};
   std::vector<double> values_, part_;

@@ -14,11 +14,11 @@ namespace {
 // Where a step has to be solved for its positions, every so many steps do.
 constexpr long kSolvedCadence = 3;
 
-// What one error of the size of the tolerance may change psi by: in parts of psi or of its largest scaled derivative; in parts of
-// psi alone, which may happen to be small; and in absolute tolerances, by which psi is known in any case.
+// What one error of the size of the tolerance may change psi by: in parts of psi or of its largest scaled derivative;
+// in parts of psi alone, which may happen to be small; and in absolute tolerances, by which psi is known in any case.
 constexpr double kFewDigits = 1e-2, kNoDigit = 1e3, kAbsolute = 1e3;
-// What the adjoint may lose of its invariant without a word: on the models, from 1e-6 to 1e-2, within a factor of some four of what the
-// gradient was off by.
+// What the adjoint may lose of its invariant without a word: on the models, from 1e-6 to 1e-2, within a factor of some
+// four of what the gradient was off by.
 constexpr double kInvariant = 3e-3;
 
 WatchSettings settings_of(const Problem& problem) {
@@ -32,7 +32,9 @@ WatchSettings settings_of(const Problem& problem) {
 }  // namespace
 
 RunWatch::RunWatch(const Problem& problem, const std::vector<double>& rho, System& system)
-    : watch_(problem.mechanism, problem.parameters, rho.data(), settings_of(problem)), system_(system), problem_(problem) {}
+    : watch_(problem.mechanism, problem.parameters, rho.data(), settings_of(problem)),
+      system_(system),
+      problem_(problem) {}
 
 StepSink RunWatch::sink() {
   return [this](double t, const double* y) {
@@ -51,26 +53,31 @@ void RunWatch::conclude(const GradientResult& result) const {
   require_finite(problem_, result);
 }
 
-void RunWatch::judge(const GradientResult& result, const AdjointGrowth& growth, const AdjointInvariant& invariant) const {
+void RunWatch::judge(const GradientResult& result, const AdjointGrowth& growth,
+                     const AdjointInvariant& invariant) const {
   double size = std::abs(result.psi);
   for (std::size_t j = 0; j < result.gradient.size(); ++j)
     size = std::max(size, std::abs(result.gradient[j]) * problem_.parameters.parameters[j].scale);
   // H is the derivative of psi by a shift in time: over the run's length it stands beside the scaled derivatives.
   const double lost = invariant.change() * (problem_.solver.t_end - problem_.solver.t_start);
   if (invariant.known() && lost > kInvariant * size && lost > kAbsolute * problem_.solver.absolute())
-    notice(fmt::format("The adjoint's invariant (mu^T f + g) changed on the way back by as much as {:.1e} of the gradient: that is about "
-                       "what the gradient by this method is off by. Compare methods (costate check), or take a smaller rtol.",
-                       size > 0 ? lost / size : lost));
+    notice(fmt::format(
+        "The adjoint's invariant (mu^T f + g) changed on the way back by as much as {:.1e} of the gradient: that is "
+        "about "
+        "what the gradient by this method is off by. Compare methods (costate check), or take a smaller rtol.",
+        size > 0 ? lost / size : lost));
   const double part = size > 0 ? growth.change() / size : 0;
   // A derivative that has grown together with the errors is no measure: psi is the one that has not.
   const double of_psi = result.psi != 0 ? growth.change() / std::abs(result.psi) : part;
   if ((part <= kFewDigits && of_psi <= 1) || growth.change() <= kAbsolute * problem_.solver.absolute()) return;
   const std::string text = fmt::format(
-      "An error of the size of the tolerance (rtol {:g}) at t = {:.6g} s changes psi by {:.2g}, where psi is {:.6g}", problem_.solver.rtol,
-      growth.time(), growth.change(), result.psi);
+      "An error of the size of the tolerance (rtol {:g}) at t = {:.6g} s changes psi by {:.2g}, where psi is {:.6g}",
+      problem_.solver.rtol, growth.time(), growth.change(), result.psi);
   if (of_psi > kNoDigit)
-    throw SolverError(text + ": no digit of psi or of its gradient is known. The motion is chaotic or unstable over this time; "
-                             "shorten it, or take a smaller rtol where that helps.");
+    throw SolverError(
+        text +
+        ": no digit of psi or of its gradient is known. The motion is chaotic or unstable over this time; "
+        "shorten it, or take a smaller rtol where that helps.");
   notice(text + ": psi and its gradient are known to few digits. A smaller rtol tells how many.");
 }
 
@@ -79,9 +86,10 @@ void require_finite(const Problem& problem, const GradientResult& result) {
     throw SolverError(fmt::format("psi is {}: the cost is not finite along this motion.", result.psi));
   for (std::size_t j = 0; j < result.gradient.size(); ++j)
     if (!std::isfinite(result.gradient[j]))
-      throw SolverError(fmt::format("The derivative of psi with respect to '{}' is {}; psi itself is {:.6g}. Another method or "
-                                    "formulation may get there, see 'costate check'.",
-                                    problem.parameters.parameters[j].name, result.gradient[j], result.psi));
+      throw SolverError(
+          fmt::format("The derivative of psi with respect to '{}' is {}; psi itself is {:.6g}. Another method or "
+                      "formulation may get there, see 'costate check'.",
+                      problem.parameters.parameters[j].name, result.gradient[j], result.psi));
 }
 
 }  // namespace costate

@@ -1,13 +1,12 @@
-// The watch over one run (analysis/motion_watch.h), fed with the steps that an integrator accepts; its errors end the run,
-// its warnings are
-// notices (base/notice.h).
+// The watch over one run (analysis/motion_watch.h), fed with the steps that an integrator accepts; its errors end the
+// run, its warnings are notices (base/notice.h).
 #pragma once
 
 #include "costate/analysis/motion_watch.h"
 #include "costate/integrator/adjoint_growth.h"
 #include "costate/integrator/adjoint_invariant.h"
 #include "costate/integrator/segment.h"
-#include "costate/sensitivity/problem.h"
+#include "costate/problem/problem.h"
 
 namespace costate {
 
@@ -21,8 +20,9 @@ class RunWatch {
   void finish(double t, const double* y) { look(&MotionWatch::finish, t, y); }
   /// Tells what was noticed, and refuses a psi or a gradient that is no number.
   void conclude(const GradientResult& result) const;
-  /// Whether psi and its gradient have digits, by what the adjoint says of errors of the size of the tolerance: a notice
-  /// where they are few, SolverError where there is none. And whether the adjoint kept what it must keep: else a notice.
+  /// Whether psi and its gradient have digits, by what the adjoint says of errors of the size of the tolerance: a
+  /// notice where they are few, SolverError where there is none. And whether the adjoint kept what it must keep: else a
+  /// notice.
   void judge(const GradientResult& result, const AdjointGrowth& growth, const AdjointInvariant& invariant) const;
 
  private:

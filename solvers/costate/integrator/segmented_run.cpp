@@ -65,8 +65,8 @@ std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint() {
   std::vector<double> gradient(static_cast<std::size_t>(system_.parameter_count()), 0);
   AdjointScale scale;
   for (std::size_t k = 0; k < sessions_.size(); ++k)
-    scale.add_segment(sessions_[k]->adjoint_scale(), (k < jumps_.size() ? jumps_[k].t : t_) -
-                                                         (k > 0 ? jumps_[k - 1].t : t_start_));
+    scale.add_segment(sessions_[k]->adjoint_scale(),
+                      (k < jumps_.size() ? jumps_[k].t : t_) - (k > 0 ? jumps_[k - 1].t : t_start_));
   AdjointState mu = session().end_adjoint(gradient);
   invariant_.end(system_, t_start_, t_, session().y(), mu.mu.data());
   for (std::size_t k = sessions_.size(); k-- > 0;) {

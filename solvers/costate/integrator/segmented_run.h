@@ -1,6 +1,6 @@
-// A run over a trajectory of one or more smooth segments (Jump in formulation/system.h): one session a segment, the state
-// and its sensitivities carried across the jumps, the adjoint carried back. For systems without jumps it is its only
-// session and nothing else. Outside it looks like a session.
+// A run over a trajectory of one or more smooth segments (Jump in formulation/system.h): one session a segment, the
+// state and its sensitivities carried across the jumps, the adjoint carried back. For systems without jumps it is its
+// only session and nothing else. Outside it looks like a session.
 #pragma once
 
 #include <memory>

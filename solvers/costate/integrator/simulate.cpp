@@ -95,7 +95,8 @@ GradientResult simulate(const Problem& problem, const std::vector<double>& rho, 
     };
     r = with_bdf_where_stiff(problem, [&](const Problem& p) {
       const auto system = p.make_ode();
-      return run<CvodeRun>(*system, p, rho, std::vector<double>(times.begin() + handed_out, times.end()), sink ? once : sink);
+      return run<CvodeRun>(*system, p, rho, std::vector<double>(times.begin() + handed_out, times.end()),
+                           sink ? once : sink);
     });
   }
   r.integrator = integrator;

@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "costate/sensitivity/problem.h"
+#include "costate/problem/problem.h"
 
 namespace costate {
 

@@ -8,7 +8,8 @@ namespace costate {
 
 namespace {
 
-/// The first acceleration's index among the unknowns (q, v, z, a, lambda, stabilizers), or -1 where they are in the norm.
+/// The first acceleration's index among the unknowns (q, v, z, a, lambda, stabilizers), or -1 where they are in the
+/// norm.
 int unweighted_accelerations(const DaeSystem& system) {
   const int n = system.assembly().n(), m = system.assembly().m();
   const auto& unknowns = system.unknowns();

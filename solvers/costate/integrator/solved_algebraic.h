@@ -1,5 +1,5 @@
-// Accelerations and multipliers of systems that have them in no norm (index 2): Newton's iteration leaves them as they come, and
-// nothing keeps their error from growing. What is computed from them takes those that belong to (t, q, v, z).
+// Accelerations and multipliers of systems that have them in no norm (index 2): Newton's iteration leaves them as they
+// come, and nothing keeps their error from growing. What is computed from them takes those that belong to (t, q, v, z).
 #pragma once
 
 #include <limits>

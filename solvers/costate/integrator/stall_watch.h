@@ -1,5 +1,5 @@
-// Notices an integrator that no longer gets on: next to a singularity the step falls below the rounding of the time, and
-// SUNDIALS goes on with steps of nothing until its limit of steps, which may be hours away.
+// Notices an integrator that no longer gets on: next to a singularity the step falls below the rounding of the time,
+// and SUNDIALS goes on with steps of nothing until its limit of steps, which may be hours away.
 #pragma once
 
 #include <cmath>

@@ -1,6 +1,6 @@
-// Notices that Adams' method is the wrong one: where the fastest rate of the system, |lambda| of its Jacobian, keeps steps
-// at the border of stability although the motion would allow larger ones. |lambda| is found by power iteration with the
-// system's own tangent.
+// Notices that Adams' method is the wrong one: where the fastest rate of the system, |lambda| of its Jacobian, keeps
+// steps at the border of stability although the motion would allow larger ones. |lambda| is found by power iteration
+// with the system's own tangent.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
-#include "costate/sensitivity/problem.h"
+#include "costate/problem/problem.h"
 
 namespace costate {
 
@@ -28,8 +28,10 @@ auto with_bdf_where_stiff(const Problem& problem, const Run& run) {
     Problem stiff = problem;
     stiff.solver.cvodes_method = "bdf";
     auto result = run(stiff);
-    notice("The motion is stiff: Adams' method would have gone on by steps as small as its stability asks for, and CVODES took BDF "
-           "instead. --cvodes-method bdf begins with it.");
+    notice(
+        "The motion is stiff: Adams' method would have gone on by steps as small as its stability asks for, and CVODES "
+        "took BDF "
+        "instead. --cvodes-method bdf begins with it.");
     return result;
   }
 }
@@ -43,7 +45,8 @@ class StiffnessWatch {
     next_ = steps + kInterval;
     return !off_;
   }
-  /// After a step of h by order q at (t, y): the fastest rate [1/s] once kLooks in a row found steps bound by it, else 0.
+  /// After a step of h by order q at (t, y): the fastest rate [1/s] once kLooks in a row found steps bound by it, else
+  /// 0.
   double bound_by(OdeSystem& system, double t, const double* y, double h, int q) {
     const double rate = fastest_rate(system, t, y);
     in_a_row_ = std::abs(h) * rate > 0.4 * border(q) ? in_a_row_ + 1 : 0;

@@ -19,9 +19,9 @@ void Trajectory::add_step(double begin, double end, const std::vector<std::vecto
 namespace {
 
 constexpr int kMoreOrders = 2;
-// Where the motion bends more than the integrator's unknowns do (a body that turns evenly has an angle which is a straight
-// line, and steps of many turns) the order is raised, then the step halved, until what an interpolation leaves out is this
-// small relative to the coordinate, or to the largest one.
+// Where the motion bends more than the integrator's unknowns do (a body that turns evenly has an angle which is a
+// straight line, and steps of many turns) the order is raised, then the step halved, until what an interpolation leaves
+// out is this small relative to the coordinate, or to the largest one.
 constexpr double kLeftOut = 1e-12, kLeftOutOfLargest = 1e-14;
 constexpr int kHighest = 10;  // powers of a higher degree cancel
 constexpr int kHalvings = 20;
@@ -44,8 +44,8 @@ Piece interpolate(double begin, double end, int p, int n, int nz, const std::fun
   for (int i = 0; i <= p; ++i) {
     const StateView s = motion(i == 0 ? end : i == p ? begin : end + h * 0.5 * (std::cos(pi * i / p) - 1));
     for (int k = 0; k <= p; ++k) {
-      const double weight = (i == 0 || i == p ? 0.5 : 1.0) * (k == 0 || k == p ? 1.0 : 2.0) / p *
-                            std::cos(pi * ((i * k) % (2 * p)) / p);
+      const double weight =
+          (i == 0 || i == p ? 0.5 : 1.0) * (k == 0 || k == p ? 1.0 : 2.0) / p * std::cos(pi * ((i * k) % (2 * p)) / p);
       double* out = c.data() + static_cast<std::size_t>(k) * width;
       for (int j = 0; j < n; ++j) {
         out[j] += weight * s.q[j];
@@ -82,8 +82,7 @@ void fit(double begin, double end, int p, int n, int nz, const std::function<Sta
 
 }  // namespace
 
-void Trajectory::add_step(double begin, double end, int order,
-                          const std::function<StateView(double t)>& motion) {
+void Trajectory::add_step(double begin, double end, int order, const std::function<StateView(double t)>& motion) {
   std::vector<Piece> pieces;
   fit(begin, end, order + kMoreOrders, n_, nz_, motion, kHalvings, std::numeric_limits<double>::infinity(), pieces);
   for (const Piece& piece : pieces) {
@@ -102,8 +101,7 @@ void Trajectory::add_step(double begin, double end, int order,
         for (std::size_t j = 0; j < width; ++j)
           coefficients_[first + l * width + j] += now[l] * power * chebyshev[k * width + j];
       const double twice = k == 0 ? 1 : 2;  // T_1 = x
-      for (std::size_t l = 0; l < degrees; ++l)
-        next[l] = twice * (now[l] + (l > 0 ? 2 * now[l - 1] : 0)) - last[l];
+      for (std::size_t l = 0; l < degrees; ++l) next[l] = twice * (now[l] + (l > 0 ? 2 * now[l - 1] : 0)) - last[l];
       last = now;
       now = next;
     }
@@ -111,8 +109,7 @@ void Trajectory::add_step(double begin, double end, int order,
 }
 
 void Trajectory::evaluate(double t, double* y) const {
-  auto at =
-      std::lower_bound(steps_.begin(), steps_.end(), t, [](const Step& s, double x) { return s.end < x; });
+  auto at = std::lower_bound(steps_.begin(), steps_.end(), t, [](const Step& s, double x) { return s.end < x; });
   if (at == steps_.end()) --at;
   const double s = std::max(t, steps_.front().begin) - at->end;
   const auto width = static_cast<std::size_t>(width_);

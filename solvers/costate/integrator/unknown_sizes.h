@@ -8,8 +8,8 @@
 
 namespace costate {
 
-/// The unit of length of a mechanism's tolerances [m]: 1 for mechanisms of 0.1 m and more, of which nothing changes; for
-/// smaller ones the power of ten next above their largest length. Steps of ten, so that it hardly ever moves with a
+/// The unit of length of a mechanism's tolerances [m]: 1 for mechanisms of 0.1 m and more, of which nothing changes;
+/// for smaller ones the power of ten next above their largest length. Steps of ten, so that it hardly ever moves with a
 /// parameter, and the scene's own numbers, so that it does not at all within a scene.
 double length_size(const Mechanism& mechanism);
 

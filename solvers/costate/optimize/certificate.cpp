@@ -31,9 +31,9 @@ constexpr double kNewton = 1e-2;
 constexpr double kNear = 1e-3;
 // A parameter this near its bound, in parts of its scale, is on it: SLSQP and MMA stop a rounding inside.
 constexpr double kOnBound = 1e-8;
-// The Hessian's run is of the optimum's motion where its psi agrees to this fraction of itself or of the first one, and its
-// gradient to this fraction of the first one's: as far as formulations may differ (penalty: O(1/alpha)), and far below
-// what a verdict depends on. A psi that vanishes is held to no fraction of itself, see compare().
+// The Hessian's run is of the optimum's motion where its psi agrees to this fraction of itself or of the first one, and
+// its gradient to this fraction of the first one's: as far as formulations may differ (penalty: O(1/alpha)), and far
+// below what a verdict depends on. A psi that vanishes is held to no fraction of itself, see compare().
 constexpr double kSame = 1e-4;
 // Outputs that are zero are zero to this many absolute tolerances of the integrators.
 constexpr double kZero = 10;
@@ -50,11 +50,7 @@ class Certifier {
  public:
   Certifier(const Problem& problem, const std::vector<OptimizerConstraint>& constraints,
             const OptimizerEvaluation& first, const OptimizerEvaluation& best)
-      : problem_(problem),
-        constraints_(constraints),
-        first_(first),
-        best_(best),
-        n_(problem.parameters.size()) {
+      : problem_(problem), constraints_(constraints), first_(first), best_(best), n_(problem.parameters.size()) {
     scale_.resize(n_);
     for (int j = 0; j < n_; ++j) scale_[j] = parameter(j).scale;
   }
@@ -67,8 +63,7 @@ class Certifier {
     MatrixXd H;
     if (curvature) {
       H = curvature->psi;
-      for (std::size_t i = 0; i < near_.size(); ++i)
-        H += mu_[static_cast<Index>(i)] * curvature->constraints[i];
+      for (std::size_t i = 0; i < near_.size(); ++i) H += mu_[static_cast<Index>(i)] * curvature->constraints[i];
     }
     set_tolerance(H);
     sort_parameters();
@@ -76,9 +71,10 @@ class Certifier {
     if (curvature) compare(H);
     if (!differences_.empty()) {
       result_.kind = Certificate::Kind::none;
-      result_.verdict = fmt::format("no verdict: the run of the Hessian found another motion than the optimum's: {}. Check "
-                                    "both with 'costate check', a smaller rtol or another formulation.",
-                                    fmt::join(differences_, "; "));
+      result_.verdict = fmt::format(
+          "no verdict: the run of the Hessian found another motion than the optimum's: {}. Check "
+          "both with 'costate check', a smaller rtol or another formulation.",
+          fmt::join(differences_, "; "));
       return result_;
     }
     if (curvature) analyse(H);
@@ -87,9 +83,7 @@ class Certifier {
   }
 
  private:
-  const Parameter& parameter(int j) const {
-    return problem_.parameters.parameters[static_cast<std::size_t>(j)];
-  }
+  const Parameter& parameter(int j) const { return problem_.parameters.parameters[static_cast<std::size_t>(j)]; }
   VectorXd scaled(const std::vector<double>& gradient) const {
     return scale_.cwiseProduct(Eigen::Map<const VectorXd>(gradient.data(), n_));
   }
@@ -153,8 +147,8 @@ class Certifier {
         Curvature c = curvature_of(name);
         result_.formulation = name;
         if (!notes.empty())
-          result_.note = fmt::format("The Hessian is that of '{}' at the same tolerance: {}.", name,
-                                     fmt::join(notes, "; "));
+          result_.note =
+              fmt::format("The Hessian is that of '{}' at the same tolerance: {}.", name, fmt::join(notes, "; "));
         return c;
       } catch (const CapabilityError& e) {
         notes.emplace_back(e.what());
@@ -198,15 +192,18 @@ class Certifier {
     };
     c.psi = of(problem_.objective, {"psi", best_.psi, 0, first_.psi, g_, {}, scaled(first_.gradient)});
     for (const std::size_t i : near_)  // an evaluation keeps psi_c - upper
-      c.constraints.push_back(
-          of(constraints_[i].objective,
-             {"constraint." + constraints_[i].name, best_.constraints[i] + constraints_[i].upper, 0,
-              first_.constraints[i] + constraints_[i].upper, scaled(best_.constraint_gradients[i]), {},
-              scaled(first_.constraint_gradients[i])}));
+      c.constraints.push_back(of(constraints_[i].objective, {"constraint." + constraints_[i].name,
+                                                             best_.constraints[i] + constraints_[i].upper,
+                                                             0,
+                                                             first_.constraints[i] + constraints_[i].upper,
+                                                             scaled(best_.constraint_gradients[i]),
+                                                             {},
+                                                             scaled(first_.constraint_gradients[i])}));
     return c;
   }
 
-  /// Of psi (the constraint's, where c is one), of its gradient in scaled parameters, found by the run and by the Hessian's.
+  /// Of psi (the constraint's, where c is one), of its gradient in scaled parameters, found by the run and by the
+  /// Hessian's.
   struct Found {
     std::string what;
     double run, hessian, first;
@@ -226,8 +223,7 @@ class Certifier {
       if (!(std::abs(f.run - f.hessian) <= of_psi))
         differences_.push_back(fmt::format("{} is {:.9g} there and {:.9g} here", f.what, f.hessian, f.run));
       if (n_ == 0) continue;
-      const double of_gradient =
-          std::max(kStationary * size, kSame * f.g_first.cwiseAbs().maxCoeff()) + rounding;
+      const double of_gradient = std::max(kStationary * size, kSame * f.g_first.cwiseAbs().maxCoeff()) + rounding;
       Index worst = 0;
       const double difference = (f.g_run - f.g_hessian).cwiseAbs().maxCoeff(&worst);
       if (!(difference <= of_gradient))
@@ -238,11 +234,9 @@ class Certifier {
   }
 
   void set_tolerance(const MatrixXd& H) {
-    const double size =
-        H.size() > 0 ? H.cwiseAbs().maxCoeff() : scaled(first_.gradient).cwiseAbs().maxCoeff();
+    const double size = H.size() > 0 ? H.cwiseAbs().maxCoeff() : scaled(first_.gradient).cwiseAbs().maxCoeff();
     result_.tolerance = kStationary * size;
-    result_.curvature_tolerance =
-        H.size() > 0 ? std::max(kSteps * problem_.solver.rtol, result_.asymmetry) * size : 0;
+    result_.curvature_tolerance = H.size() > 0 ? std::max(kSteps * problem_.solver.rtol, result_.asymmetry) * size : 0;
   }
 
   /// On bounds that hold the parameter by more than the tolerance, or free.
@@ -303,15 +297,14 @@ class Certifier {
                                              r.kkt_residual <= r.tolerance ? "within" : "above", r.tolerance);
     if (!(r.kkt_residual <= r.tolerance)) {
       result_.kind = Kind::not_stationary;
-      result_.verdict =
-          fmt::format("not stationary: {}; more evaluations or a smaller tolerance may go on.", residual);
+      result_.verdict = fmt::format("not stationary: {}; more evaluations or a smaller tolerance may go on.", residual);
     } else if (!curvature) {
       result_.kind = Kind::stationary;
       result_.verdict = fmt::format("stationary: {}; of the curvature nothing is known.", residual);
     } else if (r.eigenvalues.empty()) {
       result_.kind = Kind::strict_minimum;
-      result_.verdict = fmt::format(
-          "strict local minimum: {}, and bounds and constraints leave no direction free.", residual);
+      result_.verdict =
+          fmt::format("strict local minimum: {}, and bounds and constraints leave no direction free.", residual);
     } else if (r.newton_step > kNewton) {
       result_.kind = Kind::not_stationary;
       result_.verdict = fmt::format(
@@ -321,8 +314,8 @@ class Certifier {
           r.newton_step, r.predicted_decrease);
     } else if (const double least = r.eigenvalues.front(); least > r.curvature_tolerance) {
       result_.kind = Kind::strict_minimum;
-      result_.verdict = fmt::format(
-          "strict local minimum: {}, and the smallest eigenvalue of the Hessian is {:.6g}.", residual, least);
+      result_.verdict = fmt::format("strict local minimum: {}, and the smallest eigenvalue of the Hessian is {:.6g}.",
+                                    residual, least);
     } else if (least >= -r.curvature_tolerance) {
       result_.kind = Kind::flat;
       const auto zeros = std::count_if(r.eigenvalues.begin(), r.eigenvalues.end(),

@@ -26,8 +26,8 @@ nlopt::algorithm algorithm_of(const std::string& name, bool constrained) {
   }
   if (name == "mma") return nlopt::LD_MMA;
   if (name == "slsqp") return nlopt::LD_SLSQP;
-  throw CapabilityError(fmt::format("There is no optimization algorithm '{}'.{}", name,
-                                    suggestion(name, {"lbfgs", "mma", "slsqp"})));
+  throw CapabilityError(
+      fmt::format("There is no optimization algorithm '{}'.{}", name, suggestion(name, {"lbfgs", "mma", "slsqp"})));
 }
 
 /// Raised inside the objective to end a run by a criterion that NLopt does not know.
@@ -66,11 +66,9 @@ class Run {
     }
     opt.set_lower_bounds(lower);
     opt.set_upper_bounds(upper);
-    opt.set_min_objective(
-        [](const std::vector<double>& at, std::vector<double>& gradient, void* self) {
-          return static_cast<Run*>(self)->objective(at, gradient);
-        },
-        this);
+    opt.set_min_objective([](const std::vector<double>& at, std::vector<double>& gradient,
+                             void* self) { return static_cast<Run*>(self)->objective(at, gradient); },
+                          this);
     std::vector<std::pair<Run*, std::size_t>> handles;
     handles.reserve(constraints_.size());
     for (std::size_t c = 0; c < constraints_.size(); ++c) {
@@ -110,12 +108,16 @@ class Run {
       result_.converged = stop_->converged;
     } else if (result_.evaluations.back().failed()) {
       result_.converged = false;
-      result_.stop_reason = fmt::format("failed evaluations: no step from the best point led to one that could be evaluated; "
-                                        "the last: {}", result_.evaluations.back().failure);
+      result_.stop_reason = fmt::format(
+          "failed evaluations: no step from the best point led to one that could be evaluated; "
+          "the last: {}",
+          result_.evaluations.back().failure);
     } else if (result_.stop_reason.empty()) {
       result_.stop_reason = constraints_.empty()
-                                ? fmt::format("optimality: to first order nothing is left to gain, the projected gradient is "
-                                              "{:.3g}", result_.evaluations[*best].projected_gradient)
+                                ? fmt::format(
+                                      "optimality: to first order nothing is left to gain, the projected gradient is "
+                                      "{:.3g}",
+                                      result_.evaluations[*best].projected_gradient)
                                 : "optimality: the optimizer's conditions of first order hold";
     }
     prefer_flat();
@@ -163,8 +165,10 @@ class Run {
       }
     repeated_ = 0;
     if (list.size() >= static_cast<std::size_t>(options_.max_evaluations))
-      throw Stop{fmt::format("limit: {} evaluation{}", options_.max_evaluations, options_.max_evaluations == 1 ? "" : "s"),
-                 false, {}};
+      throw Stop{
+          fmt::format("limit: {} evaluation{}", options_.max_evaluations, options_.max_evaluations == 1 ? "" : "s"),
+          false,
+          {}};
     OptimizerEvaluation e;
     e.index = static_cast<int>(list.size()) + 1;
     e.rho = rho;
@@ -204,8 +208,9 @@ class Run {
       failed.psi = failed.projected_gradient = std::numeric_limits<double>::quiet_NaN();
       failed.failure = failure.what();
       if (step_limit_ > 0 && failed.failure.find(fmt::format("after {} steps", step_limit_)) != std::string::npos)
-        failed.failure += fmt::format(" The limit is {:g} times the steps of the evaluations before (--step-limit-factor).",
-                                      options_.step_limit_factor);
+        failed.failure +=
+            fmt::format(" The limit is {:g} times the steps of the evaluations before (--step-limit-factor).",
+                        options_.step_limit_factor);
       e = std::move(failed);
     }
     e.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -293,8 +298,8 @@ class Run {
 
   template <class Function>
   double guarded(Function&& f) {
-    // NLopt's wrapper lets exceptions of unknown type end the run in its own way; keep ours and stop it cleanly. Its line
-    // search asks on after that, and is not answered.
+    // NLopt's wrapper lets exceptions of unknown type end the run in its own way; keep ours and stop it cleanly. Its
+    // line search asks on after that, and is not answered.
     if (stop_ || error_) throw nlopt::forced_stop();
     try {
       return f();
@@ -357,8 +362,8 @@ class Run {
     return best;
   }
 
-  /// Where the gradient vanishes psi is flat, and the least of its values is chance: within psi's own error the point where
-  /// the gradient met its tolerance is the better one.
+  /// Where the gradient vanishes psi is flat, and the least of its values is chance: within psi's own error the point
+  /// where the gradient met its tolerance is the better one.
   void prefer_flat() {
     if (!stop_ || !stop_->evaluation) return;
     const double least = result_.evaluations[result_.best].psi;

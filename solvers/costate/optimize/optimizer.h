@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "costate/sensitivity/problem.h"
+#include "costate/problem/problem.h"
 
 namespace costate {
 
@@ -16,9 +16,9 @@ struct OptimizerOptions {
   std::string algorithm = "lbfgs";  // "lbfgs", "mma", "slsqp"
   int max_evaluations = 200;
   double stop_value = -std::numeric_limits<double>::infinity();  // stop once psi <= this
-  double relative_tolerance = 1e-10;  // of psi between iterations
-  double gradient_tolerance = 0;      // stop once the scaled projected gradient's largest entry <= this; 0: off
-  int corrections = 10;               // vectors kept by L-BFGS
+  double relative_tolerance = 1e-10;                             // of psi between iterations
+  double gradient_tolerance = 0;  // stop once the scaled projected gradient's largest entry <= this; 0: off
+  int corrections = 10;           // vectors kept by L-BFGS
   /// An evaluation fails that takes more than this many times the steps of any before it, in either direction of time
   /// (and more than kStepsAlwaysAllowed); 0: only the solver's own limit holds.
   double step_limit_factor = 100;
@@ -38,7 +38,7 @@ struct OptimizerEvaluation {
   std::vector<double> rho;
   double psi = 0;
   std::vector<double> gradient;
-  std::vector<double> constraints;                 // psi_c - upper, <= 0 when satisfied
+  std::vector<double> constraints;  // psi_c - upper, <= 0 when satisfied
   std::vector<std::vector<double>> constraint_gradients;
   double projected_gradient = 0;  // largest entry of the projected gradient in scaled parameters
   Counters counters;
@@ -72,9 +72,9 @@ void require_algorithm(const std::string& algorithm, bool constrained);
 /// Where an evaluation fails (a motion that cannot be computed, a mechanism that locks, psi that is not finite), the
 /// optimizer is shown, in its place, the parabola along the step s from the best point rho_b known until then that has
 /// psi and slope p = dpsi/drho s < 0 of rho_b and rises by |p| over the whole step: psi_b + |p| with the gradient
-/// 3 |p| s / |s|^2. Its least value is at a quarter of the step, which is where a line search goes next; constraints rise
-/// likewise. It follows from the evaluations alone, so that a run repeats itself. The first evaluation must not fail: it
-/// throws what the simulation throws, with the evaluation named.
+/// 3 |p| s / |s|^2. Its least value is at a quarter of the step, which is where a line search goes next; constraints
+/// rise likewise. It follows from the evaluations alone, so that a run repeats itself. The first evaluation must not
+/// fail: it throws what the simulation throws, with the evaluation named.
 OptimizerResult optimize(const Problem& problem, const std::string& method,
                          const std::vector<OptimizerConstraint>& constraints, const OptimizerOptions& options,
                          const std::vector<OptimizerEvaluation>& replay,

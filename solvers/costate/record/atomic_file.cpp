@@ -28,8 +28,7 @@ using record_detail::FileDescriptor;
 // Follows a symbolic link, and refuses what rename(2) must not replace (directories, devices, pipes).
 fs::path resolve_target(const fs::path& path) {
   if (path.filename().empty()) {
-    throw Error(
-        fmt::format("cannot write '{}': the path has no file name; give the path of a file", path.string()));
+    throw Error(fmt::format("cannot write '{}': the path has no file name; give the path of a file", path.string()));
   }
   std::error_code code;
   fs::path target = path;
@@ -39,8 +38,7 @@ fs::path resolve_target(const fs::path& path) {
   }
   const fs::file_status status = fs::status(target, code);
   if (fs::is_directory(status)) {
-    throw Error(fmt::format("cannot write '{}': it is a directory; give the path of a file inside it",
-                            path.string()));
+    throw Error(fmt::format("cannot write '{}': it is a directory; give the path of a file inside it", path.string()));
   }
   if (fs::exists(status) && !fs::is_regular_file(status)) {
     throw Error(
@@ -94,15 +92,17 @@ void remove_abandoned(const fs::path& directory) {
     // .NAME.SPACE-PID-COUNT.tmp
     const std::string mark = "." + process_space() + "-";
     const std::size_t at = name.rfind(mark);
-    if (at == std::string::npos || at < 2 || name[0] != '.' || name.size() < 4 || name.substr(name.size() - 4) != ".tmp")
+    if (at == std::string::npos || at < 2 || name[0] != '.' || name.size() < 4 ||
+        name.substr(name.size() - 4) != ".tmp")
       continue;
     int pid = 0, count = 0, used = 0;
     const std::string rest = name.substr(at + mark.size());
-    if (std::sscanf(rest.c_str(), "%d-%d.tmp%n", &pid, &count, &used) != 2 ||
-        used != static_cast<int>(rest.size()) || pid <= 0)
+    if (std::sscanf(rest.c_str(), "%d-%d.tmp%n", &pid, &count, &used) != 2 || used != static_cast<int>(rest.size()) ||
+        pid <= 0)
       continue;
     struct stat status {};
-    if (::lstat(entry->path().c_str(), &status) != 0 || !S_ISREG(status.st_mode) || status.st_uid != ::geteuid()) continue;
+    if (::lstat(entry->path().c_str(), &status) != 0 || !S_ISREG(status.st_mode) || status.st_uid != ::geteuid())
+      continue;
     if (::kill(pid, 0) != 0 && errno == ESRCH) ::unlink(entry->path().c_str());
   }
 }
@@ -114,7 +114,8 @@ fs::path reserve_temporary(const fs::path& directory, const fs::path& target, co
   remove_abandoned(directory);
   const std::string name = target.filename().string().substr(0, 180);
   for (;;) {
-    fs::path temporary = directory / fmt::format(".{}.{}-{}-{}.tmp", name, process_space(), ::getpid(), counter.fetch_add(1));
+    fs::path temporary =
+        directory / fmt::format(".{}.{}-{}-{}.tmp", name, process_space(), ::getpid(), counter.fetch_add(1));
     const FileDescriptor file(::open(temporary.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666));
     if (file.valid()) return temporary;
     if (errno == EEXIST) continue;
@@ -153,8 +154,7 @@ void sync_file(const fs::path& temporary, const fs::path& path) {
 
 }  // namespace
 
-void write_file_atomically(const fs::path& path,
-                           const std::function<void(const fs::path& temporary)>& write) {
+void write_file_atomically(const fs::path& path, const std::function<void(const fs::path& temporary)>& write) {
   const fs::path target = resolve_target(path);
   const fs::path directory = target.has_parent_path() ? target.parent_path() : fs::path(".");
   create_parent(directory, path);

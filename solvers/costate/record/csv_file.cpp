@@ -113,8 +113,7 @@ void write_csv(const std::filesystem::path& path, const TrajectoryTable& table) 
     };
     fmt::format_to(std::back_inserter(buffer), "time [s]");
     for (const Column& column : table.columns) {
-      fmt::format_to(std::back_inserter(buffer), ",{}",
-                     quoted(label(column.group + "/" + column.name, column.unit)));
+      fmt::format_to(std::back_inserter(buffer), ",{}", quoted(label(column.group + "/" + column.name, column.unit)));
     }
     buffer.push_back('\n');
     for (std::size_t row = 0; row < table.time_s.size() && failed == 0; ++row) {
@@ -129,8 +128,8 @@ void write_csv(const std::filesystem::path& path, const TrajectoryTable& table) 
     flush();
     if (failed == 0) failed = file.close();
     if (failed != 0) {
-      throw Error(fmt::format("cannot write '{}': {}; check the free space and the permissions",
-                              path.string(), errno_text(failed)));
+      throw Error(fmt::format("cannot write '{}': {}; check the free space and the permissions", path.string(),
+                              errno_text(failed)));
     }
   });
 }
@@ -145,8 +144,8 @@ TrajectoryTable read_csv(const std::filesystem::path& path) {
   long line = 1;
   const std::vector<std::string> header = next_record(rest, line);
   if (header.front() != "time [s]") {
-    throw Error(fmt::format(
-        "'{}' line 1: the first column must be 'time [s]'; this is not a Costate trajectory", path.string()));
+    throw Error(fmt::format("'{}' line 1: the first column must be 'time [s]'; this is not a Costate trajectory",
+                            path.string()));
   }
   TrajectoryTable table;
   for (std::size_t i = 1; i < header.size(); ++i) table.columns.push_back(column_from_label(header[i]));
@@ -154,8 +153,8 @@ TrajectoryTable read_csv(const std::filesystem::path& path) {
     const long this_line = line;
     const std::vector<std::string> fields = next_record(rest, line);
     if (fields.size() != header.size()) {
-      throw Error(fmt::format("'{}' line {}: {} fields, but the header has {}", path.string(), this_line,
-                              fields.size(), header.size()));
+      throw Error(fmt::format("'{}' line {}: {} fields, but the header has {}", path.string(), this_line, fields.size(),
+                              header.size()));
     }
     table.time_s.push_back(parse_number(fields[0], path, this_line));
     for (std::size_t i = 1; i < fields.size(); ++i) {

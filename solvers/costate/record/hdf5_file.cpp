@@ -44,16 +44,16 @@ Hdf5Handle text_type() {
 void write_text_attribute(hid_t object, const char* name, const std::string& text) {
   const Hdf5Handle type = text_type();
   const Hdf5Handle space = scalar_space();
-  const Hdf5Handle attribute(H5Acreate2(object, name, type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT),
-                             H5Aclose, "creating an attribute");
+  const Hdf5Handle attribute(H5Acreate2(object, name, type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
+                             "creating an attribute");
   const char* pointer = text.c_str();
   check_hdf5(H5Awrite(attribute.get(), type.get(), &pointer), "writing an attribute");
 }
 
 void write_integer_attribute(hid_t object, const char* name, long long value) {
   const Hdf5Handle space = scalar_space();
-  const Hdf5Handle attribute(H5Acreate2(object, name, H5T_STD_I64LE, space.get(), H5P_DEFAULT, H5P_DEFAULT),
-                             H5Aclose, "creating an attribute");
+  const Hdf5Handle attribute(H5Acreate2(object, name, H5T_STD_I64LE, space.get(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
+                             "creating an attribute");
   check_hdf5(H5Awrite(attribute.get(), H5T_NATIVE_LLONG, &value), "writing an attribute");
 }
 
@@ -77,9 +77,8 @@ void write_text_dataset(hid_t file, const char* name, const std::string& text) {
   const Hdf5Handle type = text_type();
   const Hdf5Handle space = scalar_space();
   const Hdf5Handle properties = creation_properties(H5P_DATASET_CREATE);
-  const Hdf5Handle dataset(
-      H5Dcreate2(file, name, type.get(), space.get(), H5P_DEFAULT, properties.get(), H5P_DEFAULT), H5Dclose,
-      "creating a text dataset");
+  const Hdf5Handle dataset(H5Dcreate2(file, name, type.get(), space.get(), H5P_DEFAULT, properties.get(), H5P_DEFAULT),
+                           H5Dclose, "creating a text dataset");
   const char* pointer = text.c_str();
   check_hdf5(H5Dwrite(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, &pointer), "writing text");
 }
@@ -97,9 +96,9 @@ Hdf5Handle write_numbers(hid_t parent, const std::string& name, const std::vecto
     }
   }
   const Hdf5Handle links = link_names();
-  Hdf5Handle dataset(H5Dcreate2(parent, name.c_str(), H5T_IEEE_F64LE, space.get(), links.get(),
-                                properties.get(), H5P_DEFAULT),
-                     H5Dclose, "creating a dataset");
+  Hdf5Handle dataset(
+      H5Dcreate2(parent, name.c_str(), H5T_IEEE_F64LE, space.get(), links.get(), properties.get(), H5P_DEFAULT),
+      H5Dclose, "creating a dataset");
   check_hdf5(H5Dwrite(dataset.get(), H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
              "writing a dataset");
   return dataset;
@@ -119,9 +118,8 @@ void write_content(const Hdf5MemoryFile& file, const TrajectoryTable& table) {
     const Column& column = table.columns[i];
     auto group = groups.find(column.group);
     if (group == groups.end()) {
-      Hdf5Handle created(
-          H5Gcreate2(file.get(), column.group.c_str(), links.get(), properties.get(), H5P_DEFAULT), H5Gclose,
-          "creating a group");
+      Hdf5Handle created(H5Gcreate2(file.get(), column.group.c_str(), links.get(), properties.get(), H5P_DEFAULT),
+                         H5Gclose, "creating a group");
       group = groups.emplace(column.group, std::move(created)).first;
     }
     const Hdf5Handle dataset = write_numbers(group->second.get(), column.name, column.values);
@@ -183,11 +181,9 @@ std::vector<double> read_numbers(hid_t dataset) {
   if (H5Sget_simple_extent_ndims(space.get()) != 1) throw Error("expected a one-dimensional dataset");
   check_hdf5(H5Sget_simple_extent_dims(space.get(), &rows, nullptr), "reading a dataset");
   // A damaged length must not become a huge allocation; deflate shrinks by a factor of at most about 1032.
-  if (rows > H5Dget_storage_size(dataset) / sizeof(double) * 1100)
-    throw Error("a dataset has a damaged length");
+  if (rows > H5Dget_storage_size(dataset) / sizeof(double) * 1100) throw Error("a dataset has a damaged length");
   std::vector<double> values(rows);
-  check_hdf5(H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
-             "reading a dataset");
+  check_hdf5(H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), "reading a dataset");
   return values;
 }
 
@@ -205,8 +201,7 @@ std::vector<std::string> link_list(hid_t group) {
 TrajectoryTable read_content(const fs::path& path) {
   const Hdf5Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose, "opening the file");
   if (H5Aexists(file.get(), "format") <= 0 || read_text_attribute(file.get(), "format") != kFormat) {
-    throw Error(
-        fmt::format("it is HDF5, but not a Costate trajectory (attribute format is not \"{}\")", kFormat));
+    throw Error(fmt::format("it is HDF5, but not a Costate trajectory (attribute format is not \"{}\")", kFormat));
   }
   const long long version = read_integer_attribute(file.get(), "format_version", 0);
   if (version != kFormatVersion) {
@@ -230,17 +225,13 @@ TrajectoryTable read_content(const fs::path& path) {
     const Hdf5Handle group(H5Oopen(file.get(), group_name.c_str(), H5P_DEFAULT), H5Oclose, "opening a group");
     if (H5Iget_type(group.get()) != H5I_GROUP) continue;
     for (const std::string& name : link_list(group.get())) {
-      const Hdf5Handle dataset(H5Dopen2(group.get(), name.c_str(), H5P_DEFAULT), H5Dclose,
-                               "opening a dataset");
-      Column column{name, read_text_attribute(dataset.get(), "unit"), group_name,
-                    read_numbers(dataset.get())};
-      const long long position =
-          read_integer_attribute(dataset.get(), "column", std::numeric_limits<long long>::max());
+      const Hdf5Handle dataset(H5Dopen2(group.get(), name.c_str(), H5P_DEFAULT), H5Dclose, "opening a dataset");
+      Column column{name, read_text_attribute(dataset.get(), "unit"), group_name, read_numbers(dataset.get())};
+      const long long position = read_integer_attribute(dataset.get(), "column", std::numeric_limits<long long>::max());
       columns.emplace_back(position, std::move(column));
     }
   }
-  std::stable_sort(columns.begin(), columns.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::stable_sort(columns.begin(), columns.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   for (auto& [position, column] : columns) table.columns.push_back(std::move(column));
   table.require_consistent();
   return table;
@@ -271,8 +262,8 @@ TrajectoryTable read_hdf5(const fs::path& path) {
   }
   const Hdf5Session session;
   if (H5Fis_hdf5(path.c_str()) == 0) {
-    throw Error(fmt::format("cannot read '{}': it is not an HDF5 file; give a trajectory written by Costate",
-                            path.string()));
+    throw Error(
+        fmt::format("cannot read '{}': it is not an HDF5 file; give a trajectory written by Costate", path.string()));
   }
   try {
     return read_content(path);

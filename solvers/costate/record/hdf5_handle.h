@@ -37,8 +37,7 @@ class Hdf5Handle {
  public:
   Hdf5Handle() = default;
   /// Takes over `id`; throws Error naming `action` if it is negative (the HDF5 call failed).
-  Hdf5Handle(hid_t id, herr_t (*closer)(hid_t), const char* action)
-      : id_(check_hdf5(id, action)), closer_(closer) {}
+  Hdf5Handle(hid_t id, herr_t (*closer)(hid_t), const char* action) : id_(check_hdf5(id, action)), closer_(closer) {}
   Hdf5Handle(Hdf5Handle&& other) noexcept
       : id_(std::exchange(other.id_, -1)), closer_(std::exchange(other.closer_, nullptr)) {}
   Hdf5Handle& operator=(Hdf5Handle&& other) noexcept {

@@ -17,9 +17,7 @@ void* image_memcpy(void* to, const void* from, std::size_t size, H5FD_file_image
   return std::memcpy(to, from, size);
 }
 
-void* image_realloc(void* memory, std::size_t size, H5FD_file_image_op_t, void*) {
-  return std::realloc(memory, size);
-}
+void* image_realloc(void* memory, std::size_t size, H5FD_file_image_op_t, void*) { return std::realloc(memory, size); }
 
 herr_t image_free(void* memory, H5FD_file_image_op_t operation, void* kept) {
   if (operation == H5FD_FILE_IMAGE_OP_FILE_CLOSE) {
@@ -48,8 +46,7 @@ Hdf5MemoryFile::Hdf5MemoryFile(std::size_t increment_bytes) : memory_(std::make_
   // The root group keeps no time stamps, so that the same content gives the same bytes.
   const Hdf5Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose, action);
   check_hdf5(H5Pset_obj_track_times(creation.get(), false), action);
-  file_ = Hdf5Handle(H5Fcreate("costate-in-memory", H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose,
-                     action);
+  file_ = Hdf5Handle(H5Fcreate("costate-in-memory", H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose, action);
 }
 
 Hdf5MemoryFile::~Hdf5MemoryFile() {

@@ -43,14 +43,12 @@ void list_differences(const json& old_value, const json& new_value, const std::s
       if (new_value.contains(key)) {
         list_differences(value, new_value.at(key), step(key), found);
       } else {
-        found.push_back(
-            fmt::format("'{}': the journal has {}, this run has none", step(key), shortened(value)));
+        found.push_back(fmt::format("'{}': the journal has {}, this run has none", step(key), shortened(value)));
       }
     }
     for (const auto& [key, value] : new_value.items()) {
       if (!old_value.contains(key)) {
-        found.push_back(
-            fmt::format("'{}': the journal has none, this run has {}", step(key), shortened(value)));
+        found.push_back(fmt::format("'{}': the journal has none, this run has {}", step(key), shortened(value)));
       }
     }
   } else if (old_value.is_array() && new_value.is_array() && old_value.size() == new_value.size()) {
@@ -66,11 +64,11 @@ void list_differences(const json& old_value, const json& new_value, const std::s
     while (same < a.size() && same < b.size() && a[same] == b[same]) line += a[same++] == '\n';
     const bool many_lines = a.find('\n') != std::string::npos || b.find('\n') != std::string::npos;
     found.push_back(many_lines ? fmt::format("'{}': the texts differ from line {} on", place, line)
-                               : fmt::format("'{}': the journal has {}, this run has {}", place,
-                                             shortened(old_value), shortened(new_value)));
+                               : fmt::format("'{}': the journal has {}, this run has {}", place, shortened(old_value),
+                                             shortened(new_value)));
   } else {
-    found.push_back(fmt::format("'{}': the journal has {}, this run has {}", place, shortened(old_value),
-                                shortened(new_value)));
+    found.push_back(
+        fmt::format("'{}': the journal has {}, this run has {}", place, shortened(old_value), shortened(new_value)));
   }
 }
 
@@ -104,7 +102,8 @@ void lock(const FileDescriptor& file, const std::filesystem::path& path) {
 
 /// Whether the open file is still the one of that name: a run that begins anew puts another in its place.
 bool still_there(const FileDescriptor& file, const std::filesystem::path& path) {
-  struct stat opened {}, named {};
+  struct stat opened {
+  }, named{};
   return ::fstat(file.get(), &opened) == 0 && ::stat(path.c_str(), &named) == 0 && opened.st_dev == named.st_dev &&
          opened.st_ino == named.st_ino;
 }
@@ -115,8 +114,8 @@ FileDescriptor open_file(const std::filesystem::path& path, std::string& content
     file = FileDescriptor(::open(path.c_str(), O_RDWR | O_APPEND | O_CLOEXEC));
     if (!file.valid()) {
       if (errno == ENOENT) return file;
-      throw Error(fmt::format("cannot open the journal '{}': {}; check the path and its permissions",
-                              path.string(), errno_text(errno)));
+      throw Error(fmt::format("cannot open the journal '{}': {}; check the path and its permissions", path.string(),
+                              errno_text(errno)));
     }
     lock(file, path);
   } while (!still_there(file, path));
@@ -125,8 +124,8 @@ FileDescriptor open_file(const std::filesystem::path& path, std::string& content
     throw Error(fmt::format("cannot read the journal '{}': {}", path.string(), errno_text(failed)));
   }
   if (!content.empty() && content.compare(0, kMagic.size(), kMagic) != 0) {
-    throw Error(fmt::format(
-        "'{}' is not a Costate journal and is left untouched; choose another journal path", path.string()));
+    throw Error(
+        fmt::format("'{}' is not a Costate journal and is left untouched; choose another journal path", path.string()));
   }
   return file;
 }
@@ -176,8 +175,7 @@ Journal Journal::open(const std::filesystem::path& path, const json& header, boo
     std::string reread;
     journal.file_ = open_file(path, reread);
     if (reread != line) {
-      throw Error(
-          fmt::format("the journal '{}' was changed by another process while it was created", path.string()));
+      throw Error(fmt::format("the journal '{}' was changed by another process while it was created", path.string()));
     }
     journal.header_ = first.dump();
     journal.ends_ = {line.size()};

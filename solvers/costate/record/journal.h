@@ -6,10 +6,9 @@
 //   {"checksum":"...", ...}
 //   {"checksum":"...", ...}
 //
-// The checksum (base/digest.h) is of the header's line, the record's number and its text, so that a record counts only as
-// it was written and where it was written.
-// Finite doubles read back bit-exactly. Non-finite ones are stored as the strings "nan", "inf", "-inf": read
-// numbers that may be non-finite with number_from_json (json_number.h).
+// The checksum (base/digest.h) is of the header's line, the record's number and its text, so that a record counts only
+// as it was written and where it was written. Finite doubles read back bit-exactly. Non-finite ones are stored as the
+// strings "nan", "inf", "-inf": read numbers that may be non-finite with number_from_json (json_number.h).
 #pragma once
 
 #include <cstddef>
@@ -35,8 +34,7 @@ class Journal {
   ///
   /// Throws Error if the file cannot be read or written, is in use by another run, is not a journal, or has a damaged
   /// header or another one (the error names the keys that differ).
-  [[nodiscard]] static Journal open(const std::filesystem::path& path, const nlohmann::json& header,
-                                    bool resume);
+  [[nodiscard]] static Journal open(const std::filesystem::path& path, const nlohmann::json& header, bool resume);
 
   /// All records: those read on resume, then those appended since, with non-finite numbers as text.
   [[nodiscard]] const std::vector<nlohmann::json>& records() const { return records_; }

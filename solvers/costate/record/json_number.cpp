@@ -34,8 +34,7 @@ double number_from_json(const nlohmann::json& value) {
     if (text == "-inf") return -std::numeric_limits<double>::infinity();
   }
   const std::string text = value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-  throw Error(
-      fmt::format("expected a number (or \"nan\", \"inf\", \"-inf\") but found {}", text.substr(0, 80)));
+  throw Error(fmt::format("expected a number (or \"nan\", \"inf\", \"-inf\") but found {}", text.substr(0, 80)));
 }
 
 std::vector<double> numbers_from_json(const nlohmann::json& value) {

@@ -3,9 +3,9 @@
 
 namespace costate {
 
-/// While one of these lives there is nothing that an orderly end would save: a signal that no one has looked at within half
-/// a second ends the process there, with a word on standard error (with `json` also an object on standard output) and the
-/// status 128 + signal. For programs that have called install_interrupt_handler.
+/// While one of these lives there is nothing that an orderly end would save: a signal that no one has looked at within
+/// half a second ends the process there, with a word on standard error (with `json` also an object on standard output)
+/// and the status 128 + signal. For programs that have called install_interrupt_handler.
 class NothingToSave {
  public:
   explicit NothingToSave(bool json);

@@ -14,9 +14,7 @@ namespace {
 
 /// The length in bytes of the valid character of UTF-8 at `at` that XML allows, or 0.
 std::size_t character_at(const std::string& text, std::size_t at) {
-  const auto byte = [&](std::size_t i) {
-    return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u;
-  };
+  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
   const unsigned first = byte(at);
   if (first < 0x80) return first >= 0x20 || first == '\t' || first == '\n' || first == '\r' ? 1 : 0;
   const std::size_t length = first >= 0xf0 ? 4 : first >= 0xe0 ? 3 : 2;
@@ -44,8 +42,8 @@ std::string tick_label(double value, double step, double largest) {
   if (std::abs(value) < 1e-6 * step) return "0";
   const int decimals = static_cast<int>(std::max(0.0, -std::floor(std::log10(step) + 1e-9)));
   if (largest >= 1e-3 && largest < 1e6) return fmt::format("{:.{}f}", value, decimals);
-  const int places = static_cast<int>(std::floor(std::log10(std::abs(value)) + 1e-9) -
-                                      std::floor(std::log10(step) + 1e-9));
+  const int places =
+      static_cast<int>(std::floor(std::log10(std::abs(value)) + 1e-9) - std::floor(std::log10(step) + 1e-9));
   const std::string text = fmt::format("{:.{}e}", value, std::max(0, places));
   const std::size_t e = text.find('e');
   return fmt::format("{}e{}", text.substr(0, e), std::stoi(text.substr(e + 1)));
@@ -95,9 +93,7 @@ struct Axis {
     for (double k = std::ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; ++k)
       ticks.emplace_back(k * step, tick_label(k * step, step, largest));
   }
-  double pixel(double transformed_value) const {
-    return from + (to - from) * (transformed_value - low) / (high - low);
-  }
+  double pixel(double transformed_value) const { return from + (to - from) * (transformed_value - low) / (high - low); }
 };
 
 struct Pixel {
@@ -127,9 +123,12 @@ std::vector<Pixel> thinned(const std::vector<Pixel>& line) {
 
 const char* style_of(SvgCurve::Stroke stroke) {
   switch (stroke) {
-    case SvgCurve::Stroke::light: return R"(stroke="#e3a45c" stroke-width="2.6")";
-    case SvgCurve::Stroke::dashed: return R"(stroke="#555555" stroke-width="1" stroke-dasharray="5 4")";
-    case SvgCurve::Stroke::dark: break;
+    case SvgCurve::Stroke::light:
+      return R"(stroke="#e3a45c" stroke-width="2.6")";
+    case SvgCurve::Stroke::dashed:
+      return R"(stroke="#555555" stroke-width="1" stroke-dasharray="5 4")";
+    case SvgCurve::Stroke::dark:
+      break;
   }
   return R"(stroke="#14316e" stroke-width="1.2")";
 }
@@ -149,7 +148,8 @@ std::string drawn(const SvgCurve& c, const Axis& x, const Axis& y) {
       out += "/>\n";
     }
     if (c.markers)
-      for (const Pixel& p : line) out += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.2\" fill=\"#14316e\"/>\n", p.x, p.y);
+      for (const Pixel& p : line)
+        out += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.2\" fill=\"#14316e\"/>\n", p.x, p.y);
     line.clear();
   };
   for (std::size_t i = 0; i < c.x.size(); ++i) {
@@ -187,12 +187,23 @@ std::string xml_escaped(const std::string& text) {
   for (std::size_t i = 0; i < text.size();) {
     const std::size_t length = character_at(text, i);
     switch (length == 1 ? text[i] : 'x') {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      case '\'': out += "&#39;"; break;
-      default: out += length > 0 ? text.substr(i, length) : "\xef\xbf\xbd";
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\'':
+        out += "&#39;";
+        break;
+      default:
+        out += length > 0 ? text.substr(i, length) : "\xef\xbf\xbd";
     }
     i += std::max<std::size_t>(length, 1);
   }
@@ -239,9 +250,10 @@ std::string svg_of(const SvgPlot& plot) {
     grid(x.from, y.pixel(value), x.to, y.pixel(value));
     out += text_at(x.from - 5, y.pixel(value) + 4, "end", label);
   }
-  out += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"none\" "
-                     "stroke=\"#888888\"/>\n",
-                     x.from, y.to, x.to - x.from, y.from - y.to);
+  out += fmt::format(
+      "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"none\" "
+      "stroke=\"#888888\"/>\n",
+      x.from, y.to, x.to - x.from, y.from - y.to);
   for (const SvgCurve& c : plot.curves) out += drawn(c, x, y);
   out += text_at(2, 14, "start", plot.y_label);
   out += text_at((x.from + x.to) / 2, plot.height - 6, "middle", plot.x_label);

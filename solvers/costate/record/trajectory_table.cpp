@@ -21,8 +21,8 @@ bool is_utf8(const std::string& text) {
 }
 
 void require_text(const std::string& text, const std::string& what) {
-  const bool control = std::any_of(text.begin(), text.end(),
-                                   [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; });
+  const bool control =
+      std::any_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; });
   if (control) throw Error(fmt::format("{} must not contain control characters such as line breaks", what));
   if (!is_utf8(text)) throw Error(fmt::format("{} must be valid UTF-8 text", what));
 }

@@ -80,8 +80,8 @@ GradientResult run_at(double rtol, const Problem& problem, const std::vector<dou
 }
 
 GradientResult run(const Problem& problem, const std::vector<double>& rho) {
-  // A formulation whose rounding errors are above such a tolerance is asked for less, ten times at a time; the estimate of
-  // the error shows what that costs.
+  // A formulation whose rounding errors are above such a tolerance is asked for less, ten times at a time; the estimate
+  // of the error shows what that costs.
   for (double rtol = std::max(kTightest, std::min(1e-12, problem.solver.rtol * 1e-3));; rtol *= 10) try {
       return run_at(rtol, problem, rho);
     } catch (const SolverError&) {

@@ -7,7 +7,8 @@ namespace {
 
 GradientResult run(const Problem& problem, const std::vector<double>& rho) {
   FixedRun run(problem, rho, fixed_steps(problem), true);
-  StepArchive archive(run.scheme(), run.steps(), problem.solver.memory_budget_MB * 1e6, problem.solver.checkpoint_steps);
+  StepArchive archive(run.scheme(), run.steps(), problem.solver.memory_budget_MB * 1e6,
+                      problem.solver.checkpoint_steps);
   GradientResult r;
   r.integrator = "fixed";
   r.psi = run.forward([&](long) { archive.keep(); });

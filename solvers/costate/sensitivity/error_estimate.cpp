@@ -3,20 +3,21 @@
 #include <algorithm>
 #include <cmath>
 
-#include "costate/formulation/penalty_weight.h"
 #include "costate/integrator/simulate.h"
+#include "costate/level/penalty_weight.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate {
 
 namespace {
 
-/// The same problem solved better, and what part of the error the difference is. Halving the step of a second-order scheme
-/// takes away three quarters of it.
+/// The same problem solved better, and what part of the error the difference is. Halving the step of a second-order
+/// scheme takes away three quarters of it.
 Problem better(const Problem& problem, const GradientResult& result, bool fixed) {
   Problem p = problem;
   if (fixed) {
-    p.solver.step_s = (problem.solver.t_end - problem.solver.t_start) / (2.0 * static_cast<double>(result.counters.steps));
+    p.solver.step_s =
+        (problem.solver.t_end - problem.solver.t_start) / (2.0 * static_cast<double>(result.counters.steps));
     return p;
   }
   p.solver.rtol = std::max(problem.solver.rtol / 10, 1e-14);
@@ -34,8 +35,8 @@ ErrorEstimate apart(const GradientResult& result, const GradientResult& other, b
   return e;
 }
 
-/// What the soft constraints of the penalties add is of first order in 1/alpha: a weight ten times as large takes nine tenths
-/// of it away. `run` is the same run of another problem.
+/// What the soft constraints of the penalties add is of first order in 1/alpha: a weight ten times as large takes nine
+/// tenths of it away. `run` is the same run of another problem.
 template <class Run>
 void add_softness(const Problem& problem, const GradientResult& result, ErrorEstimate& e, const Run& run) {
   if (!has_soft_constraints(problem.formulation)) return;

@@ -1,11 +1,11 @@
-// How far psi and its gradient are from those of the exact motion, as told by a second run: at a tenth of the tolerance, or
-// at half the step of fixed steps.
+// How far psi and its gradient are from those of the exact motion, as told by a second run: at a tenth of the
+// tolerance, or at half the step of fixed steps.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "costate/sensitivity/problem.h"
+#include "costate/problem/problem.h"
 
 namespace costate {
 
@@ -20,8 +20,8 @@ ErrorEstimate estimate_error(const Problem& problem, const std::vector<double>& 
 ErrorEstimate estimate_error(const Problem& problem, const std::string& method, const std::vector<double>& rho,
                              const GradientResult& result);
 
-/// Whether a formulation's constraints are soft, so that its motion differs from the exact one by O(1/alpha) at any tolerance:
-/// the penalties, not all that carry redundant rows (the augmented Lagrangian iterates until the rows hold).
+/// Whether a formulation's constraints are soft, so that its motion differs from the exact one by O(1/alpha) at any
+/// tolerance: the penalties, not all that carry redundant rows (the augmented Lagrangian iterates until the rows hold).
 bool has_soft_constraints(const std::string& formulation);
 /// The same problem with a weight ten times as large, which takes nine tenths of that difference away.
 Problem with_firmer_constraints(const Problem& problem);

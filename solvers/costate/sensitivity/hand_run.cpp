@@ -6,11 +6,11 @@
 #include <cmath>
 #include <limits>
 
-#include "costate/formulation/fixed_times.h"
 #include "costate/integrator/radau_linear.h"
 #include "costate/integrator/run_watch.h"
 #include "costate/integrator/segmented_run.h"
 #include "costate/integrator/simulate.h"
+#include "costate/level/fixed_times.h"
 
 namespace costate {
 
@@ -34,8 +34,7 @@ void record(SystemType& system, const Problem& problem, const std::vector<double
   session.advance_recording(problem.solver.t_end, motion.trajectory);
   watch.finish(problem.solver.t_end, session.y());
   motion.psi = session.cost();
-  if (!system.objective().terminal.empty())
-    motion.psi += system.terminal_cost(problem.solver.t_end, session.y());
+  if (!system.objective().terminal.empty()) motion.psi += system.terminal_cost(problem.solver.t_end, session.y());
   session.read_forward_counters();
   motion.counters = session.counters();
   GradientResult seen;
@@ -56,9 +55,11 @@ ForwardMotion record_motion(const Problem& problem, const std::vector<double>& r
   const Mechanism& m = *problem.mechanism;
   if (const std::vector<double> at = kinks_of(problem, rho); !at.empty()) {
     if (at.back() == problem.solver.t_end)
-      throw CapabilityError(fmt::format("A driver's law has a kink at the end of the run, t = {:.6g} s; hand-derived methods "
-                                        "are carried across kinks within the run only. Take idas-adjoint, cvodes-adjoint or a "
-                                        "forward method, or another t_end_s.", at.back()));
+      throw CapabilityError(
+          fmt::format("A driver's law has a kink at the end of the run, t = {:.6g} s; hand-derived methods "
+                      "are carried across kinks within the run only. Take idas-adjoint, cvodes-adjoint or a "
+                      "forward method, or another t_end_s.",
+                      at.back()));
   }
   ForwardMotion motion{Trajectory(m.coordinate_count(), m.state_count()), 0, {}, integrator_of(problem)};
   motion.states = m.state_count();
@@ -77,9 +78,9 @@ std::vector<double> grid_of(const Trajectory& trajectory, std::size_t stride) {
   for (std::size_t i = stride - 1; i + 1 < trajectory.steps(); i += stride) grid.push_back(trajectory.step_end(i));
   // The first steps of a multistep method are tiny; the linear pass needs no start-up.
   const double span = trajectory.t_end() - trajectory.t_begin();
-  grid.erase(std::remove_if(grid.begin() + 1, grid.end(),
-                            [&](double t) { return t - trajectory.t_begin() < 1e-5 * span; }),
-             grid.end());
+  grid.erase(
+      std::remove_if(grid.begin() + 1, grid.end(), [&](double t) { return t - trajectory.t_begin() < 1e-5 * span; }),
+      grid.end());
   if (grid.size() > 1 && trajectory.t_end() - grid.back() < 1e-9 * span) grid.pop_back();
   grid.push_back(trajectory.t_end());
   return grid;
@@ -139,7 +140,8 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
       equations.plan(ends, [&](double t, double* qvz) { motion.trajectory.evaluate(t, qvz); });
   const std::size_t steps = motion.trajectory.steps();
   const auto grid = [&](std::size_t stretches) {
-    const std::vector<double> looked = with_looks(grid_of(motion.trajectory, std::max<std::size_t>(1, steps / stretches)), motion);
+    const std::vector<double> looked =
+        with_looks(grid_of(motion.trajectory, std::max<std::size_t>(1, steps / stretches)), motion);
     return with_times(with_times(looked, changes), kinks);
   };
   std::vector<double> sizes;
@@ -151,9 +153,10 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
   r.counters = motion.counters;
   r.integrator = motion.integrator;
   const auto pass = [&](const std::vector<double>& times, double rtol) {
-    const RadauResult x = radau.integrate(motion.trajectory, times, rtol, problem.solver.absolute(), [&](double t, long done) {
-      if (problem.monitor && done % kPoll == 0) problem.monitor(t, done, backward);
-    });
+    const RadauResult x =
+        radau.integrate(motion.trajectory, times, rtol, problem.solver.absolute(), [&](double t, long done) {
+          if (problem.monitor && done % kPoll == 0) problem.monitor(t, done, backward);
+        });
     (backward ? r.counters.backward_steps : r.counters.steps) += x.steps;
     (backward ? r.counters.backward_error_test_failures : r.counters.error_test_failures) += x.rejected;
     r.counters.backward_residuals += x.evaluations;

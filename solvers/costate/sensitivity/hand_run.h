@@ -1,11 +1,11 @@
-// Runs hand-derived equations: a forward simulation with dense output, then their own Radau pass along it, with steps of
-// its own.
+// Runs hand-derived equations: a forward simulation with dense output, then their own Radau pass along it, with steps
+// of its own.
 #pragma once
 
 #include "costate/adjoint/hand_equations.h"
 #include "costate/formulation/step_plan.h"
 #include "costate/integrator/trajectory.h"
-#include "costate/sensitivity/problem.h"
+#include "costate/problem/problem.h"
 
 namespace costate {
 

@@ -6,15 +6,15 @@ namespace costate {
 namespace {
 
 GradientResult run(const Problem& problem, const std::vector<double>& rho) {
-  const auto equations = find_formulation(problem.formulation)
-                             .make_hand_tangent(problem.mechanism, problem.parameters, problem.objective,
-                                              problem.formulation_options);
+  const auto equations =
+      find_formulation(problem.formulation)
+          .make_hand_tangent(problem.mechanism, problem.parameters, problem.objective, problem.formulation_options);
   return run_hand_equations(problem, rho, *equations);
 }
 
-const RegisterSensitivityMethod registered({"hand-tangent",
-                                            "the formulation's hand-derived tangent equations, on a Radau scheme of ours",
-                                            SensitivityMethod::Needs::hand_tangent, run});
+const RegisterSensitivityMethod registered(
+    {"hand-tangent", "the formulation's hand-derived tangent equations, on a Radau scheme of ours",
+     SensitivityMethod::Needs::hand_tangent, run});
 
 }  // namespace
 }  // namespace costate

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "costate/adjoint/hessian_systems.h"
 #include "costate/base/error.h"
+#include "costate/formulation/hessian_systems.h"
 #include "costate/integrator/cvode_session.h"
 #include "costate/integrator/run_watch.h"
 #include "costate/integrator/segmented_run.h"
@@ -24,8 +24,7 @@ using Eigen::MatrixXd;
 /// parameters.
 double adjoint_size(HessianEquations& equations, const Trajectory& motion) {
   constexpr int samples = 50;
-  const int N = equations.state_size(), np = equations.parameter_count(),
-            columns = 1 + equations.directions();
+  const int N = equations.state_size(), np = equations.parameter_count(), columns = 1 + equations.directions();
   std::vector<double> y(static_cast<std::size_t>(columns * N)), zero(y.size(), 0.0), rates(y.size()),
       integrands(static_cast<std::size_t>(columns * np), 0.0);
   const auto largest = [](const std::vector<double>& x) {
@@ -67,7 +66,8 @@ void add(Counters& sum, const Counters& forward, const Counters& backward) {
 
 /// psi of the stored motion: Gauss's rule of four points on each of its steps.
 double psi_of(System& forward, const Objective& objective, const Trajectory& motion) {
-  constexpr double node[2] = {0.3399810435848563, 0.8611363115940526}, weight[2] = {0.6521451548625461, 0.3478548451374538};
+  constexpr double node[2] = {0.3399810435848563, 0.8611363115940526},
+                   weight[2] = {0.6521451548625461, 0.3478548451374538};
   std::vector<double> y(static_cast<std::size_t>(motion.width()));
   const auto state = [&](double t) {
     motion.evaluate(t, y.data());
@@ -79,7 +79,8 @@ double psi_of(System& forward, const Objective& objective, const Trajectory& mot
     const double half = 0.5 * (motion.step_end(i) - begin);
     for (int k = 0; k < 2; ++k)
       for (const double sign : {-1.0, 1.0})
-        psi += half * weight[k] * objective.running_value(state(begin + half * (1 + sign * node[k])), forward.assembly());
+        psi +=
+            half * weight[k] * objective.running_value(state(begin + half * (1 + sign * node[k])), forward.assembly());
   }
   return psi;
 }
@@ -87,9 +88,9 @@ double psi_of(System& forward, const Objective& objective, const Trajectory& mot
 /// The products of some directions, which are of size 1 in scaled parameters.
 MatrixXd run(const Problem& problem, const std::vector<double>& rho, const MatrixXd& directions,
              HessianProducts& result) {
-  const auto equations = find_formulation(problem.formulation)
-                             .make_hessian(problem.mechanism, problem.parameters, problem.objective,
-                                           problem.formulation_options);
+  const auto equations =
+      find_formulation(problem.formulation)
+          .make_hessian(problem.mechanism, problem.parameters, problem.objective, problem.formulation_options);
   equations->set_parameters(rho.data());
   equations->set_directions(directions);
   const int np = equations->parameter_count(), k = equations->directions();
@@ -100,8 +101,7 @@ MatrixXd run(const Problem& problem, const std::vector<double>& rho, const Matri
   Trajectory motion(0, forward.size());  // all of the unknowns, the tangents among them
   CvodeRun forward_session(forward, problem.solver, problem.monitor, false);
   // The passes know nothing of the cost.
-  const auto plan =
-      std::make_shared<const StepPlan>(forward, problem.objective, t_start, t_end, forward_session.y());
+  const auto plan = std::make_shared<const StepPlan>(forward, problem.objective, t_start, t_end, forward_session.y());
   forward_session.follow(plan);
   RunWatch watch(problem, rho, forward);
   watch.begin(t_start, forward_session.y());
@@ -126,10 +126,10 @@ MatrixXd run(const Problem& problem, const std::vector<double>& rho, const Matri
   options.atol = problem.solver.rtol;
   // Where it takes very many steps more than the motion it is stuck, near a singular configuration mostly.
   options.max_steps = std::min(options.max_steps, 20 * forward_session.counters().steps + 1000);
-  const Monitor monitor = problem.monitor ? Monitor([&problem, t_end](double tau, long steps, bool) {
-    problem.monitor(t_end - tau, steps, true);
-  })
-                                          : Monitor();
+  const Monitor monitor =
+      problem.monitor
+          ? Monitor([&problem, t_end](double tau, long steps, bool) { problem.monitor(t_end - tau, steps, true); })
+          : Monitor();
   CvodeSession backward_session(backward, options, monitor, false);
   backward_session.follow(std::make_shared<const StepPlan>(plan->reversed(t_end)));
   try {
@@ -156,8 +156,7 @@ std::string hessian_refusal(const Formulation& formulation) {
                      fmt::join(names, ", "));
 }
 
-HessianProducts hessian_products(const Problem& problem, const std::vector<double>& rho,
-                                 const MatrixXd& directions) {
+HessianProducts hessian_products(const Problem& problem, const std::vector<double>& rho, const MatrixXd& directions) {
   const std::string refused = hessian_refusal(find_formulation(problem.formulation));
   if (!refused.empty()) throw CapabilityError(refused);
   const auto& parameters = problem.parameters.parameters;

@@ -1,4 +1,5 @@
-// The course of a gradient by an integrator's own sensitivities, the same on IDAS and CVODES: Run is IdaRun or CvodeRun.
+// The course of a gradient by an integrator's own sensitivities, the same on IDAS and CVODES: Run is IdaRun or
+// CvodeRun.
 #pragma once
 
 #include <string>
@@ -19,8 +20,8 @@ GradientResult adjoint_gradient(SystemType& system, const Problem& problem, cons
     Run session(system, problem.solver, problem.monitor, true);
     RunWatch watch(problem, rho, system);
     watch.begin(problem.solver.t_start, session.y());
-    // A segment that is repeated must be the same to the bit: where steps are solved for their positions, looking at them in
-    // between would not leave it so.
+    // A segment that is repeated must be the same to the bit: where steps are solved for their positions, looking at
+    // them in between would not leave it so.
     if (system.begins_with_motion() || !plan.repeats) session.watch(watch.sink());
     session.enable_cost();
     session.enable_adjoint(plan);

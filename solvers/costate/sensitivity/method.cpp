@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "costate/base/error.h"
-#include "costate/formulation/fixed_times.h"
 #include "costate/formulation/law_joins.h"
-#include "costate/sensitivity/error_estimate.h"
 #include "costate/integrator/run_watch.h"
+#include "costate/level/fixed_times.h"
+#include "costate/sensitivity/error_estimate.h"
 
 namespace costate {
 
@@ -43,24 +43,36 @@ using Needs = SensitivityMethod::Needs;
 
 bool offers(const Formulation& f, Needs needs) {
   switch (needs) {
-    case Needs::dae: return f.make_dae != nullptr;
-    case Needs::ode: return f.make_ode != nullptr;
-    case Needs::either: return f.make_dae || f.make_ode;
-    case Needs::discrete: return f.make_discrete != nullptr;
-    case Needs::hand_tangent: return f.make_hand_tangent != nullptr;
-    case Needs::hand_adjoint: return f.make_hand_adjoint != nullptr;
+    case Needs::dae:
+      return f.make_dae != nullptr;
+    case Needs::ode:
+      return f.make_ode != nullptr;
+    case Needs::either:
+      return f.make_dae || f.make_ode;
+    case Needs::discrete:
+      return f.make_discrete != nullptr;
+    case Needs::hand_tangent:
+      return f.make_hand_tangent != nullptr;
+    case Needs::hand_adjoint:
+      return f.make_hand_adjoint != nullptr;
   }
   return false;
 }
 
 const char* form_name(Needs needs) {
   switch (needs) {
-    case Needs::dae: return "a residual form (DAE)";
-    case Needs::ode: return "an explicit right-hand side (ODE)";
-    case Needs::either: return "a form that an integrator can carry";
-    case Needs::discrete: return "a fixed-step scheme";
-    case Needs::hand_tangent: return "hand-derived tangent equations";
-    case Needs::hand_adjoint: return "hand-derived adjoint equations";
+    case Needs::dae:
+      return "a residual form (DAE)";
+    case Needs::ode:
+      return "an explicit right-hand side (ODE)";
+    case Needs::either:
+      return "a form that an integrator can carry";
+    case Needs::discrete:
+      return "a fixed-step scheme";
+    case Needs::hand_tangent:
+      return "hand-derived tangent equations";
+    case Needs::hand_adjoint:
+      return "hand-derived adjoint equations";
   }
   return "";
 }
@@ -81,7 +93,8 @@ std::string refusal(const SensitivityMethod& method, const Formulation& formulat
         nearest = fmt::format("method '{}' with formulation '{}'", m.name, formulation.name);
   for (const auto& f : formulations())
     if (offers(f, method.needs)) {
-      nearest += fmt::format("{}method '{}' with formulation '{}'", nearest.empty() ? "" : ", or ", method.name, f.name);
+      nearest +=
+          fmt::format("{}method '{}' with formulation '{}'", nearest.empty() ? "" : ", or ", method.name, f.name);
       break;
     }
   return fmt::format("Method '{}' needs {}, which formulation '{}' does not have.{}", method.name,

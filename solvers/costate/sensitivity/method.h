@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "costate/sensitivity/problem.h"
+#include "costate/problem/problem.h"
 
 namespace costate {
 

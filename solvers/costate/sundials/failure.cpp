@@ -33,21 +33,23 @@ std::vector<Unknown> adjoint_names(std::vector<Unknown> unknowns) {
 }
 
 std::string pace_message(const char* integrator, double all, long most) {
-  return fmt::format("{} hardly gets on: at the pace of its last steps the run would take about {:.2g} of them, more than "
-                     "the limit of {} (max_steps), and stopped",
-                     integrator, all, most);
+  return fmt::format(
+      "{} hardly gets on: at the pace of its last steps the run would take about {:.2g} of them, more than "
+      "the limit of {} (max_steps), and stopped",
+      integrator, all, most);
 }
 
 std::string failure_report(const FailureContext& c, const std::vector<Unknown>& unknowns) {
-  std::string text = fmt::format("{} at t = {:.9g} s after {} steps, step size {:.3g} s [{}].", c.what, c.t, c.steps,
-                                 c.step, c.flag);
+  std::string text =
+      fmt::format("{} at t = {:.9g} s after {} steps, step size {:.3g} s [{}].", c.what, c.t, c.steps, c.step, c.flag);
   const std::string errors = largest(c.weights, c.errors, unknowns, "");
   const std::string rates = errors.empty() ? largest(c.weights, c.rates, unknowns, " per second") : "";
   if (!errors.empty()) text += fmt::format(" Largest local errors: {}.", errors);
   if (!rates.empty()) text += fmt::format(" Fastest changes: {}.", rates);
   if (!c.message.empty()) text += " " + c.message;
-  text += " Check the scene near this time (singular configuration, coinciding points, very stiff elements), loosen "
-          "rtol, or try another formulation.";
+  text +=
+      " Check the scene near this time (singular configuration, coinciding points, very stiff elements), loosen "
+      "rtol, or try another formulation.";
   return text;
 }
 

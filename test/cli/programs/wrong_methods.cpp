@@ -20,8 +20,7 @@ SensitivityMethod method(const char* name, Mistake mistake) {
           }};
 }
 
-const RegisterSensitivityMethod wrong(
-    method("wrong-adjoint", [](GradientResult& r) { r.gradient.back() *= 1.0002; }));
+const RegisterSensitivityMethod wrong(method("wrong-adjoint", [](GradientResult& r) { r.gradient.back() *= 1.0002; }));
 const RegisterSensitivityMethod not_zero(method("not-zero", [](GradientResult& r) { r.gradient.front() += 1e-6; }));
 const RegisterSensitivityMethod wrong_cost(method("wrong-cost", [](GradientResult& r) { r.psi *= 1.001; }));
 // In the first entry, so that a later good one must not hide it.
@@ -32,14 +31,16 @@ const RegisterSensitivityMethod failing(method("failing-adjoint", [](GradientRes
   throw SolverError("The backward run failed at t = 1.25 s, as this test wants.");
 }));
 // Takes thirty times as many runs as it needs.
-const RegisterSensitivityMethod slow({"slow-adjoint", "idas-adjoint many times over, for tests", SensitivityMethod::Needs::dae,
+const RegisterSensitivityMethod slow({"slow-adjoint", "idas-adjoint many times over, for tests",
+                                      SensitivityMethod::Needs::dae,
                                       [](const Problem& problem, const std::vector<double>& rho) {
                                         for (int i = 0; i < 3000; ++i) gradient(problem, "idas-adjoint", rho);
                                         return gradient(problem, "idas-adjoint", rho);
                                       }});
 const RegisterSensitivityMethod right(method("right-adjoint", [](GradientResult&) {}));
 
-/// Baumgarte's motion with a reaction that is one per cent too large: psi and gradients of a cost of positions are right.
+/// Baumgarte's motion with a reaction that is one per cent too large: psi and gradients of a cost of positions are
+/// right.
 class WrongReaction final : public OdeSystem {
  public:
   WrongReaction(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective,
@@ -74,7 +75,9 @@ class WrongReaction final : public OdeSystem {
     right_->tangent_terminal_cost(t, y, s, out, count);
   }
   void running_cost_gradient(double t, const double* y, double* g) override { right_->running_cost_gradient(t, y, g); }
-  void adjoint_rhs(double t, const double* y, const double* mu, double* mup) override { right_->adjoint_rhs(t, y, mu, mup); }
+  void adjoint_rhs(double t, const double* y, const double* mu, double* mup) override {
+    right_->adjoint_rhs(t, y, mu, mup);
+  }
   void adjoint_integrand(double t, const double* y, const double* mu, double* out) override {
     right_->adjoint_integrand(t, y, mu, out);
   }
@@ -89,14 +92,25 @@ class WrongReaction final : public OdeSystem {
 };
 
 /// Another motion with gradients that are right for it, by a formulation that carries redundant rows.
-const RegisterFormulation wrong_motion({"wrong-motion", "a penalty that is far too soft, for tests", true, "cvodes", {},
-                                        [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
+const RegisterFormulation wrong_motion({"wrong-motion",
+                                        "a penalty that is far too soft, for tests",
+                                        true,
+                                        "cvodes",
+                                        {},
+                                        [](auto mechanism, auto parameters, auto objective,
+                                           const FormulationOptions& o) {
                                           FormulationOptions slack = o;
                                           slack.penalty_alpha = 10;
-                                          return find_formulation("penalty").make_ode(mechanism, parameters, objective, slack);
+                                          return find_formulation("penalty").make_ode(mechanism, parameters, objective,
+                                                                                      slack);
                                         }});
-const RegisterFormulation wrong_reaction({"wrong-reaction", "baumgarte with a mistake in a reaction, for tests", false, "cvodes", {},
-                                          [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
+const RegisterFormulation wrong_reaction({"wrong-reaction",
+                                          "baumgarte with a mistake in a reaction, for tests",
+                                          false,
+                                          "cvodes",
+                                          {},
+                                          [](auto mechanism, auto parameters, auto objective,
+                                             const FormulationOptions& o) {
                                             return std::make_unique<WrongReaction>(mechanism, parameters, objective, o);
                                           }});
 

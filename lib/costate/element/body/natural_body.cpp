@@ -15,10 +15,14 @@ NaturalBody::NaturalBody(std::string kind, std::string name, const std::vector<i
 
 std::vector<Measure> NaturalBody::measures() const {
   if (reports_ == Reports::nothing) return {};
-  return {{"omega_x", "rad/s", false},        {"omega_y", "rad/s", false},
-          {"omega_z", "rad/s", false},        {"omega_global_x", "rad/s", false},
-          {"omega_global_y", "rad/s", false}, {"omega_global_z", "rad/s", false},
-          {"roll", "rad", false},             {"pitch", "rad", false},
+  return {{"omega_x", "rad/s", false},
+          {"omega_y", "rad/s", false},
+          {"omega_z", "rad/s", false},
+          {"omega_global_x", "rad/s", false},
+          {"omega_global_y", "rad/s", false},
+          {"omega_global_z", "rad/s", false},
+          {"roll", "rad", false},
+          {"pitch", "rad", false},
           {"yaw", "rad", false}};
 }
 

@@ -17,8 +17,8 @@ class NaturalBody final : public BodyOf<NaturalBody> {
  public:
   enum class Reports { nothing, rates };
   /// coordinates: x, y, z, u1x, u1y, u1z, u2x, ..., u3z.
-  NaturalBody(std::string kind, std::string name, const std::vector<int>& coordinates,
-              const std::vector<int>& numbers, Reports reports = Reports::rates);
+  NaturalBody(std::string kind, std::string name, const std::vector<int>& coordinates, const std::vector<int>& numbers,
+              Reports reports = Reports::rates);
 
   template <class S>
   void physics(const S*, const S*, const S* a, const S* n, S* r) const {

@@ -61,10 +61,20 @@ void PlanarBar::calc_number_partial(const LocalState& s, int number, double* r_p
   } else {
     const double L = s.p[1], c = s.p[2];
     switch (number) {
-      case 0: dmc = c / L; dk = c * c / (L * L); break;
-      case 1: dmc = -mc / L; dk = -2 * k / L; break;
-      case 2: dmc = m / L; dk = 2 * m * c / (L * L); break;
-      default: dk = 1 / (L * L);
+      case 0:
+        dmc = c / L;
+        dk = c * c / (L * L);
+        break;
+      case 1:
+        dmc = -mc / L;
+        dk = -2 * k / L;
+        break;
+      case 2:
+        dmc = m / L;
+        dk = 2 * m * c / (L * L);
+        break;
+      default:
+        dk = 1 / (L * L);
     }
   }
   const double* g = s.p + gravity;

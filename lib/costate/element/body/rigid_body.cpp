@@ -36,10 +36,14 @@ RigidBody::RigidBody(std::string kind, std::string name, const std::vector<int>&
 
 std::vector<Measure> RigidBody::measures() const {
   if (reports_ == Reports::nothing) return {};
-  return {{"omega_x", "rad/s", false},        {"omega_y", "rad/s", false},
-          {"omega_z", "rad/s", false},        {"omega_global_x", "rad/s", false},
-          {"omega_global_y", "rad/s", false}, {"omega_global_z", "rad/s", false},
-          {"roll", "rad", false},             {"pitch", "rad", false},
+  return {{"omega_x", "rad/s", false},
+          {"omega_y", "rad/s", false},
+          {"omega_z", "rad/s", false},
+          {"omega_global_x", "rad/s", false},
+          {"omega_global_y", "rad/s", false},
+          {"omega_global_z", "rad/s", false},
+          {"roll", "rad", false},
+          {"pitch", "rad", false},
           {"yaw", "rad", false}};
 }
 
@@ -84,13 +88,11 @@ void RigidBody::calc_partials(const LocalState& s, LocalMatrix& r_q, LocalMatrix
   const double m = s.p[0];
   const Vector3 c = vector3(s.p + 7), f = m * free_acceleration(s);
   const Eigen::Matrix3d J = inertia(s.p);
-  const Matrix34 G = body_rate_matrix(s.q + 3), Gd = body_rate_matrix(s.v + 3),
-                 Ga = body_rate_matrix(s.a + 3);
+  const Matrix34 G = body_rate_matrix(s.q + 3), Gd = body_rate_matrix(s.v + 3), Ga = body_rate_matrix(s.a + 3);
   const Eigen::Map<const Vector4> pd(s.v + 3), pdd(s.a + 3);
   const Vector3 JGa = J * (G * pdd), JGv = J * (G * pd);
   // G(p) w = -G(w) p: d(4 G^T J G a) = 4 [Bs(J G a) - G^T J G(a)] dp, Bs(b) = d(G^T b)/dp.
-  r_q.bottomRightCorner<4, 4>() =
-      4 * (body_moment_partial(JGa) - G.transpose() * J * Ga) - 8 * Gd.transpose() * J * Gd;
+  r_q.bottomRightCorner<4, 4>() = 4 * (body_moment_partial(JGa) - G.transpose() * J * Ga) - 8 * Gd.transpose() * J * Gd;
   r_v.bottomRightCorner<4, 4>() = 8 * (body_moment_partial(JGv) + Gd.transpose() * J * G);
   // The centre of mass.
   const Matrix34 B = rotation_jacobian(s.q + 3, c);

@@ -14,8 +14,8 @@ namespace costate {
 class RigidBody final : public BodyOf<RigidBody> {
  public:
   enum class Reports { nothing, rates };
-  RigidBody(std::string kind, std::string name, const std::vector<int>& coordinates,
-            const std::vector<int>& numbers, Reports reports = Reports::rates);
+  RigidBody(std::string kind, std::string name, const std::vector<int>& coordinates, const std::vector<int>& numbers,
+            Reports reports = Reports::rates);
 
   template <class S>
   void physics(const S* q, const S* v, const S* a, const S* n, S* r) const {

@@ -58,8 +58,7 @@ void Rotor::calc_partials(const LocalState& s, LocalMatrix& r_q, LocalMatrix& r_
   const double J = s.p[0];
   const Spin x(s, axis_);
   const Eigen::Matrix4d T = body_moment_partial(axis_);
-  r_q.topLeftCorner<4, 4>() =
-      J * (2 * x.rate * T - 4 * x.gp * x.ga.transpose() - 8 * x.gv * x.gv.transpose());
+  r_q.topLeftCorner<4, 4>() = J * (2 * x.rate * T - 4 * x.gp * x.ga.transpose() - 8 * x.gv * x.gv.transpose());
   r_q.bottomLeftCorner<1, 4>() = -2 * J * x.ga.transpose();
   r_v.topLeftCorner<4, 4>() = J * (4 * x.spin * T + 8 * x.gv * x.gp.transpose());
   r_v.topRightCorner<4, 1>() = 4 * J * x.gv;

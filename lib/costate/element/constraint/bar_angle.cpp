@@ -70,8 +70,8 @@ void BarAngleConstraint::calc_partials(const LocalState& s, LocalMatrix& hessian
   const Vector nd = f.w * f.e, ndd = f.alpha * f.e - f.w * f.w * f.n;
   phid_q.leftCols(k).noalias() = nd.transpose() * J + f.n.transpose() * Jv;
   phid_q(0, k) = f.e.dot(dv) - f.w * f.n.dot(d);
-  phidd_q.leftCols(k).noalias() = ndd.transpose() * J + 2 * nd.transpose() * Jv +
-                                  f.n.transpose() * d_.acceleration_partial(s.q, s.v, s.a, s.p);
+  phidd_q.leftCols(k).noalias() =
+      ndd.transpose() * J + 2 * nd.transpose() * Jv + f.n.transpose() * d_.acceleration_partial(s.q, s.v, s.a, s.p);
   // phidd = n.da + 2 w e.dv + (alpha e - w^2 n).d, with de/dangle = -n, dn/dangle = e
   phidd_q(0, k) = f.e.dot(da) - 2 * f.w * f.n.dot(dv) - (f.alpha * f.n + f.w * f.w * f.e).dot(d);
 }

@@ -8,9 +8,7 @@ CoincidenceConstraint::CoincidenceConstraint(std::string kind, std::string name,
   append_numbers(d_.numbers());
 }
 
-void CoincidenceConstraint::calc_phi_q(const LocalState& s, LocalMatrix& phi_q) const {
-  phi_q = d_.jacobian(s.q, s.p);
-}
+void CoincidenceConstraint::calc_phi_q(const LocalState& s, LocalMatrix& phi_q) const { phi_q = d_.jacobian(s.q, s.p); }
 
 void CoincidenceConstraint::calc_bias(const LocalState& s, double* bias) const {
   const double zero[PlanarVector::kMax] = {};

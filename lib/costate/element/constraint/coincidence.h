@@ -18,9 +18,7 @@ class CoincidenceConstraint final : public ConstraintOf<CoincidenceConstraint> {
   void physics(const S&, const S* q, const S* p, S* phi) const {
     d_.value(q, p, phi);
   }
-  std::vector<Measure> measures() const override {
-    return {{"reaction_x", "N", true}, {"reaction_y", "N", true}};
-  }
+  std::vector<Measure> measures() const override { return {{"reaction_x", "N", true}, {"reaction_y", "N", true}}; }
   /// The joint's force on the first point.
   PathDual measure(int i, const MeasureArguments& x) const override { return x.lambda[i]; }
   bool by_hand() const override { return true; }

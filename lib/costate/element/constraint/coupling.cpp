@@ -2,12 +2,9 @@
 
 namespace costate {
 
-CouplingConstraint::CouplingConstraint(std::string kind, std::string name, int first, int second,
-                                       double factor, int ratio_number, int offset_number,
-                                       std::string reaction_unit)
-    : ConstraintOf(std::move(kind), std::move(name)),
-      factor_(factor),
-      reaction_unit_(std::move(reaction_unit)) {
+CouplingConstraint::CouplingConstraint(std::string kind, std::string name, int first, int second, double factor,
+                                       int ratio_number, int offset_number, std::string reaction_unit)
+    : ConstraintOf(std::move(kind), std::move(name)), factor_(factor), reaction_unit_(std::move(reaction_unit)) {
   append_coordinates({first, second});
   append_numbers({ratio_number, offset_number});
 }

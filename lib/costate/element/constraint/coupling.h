@@ -12,8 +12,8 @@ class CouplingConstraint final : public ConstraintOf<CouplingConstraint> {
  public:
   /// `reaction_unit`: that of the multiplier, N m where the second coordinate is an angle, N where it is a
   /// length.
-  CouplingConstraint(std::string kind, std::string name, int first, int second, double factor,
-                     int ratio_number, int offset_number, std::string reaction_unit);
+  CouplingConstraint(std::string kind, std::string name, int first, int second, double factor, int ratio_number,
+                     int offset_number, std::string reaction_unit);
 
   int rows() const override { return 1; }
   std::string row_name(int) const override { return "ratio"; }

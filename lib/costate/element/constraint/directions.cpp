@@ -15,9 +15,8 @@ struct DirectionsConstraint::Pairs {
   }
 };
 
-DirectionsConstraint::DirectionsConstraint(std::string kind, std::string name, Condition condition,
-                                           BodyDirection i, BodyDirection j, const std::vector<int>& numbers,
-                                           const Vector3& first_axis)
+DirectionsConstraint::DirectionsConstraint(std::string kind, std::string name, Condition condition, BodyDirection i,
+                                           BodyDirection j, const std::vector<int>& numbers, const Vector3& first_axis)
     : ConstraintOf(std::move(kind), std::move(name)),
       condition_(condition),
       i_(std::move(i)),
@@ -77,8 +76,7 @@ void DirectionsConstraint::calc_partials(const LocalState& s, LocalMatrix& hessi
     const Vector3 uv = i_.rate(s.q, s.v, c.s[k]), wv = j_.rate(s.q + n, s.v + n, c.t[k]);
     const Vector3 ua = i_.rate(s.q, s.a, c.s[k]) + i_.turning(s.v, c.s[k]);
     const Vector3 wa = j_.rate(s.q + n, s.a + n, c.t[k]) + j_.turning(s.v + n, c.t[k]);
-    const auto Bi = i_.jacobian(s.q, c.s[k]), Biv = i_.jacobian_dot(s.v, c.s[k]),
-               Bia = i_.jacobian_dot(s.a, c.s[k]);
+    const auto Bi = i_.jacobian(s.q, c.s[k]), Biv = i_.jacobian_dot(s.v, c.s[k]), Bia = i_.jacobian_dot(s.a, c.s[k]);
     const auto Bj = j_.jacobian(s.q + n, c.t[k]), Bjv = j_.jacobian_dot(s.v + n, c.t[k]),
                Bja = j_.jacobian_dot(s.a + n, c.t[k]);
     phid_q.row(k).head(n) = w.transpose() * Biv + wv.transpose() * Bi;

@@ -17,8 +17,8 @@ class DirectionsConstraint final : public ConstraintOf<DirectionsConstraint> {
  public:
   enum class Condition { perpendicular, parallel, aligned };
   /// `first_axis`: the values that a_i starts with, which choose the perpendicular pair.
-  DirectionsConstraint(std::string kind, std::string name, Condition condition, BodyDirection i,
-                       BodyDirection j, const std::vector<int>& numbers, const Vector3& first_axis);
+  DirectionsConstraint(std::string kind, std::string name, Condition condition, BodyDirection i, BodyDirection j,
+                       const std::vector<int>& numbers, const Vector3& first_axis);
 
   int rows() const override {
     return condition_ == Condition::perpendicular ? 1 : condition_ == Condition::parallel ? 2 : 3;

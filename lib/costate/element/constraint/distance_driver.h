@@ -18,9 +18,7 @@ class DistanceDriver final : public ConstraintOf<DistanceDriver<Line>>, public C
  public:
   DistanceDriver(std::string kind, std::string name, Line d, std::shared_ptr<const ScalarLaw> law,
                  const std::vector<int>& law_numbers)
-      : ConstraintOf<DistanceDriver<Line>>(std::move(kind), std::move(name)),
-        d_(std::move(d)),
-        law_(std::move(law)) {
+      : ConstraintOf<DistanceDriver<Line>>(std::move(kind), std::move(name)), d_(std::move(d)), law_(std::move(law)) {
     this->append_coordinates(d_.coordinates());
     this->append_numbers(d_.numbers());
     this->append_numbers(law_numbers);
@@ -55,8 +53,8 @@ class DistanceDriver final : public ConstraintOf<DistanceDriver<Line>>, public C
   void calc_bias(const LocalState& s, double* bias) const override {
     const double zero[Line::kMax] = {};
     const Taylor2 f = length(s);
-    bias[0] = 2 * (rate(s).squaredNorm() + value(s).dot(d_.acceleration(s.q, s.v, zero, s.p)) - f.c1 * f.c1 -
-                   f.c0 * f.c2);
+    bias[0] =
+        2 * (rate(s).squaredNorm() + value(s).dot(d_.acceleration(s.q, s.v, zero, s.p)) - f.c1 * f.c1 - f.c0 * f.c2);
   }
   void calc_hessian(const LocalState& s, LocalMatrix& hessian) const override {
     const auto J = d_.jacobian(s.q, s.p);

@@ -2,8 +2,7 @@
 
 namespace costate {
 
-EulerNormConstraint::EulerNormConstraint(std::string kind, std::string name,
-                                         const std::vector<int>& coordinates)
+EulerNormConstraint::EulerNormConstraint(std::string kind, std::string name, const std::vector<int>& coordinates)
     : ConstraintOf(std::move(kind), std::move(name)) {
   append_coordinates(coordinates);
 }

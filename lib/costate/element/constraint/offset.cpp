@@ -48,8 +48,8 @@ double OffsetConstraint::calc_number_gradient(const LocalState& s, int number, c
   const bool reaction = w.reaction && s.lambda;
   const double weights[3] = {w.phi[0], w.phid[0], w.phidd[0]};
   const Vector3 by_direction =
-      offset_.add_number_gradient(s.q, s.v, s.a, weights, reaction ? w.reaction : nullptr,
-                                  reaction ? s.lambda[0] : 0, s.p + 3, direction(s), by_number + 3);
+      offset_.add_number_gradient(s.q, s.v, s.a, weights, reaction ? w.reaction : nullptr, reaction ? s.lambda[0] : 0,
+                                  s.p + 3, direction(s), by_number + 3);
   Eigen::Map<Vector3>(by_number, 3) = axis_gradient(s.p, by_direction);
   return by_number[number];
 }

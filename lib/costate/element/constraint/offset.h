@@ -13,8 +13,8 @@ namespace costate {
 
 class OffsetConstraint final : public ConstraintOf<OffsetConstraint> {
  public:
-  OffsetConstraint(std::string kind, std::string name, SpatialVector d,
-                   const std::vector<int>& direction_numbers, std::optional<int> displacement_coordinate);
+  OffsetConstraint(std::string kind, std::string name, SpatialVector d, const std::vector<int>& direction_numbers,
+                   std::optional<int> displacement_coordinate);
 
   int rows() const override { return 1; }
   std::string row_name(int) const override { return moves_ ? "displacement" : "offset"; }

@@ -65,8 +65,7 @@ void PrismaticConstraint::calc_bias(const LocalState& s, double* bias) const {
   d_.value(s.q, s.p + 2, d.data());
   d_.rate(s.q, s.v, s.p + 2, dv.data());
   bias[0] = 0;
-  bias[1] =
-      f.n.dot(d_.acceleration(s.q, s.v, zero, s.p + 2)) - 2 * f.w * f.e.dot(dv) - f.w * f.w * f.n.dot(d);
+  bias[1] = f.n.dot(d_.acceleration(s.q, s.v, zero, s.p + 2)) - 2 * f.w * f.e.dot(dv) - f.w * f.w * f.n.dot(d);
 }
 
 void PrismaticConstraint::calc_hessian(const LocalState& s, LocalMatrix& hessian) const {
@@ -95,8 +94,8 @@ void PrismaticConstraint::calc_partials(const LocalState& s, LocalMatrix& hessia
   const auto J = d_.jacobian(s.q, p), Jv = d_.jacobian_dot(s.q, s.v, p);
   const Vector nd = -f.w * f.e, ndd = -f.alpha * f.e - f.w * f.w * f.n;
   phid_q.row(1).noalias() = f.n.transpose() * Jv + nd.transpose() * J;
-  phidd_q.row(1).noalias() = f.n.transpose() * d_.acceleration_partial(s.q, s.v, s.a, p) +
-                             2 * nd.transpose() * Jv + ndd.transpose() * J;
+  phidd_q.row(1).noalias() =
+      f.n.transpose() * d_.acceleration_partial(s.q, s.v, s.a, p) + 2 * nd.transpose() * Jv + ndd.transpose() * J;
   if (i_ < 0) return;
   phid_q(1, i_) += -f.e.dot(dv) - f.w * f.n.dot(d);
   phidd_q(1, i_) += -f.e.dot(da) - 2 * f.w * f.n.dot(dv) + (f.w * f.w * f.e - f.alpha * f.n).dot(d);

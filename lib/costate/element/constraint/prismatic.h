@@ -15,8 +15,7 @@ class PrismaticConstraint final : public ConstraintOf<PrismaticConstraint> {
  public:
   /// Each point is on the ground or on a body, and not both are on the ground or on one body; throws
   /// ModelError.
-  PrismaticConstraint(std::string kind, std::string name, PlanarVector d, int axis_number,
-                      int relative_number);
+  PrismaticConstraint(std::string kind, std::string name, PlanarVector d, int axis_number, int relative_number);
 
   int rows() const override { return 2; }
   std::string row_name(int i) const override { return i == 0 ? "angle" : "offset"; }

@@ -4,8 +4,7 @@
 
 namespace costate {
 
-SpatialCoincidenceConstraint::SpatialCoincidenceConstraint(std::string kind, std::string name,
-                                                           SpatialVector d)
+SpatialCoincidenceConstraint::SpatialCoincidenceConstraint(std::string kind, std::string name, SpatialVector d)
     : ConstraintOf(std::move(kind), std::move(name)), d_(std::move(d)) {
   append_coordinates(d_.coordinates());
   append_numbers(d_.numbers());
@@ -24,8 +23,8 @@ void SpatialCoincidenceConstraint::calc_hessian(const LocalState& s, LocalMatrix
   d_.add_curvature(s.q, s.p, Vector3(s.lambda), hessian);
 }
 
-void SpatialCoincidenceConstraint::calc_partials(const LocalState& s, LocalMatrix& hessian,
-                                                 LocalMatrix& phid_q, LocalMatrix& phidd_q) const {
+void SpatialCoincidenceConstraint::calc_partials(const LocalState& s, LocalMatrix& hessian, LocalMatrix& phid_q,
+                                                 LocalMatrix& phidd_q) const {
   calc_hessian(s, hessian);
   phid_q = d_.jacobian_dot(s.q, s.v, s.p);
   phidd_q = d_.acceleration_partial(s.q, s.v, s.a, s.p);

@@ -87,8 +87,7 @@ void TieRodConstraint::calc_hessian(const LocalState& s, LocalMatrix& hessian) c
     hessian.block<4, 1>(k, n) -= mixed;
     hessian.block<1, 4>(n, k) -= mixed.transpose();
   }
-  if (j_.kind() == SpatialPoint::Kind::on_body)
-    hessian.block<4, 4>(n + 1 + k, n + 1 + k) += j_.curvature(s.p + 4, f);
+  if (j_.kind() == SpatialPoint::Kind::on_body) hessian.block<4, 4>(n + 1 + k, n + 1 + k) += j_.curvature(s.p + 4, f);
 }
 
 void TieRodConstraint::calc_partials(const LocalState& s, LocalMatrix& hessian, LocalMatrix& phid_q,

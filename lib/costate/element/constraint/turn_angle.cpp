@@ -73,8 +73,7 @@ void TurnAngleConstraint::calc_partials(const LocalState& s, LocalMatrix& hessia
   const double *qj = s.q + n, *vj = s.v + n, *aj = s.a + n;
   const Vector3 G = i_.value(s.q, f.g), H = i_.value(s.q, f.h), U = j_.value(qj, f.u);
   const Vector3 Gv = i_.rate(s.q, s.v, f.g), Hv = i_.rate(s.q, s.v, f.h);
-  const Vector3 Ga = i_.rate(s.q, s.a, f.g) + i_.turning(s.v, f.g),
-                Ha = i_.rate(s.q, s.a, f.h) + i_.turning(s.v, f.h);
+  const Vector3 Ga = i_.rate(s.q, s.a, f.g) + i_.turning(s.v, f.g), Ha = i_.rate(s.q, s.a, f.h) + i_.turning(s.v, f.h);
   const Vector3 Ud = j_.rate(qj, vj, f.u), Udd = j_.rate(qj, aj, f.u) + j_.turning(vj, f.u);
   // A_i g along the motion, and the same of h = dg/dangle.
   const Vector3 Gd = Gv + w * H, Gdd = Ga + 2 * w * Hv + alpha * H - w * w * G;

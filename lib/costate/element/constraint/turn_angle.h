@@ -14,8 +14,8 @@ namespace costate {
 
 class TurnAngleConstraint final : public ConstraintOf<TurnAngleConstraint> {
  public:
-  TurnAngleConstraint(std::string kind, std::string name, BodyDirection i, BodyDirection j,
-                      int angle_coordinate, const std::vector<int>& numbers);
+  TurnAngleConstraint(std::string kind, std::string name, BodyDirection i, BodyDirection j, int angle_coordinate,
+                      const std::vector<int>& numbers);
 
   int rows() const override { return 1; }
   std::string row_name(int) const override { return "angle"; }

@@ -71,10 +71,10 @@ void TwoVectorConstraint::calc_partials(const LocalState& s, LocalMatrix& hessia
   const auto Jud = u_.jacobian_dot(s.q, s.v, s.p), Jwd = w_.jacobian_dot(qw, vw, pw);
   phid_q.leftCols(n).noalias() = wd.transpose() * Ju + w.transpose() * Jud;
   phid_q.rightCols(k).noalias() = ud.transpose() * Jw + u.transpose() * Jwd;
-  phidd_q.leftCols(n).noalias() = wdd.transpose() * Ju + 2 * wd.transpose() * Jud +
-                                  w.transpose() * u_.acceleration_partial(s.q, s.v, s.a, s.p);
-  phidd_q.rightCols(k).noalias() = udd.transpose() * Jw + 2 * ud.transpose() * Jwd +
-                                   u.transpose() * w_.acceleration_partial(qw, vw, aw, pw);
+  phidd_q.leftCols(n).noalias() =
+      wdd.transpose() * Ju + 2 * wd.transpose() * Jud + w.transpose() * u_.acceleration_partial(s.q, s.v, s.a, s.p);
+  phidd_q.rightCols(k).noalias() =
+      udd.transpose() * Jw + 2 * ud.transpose() * Jwd + u.transpose() * w_.acceleration_partial(qw, vw, aw, pw);
 }
 
 }  // namespace costate

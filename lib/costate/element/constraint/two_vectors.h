@@ -14,9 +14,7 @@ class TwoVectorConstraint final : public ConstraintOf<TwoVectorConstraint> {
   TwoVectorConstraint(std::string kind, std::string name, Condition condition, PlanarVector u, PlanarVector w);
 
   int rows() const override { return 1; }
-  std::string row_name(int) const override {
-    return condition_ == Condition::parallel ? "parallel" : "perpendicular";
-  }
+  std::string row_name(int) const override { return condition_ == Condition::parallel ? "parallel" : "perpendicular"; }
 
   template <class S>
   void physics(const S&, const S* q, const S* p, S* phi) const {

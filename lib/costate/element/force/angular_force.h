@@ -85,9 +85,7 @@ class AngularForce final : public ForceOf<AngularForce<Law>> {
     return force;
   }
 
-  double potential_energy(const LocalState& s) const override {
-    return law_.potential_energy(difference(s.q), s.p);
-  }
+  double potential_energy(const LocalState& s) const override { return law_.potential_energy(difference(s.q), s.p); }
   const Law& law() const { return law_; }
 
  private:

@@ -64,7 +64,7 @@ class AxialForce final : public ForceOf<AxialForce<Law, Line>> {
     d_.rate(s.q, s.v, p, dv.data());
     const Square P = (Square::Identity() - n * n.transpose()) / length;  // n_d
     using Row = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, Line::kMax>;
-    const Row L_q = n.transpose() * J;                                                           // = Ldot_v
+    const Row L_q = n.transpose() * J;                                                         // = Ldot_v
     const Row rate_q = dv.transpose() * P * J + n.transpose() * d_.jacobian_dot(s.q, s.v, p);  // Ldot_q
     out.Q_q.noalias() = -L_q.transpose() * (F_L * L_q + F_r * rate_q);
     out.Q_q.noalias() -= F * J.transpose() * P * J;
@@ -86,8 +86,8 @@ class AxialForce final : public ForceOf<AxialForce<Law, Line>> {
     apply(s.q, s.p, n, force_p, Q_p);
   }
 
-  /// w_Q^T Q + w_f^T zdot = w_f^T f(L, Ldot) - F(L, Ldot) L_w with L_w = L_q w_Q: by the law's numbers at fixed lengths,
-  /// by those of the points through d, d' and d_w = d_q w_Q.
+  /// w_Q^T Q + w_f^T zdot = w_f^T f(L, Ldot) - F(L, Ldot) L_w with L_w = L_q w_Q: by the law's numbers at fixed
+  /// lengths, by those of the points through d, d' and d_w = d_q w_Q.
   void add_number_gradient(const LocalState& s, const double* w_Q, const double* w_f, const int* numbers, int count,
                            double* out) const override {
     const double still[Line::kMax] = {}, *w = w_Q ? w_Q : still, *p = s.p + law_number_count_;

@@ -95,8 +95,8 @@ class AxisForce final : public ForceOf<AxisForce<Law>> {
     apply(s.q, s.p, force_p, Q_p);
   }
 
-  /// w_Q^T Q + w_f^T zdot = w_f^T f(x, xdot) - F(x, xdot) x_w with x_w = x_q w_Q: by the law's numbers at fixed x, by those
-  /// of the axis and the points through d and u, their rates along v and along w_Q.
+  /// w_Q^T Q + w_f^T zdot = w_f^T f(x, xdot) - F(x, xdot) x_w with x_w = x_q w_Q: by the law's numbers at fixed x, by
+  /// those of the axis and the points through d and u, their rates along v and along w_Q.
   void add_number_gradient(const LocalState& s, const double* w_Q, const double* w_f, const int* numbers, int count,
                            double* out) const override {
     const double still[SpatialVector::kMax] = {}, *w = w_Q ? w_Q : still, *points = s.p + axis_ + 3;

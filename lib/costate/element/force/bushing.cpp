@@ -23,8 +23,8 @@ Eigen::Matrix3d axes_of(const Vector4& euler) {
 
 }  // namespace
 
-Bushing::Bushing(std::string name, SpatialVector d, const std::vector<int>& law_numbers,
-                 const Vector4& frame_from, const Vector4& frame_to)
+Bushing::Bushing(std::string name, SpatialVector d, const std::vector<int>& law_numbers, const Vector4& frame_from,
+                 const Vector4& frame_to)
     : ForceOf("bushing", std::move(name)),
       d_(std::move(d)),
       turn_i_(d_.from().direction_coordinates()),
@@ -54,8 +54,8 @@ double Bushing::potential_energy(const LocalState& s) const {
 
 std::vector<Measure> Bushing::measures() const {
   std::vector<Measure> r;
-  for (const auto& [name, unit] : {std::pair("", "m"), std::pair("angle_", "rad"), std::pair("force_", "N"),
-                                   std::pair("torque_", "N m")})
+  for (const auto& [name, unit] :
+       {std::pair("", "m"), std::pair("angle_", "rad"), std::pair("force_", "N"), std::pair("torque_", "N m")})
     for (const char* axis : {"x", "y", "z"}) r.push_back({std::string(name) + axis, unit, false});
   return r;
 }
@@ -69,14 +69,14 @@ PathDual Bushing::measure(int i, const MeasureArguments& m) const {
 }
 
 void Bushing::half_turn() const {
-  throw ModelError(
-      path(),
-      "The two frames are half a turn apart, where the rotation vector has no direction. Turn one of them "
-      "by its rotation axis and angle so that they coincide where the bushing is unloaded.");
+  throw ModelError(path(),
+                   "The two frames are half a turn apart, where the rotation vector has no direction. Turn one of them "
+                   "by its rotation axis and angle so that they coincide where the bushing is unloaded.");
 }
 
 void Bushing::compare_half_turn(double t, const std::array<double, 3>& rho) const {
-  // What was seen last, and before that at another time: an integrator's trial of a step is seen at the time of the step.
+  // What was seen last, and before that at another time: an integrator's trial of a step is seen at the time of the
+  // step.
   struct Seen {
     double t = 0;
     std::array<double, 3> rho{};
@@ -93,7 +93,8 @@ void Bushing::compare_half_turn(double t, const std::array<double, 3>& rho) cons
   }
   // The trial that turns past is not taken note of: the next one is compared with the same instant.
   throw StepError(fmt::format(
-      "{}: its two frames turn past half a turn against each other between t = {:.6g} s and {:.6g} s, where the rotation "
+      "{}: its two frames turn past half a turn against each other between t = {:.6g} s and {:.6g} s, where the "
+      "rotation "
       "vector, and with it the moment, would jump to the other side. A bushing holds up to half a turn; take a "
       "torsion_spring on the angle of a joint, or stiffnesses that keep the turn smaller.",
       path(), std::min(before.t, t), std::max(before.t, t)));

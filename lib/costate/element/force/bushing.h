@@ -99,9 +99,8 @@ class Bushing final : public ForceOf<Bushing> {
     for (int k = 0; k < 3; ++k) {
       const int l = (k + 1) % 3, m = (k + 2) % 3;
       x.rho[k] = (dot3(x.a[m], x.b[l]) - dot3(x.a[l], x.b[m])) / x.n;
-      rhod[k] = (dot3(ad[m], x.b[l]) + dot3(x.a[m], bd[l]) - dot3(ad[l], x.b[m]) - dot3(x.a[l], bd[m]) -
-                 x.rho[k] * nd) /
-                x.n;
+      rhod[k] =
+          (dot3(ad[m], x.b[l]) + dot3(x.a[m], bd[l]) - dot3(ad[l], x.b[m]) - dot3(x.a[l], bd[m]) - x.rho[k] * nd) / x.n;
     }
     arc(dot3(x.rho, x.rho), x.g, x.g_s);
     const S turning = S(4.0) * x.g_s * dot3(x.rho, rhod);
@@ -154,8 +153,8 @@ class Bushing final : public ForceOf<Bushing> {
     for (int c = 0; c < 3; ++c) axis[c] = S(frame(c, k));
   }
   [[noreturn]] void half_turn() const;
-  /// Along a motion the angle must not go on from one side of the half turn to the other, where the moment would jump from
-  /// one sign to the other between two instants: throws StepError with the time.
+  /// Along a motion the angle must not go on from one side of the half turn to the other, where the moment would jump
+  /// from one sign to the other between two instants: throws StepError with the time.
   void watch_half_turn(double t, double n, const std::array<double, 3>& rho) const {
     if (n < kNearHalfTurn) compare_half_turn(t, rho);
   }

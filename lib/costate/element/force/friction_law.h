@@ -22,8 +22,7 @@ struct FrictionLaw {
   void operator()(const S&, const S&, const S& rate, const S*, const P* p, S& force, S*) const {
     using std::tanh;
     const S v = S(p[5]) * rate, r = v / S(p[3]), bell = S(0.25) * r * r + S(0.75);
-    force = S(p[5]) *
-            (S(p[0]) * (S(p[2]) * tanh(S(4.0) * r) + (S(p[1]) - S(p[2])) * r / (bell * bell)) + S(p[4]) * v);
+    force = S(p[5]) * (S(p[0]) * (S(p[2]) * tanh(S(4.0) * r) + (S(p[1]) - S(p[2])) * r / (bell * bell)) + S(p[4]) * v);
   }
   double potential_energy(double, const double*) const { return 0; }
 };

@@ -101,8 +101,8 @@ struct MagicFormula {
     using std::exp;
     const P* c = p + first();
     const S F0 = S(c[FNOMIN]) * S(c[LFZO]), df = (F - F0) / F0, R0(c[UNLOADED_RADIUS]);
-    return at_least(S(kLeastLag) * R0, F * (S(c[PTX1]) + S(c[PTX2]) * df) * exp(-S(c[PTX3]) * df) * R0 /
-                                           S(c[FNOMIN]) * S(c[LSGKP]));
+    return at_least(S(kLeastLag) * R0,
+                    F * (S(c[PTX1]) + S(c[PTX2]) * df) * exp(-S(c[PTX3]) * df) * R0 / S(c[FNOMIN]) * S(c[LSGKP]));
   }
   /// sigma_alpha = PTY1 sin(2 atan(F / (PTY2 F0))) (1 - PKY3 |camber|) R0 LFZO LSGAL, in m.
   template <class S, class P>
@@ -127,15 +127,13 @@ struct MagicFormula {
       zdot[0] = (in.lateral() - TyreSlip::speed(in.forward(), p[0]) * tangent) /
                 (lags_by_load ? lateral_relaxation_length(in.normal(), in.camber(), p) : S(p[1]));
     if (lags_along && !free_rolling)
-      zdot[lags ? 1 : 0] =
-          (in.rolling() - in.forward() - TyreSlip::speed(in.forward(), p[0]) * kappa) /
-          (lags_by_load ? longitudinal_relaxation_length(in.normal(), p) : S(p[lags ? 3 : 1]));
+      zdot[lags ? 1 : 0] = (in.rolling() - in.forward() - TyreSlip::speed(in.forward(), p[0]) * kappa) /
+                           (lags_by_load ? longitudinal_relaxation_length(in.normal(), p) : S(p[lags ? 3 : 1]));
     if (!(value_of(in.normal()) > 0)) return;
     const double w = value_of(p[0]);
     S direction(value_of(in.forward()) < 0 ? -1.0 : 1.0);
     if (w > 0) direction = tanh(in.forward() / S(p[0]));
-    if (!mirrored)
-      return steady(in.normal(), kappa, tangent, in.camber(), in.forward(), direction, p + first(), out);
+    if (!mirrored) return steady(in.normal(), kappa, tangent, in.camber(), in.forward(), direction, p + first(), out);
     steady(in.normal(), kappa, -tangent, -in.camber(), in.forward(), direction, p + first(), out);
     for (S* y : {&out.lateral(), &out.overturning(), &out.aligning()}) *y = -*y;
   }
@@ -143,8 +141,8 @@ struct MagicFormula {
   /// F_x, F_y, M_x, M_y, M_z for a load F > 0, slips kappa and tan alpha, and the camber. direction: 1
   /// forwards, -1 backwards. c: the coefficients.
   template <class S, class P>
-  void steady(const S& F, const S& kappa, const S& tangent, const S& camber, const S& forward,
-              const S& direction, const P* c, TyreOutput<S>& out) const {
+  void steady(const S& F, const S& kappa, const S& tangent, const S& camber, const S& forward, const S& direction,
+              const P* c, TyreOutput<S>& out) const {
     using std::atan;
     using std::cos;
     using std::exp;
@@ -163,19 +161,18 @@ struct MagicFormula {
     const auto linear = [&](Coefficient a, Coefficient b) { return n(a) + n(b) * df; };
 
     // Longitudinal, pure slip.
-    const S mu_x = linear(PDX1, PDX2) * (one + dp * (n(PPX3) + n(PPX4) * dp)) *
-                   (one - n(PDX3) * camber * camber) * n(LMUX);
+    const S mu_x =
+        linear(PDX1, PDX2) * (one + dp * (n(PPX3) + n(PPX4) * dp)) * (one - n(PDX3) * camber * camber) * n(LMUX);
     const S C_x = n(PCX1) * n(LCX), D_x = mu_x * F, kx = kappa + linear(PHX1, PHX2) * n(LHX);
     const S K_x = F * linear(PKX1, PKX2) * exp(n(PKX3) * df) * (one + dp * (n(PPX1) + n(PPX2) * dp)) * n(LKX);
-    const S E_x = limited((linear(PEX1, PEX2) + n(PEX3) * df * df) *
-                          (one - n(PEX4) * S(value_of(kx) > 0 ? 1.0 : -1.0)) * n(LEX));
+    const S E_x =
+        limited((linear(PEX1, PEX2) + n(PEX3) * df * df) * (one - n(PEX4) * S(value_of(kx) > 0 ? 1.0 : -1.0)) * n(LEX));
     const S along = D_x * sin(bent(K_x / (C_x * D_x), C_x, E_x, kx)) +
                     F * linear(PVX1, PVX2) * n(LVX) * (S(10.0) * n(LMUX) / (one + S(9.0) * n(LMUX)));
 
     // Lateral, pure slip, with and without camber.
     const S sign = tanh(alpha / S(1e-3));
-    const S mu_y0 = linear(PDY1, PDY2) * (one + dp * (n(PPY3) + n(PPY4) * dp)) * n(LMUY),
-            C_y = n(PCY1) * n(LCY);
+    const S mu_y0 = linear(PDY1, PDY2) * (one + dp * (n(PPY3) + n(PPY4) * dp)) * n(LMUY), C_y = n(PCY1) * n(LCY);
     const S H0 = linear(PHY1, PHY2) * n(LHY), V0 = F * linear(PVY1, PVY2) * n(LVY) * n(LMUY),
             E0 = linear(PEY1, PEY2) * n(LEY);
     const auto cornering = [&](const S& size, const S& square) {
@@ -197,8 +194,7 @@ struct MagicFormula {
     const S across0 = side(K_y0, mu_y0, E_y0, H0, V0);
 
     // Combined slip.
-    const S E_xa = limited(linear(REX1, REX2)),
-            B_xa = (n(RBX1) + n(RBX3) * g2) * cos(atan(n(RBX2) * kappa)) * n(LXAL);
+    const S E_xa = limited(linear(REX1, REX2)), B_xa = (n(RBX1) + n(RBX3) * g2) * cos(atan(n(RBX2) * kappa)) * n(LXAL);
     S& Fx = out.longitudinal();
     Fx = free_rolling ? S(0.0) : along * weight(B_xa, n(RCX1), E_xa, tangent, n(RHX1));
     const S E_yk = limited(linear(REY1, REY2)), H_yk = linear(RHY1, RHY2);
@@ -211,25 +207,20 @@ struct MagicFormula {
 
     // Aligning moment: the trail times the side force, the residual moment, and the longitudinal force's arm.
     const S share = K_x / K_y * kappa, share2 = share * share;
-    const auto with_share = [&](const S& a) {
-      return sqrt(a * a + share2 + S(1e-24));
-    };  // only even functions take it
+    const auto with_share = [&](const S& a) { return sqrt(a * a + share2 + S(1e-24)); };  // only even functions take it
     const S a_t = tangent + linear(QHZ1, QHZ2) + linear(QHZ3, QHZ4) * g, a_r = tangent + H0 + V0 / K_y0;
-    const S B_t =
-        (linear(QBZ1, QBZ2) + n(QBZ3) * df * df) * (one + n(QBZ4) * g + n(QBZ5) * g_size) * n(LKY) / n(LMUY);
+    const S B_t = (linear(QBZ1, QBZ2) + n(QBZ3) * df * df) * (one + n(QBZ4) * g + n(QBZ5) * g_size) * n(LKY) / n(LMUY);
     const S D_t = F * R0 / F0 * linear(QDZ1, QDZ2) * (one - n(PPZ1) * dp) * n(LTR) *
                   (one + n(QDZ3) * (camber_as_angle ? g : g_size) + n(QDZ4) * g2);
-    const S E_t =
-        limited((linear(QEZ1, QEZ2) + n(QEZ3) * df * df) *
-                (one + (n(QEZ4) + n(QEZ5) * g) * S(0.63661977236758134) * atan(B_t * n(QCZ1) * a_t)));
+    const S E_t = limited((linear(QEZ1, QEZ2) + n(QEZ3) * df * df) *
+                          (one + (n(QEZ4) + n(QEZ5) * g) * S(0.63661977236758134) * atan(B_t * n(QCZ1) * a_t)));
     const S trail = D_t * cos(bent(B_t, n(QCZ1), E_t, with_share(a_t))) * cosine;
     const S B_r = n(QBZ9) * n(LKY) / n(LMUY) + n(QBZ10) * K_y0 / (mu_y0 * F);
     const S D_r = F * R0 * n(LMUY) * cosine *
                   (linear(QDZ6, QDZ7) * n(LRES) +
                    (linear(QDZ8, QDZ9) * (one + n(PPZ2) * dp) + linear(QDZ10, QDZ11) * g_size) * g * n(LKZC));
     const S arm = R0 * (n(SSZ1) + n(SSZ2) * Fy / F0 + linear(SSZ3, SSZ4) * g) * n(LS);
-    out.aligning() =
-        direction * (D_r * cos(atan(B_r * with_share(a_r))) * cosine - trail * of_trail) + arm * Fx;
+    out.aligning() = direction * (D_r * cos(atan(B_r * with_share(a_r))) * cosine - trail * of_trail) + arm * Fx;
 
     // Overturning and rolling resistance, loads relative to FNOMIN itself.
     const S N = n(FNOMIN), load = F / N, angle = atan(n(QSX6) * load);
@@ -242,8 +233,7 @@ struct MagicFormula {
     const S speed = forward / n(LONGVL), speed2 = speed * speed;
     const S resistance = n(QSY1) + n(QSY2) * Fx / N + n(QSY3) * (value_of(speed) < 0 ? -speed : speed) +
                          n(QSY4) * speed2 * speed2 + (n(QSY5) + n(QSY6) * load) * camber * camber;
-    out.rolling() =
-        -direction * F * R0 * resistance * n(LMY) * power(load, c[QSY7]) * power(pressure, c[QSY8]);
+    out.rolling() = -direction * F * R0 * resistance * n(LMY) * power(load, c[QSY7]) * power(pressure, c[QSY8]);
   }
 
  private:

@@ -55,8 +55,7 @@ CourseElement::Place PathDriver::track_place(int, const LocalState& s) const {
 PathDual PathDriver::measure(int i, const MeasureArguments& x) const {
   if (i == 0) return error(x.q, x.p);
   const int s = point_.size();
-  if (i == 1)
-    return x.p[stiffness] * (x.z[1] - x.q[s]) + x.p[damping] * ((x.z[0] - x.z[1]) / x.p[arm_lag] - x.v[s]);
+  if (i == 1) return x.p[stiffness] * (x.z[1] - x.q[s]) + x.p[damping] * ((x.z[0] - x.z[1]) / x.p[arm_lag] - x.v[s]);
   PathDual r[3];
   point_.position(x.q, x.p + own_numbers, r);
   return r[1] - path_->value(r[0], x.p + own_numbers + 3);

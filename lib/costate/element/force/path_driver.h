@@ -5,7 +5,8 @@
 //   z1' = (-(K e) + D r - z1) / tau1,  z2' = (z1 - z2) / tau2,  F_s = k (z2 - s) + c (z2' - sd).
 // A positive s steers to the right. The steering follows states, so that no constraint depends on velocities, and
 // everything is as smooth as the path.
-// Coordinates: those of P (a rigid body's), s. Numbers: K, D, L, tau1, tau2, k, c, z1(0), z2(0), the point's, the path's.
+// Coordinates: those of P (a rigid body's), s. Numbers: K, D, L, tau1, tau2, k, c, z1(0), z2(0), the point's, the
+// path's.
 #pragma once
 
 #include <memory>

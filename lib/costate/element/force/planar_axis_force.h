@@ -14,8 +14,8 @@ template <class Law>
 class PlanarAxisForce final : public ForceOf<PlanarAxisForce<Law>> {
  public:
   /// axis_number: local index Law::number_count. The first point is on a body or on the ground.
-  PlanarAxisForce(std::string kind, std::string name, Law law, const std::vector<int>& law_numbers,
-                  int axis_number, PlanarVector d)
+  PlanarAxisForce(std::string kind, std::string name, Law law, const std::vector<int>& law_numbers, int axis_number,
+                  PlanarVector d)
       : ForceOf<PlanarAxisForce<Law>>(std::move(kind), std::move(name)),
         law_(std::move(law)),
         d_(std::move(d)),

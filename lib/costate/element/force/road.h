@@ -12,7 +12,7 @@
 
 #include "costate/element/course.h"
 #include "costate/element/law/scalar_law.h"
-#include "costate/mechanism/builder.h"
+#include "costate/element/shared_part.h"
 
 namespace costate {
 
@@ -52,13 +52,8 @@ class Road final : public SharedPart {
 
   /// numbers: of a flat road its height; else [speed of a post that has one], [ramp, if any], those of the
   /// law.
-  Road(Kind kind, std::shared_ptr<const ScalarLaw> law, bool has_speed, bool has_ramp,
-       std::vector<int> numbers)
-      : kind_(kind),
-        law_(std::move(law)),
-        has_speed_(has_speed),
-        has_ramp_(has_ramp),
-        numbers_(std::move(numbers)) {}
+  Road(Kind kind, std::shared_ptr<const ScalarLaw> law, bool has_speed, bool has_ramp, std::vector<int> numbers)
+      : kind_(kind), law_(std::move(law)), has_speed_(has_speed), has_ramp_(has_ramp), numbers_(std::move(numbers)) {}
 
   Kind kind() const { return kind_; }
   /// Whether the ground is level everywhere (it may still move).

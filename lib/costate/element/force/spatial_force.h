@@ -65,8 +65,8 @@ class SpatialPointForce final : public ForceOf<SpatialPointForce>, public Course
 /// the laws.
 class SpatialCouple final : public ForceOf<SpatialCouple>, public CourseElement {
  public:
-  SpatialCouple(std::string name, const std::vector<int>& rotations, VectorLaw law,
-                const std::vector<int>& law_numbers, ForceFrame frame);
+  SpatialCouple(std::string name, const std::vector<int>& rotations, VectorLaw law, const std::vector<int>& law_numbers,
+                ForceFrame frame);
 
   template <class S>
   void physics(const S& t, const S* q, const S*, const S*, const S* p, S* Q, S*) const {

@@ -92,8 +92,8 @@ void sloped_directions(const S* axis, const S& slope, TyreGeometry<S>& g) {
 
 /// factor, shift: the tyre's share of the road (Road::at); p: the road's numbers.
 template <class S, class P>
-void calc_tyre_geometry(const Road& road, TyreContact contact, const S& t, const WheelState<S>& w,
-                        const P& radius, const P& factor, const P& shift, const P* p, TyreGeometry<S>& g) {
+void calc_tyre_geometry(const Road& road, TyreContact contact, const S& t, const WheelState<S>& w, const P& radius,
+                        const P& factor, const P& shift, const P* p, TyreGeometry<S>& g) {
   using std::sqrt;
   const S* V = w.velocity;
   if (road.level()) {

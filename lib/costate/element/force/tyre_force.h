@@ -198,8 +198,8 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public CourseElement {
     for (int i = 0; i < states(); ++i) f_p[i] = partials.zdot[i];
   }
 
-  void add_number_gradient(const LocalState& s, const double* w_Q, const double* w_f, const int* numbers,
-                           int count, double* out) const override {
+  void add_number_gradient(const LocalState& s, const double* w_Q, const double* w_f, const int* numbers, int count,
+                           double* out) const override {
     Evaluation<double> e;
     NumberPartials partials(*this, s, e);
     // w_Q^T Q = F.w_C + M.w_turn: the velocity of C and the angular velocity that w_Q would be.
@@ -207,8 +207,7 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public CourseElement {
     if (w_Q) {
       SpatialPointMath::velocity(s.q, w_Q, s.p + Numbers::center, w_C);
       global_rate(s.q + 3, w_Q + 3, w_turn);
-      for (int i = 0; i < 3; ++i)
-        w_turn[i] = 2 * w_turn[i] + (setup_.has_spin ? w_Q[7] * e.geometry.ey[i] : 0.0);
+      for (int i = 0; i < 3; ++i) w_turn[i] = 2 * w_turn[i] + (setup_.has_spin ? w_Q[7] * e.geometry.ey[i] : 0.0);
     }
     for (int i = 0; i < count; ++i) {
       if (!partials.calc(numbers[i])) {
@@ -324,8 +323,7 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public CourseElement {
       D& seed = of_model >= 0 ? model_p_[of_model] : p_[number];
       seed.d[0] = 1;
       D deflection(geometry_->deflection);
-      if (number == Numbers::radius)
-        deflection.d[0] = contact == TyreContact::source && !level ? geometry_->n[2] : 1;
+      if (number == Numbers::radius) deflection.d[0] = contact == TyreContact::source && !level ? geometry_->n[2] : 1;
       input_.x[0] = Evaluation<D>::normal_force(f_.setup_.bilateral, deflection, D(geometry_->approach), p_);
       if constexpr (uses_spin)
         input_.x[4] =
@@ -355,14 +353,16 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public CourseElement {
     rotated(q + 3, p + Numbers::axis, direction);
   }
 
-  /// Towards a wheel that lies flat the loaded radius, and with it the force, grows without bound: no step leads through.
+  /// Towards a wheel that lies flat the loaded radius, and with it the force, grows without bound: no step leads
+  /// through.
   void require_upright(double t, const Evaluation<double>& e) const {
     constexpr double flat = 1e-3;  // cosine of the camber
     if (e.force[0] == 0 && e.force[1] == 0 && e.force[2] == 0) return;
     if (std::abs(dot3(e.geometry.n, e.geometry.ez)) > flat) return;
-    throw StepError(fmt::format("The wheel of tyre '{}' lies flat at t = {:.6g} s: its axis is along the ground's normal, where "
-                                "the tyre's contact is not defined.",
-                                this->name(), t));
+    throw StepError(
+        fmt::format("The wheel of tyre '{}' lies flat at t = {:.6g} s: its axis is along the ground's normal, where "
+                    "the tyre's contact is not defined.",
+                    this->name(), t));
   }
 
   /// The wheel's angular velocity about its axis: the body's share, 2 a'.G p' / |a'|, and the coordinate's

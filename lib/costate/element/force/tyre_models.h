@@ -41,8 +41,7 @@ S x_coth(const S& x) {
   using std::tanh;
   if (std::abs(value_of(x)) > 0.1) return x / tanh(x);
   const S y = x * x;  // the next term is 2e-6 x^12
-  return S(1.0) +
-         y * (S(1.0 / 3) - y * (S(1.0 / 45) - y * (S(2.0 / 945) - y * (S(1.0 / 4725) - y * S(2.0 / 93555)))));
+  return S(1.0) + y * (S(1.0 / 3) - y * (S(1.0 / 45) - y * (S(2.0 / 945) - y * (S(1.0 / 4725) - y * S(2.0 / 93555)))));
 }
 
 /// How slip follows from velocities. Numbers: [slip speed w], then where the tyre lags [relaxation length,

@@ -25,8 +25,7 @@ struct TyreSetup {
 
 /// The outputs of a model, for Dual<N> by its own few inputs and chained.
 template <class Model, class S, class P>
-void apply_model(const Model& model, const TyreInput<S>& in, const S* z, const P* p, TyreOutput<S>& out,
-                 S* zdot) {
+void apply_model(const Model& model, const TyreInput<S>& in, const S* z, const P* p, TyreOutput<S>& out, S* zdot) {
   model(in, z, p, out, zdot);
 }
 template <class Model, int N>
@@ -66,8 +65,8 @@ struct TyreWrench {
   S force[3], moment[3];  // about the centre
 
   template <class P>
-  void forces(const TyreSetup& setup, const Model& model, const S& t, const WheelState<S>& w, const S& spin,
-              const S* z, const P* p, int model_numbers, S* zdot) {
+  void forces(const TyreSetup& setup, const Model& model, const S& t, const WheelState<S>& w, const S& spin, const S* z,
+              const P* p, int model_numbers, S* zdot) {
     calc_tyre_geometry(*setup.road, setup.contact, t, w, p[TyreNumbers::radius], p[TyreNumbers::share],
                        p[TyreNumbers::shift], p + TyreNumbers::road, geometry);
     const TyreGeometry<S>& g = geometry;

@@ -32,8 +32,8 @@ class FormulaLaw::Parser {
 
  private:
   [[noreturn]] void fail(const std::string& what) const {
-    throw ModelError(
-        "", fmt::format("The formula \"{}\" cannot be read at its character {}: {}.", text_, at_ + 1, what));
+    throw ModelError("",
+                     fmt::format("The formula \"{}\" cannot be read at its character {}: {}.", text_, at_ + 1, what));
   }
   void skip() {
     while (at_ < text_.size() && std::isspace(static_cast<unsigned char>(text_[at_]))) ++at_;
@@ -130,8 +130,7 @@ class FormulaLaw::Parser {
   }
   void name() {
     std::size_t end = at_;
-    while (end < text_.size() && (std::isalnum(static_cast<unsigned char>(text_[end])) || text_[end] == '_'))
-      ++end;
+    while (end < text_.size() && (std::isalnum(static_cast<unsigned char>(text_[end])) || text_[end] == '_')) ++end;
     const std::string word = text_.substr(at_, end - at_);
     static const std::vector<std::pair<std::string, Op>> functions = {
         {"sin", Op::sin}, {"cos", Op::cos},   {"tan", Op::tan},   {"exp", Op::exp},
@@ -155,8 +154,7 @@ class FormulaLaw::Parser {
       std::vector<std::string> known = law_.names_;
       for (const char* k : {"t", "x", "pi"}) known.emplace_back(k);
       for (const auto& f : functions) known.push_back(f.first);
-      fail(fmt::format("'{}' is unknown; give its number as a key beside 'formula'.{}", word,
-                       suggestion(word, known)));
+      fail(fmt::format("'{}' is unknown; give its number as a key beside 'formula'.{}", word, suggestion(word, known)));
     }
     at_ = end;
     if (!take('(')) fail(fmt::format("'{}' needs its argument in parentheses", word));

@@ -17,7 +17,8 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
   /// with the place in the text.
   FormulaLaw(const std::string& text, std::vector<std::string> names);
   int number_count() const override { return static_cast<int>(names_.size()); }
-  /// Of its terms linear in x: where they pass through zero, and over which length their sines repeat. The rest is searched.
+  /// Of its terms linear in x: where they pass through zero, and over which length their sines repeat. The rest is
+  /// searched.
   void add_places(const double* p, LawPlaces& places) const override;
 
   template <class S, class P>

@@ -13,8 +13,7 @@
 namespace costate {
 
 namespace {
-constexpr int kLanes =
-    4;  // sines that are rotated side by side: independent chains, which the processor overlaps
+constexpr int kLanes = 4;  // sines that are rotated side by side: independent chains, which the processor overlaps
 }
 
 BumpLaw::Place BumpLaw::place(double y, double length, double spacing) const {
@@ -59,8 +58,7 @@ void SineSweepLaw::add_places(const double* p, LawPlaces& places) const {
     if (wave_number > 0 && from < to) places.waves.push_back({from, to, 1 / wave_number});
   };
   const auto number = [&](double y) { return std::abs(p[3] + (p[4] - p[3]) * y / p[2]); };
-  for (int k = 0; k < pieces; ++k)
-    add(p[1] + k * h, p[1] + (k + 1) * h, std::max(number(k * h), number((k + 1) * h)));
+  for (int k = 0; k < pieces; ++k) add(p[1] + k * h, p[1] + (k + 1) * h, std::max(number(k * h), number((k + 1) * h)));
   add(p[1] + p[2], places.to, std::abs(p[4]));
 }
 
@@ -81,11 +79,10 @@ void ProfileTableLaw::add_places(const double*, LawPlaces& places) const {
 
 SineSumLaw::SineSumLaw(const SpectrumOptions& o) : options_(o) {
   if (o.count < 1) throw ModelError("", fmt::format("'count' must be at least 1, found {}.", o.count));
-  if (!(o.n_min > 0))
-    throw ModelError("", fmt::format("'n_min_1_per_m' must be positive, found {}.", o.n_min));
+  if (!(o.n_min > 0)) throw ModelError("", fmt::format("'n_min_1_per_m' must be positive, found {}.", o.n_min));
   if (!(o.n_max > o.n_min))
-    throw ModelError("", fmt::format("'n_max_1_per_m' must be greater than 'n_min_1_per_m', found {} and {}.",
-                                     o.n_max, o.n_min));
+    throw ModelError(
+        "", fmt::format("'n_max_1_per_m' must be greater than 'n_min_1_per_m', found {} and {}.", o.n_max, o.n_min));
   spacing_ = (o.n_max - o.n_min) / o.count;
   std::mt19937 engine(o.seed);
   const std::size_t padded = static_cast<std::size_t>((o.count + kLanes - 1) / kLanes * kLanes);
@@ -107,8 +104,8 @@ using Lanes = std::array<double, kLanes>;
 
 /// The sums of order 0, of 0 to 2 or of all five, so that the inner loops have no branches and vectorize.
 template <int Most>
-void accumulate(std::size_t n, const double* a, const double* b, const double* w, double turn_c,
-                double turn_s, Lanes c, Lanes s, double* f) {
+void accumulate(std::size_t n, const double* a, const double* b, const double* w, double turn_c, double turn_s, Lanes c,
+                Lanes s, double* f) {
   Lanes sum[5] = {};
   for (std::size_t i = 0; i < n; i += kLanes, a += kLanes, b += kLanes, w += kLanes) {
     Lanes y, yd, w2;
@@ -137,8 +134,7 @@ void accumulate(std::size_t n, const double* a, const double* b, const double* w
 }  // namespace
 
 void SineSumLaw::calc_sums(double x, int order, double* f) const {
-  const double step = kTwoPi * spacing_ * x, turn_c = std::cos(kLanes * step),
-               turn_s = std::sin(kLanes * step);
+  const double step = kTwoPi * spacing_ * x, turn_c = std::cos(kLanes * step), turn_s = std::sin(kLanes * step);
   Lanes c, s;
   for (int l = 0; l < kLanes; ++l) {
     const double angle = kTwoPi * wave_number(l) * x;
@@ -149,16 +145,14 @@ void SineSumLaw::calc_sums(double x, int order, double* f) const {
   add(sine_.size(), sine_.data(), cosine_.data(), frequency_.data(), turn_c, turn_s, c, s, f);
 }
 
-ProfileTableLaw::ProfileTableLaw(std::vector<double> x, std::vector<double> y)
-    : x_(std::move(x)), y_(std::move(y)) {
+ProfileTableLaw::ProfileTableLaw(std::vector<double> x, std::vector<double> y) : x_(std::move(x)), y_(std::move(y)) {
   const std::size_t n = x_.size();
-  if (n != y_.size())
-    throw ModelError("", fmt::format("The table has {} distances but {} heights.", n, y_.size()));
+  if (n != y_.size()) throw ModelError("", fmt::format("The table has {} distances but {} heights.", n, y_.size()));
   if (n < 2) throw ModelError("", fmt::format("A table needs at least 2 points, found {}.", n));
   for (std::size_t i = 1; i < n; ++i)
     if (!(x_[i] > x_[i - 1]))
-      throw ModelError(
-          "", fmt::format("The distances must increase: entry {} is {} after {}.", i + 1, x_[i], x_[i - 1]));
+      throw ModelError("",
+                       fmt::format("The distances must increase: entry {} is {} after {}.", i + 1, x_[i], x_[i - 1]));
   // The tridiagonal system of the spline's second derivatives, zero at both ends.
   moment_.assign(n, 0.0);
   std::vector<double> upper(n, 0.0);

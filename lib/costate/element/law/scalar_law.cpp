@@ -13,8 +13,8 @@ TableLaw::TableLaw(std::vector<double> x) : x_(std::move(x)) {
   if (n < 2) throw ModelError("", fmt::format("A table needs at least 2 points, found {}.", n));
   for (Eigen::Index i = 1; i < n; ++i)
     if (!(x_[i] > x_[i - 1]))
-      throw ModelError("", fmt::format("A table's abscissae must increase: entry {} is {} after {}.", i + 1, x_[i],
-                                       x_[i - 1]));
+      throw ModelError(
+          "", fmt::format("A table's abscissae must increase: entry {} is {} after {}.", i + 1, x_[i], x_[i - 1]));
   // h_{k-1}/6 m_{k-1} + (h_{k-1}+h_k)/3 m_k + h_k/6 m_{k+1} = secant_k - secant_{k-1}, m_0 = m_{n-1} = 0.
   Eigen::MatrixXd A = Eigen::MatrixXd::Identity(n, n), B = Eigen::MatrixXd::Zero(n, n);
   for (Eigen::Index k = 1; k + 1 < n; ++k) {

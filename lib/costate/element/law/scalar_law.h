@@ -49,17 +49,16 @@ class ScalarLawOf : public ScalarLaw {
   }
   double integral(double x, const double* p) const override {
     // 10-point Gauss-Legendre on pieces: used for energies in reports only, not in any derivative.
-    static constexpr double node[5] = {0.1488743389816312, 0.4333953941292472, 0.6794095682990244,
-                                       0.8650633666889845, 0.9739065285171717};
-    static constexpr double weight[5] = {0.2955242247147529, 0.2692667193099963, 0.2190863625159820,
-                                         0.1494513491505806, 0.0666713443086881};
+    static constexpr double node[5] = {0.1488743389816312, 0.4333953941292472, 0.6794095682990244, 0.8650633666889845,
+                                       0.9739065285171717};
+    static constexpr double weight[5] = {0.2955242247147529, 0.2692667193099963, 0.2190863625159820, 0.1494513491505806,
+                                         0.0666713443086881};
     constexpr int pieces = 16;
     double sum = 0;
     const double h = x / pieces;
     for (int k = 0; k < pieces; ++k)
       for (int i = 0; i < 5; ++i)
-        for (int sign = -1; sign <= 1; sign += 2)
-          sum += weight[i] * value(h * (k + 0.5 + 0.5 * sign * node[i]), p);
+        for (int sign = -1; sign <= 1; sign += 2) sum += weight[i] * value(h * (k + 0.5 + 0.5 * sign * node[i]), p);
     return 0.5 * h * sum;
   }
 
@@ -134,8 +133,7 @@ class TableLaw final : public ScalarLawOf<TableLaw> {
     if (at < x_.front()) return S(p[0]) + (x - S(x_.front())) * (secant - S(h / 6) * (S(2.0) * m0 + m1));
     if (at > x_.back()) return S(p[n - 1]) + (x - S(x_.back())) * (secant + S(h / 6) * (m0 + S(2.0) * m1));
     const S b = (x - S(x_[k])) / S(h), a = S(1.0) - b;
-    return a * S(p[k]) + b * S(p[k + 1]) +
-           S(h * h / 6) * ((a * a * a - a) * m0 + (b * b * b - b) * m1);
+    return a * S(p[k]) + b * S(p[k + 1]) + S(h * h / 6) * ((a * a * a - a) * m0 + (b * b * b - b) * m1);
   }
 
  private:

@@ -14,8 +14,8 @@ SplineLaw::SplineLaw(std::vector<double> x) : x_(std::move(x)) {
   if (n < 2) throw ModelError("", fmt::format("A table needs at least 2 points, found {}.", n));
   for (std::size_t i = 1; i < n; ++i)
     if (!(x_[i] > x_[i - 1]))
-      throw ModelError("", fmt::format("A table's abscissae must increase: entry {} is {} after {}.", i + 1, x_[i],
-                                       x_[i - 1]));
+      throw ModelError(
+          "", fmt::format("A table's abscissae must increase: entry {} is {} after {}.", i + 1, x_[i], x_[i - 1]));
   diagonal_.assign(n, 0.0);
   down_ = up_ = diagonal_;
   first_.assign(n, 0);

@@ -8,13 +8,15 @@
 
 namespace costate {
 
-/// Continued by its end tangents (C2 everywhere); the abscissae are fixed, the numbers are the ordinates y_k. The second
-/// derivatives m at the knots solve the tridiagonal system
-///   h_{k-1}/6 m_{k-1} + (h_{k-1} + h_k)/3 m_k + h_k/6 m_{k+1} = s_k,  s_k = (y_{k+1} - y_k)/h_k - (y_k - y_{k-1})/h_{k-1}
+/// Continued by its end tangents (C2 everywhere); the abscissae are fixed, the numbers are the ordinates y_k. The
+/// second derivatives m at the knots solve the tridiagonal system
+///   h_{k-1}/6 m_{k-1} + (h_{k-1} + h_k)/3 m_k + h_k/6 m_{k+1} = s_k,  s_k = (y_{k+1} - y_k)/h_k - (y_k -
+///   y_{k-1})/h_{k-1}
 /// with m = 0 at both ends. With its pivots d from above and e from below, row k of the inverse is
-///   G_kk = 1 / (d_k + e_k - (h_{k-1} + h_k)/3),  G_k,j-1 = -h_{j-1}/(6 d_{j-1}) G_kj (j <= k),  G_k,j+1 = -h_j/(6 e_{j+1}) G_kj (j >= k)
-/// whose entries fall by a factor of two or more from one to the next. What is below rounding is left out, so that a value
-/// takes time that does not grow with the table, and nothing is stored but the pivots.
+///   G_kk = 1 / (d_k + e_k - (h_{k-1} + h_k)/3),  G_k,j-1 = -h_{j-1}/(6 d_{j-1}) G_kj (j <= k),  G_k,j+1 = -h_j/(6
+///   e_{j+1}) G_kj (j >= k)
+/// whose entries fall by a factor of two or more from one to the next. What is below rounding is left out, so that a
+/// value takes time that does not grow with the table, and nothing is stored but the pivots.
 class SplineLaw final : public ScalarLawOf<SplineLaw>, public PlacedLaw {
  public:
   /// x strictly increasing, at least 2 entries; throws ModelError otherwise.
@@ -39,8 +41,7 @@ class SplineLaw final : public ScalarLawOf<SplineLaw>, public PlacedLaw {
     if (at < x_.front()) return S(p[0]) + (x - S(x_.front())) * (secant - S(h / 6) * (S(2.0) * m0 + m1));
     if (at > x_.back()) return S(p[n - 1]) + (x - S(x_.back())) * (secant + S(h / 6) * (m0 + S(2.0) * m1));
     const S b = (x - S(x_[k])) / S(h), a = S(1.0) - b;
-    return a * S(p[k]) + b * S(p[k + 1]) +
-           S(h * h / 6) * ((a * a * a - a) * m0 + (b * b * b - b) * m1);
+    return a * S(p[k]) + b * S(p[k + 1]) + S(h * h / 6) * ((a * a * a - a) * m0 + (b * b * b - b) * m1);
   }
 
  private:

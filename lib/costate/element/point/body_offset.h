@@ -60,8 +60,8 @@ class BodyOffset {
     H.block(0, rotation, size(), n) += mixed.transpose();
   }
   /// Partial derivatives of the first and second time derivative with respect to q at fixed v, a.
-  void partials(const double* q, const double* v, const double* a, const double* p, const Vector3& b,
-                Row& rate_q, Row& acceleration_q) const {
+  void partials(const double* q, const double* v, const double* a, const double* p, const Vector3& b, Row& rate_q,
+                Row& acceleration_q) const {
     const double *e = q + rotation, *ev = v + rotation, *ea = a + rotation;
     Vector3 d, dv;
     d_.value(q, p, d.data());
@@ -79,8 +79,8 @@ class BodyOffset {
     add(2 * dv, Bv, acceleration_q);
     add(da, B, acceleration_q);
   }
-  /// The gradient of w0 x + w1 xdot + w2 xddot + c x_q w, x = u . d, with respect to the numbers of the points, added to
-  /// out, and to b, returned; w may be null.
+  /// The gradient of w0 x + w1 xdot + w2 xddot + c x_q w, x = u . d, with respect to the numbers of the points, added
+  /// to out, and to b, returned; w may be null.
   Vector3 add_number_gradient(const double* q, const double* v, const double* a, const double weights[3],
                               const double* w, double c, const double* p, const Vector3& b, double* out) const {
     const double *e = q + rotation, *ev = v + rotation, *ea = a + rotation;
@@ -111,8 +111,7 @@ class BodyOffset {
   }
 
  private:
-  static constexpr int rotation =
-      3;  // local index of the first body's coordinates of rotation, if it has any
+  static constexpr int rotation = 3;  // local index of the first body's coordinates of rotation, if it has any
 
   void add(const Vector3& f, const BodyDirection::Jacobian& B, Row& row) const {
     if (u_.size() > 0) row.segment(rotation, u_.size()).noalias() += f.transpose() * B;

@@ -61,7 +61,8 @@ inline void add_turned_back(double angle, double x, double y, double* out) {
   out[0] += c * x + s * y;
   out[1] += c * y - s * x;
 }
-/// out += the gradient with respect to p0, p1, p2 of f.r at p0 along and p1 across the line from i to j, in units of p2.
+/// out += the gradient with respect to p0, p1, p2 of f.r at p0 along and p1 across the line from i to j, in units of
+/// p2.
 inline void add_bar_gradient(const double* i, const double* j, const double* p, const double* f, double* out) {
   const double dx = j[0] - i[0], dy = j[1] - i[1];
   const double along = (f[0] * dx + f[1] * dy) / p[2], across = (f[1] * dx - f[0] * dy) / p[2];
@@ -135,8 +136,7 @@ inline void add_acceleration_number_gradient(const SpatialVector& d, const doubl
   const int n = i.size();
   const Vector3 back = -f;
   add_acceleration_number_gradient(i, q, v, a, p, back.data(), out);
-  add_acceleration_number_gradient(j, q + n, v + n, a + n, p + i.numbers().size(), f.data(),
-                                   out + i.numbers().size());
+  add_acceleration_number_gradient(j, q + n, v + n, a + n, p + i.numbers().size(), f.data(), out + i.numbers().size());
 }
 
 // The same of a direction u by its components s: f.u, f.(u_q w) and f.uddot.

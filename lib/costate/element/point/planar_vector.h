@@ -74,8 +74,7 @@ class PlanarVector {
   template <class Matrix>
   void add_curvature(const double* q, const double* p, const Vector& f, Matrix& H, int offset = 0) const {
     constexpr int k = PlanarPoint::curvature_index;
-    if (i_.kind() == PlanarPoint::Kind::on_body)
-      H(offset + k, offset + k) -= i_.curvature(q, p, f);
+    if (i_.kind() == PlanarPoint::Kind::on_body) H(offset + k, offset + k) -= i_.curvature(q, p, f);
     const int n = i_.size();
     if (j_.kind() == PlanarPoint::Kind::on_body)
       H(offset + n + k, offset + n + k) += j_.curvature(q + n, p + i_.numbers().size(), f);

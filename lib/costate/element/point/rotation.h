@@ -102,8 +102,8 @@ inline Matrix34 rotation_jacobian(const double* p, const Vector3& s) {
   const Vector3 e(p[1], p[2], p[3]);
   Matrix34 B;
   B.col(0) = 2 * (p[0] * s + cross(e, s));
-  B.rightCols<3>() = 2 * (e * s.transpose() - s * e.transpose() + e.dot(s) * Eigen::Matrix3d::Identity() -
-                          p[0] * cross_matrix(s));
+  B.rightCols<3>() =
+      2 * (e * s.transpose() - s * e.transpose() + e.dot(s) * Eigen::Matrix3d::Identity() - p[0] * cross_matrix(s));
   return B;
 }
 

@@ -23,10 +23,7 @@ class SpatialPoint {
   /// numbers: x, y, z [m], on the ground or in the body's frame; none of a free point. coordinates: none, x,
   /// y, z, or the seven or twelve of the body.
   SpatialPoint(Kind kind, std::string name, std::vector<int> coordinates, std::vector<int> numbers)
-      : kind_(kind),
-        name_(std::move(name)),
-        coordinates_(std::move(coordinates)),
-        numbers_(std::move(numbers)) {}
+      : kind_(kind), name_(std::move(name)), coordinates_(std::move(coordinates)), numbers_(std::move(numbers)) {}
 
   Kind kind() const { return kind_; }
   const std::string& name() const { return name_; }

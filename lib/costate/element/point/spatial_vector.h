@@ -60,8 +60,7 @@ class SpatialVector {
     constexpr int k = SpatialPoint::curvature_index;
     const int n = i_.size();
     if (i_.kind() == SpatialPoint::Kind::on_body) H.block(k, k, 4, 4) -= i_.curvature(p, f);
-    if (j_.kind() == SpatialPoint::Kind::on_body)
-      H.block(n + k, n + k, 4, 4) += j_.curvature(p + first_numbers(), f);
+    if (j_.kind() == SpatialPoint::Kind::on_body) H.block(n + k, n + k, 4, 4) += j_.curvature(p + first_numbers(), f);
   }
 
  private:

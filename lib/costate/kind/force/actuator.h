@@ -1,0 +1,29 @@
+// [actuator.NAME]: a force between two points, or a torque on one angle or between two, that follows a
+// command in time with a first-order lag: F = z, zdot = (command(t) - z) / tau. A force pulls the points
+// together for F > 0; a torque turns the (second) angle back for F > 0.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "costate/kind/law/law_options.h"
+
+namespace costate {
+
+struct ActuatorOptions {
+  double time_constant_s = 0;
+  double initial_force_N = 0;
+  LawOptions command_N = {};  // of time
+};
+void add_actuator(MechanismBuilder& builder, const std::string& name, const std::string& from, const std::string& to,
+                  const ActuatorOptions& options);
+
+struct RotaryActuatorOptions {
+  double time_constant_s = 0;
+  double initial_torque_N_m = 0;
+  LawOptions command_N_m = {};  // of time
+};
+void add_rotary_actuator(MechanismBuilder& builder, const std::string& name, const std::vector<std::string>& angles,
+                         const RotaryActuatorOptions& options);
+
+}  // namespace costate

@@ -1,0 +1,211 @@
+#include "costate/kind/tyre/magic_formula.h"
+
+#include <fmt/format.h>
+
+#include <sstream>
+
+#include "costate/base/error.h"
+#include "costate/element/force/magic_formula.h"
+#include "costate/kind/tyre/tir_file.h"
+#include "costate/kind/tyre/tyre_parts.h"
+#include "costate/scene/scene_files.h"
+
+namespace costate {
+
+const std::vector<MagicFormula::Entry>& MagicFormula::coefficients() {
+  static const std::vector<Entry> all = [] {
+    std::vector<Entry> list;
+    std::istringstream words(names);
+    for (std::string name; words >> name;) {
+      if (name.back() == ',') name.pop_back();
+      list.push_back({name, name[0] == 'L' ? 1.0 : 0.0});
+      if (name == "LONGVL") list.back().usual = 16.7;  // m/s, reference of the rolling resistance
+      if (name == "PKY4") list.back().usual = 2;       // what 5.2 has in its place
+    }
+    return list;
+  }();
+  return all;
+}
+
+namespace {
+
+/// Throws where the relaxation lengths lack coefficients.
+void require_relaxation(const std::string& path, const MagicFormulaOptions& o) {
+  std::vector<const char*> needed = {"PTY1", "PTY2"};
+  if (!o.free_rolling) needed.insert(needed.begin(), {"PTX1", "PTX2", "PTX3"});
+  std::string missing;
+  for (const char* key : needed)
+    if (!o.coefficients.count(key)) missing += (missing.empty() ? "" : ", ") + std::string(key);
+  if (!missing.empty())
+    throw ModelError(
+        path + "relaxation",
+        fmt::format("\"coefficients\" needs {}, which {}. Write what is missing into magic_formula = {{ ... }}, "
+                    "or give numbers: relaxation_length_m{}.",
+                    missing,
+                    o.tir_file.empty() ? "'magic_formula' does not give"
+                                       : fmt::format("neither {} nor 'magic_formula' gives", o.tir_file),
+                    o.free_rolling ? "" : " and longitudinal_relaxation_length_m"));
+  for (const char* key : {"PTX1", "PTY1", "PTY2"}) {
+    const auto at = o.coefficients.find(key);
+    if (at != o.coefficients.end() && !(at->second > 0) && (key[2] == 'Y' || !o.free_rolling))
+      throw ModelError(path + "relaxation",
+                       fmt::format("\"coefficients\" needs a positive {}, found {}: the relaxation length at "
+                                   "the nominal load grows with it.",
+                                   key, at->second));
+  }
+}
+
+}  // namespace
+
+namespace {
+
+/// Why a coefficient cannot have this value, or null. Offsets and shapes may be negative, these not.
+const char* nonsense(const std::string& name, double x) {
+  for (const char* positive : {"UNLOADED_RADIUS", "FNOMIN", "LFZO", "NOMPRES"})
+    if (name == positive && !(x > 0)) return "must be positive";
+  for (const char* scale : {"LMUX", "LMUY", "LKX", "LKY", "LCX", "LCY", "VERTICAL_STIFFNESS", "VERTICAL_DAMPING"})
+    if (name == scale && !(x >= 0)) return "must not be negative";
+  return nullptr;
+}
+
+}  // namespace
+
+void add_magic_formula_tyre(MechanismBuilder& builder, const std::string& name, const TyreOptions& tyre,
+                            const TyreSlipOptions& slip, const MagicFormulaOptions& o) {
+  const std::string path = "tyre." + name + ".", table = path + "magic_formula.";
+  if (tyre.bilateral)
+    throw ModelError(path + "bilateral",
+                     "A Magic Formula tyre cannot pull: its forces are not defined for a negative load.");
+  const auto has = [&](const char* key) {
+    const auto at = o.coefficients.find(key);
+    return at != o.coefficients.end() && at->second != 0;
+  };
+  for (const char* needed : {"FNOMIN", "UNLOADED_RADIUS", "PCX1", "PDX1", "PCY1", "PDY1", "PKY1", "PKY2"}) {
+    if (!has(needed))
+      throw ModelError(path + "magic_formula",
+                       fmt::format("The coefficient {} is missing, or 0: give a complete tir_file.", needed));
+  }
+  for (const auto& [coefficient, x] : o.coefficients)
+    if (const char* wrong = nonsense(coefficient, x))
+      if (coefficient != "NOMPRES" || x < 0)  // 0: without pressure
+        throw ModelError(table + coefficient, fmt::format("The coefficient {} {}, found {}.", coefficient, wrong, x));
+  MagicFormula model;
+  TyreSlip lateral;
+  std::vector<int> numbers = add_tyre_slip(builder, name, slip, lateral);
+  model.lags = lateral.lags;
+  model.lags_along = o.longitudinal_relaxation_length_m > 0;
+  if (o.relaxation_by_coefficients) {
+    if (model.lags || model.lags_along)
+      throw ModelError(path + "relaxation",
+                       "\"coefficients\" contradicts a relaxation length of its own: give one of the two.");
+    require_relaxation(path, o);
+    model.lags_by_load = model.lags = true;
+    model.lags_along = !o.free_rolling;
+    numbers.push_back(builder.add_number(path + "initial_slip", slip.initial_slip));
+    if (model.lags_along)
+      numbers.push_back(builder.add_number(path + "initial_longitudinal_slip", o.initial_longitudinal_slip));
+  } else if (model.lags_along) {
+    numbers.push_back(builder.add_number(path + "longitudinal_relaxation_length_m", o.longitudinal_relaxation_length_m,
+                                         NumberRule::positive));
+    numbers.push_back(builder.add_number(path + "initial_longitudinal_slip", o.initial_longitudinal_slip));
+  }
+  model.free_rolling = o.free_rolling;
+  model.mirrored = o.mirrored;
+  model.camber_as_angle = o.camber_as_angle;
+  const auto pressure = o.coefficients.find("NOMPRES");
+  for (const auto& entry : MagicFormula::coefficients()) {
+    const auto at = o.coefficients.find(entry.name);
+    const bool given = at != o.coefficients.end();
+    if (!given && entry.name == "INFLPRES" && pressure != o.coefficients.end()) {
+      numbers.push_back(builder.number(table + "NOMPRES"));
+      continue;
+    }
+    numbers.push_back(builder.add_number(table + entry.name, given ? at->second : entry.usual));
+    if (!given)
+      builder.fix_number(numbers.back(),
+                         "neither the tyre's file nor the scene gives this coefficient; write it into "
+                         "magic_formula = { ... } to vary it.");
+  }
+  model.has_pressure = has("NOMPRES");
+  model.has_effective_radius = tyre.stiffness_N_per_m > 0 && (has("DREFF") || has("FREFF"));
+  add_tyre_force(builder, name, tyre, model, numbers);
+}
+
+void read_tir_file(const std::string& path, MagicFormulaOptions& o, TyreOptions& tyre) {
+  const TirFile file = TirFile::read(path);
+  o.tir_file = path;
+  if (file.has("FITTYP")) {
+    const double type = file.number("FITTYP");
+    const bool older = type == 5 || type == 6 || type == 21 || type == 51 || type == 52;
+    if (!older && type != 60 && type != 61 && type != 62)
+      file.fail(
+          "FITTYP",
+          fmt::format("must be 60, 61 or 62 (MF-Tyre 6) or 5, 6, 21, 51 or 52 (MF-Tyre 5, PAC2002), found {}.", type));
+    o.camber_as_angle = older;
+  } else if (file.text("PROPERTY_FILE_FORMAT", "") == "PAC2002") {
+    o.camber_as_angle = true;
+  } else {
+    file.fail("FITTYP", "is missing: it tells which Magic Formula the coefficients belong to.");
+  }
+  for (const char* scaling : {"LGAX", "LGAY", "LGAZ"})
+    if (file.number(scaling, 1) != 1)
+      file.fail(scaling, "other than 1 is not supported: scale the camber's coefficients.");
+  for (const auto& entry : MagicFormula::coefficients())
+    if (file.has(entry.name)) o.coefficients[entry.name] = file.number(entry.name);
+  for (const char* name : {"UNLOADED_RADIUS", "FNOMIN", "LFZO", "LMUX", "LMUY", "LKX", "LKY", "LCX", "LCY",
+                           "VERTICAL_STIFFNESS", "VERTICAL_DAMPING"})
+    if (file.has(name))
+      if (const char* wrong = nonsense(name, file.number(name)))
+        file.fail(name, fmt::format("{}, found {}.", wrong, file.number(name)));
+  tyre.radius_m = file.number("UNLOADED_RADIUS", 0);
+  tyre.stiffness_N_per_m = file.number("VERTICAL_STIFFNESS", 0);
+  tyre.damping_N_s_per_m = file.number("VERTICAL_DAMPING", 0);
+}
+
+namespace {
+
+const RegisterTyreModel registered(
+    {"magic_formula", [](const std::string& name, SceneTable& table, MechanismBuilder& builder) {
+       MagicFormulaOptions o;
+       TyreOptions usual;
+       if (table.has("tir_file")) {
+         read_tir_file(named_file(table, "tir_file"), o, usual);
+         if (table.has("generation"))
+           table.fail("generation", "contradicts 'tir_file', whose FITTYP tells the generation.");
+       } else {
+         o.camber_as_angle = table.one_of("generation", {"5.2", "6.1"}, "6.1") == "5.2";
+       }
+       if (table.has("magic_formula")) {  // stands over the file
+         SceneTable own = table.table("magic_formula");
+         for (const auto& entry : MagicFormula::coefficients())
+           if (const auto x = own.find_value(entry.name)) o.coefficients[entry.name] = *x;
+       } else if (!table.has("tir_file")) {
+         table.fail("needs 'tir_file' (a .tir file) or 'magic_formula' (a table of coefficients).");
+       }
+       const TyreOptions tyre = read_tyre(table, builder, usual);
+       TyreSlipOptions slip = read_tyre_slip(table);
+       o.free_rolling = table.flag("free_rolling", false);
+       o.mirrored = table.flag("mirror", false);
+       if (table.has("relaxation")) {
+         table.one_of("relaxation", {"coefficients"});
+         o.relaxation_by_coefficients = true;
+         for (const char* key : {"relaxation_length_m", "longitudinal_relaxation_length_m"})
+           if (table.has(key)) table.fail(key, "contradicts 'relaxation', which gives this length.");
+         slip.initial_slip = table.value("initial_slip", NumberRule::any, 0);
+         if (!o.free_rolling)
+           o.initial_longitudinal_slip = table.value("initial_longitudinal_slip", NumberRule::any, 0);
+       }
+       o.longitudinal_relaxation_length_m =
+           table.find_value("longitudinal_relaxation_length_m", NumberRule::positive).value_or(0);
+       if (o.longitudinal_relaxation_length_m > 0) {
+         if (o.free_rolling)
+           table.fail("longitudinal_relaxation_length_m",
+                      "contradicts 'free_rolling': there is no longitudinal slip to lag.");
+         o.initial_longitudinal_slip = table.value("initial_longitudinal_slip", NumberRule::any, 0);
+       }
+       add_magic_formula_tyre(builder, name, tyre, slip, o);
+     }});
+
+}  // namespace
+
+}  // namespace costate

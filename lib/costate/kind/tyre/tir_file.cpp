@@ -1,0 +1,79 @@
+#include "costate/kind/tyre/tir_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <sstream>
+
+#include "costate/base/text_file.h"
+
+namespace costate {
+
+namespace {
+std::string trimmed(const std::string& s) {
+  const auto first = s.find_first_not_of(" \t\r\n"), last = s.find_last_not_of(" \t\r\n");
+  return first == std::string::npos ? "" : s.substr(first, last - first + 1);
+}
+std::string upper(std::string s) {
+  std::transform(s.begin(), s.end(), s.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return s;
+}
+}  // namespace
+
+TirFile TirFile::read(const std::string& path) {
+  std::istringstream in(
+      read_text_file(path, 16 << 20, "This tyre property file, whose path is relative to the scene,"));
+  TirFile file;
+  file.path_ = path;
+  std::string line, section;
+  for (int number = 1; std::getline(in, line); ++number) {
+    line = trimmed(line.substr(0, line.find_first_of("$!")));
+    if (line.empty() || line[0] == '{') continue;
+    if (line[0] == '[') {
+      if (line.back() != ']')
+        throw SceneError({path, number, 1}, fmt::format("Expected ']' at the end of '{}'.", line));
+      section = upper(line.substr(1, line.size() - 2));
+      continue;
+    }
+    const auto equals = line.find('=');
+    if (equals == std::string::npos) {
+      if (section == "SHAPE" || section == "MDI_HEADER") continue;  // tables and free text
+      throw SceneError({path, number, 1}, fmt::format("Expected NAME = value, found '{}'.", line));
+    }
+    const std::string name = upper(trimmed(line.substr(0, equals)));
+    std::string value = trimmed(line.substr(equals + 1));
+    if (value.size() >= 2 && (value[0] == '\'' || value[0] == '"')) value = trimmed(value.substr(1, value.size() - 2));
+    if (name.empty() || value.empty())
+      throw SceneError({path, number, 1}, fmt::format("Expected NAME = value, found '{}'.", line));
+    file.values_[name] = {value, number};
+  }
+  constexpr const char* units[][2] = {
+      {"LENGTH", "METER"}, {"FORCE", "NEWTON"}, {"ANGLE", "RADIAN"}, {"MASS", "KG"}, {"TIME", "SECOND"}};
+  for (const auto& [name, unit] : units) {
+    std::string found = upper(file.text(name, unit));
+    if (found.size() > 3 && found.back() == 'S') found.pop_back();
+    if (found == "METRE") found = "METER";
+    if (found != unit && !(found == "KILOGRAM" && std::string(unit) == "KG"))
+      file.fail(name, fmt::format("must be '{}', found '{}': convert the file to SI units.", unit, found));
+  }
+  return file;
+}
+
+double TirFile::number(const std::string& name) const {
+  const std::string& text = values_.at(name).text;
+  double x = 0;
+  if (!read_number(text, x)) fail(name, fmt::format("must be a number, found '{}'.", text));
+  return x;
+}
+
+std::string TirFile::text(const std::string& name, const std::string& otherwise) const {
+  return has(name) ? values_.at(name).text : otherwise;
+}
+
+void TirFile::fail(const std::string& name, const std::string& message) const {
+  throw SceneError({path_, has(name) ? values_.at(name).line : 0, has(name) ? 1 : 0},
+                   fmt::format("{} {}", name, message));
+}
+
+}  // namespace costate

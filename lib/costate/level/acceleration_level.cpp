@@ -1,0 +1,264 @@
+#include "costate/level/acceleration_level.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "costate/analysis/not_finite.h"
+#include "costate/analysis/start.h"
+#include "costate/base/error.h"
+
+namespace costate {
+
+AccelerationLevel::AccelerationLevel(Assembly& assembly, Stabilization stabilization)
+    : assembly_(assembly),
+      stabilization_(stabilization),
+      kkt_(assembly.n() + assembly.m()),
+      newton_(assembly.n() + assembly.nz() + assembly.m()) {
+  const int n = assembly.n(), m = assembly.m(), nz = assembly.nz();
+  const SparsePattern identity_m = SparsePattern::identity(m), identity_z = SparsePattern::identity(nz);
+  const bool penalty = stabilization.inverse_alpha != 0;
+  kkt_mass_ = kkt_.place(assembly.square(), 0, 0);
+  kkt_jacobian_ = kkt_.place(assembly.jacobian(), n, 0);
+  kkt_transposed_ = kkt_.place(assembly.jacobian(), 0, n, true);
+  if (penalty) kkt_corner_ = kkt_.place(identity_m, n, n);
+  kkt_.finalize();
+  newton_square_ = newton_.place(assembly.square(), 0, 0);
+  newton_force_state_ = newton_.place(assembly.force_state(), 0, n);
+  newton_transposed_ = newton_.place(assembly.jacobian(), 0, n + nz, true);
+  newton_state_force_ = newton_.place(assembly.state_force(), n, 0);
+  newton_state_state_ = newton_.place(assembly.state_state(), n, n);
+  newton_state_identity_ = newton_.place(identity_z, n, n);
+  newton_jacobian_ = newton_.place(assembly.jacobian(), n + nz, 0);
+  if (penalty) newton_corner_ = newton_.place(identity_m, n + nz, n + nz);
+  newton_.finalize();
+  kkt_solver_ = std::make_unique<KluSolver>(kkt_.pattern());
+  newton_solver_ = std::make_unique<KluSolver>(newton_.pattern());
+  solution_.assign(static_cast<std::size_t>(n + m), 0);
+  augmented_right_.reserve(static_cast<std::size_t>(newton_size()));
+  augmented_last_.reserve(static_cast<std::size_t>(m));
+  point_.assign(static_cast<std::size_t>(1 + 2 * n + nz), 0);
+  r2_q_.assign(assembly.jacobian().row.size(), 0);
+  r2_v_ = r2_q_;
+  newton_blocks_ = {assembly.M, assembly.K, assembly.phi_q, r2_q_, assembly.f_q};  // sized once
+}
+
+bool AccelerationLevel::same_point(const StateView& s) const {
+  const auto n = static_cast<std::size_t>(assembly_.n()), nz = static_cast<std::size_t>(assembly_.nz());
+  const double* p = point_.data();
+  return prepared_ && p[0] == s.t && std::memcmp(p + 1, s.q, n * sizeof(double)) == 0 &&
+         std::memcmp(p + 1 + n, s.v, n * sizeof(double)) == 0 &&
+         (nz == 0 || std::memcmp(p + 1 + 2 * n, s.z, nz * sizeof(double)) == 0);
+}
+
+void AccelerationLevel::prepare(const StateView& s) {
+  const auto n = static_cast<std::size_t>(assembly_.n()), nz = static_cast<std::size_t>(assembly_.nz());
+  solved_ = linearized_ = prepared_ = false;
+  assembly_.calc_dynamics(s);
+  kkt_.set_zero();
+  kkt_.add(kkt_mass_, assembly_.M.data());
+  kkt_.add(kkt_jacobian_, assembly_.phi_q.data());
+  kkt_.add(kkt_transposed_, assembly_.phi_q.data());
+  if (kkt_corner_ >= 0) kkt_.add_constant(kkt_corner_, -stabilization_.inverse_alpha);
+  const int bad = kkt_solver_->factor(kkt_.values().data());
+  double* p = point_.data();
+  p[0] = s.t;
+  std::memcpy(p + 1, s.q, n * sizeof(double));
+  std::memcpy(p + 1 + n, s.v, n * sizeof(double));
+  if (nz > 0) std::memcpy(p + 1 + 2 * n, s.z, nz * sizeof(double));
+  if (bad >= 0) {
+    require_finite(assembly_, s);
+    singular(bad);
+  }
+  prepared_ = true;
+}
+
+void AccelerationLevel::singular(int column) const {
+  const Mechanism& mech = assembly_.mechanism();
+  Assembly probe(assembly_.mechanism_ptr(), ParameterSelection{});
+  const ConstraintRank rank = constraint_rank(probe, point_[0], point_.data() + 1);
+  const auto rows = mech.row_names();
+  if (!rank.dependent_rows.empty() && stabilization_.inverse_alpha == 0) {
+    std::vector<std::string> names;
+    for (int i : rank.dependent_rows) names.push_back(rows[i]);
+    throw SolverError(fmt::format(
+        "The accelerations at t = {:.9g} s are not determined: {} of {} constraint rows depend on the others ({}). "
+        "The mechanism passes a singular configuration or has redundant joints; the penalty formulation carries both.",
+        point_[0], names.size(), rows.size(), fmt::join(names, ", ")));
+  }
+  const std::string where = column < assembly_.n() ? mech.coordinates()[column].name : rows[column - assembly_.n()];
+  throw SolverError(
+      fmt::format("The accelerations at t = {:.9g} s are not determined: '{}' has neither inertia nor a "
+                  "constraint that fixes it. Give it mass, or constrain it.",
+                  point_[0], where));
+}
+
+void AccelerationLevel::calc_constraint_bias(const double* v, double* out) const {
+  const double d = 2 * stabilization_.xi * stabilization_.omega, k = stabilization_.omega * stabilization_.omega;
+  for (int i = 0; i < assembly_.m(); ++i) out[i] = assembly_.bias[i];
+  if (d != 0 || k != 0) {
+    for (int i = 0; i < assembly_.m(); ++i) out[i] += d * assembly_.phi_t[i] + k * assembly_.phi[i];
+    costate::add_product(assembly_.jacobian(), assembly_.phi_q.data(), d, v, out);
+  }
+}
+
+void AccelerationLevel::solve(const StateView& s) {
+  if (solved_ && same_point(s)) return;
+  prepare(s);
+  const int n = assembly_.n(), m = assembly_.m();
+  double* x = solution_.data();
+  for (int i = 0; i < n; ++i) x[i] = assembly_.Q[i];
+  calc_constraint_bias(s.v, x + n);
+  for (int i = 0; i < m; ++i) x[n + i] = -x[n + i];
+  solve_kkt(x);
+  solved_ = true;
+}
+
+template <class Solve>
+void AccelerationLevel::iterate_multipliers(double* b, int size, double corner, Solve&& solve) {
+  // The matrix with -corner in its lower right block: A x_(i+1) = b - [0; corner lambda_i] tends to the solution
+  // without that block; the error falls by about |M| / alpha a turn.
+  constexpr int max_iterations = 60;
+  const int m = assembly_.m(), above = size - m;
+  augmented_right_.assign(b, b + size);
+  augmented_last_.assign(static_cast<std::size_t>(m), 0.0);
+  double before = HUGE_VAL;
+  for (int i = 0; i < max_iterations; ++i) {
+    std::copy(augmented_right_.begin(), augmented_right_.end(), b);
+    for (int r = 0; r < m; ++r) b[above + r] -= corner * augmented_last_[r];
+    solve(b);
+    double change = 0, largest = 0;
+    for (int r = 0; r < m; ++r) {
+      change = std::max(change, std::abs(b[above + r] - augmented_last_[r]));
+      largest = std::max(largest, std::abs(b[above + r]));
+      augmented_last_[r] = b[above + r];
+    }
+    // Converged to rounding, or no longer improving because of it.
+    if (!(change > 4e-16 * largest) || change >= before) break;
+    before = change < 1e-10 * largest ? change : HUGE_VAL;
+  }
+}
+
+void AccelerationLevel::solve_kkt(double* b, int columns) {
+  if (!stabilization_.augmented) return kkt_solver_->solve(b, columns);
+  const int size = assembly_.n() + assembly_.m();
+  for (int c = 0; c < columns; ++c, b += size)
+    iterate_multipliers(b, size, stabilization_.inverse_alpha, [this](double* x) { kkt_solver_->solve(x); });
+}
+
+StateView AccelerationLevel::state() const {
+  const auto n = assembly_.n();
+  StateView s;
+  const double* p = point_.data();
+  s.t = p[0];
+  s.q = p + 1;
+  s.v = p + 1 + n;
+  s.z = p + 1 + 2 * n;
+  s.a = a();
+  s.lambda = lambda();
+  return s;
+}
+
+void AccelerationLevel::linearize(const StateView& s) {
+  // At the solved point itself a repeated call is free.
+  if (linearized_ && solved_ && s.a == a() && same_point(s)) return;
+  ++linearizations_;
+  assembly_.calc_partials(s);
+  const double d = 2 * stabilization_.xi * stabilization_.omega, k = stabilization_.omega * stabilization_.omega;
+  for (std::size_t i = 0; i < r2_q_.size(); ++i) {
+    r2_q_[i] = assembly_.phidd_q[i] + d * assembly_.phid_q[i] + k * assembly_.phi_q[i];
+    r2_v_[i] = 2 * assembly_.phid_q[i] + d * assembly_.phi_q[i];
+  }
+  linearized_ = true;
+}
+
+void AccelerationLevel::add_force_rows(double c, const double* xq, const double* xv, const double* xz,
+                                       double* out) const {
+  add_products(assembly_.square(), assembly_.K.data(), assembly_.C.data(), c, xq, xv, out);
+  if (assembly_.nz() > 0) costate::add_product(assembly_.force_state(), assembly_.Q_z.data(), -c, xz, out);
+}
+
+void AccelerationLevel::add_constraint_rows(double c, const double* xq, const double* xv, double* out) const {
+  add_products(assembly_.jacobian(), r2_q_.data(), r2_v_.data(), c, xq, xv, out);
+}
+
+void AccelerationLevel::add_state_rows(double c, const double* xq, const double* xv, const double* xz,
+                                       double* out) const {
+  if (assembly_.nz() == 0) return;
+  add_products(assembly_.state_force(), assembly_.f_q.data(), assembly_.f_v.data(), c, xq, xv, out);
+  costate::add_product(assembly_.state_state(), assembly_.f_z.data(), c, xz, out);
+}
+
+void AccelerationLevel::add_transposed(double c, const double* s1, const double* s2, const double* sz, double* oq,
+                                       double* ov, double* oz) const {
+  add_transposed_products(assembly_.square(), assembly_.K.data(), assembly_.C.data(), c, s1, oq, ov);
+  add_transposed_products(assembly_.jacobian(), r2_q_.data(), r2_v_.data(), c, s2, oq, ov);
+  if (assembly_.nz() == 0) return;
+  add_transposed_product(assembly_.force_state(), assembly_.Q_z.data(), -c, s1, oz);
+  if (!sz) return;
+  add_transposed_products(assembly_.state_force(), assembly_.f_q.data(), assembly_.f_v.data(), -c, sz, oq, ov);
+  add_transposed_product(assembly_.state_state(), assembly_.f_z.data(), -c, sz, oz);
+}
+
+void AccelerationLevel::add_mass(double c, const double* x, double* out) const {
+  costate::add_product(assembly_.square(), assembly_.M.data(), c, x, out);
+}
+void AccelerationLevel::add_jacobian(double c, const double* x, double* out) const {
+  costate::add_product(assembly_.jacobian(), assembly_.phi_q.data(), c, x, out);
+}
+void AccelerationLevel::add_jacobian_transposed(double c, const double* x, double* out) const {
+  add_transposed_product(assembly_.jacobian(), assembly_.phi_q.data(), c, x, out);
+}
+
+void AccelerationLevel::factor_newton(double gamma) {
+  gamma_ = gamma;
+  lambda_scale_ = std::max(1.0, gamma * gamma);
+  newton_blocks_.M = assembly_.M;
+  newton_blocks_.K = assembly_.K;
+  newton_blocks_.phi_q = assembly_.phi_q;
+  newton_blocks_.R2_q = r2_q_;
+  newton_blocks_.f_q = assembly_.f_q;
+  newton_.set_zero();
+  newton_.add(newton_square_, assembly_.M.data());
+  newton_.add(newton_square_, assembly_.C.data(), gamma);
+  newton_.add(newton_square_, assembly_.K.data(), gamma * gamma);
+  newton_.add(newton_transposed_, assembly_.phi_q.data(), lambda_scale_);
+  newton_.add(newton_jacobian_, assembly_.phi_q.data());
+  newton_.add(newton_jacobian_, r2_v_.data(), gamma);
+  newton_.add(newton_jacobian_, r2_q_.data(), gamma * gamma);
+  if (newton_corner_ >= 0) newton_.add_constant(newton_corner_, -stabilization_.inverse_alpha * lambda_scale_);
+  if (assembly_.nz() > 0) {
+    newton_.add(newton_force_state_, assembly_.Q_z.data(), -gamma);
+    newton_.add(newton_state_force_, assembly_.f_v.data(), -gamma);
+    newton_.add(newton_state_force_, assembly_.f_q.data(), -gamma * gamma);
+    newton_.add(newton_state_state_, assembly_.f_z.data(), -gamma);
+    newton_.add_constant(newton_state_identity_, 1.0);
+  }
+  const int bad = newton_solver_->factor(newton_.values().data());
+  if (bad >= 0) singular(bad < assembly_.n() ? bad : std::max(0, bad - assembly_.nz()));
+}
+
+void AccelerationLevel::solve_newton(double* u) {
+  if (stabilization_.augmented)
+    iterate_multipliers(u, newton_size(), stabilization_.inverse_alpha * lambda_scale_,
+                        [this](double* x) { newton_solver_->solve(x); });
+  else
+    newton_solver_->solve(u);
+  double* lambda = u + assembly_.n() + assembly_.nz();
+  for (int i = 0; i < assembly_.m(); ++i) lambda[i] *= lambda_scale_;
+}
+
+void AccelerationLevel::solve_newton_transposed(double* u) {
+  double* lambda = u + assembly_.n() + assembly_.nz();
+  for (int i = 0; i < assembly_.m(); ++i) lambda[i] *= lambda_scale_;
+  if (stabilization_.augmented)
+    iterate_multipliers(u, newton_size(), stabilization_.inverse_alpha * lambda_scale_,
+                        [this](double* x) { newton_solver_->solve_transposed(x); });
+  else
+    newton_solver_->solve_transposed(u);
+}
+
+}  // namespace costate

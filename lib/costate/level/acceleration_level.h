@@ -1,0 +1,120 @@
+// The kernel shared by all formulations that solve the constraints at acceleration level (index-1, Baumgarte,
+// penalty), as DAE and as ODE (lib/README.md (3), (4)):
+//   R1 = M a + Phi_q^T lambda - Q = 0
+//   R2 = Phidd + 2 xi omega Phidot + omega^2 Phi - lambda / alpha = 0
+// 1/alpha = 0 gives exact constraints (xi = omega = 0: index-1), 1/alpha > 0 the penalty formulation with
+// lambda* = alpha (Phidd + ...) kept as an unknown: the saddle form loses no digits to alpha, and redundant rows
+// are allowed because the lower right block is regular.
+#pragma once
+
+#include <memory>
+
+#include "costate/assembly/assembly.h"
+#include "costate/linear/klu_solver.h"
+
+namespace costate {
+
+struct Stabilization {
+  double xi = 0;             // damping ratio
+  double omega = 0;          // rad/s
+  double inverse_alpha = 0;  // 1/alpha; alpha weighs the constraints against the masses
+  /// Augmented Lagrangian: the penalty system is solved again with lambda_i added to its right-hand side until
+  /// R2 = lambda_(i+1) - lambda_i = 0, which gives exact constraints and carries redundant rows.
+  bool augmented = false;
+};
+
+class AccelerationLevel {
+ public:
+  AccelerationLevel(Assembly& assembly, Stabilization stabilization);
+
+  const Stabilization& stabilization() const { return stabilization_; }
+  /// To be called when the parameters change.
+  void invalidate() { solved_ = linearized_ = false; }
+  /// Neither points nor pivots of earlier evaluations play a part from here on.
+  void forget_history() {
+    invalidate();
+    kkt_solver_->forget_pivots();
+    newton_solver_->forget_pivots();
+  }
+
+  /// M, Q, Phi_q, ... and a factored KKT matrix [[M, Phi_q^T], [Phi_q, -1/alpha]] at (t, q, v, z).
+  void prepare(const StateView& s);
+  /// prepare(), then accelerations and multipliers; repeated calls at the same point are free.
+  void solve(const StateView& s);
+  const double* a() const { return solution_.data(); }
+  const double* lambda() const { return solution_.data() + assembly_.n(); }
+  /// The state with a and lambda of the last solve().
+  StateView state() const;
+
+  /// In place, `columns` right-hand sides of n + m entries. The matrix is symmetric.
+  void solve_kkt(double* b, int columns = 1);
+
+  /// The right-hand side of R2 at a = 0: Phidd|_{a=0} + 2 xi omega Phidot + omega^2 Phi, from the last dynamics.
+  void calc_constraint_bias(const double* v, double* out) const;
+  /// Derivative blocks at (t, q, v, a, lambda, z), R2_q and R2_v among them.
+  void linearize(const StateView& s);
+  /// Counts the evaluations that linearize() has made: as long as it stays, the linearized point is the same.
+  long linearizations() const { return linearizations_; }
+  const std::vector<double>& R2_q() const { return r2_q_; }
+  const std::vector<double>& R2_v() const { return r2_v_; }
+
+  // Products with the blocks of the last linearize(), x and out in the given layout:
+  //   force_rows:      out_n += c (K xq + C xv - Q_z xz)
+  //   constraint_rows: out_m += c (R2_q xq + R2_v xv)
+  //   state_rows:      out_z += c (f_q xq + f_v xv + f_z xz)
+  void add_force_rows(double c, const double* xq, const double* xv, const double* xz, double* out) const;
+  void add_constraint_rows(double c, const double* xq, const double* xv, double* out) const;
+  void add_state_rows(double c, const double* xq, const double* xv, const double* xz, double* out) const;
+  // Their transposes, accumulated into the q, v and z columns.
+  void add_transposed(double c, const double* s1, const double* s2, const double* sz, double* oq, double* ov,
+                      double* oz) const;
+  void add_mass(double c, const double* x, double* out) const;                 // M x
+  void add_jacobian(double c, const double* x, double* out) const;             // Phi_q x
+  void add_jacobian_transposed(double c, const double* x, double* out) const;  // Phi_q^T x
+
+  /// Newton matrices of step gamma, reduced to (dv, dz, gamma dlambda):
+  ///   A = [[M + gamma C + gamma^2 K, -gamma Q_z, Phi_q^T],
+  ///        [-gamma (f_v + gamma f_q), 1 - gamma f_z, 0],
+  ///        [Phi_q + gamma R2_v + gamma^2 R2_q, 0, -1/alpha]]
+  /// It tends to the KKT matrix for gamma -> 0 and stays well scaled, for |gamma| > 1 by columns of lambda times
+  /// gamma^2 (so that it tends to [[K, Phi_q^T], [R2_q, -1/alpha]]). Serves IDA (gamma = 1/cj) and CVODE.
+  void factor_newton(double gamma);
+  double gamma() const { return gamma_; }
+  // The blocks that eliminated unknowns are recovered with, as they were at the last factor_newton().
+  struct NewtonBlocks {
+    std::vector<double> M, K, phi_q, R2_q, f_q;
+  };
+  const NewtonBlocks& newton_blocks() const { return newton_blocks_; }
+  void solve_newton(double* u);
+  void solve_newton_transposed(double* u);
+  int newton_size() const { return assembly_.n() + assembly_.nz() + assembly_.m(); }
+
+  long factorizations() const {
+    return kkt_solver_->counters().factorizations + newton_solver_->counters().factorizations;
+  }
+
+ private:
+  /// Augmented Lagrangian: solves without the block -corner that the factored matrix has in its lower right.
+  template <class Solve>
+  void iterate_multipliers(double* b, int size, double corner, Solve&& solve);
+  bool same_point(const StateView& s) const;
+  [[noreturn]] void singular(int column) const;
+
+  Assembly& assembly_;
+  Stabilization stabilization_;
+  BlockMatrix kkt_, newton_;
+  std::unique_ptr<KluSolver> kkt_solver_, newton_solver_;
+  int kkt_mass_, kkt_jacobian_, kkt_transposed_, kkt_corner_ = -1;
+  int newton_square_, newton_force_state_, newton_transposed_, newton_state_force_, newton_state_state_,
+      newton_state_identity_, newton_jacobian_, newton_corner_ = -1;
+  std::vector<double> solution_;
+  std::vector<double> augmented_right_, augmented_last_;
+  std::vector<double> point_;  // t, q, v, z of the last prepare()
+  std::vector<double> r2_q_, r2_v_;
+  bool prepared_ = false, solved_ = false, linearized_ = false;
+  long linearizations_ = 0;
+  double gamma_ = 0, lambda_scale_ = 1;
+  NewtonBlocks newton_blocks_;
+};
+
+}  // namespace costate

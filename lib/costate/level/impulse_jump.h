@@ -1,0 +1,51 @@
+// What happens where a driver's law has a kink: at a time t* the driven velocity Phi_t jumps, the positions do not, and
+// the velocities jump so that they balance the impulse P of the constraints (lib/README.md (0.11)):
+//   [M  Phi_q^T] [v+ - v-]   [          0           ]
+//   [Phi_q  -1/alpha] [P]  = [-(Phi_t(t*+) - Phi_t(t*-))]
+// (1/alpha = 0 but in penalty formulations), with the exact derivatives of v+ with respect to the state before and to
+// the parameters. The time t* must not depend on them: where it does, derivatives are refused by name.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "costate/assembly/assembly.h"
+
+namespace costate {
+
+/// The balance of impulses, [M Phi_q^T; Phi_q -1/alpha], as a formulation solves it.
+class ImpulseBalance {
+ public:
+  virtual ~ImpulseBalance() = default;
+  /// Evaluates M, Phi_q and Phi_t of the assembly at (t, q, v, z).
+  virtual void prepare(const StateView& s) = 0;
+  /// b := the solution for b of n + m entries; as symmetric as the matrix.
+  virtual void solve(double* b) = 0;
+};
+
+class ImpulseJump {
+ public:
+  ImpulseJump(Assembly& assembly, std::unique_ptr<ImpulseBalance> balance)
+      : assembly_(assembly), balance_(std::move(balance)) {}
+
+  /// v+ (n entries, until the next call) for the state before the jump (q, v, z), with the instants on either side.
+  const double* calc(const StateView& before, double t_after);
+
+  /// v+ again, and v columns become those after it; the columns y hold (q, v, z).
+  const double* tangent(const StateView& before, double t_after, double* const* y, int count);
+  /// mu of (q, v, z) after becomes that before; the gradient gains mu_v^T (v+)_rho.
+  void adjoint(const StateView& before, double t_after, double* mu, double* gradient);
+
+ private:
+  /// The blocks of d(v+ - v-) with respect to q and rho; `columns` with those of all parameters, too.
+  void linearize(const StateView& before, double t_after, bool columns);
+
+  Assembly& assembly_;
+  std::unique_ptr<ImpulseBalance> balance_;
+  std::vector<double> solution_;          // v+ - v-, P
+  std::vector<double> after_;             // v+
+  std::vector<double> hessian_, phid_q_;  // (M dv + Phi_q^T P)_q; Phidot_q after less before
+  Eigen::MatrixXd force_, phid_;          // the same by rho
+};
+
+}  // namespace costate

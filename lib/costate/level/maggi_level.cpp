@@ -1,0 +1,306 @@
+#include "costate/level/maggi_level.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "costate/analysis/start.h"
+#include "costate/base/error.h"
+#include "costate/linear/dense_factor.h"
+
+namespace costate {
+
+MaggiLevel::MaggiLevel(Assembly& assembly)
+    : assembly_(assembly),
+      positions_(assembly),
+      n_(assembly.n()),
+      m_(assembly.m()),
+      f_(positions_.freedoms()),
+      nz_(assembly.nz()),
+      rows_(std::max(m_ + f_, n_)) {
+  const auto n = static_cast<std::size_t>(n_), f = static_cast<std::size_t>(f_), nz = static_cast<std::size_t>(nz_),
+             rows = static_cast<std::size_t>(rows_);
+  point_.assign(1 + 2 * f + nz, 0);
+  v_.assign(rows, 0);
+  a_ = work_ = reaction_ = s1_ = reaction_q_ = reaction_v_ = reaction_a_ = v_;
+  w_.assign(f, 0);
+  lambda_.assign(static_cast<std::size_t>(m_), 0);
+  normal_.assign(n, 0);
+  R_.assign(rows * f, 0);
+  Mz_.assign(f * f, 0);
+  mass_factor_ = Mz_;
+  g_q_.assign(n, 0);
+  g_v_ = g_a_ = zero_ = g_q_;
+  g_z_.assign(nz, 0);
+  null_weight_ = lambda_;
+  hessian_.assign(assembly.square().row.size(), 0);
+  assembly_.resize(columns_);
+  const auto columns = static_cast<std::size_t>(std::max(1, assembly.np()));
+  dq_.assign(columns * rows, 0);
+  dv_ = da_ = dq_;
+  force_.assign(columns * n, 0);
+  rate_.assign(columns * nz, 0);
+}
+
+void MaggiLevel::invalidate() {
+  solved_ = accelerated_ = dynamic_ = has_multipliers_ = linearized_ = has_null_space_ = has_mass_ = false;
+}
+
+void MaggiLevel::start(double t, const double* q) {
+  invalidate();
+  positions_.start(t, q);
+}
+
+void MaggiLevel::forget_history() {
+  invalidate();
+  positions_.forget_history();
+}
+
+void MaggiLevel::use_chart(int chart) {
+  if (chart == positions_.chart_index()) return;
+  invalidate();
+  positions_.use_chart(chart);
+}
+
+double MaggiLevel::chart_ratio() {
+  null_space();
+  return positions_.ratio(R_.data());
+}
+
+void MaggiLevel::change_chart() {
+  null_space();
+  positions_.change(R_.data());
+  invalidate();
+}
+
+bool MaggiLevel::same_point(double t, const double* z, const double* zd, const double* zf) const {
+  const auto f = static_cast<std::size_t>(f_), nz = static_cast<std::size_t>(nz_);
+  const double* p = point_.data();
+  return solved_ && p[0] == t && std::memcmp(p + 1, z, f * sizeof(double)) == 0 &&
+         std::memcmp(p + 1 + f, zd, f * sizeof(double)) == 0 &&
+         (nz == 0 || std::memcmp(p + 1 + 2 * f, zf, nz * sizeof(double)) == 0);
+}
+
+void MaggiLevel::solve(double t, const double* z, const double* zd, const double* zf) {
+  if (same_point(t, z, zd, zf)) return;
+  invalidate();
+  if (!positions_.started()) positions_.start(t, find_start(assembly_, t, false).q.data());
+  positions_.solve(t, z);
+  for (int i = 0; i < m_; ++i) v_[i] = -assembly_.phi_t[i];
+  std::copy(zd, zd + f_, v_.begin() + m_);
+  positions_.chart().solve(v_.data());
+  positions_.set_rates(v_.data(), nullptr);
+  double* p = point_.data();
+  p[0] = t;
+  std::copy(z, z + f_, p + 1);
+  std::copy(zd, zd + f_, p + 1 + f_);
+  std::copy(zf, zf + nz_, p + 1 + 2 * f_);
+  assembly_.calc_dynamics(state());
+  solved_ = true;
+}
+
+StateView MaggiLevel::state() const {
+  StateView s;
+  s.t = point_[0];
+  s.q = positions_.q();
+  s.v = v_.data();
+  s.a = a_.data();
+  s.lambda = lambda_.data();
+  s.z = point_.data() + 1 + 2 * f_;
+  return s;
+}
+
+const double* MaggiLevel::null_space() {
+  if (has_null_space_) return R_.data();
+  MaggiChart& X = positions_.chart();
+  std::fill(R_.begin(), R_.end(), 0.0);
+  for (int j = 0; j < f_; ++j) R_[static_cast<std::size_t>(j) * rows_ + m_ + j] = 1;
+  X.solve(R_.data(), f_);
+  if (rows_ > n_)
+    for (int j = 1; j < f_; ++j)
+      std::copy_n(R_.data() + static_cast<std::ptrdiff_t>(j) * rows_, n_,
+                  R_.data() + static_cast<std::ptrdiff_t>(j) * n_);
+  has_null_space_ = true;
+  return R_.data();
+}
+
+void MaggiLevel::calc_mass_matrix() {
+  if (has_mass_) return;
+  const double* R = null_space();
+  for (int j = 0; j < f_; ++j) {
+    double* mr = work_.data();
+    std::fill(work_.begin(), work_.end(), 0.0);
+    add_product(assembly_.square(), assembly_.M.data(), 1, R + static_cast<std::ptrdiff_t>(j) * n_, mr);
+    for (int i = 0; i <= j; ++i) {
+      const double* r = R + static_cast<std::ptrdiff_t>(i) * n_;
+      double sum = 0;
+      for (int k = 0; k < n_; ++k) sum += r[k] * mr[k];
+      Mz_[static_cast<std::size_t>(i) * f_ + j] = Mz_[static_cast<std::size_t>(j) * f_ + i] = sum;
+    }
+  }
+  mass_factor_ = Mz_;
+  const int bad = factor_cholesky(mass_factor_.data(), f_);
+  if (bad >= 0) singular_mass(bad);
+  has_mass_ = true;
+}
+
+const double* MaggiLevel::mass_matrix() {
+  calc_mass_matrix();
+  return Mz_.data();
+}
+
+void MaggiLevel::singular_mass(int column) const {
+  const auto& name = assembly_.mechanism().coordinates()[independent()[column]].name;
+  throw SolverError(
+      fmt::format("The accelerations at t = {:.9g} s are not determined: the motion that '{}' stands for "
+                  "moves no mass. Give the bodies that it moves mass, or constrain it.",
+                  point_[0], name));
+}
+
+void MaggiLevel::project(const double* x, double* out) {
+  const double* r = null_space();
+  for (int j = 0; j < f_; ++j, r += n_) {
+    double sum = 0;
+    for (int i = 0; i < n_; ++i) sum += r[i] * x[i];
+    out[j] = sum;
+  }
+}
+
+void MaggiLevel::expand(const double* y, double* out) {
+  const double* r = null_space();
+  std::fill(out, out + n_, 0.0);
+  for (int j = 0; j < f_; ++j, r += n_)
+    for (int i = 0; i < n_; ++i) out[i] += r[i] * y[j];
+}
+
+void MaggiLevel::solve_mass(double* b) {
+  calc_mass_matrix();
+  solve_cholesky(mass_factor_.data(), f_, b);
+}
+
+// [u; p] with Phi_q u = g, M u + Phi_q^T p = h: u = S g + R y, Mz y = R^T (h - M S g), p = S^T (h - M u).
+void MaggiLevel::solve_impulses(double* b) {
+  calc_mass_matrix();
+  MaggiChart& X = positions_.chart();
+  std::vector<double> u(static_cast<std::size_t>(rows_), 0), y(static_cast<std::size_t>(f_)), h = u;
+  std::copy(b + n_, b + n_ + m_, u.begin());
+  X.solve(u.data());
+  std::copy(b, b + n_, h.begin());
+  add_product(assembly_.square(), assembly_.M.data(), -1, u.data(), h.data());
+  project(h.data(), y.data());
+  solve_mass(y.data());
+  expand(y.data(), h.data());
+  for (int i = 0; i < n_; ++i) u[i] += h[i];
+  std::copy(b, b + n_, h.begin());
+  add_product(assembly_.square(), assembly_.M.data(), -1, u.data(), h.data());
+  X.solve_transposed(h.data());
+  std::copy(u.begin(), u.begin() + n_, b);
+  std::copy(h.begin(), h.begin() + m_, b + n_);
+}
+
+void MaggiLevel::set_accelerations(const double* w) {
+  if (accelerated_ && (f_ == 0 || std::memcmp(w_.data(), w, w_.size() * sizeof(double)) == 0)) return;
+  dynamic_ = has_multipliers_ = linearized_ = false;
+  if (w != w_.data()) std::copy(w, w + f_, w_.begin());
+  for (int i = 0; i < m_; ++i) a_[i] = -assembly_.bias[i];
+  std::copy(w, w + f_, a_.begin() + m_);
+  positions_.chart().solve(a_.data());
+  positions_.set_rates(v_.data(), a_.data());
+  accelerated_ = true;
+}
+
+void MaggiLevel::solve_accelerations() {
+  if (dynamic_) return;
+  // With a0 = S c first: Mz w = R^T (Q - M a0), a = a0 + R w.
+  for (int i = 0; i < m_; ++i) a_[i] = -assembly_.bias[i];
+  std::fill(a_.begin() + m_, a_.end(), 0.0);
+  positions_.chart().solve(a_.data());
+  for (int i = 0; i < n_; ++i) work_[i] = assembly_.Q[i];
+  add_product(assembly_.square(), assembly_.M.data(), -1, a_.data(), work_.data());
+  project(work_.data(), w_.data());
+  solve_mass(w_.data());
+  expand(w_.data(), work_.data());
+  for (int i = 0; i < n_; ++i) a_[i] += work_[i];
+  positions_.set_rates(v_.data(), a_.data());
+  accelerated_ = dynamic_ = true;
+  has_multipliers_ = linearized_ = false;
+}
+
+void MaggiLevel::solve_multipliers() {
+  if (has_multipliers_) return;
+  for (int i = 0; i < n_; ++i) reaction_[i] = -assembly_.Q[i];
+  add_product(assembly_.square(), assembly_.M.data(), 1, a_.data(), reaction_.data());
+  MaggiChart& X = positions_.chart();
+  X.solve_transposed(reaction_.data());
+  for (int i = 0; i < m_; ++i) lambda_[i] = -reaction_[i];
+  if (X.redundant()) std::copy_n(X.normal_solution(), n_, normal_.begin());
+  has_multipliers_ = true;
+}
+
+void MaggiLevel::linearize() {
+  if (linearized_) return;
+  solve_multipliers();
+  assembly_.calc_partials(state());
+  ++linearizations_;
+  linearized_ = true;
+}
+
+void MaggiLevel::push(const double* const* s, int count, bool with_w, bool with_parameters) {
+  const auto columns = static_cast<std::size_t>(count);
+  if (dq_.size() < columns * rows_) {
+    for (auto* x : {&dq_, &dv_, &da_}) x->resize(columns * rows_);
+    force_.resize(columns * n_);
+    rate_.resize(columns * nz_);
+  }
+  if (with_parameters) assembly_.calc_parameter_columns(state(), columns_);
+  for (auto* x : {&dq_, &dv_, &da_}) std::fill_n(x->begin(), columns * rows_, 0.0);
+  std::fill_n(force_.begin(), columns * n_, 0.0);
+  std::fill_n(rate_.begin(), columns * nz_, 0.0);
+  MaggiChart& X = positions_.chart();
+  const SparsePattern& rows = assembly_.jacobian();
+  const auto column = [&](std::vector<double>& x, int j) { return x.data() + static_cast<std::ptrdiff_t>(j) * rows_; };
+  for (int j = 0; j < count; ++j) {
+    double* x = column(dq_, j);
+    if (with_parameters)
+      for (int i = 0; i < m_; ++i) x[i] = -columns_.phi(i, j);
+    std::copy(s[j], s[j] + f_, x + m_);
+  }
+  X.solve(dq_.data(), count);
+  for (int j = 0; j < count; ++j) {
+    double* x = column(dv_, j);
+    if (with_parameters)
+      for (int i = 0; i < m_; ++i) x[i] = -columns_.phid(i, j);
+    add_product(rows, assembly_.phid_q.data(), -1, dq(j), x);
+    std::copy(s[j] + f_, s[j] + 2 * f_, x + m_);
+  }
+  X.solve(dv_.data(), count);
+  for (int j = 0; j < count; ++j) {
+    double* x = column(da_, j);
+    if (with_parameters)
+      for (int i = 0; i < m_; ++i) x[i] = -columns_.phidd(i, j);
+    add_product(rows, assembly_.phidd_q.data(), -1, dq(j), x);
+    add_product(rows, assembly_.phid_q.data(), -2, dv(j), x);
+    if (with_w) std::copy_n(s[j] + 2 * f_ + nz_, f_, x + m_);
+  }
+  X.solve(da_.data(), count);
+  for (int j = 0; j < count; ++j) {
+    double *x = force_.data() + static_cast<std::ptrdiff_t>(j) * n_,
+           *r = rate_.data() + static_cast<std::ptrdiff_t>(j) * nz_;
+    const double* dzf = s[j] + 2 * f_;
+    add_product(assembly_.square(), assembly_.M.data(), 1, da(j), x);
+    add_product(assembly_.square(), assembly_.K.data(), 1, dq(j), x);
+    add_product(assembly_.square(), assembly_.C.data(), 1, dv(j), x);
+    if (with_parameters) {
+      for (int i = 0; i < n_; ++i) x[i] += columns_.F(i, j);
+      for (int i = 0; i < nz_; ++i) r[i] = columns_.f(i, j);
+    }
+    if (nz_ == 0) continue;
+    add_product(assembly_.force_state(), assembly_.Q_z.data(), -1, dzf, x);
+    add_product(assembly_.state_force(), assembly_.f_q.data(), 1, dq(j), r);
+    add_product(assembly_.state_force(), assembly_.f_v.data(), 1, dv(j), r);
+    add_product(assembly_.state_state(), assembly_.f_z.data(), 1, dzf, r);
+  }
+}
+
+}  // namespace costate

@@ -1,0 +1,125 @@
+#include "costate/level/maggi_newton.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "costate/base/error.h"
+#include "costate/linear/dense_factor.h"
+
+namespace costate {
+
+MaggiNewton::MaggiNewton(MaggiLevel& level)
+    : level_(level),
+      n_(level.assembly().n()),
+      m_(level.assembly().m()),
+      f_(level.freedoms()),
+      nz_(level.assembly().nz()) {
+  const auto f = static_cast<std::size_t>(f_), nz = static_cast<std::size_t>(nz_);
+  Mz_.assign(f * f, 0);
+  Cz_ = Kz_ = Mz_;
+  RQ_.assign(f * nz, 0);
+  Zq_ = Zv_ = RQ_;
+  fz_.assign(nz * nz, 0);
+  const auto rows = static_cast<std::size_t>(std::max(m_ + f_, n_));
+  D_.assign(rows, 0);
+  A_ = column_ = D_;
+  lu_.assign((f + nz) * (f + nz), 0);
+  pivots_.assign(f + nz, 0);
+}
+
+void MaggiNewton::form() {
+  Assembly& assembly = level_.assembly();
+  MaggiChart& X = level_.factored_chart();
+  const SparsePattern &square = assembly.square(), &rows = assembly.jacobian();
+  const double *R = level_.null_space(), *Mz = level_.mass_matrix();
+  std::copy(Mz, Mz + Mz_.size(), Mz_.begin());
+  std::fill(Zq_.begin(), Zq_.end(), 0.0);
+  std::fill(Zv_.begin(), Zv_.end(), 0.0);
+  for (int j = 0; j < f_; ++j) {
+    const double* r = R + static_cast<std::ptrdiff_t>(j) * n_;
+    std::fill(D_.begin(), D_.end(), 0.0);
+    add_product(rows, assembly.phid_q.data(), -1, r, D_.data());
+    X.solve(D_.data());
+    std::fill(A_.begin(), A_.end(), 0.0);
+    add_product(rows, assembly.phidd_q.data(), -1, r, A_.data());
+    add_product(rows, assembly.phid_q.data(), -2, D_.data(), A_.data());
+    X.solve(A_.data());
+    std::fill(column_.begin(), column_.end(), 0.0);
+    add_product(square, assembly.C.data(), 1, r, column_.data());
+    add_product(square, assembly.M.data(), 2, D_.data(), column_.data());
+    level_.project(column_.data(), Cz_.data() + static_cast<std::ptrdiff_t>(j) * f_);
+    std::fill(column_.begin(), column_.end(), 0.0);
+    add_product(square, assembly.K.data(), 1, r, column_.data());
+    add_product(square, assembly.C.data(), 1, D_.data(), column_.data());
+    add_product(square, assembly.M.data(), 1, A_.data(), column_.data());
+    level_.project(column_.data(), Kz_.data() + static_cast<std::ptrdiff_t>(j) * f_);
+    if (nz_ == 0) continue;
+    double *zq = Zq_.data() + static_cast<std::ptrdiff_t>(j) * nz_,
+           *zv = Zv_.data() + static_cast<std::ptrdiff_t>(j) * nz_;
+    add_product(assembly.state_force(), assembly.f_q.data(), 1, r, zq);
+    add_product(assembly.state_force(), assembly.f_v.data(), 1, D_.data(), zq);
+    add_product(assembly.state_force(), assembly.f_v.data(), 1, r, zv);
+  }
+  if (nz_ == 0) return;
+  std::fill(RQ_.begin(), RQ_.end(), 0.0);
+  const SparsePattern& q = assembly.force_state();
+  for (int k = 0; k < nz_; ++k)
+    for (auto e = q.column_start[k]; e < q.column_start[k + 1]; ++e)
+      for (int j = 0; j < f_; ++j)
+        RQ_[static_cast<std::size_t>(k) * f_ + j] +=
+            R[static_cast<std::ptrdiff_t>(j) * n_ + q.row[e]] * assembly.Q_z[e];
+  std::fill(fz_.begin(), fz_.end(), 0.0);
+  const SparsePattern& z = assembly.state_state();
+  for (int k = 0; k < nz_; ++k)
+    for (auto e = z.column_start[k]; e < z.column_start[k + 1]; ++e)
+      fz_[static_cast<std::size_t>(k) * nz_ + z.row[e]] += assembly.f_z[e];
+}
+
+void MaggiNewton::factor(double gamma) {
+  form();
+  gamma_ = gamma;
+  const int n = size();
+  for (int j = 0; j < f_; ++j) {
+    double* a = lu_.data() + static_cast<std::ptrdiff_t>(j) * n;
+    for (int i = 0; i < f_; ++i) {
+      const std::ptrdiff_t k = static_cast<std::ptrdiff_t>(j) * f_ + i;
+      a[i] = Mz_[k] + gamma * (Cz_[k] + gamma * Kz_[k]);
+    }
+    for (int i = 0; i < nz_; ++i) {
+      const std::ptrdiff_t k = static_cast<std::ptrdiff_t>(j) * nz_ + i;
+      a[f_ + i] = -gamma * (Zv_[k] + gamma * Zq_[k]);
+    }
+  }
+  for (int j = 0; j < nz_; ++j) {
+    double* a = lu_.data() + static_cast<std::ptrdiff_t>(f_ + j) * n;
+    for (int i = 0; i < f_; ++i) a[i] = -gamma * RQ_[static_cast<std::ptrdiff_t>(j) * f_ + i];
+    for (int i = 0; i < nz_; ++i) a[f_ + i] = (i == j ? 1 : 0) - gamma * fz_[static_cast<std::ptrdiff_t>(j) * nz_ + i];
+  }
+  const int bad = factor_lu(lu_.data(), n, pivots_.data());
+  if (bad >= 0)
+    throw StepError(
+        fmt::format("The Newton matrix of Maggi's equations is singular at t = {:.9g} s for a step of "
+                    "{:.3g} s.",
+                    level_.state().t, gamma));
+}
+
+void MaggiNewton::solve(double* u) const { solve_lu(lu_.data(), size(), pivots_.data(), u); }
+void MaggiNewton::solve_transposed(double* u) const { solve_lu_transposed(lu_.data(), size(), pivots_.data(), u); }
+
+void MaggiNewton::add(const std::vector<double>& A, int rows, double c, const double* x, double* out) const {
+  const double* a = A.data();
+  for (int j = 0; j < f_; ++j, a += rows)
+    for (int i = 0; i < rows; ++i) out[i] += c * x[j] * a[i];
+}
+
+void MaggiNewton::add_transposed(const std::vector<double>& A, int rows, double c, const double* x, double* out) const {
+  const double* a = A.data();
+  for (int j = 0; j < f_; ++j, a += rows) {
+    double sum = 0;
+    for (int i = 0; i < rows; ++i) sum += a[i] * x[i];
+    out[j] += c * sum;
+  }
+}
+
+}  // namespace costate

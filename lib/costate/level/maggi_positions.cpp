@@ -1,0 +1,253 @@
+#include "costate/level/maggi_positions.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "costate/analysis/start.h"
+#include "costate/base/error.h"
+
+namespace costate {
+
+namespace {
+// Steps relative to the mechanism's size. After a Newton step below kQuadratic the next one is of rounding size, which
+// may exceed kRounding where the chart is ill-conditioned, but not kLoose.
+constexpr double kRounding = 1e-14, kQuadratic = 1e-8, kLoose = 1e-10;
+constexpr double kNear = 0.05;       // a factorization serves for steps from positions as near as this
+constexpr double kFar = 0.2;         // a guess is continued along its velocities no farther than this
+constexpr double kKeepEvery = 0.05;  // distance between kept positions
+constexpr int kMaxIterations = 30;
+constexpr std::size_t kReserved = 256;  // kept positions that need no allocation
+}  // namespace
+
+MaggiPositions::MaggiPositions(Assembly& assembly)
+    : assembly_(assembly),
+      n_(assembly.n()),
+      m_(assembly.m()),
+      f_(degrees_of_freedom(assembly)),
+      redundant_(m_ + f_ > n_) {
+  const auto n = static_cast<std::size_t>(n_), f = static_cast<std::size_t>(f_);
+  q_.assign(n, 0);
+  last_.q = last_.v = last_.a = factored_at_ = q_;
+  step_.assign(static_cast<std::size_t>(std::max(m_ + f_, n_)), 0);
+  z_from_.assign(f, 0);
+  z_part_ = z_from_;
+  weight_.assign(n, 1);
+}
+
+double MaggiPositions::largest(const double* x) const {
+  double r = 0;
+  for (int i = 0; i < n_; ++i) {
+    if (!std::isfinite(x[i])) return std::numeric_limits<double>::infinity();
+    r = std::max(r, std::abs(x[i]));
+  }
+  return r;
+}
+
+void MaggiPositions::start(double t, const double* q) {
+  // Angles count with the size of the mechanism: an angle is chosen before the positions that it moves.
+  const auto& coordinates = assembly_.mechanism().coordinates();
+  double low = 0, high = 0;
+  bool any = false;
+  for (int i = 0; i < n_; ++i) {
+    if (coordinates[i].unit != "m") continue;
+    low = any ? std::min(low, q[i]) : q[i];
+    high = any ? std::max(high, q[i]) : q[i];
+    any = true;
+  }
+  scale_ = high > low ? high - low : any && high != 0 ? std::abs(high) : 1;
+  for (int i = 0; i < n_; ++i) weight_[i] = coordinates[i].unit == "m" ? 1 : scale_;
+
+  dropped_factorizations_ = factorizations();
+  charts_.clear();
+  kept_t_.clear();
+  kept_q_.clear();
+  kept_t_.reserve(kReserved);
+  kept_q_.reserve(kReserved * static_cast<std::size_t>(n_));
+  repeated_.clear();
+  forgotten_ = false;
+  factored_chart_ = -1;
+  std::copy(q, q + n_, q_.begin());
+  StateView s;
+  s.t = t;
+  s.q = q_.data();
+  assembly_.calc_constraints(s);
+  add_chart(choose_independent(assembly_.jacobian(), assembly_.phi_q.data(), f_, weight_));
+  chart_ = 0;
+  last_.t = t;
+  last_.q = q_;
+  std::fill(last_.v.begin(), last_.v.end(), 0.0);
+  std::fill(last_.a.begin(), last_.a.end(), 0.0);
+  remember();
+}
+
+void MaggiPositions::add_chart(std::vector<int> independent) {
+  charts_.push_back(std::make_unique<MaggiChart>(assembly_.jacobian(), std::move(independent)));
+}
+
+void MaggiPositions::change(double* R) {
+  std::vector<int> choice = chart().independent();
+  improve_choice(choice, R, weight_);
+  std::sort(choice.begin(), choice.end());
+  for (std::size_t c = 0; c < charts_.size(); ++c)
+    if (charts_[c]->independent() == choice) {
+      chart_ = static_cast<int>(c);
+      return;
+    }
+  add_chart(std::move(choice));
+  chart_ = static_cast<int>(charts_.size()) - 1;
+}
+
+long MaggiPositions::factorizations() const {
+  long sum = dropped_factorizations_;
+  for (const auto& c : charts_) sum += c->factorizations();
+  return sum;
+}
+
+void MaggiPositions::set_rates(const double* v, const double* a) {
+  std::copy(v, v + n_, last_.v.begin());
+  if (a)
+    std::copy(a, a + n_, last_.a.begin());
+  else
+    std::fill(last_.a.begin(), last_.a.end(), 0.0);
+}
+
+void MaggiPositions::remember() {
+  if (!kept_t_.empty()) {
+    if (last_.t <= kept_t_.back()) return;
+    const double* before = kept(kept_t_.size() - 1);
+    double moved = 0;
+    for (int i = 0; i < n_; ++i) moved = std::max(moved, std::abs(last_.q[i] - before[i]) * weight_[i]);
+    if (moved < kKeepEvery * scale_) return;
+  }
+  kept_t_.push_back(last_.t);
+  kept_q_.insert(kept_q_.end(), last_.q.begin(), last_.q.end());
+}
+
+std::size_t MaggiPositions::nearest_kept(double t) const {
+  const auto above = std::lower_bound(kept_t_.begin(), kept_t_.end(), t);
+  const auto at = static_cast<std::size_t>(above - kept_t_.begin());
+  if (at == kept_t_.size()) return at - 1;
+  return at > 0 && t - kept_t_[at - 1] < kept_t_[at] - t ? at - 1 : at;
+}
+
+double MaggiPositions::guess(double t, bool from_kept) {
+  const double dt = t - last_.t;
+  const std::size_t near = nearest_kept(t);
+  if (!from_kept) {
+    double way = 0;
+    for (int i = 0; i < n_; ++i) {
+      const double d = dt * (last_.v[i] + 0.5 * dt * last_.a[i]);
+      q_[i] = last_.q[i] + d;
+      way = std::max(way, std::abs(d) * weight_[i]);
+    }
+    if (way <= kFar * scale_) return t;
+    if (way <= scale_) {
+      q_ = last_.q;
+      return last_.t;
+    }
+  }
+  std::copy(kept(near), kept(near) + n_, q_.begin());
+  return kept_t_[near];
+}
+
+void MaggiPositions::forget_history() {
+  factored_chart_ = -1;
+  for (const auto& c : charts_) c->forget_history();
+  forgotten_ = true;
+}
+
+double MaggiPositions::repeated_guess(double t) {
+  for (const Repeated& r : repeated_)
+    if (r.t == t && r.chart == chart_) {
+      q_ = r.q;
+      return r.from;
+    }
+  const double from = guess(t, false);
+  repeated_.push_back({t, from, chart_, q_});
+  return from;
+}
+
+void MaggiPositions::solve(double t, const double* z) {
+  const bool forgotten = std::exchange(forgotten_, false);
+  const auto find = [&] {
+    for (const bool from_kept : {false, true})
+      for (const int parts : {1, 8, 64}) {
+        const double from = forgotten ? repeated_guess(t) : guess(t, from_kept);
+        if (parts == 1 ? newton(t, z) : follow(from, t, z, parts)) return true;
+      }
+    return false;
+  };
+  if (!find()) {
+    factored_chart_ = -1;
+    throw StepError(
+        fmt::format("At t = {:.9g} s the constraints have no positions near the last ones for the wanted "
+                    "independent coordinates. The mechanism reaches the end of its motion or a singular "
+                    "configuration.",
+                    t));
+  }
+  last_.t = t;
+  last_.q = q_;
+  std::fill(last_.v.begin(), last_.v.end(), 0.0);
+  std::fill(last_.a.begin(), last_.a.end(), 0.0);
+}
+
+bool MaggiPositions::follow(double t_guess, double t, const double* z, int parts) {
+  const auto& independent = chart().independent();
+  for (std::size_t k = 0; k < independent.size(); ++k) z_from_[k] = q_[static_cast<std::size_t>(independent[k])];
+  for (int p = 1; p <= parts; ++p) {
+    const double s = static_cast<double>(p) / parts;
+    for (std::size_t k = 0; k < z_part_.size(); ++k)
+      z_part_[k] = p == parts ? z[k] : z_from_[k] + s * (z[k] - z_from_[k]);
+    if (!newton(p == parts ? t : t_guess + s * (t - t_guess), z_part_.data())) return false;
+  }
+  return true;
+}
+
+bool MaggiPositions::newton(double t, const double* z) {
+  MaggiChart& X = chart();
+  const auto& independent = X.independent();
+  StateView s;
+  s.t = t;
+  s.q = q_.data();
+  double distance = std::numeric_limits<double>::infinity();  // from the positions of the last factorization
+  if (factored_chart_ == chart_) {
+    distance = 0;
+    for (std::size_t i = 0; i < q_.size(); ++i) distance = std::max(distance, std::abs(q_[i] - factored_at_[i]));
+    distance /= scale_;
+  }
+  bool fresh = !(distance <= kNear);
+  double previous = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < kMaxIterations; ++k) {
+    ++iterations_;
+    assembly_.calc_constraints(s);
+    if (fresh) {
+      factored_chart_ = -1;
+      if (!X.factor(assembly_.phi_q.data())) return false;
+      factored_chart_ = chart_;
+      factored_at_ = q_;
+    }
+    for (int i = 0; i < m_; ++i) step_[i] = -assembly_.phi[i];
+    for (std::size_t i = 0; i < independent.size(); ++i)
+      step_[static_cast<std::size_t>(m_) + i] = z[i] - q_[static_cast<std::size_t>(independent[i])];
+    X.solve(step_.data());
+    const double step = largest(step_.data()) / scale_;
+    if (!(step <= 1) || (k > 2 && fresh && step > 2 * previous && step > kQuadratic)) return false;
+    for (std::size_t i = 0; i < q_.size(); ++i) q_[i] += step_[i];
+    if (fresh) {
+      // The factorization belongs to positions that differ by this last step.
+      if (step <= kRounding || (previous <= kQuadratic && step <= kLoose)) return true;
+    } else {
+      // One more step on the old factorization if that gets to rounding, before the new one that the end needs anyway.
+      const double contraction = previous < 1e300 ? step / previous : std::min(1.0, 2 * distance);
+      fresh = step * contraction <= kRounding || step * contraction * contraction > kRounding;
+    }
+    previous = step;
+  }
+  return false;
+}
+
+}  // namespace costate

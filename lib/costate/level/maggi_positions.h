@@ -1,0 +1,87 @@
+// Positions of a mechanism from its independent coordinates: q with Phi(q, t) = 0 and B q = z, by Newton's method from
+// the last positions, down to rounding; and the charts (choices of B) that a run has needed.
+//
+// Of several configurations with the same independent coordinates the one near the first guess is meant. First
+// guesses: the last positions, continued along their velocities; or, for a time far from the last, positions that
+// remember() has kept (an adjoint's run through stored segments jumps in time). When Newton's method fails from there,
+// the way from the guess to the wanted state is gone in small steps.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "costate/assembly/assembly.h"
+#include "costate/level/maggi_chart.h"
+
+namespace costate {
+
+class MaggiPositions {
+ public:
+  explicit MaggiPositions(Assembly& assembly);
+
+  int freedoms() const { return f_; }
+  bool redundant() const { return redundant_; }
+
+  /// Forgets all charts and guesses and chooses the best chart at consistent positions.
+  void start(double t, const double* q);
+  bool started() const { return chart_ >= 0; }
+  int chart_index() const { return chart_; }
+  void use_chart(int chart) { chart_ = chart; }
+  MaggiChart& chart() { return *charts_[chart_]; }
+  const MaggiChart& chart() const { return *charts_[chart_]; }
+  /// How far the chart is from the best one, given its R: 1 is best, infinite is singular.
+  double ratio(const double* R) const { return worst_ratio(chart().independent(), R, weight_); }
+  /// Makes a chart for the choice that is best for the R of the chart in force (overwritten), unless there is one, and
+  /// uses it.
+  void change(double* R);
+
+  /// Finds q; afterwards the chart is factored there, and phi_t of the assembly is evaluated. Throws StepError when the
+  /// positions cannot be reached.
+  void solve(double t, const double* z);
+  const double* q() const { return q_.data(); }
+  /// Velocities and (or null) accelerations at the last solved positions, for the next first guess.
+  void set_rates(const double* v, const double* a);
+  /// Keeps the last solved positions as a first guess for times nearby. To be called in order of time.
+  void remember();
+  /// The next solve() uses nothing but the first guess, and that again when it is repeated for the same time.
+  void forget_history();
+
+  long iterations() const { return iterations_; }
+  long factorizations() const;
+
+ private:
+  void add_chart(std::vector<int> independent);
+  /// The first guess for time t in q_; returns the time that it belongs to.
+  double guess(double t, bool from_kept);
+  double repeated_guess(double t);
+  std::size_t nearest_kept(double t) const;
+  const double* kept(std::size_t k) const { return kept_q_.data() + k * static_cast<std::size_t>(n_); }
+  bool newton(double t, const double* z);
+  bool follow(double t_guess, double t, const double* z, int parts);
+  double largest(const double* x) const;
+
+  Assembly& assembly_;
+  int n_, m_, f_;
+  bool redundant_;
+  std::vector<std::unique_ptr<MaggiChart>> charts_;
+  int chart_ = -1;
+  long dropped_factorizations_ = 0, iterations_ = 0;
+  std::vector<double> weight_;  // of coordinates, for the choice
+  double scale_ = 1;            // size of the mechanism, m
+  std::vector<double> q_, step_, z_from_, z_part_, factored_at_;
+  int factored_chart_ = -1;
+  struct Last {
+    double t = 0;
+    std::vector<double> q, v, a;
+  } last_;
+  std::vector<double> kept_t_, kept_q_;
+  struct Repeated {  // the first guess of a solve() after forget_history()
+    double t, from;
+    int chart;
+    std::vector<double> q;
+  };
+  std::vector<Repeated> repeated_;
+  bool forgotten_ = false;
+};
+
+}  // namespace costate

@@ -1,0 +1,102 @@
+#include "costate/level/penalty_weight.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "costate/assembly/assembly.h"
+
+namespace costate {
+
+namespace {
+
+/// Phi_q and the diagonal of M at the first positions.
+struct FirstRows {
+  struct Entry {
+    int coordinate;
+    double slope;
+  };
+  std::vector<std::vector<Entry>> rows;
+  std::vector<double> mass;
+};
+
+FirstRows first_rows(const std::shared_ptr<const Mechanism>& mechanism) {
+  Assembly assembly(mechanism, ParameterSelection{});
+  std::vector<double> q;
+  for (const auto& c : mechanism->coordinates()) q.push_back(mechanism->numbers()[c.position_number].value);
+  StateView s;
+  s.q = s.v = q.data();
+  assembly.calc_mass(s);
+  assembly.calc_jacobian(s);
+  FirstRows r;
+  r.rows.resize(static_cast<std::size_t>(assembly.m()));
+  r.mass.assign(static_cast<std::size_t>(assembly.n()), 0.0);
+  const SparsePattern &J = assembly.jacobian(), &M = assembly.square();
+  for (int j = 0; j < assembly.n(); ++j) {
+    const auto column = static_cast<std::size_t>(j);
+    for (auto e = J.column_start[column]; e < J.column_start[column + 1]; ++e) {
+      const double slope = assembly.phi_q[static_cast<std::size_t>(e)];
+      if (slope != 0) r.rows[static_cast<std::size_t>(J.row[e])].push_back({j, slope});
+    }
+    for (auto e = M.column_start[column]; e < M.column_start[column + 1]; ++e)
+      if (M.row[e] == j) r.mass[column] = std::abs(assembly.M[static_cast<std::size_t>(e)]);
+  }
+  return r;
+}
+
+using Inertias = std::map<std::string, double>;  // the largest of the coordinates in m, in rad, in 1
+
+/// The mass that a row moves, min over its coordinates of inertia / slope^2; 0 where there is none.
+double mass_of_row(const std::vector<FirstRows::Entry>& row, const std::vector<Coordinate>& coordinates,
+                   const Inertias& inertias) {
+  double inverse = 0;
+  for (const auto& [j, slope] : row) {
+    const double inertia = inertias.at(coordinates[static_cast<std::size_t>(j)].unit);
+    if (inertia > 0) inverse = std::max(inverse, slope * slope / inertia);
+  }
+  return inverse > 0 ? 1 / inverse : 0;
+}
+
+/// Where no coordinate of a unit has inertia, as the angles of bars, the rows lend it to them.
+Inertias largest_inertias(const FirstRows& first, const std::vector<Coordinate>& coordinates) {
+  Inertias own;
+  for (std::size_t j = 0; j < coordinates.size(); ++j) {
+    double& largest = own[coordinates[j].unit];
+    largest = std::max(largest, first.mass[j]);
+  }
+  for (std::size_t pass = 0; pass < own.size(); ++pass) {
+    Inertias lent = own;
+    for (const auto& row : first.rows) {
+      const double mass = mass_of_row(row, coordinates, own);
+      for (const auto& [j, slope] : row) {
+        const std::string& unit = coordinates[static_cast<std::size_t>(j)].unit;
+        if (own[unit] == 0) lent[unit] = std::max(lent[unit], mass * slope * slope);
+      }
+    }
+    own = lent;
+  }
+  return own;
+}
+
+}  // namespace
+
+// lib/README.md (4.4).
+double default_penalty_weight(const std::shared_ptr<const Mechanism>& mechanism) {
+  constexpr double stiffness = 2e8;
+  const FirstRows first = first_rows(mechanism);
+  const auto& coordinates = mechanism->coordinates();
+  const Inertias inertias = largest_inertias(first, coordinates);
+  double largest = 0;
+  for (const auto& row : first.rows) largest = std::max(largest, mass_of_row(row, coordinates, inertias));
+  if (largest == 0)  // no row, or none that moves a mass
+    for (const auto& [unit, inertia] : inertias) largest = std::max(largest, inertia);
+  return stiffness * (largest > 0 ? largest : 1.0);
+}
+
+Stabilization penalty_stabilization(const std::shared_ptr<const Mechanism>& mechanism, const FormulationOptions& o) {
+  const double alpha = o.penalty_alpha > 0 ? o.penalty_alpha : default_penalty_weight(mechanism);
+  return {o.penalty_xi, o.penalty_omega_rad_per_s, 1 / alpha};
+}
+
+}  // namespace costate

@@ -1,0 +1,18 @@
+// The weight alpha of penalty and augmented Lagrangian formulations, and the stabilization that it belongs to.
+#pragma once
+
+#include <memory>
+
+#include "costate/level/acceleration_level.h"
+#include "costate/level/formulation_options.h"
+
+namespace costate {
+
+/// lib/README.md (4.4), at the scene's own numbers and first positions, so that it varies neither along the motion nor
+/// with the parameters, and follows the units and sizes of the scene.
+double default_penalty_weight(const std::shared_ptr<const Mechanism>& mechanism);
+
+/// xi, omega and 1/alpha of the options, alpha by default as above.
+Stabilization penalty_stabilization(const std::shared_ptr<const Mechanism>& mechanism, const FormulationOptions& o);
+
+}  // namespace costate

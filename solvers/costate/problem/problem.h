@@ -1,0 +1,73 @@
+// A differentiable simulation: mechanism, parameters, cost, formulation, time span and accuracy; and what a run of
+// it gives: psi, its gradient, counters.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "costate/formulation/formulation.h"
+
+namespace costate {
+
+struct SolverOptions {
+  double t_start = 0;  // s
+  double t_end = 1;    // s
+  double rtol = 1e-8;
+  double atol = 0;  // absolute tolerance of every unknown in its SI unit; 0: the same number as rtol
+  long max_steps = 2'000'000;
+  double max_step_s = 0;   // largest step, so that nothing short (a bump in the road) is stepped over; 0: unlimited
+  std::string integrator;  // "idas", "cvodes", "fixed" or empty: the formulation's default
+  std::string cvodes_method = "adams";  // "adams" (smooth, not stiff) or "bdf" (stiff); both with exact Newton
+  double step_s = 0;                    // fixed-step runs: their step; 0: from rtol, see fixed_run.h
+  long checkpoint_steps = 0;            // steps between checkpoints; 0: from memory_budget_MB and the expected steps
+  double memory_budget_MB = 512;        // for the stored forward trajectory of adjoint runs
+  bool staggered = true;                // forward sensitivities: staggered or simultaneous corrector
+
+  double absolute() const { return atol > 0 ? atol : rtol; }
+};
+
+/// What a run cost. Zero where a method has no such thing.
+struct Counters {
+  long steps = 0, residuals = 0, jacobians = 0, newton_iterations = 0, error_test_failures = 0,
+       convergence_failures = 0;
+  long backward_steps = 0, backward_residuals = 0, backward_jacobians = 0, backward_newton_iterations = 0,
+       backward_error_test_failures = 0, backward_convergence_failures = 0;
+  long sensitivity_residuals = 0, factorizations = 0, checkpoints = 0, simulations = 0;
+  long jumps = 0;                // between smooth segments of the trajectory
+  long position_iterations = 0;  // Newton's, where positions are found from independent coordinates
+};
+
+/// (name, value) in a fixed order, for reports.
+std::vector<std::pair<std::string, long>> counter_list(const Counters& c);
+
+/// Called now and then from inside a run; may throw (Interrupted) to stop it.
+using Monitor = std::function<void(double t, long steps, bool backward)>;
+
+struct Problem {
+  std::shared_ptr<const Mechanism> mechanism;
+  ParameterSelection parameters;
+  Objective objective;
+  std::string formulation = "index1";
+  FormulationOptions formulation_options;
+  SolverOptions solver;
+  Monitor monitor;  // or empty
+
+  /// Throws Error unless there is one finite value a parameter.
+  void check_values(const std::vector<double>& rho) const;
+  /// Throw CapabilityError when the formulation has no such form.
+  std::unique_ptr<DaeSystem> make_dae() const;
+  std::unique_ptr<OdeSystem> make_ode() const;
+  std::unique_ptr<DiscreteScheme> make_discrete() const;
+};
+
+struct GradientResult {
+  double psi = 0;
+  std::vector<double> gradient;        // one entry a parameter; empty for a plain simulation
+  std::vector<double> gradient_error;  // estimate of the method itself (differences) or empty
+  Counters counters;
+  std::string integrator;  // "idas", "cvodes" or "fixed"
+};
+
+}  // namespace costate

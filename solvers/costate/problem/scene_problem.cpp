@@ -1,0 +1,26 @@
+#include "costate/problem/scene_problem.h"
+
+namespace costate {
+
+Problem make_problem(const Scene& scene, const std::vector<std::string>& parameters) {
+  const RunSettings& run = scene.run;
+  Problem p;
+  p.mechanism = scene.mechanism();
+  p.parameters = p.mechanism->select(parameters.empty() ? run.parameters : parameters);
+  p.objective = scene.objective();
+  p.formulation = run.formulation;
+  p.formulation_options = scene.formulation;
+  SolverOptions& s = p.solver;
+  s.t_start = run.t_start_s;
+  s.t_end = run.t_end_s;
+  s.rtol = run.rtol;
+  s.atol = run.atol.value_or(0);
+  s.integrator = run.integrator;
+  if (!run.cvodes_method.empty()) s.cvodes_method = run.cvodes_method;
+  if (!run.sensitivity_corrector.empty()) s.staggered = run.sensitivity_corrector == "staggered";
+  s.step_s = run.step_s.value_or(0);
+  s.max_step_s = run.max_step_s.value_or(0);
+  return p;
+}
+
+}  // namespace costate

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/integrator/simulate.h"
 #include "costate/problem/scene_problem.h"
 #include "costate/sensitivity/method.h"
@@ -25,12 +26,10 @@ std::string one_line(std::string text) {
   return text.substr(0, 300);
 }
 
-/// Where runs carry warnings, theirs; so that this file can be read before they did.
-template <class Result>
-std::string warnings_of(const Result& r) {
+/// What the run had to say, in one line.
+std::string warnings() {
   std::string text;
-  if constexpr (requires { r.warnings; })
-    for (const auto& w : r.warnings) text += w + " ";
+  for (const auto& sentence : take_notices()) text += sentence + " ";
   return text;
 }
 
@@ -75,13 +74,14 @@ Finding run_gradient(const std::string& text, const std::string& formulation, co
     Problem problem = make_problem(scene);
     problem.formulation = formulation;
     problem.solver.integrator.clear();
+    take_notices();
     const GradientResult r = gradient(problem, method, problem.parameters.values());
     bool finite = std::isfinite(r.psi);
     for (const double g : r.gradient) finite = finite && std::isfinite(g);
-    const std::string warnings = warnings_of(r);
+    const std::string warned = warnings();
     if (!truth.known) {
       f.outcome = finite ? Outcome::unjudged : Outcome::wrong;
-      f.message = finite ? one_line(warnings) : "a result that is not finite";
+      f.message = finite ? one_line(warned) : "a result that is not finite";
       return f;
     }
     const bool discrete = method.rfind("discrete", 0) == 0;
@@ -106,8 +106,8 @@ Finding run_gradient(const std::string& text, const std::string& formulation, co
     f.error = largest;
     // A discrete gradient is that of its own psi, of second order in its step.
     const bool right = largest <= (discrete ? 100 * allowed : allowed);
-    f.outcome = right ? Outcome::agreed : !warnings.empty() ? Outcome::warned : Outcome::wrong;
-    f.message = one_line((right ? "" : worst) + (warnings.empty() ? "" : "; warned: " + warnings));
+    f.outcome = right ? Outcome::agreed : !warned.empty() ? Outcome::warned : Outcome::wrong;
+    f.message = one_line((right ? "" : worst) + (warned.empty() ? "" : "; warned: " + warned));
   } catch (const CapabilityError& e) {
     f.outcome = Outcome::refused;
     f.message = one_line(e.what());

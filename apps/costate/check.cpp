@@ -10,6 +10,7 @@
 
 #include "check_motions.h"
 #include "check_reference.h"
+#include "check_row.h"
 #include "command.h"
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
@@ -27,26 +28,6 @@ struct CheckOptions {
   std::vector<std::string> formulations, methods;
   bool all = false, no_motions = false;
   double patience = 20;
-};
-
-struct Row {
-  std::string formulation, method;
-  std::string why;                    // refused, failed or cut: the reason
-  std::vector<std::string> warnings;  // of its own run; those that judge it run otherwise
-  GradientResult result;
-  double wall_s = 0;
-  std::optional<double> time_ratio;  // to a plain simulation on the same form
-  Judgement judged;
-
-  Verdict verdict() const { return judged.verdict; }
-  bool refused() const { return verdict() == Verdict::refused; }
-  /// There is a result, and it has been judged.
-  bool ended() const { return !refused() && verdict() != Verdict::cut && verdict() != Verdict::failed; }
-  void end(Verdict v, const std::string& reason) {
-    judged = {};
-    judged.verdict = v;
-    why = reason;
-  }
 };
 
 class Check {
@@ -78,7 +59,7 @@ class Check {
     int interruption = 0;
     std::size_t done = 0;
     try {
-      for (Row& row : rows_) {
+      for (CheckRow& row : rows_) {
         if (!row.refused()) {
           throw_if_interrupted();
           fill(row);
@@ -93,9 +74,9 @@ class Check {
       rows_.resize(done);
     }
     progress_.finish();
-    if (interruption == 0 && std::all_of(rows_.begin(), rows_.end(), [](const Row& r) { return r.refused(); }))
+    if (interruption == 0 && std::all_of(rows_.begin(), rows_.end(), [](const CheckRow& r) { return r.refused(); }))
       throw CapabilityError("No combination of formulation and method can treat this scene. " + rows_.back().why);
-    const auto none_ended = [](const Row& r) { return r.refused() || r.verdict() == Verdict::cut; };
+    const auto none_ended = [](const CheckRow& r) { return r.refused() || r.verdict() == Verdict::cut; };
     if (interruption == 0 && std::all_of(rows_.begin(), rows_.end(), none_ended))
       throw Error(
           fmt::format("No row ended within {:g} times what the reference took; raise --patience.", options_.patience));
@@ -111,7 +92,7 @@ class Check {
     return o;
   }
 
-  void tell(const Row& r, std::size_t number) {
+  void tell(const CheckRow& r, std::size_t number) {
     const std::string how =
         r.ended() ? fmt::format("{}, error {:.1e}, {:.3g} s", name_of(r.verdict()), r.judged.error, r.wall_s)
         : r.verdict() == Verdict::failed ? "FAILED"
@@ -142,7 +123,7 @@ class Check {
     for (const auto& f : formulations())
       for (const auto& m : sensitivity_methods()) {
         if (!listed(options_.formulations, f.name) || !listed(options_.methods, m.name)) continue;
-        Row row;
+        CheckRow row;
         row.formulation = f.name;
         row.method = m.name;
         row.why = refusal(m, f);
@@ -189,7 +170,7 @@ class Check {
     return simulation_s_[key] = std::max(best, 1e-9);
   }
 
-  void fill(Row& row) {
+  void fill(CheckRow& row) {
     Problem p = setup_.problem;
     p.formulation = row.formulation;
     p.solver.integrator.clear();
@@ -249,7 +230,7 @@ class Check {
     motions_of_ = fmt::format("{} quantities at {} times", check.quantities(), check.samples());
     for (const auto& f : formulations()) {
       const bool listed = std::any_of(rows_.begin(), rows_.end(),
-                                      [&](const Row& r) { return r.formulation == f.name && !r.refused(); });
+                                      [&](const CheckRow& r) { return r.formulation == f.name && !r.refused(); });
       if (!listed) continue;
       for (const auto& [integrator, offered] :
            {std::pair("idas", f.make_dae != nullptr), std::pair("cvodes", f.make_ode != nullptr),
@@ -261,33 +242,6 @@ class Check {
         progress_.line(fmt::format("  motion {:<22} {:<16} {}", m.formulation, m.integrator, name_of(m.verdict)));
       }
     }
-  }
-
-  std::string text_of(const Row& r) const {
-    const std::string begin = fmt::format("  {:<22} {:<16} ", r.formulation, r.method);
-    if (r.refused()) return begin + "-- " + r.why + "\n";
-    if (r.verdict() == Verdict::failed) return begin + "FAILED: " + r.why + "\n";
-    if (r.verdict() == Verdict::cut) return begin + "cut: " + r.why + "\n";
-    const Counters& c = r.result.counters;
-    const double relative = precision_of(setup_.problem.solver, r.result.integrator, c.steps).relative;
-    return begin + fmt::format("{:>18} {:>9.1e} {:>7} {:>8} {:>9} {:>9.2f} {:>7}{}{}\n",
-                               known_digits(r.result.psi, uncertainty_of(r.result.psi, relative)), r.judged.error,
-                               c.steps, c.backward_steps, c.residuals + c.backward_residuals + c.sensitivity_residuals,
-                               1e3 * r.wall_s, r.time_ratio ? fmt::format("{:.2f}", *r.time_ratio) : "-",
-                               r.verdict() == Verdict::disagreement ? "  DISAGREES in " + r.judged.worst
-                               : r.verdict() == Verdict::inaccurate ? "  INACCURATE in " + r.judged.worst
-                                                                    : "",
-                               r.judged.remark.empty() ? "" : "  (" + r.judged.remark + ")");
-  }
-
-  /// What is to be said about a row in a sentence.
-  std::string sentence(const Row& r) const {
-    const std::string name = fmt::format("{} x {}", r.formulation, r.method);
-    if (r.verdict() == Verdict::failed) return fmt::format("{} failed: {}", name, r.why);
-    if (r.verdict() == Verdict::cut) return fmt::format("{} was cut {}", name, r.why);
-    return fmt::format("{}, {}: {:.2e} relative, {:.9g} where the reference has {:.9g}{}", name, r.judged.worst,
-                       r.judged.error, r.judged.found, r.judged.expected,
-                       r.judged.remark.empty() ? "" : " (" + r.judged.remark + ")");
   }
 
   int finish() {
@@ -316,16 +270,16 @@ class Check {
     text += fmt::format("  {:<22} {:<16} {:>18} {:>9} {:>7} {:>8} {:>9} {:>9} {:>7}\n", "formulation", "method", "psi",
                         "error", "steps", "backward", "callbacks", "time [ms]", "ratio");
     std::vector<std::string> wrong, inaccurate, cut;
-    for (const Row& r : rows_) {
-      j["rows"].push_back(row_json(r));
-      text += text_of(r);
+    for (const CheckRow& r : rows_) {
+      j["rows"].push_back(row_json(setup_, r));
+      text += row_text(setup_, r);
       for (const auto& w : r.warnings) {
         const Json sentence = fmt::format("{} x {}: {}", r.formulation, r.method, w);
         j["warnings"].push_back(sentence);
       }
-      if (r.verdict() == Verdict::disagreement || r.verdict() == Verdict::failed) wrong.push_back(sentence(r));
-      if (r.verdict() == Verdict::inaccurate) inaccurate.push_back(sentence(r));
-      if (r.verdict() == Verdict::cut) cut.push_back(sentence(r));
+      if (r.verdict() == Verdict::disagreement || r.verdict() == Verdict::failed) wrong.push_back(row_sentence(r));
+      if (r.verdict() == Verdict::inaccurate) inaccurate.push_back(row_sentence(r));
+      if (r.verdict() == Verdict::cut) cut.push_back(row_sentence(r));
     }
     j["motions"] = Json::array();
     if (!motions_.empty()) text += fmt::format("motions: {}\n", motions_of_) + MotionRow::heading();
@@ -374,31 +328,6 @@ class Check {
     return s + "\n";
   }
 
-  Json row_json(const Row& r) const {
-    Json e;
-    const auto names = setup_.problem.parameters.names();
-    const bool ended = r.ended();
-    e["formulation"] = r.formulation;
-    e["method"] = r.method;
-    e["psi"] = ended ? Json(r.result.psi) : Json(nullptr);
-    e["parameters"] = named(names, setup_.rho);
-    e["gradient"] = ended ? named(names, r.result.gradient) : Json(nullptr);
-    e["gradient_error"] = nullptr;
-    e["error"] = ended ? Json(r.judged.error) : Json(nullptr);
-    e["worst"] = ended ? Json(r.judged.worst) : Json(nullptr);
-    e["integrator"] = ended ? Json(r.result.integrator) : Json(nullptr);
-    e["rtol"] = setup_.problem.solver.rtol;
-    e["counters"] = counters_json(r.result.counters);
-    e["wall_s"] = r.wall_s;
-    e["time_ratio"] = r.time_ratio ? Json(*r.time_ratio) : Json(nullptr);
-    e["status"] = name_of(r.verdict());
-    if (r.refused()) e["refused"] = r.why;
-    if (r.verdict() == Verdict::failed) e["failure"] = r.why;
-    if (r.verdict() == Verdict::cut) e["cut"] = r.why;
-    if (!r.judged.remark.empty()) e["remark"] = r.judged.remark;
-    return e;
-  }
-
   const CommonOptions& common_;
   const CheckOptions& options_;
   Setup setup_;
@@ -407,7 +336,7 @@ class Check {
   Budget budget_;
   CheckReference reference_;
   std::map<std::pair<std::string, std::string>, double> simulation_s_;  // by formulation and integrator
-  std::vector<Row> rows_;
+  std::vector<CheckRow> rows_;
   std::vector<MotionRow> motions_;
   std::string motions_of_, motions_note_;
   std::string interrupted_;  // a sentence where Ctrl-C ended the rows early

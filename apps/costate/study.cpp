@@ -22,7 +22,7 @@
 #include "costate/record/interrupt.h"
 #include "costate/record/journal.h"
 #include "costate/record/print.h"
-#include "study_file.h"
+#include "study_job.h"
 
 namespace costate::app {
 
@@ -37,48 +37,6 @@ struct Options {
   bool fresh = false;
 };
 
-std::string text_of(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
-
-Json json_of(const fs::path& path) {
-  std::ifstream in(path);
-  return in ? Json::parse(in, nullptr, false) : Json();
-}
-
-/// One run of the study and where it is.
-struct Job {
-  StudyRun run;
-  fs::path directory;
-  enum class State { waiting, kept, running, done, failed } state = State::waiting;
-  bool resume = false;
-  pid_t pid = -1;
-  std::string error;
-  Json result;
-
-  /// What the results belong to: a change of it makes them worthless.
-  Json definition() const {
-    Json files = Json::object();
-    for (const SceneFile& f : run.files)
-      if (!f.path.empty()) files[f.path] = f.digest;
-    return {{"scene", run.scene_text}, {"files", files}, {"parameters", run.parameters}, {"options", run.options}};
-  }
-  long evaluations() const {
-    const std::string journal = text_of(directory / "evaluations.jsonl");
-    return std::max<long>(0, std::count(journal.begin(), journal.end(), '\n') - 1);
-  }
-  bool ok() const { return state == State::kept || state == State::done; }
-  const char* status() const {
-    return state == State::kept     ? "kept"
-           : state == State::done   ? "ok"
-           : state == State::failed ? "failed"
-                                    : "interrupted";
-  }
-};
-
 class StudyCommand {
  public:
   StudyCommand(const CommonOptions& common, const Options& options) : common_(common), options_(options) {}
@@ -90,7 +48,7 @@ class StudyCommand {
     require_writable(directory_);
     take_directory();
     for (const StudyRun& r : study.runs) jobs_.push_back({r, directory_ / r.name, {}, false, -1, {}, {}});
-    for (Job& j : jobs_) prepare(j);
+    for (StudyJob& j : jobs_) prepare(j);
     try {
       run_all();
     } catch (...) {
@@ -99,7 +57,7 @@ class StudyCommand {
       throw;
     }
     report(true);
-    return std::all_of(jobs_.begin(), jobs_.end(), [](const Job& j) { return j.ok(); }) ? 0 : kFailed;
+    return std::all_of(jobs_.begin(), jobs_.end(), [](const StudyJob& j) { return j.ok(); }) ? 0 : kFailed;
   }
 
  private:
@@ -115,7 +73,7 @@ class StudyCommand {
   }
 
   /// A run of a study that was killed ends by itself, but not at once. Until then its results are its own.
-  void wait_for_earlier(const Job& j) {
+  void wait_for_earlier(const StudyJob& j) {
     const fs::path journal = j.directory / "evaluations.jsonl";
     for (int i = 0; Journal::in_use(journal); ++i) {
       throw_if_interrupted();
@@ -131,15 +89,15 @@ class StudyCommand {
   }
 
   /// Finished runs of the same definition are kept, interrupted ones resume, others begin anew.
-  void prepare(Job& j) {
+  void prepare(StudyJob& j) {
     wait_for_earlier(j);
     const fs::path file = j.directory / "study_run.json";
-    const bool same = !options_.fresh && json_of(file) == j.definition();
+    const bool same = !options_.fresh && json_of_file(file) == j.definition();
     const fs::path summary = j.directory / "optimize.json";
     if (same) {
-      j.result = json_of(summary);
+      j.result = json_of_file(summary);
       if (j.result.is_object() && j.result.value("status", "") == "ok") {
-        j.state = Job::State::kept;
+        j.state = StudyJob::State::kept;
         return;
       }
       j.resume = true;
@@ -150,7 +108,7 @@ class StudyCommand {
     write_file_atomically(file, json_text(j.definition()) + "\n");
   }
 
-  std::vector<std::string> arguments(const Job& j) const {
+  std::vector<std::string> arguments(const StudyJob& j) const {
     std::vector<std::string> a = {"costate", "optimize", j.run.scene.string(), "--output", j.directory.string()};
     if (j.resume) a.push_back("--resume");
     if (!j.run.parameters.empty()) {
@@ -165,7 +123,7 @@ class StudyCommand {
     return a;
   }
 
-  void start(Job& j) {
+  void start(StudyJob& j) {
     const std::vector<std::string> words = arguments(j);
     std::vector<char*> argv;
     for (const auto& w : words) argv.push_back(const_cast<char*>(w.c_str()));
@@ -188,15 +146,15 @@ class StudyCommand {
       ::execv("/proc/self/exe", argv.data());
       ::_exit(kFailed);
     }
-    j.state = Job::State::running;
+    j.state = StudyJob::State::running;
   }
 
-  void finish(Job& j, int wait_status) {
+  void finish(StudyJob& j, int wait_status) {
     j.pid = -1;
-    j.result = json_of(j.directory / "optimize.json");
+    j.result = json_of_file(j.directory / "optimize.json");
     const bool good = WIFEXITED(wait_status) && WEXITSTATUS(wait_status) == 0 && j.result.is_object() &&
                       j.result.value("status", "") == "ok";
-    j.state = good ? Job::State::done : Job::State::failed;
+    j.state = good ? StudyJob::State::done : StudyJob::State::failed;
     if (!good) j.error = complaint(j, wait_status);
     ++finished_;
     clear_line();
@@ -211,9 +169,9 @@ class StudyCommand {
   }
 
   /// The last line of what the run said, or the signal that ended it.
-  std::string complaint(const Job& j, int wait_status) const {
+  std::string complaint(const StudyJob& j, int wait_status) const {
     if (WIFSIGNALED(wait_status)) return fmt::format("ended by signal {}", WTERMSIG(wait_status));
-    std::istringstream log(text_of(j.directory / "log.txt"));
+    std::istringstream log(text_of_file(j.directory / "log.txt"));
     std::string line, last;
     while (std::getline(log, line))
       if (line.rfind("costate: ", 0) == 0) last = line.substr(9);
@@ -225,15 +183,16 @@ class StudyCommand {
   void run_all() {
     const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
     const std::size_t at_once = static_cast<std::size_t>(options_.jobs > 0 ? options_.jobs : cores);
-    total_ = static_cast<std::size_t>(std::count_if(jobs_.begin(), jobs_.end(), [](const Job& j) { return !j.ok(); }));
+    total_ =
+        static_cast<std::size_t>(std::count_if(jobs_.begin(), jobs_.end(), [](const StudyJob& j) { return !j.ok(); }));
     if (total_ < jobs_.size() && !common_.json && !common_.quiet)
       print_text(stderr, fmt::format("{} of {} runs are finished already\n", jobs_.size() - total_, jobs_.size()));
     for (;;) {
       throw_if_interrupted();
       std::size_t running = 0;
       bool waiting = false;
-      for (Job& j : jobs_) {
-        if (j.state == Job::State::running) {
+      for (StudyJob& j : jobs_) {
+        if (j.state == StudyJob::State::running) {
           int status = 0;
           if (::waitpid(j.pid, &status, WNOHANG) == j.pid)
             finish(j, status);
@@ -241,12 +200,12 @@ class StudyCommand {
             ++running;
         }
       }
-      for (Job& j : jobs_)
-        if (j.state == Job::State::waiting && running < at_once) {
+      for (StudyJob& j : jobs_)
+        if (j.state == StudyJob::State::waiting && running < at_once) {
           start(j);
           ++running;
         } else {
-          waiting = waiting || j.state == Job::State::waiting;
+          waiting = waiting || j.state == StudyJob::State::waiting;
         }
       if (running == 0 && !waiting) return;
       show_progress();
@@ -256,10 +215,10 @@ class StudyCommand {
 
   /// Asks the runs to end; their journals are complete.
   void stop_all() {
-    for (Job& j : jobs_)
-      if (j.state == Job::State::running) ::kill(j.pid, SIGINT);
-    for (Job& j : jobs_)
-      if (j.state == Job::State::running) ::waitpid(j.pid, nullptr, 0);
+    for (StudyJob& j : jobs_)
+      if (j.state == StudyJob::State::running) ::kill(j.pid, SIGINT);
+    for (StudyJob& j : jobs_)
+      if (j.state == StudyJob::State::running) ::waitpid(j.pid, nullptr, 0);
     clear_line();
   }
 
@@ -269,8 +228,8 @@ class StudyCommand {
     if (now - shown_ < std::chrono::milliseconds(500)) return;
     shown_ = now;
     std::vector<std::string> names;
-    for (const Job& j : jobs_)
-      if (j.state == Job::State::running) names.push_back(fmt::format("{} ({})", j.run.name, j.evaluations()));
+    for (const StudyJob& j : jobs_)
+      if (j.state == StudyJob::State::running) names.push_back(fmt::format("{} ({})", j.run.name, j.evaluations()));
     print_text(stderr, fmt::format("\r\033[K[{}/{}] evaluations: {}", finished_, total_, fmt::join(names, ", ")));
     line_ = true;
   }
@@ -279,7 +238,7 @@ class StudyCommand {
     line_ = false;
   }
 
-  Json row(const Job& j) const {
+  Json row(const StudyJob& j) const {
     Json r;
     r["name"] = j.run.name;
     r["scene"] = j.run.scene.string();
@@ -354,7 +313,7 @@ class StudyCommand {
 
   std::string table(const Json& rows) const {
     std::size_t width = 3;
-    for (const Job& j : jobs_) width = std::max(width, j.run.name.size());
+    for (const StudyJob& j : jobs_) width = std::max(width, j.run.name.size());
     std::string text = fmt::format("{}\n  {:<{}} {:>14} {:>14} {:>8} {:>6} {:>9}  {}\n", title_, "run", width,
                                    "psi before", "psi after", "change", "evals", "time [s]", "end");
     for (const auto& r : rows) {
@@ -380,11 +339,11 @@ class StudyCommand {
 
   void report(bool complete) {
     Json j;
-    const bool good = std::all_of(jobs_.begin(), jobs_.end(), [](const Job& x) { return x.ok(); });
+    const bool good = std::all_of(jobs_.begin(), jobs_.end(), [](const StudyJob& x) { return x.ok(); });
     j["status"] = good ? "ok" : complete ? "failed" : "interrupted";
     j["title"] = title_;
     j["runs"] = Json::array();
-    for (const Job& x : jobs_) j["runs"].push_back(row(x));
+    for (const StudyJob& x : jobs_) j["runs"].push_back(row(x));
     const std::string text = table(j["runs"]);
     write_file_atomically(directory_ / "study.json", json_text(j) + "\n");
     write_file_atomically(directory_ / "study.csv", csv(j["runs"]));
@@ -400,7 +359,7 @@ class StudyCommand {
   const Options& options_;
   std::string title_;
   fs::path directory_;
-  std::vector<Job> jobs_;
+  std::vector<StudyJob> jobs_;
   record_detail::FileDescriptor lock_;
   std::size_t finished_ = 0, total_ = 0;
   bool line_ = false;

@@ -8,7 +8,7 @@
 #include <functional>
 #include <map>
 
-#include "candidate_researchers.h"
+#include "candidate_researchers_reduced.h"
 #include "costate/candidate/candidate_check.h"
 
 using namespace costate;

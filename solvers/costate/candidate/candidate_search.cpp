@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "costate/candidate/candidate_hypotheses.h"
 #include "costate/candidate/candidate_messages.h"
 
 namespace costate {
@@ -18,22 +19,10 @@ using Eigen::VectorXd;
 
 constexpr int kUnexplained = 50;
 
-struct Hypothesis {
-  Alteration a;
-  const AdjointTerm* term;
-  double unlikely;  // ranks what explains equally well
-  int block;        // of outputs; -1: shared by several
-};
-
 bool finite(const std::vector<VectorXd>& x) {
   for (const auto& y : x)
     if (!y.allFinite()) return false;
   return true;
-}
-
-/// Alterations of the same term at the same time make no sense.
-bool conflict(const Alteration& a, const Alteration& b) {
-  return a.section == b.section && a.term == b.term && (a.part == b.part || a.part < 0 || b.part < 0);
 }
 
 struct Explanation {
@@ -49,7 +38,8 @@ class Search {
     base_ = c_.model({});
     for (const auto section : c_.sections) {
       const auto& terms = model.terms(section);
-      for (std::size_t i = 0; i < terms.size(); ++i) add_hypotheses(terms[i], static_cast<int>(i));
+      for (std::size_t i = 0; i < terms.size(); ++i)
+        add_hypotheses(terms[i], static_cast<int>(i), c_.where, hypotheses_);
     }
     values_.resize(hypotheses_.size());
     for (std::size_t h = 0; h < hypotheses_.size(); ++h) values_[h] = c_.model({hypotheses_[h].a});
@@ -89,41 +79,7 @@ class Search {
     double unlikely = 0;
   };
 
-  const Hypothesis& at(int h) const { return hypotheses_[static_cast<std::size_t>(h)]; }
-
-  void add_hypotheses(const AdjointTerm& t, int index) {
-    int block = -1;
-    if (!t.shared)
-      for (std::size_t k = 0; k < c_.where.size(); ++k)
-        if (c_.where[k] == t.where) block = static_cast<int>(k);
-    if (!t.shared && block < 0) return;  // an equation that the candidate does not have
-    const auto add = [&](int part, Kind kind, double unlikely, int option = 0) {
-      Alteration a;
-      a.section = t.section;
-      a.term = index;
-      a.part = part;
-      a.kind = kind;
-      a.option = option;
-      hypotheses_.push_back(
-          {a, &t, unlikely + (part >= 0 ? 0.01 : 0) + (t.shared ? 0.02 : 0) + (t.matrix_of_solve ? 0.05 : 0), block});
-    };
-    const auto add_all = [&](int part) {
-      add(part, Kind::dropped, 0);
-      add(part, Kind::negated, 0.1);
-      if (t.square) add(part, Kind::transposed, 0.2);
-      add(part, Kind::doubled, 0.3);
-      add(part, Kind::halved, 0.35);
-      if (t.matrix_of_solve) return;
-      const std::string own = part < 0 ? t.block : t.part_blocks[static_cast<std::size_t>(part)];
-      for (std::size_t o = 0; o < t.other_unknowns.size(); ++o)
-        if (t.other_unknowns[o] != t.unknown) add(part, Kind::other_unknown, 0.5, static_cast<int>(o));
-      for (std::size_t o = 0; o < t.other_blocks.size(); ++o)
-        if (t.other_blocks[o] != own) add(part, Kind::other_block, 0.6, static_cast<int>(o));
-    };
-    add_all(-1);
-    if (t.parts.size() > 1)
-      for (int p = 0; p < static_cast<int>(t.parts.size()); ++p) add_all(p);
-  }
+  const CandidateHypothesis& at(int h) const { return hypotheses_[static_cast<std::size_t>(h)]; }
 
   /// Rows count by the largest of the terms that stand in them, over all samples.
   void weigh() {
@@ -155,7 +111,7 @@ class Search {
   void find_blind_spots(CandidateDiagnosis& d) {
     std::vector<const AdjointTerm*> gone;
     for (int h = 0; h < static_cast<int>(hypotheses_.size()); ++h) {
-      const Hypothesis& x = at(h);
+      const CandidateHypothesis& x = at(h);
       if (x.a.kind != Kind::dropped && x.a.kind != Kind::transposed) continue;
       if (!finite(values_[static_cast<std::size_t>(h)])) continue;
       double largest = 0;
@@ -416,7 +372,7 @@ class Search {
   }
 
   const CandidateComparison& c_;
-  std::vector<Hypothesis> hypotheses_;
+  std::vector<CandidateHypothesis> hypotheses_;
   std::vector<VectorXd> base_;
   std::vector<std::vector<VectorXd>> values_;  // of each hypothesis alone
   std::vector<VectorXd> weight_;

@@ -1,0 +1,41 @@
+// One run of a study: where its results are, how far it is, and what they belong to.
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <string>
+
+#include "command.h"
+#include "study_file.h"
+
+namespace costate::app {
+
+/// One run of the study and where it is.
+struct StudyJob {
+  StudyRun run;
+  std::filesystem::path directory;
+  enum class State { waiting, kept, running, done, failed } state = State::waiting;
+  bool resume = false;
+  pid_t pid = -1;
+  std::string error;
+  Json result;
+
+  /// What the results belong to: a change of it makes them worthless.
+  Json definition() const;
+  /// Those in the journal.
+  long evaluations() const;
+  bool ok() const { return state == State::kept || state == State::done; }
+  const char* status() const {
+    return state == State::kept     ? "kept"
+           : state == State::done   ? "ok"
+           : state == State::failed ? "failed"
+                                    : "interrupted";
+  }
+};
+
+/// A file's bytes, and the JSON in it: empty where there is none, discarded where it is damaged.
+std::string text_of_file(const std::filesystem::path& path);
+Json json_of_file(const std::filesystem::path& path);
+
+}  // namespace costate::app

@@ -1,0 +1,99 @@
+// Changes of independent coordinates, and kinks of drivers, forward, along tangents and back: lib/README.md (6).
+#include "costate/formulation/maggi_dae.h"
+#include "costate/level/maggi_names.h"
+
+namespace costate {
+
+void MaggiDae::use_mode(int mode) {
+  if (mode == level_.chart()) return;
+  level_.use_chart(mode);
+  name_maggi_unknowns(assembly_.mechanism(), level_.independent(), unknowns_);
+}
+
+bool MaggiDae::wants_other_coordinates(double t, const double*) {
+  // The step's last evaluation serves: another one here would be missing where the run is repeated from a checkpoint. A
+  // step that ended without one is judged after the next.
+  if (!level_.solved_at(t)) return false;
+  level_.remember();
+  return level_.chart_ratio() > kWorstMaggiRatio;
+}
+
+void MaggiDae::cross_kink(double t, double t_after, double* y, double* yp) {
+  level_.solve(t, y, y + f_, y + 2 * f_);
+  kink_.cross(t_after, y + f_);
+  level_.solve(t_after, y, y + f_, y + 2 * f_);
+  level_.solve_accelerations();
+  load_state(level_.state(), y, yp);
+}
+
+void MaggiDae::cross_kink_tangent(const Jump& before, double t_after, double* const* s, double* const* sp, int count) {
+  linearize_motion(before.t, before.y.data());
+  kink_.tangent(t_after, s, count);
+  std::vector<double> y = before.y, yp = before.yp;
+  cross_kink(before.t, t_after, y.data(), yp.data());
+  linearize_motion(t_after, y.data());
+  complete_columns(s, sp, count);
+}
+
+void MaggiDae::cross_kink_adjoint(const Jump& before, double t_after, double* mu, double* mup, double* gradient) {
+  level_.solve(before.t, before.y.data(), before.y.data() + f_, before.y.data() + 2 * f_);
+  const ScalarGradient& weights = kink_.adjoint(t_after, mu, gradient);
+  linearize_motion(before.t, before.y.data());
+  level_.pull(weights, false);
+  level_.finish_pull(nullptr);
+  copy_pulled(1, mu);
+  level_.add_pulled_parameters(1, gradient);
+  complete_adjoint(mu, mup);
+}
+
+void MaggiDae::change_coordinates(double t, double* y, double* yp) {
+  level_.solve(t, y, y + f_, y + 2 * f_);
+  level_.solve_accelerations();
+  const StateView s = level_.state();
+  level_.change_chart();
+  load_state(s, y, yp);
+  name_maggi_unknowns(assembly_.mechanism(), level_.independent(), unknowns_);
+}
+
+// dy after = (B2 dq, B2 dv, dzf, B2 da), with dw before the jump from the equations of motion.
+void MaggiDae::change_coordinates_tangent(const Jump& jump, double* const* s, double* const* sp, int count) {
+  use_mode(jump.after);
+  const std::vector<int> independent = level_.independent();
+  use_mode(jump.before);
+  linearize_motion(jump.t, jump.y.data());
+  level_.push(s, count, false, true);
+  Eigen::VectorXd da;
+  const int w = 2 * f_ + nz_;
+  for (int j = 0; j < count; ++j) {
+    solve_pushed_accelerations(j, da);
+    for (int i = 0; i < f_; ++i) {
+      const int k = independent[i];
+      s[j][i] = level_.dq(j)[k];
+      s[j][f_ + i] = sp[j][i] = level_.dv(j)[k];
+      s[j][w + i] = sp[j][f_ + i] = da[k];
+      sp[j][w + i] = 0;
+    }
+    std::copy_n(level_.state_rate(j), nz_, sp[j] + 2 * f_);
+  }
+  use_mode(jump.after);
+}
+
+void MaggiDae::change_coordinates_adjoint(const Jump& jump, double* mu, double* mup, double* gradient) {
+  use_mode(jump.after);
+  cost_gradient_.set_zero();
+  const auto& independent = level_.independent();
+  for (int i = 0; i < f_; ++i) {
+    cost_gradient_.q[independent[i]] = mu[i];
+    cost_gradient_.v[independent[i]] = mu[f_ + i];
+  }
+  for (int i = 0; i < nz_; ++i) cost_gradient_.z[i] = mu[2 * f_ + i];
+  use_mode(jump.before);
+  linearize_motion(jump.t, jump.y.data());
+  level_.pull(cost_gradient_, false);
+  level_.finish_pull(nullptr);
+  copy_pulled(1, mu);
+  level_.add_pulled_parameters(1, gradient);
+  complete_adjoint(mu, mup);
+}
+
+}  // namespace costate

@@ -1,7 +1,8 @@
 // The folders of the library and of the solvers are floors: no include runs from a lower one to a higher one.
 #include <fmt/format.h>
 
-#include <catch2/catch_test_macros.hpp>
+#include <algorithm>
+#include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
 #include <regex>

@@ -5,16 +5,12 @@
 #include <catch2/catch.hpp>
 
 #include "costate/base/error.h"
-#include "costate/element/force/tyre_force.h"
-#include "costate/kind/body/body.h"
-#include "costate/kind/body/point.h"
-#include "costate/kind/body/rigid_body.h"
-#include "costate/kind/road/road_laws.h"
-#include "costate/kind/tyre/magic_formula.h"
 #include "costate/scene/scene.h"
 #include "support/paths.h"
+#include "tyre_wheel.h"
 
 using namespace costate;
+using namespace costate::test;
 using Catch::Contains;
 using Catch::Detail::Approx;
 
@@ -84,7 +80,7 @@ TEST_CASE("tyre: power, spin and the gradient by numbers") {
   w.tyre.damping_N_s_per_m = 300;
   MagicFormulaOptions o;
   TyreOptions usual;
-  read_tir_file(std::string(COSTATE_MODELS_DIR) + "/tyres/formula_student_61.tir", o, usual);
+  read_tir_file(COSTATE_MODELS_DIR "/tyres/formula_student_61.tir", o, usual);
   o.longitudinal_relaxation_length_m = 0.3;
   TyreSlipOptions slip;
   slip.relaxation_length_m = 0.4;

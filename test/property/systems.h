@@ -89,4 +89,38 @@ inline MatrixXd parameter_differences(SystemType& system, Function&& f) {
   return J;
 }
 
+struct DaePoint {
+  std::string label;
+  double t = 0;
+  VectorXd y, yp;
+};
+
+/// The consistent start, and random states around it; `stabilized` leaves index 2's extra multipliers nonzero.
+inline std::vector<DaePoint> dae_points(DaeSystem& system, bool stabilized) {
+  DaePoint start{"start", 0, VectorXd(system.size()), VectorXd(system.size())};
+  system.start(0, start.y.data(), start.yp.data(), nullptr, nullptr);
+  std::vector<DaePoint> points = {start};
+  for (const std::uint32_t seed : {1u, 2u}) {
+    Random random(seed);
+    DaePoint p{"random state " + std::to_string(seed), 0.37, start.y + 0.15 * random.vector(system.size()),
+               start.yp + random.vector(system.size())};
+    for (int i = 0; i < system.size(); ++i)
+      if (system.unknowns()[i].role == Unknown::Role::stabilizer && !stabilized) p.y[i] = 0;
+    points.push_back(p);
+  }
+  return points;
+}
+
+inline MatrixXd dense_jacobian(DaeSystem& s, const DaePoint& p, double cj) {
+  std::vector<double> v(s.jacobian_pattern().row.size());
+  s.jacobian(p.t, p.y.data(), p.yp.data(), cj, v.data());
+  return dense(s.jacobian_pattern(), v.data());
+}
+
+/// |J x - b| against the terms in each row, unknowns counting at least with `size_of_x`.
+inline Mismatch backward_error(const MatrixXd& J, const VectorXd& x, const VectorXd& b, const VectorXd& size_of_x) {
+  const VectorXd size = J.cwiseAbs() * x.cwiseAbs().cwiseMax(size_of_x) + b.cwiseAbs();
+  return mismatch_by_rows(J * x, b, size);
+}
+
 }  // namespace costate::test

@@ -23,6 +23,7 @@ struct Finding {
 struct Truth {
   bool known = false;
   double psi = 0, psi_scale = 1;  // the size that psi's error is measured by, where psi itself vanishes
+  double psi_uncertainty = 0;
   std::vector<double> gradient, uncertainty, scales;
 };
 

@@ -53,7 +53,8 @@ Truth truth_of(const Truss& t) {
   for (const Parameter& p : t.parameters) truth.scales.push_back(t.scale(p));
   for (std::size_t j = 0; j < truth.gradient.size(); ++j)
     largest = std::max(largest, std::abs(truth.gradient[j]) * truth.scales[j]);
-  truth.known = r.regularity > 1e-3;
+  truth.psi_uncertainty = r.psi_error;
+  truth.known = r.regularity > 1e-3 && r.psi_error < 5e-5 * std::max(std::abs(r.psi), 1e-3 * truth.psi_scale);
   // Where differences do not settle, the motion depends too strongly on its numbers for them to judge by.
   for (std::size_t j = 0; j < truth.gradient.size(); ++j)
     if (!(truth.uncertainty[j] * truth.scales[j] < 2e-4 * largest)) truth.known = false;

@@ -167,6 +167,14 @@ double Truss::scale(const Parameter& p) const {
       return size / t_end;
     case Parameter::Kind::gravity:
       return size / (t_end * t_end);
+    case Parameter::Kind::damping: {
+      // A damper that is zero has a size all the same: a tenth of what would be critical.
+      double mass = 0;
+      for (const Point& point : points) mass = std::max(mass, point.mass);
+      for (const Bar& b : bars) mass = std::max(mass, b.mass);
+      const double critical = 2 * std::sqrt(springs[static_cast<std::size_t>(p.element)].stiffness * mass);
+      return std::max(std::abs(number(p)), 0.1 * critical);
+    }
     default:
       break;
   }

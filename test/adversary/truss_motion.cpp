@@ -319,24 +319,34 @@ Reference follow(const Truss& truss, double tolerance) {
 }
 
 Reference reference(const Truss& truss) {
-  Reference r = follow(truss, 1e-11);
+  constexpr double tolerance = 1e-11;
+  Reference r = follow(truss, tolerance);
   if (!r.found) return r;
+  const Reference rough = follow(truss, 10 * tolerance);
+  if (!rough.found) {
+    r.found = false;
+    return r;
+  }
+  r.psi_error = std::abs(r.psi - rough.psi);
   for (const Parameter& p : truss.parameters) {
     const double step = 2e-3 * std::max(truss.scale(p), std::abs(truss.number(p)));
-    double d[2];
-    for (const int half : {1, 2}) {
+    // Three steps and two extrapolations: two steps alone may agree by chance where they are too long.
+    double d[3];
+    for (int k = 0; k < 3; ++k) {
+      const double h = step / (1 << k);
       Truss up = truss, down = truss;
-      up.number(p) += step / half;
-      down.number(p) -= step / half;
-      const Reference a = follow(up, 1e-11), b = follow(down, 1e-11);
+      up.number(p) += h;
+      down.number(p) -= h;
+      const Reference a = follow(up, tolerance), b = follow(down, tolerance);
       if (!a.found || !b.found) {
         r.found = false;
         return r;
       }
-      d[half - 1] = (a.psi - b.psi) / (2 * step / half);
+      d[k] = (a.psi - b.psi) / (2 * h);
     }
-    r.gradient.push_back((4 * d[1] - d[0]) / 3);
-    r.gradient_error.push_back(std::abs(r.gradient.back() - d[1]));
+    const double coarse = (4 * d[1] - d[0]) / 3, fine = (4 * d[2] - d[1]) / 3;
+    r.gradient.push_back((16 * fine - coarse) / 15);
+    r.gradient_error.push_back(std::abs(r.gradient.back() - fine));
   }
   return r;
 }

@@ -12,8 +12,9 @@ namespace costate::adversary {
 struct Reference {
   bool found = false;  // a start exists and the motion could be followed
   double psi = 0;
+  double psi_error = 0;  // what ten times the tolerance makes of it
   std::vector<double> gradient;
-  std::vector<double> gradient_error;  // what two steps of differences are apart
+  std::vector<double> gradient_error;  // what the last extrapolation of differences changed
   /// The smallest singular value of the constraint Jacobian along the motion, against its largest: near zero
   /// the mechanism passes a position where its motion, or its gradient, is not determined.
   double regularity = 1;

@@ -270,18 +270,42 @@ void AccelerationDae::start(double t, double* y, double* yp, Eigen::MatrixXd* y_
 
 void AccelerationDae::jump(double t, double* y, double* yp) {
   linearized_ = false;
+  if (pending_event_ >= 0) {
+    events_->cross(pending_event_, view(t, y), y + 2 * n_);
+    state_.complete(t, y, yp);
+    return;
+  }
   state_.jump(t, segment_start(t), y, yp);
 }
 
 void AccelerationDae::jump_tangent(const Jump& jump, double* const* s, double* const* sp, int count) {
   std::vector<double> y = jump.y, yp = jump.yp;
   linearized_ = false;
+  jump_cost_tangent_.clear();
+  if (jump.event >= 0) {
+    jump_cost_tangent_.assign(static_cast<std::size_t>(count), 0);
+    const StateView before = view(jump.t, jump.y.data());
+    events_->cross(jump.event, before, y.data() + 2 * n_);
+    const auto minus = event_side(jump.t, jump.y.data()), plus = event_side(jump.t, y.data());
+    events_->tangent(jump.event, before, minus, plus, s, count, jump_cost_tangent_.data());
+    state_.complete(jump.t, y.data(), yp.data());
+    complete_columns(s, sp, count);
+    return;
+  }
   state_.jump_tangent(jump.t, segment_start(jump.t), y.data(), yp.data(), s, count);
   complete_columns(s, sp, count);
 }
 
 void AccelerationDae::jump_adjoint(const Jump& jump, double* mu, double* mup, double* gradient) {
-  state_.jump_adjoint(jump.t, segment_start(jump.t), jump.y.data(), mu, gradient);
+  if (jump.event >= 0) {
+    std::vector<double> after = jump.y;
+    const StateView before = view(jump.t, jump.y.data());
+    events_->cross(jump.event, before, after.data() + 2 * n_);
+    const auto minus = event_side(jump.t, jump.y.data()), plus = event_side(jump.t, after.data());
+    events_->adjoint(jump.event, before, minus, plus, mu, gradient);
+  } else {
+    state_.jump_adjoint(jump.t, segment_start(jump.t), jump.y.data(), mu, gradient);
+  }
   level_.invalidate();
   linearized_ = false;
   const StateView s = view(jump.t, jump.y.data());

@@ -39,6 +39,7 @@ class AccelerationDae final : public DaeSystem, public SolvedState {
   void terminal_cost_gradient(double t, const double* y, double* w_y, double c, double* gradient) override;
   void terminal_adjoint(double t, const double* y, const double* yp, double* mu, double* mup,
                         double* gradient) override;
+  bool carries_events() const override { return true; }
   void jump(double t, double* y, double* yp) override;
   void jump_tangent(const Jump& jump, double* const* s, double* const* sp, int count) override;
   void jump_adjoint(const Jump& jump, double* mu, double* mup, double* gradient) override;

@@ -272,17 +272,43 @@ void AccelerationOde::start(double t, double* y, Eigen::MatrixXd* y_rho) {
 }
 
 void AccelerationOde::jump(double t, double* y) {
+  if (pending_event_ >= 0) {
+    events_->cross(pending_event_, view(t, y), y + 2 * assembly_.n());
+    level_.invalidate();
+    return;
+  }
   const double* v = velocity_jump_.calc(view(t, y), segment_start(t));
   std::copy(v, v + assembly_.n(), y + assembly_.n());
   level_.invalidate();
 }
 
 void AccelerationOde::jump_tangent(const Jump& jump, double* const* s, int count) {
+  jump_cost_tangent_.clear();
+  if (jump.event >= 0) {
+    jump_cost_tangent_.assign(static_cast<std::size_t>(count), 0);
+    std::vector<double> after = jump.y;
+    const StateView before = view(jump.t, jump.y.data());
+    events_->cross(jump.event, before, after.data() + 2 * assembly_.n());
+    const auto minus = event_side(jump.t, jump.y.data()), plus = event_side(jump.t, after.data());
+    events_->tangent(jump.event, before, minus, plus, s, count, jump_cost_tangent_.data());
+    level_.invalidate();
+    return;
+  }
   velocity_jump_.tangent(view(jump.t, jump.y.data()), segment_start(jump.t), s, count);
   level_.invalidate();
 }
 
 void AccelerationOde::jump_adjoint(const Jump& jump, double* mu, double* gradient) {
+  if (jump.event >= 0) {
+    std::vector<double> after = jump.y;
+    const StateView before = view(jump.t, jump.y.data());
+    events_->cross(jump.event, before, after.data() + 2 * assembly_.n());
+    const auto minus = event_side(jump.t, jump.y.data()), plus = event_side(jump.t, after.data());
+    events_->adjoint(jump.event, before, minus, plus, mu, gradient);
+    level_.invalidate();
+    cost_gradient_at_ = -1;
+    return;
+  }
   velocity_jump_.adjoint(view(jump.t, jump.y.data()), segment_start(jump.t), mu, gradient);
   level_.invalidate();
   cost_gradient_at_ = -1;

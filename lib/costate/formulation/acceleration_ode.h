@@ -31,6 +31,7 @@ class AccelerationOde final : public OdeSystem {
   void adjoint_integrand(double t, const double* y, const double* mu, double* out) override;
   void terminal_adjoint(double t, const double* y, double* mu, double* gradient) override;
   void start(double t, double* y, Eigen::MatrixXd* y_rho) override;
+  bool carries_events() const override { return true; }
   void jump(double t, double* y) override;
   void jump_tangent(const Jump& jump, double* const* s, int count) override;
   void jump_adjoint(const Jump& jump, double* mu, double* gradient) override;

@@ -12,6 +12,31 @@ namespace costate {
 System::System(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective)
     : assembly_(std::move(mechanism), std::move(parameters)), objective_(std::move(objective)) {
   cost_gradient_.resize(assembly_);
+  if (MotionEvents::has_any(assembly_.mechanism())) events_ = std::make_unique<MotionEvents>(assembly_);
+}
+
+void System::begin_events(double t, const double* y) {
+  pending_event_ = -1;
+  if (!events_) return;
+  if (!carries_events()) MotionEvents::refuse(assembly_.mechanism(), "this formulation is");
+  events_->begin(kinematic_state(t, y));
+}
+
+std::optional<double> System::find_event(double from, double to, const std::function<const double*(double)>& at) {
+  if (!events_) return {};
+  const auto hit = events_->find(from, to, [&](double t) { return kinematic_state(t, at(t)); });
+  if (!hit) return {};
+  pending_event_ = hit->event;
+  return hit->t;
+}
+
+MotionEvents::Side System::event_side(double t, const double* y) {
+  const PhysicalState s = solved_state(*this, t, y);
+  MotionEvents::Side side;
+  side.a.assign(s.a, s.a + assembly_.n());
+  side.zdot = assembly_.zdot;
+  side.cost = has_running_cost() ? objective_.running_value(s, assembly_) : 0;
+  return side;
 }
 
 void System::set_parameters(const double* rho) {

@@ -3,11 +3,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "costate/assembly/assembly.h"
+#include "costate/event/motion_events.h"
 #include "costate/level/unknown.h"
 #include "costate/linear/sparse_pattern.h"
 #include "costate/objective/objective.h"
@@ -24,6 +27,7 @@ using PhysicalState = StateView;
 struct Jump {
   double t = 0;
   int before = 0, after = 0;
+  int event = -1;             // of the mechanism's own (event/motion_events.h), or none
   std::vector<double> y, yp;  // at the end of the segment; yp of DAE systems only
 };
 
@@ -65,7 +69,7 @@ class System {
   // Trajectories of several segments. A system that never jumps leaves all this alone.
   // Velocities jump where a driver's law has a kink (velocity_jump.h); other jumps are those of a formulation.
   /// Whether trajectories may have jumps; if not, nothing below is called.
-  virtual bool may_jump() const { return !kinks_.empty(); }
+  virtual bool may_jump() const { return !kinks_.empty() || events_; }
   /// The times of kinks, in order.
   const std::vector<double>& kinks() const { return kinks_; }
   /// The last instant before the next kink after t, where a segment must end; infinite without one.
@@ -77,14 +81,36 @@ class System {
   virtual bool segment_ends(double t, const double*) { return t >= segment_limit(t); }
   /// Where the next segment starts when one has ended at t: behind a kink, else at t.
   double segment_start(double t) const;
+
+  // Events of the mechanism: contacts that touch and let go. Their times are found along the run.
+  /// Whether this formulation is carried across them; where not, a mechanism that has them is refused by name.
+  virtual bool carries_events() const { return false; }
+  bool has_events() const { return events_ != nullptr; }
+  /// A forward run begins at (t, y).
+  void begin_events(double t, const double* y);
+  /// After each accepted step, once and in order of time: when the first event within it happens, which is then the
+  /// pending one; `at` gives y at times between.
+  std::optional<double> find_event(double from, double to, const std::function<const double*(double)>& at);
+  int pending_event() const { return pending_event_; }
+  void forget_event() { pending_event_ = -1; }
+  const std::string& event_name(int event) const { return events_->name(event); }
+  /// What the running part of psi gains by each parameter where the last jump_tangent() crossed an event; else empty.
+  const std::vector<double>& jump_cost_tangent() const { return jump_cost_tangent_; }
+
   /// Newton iterations made inside evaluations, to find positions.
   virtual long position_iterations() const { return 0; }
 
  protected:
+  /// What the equations and the cost say at (t, y), accelerations solved for.
+  MotionEvents::Side event_side(double t, const double* y);
+
   Assembly assembly_;
   Objective objective_;
   std::vector<Unknown> unknowns_;
   ScalarGradient cost_gradient_;
+  std::unique_ptr<MotionEvents> events_;  // null without any
+  std::vector<double> jump_cost_tangent_;
+  int pending_event_ = -1;
 
  private:
   std::vector<double> kinks_;

@@ -20,6 +20,7 @@ CandidateReference candidate_reference(const Problem& problem, const std::string
     if (method.empty() && refusal(find_sensitivity_method(name), find_formulation(formulation)).empty()) method = name;
   if (method.empty())
     throw CapabilityError(fmt::format("Formulation '{}' has no adjoint to compare a candidate with.", formulation));
+  MotionEvents::refuse(*p.mechanism, "adjoints of users are");
   std::vector<double> numbers = p.mechanism->base_numbers();
   p.parameters.apply(rho.data(), numbers);
   for (const double t : driver_kinks(*p.mechanism, numbers))

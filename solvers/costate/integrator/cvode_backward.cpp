@@ -36,6 +36,7 @@ void CvodeSession::add_start_gradient(const AdjointState& mu, std::vector<double
 }
 
 void CvodeSession::solve_backward(AdjointState& mu, const AdjointSize& expected, std::vector<double>& gradient) {
+  if (t_ <= options_.t_start) return;  // two events at once: nothing between them
   const int n = system_.size(), np = system_.parameter_count();
   backward_ = std::make_unique<Backward>();
   Backward& b = *backward_;

@@ -273,8 +273,14 @@ bool CvodeSession::advance_segment(double t, Trajectory* trajectory, const StepS
                               : CVode(memory_, options_.t_end, y_, &step_end_, CV_ONE_STEP);
     if (flag < 0) fail(memory_, flag, "CVODES could not continue the simulation", names());
     if (adjoint_) counters_.checkpoints = checkpoints;
+    const auto event = system_.find_event(begin, step_end_, [&](double at) {
+      check(CVodeGetDky(memory_, at, 0, y_), "CVodeGetDky");
+      return y();
+    });
+    if (event) step_end_ = *event;
+    if (system_.has_events()) check(CVodeGetDky(memory_, step_end_, 0, y_), "CVodeGetDky");
     if (after_step) after_step(step_end_, y());
-    ended_ = system_.segment_ends(step_end_, y());
+    ended_ = event || system_.segment_ends(step_end_, y());
     if (trajectory) record_step(begin, step_end_, *trajectory);
   }
   if (t < step_end_ || (t_ < t && t == known)) check(CVodeGetDky(memory_, t, 0, y_), "CVodeGetDky");
@@ -285,6 +291,7 @@ bool CvodeSession::advance_segment(double t, Trajectory* trajectory, const StepS
 void CvodeSession::jump(Jump& jump, SegmentStart& start) {
   const int n = system_.size();
   jump.t = t_;
+  jump.event = system_.pending_event();
   start.t = system_.segment_start(t_);
   jump.before = system_.mode();
   jump.y.assign(y(), y() + n);
@@ -292,6 +299,7 @@ void CvodeSession::jump(Jump& jump, SegmentStart& start) {
   system_.jump(t_, start.y.data());
   jump.after = system_.mode();
   start.cost = cost();
+  system_.forget_event();
   if (yS_.count() == 0) return;
   check(CVodeGetSensDky(memory_, t_, 0, yS_.handles()), "CVodeGetSensDky");
   std::vector<double*> columns;
@@ -301,6 +309,9 @@ void CvodeSession::jump(Jump& jump, SegmentStart& start) {
     columns.push_back(start.s[j].data());
   }
   system_.jump_tangent(jump, columns.data(), yS_.count());
+  if (cost_state_)
+    for (std::size_t j = 0; j < system_.jump_cost_tangent().size(); ++j)
+      start.s[j][static_cast<std::size_t>(n)] += system_.jump_cost_tangent()[j];
 }
 
 double CvodeSession::cost() {

@@ -95,6 +95,7 @@ Problem with_fixed_step(const Problem& problem) {
 
 FixedRun::FixedRun(const Problem& problem, const std::vector<double>& rho, long steps, bool with_derivatives)
     : problem_(problem), scheme_(problem.make_discrete()), steps_(steps) {
+  MotionEvents::refuse(*problem.mechanism, "fixed steps are");
   scheme_->set_parameters(rho.data());
   for (const double t : scheme_->kinks())
     if (problem.solver.t_start < t && t < problem.solver.t_end)

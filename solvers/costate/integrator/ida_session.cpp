@@ -289,8 +289,14 @@ bool IdaSession::advance_segment(double t, Trajectory* trajectory, const StepSin
                               : IDASolve(memory_, options_.t_end, &step_end_, y_, yp_, IDA_ONE_STEP);
     if (flag < 0) fail(memory_, flag, "IDAS could not continue the simulation", system_.unknowns());
     if (adjoint_) counters_.checkpoints = checkpoints;
+    const auto event = system_.find_event(begin, step_end_, [&](double at) {
+      check(IDAGetDky(memory_, at, 0, y_), "IDAGetDky");
+      return y();
+    });
+    if (event) step_end_ = *event;
+    if (system_.has_events()) interpolate(step_end_);
     if (after_step) after_step(step_end_, y());
-    ended_ = system_.segment_ends(step_end_, y());
+    ended_ = event || system_.segment_ends(step_end_, y());
     if (trajectory) record_step(begin, step_end_, *trajectory);
   }
   if (t < step_end_ || (t_ < t && t == known)) interpolate(t);
@@ -302,6 +308,7 @@ bool IdaSession::advance_segment(double t, Trajectory* trajectory, const StepSin
 void IdaSession::jump(Jump& jump, SegmentStart& start) {
   const int n = system_.size();
   jump.t = t_;
+  jump.event = system_.pending_event();
   start.t = system_.segment_start(t_);
   jump.before = system_.mode();
   jump.y.assign(y(), y() + n);
@@ -311,6 +318,7 @@ void IdaSession::jump(Jump& jump, SegmentStart& start) {
   system_.jump(t_, start.y.data(), start.yp.data());
   jump.after = system_.mode();
   start.cost = cost();
+  system_.forget_event();
   if (yS_.count() == 0) return;
   check(IDAGetSensDky(memory_, t_, 0, yS_.handles()), "IDAGetSensDky");
   std::vector<double*> columns, rates;
@@ -324,7 +332,11 @@ void IdaSession::jump(Jump& jump, SegmentStart& start) {
   system_.jump_tangent(jump, columns.data(), rates.data(), yS_.count());
   if (qS_.count() == 0) return;
   check(IDAGetQuadSensDky(memory_, t_, 0, qS_.handles()), "IDAGetQuadSensDky");
-  for (int j = 0; j < qS_.count(); ++j) start.cost_gradient.push_back(qS_.data(j)[0]);
+  for (int j = 0; j < qS_.count(); ++j) {
+    const auto k = static_cast<std::size_t>(j);
+    const double gained = k < system_.jump_cost_tangent().size() ? system_.jump_cost_tangent()[k] : 0;
+    start.cost_gradient.push_back(qS_.data(j)[0] + gained);
+  }
 }
 
 double IdaSession::cost() {

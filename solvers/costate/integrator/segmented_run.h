@@ -21,6 +21,7 @@ class SegmentedRun {
       : system_(system), segmented_(system.may_jump()) {
     sessions_.push_back(std::make_unique<Session>(system, options, monitor, with_start_derivative, more...));
     t_start_ = options.t_start;
+    system.begin_events(t_start_, session().y());
     follow(std::make_shared<const StepPlan>(system, system.objective(), options.t_start, options.t_end, session().y()));
     make_session_ = [&system, options, monitor, more...](const SegmentStart& start) {
       return std::make_unique<Session>(system, options, monitor, start, more...);

@@ -53,6 +53,7 @@ std::vector<double> kinks_of(const Problem& problem, const std::vector<double>& 
 
 ForwardMotion record_motion(const Problem& problem, const std::vector<double>& rho) {
   const Mechanism& m = *problem.mechanism;
+  MotionEvents::refuse(m, "hand-derived methods are");
   if (const std::vector<double> at = kinks_of(problem, rho); !at.empty()) {
     if (at.back() == problem.solver.t_end)
       throw CapabilityError(

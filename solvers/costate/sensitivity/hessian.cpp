@@ -159,6 +159,7 @@ std::string hessian_refusal(const Formulation& formulation) {
 HessianProducts hessian_products(const Problem& problem, const std::vector<double>& rho, const MatrixXd& directions) {
   const std::string refused = hessian_refusal(find_formulation(problem.formulation));
   if (!refused.empty()) throw CapabilityError(refused);
+  MotionEvents::refuse(*problem.mechanism, "Hessian products are");
   const auto& parameters = problem.parameters.parameters;
   const auto np = static_cast<Eigen::Index>(parameters.size());
   if (directions.rows() != np)

@@ -1,0 +1,29 @@
+// Forces whose motion has events: a foot that touches, a stop that lets go. An event happens where a guard crosses
+// zero; the force's own states then jump (what it has latched: an approach speed, a mode), and everything else goes on.
+// The mode of a force is among its states, so that whoever evaluates it knows the mode, forward and back.
+#pragma once
+
+#include <string>
+
+#include "costate/element/element.h"
+
+namespace costate {
+
+/// A force that has events derives from this as well.
+class GuardedForce {
+ public:
+  virtual ~GuardedForce() = default;
+
+  virtual int guard_count() const = 0;
+  virtual std::string guard_name(int k) const = 0;  // "touch"
+  /// +1 where guard k counts as it rises through zero, -1 as it falls.
+  virtual int guard_direction(int k) const = 0;
+  /// Whether guard k is looked at with these states (nz).
+  virtual bool guard_armed(int k, const double* z) const = 0;
+  /// h_k(t, q, v, z, p); accelerations and multipliers are not given.
+  virtual PathDual guard(int k, const MeasureArguments& x) const = 0;
+  /// The states behind event k, nz of them, from everything before it.
+  virtual void transition(int k, const MeasureArguments& x, PathDual* z_after) const = 0;
+};
+
+}  // namespace costate

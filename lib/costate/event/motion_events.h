@@ -1,0 +1,88 @@
+// The events of a mechanism (element/guarded_force.h): where they are along a step, what jumps there, and how tangents
+// and adjoints cross. Positions and velocities go on; states of forces jump, z+ = D(t, x), and with them the right-hand
+// side, f = (v, a, z'). The time t* of an event depends on everything (lib/README.md (17)):
+//   dt* = -(h_x dx + h_rho drho)/hdot,           hdot = h_t + h_x f-
+//   dx+ = G_x dx + G_rho drho + (G_t + G_x f- - f+) dt*,   dpsi += (g- - g+) dt*,   G = (q, v, D)
+//   sigma = mu+^T (G_t + G_x f- - f+) + g- - g+,  mu-^T = mu+^T G_x - sigma/hdot h_x
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "costate/assembly/assembly.h"
+#include "costate/element/guarded_force.h"
+
+namespace costate {
+
+class MotionEvents {
+ public:
+  /// Of the mechanism's forces, with the numbers that the assembly has.
+  explicit MotionEvents(Assembly& assembly);
+
+  static bool has_any(const Mechanism& mechanism);
+  /// Throws CapabilityError where there are any: for runs that are not carried across ("fixed steps").
+  static void refuse(const Mechanism& mechanism, const std::string& what);
+
+  bool empty() const { return guards_.empty(); }
+  /// "contact.foot: touch".
+  const std::string& name(int event) const { return guards_[static_cast<std::size_t>(event)].name; }
+
+  /// A run begins at this state: a guard counts once it has been seen on the side from which it crosses.
+  void begin(const StateView& s);
+
+  struct Hit {
+    double t;
+    int event;
+  };
+  /// The first event of a step; `at` gives the state at times between its ends, valid until it is called again. To be
+  /// called for each step once, in order of time.
+  std::optional<Hit> find(double from, double to, const std::function<StateView(double)>& at);
+
+  /// z (nz entries, those before) := those behind the event.
+  void cross(int event, const StateView& before, double* z);
+
+  /// Accelerations, rates of force states and running cost on one side.
+  struct Side {
+    std::vector<double> a, zdot;
+    double cost = 0;
+  };
+  /// Columns (q, v, z), one a parameter, become those behind the event; dcost[j] := what the running part of psi gains.
+  void tangent(int event, const StateView& before, const Side& minus, const Side& plus, double* const* columns,
+               int count, double* dcost);
+  /// mu of (q, v, z) behind the event becomes that before it; the gradient gains the event's own share.
+  void adjoint(int event, const StateView& before, const Side& minus, const Side& plus, double* mu, double* gradient);
+
+ private:
+  struct GuardOf {
+    const Force* force;
+    const GuardedForce* guarded;
+    int k;            // of the force's own
+    int first_state;  // of the force, among all
+    std::string name;
+    bool ready = false;  // seen on the side from which it crosses
+  };
+  const GuardOf& of(int event) const { return guards_[static_cast<std::size_t>(event)]; }
+  /// Guard values; NaN where a guard is not looked at.
+  void calc(const StateView& s, std::vector<double>& h);
+  double value(const GuardOf& g, const StateView& s);
+  void load(const GuardOf& g, const StateView& s);
+  MeasureArguments arguments() const;
+  /// h_x, h_rho, hdot and those of the transition.
+  void linearize(const GuardOf& g, const StateView& before, const Side& minus, bool columns);
+
+  Assembly& assembly_;
+  std::vector<GuardOf> guards_;
+  std::vector<double> before_, after_;
+  // Local arguments on duals.
+  PathDual t_;
+  std::vector<PathDual> q_, v_, z_, p_, out_;
+  // Of the last linearization: rows over (q, v, z), columns of rho.
+  std::vector<double> h_x_, h_rho_;
+  std::vector<std::vector<double>> D_x_, D_rho_;
+  std::vector<double> D_rate_;  // D_t + D_x f-
+  double hdot_ = 0;
+};
+
+}  // namespace costate

@@ -28,7 +28,7 @@ void MotionEvents::refuse(const Mechanism& mechanism, const std::string& what) {
   if (!has_any(mechanism)) return;
   throw CapabilityError(
       fmt::format("This scene has events (contacts that touch and let go), which {} not carried across yet. Take index1, "
-                  "baumgarte, penalty or augmented-lagrangian, with idas or cvodes methods.",
+                  "baumgarte, penalty, augmented-lagrangian or maggi, with idas or cvodes methods.",
                   what));
 }
 

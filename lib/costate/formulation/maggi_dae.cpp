@@ -365,5 +365,4 @@ void MaggiDae::terminal_adjoint(double t, const double* y, const double*, double
   level_.add_pulled_parameters(1, gradient);
   complete_adjoint(mu, mup);
 }
-
 }  // namespace costate

@@ -19,6 +19,7 @@ class MaggiDae final : public SegmentedDae, public SolvedState {
   bool begins_with_motion() const override { return false; }
   void forget_history() override { level_.forget_history(); }
   PhysicalState physical_state(double t, const double* y) override;
+  bool carries_events() const override { return true; }
   PhysicalState kinematic_state(double t, const double* y) override;
   PhysicalState solved_state(double t, const double* y) override;
   void solve_unknowns(double t, double* y) override;
@@ -47,6 +48,9 @@ class MaggiDae final : public SegmentedDae, public SolvedState {
  protected:
   bool changes_coordinates() const override { return f_ > 0; }
   bool wants_other_coordinates(double t, const double* y) override;
+  void cross_event(int event, double t, double* y, double* yp) override;
+  void cross_event_tangent(const Jump& jump, double* const* s, double* const* sp, int count) override;
+  void cross_event_adjoint(const Jump& jump, double* mu, double* mup, double* gradient) override;
   void cross_kink(double t, double t_after, double* y, double* yp) override;
   void cross_kink_tangent(const Jump& before, double t_after, double* const* s, double* const* sp, int count) override;
   void cross_kink_adjoint(const Jump& before, double t_after, double* mu, double* mup, double* gradient) override;

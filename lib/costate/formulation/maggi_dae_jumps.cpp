@@ -1,5 +1,6 @@
 // Changes of independent coordinates, and kinks of drivers, forward, along tangents and back: lib/README.md (6).
 #include "costate/formulation/maggi_dae.h"
+#include "costate/formulation/maggi_event.h"
 #include "costate/level/maggi_names.h"
 
 namespace costate {
@@ -16,6 +17,41 @@ bool MaggiDae::wants_other_coordinates(double t, const double*) {
   if (!level_.solved_at(t)) return false;
   level_.remember();
   return level_.chart_ratio() > kWorstMaggiRatio;
+}
+
+void MaggiDae::cross_event(int event, double t, double* y, double* yp) {
+  level_.solve(t, y, y + f_, y + 2 * f_);
+  events_->cross(event, level_.state(), y + 2 * f_);
+  level_.solve(t, y, y + f_, y + 2 * f_);
+  level_.solve_accelerations();
+  load_state(level_.state(), y, yp);
+}
+
+void MaggiDae::cross_event_tangent(const Jump& jump, double* const* s, double* const* sp, int count) {
+  std::vector<double> after = jump.y, rates = jump.yp;
+  cross_event(jump.event, jump.t, after.data(), rates.data());
+  const auto plus = event_side(jump.t, after.data()), minus = event_side(jump.t, jump.y.data());
+  linearize_motion(jump.t, jump.y.data());
+  jump_cost_tangent_.assign(static_cast<std::size_t>(count), 0);
+  costate::cross_event_tangent(level_, *events_, jump.event, minus, plus, s, count, jump_cost_tangent_.data());
+  linearize_motion(jump.t, after.data());
+  complete_columns(s, sp, count);
+}
+
+void MaggiDae::cross_event_adjoint(const Jump& jump, double* mu, double* mup, double* gradient) {
+  std::vector<double> after = jump.y, rates = jump.yp;
+  cross_event(jump.event, jump.t, after.data(), rates.data());
+  const auto plus = event_side(jump.t, after.data()), minus = event_side(jump.t, jump.y.data());
+  level_.solve(jump.t, jump.y.data(), jump.y.data() + f_, jump.y.data() + 2 * f_);
+  ScalarGradient weights;
+  weights.resize(assembly_);
+  costate::cross_event_adjoint(level_, *events_, jump.event, minus, plus, mu, weights, gradient);
+  linearize_motion(jump.t, jump.y.data());
+  level_.pull(weights, false);
+  level_.finish_pull(nullptr);
+  copy_pulled(1, mu);
+  level_.add_pulled_parameters(1, gradient);
+  complete_adjoint(mu, mup);
 }
 
 void MaggiDae::cross_kink(double t, double t_after, double* y, double* yp) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "costate/analysis/start.h"
+#include "costate/formulation/maggi_event.h"
 #include "costate/level/maggi_names.h"
 
 namespace costate {
@@ -220,6 +221,35 @@ bool MaggiOde::wants_other_coordinates(double t, const double*) {
   if (!level_.solved_at(t)) return false;
   level_.remember();
   return level_.chart_ratio() > kWorstMaggiRatio;
+}
+
+void MaggiOde::cross_event(int event, double t, double* y) {
+  solve_point(t, y);
+  events_->cross(event, level_.state(), y + 2 * f_);
+  solve_point(t, y);
+}
+
+void MaggiOde::cross_event_tangent(const Jump& jump, double* const* s, int count) {
+  std::vector<double> after = jump.y;
+  cross_event(jump.event, jump.t, after.data());
+  const auto plus = event_side(jump.t, after.data()), minus = event_side(jump.t, jump.y.data());
+  linearize(jump.t, jump.y.data());
+  jump_cost_tangent_.assign(static_cast<std::size_t>(count), 0);
+  costate::cross_event_tangent(level_, *events_, jump.event, minus, plus, s, count, jump_cost_tangent_.data());
+}
+
+void MaggiOde::cross_event_adjoint(const Jump& jump, double* mu, double* gradient) {
+  std::vector<double> after = jump.y;
+  cross_event(jump.event, jump.t, after.data());
+  const auto plus = event_side(jump.t, after.data()), minus = event_side(jump.t, jump.y.data());
+  solve_point(jump.t, jump.y.data());
+  cost_gradient_at_ = -1;
+  costate::cross_event_adjoint(level_, *events_, jump.event, minus, plus, mu, cost_gradient_, gradient);
+  linearize(jump.t, jump.y.data());
+  level_.pull(cost_gradient_, false);
+  level_.finish_pull(nullptr);
+  copy_pulled(1, mu);
+  level_.add_pulled_parameters(1, gradient);
 }
 
 void MaggiOde::cross_kink(double t, double t_after, double* y) {

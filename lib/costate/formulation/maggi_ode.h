@@ -18,6 +18,7 @@ class MaggiOde final : public SegmentedOde {
   bool begins_with_motion() const override { return false; }
   void forget_history() override { level_.forget_history(); }
   PhysicalState physical_state(double t, const double* y) override;
+  bool carries_events() const override { return true; }
   PhysicalState kinematic_state(double t, const double* y) override;
   void rhs(double t, const double* y, double* f) override;
   void factor(double t, const double* y, double gamma) override;
@@ -41,6 +42,9 @@ class MaggiOde final : public SegmentedOde {
  protected:
   bool changes_coordinates() const override { return f_ > 0; }
   bool wants_other_coordinates(double t, const double* y) override;
+  void cross_event(int event, double t, double* y) override;
+  void cross_event_tangent(const Jump& jump, double* const* s, int count) override;
+  void cross_event_adjoint(const Jump& jump, double* mu, double* gradient) override;
   void cross_kink(double t, double t_after, double* y) override;
   void cross_kink_tangent(const Jump& before, double t_after, double* const* s, int count) override;
   void cross_kink_adjoint(const Jump& before, double t_after, double* mu, double* gradient) override;

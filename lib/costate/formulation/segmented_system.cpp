@@ -19,6 +19,7 @@ namespace {
 // coordinates. The state between them is not kept but made again.
 
 void SegmentedDae::jump(double t, double* y, double* yp) {
+  if (pending_event_ >= 0) return cross_event(pending_event_, t, y, yp);
   const double t_after = segment_start(t);
   if (t_after != t) {
     cross_kink(t, t_after, y, yp);
@@ -36,6 +37,8 @@ Jump SegmentedDae::behind_kink(const Jump& jump) {
 }
 
 void SegmentedDae::jump_tangent(const Jump& jump, double* const* s, double* const* sp, int count) {
+  jump_cost_tangent_.clear();
+  if (jump.event >= 0) return cross_event_tangent(jump, s, sp, count);
   if (segment_start(jump.t) == jump.t) return change_coordinates_tangent(jump, s, sp, count);
   use_mode(jump.before);
   cross_kink_tangent(jump, segment_start(jump.t), s, sp, count);
@@ -43,6 +46,10 @@ void SegmentedDae::jump_tangent(const Jump& jump, double* const* s, double* cons
 }
 
 void SegmentedDae::jump_adjoint(const Jump& jump, double* mu, double* mup, double* gradient) {
+  if (jump.event >= 0) {
+    use_mode(jump.before);
+    return cross_event_adjoint(jump, mu, mup, gradient);
+  }
   if (segment_start(jump.t) == jump.t) return change_coordinates_adjoint(jump, mu, mup, gradient);
   if (jump.after != jump.before) change_coordinates_adjoint(behind_kink(jump), mu, mup, gradient);
   use_mode(jump.before);
@@ -58,6 +65,7 @@ void SegmentedDae::cross_kink_adjoint(const Jump& before, double, double*, doubl
 }
 
 void SegmentedOde::jump(double t, double* y) {
+  if (pending_event_ >= 0) return cross_event(pending_event_, t, y);
   const double t_after = segment_start(t);
   if (t_after != t) {
     cross_kink(t, t_after, y);
@@ -75,6 +83,8 @@ Jump SegmentedOde::behind_kink(const Jump& jump) {
 }
 
 void SegmentedOde::jump_tangent(const Jump& jump, double* const* s, int count) {
+  jump_cost_tangent_.clear();
+  if (jump.event >= 0) return cross_event_tangent(jump, s, count);
   if (segment_start(jump.t) == jump.t) return change_coordinates_tangent(jump, s, count);
   use_mode(jump.before);
   cross_kink_tangent(jump, segment_start(jump.t), s, count);
@@ -82,6 +92,10 @@ void SegmentedOde::jump_tangent(const Jump& jump, double* const* s, int count) {
 }
 
 void SegmentedOde::jump_adjoint(const Jump& jump, double* mu, double* gradient) {
+  if (jump.event >= 0) {
+    use_mode(jump.before);
+    return cross_event_adjoint(jump, mu, gradient);
+  }
   if (segment_start(jump.t) == jump.t) return change_coordinates_adjoint(jump, mu, gradient);
   if (jump.after != jump.before) change_coordinates_adjoint(behind_kink(jump), mu, gradient);
   use_mode(jump.before);

@@ -41,6 +41,10 @@ class SegmentedDae : public SegmentedSystem<DaeSystem> {
   virtual void cross_kink(double t, double t_after, double* y, double* yp);
   virtual void cross_kink_tangent(const Jump& before, double t_after, double* const* s, double* const* sp, int count);
   virtual void cross_kink_adjoint(const Jump& before, double t_after, double* mu, double* mup, double* gradient);
+  // An event of the mechanism's own, in the mode in force; for formulations that carry_events().
+  virtual void cross_event(int, double, double*, double*) {}
+  virtual void cross_event_tangent(const Jump&, double* const*, double* const*, int) {}
+  virtual void cross_event_adjoint(const Jump&, double*, double*, double*) {}
   // The formulation's own jump, for those that may ask for one.
   virtual void change_coordinates(double, double*, double*) {}
   virtual void change_coordinates_tangent(const Jump&, double* const*, double* const*, int) {}
@@ -63,6 +67,9 @@ class SegmentedOde : public SegmentedSystem<OdeSystem> {
   virtual void cross_kink(double t, double t_after, double* y);
   virtual void cross_kink_tangent(const Jump& before, double t_after, double* const* s, int count);
   virtual void cross_kink_adjoint(const Jump& before, double t_after, double* mu, double* gradient);
+  virtual void cross_event(int, double, double*) {}
+  virtual void cross_event_tangent(const Jump&, double* const*, int) {}
+  virtual void cross_event_adjoint(const Jump&, double*, double*) {}
   virtual void change_coordinates(double, double*) {}
   virtual void change_coordinates_tangent(const Jump&, double* const*, int) {}
   virtual void change_coordinates_adjoint(const Jump&, double*, double*) {}

@@ -148,7 +148,7 @@ class Contact final : public ForceOf<Contact<Point>>, public GuardedForce {
 
   template <class S>
   S gap(const S* q, const S* p) const {
-    S r[dim], n[dim], t[tangents][dim];
+    S r[dim] = {}, n[dim], t[tangents][dim];
     if constexpr (dim == 2)
       point_.position(q, p + kNumbers, r[0], r[1]);
     else
@@ -170,7 +170,7 @@ class Contact final : public ForceOf<Contact<Point>>, public GuardedForce {
 
   template <class S>
   S closing_speed(const S* q, const S* v, const S* p) const {
-    S u[dim], n[dim], t[tangents][dim], rate(0.0);
+    S u[dim] = {}, n[dim], t[tangents][dim], rate(0.0);
     velocity(q, v, p, u);
     frame(p, n, t);
     for (int i = 0; i < dim; ++i) rate -= n[i] * u[i];
@@ -179,7 +179,7 @@ class Contact final : public ForceOf<Contact<Point>>, public GuardedForce {
 
   template <class S>
   void slip_velocity(const S* q, const S* v, const S* p, S* slip) const {
-    S u[dim], n[dim], t[tangents][dim];
+    S u[dim] = {}, n[dim], t[tangents][dim];
     velocity(q, v, p, u);
     frame(p, n, t);
     if (round_) {

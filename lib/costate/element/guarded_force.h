@@ -22,6 +22,8 @@ class GuardedForce {
   virtual bool guard_armed(int k, const double* z) const = 0;
   /// h_k(t, q, v, z, p); accelerations and multipliers are not given.
   virtual PathDual guard(int k, const MeasureArguments& x) const = 0;
+  /// What to do where guard k is past zero when a run starts; empty where that is as it may be.
+  virtual std::string past_at_start(int k) const = 0;
   /// The states behind event k, nz of them, from everything before it.
   virtual void transition(int k, const MeasureArguments& x, PathDual* z_after) const = 0;
 };

@@ -85,8 +85,27 @@ void MotionEvents::calc(const StateView& s, std::vector<double>& h) {
 
 void MotionEvents::begin(const StateView& s) {
   calc(s, before_);
-  for (std::size_t i = 0; i < guards_.size(); ++i)
-    guards_[i].ready = before_[i] * guards_[i].guarded->guard_direction(guards_[i].k) < 0;
+  for (std::size_t i = 0; i < guards_.size(); ++i) {
+    GuardOf& g = guards_[i];
+    const int direction = g.guarded->guard_direction(g.k);
+    g.ready = before_[i] * direction < 0;
+    if (std::isnan(before_[i]) || g.ready) continue;
+    // At zero, but for rounding, it counts if it is about to cross; beyond, the start is of another mode.
+    load(g, s);
+    double size = 0;
+    for (std::size_t c = 0; c < q_.size(); ++c) {
+      size = std::max(size, std::abs(q_[c].v.c0));
+      q_[c].v.c1 = v_[c].v.c0;
+    }
+    t_.v.c1 = 1;
+    const double rate = g.guarded->guard(g.k, arguments()).v.c1 * direction;
+    const bool past = before_[i] * direction > 1e-9 * size;
+    const std::string advice = g.guarded->past_at_start(g.k);
+    if (past && !advice.empty())
+      throw ModelError(g.force->path(), fmt::format("At the start '{}' has happened already, by {:.6g}: {}", g.name,
+                                                    std::abs(before_[i]), advice));
+    g.ready = !past && rate > 0;
+  }
 }
 
 std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,

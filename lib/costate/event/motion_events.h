@@ -29,7 +29,8 @@ class MotionEvents {
   /// "contact.foot: touch".
   const std::string& name(int event) const { return guards_[static_cast<std::size_t>(event)].name; }
 
-  /// A run begins at this state: a guard counts once it has been seen on the side from which it crosses.
+  /// A run begins at this state: a guard counts once it has been seen on the side from which it crosses, or where it is
+  /// at zero and about to cross. Throws ModelError where it is past zero.
   void begin(const StateView& s);
 
   struct Hit {

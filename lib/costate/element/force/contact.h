@@ -82,6 +82,11 @@ class Contact final : public ForceOf<Contact<Point>>, public GuardedForce {
     if (!latches(law_)) return k == 1;  // nothing is latched at the touch; bristles start anew behind a release
     return (z[0] > 0) == (k == 1);
   }
+  std::string past_at_start(int k) const override {
+    if (!latches(law_)) return {};
+    return k == 0 ? "a contact that is closed at the start needs 'approach_speed_m_per_s', the speed it was closed with."
+                  : "a contact that is open at the start has no 'approach_speed_m_per_s'.";
+  }
   PathDual guard(int, const MeasureArguments& x) const override { return gap(x.q, x.p); }
   void transition(int k, const MeasureArguments& x, PathDual* z_after) const override {
     for (int i = 0; i < states(); ++i) z_after[i] = PathDual(0.0);

@@ -142,7 +142,7 @@ bristle_damping_s_per_m = 0.02
 approach_speed_m_per_s = 0.31
 
 [start]
-given = ["ball"]
+given = ["ball.x", "ball.y", "ball.angle"]
 )",
     .add =
         [](const std::string& name, SceneTable& table, MechanismBuilder& builder) {

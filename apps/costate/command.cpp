@@ -258,6 +258,16 @@ void notice_start(const Setup& setup) {
   }
 }
 
+std::string events_text(const GradientResult& r) {
+  if (r.events.empty()) return {};
+  constexpr std::size_t shown = 4;
+  std::string text = fmt::format("  {} event{}: ", r.events.size(), r.events.size() == 1 ? "" : "s");
+  for (std::size_t i = 0; i < std::min(shown, r.events.size()); ++i)
+    text += fmt::format("{}{} at {:.6g} s", i == 0 ? "" : ", ", r.events[i].name, r.events[i].t);
+  if (r.events.size() > shown) text += ", ...";
+  return text + "\n";
+}
+
 Json run_json(const Setup& setup, const GradientResult& r, const std::string& method, double wall_s) {
   const auto names = setup.problem.parameters.names();
   Json j;
@@ -271,6 +281,10 @@ Json run_json(const Setup& setup, const GradientResult& r, const std::string& me
   j["rtol"] = setup.problem.solver.rtol;
   j["counters"] = counters_json(r.counters);
   j["wall_s"] = wall_s;
+  if (MotionEvents::has_any(*setup.problem.mechanism)) {
+    j["events"] = Json::array();
+    for (const RunEvent& e : r.events) j["events"].push_back({{"t", e.t}, {"name", e.name}});
+  }
   j["status"] = "ok";
   j["warnings"] = take_notices();
   j["settings"] = settings_json(setup);

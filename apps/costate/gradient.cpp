@@ -54,6 +54,7 @@ int run(const CommonOptions& common, bool estimate) {
     if (!r.gradient_error.empty()) text += fmt::format("  {:>19.2e}", r.gradient_error[i]);
     text += "\n";
   }
+  text += events_text(r);
   text += fmt::format("  {} steps forward, {} backward, {} factorizations, {:.3g} s\n", r.counters.steps,
                       r.counters.backward_steps, r.counters.factorizations, wall);
   report(setup, common, j, text, "gradient.json");

@@ -66,6 +66,7 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   text += fmt::format("  {} on {}, {}, t = {:g} .. {:g} s\n", setup.problem.formulation, r.integrator, precision.run,
                       solver.t_start, solver.t_end);
   text += fmt::format("  {}\n", costs ? psi_text(r.psi, precision, error) : "psi = 0 (the scene has no cost)");
+  text += events_text(r);
   text += fmt::format("  {} steps, {} residuals, {} factorizations, {:.3g} s\n", r.counters.steps, r.counters.residuals,
                       r.counters.factorizations, wall);
   text += files;

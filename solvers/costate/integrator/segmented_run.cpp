@@ -46,6 +46,7 @@ void SegmentedRun<Session, SystemType>::advance_segments(double t, Trajectory* t
     last = jump.t;
     if (in_a_row > kMostJumpsInARow)
       throw SolverError(fmt::format("The run does not get beyond t = {:.9g} s: one segment follows another.", jump.t));
+    if (jump.event >= 0) events_.push_back({jump.t, system_.event_name(jump.event)});
     jumps_.push_back(std::move(jump));
     if (!adjoint_) {
       session().read_forward_counters();

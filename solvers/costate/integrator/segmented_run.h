@@ -83,6 +83,8 @@ class SegmentedRun {
   /// After that: what the adjoint should have kept.
   const AdjointInvariant& invariant() const { return invariant_; }
   Counters counters() const;
+  /// The events met so far.
+  const std::vector<RunEvent>& events() const { return events_; }
 
  private:
   Session& session() { return *sessions_.back(); }
@@ -99,6 +101,7 @@ class SegmentedRun {
   std::function<std::unique_ptr<Session>(const SegmentStart&)> make_session_;
   std::vector<std::unique_ptr<Session>> sessions_;  // all for an adjoint, else the last
   std::vector<Jump> jumps_;
+  std::vector<RunEvent> events_;
   Counters past_;  // of sessions that are gone
 };
 

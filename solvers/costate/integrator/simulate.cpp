@@ -58,6 +58,7 @@ GradientResult run(SystemType& system, const Problem& problem, const std::vector
   if (!system.objective().terminal.empty()) r.psi += system.terminal_cost(problem.solver.t_end, session.y());
   session.read_forward_counters();
   r.counters = session.counters();
+  r.events = session.events();
   r.counters.factorizations -= factorizations;
   r.counters.position_iterations -= position_iterations;
   watch.conclude(r);

@@ -62,12 +62,19 @@ struct Problem {
   std::unique_ptr<DiscreteScheme> make_discrete() const;
 };
 
+/// An event of the mechanism that a run met: "contact.foot: touch".
+struct RunEvent {
+  double t;  // s
+  std::string name;
+};
+
 struct GradientResult {
   double psi = 0;
   std::vector<double> gradient;        // one entry a parameter; empty for a plain simulation
   std::vector<double> gradient_error;  // estimate of the method itself (differences) or empty
   Counters counters;
-  std::string integrator;  // "idas", "cvodes" or "fixed"
+  std::string integrator;        // "idas", "cvodes" or "fixed"
+  std::vector<RunEvent> events;  // in order of time
 };
 
 }  // namespace costate

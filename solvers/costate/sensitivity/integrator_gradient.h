@@ -37,6 +37,7 @@ GradientResult adjoint_gradient(SystemType& system, const Problem& problem, cons
     r.psi = session.cost() + system.terminal_cost(problem.solver.t_end, session.y());
     r.gradient = session.solve_adjoint();
     r.counters = session.counters();
+    r.events = session.events();
     r.counters.simulations = runs;
     watch.conclude(r);
     watch.judge(r, session.adjoint_growth(), session.invariant());
@@ -63,6 +64,7 @@ GradientResult forward_gradient(SystemType& system, const Problem& problem, cons
   r.gradient = session.sensitivity_gradient();
   session.read_forward_counters();
   r.counters = session.counters();
+  r.events = session.events();
   watch.conclude(r);
   return r;
 }

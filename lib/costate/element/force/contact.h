@@ -118,7 +118,8 @@ class Contact final : public ForceOf<Contact<Point>>, public GuardedForce {
   }
   double potential_energy(const LocalState& s) const override {
     const double d = -gap(s.q, s.p), n = law_ == NormalLaw::linear ? 1 : s.p[1];
-    return d > 0 ? s.p[0] * std::pow(d, n + 1) / (n + 1) : 0;
+    const bool closed = !latches(law_) || s.z[0] > 0;
+    return closed && d > 0 ? s.p[0] * std::pow(d, n + 1) / (n + 1) : 0;
   }
 
  private:

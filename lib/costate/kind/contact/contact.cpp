@@ -134,11 +134,10 @@ stiffness_N_per_m_n = 2e4
 restitution = 0.7
 radius_m = 0.1
 ground_angle_rad = -0.05
-friction = "lugre"
+friction = "stribeck"
 friction_coefficient = 0.4
 static_coefficient = 0.5
-bristle_stiffness_per_m = 300
-bristle_damping_s_per_m = 0.02
+transition_velocity_m_per_s = 0.05
 approach_speed_m_per_s = 0.31
 
 [start]

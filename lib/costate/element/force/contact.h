@@ -84,8 +84,9 @@ class Contact final : public ForceOf<Contact<Point>>, public GuardedForce {
   }
   std::string past_at_start(int k) const override {
     if (!latches(law_)) return {};
-    return k == 0 ? "a contact that is closed at the start needs 'approach_speed_m_per_s', the speed it was closed with."
-                  : "a contact that is open at the start has no 'approach_speed_m_per_s'.";
+    return k == 0
+               ? "a contact that is closed at the start needs 'approach_speed_m_per_s', the speed it was closed with."
+               : "a contact that is open at the start has no 'approach_speed_m_per_s'.";
   }
   PathDual guard(int, const MeasureArguments& x) const override { return gap(x.q, x.p); }
   void transition(int k, const MeasureArguments& x, PathDual* z_after) const override {

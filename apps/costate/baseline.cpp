@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <set>
 
 #include "costate/base/error.h"
+#include "costate/base/text_file.h"
 #include "costate/record/atomic_file.h"
+#include "costate/record/json_number.h"
 
 namespace costate::app {
 
@@ -21,7 +21,8 @@ const std::vector<std::string> kRunnables = {"simulate", "gradient", "optimize"}
 const std::vector<std::string> kNotInBaselines = {"json",   "quiet", "verbose", "output",     "no-files",
                                                   "resume", "csv",   "help",    "output-step"};
 
-constexpr double kTolerances = 1000;  // times rtol and atol, as in costate check
+constexpr std::size_t kLongestFile = 64 << 20;  // bytes
+constexpr double kTolerances = 1000;            // times rtol and atol, as in costate check
 
 class Reader {
  public:
@@ -32,9 +33,7 @@ class Reader {
   }
 
   Json parse() const {
-    std::ifstream in(file_, std::ios::binary);
-    if (!in) throw Error(fmt::format("{}: The file cannot be read.", file_.string()));
-    const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    const std::string text = read_text_file(file_.string(), kLongestFile, "The baseline");
     std::vector<std::set<std::string>> keys;
     const auto twice = [&](int, Json::parse_event_t event, Json& value) {
       if (event == Json::parse_event_t::object_start) keys.emplace_back();
@@ -50,12 +49,9 @@ class Reader {
     } catch (const Json::parse_error& e) {
       const std::string before = text.substr(0, e.byte > 0 ? e.byte - 1 : 0);
       const std::size_t start = before.rfind('\n');
-      const std::string what = e.what();
-      const std::size_t reason = what.find(": ");
       throw Error(fmt::format("{}:{}:{}: A baseline is a JSON object, and this is no JSON: {}.", file_.string(),
                               1 + std::count(before.begin(), before.end(), '\n'),
-                              before.size() - (start == std::string::npos ? 0 : start + 1) + 1,
-                              reason == std::string::npos ? what : what.substr(reason + 2)));
+                              before.size() - (start == std::string::npos ? 0 : start + 1) + 1, json_reason(e)));
     }
   }
 

@@ -105,6 +105,10 @@ void Setup::choose_solver(const CommonOptions& options) {
   if (!(solver.t_end > solver.t_start && std::isfinite(solver.t_end)))
     throw Error(
         fmt::format("--t-end: The end time {} s must lie after the start time {} s.", solver.t_end, solver.t_start));
+  if (!(solver.t_end - solver.t_start > 1e-12 * std::max(std::abs(solver.t_start), std::abs(solver.t_end))))
+    throw Error(fmt::format(
+        "--t-end: The end time {} s is so near the start time {} s that there are hardly numbers between them.",
+        solver.t_end, solver.t_start));
   // An explicit rtol moves the absolute tolerance along unless that is given, too.
   if (options.rtol) {
     solver.atol *= *options.rtol / solver.rtol;

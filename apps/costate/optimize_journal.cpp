@@ -97,7 +97,7 @@ std::vector<OptimizerEvaluation> read_evaluations(Journal& journal, const Parame
   for (const auto& r : journal.records()) try {
       evaluations.push_back(evaluation_of(r, evaluations.size() + 1, parameters, constraints));
     } catch (const std::exception& e) {
-      journal.keep(evaluations.size(), e.what());
+      journal.keep(evaluations.size(), json_reason(e));
       break;
     }
   return evaluations;

@@ -5,10 +5,9 @@
 #include <fnmatch.h>
 
 #include <algorithm>
-#include <fstream>
-#include <sstream>
 
 #include "costate/base/error.h"
+#include "costate/base/text_file.h"
 #include "costate/scene/scene.h"
 #include "costate/scene/scene_files.h"
 #include "costate/scene/scene_node.h"
@@ -35,6 +34,8 @@ const std::vector<std::string> kOptions = {"formulation",
                                            "step_limit_factor",
                                            "checkpoint_steps",
                                            "no_certificate"};
+
+constexpr std::size_t kLongestFile = 64 << 20;  // bytes
 
 [[noreturn]] void fail(const SourceLocation& where, const std::string& message) { throw SceneError(where, message); }
 
@@ -147,11 +148,7 @@ StudyRun read_run(const SceneNode& table, const Common& common, const std::files
 }  // namespace
 
 Study read_study(const std::string& path, const std::vector<std::string>& selected) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) fail({path, 0, 0}, "The study cannot be read; check the path and its permissions.");
-  std::ostringstream text;
-  text << in.rdbuf();
-  const SceneNode root = read_toml(text.str(), path);
+  const SceneNode root = read_toml(read_text_file(path, kLongestFile, "The study"), path);
   require_known(root, "the study", {"title", "set", "options", "run"});
   Study study;
   study.title = text_of(root, "title", "the study", false);

@@ -185,11 +185,11 @@ TEST_CASE("scene mistakes: dangling names") {
 TEST_CASE("scene mistakes: duplicates and contradictions") {
   require_complaints({
       {"[start]", "[spring.S1]\n[start]",
-       "26:1: Error while parsing table header: cannot redefine existing table 'spring.S1'."},
+       "26:1: No valid TOML (table header): cannot redefine existing table 'spring.S1'."},
       {"x_m = 0.6", "x_m = 0.6\nx_m = 0.7",
-       "13:7: Error while parsing key-value pair: cannot redefine existing floating-point 'x_m'."},
+       "13:7: No valid TOML (key-value pair): cannot redefine existing floating-point 'x_m'."},
       {"x_m = 0.6", "x_m = 0.6.7",
-       "12:10: Error while parsing floating-point: expected decimal digit or exponent, saw '.'."},
+       "12:10: No valid TOML (floating-point): expected decimal digit or exponent, found '.'."},
       {"[run]", "[body.P]\nmass_kg = 1\ninertia_kg_m2 = 1\nx_m = 0\ny_m = 0\n[run]",
        "39:1: body.P: Coordinate 'P.x' exists already; points, bodies and angles share one set of names."},
       {"[run]",

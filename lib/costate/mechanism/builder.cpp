@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <set>
+#include <unordered_set>
 
 #include "costate/base/error.h"
 #include "costate/mechanism/taken_number.h"
@@ -203,8 +204,7 @@ void MechanismBuilder::give_velocity(const std::string& name) {
 
 void MechanismBuilder::add_parameter(Parameter p) {
   const std::string subject = "parameter." + p.name;
-  for (const auto& other : m_->parameters_)
-    if (other.name == p.name) throw ModelError(subject, "This parameter exists already.");
+  if (!shared_parts_.emplace(subject, nullptr).second) throw ModelError(subject, "This parameter exists already.");
   if (p.bindings.empty()) throw ModelError(subject, "A parameter must name at least one number.");
   if (!(p.scale > 0)) throw ModelError(subject, fmt::format("The scale must be positive, found {}.", p.scale));
   const auto& [first, factor] = p.bindings.front();
@@ -269,16 +269,15 @@ std::shared_ptr<const Mechanism> MechanismBuilder::build() {
             if (std::find(own.begin(), own.end(), j) == own.end()) return false;
       return true;
     };
-    std::vector<int> of_bodies;
+    std::unordered_set<int> of_bodies;
     for (const auto* bodies : {&rigid_bodies_, &natural_bodies_})
       for (const auto& [name, own] : *bodies)
         if (free(own)) {
           give(name);
-          of_bodies.insert(of_bodies.end(), own.begin(), own.end());
+          of_bodies.insert(own.begin(), own.end());
         }
     for (int i = 0; i < m.coordinate_count(); ++i)
-      if (on[static_cast<std::size_t>(i)].empty() &&
-          std::find(of_bodies.begin(), of_bodies.end(), i) == of_bodies.end())
+      if (on[static_cast<std::size_t>(i)].empty() && of_bodies.count(i) == 0)
         give(m.coordinates_[static_cast<std::size_t>(i)].name);
     for (GivenStart& g : m.given_positions_) g.name.clear();  // see given_by_itself
   }

@@ -102,12 +102,8 @@ Scene Scene::with_number(const std::string& path, double value) const {
 }
 
 Scene Scene::with_parameters(const ParameterSelection& selection, const std::vector<double>& rho) const {
-  std::vector<double> numbers = mechanism_->base_numbers();
-  selection.apply(rho.data(), numbers);
   auto root = std::make_shared<SceneNode>(*root_);
-  for (const auto& p : selection.parameters)
-    for (const auto& [number, factor] : p.bindings)
-      set_number(*root, mechanism_->numbers()[number].path, numbers[number]);
+  set_parameters(*root, *mechanism_, selection, rho);
   return read(root, file_name_);
 }
 

@@ -67,14 +67,7 @@ std::string file_digest(const std::string& file) {
 std::string scene_text_for(const Scene& scene, const std::vector<SceneFile>& files, const fs::path& directory,
                            const ParameterSelection& selection, const std::vector<double>& rho) {
   SceneNode root = read_toml(scene.dump(), scene.file_name());
-  const Mechanism& mechanism = *scene.mechanism();
-  std::vector<double> numbers = mechanism.base_numbers();
-  selection.apply(rho.data(), numbers);
-  for (const auto& p : selection.parameters)
-    for (const auto& [number, factor] : p.bindings) {
-      const auto i = static_cast<std::size_t>(number);
-      set_number(root, mechanism.numbers()[i].path, numbers[i]);
-    }
+  set_parameters(root, *scene.mechanism(), selection, rho);
   for (const SceneFile& f : files) {
     if (f.path.empty()) continue;
     SceneNode node;

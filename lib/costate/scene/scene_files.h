@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "costate/scene/scene_file.h"
+#include "costate/scene/scene_table.h"
 
 namespace costate {
 
 class Scene;
-class SceneTable;
 struct ParameterSelection;
 
 /// Collects what this thread reads for scenes while it lives. One inside another hands on what it has at its end.
@@ -37,6 +37,17 @@ class SceneFileLog {
 /// The file that a key names, as it can be opened. Relative paths count from the file that the key stands in; those of
 /// the command line from the scene's.
 std::string named_file(SceneTable& table, const std::string& key);
+/// What `read` makes of it; an error about the file as a whole says where the scene names it, too.
+template <class Read>
+auto read_named_file(SceneTable& table, const std::string& key, const Read& read) {
+  const std::string file = named_file(table, key);
+  try {
+    return read(file);
+  } catch (const SceneError& e) {
+    if (e.where().line > 0) throw;
+    throw SceneError(table.where(key), e.what());
+  }
+}
 
 /// The fingerprint of a regular file's bytes as they are now; empty for anything else.
 std::string file_digest(const std::string& file);

@@ -60,12 +60,6 @@ std::optional<SourceLocation> locate_path(const SceneNode& root, const std::stri
   return {};
 }
 
-void set_number(SceneNode& root, const std::string& path, double value) {
-  SceneNode node = number_node(value);
-  if (const SceneNode* old = find_node(root, path)) node.where = old->where;
-  set_node(root, path, std::move(node));
-}
-
 SceneError SceneReader::located(const ModelError& e, const std::string& file_name) const {
   auto where = locate_path(root_, e.subject());
   if (!where) where = here_;
@@ -224,6 +218,11 @@ void SceneReader::read_parameters() {
   here_.reset();
 }
 
+/// Whether there are some thousand numbers between the two times.
+static bool long_enough(double t_start, double t_end) {
+  return t_end - t_start > 1e-12 * std::max(std::abs(t_start), std::abs(t_end));
+}
+
 void SceneReader::read_run() {
   run.formulation = kDefaultFormulation;
   run.method = kDefaultMethod;
@@ -234,6 +233,9 @@ void SceneReader::read_run() {
   run.t_end_s = t.value("t_end_s");
   if (!(run.t_end_s > run.t_start_s))
     t.fail("t_end_s", fmt::format("must be after t_start_s = {}, found {}.", run.t_start_s, run.t_end_s));
+  if (!long_enough(run.t_start_s, run.t_end_s))
+    t.fail("t_end_s", fmt::format("is {}, so near t_start_s = {} that there are hardly numbers between them.",
+                                  run.t_end_s, run.t_start_s));
   std::vector<std::string> names;
   for (const auto& f : formulations()) names.push_back(f.name);
   run.formulation = t.one_of("formulation", names, run.formulation);

@@ -65,5 +65,8 @@ class SceneReader {
 std::optional<SourceLocation> locate_path(const SceneNode& root, const std::string& path);
 /// Writes a number over an existing value, keeping its place, or adds it.
 void set_number(SceneNode& root, const std::string& path, double value);
+/// The same for the numbers of all parameters at the values rho; linear in their number, however many keys a table has.
+void set_parameters(SceneNode& root, const Mechanism& mechanism, const ParameterSelection& selection,
+                    const std::vector<double>& rho);
 
 }  // namespace costate

@@ -67,6 +67,23 @@ void require_shallow(const std::string& text, const std::string& file) {
   }
 }
 
+/// What the parser complains of in the words of the other messages.
+std::string reason_of(const toml::parse_error& e) {
+  std::string text(e.description()), place;
+  constexpr std::string_view head = "Error while parsing ";
+  if (text.rfind(head, 0) == 0) {
+    const std::size_t colon = text.find(": ");
+    place = text.substr(head.size(), colon == std::string::npos ? colon : colon - head.size());
+    text = colon == std::string::npos ? "" : text.substr(colon + 2);
+  }
+  for (const auto& [from, to] : {std::pair{"encountered end-of-file", "the file ends"},
+                                 {"saw EOF", "found the end of the file"},
+                                 {", saw ", ", found "}})
+    if (const std::size_t at = text.find(from); at != std::string::npos)
+      text.replace(at, std::string_view(from).size(), to);
+  return place.empty() ? fmt::format("No valid TOML: {}", text) : fmt::format("No valid TOML ({}): {}", place, text);
+}
+
 SceneNode convert(const toml::node& from, const std::string& file) {
   SceneNode n;
   n.where = n.key_where = place(from.source(), file);
@@ -133,7 +150,7 @@ SceneNode read_toml(const std::string& text, const std::string& file_name) {
     });
     return std::move(work->result);
   } catch (const toml::parse_error& e) {
-    throw SceneError(place(e.source(), file_name), fmt::format("{}.", e.description()));
+    throw SceneError(place(e.source(), file_name), fmt::format("{}.", reason_of(e)));
   }
 }
 
@@ -154,7 +171,7 @@ SceneNode read_toml_value(const std::string& text, const std::string& source_nam
     }
     why = "more than one value";
   } catch (const toml::parse_error& e) {
-    why = e.description();
+    why = reason_of(e);
   }
   if (is_bare_text(text)) {
     SceneNode n;

@@ -15,15 +15,32 @@ namespace {
 // whether a segment has as many and reads past the end of its arrays.
 constexpr long kFewestSteps = 16;
 
-double steps_that_fit(const SolverOptions& options, int unknowns) {
+double bytes_of_a_step(int unknowns) {
   constexpr double bytes_beside_vectors = 64;  // SUNDIALS' own record of a step
-  const double bytes = 2 * (8.0 * unknowns + kVectorHeadBytes) + bytes_beside_vectors;
-  return std::max(static_cast<double>(kFewestSteps), options.memory_budget_MB * 1e6 / bytes);
+  return 2 * (8.0 * unknowns + kVectorHeadBytes) + bytes_beside_vectors;
+}
+
+double steps_that_fit(const SolverOptions& options, int unknowns) {
+  return std::max(static_cast<double>(kFewestSteps), options.memory_budget_MB * 1e6 / bytes_of_a_step(unknowns));
+}
+
+/// Room for all steps between two checkpoints is taken before the first of them.
+void require_room(long steps, int unknowns) {
+  constexpr double most_MB = 4096;
+  const double MB = static_cast<double>(steps) * bytes_of_a_step(unknowns) / 1e6;
+  if (MB > most_MB)
+    throw Error(fmt::format(
+        "{} steps between checkpoints of {} unknowns need {:.0f} MB, {:.0f} are the limit. Choose fewer: the "
+        "gradient does not depend on their number.",
+        steps, unknowns, MB, most_MB));
 }
 }  // namespace
 
 CheckpointPlan plan_checkpoints(const SolverOptions& options, int unknowns) {
-  if (options.checkpoint_steps > 0) return {std::max(kFewestSteps, options.checkpoint_steps), true};
+  if (options.checkpoint_steps > 0) {
+    require_room(options.checkpoint_steps, unknowns);
+    return {std::max(kFewestSteps, options.checkpoint_steps), true};
+  }
   const double fit = steps_that_fit(options, unknowns);
   // Variable-order methods of order up to 5 take about (1/rtol)^(1/6) steps per unit of smoothness.
   const double expected = 1000 * std::max(1.0, std::pow(1e-6 / options.rtol, 1.0 / 6));

@@ -161,7 +161,11 @@ TrajectoryTable read_csv(const std::filesystem::path& path) {
       table.columns[i - 1].values.push_back(parse_number(fields[i], path, this_line));
     }
   }
-  table.require_consistent();
+  try {
+    table.require_consistent();
+  } catch (const Error& error) {
+    throw Error(fmt::format("'{}': {}", path.string(), error.what()));
+  }
   return table;
 }
 

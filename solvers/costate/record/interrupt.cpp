@@ -54,8 +54,8 @@ extern "C" void costate_on_signal(int signal_number) {
 }  // namespace
 
 Interrupted::Interrupted(int signal_number)
-    : Error(signal_number == SIGTERM ? std::string("interrupted by SIGTERM")
-                                     : std::string("interrupted by Ctrl-C (SIGINT)")),
+    : std::runtime_error(signal_number == SIGTERM ? std::string("interrupted by SIGTERM")
+                                                  : std::string("interrupted by Ctrl-C (SIGINT)")),
       signal_number_(signal_number) {}
 
 void install_interrupt_handler() {

@@ -2,14 +2,14 @@
 // at between steps, so that partial results are saved; a second one ends the process at once.
 #pragma once
 
+#include <stdexcept>
 #include <string>
-
-#include "costate/base/error.h"
 
 namespace costate {
 
-/// Thrown by throw_if_interrupted; the command line turns it into exit status 128 + signal.
-class Interrupted : public Error {
+/// Thrown by throw_if_interrupted; the command line turns it into exit status 128 + signal. No Error: who handles
+/// those, or says more about them, does not mean this.
+class Interrupted : public std::runtime_error {
  public:
   explicit Interrupted(int signal_number);
   /// SIGINT or SIGTERM.

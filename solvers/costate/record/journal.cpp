@@ -117,6 +117,11 @@ FileDescriptor open_file(const std::filesystem::path& path, std::string& content
       throw Error(fmt::format("cannot open the journal '{}': {}; check the path and its permissions", path.string(),
                               errno_text(errno)));
     }
+    struct stat status {};
+    // A pipe has no end to wait for, a device none at all.
+    if (::fstat(file.get(), &status) == 0 && !S_ISREG(status.st_mode))
+      throw Error(
+          fmt::format("'{}' is no regular file and cannot be a journal; choose another journal path", path.string()));
     lock(file, path);
   } while (!still_there(file, path));
   const int failed = record_detail::read_all(file.get(), content);
@@ -136,7 +141,7 @@ json parse_header(std::string_view line, const std::filesystem::path& path) {
     return json::parse(line);
   } catch (const json::exception& error) {
     throw Error(fmt::format("the header of the journal '{}' is damaged: {}; start without resuming", path.string(),
-                            error.what()));
+                            json_reason(error)));
   }
 }
 
@@ -208,7 +213,7 @@ Journal Journal::open(const std::filesystem::path& path, const json& header, boo
         journal.records_.push_back(parse_record(line, journal.header_, journal.ends_.size()));
         journal.ends_.push_back(journal.ends_.back() + end + 1);
       } catch (const std::exception& error) {
-        journal.damage_ = damage_text(journal.records_.size() + 1, error.what());
+        journal.damage_ = damage_text(journal.records_.size() + 1, json_reason(error));
       }
     }
     rest.remove_prefix(end + 1);

@@ -55,4 +55,15 @@ std::string json_to_line(const nlohmann::json& value, const std::string& what) {
   }
 }
 
+std::string json_reason(const std::exception& error) {
+  std::string text = error.what();
+  // "[json.exception.parse_error.101] parse error at line 1, column 3: syntax error while ..."
+  if (text.rfind("[json.exception", 0) == 0) text.erase(0, text.find("] ") + 2);
+  if (text.rfind("parse error", 0) == 0) {
+    const std::size_t reason = text.find(": ");
+    if (reason != std::string::npos) text.erase(0, reason + 2);
+  }
+  return text;
+}
+
 }  // namespace costate

@@ -23,4 +23,7 @@ namespace costate {
 /// text that is not valid UTF-8.
 [[nodiscard]] std::string json_to_line(const nlohmann::json& value, const std::string& what);
 
+/// What a JSON library complains of, without its own codes: "syntax error while parsing value - ...".
+[[nodiscard]] std::string json_reason(const std::exception& error);
+
 }  // namespace costate

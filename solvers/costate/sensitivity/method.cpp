@@ -8,6 +8,7 @@
 #include "costate/base/error.h"
 #include "costate/formulation/law_joins.h"
 #include "costate/integrator/run_watch.h"
+#include "costate/integrator/simulate.h"
 #include "costate/level/fixed_times.h"
 #include "costate/sensitivity/error_estimate.h"
 
@@ -102,11 +103,27 @@ std::string refusal(const SensitivityMethod& method, const Formulation& formulat
                      nearest.empty() ? "" : " Nearest that works: " + nearest + ".");
 }
 
+namespace {
+/// Without parameters there is nothing to differentiate: psi alone, on the integrator that the method works on. No
+/// method has to do with matrices of no columns.
+GradientResult without_parameters(Problem problem, const SensitivityMethod& method) {
+  if (method.needs == Needs::dae) problem.solver.integrator = "idas";
+  if (method.needs == Needs::ode) problem.solver.integrator = "cvodes";
+  if (method.needs == Needs::discrete) problem.solver.integrator = "fixed";
+  return simulate(problem, {});
+}
+}  // namespace
+
 GradientResult gradient(const Problem& problem, const std::string& name, const std::vector<double>& rho) {
   const SensitivityMethod& method = find_sensitivity_method(name);
   const std::string no = refusal(method, find_formulation(problem.formulation));
   if (!no.empty()) throw CapabilityError(no);
   problem.check_values(rho);
+  if (rho.empty()) {
+    GradientResult r = without_parameters(problem, method);
+    require_finite(problem, r);
+    return r;
+  }
   if (method.name != "differences") {
     std::vector<double> numbers = problem.mechanism->base_numbers();
     problem.parameters.apply(rho.data(), numbers);

@@ -27,6 +27,18 @@ std::string largest(const double* weights, const double* x, const std::vector<Un
 
 }  // namespace
 
+namespace {
+/// SUNDIALS' own words, but for those that do not say what is wrong.
+std::string cause(const FailureContext& c) {
+  for (const char* words : {"tstop", "EwtSet", "error weight", "ewt"})
+    if (c.message.find(words) != std::string::npos)
+      return "No step can be made from there: unknowns or their rates are so large that they overflow.";
+  if (c.message.find("too close to t0") != std::string::npos)
+    return "The run is too short: between its times there are not enough numbers for a step.";
+  return c.message;
+}
+}  // namespace
+
 std::vector<Unknown> adjoint_names(std::vector<Unknown> unknowns) {
   for (Unknown& u : unknowns) u.name = "adjoint of " + u.name;
   return unknowns;
@@ -46,7 +58,7 @@ std::string failure_report(const FailureContext& c, const std::vector<Unknown>& 
   const std::string rates = errors.empty() ? largest(c.weights, c.rates, unknowns, " per second") : "";
   if (!errors.empty()) text += fmt::format(" Largest local errors: {}.", errors);
   if (!rates.empty()) text += fmt::format(" Fastest changes: {}.", rates);
-  if (!c.message.empty()) text += " " + c.message;
+  if (!c.message.empty()) text += " " + cause(c);
   text +=
       " Check the scene near this time (singular configuration, coinciding points, very stiff elements), loosen "
       "rtol, or try another formulation.";

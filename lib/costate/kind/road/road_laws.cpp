@@ -172,7 +172,7 @@ const RegisterLawKind profile_table(
          const auto x = t.values("x_m");
          return profile_table_law(x, t.values("z_m"), scale);
        }
-       return profile_table_law(named_file(t, "file"), scale);
+       return read_named_file(t, "file", [&](const std::string& file) { return profile_table_law(file, scale); });
      }});
 
 }  // namespace

@@ -169,7 +169,7 @@ const RegisterTyreModel registered(
        MagicFormulaOptions o;
        TyreOptions usual;
        if (table.has("tir_file")) {
-         read_tir_file(named_file(table, "tir_file"), o, usual);
+         read_named_file(table, "tir_file", [&](const std::string& file) { read_tir_file(file, o, usual); });
          if (table.has("generation"))
            table.fail("generation", "contradicts 'tir_file', whose FITTYP tells the generation.");
        } else {

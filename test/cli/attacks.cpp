@@ -1,0 +1,78 @@
+// Files that have no end, are no files, or end while they are read; signals at odd moments; choices that need more
+// memory than there is.
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+
+#include "five_bar.h"
+#include "process.h"
+#include "support/paths.h"
+
+using Catch::Matchers::Contains;
+using costate::test::costate_json;
+using costate::test::kFiveBar;
+using costate::test::Outcome;
+using costate::test::Process;
+using costate::test::run_costate;
+using costate::test::WorkingDirectory;
+using costate::test::write_text;
+using Json = nlohmann::json;
+
+TEST_CASE("a pipe among the includes is waited for, and left when told to end") {
+  const WorkingDirectory here;
+  REQUIRE(::mkfifo((here / "pipe.toml").c_str(), 0600) == 0);
+  write_text(here / "scene.toml", "include = [\"pipe.toml\"]\n");
+  Process process(COSTATE_EXECUTABLE, {"simulate", "scene.toml", "--no-files"}, here.path());
+  int writer = -1;
+  REQUIRE(
+      process.wait_until([&] { return (writer = ::open((here / "pipe.toml").c_str(), O_WRONLY | O_NONBLOCK)) >= 0; }));
+  process.send(SIGTERM);
+  CHECK(process.finish().status == 128 + SIGTERM);
+  ::close(writer);
+}
+
+TEST_CASE("studies, baselines and journals without an end are refused") {
+  const WorkingDirectory here;
+  const Outcome study = run_costate({"study", "/dev/zero"}, here.path());
+  CHECK(study.status == 1);
+  CHECK_THAT(study.err, Contains("/dev/zero") && Contains("which is the limit"));
+  REQUIRE(::symlink("/dev/zero", (here / "a.json").c_str()) == 0);
+  const Outcome baseline = run_costate({"regress", "a.json"}, here.path());
+  CHECK(baseline.status == 1);
+  CHECK_THAT(baseline.err, Contains("a.json"));
+  for (const bool pipe : {false, true}) {
+    const std::string out = pipe ? "pipe" : "zero";
+    std::filesystem::create_directory(here / out);
+    const auto journal = here / (out + "/evaluations.jsonl");
+    REQUIRE((pipe ? ::mkfifo(journal.c_str(), 0600) : ::symlink("/dev/zero", journal.c_str())) == 0);
+    for (const bool resume : {false, true}) {
+      std::vector<std::string> words = {"optimize", kFiveBar, "--no-certificate", "--output", out};
+      if (resume) words.push_back("--resume");
+      const Outcome o = run_costate(words, here.path());
+      CHECK(o.status == 1);
+      CHECK_THAT(o.err, Contains("evaluations.jsonl") && Contains("no regular file"));
+    }
+  }
+}
+
+TEST_CASE("room for checkpoints that there is not is refused before it is taken") {
+  const WorkingDirectory here;
+  const Json j =
+      costate_json({"gradient", kFiveBar, "--checkpoint-steps", "1000000000000", "--no-files"}, here.path(), 1);
+  CHECK_THAT(j.at("error").get<std::string>(), Contains("steps between checkpoints") && Contains("MB"));
+}
+
+TEST_CASE("what overflows, and a run between two times with nothing between, is said to") {
+  const WorkingDirectory here;
+  const auto error = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"simulate", kFiveBar, "--no-files"};
+    words.insert(words.end(), more.begin(), more.end());
+    return costate_json(words, here.path(), 1).at("error").get<std::string>();
+  };
+  CHECK_THAT(error({"--set", "gravity.y_m_per_s2=-1e308"}), Contains("overflow") && !Contains("tstop"));
+  CHECK_THAT(error({"--set", "run.t_start_s=1e16", "--set", "run.t_end_s=10000000000000002"}),
+             Contains("hardly numbers between"));
+}

@@ -219,6 +219,7 @@ class Run {
   void evaluate(OptimizerEvaluation& e) {
     Problem problem = problem_;
     limit_steps(problem.solver);
+    problem.solver.confirm = false;  // step by step; of the optimum the certificate asks more
     const GradientResult r = gradient(problem, method_, e.rho);
     require_finite(r, "psi");
     e.psi = r.psi;

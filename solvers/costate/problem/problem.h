@@ -24,6 +24,7 @@ struct SolverOptions {
   long checkpoint_steps = 0;            // steps between checkpoints; 0: from memory_budget_MB and the expected steps
   double memory_budget_MB = 512;        // for the stored forward trajectory of adjoint runs
   bool staggered = true;                // forward sensitivities: staggered or simultaneous corrector
+  bool confirm = true;                  // gradients are compared with a looser run, see sensitivity/confirmation.h
 
   double absolute() const { return atol > 0 ? atol : rtol; }
 };

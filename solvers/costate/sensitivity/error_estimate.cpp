@@ -15,6 +15,7 @@ namespace {
 /// scheme takes away three quarters of it.
 Problem better(const Problem& problem, const GradientResult& result, bool fixed) {
   Problem p = problem;
+  p.solver.confirm = false;
   if (fixed) {
     p.solver.step_s =
         (problem.solver.t_end - problem.solver.t_start) / (2.0 * static_cast<double>(result.counters.steps));
@@ -53,6 +54,7 @@ bool has_soft_constraints(const std::string& formulation) {
 
 Problem with_firmer_constraints(const Problem& problem) {
   Problem firmer = problem;
+  firmer.solver.confirm = false;
   double& alpha = firmer.formulation_options.penalty_alpha;
   alpha = 10 * (alpha > 0 ? alpha : default_penalty_weight(problem.mechanism));
   return firmer;

@@ -10,6 +10,7 @@
 #include "costate/integrator/run_watch.h"
 #include "costate/integrator/simulate.h"
 #include "costate/level/fixed_times.h"
+#include "costate/sensitivity/confirmation.h"
 #include "costate/sensitivity/error_estimate.h"
 
 namespace costate {
@@ -133,7 +134,8 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
   }
   GradientResult r = method.gradient(problem, rho);
   require_finite(problem, r);  // whatever the method
-  return r;
+  if (!problem.solver.confirm || method.name == "differences" || method.needs == Needs::discrete) return r;
+  return confirmed(problem, std::move(r), [&](const Problem& p) { return method.gradient(p, rho); });
 }
 
 std::vector<double> estimate_gradient_error(const Problem& problem, const std::string& method,

@@ -1,0 +1,103 @@
+#include "costate/sensitivity/confirmation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "costate/base/error.h"
+#include "costate/base/notice.h"
+#include "costate/integrator/unknown_sizes.h"
+
+namespace costate {
+
+namespace {
+
+constexpr double kLoosest = 1e-6, kTightest = 1e-13;
+// The tolerances of the runs beside it, relative.
+constexpr double kLooser = 100, kTighter = 0.1;
+// Errors of 200 rtol fall with the tolerance to the power 5/6 or faster: a hundred times it changes 1e4 rtol. On random
+// mechanisms results that were off by 1e4 rtol changed by 6e4 rtol at least.
+constexpr double kExplained = 3e4;
+// Between rtol and a tenth of it: then the better of the two is off by a fraction of this.
+constexpr double kKnown = 2e4;
+// A gradient below this part of psi (per relative change), or psi below this part of the gradient, counts as so large.
+constexpr double kSmall = 1e-3;
+// In absolute tolerances: what is smaller is zero.
+constexpr double kZero = 1e-4;
+
+struct Apart {
+  double relative = 0;
+  std::string what;
+};
+
+Apart apart(const Problem& problem, const GradientResult& a, const GradientResult& b) {
+  const auto& parameters = problem.parameters.parameters;
+  const double length = length_size(*problem.mechanism), zero = kZero * problem.solver.absolute() * length * length;
+  double largest = 0;
+  for (std::size_t j = 0; j < b.gradient.size(); ++j)
+    largest = std::max(largest, std::abs(b.gradient[j]) * parameters[j].scale);
+  const double psi_size = std::max(std::abs(b.psi), kSmall * largest),
+               size = std::max(largest, kSmall * std::abs(b.psi));
+  Apart r;
+  const auto look = [&](double change, double of, const std::string& what) {
+    if (!(change > zero)) return;
+    const double relative = change / std::max(of, std::numeric_limits<double>::min());
+    if (!(relative <= r.relative)) r = {relative, what};
+  };
+  look(std::abs(a.psi - b.psi), psi_size, fmt::format("psi changes by {:.1e}", std::abs(a.psi - b.psi)));
+  for (std::size_t j = 0; j < b.gradient.size(); ++j) {
+    const double change = std::abs(a.gradient[j] - b.gradient[j]);
+    look(change * parameters[j].scale, size,
+         fmt::format("its derivative with respect to '{}' changes by {:.1e}", parameters[j].name, change));
+  }
+  return r;
+}
+
+/// At another tolerance; what it has to say is not for this run.
+bool attempt(const Problem& problem, double factor, const GradientRun& run, GradientResult& result) {
+  Problem other = problem;
+  other.solver.rtol = problem.solver.rtol * factor;
+  if (problem.solver.atol > 0) other.solver.atol = problem.solver.atol * factor;
+  try {
+    result = run(other);
+  } catch (const SolverError&) {
+    return false;
+  }
+  return result.gradient.size() == problem.parameters.parameters.size() && std::isfinite(result.psi) &&
+         std::all_of(result.gradient.begin(), result.gradient.end(), [](double g) { return std::isfinite(g); });
+}
+
+}  // namespace
+
+GradientResult confirmed(const Problem& problem, GradientResult result, const GradientRun& run) {
+  const double rtol = problem.solver.rtol;
+  if (!(rtol <= kLoosest) || rtol * kTighter < kTightest) return result;
+  const std::vector<std::string> said = take_notices();
+  const auto say = [](const std::vector<std::string>& sentences) {
+    take_notices();
+    for (const auto& s : sentences) notice(s);
+  };
+  GradientResult loose, tight;
+  if (attempt(problem, kLooser, run, loose) && apart(problem, loose, result).relative <= kExplained * rtol) {
+    say(said);
+    return result;
+  }
+  take_notices();
+  if (!attempt(problem, kTighter, run, tight)) {
+    say(said);
+    return result;
+  }
+  const Apart still = apart(problem, result, tight);
+  tight.counters.simulations = std::max(tight.counters.simulations, result.counters.simulations);
+  if (still.relative > kKnown * rtol)
+    notice(
+        fmt::format("The motion makes much of small errors: from rtol {:g} to {:g} {}, where psi is {:.6g}. The "
+                    "result is that of the latter; a smaller rtol tells how many of its digits are right.",
+                    rtol, rtol * kTighter, still.what, tight.psi));
+  return tight;
+}
+
+}  // namespace costate

@@ -1,0 +1,21 @@
+// Whether a gradient is what its tolerance promises. Local errors of the size of rtol usually leave psi and its
+// gradient with errors of 1 to 200 rtol; where a motion makes more of them (a pendulum that tips over, a chain that
+// whips, terms that cancel) no equation of the run itself says so. The same gradient at a hundred times the tolerance
+// does, for half of the cost: where the two are further apart than such errors explain, it is computed once more at a
+// tenth of the tolerance, and that result is taken. What is still apart then is said.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "costate/problem/problem.h"
+
+namespace costate {
+
+using GradientRun = std::function<GradientResult(const Problem& problem)>;
+
+/// The result of `run`, or a better one of the same at a tenth of the tolerance; gives notice where even that is not
+/// known to some digits fewer than rtol. Nothing is done where few digits are asked for (rtol above 1e-6).
+GradientResult confirmed(const Problem& problem, GradientResult result, const GradientRun& run);
+
+}  // namespace costate

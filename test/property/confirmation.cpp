@@ -1,0 +1,354 @@
+// What a motion makes of errors of the size of the tolerance: slow motions and small costs keep their digits, and a
+// gradient that is off by more than such errors explain is computed again, or comes with a word. The values stand from
+// runs of an independent program (dense matrices, Dormand and Prince with projections at 1e-11 to 1e-12).
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+
+#include "costate/base/notice.h"
+#include "costate/problem/scene_problem.h"
+#include "costate/sensitivity/method.h"
+
+using namespace costate;
+
+namespace {
+
+Problem problem_of(const std::string& scene, const std::string& formulation) {
+  Problem p = make_problem(Scene::parse(scene, "confirmation.toml"));
+  p.formulation = formulation;
+  p.solver.integrator.clear();
+  return p;
+}
+
+/// A triangle that a driver moves slowly, with a kink: psi is 3e-6, and no unknown of 'maggi' needs any step.
+const char* const kDriven = R"([gravity]
+x_m_per_s2 = 2.5532315157011718
+y_m_per_s2 = -9.81
+[point.G0]
+ground = true
+x_m = 0
+y_m = 0
+[point.P0]
+x_m = 0.83513338111571589
+y_m = -0.76412330245593552
+[point.P1]
+x_m = 0.66559409055811014
+y_m = 0.1074801073041951
+[bar.B0]
+from = "G0"
+to = "P0"
+mass_kg = 0.22510956376020871
+length_m = 1.1319594452143296
+[bar.B1]
+from = "P0"
+to = "P1"
+mass_kg = 0.41092147587779315
+length_m = 0.8879392293103523
+[bar.B2]
+from = "G0"
+to = "P1"
+mass_kg = 0.30480435332893596
+length_m = 0.67421618702905595
+[driver.D0]
+coordinate = "P0.y"
+law = { kind = "piecewise", breaks = [0.1238978533272401], coefficients = [[-0.76412330245593552, -0.019022556685342029], [-0.76856657623165314, 0.016839838476437319]] }
+[start]
+given = []
+[[cost.running]]
+kind = "square"
+output = "P1.x_dot"
+weight = 1.4904441537037976
+target = 0
+[run]
+t_end_s = 0.35812145204616758
+rtol = 1e-8
+parameters = ["bar.B0.mass_kg"]
+)";
+
+/// A pendulum of 3 kg at rest, without gravity, that is pushed late: 1.2 mm/s.
+const char* const kLate = R"([gravity]
+x_m_per_s2 = 0
+y_m_per_s2 = 0
+[point.G0]
+ground = true
+x_m = 0
+y_m = 0
+[point.P2]
+x_m = -0.064979387589812393
+y_m = 0.050348026879722708
+vy_m_per_s = 0
+[mass.mP2]
+point = "P2"
+mass_kg = 1.4572604268867984
+[bar.B3]
+from = "G0"
+to = "P2"
+mass_kg = 2.8487680486912863
+length_m = 0.08220246116892331
+[force.late]
+point = "P2"
+x_N = { kind = "sum", terms = [{ kind = "smooth_step", from = 1.5787769190659826, to = 1.5873691059404711, before = 0, after = 0.71081807245902717 }, { kind = "smooth_step", from = 1.5873691059404711, to = 1.5959612928149596, before = 0, after = -0.71081807245902717 }] }
+[start]
+given = ["P2.y"]
+[[cost.running]]
+kind = "square"
+output = "P2.x_dot"
+weight = 1.0030834322489874
+target = 0
+[run]
+t_end_s = 1.8983780585808092
+rtol = 1e-8
+parameters = ["mass.mP2.mass_kg"]
+)";
+
+/// A pendulum that tips over beside a triangle at rest.
+const char* const kTipping = R"([gravity]
+x_m_per_s2 = 0
+y_m_per_s2 = -9.81
+[point.G0]
+ground = true
+x_m = 0
+y_m = 0
+[point.G1]
+ground = true
+x_m = 1.1614674085607759
+y_m = 0.15620262851457506
+[point.P0]
+x_m = -0.084098450882286471
+y_m = 0.75483867054588738
+vx_m_per_s = -1.19033130883428
+[mass.mP0]
+point = "P0"
+mass_kg = 0.21317116040595549
+[point.P1]
+x_m = 0.43843642969114349
+y_m = -0.093132902437564211
+[bar.B0]
+from = "G0"
+to = "P0"
+mass_kg = 0.029463300542041437
+length_m = 0.75950903088263744
+[bar.B1]
+from = "G0"
+to = "P1"
+mass_kg = 0.032451744342719427
+length_m = 0.44821896478926665
+[bar.B2]
+from = "G1"
+to = "P1"
+mass_kg = 0.061957732377164475
+length_m = 0.76481501253594919
+[start]
+given = ["P0.x"]
+[[cost.terminal]]
+kind = "value"
+output = "P0.x"
+weight = 1.2083489915324375
+target = -0.11862473828403365
+[[cost.terminal]]
+kind = "value"
+output = "P1.y"
+weight = 1.153164322722632
+target = 0.058684621077969637
+[run]
+t_end_s = 1.4794051528876249
+rtol = 1e-8
+parameters = ["point.G1.y_m", "point.P0.x_m"]
+)";
+
+/// Three bars that whip, drawn by a stiff spring: one error of 1e-8 becomes 5e-3 of psi.
+const char* const kWhip = R"([gravity]
+y_m_per_s2 = -9.81
+[point.G0]
+ground = true
+x_m = 0
+y_m = 0
+[point.P0]
+x_m = -0.76299479249405822
+y_m = -0.2963098824955766
+vy_m_per_s = 0
+[point.P1]
+x_m = -1.4626947629091207
+y_m = -0.068461842345174329
+vy_m_per_s = 0
+[point.P3]
+x_m = -2.264309708738939
+y_m = -0.088390835443628718
+vy_m_per_s = 1.1154226085938284
+[bar.B0]
+from = "G0"
+to = "P0"
+mass_kg = 0.39679808012468593
+length_m = 0.8185112093536614
+[bar.B1]
+from = "P0"
+to = "P1"
+mass_kg = 0.26756116707883021
+length_m = 0.73586328757400221
+[bar.B3]
+from = "P1"
+to = "P3"
+mass_kg = 3.6861428540028509
+length_m = 0.80186263545800707
+[spring.S0]
+from = "G0"
+to = "P3"
+stiffness_N_per_m = 22595.243871188646
+natural_length_m = 1.8938059133710283
+damping_N_s_per_m = 0.17112803428851789
+[start]
+given = ["P0.y", "P1.y", "P3.y"]
+[[cost.running]]
+kind = "square"
+output = "P3.x"
+weight = 0.89548289301773987
+target = -2.5110125206654144
+[run]
+t_end_s = 0.74058182141363882
+rtol = 1e-8
+parameters = ["spring.S0.stiffness_N_per_m"]
+)";
+
+/// Three pendulums of a millimetre with a damper of two branches between two of them.
+const char* const kKinked = R"([gravity]
+x_m_per_s2 = 0
+y_m_per_s2 = 0
+[point.G0]
+ground = true
+x_m = 0
+y_m = 0
+[point.P0]
+x_m = -0.0008432560697436333
+y_m = -9.4030023238794901e-05
+vy_m_per_s = 0.00037782525201024555
+[mass.mP0]
+point = "P0"
+mass_kg = 3.2862963870378832
+[point.P1]
+x_m = 0.0002319503981725384
+y_m = 0.00081076707897432469
+vx_m_per_s = 0
+[point.P2]
+x_m = 0.0010409339427342127
+y_m = 0.00021986436911077076
+vy_m_per_s = 0
+[mass.mP2]
+point = "P2"
+mass_kg = 0.59026986970935724
+[bar.B0]
+from = "G0"
+to = "P0"
+mass_kg = 0
+length_m = 0.00084848243613510808
+[bar.B1]
+from = "G0"
+to = "P1"
+mass_kg = 3.1950745738154538
+length_m = 0.00084329368760886498
+[bar.B2]
+from = "G0"
+to = "P2"
+mass_kg = 0.21972114396334133
+length_m = 0.0010639002838333442
+[spring.S0]
+from = "P1"
+to = "P2"
+stiffness_N_per_m = 2.3989952288373599
+natural_length_m = 0.00073876707603220634
+damper_law = { kind = "piecewise", breaks = [0], coefficients = [[0, 0.48112028987775923], [0, 0.76897690363500104]] }
+[spring.S1]
+from = "P0"
+to = "P1"
+stiffness_N_per_m = 158.51888437621096
+natural_length_m = 0.00076364874030139908
+damping_N_s_per_m = 0.21051309430159232
+[force.F0]
+point = "P2"
+y_N = { kind = "sum", terms = [{ kind = "smooth_step", from = 0.28141289812976122, to = 0.37139697690221674, before = 0, after = -0.033563245917967326 }, { kind = "smooth_step", from = 0.44212369270826501, to = 0.53210777148072053, before = 0, after = 0.033563245917967326 }] }
+[start]
+given = ["P0.y", "P1.x", "P2.y"]
+[[cost.running]]
+kind = "square"
+output = "P0.y_dot"
+weight = 0.59429211709227991
+target = 0
+[[cost.running]]
+kind = "square"
+output = "P0.y"
+weight = 1.5938094057179171
+target = -0.0002240363164048762
+[run]
+t_end_s = 0.43541738392704776
+rtol = 1e-8
+parameters = ["point.G0.x_m"]
+)";
+
+}  // namespace
+
+TEST_CASE("small costs: the quadrature keeps the digits that the motion has", "[confirmation]") {
+  // 1e-4 is 1e4 rtol; with the absolute tolerance of the coordinates psi was off by 5e-4 to 2e-3.
+  constexpr double right = 2.72211709e-06;
+  for (const char* formulation : {"maggi", "maggi-implicit", "baumgarte", "index1"}) {
+    CAPTURE(formulation);
+    const Problem p = problem_of(kDriven, formulation);
+    const double psi = gradient(p, "hand-adjoint", p.parameters.values()).psi;
+    CHECK(std::abs(psi - right) < 1e-5 * right);
+  }
+}
+
+TEST_CASE("slow motions: velocities keep the digits that their size asks for", "[confirmation]") {
+  for (const char* formulation : {"baumgarte", "index1", "maggi", "maggi-implicit"}) {
+    CAPTURE(formulation);
+    Problem p = problem_of(kLate, formulation);
+    p.solver.confirm = false;
+    const double psi = gradient(p, "hand-adjoint", p.parameters.values()).psi;
+    p.solver.rtol = 1e-11;
+    const double right = gradient(p, "hand-adjoint", p.parameters.values()).psi;
+    CAPTURE(psi, right);
+    // Speeds of 1e-3 m/s at an absolute tolerance of 1e-8 m/s were known to 2e-3 of psi.
+    CHECK(std::abs(psi - right) < 5e-5 * right);
+  }
+}
+
+TEST_CASE("a motion that makes much of small errors is computed again, or comes with a word", "[confirmation]") {
+  {
+    // psi is what two terms of size 1 leave: 2.6e-4 off at rtol 1e-8, 2e-5 at 1e-9.
+    constexpr double right = 0.0524769401;
+    Problem p = problem_of(kTipping, "index1");
+    const auto rho = p.parameters.values();
+    CHECK(std::abs(gradient(p, "hand-tangent", rho).psi - right) < 1e-4 * right);
+  }
+  for (const char* method : {"idas-adjoint", "idas-forward", "hand-tangent"}) {
+    CAPTURE(method);
+    const Problem p = problem_of(kWhip, "index1");
+    take_notices();
+    gradient(p, method, p.parameters.values());
+    CHECK(!take_notices().empty());
+  }
+}
+
+TEST_CASE("second-order adjoints: a kinked damper that is at rest at the start", "[confirmation]") {
+  // The damper's rate is zero at the start, and negative behind it: the blocks of the start are those of the other
+  // side.
+  for (const char* formulation : {"penalty-second-order", "maggi-second-order"}) {
+    CAPTURE(formulation);
+    const Problem p = problem_of(kKinked, formulation);
+    const auto rho = p.parameters.values();
+    const double tangent = gradient(p, "hand-tangent", rho).gradient[0];
+    // Both by rtol 1e-8; it was off by 2e-2.
+    CHECK(std::abs(gradient(p, "hand-adjoint", rho).gradient[0] - tangent) < 1e-5 * std::abs(tangent));
+  }
+}
+
+TEST_CASE("an ordinary gradient is that of its one run", "[confirmation]") {
+  Problem p = problem_of(kDriven, "baumgarte");
+  const auto rho = p.parameters.values();
+  take_notices();
+  const GradientResult r = gradient(p, "idas-adjoint", rho);
+  CHECK(take_notices().empty());
+  p.solver.confirm = false;
+  const GradientResult once = gradient(p, "idas-adjoint", rho);
+  CHECK(r.psi == once.psi);
+  CHECK(r.gradient == once.gradient);
+  CHECK(r.counters.steps == once.counters.steps);
+}

@@ -112,6 +112,8 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
     problem.parameters.apply(rho.data(), numbers);
     require_fixed_accelerations(*problem.mechanism, problem.parameters, numbers, problem.solver.t_start,
                                 problem.solver.t_end);
+    require_fixed_force_jumps(*problem.mechanism, problem.parameters, numbers, problem.solver.t_start,
+                              problem.solver.t_end);
     require_joined_laws(*problem.mechanism, problem.parameters, numbers, problem.solver.t_start, problem.solver.t_end);
   }
   GradientResult r = method.gradient(problem, rho);

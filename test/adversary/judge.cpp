@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -187,7 +188,10 @@ std::vector<Finding> in_child(const std::function<std::vector<Finding>()>& f, in
   if (child < 0) throw Error("A process cannot be started.");
   if (child == 0) {
     close(ends[0]);
-    alarm(static_cast<unsigned>(seconds));
+    // Of its own time: a machine that is busy with other things is no hang.
+    const rlimit own{static_cast<rlim_t>(seconds), static_cast<rlim_t>(seconds)};
+    setrlimit(RLIMIT_CPU, &own);
+    alarm(20 * static_cast<unsigned>(seconds));
     std::string text;
     for (const Finding& x : f())
       text += fmt::format("{}\t{}\t{:.3g}\t{}\n", static_cast<int>(x.outcome), x.run, x.error, x.message);
@@ -219,9 +223,11 @@ std::vector<Finding> in_child(const std::function<std::vector<Finding>()>& f, in
     x.error = std::strtod(error.c_str(), nullptr);
     list.push_back(x);
   }
+  // At its hard limit a process is killed.
+  const bool ended_by_time = WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL);
   if (WIFSIGNALED(status))
-    list.push_back({WTERMSIG(status) == SIGALRM ? Outcome::hung : Outcome::crashed, "the whole case", 0,
-                    fmt::format("ended by signal {}", WTERMSIG(status))});
+    list.push_back({WTERMSIG(status) == SIGALRM || ended_by_time ? Outcome::hung : Outcome::crashed, "the whole case",
+                    0, fmt::format("ended by signal {}", WTERMSIG(status))});
   else if (WEXITSTATUS(status) != 0)
     list.push_back({Outcome::crashed, "the whole case", 0, fmt::format("ended with status {}", WEXITSTATUS(status))});
   return list;

@@ -17,9 +17,16 @@ constexpr long kSolvedCadence = 3;
 // What one error of the size of the tolerance may change psi by: in parts of psi or of its largest scaled derivative;
 // in parts of psi alone, which may happen to be small; and in absolute tolerances, by which psi is known in any case.
 constexpr double kFewDigits = 1e-2, kNoDigit = 1e3, kAbsolute = 1e3;
+// What one such error may change psi by in parts of the gradient, so that those of a whole run stay below 1e-4 of it at
+// rtol 1e-8; and the smallest part of its tolerances that a run is repeated with.
+constexpr double kResolved = 3e-6, kSmallestPart = 1e-4, kSmallestTolerance = 1e-13;
+// A gradient below this part of psi is as good as none: at an optimum nobody waits for its digits.
+constexpr double kNoGradient = 1e-3;
 // What the adjoint may lose of its invariant without a word: on the models, from 1e-6 to 1e-2, within a factor of some
 // four of what the gradient was off by.
 constexpr double kInvariant = 3e-3;
+
+thread_local double drift_of_last_run = 0;
 
 WatchSettings settings_of(const Problem& problem) {
   WatchSettings s;
@@ -49,8 +56,21 @@ void RunWatch::look(void (MotionWatch::*what)(double, const double*, const doubl
 }
 
 void RunWatch::conclude(const GradientResult& result) const {
+  drift_of_last_run = watch_.largest_drift();
   for (const auto& text : watch_.warnings()) notice(text);
   require_finite(problem_, result);
+}
+
+double last_drift() { return drift_of_last_run; }
+
+double RunWatch::resolving_part(const GradientResult& result, const AdjointGrowth& growth) const {
+  if (result.gradient.empty()) return 1;
+  double size = kNoGradient * std::abs(result.psi);
+  for (std::size_t j = 0; j < result.gradient.size(); ++j)
+    size = std::max(size, std::abs(result.gradient[j]) * problem_.parameters.parameters[j].scale);
+  const double rtol = problem_.solver.rtol, allowed = kResolved * (rtol / 1e-8) * size;
+  if (!(size > 0) || !std::isfinite(size) || !(growth.change() > allowed)) return 1;
+  return std::max({allowed / growth.change(), kSmallestPart, std::min(1.0, kSmallestTolerance / rtol)});
 }
 
 void RunWatch::judge(const GradientResult& result, const AdjointGrowth& growth,

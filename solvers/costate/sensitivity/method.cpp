@@ -118,6 +118,7 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
   }
   GradientResult r = method.gradient(problem, rho);
   require_finite(problem, r);  // whatever the method
+  watch_penalty(problem, name, rho, r);
   return r;
 }
 

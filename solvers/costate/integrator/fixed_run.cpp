@@ -76,7 +76,7 @@ long chosen_steps(const Problem& problem) {
 namespace {
 // Of the largest scaled derivative, in sqrt(rtol): what a gradient's error may be, and what is said of one.
 constexpr double kGradientError = 1, kGradientNotice = 10;
-constexpr double kMostRefined = 16;  // times the steps that psi needs
+constexpr long kMostRefined = 16;  // times the steps that psi needs
 
 /// The largest change of a scaled derivative from one gradient to the other, against the largest of them.
 double change(const Problem& problem, const GradientResult& a, const GradientResult& b) {
@@ -105,10 +105,11 @@ GradientResult settle_gradient(const Problem& problem, const std::function<Gradi
   take_notices();
   for (const auto& text : said) notice(text);
   if (!(error <= kGradientError * wanted)) {
-    const double more =
-        std::min(kMostRefined, std::isfinite(error) ? std::sqrt(2 * error / (kGradientError * wanted)) : 4);
-    const long finer =
-        std::min(static_cast<long>(std::ceil(static_cast<double>(steps) * more)), problem.solver.max_steps);
+    // By whole doublings, so that a tangent and an adjoint that differ by rounding take the same steps.
+    const double needed = std::isfinite(error) ? std::sqrt(2 * error / (kGradientError * wanted)) : 4;
+    long times = 2;
+    while (static_cast<double>(times) < needed && times < kMostRefined) times *= 2;
+    const long finer = std::min(steps * times, problem.solver.max_steps);
     const GradientResult before = r;
     r = run(finer);
     const double ratio = static_cast<double>(finer) / static_cast<double>(steps);

@@ -3,63 +3,80 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
+#include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/integrator/run_watch.h"
 #include "costate/integrator/segmented_run.h"
 
 namespace costate {
 
 /// Forward run with checkpoints, then the adjoint back; once more with another plan when the first one cannot repeat
-/// its segments, and once with smaller tolerances where the gradient turns out to be small against its errors.
+/// its segments. `part` is what RunWatch::resolving_part() says of it for the tolerance `asked`.
 template <class Run, class SystemType>
-GradientResult adjoint_gradient(SystemType& system, const Problem& problem, const std::vector<double>& rho,
-                                const std::string& integrator) {
+GradientResult adjoint_run(SystemType& system, const Problem& problem, const std::vector<double>& rho,
+                           const std::string& integrator, double asked, double& part) {
   system.set_parameters(rho.data());
-  Problem run = problem;
-  CheckpointPlan plan = plan_checkpoints(run.solver, system.size());
+  CheckpointPlan plan = plan_checkpoints(problem.solver, system.size());
   for (long runs = 1;; ++runs) {
-    Run session(system, run.solver, run.monitor, true);
-    RunWatch watch(run, rho, system);
-    watch.begin(run.solver.t_start, session.y());
+    Run session(system, problem.solver, problem.monitor, true);
+    RunWatch watch(problem, rho, system);
+    watch.begin(problem.solver.t_start, session.y());
     // A segment that is repeated must be the same to the bit: where steps are solved for their positions, looking at
     // them in between would not leave it so.
     if (system.begins_with_motion() || !plan.repeats) session.watch(watch.sink());
     session.enable_cost();
     session.enable_adjoint(plan);
-    session.advance_with_checkpoints(run.solver.t_end);
+    session.advance_with_checkpoints(problem.solver.t_end);
     session.read_forward_counters();  // after the backward run they describe the last segment's repetition
     if (session.counters().checkpoints > 0 && !plan.repeats) {
-      plan = plan_again(run.solver, system.size(), session.counters().steps);
+      plan = plan_again(problem.solver, system.size(), session.counters().steps);
       continue;
     }
-    watch.finish(run.solver.t_end, session.y());
+    watch.finish(problem.solver.t_end, session.y());
     GradientResult r;
     r.integrator = integrator;
-    r.psi = session.cost() + system.terminal_cost(run.solver.t_end, session.y());
+    r.psi = session.cost() + system.terminal_cost(problem.solver.t_end, session.y());
     r.gradient = session.solve_adjoint();
     r.counters = session.counters();
     r.events = session.events();
     r.counters.simulations = runs;
-    if (getenv("K_DEBUG")) {
-      double g = 0;
-      for (std::size_t j = 0; j < r.gradient.size(); ++j)
-        g = std::max(g, std::abs(r.gradient[j]) * problem.parameters.parameters[j].scale);
-      fprintf(stderr, "K %s rtol %.1e psi %.3e g %.3e growth/rtol %.3e ratio %.3e\n", problem.formulation.c_str(),
-              run.solver.rtol, r.psi, g, session.adjoint_growth().change() / run.solver.rtol,
-              session.adjoint_growth().change() / g);
-    }
-    const double part = watch.resolving_part(r, session.adjoint_growth());
-    if (part < 1 && run.solver.rtol == problem.solver.rtol &&
-        session.counters().steps < problem.solver.max_steps / 10) {
-      run.solver.atol = part * run.solver.absolute();
-      run.solver.rtol *= part;
-      plan = plan_checkpoints(run.solver, system.size());
-      continue;
-    }
     watch.conclude(r);
     watch.judge(r, session.adjoint_growth(), session.invariant());
+    part = watch.resolving_part(r, session.adjoint_growth(), asked);
     return r;
   }
+}
+
+/// The same, and with smaller tolerances again where the gradient turns out to be small against its errors: a
+/// derivative is what is left of terms of the adjoint's size, each of which is known to the tolerance.
+template <class Run, class SystemType>
+GradientResult adjoint_gradient(SystemType& system, const Problem& problem, const std::vector<double>& rho,
+                                const std::string& integrator) {
+  constexpr double kResolved = 0.3;
+  const double asked = problem.solver.rtol;
+  const std::vector<std::string> before = take_notices();
+  double part = 1;
+  GradientResult r = adjoint_run<Run>(system, problem, rho, integrator, asked, part);
+  std::vector<std::string> said = take_notices();
+  if (part < 1) {
+    Problem finer = problem;
+    finer.solver.rtol = part * asked;
+    finer.solver.atol = part * problem.solver.absolute();
+    try {
+      const GradientResult first = r;
+      r = adjoint_run<Run>(system, finer, rho, integrator, asked, part);
+      r.counters.simulations += first.counters.simulations;
+      said = take_notices();
+    } catch (const SolverError&) {  // the smaller tolerance is out of reach
+      take_notices();
+    }
+  }
+  for (const auto& text : before) notice(text);
+  for (const auto& text : said) notice(text);
+  if (part < kResolved) notice(unresolved_gradient(problem, r, part));
+  return r;
 }
 
 /// One forward run of the state and its sensitivities; `more` goes to the sessions.

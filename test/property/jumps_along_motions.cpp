@@ -146,7 +146,8 @@ TEST_CASE("a jump of a force by a post is carried where its time is fixed, and r
     if (std::string(method).starts_with("discrete")) continue;
     INFO(formulation << " " << method);
     fixed.formulation = formulation;
-    CHECK(gradient(fixed, method, rho).gradient[0] == Catch::Detail::Approx(expected.gradient[0]).epsilon(1e-5));
+    // Scaled by the mass it is 5e-3 of psi, of which some rtol are 1e-5 of it.
+    CHECK(gradient(fixed, method, rho).gradient[0] == Catch::Detail::Approx(expected.gradient[0]).epsilon(1e-4));
   }
   for (const char* number : {"road.rig.law.start_m", "road.rig.speed_m_per_s"})
     check_refused(example_problem("road", {sine}, {number}), Contains("moves the time t = 0."));

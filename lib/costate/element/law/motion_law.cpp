@@ -23,7 +23,7 @@ LawJoints law_joints(const ScalarLaw& law, const double* p, double from) {
   places.to = 1e300;
   add_law_places(law, p, places);
   std::vector<double>& x = places.sharp;
-  std::erase_if(x, [&](double at) { return !(std::isfinite(at) && at >= from); });
+  std::erase_if(x, [](double at) { return !std::isfinite(at); });
   LawJoints joints;
   const auto look = [&](double at) {
     const Dual<1> f = law.slope(at, p);
@@ -38,6 +38,8 @@ LawJoints law_joints(const ScalarLaw& law, const double* p, double from) {
   std::sort(x.begin(), x.end());
   for (std::size_t k = 0; k + 1 < x.size(); ++k)
     for (const double w : kBetween) look(x[k] + w * (x[k + 1] - x[k]));
+  // The sizes are those of the whole law.
+  std::erase_if(joints.all, [&](const LawJoint& j) { return j.x < from; });
   return joints;
 }
 

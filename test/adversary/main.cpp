@@ -103,7 +103,7 @@ std::vector<Finding> try_case(long number, const Options& options) {
     std::fflush(stdout);
     return try_truss(t, truth_of(t), chosen, engine);
   }
-  const KindScene scene = random_kind_scene(static_cast<std::uint64_t>(number));
+  const KindScene scene = random_kind_scene(static_cast<std::uint64_t>(number), number % 8 == 0);
   if (options.scene) fmt::print("# [{}]\n{}", scene.kind, scene.text);
   if (scene.text.empty()) return {};
   const Truth truth = truth_by_rereading(scene.text, scene.parameters);
@@ -112,6 +112,11 @@ std::vector<Finding> try_case(long number, const Options& options) {
     list.push_back(run_gradient(scene.text, formulation, method, truth));
     list.back().run += " on [" + scene.kind + "]";
   }
+  if (!chosen.empty())
+    for (const KindVariant& v : scene.variants) {
+      list.push_back(run_gradient(v.text, chosen.front().first, chosen.front().second, truth));
+      list.back().run += ", " + v.name + ", on [" + scene.kind + "]";
+    }
   return list;
 }
 

@@ -7,6 +7,7 @@
 #include "costate/base/error.h"
 #include "costate/integrator/simulate.h"
 #include "costate/problem/scene_problem.h"
+#include "costate/scene/scene_kind.h"
 #include "costate/sensitivity/method.h"
 #include "support/paths.h"
 
@@ -71,6 +72,16 @@ parameters = ["p"]
                      coefficients, parameter);
 }
 
+/// The example of a kind of element with changes, over some tenths of a second.
+Problem example_problem(const std::string& name, const std::vector<std::string>& changes,
+                        const std::vector<std::string>& parameters) {
+  const std::string text = find_scene_kind(name)->example;
+  const std::string more =
+      fmt::format("\n[[cost.terminal]]\nkind = \"value\"\noutput = \"{}\"\n[run]\nt_end_s = 0.2\nparameters = []\n",
+                  Scene::parse(text, name).mechanism()->coordinates().front().name);
+  return make_problem(Scene::parse(text + more, name, changes), parameters);
+}
+
 Problem driven_problem(const std::string& parameter,
                        const std::string& coefficients = "[[0.05, 0.5], [0.05, 0.1, 1]]") {
   return make_problem(Scene::parse(driven(parameter, coefficients), "driven.toml"));
@@ -98,6 +109,48 @@ TEST_CASE("a force that jumps is refused in gradients, with its law and place") 
     CHECK_THROWS_WITH(gradient(nested, "idas-adjoint", nested.parameters.values()),
                       Contains("'spring.s.spring_law' jumps") && Contains("x = 0.5"));
   }
+}
+
+TEST_CASE("a force that jumps along an axis, a path or a road is refused in gradients") {
+  check_refused(
+      example_problem(
+          "axis_spring",
+          {R"(axis_spring.leaf.spring_law={kind="piecewise",breaks=[0.1],coefficients=[[0],[2]],joins="none"})"},
+          {"axis_spring.leaf.stiffness_N_per_m"}),
+      Contains("'axis_spring.leaf.spring_law' jumps from 0 to 2 at x = 0.1"));
+  check_refused(
+      example_problem("path_driver",
+                      {R"(path_driver.pilot.path={kind="piecewise",breaks=[4.5],coefficients=[[0],[1]],joins="none"})"},
+                      {"path_driver.pilot.gain"}),
+      Contains("'path_driver.pilot.path' jumps from 0 to 1 at x = 4.5"));
+  // A tyre's force holds the slope of its road: a half sine has kinks at its ends, a bump has none.
+  const std::string sine = R"(road.hump.law={kind="bump",shape="half_sine",height_m=0.05,start_m=0.5,length_m=3})",
+                    bump = R"(road.hump.law={kind="bump",height_m=0.05,start_m=0.5,length_m=3})",
+                    step = R"(road.hump.law={kind="piecewise",breaks=[0.5],coefficients=[[0],[0.1]],joins="none"})",
+                    early = R"(road.hump.law={kind="bump",shape="half_sine",height_m=0.05,start_m=-3,length_m=2})";
+  const std::string number = "rigid_body.frame.mass_kg";
+  check_refused(example_problem("road", {sine}, {number}), Contains("slope of the law") && Contains("at x = 0.5"));
+  check_refused(example_problem("road", {step}, {number}), Contains("jumps from 0 to 0.1 at x = 0.5"));
+  for (const auto& law : {bump, early}) {  // before its ramp a road is level
+    Problem passes = example_problem("road", {law}, {number});
+    CHECK_NOTHROW(gradient(passes, "idas-adjoint", passes.parameters.values()));
+  }
+}
+
+TEST_CASE("a jump of a force by a post is carried where its time is fixed, and refused where a parameter moves it") {
+  const std::string sine = R"(road.rig.law={kind="bump",shape="half_sine",height_m=0.05,start_m=0.1,length_m=0.1})";
+  Problem fixed = example_problem("road", {sine}, {"rigid_body.frame.mass_kg"});
+  const auto rho = fixed.parameters.values();
+  const GradientResult expected = gradient(fixed, "differences", rho);
+  for (const auto& [formulation, method] : methods()) {
+    if (std::string(method).starts_with("discrete")) continue;
+    INFO(formulation << " " << method);
+    fixed.formulation = formulation;
+    // Scaled by the mass it is 5e-3 of psi, of which some rtol are 1e-5 of it.
+    CHECK(gradient(fixed, method, rho).gradient[0] == Catch::Detail::Approx(expected.gradient[0]).epsilon(1e-4));
+  }
+  for (const char* number : {"road.rig.law.start_m", "road.rig.speed_m_per_s"})
+    check_refused(example_problem("road", {sine}, {number}), Contains("moves the time t = 0."));
 }
 
 TEST_CASE("a force law whose pieces meet passes; a parameter that parts them is refused") {

@@ -9,18 +9,14 @@
 
 #include "costate/base/error.h"
 #include "costate/element/course.h"
-#include "costate/element/force/angular_force.h"
-#include "costate/element/force/axial_force.h"
-#include "costate/element/point/planar_vector.h"
-#include "costate/element/point/spatial_vector.h"
+#include "costate/element/law/motion_law.h"
 
 namespace costate {
 
 namespace {
 
-/// Of the largest value at the law's places: printed data joins pieces to this (kind/law/piecewise_law.h). Of its own
-/// size: what a driver's position may differ by, and what a parameter opens beyond rounding.
-constexpr double kForceJoin = 1e-3, kDriverJoin = 1e-6, kOpened = 1e-6;
+/// Of its own size: what a driver's position may differ by, and what a parameter opens beyond rounding.
+constexpr double kDriverJoin = 1e-6, kOpened = 1e-6;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Of a parameter's scale: what shows whether it moves a place.
 constexpr double kMoved = 1e-3;
@@ -29,24 +25,6 @@ constexpr std::size_t kMostPieces = 1000;
 
 double before(double x) { return std::nextafter(x, -kInfinity); }
 
-struct OwnedLaw {
-  const ScalarLaw* law;
-  int first;  // of its numbers among the element's
-  const char* key;
-};
-
-std::vector<OwnedLaw> laws_of(const Force& f) {
-  std::vector<OwnedLaw> laws;
-  const auto add = [&](const SpringDamperLaw& law) {
-    if (law.spring) laws.push_back({law.spring.get(), 4, "spring_law"});
-    if (law.damper) laws.push_back({law.damper.get(), 4 + (law.spring ? law.spring->number_count() : 0), "damper_law"});
-  };
-  if (const auto* planar = dynamic_cast<const AxialForce<SpringDamperLaw, PlanarVector>*>(&f)) add(planar->law());
-  if (const auto* spatial = dynamic_cast<const AxialForce<SpringDamperLaw, SpatialVector>*>(&f)) add(spatial->law());
-  if (const auto* angular = dynamic_cast<const AngularForce<SpringDamperLaw>*>(&f)) add(angular->law());
-  return laws;
-}
-
 std::vector<double> local(const Element& e, int first, int count, const std::vector<double>& numbers) {
   std::vector<double> p;
   for (int k = 0; k < count; ++k)
@@ -54,26 +32,8 @@ std::vector<double> local(const Element& e, int first, int count, const std::vec
   return p;
 }
 
-struct Joint {
-  double x, left, right;
-};
-
-std::vector<Joint> joints_of(const Element& e, const OwnedLaw& owned, const std::vector<double>& numbers) {
-  const std::vector<double> p = local(e, owned.first, owned.law->number_count(), numbers);
-  LawPlaces places;
-  places.from = -1e300;
-  places.to = 1e300;
-  add_law_places(*owned.law, p.data(), places);
-  std::vector<Joint> joints;
-  for (const double x : places.sharp)
-    if (std::isfinite(x)) joints.push_back({x, owned.law->value(before(x), p.data()), owned.law->value(x, p.data())});
-  return joints;
-}
-
-double size_of(const std::vector<Joint>& joints) {
-  double size = 0;
-  for (const Joint& j : joints) size = std::max({size, std::abs(j.left), std::abs(j.right)});
-  return size;
+LawJoints joints_of(const Element& e, const MotionLaw& owned, const std::vector<double>& numbers) {
+  return law_joints(*owned.law, local(e, owned.first, owned.law->number_count(), numbers).data(), owned.from);
 }
 
 /// The numbers with a parameter moved by a part of its scale.
@@ -93,28 +53,34 @@ std::vector<double> moved(const Parameter& parameter, std::vector<double> number
       parameter, what, law, at, x, because));
 }
 
-void require_joined_force(const Force& f, const OwnedLaw& law, const ParameterSelection& parameters,
+void require_joined_force(const Force& f, const MotionLaw& law, const ParameterSelection& parameters,
                           const std::vector<double>& numbers) {
   const std::string name = fmt::format("{}.{}", f.path(), law.key);
-  const std::vector<Joint> now = joints_of(f, law, numbers);
-  const double size = size_of(now);
-  for (const Joint& j : now)
-    if (!(std::abs(j.right - j.left) <= kForceJoin * size))
-      throw CapabilityError(
-          fmt::format("The law '{}' jumps from {:.6g} to {:.6g} at x = {:g}. Where a motion comes to that place, its "
-                      "force jumps at an "
-                      "instant that moves with every parameter: no gradient here knows that. Let its pieces meet "
-                      "(joins = \"value\"), lead "
-                      "over the jump within a width (a law of the kind 'steps'), or take the method 'differences'.",
-                      name, j.left, j.right, j.x));
+  const LawJoints now = joints_of(f, law, numbers);
+  const auto refuse = [&](const char* what, double left, double right, double x, const char* of_what) {
+    throw CapabilityError(
+        fmt::format("The {} '{}' jumps from {:.6g} to {:.6g} at x = {:g}. Where a motion comes to that place, its "
+                    "force jumps at an instant that moves with every parameter: no gradient here knows that. Let its "
+                    "pieces meet{}, lead over the jump within a width (a law of the kind 'steps'), or take the method "
+                    "'differences'.",
+                    what, name, left, right, x, of_what));
+  };
+  for (const LawJoint& j : now.all) {
+    if (now.jumps(j)) refuse("law", j.left, j.right, j.x, " (joins = \"value\")");
+    if (law.by_slope && now.bends(j)) refuse("slope of the law", j.left_slope, j.right_slope, j.x, " with one slope");
+  }
   for (const auto& parameter : parameters.parameters) {
-    const std::vector<Joint> then = joints_of(f, law, moved(parameter, numbers));
-    if (then.size() != now.size()) continue;
-    for (std::size_t k = 0; k < now.size(); ++k) {
-      const double opened = (then[k].right - then[k].left) - (now[k].right - now[k].left);
+    const LawJoints then = joints_of(f, law, moved(parameter, numbers));
+    if (then.all.size() != now.all.size()) continue;
+    for (std::size_t k = 0; k < now.all.size(); ++k) {
+      const LawJoint &a = now.all[k], &b = then.all[k];
       // A place that moves is another matter: the law is continuous there still.
-      if (then[k].x == now[k].x && std::abs(opened) > kOpened * std::max(size, size_of(then)))
-        refuse_parameter(parameter.name, "jump", name, "x", now[k].x, "a force that jumps has no gradients here");
+      if (b.x != a.x) continue;
+      const double jump = (b.right - b.left) - (a.right - a.left),
+                   bend = (b.right_slope - b.left_slope) - (a.right_slope - a.left_slope);
+      if (std::abs(jump) > kOpened * std::max(now.value, then.value) ||
+          (law.by_slope && std::abs(bend) > kOpened * std::max(now.slope, then.slope)))
+        refuse_parameter(parameter.name, "jump", name, "x", a.x, "a force that jumps has no gradients here");
     }
   }
 }
@@ -205,8 +171,11 @@ std::vector<double> places_of(const Constraint& c, const std::vector<double>& p,
 
 void require_joined_laws(const Mechanism& mechanism, const ParameterSelection& parameters,
                          const std::vector<double>& numbers, double t_start, double t_end) {
-  for (const auto& f : mechanism.forces())
-    for (const OwnedLaw& law : laws_of(*f)) require_joined_force(*f, law, parameters, numbers);
+  for (const auto& f : mechanism.forces()) {
+    std::vector<MotionLaw> laws;
+    if (const auto* owner = dynamic_cast<const MotionLawElement*>(f.get())) owner->add_motion_laws(laws);
+    for (const MotionLaw& law : laws) require_joined_force(*f, law, parameters, numbers);
+  }
   for (const auto& c : mechanism.constraints()) {
     if (!c->rheonomic()) continue;
     const AtRest rest(*c, numbers);

@@ -9,9 +9,9 @@
 
 namespace costate {
 
-/// For gradients: springs and dampers whose force jumps somewhere along what it depends on, parameters that part such a
-/// law's pieces, and parameters that open a jump or a kink of a driver's law within t_start < t < t_end. `numbers` are
-/// those of the mechanism, with the parameters' values in them.
+/// For gradients: forces that jump somewhere along what their law depends on (a spring's length, a road), parameters
+/// that part such a law's pieces, and parameters that open a jump or a kink of a driver's law within t_start < t <
+/// t_end. `numbers` are those of the mechanism, with the parameters' values in them.
 void require_joined_laws(const Mechanism& mechanism, const ParameterSelection& parameters,
                          const std::vector<double>& numbers, double t_start, double t_end);
 

@@ -73,6 +73,57 @@ long chosen_steps(const Problem& problem) {
 
 }  // namespace
 
+namespace {
+// Of the largest scaled derivative, in sqrt(rtol): what a gradient's error may be, and what is said of one.
+constexpr double kGradientError = 1, kGradientNotice = 10;
+constexpr long kMostRefined = 16;  // times the steps that psi needs
+
+/// The largest change of a scaled derivative from one gradient to the other, against the largest of them.
+double change(const Problem& problem, const GradientResult& a, const GradientResult& b) {
+  double difference = 0, size = std::max(1e-3 * std::abs(b.psi), problem.solver.absolute());
+  for (std::size_t j = 0; j < b.gradient.size(); ++j) {
+    const double scale = problem.parameters.parameters[j].scale;
+    difference = std::max(difference, std::abs(a.gradient[j] - b.gradient[j]) * scale);
+    size = std::max(size, std::abs(b.gradient[j]) * scale);
+  }
+  return difference / size;
+}
+}  // namespace
+
+GradientResult settle_gradient(const Problem& problem, const std::function<GradientResult(long steps)>& run) {
+  const long steps = fixed_steps(problem);
+  GradientResult r = run(steps);
+  if (problem.solver.step_s > 0 || r.gradient.empty()) return r;
+  const double wanted = std::sqrt(problem.solver.rtol);
+  // Of second order: of two runs the finer one's error is their difference by (n'/n)^2 - 1.
+  double error = HUGE_VAL;
+  const std::vector<std::string> said = take_notices();
+  try {
+    error = change(problem, run(steps / 2), r) / 3;
+  } catch (const SolverError&) {  // too coarse
+  }
+  take_notices();
+  for (const auto& text : said) notice(text);
+  if (!(error <= kGradientError * wanted)) {
+    // By whole doublings, so that a tangent and an adjoint that differ by rounding take the same steps.
+    const double needed = std::isfinite(error) ? std::sqrt(2 * error / (kGradientError * wanted)) : 4;
+    long times = 2;
+    while (static_cast<double>(times) < needed && times < kMostRefined) times *= 2;
+    const long finer = std::min(steps * times, problem.solver.max_steps);
+    const GradientResult before = r;
+    r = run(finer);
+    const double ratio = static_cast<double>(finer) / static_cast<double>(steps);
+    error = finer > steps ? change(problem, before, r) / (ratio * ratio - 1) : error;
+  }
+  if (!(error <= kGradientNotice * wanted))
+    notice(fmt::format(
+        "Fixed steps of {:.3g} s leave an error of some {:.1g} of the largest scaled derivative in the gradient: it "
+        "changed by that when they were halved. Give a smaller step (--step, run.step_s), or take an integrator with "
+        "step control.",
+        (problem.solver.t_end - problem.solver.t_start) / static_cast<double>(r.counters.steps), error));
+  return r;
+}
+
 long fixed_steps(const Problem& problem) {
   const SolverOptions& o = problem.solver;
   const double span = o.t_end - o.t_start;

@@ -24,6 +24,10 @@ long fixed_steps(const Problem& problem);
 /// The same problem with its step chosen once and for all; unchanged when the step is given already.
 Problem with_fixed_step(const Problem& problem);
 
+/// What `run` gives for a number of steps: that of fixed_steps(), and where the problem leaves the choice and a run of
+/// half as many shows that the gradient needs more than psi, so many; a notice where even these are too few.
+GradientResult settle_gradient(const Problem& problem, const std::function<GradientResult(long steps)>& run);
+
 class FixedRun {
  public:
   /// Started at the parameters rho.

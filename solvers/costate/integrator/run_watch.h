@@ -20,6 +20,10 @@ class RunWatch {
   void finish(double t, const double* y) { look(&MotionWatch::finish, t, y); }
   /// Tells what was noticed, and refuses a psi or a gradient that is no number.
   void conclude(const GradientResult& result) const;
+  /// The part of its tolerances with which the run would have to be repeated for its gradient to be as good as is
+  /// expected at rtol `asked`: 1 unless the largest scaled derivative is small against what errors of the size of the
+  /// tolerances change psi by.
+  double resolving_part(const GradientResult& result, const AdjointGrowth& growth, double asked) const;
   /// Whether psi and its gradient have digits, by what the adjoint says of errors of the size of the tolerance: a
   /// notice where they are few, SolverError where there is none. And whether the adjoint kept what it must keep: else a
   /// notice.
@@ -32,6 +36,12 @@ class RunWatch {
   const Problem& problem_;
   long steps_ = 0;
 };
+
+/// The largest drift of a row in parts of its own length, of this thread's last run under a watch.
+double last_drift();
+
+/// A sentence for a gradient whose run would have to be repeated with this part of its tolerances.
+std::string unresolved_gradient(const Problem& problem, const GradientResult& result, double part);
 
 /// Throws SolverError naming what is not finite.
 void require_finite(const Problem& problem, const GradientResult& result);

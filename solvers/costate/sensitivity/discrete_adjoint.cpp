@@ -5,8 +5,8 @@
 namespace costate {
 namespace {
 
-GradientResult run(const Problem& problem, const std::vector<double>& rho) {
-  FixedRun run(problem, rho, fixed_steps(problem), true);
+GradientResult run_steps(const Problem& problem, const std::vector<double>& rho, long steps) {
+  FixedRun run(problem, rho, steps, true);
   StepArchive archive(run.scheme(), run.steps(), problem.solver.memory_budget_MB * 1e6,
                       problem.solver.checkpoint_steps);
   GradientResult r;
@@ -17,6 +17,10 @@ GradientResult run(const Problem& problem, const std::vector<double>& rho) {
   r.counters = run.counters();
   run.conclude(r);
   return r;
+}
+
+GradientResult run(const Problem& problem, const std::vector<double>& rho) {
+  return settle_gradient(problem, [&](long steps) { return run_steps(problem, rho, steps); });
 }
 
 const RegisterSensitivityMethod registered({"discrete-adjoint",

@@ -5,8 +5,8 @@
 namespace costate {
 namespace {
 
-GradientResult run(const Problem& problem, const std::vector<double>& rho) {
-  FixedRun run(problem, rho, fixed_steps(problem), true);
+GradientResult run_steps(const Problem& problem, const std::vector<double>& rho, long steps) {
+  FixedRun run(problem, rho, steps, true);
   DiscreteTangent tangent(run.scheme());
   GradientResult r;
   r.integrator = "fixed";
@@ -22,6 +22,10 @@ GradientResult run(const Problem& problem, const std::vector<double>& rho) {
   r.counters = run.counters();
   run.conclude(r);
   return r;
+}
+
+GradientResult run(const Problem& problem, const std::vector<double>& rho) {
+  return settle_gradient(problem, [&](long steps) { return run_steps(problem, rho, steps); });
 }
 
 const RegisterSensitivityMethod registered({"discrete-tangent",

@@ -1,8 +1,13 @@
 #include "costate/sensitivity/error_estimate.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "costate/base/error.h"
+#include "costate/base/notice.h"
+#include "costate/integrator/run_watch.h"
 #include "costate/integrator/simulate.h"
 #include "costate/level/penalty_weight.h"
 #include "costate/sensitivity/method.h"
@@ -47,6 +52,47 @@ void add_softness(const Problem& problem, const GradientResult& result, ErrorEst
 }
 
 }  // namespace
+
+void watch_penalty(const Problem& problem, const std::string& method, const std::vector<double>& rho,
+                   const GradientResult& result) {
+  if (!has_soft_constraints(problem.formulation) || problem.mechanism->constraints().empty()) return;
+  const double given = problem.formulation_options.penalty_alpha, usual = default_penalty_weight(problem.mechanism),
+               alpha = given > 0 ? given : usual;
+  // Rows that are off by d change psi by some d of it, and a gradient by a hundred times that at most.
+  constexpr double kDrift = 1e-6, kLarge = 30, kSaid = 1e-4;
+  const bool large = alpha > kLarge * usual;
+  if (!large && last_drift() < kDrift) return;
+  Problem other = problem;
+  other.formulation_options.penalty_alpha = large ? alpha / 10 : alpha * 10;
+  const std::vector<std::string> said = take_notices();
+  const auto keep = [&] {
+    take_notices();
+    for (const auto& text : said) notice(text);
+  };
+  ErrorEstimate e;
+  try {
+    e = apart(result, find_sensitivity_method(method).gradient(other, rho), false);
+  } catch (const SolverError&) {
+    return keep();
+  }
+  keep();
+  const double share = 0.9, psi = e.psi / share / std::max(std::abs(result.psi), problem.solver.absolute());
+  double size = 1e-3 * std::abs(result.psi), change = 0;
+  for (std::size_t j = 0; j < result.gradient.size(); ++j) {
+    const double scale = problem.parameters.parameters[j].scale;
+    size = std::max(size, std::abs(result.gradient[j]) * scale);
+    change = std::max(change, e.gradient[j] / share * scale);
+  }
+  const double gradient = size > 0 ? change / size : 0, allowed = std::max(kSaid, 1e3 * problem.solver.rtol);
+  if (psi <= allowed && gradient <= allowed) return;
+  notice(fmt::format(
+      "The penalty's weight alpha = {:.3g} changes psi by some {:.1g} of it, and its gradient by {:.1g} of the largest "
+      "scaled derivative: {}. Take {} (--penalty-alpha), or a formulation with exact constraints "
+      "(augmented-lagrangian carries redundant ones, too).",
+      alpha, psi, gradient,
+      large ? "rounding, of rows that depend on each other" : "its constraints are soft, O(1/alpha)",
+      large ? "a smaller one" : "a larger one"));
+}
 
 bool has_soft_constraints(const std::string& formulation) {
   return formulation == "penalty" || formulation == "penalty-second-order";

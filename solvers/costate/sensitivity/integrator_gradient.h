@@ -3,17 +3,20 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
+#include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/integrator/run_watch.h"
 #include "costate/integrator/segmented_run.h"
 
 namespace costate {
 
 /// Forward run with checkpoints, then the adjoint back; once more with another plan when the first one cannot repeat
-/// its segments.
+/// its segments. `part` is what RunWatch::resolving_part() says of it for the tolerance `asked`.
 template <class Run, class SystemType>
-GradientResult adjoint_gradient(SystemType& system, const Problem& problem, const std::vector<double>& rho,
-                                const std::string& integrator) {
+GradientResult adjoint_run(SystemType& system, const Problem& problem, const std::vector<double>& rho,
+                           const std::string& integrator, double asked, double& part) {
   system.set_parameters(rho.data());
   CheckpointPlan plan = plan_checkpoints(problem.solver, system.size());
   for (long runs = 1;; ++runs) {
@@ -41,8 +44,39 @@ GradientResult adjoint_gradient(SystemType& system, const Problem& problem, cons
     r.counters.simulations = runs;
     watch.conclude(r);
     watch.judge(r, session.adjoint_growth(), session.invariant());
+    part = watch.resolving_part(r, session.adjoint_growth(), asked);
     return r;
   }
+}
+
+/// The same, and with smaller tolerances again where the gradient turns out to be small against its errors: a
+/// derivative is what is left of terms of the adjoint's size, each of which is known to the tolerance.
+template <class Run, class SystemType>
+GradientResult adjoint_gradient(SystemType& system, const Problem& problem, const std::vector<double>& rho,
+                                const std::string& integrator) {
+  constexpr double kResolved = 0.3;
+  const double asked = problem.solver.rtol;
+  const std::vector<std::string> before = take_notices();
+  double part = 1;
+  GradientResult r = adjoint_run<Run>(system, problem, rho, integrator, asked, part);
+  std::vector<std::string> said = take_notices();
+  if (part < 1) {
+    Problem finer = problem;
+    finer.solver.rtol = part * asked;
+    finer.solver.atol = part * problem.solver.absolute();
+    try {
+      const GradientResult first = r;
+      r = adjoint_run<Run>(system, finer, rho, integrator, asked, part);
+      r.counters.simulations += first.counters.simulations;
+      said = take_notices();
+    } catch (const SolverError&) {  // the smaller tolerance is out of reach
+      take_notices();
+    }
+  }
+  for (const auto& text : before) notice(text);
+  for (const auto& text : said) notice(text);
+  if (part < kResolved) notice(unresolved_gradient(problem, r, part));
+  return r;
 }
 
 /// One forward run of the state and its sensitivities; `more` goes to the sessions.

@@ -130,10 +130,13 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
     problem.parameters.apply(rho.data(), numbers);
     require_fixed_accelerations(*problem.mechanism, problem.parameters, numbers, problem.solver.t_start,
                                 problem.solver.t_end);
+    require_fixed_force_jumps(*problem.mechanism, problem.parameters, numbers, problem.solver.t_start,
+                              problem.solver.t_end);
     require_joined_laws(*problem.mechanism, problem.parameters, numbers, problem.solver.t_start, problem.solver.t_end);
   }
   GradientResult r = method.gradient(problem, rho);
   require_finite(problem, r);  // whatever the method
+  watch_penalty(problem, name, rho, r);
   if (!problem.solver.confirm || method.name == "differences" || method.needs == Needs::discrete) return r;
   return confirmed(problem, std::move(r), [&](const Problem& p) { return method.gradient(p, rho); });
 }

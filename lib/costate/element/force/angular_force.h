@@ -9,7 +9,7 @@
 namespace costate {
 
 template <class Law>
-class AngularForce final : public ForceOf<AngularForce<Law>> {
+class AngularForce final : public ForceOf<AngularForce<Law>>, public MotionLawElement {
  public:
   enum class Measures { angle, length };
   /// coordinates: {angle_j} against the ground, or {angle_i, angle_j} [rad]; or lengths [m].
@@ -87,6 +87,9 @@ class AngularForce final : public ForceOf<AngularForce<Law>> {
 
   double potential_energy(const LocalState& s) const override { return law_.potential_energy(difference(s.q), s.p); }
   const Law& law() const { return law_; }
+  void add_motion_laws(std::vector<MotionLaw>& laws) const override {
+    if constexpr (requires { law_.add_motion_laws(laws); }) law_.add_motion_laws(laws);
+  }
 
  private:
   Law law_;

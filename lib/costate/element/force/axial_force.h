@@ -13,7 +13,7 @@
 namespace costate {
 
 template <class Law, class Line = PlanarVector>
-class AxialForce final : public ForceOf<AxialForce<Law, Line>> {
+class AxialForce final : public ForceOf<AxialForce<Law, Line>>, public MotionLawElement {
   static constexpr int dim = Line::Vector::RowsAtCompileTime;
   using Vector = typename Line::Vector;
   using Square = Eigen::Matrix<double, dim, dim>;
@@ -33,6 +33,9 @@ class AxialForce final : public ForceOf<AxialForce<Law, Line>> {
   const Line& line() const { return d_; }
   int line_number_offset() const { return law_number_count_; }
   const Law& law() const { return law_; }
+  void add_motion_laws(std::vector<MotionLaw>& laws) const override {
+    if constexpr (requires { law_.add_motion_laws(laws); }) law_.add_motion_laws(laws);
+  }
   bool by_hand() const override { return true; }
   int states() const override { return Law::states; }
   int initial_state_number(int i) const override {

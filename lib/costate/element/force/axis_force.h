@@ -16,7 +16,7 @@
 namespace costate {
 
 template <class Law>
-class AxisForce final : public ForceOf<AxisForce<Law>> {
+class AxisForce final : public ForceOf<AxisForce<Law>>, public MotionLawElement {
  public:
   AxisForce(std::string kind, std::string name, Law law, const std::vector<int>& law_numbers, SpatialVector d,
             const std::vector<int>& axis_numbers)
@@ -160,6 +160,9 @@ class AxisForce final : public ForceOf<AxisForce<Law>> {
   }
 
   const SpatialVector& line() const { return d_; }
+  void add_motion_laws(std::vector<MotionLaw>& laws) const override {
+    if constexpr (requires { law_.add_motion_laws(laws); }) law_.add_motion_laws(laws);
+  }
 
  private:
   using Row = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, SpatialVector::kMax>;

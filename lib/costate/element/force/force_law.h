@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "costate/derivative/dual.h"
+#include "costate/element/law/motion_law.h"
 #include "costate/element/law/scalar_law.h"
 
 namespace costate {
@@ -61,6 +62,10 @@ struct SpringDamperLaw {
     if (k >= 4) return law_number_partial(*spring, x - p[1], of_spring, k - 4);
     const double of[4] = {x - p[1], -p[0] - (k == 1 && spring ? spring->slope(x - p[1], of_spring).d[0] : 0), rate, 1};
     return of[k];
+  }
+  void add_motion_laws(std::vector<MotionLaw>& laws) const {
+    if (spring) laws.push_back({spring.get(), 4, "spring_law"});
+    if (damper) laws.push_back({damper.get(), 4 + (spring ? spring->number_count() : 0), "damper_law"});
   }
   double potential_energy(double x, const double* p) const {
     const double e = x - p[1];

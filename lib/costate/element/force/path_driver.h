@@ -13,12 +13,12 @@
 
 #include "costate/element/course.h"
 #include "costate/element/element.h"
-#include "costate/element/law/scalar_law.h"
+#include "costate/element/law/motion_law.h"
 #include "costate/element/point/spatial_point.h"
 
 namespace costate {
 
-class PathDriver final : public ForceOf<PathDriver>, public CourseElement {
+class PathDriver final : public ForceOf<PathDriver>, public CourseElement, public MotionLawElement {
  public:
   enum Number { gain, yaw_gain, preview, decision_lag, arm_lag, stiffness, damping, command, steering, own_numbers };
 
@@ -41,6 +41,9 @@ class PathDriver final : public ForceOf<PathDriver>, public CourseElement {
   int tracks() const override { return 1; }
   void add_track(int, const double* p, Course& course) const override { course.add(*path_, p + own_numbers + 3); }
   Place track_place(int, const LocalState& s) const override;
+  void add_motion_laws(std::vector<MotionLaw>& laws) const override {
+    laws.push_back({path_.get(), own_numbers + 3, "path"});
+  }
   bool by_hand() const override { return true; }
   void calc_partials(const LocalState& s, ForcePartials out) const override;
 

@@ -82,6 +82,13 @@ class Road final : public SharedPart {
     return r;
   }
 
+  const ScalarLaw* law() const { return law_.get(); }
+  /// Of the law's numbers among the road's.
+  int law_numbers() const { return (has_speed_ ? 1 : 0) + (has_ramp_ ? 1 : 0); }
+  bool has_ramp() const { return has_ramp_; }
+  /// The times at which a post's height or its rate jumps, with the tyre's shift.
+  void add_post_jumps(double shift, const double* p, std::vector<double>& times) const;
+
   /// What is on it along time (a post) or along x (a profile), with the tyre's shift.
   void add_course(double shift, const double* p, Course& course) const {
     const double speed = has_speed_ ? *p++ : 1;

@@ -20,6 +20,7 @@
 #include "costate/base/error.h"
 #include "costate/element/element.h"
 #include "costate/element/force/tyre_wrench.h"
+#include "costate/element/law/motion_law.h"
 #include "costate/element/point/spatial_point.h"
 
 namespace costate {
@@ -34,7 +35,7 @@ void add_global_moment(const S* p, const S* M, S* Q) {
 }
 
 template <class Model>
-class TyreForce final : public ForceOf<TyreForce<Model>>, public CourseElement {
+class TyreForce final : public ForceOf<TyreForce<Model>>, public CourseElement, public MotionLawElement {
   using Numbers = TyreNumbers;
   template <class S>
   using Evaluation = TyreWrench<Model, S>;
@@ -67,6 +68,17 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public CourseElement {
   int tracks() const override { return setup_.road->kind() == Road::Kind::profile ? 1 : 0; }
   void add_track(int, const double* p, Course& course) const override {
     setup_.road->add_course(p[Numbers::shift], p + Numbers::road, course);
+  }
+  /// The height and its slope: of the ramp on, where there is one.
+  void add_motion_laws(std::vector<MotionLaw>& laws) const override {
+    if (setup_.road->kind() != Road::Kind::profile) return;
+    MotionLaw law{setup_.road->law(), Numbers::road + setup_.road->law_numbers(), "road", true};
+    if (setup_.road->has_ramp()) law.from = 0;
+    laws.push_back(std::move(law));
+  }
+  void add_force_jumps(const double* p, std::vector<double>& times) const override {
+    if (setup_.road->kind() == Road::Kind::post)
+      setup_.road->add_post_jumps(p[Numbers::shift], p + Numbers::road, times);
   }
   /// Of the wheel's centre, whatever part of the road the contact takes.
   CourseElement::Place track_place(int, const LocalState& s) const override {

@@ -1,0 +1,43 @@
+// Laws that the motion itself travels, along a length, an angle, a rate, a path or a road: where one of them jumps the
+// force does, at an instant that moves with everything that moves the motion.
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "costate/element/law/scalar_law.h"
+
+namespace costate {
+
+struct MotionLaw {
+  const ScalarLaw* law;
+  int first;              // of its numbers among the element's
+  std::string key;        // what the scene calls it in the element's table
+  bool by_slope = false;  // whether the force holds the law's slope as well: then it jumps where the law has a kink
+  double from = -std::numeric_limits<double>::infinity();  // joints before this do not count
+};
+
+/// A force with such laws is one of these as well.
+class MotionLawElement {
+ public:
+  virtual ~MotionLawElement() = default;
+  virtual void add_motion_laws(std::vector<MotionLaw>& laws) const = 0;
+  /// Appends the times at which the force jumps by its laws of time, for the element's numbers p.
+  virtual void add_force_jumps(const double*, std::vector<double>&) const {}
+};
+
+/// Where pieces of a law meet: the law and its slope on both sides.
+struct LawJoint {
+  double x, left, right, left_slope, right_slope;
+};
+struct LawJoints {
+  std::vector<LawJoint> all;
+  double value = 0, slope = 0;  // the largest, there and between
+  bool jumps(const LawJoint& joint) const;
+  bool bends(const LawJoint& joint) const;
+};
+/// Those that the law knows of from `from` on, for its numbers p.
+LawJoints law_joints(const ScalarLaw& law, const double* p, double from = -std::numeric_limits<double>::infinity());
+
+}  // namespace costate

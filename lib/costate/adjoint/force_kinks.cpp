@@ -56,8 +56,8 @@ class Search {
     std::vector<ForceKink> kinks;
     for (const auto& [from, to] : kinks_) {
       ForceKink k{from - apart, to + apart, point_, point_};
-      // At rest a force may be on one side of its kink, and right behind the start on the other: then the start itself is
-      // the one side. The same at the end.
+      // At rest a force may be on one side of its kink, and right behind the start on the other: then the start itself
+      // is the one side. The same at the end.
       k.before = std::max(k.before, begin);
       k.after = std::min(k.after, end);
       // One that has its sides on its neighbour's is one with it.

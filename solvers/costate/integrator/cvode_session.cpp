@@ -60,23 +60,9 @@ void CvodeSession::create_memory() {
   capture_cvode_messages(memory_, message_);
   check(CVodeInit(memory_, rhs, t_, y_), "CVodeInit");
   check(CVodeSetUserData(memory_, this), "CVodeSetUserData");
-  atol_ = Vector(size_, context_);
-  fill_absolute_tolerances(system_, options_.absolute(), size_, atol_.data());
-  // Given anew on the way (the cost's changes), tolerances by vector lose their memory.
-  check(CVodeWFtolerances(
-            memory_,
-            [](N_Vector y, N_Vector w, void* p) {
-              CvodeSession& s = self_of(p);
-              const auto& unknowns = s.system_.unknowns();
-              const double part = s.speed_part_.at(unknowns, costate::data(y), s.atol_.data(), s.options_.absolute());
-              set_error_weights(unknowns, costate::data(y), s.options_.rtol, s.atol_.data(), part, 0, costate::data(w));
-              if (const auto n = unknowns.size(); s.cost_state_)
-                costate::data(w)[n] = 1 / (s.options_.rtol * std::abs(costate::data(y)[n]) + s.atol_.data()[n]);
-              return 0;
-            }),
-        "CVodeWFtolerances");
-  if (system_.has_running_cost() && !system_.objective().running_needs_accelerations())
-    cost_tolerance_.emplace(options_.absolute() * cost_size(system_), options_.t_end - t_);
+  Vector atol(size_, context_);  // SUNDIALS copies it
+  fill_absolute_tolerances(system_, options_.absolute(), size_, atol.data());
+  check(CVodeSVtolerances(memory_, options_.rtol, atol), "CVodeSVtolerances");
   check(CVodeSetMaxNumSteps(memory_, options_.max_steps), "CVodeSetMaxNumSteps");
   // A step that begins where a force or an acceleration jumps may have to become very short.
   check(CVodeSetMaxErrTestFails(memory_, 30), "CVodeSetMaxErrTestFails");
@@ -206,64 +192,31 @@ void CvodeSession::enable_cost() {
   check(CVodeSetQuadErrCon(memory_, SUNTRUE), "CVodeSetQuadErrCon");
 }
 
-void CvodeSession::look_at_cost_tolerance(double t, const double* y) {
-  const int n = system_.size();
-  g_here_.assign(static_cast<std::size_t>(n), 0);
-  system_.running_cost_gradient(t, y, g_here_.data());
-  if (!cost_tolerance_->sample(n, g_here_.data(), y, options_.rtol, atol_.data())) return;
-  if (cost_state_)
-    atol_.data()[n] = cost_tolerance_->value();
-  else
-    check(CVodeQuadSStolerances(memory_, options_.rtol, cost_tolerance_->value()), "CVodeQuadSStolerances");
-}
-
-void CvodeSession::look_at_gradient_tolerance(double t, const double* y, const double* const* s, int count) {
-  const int n = system_.size();
-  near_.assign(y, y + size_);
-  for (int i = 0; i < n; ++i) near_[i] += options_.rtol * std::abs(y[i]) + atol_.data()[i];
-  g_here_.assign(static_cast<std::size_t>(n), 0);
-  g_near_ = g_here_;
-  system_.running_cost_gradient(t, near_.data(), g_near_.data());
-  system_.running_cost_gradient(t, y, g_here_.data());
-  bool changed = false;
-  for (int j = 0; j < count; ++j) {
-    CostTolerance& tolerance = gradient_tolerance_[static_cast<std::size_t>(j)];
-    changed = tolerance.sample(n, g_here_.data(), g_near_.data(), s[j], options_.rtol, atol_S_.data(j)) || changed;
-    atol_S_.data(j)[n] = tolerance.value();
-  }
-  if (changed) check(CVodeSensSVtolerances(memory_, options_.rtol, atol_S_.handles()), "CVodeSensSVtolerances");
-}
-
 void CvodeSession::enable_sensitivities() {
   const int n = system_.size(), np = system_.parameter_count();
   if (np == 0) return;
   yS_ = VectorArray(np, size_, context_);
-  atol_S_ = VectorArray(np, size_, context_);
+  VectorArray atol(np, size_, context_);
   for (int j = 0; j < np; ++j) {
     if (start_.s.empty())
       std::copy(y_rho_.col(j).data(), y_rho_.col(j).data() + n, yS_.data(j));
     else
       std::copy(start_.s[j].begin(), start_.s[j].end(), yS_.data(j));
     fill_absolute_tolerances(system_, options_.absolute() / system_.parameters().parameters[j].scale, size_,
-                             atol_S_.data(j));
-    if (cost_state_ && cost_tolerance_) gradient_tolerance_.emplace_back(atol_S_.data(j)[n], options_.t_end - t_);
+                             atol.data(j));
   }
   columns_in_.resize(static_cast<std::size_t>(np));
   columns_out_.resize(static_cast<std::size_t>(np));
   g_rho_.resize(static_cast<std::size_t>(np));
   check(CVodeSensInit(memory_, np, options_.staggered ? CV_STAGGERED : CV_SIMULTANEOUS, sensitivity_rhs, yS_.handles()),
         "CVodeSensInit");
-  check(CVodeSensSVtolerances(memory_, options_.rtol, atol_S_.handles()), "CVodeSensSVtolerances");
+  check(CVodeSensSVtolerances(memory_, options_.rtol, atol.handles()), "CVodeSensSVtolerances");
   check(CVodeSetSensErrCon(memory_, SUNTRUE), "CVodeSetSensErrCon");
 }
 
 void CvodeSession::enable_adjoint(const CheckpointPlan& plan) {
   adjoint_ = true;
   watch_.emplace(system_, plan);
-  if (plan.repeats) {  // a repetition would begin with what the original ended with
-    cost_tolerance_.reset();
-    speed_part_.fix();
-  }
   check(CVodeAdjInit(memory_, plan.steps, CV_POLYNOMIAL), "CVodeAdjInit");
 }
 
@@ -404,10 +357,7 @@ int CvodeSession::rhs(double t, N_Vector y, N_Vector f, void* p) {
     s.poll(t, false);
     s.watch_forward();
     s.system_.rhs(t, data(y), data(f));
-    if (s.cost_state_) {
-      data(f)[s.system_.size()] = s.system_.running_cost(t, data(y));
-      if (s.cost_tolerance_ && s.scale_samples_++ % 16 == 0) s.look_at_cost_tolerance(t, data(y));
-    }
+    if (s.cost_state_) data(f)[s.system_.size()] = s.system_.running_cost(t, data(y));
     s.look_ahead(t, data(y));
     s.watch_stiffness(t, data(y));
   });
@@ -432,9 +382,7 @@ int CvodeSession::quadrature(double t, N_Vector y, N_Vector q, void* p) {
   return s.guard_.run([&] {
     s.watch_forward();
     data(q)[0] = s.system_.running_cost(t, data(y));
-    if (!(s.adjoint_ || s.cost_tolerance_) || s.scale_samples_++ % 8 != 0) return;
-    if (s.cost_tolerance_) s.look_at_cost_tolerance(t, data(y));
-    if (!s.adjoint_) return;
+    if (!s.adjoint_ || s.scale_samples_++ % 8 != 0) return;
     s.system_.running_cost_gradient(t, data(y), s.g_y_.data());
     s.adjoint_scale_.sample(data(y), s.g_y_, s.system_.unknowns());
   });
@@ -452,8 +400,6 @@ int CvodeSession::sensitivity_rhs(int count, double t, N_Vector y, N_Vector, N_V
     if (!s.cost_state_) return;
     s.system_.tangent_running_cost(t, data(y), s.columns_in_.data(), s.g_rho_.data(), count);
     for (int j = 0; j < count; ++j) data(fS[j])[s.system_.size()] = s.g_rho_[j];
-    if (!s.gradient_tolerance_.empty() && s.gradient_samples_++ % 8 == 0)
-      s.look_at_gradient_tolerance(t, data(y), s.columns_in_.data(), count);
   });
 }
 

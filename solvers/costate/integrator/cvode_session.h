@@ -10,8 +10,6 @@
 #include "costate/integrator/adjoint_growth.h"
 #include "costate/integrator/adjoint_scale.h"
 #include "costate/integrator/checkpoints.h"
-#include "costate/integrator/cost_tolerance.h"
-#include "costate/integrator/error_weights.h"
 #include "costate/integrator/forward_state.h"
 #include "costate/integrator/pace_watch.h"
 #include "costate/integrator/segment.h"
@@ -84,9 +82,6 @@ class CvodeSession {
   [[noreturn]] void fail(void* memory, int flag, const std::string& what, const std::vector<Unknown>& names);
   /// In one-step mode the integrator counts no steps; this throws when the next one would exceed max_steps.
   void limit_steps();
-  /// Keep the absolute tolerances of the cost, and of its derivatives, to what the state's leave of it.
-  void look_at_cost_tolerance(double t, const double* y);
-  void look_at_gradient_tolerance(double t, const double* y, const double* const* s, int count);
   void poll(double t, bool backward);
   // A step that begins where this evaluation takes place, if it does, ends within the plan's bounds: its end is known
   // to the integrator before it chooses the step, in a repetition from a checkpoint as in the original.
@@ -133,12 +128,6 @@ class CvodeSession {
   std::unique_ptr<Backward> backward_;
   std::optional<RepeatWatch> watch_;
   std::vector<double> g_y_, g_rho_;
-  std::optional<CostTolerance> cost_tolerance_;  // where it follows the state's
-  std::vector<CostTolerance> gradient_tolerance_;
-  SpeedPart speed_part_;
-  Vector atol_;
-  VectorArray atol_S_;
-  std::vector<double> near_, g_here_, g_near_;  // y + w; g_y at y and there
   ForwardState forward_;
   int size_ = 0;             // unknowns, the cost among them when it is one
   bool cost_state_ = false;  // the last unknown is psi' = g
@@ -151,7 +140,7 @@ class CvodeSession {
   std::shared_ptr<const StepPlan> plan_;  // or null
   std::vector<double> checkpoint_times_;  // ascending
   double start_time_ = 0;
-  long polls_ = 0, scale_samples_ = 0, gradient_samples_ = 0, newton_setups_ = 0, backward_setups_ = 0;
+  long polls_ = 0, scale_samples_ = 0, newton_setups_ = 0, backward_setups_ = 0;
   bool adjoint_ = false, ended_ = false;
   double t_ = 0, step_end_ = 0;
   SegmentStart start_;  // empty in the first segment

@@ -13,8 +13,8 @@ constexpr double kRounding = 100 * std::numeric_limits<double>::epsilon();
 constexpr double kFirstStep = 1e-6;
 }  // namespace
 
-int set_error_weights(const std::vector<Unknown>& unknowns, const double* y, double rtol, const double* atol,
-                      double speed_part, double h, double* weights) {
+int set_error_weights(const std::vector<Unknown>& unknowns, const double* y, double rtol, const double* atol, double h,
+                      double* weights) {
   using Role = Unknown::Role;
   double velocity = 0, acceleration = 0, multiplier = 0;
   for (std::size_t i = 0; i < unknowns.size(); ++i) {
@@ -26,7 +26,7 @@ int set_error_weights(const std::vector<Unknown>& unknowns, const double* y, dou
   const double noise = h != 0 ? kRounding * velocity / std::abs(h) : kFirstStep * acceleration;
   const double of_multipliers = acceleration > 0 ? noise * multiplier / acceleration : 0;
   for (std::size_t i = 0; i < unknowns.size(); ++i) {
-    double error = rtol * std::abs(y[i]) + (unknowns[i].role == Role::velocity ? speed_part : 1) * atol[i];
+    double error = rtol * std::abs(y[i]) + atol[i];
     if (unknowns[i].role == Role::acceleration) error = std::max(error, noise);
     if (unknowns[i].role == Role::multiplier) error = std::max(error, of_multipliers);
     if (!(error > 0)) return -1;

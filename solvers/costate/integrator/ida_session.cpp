@@ -75,11 +75,8 @@ void IdaSession::create_memory() {
                           long steps = 0;
                           IDAGetNumSteps(s.memory_, &steps);
                           if (steps > 0) IDAGetCurrentStep(s.memory_, &h);  // else what another run has left
-                          const auto& unknowns = s.system_.unknowns();
-                          const double part =
-                              s.speed_part_.at(unknowns, costate::data(y), s.atol_.data(), s.options_.absolute());
-                          return set_error_weights(unknowns, costate::data(y), s.options_.rtol, s.atol_.data(), part, h,
-                                                   costate::data(w));
+                          return set_error_weights(s.system_.unknowns(), costate::data(y), s.options_.rtol,
+                                                   s.atol_.data(), h, costate::data(w));
                         }),
         "IDAWFtolerances");
   check(IDASetMaxNumSteps(memory_, options_.max_steps), "IDASetMaxNumSteps");
@@ -188,34 +185,6 @@ void IdaSession::enable_cost() {
   check(IDAQuadInit(memory_, quadrature, q_), "IDAQuadInit");
   check(IDAQuadSStolerances(memory_, options_.rtol, options_.absolute() * cost_size(system_)), "IDAQuadSStolerances");
   check(IDASetQuadErrCon(memory_, SUNTRUE), "IDASetQuadErrCon");
-  if (system_.objective().running_needs_accelerations()) return;
-  cost_tolerance_.emplace(options_.absolute() * cost_size(system_), options_.t_end - t_);
-  // Only what is under error control counts.
-  for (int i = 0; i < system_.size(); ++i) known_.push_back(system_.unknowns()[i].differential ? atol_.data()[i] : 0);
-}
-
-void IdaSession::look_at_cost_tolerance(const double* y, const double* g_y) {
-  if (!cost_tolerance_ || !cost_tolerance_->sample(system_.size(), g_y, y, options_.rtol, known_.data())) return;
-  check(IDAQuadSStolerances(memory_, options_.rtol, cost_tolerance_->value()), "IDAQuadSStolerances");
-}
-
-void IdaSession::look_at_gradient_tolerance(double t, const double* y, N_Vector* yS, int count) {
-  const int n = system_.size();
-  near_.assign(y, y + n);
-  for (int i = 0; i < n; ++i)
-    if (known_[i] > 0) near_[i] += options_.rtol * std::abs(y[i]) + known_[i];
-  g_near_.assign(static_cast<std::size_t>(n), 0);
-  system_.running_cost_gradient(t, near_.data(), g_near_.data(), 0, nullptr);
-  bool changed = false;
-  std::vector<double> atol_q;
-  for (int j = 0; j < count; ++j) {
-    CostTolerance& tolerance = gradient_tolerance_[static_cast<std::size_t>(j)];
-    changed = tolerance.sample(n, g_y_.data(), g_near_.data(), costate::data(yS[j]), options_.rtol,
-                               atol_S_[static_cast<std::size_t>(j)].data()) ||
-              changed;
-    atol_q.push_back(tolerance.value());
-  }
-  if (changed) check(IDAQuadSensSStolerances(memory_, options_.rtol, atol_q.data()), "IDAQuadSensSStolerances");
 }
 
 void IdaSession::enable_sensitivities() {
@@ -247,8 +216,6 @@ void IdaSession::enable_sensitivities() {
   std::vector<double> atol_q;
   for (int j = 0; j < np; ++j)
     atol_q.push_back(options_.absolute() * cost_size(system_) / system_.parameters().parameters[j].scale);
-  if (cost_tolerance_)
-    for (const double usual : atol_q) gradient_tolerance_.emplace_back(usual, options_.t_end - t_);
   check(IDAQuadSensInit(memory_, sensitivity_quadrature, qS_.handles()), "IDAQuadSensInit");
   check(IDAQuadSensSStolerances(memory_, options_.rtol, atol_q.data()), "IDAQuadSensSStolerances");
   check(IDASetQuadSensErrCon(memory_, SUNTRUE), "IDASetQuadSensErrCon");
@@ -257,10 +224,6 @@ void IdaSession::enable_sensitivities() {
 void IdaSession::enable_adjoint(const CheckpointPlan& plan) {
   adjoint_ = true;
   watch_.emplace(system_, plan);
-  if (plan.repeats) {  // a repetition would begin with what the original ended with
-    cost_tolerance_.reset();
-    speed_part_.fix();
-  }
   check(IDAAdjInit(memory_, plan.steps, IDA_POLYNOMIAL), "IDAAdjInit");
   // IDAS restarts the quadratures wrongly when it repeats the first segment (corrected in 2026, llnl/sundials#888), so
   // that under error control its steps may differ from the original's.
@@ -438,10 +401,9 @@ int IdaSession::quadrature(double t, N_Vector y, N_Vector, N_Vector q, void* p) 
     s.watch_forward();
     const double* x = cost_state(s.system_, t, data(y));
     data(q)[0] = s.system_.running_cost(t, x);
-    if (!(s.adjoint_ || s.cost_tolerance_) || s.scale_samples_++ % 8 != 0) return;
+    if (!s.adjoint_ || s.scale_samples_++ % 8 != 0) return;
     s.system_.running_cost_gradient(t, x, s.g_y_.data(), 0, nullptr);
-    if (s.adjoint_) s.adjoint_scale_.sample(x, s.g_y_, s.system_.unknowns());
-    s.look_at_cost_tolerance(x, s.g_y_.data());
+    s.adjoint_scale_.sample(x, s.g_y_, s.system_.unknowns());
   });
 }
 
@@ -474,8 +436,6 @@ int IdaSession::sensitivity_quadrature(int count, double t, N_Vector y, N_Vector
       for (int i = 0; i < n; ++i) sum += s.g_y_[i] * x[i];
       data(qS[j])[0] = sum;
     }
-    if (!s.gradient_tolerance_.empty() && s.gradient_samples_++ % 8 == 0)
-      s.look_at_gradient_tolerance(t, data(y), yS, count);
   });
 }
 

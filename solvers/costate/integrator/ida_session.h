@@ -11,8 +11,6 @@
 #include "costate/integrator/adjoint_growth.h"
 #include "costate/integrator/adjoint_scale.h"
 #include "costate/integrator/checkpoints.h"
-#include "costate/integrator/cost_tolerance.h"
-#include "costate/integrator/error_weights.h"
 #include "costate/integrator/forward_state.h"
 #include "costate/integrator/pace_watch.h"
 #include "costate/integrator/segment.h"
@@ -95,9 +93,6 @@ class IdaSession {
   /// In one-step mode the integrator counts no steps; this throws when the next one would exceed max_steps.
   void limit_steps();
   Vector absolute_tolerances(double scale) const;
-  /// Keeps the absolute tolerances of the cost's quadrature, and of its derivatives', to what the state's leave of it.
-  void look_at_cost_tolerance(const double* y, const double* g_y);
-  void look_at_gradient_tolerance(double t, const double* y, N_Vector* yS, int count);
   void poll(double t, bool backward);
   // A step that begins where this evaluation takes place, if it does, ends within the plan's bounds: its end is known
   // to the integrator before it chooses the step, in a repetition from a checkpoint as in the original.
@@ -146,10 +141,6 @@ class IdaSession {
   std::unique_ptr<Backward> backward_;
   std::optional<RepeatWatch> watch_;
   std::vector<double> g_y_, g_rho_;
-  std::optional<CostTolerance> cost_tolerance_;  // where it follows the state's
-  std::vector<CostTolerance> gradient_tolerance_;
-  SpeedPart speed_part_;
-  std::vector<double> known_, near_, g_near_;  // tolerances of y where they are unweighted by roles; y + w; g_y there
   ForwardState forward_;
   AdjointScale adjoint_scale_;
   AdjointGrowth adjoint_growth_;
@@ -158,7 +149,7 @@ class IdaSession {
   std::shared_ptr<const StepPlan> plan_;  // or null
   std::vector<double> checkpoint_times_;  // ascending
   double start_time_ = 0;
-  long polls_ = 0, scale_samples_ = 0, gradient_samples_ = 0, steps_seen_ = 0;
+  long polls_ = 0, scale_samples_ = 0, steps_seen_ = 0;
   bool adjoint_ = false, ended_ = false;
   double t_ = 0, step_end_ = 0;
   SegmentStart start_;  // empty in the first segment

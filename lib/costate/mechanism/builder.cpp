@@ -204,7 +204,7 @@ void MechanismBuilder::give_velocity(const std::string& name) {
 
 void MechanismBuilder::add_parameter(Parameter p) {
   const std::string subject = "parameter." + p.name;
-  if (!shared_parts_.emplace(subject, nullptr).second) throw ModelError(subject, "This parameter exists already.");
+  if (shared_parts_.count(subject) > 0) throw ModelError(subject, "This parameter exists already.");
   if (p.bindings.empty()) throw ModelError(subject, "A parameter must name at least one number.");
   if (!(p.scale > 0)) throw ModelError(subject, fmt::format("The scale must be positive, found {}.", p.scale));
   const auto& [first, factor] = p.bindings.front();
@@ -221,6 +221,7 @@ void MechanismBuilder::add_parameter(Parameter p) {
   }
   if (!(p.lower <= p.value && p.value <= p.upper))
     throw ModelError(subject, fmt::format("The value {} lies outside its bounds [{}, {}].", p.value, p.lower, p.upper));
+  shared_parts_.emplace(subject, nullptr);
   m_->parameters_.push_back(std::move(p));
 }
 

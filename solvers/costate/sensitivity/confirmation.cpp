@@ -90,6 +90,11 @@ GradientResult confirmed(const Problem& problem, GradientResult result, const Gr
     say(said);
     return result;
   }
+  // What either run had to say stands.
+  const std::vector<std::string> later = take_notices();
+  say(said);
+  for (const auto& s : later)
+    if (std::find(said.begin(), said.end(), s) == said.end()) notice(s);
   const Apart still = apart(problem, result, tight);
   tight.counters.simulations = std::max(tight.counters.simulations, result.counters.simulations);
   if (still.relative > kKnown * rtol)

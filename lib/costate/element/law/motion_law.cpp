@@ -38,6 +38,11 @@ LawJoints law_joints(const ScalarLaw& law, const double* p, double from) {
   std::sort(x.begin(), x.end());
   for (std::size_t k = 0; k + 1 < x.size(); ++k)
     for (const double w : kBetween) look(x[k] + w * (x[k + 1] - x[k]));
+  // And outside: a stop that begins at its only joint is zero there but for rounding.
+  if (!x.empty()) {
+    const double reach = 0.5 * std::max({x.back() - x.front(), std::abs(x.front()), std::abs(x.back())});
+    for (const double at : {x.front() - reach, x.back() + reach}) look(at);
+  }
   // The sizes are those of the whole law.
   std::erase_if(joints.all, [&](const LawJoint& j) { return j.x < from; });
   return joints;

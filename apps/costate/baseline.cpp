@@ -275,6 +275,7 @@ Measurement measure(const Baseline& baseline, bool quiet) {
   for (const auto& name : line.option_names(baseline.command))
     if (std::find(kNotInBaselines.begin(), kNotInBaselines.end(), name) == kNotInBaselines.end()) names.push_back(name);
   std::vector<std::string> words = {baseline.command, baseline.scene_path().string()};
+  if (baseline.command == "gradient") words.push_back("--no-confirm");  // of the one run, with its counters
   for (const auto& [key, value] : baseline.options.items()) {
     if (std::find(names.begin(), names.end(), key) == names.end())
       throw Error(fmt::format("options.{}: A baseline of 'costate {}' has no such option.{}", key, baseline.command,

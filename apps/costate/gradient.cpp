@@ -13,14 +13,14 @@ namespace costate::app {
 
 namespace {
 
-int run(const CommonOptions& common, bool estimate) {
+int run(const CommonOptions& common, bool estimate, bool confirm) {
   Setup setup(common, Purpose::differentiate);
   Progress progress(setup.progress_options);
   progress.start(setup.problem.solver.t_start);
   setup.problem.monitor = monitor(progress, setup.problem.solver.t_end);
   const auto begin = std::chrono::steady_clock::now();
   // An estimate compares the run itself with a tighter one.
-  if (estimate) setup.problem.solver.confirm = false;
+  setup.problem.solver.confirm = confirm && !estimate;
   GradientResult r = started(setup, [&] { return gradient(setup.problem, setup.method, setup.rho); });
   const double wall = seconds_since(begin);
   // Differences estimate their own error, which the text shows in any case.
@@ -68,12 +68,13 @@ int run(const CommonOptions& common, bool estimate) {
 const RegisterCommand gradient_command(
     CommandGroup::run, "gradient", "The cost and its exact gradient by one method",
     [](Command& c, CommonOptions& common) {
-      auto estimate = std::make_shared<bool>(false);
+      auto estimate = std::make_shared<bool>(false), single = std::make_shared<bool>(false);
       common.add_to(c);
       common.add_run_options(c);
       c.flag("--estimate-error", *estimate,
              "Estimate the errors of psi and gradient by a rerun at rtol/10, or half the step");
-      c.runs([&common, estimate] { return run(common, *estimate); });
+      c.flag("--no-confirm", *single, "One run, without the looser one that shows where small errors grow");
+      c.runs([&common, estimate, single] { return run(common, *estimate, !*single); });
     });
 
 }  // namespace costate::app

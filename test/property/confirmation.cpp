@@ -20,6 +20,51 @@ Problem problem_of(const std::string& scene, const std::string& formulation) {
   return p;
 }
 
+/// A triangle that a driver moves slowly, with a kink: psi is 3e-6, and no unknown of 'maggi' needs any step.
+const char* const kDriven = R"([gravity]
+x_m_per_s2 = 2.5532315157011718
+y_m_per_s2 = -9.81
+[point.G0]
+ground = true
+x_m = 0
+y_m = 0
+[point.P0]
+x_m = 0.83513338111571589
+y_m = -0.76412330245593552
+[point.P1]
+x_m = 0.66559409055811014
+y_m = 0.1074801073041951
+[bar.B0]
+from = "G0"
+to = "P0"
+mass_kg = 0.22510956376020871
+length_m = 1.1319594452143296
+[bar.B1]
+from = "P0"
+to = "P1"
+mass_kg = 0.41092147587779315
+length_m = 0.8879392293103523
+[bar.B2]
+from = "G0"
+to = "P1"
+mass_kg = 0.30480435332893596
+length_m = 0.67421618702905595
+[driver.D0]
+coordinate = "P0.y"
+law = { kind = "piecewise", breaks = [0.1238978533272401], coefficients = [[-0.76412330245593552, -0.019022556685342029], [-0.76856657623165314, 0.016839838476437319]] }
+[start]
+given = []
+[[cost.running]]
+kind = "square"
+output = "P1.x_dot"
+weight = 1.4904441537037976
+target = 0
+[run]
+t_end_s = 0.35812145204616758
+rtol = 1e-8
+parameters = ["bar.B0.mass_kg"]
+)";
+
 /// A pendulum that tips over beside a triangle at rest.
 const char* const kTipping = R"([gravity]
 x_m_per_s2 = 0

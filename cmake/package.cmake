@@ -19,4 +19,28 @@ install(FILES "${PROJECT_BINARY_DIR}/costateConfig.cmake"
               cmake/costateCandidate.cmake
         DESTINATION "${COSTATE_INSTALL_CMAKEDIR}")
 install(EXPORT costateTargets NAMESPACE costate:: DESTINATION "${COSTATE_INSTALL_CMAKEDIR}")
+
+# A Debian package: cmake --build BUILD --target package.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME costate)
+set(CPACK_PACKAGE_VENDOR "Costate")
+set(CPACK_PACKAGE_CONTACT "the Costate developers <costate@localhost>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
+set(CPACK_RESOURCE_FILE_LICENSE "${PROJECT_SOURCE_DIR}/LICENSE")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${PROJECT_BINARY_DIR}/lib" "${PROJECT_BINARY_DIR}/solvers")
+# What programs on the library are compiled with; the tool runs without.
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS
+    "cmake, g++, libeigen3-dev, libfmt-dev, libhdf5-dev, libnlopt-cxx-dev, libsuitesparse-dev, libsundials-dev")
+if(PROJECT_IS_TOP_LEVEL)
+  include(CPack)
+endif()
+
 install(FILES LICENSE README.md DESTINATION "${CMAKE_INSTALL_DOCDIR}" OPTIONAL)
+foreach(page apps lib solvers test) # messages point at headings of these
+  install(FILES ${page}/README.md DESTINATION "${CMAKE_INSTALL_DOCDIR}/${page}" OPTIONAL)
+endforeach()

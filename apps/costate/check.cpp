@@ -18,6 +18,7 @@
 #include "costate/integrator/simulate.h"
 #include "costate/record/interrupt.h"
 #include "digits.h"
+#include "guide.h"
 #include "trajectory.h"
 
 namespace costate::app {
@@ -142,7 +143,8 @@ class Check {
   }
 
   void allow(const std::string& method) {
-    const double share = method == "differences" ? kDifferencesShare : 1;
+    const bool perturbs = !method.empty() && find_sensitivity_method(method).perturbs;  // none: a simulation
+    const double share = perturbs ? kDifferencesShare : 1;
     budget_.begin(options_.patience * share * reference_.seconds, options_.patience * reference_.steps);
   }
 
@@ -150,7 +152,7 @@ class Check {
     allow(method);
     Problem bounded = p;
     bounded.solver.confirm = false;  // the rows are compared with each other
-    if (method != "differences") return gradient(bounded, method, setup_.rho);
+    if (!find_sensitivity_method(method).perturbs) return gradient(bounded, method, setup_.rho);
     // They answer the limit of steps by a looser tolerance, and an estimate that says so.
     bounded.solver.max_steps =
         std::min(p.solver.max_steps, static_cast<long>(0.9 * options_.patience * reference_.steps));
@@ -248,11 +250,11 @@ class Check {
   int finish() {
     const Yardstick& y = reference_.yardstick;
     take_notices();
-    Json j = run_json(setup_, y.result, "cvodes-forward", 0);
+    Json j = run_json(setup_, y.result, y.method, 0);
     j["formulation"] = nullptr;
     j["method"] = nullptr;
     j["reference"] = {{"formulation", y.formulation},
-                      {"method", "cvodes-forward"},
+                      {"method", y.method},
                       {"rtol", y.rtol},
                       {"psi", y.result.psi},
                       {"gradient", named(setup_.problem.parameters.names(), y.result.gradient)},
@@ -264,7 +266,7 @@ class Check {
     std::string text = fmt::format("{}, rtol {:g}, {} parameter{}\n", setup_.scene.title, setup_.problem.solver.rtol,
                                    setup_.rho.size(), setup_.rho.size() == 1 ? "" : "s");
     text += fmt::format(
-        "reference: {} x cvodes-forward, {}{}\n", y.formulation, y.rtol < setup_.problem.solver.rtol ? "tighter; " : "",
+        "reference: {} x {}, {}{}\n", y.formulation, y.method, y.rtol < setup_.problem.solver.rtol ? "tighter; " : "",
         reference_.proven
             ? fmt::format("{:.1e} from differences (own estimate {:.1e})", reference_.apart, reference_.estimate)
             : "not proven by differences");
@@ -294,9 +296,9 @@ class Check {
     if (!motions_note_.empty()) j["motions_note"] = motions_note_;
     if (!reference_.agrees)
       wrong.push_back(
-          fmt::format("the reference itself ({} x cvodes-forward), {}: {:.2e} from differences, whose own "
+          fmt::format("the reference itself ({} x {}), {}: {:.2e} from differences, whose own "
                       "estimate is {:.2e}",
-                      y.formulation, reference_.worst, reference_.apart, reference_.estimate));
+                      y.formulation, y.method, reference_.worst, reference_.apart, reference_.estimate));
     j["status"] = !interrupted_.empty() ? "interrupted" : wrong.empty() ? "ok" : "disagreement";
     if (!interrupted_.empty()) j["error"] = interrupted_;
     j["disagreements"] = wrong;
@@ -311,7 +313,7 @@ class Check {
     else if (wrong.empty())
       text += agreement(inaccurate.size(), cut.size());
     report(setup_, common_, j, text, "check.json");
-    for (const auto& w : wrong) fmt::print(stderr, "costate: disagreement: {}\n", w);
+    for (const auto& w : wrong) fmt::print(stderr, "costate: {}\n", with_guide("disagreement: " + w));
     for (const auto& w : inaccurate) fmt::print(stderr, "costate: warning: inaccurate: {}\n", w);
     if (!interrupted_.empty()) fmt::print(stderr, "costate: {}\n", interrupted_);
     return wrong.empty() ? 0 : kDisagreement;
@@ -354,11 +356,13 @@ const RegisterCommand check_command(
       c.remove("--formulation");
       c.remove("--method");
       c.remove("--integrator");  // every method runs on its own
-      const auto add_list = [&](const char* names, std::vector<std::string>& list) {
-        c.option(names, list, "Only these, separated by commas").separated();
+      const auto add_list = [&](const char* names, std::vector<std::string>& list, const auto& all) {
+        std::vector<std::string> words;
+        for (const auto& entry : all) words.push_back(entry.name);
+        c.option(names, list, "Only these, separated by commas").separated().suggests(words);
       };
-      add_list("--formulation,--formulations", options->formulations);
-      add_list("--method,--methods", options->methods);
+      add_list("--formulation,--formulations", options->formulations, formulations());
+      add_list("--method,--methods", options->methods, sensitivity_methods());
       c.flag("--all", options->all, "Every combination; the impossible ones are listed with their reason");
       c.flag("--no-motions", options->no_motions, "Gradients only, no comparison of motions");
       c.option("--patience", options->patience,

@@ -177,9 +177,10 @@ class RowJudge {
     Problem same = p_;
     const double span = p_.solver.t_end - p_.solver.t_start, steps = static_cast<double>(r_.counters.steps);
     same.solver.step_s = span / steps;
-    const std::vector<double> here = y_.components_of(r_),
-                              other = y_.components_of(
-                                  run_(same, method_ == "discrete-adjoint" ? "discrete-tangent" : "discrete-adjoint"));
+    const SensitivityMethod& own = find_sensitivity_method(method_);
+    const SensitivityMethod* twin =
+        first_method([&](const auto& m) { return m.needs == own.needs && m.adjoint != own.adjoint; });
+    const std::vector<double> here = y_.components_of(r_), other = y_.components_of(run_(same, twin->name));
     double apart = 0;
     for (std::size_t j = 0; j < here.size(); ++j) {
       const double e = std::abs(here[j] - other[j]);

@@ -16,7 +16,7 @@ const char* name_of(Verdict verdict);
 /// What rows are measured by. Components are the gradient's, each times its parameter's scale, and psi behind them.
 struct Yardstick {
   ParameterSelection parameters;
-  std::string formulation;
+  std::string formulation, method;
   double rtol = 0;
   GradientResult result;
   std::vector<double> components, uncertainty;  // of the reference; how far it may be from the truth

@@ -1,11 +1,13 @@
 #include "command.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sundials/sundials_version.h>
 #include <unistd.h>
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
@@ -22,6 +24,7 @@
 #include "costate/record/atomic_file.h"
 #include "costate/record/json_number.h"
 #include "costate/record/print.h"
+#include "guide.h"
 #include "saving.h"
 #include "start_notice.h"
 
@@ -34,20 +37,43 @@ void CommonOptions::add_to(Command& c) {
       .repeatable();
 }
 
+namespace {
+template <class List>
+std::vector<std::string> names_of(const List& list) {
+  std::vector<std::string> names;
+  for (const auto& entry : list) names.push_back(entry.name);
+  return names;
+}
+
+std::string capitalized(std::string text) {
+  if (!text.empty()) text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  return text;
+}
+}  // namespace
+
 void CommonOptions::add_run_options(Command& c) {
   c.option("--parameters", parameters, "Parameters or number paths, separated by commas (default: the scene's)")
       .separated();  // what follows is the scene
-  c.option("--formulation", formulation, "See 'costate list'");
-  c.option("--method", method, "Gradient method, see 'costate list'");
-  c.option("--integrator", integrator, "idas, cvodes or fixed (default: the formulation's)");
-  c.option("--cvodes-method", cvodes_method, "adams (default; smooth motion) or bdf (stiff)");
+  c.option("--formulation", formulation, "See 'costate list formulations'").suggests(names_of(formulations()));
+  c.option("--method", method, "Gradient method, see 'costate list methods'").suggests(names_of(sensitivity_methods()));
+  c.option("--integrator", integrator, "idas, cvodes or fixed (default: the formulation's)")
+      .suggests({"idas", "cvodes", "fixed"});
+  c.option("--cvodes-method", cvodes_method, "adams (default; smooth motion) or bdf (stiff)")
+      .suggests({"adams", "bdf"});
   c.option("--sensitivity-corrector", sensitivity_corrector,
-           "Forward methods: staggered (default; sensitivities after the state) or simultaneous");
+           "Forward methods: staggered (default; sensitivities after the state) or simultaneous")
+      .suggests({"staggered", "simultaneous"});
   c.option("--rtol", rtol, "Relative tolerance");
   c.option("--atol", atol, "Absolute tolerance in SI units (default: the number of rtol)");
   c.option("--t-end", t_end, "End of the simulation [s]");
   c.option("--step", step, "Step of fixed-step runs [s] (default: chosen from rtol)");
-  c.option("--penalty-alpha", penalty_alpha, "Weight of the penalty formulation");
+  for (const auto& [key, o] : formulation_options()) {
+    if (o.flag.empty()) continue;
+    if (o.is_number())
+      c.option(o.flag, formulation_numbers[key], capitalized(o.help));
+    else
+      c.option(o.flag, formulation_words[key], capitalized(o.help)).among(o.words);
+  }
   c.option("--checkpoint-steps", checkpoint_steps, "Steps between checkpoints of adjoint runs");
   c.option("--output", output, "Directory for result files (default: results/SCENE)");
   c.flag("--no-files", no_files, "Write no result files");
@@ -93,13 +119,22 @@ void Setup::choose_solver(const CommonOptions& options) {
   require_positive(options.rtol, "--rtol");
   require_positive(options.atol, "--atol");
   require_positive(options.step, "--step");
-  require_positive(options.penalty_alpha, "--penalty-alpha");
   if (options.rtol && *options.rtol >= 1) throw Error(fmt::format("--rtol must be below 1, found {}.", *options.rtol));
   if (options.atol && *options.atol >= 1)
     throw Error(fmt::format("--atol must be below 1 (in SI units, of every unknown), found {}.", *options.atol));
   if (options.checkpoint_steps && *options.checkpoint_steps < 0)
     throw Error(fmt::format("--checkpoint-steps must not be negative, found {}.", *options.checkpoint_steps));
-  if (options.penalty_alpha) problem.formulation_options.penalty_alpha = *options.penalty_alpha;
+  for (const auto& [key, x] : options.formulation_numbers) {
+    if (!x) continue;
+    const FormulationOption& o = find_formulation_option(key);
+    std::string wrong = o.objection(*x);
+    // A zero that stands for the formulation's own choice is what leaving the option out means.
+    if (wrong.empty() && *x == 0 && o.number == 0 && o.rule == NumberRule::non_negative) wrong = "must be positive";
+    if (!wrong.empty()) throw Error(fmt::format("{} {}, found {}.", o.flag, wrong, *x));
+    problem.formulation_options.set(key, *x);
+  }
+  for (const auto& [key, word] : options.formulation_words)
+    if (!word.empty()) problem.formulation_options.set(key, word);
   SolverOptions& solver = problem.solver;
   if (options.t_end) solver.t_end = *options.t_end;
   if (!(solver.t_end > solver.t_start && std::isfinite(solver.t_end)))
@@ -146,12 +181,15 @@ void Setup::check_combination(const CommonOptions& options, Purpose purpose) {
             });
   if (purpose == Purpose::simulate) return;
   const SensitivityMethod& m = find_sensitivity_method(method);
-  if (options.checkpoint_steps && method != "idas-adjoint" && method != "cvodes-adjoint" &&
-      method != "discrete-adjoint")
+  if (options.checkpoint_steps && !m.keeps_checkpoints) {
+    std::vector<std::string> others;
+    for (const auto& other : sensitivity_methods())
+      if (other.keeps_checkpoints) others.push_back(other.name);
     throw Error(
-        fmt::format("--checkpoint-steps: Method '{}' keeps no checkpoints; idas-adjoint, cvodes-adjoint and "
-                    "discrete-adjoint do. Leave this option out, or choose one of these.",
-                    method));
+        fmt::format("--checkpoint-steps: Method '{}' keeps no checkpoints; {} do. Leave this option out, or choose "
+                    "one of these.",
+                    method, fmt::join(others, ", ")));
+  }
   chosen_by(method_chosen || formulation_chosen, method_chosen ? "--method" : "--formulation", "run.method", [&] {
     const std::string no = refusal(m, f);
     if (!no.empty()) throw CapabilityError(no);
@@ -227,13 +265,7 @@ Json settings_json(const Setup& setup) {
   j["step_s"] = s.step_s;
   j["checkpoint_steps"] = s.checkpoint_steps;
   const FormulationOptions& f = setup.problem.formulation_options;
-  j["baumgarte_xi"] = f.baumgarte_xi;
-  j["baumgarte_omega_rad_per_s"] = f.baumgarte_omega_rad_per_s;
-  j["penalty_xi"] = f.penalty_xi;
-  j["penalty_omega_rad_per_s"] = f.penalty_omega_rad_per_s;
-  j["penalty_alpha"] = f.penalty_alpha;
-  j["discrete_scheme"] = f.discrete_scheme;
-  j["discrete_rho_infinity"] = f.discrete_rho_infinity;
+  for (const auto& [key, o] : formulation_options()) j[key] = o.is_number() ? Json(o.number_in(f)) : Json(o.word_in(f));
   char sundials[32] = {};
   SUNDIALSGetVersion(sundials, sizeof sundials);
   j["versions"] = {{"costate", std::string(version)},
@@ -328,7 +360,7 @@ void report(const Setup& setup, const CommonOptions& options, const Json& json, 
   const bool written = setup.write_file(file, [&](const auto& path) { write_file_atomically(path, object); });
   constexpr std::size_t told = 5;
   for (std::size_t i = 0; i < std::min(told, warnings.size()); ++i)
-    fmt::print(stderr, "costate: warning: {}\n", warnings[i]);
+    fmt::print(stderr, "costate: warning: {}\n", with_guide(warnings[i]));
   if (warnings.size() > told)
     fmt::print(stderr, "costate: warning: {} more like these, see \"warnings\" in the summary.\n",
                warnings.size() - told);

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -31,7 +32,10 @@ struct CommonOptions {
   std::string scene;
   std::vector<std::string> parameters, overrides;
   std::string formulation, method, integrator, cvodes_method, sensitivity_corrector;
-  std::optional<double> rtol, atol, t_end, step, penalty_alpha;
+  std::optional<double> rtol, atol, t_end, step;
+  /// The formulation's options that have a flag, by key.
+  std::map<std::string, std::optional<double>> formulation_numbers;
+  std::map<std::string, std::string> formulation_words;
   std::optional<long> checkpoint_steps;
   std::filesystem::path output;
   bool json = false, quiet = false, verbose = false, no_files = false;

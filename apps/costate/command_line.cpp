@@ -96,6 +96,11 @@ CommandOption& CommandOption::shows_default() {
 
 CommandOption& CommandOption::among(const std::vector<std::string>& values) {
   option_->check(CLI::IsMember(values));
+  return suggests(values);
+}
+
+CommandOption& CommandOption::suggests(std::vector<std::string> values) {
+  words_[option_] = std::move(values);
   return *this;
 }
 
@@ -110,39 +115,42 @@ CommandOption& CommandOption::seen(std::function<void()> then) {
 }
 
 CommandOption Command::option(const std::string& names, std::string& value, const std::string& text) {
-  return CommandOption(parser_.add_option(names, value, text));
+  return {parser_.add_option(names, value, text), words_};
 }
 CommandOption Command::option(const std::string& names, std::vector<std::string>& values, const std::string& text) {
-  return CommandOption(parser_.add_option(names, values, text));
+  return {parser_.add_option(names, values, text), words_};
 }
 CommandOption Command::option(const std::string& names, std::filesystem::path& value, const std::string& text) {
-  return CommandOption(parser_.add_option(names, value, text));
+  return {parser_.add_option(names, value, text), words_};
 }
 CommandOption Command::option(const std::string& names, double& value, const std::string& text) {
-  return CommandOption(parser_.add_option(names, value, text));
+  return {parser_.add_option(names, value, text), words_};
 }
 CommandOption Command::option(const std::string& names, int& value, const std::string& text) {
-  return CommandOption(parser_.add_option(names, value, text));
+  return {parser_.add_option(names, value, text), words_};
 }
 CommandOption Command::option(const std::string& names, long& value, const std::string& text) {
-  return CommandOption(parser_.add_option(names, value, text));
+  return {parser_.add_option(names, value, text), words_};
 }
 CommandOption Command::option(const std::string& names, std::optional<double>& value, const std::string& text) {
-  return CommandOption(parser_.add_option(names, value, text));
+  return {parser_.add_option(names, value, text), words_};
 }
 CommandOption Command::option(const std::string& names, std::optional<int>& value, const std::string& text) {
-  return CommandOption(parser_.add_option(names, value, text));
+  return {parser_.add_option(names, value, text), words_};
 }
 CommandOption Command::option(const std::string& names, std::optional<long>& value, const std::string& text) {
-  return CommandOption(parser_.add_option(names, value, text));
+  return {parser_.add_option(names, value, text), words_};
 }
 CommandOption Command::flag(const std::string& names, bool& value, const std::string& text) {
-  return CommandOption(parser_.add_flag(names, value, text));
+  return {parser_.add_flag(names, value, text), words_};
 }
 
-CommandOption Command::existing(const std::string& name) { return CommandOption(parser_.get_option(name)); }
+CommandOption Command::existing(const std::string& name) { return {parser_.get_option(name), words_}; }
 
-void Command::remove(const std::string& name) { parser_.remove_option(parser_.get_option(name)); }
+void Command::remove(const std::string& name) {
+  words_.erase(parser_.get_option(name));
+  parser_.remove_option(parser_.get_option(name));
+}
 
 void Command::footer(const std::string& text) { parser_.footer(text); }
 
@@ -175,7 +183,7 @@ CommandLine::CommandLine()
   for (const Registered& r : registered()) {
     CLI::App* parser = parser_->add_subcommand(r.name, r.summary);
     parser->group(title(r.group));
-    Command command(*parser, action_);
+    Command command(*parser, action_, words_);
     r.describe(command, *common_);
   }
 }
@@ -205,6 +213,34 @@ std::vector<std::string> CommandLine::option_names(const std::string& command) c
   for (const CLI::Option* option : parser_->get_subcommand(command)->get_options())
     for (const auto& name : option->get_lnames()) names.push_back(name);
   return names;
+}
+
+std::string CommandLine::summary() const { return parser_->get_description(); }
+
+std::string CommandLine::footer() const { return parser_->get_footer(); }
+
+std::vector<CommandDescription> CommandLine::describe() const {
+  std::vector<CommandDescription> commands;
+  for (const CLI::App* command : parser_->get_subcommands([](const CLI::App*) { return true; })) {
+    CommandDescription c{
+        command->get_group(), command->get_name(), command->get_description(), command->get_footer(), {}};
+    for (const CLI::Option* o : command->get_options()) {
+      OptionDescription d;
+      d.by_place = o->get_positional();
+      if (d.by_place) d.names.push_back(o->get_single_name());
+      for (const auto& name : o->get_snames()) d.names.push_back("-" + name);
+      for (const auto& name : o->get_lnames()) d.names.push_back("--" + name);
+      d.text = o->get_description();
+      if (o->get_items_expected_max() > 0 && o->get_type_size_max() > 0)
+        d.value = o->get_type_name().substr(0, o->get_type_name().find(':'));
+      if (const auto words = words_.find(o); words != words_.end()) d.words = words->second;
+      d.required = o->get_required();
+      d.repeatable = o->get_items_expected_max() > 1;
+      c.options.push_back(std::move(d));
+    }
+    commands.push_back(std::move(c));
+  }
+  return commands;
 }
 
 }  // namespace costate::app

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -23,7 +24,9 @@ struct CommonOptions;
 /// An option just described; each call refines it.
 class CommandOption {
  public:
-  explicit CommandOption(CLI::Option* option) : option_(option) {}
+  /// Words that a shell may complete, by option.
+  using Words = std::map<const CLI::Option*, std::vector<std::string>>;
+  CommandOption(CLI::Option* option, Words& words) : option_(option), words_(words) {}
 
   CommandOption& required(bool is = true);
   CommandOption& text(const std::string& description);
@@ -35,18 +38,22 @@ class CommandOption {
   CommandOption& repeatable();
   CommandOption& shows_default();
   CommandOption& among(const std::vector<std::string>& values);
+  /// What a shell completes; the command itself judges what it is given.
+  CommandOption& suggests(std::vector<std::string> values);
   CommandOption& between(double lowest, double highest);
   /// Called when the option is there, once a value.
   CommandOption& seen(std::function<void()> then);
 
  private:
   CLI::Option* option_;
+  Words& words_;
 };
 
 /// One command while it describes itself. Variables must outlive it.
 class Command {
  public:
-  Command(CLI::App& parser, std::function<int()>& action) : parser_(parser), action_(action) {}
+  Command(CLI::App& parser, std::function<int()>& action, CommandOption::Words& words)
+      : parser_(parser), action_(action), words_(words) {}
 
   /// "-o,--output", or a name without dashes for what stands by its place.
   CommandOption option(const std::string& names, std::string& value, const std::string& text);
@@ -71,6 +78,7 @@ class Command {
  private:
   CLI::App& parser_;
   std::function<int()>& action_;
+  CommandOption::Words& words_;
 };
 
 /// The help lists commands by what they are for.
@@ -85,6 +93,18 @@ struct RegisterCommand {
 /// A command line that cannot be read.
 struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
+};
+
+/// What the man page and the completions are made from.
+struct OptionDescription {
+  std::vector<std::string> names;  // "-o", "--output"; of one that stands by its place its name
+  std::string text, value;         // what its value is called; empty for a flag
+  std::vector<std::string> words;  // values to complete, if they are known
+  bool by_place = false, required = false, repeatable = false;
+};
+struct CommandDescription {
+  std::string group, name, summary, footer;
+  std::vector<OptionDescription> options;
 };
 
 /// All registered commands, ready to read one command line.
@@ -103,12 +123,16 @@ class CommandLine {
   const std::function<int()>& action() const { return action_; }
   /// Names of a command's options, without dashes.
   std::vector<std::string> option_names(const std::string& command) const;
-  const CLI::App& parser() const { return *parser_; }
+  /// What the tool is, what its exit status means, and its commands in the order of the help.
+  std::string summary() const;
+  std::string footer() const;
+  std::vector<CommandDescription> describe() const;
 
  private:
   std::unique_ptr<CLI::App> parser_;
   std::unique_ptr<CommonOptions> common_;
   std::function<int()> action_;
+  CommandOption::Words words_;
 };
 
 }  // namespace costate::app

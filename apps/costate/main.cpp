@@ -19,6 +19,7 @@
 #include "costate/record/interrupt.h"
 #include "costate/record/nothing_to_save.h"
 #include "costate/record/print.h"
+#include "guide.h"
 
 namespace {
 
@@ -41,12 +42,15 @@ int complain(bool json, const char* status, const std::string& message, int code
   const std::vector<std::string> warnings = costate::take_notices();
   constexpr std::size_t told = 5;
   for (std::size_t i = 0; i < std::min(told, warnings.size()); ++i)
-    costate::print_text(stderr, fmt::format("costate: warning: {}\n", printable(warnings[i])));
-  costate::print_text(stderr, fmt::format("costate: {}\n", printable(message)));
+    costate::print_text(stderr,
+                        fmt::format("costate: warning: {}\n", printable(costate::app::with_guide(warnings[i]))));
+  const std::string text = code == costate::app::kFailed ? costate::app::with_guide(message) : message;
+  costate::print_text(stderr, fmt::format("costate: {}\n", printable(text)));
   if (json) {
     costate::app::Json j;
     j["status"] = status;
     j["error"] = message;
+    if (const std::string guide = costate::app::guide_to(message); !guide.empty()) j["guide"] = guide;
     j["warnings"] = warnings;
     std::puts(costate::app::json_text(j).c_str());
   }

@@ -83,13 +83,10 @@ TrajectoryTable write_motion(const Setup& setup, const std::vector<double>& rho,
 
 /// The scene's settings with the command line's, checked before anything is computed or written.
 OptimizerOptions optimizer_options(const Setup& setup, const OptimizeOptions& options) {
-  const OptimizeSettings& s = setup.scene.optimize;
-  OptimizerOptions o;
-  o.algorithm = !options.algorithm.empty() ? options.algorithm : s.algorithm;
-  o.max_evaluations = options.max_evaluations.value_or(s.max_evaluations);
-  o.stop_value = options.stop_value ? *options.stop_value : s.stop_value.value_or(o.stop_value);
-  o.relative_tolerance = s.relative_tolerance;
-  o.gradient_tolerance = s.gradient_tolerance;
+  OptimizerOptions o(setup.scene.optimize);
+  if (!options.algorithm.empty()) o.algorithm = options.algorithm;
+  if (options.max_evaluations) o.max_evaluations = *options.max_evaluations;
+  if (options.stop_value) o.stop_value = options.stop_value;
   o.step_limit_factor = options.step_limit_factor;
   if (!(o.step_limit_factor == 0 || (o.step_limit_factor >= 1 && std::isfinite(o.step_limit_factor))))
     throw Error(
@@ -100,7 +97,7 @@ OptimizerOptions optimizer_options(const Setup& setup, const OptimizeOptions& op
     if (o.max_evaluations < 1)
       throw Error(fmt::format("At least one evaluation is needed, found {}.", o.max_evaluations));
   });
-  if (std::isnan(o.stop_value)) throw Error("--stop-value must be a number, found nan.");
+  if (o.stop_value && std::isnan(*o.stop_value)) throw Error("--stop-value must be a number, found nan.");
   if (setup.problem.parameters.size() == 0)
     throw Error("There is no parameter to optimize: name some with --parameters or in [run].");
   const Objective& cost = setup.problem.objective;
@@ -359,6 +356,14 @@ class OptimizeRun {
   bool page_ = false;
 };
 
+std::string algorithms_text() {
+  std::string text;
+  const auto& all = optimizer_algorithms();
+  for (std::size_t i = 0; i < all.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == all.size() ? " or " : ", ") + all[i].name;
+  return text;
+}
+
 }  // namespace
 
 const RegisterCommand optimize_command(
@@ -375,7 +380,7 @@ const RegisterCommand optimize_command(
       c.option("--step-limit-factor", options->step_limit_factor,
                "An evaluation fails beyond this many times the steps of those before (default 100; 0: no limit)");
       c.option("--stop-value", options->stop_value, "Stop once psi is this small");
-      c.option("--algorithm", options->algorithm, "lbfgs, mma or slsqp");
+      c.option("--algorithm", options->algorithm, algorithms_text()).suggests(setting_words("optimize.algorithm"));
       c.runs([&common, options] { return OptimizeRun(common, *options).run(); });
     });
 

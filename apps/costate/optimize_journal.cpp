@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 
 #include "costate/record/json_number.h"
 
@@ -117,11 +118,12 @@ nlohmann::json journal_header(const Setup& setup, const std::vector<SceneFile>& 
   header["settings"].erase("scene");
   header["settings"]["rtol"] = setup.problem.solver.rtol;
   header["settings"]["integrator"] = setup.problem.solver.integrator;
-  header["optimize"] = {{"algorithm", o.algorithm},
-                        {"stop_value", with_nonfinite_as_text(o.stop_value)},
-                        {"relative_tolerance", o.relative_tolerance},
-                        {"gradient_tolerance", o.gradient_tolerance},
-                        {"step_limit_factor", o.step_limit_factor}};
+  header["optimize"] = {
+      {"algorithm", o.algorithm},
+      {"stop_value", with_nonfinite_as_text(o.stop_value.value_or(-std::numeric_limits<double>::infinity()))},
+      {"relative_tolerance", o.relative_tolerance},
+      {"gradient_tolerance", o.gradient_tolerance},
+      {"step_limit_factor", o.step_limit_factor}};
   return header;
 }
 

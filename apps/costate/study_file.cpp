@@ -18,22 +18,31 @@ namespace costate::app {
 
 namespace {
 
-const std::vector<std::string> kOptions = {"formulation",
-                                           "method",
-                                           "integrator",
-                                           "cvodes_method",
-                                           "sensitivity_corrector",
-                                           "rtol",
-                                           "atol",
-                                           "t_end",
-                                           "step",
-                                           "penalty_alpha",
-                                           "algorithm",
-                                           "stop_value",
-                                           "max_evaluations",
-                                           "step_limit_factor",
-                                           "checkpoint_steps",
-                                           "no_certificate"};
+/// Of costate optimize, as a study names them: without dashes in front, and with underscores.
+std::vector<std::string> option_keys() {
+  std::vector<std::string> keys = {"formulation",
+                                   "method",
+                                   "integrator",
+                                   "cvodes_method",
+                                   "sensitivity_corrector",
+                                   "rtol",
+                                   "atol",
+                                   "t_end",
+                                   "step",
+                                   "algorithm",
+                                   "stop_value",
+                                   "max_evaluations",
+                                   "step_limit_factor",
+                                   "checkpoint_steps",
+                                   "no_certificate"};
+  for (const auto& [key, option] : formulation_options()) {
+    if (option.flag.empty()) continue;
+    std::string name = option.flag.substr(2);
+    std::replace(name.begin(), name.end(), '-', '_');
+    keys.push_back(name);
+  }
+  return keys;
+}
 
 constexpr std::size_t kLongestFile = 64 << 20;  // bytes
 
@@ -86,7 +95,7 @@ void add_overrides(const SceneNode& table, const std::string& path, std::vector<
 }
 
 void add_options(const SceneNode& table, const std::string& title, std::vector<std::string>& out) {
-  require_known(table, title, kOptions);
+  require_known(table, title, option_keys());
   for (const auto& c : table.children) {
     std::string option = "--" + c.key;
     std::replace(option.begin() + 2, option.end(), '_', '-');

@@ -51,6 +51,7 @@ Problem make_chain(int bars, int parameters) {
                                                             OutputTerm::Target{x.law, x_numbers, nullptr}),
                                std::make_shared<OutputTerm>(make_output(*problem.mechanism, end + ".y"), 2, weight,
                                                             OutputTerm::Target{y.law, y_numbers, nullptr})};
+  problem.formulation = "index1";
   problem.solver.t_end = 1;
   problem.solver.rtol = 1e-6;
   return problem;

@@ -24,7 +24,7 @@ Report discrete(const Settings& settings) {
     for (const char* scheme : {"newmark", "generalized-alpha"}) {
       Problem p = model.problem;
       p.formulation = "index3";
-      p.formulation_options.discrete_scheme = scheme;
+      p.formulation_options.set("discrete_scheme", scheme);
       p.solver.integrator = "fixed";
       p.solver.step_s = p.solver.t_end / (settings.quick ? 50 : 1000);
       const std::vector<double> rho = p.parameters.values();

@@ -39,6 +39,7 @@ Problem make_five_bar() {
                                                             OutputTerm::Target{x.law, x_numbers, nullptr}),
                                std::make_shared<OutputTerm>(make_output(*problem.mechanism, "P2.y"), 2, weight,
                                                             OutputTerm::Target{y.law, y_numbers, nullptr})};
+  problem.formulation = "index1";
   problem.solver.t_end = five_bar::t_end;
   return problem;
 }

@@ -54,7 +54,7 @@ TEST_CASE("the penalty gradient approaches exact constraints as 1/alpha, without
   p.solver.rtol = 1e-12;
   double before = 0;
   for (const double alpha : {1e3, 1e4, 1e5, 1e6}) {
-    p.formulation_options.penalty_alpha = alpha;
+    p.formulation_options.set("penalty_alpha", alpha);
     const double e = error(p, "cvodes-forward");
     INFO("alpha = " << alpha << ": " << e);
     if (before > 0) CHECK(before / e == Approx(10).epsilon(0.1));
@@ -62,7 +62,7 @@ TEST_CASE("the penalty gradient approaches exact constraints as 1/alpha, without
   }
   // The saddle form keeps lambda* as an unknown: no digits are lost to alpha (5e-10 is the integration error).
   for (const double alpha : {1e8, 1e10, 1e12}) {
-    p.formulation_options.penalty_alpha = alpha;
+    p.formulation_options.set("penalty_alpha", alpha);
     INFO("alpha = " << alpha);
     CHECK(error(p, "cvodes-forward") < 0.2 / alpha + 1e-9);
   }

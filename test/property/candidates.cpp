@@ -23,7 +23,7 @@ CandidateReference reference_for(const std::string& formulation) {
   Problem p = model.problem(formulation, 1e-9);
   p.parameters = model.all_parameters();
   p.solver.t_end = 0.4;
-  p.formulation_options.penalty_alpha = 1e4;
+  p.formulation_options.set("penalty_alpha", 1e4);
   return candidate_reference(p, formulation, p.parameters.values());
 }
 

@@ -108,7 +108,7 @@ TEST_CASE("equilibrium: every method's gradient knows that the parameters move t
   std::vector<double> expected;
   double psi = 0;
   for (const Variant& v : variants()) {
-    if (v.options.penalty_alpha != 0 || integrator_methods(v.formulation).empty()) continue;
+    if (v.options.number("penalty_alpha") != 0 || integrator_methods(v.formulation).empty()) continue;
     Problem p = problem;
     p.formulation = v.formulation;
     if (expected.empty()) {

@@ -51,7 +51,7 @@ TEST_CASE("what a penalty's weight does to psi and gradient is said", "[resolved
   Problem p = problem_of("models/bricard/bricard.toml", {"run.t_end_s=1"});
   p.formulation = "penalty";
   const auto said = [&](double alpha) {
-    p.formulation_options.penalty_alpha = alpha;
+    p.formulation_options.set("penalty_alpha", alpha);
     take_notices();
     gradient(p, "cvodes-adjoint", p.parameters.values());
     return notices();

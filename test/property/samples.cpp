@@ -167,7 +167,7 @@ double residual_of(const StateView& s, const System& system, const Stabilization
 
 Stabilization stabilization_of(const Problem& p) {
   const FormulationOptions& o = p.formulation_options;
-  if (p.formulation == "baumgarte") return {o.baumgarte_xi, o.baumgarte_omega_rad_per_s, 0};
+  if (p.formulation == "baumgarte") return {o.number("baumgarte_xi"), o.number("baumgarte_omega_rad_per_s"), 0};
   Stabilization s;
   if (p.formulation.starts_with("penalty") || p.formulation == "augmented-lagrangian")
     s = penalty_stabilization(p.mechanism, o);

@@ -20,9 +20,9 @@ inline std::vector<Variant> variants(int soft_weight = 30) {
   std::vector<Variant> r;
   for (const auto& f : formulations()) {
     r.push_back({f.name, f.name, {}});
-    if (f.name != "penalty") continue;
-    Variant soft{f.name, "penalty, alpha = " + std::to_string(soft_weight), {}};
-    soft.options.penalty_alpha = soft_weight;
+    if (f.exact_constraints() || f.adjoint_order != 1) continue;
+    Variant soft{f.name, f.name + ", alpha = " + std::to_string(soft_weight), {}};
+    soft.options.set("penalty_alpha", soft_weight);
     r.push_back(soft);
   }
   return r;

@@ -15,9 +15,9 @@ namespace {
 namespace fs = std::filesystem;
 
 // From the ground up, as lib/README.md and solvers/README.md list them.
-const std::vector<std::string> kLibrary{"base",        "derivative", "linear", "element", "mechanism", "assembly",
-                                        "objective",   "analysis",   "event",  "level",   "adjoint",   "candidate",
-                                        "formulation", "discrete",   "scene",  "kind"};
+const std::vector<std::string> kLibrary{"base",      "derivative", "linear", "element", "mechanism", "assembly",
+                                        "objective", "analysis",   "event",  "level",   "adjoint",   "formulation",
+                                        "candidate", "discrete",   "scene",  "kind"};
 const std::vector<std::string> kSolvers{"record",      "sundials",  "problem", "integrator",
                                         "sensitivity", "candidate", "optimize"};
 

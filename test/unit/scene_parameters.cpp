@@ -156,11 +156,11 @@ TEST_CASE("scene settings: defaults and everything set") {
   REQUIRE(full.run.atol == 1e-9);
   REQUIRE(full.run.output_step_s == 0.01);
   REQUIRE(full.run.outputs == std::vector<std::string>{"P.y", "time"});
-  REQUIRE(full.formulation.baumgarte_xi == 2);
-  REQUIRE(full.formulation.baumgarte_omega_rad_per_s == 20);
-  REQUIRE(full.formulation.penalty_xi == 3);
-  REQUIRE(full.formulation.penalty_omega_rad_per_s == 30);
-  REQUIRE(full.formulation.penalty_alpha == 1e6);
+  REQUIRE(full.formulation.number("baumgarte_xi") == 2);
+  REQUIRE(full.formulation.number("baumgarte_omega_rad_per_s") == 20);
+  REQUIRE(full.formulation.number("penalty_xi") == 3);
+  REQUIRE(full.formulation.number("penalty_omega_rad_per_s") == 30);
+  REQUIRE(full.formulation.number("penalty_alpha") == 1e6);
   REQUIRE(full.optimize.max_evaluations == 12);
   REQUIRE(full.optimize.stop_value == 1e-13);
   REQUIRE(full.optimize.relative_tolerance == 1e-7);

@@ -36,7 +36,7 @@ void MotionWatch::torn(const Drift& d) const {
       "rtol {:g}; {:.1g} % is the most that is let pass. {}",
       d.t, rows_[d.row], with_unit(d.row, d.length), 100 * d.relative, settings_.formulation, settings_.rtol,
       100 * drift_error_,
-      settings_.formulation.starts_with("penalty") || settings_.formulation == "augmented-lagrangian"
+      settings_.weighted
           ? "The mechanism locks there, or its weights are too small: see the same run by baumgarte or maggi."
           : "Take a smaller rtol, or a formulation that holds its constraints: baumgarte, index2 or maggi."));
 }

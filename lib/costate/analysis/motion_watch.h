@@ -23,6 +23,7 @@ struct WatchSettings {
   double rtol = 1e-8;
   bool carries_redundancy = false;  // of the formulation: whether dependent rows are no error
   std::string formulation;
+  bool weighted = false;       // a weight holds the constraints
   bool chosen_weight = false;  // a penalty whose weight is the user's choice, and may be soft on purpose
 };
 

@@ -1,5 +1,5 @@
 // The derivatives of a static equilibrium with respect to the parameters, forward and adjoint: lib/README.md
-// (0.10), (13.12).
+// (0.10), (13.9).
 #include "costate/analysis/picks.h"
 #include "costate/analysis/rest_system.h"
 #include "costate/analysis/start.h"

@@ -122,16 +122,12 @@ class CandidateAdjoint {
 
   virtual ~CandidateAdjoint() = default;
 
-  /// "index1", "baumgarte", "penalty", "augmented-lagrangian", "index2", "index3", "maggi", "maggi-implicit",
-  /// "maggi-second-order" or "penalty-second-order".
+  /// Its name, one of those of `costate list formulations`.
   virtual std::string formulation() const = 0;
   /// Default: mu_q, mu_v, mu_z; of Maggi's formulations mu_y, mu_yd, mu_z; of those of second order mu, mu_dot, mu_z.
-  virtual std::vector<Group> unknowns() const {
-    if (formulation() == "maggi-second-order") return {{"mu", 'f', true}, {"mu_dot", 'f', true}, {"mu_z", 'z', true}};
-    if (formulation() == "penalty-second-order") return {{"mu", 'n', true}, {"mu_dot", 'n', true}, {"mu_z", 'z', true}};
-    if (formulation().rfind("maggi", 0) == 0) return {{"mu_y", 'f', true}, {"mu_yd", 'f', true}, {"mu_z", 'z', true}};
-    return {{"mu_q", 'n', true}, {"mu_v", 'n', true}, {"mu_z", 'z', true}};
-  }
+  virtual std::vector<Group> unknowns() const { return usual_; }
+  /// That default. The checker, which knows the formulation, tells it before it asks for anything else.
+  void tell_usual_unknowns(std::vector<Group> groups) const { usual_ = std::move(groups); }
 
   // The backward system: one of the two. Both are linear (affine) in mu; time runs forward, mu' = d mu / dt.
   /// mu' on differential unknowns; on algebraic ones an expression that has to vanish.
@@ -168,10 +164,13 @@ class CandidateAdjoint {
     return Sq0.transpose() * mu.head(b.n) + Sv0.transpose() * mu.segment(b.n, b.n) +
            Sz0.transpose() * mu.segment(2 * b.n, b.nz);
   }
+
+ private:
+  mutable std::vector<Group> usual_;
 };
 
 /// Changes with every change of this header that a built candidate would notice.
-inline constexpr int kCandidateAbi = 2;
+inline constexpr int kCandidateAbi = 3;
 /// What a candidate library tells about how it was built.
 struct CandidateBuild {
   int abi = kCandidateAbi;

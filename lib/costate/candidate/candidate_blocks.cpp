@@ -1,32 +1,26 @@
 #include "costate/candidate/candidate_blocks.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <limits>
 
 #include "costate/adjoint/gradient_rate.h"
 #include "costate/assembly/path_rates.h"
 #include "costate/base/error.h"
+#include "costate/formulation/formulation.h"
 #include "costate/level/maggi_names.h"
-#include "costate/level/penalty_weight.h"
 
 namespace costate {
 
 Stabilization candidate_stabilization(const std::string& formulation, const std::shared_ptr<const Mechanism>& mechanism,
                                       const FormulationOptions& o) {
-  if (formulation == "index1" || formulation == "index2" || formulation == "index3") return {};
-  if (formulation == "maggi" || formulation == "maggi-implicit" || formulation == "maggi-second-order") return {};
-  if (formulation == "baumgarte") return {o.baumgarte_xi, o.baumgarte_omega_rad_per_s};
-  if (formulation == "augmented-lagrangian") return {o.penalty_xi, o.penalty_omega_rad_per_s};
-  if (formulation == "penalty" || formulation == "penalty-second-order") {
-    const double alpha = o.penalty_alpha > 0 ? o.penalty_alpha : default_penalty_weight(mechanism);
-    return {o.penalty_xi, o.penalty_omega_rad_per_s, 1 / alpha};
-  }
-  throw CapabilityError(
-      fmt::format("A candidate adjoint cannot be written for formulation '{}'; possible are index1, "
-                  "baumgarte, penalty, augmented-lagrangian, index2, index3, maggi, "
-                  "maggi-implicit, penalty-second-order and maggi-second-order.",
-                  formulation));
+  if (const auto& make = find_formulation(formulation).candidate_stabilization) return make(mechanism, o);
+  std::vector<std::string> possible;
+  for (const auto& f : formulations())
+    if (f.candidate_stabilization) possible.push_back(f.name);
+  throw CapabilityError(fmt::format("A candidate adjoint cannot be written for formulation '{}'; possible are {}.",
+                                    formulation, fmt::join(possible, ", ")));
 }
 
 namespace {
@@ -50,8 +44,8 @@ CandidateBlocks::CandidateBlocks(std::shared_ptr<const Mechanism> mechanism, Par
     : assembly_(mechanism, std::move(parameters)),
       objective_(std::move(objective)),
       level_(assembly_, candidate_stabilization(formulation, mechanism, options)),
-      reduced_(formulation.rfind("maggi", 0) == 0),
-      second_order_(formulation.ends_with("-second-order")),
+      reduced_(find_formulation(formulation).constraints == ConstraintForm::independent),
+      second_order_(find_formulation(formulation).adjoint_order == 2),
       maggi_(assembly_) {}
 
 void CandidateBlocks::set_parameters(const double* rho) {

@@ -1,10 +1,13 @@
 #include "costate/candidate/candidate_coordinates.h"
 
+#include "costate/formulation/formulation.h"
+
 namespace costate {
 
 CoordinateModel::CoordinateModel(std::string formulation, bool kept)
     : AdjointModel(std::move(formulation)),
-      acceleration_(formulation_ != "index2" && formulation_ != "index3"),
+      acceleration_(find_formulation(formulation_).constraints == ConstraintForm::acceleration),
+      index3_(find_formulation(formulation_).constraints == ConstraintForm::index3),
       kept_(kept && acceleration_) {}
 
 std::vector<CandidateAdjoint::Group> CoordinateModel::unknowns() const {

@@ -26,7 +26,7 @@ class CoordinateModel : public AdjointModel {
   struct Multipliers {
     Vector s1, s2, kappa;  // mu and nu of index 2 and 3 in place of s1 and s2; kappa of index 2, else empty
   };
-  bool index3() const { return formulation_ == "index3"; }
+  bool index3() const { return index3_; }
   Solved solve_kkt(const AdjointBlocks& b, const char* where, const char* names[2], const Vector& top,
                    const Vector& bottom) const;
   Solved solve(const AdjointBlocks& b, const Vector& mu_v) const;
@@ -35,7 +35,7 @@ class CoordinateModel : public AdjointModel {
   void terminal_momentum(const AdjointBlocks& b, const Vector& wq, const Vector& wv, const Vector& wz, Vector& mu,
                          Vector& gradient) const;
 
-  bool acceleration_, kept_;
+  bool acceleration_, index3_, kept_;
 };
 
 }  // namespace costate

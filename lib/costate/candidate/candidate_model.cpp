@@ -6,17 +6,33 @@
 #include "costate/candidate/candidate_coordinates.h"
 #include "costate/candidate/candidate_maggi.h"
 #include "costate/candidate/candidate_second_order.h"
+#include "costate/formulation/formulation.h"
 
 namespace costate {
 
 using Kind = Alteration::Kind;
 
+std::vector<CandidateAdjoint::Group> usual_unknowns(const std::string& formulation) {
+  const Formulation& f = find_formulation(formulation);
+  const bool independent = f.constraints == ConstraintForm::independent;
+  const char size = independent ? 'f' : 'n';
+  if (f.adjoint_order == 2) return {{"mu", size, true}, {"mu_dot", size, true}, {"mu_z", 'z', true}};
+  return {
+      {independent ? "mu_y" : "mu_q", size, true}, {independent ? "mu_yd" : "mu_v", size, true}, {"mu_z", 'z', true}};
+}
+
+AdjointModel::AdjointModel(std::string formulation) : formulation_(std::move(formulation)) {
+  tell_usual_unknowns(usual_unknowns(formulation_));
+}
+
 std::unique_ptr<AdjointModel> make_adjoint_model(const std::string& formulation,
                                                  const std::vector<std::string>& groups) {
   const auto has = [&](const char* name) { return std::find(groups.begin(), groups.end(), name) != groups.end(); };
-  if (formulation == "maggi-second-order") return std::make_unique<SecondOrderModel<MaggiModel>>(formulation);
-  if (formulation == "penalty-second-order") return std::make_unique<SecondOrderModel<CoordinateModel>>(formulation);
-  if (formulation.rfind("maggi", 0) == 0) return std::make_unique<MaggiModel>(formulation, has("mu"));
+  const Formulation& f = find_formulation(formulation);
+  const bool independent = f.constraints == ConstraintForm::independent;
+  if (f.adjoint_order == 2 && independent) return std::make_unique<SecondOrderModel<MaggiModel>>(formulation);
+  if (f.adjoint_order == 2) return std::make_unique<SecondOrderModel<CoordinateModel>>(formulation);
+  if (independent) return std::make_unique<MaggiModel>(formulation, has("mu"));
   return std::make_unique<CoordinateModel>(formulation, has("s1") || has("s2"));
 }
 

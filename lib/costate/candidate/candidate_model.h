@@ -41,7 +41,7 @@ struct Alteration {
 /// What the equations of all formulations are written with.
 class AdjointModel : public CandidateAdjoint {
  public:
-  explicit AdjointModel(std::string formulation) : formulation_(std::move(formulation)) {}
+  explicit AdjointModel(std::string formulation);
 
   std::string formulation() const override { return formulation_; }
   void alter(std::vector<Alteration> a) { alterations_ = std::move(a); }
@@ -82,6 +82,9 @@ class AdjointModel : public CandidateAdjoint {
   mutable int position_ = 0;
   mutable bool in_matrix_ = false;
 };
+
+/// The groups that a candidate for this formulation has by default.
+std::vector<CandidateAdjoint::Group> usual_unknowns(const std::string& formulation);
 
 /// The equations of a formulation with as many multipliers kept as unknowns as `groups` name.
 std::unique_ptr<AdjointModel> make_adjoint_model(const std::string& formulation,

@@ -5,12 +5,22 @@
 namespace costate {
 namespace {
 
-const RegisterDiscreteForm registered("index3", [](auto mechanism, auto parameters, auto objective,
-                                                   const FormulationOptions& options) {
-  return std::make_unique<DiscreteScheme>(
-      mechanism, parameters, objective,
-      AlphaCoefficients::make(options.discrete_scheme, options.discrete_rho_infinity));
-});
+const FormulationOption scheme{
+    .key = "discrete_scheme", .help = "fixed steps: newmark is the trapezoidal rule", .words = discrete_scheme_names()};
+const FormulationOption rho_infinity{.key = "discrete_rho_infinity",
+                                     .help = "generalized-alpha: what a step leaves of the fastest oscillations",
+                                     .number = 0.8,
+                                     .rule = NumberRule::non_negative,
+                                     .upper = 1};
+
+const RegisterDiscreteForm registered("index3", {scheme, rho_infinity},
+                                      [](auto mechanism, auto parameters, auto objective,
+                                         const FormulationOptions& options) {
+                                        return std::make_unique<DiscreteScheme>(
+                                            mechanism, parameters, objective,
+                                            AlphaCoefficients::make(scheme.word_in(options),
+                                                                    rho_infinity.number_in(options)));
+                                      });
 
 }  // namespace
 }  // namespace costate

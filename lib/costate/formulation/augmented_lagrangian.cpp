@@ -16,33 +16,45 @@ Stabilization iterated(const std::shared_ptr<const Mechanism>& mechanism, const 
   return s;
 }
 
+Stabilization exact(const FormulationOptions& o) {
+  return {o.number("penalty_xi"), o.number("penalty_omega_rad_per_s"), 0};
+}
+
 /// The hand-derived equations are those of converged iterations, exact constraints. Their matrices are to be regular
 /// with redundant rows, too: a weight 1e4 times larger leaves some 1e-12 of the masses, below what anyone can see.
 Stabilization converged(const std::shared_ptr<const Mechanism>& mechanism, const FormulationOptions& o) {
-  return {o.penalty_xi, o.penalty_omega_rad_per_s, 1e-4 / default_penalty_weight(mechanism), false};
+  Stabilization s = exact(o);
+  s.inverse_alpha = 1e-4 / default_penalty_weight(mechanism);
+  return s;
 }
 
 const RegisterFormulation registered({
-    "augmented-lagrangian",
-    "penalty iterated to exact constraints (ALF index-1); carries redundant constraints",
-    true,
-    "cvodes",
-    {},
-    [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
-      const Stabilization s = iterated(mechanism, o);
-      return std::make_unique<AccelerationOde>(mechanism, parameters, objective, s);
-    },
-    {},
-    [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
-      return std::make_unique<TangentEquations>(mechanism, parameters, objective, converged(mechanism, o),
-                                                TangentEquations::Constraints::acceleration);
-    },
-    [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
-      return std::make_unique<AccelerationAdjoint>(mechanism, parameters, objective, converged(mechanism, o));
-    },
-    [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
-      return std::make_unique<HessianEquations>(mechanism, parameters, objective, iterated(mechanism, o));
-    },
+    .name = "augmented-lagrangian",
+    .summary = "penalty iterated to exact constraints (ALF index-1); carries redundant constraints",
+    .carries_redundancy = true,
+    .weighted = true,
+    .stand_in = 3,
+    .default_integrator = "cvodes",
+    .options = penalty_options(),
+    .make_ode =
+        [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
+          const Stabilization s = iterated(mechanism, o);
+          return std::make_unique<AccelerationOde>(mechanism, parameters, objective, s);
+        },
+    .make_hand_tangent =
+        [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
+          return std::make_unique<TangentEquations>(mechanism, parameters, objective, converged(mechanism, o),
+                                                    TangentEquations::Constraints::acceleration);
+        },
+    .make_hand_adjoint =
+        [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
+          return std::make_unique<AccelerationAdjoint>(mechanism, parameters, objective, converged(mechanism, o));
+        },
+    .make_hessian =
+        [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
+          return std::make_unique<HessianEquations>(mechanism, parameters, objective, iterated(mechanism, o));
+        },
+    .candidate_stabilization = [](const auto&, const FormulationOptions& o) { return exact(o); },
 });
 
 }  // namespace

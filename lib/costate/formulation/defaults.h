@@ -7,5 +7,6 @@ namespace costate {
 /// so that long runs keep their lengths; per step it costs what index 1 does (README, "How to choose").
 inline constexpr const char* kDefaultFormulation = "baumgarte";
 inline constexpr const char* kDefaultMethod = "idas-adjoint";
+inline constexpr const char* kDefaultAlgorithm = "lbfgs";
 
 }  // namespace costate

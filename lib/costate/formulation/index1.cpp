@@ -10,27 +10,32 @@ namespace costate {
 namespace {
 
 const RegisterFormulation registered({
-    "index1",
-    "constraints at acceleration level, no stabilisation (drift grows slowly)",
-    false,
-    "idas",
-    [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
-      return std::make_unique<AccelerationDae>(mechanism, parameters, objective, Stabilization{});
-    },
-    [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
-      return std::make_unique<AccelerationOde>(mechanism, parameters, objective, Stabilization{});
-    },
-    {},
-    [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
-      return std::make_unique<TangentEquations>(mechanism, parameters, objective, Stabilization{},
-                                                TangentEquations::Constraints::acceleration);
-    },
-    [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
-      return std::make_unique<AccelerationAdjoint>(mechanism, parameters, objective, Stabilization{});
-    },
-    [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
-      return std::make_unique<HessianEquations>(mechanism, parameters, objective, Stabilization{});
-    },
+    .name = "index1",
+    .summary = "constraints at acceleration level, no stabilisation (drift grows slowly)",
+    .stand_in = 2,
+    .default_integrator = "idas",
+    .make_dae =
+        [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
+          return std::make_unique<AccelerationDae>(mechanism, parameters, objective, Stabilization{});
+        },
+    .make_ode =
+        [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
+          return std::make_unique<AccelerationOde>(mechanism, parameters, objective, Stabilization{});
+        },
+    .make_hand_tangent =
+        [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
+          return std::make_unique<TangentEquations>(mechanism, parameters, objective, Stabilization{},
+                                                    TangentEquations::Constraints::acceleration);
+        },
+    .make_hand_adjoint =
+        [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
+          return std::make_unique<AccelerationAdjoint>(mechanism, parameters, objective, Stabilization{});
+        },
+    .make_hessian =
+        [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
+          return std::make_unique<HessianEquations>(mechanism, parameters, objective, Stabilization{});
+        },
+    .candidate_stabilization = [](const auto&, const FormulationOptions&) { return Stabilization{}; },
 });
 
 }  // namespace

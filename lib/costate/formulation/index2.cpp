@@ -8,22 +8,23 @@ namespace costate {
 namespace {
 
 const RegisterFormulation registered({
-    "index2",
-    "index 3 in stabilised index-2 form (Gear, Gupta, Leimkuhler): no drift in positions and velocities",
-    false,
-    "idas",
-    [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
-      return std::make_unique<Index2Dae>(mechanism, parameters, objective);
-    },
-    {},
-    {},
-    [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
-      return std::make_unique<TangentEquations>(mechanism, parameters, objective, Stabilization{},
-                                                TangentEquations::Constraints::index2);
-    },
-    [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
-      return std::make_unique<MomentumAdjoint>(mechanism, parameters, objective, MomentumAdjoint::Constraints::index2);
-    },
+    .name = "index2",
+    .summary = "index 3 in stabilised index-2 form (Gear, Gupta, Leimkuhler): no drift in positions and velocities",
+    .constraints = ConstraintForm::index2,
+    .default_integrator = "idas",
+    .make_dae = [](auto mechanism, auto parameters, auto objective,
+                   const FormulationOptions&) { return std::make_unique<Index2Dae>(mechanism, parameters, objective); },
+    .make_hand_tangent =
+        [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
+          return std::make_unique<TangentEquations>(mechanism, parameters, objective, Stabilization{},
+                                                    TangentEquations::Constraints::index2);
+        },
+    .make_hand_adjoint =
+        [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
+          return std::make_unique<MomentumAdjoint>(mechanism, parameters, objective,
+                                                   MomentumAdjoint::Constraints::index2);
+        },
+    .candidate_stabilization = [](const auto&, const FormulationOptions&) { return Stabilization{}; },
 });
 
 }  // namespace

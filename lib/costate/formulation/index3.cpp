@@ -13,6 +13,7 @@ Formulation index3() {
   Formulation f;
   f.name = "index3";
   f.summary = "constraints at position level: by fixed steps with projections; on IDAS in stabilised index-2 form";
+  f.constraints = ConstraintForm::index3;
   f.default_integrator = "idas";
   f.make_dae = [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
     return std::make_unique<Index2Dae>(mechanism, parameters, objective);
@@ -24,6 +25,7 @@ Formulation index3() {
   f.make_hand_adjoint = [](auto mechanism, auto parameters, auto objective, const FormulationOptions&) {
     return std::make_unique<MomentumAdjoint>(mechanism, parameters, objective, MomentumAdjoint::Constraints::index3);
   };
+  f.candidate_stabilization = [](const auto&, const FormulationOptions&) { return Stabilization{}; };
   return f;
 }
 

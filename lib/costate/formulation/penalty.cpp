@@ -13,30 +13,42 @@ namespace costate {
 namespace {
 
 const RegisterFormulation registered({
-    "penalty",
-    "constraints as stiff penalties with stabilisation; carries redundant constraints",
-    true,
-    "cvodes",
-    [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
-      const Stabilization s = penalty_stabilization(mechanism, o);
-      return std::make_unique<AccelerationDae>(mechanism, parameters, objective, s);
-    },
-    [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
-      const Stabilization s = penalty_stabilization(mechanism, o);
-      return std::make_unique<AccelerationOde>(mechanism, parameters, objective, s);
-    },
-    {},
-    [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
-      return std::make_unique<TangentEquations>(mechanism, parameters, objective, penalty_stabilization(mechanism, o),
-                                                TangentEquations::Constraints::acceleration);
-    },
-    [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
-      return std::make_unique<AccelerationAdjoint>(mechanism, parameters, objective,
-                                                   penalty_stabilization(mechanism, o));
-    },
-    [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
-      return std::make_unique<HessianEquations>(mechanism, parameters, objective, penalty_stabilization(mechanism, o));
-    },
+    .name = "penalty",
+    .summary = "constraints as stiff penalties with stabilisation; carries redundant constraints",
+    .carries_redundancy = true,
+    .weighted = true,
+    .stand_in = 4,
+    .default_integrator = "cvodes",
+    .options = penalty_options(),
+    .make_dae =
+        [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
+          const Stabilization s = penalty_stabilization(mechanism, o);
+          return std::make_unique<AccelerationDae>(mechanism, parameters, objective, s);
+        },
+    .make_ode =
+        [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
+          const Stabilization s = penalty_stabilization(mechanism, o);
+          return std::make_unique<AccelerationOde>(mechanism, parameters, objective, s);
+        },
+    .make_hand_tangent =
+        [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
+          return std::make_unique<TangentEquations>(mechanism, parameters, objective,
+                                                    penalty_stabilization(mechanism, o),
+                                                    TangentEquations::Constraints::acceleration);
+        },
+    .make_hand_adjoint =
+        [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
+          return std::make_unique<AccelerationAdjoint>(mechanism, parameters, objective,
+                                                       penalty_stabilization(mechanism, o));
+        },
+    .make_hessian =
+        [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
+          return std::make_unique<HessianEquations>(mechanism, parameters, objective,
+                                                    penalty_stabilization(mechanism, o));
+        },
+    .candidate_stabilization = penalty_stabilization,
+    .firmer = firmer_penalty,
+    .softness_chosen = penalty_weight_chosen,
 });
 
 }  // namespace

@@ -10,24 +10,32 @@ namespace costate {
 namespace {
 
 const RegisterFormulation registered({
-    "penalty-second-order",
-    "penalty with the second-order adjoint (mu and its rate are integrated)",
-    true,
-    "cvodes",
-    {},
-    [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
-      const Stabilization s = penalty_stabilization(mechanism, o);
-      return std::make_unique<AccelerationOde>(mechanism, parameters, objective, s);
-    },
-    {},
-    [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
-      return std::make_unique<TangentEquations>(mechanism, parameters, objective, penalty_stabilization(mechanism, o),
-                                                TangentEquations::Constraints::acceleration);
-    },
-    [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
-      return std::make_unique<SecondOrderAdjoint>(mechanism, parameters, objective,
-                                                  penalty_stabilization(mechanism, o));
-    },
+    .name = "penalty-second-order",
+    .summary = "penalty with the second-order adjoint (mu and its rate are integrated)",
+    .carries_redundancy = true,
+    .weighted = true,
+    .adjoint_order = 2,
+    .default_integrator = "cvodes",
+    .options = penalty_options(),
+    .make_ode =
+        [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
+          const Stabilization s = penalty_stabilization(mechanism, o);
+          return std::make_unique<AccelerationOde>(mechanism, parameters, objective, s);
+        },
+    .make_hand_tangent =
+        [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
+          return std::make_unique<TangentEquations>(mechanism, parameters, objective,
+                                                    penalty_stabilization(mechanism, o),
+                                                    TangentEquations::Constraints::acceleration);
+        },
+    .make_hand_adjoint =
+        [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
+          return std::make_unique<SecondOrderAdjoint>(mechanism, parameters, objective,
+                                                      penalty_stabilization(mechanism, o));
+        },
+    .candidate_stabilization = penalty_stabilization,
+    .firmer = firmer_penalty,
+    .softness_chosen = penalty_weight_chosen,
 });
 
 }  // namespace

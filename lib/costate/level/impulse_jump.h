@@ -1,5 +1,5 @@
 // What happens where a driver's law has a kink: at a time t* the driven velocity Phi_t jumps, the positions do not, and
-// the velocities jump so that they balance the impulse P of the constraints (lib/README.md (0.11)):
+// the velocities jump so that they balance the impulse P of the constraints (lib/README.md (8.1)):
 //   [M  Phi_q^T] [v+ - v-]   [          0           ]
 //   [Phi_q  -1/alpha] [P]  = [-(Phi_t(t*+) - Phi_t(t*-))]
 // (1/alpha = 0 but in penalty formulations), with the exact derivatives of v+ with respect to the state before and to

@@ -81,7 +81,7 @@ Inertias largest_inertias(const FirstRows& first, const std::vector<Coordinate>&
 
 }  // namespace
 
-// lib/README.md (4.4).
+// lib/README.md (4.5).
 double default_penalty_weight(const std::shared_ptr<const Mechanism>& mechanism) {
   constexpr double stiffness = 2e8;
   const FirstRows first = first_rows(mechanism);
@@ -94,9 +94,40 @@ double default_penalty_weight(const std::shared_ptr<const Mechanism>& mechanism)
   return stiffness * (largest > 0 ? largest : 1.0);
 }
 
-Stabilization penalty_stabilization(const std::shared_ptr<const Mechanism>& mechanism, const FormulationOptions& o) {
-  const double alpha = o.penalty_alpha > 0 ? o.penalty_alpha : default_penalty_weight(mechanism);
-  return {o.penalty_xi, o.penalty_omega_rad_per_s, 1 / alpha};
+// Made at the first call: formulations register before or after this file's own objects.
+const std::vector<FormulationOption>& penalty_options() {
+  static const std::vector<FormulationOption> options = {
+      {.key = "penalty_xi",
+       .help = "damping ratio of the constraints' error in penalty formulations",
+       .number = 1,
+       .rule = NumberRule::non_negative},
+      {.key = "penalty_omega_rad_per_s",
+       .help = "frequency of the constraints' error in penalty formulations",
+       .number = 10,
+       .rule = NumberRule::positive},
+      {.key = "penalty_alpha",
+       .help = "weight of the constraints against the masses; 0: chosen from the masses that rows move",
+       .number = 0,
+       .rule = NumberRule::non_negative,
+       .flag = "--penalty-alpha"}};
+  return options;
 }
+
+double penalty_weight(const std::shared_ptr<const Mechanism>& mechanism, const FormulationOptions& o) {
+  const double chosen = o.number("penalty_alpha");
+  return chosen > 0 ? chosen : default_penalty_weight(mechanism);
+}
+
+Stabilization penalty_stabilization(const std::shared_ptr<const Mechanism>& mechanism, const FormulationOptions& o) {
+  return {o.number("penalty_xi"), o.number("penalty_omega_rad_per_s"), 1 / penalty_weight(mechanism, o)};
+}
+
+FormulationOptions firmer_penalty(const std::shared_ptr<const Mechanism>& mechanism, const FormulationOptions& o) {
+  FormulationOptions firmer = o;
+  firmer.set("penalty_alpha", 10 * penalty_weight(mechanism, o));
+  return firmer;
+}
+
+bool penalty_weight_chosen(const FormulationOptions& o) { return o.number("penalty_alpha") > 0; }
 
 }  // namespace costate

@@ -12,7 +12,6 @@
 
 #include "costate/base/error.h"
 #include "costate/base/stop.h"
-#include "costate/discrete/alpha_coefficients.h"
 #include "costate/formulation/defaults.h"
 
 namespace costate {
@@ -224,8 +223,6 @@ static bool long_enough(double t_start, double t_end) {
 }
 
 void SceneReader::read_run() {
-  run.formulation = kDefaultFormulation;
-  run.method = kDefaultMethod;
   if (!table_.has("run")) return;
   SceneTable t = table_.table("run");
   here_ = t.where();
@@ -274,24 +271,27 @@ void SceneReader::read_run() {
 void SceneReader::read_formulation() {
   if (!table_.has("formulation")) return;
   SceneTable t = table_.table("formulation");
-  const auto positive = [&](const char* key, double& x) { x = t.value(key, NumberRule::positive, x); };
-  formulation.baumgarte_xi = t.value("baumgarte_xi", NumberRule::non_negative, formulation.baumgarte_xi);
-  positive("baumgarte_omega_rad_per_s", formulation.baumgarte_omega_rad_per_s);
-  formulation.penalty_xi = t.value("penalty_xi", NumberRule::non_negative, formulation.penalty_xi);
-  positive("penalty_omega_rad_per_s", formulation.penalty_omega_rad_per_s);
-  formulation.penalty_alpha = t.value("penalty_alpha", NumberRule::non_negative, formulation.penalty_alpha);
-  if (t.has("discrete_scheme")) formulation.discrete_scheme = t.one_of("discrete_scheme", discrete_scheme_names());
-  formulation.discrete_rho_infinity =
-      t.value("discrete_rho_infinity", NumberRule::non_negative, formulation.discrete_rho_infinity);
-  if (formulation.discrete_rho_infinity > 1)
-    t.fail("discrete_rho_infinity", fmt::format("must not be above 1, found {}.", formulation.discrete_rho_infinity));
+  for (const auto& [key, option] : formulation_options()) {
+    const bool given = t.has(key);
+    if (option.is_number()) {
+      const double x = t.value(key, option.rule, option.number);
+      if (const std::string wrong = option.objection(x); !wrong.empty())
+        t.fail(key, fmt::format("{}, found {}.", wrong, x));
+      if (given) formulation.set(key, x);
+    } else {
+      const std::string word = t.one_of(key, option.words, option.words.front());
+      if (given) formulation.set(key, word);
+    }
+  }
   t.finish();
 }
 
 void SceneReader::read_optimize() {
   if (!table_.has("optimize")) return;
   SceneTable t = table_.table("optimize");
-  optimize.algorithm = t.one_of("algorithm", {"lbfgs", "mma", "slsqp"}, optimize.algorithm);
+  const std::vector<std::string>& algorithms = setting_words("optimize.algorithm");
+  optimize.algorithm = algorithms.empty() ? t.text("algorithm", optimize.algorithm)
+                                          : t.one_of("algorithm", algorithms, optimize.algorithm);
   optimize.max_evaluations = t.whole_number("max_evaluations", optimize.max_evaluations);
   optimize.stop_value = t.find_value("stop_value");
   optimize.relative_tolerance = t.value("relative_tolerance", NumberRule::non_negative, optimize.relative_tolerance);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "costate/formulation/defaults.h"
 #include "costate/formulation/formulation.h"
 
 namespace costate {
@@ -13,8 +14,8 @@ namespace costate {
 struct RunSettings {
   double t_start_s = 0;
   double t_end_s = 1;
-  std::string formulation = "index1";
-  std::string method = "idas-adjoint";
+  std::string formulation = kDefaultFormulation;
+  std::string method = kDefaultMethod;
   std::string integrator;               // empty: the formulation's default
   std::string cvodes_method;            // "adams" or "bdf"; empty: the solver's default
   std::string sensitivity_corrector;    // "staggered" or "simultaneous" (forward methods); empty: the solver's default
@@ -29,11 +30,17 @@ struct RunSettings {
 
 /// [optimize]
 struct OptimizeSettings {
-  std::string algorithm = "lbfgs";  // lbfgs, mma, slsqp
+  std::string algorithm = kDefaultAlgorithm;
   int max_evaluations = 100;
   std::optional<double> stop_value;   // ends when the cost falls below
   double relative_tolerance = 1e-10;  // of the cost, between iterations
   double gradient_tolerance = 0;      // of the scaled, projected gradient; 0: off
+};
+
+/// The words that a setting may be, where a floor above this one knows them ("optimize.algorithm"); empty: any.
+const std::vector<std::string>& setting_words(const std::string& path);
+struct RegisterSettingWords {
+  RegisterSettingWords(const std::string& path, std::vector<std::string> words);
 };
 
 }  // namespace costate

@@ -9,6 +9,8 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "costate/scene/key_recorder.h"
+#include "costate/scene/key_reference.h"
 #include "costate/scene/scene_node.h"
 
 namespace costate {
@@ -24,7 +26,15 @@ struct SceneTable::Record {
 
 namespace {
 constexpr std::size_t kManyKeys = 32;
+
+/// For the reference of keys, while one is made.
+template <class Default>
+void record(const std::string& path, const std::string& key, const std::string& what, bool may_be_missing,
+            const Default& default_value, NumberRule rule = NumberRule::any) {
+  if (KeyRecorder* r = KeyRecorder::current()) r->add(path, key, what, may_be_missing, default_value(), rule);
 }
+const auto no_default = [] { return std::string(); };
+}  // namespace
 
 SceneTable::SceneTable(const SceneNode& root) : SceneTable(root, "", std::make_shared<Record>()) {}
 
@@ -78,10 +88,12 @@ void SceneTable::missing(const std::string& key, const char* what) const {
   }
   const std::string near = nearest_name(key, others);
   if (!near.empty()) unknown(*node_->find(near), false, key);
-  throw SceneError(where(), fmt::format("{} needs '{}' ({}), which is missing.", title(), key, what));
+  throw SceneError(where(),
+                   fmt::format("{} needs '{}' ({}), which is missing.{}", title(), key, what, also_needed(path_, key)));
 }
 
 const SceneNode& SceneTable::require(const std::string& key, const char* what) const {
+  record(path_, key, what, false, no_default);
   const SceneNode* n = ask(key);
   if (!n) missing(key, what);
   return *n;
@@ -100,7 +112,10 @@ double SceneTable::checked(const SceneNode& node, const std::string& key, Number
   return x;
 }
 
-bool SceneTable::has(const std::string& key) const { return ask(key) != nullptr; }
+bool SceneTable::has(const std::string& key) const {
+  record(path_, key, "", true, no_default);
+  return ask(key) != nullptr;
+}
 
 bool SceneTable::is_number(const std::string& key) const {
   const SceneNode* n = ask(key);
@@ -130,6 +145,9 @@ std::vector<int> SceneTable::numbers(const std::string& key, MechanismBuilder& b
 }
 
 double SceneTable::value(const std::string& key, NumberRule rule, std::optional<double> default_value) {
+  record(
+      path_, key, "a number", default_value.has_value(),
+      [&] { return default_value ? fmt::format("{:g}", *default_value) : ""; }, rule);
   const SceneNode* n = ask(key);
   if (!n && default_value) return *default_value;
   if (!n) missing(key, "a number");
@@ -137,12 +155,14 @@ double SceneTable::value(const std::string& key, NumberRule rule, std::optional<
 }
 
 std::optional<double> SceneTable::find_value(const std::string& key, NumberRule rule) {
+  record(path_, key, "a number", true, no_default, rule);
   const SceneNode* n = ask(key);
   if (!n) return {};
   return checked(*n, key, rule);
 }
 
 int SceneTable::whole_number(const std::string& key, int default_value) {
+  record(path_, key, "a whole number", true, [&] { return fmt::format("{}", default_value); });
   const SceneNode* n = ask(key);
   if (!n) return default_value;
   if (n->type != SceneNode::Type::integer || n->integer < 0 || n->integer > 1000000000)
@@ -151,6 +171,8 @@ int SceneTable::whole_number(const std::string& key, int default_value) {
 }
 
 std::string SceneTable::text(const std::string& key, const std::optional<std::string>& default_value) {
+  record(path_, key, "a string", default_value.has_value(),
+         [&] { return default_value && !default_value->empty() ? fmt::format("\"{}\"", *default_value) : ""; });
   const SceneNode* n = ask(key);
   if (!n && default_value) return *default_value;
   if (!n) missing(key, "a string");
@@ -160,6 +182,7 @@ std::string SceneTable::text(const std::string& key, const std::optional<std::st
 
 std::string SceneTable::one_of(const std::string& key, const std::vector<std::string>& allowed,
                                const std::optional<std::string>& default_value) {
+  if (KeyRecorder::current()) record(path_, key, fmt::format("one of {}", fmt::join(allowed, ", ")), false, no_default);
   const std::string found = text(key, default_value);
   if (std::find(allowed.begin(), allowed.end(), found) != allowed.end()) return found;
   const std::string near = nearest_name(found, allowed);
@@ -168,6 +191,7 @@ std::string SceneTable::one_of(const std::string& key, const std::vector<std::st
 }
 
 bool SceneTable::flag(const std::string& key, bool default_value) {
+  record(path_, key, "true or false", true, [&] { return default_value ? "true" : "false"; });
   const SceneNode* n = ask(key);
   if (!n) return default_value;
   if (n->type != SceneNode::Type::flag) wrong_type(*n, key, "true or false");
@@ -199,6 +223,7 @@ std::vector<std::vector<double>> SceneTable::value_rows(const std::string& key, 
 }
 
 std::vector<std::string> SceneTable::texts(const std::string& key, bool required) {
+  record(path_, key, "an array of strings", !required, no_default);
   const SceneNode* n = ask(key);
   if (!n && !required) return {};
   if (!n) missing(key, "an array of strings");
@@ -228,6 +253,7 @@ SceneTable SceneTable::table(const std::string& key) {
 }
 
 std::vector<SceneTable> SceneTable::tables(const std::string& key) {
+  record(path_, key, "an array of tables", true, no_default);
   const SceneNode* n = ask(key);
   if (!n) return {};
   if (!n->is_array()) wrong_type(*n, key, fmt::format("an array of tables, each with the header [[{}]]", path(key)));

@@ -392,6 +392,7 @@ class Checker {
 
 CandidateReport check_candidate(const CandidateAdjoint& candidate, const CandidateReference& reference,
                                 const CandidateStage& stage, bool terms_only) {
+  candidate.tell_usual_unknowns(usual_unknowns(reference.problem.formulation));
   return Checker(candidate, reference, stage).run(terms_only);
 }
 

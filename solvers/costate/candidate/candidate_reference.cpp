@@ -16,8 +16,13 @@ CandidateReference candidate_reference(const Problem& problem, const std::string
   p.formulation = formulation;
   p.solver.integrator.clear();
   std::string method;
-  for (const char* name : {"idas-adjoint", "cvodes-adjoint", "hand-adjoint"})
-    if (method.empty() && refusal(find_sensitivity_method(name), find_formulation(formulation)).empty()) method = name;
+  using Needs = SensitivityMethod::Needs;
+  for (const Needs form : {Needs::dae, Needs::ode, Needs::hand_adjoint}) {
+    const SensitivityMethod* m = first_method([&](const auto& x) {
+      return x.adjoint && x.needs == form && refusal(x, find_formulation(formulation)).empty();
+    });
+    if (method.empty() && m) method = m->name;
+  }
   if (method.empty())
     throw CapabilityError(fmt::format("Formulation '{}' has no adjoint to compare a candidate with.", formulation));
   MotionEvents::refuse(*p.mechanism, "adjoints of users are");

@@ -41,8 +41,10 @@ WatchSettings settings_of(const Problem& problem) {
   WatchSettings s;
   s.rtol = problem.solver.rtol;
   s.formulation = problem.formulation;
-  s.carries_redundancy = find_formulation(problem.formulation).carries_redundancy;
-  s.chosen_weight = problem.formulation.starts_with("penalty") && problem.formulation_options.penalty_alpha > 0;
+  const Formulation& f = find_formulation(problem.formulation);
+  s.carries_redundancy = f.carries_redundancy;
+  s.weighted = f.weighted;
+  s.chosen_weight = f.softness_chosen && f.softness_chosen(problem.formulation_options);
   return s;
 }
 }  // namespace

@@ -137,11 +137,16 @@ class Certifier {
     std::vector<std::string> notes;
     if (const std::string refused = hessian_refusal(own); !refused.empty()) {
       notes.push_back(fmt::format("formulation '{}' has no Hessian-vector products", own.name));
-      candidates = {"augmented-lagrangian", "penalty"};
-      if (const std::string rows = redundant_rows(); rows.empty())
-        candidates.insert(candidates.begin(), {"baumgarte", "index1"});
-      else
-        notes.push_back(fmt::format("'baumgarte' and 'index1' cannot carry its redundant rows ({})", rows));
+      candidates.clear();
+      const std::string rows = redundant_rows();
+      std::vector<std::string> left_out;
+      for (const Formulation* f : stand_ins(false)) {
+        if (!f->make_hessian) continue;
+        const bool takes = f->carries_redundancy || rows.empty();
+        (takes ? candidates : left_out).push_back(takes ? f->name : "'" + f->name + "'");
+      }
+      if (!left_out.empty())
+        notes.push_back(fmt::format("{} cannot carry its redundant rows ({})", fmt::join(left_out, " and "), rows));
     }
     for (const std::string& name : candidates) try {
         Curvature c = curvature_of(name);

@@ -1,5 +1,5 @@
 // What the end of an optimization is worth: the conditions of first and second order at the point found
-// (lib/README.md (13.9) to (13.12)). With x = rho / scale, active constraints psi_c <= upper and active
+// (lib/README.md (13.10) to (13.12)). With x = rho / scale, active constraints psi_c <= upper and active
 // bounds,
 //   L(x) = psi + sum of mu_c (psi_c - upper) - z_lower^T (x - lower) + z_upper^T (x - upper),   mu, z >= 0
 // first order is dL/dx = 0; second order, the Hessian of L on the directions that keep what is active.

@@ -1,6 +1,7 @@
 #include "costate/optimize/optimizer.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -18,16 +19,37 @@ namespace costate {
 
 namespace {
 
+struct Algorithm : OptimizerAlgorithm {
+  nlopt::algorithm own;
+};
+
+const std::vector<Algorithm>& algorithms() {
+  static const std::vector<Algorithm> list = {
+      {{kDefaultAlgorithm, "L-BFGS: a line search along quasi-Newton directions; bounds", false}, nlopt::LD_LBFGS},
+      {{"mma", "method of moving asymptotes: separable convex models; bounds and constraints", true}, nlopt::LD_MMA},
+      {{"slsqp", "sequential quadratic programming; bounds and constraints", true}, nlopt::LD_SLSQP}};
+  return list;
+}
+
+std::vector<std::string> names_of_algorithms(bool constrained) {
+  std::vector<std::string> names;
+  for (const auto& a : algorithms())
+    if (a.takes_constraints || !constrained) names.push_back(a.name);
+  return names;
+}
+
+const RegisterSettingWords words("optimize.algorithm", names_of_algorithms(false));
+
 nlopt::algorithm algorithm_of(const std::string& name, bool constrained) {
-  if (name == "lbfgs") {
-    if (constrained)
-      throw CapabilityError("L-BFGS handles bounds but no constraints; choose algorithm 'mma' or 'slsqp'.");
-    return nlopt::LD_LBFGS;
+  for (const auto& a : algorithms()) {
+    if (a.name != name) continue;
+    if (constrained && !a.takes_constraints)
+      throw CapabilityError(fmt::format("Algorithm '{}' handles bounds but no constraints; choose '{}'.", name,
+                                        fmt::join(names_of_algorithms(true), "' or '")));
+    return a.own;
   }
-  if (name == "mma") return nlopt::LD_MMA;
-  if (name == "slsqp") return nlopt::LD_SLSQP;
   throw CapabilityError(
-      fmt::format("There is no optimization algorithm '{}'.{}", name, suggestion(name, {"lbfgs", "mma", "slsqp"})));
+      fmt::format("There is no optimization algorithm '{}'.{}", name, suggestion(name, names_of_algorithms(false))));
 }
 
 /// Raised inside the objective to end a run by a criterion that NLopt does not know.
@@ -83,8 +105,8 @@ class Run {
     // The limit of evaluations is ours: NLopt looks at its own only between line searches, and chooses the memory of
     // L-BFGS from it.
     opt.set_ftol_rel(options_.relative_tolerance);
-    opt.set_stopval(options_.stop_value);
-    if (options_.algorithm == "lbfgs") opt.set_vector_storage(static_cast<unsigned>(options_.corrections));
+    if (options_.stop_value) opt.set_stopval(*options_.stop_value);
+    if (opt.get_algorithm() == nlopt::LD_LBFGS) opt.set_vector_storage(static_cast<unsigned>(options_.corrections));
     double psi = 0;
     try {
       result_.stop_reason = reason_of(opt.optimize(x, psi));
@@ -129,7 +151,7 @@ class Run {
     result_.converged = true;
     switch (r) {
       case nlopt::STOPVAL_REACHED:
-        return fmt::format("stop value: psi fell to {:g} or below", options_.stop_value);
+        return fmt::format("stop value: psi fell to {:g} or below", *options_.stop_value);
       case nlopt::FTOL_REACHED:
         return fmt::format("relative tolerance: psi changed by less than {:g} of itself", options_.relative_tolerance);
       case nlopt::XTOL_REACHED:
@@ -395,6 +417,11 @@ std::size_t OptimizerResult::failures() const {
 
 std::string nlopt_version_text() {
   return fmt::format("{}.{}.{}", nlopt::version_major(), nlopt::version_minor(), nlopt::version_bugfix());
+}
+
+const std::vector<OptimizerAlgorithm>& optimizer_algorithms() {
+  static const std::vector<OptimizerAlgorithm> list(algorithms().begin(), algorithms().end());
+  return list;
 }
 
 void require_algorithm(const std::string& algorithm, bool constrained) { algorithm_of(algorithm, constrained); }

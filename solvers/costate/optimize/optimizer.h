@@ -4,21 +4,20 @@
 
 #include <exception>
 #include <functional>
-#include <limits>
 #include <string>
 #include <vector>
 
 #include "costate/problem/problem.h"
+#include "costate/scene/scene_settings.h"
 
 namespace costate {
 
-struct OptimizerOptions {
-  std::string algorithm = "lbfgs";  // "lbfgs", "mma", "slsqp"
-  int max_evaluations = 200;
-  double stop_value = -std::numeric_limits<double>::infinity();  // stop once psi <= this
-  double relative_tolerance = 1e-10;                             // of psi between iterations
-  double gradient_tolerance = 0;  // stop once the scaled projected gradient's largest entry <= this; 0: off
-  int corrections = 10;           // vectors kept by L-BFGS
+/// What a scene's [optimize] may say, and what only the program may.
+struct OptimizerOptions : OptimizeSettings {
+  OptimizerOptions() = default;
+  explicit OptimizerOptions(const OptimizeSettings& scene) : OptimizeSettings(scene) {}
+
+  int corrections = 10;  // vectors kept by L-BFGS
   /// An evaluation fails that takes more than this many times the steps of any before it, in either direction of time
   /// (and more than kStepsAlwaysAllowed); 0: only the solver's own limit holds.
   double step_limit_factor = 100;
@@ -61,6 +60,12 @@ struct OptimizerResult {
 
   std::size_t failures() const;  // how many evaluations failed
 };
+
+struct OptimizerAlgorithm {
+  std::string name, summary;
+  bool takes_constraints = false;
+};
+const std::vector<OptimizerAlgorithm>& optimizer_algorithms();
 
 /// Throws CapabilityError for an algorithm that does not exist or takes no constraints.
 void require_algorithm(const std::string& algorithm, bool constrained);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "costate/formulation/defaults.h"
 #include "costate/formulation/formulation.h"
 
 namespace costate {
@@ -50,7 +51,7 @@ struct Problem {
   std::shared_ptr<const Mechanism> mechanism;
   ParameterSelection parameters;
   Objective objective;
-  std::string formulation = "index1";
+  std::string formulation = kDefaultFormulation;
   FormulationOptions formulation_options;
   SolverOptions solver;
   Monitor monitor;  // or empty

@@ -11,10 +11,12 @@ GradientResult run(const Problem& problem, const std::vector<double>& rho) {
 }
 
 const RegisterSensitivityMethod registered({
-    "cvodes-adjoint",
-    "adjoint of CVODES: one backward run whatever the number of parameters",
-    SensitivityMethod::Needs::ode,
-    run,
+    .name = "cvodes-adjoint",
+    .summary = "adjoint of CVODES: one backward run whatever the number of parameters",
+    .needs = SensitivityMethod::Needs::ode,
+    .gradient = run,
+    .adjoint = true,
+    .keeps_checkpoints = true,
 });
 
 }  // namespace

@@ -12,10 +12,11 @@ GradientResult run(const Problem& problem, const std::vector<double>& rho) {
 }
 
 const RegisterSensitivityMethod registered({
-    "cvodes-forward",
-    "forward sensitivities of CVODES: one linear system a parameter and step",
-    SensitivityMethod::Needs::ode,
-    run,
+    .name = "cvodes-forward",
+    .summary = "forward sensitivities of CVODES: one linear system a parameter and step",
+    .needs = SensitivityMethod::Needs::ode,
+    .gradient = run,
+    .is_reference = true,
 });
 
 }  // namespace

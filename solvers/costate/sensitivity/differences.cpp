@@ -89,9 +89,13 @@ GradientResult run(const Problem& problem, const std::vector<double>& rho) {
     }
 }
 
-const RegisterSensitivityMethod registered({"differences",
-                                            "Richardson-extrapolated central differences of whole runs (an oracle)",
-                                            SensitivityMethod::Needs::either, run});
+const RegisterSensitivityMethod registered({
+    .name = "differences",
+    .summary = "Richardson-extrapolated central differences of whole runs (an oracle)",
+    .needs = SensitivityMethod::Needs::either,
+    .gradient = run,
+    .perturbs = true,
+});
 
 }  // namespace
 }  // namespace costate

@@ -23,9 +23,14 @@ GradientResult run(const Problem& problem, const std::vector<double>& rho) {
   return settle_gradient(problem, [&](long steps) { return run_steps(problem, rho, steps); });
 }
 
-const RegisterSensitivityMethod registered({"discrete-adjoint",
-                                            "exact adjoint of the fixed-step scheme: one pass back for all parameters",
-                                            SensitivityMethod::Needs::discrete, run});
+const RegisterSensitivityMethod registered({
+    .name = "discrete-adjoint",
+    .summary = "exact adjoint of the fixed-step scheme: one pass back for all parameters",
+    .needs = SensitivityMethod::Needs::discrete,
+    .gradient = run,
+    .adjoint = true,
+    .keeps_checkpoints = true,
+});
 
 }  // namespace
 }  // namespace costate

@@ -28,9 +28,12 @@ GradientResult run(const Problem& problem, const std::vector<double>& rho) {
   return settle_gradient(problem, [&](long steps) { return run_steps(problem, rho, steps); });
 }
 
-const RegisterSensitivityMethod registered({"discrete-tangent",
-                                            "exact tangent of the fixed-step scheme: psi's own gradient, to rounding",
-                                            SensitivityMethod::Needs::discrete, run});
+const RegisterSensitivityMethod registered({
+    .name = "discrete-tangent",
+    .summary = "exact tangent of the fixed-step scheme: psi's own gradient, to rounding",
+    .needs = SensitivityMethod::Needs::discrete,
+    .gradient = run,
+});
 
 }  // namespace
 }  // namespace costate

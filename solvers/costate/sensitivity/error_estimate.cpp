@@ -56,14 +56,14 @@ void add_softness(const Problem& problem, const GradientResult& result, ErrorEst
 void watch_penalty(const Problem& problem, const std::string& method, const std::vector<double>& rho,
                    const GradientResult& result) {
   if (!has_soft_constraints(problem.formulation) || problem.mechanism->constraints().empty()) return;
-  const double given = problem.formulation_options.penalty_alpha, usual = default_penalty_weight(problem.mechanism),
-               alpha = given > 0 ? given : usual;
+  const double usual = default_penalty_weight(problem.mechanism),
+               alpha = penalty_weight(problem.mechanism, problem.formulation_options);
   // Rows that are off by d change psi by some d of it, and a gradient by a hundred times that at most.
   constexpr double kDrift = 1e-6, kLarge = 30, kSaid = 1e-4;
   const bool large = alpha > kLarge * usual;
   if (!large && last_drift() < kDrift) return;
   Problem other = problem;
-  other.formulation_options.penalty_alpha = large ? alpha / 10 : alpha * 10;
+  other.formulation_options.set("penalty_alpha", large ? alpha / 10 : alpha * 10);
   const std::vector<std::string> said = take_notices();
   const auto keep = [&] {
     take_notices();
@@ -94,15 +94,13 @@ void watch_penalty(const Problem& problem, const std::string& method, const std:
       large ? "a smaller one" : "a larger one"));
 }
 
-bool has_soft_constraints(const std::string& formulation) {
-  return formulation == "penalty" || formulation == "penalty-second-order";
-}
+bool has_soft_constraints(const std::string& formulation) { return !find_formulation(formulation).exact_constraints(); }
 
 Problem with_firmer_constraints(const Problem& problem) {
   Problem firmer = problem;
   firmer.solver.confirm = false;
-  double& alpha = firmer.formulation_options.penalty_alpha;
-  alpha = 10 * (alpha > 0 ? alpha : default_penalty_weight(problem.mechanism));
+  firmer.formulation_options =
+      find_formulation(problem.formulation).firmer(problem.mechanism, problem.formulation_options);
   return firmer;
 }
 

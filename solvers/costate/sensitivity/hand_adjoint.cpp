@@ -12,9 +12,13 @@ GradientResult run(const Problem& problem, const std::vector<double>& rho) {
   return run_hand_equations(problem, rho, *equations);
 }
 
-const RegisterSensitivityMethod registered(
-    {"hand-adjoint", "the formulation's hand-derived adjoint equations, on a Radau scheme of ours",
-     SensitivityMethod::Needs::hand_adjoint, run});
+const RegisterSensitivityMethod registered({
+    .name = "hand-adjoint",
+    .summary = "the formulation's hand-derived adjoint equations, on a Radau scheme of ours",
+    .needs = SensitivityMethod::Needs::hand_adjoint,
+    .gradient = run,
+    .adjoint = true,
+});
 
 }  // namespace
 }  // namespace costate

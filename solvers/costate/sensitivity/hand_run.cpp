@@ -18,7 +18,9 @@ namespace {
 constexpr std::size_t kStretches = 30;  // of the stored steps, in each of which the linear pass makes one step at least
 constexpr long kPoll = 64;              // steps between calls of the monitor
 // Of index 3, steps cannot be chosen by their estimated error: grids that are refined until the gradient stands still.
-constexpr const char* kWithoutEstimate = "index3";
+bool without_estimate(const Problem& problem) {
+  return find_formulation(problem.formulation).constraints == ConstraintForm::index3;
+}
 constexpr std::size_t kCoarsest = 60;
 constexpr int kMaxRefinements = 7;
 
@@ -171,7 +173,7 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
     return size;
   };
   Eigen::VectorXd gradient;
-  if (problem.formulation != kWithoutEstimate) {
+  if (!without_estimate(problem)) {
     gradient = pass(grid(kStretches), problem.solver.rtol);
   } else {
     // Order 3 to 5: once a halving changes the gradient by less than a few tolerances, the rest is below them.

@@ -12,9 +12,12 @@ GradientResult run(const Problem& problem, const std::vector<double>& rho) {
   return run_hand_equations(problem, rho, *equations);
 }
 
-const RegisterSensitivityMethod registered(
-    {"hand-tangent", "the formulation's hand-derived tangent equations, on a Radau scheme of ours",
-     SensitivityMethod::Needs::hand_tangent, run});
+const RegisterSensitivityMethod registered({
+    .name = "hand-tangent",
+    .summary = "the formulation's hand-derived tangent equations, on a Radau scheme of ours",
+    .needs = SensitivityMethod::Needs::hand_tangent,
+    .gradient = run,
+});
 
 }  // namespace
 }  // namespace costate

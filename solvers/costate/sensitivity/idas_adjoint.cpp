@@ -1,4 +1,5 @@
 // Method "idas-adjoint": adjoint of IDAS: one backward run whatever the number of parameters.
+#include "costate/formulation/defaults.h"
 #include "costate/sensitivity/integrator_gradient.h"
 #include "costate/sensitivity/method.h"
 
@@ -10,10 +11,12 @@ GradientResult run(const Problem& problem, const std::vector<double>& rho) {
 }
 
 const RegisterSensitivityMethod registered({
-    "idas-adjoint",
-    "adjoint of IDAS: one backward run whatever the number of parameters",
-    SensitivityMethod::Needs::dae,
-    run,
+    .name = kDefaultMethod,
+    .summary = "adjoint of IDAS: one backward run whatever the number of parameters",
+    .needs = SensitivityMethod::Needs::dae,
+    .gradient = run,
+    .adjoint = true,
+    .keeps_checkpoints = true,
 });
 
 }  // namespace

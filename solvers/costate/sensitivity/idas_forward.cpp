@@ -10,10 +10,10 @@ GradientResult run(const Problem& problem, const std::vector<double>& rho) {
 }
 
 const RegisterSensitivityMethod registered({
-    "idas-forward",
-    "forward sensitivities of IDAS: one linear system a parameter and step",
-    SensitivityMethod::Needs::dae,
-    run,
+    .name = "idas-forward",
+    .summary = "forward sensitivities of IDAS: one linear system a parameter and step",
+    .needs = SensitivityMethod::Needs::dae,
+    .gradient = run,
 });
 
 }  // namespace

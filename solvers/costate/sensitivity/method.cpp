@@ -30,6 +30,11 @@ RegisterSensitivityMethod::RegisterSensitivityMethod(SensitivityMethod m) {
 
 const std::vector<SensitivityMethod>& sensitivity_methods() { return table(); }
 
+const SensitivityMethod* first_method(const std::function<bool(const SensitivityMethod&)>& of) {
+  const auto found = std::find_if(table().begin(), table().end(), of);
+  return found == table().end() ? nullptr : &*found;
+}
+
 const SensitivityMethod& find_sensitivity_method(const std::string& name) {
   std::vector<std::string> names;
   for (const auto& m : table()) {
@@ -125,7 +130,7 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
     require_finite(problem, r);
     return r;
   }
-  if (method.name != "differences") {
+  if (!method.perturbs) {
     std::vector<double> numbers = problem.mechanism->base_numbers();
     problem.parameters.apply(rho.data(), numbers);
     require_fixed_accelerations(*problem.mechanism, problem.parameters, numbers, problem.solver.t_start,
@@ -137,7 +142,7 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
   GradientResult r = method.gradient(problem, rho);
   require_finite(problem, r);  // whatever the method
   watch_penalty(problem, name, rho, r);
-  if (!problem.solver.confirm || method.name == "differences" || method.needs == Needs::discrete) return r;
+  if (!problem.solver.confirm || method.perturbs || method.needs == Needs::discrete) return r;
   return confirmed(problem, std::move(r), [&](const Problem& p) { return method.gradient(p, rho); });
 }
 

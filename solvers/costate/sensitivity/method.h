@@ -10,14 +10,22 @@
 namespace costate {
 
 struct SensitivityMethod {
-  std::string name;     // "idas-adjoint"
+  std::string name;     // by this it is chosen: cvodes-forward, say
   std::string summary;  // one line for `costate list`
   enum class Needs { dae, ode, either, discrete, hand_tangent, hand_adjoint } needs = Needs::either;
   std::function<GradientResult(const Problem&, const std::vector<double>& rho)> gradient;
+  // What is asked about methods is asked of these, nowhere by name.
+  bool adjoint = false;            // runs back
+  bool keeps_checkpoints = false;  // of the run forward
+  bool perturbs = false;           // uses no derivative code
+  bool is_reference = false;       // what 'costate check' measures the others by
 };
 
 const std::vector<SensitivityMethod>& sensitivity_methods();
 const SensitivityMethod& find_sensitivity_method(const std::string& name);
+
+/// The first by name of which `of` holds, or null.
+const SensitivityMethod* first_method(const std::function<bool(const SensitivityMethod&)>& of);
 
 /// Empty when the method works with the formulation; otherwise why not, and the nearest combination that does.
 std::string refusal(const SensitivityMethod& method, const Formulation& formulation);

@@ -92,27 +92,27 @@ class WrongReaction final : public OdeSystem {
 };
 
 /// Another motion with gradients that are right for it, by a formulation that carries redundant rows.
-const RegisterFormulation wrong_motion({"wrong-motion",
-                                        "a penalty that is far too soft, for tests",
-                                        true,
-                                        "cvodes",
-                                        {},
-                                        [](auto mechanism, auto parameters, auto objective,
-                                           const FormulationOptions& o) {
-                                          FormulationOptions slack = o;
-                                          slack.penalty_alpha = 10;
-                                          return find_formulation("penalty").make_ode(mechanism, parameters, objective,
-                                                                                      slack);
-                                        }});
-const RegisterFormulation wrong_reaction({"wrong-reaction",
-                                          "baumgarte with a mistake in a reaction, for tests",
-                                          false,
-                                          "cvodes",
-                                          {},
-                                          [](auto mechanism, auto parameters, auto objective,
-                                             const FormulationOptions& o) {
-                                            return std::make_unique<WrongReaction>(mechanism, parameters, objective, o);
-                                          }});
+const RegisterFormulation wrong_motion({
+    .name = "wrong-motion",
+    .summary = "a penalty that is far too soft, for tests",
+    .carries_redundancy = true,
+    .default_integrator = "cvodes",
+    .make_ode =
+        [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
+          FormulationOptions slack = o;
+          slack.set("penalty_alpha", 10);
+          return find_formulation("penalty").make_ode(mechanism, parameters, objective, slack);
+        },
+});
+const RegisterFormulation wrong_reaction({
+    .name = "wrong-reaction",
+    .summary = "baumgarte with a mistake in a reaction, for tests",
+    .default_integrator = "cvodes",
+    .make_ode =
+        [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
+          return std::make_unique<WrongReaction>(mechanism, parameters, objective, o);
+        },
+});
 
 }  // namespace
 }  // namespace costate

@@ -3,7 +3,7 @@
 // belongs to the carrying body. Its own turning frame is never needed, so that a fast spin costs no short steps.
 // Coordinates: the Euler parameters of the body, the spin angle theta [rad]. Numbers: J [kg m^2].
 // With g(x) = G(x)^T a (rotation.h) and s' = 2 g(p).pdd + thetadd:
-//   r_p = J (2 s' g(p) + 4 s g(pd)),  r_theta = J s'                         lib/README.md (11.17)
+//   r_p = J (2 s' g(p) + 4 s g(pd)),  r_theta = J s'                         lib/README.md (11.30)
 #pragma once
 
 #include "costate/element/element.h"

@@ -73,7 +73,8 @@ SpringOptions read_spring_options(SceneTable& table) {
   SpringOptions o;
   o.stiffness_N_per_m = table.value("stiffness_N_per_m", NumberRule::non_negative, 0);
   o.spring_law = find_law(table, "spring_law");
-  // A pure damper needs no natural length.
+  // A pure damper needs no natural length: asked for whether it is there, the key is none that every spring needs.
+  table.has("natural_length_m");
   const bool elastic = o.stiffness_N_per_m != 0 || o.spring_law;
   o.natural_length_m = elastic ? table.value("natural_length_m") : table.value("natural_length_m", {}, 0);
   o.damping_N_s_per_m = table.value("damping_N_s_per_m", NumberRule::non_negative, 0);

@@ -1,6 +1,11 @@
 #include "costate/kind/law/law_table.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+
+#include "costate/scene/key_recorder.h"
+#include "costate/scene/key_reference.h"
 
 namespace costate {
 
@@ -33,10 +38,15 @@ RegisterLawKind::RegisterLawKind(LawKind kind) {
 }
 
 LawOptions read_law(SceneTable& table, const std::string& key, std::optional<double> default_value) {
+  constexpr const char* what = "a number or a law";
+  if (KeyRecorder* r = KeyRecorder::current())
+    r->add(table.path(), key, what, default_value.has_value(),
+           default_value ? fmt::format("{:g}", *default_value) : std::string());
   if (table.is_table(key)) return read_law_table(table.table(key));
-  if (!table.has(key)) {
+  const auto keys = table.keys();
+  if (std::find(keys.begin(), keys.end(), key) == keys.end()) {
     if (default_value) return *default_value;
-    table.fail("needs '" + key + "' (a number or a law), which is missing.");
+    table.fail(fmt::format("needs '{}' ({}), which is missing.{}", key, what, also_needed(table.path(), key)));
   }
   if (!table.is_number(key)) table.fail_type(key, "a number or a law like { kind = \"sine\", ... }");
   return table.value(key);
@@ -50,6 +60,7 @@ std::vector<LawOptions> read_laws(SceneTable& table, const std::string& key) {
 }
 
 LawOptions find_law(SceneTable& table, const std::string& key) {
+  if (KeyRecorder* r = KeyRecorder::current()) r->add(table.path(), key, "a number or a law", true);
   if (!table.has(key)) return {};
   return read_law(table, key);
 }

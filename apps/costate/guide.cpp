@@ -1,0 +1,51 @@
+#include "guide.h"
+
+#include <algorithm>
+
+namespace costate::app {
+
+const std::vector<GuideEntry>& failure_guide() {
+  static const std::vector<GuideEntry> guide = {
+      {"start-cannot-be-assembled",
+       {"The start cannot be reached", "do not determine the configuration", "do not determine the motion",
+        "independent constraint rows leave"}},
+      {"no-equilibrium", {"No equilibrium "}},
+      {"something-has-no-mass", {"has neither inertia nor", "moves no mass", "has no mass"}},
+      {"singular-position-passed", {"The mechanism passes a singular position at"}},
+      {"event-is-grazed", {"is grazed", "has happened already", "This scene has events"}},
+      {"newton-fails", {"CONV_FAIL", "Newton's iteration of step", "No step was found"}},
+      {"step-gets-too-small",
+       {"no longer gets on", "hardly gets on", "reached its limit of steps", "more than the limit of",
+        "does not get beyond", "could not continue"}},
+      {"constraints-do-not-hold", {"The constraints no longer hold", "The constraints drift"}},
+      {"not-a-number",
+       {"not a finite number", "is not finite", "the motion cannot be computed this way",
+        "The derivative of psi with respect to '"}},
+      {"law-with-a-kink-or-jump",
+       {"has a kink", "The law '", "The law of '", "opens a ", "at which the law of", "derivatives of forces jump"}},
+      {"fixed-step-passes-over-something", {"passes over what begins"}},
+      {"singular-matrix", {"depend on the others", " is singular", " are singular", "not determined at"}},
+      {"few-digits", {"no digit of psi", "known to few digits"}},
+      {"adjoint-grows", {"grows without bound", "solution is too rough"}},
+      {"methods-disagree", {"disagree"}},
+      {"too-little-memory", {"could not be repeated from a checkpoint", "not enough memory"}},
+      {"eigenvalues-do-not-converge", {"Modes: the eigenvalues"}},
+      {"solver-cannot-be-set-up", {" failed [", "could not be created", "could not create", "could not analyse"}},
+  };
+  return guide;
+}
+
+std::string guide_to(const std::string& message) {
+  for (const GuideEntry& e : failure_guide())
+    if (std::any_of(e.phrases.begin(), e.phrases.end(),
+                    [&](const auto& phrase) { return message.find(phrase) != std::string::npos; }))
+      return "apps/README.md#" + e.anchor;
+  return {};
+}
+
+std::string with_guide(const std::string& message) {
+  const std::string guide = guide_to(message);
+  return guide.empty() ? message : message + " See " + guide + ".";
+}
+
+}  // namespace costate::app

@@ -1,0 +1,53 @@
+// What the keys of contacts mean; the rest of their reference is made from the calls that read them.
+#include "costate/scene/key_meaning.h"
+
+namespace costate {
+
+namespace {
+
+const KindKeys contact_keys("contact",
+                            {{"point", "name of the point, or of the centre of an arc or a sphere"},
+                             {"law", "of the normal force"},
+                             {"stiffness_N_per_m_n", "K of F = K d^n, d the penetration"},
+                             {"exponent", "n; the linear law has 1"},
+                             {"damping_N_s_per_m", "of kelvin-voigt"},
+                             {"restitution", "speed after by speed before, of laws that have one"},
+                             {"approach_speed_m_per_s", "of a contact that is closed at the start"},
+                             {"friction", "its model"},
+                             {"friction_coefficient", "of sliding"},
+                             {"static_coefficient", "of sticking; by default that of sliding"},
+                             {"transition_velocity_m_per_s", "where friction is fully there"},
+                             {"dead_velocity_m_per_s", "ambrosio: below it there is none"},
+                             {"decay_s_per_m", "bengisu-akay: of the way from sticking to sliding"},
+                             {"bristle_stiffness_per_m", "dahl, lugre: the normal force times this is a stiffness"},
+                             {"bristle_damping_s_per_m", "lugre: the normal force times this is a damping"},
+                             {"ground_height_m", "of the ground at x = 0"},
+                             {"ground_angle_rad", "by which it rises along x"},
+                             {"radius_m", "of the arc or sphere about the point; 0: the point itself"}},
+                            R"(
+[contact.viscous]
+point = "C"
+law = "kelvin-voigt"
+stiffness_N_per_m_n = 2e4
+damping_N_s_per_m = 10
+friction = "lugre"
+friction_coefficient = 0.4
+
+[contact.ramp]
+point = "C"
+stiffness_N_per_m_n = 2e4
+restitution = 0.5
+friction = "ambrosio"
+friction_coefficient = 0.4
+
+[contact.decaying]
+point = "C"
+stiffness_N_per_m_n = 2e4
+restitution = 0.5
+friction = "bengisu-akay"
+friction_coefficient = 0.4
+)");
+
+}  // namespace
+
+}  // namespace costate

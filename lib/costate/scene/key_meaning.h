@@ -14,8 +14,8 @@ struct KeyMeaning {
 };
 
 /// Static objects of this class declare the keys of a kind ("bar"), a law ("law sine") or a cost ("cost square"). The
-/// example is, of a cost, its keys on the output "plate.x"; of a kind, more tables, of forms that its own example leaves
-/// out.
+/// example is, of a cost, its keys on the output "plate.x"; of a kind, more tables, of forms that its own example
+/// leaves out.
 struct KindKeys {
   KindKeys(std::string name, std::vector<KeyMeaning> keys, std::string example = {});
 };

@@ -17,10 +17,7 @@ namespace {
 // In units of rtol. A right gradient's error is a modest multiple (20 to 400 on smooth scenes) ...
 constexpr double kComponent = 1000;  // ... of the component itself,
 constexpr double kOthers = 10;       // and of the largest one, where a component is small beside it.
-constexpr double kForgiven = 1e4;    // What may be forgiven without a warning, of the largest one.
 constexpr double kRounding = 1e-9;   // of the largest one, at any tolerance
-constexpr double kTolerable = 1e-2;  // Farther off, a result is wrong, whatever it converges to.
-constexpr double kSoft = 1e-3;       // What soft constraints may cost without a warning.
 
 /// Tells right rows from wrong ones, a row at a time.
 class RowJudge {

@@ -9,6 +9,11 @@
 
 namespace costate::app {
 
+// Of gradients and of motions alike.
+inline constexpr double kForgiven = 1e4;    // what may be forgiven without a warning, of the largest one, in rtol
+inline constexpr double kTolerable = 1e-2;  // farther off, a result is wrong, whatever it converges to
+inline constexpr double kSoft = 1e-3;       // what soft constraints may cost without a warning
+
 /// `inaccurate`: it converges to the reference, but is farther from it than its tolerance lets one expect.
 enum class Verdict { ok, inaccurate, disagreement, cut, failed, refused };
 const char* name_of(Verdict verdict);

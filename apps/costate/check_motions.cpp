@@ -20,9 +20,6 @@ namespace {
 // The rule of apps/README.md. A motion's error is a modest multiple of rtol, of what the quantity's range is, of what
 // the states' tolerances do to it there, and of what the reference's formulation is off by itself at this tolerance.
 constexpr double kRange = 1000, kState = 300, kOwn = 100;
-constexpr double kForgiven = 1e4;    // rtol: without a warning, where it converges
-constexpr double kTolerable = 1e-2;  // farther off, a motion is wrong, whatever it converges to
-constexpr double kSoft = 1e-3;       // what soft constraints may cost without a warning
 constexpr int kSamples = 40;
 
 }  // namespace

@@ -12,7 +12,7 @@ namespace costate::app {
 
 namespace {
 
-struct Options {
+struct EquilibriumOptions {
   AnalysisOptions analysis;
   std::vector<std::string> outputs;
   bool derivatives = false;
@@ -24,7 +24,7 @@ Json positions_json(const Mechanism& m, const Equilibrium& e) {
   return j;
 }
 
-int run(const CommonOptions& common, Options& options) {
+int run(const CommonOptions& common, EquilibriumOptions& options) {
   const Scene scene = load_for_analysis(common, options.analysis, true);
   const auto m = scene.mechanism();
   const ParameterSelection parameters = located_in(scene, [&] { return m->select(common.parameters); });
@@ -115,7 +115,7 @@ int run(const CommonOptions& common, Options& options) {
 const RegisterCommand equilibrium_command(
     CommandGroup::analyse, "equilibrium", "Where a scene's mechanism rests, and the forces there",
     [](Command& c, CommonOptions& common) {
-      auto options = std::make_shared<Options>();
+      auto options = std::make_shared<EquilibriumOptions>();
       common.add_to(c);
       options->analysis.add_hold(
           c,

@@ -15,7 +15,7 @@ namespace costate::app {
 
 namespace {
 
-struct Options {
+struct ModesOptions {
   AnalysisOptions analysis;
   std::filesystem::path shapes;
 };
@@ -69,7 +69,7 @@ std::string shapes_csv(const Mechanism& m, const Modes& r) {
   return text;
 }
 
-int run(const CommonOptions& common, Options& options) {
+int run(const CommonOptions& common, ModesOptions& options) {
   const Scene scene = load_for_analysis(common, options.analysis, options.analysis.at_equilibrium);
   const auto m = scene.mechanism();
   Assembly assembly(m, ParameterSelection{});
@@ -151,7 +151,7 @@ int run(const CommonOptions& common, Options& options) {
 const RegisterCommand modes_command(CommandGroup::analyse, "modes",
                                     "Natural frequencies, damping and mode shapes about a scene's start",
                                     [](Command& c, CommonOptions& common) {
-                                      auto options = std::make_shared<Options>();
+                                      auto options = std::make_shared<ModesOptions>();
                                       common.add_to(c);
                                       c.flag("--equilibrium", options->analysis.at_equilibrium,
                                              "About the static equilibrium, also where the scene starts elsewhere");

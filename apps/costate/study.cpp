@@ -30,7 +30,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct StudyOptions {
   std::string file;
   std::vector<std::string> only;
   int jobs = 0;
@@ -39,7 +39,7 @@ struct Options {
 
 class StudyCommand {
  public:
-  StudyCommand(const CommonOptions& common, const Options& options) : common_(common), options_(options) {}
+  StudyCommand(const CommonOptions& common, const StudyOptions& options) : common_(common), options_(options) {}
 
   int run() {
     const Study study = read_study(options_.file, options_.only);
@@ -356,7 +356,7 @@ class StudyCommand {
   }
 
   const CommonOptions& common_;
-  const Options& options_;
+  const StudyOptions& options_;
   std::string title_;
   fs::path directory_;
   std::vector<StudyJob> jobs_;
@@ -371,7 +371,7 @@ class StudyCommand {
 const RegisterCommand study_command(
     CommandGroup::run, "study", "Run the optimizations that a file lists, in parallel, and tabulate them",
     [](Command& c, CommonOptions& common) {
-      auto options = std::make_shared<Options>();
+      auto options = std::make_shared<StudyOptions>();
       c.option("file", options->file, "Study file (TOML)").required();
       c.option("--only", options->only, "Runs by name or pattern, such as 'ride*' (repeatable)").separated();
       c.option("--jobs", options->jobs, "Runs at a time (default: the number of cores)").between(0, 1e6);

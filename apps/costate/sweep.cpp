@@ -13,7 +13,7 @@ namespace costate::app {
 
 namespace {
 
-struct Options {
+struct SweepOptions {
   AnalysisOptions analysis;
   std::string coordinate;
   double from = 0, to = 0;
@@ -21,7 +21,7 @@ struct Options {
   std::vector<std::string> outputs;
 };
 
-int run(const CommonOptions& common, Options& options) {
+int run(const CommonOptions& common, SweepOptions& options) {
   if (options.count < 2 || options.count > 100000)
     throw Error(fmt::format("--count must be 2 to 100000, found {}.", options.count));
   for (const auto& [option, x] : {std::pair{"--from", options.from}, std::pair{"--to", options.to}})
@@ -108,7 +108,7 @@ int run(const CommonOptions& common, Options& options) {
 const RegisterCommand sweep_command(
     CommandGroup::analyse, "sweep", "Lead one coordinate through a range and tabulate outputs",
     [](Command& c, CommonOptions& common) {
-      auto options = std::make_shared<Options>();
+      auto options = std::make_shared<SweepOptions>();
       common.add_to(c);
       c.option("--coordinate", options->coordinate, "The coordinate that is led").required();
       c.option("--from", options->from, "First value [m, rad]").required();

@@ -23,7 +23,7 @@ const FormulationOption decay_time{.key = "critical_decay_time_s",
 
 Stabilization stabilization(const FormulationOptions& o) { return critically_damped(decay_time.number_in(o)); }
 
-const RegisterFormulation registered({
+const RegisterFormulation critical_registered({
     .name = "critical",
     .summary = "index 1 with critically damped constraint errors, by their decay time",
     .default_integrator = "idas",

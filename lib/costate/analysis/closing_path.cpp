@@ -15,22 +15,22 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 namespace {
-constexpr double kLongestMove = 0.2;  // of the mechanism's extent
-constexpr double kLongestTurn = 0.3;  // also of Euler parameters and other coordinates of size 1
+constexpr double kLongestPathMove = 0.2;  // of the mechanism's extent
+constexpr double kLongestPathTurn = 0.3;  // also of Euler parameters and other coordinates of size 1
 constexpr double kContraction = 0.25;
 constexpr double kOnPath = 0.02;        // a correction this small, in step lengths, is near enough
 constexpr double kShortestPart = 1e-6;  // of the path
 constexpr int kMostParts = 2000;
 constexpr int kDescents = 300;
-constexpr int kDenseLimit = 500;
+constexpr int kDensePathLimit = 500;
 }  // namespace
 
 StepLength::StepLength(const Assembly& assembly, const VectorXd& q) : weight_(assembly.n()) {
   const double extent = extent_of(assembly, q).value_or(1);
   for (int i = 0; i < assembly.n(); ++i)
     weight_[i] =
-        1 / (assembly.mechanism().coordinates()[static_cast<std::size_t>(i)].unit == "m" ? kLongestMove * extent
-                                                                                         : kLongestTurn);
+        1 / (assembly.mechanism().coordinates()[static_cast<std::size_t>(i)].unit == "m" ? kLongestPathMove * extent
+                                                                                         : kLongestPathTurn);
 }
 
 ClosingPath::ClosingPath(Assembly& assembly, double t, const std::vector<GivenStart>& given, VectorXd z0)
@@ -89,7 +89,7 @@ bool ClosingPath::follow(VectorXd& q) {
 
 bool ClosingPath::descend(VectorXd& q) {
   const int n = assembly_.n();
-  if (n > kDenseLimit) return false;
+  if (n > kDensePathLimit) return false;
   const StepLength length(assembly_, q);
   const VectorXd w = length.weights();
   VectorXd r = residual(q), row;

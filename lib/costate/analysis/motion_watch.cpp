@@ -27,7 +27,7 @@ constexpr double kDependent = 1e-5;
 // A minimum is looked for below this distance; a row that was dependent and gets this far off is so no longer.
 constexpr double kSuspicious = 0.25;
 // Of the row scaled to 1: as `check` and the start have it.
-constexpr double kRankTolerance = 1e-9;
+constexpr double kWatchedRankTolerance = 1e-9;
 constexpr int kGolden = 40;
 // What a run at rtol may drift by without a word, in parts of the row's own length: errors are usually 1 to 200 rtol,
 // and a formulation that does not take its drift back collects them.
@@ -160,7 +160,7 @@ void MotionWatch::refuse_dependent_rows(double t) {
     names.push_back(rows_[static_cast<std::size_t>(i)]);
     nearest = std::min(nearest, rest.norm());
   }
-  if (nearest < std::max(kRankTolerance, settings_.rtol))
+  if (nearest < std::max(kWatchedRankTolerance, settings_.rtol))
     throw SolverError(fmt::format(
         "At t = {:.9g} s {} of {} constraint rows depend on the others, to within {:.1e} of 1 ({}), so that "
         "formulation '{}' "

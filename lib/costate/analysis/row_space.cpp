@@ -5,14 +5,14 @@ namespace costate {
 using Eigen::MatrixXd;
 
 namespace {
-constexpr double kRankTolerance = 1e-9;  // as find_start has it
+constexpr double kRowRankTolerance = 1e-9;  // as find_start has it
 }
 
 void RowSpace::compute(const MatrixXd& X) {
   X_ = X;
   rank_ = 0;
   if (X.rows() == 0) return;
-  transposed_.setThreshold(kRankTolerance);
+  transposed_.setThreshold(kRowRankTolerance);
   transposed_.compute(X.transpose());
   rank_ = static_cast<int>(transposed_.rank());
 }

@@ -13,14 +13,14 @@ const FormulationOption rho_infinity{.key = "discrete_rho_infinity",
                                      .rule = NumberRule::non_negative,
                                      .upper = 1};
 
-const RegisterDiscreteForm registered("index3", {scheme, rho_infinity},
-                                      [](auto mechanism, auto parameters, auto objective,
-                                         const FormulationOptions& options) {
-                                        return std::make_unique<DiscreteScheme>(
-                                            mechanism, parameters, objective,
-                                            AlphaCoefficients::make(scheme.word_in(options),
-                                                                    rho_infinity.number_in(options)));
-                                      });
+const RegisterDiscreteForm index3_steps_registered("index3", {scheme, rho_infinity},
+                                                   [](auto mechanism, auto parameters, auto objective,
+                                                      const FormulationOptions& options) {
+                                                     return std::make_unique<DiscreteScheme>(
+                                                         mechanism, parameters, objective,
+                                                         AlphaCoefficients::make(scheme.word_in(options),
+                                                                                 rho_infinity.number_in(options)));
+                                                   });
 
 }  // namespace
 }  // namespace costate

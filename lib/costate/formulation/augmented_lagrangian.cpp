@@ -28,7 +28,7 @@ Stabilization converged(const std::shared_ptr<const Mechanism>& mechanism, const
   return s;
 }
 
-const RegisterFormulation registered({
+const RegisterFormulation augmented_lagrangian_registered({
     .name = "augmented-lagrangian",
     .summary = "penalty iterated to exact constraints (ALF index-1); carries redundant constraints",
     .carries_redundancy = true,

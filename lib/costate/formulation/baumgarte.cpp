@@ -21,7 +21,7 @@ const FormulationOption omega{.key = "baumgarte_omega_rad_per_s",
 
 Stabilization stabilization(const FormulationOptions& o) { return {xi.number_in(o), omega.number_in(o), 0}; }
 
-const RegisterFormulation registered({
+const RegisterFormulation baumgarte_registered({
     .name = kDefaultFormulation,
     .summary = "constraints at acceleration level with Baumgarte's stabilisation",
     .stand_in = 1,

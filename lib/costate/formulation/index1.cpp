@@ -9,7 +9,7 @@
 namespace costate {
 namespace {
 
-const RegisterFormulation registered({
+const RegisterFormulation index1_registered({
     .name = "index1",
     .summary = "constraints at acceleration level, no stabilisation (drift grows slowly)",
     .stand_in = 2,

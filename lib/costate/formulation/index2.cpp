@@ -7,7 +7,7 @@
 namespace costate {
 namespace {
 
-const RegisterFormulation registered({
+const RegisterFormulation index2_registered({
     .name = "index2",
     .summary = "index 3 in stabilised index-2 form (Gear, Gupta, Leimkuhler): no drift in positions and velocities",
     .constraints = ConstraintForm::index2,

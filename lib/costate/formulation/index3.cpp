@@ -29,7 +29,7 @@ Formulation index3() {
   return f;
 }
 
-const RegisterFormulation registered(index3());
+const RegisterFormulation index3_registered(index3());
 
 }  // namespace
 }  // namespace costate

@@ -12,7 +12,7 @@
 namespace costate {
 namespace {
 
-const RegisterFormulation registered({
+const RegisterFormulation penalty_registered({
     .name = "penalty",
     .summary = "constraints as stiff penalties with stabilisation; carries redundant constraints",
     .carries_redundancy = true,

@@ -9,7 +9,7 @@
 namespace costate {
 namespace {
 
-const RegisterFormulation registered({
+const RegisterFormulation penalty_second_order_registered({
     .name = "penalty-second-order",
     .summary = "penalty with the second-order adjoint (mu and its rate are integrated)",
     .carries_redundancy = true,

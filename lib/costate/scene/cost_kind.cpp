@@ -7,7 +7,7 @@
 namespace costate {
 
 namespace {
-std::vector<CostKind>& registry() {
+std::vector<CostKind>& cost_registry() {
   static std::vector<CostKind> kinds;
   return kinds;
 }
@@ -29,10 +29,10 @@ MakeCostTerm read_term(SceneTable& table, MechanismBuilder& builder) {
 }
 }  // namespace
 
-const std::vector<CostKind>& cost_kinds() { return registry(); }
+const std::vector<CostKind>& cost_kinds() { return cost_registry(); }
 
 RegisterCostKind::RegisterCostKind(CostKind kind) {
-  auto& kinds = registry();
+  auto& kinds = cost_registry();
   kinds.insert(std::upper_bound(kinds.begin(), kinds.end(), kind,
                                 [](const CostKind& a, const CostKind& b) { return a.name < b.name; }),
                std::move(kind));

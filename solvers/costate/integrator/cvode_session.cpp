@@ -13,7 +13,7 @@
 namespace costate {
 
 namespace {
-std::string flag_name(int flag) {
+std::string cvode_flag_name(int flag) {
   char* name = CVodeGetReturnFlagName(flag);
   std::string text = name ? name : std::to_string(flag);
   free(name);
@@ -82,7 +82,7 @@ int CvodeSession::linear_multistep() const { return options_.cvodes_method == "a
 void CvodeSession::check(int flag, const char* what) {
   if (flag >= 0) return;
   guard_.rethrow();
-  throw SolverError(fmt::format("{} failed [{}]. {}", what, flag_name(flag), message_));
+  throw SolverError(fmt::format("{} failed [{}]. {}", what, cvode_flag_name(flag), message_));
 }
 
 void CvodeSession::fail(void* memory, int flag, const std::string& what, const std::vector<Unknown>& names) {
@@ -91,7 +91,7 @@ void CvodeSession::fail(void* memory, int flag, const std::string& what, const s
   Vector weights(n, context_), errors(n, context_), rates(n, context_);
   FailureContext c;
   c.what = what;
-  c.flag = flag_name(flag);
+  c.flag = cvode_flag_name(flag);
   c.message = message_;
   if ((flag == CV_CONV_FAILURE || flag == CV_REPTD_RHSFUNC_ERR || flag == CV_FIRST_RHSFUNC_ERR) &&
       !guard_.last_step_error().empty())

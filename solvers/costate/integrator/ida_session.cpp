@@ -15,7 +15,7 @@
 namespace costate {
 
 namespace {
-std::string flag_name(int flag) {
+std::string ida_flag_name(int flag) {
   char* name = IDAGetReturnFlagName(flag);
   std::string text = name ? name : std::to_string(flag);
   free(name);  // the caller owns it
@@ -106,7 +106,7 @@ Vector IdaSession::absolute_tolerances(double scale) const {
 void IdaSession::check(int flag, const char* what) {
   if (flag >= 0) return;
   guard_.rethrow();
-  throw SolverError(fmt::format("{} failed [{}]. {}", what, flag_name(flag), message_));
+  throw SolverError(fmt::format("{} failed [{}]. {}", what, ida_flag_name(flag), message_));
 }
 
 void IdaSession::fail(void* memory, int flag, const std::string& what, const std::vector<Unknown>& names) {
@@ -114,7 +114,7 @@ void IdaSession::fail(void* memory, int flag, const std::string& what, const std
   Vector weights(system_.size(), context_), errors(system_.size(), context_), rates(system_.size(), context_);
   FailureContext c;
   c.what = what;
-  c.flag = flag_name(flag);
+  c.flag = ida_flag_name(flag);
   c.message = message_;
   if ((flag == IDA_CONV_FAIL || flag == IDA_REP_RES_ERR || flag == IDA_FIRST_RES_FAIL) &&
       !guard_.last_step_error().empty())

@@ -14,8 +14,8 @@
 namespace costate {
 namespace {
 
-constexpr double kTightest = 1e-13;  // rtol of the runs; their noise is amplified by 1/step
-constexpr double kFirstStep = 0.05;  // relative to the parameter
+constexpr double kTightestDifferences = 1e-13;  // rtol of the runs; their noise is amplified by 1/step
+constexpr double kFirstStep = 0.05;             // relative to the parameter
 constexpr int kLevels = 11;          // steps h, h/2, ... h/1024 at most: a strongly bent psi needs the last ones
 constexpr double kConverged = 1e-6;  // relative; from here on growing changes are noise, not yet bends of psi
 
@@ -79,21 +79,21 @@ GradientResult run_at(double rtol, const Problem& problem, const std::vector<dou
   return r;
 }
 
-GradientResult run(const Problem& problem, const std::vector<double>& rho) {
+GradientResult run_differences(const Problem& problem, const std::vector<double>& rho) {
   // A formulation whose rounding errors are above such a tolerance is asked for less, ten times at a time; the estimate
   // of the error shows what that costs.
-  for (double rtol = std::max(kTightest, std::min(1e-12, problem.solver.rtol * 1e-3));; rtol *= 10) try {
+  for (double rtol = std::max(kTightestDifferences, std::min(1e-12, problem.solver.rtol * 1e-3));; rtol *= 10) try {
       return run_at(rtol, problem, rho);
     } catch (const SolverError&) {
       if (rtol * 10 > problem.solver.rtol) throw;
     }
 }
 
-const RegisterSensitivityMethod registered({
+const RegisterSensitivityMethod differences_registered({
     .name = "differences",
     .summary = "Richardson-extrapolated central differences of whole runs (an oracle)",
     .needs = SensitivityMethod::Needs::either,
-    .gradient = run,
+    .gradient = run_differences,
     .perturbs = true,
 });
 

@@ -5,7 +5,7 @@
 namespace costate {
 namespace {
 
-GradientResult run_steps(const Problem& problem, const std::vector<double>& rho, long steps) {
+GradientResult run_discrete_adjoint_steps(const Problem& problem, const std::vector<double>& rho, long steps) {
   FixedRun run(problem, rho, steps, true);
   StepArchive archive(run.scheme(), run.steps(), problem.solver.memory_budget_MB * 1e6,
                       problem.solver.checkpoint_steps);
@@ -19,15 +19,15 @@ GradientResult run_steps(const Problem& problem, const std::vector<double>& rho,
   return r;
 }
 
-GradientResult run(const Problem& problem, const std::vector<double>& rho) {
-  return settle_gradient(problem, [&](long steps) { return run_steps(problem, rho, steps); });
+GradientResult run_discrete_adjoint(const Problem& problem, const std::vector<double>& rho) {
+  return settle_gradient(problem, [&](long steps) { return run_discrete_adjoint_steps(problem, rho, steps); });
 }
 
-const RegisterSensitivityMethod registered({
+const RegisterSensitivityMethod discrete_adjoint_registered({
     .name = "discrete-adjoint",
     .summary = "exact adjoint of the fixed-step scheme: one pass back for all parameters",
     .needs = SensitivityMethod::Needs::discrete,
-    .gradient = run,
+    .gradient = run_discrete_adjoint,
     .adjoint = true,
     .keeps_checkpoints = true,
 });

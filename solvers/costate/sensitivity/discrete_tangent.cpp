@@ -5,7 +5,7 @@
 namespace costate {
 namespace {
 
-GradientResult run_steps(const Problem& problem, const std::vector<double>& rho, long steps) {
+GradientResult run_discrete_tangent_steps(const Problem& problem, const std::vector<double>& rho, long steps) {
   FixedRun run(problem, rho, steps, true);
   DiscreteTangent tangent(run.scheme());
   GradientResult r;
@@ -24,15 +24,15 @@ GradientResult run_steps(const Problem& problem, const std::vector<double>& rho,
   return r;
 }
 
-GradientResult run(const Problem& problem, const std::vector<double>& rho) {
-  return settle_gradient(problem, [&](long steps) { return run_steps(problem, rho, steps); });
+GradientResult run_discrete_tangent(const Problem& problem, const std::vector<double>& rho) {
+  return settle_gradient(problem, [&](long steps) { return run_discrete_tangent_steps(problem, rho, steps); });
 }
 
-const RegisterSensitivityMethod registered({
+const RegisterSensitivityMethod discrete_tangent_registered({
     .name = "discrete-tangent",
     .summary = "exact tangent of the fixed-step scheme: psi's own gradient, to rounding",
     .needs = SensitivityMethod::Needs::discrete,
-    .gradient = run,
+    .gradient = run_discrete_tangent,
 });
 
 }  // namespace

@@ -6,15 +6,15 @@
 namespace costate {
 namespace {
 
-GradientResult run(const Problem& problem, const std::vector<double>& rho) {
+GradientResult run_idas_adjoint(const Problem& problem, const std::vector<double>& rho) {
   return adjoint_gradient<IdaRun>(*problem.make_dae(), problem, rho, "idas");
 }
 
-const RegisterSensitivityMethod registered({
+const RegisterSensitivityMethod idas_adjoint_registered({
     .name = kDefaultMethod,
     .summary = "adjoint of IDAS: one backward run whatever the number of parameters",
     .needs = SensitivityMethod::Needs::dae,
-    .gradient = run,
+    .gradient = run_idas_adjoint,
     .adjoint = true,
     .keeps_checkpoints = true,
 });

@@ -5,15 +5,15 @@
 namespace costate {
 namespace {
 
-GradientResult run(const Problem& problem, const std::vector<double>& rho) {
+GradientResult run_idas_forward(const Problem& problem, const std::vector<double>& rho) {
   return forward_gradient<IdaRun>(*problem.make_dae(), problem, rho, "idas");
 }
 
-const RegisterSensitivityMethod registered({
+const RegisterSensitivityMethod idas_forward_registered({
     .name = "idas-forward",
     .summary = "forward sensitivities of IDAS: one linear system a parameter and step",
     .needs = SensitivityMethod::Needs::dae,
-    .gradient = run,
+    .gradient = run_idas_forward,
 });
 
 }  // namespace

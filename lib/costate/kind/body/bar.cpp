@@ -61,7 +61,7 @@ void add_bar(MechanismBuilder& builder, const std::string& name, const std::stri
 
 namespace {
 
-void add(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
+void add_bar(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
   const std::string from = table.text("from"), to = table.text("to");
   BarOptions o;
   o.mass_kg = table.value("mass_kg");
@@ -71,7 +71,7 @@ void add(const std::string& name, SceneTable& table, MechanismBuilder& builder) 
   add_bar(builder, name, from, to, o);
 }
 
-const RegisterSceneKind registered({
+const RegisterSceneKind bar_registered({
     .name = "bar",
     .phase = ScenePhase::bars,
     .summary = "a rigid bar between two points, with mass or a massless link",
@@ -129,7 +129,7 @@ inertia_kg_m2 = 0.01
 [start]
 given = ["P.x", "Q.x"]
 )",
-    .add = add,
+    .add = add_bar,
 });
 
 }  // namespace

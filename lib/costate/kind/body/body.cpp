@@ -27,7 +27,7 @@ void add_body(MechanismBuilder& builder, const std::string& name, const BodyOpti
 
 namespace {
 
-void add(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
+void add_body(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
   BodyOptions o;
   o.mass_kg = table.value("mass_kg");
   o.inertia_kg_m2 = table.value("inertia_kg_m2");
@@ -42,7 +42,7 @@ void add(const std::string& name, SceneTable& table, MechanismBuilder& builder) 
   add_body(builder, name, o);
 }
 
-const RegisterSceneKind registered({
+const RegisterSceneKind body_registered({
     .name = "body",
     .phase = ScenePhase::points,
     .summary = "a rigid body of the plane",
@@ -65,7 +65,7 @@ center_y_m = -0.05
 [start]
 given = ["plate.x", "plate.y", "plate.angle"]
 )",
-    .add = add,
+    .add = add_body,
 });
 
 }  // namespace

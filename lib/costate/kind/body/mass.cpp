@@ -50,7 +50,7 @@ void add_mass(MechanismBuilder& builder, const std::string& name, const std::str
 
 namespace {
 
-const RegisterSceneKind registered({
+const RegisterSceneKind mass_registered({
     .name = "mass",
     .phase = ScenePhase::elements,
     .summary = "a mass concentrated at a free point, or at a point of a body in space",

@@ -14,7 +14,7 @@ namespace costate {
 
 namespace {
 
-constexpr const char* kAxis[3] = {"x", "y", "z"};
+constexpr const char* kAxes[3] = {"x", "y", "z"};
 
 /// The three of the nine components of the base vectors (the columns of A) that determine a turn best: a
 /// small turn delta changes u_x by delta . (u x e_x), and the determinant of three such rows is largest.
@@ -40,7 +40,7 @@ std::array<int, 3> independent_components(const Eigen::Matrix3d& A) {
 
 /// The component k of the angular velocity as a rate of the base vectors u (nine coordinates): in the body's
 /// frame u3 . u2' and so on, globally half the sum of u x u'.
-std::vector<GivenStart::Term> rate_terms(const std::vector<int>& u, int k, bool global) {
+std::vector<GivenStart::Term> base_rate_terms(const std::vector<int>& u, int k, bool global) {
   const auto at = [&](int vector, int component) { return u[static_cast<std::size_t>(3 * vector + component)]; };
   const int j = (k + 1) % 3, l = (k + 2) % 3;
   std::vector<GivenStart::Term> terms;
@@ -66,9 +66,9 @@ void add_natural_body(MechanismBuilder& builder, const std::string& name, const 
   std::vector<int> q, u;
   std::vector<std::string> place, turn, rates;
   for (std::size_t i = 0; i < 3; ++i) {
-    place.push_back(fmt::format("{}.{}", name, kAxis[i]));
-    q.push_back(builder.add_coordinate(place.back(), "m", number(fmt::format("{}_m", kAxis[i]), o.position_m[i]),
-                                       number(fmt::format("v{}_m_per_s", kAxis[i]), o.velocity_m_per_s[i])));
+    place.push_back(fmt::format("{}.{}", name, kAxes[i]));
+    q.push_back(builder.add_coordinate(place.back(), "m", number(fmt::format("{}_m", kAxes[i]), o.position_m[i]),
+                                       number(fmt::format("v{}_m_per_s", kAxes[i]), o.velocity_m_per_s[i])));
   }
   Eigen::Matrix3d A;
   const Vector4 unit = p.normalized();
@@ -78,7 +78,7 @@ void add_natural_body(MechanismBuilder& builder, const std::string& name, const 
   for (int k = 0; k < 3; ++k) {
     const Vector3 rate = cross(global, A.col(k));
     for (int i = 0; i < 3; ++i) {
-      const std::string c = fmt::format("u{}{}", k + 1, kAxis[i]);
+      const std::string c = fmt::format("u{}{}", k + 1, kAxes[i]);
       const int position = number(c, A(i, k)), velocity = number(c + "_dot_per_s", rate[i]);
       builder.fix_number(position,
                          "the scene turns the body by its Euler parameters, or by rotation_axis and angle_rad.");
@@ -86,15 +86,15 @@ void add_natural_body(MechanismBuilder& builder, const std::string& name, const 
       u.push_back(builder.add_coordinate(name + "." + c, "1", position, velocity));
     }
   }
-  for (const int c : independent_components(A)) turn.push_back(fmt::format("{}.u{}{}", name, c / 3 + 1, kAxis[c % 3]));
+  for (const int c : independent_components(A)) turn.push_back(fmt::format("{}.u{}{}", name, c / 3 + 1, kAxes[c % 3]));
   for (const bool is_global : {false, true})
     for (int k = 0; k < 3; ++k) {
-      const std::string key = fmt::format("omega_{}{}", is_global ? "global_" : "", kAxis[k]);
+      const std::string key = fmt::format("omega_{}{}", is_global ? "global_" : "", kAxes[k]);
       GivenStart rate;
       rate.name = name + "." + key;
       const bool written = is_global == o.omega_is_global;
       rate.number = number(key + "_rad_per_s", (written ? omega : is_global ? global : local)[k]);
-      rate.terms = rate_terms(u, k, is_global);
+      rate.terms = base_rate_terms(u, k, is_global);
       if (written)
         rates.push_back(rate.name);
       else
@@ -116,7 +116,7 @@ void add_natural_body(MechanismBuilder& builder, const std::string& name, const 
 
 namespace {
 
-const RegisterSceneKind registered({
+const RegisterSceneKind natural_body_registered({
     .name = "natural_body",
     .phase = ScenePhase::points,
     .summary = "a rigid body in space, in natural coordinates (a point and three unit vectors)",

@@ -81,7 +81,7 @@ void add_spatial(const std::string& name, SceneTable& table, MechanismBuilder& b
   add_spatial_free_point(builder, name, x, v);
 }
 
-void add(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
+void add_point(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
   if (table.has("ground") && table.has("on"))
     table.fail("on", "contradicts 'ground': a point is on the ground or on a body, not both.");
   const auto on_spatial_body = [&](const std::string& on) {
@@ -100,7 +100,7 @@ void add(const std::string& name, SceneTable& table, MechanismBuilder& builder) 
   add_free_point(builder, name, o);
 }
 
-const RegisterSceneKind registered({
+const RegisterSceneKind point_registered({
     .name = "point",
     .phase = ScenePhase::points,
     .phase_of = [](const SceneTable& t) { return t.has("on") ? ScenePhase::attached_points : ScenePhase::points; },
@@ -152,7 +152,7 @@ natural_length_m = 0.5
 [start]
 given = ["P.x", "E.x"]
 )",
-    .add = add,
+    .add = add_point,
 });
 
 }  // namespace

@@ -17,7 +17,7 @@ namespace {
 constexpr const char* kAxis[3] = {"x", "y", "z"};
 
 /// The component k of the angular velocity as a rate of the coordinates e (e0 ... e3): 2 G pdot, or 2 E pdot.
-std::vector<GivenStart::Term> rate_terms(const std::vector<int>& e, int k, bool global) {
+std::vector<GivenStart::Term> euler_rate_terms(const std::vector<int>& e, int k, bool global) {
   const int i = k + 1, j = (k + 1) % 3 + 1, l = (k + 2) % 3 + 1;  // cyclic
   const double turn = global ? 2 : -2;                            // of e x edot
   return {{e[0], e[i], 2.0}, {e[i], e[0], -2.0}, {e[j], e[l], turn}, {e[l], e[j], -turn}};
@@ -103,7 +103,7 @@ void add_rigid_body(MechanismBuilder& builder, const std::string& name, const Ri
       GivenStart rate;
       rate.name = name + "." + key;
       rate.number = number(key + "_rad_per_s", written ? omega[k] : rates[k]);
-      rate.terms = rate_terms(e, k, global);
+      rate.terms = euler_rate_terms(e, k, global);
       if (written)
         velocities.push_back(rate.name);
       else
@@ -222,7 +222,7 @@ inertia_zz_kg_m2 = 0.3
 
 namespace {
 
-const RegisterSceneKind registered({
+const RegisterSceneKind rigid_body_registered({
     .name = "rigid_body",
     .phase = ScenePhase::points,
     .summary = "a rigid body in space",

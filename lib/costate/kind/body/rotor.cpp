@@ -21,7 +21,7 @@ void add_rotor(MechanismBuilder& builder, const std::string& name, const std::st
 
 namespace {
 
-const RegisterSceneKind registered({
+const RegisterSceneKind rotor_registered({
     .name = "rotor",
     .phase = ScenePhase::attached_points,
     .summary = "a wheel or flywheel that spins about an axis of a rigid body",

@@ -105,7 +105,7 @@ void add_contact(MechanismBuilder& builder, const std::string& name, const std::
 
 namespace {
 
-const RegisterSceneKind registered({
+const RegisterSceneKind contact_registered({
     .name = "contact",
     .phase = ScenePhase::elements,
     .summary = "compliant contact of a point, an arc or a sphere with the ground, with friction",

@@ -42,11 +42,11 @@ MakeCostTerm read(SceneTable& table, MechanismBuilder& builder) {
   };
 }
 
-const RegisterCostKind square(
+const RegisterCostKind square_registered(
     {.name = "square",
      .summary = "weight (output - target)^2; the target is a number, a law of time or an output",
      .read = read<2>});
-const RegisterCostKind value({.name = "value", .summary = "weight (output - target)", .read = read<1>});
+const RegisterCostKind value_registered({.name = "value", .summary = "weight (output - target)", .read = read<1>});
 
 }  // namespace
 

@@ -59,7 +59,7 @@ const RegisterElementCourse course([](const Element& e, const double* p, Course&
          add_command<AngularForce<LagActuatorLaw>>(e, p, c);
 });
 
-void add(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
+void add_actuator(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
   const double time_constant = table.value("time_constant_s");
   if (table.has("angle") || table.has("angles")) {
     RotaryActuatorOptions o{time_constant, table.value("initial_torque_N_m", NumberRule::any, 0), {}};
@@ -72,7 +72,7 @@ void add(const std::string& name, SceneTable& table, MechanismBuilder& builder) 
   add_actuator(builder, name, from, to, o);
 }
 
-const RegisterSceneKind registered({
+const RegisterSceneKind actuator_registered({
     .name = "actuator",
     .phase = ScenePhase::elements,
     .summary = "a force or torque that follows a command with a first-order lag",
@@ -130,7 +130,7 @@ command_N_m = 0.5
 [start]
 given = ["crank.angle", "disc.x", "disc.y", "disc.angle"]
 )",
-    .add = add,
+    .add = add_actuator,
 });
 
 }  // namespace

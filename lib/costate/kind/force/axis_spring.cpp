@@ -24,7 +24,7 @@ void add_axis_spring(MechanismBuilder& builder, const std::string& name, const s
 
 namespace {
 
-const RegisterSceneKind registered({
+const RegisterSceneKind axis_spring_registered({
     .name = "axis_spring",
     .phase = ScenePhase::elements,
     .summary = "a spring and damper along an axis of a body in space",

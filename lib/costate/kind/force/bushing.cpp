@@ -57,7 +57,7 @@ std::array<double, 4> read_frame(SceneTable& table, const std::string& body) {
   return euler_parameters(about, table.value(angle));
 }
 
-const RegisterSceneKind registered({
+const RegisterSceneKind bushing_registered({
     .name = "bushing",
     .phase = ScenePhase::elements,
     .summary = "springs and dampers along and about three axes between two bodies in space",

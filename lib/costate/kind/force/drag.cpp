@@ -41,7 +41,7 @@ void add_drag(MechanismBuilder& builder, const std::string& name, const std::str
 
 namespace {
 
-const RegisterSceneKind registered({
+const RegisterSceneKind drag_registered({
     .name = "drag",
     .phase = ScenePhase::elements,
     .summary = "aerodynamic drag at a point, against the wind",

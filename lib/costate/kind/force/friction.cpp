@@ -134,7 +134,7 @@ void add_planar_axis_friction(MechanismBuilder& builder, const std::string& name
 
 namespace {
 
-void add(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
+void add_friction(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
   constexpr auto rule = NumberRule::non_negative;
   FrictionOptions o;
   if (table.is_text("normal_force_N")) {
@@ -166,7 +166,7 @@ void add(const std::string& name, SceneTable& table, MechanismBuilder& builder) 
   add_distance_friction(builder, name, from, to, o);
 }
 
-const RegisterSceneKind registered({
+const RegisterSceneKind friction_registered({
     .name = "friction",
     .phase = ScenePhase::elements,
     .summary = "smooth Brown-McPhee friction on a coordinate, an angle, a distance or along an axis",
@@ -293,7 +293,7 @@ transition_velocity_m_per_s = 0.7
 [start]
 given = ["P.x", "P.y", "carriage.x", "carriage.y", "carriage.angle", "disc.x", "disc.y", "disc.angle", "slide"]
 )",
-    .add = add,
+    .add = add_friction,
 });
 
 }  // namespace

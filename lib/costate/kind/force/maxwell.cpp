@@ -18,7 +18,7 @@ void add_maxwell(MechanismBuilder& builder, const std::string& name, const std::
 
 namespace {
 
-const RegisterSceneKind registered({
+const RegisterSceneKind maxwell_registered({
     .name = "maxwell",
     .phase = ScenePhase::elements,
     .summary = "a spring in series with a damper between two points",

@@ -38,7 +38,7 @@ void add_bar_angle(MechanismBuilder& builder, const std::string& name, const std
 
 namespace {
 
-void add(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
+void add_angle(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
   AngleOptions o;
   o.angle_rad = table.find_value("angle_rad");
   o.angular_velocity_rad_per_s = table.value("angular_velocity_rad_per_s", NumberRule::any, 0);
@@ -47,7 +47,7 @@ void add(const std::string& name, SceneTable& table, MechanismBuilder& builder) 
   add_angle(builder, name, from, to, o);
 }
 
-const RegisterSceneKind registered({
+const RegisterSceneKind angle_registered({
     .name = "angle",
     .phase = ScenePhase::angles,
     .summary = "an angle coordinate of a bar or of the line between two points",
@@ -92,7 +92,7 @@ to = "rim"
 [start]
 given = ["crank.angle", "disc.x", "disc.y", "disc.angle"]
 )",
-    .add = add,
+    .add = add_angle,
 });
 
 }  // namespace

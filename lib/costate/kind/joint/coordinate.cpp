@@ -14,7 +14,7 @@ void add_own_coordinate(MechanismBuilder& builder, const std::string& name, cons
 
 namespace {
 
-const RegisterSceneKind registered({
+const RegisterSceneKind coordinate_registered({
     .name = "coordinate",
     .phase = ScenePhase::points,
     .summary = "a coordinate of its own, such as a steering rack's displacement",

@@ -29,7 +29,7 @@ void add_distance(MechanismBuilder& builder, const std::string& name, const std:
 
 namespace {
 
-const RegisterSceneKind registered({
+const RegisterSceneKind distance_registered({
     .name = "distance",
     .phase = ScenePhase::elements,
     .summary = "a massless rod: two points of any sort keep their distance",

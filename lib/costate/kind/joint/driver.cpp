@@ -49,7 +49,7 @@ void add_distance_driver(MechanismBuilder& builder, const std::string& name, con
 
 namespace {
 
-void add(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
+void add_driver(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
   std::vector<std::string> coordinates;
   std::vector<double> weights;
   if (table.has("coordinates")) {
@@ -110,7 +110,7 @@ law = { kind = "smooth_step", from = 0.5, to = 1.5, before = 0.2, after = 0.6 }
 [start]
 given = ["disc.x"]
 )",
-    .add = add,
+    .add = add_driver,
 });
 
 const RegisterSceneKind distance_driver({

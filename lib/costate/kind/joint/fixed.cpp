@@ -16,7 +16,7 @@ void add_fixed(MechanismBuilder& builder, const std::string& name, const std::pa
 
 namespace {
 
-const RegisterSceneKind registered({
+const RegisterSceneKind fixed_registered({
     .name = "fixed",
     .phase = ScenePhase::elements,
     .summary = "a weld in space: two points coincide and the bodies do not turn against each other",

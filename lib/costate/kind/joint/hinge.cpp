@@ -5,9 +5,9 @@
 namespace costate {
 
 namespace {
-using Condition = DirectionsConstraint::Condition;
-const JointRecipe kHinge = {"hinge", JointRecipe::Place::together, Condition::parallel, true};
-const JointRecipe kUniversal = {"universal", JointRecipe::Place::together, Condition::perpendicular};
+const JointRecipe kHinge = {"hinge", JointRecipe::Place::together, DirectionsConstraint::Condition::parallel, true};
+const JointRecipe kUniversal = {"universal", JointRecipe::Place::together,
+                                DirectionsConstraint::Condition::perpendicular};
 }  // namespace
 
 void add_hinge(MechanismBuilder& builder, const std::string& name, const std::pair<std::string, std::string>& points,

@@ -21,7 +21,7 @@ void add_in_plane(MechanismBuilder& builder, const std::string& name, const std:
 
 namespace {
 
-const RegisterSceneKind registered({
+const RegisterSceneKind in_plane_registered({
     .name = "in_plane",
     .phase = ScenePhase::elements,
     .summary = "a point of one body stays in a plane of another",

@@ -15,7 +15,6 @@
 namespace costate {
 
 namespace {
-using Condition = DirectionsConstraint::Condition;
 
 Vector3 vector3(const std::array<double, 3>& x) { return {x[0], x[1], x[2]}; }
 }  // namespace
@@ -151,8 +150,9 @@ void JointBuilder::keep_in_plane() {
   builder_.add(std::make_unique<OffsetConstraint>(kind_, name_, d_, first_axis_numbers(), std::nullopt));
 }
 
-void JointBuilder::keep_directions(Condition condition) {
-  const auto numbers = condition == Condition::aligned ? axis_and_normal_numbers() : axis_numbers_;
+void JointBuilder::keep_directions(DirectionsConstraint::Condition condition) {
+  const auto numbers =
+      condition == DirectionsConstraint::Condition::aligned ? axis_and_normal_numbers() : axis_numbers_;
   builder_.add(std::make_unique<DirectionsConstraint>(kind_, name_, condition, direction(0), direction(1), numbers,
                                                       first_axis_));
 }
@@ -229,7 +229,7 @@ void read_joint(const JointRecipe& recipe, const std::string& name, SceneTable& 
   JointAxes axes;
   axes.first = read_direction(table, first);
   // The axes of a universal joint differ by nature.
-  const bool same = recipe.directions != Condition::perpendicular && !table.has(second);
+  const bool same = recipe.directions != DirectionsConstraint::Condition::perpendicular && !table.has(second);
   axes.second = same ? axes.first : read_direction(table, second);
   if (same) axes.second_is = JointAxes::Second::like_first;
   JointCoordinates coordinates;
@@ -239,7 +239,7 @@ void read_joint(const JointRecipe& recipe, const std::string& name, SceneTable& 
   if (recipe.displacement && table.has("displacement"))
     coordinates.displacement = {table.text("displacement"), table.find_value("displacement_m"),
                                 table.value("velocity_m_per_s", NumberRule::any, 0)};
-  if (recipe.directions == Condition::aligned || coordinates.angle) {
+  if (recipe.directions == DirectionsConstraint::Condition::aligned || coordinates.angle) {
     if (table.has("normal_first")) axes.normal_first = read_direction(table, "normal_first");
     if (table.has("normal_second")) axes.normal_second = read_direction(table, "normal_second");
   }

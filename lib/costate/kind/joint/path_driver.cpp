@@ -36,7 +36,7 @@ void add_path_driver(MechanismBuilder& builder, const std::string& name, const P
 
 namespace {
 
-const RegisterSceneKind registered({
+const RegisterSceneKind path_driver_registered({
     .name = "path_driver",
     .phase = ScenePhase::elements,
     .summary = "a driver who steers a vehicle along a path, by preview",

@@ -32,7 +32,7 @@ namespace {
 const JointRecipe kSpatial = {"prismatic", JointRecipe::Place::on_axis, DirectionsConstraint::Condition::aligned, false,
                               true};
 
-const RegisterSceneKind registered({
+const RegisterSceneKind prismatic_registered({
     .name = "prismatic",
     .phase_of = joint_phase,
     .summary = "a sliding joint between two bodies, or a body and the ground",

@@ -18,7 +18,7 @@ void add_revolute(MechanismBuilder& builder, const std::string& name,
 
 namespace {
 
-const RegisterSceneKind registered({
+const RegisterSceneKind revolute_registered({
     .name = "revolute",
     .phase = ScenePhase::elements,
     .summary = "a pin: two points coincide",

@@ -5,11 +5,12 @@
 namespace costate {
 
 namespace {
-using Condition = DirectionsConstraint::Condition;
 using Place = JointRecipe::Place;
-const JointRecipe kCylindrical = {"cylindrical", Place::on_axis, Condition::parallel, true, true};
-const JointRecipe kTranslational = {"translational", Place::on_axis, Condition::aligned, false, true};
-const JointRecipe kPlanar = {"planar", Place::in_plane, Condition::parallel, false, false, "normal"};
+const JointRecipe kCylindrical = {"cylindrical", Place::on_axis, DirectionsConstraint::Condition::parallel, true, true};
+const JointRecipe kTranslational = {"translational", Place::on_axis, DirectionsConstraint::Condition::aligned, false,
+                                    true};
+const JointRecipe kPlanar = {"planar", Place::in_plane, DirectionsConstraint::Condition::parallel,
+                             false,    false,           "normal"};
 }  // namespace
 
 void add_cylindrical(MechanismBuilder& builder, const std::string& name,

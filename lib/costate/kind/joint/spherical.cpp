@@ -12,7 +12,7 @@ void add_spherical(MechanismBuilder& builder, const std::string& name,
 
 namespace {
 
-const RegisterSceneKind registered({
+const RegisterSceneKind spherical_registered({
     .name = "spherical",
     .phase = ScenePhase::elements,
     .summary = "a ball joint: two points of space coincide",

@@ -22,7 +22,7 @@ void add_tie_rod(MechanismBuilder& builder, const std::string& name, const TieRo
 
 namespace {
 
-const RegisterSceneKind registered({
+const RegisterSceneKind tie_rod_registered({
     .name = "tie_rod",
     .phase = ScenePhase::elements,
     .summary = "a massless rod to a point that slides in a body: a steering rack's tie rod",

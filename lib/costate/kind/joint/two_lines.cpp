@@ -8,10 +8,8 @@
 namespace costate {
 
 namespace {
-using Condition = TwoVectorConstraint::Condition;
-
-void add_two_lines(MechanismBuilder& builder, const std::string& kind, const std::string& name, Condition condition,
-                   const PointPair& first, const PointPair& second) {
+void add_two_lines(MechanismBuilder& builder, const std::string& kind, const std::string& name,
+                   TwoVectorConstraint::Condition condition, const PointPair& first, const PointPair& second) {
   const std::string path = kind + "." + name;
   const PlanarVector u = find_pair(builder, path, "first", first), w = find_pair(builder, path, "second", second);
   builder.add(std::make_unique<TwoVectorConstraint>(kind, name, condition, u, w));
@@ -19,12 +17,12 @@ void add_two_lines(MechanismBuilder& builder, const std::string& kind, const std
 }  // namespace
 
 void add_parallel(MechanismBuilder& builder, const std::string& name, const PointPair& first, const PointPair& second) {
-  add_two_lines(builder, "parallel", name, Condition::parallel, first, second);
+  add_two_lines(builder, "parallel", name, TwoVectorConstraint::Condition::parallel, first, second);
 }
 
 void add_perpendicular(MechanismBuilder& builder, const std::string& name, const PointPair& first,
                        const PointPair& second) {
-  add_two_lines(builder, "perpendicular", name, Condition::perpendicular, first, second);
+  add_two_lines(builder, "perpendicular", name, TwoVectorConstraint::Condition::perpendicular, first, second);
 }
 
 void add_slot(MechanismBuilder& builder, const std::string& name, const std::string& point, const PointPair& line) {
@@ -33,7 +31,8 @@ void add_slot(MechanismBuilder& builder, const std::string& name, const std::str
   const PlanarPoint& p = find_point(builder, path + ".point", point);
   if (point == line.first || point == line.second)
     throw ModelError(path + ".point", "'" + point + "' is one of the points of the line itself.");
-  builder.add(std::make_unique<TwoVectorConstraint>("slot", name, Condition::parallel, u, PlanarVector(u.from(), p)));
+  builder.add(std::make_unique<TwoVectorConstraint>("slot", name, TwoVectorConstraint::Condition::parallel, u,
+                                                    PlanarVector(u.from(), p)));
 }
 
 namespace {
@@ -94,7 +93,7 @@ given = ["plate.x", "plate.y", "block.x", "block.y", "block.angle"]
 )";
 
 template <void (*add_lines)(MechanismBuilder&, const std::string&, const PointPair&, const PointPair&)>
-void add(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
+void add_read_lines(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
   const PointPair first = table.text_pair("first"), second = table.text_pair("second");
   add_lines(builder, name, first, second);
 }
@@ -108,7 +107,7 @@ const RegisterSceneKind parallel({
 first = ["left", "right"]
 second = ["A", "low"]
 )",
-    .add = add<add_parallel>,
+    .add = add_read_lines<add_parallel>,
 });
 
 const RegisterSceneKind perpendicular({
@@ -120,7 +119,7 @@ const RegisterSceneKind perpendicular({
 first = ["left", "right"]
 second = ["low", "high"]
 )",
-    .add = add<add_perpendicular>,
+    .add = add_read_lines<add_perpendicular>,
 });
 
 const RegisterSceneKind slot({

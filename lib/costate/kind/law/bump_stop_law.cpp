@@ -63,7 +63,7 @@ LawOptions bump_stop_law(double gap, double stiffness, double exponent, double s
 
 namespace {
 
-const RegisterLawKind registered(
+const RegisterLawKind bump_stop_law_registered(
     {.name = "bump_stop",
      .summary = "no force before x falls below 'gap', -stiffness (gap - x)^exponent beyond, rounded over "
                 "'smoothing'",

@@ -118,7 +118,7 @@ LawOptions piecewise_law(const std::vector<double>& breaks, const std::vector<st
 
 namespace {
 
-const RegisterLawKind registered(
+const RegisterLawKind piecewise_law_registered(
     {.name = "piecewise",
      .summary = "polynomials on intervals: 'breaks' and one row of 'coefficients' an interval",
      .example = R"({ kind = "piecewise", breaks = [-0.2, 0.21], coefficients = [[-416.42, 1844.3],

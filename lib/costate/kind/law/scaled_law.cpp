@@ -23,7 +23,7 @@ LawOptions scaled_law(double slope, double nominal_slope, const LawOptions& law,
 
 namespace {
 
-const RegisterLawKind registered(
+const RegisterLawKind scaled_law_registered(
     {.name = "scaled",
      .summary = "another 'law' times slope / nominal_slope, about x = reference where that is given",
      .example = R"({ kind = "scaled", slope = 130, nominal_slope = 100, reference = 0.4, law = { kind = "polynomial",)"

@@ -41,7 +41,7 @@ std::shared_ptr<const Road> find_road(const MechanismBuilder& builder, const std
 
 namespace {
 
-void add(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
+void add_road(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
   RoadOptions o;
   const std::string kind = table.one_of("kind", {"flat", "profile", "post"});
   if (kind == "flat") {
@@ -55,7 +55,7 @@ void add(const std::string& name, SceneTable& table, MechanismBuilder& builder) 
   add_road(builder, name, o);
 }
 
-const RegisterSceneKind registered({
+const RegisterSceneKind road_registered({
     .name = "road",
     .phase = ScenePhase::points,
     .summary = "the ground under tyres: flat, a profile over x, or a post that moves in time",
@@ -157,7 +157,7 @@ model = "ride"
 [start]
 given = ["frame"]
 )",
-    .add = add,
+    .add = add_road,
 });
 
 }  // namespace

@@ -164,7 +164,7 @@ void read_tir_file(const std::string& path, MagicFormulaOptions& o, TyreOptions&
 
 namespace {
 
-const RegisterTyreModel registered(
+const RegisterTyreModel magic_formula_registered(
     {"magic_formula", [](const std::string& name, SceneTable& table, MechanismBuilder& builder) {
        MagicFormulaOptions o;
        TyreOptions usual;

@@ -71,7 +71,7 @@ void add_calspan_tyre(MechanismBuilder& builder, const std::string& name, const 
 
 namespace {
 
-void add(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
+void add_tyre(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
   find_tyre_model(table.one_of("model", tyre_model_names())).add(name, table, builder);
 }
 
@@ -106,7 +106,7 @@ const RegisterTyreModel calspan({"calspan", [](const std::string& name, SceneTab
                                    add_calspan_tyre(builder, name, tyre, slip, o);
                                  }});
 
-const RegisterSceneKind registered({
+const RegisterSceneKind tyre_registered({
     .name = "tyre",
     .phase = ScenePhase::elements,
     .summary = "a tyre between a wheel and a road: ride, linear, calspan or magic_formula",
@@ -249,7 +249,7 @@ magic_formula = { FNOMIN = 30, UNLOADED_RADIUS = 1.1, LFZO = 0.9, LSGKP = 1.1, L
 [start]
 given = ["frame", "rotor.x", "rotor.y", "rotor.angle"]
 )",
-    .add = add,
+    .add = add_tyre,
 });
 
 }  // namespace

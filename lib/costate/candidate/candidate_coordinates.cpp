@@ -317,4 +317,15 @@ CoordinateModel::Vector CoordinateModel::start_contribution(const AdjointBlocks&
   return r;
 }
 
+#undef PARTS_K
+#undef PARTS_C
+#undef PARTS_R2Q
+#undef PARTS_R2V
+#undef PARTS_F
+#undef PARTS_R2RHO
+#undef SQUARE
+#undef ROWS
+#undef ROWS_RHO
+#undef STATE_ROWS
+
 }  // namespace costate

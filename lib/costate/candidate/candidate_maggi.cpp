@@ -225,4 +225,13 @@ MaggiModel::Vector MaggiModel::start_contribution(const AdjointBlocks& b, const 
   return r;
 }
 
+#undef PARTS_K
+#undef PARTS_F
+#undef PARTS_KY
+#undef PARTS_CY
+#undef PARTS_FY
+#undef BASES
+#undef BASES_RHO
+#undef SQUARE_Y
+
 }  // namespace costate

@@ -150,4 +150,6 @@ auto SecondOrderModel<First>::start_contribution(const AdjointBlocks& b, const V
 template class SecondOrderModel<MaggiModel>;
 template class SecondOrderModel<CoordinateModel>;
 
+#undef SQUARE
+
 }  // namespace costate

@@ -61,10 +61,10 @@ using Tables = std::map<std::string, std::vector<KeyRead>>;
 /// What a scene's tables were asked for, by their paths.
 Tables tables_of(const std::string& text, const std::string& name) {
   const SceneNode root = read_toml(text, name);
-  KeyRecorder recorder;
+  KeyRecorder recorded;
   SceneReader reader(root);
   reader.read();
-  return recorder.tables();
+  return recorded.tables();
 }
 
 /// Those at "group.NAME".

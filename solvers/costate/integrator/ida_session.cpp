@@ -25,9 +25,9 @@ std::string ida_flag_name(int flag) {
 /// The state at which a running cost is taken. The result lives until the next call in the thread.
 const double* cost_state(DaeSystem& system, double t, const double* y) {
   if (!system.objective().running_needs_accelerations()) return y;
-  thread_local SolvedAlgebraic solved;
-  solved.forget();
-  return solved.at(system, t, y);
+  thread_local SolvedAlgebraic at_state;
+  at_state.forget();
+  return at_state.at(system, t, y);
 }
 
 }  // namespace

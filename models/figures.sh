@@ -15,7 +15,7 @@ draw() {  # MODEL SCENE [options of costate draw]
   "$tool" draw "$model/$scene.toml" "$@" -o "$model/figures/$model.svg"
 }
 for model in five_bar slider_crank andrews car_axis bricard flyball_governor heavy_top; do draw $model $model; done
-for model in pendulum damped_pendulum bouncing_ball; do draw $model $model --width 440; done
+for model in pendulum damped_pendulum bouncing_ball shortest_swing; do draw $model $model --width 440; done
 draw n_four_bar n_four_bar_2
 draw rigid_body euler_top --width 440
 

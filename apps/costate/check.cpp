@@ -15,6 +15,7 @@
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/integrator/run_end.h"
 #include "costate/integrator/simulate.h"
 #include "costate/record/interrupt.h"
 #include "digits.h"
@@ -219,6 +220,7 @@ class Check {
   void compare_motions() {
     Problem p = setup_.problem;
     p.solver.step_s = 0;
+    p = until_its_end(p, setup_.rho);
     MotionCheck check(p, setup_.rho, [this] { allow(""); });
     try {
       check.find_reference(reference_.yardstick.formulation, reference_.yardstick.rtol);

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "costate/base/error.h"
+#include "costate/integrator/run_end.h"
 #include "costate/integrator/simulate.h"
 #include "costate/record/interrupt.h"
 #include "costate/sensitivity/method.h"
@@ -106,12 +107,13 @@ class ReferenceSearch {
   /// Terms by their amounts, so that they do not cancel: sum |w_i| + integral of sum |g_i| dt, by trapezoids.
   void measure_cost() {
     constexpr int samples = 200;
-    const double t0 = problem_.solver.t_start, t1 = problem_.solver.t_end;
-    std::vector<double> times;
-    for (int i = 1; i <= samples; ++i) times.push_back(i == samples ? t1 : t0 + (t1 - t0) * i / samples);
     allow();
     attempt([&] {
-      simulate(problem_, rho_, times, [&](const PhysicalState& s, System& system) {
+      const Problem whole = until_its_end(problem_, rho_);
+      const double t0 = whole.solver.t_start, t1 = whole.solver.t_end;
+      std::vector<double> times;
+      for (int i = 1; i <= samples; ++i) times.push_back(i == samples ? t1 : t0 + (t1 - t0) * i / samples);
+      simulate(whole, rho_, times, [&](const PhysicalState& s, System& system) {
         const Objective& o = system.objective();
         double g = 0;
         for (const auto& term : o.running) g += std::abs(term->value(s, system.assembly()));

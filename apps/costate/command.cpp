@@ -295,13 +295,14 @@ void notice_start(const Setup& setup) {
 }
 
 std::string events_text(const GradientResult& r) {
-  if (r.events.empty()) return {};
+  const std::string end = r.end ? fmt::format("  ended at {:.9g} s by {}\n", r.end->t, r.end->name) : "";
+  if (r.events.empty()) return end;
   constexpr std::size_t shown = 4;
   std::string text = fmt::format("  {} event{}: ", r.events.size(), r.events.size() == 1 ? "" : "s");
   for (std::size_t i = 0; i < std::min(shown, r.events.size()); ++i)
     text += fmt::format("{}{} at {:.6g} s", i == 0 ? "" : ", ", r.events[i].name, r.events[i].t);
   if (r.events.size() > shown) text += ", ...";
-  return text + "\n";
+  return text + "\n" + end;
 }
 
 Json run_json(const Setup& setup, const GradientResult& r, const std::string& method, double wall_s) {
@@ -321,6 +322,7 @@ Json run_json(const Setup& setup, const GradientResult& r, const std::string& me
     j["events"] = Json::array();
     for (const RunEvent& e : r.events) j["events"].push_back({{"t", e.t}, {"name", e.name}});
   }
+  if (r.end) j["end"] = {{"t", r.end->t}, {"name", r.end->name}};
   j["status"] = "ok";
   j["warnings"] = take_notices();
   j["settings"] = settings_json(setup);

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "command.h"
+#include "costate/integrator/run_end.h"
 #include "costate/integrator/simulate.h"
 #include "costate/objective/output.h"
 #include "digits.h"
@@ -99,10 +100,22 @@ class Compare {
           fmt::format("The scenes start at different times, {} s and {} s; set run.t_start_s, for example with "
                       "--set-a run.t_start_s={}.",
                       a.t_start, b.t_start, b.t_start));
+    // Motions that end by themselves are compared as far as they both go; psi and gradient are those of the whole runs.
+    if (a_.setup.problem.ends_when || b_.setup.problem.ends_when) {
+      const auto end_of = [](Side& side) {
+        return side.setup.located([&] { return until_its_end(side.setup.problem, side.setup.rho).solver.t_end; });
+      };
+      const double end_a = end_of(a_), end_b = end_of(b_);
+      end_ = std::min(end_a, end_b);
+      if (end_a != end_b)
+        notes_.push_back(fmt::format("The runs end at {:.9g} s and {:.9g} s; their motions are compared to {:.9g} s.",
+                                     end_a, end_b, end_));
+      return;
+    }
     if (a.t_end != b.t_end)
       notes_.push_back(fmt::format("The scenes end at {:g} s and {:g} s; both were run to {:g} s.", a.t_end, b.t_end,
                                    std::min(a.t_end, b.t_end)));
-    a.t_end = b.t_end = std::min(a.t_end, b.t_end);
+    end_ = a.t_end = b.t_end = std::min(a.t_end, b.t_end);
   }
 
   /// Those asked for, which both must have; or what either names in its cost or in [run], as far as both have it.
@@ -180,9 +193,13 @@ class Compare {
     const auto begin = std::chrono::steady_clock::now();
     side.result = setup.located([&] { return simulate(setup.problem, setup.rho); });
     side.simulation_s = seconds_since(begin);
-    TrajectoryRecorder recorder(setup, (solver.t_end - solver.t_start) / static_cast<double>(options_.samples));
+    const Problem whole = setup.problem;
+    setup.problem.ends_when.reset();
+    setup.problem.solver.t_end = end_;
+    TrajectoryRecorder recorder(setup, setup.rho, (end_ - solver.t_start) / static_cast<double>(options_.samples));
     setup.located([&] { return simulate(setup.problem, setup.rho, recorder.times(), recorder.sink()); });
     side.motion = recorder.finish(Json());
+    setup.problem = whole;
     if (parameters_.empty()) return;
     const auto gradient_begin = std::chrono::steady_clock::now();
     side.result.gradient = setup.located([&] { return gradient(setup.problem, setup.method, setup.rho); }).gradient;
@@ -262,7 +279,7 @@ class Compare {
     Json j;
     j["status"] = "ok";
     j["t_start_s"] = b_.setup.problem.solver.t_start;
-    j["t_end_s"] = b_.setup.problem.solver.t_end;
+    j["t_end_s"] = end_;
     j["a"] = side_json(a_);
     j["b"] = side_json(b_);
     j["outputs"] = Json::array();
@@ -295,8 +312,8 @@ class Compare {
     };
     const auto percent = [](const std::optional<double>& x) { return x ? fmt::format("{:.3g} %", 100 * *x) : "-"; };
     std::string t = title("A", a_, common_.scene) + title("B", b_, options_.other);
-    t += fmt::format("t = {:g} .. {:g} s, {} samples\n", b_.setup.problem.solver.t_start, b_.setup.problem.solver.t_end,
-                     b_.motion.time_s.size());
+    t +=
+        fmt::format("t = {:g} .. {:g} s, {} samples\n", b_.setup.problem.solver.t_start, end_, b_.motion.time_s.size());
     for (const auto& note : notes_) t += "  " + note + "\n";
 
     t += fmt::format("\n  {:<22} {:>14} {:>14} {:>10}\n", "", "A", "B", "A / B");
@@ -343,6 +360,7 @@ class Compare {
   Side a_, b_;
   Progress progress_;
   std::vector<std::string> outputs_, parameters_, notes_;
+  double end_ = 0;  // to which motions are compared
   std::vector<OutputDifference> differences_;
 };
 

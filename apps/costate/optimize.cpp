@@ -74,7 +74,7 @@ std::string evaluation_line(const OptimizerEvaluation& e, const std::vector<std:
 /// The motion at given parameters, written as trajectory files.
 TrajectoryTable write_motion(const Setup& setup, const std::vector<double>& rho, const std::string& name,
                              const Json& settings) {
-  TrajectoryRecorder recorder(setup, std::nullopt);
+  TrajectoryRecorder recorder(setup, rho, std::nullopt);
   simulate(setup.problem, rho, recorder.times(), recorder.sink());
   TrajectoryTable table = recorder.finish(settings);
   write_trajectory(setup, table, name, true);

@@ -32,9 +32,12 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   progress.start(setup.problem.solver.t_start);
   setup.problem.monitor = monitor(progress, setup.problem.solver.t_end);
-  TrajectoryRecorder recorder(setup, options.step, !setup.files);
-  const GradientResult r =
-      started(setup, [&] { return simulate(setup.problem, setup.rho, recorder.times(), recorder.sink()); });
+  std::optional<TrajectoryRecorder> recording;
+  const GradientResult r = started(setup, [&] {
+    recording.emplace(setup, setup.rho, options.step, !setup.files);
+    return simulate(setup.problem, setup.rho, recording->times(), recording->sink());
+  });
+  TrajectoryRecorder& recorder = *recording;
   const double wall = seconds_since(begin);
   const Objective& objective = setup.problem.objective;
   const bool costs = !objective.running.empty() || !objective.terminal.empty();
@@ -64,7 +67,7 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   const SolverOptions& solver = setup.problem.solver;
   const Precision precision = precision_of(solver, r.integrator, r.counters.steps);
   text += fmt::format("  {} on {}, {}, t = {:g} .. {:g} s\n", setup.problem.formulation, r.integrator, precision.run,
-                      solver.t_start, solver.t_end);
+                      solver.t_start, r.end ? r.end->t : solver.t_end);
   text += fmt::format("  {}\n", costs ? psi_text(r.psi, precision, error) : "psi = 0 (the scene has no cost)");
   text += events_text(r);
   text += fmt::format("  {} steps, {} residuals, {} factorizations, {:.3g} s\n", r.counters.steps, r.counters.residuals,

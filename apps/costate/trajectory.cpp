@@ -6,6 +6,7 @@
 #include <set>
 
 #include "costate/base/error.h"
+#include "costate/integrator/run_end.h"
 #include "costate/mechanism/multiplier_unit.h"
 #include "costate/objective/all_outputs.h"
 #include "costate/record/csv_file.h"
@@ -15,21 +16,33 @@
 
 namespace costate::app {
 
-TrajectoryRecorder::TrajectoryRecorder(const Setup& setup, std::optional<double> step, bool only_end) : setup_(setup) {
-  const double t0 = setup.problem.solver.t_start, t1 = setup.problem.solver.t_end;
+TrajectoryRecorder::TrajectoryRecorder(const Setup& setup, const std::vector<double>& rho, std::optional<double> step,
+                                       bool only_end)
+    : setup_(setup) {
+  const double t0 = setup.problem.solver.t_start;
+  double t1 = setup.problem.solver.t_end;
   double h = step.value_or(setup.scene.run.output_step_s.value_or(0));
   if (step && !(*step > 0 && std::isfinite(*step)))
     throw Error(fmt::format("--output-step must be a positive number, found {}.", *step));
-  if (!(h > 0)) h = (t1 - t0) / 500;
+  if (!(h > 0)) {
+    if (!only_end) t1 = until_its_end(setup.problem, rho).solver.t_end;
+    h = (t1 - t0) / 500;
+  }
   const double count = std::floor((t1 - t0) / h + 1e-9);
   if (!(count < 2e7))
     throw Error(fmt::format("An output step of {:g} s gives {:.3g} samples; choose a larger one.", h, count));
   for (long i = 0; i <= static_cast<long>(count); ++i) times_.push_back(t0 + static_cast<double>(i) * h);
   if (times_.back() > t1 || t1 - times_.back() < 1e-9 * h) times_.back() = t1;
   if (times_.back() < t1) times_.push_back(t1);
+  // A run that ends by itself hands out its end besides.
+  if (setup.problem.ends_when && times_.size() > 1) times_.pop_back();
   // An integrator's first step depends on how far it is first asked to go: the first sample stays, so that the run
   // does.
-  if (only_end && times_.size() > 2) times_ = {times_[1], t1};
+  if (only_end && times_.size() > 2) {
+    times_.resize(2);
+    times_.erase(times_.begin());
+    if (!setup.problem.ends_when) times_.push_back(t1);
+  }
   prepare(*setup.problem.mechanism);
 }
 

@@ -12,8 +12,10 @@ namespace costate::app {
 
 class TrajectoryRecorder {
  public:
-  /// Samples every `step` seconds, or as the scene says, or 500 times; or, for terminal() alone, only what that needs.
-  TrajectoryRecorder(const Setup& setup, std::optional<double> step, bool only_end = false);
+  /// Samples every `step` seconds, or as the scene says, or 500 times, of the run at rho; or, for terminal() alone,
+  /// only what that needs.
+  TrajectoryRecorder(const Setup& setup, const std::vector<double>& rho, std::optional<double> step,
+                     bool only_end = false);
   const std::vector<double>& times() const { return times_; }
   SampleSink sink();
   /// The last sample by the names of outputs: coordinates, NAME_dot, NAME_ddot, lambda.ROW, z.STATE and the outputs.

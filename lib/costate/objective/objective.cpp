@@ -89,11 +89,29 @@ void CostTerm::add_velocity_gradient_rate(const StateView&, Assembly&, double*) 
       "adjoints need; use a first-order one.");
 }
 
-void OutputTerm::add_velocity_gradient_rate(const StateView& s, Assembly& assembly, double* out) const {
-  const double d = difference(s, assembly, law_buffer());
+double CostTerm::rate(const StateView&, Assembly&) const {
+  throw CapabilityError(
+      "A terminal term of the cost offers no time derivative, which a run that ends by an event needs for its gradient "
+      "(the end time depends on the parameters): derive its class from DualCostTerm, or override rate(). Terms of "
+      "accelerations and multipliers have none.");
+}
+
+double OutputTerm::difference_rate(const StateView& s, Assembly& assembly) const {
   double d_rate = output_->rate(s, assembly);
   if (target_.output) d_rate -= target_.output->rate(s, assembly);
   if (target_.law) d_rate -= target_.law->curve(s.t, law_buffer().data()).c1;
+  return d_rate;
+}
+
+double OutputTerm::rate(const StateView& s, Assembly& assembly) const {
+  const double d = difference(s, assembly, law_buffer());
+  const double weight = assembly.numbers()[weight_number_];
+  return weight * (power_ == 2 ? 2 * d : 1) * difference_rate(s, assembly);
+}
+
+void OutputTerm::add_velocity_gradient_rate(const StateView& s, Assembly& assembly, double* out) const {
+  const double d = difference(s, assembly, law_buffer());
+  const double d_rate = difference_rate(s, assembly);
   const double weight = assembly.numbers()[weight_number_];
   const double slope = weight * (power_ == 2 ? 2 * d : 1), slope_rate = power_ == 2 ? 2 * weight * d_rate : 0;
   output_->add_velocity_gradient_rate(s, assembly, slope, slope_rate, out);

@@ -24,6 +24,9 @@ class CostTerm {
   virtual void add_velocity_gradient_rate(const StateView& s, Assembly& assembly, double* out) const;
   /// gradient += the change of d(value) along the variation d; Hessians need it.
   virtual void add_gradient_change(const StateView& s, Assembly& assembly, const Variation& d, ScalarGradient& g) const;
+  /// Time derivative of the value along the motion, for terms of q, v, z, t; s has its accelerations and the assembly
+  /// its rates of z. Runs whose end an event decides need it of terminal terms.
+  virtual double rate(const StateView& s, Assembly& assembly) const;
 };
 
 /// weight (y - target)^power with power 1 or 2; the target is a law of time (its numbers may be parameters) or
@@ -43,8 +46,11 @@ class OutputTerm final : public CostTerm {
   void add_velocity_gradient_rate(const StateView& s, Assembly& assembly, double* out) const override;
   void add_gradient_change(const StateView& s, Assembly& assembly, const Variation& d,
                            ScalarGradient& g) const override;
+  double rate(const StateView& s, Assembly& assembly) const override;
 
  private:
+  /// d(y - target)/dt; the law's numbers are in law_buffer().
+  double difference_rate(const StateView& s, Assembly& assembly) const;
   double difference(const StateView& s, Assembly& assembly, std::vector<double>& p) const;
   std::shared_ptr<const Output> output_;
   int power_, weight_number_;
@@ -93,6 +99,25 @@ class DualCostTerm : public CostTerm {
       out[i] += evaluate(x, t, assembly).d[0].d[0];
       x[n + i].v.d[0] = 0;
     }
+  }
+  double rate(const StateView& s, Assembly& assembly) const override {
+    if (needs_accelerations()) {
+      // They need not be used by this formula; what depends on them has no rate here.
+      ScalarGradient g;
+      g.resize(assembly);
+      add_gradient(s, assembly, 1, g);
+      if (!g.a.isZero(0) || !g.lambda.isZero(0)) return CostTerm::rate(s, assembly);
+    }
+    std::vector<Dual<1>> x = load<Dual<1>>(s, assembly);
+    const int n = assembly.n(), m = assembly.m();
+    for (int i = 0; i < n; ++i) {
+      x[i].d[0] = s.v[i];
+      x[n + i].d[0] = s.a[i];
+    }
+    for (int i = 0; i < assembly.nz(); ++i) x[3 * n + m + i].d[0] = assembly.zdot[i];
+    Dual<1> t(s.t);
+    t.d[0] = 1;
+    return evaluate(x, t, assembly).d[0];
   }
   void add_gradient_change(const StateView& s, Assembly& assembly, const Variation& d,
                            ScalarGradient& g) const override {

@@ -36,7 +36,10 @@ void Output::add_gradient(const StateView&, Assembly&, double, ScalarGradient&) 
 }
 
 double Output::rate(const StateView&, Assembly&) const {
-  throw CapabilityError(fmt::format("Output '{}' has no time derivative for second-order adjoints.", name_));
+  throw CapabilityError(
+      fmt::format("Output '{}' has no time derivative, which second-order adjoints and ends of runs by an "
+                  "event need.",
+                  name_));
 }
 
 void Output::add_velocity_gradient_rate(const StateView&, Assembly&, double, double, double*) const {

@@ -44,6 +44,7 @@ factors = [1, 2]
 t_end_s = 1
 cvodes_method = "bdf"
 sensitivity_corrector = "staggered"
+ends_when = { output = "plate.x", above = 0.5 }
 
 [formulation]
 

@@ -77,6 +77,7 @@ void SceneReader::read() {
     cost_ = read_cost(cost, builder_);
     cost.finish();
   }
+  read_end();
   read_optimize();
   read_formulation();
   read_start();
@@ -222,12 +223,31 @@ static bool long_enough(double t_start, double t_end) {
   return t_end - t_start > 1e-12 * std::max(std::abs(t_start), std::abs(t_end));
 }
 
+void SceneReader::read_end() {
+  if (!table_.has("run") || !table_.table("run").has("ends_when")) return;
+  SceneTable run_table = table_.table("run");
+  if (!run_table.is_table("ends_when"))
+    run_table.fail_type("ends_when", "a table such as { output = \"hip.x\", above = 2.0 }");
+  SceneTable t = run_table.table("ends_when");
+  EndSettings end;
+  end.output = t.text("output");
+  const bool above = t.has("above"), below = t.has("below");
+  if (above == below)
+    t.fail(fmt::format("needs one of 'above' and 'below', the level that '{}' crosses; found {}.", end.output,
+                       above ? "both" : "none"));
+  end.above = above;
+  end.level_number = t.number(above ? "above" : "below", builder_);
+  t.finish();
+  run.ends_when = end;
+}
+
 void SceneReader::read_run() {
   if (!table_.has("run")) return;
   SceneTable t = table_.table("run");
   here_ = t.where();
   run.t_start_s = t.value("t_start_s", NumberRule::any, 0);
   run.t_end_s = t.value("t_end_s");
+  t.has("ends_when");  // read_end()
   if (!(run.t_end_s > run.t_start_s))
     t.fail("t_end_s", fmt::format("must be after t_start_s = {}, found {}.", run.t_start_s, run.t_end_s));
   if (!long_enough(run.t_start_s, run.t_end_s))
@@ -365,6 +385,7 @@ void SceneReader::check_outputs() {
                        fmt::format("The output '{}' has two meanings: {} share a name. Rename one.", name,
                                    fmt::join(paths, " and ")));
     }
+  if (run.ends_when) at("run.ends_when.output", [&] { make_output(*mechanism, run.ends_when->output); });
   for (std::size_t i = 0; i < run.outputs.size(); ++i)
     at(fmt::format("run.outputs[{}]", i), [&] { make_output(*mechanism, run.outputs[i]); });
 }

@@ -41,6 +41,8 @@ class SceneReader {
   void read_entries();
   void read_start();
   void read_parameters();
+  /// [run] ends_when, whose level may be a parameter: before those.
+  void read_end();
   void read_run();
   void read_formulation();
   void read_optimize();

@@ -10,10 +10,18 @@
 
 namespace costate {
 
+/// [run] ends_when: the run ends where an output crosses a level, from below (above) or from above (below).
+struct EndSettings {
+  std::string output;
+  bool above = true;
+  int level_number = -1;  // of the mechanism
+};
+
 /// [run]
 struct RunSettings {
   double t_start_s = 0;
   double t_end_s = 1;
+  std::optional<EndSettings> ends_when;
   std::string formulation = kDefaultFormulation;
   std::string method = kDefaultMethod;
   std::string integrator;               // empty: the formulation's default

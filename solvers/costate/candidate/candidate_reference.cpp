@@ -3,6 +3,7 @@
 
 #include "costate/base/error.h"
 #include "costate/candidate/candidate_check.h"
+#include "costate/integrator/run_end.h"
 #include "costate/level/fixed_times.h"
 #include "costate/sensitivity/method.h"
 
@@ -26,6 +27,7 @@ CandidateReference candidate_reference(const Problem& problem, const std::string
   if (method.empty())
     throw CapabilityError(fmt::format("Formulation '{}' has no adjoint to compare a candidate with.", formulation));
   MotionEvents::refuse(*p.mechanism, "adjoints of users are");
+  refuse_free_end(p, "adjoints of users are");
   std::vector<double> numbers = p.mechanism->base_numbers();
   p.parameters.apply(rho.data(), numbers);
   for (const double t : driver_kinks(*p.mechanism, numbers))

@@ -279,9 +279,10 @@ bool CvodeSession::advance_segment(double t, Trajectory* trajectory, const StepS
     });
     if (event) step_end_ = *event;
     if (system_.has_events()) check(CVodeGetDky(memory_, step_end_, 0, y_), "CVodeGetDky");
-    if (after_step) after_step(step_end_, y());
     ended_ = event || system_.segment_ends(step_end_, y());
     if (trajectory) record_step(begin, step_end_, *trajectory);
+    // Last: it may throw, and the run be gone on with.
+    if (after_step) after_step(step_end_, y());
   }
   if (t < step_end_ || (t_ < t && t == known)) check(CVodeGetDky(memory_, t, 0, y_), "CVodeGetDky");
   t_ = t;

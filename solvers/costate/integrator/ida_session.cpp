@@ -295,9 +295,10 @@ bool IdaSession::advance_segment(double t, Trajectory* trajectory, const StepSin
     });
     if (event) step_end_ = *event;
     if (system_.has_events()) interpolate(step_end_);
-    if (after_step) after_step(step_end_, y());
     ended_ = event || system_.segment_ends(step_end_, y());
     if (trajectory) record_step(begin, step_end_, *trajectory);
+    // Last: it may throw, and the run be gone on with.
+    if (after_step) after_step(step_end_, y());
   }
   if (t < step_end_ || (t_ < t && t == known)) interpolate(t);
   t_ = t;

@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
+#include <optional>
 
 #include "costate/base/error.h"
 #include "costate/discrete/step_interpolant.h"
 #include "costate/formulation/solved_state.h"
 #include "costate/integrator/fixed_run.h"
+#include "costate/integrator/run_end.h"
 #include "costate/integrator/run_watch.h"
 #include "costate/integrator/segmented_run.h"
 
@@ -39,23 +42,43 @@ GradientResult run(SystemType& system, const Problem& problem, const std::vector
   Run session(system, problem.solver, problem.monitor, false);
   RunWatch watch(problem, rho, system);
   watch.begin(problem.solver.t_start, session.y());
-  session.watch(watch.sink());
+  std::optional<EndWatch> end;
+  if (problem.ends_when) {
+    end.emplace(problem, system);
+    end->begin(session.y());
+  }
+  session.watch(end ? end->sink(watch.sink()) : watch.sink());
   session.enable_cost();
+  // To t, or to the end of a run that has one of its own: then false.
+  const auto advance = [&](double t) {
+    if (end) return end->advance(session, t);
+    session.advance(t);
+    return true;
+  };
   // What samples take is no work of the run: its counters are the same whatever is stored.
   long factorizations = 0, position_iterations = 0;
-  for (const double t : times) {
-    session.advance(t);
-    if (!sink) continue;
+  const auto sample = [&](double t) {
+    if (!sink) return;
     const long f = system.factorizations(), i = system.position_iterations();
     sink(solved_state(system, t, session.y()), system);
     factorizations += system.factorizations() - f;
     position_iterations += system.position_iterations() - i;
+  };
+  double last = -std::numeric_limits<double>::infinity(), t_end = problem.solver.t_end;
+  for (const double t : times) {
+    if (!advance(t)) break;
+    sample(last = t);
   }
-  session.advance(problem.solver.t_end);
-  watch.finish(problem.solver.t_end, session.y());
+  advance(t_end);
   GradientResult r;
+  if (end) {
+    t_end = end->time();
+    if (last < t_end && !times.empty()) sample(t_end);
+    r.end = end->event();
+  }
+  watch.finish(t_end, session.y());
   r.psi = session.cost();
-  if (!system.objective().terminal.empty()) r.psi += system.terminal_cost(problem.solver.t_end, session.y());
+  if (!system.objective().terminal.empty()) r.psi += system.terminal_cost(t_end, session.y());
   session.read_forward_counters();
   r.counters = session.counters();
   r.events = session.events();
@@ -86,6 +109,7 @@ GradientResult simulate(const Problem& problem, const std::vector<double>& rho, 
     const auto system = problem.make_dae();
     r = run<IdaRun>(*system, problem, rho, times, sink);
   } else if (integrator == "fixed") {
+    refuse_free_end(problem, "fixed steps are");
     r = simulate_fixed(problem, rho, times, sink);
   } else {
     // A second attempt goes on with the samples that the first one has not handed out.

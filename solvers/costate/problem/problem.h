@@ -4,9 +4,11 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "costate/event/end_event.h"
 #include "costate/formulation/defaults.h"
 #include "costate/formulation/formulation.h"
 
@@ -54,7 +56,8 @@ struct Problem {
   std::string formulation = kDefaultFormulation;
   FormulationOptions formulation_options;
   SolverOptions solver;
-  Monitor monitor;  // or empty
+  std::shared_ptr<const EndEvent> ends_when;  // before solver.t_end; or null: the run ends there
+  Monitor monitor;                            // or empty
 
   /// Throws Error unless there is one finite value a parameter.
   void check_values(const std::vector<double>& rho) const;
@@ -77,6 +80,7 @@ struct GradientResult {
   Counters counters;
   std::string integrator;        // "idas", "cvodes" or "fixed"
   std::vector<RunEvent> events;  // in order of time
+  std::optional<RunEvent> end;   // what ended the run, of a problem with ends_when
 };
 
 }  // namespace costate

@@ -20,6 +20,13 @@ Problem make_problem(const Scene& scene, const std::vector<std::string>& paramet
   if (!run.sensitivity_corrector.empty()) s.staggered = run.sensitivity_corrector == "staggered";
   s.step_s = run.step_s.value_or(0);
   s.max_step_s = run.max_step_s.value_or(0);
+  if (run.ends_when) {
+    EndEvent end;
+    end.output = make_output(*p.mechanism, run.ends_when->output);
+    end.above = run.ends_when->above;
+    end.level_number = run.ends_when->level_number;
+    p.ends_when = std::make_shared<EndEvent>(std::move(end));
+  }
   return p;
 }
 

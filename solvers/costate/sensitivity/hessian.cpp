@@ -9,6 +9,7 @@
 #include "costate/base/error.h"
 #include "costate/formulation/hessian_systems.h"
 #include "costate/integrator/cvode_session.h"
+#include "costate/integrator/run_end.h"
 #include "costate/integrator/run_watch.h"
 #include "costate/integrator/segmented_run.h"
 #include "costate/integrator/trajectory.h"
@@ -160,6 +161,7 @@ HessianProducts hessian_products(const Problem& problem, const std::vector<doubl
   const std::string refused = hessian_refusal(find_formulation(problem.formulation));
   if (!refused.empty()) throw CapabilityError(refused);
   MotionEvents::refuse(*problem.mechanism, "Hessian products are");
+  refuse_free_end(problem, "Hessian products are");
   const auto& parameters = problem.parameters.parameters;
   const auto np = static_cast<Eigen::Index>(parameters.size());
   if (directions.rows() != np)

@@ -7,6 +7,7 @@
 
 #include "costate/base/error.h"
 #include "costate/formulation/law_joins.h"
+#include "costate/integrator/run_end.h"
 #include "costate/integrator/run_watch.h"
 #include "costate/integrator/simulate.h"
 #include "costate/level/fixed_times.h"
@@ -120,6 +121,15 @@ GradientResult without_parameters(Problem problem, const SensitivityMethod& meth
 }
 }  // namespace
 
+namespace {
+/// Runs that end by an event: to that time, on the method's own integrator.
+Problem with_end_of(const Problem& problem, const SensitivityMethod& method, const std::vector<double>& rho) {
+  if (!problem.ends_when || method.perturbs) return problem;
+  if (method.needs == Needs::discrete) refuse_free_end(problem, "discrete methods are");
+  return with_fixed_end(problem, rho, method.needs == Needs::dae ? "idas" : method.needs == Needs::ode ? "cvodes" : "");
+}
+}  // namespace
+
 GradientResult gradient(const Problem& problem, const std::string& name, const std::vector<double>& rho) {
   const SensitivityMethod& method = find_sensitivity_method(name);
   const std::string no = refusal(method, find_formulation(problem.formulation));
@@ -130,20 +140,30 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
     require_finite(problem, r);
     return r;
   }
+  const Problem whole = with_end_of(problem, method, rho);
   if (!method.perturbs) {
+    const double t_start = whole.solver.t_start, t_end = whole.solver.t_end;
     std::vector<double> numbers = problem.mechanism->base_numbers();
     problem.parameters.apply(rho.data(), numbers);
-    require_fixed_accelerations(*problem.mechanism, problem.parameters, numbers, problem.solver.t_start,
-                                problem.solver.t_end);
-    require_fixed_force_jumps(*problem.mechanism, problem.parameters, numbers, problem.solver.t_start,
-                              problem.solver.t_end);
-    require_joined_laws(*problem.mechanism, problem.parameters, numbers, problem.solver.t_start, problem.solver.t_end);
+    require_fixed_accelerations(*problem.mechanism, problem.parameters, numbers, t_start, t_end);
+    require_fixed_force_jumps(*problem.mechanism, problem.parameters, numbers, t_start, t_end);
+    require_joined_laws(*problem.mechanism, problem.parameters, numbers, t_start, t_end);
   }
-  GradientResult r = method.gradient(problem, rho);
+  GradientResult r = method.gradient(whole, rho);
+  const auto tell_end = [&](GradientResult& of) {
+    if (!problem.ends_when || of.end) return;
+    Assembly assembly(problem.mechanism, problem.parameters);
+    assembly.set_parameters(rho.data());
+    of.end = RunEvent{whole.solver.t_end, problem.ends_when->text(assembly)};
+  };
+  tell_end(r);
   require_finite(problem, r);  // whatever the method
   watch_penalty(problem, name, rho, r);
   if (!problem.solver.confirm || method.perturbs || method.needs == Needs::discrete) return r;
-  return confirmed(problem, std::move(r), [&](const Problem& p) { return method.gradient(p, rho); });
+  GradientResult best = confirmed(problem, std::move(r),
+                                  [&](const Problem& p) { return method.gradient(with_end_of(p, method, rho), rho); });
+  tell_end(best);
+  return best;
 }
 
 std::vector<double> estimate_gradient_error(const Problem& problem, const std::string& method,

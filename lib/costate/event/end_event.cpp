@@ -1,0 +1,168 @@
+#include "costate/event/end_event.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "costate/base/error.h"
+
+namespace costate {
+
+namespace {
+
+// Looks within a step that may hold the end.
+constexpr int kEndLooks = 8;
+// Divisions by the golden section: a top is found to (0.618^30)^2 of its height, some 1e-13 of a step's change.
+constexpr int kTopDivisions = 30;
+// A step is looked into when the level is within this many of its changes and of those of the step before.
+constexpr double kNearChanges = 2;
+// An output whose values on both sides of one instant are apart by this part of its range jumps.
+constexpr double kEndJump = 1e-6;
+
+class EndTerm final : public CostTerm {
+ public:
+  EndTerm(EndEvent end, double kappa) : end_(std::move(end)), kappa_(kappa) {}
+  double value(const StateView& s, Assembly& assembly) const override {
+    return kappa_ * (end_.output->value(s, assembly) - end_.level_in(assembly));
+  }
+  void add_gradient(const StateView& s, Assembly& assembly, double factor, ScalarGradient& g) const override {
+    end_.output->add_gradient(s, assembly, factor * kappa_, g);
+    if (end_.level_number >= 0) g.add_number(assembly, end_.level_number, -factor * kappa_);
+  }
+  bool needs_accelerations() const override { return end_.output->needs_accelerations(); }
+  void add_velocity_gradient_rate(const StateView& s, Assembly& assembly, double* out) const override {
+    end_.output->add_velocity_gradient_rate(s, assembly, kappa_, 0, out);
+  }
+
+ private:
+  EndEvent end_;
+  double kappa_;
+};
+
+}  // namespace
+
+double EndEvent::level_in(const Assembly& assembly) const {
+  return level_number < 0 ? level : assembly.numbers()[static_cast<std::size_t>(level_number)];
+}
+
+double EndEvent::distance(const StateView& s, Assembly& assembly) const {
+  const double h = output->value(s, assembly) - level_in(assembly);
+  return above ? h : -h;
+}
+
+std::string EndEvent::text(const Assembly& assembly) const {
+  return fmt::format("'{}' {} {:g} {}", output->name(), above ? "above" : "below", level_in(assembly), output->unit());
+}
+
+std::shared_ptr<const CostTerm> end_term(const EndEvent& end, double kappa) {
+  return std::make_shared<EndTerm>(end, kappa);
+}
+
+EndRates end_rates(const EndEvent& end, const Objective& objective, const StateView& s, Assembly& assembly) {
+  EndRates r;
+  r.h_rate = end.output->rate(s, assembly);
+  double psi_rate = objective.running_value(s, assembly);
+  for (const auto& term : objective.terminal) psi_rate += term->rate(s, assembly);
+  r.kappa = -psi_rate / r.h_rate;
+  return r;
+}
+
+void EndSearch::note(double t, double h) {
+  if (h < 0) armed_ = true;
+  // Before it has been on its own side the output comes near from the wrong one.
+  const double away = armed_ ? std::abs(h) : std::numeric_limits<double>::infinity();
+  if (armed_ && away < nearest_) {
+    nearest_ = away;
+    nearest_time_ = t;
+  }
+  largest_ = std::max(largest_, h);
+  smallest_ = std::min(smallest_, h);
+}
+
+void EndSearch::begin(const StateView& s, Assembly& assembly) {
+  h_ = largest_ = smallest_ = end_.distance(s, assembly);
+  nearest_ = std::numeric_limits<double>::infinity();
+  t_ = nearest_time_ = t_start_;
+  note(t_, h_);
+}
+
+bool EndSearch::step(const StateView& s, Assembly& assembly) {
+  const double change = change_;
+  t_before_ = t_;
+  h_before_ = h_;
+  t_ = s.t;
+  h_ = end_.distance(s, assembly);
+  change_ = std::abs(h_ - h_before_);
+  const bool armed = armed_;
+  note(t_, h_);
+  if (h_ >= 0 && armed) return true;
+  if (++steps_ <= 2) return true;  // nothing is known of its course
+  return -std::max(h_, h_before_) <= kNearChanges * (change_ + change);
+}
+
+std::optional<double> EndSearch::find(const std::function<double(double)>& distance) {
+  struct Point {
+    double t, h;
+  };
+  const auto at = [&](double t) {
+    const Point p{t, t == t_ ? h_ : distance(t)};
+    note(t, p.h);
+    return p;
+  };
+  const auto jumps = [&](const Point& from, const Point& to) -> SolverError {
+    return SolverError(fmt::format(
+        "At t = {:.9g} s the output '{}' jumps across the level of 'ends_when', from {:.6g} {} before it to "
+        "{:.6g} beyond: this end has no derivative. Take an output that is continuous there.",
+        to.t, end_.output->name(), std::abs(from.h), end_.output->unit(), std::abs(to.h)));
+  };
+  // From before the level to behind it: by halves and secants to the last bit.
+  const auto cross = [&](Point a, Point b) {
+    for (int k = 0; k < 200 && b.t - a.t > 2 * std::numeric_limits<double>::epsilon() * std::abs(b.t); ++k) {
+      double m = k % 3 == 2 || !(b.h > a.h) ? 0.5 * (a.t + b.t) : a.t + (b.t - a.t) * (-a.h / (b.h - a.h));
+      const double inward = 1e-9 * (b.t - a.t);
+      if (!(m > a.t + inward) || !(m < b.t - inward)) m = 0.5 * (a.t + b.t);
+      if (m <= a.t || m >= b.t) break;
+      const Point p{m, distance(m)};
+      (p.h < 0 ? a : b) = p;
+    }
+    if (b.h - a.h > kEndJump * range()) throw jumps(a, b);
+    return b.t;
+  };
+  // Where a segment of the motion begins velocities may have jumped.
+  std::vector<Point> looks = {at(std::nextafter(t_before_, t_))};
+  if (h_before_ < 0 && looks[0].h >= 0) {
+    if (looks[0].h - h_before_ > kEndJump * range()) throw jumps({t_before_, h_before_}, looks[0]);
+    return looks[0].t;
+  }
+  std::size_t highest = 0;
+  double change = 0;
+  for (int j = 1; j <= kEndLooks; ++j) {
+    looks.push_back(at(j == kEndLooks ? t_ : t_before_ + (t_ - t_before_) * j / kEndLooks));
+    const Point &a = looks[looks.size() - 2], &b = looks.back();
+    if (a.h < 0 && b.h >= 0) return cross(a, b);
+    change = std::max(change, std::abs(b.h - a.h));
+    if (b.h > looks[highest].h) highest = looks.size() - 1;
+  }
+  // A short visit between two looks: the top of the highest one, by the golden section.
+  if (!(looks[highest].h < 0) || -looks[highest].h > change) return {};
+  Point a = looks[highest - (highest > 0 ? 1 : 0)], b = looks[std::min(highest + 1, looks.size() - 1)];
+  const double part = 0.5 * (std::sqrt(5.0) - 1);
+  Point low = at(b.t - part * (b.t - a.t)), high = at(a.t + part * (b.t - a.t));
+  for (int k = 0; k < kTopDivisions && low.h < 0 && high.h < 0; ++k)
+    if (low.h > high.h) {
+      b = high;
+      high = low;
+      low = at(b.t - part * (b.t - a.t));
+    } else {
+      a = low;
+      low = high;
+      high = at(a.t + part * (b.t - a.t));
+    }
+  if (low.h < 0 && high.h < 0) return {};
+  return cross(a, low.h >= 0 ? low : high);
+}
+
+}  // namespace costate

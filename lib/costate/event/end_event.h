@@ -1,0 +1,72 @@
+// The end of a run where an output crosses a level: [run] ends_when. With x = (q, v, z), h = output - level, the
+// running cost g and the terminal one w, at the end time te (lib/README.md (17.5)):
+//   dte = -(h_x dx + h_rho drho)/h',   h' = h_t + h_x f
+//   dpsi = w_x dx + w_rho drho + (g + w') dte = (w + kappa h)_x dx + (w + kappa h)_rho drho,   kappa = -(g + w')/h'
+// so that the derivative is that of a run to the fixed time te whose terminal cost holds kappa h besides, whatever the
+// formulation and the method.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "costate/objective/objective.h"
+
+namespace costate {
+
+/// What ends a run: `output` rises to the level (above), or falls to it (below).
+struct EndEvent {
+  std::shared_ptr<const Output> output;
+  bool above = true;
+  int level_number = -1;  // the level is this number of the mechanism; -1: it is `level`
+  double level = 0;
+
+  double level_in(const Assembly& assembly) const;
+  /// Negative until the end.
+  double distance(const StateView& s, Assembly& assembly) const;
+  /// "'pendulum.angle' above 1.5 rad".
+  std::string text(const Assembly& assembly) const;
+};
+
+/// The term kappa h. Its value is psi's change, to first order, by what h is away from zero at the fixed time.
+std::shared_ptr<const CostTerm> end_term(const EndEvent& end, double kappa);
+
+/// h' and kappa at the end; s has its accelerations, the assembly its rates of z. Throws CapabilityError where an
+/// output or a term of the cost offers no time derivative.
+struct EndRates {
+  double h_rate = 0, kappa = 0;
+};
+EndRates end_rates(const EndEvent& end, const Objective& objective, const StateView& s, Assembly& assembly);
+
+/// Looks for the end along the steps of a run, in order of time.
+class EndSearch {
+ public:
+  EndSearch(EndEvent end, double t_start) : end_(std::move(end)), t_start_(t_start) {}
+
+  /// The distance at the start, and behind each step. Returns whether the end may lie within the step that ends here,
+  /// so that find() must be asked.
+  void begin(const StateView& s, Assembly& assembly);
+  bool step(const StateView& s, Assembly& assembly);
+  /// Within the last step: the end time, if there is one. `distance` gives the distance at times between.
+  std::optional<double> find(const std::function<double(double)>& distance);
+
+  /// How near the output came, when, and how far it ranged.
+  double nearest() const { return nearest_; }
+  double nearest_time() const { return nearest_time_; }
+  double range() const { return largest_ - smallest_; }
+  /// Whether the output has ever been on the side that it is to come from.
+  bool armed() const { return armed_; }
+  const EndEvent& end() const { return end_; }
+
+ private:
+  void note(double t, double h);
+
+  EndEvent end_;
+  double t_start_;
+  double t_before_ = 0, t_ = 0, h_before_ = 0, h_ = 0, change_ = 0;
+  double nearest_ = 0, nearest_time_ = 0, largest_ = 0, smallest_ = 0;
+  long steps_ = 0;
+  bool armed_ = false;
+};
+
+}  // namespace costate

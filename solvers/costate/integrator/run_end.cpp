@@ -1,0 +1,135 @@
+#include "costate/integrator/run_end.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "costate/base/error.h"
+#include "costate/base/notice.h"
+#include "costate/integrator/segmented_run.h"
+#include "costate/integrator/simulate.h"
+
+namespace costate {
+
+namespace {
+
+// With R = |h'| (te - t0) over the range of h, an error e of h (in parts of that range) moves the end by e/R of the
+// run, and changes h', so the gradient, by some e/R^2 of itself. Below the one R, or with rtol for e above the one
+// part, a gradient is refused; above the other part it is told.
+constexpr double kGrazedEnd = 1e-7, kNoGradientOfEnd = 1e-3, kFewDigitsOfEnd = 1e-5;
+
+struct RunEnd {
+  double t;          // s
+  double kappa = 0;  // of end_term()
+};
+
+template <class Run, class SystemType>
+RunEnd search_end(SystemType& system, const Problem& problem, const std::vector<double>& rho, bool rates_too) {
+  system.set_parameters(rho.data());
+  Run run(system, problem.solver, problem.monitor, false);
+  EndWatch watch(problem, system);
+  watch.begin(run.y());
+  run.watch(watch.sink());
+  watch.advance(run, problem.solver.t_end);
+  if (!rates_too) return {watch.time()};
+  const PhysicalState s = solved_state(system, watch.time(), run.y());
+  const EndRates rates = end_rates(*problem.ends_when, problem.objective, s, system.assembly());
+  const double steepness = watch.steepness(rates.h_rate);
+  const auto text = [&] {
+    return fmt::format(
+        "The run's end is grazed: at t = {:.9g} s {} comes with a rate of {:.3g} {}/s, {:.1e} of what it "
+        "ranges over in a run's length",
+        watch.time(), problem.ends_when->text(system.assembly()), rates.h_rate, problem.ends_when->output->unit(),
+        steepness);
+  };
+  const double part = problem.solver.rtol / (steepness * steepness);
+  if (!(steepness > kGrazedEnd) || part > kNoGradientOfEnd)
+    throw SolverError(text() + ": the end time has no derivative there. Move the level, or the motion, away from it.");
+  if (part > kFewDigitsOfEnd)
+    notice(text() + fmt::format(": errors of the size of the tolerance (rtol {:g}) change the gradient by {:.0e} of "
+                                "itself. Move the level away from there, or take a smaller rtol.",
+                                problem.solver.rtol, part));
+  return {watch.time(), rates.kappa};
+}
+
+RunEnd search_end(const Problem& problem, const std::vector<double>& rho, const std::string& integrator, bool rates) {
+  const std::string on = integrator.empty() ? integrator_of(problem) : integrator;
+  if (on == "fixed") refuse_free_end(problem, "fixed steps are");
+  if (on == "idas") return search_end<IdaRun>(*problem.make_dae(), problem, rho, rates);
+  return with_bdf_where_stiff(problem,
+                              [&](const Problem& p) { return search_end<CvodeRun>(*p.make_ode(), p, rho, rates); });
+}
+
+}  // namespace
+
+EndWatch::EndWatch(const Problem& problem, System& system)
+    : problem_(problem), system_(system), search_(*problem.ends_when, problem.solver.t_start) {}
+
+PhysicalState EndWatch::state(double t, const double* y) {
+  return problem_.ends_when->output->needs_accelerations() ? solved_state(system_, t, y)
+                                                           : system_.kinematic_state(t, y);
+}
+
+void EndWatch::begin(const double* y) { search_.begin(state(problem_.solver.t_start, y), system_.assembly()); }
+
+StepSink EndWatch::sink(StepSink other) {
+  return [this, other = std::move(other)](double t, const double* y) {
+    if (other) other(t, y);
+    if (!end_ && search_.step(state(t, y), system_.assembly())) throw Look{};
+  };
+}
+
+void EndWatch::look(const std::function<const double*(double)>& at) {
+  end_ = search_.find([&](double t) { return problem_.ends_when->distance(state(t, at(t)), system_.assembly()); });
+}
+
+RunEvent EndWatch::event() const { return {*end_, problem_.ends_when->text(system_.assembly())}; }
+
+double EndWatch::steepness(double rate) const {
+  return std::abs(rate) * (*end_ - problem_.solver.t_start) / search_.range();
+}
+
+void EndWatch::never() const {
+  const EndEvent& end = *problem_.ends_when;
+  const std::string what = end.text(system_.assembly()), unit = end.output->unit();
+  const char *from = end.above ? "below" : "above", *way = end.above ? "rise" : "fall";
+  if (!search_.armed())
+    throw SolverError(fmt::format(
+        "The run ends by {}, which the output is from the start to t_end_s = {:g} s: it never comes from {} "
+        "the level, to {} to it. Take the other one of 'above' and 'below', or another level.",
+        what, problem_.solver.t_end, from, way));
+  throw SolverError(
+      fmt::format("The run ends by {}, which never comes before t_end_s = {:g} s. It is nearest at t = {:.6g} s, where "
+                  "{:.6g} {} are "
+                  "missing. Take a later t_end_s, or a level that the motion reaches.",
+                  what, problem_.solver.t_end, search_.nearest_time(), search_.nearest(), unit));
+}
+
+void refuse_free_end(const Problem& problem, const std::string& what) {
+  if (!problem.ends_when) return;
+  throw CapabilityError(fmt::format(
+      "The run's end is that of an event ('ends_when' in [run]), which {} not made for yet; simulations and "
+      "gradients on idas and cvodes are. Without 'ends_when' the run goes to t_end_s.",
+      what));
+}
+
+Problem with_fixed_end(const Problem& problem, const std::vector<double>& rho, const std::string& integrator) {
+  if (!problem.ends_when) return problem;
+  const RunEnd end = search_end(problem, rho, integrator, true);
+  Problem fixed = problem;
+  fixed.ends_when.reset();
+  fixed.solver.t_end = end.t;
+  fixed.objective.terminal.push_back(end_term(*problem.ends_when, end.kappa));
+  return fixed;
+}
+
+Problem until_its_end(const Problem& problem, const std::vector<double>& rho) {
+  if (!problem.ends_when) return problem;
+  Problem fixed = problem;
+  fixed.ends_when.reset();
+  fixed.solver.t_end = search_end(problem, rho, "", false).t;
+  return fixed;
+}
+
+}  // namespace costate

@@ -90,7 +90,10 @@ void add_run(Page& page, const Setup& setup, const Json& j) {
   };
   std::vector<std::vector<std::string>> rows = {
       {"Scene", setup.scene.file_name()},
-      {"Time", fmt::format("{:g} to {:g} s", s.t_start, s.t_end)},
+      {"Time", j.contains("end")
+                   ? fmt::format("{:g} to {:.9g} s, ended by {}", s.t_start, j.at("end").at("t").get<double>(),
+                                 j.at("end").at("name").get<std::string>())
+                   : fmt::format("{:g} to {:g} s", s.t_start, s.t_end)},
       {"Formulation", fmt::format("{} on {}", text("formulation"), text("integrator"))},
       {"Tolerances", fmt::format("relative {:g}, absolute {:g}", s.rtol, s.absolute())}};
   if (j.at("method").is_string()) rows.push_back({"Gradient", text("method")});

@@ -31,6 +31,7 @@ RunEnd search_end(SystemType& system, const Problem& problem, const std::vector<
   EndWatch watch(problem, system);
   watch.begin(run.y());
   run.watch(watch.sink());
+  run.enable_cost();  // so that its steps are those of the run itself, and jumps have it
   watch.advance(run, problem.solver.t_end);
   if (!rates_too) return {watch.time()};
   const PhysicalState s = solved_state(system, watch.time(), run.y());

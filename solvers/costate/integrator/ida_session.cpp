@@ -111,7 +111,8 @@ void IdaSession::check(int flag, const char* what) {
 
 void IdaSession::fail(void* memory, int flag, const std::string& what, const std::vector<Unknown>& names) {
   guard_.rethrow();
-  Vector weights(system_.size(), context_), errors(system_.size(), context_), rates(system_.size(), context_);
+  const int n = static_cast<int>(names.size());
+  Vector weights(n, context_), errors(n, context_), rates(n, context_);
   FailureContext c;
   c.what = what;
   c.flag = ida_flag_name(flag);
@@ -147,8 +148,7 @@ void IdaSession::watch_forward() {
 void IdaSession::poll(double t, bool backward) {
   if (stall_.stalled(t)) {
     void* memory = backward ? IDAGetAdjIDABmem(memory_, backward_->which) : memory_;
-    fail(memory, IDA_ERR_FAIL, "IDAS no longer gets on",
-         backward ? adjoint_names(system_.unknowns()) : system_.unknowns());
+    fail(memory, IDA_ERR_FAIL, "IDAS no longer gets on", backward ? names_back() : system_.unknowns());
   }
   long steps = 0;
   void* memory = backward ? IDAGetAdjIDABmem(memory_, backward_->which) : memory_;
@@ -157,7 +157,7 @@ void IdaSession::poll(double t, bool backward) {
                              .projected(t, steps, backward ? options_.t_start : options_.t_end, options_.max_steps);
       all > 0)
     fail(memory, IDA_TOO_MUCH_WORK, pace_message("IDAS", all, options_.max_steps),
-         backward ? adjoint_names(system_.unknowns()) : system_.unknowns());
+         backward ? names_back() : system_.unknowns());
   if (!monitor_ || ++polls_ % 64 != 0) return;
   IDAGetNumSteps(memory_, &steps);
   monitor_(t, steps, backward);

@@ -84,6 +84,9 @@ class IdaSession {
     // the gradient come back to it.
     double cost_time = std::numeric_limits<double>::quiet_NaN();
     std::vector<double> g_y, g_rho;
+    // Of the last unknown: Newton's coefficient, and what it is a sum of.
+    double cj = 1;
+    std::vector<double> sum_weights, integrand;
   };
   static IdaSession& self_of(void* p) { return *static_cast<IdaSession*>(p); }
   void record_step(double begin, double end, Trajectory& trajectory);
@@ -105,6 +108,12 @@ class IdaSession {
   const double* forward(double t, N_Vector y) { return forward_.at(t, costate::data(y), system_.size()); }
   /// g_y and g_rho in a backward callback.
   const Backward& backward_cost_gradient(double t, const double* x);
+  int summed_back() const { return system_.parameter_count() > 0 ? 1 : 0; }
+  void begin_sum();
+  void backward_integrand(double t, const double* x, const double* mu, double* q);
+  double backward_sum_rate(double t, const double* x, const double* mu);
+  void solve_sum(double* x);
+  std::vector<Unknown> names_back() const;
   /// Before a callback of the forward problem evaluates the system.
   void watch_forward();
   /// Zeroed, `count` entries.

@@ -39,14 +39,15 @@ RunEnd search_end(SystemType& system, const Problem& problem, const std::vector<
   const double steepness = watch.steepness(rates.h_rate);
   const auto text = [&] {
     return fmt::format(
-        "The run's end is grazed: at t = {:.9g} s {} comes with a rate of {:.3g} {}/s, {:.1e} of what it "
+        "The run's end is hardly crossed: at t = {:.9g} s {} comes with a rate of {:.3g} {}/s, {:.1e} of what it "
         "ranges over in a run's length",
         watch.time(), problem.ends_when->text(system.assembly()), rates.h_rate, problem.ends_when->output->unit(),
         steepness);
   };
   const double part = problem.solver.rtol / (steepness * steepness);
   if (!(steepness > kGrazedEnd) || part > kNoGradientOfEnd)
-    throw SolverError(text() + ": the end time has no derivative there. Move the level, or the motion, away from it.");
+    throw SolverError(
+        text() + ". Where an end is grazed its time has no derivative. Move the level, or the motion, away from it.");
   if (part > kFewDigitsOfEnd)
     notice(text() + fmt::format(": errors of the size of the tolerance (rtol {:g}) change the gradient by {:.0e} of "
                                 "itself. Move the level away from there, or take a smaller rtol.",

@@ -126,13 +126,15 @@ TEST_CASE("late laws: a force, by every kind of law", "[late]") {
     const Problem p = problem_of(force(law));
     const double right = bounded_psi(p, 0.002);
     REQUIRE(right > 1e-6);
-    // Who steps over a law loses all of psi. On IDAS what begins sharply after long steps leaves velocities off by some
-    // 5e-8, of 6e-3, whatever its order; that is 2e-4 of psi at most against a fine Runge-Kutta run, CVODES leaves
-    // 1e-6.
-    for (const char* f : {"index1", "baumgarte"}) {
-      CHECK(psi_of(p, f, "idas") == Approx(right).epsilon(1e-3));
-      CHECK(psi_of(p, f, "cvodes") == Approx(right).epsilon(1e-4));
-    }
+    // Who steps over a law loses all of psi. Within it runs take some dozen steps, each of which may be off by
+    // rtol |v| + atol, 6e-11 + 1e-11 of velocities of 6e-3 m/s: after 100 of them by 1e-6 of the motion, and psi is its
+    // square. What the bounded run is off by (rtol 1e-9) is less. CVODES, which goes on with the history of the rest,
+    // leaves up to 1e-5.
+    for (const char* f : {"index1", "baumgarte"})
+      for (const char* integrator : {"idas", "cvodes"}) {
+        INFO(f << " on " << integrator);
+        CHECK(psi_of(p, f, integrator) == Approx(right).epsilon(std::string(integrator) == "idas" ? 5e-6 : 1e-4));
+      }
   }
 }
 
@@ -150,7 +152,9 @@ TEST_CASE("late laws: by every formulation and integrator", "[late]") {
       // Of second order: 20 steps over the bump leave some thousandths.
       // The rest of the run, in which the motion dies away, adds 1e-5 of psi.
       if (which == "fixed") q.solver.step_s = 0.001, q.solver.t_end = 33;
-      CHECK(psi_of(q, f.name, which) == Approx(right).epsilon(which == "fixed" ? 1e-2 : 1e-3));
+      // Formulations that hold their rows softly (the drivers here) are off by O(1/alpha).
+      const bool soft = f.name.starts_with("penalty");
+      CHECK(psi_of(q, f.name, which) == Approx(right).epsilon(which == "fixed" ? 1e-2 : soft ? 1e-3 : 5e-6));
     }
 }
 

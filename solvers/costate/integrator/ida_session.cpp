@@ -134,7 +134,7 @@ void IdaSession::fail(void* memory, int flag, const std::string& what, const std
 void IdaSession::limit_steps() {
   long steps = 0;
   IDAGetNumSteps(memory_, &steps);
-  if (steps >= options_.max_steps)
+  if (start_.steps + steps >= options_.max_steps)
     fail(memory_, IDA_TOO_MUCH_WORK, "IDAS reached its limit of steps", system_.unknowns());
 }
 
@@ -175,7 +175,16 @@ void IdaSession::follow(std::shared_ptr<const StepPlan> plan) {
 void IdaSession::look_ahead(double t, const double* y) {
   if (!plan_) return;
   IDASetMaxStep(memory_, std::max(0.0, options_.max_step_s));
-  IDASetStopTime(memory_, std::min(stop(), plan_->limit(system_, t, y, false)));
+  ahead_of_ = t;
+  ahead_ = plan_->limit(system_, t, y, false);
+  IDASetStopTime(memory_, std::min(stop(), ahead_));
+}
+
+bool IdaSession::was_too_long(double t) const {
+  if (!plan_ || t != ahead_of_) return false;
+  double h = 0;
+  IDAGetLastStep(memory_, &h);
+  return h > kLongAgainstNext * (ahead_ - t);
 }
 
 void IdaSession::enable_cost() {
@@ -296,6 +305,8 @@ bool IdaSession::advance_segment(double t, Trajectory* trajectory, const StepSin
     if (event) step_end_ = *event;
     if (system_.has_events()) interpolate(step_end_);
     ended_ = event || system_.segment_ends(step_end_, y());
+    restart_ = !ended_ && step_end_ < options_.t_end && was_too_long(step_end_);
+    ended_ = ended_ || restart_;
     if (trajectory) record_step(begin, step_end_, *trajectory);
     // Last: it may throw, and the run be gone on with.
     if (after_step) after_step(step_end_, y());
@@ -309,33 +320,38 @@ bool IdaSession::advance_segment(double t, Trajectory* trajectory, const StepSin
 void IdaSession::jump(Jump& jump, SegmentStart& start) {
   const int n = system_.size();
   jump.t = t_;
-  jump.event = system_.pending_event();
-  start.t = system_.segment_start(t_);
+  IDAGetNumSteps(memory_, &start.steps);
+  start.steps += start_.steps;
+  start.restart = restart_;
+  jump.event = restart_ ? -1 : system_.pending_event();
+  start.t = restart_ ? t_ : system_.segment_start(t_);
   jump.before = system_.mode();
   jump.y.assign(y(), y() + n);
   jump.yp.assign(yp(), yp() + n);
   start.y = jump.y;
   start.yp = jump.yp;
-  system_.jump(t_, start.y.data(), start.yp.data());
+  if (!restart_) system_.jump(t_, start.y.data(), start.yp.data());
   jump.after = system_.mode();
   start.cost = cost();
-  system_.forget_event();
+  if (!restart_) system_.forget_event();
   if (yS_.count() == 0) return;
   check(IDAGetSensDky(memory_, t_, 0, yS_.handles()), "IDAGetSensDky");
+  if (restart_) check(IDAGetSensDky(memory_, t_, 1, ypS_.handles()), "IDAGetSensDky");
   std::vector<double*> columns, rates;
   start.s.resize(static_cast<std::size_t>(yS_.count()));
   start.sp.resize(start.s.size(), std::vector<double>(static_cast<std::size_t>(n), 0));
   for (int j = 0; j < yS_.count(); ++j) {
     start.s[j].assign(yS_.data(j), yS_.data(j) + n);
+    if (restart_) start.sp[j].assign(ypS_.data(j), ypS_.data(j) + n);
     columns.push_back(start.s[j].data());
     rates.push_back(start.sp[j].data());
   }
-  system_.jump_tangent(jump, columns.data(), rates.data(), yS_.count());
+  if (!restart_) system_.jump_tangent(jump, columns.data(), rates.data(), yS_.count());
   if (qS_.count() == 0) return;
   check(IDAGetQuadSensDky(memory_, t_, 0, qS_.handles()), "IDAGetQuadSensDky");
   for (int j = 0; j < qS_.count(); ++j) {
     const auto k = static_cast<std::size_t>(j);
-    const double gained = k < system_.jump_cost_tangent().size() ? system_.jump_cost_tangent()[k] : 0;
+    const double gained = !restart_ && k < system_.jump_cost_tangent().size() ? system_.jump_cost_tangent()[k] : 0;
     start.cost_gradient.push_back(qS_.data(j)[0] + gained);
   }
 }

@@ -101,6 +101,8 @@ class IdaSession {
   // to the integrator before it chooses the step, in a repetition from a checkpoint as in the original.
   void look_ahead(double t, const double* y);
   void look_back(double t, const double* y);
+  /// After a step that ends at t, where the plan asks for far shorter ones: a new session goes on (segment.h).
+  bool was_too_long(double t) const;
   /// Before the run back: the times at which SUNDIALS has to stop on the way.
   void read_checkpoints();
   double stop() const { return std::min(options_.t_end, system_.segment_limit(start_time_)); }
@@ -142,6 +144,8 @@ class IdaSession {
   CallbackGuard guard_;
   std::string message_;
   void* memory_ = nullptr;
+  double ahead_of_ = std::numeric_limits<double>::quiet_NaN(), ahead_ = 0;  // the plan's last answer, and when
+  bool restart_ = false;                                                    // the segment ends with no jump
   Vector y_, yp_, id_, atol_, q_;
   Eigen::MatrixXd y_rho_, yp_rho_, F_rho_;
   std::unique_ptr<NewtonOperator> newton_;

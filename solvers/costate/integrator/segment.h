@@ -6,9 +6,17 @@
 
 namespace costate {
 
+/// An integrator starts anew where a step ends that is longer by this than what the plan of steps asks for next. Its
+/// formulas hold on to what lies some steps behind: the error of a step of h between points that are H apart is
+/// estimated for a motion that was as smooth over H, smaller by (h/H)^k than that of one which begins where the step
+/// does.
+inline constexpr double kLongAgainstNext = 20;
+
 /// The state that a segment begins with, where it is not the system's own start.
 struct SegmentStart {
   double t = 0;
+  bool restart = false;                    // nothing jumps
+  long steps = 0;                          // taken before
   std::vector<double> y, yp;               // unknowns, psi behind them when it is one; yp of DAE systems
   std::vector<std::vector<double>> s, sp;  // columns of sensitivities of y and yp, or none
   double cost = 0;                         // running part of psi so far

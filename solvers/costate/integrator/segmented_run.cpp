@@ -47,7 +47,7 @@ void SegmentedRun<Session, SystemType>::advance_segments(double t, Trajectory* t
     if (in_a_row > kMostJumpsInARow)
       throw SolverError(fmt::format("The run does not get beyond t = {:.9g} s: one segment follows another.", jump.t));
     if (jump.event >= 0) events_.push_back({jump.t, system_.event_name(jump.event)});
-    jumps_.push_back(std::move(jump));
+    links_.push_back({std::move(jump), start.restart});
     if (!adjoint_) {
       session().read_forward_counters();
       add(past_, session().counters());
@@ -67,12 +67,12 @@ std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint() {
   AdjointScale scale;
   for (std::size_t k = 0; k < sessions_.size(); ++k)
     scale.add_segment(sessions_[k]->adjoint_scale(),
-                      (k < jumps_.size() ? jumps_[k].t : t_) - (k > 0 ? jumps_[k - 1].t : t_start_));
+                      (k < links_.size() ? links_[k].jump.t : t_) - (k > 0 ? links_[k - 1].jump.t : t_start_));
   AdjointState mu = session().end_adjoint(gradient);
   invariant_.end(system_, t_start_, t_, session().y(), mu.mu.data());
   for (std::size_t k = sessions_.size(); k-- > 0;) {
     sessions_[k]->solve_backward(mu, scale.size(), gradient);
-    if (k > 0) Session::transfer_adjoint(system_, jumps_[k - 1], mu, gradient);
+    if (k > 0 && !links_[k - 1].restart) Session::transfer_adjoint(system_, links_[k - 1].jump, mu, gradient);
   }
   sessions_.front()->add_start_gradient(mu, gradient);
   invariant_.start(system_, t_start_, start_y_.data(), mu.mu.data());
@@ -83,7 +83,7 @@ template <class Session, class SystemType>
 Counters SegmentedRun<Session, SystemType>::counters() const {
   Counters sum = past_;
   for (const auto& s : sessions_) add(sum, s->counters());
-  sum.jumps = static_cast<long>(jumps_.size());
+  sum.jumps = std::count_if(links_.begin(), links_.end(), [](const Link& l) { return !l.restart; });
   return sum;
 }
 

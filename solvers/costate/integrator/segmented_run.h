@@ -18,7 +18,7 @@ class SegmentedRun {
   template <class... More>
   SegmentedRun(SystemType& system, const SolverOptions& options, const Monitor& monitor, bool with_start_derivative,
                More... more)
-      : system_(system), segmented_(system.may_jump()) {
+      : system_(system) {
     sessions_.push_back(std::make_unique<Session>(system, options, monitor, with_start_derivative, more...));
     t_start_ = options.t_start;
     system.begin_events(t_start_, session().y());
@@ -32,6 +32,7 @@ class SegmentedRun {
   void follow(std::shared_ptr<const StepPlan> plan) {
     plan_of_steps_ = std::move(plan);
     session().follow(plan_of_steps_);
+    segmented_ = system_.may_jump() || !plan_of_steps_->empty();
   }
   std::shared_ptr<const StepPlan> plan_of_steps() const { return plan_of_steps_; }
 
@@ -91,7 +92,7 @@ class SegmentedRun {
   void advance_segments(double t, Trajectory* trajectory = nullptr);
 
   SystemType& system_;
-  bool segmented_, cost_ = false, sensitivities_ = false, adjoint_ = false;
+  bool segmented_ = false, cost_ = false, sensitivities_ = false, adjoint_ = false;
   double t_start_ = 0, t_ = 0;
   CheckpointPlan plan_;
   std::shared_ptr<const StepPlan> plan_of_steps_;
@@ -100,7 +101,11 @@ class SegmentedRun {
   AdjointInvariant invariant_;
   std::function<std::unique_ptr<Session>(const SegmentStart&)> make_session_;
   std::vector<std::unique_ptr<Session>> sessions_;  // all for an adjoint, else the last
-  std::vector<Jump> jumps_;
+  struct Link {
+    Jump jump;
+    bool restart;  // nothing jumps
+  };
+  std::vector<Link> links_;  // between the sessions
   std::vector<RunEvent> events_;
   Counters past_;  // of sessions that are gone
 };

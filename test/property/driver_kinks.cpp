@@ -190,6 +190,30 @@ TEST_CASE("driver with kinks: hand-derived methods are carried across") {
   }
 }
 
+// Costs on velocities jump with them, and the second-order adjoints hold the rate of their gradient: across a driver's
+// kink that is one jump, not one of the velocities and another of a force.
+TEST_CASE("driver with kinks: running costs on velocities that jump there") {
+  for (const Case& c : cases()) {
+    INFO(c.name);
+    const Scene read = Scene::parse(
+        scene(c.law) + "\n[[cost.running]]\nkind = \"square\"\noutput = \"rod.angle_dot\"\n", "driver.toml");
+    std::vector<std::string> parameters = kMechanism;
+    parameters.insert(parameters.end(), c.parameters.begin(), c.parameters.end());
+    Problem problem = make_problem(read, parameters);
+    problem.formulation = "index1";
+    const auto rho = problem.parameters.values();
+    const GradientResult oracle = gradient(problem, "idas-forward", rho);
+    for (const char* formulation : {"index1", "penalty-second-order", "maggi-second-order"}) {
+      INFO(formulation);
+      problem.formulation = formulation;
+      const GradientResult r = gradient(problem, "hand-adjoint", rho);
+      const auto mismatch = test::gradient_mismatch(r.gradient, oracle.gradient, problem.parameters);
+      INFO(mismatch.text);
+      CHECK(mismatch.error < 2e-6);  // as above
+    }
+  }
+}
+
 TEST_CASE("driver with kinks: a linkage's corner of a piecewise law") {
   // psi and its derivative by L were found apart, by relative coordinates.
   const Scene read = Scene::parse(R"([gravity]

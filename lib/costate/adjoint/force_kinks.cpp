@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "costate/base/error.h"
+#include "costate/level/fixed_times.h"
 
 namespace costate {
 
@@ -54,7 +55,12 @@ class Search {
   std::vector<ForceKink> sides(const std::vector<double>& times) {
     const double begin = times.front(), end = times.back(), apart = kSides * (end - begin);
     std::vector<ForceKink> kinks;
+    const std::vector<double> driven = driver_kinks(assembly_.mechanism(), assembly_.numbers());
     for (const auto& [from, to] : kinks_) {
+      // Where a driver's law has a kink the velocities jump, and all that depends on them: the equations are carried
+      // across that as a whole (HandEquations::cross_kink).
+      if (std::any_of(driven.begin(), driven.end(), [&](double t) { return from - apart <= t && t <= to + apart; }))
+        continue;
       ForceKink k{from - apart, to + apart, point_, point_};
       // At rest a force may be on one side of its kink, and right behind the start on the other: then the start itself
       // is the one side. The same at the end.

@@ -34,7 +34,7 @@ MotionCheck::MotionCheck(const Problem& problem, const std::vector<double>& rho,
 MotionCheck::Motion MotionCheck::record(const Problem& p) {
   allow_();
   Motion motion;
-  const GradientResult run = simulate(p, rho_, times_, [&](const PhysicalState& s, System& system) {
+  const Simulation run = simulate(p, rho_, times_, [&](const MechanismState& s, System& system) {
     Assembly& a = system.assembly();
     Sample x;
     x.t = s.t;

@@ -113,7 +113,7 @@ class ReferenceSearch {
       const double t0 = whole.solver.t_start, t1 = whole.solver.t_end;
       std::vector<double> times;
       for (int i = 1; i <= samples; ++i) times.push_back(i == samples ? t1 : t0 + (t1 - t0) * i / samples);
-      simulate(whole, rho_, times, [&](const PhysicalState& s, System& system) {
+      simulate(whole, rho_, times, [&](const MechanismState& s, System& system) {
         const Objective& o = system.objective();
         double g = 0;
         for (const auto& term : o.running) g += std::abs(term->value(s, system.assembly()));

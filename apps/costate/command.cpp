@@ -294,7 +294,7 @@ void notice_start(const Setup& setup) {
   }
 }
 
-std::string events_text(const GradientResult& r) {
+std::string events_text(const Simulation& r) {
   const std::string end = r.end ? fmt::format("  ended at {:.9g} s by {}\n", r.end->t, r.end->name) : "";
   if (r.events.empty()) return end;
   constexpr std::size_t shown = 4;

@@ -107,7 +107,7 @@ Json settings_json(const Setup& setup);
 /// The contract's keys for one run.
 Json run_json(const Setup& setup, const GradientResult& result, const std::string& method, double wall_s);
 /// The events of a run in a line, the first few by name; empty without any.
-std::string events_text(const GradientResult& r);
+std::string events_text(const Simulation& r);
 /// JSON as text; what is no valid UTF-8 (a file name may be) is replaced, numbers that are not finite become null.
 std::string json_text(const Json& json);
 Json named(const std::vector<std::string>& names, const std::vector<double>& values);

@@ -191,7 +191,7 @@ class Compare {
     setup.problem.monitor = monitor(progress_, solver.t_end);
     progress_.start(solver.t_start);
     const auto begin = std::chrono::steady_clock::now();
-    side.result = setup.located([&] { return simulate(setup.problem, setup.rho); });
+    side.result = GradientResult(setup.located([&] { return simulate(setup.problem, setup.rho); }));
     side.simulation_s = seconds_since(begin);
     const Problem whole = setup.problem;
     setup.problem.ends_when.reset();

@@ -11,27 +11,6 @@ namespace costate::app {
 
 namespace {
 
-std::vector<long*> fields_of(Counters& c) {
-  return {&c.steps,
-          &c.residuals,
-          &c.jacobians,
-          &c.newton_iterations,
-          &c.error_test_failures,
-          &c.convergence_failures,
-          &c.backward_steps,
-          &c.backward_residuals,
-          &c.backward_jacobians,
-          &c.backward_newton_iterations,
-          &c.backward_error_test_failures,
-          &c.backward_convergence_failures,
-          &c.sensitivity_residuals,
-          &c.factorizations,
-          &c.checkpoints,
-          &c.simulations,
-          &c.jumps,
-          &c.position_iterations};
-}
-
 void require(bool good, const std::string& what) {
   if (!good) throw Error(what);
 }
@@ -68,10 +47,7 @@ OptimizerEvaluation evaluation_of(const nlohmann::json& j, std::size_t index, co
             fmt::format("'constraint_gradients' has {} rows where {} belong", rows.size(), constraints));
     for (const auto& g : rows) e.constraint_gradients.push_back(numbers(g, n, "'constraint_gradients'"));
   }
-  const auto fields = fields_of(e.counters);
-  const auto names = counter_list(e.counters);
-  for (std::size_t i = 0; i < names.size() && i < fields.size(); ++i)
-    *fields[i] = j.at("counters").value(names[i].first, 0L);
+  for (const auto& [name, count] : counter_fields(e.counters)) *count = j.at("counters").value(name, 0L);
   return e;
 }
 

@@ -33,7 +33,7 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   progress.start(setup.problem.solver.t_start);
   setup.problem.monitor = monitor(progress, setup.problem.solver.t_end);
   std::optional<TrajectoryRecorder> recording;
-  const GradientResult r = started(setup, [&] {
+  const Simulation r = started(setup, [&] {
     recording.emplace(setup, setup.rho, options.step, !setup.files);
     return simulate(setup.problem, setup.rho, recording->times(), recording->sink());
   });
@@ -44,7 +44,7 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   std::optional<double> error;
   if (options.estimate && costs) error = setup.located([&] { return estimate_error(setup.problem, setup.rho, r).psi; });
   progress.finish();
-  Json j = run_json(setup, r, "", wall);
+  Json j = run_json(setup, GradientResult(r), "", wall);
   j["psi_error"] = error ? Json(*error) : Json();
   j["terminal"] = recorder.terminal();
   j["units"] = recorder.units();

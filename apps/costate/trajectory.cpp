@@ -74,7 +74,7 @@ void TrajectoryRecorder::prepare(const Mechanism& m) {
 }
 
 SampleSink TrajectoryRecorder::sink() {
-  return [this](const PhysicalState& s, System& system) {
+  return [this](const MechanismState& s, System& system) {
     Assembly& assembly = system.assembly();
     table_.time_s.push_back(s.t);
     std::size_t column = 0;

@@ -84,8 +84,8 @@ int main() try {
   fmt::print("  t [s]   crank [rad]   slider [m]\n");
   const int slider = problem.mechanism->coordinate("B.x");
   double off_the_line = 0;
-  const GradientResult motion =
-      simulate(problem, rho, {0, 0.25, 0.5, 0.75, 1}, [&](const PhysicalState& s, System& system) {
+  const Simulation motion =
+      simulate(problem, rho, {0, 0.25, 0.5, 0.75, 1}, [&](const MechanismState& s, System& system) {
         fmt::print("  {:5.2f}   {:11.6f}   {:10.6f}\n", s.t, output->value(s, system.assembly()), s.q[slider]);
         off_the_line = std::max(off_the_line, std::abs(s.q[slider + 1]));  // B.y
       });

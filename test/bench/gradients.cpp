@@ -98,8 +98,9 @@ class Round {
     e.problem.solver.rtol = rtol_;
     if (!e.multistep.empty()) e.problem.solver.cvodes_method = c.multistep;
     const std::vector<double> rho = e.problem.parameters.values();
-    e.job =
-        race_.add([&e, rho] { e.result = e.plain ? simulate(e.problem, rho) : gradient(e.problem, e.method, rho); });
+    e.job = race_.add([&e, rho] {
+      e.result = e.plain ? GradientResult(simulate(e.problem, rho)) : gradient(e.problem, e.method, rho);
+    });
     return e.job;
   }
 

@@ -70,7 +70,7 @@ void table(const Model& model, double rtol, int rounds, Report& report) {
       }
       report.json["rows"].push_back(std::move(row));
     };
-    const Timed plain = timed(rounds, [&] { return simulate(p, rho); });
+    const Timed plain = timed(rounds, [&] { return GradientResult(simulate(p, rho)); });
     add("simulation", plain, plain);
     for (const SensitivityMethod& m : sensitivity_methods()) {
       if (m.needs == SensitivityMethod::Needs::either || !refusal(m, f).empty()) continue;
@@ -83,7 +83,7 @@ void table(const Model& model, double rtol, int rounds, Report& report) {
       if (!integrator.empty() && integrator != f.default_integrator) {
         Problem own = p;
         own.solver.integrator = integrator;
-        simulation = timed(rounds, [&] { return simulate(own, rho); });
+        simulation = timed(rounds, [&] { return GradientResult(simulate(own, rho)); });
       }
       add(m.name, timed(rounds, [&] { return gradient(p, m.name, rho); }), simulation);
     }

@@ -36,8 +36,9 @@ int add(Race& race, std::vector<std::unique_ptr<Job>>& jobs, const Case& c, Prob
   j.method = method;
   j.simulation = simulation;
   const std::vector<double> rho = j.problem.parameters.values();
-  j.job = race.add(
-      [&j, rho] { j.result = j.method.empty() ? simulate(j.problem, rho) : gradient(j.problem, j.method, rho); });
+  j.job = race.add([&j, rho] {
+    j.result = j.method.empty() ? GradientResult(simulate(j.problem, rho)) : gradient(j.problem, j.method, rho);
+  });
   return j.job;
 }
 

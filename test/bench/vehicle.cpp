@@ -56,8 +56,9 @@ Job& add(Race& race, Jobs& jobs, Problem problem, const std::string& method) {
   j.problem = std::move(problem);
   j.method = method;
   const std::vector<double> rho = j.problem.parameters.values();
-  j.job = race.add(
-      [&j, rho] { j.result = j.method.empty() ? simulate(j.problem, rho) : gradient(j.problem, j.method, rho); });
+  j.job = race.add([&j, rho] {
+    j.result = j.method.empty() ? GradientResult(simulate(j.problem, rho)) : gradient(j.problem, j.method, rho);
+  });
   return j;
 }
 

@@ -14,7 +14,7 @@ namespace {
 /// The largest |Phi| at the sample times.
 std::vector<double> violations(const Problem& p, const std::vector<double>& times) {
   std::vector<double> r;
-  simulate(p, p.parameters.values(), times, [&](const PhysicalState& s, System& system) {
+  simulate(p, p.parameters.values(), times, [&](const MechanismState& s, System& system) {
     Assembly& assembly = system.assembly();
     assembly.calc_constraints(s);
     double worst = 0;

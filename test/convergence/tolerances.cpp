@@ -18,7 +18,7 @@ namespace {
 std::vector<double> end_of(const Problem& p) {
   std::vector<double> q;
   simulate(p, p.parameters.values(), {p.solver.t_end},
-           [&](const PhysicalState& s, System& system) { q.assign(s.q, s.q + system.assembly().n()); });
+           [&](const MechanismState& s, System& system) { q.assign(s.q, s.q + system.assembly().n()); });
   return q;
 }
 

@@ -181,7 +181,7 @@ TEST_CASE("free end: samples end with the run", "[free_end]") {
     p.formulation = formulation;
     std::vector<double> times, at, x;
     for (int i = 0; i <= 300; ++i) times.push_back(0.01 * i);
-    const GradientResult r = simulate(p, p.parameters.values(), times, [&](const PhysicalState& s, System&) {
+    const Simulation r = simulate(p, p.parameters.values(), times, [&](const MechanismState& s, System&) {
       at.push_back(s.t);
       x.push_back(s.q[0]);
     });

@@ -335,7 +335,7 @@ TEST_CASE("maggi: the recorded motion is that of the run", "[maggi]") {
         for (int i = 0; i < m; ++i) largest = std::max({largest, std::abs(assembly.phi[i]), std::abs(phid[i])});
       }
       CHECK(largest < 1e2 * rtol);
-      const GradientResult run = simulate(p, rho, times, [&](const PhysicalState& s, System&) {
+      const Simulation run = simulate(p, rho, times, [&](const MechanismState& s, System&) {
         motion.trajectory.evaluate(s.t, y.data());
         for (int i = 0; i < n; ++i) off = std::max({off, std::abs(y[i] - s.q[i]), std::abs(y[n + i] - s.v[i]) / 10});
       });

@@ -21,7 +21,7 @@ Problem case_of(const std::string& name, const std::string& formulation,
   return p;
 }
 
-GradientResult simulated(const Problem& p) { return simulate(p, p.parameters.values()); }
+Simulation simulated(const Problem& p) { return simulate(p, p.parameters.values()); }
 
 std::string all_notices() {
   std::string text;

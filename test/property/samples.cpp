@@ -190,7 +190,7 @@ Errors errors_of(Problem problem, int count) {
   std::vector<double> times;
   for (int i = 0; i <= count; ++i) times.push_back(static_cast<double>(i) / count);
   Errors e;
-  simulate(problem, {}, times, [&](const PhysicalState& s, System&) {
+  simulate(problem, {}, times, [&](const MechanismState& s, System&) {
     const CrankRocker x(s.t);
     e.position = std::max(e.position, std::hypot(s.q[c] - x.cx, s.q[c + 1] - x.cy));
     e.velocity = std::max(e.velocity, std::hypot(s.v[c] - x.vx, s.v[c + 1] - x.vy) / 6);
@@ -257,13 +257,13 @@ TEST_CASE("samples: every formulation's accelerations and multipliers solve its 
       for (int i = 0; i <= 37; ++i) times.push_back(p.solver.t_end * i / 37);
       double worst = 0;
       const auto rho = p.parameters.values();
-      const GradientResult stored = simulate(p, rho, times, [&](const PhysicalState& s, System& system) {
+      const Simulation stored = simulate(p, rho, times, [&](const MechanismState& s, System& system) {
         worst = std::max(worst, residual_of(s, system, stabilization_of(p)));
       });
       const bool drifts = p.mechanism == redundant.mechanism() && way.formulation == "augmented-lagrangian";
       CHECK(worst <= (drifts ? 100 * p.solver.rtol : 1e-10));
       // What is stored changes nothing of the run, which at most finds a matrix factored that a sample needed.
-      const GradientResult plain = simulate(p, rho, times);
+      const Simulation plain = simulate(p, rho, times);
       CHECK(stored.psi == Approx(plain.psi).epsilon(1e-12));
       CHECK(stored.counters.steps == plain.counters.steps);
       CHECK(stored.counters.residuals == plain.counters.residuals);
@@ -288,7 +288,7 @@ TEST_CASE("samples: exactly at a driver's kink they are the state behind it") {
     p.solver.integrator = integrator;
     std::vector<Eigen::VectorXd> at;
     const double behind = 1e-7;
-    simulate(p, {}, {0.2, 0.25, 0.25 + behind}, [&](const PhysicalState& s, System& system) {
+    simulate(p, {}, {0.2, 0.25, 0.25 + behind}, [&](const MechanismState& s, System& system) {
       const int n = system.assembly().n(), m = system.assembly().m();
       Eigen::VectorXd x(2 * n + m);
       x << Eigen::Map<const Eigen::VectorXd>(s.v, n), Eigen::Map<const Eigen::VectorXd>(s.a, n),

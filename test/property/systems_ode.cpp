@@ -65,7 +65,7 @@ TEST_CASE("ODE: accelerations solve the residual form", "[systems]") {
       CAPTURE(p.label);
       VectorXd f(s->size());
       s->rhs(p.t, p.y.data(), f.data());
-      const PhysicalState state = s->physical_state(p.t, p.y.data());
+      const MechanismState state = s->mechanism_state(p.t, p.y.data());
       DaePoint d{"", p.t, VectorXd(dae->size()), VectorXd::Zero(dae->size())};
       d.y << p.y, Eigen::Map<const VectorXd>(state.a, n), Eigen::Map<const VectorXd>(state.lambda, m);
       d.yp.head(2 * n + nz) = f;

@@ -93,7 +93,7 @@ TEST_CASE("five-bar: the middle point at t = 1 and 5 s") {
     p.formulation = formulation;
     const int x = p.mechanism->coordinate("P2.x"), y = p.mechanism->coordinate("P2.y");
     int k = 0;
-    simulate(p, p.parameters.values(), {1.0, 5.0}, [&](const PhysicalState& s, System&) {
+    simulate(p, p.parameters.values(), {1.0, 5.0}, [&](const MechanismState& s, System&) {
       INFO(formulation << " at t = " << s.t);
       // rtol 1e-10 over 5 s of smooth motion: errors of some 1e2 tolerances.
       CHECK(s.q[x] == Approx(expected[k][0]).margin(3e-8));

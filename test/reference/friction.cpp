@@ -25,7 +25,7 @@ std::vector<double> values(const Scene& scene, const std::string& output, const 
   p.solver.t_end = times.back();
   std::vector<double> r;
   const auto o = make_output(*p.mechanism, output);
-  simulate(p, {}, times, [&](const PhysicalState& s, System& system) { r.push_back(o->value(s, system.assembly())); });
+  simulate(p, {}, times, [&](const MechanismState& s, System& system) { r.push_back(o->value(s, system.assembly())); });
   return r;
 }
 

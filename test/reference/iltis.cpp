@@ -51,7 +51,7 @@ Run run(const std::string& name, double sample) {
   const auto load = make_output(m, "FL.normal_force");
   const int first = m.coordinate("chassis.x");
   Run r;
-  simulate(problem, problem.parameters.values(), times, [&](const PhysicalState& s, System& system) {
+  simulate(problem, problem.parameters.values(), times, [&](const MechanismState& s, System& system) {
     const double *q = s.q + first, *e = q + 3, *v = s.v + first, *a = s.a + first;
     const auto add = [&](Course& c, double x) {
       c.t.push_back(s.t);
@@ -95,10 +95,10 @@ TEST_CASE("Iltis: the forces in the nominal position, before it settles") {
   for (const Scene* scene : {&held, &free}) {
     Problem problem = make_problem(*scene, {"kL1", "k1"});
     problem.solver.t_end = 1e-6;
-    const auto force = [&](const std::string& name, const PhysicalState& s, System& system) {
+    const auto force = [&](const std::string& name, const MechanismState& s, System& system) {
       return make_output(*scene->mechanism(), name)->value(s, system.assembly());
     };
-    simulate(problem, problem.parameters.values(), {0}, [&](const PhysicalState& s, System& system) {
+    simulate(problem, problem.parameters.values(), {0}, [&](const MechanismState& s, System& system) {
       for (const std::string corner : {"FL", "FR", "RL", "RR"}) {
         INFO(corner);
         CHECK(std::abs(force("leaf_" + corner + ".force", s, system) + 2728.86) <= 0.005);
@@ -108,7 +108,7 @@ TEST_CASE("Iltis: the forces in the nominal position, before it settles") {
       }
     });
     // The leaf's force against 1 % more stiffness: none, or 1 % of it.
-    simulate(problem, {1.01 * 35906, 24529}, {0}, [&](const PhysicalState& s, System& system) {
+    simulate(problem, {1.01 * 35906, 24529}, {0}, [&](const MechanismState& s, System& system) {
       const double expected = scene == &held ? -2728.856 : -2728.856 * 1.01;
       CHECK(force("leaf_FL.force", s, system) == Approx(expected).epsilon(1e-8));
     });
@@ -264,7 +264,8 @@ TEST_CASE("Iltis: hand-derived tangents from rest") {
   problem.solver.t_end = 0.5;
   problem.formulation = "baumgarte";
   const auto rho = problem.parameters.values();
-  const GradientResult plain = simulate(problem, rho), tangent = gradient(problem, "hand-tangent", rho),
+  const Simulation plain = simulate(problem, rho);
+  const GradientResult tangent = gradient(problem, "hand-tangent", rho),
                        adjoint = gradient(problem, "cvodes-adjoint", rho);
   CHECK(tangent.counters.steps <= 10 * plain.counters.steps);
   for (std::size_t j = 0; j < rho.size(); ++j)

@@ -66,7 +66,7 @@ TEST_CASE("models: the states of every reference.json") {
     for (const auto& [output, value] : e.at("values").items())
       outputs.emplace_back(output, make_output(*scene.mechanism(), output));
     const Problem p = problem_of(scene, e, {}, std::max(t, 1e-3));
-    simulate(p, p.parameters.values(), {t}, [&](const PhysicalState& s, System& system) {
+    simulate(p, p.parameters.values(), {t}, [&](const MechanismState& s, System& system) {
       for (const auto& [output, o] : outputs) {
         const double value = e.at("values").at(output), x = o->value(s, system.assembly());
         INFO(output << " = " << x << ", reference " << value);

@@ -279,7 +279,7 @@ given = ["ball"]
   Problem p = problem_of(scene, t);
   p.solver.integrator = "cvodes";  // Adams' high orders: a quarter of the steps of IDAS, and of their errors
   Eigen::Matrix3d A;
-  simulate(p, p.parameters.values(), {t}, [&](const PhysicalState& s, System& system) {
+  simulate(p, p.parameters.values(), {t}, [&](const MechanismState& s, System& system) {
     for (int k = 0; k < 9; ++k) A(k % 3, k / 3) = outputs[static_cast<std::size_t>(k)]->value(s, system.assembly());
   });
   // The frame stays a frame; the phase of 6000 rad collects the errors of 1e5 steps.

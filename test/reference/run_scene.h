@@ -37,7 +37,7 @@ inline std::vector<Values> run(const Scene& scene, const std::vector<double>& ti
   for (const auto& name : names) outputs.push_back(make_output(*scene.mechanism(), name));
   std::vector<Values> result;
   const Problem p = problem_of(scene, times.back(), formulation);
-  simulate(p, p.parameters.values(), times, [&](const PhysicalState& s, System& system) {
+  simulate(p, p.parameters.values(), times, [&](const MechanismState& s, System& system) {
     Values row;
     for (const auto& o : outputs) row.push_back(o->value(s, system.assembly()));
     result.push_back(row);

@@ -82,7 +82,7 @@ TEST_CASE("tyre: a linear tyre with a relaxation length, driving and at rest") {
     p.solver.t_end = 1;
     const auto v = make_output(*p.mechanism, "car.y_dot"), alpha = make_output(*p.mechanism, "T.slip_angle"),
                force = make_output(*p.mechanism, "T.lateral_force");
-    simulate(p, p.parameters.values(), {0.1, 0.4, 1.0}, [&](const PhysicalState& x, System& system) {
+    simulate(p, p.parameters.values(), {0.1, 0.4, 1.0}, [&](const MechanismState& x, System& system) {
       const auto [v_t, z_t] = closed_form(x.t, c.s);
       INFO("t = " << x.t);
       // The 1e-8 of the angles, and as much for the run: 1e4 times rtol of the size of the motion.
@@ -145,7 +145,7 @@ given = ["car"]
     const double sigma = 2.1 * 0.3 * std::sin(2 * std::atan(c.load / (1.9 * 4000))),
                  s = c.forward > 0 ? c.forward : 0.1;
     const auto slip = make_output(*p.mechanism, "T.slip_angle"), force = make_output(*p.mechanism, "T.lateral_force");
-    simulate(p, p.parameters.values(), {0.01, 0.05, 0.2}, [&](const PhysicalState& x, System& system) {
+    simulate(p, p.parameters.values(), {0.01, 0.05, 0.2}, [&](const MechanismState& x, System& system) {
       INFO("t = " << x.t);
       const double z = c.lateral / s * (1 - std::exp(-s * x.t / sigma));
       // A thousand times the run's tolerance.
@@ -188,7 +188,7 @@ TEST_CASE("tyre: the golden car's transfer functions on a swinging post") {
     p.solver.rtol = 1e-11;
     p.solver.t_end = 10.5;
     const auto body = make_output(*p.mechanism, "body.z"), axle = make_output(*p.mechanism, "axle.z");
-    simulate(p, p.parameters.values(), {10.0, 10.13, 10.5}, [&](const PhysicalState& x, System& system) {
+    simulate(p, p.parameters.values(), {10.0, 10.13, 10.5}, [&](const MechanismState& x, System& system) {
       INFO(row.frequency << " Hz, t = " << x.t);
       const std::complex<double> turn = h * std::polar(1.0, omega * x.t);
       // The rest of the transient, 6e-12 of 0.02 m, and the run's error, a thousand times its tolerance of

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <string>
 
-#include "costate/linear/sparse_pattern.h"
+#include "costate/linear/to_dense.h"
 
 namespace costate::test {
 
@@ -43,12 +43,7 @@ inline Mismatch mismatch_by_rows(const Eigen::MatrixXd& a, const Eigen::MatrixXd
 }
 
 /// A matrix with values on a pattern, dense.
-inline Eigen::MatrixXd dense(const SparsePattern& pattern, const double* values) {
-  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(pattern.rows, pattern.cols);
-  for (int j = 0; j < pattern.cols; ++j)
-    for (auto k = pattern.column_start[j]; k < pattern.column_start[j + 1]; ++k) A(pattern.row[k], j) += values[k];
-  return A;
-}
+inline Eigen::MatrixXd dense(const SparsePattern& pattern, const double* values) { return to_dense(pattern, values); }
 
 }  // namespace costate::test
 

@@ -67,7 +67,7 @@ parameters = ["m1"]
   return p;
 }
 
-GradientResult run(Problem p, const std::string& integrator) {
+Simulation run(Problem p, const std::string& integrator) {
   p.solver.integrator = integrator;
   take_notices();
   return simulate(p, p.parameters.values());
@@ -83,9 +83,9 @@ bool said_stiff() {
 
 TEST_CASE("stiffness: a stiff damper is run by BDF, which is said") {
   const Problem p = pendulum(1, 1e12);
-  const GradientResult right = run(p, "idas");
+  const Simulation right = run(p, "idas");
   CHECK_FALSE(said_stiff());
-  const GradientResult r = run(p, "cvodes");
+  const Simulation r = run(p, "cvodes");
   CHECK(said_stiff());
   CHECK(r.counters.steps < 10'000);
   // The damper holds Q almost on a circle; each run is good to some 1e3 steps at rtol 1e-8.

@@ -80,15 +80,9 @@ void AccelerationAdjoint::from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd&
 }
 
 void AccelerationAdjoint::integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& out) {
-  const Stabilization& st = level_.stabilization();
   out = running_gradient().rho;
-  Assembly::ParameterWeights w;
-  w.state = X.data() + 2 * n_;
-  w.force = w.state + nz_;
-  w.row = w.force + n_;
-  w.c0 = st.omega * st.omega;
-  w.c1 = 2 * st.xi * st.omega;
-  w.c2 = 1;
+  const double *mu_z = X.data() + 2 * n_, *s1 = mu_z + nz_;
+  const auto w = level_.stabilization().weights(s1, s1 + n_, mu_z);
   assembly_.add_parameter_gradient(state(), w, -1, out.data());
 }
 

@@ -12,7 +12,7 @@ Eigen::VectorXd acceleration_rates(Assembly& assembly, AccelerationLevel& level)
   // The rate of R2 at a' = 0 is Phiddd + 2 xi omega Phidd + omega^2 Phid.
   calc_motion_rates(assembly, s, x.data(), x.data() + n);
   if (st.omega != 0) {
-    const double c1 = 2 * st.xi * st.omega, c0 = st.omega * st.omega;
+    const double c1 = st.by_rate(), c0 = st.by_value();
     const SparsePattern& J = assembly.jacobian();
     for (int i = 0; i < m; ++i)
       x[n + i] += c1 * assembly.bias[static_cast<std::size_t>(i)] + c0 * assembly.phi_t[static_cast<std::size_t>(i)];

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "costate/analysis/start.h"
+#include "costate/level/solved_end.h"
 
 namespace costate {
 
@@ -27,15 +28,11 @@ HandEquations::~HandEquations() = default;
 
 void HandEquations::set_parameters(const double* rho) {
   assembly_.set_parameters(rho);
-  level_.invalidate();
   start_.reset();
 }
 
 const Start& HandEquations::start() {
-  if (!start_) {
-    start_ = std::make_unique<Start>(find_start(assembly_, t_start, true));
-    level_.invalidate();
-  }
+  if (!start_) start_ = std::make_unique<Start>(find_start(assembly_, t_start, true));
   return *start_;
 }
 
@@ -80,7 +77,7 @@ void HandEquations::evaluate(double t, const double* qvz) {
 
 void HandEquations::solve_motion(const StateView& s) {
   level_.solve(s);
-  level_.linearize(level_.state());
+  level_.linearize();
 }
 
 void HandEquations::keep(int number) {
@@ -141,18 +138,15 @@ void HandEquations::cross_kink(double t_before, double t_after, const double* qv
   if (forward) Y = of_states(X);
   const double* v = velocity_jump().calc(at(t_before, before), t_after);
   std::copy(v, v + n_, after.begin() + n_);
-  level_.invalidate();
   if (forward) {
     std::vector<double*> columns;
     for (Eigen::Index j = 0; j < Y.cols(); ++j) columns.push_back(Y.col(j).data());
     velocity_jump().tangent(at(t_before, before), t_after, columns.data(), static_cast<int>(Y.cols()));
-    level_.invalidate();
     evaluate(t_after, after.data());
   } else {
     evaluate(t_after, after.data());
     Y = of_states(X);
     velocity_jump().adjoint(at(t_before, before), t_after, Y.data(), gradient.data());
-    level_.invalidate();
     evaluate(t_before, before.data());
   }
   from_states(Y, X, gradient);
@@ -180,38 +174,22 @@ const Assembly::ParameterColumns& HandEquations::parameter_columns() {
 
 void HandEquations::eliminate_terminal(Eigen::VectorXd& wq, Eigen::VectorXd& wv, Eigen::VectorXd& wz,
                                        Eigen::VectorXd& gradient) {
-  const ScalarGradient& w = terminal_gradient();
+  terminal_gradient();
+  ScalarGradient& w = terminal_;
+  gradient += w.rho;
+  if (objective_.terminal_needs_accelerations()) eliminate_at_end(level_, assembly_, state(), w, 1, gradient.data());
   wq = w.q;
   wv = w.v;
   wz = w.z;
-  gradient += w.rho;
-  if (!objective_.terminal_needs_accelerations()) return;
-  Eigen::VectorXd tau(n_ + m_);
-  tau << w.a, w.lambda;
-  level_.solve_kkt(tau.data());
-  level_.add_transposed(-1, tau.data(), tau.data() + n_, nullptr, wq.data(), wv.data(), wz.data());
-  const Stabilization& st = level_.stabilization();
-  Assembly::ParameterWeights weights;
-  weights.force = tau.data();
-  weights.row = tau.data() + n_;
-  weights.c0 = st.omega * st.omega;
-  weights.c1 = 2 * st.xi * st.omega;
-  weights.c2 = 1;
-  assembly_.add_parameter_gradient(state(), weights, -1, gradient.data());
 }
 
 void HandEquations::solve_tangent_accelerations(const Eigen::MatrixXd& Sq, const Eigen::MatrixXd& Sv,
                                                 const Eigen::MatrixXd& Sz, Eigen::MatrixXd& Sa, Eigen::MatrixXd& Sl) {
-  const Assembly::ParameterColumns& c = parameter_columns();
-  const Stabilization& st = level_.stabilization();
-  Eigen::MatrixXd x(n_ + m_, assembly_.np());
-  x.topRows(n_) = -c.F;
-  x.bottomRows(m_) = -(c.phidd + 2 * st.xi * st.omega * c.phid + st.omega * st.omega * c.phi);
-  for (int j = 0; j < assembly_.np(); ++j) {
-    level_.add_force_rows(-1, Sq.col(j).data(), Sv.col(j).data(), Sz.col(j).data(), x.col(j).data());
-    level_.add_constraint_rows(-1, Sq.col(j).data(), Sv.col(j).data(), x.col(j).data() + n_);
-  }
-  level_.solve_kkt(x.data(), assembly_.np());
+  Eigen::MatrixXd S(2 * n_ + nz_, assembly_.np()), x(n_ + m_, assembly_.np());
+  S << Sq, Sv, Sz;
+  std::vector<const double*> columns;
+  for (int j = 0; j < assembly_.np(); ++j) columns.push_back(S.col(j).data());
+  level_.solve_tangent(columns.data(), assembly_.np(), &parameter_columns(), x.data());
   Sa = x.topRows(n_);
   Sl = x.bottomRows(m_);
 }

@@ -3,6 +3,8 @@
 #include <Eigen/Dense>
 #include <algorithm>
 
+#include "costate/level/solved_end.h"
+
 namespace costate {
 
 HessianEquations::HessianEquations(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
@@ -24,7 +26,6 @@ HessianEquations::HessianEquations(std::shared_ptr<const Mechanism> mechanism, P
 
 void HessianEquations::set_parameters(const double* rho) {
   assembly_.set_parameters(rho);
-  level_.invalidate();
   start_.reset();
 }
 
@@ -38,10 +39,7 @@ void HessianEquations::set_directions(const Eigen::MatrixXd& directions) {
 }
 
 const Start& HessianEquations::start_point(double t) {
-  if (!start_) {
-    start_ = std::make_unique<Start>(find_start(assembly_, t, true));
-    level_.invalidate();
-  }
+  if (!start_) start_ = std::make_unique<Start>(find_start(assembly_, t, true));
   return *start_;
 }
 
@@ -60,21 +58,18 @@ void HessianEquations::solve_tangent(double t, const double* y, const double* ta
   s.v = y + n_;
   s.z = y + 2 * n_;
   level_.solve(s);
-  level_.linearize(level_.state());
+  level_.linearize();
   if (directions() == 0) return;
   assembly_.calc_parameter_columns(level_.state(), columns_);
   tangents_ = Eigen::Map<const Eigen::MatrixXd>(tangents, state_size(), directions());
-  const Stabilization& st = level_.stabilization();
-  accelerations_.topRows(n_).noalias() = -columns_.F * directions_;
-  accelerations_.bottomRows(m_).noalias() = -columns_.phidd * directions_;
-  accelerations_.bottomRows(m_).noalias() -= 2 * st.xi * st.omega * (columns_.phid * directions_);
-  accelerations_.bottomRows(m_).noalias() -= st.omega * st.omega * (columns_.phi * directions_);
-  for (int k = 0; k < directions(); ++k) {
-    const double* x = tangents_.col(k).data();
-    level_.add_force_rows(-1, x, x + n_, x + 2 * n_, accelerations_.col(k).data());
-    level_.add_constraint_rows(-1, x, x + n_, accelerations_.col(k).data() + n_);
-  }
-  level_.solve_kkt(accelerations_.data(), directions());
+  along_.F.noalias() = columns_.F * directions_;
+  along_.phi.noalias() = columns_.phi * directions_;
+  along_.phid.noalias() = columns_.phid * directions_;
+  along_.phidd.noalias() = columns_.phidd * directions_;
+  along_.f.noalias() = columns_.f * directions_;
+  tangent_columns_.clear();
+  for (int k = 0; k < directions(); ++k) tangent_columns_.push_back(tangents_.col(k).data());
+  level_.solve_tangent(tangent_columns_.data(), directions(), &along_, accelerations_.data());
 }
 
 void HessianEquations::motion(double t, const double* y, const double* tangents, double* yp, double* tangents_p) {
@@ -87,7 +82,7 @@ void HessianEquations::motion(double t, const double* y, const double* tangents,
     double* xp = tangents_p + static_cast<std::ptrdiff_t>(k) * state_size();
     std::copy(x + n_, x + 2 * n_, xp);
     std::copy(accelerations_.col(k).data(), accelerations_.col(k).data() + n_, xp + n_);
-    Eigen::Map<Eigen::VectorXd>(xp + 2 * n_, nz_) = columns_.f * directions_.col(k);
+    Eigen::Map<Eigen::VectorXd>(xp + 2 * n_, nz_) = along_.f.col(k);
     level_.add_state_rows(1, x, x + n_, x + 2 * n_, xp + 2 * n_);
   }
 }
@@ -105,18 +100,6 @@ Variation HessianEquations::variation(int k) const {
   return d;
 }
 
-Assembly::ParameterWeights HessianEquations::parameter_weights(const double* s, const double* mu_z) const {
-  const Stabilization& st = level_.stabilization();
-  Assembly::ParameterWeights w;
-  w.force = s;
-  w.row = s + n_;
-  w.c0 = st.omega * st.omega;
-  w.c1 = 2 * st.xi * st.omega;
-  w.c2 = 1;
-  w.state = mu_z;
-  return w;
-}
-
 void HessianEquations::calc_change(bool terminal, int k, const double* s, const double* mu_z) {
   change_.set_zero();
   const StateView state = level_.state();
@@ -130,8 +113,8 @@ void HessianEquations::calc_change(bool terminal, int k, const double* s, const 
   for (int i = 0; i < n_; ++i) force[i] = -s[i];
   for (int i = 0; i < m_; ++i) {
     phidd[i] = -s[n_ + i];
-    phid[i] = 2 * st.xi * st.omega * phidd[i];
-    phi[i] = st.omega * st.omega * phidd[i];
+    phid[i] = st.by_rate() * phidd[i];
+    phi[i] = st.by_value() * phidd[i];
   }
   TermWeights w;
   w.force = force;
@@ -152,17 +135,16 @@ void HessianEquations::add_transposed(double c, const double* s, const double* m
 
 void HessianEquations::end(double* mu, double* dmu, double* gradient, double* products) {
   const int N = state_size(), np = parameter_count();
-  const auto assemble = [&](const ScalarGradient& w, std::vector<double>& s, double* out, double* rho) {
-    std::copy(w.a.data(), w.a.data() + n_, s.begin());
-    std::copy(w.lambda.data(), w.lambda.data() + m_, s.begin() + n_);
-    if (objective_.terminal_needs_accelerations()) level_.solve_kkt(s.data());
+  const auto assemble = [&](ScalarGradient& w, std::vector<double>& s, double* out, double* rho) {
+    for (int j = 0; j < np; ++j) rho[j] += w.rho[j];
+    std::fill(s.begin(), s.end(), 0.0);
+    if (objective_.terminal_needs_accelerations()) {
+      const Eigen::VectorXd t = eliminate_at_end(level_, assembly_, level_.state(), w, 1, rho);
+      std::copy(t.data(), t.data() + n_ + m_, s.begin());
+    }
     std::copy(w.q.data(), w.q.data() + n_, out);
     std::copy(w.v.data(), w.v.data() + n_, out + n_);
     std::copy(w.z.data(), w.z.data() + nz_, out + 2 * n_);
-    for (int j = 0; j < np; ++j) rho[j] += w.rho[j];
-    if (!objective_.terminal_needs_accelerations()) return;
-    add_transposed(-1, s.data(), nullptr, out);
-    assembly_.add_parameter_gradient(level_.state(), parameter_weights(s.data(), nullptr), -1, rho);
   };
   gradient_.set_zero();
   objective_.add_terminal_gradient(level_.state(), assembly_, gradient_);
@@ -187,7 +169,8 @@ void HessianEquations::adjoint(const double* mu, const double* dmu, double* mup,
     for (int i = 0; i < nz_; ++i) xp[2 * n_ + i] = -g.z[i];
     add_transposed(1, s.data(), x + 2 * n_, xp);
     std::copy(g.rho.data(), g.rho.data() + np, rho);
-    assembly_.add_parameter_gradient(level_.state(), parameter_weights(s.data(), x + 2 * n_), -1, rho);
+    assembly_.add_parameter_gradient(level_.state(),
+                                     level_.stabilization().weights(s.data(), s.data() + n_, x + 2 * n_), -1, rho);
   };
   gradient_.set_zero();
   objective_.add_running_gradient(level_.state(), assembly_, gradient_);
@@ -253,7 +236,6 @@ void HessianEquations::begin(double t, const double* mu, const double* dmu, doub
   s.z = start.z.data();
   assembly_.calc_dynamics(s);
   assembly_.calc_partials(s);
-  level_.invalidate();
   Eigen::VectorXd x, y;
   const bool balanced = assembly_.mechanism().starts_at_equilibrium();
   solve_start_multipliers(start, mu, t, x, y);

@@ -56,7 +56,6 @@ class HessianEquations {
  private:
   void solve_tangent(double t, const double* y, const double* tangents);
   Variation variation(int k) const;
-  Assembly::ParameterWeights parameter_weights(const double* s, const double* mu_z) const;
   /// change_ = G along direction k, of the running or the terminal cost and of the equations with weights (s,
   /// mu_z).
   void calc_change(bool terminal, int k, const double* s, const double* mu_z);
@@ -80,7 +79,8 @@ class HessianEquations {
   Eigen::MatrixXd directions_;
   std::vector<std::vector<double>> number_changes_;  // one list a direction
   std::unique_ptr<Start> start_;
-  Assembly::ParameterColumns columns_;
+  Assembly::ParameterColumns columns_, along_;  // of parameters, of directions
+  std::vector<const double*> tangent_columns_;
   Eigen::MatrixXd tangents_, accelerations_;  // (dq, dv, dz) and (da, dlambda), one direction a column
   ScalarGradient gradient_, change_;
   Eigen::VectorXd balance_s_, balance_w_;

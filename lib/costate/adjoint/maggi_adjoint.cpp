@@ -16,17 +16,17 @@ MaggiAdjoint::MaggiAdjoint(std::shared_ptr<const Mechanism> mechanism, Parameter
                            Objective objective)
     : MaggiEquations(std::move(mechanism), std::move(parameters), std::move(objective), Direction::backward) {}
 
-// mu(T) = w in (z, zd, zf), accelerations and multipliers eliminated (0.8).
+// mu(T) = w in (y, yd, z), accelerations and multipliers eliminated (0.8).
 void MaggiAdjoint::begin(Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
   evaluate_parameters();
   const MaggiBlocks::Reduced w = at_.reduce_and_eliminate(terminal_gradient());
   gradient += w.rho;
-  X = join({w.z, w.zd, w.zf});
+  X = join({w.y, w.yd, w.z});
 }
 
 void MaggiAdjoint::integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& out) {
   evaluate_parameters();
-  out = at_.reduce(running_gradient(), true).rho - at_.Fz.transpose() * multiplier(X.col(0)) +
+  out = at_.reduce(running_gradient(), true).rho - at_.Fy.transpose() * multiplier(X.col(0)) +
         at_.Zr.transpose() * force_states(X.col(0));
 }
 
@@ -34,8 +34,8 @@ void MaggiAdjoint::finish(const Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
   const Start& s = start();
   evaluate_start();
   const Adjoint mu = split(X.col(0));
-  gradient += rows_of(s.q_rho, at_.independent()).transpose() * mu.z +
-              rows_of(s.v_rho, at_.independent()).transpose() * mu.zd + s.z_rho.transpose() * mu.f;
+  gradient += rows_of(s.q_rho, at_.independent()).transpose() * mu.y +
+              rows_of(s.v_rho, at_.independent()).transpose() * mu.yd + s.z_rho.transpose() * mu.f;
   begin_afresh();
 }
 
@@ -46,20 +46,20 @@ void MaggiAdjoint::change_chart(int to, Eigen::MatrixXd& X, Eigen::VectorXd& gra
   from_states(Y, X, gradient);
 }
 
-// The weights B^T mu_z of dq and B^T mu_zd of dv.
+// The weights B^T mu_y of dq and B^T mu_yd of dv.
 Eigen::MatrixXd MaggiAdjoint::of_states(const Eigen::MatrixXd& X) {
   const Adjoint mu = split(X.col(0));
   const auto& independent = at_.independent();
   Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(2 * n_ + nz_, 1);
   for (int i = 0; i < f_; ++i) {
-    Y(independent[static_cast<std::size_t>(i)], 0) = mu.z[i];
-    Y(n_ + independent[static_cast<std::size_t>(i)], 0) = mu.zd[i];
+    Y(independent[static_cast<std::size_t>(i)], 0) = mu.y[i];
+    Y(n_ + independent[static_cast<std::size_t>(i)], 0) = mu.yd[i];
   }
   Y.bottomRows(nz_) = mu.f;
   return Y;
 }
 
-// With (5.9): dq = R dz + Nr drho, dv = R dzd + D dz + Vr drho.
+// With (5.9): dq = R dy + Nr drho, dv = R dyd + D dy + Vr drho.
 void MaggiAdjoint::from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
   evaluate_parameters();
   const Eigen::VectorXd q = Y.col(0).head(n_), v = Y.col(0).segment(n_, n_);
@@ -67,55 +67,55 @@ void MaggiAdjoint::from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& X, Eig
   X = join({at_.R.transpose() * q + at_.D.transpose() * v, at_.R.transpose() * v, Y.col(0).tail(nz_)});
 }
 
-// Explicit form of first order: (5.5), with mu = Mz^-1 (mu_zd + g_zdd).
+// Explicit form of first order: (5.5), with mu = My^-1 (mu_yd + g_ydd).
 
 MaggiExplicitAdjoint::MaggiExplicitAdjoint(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
                                            Objective objective)
     : MaggiAdjoint(std::move(mechanism), std::move(parameters), std::move(objective)) {
-  add_rows("mu_z.", independent_names(), true);
-  add_rows("mu_zd.", independent_names(), true);
+  add_rows("mu_y.", independent_names(), true);
+  add_rows("mu_yd.", independent_names(), true);
   add_rows("mu_f.", assembly_.mechanism().state_names(), true);
-  const int z = 0, zd = f_, f = 2 * f_;
+  const int y = 0, yd = f_, f = 2 * f_;
   const SparsePattern If = SparsePattern::identity(f_), ff = full_pattern(f_, f_), fz = full_pattern(f_, nz_);
-  block_.Dz = place(If, z, z);
-  block_.Dzd = place(If, zd, zd);
+  block_.Dy = place(If, y, y);
+  block_.Dyd = place(If, yd, yd);
   block_.Df = place(SparsePattern::identity(nz_), f, f);
-  block_.z_zd = place(ff, z, zd);
-  block_.z_f = place(fz, z, f);
-  block_.zd_z = place(If, zd, z);
-  block_.zd_zd = place(ff, zd, zd);
-  block_.zd_f = place(fz, zd, f);
-  block_.f_zd = place(full_pattern(nz_, f_), f, zd);
+  block_.y_yd = place(ff, y, yd);
+  block_.y_f = place(fz, y, f);
+  block_.yd_y = place(If, yd, y);
+  block_.yd_yd = place(ff, yd, yd);
+  block_.yd_f = place(fz, yd, f);
+  block_.f_yd = place(full_pattern(nz_, f_), f, yd);
   block_.f_f = place(assembly_.state_state(), f, f, true);
   finalize();
 }
 
 void MaggiExplicitAdjoint::fill() {
-  D_.add_constant(block_.Dz, 1);
-  D_.add_constant(block_.Dzd, 1);
+  D_.add_constant(block_.Dy, 1);
+  D_.add_constant(block_.Dyd, 1);
   D_.add_constant(block_.Df, 1);
-  // K^T Mz^-1 = (Mz^-1 K)^T
-  const Eigen::MatrixXd K = at_.solve_mass(at_.Kz).transpose(), C = at_.solve_mass(at_.Cz).transpose(),
+  // K^T My^-1 = (My^-1 K)^T
+  const Eigen::MatrixXd K = at_.solve_mass(at_.Ky).transpose(), C = at_.solve_mass(at_.Cy).transpose(),
                         Q = at_.solve_mass(at_.Qz).transpose(), Zq = at_.Zq.transpose(), Zv = at_.Zv.transpose();
-  A_.add(block_.z_zd, K.data());
-  A_.add(block_.z_f, Zq.data(), -1);
-  A_.add_constant(block_.zd_z, -1);
-  A_.add(block_.zd_zd, C.data());
-  A_.add(block_.zd_f, Zv.data(), -1);
-  A_.add(block_.f_zd, Q.data(), -1);
+  A_.add(block_.y_yd, K.data());
+  A_.add(block_.y_f, Zq.data(), -1);
+  A_.add_constant(block_.yd_y, -1);
+  A_.add(block_.yd_yd, C.data());
+  A_.add(block_.yd_f, Zv.data(), -1);
+  A_.add(block_.f_yd, Q.data(), -1);
   A_.add(block_.f_f, assembly_.f_z.data(), -1);
   const MaggiBlocks::Reduced g = running();
-  b_ = stacked(-g.z + K * g.zdd, -g.zd + C * g.zdd, -g.zf - Q * g.zdd);
+  b_ = stacked(-g.y + K * g.ydd, -g.yd + C * g.ydd, -g.z - Q * g.ydd);
 }
 
-Eigen::VectorXd MaggiExplicitAdjoint::join(const Adjoint& mu) { return stacked(mu.z, mu.zd, mu.f); }
+Eigen::VectorXd MaggiExplicitAdjoint::join(const Adjoint& mu) { return stacked(mu.y, mu.yd, mu.f); }
 
 MaggiAdjoint::Adjoint MaggiExplicitAdjoint::split(const Eigen::VectorXd& X) {
   return {X.head(f_), X.segment(f_, f_), force_states(X)};
 }
 
 Eigen::VectorXd MaggiExplicitAdjoint::multiplier(const Eigen::VectorXd& X) {
-  return at_.solve_mass(X.segment(f_, f_) + running().zdd);
+  return at_.solve_mass(X.segment(f_, f_) + running().ydd);
 }
 
 // Implicit form of first order: (5.7).
@@ -123,18 +123,18 @@ Eigen::VectorXd MaggiExplicitAdjoint::multiplier(const Eigen::VectorXd& X) {
 MaggiImplicitAdjoint::MaggiImplicitAdjoint(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
                                            Objective objective)
     : MaggiAdjoint(std::move(mechanism), std::move(parameters), std::move(objective)) {
-  add_rows("mu_z.", independent_names(), true);
+  add_rows("mu_y.", independent_names(), true);
   add_rows("mu.", independent_names(), true);
   add_rows("mu_f.", assembly_.mechanism().state_names(), true);
-  const int z = 0, u = f_, f = 2 * f_;
+  const int y = 0, u = f_, f = 2 * f_;
   const SparsePattern If = SparsePattern::identity(f_), ff = full_pattern(f_, f_), fz = full_pattern(f_, nz_),
                       zxf = full_pattern(nz_, f_);
-  block_.Dz = place(If, z, z);
+  block_.Dy = place(If, y, y);
   block_.DP = place(ff, u, u);
   block_.Df = place(SparsePattern::identity(nz_), f, f);
-  block_.z_mu = place(ff, z, u, true);
-  block_.z_f = place(zxf, z, f, true);
-  block_.P_z = place(If, u, z);
+  block_.y_mu = place(ff, y, u, true);
+  block_.y_f = place(zxf, y, f, true);
+  block_.P_y = place(If, u, y);
   block_.P_mu = place(ff, u, u, true);
   block_.P_f = place(zxf, u, f, true);
   block_.f_mu = place(fz, f, u, true);
@@ -143,27 +143,27 @@ MaggiImplicitAdjoint::MaggiImplicitAdjoint(std::shared_ptr<const Mechanism> mech
 }
 
 void MaggiImplicitAdjoint::fill() {
-  D_.add_constant(block_.Dz, 1);
-  D_.add(block_.DP, at_.Mz.data());
+  D_.add_constant(block_.Dy, 1);
+  D_.add(block_.DP, at_.My.data());
   D_.add_constant(block_.Df, 1);
-  A_.add(block_.z_mu, at_.Kz.data());
-  A_.add(block_.z_f, at_.Zq.data(), -1);
-  A_.add_constant(block_.P_z, -1);
-  A_.add(block_.P_mu, at_.Cz.data());
+  A_.add(block_.y_mu, at_.Ky.data());
+  A_.add(block_.y_f, at_.Zq.data(), -1);
+  A_.add_constant(block_.P_y, -1);
+  A_.add(block_.P_mu, at_.Cy.data());
   A_.add(block_.P_f, at_.Zv.data(), -1);
   A_.add(block_.f_mu, at_.Qz.data(), -1);
   A_.add(block_.f_f, assembly_.f_z.data(), -1);
   const MaggiBlocks::Reduced g = running();
-  b_ = stacked(-g.z, -g.zd, -g.zf);
-  d_.col(0).segment(f_, f_) = -g.zdd;
+  b_ = stacked(-g.y, -g.yd, -g.z);
+  d_.col(0).segment(f_, f_) = -g.ydd;
 }
 
 Eigen::VectorXd MaggiImplicitAdjoint::join(const Adjoint& mu) {
-  return stacked(mu.z, at_.solve_mass(mu.zd + running().zdd), mu.f);
+  return stacked(mu.y, at_.solve_mass(mu.yd + running().ydd), mu.f);
 }
 
 MaggiAdjoint::Adjoint MaggiImplicitAdjoint::split(const Eigen::VectorXd& X) {
-  return {X.head(f_), at_.Mz * X.segment(f_, f_) - running().zdd, force_states(X)};
+  return {X.head(f_), at_.My * X.segment(f_, f_) - running().ydd, force_states(X)};
 }
 
 Eigen::VectorXd MaggiImplicitAdjoint::multiplier(const Eigen::VectorXd& X) { return X.segment(f_, f_); }

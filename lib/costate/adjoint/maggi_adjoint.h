@@ -1,16 +1,16 @@
 // The adjoint equations of Maggi's formulations in independent coordinates, lib/README.md (5.5) to (5.12). All
-// of them stand for the adjoints mu_z, mu_zd, mu_f of the states (z, zd, zf) and differ in what they
-// integrate. With mu the adjoint of the equations of motion and g_z, g_zd, g_zdd the cost's gradient in
+// of them stand for the adjoints mu_y, mu_yd, mu_f of the states (y, yd, z) and differ in what they
+// integrate. With mu the adjoint of the equations of motion and g_y, g_yd, g_ydd the cost's gradient in
 // independent variables:
-//   Mz mu = mu_zd + g_zdd
-//   mu_z'  = -g_z + Kz^T mu - Zq^T mu_f
-//   mu_zd' = -g_zd - mu_z + Cz^T mu - Zv^T mu_f
-//   mu_f'  = -g_zf - Qz^T mu - f_z^T mu_f
-//   psi_rho = w_rho + integral of g_rho - Fz^T mu + Zr^T mu_f dt
-//             + z_rho^T mu_z + zd_rho^T mu_zd + zf_rho^T mu_f at the start
+//   My mu = mu_yd + g_ydd
+//   mu_y'  = -g_y + Ky^T mu - Zq^T mu_f
+//   mu_yd' = -g_yd - mu_y + Cy^T mu - Zv^T mu_f
+//   mu_f'  = -g_z - Qz^T mu - f_z^T mu_f
+//   psi_rho = w_rho + integral of g_rho - Fy^T mu + Zr^T mu_f dt
+//             + y_rho^T mu_y + yd_rho^T mu_yd + z_rho^T mu_f at the start
 // Another choice of coordinates, going back in time from B2 to B1 (5.12):
-//   mu_z1 = (B2 R1)^T mu_z2 + (B2 D1)^T mu_zd2,   mu_zd1 = (B2 R1)^T mu_zd2,
-//   psi_rho gains (B2 Nr1)^T mu_z2 + (B2 Vr1)^T mu_zd2.
+//   mu_y1 = (B2 R1)^T mu_y2 + (B2 D1)^T mu_yd2,   mu_yd1 = (B2 R1)^T mu_yd2,
+//   psi_rho gains (B2 Nr1)^T mu_y2 + (B2 Vr1)^T mu_yd2.
 #pragma once
 
 #include "costate/adjoint/maggi_equations.h"
@@ -26,7 +26,7 @@ class MaggiAdjoint : public MaggiEquations {
 
  protected:
   struct Adjoint {
-    Eigen::VectorXd z, zd, f;
+    Eigen::VectorXd y, yd, f;
   };
   /// X at the evaluated point from the states' adjoints, and back.
   virtual Eigen::VectorXd join(const Adjoint& mu) = 0;
@@ -42,7 +42,7 @@ class MaggiAdjoint : public MaggiEquations {
   void from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
 };
 
-/// Explicit form of first order: X = (mu_z, mu_zd, mu_f), mu solved for.
+/// Explicit form of first order: X = (mu_y, mu_yd, mu_f), mu solved for.
 class MaggiExplicitAdjoint final : public MaggiAdjoint {
  public:
   MaggiExplicitAdjoint(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective);
@@ -55,13 +55,13 @@ class MaggiExplicitAdjoint final : public MaggiAdjoint {
 
  private:
   struct Blocks {
-    int Dz, Dzd, Df, z_zd, z_f, zd_z, zd_zd, zd_f, f_zd, f_f;
+    int Dy, Dyd, Df, y_yd, y_f, yd_y, yd_yd, yd_f, f_yd, f_f;
   } block_{};
 };
 
-/// Implicit form of first order (5.7): X = (mu_z, mu, mu_f), with the momentum P = Mz mu - g_zdd (= mu_zd)
-/// carried as it is, so that neither Mz is inverted nor its rate needed:
-///   P' = (Mz mu - g_zdd)' = -g_zd - mu_z + Cz^T mu - Zv^T mu_f.
+/// Implicit form of first order (5.7): X = (mu_y, mu, mu_f), with the momentum P = My mu - g_ydd (= mu_yd)
+/// carried as it is, so that neither My is inverted nor its rate needed:
+///   P' = (My mu - g_ydd)' = -g_yd - mu_y + Cy^T mu - Zv^T mu_f.
 class MaggiImplicitAdjoint final : public MaggiAdjoint {
  public:
   MaggiImplicitAdjoint(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective);
@@ -74,7 +74,7 @@ class MaggiImplicitAdjoint final : public MaggiAdjoint {
 
  private:
   struct Blocks {
-    int Dz, DP, Df, z_mu, z_f, P_z, P_mu, P_f, f_mu, f_f;
+    int Dy, DP, Df, y_mu, y_f, P_y, P_mu, P_f, f_mu, f_f;
   } block_{};
 };
 

@@ -91,7 +91,7 @@ void MaggiBlocks::evaluate(const StateView& s) {
   t_ = s.t;
   q_ = Eigen::Map<const Eigen::VectorXd>(s.q, n_);
   v_ = Eigen::Map<const Eigen::VectorXd>(s.v, n_);
-  zf_ = Eigen::Map<const Eigen::VectorXd>(s.z, nz_);
+  z_ = Eigen::Map<const Eigen::VectorXd>(s.z, nz_);
   a_.setZero(n_);
   lambda_.setZero(m_);
   assembly_.calc_dynamics(state());
@@ -103,11 +103,11 @@ void MaggiBlocks::evaluate(const StateView& s) {
         "a tighter rtol, so that steps are shorter; the mechanism may pass a singular configuration.");
   const SparsePattern &square = assembly_.square(), &jacobian = assembly_.jacobian();
 
-  // (5.1), (5.2): a = R zdd + S c, c = -bias; Mz zdd = R^T (Q - M S c); lambda = -S^T (M a - Q).
+  // (5.1), (5.2): a = R ydd + S c, c = -bias; My ydd = R^T (Q - M S c); lambda = -S^T (M a - Q).
   R = null_space(X);
   const Eigen::MatrixXd MR = times(square, assembly_.M, R);
-  Mz = R.transpose() * MR;
-  mass_factor_.compute(Mz);
+  My = R.transpose() * MR;
+  mass_factor_.compute(My);
   if (mass_factor_.info() != Eigen::Success)
     singular(
         "a motion that the constraints allow moves no mass. Give the bodies that it moves mass, or constrain "
@@ -125,8 +125,8 @@ void MaggiBlocks::evaluate(const StateView& s) {
   // (5.9)
   D = times_S(-times(jacobian, assembly_.phid_q, R));
   A = times_S(-times(jacobian, assembly_.phidd_q, R) - 2 * times(jacobian, assembly_.phid_q, D));
-  Cz = R.transpose() * (times(square, assembly_.C, R) + 2 * times(square, assembly_.M, D));
-  Kz = R.transpose() * (times(square, assembly_.K, R) + times(square, assembly_.C, D) + times(square, assembly_.M, A));
+  Cy = R.transpose() * (times(square, assembly_.C, R) + 2 * times(square, assembly_.M, D));
+  Ky = R.transpose() * (times(square, assembly_.K, R) + times(square, assembly_.C, D) + times(square, assembly_.M, A));
   Qz = transposed_times(assembly_.force_state(), assembly_.Q_z, R).transpose();
   Zv = times(assembly_.state_force(), assembly_.f_v, R);
   Zq = times(assembly_.state_force(), assembly_.f_q, R) + times(assembly_.state_force(), assembly_.f_v, D);
@@ -139,7 +139,7 @@ StateView MaggiBlocks::state() const {
   s.v = v_.data();
   s.a = a_.data();
   s.lambda = lambda_.data();
-  s.z = zf_.data();
+  s.z = z_.data();
   return s;
 }
 
@@ -148,7 +148,7 @@ void MaggiBlocks::evaluate_parameters(const Assembly::ParameterColumns& c) {
   Nr = times_S(-c.phi);
   Vr = times_S(-c.phid - times(jacobian, assembly_.phid_q, Nr));
   Ar = times_S(-c.phidd - times(jacobian, assembly_.phidd_q, Nr) - 2 * times(jacobian, assembly_.phid_q, Vr));
-  Fz = R.transpose() *
+  Fy = R.transpose() *
        (c.F + times(square, assembly_.K, Nr) + times(square, assembly_.C, Vr) + times(square, assembly_.M, Ar));
   Zr = c.f + times(rates, assembly_.f_q, Nr) + times(rates, assembly_.f_v, Vr);
   F = c.F;
@@ -185,42 +185,42 @@ void MaggiBlocks::add_null_weight(const Eigen::VectorXd& y, Eigen::VectorXd& q, 
   assembly_.add_parameter_gradient(s, w, 1, rho.data());
 }
 
-// With y = S g_l^T: ga = g_a - y^T M, gv = g_v - y^T C, gq = g_q - y^T K, gzf = g_z + y^T Q_z, gr = g_rho -
-// y^T F_rho; then gzdd = ga R, gzd = gv R + ga E, gz = gq R + gv D + ga A, and gr + gq Nr + gv Vr + ga Ar.
+// With x = S g_l^T: ga = g_a - x^T M, gv = g_v - x^T C, gq = g_q - x^T K, gz = g_z + x^T Q_z, gr = g_rho -
+// x^T F_rho; then gydd = ga R, gyd = gv R + ga E, gy = gq R + gv D + ga A, and gr + gq Nr + gv Vr + ga Ar.
 MaggiBlocks::Reduced MaggiBlocks::reduce(const ScalarGradient& g, bool with_parameters) {
   Eigen::VectorXd q = g.q, v = g.v, a = g.a;
   Reduced r;
-  r.zf = g.z;
+  r.z = g.z;
   r.rho = g.rho;
   if (!g.lambda.isZero(0)) {
     const SparsePattern& square = assembly_.square();
-    const Eigen::VectorXd y = times_S(g.lambda);
-    a -= transposed_times(square, assembly_.M, y);
-    v -= transposed_times(square, assembly_.C, y);
-    q -= transposed_times(square, assembly_.K, y);
-    r.zf += transposed_times(assembly_.force_state(), assembly_.Q_z, y);
-    if (with_parameters) r.rho -= F.transpose() * y;
+    const Eigen::VectorXd x = times_S(g.lambda);
+    a -= transposed_times(square, assembly_.M, x);
+    v -= transposed_times(square, assembly_.C, x);
+    q -= transposed_times(square, assembly_.K, x);
+    r.z += transposed_times(assembly_.force_state(), assembly_.Q_z, x);
+    if (with_parameters) r.rho -= F.transpose() * x;
     add_null_weight(g.lambda, q, r.rho);
   }
-  r.zdd = R.transpose() * a;
-  r.zd = R.transpose() * v + 2 * D.transpose() * a;
-  r.z = R.transpose() * q + D.transpose() * v + A.transpose() * a;
+  r.ydd = R.transpose() * a;
+  r.yd = R.transpose() * v + 2 * D.transpose() * a;
+  r.y = R.transpose() * q + D.transpose() * v + A.transpose() * a;
   if (with_parameters) r.rho += Nr.transpose() * q + Vr.transpose() * v + Ar.transpose() * a;
   return r;
 }
 
 MaggiBlocks::Reduced MaggiBlocks::reduce_and_eliminate(const ScalarGradient& g) {
   Reduced r = reduce(g, true);
-  const Eigen::VectorXd tau = solve_mass(r.zdd);
-  r.z -= Kz.transpose() * tau;
-  r.zd -= Cz.transpose() * tau;
-  r.zf += Qz.transpose() * tau;
-  r.rho -= Fz.transpose() * tau;
-  r.zdd.setZero();
+  const Eigen::VectorXd tau = solve_mass(r.ydd);
+  r.y -= Ky.transpose() * tau;
+  r.yd -= Cy.transpose() * tau;
+  r.z += Qz.transpose() * tau;
+  r.rho -= Fy.transpose() * tau;
+  r.ydd.setZero();
   return r;
 }
 
-// [u; p] with Phi_q u = g, M u + Phi_q^T p = h: u = S g + R y, Mz y = R^T (h - M S g), p = S^T (h - M u).
+// [u; p] with Phi_q u = g, M u + Phi_q^T p = h: u = S g + R y, My y = R^T (h - M S g), p = S^T (h - M u).
 void MaggiBlocks::solve_impulses(double* b) {
   const SparsePattern& square = assembly_.square();
   Eigen::Map<Eigen::VectorXd> h(b, n_), g(b + n_, m_);

@@ -1,7 +1,7 @@
 // Maggi's equations at one point of a motion (lib/README.md (5.9)), written out as matrices: the motion itself,
-// and what its derivatives are in independent coordinates z = B q (not the force states, which are zf here):
-//   dq = R dz + Nr drho,   dv = R dzd + D dz + Vr drho,   da = R dzdd + E dzd + A dz + Ar drho,
-//   R^T dR1 = Mz dzdd + Cz dzd + Kz dz - Qz dzf + Fz drho,   df = Zv dzd + Zq dz + f_z dzf + Zr drho
+// and what its derivatives are in independent coordinates y = B q (z are the force states):
+//   dq = R dy + Nr drho,   dv = R dyd + D dy + Vr drho,   da = R dydd + E dyd + A dy + Ar drho,
+//   R^T dR1 = My dydd + Cy dyd + Ky dy - Qz dz + Fy drho,   df = Zv dyd + Zq dy + f_z dz + Zr drho
 // with [Phi_q; B]^-1 = [S R] and
 //   D = R' = -S Phid_q R,   E = 2 D,   A = R'' = -S (Phidd_q R + 2 Phid_q D),
 //   Nr = -S Phi_rho,   Vr = -S (Phid_rho + Phid_q Nr),   Ar = -S (Phidd_rho + Phidd_q Nr + 2 Phid_q Vr).
@@ -38,13 +38,13 @@ class MaggiBlocks {
   void evaluate(const StateView& s);
   /// Afterwards: the point with its accelerations and multipliers.
   StateView state() const;
-  /// Nr, Vr, Ar, Fz, Zr from the assembly's parameter columns there.
+  /// Nr, Vr, Ar, Fy, Zr from the assembly's parameter columns there.
   void evaluate_parameters(const Assembly::ParameterColumns& c);
 
   Eigen::MatrixXd R, D, A;                 // n x f
-  Eigen::MatrixXd Mz, Cz, Kz, Qz, Zv, Zq;  // f x f, Qz f x nz, Zv and Zq nz x f
-  Eigen::MatrixXd F, Nr, Vr, Ar, Fz, Zr;   // F = R1_rho: n x np; Fz f x np, Zr nz x np
-  /// Mz^-1 b
+  Eigen::MatrixXd My, Cy, Ky, Qz, Zv, Zq;  // f x f, Qz f x nz, Zv and Zq nz x f
+  Eigen::MatrixXd F, Nr, Vr, Ar, Fy, Zr;   // F = R1_rho: n x np; Fy f x np, Zr nz x np
+  /// My^-1 b
   Eigen::MatrixXd solve_mass(const Eigen::MatrixXd& b) const {
     if (b.size() == 0) return b;  // no motion, or no force state: nothing that Eigen should solve
     return mass_factor_.solve(b);
@@ -59,7 +59,7 @@ class MaggiBlocks {
 
   /// The gradient of a cost in the independent variables.
   struct Reduced {
-    Eigen::VectorXd z, zd, zdd, zf, rho;
+    Eigen::VectorXd y, yd, ydd, z, rho;
   };
   /// Accelerations remain variables; multipliers do not. With parameters after evaluate_parameters() only.
   Reduced reduce(const ScalarGradient& g, bool with_parameters);
@@ -86,7 +86,7 @@ class MaggiBlocks {
   std::vector<double> weight_;  // of coordinates, for the choice
   Eigen::LLT<Eigen::MatrixXd> mass_factor_;
   double t_ = 0;
-  Eigen::VectorXd q_, v_, a_, lambda_, zf_;
+  Eigen::VectorXd q_, v_, a_, lambda_, z_;
   Eigen::VectorXd normal_;  // u, with redundant rows
 };
 

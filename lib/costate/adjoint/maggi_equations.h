@@ -35,7 +35,7 @@ class MaggiEquations : public HandEquations {
   void begin_afresh() { fresh_ = true; }
   /// The evaluated point once more, in another chart.
   void evaluate_in_chart(int chart);
-  /// Nr, Vr, Ar, Fz, Zr at the evaluated point.
+  /// Nr, Vr, Ar, Fy, Zr at the evaluated point.
   void evaluate_parameters();
 
   MaggiBlocks at_;

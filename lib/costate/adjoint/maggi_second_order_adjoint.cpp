@@ -60,52 +60,52 @@ void MaggiSecondOrderAdjoint::fill() {
   const Eigen::MatrixXd MR = times(square, assembly_.M, R), MD = times(square, assembly_.M, D),
                         M1R = times(square, rates_.M_dot, R), M1D = times(square, rates_.M_dot, D);
   const Eigen::MatrixXd RMD = R.transpose() * MD, RM1D = R.transpose() * M1D, RMA = MR.transpose() * A;
-  Mz_dot_ = R.transpose() * M1R + RMD + RMD.transpose();
-  const Eigen::MatrixXd Mz_ddot = R.transpose() * times(square, rates_.M_ddot, R) +
+  My_dot_ = R.transpose() * M1R + RMD + RMD.transpose();
+  const Eigen::MatrixXd My_ddot = R.transpose() * times(square, rates_.M_ddot, R) +
                                   2 * (RM1D + RM1D.transpose() + D.transpose() * MD) + RMA + RMA.transpose();
-  const Eigen::MatrixXd Cz_dot = D.transpose() * (times(square, assembly_.C, R) + 2 * MD) +
+  const Eigen::MatrixXd Cy_dot = D.transpose() * (times(square, assembly_.C, R) + 2 * MD) +
                                  R.transpose() * (times(square, rates_.C_dot, R) + times(square, assembly_.C, D)) +
                                  2 * RM1D + 2 * RMA;
-  Eigen::MatrixXd nu_mu = Cz_dot.transpose() - Mz_ddot - at_.Kz.transpose();
-  const Eigen::MatrixXd nu_nu = at_.Cz.transpose() - Mz_dot_;
+  Eigen::MatrixXd nu_mu = Cy_dot.transpose() - My_ddot - at_.Ky.transpose();
+  const Eigen::MatrixXd nu_nu = at_.Cy.transpose() - My_dot_;
   const ScalarGradient& g = running_gradient();
   const MaggiBlocks::Reduced r = running();
   ScalarGradient rate;
   rate.resize(assembly_);
   calc_running_gradient_rate(objective_, assembly_, state(), rate);
-  Eigen::VectorXd b = r.z - D.transpose() * g.v - R.transpose() * rate.v;
+  Eigen::VectorXd b = r.y - D.transpose() * g.v - R.transpose() * rate.v;
   if (nz_ > 0) {
-    // Zq^T mu_f - Zv'^T mu_f - Zv^T mu_f' with mu_f' = -g_zf - Qz^T mu - f_z^T mu_f
+    // Zq^T mu_f - Zv'^T mu_f - Zv^T mu_f' with mu_f' = -g_z - Qz^T mu - f_z^T mu_f
     const SparsePattern& state_force = assembly_.state_force();
     const Eigen::MatrixXd Zv_dot = times(state_force, rates_.f_v_dot, R) + times(state_force, assembly_.f_v, D);
     const Eigen::MatrixXd nu_f = (at_.Zq - Zv_dot + times(assembly_.state_state(), assembly_.f_z, at_.Zv)).transpose();
     A_.add(block_.nu_f, nu_f.data());
     nu_mu += at_.Zv.transpose() * at_.Qz.transpose();
-    b += at_.Zv.transpose() * r.zf;
+    b += at_.Zv.transpose() * r.z;
     A_.add(block_.f_mu, at_.Qz.data(), -1);
     A_.add(block_.f_f, assembly_.f_z.data(), -1);
   }
   D_.add_constant(block_.D_mu, 1);
-  D_.add(block_.D_nu, at_.Mz.data());
+  D_.add(block_.D_nu, at_.My.data());
   D_.add_constant(block_.D_f, 1);
   A_.add_constant(block_.mu_nu, 1);
   A_.add(block_.nu_nu, nu_nu.data());
   A_.add(block_.nu_mu, nu_mu.data());
-  b_ = stacked(Eigen::VectorXd::Zero(f_), b, -r.zf);
+  b_ = stacked(Eigen::VectorXd::Zero(f_), b, -r.z);
 }
 
 Eigen::VectorXd MaggiSecondOrderAdjoint::rest(const Eigen::VectorXd& mu, const Eigen::VectorXd& mu_f) {
-  return -running().zd + at_.Cz.transpose() * mu - at_.Zv.transpose() * mu_f - Mz_dot_ * mu;
+  return -running().yd + at_.Cy.transpose() * mu - at_.Zv.transpose() * mu_f - My_dot_ * mu;
 }
 
 Eigen::VectorXd MaggiSecondOrderAdjoint::join(const Adjoint& mu) {
-  const Eigen::VectorXd u = at_.solve_mass(mu.zd);
-  return stacked(u, at_.solve_mass(rest(u, mu.f) - mu.z), mu.f);
+  const Eigen::VectorXd u = at_.solve_mass(mu.yd);
+  return stacked(u, at_.solve_mass(rest(u, mu.f) - mu.y), mu.f);
 }
 
 MaggiAdjoint::Adjoint MaggiSecondOrderAdjoint::split(const Eigen::VectorXd& X) {
   const Eigen::VectorXd u = X.head(f_), mu_f = force_states(X);
-  return {rest(u, mu_f) - at_.Mz * X.segment(f_, f_), at_.Mz * u, mu_f};
+  return {rest(u, mu_f) - at_.My * X.segment(f_, f_), at_.My * u, mu_f};
 }
 
 }  // namespace costate

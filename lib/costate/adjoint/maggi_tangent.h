@@ -1,8 +1,8 @@
-// The tangent equations (direct differentiation) of Maggi's formulations, lib/README.md (5.10): with dz = Sz,
+// The tangent equations (direct differentiation) of Maggi's formulations, lib/README.md (5.10): with dy = Sy,
 // ...
-//   Sz' = Szd,   Mz Szdd + Cz Szd + Kz Sz - Qz Szf = -Fz,   Szf' = Zv Szd + Zq Sz + f_z Szf + Zr.
-// The explicit form integrates (Sz, Szd, Szf), with Szd' = Szdd solved for; the implicit one keeps Szdd as an
-// unknown of the algebraic row. Where the independent coordinates change: Sz = B2 dq, Szd = B2 dv (5.6).
+//   Sy' = Syd,   My Sydd + Cy Syd + Ky Sy - Qz Sz = -Fy,   Sz' = Zv Syd + Zq Sy + f_z Sz + Zr.
+// The explicit form integrates (Sy, Syd, Sz), with Syd' = Sydd solved for; the implicit one keeps Sydd as an
+// unknown of the algebraic row. Where the independent coordinates change: Sy = B2 dq, Syd = B2 dv (5.6).
 #pragma once
 
 #include "costate/adjoint/maggi_equations.h"
@@ -27,16 +27,16 @@ class MaggiTangent final : public MaggiEquations {
  private:
   /// dq, dv, da, dlambda of X at the evaluated point.
   void expand(const Eigen::MatrixXd& X);
-  /// X from dq, dv and dzf, in the chart of the evaluated point.
-  Eigen::MatrixXd project(const Eigen::MatrixXd& dq, const Eigen::MatrixXd& dv, const Eigen::MatrixXd& dzf);
-  /// Szdd of the equations of motion.
+  /// X from dq, dv and dz, in the chart of the evaluated point.
+  Eigen::MatrixXd project(const Eigen::MatrixXd& dq, const Eigen::MatrixXd& dv, const Eigen::MatrixXd& dz);
+  /// Sydd of the equations of motion.
   Eigen::MatrixXd accelerations(const Eigen::MatrixXd& X);
   void add_null_terms(const ScalarGradient& g, Eigen::VectorXd& out);
 
   Form form_;
-  Eigen::MatrixXd dq_, dv_, da_, dlambda_, dzf_;
+  Eigen::MatrixXd dq_, dv_, da_, dlambda_, dz_;
   struct Blocks {
-    int Dz, Dzd, Dzf, z_zd, zd_z, zd_zd, zd_zf, zd_w, zf_z, zf_zd, zf_zf, w_z, w_zd, w_zf, w_w;
+    int Dy, Dyd, Dz, y_yd, yd_y, yd_yd, yd_z, yd_w, z_y, z_yd, z_z, w_y, w_yd, w_z, w_w;
   } block_{};
 };
 

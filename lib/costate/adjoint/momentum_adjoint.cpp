@@ -4,6 +4,7 @@
 
 #include "costate/adjoint/gradient_rate.h"
 #include "costate/analysis/start.h"
+#include "costate/linear/to_dense.h"
 
 namespace costate {
 
@@ -97,9 +98,7 @@ void MomentumAdjoint::from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& X, 
   add_transposed_product(J, assembly_.phid_q.data(), -1, eta_v.data(), mu_q.data());
   if (constraints_ == Constraints::index2) {
     // Least squares: redundant rows do no harm.
-    Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(m_, n_);
-    for (int j = 0; j < n_; ++j)
-      for (auto k = J.column_start[j]; k < J.column_start[j + 1]; ++k) dense(J.row[k], j) = assembly_.phi_q[k];
+    const Eigen::MatrixXd dense = to_dense(J, assembly_.phi_q.data());
     if (m_ > 0) eta_q = dense.transpose().completeOrthogonalDecomposition().solve(mu_q);
   } else {
     kkt.head(n_) = -g.v - mu_q;

@@ -3,17 +3,11 @@
 #include "costate/adjoint/gradient_rate.h"
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
+#include "costate/linear/to_dense.h"
 
 namespace costate {
 
 namespace {
-Eigen::MatrixXd dense(const SparsePattern& p, const std::vector<double>& x) {
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(p.rows, p.cols);
-  for (int j = 0; j < p.cols; ++j)
-    for (auto k = p.column_start[j]; k < p.column_start[j + 1]; ++k) out(p.row[k], j) = x[k];
-  return out;
-}
-
 SparsePattern full(int rows, int cols) {
   std::vector<std::pair<int, int>> e;
   for (int i = 0; i < rows; ++i)
@@ -82,8 +76,8 @@ void SecondOrderAdjoint::fill() {
   A_.add(at_.nu_mu_t, rates_.C_dot.data());
   A_.add(at_.nu_mu_t, assembly_.K.data(), -1);
   A_.add(at_.nu_tau, assembly_.phid_q.data());
-  A_.add(at_.nu_tau, assembly_.phi_q.data(), 2 * st.xi * st.omega);
-  A_.add(at_.nu_sigma, assembly_.phi_q.data(), -st.omega * st.omega);
+  A_.add(at_.nu_tau, assembly_.phi_q.data(), st.by_rate());
+  A_.add(at_.nu_sigma, assembly_.phi_q.data(), -st.by_value());
   D_.add_constant(at_.D_sigma, 1);
   A_.add_constant(at_.sigma_tau, 1);
   A_.add(at_.t_nu, assembly_.phi_q.data());
@@ -101,9 +95,9 @@ void SecondOrderAdjoint::fill() {
   A_.add(at_.nu_z, assembly_.f_q.data());
   A_.add(at_.nu_z, rates_.f_v_dot.data(), -1);
   // -f_v^T mu_z' = f_v^T (g_z + Q_z^T mu + f_z^T mu_z)
-  const Eigen::MatrixXd f_v = dense(assembly_.state_force(), assembly_.f_v);
-  const Eigen::MatrixXd fz = f_v.transpose() * dense(assembly_.state_state(), assembly_.f_z).transpose();
-  const Eigen::MatrixXd Qz = f_v.transpose() * dense(assembly_.force_state(), assembly_.Q_z).transpose();
+  const Eigen::MatrixXd f_v = to_dense(assembly_.state_force(), assembly_.f_v.data());
+  const Eigen::MatrixXd fz = f_v.transpose() * to_dense(assembly_.state_state(), assembly_.f_z.data()).transpose();
+  const Eigen::MatrixXd Qz = f_v.transpose() * to_dense(assembly_.force_state(), assembly_.Q_z.data()).transpose();
   A_.add(at_.nu_fv_fz, fz.data());
   A_.add(at_.nu_fv_Qz, Qz.data());
   b_.col(0).segment(n_, n_) += f_v.transpose() * g.z;
@@ -160,7 +154,6 @@ SecondOrderAdjoint::StateAdjoint SecondOrderAdjoint::split(const Eigen::MatrixXd
 std::vector<double> SecondOrderAdjoint::plan(const std::vector<double>& times, const Motion& motion) {
   require_plain_cost();
   kinks_ = find_force_kinks(assembly_, objective_, times, motion);
-  level_.invalidate();
   std::vector<double> changes;
   append_times(kinks_, changes);
   return changes;
@@ -178,15 +171,9 @@ bool SecondOrderAdjoint::before_step(double t, double, const double*, Eigen::Mat
 
 void SecondOrderAdjoint::integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& out) {
   // g_rho - mu^T F_rho - sigma^T R2_rho + mu_z^T f_rho
-  const Stabilization& st = level_.stabilization();
   out = running_gradient().rho;
-  Assembly::ParameterWeights w;
-  w.force = X.data();
-  w.state = X.data() + 2 * n_;
-  w.row = w.state + nz_;
-  w.c0 = st.omega * st.omega;
-  w.c1 = 2 * st.xi * st.omega;
-  w.c2 = 1;
+  const double* mu_z = X.data() + 2 * n_;
+  const auto w = level_.stabilization().weights(X.data(), mu_z + nz_, mu_z);
   assembly_.add_parameter_gradient(state(), w, -1, out.data());
 }
 

@@ -69,7 +69,7 @@ void TangentEquations::fill() {
       A_.add(at_.r_v, level_.R2_v().data());
       A_.add(at_.r_a, assembly_.phi_q.data());
       A_.add_constant(at_.corner, -st.inverse_alpha);
-      b_.middleRows(l, m_) = c.phidd + 2 * st.xi * st.omega * c.phid + st.omega * st.omega * c.phi;
+      b_.middleRows(l, m_) = st.columns(c);
       break;
     case Constraints::index2:
       A_.add(at_.q_g, assembly_.phi_q.data(), -1);

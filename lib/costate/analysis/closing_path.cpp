@@ -6,8 +6,8 @@
 
 #include "costate/analysis/given_system.h"
 #include "costate/analysis/mechanism_size.h"
-#include "costate/analysis/row_space.h"
 #include "costate/base/stop.h"
+#include "costate/linear/to_dense.h"
 
 namespace costate {
 
@@ -99,7 +99,7 @@ bool ClosingPath::descend(VectorXd& q) {
     if (!r.allFinite()) return false;
     // In step lengths, with rows of comparable size.
     MatrixXd J = MatrixXd::Zero(r.size(), n);
-    J.topRows(assembly_.m()) = dense_matrix(assembly_.jacobian(), assembly_.phi_q);
+    J.topRows(assembly_.m()) = to_dense(assembly_.jacobian(), assembly_.phi_q.data());
     for (std::size_t g = 0; g < given_.size(); ++g)
       J(assembly_.m() + static_cast<Eigen::Index>(g), given_[g].coordinate) = 1;
     J *= w.cwiseInverse().asDiagonal();

@@ -11,6 +11,7 @@
 #include "costate/base/error.h"
 #include "costate/element/constraint/euler_norm.h"
 #include "costate/element/point/rotation.h"
+#include "costate/linear/to_dense.h"
 
 namespace costate {
 
@@ -24,7 +25,7 @@ namespace {
 constexpr int kMostCoordinates = 500;
 /// Accelerations and multipliers at (q, v, z), by the null space.
 void calc_accelerations(Assembly& assembly, const RowSpace& rows, const MatrixXd& N, Modes& r) {
-  const MatrixXd M = dense_matrix(assembly.square(), assembly.M);
+  const MatrixXd M = to_dense(assembly.square(), assembly.M.data());
   const VectorXd Q = Eigen::Map<const VectorXd>(assembly.Q.data(), assembly.n()),
                  bias = Eigen::Map<const VectorXd>(assembly.bias.data(), assembly.m());
   r.a = rows.solve(-bias);
@@ -88,7 +89,7 @@ LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
   StateView s{t, r.q.data(), r.v.data(), nullptr, nullptr, r.z.data()};
   assembly.calc_dynamics(s);
   RowSpace rows;
-  rows.compute(dense_matrix(assembly.jacobian(), assembly.phi_q));
+  rows.compute(to_dense(assembly.jacobian(), assembly.phi_q.data()));
   calc_accelerations(assembly, rows, rows.null_space(), r);
   s.a = r.a.data();
   s.lambda = r.lambda.data();
@@ -99,8 +100,8 @@ LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
                  T2 = calc_directions(mechanism, r.a, false, nullptr);
   const Eigen::LDLT<MatrixXd> metric(T.transpose() * T);
   r.acceleration = metric.solve(T.transpose() * (r.a - T1 * metric.solve(T.transpose() * r.v)));
-  const auto square = [&](const std::vector<double>& x) { return dense_matrix(assembly.square(), x); };
-  const auto constraint = [&](const std::vector<double>& x) { return dense_matrix(assembly.jacobian(), x); };
+  const auto square = [&](const std::vector<double>& x) { return to_dense(assembly.square(), x.data()); };
+  const auto constraint = [&](const std::vector<double>& x) { return to_dense(assembly.jacobian(), x.data()); };
   const MatrixXd M = square(assembly.M), K = square(assembly.K), C = square(assembly.C);
   const MatrixXd Mx = T.transpose() * M * T, Cx = T.transpose() * (C * T + 2 * M * T1),
                  Kx = T.transpose() * (K * T + C * T1 + M * T2);
@@ -114,21 +115,21 @@ LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
   const MatrixXd R = null_columns(J, rows), J1 = phi_q * T1 + phid_q * T,
                  J2 = phi_q * T2 + 2 * phid_q * T1 + phidd_q * T;
   const MatrixXd D = -rows.solve(J1 * R), A = -rows.solve(J2 * R + 2 * J1 * D);
-  const MatrixXd Mz = R.transpose() * Mx * R, Cz = R.transpose() * (Cx * R + 2 * Mx * D),
-                 Kz = R.transpose() * (Kx * R + Cx * D + Mx * A);
-  const MatrixXd Q_z = dense_matrix(assembly.force_state(), assembly.Q_z),
-                 f_q = dense_matrix(assembly.state_force(), assembly.f_q),
-                 f_v = dense_matrix(assembly.state_force(), assembly.f_v),
-                 f_z = dense_matrix(assembly.state_state(), assembly.f_z);
+  const MatrixXd My = R.transpose() * Mx * R, Cy = R.transpose() * (Cx * R + 2 * Mx * D),
+                 Ky = R.transpose() * (Kx * R + Cx * D + Mx * A);
+  const MatrixXd Q_z = to_dense(assembly.force_state(), assembly.Q_z.data()),
+                 f_q = to_dense(assembly.state_force(), assembly.f_q.data()),
+                 f_v = to_dense(assembly.state_force(), assembly.f_v.data()),
+                 f_z = to_dense(assembly.state_state(), assembly.f_z.data());
   const Eigen::Index f = R.cols();
   r.degrees_of_freedom = static_cast<int>(f);
-  const Eigen::LLT<MatrixXd> llt(Mz);
+  const Eigen::LLT<MatrixXd> llt(My);
   if (f > 0 && llt.info() != Eigen::Success)
     throw ModelError("",
                      "Modes: a motion that the constraints allow has no mass, so that its acceleration is "
                      "not determined.");
   const MatrixXd V = f > 0 ? MatrixXd(llt.matrixU().solve(MatrixXd::Identity(f, f))) : MatrixXd(0, 0);
-  const MatrixXd stiffness = V.transpose() * Kz * V, damping = V.transpose() * Cz * V;
+  const MatrixXd stiffness = V.transpose() * Ky * V, damping = V.transpose() * Cy * V;
   double w = std::max(std::sqrt(stiffness.norm()), damping.norm());
   if (!(w > 0)) w = 1;
   LinearMotion motion{MatrixXd::Zero(2 * f + nz, 2 * f + nz), R * V, Mx, VectorXd::Ones(nz), {}};

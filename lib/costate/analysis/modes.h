@@ -5,7 +5,7 @@
 //   dq = T x,  dv = T x' + T' x,  da = T x'' + 2 T' x' + T'' x
 //   J = Phi_q T,  J' = Phi_q T' + Phid_q T,  J'' = Phi_q T'' + 2 Phid_q T' + Phidd_q T
 //   x = R y,  x' = R y' + D y,  x'' = R y'' + 2 D y' + A y,  with R the null space, S = J^+, (5.9)
-//   M_z y'' + C_z y' + K_z y - (T R)^T Q_z dz = 0,   dz' = f_q dq + f_v dv + f_z dz    (14.1)
+//   M_y y'' + C_y y' + K_y y - (T R)^T Q_z dz = 0,   dz' = f_q dq + f_v dv + f_z dz    (14.1)
 // About an equilibrium the eigenvalues are exact. They are about a steady motion, too, where the coefficients
 // do not change along it: bodies that move straight on, or spin about an axis of their symmetry. Else they
 // belong to the frozen instant. Redundant rows are allowed. Roots may be spread over many orders of magnitude; each is

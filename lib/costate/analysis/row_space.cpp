@@ -33,14 +33,4 @@ MatrixXd RowSpace::solve_transposed(const MatrixXd& b) const {
   return transposed_.solve(b);
 }
 
-MatrixXd dense_matrix(const SparsePattern& pattern, const std::vector<double>& values) {
-  MatrixXd A = MatrixXd::Zero(pattern.rows, pattern.cols);
-  for (int j = 0; j < pattern.cols; ++j) {
-    const auto column = static_cast<std::size_t>(j);
-    for (auto k = pattern.column_start[column]; k < pattern.column_start[column + 1]; ++k)
-      A(pattern.row[static_cast<std::size_t>(k)], j) += values[static_cast<std::size_t>(k)];
-  }
-  return A;
-}
-
 }  // namespace costate

@@ -4,8 +4,6 @@
 
 #include <Eigen/Dense>
 
-#include "costate/linear/sparse_pattern.h"
-
 namespace costate {
 
 class RowSpace {
@@ -24,8 +22,5 @@ class RowSpace {
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> transposed_;
   int rank_ = 0;
 };
-
-/// A matrix with values on a pattern, in full.
-Eigen::MatrixXd dense_matrix(const SparsePattern& pattern, const std::vector<double>& values);
 
 }  // namespace costate

@@ -111,6 +111,8 @@ Assembly::Assembly(std::shared_ptr<const Mechanism> mechanism, ParameterSelectio
 }
 
 void Assembly::set_parameters(const double* rho) {
+  point_of_numbers_ = last_point_;
+  dynamics_at_ = mass_at_ = jacobian_at_ = partials_at_ = 0;
   rho_.assign(rho, rho + np());
   parameters_.apply(rho, numbers_);
   for (auto* list : {&bodies_, &constraints_, &forces_})
@@ -172,19 +174,27 @@ void Assembly::scatter_square(const Slots& s, const double* local, double factor
   for (std::size_t k = 0; k < s.square.size(); ++k) global[s.square[k]] += factor * local[k];
 }
 
-void Assembly::calc_mass(const StateView& s) {
-  std::copy(M_constant_.begin(), M_constant_.end(), M.begin());
+void Assembly::calc_mass(const StateView& s, long point) {
+  if (dynamics_at_ != point) dynamics_at_ = 0;
+  mass_at_ = 0;  // while it may throw
+  calc_mass(s, M);
+  mass_at_ = point;
+}
+
+void Assembly::calc_mass(const StateView& s, std::vector<double>& out) {
+  std::copy(M_constant_.begin(), M_constant_.end(), out.begin());
   for (const std::size_t b : varying_mass_) {
     const Body& body = *mechanism_->bodies()[b];
     const int k = static_cast<int>(body.coordinates().size());
     LocalMatrix block(scratch_.data(), k, k);
     block.setZero();
     body.calc_mass(gather(bodies_[b], s), block);
-    scatter_square(bodies_[b], scratch_.data(), 1, M);
+    scatter_square(bodies_[b], scratch_.data(), 1, out);
   }
 }
 
 void Assembly::calc_constraints(const StateView& s) {
+  jacobian_at_ = dynamics_at_ = 0;
   zero(phi_q);
   zero(phi);
   zero(phi_t);
@@ -201,7 +211,9 @@ void Assembly::calc_constraints(const StateView& s) {
   }
 }
 
-void Assembly::calc_jacobian(const StateView& s) {
+void Assembly::calc_jacobian(const StateView& s, long point) {
+  if (dynamics_at_ != point) dynamics_at_ = 0;
+  jacobian_at_ = 0;  // while it may throw
   StateView x = s;
   x.v = x.a = x.lambda = nullptr;
   zero(phi_q);
@@ -213,11 +225,13 @@ void Assembly::calc_jacobian(const StateView& s) {
     e.calc_phi_q(gather(slots, x), J);
     for (std::size_t k = 0; k < slots.jacobian.size(); ++k) phi_q[slots.jacobian[k]] += scratch_[k];
   }
+  jacobian_at_ = point;
 }
 
-void Assembly::calc_dynamics(const StateView& s) {
+void Assembly::calc_dynamics(const StateView& s, long point) {
   ++counters_.dynamics;
-  calc_mass(s);
+  dynamics_at_ = mass_at_ = jacobian_at_ = 0;  // while it may throw
+  calc_mass(s, M);
   std::copy(Q_constant_.begin(), Q_constant_.end(), Q.begin());
   zero(zdot);
   zero(phi_t);
@@ -251,10 +265,12 @@ void Assembly::calc_dynamics(const StateView& s) {
     if (e.rheonomic()) e.calc_phi_t(l, phi_t.data() + slots.row_offset);
     e.calc_bias(l, bias.data() + slots.row_offset);
   }
+  dynamics_at_ = mass_at_ = jacobian_at_ = point;
 }
 
 void Assembly::calc_force_partials(const StateView& s) {
   ++counters_.partials;
+  partials_at_ = 0;
   for (auto* x : {&K, &C, &Q_z, &f_q, &f_v, &f_z}) zero(*x);
   add_body_and_force_partials(s);
   add_hessians(s, K);
@@ -311,8 +327,9 @@ void Assembly::add_body_and_force_partials(const StateView& s) {
   }
 }
 
-void Assembly::calc_partials(const StateView& s) {
+void Assembly::calc_partials(const StateView& s, long point) {
   ++counters_.partials;
+  partials_at_ = 0;  // while it may throw
   for (auto* x : {&K, &C, &phid_q, &phidd_q, &Q_z, &f_q, &f_v, &f_z}) zero(*x);
   add_body_and_force_partials(s);
   double *b0 = scratch_.data(), *b1 = b0 + kBlock, *b2 = b1 + kBlock;
@@ -331,6 +348,7 @@ void Assembly::calc_partials(const StateView& s) {
       phidd_q[slots.jacobian[j]] += b2[j];
     }
   }
+  partials_at_ = point;
 }
 
 void Assembly::calc_hessian(const StateView& s, const double* gamma, std::vector<double>& hessian) {

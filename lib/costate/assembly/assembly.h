@@ -58,20 +58,30 @@ class Assembly {
   // Results of calc_partials: K = (M a + Phi_q^T lambda - Q)_q, C = -Q_v, and those of constraints and states.
   std::vector<double> K, C, phid_q, phidd_q, Q_z, f_q, f_v, f_z;
 
+  // A caller that knows its point by an identity (evaluation_point.h) says so, and can ask later whether the results
+  // are still those of that point; 0 is none.
   /// M, Q, zdot, phi, phi_q, phi_t, bias at (t, q, v, z).
-  void calc_dynamics(const StateView& s);
+  void calc_dynamics(const StateView& s, long point = 0);
   /// Only phi, phi_q and phi_t at (t, q).
   void calc_constraints(const StateView& s);
   /// Only phi_q at (t, q).
-  void calc_jacobian(const StateView& s);
+  void calc_jacobian(const StateView& s, long point = 0);
   /// Only M at q.
-  void calc_mass(const StateView& s);
+  void calc_mass(const StateView& s, long point = 0);
   /// All derivative blocks at (t, q, v, a, lambda, z); also M and phi_q are those of the last calc_dynamics.
-  void calc_partials(const StateView& s);
+  void calc_partials(const StateView& s, long point = 0);
   /// Of these only K, C, Q_z, f_q, f_v, f_z.
   void calc_force_partials(const StateView& s);
   /// hessian = (Phi_q^T gamma)_q on the square pattern.
   void calc_hessian(const StateView& s, const double* gamma, std::vector<double>& hessian);
+
+  /// Whether the results of calc_dynamics, M and phi_q of them, or those of calc_partials are those of the point.
+  bool has_dynamics(long point) const { return point != 0 && dynamics_at_ == point; }
+  bool has_matrices(long point) const { return point != 0 && mass_at_ == point && jacobian_at_ == point; }
+  bool has_partials(long point) const { return point != 0 && partials_at_ == point; }
+  /// An identity that no point had before; and whether one was given since the numbers are what they are.
+  long new_point() { return ++last_point_; }
+  bool knows(long point) const { return point > point_of_numbers_; }
 
   /// Dense derivative columns with respect to rho: F = (M a + Phi_q^T lambda - Q)_rho (n x np), phi, phidot,
   /// phiddot (m x np), f (nz x np). Zeroed first.
@@ -110,6 +120,7 @@ class Assembly {
   void add_projection_gradient(const StateView& s, const double* u, const double* eta, const double* s1, double factor,
                                double* gradient, bool constant_bodies = true);
 
+  // Energies leave the results of the functions above as they are.
   double kinetic_energy(const StateView& s);
   /// g_q += factor v^T (M v)_q / 2, g_v += factor M v, g_rho += factor v^T M_rho v / 2.
   void add_kinetic_energy_gradient(const StateView& s, double factor, double* g_q, double* g_v, double* g_rho);
@@ -132,6 +143,8 @@ class Assembly {
     std::vector<int> active;  // local numbers that depend on parameters
   };
   LocalState gather(const Slots& s, const StateView& x);
+  /// M at q into `out`.
+  void calc_mass(const StateView& s, std::vector<double>& out);
   void add_body_and_force_partials(const StateView& s);
   void add_hessians(const StateView& s, std::vector<double>& out);
   void scatter_square(const Slots& s, const double* local, double factor, std::vector<double>& global) const;
@@ -150,7 +163,10 @@ class Assembly {
   SparsePattern square_, jacobian_, force_state_, state_force_, state_state_;
   std::vector<double> M_constant_, Q_constant_;
   std::vector<double> scratch_;
-  std::vector<double> rest_;  // n zeros, sized when first needed
+  std::vector<double> rest_;         // n zeros, sized when first needed
+  std::vector<double> energy_mass_;  // M where an energy is taken, sized when first needed
+  long last_point_ = 0, point_of_numbers_ = 0;
+  long dynamics_at_ = 0, mass_at_ = 0, jacobian_at_ = 0, partials_at_ = 0;
   // Local gathered arrays.
   double lq_[kMaxLocal] = {}, lv_[kMaxLocal] = {}, la_[kMaxLocal] = {}, ll_[kMaxLocal] = {}, lz_[kMaxLocal] = {};
   AssemblyCounters counters_;

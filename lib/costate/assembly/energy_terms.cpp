@@ -8,17 +8,19 @@
 namespace costate {
 
 double Assembly::kinetic_energy(const StateView& s) {
-  calc_mass(s);
+  energy_mass_.resize(M.size());
+  calc_mass(s, energy_mass_);
   double e = 0;
   for (int j = 0; j < n_; ++j)
     for (auto k = square_.column_start[j]; k < square_.column_start[j + 1]; ++k)
-      e += 0.5 * s.v[square_.row[k]] * M[k] * s.v[j];
+      e += 0.5 * s.v[square_.row[k]] * energy_mass_[k] * s.v[j];
   return e;
 }
 
 void Assembly::add_kinetic_energy_gradient(const StateView& s, double factor, double* g_q, double* g_v, double* g_rho) {
-  calc_mass(s);
-  add_product(square_, M.data(), factor, s.v, g_v);
+  energy_mass_.resize(M.size());
+  calc_mass(s, energy_mass_);
+  add_product(square_, energy_mass_.data(), factor, s.v, g_v);
   // (M v)_q and (M v)_p are those of the body's residual at a := v less those at a := 0, both at rest.
   const std::vector<double> rest(static_cast<std::size_t>(n_), 0.0);
   StateView moving = s, still = s;

@@ -10,6 +10,7 @@
 #include "costate/base/error.h"
 #include "costate/formulation/formulation.h"
 #include "costate/level/maggi_names.h"
+#include "costate/linear/to_dense.h"
 
 namespace costate {
 
@@ -24,14 +25,6 @@ Stabilization candidate_stabilization(const std::string& formulation, const std:
 }
 
 namespace {
-
-Eigen::MatrixXd dense(const SparsePattern& p, const std::vector<double>& values) {
-  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(p.rows, p.cols);
-  for (int j = 0; j < p.cols; ++j)
-    for (auto k = p.column_start[static_cast<std::size_t>(j)]; k < p.column_start[static_cast<std::size_t>(j) + 1]; ++k)
-      A(p.row[static_cast<std::size_t>(k)], j) += values[static_cast<std::size_t>(k)];
-  return A;
-}
 
 Eigen::VectorXd copy(const double* x, int count) {
   return count > 0 ? Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(x, count)) : Eigen::VectorXd();
@@ -48,10 +41,7 @@ CandidateBlocks::CandidateBlocks(std::shared_ptr<const Mechanism> mechanism, Par
       second_order_(find_formulation(formulation).adjoint_order == 2),
       maggi_(assembly_) {}
 
-void CandidateBlocks::set_parameters(const double* rho) {
-  assembly_.set_parameters(rho);
-  level_.invalidate();
-}
+void CandidateBlocks::set_parameters(const double* rho) { assembly_.set_parameters(rho); }
 
 std::vector<double> CandidateBlocks::plan(const std::vector<double>& times, const Motion& motion) {
   plan_.clear();
@@ -90,7 +80,6 @@ AdjointBlocks CandidateBlocks::at(double t, const Motion& motion, int chart) {
   s.q = y.data();
   s.v = y.data() + n;
   s.z = y.data() + 2 * n;
-  level_.invalidate();
   if (reduced_) {
     if (plan_.empty()) plan({t}, motion);
     maggi_.use_chart(plan_.size() == 1 ? plan_[0].chart : chart);
@@ -111,7 +100,7 @@ AdjointBlocks CandidateBlocks::at(double t, const Motion& motion, int chart) {
   b.xi = st.xi;
   b.omega = st.omega;
   b.inverse_alpha = st.inverse_alpha;
-  const double c1 = 2 * st.xi * st.omega, c0 = st.omega * st.omega;
+  const double c1 = st.by_rate(), c0 = st.by_value();
 
   s.a = b.a.data();
   s.lambda = b.lambda.data();
@@ -124,7 +113,7 @@ AdjointBlocks CandidateBlocks::at(double t, const Motion& motion, int chart) {
   rest.a = zero_a.data();
   rest.lambda = zero_lambda.data();
   assembly_.calc_partials(rest);
-  b.Q_q = -dense(assembly_.square(), assembly_.K);
+  b.Q_q = -to_dense(assembly_.square(), assembly_.K.data());
   assembly_.calc_parameter_columns(rest, none);
   b.Q_rho = -none.F;
   rest.lambda = b.lambda.data();
@@ -132,24 +121,24 @@ AdjointBlocks CandidateBlocks::at(double t, const Motion& motion, int chart) {
   b.Phi_lambda_rho = none.F + b.Q_rho;
   std::vector<double> hessian;
   assembly_.calc_hessian(s, b.lambda.data(), hessian);
-  b.Phi_lambda_q = dense(assembly_.square(), hessian);
+  b.Phi_lambda_q = to_dense(assembly_.square(), hessian.data());
 
   assembly_.calc_partials(s);
   assembly_.calc_parameter_columns(s, columns);
-  b.M = dense(assembly_.square(), assembly_.M);
-  b.K = dense(assembly_.square(), assembly_.K);
-  b.C = dense(assembly_.square(), assembly_.C);
+  b.M = to_dense(assembly_.square(), assembly_.M.data());
+  b.K = to_dense(assembly_.square(), assembly_.K.data());
+  b.C = to_dense(assembly_.square(), assembly_.C.data());
   b.Q_v = -b.C;
   b.Ma_q = b.K - b.Phi_lambda_q + b.Q_q;
-  b.Phi_q = dense(assembly_.jacobian(), assembly_.phi_q);
-  b.Phid_q = dense(assembly_.jacobian(), assembly_.phid_q);
-  b.Phidd_q = dense(assembly_.jacobian(), assembly_.phidd_q);
+  b.Phi_q = to_dense(assembly_.jacobian(), assembly_.phi_q.data());
+  b.Phid_q = to_dense(assembly_.jacobian(), assembly_.phid_q.data());
+  b.Phidd_q = to_dense(assembly_.jacobian(), assembly_.phidd_q.data());
   b.R2_q = b.Phidd_q + c1 * b.Phid_q + c0 * b.Phi_q;
   b.R2_v = 2 * b.Phid_q + c1 * b.Phi_q;
-  b.Q_z = dense(assembly_.force_state(), assembly_.Q_z);
-  b.f_q = dense(assembly_.state_force(), assembly_.f_q);
-  b.f_v = dense(assembly_.state_force(), assembly_.f_v);
-  b.f_z = dense(assembly_.state_state(), assembly_.f_z);
+  b.Q_z = to_dense(assembly_.force_state(), assembly_.Q_z.data());
+  b.f_q = to_dense(assembly_.state_force(), assembly_.f_q.data());
+  b.f_v = to_dense(assembly_.state_force(), assembly_.f_v.data());
+  b.f_z = to_dense(assembly_.state_state(), assembly_.f_z.data());
   b.F_rho = columns.F;
   b.Ma_rho = columns.F - b.Phi_lambda_rho + b.Q_rho;
   b.Phi_rho = columns.phi;
@@ -188,7 +177,6 @@ AdjointBlocks CandidateBlocks::at(double t, const Motion& motion, int chart) {
   b.w_rho = g.rho;
   if (reduced_) add_reduced(b, columns);
   if (second_order_) add_second_order(b, s);
-  level_.invalidate();
   return b;
 }
 
@@ -203,16 +191,16 @@ void CandidateBlocks::add_reduced(AdjointBlocks& b, const Assembly::ParameterCol
   b.D = x.D;
   b.E = 2 * x.D;
   b.A = x.A;
-  b.My = x.Mz;
-  b.Cy = x.Cz;
-  b.Ky = x.Kz;
+  b.My = x.My;
+  b.Cy = x.Cy;
+  b.Ky = x.Ky;
   b.Qy_z = x.Qz;
   b.f_yd = x.Zv;
   b.f_y = x.Zq;
   b.N_rho = x.Nr;
   b.V_rho = x.Vr;
   b.A_rho = x.Ar;
-  b.Fy = x.Fz;
+  b.Fy = x.Fy;
   b.fy_rho = x.Zr;
   x.add_null_weight(b.g_lambda, b.g_q, b.g_rho);
   x.add_null_weight(b.w_lambda, b.w_q, b.w_rho);
@@ -225,9 +213,10 @@ void CandidateBlocks::add_second_order(AdjointBlocks& b, const StateView& s) {
         "accelerations or reactions; write the candidate for a first-order formulation.");
   PathRates rates;
   calc_path_rates(assembly_, s, rates);
-  const Eigen::MatrixXd M1 = dense(assembly_.square(), rates.M_dot), M2 = dense(assembly_.square(), rates.M_ddot),
-                        C1 = dense(assembly_.square(), rates.C_dot);
-  b.f_v_dot = dense(assembly_.state_force(), rates.f_v_dot);
+  const Eigen::MatrixXd M1 = to_dense(assembly_.square(), rates.M_dot.data()),
+                        M2 = to_dense(assembly_.square(), rates.M_ddot.data()),
+                        C1 = to_dense(assembly_.square(), rates.C_dot.data());
+  b.f_v_dot = to_dense(assembly_.state_force(), rates.f_v_dot.data());
   ScalarGradient rate;
   rate.resize(assembly_);
   calc_running_gradient_rate(objective_, assembly_, s, rate);
@@ -274,13 +263,11 @@ AdjointBlocks CandidateBlocks::with_rates(double t, const Motion& motion) {
   if (reduced_) return b;
   ScalarGradient rate;
   rate.resize(assembly_);
-  level_.invalidate();
   level_.solve(s);
-  level_.linearize(level_.state());
+  level_.linearize();
   calc_running_gradient_rate(objective_, assembly_, level_, rate);
   b.g_a_dot = rate.a;
   b.g_lambda_dot = rate.lambda;
-  level_.invalidate();
   return b;
 }
 

@@ -62,19 +62,13 @@ void DiscreteScheme::lay_out() {
   }
 }
 
-void DiscreteScheme::set_parameters(const double* rho) {
-  System::set_parameters(rho);
-  if (level_) level_->invalidate();
-}
-
-PhysicalState DiscreteScheme::physical_state(double t, const double* y) {
+MechanismState DiscreteScheme::mechanism_state(double t, const double* y) {
   if (!level_) level_ = std::make_unique<AccelerationLevel>(assembly_, Stabilization{});
   StateView s;
   s.t = t;
   s.q = y;
   s.v = y + n_;
   s.z = y + 2 * n_;
-  level_->invalidate();
   level_->solve(s);
   return level_->state();
 }

@@ -52,8 +52,7 @@ class DiscreteScheme final : public System {
                  const AlphaCoefficients& coefficients);
 
   /// y = (q, v, z); accelerations and multipliers are solved for.
-  PhysicalState physical_state(double t, const double* y) override;
-  void set_parameters(const double* rho) override;
+  MechanismState mechanism_state(double t, const double* y) override;
 
   /// Consistent start at t for steps of h; with_derivatives also finds those with respect to the parameters.
   /// Throws SolverError for redundant constraints, naming them.
@@ -116,7 +115,7 @@ class DiscreteScheme final : public System {
   std::vector<int> group_;
   std::vector<double> group_scale_, state_scale_;
   DiscreteCounters counters_;
-  std::unique_ptr<AccelerationLevel> level_;  // for physical_state
+  std::unique_ptr<AccelerationLevel> level_;  // for mechanism_state
 };
 
 }  // namespace costate

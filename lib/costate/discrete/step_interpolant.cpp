@@ -26,7 +26,7 @@ void StepInterpolant::advance() {
   if (scheme_.index() == 0) before_ = now_;
 }
 
-PhysicalState StepInterpolant::at(double t) {
+MechanismState StepInterpolant::at(double t) {
   const double h = now_.t - before_.t;
   const double s = h > 0 ? (t - before_.t) / h : 1;
   if (s >= 1 - 1e-12) return scheme_.state();
@@ -45,7 +45,7 @@ PhysicalState StepInterpolant::at(double t) {
     y_[2 * n + i] =
         r * r * (1 + 2 * s) * before_.z[i] + s * s * (1 + 2 * r) * now_.z[i] + s * r * r * f0 - s * s * r * f1;
   }
-  return scheme_.physical_state(t, y_.data());
+  return scheme_.mechanism_state(t, y_.data());
 }
 
 }  // namespace costate

@@ -13,7 +13,7 @@ class StepInterpolant {
   /// To be called at the start and after each step.
   void advance();
   /// At t within the last step. Valid until the scheme or the interpolant is used again.
-  PhysicalState at(double t);
+  MechanismState at(double t);
 
  private:
   struct End {

@@ -33,9 +33,6 @@ class EndTerm final : public CostTerm {
     if (end_.level_number >= 0) g.add_number(assembly, end_.level_number, -factor * kappa_);
   }
   bool needs_accelerations() const override { return end_.output->needs_accelerations(); }
-  void add_velocity_gradient_rate(const StateView& s, Assembly& assembly, double* out) const override {
-    end_.output->add_velocity_gradient_rate(s, assembly, kappa_, 0, out);
-  }
 
  private:
   EndEvent end_;
@@ -62,10 +59,19 @@ std::shared_ptr<const CostTerm> end_term(const EndEvent& end, double kappa) {
 }
 
 EndRates end_rates(const EndEvent& end, const Objective& objective, const StateView& s, Assembly& assembly) {
+  // Along the motion: (1, v, a, z') of (t, q, v, z); accelerations and multipliers have no rate here.
+  assembly.calc_dynamics(s);
+  const std::vector<double> no_change(assembly.numbers().size(), 0.0);
+  Variation motion;
+  motion.t = 1;
+  motion.q = s.v;
+  motion.v = s.a;
+  motion.z = assembly.zdot.data();
+  motion.numbers = no_change.data();
   EndRates r;
-  r.h_rate = end.output->rate(s, assembly);
+  r.h_rate = end.output->change(s, assembly, motion);
   double psi_rate = objective.running_value(s, assembly);
-  for (const auto& term : objective.terminal) psi_rate += term->rate(s, assembly);
+  for (const auto& term : objective.terminal) psi_rate += term->change(s, assembly, motion);
   r.kappa = -psi_rate / r.h_rate;
   return r;
 }

@@ -31,8 +31,8 @@ struct EndEvent {
 /// The term kappa h. Its value is psi's change, to first order, by what h is away from zero at the fixed time.
 std::shared_ptr<const CostTerm> end_term(const EndEvent& end, double kappa);
 
-/// h' and kappa at the end; s has its accelerations, the assembly its rates of z. Throws CapabilityError where an
-/// output or a term of the cost offers no time derivative.
+/// h' and kappa at the end; s has its accelerations and multipliers. Throws CapabilityError where an output or a term
+/// of the cost offers no time derivative.
 struct EndRates {
   double h_rate = 0, kappa = 0;
 };

@@ -1,9 +1,7 @@
 #include "costate/formulation/acceleration_dae.h"
 
-#include <cstring>
-
 #include "costate/formulation/cost_pullback.h"
-#include "costate/formulation/solved_end.h"
+#include "costate/level/solved_end.h"
 #include "costate/level/unknown_names.h"
 
 namespace costate {
@@ -16,12 +14,12 @@ AccelerationDae::AccelerationDae(std::shared_ptr<const Mechanism> mechanism, Par
       jacobian_(3 * assembly_.n() + assembly_.nz() + assembly_.m()),
       n_(assembly_.n()),
       m_(assembly_.m()),
-      nz_(assembly_.nz()) {
+      nz_(assembly_.nz()),
+      point_(assembly_) {
   append_differential_unknowns(assembly_.mechanism(), unknowns_);
   append_algebraic_unknowns(assembly_.mechanism(), unknowns_, true);
   assembly_.resize(columns_);
   reduced_.assign(static_cast<std::size_t>(level_.newton_size()), 0);
-  linearized_at_.assign(static_cast<std::size_t>(size()) + 1, 0);
   place_jacobian();
 }
 
@@ -49,23 +47,13 @@ void AccelerationDae::place_jacobian() {
   jacobian_.finalize();
 }
 
-void AccelerationDae::set_parameters(const double* rho) {
-  DaeSystem::set_parameters(rho);
-  level_.invalidate();
-  linearized_ = false;
-}
-
-PhysicalState AccelerationDae::solved_state(double t, const double* y) {
-  linearized_ = false;  // the assembly's blocks are those of the last evaluation
-  level_.invalidate();
+MechanismState AccelerationDae::solved_state(double t, const double* y) {
   level_.solve(view(t, y));
   return level_.state();
 }
 
 void AccelerationDae::residual(double t, const double* y, const double* yp, double* r) {
   const StateView s = view(t, y);
-  linearized_ = false;
-  level_.invalidate();
   assembly_.calc_dynamics(s);
   double *rv = r + n_, *rz = r + 2 * n_, *ra = rz + nz_, *rl = ra + n_;
   for (int i = 0; i < n_; ++i) {
@@ -83,25 +71,18 @@ void AccelerationDae::residual(double t, const double* y, const double* yp, doub
     for (int i = 0; i < m_; ++i) rl[i] -= ia * s.lambda[i];
 }
 
-void AccelerationDae::linearize(const StateView& s) {
-  double* p = linearized_at_.data();
-  const auto bytes = static_cast<std::size_t>(size()) * sizeof(double);
-  if (linearized_ && p[0] == s.t && std::memcmp(p + 1, s.q, bytes) == 0) return;
-  p[0] = s.t;
-  std::memcpy(p + 1, s.q, bytes);
-  point_ = view(s.t, p + 1);
-  level_.invalidate();
+void AccelerationDae::linearize(double t, const double* y, const double*) {
+  const long point = point_.move_to(t, {{y, static_cast<std::size_t>(size())}});
+  if (assembly_.has_matrices(point) && assembly_.has_partials(point)) return;
+  const StateView s = view(t, point_.values());
   // Of the values only M and Phi_q stand in the products: forces are not evaluated.
-  assembly_.calc_mass(point_);
-  assembly_.calc_jacobian(point_);
-  level_.linearize(point_);
-  linearized_ = true;
+  assembly_.calc_mass(s, point);
+  assembly_.calc_jacobian(s, point);
+  level_.linearize(s, point);
 }
 
-void AccelerationDae::linearize(double t, const double* y, const double*) { linearize(view(t, y)); }
-
-void AccelerationDae::jacobian(double t, const double* y, const double*, double cj, double* values) {
-  linearize(view(t, y));
+void AccelerationDae::jacobian(double t, const double* y, const double* yp, double cj, double* values) {
+  linearize(t, y, yp);
   BlockMatrix& J = jacobian_;
   J.set_zero();
   for (int block : {at_.identity_q, at_.identity_v, at_.identity_z}) J.add_constant(block, cj);
@@ -122,8 +103,8 @@ void AccelerationDae::jacobian(double t, const double* y, const double*, double 
   std::copy(J.values().begin(), J.values().end(), values);
 }
 
-void AccelerationDae::factor(double t, const double* y, const double*, double cj) {
-  linearize(view(t, y));
+void AccelerationDae::factor(double t, const double* y, const double* yp, double cj) {
+  linearize(t, y, yp);
   level_.factor_newton(1 / cj);
 }
 
@@ -209,51 +190,21 @@ void AccelerationDae::add_transposed_product(double c, const double* x, double* 
 }
 
 void AccelerationDae::parameter_columns(Eigen::MatrixXd& F_rho) {
-  assembly_.calc_parameter_columns(point_, columns_);
-  const Stabilization& st = level_.stabilization();
+  assembly_.calc_parameter_columns(view(point_.t(), point_.values()), columns_);
   if (F_rho.rows() != size() || F_rho.cols() != assembly_.np()) F_rho.resize(size(), assembly_.np());
   F_rho.setZero();
   F_rho.middleRows(2 * n_, nz_) = -columns_.f;
   F_rho.middleRows(2 * n_ + nz_, n_) = columns_.F;
-  F_rho.bottomRows(m_) = columns_.phidd + 2 * st.xi * st.omega * columns_.phid + st.omega * st.omega * columns_.phi;
+  F_rho.bottomRows(m_) = level_.stabilization().columns(columns_);
 }
 
 void AccelerationDae::add_parameter_gradient(double c, const double* mu, double* gradient) {
-  const Stabilization& st = level_.stabilization();
-  Assembly::ParameterWeights w;
-  w.state = mu + 2 * n_;
-  w.force = mu + 2 * n_ + nz_;
-  w.row = mu + 3 * n_ + nz_;
-  w.c0 = st.omega * st.omega;
-  w.c1 = 2 * st.xi * st.omega;
-  w.c2 = 1;
-  assembly_.add_parameter_gradient(point_, w, c, gradient);
-}
-
-// KKT [Sa; Sl] = -[K Sq + C Sv - Q_z Sz + F_rho; R2_q Sq + R2_v Sv + R2_rho]
-void AccelerationDae::complete_columns(double* const* s, double* const* sp, int count) {
-  level_.linearize(level_.state());
-  assembly_.calc_parameter_columns(level_.state(), columns_);
-  const Stabilization& st = level_.stabilization();
-  Eigen::VectorXd kkt(n_ + m_);
-  for (int j = 0; j < count; ++j) {
-    const double *sq = s[j], *sv = s[j] + n_, *sz = s[j] + 2 * n_;
-    kkt.head(n_) = -columns_.F.col(j);
-    kkt.tail(m_) = -(columns_.phidd.col(j) + 2 * st.xi * st.omega * columns_.phid.col(j) +
-                     st.omega * st.omega * columns_.phi.col(j));
-    level_.add_force_rows(-1, sq, sv, sz, kkt.data());
-    level_.add_constraint_rows(-1, sq, sv, kkt.data() + n_);
-    level_.solve_kkt(kkt.data());
-    std::copy(kkt.data(), kkt.data() + n_ + m_, s[j] + 2 * n_ + nz_);
-    std::copy(sv, sv + n_, sp[j]);
-    std::copy(kkt.data(), kkt.data() + n_, sp[j] + n_);
-    Eigen::Map<Eigen::VectorXd>(sp[j] + 2 * n_, nz_) = columns_.f.col(j);
-    level_.add_state_rows(1, sq, sv, sz, sp[j] + 2 * n_);
-  }
+  const double *mu_z = mu + 2 * n_, *s1 = mu_z + nz_;
+  assembly_.add_parameter_gradient(view(point_.t(), point_.values()), level_.stabilization().weights(s1, s1 + n_, mu_z),
+                                   c, gradient);
 }
 
 void AccelerationDae::start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, Eigen::MatrixXd* yp_rho) {
-  linearized_ = false;
   const Start s = state_.start(t, y_rho != nullptr, y, yp);
   if (!y_rho) return;
   const int np = assembly_.np();
@@ -265,11 +216,10 @@ void AccelerationDae::start(double t, double* y, double* yp, Eigen::MatrixXd* y_
     columns.push_back(y_rho->col(j).data());
     rates.push_back(yp_rho->col(j).data());
   }
-  complete_columns(columns.data(), rates.data(), np);
+  state_.complete_columns(columns.data(), rates.data(), np);
 }
 
 void AccelerationDae::jump(double t, double* y, double* yp) {
-  linearized_ = false;
   if (pending_event_ >= 0) {
     events_->cross(pending_event_, view(t, y), y + 2 * n_);
     state_.complete(t, y, yp);
@@ -280,7 +230,6 @@ void AccelerationDae::jump(double t, double* y, double* yp) {
 
 void AccelerationDae::jump_tangent(const Jump& jump, double* const* s, double* const* sp, int count) {
   std::vector<double> y = jump.y, yp = jump.yp;
-  linearized_ = false;
   jump_cost_tangent_.clear();
   if (jump.event >= 0) {
     jump_cost_tangent_.assign(static_cast<std::size_t>(count), 0);
@@ -289,11 +238,11 @@ void AccelerationDae::jump_tangent(const Jump& jump, double* const* s, double* c
     const auto minus = event_side(jump.t, jump.y.data()), plus = event_side(jump.t, y.data());
     events_->tangent(jump.event, before, minus, plus, s, count, jump_cost_tangent_.data());
     state_.complete(jump.t, y.data(), yp.data());
-    complete_columns(s, sp, count);
+    state_.complete_columns(s, sp, count);
     return;
   }
   state_.jump_tangent(jump.t, segment_start(jump.t), y.data(), yp.data(), s, count);
-  complete_columns(s, sp, count);
+  state_.complete_columns(s, sp, count);
 }
 
 void AccelerationDae::jump_adjoint(const Jump& jump, double* mu, double* mup, double* gradient) {
@@ -306,8 +255,6 @@ void AccelerationDae::jump_adjoint(const Jump& jump, double* mu, double* mup, do
   } else {
     state_.jump_adjoint(jump.t, segment_start(jump.t), jump.y.data(), mu, gradient);
   }
-  level_.invalidate();
-  linearized_ = false;
   const StateView s = view(jump.t, jump.y.data());
   level_.prepare(s);
   level_.linearize(s);
@@ -327,11 +274,9 @@ void AccelerationDae::terminal_cost_gradient(double t, const double* y, double* 
     return copy_cost_gradient(cost_gradient_, w_y, c, gradient);
   }
   // As psi is formed: with accelerations and multipliers solved for. Columns of (q, v, z) remain.
-  linearized_ = false;
-  level_.invalidate();
   level_.solve(view(t, y));
   const StateView s = level_.state();
-  level_.linearize(s);
+  level_.linearize();
   cost_gradient_.set_zero();
   objective_.add_terminal_gradient(s, assembly_, cost_gradient_);
   ScalarGradient& g = cost_gradient_;
@@ -343,8 +288,6 @@ void AccelerationDae::terminal_cost_gradient(double t, const double* y, double* 
 
 void AccelerationDae::terminal_adjoint(double t, const double* y, const double*, double* mu, double* mup,
                                        double* gradient) {
-  linearized_ = false;
-  level_.invalidate();
   StateView s = view(t, y);
   if (objective_.terminal_needs_accelerations()) {  // those that psi is formed with
     level_.solve(s);

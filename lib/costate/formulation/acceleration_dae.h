@@ -3,7 +3,7 @@
 // Adjoint unknowns in the same layout: (mu_q, mu_v, mu_z, s1, s2).
 #pragma once
 
-#include "costate/formulation/dae_state.h"
+#include "costate/formulation/consistent_state.h"
 #include "costate/formulation/solved_state.h"
 #include "costate/formulation/system.h"
 #include "costate/level/acceleration_level.h"
@@ -15,13 +15,12 @@ class AccelerationDae final : public DaeSystem, public SolvedState {
   AccelerationDae(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective,
                   Stabilization stabilization);
 
-  void set_parameters(const double* rho) override;
   void forget_history() override {
     level_.forget_history();
-    linearized_ = false;
+    point_.forget();
   }
-  PhysicalState physical_state(double t, const double* y) override { return view(t, y); }
-  PhysicalState solved_state(double t, const double* y) override;
+  MechanismState mechanism_state(double t, const double* y) override { return view(t, y); }
+  MechanismState solved_state(double t, const double* y) override;
   void residual(double t, const double* y, const double* yp, double* r) override;
   const SparsePattern& jacobian_pattern() const override { return jacobian_.pattern(); }
   void jacobian(double t, const double* y, const double* yp, double cj, double* values) override;
@@ -45,25 +44,21 @@ class AccelerationDae final : public DaeSystem, public SolvedState {
   void jump_adjoint(const Jump& jump, double* mu, double* mup, double* gradient) override;
 
  private:
-  /// Accelerations, multipliers and rates of columns of sensitivities, where the state was completed last.
-  void complete_columns(double* const* s, double* const* sp, int count);
   /// The algebraic part of mu, and mu', for the (mu_q, mu_v, mu_z) that mu holds, at the linearized point s.
   void complete_adjoint(const StateView& s, double* mu, double* mup);
   StateView view(double t, const double* y) const { return state_.view(t, y); }
   void place_jacobian();
-  void linearize(const StateView& s);
 
   AccelerationLevel level_;
-  DaeState state_;
+  ConsistentState state_;
   BlockMatrix jacobian_;
   struct Blocks {
     int identity_q, q_v, identity_v, v_a, identity_z, z_q, z_v, z_z, K, C, Q_z, M, phi_t, R2_q, R2_v, phi_q, corner;
   } at_{};
   int n_, m_, nz_;
   Assembly::ParameterColumns columns_;
-  std::vector<double> reduced_, linearized_at_;
-  bool linearized_ = false;
-  StateView point_;  // into linearized_at_
+  std::vector<double> reduced_;
+  EvaluationPoint point_;  // all of y, where it was linearized
 };
 
 }  // namespace costate

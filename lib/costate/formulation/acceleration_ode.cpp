@@ -1,6 +1,7 @@
 #include "costate/formulation/acceleration_ode.h"
 
 #include "costate/analysis/start.h"
+#include "costate/level/solved_end.h"
 #include "costate/level/unknown_names.h"
 
 namespace costate {
@@ -17,11 +18,6 @@ AccelerationOde::AccelerationOde(std::shared_ptr<const Mechanism> mechanism, Par
   reduced_.assign(static_cast<std::size_t>(level_.newton_size()), 0);
 }
 
-void AccelerationOde::set_parameters(const double* rho) {
-  OdeSystem::set_parameters(rho);
-  level_.invalidate();
-}
-
 StateView AccelerationOde::view(double t, const double* y) const {
   const int n = assembly_.n();
   StateView s;
@@ -32,14 +28,14 @@ StateView AccelerationOde::view(double t, const double* y) const {
   return s;
 }
 
-PhysicalState AccelerationOde::physical_state(double t, const double* y) {
+MechanismState AccelerationOde::mechanism_state(double t, const double* y) {
   level_.solve(view(t, y));
   return level_.state();
 }
 
 void AccelerationOde::linearize(double t, const double* y) {
   level_.solve(view(t, y));
-  level_.linearize(level_.state());
+  level_.linearize();
 }
 
 void AccelerationOde::rhs(double t, const double* y, double* f) {
@@ -99,22 +95,10 @@ void AccelerationOde::solve_transposed(double* b) {
 }
 
 void AccelerationOde::solve_tangent(const double* const* s, int count, bool with_parameters) {
-  const int n = assembly_.n(), m = assembly_.m(), k = n + m;
-  const double d = 2 * level_.stabilization().xi * level_.stabilization().omega;
-  const double w2 = level_.stabilization().omega * level_.stabilization().omega;
   if (with_parameters) assembly_.calc_parameter_columns(level_.state(), columns_);
-  const auto needed = static_cast<std::size_t>(k) * static_cast<std::size_t>(count);
+  const auto needed = static_cast<std::size_t>(assembly_.n() + assembly_.m()) * static_cast<std::size_t>(count);
   if (kkt_.size() < needed) kkt_.resize(needed);
-  std::fill(kkt_.begin(), kkt_.begin() + static_cast<std::ptrdiff_t>(needed), 0.0);
-  for (int j = 0; j < count; ++j) {
-    double *x = kkt_.data() + static_cast<std::ptrdiff_t>(j) * k, *xm = x + n;
-    level_.add_force_rows(-1, s[j], s[j] + n, s[j] + 2 * n, x);
-    level_.add_constraint_rows(-1, s[j], s[j] + n, xm);
-    if (!with_parameters) continue;
-    for (int i = 0; i < n; ++i) x[i] -= columns_.F(i, j);
-    for (int i = 0; i < m; ++i) xm[i] -= columns_.phidd(i, j) + d * columns_.phid(i, j) + w2 * columns_.phi(i, j);
-  }
-  if (count > 0) level_.solve_kkt(kkt_.data(), count);
+  level_.solve_tangent(s, count, with_parameters ? &columns_ : nullptr, kkt_.data());
 }
 
 void AccelerationOde::tangent(double t, const double* y, const double* const* s, double* const* out, int count,
@@ -137,7 +121,7 @@ void AccelerationOde::tangent_cost(bool terminal, double t, const double* y, con
                                    int count) {
   linearize(t, y);
   if (terminal) {
-    cost_gradient_at_ = -1;
+    cost_gradient_at_ = 0;
     cost_gradient_.set_zero();
     objective_.add_terminal_gradient(level_.state(), assembly_, cost_gradient_);
   } else {
@@ -170,10 +154,10 @@ void AccelerationOde::tangent_terminal_cost(double t, const double* y, const dou
 }
 
 void AccelerationOde::calc_running_gradient() {
-  if (cost_gradient_at_ == level_.linearizations()) return;
+  if (cost_gradient_at_ == level_.point()) return;
   cost_gradient_.set_zero();
   objective_.add_running_gradient(level_.state(), assembly_, cost_gradient_);
-  cost_gradient_at_ = level_.linearizations();
+  cost_gradient_at_ = level_.point();
 }
 
 void AccelerationOde::running_cost_gradient(double t, const double* y, double* g_y) {
@@ -181,7 +165,7 @@ void AccelerationOde::running_cost_gradient(double t, const double* y, double* g
   if (accelerations) {
     solve_adjoint(t, y, nullptr);
   } else {
-    cost_gradient_at_ = -1;
+    cost_gradient_at_ = 0;
     cost_gradient_.set_zero();
     objective_.add_running_gradient(view(t, y), assembly_, cost_gradient_);
   }
@@ -216,50 +200,28 @@ void AccelerationOde::adjoint_rhs(double t, const double* y, const double* mu, d
 
 void AccelerationOde::adjoint_integrand(double t, const double* y, const double* mu, double* out) {
   solve_adjoint(t, y, mu);
-  const Stabilization& st = level_.stabilization();
   for (int j = 0; j < assembly_.np(); ++j) out[j] = cost_gradient_.rho[j];
-  Assembly::ParameterWeights w;
-  w.force = kkt_.data();
-  w.row = kkt_.data() + assembly_.n();
-  w.c0 = st.omega * st.omega;
-  w.c1 = 2 * st.xi * st.omega;
-  w.c2 = 1;
-  w.state = mu + 2 * assembly_.n();
+  const int n = assembly_.n();
+  const auto w = level_.stabilization().weights(kkt_.data(), kkt_.data() + n, mu + 2 * n);
   assembly_.add_parameter_gradient(level_.state(), w, -1, out);
 }
 
 void AccelerationOde::terminal_adjoint(double t, const double* y, double* mu, double* gradient) {
   linearize(t, y);
-  const int n = assembly_.n(), m = assembly_.m(), nz = assembly_.nz();
-  cost_gradient_at_ = -1;
+  const int n = assembly_.n();
+  cost_gradient_at_ = 0;
   cost_gradient_.set_zero();
   objective_.add_terminal_gradient(level_.state(), assembly_, cost_gradient_);
-  const ScalarGradient& g = cost_gradient_;
-  for (int i = 0; i < n; ++i) {
-    mu[i] = g.q[i];
-    mu[n + i] = g.v[i];
-    kkt_[i] = g.a[i];
-  }
-  for (int i = 0; i < nz; ++i) mu[2 * n + i] = g.z[i];
-  for (int i = 0; i < m; ++i) kkt_[n + i] = g.lambda[i];
+  ScalarGradient& g = cost_gradient_;
   for (int j = 0; j < assembly_.np(); ++j) gradient[j] += g.rho[j];
-  if (!objective_.terminal_needs_accelerations()) return;
-  // tau = KKT^-1 [w_a; w_l] eliminates accelerations and multipliers.
-  const Stabilization& st = level_.stabilization();
-  level_.solve_kkt(kkt_.data());
-  level_.add_transposed(-1, kkt_.data(), kkt_.data() + n, nullptr, mu, mu + n, mu + 2 * n);
-  Assembly::ParameterWeights w;
-  w.force = kkt_.data();
-  w.row = kkt_.data() + n;
-  w.c0 = st.omega * st.omega;
-  w.c1 = 2 * st.xi * st.omega;
-  w.c2 = 1;
-  assembly_.add_parameter_gradient(level_.state(), w, -1, gradient);
+  if (objective_.terminal_needs_accelerations()) eliminate_at_end(level_, assembly_, level_.state(), g, 1, gradient);
+  std::copy(g.q.data(), g.q.data() + n, mu);
+  std::copy(g.v.data(), g.v.data() + n, mu + n);
+  std::copy(g.z.data(), g.z.data() + assembly_.nz(), mu + 2 * n);
 }
 
 void AccelerationOde::start(double t, double* y, Eigen::MatrixXd* y_rho) {
   const Start s = find_start(assembly_, t, y_rho != nullptr);
-  level_.invalidate();
   const int n = assembly_.n(), nz = assembly_.nz();
   for (int i = 0; i < n; ++i) {
     y[i] = s.q[i];
@@ -274,12 +236,10 @@ void AccelerationOde::start(double t, double* y, Eigen::MatrixXd* y_rho) {
 void AccelerationOde::jump(double t, double* y) {
   if (pending_event_ >= 0) {
     events_->cross(pending_event_, view(t, y), y + 2 * assembly_.n());
-    level_.invalidate();
     return;
   }
   const double* v = velocity_jump_.calc(view(t, y), segment_start(t));
   std::copy(v, v + assembly_.n(), y + assembly_.n());
-  level_.invalidate();
 }
 
 void AccelerationOde::jump_tangent(const Jump& jump, double* const* s, int count) {
@@ -291,11 +251,9 @@ void AccelerationOde::jump_tangent(const Jump& jump, double* const* s, int count
     events_->cross(jump.event, before, after.data() + 2 * assembly_.n());
     const auto minus = event_side(jump.t, jump.y.data()), plus = event_side(jump.t, after.data());
     events_->tangent(jump.event, before, minus, plus, s, count, jump_cost_tangent_.data());
-    level_.invalidate();
     return;
   }
   velocity_jump_.tangent(view(jump.t, jump.y.data()), segment_start(jump.t), s, count);
-  level_.invalidate();
 }
 
 void AccelerationOde::jump_adjoint(const Jump& jump, double* mu, double* gradient) {
@@ -305,13 +263,11 @@ void AccelerationOde::jump_adjoint(const Jump& jump, double* mu, double* gradien
     events_->cross(jump.event, before, after.data() + 2 * assembly_.n());
     const auto minus = event_side(jump.t, jump.y.data()), plus = event_side(jump.t, after.data());
     events_->adjoint(jump.event, before, minus, plus, mu, gradient);
-    level_.invalidate();
-    cost_gradient_at_ = -1;
+    cost_gradient_at_ = 0;
     return;
   }
   velocity_jump_.adjoint(view(jump.t, jump.y.data()), segment_start(jump.t), mu, gradient);
-  level_.invalidate();
-  cost_gradient_at_ = -1;
+  cost_gradient_at_ = 0;
 }
 
 }  // namespace costate

@@ -13,10 +13,9 @@ class AccelerationOde final : public OdeSystem {
   AccelerationOde(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective,
                   Stabilization stabilization);
 
-  void set_parameters(const double* rho) override;
   void forget_history() override { level_.forget_history(); }
-  PhysicalState physical_state(double t, const double* y) override;
-  PhysicalState kinematic_state(double t, const double* y) override { return view(t, y); }
+  MechanismState mechanism_state(double t, const double* y) override;
+  MechanismState kinematic_state(double t, const double* y) override { return view(t, y); }
   void rhs(double t, const double* y, double* f) override;
   void factor(double t, const double* y, double gamma) override;
   void solve(double* b) override;
@@ -52,7 +51,7 @@ class AccelerationOde final : public OdeSystem {
   VelocityJump velocity_jump_;
   Assembly::ParameterColumns columns_;
   std::vector<double> kkt_, reduced_;
-  long cost_gradient_at_ = -1;  // the linearization that cost_gradient_ belongs to
+  long cost_gradient_at_ = 0;  // the point that cost_gradient_ belongs to
 };
 
 }  // namespace costate

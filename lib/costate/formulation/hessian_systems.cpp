@@ -105,9 +105,9 @@ void HessianAdjoint::set_parameters(const double* rho) {
   newton_.set_parameters(rho);
 }
 
-PhysicalState HessianAdjoint::physical_state(double tau, const double*) {
+MechanismState HessianAdjoint::mechanism_state(double tau, const double*) {
   motion_(t_end_ - tau, point_.data());
-  return newton_.physical_state(t_end_ - tau, point_.data());
+  return newton_.mechanism_state(t_end_ - tau, point_.data());
 }
 
 void HessianAdjoint::rhs(double tau, const double* y, double* f) {

@@ -47,8 +47,8 @@ class TangentMotion final : public HessianPass {
  public:
   explicit TangentMotion(HessianEquations& equations);
 
-  PhysicalState physical_state(double t, const double* y) override { return newton_.physical_state(t, y); }
-  PhysicalState kinematic_state(double t, const double* y) override { return newton_.kinematic_state(t, y); }
+  MechanismState mechanism_state(double t, const double* y) override { return newton_.mechanism_state(t, y); }
+  MechanismState kinematic_state(double t, const double* y) override { return newton_.kinematic_state(t, y); }
   void rhs(double t, const double* y, double* f) override;
   void factor(double t, const double* y, double gamma) override { newton_.factor(t, y, gamma); }
   void solve(double* b) override { solve_columns(b, false); }
@@ -69,7 +69,7 @@ class HessianAdjoint final : public HessianPass {
                  std::vector<double> parameter_scale);
 
   void set_parameters(const double* rho) override;
-  PhysicalState physical_state(double tau, const double* y) override;
+  MechanismState mechanism_state(double tau, const double* y) override;
   void rhs(double tau, const double* y, double* f) override;
   void factor(double tau, const double* y, double gamma) override;
   // d(mu)/d(tau) = f_y^T mu + ...: the Newton matrix is the transpose of the motion's.

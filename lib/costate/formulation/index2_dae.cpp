@@ -5,12 +5,12 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "costate/base/error.h"
 #include "costate/formulation/cost_pullback.h"
-#include "costate/formulation/solved_end.h"
+#include "costate/level/solved_end.h"
 #include "costate/level/unknown_names.h"
+#include "costate/linear/to_dense.h"
 
 namespace costate {
 
@@ -28,14 +28,14 @@ Index2Dae::Index2Dae(std::shared_ptr<const Mechanism> mechanism, ParameterSelect
       jacobian_(3 * assembly_.n() + assembly_.nz() + 2 * assembly_.m()),
       n_(assembly_.n()),
       m_(assembly_.m()),
-      nz_(assembly_.nz()) {
+      nz_(assembly_.nz()),
+      point_(assembly_) {
   append_differential_unknowns(assembly_.mechanism(), unknowns_);
   append_algebraic_unknowns(assembly_.mechanism(), unknowns_, false);
   for (const auto& name : assembly_.mechanism().row_names())
     unknowns_.push_back({"gamma." + name, "1", Unknown::Role::stabilizer, false, false});
   assembly_.resize(columns_);
   hessian_.assign(assembly_.square().row.size(), 0);
-  linearized_at_.assign(static_cast<std::size_t>(size()) + 1, 0);
   place_jacobian();
   solver_ = std::make_unique<KluSolver>(jacobian_.pattern());
 }
@@ -64,23 +64,13 @@ void Index2Dae::place_jacobian() {
   jacobian_.finalize();
 }
 
-void Index2Dae::set_parameters(const double* rho) {
-  DaeSystem::set_parameters(rho);
-  level_.invalidate();
-  linearized_ = false;
-}
-
-PhysicalState Index2Dae::solved_state(double t, const double* y) {
-  linearized_ = false;  // the assembly's blocks are those of the last evaluation
-  level_.invalidate();
+MechanismState Index2Dae::solved_state(double t, const double* y) {
   level_.solve(view(t, y));
   return level_.state();
 }
 
 void Index2Dae::residual(double t, const double* y, const double* yp, double* r) {
   const StateView s = view(t, y);
-  linearized_ = false;
-  level_.invalidate();
   assembly_.calc_dynamics(s);
   const double* gamma = s.lambda + m_;
   double *rv = r + n_, *rz = r + 2 * n_, *ra = rz + nz_, *rl = ra + n_, *rg = rl + m_;
@@ -101,19 +91,15 @@ void Index2Dae::residual(double t, const double* y, const double* yp, double* r)
 }
 
 void Index2Dae::linearize(double t, const double* y, const double*) {
-  double* p = linearized_at_.data();
-  const auto bytes = static_cast<std::size_t>(size()) * sizeof(double);
-  if (linearized_ && p[0] == t && std::memcmp(p + 1, y, bytes) == 0) return;
-  p[0] = t;
-  std::memcpy(p + 1, y, bytes);
-  point_ = view(t, p + 1);
-  level_.invalidate();
+  const long point = point_.move_to(t, {{y, static_cast<std::size_t>(size())}});
+  if (hessian_at_ == point && assembly_.has_matrices(point) && assembly_.has_partials(point)) return;
+  const StateView s = view(t, point_.values());
   // Of the values only M and Phi_q stand in the products: forces are not evaluated.
-  assembly_.calc_mass(point_);
-  assembly_.calc_jacobian(point_);
-  assembly_.calc_partials(point_);
-  assembly_.calc_hessian(point_, point_.lambda + m_, hessian_);
-  linearized_ = true;
+  assembly_.calc_mass(s, point);
+  assembly_.calc_jacobian(s, point);
+  assembly_.calc_partials(s, point);
+  assembly_.calc_hessian(s, s.lambda + m_, hessian_);
+  hessian_at_ = point;
 }
 
 void Index2Dae::fill_jacobian(double cj) {
@@ -232,7 +218,7 @@ void Index2Dae::add_transposed_product(double c, const double* x, double* out) {
 }
 
 void Index2Dae::parameter_columns(Eigen::MatrixXd& F_rho) {
-  assembly_.calc_parameter_columns(point_, columns_);
+  assembly_.calc_parameter_columns(view(point_.t(), point_.values()), columns_);
   if (F_rho.rows() != size() || F_rho.cols() != assembly_.np()) F_rho.resize(size(), assembly_.np());
   F_rho.setZero();
   // (Phi_q^T gamma)_rho in the first rows vanishes with gamma on the solution.
@@ -248,38 +234,24 @@ void Index2Dae::add_parameter_gradient(double c, const double* mu, double* gradi
   w.force = mu + 2 * n_ + nz_;
   w.row_phid = mu + 3 * n_ + nz_;
   w.row_phi = mu + 3 * n_ + nz_ + m_;
-  assembly_.add_parameter_gradient(point_, w, c, gradient);
+  assembly_.add_parameter_gradient(view(point_.t(), point_.values()), w, c, gradient);
 }
 
-void Index2Dae::jump(double t, double* y, double* yp) {
-  linearized_ = false;
-  state_.jump(t, segment_start(t), y, yp);
-}
+void Index2Dae::jump(double t, double* y, double* yp) { state_.jump(t, segment_start(t), y, yp); }
 
 void Index2Dae::start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, Eigen::MatrixXd* yp_rho) {
-  linearized_ = false;
   const Start s = state_.start(t, y_rho != nullptr, y, yp);
   if (!y_rho) return;
   const int np = assembly_.np();
-  level_.linearize(level_.state());
-  assembly_.calc_parameter_columns(level_.state(), columns_);
   y_rho->setZero(size(), np);
   yp_rho->setZero(size(), np);
   y_rho->topRows(2 * n_ + nz_) << s.q_rho, s.v_rho, s.z_rho;
-  Eigen::MatrixXd kkt = Eigen::MatrixXd::Zero(n_ + m_, np);
+  std::vector<double*> columns, rates;
   for (int j = 0; j < np; ++j) {
-    const double *sq = s.q_rho.col(j).data(), *sv = s.v_rho.col(j).data(), *sz = s.z_rho.col(j).data();
-    kkt.col(j).head(n_) = -columns_.F.col(j);
-    kkt.col(j).tail(m_) = -columns_.phidd.col(j);
-    level_.add_force_rows(-1, sq, sv, sz, kkt.col(j).data());
-    level_.add_constraint_rows(-1, sq, sv, kkt.col(j).data() + n_);
-    yp_rho->col(j).segment(2 * n_, nz_) = columns_.f.col(j);
-    level_.add_state_rows(1, sq, sv, sz, yp_rho->col(j).data() + 2 * n_);
+    columns.push_back(y_rho->col(j).data());
+    rates.push_back(yp_rho->col(j).data());
   }
-  level_.solve_kkt(kkt.data(), np);
-  y_rho->middleRows(2 * n_ + nz_, n_ + m_) = kkt;
-  yp_rho->topRows(n_) = s.v_rho;
-  yp_rho->middleRows(n_, n_) = kkt.topRows(n_);
+  state_.complete_columns(columns.data(), rates.data(), np);
 }
 
 void Index2Dae::running_cost_gradient(double t, const double* y, double* g_y, double c, double* gradient) {
@@ -297,11 +269,9 @@ void Index2Dae::terminal_cost_gradient(double t, const double* y, double* w_y, d
     return copy_cost_gradient(cost_gradient_, w_y, c, gradient);
   }
   // As psi is formed: with accelerations and multipliers solved for. Columns of (q, v, z) remain.
-  linearized_ = false;
-  level_.invalidate();
   level_.solve(view(t, y));
   const StateView s = level_.state();
-  level_.linearize(s);
+  level_.linearize();
   cost_gradient_.set_zero();
   objective_.add_terminal_gradient(s, assembly_, cost_gradient_);
   ScalarGradient& g = cost_gradient_;
@@ -312,8 +282,6 @@ void Index2Dae::terminal_cost_gradient(double t, const double* y, double* w_y, d
 }
 
 void Index2Dae::terminal_adjoint(double t, const double* y, const double*, double* mu, double* mup, double* gradient) {
-  linearized_ = false;
-  level_.invalidate();
   StateView s = view(t, y);
   if (objective_.terminal_needs_accelerations()) {  // those that psi is formed with
     level_.solve(s);
@@ -345,10 +313,7 @@ void Index2Dae::terminal_adjoint(double t, const double* y, const double*, doubl
   // (Phi_q Phi_q^T) eta_q = Phi_q (w^_q - Phid_q^T eta_v): least squares, so that redundant rows do no harm.
   const double before_q = largest(wq);
   costate::add_transposed_product(assembly_.jacobian(), assembly_.phid_q.data(), -1, eta_v.data(), wq.data());
-  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(m_, n_);
-  const SparsePattern& p = assembly_.jacobian();
-  for (int j = 0; j < p.cols; ++j)
-    for (auto k = p.column_start[j]; k < p.column_start[j + 1]; ++k) J(p.row[k], j) = assembly_.phi_q[k];
+  const Eigen::MatrixXd J = to_dense(assembly_.jacobian(), assembly_.phi_q.data());
   Eigen::VectorXd eta_q(m_);
   if (m_ > 0) eta_q = J.transpose().completeOrthogonalDecomposition().solve(wq);
   const double size_q = std::max(before_q, largest(wq));

@@ -6,7 +6,7 @@
 
 #include <memory>
 
-#include "costate/formulation/dae_state.h"
+#include "costate/formulation/consistent_state.h"
 #include "costate/formulation/solved_state.h"
 #include "costate/formulation/system.h"
 #include "costate/level/acceleration_level.h"
@@ -17,14 +17,13 @@ class Index2Dae final : public DaeSystem, public SolvedState {
  public:
   Index2Dae(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective);
 
-  void set_parameters(const double* rho) override;
   void forget_history() override {
     level_.forget_history();
     solver_->forget_pivots();
-    linearized_ = false;
+    point_.forget();
   }
-  PhysicalState physical_state(double t, const double* y) override { return view(t, y); }
-  PhysicalState solved_state(double t, const double* y) override;
+  MechanismState mechanism_state(double t, const double* y) override { return view(t, y); }
+  MechanismState solved_state(double t, const double* y) override;
   void residual(double t, const double* y, const double* yp, double* r) override;
   const SparsePattern& jacobian_pattern() const override { return jacobian_.pattern(); }
   void jacobian(double t, const double* y, const double* yp, double cj, double* values) override;
@@ -54,7 +53,7 @@ class Index2Dae final : public DaeSystem, public SolvedState {
   void scale_columns(double* x) const;
 
   AccelerationLevel level_;  // for starts and ends, and the blocks' products
-  DaeState state_;
+  ConsistentState state_;
   BlockMatrix jacobian_;
   std::unique_ptr<KluSolver> solver_;
   struct Blocks {
@@ -63,10 +62,10 @@ class Index2Dae final : public DaeSystem, public SolvedState {
   } at_{};
   int n_, m_, nz_;
   Assembly::ParameterColumns columns_;
-  std::vector<double> hessian_, linearized_at_, zero_rows_;
-  bool linearized_ = false;
+  std::vector<double> hessian_, zero_rows_;
+  long hessian_at_ = 0;
   double cj_scale_ = 1;
-  StateView point_;
+  EvaluationPoint point_;  // all of y, where it was linearized
 };
 
 }  // namespace costate

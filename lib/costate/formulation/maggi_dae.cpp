@@ -27,30 +27,25 @@ MaggiDae::MaggiDae(std::shared_ptr<const Mechanism> mechanism, ParameterSelectio
   append_maggi_unknowns(assembly_.mechanism(), f_, unknowns_);
   for (int i = 0; i < f_; ++i)
     unknowns_.push_back({"independent." + std::to_string(i) + "_ddot", "", Unknown::Role::acceleration, false, true});
-  const int z = 0, zd = f_, zf = 2 * f_, w = zf + nz_;
+  const int y = 0, yd = f_, z = 2 * f_, w = z + nz_;
   const SparsePattern If = SparsePattern::identity(f_), ff = full(f_, f_), zz = full(nz_, nz_), zxf = full(nz_, f_);
-  at_.identity_z = jacobian_.place(If, z, z);
-  at_.z_zd = jacobian_.place(If, z, zd);
-  at_.identity_zd = jacobian_.place(If, zd, zd);
-  at_.zd_w = jacobian_.place(If, zd, w);
-  at_.identity_zf = jacobian_.place(SparsePattern::identity(nz_), zf, zf);
-  at_.zf_z = jacobian_.place(zxf, zf, z);
-  at_.zf_zd = jacobian_.place(zxf, zf, zd);
-  at_.zf_zf = jacobian_.place(zz, zf, zf);
-  at_.w_z = jacobian_.place(ff, w, z);
-  at_.w_zd = jacobian_.place(ff, w, zd);
-  at_.w_zf = jacobian_.place(full(f_, nz_), w, zf);
+  at_.identity_y = jacobian_.place(If, y, y);
+  at_.y_yd = jacobian_.place(If, y, yd);
+  at_.identity_yd = jacobian_.place(If, yd, yd);
+  at_.yd_w = jacobian_.place(If, yd, w);
+  at_.identity_z = jacobian_.place(SparsePattern::identity(nz_), z, z);
+  at_.z_y = jacobian_.place(zxf, z, y);
+  at_.z_yd = jacobian_.place(zxf, z, yd);
+  at_.z_z = jacobian_.place(zz, z, z);
+  at_.w_y = jacobian_.place(ff, w, y);
+  at_.w_yd = jacobian_.place(ff, w, yd);
+  at_.w_z = jacobian_.place(full(f_, nz_), w, z);
   at_.w_w = jacobian_.place(ff, w, w);
   at_.idle = jacobian_.place(SparsePattern::identity(w + f_ > 0 ? 0 : 1), 0, 0);
   jacobian_.finalize();
   linearized_at_.assign(static_cast<std::size_t>(size()) + 1, 0);
   reduced_.assign(static_cast<std::size_t>(newton_.size()), 0);
   motion_.assign(static_cast<std::size_t>(f_), 0);
-}
-
-void MaggiDae::set_parameters(const double* rho) {
-  DaeSystem::set_parameters(rho);
-  level_.invalidate();
 }
 
 void MaggiDae::solve_point(double t, const double* y) {
@@ -64,18 +59,18 @@ void MaggiDae::linearize_motion(double t, const double* y) {
   level_.linearize();
 }
 
-PhysicalState MaggiDae::kinematic_state(double t, const double* y) {
+MechanismState MaggiDae::kinematic_state(double t, const double* y) {
   level_.solve(t, y, y + f_, y + 2 * f_);
   return level_.state();
 }
 
-PhysicalState MaggiDae::physical_state(double t, const double* y) {
+MechanismState MaggiDae::mechanism_state(double t, const double* y) {
   solve_point(t, y);
   level_.solve_multipliers();
   return level_.state();
 }
 
-PhysicalState MaggiDae::solved_state(double t, const double* y) {
+MechanismState MaggiDae::solved_state(double t, const double* y) {
   level_.solve(t, y, y + f_, y + 2 * f_);
   level_.solve_accelerations();
   level_.solve_multipliers();
@@ -120,16 +115,16 @@ void MaggiDae::jacobian(double t, const double* y, const double* yp, double cj, 
   newton_.form();
   BlockMatrix& J = jacobian_;
   J.set_zero();
-  for (int block : {at_.identity_z, at_.identity_zd, at_.identity_zf, at_.idle}) J.add_constant(block, cj);
-  J.add_constant(at_.z_zd, -1);
-  J.add_constant(at_.zd_w, -1);
-  J.add(at_.zf_z, newton_.Zq().data(), -1);
-  J.add(at_.zf_zd, newton_.Zv().data(), -1);
-  J.add(at_.zf_zf, newton_.f_z().data(), -1);
-  J.add(at_.w_z, newton_.Kz().data());
-  J.add(at_.w_zd, newton_.Cz().data());
-  J.add(at_.w_zf, newton_.force_state().data(), -1);
-  J.add(at_.w_w, newton_.Mz().data());
+  for (int block : {at_.identity_y, at_.identity_yd, at_.identity_z, at_.idle}) J.add_constant(block, cj);
+  J.add_constant(at_.y_yd, -1);
+  J.add_constant(at_.yd_w, -1);
+  J.add(at_.z_y, newton_.Zq().data(), -1);
+  J.add(at_.z_yd, newton_.Zv().data(), -1);
+  J.add(at_.z_z, newton_.f_z().data(), -1);
+  J.add(at_.w_y, newton_.Ky().data());
+  J.add(at_.w_yd, newton_.Cy().data());
+  J.add(at_.w_z, newton_.force_state().data(), -1);
+  J.add(at_.w_w, newton_.My().data());
   std::copy(J.values().begin(), J.values().end(), values);
 }
 
@@ -138,8 +133,8 @@ void MaggiDae::factor(double t, const double* y, const double* yp, double cj) {
   newton_.factor(1 / cj);
 }
 
-// With g = 1/cj: dz = g (b1 + dzd), dw = dzd/g - b2,
-// A (dzd, dzf) = (g b4 + g Mz b2 - g^2 Kz b1, g b3 + g^2 Zq b1)
+// With g = 1/cj: dy = g (b1 + dyd), dw = dyd/g - b2,
+// A (dyd, dz) = (g b4 + g My b2 - g^2 Ky b1, g b3 + g^2 Zq b1)
 void MaggiDae::solve(double* b) {
   const double g = newton_.gamma();
   double *b2 = b + f_, *b3 = b + 2 * f_, *b4 = b3 + nz_, *u = reduced_.data(), *uz = u + f_;
@@ -191,7 +186,7 @@ void MaggiDae::add_product(double c, const double* x, double* out) {
 }
 
 void MaggiDae::add_transposed_product(double c, const double* x, double* out) {
-  // x^T F_y dy = -dL - xz^T dzd - xzd^T dw with L of g = 0, sigma = R xw, mu_f = xzf
+  // x^T F_y dy = -dL - xy^T dyd - xyd^T dw with L of g = 0, sigma = R xw, mu_f = xz
   require_linearized();
   const int w = 2 * f_ + nz_;
   cost_gradient_.set_zero();
@@ -199,11 +194,11 @@ void MaggiDae::add_transposed_product(double c, const double* x, double* out) {
   level_.add_force_weight(x + w);
   level_.finish_pull(x + 2 * f_);
   for (int i = 0; i < f_; ++i) {
-    out[i] -= c * level_.pulled_z()[i];
-    out[f_ + i] -= c * (level_.pulled_zd()[i] + x[i]);
+    out[i] -= c * level_.pulled_y()[i];
+    out[f_ + i] -= c * (level_.pulled_yd()[i] + x[i]);
     out[w + i] -= c * (level_.pulled_w()[i] + x[f_ + i]);
   }
-  for (int i = 0; i < nz_; ++i) out[2 * f_ + i] -= c * level_.pulled_zf()[i];
+  for (int i = 0; i < nz_; ++i) out[2 * f_ + i] -= c * level_.pulled_z()[i];
 }
 
 void MaggiDae::parameter_columns(Eigen::MatrixXd& F_rho) {
@@ -305,11 +300,11 @@ void MaggiDae::complete_columns(double* const* s, double* const* sp, int count) 
 
 void MaggiDae::copy_pulled(double c, double* out) const {
   for (int i = 0; i < f_; ++i) {
-    out[i] = c * level_.pulled_z()[i];
-    out[f_ + i] = c * level_.pulled_zd()[i];
+    out[i] = c * level_.pulled_y()[i];
+    out[f_ + i] = c * level_.pulled_yd()[i];
     out[2 * f_ + nz_ + i] = c * level_.pulled_w()[i];
   }
-  for (int i = 0; i < nz_; ++i) out[2 * f_ + i] = c * level_.pulled_zf()[i];
+  for (int i = 0; i < nz_; ++i) out[2 * f_ + i] = c * level_.pulled_z()[i];
   for (int i = 3 * f_ + nz_; i < size(); ++i) out[i] = 0;
 }
 

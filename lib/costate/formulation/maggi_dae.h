@@ -1,7 +1,8 @@
 // Maggi's equations in implicit first-order form for IDAS (lib/README.md (5), (6)):
-//   y = (z, zd, zf, w), rows: z' - zd, zd' - w, zf' - f, R^T (M a - Q) with a = R w + S c.
-// Index 1; constraints hold to rounding. Adjoint unknowns in the same layout: (mu_z, mu_zd, mu_zf, mu) with
-// Mz mu = mu_zd + g_w. Changes its independent coordinates as the explicit form does.
+//   (y, yd, z, w) with y = B q the independent coordinates, rows: y' - yd, yd' - w, z' - f, R^T (M a - Q) with a = R w
+//   + S c.
+// Index 1; constraints hold to rounding. Adjoint unknowns in the same layout: (mu_y, mu_yd, mu_z, mu) with
+// My mu = mu_yd + g_w. Changes its independent coordinates as the explicit form does.
 #pragma once
 
 #include "costate/formulation/maggi_kink.h"
@@ -15,13 +16,12 @@ class MaggiDae final : public SegmentedDae, public SolvedState {
  public:
   MaggiDae(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective);
 
-  void set_parameters(const double* rho) override;
   bool begins_with_motion() const override { return false; }
   void forget_history() override { level_.forget_history(); }
-  PhysicalState physical_state(double t, const double* y) override;
+  MechanismState mechanism_state(double t, const double* y) override;
   bool carries_events() const override { return true; }
-  PhysicalState kinematic_state(double t, const double* y) override;
-  PhysicalState solved_state(double t, const double* y) override;
+  MechanismState kinematic_state(double t, const double* y) override;
+  MechanismState solved_state(double t, const double* y) override;
   void solve_unknowns(double t, double* y) override;
   void residual(double t, const double* y, const double* yp, double* r) override;
   const SparsePattern& jacobian_pattern() const override { return jacobian_.pattern(); }
@@ -61,17 +61,17 @@ class MaggiDae final : public SegmentedDae, public SolvedState {
  private:
   /// The point (t, y) with its w.
   void solve_point(double t, const double* y);
-  /// The point (t; z, zd, zf) of y with w from the equations of motion, linearized.
+  /// The point (t; y, yd, z) of the unknowns with w from the equations of motion, linearized.
   void linearize_motion(double t, const double* y);
   /// Back to the point of the last linearize(); free when nothing was evaluated since.
   void require_linearized();
   void copy_pulled(double c, double* out) const;
-  /// (z, zd, zf, w) and its rate from the motion solved for in another chart.
+  /// (y, yd, z, w) and its rate from the motion solved for in another chart.
   void load_state(const StateView& s, double* y, double* yp) const;
-  /// mu and mu' from mu_z, mu_zd, mu_zf at the linearized point.
+  /// mu and mu' from mu_y, mu_yd, mu_z at the linearized point.
   void complete_adjoint(double* mu, double* mup);
   void pull_cost(bool terminal);
-  /// dw and the rates of columns (dz, dzd, dzf), at the linearized motion.
+  /// dw and the rates of columns (dy, dyd, dz), at the linearized motion.
   void complete_columns(double* const* s, double* const* sp, int count);
   /// For rows of columns (dq, dv, da, df) pushed without dw: dw from the equations of motion, added to da.
   void solve_pushed_accelerations(int j, Eigen::VectorXd& da);
@@ -82,7 +82,7 @@ class MaggiDae final : public SegmentedDae, public SolvedState {
   int f_, nz_;
   BlockMatrix jacobian_;
   struct Blocks {
-    int identity_z, z_zd, identity_zd, zd_w, identity_zf, zf_z, zf_zd, zf_zf, w_z, w_zd, w_zf, w_w, idle;
+    int identity_y, y_yd, identity_yd, yd_w, identity_z, z_y, z_yd, z_z, w_y, w_yd, w_z, w_w, idle;
   } at_{};
   std::vector<double> linearized_at_, reduced_, motion_;
   std::vector<double> zero_column_;  // the tangent of nothing but the parameters

@@ -91,7 +91,7 @@ void MaggiDae::change_coordinates(double t, double* y, double* yp) {
   name_maggi_unknowns(assembly_.mechanism(), level_.independent(), unknowns_);
 }
 
-// dy after = (B2 dq, B2 dv, dzf, B2 da), with dw before the jump from the equations of motion.
+// dy after = (B2 dq, B2 dv, dz, B2 da), with dw before the jump from the equations of motion.
 void MaggiDae::change_coordinates_tangent(const Jump& jump, double* const* s, double* const* sp, int count) {
   use_mode(jump.after);
   const std::vector<int> independent = level_.independent();

@@ -1,4 +1,4 @@
-// The mechanism's events (event/motion_events.h) in independent coordinates: z and zd go on, force states jump. Both
+// The mechanism's events (event/motion_events.h) in independent coordinates: y and yd go on, force states jump. Both
 // work at the linearized point of the level before the event, in the chart in force.
 #pragma once
 
@@ -7,10 +7,10 @@
 
 namespace costate {
 
-/// Columns (dz, dzd, dzf), one a parameter, before the event become those behind it; dcost as MotionEvents::tangent().
+/// Columns (dy, dyd, dz), one a parameter, before the event become those behind it; dcost as MotionEvents::tangent().
 void cross_event_tangent(MaggiLevel& level, MotionEvents& events, int event, const MotionEvents::Side& minus,
                          const MotionEvents::Side& plus, double* const* s, int count, double* dcost);
-/// Adjoints (mu_z, mu_zd, mu_zf) behind the event become weights of (q, v, zf) before it, which the level then pulls
+/// Adjoints (mu_y, mu_yd, mu_z) behind the event become weights of (q, v, z) before it, which the level then pulls
 /// back; the gradient gains the event's own share.
 void cross_event_adjoint(MaggiLevel& level, MotionEvents& events, int event, const MotionEvents::Side& minus,
                          const MotionEvents::Side& plus, const double* mu, ScalarGradient& weights, double* gradient);

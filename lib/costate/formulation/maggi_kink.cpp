@@ -21,11 +21,10 @@ MaggiKink::MaggiKink(MaggiLevel& level)
   weights_.resize(level.assembly());
 }
 
-void MaggiKink::cross(double t_after, double* zd) {
+void MaggiKink::cross(double t_after, double* yd) {
   const double* v = jump_.calc(level_.state(), t_after);
   const auto& independent = level_.independent();
-  for (std::size_t i = 0; i < independent.size(); ++i) zd[i] = v[independent[i]];
-  level_.invalidate();
+  for (std::size_t i = 0; i < independent.size(); ++i) yd[i] = v[independent[i]];
 }
 
 void MaggiKink::tangent(double t_after, double* const* s, int count) {
@@ -46,7 +45,6 @@ void MaggiKink::tangent(double t_after, double* const* s, int count) {
   for (int j = 0; j < count; ++j)
     for (int i = 0; i < f; ++i)
       s[j][f + i] = columns[static_cast<std::size_t>(j)][n + independent[static_cast<std::size_t>(i)]];
-  level_.invalidate();
 }
 
 const ScalarGradient& MaggiKink::adjoint(double t_after, const double* mu, double* gradient) {
@@ -59,7 +57,6 @@ const ScalarGradient& MaggiKink::adjoint(double t_after, const double* mu, doubl
   }
   std::copy(mu + 2 * f, mu + 2 * f + nz, w.begin() + 2 * n);
   jump_.adjoint(level_.state(), t_after, w.data(), gradient);
-  level_.invalidate();
   weights_.set_zero();
   std::copy_n(w.data(), n, weights_.q.data());
   std::copy_n(w.data() + n, n, weights_.v.data());

@@ -1,4 +1,4 @@
-// The kinks of drivers in independent coordinates: z and the force states stay, zd jumps to B v+ (lib/README.md
+// The kinks of drivers in independent coordinates: y and the force states stay, yd jumps to B v+ (lib/README.md
 // (5.13)). All three work at the solved point of the level, the last one before the kink, in the chart in force, and
 // leave the level to be solved anew.
 #pragma once
@@ -12,11 +12,11 @@ class MaggiKink {
  public:
   explicit MaggiKink(MaggiLevel& level);
 
-  /// zd behind the kink.
-  void cross(double t_after, double* zd);
-  /// Columns (dz, dzd, dzf), one a parameter, before the kink become those behind it; at the linearized point.
+  /// yd behind the kink.
+  void cross(double t_after, double* yd);
+  /// Columns (dy, dyd, dz), one a parameter, before the kink become those behind it; at the linearized point.
   void tangent(double t_after, double* const* s, int count);
-  /// Adjoints (mu_z, mu_zd, mu_zf) behind the kink become the weights of (q, v, zf) before it, which the level then
+  /// Adjoints (mu_y, mu_yd, mu_z) behind the kink become the weights of (q, v, z) before it, which the level then
   /// pulls back; the gradient gains the jump's own dependence on the parameters.
   const ScalarGradient& adjoint(double t_after, const double* mu, double* gradient);
 

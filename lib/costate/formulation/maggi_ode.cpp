@@ -21,19 +21,14 @@ MaggiOde::MaggiOde(std::shared_ptr<const Mechanism> mechanism, ParameterSelectio
   rho_buffer_.assign(static_cast<std::size_t>(assembly_.np()), 0);
 }
 
-void MaggiOde::set_parameters(const double* rho) {
-  OdeSystem::set_parameters(rho);
-  level_.invalidate();
-}
-
 void MaggiOde::solve_point(double t, const double* y) { level_.solve(t, y, y + f_, y + 2 * f_); }
 
-PhysicalState MaggiOde::kinematic_state(double t, const double* y) {
+MechanismState MaggiOde::kinematic_state(double t, const double* y) {
   solve_point(t, y);
   return level_.state();
 }
 
-PhysicalState MaggiOde::physical_state(double t, const double* y) {
+MechanismState MaggiOde::mechanism_state(double t, const double* y) {
   solve_point(t, y);
   level_.solve_accelerations();
   level_.solve_multipliers();
@@ -60,7 +55,7 @@ void MaggiOde::factor(double t, const double* y, double gamma) {
   newton_.factor(gamma);
 }
 
-// dz = b_z + gamma dzd; A (dzd, dzf) = (Mz b_zd - gamma Kz b_z, b_zf + gamma Zq b_z)
+// dy = b_y + gamma dyd; A (dyd, dz) = (My b_yd - gamma Ky b_y, b_z + gamma Zq b_y)
 void MaggiOde::solve(double* b) {
   const double g = newton_.gamma();
   double *u = reduced_.data(), *uz = u + f_, *bd = b + f_, *bz = b + 2 * f_;
@@ -95,7 +90,7 @@ void MaggiOde::tangent(double t, const double* y, const double* const* s, double
   linearize(t, y);
   level_.push(s, count, false, with_parameters);
   for (int j = 0; j < count; ++j) {
-    // Mz dzdd = -R^T force
+    // My dydd = -R^T force
     double* w = out[j] + f_;
     level_.project(level_.force(j), w);
     for (int i = 0; i < f_; ++i) w[i] = -w[i];
@@ -107,10 +102,10 @@ void MaggiOde::tangent(double t, const double* y, const double* const* s, double
 }
 
 void MaggiOde::calc_running_gradient() {
-  if (cost_gradient_at_ == level_.linearizations()) return;
+  if (cost_gradient_at_ == level_.point()) return;
   cost_gradient_.set_zero();
   objective_.add_running_gradient(level_.state(), assembly_, cost_gradient_);
-  cost_gradient_at_ = level_.linearizations();
+  cost_gradient_at_ = level_.point();
 }
 
 void MaggiOde::pull_running(const double* mu) {
@@ -122,7 +117,7 @@ void MaggiOde::pull_running(const double* mu) {
 }
 
 void MaggiOde::pull_terminal() {
-  cost_gradient_at_ = -1;
+  cost_gradient_at_ = 0;
   cost_gradient_.set_zero();
   objective_.add_terminal_gradient(level_.state(), assembly_, cost_gradient_);
   const bool accelerations = objective_.terminal_needs_accelerations();
@@ -133,10 +128,10 @@ void MaggiOde::pull_terminal() {
 
 void MaggiOde::copy_pulled(double c, double* out) const {
   for (int i = 0; i < f_; ++i) {
-    out[i] = c * level_.pulled_z()[i];
-    out[f_ + i] = c * level_.pulled_zd()[i];
+    out[i] = c * level_.pulled_y()[i];
+    out[f_ + i] = c * level_.pulled_yd()[i];
   }
-  for (int i = 0; i < nz_; ++i) out[2 * f_ + i] = c * level_.pulled_zf()[i];
+  for (int i = 0; i < nz_; ++i) out[2 * f_ + i] = c * level_.pulled_z()[i];
   std::fill(out + 2 * f_ + nz_, out + size(), 0.0);
 }
 
@@ -243,7 +238,7 @@ void MaggiOde::cross_event_adjoint(const Jump& jump, double* mu, double* gradien
   cross_event(jump.event, jump.t, after.data());
   const auto plus = event_side(jump.t, after.data()), minus = event_side(jump.t, jump.y.data());
   solve_point(jump.t, jump.y.data());
-  cost_gradient_at_ = -1;
+  cost_gradient_at_ = 0;
   costate::cross_event_adjoint(level_, *events_, jump.event, minus, plus, mu, cost_gradient_, gradient);
   linearize(jump.t, jump.y.data());
   level_.pull(cost_gradient_, false);
@@ -285,7 +280,7 @@ void MaggiOde::change_coordinates(double t, double* y) {
   name_maggi_unknowns(assembly_.mechanism(), independent, unknowns_);
 }
 
-// dy after = (B2 dq, B2 dv, dzf)
+// dy after = (B2 dq, B2 dv, dz)
 void MaggiOde::change_coordinates_tangent(const Jump& jump, double* const* s, int count) {
   use_mode(jump.after);
   const std::vector<int> independent = level_.independent();
@@ -302,7 +297,7 @@ void MaggiOde::change_coordinates_tangent(const Jump& jump, double* const* s, in
 
 void MaggiOde::change_coordinates_adjoint(const Jump& jump, double* mu, double* gradient) {
   use_mode(jump.after);
-  cost_gradient_at_ = -1;
+  cost_gradient_at_ = 0;
   cost_gradient_.set_zero();
   const auto& independent = level_.independent();
   for (int i = 0; i < f_; ++i) {

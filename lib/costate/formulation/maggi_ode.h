@@ -1,7 +1,7 @@
 // Maggi's equations as an ordinary differential equation for CVODES (lib/README.md (5)):
-//   y = (z, zd, zf), y' = (zd, Mz^-1 R^T (Q - M S c), f), z = B q the independent coordinates, zf the states of forces.
-// Constraints hold to rounding. Explicit first-order adjoint (mu_z, mu_zd, mu_zf). Where the independent coordinates
-// come near a singular choice the trajectory jumps to better ones: y = (B2 q, B2 v, zf).
+//   (y, yd, z)' = (yd, My^-1 R^T (Q - M S c), f), y = B q the independent coordinates, z the states of forces.
+// Constraints hold to rounding. Explicit first-order adjoint (mu_y, mu_yd, mu_z). Where the independent coordinates
+// come near a singular choice the trajectory jumps to better ones: (B2 q, B2 v, z).
 #pragma once
 
 #include "costate/formulation/maggi_kink.h"
@@ -14,12 +14,11 @@ class MaggiOde final : public SegmentedOde {
  public:
   MaggiOde(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective);
 
-  void set_parameters(const double* rho) override;
   bool begins_with_motion() const override { return false; }
   void forget_history() override { level_.forget_history(); }
-  PhysicalState physical_state(double t, const double* y) override;
+  MechanismState mechanism_state(double t, const double* y) override;
   bool carries_events() const override { return true; }
-  PhysicalState kinematic_state(double t, const double* y) override;
+  MechanismState kinematic_state(double t, const double* y) override;
   void rhs(double t, const double* y, double* f) override;
   void factor(double t, const double* y, double gamma) override;
   void solve(double* b) override;
@@ -55,7 +54,7 @@ class MaggiOde final : public SegmentedOde {
  private:
   void solve_point(double t, const double* y);
   void linearize(double t, const double* y);
-  /// Pulls a cost back to (z, zd, zf) and rho, with mu^T f when mu is given.
+  /// Pulls a cost back to (y, yd, z) and rho, with mu^T f when mu is given.
   void pull_running(const double* mu);
   void pull_terminal();
   void copy_pulled(double c, double* out) const;
@@ -66,7 +65,7 @@ class MaggiOde final : public SegmentedOde {
   MaggiKink kink_;
   int f_, nz_;
   std::vector<double> reduced_, y_buffer_, rho_buffer_;
-  long cost_gradient_at_ = -1;  // the linearization that cost_gradient_ belongs to
+  long cost_gradient_at_ = 0;  // the point that cost_gradient_ belongs to
 };
 
 }  // namespace costate

@@ -1,5 +1,5 @@
 // The state of the mechanism at samples. Systems whose unknowns hold accelerations or multipliers take them from there
-// in physical_state(), which costs and their gradients refer to. Of an interpolated y they are not solutions:
+// in mechanism_state(), which costs and their gradients refer to. Of an interpolated y they are not solutions:
 // integrators control the error of neither, and between steps they may be anything. Such systems solve for them here.
 #pragma once
 
@@ -10,17 +10,17 @@ namespace costate {
 class SolvedState {
  public:
   virtual ~SolvedState() = default;
-  /// As physical_state(), but accelerations and multipliers are those of the formulation's equations at the (t, q, v,
+  /// As mechanism_state(), but accelerations and multipliers are those of the formulation's equations at the (t, q, v,
   /// z) of y.
-  virtual PhysicalState solved_state(double t, const double* y) = 0;
+  virtual MechanismState solved_state(double t, const double* y) = 0;
   /// The same for accelerations among y's own unknowns, for adjoints, which linearize about what is between an
   /// integrator's steps. For those whose integrators keep them true there is nothing to do.
   virtual void solve_unknowns(double, double*) {}
 };
 
-inline PhysicalState solved_state(System& system, double t, const double* y) {
+inline MechanismState solved_state(System& system, double t, const double* y) {
   auto* solving = dynamic_cast<SolvedState*>(&system);
-  return solving ? solving->solved_state(t, y) : system.physical_state(t, y);
+  return solving ? solving->solved_state(t, y) : system.mechanism_state(t, y);
 }
 
 }  // namespace costate

@@ -31,7 +31,7 @@ std::optional<double> System::find_event(double from, double to, const std::func
 }
 
 MotionEvents::Side System::event_side(double t, const double* y) {
-  const PhysicalState s = solved_state(*this, t, y);
+  const MechanismState s = solved_state(*this, t, y);
   MotionEvents::Side side;
   side.a.assign(s.a, s.a + assembly_.n());
   side.zdot = assembly_.zdot;
@@ -68,7 +68,7 @@ double System::segment_start(double t) const {
 
 double System::running_cost(double t, const double* y) {
   const bool accelerations = objective_.running_needs_accelerations();
-  return objective_.running_value(accelerations ? physical_state(t, y) : kinematic_state(t, y), assembly_);
+  return objective_.running_value(accelerations ? mechanism_state(t, y) : kinematic_state(t, y), assembly_);
 }
 
 double System::terminal_cost(double t, const double* y) {

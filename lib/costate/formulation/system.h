@@ -19,7 +19,7 @@ namespace costate {
 
 /// The mechanism's state behind a system's unknowns, for costs, outputs and files. Pointers stay valid until the
 /// system is evaluated again.
-using PhysicalState = StateView;
+using MechanismState = StateView;
 
 /// Where one smooth segment of a trajectory ends and the next begins: the state jumps from (y, y') in the terms of mode
 /// `before` to a new one in the terms of mode `after`. A mode is a set of equations or unknowns: a chart of independent
@@ -57,9 +57,9 @@ class System {
   virtual void forget_history() {}
 
   /// The mechanism's state at (t, y); accelerations and multipliers are solved for where y does not hold them.
-  virtual PhysicalState physical_state(double t, const double* y) = 0;
+  virtual MechanismState mechanism_state(double t, const double* y) = 0;
   /// The same for those who ask for neither accelerations nor multipliers: these may be missing.
-  virtual PhysicalState kinematic_state(double t, const double* y) { return physical_state(t, y); }
+  virtual MechanismState kinematic_state(double t, const double* y) { return mechanism_state(t, y); }
 
   /// g and w of the cost.
   double running_cost(double t, const double* y);

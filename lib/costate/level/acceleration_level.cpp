@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "costate/analysis/not_finite.h"
 #include "costate/analysis/start.h"
@@ -17,7 +16,8 @@ AccelerationLevel::AccelerationLevel(Assembly& assembly, Stabilization stabiliza
     : assembly_(assembly),
       stabilization_(stabilization),
       kkt_(assembly.n() + assembly.m()),
-      newton_(assembly.n() + assembly.nz() + assembly.m()) {
+      newton_(assembly.n() + assembly.nz() + assembly.m()),
+      point_(assembly) {
   const int n = assembly.n(), m = assembly.m(), nz = assembly.nz();
   const SparsePattern identity_m = SparsePattern::identity(m), identity_z = SparsePattern::identity(nz);
   const bool penalty = stabilization.inverse_alpha != 0;
@@ -40,46 +40,31 @@ AccelerationLevel::AccelerationLevel(Assembly& assembly, Stabilization stabiliza
   solution_.assign(static_cast<std::size_t>(n + m), 0);
   augmented_right_.reserve(static_cast<std::size_t>(newton_size()));
   augmented_last_.reserve(static_cast<std::size_t>(m));
-  point_.assign(static_cast<std::size_t>(1 + 2 * n + nz), 0);
   r2_q_.assign(assembly.jacobian().row.size(), 0);
   r2_v_ = r2_q_;
   newton_blocks_ = {assembly.M, assembly.K, assembly.phi_q, r2_q_, assembly.f_q};  // sized once
 }
 
-bool AccelerationLevel::same_point(const StateView& s) const {
-  const auto n = static_cast<std::size_t>(assembly_.n()), nz = static_cast<std::size_t>(assembly_.nz());
-  const double* p = point_.data();
-  return prepared_ && p[0] == s.t && std::memcmp(p + 1, s.q, n * sizeof(double)) == 0 &&
-         std::memcmp(p + 1 + n, s.v, n * sizeof(double)) == 0 &&
-         (nz == 0 || std::memcmp(p + 1 + 2 * n, s.z, nz * sizeof(double)) == 0);
-}
-
 void AccelerationLevel::prepare(const StateView& s) {
   const auto n = static_cast<std::size_t>(assembly_.n()), nz = static_cast<std::size_t>(assembly_.nz());
-  solved_ = linearized_ = prepared_ = false;
-  assembly_.calc_dynamics(s);
+  solved_at_ = 0;
+  assembly_.calc_dynamics(s, point_.move_to(s.t, {{s.q, n}, {s.v, n}, {s.z, nz}}));
   kkt_.set_zero();
   kkt_.add(kkt_mass_, assembly_.M.data());
   kkt_.add(kkt_jacobian_, assembly_.phi_q.data());
   kkt_.add(kkt_transposed_, assembly_.phi_q.data());
   if (kkt_corner_ >= 0) kkt_.add_constant(kkt_corner_, -stabilization_.inverse_alpha);
   const int bad = kkt_solver_->factor(kkt_.values().data());
-  double* p = point_.data();
-  p[0] = s.t;
-  std::memcpy(p + 1, s.q, n * sizeof(double));
-  std::memcpy(p + 1 + n, s.v, n * sizeof(double));
-  if (nz > 0) std::memcpy(p + 1 + 2 * n, s.z, nz * sizeof(double));
   if (bad >= 0) {
     require_finite(assembly_, s);
     singular(bad);
   }
-  prepared_ = true;
 }
 
 void AccelerationLevel::singular(int column) const {
   const Mechanism& mech = assembly_.mechanism();
   Assembly probe(assembly_.mechanism_ptr(), ParameterSelection{});
-  const ConstraintRank rank = constraint_rank(probe, point_[0], point_.data() + 1);
+  const ConstraintRank rank = constraint_rank(probe, point_.t(), point_.values());
   const auto rows = mech.row_names();
   if (!rank.dependent_rows.empty() && stabilization_.inverse_alpha == 0) {
     std::vector<std::string> names;
@@ -87,17 +72,17 @@ void AccelerationLevel::singular(int column) const {
     throw SolverError(fmt::format(
         "The accelerations at t = {:.9g} s are not determined: {} of {} constraint rows depend on the others ({}). "
         "The mechanism passes a singular configuration or has redundant joints; the penalty formulation carries both.",
-        point_[0], names.size(), rows.size(), fmt::join(names, ", ")));
+        point_.t(), names.size(), rows.size(), fmt::join(names, ", ")));
   }
   const std::string where = column < assembly_.n() ? mech.coordinates()[column].name : rows[column - assembly_.n()];
   throw SolverError(
       fmt::format("The accelerations at t = {:.9g} s are not determined: '{}' has neither inertia nor a "
                   "constraint that fixes it. Give it mass, or constrain it.",
-                  point_[0], where));
+                  point_.t(), where));
 }
 
 void AccelerationLevel::calc_constraint_bias(const double* v, double* out) const {
-  const double d = 2 * stabilization_.xi * stabilization_.omega, k = stabilization_.omega * stabilization_.omega;
+  const double d = stabilization_.by_rate(), k = stabilization_.by_value();
   for (int i = 0; i < assembly_.m(); ++i) out[i] = assembly_.bias[i];
   if (d != 0 || k != 0) {
     for (int i = 0; i < assembly_.m(); ++i) out[i] += d * assembly_.phi_t[i] + k * assembly_.phi[i];
@@ -106,7 +91,9 @@ void AccelerationLevel::calc_constraint_bias(const double* v, double* out) const
 }
 
 void AccelerationLevel::solve(const StateView& s) {
-  if (solved_ && same_point(s)) return;
+  const auto size = static_cast<std::size_t>(assembly_.n()), states = static_cast<std::size_t>(assembly_.nz());
+  const long point = point_.move_to(s.t, {{s.q, size}, {s.v, size}, {s.z, states}});
+  if (solved_at_ == point && assembly_.has_dynamics(point)) return;
   prepare(s);
   const int n = assembly_.n(), m = assembly_.m();
   double* x = solution_.data();
@@ -114,7 +101,7 @@ void AccelerationLevel::solve(const StateView& s) {
   calc_constraint_bias(s.v, x + n);
   for (int i = 0; i < m; ++i) x[n + i] = -x[n + i];
   solve_kkt(x);
-  solved_ = true;
+  solved_at_ = point;
 }
 
 template <class Solve>
@@ -152,27 +139,41 @@ void AccelerationLevel::solve_kkt(double* b, int columns) {
 StateView AccelerationLevel::state() const {
   const auto n = assembly_.n();
   StateView s;
-  const double* p = point_.data();
-  s.t = p[0];
-  s.q = p + 1;
-  s.v = p + 1 + n;
-  s.z = p + 1 + 2 * n;
+  s.t = point_.t();
+  s.q = point_.values();
+  s.v = s.q + n;
+  s.z = s.v + n;
   s.a = a();
   s.lambda = lambda();
   return s;
 }
 
-void AccelerationLevel::linearize(const StateView& s) {
-  // At the solved point itself a repeated call is free.
-  if (linearized_ && solved_ && s.a == a() && same_point(s)) return;
-  ++linearizations_;
-  assembly_.calc_partials(s);
-  const double d = 2 * stabilization_.xi * stabilization_.omega, k = stabilization_.omega * stabilization_.omega;
+void AccelerationLevel::linearize(const StateView& s, long point) {
+  if (stabilized_at_ == point && assembly_.has_partials(point)) return;
+  assembly_.calc_partials(s, point);
+  const double d = stabilization_.by_rate(), k = stabilization_.by_value();
   for (std::size_t i = 0; i < r2_q_.size(); ++i) {
     r2_q_[i] = assembly_.phidd_q[i] + d * assembly_.phid_q[i] + k * assembly_.phi_q[i];
     r2_v_[i] = 2 * assembly_.phid_q[i] + d * assembly_.phi_q[i];
   }
-  linearized_ = true;
+  stabilized_at_ = point;
+}
+
+void AccelerationLevel::solve_tangent(const double* const* s, int count, const Assembly::ParameterColumns* c,
+                                      double* x) {
+  const int n = assembly_.n(), m = assembly_.m();
+  const double d = stabilization_.by_rate(), k = stabilization_.by_value();
+  std::fill(x, x + static_cast<std::ptrdiff_t>(n + m) * count, 0.0);
+  double* xj = x;
+  for (int j = 0; j < count; ++j, xj += n + m) {
+    const double *q = s[j], *v = q + n, *z = v + n;
+    add_force_rows(-1, q, v, z, xj);
+    add_constraint_rows(-1, q, v, xj + n);
+    if (!c) continue;
+    for (int i = 0; i < n; ++i) xj[i] -= c->F(i, j);
+    for (int i = 0; i < m; ++i) xj[n + i] -= c->phidd(i, j) + d * c->phid(i, j) + k * c->phi(i, j);
+  }
+  if (count > 0) solve_kkt(x, count);
 }
 
 void AccelerationLevel::add_force_rows(double c, const double* xq, const double* xv, const double* xz,

@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "costate/assembly/assembly.h"
+#include "costate/assembly/evaluation_point.h"
 #include "costate/linear/klu_solver.h"
 
 namespace costate {
@@ -21,6 +22,25 @@ struct Stabilization {
   /// Augmented Lagrangian: the penalty system is solved again with lambda_i added to its right-hand side until
   /// R2 = lambda_(i+1) - lambda_i = 0, which gives exact constraints and carries redundant rows.
   bool augmented = false;
+
+  /// The factors of Phidot and Phi in R2.
+  double by_rate() const { return 2 * xi * omega; }
+  double by_value() const { return omega * omega; }
+  /// R2_rho, m x np.
+  Eigen::MatrixXd columns(const Assembly::ParameterColumns& c) const {
+    return c.phidd + by_rate() * c.phid + by_value() * c.phi;
+  }
+  /// For Assembly::add_parameter_gradient(): s1^T R1_rho + s2^T R2_rho - sz^T f_rho. sz may be null.
+  Assembly::ParameterWeights weights(const double* s1, const double* s2, const double* sz = nullptr) const {
+    Assembly::ParameterWeights w;
+    w.force = s1;
+    w.row = s2;
+    w.c0 = by_value();
+    w.c1 = by_rate();
+    w.c2 = 1;
+    w.state = sz;
+    return w;
+  }
 };
 
 class AccelerationLevel {
@@ -28,19 +48,20 @@ class AccelerationLevel {
   AccelerationLevel(Assembly& assembly, Stabilization stabilization);
 
   const Stabilization& stabilization() const { return stabilization_; }
-  /// To be called when the parameters change.
-  void invalidate() { solved_ = linearized_ = false; }
   /// Neither points nor pivots of earlier evaluations play a part from here on.
   void forget_history() {
-    invalidate();
+    point_.forget();
     kkt_solver_->forget_pivots();
     newton_solver_->forget_pivots();
   }
 
   /// M, Q, Phi_q, ... and a factored KKT matrix [[M, Phi_q^T], [Phi_q, -1/alpha]] at (t, q, v, z).
   void prepare(const StateView& s);
-  /// prepare(), then accelerations and multipliers; repeated calls at the same point are free.
+  /// prepare(), then accelerations and multipliers; repeated calls at the same point are free as long as the assembly
+  /// is there.
   void solve(const StateView& s);
+  /// The identity of (t, q, v, z) of the last prepare() or solve().
+  long point() const { return point_.id(); }
   const double* a() const { return solution_.data(); }
   const double* lambda() const { return solution_.data() + assembly_.n(); }
   /// The state with a and lambda of the last solve().
@@ -51,10 +72,14 @@ class AccelerationLevel {
 
   /// The right-hand side of R2 at a = 0: Phidd|_{a=0} + 2 xi omega Phidot + omega^2 Phi, from the last dynamics.
   void calc_constraint_bias(const double* v, double* out) const;
-  /// Derivative blocks at (t, q, v, a, lambda, z), R2_q and R2_v among them.
-  void linearize(const StateView& s);
-  /// Counts the evaluations that linearize() has made: as long as it stays, the linearized point is the same.
-  long linearizations() const { return linearizations_; }
+  /// Derivative blocks at (t, q, v, a, lambda, z), R2_q and R2_v among them, with the M and Phi_q that are there. Where
+  /// `point` is an identity of all these values, repeated calls are free.
+  void linearize(const StateView& s, long point = 0);
+  /// The same where solve() was last.
+  void linearize() { linearize(state(), point()); }
+  /// (3.3): for columns s_j = (S_q, S_v, S_z) of a tangent, x_j = (S_a, S_lambda), n + m entries each and one behind
+  /// the other, at the solved and linearized point; with `c` those along its parameters, else at fixed ones.
+  void solve_tangent(const double* const* s, int count, const Assembly::ParameterColumns* c, double* x);
   const std::vector<double>& R2_q() const { return r2_q_; }
   const std::vector<double>& R2_v() const { return r2_v_; }
 
@@ -97,7 +122,6 @@ class AccelerationLevel {
   /// Augmented Lagrangian: solves without the block -corner that the factored matrix has in its lower right.
   template <class Solve>
   void iterate_multipliers(double* b, int size, double corner, Solve&& solve);
-  bool same_point(const StateView& s) const;
   [[noreturn]] void singular(int column) const;
 
   Assembly& assembly_;
@@ -109,10 +133,9 @@ class AccelerationLevel {
       newton_state_identity_, newton_jacobian_, newton_corner_ = -1;
   std::vector<double> solution_;
   std::vector<double> augmented_right_, augmented_last_;
-  std::vector<double> point_;  // t, q, v, z of the last prepare()
+  EvaluationPoint point_;                   // (q, v, z)
+  long solved_at_ = 0, stabilized_at_ = 0;  // solution_, R2_q and R2_v
   std::vector<double> r2_q_, r2_v_;
-  bool prepared_ = false, solved_ = false, linearized_ = false;
-  long linearizations_ = 0;
   double gamma_ = 0, lambda_scale_ = 1;
   NewtonBlocks newton_blocks_;
 };

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
 
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
@@ -18,18 +17,19 @@ MaggiLevel::MaggiLevel(Assembly& assembly)
       m_(assembly.m()),
       f_(positions_.freedoms()),
       nz_(assembly.nz()),
-      rows_(std::max(m_ + f_, n_)) {
+      rows_(std::max(m_ + f_, n_)),
+      point_(assembly),
+      accelerated_(assembly) {
   const auto n = static_cast<std::size_t>(n_), f = static_cast<std::size_t>(f_), nz = static_cast<std::size_t>(nz_),
              rows = static_cast<std::size_t>(rows_);
-  point_.assign(1 + 2 * f + nz, 0);
   v_.assign(rows, 0);
   a_ = work_ = reaction_ = s1_ = reaction_q_ = reaction_v_ = reaction_a_ = v_;
   w_.assign(f, 0);
   lambda_.assign(static_cast<std::size_t>(m_), 0);
   normal_.assign(n, 0);
   R_.assign(rows * f, 0);
-  Mz_.assign(f * f, 0);
-  mass_factor_ = Mz_;
+  My_.assign(f * f, 0);
+  mass_factor_ = My_;
   g_q_.assign(n, 0);
   g_v_ = g_a_ = zero_ = g_q_;
   g_z_.assign(nz, 0);
@@ -43,23 +43,24 @@ MaggiLevel::MaggiLevel(Assembly& assembly)
   rate_.assign(columns * nz, 0);
 }
 
-void MaggiLevel::invalidate() {
-  solved_ = accelerated_ = dynamic_ = has_multipliers_ = linearized_ = has_null_space_ = has_mass_ = false;
+void MaggiLevel::clear() {
+  accelerated_.forget();
+  dynamic_ = has_multipliers_ = has_null_space_ = has_mass_ = false;
 }
 
 void MaggiLevel::start(double t, const double* q) {
-  invalidate();
+  point_.forget();
   positions_.start(t, q);
 }
 
 void MaggiLevel::forget_history() {
-  invalidate();
+  point_.forget();
   positions_.forget_history();
 }
 
 void MaggiLevel::use_chart(int chart) {
   if (chart == positions_.chart_index()) return;
-  invalidate();
+  point_.forget();
   positions_.use_chart(chart);
 }
 
@@ -71,43 +72,33 @@ double MaggiLevel::chart_ratio() {
 void MaggiLevel::change_chart() {
   null_space();
   positions_.change(R_.data());
-  invalidate();
+  point_.forget();
 }
 
-bool MaggiLevel::same_point(double t, const double* z, const double* zd, const double* zf) const {
+void MaggiLevel::solve(double t, const double* y, const double* yd, const double* z) {
   const auto f = static_cast<std::size_t>(f_), nz = static_cast<std::size_t>(nz_);
-  const double* p = point_.data();
-  return solved_ && p[0] == t && std::memcmp(p + 1, z, f * sizeof(double)) == 0 &&
-         std::memcmp(p + 1 + f, zd, f * sizeof(double)) == 0 &&
-         (nz == 0 || std::memcmp(p + 1 + 2 * f, zf, nz * sizeof(double)) == 0);
-}
-
-void MaggiLevel::solve(double t, const double* z, const double* zd, const double* zf) {
-  if (same_point(t, z, zd, zf)) return;
-  invalidate();
+  const long point = point_.move_to(t, {{y, f}, {yd, f}, {z, nz}});
+  if (solved_at_ == point && assembly_.has_dynamics(point)) return;
+  solved_at_ = 0;  // while it may throw
+  clear();
   if (!positions_.started()) positions_.start(t, find_start(assembly_, t, false).q.data());
-  positions_.solve(t, z);
+  positions_.solve(t, y);
   for (int i = 0; i < m_; ++i) v_[i] = -assembly_.phi_t[i];
-  std::copy(zd, zd + f_, v_.begin() + m_);
+  std::copy(yd, yd + f_, v_.begin() + m_);
   positions_.chart().solve(v_.data());
   positions_.set_rates(v_.data(), nullptr);
-  double* p = point_.data();
-  p[0] = t;
-  std::copy(z, z + f_, p + 1);
-  std::copy(zd, zd + f_, p + 1 + f_);
-  std::copy(zf, zf + nz_, p + 1 + 2 * f_);
-  assembly_.calc_dynamics(state());
-  solved_ = true;
+  assembly_.calc_dynamics(state(), point);
+  solved_at_ = point;
 }
 
 StateView MaggiLevel::state() const {
   StateView s;
-  s.t = point_[0];
+  s.t = point_.t();
   s.q = positions_.q();
   s.v = v_.data();
   s.a = a_.data();
   s.lambda = lambda_.data();
-  s.z = point_.data() + 1 + 2 * f_;
+  s.z = point_.values() + 2 * f_;
   return s;
 }
 
@@ -136,10 +127,10 @@ void MaggiLevel::calc_mass_matrix() {
       const double* r = R + static_cast<std::ptrdiff_t>(i) * n_;
       double sum = 0;
       for (int k = 0; k < n_; ++k) sum += r[k] * mr[k];
-      Mz_[static_cast<std::size_t>(i) * f_ + j] = Mz_[static_cast<std::size_t>(j) * f_ + i] = sum;
+      My_[static_cast<std::size_t>(i) * f_ + j] = My_[static_cast<std::size_t>(j) * f_ + i] = sum;
     }
   }
-  mass_factor_ = Mz_;
+  mass_factor_ = My_;
   const int bad = factor_cholesky(mass_factor_.data(), f_);
   if (bad >= 0) singular_mass(bad);
   has_mass_ = true;
@@ -147,7 +138,7 @@ void MaggiLevel::calc_mass_matrix() {
 
 const double* MaggiLevel::mass_matrix() {
   calc_mass_matrix();
-  return Mz_.data();
+  return My_.data();
 }
 
 void MaggiLevel::singular_mass(int column) const {
@@ -155,7 +146,7 @@ void MaggiLevel::singular_mass(int column) const {
   throw SolverError(
       fmt::format("The accelerations at t = {:.9g} s are not determined: the motion that '{}' stands for "
                   "moves no mass. Give the bodies that it moves mass, or constrain it.",
-                  point_[0], name));
+                  point_.t(), name));
 }
 
 void MaggiLevel::project(const double* x, double* out) {
@@ -179,7 +170,7 @@ void MaggiLevel::solve_mass(double* b) {
   solve_cholesky(mass_factor_.data(), f_, b);
 }
 
-// [u; p] with Phi_q u = g, M u + Phi_q^T p = h: u = S g + R y, Mz y = R^T (h - M S g), p = S^T (h - M u).
+// [u; p] with Phi_q u = g, M u + Phi_q^T p = h: u = S g + R y, My y = R^T (h - M S g), p = S^T (h - M u).
 void MaggiLevel::solve_impulses(double* b) {
   calc_mass_matrix();
   MaggiChart& X = positions_.chart();
@@ -200,19 +191,19 @@ void MaggiLevel::solve_impulses(double* b) {
 }
 
 void MaggiLevel::set_accelerations(const double* w) {
-  if (accelerated_ && (f_ == 0 || std::memcmp(w_.data(), w, w_.size() * sizeof(double)) == 0)) return;
-  dynamic_ = has_multipliers_ = linearized_ = false;
+  const long before = accelerated_.id();
+  if (accelerated_.move_to(point_.t(), {{w, static_cast<std::size_t>(f_)}}) == before) return;
+  dynamic_ = has_multipliers_ = false;
   if (w != w_.data()) std::copy(w, w + f_, w_.begin());
   for (int i = 0; i < m_; ++i) a_[i] = -assembly_.bias[i];
   std::copy(w, w + f_, a_.begin() + m_);
   positions_.chart().solve(a_.data());
   positions_.set_rates(v_.data(), a_.data());
-  accelerated_ = true;
 }
 
 void MaggiLevel::solve_accelerations() {
   if (dynamic_) return;
-  // With a0 = S c first: Mz w = R^T (Q - M a0), a = a0 + R w.
+  // With a0 = S c first: My w = R^T (Q - M a0), a = a0 + R w.
   for (int i = 0; i < m_; ++i) a_[i] = -assembly_.bias[i];
   std::fill(a_.begin() + m_, a_.end(), 0.0);
   positions_.chart().solve(a_.data());
@@ -223,8 +214,9 @@ void MaggiLevel::solve_accelerations() {
   expand(w_.data(), work_.data());
   for (int i = 0; i < n_; ++i) a_[i] += work_[i];
   positions_.set_rates(v_.data(), a_.data());
-  accelerated_ = dynamic_ = true;
-  has_multipliers_ = linearized_ = false;
+  accelerated_.move_to(point_.t(), {w_});
+  dynamic_ = true;
+  has_multipliers_ = false;
 }
 
 void MaggiLevel::solve_multipliers() {
@@ -239,11 +231,9 @@ void MaggiLevel::solve_multipliers() {
 }
 
 void MaggiLevel::linearize() {
-  if (linearized_) return;
   solve_multipliers();
-  assembly_.calc_partials(state());
-  ++linearizations_;
-  linearized_ = true;
+  if (assembly_.has_partials(accelerated_.id())) return;
+  assembly_.calc_partials(state(), accelerated_.id());
 }
 
 void MaggiLevel::push(const double* const* s, int count, bool with_w, bool with_parameters) {
@@ -287,7 +277,7 @@ void MaggiLevel::push(const double* const* s, int count, bool with_w, bool with_
   for (int j = 0; j < count; ++j) {
     double *x = force_.data() + static_cast<std::ptrdiff_t>(j) * n_,
            *r = rate_.data() + static_cast<std::ptrdiff_t>(j) * nz_;
-    const double* dzf = s[j] + 2 * f_;
+    const double* dz = s[j] + 2 * f_;
     add_product(assembly_.square(), assembly_.M.data(), 1, da(j), x);
     add_product(assembly_.square(), assembly_.K.data(), 1, dq(j), x);
     add_product(assembly_.square(), assembly_.C.data(), 1, dv(j), x);
@@ -296,10 +286,10 @@ void MaggiLevel::push(const double* const* s, int count, bool with_w, bool with_
       for (int i = 0; i < nz_; ++i) r[i] = columns_.f(i, j);
     }
     if (nz_ == 0) continue;
-    add_product(assembly_.force_state(), assembly_.Q_z.data(), -1, dzf, x);
+    add_product(assembly_.force_state(), assembly_.Q_z.data(), -1, dz, x);
     add_product(assembly_.state_force(), assembly_.f_q.data(), 1, dq(j), r);
     add_product(assembly_.state_force(), assembly_.f_v.data(), 1, dv(j), r);
-    add_product(assembly_.state_state(), assembly_.f_z.data(), 1, dzf, r);
+    add_product(assembly_.state_state(), assembly_.f_z.data(), 1, dz, r);
   }
 }
 

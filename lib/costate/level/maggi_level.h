@@ -1,18 +1,18 @@
 // The kernel of Maggi's formulations (lib/README.md (5)): positions, velocities, accelerations and multipliers of a
-// state in independent coordinates z = B q, and the derivatives of them all.
-//   q from Phi(q, t) = 0, B q = z;   v = R zd - S Phi_t;   a = R w + S c,  c = -Phidd at a = 0;
-//   lambda = -S^T (M a - Q);   R^T (M a - Q) = 0 determines w = zdd, with the matrix Mz = R^T M R.
+// state in independent coordinates y = B q, and the derivatives of them all.
+//   q from Phi(q, t) = 0, B q = y;   v = R yd - S Phi_t;   a = R w + S c,  c = -Phidd at a = 0;
+//   lambda = -S^T (M a - Q);   R^T (M a - Q) = 0 determines w = ydd, with the matrix My = R^T M R.
 // Since d(R^T) h = R^T dPhi_q^T lambda for any h = M a - Q, the derivative of the last line is R^T times that of
 // R1 = M a + Phi_q^T lambda - Q at constant lambda, along the derivatives of q, v and a:
-//   [Phi_q; B] dq = [-Phi_rho; dz],  [Phi_q; B] dv = [-(Phid_q dq + Phid_rho); dzd],
+//   [Phi_q; B] dq = [-Phi_rho; dy],  [Phi_q; B] dv = [-(Phid_q dq + Phid_rho); dyd],
 //   [Phi_q; B] da = [-(Phidd_q dq + 2 Phid_q dv + Phidd_rho); dw].
 //
-// Assumes that Mz is regular (every motion moves some mass). R is kept as a full matrix, so that the work grows with
+// Assumes that My is regular (every motion moves some mass). R is kept as a full matrix, so that the work grows with
 // n f^2: meant for up to some hundred degrees of freedom. With redundant, consistent constraints the multipliers are
 // those of least norm, and parameters must keep the constraints consistent.
 #pragma once
 
-#include "costate/assembly/assembly.h"
+#include "costate/assembly/evaluation_point.h"
 #include "costate/level/maggi_positions.h"
 #include "costate/objective/output.h"
 
@@ -28,7 +28,7 @@ class MaggiLevel {
   void start(double t, const double* q);
   int chart() const { return positions_.chart_index(); }
   void use_chart(int chart);
-  /// The coordinates that z consists of.
+  /// The coordinates that y consists of.
   const std::vector<int>& independent() const { return positions_.chart().independent(); }
   /// How far the chart is from the best one at the solved point: 1 is best, infinite is singular.
   double chart_ratio();
@@ -39,12 +39,12 @@ class MaggiLevel {
   /// Nothing of earlier evaluations plays a part from here on, and a repeated run is the same to the bit.
   void forget_history();
 
-  void invalidate();
-  /// Whether the last solve() was for this time and nothing was invalidated since.
-  bool solved_at(double t) const { return solved_ && point_[0] == t; }
-  /// Positions and velocities at (t; z, zd, zf), all terms of the equations of motion, and the factored chart. Repeated
-  /// calls at the same point are free. Throws StepError when the positions cannot be reached.
-  void solve(double t, const double* z, const double* zd, const double* zf);
+  /// Whether the last solve() was for this time and this chart.
+  bool solved_at(double t) const { return point_.id() != 0 && solved_at_ == point_.id() && point_.t() == t; }
+  /// Positions and velocities at (t; y, yd, z), all terms of the equations of motion, and the factored chart. Repeated
+  /// calls at the same point are free as long as the assembly is there. Throws StepError when the positions cannot be
+  /// reached.
+  void solve(double t, const double* y, const double* yd, const double* z);
   /// After solve(): w from the equations of motion, and a; or a for a given w.
   void solve_accelerations();
   void set_accelerations(const double* w);
@@ -52,15 +52,15 @@ class MaggiLevel {
   void solve_multipliers();
   /// Derivative blocks at the solved point, multipliers included.
   void linearize();
-  /// Counts the linearized points: as long as it stays, the point is the same.
-  long linearizations() const { return linearizations_; }
+  /// The identity of the point of the last solve().
+  long point() const { return point_.id(); }
   const double* w() const { return w_.data(); }
   const double* motion() const { return reaction_.data() + m_; }
   /// Pointers to the solved point; a and lambda are those of the last calls above.
   StateView state() const;
 
-  // Derivatives along columns s_j = (dz, dzd, dzf) or, `with_w`, (dz, dzd, dzf, dw), plus those with respect to
-  // parameter j on request. Afterwards, for column j: dq(j), dv(j), da(j); force(j) = M da + K dq + C dv - Q_z dzf
+  // Derivatives along columns s_j = (dy, dyd, dz) or, `with_w`, (dy, dyd, dz, dw), plus those with respect to
+  // parameter j on request. Afterwards, for column j: dq(j), dv(j), da(j); force(j) = M da + K dq + C dv - Q_z dz
   // (+ F_rho), that is dR1 at constant lambda; state_rate(j) = df.
   void push(const double* const* s, int count, bool with_w, bool with_parameters);
   const double* dq(int j) const { return dq_.data() + static_cast<std::ptrdiff_t>(j) * rows_; }
@@ -68,7 +68,7 @@ class MaggiLevel {
   const double* da(int j) const { return da_.data() + static_cast<std::ptrdiff_t>(j) * rows_; }
   const double* force(int j) const { return force_.data() + static_cast<std::ptrdiff_t>(j) * n_; }
   const double* state_rate(int j) const { return rate_.data() + static_cast<std::ptrdiff_t>(j) * nz_; }
-  /// out = R^T x, out = R y, and b := Mz^-1 b.
+  /// out = R^T x, out = R y, and b := My^-1 b.
   void project(const double* x, double* out);
   void expand(const double* y, double* out);
   void solve_mass(double* b);
@@ -77,26 +77,26 @@ class MaggiLevel {
   void solve_impulses(double* b);
 
   // The transpose of push(): the gradient of
-  //   L = g(q, v, a, lambda, zf, rho) - sigma^T R1 + mu_f^T f
-  // with respect to (z, zd, w, zf) and rho, for sigma in the range of R. The calls come in this order.
+  //   L = g(q, v, a, lambda, z, rho) - sigma^T R1 + mu_f^T f
+  // with respect to (y, yd, w, z) and rho, for sigma in the range of R. The calls come in this order.
   /// Starts with the weights of g; those of the multipliers go over to the others.
   void pull(const ScalarGradient& g, bool with_multipliers);
   /// sigma += R x.
   void add_force_weight(const double* x);
-  /// sigma += R x, x = Mz^-1 (mu + L_w), so that L_w = -mu afterwards: L + mu^T zdd no longer depends on w. `mu` may be
+  /// sigma += R x, x = My^-1 (mu + L_w), so that L_w = -mu afterwards: L + mu^T ydd no longer depends on w. `mu` may be
   /// null (zero); x is copied out unless null.
   void eliminate_accelerations(const double* mu, double* x = nullptr);
   void finish_pull(const double* mu_f);  // mu_f may be null
-  const double* pulled_z() const { return reaction_q_.data() + m_; }
-  const double* pulled_zd() const { return reaction_v_.data() + m_; }
+  const double* pulled_y() const { return reaction_q_.data() + m_; }
+  const double* pulled_yd() const { return reaction_v_.data() + m_; }
   const double* pulled_w() const { return reaction_a_.data() + m_; }
-  const double* pulled_zf() const { return g_z_.data(); }
+  const double* pulled_z() const { return g_z_.data(); }
   /// gradient += c (dL/drho - g_rho).
   void add_pulled_parameters(double c, double* gradient);
 
   Assembly& assembly() { return assembly_; }
   MaggiChart& factored_chart() { return positions_.chart(); }
-  /// R (n x f, columns one after the other) and Mz (f x f) at the solved point.
+  /// R (n x f, columns one after the other) and My (f x f) at the solved point.
   const double* null_space();
   const double* mass_matrix();
 
@@ -104,7 +104,8 @@ class MaggiLevel {
   long position_iterations() const { return positions_.iterations(); }
 
  private:
-  bool same_point(double t, const double* z, const double* zd, const double* zf) const;
+  /// Nothing is known at the point yet.
+  void clear();
   void calc_mass_matrix();
   [[noreturn]] void singular_mass(int column) const;
 
@@ -113,20 +114,20 @@ class MaggiLevel {
   int n_, m_, f_, nz_, rows_;
 
   // The solved point.
-  std::vector<double> point_;  // t, z, zd, zf
+  EvaluationPoint point_;  // (y, yd, z), in the chart in force
+  long solved_at_ = 0;
   std::vector<double> v_, a_, w_, work_;
   std::vector<double> reaction_;  // [S^T h; R^T h], h = M a - Q
   std::vector<double> lambda_, normal_;
-  std::vector<double> R_, Mz_, mass_factor_;
-  bool solved_ = false, accelerated_ = false, dynamic_ = false, has_multipliers_ = false, linearized_ = false,
-       has_null_space_ = false,
-       has_mass_ = false;  // dynamic_: w is that of the equations of motion
-  long linearizations_ = 0;
+  std::vector<double> R_, My_, mass_factor_;
+  EvaluationPoint accelerated_;  // w, at point_
+  // What is known there; dynamic_: w is that of the equations of motion.
+  bool dynamic_ = false, has_multipliers_ = false, has_null_space_ = false, has_mass_ = false;
 
   // push
   Assembly::ParameterColumns columns_;
   std::vector<double> dq_, dv_, da_, force_, rate_;
-  // pull: weights of dq, dv, da, dzf; s1 = sigma + S g_lambda; [S^T x; R^T x] of the weights x
+  // pull: weights of dq, dv, da, dz; s1 = sigma + S g_lambda; [S^T x; R^T x] of the weights x
   std::vector<double> g_q_, g_v_, g_a_, g_z_, s1_, reaction_q_, reaction_v_, reaction_a_;
   std::vector<double> null_weight_, hessian_, zero_;
   bool weighs_null_ = false;  // the cost weighs multipliers that redundant rows leave to the least norm

@@ -12,9 +12,9 @@ namespace costate {
 /// coordinate with respect to an independent one (63 degrees of a pendulum's turn).
 inline constexpr double kWorstMaggiRatio = 2;
 
-/// (z, zd, zf), or one idle unknown when there is nothing to integrate: the drivers determine the whole motion.
+/// (y, yd, z), or one idle unknown when there is nothing to integrate: the drivers determine the whole motion.
 void append_maggi_unknowns(const Mechanism& mechanism, int freedoms, std::vector<Unknown>& unknowns);
-/// Names z and zd (and w, when the unknowns end with it) after the independent coordinates.
+/// Names y and yd (and w, when the unknowns end with it) after the independent coordinates.
 void name_maggi_unknowns(const Mechanism& mechanism, const std::vector<int>& independent,
                          std::vector<Unknown>& unknowns);
 

@@ -16,8 +16,8 @@ MaggiNewton::MaggiNewton(MaggiLevel& level)
       f_(level.freedoms()),
       nz_(level.assembly().nz()) {
   const auto f = static_cast<std::size_t>(f_), nz = static_cast<std::size_t>(nz_);
-  Mz_.assign(f * f, 0);
-  Cz_ = Kz_ = Mz_;
+  My_.assign(f * f, 0);
+  Cy_ = Ky_ = My_;
   RQ_.assign(f * nz, 0);
   Zq_ = Zv_ = RQ_;
   fz_.assign(nz * nz, 0);
@@ -32,8 +32,8 @@ void MaggiNewton::form() {
   Assembly& assembly = level_.assembly();
   MaggiChart& X = level_.factored_chart();
   const SparsePattern &square = assembly.square(), &rows = assembly.jacobian();
-  const double *R = level_.null_space(), *Mz = level_.mass_matrix();
-  std::copy(Mz, Mz + Mz_.size(), Mz_.begin());
+  const double *R = level_.null_space(), *My = level_.mass_matrix();
+  std::copy(My, My + My_.size(), My_.begin());
   std::fill(Zq_.begin(), Zq_.end(), 0.0);
   std::fill(Zv_.begin(), Zv_.end(), 0.0);
   for (int j = 0; j < f_; ++j) {
@@ -48,12 +48,12 @@ void MaggiNewton::form() {
     std::fill(column_.begin(), column_.end(), 0.0);
     add_product(square, assembly.C.data(), 1, r, column_.data());
     add_product(square, assembly.M.data(), 2, D_.data(), column_.data());
-    level_.project(column_.data(), Cz_.data() + static_cast<std::ptrdiff_t>(j) * f_);
+    level_.project(column_.data(), Cy_.data() + static_cast<std::ptrdiff_t>(j) * f_);
     std::fill(column_.begin(), column_.end(), 0.0);
     add_product(square, assembly.K.data(), 1, r, column_.data());
     add_product(square, assembly.C.data(), 1, D_.data(), column_.data());
     add_product(square, assembly.M.data(), 1, A_.data(), column_.data());
-    level_.project(column_.data(), Kz_.data() + static_cast<std::ptrdiff_t>(j) * f_);
+    level_.project(column_.data(), Ky_.data() + static_cast<std::ptrdiff_t>(j) * f_);
     if (nz_ == 0) continue;
     double *zq = Zq_.data() + static_cast<std::ptrdiff_t>(j) * nz_,
            *zv = Zv_.data() + static_cast<std::ptrdiff_t>(j) * nz_;
@@ -70,10 +70,10 @@ void MaggiNewton::form() {
         RQ_[static_cast<std::size_t>(k) * f_ + j] +=
             R[static_cast<std::ptrdiff_t>(j) * n_ + q.row[e]] * assembly.Q_z[e];
   std::fill(fz_.begin(), fz_.end(), 0.0);
-  const SparsePattern& z = assembly.state_state();
+  const SparsePattern& states = assembly.state_state();
   for (int k = 0; k < nz_; ++k)
-    for (auto e = z.column_start[k]; e < z.column_start[k + 1]; ++e)
-      fz_[static_cast<std::size_t>(k) * nz_ + z.row[e]] += assembly.f_z[e];
+    for (auto e = states.column_start[k]; e < states.column_start[k + 1]; ++e)
+      fz_[static_cast<std::size_t>(k) * nz_ + states.row[e]] += assembly.f_z[e];
 }
 
 void MaggiNewton::factor(double gamma) {
@@ -84,7 +84,7 @@ void MaggiNewton::factor(double gamma) {
     double* a = lu_.data() + static_cast<std::ptrdiff_t>(j) * n;
     for (int i = 0; i < f_; ++i) {
       const std::ptrdiff_t k = static_cast<std::ptrdiff_t>(j) * f_ + i;
-      a[i] = Mz_[k] + gamma * (Cz_[k] + gamma * Kz_[k]);
+      a[i] = My_[k] + gamma * (Cy_[k] + gamma * Ky_[k]);
     }
     for (int i = 0; i < nz_; ++i) {
       const std::ptrdiff_t k = static_cast<std::ptrdiff_t>(j) * nz_ + i;

@@ -33,8 +33,8 @@ MaggiPositions::MaggiPositions(Assembly& assembly)
   q_.assign(n, 0);
   last_.q = last_.v = last_.a = factored_at_ = q_;
   step_.assign(static_cast<std::size_t>(std::max(m_ + f_, n_)), 0);
-  z_from_.assign(f, 0);
-  z_part_ = z_from_;
+  y_from_.assign(f, 0);
+  y_part_ = y_from_;
   weight_.assign(n, 1);
 }
 
@@ -171,13 +171,13 @@ double MaggiPositions::repeated_guess(double t) {
   return from;
 }
 
-void MaggiPositions::solve(double t, const double* z) {
+void MaggiPositions::solve(double t, const double* y) {
   const bool forgotten = std::exchange(forgotten_, false);
   const auto find = [&] {
     for (const bool from_kept : {false, true})
       for (const int parts : {1, 8, 64}) {
         const double from = forgotten ? repeated_guess(t) : guess(t, from_kept);
-        if (parts == 1 ? newton(t, z) : follow(from, t, z, parts)) return true;
+        if (parts == 1 ? newton(t, y) : follow(from, t, y, parts)) return true;
       }
     return false;
   };
@@ -195,19 +195,19 @@ void MaggiPositions::solve(double t, const double* z) {
   std::fill(last_.a.begin(), last_.a.end(), 0.0);
 }
 
-bool MaggiPositions::follow(double t_guess, double t, const double* z, int parts) {
+bool MaggiPositions::follow(double t_guess, double t, const double* y, int parts) {
   const auto& independent = chart().independent();
-  for (std::size_t k = 0; k < independent.size(); ++k) z_from_[k] = q_[static_cast<std::size_t>(independent[k])];
+  for (std::size_t k = 0; k < independent.size(); ++k) y_from_[k] = q_[static_cast<std::size_t>(independent[k])];
   for (int p = 1; p <= parts; ++p) {
     const double s = static_cast<double>(p) / parts;
-    for (std::size_t k = 0; k < z_part_.size(); ++k)
-      z_part_[k] = p == parts ? z[k] : z_from_[k] + s * (z[k] - z_from_[k]);
-    if (!newton(p == parts ? t : t_guess + s * (t - t_guess), z_part_.data())) return false;
+    for (std::size_t k = 0; k < y_part_.size(); ++k)
+      y_part_[k] = p == parts ? y[k] : y_from_[k] + s * (y[k] - y_from_[k]);
+    if (!newton(p == parts ? t : t_guess + s * (t - t_guess), y_part_.data())) return false;
   }
   return true;
 }
 
-bool MaggiPositions::newton(double t, const double* z) {
+bool MaggiPositions::newton(double t, const double* y) {
   MaggiChart& X = chart();
   const auto& independent = X.independent();
   StateView s;
@@ -232,7 +232,7 @@ bool MaggiPositions::newton(double t, const double* z) {
     }
     for (int i = 0; i < m_; ++i) step_[i] = -assembly_.phi[i];
     for (std::size_t i = 0; i < independent.size(); ++i)
-      step_[static_cast<std::size_t>(m_) + i] = z[i] - q_[static_cast<std::size_t>(independent[i])];
+      step_[static_cast<std::size_t>(m_) + i] = y[i] - q_[static_cast<std::size_t>(independent[i])];
     X.solve(step_.data());
     const double step = largest(step_.data()) / scale_;
     if (!(step <= 1) || (k > 2 && fresh && step > 2 * previous && step > kQuadratic)) return false;

@@ -1,4 +1,4 @@
-// Positions of a mechanism from its independent coordinates: q with Phi(q, t) = 0 and B q = z, by Newton's method from
+// Positions of a mechanism from its independent coordinates: q with Phi(q, t) = 0 and B q = y, by Newton's method from
 // the last positions, down to rounding; and the charts (choices of B) that a run has needed.
 //
 // Of several configurations with the same independent coordinates the one near the first guess is meant. First
@@ -37,7 +37,7 @@ class MaggiPositions {
 
   /// Finds q; afterwards the chart is factored there, and phi_t of the assembly is evaluated. Throws StepError when the
   /// positions cannot be reached.
-  void solve(double t, const double* z);
+  void solve(double t, const double* y);
   const double* q() const { return q_.data(); }
   /// Velocities and (or null) accelerations at the last solved positions, for the next first guess.
   void set_rates(const double* v, const double* a);
@@ -56,8 +56,8 @@ class MaggiPositions {
   double repeated_guess(double t);
   std::size_t nearest_kept(double t) const;
   const double* kept(std::size_t k) const { return kept_q_.data() + k * static_cast<std::size_t>(n_); }
-  bool newton(double t, const double* z);
-  bool follow(double t_guess, double t, const double* z, int parts);
+  bool newton(double t, const double* y);
+  bool follow(double t_guess, double t, const double* y, int parts);
   double largest(const double* x) const;
 
   Assembly& assembly_;
@@ -68,7 +68,7 @@ class MaggiPositions {
   long dropped_factorizations_ = 0, iterations_ = 0;
   std::vector<double> weight_;  // of coordinates, for the choice
   double scale_ = 1;            // size of the mechanism, m
-  std::vector<double> q_, step_, z_from_, z_part_, factored_at_;
+  std::vector<double> q_, step_, y_from_, y_part_, factored_at_;
   int factored_chart_ = -1;
   struct Last {
     double t = 0;

@@ -13,7 +13,7 @@ void MaggiLevel::pull(const ScalarGradient& g, bool with_multipliers) {
   std::fill(s1_.begin(), s1_.end(), 0.0);
   weighs_null_ = false;
   if (!with_multipliers) return;
-  // dlambda = -S^T (M da + C dv + K dq - Q_z dzf + F_rho drho): a force weight S g_lambda^T.
+  // dlambda = -S^T (M da + C dv + K dq - Q_z dz + F_rho drho): a force weight S g_lambda^T.
   MaggiChart& X = positions_.chart();
   std::copy_n(g.lambda.data(), m_, s1_.begin());
   X.solve(s1_.data());

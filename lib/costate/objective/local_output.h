@@ -1,5 +1,5 @@
 // Outputs that are functions of one element's or point's own variables, on path duals: derivatives with respect to each
-// variable, rates along the motion, and changes along a variation all come from the same formula.
+// variable and changes along a variation come from the same formula.
 #pragma once
 
 #include <array>
@@ -38,6 +38,7 @@ class LocalOutput : public Output {
     });
   }
   double change(const StateView& s, Assembly& assembly, const Variation& d) const override {
+    require_rates(d);
     Buffers b(*this, s, assembly);
     b.vary(*this, s, d);
     return evaluate(b.arguments()).v.c1;
@@ -52,25 +53,6 @@ class LocalOutput : public Output {
       x.d[0] = Taylor2(0.0);
       return factor * y;
     });
-  }
-
-  double rate(const StateView& s, Assembly& assembly) const override {
-    if (needs_accelerations()) return Output::rate(s, assembly);
-    Buffers b(*this, s, assembly);
-    b.follow(*this, s, assembly);
-    return evaluate(b.arguments()).v.c1;
-  }
-  void add_velocity_gradient_rate(const StateView& s, Assembly& assembly, double factor, double factor_rate,
-                                  double* out) const override {
-    if (needs_accelerations()) return Output::add_velocity_gradient_rate(s, assembly, factor, factor_rate, out);
-    Buffers b(*this, s, assembly);
-    b.follow(*this, s, assembly);
-    for (std::size_t i = 0; i < coordinates_.size(); ++i) {
-      b.v[i].d[0] = Taylor2(1.0);
-      const Taylor2 y_v = evaluate(b.arguments()).d[0];
-      b.v[i].d[0] = Taylor2(0.0);
-      out[coordinates_[i]] += factor_rate * y_v.c0 + factor * y_v.c1;
-    }
   }
 
  protected:
@@ -99,16 +81,6 @@ class LocalOutput : public Output {
       thread_local std::vector<PathDual> buffer;
       if (buffer.size() < n) buffer.resize(n);
       return buffer;
-    }
-    /// Replaces the values by their course along the motion (first rates).
-    void follow(const LocalOutput& o, const StateView& s, const Assembly& assembly) {
-      t = PathDual(Taylor2(s.t, 1, 0));
-      for (std::size_t i = 0; i < o.coordinates_.size(); ++i) {
-        const int c = o.coordinates_[i];
-        q[i].v = Taylor2(s.q[c], s.v[c], s.a[c]);
-        v[i].v = Taylor2(s.v[c], s.a[c], 0);
-      }
-      for (int i = 0; i < o.states_; ++i) z[i].v = Taylor2(s.z[o.state_ + i], assembly.zdot[o.state_ + i], 0);
     }
     /// Replaces the values by straight lines along the variation.
     void vary(const LocalOutput& o, const StateView& s, const Variation& d) {

@@ -83,39 +83,30 @@ void OutputTerm::add_gradient(const StateView& s, Assembly& assembly, double fac
     g.add_number(assembly, weight_number_, factor * (power_ == 2 ? d * d : d));
 }
 
-void CostTerm::add_velocity_gradient_rate(const StateView&, Assembly&, double*) const {
-  throw CapabilityError(
-      "A term of the cost offers no time derivative of its velocity gradient, which second-order "
-      "adjoints need; use a first-order one.");
-}
-
-double CostTerm::rate(const StateView&, Assembly&) const {
+double CostTerm::change(const StateView&, Assembly&, const Variation&) const {
   throw CapabilityError(
       "A terminal term of the cost offers no time derivative, which a run that ends by an event needs for its gradient "
-      "(the end time depends on the parameters): derive its class from DualCostTerm, or override rate(). Terms of "
-      "accelerations and multipliers have none.");
+      "(the end time depends on the parameters): derive its class from DualCostTerm, or override change(). "
+      "Terms of accelerations and multipliers have none.");
 }
 
-double OutputTerm::difference_rate(const StateView& s, Assembly& assembly) const {
-  double d_rate = output_->rate(s, assembly);
-  if (target_.output) d_rate -= target_.output->rate(s, assembly);
-  if (target_.law) d_rate -= target_.law->curve(s.t, law_buffer().data()).c1;
-  return d_rate;
+double OutputTerm::difference_change(const StateView& s, Assembly& assembly, const Variation& d) const {
+  double change = output_->change(s, assembly, d);
+  if (target_.output) change -= target_.output->change(s, assembly, d);
+  if (target_.law) {
+    const auto& p = law_buffer();
+    auto& path = dual_buffer(p.size());
+    for (std::size_t i = 0; i < p.size(); ++i) path[i] = PathDual(Taylor2(p[i], d.numbers[target_.law_numbers[i]], 0));
+    change -= target_.law->value(PathDual(Taylor2(s.t, d.t, 0)), path.data()).v.c1;
+  }
+  return change;
 }
 
-double OutputTerm::rate(const StateView& s, Assembly& assembly) const {
+double OutputTerm::change(const StateView& s, Assembly& assembly, const Variation& v) const {
   const double d = difference(s, assembly, law_buffer());
-  const double weight = assembly.numbers()[weight_number_];
-  return weight * (power_ == 2 ? 2 * d : 1) * difference_rate(s, assembly);
-}
-
-void OutputTerm::add_velocity_gradient_rate(const StateView& s, Assembly& assembly, double* out) const {
-  const double d = difference(s, assembly, law_buffer());
-  const double d_rate = difference_rate(s, assembly);
-  const double weight = assembly.numbers()[weight_number_];
-  const double slope = weight * (power_ == 2 ? 2 * d : 1), slope_rate = power_ == 2 ? 2 * weight * d_rate : 0;
-  output_->add_velocity_gradient_rate(s, assembly, slope, slope_rate, out);
-  if (target_.output) target_.output->add_velocity_gradient_rate(s, assembly, -slope, -slope_rate, out);
+  const double weight = assembly.numbers()[weight_number_], weight_change = v.numbers[weight_number_];
+  return weight * (power_ == 2 ? 2 * d : 1) * difference_change(s, assembly, v) +
+         weight_change * (power_ == 2 ? d * d : d);
 }
 
 void CostTerm::add_gradient_change(const StateView&, Assembly&, const Variation&, ScalarGradient&) const {
@@ -130,14 +121,7 @@ void OutputTerm::add_gradient_change(const StateView& s, Assembly& assembly, con
   // The gradient is w u' (y - target)_x + u w_x with u = d or d^2, d = y - target: each factor changes.
   const double d = difference(s, assembly, law_buffer());
   const double weight = assembly.numbers()[weight_number_], weight_change = v.numbers[weight_number_];
-  double d_change = output_->change(s, assembly, v);
-  if (target_.output) d_change -= target_.output->change(s, assembly, v);
-  if (target_.law) {
-    const auto& p = law_buffer();
-    auto& path = dual_buffer(p.size());
-    for (std::size_t i = 0; i < p.size(); ++i) path[i] = PathDual(Taylor2(p[i], v.numbers[target_.law_numbers[i]], 0));
-    d_change -= target_.law->value(PathDual(Taylor2(s.t, v.t, 0)), path.data()).v.c1;
-  }
+  const double d_change = difference_change(s, assembly, v);
   const double u_d = power_ == 2 ? 2 * d : 1, u_dd = power_ == 2 ? 2 : 0;
   const double slope = weight * u_d, slope_change = weight_change * u_d + weight * u_dd * d_change;
   output_->add_gradient(s, assembly, slope_change, g);
@@ -169,10 +153,6 @@ void Objective::add_running_gradient_change(const StateView& s, Assembly& assemb
 void Objective::add_terminal_gradient_change(const StateView& s, Assembly& assembly, const Variation& d,
                                              ScalarGradient& g) const {
   for (const auto& term : terminal) term->add_gradient_change(s, assembly, d, g);
-}
-
-void Objective::add_running_velocity_gradient_rate(const StateView& s, Assembly& assembly, double* out) const {
-  for (const auto& term : running) term->add_velocity_gradient_rate(s, assembly, out);
 }
 
 double Objective::running_value(const StateView& s, Assembly& assembly) const {

@@ -20,13 +20,11 @@ class CostTerm {
   /// gradient += factor * d(value).
   virtual void add_gradient(const StateView& s, Assembly& assembly, double factor, ScalarGradient& g) const = 0;
   virtual bool needs_accelerations() const { return true; }
-  /// out (n) += d(g_v)/dt along the motion, for terms of q, v, z, t; second-order adjoints need it.
-  virtual void add_velocity_gradient_rate(const StateView& s, Assembly& assembly, double* out) const;
   /// gradient += the change of d(value) along the variation d; Hessians need it.
   virtual void add_gradient_change(const StateView& s, Assembly& assembly, const Variation& d, ScalarGradient& g) const;
-  /// Time derivative of the value along the motion, for terms of q, v, z, t; s has its accelerations and the assembly
-  /// its rates of z. Runs whose end an event decides need it of terminal terms.
-  virtual double rate(const StateView& s, Assembly& assembly) const;
+  /// The change of the value along the variation d: g_t dt + g_q dq + g_v dv + ...; runs whose end an event decides
+  /// need it of terminal terms.
+  virtual double change(const StateView& s, Assembly& assembly, const Variation& d) const;
 };
 
 /// weight (y - target)^power with power 1 or 2; the target is a law of time (its numbers may be parameters) or
@@ -43,14 +41,13 @@ class OutputTerm final : public CostTerm {
   double value(const StateView& s, Assembly& assembly) const override;
   void add_gradient(const StateView& s, Assembly& assembly, double factor, ScalarGradient& g) const override;
   bool needs_accelerations() const override;
-  void add_velocity_gradient_rate(const StateView& s, Assembly& assembly, double* out) const override;
   void add_gradient_change(const StateView& s, Assembly& assembly, const Variation& d,
                            ScalarGradient& g) const override;
-  double rate(const StateView& s, Assembly& assembly) const override;
+  double change(const StateView& s, Assembly& assembly, const Variation& d) const override;
 
  private:
-  /// d(y - target)/dt; the law's numbers are in law_buffer().
-  double difference_rate(const StateView& s, Assembly& assembly) const;
+  /// The change of y - target; the law's numbers are in law_buffer().
+  double difference_change(const StateView& s, Assembly& assembly, const Variation& d) const;
   double difference(const StateView& s, Assembly& assembly, std::vector<double>& p) const;
   std::shared_ptr<const Output> output_;
   int power_, weight_number_;
@@ -83,57 +80,25 @@ class DualCostTerm : public CostTerm {
       return factor * d;
     });
   }
-  void add_velocity_gradient_rate(const StateView& s, Assembly& assembly, double* out) const override {
-    using Second = Dual<1, Dual<1>>;  // outside: time; inside: a velocity
-    std::vector<Second> x = load<Second>(s, assembly);
-    const int n = assembly.n(), m = assembly.m();
-    for (int i = 0; i < n; ++i) {
-      x[i].d[0].v = s.v[i];
-      x[n + i].d[0].v = s.a[i];
-    }
-    for (int i = 0; i < assembly.nz(); ++i) x[3 * n + m + i].d[0].v = assembly.zdot[i];
-    Second t(s.t);
-    t.d[0].v = 1;
-    for (int i = 0; i < n; ++i) {
-      x[n + i].v.d[0] = 1;
-      out[i] += evaluate(x, t, assembly).d[0].d[0];
-      x[n + i].v.d[0] = 0;
-    }
-  }
-  double rate(const StateView& s, Assembly& assembly) const override {
-    if (needs_accelerations()) {
-      // They need not be used by this formula; what depends on them has no rate here.
+  double change(const StateView& s, Assembly& assembly, const Variation& d) const override {
+    if (needs_accelerations() && !d.a) {
+      // They need not be used by this formula; what depends on them has no rate without theirs.
       ScalarGradient g;
       g.resize(assembly);
       add_gradient(s, assembly, 1, g);
-      if (!g.a.isZero(0) || !g.lambda.isZero(0)) return CostTerm::rate(s, assembly);
+      if (!g.a.isZero(0) || !g.lambda.isZero(0)) return CostTerm::change(s, assembly, d);
     }
     std::vector<Dual<1>> x = load<Dual<1>>(s, assembly);
-    const int n = assembly.n(), m = assembly.m();
-    for (int i = 0; i < n; ++i) {
-      x[i].d[0] = s.v[i];
-      x[n + i].d[0] = s.a[i];
-    }
-    for (int i = 0; i < assembly.nz(); ++i) x[3 * n + m + i].d[0] = assembly.zdot[i];
+    direct(x, d, assembly, [](Dual<1>& at, double by) { at.d[0] = by; });
     Dual<1> t(s.t);
-    t.d[0] = 1;
+    t.d[0] = d.t;
     return evaluate(x, t, assembly).d[0];
   }
   void add_gradient_change(const StateView& s, Assembly& assembly, const Variation& d,
                            ScalarGradient& g) const override {
     using Second = Dual<1, Dual<1>>;  // outside: the direction; inside: the variable
     std::vector<Second> x = load<Second>(s, assembly);
-    std::size_t at = 0;
-    const auto direct = [&](const double* from, int count) {
-      for (int i = 0; i < count; ++i, ++at)
-        if (from) x[at].d[0].v = from[i];
-    };
-    direct(d.q, assembly.n());
-    direct(d.v, assembly.n());
-    direct(d.a, assembly.n());
-    direct(d.lambda, assembly.m());
-    direct(d.z, assembly.nz());
-    direct(d.numbers, static_cast<int>(assembly.numbers().size()));
+    direct(x, d, assembly, [](Second& at, double by) { at.d[0].v = by; });
     Second t(s.t);
     t.d[0].v = d.t;
     differentiate(s, assembly, g, [&](std::size_t i) {
@@ -145,6 +110,21 @@ class DualCostTerm : public CostTerm {
   }
 
  private:
+  /// set(argument, its change along d), in the order of load().
+  template <class S, class Set>
+  static void direct(std::vector<S>& x, const Variation& d, const Assembly& assembly, const Set& set) {
+    std::size_t at = 0;
+    const auto block = [&](const double* from, int count) {
+      for (int i = 0; i < count; ++i, ++at)
+        if (from) set(x[at], from[i]);
+    };
+    block(d.q, assembly.n());
+    block(d.v, assembly.n());
+    block(d.a, assembly.n());
+    block(d.lambda, assembly.m());
+    block(d.z, assembly.nz());
+    block(d.numbers, static_cast<int>(assembly.numbers().size()));
+  }
   /// Adds derivative(i) for every argument i, in the order of load().
   template <class Derivative>
   static void differentiate(const StateView& s, Assembly& assembly, ScalarGradient& g, const Derivative& derivative) {
@@ -195,7 +175,6 @@ struct Objective {
   void add_running_gradient_change(const StateView& s, Assembly& assembly, const Variation& d, ScalarGradient& g) const;
   void add_terminal_gradient_change(const StateView& s, Assembly& assembly, const Variation& d,
                                     ScalarGradient& g) const;
-  void add_running_velocity_gradient_rate(const StateView& s, Assembly& assembly, double* out) const;
   bool running_needs_accelerations() const;
   bool terminal_needs_accelerations() const;
 };

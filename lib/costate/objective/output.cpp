@@ -35,19 +35,19 @@ void Output::add_gradient(const StateView&, Assembly&, double, ScalarGradient&) 
   throw CapabilityError(fmt::format("Output '{}' has no derivatives and cannot be part of a cost.", name_));
 }
 
-double Output::rate(const StateView&, Assembly&) const {
-  throw CapabilityError(
-      fmt::format("Output '{}' has no time derivative, which second-order adjoints and ends of runs by an "
-                  "event need.",
-                  name_));
-}
-
-void Output::add_velocity_gradient_rate(const StateView&, Assembly&, double, double, double*) const {
-  throw CapabilityError(fmt::format("Output '{}' has no time derivative for second-order adjoints.", name_));
-}
-
 double Output::change(const StateView&, Assembly&, const Variation&) const {
-  throw CapabilityError(fmt::format("Output '{}' has no second derivatives, which Hessians need.", name_));
+  throw CapabilityError(fmt::format(
+      "Output '{}' has no derivative along a motion, which Hessians, second-order adjoints and ends of runs "
+      "by an event need.",
+      name_));
+}
+
+void Output::require_rates(const Variation& d) const {
+  if (needs_accelerations() && !d.a)
+    throw CapabilityError(
+        fmt::format("Output '{}' depends on accelerations or multipliers and has no time derivative, which a run needs "
+                    "that ends by an event.",
+                    name_));
 }
 
 void Output::add_gradient_change(const StateView&, Assembly&, const Variation&, double, ScalarGradient&) const {
@@ -61,10 +61,8 @@ class Time final : public Output {
   Time() : Output("time", "s") {}
   double value(const StateView& s, Assembly&) const override { return s.t; }
   void add_gradient(const StateView&, Assembly&, double, ScalarGradient&) const override {}
-  double rate(const StateView&, Assembly&) const override { return 1; }
   double change(const StateView&, Assembly&, const Variation& d) const override { return d.t; }
   void add_gradient_change(const StateView&, Assembly&, const Variation&, double, ScalarGradient&) const override {}
-  void add_velocity_gradient_rate(const StateView&, Assembly&, double, double, double*) const override {}
 };
 
 /// One entry of q, v, a, lambda or z.
@@ -108,19 +106,8 @@ class Entry final : public Output {
         break;
     }
   }
-
-  double rate(const StateView& s, Assembly& assembly) const override {
-    if (of_ == Of::q) return s.v[i_];
-    if (of_ == Of::v) return s.a[i_];
-    if (of_ == Of::z) return assembly.zdot[i_];
-    return Output::rate(s, assembly);
-  }
-  void add_velocity_gradient_rate(const StateView& s, Assembly& assembly, double factor, double factor_rate,
-                                  double* out) const override {
-    if (needs_accelerations()) Output::add_velocity_gradient_rate(s, assembly, factor, factor_rate, out);
-    if (of_ == Of::v) out[i_] += factor_rate;
-  }
   double change(const StateView&, Assembly&, const Variation& d) const override {
+    require_rates(d);
     switch (of_) {
       case Of::q:
         return d.q[i_];
@@ -211,31 +198,8 @@ class ElementOutput final : public LocalOutput {
 
 /// T = v^T M v / 2 of the whole mechanism, with T_q = (v^T (M v)_q) / 2 and T_v = M v.
 class KineticEnergy final : public Output {
-  /// M a + c M' v, and M in the assembly.
-  static std::vector<double> momentum_rate(const StateView& s, Assembly& assembly, double c) {
-    assembly.calc_mass(s);
-    std::vector<double> v(s.v, s.v + assembly.n()), p(v.size(), 0);
-    for (double& x : v) x *= c;
-    assembly.add_mass_rate_product(s, v.data(), p.data());
-    add_product(assembly.square(), assembly.M.data(), 1, s.a, p.data());
-    return p;
-  }
-
  public:
   KineticEnergy() : Output("energy.kinetic", "J") {}
-  // T = v^T M v / 2, T' = v^T (M a + M' v / 2), (T_v)' = M a + M' v
-  double rate(const StateView& s, Assembly& assembly) const override {
-    const std::vector<double> p = momentum_rate(s, assembly, 0.5);
-    double sum = 0;
-    for (std::size_t i = 0; i < p.size(); ++i) sum += p[i] * s.v[i];
-    return sum;
-  }
-  void add_velocity_gradient_rate(const StateView& s, Assembly& assembly, double factor, double factor_rate,
-                                  double* out) const override {
-    const std::vector<double> p = momentum_rate(s, assembly, 1);
-    for (std::size_t i = 0; i < p.size(); ++i) out[i] += factor * p[i];
-    add_product(assembly.square(), assembly.M.data(), factor_rate, s.v, out);
-  }
   double value(const StateView& s, Assembly& assembly) const override { return assembly.kinetic_energy(s); }
   void add_gradient(const StateView& s, Assembly& assembly, double factor, ScalarGradient& g) const override {
     assembly.add_kinetic_energy_gradient(s, factor, g.q.data(), g.v.data(), g.rho.data());

@@ -37,18 +37,18 @@ class Output {
   /// Whether the value depends on accelerations or multipliers.
   virtual bool needs_accelerations() const { return false; }
 
-  /// Time derivative of the value along the motion, for outputs of q, v, z and t (second-order adjoints).
-  virtual double rate(const StateView& s, Assembly& assembly) const;
-  /// out (n) += factor_rate y_v + factor d(y_v)/dt; throws CapabilityError where it is not available.
-  virtual void add_velocity_gradient_rate(const StateView& s, Assembly& assembly, double factor, double factor_rate,
-                                          double* out) const;
-
-  // For Hessians; both throw CapabilityError where they are not available.
-  /// The change of the value along the variation d: y_q dq + y_v dv + ...
+  // For Hessians, second-order adjoints and ends of runs by an event; both throw CapabilityError where they are not
+  // available.
+  /// The change of the value along the variation d: y_t dt + y_q dq + y_v dv + ...; also where it depends on
+  /// accelerations or multipliers and d has none.
   virtual double change(const StateView& s, Assembly& assembly, const Variation& d) const;
   /// gradient += factor * the change of d(value) along the variation d.
   virtual void add_gradient_change(const StateView& s, Assembly& assembly, const Variation& d, double factor,
                                    ScalarGradient& g) const;
+
+ protected:
+  /// Throws CapabilityError where the value depends on accelerations or multipliers and d says nothing of them.
+  void require_rates(const Variation& d) const;
 
  private:
   std::string name_, unit_;

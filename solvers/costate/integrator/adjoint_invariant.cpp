@@ -7,7 +7,7 @@ bool AdjointInvariant::autonomous(System& system, double t_start, double t, cons
     if (c->rheonomic()) return false;
   Assembly assembly(system.assembly().mechanism_ptr(), system.parameters());
   assembly.set_parameters(system.assembly().rho().data());
-  StateView s = system.physical_state(t, y);
+  StateView s = system.mechanism_state(t, y);
   struct Terms {
     std::vector<double> M, Q, bias, zdot;
     double g;

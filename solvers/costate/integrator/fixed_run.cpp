@@ -210,13 +210,19 @@ std::vector<double> FixedRun::backward(StepArchive& archive, DiscreteAdjoint& ad
   }
 }
 
-void FixedRun::conclude(const GradientResult& result) const {
+void FixedRun::conclude(const Simulation& result) const {
   for (const auto& text : watch_->warnings()) notice(text);
+  require_finite(result);
+}
+
+void FixedRun::conclude(const GradientResult& result) const {
+  conclude(static_cast<const Simulation&>(result));
   require_finite(problem_, result);
 }
 
 Counters FixedRun::counters() const {
   Counters c = counters_;
+  c.simulations = 1;
   c.factorizations = scheme_->matrices().step_factorizations() + scheme_->matrices().projection_factorizations();
   return c;
 }

@@ -45,6 +45,7 @@ class FixedRun {
 
   Counters counters() const;
   /// What the watch over a finished forward run noticed; refuses what is not finite.
+  void conclude(const Simulation& result) const;
   void conclude(const GradientResult& result) const;
 
  private:

@@ -34,7 +34,7 @@ RunEnd search_end(SystemType& system, const Problem& problem, const std::vector<
   run.enable_cost();  // so that its steps are those of the run itself, and jumps have it
   watch.advance(run, problem.solver.t_end);
   if (!rates_too) return {watch.time()};
-  const PhysicalState s = solved_state(system, watch.time(), run.y());
+  const MechanismState s = solved_state(system, watch.time(), run.y());
   const EndRates rates = end_rates(*problem.ends_when, problem.objective, s, system.assembly());
   const double steepness = watch.steepness(rates.h_rate);
   const auto text = [&] {
@@ -68,7 +68,7 @@ RunEnd search_end(const Problem& problem, const std::vector<double>& rho, const 
 EndWatch::EndWatch(const Problem& problem, System& system)
     : problem_(problem), system_(system), search_(*problem.ends_when, problem.solver.t_start) {}
 
-PhysicalState EndWatch::state(double t, const double* y) {
+MechanismState EndWatch::state(double t, const double* y) {
   return problem_.ends_when->output->needs_accelerations() ? solved_state(system_, t, y)
                                                            : system_.kinematic_state(t, y);
 }

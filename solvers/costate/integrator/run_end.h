@@ -52,7 +52,7 @@ class EndWatch {
 
  private:
   struct Look {};
-  PhysicalState state(double t, const double* y);
+  MechanismState state(double t, const double* y);
   void look(const std::function<const double*(double)>& at);
   [[noreturn]] void never() const;
 

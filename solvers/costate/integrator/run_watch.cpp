@@ -62,13 +62,18 @@ StepSink RunWatch::sink() {
 
 void RunWatch::look(void (MotionWatch::*what)(double, const double*, const double*), double t, const double* y) {
   if (system_.begins_with_motion()) return (watch_.*what)(t, y, y + system_.assembly().n());
-  const PhysicalState s = system_.kinematic_state(t, y);
+  const MechanismState s = system_.kinematic_state(t, y);
   (watch_.*what)(t, s.q, s.v);
 }
 
-void RunWatch::conclude(const GradientResult& result) const {
+void RunWatch::conclude(const Simulation& result) const {
   drift_of_last_run = watch_.largest_drift();
   for (const auto& text : watch_.warnings()) notice(text);
+  require_finite(result);
+}
+
+void RunWatch::conclude(const GradientResult& result) const {
+  conclude(static_cast<const Simulation&>(result));
   require_finite(problem_, result);
 }
 
@@ -117,9 +122,13 @@ void RunWatch::judge(const GradientResult& result, const AdjointGrowth& growth,
   notice(text + ": psi and its gradient are known to few digits. A smaller rtol tells how many.");
 }
 
-void require_finite(const Problem& problem, const GradientResult& result) {
+void require_finite(const Simulation& result) {
   if (!std::isfinite(result.psi))
     throw SolverError(fmt::format("psi is {}: the cost is not finite along this motion.", result.psi));
+}
+
+void require_finite(const Problem& problem, const GradientResult& result) {
+  require_finite(result);
   for (std::size_t j = 0; j < result.gradient.size(); ++j)
     if (!std::isfinite(result.gradient[j]))
       throw SolverError(

@@ -19,6 +19,7 @@ class RunWatch {
   StepSink sink();
   void finish(double t, const double* y) { look(&MotionWatch::finish, t, y); }
   /// Tells what was noticed, and refuses a psi or a gradient that is no number.
+  void conclude(const Simulation& result) const;
   void conclude(const GradientResult& result) const;
   /// The part of its tolerances with which the run would have to be repeated for its gradient to be as good as is
   /// expected at rtol `asked`: 1 unless the largest scaled derivative is small against what errors of the size of the
@@ -44,6 +45,7 @@ double last_drift();
 std::string unresolved_gradient(const Problem& problem, const GradientResult& result, double part);
 
 /// Throws SolverError naming what is not finite.
+void require_finite(const Simulation& result);
 void require_finite(const Problem& problem, const GradientResult& result);
 
 }  // namespace costate

@@ -11,24 +11,14 @@ namespace {
 // A mechanism that changes its segment this often without getting on is stuck.
 constexpr std::size_t kMostJumpsInARow = 1000;
 
+/// Those of another session of the run.
 void add(Counters& sum, const Counters& c) {
-  sum.steps += c.steps;
-  sum.residuals += c.residuals;
-  sum.jacobians += c.jacobians;
-  sum.newton_iterations += c.newton_iterations;
-  sum.error_test_failures += c.error_test_failures;
-  sum.convergence_failures += c.convergence_failures;
-  sum.backward_steps += c.backward_steps;
-  sum.backward_residuals += c.backward_residuals;
-  sum.backward_jacobians += c.backward_jacobians;
-  sum.backward_newton_iterations += c.backward_newton_iterations;
-  sum.backward_error_test_failures += c.backward_error_test_failures;
-  sum.backward_convergence_failures += c.backward_convergence_failures;
-  sum.sensitivity_residuals += c.sensitivity_residuals;
-  sum.checkpoints += c.checkpoints;
-  // Those of the system count on over all segments.
-  sum.factorizations = std::max(sum.factorizations, c.factorizations);
-  sum.position_iterations = std::max(sum.position_iterations, c.position_iterations);
+  // The system's own count on over all segments.
+  const long factorizations = std::max(sum.factorizations, c.factorizations),
+             position_iterations = std::max(sum.position_iterations, c.position_iterations);
+  sum += c;
+  sum.factorizations = factorizations;
+  sum.position_iterations = position_iterations;
   sum.simulations = 1;
 }
 

@@ -57,7 +57,7 @@ class SegmentedRun {
 
   void advance(double t) { segmented_ || after_step_ ? advance_segments(t) : session().advance(t); }
   void advance_with_checkpoints(double t) {
-    segmented_ || after_step_ ? advance_segments(t) : session().advance_with_checkpoints(t);
+    advance(t);
     t_ = t;
   }
 

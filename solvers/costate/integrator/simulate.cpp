@@ -19,12 +19,12 @@ namespace costate {
 namespace {
 
 /// By fixed steps; samples between them by interpolation.
-GradientResult simulate_fixed(const Problem& problem, const std::vector<double>& rho, const std::vector<double>& times,
-                              const SampleSink& sink) {
+Simulation simulate_fixed(const Problem& problem, const std::vector<double>& rho, const std::vector<double>& times,
+                          const SampleSink& sink) {
   FixedRun run(problem, rho, fixed_steps(problem), false);
   StepInterpolant between(run.scheme());
   std::size_t next = 0;
-  GradientResult r;
+  Simulation r;
   r.psi = run.forward([&](long k) {
     between.advance();
     for (; sink && next < times.size() && (times[next] <= run.scheme().time() || k == run.steps()); ++next)
@@ -36,8 +36,8 @@ GradientResult simulate_fixed(const Problem& problem, const std::vector<double>&
 }
 
 template <class Run, class SystemType>
-GradientResult run(SystemType& system, const Problem& problem, const std::vector<double>& rho,
-                   const std::vector<double>& times, const SampleSink& sink) {
+Simulation run(SystemType& system, const Problem& problem, const std::vector<double>& rho,
+               const std::vector<double>& times, const SampleSink& sink) {
   system.set_parameters(rho.data());
   Run session(system, problem.solver, problem.monitor, false);
   RunWatch watch(problem, rho, system);
@@ -70,7 +70,7 @@ GradientResult run(SystemType& system, const Problem& problem, const std::vector
     sample(last = t);
   }
   advance(t_end);
-  GradientResult r;
+  Simulation r;
   if (end) {
     t_end = end->time();
     if (last < t_end && !times.empty()) sample(t_end);
@@ -100,11 +100,11 @@ std::string integrator_of(const Problem& problem) {
   return wanted;
 }
 
-GradientResult simulate(const Problem& problem, const std::vector<double>& rho, const std::vector<double>& times,
-                        const SampleSink& sink) {
+Simulation simulate(const Problem& problem, const std::vector<double>& rho, const std::vector<double>& times,
+                    const SampleSink& sink) {
   const std::string integrator = integrator_of(problem);
   problem.check_values(rho);
-  GradientResult r;
+  Simulation r;
   if (integrator == "idas") {
     const auto system = problem.make_dae();
     r = run<IdaRun>(*system, problem, rho, times, sink);
@@ -114,7 +114,7 @@ GradientResult simulate(const Problem& problem, const std::vector<double>& rho, 
   } else {
     // A second attempt goes on with the samples that the first one has not handed out.
     std::ptrdiff_t handed_out = 0;
-    const SampleSink once = [&](const PhysicalState& state, System& system) {
+    const SampleSink once = [&](const MechanismState& state, System& system) {
       ++handed_out;
       sink(state, system);
     };

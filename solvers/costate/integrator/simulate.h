@@ -9,13 +9,13 @@
 namespace costate {
 
 /// Receives the mechanism's state at each sample time; accelerations and multipliers are consistent.
-using SampleSink = std::function<void(const PhysicalState& state, System& system)>;
+using SampleSink = std::function<void(const MechanismState& state, System& system)>;
 
 /// The integrator a problem runs on: its own choice, or the formulation's default.
 std::string integrator_of(const Problem& problem);
 
-/// psi at the parameters rho; samples (increasing times within the span) go to the sink. The result has no gradient.
-GradientResult simulate(const Problem& problem, const std::vector<double>& rho,
-                        const std::vector<double>& sample_times = {}, const SampleSink& sink = {});
+/// psi at the parameters rho; samples (increasing times within the span) go to the sink.
+Simulation simulate(const Problem& problem, const std::vector<double>& rho,
+                    const std::vector<double>& sample_times = {}, const SampleSink& sink = {});
 
 }  // namespace costate

@@ -26,7 +26,7 @@ void solve_algebraic(DaeSystem& system, double t, double* y) {
   const int first = unweighted_accelerations(system);
   if (first < 0) return;
   const int n = system.assembly().n(), m = system.assembly().m();
-  const PhysicalState s = solved_state(system, t, y);
+  const MechanismState s = solved_state(system, t, y);
   std::copy(s.a, s.a + n, y + first);
   std::copy(s.lambda, s.lambda + m, y + first + n);
   std::fill(y + first + n + m, y + system.size(), 0.0);

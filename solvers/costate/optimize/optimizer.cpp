@@ -1,7 +1,6 @@
 #include "costate/optimize/optimizer.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -12,45 +11,14 @@
 
 #include "costate/base/error.h"
 #include "costate/integrator/fixed_run.h"
+#include "costate/optimize/algorithms.h"
+#include "costate/optimize/failed_step.h"
 #include "costate/record/interrupt.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate {
 
 namespace {
-
-struct Algorithm : OptimizerAlgorithm {
-  nlopt::algorithm own;
-};
-
-const std::vector<Algorithm>& algorithms() {
-  static const std::vector<Algorithm> list = {
-      {{kDefaultAlgorithm, "L-BFGS: a line search along quasi-Newton directions; bounds", false}, nlopt::LD_LBFGS},
-      {{"mma", "method of moving asymptotes: separable convex models; bounds and constraints", true}, nlopt::LD_MMA},
-      {{"slsqp", "sequential quadratic programming; bounds and constraints", true}, nlopt::LD_SLSQP}};
-  return list;
-}
-
-std::vector<std::string> names_of_algorithms(bool constrained) {
-  std::vector<std::string> names;
-  for (const auto& a : algorithms())
-    if (a.takes_constraints || !constrained) names.push_back(a.name);
-  return names;
-}
-
-const RegisterSettingWords words("optimize.algorithm", names_of_algorithms(false));
-
-nlopt::algorithm algorithm_of(const std::string& name, bool constrained) {
-  for (const auto& a : algorithms()) {
-    if (a.name != name) continue;
-    if (constrained && !a.takes_constraints)
-      throw CapabilityError(fmt::format("Algorithm '{}' handles bounds but no constraints; choose '{}'.", name,
-                                        fmt::join(names_of_algorithms(true), "' or '")));
-    return a.own;
-  }
-  throw CapabilityError(
-      fmt::format("There is no optimization algorithm '{}'.{}", name, suggestion(name, names_of_algorithms(false))));
-}
 
 /// Raised inside the objective to end a run by a criterion that NLopt does not know.
 struct Stop {
@@ -282,43 +250,6 @@ class Run {
                                       problem_.parameters.parameters[j].name, r.gradient[j]));
   }
 
-  /// What stands in for a failed evaluation, see optimize(): a parabola along the step from the best point.
-  struct Barrier {
-    std::vector<double> rise;  // s / |s|^2, scaled
-    std::size_t best = 0, last = 0;
-    double slope = 0;  // |p|
-  };
-  Barrier barrier(const OptimizerEvaluation& failed) const {
-    const auto& list = result_.evaluations;
-    const auto here = static_cast<std::size_t>(failed.index - 1);
-    Barrier b;
-    b.best = *best_before(here);
-    b.last = here - 1;
-    while (list[b.last].failed()) --b.last;
-    double squared = 0, p = 0;
-    for (std::size_t j = 0; j < failed.rho.size(); ++j) {
-      const double scale = problem_.parameters.parameters[j].scale;
-      b.rise.push_back((failed.rho[j] - list[b.best].rho[j]) / scale);
-      squared += b.rise[j] * b.rise[j];
-      p += list[b.best].gradient[j] * scale * b.rise[j];
-    }
-    for (double& s : b.rise) s /= squared;
-    // A step along which psi does not change needs a rise all the same.
-    b.slope = std::max(std::abs(p), 1e-6 * std::abs(list[b.best].psi));
-    if (b.slope == 0) b.slope = 1e-6;
-    return b;
-  }
-  /// Above the best point and above the last, which is where some methods began this step.
-  double barrier_psi(const Barrier& b) const {
-    const auto& list = result_.evaluations;
-    return std::max(list[b.best].psi, list[b.last].psi) + b.slope;
-  }
-  double constraint_rise(const Barrier& b, std::size_t c) const {
-    const auto& list = result_.evaluations;
-    return std::max({std::abs(list[b.best].constraints[c]), std::abs(list[b.last].constraints[c]),
-                     1e-3 * std::max(1.0, std::abs(constraints_[c].upper))});
-  }
-
   template <class Function>
   double guarded(Function&& f) {
     // NLopt's wrapper lets exceptions of unknown type end the run in its own way; keep ours and stop it cleanly. Its
@@ -334,13 +265,18 @@ class Run {
     throw nlopt::forced_stop();
   }
 
+  FailedStep failed_step(const OptimizerEvaluation& failed) const {
+    const auto here = static_cast<std::size_t>(failed.index - 1);
+    return FailedStep(problem_.parameters, result_.evaluations, here, *best_before(here));
+  }
+
   double objective(const std::vector<double>& x, std::vector<double>& g) {
     return guarded([&] {
       const OptimizerEvaluation& e = at(x);
       if (e.failed()) {
-        const Barrier b = barrier(e);
-        for (std::size_t j = 0; j < g.size(); ++j) g[j] = 3 * b.slope * b.rise[j];
-        return barrier_psi(b);
+        const FailedStep step = failed_step(e);
+        step.gradient(step.slope(), g);
+        return step.psi();
       }
       for (std::size_t j = 0; j < g.size(); ++j) g[j] = e.gradient[j] * problem_.parameters.parameters[j].scale;
       if (options_.gradient_tolerance > 0 && constraints_.empty() &&
@@ -355,10 +291,9 @@ class Run {
     return guarded([&] {
       const OptimizerEvaluation& e = at(x);
       if (e.failed()) {
-        const Barrier b = barrier(e);
-        const double rise = constraint_rise(b, c);
-        for (std::size_t j = 0; j < g.size(); ++j) g[j] = 3 * rise * b.rise[j];
-        return std::max(result_.evaluations[b.best].constraints[c], result_.evaluations[b.last].constraints[c]) + rise;
+        const FailedStep step = failed_step(e);
+        step.gradient(step.constraint_rise(c, constraints_[c].upper), g);
+        return step.constraint(c, constraints_[c].upper);
       }
       for (std::size_t j = 0; j < g.size(); ++j)
         g[j] = e.constraint_gradients[c][j] * problem_.parameters.parameters[j].scale;
@@ -414,17 +349,6 @@ std::size_t OptimizerResult::failures() const {
   return static_cast<std::size_t>(
       std::count_if(evaluations.begin(), evaluations.end(), [](const auto& e) { return e.failed(); }));
 }
-
-std::string nlopt_version_text() {
-  return fmt::format("{}.{}.{}", nlopt::version_major(), nlopt::version_minor(), nlopt::version_bugfix());
-}
-
-const std::vector<OptimizerAlgorithm>& optimizer_algorithms() {
-  static const std::vector<OptimizerAlgorithm> list(algorithms().begin(), algorithms().end());
-  return list;
-}
-
-void require_algorithm(const std::string& algorithm, bool constrained) { algorithm_of(algorithm, constrained); }
 
 OptimizerResult optimize(const Problem& problem, const std::string& method,
                          const std::vector<OptimizerConstraint>& constraints, const OptimizerOptions& options,

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <iterator>
 
 #include "costate/base/error.h"
 #include "costate/discrete/discrete_scheme.h"
@@ -10,25 +11,50 @@
 
 namespace costate {
 
-std::vector<std::pair<std::string, long>> counter_list(const Counters& c) {
-  return {{"steps", c.steps},
-          {"residuals", c.residuals},
-          {"jacobians", c.jacobians},
-          {"newton_iterations", c.newton_iterations},
-          {"error_test_failures", c.error_test_failures},
-          {"convergence_failures", c.convergence_failures},
-          {"backward_steps", c.backward_steps},
-          {"backward_residuals", c.backward_residuals},
-          {"backward_jacobians", c.backward_jacobians},
-          {"backward_newton_iterations", c.backward_newton_iterations},
-          {"backward_error_test_failures", c.backward_error_test_failures},
-          {"backward_convergence_failures", c.backward_convergence_failures},
-          {"sensitivity_residuals", c.sensitivity_residuals},
-          {"factorizations", c.factorizations},
-          {"checkpoints", c.checkpoints},
-          {"simulations", c.simulations},
-          {"jumps", c.jumps},
-          {"position_iterations", c.position_iterations}};
+namespace {
+struct NamedCounter {
+  const char* name;
+  long Counters::*count;
+};
+constexpr NamedCounter kCounters[] = {
+    {"steps", &Counters::steps},
+    {"residuals", &Counters::residuals},
+    {"jacobians", &Counters::jacobians},
+    {"newton_iterations", &Counters::newton_iterations},
+    {"error_test_failures", &Counters::error_test_failures},
+    {"convergence_failures", &Counters::convergence_failures},
+    {"backward_steps", &Counters::backward_steps},
+    {"backward_residuals", &Counters::backward_residuals},
+    {"backward_jacobians", &Counters::backward_jacobians},
+    {"backward_newton_iterations", &Counters::backward_newton_iterations},
+    {"backward_error_test_failures", &Counters::backward_error_test_failures},
+    {"backward_convergence_failures", &Counters::backward_convergence_failures},
+    {"sensitivity_residuals", &Counters::sensitivity_residuals},
+    {"factorizations", &Counters::factorizations},
+    {"checkpoints", &Counters::checkpoints},
+    {"simulations", &Counters::simulations},
+    {"jumps", &Counters::jumps},
+    {"position_iterations", &Counters::position_iterations},
+};
+// All of them: what is added, and what is reported.
+static_assert(sizeof(Counters) == std::size(kCounters) * sizeof(long));
+}  // namespace
+
+Counters& Counters::operator+=(const Counters& other) {
+  for (const NamedCounter& c : kCounters) this->*c.count += other.*c.count;
+  return *this;
+}
+
+std::vector<std::pair<std::string, long>> counter_list(const Counters& counters) {
+  std::vector<std::pair<std::string, long>> list;
+  for (const NamedCounter& c : kCounters) list.emplace_back(c.name, counters.*c.count);
+  return list;
+}
+
+std::vector<std::pair<std::string, long*>> counter_fields(Counters& counters) {
+  std::vector<std::pair<std::string, long*>> fields;
+  for (const NamedCounter& c : kCounters) fields.emplace_back(c.name, &(counters.*c.count));
+  return fields;
 }
 
 void Problem::check_values(const std::vector<double>& rho) const {

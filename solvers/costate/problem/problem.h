@@ -17,7 +17,7 @@ namespace costate {
 struct SolverOptions {
   double t_start = 0;  // s
   double t_end = 1;    // s
-  double rtol = 1e-8;
+  double rtol = kDefaultTolerance;
   double atol = 0;  // absolute tolerance of every unknown in its SI unit; 0: the same number as rtol
   long max_steps = 2'000'000;
   double max_step_s = 0;   // largest step, so that nothing short (a bump in the road) is stepped over; 0: unlimited
@@ -41,10 +41,14 @@ struct Counters {
   long sensitivity_residuals = 0, factorizations = 0, checkpoints = 0, simulations = 0;
   long jumps = 0;                // between smooth segments of the trajectory
   long position_iterations = 0;  // Newton's, where positions are found from independent coordinates
+
+  Counters& operator+=(const Counters& other);
 };
 
 /// (name, value) in a fixed order, for reports.
 std::vector<std::pair<std::string, long>> counter_list(const Counters& c);
+/// The same, to be set by name.
+std::vector<std::pair<std::string, long*>> counter_fields(Counters& c);
 
 /// Called now and then from inside a run; may throw (Interrupted) to stop it.
 using Monitor = std::function<void(double t, long steps, bool backward)>;
@@ -73,14 +77,23 @@ struct RunEvent {
   std::string name;
 };
 
-struct GradientResult {
+/// What a run gives.
+struct Simulation {
   double psi = 0;
-  std::vector<double> gradient;        // one entry a parameter; empty for a plain simulation
-  std::vector<double> gradient_error;  // estimate of the method itself (differences) or empty
   Counters counters;
   std::string integrator;        // "idas", "cvodes" or "fixed"
   std::vector<RunEvent> events;  // in order of time
   std::optional<RunEvent> end;   // what ended the run, of a problem with ends_when
+};
+
+/// And what a method gives that differentiates it.
+struct GradientResult : Simulation {
+  GradientResult() = default;
+  /// Of a problem without parameters.
+  explicit GradientResult(Simulation run) : Simulation(std::move(run)) {}
+
+  std::vector<double> gradient;        // one entry a parameter
+  std::vector<double> gradient_error;  // estimate of the method itself (differences) or empty
 };
 
 }  // namespace costate

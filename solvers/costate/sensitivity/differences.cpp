@@ -19,17 +19,6 @@ constexpr double kFirstStep = 0.05;             // relative to the parameter
 constexpr int kLevels = 11;          // steps h, h/2, ... h/1024 at most: a strongly bent psi needs the last ones
 constexpr double kConverged = 1e-6;  // relative; from here on growing changes are noise, not yet bends of psi
 
-void add(Counters& sum, const Counters& c) {
-  sum.steps += c.steps;
-  sum.residuals += c.residuals;
-  sum.jacobians += c.jacobians;
-  sum.newton_iterations += c.newton_iterations;
-  sum.error_test_failures += c.error_test_failures;
-  sum.convergence_failures += c.convergence_failures;
-  sum.factorizations += c.factorizations;
-  sum.simulations += 1;
-}
-
 /// Derivative and error estimate of f at x: the entry of the extrapolation tableau that changed least, so that neither
 /// truncation (first columns) nor noise (last rows) spoils it.
 template <class Function>
@@ -62,13 +51,13 @@ GradientResult run_at(double rtol, const Problem& problem, const std::vector<dou
   // difference of the gradient 7e-10 instead of 1.2e-8, in a quarter of the time).
   if (tight.solver.integrator.empty() && find_formulation(tight.formulation).make_ode)
     tight.solver.integrator = "cvodes";
-  GradientResult r = simulate(tight, rho);
+  GradientResult r(simulate(tight, rho));
   for (std::size_t j = 0; j < rho.size(); ++j) {
     const auto psi = [&](double value) {
       std::vector<double> x = rho;
       x[j] = value;
-      const GradientResult at = simulate(tight, x);
-      add(r.counters, at.counters);
+      const Simulation at = simulate(tight, x);
+      r.counters += at.counters;
       return at.psi;
     };
     const double scale = rho[j] != 0 ? std::abs(rho[j]) : problem.parameters.parameters[j].scale;

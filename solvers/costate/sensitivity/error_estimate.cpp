@@ -18,7 +18,7 @@ namespace {
 
 /// The same problem solved better, and what part of the error the difference is. Halving the step of a second-order
 /// scheme takes away three quarters of it.
-Problem better(const Problem& problem, const GradientResult& result, bool fixed) {
+Problem better(const Problem& problem, const Simulation& result, bool fixed) {
   Problem p = problem;
   p.solver.confirm = false;
   if (fixed) {
@@ -31,11 +31,15 @@ Problem better(const Problem& problem, const GradientResult& result, bool fixed)
   return p;
 }
 
+ErrorEstimate apart(const Simulation& result, const Simulation& other, bool fixed) {
+  ErrorEstimate e;
+  e.psi = (fixed ? 4.0 / 3.0 : 1.0) * std::abs(result.psi - other.psi);
+  return e;
+}
+
 ErrorEstimate apart(const GradientResult& result, const GradientResult& other, bool fixed) {
   const double factor = fixed ? 4.0 / 3.0 : 1.0;
-  ErrorEstimate e;
-  e.psi = factor * std::abs(result.psi - other.psi);
-  if (other.gradient.empty()) return e;  // a run without its gradient
+  ErrorEstimate e = apart(static_cast<const Simulation&>(result), static_cast<const Simulation&>(other), fixed);
   for (std::size_t j = 0; j < result.gradient.size(); ++j)
     e.gradient.push_back(factor * std::abs(result.gradient[j] - other.gradient[j]));
   return e;
@@ -43,8 +47,8 @@ ErrorEstimate apart(const GradientResult& result, const GradientResult& other, b
 
 /// What the soft constraints of the penalties add is of first order in 1/alpha: a weight ten times as large takes nine
 /// tenths of it away. `run` is the same run of another problem.
-template <class Run>
-void add_softness(const Problem& problem, const GradientResult& result, ErrorEstimate& e, const Run& run) {
+template <class Result, class Run>
+void add_softness(const Problem& problem, const Result& result, ErrorEstimate& e, const Run& run) {
   if (!has_soft_constraints(problem.formulation)) return;
   const ErrorEstimate softness = apart(result, run(with_firmer_constraints(problem)), false);
   e.psi += softness.psi / 0.9;
@@ -104,7 +108,7 @@ Problem with_firmer_constraints(const Problem& problem) {
   return firmer;
 }
 
-ErrorEstimate estimate_error(const Problem& problem, const std::vector<double>& rho, const GradientResult& result) {
+ErrorEstimate estimate_error(const Problem& problem, const std::vector<double>& rho, const Simulation& result) {
   const bool fixed = integrator_of(problem) == "fixed";
   const auto run = [&](const Problem& p) { return simulate(p, rho); };
   ErrorEstimate e = apart(result, run(better(problem, result, fixed)), fixed);

@@ -11,11 +11,11 @@ namespace costate {
 
 struct ErrorEstimate {
   double psi = 0;
-  std::vector<double> gradient;  // one entry a parameter; empty for a plain simulation
+  std::vector<double> gradient;  // one entry a parameter; empty for a simulation
 };
 
-/// Of a simulation's result.
-ErrorEstimate estimate_error(const Problem& problem, const std::vector<double>& rho, const GradientResult& result);
+/// Of a simulation.
+ErrorEstimate estimate_error(const Problem& problem, const std::vector<double>& rho, const Simulation& result);
 /// Of a method's result.
 ErrorEstimate estimate_error(const Problem& problem, const std::string& method, const std::vector<double>& rho,
                              const GradientResult& result);

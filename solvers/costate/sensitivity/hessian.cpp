@@ -48,21 +48,17 @@ double adjoint_size(HessianEquations& equations, const Trajectory& motion) {
   return size > 0 ? size : 1;
 }
 
-void add(Counters& sum, const Counters& forward, const Counters& backward) {
-  sum.simulations += 1;
-  sum.steps += forward.steps;
-  sum.residuals += forward.residuals;
-  sum.jacobians += forward.jacobians;
-  sum.newton_iterations += forward.newton_iterations;
-  sum.error_test_failures += forward.error_test_failures;
-  sum.convergence_failures += forward.convergence_failures;
-  sum.backward_steps += backward.steps;
-  sum.backward_residuals += backward.residuals;
-  sum.backward_jacobians += backward.jacobians;
-  sum.backward_newton_iterations += backward.newton_iterations;
-  sum.backward_error_test_failures += backward.error_test_failures;
-  sum.backward_convergence_failures += backward.convergence_failures;
-  sum.factorizations += forward.factorizations + backward.factorizations;
+/// The run back is one of its own here.
+Counters as_backward(const Counters& c) {
+  Counters b;
+  b.backward_steps = c.steps;
+  b.backward_residuals = c.residuals;
+  b.backward_jacobians = c.jacobians;
+  b.backward_newton_iterations = c.newton_iterations;
+  b.backward_error_test_failures = c.error_test_failures;
+  b.backward_convergence_failures = c.convergence_failures;
+  b.factorizations = c.factorizations;
+  return b;
 }
 
 /// psi of the stored motion: Gauss's rule of four points on each of its steps.
@@ -72,7 +68,7 @@ double psi_of(System& forward, const Objective& objective, const Trajectory& mot
   std::vector<double> y(static_cast<std::size_t>(motion.width()));
   const auto state = [&](double t) {
     motion.evaluate(t, y.data());
-    return forward.physical_state(t, y.data());
+    return forward.mechanism_state(t, y.data());
   };
   double psi = objective.terminal.empty() ? 0 : objective.terminal_value(state(motion.t_end()), forward.assembly());
   double begin = motion.t_begin();
@@ -109,7 +105,7 @@ MatrixXd run(const Problem& problem, const std::vector<double>& rho, const Matri
   forward_session.watch(watch.sink());
   forward_session.advance_recording(t_end, motion);
   watch.finish(t_end, forward_session.y());
-  watch.conclude({});
+  watch.conclude(Simulation{});
   forward_session.read_forward_counters();
 
   result.psi = psi_of(forward, problem.objective, motion);
@@ -142,7 +138,8 @@ MatrixXd run(const Problem& problem, const std::vector<double>& rho, const Matri
   MatrixXd products(np, k);
   result.gradient.assign(static_cast<std::size_t>(np), 0);
   backward.finish(t_start, backward_session.y(), result.gradient.data(), products.data());
-  add(result.counters, forward_session.counters(), backward_session.counters());
+  result.counters += forward_session.counters();
+  result.counters += as_backward(backward_session.counters());
   return products;
 }
 

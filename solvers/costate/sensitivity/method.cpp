@@ -117,7 +117,7 @@ GradientResult without_parameters(Problem problem, const SensitivityMethod& meth
   if (method.needs == Needs::dae) problem.solver.integrator = "idas";
   if (method.needs == Needs::ode) problem.solver.integrator = "cvodes";
   if (method.needs == Needs::discrete) problem.solver.integrator = "fixed";
-  return simulate(problem, {});
+  return GradientResult(simulate(problem, {}));
 }
 }  // namespace
 

@@ -44,11 +44,11 @@ std::vector<Unknown> adjoint_names(std::vector<Unknown> unknowns) {
   return unknowns;
 }
 
-std::string pace_message(const char* integrator, double all, long most) {
+std::string pace_message(double all, long most) {
   return fmt::format(
-      "{} hardly gets on: at the pace of its last steps the run would take about {:.2g} of them, more than "
+      "hardly gets on: at the pace of its last steps the run would take about {:.2g} of them, more than "
       "the limit of {} (max_steps), and stopped",
-      integrator, all, most);
+      all, most);
 }
 
 std::string failure_report(const FailureContext& c, const std::vector<Unknown>& unknowns) {

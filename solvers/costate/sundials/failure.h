@@ -19,8 +19,8 @@ struct FailureContext {
   const double* rates = nullptr;    // time derivatives, named when there are no errors to name
 };
 
-/// For a run that would take `all` steps at its pace, of `most` allowed.
-std::string pace_message(const char* integrator, double all, long most);
+/// Behind the integrator's name, for a run that would take `all` steps at its pace, of `most` allowed.
+std::string pace_message(double all, long most);
 
 /// Weighted local errors above all others come first; advice depends on the flag.
 std::string failure_report(const FailureContext& c, const std::vector<Unknown>& unknowns);

@@ -49,8 +49,8 @@ class WrongReaction final : public OdeSystem {
         right_(find_formulation("baumgarte").make_ode(mechanism, parameters, objective, o)) {
     unknowns_ = right_->unknowns();
   }
-  PhysicalState physical_state(double t, const double* y) override {
-    PhysicalState s = right_->physical_state(t, y);
+  MechanismState mechanism_state(double t, const double* y) override {
+    MechanismState s = right_->mechanism_state(t, y);
     lambda_.assign(s.lambda, s.lambda + assembly_.m());
     lambda_.back() *= 1.01;
     s.lambda = lambda_.data();

@@ -25,15 +25,6 @@
 
 namespace costate {
 
-/// Q += 2 E(p)^T M: the generalized force of a moment M [N m] in the global frame on the Euler parameters p.
-template <class S>
-void add_global_moment(const S* p, const S* M, S* Q) {
-  S exM[3];
-  cross3(p + 1, M, exM);
-  Q[0] -= S(2.0) * dot3(p + 1, M);
-  for (int i = 0; i < 3; ++i) Q[1 + i] += S(2.0) * (p[0] * M[i] - exM[i]);
-}
-
 template <class Model>
 class TyreForce final : public ForceOf<TyreForce<Model>>, public CourseElement, public MotionLawElement {
   using Numbers = TyreNumbers;

@@ -117,4 +117,13 @@ struct TyreWrench {
   }
 };
 
+/// Q += 2 E(p)^T M: the generalized force of a moment M [N m] in the global frame on the Euler parameters p.
+template <class S>
+void add_global_moment(const S* p, const S* M, S* Q) {
+  S exM[3];
+  cross3(p + 1, M, exM);
+  Q[0] -= S(2.0) * dot3(p + 1, M);
+  for (int i = 0; i < 3; ++i) Q[1 + i] += S(2.0) * (p[0] * M[i] - exM[i]);
+}
+
 }  // namespace costate

@@ -1,4 +1,4 @@
-// The state of DAE formulations that have accelerations and multipliers as unknowns,
+// Consistent states of DAE formulations that have accelerations and multipliers as unknowns,
 //   y = (q, v, z, a, lambda, ...),
 // with everything behind lambda zero on the solution: how (q, v, z) become a consistent (y, y'), at a start
 // and after a jump of the velocities.
@@ -9,15 +9,19 @@
 
 namespace costate {
 
-class DaeState {
+class ConsistentState {
  public:
   /// size: entries of y.
-  DaeState(Assembly& assembly, AccelerationLevel& level, int size)
-      : assembly_(assembly), level_(level), jump_(assembly, level), size_(size) {}
+  ConsistentState(Assembly& assembly, AccelerationLevel& level, int size)
+      : assembly_(assembly), level_(level), jump_(assembly, level), size_(size) {
+    assembly.resize(columns_);
+  }
 
   StateView view(double t, const double* y) const;
   /// a, lambda and y' for the (q, v, z) that y holds; `level` has solved there.
   void complete(double t, double* y, double* yp);
+  /// The same for columns (s, s') of sensitivities, where the state was completed last: (3.3).
+  void complete_columns(double* const* s, double* const* sp, int count);
   /// The start of the scene at t, with its columns by parameters if asked for, as (y, y').
   Start start(double t, bool columns, double* y, double* yp);
   /// (y, y') := the state after the jump from t to t_after.
@@ -32,6 +36,7 @@ class DaeState {
   Assembly& assembly_;
   AccelerationLevel& level_;
   VelocityJump jump_;
+  Assembly::ParameterColumns columns_;
   int size_;
 };
 

@@ -8,8 +8,8 @@
 namespace costate {
 
 /// The gradient g of w at the state s that `level` has solved and linearized becomes that of w^: g.q, g.v, g.z change,
-/// and gradient += c (w^_rho - w_rho).
-void eliminate_at_end(AccelerationLevel& level, Assembly& assembly, const StateView& s, ScalarGradient& g, double c,
-                      double* gradient);
+/// and gradient += c (w^_rho - w_rho), unless null. Returns (t1, t2).
+Eigen::VectorXd eliminate_at_end(AccelerationLevel& level, Assembly& assembly, const StateView& s, ScalarGradient& g,
+                                 double c, double* gradient);
 
 }  // namespace costate

@@ -1,0 +1,288 @@
+#include "costate/integrator/sundials_session.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdlib>
+
+#include "costate/integrator/unknown_sizes.h"
+#include "costate/sundials/failure.h"
+
+namespace costate {
+
+namespace {
+template <class Api>
+std::string sundials_flag_name(int flag) {
+  char* name = Api::flag_name(flag);
+  std::string text = name ? name : std::to_string(flag);
+  std::free(name);
+  return text;
+}
+}  // namespace
+
+template <class Api>
+SundialsSession<Api>::~SundialsSession() {
+  if (memory_) Api::free(&memory_);
+}
+
+template <class Api>
+void SundialsSession<Api>::open(void* memory) {
+  if (!memory) throw SolverError(std::string(Api::name) + " could not be created.");
+  memory_ = memory;
+  Api::capture_messages(memory_, message_);
+}
+
+template <class Api>
+void SundialsSession<Api>::set_up() {
+  check(Api::set_user_data(memory_, self()), "the user's data");
+  check(Api::set_max_steps(memory_, options_.max_steps), "the limit of steps");
+  // A step that begins where a force or an acceleration jumps may have to become very short.
+  check(Api::set_max_error_test_failures(memory_, 30), "the limit of failed error tests");
+  if (options_.max_step_s > 0) check(Api::set_max_step(memory_, options_.max_step_s), "the largest step");
+  check(Api::set_stop_time(memory_, stop()), "the end");
+  newton_ = std::make_unique<NewtonOperator>(context_, guard_, [this](double* b) { solve_newton(b); });
+  check(Api::set_linear_solver(memory_, newton_->solver(), newton_->matrix()), "Newton's operator");
+}
+
+template <class Api>
+void SundialsSession<Api>::check(int flag, const char* what) {
+  if (flag >= 0) return;
+  guard_.rethrow();
+  throw SolverError(fmt::format("{}: {} failed [{}]. {}", Api::name, what, sundials_flag_name<Api>(flag), message_));
+}
+
+template <class Api>
+void SundialsSession<Api>::fail(bool backward, int flag, const std::string& what) {
+  guard_.rethrow();
+  const std::vector<Unknown> unknowns = backward ? names_back() : names();
+  void* m = backward ? back_->memory : memory_;
+  const int n = static_cast<int>(unknowns.size());
+  Vector weights(n, context_), errors(n, context_), rates(n, context_);
+  FailureContext c;
+  c.what = std::string(Api::name) + " " + what;
+  c.flag = sundials_flag_name<Api>(flag);
+  c.message = Api::is_evaluation(flag) && !guard_.last_step_error().empty() ? guard_.last_step_error() : message_;
+  Api::weights(m, weights);
+  Api::local_errors(m, errors);
+  Api::current_time(m, &c.t);
+  Api::current_step(m, &c.step);
+  Api::steps(m, &c.steps);
+  c.weights = weights.data();
+  c.errors = errors.data();
+  if (Api::dky(m, c.t, 1, rates) >= 0) c.rates = rates.data();
+  throw SolverError(failure_report(c, unknowns));
+}
+
+template <class Api>
+void SundialsSession<Api>::limit_steps() {
+  if (start_.steps + steps(memory_) >= options_.max_steps)
+    fail(false, Api::too_much_work, "reached its limit of steps");
+}
+
+template <class Api>
+void SundialsSession<Api>::watch_forward() {
+  if (watch_) watch_->forward(steps(memory_));
+}
+
+template <class Api>
+void SundialsSession<Api>::poll(double t, bool backward) {
+  if (stall_.stalled(t)) fail(backward, Api::no_progress, "no longer gets on");
+  const long taken = steps(backward ? back_->memory : memory_);
+  const double to = backward ? options_.t_start : options_.t_end;
+  if (const double all = (backward ? pace_back_ : pace_).projected(t, taken, to, options_.max_steps); all > 0)
+    fail(backward, Api::too_much_work, pace_message(all, options_.max_steps));
+  if (!monitor_ || ++polls_ % 64 != 0) return;
+  monitor_(t, steps(memory_), backward);
+}
+
+template <class Api>
+void SundialsSession<Api>::follow(std::shared_ptr<const StepPlan> plan) {
+  plan_ = plan && !plan->empty() ? std::move(plan) : nullptr;
+  if (!Api::implicit || !plan_) return;
+  // Without an evaluation IDAS chooses its first step; the first evaluation lifts this bound (look_ahead).
+  const double first = plan_->limit(system_, t_, y(), false) - t_;
+  if (std::isfinite(first) && !(options_.max_step_s > 0 && options_.max_step_s < first))
+    check(Api::set_max_step(memory_, first), "the first step's bound");
+}
+
+template <class Api>
+void SundialsSession<Api>::look_ahead(double t, const double* y) {
+  if (!plan_) return;
+  if (Api::implicit) Api::set_max_step(memory_, std::max(0.0, options_.max_step_s));
+  ahead_of_ = t;
+  ahead_ = plan_->limit(system_, t, y, false);
+  Api::set_stop_time(memory_, std::min(stop(), ahead_));
+}
+
+template <class Api>
+bool SundialsSession<Api>::was_too_long(double t) const {
+  // CVODES carries derivatives at the end of its last step, which belong to the motion that ends there: it loses
+  // nothing.
+  if (!Api::implicit || !plan_ || t != ahead_of_) return false;
+  double h = 0;
+  Api::last_step(memory_, &h);
+  return h > kLongAgainstNext * (ahead_ - t);
+}
+
+template <class Api>
+void SundialsSession<Api>::enable_cost() {
+  if (!system_.has_running_cost() || cost_is_unknown()) return;
+  q_ = Vector(1, context_);
+  q_.data()[0] = start_.cost;
+  check(Api::init_quadrature(memory_, quadrature_function(), q_), "psi's quadrature");
+  check(Api::set_quadrature_tolerances(memory_, options_.rtol, options_.absolute() * cost_size(system_)),
+        "psi's tolerances");
+  check(Api::set_quadrature_error_control(memory_, SUNTRUE), "psi's error control");
+}
+
+template <class Api>
+void SundialsSession<Api>::enable_adjoint(const CheckpointPlan& plan) {
+  adjoint_ = true;
+  watch_.emplace(system_, plan);
+  check(Api::init_adjoint(memory_, plan.steps), "the adjoint");
+  // IDAS restarts the quadratures wrongly when it repeats the first segment (corrected in 2026, llnl/sundials#888), so
+  // that under error control its steps may differ from the original's.
+  if (Api::implicit && plan.repeats && system_.has_running_cost())
+    check(Api::set_quadrature_error_control(memory_, SUNFALSE), "psi's error control");
+}
+
+template <class Api>
+double SundialsSession<Api>::cost() {
+  if (!system_.has_running_cost()) return 0;
+  if (cost_is_unknown()) return y_.data()[system_.size()];
+  check(Api::quadrature_dky(memory_, t_, 0, q_), "psi");
+  return q_.data()[0];
+}
+
+template <class Api>
+double SundialsSession<Api>::running_cost(double t, const double* x) {
+  const double g = system_.running_cost(t, x);
+  if (!adjoint_ || scale_samples_++ % 8 != 0) return g;
+  if constexpr (Api::implicit)
+    system_.running_cost_gradient(t, x, g_y_.data(), 0, nullptr);
+  else
+    system_.running_cost_gradient(t, x, g_y_.data());
+  adjoint_scale_.sample(x, g_y_, system_.unknowns());
+  return g;
+}
+
+template <class Api>
+void SundialsSession<Api>::solve(double to, double* reached, bool one_step) {
+  int checkpoints = 0;
+  const int flag = Api::solve(memory_, to, reached, y_, yp_, one_step, adjoint_ ? &checkpoints : nullptr);
+  if (flag < 0) fail(false, flag, "could not continue the simulation");
+  if (adjoint_) counters_.checkpoints = checkpoints;
+}
+
+template <class Api>
+void SundialsSession<Api>::interpolate(double t) {
+  check(Api::dky(memory_, t, 0, y_), "interpolation");
+  if (Api::implicit) check(Api::dky(memory_, t, 1, yp_), "interpolation");
+  t_ = t;
+}
+
+template <class Api>
+void SundialsSession<Api>::advance(double t) {
+  if (t <= t_) return;
+  solve(t, &t_, false);
+  if (t_ >= options_.t_end) complete_end();
+}
+
+template <class Api>
+bool SundialsSession<Api>::advance_segment(double t, Trajectory* trajectory, const StepSink& after_step) {
+  const double known = step_end_;  // y_ may hold an earlier time of the step that ends there
+  while (step_end_ < t) {
+    if (ended_) {
+      interpolate(step_end_);
+      return false;
+    }
+    limit_steps();
+    const double begin = step_end_;
+    // What the repetitions begin with is the end of all; the next step is bounded already.
+    if (plan_ && adjoint_) Api::set_stop_time(memory_, stop());
+    solve(options_.t_end, &step_end_, true);
+    const auto event = system_.find_event(begin, step_end_, [&](double at) {
+      check(Api::dky(memory_, at, 0, y_), "interpolation");
+      return y();
+    });
+    if (event) step_end_ = *event;
+    if (system_.has_events()) interpolate(step_end_);
+    ended_ = event || system_.segment_ends(step_end_, y());
+    restart_ = !ended_ && step_end_ < options_.t_end && was_too_long(step_end_);
+    ended_ = ended_ || restart_;
+    if (trajectory) record_step(begin, step_end_, *trajectory);
+    // Last: it may throw, and the run be gone on with.
+    if (after_step) after_step(step_end_, y());
+  }
+  if (t < step_end_ || (t_ < t && t == known)) interpolate(t);
+  t_ = t;
+  if (t_ >= options_.t_end) complete_end();
+  return true;
+}
+
+template <class Api>
+void SundialsSession<Api>::record_step(double begin, double end, Trajectory& trajectory) {
+  int order = 0;
+  Api::last_order(memory_, &order);
+  Vector at(y_.size(), context_);
+  const auto derivative = [&](double t, int k) { check(Api::dky(memory_, t, k, at), "interpolation"); };
+  if (!system_.begins_with_motion()) {
+    trajectory.add_step(begin, end, order, [&](double t) {
+      derivative(t, 0);
+      return system_.kinematic_state(t, at.data());
+    });
+    return;
+  }
+  std::vector<std::vector<double>> d(static_cast<std::size_t>(order) + 1);
+  for (int k = 0; k <= order; ++k) {
+    derivative(end, k);
+    d[static_cast<std::size_t>(k)].assign(at.data(), at.data() + trajectory.width());
+  }
+  trajectory.add_step(begin, end, d, order);
+}
+
+template <class Api>
+void SundialsSession<Api>::jump(Jump& jump, SegmentStart& start) {
+  jump.t = t_;
+  start.steps = start_.steps + steps(memory_);
+  start.restart = restart_;
+  jump.event = restart_ ? -1 : system_.pending_event();
+  start.t = restart_ ? t_ : system_.segment_start(t_);
+  jump.before = system_.mode();
+  jump.y.assign(y(), y() + system_.size());
+  start.y.assign(y(), y() + y_.size());
+  if constexpr (Api::implicit) {
+    jump.yp.assign(yp_.data(), yp_.data() + yp_.size());
+    start.yp = jump.yp;
+    if (!restart_) system_.jump(t_, start.y.data(), start.yp.data());
+  } else if (!restart_) {
+    system_.jump(t_, start.y.data());
+  }
+  jump.after = system_.mode();
+  start.cost = cost();
+  if (!restart_) system_.forget_event();
+  if (yS_.count() == 0) return;
+  check(Api::sensitivity_dky(memory_, t_, 0, yS_.handles()), "sensitivities");
+  for (int j = 0; j < yS_.count(); ++j) start.s.emplace_back(yS_.data(j), yS_.data(j) + y_.size());
+  jump_sensitivities(jump, start);
+}
+
+template <class Api>
+void SundialsSession<Api>::read_forward_counters() {
+  Counters& c = counters_;
+  Api::steps(memory_, &c.steps);
+  Api::evaluations(memory_, &c.residuals);
+  Api::newton_iterations(memory_, &c.newton_iterations);
+  Api::error_test_failures(memory_, &c.error_test_failures);
+  Api::convergence_failures(memory_, &c.convergence_failures);
+  if (yS_.count() > 0) Api::sensitivity_evaluations(memory_, &c.sensitivity_residuals);
+  c.jacobians = newton_setups_;
+  c.factorizations = system_.factorizations();
+  c.position_iterations = system_.position_iterations();
+  c.simulations = 1;
+}
+
+template class SundialsSession<IdaApi>;
+template class SundialsSession<CvodeApi>;
+
+}  // namespace costate

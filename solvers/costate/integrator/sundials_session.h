@@ -1,0 +1,177 @@
+// What a run of IDAS and one of CVODES have in common: set-up, advancing to a time or step by step, checkpoints, bounds
+// of steps, the way across jumps, the way back, progress and interruption, limits, the report of a failure, counters.
+// Api is IdaApi or CvodeApi (sundials/ida_api.h); what each integrator asks of its system is in IdaSession and
+// CvodeSession.
+#pragma once
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "costate/formulation/step_plan.h"
+#include "costate/integrator/adjoint_growth.h"
+#include "costate/integrator/adjoint_scale.h"
+#include "costate/integrator/checkpoints.h"
+#include "costate/integrator/forward_state.h"
+#include "costate/integrator/pace_watch.h"
+#include "costate/integrator/segment.h"
+#include "costate/integrator/stall_watch.h"
+#include "costate/integrator/trajectory.h"
+#include "costate/problem/problem.h"
+#include "costate/sundials/callback_guard.h"
+#include "costate/sundials/cvode_api.h"
+#include "costate/sundials/handles.h"
+#include "costate/sundials/ida_api.h"
+#include "costate/sundials/newton_operator.h"
+
+namespace costate {
+
+template <class Api>
+class SundialsSession {
+ public:
+  using SystemType = typename Api::SystemType;
+  SundialsSession(const SundialsSession&) = delete;
+  SundialsSession& operator=(const SundialsSession&) = delete;
+  virtual ~SundialsSession();
+
+  /// Steps keep within the plan's bounds; before anything else.
+  void follow(std::shared_ptr<const StepPlan> plan);
+  /// Adds psi's running part under error control.
+  void enable_cost();
+  /// Keeps checkpoints for a run back from here on; once the costs are enabled.
+  void enable_adjoint(const CheckpointPlan& plan);
+
+  /// Advances to t (interpolated output there).
+  void advance(double t);
+  // Trajectories of several segments, each a session of its own (segmented_run.h).
+  /// Advances to t by single steps, or to the end of the segment where that comes first: then false. Stores the motion
+  /// (q, v, z) of each step in the trajectory, if there is one, and tells of each.
+  bool advance_segment(double t, Trajectory* trajectory = nullptr, const StepSink& after_step = {});
+  /// After that: the jump, and what the next segment begins with.
+  void jump(Jump& jump, SegmentStart& start);
+  /// The adjoint's integration from the end of this session's segment to its beginning; adds to the gradient.
+  void solve_backward(AdjointState& mu, const AdjointSize& size, std::vector<double>& gradient);
+
+  const double* y() const { return y_.data(); }
+  /// psi's running part so far.
+  double cost();
+  const AdjointScale& adjoint_scale() const { return adjoint_scale_; }
+  const AdjointGrowth& adjoint_growth() const { return adjoint_growth_; }
+  /// Fills the forward counters; before a backward run, whose repetitions count on.
+  void read_forward_counters();
+  /// Forward and, after the backward run, backward.
+  Counters counters() const { return counters_; }
+
+ protected:
+  /// Unknowns outside the norm get this absolute tolerance, so that their weight is practically zero.
+  static constexpr double kUnweighted = 1e30;
+
+  SundialsSession(SystemType& system, const SolverOptions& options, Monitor monitor, double t)
+      : system_(system), options_(options), monitor_(std::move(monitor)), start_time_(t), t_(t), step_end_(t) {
+    options_.t_start = t;
+  }
+
+  struct Backward {
+    int which = -1;
+    Vector y, yp, q, atol, atol_q;  // yp of implicit systems only
+    std::unique_ptr<NewtonOperator> newton;
+    void* memory = nullptr;
+  };
+
+  // The integrator's own side.
+  /// The pointer that its callbacks get.
+  virtual void* self() = 0;
+  /// The names of its unknowns, of the system's and what it has besides, forward and backward.
+  virtual std::vector<Unknown> names() const { return system_.unknowns(); }
+  virtual std::vector<Unknown> names_back() const = 0;
+  /// b := the solution of Newton's system that was factored last.
+  virtual void solve_newton(double* b) = 0;
+  virtual void solve_newton_back(double* b) = 0;
+  virtual typename Api::Quadrature quadrature_function() const = 0;
+  virtual typename Api::BackwardQuadrature backward_quadrature_function() const = 0;
+  /// The system's own adjoint begins with what is in back_; creates its memory there, but for its matrix.
+  virtual void create_backward() = 0;
+  virtual void set_backward_matrix() = 0;
+  /// Whether psi is one of the unknowns, behind those of the system; else it is a quadrature.
+  virtual bool cost_is_unknown() const { return false; }
+  /// At the end of the run: unknowns that are not integrated.
+  virtual void complete_end() {}
+  /// Columns of sensitivities at the end of a segment become those that the next one begins with.
+  virtual void jump_sensitivities(const Jump& jump, SegmentStart& start) = 0;
+
+  /// Takes the memory; and, once it is initialized, what is set for both, and Newton's operator.
+  void open(void* memory);
+  void set_up();
+  void check(int flag, const char* what);
+  [[noreturn]] void fail(bool backward, int flag, const std::string& what);
+
+  // For callbacks.
+  /// At every evaluation: ends a run that no longer gets on, and tells of its progress.
+  void poll(double t, bool backward);
+  /// Before a callback of the forward problem evaluates the system.
+  void watch_forward();
+  // A step that begins where this evaluation takes place, if it does, ends within the plan's bounds: its end is known
+  // to the integrator before it chooses the step, in a repetition from a checkpoint as in the original.
+  void look_ahead(double t, const double* y);
+  void look_back(double t, const double* y);
+  /// The forward state in a backward callback.
+  const double* forward(double t, N_Vector y) { return forward_.at(t, costate::data(y), system_.size()); }
+  /// The running cost at x, which y gives; samples the adjoint's size on the way.
+  double running_cost(double t, const double* x);
+  long steps(void* memory) const {
+    long count = 0;
+    Api::steps(memory, &count);
+    return count;
+  }
+
+  Context context_;
+  SystemType& system_;
+  SolverOptions options_;
+  Monitor monitor_;
+  CallbackGuard guard_;
+  void* memory_ = nullptr;
+  Vector y_, yp_, q_;  // yp of implicit systems only
+  VectorArray yS_, ypS_;
+  std::unique_ptr<NewtonOperator> newton_;
+  std::unique_ptr<Backward> back_;
+  std::optional<RepeatWatch> watch_;
+  std::vector<double> g_y_;
+  AdjointGrowth adjoint_growth_;
+  bool adjoint_ = false, restart_ = false;  // restart_: the segment ends with no jump
+  double start_time_, t_;
+  long newton_setups_ = 0, newton_setups_back_ = 0;
+  SegmentStart start_;  // empty in the first segment
+  Counters counters_;
+
+ private:
+  /// In one-step mode the integrator counts no steps; this throws when the next one would exceed max_steps.
+  void limit_steps();
+  double stop() const { return std::min(options_.t_end, system_.segment_limit(start_time_)); }
+  /// After a step that ends at t, where the plan asks for far shorter ones: a new session goes on (segment.h).
+  bool was_too_long(double t) const;
+  void solve(double to, double* reached, bool one_step);
+  void interpolate(double t);
+  void record_step(double begin, double end, Trajectory& trajectory);
+  /// Before the run back: the times at which SUNDIALS has to stop on the way.
+  void read_checkpoints();
+
+  std::string message_;
+  std::shared_ptr<const StepPlan> plan_;                                    // or null
+  double ahead_of_ = std::numeric_limits<double>::quiet_NaN(), ahead_ = 0;  // the plan's last answer, and when
+  std::vector<double> checkpoint_times_;                                    // ascending
+  ForwardState forward_;
+  AdjointScale adjoint_scale_;
+  StallWatch stall_;
+  PaceWatch pace_, pace_back_;
+  long polls_ = 0, scale_samples_ = 0;
+  bool ended_ = false;
+  double step_end_;
+};
+
+extern template class SundialsSession<IdaApi>;
+extern template class SundialsSession<CvodeApi>;
+
+}  // namespace costate

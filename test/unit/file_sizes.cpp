@@ -1,0 +1,29 @@
+// A source file has one subject, which 400 lines are room enough for.
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "support/paths.h"
+
+TEST_CASE("no source file is longer than 400 lines") {
+  namespace fs = std::filesystem;
+  constexpr int kMostLines = 400;
+  std::vector<std::string> longer;
+  int seen = 0;
+  for (const char* tree : {"lib", "solvers", "apps", "test"})
+    for (const auto& entry : fs::recursive_directory_iterator(fs::path(COSTATE_SOURCE_DIR) / tree)) {
+      if (!entry.is_regular_file() || (entry.path().extension() != ".cpp" && entry.path().extension() != ".h"))
+        continue;
+      ++seen;
+      std::ifstream file(entry.path());
+      int lines = 0;
+      for (std::string line; std::getline(file, line);) ++lines;
+      if (lines > kMostLines) longer.push_back(fmt::format("{}: {} lines", entry.path().string(), lines));
+    }
+  CHECK(longer == std::vector<std::string>{});
+  CHECK(seen > 700);
+}

@@ -96,6 +96,7 @@ class Round {
     e.problem.formulation = c.formulation;
     e.problem.solver.integrator = c.integrator;
     e.problem.solver.rtol = rtol_;
+    e.problem.solver.confirm = false;
     if (!e.multistep.empty()) e.problem.solver.cvodes_method = c.multistep;
     const std::vector<double> rho = e.problem.parameters.values();
     e.job = race_.add([&e, rho] {

@@ -48,6 +48,7 @@ void table(const Model& model, double rtol, int rounds, Report& report) {
     Problem p = model.problem;
     p.formulation = f.name;
     p.solver.rtol = rtol;
+    p.solver.confirm = false;
     p.solver.integrator = "";
     const std::vector<double> rho = p.parameters.values();
     const auto add = [&](const std::string& method, const Timed& t, const Timed& simulation) {

@@ -33,6 +33,7 @@ int add(Race& race, std::vector<std::unique_ptr<Job>>& jobs, const Case& c, Prob
   j.problem = std::move(problem);
   j.problem.formulation = c.formulation;
   j.problem.solver.integrator = c.integrator;
+  j.problem.solver.confirm = false;
   j.method = method;
   j.simulation = simulation;
   const std::vector<double> rho = j.problem.parameters.values();

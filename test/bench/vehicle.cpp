@@ -39,6 +39,7 @@ Problem with(Problem p, const Case& c, double rtol) {
   p.solver.integrator = c.integrator;
   if (*c.multistep) p.solver.cvodes_method = c.multistep;
   p.solver.rtol = rtol;
+  p.solver.confirm = false;
   return p;
 }
 

@@ -43,18 +43,16 @@ class MotionWatch {
   /// Whole sentences; complete after finish().
   std::vector<std::string> warnings() const;
 
+  /// The largest drift met, as a part of the row's own length.
+  double largest_drift() const { return worst_position_.relative; }
+
+ private:
   /// A row that lost its independence, between samples.
   struct RankEvent {
     double t;
     int row;
     double distance;  // from the span of the others, of 1
   };
-  const std::vector<RankEvent>& rank_events() const { return events_; }
-  /// The largest drift met, as a part of the row's own length.
-  double largest_drift() const { return worst_position_.relative; }
-  double largest_velocity_drift() const { return worst_velocity_.relative; }
-
- private:
   struct Drift {
     double t = 0, relative = 0, length = 0;
     int row = -1;

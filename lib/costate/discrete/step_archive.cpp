@@ -76,7 +76,6 @@ bool StepArchive::bring_back(long k) {
     for (long i = first; i < std::min(first + segment_, steps_); ++i) {
       scheme_.step();
       keep();
-      ++repeated_;
     }
   }
   scheme_.load(k, slot(k));
@@ -86,9 +85,7 @@ bool StepArchive::bring_back(long k) {
     if (next.kept) fetch(arena_.get() + next.offset, scheme_.matrices().saved_size());
   }
   const Factors& f = factors_[static_cast<std::size_t>(k - 1 - first_)];
-  if (!f.kept || !scheme_.matrices().restore(f.saved, arena_.get() + f.offset)) return false;
-  ++factors_kept_;
-  return true;
+  return f.kept && scheme_.matrices().restore(f.saved, arena_.get() + f.offset);
 }
 
 }  // namespace costate

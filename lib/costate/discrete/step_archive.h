@@ -22,9 +22,6 @@ class StepArchive {
   long segment_steps() const { return segment_; }
   /// Records kept along the way, apart from those of the present segment.
   long checkpoints() const { return (steps_ + segment_ - 1) / segment_; }
-  /// Steps computed again so far, and those whose factors were at hand.
-  long repeated_steps() const { return repeated_; }
-  long factors_kept() const { return factors_kept_; }
   double bytes() const;
 
  private:
@@ -40,7 +37,6 @@ class StepArchive {
   std::size_t record_size_, arena_size_ = 0, arena_used_ = 0;
   std::unique_ptr<double[]> checkpoints_, records_, arena_;
   std::vector<Factors> factors_;
-  long repeated_ = 0, factors_kept_ = 0;
 };
 
 }  // namespace costate

@@ -23,7 +23,6 @@ class NewtonOperator {
 
   SUNMatrix matrix() const { return matrix_; }
   SUNLinearSolver solver() const { return solver_; }
-  long solves() const { return solves_; }
 
  private:
   friend int newton_operator_solve(SUNLinearSolver, SUNMatrix, N_Vector, N_Vector, double);
@@ -31,7 +30,6 @@ class NewtonOperator {
   std::function<void(double*)> solve_;
   SUNMatrix matrix_ = nullptr;
   SUNLinearSolver solver_ = nullptr;
-  long solves_ = 0;
 };
 
 }  // namespace costate

@@ -31,7 +31,6 @@ class AxialForce final : public ForceOf<AxialForce<Law, Line>>, public MotionLaw
   }
 
   const Line& line() const { return d_; }
-  int line_number_offset() const { return law_number_count_; }
   const Law& law() const { return law_; }
   void add_motion_laws(std::vector<MotionLaw>& laws) const override {
     if constexpr (requires { law_.add_motion_laws(laws); }) law_.add_motion_laws(laws);

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <set>
 
 #include "costate/analysis/motion_watch.h"
 #include "costate/base/error.h"

@@ -2,6 +2,7 @@
 // failing integration says when, at which step, and which unknowns were the worst.
 #include <support/costs.h>
 #include <support/models.h>
+#include <support/paths.h>
 #include <support/sketch.h>
 #include <support/variants.h>
 
@@ -11,6 +12,7 @@
 
 #include "costate/base/error.h"
 #include "costate/integrator/simulate.h"
+#include "costate/problem/scene_problem.h"
 #include "costate/sensitivity/method.h"
 
 using namespace costate;
@@ -135,6 +137,22 @@ TEST_CASE("failing runs: too many steps", "[failing]") {
       CHECK_THROWS_WITH(simulate(p, p.parameters.values()), Contains("at t = ") && Contains("after 20 steps") &&
                                                                 Contains("step size") && Contains("TOO_MUCH_WORK"));
     }
+}
+
+// Segments between jumps are sessions of their own; the limit is that of the run.
+TEST_CASE("failing runs: too many steps in all segments together", "[failing]") {
+  Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/bouncing_ball/bouncing_ball.toml"));
+  for (const char* integrator : {"idas", "cvodes"}) {
+    CAPTURE(integrator);
+    p.solver.integrator = integrator;
+    p.solver.max_steps = SolverOptions{}.max_steps;
+    const Counters all = simulate(p, p.parameters.values()).counters;
+    REQUIRE(all.jumps > 10);
+    p.solver.max_steps = all.steps;
+    CHECK(simulate(p, p.parameters.values()).counters.steps == all.steps);
+    p.solver.max_steps = all.steps - 1;
+    CHECK_THROWS_WITH(simulate(p, p.parameters.values()), Contains("reached its limit of steps"));
+  }
 }
 
 namespace {

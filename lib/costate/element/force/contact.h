@@ -1,134 +1,208 @@
-// Compliant contact of a point, or of an arc or a sphere about it, with a plane of the ground. The plane has the height
-// h above the origin and rises by the angle alpha along x: normal n = (-sin alpha, cos alpha), in space
-// (-sin alpha, 0, cos alpha). With the radius R and the centre r
-//   gap = n.(r - (0, h)) - R,  d = -gap,  v_t = t.(rdot + omega x (-R n)):
-// the velocities are those of material points, so that a wheel that rolls does not slide. Forces: contact_laws.h.
-// States: the approach speed where the normal law latches it (0: open), then the bristles of friction.
-// Numbers: K, n, e, C, those of friction, h, alpha, R, the initial approach speed, zero (the bristles' start), those of
-// the point.
+// Compliant contact with a plane of the ground: of a point, of an arc or a sphere about it (contact_surface.h), or of
+// several of these on one body, each with a share of the normal law: the corners of a box, the points of a patch (an
+// elastic foundation). With the depth d, forces by contact_laws.h at each; where it is round, a moment resists rolling
+// and spinning, M = -c N omega/|omega| tanh(|omega|/omega_s).
+// States, point by point: the approach speed where the touch is an event (0: open), then the bristles of friction; at
+// the end the energy lost, where it is asked for:
+//   E' = (N - K d^n) ddot - F.v_t - M.omega,
+// what the bodies gave and the elastic part of the normal force does not hold (bristles count as lost).
+// Numbers: K, n, e, C, those of friction, h, alpha, R, the initial approach speed, zero (what starts at rest), those of
+// rolling; a share a point where there are several; those of the points.
 #pragma once
 
 #include <type_traits>
 
 #include "costate/element/force/contact_laws.h"
+#include "costate/element/force/contact_surface.h"
 #include "costate/element/guarded_force.h"
-#include "costate/element/point/planar_point.h"
-#include "costate/element/point/spatial_point.h"
 
 namespace costate {
 
 template <class Point>
 class Contact final : public ForceOf<Contact<Point>>, public GuardedForce {
  public:
-  static constexpr int dim = Point::Vector::RowsAtCompileTime;
-  static constexpr int tangents = dim - 1;
-  static constexpr int kFriction = 4, kHeight = kFriction + kFrictionNumbers, kAngle = kHeight + 1,
-                       kRadius = kHeight + 2, kApproach = kHeight + 3, kRest = kHeight + 4, kNumbers = kHeight + 5;
+  using Surface = ContactSurface<Point>;
+  static constexpr int dim = Surface::dim, tangents = Surface::tangents, turns = Surface::turns;
+  static constexpr int kFriction = 4, kGround = kFriction + kFrictionNumbers, kApproach = kGround + Surface::kNumbers,
+                       kRest = kApproach + 1, kRolling = kRest + 1, kSpinning = kRolling + 1, kTurnSpeed = kRolling + 2,
+                       kNumbers = kRolling + 3;
 
-  Contact(std::string name, Point point, NormalLaw law, FrictionModel friction, bool round,
+  struct Options {
+    NormalLaw law = NormalLaw::hertz;
+    FrictionModel friction = FrictionModel::none;
+    bool round = false, rolling = false, energy = false;
+  };
+
+  /// Several points are on one body. `ahead_of`: it closes only where it is ahead of that point along the plane's first
+  /// direction (a leg that swings through is let pass; a touch is an event then, whatever the law).
+  Contact(std::string name, const std::vector<Point>& points, const Point* ahead_of, const Options& options,
           const std::vector<int>& numbers)
       : ForceOf<Contact<Point>>("contact", std::move(name)),
-        point_(std::move(point)),
-        law_(law),
-        friction_(friction),
-        round_(round) {
-    this->append_coordinates(point_.coordinates());
+        options_(options),
+        latches_(latches(options.law) || ahead_of != nullptr) {
+    this->append_coordinates(points.front().coordinates());
     this->append_numbers(numbers);
-    this->append_numbers(point_.numbers());
+    int at = static_cast<int>(numbers.size());
+    for (const Point& point : points) {
+      surfaces_.push_back({Surface(point, options.round), at});
+      this->append_numbers(point.numbers());
+      at += static_cast<int>(point.numbers().size());
+    }
+    if (!ahead_of) return;
+    ahead_of_.push_back({Surface(*ahead_of, false), at});
+    this->append_coordinates(ahead_of->coordinates());
+    this->append_numbers(ahead_of->numbers());
   }
 
-  int states() const override { return (latches(law_) ? 1 : 0) + (has_bristles(friction_) ? tangents : 0); }
+  int states() const override { return count() * own_states() + (options_.energy ? 1 : 0); }
   std::string state_name(int i) const override {
-    if (latches(law_) && i == 0) return "approach_speed";
-    return "bristle" + std::to_string(i - (latches(law_) ? 1 : 0) + 1);
+    if (i == count() * own_states()) return "energy_lost";
+    const int k = i % own_states();
+    const std::string name =
+        latches_ && k == 0 ? "approach_speed" : "bristle" + std::to_string(k - (latches_ ? 1 : 0) + 1);
+    return name + of_point(i / own_states(), "_");
   }
-  std::string state_unit(int i) const override { return latches(law_) && i == 0 ? "m/s" : "m"; }
-  int initial_state_number(int i) const override { return latches(law_) && i == 0 ? kApproach : kRest; }
+  std::string state_unit(int i) const override {
+    if (i == count() * own_states()) return "J";
+    return latches_ && i % own_states() == 0 ? "m/s" : "m";
+  }
+  int initial_state_number(int i) const override {
+    return i < count() * own_states() && latches_ && i % own_states() == 0 ? kApproach : kRest;
+  }
 
   template <class S>
   void physics(const S&, const S* q, const S* v, const S* z, const S* p, S* Q, S* zdot) const {
     Forces<S> f;
-    calc(q, v, z, p, f, zdot);
-    if (!f.touches) return;
-    S force[dim] = {}, n[dim], t[tangents][dim];
-    frame(p, n, t);
-    for (int i = 0; i < dim; ++i) {
-      force[i] = f.normal * n[i];
-      for (int k = 0; k < tangents; ++k) force[i] += f.friction[k] * t[k][i];
-    }
-    point_.add_generalized_force(q, p + kNumbers, force, Q);
-    if (!round_) return;
-    // The force acts at -R n from the centre.
-    if constexpr (dim == 2) {
-      Q[2] += p[kRadius] * f.friction[0];
-    } else {
-      S lever[3], moment[3];
-      for (int i = 0; i < 3; ++i) lever[i] = -(p[kRadius] * n[i]);
-      cross3(lever, force, moment);
-      // Q_e = 2 E^T M
-      const S* e = q + 3;
-      S exm[3];
-      cross3(e + 1, moment, exm);
-      Q[3] -= S(2.0) * dot3(e + 1, moment);
-      for (int i = 0; i < 3; ++i) Q[4 + i] += S(2.0) * (e[0] * moment[i] - exm[i]);
+    for (int i = 0; i < count(); ++i) {
+      calc(i, q, v, z, p, f, zdot);
+      if (!f.touches) continue;
+      surfaces_[static_cast<std::size_t>(i)].surface.add_force(q, p + kGround, point_numbers(i, p), f.normal,
+                                                               f.friction, f.moment, Q);
+      if (options_.energy) zdot[count() * own_states()] += f.lost;
     }
   }
 
   // Events: the touch, and the end of the contact where the gap opens again. The force has ended before, or ends there.
-  int guard_count() const override { return latches(law_) || has_bristles(friction_) ? 2 : 0; }
-  std::string guard_name(int k) const override { return k == 0 ? "touch" : "release"; }
-  int guard_direction(int k) const override { return k == 0 ? -1 : 1; }
+  int guard_count() const override { return latches_ || has_bristles(options_.friction) ? 2 * count() : 0; }
+  std::string guard_name(int k) const override { return (k % 2 == 0 ? "touch" : "release") + of_point(k / 2, " "); }
+  int guard_direction(int k) const override { return k % 2 == 0 ? -1 : 1; }
   bool guard_armed(int k, const double* z) const override {
-    if (!latches(law_)) return k == 1;  // nothing is latched at the touch; bristles start anew behind a release
-    return (z[0] > 0) == (k == 1);
+    if (!latches_) return k % 2 == 1;  // nothing is latched at the touch; bristles start anew behind a release
+    return (z[k / 2 * own_states()] > 0) == (k % 2 == 1);
   }
   std::string past_at_start(int k) const override {
-    if (!latches(law_)) return {};
-    return k == 0
+    if (!latches_) return {};
+    return k % 2 == 0
                ? "a contact that is closed at the start needs 'approach_speed_m_per_s', the speed it was closed with."
                : "a contact that is open at the start has no 'approach_speed_m_per_s'.";
   }
-  PathDual guard(int, const MeasureArguments& x) const override { return gap(x.q, x.p); }
+  PathDual guard(int k, const MeasureArguments& x) const override {
+    const int i = k / 2;
+    if (k % 2 == 0 && !ahead_of_.empty() && !is_ahead(i, x.q, x.p)) return PathDual(std::nan(""));
+    return gap(i, x.q, x.p);
+  }
   void transition(int k, const MeasureArguments& x, PathDual* z_after) const override {
-    for (int i = 0; i < states(); ++i) z_after[i] = PathDual(0.0);
-    if (k == 0) z_after[0] = closing_speed(x.q, x.v, x.p);
+    for (int i = 0; i < states(); ++i) z_after[i] = x.z[i];
+    const int i = k / 2, first = i * own_states();
+    for (int j = 0; j < own_states(); ++j) z_after[first + j] = PathDual(0.0);
+    if (k % 2 == 0) z_after[first] = motion(i, x.q, x.v, x.p).closing;
   }
 
   std::vector<Measure> measures() const override {
-    return {{"gap", "m", false},          {"penetration", "m", false},    {"penetration_rate", "m/s", false},
-            {"normal_force", "N", false}, {"friction_force", "N", false}, {"slip_velocity", "m/s", false}};
+    std::vector<Measure> m{
+        {"gap", "m", false},          {"penetration", "m", false},    {"penetration_rate", "m/s", false},
+        {"normal_force", "N", false}, {"friction_force", "N", false}, {"slip_velocity", "m/s", false}};
+    if (count() > 1) m.push_back({"centre_of_pressure", "m", false});
+    if (options_.energy) m.push_back({"energy_lost", "J", false});
+    return m;
   }
+  /// Of several points: gap, penetration, its rate and the slip of the deepest; forces of all; the centre of pressure
+  /// along the plane's first direction, of the deepest where nothing presses.
   PathDual measure(int i, const MeasureArguments& x) const override {
-    using std::sqrt;
-    if (i == 0) return gap(x.q, x.p);
-    if (i == 1) {
-      const PathDual g = gap(x.q, x.p);
-      return value_of(g) < 0 ? -g : PathDual(0.0);
+    if (i == 6 && count() == 1) i = 7;
+    if (i == 7) return x.z[count() * own_states()];
+    if (i < 3 || i == 5) {
+      const int k = deepest(x.q, x.p);
+      const PathDual g = gap(k, x.q, x.p);
+      if (i == 0) return g;
+      if (i == 1) return value_of(g) < 0 ? -g : PathDual(0.0);
+      const auto m = motion(k, x.q, x.v, x.p);
+      if (i == 2) return m.closing;
+      return tangents == 1 ? m.slip[0] : length(m.slip);
     }
-    if (i == 2) return closing_speed(x.q, x.v, x.p);
-    if (i == 5) {
-      PathDual slip[tangents];
-      slip_velocity(x.q, x.v, x.p, slip);
-      return tangents == 1 ? slip[0] : length(slip);
+    PathDual N(0.0), F[tangents] = {}, moment(0.0);
+    for (int k = 0; k < count(); ++k) {
+      Forces<PathDual> f;
+      std::vector<PathDual> rates(static_cast<std::size_t>(states()) + 1);
+      calc(k, x.q, x.v, x.z, x.p, f, rates.data());
+      if (!f.touches) continue;
+      N += f.normal;
+      for (int j = 0; j < tangents; ++j) F[j] += f.friction[j];
+      if (i == 6) moment += f.normal * along(k, x.q, x.p);
     }
-    Forces<PathDual> f;
-    PathDual rates[dim] = {};
-    calc(x.q, x.v, x.z, x.p, f, rates);
-    if (i == 3) return f.normal;
-    return tangents == 1 ? f.friction[0] : length(f.friction);
+    if (i == 3) return N;
+    if (i == 6) return value_of(N) > 0 ? moment / N : along(deepest(x.q, x.p), x.q, x.p);
+    return tangents == 1 ? F[0] : length(F);
   }
   double potential_energy(const LocalState& s) const override {
-    const double d = -gap(s.q, s.p), n = law_ == NormalLaw::linear ? 1 : s.p[1];
-    const bool closed = !latches(law_) || s.z[0] > 0;
-    return closed && d > 0 ? s.p[0] * std::pow(d, n + 1) / (n + 1) : 0;
+    double energy = 0;
+    for (int i = 0; i < count(); ++i) {
+      const double d = -gap(i, s.q, s.p), n = options_.law == NormalLaw::linear ? 1 : s.p[1];
+      if (d > 0 && (!latches_ || s.z[i * own_states()] > 0))
+        energy += share(i, s.p) * s.p[0] * std::pow(d, n + 1) / (n + 1);
+    }
+    return energy;
   }
 
  private:
+  struct At {
+    Surface surface;
+    int numbers;  // where those of its point begin
+  };
   template <class S>
   struct Forces {
-    S normal{}, friction[tangents] = {};
+    S normal{}, friction[tangents] = {}, moment[turns] = {}, lost{};
     bool touches = false;
   };
+
+  int count() const { return static_cast<int>(surfaces_.size()); }
+  int own_states() const { return (latches_ ? 1 : 0) + (has_bristles(options_.friction) ? tangents : 0); }
+  std::string of_point(int i, const char* join) const {
+    return count() == 1 ? std::string() : join + surfaces_[static_cast<std::size_t>(i)].surface.point().name();
+  }
+  template <class S>
+  const S* point_numbers(int i, const S* p) const {
+    return p + surfaces_[static_cast<std::size_t>(i)].numbers;
+  }
+  template <class S>
+  S share(int i, const S* p) const {
+    return count() == 1 ? S(1.0) : p[kNumbers + i];
+  }
+  template <class S>
+  S gap(int i, const S* q, const S* p) const {
+    return surfaces_[static_cast<std::size_t>(i)].surface.gap(q, p + kGround, point_numbers(i, p));
+  }
+  template <class S>
+  S along(int i, const S* q, const S* p) const {
+    return surfaces_[static_cast<std::size_t>(i)].surface.along(0, q, p + kGround, point_numbers(i, p));
+  }
+  template <class S>
+  typename Surface::template Motion<S> motion(int i, const S* q, const S* v, const S* p) const {
+    typename Surface::template Motion<S> m;
+    surfaces_[static_cast<std::size_t>(i)].surface.motion(q, v, p + kGround, point_numbers(i, p), m);
+    return m;
+  }
+  bool is_ahead(int i, const PathDual* q, const PathDual* p) const {
+    const At& other = ahead_of_.front();
+    const PathDual* own = q + surfaces_.front().surface.point().coordinates().size();
+    return value_of(along(i, q, p)) > value_of(other.surface.along(0, own, p + kGround, p + other.numbers));
+  }
+  int deepest(const PathDual* q, const PathDual* p) const {
+    int k = 0;
+    for (int i = 1; i < count(); ++i)
+      if (value_of(gap(i, q, p)) < value_of(gap(k, q, p))) k = i;
+    return k;
+  }
 
   /// Of a vector along the plane, smooth at zero.
   static PathDual length(const PathDual* x) {
@@ -139,97 +213,52 @@ class Contact final : public ForceOf<Contact<Point>>, public GuardedForce {
   }
 
   template <class S>
-  static void frame(const S* p, S* n, S (*t)[dim]) {
-    using std::cos;
-    using std::sin;
-    const S c = cos(p[kAngle]), s = sin(p[kAngle]);
-    for (int k = 0; k < tangents; ++k)
-      for (int i = 0; i < dim; ++i) t[k][i] = S(0.0);
-    for (int i = 0; i < dim; ++i) n[i] = S(0.0);
-    n[0] = -s;
-    n[dim - 1] = c;
-    t[0][0] = c;
-    t[0][dim - 1] = s;
-    if constexpr (dim == 3) t[1][1] = S(1.0);
-  }
-
-  template <class S>
-  S gap(const S* q, const S* p) const {
-    S r[dim] = {}, n[dim], t[tangents][dim];
-    if constexpr (dim == 2)
-      point_.position(q, p + kNumbers, r[0], r[1]);
-    else
-      point_.position(q, p + kNumbers, r);
-    frame(p, n, t);
-    r[dim - 1] -= p[kHeight];
-    S g = -p[kRadius];
-    for (int i = 0; i < dim; ++i) g += n[i] * r[i];
-    return g;
-  }
-
-  template <class S>
-  void velocity(const S* q, const S* v, const S* p, S* u) const {
-    if constexpr (dim == 2)
-      point_.velocity(q, v, p + kNumbers, u[0], u[1]);
-    else
-      point_.velocity(q, v, p + kNumbers, u);
-  }
-
-  template <class S>
-  S closing_speed(const S* q, const S* v, const S* p) const {
-    S u[dim] = {}, n[dim], t[tangents][dim], rate(0.0);
-    velocity(q, v, p, u);
-    frame(p, n, t);
-    for (int i = 0; i < dim; ++i) rate -= n[i] * u[i];
-    return rate;
-  }
-
-  template <class S>
-  void slip_velocity(const S* q, const S* v, const S* p, S* slip) const {
-    S u[dim] = {}, n[dim], t[tangents][dim];
-    velocity(q, v, p, u);
-    frame(p, n, t);
-    if (round_) {
-      if constexpr (dim == 2) {
-        for (int i = 0; i < 2; ++i) u[i] += v[2] * p[kRadius] * t[0][i];
-      } else {
-        // omega = 2 E edot, at the lever -R n
-        const S *e = q + 3, *ed = v + 3;
-        S omega[3], cross[3], lever[3];
-        cross3(e + 1, ed + 1, cross);
-        for (int i = 0; i < 3; ++i) {
-          omega[i] = S(2.0) * (e[0] * ed[1 + i] - ed[0] * e[1 + i] + cross[i]);
-          lever[i] = -(p[kRadius] * n[i]);
-        }
-        cross3(omega, lever, cross);
-        for (int i = 0; i < 3; ++i) u[i] += cross[i];
-      }
-    }
-    for (int k = 0; k < tangents; ++k) {
-      slip[k] = S(0.0);
-      for (int i = 0; i < dim; ++i) slip[k] += t[k][i] * u[i];
-    }
-  }
-
-  template <class S>
-  void calc(const S* q, const S* v, const S* z, const S* p, Forces<S>& f, S* zdot) const {
-    const S depth = -gap(q, p);
-    const bool closed = latches(law_) ? value_of(z[0]) > 0 : value_of(depth) > 0;
-    if (!closed) return;
+  void calc(int i, const S* q, const S* v, const S* z, const S* p, Forces<S>& f, S* zdot) const {
+    const S depth = -gap(i, q, p);
+    const int first = i * own_states(), bristles = first + (latches_ ? 1 : 0);
+    f.touches = latches_ ? value_of(z[first]) > 0 : value_of(depth) > 0;
+    if (!f.touches) return;
     // Within a step that ends at the release the gap is open already: the law goes on, and is zero there.
-    f.touches = true;
-    f.normal = normal_force(law_, p, depth, closing_speed(q, v, p), latches(law_) ? z[0] : depth);
-    if (friction_ == FrictionModel::none) return;
-    S slip[tangents];
-    slip_velocity(q, v, p, slip);
-    const int first = latches(law_) ? 1 : 0;
-    friction_force(friction_, tangents, p + kFriction, f.normal, slip, z + first, f.friction, zdot + first);
+    const auto m = motion(i, q, v, p);
+    f.normal = share(i, p) * normal_force(options_.law, p, depth, m.closing, latches_ ? z[first] : depth);
+    if (options_.friction != FrictionModel::none)
+      friction_force(options_.friction, tangents, p + kFriction, f.normal, m.slip, z + bristles, f.friction,
+                     zdot + bristles);
+    if (options_.rolling) turning_moment(m.omega, p, f.normal, f.moment);
+    if (!options_.energy) return;
+    f.lost = (f.normal - share(i, p) * elastic_force(options_.law, p, depth)) * m.closing;
+    for (int k = 0; k < tangents; ++k) f.lost -= f.friction[k] * m.slip[k];
+    for (int k = 0; k < turns; ++k) f.lost -= f.moment[k] * m.omega[k];
   }
 
-  Point point_;
-  NormalLaw law_;
-  FrictionModel friction_;
-  bool round_;
+  /// Against rolling, and in space against spinning about the normal.
+  template <class S>
+  static void turning_moment(const S* omega, const S* p, const S& N, S* moment) {
+    using std::sqrt;
+    using std::tanh;
+    const S& scale = p[kTurnSpeed];
+    const auto factor = [&](const S& square, const S& arm) {
+      const S speed = sqrt(square + S(1e-12) * scale * scale);
+      return arm * N * tanh(speed / scale) / speed;
+    };
+    if constexpr (dim == 2) {
+      moment[0] = -(factor(omega[0] * omega[0], p[kRolling]) * omega[0]);
+    } else {
+      S n[3], t[2][3], roll[3], square(0.0);
+      Surface::frame(p + kGround, n, t);
+      const S spin = dot3(n, omega);
+      for (int i = 0; i < 3; ++i) {
+        roll[i] = omega[i] - spin * n[i];
+        square += roll[i] * roll[i];
+      }
+      const S rolling = factor(square, p[kRolling]), spinning = factor(spin * spin, p[kSpinning]);
+      for (int i = 0; i < 3; ++i) moment[i] = -(rolling * roll[i]) - spinning * spin * n[i];
+    }
+  }
+
+  std::vector<At> surfaces_, ahead_of_;
+  Options options_;
+  bool latches_;
 };
 
 }  // namespace costate

@@ -70,14 +70,20 @@ S damping_ratio(NormalLaw law, const S& e) {
   }
 }
 
+/// K d^n, zero of an open gap: what the normal force stores and gives back.
+template <class S>
+S elastic_force(NormalLaw law, const S* p, const S& depth) {
+  using std::exp;
+  using std::log;
+  if (!(value_of(depth) > 0)) return S(0.0);
+  return law == NormalLaw::linear ? p[0] * depth : p[0] * exp(p[1] * log(depth));
+}
+
 /// p: K [N/m^n], n, e, C [N s/m]; v0 is read by the laws that latch.
 template <class S>
 S normal_force(NormalLaw law, const S* p, const S& depth, const S& rate, const S& v0) {
-  using std::exp;
-  using std::log;
   // A contact that is closed by its mode may be open by a rounding, at the touch itself, where F jumps already.
-  S f(0.0);
-  if (value_of(depth) > 0) f = law == NormalLaw::linear ? p[0] * depth : p[0] * exp(p[1] * log(depth));
+  S f = elastic_force(law, p, depth);
   if (law == NormalLaw::kelvin_voigt)
     f += p[3] * rate;
   else if (latches(law))

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
+#include <type_traits>
 
 #include "costate/base/error.h"
 #include "costate/element/force/contact.h"
@@ -26,8 +28,10 @@ Law law_of(const std::string& subject, const std::string& name, const std::array
   return static_cast<Law>(at - names.begin());
 }
 
+bool turns(const ContactOptions& o) { return o.rolling_resistance_m > 0 || o.spinning_resistance_m > 0; }
+
 std::vector<int> add_numbers(MechanismBuilder& builder, const std::string& path, const ContactOptions& o, NormalLaw law,
-                             FrictionModel friction) {
+                             FrictionModel friction, std::size_t points, bool space) {
   constexpr auto positive = NumberRule::positive, not_negative = NumberRule::non_negative;
   std::vector<int> r;
   // A number that the chosen law does not hold keeps its place and is no parameter.
@@ -73,34 +77,100 @@ std::vector<int> add_numbers(MechanismBuilder& builder, const std::string& path,
   add("ground_height_m", o.ground_height_m, NumberRule::any, true);
   add("ground_angle_rad", o.ground_angle_rad, NumberRule::any, true);
   add("radius_m", o.radius_m, not_negative, o.radius_m > 0);
-  add("approach_speed_m_per_s", o.approach_speed_m_per_s, not_negative, latches(law));
+  add("approach_speed_m_per_s", o.approach_speed_m_per_s, not_negative, latches(law) || !o.ahead_of.empty());
   r.push_back(builder.add_number(path + ".bristles_at_start_m", 0));
-  builder.fix_number(r.back(), "bristles start undeflected.");
+  builder.fix_number(r.back(), "bristles start undeflected, and nothing is lost at the start.");
+  add("rolling_resistance_m", o.rolling_resistance_m, not_negative, turns(o));
+  add("spinning_resistance_m", o.spinning_resistance_m, not_negative, turns(o) && space);
+  add("turning_transition_rad_per_s", o.turning_transition_rad_per_s, positive, turns(o));
+  if (points > 1)
+    for (std::size_t i = 0; i < points; ++i)
+      r.push_back(
+          builder.add_number(fmt::format("{}.shares[{}]", path, i), o.shares.empty() ? 1 : o.shares[i], not_negative));
   return r;
 }
 
+void check_sizes(const std::string& path, const ContactOptions& o, const std::vector<std::string>& points, bool space) {
+  if (points.empty()) throw ModelError(path + ".points", "A contact needs a point.");
+  if (!o.shares.empty() && o.shares.size() != points.size())
+    throw ModelError(path + ".shares",
+                     fmt::format("One share a point is expected: {}, found {}.", points.size(), o.shares.size()));
+  if (!o.shares.empty() && points.size() == 1)
+    throw ModelError(path + ".shares", "A single point takes all: leave this out.");
+  if (o.radius_m <= 0 && turns(o))
+    throw ModelError(path + (o.rolling_resistance_m > 0 ? ".rolling_resistance_m" : ".spinning_resistance_m"),
+                     "Only what has a radius rolls: give 'radius_m', or leave this out.");
+  if (o.spinning_resistance_m > 0 && !space)
+    throw ModelError(path + ".spinning_resistance_m", "Nothing of the plane spins about its normal: leave this out.");
+}
+
 template <class Point>
-void add_at(MechanismBuilder& builder, const std::string& name, const Point& point, const ContactOptions& o) {
+void add_at(MechanismBuilder& builder, const std::string& name, const std::vector<Point>& points,
+            const std::optional<Point>& ahead_of, const ContactOptions& o) {
   const std::string path = "contact." + name;
-  if (point.kind() == Point::Kind::ground)
-    throw ModelError(path + ".point", "'" + point.name() + "' is on the ground itself.");
-  if (o.radius_m > 0 && point.kind() != Point::Kind::on_body)
-    throw ModelError(path + ".radius_m",
-                     "'" + point.name() +
-                         "' is on no rigid body, whose turning the radius needs: an arc or a sphere "
-                         "belongs to one.");
-  const auto law = law_of<NormalLaw>(path + ".law", o.law, kNormalLawNames);
-  const auto friction = law_of<FrictionModel>(path + ".friction", o.friction, kFrictionModelNames);
-  const std::vector<int> numbers = add_numbers(builder, path, o, law, friction);
-  builder.add(std::make_unique<Contact<Point>>(name, point, law, friction, o.radius_m > 0, numbers));
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Point& point = points[i];
+    const std::string key = points.size() == 1 ? ".point" : fmt::format(".points[{}]", i);
+    if (point.kind() == Point::Kind::ground)
+      throw ModelError(path + key, "'" + point.name() + "' is on the ground itself.");
+    if (points.size() > 1 &&
+        (point.kind() != Point::Kind::on_body || point.coordinates() != points.front().coordinates()))
+      throw ModelError(path + key,
+                       fmt::format("The points of one contact are on one rigid body; '{}' is not on that of "
+                                   "'{}'. Write a contact for each.",
+                                   point.name(), points.front().name()));
+    if (o.radius_m > 0 && point.kind() != Point::Kind::on_body)
+      throw ModelError(path + ".radius_m",
+                       "'" + point.name() +
+                           "' is on no rigid body, whose turning the radius needs: an arc or a sphere "
+                           "belongs to one.");
+    if (ahead_of && !ahead_of->coordinates().empty() && ahead_of->coordinates() == point.coordinates())
+      throw ModelError(path + ".ahead_of", fmt::format("'{}' is on the body of '{}' itself: name a point of another "
+                                                       "one, or of the ground.",
+                                                       ahead_of->name(), point.name()));
+  }
+  typename Contact<Point>::Options options;
+  options.law = law_of<NormalLaw>(path + ".law", o.law, kNormalLawNames);
+  options.friction = law_of<FrictionModel>(path + ".friction", o.friction, kFrictionModelNames);
+  options.round = o.radius_m > 0;
+  options.rolling = turns(o);
+  options.energy = o.energy_lost;
+  constexpr bool space = ContactSurface<Point>::dim == 3;
+  const std::vector<int> numbers = add_numbers(builder, path, o, options.law, options.friction, points.size(), space);
+  auto contact = std::make_unique<Contact<Point>>(name, points, ahead_of ? &*ahead_of : nullptr, options, numbers);
+  if (contact->states() > kMaxLocal)
+    throw ModelError(path + ".points", fmt::format("Contacts of {} points with this law and friction have {} states, "
+                                                   "more than {}: write them as several contacts.",
+                                                   points.size(), contact->states(), kMaxLocal));
+  builder.add(std::move(contact));
 }
 
 }  // namespace
 
-void add_contact(MechanismBuilder& builder, const std::string& name, const std::string& point,
+void add_contact(MechanismBuilder& builder, const std::string& name, const std::vector<std::string>& points,
                  const ContactOptions& o) {
-  if (builder.has_spatial_point(point)) return add_at(builder, name, builder.spatial_point(point), o);
-  add_at(builder, name, find_point(builder, "contact." + name + ".point", point), o);
+  const std::string path = "contact." + name;
+  const bool space = !points.empty() && builder.has_spatial_point(points.front());
+  check_sizes(path, o, points, space);
+  const auto key = [&](std::size_t i) {
+    return path + (points.size() == 1 ? ".point" : fmt::format(".points[{}]", i));
+  };
+  const auto add = [&](auto find) {
+    using Point = std::decay_t<decltype(find(std::string(), std::string()))>;
+    std::vector<Point> of;
+    for (std::size_t i = 0; i < points.size(); ++i) of.push_back(find(key(i), points[i]));
+    std::optional<Point> ahead;
+    if (!o.ahead_of.empty()) ahead = find(path + ".ahead_of", o.ahead_of);
+    add_at<Point>(builder, name, of, ahead, o);
+  };
+  if (space)
+    add([&](const std::string& subject, const std::string& point) {
+      if (!builder.has_spatial_point(point))
+        throw ModelError(subject, fmt::format("There is no point '{}' of space.", point));
+      return builder.spatial_point(point);
+    });
+  else
+    add([&](const std::string& subject, const std::string& point) { return find_point(builder, subject, point); });
 }
 
 namespace {
@@ -108,7 +178,7 @@ namespace {
 const RegisterSceneKind contact_registered({
     .name = "contact",
     .phase = ScenePhase::elements,
-    .summary = "compliant contact of a point, an arc or a sphere with the ground, with friction",
+    .summary = "compliant contact of points, arcs or spheres with the ground, with friction",
     .example = R"(
 [gravity]
 y_m_per_s2 = -9.81
@@ -146,8 +216,9 @@ given = ["ball.x", "ball.y", "ball.angle"]
     .add =
         [](const std::string& name, SceneTable& table, MechanismBuilder& builder) {
           constexpr auto positive = NumberRule::positive, not_negative = NumberRule::non_negative;
-          const std::string point = table.text("point");
           ContactOptions o;
+          std::vector<std::string> points = table.texts("points", false);
+          if (points.empty()) points = {table.text("point")};
           o.law = table.one_of("law", list(kNormalLawNames), o.law);
           o.stiffness_N_per_m_n = table.value("stiffness_N_per_m_n", positive);
           if (o.law != "linear") o.exponent = table.value("exponent", positive, o.exponent);
@@ -156,7 +227,8 @@ given = ["ball.x", "ball.y", "ball.angle"]
             o.damping_N_s_per_m = table.value("damping_N_s_per_m", not_negative);
           else if (latches(law))
             o.restitution = table.value("restitution", positive);
-          if (latches(law))
+          o.ahead_of = table.text("ahead_of", "");
+          if (latches(law) || !o.ahead_of.empty())
             o.approach_speed_m_per_s = table.value("approach_speed_m_per_s", not_negative, o.approach_speed_m_per_s);
           o.friction = table.one_of("friction", list(kFrictionModelNames), o.friction);
           const auto friction = law_of<FrictionModel>("", o.friction, kFrictionModelNames);
@@ -179,7 +251,16 @@ given = ["ball.x", "ball.y", "ball.angle"]
           o.ground_height_m = table.value("ground_height_m", NumberRule::any, 0);
           o.ground_angle_rad = table.value("ground_angle_rad", NumberRule::any, 0);
           o.radius_m = table.value("radius_m", not_negative, 0);
-          add_contact(builder, name, point, o);
+          if (o.radius_m > 0) {
+            o.rolling_resistance_m = table.value("rolling_resistance_m", not_negative, 0);
+            o.spinning_resistance_m = table.value("spinning_resistance_m", not_negative, 0);
+            if (turns(o))
+              o.turning_transition_rad_per_s =
+                  table.value("turning_transition_rad_per_s", positive, o.turning_transition_rad_per_s);
+          }
+          if (points.size() > 1 && table.has("shares")) o.shares = table.values("shares", not_negative);
+          o.energy_lost = table.flag("energy_lost", false);
+          add_contact(builder, name, points, o);
         },
 });
 

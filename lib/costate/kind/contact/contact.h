@@ -1,7 +1,8 @@
-// Compliant contact of a point, an arc or a sphere with the ground (element/force/contact.h).
+// Compliant contact of points, arcs or spheres with the ground (element/force/contact.h).
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "costate/mechanism/builder.h"
 
@@ -23,10 +24,18 @@ struct ContactOptions {
   double bristle_damping_s_per_m = 0;    // lugre
   double ground_height_m = 0, ground_angle_rad = 0;
   double radius_m = 0;
-  double approach_speed_m_per_s = 0;  // of a contact that is closed at the start
+  double rolling_resistance_m = 0;  // the arm of the moment against rolling; of what has a radius
+  double spinning_resistance_m = 0;
+  double turning_transition_rad_per_s = 0.1;  // where these moments are fully there
+  double approach_speed_m_per_s = 0;          // of a contact that is closed at the start
+  std::vector<double> shares;                 // of the normal law, one a point; empty: 1 each
+  std::string ahead_of;                       // it closes only where it is ahead of this point; empty: everywhere
+  bool energy_lost = false;                   // whether that is integrated
 };
 
-/// Throws ModelError at contact.NAME.KEY: unknown laws, numbers out of range, a radius of what does not turn.
-void add_contact(MechanismBuilder& builder, const std::string& name, const std::string& point, const ContactOptions& o);
+/// Several points are on one rigid body. Throws ModelError at contact.NAME.KEY: unknown laws, numbers out of range, a
+/// radius of what does not turn.
+void add_contact(MechanismBuilder& builder, const std::string& name, const std::vector<std::string>& points,
+                 const ContactOptions& o);
 
 }  // namespace costate

@@ -7,6 +7,9 @@ namespace {
 
 const KindKeys contact_keys("contact",
                             {{"point", "name of the point, or of the centre of an arc or a sphere"},
+                             {"points", "in its place, several on one body: corners, or the points of a patch"},
+                             {"shares", "of the normal law, one a point; by default 1 each"},
+                             {"ahead_of", "name of a point: it closes only where it is ahead of that one along x"},
                              {"law", "of the normal force"},
                              {"stiffness_N_per_m_n", "K of F = K d^n, d the penetration"},
                              {"exponent", "n; the linear law has 1"},
@@ -23,7 +26,11 @@ const KindKeys contact_keys("contact",
                              {"bristle_damping_s_per_m", "lugre: the normal force times this is a damping"},
                              {"ground_height_m", "of the ground at x = 0"},
                              {"ground_angle_rad", "by which it rises along x"},
-                             {"radius_m", "of the arc or sphere about the point; 0: the point itself"}},
+                             {"radius_m", "of the arc or sphere about the point; 0: the point itself"},
+                             {"rolling_resistance_m", "arm of the normal force in the moment against rolling"},
+                             {"spinning_resistance_m", "the same about the normal, in space"},
+                             {"turning_transition_rad_per_s", "where these moments are fully there"},
+                             {"energy_lost", "whether the energy lost in it so far is integrated, as an output"}},
                             R"(
 [contact.viscous]
 point = "C"
@@ -39,6 +46,31 @@ stiffness_N_per_m_n = 2e4
 restitution = 0.5
 friction = "ambrosio"
 friction_coefficient = 0.4
+radius_m = 0.1
+rolling_resistance_m = 0.002
+energy_lost = true
+
+[point.heel]
+on = "ball"
+x_m = -0.1
+y_m = -0.1
+
+[point.toe]
+on = "ball"
+x_m = 0.1
+y_m = -0.1
+
+[point.ahead]
+ground = true
+x_m = -1
+y_m = 0
+
+[contact.sole]
+points = ["heel", "toe"]
+shares = [0.5, 0.5]
+stiffness_N_per_m_n = 2e4
+restitution = 0.5
+ahead_of = "ahead"
 
 [contact.decaying]
 point = "C"

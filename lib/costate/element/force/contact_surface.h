@@ -1,0 +1,144 @@
+// What touches the ground: a point, or an arc or a sphere about it, against a plane. The plane has the height h above
+// the origin and rises by the angle alpha along x: normal n = (-sin alpha, cos alpha), in space (-sin alpha, 0, cos
+// alpha). With the radius R and the centre r
+//   gap = n.(r - (0, h)) - R,  v_t = t.(rdot + omega x (-R n)):
+// the velocities are those of material points, so that a wheel that rolls does not slide.
+// Numbers `g` of the plane and the surface: h, alpha, R; `p` those of the point.
+#pragma once
+
+#include "costate/element/point/planar_point.h"
+#include "costate/element/point/spatial_point.h"
+
+namespace costate {
+
+template <class Point>
+class ContactSurface {
+ public:
+  static constexpr int dim = Point::Vector::RowsAtCompileTime;
+  static constexpr int tangents = dim - 1;
+  static constexpr int kHeight = 0, kAngle = 1, kRadius = 2, kNumbers = 3;
+  /// Angular velocities and moments: about z in the plane.
+  static constexpr int turns = dim == 2 ? 1 : 3;
+
+  ContactSurface(Point point, bool round) : point_(std::move(point)), round_(round) {}
+  const Point& point() const { return point_; }
+  bool round() const { return round_; }
+
+  template <class S>
+  static void frame(const S* g, S* n, S (*t)[dim]) {
+    using std::cos;
+    using std::sin;
+    const S c = cos(g[kAngle]), s = sin(g[kAngle]);
+    for (int k = 0; k < tangents; ++k)
+      for (int i = 0; i < dim; ++i) t[k][i] = S(0.0);
+    for (int i = 0; i < dim; ++i) n[i] = S(0.0);
+    n[0] = -s;
+    n[dim - 1] = c;
+    t[0][0] = c;
+    t[0][dim - 1] = s;
+    if constexpr (dim == 3) t[1][1] = S(1.0);
+  }
+
+  template <class S>
+  void position(const S* q, const S* p, S* r) const {
+    if constexpr (dim == 2)
+      point_.position(q, p, r[0], r[1]);
+    else
+      point_.position(q, p, r);
+  }
+
+  template <class S>
+  S gap(const S* q, const S* g, const S* p) const {
+    S r[dim] = {}, n[dim], t[tangents][dim];
+    position(q, p, r);
+    frame(g, n, t);
+    r[dim - 1] -= g[kHeight];
+    S gap = -g[kRadius];
+    for (int i = 0; i < dim; ++i) gap += n[i] * r[i];
+    return gap;
+  }
+
+  /// Where it is along the k-th direction of the plane, from the foot of the origin.
+  template <class S>
+  S along(int k, const S* q, const S* g, const S* p) const {
+    S r[dim] = {}, n[dim], t[tangents][dim], s(0.0);
+    position(q, p, r);
+    frame(g, n, t);
+    r[dim - 1] -= g[kHeight];
+    for (int i = 0; i < dim; ++i) s += t[k][i] * r[i];
+    return s;
+  }
+
+  /// Closing speed against n, slip velocity (tangents), angular velocity (turns; of round ones).
+  template <class S>
+  struct Motion {
+    S closing{0.0}, slip[tangents] = {}, omega[turns] = {};
+  };
+  template <class S>
+  void motion(const S* q, const S* v, const S* g, const S* p, Motion<S>& m) const {
+    S u[dim] = {}, n[dim], t[tangents][dim];
+    if constexpr (dim == 2)
+      point_.velocity(q, v, p, u[0], u[1]);
+    else
+      point_.velocity(q, v, p, u);
+    frame(g, n, t);
+    m.closing = S(0.0);
+    for (int i = 0; i < dim; ++i) m.closing -= n[i] * u[i];
+    if (round_) {
+      if constexpr (dim == 2) {
+        m.omega[0] = v[2];
+        for (int i = 0; i < 2; ++i) u[i] += v[2] * g[kRadius] * t[0][i];
+      } else {
+        // omega = 2 E edot, at the lever -R n
+        const S *e = q + 3, *ed = v + 3;
+        S cross[3], lever[3];
+        cross3(e + 1, ed + 1, cross);
+        for (int i = 0; i < 3; ++i) {
+          m.omega[i] = S(2.0) * (e[0] * ed[1 + i] - ed[0] * e[1 + i] + cross[i]);
+          lever[i] = -(g[kRadius] * n[i]);
+        }
+        cross3(m.omega, lever, cross);
+        for (int i = 0; i < 3; ++i) u[i] += cross[i];
+      }
+    }
+    for (int k = 0; k < tangents; ++k) {
+      m.slip[k] = S(0.0);
+      for (int i = 0; i < dim; ++i) m.slip[k] += t[k][i] * u[i];
+    }
+  }
+
+  /// Adds the generalized forces of N along n and F along the plane at the point that touches, and of a moment (turns;
+  /// of round ones).
+  template <class S>
+  void add_force(const S* q, const S* g, const S* p, const S& N, const S* F, const S* moment, S* Q) const {
+    S force[dim] = {}, n[dim], t[tangents][dim];
+    frame(g, n, t);
+    for (int i = 0; i < dim; ++i) {
+      force[i] = N * n[i];
+      for (int k = 0; k < tangents; ++k) force[i] += F[k] * t[k][i];
+    }
+    point_.add_generalized_force(q, p, force, Q);
+    if (!round_) return;
+    // The force acts at -R n from the centre.
+    if constexpr (dim == 2) {
+      Q[2] += g[kRadius] * F[0] + moment[0];
+    } else {
+      S lever[3], M[3];
+      for (int i = 0; i < 3; ++i) lever[i] = -(g[kRadius] * n[i]);
+      cross3(lever, force, M);
+      for (int i = 0; i < 3; ++i) M[i] += moment[i];
+      // Q_e = 2 E^T M
+      const S* e = q + 3;
+      S exm[3];
+      cross3(e + 1, M, exm);
+      Q[3] -= S(2.0) * dot3(e + 1, M);
+      for (int i = 0; i < 3; ++i) Q[4 + i] += S(2.0) * (e[0] * M[i] - exm[i]);
+    }
+  }
+
+ private:
+  Point point_;
+  bool round_;
+};
+
+}  // namespace costate

@@ -21,7 +21,10 @@ class GuardedForce {
   /// Whether guard k is looked at with these states (nz).
   virtual bool guard_armed(int k, const double* z) const = 0;
   /// h_k(t, q, v, z, p); accelerations and multipliers are not given.
+  /// NaN where it is not looked at.
   virtual PathDual guard(int k, const MeasureArguments& x) const = 0;
+  /// Its value alone, which is asked for several times a step.
+  virtual double guard_value(int k, const LocalState& s) const = 0;
   /// What to do where guard k is past zero when a run starts; empty where that is as it may be.
   virtual std::string past_at_start(int k) const = 0;
   /// The states behind event k, nz of them, from everything before it.

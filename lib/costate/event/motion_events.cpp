@@ -73,8 +73,22 @@ MeasureArguments MotionEvents::arguments() const {
 }
 
 double MotionEvents::value(const GuardOf& g, const StateView& s) {
-  load(g, s);
-  return g.guarded->guard(g.k, arguments()).v.c0;
+  const auto& c = g.force->coordinates();
+  const auto& numbers = g.force->numbers();
+  values_.resize(2 * c.size() + numbers.size());
+  double *q = values_.data(), *v = q + c.size(), *p = v + c.size();
+  for (std::size_t i = 0; i < c.size(); ++i) {
+    q[i] = s.q[c[i]];
+    v[i] = s.v[c[i]];
+  }
+  for (std::size_t i = 0; i < numbers.size(); ++i) p[i] = assembly_.numbers()[static_cast<std::size_t>(numbers[i])];
+  LocalState local;
+  local.t = s.t;
+  local.q = q;
+  local.v = v;
+  local.z = s.z + g.first_state;
+  local.p = p;
+  return g.guarded->guard_value(g.k, local);
 }
 
 void MotionEvents::calc(const StateView& s, std::vector<double>& h) {

@@ -75,7 +75,7 @@ class MotionEvents {
 
   Assembly& assembly_;
   std::vector<GuardOf> guards_;
-  std::vector<double> before_, after_;
+  std::vector<double> before_, after_, values_;
   // Local arguments on duals.
   PathDual t_;
   std::vector<PathDual> q_, v_, z_, p_, out_;

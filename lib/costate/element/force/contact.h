@@ -10,7 +10,10 @@
 // rolling; a share a point where there are several; those of the points.
 #pragma once
 
-#include <type_traits>
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
 
 #include "costate/element/force/contact_laws.h"
 #include "costate/element/force/contact_surface.h"
@@ -72,14 +75,34 @@ class Contact final : public ForceOf<Contact<Point>>, public GuardedForce {
 
   template <class S>
   void physics(const S&, const S* q, const S* v, const S* z, const S* p, S* Q, S* zdot) const {
-    Forces<S> f;
-    for (int i = 0; i < count(); ++i) {
-      calc(i, q, v, z, p, f, zdot);
-      if (!f.touches) continue;
-      surfaces_[static_cast<std::size_t>(i)].surface.add_force(q, p + kGround, point_numbers(i, p), f.normal,
-                                                               f.friction, f.moment, Q);
-      if (options_.energy) zdot[count() * own_states()] += f.lost;
-    }
+    for (int i = 0; i < count(); ++i) add_point(i, q, v, z, p, Q, zdot);
+  }
+
+  // Derivative blocks: one pass of dual numbers a point that touches, and none where nothing does.
+  void calc_partials(const LocalState& s, ForcePartials out) const override {
+    constexpr int rigid = dim == 2 ? 3 : 7;
+    if (surfaces_.front().surface.point().size() <= rigid)
+      partials<rigid>(s, out);
+    else
+      partials<Point::kMaxCoordinates>(s, out);
+  }
+  void calc_number_partial(const LocalState& s, int number, double* Q_p, double* f_p) const override {
+    std::fill(Q_p, Q_p + this->coordinates().size(), 0.0);
+    std::fill(f_p, f_p + states(), 0.0);
+    number_partials<1>(s, &number, 1, [&](int, const auto* Q, const auto* f) {
+      for (int r = 0; r < surfaces_.front().surface.point().size(); ++r) Q_p[r] = Q[r].d[0];
+      for (int r = 0; r < states(); ++r) f_p[r] = f[r].d[0];
+    });
+  }
+  void add_number_gradient(const LocalState& s, const double* w_Q, const double* w_f, const int* numbers, int n,
+                           double* out) const override {
+    constexpr int width = 6;
+    for (int first = 0; first < n; first += width)
+      number_partials<width>(s, numbers + first, std::min(width, n - first), [&](int j, const auto* Q, const auto* f) {
+        const auto at = static_cast<std::size_t>(j);
+        for (int r = 0; w_Q && r < surfaces_.front().surface.point().size(); ++r) out[first + j] += w_Q[r] * Q[r].d[at];
+        for (int r = 0; w_f && r < states(); ++r) out[first + j] += w_f[r] * f[r].d[at];
+      });
   }
 
   // Events: the touch, and the end of the contact where the gap opens again. The force has ended before, or ends there.
@@ -97,9 +120,12 @@ class Contact final : public ForceOf<Contact<Point>>, public GuardedForce {
                : "a contact that is open at the start has no 'approach_speed_m_per_s'.";
   }
   PathDual guard(int k, const MeasureArguments& x) const override {
-    const int i = k / 2;
-    if (k % 2 == 0 && !ahead_of_.empty() && !is_ahead(i, x.q, x.p)) return PathDual(std::nan(""));
-    return gap(i, x.q, x.p);
+    if (k % 2 == 0 && !is_ahead(k / 2, x.q, x.p)) return PathDual(std::nan(""));
+    return gap(k / 2, x.q, x.p);
+  }
+  double guard_value(int k, const LocalState& s) const override {
+    if (k % 2 == 0 && !is_ahead(k / 2, s.q, s.p)) return std::nan("");
+    return gap(k / 2, s.q, s.p);
   }
   void transition(int k, const MeasureArguments& x, PathDual* z_after) const override {
     for (int i = 0; i < states(); ++i) z_after[i] = x.z[i];
@@ -192,10 +218,51 @@ class Contact final : public ForceOf<Contact<Point>>, public GuardedForce {
     surfaces_[static_cast<std::size_t>(i)].surface.motion(q, v, p + kGround, point_numbers(i, p), m);
     return m;
   }
-  bool is_ahead(int i, const PathDual* q, const PathDual* p) const {
+  template <class S>
+  bool is_ahead(int i, const S* q, const S* p) const {
+    if (ahead_of_.empty()) return true;
     const At& other = ahead_of_.front();
-    const PathDual* own = q + surfaces_.front().surface.point().coordinates().size();
+    const S* own = q + surfaces_.front().surface.point().size();
     return value_of(along(i, q, p)) > value_of(other.surface.along(0, own, p + kGround, p + other.numbers));
+  }
+  template <class S>
+  bool touches(int i, const S* q, const S* z, const S* p) const {
+    return latches_ ? value_of(z[i * own_states()]) > 0 : value_of(gap(i, q, p)) < 0;
+  }
+  /// The numbers as constants, in a buffer of the thread.
+  template <class S>
+  S* constants(const double* p) const {
+    thread_local std::vector<S> buffer;
+    const std::size_t n = this->numbers().size();
+    if (buffer.size() < n) buffer.resize(n);
+    for (std::size_t i = 0; i < n; ++i) buffer[i] = S(p[i]);
+    return buffer.data();
+  }
+
+  /// take(j, Q, zdot), the forces with their derivatives by n <= width numbers in the j-th directions; not called where
+  /// nothing touches: they are zero.
+  template <int width, class Take>
+  void number_partials(const LocalState& s, const int* numbers, int n, const Take& take) const {
+    using D = Dual<width>;
+    D* p = nullptr;
+    D q[Point::kMaxCoordinates], v[Point::kMaxCoordinates], Q[Point::kMaxCoordinates];
+    std::vector<D> z, f;
+    for (int i = 0; i < count(); ++i) {
+      if (!touches(i, s.q, s.z, s.p)) continue;
+      if (!p) {
+        p = constants<D>(s.p);
+        for (int j = 0; j < n; ++j) p[numbers[j]].d[static_cast<std::size_t>(j)] = 1;
+        for (int j = 0; j < surfaces_.front().surface.point().size(); ++j) {
+          q[j] = D(s.q[j]);
+          v[j] = D(s.v[j]);
+        }
+        z.assign(s.z, s.z + states());
+        f.assign(z.size() + 1, D());
+      }
+      add_point(i, q, v, z.data(), p, Q, f.data());
+    }
+    if (!p) return;
+    for (int j = 0; j < n; ++j) take(j, Q, f.data());
   }
   int deepest(const PathDual* q, const PathDual* p) const {
     int k = 0;
@@ -212,12 +279,64 @@ class Contact final : public ForceOf<Contact<Point>>, public GuardedForce {
     return sqrt(square);
   }
 
+  /// With room for nq coordinates.
+  template <int nq>
+  void partials(const LocalState& s, ForcePartials out) const {
+    using D = Dual<2 * nq + 1 + tangents>;
+    for (LocalMatrix* m : {&out.Q_q, &out.Q_v, &out.Q_z, &out.f_q, &out.f_v, &out.f_z}) m->setZero();
+    const int n = surfaces_.front().surface.point().size(), own = own_states(), end = count() * own;
+    std::vector<D> z, f;
+    const D* p = nullptr;
+    for (int i = 0; i < count(); ++i) {
+      if (!touches(i, s.q, s.z, s.p)) continue;
+      D q[nq], v[nq], Q[nq];
+      for (int j = 0; j < n; ++j) {
+        q[j] = D::variable(s.q[j], j);
+        v[j] = D::variable(s.v[j], nq + j);
+      }
+      z.assign(static_cast<std::size_t>(states()) + 1, D());
+      f.assign(z.size(), D());
+      for (int j = 0; j < own; ++j)
+        z[static_cast<std::size_t>(i * own + j)] = D::variable(s.z[i * own + j], 2 * nq + j);
+      if (!p) p = constants<D>(s.p);
+      add_point(i, q, v, z.data(), p, Q, f.data());
+      for (int j = 0; j < n; ++j) {
+        for (int r = 0; r < n; ++r) {
+          out.Q_q(r, j) += Q[r].d[static_cast<std::size_t>(j)];
+          out.Q_v(r, j) += Q[r].d[static_cast<std::size_t>(nq + j)];
+        }
+        for (int r = 0; r < states(); ++r) {
+          const D& rate = f[static_cast<std::size_t>(r)];
+          out.f_q(r, j) += rate.d[static_cast<std::size_t>(j)];
+          out.f_v(r, j) += rate.d[static_cast<std::size_t>(nq + j)];
+        }
+      }
+      for (int j = 0; j < own; ++j) {
+        const auto at = static_cast<std::size_t>(2 * nq + j);
+        for (int r = 0; r < n; ++r) out.Q_z(r, i * own + j) += Q[r].d[at];
+        for (int r = 0; r < own; ++r)
+          out.f_z(i * own + r, i * own + j) += f[static_cast<std::size_t>(i * own + r)].d[at];
+        if (options_.energy) out.f_z(end, i * own + j) += f[static_cast<std::size_t>(end)].d[at];
+      }
+    }
+  }
+
+  template <class S>
+  void add_point(int i, const S* q, const S* v, const S* z, const S* p, S* Q, S* zdot) const {
+    Forces<S> f;
+    calc(i, q, v, z, p, f, zdot);
+    if (!f.touches) return;
+    surfaces_[static_cast<std::size_t>(i)].surface.add_force(q, p + kGround, point_numbers(i, p), f.normal, f.friction,
+                                                             f.moment, Q);
+    if (options_.energy) zdot[count() * own_states()] += f.lost;
+  }
+
   template <class S>
   void calc(int i, const S* q, const S* v, const S* z, const S* p, Forces<S>& f, S* zdot) const {
-    const S depth = -gap(i, q, p);
     const int first = i * own_states(), bristles = first + (latches_ ? 1 : 0);
-    f.touches = latches_ ? value_of(z[first]) > 0 : value_of(depth) > 0;
+    f.touches = touches(i, q, z, p);
     if (!f.touches) return;
+    const S depth = -gap(i, q, p);
     // Within a step that ends at the release the gap is open already: the law goes on, and is zero there.
     const auto m = motion(i, q, v, p);
     f.normal = share(i, p) * normal_force(options_.law, p, depth, m.closing, latches_ ? z[first] : depth);

@@ -176,7 +176,7 @@ class Drawing {
   void draw_line(const LinkShape& l) {
     std::vector<Vector2d> p;
     for (const auto& r : l.at) p.push_back(at(r));
-    if (p.size() < 2 || l.role == LinkRole::joint) return;
+    if (p.size() < 2 || l.role == LinkRole::joint || l.role == LinkRole::contact) return;
     const char* color = kBodyName;
     if (l.role == LinkRole::spring) {
       color = kSpringName;
@@ -221,6 +221,8 @@ class Drawing {
       name(p + 40 * u, 7, l.name, kLoad);
     } else if (l.role == LinkRole::wheel) {
       draw_wheel(l);
+    } else if (l.role == LinkRole::contact) {
+      draw_contact(l);
     } else if (l.role == LinkRole::couple && l.direction) {
       Vector2d u(view_.right.dot(*l.direction), -view_.up.dot(*l.direction));
       if (u.norm() < 0.2) u = Vector2d(0.2, 0);
@@ -231,6 +233,14 @@ class Drawing {
       page_.turn(p, 16, kLoad);
       name(p, 19, l.name, kLoad);
     }
+  }
+
+  void draw_contact(const LinkShape& l) {
+    for (std::size_t i = 0; i + 1 < l.at.size() && l.radius > 0; ++i)
+      page_.circle(at(l.at[i]), l.radius * scale_, "fill=\"#888888\" fill-opacity=\"0.12\" stroke=\"#555555\"");
+    const Vector3d reach = 0.25 * figure_.size * *l.direction;
+    page_.line(at(l.at.back() - reach), at(l.at.back() + reach), "stroke=\"#555555\" stroke-width=\"1.5\"");
+    name(at(l.at.back()), 9, l.name, kLoad);
   }
 
   void draw_wheel(const LinkShape& l) {

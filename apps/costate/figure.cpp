@@ -250,6 +250,10 @@ class FigureMaker {
   void add_force(const Force& f, int state) {
     const auto points = points_of(f);
     LinkShape shape{f.name(), LinkRole::spring, positions(points), {}};
+    if (const auto angle = number(f.path() + ".ground_angle_rad"); angle && !points.empty()) {
+      add_contact(f, points, *angle);
+      return;
+    }
     if (points.empty()) {
       if (f.coordinates().empty()) return;
       const auto at = anchor(f.coordinates().back());
@@ -268,6 +272,21 @@ class FigureMaker {
         shape.radius = *radius;
       }
     }
+    figure_.links.push_back(shape);
+  }
+
+  /// Its points on the first body, and the ground below the first of them.
+  void add_contact(const Force& f, const std::vector<const Point*>& points, double angle) {
+    const int up = figure_.spatial ? 2 : 1;
+    const Vector3d along = std::cos(angle) * Vector3d::UnitX() + std::sin(angle) * Vector3d::Unit(up);
+    const Vector3d normal = std::cos(angle) * Vector3d::Unit(up) - std::sin(angle) * Vector3d::UnitX();
+    LinkShape shape{f.name(), LinkRole::contact, {}, along, number(f.path() + ".radius_m").value_or(0)};
+    for (const Point* p : points)
+      if (!p->coordinates.empty() && owners_[p->coordinates[0]] == owners_[f.coordinates().front()])
+        shape.at.push_back(p->place.at);
+    if (shape.at.empty()) return;
+    const Vector3d origin = number(f.path() + ".ground_height_m").value_or(0) * Vector3d::Unit(up);
+    shape.at.push_back(shape.at.front() - normal.dot(shape.at.front() - origin) * normal);
     figure_.links.push_back(shape);
   }
 

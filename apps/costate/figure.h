@@ -30,23 +30,25 @@ struct BodyShape {
 };
 
 enum class LinkRole {
-  joint,   // a constraint whose points coincide
-  rod,     // one that keeps two points apart
-  guide,   // any other one between points
-  driver,  // one that moves in time
-  spring,  // a force between points
-  load,    // a force at one point
-  wheel,   // one with an axis and a radius
-  couple   // a force or a driver on a coordinate, at its body: along it where it is a length
+  joint,    // a constraint whose points coincide
+  rod,      // one that keeps two points apart
+  guide,    // any other one between points
+  driver,   // one that moves in time
+  spring,   // a force between points
+  load,     // a force at one point
+  wheel,    // one with an axis and a radius
+  contact,  // of points, or of circles about them, with the ground: the last place is on it
+  couple    // a force or a driver on a coordinate, at its body: along it where it is a length
 };
 
 /// A constraint or a force.
 struct LinkShape {
   std::string name;
   LinkRole role = LinkRole::joint;
-  std::vector<Vector3d> at;           // one place or several
-  std::optional<Vector3d> direction;  // of a joint's axis, a load's force, a coordinate; a unit vector
-  double radius = 0;                  // of a wheel
+  std::vector<Vector3d> at;  // one place or several
+  std::optional<Vector3d>
+      direction;      // of a joint's axis, a load's force, a coordinate, along the ground; a unit vector
+  double radius = 0;  // of a wheel, a round contact
 };
 
 struct Figure {

@@ -149,7 +149,9 @@ TEST_CASE("driver with kinks: gradients across them equal differences") {
           std::pair("baumgarte", "cvodes-adjoint"), std::pair("penalty", "cvodes-forward"),
           std::pair("penalty", "idas-adjoint"), std::pair("maggi", "cvodes-forward"),
           std::pair("maggi", "cvodes-adjoint"), std::pair("maggi-implicit", "idas-forward"),
-          std::pair("maggi-implicit", "idas-adjoint"), std::pair("maggi-second-order", "cvodes-adjoint")}) {
+          std::pair("maggi-implicit", "idas-adjoint"), std::pair("maggi-second-order", "cvodes-adjoint"),
+          std::pair("index2", "idas-forward"), std::pair("index2", "idas-adjoint"),
+          std::pair("index3", "idas-adjoint")}) {
       INFO(formulation << " " << method);
       problem.formulation = formulation;
       const GradientResult r = gradient(problem, method, rho);

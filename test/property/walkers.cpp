@@ -42,6 +42,8 @@ TEST_CASE("walker: gradients over ten steps", "[walker]") {
                                             {"baumgarte", "cvodes-adjoint"},
                                             {"baumgarte", "cvodes-forward"},
                                             {"index1", "idas-adjoint"},
+                                            {"index2", "idas-adjoint"},
+                                            {"index3", "idas-forward"},
                                             {"maggi", "cvodes-adjoint"},
                                             {"penalty", "cvodes-adjoint"},
                                             {"augmented-lagrangian", "cvodes-adjoint"}}) {

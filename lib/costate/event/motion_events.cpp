@@ -27,8 +27,8 @@ bool MotionEvents::has_any(const Mechanism& mechanism) {
 void MotionEvents::refuse(const Mechanism& mechanism, const std::string& what) {
   if (!has_any(mechanism)) return;
   throw CapabilityError(fmt::format(
-      "This scene has events (contacts that touch and let go), which {} not carried across yet. Take index1, "
-      "baumgarte, penalty, augmented-lagrangian or maggi, with idas or cvodes methods.",
+      "This scene has events (contacts that touch and let go), which {} not carried across yet. Take idas or "
+      "cvodes methods, which every formulation has for them.",
       what));
 }
 

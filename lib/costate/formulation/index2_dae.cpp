@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
@@ -10,16 +9,8 @@
 #include "costate/formulation/cost_pullback.h"
 #include "costate/level/solved_end.h"
 #include "costate/level/unknown_names.h"
-#include "costate/linear/to_dense.h"
 
 namespace costate {
-
-namespace {
-/// Of a difference of vectors, relative to them: rounding, with room for the solution of a linear system.
-constexpr double kRounding = 1e-12;
-
-double largest(const Eigen::VectorXd& x) { return x.size() > 0 ? x.cwiseAbs().maxCoeff() : 0; }
-}  // namespace
 
 Index2Dae::Index2Dae(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective)
     : DaeSystem(std::move(mechanism), std::move(parameters), std::move(objective)),
@@ -237,23 +228,6 @@ void Index2Dae::add_parameter_gradient(double c, const double* mu, double* gradi
   assembly_.add_parameter_gradient(view(point_.t(), point_.values()), w, c, gradient);
 }
 
-void Index2Dae::jump(double t, double* y, double* yp) { state_.jump(t, segment_start(t), y, yp); }
-
-void Index2Dae::start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, Eigen::MatrixXd* yp_rho) {
-  const Start s = state_.start(t, y_rho != nullptr, y, yp);
-  if (!y_rho) return;
-  const int np = assembly_.np();
-  y_rho->setZero(size(), np);
-  yp_rho->setZero(size(), np);
-  y_rho->topRows(2 * n_ + nz_) << s.q_rho, s.v_rho, s.z_rho;
-  std::vector<double*> columns, rates;
-  for (int j = 0; j < np; ++j) {
-    columns.push_back(y_rho->col(j).data());
-    rates.push_back(yp_rho->col(j).data());
-  }
-  state_.complete_columns(columns.data(), rates.data(), np);
-}
-
 void Index2Dae::running_cost_gradient(double t, const double* y, double* g_y, double c, double* gradient) {
   std::fill(g_y, g_y + size(), 0.0);
   cost_gradient_.set_zero();
@@ -290,63 +264,14 @@ void Index2Dae::terminal_adjoint(double t, const double* y, const double*, doubl
     level_.prepare(s);
   }
   level_.linearize(s);
-  std::fill(mu, mu + size(), 0.0);
-  std::fill(mup, mup + size(), 0.0);
-  Eigen::VectorXd kkt(n_ + m_);
-  double *P = mu + n_, *mz = mu + 2 * n_, *m1 = mz + nz_;
   // w^ = w with accelerations and multipliers eliminated.
   cost_gradient_.set_zero();
   objective_.add_terminal_gradient(s, assembly_, cost_gradient_);
   ScalarGradient& g = cost_gradient_;
   for (int j = 0; j < assembly_.np(); ++j) gradient[j] += g.rho[j];
   if (objective_.terminal_needs_accelerations()) eliminate_at_end(level_, assembly_, s, g, 1, gradient);
-  Eigen::VectorXd wq = g.q;
-  const Eigen::VectorXd wv = g.v, wz = g.z;
-  std::copy(wz.data(), wz.data() + nz_, mz);
-  // (i) KKT [mu; eta_v] = [w^_v + g_a; g_l]
-  cost_gradient_.set_zero();
-  objective_.add_running_gradient(s, assembly_, cost_gradient_);
-  kkt << wv + g.a, g.lambda;
-  level_.solve_kkt(kkt.data());
-  const Eigen::VectorXd eta_v = kkt.tail(m_);
-  std::copy(kkt.data(), kkt.data() + n_, m1);
-  // (Phi_q Phi_q^T) eta_q = Phi_q (w^_q - Phid_q^T eta_v): least squares, so that redundant rows do no harm.
-  const double before_q = largest(wq);
-  costate::add_transposed_product(assembly_.jacobian(), assembly_.phid_q.data(), -1, eta_v.data(), wq.data());
-  const Eigen::MatrixXd J = to_dense(assembly_.jacobian(), assembly_.phi_q.data());
-  Eigen::VectorXd eta_q(m_);
-  if (m_ > 0) eta_q = J.transpose().completeOrthogonalDecomposition().solve(wq);
-  const double size_q = std::max(before_q, largest(wq));
-  // (iii) mu_q = w^_q - Phi_q^T eta_q - Phid_q^T eta_v, P = w^_v - Phi_q^T eta_v
-  Eigen::VectorXd mu_q = wq, p_v = wv;
-  level_.add_jacobian_transposed(-1, eta_q.data(), mu_q.data());
-  level_.add_jacobian_transposed(-1, eta_v.data(), p_v.data());
-  // What rounding leaves where the constraints carry all of it would pass for the adjoint's size.
-  const auto drop_rounding = [](Eigen::VectorXd& left, double before) {
-    if (largest(left) <= kRounding * before) left.setZero();
-  };
-  drop_rounding(mu_q, size_q);
-  drop_rounding(p_v, largest(wv));
-  std::copy(mu_q.data(), mu_q.data() + n_, mu);
-  std::copy(p_v.data(), p_v.data() + n_, P);
-  Assembly::ParameterWeights w;
-  w.row_phi = eta_q.data();
-  w.row_phid = eta_v.data();
-  assembly_.add_parameter_gradient(s, w, -1, gradient);
-  // Derivatives from the differential rows with kappa = nu = 0; the first step finds kappa and nu.
-  for (int i = 0; i < n_; ++i) {
-    mup[i] = -g.q[i];
-    mup[n_ + i] = -g.v[i] - mu[i];
-  }
-  for (int i = 0; i < nz_; ++i) mup[2 * n_ + i] = -g.z[i];
-  costate::add_transposed_product(assembly_.square(), assembly_.K.data(), 1, m1, mup);
-  costate::add_transposed_product(assembly_.square(), assembly_.C.data(), 1, m1, mup + n_);
-  if (nz_ > 0) {
-    costate::add_transposed_product(assembly_.force_state(), assembly_.Q_z.data(), -1, m1, mup + 2 * n_);
-    costate::add_transposed_product(assembly_.state_force(), assembly_.f_q.data(), -1, mz, mup);
-    costate::add_transposed_product(assembly_.state_force(), assembly_.f_v.data(), -1, mz, mup + n_);
-    costate::add_transposed_product(assembly_.state_state(), assembly_.f_z.data(), -1, mz, mup + 2 * n_);
-  }
+  const Eigen::VectorXd wz = g.z;
+  complete_adjoint(s, g.q, g.v, wz.data(), mu, mup, gradient);
 }
 
 }  // namespace costate

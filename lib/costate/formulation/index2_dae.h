@@ -41,10 +41,17 @@ class Index2Dae final : public DaeSystem, public SolvedState {
   void terminal_cost_gradient(double t, const double* y, double* w_y, double c, double* gradient) override;
   void terminal_adjoint(double t, const double* y, const double* yp, double* mu, double* mup,
                         double* gradient) override;
+  bool carries_events() const override { return true; }
   void jump(double t, double* y, double* yp) override;
+  void jump_tangent(const Jump& jump, double* const* s, double* const* sp, int count) override;
+  void jump_adjoint(const Jump& jump, double* mu, double* mup, double* gradient) override;
 
  private:
   StateView view(double t, const double* y) const { return state_.view(t, y); }
+  /// Weights w of (q, v, z) at the linearized level become the adjoint unknowns and their rates; the gradient gains
+  /// what the multipliers of the constraints at this instant say.
+  void complete_adjoint(const StateView& s, Eigen::VectorXd wq, Eigen::VectorXd wv, const double* wz, double* mu,
+                        double* mup, double* gradient);
   void place_jacobian();
   void fill_jacobian(double cj);
   /// values := R J C with the powers of |cj| that make it tend to a regular matrix for cj -> infinity.

@@ -10,7 +10,7 @@ namespace {
 [[noreturn]] void refuse_kink(double t, const char* what) {
   throw CapabilityError(
       fmt::format("A driver's law has a kink at t = {:.6g} s, where the velocities jump; {} cannot be carried "
-                  "across. Take index1, baumgarte, penalty or maggi, or a law with a continuous slope.",
+                  "across. Take an IDAS or CVODES method, or a law with a continuous slope.",
                   t, what));
 }
 }  // namespace

@@ -320,7 +320,8 @@ Json run_json(const Setup& setup, const GradientResult& r, const std::string& me
   j["wall_s"] = wall_s;
   if (MotionEvents::has_any(*setup.problem.mechanism)) {
     j["events"] = Json::array();
-    for (const RunEvent& e : r.events) j["events"].push_back({{"t", e.t}, {"name", e.name}});
+    for (const RunEvent& e : r.events)
+      j["events"].push_back({{"t", e.t}, {"name", e.name}, {"mode", e.mode}, {"jump", e.jump}});
   }
   if (r.end) j["end"] = {{"t", r.end->t}, {"name", r.end->name}};
   j["status"] = "ok";

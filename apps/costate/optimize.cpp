@@ -75,8 +75,8 @@ std::string evaluation_line(const OptimizerEvaluation& e, const std::vector<std:
 TrajectoryTable write_motion(const Setup& setup, const std::vector<double>& rho, const std::string& name,
                              const Json& settings) {
   TrajectoryRecorder recorder(setup, rho, std::nullopt);
-  simulate(setup.problem, rho, recorder.times(), recorder.sink());
-  TrajectoryTable table = recorder.finish(settings);
+  const Simulation run = simulate(setup.problem, rho, recorder.times(), recorder.sink());
+  TrajectoryTable table = recorder.finish(settings, run);
   write_trajectory(setup, table, name, true);
   return table;
 }

@@ -300,6 +300,8 @@ void add_motion(Page& page, const Setup& setup,
       if (const Column* c = column_of_output(*table, name)) {
         plot.y_label = c->unit.empty() || c->unit == "1" ? name : fmt::format("{} [{}]", name, c->unit);
         const bool last = label == motions.back().first;
+        if (last)
+          for (const TableEvent& e : table->events) plot.marks.push_back(e.t);
         plot.curves.push_back({motions.size() > 1 ? label : "", table->time_s, c->values,
                                last ? SvgCurve::Stroke::dark : SvgCurve::Stroke::light, false});
       }
@@ -310,6 +312,8 @@ void add_motion(Page& page, const Setup& setup,
       left_out += (left_out.empty() ? "" : ", ") + name;
   }
   page.plots(plots);
+  if (!motions.back().second->events.empty())
+    page.paragraph(fmt::format("Marks below the curves: {} events.", motions.back().second->events.size()));
   if (!left_out.empty()) page.paragraph("Not drawn, but in the files: " + left_out + ".");
 }
 

@@ -50,7 +50,7 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   j["units"] = recorder.units();
   std::string files;
   if (setup.files) {
-    const TrajectoryTable table = recorder.finish(j);
+    const TrajectoryTable table = recorder.finish(j, r);
     j["files"] = Json::array();
     for (const auto& path : write_trajectory(setup, table, "trajectory", options.csv)) {
       j["files"].push_back(path);

@@ -100,7 +100,9 @@ Json TrajectoryRecorder::units() const {
   return j;
 }
 
-TrajectoryTable TrajectoryRecorder::finish(const Json& settings) {
+TrajectoryTable TrajectoryRecorder::finish(const Json& settings, const Simulation& run) {
+  if (setup_.scene.run.events)
+    for (const RunEvent& e : run.events) table_.events.push_back({e.t, e.name, e.mode, e.jump});
   table_.scene_text = setup_.scene.dump();
   table_.settings = nlohmann::json(settings);
   return std::move(table_);

@@ -22,8 +22,8 @@ class TrajectoryRecorder {
   Json terminal() const;
   /// The units of terminal().
   Json units() const;
-  /// The table with the scene inside; `settings` is stored as JSON.
-  TrajectoryTable finish(const Json& settings);
+  /// The table with the scene inside, and the events of the run; `settings` is stored as JSON.
+  TrajectoryTable finish(const Json& settings, const Simulation& run = {});
 
  private:
   void prepare(const Mechanism& mechanism);

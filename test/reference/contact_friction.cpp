@@ -215,3 +215,46 @@ TEST_CASE("contact: rolling and spinning resistance", "[contact]") {
       at_end(ball(true, "spinning_resistance_m = 0.001", "omega_global_z_rad_per_s = 5", "ball.omega_z", 1));
   CHECK(std::abs(spun - (5 - 0.001 * kMass * kG / 0.0052)) <= 1e-5);
 }
+
+// Hertz's stiffness between a sphere and a plane, 4/3 E* sqrt(R), by the depth of a ball at rest: (m g/K)^(2/3).
+TEST_CASE("contact: stiffness of materials", "[contact]") {
+  const auto scene = [](const std::string& ground) {
+    return fmt::format(R"(
+[gravity]
+y_m_per_s2 = -9.81
+[body.ball]
+x_m = 0
+y_m = 0.0999
+mass_kg = 1.3
+inertia_kg_m2 = 0.0052
+[point.C]
+on = "ball"
+x_m = 0
+y_m = 0
+[contact.floor]
+point = "C"
+law = "flores"
+youngs_modulus_Pa = 1e7
+poisson_ratio = 0.45
+{}
+restitution = 0.1
+radius_m = 0.1
+approach_speed_m_per_s = 0.01
+[start]
+given = ["ball.x", "ball.y", "ball.angle"]
+[run]
+t_end_s = 20
+[[cost.terminal]]
+kind = "value"
+output = "floor.penetration"
+)",
+                       ground);
+  };
+  const auto depth = [](double compliance) {
+    return std::pow(kMass * kG / (4.0 / 3 / compliance * std::sqrt(0.1)), 2.0 / 3);
+  };
+  const double body = (1 - 0.45 * 0.45) / 1e7;
+  CHECK(at_end(scene("")) == Approx(depth(body)).epsilon(1e-6));
+  CHECK(at_end(scene("ground_youngs_modulus_Pa = 4e6\nground_poisson_ratio = 0.4")) ==
+        Approx(depth(body + (1 - 0.16) / 4e6)).epsilon(1e-6));
+}

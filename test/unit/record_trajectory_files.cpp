@@ -40,6 +40,7 @@ bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
 
 void check_same(const TrajectoryTable& a, const TrajectoryTable& b) {
   CHECK(same_bits(a.time_s, b.time_s));
+  CHECK(a.events == b.events);
   REQUIRE(a.columns.size() == b.columns.size());
   for (std::size_t i = 0; i < a.columns.size(); ++i) {
     CAPTURE(i, a.columns[i].name);
@@ -63,6 +64,7 @@ TrajectoryTable sample_table(std::size_t rows) {
       table.columns[k].values.push_back(std::sin(static_cast<double>(i * 7 + k)) / 3.0);
     }
   }
+  table.events = {{0.01, "contact.foot: touch", "closed", 0.25}, {0.02, "contact.foot: release", "open", -0.25}};
   table.scene_text = "[scene]\nname = \"Vierergelenk – test\"\n" + std::string(100000, '#') + "\n";
   table.settings = {{"rtol", 1e-8}, {"method", "radau"}, {"limits", {0.1, -3}}, {"nested", {{"on", true}}}};
   return table;
@@ -108,7 +110,8 @@ TEST_CASE("hdf5: the file has the documented layout and is reproducible", "[reco
 
   const hid_t file = H5Fopen((directory / "a.h5").c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
   REQUIRE(file >= 0);
-  for (const char* path : {"time", "scene", "settings", "coordinates/P1.x", "velocities/P1.x"}) {
+  for (const char* path : {"time", "scene", "settings", "coordinates/P1.x", "velocities/P1.x", "events/time",
+                           "events/name", "events/mode", "events/jump"}) {
     CAPTURE(path);
     CHECK(H5Lexists(file, path, H5P_DEFAULT) > 0);
   }
@@ -243,6 +246,7 @@ TEST_CASE("csv: header, quoting and shortest digits", "[record]") {
 TEST_CASE("csv: round trip", "[record]") {
   const TemporaryDirectory directory;
   TrajectoryTable table = sample_table(GENERATE(0, 1, 20000));
+  table.events.clear();  // CSV has none
   if (!table.time_s.empty()) table.columns[1].values[0] = -kInf;
   write_csv(directory / "a.csv", table);
   check_same(table, read_csv(directory / "a.csv"));

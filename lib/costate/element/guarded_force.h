@@ -16,6 +16,8 @@ class GuardedForce {
 
   virtual int guard_count() const = 0;
   virtual std::string guard_name(int k) const = 0;  // "touch"
+  /// What the force is in behind event k: "closed".
+  virtual std::string mode_behind(int k) const = 0;
   /// +1 where guard k counts as it rises through zero, -1 as it falls.
   virtual int guard_direction(int k) const = 0;
   /// Whether guard k is looked at with these states (nz).

@@ -169,7 +169,12 @@ void MotionEvents::cross(int event, const StateView& before, double* z) {
   const GuardOf& g = of(event);
   load(g, before);
   g.guarded->transition(g.k, arguments(), out_.data());
-  for (std::size_t i = 0; i < out_.size(); ++i) z[g.first_state + static_cast<int>(i)] = out_[i].v.c0;
+  last_jump_ = 0;
+  for (std::size_t i = 0; i < out_.size(); ++i) {
+    const double jump = out_[i].v.c0 - z_[i].v.c0;
+    if (std::abs(jump) > std::abs(last_jump_)) last_jump_ = jump;
+    z[g.first_state + static_cast<int>(i)] = out_[i].v.c0;
+  }
 }
 
 void MotionEvents::linearize(const GuardOf& g, const StateView& before, const Side& minus, bool columns) {

@@ -27,7 +27,11 @@ class MotionEvents {
 
   bool empty() const { return guards_.empty(); }
   /// "contact.foot: touch".
-  const std::string& name(int event) const { return guards_[static_cast<std::size_t>(event)].name; }
+  const std::string& name(int event) const { return of(event).name; }
+  /// "closed".
+  std::string mode(int event) const { return of(event).guarded->mode_behind(of(event).k); }
+  /// By how much the last cross() made a state jump, the one that jumped most; in its own unit.
+  double last_jump() const { return last_jump_; }
 
   /// A run begins at this state: a guard counts once it has been seen on the side from which it crosses, or where it is
   /// at zero and about to cross. Throws ModelError where it is past zero.
@@ -83,7 +87,7 @@ class MotionEvents {
   std::vector<double> h_x_, h_rho_;
   std::vector<std::vector<double>> D_x_, D_rho_;
   std::vector<double> D_rate_;  // D_t + D_x f-
-  double hdot_ = 0;
+  double hdot_ = 0, last_jump_ = 0;
 };
 
 }  // namespace costate

@@ -94,6 +94,9 @@ class System {
   int pending_event() const { return pending_event_; }
   void forget_event() { pending_event_ = -1; }
   const std::string& event_name(int event) const { return events_->name(event); }
+  std::string event_mode(int event) const { return events_->mode(event); }
+  /// Of the event that the last jump() crossed: by how much the state jumped that did so most, in its own unit.
+  double event_jump() const { return events_->last_jump(); }
   /// What the running part of psi gains by each parameter where the last jump_tangent() crossed an event; else empty.
   const std::vector<double>& jump_cost_tangent() const { return jump_cost_tangent_; }
 

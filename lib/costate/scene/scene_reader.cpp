@@ -272,6 +272,7 @@ void SceneReader::read_run() {
   run.max_step_s = t.find_value("max_step_s", NumberRule::positive);
   run.output_step_s = t.find_value("output_step_s", NumberRule::positive);
   run.outputs = t.texts("outputs", false);
+  run.events = t.flag("events", run.events);
   t.finish();
   std::vector<std::string> known =
       table_.has("parameter") ? table_.table("parameter").keys() : std::vector<std::string>();

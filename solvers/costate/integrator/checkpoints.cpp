@@ -53,6 +53,12 @@ CheckpointPlan plan_again(const SolverOptions& options, int unknowns, long steps
   return {static_cast<long>(std::min(fit, wanted)), fit <= wanted};
 }
 
+std::size_t segments_that_fit(const SolverOptions& options, int unknowns, const CheckpointPlan& plan) {
+  constexpr double bytes_of_a_session = 2e5;  // the integrator's own, and its matrices', of a small system
+  const double bytes = bytes_of_a_session + static_cast<double>(plan.steps) * bytes_of_a_step(unknowns);
+  return static_cast<std::size_t>(std::max(2.0, options.memory_budget_MB * 1e6 / bytes));
+}
+
 void RepeatWatch::forward(long steps) {
   if (!plan_.repeats) return;
   if (backward_) {

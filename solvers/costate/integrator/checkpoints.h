@@ -17,6 +17,8 @@ struct CheckpointPlan {
 CheckpointPlan plan_checkpoints(const SolverOptions& options, int unknowns);
 /// After a run of `steps` steps, more than were planned.
 CheckpointPlan plan_again(const SolverOptions& options, int unknowns, long steps);
+/// How many segments of a run may keep their steps at once, two at least: the budget is that of the whole run.
+std::size_t segments_that_fit(const SolverOptions& options, int unknowns, const CheckpointPlan& plan);
 
 /// Makes a repeated segment the same as the original, to the bit, or stops it. SUNDIALS relies on that: a repetition
 /// that takes one step more than the original writes past the end of its arrays (up to 7.x). What a system carries from

@@ -36,18 +36,39 @@ void SegmentedRun<Session, SystemType>::advance_segments(double t, Trajectory* t
     last = jump.t;
     if (in_a_row > kMostJumpsInARow)
       throw SolverError(fmt::format("The run does not get beyond t = {:.9g} s: one segment follows another.", jump.t));
-    if (jump.event >= 0) events_.push_back({jump.t, system_.event_name(jump.event)});
+    if (jump.event >= 0)
+      events_.push_back({jump.t, system_.event_name(jump.event), system_.event_mode(jump.event), system_.event_jump()});
     links_.push_back({std::move(jump), start.restart});
     if (!adjoint_) {
       session().read_forward_counters();
       add(past_, session().counters());
       sessions_.clear();
     }
-    sessions_.push_back(make_session_(start));
-    session().follow(plan_of_steps_);
-    if (cost_) session().enable_cost();
-    if (sensitivities_) session().enable_sensitivities();
-    if (adjoint_) session().enable_adjoint(plan_);
+    begin_segment(start, sessions_.emplace_back());
+    if (!adjoint_) continue;
+    starts_.push_back(std::move(start));
+    drop_segments();
+  }
+}
+
+template <class Session, class SystemType>
+void SegmentedRun<Session, SystemType>::begin_segment(const SegmentStart& start, std::unique_ptr<Session>& session) {
+  session = make_session_(start);
+  session->follow(plan_of_steps_);
+  if (cost_) session->enable_cost();
+  if (sensitivities_) session->enable_sensitivities();
+  if (adjoint_) session->enable_adjoint(plan_);
+}
+
+template <class Session, class SystemType>
+void SegmentedRun<Session, SystemType>::drop_segments() {
+  while (sessions_.size() - scales_.size() > most_kept_ && scales_.size() + 2 < sessions_.size()) {
+    std::unique_ptr<Session>& oldest = sessions_[scales_.size() + 1];
+    oldest->read_forward_counters();
+    add(past_, oldest->counters());
+    ++past_.checkpoints;
+    scales_.push_back(oldest->adjoint_scale());
+    oldest.reset();
   }
 }
 
@@ -56,12 +77,22 @@ std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint() {
   std::vector<double> gradient(static_cast<std::size_t>(system_.parameter_count()), 0);
   AdjointScale scale;
   for (std::size_t k = 0; k < sessions_.size(); ++k)
-    scale.add_segment(sessions_[k]->adjoint_scale(),
+    scale.add_segment(sessions_[k] ? sessions_[k]->adjoint_scale() : scales_[k - 1],
                       (k < links_.size() ? links_[k].jump.t : t_) - (k > 0 ? links_[k - 1].jump.t : t_start_));
   AdjointState mu = session().end_adjoint(gradient);
   invariant_.end(system_, t_start_, t_, session().y(), mu.mu.data());
   for (std::size_t k = sessions_.size(); k-- > 0;) {
+    const bool again = !sessions_[k];
+    if (again) {  // in the mode that the jump behind it has left in force
+      begin_segment(starts_[k - 1], sessions_[k]);
+      sessions_[k]->repeat_segment(links_[k].jump.t);
+    }
     sessions_[k]->solve_backward(mu, scale.size(), gradient);
+    if (again) {
+      if (!(sessions_[k]->adjoint_growth().change() <= growth_.change())) growth_ = sessions_[k]->adjoint_growth();
+      add(past_, sessions_[k]->counters());
+      sessions_[k].reset();
+    }
     if (k > 0 && !links_[k - 1].restart) Session::transfer_adjoint(system_, links_[k - 1].jump, mu, gradient);
   }
   sessions_.front()->add_start_gradient(mu, gradient);
@@ -72,7 +103,8 @@ std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint() {
 template <class Session, class SystemType>
 Counters SegmentedRun<Session, SystemType>::counters() const {
   Counters sum = past_;
-  for (const auto& s : sessions_) add(sum, s->counters());
+  for (const auto& s : sessions_)
+    if (s) add(sum, s->counters());
   sum.jumps = std::count_if(links_.begin(), links_.end(), [](const Link& l) { return !l.restart; });
   return sum;
 }

@@ -1,6 +1,7 @@
 // A run over a trajectory of one or more smooth segments (Jump in formulation/system.h): one session a segment, the
 // state and its sensitivities carried across the jumps, the adjoint carried back. For systems without jumps it is its
-// only session and nothing else. Outside it looks like a session.
+// only session and nothing else. Outside it looks like a session. Of an adjoint run as many segments keep their steps
+// as fit into the memory budget of the whole; older ones keep where they began, and are run again on the way back.
 #pragma once
 
 #include <memory>
@@ -18,7 +19,7 @@ class SegmentedRun {
   template <class... More>
   SegmentedRun(SystemType& system, const SolverOptions& options, const Monitor& monitor, bool with_start_derivative,
                More... more)
-      : system_(system) {
+      : system_(system), options_(options) {
     sessions_.push_back(std::make_unique<Session>(system, options, monitor, with_start_derivative, more...));
     t_start_ = options.t_start;
     system.begin_events(t_start_, session().y());
@@ -48,6 +49,7 @@ class SegmentedRun {
   void enable_adjoint(const CheckpointPlan& plan) {
     adjoint_ = true;
     plan_ = plan;
+    most_kept_ = segments_that_fit(options_, system_.size(), plan);
     start_y_.assign(session().y(), session().y() + system_.size());
     session().enable_adjoint(plan);
   }
@@ -76,7 +78,7 @@ class SegmentedRun {
   std::vector<double> solve_adjoint();
   /// After that: where an error of the size of the tolerance changes psi most.
   AdjointGrowth adjoint_growth() const {
-    AdjointGrowth most;
+    AdjointGrowth most = growth_;
     for (const auto& s : sessions_)
       if (s && !(s->adjoint_growth().change() <= most.change())) most = s->adjoint_growth();
     return most;
@@ -90,8 +92,12 @@ class SegmentedRun {
  private:
   Session& session() { return *sessions_.back(); }
   void advance_segments(double t, Trajectory* trajectory = nullptr);
+  void begin_segment(const SegmentStart& start, std::unique_ptr<Session>& session);
+  /// The oldest segments give up their steps, but for the first one, until the others fit.
+  void drop_segments();
 
   SystemType& system_;
+  SolverOptions options_;
   bool segmented_ = false, cost_ = false, sensitivities_ = false, adjoint_ = false;
   double t_start_ = 0, t_ = 0;
   CheckpointPlan plan_;
@@ -100,7 +106,11 @@ class SegmentedRun {
   std::vector<double> start_y_;
   AdjointInvariant invariant_;
   std::function<std::unique_ptr<Session>(const SegmentStart&)> make_session_;
-  std::vector<std::unique_ptr<Session>> sessions_;  // all for an adjoint, else the last
+  std::vector<std::unique_ptr<Session>> sessions_;  // of an adjoint run all, null where dropped; else the last
+  std::vector<SegmentStart> starts_;                // of an adjoint run, of all segments but the first
+  std::vector<AdjointScale> scales_;                // of those that were dropped, behind the first
+  std::size_t most_kept_ = 0;
+  AdjointGrowth growth_;  // of sessions that are gone
   struct Link {
     Jump jump;
     bool restart;  // nothing jumps

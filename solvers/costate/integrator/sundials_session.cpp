@@ -189,6 +189,17 @@ void SundialsSession<Api>::advance(double t) {
 }
 
 template <class Api>
+void SundialsSession<Api>::repeat_segment(double end) {
+  while (step_end_ < end) {
+    limit_steps();
+    if (plan_ && adjoint_) Api::set_stop_time(memory_, stop());
+    solve(options_.t_end, &step_end_, true);
+    step_end_ = std::min(step_end_, end);
+  }
+  interpolate(end);
+}
+
+template <class Api>
 bool SundialsSession<Api>::advance_segment(double t, Trajectory* trajectory, const StepSink& after_step) {
   const double known = step_end_;  // y_ may hold an earlier time of the step that ends there
   while (step_end_ < t) {

@@ -50,7 +50,9 @@ class SundialsSession {
   /// Advances to t by single steps, or to the end of the segment where that comes first: then false. Stores the motion
   /// (q, v, z) of each step in the trajectory, if there is one, and tells of each.
   bool advance_segment(double t, Trajectory* trajectory = nullptr, const StepSink& after_step = {});
-  /// After that: the jump, and what the next segment begins with.
+  /// Advances to the end of a segment that has been run before, where that is known.
+  void repeat_segment(double end);
+  /// After advance_segment(): the jump, and what the next segment begins with.
   void jump(Jump& jump, SegmentStart& start);
   /// The adjoint's integration from the end of this session's segment to its beginning; adds to the gradient.
   void solve_backward(AdjointState& mu, const AdjointSize& size, std::vector<double>& gradient);

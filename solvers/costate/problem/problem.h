@@ -71,10 +71,12 @@ struct Problem {
   std::unique_ptr<DiscreteScheme> make_discrete() const;
 };
 
-/// An event of the mechanism that a run met: "contact.foot: touch".
+/// An event that a run met: "contact.foot: touch".
 struct RunEvent {
   double t;  // s
   std::string name;
+  std::string mode = {};  // behind it, of an event of the mechanism: "closed"
+  double jump = 0;        // of the state that jumped most, an approach speed [m/s]
 };
 
 /// What a run gives.

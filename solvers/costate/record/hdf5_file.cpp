@@ -104,12 +104,43 @@ Hdf5Handle write_numbers(hid_t parent, const std::string& name, const std::vecto
   return dataset;
 }
 
+void write_texts(hid_t parent, const char* name, const std::vector<const char*>& values) {
+  const hsize_t rows = values.size();
+  const Hdf5Handle type = text_type();
+  const Hdf5Handle space(H5Screate_simple(1, &rows, nullptr), H5Sclose, "creating a dataspace");
+  const Hdf5Handle properties = creation_properties(H5P_DATASET_CREATE);
+  const Hdf5Handle dataset(
+      H5Dcreate2(parent, name, type.get(), space.get(), H5P_DEFAULT, properties.get(), H5P_DEFAULT), H5Dclose,
+      "creating a text dataset");
+  check_hdf5(H5Dwrite(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), "writing text");
+}
+
+void write_events(hid_t file, const std::vector<TableEvent>& events) {
+  const Hdf5Handle links = link_names();
+  const Hdf5Handle properties = creation_properties(H5P_GROUP_CREATE);
+  const Hdf5Handle group(H5Gcreate2(file, "events", links.get(), properties.get(), H5P_DEFAULT), H5Gclose,
+                         "creating a group");
+  std::vector<double> times, jumps;
+  std::vector<const char*> names, modes;
+  for (const TableEvent& e : events) {
+    times.push_back(e.t);
+    jumps.push_back(e.jump);
+    names.push_back(e.name.c_str());
+    modes.push_back(e.mode.c_str());
+  }
+  write_text_attribute(write_numbers(group.get(), "time", times).get(), "unit", "s");
+  write_numbers(group.get(), "jump", jumps);
+  write_texts(group.get(), "name", names);
+  write_texts(group.get(), "mode", modes);
+}
+
 void write_content(const Hdf5MemoryFile& file, const TrajectoryTable& table) {
   write_text_attribute(file.get(), "format", kFormat);
   write_integer_attribute(file.get(), "format_version", kFormatVersion);
   write_text_dataset(file.get(), "scene", table.scene_text);
   write_text_dataset(file.get(), "settings", json_to_line(table.settings, "the settings"));
   write_text_attribute(write_numbers(file.get(), "time", table.time_s).get(), "unit", "s");
+  if (!table.events.empty()) write_events(file.get(), table.events);
 
   std::map<std::string, Hdf5Handle> groups;
   const Hdf5Handle links = link_names();
@@ -198,6 +229,35 @@ std::vector<std::string> link_list(hid_t group) {
   return names;
 }
 
+std::vector<std::string> read_texts(hid_t parent, const char* name, std::size_t rows) {
+  const Hdf5Handle dataset(H5Dopen2(parent, name, H5P_DEFAULT), H5Dclose, "opening a text dataset");
+  const Hdf5Handle type = text_type(), space(H5Dget_space(dataset.get()), H5Sclose, "reading text");
+  if (H5Sget_simple_extent_npoints(space.get()) != static_cast<hssize_t>(rows))
+    throw Error("the lists of events differ in length");
+  std::vector<char*> pointers(rows, nullptr);
+  check_hdf5(H5Dread(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, pointers.data()), "reading text");
+  std::vector<std::string> texts;
+  for (char* p : pointers) {
+    texts.emplace_back(p == nullptr ? "" : p);
+    if (p != nullptr) H5free_memory(p);
+  }
+  return texts;
+}
+
+std::vector<TableEvent> read_events(hid_t group) {
+  const auto numbers = [&](const char* name) {
+    const Hdf5Handle dataset(H5Dopen2(group, name, H5P_DEFAULT), H5Dclose, "opening a dataset");
+    return read_numbers(dataset.get());
+  };
+  const std::vector<double> times = numbers("time"), jumps = numbers("jump");
+  const std::vector<std::string> names = read_texts(group, "name", times.size()),
+                                 modes = read_texts(group, "mode", times.size());
+  if (jumps.size() != times.size()) throw Error("the lists of events differ in length");
+  std::vector<TableEvent> events;
+  for (std::size_t i = 0; i < times.size(); ++i) events.push_back({times[i], names[i], modes[i], jumps[i]});
+  return events;
+}
+
 TrajectoryTable read_content(const fs::path& path) {
   const Hdf5Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose, "opening the file");
   if (H5Aexists(file.get(), "format") <= 0 || read_text_attribute(file.get(), "format") != kFormat) {
@@ -224,6 +284,10 @@ TrajectoryTable read_content(const fs::path& path) {
   for (const std::string& group_name : link_list(file.get())) {
     const Hdf5Handle group(H5Oopen(file.get(), group_name.c_str(), H5P_DEFAULT), H5Oclose, "opening a group");
     if (H5Iget_type(group.get()) != H5I_GROUP) continue;
+    if (group_name == "events") {
+      table.events = read_events(group.get());
+      continue;
+    }
     for (const std::string& name : link_list(group.get())) {
       const Hdf5Handle dataset(H5Dopen2(group.get(), name.c_str(), H5P_DEFAULT), H5Dclose, "opening a dataset");
       Column column{name, read_text_attribute(dataset.get(), "unit"), group_name, read_numbers(dataset.get())};

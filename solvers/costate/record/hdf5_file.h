@@ -3,6 +3,7 @@
 //   /                  attributes format = "costate-trajectory", format_version = 1
 //   /time              float64, length n; attribute unit = "s"
 //   /<group>/<name>    float64, length n; attributes unit (text) and column (position in the table, from 0)
+//   /events/...        of a run that met some: time and jump, float64, name and mode, text, one entry an event
 //   /scene             text: the full TOML of the scene as it was run
 //   /settings          text: the settings of the run as JSON
 //

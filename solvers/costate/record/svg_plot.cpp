@@ -246,6 +246,10 @@ std::string svg_of(const SvgPlot& plot) {
     grid(x.pixel(value), y.from, x.pixel(value), y.to);
     out += text_at(x.pixel(value), y.from + 15, "middle", label);
   }
+  for (const double mark : plot.marks)
+    if (x.pixel(mark) > x.from && x.pixel(mark) < x.to)
+      out += fmt::format("<path d=\"M{0:.2f} {1:.2f}v-7\" stroke=\"#a3195b\" stroke-width=\"1\"/>\n", x.pixel(mark),
+                         y.from);
   for (const auto& [value, label] : y.ticks) {
     grid(x.from, y.pixel(value), x.to, y.pixel(value));
     out += text_at(x.from - 5, y.pixel(value) + 4, "end", label);

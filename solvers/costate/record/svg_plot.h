@@ -24,11 +24,12 @@ struct SvgCurve {
 };
 
 struct SvgPlot {
-  std::string x_label, y_label;   // with units: "time [s]"
-  std::vector<SvgCurve> curves;   // the last is drawn on top
-  bool logarithmic = false;       // y; values that are not positive are left out
-  bool counting = false;          // x counts something: ticks at whole numbers only
-  int width = 560, height = 260;  // of the drawing; it scales with the page
+  std::string x_label, y_label;    // with units: "time [s]"
+  std::vector<SvgCurve> curves;    // the last is drawn on top
+  std::vector<double> marks = {};  // along x, as thin lines: events
+  bool logarithmic = false;        // y; values that are not positive are left out
+  bool counting = false;           // x counts something: ticks at whole numbers only
+  int width = 560, height = 260;   // of the drawing; it scales with the page
 };
 
 /// The plot as one <svg> element, well-formed XML. Curves of many points are thinned to what can be seen, extremes

@@ -53,7 +53,7 @@ void TrajectoryTable::require_consistent() const {
     require_path_step(column.name, fmt::format("{}: the name", where));
     require_path_step(column.group, fmt::format("{}: the group", where));
     require_text(column.unit, fmt::format("{}: the unit", where));
-    if (column.group == "time" || column.group == "scene" || column.group == "settings") {
+    if (column.group == "time" || column.group == "events" || column.group == "scene" || column.group == "settings") {
       throw Error(fmt::format("{}: the group name '{}' is reserved; use another", where, column.group));
     }
     if (column.values.size() != time_s.size()) {

@@ -17,16 +17,27 @@ struct Column {
   std::vector<double> values;  ///< one value per time instant, in `unit`
 };
 
+/// What happened at an instant between samples: a contact that touched.
+struct TableEvent {
+  double t = 0;      ///< s
+  std::string name;  ///< "contact.foot: touch"
+  std::string mode;  ///< behind it: "closed"
+  double jump = 0;   ///< of the state that jumped most, in its own unit
+
+  bool operator==(const TableEvent&) const = default;
+};
+
 /// A recorded simulation: n time instants and any number of columns of length n.
 struct TrajectoryTable {
   std::vector<double> time_s;  ///< time instants in s, length n
   std::vector<Column> columns;
-  std::string scene_text;   ///< the full TOML of the scene as it was run
-  nlohmann::json settings;  ///< the settings of the run (method, tolerances, ...)
+  std::vector<TableEvent> events;  ///< in order of time
+  std::string scene_text;          ///< the full TOML of the scene as it was run
+  nlohmann::json settings;         ///< the settings of the run (method, tolerances, ...)
 
   /// Checks that the table can be stored: every column as long as the time grid; every group/name unique;
   /// names and groups not empty, not "." or "..", valid UTF-8 and without '/' or control characters; no
-  /// group called time, scene or settings. Throws Error naming the offending column.
+  /// group called time, events, scene or settings. Throws Error naming the offending column.
   void require_consistent() const;
 
   /// The column with this group and name, or nullptr.

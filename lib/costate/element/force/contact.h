@@ -7,7 +7,8 @@
 //   E' = (N - K d^n) ddot - F.v_t - M.omega,
 // what the bodies gave and the elastic part of the normal force does not hold (bristles count as lost).
 // Numbers: K, n, e, C, those of friction, h, alpha, R, the initial approach speed, zero (what starts at rest), those of
-// rolling; a share a point where there are several; those of the points.
+// rolling; Young's moduli and Poisson's ratios of body and ground, which in the place of K give Hertz's, 4/3 E*
+// sqrt(R), 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2; a share a point where there are several; those of the points.
 #pragma once
 
 #include <algorithm>
@@ -28,12 +29,14 @@ class Contact final : public ForceOf<Contact<Point>>, public GuardedForce {
   static constexpr int dim = Surface::dim, tangents = Surface::tangents, turns = Surface::turns;
   static constexpr int kFriction = 4, kGround = kFriction + kFrictionNumbers, kApproach = kGround + Surface::kNumbers,
                        kRest = kApproach + 1, kRolling = kRest + 1, kSpinning = kRolling + 1, kTurnSpeed = kRolling + 2,
-                       kNumbers = kRolling + 3;
+                       kMaterial = kRolling + 3, kNumbers = kMaterial + 4;
+  enum class Material { none, body, both };  // whether Hertz's stiffness is that of materials
 
   struct Options {
     NormalLaw law = NormalLaw::hertz;
     FrictionModel friction = FrictionModel::none;
     bool round = false, rolling = false, energy = false;
+    Material material = Material::none;
   };
 
   /// Several points are on one body. `ahead_of`: it closes only where it is ahead of that point along the plane's first
@@ -108,6 +111,7 @@ class Contact final : public ForceOf<Contact<Point>>, public GuardedForce {
   // Events: the touch, and the end of the contact where the gap opens again. The force has ended before, or ends there.
   int guard_count() const override { return latches_ || has_bristles(options_.friction) ? 2 * count() : 0; }
   std::string guard_name(int k) const override { return (k % 2 == 0 ? "touch" : "release") + of_point(k / 2, " "); }
+  std::string mode_behind(int k) const override { return k % 2 == 0 ? "closed" : "open"; }
   int guard_direction(int k) const override { return k % 2 == 0 ? -1 : 1; }
   bool guard_armed(int k, const double* z) const override {
     if (!latches_) return k % 2 == 1;  // nothing is latched at the touch; bristles start anew behind a release
@@ -142,8 +146,8 @@ class Contact final : public ForceOf<Contact<Point>>, public GuardedForce {
     if (options_.energy) m.push_back({"energy_lost", "J", false});
     return m;
   }
-  /// Of several points: gap, penetration, its rate and the slip of the deepest; forces of all; the centre of pressure
-  /// along the plane's first direction, of the deepest where nothing presses.
+  /// Nothing that is let pass penetrates. Of several points: gap, penetration, its rate and the slip of the deepest;
+  /// forces of all; the centre of pressure along the plane's first direction, of the deepest where nothing presses.
   PathDual measure(int i, const MeasureArguments& x) const override {
     if (i == 6 && count() == 1) i = 7;
     if (i == 7) return x.z[count() * own_states()];
@@ -151,7 +155,7 @@ class Contact final : public ForceOf<Contact<Point>>, public GuardedForce {
       const int k = deepest(x.q, x.p);
       const PathDual g = gap(k, x.q, x.p);
       if (i == 0) return g;
-      if (i == 1) return value_of(g) < 0 ? -g : PathDual(0.0);
+      if (i == 1) return touches(k, x.q, x.z, x.p) && value_of(g) < 0 ? -g : PathDual(0.0);
       const auto m = motion(k, x.q, x.v, x.p);
       if (i == 2) return m.closing;
       return tangents == 1 ? m.slip[0] : length(m.slip);
@@ -175,7 +179,7 @@ class Contact final : public ForceOf<Contact<Point>>, public GuardedForce {
     for (int i = 0; i < count(); ++i) {
       const double d = -gap(i, s.q, s.p), n = options_.law == NormalLaw::linear ? 1 : s.p[1];
       if (d > 0 && (!latches_ || s.z[i * own_states()] > 0))
-        energy += share(i, s.p) * s.p[0] * std::pow(d, n + 1) / (n + 1);
+        energy += share(i, s.p) * stiffness(s.p) * std::pow(d, n + 1) / (n + 1);
     }
     return energy;
   }
@@ -203,6 +207,15 @@ class Contact final : public ForceOf<Contact<Point>>, public GuardedForce {
   template <class S>
   S share(int i, const S* p) const {
     return count() == 1 ? S(1.0) : p[kNumbers + i];
+  }
+  template <class S>
+  S stiffness(const S* p) const {
+    using std::sqrt;
+    if (options_.material == Material::none) return p[0];
+    const S *e = p + kMaterial, one(1.0);
+    S compliance = (one - e[1] * e[1]) / e[0];
+    if (options_.material == Material::both) compliance += (one - e[3] * e[3]) / e[2];
+    return S(4.0 / 3.0) * sqrt(p[kGround + Surface::kRadius]) / compliance;
   }
   template <class S>
   S gap(int i, const S* q, const S* p) const {
@@ -339,13 +352,14 @@ class Contact final : public ForceOf<Contact<Point>>, public GuardedForce {
     const S depth = -gap(i, q, p);
     // Within a step that ends at the release the gap is open already: the law goes on, and is zero there.
     const auto m = motion(i, q, v, p);
-    f.normal = share(i, p) * normal_force(options_.law, p, depth, m.closing, latches_ ? z[first] : depth);
+    const S law[4] = {stiffness(p), p[1], p[2], p[3]};
+    f.normal = share(i, p) * normal_force(options_.law, law, depth, m.closing, latches_ ? z[first] : depth);
     if (options_.friction != FrictionModel::none)
       friction_force(options_.friction, tangents, p + kFriction, f.normal, m.slip, z + bristles, f.friction,
                      zdot + bristles);
     if (options_.rolling) turning_moment(m.omega, p, f.normal, f.moment);
     if (!options_.energy) return;
-    f.lost = (f.normal - share(i, p) * elastic_force(options_.law, p, depth)) * m.closing;
+    f.lost = (f.normal - share(i, p) * elastic_force(options_.law, law, depth)) * m.closing;
     for (int k = 0; k < tangents; ++k) f.lost -= f.friction[k] * m.slip[k];
     for (int k = 0; k < turns; ++k) f.lost -= f.moment[k] * m.omega[k];
   }

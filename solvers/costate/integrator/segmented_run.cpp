@@ -39,8 +39,9 @@ void SegmentedRun<Session, SystemType>::advance_segments(double t, Trajectory* t
     if (jump.event >= 0)
       events_.push_back({jump.t, system_.event_name(jump.event), system_.event_mode(jump.event), system_.event_jump()});
     links_.push_back({std::move(jump), start.restart});
+    session().read_forward_counters();
+    if (adjoint_) note_length(session().counters());
     if (!adjoint_) {
-      session().read_forward_counters();
       add(past_, session().counters());
       sessions_.clear();
     }
@@ -53,6 +54,8 @@ void SegmentedRun<Session, SystemType>::advance_segments(double t, Trajectory* t
 
 template <class Session, class SystemType>
 void SegmentedRun<Session, SystemType>::begin_segment(const SegmentStart& start, std::unique_ptr<Session>& session) {
+  // That a repetition takes the same pivots; in every adjoint run, whether or not it repeats something.
+  if (adjoint_) system_.forget_history();
   session = make_session_(start);
   session->follow(plan_of_steps_);
   if (cost_) session->enable_cost();

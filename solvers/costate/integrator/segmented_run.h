@@ -4,6 +4,7 @@
 // as fit into the memory budget of the whole; older ones keep where they began, and are run again on the way back.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 
 #include "costate/integrator/adjoint_invariant.h"
@@ -74,7 +75,11 @@ class SegmentedRun {
   void read_forward_counters() {
     for (auto& s : sessions_)
       if (s) s->read_forward_counters();
+    note_length(session().counters());
   }
+  /// Of an adjoint run, thereafter: the most steps of one segment, and whether one took more than the plan keeps.
+  long longest_segment() const { return longest_; }
+  bool outgrew_plan() const { return outgrown_; }
   std::vector<double> solve_adjoint();
   /// After that: where an error of the size of the tolerance changes psi most.
   AdjointGrowth adjoint_growth() const {
@@ -93,6 +98,10 @@ class SegmentedRun {
   Session& session() { return *sessions_.back(); }
   void advance_segments(double t, Trajectory* trajectory = nullptr);
   void begin_segment(const SegmentStart& start, std::unique_ptr<Session>& session);
+  void note_length(const Counters& segment) {
+    longest_ = std::max(longest_, segment.steps);
+    outgrown_ = outgrown_ || segment.checkpoints > 0;
+  }
   /// The oldest segments give up their steps, but for the first one, until the others fit.
   void drop_segments();
 
@@ -110,6 +119,8 @@ class SegmentedRun {
   std::vector<SegmentStart> starts_;                // of an adjoint run, of all segments but the first
   std::vector<AdjointScale> scales_;                // of those that were dropped, behind the first
   std::size_t most_kept_ = 0;
+  long longest_ = 0;
+  bool outgrown_ = false;
   AdjointGrowth growth_;  // of sessions that are gone
   struct Link {
     Jump jump;

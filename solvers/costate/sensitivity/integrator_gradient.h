@@ -30,8 +30,8 @@ GradientResult adjoint_run(SystemType& system, const Problem& problem, const std
     session.enable_adjoint(plan);
     session.advance_with_checkpoints(problem.solver.t_end);
     session.read_forward_counters();  // after the backward run they describe the last segment's repetition
-    if (session.counters().checkpoints > 0 && !plan.repeats) {
-      plan = plan_again(problem.solver, system.size(), session.counters().steps);
+    if (session.outgrew_plan() && !plan.repeats) {
+      plan = plan_again(problem.solver, system.size(), session.longest_segment());
       continue;
     }
     watch.finish(problem.solver.t_end, session.y());

@@ -237,7 +237,7 @@ friction_coefficient = 0.01
 [start]
 given = ["P.y"]
 [run]
-t_end_s = 12
+t_end_s = 5
 rtol = 1e-9
 parameters = ["contact.floor.stiffness_N_per_m_n", "contact.floor.restitution", "gravity.y_m_per_s2"]
 [[cost.running]]

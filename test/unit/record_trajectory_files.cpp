@@ -174,7 +174,9 @@ TEST_CASE("hdf5 and csv: a full disk is an error and keeps the old file", "[reco
   CHECK_THAT(hdf5_error, Contains("a.h5") && Contains("File too large"));
   CHECK_THAT(csv_error, Contains("a.csv") && Contains("File too large"));
   check_same(table, read_hdf5(directory / "a.h5"));
-  check_same(table, read_csv(directory / "a.csv"));
+  TrajectoryTable columns = table;
+  columns.events.clear();  // a table of columns has no place for them
+  check_same(columns, read_csv(directory / "a.csv"));
   CHECK(directory.entries() == 2);
 }
 

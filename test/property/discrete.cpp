@@ -55,7 +55,7 @@ double distance(const std::vector<double>& a, const std::vector<double>& b, cons
 }
 
 double psi_of(const Problem& p, const std::vector<double>& rho) {
-  FixedRun run(p, rho, fixed_steps(p), false);
+  FixedRun run(p, rho, fixed_steps(p), StartDerivative::none);
   return run.forward();
 }
 
@@ -143,7 +143,7 @@ TEST_CASE("discrete: constraints hold at all three levels after each step", "[di
          {std::pair{five_bar(), 0.01}, {kitchen_sink(), 0.01}, {four_bars(10, 0.4), 0.005}}) {
       const Problem p = discrete(model, step, scheme);
       CAPTURE(model.name, scheme.name);
-      FixedRun run(p, p.parameters.values(), fixed_steps(p), false);
+      FixedRun run(p, p.parameters.values(), fixed_steps(p), StartDerivative::none);
       std::array<double, 3> worst{};
       run.forward([&](long) {
         const auto now = violation(run.scheme());

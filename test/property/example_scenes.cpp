@@ -48,7 +48,6 @@ void check_assembly(Assembly& assembly, const State& s) {
   require_equal("f_v", dense(assembly.state_force(), assembly.f_v.data()), by_v.bottomRows(nz), tolerance);
   require_equal("f_z", dense(assembly.state_state(), assembly.f_z.data()), by_z.bottomRows(nz), tolerance);
   Assembly::ParameterColumns columns;
-  assembly.resize(columns);
   assembly.calc_parameter_columns(s.view(), columns);
   require_equal("F_rho", columns.F, by_rho.topRows(n), tolerance);
   require_equal("phi_rho", columns.phi, by_rho.middleRows(n, m), tolerance);

@@ -75,7 +75,6 @@ Vector first_derivative(Assembly& x, const Line& line, const Weights& w, double 
   x.calc_dynamics(s.view());
   x.calc_partials(s.view());
   Assembly::ParameterColumns c;
-  x.resize(c);
   x.calc_parameter_columns(s.view(), c);
   const auto transposed = [](const SparsePattern& pattern, const std::vector<double>& values, const Vector& weights) {
     return Vector(dense(pattern, values.data()).transpose() * weights);

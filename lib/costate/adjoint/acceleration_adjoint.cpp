@@ -87,9 +87,8 @@ void AccelerationAdjoint::integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& o
 }
 
 void AccelerationAdjoint::finish(const Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
-  const Start& s = start();
-  gradient += s.q_rho.transpose() * X.col(0).head(n_) + s.v_rho.transpose() * X.col(0).segment(n_, n_) +
-              s.z_rho.transpose() * X.col(0).segment(2 * n_, nz_);
+  const double* mu = X.data();
+  add_start_gradient(mu, mu + n_, mu + 2 * n_, gradient);
 }
 
 }  // namespace costate

@@ -21,7 +21,6 @@ HandEquations::HandEquations(std::shared_ptr<const Mechanism> mechanism, Paramet
       direction_(direction) {
   running_.resize(assembly_);
   terminal_.resize(assembly_);
-  assembly_.resize(columns_);
 }
 
 HandEquations::~HandEquations() = default;
@@ -32,8 +31,18 @@ void HandEquations::set_parameters(const double* rho) {
 }
 
 const Start& HandEquations::start() {
-  if (!start_) start_ = std::make_unique<Start>(find_start(assembly_, t_start, true));
+  if (!start_)
+    start_ = std::make_unique<Start>(
+        find_start(assembly_, t_start,
+                   needs_start_columns(assembly_, direction_ == Direction::backward ? StartDerivative::adjoint
+                                                                                    : StartDerivative::columns)));
   return *start_;
+}
+
+void HandEquations::add_start_gradient(const double* w_q, const double* w_v, const double* w_z,
+                                       Eigen::VectorXd& gradient) {
+  const Start& s = start();
+  costate::add_start_gradient(assembly_, t_start, s, w_q, w_v, w_z, gradient.data());
 }
 
 void HandEquations::add_rows(const std::string& prefix, const std::vector<std::string>& names, bool differential) {

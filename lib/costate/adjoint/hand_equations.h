@@ -81,7 +81,7 @@ class HandEquations {
   /// The terms that the gradient gains where the integration ends.
   virtual void finish(const Eigen::MatrixXd& X, Eigen::VectorXd& gradient) = 0;
 
-  /// The start of the trajectory and its derivative, found once per parameter set.
+  /// The start of the trajectory, found once per parameter set; with its derivative's columns for tangents.
   const struct Start& start();
   double t_start = 0;
 
@@ -113,6 +113,8 @@ class HandEquations {
   /// Running cost gradient at the evaluated point.
   const ScalarGradient& running_gradient();
   const ScalarGradient& terminal_gradient();
+  /// What the weights of the start's q, v, z (n, n, nz) bring the gradient.
+  void add_start_gradient(const double* w_q, const double* w_v, const double* w_z, Eigen::VectorXd& gradient);
   /// Parameter columns at the evaluated point.
   const Assembly::ParameterColumns& parameter_columns();
   /// w with accelerations and multipliers eliminated (lib/README.md, terminal elimination); adds to the gradient.

@@ -15,7 +15,6 @@ HessianEquations::HessianEquations(std::shared_ptr<const Mechanism> mechanism, P
       n_(assembly_.n()),
       m_(assembly_.m()),
       nz_(assembly_.nz()) {
-  assembly_.resize(columns_);
   gradient_.resize(assembly_);
   change_.resize(assembly_);
   s_.assign(static_cast<std::size_t>(n_ + m_), 0);

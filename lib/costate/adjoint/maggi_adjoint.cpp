@@ -4,14 +4,6 @@
 
 namespace costate {
 
-namespace {
-Eigen::MatrixXd rows_of(const Eigen::MatrixXd& A, const std::vector<int>& rows) {
-  Eigen::MatrixXd out(static_cast<Eigen::Index>(rows.size()), A.cols());
-  for (std::size_t i = 0; i < rows.size(); ++i) out.row(static_cast<Eigen::Index>(i)) = A.row(rows[i]);
-  return out;
-}
-}  // namespace
-
 MaggiAdjoint::MaggiAdjoint(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters,
                            Objective objective)
     : MaggiEquations(std::move(mechanism), std::move(parameters), std::move(objective), Direction::backward) {}
@@ -31,11 +23,9 @@ void MaggiAdjoint::integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& out) {
 }
 
 void MaggiAdjoint::finish(const Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
-  const Start& s = start();
   evaluate_start();
-  const Adjoint mu = split(X.col(0));
-  gradient += rows_of(s.q_rho, at_.independent()).transpose() * mu.y +
-              rows_of(s.v_rho, at_.independent()).transpose() * mu.yd + s.z_rho.transpose() * mu.f;
+  const Eigen::MatrixXd Y = of_states(X);
+  add_start_gradient(Y.data(), Y.data() + n_, Y.data() + 2 * n_, gradient);
   begin_afresh();
 }
 

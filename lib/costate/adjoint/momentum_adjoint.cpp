@@ -146,8 +146,7 @@ void MomentumAdjoint::finish(const Eigen::MatrixXd& X, Eigen::VectorXd& gradient
   evaluate(t_start, y.data());
   Eigen::VectorXd P = -running_gradient().a;
   add_product(assembly_.square(), assembly_.M.data(), 1, X.data() + n_, P.data());
-  gradient += s.q_rho.transpose() * X.col(0).head(n_) + s.v_rho.transpose() * P +
-              s.z_rho.transpose() * X.col(0).segment(2 * n_, nz_);
+  add_start_gradient(X.data(), P.data(), X.data() + 2 * n_, gradient);
 }
 
 }  // namespace costate

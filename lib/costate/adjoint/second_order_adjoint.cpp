@@ -183,7 +183,7 @@ void SecondOrderAdjoint::finish(const Eigen::MatrixXd& X, Eigen::VectorXd& gradi
   y << s.q, s.v, s.z;
   evaluate(t_start, y.data());
   const StateAdjoint mu = split(X);
-  gradient += s.q_rho.transpose() * mu.q + s.v_rho.transpose() * mu.v + s.z_rho.transpose() * mu.z;
+  add_start_gradient(mu.q.data(), mu.v.data(), mu.z.data(), gradient);
 }
 
 Eigen::MatrixXd SecondOrderAdjoint::of_states(const Eigen::MatrixXd& X) {

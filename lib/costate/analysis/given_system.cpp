@@ -74,6 +74,16 @@ struct GivenSystem::FactoredPart {
     if (square) return square->solve(b);
     return dense ? Eigen::MatrixXd(dense->solve(b)) : Eigen::MatrixXd(sparse->solve(b));
   }
+  Eigen::VectorXd solve_transposed(const Eigen::VectorXd& w) const {
+    if (square) return square->solve_transposed(w);
+    if (dense) return dense->transpose().solve(w);
+    // A P = Q [R; 0] with all columns independent: the adjoint of P R^-1 Q^T.
+    Eigen::VectorXd y = Eigen::VectorXd::Zero(part.matrix.rows());
+    const Eigen::SparseMatrix<double> R = sparse->matrixR().topLeftCorner(w.size(), w.size());
+    y.head(w.size()) =
+        R.triangularView<Eigen::Upper>().transpose().solve(Eigen::VectorXd(sparse->colsPermutation().transpose() * w));
+    return sparse->matrixQ() * y;
+  }
 
   MatrixPart part;
   std::optional<Dense> dense;
@@ -128,6 +138,14 @@ Eigen::MatrixXd GivenSystem::solve(const Eigen::MatrixXd& b) const {
     if (!p.part.rows.empty() && !p.part.columns.empty())
       x(p.part.columns, Eigen::all) = p.solve(b(p.part.rows, Eigen::all));
   return x;
+}
+
+Eigen::VectorXd GivenSystem::solve_transposed(const Eigen::VectorXd& w) const {
+  if (dense_) return dense_->transpose().solve(w);
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(rows_);
+  for (const FactoredPart& p : parts_)
+    if (!p.part.rows.empty() && !p.part.columns.empty()) y(p.part.rows) = p.solve_transposed(w(p.part.columns));
+  return y;
 }
 
 int GivenSystem::undetermined() const {

@@ -26,6 +26,8 @@ class GivenSystem {
   bool determines() const { return rows_ == assembly_.n() && rank() == rows_; }
   int rank() const;
   Eigen::MatrixXd solve(const Eigen::MatrixXd& b) const;
+  /// y (rows()) with w^T solve(b) = y^T b for every b.
+  Eigen::VectorXd solve_transposed(const Eigen::VectorXd& w) const;
   /// A coordinate that the given ones leave undetermined (largest entry of a null vector), for messages.
   int undetermined() const;
 

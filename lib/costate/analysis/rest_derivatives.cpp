@@ -15,8 +15,6 @@ MatrixXd RestSystem::lambda_off_range(const MatrixXd& q_rho) {
   for (const Part& p : parts_) put(p.linear.solve(pick(multipliers_, row_numbers(p))), p.q, w);
   StateView s = state();
   Assembly::ParameterColumns moved, still;
-  assembly_.resize(moved);
-  assembly_.resize(still);
   assembly_.calc_parameter_columns(s, still);
   const std::vector<double> phid_q = assembly_.phid_q;
   s.v = w.data();
@@ -45,7 +43,6 @@ void RestSystem::differentiate(MatrixXd& q_rho, MatrixXd& z_rho, MatrixXd& lambd
     return;
   }
   Assembly::ParameterColumns c;
-  assembly_.resize(c);
   assembly_.calc_parameter_columns(state(), c);
   const auto& columns = assembly_.number_columns();
   MatrixXd right = MatrixXd::Zero(multipliers_.size(), np);

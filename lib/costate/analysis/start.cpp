@@ -304,7 +304,6 @@ Start find_start(Assembly& assembly, double t, bool with_derivatives) {
   if (!with_derivatives) return start;
 
   Assembly::ParameterColumns c;
-  assembly.resize(c);
   const std::vector<double> zero_a(static_cast<std::size_t>(assembly.n()), 0.0),
       zero_lambda(static_cast<std::size_t>(assembly.m()), 0.0);
   s.a = zero_a.data();

@@ -27,6 +27,15 @@ struct Start {
 /// coordinates and for positions that cannot be reached (naming the worst constraints).
 Start find_start(Assembly& assembly, double t, bool with_derivatives);
 
+/// What a run needs of the start's derivative: nothing, its columns, or what add_start_gradient takes, which is without
+/// columns but where the start is an equilibrium.
+enum class StartDerivative { none, columns, adjoint };
+bool needs_start_columns(const Assembly& assembly, StartDerivative wanted);
+/// gradient += w_q^T q_rho + w_v^T v_rho + w_z^T z_rho, for weights of length n, n, nz: by one transposed solution of
+/// each of the start's systems, or by its columns where it has them. In analysis/start_adjoint.cpp.
+void add_start_gradient(Assembly& assembly, double t, const Start& start, const double* w_q, const double* w_v,
+                        const double* w_z, double* gradient);
+
 /// Initial values of the force states as the numbers have them (nz), and their derivative (nz x np) unless null.
 void calc_initial_states(const Assembly& assembly, Eigen::VectorXd& z, Eigen::MatrixXd* z_rho);
 

@@ -13,11 +13,11 @@ void Assembly::resize(ParameterColumns& c) const {
 
 void Assembly::calc_parameter_columns(const StateView& s, ParameterColumns& out) {
   ++counters_.parameters;
-  out.F.setZero();
-  out.phi.setZero();
-  out.phid.setZero();
-  out.phidd.setZero();
-  out.f.setZero();
+  out.F.setZero(n_, np());
+  out.phi.setZero(m_, np());
+  out.phid.setZero(m_, np());
+  out.phidd.setZero(m_, np());
+  out.f.setZero(nz_, np());
   double f[kMaxLocal], g0[kMaxLocal], g1[kMaxLocal], g2[kMaxLocal];
   for (std::size_t i = 0; i < bodies_.size(); ++i)
     for (int k : bodies_[i].active) {

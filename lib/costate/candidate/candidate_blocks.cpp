@@ -105,7 +105,6 @@ AdjointBlocks CandidateBlocks::at(double t, const Motion& motion, int chart) {
   s.a = b.a.data();
   s.lambda = b.lambda.data();
   Assembly::ParameterColumns columns, none;
-  assembly_.resize(columns);
   assembly_.resize(none);
   // The constituents of K and F_rho: without a and lambda, -Q_q alone remains.
   const Eigen::VectorXd zero_a = Eigen::VectorXd::Zero(n), zero_lambda = Eigen::VectorXd::Zero(m);

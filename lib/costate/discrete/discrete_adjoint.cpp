@@ -155,9 +155,8 @@ const std::vector<double>& DiscreteAdjoint::finish(bool factored) {
   accelerations_back();
   add_end_parameters(nullptr);
   assembly_.add_constant_body_gradient(outer_.data(), sum_.data(), -1, gradient_.data());
-  const Start& start = scheme_.start_state();
-  for (int j = 0; j < assembly_.np(); ++j)
-    gradient_[j] += q_.dot(start.q_rho.col(j)) + v_.dot(start.v_rho.col(j)) + z_.dot(start.z_rho.col(j));
+  add_start_gradient(assembly_, scheme_.start_time(), scheme_.start_state(), q_.data(), v_.data(), z_.data(),
+                     gradient_.data());
   return gradient_;
 }
 

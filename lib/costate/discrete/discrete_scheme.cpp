@@ -93,12 +93,12 @@ StateView DiscreteScheme::stage() {
   return s;
 }
 
-void DiscreteScheme::start(double t, double h, bool with_derivatives) {
+void DiscreteScheme::start(double t, double h, StartDerivative wanted) {
   t_start_ = t;
   index_ = 0;
   c_ = StepCoefficients(alpha_coefficients_, h);
   counters_ = {};
-  start_ = find_start(assembly_, t, with_derivatives);
+  start_ = find_start(assembly_, t, needs_start_columns(assembly_, wanted));
   std::fill(numbers_.begin(), numbers_.end(), 0.0);
   std::copy(start_.q.data(), start_.q.data() + n_, r_.q);
   std::copy(start_.v.data(), start_.v.data() + n_, r_.v);

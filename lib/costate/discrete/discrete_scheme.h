@@ -54,12 +54,13 @@ class DiscreteScheme final : public System {
   /// y = (q, v, z); accelerations and multipliers are solved for.
   MechanismState mechanism_state(double t, const double* y) override;
 
-  /// Consistent start at t for steps of h; with_derivatives also finds those with respect to the parameters.
+  /// Consistent start at t for steps of h, with its derivative with respect to the parameters as wanted.
   /// Throws SolverError for redundant constraints, naming them.
-  void start(double t, double h, bool with_derivatives);
+  void start(double t, double h, StartDerivative wanted);
   /// One step. Throws SolverError naming the time, the step and the worst components.
   void step();
 
+  double start_time() const { return t_start_; }
   double time() const { return t_start_ + static_cast<double>(index_) * c_.h; }
   long index() const { return index_; }
   const StepCoefficients& coefficients() const { return c_; }

@@ -14,7 +14,6 @@ DiscreteTangent::DiscreteTangent(DiscreteScheme& scheme)
   lambda_.setZero(m_, np_);
   right_.setZero(n_ + nz_ + m_, np_);
   hessian_.assign(assembly_.square().row.size(), 0.0);
-  assembly_.resize(columns_);
   cost_.resize(assembly_);
 }
 

@@ -15,7 +15,7 @@ class DiscreteTangent {
  public:
   explicit DiscreteTangent(DiscreteScheme& scheme);
 
-  /// After scheme.start(..., true).
+  /// After scheme.start(..., StartDerivative::columns).
   void start();
   /// After each scheme.step().
   void step();

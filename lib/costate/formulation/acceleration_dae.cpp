@@ -18,7 +18,6 @@ AccelerationDae::AccelerationDae(std::shared_ptr<const Mechanism> mechanism, Par
       point_(assembly_) {
   append_differential_unknowns(assembly_.mechanism(), unknowns_);
   append_algebraic_unknowns(assembly_.mechanism(), unknowns_, true);
-  assembly_.resize(columns_);
   reduced_.assign(static_cast<std::size_t>(level_.newton_size()), 0);
   place_jacobian();
 }

@@ -12,9 +12,7 @@ AccelerationOde::AccelerationOde(std::shared_ptr<const Mechanism> mechanism, Par
       level_(assembly_, stabilization),
       velocity_jump_(assembly_, level_) {
   append_differential_unknowns(assembly_.mechanism(), unknowns_);
-  assembly_.resize(columns_);
-  const auto n = static_cast<std::size_t>(assembly_.n() + assembly_.m());
-  kkt_.assign(n * static_cast<std::size_t>(std::max(1, assembly_.np())), 0);
+  kkt_.assign(static_cast<std::size_t>(assembly_.n() + assembly_.m()), 0);
   reduced_.assign(static_cast<std::size_t>(level_.newton_size()), 0);
 }
 

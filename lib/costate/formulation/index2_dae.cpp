@@ -25,7 +25,6 @@ Index2Dae::Index2Dae(std::shared_ptr<const Mechanism> mechanism, ParameterSelect
   append_algebraic_unknowns(assembly_.mechanism(), unknowns_, false);
   for (const auto& name : assembly_.mechanism().row_names())
     unknowns_.push_back({"gamma." + name, "1", Unknown::Role::stabilizer, false, false});
-  assembly_.resize(columns_);
   hessian_.assign(assembly_.square().row.size(), 0);
   place_jacobian();
   solver_ = std::make_unique<KluSolver>(jacobian_.pattern());

@@ -249,6 +249,15 @@ void MaggiDae::solve_pushed_accelerations(int j, Eigen::VectorXd& da) {
   for (int i = 0; i < assembly_.n(); ++i) da[i] += level_.da(j)[i];
 }
 
+void MaggiDae::spread_start_weights(const double* mu, double* w_q, double* w_v, double* w_z) const {
+  const auto& independent = level_.independent();
+  for (int i = 0; i < f_; ++i) {
+    w_q[independent[i]] = mu[i];
+    w_v[independent[i]] = mu[f_ + i];
+  }
+  std::copy_n(mu + 2 * f_, nz_, w_z);
+}
+
 void MaggiDae::start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, Eigen::MatrixXd* yp_rho) {
   const Start s = find_start(assembly_, t, y_rho != nullptr);
   level_.start(t, s.q.data());

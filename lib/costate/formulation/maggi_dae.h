@@ -42,6 +42,7 @@ class MaggiDae final : public SegmentedDae, public SolvedState {
   void terminal_adjoint(double t, const double* y, const double* yp, double* mu, double* mup,
                         double* gradient) override;
 
+  void spread_start_weights(const double* mu, double* w_q, double* w_v, double* w_z) const override;
   int mode() const override { return level_.chart(); }
   void use_mode(int mode) override;
 

@@ -184,6 +184,15 @@ void MaggiOde::terminal_adjoint(double t, const double* y, double* mu, double* g
   level_.add_pulled_parameters(1, gradient);
 }
 
+void MaggiOde::spread_start_weights(const double* mu, double* w_q, double* w_v, double* w_z) const {
+  const auto& independent = level_.independent();
+  for (int i = 0; i < f_; ++i) {
+    w_q[independent[i]] = mu[i];
+    w_v[independent[i]] = mu[f_ + i];
+  }
+  std::copy_n(mu + 2 * f_, nz_, w_z);
+}
+
 void MaggiOde::start(double t, double* y, Eigen::MatrixXd* y_rho) {
   const Start s = find_start(assembly_, t, y_rho != nullptr);
   level_.start(t, s.q.data());

@@ -35,6 +35,7 @@ class MaggiOde final : public SegmentedOde {
   void terminal_adjoint(double t, const double* y, double* mu, double* gradient) override;
   void start(double t, double* y, Eigen::MatrixXd* y_rho) override;
 
+  void spread_start_weights(const double* mu, double* w_q, double* w_v, double* w_z) const override;
   int mode() const override { return level_.chart(); }
   void use_mode(int mode) override;
 

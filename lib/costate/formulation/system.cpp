@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "costate/analysis/start.h"
 #include "costate/base/error.h"
 #include "costate/formulation/solved_state.h"
 
@@ -64,6 +65,21 @@ double System::segment_limit(double t) const {
 double System::segment_start(double t) const {
   const double next = std::nextafter(t, std::numeric_limits<double>::infinity());
   return std::find(kinks_.begin(), kinks_.end(), next) != kinks_.end() ? next : t;
+}
+
+void System::spread_start_weights(const double* mu, double* w_q, double* w_v, double* w_z) const {
+  const int n = assembly_.n();
+  std::copy(mu, mu + n, w_q);
+  std::copy(mu + n, mu + 2 * n, w_v);
+  std::copy(mu + 2 * n, mu + 2 * n + assembly_.nz(), w_z);
+}
+
+void System::add_start_gradient(double t, const double* mu, double* gradient) {
+  const auto n = static_cast<std::size_t>(assembly_.n());
+  std::vector<double> w(2 * n + static_cast<std::size_t>(assembly_.nz()), 0);
+  spread_start_weights(mu, w.data(), w.data() + n, w.data() + 2 * n);
+  const Start s = find_start(assembly_, t, needs_start_columns(assembly_, StartDerivative::adjoint));
+  costate::add_start_gradient(assembly_, t, s, w.data(), w.data() + n, w.data() + 2 * n, gradient);
 }
 
 double System::running_cost(double t, const double* y) {

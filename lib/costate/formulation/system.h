@@ -61,6 +61,10 @@ class System {
   /// The same for those who ask for neither accelerations nor multipliers: these may be missing.
   virtual MechanismState kinematic_state(double t, const double* y) { return mechanism_state(t, y); }
 
+  /// gradient += mu^T E y_rho of the start at t, for mu of length size() and E the differential unknowns; without the
+  /// columns of y_rho. start() has left its mode in force.
+  void add_start_gradient(double t, const double* mu, double* gradient);
+
   /// g and w of the cost.
   double running_cost(double t, const double* y);
   double terminal_cost(double t, const double* y);
@@ -106,6 +110,8 @@ class System {
  protected:
   /// What the equations and the cost say at (t, y), accelerations solved for.
   MotionEvents::Side event_side(double t, const double* y);
+  /// The weights that mu is of the motion's q, v, z (n, n, nz; zero before): by default mu begins with them.
+  virtual void spread_start_weights(const double* mu, double* w_q, double* w_v, double* w_z) const;
 
   Assembly assembly_;
   Objective objective_;

@@ -29,7 +29,6 @@ void ImpulseJump::linearize(const StateView& before, double t_after, bool column
   StateView s = before;
   s.a = s.lambda = rest.data();
   Assembly::ParameterColumns c;
-  if (columns) assembly_.resize(c);
   assembly_.calc_dynamics(s);
   assembly_.calc_partials(s);
   phid_q_ = assembly_.phid_q;
@@ -69,16 +68,25 @@ const double* ImpulseJump::tangent(const StateView& before, double t_after, doub
 
 void ImpulseJump::adjoint(const StateView& before, double t_after, double* mu, double* gradient) {
   const int n = assembly_.n(), m = assembly_.m();
-  linearize(before, t_after, assembly_.np() > 0);
+  if (assembly_.np() > 0)
+    require_fixed_kink(assembly_.mechanism(), assembly_.parameters(), assembly_.numbers(), t_after);
+  linearize(before, t_after, false);
   std::vector<double> s(static_cast<std::size_t>(n + m), 0);
   std::copy(mu + n, mu + 2 * n, s.begin());
   balance_->solve(s.data());
   add_transposed_product(assembly_.square(), hessian_.data(), -1, s.data(), mu);
   add_transposed_product(assembly_.jacobian(), phid_q_.data(), -1, s.data() + n, mu);
-  for (int j = 0; j < assembly_.np(); ++j) {
-    for (int i = 0; i < n; ++i) gradient[j] -= s[i] * force_(i, j);
-    for (int i = 0; i < m; ++i) gradient[j] -= s[n + i] * phid_(i, j);
-  }
+  if (assembly_.np() == 0) return;
+  // -s1^T (M u + Phi_q^T P)_rho - s2^T (Phid_rho behind the kink - Phid_rho before it)
+  StateView x = before;
+  x.a = x.lambda = nullptr;
+  Assembly::ParameterWeights w;
+  w.row_phid = s.data() + n;
+  assembly_.add_parameter_gradient(x, w, 1, gradient);
+  x.t = t_after;
+  x.v = after_.data();
+  assembly_.add_parameter_gradient(x, w, -1, gradient);
+  assembly_.add_projection_gradient(x, solution_.data(), solution_.data() + n, s.data(), -1, gradient);
 }
 
 }  // namespace costate

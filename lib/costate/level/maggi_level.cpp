@@ -35,12 +35,6 @@ MaggiLevel::MaggiLevel(Assembly& assembly)
   g_z_.assign(nz, 0);
   null_weight_ = lambda_;
   hessian_.assign(assembly.square().row.size(), 0);
-  assembly_.resize(columns_);
-  const auto columns = static_cast<std::size_t>(std::max(1, assembly.np()));
-  dq_.assign(columns * rows, 0);
-  dv_ = da_ = dq_;
-  force_.assign(columns * n, 0);
-  rate_.assign(columns * nz, 0);
 }
 
 void MaggiLevel::clear() {

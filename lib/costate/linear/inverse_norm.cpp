@@ -63,4 +63,10 @@ Eigen::MatrixXd SparseSquare::solve(const Eigen::MatrixXd& b) {
   return x;
 }
 
+Eigen::VectorXd SparseSquare::solve_transposed(const Eigen::VectorXd& b) {
+  Eigen::VectorXd x = b;
+  if (x.size() > 0) solver_->solve_transposed(x.data());
+  return x;
+}
+
 }  // namespace costate

@@ -17,6 +17,7 @@ class SparseSquare {
   /// also where no pivots are found.
   bool regular(double limit);
   Eigen::MatrixXd solve(const Eigen::MatrixXd& b);
+  Eigen::VectorXd solve_transposed(const Eigen::VectorXd& b);
 
  private:
   double inverse_norm();

@@ -17,6 +17,7 @@ void CvodeSession::transfer_adjoint(OdeSystem& system, const Jump& jump, Adjoint
 }
 
 void CvodeSession::add_start_gradient(const AdjointState& mu, std::vector<double>& gradient) const {
+  if (y_rho_.size() == 0) return system_.add_start_gradient(options_.t_start, mu.mu.data(), gradient.data());
   for (int j = 0; j < system_.parameter_count(); ++j)
     for (int i = 0; i < system_.size(); ++i) gradient[j] += mu.mu[i] * y_rho_(i, j);
 }

@@ -10,12 +10,12 @@
 
 namespace costate {
 
-CvodeSession::CvodeSession(OdeSystem& system, const SolverOptions& options, Monitor monitor, bool with_start_derivative,
+CvodeSession::CvodeSession(OdeSystem& system, const SolverOptions& options, Monitor monitor, StartDerivative wanted,
                            Cost cost)
     : SundialsSession(system, options, std::move(monitor), options.t_start),
       cost_state_(cost == Cost::state && system.has_running_cost()) {
   y_ = Vector(system.size() + (cost_state_ ? 1 : 0), context_);
-  const bool derivative = with_start_derivative && system.parameter_count() > 0;
+  const bool derivative = system.parameter_count() > 0 && needs_start_columns(system.assembly(), wanted);
   system.start(options.t_start, y_.data(), derivative ? &y_rho_ : nullptr);
   create_memory();
 }

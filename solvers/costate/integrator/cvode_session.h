@@ -13,7 +13,7 @@ class CvodeSession final : public SundialsSession<CvodeApi> {
   /// sensitivities need the state: with Adams' method CVODES (6.4 to 7) forgets the quadratures of sensitivities when
   /// it changes the order (cvAdjustAdams), so that these start from memory that was never written.
   enum class Cost { quadrature, state };
-  CvodeSession(OdeSystem& system, const SolverOptions& options, Monitor monitor, bool with_start_derivative,
+  CvodeSession(OdeSystem& system, const SolverOptions& options, Monitor monitor, StartDerivative wanted,
                Cost cost = Cost::quadrature);
   /// Begins with a given state, in the mode that the system is in; options.t_start is replaced.
   CvodeSession(OdeSystem& system, const SolverOptions& options, Monitor monitor, const SegmentStart& start,

@@ -18,7 +18,7 @@ constexpr long kPoll = 64;  // steps between calls of the monitor
 
 /// What a trial run is judged by: psi, or without a cost the positions at the end.
 std::vector<double> trial(const Problem& problem, const std::vector<double>& rho, long steps) {
-  FixedRun run(problem, rho, steps, false);
+  FixedRun run(problem, rho, steps, StartDerivative::none);
   const double psi = run.forward();
   if (!problem.objective.running.empty() || !problem.objective.terminal.empty()) return {psi};
   const StateView s = run.scheme().state();
@@ -144,7 +144,7 @@ Problem with_fixed_step(const Problem& problem) {
   return p;
 }
 
-FixedRun::FixedRun(const Problem& problem, const std::vector<double>& rho, long steps, bool with_derivatives)
+FixedRun::FixedRun(const Problem& problem, const std::vector<double>& rho, long steps, StartDerivative wanted)
     : problem_(problem), scheme_(problem.make_discrete()), steps_(steps) {
   MotionEvents::refuse(*problem.mechanism, "fixed steps are");
   scheme_->set_parameters(rho.data());
@@ -156,7 +156,7 @@ FixedRun::FixedRun(const Problem& problem, const std::vector<double>& rho, long 
                       "law with a continuous slope.",
                       t));
   const double span = problem.solver.t_end - problem.solver.t_start;
-  scheme_->start(problem.solver.t_start, span / static_cast<double>(steps), with_derivatives);
+  scheme_->start(problem.solver.t_start, span / static_cast<double>(steps), wanted);
   plan_ = std::make_unique<StepPlan>(scheme_->assembly(), problem.objective, problem.solver.t_start,
                                      problem.solver.t_end, scheme_->state());
   WatchSettings s;

@@ -31,7 +31,7 @@ GradientResult settle_gradient(const Problem& problem, const std::function<Gradi
 class FixedRun {
  public:
   /// Started at the parameters rho.
-  FixedRun(const Problem& problem, const std::vector<double>& rho, long steps, bool with_derivatives);
+  FixedRun(const Problem& problem, const std::vector<double>& rho, long steps, StartDerivative wanted);
 
   DiscreteScheme& scheme() { return *scheme_; }
   long steps() const { return steps_; }

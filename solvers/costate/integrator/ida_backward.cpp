@@ -22,6 +22,7 @@ void IdaSession::transfer_adjoint(DaeSystem& system, const Jump& jump, AdjointSt
 
 void IdaSession::add_start_gradient(const AdjointState& mu, std::vector<double>& gradient) const {
   // mu(0)^T F_y' y_rho(0)
+  if (y_rho_.size() == 0) return system_.add_start_gradient(options_.t_start, mu.mu.data(), gradient.data());
   for (int j = 0; j < system_.parameter_count(); ++j)
     for (int i = 0; i < system_.size(); ++i)
       if (id_.data()[i] != 0) gradient[j] += mu.mu[i] * y_rho_(i, j);

@@ -13,11 +13,11 @@ const double* IdaSession::cost_state(double t, const double* y) {
   return solved_cost_.at(system_, t, y);
 }
 
-IdaSession::IdaSession(DaeSystem& system, const SolverOptions& options, Monitor monitor, bool with_start_derivative)
+IdaSession::IdaSession(DaeSystem& system, const SolverOptions& options, Monitor monitor, StartDerivative wanted)
     : SundialsSession(system, options, std::move(monitor), options.t_start) {
   y_ = Vector(system.size(), context_);
   yp_ = Vector(system.size(), context_);
-  const bool derivative = with_start_derivative && system.parameter_count() > 0;
+  const bool derivative = system.parameter_count() > 0 && needs_start_columns(system.assembly(), wanted);
   system.start(options.t_start, y_.data(), yp_.data(), derivative ? &y_rho_ : nullptr, derivative ? &yp_rho_ : nullptr);
   create_memory();
 }

@@ -9,8 +9,8 @@ namespace costate {
 
 class IdaSession final : public SundialsSession<IdaApi> {
  public:
-  /// Starts from the system's consistent start; with_start_derivative also finds its derivative.
-  IdaSession(DaeSystem& system, const SolverOptions& options, Monitor monitor, bool with_start_derivative);
+  /// Starts from the system's consistent start; with its derivative as wanted.
+  IdaSession(DaeSystem& system, const SolverOptions& options, Monitor monitor, StartDerivative wanted);
   /// Begins with a given state, in the mode that the system is in; options.t_start is replaced.
   IdaSession(DaeSystem& system, const SolverOptions& options, Monitor monitor, const SegmentStart& start);
 

@@ -4,6 +4,8 @@
 #include <functional>
 #include <vector>
 
+#include "costate/analysis/start.h"
+
 namespace costate {
 
 /// An integrator starts anew where a step ends that is longer by this than what the plan of steps asks for next. Its

@@ -18,10 +18,10 @@ class SegmentedRun {
  public:
   /// `more`: what the session's constructors take behind the start.
   template <class... More>
-  SegmentedRun(SystemType& system, const SolverOptions& options, const Monitor& monitor, bool with_start_derivative,
+  SegmentedRun(SystemType& system, const SolverOptions& options, const Monitor& monitor, StartDerivative wanted,
                More... more)
       : system_(system), options_(options) {
-    sessions_.push_back(std::make_unique<Session>(system, options, monitor, with_start_derivative, more...));
+    sessions_.push_back(std::make_unique<Session>(system, options, monitor, wanted, more...));
     t_start_ = options.t_start;
     system.begin_events(t_start_, session().y());
     follow(std::make_shared<const StepPlan>(system, system.objective(), options.t_start, options.t_end, session().y()));

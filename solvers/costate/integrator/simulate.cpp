@@ -21,7 +21,7 @@ namespace {
 /// By fixed steps; samples between them by interpolation.
 Simulation simulate_fixed(const Problem& problem, const std::vector<double>& rho, const std::vector<double>& times,
                           const SampleSink& sink) {
-  FixedRun run(problem, rho, fixed_steps(problem), false);
+  FixedRun run(problem, rho, fixed_steps(problem), StartDerivative::none);
   StepInterpolant between(run.scheme());
   std::size_t next = 0;
   Simulation r;
@@ -39,7 +39,7 @@ template <class Run, class SystemType>
 Simulation run(SystemType& system, const Problem& problem, const std::vector<double>& rho,
                const std::vector<double>& times, const SampleSink& sink) {
   system.set_parameters(rho.data());
-  Run session(system, problem.solver, problem.monitor, false);
+  Run session(system, problem.solver, problem.monitor, StartDerivative::none);
   RunWatch watch(problem, rho, system);
   watch.begin(problem.solver.t_start, session.y());
   std::optional<EndWatch> end;

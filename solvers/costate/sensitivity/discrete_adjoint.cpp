@@ -6,7 +6,7 @@ namespace costate {
 namespace {
 
 GradientResult run_discrete_adjoint_steps(const Problem& problem, const std::vector<double>& rho, long steps) {
-  FixedRun run(problem, rho, steps, true);
+  FixedRun run(problem, rho, steps, StartDerivative::adjoint);
   StepArchive archive(run.scheme(), run.steps(), problem.solver.memory_budget_MB * 1e6,
                       problem.solver.checkpoint_steps);
   GradientResult r;

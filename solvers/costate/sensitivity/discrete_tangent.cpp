@@ -6,7 +6,7 @@ namespace costate {
 namespace {
 
 GradientResult run_discrete_tangent_steps(const Problem& problem, const std::vector<double>& rho, long steps) {
-  FixedRun run(problem, rho, steps, true);
+  FixedRun run(problem, rho, steps, StartDerivative::columns);
   DiscreteTangent tangent(run.scheme());
   GradientResult r;
   r.integrator = "fixed";

@@ -27,7 +27,7 @@ constexpr int kMaxRefinements = 7;
 template <class Run, class SystemType>
 void record(SystemType& system, const Problem& problem, const std::vector<double>& rho, ForwardMotion& motion) {
   system.set_parameters(rho.data());
-  Run session(system, problem.solver, problem.monitor, false);
+  Run session(system, problem.solver, problem.monitor, StartDerivative::none);
   session.enable_cost();
   motion.plan = session.plan_of_steps();
   RunWatch watch(problem, rho, system);

@@ -96,7 +96,7 @@ MatrixXd run(const Problem& problem, const std::vector<double>& rho, const Matri
   TangentMotion forward(*equations);
   forward.set_parameters(rho.data());
   Trajectory motion(0, forward.size());  // all of the unknowns, the tangents among them
-  CvodeRun forward_session(forward, problem.solver, problem.monitor, false);
+  CvodeRun forward_session(forward, problem.solver, problem.monitor, StartDerivative::none);
   // The passes know nothing of the cost.
   const auto plan = std::make_shared<const StepPlan>(forward, problem.objective, t_start, t_end, forward_session.y());
   forward_session.follow(plan);
@@ -127,7 +127,7 @@ MatrixXd run(const Problem& problem, const std::vector<double>& rho, const Matri
       problem.monitor
           ? Monitor([&problem, t_end](double tau, long steps, bool) { problem.monitor(t_end - tau, steps, true); })
           : Monitor();
-  CvodeSession backward_session(backward, options, monitor, false);
+  CvodeSession backward_session(backward, options, monitor, StartDerivative::none);
   backward_session.follow(std::make_shared<const StepPlan>(plan->reversed(t_end)));
   try {
     backward_session.advance(options.t_end);

@@ -20,7 +20,7 @@ GradientResult adjoint_run(SystemType& system, const Problem& problem, const std
   system.set_parameters(rho.data());
   CheckpointPlan plan = plan_checkpoints(problem.solver, system.size());
   for (long runs = 1;; ++runs) {
-    Run session(system, problem.solver, problem.monitor, true);
+    Run session(system, problem.solver, problem.monitor, StartDerivative::adjoint);
     RunWatch watch(problem, rho, system);
     watch.begin(problem.solver.t_start, session.y());
     // A segment that is repeated must be the same to the bit: where steps are solved for their positions, looking at
@@ -84,7 +84,7 @@ template <class Run, class SystemType, class... More>
 GradientResult forward_gradient(SystemType& system, const Problem& problem, const std::vector<double>& rho,
                                 const std::string& integrator, More... more) {
   system.set_parameters(rho.data());
-  Run session(system, problem.solver, problem.monitor, true, more...);
+  Run session(system, problem.solver, problem.monitor, StartDerivative::columns, more...);
   RunWatch watch(problem, rho, system);
   watch.begin(problem.solver.t_start, session.y());
   session.watch(watch.sink());

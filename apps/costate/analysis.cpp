@@ -8,6 +8,7 @@
 
 #include "costate/base/error.h"
 #include "costate/record/atomic_file.h"
+#include "costate/record/print.h"
 
 namespace costate::app {
 
@@ -89,8 +90,8 @@ void report_analysis(const CommonOptions& common, const Json& json, const std::s
   if (common.json)
     fmt::print("{}", object);
   else if (!common.quiet) {
-    fmt::print("{}", text);
-    if (!path.empty()) fmt::print("  summary: {}\n", path.string());
+    print_result(text);
+    if (!path.empty()) print_result(fmt::format("  summary: {}\n", path.string()));
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include "command.h"
 #include "costate/candidate/candidate_process.h"
+#include "costate/record/print.h"
 
 namespace costate::app {
 
@@ -105,10 +106,10 @@ int check_candidate_file(const CommonOptions& common, const CandidateOptions& op
   j["settings"] = settings_json(setup);
   j["counters"] = counters_json(reference.motion.counters);
   report(setup, common, j, text_of(r, setup, options.file), "candidate.json");
-  if (!r.failure.empty()) fmt::print(stderr, "costate: the candidate: {}\n", r.failure);
-  for (const auto& f : r.findings) fmt::print(stderr, "costate: disagreement: {}\n", f.message);
+  if (!r.failure.empty()) print_message(fmt::format("the candidate: {}", r.failure));
+  for (const auto& f : r.findings) print_message(fmt::format("disagreement: {}", f.message));
   if (!r.agrees && r.failure.empty() && r.findings.empty())
-    fmt::print(stderr, "costate: disagreement: the gradient is {:.2e} from {}\n", r.error, r.method);
+    print_message(fmt::format("disagreement: the gradient is {:.2e} from {}", r.error, r.method));
   return r.agrees ? 0 : kDisagreement;
 }
 

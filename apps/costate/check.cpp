@@ -18,6 +18,7 @@
 #include "costate/integrator/run_end.h"
 #include "costate/integrator/simulate.h"
 #include "costate/record/interrupt.h"
+#include "costate/record/print.h"
 #include "digits.h"
 #include "guide.h"
 #include "trajectory.h"
@@ -315,9 +316,9 @@ class Check {
     else if (wrong.empty())
       text += agreement(inaccurate.size(), cut.size());
     report(setup_, common_, j, text, "check.json");
-    for (const auto& w : wrong) fmt::print(stderr, "costate: {}\n", with_guide("disagreement: " + w));
-    for (const auto& w : inaccurate) fmt::print(stderr, "costate: warning: inaccurate: {}\n", w);
-    if (!interrupted_.empty()) fmt::print(stderr, "costate: {}\n", interrupted_);
+    for (const auto& w : wrong) print_message(with_guide("disagreement: " + w));
+    for (const auto& w : inaccurate) print_message(fmt::format("warning: inaccurate: {}", w));
+    if (!interrupted_.empty()) print_message(interrupted_);
     return wrong.empty() ? 0 : kDisagreement;
   }
 

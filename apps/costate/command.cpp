@@ -232,8 +232,7 @@ bool Setup::write_file(const std::string& name, const std::function<void(const s
     return true;
   } catch (const Error& e) {
     if (directory_chosen) throw;
-    print_text(stderr,
-               fmt::format("costate: warning: {}. Choose a directory with --output, or --no-files.\n", e.what()));
+    print_message(fmt::format("warning: {}. Choose a directory with --output, or --no-files.", e.what()));
     return false;
   }
 }
@@ -363,16 +362,15 @@ void report(const Setup& setup, const CommonOptions& options, const Json& json, 
   const bool written = setup.write_file(file, [&](const auto& path) { write_file_atomically(path, object); });
   constexpr std::size_t told = 5;
   for (std::size_t i = 0; i < std::min(told, warnings.size()); ++i)
-    fmt::print(stderr, "costate: warning: {}\n", with_guide(warnings[i]));
+    print_message(fmt::format("warning: {}", with_guide(warnings[i])));
   if (warnings.size() > told)
-    fmt::print(stderr, "costate: warning: {} more like these, see \"warnings\" in the summary.\n",
-               warnings.size() - told);
+    print_message(fmt::format("warning: {} more like these, see \"warnings\" in the summary.", warnings.size() - told));
   if (options.json)
     fmt::print("{}", object);
   else if (!options.quiet) {
-    fmt::print("{}", text);
-    if (options.verbose) fmt::print("{}", details(json));
-    if (written) fmt::print("  summary: {}\n", (setup.directory / file).string());
+    print_result(text);
+    if (options.verbose) print_result(details(json));
+    if (written) print_result(fmt::format("  summary: {}\n", (setup.directory / file).string()));
   }
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "command_line.h"
+#include "costate/analysis/not_finite.h"
 #include "costate/base/error.h"
 #include "costate/record/progress.h"
 #include "costate/scene/scene.h"
@@ -73,6 +74,8 @@ struct Setup {
       return f();
     } catch (const ModelError& e) {
       throw scene.located(e);
+    } catch (const RunNotFinite& e) {
+      throw scene.located(e.cause);
     }
   }
 

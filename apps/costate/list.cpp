@@ -11,6 +11,7 @@
 #include "costate/kind/law/law_table.h"
 #include "costate/objective/all_outputs.h"
 #include "costate/optimize/optimizer.h"
+#include "costate/record/print.h"
 #include "costate/scene/scene_files.h"
 #include "costate/scene/scene_kind.h"
 #include "reference.h"
@@ -202,17 +203,18 @@ int run(const CommonOptions& common, const ListOptions& options) {
     fmt::print("{}\n", json_text(j));
     return 0;
   }
-  fmt::print("{}\n", scene.title.empty() ? common.scene : scene.title);
-  fmt::print("  {} coordinates, {} constraint rows, {} force states\n\nParameters\n", m->coordinate_count(),
-             m->row_count(), m->state_count());
+  std::string text = fmt::format("{}\n  {} coordinates, {} constraint rows, {} force states\n\nParameters\n",
+                                 scene.title.empty() ? common.scene : scene.title, m->coordinate_count(),
+                                 m->row_count(), m->state_count());
   for (const auto& p : m->parameters())
-    fmt::print("  {:<16} {:>14.9g}  in [{:g}, {:g}]  {}\n", p.name, p.value, p.lower, p.upper,
-               m->numbers()[p.bindings.front().first].path);
-  fmt::print("\nOutputs\n");
-  for (const auto& o : make_all_outputs(*m)) fmt::print("  {:<28} [{}]\n", o->name(), o->unit());
-  fmt::print("\nNumbers (each can be a parameter by its path)\n");
+    text += fmt::format("  {:<16} {:>14.9g}  in [{:g}, {:g}]  {}\n", p.name, p.value, p.lower, p.upper,
+                        m->numbers()[p.bindings.front().first].path);
+  text += "\nOutputs\n";
+  for (const auto& o : make_all_outputs(*m)) text += fmt::format("  {:<28} [{}]\n", o->name(), o->unit());
+  text += "\nNumbers (each can be a parameter by its path)\n";
   for (const auto& n : m->numbers())
-    if (n.fixed_because.empty()) fmt::print("  {:<44} {:g}\n", n.path, n.value);
+    if (n.fixed_because.empty()) text += fmt::format("  {:<44} {:g}\n", n.path, n.value);
+  print_result(text);
   return 0;
 }
 

@@ -23,29 +23,14 @@
 
 namespace {
 
-/// What a scene or a command line holds may be anything; a terminal gets no control characters of theirs.
-std::string printable(const std::string& text) {
-  std::string r;
-  for (const char c : text) {
-    const auto code = static_cast<unsigned char>(c);
-    if ((code < 0x20 && c != '\n') || code == 0x7f)
-      r += fmt::format("\\x{:02x}", code);
-    else
-      r += c;
-  }
-  return r;
-}
-
 /// A failed run: the message on standard error and, with --json, the one object on standard output. What was noticed on
 /// the way, the cause perhaps, comes with it.
 int complain(bool json, const char* status, const std::string& message, int code) {
   const std::vector<std::string> warnings = costate::take_notices();
   constexpr std::size_t told = 5;
   for (std::size_t i = 0; i < std::min(told, warnings.size()); ++i)
-    costate::print_text(stderr,
-                        fmt::format("costate: warning: {}\n", printable(costate::app::with_guide(warnings[i]))));
-  const std::string text = code == costate::app::kFailed ? costate::app::with_guide(message) : message;
-  costate::print_text(stderr, fmt::format("costate: {}\n", printable(text)));
+    costate::print_message("warning: " + costate::app::with_guide(warnings[i]));
+  costate::print_message(code == costate::app::kFailed ? costate::app::with_guide(message) : message);
   if (json) {
     costate::app::Json j;
     j["status"] = status;
@@ -75,7 +60,7 @@ void hold_standard_descriptors() {
 /// Standard output may be a full disk: a result that did not get there is a failure.
 int flushed(int code) {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
-  costate::print_text(stderr, fmt::format("costate: standard output cannot be written: {}\n", std::strerror(errno)));
+  costate::print_message(fmt::format("standard output cannot be written: {}", std::strerror(errno)));
   return code != 0 ? code : costate::app::kFailed;
 }
 

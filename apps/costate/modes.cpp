@@ -10,6 +10,7 @@
 #include "analysis.h"
 #include "costate/analysis/start_remarks.h"
 #include "costate/record/atomic_file.h"
+#include "costate/record/print.h"
 
 namespace costate::app {
 
@@ -137,7 +138,7 @@ int run(const CommonOptions& common, ModesOptions& options) {
                       "moved it by {:.2g} of its size.",
                       k + 1, r.modes[k].relative_error));
   for (const auto& remark : remarks) j["warnings"].push_back(remark);
-  for (const auto& w : j["warnings"]) fmt::print(stderr, "costate: warning: {}\n", w.get<std::string>());
+  for (const auto& w : j["warnings"]) print_message(fmt::format("warning: {}", w.get<std::string>()));
   if (!options.shapes.empty()) {
     write_file_atomically(options.shapes, shapes_csv(*m, r));
     text += fmt::format("  shapes: {}\n", options.shapes.string());

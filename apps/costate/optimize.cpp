@@ -192,15 +192,14 @@ class OptimizeRun {
                        journal_->damage(), replay_.size()));
     remove_old_results(setup_, files_.files());
     if (lines_ && options_.resume)
-      print_text(stdout,
-                 fmt::format("resuming after {} evaluation{}\n", replay_.size(), replay_.size() == 1 ? "" : "s"));
+      print_result(fmt::format("resuming after {} evaluation{}\n", replay_.size(), replay_.size() == 1 ? "" : "s"));
   }
 
   /// A remark that belongs to the result: on standard error, in the summary and on the page.
   void note(const std::string& text) {
     notes_.push_back(text);
     progress_.finish();
-    print_text(stderr, "costate: warning: " + text + "\n");
+    print_message("warning: " + text);
   }
 
   void record(const OptimizerEvaluation& e) {
@@ -213,7 +212,7 @@ class OptimizeRun {
     progress_.finish();
     // A discrete gradient's psi is exact for its own steps.
     const double relative = setup_.method.rfind("discrete", 0) == 0 ? 0 : setup_.problem.solver.rtol;
-    if (lines_) print_text(stdout, evaluation_line(e, names_, relative, common_.verbose) + "\n");
+    if (lines_) print_result(evaluation_line(e, names_, relative, common_.verbose) + "\n");
     throw_if_interrupted();
     progress_.start(setup_.problem.solver.t_start);
   }
@@ -309,12 +308,11 @@ class OptimizeRun {
       write_page();
       setup_.write_file("optimize.json", [&](const auto& path) { write_file_atomically(path, json_text(j_) + "\n"); });
       if (setup_.files)
-        print_text(stderr,
-                   fmt::format("costate: the best so far, psi = {:.12g} of evaluation {}, is in {}; --resume goes on\n",
-                               j_["psi"].get<double>(), j_["best_evaluation"].get<int>(),
-                               (setup_.directory / "optimized.toml").string()));
+        print_message(fmt::format("the best so far, psi = {:.12g} of evaluation {}, is in {}; --resume goes on",
+                                  j_["psi"].get<double>(), j_["best_evaluation"].get<int>(),
+                                  (setup_.directory / "optimized.toml").string()));
     } catch (const std::exception& e) {
-      print_text(stderr, fmt::format("costate: {}\n", e.what()));  // what ended the run is told by the caller
+      print_message(e.what());  // what ended the run is told by the caller
     }
   }
 

@@ -9,6 +9,7 @@
 #include "baseline.h"
 #include "costate/base/error.h"
 #include "costate/record/interrupt.h"
+#include "costate/record/print.h"
 
 namespace costate::app {
 
@@ -217,7 +218,7 @@ class Regression {
 
   /// The lines of one case, as soon as it is done.
   void tell(const Case& c) const {
-    if (!c.error.empty()) fmt::print(stderr, "costate: {}\n", c.error);
+    if (!c.error.empty()) print_message(c.error);
     std::string text;
     if (c.error.empty()) {
       const bool moved = c.moved();
@@ -231,14 +232,14 @@ class Regression {
                                        r.expected.allowed());
         if (r.moved && !r.updated) {
           if (!r.expected.reason.empty()) text += fmt::format("             ({})\n", r.expected.reason);
-          fmt::print(stderr, "costate: moved: {}: {}\n", c.name, shift_text(r));
+          print_message(fmt::format("moved: {}: {}", c.name, shift_text(r)));
         }
       }
     } else {
       text = fmt::format("{:<8} {}\n", "FAILED", c.name);
     }
     if (common_.json || common_.quiet) return;
-    fmt::print("{}", text);
+    print_result(text);
     std::fflush(stdout);
   }
 
@@ -264,10 +265,10 @@ class Regression {
       if (options_.update) text += fmt::format(", {} updated", updated);
       text += "\n";
       if (moved > 0) text += "Where a move is meant, 'costate regress --update' writes the new values; review them.\n";
-      fmt::print("{}", text);
+      print_result(text);
     }
     if (interruption != 0) {
-      fmt::print(stderr, "costate: {}\n", message);
+      print_message(message);
       return 128 + interruption;
     }
     return moved + failed > 0 ? kFailed : 0;

@@ -78,7 +78,7 @@ class StudyCommand {
     for (int i = 0; Journal::in_use(journal); ++i) {
       throw_if_interrupted();
       if (i == 0 && !common_.json && !common_.quiet)
-        print_text(stderr, fmt::format("waiting for an earlier run of '{}' to end\n", j.run.name));
+        print_text(stderr, printable(fmt::format("waiting for an earlier run of '{}' to end\n", j.run.name)));
       if (i >= 600)
         throw Error(
             fmt::format("The journal '{}' is in use by another run, which does not end; end it, or choose another "
@@ -160,12 +160,12 @@ class StudyCommand {
     clear_line();
     if (common_.json || common_.quiet) return;
     if (good)
-      print_text(stderr,
-                 fmt::format("[{}/{}] {}: psi {:.6g} -> {:.6g} in {} evaluations, {:.3g} s\n", finished_, total_,
-                             j.run.name, j.result["initial"]["psi"].get<double>(), j.result["psi"].get<double>(),
-                             j.result["evaluations"].size(), j.result["wall_s"].get<double>()));
+      print_text(stderr, printable(fmt::format("[{}/{}] {}: psi {:.6g} -> {:.6g} in {} evaluations, {:.3g} s\n",
+                                               finished_, total_, j.run.name, j.result["initial"]["psi"].get<double>(),
+                                               j.result["psi"].get<double>(), j.result["evaluations"].size(),
+                                               j.result["wall_s"].get<double>())));
     else
-      print_text(stderr, fmt::format("[{}/{}] {} failed: {}\n", finished_, total_, j.run.name, j.error));
+      print_text(stderr, printable(fmt::format("[{}/{}] {} failed: {}\n", finished_, total_, j.run.name, j.error)));
   }
 
   /// The last line of what the run said, or the signal that ended it.
@@ -186,7 +186,8 @@ class StudyCommand {
     total_ =
         static_cast<std::size_t>(std::count_if(jobs_.begin(), jobs_.end(), [](const StudyJob& j) { return !j.ok(); }));
     if (total_ < jobs_.size() && !common_.json && !common_.quiet)
-      print_text(stderr, fmt::format("{} of {} runs are finished already\n", jobs_.size() - total_, jobs_.size()));
+      print_text(stderr,
+                 printable(fmt::format("{} of {} runs are finished already\n", jobs_.size() - total_, jobs_.size())));
     for (;;) {
       throw_if_interrupted();
       std::size_t running = 0;
@@ -230,7 +231,8 @@ class StudyCommand {
     std::vector<std::string> names;
     for (const StudyJob& j : jobs_)
       if (j.state == StudyJob::State::running) names.push_back(fmt::format("{} ({})", j.run.name, j.evaluations()));
-    print_text(stderr, fmt::format("\r\033[K[{}/{}] evaluations: {}", finished_, total_, fmt::join(names, ", ")));
+    print_text(stderr, fmt::format("\r\033[K[{}/{}] evaluations: {}", finished_, total_,
+                                   printable(fmt::format("{}", fmt::join(names, ", ")))));
     line_ = true;
   }
   void clear_line() {
@@ -352,7 +354,7 @@ class StudyCommand {
     if (common_.json)
       fmt::print("{}\n", json_text(j));
     else if (!common_.quiet)
-      fmt::print("{}  results in {}: study.txt, study.csv, study.json\n", text, directory_.string());
+      print_result(fmt::format("{}  results in {}: study.txt, study.csv, study.json\n", text, directory_.string()));
   }
 
   const CommonOptions& common_;

@@ -97,9 +97,9 @@ int run(const CommonOptions& common, SweepOptions& options) {
   if (common.json)
     fmt::print("{}\n", json_text(j));
   else
-    fmt::print("{}", text);
+    print_result(text);
   if (sweep.stopped.empty()) return 0;
-  print_text(stderr, fmt::format("costate: {}\n", sweep.stopped));
+  print_message(sweep.stopped);
   return kFailed;
 }
 

@@ -34,6 +34,69 @@ TEST_CASE("a pipe among the includes is waited for, and left when told to end") 
   ::close(writer);
 }
 
+TEST_CASE("the first Ctrl-C ends what only reads and draws, also while it reads") {
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"sweep", "scene.toml", "--coordinate", "P2.x", "--from", "0", "--to", "1"},
+        {"draw", "scene.toml"},
+        {"list", "scene.toml"},
+        {"dump", "scene.toml"},
+        {"modes", "scene.toml"},
+        {"equilibrium", "scene.toml"},
+        {"gradient", "scene.toml"},
+        {"optimize", "scene.toml"}}) {
+    INFO(command[0]);
+    const WorkingDirectory here;
+    REQUIRE(::mkfifo((here / "pipe.toml").c_str(), 0600) == 0);
+    write_text(here / "scene.toml", "include = [\"pipe.toml\"]\n");
+    Process process(COSTATE_EXECUTABLE, command, here.path());
+    int writer = -1;
+    REQUIRE(process.wait_until(
+        [&] { return (writer = ::open((here / "pipe.toml").c_str(), O_WRONLY | O_NONBLOCK)) >= 0; }));
+    process.send(SIGINT);
+    CHECK(process.finish().status == 128 + SIGINT);
+    ::close(writer);
+    CHECK(here.entries() == std::vector<std::string>{"pipe.toml", "scene.toml"});
+  }
+}
+
+TEST_CASE("no terminal is told what a scene or a command line hides") {
+  const WorkingDirectory here;
+  const std::string escape = "\x1b[31m", eight_bits = "\xc2\x9b";
+  const auto told = [&](const std::vector<std::string>& words) {
+    const Outcome o = run_costate(words, here.path());
+    INFO(words[0] << ": " << o.out << o.err);
+    CHECK(o.out.find('\x1b') == std::string::npos);
+    CHECK(o.err.find('\x1b') == std::string::npos);
+    CHECK(o.out.find(eight_bits) == std::string::npos);
+    CHECK(o.err.find(eight_bits) == std::string::npos);
+    return o.out + o.err;
+  };
+  write_text(here / "scene.toml", "title = \"red \\u001b[31m and \\u009b\"\ninclude = [\"" + kFiveBar + "\"]\n");
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"simulate", "scene.toml", "--no-files"},
+        {"gradient", "scene.toml", "--no-files"},
+        {"simulate", "scene.toml", "--json", "--no-files"},
+        {"optimize", "scene.toml", "--no-files", "--max-evaluations", "2", "--no-certificate"},
+        {"check", "scene.toml", "--formulation", "index1"},
+        {"compare", "scene.toml", "scene.toml"},
+        {"list", "scene.toml"},
+        {"dump", "scene.toml"},
+        {"draw", "scene.toml"},
+        {"modes", "scene.toml"},
+        {"equilibrium", "scene.toml"},
+        {"sweep", "scene.toml", "--coordinate", "P2.x", "--from", "0.49", "--to", "0.5", "--count", "3"}})
+    CHECK_THAT(told(command), Contains("red"));
+  for (const std::string& bad : {escape, eight_bits}) {
+    told({"simulate", bad + ".toml"});
+    told({bad});
+    told({"simulate", kFiveBar, "--no-files", "--set", bad + ".x=1"});
+    told({"simulate", kFiveBar, "--no-files", "--formulation", bad});
+    told({"simulate", kFiveBar, "--no-files", "--rtol", bad});
+    told({"simulate", kFiveBar, "--" + bad});
+    told({"regress", bad});
+  }
+}
+
 TEST_CASE("studies, baselines and journals without an end are refused") {
   const WorkingDirectory here;
   const Outcome study = run_costate({"study", "/dev/zero"}, here.path());

@@ -54,6 +54,14 @@ TEST_CASE("an error stream that is closed or full does not change the status") {
   }
 }
 
+TEST_CASE("an error stream that is full does not keep the other baselines from running") {
+  const WorkingDirectory here;
+  for (const char* name : {"a.json", "b.json"}) costate::test::write_text(here / name, "{}");
+  const Outcome o = shell("regress .", "2>/dev/full", here);
+  CHECK(o.status == 1);
+  CHECK_THAT(o.out, Contains("2 baselines: 0 moved, 2 failed"));
+}
+
 TEST_CASE("a standard output that is full ends in failure, not before the results are written") {
   const WorkingDirectory here;
   const Outcome o = shell(kOptimize, ">/dev/full", here);

@@ -163,6 +163,7 @@ TEST_CASE("regress: mistakes in a baseline name the file, the key and what was e
              Contains("case.json:2:13: ") && Contains("JSON"));
   CHECK_THAT(mistake_in_text("{\"scene\": \"a\", \"scene\": \"b\"}"), Contains("scene") && Contains("twice"));
   CHECK_THAT(mistake_in_text("[]"), Contains("object") && Contains("array"));
+  CHECK_THAT(mistake_in_text("{\"value\": 1e3300}"), Contains("case.json: ") && Contains("beyond 1.8e308"));
   CHECK_THAT(mistake(Json{{"command", "gradient"}}), Contains("scene: ") && Contains("missing"));
   CHECK_THAT(mistake(Json{{"scene", kFiveBar}}), Contains("command: ") && Contains("gradient"));
   CHECK_THAT(mistake(Json{{"scene", 3}, {"command", "gradient"}}), Contains("scene: Expected text") && Contains("3"));

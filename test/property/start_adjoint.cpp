@@ -43,7 +43,7 @@ Scene row_of_bars(int bars, bool twice) {
     text += fmt::format("[bar.b{}]\nfrom = \"P{}\"\nto = \"P{}\"\nmass_kg = {}\n", i, i - 1, i, 1 + 0.01 * i);
     given += fmt::format("{}\"P{}.x\"", i > 1 ? ", " : "", i);
   }
-  if (twice) text += "[distance.again]\npoints = [\"P0\", \"P1\"]\n";
+  if (twice) text += "[distance.again]\nfrom = \"P0\"\nto = \"P1\"\n";
   return Scene::parse(text + "[start]\ngiven = [" + given + "]\n", "row of bars");
 }
 

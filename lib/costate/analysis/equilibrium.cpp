@@ -9,6 +9,7 @@
 
 #include "costate/analysis/given_by_itself.h"
 #include "costate/analysis/mechanism_size.h"
+#include "costate/analysis/not_finite.h"
 #include "costate/analysis/rest_system.h"
 #include "costate/analysis/start.h"
 #include "costate/analysis/start_errors.h"
@@ -43,6 +44,14 @@ class Search {
       for (int i = 0; i < assembly.nz(); ++i)
         if (!m.held_states()[static_cast<std::size_t>(i)]) z[i] = guess->z[i];
     }
+    const VectorXd rest = VectorXd::Zero(assembly.n());
+    StateView s;
+    s.t = t;
+    s.q = q.data();
+    s.v = rest.data();
+    s.z = z.data();
+    assembly.calc_dynamics(s);
+    require_finite(assembly, s);
     x_.move_to(q, z);
     measure_size();
   }

@@ -20,7 +20,8 @@ bool finite(const std::vector<double>& x) { return finite(x.data(), x.size()); }
                   fmt::format("{} is not a finite number at t = {:.9g} s. A formula is outside its domain there "
                               "(a division by zero, the logarithm or root of a negative number), or numbers are "
                               "so large that they overflow.",
-                              what, s.t));
+                              what, s.t),
+                  s.t);
 }
 
 }  // namespace

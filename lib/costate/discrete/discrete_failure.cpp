@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/analysis/not_finite.h"
 #include "costate/base/error.h"
 #include "costate/discrete/discrete_scheme.h"
 
@@ -30,8 +31,18 @@ void DiscreteScheme::check(int bad, const char* what) {
   if (bad >= 0) fail_singular(what, bad);
 }
 
-void DiscreteScheme::fail_newton(int iterations, double size) const {
+void DiscreteScheme::fail_newton(int iterations, double size) {
   const Mechanism& mech = assembly_.mechanism();
+  const auto finite = [](const double* x, int count) {
+    return std::all_of(x, x + count, [](double e) { return std::isfinite(e); });
+  };
+  if (!std::isfinite(size) && finite(r_.q, n_) && finite(v_star_.data(), n_) && finite(r_.z, nz_)) try {
+      StateView s = state();
+      s.v = v_star_.data();
+      require_finite(assembly_, s);
+    } catch (const NotFinite& e) {
+      throw RunNotFinite(e, {});
+    }
   std::vector<std::pair<double, std::string>> corrections, rows;
   for (int i = 0; i < n_; ++i) corrections.emplace_back(size_of(c_.B * rhs_[i]), mech.coordinates()[i].name);
   const auto states = mech.state_names();

@@ -95,7 +95,7 @@ class DiscreteScheme final : public System {
   double correction_size();
   void set_scales();
   void check(int bad, const char* what);
-  [[noreturn]] void fail_newton(int iterations, double size) const;
+  [[noreturn]] void fail_newton(int iterations, double size);
   [[noreturn]] void fail_singular(const std::string& what, int column);
 
   AlphaCoefficients alpha_coefficients_;

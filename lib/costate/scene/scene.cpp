@@ -79,14 +79,21 @@ std::vector<std::string> law_keys(const SceneNode* element) {
 }  // namespace
 
 SceneError Scene::located(const ModelError& e) const {
-  if (dynamic_cast<const NotFinite*>(&e)) {
-    const auto keys = law_keys(e.subject().empty() ? nullptr : find_node(*root_, e.subject()));
-    if (keys.size() == 1)
-      return SceneError(locate(e.subject() + "." + keys[0]), fmt::format("{} Its law is '{}'.", e.what(), keys[0]));
-    if (!keys.empty())
-      return SceneError(locate(e.subject()), fmt::format("{} Its laws are '{}'.", e.what(), fmt::join(keys, "', '")));
-  }
-  return SceneError(locate(e.subject()), e.what());
+  const auto* not_finite = dynamic_cast<const NotFinite*>(&e);
+  if (!not_finite) return SceneError(locate(e.subject()), e.what());
+  std::string owner = e.subject(), message = e.what();
+  const SceneNode* element = owner.empty() ? nullptr : find_node(*root_, owner);
+  auto keys = law_keys(element);
+  if (element && keys.empty())  // a tyre's law is that of its road
+    if (const SceneNode* road = element->find("road"); road && road->type == SceneNode::Type::text) {
+      owner = "road." + road->text;
+      keys = law_keys(find_node(*root_, owner));
+    }
+  if (!keys.empty())
+    message += fmt::format(" {} '{}'{}.", keys.size() == 1 ? "Its law is" : "Its laws are", fmt::join(keys, "', '"),
+                           owner == e.subject() ? "" : fmt::format(" of [{}]", owner));
+  if (!not_finite->report.empty()) message += " " + not_finite->report;
+  return SceneError(locate(keys.size() == 1 ? owner + "." + keys[0] : keys.empty() ? e.subject() : owner), message);
 }
 
 Scene Scene::with_override(const std::string& path, const std::string& value) const {

@@ -7,6 +7,7 @@
 
 #include "costate/integrator/unknown_sizes.h"
 #include "costate/sundials/failure.h"
+#include "costate/sundials/finite_values.h"
 
 namespace costate {
 
@@ -131,7 +132,9 @@ int CvodeSession::rhs(double t, N_Vector y, N_Vector f, void* p) {
   return s.guard_.run([&] {
     s.poll(t, false);
     s.watch_forward();
+    require_trial_state(s.system_, t, data(y));
     s.system_.rhs(t, data(y), data(f));
+    require_values(s.system_, t, data(y), data(f));
     if (s.cost_state_) data(f)[s.system_.size()] = s.system_.running_cost(t, data(y));
     s.look_ahead(t, data(y));
     s.watch_stiffness(t, data(y));

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 
+#include "costate/analysis/not_finite.h"
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 
@@ -41,12 +43,14 @@ long chosen_steps(const Problem& problem) {
   std::vector<double> before;
   double error_before = 0;
   std::string failure;
+  std::exception_ptr cause;
   for (long steps = kFirstTrial; steps <= std::min(kLastTrial, problem.solver.max_steps); steps *= 2) {
     std::vector<double> now;
     try {
       now = trial(problem, rho, steps);
     } catch (const SolverError& e) {  // too coarse, perhaps
       failure = e.what();
+      cause = std::current_exception();
       before.clear();
       error_before = 0;
       continue;
@@ -65,9 +69,16 @@ long chosen_steps(const Problem& problem) {
     }
     before = std::move(now);
   }
-  if (before.empty())
+  if (before.empty()) {
+    if (cause) try {
+        std::rethrow_exception(cause);
+      } catch (const RunNotFinite&) {  // whatever the step
+        throw;
+      } catch (const SolverError&) {
+      }
     throw SolverError("No step was found that carries the motion over the whole time span; the last attempt says: " +
                       failure);
+  }
   return std::min(kLastTrial, problem.solver.max_steps);
 }
 

@@ -4,6 +4,7 @@
 
 #include "costate/integrator/error_weights.h"
 #include "costate/integrator/unknown_sizes.h"
+#include "costate/sundials/finite_values.h"
 
 namespace costate {
 
@@ -145,7 +146,9 @@ int IdaSession::residual(double t, N_Vector y, N_Vector yp, N_Vector r, void* p)
   return s.guard_.run([&] {
     s.poll(t, false);
     s.watch_forward();
+    require_trial_state(s.system_, t, data(y));
     s.system_.residual(t, data(y), data(yp), data(r));
+    require_values(s.system_, t, data(y), data(r));
     s.look_ahead(t, data(y));
   });
 }

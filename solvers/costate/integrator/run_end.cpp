@@ -27,7 +27,7 @@ struct RunEnd {
 template <class Run, class SystemType>
 RunEnd search_end(SystemType& system, const Problem& problem, const std::vector<double>& rho, bool rates_too) {
   system.set_parameters(rho.data());
-  Run run(system, problem.solver, problem.monitor, false);
+  Run run(system, problem.solver, problem.monitor, StartDerivative::none);
   EndWatch watch(problem, system);
   watch.begin(run.y());
   run.watch(watch.sink());

@@ -98,8 +98,8 @@ std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint() {
     }
     if (k > 0 && !links_[k - 1].restart) Session::transfer_adjoint(system_, links_[k - 1].jump, mu, gradient);
   }
-  sessions_.front()->add_start_gradient(mu, gradient);
   invariant_.start(system_, t_start_, start_y_.data(), mu.mu.data());
+  sessions_.front()->add_start_gradient(mu, gradient);  // last: it leaves the system at no point of the motion
   return gradient;
 }
 

@@ -7,6 +7,7 @@
 
 #include "costate/integrator/unknown_sizes.h"
 #include "costate/sundials/failure.h"
+#include "costate/sundials/finite_values.h"
 
 namespace costate {
 
@@ -70,7 +71,9 @@ void SundialsSession<Api>::fail(bool backward, int flag, const std::string& what
   c.weights = weights.data();
   c.errors = errors.data();
   if (Api::dky(m, c.t, 1, rates) >= 0) c.rates = rates.data();
-  throw SolverError(failure_report(c, unknowns));
+  const std::string report = failure_report(c, unknowns);
+  guard_.throw_not_finite(c.t, not_finite_reach(options_, c.step), report);
+  throw SolverError(report);
 }
 
 template <class Api>

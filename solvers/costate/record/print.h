@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdio>
+#include <string>
 #include <string_view>
 
 namespace costate {
@@ -11,5 +12,14 @@ inline void print_text(std::FILE* stream, std::string_view text) noexcept {
   std::fwrite(text.data(), 1, text.size(), stream);
   std::fflush(stream);
 }
+
+/// What a scene, a file or a command line holds may be anything; a terminal gets no control characters of theirs: all
+/// but line ends become "\x1b".
+std::string printable(std::string_view text);
+
+/// A message on standard error: "costate: TEXT", printable, and a line end.
+void print_message(std::string_view text);
+/// Results for people on standard output, printable.
+void print_result(std::string_view text);
 
 }  // namespace costate

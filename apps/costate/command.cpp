@@ -239,10 +239,24 @@ bool Setup::write_file(const std::string& name, const std::function<void(const s
 
 std::string json_text(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace); }
 
+void KeyedObject::set(const std::string& key, Json value) {
+  auto& entries = object_.get_ref<Json::object_t&>();
+  const auto [place, is_new] = places_.emplace(key, entries.size());
+  if (is_new)
+    entries.push_back({key, std::move(value)});
+  else
+    (entries.begin() + static_cast<std::ptrdiff_t>(place->second))->second = std::move(value);
+}
+
+Json KeyedObject::take() {
+  places_.clear();
+  return std::exchange(object_, Json::object());
+}
+
 Json named(const std::vector<std::string>& names, const std::vector<double>& values) {
-  Json j = Json::object();
-  for (std::size_t i = 0; i < names.size(); ++i) j[names[i]] = values[i];
-  return j;
+  KeyedObject j;
+  for (std::size_t i = 0; i < names.size(); ++i) j.set(names[i], values[i]);
+  return j.take();
 }
 
 Json counters_json(const Counters& c) {

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "command_line.h"
@@ -113,6 +114,19 @@ Json run_json(const Setup& setup, const GradientResult& result, const std::strin
 std::string events_text(const Simulation& r);
 /// JSON as text; what is no valid UTF-8 (a file name may be) is replaced, numbers that are not finite become null.
 std::string json_text(const Json& json);
+/// An object of many keys, in the order in which they come: Json's own assignment looks through all that are there.
+class KeyedObject {
+ public:
+  bool has(const std::string& key) const { return places_.count(key) > 0; }
+  void set(const std::string& key, Json value);
+  /// The object; nothing stays.
+  Json take();
+
+ private:
+  Json object_ = Json::object();
+  std::unordered_map<std::string, std::size_t> places_;
+};
+
 Json named(const std::vector<std::string>& names, const std::vector<double>& values);
 Json counters_json(const Counters& c);
 

@@ -19,9 +19,9 @@ struct EquilibriumOptions {
 };
 
 Json positions_json(const Mechanism& m, const Equilibrium& e) {
-  Json j = Json::object();
-  for (int i = 0; i < m.coordinate_count(); ++i) j[m.coordinates()[static_cast<std::size_t>(i)].name] = e.q[i];
-  return j;
+  KeyedObject j;
+  for (int i = 0; i < m.coordinate_count(); ++i) j.set(m.coordinates()[static_cast<std::size_t>(i)].name, e.q[i]);
+  return j.take();
 }
 
 int run(const CommonOptions& common, EquilibriumOptions& options) {
@@ -77,19 +77,20 @@ int run(const CommonOptions& common, EquilibriumOptions& options) {
     j["states"][states[i]] = e.z[static_cast<Eigen::Index>(i)];
     positions.add("z." + states[i], e.z[static_cast<Eigen::Index>(i)], units_of_states[i]);
   }
-  j["outputs"] = Json::object();
+  KeyedObject values;
   for (const auto* list : {&measures, &std::as_const(chosen)})
     for (const auto& o : *list) {
       const double x = value_at_rest(*o, assembly, t, e);
-      if (!j["outputs"].contains(o->name())) forces.add(o->name(), x, o->unit());
-      j["outputs"][o->name()] = x;
+      if (!values.has(o->name())) forces.add(o->name(), x, o->unit());
+      values.set(o->name(), x);
     }
+  j["outputs"] = values.take();
   const auto rows = m->row_names(), row_units = multiplier_units(*m);
-  j["multipliers"] = Json::object();
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    j["multipliers"][rows[i]] = e.lambda[static_cast<Eigen::Index>(i)];
+    values.set(rows[i], e.lambda[static_cast<Eigen::Index>(i)]);
     multipliers.add(rows[i], e.lambda[static_cast<Eigen::Index>(i)], row_units[i]);
   }
+  j["multipliers"] = values.take();
   text += "\nPositions\n" + positions.text();
   if (!forces.empty()) text += "\nPoints and elements\n" + forces.text();
   if (!multipliers.empty()) text += "\nMultipliers\n" + multipliers.text();

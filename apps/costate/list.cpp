@@ -193,12 +193,13 @@ int run(const CommonOptions& common, const ListOptions& options) {
   j["multipliers"] = m->row_names();
   j["states"] = m->state_names();
   j["outputs"] = output_names(*m);
-  j["parameters"] = Json::object();
+  KeyedObject parameters, numbers;
   for (const auto& p : m->parameters())
-    j["parameters"][p.name] = {{"value", p.value}, {"lower", p.lower}, {"upper", p.upper}, {"scale", p.scale}};
+    parameters.set(p.name, {{"value", p.value}, {"lower", p.lower}, {"upper", p.upper}, {"scale", p.scale}});
+  j["parameters"] = parameters.take();
   j["default_parameters"] = m->default_parameters();
-  j["numbers"] = Json::object();
-  for (const auto& n : m->numbers()) j["numbers"][n.path] = n.value;
+  for (const auto& n : m->numbers()) numbers.set(n.path, n.value);
+  j["numbers"] = numbers.take();
   if (common.json) {
     fmt::print("{}\n", json_text(j));
     return 0;

@@ -54,11 +54,11 @@ int run(const CommonOptions& common, SweepOptions& options) {
   j["coordinate"] = options.coordinate;
   j["unit"] = unit;
   j["reached"] = sweep.reached;
-  Json columns = Json::object(), units = Json::object();
+  KeyedObject columns, units;
+  std::vector<Json> found(outputs.size(), Json::array());
   std::string csv = fmt::format("{} [{}]", options.coordinate, unit);
   for (const auto& o : outputs) {
-    columns[o->name()] = Json::array();
-    units[o->name()] = o->unit();
+    units.set(o->name(), o->unit());
     csv += fmt::format(",{} [{}]", o->name(), o->unit());
   }
   csv += ",held_force\n";
@@ -66,9 +66,9 @@ int run(const CommonOptions& common, SweepOptions& options) {
   for (const auto& p : sweep.points) {
     values.push_back(p.value);
     csv += fmt::format("{}", p.value);
-    for (const auto& o : outputs) {
-      const double x = value_at_rest(*o, assembly, t, p.at);
-      columns[o->name()].push_back(x);
+    for (std::size_t k = 0; k < outputs.size(); ++k) {
+      const double x = value_at_rest(*outputs[k], assembly, t, p.at);
+      found[k].push_back(x);
       csv += fmt::format(",{}", x);
     }
     const double force = -p.at.held[p.at.held.size() - 1];  // what pushes the coordinate there
@@ -76,8 +76,9 @@ int run(const CommonOptions& common, SweepOptions& options) {
     csv += fmt::format(",{}\n", force);
   }
   j["values"] = values;
-  j["outputs"] = columns;
-  j["units"] = units;
+  for (std::size_t k = 0; k < outputs.size(); ++k) columns.set(outputs[k]->name(), std::move(found[k]));
+  j["outputs"] = columns.take();
+  j["units"] = units.take();
   j["held_force"] = forces;
   std::string text =
       fmt::format("{}\n  {} points of {} from {:g} to {:g} {}\n", scene.title.empty() ? common.scene : scene.title,

@@ -88,16 +88,16 @@ SampleSink TrajectoryRecorder::sink() {
 }
 
 Json TrajectoryRecorder::terminal() const {
-  Json j = Json::object();
+  KeyedObject j;
   for (const Column& c : table_.columns)
-    if (!c.values.empty()) j[output_of_column(c)] = c.values.back();
-  return j;
+    if (!c.values.empty()) j.set(output_of_column(c), c.values.back());
+  return j.take();
 }
 
 Json TrajectoryRecorder::units() const {
-  Json j = Json::object();
-  for (const Column& c : table_.columns) j[output_of_column(c)] = c.unit;
-  return j;
+  KeyedObject j;
+  for (const Column& c : table_.columns) j.set(output_of_column(c), c.unit);
+  return j.take();
 }
 
 TrajectoryTable TrajectoryRecorder::finish(const Json& settings, const Simulation& run) {

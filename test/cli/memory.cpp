@@ -1,4 +1,4 @@
-// How the memory of a gradient grows with the number of parameters.
+// How memory and work grow with the number of parameters and elements.
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
@@ -27,6 +27,17 @@ std::string chain(int bars) {
          names + "]\n";
 }
 
+/// Masses that fall, each a parameter.
+std::string falling(int masses) {
+  std::string text = "[gravity]\ny_m_per_s2 = -9.81\n";
+  for (int i = 0; i < masses; ++i)
+    text += fmt::format(
+        "[point.P{0}]\nx_m = {0}\ny_m = 0\n[mass.m{0}]\npoint = \"P{0}\"\nmass_kg = 1\n"
+        "[parameter.p{0}]\nnumber = \"mass.m{0}.mass_kg\"\n",
+        i);
+  return text;
+}
+
 }  // namespace
 
 #if !defined(__SANITIZE_ADDRESS__)
@@ -47,6 +58,21 @@ TEST_CASE("the memory of an adjoint gradient is not that of mechanism times para
     INFO(o.err);
     CHECK(o.status == 0);
     CHECK(costate::test::one_object(o.out).at("gradient").size() == 2000);
+  }
+}
+
+// Quadratic work would be 100 s of the processor or more for each: 2e5 coordinates that are looked through for every
+// one that is given, 3e5 keys of an object for every one that is added. Linear, it is some 5 s.
+TEST_CASE("large scenes are read, listed and written in linear time") {
+  const WorkingDirectory here;
+  write_text(here / "falling.toml", falling(80000));
+  for (const std::string command : {"dump falling.toml", "list falling.toml --json"}) {
+    INFO(command);
+    const Outcome o =
+        Process("/bin/sh", {"-c", "ulimit -t 30; exec '" COSTATE_EXECUTABLE "' " + command + " > out"}, here.path())
+            .finish();
+    INFO(o.err);
+    CHECK(o.status == 0);
   }
 }
 #endif

@@ -56,6 +56,7 @@ mass_kg = 1
 from = "O"
 to = "P"
 stiffness_N_per_m = 100
+natural_length_m = 1
 [start]
 given = ["P.x"]
 [force.push]
@@ -74,7 +75,7 @@ TEST_CASE("not finite: a formula that leaves its domain during a run is named by
       if (integrator == std::string("idas") ? !f.make_dae : !f.make_ode) continue;
       const std::string said = ends_with(scene, problem_of(scene, f.name, integrator));
       INFO(f.name << ", " << integrator << ": " << said);
-      CHECK_THAT(said, Contains("s.toml:21:7: force.push: Its force is not a finite number at t = 0.4") &&
+      CHECK_THAT(said, Contains("s.toml:22:7: force.push: Its force is not a finite number at t = 0.4") &&
                            Contains("Its law is 'y_N'."));
       ++runs;
     }
@@ -88,7 +89,7 @@ TEST_CASE("not finite: fixed steps name it as well") {
     p.solver.step_s = step;
     const std::string said = ends_with(scene, p);
     INFO(said);
-    CHECK_THAT(said, Contains("s.toml:21:7: force.push: Its force is not a finite number at t = 0.4") &&
+    CHECK_THAT(said, Contains("s.toml:22:7: force.push: Its force is not a finite number at t = 0.4") &&
                          Contains("Its law is 'y_N'."));
   }
 }
@@ -144,6 +145,6 @@ law = { kind = "formula", formula = "log(0 - 1)" }
   const Scene scene = Scene::parse(text, "s.toml");
   const std::string said = ends_with(scene, problem_of(scene, "baumgarte", "idas"));
   INFO(said);
-  CHECK_THAT(said, Contains("s.toml:36:7: tyre.T: Its force is not a finite number at t = 0 s.") &&
+  CHECK_THAT(said, Contains("s.toml:37:7: tyre.T: Its force is not a finite number at t = 0 s.") &&
                        Contains("Its law is 'law' of [road.post]."));
 }

@@ -180,8 +180,7 @@ void MechanismBuilder::give_position(const std::string& name) {
   if (rates_.count(name))
     throw ModelError("", fmt::format("'{}' is a rate; it can stand in given_velocities, not among positions.", name));
   const int i = m_->coordinate(name);
-  for (const auto& g : m_->given_positions_)
-    if (g.coordinate == i) throw ModelError("", fmt::format("Coordinate '{}' is given twice.", name));
+  if (!positions_given_.insert(i).second) throw ModelError("", fmt::format("Coordinate '{}' is given twice.", name));
   m_->given_positions_.push_back({i, m_->coordinates_[i].position_number, name});
 }
 
@@ -191,14 +190,12 @@ void MechanismBuilder::give_velocity(const std::string& name) {
     return;
   }
   if (const auto rate = rates_.find(name); rate != rates_.end()) {
-    for (const auto& g : m_->given_velocities_)
-      if (g.name == name) throw ModelError("", fmt::format("Velocity '{}' is given twice.", name));
+    if (!rates_given_.insert(name).second) throw ModelError("", fmt::format("Velocity '{}' is given twice.", name));
     m_->given_velocities_.push_back(rate->second);
     return;
   }
   const int i = m_->coordinate(name);
-  for (const auto& g : m_->given_velocities_)
-    if (g.coordinate == i) throw ModelError("", fmt::format("Velocity '{}' is given twice.", name));
+  if (!velocities_given_.insert(i).second) throw ModelError("", fmt::format("Velocity '{}' is given twice.", name));
   m_->given_velocities_.push_back({i, m_->coordinates_[i].velocity_number, name});
 }
 

@@ -114,6 +114,8 @@ class MechanismBuilder {
   };
   std::map<std::string, StartGroup> start_groups_;
   std::map<std::string, GivenStart> rates_;
+  std::set<int> positions_given_, velocities_given_;  // coordinates
+  std::set<std::string> rates_given_;
   std::map<std::string, std::shared_ptr<const SharedPart>> shared_parts_;
   std::set<int> held_states_;  // numbers of initial values
   void hold_or_balance_states();

@@ -72,7 +72,7 @@ void SundialsSession<Api>::fail(bool backward, int flag, const std::string& what
   c.errors = errors.data();
   if (Api::dky(m, c.t, 1, rates) >= 0) c.rates = rates.data();
   const std::string report = failure_report(c, unknowns);
-  guard_.throw_not_finite(c.t, not_finite_reach(options_, c.step), report);
+  guard_.throw_not_finite(c.t, not_finite_reach(options_.t_end - options_.t_start, c.step), report);
   throw SolverError(report);
 }
 

@@ -32,8 +32,6 @@ void require_values(System& system, double t, const double* y, const double* val
   throw StepError(fmt::format("The equations of motion give no number at t = {:.9g} s.", t));
 }
 
-double not_finite_reach(const SolverOptions& options, double step) {
-  return std::max(1e-6 * std::abs(options.t_end - options.t_start), 100 * std::abs(step));
-}
+double not_finite_reach(double span, double step) { return std::max(1e-6 * std::abs(span), 100 * std::abs(step)); }
 
 }  // namespace costate

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "costate/formulation/system.h"
-#include "costate/problem/problem.h"
 
 namespace costate {
 
@@ -14,8 +13,8 @@ void require_trial_state(const System& system, double t, const double* y);
 /// is no number.
 void require_values(System& system, double t, const double* y, const double* values);
 
-/// How far from the time at which an integrator gave up what is not finite is its cause: some of its last steps, or
-/// those that it has shortened before (ten times by a quarter).
-double not_finite_reach(const SolverOptions& options, double step);
+/// How far from the time at which the integrator of a run over `span` s gave up what is not finite is its cause: some
+/// of its last steps, or those that it has shortened before (ten times by a quarter).
+double not_finite_reach(double span, double step);
 
 }  // namespace costate

@@ -137,7 +137,9 @@ void Setup::choose_solver(const CommonOptions& options) {
     if (!word.empty()) problem.formulation_options.set(key, word);
   SolverOptions& solver = problem.solver;
   if (options.t_end) solver.t_end = *options.t_end;
-  if (!(solver.t_end > solver.t_start && std::isfinite(solver.t_end)))
+  if (!std::isfinite(solver.t_end))
+    throw Error(fmt::format("--t-end: The end time must be finite, found {} s.", solver.t_end));
+  if (!(solver.t_end > solver.t_start))
     throw Error(
         fmt::format("--t-end: The end time {} s must lie after the start time {} s.", solver.t_end, solver.t_start));
   if (!(solver.t_end - solver.t_start > 1e-12 * std::max(std::abs(solver.t_start), std::abs(solver.t_end))))

@@ -3,8 +3,8 @@
 // error that names a place; none may crash, hang, outgrow a bound of memory, or end in a library's raw words. Scenes
 // that read whole are started and run some steps, a third of them with a gradient.
 //
-//   costate_fuzz --inputs 1000000 [--seed 1] [--kind study]   the figures; status 1 if anything was found
-//   costate_fuzz --input 4711 [--seed 1]                      prints one input and what becomes of it
+//   costate_fuzz --inputs 1000000 [--from 0] [--seed 1] [--kind study]   the figures; status 1 if anything was found
+//   costate_fuzz --input 4711 [--seed 1]                                 prints one input and what becomes of it
 #include <fmt/format.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
@@ -25,7 +25,12 @@ using namespace costate::fuzz;
 
 namespace {
 
-constexpr int kSeconds = 10, kWait = 300;  // for one input: of the processor, and whatever it waits for
+#if defined(__SANITIZE_ADDRESS__)
+constexpr int kSlower = 6;  // what is watched at every access takes that much longer
+#else
+constexpr int kSlower = 1;
+#endif
+constexpr int kSeconds = 10 * kSlower, kWait = 300 * kSlower;  // for one input: of the processor, and its waits
 constexpr rlim_t kMemory = rlim_t{2} << 30;
 constexpr std::size_t kKinds = 9, kVerdicts = 7;
 constexpr long kShown = 8;  // messages of each kind of finding
@@ -91,11 +96,12 @@ bool reads_unchanged(const std::vector<Input>& all, const fs::path& directory) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  long inputs = 10000, one = -1;
+  long inputs = 10000, from = 0, one = -1;
   std::uint64_t seed = 1;
   std::string kind;
   for (int i = 1; i + 1 < argc; i += 2) {
     if (std::strcmp(argv[i], "--inputs") == 0) inputs = std::atol(argv[i + 1]);
+    if (std::strcmp(argv[i], "--from") == 0) from = std::atol(argv[i + 1]);
     if (std::strcmp(argv[i], "--input") == 0) one = std::atol(argv[i + 1]);
     if (std::strcmp(argv[i], "--seed") == 0) seed = std::strtoull(argv[i + 1], nullptr, 10);
     if (std::strcmp(argv[i], "--kind") == 0) kind = argv[i + 1];
@@ -111,14 +117,16 @@ int main(int argc, char** argv) {
   auto* shared =
       static_cast<Shared*>(mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
   new (shared) Shared;
+  shared->index = from;
+  const long end = from + inputs;
   long crashed = 0, hung = 0;
   const auto begin = std::chrono::steady_clock::now();
-  while (shared->index < inputs) {
+  while (shared->index < end) {
     std::fflush(stdout);
     const pid_t child = fork();
     if (child == 0) {
       limit_memory();
-      for (; shared->index < inputs; ++shared->index) {
+      for (; shared->index < end; ++shared->index) {
         const Input input = input_of(all, seed, shared->index);
         if (!kind.empty() && kind != name_of(input.kind)) continue;
         const itimerval limit{{0, 0}, {kSeconds, 0}};
@@ -131,7 +139,7 @@ int main(int argc, char** argv) {
     }
     int status = 0;
     waitpid(child, &status, 0);
-    if (shared->index >= inputs && WIFEXITED(status)) break;
+    if (shared->index >= end && WIFEXITED(status)) break;
     const bool alarmed = WIFSIGNALED(status) && (WTERMSIG(status) == SIGALRM || WTERMSIG(status) == SIGVTALRM);
     ++(alarmed ? hung : crashed);
     fmt::print("input {} ({}): {} (status {})\n", shared->index, name_of(input_of(all, seed, shared->index).kind),
@@ -149,7 +157,8 @@ int main(int argc, char** argv) {
                c[4], c[5], c[6]);
   }
   const long found = shared->of(Verdict::placeless) + shared->of(Verdict::raw) + shared->of(Verdict::wrong);
-  fmt::print("{} inputs, seed {}, {:.0f} s, at most {} MB: {} without a place, raw or wrong, {} crashed, {} hung\n",
-             inputs, seed, seconds, used.ru_maxrss / 1024, found, crashed, hung);
+  fmt::print(
+      "{} inputs from {}, seed {}, {:.0f} s, at most {} MB: {} without a place, raw or wrong, {} crashed, {} hung\n",
+      inputs, from, seed, seconds, used.ru_maxrss / 1024, found, crashed, hung);
   return crashed + hung + found > 0 ? 1 : 0;
 }

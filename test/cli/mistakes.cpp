@@ -123,6 +123,7 @@ TEST_CASE("numbers out of range") {
     option(command, "--penalty-alpha", {"0", "-5", "nan"});
     option(command, "--checkpoint-steps", {"-1", "1.5", "many"});
   }
+  CHECK_THAT(mistake({"simulate", kFiveBar, "--t-end=inf"}), Contains("must be finite") && !Contains("must lie after"));
   option("simulate", "--output-step", {"0", "-1", "nan", "inf", "x"});
   CHECK_THAT(mistake({"simulate", kFiveBar, "--output-step=1e-12"}), Contains("output step") && Contains("samples"));
   option("optimize", "--max-evaluations", {"0", "-3", "2.5", "x"});

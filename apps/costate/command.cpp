@@ -239,43 +239,6 @@ bool Setup::write_file(const std::string& name, const std::function<void(const s
   }
 }
 
-std::string json_text(const Json& json) {
-  const std::string text = json.dump(1, ' ', false, Json::error_handler_t::replace);
-  std::string r;
-  r.reserve(text.size());
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    // Control characters of seven bits are escaped; of eight, U+0080 to U+009F in UTF-8, they may stand in JSON, but
-    // not on a terminal.
-    if (text[i] == '\x7f')
-      r += "\\u007f";
-    else if (text[i] == '\xc2' && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xa0)
-      r += fmt::format("\\u{:04x}", static_cast<unsigned>(static_cast<unsigned char>(text[++i])));
-    else
-      r += text[i];
-  }
-  return r;
-}
-
-void KeyedObject::set(const std::string& key, Json value) {
-  auto& entries = object_.get_ref<Json::object_t&>();
-  const auto [place, is_new] = places_.emplace(key, entries.size());
-  if (is_new)
-    entries.push_back({key, std::move(value)});
-  else
-    (entries.begin() + static_cast<std::ptrdiff_t>(place->second))->second = std::move(value);
-}
-
-Json KeyedObject::take() {
-  places_.clear();
-  return std::exchange(object_, Json::object());
-}
-
-Json named(const std::vector<std::string>& names, const std::vector<double>& values) {
-  KeyedObject j;
-  for (std::size_t i = 0; i < names.size(); ++i) j.set(names[i], values[i]);
-  return j.take();
-}
-
 Json counters_json(const Counters& c) {
   Json j;
   for (const auto& [name, value] : counter_list(c)) j[name] = value;

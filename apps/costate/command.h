@@ -5,10 +5,8 @@
 #include <filesystem>
 #include <functional>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "command_line.h"
@@ -17,10 +15,9 @@
 #include "costate/record/progress.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
+#include "json_text.h"
 
 namespace costate::app {
-
-using Json = nlohmann::ordered_json;
 
 /// Exit statuses besides 0.
 inline constexpr int kFailed = 1;
@@ -112,22 +109,6 @@ Json settings_json(const Setup& setup);
 Json run_json(const Setup& setup, const GradientResult& result, const std::string& method, double wall_s);
 /// The events of a run in a line, the first few by name; empty without any.
 std::string events_text(const Simulation& r);
-/// JSON as text; what is no valid UTF-8 (a file name may be) is replaced, numbers that are not finite become null.
-std::string json_text(const Json& json);
-/// An object of many keys, in the order in which they come: Json's own assignment looks through all that are there.
-class KeyedObject {
- public:
-  bool has(const std::string& key) const { return places_.count(key) > 0; }
-  void set(const std::string& key, Json value);
-  /// The object; nothing stays.
-  Json take();
-
- private:
-  Json object_ = Json::object();
-  std::unordered_map<std::string, std::size_t> places_;
-};
-
-Json named(const std::vector<std::string>& names, const std::vector<double>& values);
 Json counters_json(const Counters& c);
 
 /// Prints the JSON object (with --json) or the text, and writes the JSON as `file` into the directory.

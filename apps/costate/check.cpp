@@ -12,11 +12,11 @@
 #include "check_reference.h"
 #include "check_row.h"
 #include "command.h"
-#include "costate/analysis/start.h"
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/integrator/run_end.h"
 #include "costate/integrator/simulate.h"
+#include "costate/problem/redundant_rows.h"
 #include "costate/record/interrupt.h"
 #include "costate/record/print.h"
 #include "digits.h"
@@ -55,7 +55,7 @@ class Check {
     setup_.chosen_by(true, "--methods", "", [&] {
       for (const auto& name : options_.methods) find_sensitivity_method(name);
     });
-    setup_.located([&] { find_redundant_rows(); });
+    setup_.located([&] { redundant_ = redundant_rows(setup_.problem, setup_.rho); });
     choose_rows();
     reference_ = setup_.located(
         [&] { return find_reference(setup_.problem, setup_.rho, !redundant_.empty(), options_.patience, budget_); });
@@ -101,20 +101,6 @@ class Check {
         : r.verdict() == Verdict::failed ? "FAILED"
                                          : name_of(r.verdict());
     progress_.line(fmt::format("{:>6}/{} {:<22} {:<16} {}", number, rows_.size(), r.formulation, r.method, how));
-  }
-
-  void find_redundant_rows() {
-    Assembly assembly(setup_.problem.mechanism, setup_.problem.parameters);
-    assembly.set_parameters(setup_.rho.data());
-    const double t = setup_.problem.solver.t_start;
-    const Start start = find_start(assembly, t, false);
-    const ConstraintRank rank = constraint_rank(assembly, t, start.q.data());
-    if (rank.dependent_rows.empty()) return;
-    const std::vector<std::string> rows = setup_.problem.mechanism->row_names();
-    std::vector<std::string> names;
-    for (const int i : rank.dependent_rows) names.push_back(rows[static_cast<std::size_t>(i)]);
-    redundant_ = fmt::format("{} of {} constraint rows depend on the others ({}).", names.size(), rows.size(),
-                             fmt::join(names, ", "));
   }
 
   void choose_rows() {
@@ -339,7 +325,7 @@ class Check {
   Setup setup_;
   std::string redundant_;  // a sentence that names dependent constraint rows, or empty
   Progress progress_;
-  Budget budget_;
+  RunBudget budget_;
   CheckReference reference_;
   std::map<std::pair<std::string, std::string>, double> simulation_s_;  // by formulation and integrator
   std::vector<CheckRow> rows_;

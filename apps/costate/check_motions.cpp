@@ -7,8 +7,8 @@
 #include <limits>
 #include <map>
 
-#include "check_budget.h"
 #include "costate/base/error.h"
+#include "costate/integrator/run_budget.h"
 #include "costate/integrator/simulate.h"
 #include "costate/integrator/unknown_sizes.h"
 #include "costate/sensitivity/error_estimate.h"

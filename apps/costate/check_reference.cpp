@@ -23,7 +23,7 @@ const SensitivityMethod* reference_method() {
 
 class ReferenceSearch {
  public:
-  ReferenceSearch(const Problem& problem, const std::vector<double>& rho, double patience, Budget& budget)
+  ReferenceSearch(const Problem& problem, const std::vector<double>& rho, double patience, RunBudget& budget)
       : problem_(problem), rho_(rho), patience_(patience), budget_(budget) {
     problem_.solver.integrator.clear();
     problem_.solver.step_s = 0;
@@ -56,11 +56,11 @@ class ReferenceSearch {
  private:
   /// A run whose cost is what the others are allowed a multiple of.
   GradientResult timed(const Problem& p, const std::string& method) {
-    const double begin = Budget::processor_s();
+    const double begin = RunBudget::processor_s();
     Problem once = p;
     once.solver.confirm = false;
     GradientResult g = gradient(once, method, rho_);
-    r_.seconds = std::max(Budget::processor_s() - begin, kLeastSeconds);
+    r_.seconds = std::max(RunBudget::processor_s() - begin, kLeastSeconds);
     r_.steps = std::max(static_cast<double>(g.counters.steps), kLeastSteps);
     return g;
   }
@@ -177,7 +177,7 @@ class ReferenceSearch {
   Problem problem_;
   const std::vector<double>& rho_;
   double patience_;
-  Budget& budget_;
+  RunBudget& budget_;
   GradientResult base_;
   CheckReference r_;
   Yardstick* y_ = nullptr;
@@ -186,7 +186,7 @@ class ReferenceSearch {
 }  // namespace
 
 CheckReference find_reference(const Problem& problem, const std::vector<double>& rho, bool redundant, double patience,
-                              Budget& budget) {
+                              RunBudget& budget) {
   ReferenceSearch search(problem, rho, patience, budget);
   std::string first, last;  // exact constraints; soft ones, which get past more
   for (const Formulation* f : stand_ins(redundant)) {

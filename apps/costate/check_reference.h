@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "check_budget.h"
 #include "check_judge.h"
+#include "costate/integrator/run_budget.h"
 
 namespace costate::app {
 
@@ -29,6 +29,6 @@ inline constexpr double kDifferencesShare = 5;
 /// judged itself by differences that use no derivative block. `redundant` rows want a formulation that carries them.
 /// `budget` is looked at by the problem's monitor.
 CheckReference find_reference(const Problem& problem, const std::vector<double>& rho, bool redundant, double patience,
-                              Budget& budget);
+                              RunBudget& budget);
 
 }  // namespace costate::app

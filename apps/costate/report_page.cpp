@@ -7,6 +7,7 @@
 
 #include "costate/record/svg_plot.h"
 #include "digits.h"
+#include "html_page.h"
 #include "named_outputs.h"
 
 namespace costate::app {
@@ -15,16 +16,6 @@ namespace {
 
 constexpr std::size_t kHistories = 8;    // plots over time
 constexpr std::size_t kParameters = 12;  // plots over the evaluations
-
-constexpr const char* kStyle =
-    "body { font-family: sans-serif; color: #222222; max-width: 1180px; margin: 2em auto; padding: 0 1em; }\n"
-    "h1 { font-size: 1.5em; } h2 { font-size: 1.15em; margin-top: 1.8em; }\n"
-    "table { border-collapse: collapse; } th, td { padding: 0.2em 0.9em 0.2em 0; text-align: left; }\n"
-    "td { white-space: nowrap; vertical-align: top; } td:last-child { white-space: normal; }\n"
-    "th { border-bottom: 1px solid #888888; } td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }\n"
-    ".strong { font-weight: bold; }\n"
-    ".plots { display: flex; flex-wrap: wrap; gap: 1em; } .plots svg { max-width: 100%; height: auto; }\n"
-    "@media print { svg, tr { break-inside: avoid; } }\n";
 
 std::string number(double x) {
   if (x == HUGE_VAL || x == -HUGE_VAL) return "none";
@@ -35,53 +26,11 @@ std::string number(const Json& j, const char* key) {
   return j.contains(key) && j.at(key).is_number() ? number(j.at(key).get<double>()) : "-";
 }
 
-class Page {
- public:
-  explicit Page(const std::string& title) : title_(title) {}
-
-  void heading(const std::string& text) { body_ += fmt::format("<h2>{}</h2>\n", xml_escaped(text)); }
-  void paragraph(const std::string& text, bool strong = false) {
-    body_ += fmt::format("<p{}>{}</p>\n", strong ? " class=\"strong\"" : "", xml_escaped(text));
-  }
-  /// Columns whose header begins with '#' hold numbers.
-  void table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows) {
-    body_ += "<table>\n";
-    const auto line = [&](const char* tag, const std::vector<std::string>& cells) {
-      body_ += "<tr>";
-      for (std::size_t i = 0; i < cells.size(); ++i) {
-        const bool numeric = !header.empty() && header[i].rfind('#', 0) == 0;
-        const std::string text = &cells == &header && numeric ? cells[i].substr(1) : cells[i];
-        body_ += fmt::format("<{0}{1}>{2}</{0}>", tag, numeric ? " class=\"n\"" : "", xml_escaped(text));
-      }
-      body_ += "</tr>\n";
-    };
-    if (!header.empty()) line("th", header);
-    for (const auto& row : rows) line("td", row);
-    body_ += "</table>\n";
-  }
-  void plots(const std::vector<SvgPlot>& plots) {
-    body_ += "<div class=\"plots\">\n";
-    for (const SvgPlot& plot : plots) body_ += svg_of(plot);
-    body_ += "</div>\n";
-  }
-  std::string text() const {
-    return fmt::format(
-        "<!DOCTYPE html>\n<html xmlns=\"http://www.w3.org/1999/xhtml\" lang=\"en\">\n<head>\n<meta "
-        "charset=\"utf-8\"/>\n"
-        "<meta name=\"viewport\" content=\"width=device-width\"/>\n<title>{0}</title>\n<style>\n{1}</style>\n</head>\n"
-        "<body>\n<h1>{0}</h1>\n{2}</body>\n</html>\n",
-        xml_escaped(title_), kStyle, body_);
-  }
-
- private:
-  std::string title_, body_;
-};
-
 std::string title_of(const Setup& setup) {
   return setup.scene.title.empty() ? setup.scene.file_name() : setup.scene.title;
 }
 
-void add_run(Page& page, const Setup& setup, const Json& j) {
+void add_run(HtmlPage& page, const Setup& setup, const Json& j) {
   if (!setup.scene.description.empty()) page.paragraph(setup.scene.description);
   page.heading("What was run");
   const SolverOptions& s = setup.problem.solver;
@@ -118,7 +67,7 @@ std::string improvement(double before, double after) {
   return text + ".";
 }
 
-void add_result(Page& page, const Json& j) {
+void add_result(HtmlPage& page, const Json& j) {
   const double before = j.at("initial").at("psi").get<double>(), after = j.at("psi").get<double>();
   page.heading("Result");
   const double relative = j.at("integrator") == "fixed" ? 0 : j.at("rtol").get<double>();  // psi of its own steps
@@ -156,7 +105,7 @@ void add_result(Page& page, const Json& j) {
   for (const Json& n : j.at("notes")) page.paragraph(n.get<std::string>());
 }
 
-void add_parameters(Page& page, const Setup& setup, const Json& j) {
+void add_parameters(HtmlPage& page, const Setup& setup, const Json& j) {
   page.heading("Parameters");
   std::vector<std::vector<std::string>> rows;
   for (const Parameter& p : setup.problem.parameters.parameters) {
@@ -179,7 +128,7 @@ void add_parameters(Page& page, const Setup& setup, const Json& j) {
              rows);
 }
 
-void add_constraints(Page& page, const Setup& setup, const Json& j) {
+void add_constraints(HtmlPage& page, const Setup& setup, const Json& j) {
   if (setup.scene.constraints().empty()) return;
   const Json& evaluations = j.at("evaluations");
   const Json &first = evaluations.front(), &best = evaluations.at(j.at("best_evaluation").get<std::size_t>() - 1);
@@ -194,7 +143,7 @@ void add_constraints(Page& page, const Setup& setup, const Json& j) {
   page.table({"constraint", "#before", "#after", "#upper", ""}, rows);
 }
 
-void add_certificate(Page& page, const Json& j) {
+void add_certificate(HtmlPage& page, const Json& j) {
   if (!j.contains("certificate")) return;
   const Json& c = j.at("certificate");
   page.heading("Certificate");
@@ -228,7 +177,7 @@ bool spans_decades(const std::vector<double>& values) {
   return high > 100 * low;
 }
 
-void add_evaluations(Page& page, const Setup& setup, const Json& j) {
+void add_evaluations(HtmlPage& page, const Setup& setup, const Json& j) {
   page.heading("Evaluations");
   std::vector<double> index, psi;
   for (const Json& e : j.at("evaluations")) {
@@ -283,7 +232,7 @@ void add_evaluations(Page& page, const Setup& setup, const Json& j) {
 }
 
 /// One plot an output; tables with their names in the legend, drawn in this order.
-void add_motion(Page& page, const Setup& setup,
+void add_motion(HtmlPage& page, const Setup& setup,
                 const std::vector<std::pair<std::string, const TrajectoryTable*>>& motions) {
   page.heading("Motion");
   std::vector<std::string> names = outputs_of_interest(setup.scene);
@@ -321,7 +270,7 @@ void add_motion(Page& page, const Setup& setup,
 
 std::string optimize_page(const Setup& setup, const Json& summary, const TrajectoryTable* before,
                           const TrajectoryTable* after) {
-  Page page(title_of(setup));
+  HtmlPage page(title_of(setup));
   add_run(page, setup, summary);
   add_result(page, summary);
   add_parameters(page, setup, summary);
@@ -333,7 +282,7 @@ std::string optimize_page(const Setup& setup, const Json& summary, const Traject
 }
 
 std::string simulate_page(const Setup& setup, const Json& summary, const TrajectoryTable& motion) {
-  Page page(title_of(setup));
+  HtmlPage page(title_of(setup));
   add_run(page, setup, summary);
   const Precision precision = precision_of(setup.problem.solver, summary.at("integrator").get<std::string>(),
                                            summary.at("counters").at("steps").get<long>());

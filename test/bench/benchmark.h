@@ -5,6 +5,7 @@
 #include <string>
 
 #include "costate/problem/problem.h"
+#include "costate/tradeoff/trade_table.h"
 
 namespace costate::bench {
 
@@ -36,8 +37,6 @@ Report vehicle_speed(const Settings& settings);
 Report vehicle_gradients(const Settings& settings);
 Report vehicle_number(const Settings& settings);
 
-/// Residuals or right-hand sides and Jacobians, forward and backward, of state and sensitivities.
-long callbacks(const Counters& c);
 nlohmann::json counters_json(const Counters& c);
 
 }  // namespace costate::bench

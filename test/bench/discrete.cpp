@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include "benchmark.h"
+#include "costate/tradeoff/stopwatch.h"
 #include "costate/integrator/simulate.h"
 #include "costate/sensitivity/method.h"
 #include "model.h"
-#include "stopwatch.h"
 
 namespace costate::bench {
 

@@ -7,11 +7,11 @@
 #include <optional>
 
 #include "benchmark.h"
+#include "costate/tradeoff/stopwatch.h"
 #include "costate/integrator/simulate.h"
 #include "costate/sensitivity/method.h"
 #include "five_bar.h"
 #include "five_bar_by_hand.h"
-#include "stopwatch.h"
 
 namespace costate::bench {
 

@@ -15,10 +15,6 @@
 
 namespace costate::bench {
 
-long callbacks(const Counters& c) {
-  return c.residuals + c.jacobians + c.sensitivity_residuals + c.backward_residuals + c.backward_jacobians;
-}
-
 nlohmann::json counters_json(const Counters& c) {
   nlohmann::json j;
   for (const auto& [name, value] : counter_list(c)) j[name] = value;

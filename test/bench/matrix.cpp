@@ -5,11 +5,11 @@
 #include <optional>
 
 #include "benchmark.h"
+#include "costate/tradeoff/stopwatch.h"
 #include "costate/base/error.h"
 #include "costate/integrator/simulate.h"
 #include "costate/sensitivity/method.h"
 #include "model.h"
-#include "stopwatch.h"
 
 namespace costate::bench {
 

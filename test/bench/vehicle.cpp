@@ -10,11 +10,11 @@
 #include <string_view>
 
 #include "benchmark.h"
+#include "costate/tradeoff/stopwatch.h"
 #include "costate/integrator/simulate.h"
 #include "costate/problem/scene_problem.h"
 #include "costate/sensitivity/method.h"
 #include "fleet.h"
-#include "stopwatch.h"
 #include "support/paths.h"
 
 namespace costate::bench {

@@ -19,7 +19,7 @@ const std::vector<std::string> kLibrary{"base",      "derivative", "linear", "el
                                         "objective", "analysis",   "event",  "level",   "adjoint",   "formulation",
                                         "candidate", "discrete",   "scene",  "kind"};
 const std::vector<std::string> kSolvers{"record",      "sundials",  "problem", "integrator",
-                                        "sensitivity", "candidate", "optimize"};
+                                        "sensitivity", "candidate", "optimize", "tradeoff"};
 
 // All #include "costate/FOLDER/..." of a tree that break the order, as "file: include".
 std::vector<std::string> upward(const fs::path& tree, const std::vector<std::string>& floors,

@@ -121,8 +121,11 @@ std::vector<Pixel> thinned(const std::vector<Pixel>& line) {
   return kept;
 }
 
-const char* style_of(SvgCurve::Stroke stroke) {
-  switch (stroke) {
+std::string style_of(const SvgCurve& c) {
+  if (!c.color.empty())
+    return fmt::format("stroke=\"{}\" stroke-width=\"1.4\"{}", xml_escaped(c.color),
+                       c.dashes.empty() ? "" : fmt::format(" stroke-dasharray=\"{}\"", xml_escaped(c.dashes)));
+  switch (c.stroke) {
     case SvgCurve::Stroke::light:
       return R"(stroke="#e3a45c" stroke-width="2.6")";
     case SvgCurve::Stroke::dashed:
@@ -142,14 +145,15 @@ std::string drawn(const SvgCurve& c, const Axis& x, const Axis& y) {
   std::vector<Pixel> line;
   const auto flush = [&] {
     if (line.size() > 1) {
-      out += fmt::format("<polyline fill=\"none\" {} stroke-linejoin=\"round\" points=\"", style_of(c.stroke));
+      out += fmt::format("<polyline fill=\"none\" {} stroke-linejoin=\"round\" points=\"", style_of(c));
       for (const Pixel& p : thinned(line)) out += fmt::format("{:.1f},{:.1f} ", p.x, p.y);
       out.back() = '"';
       out += "/>\n";
     }
     if (c.markers)
       for (const Pixel& p : line)
-        out += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.2\" fill=\"#14316e\"/>\n", p.x, p.y);
+        out += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.2\" fill=\"{}\"/>\n", p.x, p.y,
+                           c.color.empty() ? "#14316e" : xml_escaped(c.color));
     line.clear();
   };
   for (std::size_t i = 0; i < c.x.size(); ++i) {
@@ -174,8 +178,22 @@ std::string legend(const SvgPlot& plot, double right) {
     right -= kLetter * letters + 4;
     out += text_at(right, 14, "start", c->name);
     out += fmt::format("<line x1=\"{:.1f}\" y1=\"10\" x2=\"{:.1f}\" y2=\"10\" {}/>\n", right - 28, right - 6,
-                       style_of(c->stroke));
+                       style_of(*c));
     right -= 40;
+  }
+  return out;
+}
+
+/// One below the other, from `left` on.
+std::string legend_column(const SvgPlot& plot, double left) {
+  std::string out;
+  double y = 36;
+  for (const SvgCurve& c : plot.curves) {
+    if (c.name.empty()) continue;
+    out += fmt::format("<line x1=\"{0:.1f}\" y1=\"{2:.1f}\" x2=\"{1:.1f}\" y2=\"{2:.1f}\" {3}/>\n", left, left + 22, y - 4,
+                       style_of(c));
+    out += text_at(left + 28, y, "start", c.name);
+    y += 15;
   }
   return out;
 }
@@ -212,25 +230,29 @@ std::string xml_escaped(const std::string& text) {
 
 std::string svg_of(const SvgPlot& plot) {
   Axis x, y;
+  x.logarithmic = plot.logarithmic_x;
   y.logarithmic = plot.logarithmic;
   for (const SvgCurve& c : plot.curves) {
     if (c.x.size() != c.y.size())
       throw Error(fmt::format("Curve '{}' of the plot of {} has {} abscissas but {} values; they must agree.", c.name,
                               plot.y_label, c.x.size(), c.y.size()));
     for (std::size_t i = 0; i < c.x.size(); ++i) {
-      if (!std::isfinite(y.transformed(c.y[i]))) continue;
+      if (!std::isfinite(y.transformed(c.y[i])) || !std::isfinite(x.transformed(c.x[i]))) continue;
       x.include(c.x[i]);
       y.include(c.y[i]);
     }
   }
-  x.settle(plot.counting ? 0.02 : 0);
+  x.settle(plot.counting || plot.logarithmic_x ? 0.02 : 0);
   y.settle(0.04);
   x.place_ticks(plot.width / 60, plot.counting);
   y.place_ticks(std::max(3, plot.height / 32), false);
   std::size_t letters = 1;
   for (const auto& [value, label] : y.ticks) letters = std::max(letters, label.size());
   x.from = 14 + kLetter * static_cast<double>(letters);
-  x.to = plot.width - 12;
+  std::size_t longest = 0;
+  for (const SvgCurve& c : plot.curves) longest = std::max(longest, c.name.size());
+  const double beside = plot.legend_beside && longest > 0 ? kLetter * static_cast<double>(longest) + 44 : 0;
+  x.to = plot.width - 12 - beside;
   y.from = plot.height - 38;
   y.to = 24;
 
@@ -261,7 +283,7 @@ std::string svg_of(const SvgPlot& plot) {
   for (const SvgCurve& c : plot.curves) out += drawn(c, x, y);
   out += text_at(2, 14, "start", plot.y_label);
   out += text_at((x.from + x.to) / 2, plot.height - 6, "middle", plot.x_label);
-  return out + legend(plot, x.to) + "</svg>\n";
+  return out + (plot.legend_beside ? legend_column(plot, x.to + 12) : legend(plot, x.to)) + "</svg>\n";
 }
 
 }  // namespace costate

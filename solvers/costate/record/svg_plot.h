@@ -21,6 +21,8 @@ struct SvgCurve {
   std::vector<double> x, y;  // of equal length; the line breaks at values that are not finite
   Stroke stroke = Stroke::dark;
   bool markers = false;  // a dot a point
+  // Of plots with many curves: a color ("#14316e") and a pattern of dashes ("6 3") of its own; empty: the stroke's.
+  std::string color = {}, dashes = {};
 };
 
 struct SvgPlot {
@@ -30,6 +32,8 @@ struct SvgPlot {
   bool logarithmic = false;        // y; values that are not positive are left out
   bool counting = false;           // x counts something: ticks at whole numbers only
   int width = 560, height = 260;   // of the drawing; it scales with the page
+  bool logarithmic_x = false;      // values that are not positive are left out
+  bool legend_beside = false;      // a column at the right, for many curves; else a line above
 };
 
 /// The plot as one <svg> element, well-formed XML. Curves of many points are thinned to what can be seen, extremes

@@ -1,4 +1,4 @@
-// What a run inside 'costate check' may take: so many times the steps and the processor time of the reference. One that
+// What a run among many may take, as those of 'costate check': so many times the steps and the processor time of another. One that
 // takes more is cut: it is neither right nor wrong, and the others are not kept waiting.
 #pragma once
 
@@ -10,14 +10,14 @@
 
 #include "costate/problem/problem.h"
 
-namespace costate::app {
+namespace costate {
 
 /// No costate::Error: nothing in between takes it for a failure of the run and tries something else.
 struct Cut : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-class Budget {
+class RunBudget {
  public:
   /// Of the process, so that a busy machine cuts nothing.
   static double processor_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
@@ -43,4 +43,4 @@ class Budget {
   double seconds_ = 0, steps_ = 0, began_ = 0;
 };
 
-}  // namespace costate::app
+}  // namespace costate

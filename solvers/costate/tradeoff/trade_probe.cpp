@@ -1,0 +1,93 @@
+#include "costate/tradeoff/trade_probe.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "costate/base/error.h"
+#include "costate/integrator/run_end.h"
+#include "costate/integrator/simulate.h"
+#include "costate/sensitivity/method.h"
+#include "costate/tradeoff/stopwatch.h"
+
+namespace costate {
+
+TradeProbe::TradeProbe(const Problem& problem, const std::vector<double>& rho, const std::vector<std::string>& outputs,
+                       int samples)
+    : problem_(problem), rho_(rho) {
+  problem_.solver.confirm = false;  // that is a second run
+  const Mechanism& m = *problem_.mechanism;
+  for (const auto& name : outputs) outputs_.push_back(make_output(m, name));
+  kinetic_ = make_output(m, "energy.kinetic");
+  energy_ = make_output(m, "energy.total");
+  assembly_ = std::make_unique<Assembly>(problem_.mechanism, problem_.parameters);
+  assembly_->set_parameters(rho_.data());
+  const double t0 = problem_.solver.t_start, t1 = until_its_end(problem_, rho_).solver.t_end;
+  for (int i = 0; i < samples; ++i) times_.push_back(t0 + (t1 - t0) * (i + 0.381966) / samples);
+}
+
+Problem TradeProbe::prepared(const Combination& c, double rtol, double step_s) const {
+  Problem p = problem_;
+  p.formulation = c.formulation;
+  p.solver.integrator = c.integrator;
+  p.solver.step_s = step_s;
+  if (rtol > 0) {
+    p.solver.atol = rtol * problem_.solver.absolute() / problem_.solver.rtol;
+    p.solver.rtol = rtol;
+  }
+  return p;
+}
+
+void TradeProbe::look(TradeMotion& motion, const MechanismState& s, System& system) const {
+  std::vector<double> values;
+  for (const auto& o : outputs_) values.push_back(o->value(s, system.assembly()));
+  motion.outputs.push_back(std::move(values));
+  motion.kinetic.push_back(kinetic_->value(s, system.assembly()));
+  motion.energy.push_back(energy_->value(s, system.assembly()));
+  Assembly& a = *assembly_;
+  a.calc_constraints(s);
+  std::vector<double> rate = a.phi_t;
+  add_product(a.jacobian(), a.phi_q.data(), 1, s.v, rate.data());
+  for (const double x : a.phi) motion.position_drift = std::max(motion.position_drift, std::abs(x));
+  for (const double x : rate) motion.velocity_drift = std::max(motion.velocity_drift, std::abs(x));
+  const Objective& o = system.objective();
+  double g = 0;
+  for (const auto& term : o.running) g += std::abs(term->value(s, system.assembly()));
+  const double span = times_.size() > 1 ? times_[1] - times_[0] : 0;
+  motion.cost_amount += g * span;
+  if (motion.outputs.size() == times_.size())
+    for (const auto& term : o.terminal) motion.cost_amount += std::abs(term->value(s, system.assembly()));
+}
+
+TradeValues TradeProbe::run(const Combination& c, double rtol, double step_s) const {
+  const Problem p = prepared(c, rtol, step_s);
+  TradeValues v;
+  const double begin = processor_time_s();
+  if (!c.method.empty()) {
+    const GradientResult g = costate::gradient(p, c.method, rho_);
+    v.psi = g.psi;
+    v.gradient = g.gradient;
+    v.counters = g.counters;
+  } else {
+    TradeMotion motion;
+    const Simulation s =
+        simulate(p, rho_, times_, [&](const MechanismState& state, System& system) { look(motion, state, system); });
+    // A run that ends a little earlier than the reference's hands out its end instead.
+    motion.outputs.resize(times_.size(), motion.outputs.empty() ? std::vector<double>(outputs_.size(), 0.0)
+                                                                : motion.outputs.back());
+    v.psi = s.psi;
+    v.counters = s.counters;
+    v.motion = std::move(motion);
+  }
+  v.time_s = processor_time_s() - begin;
+  return v;
+}
+
+void TradeProbe::repeat(const Combination& c, double rtol, double step_s) const {
+  const Problem p = prepared(c, rtol, step_s);
+  if (c.method.empty())
+    simulate(p, rho_);
+  else
+    costate::gradient(p, c.method, rho_);
+}
+
+}  // namespace costate

@@ -1,0 +1,56 @@
+// One run looked at closely: psi, chosen outputs and energies at sample times, how well the constraints hold.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "costate/objective/output.h"
+#include "costate/tradeoff/trade_table.h"
+
+namespace costate {
+
+struct TradeMotion {
+  std::vector<std::vector<double>> outputs;      // by sample, then by output
+  std::vector<double> energy, kinetic;           // by sample [J]; empty where the mechanism has no energies
+  double position_drift = 0, velocity_drift = 0; // largest |Phi|, |Phid| of a row [SI]
+  double cost_amount = 0;  // the cost with each of its terms by its amount, by the rectangle rule
+};
+
+struct TradeValues {
+  double psi = 0;
+  std::vector<double> gradient;  // empty for a simulation
+  std::optional<TradeMotion> motion;
+  Counters counters;
+  double time_s = 0;  // processor time
+};
+
+class TradeProbe {
+ public:
+  /// Samples at `samples` times that are not round, where laws have their corners, up to the end of the run at rho.
+  TradeProbe(const Problem& problem, const std::vector<double>& rho, const std::vector<std::string>& outputs,
+             int samples);
+
+  /// The problem by this combination; its fixed step or its tolerance, with the absolute one in proportion.
+  Problem prepared(const Combination& c, double rtol, double step_s) const;
+  /// One run; errors pass through. A gradient's motion is not looked at.
+  TradeValues run(const Combination& c, double rtol, double step_s) const;
+  /// The same, plain: for the clock.
+  void repeat(const Combination& c, double rtol, double step_s) const;
+
+  const Problem& problem() const { return problem_; }
+  const std::vector<double>& rho() const { return rho_; }
+  const std::vector<double>& times() const { return times_; }
+  const std::vector<std::unique_ptr<Output>>& outputs() const { return outputs_; }
+
+ private:
+  void look(TradeMotion& motion, const MechanismState& s, System& system) const;
+  Problem problem_;
+  std::vector<double> rho_, times_;
+  std::vector<std::unique_ptr<Output>> outputs_;
+  std::unique_ptr<Output> energy_, kinetic_;
+  std::unique_ptr<Assembly> assembly_;  // of its own: the run's results stay as they are
+};
+
+}  // namespace costate

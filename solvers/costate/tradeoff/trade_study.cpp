@@ -1,0 +1,269 @@
+#include "costate/tradeoff/trade_study.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "costate/base/error.h"
+#include "costate/base/notice.h"
+#include "costate/integrator/fixed_run.h"
+#include "costate/problem/redundant_rows.h"
+#include "costate/sensitivity/method.h"
+#include "costate/tradeoff/stopwatch.h"
+
+namespace costate {
+
+namespace {
+
+// Shares of the budget: until when the reference is to be found, and the rows are to be run.
+constexpr double kReferenceShare = 0.35, kRowsShare = 0.8;
+// No run is cut before it has taken so long.
+constexpr double kLeast_s = 0.2;
+constexpr int kSteps = 8;  // lengths of fixed steps
+constexpr double kCoarsest = 1e-3;
+constexpr double kGrowth = 1.5;  // of the time from one setting to the next
+constexpr const char* kRefused = "refused";
+
+bool listed(const std::vector<std::string>& list, const std::string& name) {
+  return list.empty() || std::find(list.begin(), list.end(), name) != list.end();
+}
+
+Problem watched(Problem problem, const RunBudget& budget) {
+  problem.monitor = [&budget, outer = problem.monitor](double t, long steps, bool backward) {
+    if (outer) outer(t, steps, backward);
+    budget.look(t, steps, backward);
+  };
+  return problem;
+}
+
+}  // namespace
+
+TradeStudy::TradeStudy(const Problem& problem, const std::vector<double>& rho, TradeOptions options)
+    : options_(std::move(options)),
+      problem_(watched(problem, budget_)),
+      probe_(problem_, rho, options_.outputs, options_.samples) {}
+
+double TradeStudy::spent_s() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+}
+
+void TradeStudy::find_reference() {
+  redundant_ = redundant_rows(problem_, probe_.rho());
+  ReferenceSearch search;
+  search.redundant = !redundant_.empty();
+  search.gradient = options_.gradient;
+  search.allow = [this] {
+    if (options_.budget_s > 0)
+      budget_.begin(std::max(kLeast_s, kReferenceShare * options_.budget_s - spent_s()), 0);
+  };
+  search.has_time = [this] { return options_.budget_s <= 0 || spent_s() < kReferenceShare / 2 * options_.budget_s; };
+  reference_ = find_trade_reference(probe_, search);
+  budget_.unlimited();
+  for (std::size_t m = 0; m < table_.floor.size(); ++m) table_.floor[m] = reference_.proven ? reference_.floor[m] : 0;
+}
+
+void TradeStudy::choose_combinations() {
+  const auto add = [&](Combination c, const std::string& why) {
+    if (why.empty())
+      table_.combinations.push_back(std::move(c));
+    else
+      refusals_.push_back({std::move(c), why});
+  };
+  const auto redundancy = [&](const Formulation& f) {
+    if (redundant_.empty() || f.carries_redundancy) return std::string();
+    return fmt::format("{} Formulation '{}' needs independent rows.", redundant_, f.name);
+  };
+  for (const auto& f : formulations()) {
+    if (!listed(options_.formulations, f.name)) continue;
+    for (const auto& [integrator, form, offered] :
+         {std::tuple("idas", "implicit", f.make_dae != nullptr), std::tuple("cvodes", "explicit", f.make_ode != nullptr),
+          std::tuple("fixed", "fixed-step", f.make_discrete != nullptr)}) {
+      if (!listed(options_.integrators, integrator)) continue;
+      add({f.name, integrator, "", !f.exact_constraints()},
+          offered ? redundancy(f) : fmt::format("Formulation '{}' has no {} form.", f.name, form));
+    }
+    if (!options_.gradient) continue;
+    for (const auto& m : sensitivity_methods()) {
+      using Needs = SensitivityMethod::Needs;
+      const std::string integrator = m.needs == Needs::dae        ? "idas"
+                                     : m.needs == Needs::ode      ? "cvodes"
+                                     : m.needs == Needs::discrete ? "fixed"
+                                                                  : f.default_integrator;
+      if (!listed(options_.methods, m.name) || !listed(options_.integrators, integrator)) continue;
+      std::string why = refusal(m, f);
+      // An oracle of many runs: nobody's choice, unless asked for.
+      if (why.empty() && m.perturbs && options_.methods.empty())
+        why = "It is an oracle of many runs; --methods names it where it is to be measured.";
+      add({f.name, integrator, m.name, !f.exact_constraints()}, why.empty() ? redundancy(f) : why);
+    }
+  }
+}
+
+std::vector<double> TradeStudy::fixed_step_lengths() const {
+  if (!options_.steps.empty()) return options_.steps;
+  const auto c = std::find_if(table_.combinations.begin(), table_.combinations.end(),
+                              [](const Combination& x) { return x.integrator == "fixed"; });
+  if (c == table_.combinations.end()) return {};
+  const Problem p = probe_.prepared({c->formulation, "fixed"}, kCoarsest, 0);
+  const double span = p.solver.t_end - p.solver.t_start;
+  long n = 64;
+  try {
+    n = fixed_steps(p);
+  } catch (const Error&) {  // the rows will say why
+  }
+  std::vector<double> lengths;
+  for (int k = 0; k < kSteps; ++k, n *= 2) lengths.push_back(span / static_cast<double>(n));
+  return lengths;
+}
+
+void TradeStudy::choose_rows() {
+  if (options_.budget_s > 0) budget_.begin(std::max(kLeast_s, 0.1 * options_.budget_s), 0);
+  std::vector<double> steps;
+  try {
+    steps = fixed_step_lengths();
+  } catch (const Cut&) {
+  }
+  budget_.unlimited();
+  for (std::size_t c = 0; c < table_.combinations.size(); ++c) {
+    const bool fixed = table_.combinations[c].integrator == "fixed";
+    const std::vector<double>& settings = fixed ? steps : options_.tolerances;
+    for (std::size_t level = 0; level < settings.size(); ++level) {
+      TradeRow row;
+      row.combination = c;
+      row.level = level;
+      (fixed ? row.step_s : row.rtol) = settings[level];
+      row.why = "the budget of time was spent before";
+      table_.rows.push_back(row);
+    }
+  }
+}
+
+/// Of one that the scene shows to be impossible: its rows go.
+void TradeStudy::refuse(std::size_t combination, const std::string& why) {
+  refusals_.push_back({table_.combinations[combination], why});
+  for (TradeRow& r : table_.rows)
+    if (r.combination == combination) {
+      r.status = TradeStatus::left_out;
+      r.why = kRefused;
+    }
+}
+
+void TradeStudy::fill(TradeRow& row, double limit_s) {
+  const auto end = [&](TradeStatus status, const std::string& why) {
+    row.status = status;
+    row.why = why;
+  };
+  const Combination& c = table_.combinations[row.combination];
+  budget_.begin(limit_s, 0);
+  take_notices();
+  try {
+    const TradeValues v = probe_.run(c, row.rtol, row.step_s);
+    row.warnings = take_notices();
+    reference_.judge(v, probe_, row);
+    row.counters = v.counters;
+    row.time_s = v.time_s;
+    row.status = TradeStatus::ok;
+  } catch (const Cut& e) {
+    end(TradeStatus::cut, e.what());
+  } catch (const CapabilityError& e) {
+    refuse(row.combination, e.what());
+  } catch (const SolverError& e) {
+    end(TradeStatus::failed, e.what());
+  } catch (const ModelError& e) {
+    end(TradeStatus::failed, e.what());
+  }
+  budget_.unlimited();
+}
+
+void TradeStudy::measure() {
+  choose_combinations();
+  if (table_.combinations.empty()) {
+    const std::string why = refusals_.empty() ? "Nothing was asked for." : refusals_.back().why;
+    throw CapabilityError("No combination is left that can be measured. " + why);
+  }
+  choose_rows();
+  // What turns out to be impossible is no row of the table.
+  const auto clean = [this] { std::erase_if(table_.rows, [](const TradeRow& r) { return r.why == kRefused; }); };
+  try {
+    run_rows();
+  } catch (...) {  // an interruption
+    clean();
+    throw;
+  }
+  clean();
+  take_times();
+}
+
+/// The cheapest first, as far as the row before tells: where time does not suffice for all, the slow ones stay at loose
+/// settings, and those that matter get to the tightest.
+void TradeStudy::run_rows() {
+  const double end_s = kRowsShare * options_.budget_s;
+  std::vector<std::vector<std::size_t>> next(table_.combinations.size());  // the loosest last
+  for (std::size_t i = table_.rows.size(); i-- > 0;) next[table_.rows[i].combination].push_back(i);
+  std::vector<double> expected(next.size(), 0);
+  // What the fastest took: of simulations and of gradients, by the number of settings that were looser.
+  std::map<std::pair<bool, std::size_t>, double> fastest;
+  std::size_t done = 0, ended = 0, told = 0;
+  while (true) {
+    std::size_t c = next.size();
+    for (std::size_t k = 0; k < next.size(); ++k)
+      if (!next[k].empty() && (c == next.size() || expected[k] < expected[c])) c = k;
+    if (c == next.size() || (options_.budget_s > 0 && spent_s() >= end_s)) break;
+    TradeRow& row = table_.rows[next[c].back()];
+    row.why.clear();
+    double& least = fastest[{table_.combinations[c].method.empty(), row.level}];
+    double limit = least > 0 ? std::max(kLeast_s, options_.patience * least) : 0;
+    if (options_.budget_s > 0) {
+      const double left = std::max(kLeast_s, end_s - spent_s());
+      limit = limit > 0 ? std::min(limit, left) : left;
+    }
+    fill(row, limit);
+    next[c].pop_back();
+    ++done;
+    if (row.status == TradeStatus::ok) {
+      ++ended;
+      expected[c] = kGrowth * row.time_s;
+      if (least <= 0 || row.time_s < least) least = row.time_s;
+    } else if (row.status == TradeStatus::cut || row.why == kRefused) {
+      for (const std::size_t i : next[c])
+        if (row.status == TradeStatus::cut) table_.rows[i].why = "it was cut at a looser setting";
+      next[c].clear();
+    }
+    if (done * 10 / table_.rows.size() > told) {
+      told = done * 10 / table_.rows.size();
+      tell(fmt::format("{} of {} runs, {} ended, {:.1f} s so far", done, table_.rows.size(), ended, spent_s()));
+    }
+  }
+}
+
+void TradeStudy::take_times() {
+  Race race;
+  std::vector<TradeRow*> rows;
+  for (TradeRow& row : table_.rows)
+    if (row.status == TradeStatus::ok) {
+      rows.push_back(&row);
+      race.add([this, &row] { probe_.repeat(table_.combinations[row.combination], row.rtol, row.step_s); },
+               row.time_s);
+    }
+  const auto settle = [&] {
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const int n = race.rounds(static_cast<int>(k));
+      if (n == 0) continue;
+      rows[k]->time_s = race.timing(static_cast<int>(k)).median_s;
+      rows[k]->repeats = n;
+    }
+    take_notices();
+  };
+  tell(fmt::format("{} runs once more, up to {} times in turns, for the clock", rows.size(), options_.repeats));
+  try {
+    race.run(options_.repeats, 2e-3, [this] { return !out_of_time(); });
+  } catch (...) {  // an interruption: what was timed stays
+    settle();
+    throw;
+  }
+  settle();
+}
+
+}  // namespace costate

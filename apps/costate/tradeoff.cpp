@@ -1,5 +1,5 @@
-// costate tradeoff: what accuracy costs on this scene, measured: every formulation, integrator and tolerance or step (and
-// gradient method) against a reference that is proven first.
+// costate tradeoff: what accuracy costs on this scene, measured: every formulation, integrator and tolerance or step
+// (and gradient method) against a reference that is proven first.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -67,13 +67,13 @@ class Tradeoff {
       throw Error(fmt::format("--samples must lie between 2 and 100000, found {}.", o.samples));
     const auto in_order = [](std::vector<double>& x) { std::sort(x.rbegin(), x.rend()); };
     if (!options_.tolerances.empty()) {
-      o.tolerances = read_numbers("--rtols", options_.tolerances, [](double x) { return x > 0 && x < 1; },
-                                  "numbers between 0 and 1");
+      o.tolerances = read_numbers(
+          "--rtols", options_.tolerances, [](double x) { return x > 0 && x < 1; }, "numbers between 0 and 1");
       in_order(o.tolerances);
     }
     if (!options_.steps.empty()) {
-      o.steps = read_numbers("--steps", options_.steps, [](double x) { return x > 0 && std::isfinite(x); },
-                             "positive numbers [s]");
+      o.steps = read_numbers(
+          "--steps", options_.steps, [](double x) { return x > 0 && std::isfinite(x); }, "positive numbers [s]");
       in_order(o.steps);
     }
     setup_.chosen_by(true, "--formulations", "", [&] {

@@ -68,8 +68,8 @@ void add_plots(HtmlPage& page, const TradeTable& t, TradeMeasure m) {
   std::vector<SvgPlot> plots;
   for (const auto& method : methods) {
     if (method.empty() == (m == TradeMeasure::gradient)) continue;
-    SvgPlot time = work_precision(t, m, method, "processor time [ms]", [](const TradeRow& r) { return 1e3 * r.time_s; },
-                                  true);
+    SvgPlot time = work_precision(
+        t, m, method, "processor time [ms]", [](const TradeRow& r) { return 1e3 * r.time_s; }, true);
     if (time.curves.size() < 2) continue;
     plots.push_back(std::move(time));
     if (m != TradeMeasure::gradient)
@@ -90,8 +90,7 @@ void add_choices(HtmlPage& page, const TradeTable& t, TradeMeasure m) {
                     c.next_digit ? fmt::format("{:.2g} x", *c.next_digit) : "-"});
   }
   if (rows.empty()) return page.paragraph("No setting that was run reaches 1e-01.");
-  page.table({"#error wanted", "cheapest", "at", "#error", "#time [ms]", "#callbacks", "#factorizations",
-              "next digit"},
+  page.table({"#error wanted", "cheapest", "at", "#error", "#time [ms]", "#callbacks", "#factorizations", "next digit"},
              rows);
 }
 
@@ -132,7 +131,8 @@ std::string tradeoff_page(const Setup& setup, const TradeStudy& study, const std
   std::string outputs;
   for (const auto& o : study.probe().outputs()) outputs += (outputs.empty() ? "" : ", ") + o->name();
   page.paragraph(fmt::format(
-      "Errors of psi are relative to psi; those of the outputs ({}) are the largest along the motion, at {} times, each "
+      "Errors of psi are relative to psi; those of the outputs ({}) are the largest along the motion, at {} times, "
+      "each "
       "against its range; those of the gradient against its largest scaled component. What is recommended counts for a "
       "setting the largest error of its own and of the next two tighter ones, since an error may be small by chance. "
       "Time is the processor's, the median of interleaved runs.",

@@ -125,18 +125,20 @@ std::vector<std::string> reference_sentences(const TradeStudy& study) {
     std::string agree;
     for (const TradeMeasure m : measures_of(study.table())) {
       const double floor = r.floor[static_cast<std::size_t>(m)];
-      agree += fmt::format("{}{} to {:.0e} ({} digits)", agree.empty() ? "" : ", ", name_of(m), floor,
-                           digits_of(floor));
+      agree +=
+          fmt::format("{}{} to {:.0e} ({} digits)", agree.empty() ? "" : ", ", name_of(m), floor, digits_of(floor));
     }
-    said.push_back(fmt::format("Reference: {}. Apart from it: {}. They share neither formulation nor integrator and "
-                               "agree in {}.",
-                               run(r.first, r.rtol_first), run(r.second, r.rtol_second), agree));
+    said.push_back(
+        fmt::format("Reference: {}. Apart from it: {}. They share neither formulation nor integrator and "
+                    "agree in {}.",
+                    run(r.first, r.rtol_first), run(r.second, r.rtol_second), agree));
     said.push_back(r.proven ? "Errors are certified down to there; what is smaller is shown as \"<\"."
                             : "That is less than two digits: nothing is certified; errors are distances to the first "
                               "of the two.");
   }
   if (r.energy_unit > 0)
-    said.push_back("The energy is constant along the reference; its drift is measured against the largest kinetic one.");
+    said.push_back(
+        "The energy is constant along the reference; its drift is measured against the largest kinetic one.");
   for (const auto& n : r.notes) said.push_back(n);
   return said;
 }

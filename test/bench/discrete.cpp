@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include "benchmark.h"
-#include "costate/tradeoff/stopwatch.h"
 #include "costate/integrator/simulate.h"
 #include "costate/sensitivity/method.h"
+#include "costate/tradeoff/stopwatch.h"
 #include "model.h"
 
 namespace costate::bench {

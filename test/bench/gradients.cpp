@@ -7,9 +7,9 @@
 #include <optional>
 
 #include "benchmark.h"
-#include "costate/tradeoff/stopwatch.h"
 #include "costate/integrator/simulate.h"
 #include "costate/sensitivity/method.h"
+#include "costate/tradeoff/stopwatch.h"
 #include "five_bar.h"
 #include "five_bar_by_hand.h"
 

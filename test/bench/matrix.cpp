@@ -5,10 +5,10 @@
 #include <optional>
 
 #include "benchmark.h"
-#include "costate/tradeoff/stopwatch.h"
 #include "costate/base/error.h"
 #include "costate/integrator/simulate.h"
 #include "costate/sensitivity/method.h"
+#include "costate/tradeoff/stopwatch.h"
 #include "model.h"
 
 namespace costate::bench {

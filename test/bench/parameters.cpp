@@ -7,9 +7,9 @@
 
 #include "benchmark.h"
 #include "chain.h"
-#include "costate/tradeoff/stopwatch.h"
 #include "costate/integrator/simulate.h"
 #include "costate/sensitivity/method.h"
+#include "costate/tradeoff/stopwatch.h"
 
 namespace costate::bench {
 

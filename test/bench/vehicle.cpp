@@ -10,10 +10,10 @@
 #include <string_view>
 
 #include "benchmark.h"
-#include "costate/tradeoff/stopwatch.h"
 #include "costate/integrator/simulate.h"
 #include "costate/problem/scene_problem.h"
 #include "costate/sensitivity/method.h"
+#include "costate/tradeoff/stopwatch.h"
 #include "fleet.h"
 #include "support/paths.h"
 

@@ -63,8 +63,8 @@ parameters = ["w"]
 )";
 constexpr double kRate = 3, kEnd = 2;
 const double kPsi = kEnd / 2 + std::sin(2 * kRate * kEnd) / (4 * kRate);
-const double kGradient = kEnd * std::cos(2 * kRate * kEnd) / (2 * kRate) -
-                         std::sin(2 * kRate * kEnd) / (4 * kRate * kRate);
+const double kGradient =
+    kEnd * std::cos(2 * kRate * kEnd) / (2 * kRate) - std::sin(2 * kRate * kEnd) / (4 * kRate * kRate);
 
 const Json* row_of(const Json& j, const std::string& formulation, const std::string& integrator, double rtol,
                    const Json& method = nullptr) {
@@ -81,11 +81,11 @@ const Json* row_of(const Json& j, const std::string& formulation, const std::str
 TEST_CASE("tradeoff: the errors that it states are the true ones") {
   const WorkingDirectory here;
   write_text(here / "turning.toml", kTurning);
-  const Json j = costate_json({"tradeoff", "turning.toml", "--gradient", "--formulations",
-                               "index1,baumgarte,maggi,penalty,index3", "--methods",
-                               "idas-adjoint,cvodes-forward,hand-adjoint,discrete-adjoint", "--rtols", "1e-4,1e-6,1e-8",
-                               "--steps", "0.02,0.01", "--repeats", "1", "--budget", "0"},
-                              here.path());
+  const Json j =
+      costate_json({"tradeoff", "turning.toml", "--gradient", "--formulations", "index1,baumgarte,maggi,penalty,index3",
+                    "--methods", "idas-adjoint,cvodes-forward,hand-adjoint,discrete-adjoint", "--rtols",
+                    "1e-4,1e-6,1e-8", "--steps", "0.02,0.01", "--repeats", "1", "--budget", "0"},
+                   here.path());
   const Json& reference = j.at("reference");
   REQUIRE(reference.at("proven") == true);
   const Json &first = reference.at("first"), &second = reference.at("second");
@@ -116,7 +116,8 @@ TEST_CASE("tradeoff: the errors that it states are the true ones") {
   CHECK(psis > 30);
   CHECK(gradients > 15);
   CHECK(fixed >= 4);
-  // Along the motion: that of index1 on IDAS drifts, the others hold the bar; the coordinates of maggi do so to rounding.
+  // Along the motion: that of index1 on IDAS drifts, the others hold the bar; the coordinates of maggi do so to
+  // rounding.
   const Json& maggi = *row_of(j, "maggi", "cvodes", 1e-4);
   CHECK(maggi.at("drift").at("position").get<double>() < 1e-12);
   const Json& drifting = *row_of(j, "index1", "idas", 1e-4);
@@ -128,8 +129,8 @@ TEST_CASE("tradeoff: the errors that it states are the true ones") {
 TEST_CASE("tradeoff: its files say the same, and the keys stay") {
   const WorkingDirectory here;
   write_text(here / "turning.toml", kTurning);
-  const Json j = costate_json({"tradeoff", "turning.toml", "--rtols", "1e-3,1e-4,1e-5,1e-6", "--repeats", "3", "--output",
-                               "out", "--formulations", "index1,baumgarte,index2,penalty"},
+  const Json j = costate_json({"tradeoff", "turning.toml", "--rtols", "1e-3,1e-4,1e-5,1e-6", "--repeats", "3",
+                               "--output", "out", "--formulations", "index1,baumgarte,index2,penalty"},
                               here.path());
   CHECK(j.at("status") == "ok");
   for (const char* key : {"psi", "parameters", "reference", "rows", "fronts", "choices", "out_of_line", "refusals",
@@ -140,9 +141,9 @@ TEST_CASE("tradeoff: its files say the same, and the keys stay") {
   for (const Json& r : rows) {
     INFO(r.dump());
     REQUIRE(r.at("status") == "ok");
-    for (const char* key : {"formulation", "integrator", "method", "rtol", "step_s", "psi", "errors", "below_certified",
-                            "worst", "drift", "steps", "callbacks", "factorizations", "counters", "time_s", "repeats",
-                            "warnings"})
+    for (const char* key :
+         {"formulation", "integrator", "method", "rtol", "step_s", "psi", "errors", "below_certified", "worst", "drift",
+          "steps", "callbacks", "factorizations", "counters", "time_s", "repeats", "warnings"})
       CHECK(r.contains(key));
     CHECK(r.at("repeats") == 3);
     CHECK(r.at("time_s").get<double>() > 0);
@@ -203,8 +204,8 @@ TEST_CASE("tradeoff: rows that depend on each other") {
 
 TEST_CASE("tradeoff: a budget ends it, and says what was left out") {
   const WorkingDirectory here;
-  const Json j = costate_json({"tradeoff", kFiveBar, "--budget", "0.3", "--no-files", "--set", "run.t_end_s=40"},
-                              here.path());
+  const Json j =
+      costate_json({"tradeoff", kFiveBar, "--budget", "0.3", "--no-files", "--set", "run.t_end_s=40"}, here.path());
   CHECK(j.at("status") == "ok");
   std::size_t left_out = 0;
   for (const Json& r : j.at("rows"))

@@ -1,8 +1,8 @@
 // The analysis of accuracy against cost, on tables made up so that the answer is known.
+#include "costate/tradeoff/trade_analysis.h"
+
 #include <catch2/catch.hpp>
 #include <cmath>
-
-#include "costate/tradeoff/trade_analysis.h"
 
 using namespace costate;
 using Catch::Matchers::Contains;

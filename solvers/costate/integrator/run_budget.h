@@ -1,5 +1,5 @@
-// What a run among many may take, as those of 'costate check': so many times the steps and the processor time of another. One that
-// takes more is cut: it is neither right nor wrong, and the others are not kept waiting.
+// What a run among many may take, as those of 'costate check': so many times the steps and the processor time of
+// another. One that takes more is cut: it is neither right nor wrong, and the others are not kept waiting.
 #pragma once
 
 #include <fmt/format.h>

@@ -190,8 +190,8 @@ std::string legend_column(const SvgPlot& plot, double left) {
   double y = 36;
   for (const SvgCurve& c : plot.curves) {
     if (c.name.empty()) continue;
-    out += fmt::format("<line x1=\"{0:.1f}\" y1=\"{2:.1f}\" x2=\"{1:.1f}\" y2=\"{2:.1f}\" {3}/>\n", left, left + 22, y - 4,
-                       style_of(c));
+    out += fmt::format("<line x1=\"{0:.1f}\" y1=\"{2:.1f}\" x2=\"{1:.1f}\" y2=\"{2:.1f}\" {3}/>\n", left, left + 22,
+                       y - 4, style_of(c));
     out += text_at(left + 28, y, "start", c.name);
     y += 15;
   }

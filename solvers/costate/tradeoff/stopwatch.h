@@ -17,7 +17,8 @@ struct Timing {
 
 class Race {
  public:
-  /// Returns the job's index. The job may throw; the race ends there. `known_s`: what it takes, where it has run before.
+  /// Returns the job's index. The job may throw; the race ends there. `known_s`: what it takes, where it has run
+  /// before.
   int add(std::function<void()> job, double known_s = 0);
   /// One round unmeasured of those that have not run before, then `rounds` measured ones; a job of less than
   /// `shortest_s` is repeated within a round. Before each job `go_on` is asked; what has been measured until then

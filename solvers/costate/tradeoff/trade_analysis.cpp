@@ -13,8 +13,8 @@ namespace {
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 // How many tighter settings stand by a row's error.
 constexpr std::size_t kWitnesses = 2;
-// An error does not fall where it stays within this factor while the tolerance falls by kSpan, or a step is halved three
-// times; nobody minds it at kFine times the tolerance.
+// An error does not fall where it stays within this factor while the tolerance falls by kSpan, or a step is halved
+// three times; nobody minds it at kFine times the tolerance.
 constexpr double kStays = 3, kSpan = 100, kStepSpan = 8, kFine = 10;
 // It rises where it is twice that of the setting before, and a tenth of the one before that: by what a setting may be
 // off, and no rise after an error that was small by chance.
@@ -25,7 +25,6 @@ constexpr double kFar = 100, kFarTolerances = 1e3;
 std::size_t index(TradeMeasure m) { return static_cast<std::size_t>(m); }
 
 double setting_of(const TradeRow& r) { return r.step_s > 0 ? r.step_s : r.rtol; }
-
 
 std::string error_text(const TradeTable& table, TradeMeasure m, double error) {
   return error <= table.floor_of(m) ? fmt::format("<{:.1e}", table.floor_of(m)) : fmt::format("{:.1e}", error);
@@ -46,9 +45,7 @@ class CurveJudge {
 
  private:
   const TradeRow& row(std::size_t k) const { return table_.rows[curve_[k]]; }
-  double error(std::size_t k) const {
-    return std::max(*row(k).error_of(measure_), table_.floor_of(measure_));
-  }
+  double error(std::size_t k) const { return std::max(*row(k).error_of(measure_), table_.floor_of(measure_)); }
   const Combination& combination() const { return table_.combinations[row(0).combination]; }
 
   /// From where on the error stays, to the end; curve_.size() where it falls.
@@ -74,11 +71,10 @@ class CurveJudge {
   OutOfLine stays(std::size_t from) const {
     OutOfLine o{OutOfLine::Kind::does_not_fall, row(0).combination, measure_, {}, {}};
     o.rows.assign(curve_.begin() + static_cast<std::ptrdiff_t>(from), curve_.end());
-    o.sentence = fmt::format("{}: the error of {} stays at {:.1e} from {} to {}{}.", combination().name(),
-                             name_of(measure_), error(curve_.size() - 1), row(from).setting(),
-                             row(curve_.size() - 1).setting(),
-                             combination().soft ? "; its constraints are soft, which costs O(1/alpha) at any tolerance"
-                                                : "");
+    o.sentence =
+        fmt::format("{}: the error of {} stays at {:.1e} from {} to {}{}.", combination().name(), name_of(measure_),
+                    error(curve_.size() - 1), row(from).setting(), row(curve_.size() - 1).setting(),
+                    combination().soft ? "; its constraints are soft, which costs O(1/alpha) at any tolerance" : "");
     return o;
   }
 
@@ -142,8 +138,7 @@ std::vector<std::vector<std::size_t>> trade_curves(const TradeTable& table, Trad
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const TradeRow& r = table.rows[i];
     const bool differentiates = !table.combinations[r.combination].method.empty();
-    if (r.status == TradeStatus::ok && r.error[index(measure)] &&
-        differentiates == (measure == TradeMeasure::gradient))
+    if (r.status == TradeStatus::ok && r.error[index(measure)] && differentiates == (measure == TradeMeasure::gradient))
       curves[r.combination].push_back(i);
   }
   for (auto& curve : curves)
@@ -203,10 +198,9 @@ std::vector<TradeChoice> trade_choices(const TradeTable& table, TradeMeasure mea
 
 std::string sentence(const TradeTable& table, TradeMeasure measure, const TradeChoice& choice) {
   const TradeRow& r = table.rows[choice.row];
-  std::string text =
-      fmt::format("for {:.0e} in {}: {} at {}, {:.3g} ms", choice.target,
-                  measure == TradeMeasure::gradient ? "the gradient" : name_of(measure),
-                  table.combinations[r.combination].name(), r.setting(), 1e3 * r.time_s);
+  std::string text = fmt::format("for {:.0e} in {}: {} at {}, {:.3g} ms", choice.target,
+                                 measure == TradeMeasure::gradient ? "the gradient" : name_of(measure),
+                                 table.combinations[r.combination].name(), r.setting(), 1e3 * r.time_s);
   if (!choice.next_digit) return text + "; no setting that was run gives the next digit";
   if (*choice.next_digit == 1) return text + "; the next digit costs nothing";
   if (*choice.next_digit < 1.05) return text + "; the next digit costs hardly more";

@@ -23,9 +23,9 @@ std::vector<double> dependable_errors(const TradeTable& table, TradeMeasure meas
 std::vector<std::size_t> pareto_front(const TradeTable& table, TradeMeasure measure);
 
 struct TradeChoice {
-  double target = 0;   // a power of ten
-  std::size_t row = 0; // the cheapest with a dependable error of no more
-  double error = 0;    // that one
+  double target = 0;                 // a power of ten
+  std::size_t row = 0;               // the cheapest with a dependable error of no more
+  double error = 0;                  // that one
   std::optional<double> next_digit;  // how many times the time of the choice for a tenth of the target is
 };
 /// For each power of ten from 1e-1 down to the smallest error that is reached, and none below the certified one.

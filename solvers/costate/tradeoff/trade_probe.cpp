@@ -72,8 +72,8 @@ TradeValues TradeProbe::run(const Combination& c, double rtol, double step_s) co
     const Simulation s =
         simulate(p, rho_, times_, [&](const MechanismState& state, System& system) { look(motion, state, system); });
     // A run that ends a little earlier than the reference's hands out its end instead.
-    motion.outputs.resize(times_.size(), motion.outputs.empty() ? std::vector<double>(outputs_.size(), 0.0)
-                                                                : motion.outputs.back());
+    motion.outputs.resize(times_.size(),
+                          motion.outputs.empty() ? std::vector<double>(outputs_.size(), 0.0) : motion.outputs.back());
     v.psi = s.psi;
     v.counters = s.counters;
     v.motion = std::move(motion);

@@ -19,13 +19,13 @@ struct TradeReference {
   /// Of two independent combinations that agree to two digits at least. Otherwise errors are distances to `first`, and
   /// nothing is certified.
   bool proven = false;
-  /// By measure, relative: twice the distance of the two, or a fifth of what `first` changed by over the last power of
-  /// ten of its tolerance, whichever is larger. An error that is measured above half of it is at most twice that.
+  /// By measure, relative: twice the distance of the two, or what `first` changed by over the last power of ten of its
+  /// tolerance, whichever is larger.
   std::array<double, 3> floor = {0, 0, 0};
   // What errors are relative to.
   double psi_unit = 1, gradient_unit = 1;
   std::vector<double> output_unit;
-  double energy_unit = 0;  // the largest kinetic energy; 0: the energy is not kept along this motion
+  double energy_unit = 0;          // the largest kinetic energy; 0: the energy is not kept along this motion
   std::vector<std::string> notes;  // what was tried and did not serve
 
   /// Relative errors of values, by measure, and what was worst; those that the values do not hold stay empty.

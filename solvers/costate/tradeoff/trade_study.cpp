@@ -55,8 +55,7 @@ void TradeStudy::find_reference() {
   search.redundant = !redundant_.empty();
   search.gradient = options_.gradient;
   search.allow = [this] {
-    if (options_.budget_s > 0)
-      budget_.begin(std::max(kLeast_s, kReferenceShare * options_.budget_s - spent_s()), 0);
+    if (options_.budget_s > 0) budget_.begin(std::max(kLeast_s, kReferenceShare * options_.budget_s - spent_s()), 0);
   };
   search.has_time = [this] { return options_.budget_s <= 0 || spent_s() < kReferenceShare / 2 * options_.budget_s; };
   reference_ = find_trade_reference(probe_, search);
@@ -77,9 +76,9 @@ void TradeStudy::choose_combinations() {
   };
   for (const auto& f : formulations()) {
     if (!listed(options_.formulations, f.name)) continue;
-    for (const auto& [integrator, form, offered] :
-         {std::tuple("idas", "implicit", f.make_dae != nullptr), std::tuple("cvodes", "explicit", f.make_ode != nullptr),
-          std::tuple("fixed", "fixed-step", f.make_discrete != nullptr)}) {
+    for (const auto& [integrator, form, offered] : {std::tuple("idas", "implicit", f.make_dae != nullptr),
+                                                    std::tuple("cvodes", "explicit", f.make_ode != nullptr),
+                                                    std::tuple("fixed", "fixed-step", f.make_discrete != nullptr)}) {
       if (!listed(options_.integrators, integrator)) continue;
       add({f.name, integrator, "", !f.exact_constraints()},
           offered ? redundancy(f) : fmt::format("Formulation '{}' has no {} form.", f.name, form));
@@ -244,8 +243,7 @@ void TradeStudy::take_times() {
   for (TradeRow& row : table_.rows)
     if (row.status == TradeStatus::ok) {
       rows.push_back(&row);
-      race.add([this, &row] { probe_.repeat(table_.combinations[row.combination], row.rtol, row.step_s); },
-               row.time_s);
+      race.add([this, &row] { probe_.repeat(table_.combinations[row.combination], row.rtol, row.step_s); }, row.time_s);
     }
   const auto settle = [&] {
     for (std::size_t k = 0; k < rows.size(); ++k) {

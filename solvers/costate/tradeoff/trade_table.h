@@ -28,19 +28,19 @@ enum class TradeStatus { ok, failed, cut, left_out };
 const char* name_of(TradeStatus status);
 
 struct TradeRow {
-  std::size_t combination = 0;      // into TradeTable::combinations
-  double rtol = 0, step_s = 0;      // one of them is the accuracy asked for; the other is 0
-  std::size_t level = 0;            // how many looser settings the combination has
+  std::size_t combination = 0;  // into TradeTable::combinations
+  double rtol = 0, step_s = 0;  // one of them is the accuracy asked for; the other is 0
+  std::size_t level = 0;        // how many looser settings the combination has
   TradeStatus status = TradeStatus::left_out;
-  std::string why = {};             // it did not end
-  double psi = 0;                   // the value itself
+  std::string why = {};                             // it did not end
+  double psi = 0;                                   // the value itself
   std::array<std::optional<double>, 3> error = {};  // relative, by measure
-  std::string worst = {};           // the output, or the parameter, farthest off
+  std::string worst = {};                           // the output, or the parameter, farthest off
   /// Largest |Phi| and |Phid| of a row along the motion [SI]; the energy's largest change against the largest kinetic
   /// energy, where energy should be kept.
   std::optional<double> position_drift = {}, velocity_drift = {}, energy_drift = {};
   Counters counters = {};
-  double time_s = 0;                // processor time: the median of `repeats` interleaved runs, or of the first (0)
+  double time_s = 0;  // processor time: the median of `repeats` interleaved runs, or of the first (0)
   int repeats = 0;
   std::vector<std::string> warnings = {};
 

@@ -121,6 +121,27 @@ TEST_CASE("studies, baselines and journals without an end are refused") {
   }
 }
 
+TEST_CASE("pipes are read to a bound, and as files are below it") {
+  const WorkingDirectory here;
+  std::string scene = costate::test::file_text(COSTATE_SOURCE_DIR "/test/cases/road_file.toml");
+  scene.replace(scene.find("road.txt"), 8, "/dev/stdin");
+  write_text(here / "road.toml", scene);
+  const auto piped = [&](const std::string& writer, const std::string& words) {
+    return Process("/bin/sh", {"-c", writer + " | '" COSTATE_EXECUTABLE "' " + words}, here.path()).finish();
+  };
+  for (const auto& [writer, words] : {std::pair<std::string, std::string>{"yes '# x'", "simulate /dev/stdin"},
+
+                                      {"yes '1 2'", "simulate road.toml"}}) {
+    INFO(words);
+    const Outcome o = piped(writer, words + " --no-files");
+    CHECK(o.status == 1);
+    CHECK_THAT(o.err, Contains("/dev/stdin") && Contains("which is the limit"));
+  }
+  CHECK(piped("cat '" + kFiveBar + "'", "simulate /dev/stdin --t-end 0.1 --no-files").status == 0);
+  CHECK(piped("cat '" COSTATE_SOURCE_DIR "/test/cases/road.txt'", "simulate road.toml --t-end 0.1 --no-files").status ==
+        0);
+}
+
 TEST_CASE("room for checkpoints that there is not is refused before it is taken") {
   const WorkingDirectory here;
   const Json j =

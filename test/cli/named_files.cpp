@@ -54,6 +54,58 @@ TEST_CASE("named files: a run is not resumed with another road") {
   CHECK(file_text(here / "out/evaluations.jsonl") == journal);
 }
 
+TEST_CASE("named files: nor with another tyre file; what it writes finds the file") {
+  const WorkingDirectory here;
+  fs::create_directory(here / "scenes");
+  std::string tyre = file_text(COSTATE_MODELS_DIR "/tyres/formula_student_61.tir");
+  write_text(here / "scenes/tyre.tir", tyre);
+  write_text(here / "scenes/wheel.toml", R"([gravity]
+z_m_per_s2 = -9.81
+[rigid_body.wheel]
+x_m = 0
+y_m = 0
+z_m = 0.19
+vx_m_per_s = 10
+omega_y_rad_per_s = 52
+mass_kg = 10
+inertia_xx_kg_m2 = 1
+inertia_yy_kg_m2 = 1
+inertia_zz_kg_m2 = 1
+[point.hub]
+on = "wheel"
+x_m = 0
+y_m = 0
+z_m = 0
+[road.plain]
+kind = "flat"
+[tyre.T]
+wheel = "hub"
+road = "plain"
+stiffness_N_per_m = 1.6e5
+model = "magic_formula"
+tir_file = "tyre.tir"
+[start]
+given = ["wheel"]
+[parameter.m]
+number = "rigid_body.wheel.mass_kg"
+[[cost.running]]
+kind = "square"
+output = "wheel.z"
+[run]
+t_end_s = 0.05
+rtol = 1e-6
+parameters = ["m"]
+)");
+  const std::vector<std::string> run = {"optimize", "scenes/wheel.toml", "--output",
+                                        "out",      "--no-certificate",  "--max-evaluations"};
+  costate_json(with(run, {"2"}), here.path());
+  CHECK(costate_json({"simulate", "out/optimized.toml", "--no-files"}, here.path()).at("status") == "ok");
+  tyre.replace(tyre.find("FNOMIN"), 6, "FNOMIN   ");  // blanks alone
+  write_text(here / "scenes/tyre.tir", tyre);
+  const Json j = costate_json(with(run, {"3", "--resume"}), here.path(), 1);
+  CHECK_THAT(j.at("error").get<std::string>(), Contains("cannot resume") && Contains("files/tyre.T.tir_file"));
+}
+
 TEST_CASE("named files: a study begins a run anew when its road changed") {
   const WorkingDirectory here;
   put_scene(here);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "costate/base/error.h"
+#include "costate/base/stop.h"
 #include "scene_texts.h"
 
 using namespace costate;
@@ -90,6 +91,18 @@ TEST_CASE("sweep: a crank goes round twice", "[sweep]") {
     const double moment = 30 * (x + 1 - 1.5) * x_phi + 2 * 9.81 * a / 2 * std::cos(phi);
     CHECK(-p.at.held[0] == Approx(moment).margin(1e-10 * 30));
   }
+}
+
+TEST_CASE("sweep: can be stopped between its positions", "[sweep]") {
+  Case c(slider_crank);
+  struct Stopped {};
+  static int calls;
+  calls = 0;
+  set_stop_check(+[] {
+    if (++calls > 50) throw Stopped();
+  });
+  CHECK_THROWS_AS(c.sweep("crank.angle", 0, 12.5, 100000), Stopped);
+  set_stop_check(nullptr);
 }
 
 TEST_CASE("sweep: the slider locks at its dead centre, and what was computed stays", "[sweep]") {

@@ -138,9 +138,6 @@ void flatten(const Json& value, const std::string& path, std::vector<std::pair<s
   }
 }
 
-/// A tolerance with the digits that people write.
-double rounded(double x) { return std::stod(fmt::format("{:.3g}", x)); }
-
 /// Counts without a decimal point.
 Json number_json(double x) {
   return x == std::floor(x) && std::abs(x) < 1e15 ? Json(static_cast<long long>(x)) : Json(x);

@@ -24,6 +24,7 @@
 #include "costate/record/atomic_file.h"
 #include "costate/record/json_number.h"
 #include "costate/record/print.h"
+#include "costate/scene/least_atol.h"
 #include "guide.h"
 #include "saving.h"
 #include "start_notice.h"
@@ -122,6 +123,8 @@ void Setup::choose_solver(const CommonOptions& options) {
   if (options.rtol && *options.rtol >= 1) throw Error(fmt::format("--rtol must be below 1, found {}.", *options.rtol));
   if (options.atol && *options.atol >= 1)
     throw Error(fmt::format("--atol must be below 1 (in SI units, of every unknown), found {}.", *options.atol));
+  if (options.atol && *options.atol < kLeastAtol)
+    throw Error(fmt::format("--atol must be at least {}, found {}.", kLeastAtol, *options.atol));
   if (options.checkpoint_steps && *options.checkpoint_steps < 0)
     throw Error(fmt::format("--checkpoint-steps must not be negative, found {}.", *options.checkpoint_steps));
   for (const auto& [key, x] : options.formulation_numbers) {

@@ -62,9 +62,6 @@ Side make_side(const CommonOptions& common, const std::string& scene, const std:
   }
 }
 
-/// To three digits: more of a measured time mean nothing.
-double rounded(double seconds) { return std::stod(fmt::format("{:.3g}", seconds)); }
-
 class Compare {
  public:
   Compare(const CommonOptions& common, const CompareOptions& options)

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
 #include <utility>
 
 namespace costate::app {
@@ -35,6 +36,13 @@ void KeyedObject::set(const std::string& key, Json value) {
 Json KeyedObject::take() {
   places_.clear();
   return std::exchange(object_, Json::object());
+}
+
+double rounded(double x) {
+  const std::string text = fmt::format("{:.3g}", x);
+  double r = x;
+  std::from_chars(text.data(), text.data() + text.size(), r);  // the smallest numbers, too, which stod refuses
+  return r;
 }
 
 Json named(const std::vector<std::string>& names, const std::vector<double>& values) {

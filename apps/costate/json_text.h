@@ -25,6 +25,9 @@ class KeyedObject {
   std::unordered_map<std::string, std::size_t> places_;
 };
 
+/// x to three digits, as people write a tolerance, or a measured time of which more mean nothing.
+double rounded(double x);
+
 Json named(const std::vector<std::string>& names, const std::vector<double>& values);
 
 }  // namespace costate::app

@@ -118,11 +118,12 @@ TEST_CASE("numbers out of range") {
   };
   for (const std::string command : {"simulate", "gradient", "optimize", "check"}) {
     option(command, "--rtol", {"0", "-1e-8", "1", "nan", "inf", "small", ""});
-    option(command, "--atol", {"0", "-1", "nan", "inf", "x", "1", "1e300"});
+    option(command, "--atol", {"0", "-1", "nan", "inf", "x", "1", "1e300", "1e-200"});
     option(command, "--t-end", {"0", "-1", "nan", "inf", "x"});
     option(command, "--penalty-alpha", {"0", "-5", "nan"});
     option(command, "--checkpoint-steps", {"-1", "1.5", "many"});
   }
+  CHECK_THAT(mistake({"simulate", kFiveBar, "--set", "run.atol=1e-200"}), Contains("'atol'") && Contains("1e-100"));
   CHECK_THAT(mistake({"simulate", kFiveBar, "--t-end=inf"}), Contains("must be finite") && !Contains("must lie after"));
   option("simulate", "--output-step", {"0", "-1", "nan", "inf", "x"});
   CHECK_THAT(mistake({"simulate", kFiveBar, "--output-step=1e-12"}), Contains("output step") && Contains("samples"));

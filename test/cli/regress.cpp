@@ -108,6 +108,20 @@ TEST_CASE("regress: a minimal file is filled in by --update and holds from then 
   CHECK(file_text(here / "base/gradient.json") == text);
 }
 
+TEST_CASE("regress: the smallest numbers are filled in as well") {
+  const WorkingDirectory here;
+  const Json weights = {"cost.running[0].weight=1e-306", "cost.running[1].weight=1e-306"};
+  put(here, "tiny.json",
+      minimal("gradient",
+              {{"t-end", 0.1}, {"formulation", "baumgarte"}, {"method", "cvodes-forward"}, {"set", weights}}));
+  const Outcome update = run_costate({"regress", "tiny.json", "--update"}, here.path());
+  INFO(update.err);
+  CHECK(update.status == 0);
+  const double psi = read(here, "tiny.json").at("quantities").at("psi").at("value");
+  CHECK(psi > 0);
+  CHECK(psi < 1e-306);
+}
+
 TEST_CASE("regress: what moved is named with the amount; --update keeps tolerance and reason") {
   const WorkingDirectory here;
   Json b = minimal("gradient");

@@ -13,6 +13,7 @@
 #include "costate/base/error.h"
 #include "costate/base/stop.h"
 #include "costate/formulation/defaults.h"
+#include "costate/scene/least_atol.h"
 
 namespace costate {
 
@@ -266,6 +267,8 @@ void SceneReader::read_run() {
   run.rtol = t.value("rtol", NumberRule::positive, run.rtol);
   if (run.rtol >= 1) t.fail("rtol", fmt::format("must be below 1, found {}.", run.rtol));
   run.atol = t.find_value("atol", NumberRule::positive);
+  if (run.atol && *run.atol < kLeastAtol)
+    t.fail("atol", fmt::format("must be at least {}, found {}.", kLeastAtol, *run.atol));
   if (run.atol && *run.atol >= 1)
     t.fail("atol", fmt::format("must be below 1 (in SI units, of every unknown), found {}.", *run.atol));
   run.step_s = t.find_value("step_s", NumberRule::positive);

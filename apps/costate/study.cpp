@@ -90,22 +90,18 @@ class StudyCommand {
 
   /// Finished runs of the same definition are kept, interrupted ones resume, others begin anew.
   void prepare(StudyJob& j) {
+    j.require_files();
     wait_for_earlier(j);
-    const fs::path file = j.directory / "study_run.json";
-    const bool same = !options_.fresh && json_of_file(file) == j.definition();
-    const fs::path summary = j.directory / "optimize.json";
-    if (same) {
-      j.result = json_of_file(summary);
-      if (j.result.is_object() && j.result.value("status", "") == "ok") {
-        j.state = StudyJob::State::kept;
-        return;
-      }
-      j.resume = true;
+    const StudyJob::Left left = options_.fresh ? StudyJob::Left::nothing : j.find_earlier();
+    if (left == StudyJob::Left::finished) {
+      j.state = StudyJob::State::kept;
+      return;
     }
+    j.resume = left == StudyJob::Left::begun;
     fs::create_directories(j.directory);
-    fs::remove(summary);
-    if (!same) fs::remove(j.directory / "evaluations.jsonl");
-    write_file_atomically(file, json_text(j.definition()) + "\n");
+    fs::remove(j.summary());
+    if (!j.resume) fs::remove(j.directory / "evaluations.jsonl");
+    j.note(false);
   }
 
   std::vector<std::string> arguments(const StudyJob& j) const {
@@ -151,11 +147,15 @@ class StudyCommand {
 
   void finish(StudyJob& j, int wait_status) {
     j.pid = -1;
-    j.result = json_of_file(j.directory / "optimize.json");
+    j.result = json_of_file(j.summary());
     const bool good = WIFEXITED(wait_status) && WEXITSTATUS(wait_status) == 0 && j.result.is_object() &&
                       j.result.value("status", "") == "ok";
     j.state = good ? StudyJob::State::done : StudyJob::State::failed;
     if (!good) j.error = complaint(j, wait_status);
+    if (good) try {
+        j.note(true);
+      } catch (const Error&) {  // its result stands; the next study repeats it from its journal
+      }
     ++finished_;
     clear_line();
     if (common_.json || common_.quiet) return;

@@ -1,8 +1,14 @@
 #include "study_job.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <fstream>
 #include <sstream>
+
+#include "costate/base/text_file.h"
+#include "costate/record/atomic_file.h"
+#include "costate/scene/scene_files.h"
 
 namespace costate::app {
 
@@ -14,8 +20,9 @@ std::string text_of_file(const std::filesystem::path& path) {
 }
 
 Json json_of_file(const std::filesystem::path& path) {
-  std::ifstream in(path);
-  return in ? Json::parse(in, nullptr, false) : Json();
+  constexpr std::size_t most = std::size_t{1} << 30;  // bytes
+  if (!std::filesystem::exists(path)) return {};
+  return Json::parse(read_text_file(path.string(), most, "The file of a study's run"), nullptr, false);
 }
 
 Json StudyJob::definition() const {
@@ -23,6 +30,34 @@ Json StudyJob::definition() const {
   for (const SceneFile& f : run.files)
     if (!f.path.empty()) files[f.path] = f.digest;
   return {{"scene", run.scene_text}, {"files", files}, {"parameters", run.parameters}, {"options", run.options}};
+}
+
+StudyJob::Left StudyJob::find_earlier() {
+  Json known = json_of_file(directory / "study_run.json");
+  if (!known.is_object()) return Left::nothing;
+  const Json digest = known.value("summary", Json());
+  known.erase("summary");
+  if (known != definition()) return Left::nothing;
+  if (!digest.is_string() || digest != file_digest(summary().string())) return Left::begun;
+  result = json_of_file(summary());
+  return Left::finished;
+}
+
+void StudyJob::note(bool finished) const {
+  Json j = definition();
+  if (finished) j["summary"] = file_digest(summary().string());
+  write_file_atomically(directory / "study_run.json", json_text(j) + "\n");
+}
+
+void StudyJob::require_files() const {
+  for (const char* name : {"study_run.json", "optimize.json", "evaluations.jsonl", "log.txt"}) {
+    const std::filesystem::path file = directory / name;
+    if (std::filesystem::exists(file) && !std::filesystem::is_regular_file(file))
+      throw Error(
+          fmt::format("'{}' is no regular file: the run '{}' cannot write there; remove it, or choose another "
+                      "directory with --output.",
+                      file.string(), run.name));
+  }
 }
 
 long StudyJob::evaluations() const {

@@ -21,8 +21,16 @@ struct StudyJob {
   std::string error;
   Json result;
 
+  std::filesystem::path summary() const { return directory / "optimize.json"; }
   /// What the results belong to: a change of it makes them worthless.
   Json definition() const;
+  /// What an earlier study left of this definition; a summary counts as it was written, to the byte, and is read then.
+  enum class Left { nothing, begun, finished };
+  Left find_earlier();
+  /// Notes in the directory what its results belong to, and the digest of the summary once there is one.
+  void note(bool finished) const;
+  /// Throws where the place of one of its files is taken by a pipe, a device or a directory.
+  void require_files() const;
   /// Those in the journal.
   long evaluations() const;
   bool ok() const { return state == State::kept || state == State::done; }
@@ -34,7 +42,7 @@ struct StudyJob {
   }
 };
 
-/// A file's bytes, and the JSON in it: empty where there is none, discarded where it is damaged.
+/// A file's bytes, and the JSON in it: null where there is none, discarded where it is damaged.
 std::string text_of_file(const std::filesystem::path& path);
 Json json_of_file(const std::filesystem::path& path);
 

@@ -1,5 +1,6 @@
 // costate study: runs in parallel, kept, resumed and tabulated.
 #include <signal.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -83,6 +84,50 @@ TEST_CASE("costate study: runs, a table, and what is finished is kept") {
   CHECK(changed.at("runs").at(1).at("status") == "kept");
   CHECK(changed.at("runs").at(2).at("status") == "ok");
   CHECK(changed.at("runs").at(2).at("evaluations") == 1);
+}
+
+TEST_CASE("costate study: a summary that is not as it was written is made again, not kept") {
+  const WorkingDirectory here;
+  write_text(here / "study.toml", study_text());
+  const auto result = [&] {
+    Json r = costate_json({"study", "study.toml", "--only", "lengths"}, here.path()).at("runs").at(0);
+    r.erase("wall_s");
+    return r;
+  };
+  const auto with_status = [](Json r, const char* status) {
+    r["status"] = status;
+    return r;
+  };
+  const Json first = result();
+  CHECK(first.at("status") == "ok");
+  CHECK(result() == with_status(first, "kept"));
+  const auto summary = here / "results/study/lengths/optimize.json";
+  const std::string whole = file_text(summary);
+  std::string flipped = whole;
+  flipped.insert(flipped.find("\"psi\": ") + 7, "-");
+  for (const std::string& damaged : {flipped, std::string(), std::string("[]"), std::string("{\"status\": \"ok\"}"),
+                                     whole.substr(0, whole.size() / 2)}) {
+    write_text(summary, damaged);
+    CHECK(result() == with_status(first, "ok"));
+    CHECK(result() == with_status(first, "kept"));
+  }
+}
+
+TEST_CASE("costate study: pipes and directories in the place of its files are refused") {
+  for (const std::string name : {"optimize.json", "study_run.json", "evaluations.jsonl", "log.txt"})
+    for (const bool pipe : {false, true}) {
+      INFO(name << (pipe ? ", a pipe" : ", a directory"));
+      const WorkingDirectory here;
+      write_text(here / "study.toml", study_text());
+      const auto place = here / ("results/study/lengths/" + name);
+      std::filesystem::create_directories(place.parent_path());
+      if (pipe)
+        REQUIRE(::mkfifo(place.c_str(), 0600) == 0);
+      else
+        std::filesystem::create_directory(place);
+      const Json j = costate_json({"study", "study.toml", "--only", "lengths"}, here.path(), 1);
+      CHECK_THAT(j.at("error").get<std::string>(), Contains(name) && Contains("no regular file"));
+    }
 }
 
 TEST_CASE("costate study: an interrupted study goes on where it stopped") {

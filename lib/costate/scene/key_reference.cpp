@@ -46,6 +46,11 @@ cvodes_method = "bdf"
 sensitivity_corrector = "staggered"
 ends_when = { output = "plate.x", above = 0.5 }
 
+[cycle]
+section = { output = "plate.x", above = 0.5 }
+travel = "plate.x"
+travel_angle_rad = 0.1
+
 [formulation]
 
 [[optimize.constraint]]

@@ -52,6 +52,7 @@ Scene Scene::read(std::shared_ptr<const SceneNode> root, const std::string& file
   scene.run = reader.run;
   scene.formulation = reader.formulation;
   scene.optimize = reader.optimize;
+  scene.cycle = reader.cycle;
   scene.mechanism_ = reader.mechanism;
   scene.objective_ = reader.objective;
   scene.constraints_ = std::move(reader.constraints);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "costate/base/error.h"
 #include "costate/mechanism/mechanism.h"
 #include "costate/objective/objective.h"
+#include "costate/scene/cycle_settings.h"
 #include "costate/scene/scene_settings.h"
 
 namespace costate {
@@ -35,6 +37,7 @@ class Scene {
   RunSettings run;
   FormulationOptions formulation;
   OptimizeSettings optimize;
+  std::optional<CycleSettings> cycle;
 
   const std::string& file_name() const { return file_name_; }
   std::shared_ptr<const Mechanism> mechanism() const { return mechanism_; }

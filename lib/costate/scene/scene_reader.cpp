@@ -19,8 +19,8 @@ namespace costate {
 
 namespace {
 
-const std::vector<std::string> settings = {"title", "description", "gravity",     "start",   "parameter",
-                                           "cost",  "run",         "formulation", "optimize"};
+const std::vector<std::string> settings = {"title", "description", "gravity",     "start",    "parameter",
+                                           "cost",  "run",         "formulation", "optimize", "cycle"};
 
 /// Runs f; an error without a subject gets this one.
 template <class F>
@@ -79,6 +79,7 @@ void SceneReader::read() {
     cost.finish();
   }
   read_end();
+  read_cycle();
   read_optimize();
   read_formulation();
   read_start();

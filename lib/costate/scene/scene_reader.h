@@ -23,6 +23,7 @@ class SceneReader {
   RunSettings run;
   FormulationOptions formulation;
   OptimizeSettings optimize;
+  std::optional<CycleSettings> cycle;
   std::shared_ptr<const Mechanism> mechanism;
   Objective objective;
   std::vector<SceneConstraint> constraints;
@@ -43,6 +44,8 @@ class SceneReader {
   void read_parameters();
   /// [run] ends_when, whose level may be a parameter: before those.
   void read_end();
+  /// In cycle_reader.cpp; the level of a crossing may be a parameter, too.
+  void read_cycle();
   void read_run();
   void read_formulation();
   void read_optimize();

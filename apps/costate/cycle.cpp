@@ -1,0 +1,220 @@
+// costate cycle: the limit cycle or periodic motion of a scene, its multipliers, and how it depends on the parameters.
+#include "costate/cycle/cycle.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+
+#include "command.h"
+#include "costate/base/notice.h"
+#include "digits.h"
+#include "trajectory.h"
+
+namespace costate::app {
+
+namespace {
+
+struct CycleFlags {
+  std::string section, travel;
+  std::vector<std::string> relabel;
+  std::optional<double> period, after;
+  std::optional<int> settle, count;
+  bool no_estimate = false, no_derivatives = false;
+
+  /// What they say, written over the scene's [cycle].
+  void add_to(std::vector<std::string>& overrides) const {
+    const auto quoted = [](const std::string& text) { return Json(text).dump(); };
+    if (!section.empty()) overrides.push_back("cycle.section=" + quoted(section));
+    if (period) overrides.push_back(fmt::format("cycle.period_s={}", *period));
+    if (after) overrides.push_back(fmt::format("cycle.after_s={}", *after));
+    if (settle) overrides.push_back(fmt::format("cycle.settle={}", *settle));
+    if (count) overrides.push_back(fmt::format("cycle.count={}", *count));
+    if (!travel.empty()) overrides.push_back("cycle.travel=" + quoted(travel));
+    for (const auto& pair : relabel) {
+      const std::size_t equals = pair.find('=');
+      if (equals == std::string::npos || equals == 0 || equals + 1 == pair.size())
+        throw Error(fmt::format("--relabel needs NAME=NAME, found '{}'. Example: --relabel left=right.", pair));
+      overrides.push_back("cycle.relabel." + pair.substr(0, equals) + "=" + quoted(pair.substr(equals + 1)));
+    }
+  }
+};
+
+/// What is known of a number that has no estimate: the tolerance's own digits.
+double uncertainty(double value, double error, const Problem& p) {
+  return std::max(error, p.solver.rtol * std::abs(value) + p.solver.absolute());
+}
+
+std::string verdict(const CycleResult& r) {
+  if (r.multipliers.empty()) return "  no multipliers: nothing is left free at the section\n";
+  const auto stable = r.stable();
+  const double m = r.largest();
+  if (!stable)
+    return fmt::format("  stability is not decided: the largest multiplier is 1 within its error of {:.1e}\n",
+                       r.multiplier_error);
+  if (*stable)
+    return fmt::format("  stable: a disturbance is {} after each cycle\n",
+                       m < 1e-6 ? std::string("gone") : fmt::format("{:.3g} of what it was", m));
+  return fmt::format("  NOT STABLE: a disturbance is {:.3g} times what it was after each cycle\n", m);
+}
+
+std::string multiplier_text(const std::complex<double>& m, double error) {
+  const double u = std::max(error, 1e-12);
+  if (std::abs(m) <= u) return fmt::format("0 within {:.1e}", u);
+  if (m.imag() == 0) return known_digits(m.real(), u);
+  return fmt::format("{} {} {} i   modulus {}", known_digits(m.real(), u), m.imag() < 0 ? '-' : '+',
+                     known_digits(std::abs(m.imag()), u), known_digits(std::abs(m), u));
+}
+
+Json named_rows(const std::vector<std::string>& names, const Eigen::MatrixXd& rows,
+                const std::vector<std::string>& columns) {
+  Json j = Json::object();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    Json row = Json::object();
+    for (std::size_t k = 0; k < columns.size(); ++k)
+      row[columns[k]] = rows(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k));
+    j[names[i]] = row;
+  }
+  return j;
+}
+
+Json cycle_json(const Setup& setup, const CycleResult& r, double wall) {
+  const auto parameters = setup.problem.parameters.names();
+  Json j;
+  j["psi"] = r.psi.value;
+  j["psi_error"] = r.psi.error;
+  j["parameters"] = named(parameters, setup.rho);
+  j["gradient"] = nullptr;
+  j["fixed_point"] = named(r.state_names, r.state);
+  j["section_coordinates"] = named(r.names, {r.x.data(), r.x.data() + r.x.size()});
+  j["section_errors"] = named(r.names, {r.x_error.data(), r.x_error.data() + r.x_error.size()});
+  j["period_s"] = r.period.value;
+  j["period_error_s"] = r.period.error;
+  if (!setup.scene.cycle->travel.empty()) {
+    j["travel_m"] = r.travel.value;
+    j["speed_m_per_s"] = r.speed();
+  }
+  j["multipliers"] = Json::array();
+  for (const auto& m : r.multipliers) j["multipliers"].push_back({m.real(), m.imag()});
+  j["multiplier_error"] = r.multiplier_error;
+  const auto stable = r.stable();
+  j["stable"] = stable ? Json(*stable) : Json(nullptr);
+  j["residual"] = r.residual;
+  j["residual_of"] = r.worst;
+  j["iterations"] = r.iterations;
+  j["events"] = Json::array();
+  for (const RunEvent& e : r.events)
+    j["events"].push_back({{"t", e.t}, {"name", e.name}, {"mode", e.mode}, {"jump", e.jump}});
+  if (r.x_rho.size() > 0) {
+    const auto list = [](const Eigen::VectorXd& v) { return std::vector<double>(v.data(), v.data() + v.size()); };
+    j["gradient"] = named(parameters, list(r.psi_rho));
+    j["period_gradient"] = named(parameters, list(r.period_rho));
+    if (!setup.scene.cycle->travel.empty()) {
+      const Eigen::VectorXd speed = (r.travel_rho - r.speed() * r.period_rho) / r.period.value;
+      j["speed_gradient"] = named(parameters, list(speed));
+    }
+    j["fixed_point_gradient"] = named_rows(r.names, r.x_rho, parameters);
+  }
+  j["formulation"] = setup.problem.formulation;
+  j["integrator"] = r.integrator;
+  j["rtol"] = setup.problem.solver.rtol;
+  j["counters"] = counters_json(r.counters);
+  j["wall_s"] = wall;
+  j["status"] = "ok";
+  j["warnings"] = take_notices();
+  j["settings"] = settings_json(setup);
+  return j;
+}
+
+std::string cycle_text(const Setup& setup, const CommonOptions& common, const CycleResult& r, double wall) {
+  const Problem& p = setup.problem;
+  std::string text = fmt::format("{}\n", setup.scene.title.empty() ? common.scene : setup.scene.title);
+  text += fmt::format("  {} on {}, rtol {:g}: returns within {:.2g} tolerances after {} iteration{}\n", p.formulation,
+                      r.integrator, p.solver.rtol, r.residual, r.iterations, r.iterations == 1 ? "" : "s");
+  text += fmt::format("  period {} s", known_digits(r.period.value, uncertainty(r.period.value, r.period.error, p)));
+  if (!setup.scene.cycle->travel.empty())
+    text +=
+        fmt::format(", {} m at {} m/s", known_digits(r.travel.value, uncertainty(r.travel.value, r.travel.error, p)),
+                    known_digits(r.speed(), uncertainty(r.speed(), std::max(r.period.error, r.travel.error), p)));
+  text += "\n";
+  const bool costs = !p.objective.running.empty() || !p.objective.terminal.empty();
+  if (costs)
+    text +=
+        fmt::format("  psi over a cycle = {}\n", known_digits(r.psi.value, uncertainty(r.psi.value, r.psi.error, p)));
+  text += verdict(r);
+  text += "\n  multipliers\n";
+  for (const auto& m : r.multipliers)
+    text += fmt::format("    {}\n", multiplier_text(m, std::max(r.multiplier_error, p.solver.rtol)));
+  std::size_t width = 0;
+  for (const auto& n : r.names) width = std::max(width, n.size());
+  text += "\n  at the section\n";
+  for (std::size_t i = 0; i < r.names.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    text += fmt::format("    {:<{}}  {:>18} {}{}\n", r.names[i], width,
+                        known_digits(r.x[k], uncertainty(r.x[k], r.x_error[k], p)), r.units[i],
+                        r.x_error[k] > 0 ? fmt::format("   estimated error {:.1e}", r.x_error[k]) : "");
+  }
+  if (r.x_rho.size() > 0) {
+    const auto names = p.parameters.names();
+    std::size_t w = 9;
+    for (const auto& n : names) w = std::max(w, n.size());
+    text += fmt::format("\n  {:<{}}  {:>18}  {:>20}  {:>20}\n", "parameter", w, "value",
+                        costs ? "d(psi)/d(parameter)" : "", "d(period)/d(param.)");
+    for (std::size_t j = 0; j < names.size(); ++j) {
+      const auto k = static_cast<Eigen::Index>(j);
+      text += fmt::format("  {:<{}}  {:>18.12g}  {:>20}  {:>20}\n", names[j], w, setup.rho[j],
+                          costs ? fmt::format("{:.7g}", r.psi_rho[k]) : "", fmt::format("{:.7g}", r.period_rho[k]));
+    }
+  }
+  text += fmt::format("\n  {} event{} a cycle, {} runs, {} steps, {:.3g} s\n", r.events.size(),
+                      r.events.size() == 1 ? "" : "s", r.counters.simulations, r.counters.steps, wall);
+  return text;
+}
+
+int run(const CommonOptions& given, const CycleFlags& flags) {
+  CommonOptions common = given;
+  flags.add_to(common.overrides);
+  Setup setup(common, Purpose::simulate);
+  if (!setup.scene.cycle)
+    throw SceneError(
+        setup.scene.locate(""),
+        "This scene has no [cycle]. Give 'section', an event such as \"contact.left touch\", or 'period_s' "
+        "there, or --section or --period.");
+  Progress progress(setup.progress_options);
+  progress.start(setup.problem.solver.t_start);
+  setup.problem.monitor = monitor(progress, setup.problem.solver.t_end);
+  CycleOptions options;
+  options.estimate = !flags.no_estimate;
+  options.derivatives = !flags.no_derivatives;
+  const auto begin = std::chrono::steady_clock::now();
+  const CycleResult r =
+      setup.located([&] { return find_cycle(setup.problem, *setup.scene.cycle, setup.rho, options); });
+  const double wall = seconds_since(begin);
+  progress.finish();
+  report(setup, common, cycle_json(setup, r, wall), cycle_text(setup, common, r, wall), "cycle.json");
+  return 0;
+}
+
+}  // namespace
+
+const RegisterCommand cycle_command(
+    CommandGroup::analyse, "cycle", "A limit cycle or periodic motion, its stability and its derivatives",
+    [](Command& c, CommonOptions& common) {
+      auto flags = std::make_shared<CycleFlags>();
+      common.add_to(c);
+      common.add_run_options(c);
+      c.remove("--method");
+      c.remove("--checkpoint-steps");
+      c.option("--section", flags->section, "The event that a cycle begins and ends with, 'contact.left touch'");
+      c.option("--period", flags->period, "Its length [s], where forces are periodic in time");
+      c.option("--after", flags->after, "Time of a cycle from which on the section is looked for [s]");
+      c.option("--count", flags->count, "How many times the section is met in a cycle");
+      c.option("--relabel", flags->relabel, "Names that swap roles at the section, LEFT=RIGHT, separated by commas")
+          .separated();
+      c.option("--travel", flags->travel, "The coordinate that may have moved on");
+      c.option("--settle", flags->settle, "Cycles that are gone through before the search begins");
+      c.flag("--no-estimate", flags->no_estimate, "Without the search at a tenth of the tolerance that tells errors");
+      c.flag("--no-derivatives", flags->no_derivatives, "Without derivatives with respect to the parameters");
+      c.runs([&common, flags] { return run(common, *flags); });
+    });
+
+}  // namespace costate::app

@@ -1,0 +1,84 @@
+#include "costate/event/named_event.h"
+
+#include <fmt/format.h>
+
+#include "costate/base/error.h"
+#include "costate/objective/local_output.h"
+
+namespace costate {
+
+namespace {
+
+std::vector<NamedEvent> events_of(const Mechanism& m) {
+  std::vector<NamedEvent> r;
+  for (std::size_t f = 0; f < m.forces().size(); ++f) {
+    const Force* force = m.forces()[f].get();
+    const auto* guarded = dynamic_cast<const GuardedForce*>(force);
+    if (!guarded) continue;
+    for (int k = 0; k < guarded->guard_count(); ++k)
+      r.push_back({force->path() + " " + guarded->guard_name(k), force, guarded, k, m.state_offsets()[f],
+                   guarded->guard_direction(k)});
+  }
+  return r;
+}
+
+class GuardOutput final : public LocalOutput {
+ public:
+  explicit GuardOutput(const NamedEvent& e)
+      : LocalOutput(e.name, "", e.force->coordinates(), e.force->numbers(), 0, 0, e.first_state, e.force->states()),
+        event_(e) {}
+
+ protected:
+  PathDual evaluate(const MeasureArguments& x) const override { return event_.guarded->guard(event_.k, x); }
+
+ private:
+  NamedEvent event_;
+};
+
+class OutputBehind final : public LocalOutput {
+ public:
+  OutputBehind(const NamedEvent& e, int i)
+      : LocalOutput("z." + e.force->path() + "." + e.force->state_name(i), e.force->state_unit(i),
+                    e.force->coordinates(), e.force->numbers(), 0, 0, e.first_state, e.force->states()),
+        event_(e),
+        i_(static_cast<std::size_t>(i)) {}
+
+ protected:
+  PathDual evaluate(const MeasureArguments& x) const override {
+    std::vector<PathDual> behind(static_cast<std::size_t>(event_.force->states()));
+    event_.guarded->transition(event_.k, x, behind.data());
+    return behind[i_];
+  }
+
+ private:
+  NamedEvent event_;
+  std::size_t i_;
+};
+
+}  // namespace
+
+std::vector<std::string> event_names(const Mechanism& mechanism) {
+  std::vector<std::string> r;
+  for (const auto& e : events_of(mechanism)) r.push_back(e.name);
+  return r;
+}
+
+NamedEvent find_event(const Mechanism& mechanism, const std::string& name) {
+  std::string plain = name;
+  if (const std::size_t colon = plain.find(": "); colon != std::string::npos) plain.erase(colon, 1);
+  for (const auto& e : events_of(mechanism))
+    if (e.name == plain) return e;
+  const std::vector<std::string> known = event_names(mechanism);
+  throw ModelError(
+      "", known.empty() ? fmt::format("There is no event '{}': nothing in this scene has events (contacts that touch "
+                                      "and let go, of laws that latch something there).",
+                                      name)
+                        : fmt::format("There is no event '{}'.{}", name, suggestion(plain, known)));
+}
+
+std::unique_ptr<Output> make_guard_output(const NamedEvent& event) { return std::make_unique<GuardOutput>(event); }
+std::unique_ptr<Output> make_output_behind(const NamedEvent& event, int i) {
+  return std::make_unique<OutputBehind>(event, i);
+}
+
+}  // namespace costate

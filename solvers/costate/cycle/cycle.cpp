@@ -1,0 +1,271 @@
+#include "costate/cycle/cycle.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "costate/base/error.h"
+#include "costate/base/stop.h"
+#include "costate/cycle/cycle_start.h"
+
+namespace costate {
+
+namespace {
+
+constexpr int kHalvings = 8;
+// I - P_x is singular where its smallest singular value is below this part of the largest.
+constexpr double kSingular = 1e-9;
+
+/// The search at one tolerance.
+class Search {
+ public:
+  Search(ReturnMap& map, const CycleOptions& options) : map_(map), options_(options) {}
+
+  Eigen::VectorXd x;
+  std::vector<double> positions;
+  MapValue value;  // at x
+  double residual = 0;
+  int iterations = 0;
+  std::string worst;
+  Counters counters;
+
+  void begin() { look(x, positions); }
+  /// Newton's steps until the residual does not fall any more.
+  void solve();
+  Eigen::MatrixXd monodromy() const { return reduced(value.next_x); }
+  Eigen::MatrixXd reduced(const Eigen::MatrixXd& full) const {
+    const auto& free = map_.section().free();
+    return full(free, free);
+  }
+
+ private:
+  double weigh(const MapValue& v, const Eigen::VectorXd& at, std::string* name) const {
+    double most = 0;
+    const SolverOptions& s = map_.problem().solver;
+    for (const int i : map_.section().free()) {
+      const double r = std::abs(v.next[i] - at[i]) / (s.rtol * std::abs(at[i]) + s.absolute());
+      if (r > most || !std::isfinite(r)) {
+        most = std::isfinite(r) ? r : std::numeric_limits<double>::infinity();
+        if (name) *name = map_.section().coordinates()[static_cast<std::size_t>(i)].name;
+      }
+    }
+    return most;
+  }
+  void look(const Eigen::VectorXd& at, const std::vector<double>& from) {
+    value = map_.evaluate(at, from, MapDerivatives::state);
+    counters += value.counters;
+    residual = weigh(value, at, &worst);
+  }
+  Eigen::VectorXd newton_step() const;
+  [[noreturn]] void fail(const std::string& why) const;
+  double entry(const Eigen::VectorXd& of) const {
+    for (int i = 0; i < map_.section().size(); ++i)
+      if (map_.section().coordinates()[static_cast<std::size_t>(i)].name == worst) return of[i];
+    return 0;
+  }
+
+  ReturnMap& map_;
+  const CycleOptions& options_;
+};
+
+Eigen::VectorXd Search::newton_step() const {
+  const auto& free = map_.section().free();
+  const auto k = static_cast<Eigen::Index>(free.size());
+  const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(k, k) - monodromy();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(A, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  if (svd.singularValues()[k - 1] < kSingular * svd.singularValues()[0]) {
+    Eigen::Index most = 0;
+    svd.matrixV().col(k - 1).cwiseAbs().maxCoeff(&most);
+    const SectionCoordinate& c =
+        map_.section().coordinates()[static_cast<std::size_t>(free[static_cast<std::size_t>(most)])];
+    throw SolverError(fmt::format(
+        "A cycle is not determined: a change of '{}' stays as it is from one section to the next (a multiplier is 1). "
+        "Where the mechanism moves on along its way, name that coordinate as 'travel' in [cycle]; where energy is "
+        "kept, "
+        "cycles come in families, and none of them is the limit of anything.",
+        c.name));
+  }
+  return svd.solve((value.next - x)(free));
+}
+
+void Search::fail(const std::string& why) const {
+  throw SolverError(
+      fmt::format("No cycle was found: {} After {} iteration{} the return is off by {:.3g} tolerances (rtol {:g}), "
+                  "most of all '{}': "
+                  "{:.9g} where it began, {:.9g} on return. Begin nearer to the cycle (a start in the gait, 'settle' "
+                  "in [cycle] goes "
+                  "through some cycles first), or look whether there is one at these parameters.",
+                  why, iterations, iterations == 1 ? "" : "s", residual, map_.problem().solver.rtol, worst, entry(x),
+                  entry(value.next)));
+}
+
+void Search::solve() {
+  const auto& free = map_.section().free();
+  std::string refused;
+  for (int step = 0; step < options_.max_iterations; ++step) {
+    if (options_.progress) options_.progress(iterations, residual);
+    check_stop();
+    if (residual <= 1) return;
+    const Eigen::VectorXd dx = newton_step();
+    const Eigen::VectorXd from = x;
+    const std::vector<double> from_positions = positions;
+    const MapValue before = value;
+    const double before_residual = residual;
+    const std::string before_worst = worst;
+    bool better = false;
+    double part = 1;
+    for (int k = 0; k < kHalvings && !better; ++k, part /= 2) {
+      x = from;
+      for (std::size_t i = 0; i < free.size(); ++i) x[free[i]] += part * dx[static_cast<Eigen::Index>(i)];
+      try {
+        // First guesses of what x leaves open: where the last cycle ended, which is nearest to the new start.
+        positions = before.positions;
+        map_.onto_section(x, positions);
+        look(x, positions);
+        better = residual < before_residual;
+      } catch (const SolverError& e) {
+        refused = e.what();
+      } catch (const ModelError& e) {
+        refused = e.bare_message();
+      }
+      // Where only the errors of the runs are left, halving does not help.
+      if (!better && before_residual <= options_.accepted) break;
+    }
+    ++iterations;
+    if (better && residual > 0.5 * before_residual && residual <= options_.accepted) return;
+    if (better) continue;
+    x = from;
+    positions = from_positions;
+    value = before;
+    residual = before_residual;
+    worst = before_worst;
+    if (residual <= options_.accepted) return;
+    fail(refused.empty() ? "Newton's steps no longer bring the return nearer." : refused);
+  }
+  if (residual > options_.accepted) fail(fmt::format("{} iterations were not enough.", options_.max_iterations));
+}
+
+std::vector<std::complex<double>> multipliers_of(const Eigen::MatrixXd& P, int trivial) {
+  if (P.rows() == 0) return {};
+  const Eigen::EigenSolver<Eigen::MatrixXd> solver(P, false);
+  if (solver.info() != Eigen::Success) throw SolverError("The multipliers' eigenvalue problem did not converge.");
+  std::vector<std::complex<double>> m(solver.eigenvalues().begin(), solver.eigenvalues().end());
+  std::sort(m.begin(), m.end(), [](const auto& a, const auto& b) {
+    const double x = std::abs(a), y = std::abs(b);
+    if (std::abs(x - y) > 1e-12 * std::max(x, y)) return x > y;
+    return a.imag() > b.imag();
+  });
+  m.resize(m.size() - std::min(m.size(), static_cast<std::size_t>(trivial)));
+  return m;
+}
+
+void add_state(const Problem& problem, const ReturnMap& map, const Search& search, CycleResult& r) {
+  const ReturnMap::State s = map.state(search.x, search.positions);
+  const Mechanism& m = *problem.mechanism;
+  const auto names = m.coordinate_names(), states = m.state_names();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    r.state_names.push_back(names[i]);
+    r.state.push_back(s.q[i]);
+  }
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    r.state_names.push_back(names[i] + "_dot");
+    r.state.push_back(s.v[i]);
+  }
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    r.state_names.push_back("z." + states[i]);
+    r.state.push_back(s.z[i]);
+  }
+}
+
+/// (4.2), (4.3) of the fixed point: (I - P_x) x_rho = P_rho, (I - P_x)^T l = psi_x^T, dpsi = psi_rho + l^T P_rho.
+void differentiate(const Search& search, const Section& section, const MapValue& v, CycleResult& r) {
+  const auto& free = section.free();
+  const auto k = static_cast<Eigen::Index>(free.size()), np = v.next_rho.cols();
+  const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(k, k) - search.reduced(v.next_x);
+  const Eigen::MatrixXd P_rho = v.next_rho(free, Eigen::all);
+  const Eigen::PartialPivLU<Eigen::MatrixXd> lu(A);
+  r.x_rho.setZero(section.size(), np);
+  const Eigen::MatrixXd x_rho = lu.solve(P_rho);
+  for (std::size_t i = 0; i < free.size(); ++i) r.x_rho.row(free[i]) = x_rho.row(static_cast<Eigen::Index>(i));
+  const auto on_cycle = [&](const Eigen::RowVectorXd& by_x, const Eigen::RowVectorXd& by_rho) -> Eigen::VectorXd {
+    const Eigen::VectorXd l = A.transpose().partialPivLu().solve(by_x(free).transpose());
+    return by_rho.transpose() + P_rho.transpose() * l;
+  };
+  r.period_rho = on_cycle(v.time_x, v.time_rho);
+  r.travel_rho = on_cycle(v.travel_x, v.travel_rho);
+  r.psi_rho = on_cycle(v.psi_x, v.psi_rho);
+}
+
+}  // namespace
+
+std::optional<bool> CycleResult::stable() const {
+  if (std::abs(largest() - 1) <= multiplier_error) return {};
+  return largest() < 1;
+}
+
+CycleResult find_cycle(const Problem& problem, const CycleSettings& settings, const std::vector<double>& rho,
+                       const CycleOptions& options) {
+  const CycleStart start(problem, settings, rho);
+  const Section& section = start.section();
+  ReturnMap map(problem, section, rho);
+  Search search(map, options);
+  search.x = start.x();
+  search.positions = start.positions();
+  map.require_periodic(search.x, search.positions);
+  for (int k = 0; k < settings.settle; ++k) {
+    const MapValue v = map.evaluate(search.x, search.positions, MapDerivatives::none);
+    search.x = v.next;
+    search.positions = v.positions;
+    map.onto_section(search.x, search.positions);
+  }
+  map.onto_section(search.x, search.positions);
+  search.begin();
+  search.solve();
+  CycleResult r;
+  const auto take = [&](const Search& s, const MapValue& v) {
+    r.x = s.x;
+    r.period.value = v.time;
+    r.travel.value = v.travel;
+    r.psi.value = v.psi;
+    r.multipliers = multipliers_of(s.monodromy(), section.trivial_multipliers());
+  };
+  const bool derivatives = options.derivatives && !rho.empty();
+  if (options.estimate) {
+    take(search, search.value);
+    const CycleResult loose = r;
+    const SolverOptions& solver = problem.solver;
+    map.set_tolerance(0.1 * solver.rtol, 0.1 * solver.absolute());
+    search.begin();
+    search.solve();
+    take(search, search.value);
+    r.x_error = (r.x - loose.x).cwiseAbs();
+    r.period.error = std::abs(r.period.value - loose.period.value);
+    r.travel.error = std::abs(r.travel.value - loose.travel.value);
+    r.psi.error = std::abs(r.psi.value - loose.psi.value);
+    r.multiplier_error = std::abs(r.largest() - loose.largest());
+  } else {
+    take(search, search.value);
+    r.x_error.setZero(r.x.size());
+  }
+  for (const auto& c : section.coordinates()) {
+    r.names.push_back(c.name);
+    r.units.push_back(c.unit);
+  }
+  if (derivatives) {
+    const MapValue all = map.evaluate(search.x, search.positions, MapDerivatives::all);
+    search.counters += all.counters;
+    differentiate(search, section, all, r);
+  }
+  add_state(problem, map, search, r);
+  r.residual = search.residual;
+  r.worst = search.worst;
+  r.iterations = search.iterations;
+  r.events = search.value.events;
+  r.counters = search.counters;
+  r.integrator = search.value.integrator;
+  return r;
+}
+
+}  // namespace costate

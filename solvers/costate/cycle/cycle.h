@@ -1,0 +1,57 @@
+// Limit cycles and periodic motions: the fixed point of a section's return map by Newton's method, its multipliers, and
+// the derivatives of the fixed point, of the period and of the cost over one cycle (lib/README.md (18)).
+#pragma once
+
+#include <Eigen/Core>
+#include <complex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "costate/cycle/return_map.h"
+
+namespace costate {
+
+struct CycleOptions {
+  int max_iterations = 30;
+  double accepted = 1e3;  // largest residual that counts as a fixed point, in tolerances
+  bool estimate = true;   // repeat the search at a tenth of the tolerance: its result, and errors by the difference
+  bool derivatives = true;
+  std::function<void(int iteration, double residual)> progress;  // or empty
+};
+
+/// A number with what it may be off by (0 where that was not estimated).
+struct Estimated {
+  double value = 0, error = 0;
+};
+
+struct CycleResult {
+  std::vector<std::string> names, units;          // of the section's coordinates
+  Eigen::VectorXd x, x_error;                     // the fixed point
+  std::vector<std::string> state_names;           // of the whole mechanism: coordinates, NAME_dot, z.STATE
+  std::vector<double> state;                      // at the fixed point
+  Estimated period, travel, psi;                  // s, m, cost
+  std::vector<std::complex<double>> multipliers;  // largest modulus first, without those that are 0 by construction
+  double multiplier_error = 0;                    // of the largest
+  double residual = 0;                            // |P(x) - x|, the largest entry in tolerances
+  std::string worst;                              // the coordinate it is of
+  int iterations = 0;
+  // Rows: of the fixed point's entries; of the period, the travel, psi. Columns: parameters. Empty without any.
+  Eigen::MatrixXd x_rho;
+  Eigen::VectorXd period_rho, travel_rho, psi_rho, psi_rho_error;
+  std::vector<RunEvent> events;
+  Counters counters;
+  std::string integrator;
+
+  double speed() const { return travel.value / period.value; }  // m/s
+  double largest() const { return multipliers.empty() ? 0 : std::abs(multipliers.front()); }
+  /// None where the largest multiplier is as near to 1 as it may be off by.
+  std::optional<bool> stable() const;
+};
+
+/// From where the problem's start leads to the section for the first time. Throws SolverError where the search does not
+/// converge (saying how far it came, by which coordinate, and what to do), ModelError for mistakes in [cycle].
+CycleResult find_cycle(const Problem& problem, const CycleSettings& settings, const std::vector<double>& rho,
+                       const CycleOptions& options = {});
+
+}  // namespace costate

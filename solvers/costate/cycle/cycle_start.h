@@ -1,0 +1,26 @@
+// Where the search for a cycle begins: the scene's own start, followed to where it meets the section for the first
+// time.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+
+#include "costate/cycle/section.h"
+
+namespace costate {
+
+class CycleStart {
+ public:
+  CycleStart(const Problem& problem, const CycleSettings& settings, const std::vector<double>& rho);
+
+  const Section& section() const { return *section_; }
+  const Eigen::VectorXd& x() const { return x_; }
+  const std::vector<double>& positions() const { return positions_; }
+
+ private:
+  std::unique_ptr<const Section> section_;
+  Eigen::VectorXd x_;
+  std::vector<double> positions_;
+};
+
+}  // namespace costate

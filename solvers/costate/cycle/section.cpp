@@ -1,0 +1,249 @@
+#include "costate/cycle/section.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "costate/base/error.h"
+
+namespace costate {
+
+namespace {
+
+template <class F>
+auto at(const std::string& subject, const F& f) {
+  try {
+    return f();
+  } catch (const ModelError& e) {
+    throw ModelError(subject, e.bare_message());
+  }
+}
+
+/// Sum of factor q_i v_j: a rate that the start gives (GivenStart).
+class RateOutput final : public Output {
+ public:
+  RateOutput(std::string name, std::vector<GivenStart::Term> terms)
+      : Output(std::move(name), "rad/s"), terms_(std::move(terms)) {}
+  double value(const StateView& s, Assembly&) const override {
+    double sum = 0;
+    for (const auto& [i, j, factor] : terms_) sum += factor * s.q[i] * s.v[j];
+    return sum;
+  }
+  void add_gradient(const StateView& s, Assembly&, double c, ScalarGradient& g) const override {
+    for (const auto& [i, j, factor] : terms_) {
+      g.q[i] += c * factor * s.v[j];
+      g.v[j] += c * factor * s.q[i];
+    }
+  }
+  double change(const StateView& s, Assembly&, const Variation& d) const override {
+    double sum = 0;
+    for (const auto& [i, j, factor] : terms_) sum += factor * (d.q[i] * s.v[j] + s.q[i] * d.v[j]);
+    return sum;
+  }
+
+ private:
+  std::vector<GivenStart::Term> terms_;
+};
+
+bool ends_with(const std::string& name, const char* with) {
+  const std::string w = with;
+  return name.size() > w.size() && name.compare(name.size() - w.size(), w.size(), w) == 0;
+}
+
+}  // namespace
+
+std::string Section::partner(const std::string& name) const {
+  std::string r;
+  for (std::size_t from = 0; from <= name.size();) {
+    const std::size_t to = std::min(name.find_first_of(". ", from), name.size());
+    const std::string part = name.substr(from, to - from);
+    const auto swapped = settings_.relabel.find(part);
+    r += swapped == settings_.relabel.end() ? part : swapped->second;
+    if (to < name.size()) r += name[to];
+    from = to + 1;
+  }
+  return r;
+}
+
+/// What swaps roles must be alike: numbers of the two, and parameters that vary them.
+void Section::check_pairs(const Problem& problem) const {
+  const Mechanism& m = *problem.mechanism;
+  std::set<std::string> met;
+  const auto columns = problem.parameters.columns(m.numbers().size());
+  for (std::size_t i = 0; i < m.numbers().size(); ++i) {
+    const std::string &path = m.numbers()[i].path, other = partner(path);
+    if (path == other) continue;
+    for (std::size_t from = 0; from <= path.size();) {
+      const std::size_t to = std::min(path.find('.', from), path.size());
+      if (settings_.relabel.count(path.substr(from, to - from)) > 0) met.insert(path.substr(from, to - from));
+      from = to + 1;
+    }
+    if (start_numbers_[i]) continue;
+    const int k = at("cycle.relabel", [&] { return m.number(other); });
+    const double a = m.numbers()[i].value, b = m.numbers()[static_cast<std::size_t>(k)].value;
+    if (std::abs(a - b) > 1e-12 * std::max(std::abs(a), std::abs(b)))
+      throw ModelError("cycle.relabel", fmt::format("'{}' = {:.12g} and '{}' = {:.12g} swap roles, and differ: such a "
+                                                    "motion does not repeat itself. Make them alike, or leave the pair "
+                                                    "out and set count = 2.",
+                                                    path, a, other, b));
+    if (columns[i] != columns[static_cast<std::size_t>(k)])
+      throw ModelError("cycle.relabel", fmt::format("'{}' and '{}' swap roles, and are not varied alike: a parameter "
+                                                    "must hold both.",
+                                                    path, other));
+  }
+  for (const auto& [name, other] : settings_.relabel)
+    if (met.count(name) == 0)
+      throw ModelError("cycle.relabel", fmt::format("Nothing in the scene is named '{}'.", name));
+}
+
+void Section::add_positions(const Mechanism& m) {
+  for (const auto& g : m.given_positions()) {
+    const auto i = static_cast<std::size_t>(g.coordinate);
+    const Coordinate& c = m.coordinates()[i];
+    const std::string& other = m.coordinates()[static_cast<std::size_t>(partner_coordinate_[i])].name;
+    SectionCoordinate x{c.name, c.unit, g.number, make_output(m, c.name), make_output(m, other), along_[i]};
+    x.turns = std::find(settings_.turns.begin(), settings_.turns.end(), c.name) != settings_.turns.end();
+    if (c.name == settings_.travel) travelling_ = size();
+    coordinates_.push_back(std::move(x));
+  }
+}
+
+void Section::add_velocities(const Mechanism& m) {
+  for (const auto& g : m.given_velocities()) {
+    if (g.coordinate < 0) {
+      std::vector<GivenStart::Term> swapped = g.terms;
+      for (auto& t : swapped) {
+        t.q = partner_coordinate_[static_cast<std::size_t>(t.q)];
+        t.v = partner_coordinate_[static_cast<std::size_t>(t.v)];
+      }
+      coordinates_.push_back({g.name, "rad/s", g.number, std::make_shared<RateOutput>(g.name, g.terms),
+                              std::make_shared<RateOutput>(g.name, swapped)});
+      continue;
+    }
+    const auto i = static_cast<std::size_t>(g.coordinate);
+    const std::string name = m.coordinates()[i].name + "_dot",
+                      other = m.coordinates()[static_cast<std::size_t>(partner_coordinate_[i])].name + "_dot";
+    auto output = make_output(m, name);
+    const std::string unit = output->unit();
+    coordinates_.push_back({name, unit, g.number, std::move(output), make_output(m, other)});
+  }
+}
+
+void Section::add_states(const Mechanism& m, const std::vector<bool>& passive) {
+  const std::vector<std::string> names = m.state_names();
+  // By name: of a force that the events belong to, the states behind them.
+  const auto read = [&](const std::string& name, const std::optional<NamedEvent>& event) -> std::shared_ptr<Output> {
+    if (event)
+      for (int i = 0; i < event->force->states(); ++i)
+        if (event->force->path() + "." + event->force->state_name(i) == name) return make_output_behind(*event, i);
+    return make_output(m, "z." + name);
+  };
+  std::vector<int> number_of(names.size(), -1);
+  std::map<int, int> users;
+  for (std::size_t f = 0; f < m.forces().size(); ++f)
+    for (int i = 0; i < m.forces()[f]->states(); ++i) {
+      const int local = m.forces()[f]->initial_state_number(i);
+      if (local < 0) continue;
+      const int number = m.forces()[f]->numbers()[static_cast<std::size_t>(local)];
+      number_of[static_cast<std::size_t>(m.state_offsets()[f] + i)] = number;
+      ++users[number];
+      start_numbers_[static_cast<std::size_t>(number)] = true;
+    }
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (passive[i]) continue;
+    const int number = number_of[i];
+    if (number < 0 || users[number] > 1 ||
+        m.numbers()[static_cast<std::size_t>(number)].path.find("bristles") != std::string::npos)
+      throw ModelError(names[i].substr(0, names[i].rfind('.')),
+                       fmt::format("The state '{}' has no number of its own that a cycle could begin with. A cycle "
+                                   "carries approach speeds of contacts with one point, and states of elements that "
+                                   "take initial values; of several points make a contact each, of friction with "
+                                   "bristles take another model.",
+                                   names[i]));
+    const std::string other = partner(names[i]);
+    if (std::find(names.begin(), names.end(), other) == names.end())
+      throw ModelError("cycle.relabel",
+                       fmt::format("'{}' would swap roles with '{}', which there is not.", names[i], other));
+    auto first = read(names[i], begin_event_);
+    const std::string unit = first->unit();
+    coordinates_.push_back({"z." + names[i], unit, number, std::move(first), read(other, end_event_)});
+    if (begin_event_ && names[i].rfind(begin_event_->force->path() + ".", 0) == 0) ++trivial_;
+  }
+}
+
+Section::Section(const Problem& problem, const CycleSettings& settings, const std::vector<bool>& passive)
+    : settings_(settings) {
+  const Mechanism& m = *problem.mechanism;
+  const auto names = m.coordinate_names();
+  start_numbers_.assign(m.numbers().size(), false);
+  bool space = !m.spatial_points().empty();
+  for (const auto& name : names) space = space || ends_with(name, ".z");
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const Coordinate& c = m.coordinates()[i];
+    for (const int number : {c.position_number, c.velocity_number})
+      if (number >= 0) start_numbers_[static_cast<std::size_t>(number)] = true;
+    partner_coordinate_.push_back(at("cycle.relabel", [&] { return m.coordinate(partner(names[i])); }));
+    along_.push_back(ends_with(names[i], ".x") ? 1 : ends_with(names[i], space ? ".z" : ".y") ? 2 : 0);
+  }
+  for (const auto& g : m.given_velocities()) start_numbers_[static_cast<std::size_t>(g.number)] = true;
+  if (!settings_.event.empty()) {
+    begin_event_ = at("cycle.section", [&] { return find_event(m, settings_.event); });
+    end_event_ = at("cycle.relabel", [&] { return find_event(m, partner(begin_event_->name)); });
+    const auto made = [](const NamedEvent& e) {
+      EndEvent end;
+      end.output = make_guard_output(e);
+      end.above = e.direction > 0;
+      return std::make_shared<EndEvent>(std::move(end));
+    };
+    begin_ = made(*begin_event_);
+    end_ = made(*end_event_);
+  } else if (!settings_.output.empty()) {
+    const auto made = [&](const std::string& output) {
+      EndEvent end;
+      end.output = at("cycle.section.output", [&] { return make_output(m, output); });
+      end.above = settings_.above;
+      end.level_number = settings_.level_number;
+      return std::make_shared<EndEvent>(std::move(end));
+    };
+    begin_ = made(settings_.output);
+    end_ = made(partner(settings_.output));
+  }
+  trivial_ = begin_ ? 1 : 0;
+  if (!settings_.travel_angle_number.empty())
+    angle_number_ = at("cycle.travel_angle_rad", [&] { return m.number(settings_.travel_angle_number); });
+  add_positions(m);
+  add_velocities(m);
+  add_states(m, passive);
+  if (!settings_.travel.empty() && travelling_ < 0) {
+    std::vector<std::string> known;
+    for (const auto& g : m.given_positions()) known.push_back(names[static_cast<std::size_t>(g.coordinate)]);
+    throw ModelError("cycle.travel", fmt::format("'{}' is no position that [start] gives.{}", settings_.travel,
+                                                 suggestion(settings_.travel, known)));
+  }
+  if (travelling_ >= 0 && coordinates_[static_cast<std::size_t>(travelling_)].along == 0)
+    throw ModelError("cycle.travel", fmt::format("'{}' is no coordinate along x, nor upwards.", settings_.travel));
+  for (const auto& name : settings_.turns)
+    if (std::none_of(coordinates_.begin(), coordinates_.end(),
+                     [&](const auto& c) { return c.name == name && c.turns; }))
+      throw ModelError("cycle.turns", fmt::format("'{}' is no position that [start] gives.", name));
+  for (int i = 0; i < size(); ++i)
+    if (i != travelling_) free_.push_back(i);
+  check_pairs(problem);
+}
+
+double Section::angle(const std::vector<double>& numbers) const {
+  return angle_number_ < 0 ? settings_.travel_angle_rad : numbers[static_cast<std::size_t>(angle_number_)];
+}
+
+std::vector<double> Section::positions_behind(const double* q, double travel, double angle) const {
+  std::vector<double> r(partner_coordinate_.size());
+  for (std::size_t i = 0; i < r.size(); ++i) {
+    r[i] = q[partner_coordinate_[i]];
+    if (along_[i] != 0) r[i] -= travel * (along_[i] == 1 ? std::cos(angle) : std::sin(angle));
+  }
+  return r;
+}
+
+}  // namespace costate

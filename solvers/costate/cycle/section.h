@@ -1,0 +1,71 @@
+// The section that a cycle begins and ends with, and the state on it: the independent coordinates x of the start, their
+// velocities and the force states that have numbers of their own, each read where a cycle ends as the next one begins
+// with it: behind the event, roles swapped, moved back along the way. It knows events by name and guard alone.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "costate/event/named_event.h"
+#include "costate/problem/problem.h"
+#include "costate/scene/cycle_settings.h"
+
+namespace costate {
+
+/// One entry of x.
+struct SectionCoordinate {
+  std::string name, unit;                  // "left.angle", "left.angle_dot", "z.contact.left.approach_speed"
+  int number = -1;                         // of the mechanism, which a start takes it from
+  std::shared_ptr<const Output> at_start;  // where the motion meets the section for the first time
+  std::shared_ptr<const Output> at_end;    // where a cycle ends
+  int along = 0;                           // of the way that the mechanism travels: 0 none, 1 horizontal, 2 upwards
+  bool turns = false;                      // may have gone round
+};
+
+class Section {
+ public:
+  /// Throws ModelError with the paths of [cycle] as subjects. `passive`: states that nothing depends on (an energy that
+  /// was lost), one flag each; they begin every cycle anew.
+  Section(const Problem& problem, const CycleSettings& settings, const std::vector<bool>& passive);
+
+  const std::vector<SectionCoordinate>& coordinates() const { return coordinates_; }
+  int size() const { return static_cast<int>(coordinates_.size()); }
+  const CycleSettings& settings() const { return settings_; }
+  /// The event or crossing that ends a cycle, and the one that begins it, which has its roles swapped; null with a
+  /// period.
+  std::shared_ptr<const EndEvent> end() const { return end_; }
+  std::shared_ptr<const EndEvent> begin() const { return begin_; }
+  /// Entry of x that travels, or -1.
+  int travelling() const { return travelling_; }
+  /// Entries of x that are looked for: all but the one that travels.
+  const std::vector<int>& free() const { return free_; }
+  /// Multipliers that are zero by construction: the section's own, and one for each state that the event sets.
+  int trivial_multipliers() const { return trivial_; }
+
+  /// Of the numbers: how steep the way is, and the number that says so or -1.
+  double angle(const std::vector<double>& numbers) const;
+  int angle_number() const { return angle_number_; }
+
+  /// All positions of the mechanism where the next cycle begins, from those where one ends, `travel` further on.
+  std::vector<double> positions_behind(const double* q, double travel, double angle) const;
+  /// Numbers that are the start's own: x, first guesses, initial states. No parameter of a cycle varies them.
+  const std::vector<bool>& start_numbers() const { return start_numbers_; }
+
+ private:
+  std::string partner(const std::string& name) const;
+  void check_pairs(const Problem& problem) const;
+  void add_positions(const Mechanism& m);
+  void add_velocities(const Mechanism& m);
+  void add_states(const Mechanism& m, const std::vector<bool>& passive);
+
+  CycleSettings settings_;
+  std::vector<SectionCoordinate> coordinates_;
+  std::shared_ptr<const EndEvent> begin_, end_;
+  std::optional<NamedEvent> begin_event_, end_event_;
+  std::vector<int> free_, partner_coordinate_, along_;
+  std::vector<bool> start_numbers_;
+  int travelling_ = -1, angle_number_ = -1, trivial_ = 0;
+};
+
+}  // namespace costate

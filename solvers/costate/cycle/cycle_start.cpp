@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/integrator/simulate.h"
@@ -66,6 +68,19 @@ CycleStart::CycleStart(const Problem& problem, const CycleSettings& settings, co
     positions_.assign(s.q, s.q + m.coordinate_count());
   };
   simulate(first, rho, {first.ends_when ? first.solver.t_end : first.solver.t_start}, read);
+  // What travels begins where the scene has it, whatever the parameters: where along its way a cycle lies says nothing.
+  const int c = section_->travelling();
+  if (c < 0) return;
+  std::vector<double> numbers = m.base_numbers();
+  const SectionCoordinate& travelling = section_->coordinates()[static_cast<std::size_t>(c)];
+  const double from = numbers[static_cast<std::size_t>(travelling.number)];
+  problem.parameters.apply(rho.data(), numbers);
+  const double angle = section_->angle(numbers);
+  const auto way = [&](int along) { return along == 0 ? 0 : along == 1 ? std::cos(angle) : std::sin(angle); };
+  const double shift = (x_[c] - from) / way(travelling.along);
+  for (int i = 0; i < section_->size(); ++i)
+    x_[i] -= shift * way(section_->coordinates()[static_cast<std::size_t>(i)].along);
+  positions_ = section_->moved_back(positions_, shift, angle);
 }
 
 }  // namespace costate

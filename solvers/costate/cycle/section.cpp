@@ -239,11 +239,14 @@ double Section::angle(const std::vector<double>& numbers) const {
 
 std::vector<double> Section::positions_behind(const double* q, double travel, double angle) const {
   std::vector<double> r(partner_coordinate_.size());
-  for (std::size_t i = 0; i < r.size(); ++i) {
-    r[i] = q[partner_coordinate_[i]];
-    if (along_[i] != 0) r[i] -= travel * (along_[i] == 1 ? std::cos(angle) : std::sin(angle));
-  }
-  return r;
+  for (std::size_t i = 0; i < r.size(); ++i) r[i] = q[partner_coordinate_[i]];
+  return moved_back(r, travel, angle);
+}
+
+std::vector<double> Section::moved_back(std::vector<double> positions, double travel, double angle) const {
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    if (along_[i] != 0) positions[i] -= travel * (along_[i] == 1 ? std::cos(angle) : std::sin(angle));
+  return positions;
 }
 
 }  // namespace costate

@@ -49,6 +49,8 @@ class Section {
 
   /// All positions of the mechanism where the next cycle begins, from those where one ends, `travel` further on.
   std::vector<double> positions_behind(const double* q, double travel, double angle) const;
+  /// All positions, `travel` less far on their way.
+  std::vector<double> moved_back(std::vector<double> positions, double travel, double angle) const;
   /// Numbers that are the start's own: x, first guesses, initial states. No parameter of a cycle varies them.
   const std::vector<bool>& start_numbers() const { return start_numbers_; }
 

@@ -1,0 +1,165 @@
+// Limit cycles and periodic motions against what is known of them without this project: closed forms, and numbers of
+// small programs of their own.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <complex>
+
+#include "costate/base/error.h"
+#include "costate/cycle/cycle.h"
+#include "costate/problem/scene_problem.h"
+#include "costate/scene/scene.h"
+#include "support/paths.h"
+
+using namespace costate;
+
+namespace {
+
+using Complex = std::complex<double>;
+const std::string kCycles = COSTATE_MODELS_DIR "/cycles/";
+
+struct Found {
+  Scene scene;
+  Problem problem;
+  CycleResult r;
+};
+
+Found found(const std::string& file, const std::vector<std::string>& overrides = {},
+            const std::string& formulation = {}, const std::string& integrator = {}) {
+  const Scene scene = Scene::load(file, overrides);
+  Problem p = make_problem(scene);
+  if (!formulation.empty()) p.formulation = formulation;
+  p.solver.integrator = integrator;
+  return {scene, p, find_cycle(p, *scene.cycle, p.parameters.values())};
+}
+
+/// The steady motion of J a + c v + k q = A sin(w t + phase): angle and rate at t = 0, psi = integral of 0.15 v^2.
+struct Steady {
+  double angle, rate, psi;
+};
+Steady oscillator(double k, double c, double J, double A) {
+  const double w = std::acos(-1.0), phase = 0.4, T = 2;
+  const Complex X = A * std::exp(Complex(0, phase)) / Complex(k - J * w * w, c * w);
+  return {X.imag(), (Complex(0, w) * X).imag(), 0.15 * w * w * std::norm(X) / 2 * T};
+}
+
+}  // namespace
+
+// Closed form; derivatives of it by complex steps would be the same, central differences of it are good to 1e-9. The
+// run is at rtol 1e-9 and amplifies nothing (multipliers of 0.55): some 100 tolerances.
+TEST_CASE("cycle: a forced linear oscillator", "[cycle]") {
+  const double k = 8, c = 0.3, J = 0.5, A = 1.2;
+  const Steady exact = oscillator(k, c, J, A);
+  for (const auto& [formulation, integrator] : {std::pair{"baumgarte", "idas"},
+                                                {"baumgarte", "cvodes"},
+                                                {"index1", "cvodes"},
+                                                {"index2", "idas"},
+                                                {"maggi", "cvodes"}}) {
+    CAPTURE(formulation, integrator);
+    const CycleResult r = found(kCycles + "forced_oscillator.toml", {}, formulation, integrator).r;
+    CHECK(r.period.value == 2);
+    CHECK(std::abs(r.x[0] - exact.angle) <= 1e-7);
+    CHECK(std::abs(r.x[1] - exact.rate) <= 1e-7);
+    CHECK(std::abs(r.psi.value - exact.psi) <= 1e-7);
+    const double z = c / (2 * J);
+    const Complex m = std::exp(Complex(-z, std::sqrt(k / J - z * z)) * 2.0);
+    REQUIRE(r.multipliers.size() == 2);
+    CHECK(std::abs(r.multipliers[0] - Complex(m.real(), std::abs(m.imag()))) <= 1e-7);
+    CHECK(r.multipliers[1] == std::conj(r.multipliers[0]));
+    CHECK(r.stable() == true);
+    for (int j = 0; j < 4; ++j) {
+      double up[4] = {k, c, J, A}, down[4] = {k, c, J, A};
+      const double h = 1e-4 * up[j];
+      up[j] += h;
+      down[j] -= h;
+      const Steady a = oscillator(up[0], up[1], up[2], up[3]), b = oscillator(down[0], down[1], down[2], down[3]);
+      CHECK(std::abs(r.x_rho(0, j) - (a.angle - b.angle) / (2 * h)) <= 1e-6);
+      CHECK(std::abs(r.x_rho(1, j) - (a.rate - b.rate) / (2 * h)) <= 1e-6);
+      CHECK(std::abs(r.psi_rho[j] - (a.psi - b.psi) / (2 * h)) <= 1e-6);
+      CHECK(r.period_rho[j] == 0);
+    }
+  }
+}
+
+// Numbers of a program of its own: Runge and Kutta's method with 8000 steps a period, with the variational equations
+// and Newton; 4000 steps change the last two digits. Derivatives: fourth-order differences of the same.
+TEST_CASE("cycle: a forced pendulum", "[cycle]") {
+  const CycleResult r = found(kCycles + "forced_pendulum.toml").r;
+  CHECK(std::abs(r.x[0] + 0.35896729487) <= 1e-7);
+  CHECK(std::abs(r.x[1] + 2.69097026072) <= 1e-6);
+  CHECK(std::abs(r.psi.value - 0.25978896609) <= 1e-7);
+  REQUIRE(r.multipliers.size() == 2);
+  CHECK(std::abs(r.multipliers[0] - Complex(-0.00615409385, 0.43855314682)) <= 1e-6);
+  const double x_rho[2][3] = {{0.16413747155, -0.26412432346, -0.08219613469},
+                              {0.33309358513, 2.71996746469, -0.72459372695}},
+               psi_rho[3] = {-0.11882633339, -0.24017491898, 0.13339832711};
+  for (int j = 0; j < 3; ++j) {
+    CHECK(std::abs(r.x_rho(0, j) - x_rho[0][j]) <= 1e-6);
+    CHECK(std::abs(r.x_rho(1, j) - x_rho[1][j]) <= 1e-5);
+    CHECK(std::abs(r.psi_rho[j] - psi_rho[j]) <= 1e-6);
+  }
+  // Estimates tell the size of what is off.
+  CHECK(std::abs(r.x[0] + 0.35896729487) <= 10 * r.x_error[0] + 1e-9);
+}
+
+// The velocity obeys van der Pol's equation with mu = 1, whose period 6.6632868593231... is in the literature. The
+// multiplier is exp of the integral of 1 - v^2; it, psi and the derivatives are numbers of the same kind of program.
+TEST_CASE("cycle: Rayleigh's oscillator, a section by a crossing", "[cycle]") {
+  for (const char* formulation : {"baumgarte", "maggi"}) {
+    CAPTURE(formulation);
+    const CycleResult r = found(kCycles + "rayleigh.toml", {}, formulation).r;
+    CHECK(std::abs(r.period.value - 6.6632868593231) <= 1e-7);
+    CHECK(std::abs(r.x[0]) <= 1e-12);
+    CHECK(std::abs(r.x[1] - 1.9192758356) <= 1e-7);
+    CHECK(std::abs(r.psi.value - 15.2358414448) <= 1e-6);
+    REQUIRE(r.multipliers.size() == 1);
+    CHECK(std::abs(r.multipliers[0] - 0.00085969506) <= 1e-7);
+    // The parameter is the coefficient -mu.
+    CHECK(std::abs(r.period_rho[0] + 0.73159659781) <= 1e-5);
+    CHECK(std::abs(r.period_rho[1] + 3.69744172839) <= 1e-5);
+    CHECK(std::abs(r.psi_rho[0] + 20.7201877569) <= 1e-4);
+    CHECK(std::abs(r.psi_rho[1] + 25.5959353195) <= 1e-4);
+    CHECK(std::abs(r.x_rho(1, 0) + 0.83337431167) <= 1e-5);
+    CHECK(std::abs(r.x_rho(1, 1) - 0.06313180307) <= 1e-5);
+  }
+}
+
+// Twice around is a cycle, too, with the squares of the multipliers.
+TEST_CASE("cycle: a section met twice", "[cycle]") {
+  const CycleResult r =
+      found(kCycles + "rayleigh.toml",
+            {"cycle.count=2", "torsion_spring.shaft.damper_law.coefficients=[0, -0.2, 0, 0.0666666666666667]"})
+          .r;
+  const CycleResult once = found(kCycles + "rayleigh.toml",
+                                 {"torsion_spring.shaft.damper_law.coefficients=[0, -0.2, 0, 0.0666666666666667]"})
+                               .r;
+  CHECK(std::abs(r.period.value - 2 * once.period.value) <= 1e-6);
+  CHECK(std::abs(r.psi.value - 2 * once.psi.value) <= 1e-5);
+  CHECK(std::abs(r.multipliers[0] - once.multipliers[0] * once.multipliers[0]) <= 1e-6);
+  for (int j = 0; j < 2; ++j) CHECK(std::abs(r.period_rho[j] - 2 * once.period_rho[j]) <= 1e-5);
+}
+
+// What is no cycle is refused by name.
+TEST_CASE("cycle: refusals", "[cycle]") {
+  using Catch::Contains;
+  const auto says = [](const std::string& file, const std::vector<std::string>& overrides, const std::string& text) {
+    CAPTURE(text);
+    CHECK_THROWS_WITH(found(file, overrides), Contains(text));
+  };
+  const std::string forced = kCycles + "forced_oscillator.toml", rayleigh = kCycles + "rayleigh.toml",
+                    walker = COSTATE_MODELS_DIR "/walker/arc_feet.toml";
+  says(forced, {"cycle.period_s=1.9"}, "this is no period of theirs");
+  says(forced, {"couple.drive.torque_N_m.amplitude=0"}, "Nothing here depends on time");
+  says(forced, {"parameter.w.number=couple.drive.torque_N_m.angular_frequency_rad_per_s", "run.parameters=['w']"},
+       "changes the period of the forces");
+  says(forced, {"cycle.section=spring touch"}, "found both");
+  says(rayleigh, {"cycle={section='contact.foot touch'}"}, "There is no event 'contact.foot touch'");
+  says(rayleigh, {"cycle.section.above=5"}, "never comes");
+  // Without damping a whole family of motions closes: energy stays as it is.
+  says(rayleigh, {"torsion_spring.shaft.damper_law.coefficients=[0, 0, 0, 0]"}, "A cycle is not determined");
+  says(walker, {"cycle.section=contact.foot touch"}, "There is no event 'contact.foot touch'");
+  says(walker, {"cycle.travel=hip.x"}, "is no position that [start] gives");
+  says(walker, {"cycle.relabel.right=middle"}, "second partner");
+  says(walker,
+       {"body.right.mass_kg=0.6", "run.parameters=['slope']", "parameter.leg_mass.numbers=['body.left.mass_kg']"},
+       "swap roles, and differ");
+}

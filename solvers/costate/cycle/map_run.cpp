@@ -63,7 +63,8 @@ template <class Run, class SystemType, class... More>
 MapRun run(SystemType& system, const Problem& problem, const std::vector<double>& values, const Section& section,
            bool differentiate, ChosenTerm& chosen, More... more) {
   system.set_parameters(values.data());
-  Run session(system, problem.solver, problem.monitor, differentiate, more...);
+  Run session(system, problem.solver, problem.monitor, differentiate ? StartDerivative::columns : StartDerivative::none,
+              more...);
   RunWatch watch(problem, values, system);
   watch.begin(problem.solver.t_start, session.y());
   session.watch(watch.sink());

@@ -115,6 +115,8 @@ class Constraint : public Element {
   virtual void add_kinks(const double*, std::vector<double>&) const {}
   /// Appends times at which phi_tt alone jumps, where the numbers p decide when.
   virtual void add_acceleration_jumps(const double*, std::vector<double>&) const {}
+  /// slopes[k] += dt/dp_k of such a time t.
+  virtual void add_time_slopes(double, const double*, double*) const {}
 
   virtual void phi(const PathDual& t, const PathDual* q, const PathDual* p, PathDual* out) const = 0;
   /// The same with the change of everything along a direction: what Hessians need. Throws CapabilityError where it is

@@ -240,7 +240,10 @@ void AccelerationDae::jump_tangent(const Jump& jump, double* const* s, double* c
     state_.complete_columns(s, sp, count);
     return;
   }
-  state_.jump_tangent(jump.t, segment_start(jump.t), y.data(), yp.data(), s, count);
+  const auto moving = moving_time(
+      jump, [&](double* after, double* rates) { state_.jump(jump.t, segment_start(jump.t), after, rates); });
+  set_cost_tangent(moving);
+  state_.jump_tangent(jump.t, segment_start(jump.t), y.data(), yp.data(), s, count, moving ? &*moving : nullptr);
   state_.complete_columns(s, sp, count);
 }
 
@@ -252,7 +255,9 @@ void AccelerationDae::jump_adjoint(const Jump& jump, double* mu, double* mup, do
     const auto minus = event_side(jump.t, jump.y.data()), plus = event_side(jump.t, after.data());
     events_->adjoint(jump.event, before, minus, plus, mu, gradient);
   } else {
-    state_.jump_adjoint(jump.t, segment_start(jump.t), jump.y.data(), mu, gradient);
+    const auto moving = moving_time(
+        jump, [&](double* after, double* rates) { state_.jump(jump.t, segment_start(jump.t), after, rates); });
+    state_.jump_adjoint(jump.t, segment_start(jump.t), jump.y.data(), mu, gradient, moving ? &*moving : nullptr);
   }
   const StateView s = view(jump.t, jump.y.data());
   level_.prepare(s);

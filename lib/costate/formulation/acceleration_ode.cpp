@@ -236,6 +236,10 @@ void AccelerationOde::jump(double t, double* y) {
     events_->cross(pending_event_, view(t, y), y + 2 * assembly_.n());
     return;
   }
+  cross_kink(t, y);
+}
+
+void AccelerationOde::cross_kink(double t, double* y) {
   const double* v = velocity_jump_.calc(view(t, y), segment_start(t));
   std::copy(v, v + assembly_.n(), y + assembly_.n());
 }
@@ -251,7 +255,9 @@ void AccelerationOde::jump_tangent(const Jump& jump, double* const* s, int count
     events_->tangent(jump.event, before, minus, plus, s, count, jump_cost_tangent_.data());
     return;
   }
-  velocity_jump_.tangent(view(jump.t, jump.y.data()), segment_start(jump.t), s, count);
+  const auto moving = moving_time(jump, [&](double* y, double*) { cross_kink(jump.t, y); });
+  set_cost_tangent(moving);
+  velocity_jump_.tangent(view(jump.t, jump.y.data()), segment_start(jump.t), s, count, moving ? &*moving : nullptr);
 }
 
 void AccelerationOde::jump_adjoint(const Jump& jump, double* mu, double* gradient) {
@@ -264,7 +270,8 @@ void AccelerationOde::jump_adjoint(const Jump& jump, double* mu, double* gradien
     cost_gradient_at_ = 0;
     return;
   }
-  velocity_jump_.adjoint(view(jump.t, jump.y.data()), segment_start(jump.t), mu, gradient);
+  const auto moving = moving_time(jump, [&](double* y, double*) { cross_kink(jump.t, y); });
+  velocity_jump_.adjoint(view(jump.t, jump.y.data()), segment_start(jump.t), mu, gradient, moving ? &*moving : nullptr);
   cost_gradient_at_ = 0;
 }
 

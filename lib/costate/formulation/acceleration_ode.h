@@ -36,6 +36,8 @@ class AccelerationOde final : public OdeSystem {
   void jump_adjoint(const Jump& jump, double* mu, double* gradient) override;
 
  private:
+  /// y at the end of a segment, before a kink, becomes that behind it.
+  void cross_kink(double t, double* y);
   StateView view(double t, const double* y) const;
   /// Accelerations, multipliers and all derivative blocks at (t, y).
   void linearize(double t, const double* y);

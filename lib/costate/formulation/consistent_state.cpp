@@ -61,12 +61,14 @@ void ConsistentState::jump(double t, double t_after, double* y, double* yp) {
   take(jump_.calc(view(t, y), t_after), t_after, y, yp);
 }
 
-void ConsistentState::jump_tangent(double t, double t_after, double* y, double* yp, double* const* s, int count) {
-  take(jump_.tangent(view(t, y), t_after, s, count), t_after, y, yp);
+void ConsistentState::jump_tangent(double t, double t_after, double* y, double* yp, double* const* s, int count,
+                                   const MovingTime* moving) {
+  take(jump_.tangent(view(t, y), t_after, s, count, moving), t_after, y, yp);
 }
 
-void ConsistentState::jump_adjoint(double t, double t_after, const double* y, double* mu, double* gradient) {
-  jump_.adjoint(view(t, y), t_after, mu, gradient);
+void ConsistentState::jump_adjoint(double t, double t_after, const double* y, double* mu, double* gradient,
+                                   const MovingTime* moving) {
+  jump_.adjoint(view(t, y), t_after, mu, gradient, moving);
 }
 
 }  // namespace costate

@@ -27,8 +27,9 @@ class ConsistentState {
   /// (y, y') := the state after the jump from t to t_after.
   void jump(double t, double t_after, double* y, double* yp);
   /// The same, and (q, v, z) of the columns s go across.
-  void jump_tangent(double t, double t_after, double* y, double* yp, double* const* s, int count);
-  void jump_adjoint(double t, double t_after, const double* y, double* mu, double* gradient);
+  void jump_tangent(double t, double t_after, double* y, double* yp, double* const* s, int count,
+                    const MovingTime* moving);
+  void jump_adjoint(double t, double t_after, const double* y, double* mu, double* gradient, const MovingTime* moving);
 
  private:
   void take(const double* v, double t_after, double* y, double* yp);

@@ -49,7 +49,10 @@ void Index2Dae::jump_tangent(const Jump& jump, double* const* s, double* const* 
     events_->tangent(jump.event, before, minus, plus, s, count, jump_cost_tangent_.data());
     state_.complete(jump.t, y.data(), yp.data());
   } else {
-    state_.jump_tangent(jump.t, segment_start(jump.t), y.data(), yp.data(), s, count);
+    const auto moving = moving_time(
+        jump, [&](double* after, double* rates) { state_.jump(jump.t, segment_start(jump.t), after, rates); });
+    set_cost_tangent(moving);
+    state_.jump_tangent(jump.t, segment_start(jump.t), y.data(), yp.data(), s, count, moving ? &*moving : nullptr);
   }
   for (int j = 0; j < count; ++j) {
     std::fill(s[j] + 2 * n_ + nz_, s[j] + size(), 0.0);
@@ -67,7 +70,9 @@ void Index2Dae::jump_adjoint(const Jump& jump, double* mu, double* mup, double* 
     const auto minus = event_side(jump.t, jump.y.data()), plus = event_side(jump.t, after.data());
     events_->adjoint(jump.event, before, minus, plus, mu, gradient);
   } else {
-    state_.jump_adjoint(jump.t, segment_start(jump.t), jump.y.data(), mu, gradient);
+    const auto moving = moving_time(
+        jump, [&](double* after, double* rates) { state_.jump(jump.t, segment_start(jump.t), after, rates); });
+    state_.jump_adjoint(jump.t, segment_start(jump.t), jump.y.data(), mu, gradient, moving ? &*moving : nullptr);
   }
   const StateView s = view(jump.t, jump.y.data());
   level_.prepare(s);

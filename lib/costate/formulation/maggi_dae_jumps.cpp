@@ -63,8 +63,10 @@ void MaggiDae::cross_kink(double t, double t_after, double* y, double* yp) {
 }
 
 void MaggiDae::cross_kink_tangent(const Jump& before, double t_after, double* const* s, double* const* sp, int count) {
+  const auto moving = moving_time(before, [&](double* y, double* yp) { cross_kink(before.t, t_after, y, yp); });
+  set_cost_tangent(moving);
   linearize_motion(before.t, before.y.data());
-  kink_.tangent(t_after, s, count);
+  kink_.tangent(t_after, s, count, moving ? &*moving : nullptr);
   std::vector<double> y = before.y, yp = before.yp;
   cross_kink(before.t, t_after, y.data(), yp.data());
   linearize_motion(t_after, y.data());
@@ -72,8 +74,9 @@ void MaggiDae::cross_kink_tangent(const Jump& before, double t_after, double* co
 }
 
 void MaggiDae::cross_kink_adjoint(const Jump& before, double t_after, double* mu, double* mup, double* gradient) {
+  const auto moving = moving_time(before, [&](double* y, double* yp) { cross_kink(before.t, t_after, y, yp); });
   level_.solve(before.t, before.y.data(), before.y.data() + f_, before.y.data() + 2 * f_);
-  const ScalarGradient& weights = kink_.adjoint(t_after, mu, gradient);
+  const ScalarGradient& weights = kink_.adjoint(t_after, mu, gradient, moving ? &*moving : nullptr);
   linearize_motion(before.t, before.y.data());
   level_.pull(weights, false);
   level_.finish_pull(nullptr);

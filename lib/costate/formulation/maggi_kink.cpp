@@ -27,7 +27,7 @@ void MaggiKink::cross(double t_after, double* yd) {
   for (std::size_t i = 0; i < independent.size(); ++i) yd[i] = v[independent[i]];
 }
 
-void MaggiKink::tangent(double t_after, double* const* s, int count) {
+void MaggiKink::tangent(double t_after, double* const* s, int count, const MovingTime* moving) {
   const int n = level_.assembly().n(), nz = level_.assembly().nz(), f = level_.freedoms();
   const auto width = static_cast<std::size_t>(2 * n + nz);
   level_.push(s, count, false, true);
@@ -40,14 +40,19 @@ void MaggiKink::tangent(double t_after, double* const* s, int count) {
     std::copy_n(s[j] + 2 * f, nz, c + 2 * n);
     columns.push_back(c);
   }
-  jump_.tangent(level_.state(), t_after, columns.data(), count);
+  jump_.tangent(level_.state(), t_after, columns.data(), count, moving);
   const auto& independent = level_.independent();
-  for (int j = 0; j < count; ++j)
-    for (int i = 0; i < f; ++i)
-      s[j][f + i] = columns[static_cast<std::size_t>(j)][n + independent[static_cast<std::size_t>(i)]];
+  for (int j = 0; j < count; ++j) {
+    const double* c = columns[static_cast<std::size_t>(j)];
+    for (int i = 0; i < f; ++i) {
+      s[j][i] = c[independent[static_cast<std::size_t>(i)]];
+      s[j][f + i] = c[n + independent[static_cast<std::size_t>(i)]];
+    }
+    std::copy_n(c + 2 * n, nz, s[j] + 2 * f);
+  }
 }
 
-const ScalarGradient& MaggiKink::adjoint(double t_after, const double* mu, double* gradient) {
+const ScalarGradient& MaggiKink::adjoint(double t_after, const double* mu, double* gradient, const MovingTime* moving) {
   const int n = level_.assembly().n(), nz = level_.assembly().nz(), f = level_.freedoms();
   std::vector<double> w(static_cast<std::size_t>(2 * n + nz), 0);
   const auto& independent = level_.independent();
@@ -56,7 +61,7 @@ const ScalarGradient& MaggiKink::adjoint(double t_after, const double* mu, doubl
     w[static_cast<std::size_t>(n + independent[static_cast<std::size_t>(i)])] = mu[f + i];
   }
   std::copy(mu + 2 * f, mu + 2 * f + nz, w.begin() + 2 * n);
-  jump_.adjoint(level_.state(), t_after, w.data(), gradient);
+  jump_.adjoint(level_.state(), t_after, w.data(), gradient, moving);
   weights_.set_zero();
   std::copy_n(w.data(), n, weights_.q.data());
   std::copy_n(w.data() + n, n, weights_.v.data());

@@ -15,10 +15,10 @@ class MaggiKink {
   /// yd behind the kink.
   void cross(double t_after, double* yd);
   /// Columns (dy, dyd, dz), one a parameter, before the kink become those behind it; at the linearized point.
-  void tangent(double t_after, double* const* s, int count);
+  void tangent(double t_after, double* const* s, int count, const MovingTime* moving);
   /// Adjoints (mu_y, mu_yd, mu_z) behind the kink become the weights of (q, v, z) before it, which the level then
   /// pulls back; the gradient gains the jump's own dependence on the parameters.
-  const ScalarGradient& adjoint(double t_after, const double* mu, double* gradient);
+  const ScalarGradient& adjoint(double t_after, const double* mu, double* gradient, const MovingTime* moving);
 
  private:
   MaggiLevel& level_;

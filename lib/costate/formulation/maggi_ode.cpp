@@ -263,13 +263,16 @@ void MaggiOde::cross_kink(double t, double t_after, double* y) {
 }
 
 void MaggiOde::cross_kink_tangent(const Jump& before, double t_after, double* const* s, int count) {
+  const auto moving = moving_time(before, [&](double* y, double*) { cross_kink(before.t, t_after, y); });
+  set_cost_tangent(moving);
   linearize(before.t, before.y.data());
-  kink_.tangent(t_after, s, count);
+  kink_.tangent(t_after, s, count, moving ? &*moving : nullptr);
 }
 
 void MaggiOde::cross_kink_adjoint(const Jump& before, double t_after, double* mu, double* gradient) {
+  const auto moving = moving_time(before, [&](double* y, double*) { cross_kink(before.t, t_after, y); });
   solve_point(before.t, before.y.data());
-  const ScalarGradient& weights = kink_.adjoint(t_after, mu, gradient);
+  const ScalarGradient& weights = kink_.adjoint(t_after, mu, gradient, moving ? &*moving : nullptr);
   linearize(before.t, before.y.data());
   level_.pull(weights, false);
   level_.finish_pull(nullptr);

@@ -42,13 +42,9 @@ MotionEvents::Side System::event_side(double t, const double* y) {
 
 void System::set_parameters(const double* rho) {
   assembly_.set_parameters(rho);
-  kinks_.clear();
-  for (const auto& c : assembly_.mechanism().constraints()) {
-    if (!c->rheonomic()) continue;
-    std::vector<double> p;
-    for (const int number : c->numbers()) p.push_back(assembly_.numbers()[number]);
-    c->add_kinks(p.data(), kinks_);
-  }
+  kinks_ = driver_kinks(assembly_.mechanism(), assembly_.numbers());
+  moving_ = moving_instants(assembly_.mechanism(), assembly_.parameters(), assembly_.numbers());
+  for (const MovingInstant& at : moving_) kinks_.push_back(at.t);
   std::sort(kinks_.begin(), kinks_.end());
   kinks_.erase(std::unique(kinks_.begin(), kinks_.end()), kinks_.end());
 }
@@ -80,6 +76,34 @@ void System::add_start_gradient(double t, const double* mu, double* gradient) {
   spread_start_weights(mu, w.data(), w.data() + n, w.data() + 2 * n);
   const Start s = find_start(assembly_, t, needs_start_columns(assembly_, StartDerivative::adjoint));
   costate::add_start_gradient(assembly_, t, s, w.data(), w.data() + n, w.data() + 2 * n, gradient);
+}
+
+std::optional<MovingTime> System::moving_time(const Jump& jump,
+                                              const std::function<void(double* y, double* yp)>& cross) {
+  const double t_after = segment_start(jump.t);
+  const auto at = std::find_if(moving_.begin(), moving_.end(), [&](const MovingInstant& m) { return m.t == t_after; });
+  if (at == moving_.end()) return {};
+  MovingTime moving;
+  moving.by = at->by;
+  const auto side = [&](double t, const double* y, std::vector<double>& rates) {
+    const MotionEvents::Side s = event_side(t, y);
+    const MechanismState state = kinematic_state(t, y);
+    rates.assign(state.v, state.v + assembly_.n());
+    rates.insert(rates.end(), s.a.begin(), s.a.end());
+    rates.insert(rates.end(), s.zdot.begin(), s.zdot.end());
+    return s.cost;
+  };
+  moving.cost = side(jump.t, jump.y.data(), moving.before);
+  std::vector<double> y = jump.y, yp = jump.yp;
+  cross(y.data(), yp.data());
+  moving.cost -= side(t_after, y.data(), moving.after);
+  return moving;
+}
+
+void System::set_cost_tangent(const std::optional<MovingTime>& moving) {
+  jump_cost_tangent_.clear();
+  if (!moving) return;
+  for (const double by : moving->by) jump_cost_tangent_.push_back(moving->cost * by);
 }
 
 double System::running_cost(double t, const double* y) {

@@ -11,6 +11,8 @@
 
 #include "costate/assembly/assembly.h"
 #include "costate/event/motion_events.h"
+#include "costate/level/fixed_times.h"
+#include "costate/level/impulse_jump.h"
 #include "costate/level/unknown.h"
 #include "costate/linear/sparse_pattern.h"
 #include "costate/objective/objective.h"
@@ -74,7 +76,7 @@ class System {
   // Velocities jump where a driver's law has a kink (velocity_jump.h); other jumps are those of a formulation.
   /// Whether trajectories may have jumps; if not, nothing below is called.
   virtual bool may_jump() const { return !kinks_.empty() || events_; }
-  /// The times of kinks, in order.
+  /// The times of kinks, in order, and those at which accelerations alone jump where parameters move them.
   const std::vector<double>& kinks() const { return kinks_; }
   /// The last instant before the next kink after t, where a segment must end; infinite without one.
   double segment_limit(double t) const;
@@ -101,7 +103,8 @@ class System {
   std::string event_mode(int event) const { return events_->mode(event); }
   /// Of the event that the last jump() crossed: by how much the state jumped that did so most, in its own unit.
   double event_jump() const { return events_->last_jump(); }
-  /// What the running part of psi gains by each parameter where the last jump_tangent() crossed an event; else empty.
+  /// What the running part of psi gains by each parameter where the last jump_tangent() crossed an event, or a kink
+  /// whose time moves; else empty.
   const std::vector<double>& jump_cost_tangent() const { return jump_cost_tangent_; }
 
   /// Newton iterations made inside evaluations, to find positions.
@@ -113,6 +116,12 @@ class System {
   /// The weights that mu is of the motion's q, v, z (n, n, nz; zero before): by default mu begins with them.
   virtual void spread_start_weights(const double* mu, double* w_q, double* w_v, double* w_z) const;
 
+  /// Where parameters move the kink at which the segment ends: how, and what the state does on either side. `cross`
+  /// makes (y, y') before it those behind it.
+  std::optional<MovingTime> moving_time(const Jump& jump, const std::function<void(double* y, double* yp)>& cross);
+  /// jump_cost_tangent() of that.
+  void set_cost_tangent(const std::optional<MovingTime>& moving);
+
   Assembly assembly_;
   Objective objective_;
   std::vector<Unknown> unknowns_;
@@ -123,6 +132,7 @@ class System {
 
  private:
   std::vector<double> kinks_;
+  std::vector<MovingInstant> moving_;  // those of them that parameters move
 };
 
 /// F(t, y, y', rho) = 0 with F_y' = diag(1 for differential unknowns, 0 for algebraic ones), constant.

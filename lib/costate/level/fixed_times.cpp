@@ -13,97 +13,162 @@ namespace costate {
 
 namespace {
 
-using AddTimes = std::function<void(const double*, std::vector<double>&)>;
+/// Times of one kind of one element, as functions of its numbers.
+struct Times {
+  const Element* element;
+  std::function<void(const double*, std::vector<double>&)> add;
+  std::function<void(double, const double*, double*)> add_slopes;
+  const char *what, *instead;
+  bool kink = false;
 
-std::vector<double> times_of(const AddTimes& add, const std::vector<double>& p) {
-  std::vector<double> times;
-  add(p.data(), times);
-  return times;
+  std::vector<double> at(const std::vector<double>& p) const {
+    std::vector<double> times;
+    add(p.data(), times);
+    return times;
+  }
+};
+
+std::vector<double> local_numbers(const Element& e, const std::vector<double>& numbers) {
+  std::vector<double> p;
+  for (const int number : e.numbers()) p.push_back(numbers[static_cast<std::size_t>(number)]);
+  return p;
 }
 
-/// The name of a parameter that moves the time t of an element with the numbers p, or nothing.
-std::string mover(const ParameterSelection& parameters, const Element& e, const AddTimes& add,
-                  const std::vector<double>& p, double t) {
+std::vector<Times> all_times(const Mechanism& mechanism) {
+  std::vector<Times> all;
+  for (const auto& pointer : mechanism.constraints()) {
+    const Constraint* c = pointer.get();
+    if (!c->rheonomic()) continue;
+    const auto slopes = [c](double t, const double* p, double* by) { c->add_time_slopes(t, p, by); };
+    all.push_back({c, [c](const double* p, std::vector<double>& times) { c->add_kinks(p, times); }, slopes, "kink",
+                   "slope", true});
+    all.push_back({c, [c](const double* p, std::vector<double>& times) { c->add_acceleration_jumps(p, times); }, slopes,
+                   "jump of its second derivative", "second derivative"});
+  }
+  for (const auto& f : mechanism.forces())
+    if (const auto* owner = dynamic_cast<const MotionLawElement*>(f.get()))
+      all.push_back({f.get(),
+                     [owner](const double* p, std::vector<double>& times) { owner->add_force_jumps(p, times); },
+                     [owner](double t, const double* p, double* by) { owner->add_time_slopes(t, p, by); },
+                     "kink or jump under a force that holds its rate", "slope"});
+  return all;
+}
+
+std::vector<double> by_numbers(const Times& times, const std::vector<double>& p, double t) {
+  std::vector<double> slopes(p.size(), 0);
+  times.add_slopes(t, p.data(), slopes.data());
+  return slopes;
+}
+
+std::vector<double> by_parameters(const Times& times, const ParameterSelection& parameters,
+                                  const std::vector<double>& p, double t) {
+  const std::vector<double> slopes = by_numbers(times, p, t);
+  std::vector<double> by;
+  for (const auto& parameter : parameters.parameters) {
+    double sum = 0;
+    for (const auto& [number, factor] : parameter.bindings)
+      for (std::size_t k = 0; k < p.size(); ++k)
+        if (times.element->numbers()[k] == number) sum += factor * slopes[k];
+    by.push_back(sum);
+  }
+  return by;
+}
+
+bool moves(const std::vector<double>& by) {
+  return std::any_of(by.begin(), by.end(), [](double d) { return d != 0; });
+}
+
+/// The name of a parameter that moves the time t of an element with the numbers p, or nothing; where what is known is
+/// `carried`, of one that moves it in a way that is not known.
+std::string mover(const Times& times, const ParameterSelection& parameters, const std::vector<double>& p, double t,
+                  bool carried) {
+  const std::vector<double> known = carried ? by_numbers(times, p, t) : std::vector<double>(p.size(), 0);
   for (const auto& parameter : parameters.parameters)
     for (const auto& [number, factor] : parameter.bindings)
       for (std::size_t k = 0; k < p.size(); ++k) {
-        if (e.numbers()[k] != number) continue;
+        if (times.element->numbers()[k] != number || known[k] != 0) continue;
         std::vector<double> changed = p;
         changed[k] += 1e-3 * std::max(1.0, std::abs(p[k]));
-        const std::vector<double> times = times_of(add, changed);
-        if (std::find(times.begin(), times.end(), t) == times.end()) return parameter.name;
+        const std::vector<double> then = times.at(changed);
+        if (std::find(then.begin(), then.end(), t) == then.end()) return parameter.name;
       }
   return {};
 }
 
-/// Of one element: what `relevant` chooses among its times must not move.
-template <class Relevant>
-void require_fixed(const Element& e, const ParameterSelection& parameters, const std::vector<double>& numbers,
-                   const AddTimes& add, const char* what, const char* instead, const Relevant& relevant) {
-  std::vector<double> p;
-  for (const int number : e.numbers()) p.push_back(numbers[static_cast<std::size_t>(number)]);
-  for (const double t : times_of(add, p)) {
-    if (!relevant(t)) continue;
-    const std::string name = mover(parameters, e, add, p, t);
-    if (!name.empty())
-      throw CapabilityError(
-          fmt::format("Parameter '{}' moves the time t = {:.6g} s at which the law of {} '{}' has a {}; "
-                      "gradients are carried across these at fixed times only. Keep this number fixed, "
-                      "take a law with a continuous {}, or the method 'differences'.",
-                      name, t, e.kind(), e.name(), what, instead));
-  }
-}
+struct Instant {
+  double t;
+  std::vector<double> by;
+  const Element* element;
+};
 
-/// Of every driver, by one of Constraint's lists of times.
-template <class Relevant>
-void require_fixed_driver(const Mechanism& mechanism, const ParameterSelection& parameters,
-                          const std::vector<double>& numbers,
-                          void (Constraint::*list)(const double*, std::vector<double>&) const, const char* what,
-                          const char* instead, const Relevant& relevant) {
-  for (const auto& c : mechanism.constraints())
-    if (c->rheonomic())
-      require_fixed(
-          *c, parameters, numbers, [&](const double* p, std::vector<double>& times) { ((*c).*list)(p, times); }, what,
-          instead, relevant);
+void require_together(const std::vector<Instant>& instants, const ParameterSelection& parameters) {
+  constexpr double kTogether = 1e-12;
+  for (std::size_t i = 0; i < instants.size(); ++i)
+    for (std::size_t k = i + 1; k < instants.size(); ++k) {
+      const Instant &a = instants[i], &b = instants[k];
+      if (b.t - a.t > kTogether * std::max(1.0, std::abs(b.t))) break;
+      for (std::size_t j = 0; j < a.by.size(); ++j)
+        if (std::abs(a.by[j] - b.by[j]) > kTogether * std::max(std::abs(a.by[j]), std::abs(b.by[j])))
+          throw CapabilityError(
+              fmt::format("At t = {:.6g} s jumps of '{}' and of '{}' coincide, and parameter '{}' moves them apart: "
+                          "the derivative is another one on either side. Move one of them a little, keep the number "
+                          "fixed, or take the method 'differences'.",
+                          a.t, a.element->path(), b.element->path(), parameters.parameters[j].name));
+    }
 }
 
 }  // namespace
 
 std::vector<double> driver_kinks(const Mechanism& mechanism, const std::vector<double>& numbers) {
   std::vector<double> times;
-  for (const auto& c : mechanism.constraints()) {
-    if (!c->rheonomic()) continue;
-    std::vector<double> p;
-    for (const int number : c->numbers()) p.push_back(numbers[static_cast<std::size_t>(number)]);
-    c->add_kinks(p.data(), times);
-  }
+  for (const Times& list : all_times(mechanism))
+    if (list.kink) list.add(local_numbers(*list.element, numbers).data(), times);
   std::sort(times.begin(), times.end());
   times.erase(std::unique(times.begin(), times.end()), times.end());
   return times;
 }
 
-void require_fixed_kink(const Mechanism& mechanism, const ParameterSelection& parameters,
-                        const std::vector<double>& numbers, double t) {
-  require_fixed_driver(mechanism, parameters, numbers, &Constraint::add_kinks, "kink", "slope",
-                       [&](double at) { return at == t; });
+std::vector<MovingInstant> moving_instants(const Mechanism& mechanism, const ParameterSelection& parameters,
+                                           const std::vector<double>& numbers) {
+  std::vector<MovingInstant> instants;
+  if (parameters.parameters.empty()) return instants;
+  for (const Times& list : all_times(mechanism)) {
+    const std::vector<double> p = local_numbers(*list.element, numbers);
+    for (const double t : list.at(p)) {
+      std::vector<double> by = by_parameters(list, parameters, p, t);
+      if (moves(by)) instants.push_back({t, std::move(by)});
+    }
+  }
+  const auto earlier = [](const MovingInstant& a, const MovingInstant& b) { return a.t < b.t; };
+  const auto same = [](const MovingInstant& a, const MovingInstant& b) { return a.t == b.t; };
+  std::stable_sort(instants.begin(), instants.end(), earlier);
+  instants.erase(std::unique(instants.begin(), instants.end(), same), instants.end());
+  return instants;
 }
 
-void require_fixed_accelerations(const Mechanism& mechanism, const ParameterSelection& parameters,
-                                 const std::vector<double>& numbers, double t_start, double t_end) {
-  require_fixed_driver(mechanism, parameters, numbers, &Constraint::add_acceleration_jumps,
-                       "jump of its second derivative", "second derivative",
-                       [&](double at) { return t_start < at && at < t_end; });
-}
-
-void require_fixed_force_jumps(const Mechanism& mechanism, const ParameterSelection& parameters,
-                               const std::vector<double>& numbers, double t_start, double t_end) {
-  for (const auto& f : mechanism.forces())
-    if (const auto* owner = dynamic_cast<const MotionLawElement*>(f.get()))
-      require_fixed(
-          *f, parameters, numbers,
-          [&](const double* p, std::vector<double>& times) { owner->add_force_jumps(p, times); },
-          "kink or jump under a force that holds its rate", "slope",
-          [&](double at) { return t_start < at && at < t_end; });
+void require_fixed_times(const Mechanism& mechanism, const ParameterSelection& parameters,
+                         const std::vector<double>& numbers, double t_start, double t_end, bool carried) {
+  std::vector<Instant> instants;
+  bool any = false;
+  for (const Times& list : all_times(mechanism)) {
+    const std::vector<double> p = local_numbers(*list.element, numbers);
+    for (const double t : list.at(p)) {
+      if (!(t_start < t && t < t_end)) continue;
+      const std::string name = mover(list, parameters, p, t, carried);
+      if (!name.empty())
+        throw CapabilityError(fmt::format(
+            "Parameter '{}' moves the time t = {:.6g} s at which the law of {} '{}' has a {}; {}. Keep this "
+            "number fixed, take a law with a continuous {}, or the method {}'differences'.",
+            name, t, list.element->kind(), list.element->name(), list.what,
+            carried ? "how is not known" : "this method carries gradients across these at fixed times only",
+            list.instead, carried ? "" : "'idas-adjoint' or "));
+      if (carried) instants.push_back({t, by_parameters(list, parameters, p, t), list.element});
+      any = any || (carried && moves(instants.back().by));
+    }
+  }
+  if (!any) return;
+  std::stable_sort(instants.begin(), instants.end(), [](const Instant& a, const Instant& b) { return a.t < b.t; });
+  require_together(instants, parameters);
 }
 
 }  // namespace costate

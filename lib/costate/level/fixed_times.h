@@ -1,6 +1,6 @@
-// Gradients hold the times fixed at which the law of a driver has a kink or a jump of its curvature, or a force jumps:
-// where a parameter moves such a time, the derivatives under the integral miss what the moved jump does. These throw
-// CapabilityError then, with the parameter, the element and the time.
+// The times at which the law of a driver has a kink or a jump of its curvature, or a force jumps by its law of time.
+// Where a parameter moves such a time, the derivatives under the integral miss what the moved jump does: it has to be
+// carried across (impulse_jump.h), or refused with the parameter, the element and the time.
 #pragma once
 
 #include <vector>
@@ -12,16 +12,18 @@ namespace costate {
 /// The times at which laws of drivers have kinks, in order; `numbers` are those of the mechanism.
 std::vector<double> driver_kinks(const Mechanism& mechanism, const std::vector<double>& numbers);
 
-/// For the kink at time t; `numbers` are those of the mechanism, with the parameters' values in them.
-void require_fixed_kink(const Mechanism& mechanism, const ParameterSelection& parameters,
-                        const std::vector<double>& numbers, double t);
+struct MovingInstant {
+  double t;
+  std::vector<double> by;  // dt/drho, one a parameter
+};
+/// All such times, kinks or not, that parameters move and whose derivatives are known, in order and each once;
+/// `numbers` with the parameters' values in them.
+std::vector<MovingInstant> moving_instants(const Mechanism& mechanism, const ParameterSelection& parameters,
+                                           const std::vector<double>& numbers);
 
-/// For every jump of a driver's acceleration within t_start < t < t_end.
-void require_fixed_accelerations(const Mechanism& mechanism, const ParameterSelection& parameters,
-                                 const std::vector<double>& numbers, double t_start, double t_end);
-
-/// For every jump of a force by its law of time within t_start < t < t_end.
-void require_fixed_force_jumps(const Mechanism& mechanism, const ParameterSelection& parameters,
-                               const std::vector<double>& numbers, double t_start, double t_end);
+/// Throws CapabilityError for those within t_start < t < t_end that parameters move: of methods that carry them across,
+/// where the derivative is not known, or two that coincide would part; of others all.
+void require_fixed_times(const Mechanism& mechanism, const ParameterSelection& parameters,
+                         const std::vector<double>& numbers, double t_start, double t_end, bool carried);
 
 }  // namespace costate

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "costate/level/fixed_times.h"
-
 namespace costate {
 
 const double* ImpulseJump::calc(const StateView& before, double t_after) {
@@ -24,7 +22,6 @@ const double* ImpulseJump::calc(const StateView& before, double t_after) {
 void ImpulseJump::linearize(const StateView& before, double t_after, bool columns) {
   const int n = assembly_.n(), m = assembly_.m();
   const std::vector<double> rest(static_cast<std::size_t>(std::max(n, m)), 0);
-  if (columns) require_fixed_kink(assembly_.mechanism(), assembly_.parameters(), assembly_.numbers(), t_after);
   calc(before, t_after);
   StateView s = before;
   s.a = s.lambda = rest.data();
@@ -32,6 +29,9 @@ void ImpulseJump::linearize(const StateView& before, double t_after, bool column
   assembly_.calc_dynamics(s);
   assembly_.calc_partials(s);
   phid_q_ = assembly_.phid_q;
+  // Phidot_t = bias - Phidot_q v.
+  phid_t_ = assembly_.bias;
+  add_product(assembly_.jacobian(), phid_q_.data(), -1, s.v, phid_t_.data());
   if (columns) {
     assembly_.calc_parameter_columns(s, c);
     phid_ = c.phid;
@@ -40,6 +40,9 @@ void ImpulseJump::linearize(const StateView& before, double t_after, bool column
   s.v = after_.data();
   balance_->prepare(s);
   assembly_.calc_partials(s);
+  std::vector<double> behind = assembly_.bias;
+  add_product(assembly_.jacobian(), assembly_.phid_q.data(), -1, s.v, behind.data());
+  for (int i = 0; i < m; ++i) phid_t_[i] = behind[i] - phid_t_[i];
   for (std::size_t k = 0; k < phid_q_.size(); ++k) phid_q_[k] = assembly_.phid_q[k] - phid_q_[k];
   const double *u = solution_.data(), *P = u + n;
   hessian_.resize(assembly_.square().row.size());
@@ -51,26 +54,34 @@ void ImpulseJump::linearize(const StateView& before, double t_after, bool column
   assembly_.calc_projection_columns(s, u, P, force_);
 }
 
-const double* ImpulseJump::tangent(const StateView& before, double t_after, double* const* y, int count) {
+const double* ImpulseJump::tangent(const StateView& before, double t_after, double* const* y, int count,
+                                   const MovingTime* moving) {
   const int n = assembly_.n(), m = assembly_.m();
   linearize(before, t_after, true);
   std::vector<double> b(static_cast<std::size_t>(n + m));
   for (int j = 0; j < count; ++j) {
+    const double dt = moving ? moving->by[static_cast<std::size_t>(j)] : 0;
+    if (dt != 0)
+      for (std::size_t i = 0; i < moving->before.size(); ++i) y[j][i] += dt * moving->before[i];
     for (int i = 0; i < n; ++i) b[i] = -force_(i, j);
-    for (int i = 0; i < m; ++i) b[n + i] = -phid_(i, j);
+    for (int i = 0; i < m; ++i) b[n + i] = -phid_(i, j) - dt * phid_t_[i];
     add_product(assembly_.square(), hessian_.data(), -1, y[j], b.data());
     add_product(assembly_.jacobian(), phid_q_.data(), -1, y[j], b.data() + n);
     balance_->solve(b.data());
     for (int i = 0; i < n; ++i) y[j][n + i] += b[i];
+    if (dt != 0)
+      for (std::size_t i = 0; i < moving->after.size(); ++i) y[j][i] -= dt * moving->after[i];
   }
   return after_.data();
 }
 
-void ImpulseJump::adjoint(const StateView& before, double t_after, double* mu, double* gradient) {
+void ImpulseJump::adjoint(const StateView& before, double t_after, double* mu, double* gradient,
+                          const MovingTime* moving) {
   const int n = assembly_.n(), m = assembly_.m();
-  if (assembly_.np() > 0)
-    require_fixed_kink(assembly_.mechanism(), assembly_.parameters(), assembly_.numbers(), t_after);
   linearize(before, t_after, false);
+  double by_time = moving ? moving->cost : 0;
+  if (moving)
+    for (std::size_t i = 0; i < moving->after.size(); ++i) by_time -= mu[i] * moving->after[i];
   std::vector<double> s(static_cast<std::size_t>(n + m), 0);
   std::copy(mu + n, mu + 2 * n, s.begin());
   balance_->solve(s.data());
@@ -87,6 +98,10 @@ void ImpulseJump::adjoint(const StateView& before, double t_after, double* mu, d
   x.v = after_.data();
   assembly_.add_parameter_gradient(x, w, -1, gradient);
   assembly_.add_projection_gradient(x, solution_.data(), solution_.data() + n, s.data(), -1, gradient);
+  if (!moving) return;
+  for (std::size_t i = 0; i < moving->before.size(); ++i) by_time += mu[i] * moving->before[i];
+  for (int i = 0; i < m; ++i) by_time -= s[n + i] * phid_t_[i];
+  for (int j = 0; j < assembly_.np(); ++j) gradient[j] += by_time * moving->by[static_cast<std::size_t>(j)];
 }
 
 }  // namespace costate

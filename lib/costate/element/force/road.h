@@ -88,6 +88,8 @@ class Road final : public SharedPart {
   bool has_ramp() const { return has_ramp_; }
   /// The times at which a post's height or its rate jumps, with the tyre's shift.
   void add_post_jumps(double shift, const double* p, std::vector<double>& times) const;
+  /// by_shift and slopes (one a number of the road) gain how such a time t moves with them.
+  void add_post_slopes(double t, double shift, const double* p, double& by_shift, double* slopes) const;
 
   /// What is on it along time (a post) or along x (a profile), with the tyre's shift.
   void add_course(double shift, const double* p, Course& course) const {
@@ -100,6 +102,9 @@ class Road final : public SharedPart {
   }
 
  private:
+  /// The first t in floating point at which the law's argument, as at() makes it, has reached x.
+  double post_time(double x, double shift, const double* p) const;
+
   Kind kind_;
   std::shared_ptr<const ScalarLaw> law_;
   bool has_speed_, has_ramp_;

@@ -71,6 +71,11 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public CourseElement, 
     if (setup_.road->kind() == Road::Kind::post)
       setup_.road->add_post_jumps(p[Numbers::shift], p + Numbers::road, times);
   }
+  void add_time_slopes(double t, const double* p, double* slopes) const override {
+    if (setup_.road->kind() == Road::Kind::post)
+      setup_.road->add_post_slopes(t, p[Numbers::shift], p + Numbers::road, slopes[Numbers::shift],
+                                   slopes + Numbers::road);
+  }
   /// Of the wheel's centre, whatever part of the road the contact takes.
   CourseElement::Place track_place(int, const LocalState& s) const override {
     double at[3], velocity[3], direction[3];

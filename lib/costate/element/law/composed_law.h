@@ -30,6 +30,23 @@ class ComposedLaw final : public ScalarLawOf<ComposedLaw>, public PlacedLaw {
       p += part->number_count();
     }
   }
+  /// Of the part whose place it is; where it is that of several, which may part, of none.
+  void add_place_slopes(double x, const double* p, double* slopes) const override {
+    const ScalarLaw* owner = nullptr;
+    std::size_t first = 0, at = 0;
+    for (const auto& part : parts_) {
+      std::vector<double> places;
+      part->add_kinks(p + at, places);
+      part->add_curvature_jumps(p + at, places);
+      if (std::find(places.begin(), places.end(), x) != places.end()) {
+        if (owner) return;
+        owner = part.get();
+        first = at;
+      }
+      at += static_cast<std::size_t>(part->number_count());
+    }
+    if (owner) owner->add_place_slopes(x, p + first, slopes + first);
+  }
   void add_places(const double* p, LawPlaces& places) const override {
     for (const auto& part : parts_) {
       add_law_places(*part, p, places);

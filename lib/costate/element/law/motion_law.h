@@ -25,6 +25,8 @@ class MotionLawElement {
   virtual void add_motion_laws(std::vector<MotionLaw>& laws) const = 0;
   /// Appends the times at which the force jumps by its laws of time, for the element's numbers p.
   virtual void add_force_jumps(const double*, std::vector<double>&) const {}
+  /// slopes[k] += dt/dp_k of such a time t.
+  virtual void add_time_slopes(double, const double*, double*) const {}
 };
 
 /// Where pieces of a law meet: the law and its slope on both sides.

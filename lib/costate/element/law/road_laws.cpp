@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "costate/base/error.h"
@@ -48,7 +49,35 @@ void BumpLaw::add_ends(const double* p, std::vector<double>& x) const {
   }
 }
 
+// start + k spacing, and length behind it. Bumps that touch meet in one place, which a change of the length or of the
+// spacing splits into two.
+void BumpLaw::add_place_slopes(double x, const double* p, double* slopes) const {
+  const double spacing = count_ > 1 ? p[3] : 0;
+  int bump = 0;
+  bool end = false;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < count_; ++k)
+    for (const bool behind : {false, true}) {
+      const double off = std::abs(x - (p[1] + k * spacing + (behind ? p[2] : 0)));
+      if (off >= nearest) continue;
+      nearest = off;
+      bump = k;
+      end = behind;
+    }
+  slopes[1] += 1;
+  const bool touching = count_ > 1 && spacing - p[2] <= 1e-9 * spacing;
+  const bool inner = touching && !(bump == 0 && !end) && !(bump + 1 == count_ && end);
+  if (inner) return;
+  if (end) slopes[2] += 1;
+  if (count_ > 1) slopes[3] += bump;
+}
+
 void BumpLaw::add_places(const double* p, LawPlaces& places) const { add_ends(p, places.sharp); }
+
+void SineSweepLaw::add_place_slopes(double x, const double* p, double* slopes) const {
+  slopes[1] += 1;
+  if (std::abs(x - p[1] - p[2]) < std::abs(x - p[1])) slopes[2] += 1;
+}
 
 void SineSweepLaw::add_places(const double* p, LawPlaces& places) const {
   constexpr int pieces = 16;

@@ -27,6 +27,7 @@ class BumpLaw final : public ScalarLawOf<BumpLaw>, public PlacedLaw {
   void add_curvature_jumps(const double* p, std::vector<double>& x) const override {
     if (!half_sine_) add_ends(p, x);
   }
+  void add_place_slopes(double x, const double* p, double* slopes) const override;
   void add_places(const double* p, LawPlaces& places) const override;
 
   template <class S, class P>
@@ -68,6 +69,7 @@ class SineSweepLaw final : public ScalarLawOf<SineSweepLaw>, public PlacedLaw {
     if (p[3] == 0) x.push_back(p[1]);
     x.push_back(p[1] + p[2]);
   }
+  void add_place_slopes(double x, const double* p, double* slopes) const override;
   void add_places(const double* p, LawPlaces& places) const override;
 
   template <class S, class P>

@@ -31,6 +31,9 @@ class ScaledLaw final : public ScalarLawOf<ScaledLaw>, public PlacedLaw {
   void add_curvature_jumps(const double* p, std::vector<double>& x) const override {
     law_->add_curvature_jumps(p + own(), x);
   }
+  void add_place_slopes(double x, const double* p, double* slopes) const override {
+    law_->add_place_slopes(x, p + own(), slopes + own());
+  }
   void add_places(const double* p, LawPlaces& places) const override { add_law_places(*law_, p + own(), places); }
   double integral(double x, const double* p) const override;
 

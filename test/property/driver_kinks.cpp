@@ -337,10 +337,17 @@ TEST_CASE("driver with kinks: where their times cannot move is refused by name")
   CHECK_THROWS_WITH(gradient(problem, "hand-adjoint", rho),
                     Contains("Parameter 'driver.push.law.start_m' moves the time t = ") &&
                         Contains("the law of driver 'push' has a kink"));
-  // Bumps that touch would part, or overlap.
-  problem = make_problem(Scene::parse(scene(cases()[1].law), "driver.toml"), {"driver.push.law.spacing_m"});
-  CHECK_THROWS_WITH(gradient(problem, "idas-adjoint", problem.parameters.values()),
-                    Contains("moves the time t = 0.4 s") && Contains("how is not known"));
+  // Bumps that touch would part, or overlap; those of a sum as well.
+  for (
+      const auto& [law, moving] :
+      {std::pair(cases()[1].law, "driver.push.law.spacing_m"), std::pair(cases()[1].law, "driver.push.law.length_m"),
+       std::pair(
+           R"({ kind = "sum", terms = [{ kind = "bump", height_m = 0.1, start_m = 0.1, length_m = 0.3, shape = "half_sine" }, { kind = "bump", height_m = 0.05, start_m = 0.4, length_m = 0.3, shape = "half_sine" }] })",
+           "driver.push.law.terms[1].start_m")}) {
+    problem = make_problem(Scene::parse(scene(law), "driver.toml"), {moving});
+    CHECK_THROWS_WITH(gradient(problem, "idas-adjoint", problem.parameters.values()),
+                      Contains("moves the time t = 0.4 s") && Contains("how is not known"));
+  }
   // Two elements whose jumps coincide, of which one moves.
   std::string text = scene(cases()[0].law);
   const std::string level = "coordinate = \"carriage.y\"\nlaw = 0";

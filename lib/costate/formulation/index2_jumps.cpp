@@ -74,8 +74,10 @@ void Index2Dae::jump_adjoint(const Jump& jump, double* mu, double* mup, double* 
         jump, [&](double* after, double* rates) { state_.jump(jump.t, segment_start(jump.t), after, rates); });
     state_.jump_adjoint(jump.t, segment_start(jump.t), jump.y.data(), mu, gradient, moving ? &*moving : nullptr);
   }
-  const StateView s = view(jump.t, jump.y.data());
-  level_.prepare(s);
+  // What a cost says of accelerations is said of those of the equations: the integrator's own are not held to its
+  // tolerance, and an adjoint that begins off its constraints ends the run back.
+  level_.solve(view(jump.t, jump.y.data()));
+  const StateView s = level_.state();
   level_.linearize(s);
   const Eigen::Map<const Eigen::VectorXd> w(mu, 2 * n_ + nz_);
   const Eigen::VectorXd wq = w.head(n_), wv = w.segment(n_, n_), wz = w.tail(nz_);

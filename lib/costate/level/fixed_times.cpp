@@ -86,7 +86,9 @@ std::string mover(const Times& times, const ParameterSelection& parameters, cons
   for (const auto& parameter : parameters.parameters)
     for (const auto& [number, factor] : parameter.bindings)
       for (std::size_t k = 0; k < p.size(); ++k) {
-        if (times.element->numbers()[k] != number || known[k] != 0) continue;
+        if (times.element->numbers()[k] != number) continue;
+        if (std::isnan(known[k])) return parameter.name;
+        if (known[k] != 0) continue;
         std::vector<double> changed = p;
         changed[k] += 1e-3 * std::max(1.0, std::abs(p[k]));
         const std::vector<double> then = times.at(changed);

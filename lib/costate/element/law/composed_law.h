@@ -30,7 +30,7 @@ class ComposedLaw final : public ScalarLawOf<ComposedLaw>, public PlacedLaw {
       p += part->number_count();
     }
   }
-  /// Of the part whose place it is; where it is that of several, which may part, of none.
+  /// Of the part whose place it is; that of several may part.
   void add_place_slopes(double x, const double* p, double* slopes) const override {
     const ScalarLaw* owner = nullptr;
     std::size_t first = 0, at = 0;
@@ -39,7 +39,10 @@ class ComposedLaw final : public ScalarLawOf<ComposedLaw>, public PlacedLaw {
       part->add_kinks(p + at, places);
       part->add_curvature_jumps(p + at, places);
       if (std::find(places.begin(), places.end(), x) != places.end()) {
-        if (owner) return;
+        if (owner) {
+          std::fill(slopes, slopes + count_, std::nan(""));
+          return;
+        }
         owner = part.get();
         first = at;
       }

@@ -67,7 +67,10 @@ void BumpLaw::add_place_slopes(double x, const double* p, double* slopes) const 
   slopes[1] += 1;
   const bool touching = count_ > 1 && spacing - p[2] <= 1e-9 * spacing;
   const bool inner = touching && !(bump == 0 && !end) && !(bump + 1 == count_ && end);
-  if (inner) return;
+  if (inner) {
+    slopes[2] = slopes[3] = std::nan("");
+    return;
+  }
   if (end) slopes[2] += 1;
   if (count_ > 1) slopes[3] += bump;
 }

@@ -26,8 +26,8 @@ class ScalarLaw {
   virtual void add_kinks(const double*, std::vector<double>&) const {}
   /// Appends the x at which the curvature jumps and the numbers decide where: a driver's acceleration jumps there.
   virtual void add_curvature_jumps(const double*, std::vector<double>&) const {}
-  /// slopes[k] += dx/dp_k of such a place x. A law whose places depend on its numbers otherwise than it says here has
-  /// no gradients by those numbers.
+  /// slopes[k] += dx/dp_k of such a place x, NaN where the place would part. A law whose places depend on its numbers
+  /// otherwise than it says here has no gradients by those numbers.
   virtual void add_place_slopes(double, const double*, double*) const {}
   /// Integral of f from 0 to x (the stored energy of a spring law).
   virtual double integral(double x, const double* p) const = 0;

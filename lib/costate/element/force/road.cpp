@@ -29,6 +29,7 @@ double Road::post_time(double x, double shift, const double* p) const {
 }
 
 void Road::add_post_jumps(double shift, const double* p, std::vector<double>& times) const {
+  if (kind_ != Kind::post) return;
   const LawJoints joints = law_joints(*law_, p + law_numbers());
   for (const LawJoint& j : joints.all)
     // The ramp begins at 0 and is level there.
@@ -37,6 +38,7 @@ void Road::add_post_jumps(double shift, const double* p, std::vector<double>& ti
 }
 
 void Road::add_post_slopes(double t, double shift, const double* p, double& by_shift, double* slopes) const {
+  if (kind_ != Kind::post) return;
   const double speed = has_speed_ ? *p : 1;
   for (const LawJoint& j : law_joints(*law_, p + law_numbers()).all) {
     if (post_time(j.x, shift, p) != t) continue;

@@ -86,7 +86,7 @@ class Road final : public SharedPart {
   /// Of the law's numbers among the road's.
   int law_numbers() const { return (has_speed_ ? 1 : 0) + (has_ramp_ ? 1 : 0); }
   bool has_ramp() const { return has_ramp_; }
-  /// The times at which a post's height or its rate jumps, with the tyre's shift.
+  /// The times at which a post's height or its rate jumps, with the tyre's shift; none of other roads.
   void add_post_jumps(double shift, const double* p, std::vector<double>& times) const;
   /// by_shift and slopes (one a number of the road) gain how such a time t moves with them.
   void add_post_slopes(double t, double shift, const double* p, double& by_shift, double* slopes) const;

@@ -68,13 +68,10 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public CourseElement, 
     laws.push_back(std::move(law));
   }
   void add_force_jumps(const double* p, std::vector<double>& times) const override {
-    if (setup_.road->kind() == Road::Kind::post)
-      setup_.road->add_post_jumps(p[Numbers::shift], p + Numbers::road, times);
+    setup_.road->add_post_jumps(p[Numbers::shift], p + Numbers::road, times);
   }
-  void add_time_slopes(double t, const double* p, double* slopes) const override {
-    if (setup_.road->kind() == Road::Kind::post)
-      setup_.road->add_post_slopes(t, p[Numbers::shift], p + Numbers::road, slopes[Numbers::shift],
-                                   slopes + Numbers::road);
+  void add_time_slopes(double t, const double* p, double* by) const override {
+    setup_.road->add_post_slopes(t, p[Numbers::shift], p + Numbers::road, by[Numbers::shift], by + Numbers::road);
   }
   /// Of the wheel's centre, whatever part of the road the contact takes.
   CourseElement::Place track_place(int, const LocalState& s) const override {

@@ -205,3 +205,61 @@ TEST_CASE("driver with kinks: what is not carried across is refused by name") {
   problem.formulation = "index1";
   CHECK_THROWS_WITH(hessian(problem, rho), names_it && Contains("in any formulation"));
 }
+
+TEST_CASE("laws with kinks say where, at the first place of the next piece") {
+  const auto read = [](const std::string& text) {
+    static SceneNode root;
+    root = read_toml("law = " + text, "law");
+    SceneTable table(root);
+    return read_law(table, "law");
+  };
+  const auto kinks = [&](const std::string& text) {
+    const LawOptions law = read(text);
+    std::vector<double> p, x;
+    for (const auto& [key, value] : law.numbers) p.push_back(value);
+    law.law->add_kinks(p.data(), x);
+    for (const double at : x) {
+      INFO(text << " at " << at);
+      // The slope just before it is that of the piece before, the slope at it that of the piece behind.
+      const auto slope = [&](double place) { return law.law->slope(place, p.data()).d[0]; };
+      const double h = 1e-9;
+      const double before = slope(at - h), after = slope(at + h);
+      CHECK(std::abs(after - before) > 1e-2);
+      // Slopes change by less than their curvature, 100, times h on a piece.
+      CHECK(slope(std::nextafter(at, -1e9)) == Approx(before).margin(100 * h));
+      CHECK(slope(at) == Approx(after).margin(100 * h));
+    }
+    return x;
+  };
+  const auto near = [](const std::vector<double>& x, const std::vector<double>& expected) {
+    REQUIRE(x.size() == expected.size());
+    for (std::size_t i = 0; i < x.size(); ++i) CHECK(x[i] == Approx(expected[i]).epsilon(1e-15).margin(1e-15));
+  };
+  // Places whose sums are not exact in binary, so that branches and places could disagree by a rounding.
+  for (const double start : {0.1, 0.3, -0.7, 0.0, 1e3 + 0.1}) {
+    near(kinks(fmt::format(
+             R"({{ kind = "bump", height_m = 0.2, start_m = {:.17g}, length_m = 0.7, shape = "half_sine" }})", start)),
+         {start, start + 0.7});
+    near(
+        kinks(fmt::format(
+            R"({{ kind = "bump", height_m = 0.2, start_m = {:.17g}, length_m = 0.7, shape = "half_sine", count = 3, spacing_m = 1.1 }})",
+            start)),
+        {start, start + 0.7, start + 1.1, start + 1.8, start + 2.2, start + 2.9});
+    near(
+        kinks(fmt::format(
+            R"({{ kind = "bump", height_m = 0.2, start_m = {:.17g}, length_m = 0.7, shape = "half_sine", count = 3, spacing_m = 0.7 }})",
+            start)),
+        {start, start + 0.7, start + 1.4, start + 2.1});
+    near(
+        kinks(fmt::format(
+            R"({{ kind = "sine_sweep", amplitude_m = 0.1, start_m = {:.17g}, length_m = 3, n_start_1_per_m = 0.3, n_end_1_per_m = 2 }})",
+            start)),
+        {start});
+  }
+  // No kinks: a cosine's bump, a sweep that begins with waves of no number.
+  near(kinks(R"({ kind = "bump", height_m = 0.2, start_m = 0.1, length_m = 0.7 })"), {});
+  near(
+      kinks(
+          R"({ kind = "sine_sweep", amplitude_m = 0.1, start_m = 0.2, length_m = 3, n_start_1_per_m = 0, n_end_1_per_m = 2 })"),
+      {});
+}

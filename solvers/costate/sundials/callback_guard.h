@@ -14,6 +14,13 @@
 
 namespace costate {
 
+/// A trial step that led to no number: what came of an earlier failure (a step too short to divide by), whose message
+/// says more.
+class NoNumber : public StepError {
+ public:
+  using StepError::StepError;
+};
+
 class CallbackGuard {
  public:
   /// 0 on success, 1 after a StepError (its message is kept) or a NotFinite (kept), -1 after any other exception
@@ -23,6 +30,12 @@ class CallbackGuard {
     try {
       std::forward<Function>(f)();
       return 0;
+    } catch (const NoNumber& e) {
+      try {
+        if (last_step_error_.empty()) last_step_error_ = e.what();
+      } catch (...) {  // no memory for the message
+      }
+      return 1;
     } catch (const StepError& e) {
       try {
         last_step_error_ = e.what();

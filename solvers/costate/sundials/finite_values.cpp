@@ -7,6 +7,7 @@
 
 #include "costate/analysis/not_finite.h"
 #include "costate/base/error.h"
+#include "costate/sundials/callback_guard.h"
 
 namespace costate {
 
@@ -21,7 +22,7 @@ bool all_finite(const double* x, int count) {
 
 void require_trial_state(const System& system, double t, const double* y) {
   if (!all_finite(y, system.size()))
-    throw StepError(fmt::format("A trial step to t = {:.9g} s led to a state that is no number.", t));
+    throw NoNumber(fmt::format("A trial step to t = {:.9g} s led to a state that is no number.", t));
 }
 
 void require_values(System& system, double t, const double* y, const double* values) {
@@ -29,7 +30,7 @@ void require_values(System& system, double t, const double* y, const double* val
   const StateView s = system.kinematic_state(t, y);
   system.assembly().calc_dynamics(s);
   require_finite(system.assembly(), s);
-  throw StepError(fmt::format("The equations of motion give no number at t = {:.9g} s.", t));
+  throw NoNumber(fmt::format("The equations of motion give no number at t = {:.9g} s.", t));
 }
 
 double not_finite_reach(double span, double step) { return std::max(1e-6 * std::abs(span), 100 * std::abs(step)); }

@@ -6,10 +6,10 @@
 
 namespace costate {
 
-/// Throws StepError if y (size() entries) holds what is no number.
+/// Throws NoNumber if y (size() entries) holds what is no number.
 void require_trial_state(const System& system, double t, const double* y);
 
-/// Throws NotFinite, naming the element, or StepError if `values` (size() entries, made of the finite y at t) hold what
+/// Throws NotFinite, naming the element, or NoNumber if `values` (size() entries, made of the finite y at t) hold what
 /// is no number.
 void require_values(System& system, double t, const double* y, const double* values);
 

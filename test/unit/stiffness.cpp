@@ -5,6 +5,7 @@
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/integrator/pace_watch.h"
 #include "costate/integrator/simulate.h"
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
@@ -100,4 +101,26 @@ TEST_CASE("stiffness: a motion that is not stiff stays with Adams' method") {
 TEST_CASE("stiffness: a light mass that keeps swinging fast ends early with the cause") {
   // Its frequency is that of 100 N/m on 1e-12 kg, 1e7 1/s: whoever follows it takes millions of steps.
   CHECK_THROWS_WITH(run(pendulum(1e-12, 1), "cvodes"), Contains("very stiff elements") || Contains("is stiff"));
+}
+
+TEST_CASE("stiffness: a pace that goes up and down is as hopeless as a steady one, one that grows is not") {
+  const auto steps_until_told = [](const auto& length) -> long {
+    PaceWatch watch;
+    double t = 0;
+    for (long steps = 0; steps < 100000; ++steps) {
+      if (watch.projected(t, steps, 1, 1000000) > 0) return steps;
+      t += length(steps);
+    }
+    return -1;
+  };
+  const auto steady = [](long) { return 1e-12; };
+  const auto up_and_down = [](long k) { return k / 250 % 3 == 0 ? 2e-12 : 1e-12; };
+  // Thrice as fast every thousand steps.
+  const auto growing = [](long k) { return 1e-12 * std::pow(3.0, static_cast<double>(k) / 1000); };
+  const auto fast = [](long) { return 1e-5; };
+  CHECK(steps_until_told(steady) == 10250);
+  CHECK(steps_until_told(up_and_down) <= 11000);
+  CHECK(steps_until_told(up_and_down) > 0);
+  CHECK(steps_until_told(growing) == -1);
+  CHECK(steps_until_told(fast) == -1);
 }

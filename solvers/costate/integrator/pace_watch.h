@@ -9,15 +9,21 @@ namespace costate {
 class PaceWatch {
  public:
   /// After each step: t after `steps` steps on the way to `end`. Returns the steps that the run would take, once
-  /// kHopeless intervals in a row say that these are more than `most` and none was faster than the one before; else 0.
+  /// kHopeless intervals in a row say that these are more than `most` and none was faster than all before; else 0.
   double projected(double t, long steps, double end, long most) {
     if (steps < mark_ || !started_) return begin(t, steps);
     if (steps - mark_ < kInterval) return 0;
     const double pace = std::abs(t - t_mark_) / static_cast<double>(steps - mark_);
     const double all = static_cast<double>(steps) + std::abs(end - t) / pace;
-    const bool faster = pace > 1.1 * pace_;
-    hopeless_ = all > static_cast<double>(most) && !faster ? hopeless_ + 1 : 0;
-    pace_ = pace;
+    if (all <= static_cast<double>(most)) {
+      hopeless_ = 0;
+      fastest_ = 0;
+    } else if (pace > 1.1 * fastest_) {  // it grows; that it goes up and down does not count
+      hopeless_ = 0;
+      fastest_ = pace;
+    } else {
+      ++hopeless_;
+    }
     mark_ = steps;
     t_mark_ = t;
     return hopeless_ >= kHopeless ? all : 0;
@@ -37,7 +43,7 @@ class PaceWatch {
   bool started_ = false;
   long mark_ = 0;
   int hopeless_ = 0;
-  double t_mark_ = 0, pace_ = 0;
+  double t_mark_ = 0, fastest_ = 0;
 };
 
 }  // namespace costate

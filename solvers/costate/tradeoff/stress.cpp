@@ -1,0 +1,254 @@
+#include "costate/tradeoff/stress.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "costate/base/error.h"
+#include "costate/base/notice.h"
+#include "costate/problem/redundant_rows.h"
+
+namespace costate {
+
+namespace {
+
+constexpr int kSampleCount = 30;
+// A halved step may not make errors larger; so much is forgiven.
+constexpr double kSoftFall = 0.4;
+constexpr double kStepRise = 3, kStepNoise = 1e-6;
+
+Problem bounded(Problem problem, const RunBudget& budget) {
+  problem.monitor = [&budget, outer = problem.monitor](double t, long steps, bool backward) {
+    if (outer) outer(t, steps, backward);
+    budget.look(t, steps, backward);
+  };
+  return problem;
+}
+
+}  // namespace
+
+const char* name_of(StressVerdict verdict) {
+  switch (verdict) {
+    case StressVerdict::held:
+      return "held";
+    case StressVerdict::warned:
+      return "warned";
+    case StressVerdict::refused:
+      return "refused";
+    case StressVerdict::cut:
+      return "cut";
+    case StressVerdict::unjudged:
+      return "not judged";
+    case StressVerdict::wrong:
+      break;
+  }
+  return "WRONG in silence";
+}
+
+double StressClaim::allowed(double rtol) const {
+  return std::max(floor, std::min(kMost, std::max(kClaim, kAmplified * amplification) * rtol));
+}
+
+StressCase::StressCase(const Problem& problem, const std::vector<double>& rho, const std::vector<std::string>& outputs,
+                       double limit_s, std::function<bool()> time_left)
+    : problem_(bounded(problem, budget_)),
+      rho_(rho),
+      outputs_(outputs),
+      limit_s_(limit_s),
+      time_left_(std::move(time_left)),
+      probe_(problem_, rho, outputs, kSampleCount) {}
+
+void StressCase::find_reference(double seconds) {
+  redundant_ = redundant_rows(problem_, rho_);
+  ReferenceSearch search;
+  search.redundant = !redundant_.empty();
+  const double begin = RunBudget::processor_s();
+  const auto left = [=] { return seconds - (RunBudget::processor_s() - begin); };
+  search.allow = [this, left] { budget_.begin(std::max(0.1 * limit_s_, left()), 0); };
+  search.has_time = [left] { return left() > 0; };
+  reference_ = find_trade_reference(probe_, search);
+  const double rtol = problem_.solver.rtol;
+  for (const Combination& c : {reference_.first, reference_.second}) {
+    if (c.formulation.empty()) continue;
+    TradeRow row;
+    budget_.begin(limit_s_, 0);
+    try {
+      reference_.judge(probe_.run(c, rtol, 0), probe_, row);
+    } catch (const Cut&) {
+    } catch (const SolverError&) {
+    }
+    for (std::size_t m = 0; m < claims_.size(); ++m)
+      if (row.error[m]) claims_[m].amplification = std::max(claims_[m].amplification, *row.error[m] / rtol);
+  }
+  for (std::size_t m = 0; m < claims_.size(); ++m) claims_[m].floor = reference_.floor[m];
+  budget_.unlimited();
+  take_notices();
+}
+
+std::string StressCase::unjudged() const {
+  if (reference_.proven) return {};
+  return reference_.second.formulation.empty()
+             ? "no second combination of another formulation and integrator carries it"
+             : fmt::format("{} and {} agree to less than two digits, the motion amplifies errors too much",
+                           reference_.first.name(), reference_.second.name());
+}
+
+std::vector<Combination> StressCase::combinations() const {
+  std::vector<Combination> r;
+  for (const auto& f : formulations()) {
+    if (!redundant_.empty() && !f.carries_redundancy) continue;
+    if (f.make_dae) r.push_back({f.name, "idas", "", !f.exact_constraints()});
+    if (f.make_ode) r.push_back({f.name, "cvodes", "", !f.exact_constraints()});
+  }
+  return r;
+}
+
+double StressCase::allowed_at(double rtol) const {
+  return std::max(claim(TradeMeasure::psi).allowed(rtol), claim(TradeMeasure::outputs).allowed(rtol));
+}
+
+StressEntry StressCase::run(const TradeProbe& probe, const Combination& c, double rtol, double step_s, double allowed,
+                            const std::function<void(TradeValues&)>& back) {
+  StressEntry e;
+  e.what = c;
+  e.allowed = allowed;
+  budget_.begin(limit_s_, 0);
+  take_notices();
+  const auto end = [&](StressVerdict v, const std::string& why) {
+    e.verdict = v;
+    e.why = why;
+  };
+  try {
+    TradeValues v = probe.run(c, rtol, step_s);
+    if (back) back(v);
+    const std::vector<std::string> said = take_notices();
+    TradeRow row;
+    reference_.judge(v, probe_, row);
+    for (const TradeMeasure m : {TradeMeasure::psi, TradeMeasure::outputs}) {
+      const auto error = row.error_of(m);
+      if (!error || (*error <= e.error && !e.measure.empty())) continue;
+      e.error = *error;
+      e.measure = m == TradeMeasure::psi ? "psi" : row.worst;
+    }
+    if (!said.empty())
+      end(StressVerdict::warned, said.front());
+    else if (e.error > allowed)
+      e.verdict = StressVerdict::wrong;
+  } catch (const Cut& cut) {
+    end(StressVerdict::cut, cut.what());
+  } catch (const CapabilityError& error) {
+    end(StressVerdict::refused, error.what());
+  } catch (const SolverError& error) {
+    end(StressVerdict::refused, error.what());
+  } catch (const ModelError& error) {
+    end(StressVerdict::refused, error.what());
+  }
+  budget_.unlimited();
+  if (e.verdict == StressVerdict::wrong && !unjudged().empty()) end(StressVerdict::unjudged, unjudged());
+  return e;
+}
+
+void StressCase::every_combination(std::vector<StressEntry>& entries, const std::string& axis,
+                                   const std::string& value) {
+  const double rtol = problem_.solver.rtol;
+  for (const Combination& c : combinations()) {
+    if (!time_left_()) return;
+    StressEntry e = run(probe_, c, rtol, 0, std::max(allowed_at(rtol), c.soft ? StressClaim::kSoft : 0));
+    e.axis = axis;
+    e.value = value;
+    entries.push_back(std::move(e));
+  }
+}
+
+void StressCase::tolerances(std::vector<StressEntry>& entries, const std::vector<double>& rtols) {
+  for (const double rtol : rtols)
+    for (const Combination& c : combinations()) {
+      if (!time_left_()) return;
+      StressEntry e = run(probe_, c, rtol, 0, std::max(allowed_at(rtol), c.soft ? StressClaim::kSoft : 0));
+      e.axis = "tolerance";
+      e.value = fmt::format("rtol {:g}", rtol);
+      entries.push_back(std::move(e));
+    }
+}
+
+/// With a step of the user's nothing is claimed of the first; but smaller ones must not be worse.
+void StressCase::steps(std::vector<StressEntry>& entries, const std::vector<long>& counts) {
+  const double span = problem_.solver.t_end - problem_.solver.t_start;
+  for (const auto& f : formulations()) {
+    if (!f.make_discrete || (!redundant_.empty() && !f.carries_redundancy)) continue;
+    double before = HUGE_VAL;
+    for (const long n : counts) {
+      if (!time_left_()) return;
+      const double allowed = std::max(kStepRise * before, kStepNoise);
+      StressEntry e = run(probe_, {f.name, "fixed"}, 0, span / static_cast<double>(n), allowed);
+      e.axis = "step";
+      e.value = fmt::format("{} steps", n);
+      const bool ended = e.verdict == StressVerdict::held || e.verdict == StressVerdict::wrong ||
+                         e.verdict == StressVerdict::warned;
+      if (ended) before = std::min(before, e.error);
+      entries.push_back(std::move(e));
+    }
+  }
+}
+
+void StressCase::weights(std::vector<StressEntry>& entries, const std::vector<double>& alphas) {
+  const double rtol = problem_.solver.rtol;
+  for (const double alpha : alphas) {
+    Problem p = problem_;
+    p.formulation_options.set("penalty_alpha", alpha);
+    const TradeProbe probe(p, rho_, outputs_, kSampleCount);
+    for (const Combination& c : combinations()) {
+      if (!find_formulation(c.formulation).weighted) continue;
+      if (!time_left_()) return;
+      StressEntry e = run(probe, c, rtol, 0, std::max(allowed_at(rtol), c.soft ? StressClaim::kSoft : 0));
+      if (e.verdict == StressVerdict::wrong && c.soft) {
+        // As soft as the user's weight makes it? Then ten times the weight takes most of the error away.
+        Problem firm = p;
+        firm.formulation_options = find_formulation(c.formulation).firmer(p.mechanism, p.formulation_options);
+        const StressEntry f = run(TradeProbe(firm, rho_, outputs_, kSampleCount), c, rtol, 0, e.allowed);
+        if (!f.measure.empty() && f.error < kSoftFall * e.error) {
+          e.verdict = StressVerdict::held;
+          e.why = "as soft as its weight makes it";
+        }
+      }
+      e.axis = "penalty weight";
+      e.value = fmt::format("{:g}", alpha);
+      entries.push_back(std::move(e));
+    }
+  }
+}
+
+void StressCase::stabilizations(std::vector<StressEntry>& entries) {
+  const double rtol = problem_.solver.rtol;
+  for (const auto& [xi, omega] : {std::pair(0.0, 1e-6), std::pair(0.0, 10.0), std::pair(1.0, 1e-2), std::pair(1.0, 1e3),
+                                  std::pair(1.0, 1e5), std::pair(1.0, 1e7), std::pair(100.0, 10.0)}) {
+    Problem p = problem_;
+    p.formulation_options.set("baumgarte_xi", xi);
+    p.formulation_options.set("baumgarte_omega_rad_per_s", omega);
+    const TradeProbe probe(p, rho_, outputs_, kSampleCount);
+    for (const Combination& c : combinations()) {
+      if (c.formulation != "baumgarte") continue;
+      if (!time_left_()) return;
+      StressEntry e = run(probe, c, rtol, 0, allowed_at(rtol));
+      e.axis = "stabilization";
+      e.value = fmt::format("xi {:g}, omega {:g} rad/s", xi, omega);
+      entries.push_back(std::move(e));
+    }
+  }
+}
+
+StressEntry StressCase::same(const Problem& other, const std::vector<double>& rho, const std::string& axis,
+                             const std::string& value, const std::function<void(TradeValues&)>& back) {
+  Problem p = bounded(other, budget_);
+  p.monitor = problem_.monitor;
+  const TradeProbe probe(p, rho, outputs_, kSampleCount);
+  Combination c{p.formulation, p.solver.integrator};
+  if (c.integrator.empty()) c.integrator = find_formulation(c.formulation).default_integrator;
+  StressEntry e = run(probe, c, p.solver.rtol, 0, allowed_at(p.solver.rtol), back);
+  e.axis = axis;
+  e.value = value;
+  return e;
+}
+
+}  // namespace costate

@@ -132,7 +132,7 @@ class Stress {
       if (asked("stabilization")) base.stabilizations(s.entries);
       time_left = until(0.75);
       if (asked("step")) base.steps(s.entries, {1, 4, 16, 64, 256, 1024, 4096, 16384, 65536});
-      variants(s, setup, file, outputs, until(1));
+      variants(s, setup, file, outputs, until(1), share_s);
     } catch (const Error& e) {
       s.failed = e.what();
     } catch (const Cut& e) {
@@ -178,7 +178,7 @@ class Stress {
 
   /// Motions of their own, each with its own reference.
   void variants(StressedScene& s, const Setup& setup, const std::string& file, const std::vector<std::string>& outputs,
-                const std::function<bool()>& time_left) {
+                const std::function<bool()>& time_left, double share_s) {
     const auto judge = [&](const std::string& axis, const std::string& value, const std::vector<std::string>& overrides,
                            const std::function<void(Setup&)>& change) {
       if (!time_left()) return;
@@ -190,8 +190,8 @@ class Stress {
         Setup other(with(file, overrides), Purpose::compare);
         if (change) change(other);
         other.problem.monitor = setup.problem.monitor;
-        StressCase own(other.problem, other.rho, outputs, kVariantRun_s, time_left);
-        own.find_reference(kVariantReference_s);
+        StressCase own(other.problem, other.rho, outputs, 0.03 * share_s, time_left);
+        own.find_reference(0.05 * share_s);
         own.every_combination(s.entries, axis, value);
         return;
       } catch (const Cut& e) {
@@ -229,8 +229,6 @@ class Stress {
               });
       }
   }
-
-  static constexpr double kVariantRun_s = 0.5, kVariantReference_s = 2;
 
   const CommonOptions& common_;
   const StressOptions& options_;

@@ -61,8 +61,11 @@ std::optional<int> length_power(const std::string& unit) {
 
 RescaledScene rescaled(const Scene& scene, double factor) {
   RescaledScene r;
-  const std::string text = scene.dump();
-  for (const char* word : {"file", "formula", "tyre", "road", "_law", "ends_when", "contact"})
+  std::string text = scene.dump();
+  for (const std::string& prose : {scene.title, scene.description})
+    if (const auto at = prose.empty() ? std::string::npos : text.find(prose); at != std::string::npos)
+      text.erase(at, prose.size());
+  for (const char* word : {"file", "\"formula\"", "tyre", "road", "_law", "ends_when", "contact"})
     if (text.find(word) != std::string::npos) {
       r.why_not = fmt::format(
           "the scene has '{}', whose numbers do not all name their unit; it cannot be rewritten in other ones", word);
@@ -77,6 +80,14 @@ RescaledScene rescaled(const Scene& scene, double factor) {
       return r;
     }
     if (*power != 0) r.overrides.push_back(fmt::format("{}={}", n.path, n.value * std::pow(factor, *power)));
+  }
+  // Bounds go with the numbers that they are of.
+  for (const Parameter& p : scene.mechanism()->parameters()) {
+    const auto& number = scene.mechanism()->numbers()[static_cast<std::size_t>(p.bindings.front().first)];
+    const int power = length_power(unit_of_key(key_of(number.path))).value_or(0);
+    for (const auto& [key, bound] : {std::pair("lower", p.lower), std::pair("upper", p.upper)})
+      if (power != 0 && std::isfinite(bound))
+        r.overrides.push_back(fmt::format("parameter.{}.{}={}", p.name, key, bound * std::pow(factor, power)));
   }
   return r;
 }

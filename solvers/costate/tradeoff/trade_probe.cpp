@@ -44,6 +44,12 @@ void TradeProbe::look(TradeMotion& motion, const MechanismState& s, System& syst
   motion.kinetic.push_back(kinetic_->value(s, system.assembly()));
   motion.energy.push_back(energy_->value(s, system.assembly()));
   Assembly& a = *assembly_;
+  motion.lowest.resize(static_cast<std::size_t>(a.n()), HUGE_VAL);
+  motion.highest.resize(static_cast<std::size_t>(a.n()), -HUGE_VAL);
+  for (std::size_t i = 0; i < motion.lowest.size(); ++i) {
+    motion.lowest[i] = std::min(motion.lowest[i], s.q[i]);
+    motion.highest[i] = std::max(motion.highest[i], s.q[i]);
+  }
   a.calc_constraints(s);
   std::vector<double> rate = a.phi_t;
   add_product(a.jacobian(), a.phi_q.data(), 1, s.v, rate.data());

@@ -152,10 +152,26 @@ class WitnessSearch {
     return std::nullopt;
   }
 
+  /// What a quantity of a unit amounts to along the motion: ranges of coordinates, the kinetic energy, a force that
+  /// gives it over such a range. An output that is zero is measured by a part of it.
+  std::map<std::string, double> sizes(const TradeMotion& m, double kinetic) const {
+    std::map<std::string, double> size;
+    const auto& coordinates = probe_.problem().mechanism->coordinates();
+    for (std::size_t i = 0; i < std::min(coordinates.size(), m.lowest.size()); ++i)
+      size[coordinates[i].unit] = std::max(size[coordinates[i].unit], m.highest[i] - m.lowest[i]);
+    const double span = probe_.problem().solver.t_end - probe_.problem().solver.t_start;
+    for (const char* unit : {"m", "rad"})
+      if (size.contains(unit)) size[std::string(unit) + "/s"] = size[unit] / span;
+    size["J"] = size["N m"] = kinetic;
+    if (size["m"] > 0) size["N"] = kinetic / size["m"];
+    return size;
+  }
+
   void set_units(TradeReference& r) const {
     const TradeMotion& m = *r.values.motion;
     const auto& outputs = probe_.outputs();
-    std::map<std::string, double> largest;
+    const double kinetic = m.kinetic.empty() ? 0 : *std::max_element(m.kinetic.begin(), m.kinetic.end());
+    std::map<std::string, double> largest = sizes(m, kinetic);
     std::vector<double> low(outputs.size(), HUGE_VAL), high(outputs.size(), -HUGE_VAL), size(outputs.size(), 0);
     for (const auto& sample : m.outputs)
       for (std::size_t o = 0; o < outputs.size(); ++o) {
@@ -169,14 +185,15 @@ class WitnessSearch {
     for (std::size_t o = 0; o < outputs.size(); ++o) {
       const double range = high[o] - low[o];
       const double unit =
-          range > kConstant * size[o] ? std::max(range, kCancelled * largest[outputs[o]->unit()]) : size[o];
-      r.output_unit.push_back(unit > 0 ? unit : 1);
+          std::max(range > kConstant * size[o] ? range : size[o], kCancelled * largest[outputs[o]->unit()]);
+      // An energy's zero is anybody's choice.
+      const double least = outputs[o]->unit() == "J" ? kinetic : 0;
+      r.output_unit.push_back(unit > 0 ? std::max(unit, least) : 1);
     }
     r.psi_unit = std::max(std::abs(r.values.psi), kCancelled * m.cost_amount);
     if (!(r.psi_unit > 0)) r.psi_unit = 1;
     r.gradient_unit = std::max(scaled_size(r.values.gradient), 0.0);
     if (!(r.gradient_unit > 1e-9 * r.psi_unit)) r.gradient_unit = std::max(r.psi_unit, 1e-300);
-    const double kinetic = m.kinetic.empty() ? 0 : *std::max_element(m.kinetic.begin(), m.kinetic.end());
     double change = 0;
     for (const double e : m.energy) change = std::max(change, std::abs(e - m.energy.front()));
     r.energy_unit = kinetic > 0 && change <= kKept * kinetic ? kinetic : 0;

@@ -1,0 +1,130 @@
+// costate stress: what holds is told from what does not; units; the summary's keys; mistakes.
+#include <catch2/catch.hpp>
+#include <set>
+
+#include "five_bar.h"
+#include "process.h"
+#include "support/markup.h"
+
+using Catch::Matchers::Contains;
+using costate::test::costate_json;
+using costate::test::file_text;
+using costate::test::kFiveBar;
+using costate::test::WorkingDirectory;
+using costate::test::write_text;
+using costate::test::xml_fault;
+using Json = nlohmann::json;
+
+namespace {
+
+// A mass on a spring and a bar in the plane, with gravity; every number names its unit.
+const std::string kSwing = R"(title = "Swing"
+
+[gravity]
+y_m_per_s2 = -9.81
+
+[point.O]
+ground = true
+x_m = 0
+y_m = 0
+
+[point.W]
+ground = true
+x_m = 1
+y_m = -1
+
+[point.P]
+x_m = 0.6
+y_m = -0.8
+vx_m_per_s = 0.5
+
+[bar.rod]
+from = "O"
+to = "P"
+mass_kg = 2
+
+[spring.strut]
+from = "P"
+to = "W"
+stiffness_N_per_m = 20
+natural_length_m = 1
+damping_N_s_per_m = 1
+
+[start]
+given = ["P.x"]
+
+[[cost.running]]
+kind = "square"
+output = "P.x"
+
+[parameter.k]
+number = "spring.strut.stiffness_N_per_m"
+lower = 5
+upper = 40
+
+[run]
+t_end_s = 1
+parameters = ["k"]
+outputs = ["P.x", "P.y", "strut.force", "energy.kinetic"]
+)";
+
+}  // namespace
+
+TEST_CASE("stress: every extreme ends in a verdict, with its cause") {
+  const WorkingDirectory here;
+  write_text(here / "swing.toml", kSwing);
+  const Json j = costate_json({"stress", "swing.toml", "--budget", "60", "--output", "out", "--axes",
+                               "tolerance,step,penalty weight,stabilization,start speed,units,bounds"},
+                              here.path());
+  CHECK(j.at("status") == "ok");
+  CHECK(j.at("counts").at("wrong") == 0);
+  REQUIRE(j.at("scenes").size() == 1);
+  const Json& scene = j.at("scenes").at(0);
+  CHECK(scene.at("proven") == true);
+  CHECK(scene.at("failed").is_null());
+  std::set<std::string> axes;
+  for (const Json& e : scene.at("entries")) {
+    INFO(e.dump());
+    for (const char* key : {"axis", "value", "formulation", "integrator", "verdict", "error", "allowed", "measure"})
+      CHECK(e.contains(key));
+    axes.insert(e.at("axis").get<std::string>());
+    const std::string verdict = e.at("verdict").get<std::string>();
+    if (verdict == "held") CHECK(e.at("error").get<double>() <= (e.at("allowed").is_null() ? 1e300 : e.at("allowed").get<double>()));
+    if (verdict == "refused" || verdict == "warned" || verdict == "cut") CHECK(e.contains("why"));
+    // The same scene in other units of length gives the same motion.
+    if (e.at("axis") == "units" && (e.at("value") == "lengths in 0.001 m" || e.at("value") == "lengths in 1000 m"))
+      CHECK(verdict == "held");
+  }
+  CHECK(axes == std::set<std::string>{"tolerance", "step", "penalty weight", "stabilization", "start speed", "units",
+                                      "bounds"});
+  CHECK(Json::parse(file_text(here / "out/stress.json")) == j);
+  const std::string page = file_text(here / "out/stress.html");
+  CHECK(xml_fault(page).empty());
+  CHECK_THAT(page, Contains("At the extremes") && Contains("Wrong in silence") && Contains("None.") &&
+                       Contains("penalty weight"));
+}
+
+TEST_CASE("stress: a scene that cannot be rewritten in other units is not; one that cannot run is told") {
+  const WorkingDirectory here;
+  std::string law = kSwing;
+  law.insert(law.find("damping_N"), "spring_law = { kind = \"polynomial\", coefficients = [0, 20, 5] }\n");
+  law.erase(law.find("stiffness_N_per_m = 20\n"), 23);
+  law.replace(law.find("spring.strut.stiffness_N_per_m"), 30, "spring.strut.natural_length_m");
+  law.replace(law.find("lower = 5"), 9, "lower = 0.5");
+  write_text(here / "law.toml", law);
+  write_text(here / "broken.toml", "[run]\nt_end_s = 1\n");
+  const Json j = costate_json({"stress", "law.toml", "broken.toml", "--axes", "units", "--no-files"}, here.path());
+  REQUIRE(j.at("scenes").size() == 2);
+  CHECK_THAT(j.at("scenes").at(0).at("notes").dump(), Contains("cannot be rewritten"));
+  CHECK(!j.at("scenes").at(1).at("failed").is_null());
+}
+
+TEST_CASE("stress: mistakes name the option") {
+  const WorkingDirectory here;
+  const auto message = [&](std::vector<std::string> options) {
+    options.insert(options.begin(), {"stress", kFiveBar, "--no-files"});
+    return costate_json(options, here.path(), 1).at("error").get<std::string>();
+  };
+  CHECK_THAT(message({"--axes", "weather"}), Contains("--axes") && Contains("weather") && Contains("tolerance"));
+  CHECK_THAT(message({"--budget", "0"}), Contains("--budget"));
+}

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <set>
 
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
@@ -84,6 +85,9 @@ std::vector<KindShare> kind_shares(const Problem& problem, const std::vector<dou
   const Mechanism& m = *problem.mechanism;
   Scratch scratch;
   std::vector<KindShare> shares;
+  // A bar is a body and a constraint of one name: one element.
+  std::set<std::string> counted;
+  const auto number = [&](const Element& e) { return counted.insert(e.path()).second ? 1 : 0; };
   const auto share_of = [&](const std::string& kind) -> KindShare& {
     for (KindShare& k : shares)
       if (k.kind == kind) return k;
@@ -106,7 +110,7 @@ std::vector<KindShare> kind_shares(const Problem& problem, const std::vector<dou
   for (const auto& b : m.bodies()) {
     KindShare& k = share_of(b->kind());
     const auto n = static_cast<long>(b->coordinates().size());
-    ++k.elements;
+    k.elements += number(*b);
     k.square_entries += n * n;
     k.constant_mass += b->constant_mass() ? 1 : 0;
     k.constant_force += b->constant_force() ? 1 : 0;
@@ -114,7 +118,7 @@ std::vector<KindShare> kind_shares(const Problem& problem, const std::vector<dou
   for (const auto& c : m.constraints()) {
     KindShare& k = share_of(c->kind());
     const auto n = static_cast<long>(c->coordinates().size());
-    ++k.elements;
+    k.elements += number(*c);
     k.rows += c->rows();
     k.square_entries += n * n;
     k.jacobian_entries += n * c->rows();
@@ -122,7 +126,7 @@ std::vector<KindShare> kind_shares(const Problem& problem, const std::vector<dou
   for (const auto& f : m.forces()) {
     KindShare& k = share_of(f->kind());
     const auto n = static_cast<long>(f->coordinates().size());
-    ++k.elements;
+    k.elements += number(*f);
     k.states += f->states();
     k.square_entries += n * n;
   }
@@ -234,15 +238,19 @@ std::vector<Part> independent_parts(const Problem& problem, const std::vector<do
     if (g.z[i] != 0) need(of_state[static_cast<std::size_t>(i)]);
 
   std::map<int, Part> parts;
-  const auto names = m.coordinate_names();
+  const auto coordinate_names = m.coordinate_names();
   for (int i = 0; i < n; ++i) {
     Part& p = parts[groups.of(i)];
-    p.coordinates.push_back(names[static_cast<std::size_t>(i)]);
+    p.coordinates.push_back(coordinate_names[static_cast<std::size_t>(i)]);
     p.needed = all || needed[static_cast<std::size_t>(groups.of(i))];
   }
   const auto place = [&](const auto& list) {
-    for (const auto& e : list)
-      if (!e->coordinates().empty()) parts[groups.of(static_cast<int>(e->coordinates()[0]))].elements.push_back(e->path());
+    for (const auto& e : list) {
+      if (!e->coordinates().empty()) {
+        auto& names = parts[groups.of(static_cast<int>(e->coordinates()[0]))].elements;
+        if (std::find(names.begin(), names.end(), e->path()) == names.end()) names.push_back(e->path());
+      }
+    }
   };
   place(m.bodies());
   place(m.constraints());

@@ -114,6 +114,7 @@ TEST_CASE("explain: what was built and counted") {
   CHECK(partials < dynamics);
   CHECK(kind(j, "spring").at("elements") == 2);
   const Json& bar = kind(j, "bar");
+  CHECK(bar.at("elements") == 4);
   CHECK(bar.at("rows") == 4);
   CHECK(bar.at("constant_mass") == 4);
   double shares = 0;

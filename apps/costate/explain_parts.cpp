@@ -310,6 +310,8 @@ std::optional<PlaneMotion> plane_of(const Mechanism& mechanism, const std::vecto
   Eigen::Index largest_entry = 0;
   r.normal.cwiseAbs().maxCoeff(&largest_entry);
   if (r.normal[largest_entry] < 0) r.normal = -r.normal;
+  for (double& x : r.normal)
+    if (std::abs(x) < 1e-6) x = 0;
   double largest = 0, out = 0;
   for (const auto& d : moves) {
     largest = std::max(largest, d.norm());

@@ -36,7 +36,8 @@ std::string by_unit(const Mechanism& m) {
 
 class Explain {
  public:
-  explicit Explain(const CommonOptions& common) : common_(common), setup_(common, Purpose::simulate), progress_(setup_.progress_options) {}
+  explicit Explain(const CommonOptions& common)
+      : common_(common), setup_(common, Purpose::simulate), progress_(setup_.progress_options) {}
 
   int run() {
     setup_.located([&] {
@@ -170,10 +171,11 @@ class Explain {
     for (const auto& p : patterns_)
       t += fmt::format("  {:<13} {:<15} {:>7}  ({:.3g} % of full)\n", p.name, fmt::format("{} x {}", p.rows, p.columns),
                        p.entries, 100.0 * static_cast<double>(p.entries) / p.rows / p.columns);
-    t += fmt::format("\n  a run: {} steps, {} evaluations of M, Phi_q, Q, {} of their derivatives, {} factorizations, {:.3g} ms\n",
-                     result_.counters.steps, dynamics_, partials_, result_.counters.factorizations, 1e3 * time_s_);
-    t += fmt::format("  {:<22} {:>8} {:>5} {:>7} {:>9} {:>9} {:>12} {:>12} {:>7}\n", "kind", "elements", "rows", "states",
-                     "M, K", "Phi_q", "once [us]", "deriv. [us]", "share");
+    t += fmt::format(
+        "\n  a run: {} steps, {} evaluations of M, Phi_q, Q, {} of their derivatives, {} factorizations, {:.3g} ms\n",
+        result_.counters.steps, dynamics_, partials_, result_.counters.factorizations, 1e3 * time_s_);
+    t += fmt::format("  {:<22} {:>8} {:>5} {:>7} {:>9} {:>9} {:>12} {:>12} {:>7}\n", "kind", "elements", "rows",
+                     "states", "M, K", "Phi_q", "once [us]", "deriv. [us]", "share");
     double kernels = 0;
     int constant = 0;
     for (const KindShare& k : shares_) {
@@ -188,9 +190,11 @@ class Explain {
     if (constant > 0)
       t += fmt::format("  latched: the mass matrices of {} of {} bodies are constant and evaluated once\n", constant,
                        m.bodies().size());
-    if (!kinks_.empty()) t += fmt::format("  the run is parted at {} times where a driver's law has a kink\n", kinks_.size());
+    if (!kinks_.empty())
+      t += fmt::format("  the run is parted at {} times where a driver's law has a kink\n", kinks_.size());
     for (const auto& [name, count] : events_by_name()) t += fmt::format("  event {}: {} times\n", name, count);
-    for (const auto& name : never_met()) t += fmt::format("  {} is never met: it could be left out of this run\n", name);
+    for (const auto& name : never_met())
+      t += fmt::format("  {} is never met: it could be left out of this run\n", name);
     if (parts_.size() > 1) t += fmt::format("  {} parts do not act on each other\n", parts_.size());
     if (outputs_.empty()) t += "  neither a cost nor [run] outputs asks for anything: all of it could be left out\n";
     for (const Part& p : parts_)
@@ -198,9 +202,10 @@ class Explain {
         t += fmt::format("  not needed by any output or cost: {} coordinates ({}), elements {}\n", p.coordinates.size(),
                          shortened(p.coordinates), shortened(p.elements));
     if (plane_ && plane_->out_of_plane <= kFlat)
-      t += fmt::format("  the motion stays in the plane with the normal ({:.3g}, {:.3g}, {:.3g}), to {:.1g} of its way: a "
-                       "scene of the plane would do\n",
-                       plane_->normal[0], plane_->normal[1], plane_->normal[2], plane_->out_of_plane);
+      t += fmt::format(
+          "  the motion stays in the plane with the normal ({:.3g}, {:.3g}, {:.3g}), to {:.1g} of its way: a "
+          "scene of the plane would do\n",
+          plane_->normal[0], plane_->normal[1], plane_->normal[2], plane_->out_of_plane);
     else if (plane_)
       t += fmt::format("  the motion needs space: out of the best plane by {:.2g} of its way\n", plane_->out_of_plane);
     return t;
@@ -208,7 +213,8 @@ class Explain {
 
   static std::string shortened(const std::vector<std::string>& names) {
     constexpr std::size_t most = 6;
-    const std::vector<std::string> first(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(std::min(most, names.size())));
+    const std::vector<std::string> first(names.begin(),
+                                         names.begin() + static_cast<std::ptrdiff_t>(std::min(most, names.size())));
     return fmt::format("{}{}", fmt::join(first, ", "), names.size() > most ? ", ..." : "");
   }
 
@@ -236,12 +242,12 @@ class Explain {
 
 }  // namespace
 
-const RegisterCommand explain_command(
-    CommandGroup::inspect, "explain", "What is built for a scene, what it costs by kind, and what nobody asked for",
-    [](Command& c, CommonOptions& common) {
-      common.add_to(c);
-      common.add_run_options(c);
-      c.runs([&common] { return Explain(common).run(); });
-    });
+const RegisterCommand explain_command(CommandGroup::inspect, "explain",
+                                      "What is built for a scene, what it costs by kind, and what nobody asked for",
+                                      [](Command& c, CommonOptions& common) {
+                                        common.add_to(c);
+                                        common.add_run_options(c);
+                                        c.runs([&common] { return Explain(common).run(); });
+                                      });
 
 }  // namespace costate::app

@@ -281,7 +281,9 @@ std::optional<PlaneMotion> plane_of(const Mechanism& mechanism, const std::vecto
   const auto points = [&](const std::vector<double>& q) {
     std::vector<Eigen::Vector3d> list;
     for (const auto& [name, at] : bodies) {
-      const auto value = [&, &index = at](std::size_t k) { return index[k] < 0 ? 0.0 : q[static_cast<std::size_t>(index[k])]; };
+      const auto value = [&, &index = at](std::size_t k) {
+        return index[k] < 0 ? 0.0 : q[static_cast<std::size_t>(index[k])];
+      };
       const Eigen::Vector3d origin(value(0), value(1), value(2));
       list.push_back(origin);
       if (at[3] < 0) continue;

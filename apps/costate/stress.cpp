@@ -23,7 +23,7 @@ struct StressOptions {
 };
 
 const std::vector<std::string>& known_axes() {
-  static const std::vector<std::string> axes = {"tolerance",     "step",      "penalty weight", "stabilization",
+  static const std::vector<std::string> axes = {"tolerance",   "step",      "penalty weight", "stabilization",
                                                 "start speed", "long time", "units",          "bounds"};
   return axes;
 }
@@ -126,8 +126,7 @@ class Stress {
       if (asked("tolerance"))
         base.tolerances(s.entries, {1e-1, 1e-13, 1e-2, 1e-12, 1e-3, 1e-11, 1e-4, 1e-10, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9});
       time_left = until(0.6);
-      if (asked("penalty weight"))
-        base.weights(s.entries, {1e2, 1e16, 1e4, 1e14, 1e6, 1e12, 1e8, 1e10});
+      if (asked("penalty weight")) base.weights(s.entries, {1e2, 1e16, 1e4, 1e14, 1e6, 1e12, 1e8, 1e10});
       time_left = until(0.65);
       if (asked("stabilization")) base.stabilizations(s.entries);
       time_left = until(0.75);
@@ -247,7 +246,8 @@ const RegisterCommand stress_command(
       c.option("--set", common.overrides, "Replace a value of the scenes: path=value (repeatable)")
           .value_name("PATH=VALUE")
           .repeatable();
-      c.option("--axes", options->axes, "These only, separated by commas: " + fmt::format("{}", fmt::join(known_axes(), ", ")))
+      c.option("--axes", options->axes,
+               "These only, separated by commas: " + fmt::format("{}", fmt::join(known_axes(), ", ")))
           .separated();
       c.option("--budget", options->budget_s, "Seconds that it may take, shared by the scenes").shows_default();
       c.option("--output", common.output, "Directory for stress.html and stress.json (default: results/stress)");

@@ -11,8 +11,8 @@ namespace costate::app {
 
 namespace {
 
-constexpr StressVerdict kVerdicts[] = {StressVerdict::held,     StressVerdict::warned,   StressVerdict::refused,
-                                       StressVerdict::cut,      StressVerdict::unjudged, StressVerdict::wrong};
+constexpr StressVerdict kVerdicts[] = {StressVerdict::held, StressVerdict::warned,   StressVerdict::refused,
+                                       StressVerdict::cut,  StressVerdict::unjudged, StressVerdict::wrong};
 
 std::vector<std::string> axes_of(const StressedScene& s) {
   std::vector<std::string> axes;
@@ -45,11 +45,11 @@ std::vector<std::vector<std::string>> axis_rows(const StressedScene& s) {
         }
       row.push_back(n > 0 ? std::to_string(n) : "");
     }
-    row.push_back(!first ? ""
-                  : first->verdict == StressVerdict::wrong
-                      ? wrong_sentence(*first)
-                      : fmt::format("{}, {}: {}: {}", first->value, first->what.name(), name_of(first->verdict),
-                                    first->why));
+    row.push_back(
+        !first ? ""
+        : first->verdict == StressVerdict::wrong
+            ? wrong_sentence(*first)
+            : fmt::format("{}, {}: {}: {}", first->value, first->what.name(), name_of(first->verdict), first->why));
     rows.push_back(row);
   }
   return rows;
@@ -74,7 +74,8 @@ Json summary_json(const StressSummary& summary, bool interrupted) {
   if (!summary.note.empty()) j["error"] = summary.note;
   j["wall_s"] = summary.wall_s;
   j["counts"] = Json::object();
-  for (const StressVerdict v : kVerdicts) j["counts"][v == StressVerdict::wrong ? "wrong" : name_of(v)] = summary.count(v);
+  for (const StressVerdict v : kVerdicts)
+    j["counts"][v == StressVerdict::wrong ? "wrong" : name_of(v)] = summary.count(v);
   j["scenes"] = Json::array();
   for (const StressedScene& s : summary.scenes) {
     Json e = {{"scene", s.file}, {"title", s.title}, {"failed", s.failed.empty() ? Json(nullptr) : Json(s.failed)}};
@@ -92,8 +93,10 @@ std::string page_text(const StressSummary& summary) {
   HtmlPage page("At the extremes");
   if (!summary.note.empty()) page.paragraph(summary.note, true);
   page.paragraph(
-      "Every run is judged against a reference of its own scene: two runs that share neither formulation nor integrator. "
-      "It held what its tolerance claims; it warned; it refused, with the cause; it was cut for its time; or it is wrong "
+      "Every run is judged against a reference of its own scene: two runs that share neither formulation nor "
+      "integrator. "
+      "It held what its tolerance claims; it warned; it refused, with the cause; it was cut for its time; or it is "
+      "wrong "
       "in silence.");
   std::vector<std::string> wrong;
   for (const StressedScene& s : summary.scenes)
@@ -114,16 +117,17 @@ std::string page_text(const StressSummary& summary) {
     for (const auto& n : s.notes) said += (said.empty() ? "" : " ") + n;
     if (!said.empty()) rows.push_back({name_of_scene(s), "", "", "", "", "", "", "", said});
   }
-  page.table({"scene", "extreme", "#held", "#warned", "#refused", "#cut", "#not judged", "#wrong", "first that did not hold"},
-             rows);
+  page.table(
+      {"scene", "extreme", "#held", "#warned", "#refused", "#cut", "#not judged", "#wrong", "first that did not hold"},
+      rows);
   return page.text();
 }
 
 }  // namespace
 
 std::size_t StressedScene::count(StressVerdict verdict) const {
-  return static_cast<std::size_t>(std::count_if(entries.begin(), entries.end(),
-                                                [&](const StressEntry& e) { return e.verdict == verdict; }));
+  return static_cast<std::size_t>(
+      std::count_if(entries.begin(), entries.end(), [&](const StressEntry& e) { return e.verdict == verdict; }));
 }
 
 std::string StressedScene::counts() const {

@@ -24,15 +24,15 @@ bool begins(const std::string& text, const char* with) { return text.rfind(with,
 
 /// Numbers without a unit in their name that are of no dimension, or of none that matters to the motion.
 bool dimensionless(const std::string& path, const std::string& key) {
-  return begins(path, "cost.") || begins(path, "optimize.") ||
-         (key.size() == 2 && key[0] == 'e') || (key.size() >= 6 && begins(key, "e") && key.find("_dot_per_s") == 2);
+  return begins(path, "cost.") || begins(path, "optimize.") || (key.size() == 2 && key[0] == 'e') ||
+         (key.size() >= 6 && begins(key, "e") && key.find("_dot_per_s") == 2);
 }
 
 }  // namespace
 
 std::optional<int> length_power(const std::string& unit) {
-  static const std::map<std::string, int> powers = {{"m", 1},   {"N", 1},   {"J", 2},   {"W", 2},  {"Pa", -1}, {"kg", 0},
-                                                    {"s", 0},   {"rad", 0}, {"deg", 0}, {"Hz", 0}, {"1", 0},   {"", 0}};
+  static const std::map<std::string, int> powers = {{"m", 1}, {"N", 1},   {"J", 2},   {"W", 2},  {"Pa", -1}, {"kg", 0},
+                                                    {"s", 0}, {"rad", 0}, {"deg", 0}, {"Hz", 0}, {"1", 0},   {"", 0}};
   int sum = 0;
   bool below = false;
   std::string token;
@@ -98,8 +98,7 @@ std::vector<std::string> faster(const Scene& scene, double factor) {
   std::set<std::string> done;
   for (const auto& given : m.given_velocities()) {
     const Number& n = m.numbers()[static_cast<std::size_t>(given.number)];
-    if (n.value != 0 && done.insert(n.path).second)
-      overrides.push_back(fmt::format("{}={}", n.path, n.value * factor));
+    if (n.value != 0 && done.insert(n.path).second) overrides.push_back(fmt::format("{}={}", n.path, n.value * factor));
   }
   return overrides;
 }

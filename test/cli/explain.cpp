@@ -1,5 +1,5 @@
-// costate explain: what it says was built is what the scene has; parts that nobody asked for; motions in space that stay
-// in a plane.
+// costate explain: what it says was built is what the scene has; parts that nobody asked for; motions in space that
+// stay in a plane.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -76,7 +76,8 @@ inertia_xx_kg_m2 = 0.1
 inertia_yy_kg_m2 = 0.2
 inertia_zz_kg_m2 = 0.15
 center_x_m = 0.5
-)" + axis + R"(
+)" + axis +
+         R"(
 [start]
 given = ["plate.x", "plate.y", "plate.z", "plate.e1", "plate.e2", "plate.e3"]
 
@@ -137,8 +138,7 @@ TEST_CASE("explain: parts that no output or cost needs") {
   write_text(here / "two.toml", kTwo);
   Json j = costate_json({"explain", "two.toml", "--no-files"}, here.path());
   REQUIRE(j.at("parts").size() == 2);
-  for (const Json& part : j.at("parts"))
-    CHECK(part.at("needed") == (part.at("coordinates") == Json({"P.x", "P.y"})));
+  for (const Json& part : j.at("parts")) CHECK(part.at("needed") == (part.at("coordinates") == Json({"P.x", "P.y"})));
   CHECK_THAT(run_costate({"explain", "two.toml", "--no-files"}, here.path()).out,
              Contains("2 parts do not act on each other") && Contains("not needed") && Contains("bar.unasked"));
   // Who asks for the energy asks for all of it; who asks for the other's tension, for that.
@@ -151,11 +151,12 @@ TEST_CASE("explain: parts that no output or cost needs") {
 
 TEST_CASE("explain: a motion in space that stays in a plane") {
   const WorkingDirectory here;
-  // A body that falls and turns about y without a push sideways; and one that turns about a slanted axis while it flies.
-  write_text(here / "plane.toml",
-             swing_in_space("x_m = 0\ny_m = 0\nz_m = 0\nvx_m_per_s = 1\nomega_y_rad_per_s = 2\n"));
-  write_text(here / "space.toml",
-             swing_in_space("x_m = 0\ny_m = 0\nz_m = 0\nvx_m_per_s = 1\nomega_x_rad_per_s = 1\nomega_y_rad_per_s = 2\n"));
+  // A body that falls and turns about y without a push sideways; and one that turns about a slanted axis while it
+  // flies.
+  write_text(here / "plane.toml", swing_in_space("x_m = 0\ny_m = 0\nz_m = 0\nvx_m_per_s = 1\nomega_y_rad_per_s = 2\n"));
+  write_text(
+      here / "space.toml",
+      swing_in_space("x_m = 0\ny_m = 0\nz_m = 0\nvx_m_per_s = 1\nomega_x_rad_per_s = 1\nomega_y_rad_per_s = 2\n"));
   const Json plane = costate_json({"explain", "plane.toml", "--no-files"}, here.path()).at("plane");
   CHECK(plane.at("moves_in_plane") == true);
   CHECK(plane.at("normal").at(1).get<double>() == Approx(1));

@@ -89,7 +89,8 @@ TEST_CASE("stress: every extreme ends in a verdict, with its cause") {
       CHECK(e.contains(key));
     axes.insert(e.at("axis").get<std::string>());
     const std::string verdict = e.at("verdict").get<std::string>();
-    if (verdict == "held") CHECK(e.at("error").get<double>() <= (e.at("allowed").is_null() ? 1e300 : e.at("allowed").get<double>()));
+    if (verdict == "held")
+      CHECK(e.at("error").get<double>() <= (e.at("allowed").is_null() ? 1e300 : e.at("allowed").get<double>()));
     if (verdict == "refused" || verdict == "warned" || verdict == "cut") CHECK(e.contains("why"));
     // The same scene in other units of length gives the same motion.
     if (e.at("axis") == "units" && (e.at("value") == "lengths in 0.001 m" || e.at("value") == "lengths in 1000 m"))

@@ -27,8 +27,8 @@ constexpr double kNoGradient = 1e-3;
 // four of what the gradient was off by.
 constexpr double kInvariant = 3e-3;
 
-// From this tolerance on a run of some steps may keep no digit: measured, motions are off by 0.3 to 0.8 of their range at
-// 0.1, and by as much in some scenes at 0.01.
+// From this tolerance on a run of some steps may keep no digit: measured, motions are off by 0.3 to 0.8 of their range
+// at 0.1, and by as much in some scenes at 0.01.
 constexpr double kNoPromise = 1e-2;
 
 thread_local double drift_of_last_run = 0;

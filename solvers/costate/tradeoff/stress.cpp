@@ -184,8 +184,8 @@ void StressCase::steps(std::vector<StressEntry>& entries, const std::vector<long
       StressEntry e = run(probe_, {f.name, "fixed"}, 0, span / static_cast<double>(n), allowed);
       e.axis = "step";
       e.value = fmt::format("{} steps", n);
-      const bool ended = e.verdict == StressVerdict::held || e.verdict == StressVerdict::wrong ||
-                         e.verdict == StressVerdict::warned;
+      const bool ended =
+          e.verdict == StressVerdict::held || e.verdict == StressVerdict::wrong || e.verdict == StressVerdict::warned;
       if (ended) before = std::min(before, e.error);
       entries.push_back(std::move(e));
     }

@@ -1,5 +1,5 @@
-// One problem at the extremes of what can be set: tolerances, steps, weights, stabilization. Every run is judged against
-// a proven reference: it holds what it claims, it says that it does not, it refuses, or it is wrong in silence.
+// One problem at the extremes of what can be set: tolerances, steps, weights, stabilization. Every run is judged
+// against a proven reference: it holds what it claims, it says that it does not, it refuses, or it is wrong in silence.
 #pragma once
 
 #include <functional>

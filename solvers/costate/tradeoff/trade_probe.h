@@ -15,7 +15,7 @@ struct TradeMotion {
   std::vector<std::vector<double>> outputs;       // by sample, then by output
   std::vector<double> energy, kinetic;            // by sample [J]; empty where the mechanism has no energies
   double position_drift = 0, velocity_drift = 0;  // largest |Phi|, |Phid| of a row [SI]
-  std::vector<double> lowest, highest;  // of each coordinate
+  std::vector<double> lowest, highest;            // of each coordinate
   double cost_amount = 0;  // the cost with each of its terms by its amount, by the rectangle rule
 };
 

@@ -27,8 +27,7 @@ ReturnMap::ReturnMap(const Problem& problem, const Section& section, std::vector
   std::vector<double> numbers = problem.mechanism->base_numbers();
   problem.parameters.apply(rho_.data(), numbers);
   const double t0 = problem.solver.t_start, t1 = problem.solver.t_end;
-  require_fixed_accelerations(*problem.mechanism, problem.parameters, numbers, t0, t1);
-  require_fixed_force_jumps(*problem.mechanism, problem.parameters, numbers, t0, t1);
+  require_fixed_times(*problem.mechanism, problem.parameters, numbers, t0, t1, true);
   require_joined_laws(*problem.mechanism, problem.parameters, numbers, t0, t1);
   if (section.settings().period_s) problem_.solver.t_end = t0 + *section.settings().period_s;
 }

@@ -15,7 +15,7 @@ draw() {  # MODEL SCENE [options of costate draw]
   "$tool" draw "$model/$scene.toml" "$@" -o "$model/figures/$model.svg"
 }
 for model in five_bar slider_crank andrews car_axis bricard flyball_governor heavy_top; do draw $model $model; done
-for model in pendulum damped_pendulum bouncing_ball shortest_swing; do draw $model $model --width 440; done
+for model in pendulum damped_pendulum bouncing_ball cradle shortest_swing; do draw $model $model --width 440; done
 draw n_four_bar n_four_bar_2
 for scene in arc_feet sole_feet space; do
   mkdir -p walker/figures

@@ -15,12 +15,13 @@ draw() {  # MODEL SCENE [options of costate draw]
   "$tool" draw "$model/$scene.toml" "$@" -o "$model/figures/$model.svg"
 }
 for model in five_bar slider_crank andrews car_axis bricard flyball_governor heavy_top; do draw $model $model; done
-for model in pendulum damped_pendulum bouncing_ball cradle shortest_swing; do draw $model $model --width 440; done
+for model in pendulum damped_pendulum bouncing_ball shortest_swing; do draw $model $model --width 440; done
 draw n_four_bar n_four_bar_2
 for scene in arc_feet sole_feet space; do
   mkdir -p walker/figures
   "$tool" draw walker/$scene.toml --no-names --width 440 -o walker/figures/$scene.svg
 done
+draw cradle cradle --no-names --width 440
 draw rigid_body euler_top --width 440
 
 "$tool" optimize five_bar/five_bar.toml --output "$runs/five_bar" --quiet

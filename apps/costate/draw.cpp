@@ -176,7 +176,7 @@ class Drawing {
   void draw_line(const LinkShape& l) {
     std::vector<Vector2d> p;
     for (const auto& r : l.at) p.push_back(at(r));
-    if (p.size() < 2 || l.role == LinkRole::joint || l.role == LinkRole::contact) return;
+    if (p.size() < 2 || l.role == LinkRole::joint || l.role == LinkRole::contact || l.role == LinkRole::pair) return;
     const char* color = kBodyName;
     if (l.role == LinkRole::spring) {
       color = kSpringName;
@@ -223,6 +223,10 @@ class Drawing {
       draw_wheel(l);
     } else if (l.role == LinkRole::contact) {
       draw_contact(l);
+    } else if (l.role == LinkRole::pair) {
+      for (const auto& [place, radius] : {std::pair(l.at[0], l.radius), std::pair(l.at[1], l.other_radius)})
+        if (radius > 0)
+          page_.circle(at(place), radius * scale_, "fill=\"#888888\" fill-opacity=\"0.12\" stroke=\"#555555\"");
     } else if (l.role == LinkRole::couple && l.direction) {
       Vector2d u(view_.right.dot(*l.direction), -view_.up.dot(*l.direction));
       if (u.norm() < 0.2) u = Vector2d(0.2, 0);

@@ -254,7 +254,11 @@ class FigureMaker {
       add_contact(f, points, *angle);
       return;
     }
-    if (points.empty()) {
+    if (const auto other = number(f.path() + ".other_radius_m"); other && points.size() == 2) {
+      shape.role = LinkRole::pair;
+      shape.radius = number(f.path() + ".radius_m").value_or(0);
+      shape.other_radius = *other;
+    } else if (points.empty()) {
       if (f.coordinates().empty()) return;
       const auto at = anchor(f.coordinates().back());
       if (!at) return;

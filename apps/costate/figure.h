@@ -38,6 +38,7 @@ enum class LinkRole {
   load,     // a force at one point
   wheel,    // one with an axis and a radius
   contact,  // of points, or of circles about them, with the ground: the last place is on it
+  pair,     // of two circles with each other
   couple    // a force or a driver on a coordinate, at its body: along it where it is a length
 };
 
@@ -47,8 +48,9 @@ struct LinkShape {
   LinkRole role = LinkRole::joint;
   std::vector<Vector3d> at;  // one place or several
   std::optional<Vector3d>
-      direction;      // of a joint's axis, a load's force, a coordinate, along the ground; a unit vector
-  double radius = 0;  // of a wheel, a round contact
+      direction;            // of a joint's axis, a load's force, a coordinate, along the ground; a unit vector
+  double radius = 0;        // of a wheel, a round contact
+  double other_radius = 0;  // of the second circle of a pair
 };
 
 struct Figure {

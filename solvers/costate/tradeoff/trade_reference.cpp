@@ -1,6 +1,7 @@
 #include "costate/tradeoff/trade_reference.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -137,7 +138,6 @@ class WitnessSearch {
         break;
       } catch (const SolverError& e) {
         why = e.what();
-        failure_ = std::current_exception();
       } catch (const ModelError& e) {
         why = e.what();
         failure_ = std::current_exception();
@@ -148,7 +148,6 @@ class WitnessSearch {
       }
     }
     notes_.push_back(fmt::format("{} does not serve as a reference: {}", c.name(), why));
-    if (!failure_) failure_ = std::make_exception_ptr(SolverError(notes_.back()));
     return std::nullopt;
   }
 
@@ -233,6 +232,10 @@ class WitnessSearch {
   TradeReference alone(const std::vector<Witness>& on_cvodes, const std::vector<Witness>& on_idas) const {
     if (on_cvodes.empty() && on_idas.empty()) {
       if (failure_) std::rethrow_exception(failure_);
+      if (!notes_.empty())
+        throw SolverError(
+            fmt::format("No combination could be followed to a tolerance tight enough for a reference. {}",
+                        fmt::join(notes_, " ")));
       throw CapabilityError(
           "No combination with exact constraints can be the reference of this scene; there is nothing to measure "
           "errors against.");
@@ -251,7 +254,7 @@ class WitnessSearch {
   const TradeProbe& probe_;
   const ReferenceSearch& search_;
   std::vector<std::string> notes_;
-  std::exception_ptr failure_;
+  std::exception_ptr failure_;  // of the mechanism itself
 };
 
 }  // namespace

@@ -86,6 +86,16 @@ TEST_CASE("driver with kinks: where their times cannot move is refused by name")
     CHECK_THROWS_WITH(gradient(problem, "idas-adjoint", problem.parameters.values()),
                       Contains("moves the time t = 0.4 s") && Contains("how is not known"));
   }
+  // Where the run begins and where it ends.
+  std::string early = kHalfSine;
+  early.replace(early.find("0.3"), 3, "0");
+  problem = make_problem(Scene::parse(driven_carriage(early), "driver.toml"), {"driver.push.law.start_m"});
+  CHECK_THROWS_WITH(gradient(problem, "idas-adjoint", problem.parameters.values()),
+                    Contains("moves the time t = 0 s") && Contains("the run begins there"));
+  problem = make_problem(Scene::parse(driven_carriage(kHalfSine), "driver.toml"), {"driver.push.law.length_m"});
+  problem.solver.t_end = 0.8;
+  CHECK_THROWS_WITH(gradient(problem, "idas-adjoint", problem.parameters.values()),
+                    Contains("moves the time t = 0.8 s") && Contains("the run ends there"));
   // Two elements whose jumps coincide, of which one moves.
   std::string text = driven_carriage(kHalfSine);
   const std::string level = "coordinate = \"carriage.y\"\nlaw = 0";

@@ -97,6 +97,23 @@ std::string mover(const Times& times, const ParameterSelection& parameters, cons
   return {};
 }
 
+constexpr double kTogether = 1e-12;  // of times that coincide, in parts of them
+
+/// What happens where a run begins or ends happens in it or not, by which way a parameter moves it.
+void require_within(const Times& times, const ParameterSelection& parameters, const std::vector<double>& p, double t,
+                    double t_start, double t_end) {
+  for (const double edge : {t_start, t_end}) {
+    if (std::abs(t - edge) > kTogether * std::max(1.0, std::abs(edge))) continue;
+    const std::string name = mover(times, parameters, p, t, false);
+    if (!name.empty())
+      throw CapabilityError(fmt::format(
+          "Parameter '{}' moves the time t = {:.6g} s at which the law of {} '{}' has a {}, and the run {} there: the "
+          "derivative is another one on either side. Let the run {} a little {}, or keep the number fixed.",
+          name, t, times.element->kind(), times.element->name(), times.what, edge == t_start ? "begins" : "ends",
+          edge == t_start ? "begin" : "end", edge == t_start ? "earlier" : "later"));
+  }
+}
+
 struct Instant {
   double t;
   std::vector<double> by;
@@ -104,7 +121,6 @@ struct Instant {
 };
 
 void require_together(const std::vector<Instant>& instants, const ParameterSelection& parameters) {
-  constexpr double kTogether = 1e-12;
   for (std::size_t i = 0; i < instants.size(); ++i)
     for (std::size_t k = i + 1; k < instants.size(); ++k) {
       const Instant &a = instants[i], &b = instants[k];
@@ -155,6 +171,7 @@ void require_fixed_times(const Mechanism& mechanism, const ParameterSelection& p
   for (const Times& list : all_times(mechanism)) {
     const std::vector<double> p = local_numbers(*list.element, numbers);
     for (const double t : list.at(p)) {
+      require_within(list, parameters, p, t, t_start, t_end);
       if (!(t_start < t && t < t_end)) continue;
       const std::string name = mover(list, parameters, p, t, carried);
       if (!name.empty())

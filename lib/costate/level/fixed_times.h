@@ -22,7 +22,7 @@ std::vector<MovingInstant> moving_instants(const Mechanism& mechanism, const Par
                                            const std::vector<double>& numbers);
 
 /// Throws CapabilityError for those within t_start < t < t_end that parameters move: of methods that carry them across,
-/// where the derivative is not known, or two that coincide would part; of others all.
+/// where the derivative is not known, or two that coincide would part; of others all. And for those at either end.
 void require_fixed_times(const Mechanism& mechanism, const ParameterSelection& parameters,
                          const std::vector<double>& numbers, double t_start, double t_end, bool carried);
 

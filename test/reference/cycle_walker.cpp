@@ -105,6 +105,27 @@ TEST_CASE("cycle: how a walker's gait depends on its design", "[cycle][walker]")
   }
 }
 
+// The adjoint ends where a touch is about to happen, and does not cross it; what travels, and a slope that turns the
+// way. At rtol 1e-9 adjoints are off by some 1e5 of it: stiff touches, see property/walkers.cpp.
+TEST_CASE("cycle: a walker's gradient on its gait by adjoints", "[cycle][walker]") {
+  const Scene scene = Scene::load(kWalker, {"run.cycle=true"});
+  Problem p = make_problem(scene, {"slope", "leg_center", "radius", "hip_mass", "stiffness"});
+  p.solver.rtol = 1e-9;
+  const std::vector<double> rho = p.parameters.values();
+  const GradientResult reference = gradient(p, "cvodes-forward", rho);
+  double size = 0;
+  for (std::size_t j = 0; j < rho.size(); ++j) size = std::max(size, std::abs(reference.gradient[j] * rho[j]));
+  for (const auto& [formulation, method] :
+       {std::pair{"baumgarte", "cvodes-adjoint"}, {"baumgarte", "idas-adjoint"}, {"maggi", "cvodes-adjoint"}}) {
+    CAPTURE(formulation, method);
+    p.formulation = formulation;
+    const GradientResult r = gradient(p, method, rho);
+    CHECK(std::abs(r.psi - reference.psi) <= 1e-6 * std::abs(reference.psi));
+    for (std::size_t j = 0; j < rho.size(); ++j)
+      CHECK(std::abs((r.gradient[j] - reference.gradient[j]) * rho[j]) <= 2e-4 * size);
+  }
+}
+
 // Rigid ground, plastic impacts without slip, from the same bodies by a program of its own
 // (models/walker/rigid_gait.py): 2.4279558426 s and the multipliers below, state behind the impact. Ground that gives
 // tends to it as it stiffens, its restitution falls and its friction grips; what is left at 1e9 N/m^1.5 is the creep

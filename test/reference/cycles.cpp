@@ -8,6 +8,7 @@
 #include "costate/cycle/cycle.h"
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
+#include "costate/sensitivity/method.h"
 #include "support/paths.h"
 
 using namespace costate;
@@ -136,6 +137,34 @@ TEST_CASE("cycle: a section met twice", "[cycle]") {
   CHECK(std::abs(r.psi.value - 2 * once.psi.value) <= 1e-5);
   CHECK(std::abs(r.multipliers[0] - once.multipliers[0] * once.multipliers[0]) <= 1e-6);
   for (int j = 0; j < 2; ++j) CHECK(std::abs(r.period_rho[j] - 2 * once.period_rho[j]) <= 1e-5);
+}
+
+// The scene's own psi, that of the cycle: its gradient by forward sensitivities, by one more adjoint run and by
+// hand-derived equations, against the same numbers; differences rerun the whole search.
+TEST_CASE("cycle: gradients on the cycle by every kind of method", "[cycle]") {
+  const Scene scene = Scene::load(kCycles + "forced_pendulum.toml", {"run.cycle=true"});
+  Problem p = make_problem(scene);
+  REQUIRE(p.cycle);
+  const double exact[3] = {-0.11882633339, -0.24017491898, 0.13339832711};
+  for (const char* method : {"idas-forward", "cvodes-forward", "hand-tangent", "idas-adjoint", "cvodes-adjoint",
+                             "hand-adjoint", "differences"}) {
+    CAPTURE(method);
+    const GradientResult r = gradient(p, method, p.parameters.values());
+    CHECK(std::abs(r.psi - 0.25978896609) <= 1e-7);
+    for (int j = 0; j < 3; ++j) CHECK(std::abs(r.gradient[static_cast<std::size_t>(j)] - exact[j]) <= 1e-6);
+  }
+  CHECK_THROWS_WITH(gradient(p, "discrete-adjoint", p.parameters.values()), Catch::Contains("discrete"));
+  const Scene free = Scene::load(kCycles + "rayleigh.toml", {"run.cycle=true"});
+  const Problem q = make_problem(free);
+  for (const char* method : {"idas-adjoint", "cvodes-adjoint", "cvodes-forward"}) {
+    CAPTURE(method);
+    const GradientResult r = gradient(q, method, q.parameters.values());
+    CHECK(std::abs(r.psi - 15.2358414448) <= 1e-6);
+    CHECK(std::abs(r.gradient[0] + 20.7201877569) <= 1e-4);
+    CHECK(std::abs(r.gradient[1] + 25.5959353195) <= 1e-4);
+  }
+  CHECK_THROWS_WITH(Scene::load(COSTATE_MODELS_DIR "/five_bar/five_bar.toml", {"run.cycle=true"}),
+                    Catch::Contains("is that of a table [cycle], which is missing"));
 }
 
 // What is no cycle is refused by name.

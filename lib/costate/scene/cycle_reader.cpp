@@ -6,6 +6,12 @@
 namespace costate {
 
 void SceneReader::read_cycle() {
+  if (table_.has("run")) {
+    SceneTable run_table = table_.table("run");
+    run.cycle = run_table.flag("cycle", false);
+    if (run.cycle && !table_.has("cycle"))
+      run_table.fail("cycle", "is that of a table [cycle], which is missing: give its 'section' or 'period_s'.");
+  }
   if (!table_.has("cycle")) return;
   SceneTable t = table_.table("cycle");
   here_ = t.where();

@@ -250,6 +250,7 @@ void SceneReader::read_run() {
   run.t_start_s = t.value("t_start_s", NumberRule::any, 0);
   run.t_end_s = t.value("t_end_s");
   t.has("ends_when");  // read_end()
+  t.has("cycle");      // read_cycle()
   if (!(run.t_end_s > run.t_start_s))
     t.fail("t_end_s", fmt::format("must be after t_start_s = {}, found {}.", run.t_start_s, run.t_end_s));
   if (!long_enough(run.t_start_s, run.t_end_s))

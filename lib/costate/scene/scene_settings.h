@@ -34,6 +34,7 @@ struct RunSettings {
   std::optional<double> max_step_s;     // of integrators; none: unlimited
   std::optional<double> output_step_s;  // none: the integrator's steps
   std::vector<std::string> outputs;     // extra named outputs in files
+  bool cycle = false;                   // gradients and optimizations follow the cycle of [cycle]
   bool events = true;                   // whether files list them and plots mark them
 };
 

@@ -33,6 +33,7 @@ std::vector<SettingsMeaning> settings_meanings() {
        {{"t_start_s", "start time"},
         {"t_end_s", "end time; with 'ends_when' the latest one"},
         {"ends_when", "what ends the run before: a table of its own"},
+        {"cycle", "gradient and optimize take psi over the cycle of [cycle], which follows the parameters"},
         {"formulation", "of the equations of motion"},
         {"method", "of the gradient, see costate list methods"},
         {"integrator", "idas, cvodes or fixed; by default the formulation's"},

@@ -263,6 +263,8 @@ CycleResult find_cycle(const Problem& problem, const CycleSettings& settings, co
   r.worst = search.worst;
   r.iterations = search.iterations;
   r.events = search.value.events;
+  r.map = search.value;
+  r.positions = search.positions;
   r.counters = search.counters;
   r.integrator = search.value.integrator;
   return r;

@@ -40,6 +40,8 @@ struct CycleResult {
   Eigen::MatrixXd x_rho;
   Eigen::VectorXd period_rho, travel_rho, psi_rho, psi_rho_error;
   std::vector<RunEvent> events;
+  MapValue map;                   // at x, with its derivatives by x
+  std::vector<double> positions;  // first guesses there
   Counters counters;
   std::string integrator;
 

@@ -134,6 +134,7 @@ MapRun run(SystemType& system, const Problem& problem, const std::vector<double>
     for (const auto& term : chosen.psi) psi_rate += term->change(s, assembly, motion);
     kappa[d + 1] = -psi_rate / rate;
   }
+  r.kappa = kappa;
   chosen.chosen = {};
   chosen.chosen.psi = true;
   r.psi = session.cost() + (chosen.psi.empty() ? 0 : system.terminal_cost(r.t, session.y()));

@@ -12,6 +12,7 @@ struct MapRun {
   double t = 0, psi = 0;
   Eigen::VectorXd values;         // of the section's coordinates
   Eigen::MatrixXd rows;           // derivatives of these, of the end time and of psi; empty unless asked for
+  Eigen::VectorXd kappa;          // of each of these rows; zero with a period
   std::vector<double> positions;  // of all coordinates at the end
   std::vector<RunEvent> events;   // the one that ends the run included
   Counters counters;

@@ -17,12 +17,15 @@ namespace costate {
 namespace {
 constexpr double kTwoPi = 6.283185307179586;
 constexpr int kProjections = 8;
+// Part of a cycle before its end in which no event but that of the section may happen.
+constexpr double kBeforeEnd = 1e-6;
 }  // namespace
 
 ReturnMap::ReturnMap(const Problem& problem, const Section& section, std::vector<double> rho)
     : problem_(problem), section_(section), rho_(std::move(rho)) {
   problem_.check_values(rho_);
   problem_.ends_when.reset();
+  problem_.cycle.reset();
   problem_.solver.confirm = false;
   std::vector<double> numbers = problem.mechanism->base_numbers();
   problem.parameters.apply(rho_.data(), numbers);
@@ -96,6 +99,7 @@ MapValue ReturnMap::once(const Eigen::VectorXd& x, const std::vector<double>& po
   r.counters = run.counters;
   r.integrator = run.integrator;
   r.next = run.values;
+  r.kappa = run.kappa;
   if (differentiate) {
     r.next_x = run.rows.topLeftCorner(d, d);
     r.next_rho = run.rows.block(0, d, d, np);
@@ -175,6 +179,76 @@ MapValue ReturnMap::evaluate(const Eigen::VectorXd& x, const std::vector<double>
     sum.counters += r.counters;
   }
   return sum;
+}
+
+namespace {
+
+/// Sum of weight times output.
+class WeightedOutputs final : public CostTerm {
+ public:
+  std::vector<std::pair<double, std::shared_ptr<const Output>>> parts;
+
+  double value(const StateView& s, Assembly& assembly) const override {
+    double sum = 0;
+    for (const auto& [weight, output] : parts) sum += weight * output->value(s, assembly);
+    return sum;
+  }
+  void add_gradient(const StateView& s, Assembly& assembly, double factor, ScalarGradient& g) const override {
+    for (const auto& [weight, output] : parts) output->add_gradient(s, assembly, factor * weight, g);
+  }
+  bool needs_accelerations() const override { return false; }
+};
+
+}  // namespace
+
+Problem ReturnMap::linear_problem(const Eigen::VectorXd& x, const std::vector<double>& positions, const MapValue& value,
+                                  const Eigen::VectorXd& l, std::vector<double>& values, Eigen::VectorXd& more) const {
+  Problem p = problem_at(x, positions, false, true, values);
+  const auto& coordinates = section_.coordinates();
+  Eigen::VectorXd weights = l;
+  more.setZero(static_cast<Eigen::Index>(rho_.size()));
+  // P_i - s e_i with s = (P_c - x_c)/e_c: the weight of P_c, and what the angle of e changes by itself.
+  if (const int c = section_.travelling(); c >= 0) {
+    std::vector<double> numbers = problem_.mechanism->base_numbers();
+    problem_.parameters.apply(rho_.data(), numbers);
+    const double angle = section_.angle(numbers);
+    const auto way = [&](int along) { return along == 0 ? 0 : along == 1 ? std::cos(angle) : std::sin(angle); };
+    const auto turned = [&](int along) { return along == 0 ? 0 : along == 1 ? -std::sin(angle) : std::cos(angle); };
+    double le = 0, lt = 0;
+    for (int i = 0; i < section_.size(); ++i) {
+      const int along = coordinates[static_cast<std::size_t>(i)].along;
+      le += l[i] * way(along);
+      lt += l[i] * turned(along);
+    }
+    const int along = coordinates[static_cast<std::size_t>(c)].along;
+    weights[c] -= le / way(along);
+    const double by_angle = value.travel * (le * turned(along) / way(along) - lt);
+    for (std::size_t j = 0; j < rho_.size(); ++j)
+      for (const auto& [number, factor] : problem_.parameters.parameters[j].bindings)
+        if (number == section_.angle_number()) more[static_cast<Eigen::Index>(j)] += factor * by_angle;
+  }
+  const auto term = std::make_shared<WeightedOutputs>();
+  double kappa = value.kappa[section_.size() + 1];
+  for (int i = 0; i < section_.size(); ++i) {
+    if (weights[i] == 0) continue;
+    term->parts.emplace_back(weights[i], coordinates[static_cast<std::size_t>(i)].at_end);
+    kappa += weights[i] * value.kappa[i];
+  }
+  p.objective.terminal.push_back(term);
+  if (section_.end()) {
+    p.objective.terminal.push_back(end_term(*section_.end(), kappa));
+    p.solver.t_end = p.solver.t_start + value.time;
+    // What ends the cycle is not crossed by this run, whose own errors would decide whether it is.
+    p.solver.events_until = p.solver.t_end - kBeforeEnd * value.time;
+    for (std::size_t k = 0; k + 1 < value.events.size(); ++k)
+      if (value.events[k].t >= p.solver.events_until)
+        throw SolverError(
+            fmt::format("'{}' happens at t = {:.9g} s, at the section itself ({:.9g} s): an adjoint cannot tell one "
+                        "from the other. "
+                        "Take a forward method, or another section.",
+                        value.events[k].name, value.events[k].t, p.solver.t_end));
+  }
+  return p;
 }
 
 void ReturnMap::onto_section(Eigen::VectorXd& x, const std::vector<double>& positions) const {

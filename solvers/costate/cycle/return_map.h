@@ -16,6 +16,7 @@ struct MapValue {
   Eigen::MatrixXd next_x, next_rho;
   double time = 0, travel = 0, psi = 0;  // s, m, cost
   Eigen::RowVectorXd time_x, travel_x, psi_x, time_rho, travel_rho, psi_rho;
+  Eigen::VectorXd kappa;          // of the entries of next, of the time, of psi, where a cycle is one run
   std::vector<double> positions;  // where the next cycle begins
   std::vector<RunEvent> events;
   Counters counters;
@@ -41,6 +42,12 @@ class ReturnMap {
   /// Throws ModelError where forces or constraints at this state do not repeat themselves after the period (none: where
   /// they depend on time at all), or change by a parameter as they do not repeat.
   void require_periodic(const Eigen::VectorXd& x, const std::vector<double>& positions) const;
+
+  /// psi + l^T P by one run of its own, for gradients by any method: the problem that begins at x and ends at the time
+  /// of `value`, with l^T P in its terminal cost; its first parameters are those of rho. `more` is what the gradient
+  /// has besides, of the way's angle. Of cycles that are one run.
+  Problem linear_problem(const Eigen::VectorXd& x, const std::vector<double>& positions, const MapValue& value,
+                         const Eigen::VectorXd& l, std::vector<double>& values, Eigen::VectorXd& more) const;
 
   const Problem& problem() const { return problem_; }
   const Section& section() const { return section_; }

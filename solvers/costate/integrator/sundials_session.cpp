@@ -215,10 +215,14 @@ bool SundialsSession<Api>::advance_segment(double t, Trajectory* trajectory, con
     // What the repetitions begin with is the end of all; the next step is bounded already.
     if (plan_ && adjoint_) Api::set_stop_time(memory_, stop());
     solve(options_.t_end, &step_end_, true);
-    const auto event = system_.find_event(begin, step_end_, [&](double at) {
+    auto event = system_.find_event(begin, step_end_, [&](double at) {
       check(Api::dky(memory_, at, 0, y_), "interpolation");
       return y();
     });
+    if (event && *event >= options_.events_until) {
+      system_.forget_event();
+      event.reset();
+    }
     if (event) step_end_ = *event;
     if (system_.has_events()) interpolate(step_end_);
     ended_ = event || system_.segment_ends(step_end_, y());

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,6 +12,7 @@
 #include "costate/event/end_event.h"
 #include "costate/formulation/defaults.h"
 #include "costate/formulation/formulation.h"
+#include "costate/scene/cycle_settings.h"
 
 namespace costate {
 
@@ -27,7 +29,9 @@ struct SolverOptions {
   long checkpoint_steps = 0;            // steps between checkpoints; 0: from memory_budget_MB and the expected steps
   double memory_budget_MB = 512;        // for the stored forward trajectory of adjoint runs
   bool staggered = true;                // forward sensitivities: staggered or simultaneous corrector
-  bool confirm = true;                  // gradients are compared with a looser run, see sensitivity/confirmation.h
+  // Events from here on are not crossed: of a run whose end is one, known from another run.
+  double events_until = std::numeric_limits<double>::infinity();
+  bool confirm = true;  // gradients are compared with a looser run, see sensitivity/confirmation.h
 
   double absolute() const { return atol > 0 ? atol : rtol; }
 };
@@ -60,8 +64,9 @@ struct Problem {
   std::string formulation = kDefaultFormulation;
   FormulationOptions formulation_options;
   SolverOptions solver;
-  std::shared_ptr<const EndEvent> ends_when;  // before solver.t_end; or null: the run ends there
-  Monitor monitor;                            // or empty
+  std::shared_ptr<const EndEvent> ends_when;   // before solver.t_end; or null: the run ends there
+  std::shared_ptr<const CycleSettings> cycle;  // psi is that of a cycle from there to there (cycle/); or null
+  Monitor monitor;                             // or empty
 
   /// Throws Error unless there is one finite value a parameter.
   void check_values(const std::vector<double>& rho) const;

@@ -27,6 +27,7 @@ Problem make_problem(const Scene& scene, const std::vector<std::string>& paramet
     end.level_number = run.ends_when->level_number;
     p.ends_when = std::make_shared<EndEvent>(std::move(end));
   }
+  if (run.cycle) p.cycle = std::make_shared<const CycleSettings>(*scene.cycle);
   return p;
 }
 

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "costate/base/error.h"
+#include "costate/cycle/cycle_gradient.h"
 #include "costate/integrator/simulate.h"
 #include "costate/sensitivity/method.h"
 
@@ -43,6 +44,11 @@ std::pair<double, double> extrapolated_slope(Function&& f, double x, double h) {
   return {best, error};
 }
 
+/// psi of the run, or over the cycle.
+Simulation run_once(const Problem& problem, const std::vector<double>& rho) {
+  return problem.cycle ? cycle_run(problem, rho) : simulate(problem, rho);
+}
+
 GradientResult run_at(double rtol, const Problem& problem, const std::vector<double>& rho) {
   Problem tight = problem;
   tight.solver.rtol = rtol;
@@ -51,12 +57,12 @@ GradientResult run_at(double rtol, const Problem& problem, const std::vector<dou
   // difference of the gradient 7e-10 instead of 1.2e-8, in a quarter of the time).
   if (tight.solver.integrator.empty() && find_formulation(tight.formulation).make_ode)
     tight.solver.integrator = "cvodes";
-  GradientResult r(simulate(tight, rho));
+  GradientResult r(run_once(tight, rho));
   for (std::size_t j = 0; j < rho.size(); ++j) {
     const auto psi = [&](double value) {
       std::vector<double> x = rho;
       x[j] = value;
-      const Simulation at = simulate(tight, x);
+      const Simulation at = run_once(tight, x);
       r.counters += at.counters;
       return at.psi;
     };

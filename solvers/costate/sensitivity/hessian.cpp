@@ -158,6 +158,9 @@ HessianProducts hessian_products(const Problem& problem, const std::vector<doubl
   const std::string refused = hessian_refusal(find_formulation(problem.formulation));
   if (!refused.empty()) throw CapabilityError(refused);
   MotionEvents::refuse(*problem.mechanism, "Hessian products are");
+  if (problem.cycle)
+    throw CapabilityError(
+        "Psi is that of a cycle ('cycle' in [run]), whose second derivatives are not computed; gradients are.");
   refuse_free_end(problem, "Hessian products are");
   const auto& parameters = problem.parameters.parameters;
   const auto np = static_cast<Eigen::Index>(parameters.size());

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "costate/base/error.h"
+#include "costate/cycle/cycle_gradient.h"
 #include "costate/formulation/law_joins.h"
 #include "costate/integrator/run_end.h"
 #include "costate/integrator/run_watch.h"
@@ -135,6 +136,7 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
   const std::string no = refusal(method, find_formulation(problem.formulation));
   if (!no.empty()) throw CapabilityError(no);
   problem.check_values(rho);
+  if (problem.cycle && !method.perturbs) return cycle_gradient(problem, name, rho);
   if (rho.empty()) {
     GradientResult r = without_parameters(problem, method);
     require_finite(problem, r);

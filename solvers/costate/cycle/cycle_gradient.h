@@ -1,0 +1,19 @@
+// psi over a cycle as the scene's own psi, with its gradient by any method while the cycle follows the parameters
+// (lib/README.md (18.6)).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "costate/problem/problem.h"
+
+namespace costate {
+
+/// psi over the cycle of problem.cycle, and its events.
+Simulation cycle_run(const Problem& problem, const std::vector<double>& rho);
+
+/// The search for the cycle, with l of (I - P_x)^T l = psi_x^T, then psi_rho + l^T P_rho by one run of the method with
+/// l^T P in its terminal cost; forward methods take both from the last run of the search.
+GradientResult cycle_gradient(const Problem& problem, const std::string& method, const std::vector<double>& rho);
+
+}  // namespace costate

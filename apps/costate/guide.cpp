@@ -6,7 +6,9 @@ namespace costate::app {
 
 const std::vector<GuideEntry>& failure_guide() {
   static const std::vector<GuideEntry> guide = {
-      {"no-cycle", {"No cycle was found", "A cycle is not determined"}},
+      {"no-cycle",
+       {"No cycle was found", "A cycle is not determined", "not met where the search begins",
+        "eigenvalue problem of the multipliers", "at the section itself"}},
       {"start-cannot-be-assembled",
        {"The start cannot be reached", "do not determine the configuration", "do not determine the motion",
         "independent constraint rows leave"}},

@@ -150,7 +150,7 @@ void Search::solve() {
 std::vector<std::complex<double>> multipliers_of(const Eigen::MatrixXd& P, int trivial) {
   if (P.rows() == 0) return {};
   const Eigen::EigenSolver<Eigen::MatrixXd> solver(P, false);
-  if (solver.info() != Eigen::Success) throw SolverError("The multipliers' eigenvalue problem did not converge.");
+  if (solver.info() != Eigen::Success) throw SolverError("The eigenvalue problem of the multipliers did not converge.");
   std::vector<std::complex<double>> m(solver.eigenvalues().begin(), solver.eigenvalues().end());
   std::sort(m.begin(), m.end(), [](const auto& a, const auto& b) {
     const double x = std::abs(a), y = std::abs(b);

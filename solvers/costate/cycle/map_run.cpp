@@ -155,7 +155,7 @@ MapRun run(SystemType& system, const Problem& problem, const std::vector<double>
       r.rows.row(i) = row();
       if (i < d + 1) r.rows.row(i) -= running;
     }
-    if (!r.rows.allFinite()) throw SolverError("The derivatives of the return are not finite.");
+    if (!r.rows.allFinite()) throw SolverError("A derivative of the return is not finite.");
   }
   session.read_forward_counters();
   r.counters = session.counters();

@@ -8,8 +8,8 @@
 #include <limits>
 
 #include "costate/base/error.h"
-#include "costate/cycle/cycle_gradient.h"
 #include "costate/integrator/simulate.h"
+#include "costate/sensitivity/cycle_gradient.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate {

@@ -6,13 +6,13 @@
 #include <cmath>
 
 #include "costate/base/error.h"
-#include "costate/cycle/cycle_gradient.h"
 #include "costate/formulation/law_joins.h"
 #include "costate/integrator/run_end.h"
 #include "costate/integrator/run_watch.h"
 #include "costate/integrator/simulate.h"
 #include "costate/level/fixed_times.h"
 #include "costate/sensitivity/confirmation.h"
+#include "costate/sensitivity/cycle_gradient.h"
 #include "costate/sensitivity/error_estimate.h"
 
 namespace costate {

@@ -1,4 +1,4 @@
-#include "costate/cycle/cycle_gradient.h"
+#include "costate/sensitivity/cycle_gradient.h"
 
 #include <fmt/format.h>
 

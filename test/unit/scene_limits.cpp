@@ -62,6 +62,12 @@ TEST_CASE("scene limits: numbers in files do not depend on the program's locale"
   }
 }
 
+// The parser's own assertions ended builds that keep them.
+TEST_CASE("scene limits: brackets with nothing behind them are refused with a place") {
+  for (const std::string text : {"[\npoint.s]\nx_m = 1\n", "a = { b = }\n", "a = [ , ]\n", "[[\nx]]\n"})
+    CHECK_THAT(complaint(text), Contains(":1:") && Contains("No valid TOML"));
+}
+
 TEST_CASE("scene limits: two meanings are named both") {
   CHECK_THAT(complaint(replaced(pendulum, "[bar.arm]",
                                 "[body.one]\nx_m = 0\ny_m = 0\nmass_kg = 1\ninertia_kg_m2 = 1\n"

@@ -1,6 +1,11 @@
 #include "costate/scene/toml_reader.h"
 
 #include <fmt/format.h>
+#include <toml++/impl/preprocessor.h>
+// Of a bracket that a line break or a brace follows it asserts (or lets the compiler assume) what it then looks at and
+// refuses.
+#undef TOML_ASSERT_ASSUME
+#define TOML_ASSERT_ASSUME(expr) static_assert(true)
 #include <toml++/toml.h>
 
 #include <algorithm>

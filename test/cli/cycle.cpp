@@ -48,7 +48,7 @@ TEST_CASE("cycle: what cannot be found is said by name") {
   const WorkingDirectory here;
   const auto wrong = run_costate({"cycle", kForced, "--no-files", "--period", "1.7"}, here.path());
   CHECK(wrong.status == 1);
-  CHECK_THAT(wrong.err, Contains("this is no period of theirs") && Contains("forced_oscillator.toml"));
+  CHECK_THAT(wrong.err, Contains("this is no period of theirs") && Contains("override 'cycle.period_s=1.7'"));
   const auto kept = run_costate(
       {"cycle", kRayleigh, "--no-files", "--set", "torsion_spring.shaft.damper_law.coefficients=[0, 0, 0, 0]"},
       here.path());

@@ -30,7 +30,7 @@ const std::vector<GuideEntry>& failure_guide() {
         "derivatives of forces jump"}},
       {"fixed-step-passes-over-something", {"passes over what begins"}},
       {"singular-matrix", {"depend on the others", " is singular", " are singular", "not determined at"}},
-      {"few-digits", {"no digit of psi", "known to few digits"}},
+      {"few-digits", {"no digit of psi", "known to few digits", "tight enough for a reference"}},
       {"adjoint-grows", {"grows without bound", "solution is too rough"}},
       {"methods-disagree", {"disagree"}},
       {"too-little-memory", {"could not be repeated from a checkpoint", "not enough memory"}},

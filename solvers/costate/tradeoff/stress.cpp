@@ -7,6 +7,7 @@
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/formulation/formulation.h"
 #include "costate/problem/redundant_rows.h"
 
 namespace costate {
@@ -224,11 +225,13 @@ void StressCase::stabilizations(std::vector<StressEntry>& entries) {
   for (const auto& [xi, omega] : {std::pair(0.0, 1e-6), std::pair(0.0, 10.0), std::pair(1.0, 1e-2), std::pair(1.0, 1e3),
                                   std::pair(1.0, 1e5), std::pair(1.0, 1e7), std::pair(100.0, 10.0)}) {
     Problem p = problem_;
-    p.formulation_options.set("baumgarte_xi", xi);
+    constexpr const char* kDamping = "baumgarte_xi";
+    p.formulation_options.set(kDamping, xi);
     p.formulation_options.set("baumgarte_omega_rad_per_s", omega);
     const TradeProbe probe(p, rho_, outputs_, kSampleCount);
     for (const Combination& c : combinations()) {
-      if (c.formulation != "baumgarte") continue;
+      const auto& options = find_formulation(c.formulation).options;
+      if (std::none_of(options.begin(), options.end(), [&](const auto& o) { return o.key == kDamping; })) continue;
       if (!time_left_()) return;
       StressEntry e = run(probe, c, rtol, 0, allowed_at(rtol));
       e.axis = "stabilization";

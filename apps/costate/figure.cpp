@@ -10,12 +10,6 @@ namespace costate::app {
 
 namespace {
 
-/// A body in the sense of the coordinates NAME.x, NAME.y and NAME.angle or NAME.z, NAME.e0, ...
-struct Frame {
-  Vector3d origin = Vector3d::Zero();
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-};
-
 class FigureMaker {
  public:
   FigureMaker(const Mechanism& m, const SceneNumbers& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& v,
@@ -60,11 +54,12 @@ class FigureMaker {
     return at == indices_.end() ? std::nullopt : std::optional(q_[at->second]);
   }
 
+  /// Of a body in the sense of the coordinates NAME.x, NAME.y and NAME.angle or NAME.z, NAME.e0, ...
   void find_frame(const std::string& owner) {
     const auto x = coordinate(owner + ".x"), y = coordinate(owner + ".y"), z = coordinate(owner + ".z"),
                e0 = coordinate(owner + ".e0"), angle = coordinate(owner + ".angle");
     const bool natural = coordinate(owner + ".u1x").has_value();
-    Frame f;
+    BodyFrame f;
     if (!x || !y || (!angle && !e0 && !natural)) return;
     f.origin = {*x, *y, z.value_or(0)};
     if (e0) {
@@ -134,7 +129,7 @@ class FigureMaker {
   }
 
   void add_body(const Body& e) {
-    BodyShape shape{e.name(), {}, false};
+    BodyShape shape{e.name(), {}, false, {}};
     const auto frame = frames_.find(e.name());
     if (frame == frames_.end() || e.coordinates().size() < 3 || owners_[e.coordinates()[0]] != e.name()) {
       // Between points, or at one: not a frame of its own.
@@ -143,6 +138,7 @@ class FigureMaker {
       if (!shape.corners.empty()) figure_.bodies.push_back(shape);
       return;
     }
+    shape.frame = frame->second;
     for (const auto& p : points_)
       if (!p.coordinates.empty() && p.coordinates[0] == e.coordinates()[0]) shape.corners.push_back(p.place.at);
     double extent = 0;
@@ -152,7 +148,7 @@ class FigureMaker {
   }
 
   /// The uniform box with the body's moments of inertia, if it has some; else a small cube.
-  void add_box(const Body& e, const Frame& f, std::vector<Vector3d>& corners) const {
+  void add_box(const Body& e, const BodyFrame& f, std::vector<Vector3d>& corners) const {
     const auto value = [&](const char* key) { return number(e.path() + "." + key).value_or(0); };
     const double m = value("mass_kg");
     const Vector3d J(value("inertia_xx_kg_m2"), value("inertia_yy_kg_m2"), value("inertia_zz_kg_m2"));
@@ -210,6 +206,13 @@ class FigureMaker {
     return std::any_of(c.coordinates().begin(), c.coordinates().end(), [&](int i) { return owners_[i] == c.name(); });
   }
 
+  Eigen::Matrix3d turned(const std::vector<const Point*>& points) const {
+    for (const Point* p : points)
+      if (!p->coordinates.empty())
+        if (const auto f = frames_.find(owners_[p->coordinates[0]]); f != frames_.end()) return f->second.rotation;
+    return Eigen::Matrix3d::Identity();
+  }
+
   static std::vector<Vector3d> positions(const std::vector<const Point*>& points) {
     std::vector<Vector3d> r;
     for (const Point* p : points) r.push_back(p->place.at);
@@ -250,6 +253,7 @@ class FigureMaker {
   void add_force(const Force& f, int state) {
     const auto points = points_of(f);
     LinkShape shape{f.name(), LinkRole::spring, positions(points), {}};
+    shape.turned = turned(points);
     if (const auto angle = number(f.path() + ".ground_angle_rad"); angle && !points.empty()) {
       add_contact(f, points, *angle);
       return;
@@ -289,6 +293,7 @@ class FigureMaker {
       if (!p->coordinates.empty() && owners_[p->coordinates[0]] == owners_[f.coordinates().front()])
         shape.at.push_back(p->place.at);
     if (shape.at.empty()) return;
+    shape.turned = turned(points);
     const Vector3d origin = number(f.path() + ".ground_height_m").value_or(0) * Vector3d::Unit(up);
     shape.at.push_back(shape.at.front() - normal.dot(shape.at.front() - origin) * normal);
     figure_.links.push_back(shape);
@@ -323,7 +328,7 @@ class FigureMaker {
   std::vector<double> numbers_;
   std::map<std::string, int> paths_, indices_;
   std::vector<std::string> owners_;  // of each coordinate: what stands before its last dot
-  std::map<std::string, Frame> frames_;
+  std::map<std::string, BodyFrame> frames_;
   std::vector<Point> points_;
   std::set<std::string> links_;
   Figure figure_;

@@ -22,11 +22,18 @@ struct Place {
   bool ground = false;
 };
 
+/// A frame that is fixed in a body: its origin, and its axes as columns, in the ground's.
+struct BodyFrame {
+  Vector3d origin = Vector3d::Zero();
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+};
+
 /// A body: where its points are, in the ground's frame, and a box about its centre where these span nothing.
 struct BodyShape {
   std::string name;
   std::vector<Vector3d> corners;
-  bool slender = false;  // a bar between two points
+  bool slender = false;            // a bar between two points
+  std::optional<BodyFrame> frame;  // of a body with coordinates of its own
 };
 
 enum class LinkRole {
@@ -51,6 +58,7 @@ struct LinkShape {
       direction;            // of a joint's axis, a load's force, a coordinate, along the ground; a unit vector
   double radius = 0;        // of a wheel, a round contact
   double other_radius = 0;  // of the second circle of a pair
+  Eigen::Matrix3d turned = Eigen::Matrix3d::Identity();  // the axes of the body of its first point
 };
 
 struct Figure {

@@ -169,16 +169,20 @@ void SvgPage::place(const Name& n) {
                              n.bold ? " font-weight=\"bold\"" : "", escaped(n.text));
 }
 
-std::string SvgPage::text() {
-  for (const auto& n : names_) place(n);
-  names_.clear();
+std::string SvgPage::head() const {
   return fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w:.0f} {h:.0f}\" width=\"{w:.0f}\" "
       "height=\"{h:.0f}\" "
       "font-family=\"Helvetica, Arial, sans-serif\" font-size=\"{}\">\n<rect width=\"{w:.0f}\" "
       "height=\"{h:.0f}\" "
-      "fill=\"#ffffff\"/>\n{}{}</svg>\n",
-      font_, shapes_, names_text_, fmt::arg("w", width_), fmt::arg("h", height_));
+      "fill=\"#ffffff\"/>\n",
+      font_, fmt::arg("w", width_), fmt::arg("h", height_));
+}
+
+std::string SvgPage::text() {
+  for (const auto& n : names_) place(n);
+  names_.clear();
+  return head() + shapes_ + names_text_ + "</svg>\n";
 }
 
 }  // namespace costate::app

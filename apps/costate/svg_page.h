@@ -31,6 +31,9 @@ class SvgPage {
             bool bold = false);
   /// The page as text, all names placed.
   std::string text();
+  /// Its parts: <svg ...> with the ground it is on, and what has been drawn, without names.
+  std::string head() const;
+  const std::string& shapes() const { return shapes_; }
 
  private:
   struct Name {

@@ -128,7 +128,8 @@ TEST_CASE("the manual page has every command and every option, and is a manual p
   const Outcome r = run_costate({"man"}, here.path());
   REQUIRE(r.status == 0);
   CHECK(r.out.rfind(".TH COSTATE 1", 0) == 0);
-  for (const std::string command : {"simulate", "gradient", "optimize", "check", "study", "regress", "list", "man"})
+  for (const std::string command :
+       {"simulate", "gradient", "optimize", "check", "study", "regress", "animate", "list", "man"})
     CHECK_THAT(r.out, Contains("\\fBcostate " + command + "\\fR"));
   CHECK_THAT(r.out, Contains("\\fB\\-\\-penalty\\-alpha\\fR") && Contains("\\fB\\-\\-resume\\fR"));
   // No line begins with a request that is none of those used: what a text holds is escaped.

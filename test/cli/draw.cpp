@@ -126,3 +126,21 @@ TEST_CASE("draw: files and mistakes") {
   CHECK(run_costate({"draw", scene, "--view", "zx"}, here.path()).status == 2);
   CHECK(here.entries() == std::vector<std::string>{"top.svg"});
 }
+
+TEST_CASE("draw: at a time of the run") {
+  const std::string scene = models + "/five_bar/five_bar.toml";
+  CHECK(drawing(scene, {"--at", "0"}) == drawing(scene));
+  const std::string later = drawing(scene, {"--at", "1.5", "--no-names"});
+  CHECK(later != drawing(scene, {"--no-names"}));
+  // Bars keep their lengths: A and P1 are sqrt(2) apart at any time, A and B one.
+  const auto p = points(later);
+  REQUIRE(p.size() == 5);
+  const auto apart = [&](std::size_t i, std::size_t k) {
+    return std::hypot(p[i].first - p[k].first, p[i].second - p[k].second);
+  };
+  CHECK(apart(0, 2) / apart(0, 1) == Approx(std::sqrt(2)).epsilon(2e-3));  // one decimal of some 200 pixels
+  const WorkingDirectory here;
+  const Outcome late = run_costate({"draw", scene, "--at", "7"}, here.path());
+  CHECK(late.status == 1);
+  CHECK_THAT(late.err, Contains("--at: The run goes from 0 to 5 s, found 7 s"));
+}

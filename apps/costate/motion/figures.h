@@ -1,0 +1,22 @@
+// Figures of a run: the mechanism at each of its sample times.
+#pragma once
+
+#include <vector>
+
+#include "costate/command.h"
+#include "costate/figure.h"
+
+namespace costate::app {
+
+/// The numbers of a scene that are none of its mechanism's, for make_figure.
+SceneNumbers scene_numbers(const Scene& scene);
+
+struct FiguresOfRun {
+  std::vector<double> times;  // [s], increasing; the last one is the run's end
+  std::vector<Figure> figures;
+};
+
+/// Runs the problem of `setup` and draws it every `step` seconds, or at 300 times; or at `times` alone.
+FiguresOfRun figures_of_run(const Setup& setup, std::optional<double> step, std::vector<double> times = {});
+
+}  // namespace costate::app

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "costate/base/error.h"
+#include "costate/objective/formula_output.h"
 
 namespace costate {
 
@@ -36,6 +37,21 @@ void watch_fold(const Output& output, const Assembly& assembly, double t, double
   }
   if (at == seen.end() && seen.size() >= most) seen.clear();
   seen[key] = {t, value};
+}
+
+void watch_folds(const Output& output, const StateView& s, Assembly& assembly) {
+  if (folds(output)) watch_fold(output, assembly, s.t, output.value(s, assembly));
+  const auto* formula = dynamic_cast<const FormulaOutput*>(&output);
+  if (!formula) return;
+  for (std::size_t i = 0; i < formula->inputs().size(); ++i) {
+    const Output& y = *formula->inputs()[i];
+    if (folds(y)) {
+      const double turn = 2 * std::numbers::pi, here = formula->value(s, assembly);
+      if (std::abs(formula->shifted_value(s, assembly, i, turn) - here) <= 1e-9 * std::max(1.0, std::abs(here)))
+        continue;
+    }
+    watch_folds(y, s, assembly);
+  }
 }
 
 }  // namespace costate

@@ -14,4 +14,8 @@ bool folds(const Output& output);
 /// same run (the same assembly, later times).
 void watch_fold(const Output& output, const Assembly& assembly, double t, double value);
 
+/// The same for an output at the state s, and for the outputs of its formula where it jumps with them (the sine of a
+/// yaw does not).
+void watch_folds(const Output& output, const StateView& s, Assembly& assembly);
+
 }  // namespace costate

@@ -3,6 +3,7 @@
 #include "costate/base/error.h"
 #include "costate/element/course.h"
 #include "costate/objective/folded_angle.h"
+#include "costate/objective/formula_output.h"
 
 namespace costate {
 
@@ -16,10 +17,14 @@ thread_local const std::vector<double>* asked_numbers = nullptr;
 }  // namespace
 
 bool OutputTerm::needs_accelerations() const {
-  if (asking && target_.law) {
-    std::vector<double> p;
-    for (const int n : target_.law_numbers) p.push_back((*asked_numbers)[static_cast<std::size_t>(n)]);
-    asking->add(*target_.law, p.data());
+  if (asking) {
+    if (target_.law) {
+      std::vector<double> p;
+      for (const int n : target_.law_numbers) p.push_back((*asked_numbers)[static_cast<std::size_t>(n)]);
+      asking->add(*target_.law, p.data());
+    }
+    for (const Output* y : {output_.get(), target_.output.get()})
+      if (const auto* formula = dynamic_cast<const FormulaOutput*>(y)) formula->add_course(*asked_numbers, *asking);
   }
   return output_->needs_accelerations() || (target_.output && target_.output->needs_accelerations());
 }
@@ -58,7 +63,7 @@ std::vector<PathDual>& dual_buffer(std::size_t n) {
 
 double OutputTerm::value(const StateView& s, Assembly& assembly) const {
   for (const Output* y : {output_.get(), target_.output.get()})
-    if (y && folds(*y)) watch_fold(*y, assembly, s.t, y->value(s, assembly));
+    if (y) watch_folds(*y, s, assembly);
   const double d = difference(s, assembly, law_buffer());
   return assembly.numbers()[weight_number_] * (power_ == 2 ? d * d : d);
 }

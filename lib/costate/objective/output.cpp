@@ -10,6 +10,7 @@
 #include "costate/base/error.h"
 #include "costate/mechanism/multiplier_unit.h"
 #include "costate/objective/all_outputs.h"
+#include "costate/objective/formula_output.h"
 #include "costate/objective/local_output.h"
 
 namespace costate {
@@ -299,6 +300,9 @@ bool for_each_output(const Mechanism& m, std::optional<std::string_view> wanted,
           m.forces(), none, none, [&](std::size_t k) { return m.state_offsets()[k]; },
           [&](std::size_t k) { return m.forces()[k]->states(); }))
     return true;
+  for (const auto& f : m.forces())
+    if (const auto* defined = dynamic_cast<const DefinedOutput*>(f.get()); defined && may_be_of(defined->name()))
+      if (visit(defined->name(), Factory([&m, defined] { return make_formula_output(m, *defined); }))) return true;
   const auto rows = may_be_of("lambda.") ? m.row_names() : std::vector<std::string>{};
   const auto units = may_be_of("lambda.") ? multiplier_units(m) : rows;
   for (std::size_t i = 0; i < rows.size(); ++i) {

@@ -23,7 +23,8 @@ constexpr int kDeepestNesting = 100;
 /// power = atom [^ sign].
 class FormulaLaw::Parser {
  public:
-  Parser(const std::string& text, FormulaLaw& law) : text_(text), law_(law) {}
+  Parser(const std::string& text, FormulaLaw& law, std::vector<std::string>* others = nullptr)
+      : text_(text), law_(law), others_(others) {}
 
   void read() {
     sum();
@@ -119,6 +120,7 @@ class FormulaLaw::Parser {
     const auto c = static_cast<unsigned char>(text_[at_]);
     if (std::isdigit(c) || c == '.') return literal();
     if (std::isalpha(c) || c == '_') return name();
+    if (others_ && c == '\'') return quoted_name();
     fail(fmt::format("'{}' stands where a number, a name or '(' is needed", text_[at_]));
   }
   void literal() {
@@ -128,9 +130,26 @@ class FormulaLaw::Parser {
     at_ = static_cast<std::size_t>(end - text_.data());
     push({Op::constant, value});
   }
+  void push_number(const std::string& word) {
+    const auto at = std::find(law_.names_.begin(), law_.names_.end(), word);
+    push({Op::number, 0, static_cast<int>(at - law_.names_.begin())});
+    if (at != law_.names_.end()) return;
+    law_.names_.push_back(word);
+    others_->push_back(word);
+  }
+  void quoted_name() {
+    const std::size_t end = text_.find('\'', at_ + 1);
+    if (end == std::string::npos) fail("a closing ' is missing");
+    const std::string word = text_.substr(at_ + 1, end - at_ - 1);
+    at_ = end + 1;
+    push_number(word);
+  }
   void name() {
     std::size_t end = at_;
-    while (end < text_.size() && (std::isalnum(static_cast<unsigned char>(text_[end])) || text_[end] == '_')) ++end;
+    const auto in_name = [&](char c) {
+      return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || (others_ && c == '.');
+    };
+    while (end < text_.size() && in_name(text_[end])) ++end;
     const std::string word = text_.substr(at_, end - at_);
     static const std::vector<std::pair<std::string, Op>> functions = {
         {"sin", Op::sin}, {"cos", Op::cos},   {"tan", Op::tan},   {"exp", Op::exp},
@@ -142,13 +161,22 @@ class FormulaLaw::Parser {
       at_ = end;
       return push({Op::number, 0, static_cast<int>(number - law_.names_.begin())});
     }
-    if (word == "t" || word == "x") {
+    if (word == "t" || (word == "x" && !others_)) {
       at_ = end;
       return push({Op::variable});
     }
     if (word == "pi") {
       at_ = end;
       return push({Op::constant, std::numbers::pi});
+    }
+    if (others_ && function == functions.end()) {
+      at_ = end;
+      if (take('(')) {
+        std::vector<std::string> known;
+        for (const auto& f : functions) known.push_back(f.first);
+        fail(fmt::format("there is no function '{}'.{}", word, suggestion(word, known)));
+      }
+      return push_number(word);
     }
     if (function == functions.end()) {
       std::vector<std::string> known = law_.names_;
@@ -165,6 +193,7 @@ class FormulaLaw::Parser {
 
   const std::string& text_;
   FormulaLaw& law_;
+  std::vector<std::string>* others_;  // where they are allowed
   std::size_t at_ = 0;
   int depth_ = 0, nesting_ = 0;
 };
@@ -271,6 +300,21 @@ void FormulaLaw::add_places(const double* p, LawPlaces& places) const {
 
 FormulaLaw::FormulaLaw(const std::string& text, std::vector<std::string> names) : names_(std::move(names)) {
   Parser(text, *this).read();
+}
+
+FormulaLaw::FormulaLaw(const std::string& text, std::vector<std::string> names, std::vector<std::string>& others)
+    : names_(std::move(names)) {
+  Parser(text, *this, &others).read();
+}
+
+bool FormulaLaw::varies() const {
+  return std::any_of(program_.begin(), program_.end(), [](const Step& step) { return step.op == Op::variable; });
+}
+
+bool FormulaLaw::uses(std::size_t i) const {
+  return std::any_of(program_.begin(), program_.end(), [&](const Step& step) {
+    return step.op == Op::number && static_cast<std::size_t>(step.index) == i;
+  });
 }
 
 }  // namespace costate

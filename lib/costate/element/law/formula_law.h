@@ -16,6 +16,12 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
   /// `names`: of the law's numbers, in their order. Throws ModelError where the text is no formula of them,
   /// with the place in the text.
   FormulaLaw(const std::string& text, std::vector<std::string> names);
+  /// The same where any other name is one more number, behind `names`, in the order of the text: dotted names
+  /// ("P2.x_dot"), and in single quotes what no name of a formula can hold ('left-arm.x'). The variable is t alone.
+  FormulaLaw(const std::string& text, std::vector<std::string> names, std::vector<std::string>& others);
+  /// Whether its variable, and whether number i, is in it.
+  bool varies() const;
+  bool uses(std::size_t i) const;
   int number_count() const override { return static_cast<int>(names_.size()); }
   /// Of its terms linear in x: where they pass through zero, and over which length their sines repeat. The rest is
   /// searched.

@@ -1,0 +1,116 @@
+#include "costate/kind/output/formula_output.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "costate/base/error.h"
+#include "costate/element/defined_output.h"
+#include "costate/scene/key_meaning.h"
+#include "costate/scene/scene_kind.h"
+
+namespace costate {
+
+void add_formula_output(MechanismBuilder& builder, const std::string& name, const FormulaOutputOptions& o) {
+  const std::string path = "output." + name;
+  if (name == "time") throw ModelError(path, "'time' is an output of every scene; choose another name.");
+  std::vector<std::string> names, others;
+  for (const auto& [key, value] : o.numbers) names.push_back(key);
+  std::shared_ptr<const FormulaLaw> formula;
+  try {
+    formula = std::make_shared<FormulaLaw>(o.formula, names, others);
+  } catch (const ModelError& e) {
+    throw ModelError(path + ".formula", e.bare_message());
+  }
+  if (names.size() + others.size() > static_cast<std::size_t>(DefinedOutput::kMostNames))
+    throw ModelError(path + ".formula", fmt::format("holds {} names, of {} at most; split it into several outputs.",
+                                                    names.size() + others.size(), DefinedOutput::kMostNames));
+  for (const std::string& key : names)
+    if (!formula->uses(static_cast<std::size_t>(&key - names.data())))
+      throw ModelError(path + "." + key, fmt::format("'{}' is not in the formula \"{}\".", key, o.formula));
+  for (const auto& [key, output] : o.outputs) {
+    const auto at = std::find(others.begin(), others.end(), key);
+    if (at == others.end())
+      throw ModelError(path + "." + key, fmt::format("'{}' is not in the formula \"{}\".", key, o.formula));
+    *at = output;
+  }
+  std::vector<int> numbers;
+  for (const auto& [key, value] : o.numbers) numbers.push_back(builder.add_number(path + "." + key, value));
+  builder.add(std::make_unique<DefinedOutput>(name, o.unit, formula, numbers, others));
+}
+
+namespace {
+
+const KindKeys output_keys("output",
+                           {{"formula",
+                             "of t, of outputs by their names (P2.x_dot; in single quotes where a name holds "
+                             "other signs), and of the table's other keys"},
+                            {"unit", "of its value: \"W\""},
+                            {"b, c, w",
+                             "numbers of the formula of the example, any names will do; each can be a parameter"},
+                            {"pull", "a text is a short name for an output"}});
+
+const RegisterSceneKind output_registered({
+    .name = "output",
+    .phase = ScenePhase::elements,
+    .summary = "an output of one's own: a formula of other outputs, of numbers and of the time",
+    .example = R"(
+[gravity]
+y_m_per_s2 = -9.81
+
+[point.A]
+ground = true
+x_m = 0
+y_m = 0
+
+[point.P]
+x_m = 0.6
+y_m = -0.8
+vx_m_per_s = 0.4
+
+[bar.rod]
+from = "A"
+to = "P"
+mass_kg = 2
+
+[spring.strut]
+from = "A"
+to = "P"
+stiffness_N_per_m = 20
+natural_length_m = 0.7
+damping_N_s_per_m = 1
+
+[output.power]
+formula = "c*strut.force*strut.rate"
+unit = "W"
+c = 1.5
+
+[output.effort]
+formula = "sqrt(1 + pull^2/b^2) + P.y_ddot*sin(w*t) + exp(-power/10)*energy.kinetic"
+unit = "1"
+pull = "lambda.bar.rod.length"
+b = 3
+w = 2
+
+[start]
+given = ["P.x"]
+)",
+    .add =
+        [](const std::string& name, SceneTable& table, MechanismBuilder& builder) {
+          FormulaOutputOptions o;
+          o.formula = table.text("formula");
+          o.unit = table.text("unit");
+          for (const std::string& key : table.keys()) {
+            if (key == "formula" || key == "unit") continue;
+            if (table.is_text(key))
+              o.outputs.emplace_back(key, table.text(key));
+            else
+              o.numbers.emplace_back(key, table.value(key));
+          }
+          add_formula_output(builder, name, o);
+        },
+});
+
+}  // namespace
+
+}  // namespace costate

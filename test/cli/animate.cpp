@@ -237,7 +237,8 @@ TEST_CASE("animate: points and springs are where the motion has them") {
   const WorkingDirectory here;
   REQUIRE(run_costate({"simulate", scene, "--csv", "--output-step", "0.05", "--output", "r"}, here.path()).status == 0);
   const std::string csv = file_text(here / "r/trajectory.csv");
-  const auto x = csv_column(csv, "P2.x"), y = csv_column(csv, "P2.y");
+  const auto x = csv_column(csv, "P2.x"), y = csv_column(csv, "P2.y"), x3 = csv_column(csv, "P3.x"),
+             y3 = csv_column(csv, "P3.y");
   const auto at = g.channel("P2", "translation"), stretch = g.channel("S1", "scale");
   REQUIRE(x.size() == 101);
   REQUIRE(at.size() == 3 * x.size());
@@ -246,8 +247,8 @@ TEST_CASE("animate: points and springs are where the motion has them") {
     CHECK(at[3 * i] == Approx(x[i]).margin(1e-6));
     CHECK(at[3 * i + 1] == Approx(y[i]).margin(1e-6));
     CHECK(at[3 * i + 2] == 0);
-    // The spring S1 leads from A, the origin, to P2.
-    CHECK(stretch[3 * i + 1] == Approx(std::hypot(x[i], y[i])).margin(1e-6));
+    // The spring S1 leads from A, the origin, to P3.
+    CHECK(stretch[3 * i + 1] == Approx(std::hypot(x3[i], y3[i])).margin(1e-6));
   }
   CHECK(g.json.at("nodes").at(0).contains("rotation") == false);  // y is up already
 }

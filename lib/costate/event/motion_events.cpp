@@ -165,16 +165,32 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
   return {};
 }
 
-void MotionEvents::cross(int event, const StateView& before, double* z) {
+const UnilateralForce* MotionEvents::impact_of(int event) const {
+  const auto* contact = dynamic_cast<const UnilateralForce*>(of(event).guarded);
+  return contact && contact->is_impact(of(event).k) ? contact : nullptr;
+}
+
+void MotionEvents::strike(int event, const StateView& before) {
+  impact_->prepare(before, {{of(event).force, impact_of(event), 0, true}});
+  impact_->solve({0});
+}
+
+void MotionEvents::cross(int event, const StateView& before, double* v, double* z) {
   const GuardOf& g = of(event);
   load(g, before);
   g.guarded->transition(g.k, arguments(), out_.data());
-  last_jump_ = 0;
+  last_jump_ = last_loss_ = 0;
   for (std::size_t i = 0; i < out_.size(); ++i) {
     const double jump = out_[i].v.c0 - z_[i].v.c0;
     if (std::abs(jump) > std::abs(last_jump_)) last_jump_ = jump;
-    z[g.first_state + static_cast<int>(i)] = out_[i].v.c0;
   }
+  if (impact_of(event)) {
+    strike(event, before);
+    for (int i = 0; i < assembly_.n(); ++i) v[i] = before.v[i] + impact_->u()[i];
+    last_jump_ = impact_->speed_after(0) - impact_->speed_before(0);
+    last_loss_ = impact_->energy_lost();
+  }
+  for (std::size_t i = 0; i < out_.size(); ++i) z[g.first_state + static_cast<int>(i)] = out_[i].v.c0;
 }
 
 void MotionEvents::linearize(const GuardOf& g, const StateView& before, const Side& minus, bool columns) {
@@ -249,6 +265,12 @@ void MotionEvents::tangent(int event, const StateView& before, const Side& minus
   linearize(g, before, minus, true);
   const int n = assembly_.n(), nz = assembly_.nz(), first = g.first_state;
   std::vector<double> own(D_x_.size());
+  const bool impact = impact_of(event) != nullptr;
+  std::vector<double> moved, u(static_cast<std::size_t>(n), 0);  // u's change along the column
+  if (impact) {
+    strike(event, before);
+    impact_->linearize(true);
+  }
   for (int j = 0; j < count; ++j) {
     double* x = columns[j];
     double dh = h_rho_[static_cast<std::size_t>(j)];
@@ -259,8 +281,20 @@ void MotionEvents::tangent(int event, const StateView& before, const Side& minus
           D_rho_[i][static_cast<std::size_t>(j)] + (D_rate_[i] - plus.zdot[static_cast<std::size_t>(first) + i]) * dt;
       for (std::size_t k = 0; k < D_x_[i].size(); ++k) own[i] += D_x_[i][k] * x[k];
     }
-    for (int i = 0; i < n; ++i)
-      x[n + i] += (minus.a[static_cast<std::size_t>(i)] - plus.a[static_cast<std::size_t>(i)]) * dt;
+    if (impact) {
+      moved.assign(x, x + 2 * n);
+      for (int i = 0; i < n; ++i) {
+        moved[static_cast<std::size_t>(i)] += before.v[i] * dt;
+        moved[static_cast<std::size_t>(n + i)] += minus.a[static_cast<std::size_t>(i)] * dt;
+      }
+      std::fill(u.begin(), u.end(), 0.0);
+      impact_->tangent(moved.data(), moved.data() + n, j, dt, u.data());
+      for (int i = 0; i < n; ++i) x[i] -= impact_->u()[i] * dt;
+    }
+    for (int i = 0; i < n; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      x[n + i] += (minus.a[k] - plus.a[k]) * dt + u[k];
+    }
     for (int i = 0; i < nz; ++i)
       x[2 * n + i] += (minus.zdot[static_cast<std::size_t>(i)] - plus.zdot[static_cast<std::size_t>(i)]) * dt;
     for (std::size_t i = 0; i < own.size(); ++i) x[2 * n + first + static_cast<int>(i)] = own[i];
@@ -274,6 +308,19 @@ void MotionEvents::adjoint(int event, const StateView& before, const Side& minus
   const int n = assembly_.n(), nz = assembly_.nz(), first = g.first_state, np = assembly_.np();
   linearize(g, before, minus, np > 0);
   double sigma = minus.cost - plus.cost;
+  if (impact_of(event)) {
+    strike(event, before);
+    impact_->linearize(false);
+    std::vector<double> w(static_cast<std::size_t>(2 * n), 0);
+    sigma += impact_->adjoint(mu + n, w.data(), w.data() + n, gradient);
+    for (int i = 0; i < n; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      sigma += w[k] * before.v[i] + w[k + static_cast<std::size_t>(n)] * minus.a[k] - mu[i] * impact_->u()[i];
+    }
+    for (int i = 0; i < n; ++i)
+      sigma += mu[n + i] * (minus.a[static_cast<std::size_t>(i)] - plus.a[static_cast<std::size_t>(i)]);
+    for (int i = 0; i < 2 * n; ++i) mu[i] += w[static_cast<std::size_t>(i)];
+  } else
   for (int i = 0; i < n; ++i)
     sigma += mu[n + i] * (minus.a[static_cast<std::size_t>(i)] - plus.a[static_cast<std::size_t>(i)]);
   const int own = static_cast<int>(D_x_.size());

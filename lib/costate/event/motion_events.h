@@ -1,18 +1,21 @@
 // The events of a mechanism (element/guarded_force.h): where they are along a step, what jumps there, and how tangents
-// and adjoints cross. Positions and velocities go on; states of forces jump, z+ = D(t, x), and with them the right-hand
-// side, f = (v, a, z'). The time t* of an event depends on everything (lib/README.md (17)):
+// and adjoints cross. Positions go on, velocities but for impacts (event/impact.h: v+ = v + u); states of forces jump,
+// z+ = D(t, x), and with them the right-hand side, f = (v, a, z'). The time t* of an event depends on everything
+// (lib/README.md (17), (19)):
 //   dt* = -(h_x dx + h_rho drho)/hdot,           hdot = h_t + h_x f-
-//   dx+ = G_x dx + G_rho drho + (G_t + G_x f- - f+) dt*,   dpsi += (g- - g+) dt*,   G = (q, v, D)
+//   dx+ = G_x dx + G_rho drho + (G_t + G_x f- - f+) dt*,   dpsi += (g- - g+) dt*,   G = (q, v + u, D)
 //   sigma = mu+^T (G_t + G_x f- - f+) + g- - g+,  mu-^T = mu+^T G_x - sigma/hdot h_x
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "costate/assembly/assembly.h"
 #include "costate/element/guarded_force.h"
+#include "costate/event/impact.h"
 
 namespace costate {
 
@@ -25,13 +28,19 @@ class MotionEvents {
   /// Throws CapabilityError where there are any: for runs that are not carried across ("fixed steps").
   static void refuse(const Mechanism& mechanism, const std::string& what);
 
+  /// By which impacts are solved for; to be called before the first one.
+  void use(ImpulseBalance& balance) { impact_ = std::make_unique<Impact>(assembly_, balance); }
+
   bool empty() const { return guards_.empty(); }
   /// "contact.foot: touch".
   const std::string& name(int event) const { return of(event).name; }
   /// "closed".
   std::string mode(int event) const { return of(event).guarded->mode_behind(of(event).k); }
-  /// By how much the last cross() made a state jump, the one that jumped most; in its own unit.
+  /// By how much the last cross() made a state jump, the one that jumped most, or at an impact the rate of the gap; in
+  /// its own unit.
   double last_jump() const { return last_jump_; }
+  /// What it took from the kinetic energy, in J; 0 but at impacts.
+  double last_loss() const { return last_loss_; }
 
   /// A run begins at this state: a guard counts once it has been seen on the side from which it crosses, or where it is
   /// at zero and about to cross. Throws ModelError where it is past zero.
@@ -45,8 +54,8 @@ class MotionEvents {
   /// called for each step once, in order of time.
   std::optional<Hit> find(double from, double to, const std::function<StateView(double)>& at);
 
-  /// z (nz entries, those before) := those behind the event.
-  void cross(int event, const StateView& before, double* z);
+  /// v (n entries) and z (nz entries), those before, := those behind the event.
+  void cross(int event, const StateView& before, double* v, double* z);
 
   /// Accelerations, rates of force states and running cost on one side.
   struct Side {
@@ -74,6 +83,10 @@ class MotionEvents {
   double value(const GuardOf& g, const StateView& s);
   void load(const GuardOf& g, const StateView& s);
   MeasureArguments arguments() const;
+  /// The contact if the event is an impact of it, or null.
+  const UnilateralForce* impact_of(int event) const;
+  /// Solves for the impact at the event.
+  void strike(int event, const StateView& before);
   /// h_x, h_rho, hdot and those of the transition.
   void linearize(const GuardOf& g, const StateView& before, const Side& minus, bool columns);
 
@@ -87,7 +100,8 @@ class MotionEvents {
   std::vector<double> h_x_, h_rho_;
   std::vector<std::vector<double>> D_x_, D_rho_;
   std::vector<double> D_rate_;  // D_t + D_x f-
-  double hdot_ = 0, last_jump_ = 0;
+  double hdot_ = 0, last_jump_ = 0, last_loss_ = 0;
+  std::unique_ptr<Impact> impact_;
 };
 
 }  // namespace costate

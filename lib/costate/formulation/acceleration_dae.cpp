@@ -18,6 +18,7 @@ AccelerationDae::AccelerationDae(std::shared_ptr<const Mechanism> mechanism, Par
       point_(assembly_) {
   append_differential_unknowns(assembly_.mechanism(), unknowns_);
   append_algebraic_unknowns(assembly_.mechanism(), unknowns_, true);
+  if (events_) events_->use(state_.balance());
   reduced_.assign(static_cast<std::size_t>(level_.newton_size()), 0);
   place_jacobian();
 }
@@ -220,7 +221,7 @@ void AccelerationDae::start(double t, double* y, double* yp, Eigen::MatrixXd* y_
 
 void AccelerationDae::jump(double t, double* y, double* yp) {
   if (pending_event_ >= 0) {
-    events_->cross(pending_event_, view(t, y), y + 2 * n_);
+    events_->cross(pending_event_, view(t, y), y + n_, y + 2 * n_);
     state_.complete(t, y, yp);
     return;
   }
@@ -233,7 +234,7 @@ void AccelerationDae::jump_tangent(const Jump& jump, double* const* s, double* c
   if (jump.event >= 0) {
     jump_cost_tangent_.assign(static_cast<std::size_t>(count), 0);
     const StateView before = view(jump.t, jump.y.data());
-    events_->cross(jump.event, before, y.data() + 2 * n_);
+    events_->cross(jump.event, before, y.data() + n_, y.data() + 2 * n_);
     const auto minus = event_side(jump.t, jump.y.data()), plus = event_side(jump.t, y.data());
     events_->tangent(jump.event, before, minus, plus, s, count, jump_cost_tangent_.data());
     state_.complete(jump.t, y.data(), yp.data());
@@ -251,7 +252,7 @@ void AccelerationDae::jump_adjoint(const Jump& jump, double* mu, double* mup, do
   if (jump.event >= 0) {
     std::vector<double> after = jump.y;
     const StateView before = view(jump.t, jump.y.data());
-    events_->cross(jump.event, before, after.data() + 2 * n_);
+    events_->cross(jump.event, before, after.data() + n_, after.data() + 2 * n_);
     const auto minus = event_side(jump.t, jump.y.data()), plus = event_side(jump.t, after.data());
     events_->adjoint(jump.event, before, minus, plus, mu, gradient);
   } else {

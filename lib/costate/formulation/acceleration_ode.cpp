@@ -12,6 +12,7 @@ AccelerationOde::AccelerationOde(std::shared_ptr<const Mechanism> mechanism, Par
       level_(assembly_, stabilization),
       velocity_jump_(assembly_, level_) {
   append_differential_unknowns(assembly_.mechanism(), unknowns_);
+  if (events_) events_->use(velocity_jump_.balance());
   kkt_.assign(static_cast<std::size_t>(assembly_.n() + assembly_.m()), 0);
   reduced_.assign(static_cast<std::size_t>(level_.newton_size()), 0);
 }
@@ -233,7 +234,7 @@ void AccelerationOde::start(double t, double* y, Eigen::MatrixXd* y_rho) {
 
 void AccelerationOde::jump(double t, double* y) {
   if (pending_event_ >= 0) {
-    events_->cross(pending_event_, view(t, y), y + 2 * assembly_.n());
+    events_->cross(pending_event_, view(t, y), y + assembly_.n(), y + 2 * assembly_.n());
     return;
   }
   cross_kink(t, y);
@@ -250,7 +251,7 @@ void AccelerationOde::jump_tangent(const Jump& jump, double* const* s, int count
     jump_cost_tangent_.assign(static_cast<std::size_t>(count), 0);
     std::vector<double> after = jump.y;
     const StateView before = view(jump.t, jump.y.data());
-    events_->cross(jump.event, before, after.data() + 2 * assembly_.n());
+    events_->cross(jump.event, before, after.data() + assembly_.n(), after.data() + 2 * assembly_.n());
     const auto minus = event_side(jump.t, jump.y.data()), plus = event_side(jump.t, after.data());
     events_->tangent(jump.event, before, minus, plus, s, count, jump_cost_tangent_.data());
     return;
@@ -264,7 +265,7 @@ void AccelerationOde::jump_adjoint(const Jump& jump, double* mu, double* gradien
   if (jump.event >= 0) {
     std::vector<double> after = jump.y;
     const StateView before = view(jump.t, jump.y.data());
-    events_->cross(jump.event, before, after.data() + 2 * assembly_.n());
+    events_->cross(jump.event, before, after.data() + assembly_.n(), after.data() + 2 * assembly_.n());
     const auto minus = event_side(jump.t, jump.y.data()), plus = event_side(jump.t, after.data());
     events_->adjoint(jump.event, before, minus, plus, mu, gradient);
     cost_gradient_at_ = 0;

@@ -24,6 +24,7 @@ class ConsistentState {
   void complete_columns(double* const* s, double* const* sp, int count);
   /// The start of the scene at t, with its columns by parameters if asked for, as (y, y').
   Start start(double t, bool columns, double* y, double* yp);
+  ImpulseBalance& balance() { return jump_.balance(); }
   /// (y, y') := the state after the jump from t to t_after.
   void jump(double t, double t_after, double* y, double* yp);
   /// The same, and (q, v, z) of the columns s go across.

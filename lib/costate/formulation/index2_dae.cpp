@@ -23,6 +23,7 @@ Index2Dae::Index2Dae(std::shared_ptr<const Mechanism> mechanism, ParameterSelect
       point_(assembly_) {
   append_differential_unknowns(assembly_.mechanism(), unknowns_);
   append_algebraic_unknowns(assembly_.mechanism(), unknowns_, false);
+  if (events_) events_->use(state_.balance());
   for (const auto& name : assembly_.mechanism().row_names())
     unknowns_.push_back({"gamma." + name, "1", Unknown::Role::stabilizer, false, false});
   hessian_.assign(assembly_.square().row.size(), 0);

@@ -34,7 +34,7 @@ void Index2Dae::start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, E
 
 void Index2Dae::jump(double t, double* y, double* yp) {
   if (pending_event_ < 0) return state_.jump(t, segment_start(t), y, yp);
-  events_->cross(pending_event_, view(t, y), y + 2 * n_);
+  events_->cross(pending_event_, view(t, y), y + n_, y + 2 * n_);
   state_.complete(t, y, yp);
 }
 
@@ -44,7 +44,7 @@ void Index2Dae::jump_tangent(const Jump& jump, double* const* s, double* const* 
   if (jump.event >= 0) {
     jump_cost_tangent_.assign(static_cast<std::size_t>(count), 0);
     const StateView before = view(jump.t, jump.y.data());
-    events_->cross(jump.event, before, y.data() + 2 * n_);
+    events_->cross(jump.event, before, y.data() + n_, y.data() + 2 * n_);
     const auto minus = event_side(jump.t, jump.y.data()), plus = event_side(jump.t, y.data());
     events_->tangent(jump.event, before, minus, plus, s, count, jump_cost_tangent_.data());
     state_.complete(jump.t, y.data(), yp.data());
@@ -66,7 +66,7 @@ void Index2Dae::jump_adjoint(const Jump& jump, double* mu, double* mup, double* 
   if (jump.event >= 0) {
     std::vector<double> after = jump.y;
     const StateView before = view(jump.t, jump.y.data());
-    events_->cross(jump.event, before, after.data() + 2 * n_);
+    events_->cross(jump.event, before, after.data() + n_, after.data() + 2 * n_);
     const auto minus = event_side(jump.t, jump.y.data()), plus = event_side(jump.t, after.data());
     events_->adjoint(jump.event, before, minus, plus, mu, gradient);
   } else {

@@ -25,6 +25,7 @@ MaggiDae::MaggiDae(std::shared_ptr<const Mechanism> mechanism, ParameterSelectio
       nz_(assembly_.nz()),
       jacobian_(std::max(1, 3 * f_ + nz_)) {
   append_maggi_unknowns(assembly_.mechanism(), f_, unknowns_);
+  if (events_) events_->use(kink_.balance());
   for (int i = 0; i < f_; ++i)
     unknowns_.push_back({"independent." + std::to_string(i) + "_ddot", "", Unknown::Role::acceleration, false, true});
   const int y = 0, yd = f_, z = 2 * f_, w = z + nz_;

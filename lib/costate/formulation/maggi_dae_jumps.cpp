@@ -21,7 +21,7 @@ bool MaggiDae::wants_other_coordinates(double t, const double*) {
 
 void MaggiDae::cross_event(int event, double t, double* y, double* yp) {
   level_.solve(t, y, y + f_, y + 2 * f_);
-  events_->cross(event, level_.state(), y + 2 * f_);
+  costate::cross_event(level_, *events_, event, y + f_, y + 2 * f_);
   level_.solve(t, y, y + f_, y + 2 * f_);
   level_.solve_accelerations();
   load_state(level_.state(), y, yp);

@@ -4,6 +4,14 @@
 
 namespace costate {
 
+void cross_event(MaggiLevel& level, MotionEvents& events, int event, double* yd, double* z) {
+  const StateView before = level.state();
+  std::vector<double> v(before.v, before.v + level.assembly().n());
+  events.cross(event, before, v.data(), z);
+  const auto& independent = level.independent();
+  for (std::size_t i = 0; i < independent.size(); ++i) yd[i] = v[static_cast<std::size_t>(independent[i])];
+}
+
 void cross_event_tangent(MaggiLevel& level, MotionEvents& events, int event, const MotionEvents::Side& minus,
                          const MotionEvents::Side& plus, double* const* s, int count, double* dcost) {
   const int n = level.assembly().n(), nz = level.assembly().nz(), f = level.freedoms();
@@ -22,7 +30,10 @@ void cross_event_tangent(MaggiLevel& level, MotionEvents& events, int event, con
   const auto& independent = level.independent();
   for (int j = 0; j < count; ++j) {
     const double* c = columns[static_cast<std::size_t>(j)];
-    for (int i = 0; i < f; ++i) s[j][f + i] = c[n + independent[static_cast<std::size_t>(i)]];
+    for (int i = 0; i < f; ++i) {
+      s[j][i] = c[independent[static_cast<std::size_t>(i)]];
+      s[j][f + i] = c[n + independent[static_cast<std::size_t>(i)]];
+    }
     std::copy_n(c + 2 * n, nz, s[j] + 2 * f);
   }
 }

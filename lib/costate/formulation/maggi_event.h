@@ -1,4 +1,4 @@
-// The mechanism's events (event/motion_events.h) in independent coordinates: y and yd go on, force states jump. Both
+// The mechanism's events (event/motion_events.h) in independent coordinates: y goes on, yd but for impacts, force states jump. All
 // work at the linearized point of the level before the event, in the chart in force.
 #pragma once
 
@@ -7,6 +7,8 @@
 
 namespace costate {
 
+/// (yd, z) behind the event.
+void cross_event(MaggiLevel& level, MotionEvents& events, int event, double* yd, double* z);
 /// Columns (dy, dyd, dz), one a parameter, before the event become those behind it; dcost as MotionEvents::tangent().
 void cross_event_tangent(MaggiLevel& level, MotionEvents& events, int event, const MotionEvents::Side& minus,
                          const MotionEvents::Side& plus, double* const* s, int count, double* dcost);

@@ -12,6 +12,7 @@ class MaggiKink {
  public:
   explicit MaggiKink(MaggiLevel& level);
 
+  ImpulseBalance& balance() { return jump_.balance(); }
   /// yd behind the kink.
   void cross(double t_after, double* yd);
   /// Columns (dy, dyd, dz), one a parameter, before the kink become those behind it; at the linearized point.

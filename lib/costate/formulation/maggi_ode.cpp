@@ -16,6 +16,7 @@ MaggiOde::MaggiOde(std::shared_ptr<const Mechanism> mechanism, ParameterSelectio
       f_(level_.freedoms()),
       nz_(assembly_.nz()) {
   append_maggi_unknowns(assembly_.mechanism(), f_, unknowns_);
+  if (events_) events_->use(kink_.balance());
   reduced_.assign(static_cast<std::size_t>(newton_.size()), 0);
   y_buffer_.assign(static_cast<std::size_t>(size()), 0);
   rho_buffer_.assign(static_cast<std::size_t>(assembly_.np()), 0);
@@ -229,7 +230,7 @@ bool MaggiOde::wants_other_coordinates(double t, const double*) {
 
 void MaggiOde::cross_event(int event, double t, double* y) {
   solve_point(t, y);
-  events_->cross(event, level_.state(), y + 2 * f_);
+  costate::cross_event(level_, *events_, event, y + f_, y + 2 * f_);
   solve_point(t, y);
 }
 

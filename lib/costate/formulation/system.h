@@ -103,6 +103,7 @@ class System {
   std::string event_mode(int event) const { return events_->mode(event); }
   /// Of the event that the last jump() crossed: by how much the state jumped that did so most, in its own unit.
   double event_jump() const { return events_->last_jump(); }
+  double event_loss() const { return events_->last_loss(); }
   /// What the running part of psi gains by each parameter where the last jump_tangent() crossed an event, or a kink
   /// whose time moves; else empty.
   const std::vector<double>& jump_cost_tangent() const { return jump_cost_tangent_; }

@@ -12,18 +12,9 @@
 #include <vector>
 
 #include "costate/assembly/assembly.h"
+#include "costate/event/impulse_balance.h"
 
 namespace costate {
-
-/// The balance of impulses, [M Phi_q^T; Phi_q -1/alpha], as a formulation solves it.
-class ImpulseBalance {
- public:
-  virtual ~ImpulseBalance() = default;
-  /// Evaluates M, Phi_q and Phi_t of the assembly at (t, q, v, z).
-  virtual void prepare(const StateView& s) = 0;
-  /// b := the solution for b of n + m entries; as symmetric as the matrix.
-  virtual void solve(double* b) = 0;
-};
 
 /// How a time t* moves with the parameters, and what the state does on either side.
 struct MovingTime {
@@ -36,6 +27,8 @@ class ImpulseJump {
  public:
   ImpulseJump(Assembly& assembly, std::unique_ptr<ImpulseBalance> balance)
       : assembly_(assembly), balance_(std::move(balance)) {}
+
+  ImpulseBalance& balance() { return *balance_; }
 
   /// v+ (n entries, until the next call) for the state before the jump (q, v, z), with the instants on either side.
   const double* calc(const StateView& before, double t_after);

@@ -37,7 +37,8 @@ void SegmentedRun<Session, SystemType>::advance_segments(double t, Trajectory* t
     if (in_a_row > kMostJumpsInARow)
       throw SolverError(fmt::format("The run does not get beyond t = {:.9g} s: one segment follows another.", jump.t));
     if (jump.event >= 0)
-      events_.push_back({jump.t, system_.event_name(jump.event), system_.event_mode(jump.event), system_.event_jump()});
+      events_.push_back({jump.t, system_.event_name(jump.event), system_.event_mode(jump.event), system_.event_jump(),
+                         system_.event_loss()});
     links_.push_back({std::move(jump), start.restart});
     session().read_forward_counters();
     if (adjoint_) note_length(session().counters());

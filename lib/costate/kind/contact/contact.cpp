@@ -8,6 +8,7 @@
 
 #include "costate/base/error.h"
 #include "costate/element/force/contact.h"
+#include "costate/kind/contact/rigid_contact.h"
 #include "costate/kind/lookup.h"
 #include "costate/scene/scene_kind.h"
 
@@ -127,6 +128,36 @@ void add_contact(MechanismBuilder& builder, const std::string& name, const std::
 
 namespace {
 
+/// A scene that is made for compliant contact is read as one of rigid contact: what only the former has plays no part.
+void add_rigid(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
+  const std::string path = "contact." + name;
+  for (const char* key : {"points", "shares"})
+    if (table.has(key))
+      throw ModelError(path + "." + key, "A rigid contact has one point: write a contact for each.");
+  RigidContactOptions o;
+  const std::string point = table.text("point");
+  ContactLawOptions compliant;
+  if (table.has("stiffness_N_per_m_n") || table.has("youngs_modulus_Pa")) read_normal_law(table, "ground_", compliant);
+  o.restitution = table.value("restitution", NumberRule::non_negative, 0);
+  if (table.has("approach_speed_m_per_s") && table.value("approach_speed_m_per_s", NumberRule::non_negative) > 0)
+    throw ModelError(path + ".approach_speed_m_per_s",
+                     "A rigid contact that is closed at the start is not there yet: let it start open, or take "
+                     "kind = \"compliant\".");
+  read_friction(table, compliant);
+  if (compliant.friction != "none" && compliant.friction_coefficient != 0)
+    throw ModelError(path + ".friction",
+                     "Rigid contact with friction is not there yet: take friction = \"none\", or kind = "
+                     "\"compliant\".");
+  o.ground_height_m = table.value("ground_height_m", NumberRule::any, 0);
+  o.ground_angle_rad = table.value("ground_angle_rad", NumberRule::any, 0);
+  o.radius_m = table.value("radius_m", NumberRule::non_negative, 0);
+  o.ahead_of = table.text("ahead_of", "");
+  if (table.flag("energy_lost", false))
+    throw ModelError(path + ".energy_lost", "A rigid contact says what each impact takes, as a run's events: leave "
+                                            "this out.");
+  add_rigid_contact(builder, name, point, o);
+}
+
 const RegisterSceneKind contact_registered({
     .name = "contact",
     .phase = ScenePhase::elements,
@@ -168,6 +199,8 @@ given = ["ball.x", "ball.y", "ball.angle"]
     .add =
         [](const std::string& name, SceneTable& table, MechanismBuilder& builder) {
           constexpr auto positive = NumberRule::positive, not_negative = NumberRule::non_negative;
+          if (table.one_of("kind", {"compliant", "rigid"}, "compliant") == "rigid")
+            return add_rigid(name, table, builder);
           ContactOptions o;
           std::vector<std::string> points = table.texts("points", false);
           if (points.empty()) points = {table.text("point")};

@@ -6,7 +6,8 @@ namespace costate {
 namespace {
 
 const KindKeys contact_keys("contact",
-                            {{"point", "name of the point, or of the centre of an arc or a sphere"},
+                            {{"kind", "compliant: a normal force by the penetration; rigid: impacts"},
+                             {"point", "name of the point, or of the centre of an arc or a sphere"},
                              {"points", "in its place, several on one body: corners, or the points of a patch"},
                              {"shares", "of the normal law, one a point; by default 1 each"},
                              {"ahead_of", "name of a point: it closes only where it is ahead of that one along x"},
@@ -83,6 +84,11 @@ poisson_ratio = 0.45
 ground_youngs_modulus_Pa = 1e9
 restitution = 0.5
 radius_m = 0.1
+
+[contact.hard]
+kind = "rigid"
+point = "C"
+restitution = 0.5
 
 [contact.decaying]
 point = "C"

@@ -1,0 +1,255 @@
+#include "costate/event/impact.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "costate/base/error.h"
+
+namespace costate {
+
+namespace {
+/// r_i at (q, p) with the first time derivatives qdot, and dual parts of the coordinate or number `seed`.
+PathDual row_value(const ImpactRow& r, const std::vector<PathDual>& q, const std::vector<PathDual>& p) {
+  MeasureArguments x;
+  x.q = q.data();
+  x.p = p.data();
+  return r.contact->row(r.row, x);
+}
+}  // namespace
+
+double Impact::factor(const ImpactRow& r) const {
+  if (!r.bounces) return 1;
+  const int number = r.force->numbers()[static_cast<std::size_t>(r.contact->restitution_number())];
+  return 1 + assembly_.numbers()[static_cast<std::size_t>(number)];
+}
+
+void Impact::evaluate(Row& row, bool second) {
+  const Force& force = *row.of.force;
+  const auto& c = force.coordinates();
+  const std::size_t k = c.size();
+  std::vector<PathDual> q(k), p;
+  for (std::size_t i = 0; i < k; ++i) q[i] = PathDual(before_.q[c[i]]);
+  for (const int number : force.numbers()) p.emplace_back(assembly_.numbers()[static_cast<std::size_t>(number)]);
+  row.factor = factor(row.of);
+  if (!second) {
+    row.J.assign(k, 0);
+    for (std::size_t i = 0; i < k; ++i) {
+      q[i].d[0] = Taylor2(1.0);
+      row.J[i] = row_value(row.of, q, p).d[0].c0;
+      q[i].d[0] = Taylor2();
+    }
+    return;
+  }
+  row.parameters.clear();
+  for (std::size_t i = 0; i < p.size(); ++i)
+    if (!assembly_.number_columns()[static_cast<std::size_t>(force.numbers()[i])].empty())
+      row.parameters.push_back(static_cast<int>(i));
+  row.H.setZero(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(k));
+  row.J_p.setZero(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(row.parameters.size()));
+  for (std::size_t l = 0; l < k; ++l) {  // along e_l: r' = J_l, whose derivatives by q and p are those of J_l
+    q[l].v.c1 = 1;
+    const auto at = static_cast<Eigen::Index>(l);
+    for (std::size_t i = 0; i < k; ++i) {
+      q[i].d[0] = Taylor2(1.0);
+      row.H(static_cast<Eigen::Index>(i), at) = row_value(row.of, q, p).d[0].c1;
+      q[i].d[0] = Taylor2();
+    }
+    for (std::size_t i = 0; i < row.parameters.size(); ++i) {
+      PathDual& number = p[static_cast<std::size_t>(row.parameters[i])];
+      number.d[0] = Taylor2(1.0);
+      row.J_p(at, static_cast<Eigen::Index>(i)) = row_value(row.of, q, p).d[0].c1;
+      number.d[0] = Taylor2();
+    }
+    q[l].v.c1 = 0;
+  }
+}
+
+double Impact::along(const Row& row, const double* x) const {
+  const auto& c = row.of.force->coordinates();
+  double sum = 0;
+  for (std::size_t i = 0; i < c.size(); ++i) sum += row.J[i] * x[c[i]];
+  return sum;
+}
+
+void Impact::prepare(const StateView& before, std::vector<ImpactRow> rows) {
+  const auto size = static_cast<std::size_t>(assembly_.n() + assembly_.m());
+  before_ = before;
+  rows_.clear();
+  for (ImpactRow& r : rows) rows_.push_back({r, {}, {}, {}, {}, 1});
+  balance_.prepare(before_);
+  response_.assign(rows_.size(), std::vector<double>(size, 0));
+  before_rate_.assign(rows_.size(), 0);
+  W_.setZero(static_cast<Eigen::Index>(rows_.size()), static_cast<Eigen::Index>(rows_.size()));
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    evaluate(rows_[i], false);
+    before_rate_[i] = along(rows_[i], before_.v);
+    const auto& c = rows_[i].of.force->coordinates();
+    for (std::size_t k = 0; k < c.size(); ++k) response_[i][static_cast<std::size_t>(c[k])] += rows_[i].J[k];
+    balance_.solve(response_[i].data());
+    for (std::size_t j = 0; j < rows_.size(); ++j) {
+      if (rows_[j].J.empty()) evaluate(rows_[j], false);
+      W_(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(i)) = along(rows_[j], response_[i].data());
+    }
+  }
+}
+
+void Impact::solve_bordered(std::vector<double>& b, Eigen::VectorXd& c) {
+  balance_.solve(b.data());
+  const auto k = static_cast<Eigen::Index>(active_.size());
+  if (k == 0) return;
+  Eigen::VectorXd r(k);
+  for (Eigen::Index i = 0; i < k; ++i)
+    r[i] = c[i] - along(rows_[static_cast<std::size_t>(active_[static_cast<std::size_t>(i)])], b.data());
+  c = active_W_.fullPivLu().solve(r);
+  for (Eigen::Index i = 0; i < k; ++i) {
+    const auto& response = response_[static_cast<std::size_t>(active_[static_cast<std::size_t>(i)])];
+    for (std::size_t j = 0; j < b.size(); ++j) b[j] += c[i] * response[j];
+  }
+}
+
+void Impact::solve(const std::vector<int>& active) {
+  active_ = active;
+  const auto k = static_cast<Eigen::Index>(active.size());
+  active_W_.resize(k, k);
+  Eigen::VectorXd c(k);
+  for (Eigen::Index i = 0; i < k; ++i) {
+    const auto at = static_cast<std::size_t>(active[static_cast<std::size_t>(i)]);
+    c[i] = -rows_[at].factor * before_rate_[at];
+    for (Eigen::Index j = 0; j < k; ++j) active_W_(i, j) = W_(active[static_cast<std::size_t>(i)], active[static_cast<std::size_t>(j)]);
+  }
+  const auto n = static_cast<std::size_t>(assembly_.n());
+  solution_.assign(n + static_cast<std::size_t>(assembly_.m()), 0);
+  impulse_.assign(rows_.size(), 0);
+  solve_bordered(solution_, c);
+  for (Eigen::Index i = 0; i < k; ++i) impulse_[static_cast<std::size_t>(active[static_cast<std::size_t>(i)])] = c[i];
+  after_.assign(before_.v, before_.v + n);
+  for (std::size_t i = 0; i < n; ++i) after_[i] += solution_[i];
+  after_rate_.assign(rows_.size(), 0);
+  for (std::size_t i = 0; i < rows_.size(); ++i) after_rate_[i] = along(rows_[i], after_.data());
+}
+
+double Impact::energy_lost() {
+  double lost = 0;
+  for (std::size_t i = 0; i < rows_.size(); ++i) lost -= 0.5 * impulse_[i] * (before_rate_[i] + after_rate_[i]);
+  return lost;
+}
+
+void Impact::linearize(bool columns) {
+  const int n = assembly_.n(), m = assembly_.m();
+  const std::vector<double> rest(static_cast<std::size_t>(std::max(n, m)), 0);
+  for (const int i : active_) evaluate(rows_[static_cast<std::size_t>(i)], true);
+  StateView s = before_;
+  s.a = s.lambda = rest.data();
+  Assembly::ParameterColumns c;
+  // Phi_q u = 0 as the difference of Phidot behind the impact and before it.
+  const auto side = [&](const double* v, double sign) {
+    s.v = v;
+    assembly_.calc_dynamics(s);
+    assembly_.calc_partials(s);
+    std::vector<double> rate = assembly_.bias;  // Phidot_t = bias - Phidot_q v
+    add_product(assembly_.jacobian(), assembly_.phid_q.data(), -1, v, rate.data());
+    for (std::size_t k = 0; k < phid_q_.size(); ++k) phid_q_[k] += sign * assembly_.phid_q[k];
+    for (std::size_t k = 0; k < phid_t_.size(); ++k) phid_t_[k] += sign * rate[k];
+    if (!columns) return;
+    assembly_.calc_parameter_columns(s, c);
+    phid_ += sign * c.phid;
+  };
+  phid_q_.assign(assembly_.phid_q.size(), 0);
+  phid_t_.assign(static_cast<std::size_t>(m), 0);
+  phid_.setZero(m, assembly_.np());
+  side(before_.v, -1);
+  side(after_.data(), 1);
+  balance_.prepare(before_);
+  const double *u = solution_.data(), *P = u + n;
+  hessian_.resize(assembly_.square().row.size());
+  assembly_.calc_projection_hessian(s, u, P, hessian_);
+  if (!columns) return;
+  force_.setZero(n, assembly_.np());
+  assembly_.calc_projection_columns(s, u, P, force_);
+}
+
+void Impact::tangent(const double* dq, const double* dv, int j, double dt, double* du) {
+  const int n = assembly_.n(), m = assembly_.m();
+  std::vector<double> b(static_cast<std::size_t>(n + m));
+  for (int i = 0; i < n; ++i) b[static_cast<std::size_t>(i)] = -force_(i, j);
+  for (int i = 0; i < m; ++i) b[static_cast<std::size_t>(n + i)] = -phid_(i, j) - dt * phid_t_[static_cast<std::size_t>(i)];
+  add_product(assembly_.square(), hessian_.data(), -1, dq, b.data());
+  add_product(assembly_.jacobian(), phid_q_.data(), -1, dq, b.data() + n);
+  Eigen::VectorXd c = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(active_.size()));
+  for (std::size_t a = 0; a < active_.size(); ++a) {
+    const auto at = static_cast<std::size_t>(active_[a]);
+    const Row& row = rows_[at];
+    const auto& q = row.of.force->coordinates();
+    const auto k = static_cast<Eigen::Index>(q.size());
+    Eigen::VectorXd along_q(k), x(k);
+    for (Eigen::Index i = 0; i < k; ++i) {
+      const auto g = static_cast<std::size_t>(q[static_cast<std::size_t>(i)]);
+      along_q[i] = dq[g];
+      x[i] = solution_[g] + row.factor * before_.v[g];
+    }
+    Eigen::VectorXd dJ = row.H * along_q;
+    double dfactor = 0;
+    for (std::size_t p = 0; p < row.parameters.size(); ++p) {
+      const int number = row.of.force->numbers()[static_cast<std::size_t>(row.parameters[p])];
+      for (const auto& [column, f] : assembly_.number_columns()[static_cast<std::size_t>(number)]) {
+        if (column != j) continue;
+        dJ += f * row.J_p.col(static_cast<Eigen::Index>(p));
+        if (row.of.bounces && row.parameters[p] == row.of.contact->restitution_number()) dfactor += f;
+      }
+    }
+    for (Eigen::Index i = 0; i < k; ++i) b[static_cast<std::size_t>(q[static_cast<std::size_t>(i)])] += impulse_[at] * dJ[i];
+    c[static_cast<Eigen::Index>(a)] = -dJ.dot(x) - row.factor * along(row, dv) - dfactor * before_rate_[at];
+  }
+  solve_bordered(b, c);
+  for (int i = 0; i < n; ++i) du[i] += b[static_cast<std::size_t>(i)];
+}
+
+double Impact::adjoint(const double* w, double* w_q, double* w_v, double* gradient) {
+  const int n = assembly_.n(), m = assembly_.m();
+  // The bordered matrix is symmetric up to the sign of p's column and row.
+  std::vector<double> s(static_cast<std::size_t>(n + m), 0);
+  std::copy(w, w + n, s.begin());
+  Eigen::VectorXd c = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(active_.size()));
+  solve_bordered(s, c);
+  add_transposed_product(assembly_.square(), hessian_.data(), -1, s.data(), w_q);
+  add_transposed_product(assembly_.jacobian(), phid_q_.data(), -1, s.data() + n, w_q);
+  double by_time = 0;
+  for (int i = 0; i < m; ++i) by_time -= s[static_cast<std::size_t>(n + i)] * phid_t_[static_cast<std::size_t>(i)];
+  for (std::size_t a = 0; a < active_.size(); ++a) {
+    const auto at = static_cast<std::size_t>(active_[a]);
+    const Row& row = rows_[at];
+    const auto& q = row.of.force->coordinates();
+    const auto k = static_cast<Eigen::Index>(q.size());
+    // Of J: the impulse's own force on s, and the rates of the row, weighed by -c.
+    const double weight = -c[static_cast<Eigen::Index>(a)];
+    Eigen::VectorXd of_J(k);
+    for (Eigen::Index i = 0; i < k; ++i) {
+      const auto g = static_cast<std::size_t>(q[static_cast<std::size_t>(i)]);
+      of_J[i] = impulse_[at] * s[g] - weight * (solution_[g] + row.factor * before_.v[g]);
+      w_v[g] -= weight * row.factor * row.J[static_cast<std::size_t>(i)];
+    }
+    const Eigen::VectorXd of_q = row.H * of_J;
+    for (Eigen::Index i = 0; i < k; ++i) w_q[q[static_cast<std::size_t>(i)]] += of_q[i];
+    for (std::size_t p = 0; p < row.parameters.size(); ++p) {
+      double x = row.J_p.col(static_cast<Eigen::Index>(p)).dot(of_J);
+      if (row.of.bounces && row.parameters[p] == row.of.contact->restitution_number()) x -= weight * before_rate_[at];
+      const int number = row.of.force->numbers()[static_cast<std::size_t>(row.parameters[p])];
+      for (const auto& [column, f] : assembly_.number_columns()[static_cast<std::size_t>(number)]) gradient[column] += f * x;
+    }
+  }
+  if (assembly_.np() == 0) return by_time;
+  StateView x = before_;
+  x.a = x.lambda = nullptr;
+  Assembly::ParameterWeights weights;
+  weights.row_phid = s.data() + n;
+  assembly_.add_parameter_gradient(x, weights, 1, gradient);
+  x.v = after_.data();
+  assembly_.add_parameter_gradient(x, weights, -1, gradient);
+  assembly_.add_projection_gradient(x, solution_.data(), solution_.data() + n, s.data(), -1, gradient);
+  return by_time;
+}
+
+}  // namespace costate

@@ -1,0 +1,21 @@
+// Rigid contact of points, arcs or spheres with the ground (element/force/rigid_contact.h).
+#pragma once
+
+#include <string>
+
+#include "costate/mechanism/builder.h"
+
+namespace costate {
+
+struct RigidContactOptions {
+  double restitution = 0;  // speed after an impact by the speed before, 0 to 1
+  double ground_height_m = 0, ground_angle_rad = 0;
+  double radius_m = 0;
+  std::string ahead_of;  // it closes only where it is ahead of this point; empty: everywhere
+};
+
+/// Throws ModelError at contact.NAME.KEY: numbers out of range, a radius of what does not turn.
+void add_rigid_contact(MechanismBuilder& builder, const std::string& name, const std::string& point,
+                       const RigidContactOptions& o);
+
+}  // namespace costate

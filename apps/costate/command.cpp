@@ -317,7 +317,8 @@ Json run_json(const Setup& setup, const GradientResult& r, const std::string& me
   if (MotionEvents::has_any(*setup.problem.mechanism)) {
     j["events"] = Json::array();
     for (const RunEvent& e : r.events)
-      j["events"].push_back({{"t", e.t}, {"name", e.name}, {"mode", e.mode}, {"jump", e.jump}, {"energy_lost_J", e.energy_lost}});
+      j["events"].push_back(
+          {{"t", e.t}, {"name", e.name}, {"mode", e.mode}, {"jump", e.jump}, {"energy_lost_J", e.energy_lost}});
   }
   if (r.end) j["end"] = {{"t", r.end->t}, {"name", r.end->name}};
   j["status"] = "ok";

@@ -118,7 +118,8 @@ void Impact::solve(const std::vector<int>& active) {
   for (Eigen::Index i = 0; i < k; ++i) {
     const auto at = static_cast<std::size_t>(active[static_cast<std::size_t>(i)]);
     c[i] = -rows_[at].factor * before_rate_[at];
-    for (Eigen::Index j = 0; j < k; ++j) active_W_(i, j) = W_(active[static_cast<std::size_t>(i)], active[static_cast<std::size_t>(j)]);
+    for (Eigen::Index j = 0; j < k; ++j)
+      active_W_(i, j) = W_(active[static_cast<std::size_t>(i)], active[static_cast<std::size_t>(j)]);
   }
   const auto n = static_cast<std::size_t>(assembly_.n());
   solution_.assign(n + static_cast<std::size_t>(assembly_.m()), 0);
@@ -175,7 +176,8 @@ void Impact::tangent(const double* dq, const double* dv, int j, double dt, doubl
   const int n = assembly_.n(), m = assembly_.m();
   std::vector<double> b(static_cast<std::size_t>(n + m));
   for (int i = 0; i < n; ++i) b[static_cast<std::size_t>(i)] = -force_(i, j);
-  for (int i = 0; i < m; ++i) b[static_cast<std::size_t>(n + i)] = -phid_(i, j) - dt * phid_t_[static_cast<std::size_t>(i)];
+  for (int i = 0; i < m; ++i)
+    b[static_cast<std::size_t>(n + i)] = -phid_(i, j) - dt * phid_t_[static_cast<std::size_t>(i)];
   add_product(assembly_.square(), hessian_.data(), -1, dq, b.data());
   add_product(assembly_.jacobian(), phid_q_.data(), -1, dq, b.data() + n);
   Eigen::VectorXd c = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(active_.size()));
@@ -200,7 +202,8 @@ void Impact::tangent(const double* dq, const double* dv, int j, double dt, doubl
         if (row.of.bounces && row.parameters[p] == row.of.contact->restitution_number()) dfactor += f;
       }
     }
-    for (Eigen::Index i = 0; i < k; ++i) b[static_cast<std::size_t>(q[static_cast<std::size_t>(i)])] += impulse_[at] * dJ[i];
+    for (Eigen::Index i = 0; i < k; ++i)
+      b[static_cast<std::size_t>(q[static_cast<std::size_t>(i)])] += impulse_[at] * dJ[i];
     c[static_cast<Eigen::Index>(a)] = -dJ.dot(x) - row.factor * along(row, dv) - dfactor * before_rate_[at];
   }
   solve_bordered(b, c);
@@ -237,7 +240,8 @@ double Impact::adjoint(const double* w, double* w_q, double* w_v, double* gradie
       double x = row.J_p.col(static_cast<Eigen::Index>(p)).dot(of_J);
       if (row.of.bounces && row.parameters[p] == row.of.contact->restitution_number()) x -= weight * before_rate_[at];
       const int number = row.of.force->numbers()[static_cast<std::size_t>(row.parameters[p])];
-      for (const auto& [column, f] : assembly_.number_columns()[static_cast<std::size_t>(number)]) gradient[column] += f * x;
+      for (const auto& [column, f] : assembly_.number_columns()[static_cast<std::size_t>(number)])
+        gradient[column] += f * x;
     }
   }
   if (assembly_.np() == 0) return by_time;

@@ -1,5 +1,5 @@
-// Impacts of rigid contacts: the jump u = v+ - v- of the velocities, with the impulses P of the constraints and p of the
-// contacts' rows r(q), one J_i = r_i,q each (element/unilateral_force.h):
+// Impacts of rigid contacts: the jump u = v+ - v- of the velocities, with the impulses P of the constraints and p of
+// the contacts' rows r(q), one J_i = r_i,q each (element/unilateral_force.h):
 //   M u + Phi_q^T P - J^T p = 0,   Phi_q u = 0,   J_i u + f_i J_i v- = 0,   f_i = 1 + e_i of a gap that strikes, else 1
 // by the formulation's own balance of impulses, bordered, and with the exact derivatives of u (lib/README.md (19)).
 #pragma once
@@ -17,7 +17,7 @@ namespace costate {
 struct ImpactRow {
   const Force* force = nullptr;
   const UnilateralForce* contact = nullptr;
-  int row = 0;          // of the contact's own
+  int row = 0;           // of the contact's own
   bool bounces = false;  // whether its speed is given back by its restitution
 };
 

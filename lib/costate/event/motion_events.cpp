@@ -321,8 +321,8 @@ void MotionEvents::adjoint(int event, const StateView& before, const Side& minus
       sigma += mu[n + i] * (minus.a[static_cast<std::size_t>(i)] - plus.a[static_cast<std::size_t>(i)]);
     for (int i = 0; i < 2 * n; ++i) mu[i] += w[static_cast<std::size_t>(i)];
   } else
-  for (int i = 0; i < n; ++i)
-    sigma += mu[n + i] * (minus.a[static_cast<std::size_t>(i)] - plus.a[static_cast<std::size_t>(i)]);
+    for (int i = 0; i < n; ++i)
+      sigma += mu[n + i] * (minus.a[static_cast<std::size_t>(i)] - plus.a[static_cast<std::size_t>(i)]);
   const int own = static_cast<int>(D_x_.size());
   for (int i = 0; i < nz; ++i)
     if (i < first || i >= first + own)

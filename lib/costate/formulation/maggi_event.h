@@ -1,5 +1,5 @@
-// The mechanism's events (event/motion_events.h) in independent coordinates: y goes on, yd but for impacts, force states jump. All
-// work at the linearized point of the level before the event, in the chart in force.
+// The mechanism's events (event/motion_events.h) in independent coordinates: y goes on, yd but for impacts, force
+// states jump. All work at the linearized point of the level before the event, in the chart in force.
 #pragma once
 
 #include "costate/event/motion_events.h"

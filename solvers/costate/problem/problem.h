@@ -80,8 +80,8 @@ struct Problem {
 struct RunEvent {
   double t;  // s
   std::string name;
-  std::string mode = {};  // behind it, of an event of the mechanism: "closed"
-  double jump = 0;        // of the state that jumped most, an approach speed [m/s]
+  std::string mode = {};   // behind it, of an event of the mechanism: "closed"
+  double jump = 0;         // of the state that jumped most, an approach speed [m/s]
   double energy_lost = 0;  // by an impact, J
 };
 

@@ -1,7 +1,7 @@
 // Rigid contact with a plane of the ground: of a point, of an arc or a sphere about it (contact_surface.h). It holds no
 // force of its own: where the gap closes velocities jump (event/impact.h).
-// Numbers: e, mu, the approach speed below which it closes, h, alpha, R, whether it is closed at the start; those of the
-// points.
+// Numbers: e, mu, the approach speed below which it closes, h, alpha, R, whether it is closed at the start; those of
+// the points.
 #pragma once
 
 #include <cmath>

@@ -132,8 +132,7 @@ namespace {
 void add_rigid(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
   const std::string path = "contact." + name;
   for (const char* key : {"points", "shares"})
-    if (table.has(key))
-      throw ModelError(path + "." + key, "A rigid contact has one point: write a contact for each.");
+    if (table.has(key)) throw ModelError(path + "." + key, "A rigid contact has one point: write a contact for each.");
   RigidContactOptions o;
   const std::string point = table.text("point");
   ContactLawOptions compliant;
@@ -153,8 +152,9 @@ void add_rigid(const std::string& name, SceneTable& table, MechanismBuilder& bui
   o.radius_m = table.value("radius_m", NumberRule::non_negative, 0);
   o.ahead_of = table.text("ahead_of", "");
   if (table.flag("energy_lost", false))
-    throw ModelError(path + ".energy_lost", "A rigid contact says what each impact takes, as a run's events: leave "
-                                            "this out.");
+    throw ModelError(path + ".energy_lost",
+                     "A rigid contact says what each impact takes, as a run's events: leave "
+                     "this out.");
   add_rigid_contact(builder, name, point, o);
 }
 

@@ -44,9 +44,9 @@ void add_rigid_contact(MechanismBuilder& builder, const std::string& name, const
                        const RigidContactOptions& o) {
   const std::string path = "contact." + name;
   if (!(o.restitution >= 0) || o.restitution > 1)
-    throw ModelError(path + ".restitution",
-                     fmt::format("The speed after an impact by the speed before is expected, 0 to 1; found {:g}.",
-                                 o.restitution));
+    throw ModelError(
+        path + ".restitution",
+        fmt::format("The speed after an impact by the speed before is expected, 0 to 1; found {:g}.", o.restitution));
   const auto add = [&](const auto& find) {
     const auto at = find(path + ".point", point);
     std::optional<std::decay_t<decltype(at)>> ahead;

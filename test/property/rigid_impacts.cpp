@@ -1,0 +1,185 @@
+// Impacts of rigid contacts: times, costs and gradients against closed forms and an independent program.
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "costate/base/error.h"
+#include "costate/integrator/simulate.h"
+#include "costate/problem/scene_problem.h"
+#include "costate/scene/scene.h"
+#include "costate/sensitivity/method.h"
+
+using namespace costate;
+
+namespace {
+
+struct Way {
+  const char *formulation, *method;
+};
+const std::vector<Way> ways = {{"index1", "idas-adjoint"},
+                               {"index1", "idas-forward"},
+                               {"index1", "cvodes-adjoint"},
+                               {"index1", "cvodes-forward"},
+                               {"baumgarte", "idas-adjoint"},
+                               {"baumgarte", "cvodes-adjoint"},
+                               {"index2", "idas-adjoint"},
+                               {"index2", "idas-forward"},
+                               {"index3", "idas-adjoint"},
+                               {"penalty", "idas-forward"},
+                               {"penalty", "cvodes-adjoint"},
+                               {"augmented-lagrangian", "idas-adjoint"},
+                               {"augmented-lagrangian", "cvodes-forward"},
+                               {"maggi", "cvodes-adjoint"},
+                               {"maggi", "cvodes-forward"},
+                               {"maggi-implicit", "idas-adjoint"},
+                               {"maggi-implicit", "idas-forward"}};
+
+}  // namespace
+
+// The digits of an independent program (models/five_bar/README.md): eight behind the point of the gradient, nine of
+// psi, times to six. Between methods 1e-7, at rtol 1e-11; the penalty's weight leaves O(1/alpha), some 1e-8.
+TEST_CASE("rigid impacts: the five-bar over the ground, by every method", "[events]") {
+  const double expected[] = {-0.37737314, -0.23636559, -0.29897679, -0.03933222};
+  for (const Way& way : ways) {
+    Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/five_bar/five_bar_ground.toml"));
+    p.formulation = way.formulation;
+    p.solver.rtol = 1e-11;
+    const GradientResult r = gradient(p, way.method, p.parameters.values());
+    CAPTURE(way.formulation, way.method);
+    REQUIRE(r.events.size() == 2);
+    CHECK(std::abs(r.events[0].t - 0.283982) <= 6e-7);
+    CHECK(std::abs(r.events[1].t - 0.869464) <= 6e-7);
+    CHECK(std::abs(r.psi - 0.059992313) <= 1e-9);
+    for (std::size_t j = 0; j < 4; ++j) {
+      CAPTURE(j, r.gradient[j]);
+      CHECK(std::abs(r.gradient[j] - expected[j]) <= 4e-8);
+    }
+  }
+}
+
+// A ball dropped from h bounces at T_k = t1 (1 + 2 (e + ... + e^(k-1))), t1 = sqrt(2 h/g), and flies off with e^k g t1.
+// Between impacts the motion is a parabola, which integrators solve to rounding at any tolerance; at 1e-10 the gradient
+// has ten digits, and the sum over five impacts eight.
+TEST_CASE("rigid impacts: a dropped ball", "[events]") {
+  const double g = 9.81, e = 0.8, h = 1, end = 2.8, t1 = std::sqrt(2 * h / g);
+  for (const Way& way : {Way{"index1", "cvodes-adjoint"}, Way{"index1", "idas-forward"}, Way{"index2", "idas-adjoint"},
+                         Way{"maggi", "cvodes-forward"}}) {
+    Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/bouncing_ball/drop.toml"));
+    p.formulation = way.formulation;
+    p.objective.running.clear();
+    const GradientResult r = gradient(p, way.method, p.parameters.values());
+    CAPTURE(way.formulation, way.method);
+    REQUIRE(r.events.size() == 5);
+    double sum = 0, slope = 0;  // e + ... + e^(k-1) and its derivative
+    double lost = 0;
+    for (int k = 1; k <= 5; ++k) {
+      CHECK(std::abs(r.events[static_cast<std::size_t>(k - 1)].t - t1 * (1 + 2 * sum)) <= 1e-9);
+      const double speed = std::pow(e, k - 1) * g * t1;
+      lost = 0.5 * (1 - e * e) * speed * speed;
+      CHECK(std::abs(r.events[static_cast<std::size_t>(k - 1)].energy_lost - lost) <= 1e-8);
+      CHECK(r.events[static_cast<std::size_t>(k - 1)].mode == "bounces");
+      if (k == 5) break;
+      sum += std::pow(e, k);
+      slope += k * std::pow(e, k - 1);
+    }
+    const double tau = end - t1 * (1 + 2 * sum), v = std::pow(e, 5) * g * t1, t1_h = t1 / (2 * h);
+    CHECK(std::abs(r.psi - (v * tau - 0.5 * g * tau * tau)) <= 1e-8);
+    const double by_tau = v - g * tau;
+    const double by_h = std::pow(e, 5) * g * t1_h * tau - by_tau * t1_h * (1 + 2 * sum);
+    const double by_e = 5 * std::pow(e, 4) * g * t1 * tau - by_tau * t1 * 2 * slope;
+    CHECK(std::abs(r.gradient[0] - by_h) <= 1e-7);
+    CHECK(std::abs(r.gradient[1] - by_e) <= 1e-7);
+    CHECK(std::abs(r.gradient[2] - (1 - by_h)) <= 1e-7);  // ball and ground together: everything rises
+  }
+}
+
+namespace {
+
+// Two discs of a bar that swings over a slope, each of which strikes at its own times; a driver moves the pivot.
+const char* swinging = R"(
+[gravity]
+y_m_per_s2 = -9.81
+[body.bar]
+x_m = 0.1
+y_m = 1.2
+angle_rad = 0.4
+angular_velocity_rad_per_s = -1
+mass_kg = 2
+inertia_kg_m2 = 0.3
+center_x_m = 0.1
+[point.left]
+on = "bar"
+x_m = -0.5
+y_m = 0
+[point.right]
+on = "bar"
+x_m = 0.6
+y_m = 0.05
+[spring.S]
+from = "pin"
+to = "left"
+stiffness_N_per_m = 40
+damping_N_s_per_m = 0.5
+natural_length_m = 0.8
+[point.pin]
+ground = true
+x_m = -1
+y_m = 1.5
+[contact.left]
+kind = "rigid"
+point = "left"
+restitution = 0.6
+radius_m = 0.1
+ground_angle_rad = 0.1
+[contact.right]
+kind = "rigid"
+point = "right"
+restitution = 0.8
+radius_m = 0.05
+ground_angle_rad = 0.1
+[start]
+given = ["bar.x", "bar.y", "bar.angle"]
+[run]
+t_end_s = 1.2
+rtol = 1e-11
+parameters = ["contact.left.restitution", "contact.right.restitution", "contact.left.radius_m", "contact.right.ground_angle_rad", "body.bar.mass_kg", "body.bar.inertia_kg_m2", "body.bar.center_x_m", "point.right.x_m", "spring.S.stiffness_N_per_m", "gravity.y_m_per_s2"]
+[[cost.running]]
+kind = "square"
+output = "bar.x"
+target = 0.4
+[[cost.terminal]]
+kind = "value"
+output = "bar.angle"
+)";
+
+}  // namespace
+
+// Against Richardson differences of whole motions, whose own estimate is some 1e-8 of the largest scaled component.
+TEST_CASE("rigid impacts: gradients through impacts of several contacts", "[events]") {
+  Problem p = make_problem(Scene::parse(swinging, "swinging.toml"));
+  p.formulation = "index1";
+  const std::vector<double> rho = p.parameters.values();
+  const GradientResult reference = gradient(p, "differences", rho);
+  double size = 0;
+  for (std::size_t j = 0; j < rho.size(); ++j)
+    size = std::max(size, std::abs(reference.gradient[j] * p.parameters.parameters[j].scale));
+  int of_left = 0, of_right = 0;
+  for (const RunEvent& event : reference.events) (event.name == "contact.left: touch" ? of_left : of_right)++;
+  for (const Way& way : ways) {
+    p.formulation = way.formulation;
+    const GradientResult r = gradient(p, way.method, rho);
+    CAPTURE(way.formulation, way.method, r.events.size());
+    CHECK(r.events.size() >= 3);
+    for (std::size_t j = 0; j < rho.size(); ++j) {
+      CAPTURE(p.parameters.parameters[j].name, r.gradient[j], reference.gradient[j]);
+      CHECK(std::abs(r.gradient[j] - reference.gradient[j]) * p.parameters.parameters[j].scale <= 1e-6 * size);
+    }
+  }
+}
+
+// What does not carry impacts, or is no rigid contact yet, says so by name.
+TEST_CASE("rigid impacts: refusals", "[events]") {
+  Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/bouncing_ball/drop.toml"));
+  CHECK_THROWS_WITH(gradient(p, "hand-adjoint", p.parameters.values()), Catch::Contains("events"));
+}

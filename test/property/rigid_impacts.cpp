@@ -1,5 +1,6 @@
 // Impacts of rigid contacts: times, costs and gradients against closed forms and an independent program.
 #include <fmt/format.h>
+#include <support/paths.h>
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -14,26 +15,26 @@ using namespace costate;
 
 namespace {
 
-struct Way {
+struct ImpactWay {
   const char *formulation, *method;
 };
-const std::vector<Way> ways = {{"index1", "idas-adjoint"},
-                               {"index1", "idas-forward"},
-                               {"index1", "cvodes-adjoint"},
-                               {"index1", "cvodes-forward"},
-                               {"baumgarte", "idas-adjoint"},
-                               {"baumgarte", "cvodes-adjoint"},
-                               {"index2", "idas-adjoint"},
-                               {"index2", "idas-forward"},
-                               {"index3", "idas-adjoint"},
-                               {"penalty", "idas-forward"},
-                               {"penalty", "cvodes-adjoint"},
-                               {"augmented-lagrangian", "idas-adjoint"},
-                               {"augmented-lagrangian", "cvodes-forward"},
-                               {"maggi", "cvodes-adjoint"},
-                               {"maggi", "cvodes-forward"},
-                               {"maggi-implicit", "idas-adjoint"},
-                               {"maggi-implicit", "idas-forward"}};
+const std::vector<ImpactWay> impact_ways = {{"index1", "idas-adjoint"},
+                                            {"index1", "idas-forward"},
+                                            {"index1", "cvodes-adjoint"},
+                                            {"index1", "cvodes-forward"},
+                                            {"baumgarte", "idas-adjoint"},
+                                            {"baumgarte", "cvodes-adjoint"},
+                                            {"index2", "idas-adjoint"},
+                                            {"index2", "idas-forward"},
+                                            {"index3", "idas-adjoint"},
+                                            {"penalty", "idas-forward"},
+                                            {"penalty", "cvodes-adjoint"},
+                                            {"augmented-lagrangian", "idas-adjoint"},
+                                            {"augmented-lagrangian", "cvodes-forward"},
+                                            {"maggi", "cvodes-adjoint"},
+                                            {"maggi", "cvodes-forward"},
+                                            {"maggi-implicit", "idas-adjoint"},
+                                            {"maggi-implicit", "idas-forward"}};
 
 }  // namespace
 
@@ -41,7 +42,7 @@ const std::vector<Way> ways = {{"index1", "idas-adjoint"},
 // psi, times to six. Between methods 1e-7, at rtol 1e-11; the penalty's weight leaves O(1/alpha), some 1e-8.
 TEST_CASE("rigid impacts: the five-bar over the ground, by every method", "[events]") {
   const double expected[] = {-0.37737314, -0.23636559, -0.29897679, -0.03933222};
-  for (const Way& way : ways) {
+  for (const ImpactWay& way : impact_ways) {
     Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/five_bar/five_bar_ground.toml"));
     p.formulation = way.formulation;
     p.solver.rtol = 1e-11;
@@ -63,8 +64,8 @@ TEST_CASE("rigid impacts: the five-bar over the ground, by every method", "[even
 // has ten digits, and the sum over five impacts eight.
 TEST_CASE("rigid impacts: a dropped ball", "[events]") {
   const double g = 9.81, e = 0.8, h = 1, end = 2.8, t1 = std::sqrt(2 * h / g);
-  for (const Way& way : {Way{"index1", "cvodes-adjoint"}, Way{"index1", "idas-forward"}, Way{"index2", "idas-adjoint"},
-                         Way{"maggi", "cvodes-forward"}}) {
+  for (const ImpactWay& way : {ImpactWay{"index1", "cvodes-adjoint"}, ImpactWay{"index1", "idas-forward"},
+                               ImpactWay{"index2", "idas-adjoint"}, ImpactWay{"maggi", "cvodes-forward"}}) {
     Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/bouncing_ball/drop.toml"));
     p.formulation = way.formulation;
     p.objective.running.clear();
@@ -166,7 +167,7 @@ TEST_CASE("rigid impacts: gradients through impacts of several contacts", "[even
     size = std::max(size, std::abs(reference.gradient[j] * p.parameters.parameters[j].scale));
   int of_left = 0, of_right = 0;
   for (const RunEvent& event : reference.events) (event.name == "contact.left: touch" ? of_left : of_right)++;
-  for (const Way& way : ways) {
+  for (const ImpactWay& way : impact_ways) {
     p.formulation = way.formulation;
     const GradientResult r = gradient(p, way.method, rho);
     CAPTURE(way.formulation, way.method, r.events.size());

@@ -128,6 +128,29 @@ bool SundialsSession<Api>::was_too_long(double t) const {
 }
 
 template <class Api>
+double SundialsSession<Api>::last_step(double t) const {
+  double h = 0;
+  if (t > start_time_) Api::last_step(memory_, &h);
+  return h;
+}
+
+template <class Api>
+long SundialsSession<Api>::error_test_failures() const {
+  long count = 0;
+  Api::error_test_failures(memory_, &count);
+  return count;
+}
+
+template <class Api>
+bool SundialsSession<Api>::fell(double before, long failures) const {
+  // CVODES itself begins anew after the third failure in a step.
+  if (!Api::implicit || !(before > 0) || error_test_failures() == failures) return false;
+  double h = 0;
+  Api::last_step(memory_, &h);
+  return before > kLongAgainstNext * h;
+}
+
+template <class Api>
 void SundialsSession<Api>::enable_cost() {
   if (!system_.has_running_cost() || cost_is_unknown()) return;
   q_ = Vector(1, context_);
@@ -214,7 +237,14 @@ bool SundialsSession<Api>::advance_segment(double t, Trajectory* trajectory, con
     const double begin = step_end_;
     // What the repetitions begin with is the end of all; the next step is bounded already.
     if (plan_ && adjoint_) Api::set_stop_time(memory_, stop());
+    const double before = last_step(begin);
+    const long failures = error_test_failures();
     solve(options_.t_end, &step_end_, true);
+    if (fell(before, failures)) {
+      step_end_ = begin;
+      ended_ = restart_ = true;
+      continue;
+    }
     auto event = system_.find_event(begin, step_end_, [&](double at) {
       check(Api::dky(memory_, at, 0, y_), "interpolation");
       return y();

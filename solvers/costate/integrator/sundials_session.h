@@ -154,6 +154,12 @@ class SundialsSession {
   double stop() const { return std::min(options_.t_end, system_.segment_limit(start_time_)); }
   /// After a step that ends at t, where the plan asks for far shorter ones: a new session goes on (segment.h).
   bool was_too_long(double t) const;
+  /// The step that ended at t, 0 where none did.
+  double last_step(double t) const;
+  long error_test_failures() const;
+  /// Of the step just taken, behind one of the size `before`, with the failures counted until then: its error was
+  /// estimated for a smoother motion than there is (segment.h). It is taken back, and a new session goes on.
+  bool fell(double before, long failures) const;
   void solve(double to, double* reached, bool one_step);
   void interpolate(double t);
   void record_step(double begin, double end, Trajectory& trajectory);

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace costate {
 
-void AdjointScale::sample(const double* y, const std::vector<double>& g_y, const std::vector<Unknown>& unknowns) {
+void AdjointScale::sample(const double* y, double g, const std::vector<double>& g_y,
+                          const std::vector<Unknown>& unknowns) {
   double largest = 0;
   for (std::size_t i = 0; i < g_y.size(); ++i) {
     largest = std::max(largest, std::abs(g_y[i]));
@@ -13,18 +15,30 @@ void AdjointScale::sample(const double* y, const std::vector<double>& g_y, const
     if (unknowns[i].role == Unknown::Role::velocity) velocity_ = std::max(velocity_, std::abs(y[i]));
   }
   gradient_ += largest;
+  cost_ += std::abs(g);
   ++samples_;
 }
 
 void AdjointScale::add_segment(const AdjointScale& other, double span) {
   integral_ += other.size(span).all;
+  if (other.samples_ > 0) value_ += other.cost_ / static_cast<double>(other.samples_) * span;
   position_ = std::max(position_, other.position_);
   velocity_ = std::max(velocity_, other.velocity_);
 }
 
 AdjointSize AdjointScale::size() const {
   // Without a scale of time nothing is known of velocities; a slow motion's are not given more room than the rest.
-  return {integral_, velocity_ > position_ && position_ > 0 ? position_ / velocity_ : 1};
+  return {integral_, velocity_ > position_ && position_ > 0 ? position_ / velocity_ : 1,
+          position_ > 0 ? value_ / position_ : 0};
+}
+
+AdjointSize AdjointScale::with_terminal(double cost, const double* y, const std::vector<Unknown>& unknowns) const {
+  AdjointSize s = size();
+  double position = position_;
+  for (std::size_t i = 0; i < unknowns.size(); ++i)
+    if (unknowns[i].role == Unknown::Role::position) position = std::max(position, std::abs(y[i]));
+  s.value = position > 0 ? (value_ + std::abs(cost)) / position : 0;
+  return s;
 }
 
 AdjointSize AdjointScale::size(double span) const {
@@ -41,6 +55,10 @@ double set_adjoint_tolerances(const std::vector<Unknown>& unknowns, const std::v
     double& size = unknowns[i].role == Unknown::Role::velocity ? velocities : others;
     size = std::max(size, std::abs(mu[i]));
   }
+  // An adjoint that is zero by its equations, a cost whose gradient is normal to the constraints for one, is what
+  // rounding leaves: it is noise, and no step would be short enough to follow it.
+  constexpr double kRounding = 100 * std::numeric_limits<double>::epsilon();
+  others = std::max(others, kRounding / rtol * expected.value);
   // Each grows out of the other within the motion's time, so that neither is measured by its own rounding alone.
   const double factor = std::min(expected.velocity_factor, 1.0);
   others = std::max(others, velocities);

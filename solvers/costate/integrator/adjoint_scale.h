@@ -14,20 +14,24 @@ namespace costate {
 struct AdjointSize {
   double all = 0;
   double velocity_factor = 1;  // of velocities against the others
+  double value = 0;            // psi's own size per position: rounding makes eps times that of an adjoint that is zero
 };
 
 /// Gathers the sizes on the way forward.
 class AdjointScale {
  public:
-  void sample(const double* y, const std::vector<double>& g_y, const std::vector<Unknown>& unknowns);
+  void sample(const double* y, double g, const std::vector<double>& g_y, const std::vector<Unknown>& unknowns);
   /// Another segment of the same run, over `span`, behind those before it.
   void add_segment(const AdjointScale& other, double span);
   /// With what add_segment() gathered, or for one segment alone.
   AdjointSize size() const;
   AdjointSize size(double span) const;
+  /// The same of a cost with a terminal part, too, at the last state y.
+  AdjointSize with_terminal(double cost, const double* y, const std::vector<Unknown>& unknowns) const;
 
  private:
   double gradient_ = 0, integral_ = 0;  // sum of the samples' largest |g_y|; integral of the segments
+  double cost_ = 0, value_ = 0;         // sum of the samples' |g|; integral of the segments
   double position_ = 0, velocity_ = 0;  // largest met
   long samples_ = 0;
 };

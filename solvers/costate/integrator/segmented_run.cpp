@@ -83,6 +83,8 @@ std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint() {
   for (std::size_t k = 0; k < sessions_.size(); ++k)
     scale.add_segment(sessions_[k] ? sessions_[k]->adjoint_scale() : scales_[k - 1],
                       (k < links_.size() ? links_[k].jump.t : t_) - (k > 0 ? links_[k - 1].jump.t : t_start_));
+  const AdjointSize size =
+      scale.with_terminal(system_.terminal_cost(t_, session().y()), session().y(), system_.unknowns());
   AdjointState mu = session().end_adjoint(gradient);
   invariant_.end(system_, t_start_, t_, session().y(), mu.mu.data());
   for (std::size_t k = sessions_.size(); k-- > 0;) {
@@ -91,7 +93,7 @@ std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint() {
       begin_segment(starts_[k - 1], sessions_[k]);
       sessions_[k]->repeat_segment(links_[k].jump.t);
     }
-    sessions_[k]->solve_backward(mu, scale.size(), gradient);
+    sessions_[k]->solve_backward(mu, size, gradient);
     if (again) {
       if (!(sessions_[k]->adjoint_growth().change() <= growth_.change())) growth_ = sessions_[k]->adjoint_growth();
       add(past_, sessions_[k]->counters());

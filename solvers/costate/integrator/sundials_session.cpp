@@ -188,7 +188,7 @@ double SundialsSession<Api>::running_cost(double t, const double* x) {
     system_.running_cost_gradient(t, x, g_y_.data(), 0, nullptr);
   else
     system_.running_cost_gradient(t, x, g_y_.data());
-  adjoint_scale_.sample(x, g_y_, system_.unknowns());
+  adjoint_scale_.sample(x, g, g_y_, system_.unknowns());
   return g;
 }
 

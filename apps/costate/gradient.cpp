@@ -3,6 +3,7 @@
 
 #include <chrono>
 
+#include "accuracy.h"
 #include "command.h"
 #include "costate/sensitivity/error_estimate.h"
 #include "digits.h"
@@ -13,7 +14,7 @@ namespace costate::app {
 
 namespace {
 
-int run(const CommonOptions& common, bool estimate, bool confirm) {
+int run(const CommonOptions& common, const AccuracyOption& option, bool estimate, bool confirm) {
   Setup setup(common, Purpose::differentiate);
   Progress progress(setup.progress_options);
   progress.start(setup.problem.solver.t_start);
@@ -21,11 +22,18 @@ int run(const CommonOptions& common, bool estimate, bool confirm) {
   const auto begin = std::chrono::steady_clock::now();
   // An estimate compares the run itself with a tighter one.
   setup.problem.solver.confirm = confirm && !estimate;
-  GradientResult r = started(setup, [&] { return gradient(setup.problem, setup.method, setup.rho); });
+  const auto accuracy = option.asked(setup, common);
+  std::optional<AccurateRun> accurate;
+  if (accuracy) accurate = run_accurately(setup, common, *accuracy, true);
+  GradientResult r =
+      accurate ? accurate->result : started(setup, [&] { return gradient(setup.problem, setup.method, setup.rho); });
   const double wall = seconds_since(begin);
   // Differences estimate their own error, which the text shows in any case.
   std::optional<double> psi_error;
-  if (estimate) {
+  if (accurate) {
+    psi_error = accurate->psi_error;
+    r.gradient_error = accurate->gradient_error;
+  } else if (estimate) {
     const bool by_method = r.gradient_error.empty();
     const ErrorEstimate e = setup.located([&] {
       return by_method ? estimate_error(setup.problem, setup.method, setup.rho, r)
@@ -36,7 +44,8 @@ int run(const CommonOptions& common, bool estimate, bool confirm) {
   }
   progress.finish();
   Json j = run_json(setup, r, setup.method, wall);
-  if (!estimate) j["gradient_error"] = nullptr;
+  if (!estimate && !accurate) j["gradient_error"] = nullptr;
+  if (accurate) j["accuracy"] = accuracy_json(*accurate, *accuracy);
   j["psi_error"] = psi_error ? Json(*psi_error) : Json();
   const Precision precision = precision_of(setup.problem.solver, r.integrator, r.counters.steps);
   std::string text =
@@ -56,11 +65,12 @@ int run(const CommonOptions& common, bool estimate, bool confirm) {
     if (!r.gradient_error.empty()) text += fmt::format("  {:>19.2e}", r.gradient_error[i]);
     text += "\n";
   }
+  if (accurate) text += accuracy_text(*accurate, *accuracy);
   text += events_text(r);
   text += fmt::format("  {} steps forward, {} backward, {} factorizations, {:.3g} s\n", r.counters.steps,
                       r.counters.backward_steps, r.counters.factorizations, wall);
   report(setup, common, j, text, "gradient.json");
-  return 0;
+  return accurate && !accurate->met ? kFailed : 0;
 }
 
 }  // namespace
@@ -69,12 +79,14 @@ const RegisterCommand gradient_command(
     CommandGroup::run, "gradient", "The cost and its exact gradient by one method",
     [](Command& c, CommonOptions& common) {
       auto estimate = std::make_shared<bool>(false), single = std::make_shared<bool>(false);
+      auto accuracy = std::make_shared<AccuracyOption>();
       common.add_to(c);
       common.add_run_options(c);
+      accuracy->add_to(c);
       c.flag("--estimate-error", *estimate,
              "Estimate the errors of psi and gradient by a rerun at rtol/10, or half the step");
       c.flag("--no-confirm", *single, "One run, without the looser one that shows where small errors grow");
-      c.runs([&common, estimate, single] { return run(common, *estimate, !*single); });
+      c.runs([&common, accuracy, estimate, single] { return run(common, *accuracy, *estimate, !*single); });
     });
 
 }  // namespace costate::app

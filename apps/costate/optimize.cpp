@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "accuracy.h"
 #include "certificate_report.h"
 #include "command.h"
 #include "costate/base/error.h"
@@ -13,7 +14,9 @@
 #include "costate/record/interrupt.h"
 #include "costate/record/print.h"
 #include "costate/scene/scene_files.h"
+#include "costate/sensitivity/error_estimate.h"
 #include "digits.h"
+#include "evaluation_text.h"
 #include "optimize_journal.h"
 #include "report_page.h"
 #include "saving.h"
@@ -29,47 +32,8 @@ struct OptimizeOptions {
   std::optional<double> stop_value;
   double step_limit_factor = OptimizerOptions{}.step_limit_factor;
   std::string algorithm;
+  AccuracyOption accuracy;
 };
-
-Json evaluation_json(const OptimizerEvaluation& e, const std::vector<std::string>& names,
-                     const std::vector<OptimizerConstraint>& constraints) {
-  Json j;
-  j["index"] = e.index;
-  j["parameters"] = named(names, e.rho);
-  if (e.failed()) {
-    j["psi"] = j["gradient"] = j["projected_gradient"] = nullptr;
-    j["failure"] = e.failure;
-    j["counters"] = counters_json(e.counters);
-    j["wall_s"] = e.wall_s;
-    return j;
-  }
-  j["psi"] = e.psi;
-  j["gradient"] = named(names, e.gradient);
-  if (!constraints.empty()) {
-    j["constraints"] = Json::object();
-    for (std::size_t c = 0; c < constraints.size(); ++c) j["constraints"][constraints[c].name] = e.constraints[c];
-  }
-  j["projected_gradient"] = e.projected_gradient;
-  j["counters"] = counters_json(e.counters);
-  j["wall_s"] = e.wall_s;
-  return j;
-}
-
-/// `relative`: what is known of psi (digits.h).
-std::string evaluation_line(const OptimizerEvaluation& e, const std::vector<std::string>& names, double relative,
-                            bool verbose) {
-  std::string line = e.failed()
-                         ? fmt::format("  {:>4}  failed, the step is rejected:", e.index)
-                         : fmt::format("  {:>4}  psi = {:<18} |projected gradient| = {:<10.3g}", e.index,
-                                       known_digits(e.psi, uncertainty_of(e.psi, relative)), e.projected_gradient);
-  for (std::size_t j = 0; j < names.size() && j < 6; ++j) line += fmt::format(" {} = {:.9g}", names[j], e.rho[j]);
-  if (names.size() > 6) line += " ...";
-  if (verbose && !e.failed())
-    line += fmt::format(" steps = {} + {} backward, {:.3g} s", e.counters.steps, e.counters.backward_steps, e.wall_s);
-  if (e.replayed) line += " (from the journal)";
-  if (e.failed()) line += "\n        " + e.failure;
-  return line;
-}
 
 /// The motion at given parameters, written as trajectory files.
 TrajectoryTable write_motion(const Setup& setup, const std::vector<double>& rho, const std::string& name,
@@ -139,9 +103,10 @@ class OptimizeRun {
   }
 
   int run() {
-    open_journal();
     progress_.start(setup_.problem.solver.t_start);
     setup_.problem.monitor = monitor(progress_, setup_.problem.solver.t_end);
+    choose_by_accuracy();
+    open_journal();
     const auto begin = std::chrono::steady_clock::now();
     const OptimizerResult result = setup_.located([&] {
       return optimize(setup_.problem, setup_.method, constraints_, o_, replay_,
@@ -166,6 +131,7 @@ class OptimizeRun {
       if (result.error) std::rethrow_exception(result.error);
       // Behind the last evaluation: an interruption here leaves the journal complete, and --resume comes straight back.
       add_certificate(result.evaluations.front(), best);
+      estimate_accuracy(best);
       write_motions(result.evaluations.front().rho, best.rho);
     } catch (const Interrupted& e) {
       end_early("interrupted", e.what());
@@ -181,6 +147,41 @@ class OptimizeRun {
   }
 
  private:
+  /// Formulation, method and tolerance that meet the accuracy asked for where the optimization begins.
+  void choose_by_accuracy() {
+    accuracy_ = options_.accuracy.asked(setup_, common_);
+    if (!accuracy_) return;
+    if (options_.resume)
+      throw Error(
+          "--resume goes on with the settings that the journal was written with: give those that --accuracy chose "
+          "(--formulation, --method, --rtol; in the folder's optimize.json) in its place.");
+    begun_ = run_accurately(setup_, common_, *accuracy_, true);
+    progress_.finish();
+    if (lines_) print_result(accuracy_text(*begun_, *accuracy_));
+    progress_.start(setup_.problem.solver.t_start);
+  }
+
+  /// The same estimate where it ends: errors are those of other motions there.
+  void estimate_accuracy(const OptimizerEvaluation& best) {
+    if (!begun_) return;
+    GradientResult there;
+    there.psi = best.psi;
+    there.gradient = best.gradient;
+    there.counters = best.counters;
+    const ErrorEstimate e =
+        setup_.located([&] { return estimate_error(setup_.problem, setup_.method, best.rho, there); });
+    j_["accuracy"] = accuracy_json(*begun_, *accuracy_);
+    j_["psi_error"] = e.psi;
+    j_["gradient_error"] = named(names_, e.gradient);
+    const double size = std::max(std::abs(begun_->result.psi), std::abs(best.psi));
+    if (e.psi > *accuracy_ * size)
+      note(
+          fmt::format("At the end psi's error is estimated as {:.1e}, more than the accuracy {:.1g} of its value at "
+                      "the beginning. Start again from optimized.toml.",
+                      e.psi, *accuracy_));
+    j_["notes"] = notes_;
+  }
+
   void open_journal() {
     if (!setup_.files) return;
     require_writable(setup_.directory);
@@ -344,6 +345,8 @@ class OptimizeRun {
   std::vector<OptimizerConstraint> constraints_;
   std::optional<Journal> journal_;
   std::vector<OptimizerEvaluation> replay_;
+  std::optional<double> accuracy_;
+  std::optional<AccurateRun> begun_;
   Progress progress_;
   bool lines_;
   double wall_ = 0;
@@ -370,6 +373,7 @@ const RegisterCommand optimize_command(
       auto options = std::make_shared<OptimizeOptions>();
       common.add_to(c);
       common.add_run_options(c);
+      options->accuracy.add_to(c);
       c.flag("--resume", options->resume, "Continue an interrupted run from its journal");
       c.flag("--no-certificate", options->no_certificate,
              "Leave out the check of the optimum: multipliers and the Hessian's eigenvalues");

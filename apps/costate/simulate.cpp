@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "accuracy.h"
 #include "command.h"
 #include "costate/record/atomic_file.h"
 #include "costate/sensitivity/error_estimate.h"
@@ -21,6 +22,7 @@ namespace {
 struct SimulateOptions {
   std::optional<double> step;
   bool csv = false, report = false, estimate = false;
+  AccuracyOption accuracy;
 };
 
 int run(const CommonOptions& common, const SimulateOptions& options) {
@@ -33,19 +35,30 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   progress.start(setup.problem.solver.t_start);
   setup.problem.monitor = monitor(progress, setup.problem.solver.t_end);
   std::optional<TrajectoryRecorder> recording;
-  const Simulation r = started(setup, [&] {
+  const auto record = [&] {
     recording.emplace(setup, setup.rho, options.step, !setup.files);
-    return simulate(setup.problem, setup.rho, recording->times(), recording->sink());
+    return TradeProbe::Recording{recording->times(), recording->sink()};
+  };
+  const auto accuracy = options.accuracy.asked(setup, common);
+  std::optional<AccurateRun> accurate;
+  if (accuracy) accurate = run_accurately(setup, common, *accuracy, false, [&](const Problem&) { return record(); });
+  const Simulation r = accurate ? accurate->result : started(setup, [&] {
+    const TradeProbe::Recording to = record();
+    return GradientResult(simulate(setup.problem, setup.rho, to.times, to.sink));
   });
   TrajectoryRecorder& recorder = *recording;
   const double wall = seconds_since(begin);
   const Objective& objective = setup.problem.objective;
   const bool costs = !objective.running.empty() || !objective.terminal.empty();
   std::optional<double> error;
-  if (options.estimate && costs) error = setup.located([&] { return estimate_error(setup.problem, setup.rho, r).psi; });
+  if (accurate)
+    error = accurate->psi_error;
+  else if (options.estimate && costs)
+    error = setup.located([&] { return estimate_error(setup.problem, setup.rho, r).psi; });
   progress.finish();
   Json j = run_json(setup, GradientResult(r), "", wall);
   j["psi_error"] = error ? Json(*error) : Json();
+  if (accurate) j["accuracy"] = accuracy_json(*accurate, *accuracy);
   j["terminal"] = recorder.terminal();
   j["units"] = recorder.units();
   std::string files;
@@ -69,12 +82,13 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   text += fmt::format("  {} on {}, {}, t = {:g} .. {:g} s\n", setup.problem.formulation, r.integrator, precision.run,
                       solver.t_start, r.end ? r.end->t : solver.t_end);
   text += fmt::format("  {}\n", costs ? psi_text(r.psi, precision, error) : "psi = 0 (the scene has no cost)");
+  if (accurate) text += accuracy_text(*accurate, *accuracy);
   text += events_text(r);
   text += fmt::format("  {} steps, {} residuals, {} factorizations, {:.3g} s\n", r.counters.steps, r.counters.residuals,
                       r.counters.factorizations, wall);
   text += files;
   report(setup, common, j, text, "simulate.json");
-  return 0;
+  return accurate && !accurate->met ? kFailed : 0;
 }
 
 }  // namespace
@@ -84,6 +98,7 @@ const RegisterCommand simulate_command(
       auto options = std::make_shared<SimulateOptions>();
       common.add_to(c);
       common.add_run_options(c);
+      options->accuracy.add_to(c);
       c.option("--output-step", options->step, "Time between stored samples [s]");
       c.flag("--csv", options->csv, "Write the trajectory as CSV too");
       c.flag("--report", options->report, "Write simulate.html too, a page with plots of the outputs that matter");

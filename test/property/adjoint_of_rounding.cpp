@@ -48,5 +48,13 @@ TEST_CASE("a driver that begins after a rest is followed to the tolerance", "[tr
     p.solver.atol = 0;
     CAPTURE(rtol);
     CHECK(std::abs(simulate(p, p.parameters.values()).psi - right) <= 3e3 * rtol * std::abs(right) + 1e-9);
+    // Back over the same segments, also where they are run again: what a gradient keeps is a hundred times that.
+    const double forward = gradient(p, "idas-forward", p.parameters.values()).gradient[0];
+    for (const double budget_MB : {512.0, 1e-3}) {
+      p.solver.memory_budget_MB = budget_MB;
+      CAPTURE(budget_MB);
+      CHECK(std::abs(gradient(p, "idas-adjoint", p.parameters.values()).gradient[0] - forward) <=
+            3e3 * rtol * std::abs(forward));
+    }
   }
 }

@@ -273,6 +273,10 @@ void SceneReader::read_run() {
     t.fail("atol", fmt::format("must be at least {}, found {}.", kLeastAtol, *run.atol));
   if (run.atol && *run.atol >= 1)
     t.fail("atol", fmt::format("must be below 1 (in SI units, of every unknown), found {}.", *run.atol));
+  run.accuracy = t.find_value("accuracy", NumberRule::positive);
+  if (run.accuracy && *run.accuracy >= 1) t.fail("accuracy", fmt::format("must be below 1, found {}.", *run.accuracy));
+  if (run.accuracy && t.has("rtol"))
+    t.fail("accuracy", "chooses the tolerance itself: 'rtol' and it exclude each other.");
   run.step_s = t.find_value("step_s", NumberRule::positive);
   run.max_step_s = t.find_value("max_step_s", NumberRule::positive);
   run.output_step_s = t.find_value("output_step_s", NumberRule::positive);

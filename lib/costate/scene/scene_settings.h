@@ -29,6 +29,7 @@ struct RunSettings {
   std::string sensitivity_corrector;    // "staggered" or "simultaneous" (forward methods); empty: the solver's default
   std::vector<std::string> parameters;  // default list of what to differentiate
   double rtol = kDefaultTolerance;
+  std::optional<double> accuracy;       // of the result, in the place of tolerances
   std::optional<double> atol;           // none: the method's own choice
   std::optional<double> step_s;         // of fixed-step runs; none: chosen from rtol
   std::optional<double> max_step_s;     // of integrators; none: unlimited

@@ -42,6 +42,7 @@ std::vector<SettingsMeaning> settings_meanings() {
         {"parameters", "names, or paths of numbers, that gradients are taken for"},
         {"rtol", "relative tolerance"},
         {"atol", "absolute tolerance in SI units; by default the number of rtol"},
+        {"accuracy", "relative accuracy of results, which chooses formulation, method and rtol; in the place of rtol"},
         {"step_s", "of fixed-step runs; by default chosen from rtol"},
         {"max_step_s", "longest step of integrators; by default unlimited"},
         {"output_step_s", "between the rows of result files; by default the integrator's steps"},

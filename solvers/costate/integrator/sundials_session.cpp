@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
+#include <tuple>
 
 #include "costate/integrator/unknown_sizes.h"
 #include "costate/sundials/failure.h"
@@ -108,10 +111,16 @@ void SundialsSession<Api>::follow(std::shared_ptr<const StepPlan> plan) {
     check(Api::set_max_step(memory_, first), "the first step's bound");
 }
 
+/// A stop and a step that ends there differ by rounding.
+static bool same_time(double a, double b) {
+  return std::abs(a - b) <= 8 * std::numeric_limits<double>::epsilon() * std::max(std::abs(a), std::abs(b));
+}
+
 template <class Api>
 void SundialsSession<Api>::look_ahead(double t, const double* y) {
   if (!plan_) return;
   if (Api::implicit) Api::set_max_step(memory_, std::max(0.0, options_.max_step_s));
+  if (same_time(t, ahead_)) place_ = t;
   ahead_of_ = t;
   ahead_ = plan_->limit(system_, t, y, false);
   Api::set_stop_time(memory_, std::min(stop(), ahead_));
@@ -148,6 +157,17 @@ bool SundialsSession<Api>::fell(double before, long failures) const {
   double h = 0;
   Api::last_step(memory_, &h);
   return before > kLongAgainstNext * h;
+}
+
+template <class Api>
+void SundialsSession<Api>::remember(double t) {
+  const double known = t_;
+  interpolate(t);
+  restart_ = true;
+  begun_.emplace();
+  jump(begun_->first, begun_->second);
+  restart_ = false;
+  t_ = known;
 }
 
 template <class Api>
@@ -237,14 +257,16 @@ bool SundialsSession<Api>::advance_segment(double t, Trajectory* trajectory, con
     const double begin = step_end_;
     // What the repetitions begin with is the end of all; the next step is bounded already.
     if (plan_ && adjoint_) Api::set_stop_time(memory_, stop());
-    const double before = last_step(begin);
+    const double before = same_time(begin, place_) ? last_step(begin) : 0;
     const long failures = error_test_failures();
+    if (Api::implicit && before > 0) remember(begin);
     solve(options_.t_end, &step_end_, true);
     if (fell(before, failures)) {
       step_end_ = begin;
       ended_ = restart_ = true;
       continue;
     }
+    begun_.reset();
     auto event = system_.find_event(begin, step_end_, [&](double at) {
       check(Api::dky(memory_, at, 0, y_), "interpolation");
       return y();
@@ -291,6 +313,10 @@ void SundialsSession<Api>::record_step(double begin, double end, Trajectory& tra
 
 template <class Api>
 void SundialsSession<Api>::jump(Jump& jump, SegmentStart& start) {
+  if (ended_ && begun_) {
+    std::tie(jump, start) = std::move(*begun_);
+    return;
+  }
   jump.t = t_;
   start.steps = start_.steps + steps(memory_);
   start.restart = restart_;

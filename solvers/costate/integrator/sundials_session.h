@@ -157,9 +157,12 @@ class SundialsSession {
   /// The step that ended at t, 0 where none did.
   double last_step(double t) const;
   long error_test_failures() const;
-  /// Of the step just taken, behind one of the size `before`, with the failures counted until then: its error was
-  /// estimated for a smoother motion than there is (segment.h). It is taken back, and a new session goes on.
+  /// Of the step just taken, behind one of the size `before` that ended where the plan had asked for it, with the
+  /// failures counted until then: its error was estimated for the smoother motion before (segment.h). It is taken back,
+  /// and a new session goes on.
   bool fell(double before, long failures) const;
+  /// The start of another session at t, as the steps before it have it.
+  void remember(double t);
   void solve(double to, double* reached, bool one_step);
   void interpolate(double t);
   void record_step(double begin, double end, Trajectory& trajectory);
@@ -169,11 +172,13 @@ class SundialsSession {
   std::string message_;
   std::shared_ptr<const StepPlan> plan_;                                    // or null
   double ahead_of_ = std::numeric_limits<double>::quiet_NaN(), ahead_ = 0;  // the plan's last answer, and when
+  double place_ = std::numeric_limits<double>::quiet_NaN();                 // the last time that the plan had asked for
   std::vector<double> checkpoint_times_;                                    // ascending
   ForwardState forward_;
   AdjointScale adjoint_scale_;
   StallWatch stall_;
   PaceWatch pace_, pace_back_;
+  std::optional<std::pair<Jump, SegmentStart>> begun_;  // at the place where the last step began
   long polls_ = 0, scale_samples_ = 0;
   bool ended_ = false;
   double step_end_;

@@ -64,27 +64,39 @@ void TradeProbe::look(TradeMotion& motion, const MechanismState& s, System& syst
     for (const auto& term : o.terminal) motion.cost_amount += std::abs(term->value(s, system.assembly()));
 }
 
-TradeValues TradeProbe::run(const Combination& c, double rtol, double step_s) const {
+TradeValues TradeProbe::run(const Combination& c, double rtol, double step_s, GradientResult* result,
+                            const Recording* recording) const {
   const Problem p = prepared(c, rtol, step_s);
   TradeValues v;
   const double begin = processor_time_s();
+  GradientResult r;
   if (!c.method.empty()) {
-    const GradientResult g = costate::gradient(p, c.method, rho_);
-    v.psi = g.psi;
-    v.gradient = g.gradient;
-    v.counters = g.counters;
+    r = costate::gradient(p, c.method, rho_);
+    v.gradient = r.gradient;
   } else {
     TradeMotion motion;
-    const Simulation s =
-        simulate(p, rho_, times_, [&](const MechanismState& state, System& system) { look(motion, state, system); });
+    std::vector<double> times = times_;
+    if (recording) times.insert(times.end(), recording->times.begin(), recording->times.end());
+    std::sort(times.begin(), times.end());
+    times.erase(std::unique(times.begin(), times.end()), times.end());
+    const auto among = [](const std::vector<double>& sorted, double t) {
+      return std::binary_search(sorted.begin(), sorted.end(), t);
+    };
+    r = GradientResult(simulate(p, rho_, times, [&](const MechanismState& state, System& system) {
+      // What is at neither's times is the end of a run that has ended early.
+      const bool ours = among(times_, state.t), theirs = recording && among(recording->times, state.t);
+      if (ours || !theirs) look(motion, state, system);
+      if (recording && (theirs || !ours)) recording->sink(state, system);
+    }));
     // A run that ends a little earlier than the reference's hands out its end instead.
     motion.outputs.resize(times_.size(),
                           motion.outputs.empty() ? std::vector<double>(outputs_.size(), 0.0) : motion.outputs.back());
-    v.psi = s.psi;
-    v.counters = s.counters;
     v.motion = std::move(motion);
   }
+  v.psi = r.psi;
+  v.counters = r.counters;
   v.time_s = processor_time_s() - begin;
+  if (result) *result = std::move(r);
   return v;
 }
 

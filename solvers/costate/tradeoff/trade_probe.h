@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "costate/integrator/simulate.h"
 #include "costate/objective/output.h"
 #include "costate/tradeoff/trade_table.h"
 
@@ -35,8 +36,14 @@ class TradeProbe {
 
   /// The problem by this combination; its fixed step or its tolerance, with the absolute one in proportion.
   Problem prepared(const Combination& c, double rtol, double step_s) const;
-  /// One run; errors pass through. A gradient's motion is not looked at.
-  TradeValues run(const Combination& c, double rtol, double step_s) const;
+  /// What a run is to hand out besides.
+  struct Recording {
+    std::vector<double> times;
+    SampleSink sink;
+  };
+  /// One run; errors pass through. A gradient's motion is not looked at. `result`: all that the run gives.
+  TradeValues run(const Combination& c, double rtol, double step_s, GradientResult* result = nullptr,
+                  const Recording* recording = nullptr) const;
   /// The same, plain: for the clock.
   void repeat(const Combination& c, double rtol, double step_s) const;
 

@@ -34,6 +34,28 @@ constexpr std::size_t kFewParameters = 10;
 
 double infinite_unless(double x) { return std::isfinite(x) ? x : std::numeric_limits<double>::infinity(); }
 
+/// What a quantity of a unit amounts to along the motion: ranges of coordinates, the kinetic energy, a force that
+/// gives it over such a range. An output that is zero is measured by a part of it.
+std::map<std::string, double> sizes(const TradeProbe& probe, const TradeMotion& m, double kinetic) {
+  std::map<std::string, double> size;
+  const auto& coordinates = probe.problem().mechanism->coordinates();
+  for (std::size_t i = 0; i < std::min(coordinates.size(), m.lowest.size()); ++i)
+    size[coordinates[i].unit] = std::max(size[coordinates[i].unit], m.highest[i] - m.lowest[i]);
+  const double span = probe.problem().solver.t_end - probe.problem().solver.t_start;
+  for (const char* unit : {"m", "rad"})
+    if (size.contains(unit)) size[std::string(unit) + "/s"] = size[unit] / span;
+  size["J"] = size["N m"] = kinetic;
+  if (size["m"] > 0) size["N"] = kinetic / size["m"];
+  return size;
+}
+
+double scaled_size(const TradeProbe& probe, const std::vector<double>& gradient) {
+  double size = 0;
+  for (std::size_t j = 0; j < gradient.size(); ++j)
+    size = std::max(size, std::abs(gradient[j]) * probe.problem().parameters.parameters[j].scale);
+  return size;
+}
+
 /// A combination at a tight tolerance and at ten times that.
 struct Witness {
   Combination what;
@@ -151,60 +173,6 @@ class WitnessSearch {
     return std::nullopt;
   }
 
-  /// What a quantity of a unit amounts to along the motion: ranges of coordinates, the kinetic energy, a force that
-  /// gives it over such a range. An output that is zero is measured by a part of it.
-  std::map<std::string, double> sizes(const TradeMotion& m, double kinetic) const {
-    std::map<std::string, double> size;
-    const auto& coordinates = probe_.problem().mechanism->coordinates();
-    for (std::size_t i = 0; i < std::min(coordinates.size(), m.lowest.size()); ++i)
-      size[coordinates[i].unit] = std::max(size[coordinates[i].unit], m.highest[i] - m.lowest[i]);
-    const double span = probe_.problem().solver.t_end - probe_.problem().solver.t_start;
-    for (const char* unit : {"m", "rad"})
-      if (size.contains(unit)) size[std::string(unit) + "/s"] = size[unit] / span;
-    size["J"] = size["N m"] = kinetic;
-    if (size["m"] > 0) size["N"] = kinetic / size["m"];
-    return size;
-  }
-
-  void set_units(TradeReference& r) const {
-    const TradeMotion& m = *r.values.motion;
-    const auto& outputs = probe_.outputs();
-    const double kinetic = m.kinetic.empty() ? 0 : *std::max_element(m.kinetic.begin(), m.kinetic.end());
-    std::map<std::string, double> largest = sizes(m, kinetic);
-    std::vector<double> low(outputs.size(), HUGE_VAL), high(outputs.size(), -HUGE_VAL), size(outputs.size(), 0);
-    for (const auto& sample : m.outputs)
-      for (std::size_t o = 0; o < outputs.size(); ++o) {
-        low[o] = std::min(low[o], sample[o]);
-        high[o] = std::max(high[o], sample[o]);
-        size[o] = std::max(size[o], std::abs(sample[o]));
-      }
-    for (std::size_t o = 0; o < outputs.size(); ++o)
-      largest[outputs[o]->unit()] = std::max(largest[outputs[o]->unit()], high[o] - low[o]);
-    r.output_unit.clear();
-    for (std::size_t o = 0; o < outputs.size(); ++o) {
-      const double range = high[o] - low[o];
-      const double unit =
-          std::max(range > kConstant * size[o] ? range : size[o], kCancelled * largest[outputs[o]->unit()]);
-      // An energy's zero is anybody's choice.
-      const double least = outputs[o]->unit() == "J" ? kinetic : 0;
-      r.output_unit.push_back(unit > 0 ? std::max(unit, least) : 1);
-    }
-    r.psi_unit = std::max(std::abs(r.values.psi), kCancelled * m.cost_amount);
-    if (!(r.psi_unit > 0)) r.psi_unit = 1;
-    r.gradient_unit = std::max(scaled_size(r.values.gradient), 0.0);
-    if (!(r.gradient_unit > 1e-9 * r.psi_unit)) r.gradient_unit = std::max(r.psi_unit, 1e-300);
-    double change = 0;
-    for (const double e : m.energy) change = std::max(change, std::abs(e - m.energy.front()));
-    r.energy_unit = kinetic > 0 && change <= kKept * kinetic ? kinetic : 0;
-  }
-
-  double scaled_size(const std::vector<double>& gradient) const {
-    double size = 0;
-    for (std::size_t j = 0; j < gradient.size(); ++j)
-      size = std::max(size, std::abs(gradient[j]) * probe_.problem().parameters.parameters[j].scale);
-    return size;
-  }
-
   TradeReference pair(const Witness& a, const Witness& b) const {
     TradeReference r;
     r.first = a.what;
@@ -214,7 +182,7 @@ class WitnessSearch {
     r.gradient_first = a.method;
     r.gradient_second = b.method;
     r.values = a.tight;
-    set_units(r);
+    r.measure(probe_);
     TradeRow apart, change;
     r.judge(b.tight, probe_, apart);
     r.judge(a.looser, probe_, change);
@@ -258,6 +226,38 @@ class WitnessSearch {
 };
 
 }  // namespace
+
+void TradeReference::measure(const TradeProbe& probe) {
+  const TradeMotion& m = *values.motion;
+  const auto& outputs = probe.outputs();
+  const double kinetic = m.kinetic.empty() ? 0 : *std::max_element(m.kinetic.begin(), m.kinetic.end());
+  std::map<std::string, double> largest = sizes(probe, m, kinetic);
+  std::vector<double> low(outputs.size(), HUGE_VAL), high(outputs.size(), -HUGE_VAL), size(outputs.size(), 0);
+  for (const auto& sample : m.outputs)
+    for (std::size_t o = 0; o < outputs.size(); ++o) {
+      low[o] = std::min(low[o], sample[o]);
+      high[o] = std::max(high[o], sample[o]);
+      size[o] = std::max(size[o], std::abs(sample[o]));
+    }
+  for (std::size_t o = 0; o < outputs.size(); ++o)
+    largest[outputs[o]->unit()] = std::max(largest[outputs[o]->unit()], high[o] - low[o]);
+  output_unit.clear();
+  for (std::size_t o = 0; o < outputs.size(); ++o) {
+    const double range = high[o] - low[o];
+    const double unit =
+        std::max(range > kConstant * size[o] ? range : size[o], kCancelled * largest[outputs[o]->unit()]);
+    // An energy's zero is anybody's choice.
+    const double least = outputs[o]->unit() == "J" ? kinetic : 0;
+    output_unit.push_back(unit > 0 ? std::max(unit, least) : 1);
+  }
+  psi_unit = std::max(std::abs(values.psi), kCancelled * m.cost_amount);
+  if (!(psi_unit > 0)) psi_unit = 1;
+  gradient_unit = std::max(scaled_size(probe, values.gradient), 0.0);
+  if (!(gradient_unit > 1e-9 * psi_unit)) gradient_unit = std::max(psi_unit, 1e-300);
+  double change = 0;
+  for (const double e : m.energy) change = std::max(change, std::abs(e - m.energy.front()));
+  energy_unit = kinetic > 0 && change <= kKept * kinetic ? kinetic : 0;
+}
 
 void TradeReference::judge(const TradeValues& v, const TradeProbe& probe, TradeRow& row) const {
   const auto put = [&](TradeMeasure m, double error) {

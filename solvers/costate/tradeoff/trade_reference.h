@@ -28,6 +28,8 @@ struct TradeReference {
   double energy_unit = 0;          // the largest kinetic energy; 0: the energy is not kept along this motion
   std::vector<std::string> notes;  // what was tried and did not serve
 
+  /// Sets the units from the values.
+  void measure(const TradeProbe& probe);
   /// Relative errors of values, by measure, and what was worst; those that the values do not hold stay empty.
   void judge(const TradeValues& values, const TradeProbe& probe, TradeRow& row) const;
 };

@@ -1,0 +1,83 @@
+#include "accuracy.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "costate/base/notice.h"
+#include "costate/scene/scene_settings.h"
+#include "start_notice.h"
+
+namespace costate::app {
+
+void AccuracyOption::add_to(Command& c) {
+  c.option("--accuracy", value,
+           "Relative accuracy of the result: formulation, method and tolerance are chosen to meet it");
+}
+
+std::optional<double> AccuracyOption::asked(const Setup& setup, const CommonOptions& common) const {
+  const char* tolerance = common.rtol ? "--rtol" : common.atol ? "--atol" : common.step ? "--step" : nullptr;
+  if (value && tolerance)
+    throw Error(fmt::format("--accuracy chooses the tolerance itself; {} and it exclude each other.", tolerance));
+  if (value && !(*value > 0 && *value < 1))
+    throw Error(fmt::format("--accuracy must lie between 0 and 1 (1e-4: four digits), found {}.", *value));
+  if (value) return value;
+  const auto& of_scene = setup.scene.run.accuracy;
+  return tolerance ? std::nullopt : of_scene;
+}
+
+AccurateRun run_accurately(Setup& setup, const CommonOptions& common, double accuracy, bool gradient,
+                           const BeginRecording& begin) {
+  AccuracyRequest request;
+  request.accuracy = accuracy;
+  request.gradient = gradient;
+  // What the user has chosen stays; a scene's own formulation was chosen for it.
+  const RunSettings usual, &run = setup.scene.run;
+  if (!common.formulation.empty() || run.formulation != usual.formulation)
+    request.formulation = setup.problem.formulation;
+  if (!common.integrator.empty() || !run.integrator.empty()) request.integrator = setup.problem.solver.integrator;
+  if (gradient && (!common.method.empty() || run.method != usual.method)) request.method = setup.method;
+  request.outputs = run.outputs.empty() ? setup.problem.mechanism->coordinate_names() : run.outputs;
+  std::erase(request.outputs, "time");
+  AccurateRun r = started(setup, [&] {
+    return run_to_accuracy(setup.problem, setup.rho, request, [&](const Problem& chosen) {
+      setup.problem = chosen;
+      return begin ? begin(chosen) : TradeProbe::Recording();
+    });
+  });
+  setup.problem = r.problem;
+  if (gradient) setup.method = r.what.method;
+  if (!r.met)
+    notice(fmt::format(
+        "The accuracy {:.1g} was not reached: at rtol {:.1e} the error of {} is estimated as {:.1e}. Where errors grow "
+        "along a motion, or forces jump, no tolerance may reach it; a shorter run (--t-end) shows from when on.",
+        accuracy, r.problem.solver.rtol, r.worst, r.relative));
+  return r;
+}
+
+Json accuracy_json(const AccurateRun& run, double accuracy) {
+  Json pilots = Json::array();
+  for (const AccuracyPilot& p : run.pilots)
+    pilots.push_back({{"formulation", p.what.formulation},
+                      {"integrator", p.what.integrator},
+                      {"rtol", p.rtol},
+                      {"psi", p.why.empty() ? Json(p.psi) : Json()},
+                      {"processor_s", p.why.empty() ? Json(p.time_s) : Json()},
+                      {"status", p.why.empty() ? "ok" : p.why}});
+  return {{"asked", accuracy},
+          {"met", run.met},
+          {"estimated", run.relative},
+          {"worst", run.worst},
+          {"outputs_error", run.outputs_error},
+          {"rtol", run.problem.solver.rtol},
+          {"compared_with_rtol", run.looser},
+          {"runs", run.runs},
+          {"pilots", pilots}};
+}
+
+std::string accuracy_text(const AccurateRun& run, double accuracy) {
+  return fmt::format("  accuracy {:.1g} asked for, {} {:.1e} of {}: {}\n", accuracy, run.met ? "estimated" : "reached",
+                     run.relative, run.worst, text_of(run));
+}
+
+}  // namespace costate::app

@@ -1,0 +1,29 @@
+// --accuracy and [run] accuracy: a result's accuracy in the place of tolerances (tradeoff/accurate_run.h).
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "command.h"
+#include "costate/tradeoff/accurate_run.h"
+
+namespace costate::app {
+
+struct AccuracyOption {
+  std::optional<double> value;
+
+  void add_to(Command& command);
+  /// Of the command line, or of the scene where the command line gives no tolerance either.
+  std::optional<double> asked(const Setup& setup, const CommonOptions& common) const;
+};
+
+/// Chooses and runs; the setup then holds the choice. Gives notice where the request could not be met.
+AccurateRun run_accurately(Setup& setup, const CommonOptions& common, double accuracy, bool gradient,
+                           const BeginRecording& begin = {});
+
+/// The contract's object `accuracy`.
+Json accuracy_json(const AccurateRun& run, double accuracy);
+/// What was asked for, chosen and reached, in a line or two.
+std::string accuracy_text(const AccurateRun& run, double accuracy);
+
+}  // namespace costate::app

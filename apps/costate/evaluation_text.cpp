@@ -1,0 +1,49 @@
+#include "evaluation_text.h"
+
+#include <fmt/format.h>
+
+#include "command.h"
+#include "digits.h"
+
+namespace costate::app {
+
+Json evaluation_json(const OptimizerEvaluation& e, const std::vector<std::string>& names,
+                     const std::vector<OptimizerConstraint>& constraints) {
+  Json j;
+  j["index"] = e.index;
+  j["parameters"] = named(names, e.rho);
+  if (e.failed()) {
+    j["psi"] = j["gradient"] = j["projected_gradient"] = nullptr;
+    j["failure"] = e.failure;
+    j["counters"] = counters_json(e.counters);
+    j["wall_s"] = e.wall_s;
+    return j;
+  }
+  j["psi"] = e.psi;
+  j["gradient"] = named(names, e.gradient);
+  if (!constraints.empty()) {
+    j["constraints"] = Json::object();
+    for (std::size_t c = 0; c < constraints.size(); ++c) j["constraints"][constraints[c].name] = e.constraints[c];
+  }
+  j["projected_gradient"] = e.projected_gradient;
+  j["counters"] = counters_json(e.counters);
+  j["wall_s"] = e.wall_s;
+  return j;
+}
+
+std::string evaluation_line(const OptimizerEvaluation& e, const std::vector<std::string>& names, double relative,
+                            bool verbose) {
+  std::string line = e.failed()
+                         ? fmt::format("  {:>4}  failed, the step is rejected:", e.index)
+                         : fmt::format("  {:>4}  psi = {:<18} |projected gradient| = {:<10.3g}", e.index,
+                                       known_digits(e.psi, uncertainty_of(e.psi, relative)), e.projected_gradient);
+  for (std::size_t j = 0; j < names.size() && j < 6; ++j) line += fmt::format(" {} = {:.9g}", names[j], e.rho[j]);
+  if (names.size() > 6) line += " ...";
+  if (verbose && !e.failed())
+    line += fmt::format(" steps = {} + {} backward, {:.3g} s", e.counters.steps, e.counters.backward_steps, e.wall_s);
+  if (e.replayed) line += " (from the journal)";
+  if (e.failed()) line += "\n        " + e.failure;
+  return line;
+}
+
+}  // namespace costate::app

@@ -1,0 +1,19 @@
+// An evaluation of an optimization, in the summary and as the line that shows it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "costate/optimize/optimizer.h"
+#include "json_text.h"
+
+namespace costate::app {
+
+Json evaluation_json(const OptimizerEvaluation& e, const std::vector<std::string>& names,
+                     const std::vector<OptimizerConstraint>& constraints);
+
+/// `relative`: what is known of psi (digits.h).
+std::string evaluation_line(const OptimizerEvaluation& e, const std::vector<std::string>& names, double relative,
+                            bool verbose);
+
+}  // namespace costate::app

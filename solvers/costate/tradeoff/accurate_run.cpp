@@ -1,0 +1,252 @@
+#include "costate/tradeoff/accurate_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "costate/base/error.h"
+#include "costate/base/notice.h"
+#include "costate/formulation/formulation.h"
+#include "costate/integrator/run_budget.h"
+#include "costate/problem/redundant_rows.h"
+#include "costate/sensitivity/method.h"
+#include "costate/tradeoff/trade_reference.h"
+
+namespace costate {
+
+namespace {
+
+constexpr int kSamples = 60;
+constexpr double kOrder = 0.7;
+// The first tolerance against the accuracy, the pilots' against that, and the bounds of both.
+constexpr double kFirst = 0.02, kPilot = 30, kLoosest = 1e-3, kTightest = 1e-13;
+// A pilot is cut at so many times the time of the best one; below so many seconds none is.
+constexpr double kPatience = 1.3, kShortest = 0.02;
+// A tolerance is not chosen to just meet a request.
+constexpr double kAim = 0.4;
+// Tangents cost about 0.6 of a simulation for each parameter, an adjoint about 3.
+constexpr std::size_t kTangents = 3;
+// How far pilots may be from the result: errors up to so many tolerances are common along a motion.
+constexpr double kPilotError = 1e4;
+
+/// The gradient method of SUNDIALS's that goes with an integrator, or null.
+const SensitivityMethod* method_on(const std::string& integrator, bool adjoint) {
+  using Needs = SensitivityMethod::Needs;
+  const Needs needs = integrator == "idas" ? Needs::dae : Needs::ode;
+  return first_method(
+      [&](const SensitivityMethod& m) { return m.needs == needs && m.adjoint == adjoint && !m.perturbs; });
+}
+
+class Chooser {
+ public:
+  Chooser(const Problem& problem, const std::vector<double>& rho, const AccuracyRequest& request)
+      : request_(request), problem_(watched(problem)), probe_(problem_, rho, request.outputs, kSamples) {
+    require_choice();
+    first_ = std::clamp(kFirst * request.accuracy, kTightest, kLoosest);
+  }
+
+  AccurateRun run(const BeginRecording& begin) {
+    AccurateRun r;
+    race(r);
+    const Combination what = with_method(choice_);
+    double rtol = first_, looser = std::min(10 * rtol, 0.1);
+    TradeReference coarse;
+    coarse.values = probe_.run(what, looser, 0);
+    ++r.runs;
+    for (;;) {
+      TradeProbe::Recording recording;
+      if (begin && what.method.empty()) recording = begin(probe_.prepared(what, rtol, 0));
+      TradeReference fine;
+      fine.values = probe_.run(what, rtol, 0, &r.result, recording.sink ? &recording : nullptr);
+      ++r.runs;
+      r.looser = looser;
+      r.problem = probe_.prepared(what, rtol, 0);
+      judge(coarse, fine, rtol, r);
+      r.met = r.relative <= request_.accuracy;
+      if (r.met || rtol <= kTightest) break;
+      // Errors as small as that need a tolerance smaller by their ratio, or by three powers of ten at once.
+      const double next = std::clamp(rtol * kAim * request_.accuracy / r.relative, 1e-3 * rtol, 0.2 * rtol);
+      looser = rtol;
+      rtol = std::max(next, kTightest);
+      coarse = std::move(fine);
+    }
+    r.what = what;
+    r.problem.monitor = outer_;
+    r.problem.solver.confirm = false;
+    compare_pilots(r);
+    return r;
+  }
+
+ private:
+  Problem watched(Problem problem) {
+    outer_ = problem.monitor;
+    problem.monitor = [this](double t, long steps, bool backward) {
+      if (outer_) outer_(t, steps, backward);
+      budget_.look(t, steps, backward);
+    };
+    return problem;
+  }
+
+  void require_choice() const {
+    const double a = request_.accuracy;
+    if (!(a > 0 && a < 1)) throw Error(fmt::format("An accuracy must lie between 0 and 1, found {}.", a));
+    if (!request_.formulation.empty() && !find_formulation(request_.formulation).exact_constraints())
+      throw CapabilityError(fmt::format(
+          "Formulation '{}' has soft constraints, whose part in the error no tolerance takes away: it cannot "
+          "be held to an accuracy. Leave the formulation out, or ask for a tolerance.",
+          request_.formulation));
+    if (request_.integrator == "fixed")
+      throw CapabilityError(
+          "Fixed steps follow no tolerance: they cannot be held to an accuracy. Leave the integrator out, or ask for a "
+          "step.");
+    if (request_.method.empty()) return;
+    const SensitivityMethod& m = find_sensitivity_method(request_.method);
+    using Needs = SensitivityMethod::Needs;
+    if ((m.needs == Needs::dae || m.needs == Needs::ode) && !m.perturbs) return;
+    throw CapabilityError(
+        fmt::format("Method '{}' cannot be held to an accuracy; those of the integrators can ({}, {}).", m.name,
+                    method_on("cvodes", true)->name, method_on("idas", true)->name));
+  }
+
+  bool serves(const Formulation& f, const std::string& integrator, bool redundant) const {
+    if (!(integrator == "idas" ? static_cast<bool>(f.make_dae) : static_cast<bool>(f.make_ode))) return false;
+    if (!request_.integrator.empty() && request_.integrator != integrator) return false;
+    if (!request_.method.empty()) {
+      const SensitivityMethod& m = find_sensitivity_method(request_.method);
+      if ((m.needs == SensitivityMethod::Needs::dae) != (integrator == "idas")) return false;
+      if (!refusal(m, f).empty()) return false;
+    }
+    if (!request_.formulation.empty()) return f.name == request_.formulation;
+    if (!f.exact_constraints() || f.adjoint_order > 1 || (redundant && !f.carries_redundancy)) return false;
+    // The explicit forms are cheapest where they do; of the implicit ones the first stand-in tells about stiffness.
+    return integrator == "cvodes" || &f == stand_ins(redundant).front();
+  }
+
+  Combination with_method(Combination c) const {
+    if (!request_.gradient) return c;
+    if (!request_.method.empty()) {
+      c.method = request_.method;
+      return c;
+    }
+    const bool adjoint = problem_.parameters.parameters.size() > kTangents;
+    for (const bool a : {adjoint, !adjoint})
+      if (const SensitivityMethod* m = method_on(c.integrator, a);
+          m && refusal(*m, find_formulation(c.formulation)).empty()) {
+        c.method = m->name;
+        break;
+      }
+    return c;
+  }
+
+  /// Short simulations by what may serve; the fastest is the choice.
+  void race(AccurateRun& r) {
+    const bool redundant = !redundant_rows(problem_, probe_.rho()).empty();
+    std::vector<Combination> all;
+    for (const Formulation* f : stand_ins(redundant))
+      for (const char* integrator : {"cvodes", "idas"})
+        if (serves(*f, integrator, redundant)) all.push_back({f->name, integrator});
+    for (const Formulation& f : formulations())
+      for (const char* integrator : {"cvodes", "idas"})
+        if (f.stand_in == 0 && serves(f, integrator, redundant)) all.push_back({f.name, integrator});
+    if (all.empty())
+      throw CapabilityError("No formulation can be held to an accuracy here together with what else was chosen.");
+    double best = 0;
+    std::exception_ptr failure;
+    for (const Combination& c : all) {
+      AccuracyPilot p{c, std::min(kPilot * first_, 0.03), 0, 0, ""};
+      if (best > 0)
+        budget_.begin(std::max(kPatience * best, kShortest), 0);
+      else
+        budget_.unlimited();
+      const std::vector<std::string> said = take_notices();
+      try {
+        const TradeValues v = probe_.run(c, p.rtol, 0);
+        p.time_s = v.time_s;
+        p.psi = v.psi;
+      } catch (const Cut& e) {
+        p.why = std::string("cut ") + e.what();
+      } catch (const CapabilityError& e) {
+        p.why = e.what();
+        failure = std::current_exception();
+      } catch (const SolverError& e) {
+        p.why = e.what();
+        failure = std::current_exception();
+      }
+      take_notices();
+      for (const auto& text : said) notice(text);
+      if (p.why.empty() && !(best > 0 && p.time_s >= best)) best = p.time_s, choice_ = c;
+      r.pilots.push_back(std::move(p));
+    }
+    budget_.unlimited();
+    if (choice_.formulation.empty()) std::rethrow_exception(failure);
+  }
+
+  void judge(const TradeReference& coarse, TradeReference& fine, double rtol, AccurateRun& r) const {
+    if (fine.values.motion) {
+      fine.measure(probe_);
+    } else {
+      double size = 0;
+      const auto& parameters = problem_.parameters.parameters;
+      for (std::size_t j = 0; j < fine.values.gradient.size(); ++j)
+        size = std::max(size, std::abs(fine.values.gradient[j]) * parameters[j].scale);
+      fine.psi_unit = fine.values.psi != 0 ? std::abs(fine.values.psi) : 1;
+      fine.gradient_unit = size > 1e-9 * fine.psi_unit ? size : fine.psi_unit;
+    }
+    TradeRow row;
+    fine.judge(coarse.values, probe_, row);
+    // An error that passes through zero is small by chance: not below the tolerance itself, nor rounding.
+    const double share = 1 / (std::pow(r.looser / rtol, kOrder) - 1), least = std::max(rtol, 1e-14);
+    const auto error = [&](TradeMeasure m) {
+      return row.error_of(m) ? std::max(share * *row.error_of(m), least) : 0.0;
+    };
+    const double psi = error(TradeMeasure::psi), outputs = error(TradeMeasure::outputs),
+                 gradient = error(TradeMeasure::gradient);
+    r.psi_error = psi * fine.psi_unit;
+    r.outputs_error = outputs;
+    r.relative = std::max({psi, outputs, gradient});
+    r.worst = r.relative == psi && psi > 0 ? "psi" : row.worst;
+    r.gradient_error.clear();
+    for (std::size_t j = 0; j < fine.values.gradient.size(); ++j)
+      r.gradient_error.push_back(std::max(share * std::abs(fine.values.gradient[j] - coarse.values.gradient[j]),
+                                          least * fine.gradient_unit / problem_.parameters.parameters[j].scale));
+  }
+
+  /// The two runs behind an estimate share a formulation; what both pass over others may have met.
+  void compare_pilots(const AccurateRun& r) const {
+    const double psi = r.result.psi;
+    if (!(std::abs(psi) > 0)) return;
+    for (const AccuracyPilot& p : r.pilots) {
+      if (!p.why.empty()) continue;
+      const double apart = std::abs(p.psi - psi) / std::abs(psi);
+      if (apart <= std::max(kPilotError * p.rtol, 10 * request_.accuracy)) continue;
+      notice(fmt::format(
+          "A short run by {} at rtol {:.1g} gives psi = {:.6g}, {:.1g} of it away from the result: more than such a "
+          "tolerance explains. 'costate check' compares all formulations.",
+          p.what.name(), p.rtol, p.psi, apart));
+    }
+  }
+
+  AccuracyRequest request_;
+  Monitor outer_;
+  RunBudget budget_;
+  Problem problem_;
+  TradeProbe probe_;
+  Combination choice_;
+  double first_ = 0;
+};
+
+}  // namespace
+
+AccurateRun run_to_accuracy(const Problem& problem, const std::vector<double>& rho, const AccuracyRequest& request,
+                            const BeginRecording& begin) {
+  return Chooser(problem, rho, request).run(begin);
+}
+
+std::string text_of(const AccurateRun& run) {
+  return fmt::format("{}, rtol {:.1e}; errors by a run at rtol {:.1e}", run.what.name(), run.problem.solver.rtol,
+                     run.looser);
+}
+
+}  // namespace costate

@@ -1,0 +1,60 @@
+// A run that is asked for by the accuracy of its result. Formulation, integrator and gradient method are chosen by
+// short runs on this very problem, then the tolerance is tightened until two runs a power of ten apart show that the
+// errors of psi, of the gradient and of the outputs along the motion are within the request.
+//
+// The estimate: with e = |R(10 r) - R(r)| and errors of the order r^p, the error of R(r) is about e / (10^p - 1). p is
+// near 1 for integrators whose tolerance bounds local errors per step; kOrder = 0.7 stays on the safe side of it.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "costate/tradeoff/trade_probe.h"
+
+namespace costate {
+
+struct AccuracyRequest {
+  /// Of psi against itself, of outputs against what they range over, of a derivative in its parameter's scale against
+  /// the largest.
+  double accuracy = 1e-4;
+  std::string formulation, integrator, method;  // chosen by the user; empty: here
+  bool gradient = false;
+  std::vector<std::string> outputs;
+};
+
+/// A short run of one combination; `why` where it served as no choice.
+struct AccuracyPilot {
+  Combination what;
+  double rtol = 0, time_s = 0;  // processor time
+  double psi = 0;
+  std::string why;
+};
+
+struct AccurateRun {
+  Problem problem;    // as it was chosen
+  Combination what;   // of a gradient with its method
+  bool met = false;   // or the tolerance cannot be tightened any further
+  double looser = 0;  // rtol of the run that the result is compared with
+  double psi_error = 0;
+  double outputs_error = 0;            // relative; the largest of all outputs and samples
+  std::vector<double> gradient_error;  // an entry a parameter
+  double relative = 0;                 // the largest of all as the request counts them
+  std::string worst;                   // what that is of
+  std::vector<AccuracyPilot> pilots;
+  int runs = 0;  // behind the pilots
+  GradientResult result;
+};
+
+/// Where each attempt at the final run of a simulation is recorded anew; empty: nowhere.
+using BeginRecording = std::function<TradeProbe::Recording(const Problem& chosen)>;
+
+/// Gives notice where another combination's pilot is farther off than its tolerance explains. Throws CapabilityError
+/// where the user's choice cannot be held to an accuracy, and what the runs throw.
+AccurateRun run_to_accuracy(const Problem& problem, const std::vector<double>& rho, const AccuracyRequest& request,
+                            const BeginRecording& begin = {});
+
+/// "baumgarte by cvodes-adjoint, rtol 3e-06; errors by a run at rtol 3e-05".
+std::string text_of(const AccurateRun& run);
+
+}  // namespace costate

@@ -19,7 +19,9 @@ namespace costate {
 namespace {
 
 constexpr int kSamples = 60;
-constexpr double kOrder = 0.7;
+// At so tight a tolerance a failure is not due to it.
+constexpr double kGivenUp = 1e-9;
+constexpr double kOrder = 0.5;
 // The first tolerance against the accuracy, the pilots' against that, and the bounds of both.
 constexpr double kFirst = 0.02, kPilot = 30, kLoosest = 1e-3, kTightest = 1e-13;
 // A pilot is cut at so many times the time of the best one; below so many seconds none is.
@@ -52,15 +54,30 @@ class Chooser {
     race(r);
     const Combination what = with_method(choice_);
     double rtol = first_, looser = std::min(10 * rtol, 0.1);
-    TradeReference coarse;
-    coarse.values = probe_.run(what, looser, 0);
-    ++r.runs;
-    for (;;) {
+    TradeReference coarse, fine;
+    const auto coarse_at = [&](double at) { coarse.values = probe_.run(what, at, 0); };
+    const auto fine_at = [&](double at) {
       TradeProbe::Recording recording;
-      if (begin && what.method.empty()) recording = begin(probe_.prepared(what, rtol, 0));
-      TradeReference fine;
-      fine.values = probe_.run(what, rtol, 0, &r.result, recording.sink ? &recording : nullptr);
+      if (begin && what.method.empty()) recording = begin(probe_.prepared(what, at, 0));
+      fine.values = probe_.run(what, at, 0, &r.result, recording.sink ? &recording : nullptr);
+    };
+    // A tolerance may be too loose for the motion itself.
+    const auto tried = [&](const auto& run, double at) {
       ++r.runs;
+      try {
+        run(at);
+        return true;
+      } catch (const SolverError&) {
+        if (at <= kGivenUp) throw;
+        return false;
+      }
+    };
+    while (!tried(coarse_at, looser)) looser /= 10, rtol = looser / 10;
+    for (;;) {
+      if (!tried(fine_at, rtol)) {
+        rtol /= 10;
+        continue;
+      }
       r.looser = looser;
       r.problem = probe_.prepared(what, rtol, 0);
       judge(coarse, fine, rtol, r);
@@ -70,7 +87,7 @@ class Chooser {
       const double next = std::clamp(rtol * kAim * request_.accuracy / r.relative, 1e-3 * rtol, 0.2 * rtol);
       looser = rtol;
       rtol = std::max(next, kTightest);
-      coarse = std::move(fine);
+      std::swap(coarse, fine);
     }
     r.what = what;
     r.problem.monitor = outer_;

@@ -31,12 +31,11 @@ AccurateRun run_accurately(Setup& setup, const CommonOptions& common, double acc
   AccuracyRequest request;
   request.accuracy = accuracy;
   request.gradient = gradient;
-  // What the user has chosen stays; a scene's own formulation was chosen for it.
-  const RunSettings usual, &run = setup.scene.run;
-  if (!common.formulation.empty() || run.formulation != usual.formulation)
-    request.formulation = setup.problem.formulation;
-  if (!common.integrator.empty() || !run.integrator.empty()) request.integrator = setup.problem.solver.integrator;
-  if (gradient && (!common.method.empty() || run.method != usual.method)) request.method = setup.method;
+  // The command line's choices stay; the scene's are among those that are tried.
+  const RunSettings& run = setup.scene.run;
+  if (!common.formulation.empty()) request.formulation = setup.problem.formulation;
+  if (!common.integrator.empty()) request.integrator = setup.problem.solver.integrator;
+  if (gradient && !common.method.empty()) request.method = setup.method;
   request.outputs = run.outputs.empty() ? setup.problem.mechanism->coordinate_names() : run.outputs;
   std::erase(request.outputs, "time");
   AccurateRun r = started(setup, [&] {

@@ -136,7 +136,9 @@ class Chooser {
       if (!refusal(m, f).empty()) return false;
     }
     if (!request_.formulation.empty()) return f.name == request_.formulation;
-    if (!f.exact_constraints() || f.adjoint_order > 1 || (redundant && !f.carries_redundancy)) return false;
+    if (!f.exact_constraints() || (redundant && !f.carries_redundancy)) return false;
+    if (f.name == problem_.formulation) return true;
+    if (f.adjoint_order > 1) return false;
     // The explicit forms are cheapest where they do; of the implicit ones the first stand-in tells about stiffness.
     return integrator == "cvodes" || &f == stand_ins(redundant).front();
   }
@@ -169,10 +171,16 @@ class Chooser {
         if (f.stand_in == 0 && serves(f, integrator, redundant)) all.push_back({f.name, integrator});
     if (all.empty())
       throw CapabilityError("No formulation can be held to an accuracy here together with what else was chosen.");
+    // A tolerance may be too loose for the motion itself.
+    for (double rtol = std::min(kPilot * first_, 0.03); choice_.formulation.empty(); rtol /= 100)
+      race(all, rtol, r.pilots);
+  }
+
+  void race(const std::vector<Combination>& all, double rtol, std::vector<AccuracyPilot>& pilots) {
     double best = 0;
     std::exception_ptr failure;
     for (const Combination& c : all) {
-      AccuracyPilot p{c, std::min(kPilot * first_, 0.03), 0, 0, ""};
+      AccuracyPilot p{c, rtol, 0, 0, ""};
       if (best > 0)
         budget_.begin(std::max(kPatience * best, kShortest), 0);
       else
@@ -194,10 +202,10 @@ class Chooser {
       take_notices();
       for (const auto& text : said) notice(text);
       if (p.why.empty() && !(best > 0 && p.time_s >= best)) best = p.time_s, choice_ = c;
-      r.pilots.push_back(std::move(p));
+      pilots.push_back(std::move(p));
     }
     budget_.unlimited();
-    if (choice_.formulation.empty()) std::rethrow_exception(failure);
+    if (choice_.formulation.empty() && rtol <= kGivenUp) std::rethrow_exception(failure);
   }
 
   void judge(const TradeReference& coarse, TradeReference& fine, double rtol, AccurateRun& r) const {

@@ -10,6 +10,7 @@
 #include "costate/base/notice.h"
 #include "costate/formulation/formulation.h"
 #include "costate/integrator/run_budget.h"
+#include "costate/integrator/unknown_sizes.h"
 #include "costate/problem/redundant_rows.h"
 #include "costate/sensitivity/method.h"
 #include "costate/tradeoff/trade_reference.h"
@@ -32,6 +33,8 @@ constexpr double kAim = 0.4;
 constexpr std::size_t kTangents = 3;
 // How far pilots may be from the result: errors up to so many tolerances are common along a motion.
 constexpr double kPilotError = 1e4;
+// Of the square of the mechanism's length: costs are squares of coordinates, or of their size.
+constexpr double kZero = 1e-12;
 
 /// The gradient method of SUNDIALS's that goes with an integrator, or null.
 const SensitivityMethod* method_on(const std::string& integrator, bool adjoint) {
@@ -208,7 +211,7 @@ class Chooser {
     if (choice_.formulation.empty() && rtol <= kGivenUp) std::rethrow_exception(failure);
   }
 
-  void judge(const TradeReference& coarse, TradeReference& fine, double rtol, AccurateRun& r) const {
+  void judge(const TradeReference& coarse, TradeReference& fine, double rtol, AccurateRun& r) {
     if (fine.values.motion) {
       fine.measure(probe_);
     } else {
@@ -216,9 +219,13 @@ class Chooser {
       const auto& parameters = problem_.parameters.parameters;
       for (std::size_t j = 0; j < fine.values.gradient.size(); ++j)
         size = std::max(size, std::abs(fine.values.gradient[j]) * parameters[j].scale);
-      fine.psi_unit = fine.values.psi != 0 ? std::abs(fine.values.psi) : 1;
+      fine.psi_unit = std::abs(fine.values.psi);
       fine.gradient_unit = size > 1e-9 * fine.psi_unit ? size : fine.psi_unit;
     }
+    // What is below rounding's part of a cost of this size is zero.
+    const double length = length_size(*problem_.mechanism), zero = kZero * length * length;
+    fine.psi_unit = std::max(fine.psi_unit, zero);
+    fine.gradient_unit = std::max(fine.gradient_unit, zero);
     TradeRow row;
     fine.judge(coarse.values, probe_, row);
     // An error that passes through zero is small by chance: not below the tolerance itself, nor rounding.
@@ -229,6 +236,8 @@ class Chooser {
     const double psi = error(TradeMeasure::psi), outputs = error(TradeMeasure::outputs),
                  gradient = error(TradeMeasure::gradient);
     r.psi_error = psi * fine.psi_unit;
+    if (std::abs(fine.values.psi) < zero) r.psi_error = std::max(r.psi_error, std::abs(fine.values.psi));
+    psi_unit_ = fine.psi_unit;
     r.outputs_error = outputs;
     r.relative = std::max({psi, outputs, gradient});
     r.worst = r.relative == psi && psi > 0 ? "psi" : row.worst;
@@ -241,10 +250,9 @@ class Chooser {
   /// The two runs behind an estimate share a formulation; what both pass over others may have met.
   void compare_pilots(const AccurateRun& r) const {
     const double psi = r.result.psi;
-    if (!(std::abs(psi) > 0)) return;
     for (const AccuracyPilot& p : r.pilots) {
       if (!p.why.empty()) continue;
-      const double apart = std::abs(p.psi - psi) / std::abs(psi);
+      const double apart = std::abs(p.psi - psi) / psi_unit_;
       if (apart <= std::max(kPilotError * p.rtol, 10 * request_.accuracy)) continue;
       notice(fmt::format(
           "A short run by {} at rtol {:.1g} gives psi = {:.6g}, {:.1g} of it away from the result: more than such a "
@@ -259,7 +267,7 @@ class Chooser {
   Problem problem_;
   TradeProbe probe_;
   Combination choice_;
-  double first_ = 0;
+  double first_ = 0, psi_unit_ = 1;
 };
 
 }  // namespace

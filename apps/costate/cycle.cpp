@@ -7,6 +7,7 @@
 
 #include "command.h"
 #include "costate/base/notice.h"
+#include "cycle_branch.h"
 #include "digits.h"
 #include "trajectory.h"
 
@@ -15,11 +16,12 @@ namespace costate::app {
 namespace {
 
 struct CycleFlags {
-  std::string section, travel;
+  std::string section, travel, follow;
   std::vector<std::string> relabel;
   std::optional<double> period, after;
   std::optional<int> settle, count;
   bool no_estimate = false, no_derivatives = false;
+  int max_points = 300;
 
   /// What they say, written over the scene's [cycle].
   void add_to(std::vector<std::string>& overrides) const {
@@ -173,6 +175,7 @@ std::string cycle_text(const Setup& setup, const CommonOptions& common, const Cy
 int run(const CommonOptions& given, const CycleFlags& flags) {
   CommonOptions common = given;
   flags.add_to(common.overrides);
+  if (!flags.follow.empty()) return run_branch(common, continue_request(flags.follow), flags.max_points);
   Setup setup(common, Purpose::simulate);
   if (!setup.scene.cycle)
     throw SceneError(
@@ -212,6 +215,9 @@ const RegisterCommand cycle_command(
           .separated();
       c.option("--travel", flags->travel, "The coordinate that may have moved on");
       c.option("--settle", flags->settle, "Cycles that are gone through before the search begins");
+      c.option("--continue", flags->follow,
+               "Follow the cycle along a parameter, NAME=FROM..TO: folds, flips and Neimark-Sacker points");
+      c.option("--max-points", flags->max_points, "With --continue: cycles at most, in either direction (300)");
       c.flag("--no-estimate", flags->no_estimate, "Without the search at a tenth of the tolerance that tells errors");
       c.flag("--no-derivatives", flags->no_derivatives, "Without derivatives with respect to the parameters");
       c.runs([&common, flags] { return run(common, *flags); });

@@ -13,6 +13,7 @@ using Catch::Contains;
 
 namespace {
 const std::string kRayleigh = COSTATE_MODELS_DIR "/cycles/rayleigh.toml";
+const std::string kPendulum = COSTATE_MODELS_DIR "/cycles/forced_pendulum.toml";
 const std::string kForced = COSTATE_MODELS_DIR "/cycles/forced_oscillator.toml";
 }  // namespace
 
@@ -57,4 +58,88 @@ TEST_CASE("cycle: what cannot be found is said by name") {
   const auto none = run_costate({"cycle", COSTATE_MODELS_DIR "/five_bar/five_bar.toml", "--no-files"}, here.path());
   CHECK(none.status != 0);
   CHECK_THAT(none.err, Contains("has no [cycle]"));
+}
+
+namespace {
+Json branch_of(const std::string& scene, const std::string& request, std::vector<std::string> options,
+               const WorkingDirectory& here) {
+  options.insert(options.begin(), {"cycle", scene, "--continue", request});
+  return costate_json(options, here.path());
+}
+
+/// The forced pendulum at another damping, angular frequency and amplitude to begin with.
+std::vector<std::string> pendulum_at(const std::string& damping, const std::string& omega, const std::string& period,
+                                     const std::string& amplitude) {
+  return {"--set",    "torsion_spring.hinge.damping_N_m_s_per_rad=" + damping,
+          "--set",    "couple.drive.torque_N_m.angular_frequency_rad_per_s=" + omega,
+          "--set",    "couple.drive.torque_N_m.amplitude=" + amplitude,
+          "--period", period};
+}
+}  // namespace
+
+// The numbers are those of an independent program: shooting with DOP853 of scipy 1.10 (rtol 1e-12) and its variational
+// equations, fsolve on x = P(x) with det(I - P_x) = 0 (fold), det(I + P_x) = 0 (flip), det P_x = 1 (Neimark-Sacker).
+TEST_CASE("cycle: a branch is followed around its folds") {
+  const WorkingDirectory here;
+  std::vector<std::string> options = pendulum_at("0.12", "3.490658503988659", "1.8", "0.3");
+  options.insert(options.end(), {"--output", "out"});
+  const Json j = branch_of(kPendulum, "amplitude=0.2..3", options, here);
+  CHECK(j.at("parameter") == "amplitude");
+  const Json& points = j.at("branch");
+  CHECK(points.front().at("parameter") == 0.2);
+  CHECK(points.back().at("parameter") == 3);
+  REQUIRE(j.at("bifurcations").size() == 2);
+  double right[] = {1.05843388196992, 0.61446724385084};
+  for (int i = 0; i < 2; ++i) {
+    const Json& f = j.at("bifurcations")[i];
+    CHECK(f.at("kind") == "fold");
+    // What it is said to be within, at rtol 1e-9 some 1e-7.
+    CHECK(f.at("parameter_error").get<double>() < 2e-7);
+    CHECK(std::abs(f.at("parameter").get<double>() - right[i]) <= f.at("parameter_error").get<double>());
+    CHECK(std::abs(f.at("multiplier")[0].get<double>() - 1) < 1e-5);
+  }
+  // Between the folds the parameter runs back and cycles are not stable.
+  for (std::size_t i = 1; i + 1 < points.size(); ++i) {
+    const double before = points[i - 1].at("parameter"), here_at = points[i].at("parameter"),
+                 after = points[i + 1].at("parameter");
+    if (before > here_at && here_at > after) CHECK(points[i].at("stable") == false);
+  }
+  const std::string drawing = costate::test::file_text(here.path() / "out/branch.svg");
+  CHECK_THAT(drawing, Contains("<svg") && Contains("fold at 1.0584") && Contains("not stable"));
+}
+
+TEST_CASE("cycle: flips and Neimark-Sacker points are named") {
+  const WorkingDirectory here;
+  std::vector<std::string> options = pendulum_at("0.9148", "2.6808257310632905", "2.34375", "7.7");
+  options.insert(options.end(), {"--settle", "60", "--no-files"});
+  const Json flip = branch_of(kPendulum, "amplitude=7.6..8", options, here);
+  REQUIRE(flip.at("bifurcations").size() == 1);
+  CHECK(flip.at("bifurcations")[0].at("kind") == "flip");
+  CHECK(std::abs(flip.at("bifurcations")[0].at("parameter").get<double>() - 7.84563105703477) <
+        flip.at("bifurcations")[0].at("parameter_error").get<double>());
+  const Json torus = branch_of(COSTATE_SOURCE_DIR "/test/cases/forced_rayleigh.toml", "amplitude=1..3",
+                               {"--settle", "50", "--no-files"}, here);
+  REQUIRE(torus.at("bifurcations").size() == 1);
+  const Json& f = torus.at("bifurcations")[0];
+  CHECK(f.at("kind") == "Neimark-Sacker");
+  CHECK(std::abs(f.at("parameter").get<double>() - 1.2160967775576) < f.at("parameter_error").get<double>());
+  const double re = f.at("multiplier")[0], im = f.at("multiplier")[1];
+  CHECK(std::abs(std::hypot(re, im) - 1) < 1e-6);
+  // The branch was begun at the end of its range: that point is there once.
+  const Json& points = torus.at("branch");
+  CHECK(points[points.size() - 2].at("parameter") != points.back().at("parameter"));
+}
+
+TEST_CASE("cycle: what cannot be followed is refused") {
+  const WorkingDirectory here;
+  const auto refused = [&](const std::string& request) {
+    const auto outcome = run_costate({"cycle", kForced, "--no-files", "--continue", request}, here.path());
+    CHECK(outcome.status != 0);
+    CHECK(outcome.out.empty());
+    return outcome.err;
+  };
+  for (const char* wrong :
+       {"amplitude", "amplitude=1", "amplitude=1..1", "=1..2", "amplitude=1..inf", "amplitude=a..b"})
+    CHECK_THAT(refused(wrong), Contains("NAME=FROM..TO"));
+  CHECK_THAT(refused("nothing=1..2"), Contains("nothing"));
 }

@@ -147,20 +147,6 @@ void Search::solve() {
   if (residual > options_.accepted) fail(fmt::format("{} iterations were not enough.", options_.max_iterations));
 }
 
-std::vector<std::complex<double>> multipliers_of(const Eigen::MatrixXd& P, int trivial) {
-  if (P.rows() == 0) return {};
-  const Eigen::EigenSolver<Eigen::MatrixXd> solver(P, false);
-  if (solver.info() != Eigen::Success) throw SolverError("The eigenvalue problem of the multipliers did not converge.");
-  std::vector<std::complex<double>> m(solver.eigenvalues().begin(), solver.eigenvalues().end());
-  std::sort(m.begin(), m.end(), [](const auto& a, const auto& b) {
-    const double x = std::abs(a), y = std::abs(b);
-    if (std::abs(x - y) > 1e-12 * std::max(x, y)) return x > y;
-    return a.imag() > b.imag();
-  });
-  m.resize(m.size() - std::min(m.size(), static_cast<std::size_t>(trivial)));
-  return m;
-}
-
 void add_state(const Problem& problem, const ReturnMap& map, const Search& search, CycleResult& r) {
   const ReturnMap::State s = map.state(search.x, search.positions);
   const Mechanism& m = *problem.mechanism;
@@ -199,6 +185,20 @@ void differentiate(const Search& search, const Section& section, const MapValue&
 }
 
 }  // namespace
+
+std::vector<std::complex<double>> multipliers_of(const Eigen::MatrixXd& P, int trivial) {
+  if (P.rows() == 0) return {};
+  const Eigen::EigenSolver<Eigen::MatrixXd> solver(P, false);
+  if (solver.info() != Eigen::Success) throw SolverError("The eigenvalue problem of the multipliers did not converge.");
+  std::vector<std::complex<double>> m(solver.eigenvalues().begin(), solver.eigenvalues().end());
+  std::sort(m.begin(), m.end(), [](const auto& a, const auto& b) {
+    const double x = std::abs(a), y = std::abs(b);
+    if (std::abs(x - y) > 1e-12 * std::max(x, y)) return x > y;
+    return a.imag() > b.imag();
+  });
+  m.resize(m.size() - std::min(m.size(), static_cast<std::size_t>(trivial)));
+  return m;
+}
 
 std::optional<bool> CycleResult::stable() const {
   if (std::abs(largest() - 1) <= multiplier_error) return {};

@@ -51,6 +51,9 @@ struct CycleResult {
   std::optional<bool> stable() const;
 };
 
+/// Largest modulus first, without the `trivial` smallest ones, of the derivative P of a return map.
+std::vector<std::complex<double>> multipliers_of(const Eigen::MatrixXd& P, int trivial);
+
 /// From where the problem's start leads to the section for the first time. Throws SolverError where the search does not
 /// converge (saying how far it came, by which coordinate, and what to do), ModelError for mistakes in [cycle].
 CycleResult find_cycle(const Problem& problem, const CycleSettings& settings, const std::vector<double>& rho,

@@ -1,0 +1,314 @@
+#include "costate/cycle/branch.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "costate/base/error.h"
+#include "costate/base/notice.h"
+#include "costate/base/stop.h"
+#include "costate/cycle/cycle_start.h"
+
+namespace costate {
+
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr int kCorrections = 12, kFew = 4, kBisections = 60;
+// Steps in u, whose parameter counts by the range that is followed.
+constexpr double kFirstStep = 0.02, kLongest = 0.05, kShortest = 1e-7;
+// Largest residual that counts as a cycle, in tolerances, as find_cycle's.
+constexpr double kAccepted = 1e3;
+// A step may turn the tangent by no more than acos of this.
+constexpr double kTurn = 0.9;
+// Where a multiplier crosses is located to this part of the step that it was seen in.
+constexpr double kLocated = 1e-9;
+// What errors of runs at rtol make of the parameter where a multiplier crosses, at least.
+constexpr double kRuns = 100;
+
+/// A cycle and the branch's direction there.
+struct Node {
+  BranchPoint point;
+  VectorXd u, tangent;
+  std::vector<double> positions;
+};
+
+/// How many multipliers of a kind are outside the unit circle.
+struct Outside {
+  int above = 0, below = 0, pairs = 0;
+};
+
+Outside outside(const std::vector<std::complex<double>>& multipliers) {
+  Outside o;
+  for (const auto& m : multipliers) {
+    if (m.imag() == 0) {
+      o.above += m.real() > 1;
+      o.below += m.real() < -1;
+    } else if (m.imag() > 0) {
+      o.pairs += std::abs(m) > 1;
+    }
+  }
+  return o;
+}
+
+class Follower {
+ public:
+  Follower(const Problem& problem, const CycleSettings& settings, const std::vector<double>& rho,
+           const BranchOptions& options)
+      : problem_(problem), options_(options), start_(problem, settings, rho) {
+    CycleOptions search;
+    search.estimate = search.derivatives = false;
+    const CycleResult r = find_cycle(problem, settings, rho, search);
+    branch_.counters += r.counters;
+    branch_.names = r.names;
+    branch_.units = r.units;
+    const auto& free = section().free();
+    k_ = static_cast<Eigen::Index>(free.size());
+    scale_.resize(k_ + 1);
+    const double largest = k_ > 0 ? r.x(free).cwiseAbs().maxCoeff() : 1;
+    for (Eigen::Index i = 0; i < k_; ++i)
+      scale_[i] = std::max(std::abs(r.x[free[static_cast<std::size_t>(i)]]), 0.1 * std::max(largest, 1e-9));
+    scale_[k_] = std::abs(options.to - options.from);
+    whole_ = r.x;
+    Node node;
+    node.u.resize(k_ + 1);
+    for (Eigen::Index i = 0; i < k_; ++i) node.u[i] = r.x[free[static_cast<std::size_t>(i)]] / scale_[i];
+    node.u[k_] = rho[0] / scale_[k_];
+    node.positions = r.positions;
+    const MatrixXd A = evaluate(node);
+    node.tangent = tangent_of(A);
+    first_ = std::move(node);
+  }
+
+  Branch run() {
+    std::vector<Node> up, down;
+    std::vector<Bifurcation> above, below;
+    branch_.ended_last = walk(1, up, above);
+    branch_.ended_first = walk(-1, down, below);
+    for (auto n = down.rbegin(); n != down.rend(); ++n) branch_.points.push_back(n->point);
+    branch_.first = branch_.points.size();
+    branch_.points.push_back(first_.point);
+    for (const auto& n : up) branch_.points.push_back(n.point);
+    branch_.bifurcations.assign(below.rbegin(), below.rend());
+    branch_.bifurcations.insert(branch_.bifurcations.end(), above.begin(), above.end());
+    return std::move(branch_);
+  }
+
+ private:
+  const Section& section() const { return start_.section(); }
+
+  VectorXd x_of(const VectorXd& u) const {
+    VectorXd x = whole_;
+    const auto& free = section().free();
+    for (Eigen::Index i = 0; i < k_; ++i) x[free[static_cast<std::size_t>(i)]] = u[i] * scale_[i];
+    return x;
+  }
+
+  /// The return from u: fills the node's point and what the residual is, and gives d(x - P)/du, scaled.
+  MatrixXd evaluate(Node& node) {
+    check_stop();
+    const double p = node.u[k_] * scale_[k_];
+    ReturnMap map(problem_, section(), {p});
+    VectorXd x = x_of(node.u);
+    map.onto_section(x, node.positions);
+    const auto& free = section().free();
+    for (Eigen::Index i = 0; i < k_; ++i) node.u[i] = x[free[static_cast<std::size_t>(i)]] / scale_[i];
+    const MapValue v = map.evaluate(x, node.positions, MapDerivatives::all);
+    branch_.counters += v.counters;
+    BranchPoint& b = node.point;
+    b.parameter = p;
+    b.x = x;
+    b.period = v.time;
+    b.travel = v.travel;
+    b.psi = v.psi;
+    const MatrixXd P = v.next_x(free, free);
+    b.multipliers = multipliers_of(P, section().trivial_multipliers());
+    b.residual = 0;
+    residual_.resize(k_);
+    const SolverOptions& s = problem_.solver;
+    for (Eigen::Index i = 0; i < k_; ++i) {
+      const int j = free[static_cast<std::size_t>(i)];
+      residual_[i] = (x[j] - v.next[j]) / scale_[i];
+      b.residual = std::max(b.residual, std::abs(x[j] - v.next[j]) / (s.rtol * std::abs(x[j]) + s.absolute()));
+    }
+    node.positions = v.positions;
+    MatrixXd A(k_, k_ + 1);
+    A.leftCols(k_) = MatrixXd::Identity(k_, k_) - P;
+    A.col(k_) = -v.next_rho(free, 0);
+    for (Eigen::Index j = 0; j <= k_; ++j) A.col(j) *= scale_[j];
+    for (Eigen::Index i = 0; i < k_; ++i) A.row(i) /= scale_[i];
+    return A;
+  }
+
+  VectorXd tangent_of(const MatrixXd& A) const {
+    if (k_ == 0) return VectorXd::Ones(1);
+    const Eigen::JacobiSVD<MatrixXd> svd(A, Eigen::ComputeFullV);
+    return svd.matrixV().col(k_);
+  }
+
+  /// From a node along its tangent by `step`; none where no cycle is found there.
+  std::optional<Node> advance(const Node& from, double step, int* corrections) {
+    Node node;
+    node.positions = from.positions;
+    node.u = from.u + step * from.tangent;
+    const VectorXd predicted = node.u;
+    double before = std::numeric_limits<double>::infinity();
+    try {
+      for (int i = 0; i < kCorrections; ++i) {
+        const MatrixXd A = evaluate(node);
+        *corrections = i;
+        if (!std::isfinite(node.point.residual)) return {};
+        const bool stands = node.point.residual <= 1 || (i > 0 && node.point.residual > 0.3 * before);
+        if (stands && node.point.residual <= kAccepted) {
+          node.tangent = tangent_of(A);
+          const double turn = node.tangent.dot(from.tangent);
+          if (turn < 0) node.tangent = -node.tangent;
+          if (std::abs(turn) < kTurn && std::abs(step) > 10 * kShortest) return {};
+          return node;
+        }
+        if (stands && i > 2) return {};
+        before = node.point.residual;
+        MatrixXd J(k_ + 1, k_ + 1);
+        J.topRows(k_) = A;
+        J.row(k_) = from.tangent.transpose();
+        VectorXd r(k_ + 1);
+        r.head(k_) = residual_;
+        r[k_] = from.tangent.dot(node.u - predicted);
+        node.u -= J.partialPivLu().solve(r);
+      }
+    } catch (const SolverError& e) {
+      why_ = e.what();
+    } catch (const ModelError& e) {
+      why_ = e.bare_message();
+    }
+    return {};
+  }
+
+  /// Until the parameter leaves its range; returns why it ended.
+  std::string walk(int direction, std::vector<Node>& nodes, std::vector<Bifurcation>& found) {
+    const double low = std::min(options_.from, options_.to), high = std::max(options_.from, options_.to);
+    Node at = first_;
+    if (at.tangent[k_] * direction < 0) at.tangent = -at.tangent;
+    double step = kFirstStep;
+    for (int count = 0; count < options_.max_points;) {
+      int corrections = 0;
+      why_.clear();
+      std::optional<Node> next = advance(at, step, &corrections);
+      if (!next) {
+        step /= 2;
+        if (step < kShortest)
+          return why_.empty() ? "no cycle was found any further along"
+                              : "no cycle was found any further along: " + why_;
+        continue;
+      }
+      const bool out = next->point.parameter > high || next->point.parameter < low;
+      if (out) {
+        const double bound = next->point.parameter > high ? high : low;
+        const auto beyond = [&](const Node& n) {
+          return bound == high ? n.point.parameter > high : n.point.parameter < low;
+        };
+        next = locate(at, *next, at.tangent.dot(next->u - at.u), beyond).first;
+        next->point.parameter = bound;
+        if (std::abs(at.point.parameter - bound) <= kLocated * scale_[k_]) return "the end of the range";
+      }
+      look_for_bifurcations(at, *next, at.tangent.dot(next->u - at.u), found);
+      if (options_.progress) options_.progress(next->point);
+      nodes.push_back(*next);
+      at = std::move(*next);
+      ++count;
+      if (out) return "the end of the range";
+      // Entries of x may have grown since they were scaled.
+      if (corrections <= kFew) step = std::min(1.5 * step, kLongest * std::max(1.0, at.u.head(k_).norm()));
+    }
+    return fmt::format("the limit of {} points", options_.max_points);
+  }
+
+  /// The two ends of the shortest part of a step within which `beyond` becomes true, by bisection.
+  template <class Beyond>
+  std::pair<Node, Node> locate(const Node& from, const Node& to, double step, const Beyond& beyond) {
+    double near_by = 0, far_by = step;
+    Node near_node = from, far_node = to;
+    for (int i = 0; i < kBisections && far_by - near_by > kLocated * step; ++i) {
+      const double by = 0.5 * (near_by + far_by);
+      int corrections = 0;
+      std::optional<Node> n = advance(from, by, &corrections);
+      if (!n) break;  // at a branch point Newton's matrix is singular
+      const bool there = beyond(*n);
+      (there ? far_by : near_by) = by;
+      (there ? far_node : near_node) = std::move(*n);
+    }
+    return {std::move(near_node), std::move(far_node)};
+  }
+
+  void look_for_bifurcations(const Node& a, const Node& b, double step, std::vector<Bifurcation>& found) {
+    const Outside x = outside(a.point.multipliers), y = outside(b.point.multipliers);
+    const auto add = [&](BifurcationKind kind, const auto& count, const auto& critical) {
+      const int before = count(x);
+      const auto crossed = [&](const Node& at) { return count(outside(at.point.multipliers)) != before; };
+      const auto [near_node, far_node] = locate(a, b, step, crossed);
+      Bifurcation f;
+      f.kind = kind;
+      f.at = far_node.point;
+      // Besides, runs are known to some tolerances.
+      f.parameter_error = std::max(0.5 * std::abs(far_node.point.parameter - near_node.point.parameter),
+                                   kRuns * problem_.solver.rtol * std::abs(f.at.parameter));
+      double nearest = std::numeric_limits<double>::infinity();
+      for (const auto& m : f.at.multipliers)
+        if (critical(m) < nearest) nearest = critical(m), f.multiplier = m;
+      if (kind == BifurcationKind::fold && a.tangent[k_] * b.tangent[k_] > 0) f.kind = BifurcationKind::branch_point;
+      found.push_back(std::move(f));
+    };
+    if (x.above != y.above)
+      add(
+          BifurcationKind::fold, [](const Outside& o) { return o.above; },
+          [](const std::complex<double>& m) { return std::abs(m - 1.0); });
+    if (x.below != y.below)
+      add(
+          BifurcationKind::flip, [](const Outside& o) { return o.below; },
+          [](const std::complex<double>& m) { return std::abs(m + 1.0); });
+    // A pair that becomes two real numbers outside the circle has crossed nothing.
+    if (x.pairs != y.pairs && x.above == y.above && x.below == y.below)
+      add(
+          BifurcationKind::neimark_sacker, [](const Outside& o) { return o.pairs; },
+          [](const std::complex<double>& m) { return m.imag() > 0 ? std::abs(std::abs(m) - 1) : HUGE_VAL; });
+  }
+
+  const Problem& problem_;
+  const BranchOptions& options_;
+  CycleStart start_;
+  Branch branch_;
+  Eigen::Index k_ = 0;
+  VectorXd scale_, whole_, residual_;
+  Node first_;
+  std::string why_;
+};
+
+}  // namespace
+
+const char* name_of(BifurcationKind kind) {
+  switch (kind) {
+    case BifurcationKind::fold:
+      return "fold";
+    case BifurcationKind::branch_point:
+      return "branch point";
+    case BifurcationKind::flip:
+      return "flip";
+    case BifurcationKind::neimark_sacker:
+      return "Neimark-Sacker";
+  }
+  return "";
+}
+
+Branch follow_cycles(const Problem& problem, const CycleSettings& settings, const std::vector<double>& rho,
+                     const BranchOptions& options) {
+  if (rho.size() != 1) throw Error("A branch is followed along one parameter.");
+  if (!(std::isfinite(options.from) && std::isfinite(options.to)) || options.from == options.to)
+    throw Error("A branch is followed between two different finite values of its parameter.");
+  return Follower(problem, settings, rho, options).run();
+}
+
+}  // namespace costate

@@ -29,7 +29,7 @@ const std::vector<ImpactWay> impact_ways = {{"index1", "idas-adjoint"},
                                             {"index3", "idas-adjoint"},
                                             {"penalty", "idas-forward"},
                                             {"penalty", "cvodes-adjoint"},
-                                            {"augmented-lagrangian", "idas-adjoint"},
+                                            {"augmented-lagrangian", "cvodes-adjoint"},
                                             {"augmented-lagrangian", "cvodes-forward"},
                                             {"maggi", "cvodes-adjoint"},
                                             {"maggi", "cvodes-forward"},
@@ -104,7 +104,7 @@ y_m_per_s2 = -9.81
 [body.bar]
 x_m = 0.1
 y_m = 1.2
-angle_rad = 0.4
+angle_rad = 0
 angular_velocity_rad_per_s = -1
 mass_kg = 2
 inertia_kg_m2 = 0.3
@@ -171,7 +171,7 @@ TEST_CASE("rigid impacts: gradients through impacts of several contacts", "[even
     p.formulation = way.formulation;
     const GradientResult r = gradient(p, way.method, rho);
     CAPTURE(way.formulation, way.method, r.events.size());
-    CHECK(r.events.size() >= 3);
+    CHECK(r.events.size() == 4);
     for (std::size_t j = 0; j < rho.size(); ++j) {
       CAPTURE(p.parameters.parameters[j].name, r.gradient[j], reference.gradient[j]);
       CHECK(std::abs(r.gradient[j] - reference.gradient[j]) * p.parameters.parameters[j].scale <= 1e-6 * size);

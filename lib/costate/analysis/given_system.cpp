@@ -184,8 +184,10 @@ ConstraintRank constraint_rank(Assembly& assembly, double t, const double* q) {
     const int rank = static_cast<int>(qr.rank());
     const Eigen::VectorXi order = qr.colsPermutation().indices();
     result.rank += rank;
-    for (Eigen::Index i = rank; i < order.size(); ++i)
-      result.dependent_rows.push_back(rows ? (*rows)[order[i]] : order[i]);
+    for (Eigen::Index i = rank; i < order.size(); ++i) {
+      const int row = rows ? (*rows)[order[i]] : order[i];
+      if (assembly.is_there(row)) result.dependent_rows.push_back(row);
+    }
   };
   const auto add_dense = [&](const Eigen::SparseMatrix<double>& B, const std::vector<int>* rows) {
     Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(B.rows(), B.cols());
@@ -200,7 +202,8 @@ ConstraintRank constraint_rank(Assembly& assembly, double t, const double* q) {
   for (const MatrixPart& p : matrix_parts(A)) {
     if (p.columns.empty()) continue;
     if (p.rows.empty()) {  // a row of zeros
-      result.dependent_rows.insert(result.dependent_rows.end(), p.columns.begin(), p.columns.end());
+      for (const int row : p.columns)
+        if (assembly.is_there(row)) result.dependent_rows.push_back(row);
     } else if (p.rows.size() <= kDenseLimit) {
       add_dense(p.matrix, &p.columns);
     } else if (has_full_column_rank(p.matrix)) {

@@ -252,7 +252,10 @@ void MotionWatch::calc_distances(std::vector<double>& out) {
   const auto& P = ldlt_.permutationP().indices();
   for (Eigen::Index i = 0; i < d.size(); ++i) {
     const double square = d[P.size() > 0 ? P[i] : i];
-    out[static_cast<std::size_t>(i)] = square > 0 ? std::sqrt(square) : 0;
+    // Rows that come and go are not watched: those of contacts, which say themselves where they end.
+    out[static_cast<std::size_t>(i)] = !assembly_.is_there(static_cast<int>(i)) ? 1
+                                       : square > 0                             ? std::sqrt(square)
+                                                                                : 0;
   }
 }
 

@@ -278,6 +278,8 @@ Start find_start(Assembly& assembly, double t, bool with_derivatives) {
   start.q.setZero(assembly.n());
   start.v.setZero(assembly.n());
   start.z.setZero(assembly.nz());
+  calc_initial_states(assembly, start.z, nullptr);
+  assembly.switch_rows(start.z.data());
   GivenPositions positions(assembly, t);
   if (balanced) {
     Equilibrium e = find_equilibrium(assembly, t, held_by_start(assembly), with_derivatives);

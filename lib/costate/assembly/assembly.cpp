@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "costate/base/error.h"
+#include "costate/element/switched_rows.h"
 
 namespace costate {
 
@@ -90,6 +91,21 @@ Assembly::Assembly(std::shared_ptr<const Mechanism> mechanism, ParameterSelectio
     if (!mass && !force && !bodies_[b].active.empty()) varies_constant_bodies_ = true;
   }
 
+  for (std::size_t c = 0; c < constraints_.size(); ++c) {
+    const auto* switched = dynamic_cast<const SwitchedRows*>(mech.constraints()[c].get());
+    if (!switched) continue;
+    row_there_.resize(static_cast<std::size_t>(m_), 1);
+    row_holds_.resize(static_cast<std::size_t>(m_), 1);
+    for (int r = 0; r < mech.constraints()[c]->rows(); ++r) {
+      row_there_[static_cast<std::size_t>(constraints_[c].row_offset + r)] = 0;
+      row_holds_[static_cast<std::size_t>(constraints_[c].row_offset + r)] = switched->holds_position(r);
+    }
+    constraints_[c].there = false;
+    for (std::size_t f = 0; f < forces_.size(); ++f)
+      if (forces_[f].element == &switched->switched_by())
+        switches_.push_back({c, forces_[f].row_offset + switched->switching_state()});
+  }
+
   M.assign(square_.row.size(), 0);
   K = C = M_constant_ = M;
   phi_q.assign(jacobian_.row.size(), 0);
@@ -174,6 +190,17 @@ void Assembly::scatter_square(const Slots& s, const double* local, double factor
   for (std::size_t k = 0; k < s.square.size(); ++k) global[s.square[k]] += factor * local[k];
 }
 
+void Assembly::switch_rows(const double* z) {
+  for (const Switch& at : switches_) {
+    const bool there = z[at.state] > 0.5;
+    Slots& slots = constraints_[at.constraint];
+    if (slots.there == there) continue;
+    slots.there = there;
+    for (int r = 0; r < mechanism_->constraints()[at.constraint]->rows(); ++r)
+      row_there_[static_cast<std::size_t>(slots.row_offset + r)] = there;
+  }
+}
+
 void Assembly::calc_mass(const StateView& s, long point) {
   if (dynamics_at_ != point) dynamics_at_ = 0;
   mass_at_ = 0;  // while it may throw
@@ -194,11 +221,13 @@ void Assembly::calc_mass(const StateView& s, std::vector<double>& out) {
 }
 
 void Assembly::calc_constraints(const StateView& s) {
+  read_switches(s);
   jacobian_at_ = dynamics_at_ = 0;
   zero(phi_q);
   zero(phi);
   zero(phi_t);
   for (std::size_t c = 0; c < constraints_.size(); ++c) {
+    if (!constraints_[c].there) continue;
     const Constraint& e = *mechanism_->constraints()[c];
     const Slots& slots = constraints_[c];
     const LocalState l = gather(slots, s);
@@ -214,10 +243,12 @@ void Assembly::calc_constraints(const StateView& s) {
 void Assembly::calc_jacobian(const StateView& s, long point) {
   if (dynamics_at_ != point) dynamics_at_ = 0;
   jacobian_at_ = 0;  // while it may throw
+  read_switches(s);
   StateView x = s;
   x.v = x.a = x.lambda = nullptr;
   zero(phi_q);
   for (std::size_t c = 0; c < constraints_.size(); ++c) {
+    if (!constraints_[c].there) continue;
     const Constraint& e = *mechanism_->constraints()[c];
     const Slots& slots = constraints_[c];
     LocalMatrix J(scratch_.data(), e.rows(), static_cast<int>(e.coordinates().size()));
@@ -230,6 +261,7 @@ void Assembly::calc_jacobian(const StateView& s, long point) {
 
 void Assembly::calc_dynamics(const StateView& s, long point) {
   ++counters_.dynamics;
+  read_switches(s);
   dynamics_at_ = mass_at_ = jacobian_at_ = 0;  // while it may throw
   calc_mass(s, M);
   std::copy(Q_constant_.begin(), Q_constant_.end(), Q.begin());
@@ -254,6 +286,7 @@ void Assembly::calc_dynamics(const StateView& s, long point) {
     for (std::size_t i = 0; i < c.size(); ++i) Q[c[i]] += f[i];
   }
   for (std::size_t c = 0; c < constraints_.size(); ++c) {
+    if (!constraints_[c].there) continue;
     const Constraint& e = *mechanism_->constraints()[c];
     const Slots& slots = constraints_[c];
     const LocalState l = gather(slots, s);
@@ -270,6 +303,7 @@ void Assembly::calc_dynamics(const StateView& s, long point) {
 
 void Assembly::calc_force_partials(const StateView& s) {
   ++counters_.partials;
+  read_switches(s);
   partials_at_ = 0;
   for (auto* x : {&K, &C, &Q_z, &f_q, &f_v, &f_z}) zero(*x);
   add_body_and_force_partials(s);
@@ -280,6 +314,7 @@ void Assembly::add_hessians(const StateView& s, std::vector<double>& out) {
   StateView x = s;  // only q and lambda count
   x.v = x.a = nullptr;
   for (std::size_t c = 0; c < constraints_.size(); ++c) {
+    if (!constraints_[c].there) continue;
     const Constraint& e = *mechanism_->constraints()[c];
     const int k = static_cast<int>(e.coordinates().size());
     LocalMatrix H(scratch_.data(), k, k);
@@ -329,11 +364,13 @@ void Assembly::add_body_and_force_partials(const StateView& s) {
 
 void Assembly::calc_partials(const StateView& s, long point) {
   ++counters_.partials;
+  read_switches(s);
   partials_at_ = 0;  // while it may throw
   for (auto* x : {&K, &C, &phid_q, &phidd_q, &Q_z, &f_q, &f_v, &f_z}) zero(*x);
   add_body_and_force_partials(s);
   double *b0 = scratch_.data(), *b1 = b0 + kBlock, *b2 = b1 + kBlock;
   for (std::size_t c = 0; c < constraints_.size(); ++c) {
+    if (!constraints_[c].there) continue;
     const Constraint& e = *mechanism_->constraints()[c];
     const Slots& slots = constraints_[c];
     const int k = static_cast<int>(e.coordinates().size());
@@ -352,6 +389,7 @@ void Assembly::calc_partials(const StateView& s, long point) {
 }
 
 void Assembly::calc_hessian(const StateView& s, const double* gamma, std::vector<double>& hessian) {
+  read_switches(s);
   hessian.assign(square_.row.size(), 0.0);
   StateView x = s;
   x.lambda = gamma;

@@ -46,6 +46,14 @@ class Assembly {
   const std::vector<double>& numbers() const { return numbers_; }
   const std::vector<double>& rho() const { return rho_; }
 
+  // Rows that come and go with the states of forces (element/switched_rows.h): of the last evaluation that was given z,
+  // and before one not there. Evaluations without z leave them as they are.
+  bool has_switched_rows() const { return !switches_.empty(); }
+  void switch_rows(const double* z);
+  bool is_there(int row) const { return row_there_.empty() || row_there_[static_cast<std::size_t>(row)]; }
+  /// Whether a row keeps positions, or only velocities.
+  bool holds_position(int row) const { return row_holds_.empty() || row_holds_[static_cast<std::size_t>(row)]; }
+
   // Patterns: mass-like n x n, constraint m x n, force-state blocks n x nz, nz x n, nz x nz.
   const SparsePattern& square() const { return square_; }
   const SparsePattern& jacobian() const { return jacobian_; }
@@ -141,7 +149,15 @@ class Assembly {
     std::size_t number_offset = 0;  // into local_numbers_
     std::vector<std::int64_t> square, jacobian, force_state, state_force, state_state;
     std::vector<int> active;  // local numbers that depend on parameters
+    bool there = true;        // of constraints: whether its rows are
   };
+  struct Switch {
+    std::size_t constraint;
+    int state;  // among all
+  };
+  void read_switches(const StateView& s) {
+    if (!switches_.empty() && s.z) switch_rows(s.z);
+  }
   LocalState gather(const Slots& s, const StateView& x);
   /// M at q into `out`.
   void calc_mass(const StateView& s, std::vector<double>& out);
@@ -159,7 +175,9 @@ class Assembly {
   std::vector<Slots> bodies_, constraints_, forces_;
   // Bodies whose mass, whose force, and either of whose is not constant.
   std::vector<std::size_t> varying_mass_, varying_force_, varying_bodies_;
-  bool varies_constant_bodies_ = false;  // a parameter acts on one of the others
+  std::vector<Switch> switches_;
+  std::vector<char> row_there_, row_holds_;  // empty without switches
+  bool varies_constant_bodies_ = false;      // a parameter acts on one of the others
   SparsePattern square_, jacobian_, force_state_, state_force_, state_state_;
   std::vector<double> M_constant_, Q_constant_;
   std::vector<double> scratch_;

@@ -13,6 +13,7 @@ void Assembly::resize(ParameterColumns& c) const {
 
 void Assembly::calc_parameter_columns(const StateView& s, ParameterColumns& out) {
   ++counters_.parameters;
+  read_switches(s);
   out.F.setZero(n_, np());
   out.phi.setZero(m_, np());
   out.phid.setZero(m_, np());
@@ -40,6 +41,7 @@ void Assembly::calc_parameter_columns(const StateView& s, ParameterColumns& out)
     }
   for (std::size_t i = 0; i < constraints_.size(); ++i)
     for (int k : constraints_[i].active) {
+      if (!constraints_[i].there) break;
       const Constraint& e = *mechanism_->constraints()[i];
       for (double* x : {f, g0, g1, g2}) std::fill(x, x + kMaxLocal, 0.0);
       e.calc_number_partial(gather(constraints_[i], s), k, g0, g1, g2, f);
@@ -57,6 +59,7 @@ void Assembly::calc_parameter_columns(const StateView& s, ParameterColumns& out)
 
 void Assembly::add_parameter_gradient(const StateView& s, const ParameterWeights& w, double factor, double* gradient) {
   ++counters_.parameters;
+  read_switches(s);
   double f[kMaxLocal], local[kMaxLocal], rows[3][kMaxLocal];
   const auto deliver = [&](int number, double x) {
     for (const auto& [column, c] : columns_[number]) gradient[column] += factor * c * x;
@@ -105,14 +108,14 @@ void Assembly::add_parameter_gradient(const StateView& s, const ParameterWeights
   if (!s.v) all.v = rest_.data();
   if (!s.a) all.a = rest_.data();
   for (std::size_t i = 0; i < constraints_.size(); ++i) {
-    if (constraints_[i].active.empty()) continue;
+    if (constraints_[i].active.empty() || !constraints_[i].there) continue;
     const Constraint& e = *mechanism_->constraints()[i];
     const LocalState l = gather(constraints_[i], all);
     gather_weights(e);
     for (int j = 0; j < e.rows(); ++j) {
       const int row = constraints_[i].row_offset + j;
       const double x = w.row ? w.row[row] : 0;
-      rows[0][j] = w.c0 * x + (w.row_phi ? w.row_phi[row] : 0);
+      rows[0][j] = (holds_position(row) ? w.c0 : 0) * x + (w.row_phi ? w.row_phi[row] : 0);
       rows[1][j] = w.c1 * x + (w.row_phid ? w.row_phid[row] : 0);
       rows[2][j] = w.c2 * x;
     }

@@ -52,6 +52,7 @@ void Assembly::for_each_momentum_partial(const StateView& s, const double* u, bo
 }
 
 void Assembly::calc_projection_columns(const StateView& s, const double* u, const double* eta, Eigen::MatrixXd& F) {
+  read_switches(s);
   F.setZero();
   const auto deliver = [&](const Element& e, int number, const double* f) {
     for (const auto& [column, c] : columns_[number])
@@ -63,6 +64,7 @@ void Assembly::calc_projection_columns(const StateView& s, const double* u, cons
   double f[kMaxLocal], g0[kMaxLocal], g1[kMaxLocal], g2[kMaxLocal];
   for (std::size_t i = 0; i < constraints_.size(); ++i)
     for (const int k : constraints_[i].active) {
+      if (!constraints_[i].there) break;
       const Constraint& e = *mechanism_->constraints()[i];
       for (double* y : {f, g0, g1, g2}) std::fill(y, y + kMaxLocal, 0.0);
       e.calc_number_partial(gather(constraints_[i], x), k, g0, g1, g2, f);
@@ -72,6 +74,7 @@ void Assembly::calc_projection_columns(const StateView& s, const double* u, cons
 
 void Assembly::add_projection_gradient(const StateView& s, const double* u, const double* eta, const double* s1,
                                        double factor, double* gradient, bool constant_bodies) {
+  read_switches(s);
   for_each_momentum_partial(s, u, constant_bodies, [&](const Element& e, int number, const double* f) {
     double x = 0;
     for (std::size_t j = 0; j < e.coordinates().size(); ++j) x += s1[e.coordinates()[j]] * f[j];
@@ -85,7 +88,7 @@ void Assembly::add_projection_gradient(const StateView& s, const double* u, cons
   double local[kMaxLocal];
   const ConstraintWeights weights{none, none, none, local};
   for (std::size_t i = 0; i < constraints_.size(); ++i) {
-    if (constraints_[i].active.empty()) continue;
+    if (constraints_[i].active.empty() || !constraints_[i].there) continue;
     const Constraint& e = *mechanism_->constraints()[i];
     const LocalState l = gather(constraints_[i], x);
     for (std::size_t j = 0; j < e.coordinates().size(); ++j) local[j] = s1[e.coordinates()[j]];

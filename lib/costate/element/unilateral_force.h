@@ -1,6 +1,7 @@
 // Rigid contacts: forces whose events are impacts. Where a gap closes velocities jump so that it does not become
-// negative; with the rows r_i(q) of a contact, its gap first and then places along the ground, v+ follows from
-// r_i' behind the impact = -e r_i' before it (lib/README.md (19)).
+// negative; with the rows r_i(q) of a contact, its gap first and then the place along the ground, v+ follows from
+// r_i' behind the impact = -e r_i' before it (lib/README.md (19)). A contact that comes to rest closes: its rows are
+// constraints from there on (element/switched_rows.h), until the ground would have to pull.
 #pragma once
 
 #include "costate/element/guarded_force.h"
@@ -9,18 +10,20 @@ namespace costate {
 
 class UnilateralForce : public GuardedForce {
  public:
-  /// Whether velocities jump at event k: a touch.
-  virtual bool is_impact(int k) const = 0;
-  /// r_i(q, p), i < row_count(): the gap, then, where it may stick, places along the ground.
+  /// What guard k is: the gap that closes; of a contact that is closed the normal force that vanishes, and the friction
+  /// force that reaches its limit.
+  enum class Guard { touch, release, slip };
+  virtual Guard guard_kind(int k) const = 0;
+  /// r_i(q, p), i < row_count(): the gap, then, where it may stick, the place along the ground.
   virtual int row_count() const = 0;
   virtual PathDual row(int i, const MeasureArguments& x) const = 0;
-  /// Numbers of the element's own: restitution, friction coefficient (-1: there is no friction), and the approach speed
-  /// below which it closes.
+  /// Numbers of the element's own: restitution, friction coefficient, and the approach speed below which it closes.
   virtual int restitution_number() const = 0;
   virtual int friction_number() const = 0;
   virtual int closing_speed_number() const = 0;
-  /// The state that says whether it is closed, 0 or 1; -1 where it never is.
+  /// The state that says whether it is closed, 0 or 1; -1 where it never is. Its rows are then those of the constraint.
   virtual int closed_state() const = 0;
+  virtual const Constraint* rows() const = 0;
 };
 
 }  // namespace costate

@@ -25,6 +25,8 @@ class Impact {
  public:
   Impact(Assembly& assembly, ImpulseBalance& balance) : assembly_(assembly), balance_(balance) {}
 
+  ImpulseBalance& balance() { return balance_; }
+
   /// The rows in play at (t, q, v, z) before an impact; z with all contacts open. solve() is for some of them.
   void prepare(const StateView& before, std::vector<ImpactRow> rows);
   /// u, P and p with the rows `active` (indices into those of prepare()) in force.

@@ -38,9 +38,18 @@ MotionEvents::MotionEvents(Assembly& assembly) : assembly_(assembly) {
     const Force& force = *mech.forces()[f];
     const auto* guarded = dynamic_cast<const GuardedForce*>(&force);
     if (!guarded) continue;
+    int contact = -1, first_row = -1;
+    if (const auto* unilateral = dynamic_cast<const UnilateralForce*>(&force)) {
+      contact = static_cast<int>(contacts_.size());
+      for (std::size_t i = 0; i < mech.constraints().size(); ++i)
+        if (mech.constraints()[i].get() == unilateral->rows()) first_row = mech.row_offsets()[i];
+      const int state = unilateral->closed_state();
+      contacts_.push_back({&force, unilateral, state < 0 ? -1 : mech.state_offsets()[f] + state, first_row});
+      needs_multipliers_ = needs_multipliers_ || first_row >= 0;
+    }
     for (int k = 0; k < guarded->guard_count(); ++k)
       guards_.push_back({&force, guarded, k, mech.state_offsets()[f],
-                         fmt::format("{}: {}", force.path(), guarded->guard_name(k)), false});
+                         fmt::format("{}: {}", force.path(), guarded->guard_name(k)), contact, first_row, false});
   }
 }
 
@@ -59,6 +68,10 @@ void MotionEvents::load(const GuardOf& g, const StateView& s) {
   for (std::size_t i = 0; i < p_.size(); ++i)
     p_[i] = PathDual(assembly_.numbers()[static_cast<std::size_t>(numbers[i])]);
   out_.assign(z_.size(), {});
+  lambda_.clear();
+  if (g.first_row >= 0 && s.lambda)
+    for (int i = 0; i < contacts_[static_cast<std::size_t>(g.contact)].contact->row_count(); ++i)
+      lambda_.emplace_back(s.lambda[g.first_row + i]);
   t_ = PathDual(s.t);
 }
 
@@ -69,6 +82,7 @@ MeasureArguments MotionEvents::arguments() const {
   x.v = v_.data();
   x.z = z_.data();
   x.p = p_.data();
+  if (!lambda_.empty()) x.lambda = lambda_.data();
   return x;
 }
 
@@ -88,6 +102,7 @@ double MotionEvents::value(const GuardOf& g, const StateView& s) {
   local.v = v;
   local.z = s.z + g.first_state;
   local.p = p;
+  if (g.first_row >= 0 && s.lambda) local.lambda = s.lambda + g.first_row;
   return g.guarded->guard_value(g.k, local);
 }
 
@@ -165,32 +180,41 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
   return {};
 }
 
-const UnilateralForce* MotionEvents::impact_of(int event) const {
-  const auto* contact = dynamic_cast<const UnilateralForce*>(of(event).guarded);
-  return contact && contact->is_impact(of(event).k) ? contact : nullptr;
-}
-
-void MotionEvents::strike(int event, const StateView& before) {
-  impact_->prepare(before, {{of(event).force, impact_of(event), 0, true}});
-  impact_->solve({0});
-}
-
 void MotionEvents::cross(int event, const StateView& before, double* v, double* z) {
   const GuardOf& g = of(event);
+  last_jump_ = last_loss_ = 0;
+  if (const ContactOf* contact = contact_of(event)) {
+    const std::vector<double> states(before.z, before.z + assembly_.nz());
+    std::vector<double> after = states;
+    if (contact_of(event, true)) {
+      strike(event, before);
+      for (int i = 0; i < assembly_.n(); ++i) v[i] = before.v[i] + impact_->u()[i];
+      last_jump_ = impact_->speed_after(0) - impact_->speed_before(0);
+      last_loss_ = impact_->energy_lost();
+      for (const ContactOf& c : contacts_)
+        if (c.closed_state >= 0) after[static_cast<std::size_t>(c.closed_state)] = c.closed ? 1 : 0;
+    } else {
+      for (int i = 0; i < assembly_.n(); ++i) v[i] = before.v[i];
+      after[static_cast<std::size_t>(contact->closed_state)] = 0;
+    }
+    StateView behind = before;
+    behind.v = v;
+    settle(behind, after.data(), g.name);
+    std::copy(after.begin(), after.end(), z);
+    const bool touch = contact_of(event, true) != nullptr;
+    const bool closed = contact->closed_state >= 0 && after[static_cast<std::size_t>(contact->closed_state)] > 0.5;
+    last_mode_ = closed                                                                  ? "closed"
+                 : touch && number(*contact, contact->contact->restitution_number()) > 0 ? "bounces"
+                                                                                         : "open";
+    return;
+  }
   load(g, before);
   g.guarded->transition(g.k, arguments(), out_.data());
-  last_jump_ = last_loss_ = 0;
   for (std::size_t i = 0; i < out_.size(); ++i) {
     const double jump = out_[i].v.c0 - z_[i].v.c0;
     if (std::abs(jump) > std::abs(last_jump_)) last_jump_ = jump;
+    z[g.first_state + static_cast<int>(i)] = out_[i].v.c0;
   }
-  if (impact_of(event)) {
-    strike(event, before);
-    for (int i = 0; i < assembly_.n(); ++i) v[i] = before.v[i] + impact_->u()[i];
-    last_jump_ = impact_->speed_after(0) - impact_->speed_before(0);
-    last_loss_ = impact_->energy_lost();
-  }
-  for (std::size_t i = 0; i < out_.size(); ++i) z[g.first_state + static_cast<int>(i)] = out_[i].v.c0;
 }
 
 void MotionEvents::linearize(const GuardOf& g, const StateView& before, const Side& minus, bool columns) {
@@ -262,10 +286,14 @@ void MotionEvents::linearize(const GuardOf& g, const StateView& before, const Si
 void MotionEvents::tangent(int event, const StateView& before, const Side& minus, const Side& plus,
                            double* const* columns, int count, double* dcost) {
   const GuardOf& g = of(event);
-  linearize(g, before, minus, true);
   const int n = assembly_.n(), nz = assembly_.nz(), first = g.first_state;
+  const bool impact = contact_of(event, true) != nullptr;
+  if (contact_of(event) && !impact) {  // a release: nothing jumps but what is latched, and f- = f+
+    std::fill(dcost, dcost + count, 0.0);
+    return;
+  }
+  linearize(g, before, minus, true);
   std::vector<double> own(D_x_.size());
-  const bool impact = impact_of(event) != nullptr;
   std::vector<double> moved, u(static_cast<std::size_t>(n), 0);  // u's change along the column
   if (impact) {
     strike(event, before);
@@ -306,9 +334,10 @@ void MotionEvents::adjoint(int event, const StateView& before, const Side& minus
                            double* gradient) {
   const GuardOf& g = of(event);
   const int n = assembly_.n(), nz = assembly_.nz(), first = g.first_state, np = assembly_.np();
+  if (contact_of(event) && !contact_of(event, true)) return;
   linearize(g, before, minus, np > 0);
   double sigma = minus.cost - plus.cost;
-  if (impact_of(event)) {
+  if (contact_of(event, true)) {
     strike(event, before);
     impact_->linearize(false);
     std::vector<double> w(static_cast<std::size_t>(2 * n), 0);

@@ -34,8 +34,12 @@ class MotionEvents {
   bool empty() const { return guards_.empty(); }
   /// "contact.foot: touch".
   const std::string& name(int event) const { return of(event).name; }
-  /// "closed".
-  std::string mode(int event) const { return of(event).guarded->mode_behind(of(event).k); }
+  /// "closed": behind the event, and of rigid contacts behind the last cross().
+  std::string mode(int event) const {
+    return contact_of(event) ? last_mode_ : of(event).guarded->mode_behind(of(event).k);
+  }
+  /// Whether guards depend on multipliers, which states must then have.
+  bool needs_multipliers() const { return needs_multipliers_; }
   /// By how much the last cross() made a state jump, the one that jumped most, or at an impact the rate of the gap; in
   /// its own unit.
   double last_jump() const { return last_jump_; }
@@ -75,6 +79,8 @@ class MotionEvents {
     int k;            // of the force's own
     int first_state;  // of the force, among all
     std::string name;
+    int contact = -1;    // of contacts_
+    int first_row = -1;  // of the constraint that its multipliers are of
     bool ready = false;  // seen on the side from which it crosses
   };
   const GuardOf& of(int event) const { return guards_[static_cast<std::size_t>(event)]; }
@@ -83,10 +89,33 @@ class MotionEvents {
   double value(const GuardOf& g, const StateView& s);
   void load(const GuardOf& g, const StateView& s);
   MeasureArguments arguments() const;
-  /// The contact if the event is an impact of it, or null.
-  const UnilateralForce* impact_of(int event) const;
-  /// Solves for the impact at the event.
+  /// A rigid contact, and what it is behind what cross() has solved for.
+  struct ContactOf {
+    const Force* force;
+    const UnilateralForce* contact;
+    int closed_state;  // among all, or -1
+    int first_row;     // of its constraint, or -1
+    double largest_approach = 0;
+    bool closed = false;
+  };
+  /// The rigid contact of an event, or null; `strikes`: only where the event is an impact.
+  const ContactOf* contact_of(int event, bool strikes = false) const {
+    const int c = of(event).contact;
+    if (c < 0) return nullptr;
+    const ContactOf& contact = contacts_[static_cast<std::size_t>(c)];
+    return strikes && contact.contact->guard_kind(of(event).k) != UnilateralForce::Guard::touch ? nullptr : &contact;
+  }
+  double number(const ContactOf& c, int k) const {
+    return k < 0 ? 0 : assembly_.numbers()[static_cast<std::size_t>(c.force->numbers()[static_cast<std::size_t>(k)])];
+  }
+  // In event/contact_modes.cpp.
+  /// Solves for the impact at the event, and which contacts are closed behind it.
   void strike(int event, const StateView& before);
+  /// Of the contacts that are closed at this state (q, v, z as they are behind an event) those stay so that the ground
+  /// presses; z with them.
+  void settle(const StateView& s, double* z, const std::string& event);
+  /// Accelerations and multipliers (n, m) at the rows that z has.
+  void solve_motion(const StateView& s, double* x);
   /// h_x, h_rho, hdot and those of the transition.
   void linearize(const GuardOf& g, const StateView& before, const Side& minus, bool columns);
 
@@ -102,6 +131,11 @@ class MotionEvents {
   std::vector<double> D_rate_;  // D_t + D_x f-
   double hdot_ = 0, last_jump_ = 0, last_loss_ = 0;
   std::unique_ptr<Impact> impact_;
+  std::vector<ContactOf> contacts_;
+  bool needs_multipliers_ = false;
+  std::string last_mode_;
+  std::vector<double> open_z_;  // states with all contacts open
+  std::vector<PathDual> lambda_;
 };
 
 }  // namespace costate

@@ -43,7 +43,7 @@ void AccelerationDae::place_jacobian() {
   at_.R2_q = jacobian_.place(assembly_.jacobian(), l, q);
   at_.R2_v = jacobian_.place(assembly_.jacobian(), l, v);
   at_.phi_q = jacobian_.place(assembly_.jacobian(), l, a);
-  at_.corner = level_.stabilization().inverse_alpha != 0 ? jacobian_.place(Im, l, l) : -1;
+  at_.corner = level_.has_corner() ? jacobian_.place(Im, l, l) : -1;
   jacobian_.finalize();
 }
 
@@ -66,9 +66,8 @@ void AccelerationDae::residual(double t, const double* y, const double* yp, doub
   level_.add_jacobian_transposed(1, s.lambda, ra);
   level_.calc_constraint_bias(s.v, rl);
   level_.add_jacobian(1, s.a, rl);
-  const double ia = level_.stabilization().inverse_alpha;
-  if (ia != 0)
-    for (int i = 0; i < m_; ++i) rl[i] -= ia * s.lambda[i];
+  if (level_.has_corner())
+    for (int i = 0; i < m_; ++i) rl[i] -= level_.inverse_alpha(i) * s.lambda[i];
 }
 
 void AccelerationDae::linearize(double t, const double* y, const double*) {
@@ -99,7 +98,7 @@ void AccelerationDae::jacobian(double t, const double* y, const double* yp, doub
   J.add(at_.R2_q, level_.R2_q().data());
   J.add(at_.R2_v, level_.R2_v().data());
   J.add(at_.phi_q, assembly_.phi_q.data());
-  if (at_.corner >= 0) J.add_constant(at_.corner, -level_.stabilization().inverse_alpha);
+  if (at_.corner >= 0) J.add(at_.corner, level_.corner());
   std::copy(J.values().begin(), J.values().end(), values);
 }
 
@@ -168,9 +167,8 @@ void AccelerationDae::add_product(double c, const double* x, double* out) {
   level_.add_jacobian_transposed(c, xl, oa);
   level_.add_constraint_rows(c, x, xv, ol);
   level_.add_jacobian(c, xa, ol);
-  const double ia = level_.stabilization().inverse_alpha;
-  if (ia != 0)
-    for (int i = 0; i < m_; ++i) ol[i] -= c * ia * xl[i];
+  if (level_.has_corner())
+    for (int i = 0; i < m_; ++i) ol[i] -= c * level_.inverse_alpha(i) * xl[i];
 }
 
 void AccelerationDae::add_transposed_product(double c, const double* x, double* out) {
@@ -184,9 +182,8 @@ void AccelerationDae::add_transposed_product(double c, const double* x, double* 
   level_.add_mass(c, xa, oa);  // symmetric
   level_.add_jacobian_transposed(c, xl, oa);
   level_.add_jacobian(c, xa, ol);
-  const double ia = level_.stabilization().inverse_alpha;
-  if (ia != 0)
-    for (int i = 0; i < m_; ++i) ol[i] -= c * ia * xl[i];
+  if (level_.has_corner())
+    for (int i = 0; i < m_; ++i) ol[i] -= c * level_.inverse_alpha(i) * xl[i];
 }
 
 void AccelerationDae::parameter_columns(Eigen::MatrixXd& F_rho) {
@@ -195,7 +192,7 @@ void AccelerationDae::parameter_columns(Eigen::MatrixXd& F_rho) {
   F_rho.setZero();
   F_rho.middleRows(2 * n_, nz_) = -columns_.f;
   F_rho.middleRows(2 * n_ + nz_, n_) = columns_.F;
-  F_rho.bottomRows(m_) = level_.stabilization().columns(columns_);
+  F_rho.bottomRows(m_) = level_.constraint_columns(columns_);
 }
 
 void AccelerationDae::add_parameter_gradient(double c, const double* mu, double* gradient) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "costate/analysis/start.h"
+#include "costate/formulation/switched_rows_refusal.h"
 #include "costate/level/maggi_names.h"
 
 namespace costate {
@@ -24,6 +25,7 @@ MaggiDae::MaggiDae(std::shared_ptr<const Mechanism> mechanism, ParameterSelectio
       f_(level_.freedoms()),
       nz_(assembly_.nz()),
       jacobian_(std::max(1, 3 * f_ + nz_)) {
+  refuse_switched_rows(assembly_, "maggi");
   append_maggi_unknowns(assembly_.mechanism(), f_, unknowns_);
   if (events_) events_->use(kink_.balance());
   for (int i = 0; i < f_; ++i)

@@ -4,6 +4,7 @@
 
 #include "costate/analysis/start.h"
 #include "costate/formulation/maggi_event.h"
+#include "costate/formulation/switched_rows_refusal.h"
 #include "costate/level/maggi_names.h"
 
 namespace costate {
@@ -15,6 +16,7 @@ MaggiOde::MaggiOde(std::shared_ptr<const Mechanism> mechanism, ParameterSelectio
       kink_(level_),
       f_(level_.freedoms()),
       nz_(assembly_.nz()) {
+  refuse_switched_rows(assembly_, "maggi");
   append_maggi_unknowns(assembly_.mechanism(), f_, unknowns_);
   if (events_) events_->use(kink_.balance());
   reduced_.assign(static_cast<std::size_t>(newton_.size()), 0);

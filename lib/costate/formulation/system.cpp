@@ -20,12 +20,14 @@ void System::begin_events(double t, const double* y) {
   pending_event_ = -1;
   if (!events_) return;
   if (!carries_events()) MotionEvents::refuse(assembly_.mechanism(), "this formulation is");
-  events_->begin(kinematic_state(t, y));
+  events_->begin(events_->needs_multipliers() ? solved_state(*this, t, y) : kinematic_state(t, y));
 }
 
 std::optional<double> System::find_event(double from, double to, const std::function<const double*(double)>& at) {
   if (!events_) return {};
-  const auto hit = events_->find(from, to, [&](double t) { return kinematic_state(t, at(t)); });
+  const auto hit = events_->find(from, to, [&](double t) {
+    return events_->needs_multipliers() ? solved_state(*this, t, at(t)) : kinematic_state(t, at(t));
+  });
   if (!hit) return {};
   pending_event_ = hit->event;
   return hit->t;

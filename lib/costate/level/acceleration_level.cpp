@@ -20,11 +20,11 @@ AccelerationLevel::AccelerationLevel(Assembly& assembly, Stabilization stabiliza
       point_(assembly) {
   const int n = assembly.n(), m = assembly.m(), nz = assembly.nz();
   const SparsePattern identity_m = SparsePattern::identity(m), identity_z = SparsePattern::identity(nz);
-  const bool penalty = stabilization.inverse_alpha != 0;
+  const bool corner = has_corner();
   kkt_mass_ = kkt_.place(assembly.square(), 0, 0);
   kkt_jacobian_ = kkt_.place(assembly.jacobian(), n, 0);
   kkt_transposed_ = kkt_.place(assembly.jacobian(), 0, n, true);
-  if (penalty) kkt_corner_ = kkt_.place(identity_m, n, n);
+  if (corner) kkt_corner_ = kkt_.place(identity_m, n, n);
   kkt_.finalize();
   newton_square_ = newton_.place(assembly.square(), 0, 0);
   newton_force_state_ = newton_.place(assembly.force_state(), 0, n);
@@ -33,7 +33,7 @@ AccelerationLevel::AccelerationLevel(Assembly& assembly, Stabilization stabiliza
   newton_state_state_ = newton_.place(assembly.state_state(), n, n);
   newton_state_identity_ = newton_.place(identity_z, n, n);
   newton_jacobian_ = newton_.place(assembly.jacobian(), n + nz, 0);
-  if (penalty) newton_corner_ = newton_.place(identity_m, n + nz, n + nz);
+  if (corner) newton_corner_ = newton_.place(identity_m, n + nz, n + nz);
   newton_.finalize();
   kkt_solver_ = std::make_unique<KluSolver>(kkt_.pattern());
   newton_solver_ = std::make_unique<KluSolver>(newton_.pattern());
@@ -53,12 +53,25 @@ void AccelerationLevel::prepare(const StateView& s) {
   kkt_.add(kkt_mass_, assembly_.M.data());
   kkt_.add(kkt_jacobian_, assembly_.phi_q.data());
   kkt_.add(kkt_transposed_, assembly_.phi_q.data());
-  if (kkt_corner_ >= 0) kkt_.add_constant(kkt_corner_, -stabilization_.inverse_alpha);
+  if (kkt_corner_ >= 0) kkt_.add(kkt_corner_, corner());
   const int bad = kkt_solver_->factor(kkt_.values().data());
   if (bad >= 0) {
     require_finite(assembly_, s);
     singular(bad);
   }
+}
+
+const double* AccelerationLevel::corner() {
+  corner_.resize(static_cast<std::size_t>(assembly_.m()));
+  for (int i = 0; i < assembly_.m(); ++i) corner_[static_cast<std::size_t>(i)] = -inverse_alpha(i);
+  return corner_.data();
+}
+
+Eigen::MatrixXd AccelerationLevel::constraint_columns(const Assembly::ParameterColumns& c) const {
+  Eigen::MatrixXd r = c.phidd + stabilization_.by_rate() * c.phid;
+  for (int i = 0; i < assembly_.m(); ++i)
+    if (assembly_.holds_position(i)) r.row(i) += stabilization_.by_value() * c.phi.row(i);
+  return r;
 }
 
 void AccelerationLevel::singular(int column) const {
@@ -85,7 +98,8 @@ void AccelerationLevel::calc_constraint_bias(const double* v, double* out) const
   const double d = stabilization_.by_rate(), k = stabilization_.by_value();
   for (int i = 0; i < assembly_.m(); ++i) out[i] = assembly_.bias[i];
   if (d != 0 || k != 0) {
-    for (int i = 0; i < assembly_.m(); ++i) out[i] += d * assembly_.phi_t[i] + k * assembly_.phi[i];
+    for (int i = 0; i < assembly_.m(); ++i)
+      out[i] += d * assembly_.phi_t[i] + (assembly_.holds_position(i) ? k * assembly_.phi[i] : 0);
     costate::add_product(assembly_.jacobian(), assembly_.phi_q.data(), d, v, out);
   }
 }
@@ -115,7 +129,8 @@ void AccelerationLevel::iterate_multipliers(double* b, int size, double corner, 
   double before = HUGE_VAL;
   for (int i = 0; i < max_iterations; ++i) {
     std::copy(augmented_right_.begin(), augmented_right_.end(), b);
-    for (int r = 0; r < m; ++r) b[above + r] -= corner * augmented_last_[r];
+    for (int r = 0; r < m; ++r)
+      if (assembly_.is_there(r)) b[above + r] -= corner * augmented_last_[r];
     solve(b);
     double change = 0, largest = 0;
     for (int r = 0; r < m; ++r) {
@@ -153,7 +168,8 @@ void AccelerationLevel::linearize(const StateView& s, long point) {
   assembly_.calc_partials(s, point);
   const double d = stabilization_.by_rate(), k = stabilization_.by_value();
   for (std::size_t i = 0; i < r2_q_.size(); ++i) {
-    r2_q_[i] = assembly_.phidd_q[i] + d * assembly_.phid_q[i] + k * assembly_.phi_q[i];
+    const bool holds = assembly_.holds_position(static_cast<int>(assembly_.jacobian().row[i]));
+    r2_q_[i] = assembly_.phidd_q[i] + d * assembly_.phid_q[i] + (holds ? k * assembly_.phi_q[i] : 0);
     r2_v_[i] = 2 * assembly_.phid_q[i] + d * assembly_.phi_q[i];
   }
   stabilized_at_ = point;
@@ -171,7 +187,8 @@ void AccelerationLevel::solve_tangent(const double* const* s, int count, const A
     add_constraint_rows(-1, q, v, xj + n);
     if (!c) continue;
     for (int i = 0; i < n; ++i) xj[i] -= c->F(i, j);
-    for (int i = 0; i < m; ++i) xj[n + i] -= c->phidd(i, j) + d * c->phid(i, j) + k * c->phi(i, j);
+    for (int i = 0; i < m; ++i)
+      xj[n + i] -= c->phidd(i, j) + d * c->phid(i, j) + (assembly_.holds_position(i) ? k * c->phi(i, j) : 0);
   }
   if (count > 0) solve_kkt(x, count);
 }
@@ -230,7 +247,7 @@ void AccelerationLevel::factor_newton(double gamma) {
   newton_.add(newton_jacobian_, assembly_.phi_q.data());
   newton_.add(newton_jacobian_, r2_v_.data(), gamma);
   newton_.add(newton_jacobian_, r2_q_.data(), gamma * gamma);
-  if (newton_corner_ >= 0) newton_.add_constant(newton_corner_, -stabilization_.inverse_alpha * lambda_scale_);
+  if (newton_corner_ >= 0) newton_.add(newton_corner_, corner(), lambda_scale_);
   if (assembly_.nz() > 0) {
     newton_.add(newton_force_state_, assembly_.Q_z.data(), -gamma);
     newton_.add(newton_state_force_, assembly_.f_v.data(), -gamma);

@@ -26,7 +26,7 @@ struct Stabilization {
   /// The factors of Phidot and Phi in R2.
   double by_rate() const { return 2 * xi * omega; }
   double by_value() const { return omega * omega; }
-  /// R2_rho, m x np.
+  /// R2_rho, m x np, where all rows keep positions.
   Eigen::MatrixXd columns(const Assembly::ParameterColumns& c) const {
     return c.phidd + by_rate() * c.phid + by_value() * c.phi;
   }
@@ -60,6 +60,13 @@ class AccelerationLevel {
   /// prepare(), then accelerations and multipliers; repeated calls at the same point are free as long as the assembly
   /// is there.
   void solve(const StateView& s);
+  /// 1/alpha of row i, and 1 where it is not there (assembly/assembly.h): R2_i = -lambda_i then.
+  double inverse_alpha(int i) const { return assembly_.is_there(i) ? stabilization_.inverse_alpha : 1; }
+  bool has_corner() const { return stabilization_.inverse_alpha != 0 || assembly_.has_switched_rows(); }
+  /// -1/alpha of all rows.
+  const double* corner();
+  /// R2_rho, m x np.
+  Eigen::MatrixXd constraint_columns(const Assembly::ParameterColumns& c) const;
   /// The identity of (t, q, v, z) of the last prepare() or solve().
   long point() const { return point_.id(); }
   const double* a() const { return solution_.data(); }
@@ -136,6 +143,7 @@ class AccelerationLevel {
   EvaluationPoint point_;                   // (q, v, z)
   long solved_at_ = 0, stabilized_at_ = 0;  // solution_, R2_q and R2_v
   std::vector<double> r2_q_, r2_v_;
+  std::vector<double> corner_;
   double gamma_ = 0, lambda_scale_ = 1;
   NewtonBlocks newton_blocks_;
 };

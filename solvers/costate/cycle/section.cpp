@@ -7,6 +7,7 @@
 #include <set>
 
 #include "costate/base/error.h"
+#include "costate/element/unilateral_force.h"
 
 namespace costate {
 
@@ -141,6 +142,7 @@ void Section::add_states(const Mechanism& m, const std::vector<bool>& passive) {
     return make_output(m, "z." + name);
   };
   std::vector<int> number_of(names.size(), -1);
+  std::vector<bool> is_mode(names.size(), false);  // of rigid contacts: the same at both ends, whatever happens between
   std::map<int, int> users;
   for (std::size_t f = 0; f < m.forces().size(); ++f)
     for (int i = 0; i < m.forces()[f]->states(); ++i) {
@@ -149,6 +151,8 @@ void Section::add_states(const Mechanism& m, const std::vector<bool>& passive) {
       const int number = m.forces()[f]->numbers()[static_cast<std::size_t>(local)];
       number_of[static_cast<std::size_t>(m.state_offsets()[f] + i)] = number;
       ++users[number];
+      const auto* contact = dynamic_cast<const UnilateralForce*>(m.forces()[f].get());
+      if (contact && contact->closed_state() == i) is_mode[static_cast<std::size_t>(m.state_offsets()[f] + i)] = true;
       start_numbers_[static_cast<std::size_t>(number)] = true;
     }
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -169,6 +173,7 @@ void Section::add_states(const Mechanism& m, const std::vector<bool>& passive) {
     auto first = read(names[i], begin_event_);
     const std::string unit = first->unit();
     coordinates_.push_back({"z." + names[i], unit, number, std::move(first), read(other, end_event_)});
+    if (is_mode[i]) ++trivial_;
     if (begin_event_ && names[i].rfind(begin_event_->force->path() + ".", 0) == 0) ++trivial_;
   }
 }

@@ -1,5 +1,6 @@
 // Rigid contact with a plane of the ground: of a point, of an arc or a sphere about it (contact_surface.h). It holds no
-// force of its own: where the gap closes velocities jump (event/impact.h).
+// force of its own: where the gap closes velocities jump (event/impact.h), and while it is closed the ground's forces
+// are those of its rows (constraint/contact_rows.h). State, of one that may close: 1 while it is closed, else 0.
 // Numbers: e, mu, the approach speed below which it closes, h, alpha, R, whether it is closed at the start; those of
 // the points.
 #pragma once
@@ -8,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "costate/element/constraint/contact_rows.h"
 #include "costate/element/force/contact_surface.h"
 #include "costate/element/unilateral_force.h"
 
@@ -20,9 +22,14 @@ class RigidContact final : public Force, public UnilateralForce {
   static constexpr int kRestitution = 0, kFriction = 1, kClosing = 2, kGround = 3,
                        kClosed = kGround + Surface::kNumbers, kNumbers = kClosed + 1;
 
+  struct Options {
+    bool round = false, closes = false, sticks = false;
+  };
+
   /// `ahead_of`: it closes only where it is ahead of that point along the plane's first direction.
-  RigidContact(std::string name, const Point& point, const Point* ahead_of, bool round, const std::vector<int>& numbers)
-      : Force("contact", std::move(name)), surface_(point, round) {
+  RigidContact(std::string name, const Point& point, const Point* ahead_of, const Options& options,
+               const std::vector<int>& numbers)
+      : Force("contact", std::move(name)), surface_(point, options.round), options_(options) {
     append_coordinates(point.coordinates());
     append_numbers(numbers);
     append_numbers(point.numbers());
@@ -31,6 +38,12 @@ class RigidContact final : public Force, public UnilateralForce {
     append_coordinates(ahead_of->coordinates());
     append_numbers(ahead_of->numbers());
   }
+  /// The constraint that holds it while it is closed, of one that may close.
+  void hold_by(const Constraint& rows) { rows_ = &rows; }
+
+  int states() const override { return options_.closes ? 1 : 0; }
+  std::string state_name(int) const override { return "closed"; }
+  int initial_state_number(int) const override { return kClosed; }
 
   void force(const PathDual&, const PathDual*, const PathDual*, const PathDual*, const PathDual*, PathDual*,
              PathDual*) const override {}
@@ -39,36 +52,53 @@ class RigidContact final : public Force, public UnilateralForce {
   void calc_number_partial(const LocalState&, int, double*, double*) const override {}
   void add_number_gradient(const LocalState&, const double*, const double*, const int*, int, double*) const override {}
 
-  int guard_count() const override { return 1; }
-  std::string guard_name(int) const override { return "touch"; }
-  std::string mode_behind(int) const override { return "bounces"; }
+  // The touch; of one that closes its end, where N falls to 0; with friction the two limits mu N -+ F of sticking.
+  int guard_count() const override { return options_.closes ? options_.sticks ? 4 : 2 : 1; }
+  Guard guard_kind(int k) const override { return k == 0 ? Guard::touch : k == 1 ? Guard::release : Guard::slip; }
+  std::string guard_name(int k) const override { return k == 0 ? "touch" : k == 1 ? "release" : "slip"; }
+  std::string mode_behind(int k) const override { return k == 0 ? "touched" : k == 1 ? "open" : "slipping"; }
   int guard_direction(int) const override { return -1; }
-  bool guard_armed(int, const double*) const override { return true; }
-  std::string past_at_start(int) const override { return "a rigid contact is above the ground where it starts."; }
-  PathDual guard(int, const MeasureArguments& x) const override {
-    return is_ahead(x.q, x.p) ? gap(x.q, x.p) : PathDual(std::nan(""));
+  bool guard_armed(int k, const double* z) const override { return !options_.closes || (z[0] > 0.5) == (k > 0); }
+  std::string past_at_start(int k) const override {
+    return k == 0   ? "a rigid contact is above the ground where it starts, or 'closed'."
+           : k == 1 ? "what is closed at the start is pressed to the ground; leave 'closed' out."
+                    : "what sticks at the start needs more friction.";
   }
-  double guard_value(int, const LocalState& s) const override {
-    return is_ahead(s.q, s.p) ? gap(s.q, s.p) : std::nan("");
+  PathDual guard(int k, const MeasureArguments& x) const override {
+    if (k == 0) return is_ahead(x.q, x.p) ? gap(x.q, x.p) : PathDual(std::nan(""));
+    return x.lambda ? pressed(k, x.lambda, x.p) : PathDual(std::nan(""));
   }
-  void transition(int, const MeasureArguments&, PathDual*) const override {}
+  double guard_value(int k, const LocalState& s) const override {
+    if (k == 0) return is_ahead(s.q, s.p) ? gap(s.q, s.p) : std::nan("");
+    return s.lambda ? pressed(k, s.lambda, s.p) : std::nan("");
+  }
+  void transition(int, const MeasureArguments&, PathDual* z_after) const override {
+    if (options_.closes) z_after[0] = PathDual(0.0);
+  }
 
-  bool is_impact(int k) const override { return k == 0; }
-  int row_count() const override { return 1; }
-  PathDual row(int, const MeasureArguments& x) const override { return gap(x.q, x.p); }
+  int row_count() const override { return options_.sticks ? 2 : 1; }
+  PathDual row(int i, const MeasureArguments& x) const override {
+    return i == 0 ? gap(x.q, x.p) : ContactRows<Point>::place(surface_, x.q, x.p + kGround, x.p + kNumbers);
+  }
   int restitution_number() const override { return kRestitution; }
-  int friction_number() const override { return -1; }
+  int friction_number() const override { return kFriction; }
   int closing_speed_number() const override { return kClosing; }
-  int closed_state() const override { return -1; }
+  int closed_state() const override { return options_.closes ? 0 : -1; }
+  const Constraint* rows() const override { return rows_; }
 
-  // Those of a compliant contact; a rigid one that is open gives no force and does not penetrate.
+  // Those of a compliant contact. One that closes has its forces from its rows, and what bounces for good has none.
   std::vector<Measure> measures() const override {
-    return {{"gap", "m", false},          {"penetration", "m", false},    {"penetration_rate", "m/s", false},
-            {"normal_force", "N", false}, {"friction_force", "N", false}, {"slip_velocity", "m/s", false}};
+    std::vector<Measure> m{{"gap", "m", false},
+                           {"penetration", "m", false},
+                           {"penetration_rate", "m/s", false},
+                           {"slip_velocity", "m/s", false}};
+    if (!options_.closes) m.push_back({"normal_force", "N", false});
+    if (!options_.sticks) m.push_back({"friction_force", "N", false});
+    return m;
   }
   PathDual measure(int i, const MeasureArguments& x) const override {
     if (i == 0) return gap(x.q, x.p);
-    if (i == 1 || i == 3 || i == 4) return PathDual(0.0);
+    if (i == 1 || i > 3) return PathDual(0.0);
     typename Surface::template Motion<PathDual> m;
     surface_.motion(x.q, x.v, x.p + kGround, x.p + kNumbers, m);
     if (i == 2) return m.closing;
@@ -81,6 +111,12 @@ class RigidContact final : public Force, public UnilateralForce {
   S gap(const S* q, const S* p) const {
     return surface_.gap(q, p + kGround, p + kNumbers);
   }
+  /// N, and mu N -+ F; the multipliers are -N and -F.
+  template <class S>
+  S pressed(int k, const S* lambda, const S* p) const {
+    if (k == 1) return -lambda[0];
+    return k == 2 ? lambda[1] - p[kFriction] * lambda[0] : -lambda[1] - p[kFriction] * lambda[0];
+  }
   template <class S>
   bool is_ahead(const S* q, const S* p) const {
     if (ahead_of_.empty()) return true;
@@ -90,7 +126,9 @@ class RigidContact final : public Force, public UnilateralForce {
   }
 
   Surface surface_;
+  Options options_;
   std::vector<Surface> ahead_of_;
+  const Constraint* rows_ = nullptr;
 };
 
 }  // namespace costate

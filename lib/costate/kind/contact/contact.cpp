@@ -138,22 +138,22 @@ void add_rigid(const std::string& name, SceneTable& table, MechanismBuilder& bui
   ContactLawOptions compliant;
   if (table.has("stiffness_N_per_m_n") || table.has("youngs_modulus_Pa")) read_normal_law(table, "ground_", compliant);
   o.restitution = table.value("restitution", NumberRule::non_negative, 0);
-  if (table.has("approach_speed_m_per_s") && table.value("approach_speed_m_per_s", NumberRule::non_negative) > 0)
-    throw ModelError(path + ".approach_speed_m_per_s",
-                     "A rigid contact that is closed at the start is not there yet: let it start open, or take "
-                     "kind = \"compliant\".");
+  // A compliant contact that is closed at the start says so by its approach speed.
+  const bool pressed =
+      table.has("approach_speed_m_per_s") && table.value("approach_speed_m_per_s", NumberRule::non_negative) > 0;
+  o.closed = table.flag("closed", pressed);
+  o.closing_speed_m_per_s = table.value("closing_speed_m_per_s", NumberRule::non_negative, 0);
   read_friction(table, compliant);
-  if (compliant.friction != "none" && compliant.friction_coefficient != 0)
-    throw ModelError(path + ".friction",
-                     "Rigid contact with friction is not there yet: take friction = \"none\", or kind = "
-                     "\"compliant\".");
+  if (compliant.friction != "none")
+    o.friction_coefficient = std::max(compliant.friction_coefficient, compliant.static_coefficient);
+  if (o.closed && o.friction_coefficient > 0) o.along_m = table.value("along_m", NumberRule::any, 0);
   o.ground_height_m = table.value("ground_height_m", NumberRule::any, 0);
   o.ground_angle_rad = table.value("ground_angle_rad", NumberRule::any, 0);
   o.radius_m = table.value("radius_m", NumberRule::non_negative, 0);
   o.ahead_of = table.text("ahead_of", "");
   if (table.flag("energy_lost", false))
     throw ModelError(path + ".energy_lost",
-                     "A rigid contact says what each impact takes, as a run's events: leave "
+                     "Of a rigid contact a run's events say what each impact takes: leave "
                      "this out.");
   add_rigid_contact(builder, name, point, o);
 }

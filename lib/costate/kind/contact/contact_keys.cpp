@@ -5,38 +5,42 @@ namespace costate {
 
 namespace {
 
-const KindKeys contact_keys("contact",
-                            {{"kind", "compliant: a normal force by the penetration; rigid: impacts"},
-                             {"point", "name of the point, or of the centre of an arc or a sphere"},
-                             {"points", "in its place, several on one body: corners, or the points of a patch"},
-                             {"shares", "of the normal law, one a point; by default 1 each"},
-                             {"ahead_of", "name of a point: it closes only where it is ahead of that one along x"},
-                             {"law", "of the normal force"},
-                             {"stiffness_N_per_m_n", "K of F = K d^n, d the penetration"},
-                             {"youngs_modulus_Pa", "in its place: K is Hertz's, of a sphere on a plane"},
-                             {"poisson_ratio", "of the sphere"},
-                             {"ground_youngs_modulus_Pa", "of the ground; by default it is rigid"},
-                             {"ground_poisson_ratio", "of the ground"},
-                             {"exponent", "n; the linear law has 1"},
-                             {"damping_N_s_per_m", "of kelvin-voigt"},
-                             {"restitution", "speed after by speed before, of laws that have one"},
-                             {"approach_speed_m_per_s", "of a contact that is closed at the start"},
-                             {"friction", "its model"},
-                             {"friction_coefficient", "of sliding"},
-                             {"static_coefficient", "of sticking; by default that of sliding"},
-                             {"transition_velocity_m_per_s", "where friction is fully there"},
-                             {"dead_velocity_m_per_s", "ambrosio: below it there is none"},
-                             {"decay_s_per_m", "bengisu-akay: of the way from sticking to sliding"},
-                             {"bristle_stiffness_per_m", "dahl, lugre: the normal force times this is a stiffness"},
-                             {"bristle_damping_s_per_m", "lugre: the normal force times this is a damping"},
-                             {"ground_height_m", "of the ground at x = 0"},
-                             {"ground_angle_rad", "by which it rises along x"},
-                             {"radius_m", "of the arc or sphere about the point; 0: the point itself"},
-                             {"rolling_resistance_m", "arm of the normal force in the moment against rolling"},
-                             {"spinning_resistance_m", "the same about the normal, in space"},
-                             {"turning_transition_rad_per_s", "where these moments are fully there"},
-                             {"energy_lost", "whether the energy lost in it so far is integrated, as an output"}},
-                            R"(
+const KindKeys contact_keys(
+    "contact",
+    {{"kind", "compliant: a normal force by the penetration; rigid: impacts"},
+     {"point", "name of the point, or of the centre of an arc or a sphere"},
+     {"points", "in its place, several on one body: corners, or the points of a patch"},
+     {"shares", "of the normal law, one a point; by default 1 each"},
+     {"closed", "whether a rigid contact is closed at the start"},
+     {"along_m", "of one that sticks then: the place along the ground, for an arc plus radius times angle"},
+     {"closing_speed_m_per_s", "a rigid contact closes below this approach speed"},
+     {"ahead_of", "name of a point: it closes only where it is ahead of that one along x"},
+     {"law", "of the normal force"},
+     {"stiffness_N_per_m_n", "K of F = K d^n, d the penetration"},
+     {"youngs_modulus_Pa", "in its place: K is Hertz's, of a sphere on a plane"},
+     {"poisson_ratio", "of the sphere"},
+     {"ground_youngs_modulus_Pa", "of the ground; by default it is rigid"},
+     {"ground_poisson_ratio", "of the ground"},
+     {"exponent", "n; the linear law has 1"},
+     {"damping_N_s_per_m", "of kelvin-voigt"},
+     {"restitution", "speed after by speed before, of laws that have one"},
+     {"approach_speed_m_per_s", "of a contact that is closed at the start"},
+     {"friction", "its model"},
+     {"friction_coefficient", "of sliding"},
+     {"static_coefficient", "of sticking; by default that of sliding"},
+     {"transition_velocity_m_per_s", "where friction is fully there"},
+     {"dead_velocity_m_per_s", "ambrosio: below it there is none"},
+     {"decay_s_per_m", "bengisu-akay: of the way from sticking to sliding"},
+     {"bristle_stiffness_per_m", "dahl, lugre: the normal force times this is a stiffness"},
+     {"bristle_damping_s_per_m", "lugre: the normal force times this is a damping"},
+     {"ground_height_m", "of the ground at x = 0"},
+     {"ground_angle_rad", "by which it rises along x"},
+     {"radius_m", "of the arc or sphere about the point; 0: the point itself"},
+     {"rolling_resistance_m", "arm of the normal force in the moment against rolling"},
+     {"spinning_resistance_m", "the same about the normal, in space"},
+     {"turning_transition_rad_per_s", "where these moments are fully there"},
+     {"energy_lost", "whether the energy lost in it so far is integrated, as an output"}},
+    R"(
 [contact.viscous]
 point = "C"
 law = "kelvin-voigt"
@@ -89,6 +93,15 @@ radius_m = 0.1
 kind = "rigid"
 point = "C"
 restitution = 0.5
+closing_speed_m_per_s = 0.01
+
+[contact.sticking]
+kind = "rigid"
+point = "C"
+closed = true
+friction = "coulomb"
+friction_coefficient = 0.4
+along_m = 0
 
 [contact.decaying]
 point = "C"

@@ -26,16 +26,39 @@ void add_at(MechanismBuilder& builder, const std::string& path, const std::strin
     throw ModelError(path + ".ahead_of", fmt::format("'{}' is on the body of '{}' itself: name a point of another "
                                                      "one, or of the ground.",
                                                      ahead_of->name(), point.name()));
+  constexpr auto not_negative = NumberRule::non_negative;
+  typename RigidContact<Point>::Options options;
+  options.round = o.radius_m > 0;
+  options.closes = o.restitution == 0 || o.closing_speed_m_per_s > 0 || o.closed;
+  options.sticks = o.friction_coefficient > 0;
+  if (options.sticks && ContactSurface<Point>::dim == 3)
+    throw ModelError(path + ".friction",
+                     "Rigid contact with friction is there in the plane alone: take friction = "
+                     "\"none\", or kind = \"compliant\".");
+  if (options.sticks && !options.closes)
+    throw ModelError(path + ".friction",
+                     "A rigid contact that bounces with friction is not there yet, only one that sticks: take "
+                     "restitution = 0, friction = \"none\", or kind = \"compliant\".");
   ContactNumbers numbers(builder, path);
-  numbers.add("restitution", o.restitution, NumberRule::non_negative, true);
-  numbers.add("friction_coefficient", 0, NumberRule::non_negative, false);
-  numbers.add("closing_speed_m_per_s", 0, NumberRule::non_negative, false);
+  numbers.add("restitution", o.restitution, not_negative, o.restitution > 0);
+  numbers.add("friction_coefficient", o.friction_coefficient, not_negative, options.sticks);
+  numbers.add("closing_speed_m_per_s", o.closing_speed_m_per_s, not_negative, o.closing_speed_m_per_s > 0);
   numbers.add("ground_height_m", o.ground_height_m, NumberRule::any, true);
   numbers.add("ground_angle_rad", o.ground_angle_rad, NumberRule::any, true);
-  numbers.add("radius_m", o.radius_m, NumberRule::non_negative, o.radius_m > 0);
-  numbers.add("closed", 0, NumberRule::any, false);
-  builder.add(std::make_unique<RigidContact<Point>>(name, point, ahead_of ? &*ahead_of : nullptr, o.radius_m > 0,
-                                                    numbers.all()));
+  numbers.add("radius_m", o.radius_m, not_negative, options.round);
+  numbers.add("closed", o.closed ? 1 : 0, NumberRule::any, false);
+  auto contact =
+      std::make_unique<RigidContact<Point>>(name, point, ahead_of ? &*ahead_of : nullptr, options, numbers.all());
+  if (options.closes) {
+    using Contact = RigidContact<Point>;
+    std::vector<int> own(numbers.all().begin() + Contact::kGround, numbers.all().begin() + Contact::kClosed);
+    own.push_back(builder.add_number(path + ".along_m", o.along_m, NumberRule::any));
+    auto rows = std::make_unique<ContactRows<Point>>(name, point, options.round, options.sticks, *contact,
+                                                     contact->closed_state(), own);
+    contact->hold_by(*rows);
+    builder.add(std::move(rows));
+  }
+  builder.add(std::move(contact));
 }
 
 }  // namespace

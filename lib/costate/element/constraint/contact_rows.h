@@ -1,0 +1,65 @@
+// The rows of a rigid contact with a plane of the ground while it is closed: the gap, and where it sticks the place
+// along the ground, for an arc less what it has rolled. The multiplier of a row is minus the force of the ground.
+// Numbers: h, alpha, R, where it sticks at the start; those of the point.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "costate/element/force/contact_surface.h"
+#include "costate/element/switched_rows.h"
+
+namespace costate {
+
+template <class Point>
+class ContactRows final : public ConstraintOf<ContactRows<Point>>, public SwitchedRows {
+ public:
+  using Surface = ContactSurface<Point>;
+  static constexpr int kAlong = Surface::kNumbers, kNumbers = kAlong + 1;
+
+  ContactRows(std::string name, const Point& point, bool round, bool sticks, const Force& force, int state,
+              const std::vector<int>& numbers)
+      : ConstraintOf<ContactRows<Point>>("contact", std::move(name)),
+        surface_(point, round),
+        sticks_(sticks),
+        force_(force),
+        state_(state) {
+    this->append_coordinates(point.coordinates());
+    this->append_numbers(numbers);
+    this->append_numbers(point.numbers());
+  }
+
+  int rows() const override { return sticks_ ? 2 : 1; }
+  std::string row_name(int i) const override { return i == 0 ? "normal" : "along"; }
+  const Force& switched_by() const override { return force_; }
+  int switching_state() const override { return state_; }
+  bool holds_position(int i) const override { return i == 0; }
+
+  template <class S>
+  static S place(const Surface& surface, const S* q, const S* ground, const S* point) {
+    S s = surface.along(0, q, ground, point);
+    if constexpr (Surface::dim == 2)
+      if (surface.round()) s += ground[Surface::kRadius] * q[2];
+    return s;
+  }
+  template <class S>
+  void physics(const S&, const S* q, const S* p, S* phi) const {
+    phi[0] = surface_.gap(q, p, p + kNumbers);
+    if (sticks_) phi[1] = place(surface_, q, p, p + kNumbers) - p[kAlong];
+  }
+
+  std::vector<Measure> measures() const override {
+    std::vector<Measure> m{{"normal_force", "N", true}};
+    if (sticks_) m.push_back({"friction_force", "N", true});
+    return m;
+  }
+  PathDual measure(int i, const MeasureArguments& x) const override { return -x.lambda[i]; }
+
+ private:
+  Surface surface_;
+  bool sticks_;
+  const Force& force_;
+  int state_;
+};
+
+}  // namespace costate

@@ -1,0 +1,224 @@
+// Which rigid contacts are closed behind an impact, and behind any event: of all ways that there are the one in which
+// the ground pushes where contacts are closed, nothing falls into it where they are open, and friction does not exceed
+// its limit (lib/README.md (19)). There are few contacts: they are gone through.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "costate/base/error.h"
+#include "costate/event/motion_events.h"
+
+namespace costate {
+
+namespace {
+// A bounce this much slower than the fastest one before: bounces that die out, infinitely many in finite time.
+constexpr double kDiesOut = 1e-6;
+// Impulses, speeds, forces and accelerations of this part of the largest ones in play are rounding.
+constexpr double kRounding = 1e-9;
+// More contacts at once are not gone through: 2^n ways.
+constexpr std::size_t kMostContacts = 12;
+// What is as near to the ground and approaches it strikes at the same time, in lengths that the speed covers in a
+// second.
+constexpr double kSimultaneous = 1e-10;
+
+bool way_has(std::size_t way, std::size_t contact) { return way >> contact & 1; }
+
+double gap_of(const Force& force, const UnilateralForce& contact, const StateView& s, const Assembly& assembly,
+              const double* a, Taylor2* along) {
+  std::vector<PathDual> q, p;
+  for (const int c : force.coordinates()) q.emplace_back(Taylor2(s.q[c], s.v[c], a ? a[c] : 0));
+  for (const int number : force.numbers()) p.emplace_back(assembly.numbers()[static_cast<std::size_t>(number)]);
+  MeasureArguments x;
+  x.q = q.data();
+  x.p = p.data();
+  const PathDual r = contact.row(0, x);
+  if (along) *along = r.v;
+  return r.v.c0;
+}
+}  // namespace
+
+void MotionEvents::strike(int event, const StateView& before) {
+  ContactOf& own = contacts_[static_cast<std::size_t>(of(event).contact)];
+  open_z_.assign(before.z, before.z + assembly_.nz());
+  for (const ContactOf& c : contacts_)
+    if (c.closed_state >= 0) open_z_[static_cast<std::size_t>(c.closed_state)] = 0;
+  StateView open = before;
+  open.z = open_z_.data();
+  Taylor2 gap;
+  gap_of(*own.force, *own.contact, before, assembly_, nullptr, &gap);
+  const double speed = -gap.c1;
+  own.largest_approach = std::max(own.largest_approach, speed);
+  const double e = number(own, own.contact->restitution_number());
+  const bool may_close = own.closed_state >= 0;
+  const bool bounces = e > 0 && !(may_close && speed < number(own, own.contact->closing_speed_number()));
+  if (bounces && !may_close && speed < kDiesOut * own.largest_approach)
+    throw SolverError(fmt::format(
+        "At t = {:.9g} s '{}' has an approach speed of {:.3g} m/s, where it once had {:.3g}: its bounces die out, "
+        "infinitely many of them. Give '{}.closing_speed_m_per_s', below which it closes, or end the run before.",
+        before.t, of(event).name, speed, own.largest_approach, own.force->path()));
+  if (bounces && own.contact->row_count() > 1)
+    throw CapabilityError(
+        fmt::format("At t = {:.9g} s '{}' bounces with friction, which is not there yet: friction is for "
+                    "contacts that stick (restitution 0). Take friction = \"none\", or kind = "
+                    "\"compliant\".",
+                    before.t, of(event).name));
+  // The contacts in play, that which strikes first.
+  std::vector<ContactOf*> in_play = {&own};
+  for (ContactOf& c : contacts_) {
+    c.closed = false;
+    if (&c == &own) continue;
+    if (c.closed_state >= 0 && before.z[c.closed_state] > 0.5) {
+      in_play.push_back(&c);
+      continue;
+    }
+    Taylor2 other;
+    gap_of(*c.force, *c.contact, before, assembly_, nullptr, &other);
+    if (std::abs(other.c0) < kSimultaneous * speed && other.c1 < -kRounding * speed && !std::isnan(other.c0))
+      throw CapabilityError(fmt::format(
+          "At t = {:.9g} s '{}' and {} strike at the same time, which is not there yet: let one of them be later.",
+          before.t, of(event).name, c.force->path()));
+  }
+  if (in_play.size() > kMostContacts)
+    throw CapabilityError(fmt::format("{} contacts are closed at an impact of '{}': at most {} are gone through.",
+                                      in_play.size(), of(event).name, kMostContacts));
+  std::vector<ImpactRow> rows;
+  std::vector<std::vector<int>> rows_of(in_play.size());
+  for (std::size_t c = 0; c < in_play.size(); ++c)
+    for (int r = 0; r < in_play[c]->contact->row_count(); ++r) {
+      if (c == 0 && bounces && r > 0) break;
+      rows_of[c].push_back(static_cast<int>(rows.size()));
+      rows.push_back({in_play[c]->force, in_play[c]->contact, r, c == 0 && bounces});
+    }
+  impact_->prepare(open, rows);
+  // All ways to close them, those first in which most stay as they are.
+  const std::size_t ways = std::size_t{1} << in_play.size();
+  std::vector<std::size_t> order(ways);
+  for (std::size_t w = 0; w < ways; ++w) order[w] = w;
+  const auto opened = [&](std::size_t w) {
+    int n = 0;
+    for (std::size_t c = 0; c < in_play.size(); ++c) n += !way_has(w, c);
+    return n;
+  };
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return opened(a) < opened(b); });
+  std::vector<double> found;
+  std::size_t chosen = 0;
+  std::string slips;
+  for (const std::size_t way : order) {
+    std::vector<int> active;
+    for (std::size_t c = 0; c < in_play.size(); ++c)
+      if (way_has(way, c)) active.insert(active.end(), rows_of[c].begin(), rows_of[c].end());
+    impact_->solve(active);
+    double largest = 0;
+    for (const int i : active) largest = std::max(largest, std::abs(impact_->impulse(i)));
+    if (!std::isfinite(largest)) continue;
+    bool fits = true;
+    for (std::size_t c = 0; c < in_play.size() && fits; ++c) {
+      const int normal = rows_of[c].front();
+      if (!(way_has(way, c))) {
+        fits = impact_->speed_after(normal) >= -kRounding * speed;
+        continue;
+      }
+      fits = impact_->impulse(normal) >= -kRounding * largest;
+      if (!fits || rows_of[c].size() < 2) continue;
+      const double mu = number(*in_play[c], in_play[c]->contact->friction_number());
+      if (std::abs(impact_->impulse(rows_of[c][1])) > mu * impact_->impulse(normal) + kRounding * largest) {
+        fits = false;
+        slips = fmt::format("{} would need a friction coefficient of {:.3g}, and has {:.3g}", in_play[c]->force->path(),
+                            std::abs(impact_->impulse(rows_of[c][1])) / impact_->impulse(normal), mu);
+      }
+    }
+    if (!fits) continue;
+    std::vector<double> u(impact_->u(), impact_->u() + assembly_.n());
+    if (found.empty()) {
+      found = u;
+      chosen = way;
+      continue;
+    }
+    double size = 0, apart = 0;
+    for (std::size_t i = 0; i < u.size(); ++i) {
+      size = std::max({size, std::abs(u[i]), std::abs(found[i])});
+      apart = std::max(apart, std::abs(u[i] - found[i]));
+    }
+    if (apart > 1e-6 * size)
+      throw SolverError(
+          fmt::format("At t = {:.9g} s the impact of '{}' has several solutions, in which other contacts "
+                      "stay closed: the laws of rigid bodies do not choose between them. Take kind = "
+                      "\"compliant\".",
+                      before.t, of(event).name));
+  }
+  if (found.empty())
+    throw CapabilityError(
+        slips.empty()
+            ? fmt::format("At t = {:.9g} s the impact of '{}' has no solution.", before.t, of(event).name)
+            : fmt::format(
+                  "At t = {:.9g} s a contact slips in the impact of '{}', which is not there yet: {}. Take more "
+                  "friction, or kind = \"compliant\".",
+                  before.t, of(event).name, slips));
+  std::vector<int> active;
+  for (std::size_t c = 0; c < in_play.size(); ++c) {
+    if (!way_has(chosen, c)) continue;
+    active.insert(active.end(), rows_of[c].begin(), rows_of[c].end());
+    in_play[c]->closed = in_play[c]->closed_state >= 0 && !(c == 0 && bounces);
+  }
+  impact_->solve(active);
+}
+
+void MotionEvents::solve_motion(const StateView& s, double* x) {
+  const auto n = static_cast<std::size_t>(assembly_.n()), m = static_cast<std::size_t>(assembly_.m());
+  impact_->balance().prepare(s);
+  std::copy_n(assembly_.Q.data(), n, x);
+  for (std::size_t i = 0; i < m; ++i) x[n + i] = -assembly_.bias[i];
+  impact_->balance().solve(x);
+}
+
+void MotionEvents::settle(const StateView& s, double* z, const std::string& event) {
+  std::vector<const ContactOf*> closed;
+  for (const ContactOf& c : contacts_)
+    if (c.closed_state >= 0 && z[c.closed_state] > 0.5) closed.push_back(&c);
+  if (closed.empty()) return;
+  const auto n = static_cast<std::size_t>(assembly_.n()), m = static_cast<std::size_t>(assembly_.m());
+  std::vector<double> x(n + m);
+  const std::size_t ways = std::size_t{1} << closed.size();
+  std::string slips;
+  for (std::size_t way = ways; way-- > 0;) {  // all closed first
+    for (std::size_t c = 0; c < closed.size(); ++c) z[closed[c]->closed_state] = way_has(way, c) ? 1 : 0;
+    StateView at = s;
+    at.z = z;
+    solve_motion(at, x.data());
+    double largest = 0;
+    for (std::size_t i = 0; i < m; ++i) largest = std::max(largest, std::abs(x[n + i]));
+    bool fits = true;
+    for (std::size_t c = 0; c < closed.size() && fits; ++c) {
+      const double* lambda = x.data() + n + closed[c]->first_row;
+      if (!way_has(way, c)) {
+        Taylor2 gap;
+        gap_of(*closed[c]->force, *closed[c]->contact, s, assembly_, x.data(), &gap);
+        double scale = 0;
+        for (std::size_t i = 0; i < n; ++i) scale = std::max(scale, std::abs(x[i]));
+        fits = gap.c2 >= -kRounding * scale;
+        continue;
+      }
+      fits = -lambda[0] >= -kRounding * largest;
+      if (!fits || closed[c]->contact->row_count() < 2) continue;
+      const double mu = number(*closed[c], closed[c]->contact->friction_number());
+      if (std::abs(lambda[1]) > -mu * lambda[0] + kRounding * largest) {
+        fits = false;
+        slips = fmt::format("{} would need a friction coefficient of {:.3g}, and has {:.3g}", closed[c]->force->path(),
+                            std::abs(lambda[1] / lambda[0]), mu);
+      }
+    }
+    if (fits) return;
+  }
+  throw CapabilityError(
+      slips.empty()
+          ? fmt::format("At t = {:.9g} s, behind '{}', no way to close the contacts that touch is a solution.", s.t,
+                        event)
+          : fmt::format(
+                "At t = {:.9g} s, behind '{}', a contact slips, which is not there yet: {}. Take more friction, or "
+                "kind = \"compliant\".",
+                s.t, event, slips));
+}
+
+}  // namespace costate

@@ -15,6 +15,13 @@ using namespace costate;
 
 namespace {
 
+std::string with_words(std::string text, const std::vector<std::pair<std::string, std::string>>& with) {
+  for (const auto& [from, to] : with)
+    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
+      text.replace(at, from.size(), to);
+  return text;
+}
+
 struct ImpactWay {
   const char *formulation, *method;
 };
@@ -179,8 +186,98 @@ TEST_CASE("rigid impacts: gradients through impacts of several contacts", "[even
   }
 }
 
-// What does not carry impacts, or is no rigid contact yet, says so by name.
-TEST_CASE("rigid impacts: refusals", "[events]") {
+namespace {
+
+// A mass on the ground under a heavier one on a spring, which lifts it: it opens, flies and closes again.
+const char* hopper = R"(
+[gravity]
+y_m_per_s2 = -9.81
+[point.foot]
+x_m = 0
+y_m = 0
+[mass.foot]
+point = "foot"
+mass_kg = 0.5
+[point.top]
+x_m = 0.1
+y_m = 0.45
+[mass.top]
+point = "top"
+mass_kg = 2
+[spring.leg]
+from = "foot"
+to = "top"
+stiffness_N_per_m = 300
+damping_N_s_per_m = 0.4
+natural_length_m = 0.8
+[contact.floor]
+kind = "rigid"
+point = "foot"
+FRICTION
+closed = true
+[start]
+given = GIVEN
+[run]
+t_end_s = 1.1
+rtol = 1e-11
+parameters = ["mass.foot.mass_kg", "mass.top.mass_kg", "spring.leg.stiffness_N_per_m", "spring.leg.natural_length_m", "spring.leg.damping_N_s_per_m", "contact.floor.ground_angle_rad", "contact.floor.ground_height_m", "gravity.y_m_per_s2", "point.top.x_m"]
+[[cost.running]]
+kind = "square"
+output = "top.y"
+target = 0.4
+[[cost.terminal]]
+kind = "value"
+output = "top.x"
+)";
+
+}  // namespace
+
+// Gradients through closing and opening against Richardson differences of whole motions (their own estimate: 1e-8).
+TEST_CASE("rigid contacts: gradients through closing and opening", "[events]") {
+  const std::string scene = with_words(hopper, {{"FRICTION", ""}, {"GIVEN", "[\"foot.x\", \"top.x\", \"top.y\"]"}});
+  Problem p = make_problem(Scene::parse(scene, "hopper.toml"));
+  p.formulation = "index1";
+  const std::vector<double> rho = p.parameters.values();
+  const GradientResult reference = gradient(p, "differences", rho);
+  double size = 0;
+  for (std::size_t j = 0; j < rho.size(); ++j)
+    size = std::max(size, std::abs(reference.gradient[j] * p.parameters.parameters[j].scale));
+  for (const ImpactWay& way : impact_ways) {
+    p.formulation = way.formulation;
+    CAPTURE(way.formulation, way.method);
+    const std::string name = way.formulation;
+    if (name == "index2" || name == "index3" || name.rfind("maggi", 0) == 0) {
+      CHECK_THROWS_WITH(gradient(p, way.method, rho), Catch::Contains("contact.floor.normal"));
+      continue;
+    }
+    const GradientResult r = gradient(p, way.method, rho);
+    REQUIRE(r.events.size() >= 2);
+    CHECK(r.events[0].name == "contact.floor: release");
+    CHECK(r.events[0].mode == "open");
+    CHECK(r.events[1].name == "contact.floor: touch");
+    CHECK(r.events[1].mode == "closed");
+    for (std::size_t j = 0; j < rho.size(); ++j) {
+      CAPTURE(p.parameters.parameters[j].name, r.gradient[j], reference.gradient[j]);
+      CHECK(std::abs(r.gradient[j] - reference.gradient[j]) * p.parameters.parameters[j].scale <= 1e-6 * size);
+    }
+  }
+}
+
+// What is not there says so, and names the contact.
+TEST_CASE("rigid contacts: refusals", "[events]") {
   Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/bouncing_ball/drop.toml"));
+  p.solver.t_end = 4.2;  // beyond the last bounce
+  CHECK_THROWS_WITH(simulate(p, p.parameters.values()), Catch::Contains("contact.floor.closing_speed_m_per_s"));
   CHECK_THROWS_WITH(gradient(p, "hand-adjoint", p.parameters.values()), Catch::Contains("events"));
+  // It closes where it is slower, and rests.
+  p = make_problem(Scene::load(COSTATE_MODELS_DIR "/bouncing_ball/drop.toml",
+                               {"contact.floor.closing_speed_m_per_s=0.01", "run.t_end_s=4.5"}));
+  const Simulation s = simulate(p, p.parameters.values());
+  CHECK(s.events.back().mode == "closed");
+  CHECK(s.events.back().t < 4.0637127688715781401);
+  CHECK(std::abs(s.events.back().t - 4.0637127688715781401) <= 2 * 0.01 / 9.81 / (1 - 0.8));
+  const std::string slips = with_words(hopper, {{"FRICTION", "friction = \"coulomb\"\nfriction_coefficient = 0.05"},
+                                                {"GIVEN", "[\"top.x\", \"top.y\"]"}});
+  p = make_problem(Scene::parse(slips, "hopper.toml"));
+  CHECK_THROWS_WITH(simulate(p, p.parameters.values()), Catch::Contains("contact.floor"));
 }

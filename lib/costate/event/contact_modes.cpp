@@ -25,19 +25,65 @@ constexpr double kSimultaneous = 1e-10;
 
 bool way_has(std::size_t way, std::size_t contact) { return way >> contact & 1; }
 
+/// The gap with its first two derivatives in time, the second for accelerations a; `looked_at`: NaN where the touch is
+/// not looked at.
 double gap_of(const Force& force, const UnilateralForce& contact, const StateView& s, const Assembly& assembly,
-              const double* a, Taylor2* along) {
+              const double* a, Taylor2* along, bool looked_at = false) {
   std::vector<PathDual> q, p;
   for (const int c : force.coordinates()) q.emplace_back(Taylor2(s.q[c], s.v[c], a ? a[c] : 0));
   for (const int number : force.numbers()) p.emplace_back(assembly.numbers()[static_cast<std::size_t>(number)]);
   MeasureArguments x;
   x.q = q.data();
   x.p = p.data();
-  const PathDual r = contact.row(0, x);
+  const PathDual r = looked_at ? contact.guard(0, x) : contact.row(0, x);
   if (along) *along = r.v;
   return r.v.c0;
 }
 }  // namespace
+
+void MotionEvents::cross_contact(int event, const StateView& before, double* v, double* z) {
+  const GuardOf& g = of(event);
+  const ContactOf* contact = contact_of(event);
+  const std::vector<double> states(before.z, before.z + assembly_.nz());
+  std::vector<double> after = states;
+  if (contact_of(event, true)) {
+    strike(event, before);
+    for (int i = 0; i < assembly_.n(); ++i) v[i] = before.v[i] + impact_->u()[i];
+    last_jump_ = impact_->speed_after(0) - impact_->speed_before(0);
+    last_loss_ = impact_->energy_lost();
+    for (const ContactOf& c : contacts_)
+      if (c.closed_state >= 0) after[static_cast<std::size_t>(c.closed_state)] = c.closed ? 1 : 0;
+  } else {
+    for (int i = 0; i < assembly_.n(); ++i) v[i] = before.v[i];
+    after[static_cast<std::size_t>(contact->closed_state)] = 0;
+  }
+  if (contact->contact->guard_kind(g.k) == UnilateralForce::Guard::slip)
+    throw CapabilityError(
+        fmt::format("At t = {:.9g} s {} begins to slip, which is not there yet for rigid contact. Take "
+                    "more friction, or kind = \"compliant\".",
+                    before.t, contact->force->path()));
+  StateView behind = before;
+  behind.v = v;
+  settle(behind, after.data(), g.name);
+  std::copy(after.begin(), after.end(), z);
+  for (GuardOf& other : guards_) {
+    if (other.contact < 0) continue;
+    const ContactOf& its = contacts_[static_cast<std::size_t>(other.contact)];
+    const auto state = static_cast<std::size_t>(std::max(its.closed_state, 0));
+    const bool was = its.closed_state >= 0 && states[state] > 0.5, is = its.closed_state >= 0 && after[state] > 0.5;
+    if (its.contact->guard_kind(other.k) != UnilateralForce::Guard::touch)
+      other.ready = is;
+    else if (!is && (was || &its == contact)) {
+      other.ready = false;
+      other.just_left = true;
+    }
+  }
+  const bool touch = contact_of(event, true) != nullptr;
+  const bool closed = contact->closed_state >= 0 && after[static_cast<std::size_t>(contact->closed_state)] > 0.5;
+  last_mode_ = closed                                                                  ? "closed"
+               : touch && number(*contact, contact->contact->restitution_number()) > 0 ? "bounces"
+                                                                                       : "open";
+}
 
 void MotionEvents::strike(int event, const StateView& before) {
   ContactOf& own = contacts_[static_cast<std::size_t>(of(event).contact)];
@@ -74,7 +120,7 @@ void MotionEvents::strike(int event, const StateView& before) {
       continue;
     }
     Taylor2 other;
-    gap_of(*c.force, *c.contact, before, assembly_, nullptr, &other);
+    gap_of(*c.force, *c.contact, before, assembly_, nullptr, &other, true);
     if (std::abs(other.c0) < kSimultaneous * speed && other.c1 < -kRounding * speed && !std::isnan(other.c0))
       throw CapabilityError(fmt::format(
           "At t = {:.9g} s '{}' and {} strike at the same time, which is not there yet: let one of them be later.",
@@ -116,11 +162,13 @@ void MotionEvents::strike(int event, const StateView& before) {
     bool fits = true;
     for (std::size_t c = 0; c < in_play.size() && fits; ++c) {
       const int normal = rows_of[c].front();
-      if (!(way_has(way, c))) {
-        fits = impact_->speed_after(normal) >= -kRounding * speed;
+      for (const int i : rows_of[c])  // rows that depend on each other may have no common solution
+        if (way_has(way, c) && !(c == 0 && bounces)) fits = fits && std::abs(impact_->speed_after(i)) <= 1e-6 * speed;
+      if (!way_has(way, c)) {
+        fits = fits && impact_->speed_after(normal) >= -kRounding * speed;
         continue;
       }
-      fits = impact_->impulse(normal) >= -kRounding * largest;
+      fits = fits && impact_->impulse(normal) >= -kRounding * largest;
       if (!fits || rows_of[c].size() < 2) continue;
       const double mu = number(*in_play[c], in_play[c]->contact->friction_number());
       if (std::abs(impact_->impulse(rows_of[c][1])) > mu * impact_->impulse(normal) + kRounding * largest) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -49,7 +50,8 @@ MotionEvents::MotionEvents(Assembly& assembly) : assembly_(assembly) {
     }
     for (int k = 0; k < guarded->guard_count(); ++k)
       guards_.push_back({&force, guarded, k, mech.state_offsets()[f],
-                         fmt::format("{}: {}", force.path(), guarded->guard_name(k)), contact, first_row, false});
+                         fmt::format("{}: {}", force.path(), guarded->guard_name(k)), contact, first_row, false,
+                         false});
   }
 }
 
@@ -148,16 +150,28 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
       GuardOf& g = guards_[i];
       const int direction = g.guarded->guard_direction(g.k);
       if (std::isnan(after_[i])) {
-        g.ready = false;
+        g.ready = g.just_left = false;
         continue;
       }
       if (after_[i] * direction < 0) {
         g.ready = true;
+        g.just_left = false;
         continue;
       }
+      double a = begin, b = end;
+      if (g.just_left) {
+        // It has come back since it left, within a part of this look: in between it was open.
+        for (int k = 0; k < 50 && !(value(g, at(a)) * direction < 0); ++k)
+          a = begin + (end - begin) * std::ldexp(1, -50 + k);
+        g.ready = value(g, at(a)) * direction < 0;
+        if (!g.ready)
+          throw SolverError(
+              fmt::format("At t = {:.9g} s '{}' falls into the ground that it has just left.", begin, g.name));
+        g.just_left = false;
+      }
       if (!g.ready) continue;
-      // In (begin, end]: by halves and secants to the last bit, and then its far side.
-      double a = begin, b = end, ha = value(g, at(a)) * direction, hb = after_[i] * direction;
+      // In (a, b]: by halves and secants to the last bit, and then its far side.
+      double ha = value(g, at(a)) * direction, hb = after_[i] * direction;
       if (ha >= 0) b = a;
       for (int k = 0; k < 200 && b - a > 2 * std::numeric_limits<double>::epsilon() * std::abs(b); ++k) {
         double m = k % 3 == 2 || !(hb > ha) ? 0.5 * (a + b) : a + (b - a) * (-ha / (hb - ha));
@@ -183,31 +197,7 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
 void MotionEvents::cross(int event, const StateView& before, double* v, double* z) {
   const GuardOf& g = of(event);
   last_jump_ = last_loss_ = 0;
-  if (const ContactOf* contact = contact_of(event)) {
-    const std::vector<double> states(before.z, before.z + assembly_.nz());
-    std::vector<double> after = states;
-    if (contact_of(event, true)) {
-      strike(event, before);
-      for (int i = 0; i < assembly_.n(); ++i) v[i] = before.v[i] + impact_->u()[i];
-      last_jump_ = impact_->speed_after(0) - impact_->speed_before(0);
-      last_loss_ = impact_->energy_lost();
-      for (const ContactOf& c : contacts_)
-        if (c.closed_state >= 0) after[static_cast<std::size_t>(c.closed_state)] = c.closed ? 1 : 0;
-    } else {
-      for (int i = 0; i < assembly_.n(); ++i) v[i] = before.v[i];
-      after[static_cast<std::size_t>(contact->closed_state)] = 0;
-    }
-    StateView behind = before;
-    behind.v = v;
-    settle(behind, after.data(), g.name);
-    std::copy(after.begin(), after.end(), z);
-    const bool touch = contact_of(event, true) != nullptr;
-    const bool closed = contact->closed_state >= 0 && after[static_cast<std::size_t>(contact->closed_state)] > 0.5;
-    last_mode_ = closed                                                                  ? "closed"
-                 : touch && number(*contact, contact->contact->restitution_number()) > 0 ? "bounces"
-                                                                                         : "open";
-    return;
-  }
+  if (contact_of(event)) return cross_contact(event, before, v, z);
   load(g, before);
   g.guarded->transition(g.k, arguments(), out_.data());
   for (std::size_t i = 0; i < out_.size(); ++i) {

@@ -79,9 +79,10 @@ class MotionEvents {
     int k;            // of the force's own
     int first_state;  // of the force, among all
     std::string name;
-    int contact = -1;    // of contacts_
-    int first_row = -1;  // of the constraint that its multipliers are of
-    bool ready = false;  // seen on the side from which it crosses
+    int contact = -1;        // of contacts_
+    int first_row = -1;      // of the constraint that its multipliers are of
+    bool just_left = false;  // of a rigid contact behind an impact or a release: the gap grows from zero
+    bool ready = false;      // seen on the side from which it crosses
   };
   const GuardOf& of(int event) const { return guards_[static_cast<std::size_t>(event)]; }
   /// Guard values; NaN where a guard is not looked at.
@@ -109,6 +110,8 @@ class MotionEvents {
     return k < 0 ? 0 : assembly_.numbers()[static_cast<std::size_t>(c.force->numbers()[static_cast<std::size_t>(k)])];
   }
   // In event/contact_modes.cpp.
+  /// cross() of a rigid contact's event.
+  void cross_contact(int event, const StateView& before, double* v, double* z);
   /// Solves for the impact at the event, and which contacts are closed behind it.
   void strike(int event, const StateView& before);
   /// Of the contacts that are closed at this state (q, v, z as they are behind an event) those stay so that the ground

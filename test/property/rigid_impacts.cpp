@@ -104,7 +104,7 @@ TEST_CASE("rigid impacts: a dropped ball", "[events]") {
 
 namespace {
 
-// Two discs of a bar that swings over a slope, each of which strikes at its own times; a driver moves the pivot.
+// Two discs of a bar that hangs on a spring over a slope, each of which strikes at its own times.
 const char* swinging = R"(
 [gravity]
 y_m_per_s2 = -9.81
@@ -174,6 +174,8 @@ TEST_CASE("rigid impacts: gradients through impacts of several contacts", "[even
     size = std::max(size, std::abs(reference.gradient[j] * p.parameters.parameters[j].scale));
   int of_left = 0, of_right = 0;
   for (const RunEvent& event : reference.events) (event.name == "contact.left: touch" ? of_left : of_right)++;
+  CHECK(of_left == 1);
+  CHECK(of_right == 3);
   for (const ImpactWay& way : impact_ways) {
     p.formulation = way.formulation;
     const GradientResult r = gradient(p, way.method, rho);

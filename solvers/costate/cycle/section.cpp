@@ -195,6 +195,13 @@ Section::Section(const Problem& problem, const CycleSettings& settings, const st
   for (const auto& g : m.given_velocities()) start_numbers_[static_cast<std::size_t>(g.number)] = true;
   if (!settings_.event.empty()) {
     begin_event_ = at("cycle.section", [&] { return find_event(m, settings_.event); });
+    if (dynamic_cast<const UnilateralForce*>(begin_event_->guarded))
+      throw ModelError(
+          "cycle.section",
+          fmt::format("'{}' is an impact, where velocities jump: a cycle of rigid contacts begins between two of "
+                      "them. Take an output's crossing of a level, as the stance leg's angle in mid-stance: "
+                      "[cycle.section] with output = \"left.angle\", below = 0.",
+                      begin_event_->name));
     end_event_ = at("cycle.relabel", [&] { return find_event(m, partner(begin_event_->name)); });
     const auto made = [](const NamedEvent& e) {
       EndEvent end;

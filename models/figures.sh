@@ -17,11 +17,11 @@ draw() {  # MODEL SCENE [options of costate draw]
 for model in five_bar slider_crank andrews car_axis bricard flyball_governor heavy_top; do draw $model $model; done
 for model in pendulum damped_pendulum bouncing_ball shortest_swing; do draw $model $model --width 440; done
 draw n_four_bar n_four_bar_2
-for scene in arc_feet sole_feet space; do
+for scene in arc_feet sole_feet space point_feet rigid_arcs; do
   mkdir -p walker/figures
   "$tool" draw walker/$scene.toml --no-names --width 440 -o walker/figures/$scene.svg
 done
-draw cradle cradle --no-names --width 440
+for model in cradle rimless_wheel rocking_block; do draw $model $model --no-names --width 440; done
 draw rigid_body euler_top --width 440
 
 "$tool" optimize five_bar/five_bar.toml --output "$runs/five_bar" --quiet

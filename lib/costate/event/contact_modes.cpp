@@ -15,6 +15,8 @@ namespace costate {
 namespace {
 // A bounce this much slower than the fastest one before: bounces that die out, infinitely many in finite time.
 constexpr double kDiesOut = 1e-6;
+// And where that is said beside another cause.
+constexpr double kDying = 1e-3;
 // Impulses, speeds, forces and accelerations of this part of the largest ones in play are rounding.
 constexpr double kRounding = 1e-9;
 // More contacts at once are not gone through: 2^n ways.
@@ -199,7 +201,14 @@ void MotionEvents::strike(int event, const StateView& before) {
   if (found.empty())
     throw CapabilityError(
         slips.empty()
-            ? fmt::format("At t = {:.9g} s the impact of '{}' has no solution.", before.t, of(event).name)
+            ? fmt::format(
+                  "At t = {:.9g} s the impact of '{}' at {:.3g} m/s has no solution.{}", before.t, of(event).name,
+                  speed,
+                  speed < kDying * own.largest_approach
+                      ? fmt::format(" It once had {:.3g} m/s: impacts die out, infinitely many of them; end the "
+                                    "run before.",
+                                    own.largest_approach)
+                      : "")
             : fmt::format(
                   "At t = {:.9g} s a contact slips in the impact of '{}', which is not there yet: {}. Take more "
                   "friction, or kind = \"compliant\".",

@@ -15,6 +15,8 @@ namespace {
 constexpr int kLooks = 4;
 // Below this share of the speeds that make it up the rate of a guard is rounding: the motion grazes.
 constexpr double kGrazing = 1e-7;
+// A gap of this part of the coordinates is none.
+constexpr double kGapRounding = 1e-10;
 }  // namespace
 
 bool MotionEvents::has_any(const Mechanism& mechanism) {
@@ -153,21 +155,33 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
         g.ready = g.just_left = false;
         continue;
       }
-      if (after_[i] * direction < 0) {
-        g.ready = true;
-        g.just_left = false;
-        continue;
-      }
       double a = begin, b = end;
       if (g.just_left) {
-        // It has come back since it left, within a part of this look: in between it was open.
-        for (int k = 0; k < 50 && !(value(g, at(a)) * direction < 0); ++k)
+        // It may begin a little below the ground, by what the integrator has let it drift, and what lets go leaves with
+        // the cube of time: only beyond rounding it has left.
+        double size = 0;
+        const double before = value(g, at(begin)) * direction;
+        const StateView last = at(end);
+        for (const int c : g.force->coordinates()) size = std::max(size, std::abs(last.q[c]));
+        const double rounding = kGapRounding * size;
+        if (after_[i] * direction < -rounding) {
+          g.ready = true;
+          g.just_left = false;
+          continue;
+        }
+        // It may have left and come back within a part of this look.
+        for (int k = 0; k < 50 && !(value(g, at(a)) * direction < -rounding); ++k)
           a = begin + (end - begin) * std::ldexp(1, -50 + k);
-        g.ready = value(g, at(a)) * direction < 0;
+        g.ready = value(g, at(a)) * direction < -rounding;
+        if (!g.ready && after_[i] * direction <= std::max(before, 0.0) + rounding) continue;
         if (!g.ready)
           throw SolverError(
               fmt::format("At t = {:.9g} s '{}' falls into the ground that it has just left.", begin, g.name));
         g.just_left = false;
+      }
+      if (after_[i] * direction < 0) {
+        g.ready = true;
+        continue;
       }
       if (!g.ready) continue;
       // In (a, b]: by halves and secants to the last bit, and then its far side.

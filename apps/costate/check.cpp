@@ -14,6 +14,7 @@
 #include "command.h"
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/integrator/integrators.h"
 #include "costate/integrator/run_end.h"
 #include "costate/integrator/simulate.h"
 #include "costate/problem/redundant_rows.h"
@@ -194,7 +195,7 @@ class Check {
     }
     // On the integrator of the method, where a plain simulation can run on that.
     const std::string& own = row.result.integrator;
-    if (own == "idas" || own == "cvodes" || own == "fixed") p.solver.integrator = own;
+    if (is_integrator(own)) p.solver.integrator = own;
     try {
       allow(row.method);
       row.time_ratio = row.wall_s / simulation_time(p);
@@ -224,12 +225,9 @@ class Check {
       const bool listed = std::any_of(rows_.begin(), rows_.end(),
                                       [&](const CheckRow& r) { return r.formulation == f.name && !r.refused(); });
       if (!listed) continue;
-      for (const auto& [integrator, offered] :
-           {std::pair("idas", f.make_dae != nullptr), std::pair("cvodes", f.make_ode != nullptr),
-            std::pair("fixed", f.make_discrete != nullptr)}) {
-        if (!offered) continue;
+      for (const Integrator* integrator : integrators_of(f)) {
         throw_if_interrupted();
-        motions_.push_back(check.run(f.name, integrator));
+        motions_.push_back(check.run(f.name, integrator->name));
         const MotionRow& m = motions_.back();
         progress_.line(fmt::format("  motion {:<22} {:<16} {}", m.formulation, m.integrator, name_of(m.verdict)));
       }

@@ -28,7 +28,7 @@ class RowJudge {
 
   Judgement judge() {
     find_worst();
-    if (find_sensitivity_method(method_).needs == SensitivityMethod::Needs::discrete) {
+    if (by_fixed_steps(p_, find_sensitivity_method(method_))) {
       judge_discrete();
     } else if (!within(error_, strict_)) {
       if (!by_own_estimate() && !by_softness() && !by_tolerance()) j_.verdict = Verdict::disagreement;

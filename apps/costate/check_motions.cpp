@@ -8,6 +8,7 @@
 #include <map>
 
 #include "costate/base/error.h"
+#include "costate/integrator/integrators.h"
 #include "costate/integrator/run_budget.h"
 #include "costate/integrator/simulate.h"
 #include "costate/integrator/unknown_sizes.h"
@@ -139,7 +140,7 @@ MotionCheck::Worst MotionCheck::worst(const Motion& m, const Allowed& allowed) c
 void MotionCheck::judge(MotionRow& row, const Problem& p) {
   const Motion motion = record(p);
   const long steps = steps_;
-  const bool fixed = row.integrator == "fixed";
+  const bool fixed = has_fixed_steps(row.integrator);
   Allowed allowed = allowed_;
   // Fixed steps are chosen for an error of 0.1 sqrt(rtol).
   if (fixed)

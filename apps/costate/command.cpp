@@ -57,8 +57,9 @@ void CommonOptions::add_run_options(Command& c) {
       .separated();  // what follows is the scene
   c.option("--formulation", formulation, "See 'costate list formulations'").suggests(names_of(formulations()));
   c.option("--method", method, "Gradient method, see 'costate list methods'").suggests(names_of(sensitivity_methods()));
-  c.option("--integrator", integrator, "idas, cvodes or fixed (default: the formulation's)")
-      .suggests({"idas", "cvodes", "fixed"});
+  const std::vector<std::string> known = integrator_names();
+  c.option("--integrator", integrator, fmt::format("{} (default: the formulation's)", fmt::join(known, ", ")))
+      .suggests(known);
   c.option("--cvodes-method", cvodes_method, "adams (default; smooth motion) or bdf (stiff)")
       .suggests({"adams", "bdf"});
   c.option("--sensitivity-corrector", sensitivity_corrector,
@@ -180,9 +181,7 @@ void Setup::check_combination(const CommonOptions& options, Purpose purpose) {
   const std::string& integrator = problem.solver.integrator;
   chosen_by(integrator_chosen || formulation_chosen, integrator_chosen ? "--integrator" : "--formulation",
             "run.integrator", [&] {
-              if (integrator == "idas" && !f.make_dae) problem.make_dae();
-              if (integrator == "cvodes" && !f.make_ode) problem.make_ode();
-              if (integrator == "fixed" && !f.make_discrete) problem.make_discrete();
+              if (!integrator.empty()) require_form(problem, find_integrator(integrator));
             });
   if (purpose == Purpose::simulate) return;
   const SensitivityMethod& m = find_sensitivity_method(method);
@@ -199,16 +198,12 @@ void Setup::check_combination(const CommonOptions& options, Purpose purpose) {
     const std::string no = refusal(m, f);
     if (!no.empty()) throw CapabilityError(no);
   });
-  using Needs = SensitivityMethod::Needs;
-  const char* own = m.needs == Needs::dae        ? "idas"
-                    : m.needs == Needs::ode      ? "cvodes"
-                    : m.needs == Needs::discrete ? "fixed"
-                                                 : "";
-  if (integrator_chosen && *own != 0 && integrator != own)
+  const std::vector<std::string> own = integrators_of(m, f);
+  if (integrator_chosen && !own.empty() && std::find(own.begin(), own.end(), integrator) == own.end())
     throw Error(
         fmt::format("--integrator: Method '{}' runs on {}, found '{}'; leave this option out, or choose "
                     "another method.",
-                    method, own, integrator));
+                    method, fmt::join(own, " or "), integrator));
 }
 
 void require_writable(const std::filesystem::path& directory) {

@@ -19,7 +19,7 @@ std::string known_digits(double value, double uncertainty) {
 
 Precision precision_of(const SolverOptions& solver, const std::string& integrator, long steps) {
   Precision p;
-  if (integrator != "fixed") {
+  if (!has_fixed_steps(integrator)) {
     p.relative = solver.rtol;
     p.run = fmt::format("rtol {:g}", solver.rtol);
     p.note =

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "command.h"
+#include "costate/integrator/integrators.h"
 #include "costate/kind/law/law_table.h"
 #include "costate/objective/all_outputs.h"
 #include "costate/optimize/optimizer.h"
@@ -29,9 +30,7 @@ Json capability_json() {
     e["name"] = f.name;
     e["summary"] = f.summary;
     e["integrators"] = Json::array();
-    if (f.make_dae) e["integrators"].push_back("idas");
-    if (f.make_ode) e["integrators"].push_back("cvodes");
-    if (f.make_discrete) e["integrators"].push_back("fixed");
+    for (const Integrator* i : integrators_of(f)) e["integrators"].push_back(i->name);
     e["default_integrator"] = f.default_integrator;
     e["carries_redundancy"] = f.carries_redundancy;
     e["exact_constraints"] = f.exact_constraints();

@@ -226,10 +226,7 @@ class OptimizeRun {
     final.psi = best.psi;
     final.gradient = best.gradient;
     final.counters = best.counters;
-    final.integrator = setup_.method.rfind("idas", 0) == 0       ? "idas"
-                       : setup_.method.rfind("cvodes", 0) == 0   ? "cvodes"
-                       : setup_.method.rfind("discrete", 0) == 0 ? "fixed"
-                                                                 : integrator_of(setup_.problem);
+    final.integrator = integrator_of(setup_.problem, find_sensitivity_method(setup_.method));
     j_ = run_json(setup_, final, setup_.method, wall_);
     j_["initial"] = {
         {"psi", first.psi}, {"parameters", named(names_, first.rho)}, {"gradient", named(names_, first.gradient)}};

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "costate/integrator/integrators.h"
 #include "costate/kind/law/law_reference.h"
 #include "costate/optimize/optimizer.h"
 
@@ -29,9 +30,7 @@ const char* constraints_of(const Formulation& f) {
 ReferenceEntry of_formulation(const Formulation& f) {
   ReferenceEntry e{"formulation", f.name, f.name, f.summary, {}, {}, {}};
   std::vector<std::string> integrators, methods;
-  if (f.make_dae) integrators.emplace_back("idas");
-  if (f.make_ode) integrators.emplace_back("cvodes");
-  if (f.make_discrete) integrators.emplace_back("fixed");
+  for (const Integrator* i : integrators_of(f)) integrators.push_back(i->name);
   for (const auto& m : sensitivity_methods())
     if (refusal(m, f).empty()) methods.push_back(m.name);
   e.remarks = {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/integrator/integrators.h"
 #include "costate/record/svg_plot.h"
 #include "digits.h"
 #include "html_page.h"
@@ -70,7 +71,7 @@ std::string improvement(double before, double after) {
 void add_result(HtmlPage& page, const Json& j) {
   const double before = j.at("initial").at("psi").get<double>(), after = j.at("psi").get<double>();
   page.heading("Result");
-  const double relative = j.at("integrator") == "fixed" ? 0 : j.at("rtol").get<double>();  // psi of its own steps
+  const double relative = has_fixed_steps(j.at("integrator")) ? 0 : j.at("rtol").get<double>();  // psi of its own steps
   const auto digits = [relative](double psi) { return known_digits(psi, uncertainty_of(psi, relative)); };
   page.paragraph(fmt::format("psi went from {} to {}. {}", digits(before), digits(after), improvement(before, after)),
                  true);

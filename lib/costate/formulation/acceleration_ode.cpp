@@ -205,6 +205,28 @@ void AccelerationOde::adjoint_integrand(double t, const double* y, const double*
   assembly_.add_parameter_gradient(level_.state(), w, -1, out);
 }
 
+void AccelerationOde::pull_stage(double t, const double* y, const double* w, double c, double* pulled,
+                                 double* gradient) {
+  linearize(t, y);
+  const bool cost = c != 0;
+  if (cost) calc_running_gradient();
+  const int n = assembly_.n(), m = assembly_.m(), nz = assembly_.nz();
+  const ScalarGradient& g = cost_gradient_;
+  for (int i = 0; i < n; ++i) kkt_[i] = w[n + i] + (cost ? c * g.a[i] : 0);
+  for (int i = 0; i < m; ++i) kkt_[n + i] = cost ? c * g.lambda[i] : 0;
+  level_.solve_kkt(kkt_.data());
+  for (int i = 0; i < n; ++i) {
+    pulled[i] = cost ? c * g.q[i] : 0;
+    pulled[n + i] = w[i] + (cost ? c * g.v[i] : 0);
+  }
+  for (int i = 0; i < nz; ++i) pulled[2 * n + i] = cost ? c * g.z[i] : 0;
+  const double *s1 = kkt_.data(), *s2 = s1 + n, *sz = w + 2 * n;
+  level_.add_transposed(-1, s1, s2, sz, pulled, pulled + n, pulled + 2 * n);
+  if (cost)
+    for (int j = 0; j < assembly_.np(); ++j) gradient[j] += c * g.rho[j];
+  assembly_.add_parameter_gradient(level_.state(), level_.stabilization().weights(s1, s2, sz), -1, gradient);
+}
+
 void AccelerationOde::terminal_adjoint(double t, const double* y, double* mu, double* gradient) {
   linearize(t, y);
   const int n = assembly_.n();

@@ -2,13 +2,14 @@
 // y' = (v, a, f) with a from the KKT system; explicit first-order adjoint (lib/README.md (3), (4)).
 #pragma once
 
+#include "costate/formulation/stage_adjoint.h"
 #include "costate/formulation/system.h"
 #include "costate/level/acceleration_level.h"
 #include "costate/level/velocity_jump.h"
 
 namespace costate {
 
-class AccelerationOde final : public OdeSystem {
+class AccelerationOde final : public OdeSystem, public StageAdjoint {
  public:
   AccelerationOde(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective,
                   Stabilization stabilization);
@@ -28,6 +29,7 @@ class AccelerationOde final : public OdeSystem {
   void running_cost_gradient(double t, const double* y, double* g_y) override;
   void adjoint_rhs(double t, const double* y, const double* mu, double* mup) override;
   void adjoint_integrand(double t, const double* y, const double* mu, double* out) override;
+  void pull_stage(double t, const double* y, const double* w, double c, double* pulled, double* gradient) override;
   void terminal_adjoint(double t, const double* y, double* mu, double* gradient) override;
   void start(double t, double* y, Eigen::MatrixXd* y_rho) override;
   bool carries_events() const override { return true; }

@@ -179,6 +179,24 @@ void MaggiOde::adjoint_integrand(double t, const double* y, const double* mu, do
   level_.add_pulled_parameters(1, out);
 }
 
+void MaggiOde::pull_stage(double t, const double* y, const double* w, double c, double* pulled, double* gradient) {
+  linearize(t, y);
+  cost_gradient_at_ = 0;
+  cost_gradient_.set_zero();
+  if (c != 0) {
+    objective_.add_running_gradient(level_.state(), assembly_, cost_gradient_);
+    ScalarGradient& g = cost_gradient_;
+    for (Eigen::VectorXd* part : {&g.q, &g.v, &g.a, &g.lambda, &g.z, &g.rho}) *part *= c;
+  }
+  level_.pull(cost_gradient_, c != 0 && objective_.running_needs_accelerations());
+  level_.eliminate_accelerations(w + f_);
+  level_.finish_pull(w + 2 * f_);
+  copy_pulled(1, pulled);
+  for (int i = 0; i < f_; ++i) pulled[f_ + i] += w[i];
+  for (int j = 0; j < assembly_.np(); ++j) gradient[j] += cost_gradient_.rho[j];
+  level_.add_pulled_parameters(1, gradient);
+}
+
 void MaggiOde::terminal_adjoint(double t, const double* y, double* mu, double* gradient) {
   linearize(t, y);
   pull_terminal();

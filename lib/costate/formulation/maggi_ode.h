@@ -6,11 +6,12 @@
 
 #include "costate/formulation/maggi_kink.h"
 #include "costate/formulation/segmented_system.h"
+#include "costate/formulation/stage_adjoint.h"
 #include "costate/level/maggi_newton.h"
 
 namespace costate {
 
-class MaggiOde final : public SegmentedOde {
+class MaggiOde final : public SegmentedOde, public StageAdjoint {
  public:
   MaggiOde(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective);
 
@@ -32,6 +33,7 @@ class MaggiOde final : public SegmentedOde {
   void running_cost_gradient(double t, const double* y, double* g_y) override;
   void adjoint_rhs(double t, const double* y, const double* mu, double* mup) override;
   void adjoint_integrand(double t, const double* y, const double* mu, double* out) override;
+  void pull_stage(double t, const double* y, const double* w, double c, double* pulled, double* gradient) override;
   void terminal_adjoint(double t, const double* y, double* mu, double* gradient) override;
   void start(double t, double* y, Eigen::MatrixXd* y_rho) override;
 

@@ -174,8 +174,9 @@ MapRun run(SystemType& system, const Problem& problem, const std::vector<double>
 MapRun run_to_section(const Problem& problem, const std::vector<double>& values, const Section& section,
                       bool differentiate) {
   const std::string integrator = integrator_of(problem);
-  if (integrator == "fixed")
-    throw CapabilityError("Cycles are not found by fixed steps. Take a formulation on idas or cvodes.");
+  if (find_integrator(integrator).discrete)
+    throw CapabilityError(
+        fmt::format("Cycles are not found on '{}'. Take a formulation on idas or cvodes.", integrator));
   Problem p = problem;
   const auto chosen = std::make_shared<ChosenTerm>();
   chosen->psi = p.objective.terminal;

@@ -9,6 +9,7 @@
 #include "costate/base/error.h"
 #include "costate/discrete/step_interpolant.h"
 #include "costate/formulation/solved_state.h"
+#include "costate/integrator/explicit_run.h"
 #include "costate/integrator/fixed_run.h"
 #include "costate/integrator/run_end.h"
 #include "costate/integrator/run_watch.h"
@@ -90,16 +91,6 @@ Simulation run(SystemType& system, const Problem& problem, const std::vector<dou
 
 }  // namespace
 
-std::string integrator_of(const Problem& problem) {
-  const std::string& wanted = problem.solver.integrator;
-  const Formulation& f = find_formulation(problem.formulation);
-  if (wanted.empty()) return f.default_integrator;
-  const std::vector<std::string> known = {"idas", "cvodes", "fixed"};
-  if (std::find(known.begin(), known.end(), wanted) == known.end())
-    throw CapabilityError(fmt::format("There is no integrator '{}'.{}", wanted, suggestion(wanted, known)));
-  return wanted;
-}
-
 Simulation simulate(const Problem& problem, const std::vector<double>& rho, const std::vector<double>& times,
                     const SampleSink& sink) {
   const std::string integrator = integrator_of(problem);
@@ -111,6 +102,8 @@ Simulation simulate(const Problem& problem, const std::vector<double>& rho, cons
   } else if (integrator == "fixed") {
     refuse_free_end(problem, "fixed steps are");
     r = simulate_fixed(problem, rho, times, sink);
+  } else if (find_explicit_scheme(integrator)) {
+    r = run<ExplicitRun>(*problem.make_ode(), problem, rho, times, sink);
   } else {
     // A second attempt goes on with the samples that the first one has not handed out.
     std::ptrdiff_t handed_out = 0;

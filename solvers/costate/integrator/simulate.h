@@ -4,15 +4,13 @@
 #include <functional>
 #include <vector>
 
+#include "costate/integrator/integrators.h"
 #include "costate/problem/problem.h"
 
 namespace costate {
 
 /// Receives the mechanism's state at each sample time; accelerations and multipliers are consistent.
 using SampleSink = std::function<void(const MechanismState& state, System& system)>;
-
-/// The integrator a problem runs on: its own choice, or the formulation's default.
-std::string integrator_of(const Problem& problem);
 
 /// psi at the parameters rho; samples (increasing times within the span) go to the sink.
 Simulation simulate(const Problem& problem, const std::vector<double>& rho,

@@ -355,8 +355,8 @@ OptimizerResult optimize(const Problem& problem, const std::string& method,
                          const std::vector<OptimizerEvaluation>& replay,
                          const std::function<void(const OptimizerEvaluation&)>& record) {
   // Fixed steps are chosen once: psi and the constraints of all evaluations are those of one discretization.
-  const bool discrete = find_sensitivity_method(method).needs == SensitivityMethod::Needs::discrete;
-  const Problem stepped = discrete ? with_fixed_step(problem) : problem;
+  const bool fixed = by_fixed_steps(problem, find_sensitivity_method(method));
+  const Problem stepped = fixed ? with_fixed_step(problem) : problem;
   return Run(stepped, method, constraints, options, replay, record).solve();
 }
 

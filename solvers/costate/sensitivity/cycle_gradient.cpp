@@ -18,10 +18,9 @@ using Needs = SensitivityMethod::Needs;
 
 Problem on_integrator_of(const Problem& problem, const SensitivityMethod& method) {
   if (method.needs == Needs::discrete)
-    throw CapabilityError("Cycles are not found by fixed steps. Take a method on idas or cvodes.");
+    throw CapabilityError("Cycles are not found by discrete methods. Take a method on idas or cvodes.");
   Problem p = problem;
-  if (method.needs == Needs::dae) p.solver.integrator = "idas";
-  if (method.needs == Needs::ode) p.solver.integrator = "cvodes";
+  p.solver.integrator = integrator_of(problem, method);
   return p;
 }
 

@@ -1,5 +1,8 @@
-// Method "discrete-adjoint": the exact adjoint of a fixed-step run, one pass back whatever the number of parameters.
+// Method "discrete-adjoint": the exact adjoint of a run by fixed steps or by an explicit scheme with step control, one
+// pass back whatever the number of parameters.
 #include "costate/integrator/fixed_run.h"
+#include "costate/integrator/integrators.h"
+#include "costate/sensitivity/explicit_discrete.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate {
@@ -20,12 +23,13 @@ GradientResult run_discrete_adjoint_steps(const Problem& problem, const std::vec
 }
 
 GradientResult run_discrete_adjoint(const Problem& problem, const std::vector<double>& rho) {
+  if (!has_fixed_steps(discrete_integrator_of(problem))) return explicit_adjoint(problem, rho);
   return settle_gradient(problem, [&](long steps) { return run_discrete_adjoint_steps(problem, rho, steps); });
 }
 
 const RegisterSensitivityMethod discrete_adjoint_registered({
     .name = "discrete-adjoint",
-    .summary = "exact adjoint of the fixed-step scheme: one pass back for all parameters",
+    .summary = "exact adjoint of the steps (fixed, or explicit Runge-Kutta): one pass back for all parameters",
     .needs = SensitivityMethod::Needs::discrete,
     .gradient = run_discrete_adjoint,
     .adjoint = true,

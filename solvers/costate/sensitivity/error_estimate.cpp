@@ -109,7 +109,7 @@ Problem with_firmer_constraints(const Problem& problem) {
 }
 
 ErrorEstimate estimate_error(const Problem& problem, const std::vector<double>& rho, const Simulation& result) {
-  const bool fixed = integrator_of(problem) == "fixed";
+  const bool fixed = has_fixed_steps(integrator_of(problem));
   const auto run = [&](const Problem& p) { return simulate(p, rho); };
   ErrorEstimate e = apart(result, run(better(problem, result, fixed)), fixed);
   add_softness(problem, result, e, run);
@@ -118,7 +118,7 @@ ErrorEstimate estimate_error(const Problem& problem, const std::vector<double>& 
 
 ErrorEstimate estimate_error(const Problem& problem, const std::string& method, const std::vector<double>& rho,
                              const GradientResult& result) {
-  const bool fixed = find_sensitivity_method(method).needs == SensitivityMethod::Needs::discrete;
+  const bool fixed = by_fixed_steps(problem, find_sensitivity_method(method));
   const auto run = [&](const Problem& p) { return gradient(p, method, rho); };
   ErrorEstimate e = apart(result, run(better(problem, result, fixed)), fixed);
   add_softness(problem, result, e, run);

@@ -49,16 +49,16 @@ GradientResult adjoint_run(SystemType& system, const Problem& problem, const std
   }
 }
 
-/// The same, and with smaller tolerances again where the gradient turns out to be small against its errors: a
-/// derivative is what is left of terms of the adjoint's size, each of which is known to the tolerance.
-template <class Run, class SystemType>
-GradientResult adjoint_gradient(SystemType& system, const Problem& problem, const std::vector<double>& rho,
-                                const std::string& integrator) {
+/// An adjoint run, run(problem, asked, part), and with smaller tolerances again where the gradient turns out to be
+/// small against its errors: a derivative is what is left of terms of the adjoint's size, each of which is known to the
+/// tolerance.
+template <class AdjointRun>
+GradientResult resolved_gradient(const Problem& problem, const AdjointRun& run) {
   constexpr double kResolved = 0.3;
   const double asked = problem.solver.rtol;
   const std::vector<std::string> before = take_notices();
   double part = 1;
-  GradientResult r = adjoint_run<Run>(system, problem, rho, integrator, asked, part);
+  GradientResult r = run(problem, asked, part);
   std::vector<std::string> said = take_notices();
   if (part < 1) {
     Problem finer = problem;
@@ -66,7 +66,7 @@ GradientResult adjoint_gradient(SystemType& system, const Problem& problem, cons
     finer.solver.atol = part * problem.solver.absolute();
     try {
       const GradientResult first = r;
-      r = adjoint_run<Run>(system, finer, rho, integrator, asked, part);
+      r = run(finer, asked, part);
       r.counters.simulations += first.counters.simulations;
       said = take_notices();
     } catch (const SolverError&) {  // the smaller tolerance is out of reach
@@ -77,6 +77,14 @@ GradientResult adjoint_gradient(SystemType& system, const Problem& problem, cons
   for (const auto& text : said) notice(text);
   if (part < kResolved) notice(unresolved_gradient(problem, r, part));
   return r;
+}
+
+template <class Run, class SystemType>
+GradientResult adjoint_gradient(SystemType& system, const Problem& problem, const std::vector<double>& rho,
+                                const std::string& integrator) {
+  return resolved_gradient(problem, [&](const Problem& p, double asked, double& part) {
+    return adjoint_run<Run>(system, p, rho, integrator, asked, part);
+  });
 }
 
 /// One forward run of the state and its sensitivities; `more` goes to the sessions.

@@ -49,6 +49,7 @@ const SensitivityMethod& find_sensitivity_method(const std::string& name) {
 namespace {
 
 using Needs = SensitivityMethod::Needs;
+using Form = Integrator::Form;
 
 bool offers(const Formulation& f, Needs needs) {
   switch (needs) {
@@ -59,7 +60,7 @@ bool offers(const Formulation& f, Needs needs) {
     case Needs::either:
       return f.make_dae || f.make_ode;
     case Needs::discrete:
-      return f.make_discrete != nullptr;
+      return f.make_discrete || f.make_ode;
     case Needs::hand_tangent:
       return f.make_hand_tangent != nullptr;
     case Needs::hand_adjoint:
@@ -77,7 +78,7 @@ const char* form_name(Needs needs) {
     case Needs::either:
       return "a form that an integrator can carry";
     case Needs::discrete:
-      return "a fixed-step scheme";
+      return "a fixed-step scheme or an explicit right-hand side";
     case Needs::hand_tangent:
       return "hand-derived tangent equations";
     case Needs::hand_adjoint:
@@ -111,13 +112,36 @@ std::string refusal(const SensitivityMethod& method, const Formulation& formulat
                      nearest.empty() ? "" : " Nearest that works: " + nearest + ".");
 }
 
+std::string integrator_of(const Problem& problem, const SensitivityMethod& method) {
+  const Form form = method.needs == Needs::dae ? Form::residual : Form::rhs;
+  if (method.needs == Needs::discrete) return discrete_integrator_of(problem);
+  if (method.needs != Needs::dae && method.needs != Needs::ode) return integrator_of(problem);
+  const auto own = std::find_if(integrators().begin(), integrators().end(),
+                                [&](const Integrator& i) { return i.form == form && !i.discrete; });
+  return own->name;
+}
+
+std::vector<std::string> integrators_of(const SensitivityMethod& method, const Formulation& formulation) {
+  std::vector<std::string> names;
+  for (const Integrator* i : integrators_of(formulation)) {
+    const bool own = method.needs == Needs::discrete ? i->discrete
+                     : method.needs == Needs::dae    ? i->form == Form::residual && !i->discrete
+                     : method.needs == Needs::ode    ? i->form == Form::rhs && !i->discrete
+                                                     : false;
+    if (own) names.push_back(i->name);
+  }
+  return names;
+}
+
+bool by_fixed_steps(const Problem& problem, const SensitivityMethod& method) {
+  return method.needs == Needs::discrete && has_fixed_steps(integrator_of(problem, method));
+}
+
 namespace {
 /// Without parameters there is nothing to differentiate: psi alone, on the integrator that the method works on. No
 /// method has to do with matrices of no columns.
 GradientResult without_parameters(Problem problem, const SensitivityMethod& method) {
-  if (method.needs == Needs::dae) problem.solver.integrator = "idas";
-  if (method.needs == Needs::ode) problem.solver.integrator = "cvodes";
-  if (method.needs == Needs::discrete) problem.solver.integrator = "fixed";
+  problem.solver.integrator = integrator_of(problem, method);
   return GradientResult(simulate(problem, {}));
 }
 }  // namespace
@@ -126,8 +150,8 @@ namespace {
 /// Runs that end by an event: to that time, on the method's own integrator.
 Problem with_end_of(const Problem& problem, const SensitivityMethod& method, const std::vector<double>& rho) {
   if (!problem.ends_when || method.perturbs) return problem;
-  if (method.needs == Needs::discrete) refuse_free_end(problem, "discrete methods are");
-  return with_fixed_end(problem, rho, method.needs == Needs::dae ? "idas" : method.needs == Needs::ode ? "cvodes" : "");
+  if (by_fixed_steps(problem, method)) refuse_free_end(problem, "fixed steps are");
+  return with_fixed_end(problem, rho, integrator_of(problem, method));
 }
 }  // namespace
 
@@ -161,7 +185,7 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
   tell_end(r);
   require_finite(problem, r);  // whatever the method
   watch_penalty(problem, name, rho, r);
-  if (!problem.solver.confirm || method.perturbs || method.needs == Needs::discrete) return r;
+  if (!problem.solver.confirm || method.perturbs || by_fixed_steps(problem, method)) return r;
   GradientResult best = confirmed(problem, std::move(r),
                                   [&](const Problem& p) { return method.gradient(with_end_of(p, method, rho), rho); });
   tell_end(best);

@@ -30,6 +30,13 @@ const SensitivityMethod* first_method(const std::function<bool(const Sensitivity
 /// Empty when the method works with the formulation; otherwise why not, and the nearest combination that does.
 std::string refusal(const SensitivityMethod& method, const Formulation& formulation);
 
+/// What a method's forward run is integrated by.
+std::string integrator_of(const Problem& problem, const SensitivityMethod& method);
+/// Those on which it can run with a formulation; empty where it is no integrator's own method.
+std::vector<std::string> integrators_of(const SensitivityMethod& method, const Formulation& formulation);
+/// Whether its steps are of a given length: then rtol says little about its error.
+bool by_fixed_steps(const Problem& problem, const SensitivityMethod& method);
+
 /// psi and its gradient; throws CapabilityError for a combination that does not exist.
 GradientResult gradient(const Problem& problem, const std::string& method, const std::vector<double>& rho);
 

@@ -76,26 +76,22 @@ void TradeStudy::choose_combinations() {
   };
   for (const auto& f : formulations()) {
     if (!listed(options_.formulations, f.name)) continue;
-    for (const auto& [integrator, form, offered] : {std::tuple("idas", "implicit", f.make_dae != nullptr),
-                                                    std::tuple("cvodes", "explicit", f.make_ode != nullptr),
-                                                    std::tuple("fixed", "fixed-step", f.make_discrete != nullptr)}) {
-      if (!listed(options_.integrators, integrator)) continue;
-      add({f.name, integrator, "", !f.exact_constraints()},
-          offered ? redundancy(f) : fmt::format("Formulation '{}' has no {} form.", f.name, form));
+    for (const Integrator& i : integrators()) {
+      if (!listed(options_.integrators, i.name)) continue;
+      add({f.name, i.name, "", !f.exact_constraints()},
+          i.carries(f) ? redundancy(f) : fmt::format("Formulation '{}' has no {} form.", f.name, i.form_name()));
     }
     if (!options_.gradient) continue;
     for (const auto& m : sensitivity_methods()) {
-      using Needs = SensitivityMethod::Needs;
-      const std::string integrator = m.needs == Needs::dae        ? "idas"
-                                     : m.needs == Needs::ode      ? "cvodes"
-                                     : m.needs == Needs::discrete ? "fixed"
-                                                                  : f.default_integrator;
-      if (!listed(options_.methods, m.name) || !listed(options_.integrators, integrator)) continue;
       std::string why = refusal(m, f);
+      std::vector<std::string> on = integrators_of(m, f);
+      if (on.empty()) on = {f.default_integrator};
       // An oracle of many runs: nobody's choice, unless asked for.
       if (why.empty() && m.perturbs && options_.methods.empty())
         why = "It is an oracle of many runs; --methods names it where it is to be measured.";
-      add({f.name, integrator, m.name, !f.exact_constraints()}, why.empty() ? redundancy(f) : why);
+      for (const std::string& integrator : on)
+        if (listed(options_.methods, m.name) && listed(options_.integrators, integrator))
+          add({f.name, integrator, m.name, !f.exact_constraints()}, why.empty() ? redundancy(f) : why);
     }
   }
 }
@@ -103,9 +99,9 @@ void TradeStudy::choose_combinations() {
 std::vector<double> TradeStudy::fixed_step_lengths() const {
   if (!options_.steps.empty()) return options_.steps;
   const auto c = std::find_if(table_.combinations.begin(), table_.combinations.end(),
-                              [](const Combination& x) { return x.integrator == "fixed"; });
+                              [](const Combination& x) { return has_fixed_steps(x.integrator); });
   if (c == table_.combinations.end()) return {};
-  const Problem p = probe_.prepared({c->formulation, "fixed"}, kCoarsest, 0);
+  const Problem p = probe_.prepared({c->formulation, c->integrator}, kCoarsest, 0);
   const double span = p.solver.t_end - p.solver.t_start;
   long n = 64;
   try {
@@ -126,7 +122,7 @@ void TradeStudy::choose_rows() {
   }
   budget_.unlimited();
   for (std::size_t c = 0; c < table_.combinations.size(); ++c) {
-    const bool fixed = table_.combinations[c].integrator == "fixed";
+    const bool fixed = has_fixed_steps(table_.combinations[c].integrator);
     const std::vector<double>& settings = fixed ? steps : options_.tolerances;
     for (std::size_t level = 0; level < settings.size(); ++level) {
       TradeRow row;

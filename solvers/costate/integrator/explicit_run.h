@@ -1,0 +1,85 @@
+// A run by an explicit Runge-Kutta scheme with step control (discrete/explicit_scheme.h) over a trajectory of one or
+// more smooth segments (Jump in formulation/system.h). Steps end at kinks and where the plan of steps asks for it.
+// Between steps states are those of the scheme's dense output; accelerations and multipliers at samples are solved for.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "costate/analysis/not_finite.h"
+#include "costate/discrete/explicit_step.h"
+#include "costate/formulation/step_plan.h"
+#include "costate/integrator/explicit_tape.h"
+#include "costate/integrator/pace_watch.h"
+#include "costate/integrator/segment.h"
+#include "costate/problem/problem.h"
+
+namespace costate {
+
+class ExplicitRun {
+ public:
+  /// options.integrator names the scheme.
+  ExplicitRun(OdeSystem& system, const SolverOptions& options, Monitor monitor, StartDerivative wanted);
+  ~ExplicitRun();
+
+  const ExplicitScheme& scheme() const { return step_->scheme(); }
+  /// psi is always carried; here so that the run looks like those of SUNDIALS.
+  void enable_cost() {}
+  void read_forward_counters() {}
+  /// To be told of each step from here on.
+  void watch(StepSink after_step) { after_step_ = std::move(after_step); }
+  /// Before the first step: each one and each jump is written to the tape.
+  void record(ExplicitTape* tape) { tape_ = tape; }
+  /// Told of each step with its stages, and of each jump, before the state goes on.
+  struct Follower {
+    std::function<void(const ExplicitStages& stages)> step;
+    std::function<void(const Jump& jump)> jump;
+  };
+  void follow(Follower follower) { follower_ = std::move(follower); }
+
+  void advance(double t);
+  const double* y() const { return y_.data(); }
+  /// psi's running part so far.
+  double cost() const { return system_.has_running_cost() ? y_.back() : 0; }
+  /// dy/drho at the start, where it was wanted; else empty.
+  const Eigen::MatrixXd& start_columns() const { return y_rho_; }
+
+  Counters counters() const;
+  const std::vector<RunEvent>& events() const { return events_; }
+
+ private:
+  void take_step();
+  /// One of length h, or shorter; it ends at `limit` where it would end near or behind it.
+  void find_step(double h, double limit);
+  void begin_step();
+  double ahead(double t) const;
+  void cross();
+  void begin_segment(double t, const std::vector<double>& y);
+  void evaluate(double t, const double* y, double* k, bool cost);
+  void watch_stiffness();
+  [[noreturn]] void fail(const std::string& what, const char* flag);
+
+  OdeSystem& system_;
+  SolverOptions options_;
+  Monitor monitor_;
+  std::unique_ptr<ExplicitStep> step_;
+  std::unique_ptr<StepPlan> plan_;
+  ExplicitTape* tape_ = nullptr;
+  Follower follower_;
+  StepSink after_step_;
+  Eigen::MatrixXd y_rho_;
+  std::vector<double> y_, atol_, end_;
+  double t_start_, segment_start_, begin_, end_time_;  // the last step; end_ is the state where it ends
+  double h_ = 0;                                       // the next step's length
+  bool pending_step_ = false;                          // step_ holds a step that has been taken
+  bool ended_ = false;                                 // the segment
+  std::string last_step_error_;
+  std::optional<NotFinite> not_finite_;
+  PaceWatch pace_;
+  long steps_ = 0, rejected_ = 0, failed_ = 0, jumps_ = 0, stiff_ = 0, not_stiff_ = 0, polled_ = 0;
+  std::size_t jumps_in_a_row_ = 0;
+  std::vector<RunEvent> events_;
+};
+
+}  // namespace costate

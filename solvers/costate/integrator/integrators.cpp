@@ -1,0 +1,112 @@
+#include "costate/integrator/integrators.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "costate/base/error.h"
+#include "costate/discrete/discrete_scheme.h"
+#include "costate/discrete/explicit_scheme.h"
+
+namespace costate {
+
+namespace {
+using Form = Integrator::Form;
+}
+
+bool Integrator::carries(const Formulation& f) const {
+  switch (form) {
+    case Form::residual:
+      return f.make_dae != nullptr;
+    case Form::rhs:
+      return f.make_ode != nullptr;
+    case Form::steps:
+      return f.make_discrete != nullptr;
+  }
+  return false;
+}
+
+const char* Integrator::form_name() const {
+  return form == Form::residual ? "implicit" : form == Form::rhs ? "explicit" : "fixed-step";
+}
+
+const std::vector<Integrator>& integrators() {
+  static const std::vector<Integrator> all = [] {
+    std::vector<Integrator> r = {
+        {"idas", "BDF of SUNDIALS' IDAS on the residual", Form::residual, false, true},
+        {"cvodes", "Adams' method or BDF of SUNDIALS' CVODES on the right-hand side", Form::rhs, false, true}};
+    for (const ExplicitScheme& s : explicit_schemes()) r.push_back({s.name, s.summary, Form::rhs, true, true});
+    r.push_back(
+        {"fixed", "the formulation's own scheme by fixed steps, exact discrete gradients", Form::steps, true, false});
+    return r;
+  }();
+  return all;
+}
+
+std::vector<std::string> integrator_names() {
+  std::vector<std::string> names;
+  for (const Integrator& i : integrators()) names.push_back(i.name);
+  return names;
+}
+
+const Integrator& find_integrator(const std::string& name) {
+  for (const Integrator& i : integrators())
+    if (i.name == name) return i;
+  throw CapabilityError(fmt::format("There is no integrator '{}'.{}", name, suggestion(name, integrator_names())));
+}
+
+bool is_integrator(const std::string& name) {
+  const auto& all = integrators();
+  return std::any_of(all.begin(), all.end(), [&](const Integrator& i) { return i.name == name; });
+}
+
+bool has_fixed_steps(const std::string& name) { return is_integrator(name) && !find_integrator(name).step_control; }
+
+std::vector<const Integrator*> integrators_of(const Formulation& f) {
+  std::vector<const Integrator*> r;
+  for (const Integrator& i : integrators())
+    if (i.carries(f)) r.push_back(&i);
+  return r;
+}
+
+void require_form(const Problem& problem, const Integrator& integrator) {
+  if (integrator.carries(find_formulation(problem.formulation))) return;
+  switch (integrator.form) {  // they say what there is instead
+    case Form::residual:
+      problem.make_dae();
+      break;
+    case Form::rhs:
+      problem.make_ode();
+      break;
+    case Form::steps:
+      problem.make_discrete();
+      break;
+  }
+}
+
+std::string integrator_of(const Problem& problem) {
+  const std::string& wanted = problem.solver.integrator;
+  const Formulation& f = find_formulation(problem.formulation);
+  if (wanted.empty()) return f.default_integrator;
+  return find_integrator(wanted).name;
+}
+
+std::string discrete_integrator_of(const Problem& problem) {
+  const Formulation& f = find_formulation(problem.formulation);
+  const std::string& wanted = problem.solver.integrator;
+  const auto serves = [&](const Integrator& i) { return i.discrete && i.carries(f); };
+  if (!wanted.empty() && serves(find_integrator(wanted))) return wanted;
+  for (const bool control : {false, true}) {
+    // Of the schemes with step control the last one has the highest order.
+    const auto found = std::find_if(integrators().rbegin(), integrators().rend(),
+                                    [&](const Integrator& i) { return serves(i) && i.step_control == control; });
+    if (found != integrators().rend()) return found->name;
+  }
+  throw CapabilityError(
+      fmt::format("Formulation '{}' has neither fixed steps nor an explicit right-hand side, whose steps discrete "
+                  "methods differentiate.",
+                  f.name));
+}
+
+}  // namespace costate

@@ -1,0 +1,153 @@
+#include "costate/sensitivity/explicit_discrete.h"
+
+#include <algorithm>
+
+#include "costate/analysis/start.h"
+#include "costate/integrator/explicit_run.h"
+#include "costate/integrator/integrators.h"
+#include "costate/sensitivity/integrator_gradient.h"
+
+namespace costate {
+
+namespace {
+
+constexpr long kPollStages = 64;  // stages between calls of the monitor
+
+Problem on_scheme(const Problem& problem) {
+  MotionEvents::refuse(*problem.mechanism, "discrete methods are");
+  Problem p = problem;
+  p.solver.integrator = discrete_integrator_of(problem);
+  return p;
+}
+
+double running_and_terminal(OdeSystem& system, const ExplicitRun& run, double t) {
+  return run.cost() + (system.objective().terminal.empty() ? 0 : system.terminal_cost(t, run.y()));
+}
+
+/// The way back over the tape; the gradient gains all but the end's share.
+class WayBack {
+ public:
+  WayBack(OdeSystem& system, const Problem& problem, ExplicitTape& tape, const ExplicitScheme& scheme)
+      : system_(system), problem_(problem), tape_(tape), scheme_(scheme), adjoint_(system, scheme) {}
+
+  void pass(std::vector<double>& mu, std::vector<double>& gradient) {
+    const SolverOptions& o = problem_.solver;
+    long evaluations = 0;
+    for (long k = tape_.steps() - 1; k >= 0; --k) {
+      for (std::size_t j = tape_.jumps_end(k); j-- > tape_.jumps_begin(k);)
+        system_.jump_adjoint(tape_.jump(j), mu.data(), gradient.data());
+      const ExplicitStages stages = tape_.bring_back(k);
+      if (problem_.monitor && (evaluations += scheme_.stages) >= kPollStages) {
+        evaluations = 0;
+        problem_.monitor(stages.t, tape_.steps() - k, true);
+      }
+      adjoint_.step_back(stages, mu.data(), gradient.data());
+      growth_.look(stages.t, stages.y, mu.data(), system_.unknowns(), o.rtol, o.absolute());
+    }
+  }
+  const AdjointGrowth& growth() const { return growth_; }
+
+ private:
+  OdeSystem& system_;
+  const Problem& problem_;
+  ExplicitTape& tape_;
+  const ExplicitScheme& scheme_;
+  ExplicitAdjoint adjoint_;
+  AdjointGrowth growth_;
+};
+
+GradientResult adjoint_once(OdeSystem& system, const Problem& problem, const std::vector<double>& rho, double asked,
+                            double& part) {
+  system.set_parameters(rho.data());
+  const SolverOptions& o = problem.solver;
+  ExplicitRun run(system, o, problem.monitor, StartDerivative::adjoint);
+  ExplicitTape tape(system, run.scheme(), o.memory_budget_MB * 1e6, o.checkpoint_steps);
+  run.record(&tape);
+  RunWatch watch(problem, rho, system);
+  watch.begin(o.t_start, run.y());
+  run.watch(watch.sink());
+  const std::vector<double> start(run.y(), run.y() + system.size());
+  run.advance(o.t_end);
+  watch.finish(o.t_end, run.y());
+  GradientResult r;
+  r.integrator = run.scheme().name;
+  r.psi = running_and_terminal(system, run, o.t_end);
+  r.counters = run.counters();
+  r.events = run.events();
+  r.gradient.assign(rho.size(), 0);
+  std::vector<double> mu(start.size(), 0);
+  system.terminal_adjoint(o.t_end, run.y(), mu.data(), r.gradient.data());
+  AdjointInvariant invariant;
+  invariant.end(system, o.t_start, o.t_end, run.y(), mu.data());
+  WayBack back(system, problem, tape, run.scheme());
+  back.pass(mu, r.gradient);
+  invariant.start(system, o.t_start, start.data(), mu.data());
+  // Last: it leaves the system at no point of the motion.
+  const Eigen::MatrixXd& columns = run.start_columns();
+  if (columns.size() == 0)
+    system.add_start_gradient(o.t_start, mu.data(), r.gradient.data());
+  else
+    for (std::size_t j = 0; j < rho.size(); ++j)
+      for (std::size_t i = 0; i < mu.size(); ++i)
+        r.gradient[j] += mu[i] * columns(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+  r.counters.backward_steps = tape.steps();
+  r.counters.backward_residuals = tape.steps() * run.scheme().stages + tape.evaluations();
+  r.counters.checkpoints = tape.checkpoints();
+  r.counters.factorizations = system.factorizations();
+  r.counters.position_iterations = system.position_iterations();
+  watch.conclude(r);
+  watch.judge(r, back.growth(), invariant);
+  part = watch.resolving_part(r, back.growth(), asked);
+  return r;
+}
+
+}  // namespace
+
+GradientResult explicit_adjoint(const Problem& problem, const std::vector<double>& rho) {
+  const Problem own = on_scheme(problem);
+  const auto system = own.make_ode();
+  return resolved_gradient(
+      own, [&](const Problem& p, double asked, double& part) { return adjoint_once(*system, p, rho, asked, part); });
+}
+
+GradientResult explicit_tangent(const Problem& problem, const std::vector<double>& rho) {
+  const Problem own = on_scheme(problem);
+  const auto owned = own.make_ode();
+  OdeSystem& system = *owned;
+  system.set_parameters(rho.data());
+  const SolverOptions& o = own.solver;
+  ExplicitRun run(system, o, own.monitor, StartDerivative::columns);
+  RunWatch watch(own, rho, system);
+  watch.begin(o.t_start, run.y());
+  run.watch(watch.sink());
+  GradientResult r;
+  r.integrator = run.scheme().name;
+  r.gradient.assign(rho.size(), 0);
+  Eigen::MatrixXd s = run.start_columns();
+  std::vector<double*> columns;
+  for (Eigen::Index j = 0; j < s.cols(); ++j) columns.push_back(s.col(j).data());
+  ExplicitTangent tangent(system, run.scheme());
+  const int count = static_cast<int>(columns.size());
+  run.follow({[&](const ExplicitStages& stages) {
+                tangent.step(stages, columns.data(), r.gradient.data());
+                r.counters.sensitivity_residuals += run.scheme().stages;
+              },
+              [&](const Jump& jump) { system.jump_tangent(jump, columns.data(), count); }});
+  run.advance(o.t_end);
+  watch.finish(o.t_end, run.y());
+  r.psi = running_and_terminal(system, run, o.t_end);
+  if (!system.objective().terminal.empty()) {
+    std::vector<const double*> in(columns.begin(), columns.end());
+    std::vector<double> terminal(rho.size());
+    system.tangent_terminal_cost(o.t_end, run.y(), in.data(), terminal.data(), count);
+    for (std::size_t j = 0; j < rho.size(); ++j) r.gradient[j] += terminal[j];
+  }
+  const long evaluations = r.counters.sensitivity_residuals;
+  r.counters = run.counters();
+  r.counters.sensitivity_residuals = evaluations;
+  r.events = run.events();
+  watch.conclude(r);
+  return r;
+}
+
+}  // namespace costate

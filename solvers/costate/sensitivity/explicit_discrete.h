@@ -1,0 +1,13 @@
+// Discrete tangent and adjoint of runs by explicit schemes with step control: psi is the sum that the steps form, and
+// the gradient is the derivative of that sum with the steps held fixed, to rounding, at every tolerance.
+#pragma once
+
+#include "costate/problem/problem.h"
+
+namespace costate {
+
+/// On the scheme that discrete_integrator_of() names, which is an explicit one. Events are refused by name.
+GradientResult explicit_tangent(const Problem& problem, const std::vector<double>& rho);
+GradientResult explicit_adjoint(const Problem& problem, const std::vector<double>& rho);
+
+}  // namespace costate

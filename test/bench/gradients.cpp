@@ -39,7 +39,9 @@ struct Case {
 };
 constexpr Case kCases[] = {{"index1", "idas", ""},           {"index2", "idas", ""},
                            {"baumgarte", "cvodes", "adams"}, {"baumgarte", "cvodes", "bdf"},
-                           {"penalty", "cvodes", "adams"},   {"penalty", "cvodes", "bdf"}};
+                           {"penalty", "cvodes", "adams"},   {"penalty", "cvodes", "bdf"},
+                           {"baumgarte", "dopri5", ""},      {"baumgarte", "dop853", ""},
+                           {"maggi", "dop853", ""}};
 
 /// The program by hand as a curve of time over gradient error.
 struct Curve {
@@ -69,7 +71,9 @@ class Round {
       }
     for (const Case& c : kCases) {
       const int simulation = add(c, "", -1);
-      for (const char* direction : {"-forward", "-adjoint"}) add(c, c.integrator + std::string(direction), simulation);
+      const bool discrete = find_integrator(c.integrator).discrete;
+      for (const char* direction : {discrete ? "-tangent" : "-forward", "-adjoint"})
+        add(c, (discrete ? std::string("discrete") : c.integrator) + direction, simulation);
     }
     race_.run(rounds);
   }
@@ -89,7 +93,7 @@ class Round {
     Entry& e = *entries.emplace_back(std::make_unique<Entry>());
     e.formulation = c.formulation;
     e.method = method.empty() ? std::string(c.integrator) + " simulation" : method;
-    e.multistep = c.multistep;
+    e.multistep = find_integrator(c.integrator).discrete && !method.empty() ? c.integrator : c.multistep;
     e.plain = method.empty();
     e.simulation = simulation;
     e.problem = make_five_bar();
@@ -97,7 +101,7 @@ class Round {
     e.problem.solver.integrator = c.integrator;
     e.problem.solver.rtol = rtol_;
     e.problem.solver.confirm = false;
-    if (!e.multistep.empty()) e.problem.solver.cvodes_method = c.multistep;
+    if (*c.multistep != 0) e.problem.solver.cvodes_method = c.multistep;
     const std::vector<double> rho = e.problem.parameters.values();
     e.job = race_.add([&e, rho] {
       e.result = e.plain ? GradientResult(simulate(e.problem, rho)) : gradient(e.problem, e.method, rho);

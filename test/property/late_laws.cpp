@@ -131,7 +131,7 @@ TEST_CASE("late laws: a force, by every kind of law", "[late]") {
     // square. What the bounded run is off by (rtol 1e-9) is less. CVODES, which goes on with the history of the rest,
     // leaves up to 1e-5.
     for (const char* f : {"index1", "baumgarte"})
-      for (const char* integrator : {"idas", "cvodes"}) {
+      for (const char* integrator : {"idas", "cvodes", "dopri5", "dop853"}) {
         INFO(f << " on " << integrator);
         CHECK(psi_of(p, f, integrator) == Approx(right).epsilon(std::string(integrator) == "idas" ? 5e-6 : 1e-4));
       }
@@ -142,11 +142,8 @@ TEST_CASE("late laws: by every formulation and integrator", "[late]") {
   const Problem p = problem_of(force(kLate.front().second));
   const double right = bounded_psi(p, 0.002);
   for (const Formulation& f : formulations())
-    for (const char* integrator : {"idas", "cvodes", "fixed"}) {
-      const std::string which = integrator;
-      if ((which == "idas" && !f.make_dae) || (which == "cvodes" && !f.make_ode) ||
-          (which == "fixed" && !f.make_discrete))
-        continue;
+    for (const Integrator* integrator : integrators_of(f)) {
+      const std::string& which = integrator->name;
       INFO(f.name << " on " << which);
       Problem q = p;
       // Of second order: 20 steps over the bump leave some thousandths.

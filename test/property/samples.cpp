@@ -125,11 +125,8 @@ struct Way {
 };
 std::vector<Way> ways() {
   std::vector<Way> all;
-  for (const auto& f : formulations()) {
-    if (f.make_dae) all.push_back({f.name, "idas"});
-    if (f.make_ode) all.push_back({f.name, "cvodes"});
-    if (f.make_discrete) all.push_back({f.name, "fixed"});
-  }
+  for (const auto& f : formulations())
+    for (const Integrator* i : integrators_of(f)) all.push_back({f.name, i->name});
   return all;
 }
 
@@ -281,7 +278,7 @@ TEST_CASE("samples: exactly at a driver's kink they are the state behind it") {
   for (const auto& [formulation, integrator] :
        {std::pair("index1", "idas"), std::pair("index1", "cvodes"), std::pair("baumgarte", "idas"),
         std::pair("baumgarte", "cvodes"), std::pair("penalty", "idas"), std::pair("penalty", "cvodes"),
-        std::pair("index2", "idas")}) {
+        std::pair("index2", "idas"), std::pair("baumgarte", "dopri5"), std::pair("maggi", "dop853")}) {
     INFO(formulation << " on " << integrator);
     Problem p = make_problem(scene, {});
     p.formulation = formulation;

@@ -1,0 +1,280 @@
+// Explicit Runge-Kutta schemes: the orders that their tables have, and exact derivatives of the steps that a run took.
+//
+// Tolerances. kTranspose: tangent and adjoint form the same sums in another order, apart by rounding of terms that are
+// some tens of times the result (the weights a_ij of the scheme of order 8 reach 43): 1e-11. kDifference: psi of a
+// sequence of steps carries roundings of about 1e-13 of itself, so that extrapolated differences with steps of 2e-3 of
+// a parameter's scale are good to 1e-9 where the parameter counts, as for fixed steps (discrete.cpp).
+#include <support/differences.h>
+#include <support/models.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "costate/base/error.h"
+#include "costate/discrete/explicit_step.h"
+#include "costate/integrator/explicit_run.h"
+#include "costate/integrator/simulate.h"
+#include "costate/problem/scene_problem.h"
+#include "costate/sensitivity/method.h"
+#include "property/driven_carriage.h"
+#include "property/gradient_compare.h"
+
+using namespace costate;
+using namespace costate::test;
+using Catch::Contains;
+
+namespace {
+
+constexpr double kTranspose = 1e-11;
+constexpr double kDifference = 1e-9;
+
+/// y0' = y1, y1' = -y0 + sin(t) y0^2 and psi' = y0 y1: not linear, not autonomous.
+void rates(double t, const double* y, double* k, bool cost) {
+  k[0] = y[1];
+  k[1] = -y[0] + std::sin(t) * y[0] * y[0];
+  if (cost) k[2] = y[0] * y[1];
+}
+
+/// At t = 1, by n equal steps; `within` gives the state at that part of the last step.
+std::array<double, 3> solve(const ExplicitScheme& scheme, int n, double within = 1) {
+  ExplicitStep step(scheme, 2, true, rates);
+  std::array<double, 3> y = {1, 0.3, 0};
+  step.begin(0, y.data());
+  for (int i = 0; i < n; ++i) {
+    if (i > 0) step.go_on();
+    step.attempt(1.0 / n, (i + 1.0) / n);
+  }
+  if (within < 1)
+    step.dense(within, y.data());
+  else
+    std::copy(step.end(), step.end() + 3, y.begin());
+  return y;
+}
+
+double apart(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+  double d = 0;
+  for (int i = 0; i < 3; ++i) d = std::max(d, std::abs(a[i] - b[i]));
+  return d;
+}
+
+Problem on(const TestModel& model, const std::string& formulation, const std::string& scheme, double rtol,
+           double t_end = 0) {
+  Problem p = model.problem(formulation, rtol);
+  p.parameters = model.all_parameters();
+  p.solver.integrator = scheme;
+  p.solver.confirm = false;
+  if (t_end > 0) p.solver.t_end = t_end;
+  return p;
+}
+
+double distance(const std::vector<double>& a, const std::vector<double>& b, const Problem& p) {
+  double d = 0, size = 0;
+  for (std::size_t j = 0; j < a.size(); ++j) {
+    const double scale = p.parameters.parameters[j].scale;
+    d = std::max(d, std::abs(a[j] - b[j]) * scale);
+    size = std::max(size, std::abs(b[j]) * scale);
+  }
+  return d / size;
+}
+
+/// psi over the steps that a run at the problem's own parameters takes.
+class HeldSteps {
+ public:
+  explicit HeldSteps(const Problem& problem) : problem_(problem), system_(problem.make_ode()) {
+    const auto rho = problem.parameters.values();
+    system_->set_parameters(rho.data());
+    ExplicitRun run(*system_, problem.solver, {}, StartDerivative::none);
+    scheme_ = &run.scheme();
+    run.follow({[&](const ExplicitStages& s) { steps_.push_back(s); }, {}});
+    run.advance(problem.solver.t_end);
+    REQUIRE(run.counters().jumps == 0);
+  }
+  double psi(const std::vector<double>& rho) {
+    system_->set_parameters(rho.data());
+    const bool cost = system_->has_running_cost();
+    ExplicitStep step(*scheme_, system_->size(), cost, [&](double t, const double* y, double* k, bool with) {
+      system_->rhs(t, y, k);
+      if (with) k[system_->size()] = system_->running_cost(t, y);
+    });
+    std::vector<double> y(static_cast<std::size_t>(step.size()), 0);
+    system_->start(problem_.solver.t_start, y.data(), nullptr);
+    for (const ExplicitStages& s : steps_) {
+      step.repeat(s.t, y.data(), s.h, s.t_end);
+      std::copy(step.end(), step.end() + step.size(), y.begin());
+    }
+    return (cost ? y.back() : 0) + system_->terminal_cost(problem_.solver.t_end, y.data());
+  }
+
+ private:
+  const Problem& problem_;
+  std::unique_ptr<OdeSystem> system_;
+  const ExplicitScheme* scheme_ = nullptr;
+  std::vector<ExplicitStages> steps_;
+};
+
+std::vector<std::string> with_right_hand_side() {
+  std::vector<std::string> r;
+  for (const auto& f : formulations())
+    if (f.make_ode) r.push_back(f.name);
+  return r;
+}
+
+}  // namespace
+
+TEST_CASE("explicit schemes: each row evaluates where its sum says") {
+  REQUIRE(explicit_schemes().size() == 2);
+  for (const auto& s : explicit_schemes())
+    for (std::size_t i = 0; i < s.a.size(); ++i) {
+      double sum = 0, size = 1;
+      for (const double a : s.a[i]) {
+        sum += a;
+        size += std::abs(a);
+      }
+      CAPTURE(s.name, i);
+      CHECK(std::abs(sum - s.c[i]) <= 1e-15 * size);
+    }
+}
+
+TEST_CASE("explicit schemes: steps, estimates and dense output have their orders") {
+  // Orders are read off where the error is still some 1e3 roundings.
+  struct Expected {
+    const char* name;
+    int n;
+    double order, dense_order;
+  };
+  for (const Expected& e : {Expected{"dopri5", 8, 5, 5}, {"dop853", 2, 8, 8}}) {
+    const ExplicitScheme& s = *find_explicit_scheme(e.name);
+    const auto exact = solve(s, 64 * e.n);
+    const double ratio = apart(solve(s, e.n), exact) / apart(solve(s, 2 * e.n), exact);
+    CAPTURE(e.name, ratio);
+    CHECK(std::log2(ratio) == Approx(e.order).margin(0.8));
+    // Within a step the local error of the dense output, of order 4 and 7, falls by one power more.
+    const auto off = [&](int n) {
+      // The same time within the last step, by a finer solution that ends there.
+      const double within = 0.4, t = 1 - (1 - within) / n;
+      ExplicitStep step(s, 2, true, rates);
+      std::array<double, 3> y = {1, 0.3, 0};
+      step.begin(0, y.data());
+      const int fine = 64 * n;
+      for (int i = 0; i < fine; ++i) {
+        if (i > 0) step.go_on();
+        step.attempt(t / fine, t * (i + 1) / fine);
+      }
+      std::copy(step.end(), step.end() + 3, y.begin());
+      return apart(solve(s, n, within), y);
+    };
+    CHECK(std::log2(off(e.n) / off(2 * e.n)) >= e.dense_order - 1);
+  }
+}
+
+TEST_CASE("explicit schemes: adjoint and tangent agree to rounding, in every formulation") {
+  for (const std::string& formulation : with_right_hand_side())
+    for (const auto& scheme : explicit_schemes())
+      for (const auto& model : {five_bar(), kitchen_sink(), pendulum(1, 2), free_flight()}) {
+        CAPTURE(formulation, scheme.name, model.name);
+        // Tolerances so loose that the steps' own errors are large: the gradient is that of the steps all the same.
+        const Problem p = on(model, formulation, scheme.name, 1e-4, std::min(model.t_end, 1.0));
+        const auto rho = p.parameters.values();
+        const GradientResult tangent = gradient(p, "discrete-tangent", rho),
+                             adjoint = gradient(p, "discrete-adjoint", rho);
+        CHECK(tangent.integrator == scheme.name);
+        CHECK(adjoint.integrator == scheme.name);
+        CHECK(tangent.psi == Approx(adjoint.psi).epsilon(1e-13));
+        CHECK(distance(adjoint.gradient, tangent.gradient, p) <= kTranspose);
+      }
+}
+
+TEST_CASE("explicit schemes: the gradient is that of psi over the same steps") {
+  for (const char* formulation : {"index1", "baumgarte", "penalty", "augmented-lagrangian", "maggi"})
+    for (const auto& scheme : explicit_schemes())
+      for (const auto& [model, t_end] : {std::pair{five_bar(), 1.0}, {kitchen_sink(), 0.4}, {pendulum(1, 2), 1.0}}) {
+        CAPTURE(formulation, scheme.name, model.name);
+        const Problem p = on(model, formulation, scheme.name, 1e-4, t_end);
+        const auto rho = p.parameters.values();
+        const GradientResult adjoint = gradient(p, "discrete-adjoint", rho);
+        if (adjoint.counters.jumps > 0) continue;  // Maggi's changes of coordinates
+        HeldSteps held(p);
+        CHECK(held.psi(rho) == Approx(adjoint.psi).epsilon(1e-12));
+        std::vector<double> by_differences;
+        for (std::size_t j = 0; j < rho.size(); ++j) {
+          const double scale = p.parameters.parameters[j].scale;
+          by_differences.push_back(directional_difference(
+                                       [&](double e) {
+                                         auto x = rho;
+                                         x[j] += e * scale;
+                                         return held.psi(x);
+                                       },
+                                       2e-3) /
+                                   scale);
+        }
+        CHECK(distance(adjoint.gradient, by_differences, p) <= kDifference);
+      }
+}
+
+TEST_CASE("explicit schemes: at tight tolerances the gradient is that of the motion") {
+  for (const auto& scheme : explicit_schemes())
+    for (const auto& model : {five_bar(), kitchen_sink()}) {
+      Problem p = on(model, "baumgarte", scheme.name, 1e-11, 1);
+      const auto rho = p.parameters.values();
+      const GradientResult discrete = gradient(p, "discrete-adjoint", rho);
+      const GradientResult other = gradient(p, "idas-adjoint", rho);
+      CAPTURE(scheme.name, model.name);
+      // Both errors are some 100 rtol.
+      CHECK(discrete.psi == Approx(other.psi).epsilon(1e-8));
+      CHECK(distance(discrete.gradient, other.gradient, p) <= 1e-7);
+    }
+}
+
+TEST_CASE("explicit schemes: stages that do not fit are computed again") {
+  for (const char* formulation : {"baumgarte", "maggi"})
+    for (const auto& scheme : explicit_schemes()) {
+      Problem p = on(four_bars(2, 0.8), formulation, scheme.name, 1e-8);
+      const auto rho = p.parameters.values();
+      const GradientResult kept = gradient(p, "discrete-adjoint", rho);
+      CHECK(kept.counters.checkpoints == 0);
+      p.solver.checkpoint_steps = 3;
+      const GradientResult repeated = gradient(p, "discrete-adjoint", rho);
+      CAPTURE(formulation, scheme.name, kept.counters.steps, kept.counters.jumps);
+      CHECK(repeated.counters.checkpoints == (kept.counters.steps + 2) / 3);
+      CHECK(repeated.counters.backward_residuals > kept.counters.backward_residuals);
+      CHECK(distance(repeated.gradient, kept.gradient, p) <= kTranspose);
+      p.solver.checkpoint_steps = 0;
+      p.solver.memory_budget_MB = 0.02;
+      const GradientResult small = gradient(p, "discrete-adjoint", rho);
+      CHECK(small.counters.checkpoints > 1);
+      CHECK(distance(small.gradient, kept.gradient, p) <= kTranspose);
+    }
+}
+
+TEST_CASE("explicit schemes: steps end at the kinks of drivers, and gradients are carried across") {
+  const std::string law = R"({ kind = "bump", height_m = 0.15, start_m = 0.3, length_m = 0.5, shape = "half_sine" })";
+  Problem p = make_problem(Scene::parse(driven_carriage(law), "driver.toml"),
+                           {"spring.strut.stiffness_N_per_m", "body.rod.mass_kg", "driver.push.law.height_m"});
+  p.formulation = "index1";
+  const auto rho = p.parameters.values();
+  const GradientResult oracle = gradient(p, "differences", rho);
+  for (const std::string& formulation : with_right_hand_side())
+    for (const auto& scheme : explicit_schemes())
+      for (const char* method : {"discrete-tangent", "discrete-adjoint"}) {
+        p.formulation = formulation;
+        p.solver.integrator = scheme.name;
+        CAPTURE(formulation, scheme.name, method);
+        const GradientResult r = gradient(p, method, rho);
+        CHECK(r.counters.jumps >= 2);
+        CHECK(r.psi == Approx(oracle.psi).epsilon(1e-6));
+        const auto mismatch = gradient_mismatch(r.gradient, oracle.gradient, p.parameters);
+        INFO(mismatch.text);
+        CHECK(mismatch.error < 1e-6);  // as in driver_kinks.cpp
+      }
+}
+
+TEST_CASE("explicit schemes: what they do not carry is refused by name") {
+  Problem p = on(five_bar(), "index2", "dop853", 1e-6);
+  const auto rho = p.parameters.values();
+  CHECK_THROWS_WITH(simulate(p, rho), Contains("without an explicit right-hand side"));
+  CHECK_THROWS_WITH(gradient(p, "discrete-adjoint", rho),
+                    Contains("Method 'discrete-adjoint' needs a fixed-step scheme"));
+  p.formulation = "baumgarte";
+  p.solver.integrator = "dop85";
+  CHECK_THROWS_WITH(simulate(p, rho), Contains("Did you mean 'dop853'?"));
+}

@@ -84,7 +84,7 @@ Finding run_gradient(const std::string& text, const std::string& formulation, co
       f.message = finite ? one_line(warned) : "a result that is not finite";
       return f;
     }
-    const bool discrete = method.rfind("discrete", 0) == 0;
+    const bool discrete = has_fixed_steps(r.integrator);
     double size = 0, largest = 0;
     for (std::size_t j = 0; j < truth.gradient.size(); ++j)
       size = std::max(size, std::abs(truth.gradient[j]) * truth.scales[j]);
@@ -112,7 +112,7 @@ Finding run_gradient(const std::string& text, const std::string& formulation, co
       worst = fmt::format("psi {:.9g}, right {:.9g}", r.psi, truth.psi);
     }
     f.error = largest;
-    // A discrete gradient is that of its own psi, of second order in its step.
+    // A gradient by fixed steps is that of its own psi, of second order in its step.
     const bool right = largest <= (discrete ? 100 * allowed : allowed);
     f.outcome = right ? Outcome::agreed : !warned.empty() ? Outcome::warned : Outcome::wrong;
     f.message = one_line((right ? "" : worst) + (warned.empty() ? "" : "; warned: " + warned));

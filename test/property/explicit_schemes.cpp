@@ -142,12 +142,12 @@ TEST_CASE("explicit schemes: steps, estimates and dense output have their orders
     int n;
     double order, dense_order;
   };
-  for (const Expected& e : {Expected{"dopri5", 8, 5, 5}, {"dop853", 2, 8, 8}}) {
+  for (const Expected& e : {Expected{"dopri5", 24, 5, 5}, {"dop853", 2, 8, 8}}) {
     const ExplicitScheme& s = *find_explicit_scheme(e.name);
     const auto exact = solve(s, 64 * e.n);
     const double ratio = apart(solve(s, e.n), exact) / apart(solve(s, 2 * e.n), exact);
     CAPTURE(e.name, ratio);
-    CHECK(std::log2(ratio) == Approx(e.order).margin(0.8));
+    CHECK(std::log2(ratio) >= e.order - 0.3);
     // Within a step the local error of the dense output, of order 4 and 7, falls by one power more.
     const auto off = [&](int n) {
       // The same time within the last step, by a finer solution that ends there.
@@ -228,7 +228,7 @@ TEST_CASE("explicit schemes: at tight tolerances the gradient is that of the mot
 TEST_CASE("explicit schemes: stages that do not fit are computed again") {
   for (const char* formulation : {"baumgarte", "maggi"})
     for (const auto& scheme : explicit_schemes()) {
-      Problem p = on(four_bars(2, 0.8), formulation, scheme.name, 1e-8);
+      Problem p = on(pendulum(1, 2), formulation, scheme.name, 1e-8);  // on which Maggi changes its coordinates
       const auto rho = p.parameters.values();
       const GradientResult kept = gradient(p, "discrete-adjoint", rho);
       CHECK(kept.counters.checkpoints == 0);
@@ -239,7 +239,7 @@ TEST_CASE("explicit schemes: stages that do not fit are computed again") {
       CHECK(repeated.counters.backward_residuals > kept.counters.backward_residuals);
       CHECK(distance(repeated.gradient, kept.gradient, p) <= kTranspose);
       p.solver.checkpoint_steps = 0;
-      p.solver.memory_budget_MB = 0.02;
+      p.solver.memory_budget_MB = 0.004;
       const GradientResult small = gradient(p, "discrete-adjoint", rho);
       CHECK(small.counters.checkpoints > 1);
       CHECK(distance(small.gradient, kept.gradient, p) <= kTranspose);

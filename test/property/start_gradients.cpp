@@ -171,7 +171,7 @@ int check_adjoints(const std::string& text, const std::vector<std::string>& para
     for (const SensitivityMethod& m : sensitivity_methods()) {
       if (!m.adjoint || !refusal(m, f).empty()) continue;
       INFO(f.name << ", " << m.name);
-      const bool fixed = m.needs == SensitivityMethod::Needs::discrete;
+      const bool fixed = by_fixed_steps(p, m);
       Problem q = p;
       if (fixed) q.solver.step_s = 1e-2;
       GradientResult r;

@@ -37,11 +37,10 @@ struct HandEntry {
 struct Case {
   const char *formulation, *integrator, *multistep;
 };
-constexpr Case kCases[] = {{"index1", "idas", ""},           {"index2", "idas", ""},
-                           {"baumgarte", "cvodes", "adams"}, {"baumgarte", "cvodes", "bdf"},
-                           {"penalty", "cvodes", "adams"},   {"penalty", "cvodes", "bdf"},
-                           {"baumgarte", "dopri5", ""},      {"baumgarte", "dop853", ""},
-                           {"maggi", "dop853", ""}};
+constexpr Case kCases[] = {
+    {"index1", "idas", ""},         {"index2", "idas", ""},         {"baumgarte", "cvodes", "adams"},
+    {"baumgarte", "cvodes", "bdf"}, {"penalty", "cvodes", "adams"}, {"penalty", "cvodes", "bdf"},
+    {"baumgarte", "dopri5", ""},    {"baumgarte", "dop853", ""},    {"maggi", "dop853", ""}};
 
 /// The program by hand as a curve of time over gradient error.
 struct Curve {

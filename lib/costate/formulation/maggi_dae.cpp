@@ -25,7 +25,7 @@ MaggiDae::MaggiDae(std::shared_ptr<const Mechanism> mechanism, ParameterSelectio
       f_(level_.freedoms()),
       nz_(assembly_.nz()),
       jacobian_(std::max(1, 3 * f_ + nz_)) {
-  refuse_switched_rows(assembly_, "maggi");
+  refuse_switched_rows(assembly_);
   append_maggi_unknowns(assembly_.mechanism(), f_, unknowns_);
   if (events_) events_->use(kink_.balance());
   for (int i = 0; i < f_; ++i)

@@ -16,7 +16,7 @@ MaggiOde::MaggiOde(std::shared_ptr<const Mechanism> mechanism, ParameterSelectio
       kink_(level_),
       f_(level_.freedoms()),
       nz_(assembly_.nz()) {
-  refuse_switched_rows(assembly_, "maggi");
+  refuse_switched_rows(assembly_);
   append_maggi_unknowns(assembly_.mechanism(), f_, unknowns_);
   if (events_) events_->use(kink_.balance());
   reduced_.assign(static_cast<std::size_t>(newton_.size()), 0);

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "costate/base/error.h"
+#include "costate/event/contact_gap.h"
 #include "costate/event/motion_events.h"
 
 namespace costate {
@@ -21,35 +22,21 @@ constexpr double kDying = 1e-3;
 constexpr double kRounding = 1e-9;
 // More contacts at once are not gone through: 2^n ways.
 constexpr std::size_t kMostContacts = 12;
-// What is as near to the ground and approaches it strikes at the same time, in lengths that the speed covers in a
-// second.
-constexpr double kSimultaneous = 1e-10;
 
 bool way_has(std::size_t way, std::size_t contact) { return way >> contact & 1; }
-
-/// The gap with its first two derivatives in time, the second for accelerations a; `looked_at`: NaN where the touch is
-/// not looked at.
-double gap_of(const Force& force, const UnilateralForce& contact, const StateView& s, const Assembly& assembly,
-              const double* a, Taylor2* along, bool looked_at = false) {
-  std::vector<PathDual> q, p;
-  for (const int c : force.coordinates()) q.emplace_back(Taylor2(s.q[c], s.v[c], a ? a[c] : 0));
-  for (const int number : force.numbers()) p.emplace_back(assembly.numbers()[static_cast<std::size_t>(number)]);
-  MeasureArguments x;
-  x.q = q.data();
-  x.p = p.data();
-  const PathDual r = looked_at ? contact.guard(0, x) : contact.row(0, x);
-  if (along) *along = r.v;
-  return r.v.c0;
-}
 }  // namespace
 
 void MotionEvents::cross_contact(int event, const StateView& before, double* v, double* z) {
   const GuardOf& g = of(event);
   const ContactOf* contact = contact_of(event);
+  const bool touch = contact_of(event, true) != nullptr;
   const std::vector<double> states(before.z, before.z + assembly_.nz());
   std::vector<double> after = states;
-  if (contact_of(event, true)) {
+  std::vector<char> together(contacts_.size(), 0);  // strikes in the same instant; v may be that of `before`
+  if (touch) {
     strike(event, before);
+    for (std::size_t c = 0; c < contacts_.size(); ++c)
+      together[c] = strikes_too(contacts_[c], before, assembly_, -impact_->speed_before(0)) > 0;
     for (int i = 0; i < assembly_.n(); ++i) v[i] = before.v[i] + impact_->u()[i];
     last_jump_ = impact_->speed_after(0) - impact_->speed_before(0);
     last_loss_ = impact_->energy_lost();
@@ -75,12 +62,11 @@ void MotionEvents::cross_contact(int event, const StateView& before, double* v, 
     const bool was = its.closed_state >= 0 && states[state] > 0.5, is = its.closed_state >= 0 && after[state] > 0.5;
     if (its.contact->guard_kind(other.k) != UnilateralForce::Guard::touch)
       other.ready = is;
-    else if (!is && (was || &its == contact)) {
+    else if (!is && (was || &its == contact || together[static_cast<std::size_t>(other.contact)])) {
       other.ready = false;
       other.just_left = true;
     }
   }
-  const bool touch = contact_of(event, true) != nullptr;
   const bool closed = contact->closed_state >= 0 && after[static_cast<std::size_t>(contact->closed_state)] > 0.5;
   last_mode_ = closed                                                                  ? "closed"
                : touch && number(*contact, contact->contact->restitution_number()) > 0 ? "bounces"
@@ -98,35 +84,45 @@ void MotionEvents::strike(int event, const StateView& before) {
   gap_of(*own.force, *own.contact, before, assembly_, nullptr, &gap);
   const double speed = -gap.c1;
   own.largest_approach = std::max(own.largest_approach, speed);
-  const double e = number(own, own.contact->restitution_number());
-  const bool may_close = own.closed_state >= 0;
-  const bool bounces = e > 0 && !(may_close && speed < number(own, own.contact->closing_speed_number()));
-  if (bounces && !may_close && speed < kDiesOut * own.largest_approach)
-    throw SolverError(fmt::format(
-        "At t = {:.9g} s '{}' has an approach speed of {:.3g} m/s, where it once had {:.3g}: its bounces die out, "
-        "infinitely many of them. Give '{}.closing_speed_m_per_s', below which it closes, or end the run before.",
-        before.t, of(event).name, speed, own.largest_approach, own.force->path()));
-  if (bounces && own.contact->row_count() > 1)
-    throw CapabilityError(
-        fmt::format("At t = {:.9g} s '{}' bounces with friction, which is not there yet: friction is for "
-                    "contacts that stick (restitution 0). Take friction = \"none\", or kind = "
-                    "\"compliant\".",
-                    before.t, of(event).name));
-  // The contacts in play, that which strikes first.
-  std::vector<ContactOf*> in_play = {&own};
+  // Whether a contact that strikes with this approach speed bounces; if not it closes.
+  const auto bounces_off = [&](const ContactOf& c, double approach) {
+    if (!(number(c, c.contact->restitution_number()) > 0)) return false;
+    if (c.closed_state >= 0) {
+      if (approach < number(c, c.contact->closing_speed_number())) return false;
+    } else if (approach < kDiesOut * c.largest_approach) {
+      throw SolverError(fmt::format(
+          "At t = {:.9g} s '{}' has an approach speed of {:.3g} m/s, where it once had {:.3g}: its bounces die out, "
+          "infinitely many of them. Give '{}.closing_speed_m_per_s', below which it closes, or end the run before.",
+          before.t, of(event).name, approach, c.largest_approach, c.force->path()));
+    }
+    if (c.contact->row_count() > 1)
+      throw CapabilityError(
+          fmt::format("At t = {:.9g} s {} bounces with friction, which is not there yet: friction is for "
+                      "contacts that stick (restitution 0). Take friction = \"none\", or kind = \"compliant\".",
+                      before.t, c.force->path()));
+    return true;
+  };
+  // The contacts in play: that of the event, those that strike in the same instant, those that are closed.
+  struct InPlay {
+    ContactOf* contact;
+    bool strikes, bounces;
+    double restitution;
+  };
+  std::vector<InPlay> in_play;
+  const auto strikes = [&](ContactOf& c, double approach) {
+    const bool bounces = bounces_off(c, approach);
+    in_play.push_back({&c, true, bounces, bounces ? number(c, c.contact->restitution_number()) : 0});
+  };
+  strikes(own, speed);
   for (ContactOf& c : contacts_) {
     c.closed = false;
     if (&c == &own) continue;
     if (c.closed_state >= 0 && before.z[c.closed_state] > 0.5) {
-      in_play.push_back(&c);
-      continue;
+      in_play.push_back({&c, false, false, 0});
+    } else if (const double approach = strikes_too(c, before, assembly_, speed); approach > 0) {
+      c.largest_approach = std::max(c.largest_approach, approach);
+      strikes(c, approach);
     }
-    Taylor2 other;
-    gap_of(*c.force, *c.contact, before, assembly_, nullptr, &other, true);
-    if (std::abs(other.c0) < kSimultaneous * speed && other.c1 < -kRounding * speed && !std::isnan(other.c0))
-      throw CapabilityError(fmt::format(
-          "At t = {:.9g} s '{}' and {} strike at the same time, which is not there yet: let one of them be later.",
-          before.t, of(event).name, c.force->path()));
   }
   if (in_play.size() > kMostContacts)
     throw CapabilityError(fmt::format("{} contacts are closed at an impact of '{}': at most {} are gone through.",
@@ -134,10 +130,9 @@ void MotionEvents::strike(int event, const StateView& before) {
   std::vector<ImpactRow> rows;
   std::vector<std::vector<int>> rows_of(in_play.size());
   for (std::size_t c = 0; c < in_play.size(); ++c)
-    for (int r = 0; r < in_play[c]->contact->row_count(); ++r) {
-      if (c == 0 && bounces && r > 0) break;
+    for (int r = 0; r < in_play[c].contact->contact->row_count(); ++r) {
       rows_of[c].push_back(static_cast<int>(rows.size()));
-      rows.push_back({in_play[c]->force, in_play[c]->contact, r, c == 0 && bounces});
+      rows.push_back({in_play[c].contact->force, in_play[c].contact->contact, r, in_play[c].bounces});
     }
   impact_->prepare(open, rows);
   // All ways to close them, those first in which most stay as they are.
@@ -165,17 +160,19 @@ void MotionEvents::strike(int event, const StateView& before) {
     for (std::size_t c = 0; c < in_play.size() && fits; ++c) {
       const int normal = rows_of[c].front();
       for (const int i : rows_of[c])  // rows that depend on each other may have no common solution
-        if (way_has(way, c) && !(c == 0 && bounces)) fits = fits && std::abs(impact_->speed_after(i)) <= 1e-6 * speed;
+        if (way_has(way, c) && !in_play[c].bounces) fits = fits && std::abs(impact_->speed_after(i)) <= 1e-6 * speed;
       if (!way_has(way, c)) {
-        fits = fits && impact_->speed_after(normal) >= -kRounding * speed;
+        fits = fits && impact_->speed_after(normal) >=
+                           -in_play[c].restitution * impact_->speed_before(normal) - kRounding * speed;
         continue;
       }
       fits = fits && impact_->impulse(normal) >= -kRounding * largest;
       if (!fits || rows_of[c].size() < 2) continue;
-      const double mu = number(*in_play[c], in_play[c]->contact->friction_number());
+      const double mu = number(*in_play[c].contact, in_play[c].contact->contact->friction_number());
       if (std::abs(impact_->impulse(rows_of[c][1])) > mu * impact_->impulse(normal) + kRounding * largest) {
         fits = false;
-        slips = fmt::format("{} would need a friction coefficient of {:.3g}, and has {:.3g}", in_play[c]->force->path(),
+        slips = fmt::format("{} would need a friction coefficient of {:.3g}, and has {:.3g}",
+                            in_play[c].contact->force->path(),
                             std::abs(impact_->impulse(rows_of[c][1])) / impact_->impulse(normal), mu);
       }
     }
@@ -217,7 +214,7 @@ void MotionEvents::strike(int event, const StateView& before) {
   for (std::size_t c = 0; c < in_play.size(); ++c) {
     if (!way_has(chosen, c)) continue;
     active.insert(active.end(), rows_of[c].begin(), rows_of[c].end());
-    in_play[c]->closed = in_play[c]->closed_state >= 0 && !(c == 0 && bounces);
+    in_play[c].contact->closed = in_play[c].contact->closed_state >= 0 && !in_play[c].bounces;
   }
   impact_->solve(active);
 }

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "costate/base/error.h"
+#include "costate/event/contact_gap.h"
 
 namespace costate {
 
@@ -17,6 +18,20 @@ constexpr int kLooks = 4;
 constexpr double kGrazing = 1e-7;
 // A gap of this part of the coordinates is none.
 constexpr double kGapRounding = 1e-10;
+
+/// Derivatives through impacts of one instant exist from one side only, if at all: which comes first decides.
+template <class Contacts, class Contact>
+void require_one_impact(const Contacts& contacts, const Contact* own, const StateView& s, const Assembly& assembly,
+                        double speed) {
+  for (const auto& c : contacts) {
+    if (&c == own || (c.closed_state >= 0 && s.z[c.closed_state] > 0.5)) continue;
+    if (strikes_too(c, s, assembly, speed) > 0)
+      throw SolverError(
+          fmt::format("At t = {:.9g} s {} and {} strike at the same time: a gradient does not exist there, as which "
+                      "of them comes first decides. Let one of them be later.",
+                      s.t, own->force->path(), c.force->path()));
+  }
+}
 }  // namespace
 
 bool MotionEvents::has_any(const Mechanism& mechanism) {
@@ -301,6 +316,7 @@ void MotionEvents::tangent(int event, const StateView& before, const Side& minus
   std::vector<double> moved, u(static_cast<std::size_t>(n), 0);  // u's change along the column
   if (impact) {
     strike(event, before);
+    require_one_impact(contacts_, contact_of(event), before, assembly_, -impact_->speed_before(0));
     impact_->linearize(true);
   }
   for (int j = 0; j < count; ++j) {
@@ -343,6 +359,7 @@ void MotionEvents::adjoint(int event, const StateView& before, const Side& minus
   double sigma = minus.cost - plus.cost;
   if (contact_of(event, true)) {
     strike(event, before);
+    require_one_impact(contacts_, contact_of(event), before, assembly_, -impact_->speed_before(0));
     impact_->linearize(false);
     std::vector<double> w(static_cast<std::size_t>(2 * n), 0);
     sigma += impact_->adjoint(mu + n, w.data(), w.data() + n, gradient);

@@ -88,8 +88,11 @@ void ExplicitAdjoint::step_back(const ExplicitStages& stages, double* mu, double
       for (int e = 0; e < n_; ++e) w[e] += a * p[e];
     }
     for (int e = 0; e < n_; ++e) w[e] *= h;
-    system_.pull_stage(scheme_.time(i, stages.t, h, stages.t_end), stages.y + i * stages.stride, w,
-                       has_cost_ ? h * b : 0, pulled_.data() + static_cast<std::ptrdiff_t>(i) * n_, gradient);
+    const double* y = stages.y + i * stages.stride;
+    const double t = scheme_.time(i, stages.t, h, stages.t_end);
+    // Where it cannot be brought back it is solved again.
+    if (stages.records) system_.bring_back(t, y, stages.records + static_cast<std::size_t>(i) * stages.record);
+    system_.pull_stage(t, y, w, has_cost_ ? h * b : 0, pulled_.data() + static_cast<std::ptrdiff_t>(i) * n_, gradient);
   }
   for (int i = 0; i < scheme_.stages; ++i) {
     const double* p = pulled_.data() + static_cast<std::ptrdiff_t>(i) * n_;

@@ -14,6 +14,9 @@ struct ExplicitStages {
   double t = 0, h = 0, t_end = 0;
   const double* y = nullptr;
   std::ptrdiff_t stride = 0;
+  // What the system has kept of each stage (StageAdjoint), `record` numbers each, or null.
+  const double* records = nullptr;
+  std::size_t record = 0;
 };
 
 class ExplicitTangent {

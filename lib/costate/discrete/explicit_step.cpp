@@ -36,6 +36,7 @@ void ExplicitStep::evaluate(int i) {
   ++evaluations_;
   rates_(scheme_.time(i, t_, h_, t_end_), stage(i), rate(i),
          has_cost_ && needs_cost_[static_cast<std::size_t>(i)] != 0);
+  if (keep_ && i <= scheme_.stages) keep_(i);
 }
 
 void ExplicitStep::form_stage(int i, double h, int entries) {

@@ -16,6 +16,10 @@ class ExplicitStep {
   /// has_cost: psi is one more entry of every state and of every k.
   ExplicitStep(const ExplicitScheme& scheme, int unknowns, bool has_cost, Rates rates);
 
+  /// From here on: keep(i) after the evaluation at stage i <= stages, which is the first one of the next step.
+  using Keep = std::function<void(int stage)>;
+  void keep(Keep keep) { keep_ = std::move(keep); }
+
   const ExplicitScheme& scheme() const { return scheme_; }
   /// Entries of a state, psi included.
   int size() const { return size_; }
@@ -63,6 +67,7 @@ class ExplicitStep {
   int unknowns_, size_;
   bool has_cost_;
   Rates rates_;
+  Keep keep_;
   struct Term {
     int of;
     double a;

@@ -207,7 +207,8 @@ void AccelerationOde::adjoint_integrand(double t, const double* y, const double*
 
 void AccelerationOde::pull_stage(double t, const double* y, const double* w, double c, double* pulled,
                                  double* gradient) {
-  linearize(t, y);
+  if (!level_.brought_back(view(t, y))) level_.solve(view(t, y));
+  level_.linearize();
   const bool cost = c != 0;
   if (cost) calc_running_gradient();
   const int n = assembly_.n(), m = assembly_.m(), nz = assembly_.nz();

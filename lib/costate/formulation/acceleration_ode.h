@@ -30,6 +30,11 @@ class AccelerationOde final : public OdeSystem, public StageAdjoint {
   void adjoint_rhs(double t, const double* y, const double* mu, double* mup) override;
   void adjoint_integrand(double t, const double* y, const double* mu, double* out) override;
   void pull_stage(double t, const double* y, const double* w, double c, double* pulled, double* gradient) override;
+  std::size_t record_size() const override { return level_.record_size(); }
+  void keep_record(double* to, std::size_t size) const override { level_.keep_record(to, size); }
+  bool bring_back(double t, const double* y, const double* record) override {
+    return level_.bring_back(view(t, y), record);
+  }
   void terminal_adjoint(double t, const double* y, double* mu, double* gradient) override;
   void start(double t, double* y, Eigen::MatrixXd* y_rho) override;
   bool carries_events() const override { return true; }

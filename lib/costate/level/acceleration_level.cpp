@@ -12,6 +12,10 @@
 
 namespace costate {
 
+namespace {
+constexpr int kPivotOrders = 4;  // whose factorizations can be brought back
+}  // namespace
+
 AccelerationLevel::AccelerationLevel(Assembly& assembly, Stabilization stabilization)
     : assembly_(assembly),
       stabilization_(stabilization),
@@ -36,6 +40,7 @@ AccelerationLevel::AccelerationLevel(Assembly& assembly, Stabilization stabiliza
   if (corner) newton_corner_ = newton_.place(identity_m, n + nz, n + nz);
   newton_.finalize();
   kkt_solver_ = std::make_unique<KluSolver>(kkt_.pattern());
+  kkt_solver_->keep_pivot_orders(kPivotOrders);
   newton_solver_ = std::make_unique<KluSolver>(newton_.pattern());
   solution_.assign(static_cast<std::size_t>(n + m), 0);
   augmented_right_.reserve(static_cast<std::size_t>(newton_size()));
@@ -116,6 +121,37 @@ void AccelerationLevel::solve(const StateView& s) {
   for (int i = 0; i < m; ++i) x[n + i] = -x[n + i];
   solve_kkt(x);
   solved_at_ = point;
+}
+
+// A record holds the pivot order, or 0, accelerations and multipliers, and the factorization.
+std::size_t AccelerationLevel::record_size() const {
+  const std::size_t factors = kkt_solver_->saved_size();
+  // Other pivot orders may have more entries; where one does not fit nothing is kept.
+  return solved_at_ == 0 ? 0 : 1 + solution_.size() + factors + factors / 4;
+}
+
+void AccelerationLevel::keep_record(double* to, std::size_t size) const {
+  const bool fits = 1 + solution_.size() + kkt_solver_->saved_size() <= size;
+  to[0] = fits ? static_cast<double>(kkt_solver_->pivot_order()) : 0;
+  if (!fits) return;
+  std::copy(solution_.begin(), solution_.end(), to + 1);
+  kkt_solver_->save(to + 1 + solution_.size());
+}
+
+bool AccelerationLevel::bring_back(const StateView& s, const double* record) {
+  const auto n = static_cast<std::size_t>(assembly_.n()), nz = static_cast<std::size_t>(assembly_.nz());
+  const auto order = static_cast<long>(record[0]);
+  solved_at_ = 0;
+  if (order == 0 || !kkt_solver_->restore(order, record + 1 + solution_.size())) return false;
+  brought_back_at_ = point_.move_to(s.t, {{s.q, n}, {s.v, n}, {s.z, nz}});
+  std::copy_n(record + 1, solution_.size(), solution_.begin());
+  assembly_.calc_jacobian(state(), brought_back_at_);
+  return true;
+}
+
+bool AccelerationLevel::brought_back(const StateView& s) {
+  const auto n = static_cast<std::size_t>(assembly_.n()), nz = static_cast<std::size_t>(assembly_.nz());
+  return brought_back_at_ != 0 && point_.move_to(s.t, {{s.q, n}, {s.v, n}, {s.z, nz}}) == brought_back_at_;
 }
 
 template <class Solve>

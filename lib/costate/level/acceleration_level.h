@@ -67,6 +67,16 @@ class AccelerationLevel {
   const double* corner();
   /// R2_rho, m x np.
   Eigen::MatrixXd constraint_columns(const Assembly::ParameterColumns& c) const;
+  // Accelerations, multipliers and the factored KKT matrix of a point may be kept outside, and brought back for
+  // linearize() and solve_kkt() there; the other results of a solve() are not.
+  /// Numbers that a record takes; 0 before the first solve().
+  std::size_t record_size() const;
+  /// Of the last solve().
+  void keep_record(double* to, std::size_t size) const;
+  /// False when the record's pivot order has been discarded since.
+  [[nodiscard]] bool bring_back(const StateView& s, const double* record);
+  /// Whether that is the point that was brought back last.
+  bool brought_back(const StateView& s);
   /// The identity of (t, q, v, z) of the last prepare() or solve().
   long point() const { return point_.id(); }
   const double* a() const { return solution_.data(); }
@@ -142,6 +152,7 @@ class AccelerationLevel {
   std::vector<double> augmented_right_, augmented_last_;
   EvaluationPoint point_;                   // (q, v, z)
   long solved_at_ = 0, stabilized_at_ = 0;  // solution_, R2_q and R2_v
+  long brought_back_at_ = 0;
   std::vector<double> r2_q_, r2_v_;
   std::vector<double> corner_;
   double gamma_ = 0, lambda_scale_ = 1;

@@ -216,7 +216,8 @@ void ExplicitRun::cross() {
   if (jumps_in_a_row_ > kMostJumpsAtOnce)
     throw SolverError(fmt::format("The run does not get beyond t = {:.9g} s: one segment follows another.", jump.t));
   if (jump.event >= 0)
-    events_.push_back({jump.t, system_.event_name(jump.event), system_.event_mode(jump.event), system_.event_jump()});
+    events_.push_back({jump.t, system_.event_name(jump.event), system_.event_mode(jump.event), system_.event_jump(),
+                       system_.event_loss()});
   ++jumps_;
   if (follower_.jump) follower_.jump(jump);
   if (tape_) tape_->add_jump(jump, {y.begin(), y.begin() + system_.size()});

@@ -30,7 +30,10 @@ class ExplicitRun {
   /// To be told of each step from here on.
   void watch(StepSink after_step) { after_step_ = std::move(after_step); }
   /// Before the first step: each one and each jump is written to the tape.
-  void record(ExplicitTape* tape) { tape_ = tape; }
+  void record(ExplicitTape* tape) {
+    tape_ = tape;
+    tape->keep_records_of(*step_);
+  }
   /// Told of each step with its stages, and of each jump, before the state goes on.
   struct Follower {
     std::function<void(const ExplicitStages& stages)> step;

@@ -16,6 +16,8 @@ class ExplicitTape {
   /// segment_steps: K, or 0 for one that follows from `bytes`, once stages do not fit.
   ExplicitTape(OdeSystem& system, const ExplicitScheme& scheme, double bytes, long segment_steps);
 
+  /// The records of stages are kept from here on (StageAdjoint), of this step as it evaluates.
+  void keep_records_of(ExplicitStep& step);
   /// A step that was taken, in the mode in force.
   void add_step(const ExplicitStep& step);
   /// A jump behind the last step, and the state with which the run went on at t_after.
@@ -39,20 +41,24 @@ class ExplicitTape {
     int mode;
     std::size_t jumps;             // number of jumps before it ends
     std::vector<double> y;         // at its start, of a checkpoint
-    std::unique_ptr<double[]> at;  // its stages, where they are kept
+    std::unique_ptr<double[]> at;  // its stages, and behind them their records, where they are kept
   };
   struct Crossing {
     Jump jump;
     std::vector<double> y_after;
   };
   std::size_t stage_entries() const { return static_cast<std::size_t>(n_) * static_cast<std::size_t>(scheme_.stages); }
-  void keep_stages(Step& step, const ExplicitStep& of) const;
+  void keep_stages(Step& step, const ExplicitStep& of, bool records) const;
+  void set_budget();
   void keep_checkpoints_only();
 
   OdeSystem& system_;
   const ExplicitScheme& scheme_;
   int n_;
-  std::size_t budget_;  // of stages, in steps
+  double bytes_;
+  std::size_t budget_ = 0;       // of stages, in steps
+  std::size_t record_ = 0;       // numbers of one stage
+  std::vector<double> records_;  // of the step that is being taken, one stage more
   long segment_;
   std::vector<Step> steps_;
   std::vector<Crossing> jumps_;

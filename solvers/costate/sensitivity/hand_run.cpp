@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "costate/integrator/integrators.h"
 #include "costate/integrator/radau_linear.h"
 #include "costate/integrator/run_watch.h"
 #include "costate/integrator/segmented_run.h"
@@ -65,6 +66,9 @@ ForwardMotion record_motion(const Problem& problem, const std::vector<double>& r
                       at.back()));
   }
   ForwardMotion motion{Trajectory(m.coordinate_count(), m.state_count()), 0, {}, integrator_of(problem)};
+  // A motion needs an integrator's own dense output.
+  if (find_integrator(motion.integrator).discrete)
+    motion.integrator = find_formulation(problem.formulation).default_integrator;
   motion.states = m.state_count();
   if (motion.integrator == "idas") {
     const auto system = problem.make_dae();

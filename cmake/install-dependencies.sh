@@ -23,6 +23,13 @@ packages=(
   catch2
   gnuplot-nox=gnuplot
   clang-format=clang-format
+  python3-dev
+  python3-numpy
+  python3-scipy
+  pybind11-dev
+  liburdfdom-dev
+  chromium=chromium
+  liborocos-kdl-dev
 )
 
 if ! command -v dpkg-query >/dev/null; then

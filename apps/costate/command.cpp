@@ -26,6 +26,7 @@
 #include "costate/record/print.h"
 #include "costate/scene/least_atol.h"
 #include "guide.h"
+#include "method_choice.h"
 #include "saving.h"
 #include "start_notice.h"
 
@@ -36,6 +37,8 @@ void CommonOptions::add_to(Command& c) {
   c.option("--set", overrides, "Replace a value of the scene: path=value (repeatable)")
       .value_name("PATH=VALUE")
       .repeatable();
+  c.flag("--no-files", no_files, "Write no files");
+  c.flag("--quiet", quiet, "Print errors only");
 }
 
 namespace {
@@ -78,9 +81,7 @@ void CommonOptions::add_run_options(Command& c) {
   }
   c.option("--checkpoint-steps", checkpoint_steps, "Steps between checkpoints of adjoint runs");
   c.option("--output", output, "Directory for result files (default: results/SCENE)");
-  c.flag("--no-files", no_files, "Write no result files");
   c.flag("--json", json, "Print one JSON object and nothing else");
-  c.flag("--quiet", quiet, "Print errors only");
   c.flag("--verbose", verbose, "Print settings and counters, too");
 }
 
@@ -90,7 +91,11 @@ Scene load_scene(const CommonOptions& options) {
     if (equals == std::string::npos || equals == 0)
       throw Error(fmt::format("--set needs PATH=VALUE, found '{}'. Example: --set run.t_end_s=2.", o));
   }
-  return Scene::load(options.scene, options.overrides);
+  if (!options.ready) return Scene::load(options.scene, options.overrides);
+  Scene scene = *options.ready;
+  for (const auto& o : options.overrides)
+    scene = scene.with_override(o.substr(0, o.find('=')), o.substr(o.find('=') + 1));
+  return scene;
 }
 
 namespace {
@@ -178,6 +183,10 @@ void Setup::check_combination(const CommonOptions& options, Purpose purpose) {
   chosen_by(integrator_chosen, "--integrator", "run.integrator", [&] { integrator_of(problem); });
   if (purpose == Purpose::compare) return;
   const Formulation& f = find_formulation(problem.formulation);
+  // Another formulation than the scene's may need another method or integrator than the scene's.
+  if (formulation_chosen && !integrator_chosen && !carries(f, problem.solver.integrator))
+    problem.solver.integrator = "";
+  if (formulation_chosen && !method_chosen && purpose == Purpose::differentiate) method = method_for(f, method);
   const std::string& integrator = problem.solver.integrator;
   chosen_by(integrator_chosen || formulation_chosen, integrator_chosen ? "--integrator" : "--formulation",
             "run.integrator", [&] {
@@ -353,6 +362,7 @@ void report(const Setup& setup, const CommonOptions& options, const Json& json, 
   if (options.take) return options.take(setup, whole);
   const std::string object = json_text(whole) + "\n";
   const bool written = setup.write_file(file, [&](const auto& path) { write_file_atomically(path, object); });
+  if (options.hand_over) return options.hand_over(whole);
   constexpr std::size_t told = 5;
   for (std::size_t i = 0; i < std::min(told, warnings.size()); ++i)
     print_message(fmt::format("warning: {}", with_guide(warnings[i])));

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -40,6 +41,10 @@ struct CommonOptions {
   bool json = false, quiet = false, verbose = false, no_files = false;
   /// Where a command that runs inside another one (costate regress) hands its summary, instead of printing it.
   std::function<void(const Setup&, const Json&)> take;
+  /// The same, of any command that has a summary, for programs that hold the tool (the Python module).
+  std::function<void(const Json&)> hand_over;
+  /// A scene that such a program has read already, in place of the file `scene`.
+  std::shared_ptr<const Scene> ready;
 
   void add_to(Command& command);
   void add_run_options(Command& command);

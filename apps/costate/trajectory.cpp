@@ -6,6 +6,7 @@
 #include <set>
 
 #include "costate/base/error.h"
+#include "costate/base/stop.h"
 #include "costate/integrator/run_end.h"
 #include "costate/mechanism/multiplier_unit.h"
 #include "costate/objective/all_outputs.h"
@@ -123,6 +124,7 @@ std::vector<std::string> write_trajectory(const Setup& setup, const TrajectoryTa
 Monitor monitor(Progress& progress, double t_end) {
   return [&progress, t_end](double t, long steps, bool) {
     throw_if_interrupted();
+    check_stop();  // of a program that holds the tool
     progress.update(t, t_end, steps);
   };
 }

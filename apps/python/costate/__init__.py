@@ -1,0 +1,295 @@
+"""Simulation, exact gradients and design optimization of multibody systems.
+
+    import costate
+    problem = costate.Problem(costate.load("five_bar.toml"), rtol=1e-9)
+    run = problem.simulate()            # run.t, run["P2.x"], run.psi
+    g = problem.gradient()              # g.psi, g.gradient
+    H = problem.hessian()
+    best = problem.optimize(callback=lambda e: print(e["index"], e["psi"]))
+
+Parameters are numpy arrays in the order of problem.parameters. Mistakes and failed runs are exceptions with the tool's
+text: Error, and SceneError (with file, line and column), ModelError, SolverError, CapabilityError, which derive from it.
+What a run noticed without ending is in its `warnings` and told by Python's warnings (RunWarning). Ctrl-C ends a run
+between two of its steps.
+"""
+
+import json as _json
+import warnings as _warnings
+
+from . import _costate
+from ._costate import (CapabilityError, Error, ModelError, SceneError,
+                       SolverError, __version__)
+
+__all__ = [
+    "CapabilityError", "Error", "Gradient", "ModelError", "Optimum",
+    "Problem", "Run", "RunWarning", "Scene", "SceneError", "SolverError",
+    "batch", "check", "command", "load", "parse",
+]
+
+
+class RunWarning(UserWarning):
+    """What a run noticed that does not end it: constraints that drift, singular positions passed, ..."""
+
+
+def _warn(sentences):
+    for sentence in sentences:
+        _warnings.warn(sentence, RunWarning, stacklevel=3)
+
+
+def _value(x):
+    """A Python value as a TOML value."""
+    if isinstance(x, bool):
+        return "true" if x else "false"
+    if isinstance(x, str):
+        return _json.dumps(x)
+    if isinstance(x, (list, tuple)):
+        return "[" + ", ".join(_value(y) for y in x) + "]"
+    if isinstance(x, int):
+        return repr(x)
+    return repr(float(x))  # of numpy, too; inf and nan are TOML as they are
+
+
+class Scene:
+    """A scene. It does not change: `set` gives another one."""
+
+    def __init__(self, inner):
+        self._inner = inner
+
+    @property
+    def title(self):
+        return self._inner.title
+
+    @property
+    def file_name(self):
+        return self._inner.file_name
+
+    @property
+    def coordinates(self):
+        """The names of the coordinates."""
+        return self._inner.coordinates
+
+    @property
+    def outputs(self):
+        """The names of all outputs."""
+        return self._inner.outputs
+
+    @property
+    def numbers(self):
+        """The mechanism's numbers by path ("bar.rod.mass_kg"), in SI units."""
+        return self._inner.numbers
+
+    def __getitem__(self, path):
+        return self._inner.numbers[path]
+
+    def set(self, values=None, **tables):
+        """The scene with values by path: scene.set({"bar.rod.mass_kg": 2, "run.rtol": 1e-9})."""
+        inner = self._inner
+        for path, value in {**(values or {}), **tables}.items():
+            inner = inner.with_override(path, _value(value))
+        return Scene(inner)
+
+    def dump(self):
+        """The scene as TOML."""
+        return self._inner.dump()
+
+    def save(self, path):
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(self.dump())
+
+    def __repr__(self):
+        return f"<costate.Scene {self.title or self.file_name!r}>"
+
+
+def load(path, set=None):
+    """Reads a scene file; `set` replaces values by path before anything is checked."""
+    overrides = [f"{key}={_value(value)}" for key, value in (set or {}).items()]
+    return Scene(_costate.Scene.load(str(path), overrides))
+
+
+def parse(text, name="scene.toml", set=None):
+    """The scene that a text of TOML describes; files that it names count from the folder of `name`."""
+    overrides = [f"{key}={_value(value)}" for key, value in (set or {}).items()]
+    return Scene(_costate.Scene.parse(text, name, overrides))
+
+
+class _Record:
+    def __init__(self, fields):
+        self.__dict__.update(fields)
+
+    def __repr__(self):
+        return f"<costate.{type(self).__name__} psi={self.psi:.9g}>"
+
+
+class Run(_Record):
+    """A simulation: t [s] (n), data (n x k) with a column for each of `names`, units, psi, counters, events as (t, name),
+    end (what ended it before its time, or None), warnings. run["P2.x"] is one column."""
+
+    def __getitem__(self, name):
+        try:
+            return self.data[:, self.names.index(name)]
+        except ValueError:
+            raise KeyError(f"The run has no output '{name}'.") from None
+
+
+class Gradient(_Record):
+    """psi, gradient (p), error (p; estimated, or None), counters, events, warnings."""
+
+
+class Optimum(_Record):
+    """parameters (p), psi, gradient (p), stop_reason, converged, evaluations (a list of dicts), warnings."""
+
+
+class Problem:
+    """A scene with the choices of a run; what is None is as the scene says.
+
+    parameters: names, or paths of numbers; formulation, method, integrator: by name, as in the tool; rtol, atol [-];
+    t_end [s]; step [s] of fixed-step runs."""
+
+    def __init__(self, scene, parameters=None, formulation=None, method=None, integrator=None, rtol=None, atol=None,
+                 t_end=None, step=None):
+        if not isinstance(scene, Scene):
+            scene = load(scene)
+        self._scene = scene
+        self._choices = dict(parameters=None if parameters is None else list(parameters), formulation=formulation,
+                             method=method, integrator=integrator, rtol=rtol, atol=atol, t_end=t_end, step=step)
+        self._inner = _costate.Problem(scene._inner, self._choices)
+
+    def __reduce__(self):  # for other processes
+        return _remade, (self._scene, self._choices)
+
+    @property
+    def scene(self):
+        return self._scene
+
+    @property
+    def parameters(self):
+        """Names, in the order of all arrays of parameters."""
+        return self._inner.parameters
+
+    @property
+    def values(self):
+        """Values in the scene (p)."""
+        return self._inner.values
+
+    @property
+    def lower(self):
+        """Lower bounds (p), -inf where there is none."""
+        return self._inner.lower
+
+    @property
+    def upper(self):
+        """Upper bounds (p), inf where there is none."""
+        return self._inner.upper
+
+    @property
+    def scale(self):
+        """Typical sizes (p)."""
+        return self._inner.scale
+
+    @property
+    def formulation(self):
+        return self._inner.formulation
+
+    @property
+    def method(self):
+        return self._inner.method
+
+    @property
+    def t_start(self):
+        return self._inner.t_start
+
+    @property
+    def t_end(self):
+        return self._inner.t_end
+
+    def simulate(self, rho=None, times=None, outputs=None):
+        """A run at the parameters rho (the scene's): outputs (all) at increasing times (the scene's, or 500)."""
+        run = Run(self._inner.simulate(rho, times, outputs))
+        _warn(run.warnings)
+        return run
+
+    def gradient(self, rho=None, method=None, estimate_error=False):
+        """psi and its gradient at rho, by the problem's method or another one."""
+        g = Gradient(self._inner.gradient(rho, method or "", estimate_error))
+        _warn(g.warnings)
+        return g
+
+    def value_and_gradient(self, rho):
+        """(psi, gradient): what scipy.optimize.minimize(..., jac=True) asks for."""
+        g = self.gradient(rho)
+        return g.psi, g.gradient
+
+    def hessian_product(self, direction, rho=None):
+        """The Hessian of psi times a direction (p), or several (p x k), exactly."""
+        import numpy
+        direction = numpy.asarray(direction, dtype=float)
+        columns = direction.reshape(len(direction), -1)
+        return self._inner.hessian_product(columns, rho).reshape(direction.shape)
+
+    def hessian(self, rho=None):
+        """The Hessian of psi (p x p), exactly."""
+        return self._inner.hessian(rho)
+
+    def optimize(self, callback=None, **settings):
+        """The best parameters between their bounds, under the scene's constraints.
+
+        callback sees each evaluation (a dict: index, parameters, psi, gradient, constraints, projected_gradient, failure);
+        when it raises StopIteration the best so far is the result. settings: algorithm, max_evaluations, stop_value,
+        relative_tolerance, gradient_tolerance."""
+        optimum = Optimum(self._inner.optimize(callback, settings))
+        _warn(optimum.warnings)
+        return optimum
+
+    def scene_at(self, rho):
+        """The scene with the parameters rho written to its numbers."""
+        return Scene(self._inner.scene_at(list(rho)))
+
+    def __repr__(self):
+        return f"<costate.Problem {self._scene.title or self._scene.file_name!r} in {', '.join(self.parameters)}>"
+
+
+def _remade(scene, choices):
+    return Problem(scene, **choices)
+
+
+def _words(name, scene, options):
+    path = scene._inner.file_name if isinstance(scene, Scene) else str(scene)
+    known = _costate.options_of(name)
+    words = [name, path]
+    for key, value in options.items():
+        flag = "--" + key.replace("_", "-")
+        if value is None or value is False:
+            continue
+        if value is True:
+            words.append(flag)
+        elif isinstance(value, (list, tuple)):
+            words += [flag, ",".join(str(x) for x in value)]
+        else:
+            words += [flag, str(value)]
+    if "no-files" in known and "output" not in options:
+        words.append("--no-files")
+    return words
+
+
+def command(name, scene, **options):
+    """What a command of the tool finds, as the dict of its summary: command("modes", scene, equilibrium=True).
+
+    scene: a Scene or a path. Options are those of the tool with underscores; lists become values with commas, True a
+    flag. Nothing is written unless `output` names a folder."""
+    inner = scene._inner if isinstance(scene, Scene) else None
+    return _json.loads(_costate.run_command(inner, _words(name, scene, options)))
+
+
+def check(scene, **options):
+    """Every formulation with every gradient method on a scene, each judged: the summary of `costate check`.
+
+    check(scene, formulations=["index1", "baumgarte"], methods=["idas-adjoint"], no_motions=True)["disagreements"]"""
+    return command("check", scene, **options)
+
+
+def batch(function, items, processes=None):
+    """[function(x) for x in items], by several processes (as many as there are cores). Scenes and problems can be
+    handed to them; `function` is one of a module."""
+    import concurrent.futures
+    with concurrent.futures.ProcessPoolExecutor(max_workers=processes) as pool:
+        return list(pool.map(function, items))

@@ -1,0 +1,366 @@
+// The Python module costate._costate: scenes, problems and what the tool's commands say, with numpy arrays. The package
+// around it (costate/__init__.py) has the words that users write; its types are in costate/__init__.pyi.
+#include <fmt/format.h>
+#include <pybind11/eigen.h>
+#include <pybind11/functional.h>
+#include <pybind11/stl.h>
+
+#include <csignal>
+
+#include "costate/base/notice.h"
+#include "costate/base/version.h"
+#include "costate/command.h"
+#include "costate/integrator/simulate.h"
+#include "costate/objective/all_outputs.h"
+#include "costate/optimize/optimizer.h"
+#include "costate/sensitivity/error_estimate.h"
+#include "costate/sensitivity/hessian.h"
+#include "costate/trajectory.h"
+#include "signals.h"
+
+namespace costate::python {
+
+namespace py = pybind11;
+using app::CommonOptions;
+using app::Setup;
+using Numbers = std::vector<double>;
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+namespace {
+
+py::array_t<double> array(const Numbers& x) {
+  return py::array_t<double>(static_cast<py::ssize_t>(x.size()), x.data());
+}
+
+py::dict counters_of(const Counters& c) {
+  py::dict d;
+  for (const auto& [name, value] : counter_list(c)) d[py::str(name)] = value;
+  return d;
+}
+
+py::list events_of(const Simulation& r) {
+  py::list events;
+  for (const RunEvent& e : r.events) events.append(py::make_tuple(e.t, e.name));
+  return events;
+}
+
+/// A scene with the choices of a run: what the tool makes of a file and its options.
+class PyProblem {
+ public:
+  PyProblem(const Scene& scene, const py::dict& choices) : setup_(make(scene, choices)) {
+    setup_->problem.monitor = signal_monitor();
+  }
+
+  const ParameterSelection& parameters() const { return setup_->problem.parameters; }
+  const Setup& setup() const { return *setup_; }
+
+  /// The parameters' values, or as many as there are in their order.
+  Numbers values(const std::optional<Numbers>& rho) const {
+    if (!rho) return setup_->rho;
+    setup_->problem.check_values(*rho);
+    return *rho;
+  }
+  std::string method(const std::string& other) const { return other.empty() ? setup_->method : other; }
+
+  /// Runs f on this problem, without Python's lock; errors of the mechanism are told at their place in the scene.
+  void run(const std::function<void(Problem&)>& f) const {
+    run_unlocked([&] {
+      take_notices();
+      setup_->located([&] {
+        Problem problem = setup_->problem;
+        f(problem);
+      });
+    });
+  }
+
+ private:
+  static std::unique_ptr<Setup> make(const Scene& scene, const py::dict& choices) {
+    CommonOptions o;
+    o.ready = std::make_shared<const Scene>(scene);
+    o.scene = scene.file_name();
+    o.no_files = o.quiet = true;
+    for (const auto& [key, value] : choices) {
+      const auto name = key.cast<std::string>();
+      if (value.is_none()) continue;
+      if (name == "parameters")
+        o.parameters = value.cast<std::vector<std::string>>();
+      else if (name == "formulation")
+        o.formulation = value.cast<std::string>();
+      else if (name == "method")
+        o.method = value.cast<std::string>();
+      else if (name == "integrator")
+        o.integrator = value.cast<std::string>();
+      else if (name == "rtol")
+        o.rtol = value.cast<double>();
+      else if (name == "atol")
+        o.atol = value.cast<double>();
+      else if (name == "t_end")
+        o.t_end = value.cast<double>();
+      else if (name == "step")
+        o.step = value.cast<double>();
+      else
+        throw py::type_error("Problem has no option '" + name + "'.");
+    }
+    std::unique_ptr<Setup> setup;
+    run_unlocked([&] { setup = std::make_unique<Setup>(o, app::Purpose::differentiate); });
+    return setup;
+  }
+  std::unique_ptr<Setup> setup_;
+};
+
+py::dict simulate_problem(const PyProblem& p, const std::optional<Numbers>& rho, const std::optional<Numbers>& times,
+                          const std::optional<std::vector<std::string>>& names) {
+  const Numbers values = p.values(rho);
+  Numbers at, t;
+  std::vector<double> data;
+  std::vector<std::unique_ptr<Output>> outputs;
+  Simulation r;
+  p.run([&](Problem& problem) {
+    at = times ? *times : app::TrajectoryRecorder(p.setup(), values, {}).times();
+    const Mechanism& m = *problem.mechanism;
+    if (names)
+      for (const auto& name : *names) outputs.push_back(make_output(m, name));
+    else
+      outputs = make_all_outputs(m);
+    r = simulate(problem, values, at, [&](const MechanismState& s, System& system) {
+      t.push_back(s.t);
+      for (const auto& o : outputs) data.push_back(o->value(s, system.assembly()));
+    });
+  });
+  const auto rows = static_cast<py::ssize_t>(t.size()), columns = static_cast<py::ssize_t>(outputs.size());
+  py::dict d, units;
+  py::list words;
+  for (const auto& o : outputs) {
+    words.append(o->name());
+    units[py::str(o->name())] = o->unit();
+  }
+  d["psi"] = r.psi;
+  d["t"] = array(t);
+  d["names"] = words;
+  d["units"] = units;
+  d["data"] = py::array_t<double>({rows, columns}, data.data());
+  d["counters"] = counters_of(r.counters);
+  d["events"] = events_of(r);
+  d["end"] = r.end ? py::object(py::make_tuple(r.end->t, r.end->name)) : py::none();
+  d["warnings"] = take_notices();
+  return d;
+}
+
+py::dict gradient_of(const PyProblem& p, const std::optional<Numbers>& rho, const std::string& method, bool estimate) {
+  const Numbers values = p.values(rho);
+  GradientResult r;
+  p.run([&](Problem& problem) {
+    r = gradient(problem, p.method(method), values);
+    if (estimate) r.gradient_error = estimate_gradient_error(problem, p.method(method), values, r);
+  });
+  py::dict d;
+  d["psi"] = r.psi;
+  d["gradient"] = array(r.gradient);
+  d["error"] = r.gradient_error.empty() ? py::object(py::none()) : py::object(array(r.gradient_error));
+  d["counters"] = counters_of(r.counters);
+  d["events"] = events_of(r);
+  d["warnings"] = take_notices();
+  return d;
+}
+
+Eigen::MatrixXd hessian_times(const PyProblem& p, const Eigen::MatrixXd& directions,
+                              const std::optional<Numbers>& rho) {
+  if (directions.rows() != p.parameters().size())
+    throw Error(fmt::format("Directions have a row for each of the {} parameters, found {}.", p.parameters().size(),
+                            directions.rows()));
+  const Numbers values = p.values(rho);
+  HessianProducts h;
+  p.run([&](Problem& problem) { h = hessian_products(problem, values, directions); });
+  return h.products;
+}
+
+Eigen::MatrixXd hessian_of(const PyProblem& p, const std::optional<Numbers>& rho) {
+  const Numbers values = p.values(rho);
+  Hessian h;
+  p.run([&](Problem& problem) { h = hessian(problem, values); });
+  return h.matrix;
+}
+
+py::dict evaluation_of(const OptimizerEvaluation& e) {
+  py::dict d;
+  d["index"] = e.index;
+  d["parameters"] = array(e.rho);
+  d["psi"] = e.psi;
+  d["gradient"] = array(e.gradient);
+  d["constraints"] = array(e.constraints);
+  d["projected_gradient"] = e.projected_gradient;
+  d["failure"] = e.failed() ? py::object(py::str(e.failure)) : py::none();
+  return d;
+}
+
+py::dict optimize_problem(const PyProblem& p, const std::optional<py::function>& callback, const py::dict& settings) {
+  const Setup& setup = p.setup();
+  OptimizerOptions options(setup.scene.optimize);
+  for (const auto& [key, value] : settings) {
+    const auto name = key.cast<std::string>();
+    if (name == "algorithm")
+      options.algorithm = value.cast<std::string>();
+    else if (name == "max_evaluations")
+      options.max_evaluations = value.cast<int>();
+    else if (name == "stop_value")
+      options.stop_value = value.cast<double>();
+    else if (name == "relative_tolerance")
+      options.relative_tolerance = value.cast<double>();
+    else if (name == "gradient_tolerance")
+      options.gradient_tolerance = value.cast<double>();
+    else
+      throw py::type_error("optimize() has no option '" + name + "'.");
+  }
+  std::vector<OptimizerConstraint> constraints;
+  for (const auto& c : setup.scene.constraints()) constraints.push_back({c.name, c.objective, c.upper});
+  OptimizerResult r;
+  bool stopped = false;
+  p.run([&](Problem& problem) {
+    require_algorithm(options.algorithm, !constraints.empty());
+    const auto record = [&](const OptimizerEvaluation& e) {
+      if (!callback) return;
+      with_lock([&] {
+        try {
+          (*callback)(evaluation_of(e));
+        } catch (py::error_already_set& error) {
+          stopped = error.matches(PyExc_StopIteration);
+          if (!stopped) throw;
+        }
+      });
+      if (stopped) throw Interrupted(SIGINT);
+    };
+    r = optimize(problem, p.method(""), constraints, options, {}, record);
+  });
+  if (r.error && !stopped) std::rethrow_exception(r.error);
+  const OptimizerEvaluation& best = r.evaluations.at(r.best);
+  py::dict d;
+  d["parameters"] = array(best.rho);
+  d["psi"] = best.psi;
+  d["gradient"] = array(best.gradient);
+  d["stop_reason"] = stopped ? std::string("the callback: it raised StopIteration") : r.stop_reason;
+  d["converged"] = r.converged;
+  py::list evaluations;
+  for (const auto& e : r.evaluations) evaluations.append(evaluation_of(e));
+  d["evaluations"] = evaluations;
+  d["warnings"] = take_notices();
+  return d;
+}
+
+/// A command of the tool on a scene; its summary as JSON text.
+std::string run_command(const Scene* scene, const std::vector<std::string>& words) {
+  std::optional<app::Json> summary;
+  run_unlocked([&] {
+    take_notices();
+    app::CommandLine line;
+    try {
+      line.parse(words);
+    } catch (const app::UsageError& e) {
+      throw Error(e.what());
+    }
+    if (!line.action()) throw Error("A command is expected that runs, not its help.");
+    if (scene) line.common().ready = std::make_shared<const Scene>(*scene);
+    line.common().quiet = true;
+    line.common().hand_over = [&](const app::Json& j) { summary = j; };
+    line.action()();
+  });
+  return summary ? app::json_text(*summary) : "null";
+}
+
+std::vector<std::string> options_of(const std::string& command) { return app::CommandLine().option_names(command); }
+
+void define_errors(py::module_& m) {
+  static py::exception<Error> error(m, "Error", PyExc_RuntimeError);
+  static py::exception<SceneError> scene_error(m, "SceneError", error.ptr());
+  static py::exception<ModelError> model_error(m, "ModelError", error.ptr());
+  static py::exception<SolverError> solver_error(m, "SolverError", error.ptr());
+  static py::exception<CapabilityError> capability_error(m, "CapabilityError", error.ptr());
+  py::register_exception_translator([](std::exception_ptr p) {
+    try {
+      if (p) std::rethrow_exception(p);
+    } catch (const SceneError& e) {
+      py::object x = py::reinterpret_borrow<py::object>(scene_error)(e.what());
+      x.attr("file") = e.where().file;
+      x.attr("line") = e.where().line;
+      x.attr("column") = e.where().column;
+      PyErr_SetObject(scene_error.ptr(), x.ptr());
+    } catch (const ModelError& e) {
+      model_error(e.what());
+    } catch (const SolverError& e) {
+      solver_error(e.what());
+    } catch (const CapabilityError& e) {
+      capability_error(e.what());
+    } catch (const Error& e) {
+      error(e.what());
+    } catch (const Interrupted& e) {
+      PyErr_SetString(PyExc_KeyboardInterrupt, e.what());
+    }
+  });
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_costate, m) {
+  m.attr("__version__") = std::string(version);
+  define_errors(m);
+  py::class_<Scene>(m, "Scene")
+      .def_static("load",
+                  [](const std::string& path, const std::vector<std::string>& overrides) {
+                    std::optional<Scene> scene;
+                    run_unlocked([&] { scene = Scene::load(path, overrides); });
+                    return *scene;
+                  })
+      .def_static("parse",
+                  [](const std::string& text, const std::string& name, const std::vector<std::string>& overrides) {
+                    std::optional<Scene> scene;
+                    run_unlocked([&] { scene = Scene::parse(text, name, overrides); });
+                    return *scene;
+                  })
+      .def_readonly("title", &Scene::title)
+      .def_property_readonly("file_name", &Scene::file_name)
+      .def("dump", &Scene::dump)
+      .def("with_override", &Scene::with_override)
+      .def_property_readonly("coordinates", [](const Scene& s) { return s.mechanism()->coordinate_names(); })
+      .def_property_readonly("outputs", [](const Scene& s) { return output_names(*s.mechanism()); })
+      .def_property_readonly("numbers",
+                             [](const Scene& s) {
+                               py::dict d;
+                               const auto values = s.mechanism()->base_numbers();
+                               for (std::size_t i = 0; i < values.size(); ++i)
+                                 d[py::str(s.mechanism()->numbers()[i].path)] = values[i];
+                               return d;
+                             })
+      .def(py::pickle(
+          [](const Scene& s) { return py::make_tuple(s.dump(), s.file_name()); },
+          [](const py::tuple& t) { return Scene::parse(t[0].cast<std::string>(), t[1].cast<std::string>()); }));
+  const auto each = [](auto member) {
+    return [member](const PyProblem& p) {
+      Numbers x;
+      for (const Parameter& one : p.parameters().parameters) x.push_back(one.*member);
+      return array(x);
+    };
+  };
+  py::class_<PyProblem>(m, "Problem")
+      .def(py::init<const Scene&, const py::dict&>())
+      .def_property_readonly("scene", [](const PyProblem& p) { return p.setup().scene; })
+      .def_property_readonly("parameters", [](const PyProblem& p) { return p.parameters().names(); })
+      .def_property_readonly("values", each(&Parameter::value))
+      .def_property_readonly("lower", each(&Parameter::lower))
+      .def_property_readonly("upper", each(&Parameter::upper))
+      .def_property_readonly("scale", each(&Parameter::scale))
+      .def_property_readonly("formulation", [](const PyProblem& p) { return p.setup().problem.formulation; })
+      .def_property_readonly("method", [](const PyProblem& p) { return p.setup().method; })
+      .def_property_readonly("t_start", [](const PyProblem& p) { return p.setup().problem.solver.t_start; })
+      .def_property_readonly("t_end", [](const PyProblem& p) { return p.setup().problem.solver.t_end; })
+      .def("simulate", &simulate_problem)
+      .def("gradient", &gradient_of)
+      .def("hessian_product", &hessian_times)
+      .def("hessian", &hessian_of)
+      .def("optimize", &optimize_problem)
+      .def("scene_at", [](const PyProblem& p, const Numbers& rho) {
+        return p.setup().scene.with_parameters(p.parameters(), p.values(rho));
+      });
+  m.def("run_command", &run_command);
+  m.def("options_of", &options_of);
+}
+
+}  // namespace costate::python

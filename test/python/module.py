@@ -1,0 +1,203 @@
+"""The Python module: arrays, derivatives, errors with the tool's text, callbacks, Ctrl-C, other processes, stubs."""
+import ast
+import inspect
+import json
+import os
+import pickle
+import signal
+import subprocess
+import tempfile
+import threading
+import time
+import unittest
+import warnings
+
+import numpy as np
+
+import costate
+
+MODELS = os.environ["COSTATE_MODELS"]
+TOOL = os.environ["COSTATE_TOOL"]
+FIVE_BAR = os.path.join(MODELS, "five_bar", "five_bar.toml")
+PENDULUM = os.path.join(MODELS, "damped_pendulum", "damped_pendulum.toml")
+
+
+def psi_at(problem_and_value):
+    problem, value = problem_and_value
+    return problem.gradient([value]).psi
+
+
+def tool(*words):
+    return subprocess.run([TOOL, *words], capture_output=True, text=True, check=False)
+
+
+class Scenes(unittest.TestCase):
+    def test_load_set_and_dump(self):
+        scene = costate.load(FIVE_BAR, set={"run.rtol": 1e-9, "start.given": ["P2.x", "P2.y"]})
+        self.assertIn("Five-bar", scene.title)
+        self.assertEqual(scene["bar.A1.mass_kg"], costate.load(FIVE_BAR).numbers["bar.A1.mass_kg"])
+        other = scene.set({"bar.A1.mass_kg": np.float64(3.5)})
+        self.assertEqual(other["bar.A1.mass_kg"], 3.5)
+        self.assertNotEqual(scene["bar.A1.mass_kg"], 3.5)
+        self.assertEqual(costate.parse(other.dump(), FIVE_BAR).dump(), other.dump())
+        self.assertIn("P2.x", scene.coordinates)
+        self.assertIn("S1.length", scene.outputs)
+
+    def test_errors_are_those_of_the_tool(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "s.toml")
+            with open(PENDULUM, encoding="utf-8") as good, open(path, "w", encoding="utf-8") as bad:
+                bad.write(good.read().replace("stiffness_N_per_m", "stifness_N_per_m"))
+            with self.assertRaises(costate.SceneError) as caught:
+                costate.load(path)
+            self.assertIsInstance(caught.exception, costate.Error)
+            self.assertEqual(caught.exception.file, path)
+            self.assertGreater(caught.exception.line, 20)
+            told = " ".join(tool("simulate", path).stderr.split())
+            self.assertIn(" ".join(str(caught.exception).split()), told)
+        with self.assertRaisesRegex(costate.Error, "--formulation.*baumgarte"):
+            costate.Problem(FIVE_BAR, formulation="baumgart")
+        with self.assertRaisesRegex(costate.Error, "--rtol must be below 1"):
+            costate.Problem(FIVE_BAR, rtol=2)
+        with self.assertRaises(costate.Error):
+            costate.Problem(FIVE_BAR).gradient([1.0])  # two parameters
+        with self.assertRaisesRegex(costate.SceneError, "no output 'P9.x'. Did you mean"):
+            costate.Problem(FIVE_BAR).simulate(outputs=["P9.x"])
+
+
+class Runs(unittest.TestCase):
+    def test_a_simulation_is_the_tools(self):
+        problem = costate.Problem(FIVE_BAR)
+        run = problem.simulate()
+        summary = json.loads(tool("simulate", FIVE_BAR, "--no-files", "--json").stdout)
+        self.assertEqual(run.psi, summary["psi"])
+        self.assertEqual(run.data.shape, (len(run.t), len(run.names)))
+        self.assertEqual(run.units["P2.x"], "m")
+        self.assertAlmostEqual(run["P2.x"][-1], summary["terminal"]["P2.x"], delta=1e-6)
+        chosen = problem.simulate(times=[0, 1, 2.5], outputs=["S1.length", "time"])
+        np.testing.assert_array_equal(chosen["time"], [0, 1, 2.5])
+        self.assertEqual(chosen.names, ["S1.length", "time"])
+        with self.assertRaises(KeyError):
+            chosen["P2.x"]
+
+    def test_gradient_and_hessian(self):
+        problem = costate.Problem(FIVE_BAR, rtol=1e-10)
+        g = problem.gradient()
+        summary = json.loads(tool("gradient", FIVE_BAR, "--rtol", "1e-10", "--no-files", "--json").stdout)
+        self.assertEqual(list(g.gradient), list(summary["gradient"].values()))
+        self.assertEqual(problem.parameters, list(summary["gradient"]))
+        forward = problem.gradient(method="idas-forward")
+        np.testing.assert_allclose(forward.gradient, g.gradient, rtol=1e-6)
+        H = problem.hessian()
+        np.testing.assert_allclose(H, H.T, rtol=1e-9)
+        # Central differences of gradients: an error of h^2 times the third derivatives, of rtol / h; 1e-4 of the
+        # entries is far above both.
+        h = 1e-4
+        for i in range(2):
+            step = h * np.eye(2)[i]
+            column = (problem.gradient(problem.values + step).gradient
+                      - problem.gradient(problem.values - step).gradient) / (2 * h)
+            np.testing.assert_allclose(problem.hessian_product(np.eye(2)[i]), column, rtol=1e-4, atol=1e-3)
+            np.testing.assert_allclose(H[:, i], problem.hessian_product(np.eye(2)[i]), rtol=1e-5, atol=1e-6)
+
+    def test_optimize_and_callbacks(self):
+        problem = costate.Problem(PENDULUM)
+        seen = []
+        best = problem.optimize(callback=lambda e: seen.append(e["psi"]))
+        self.assertTrue(best.converged)
+        self.assertAlmostEqual(best.parameters[0], 5.10735, places=4)
+        self.assertEqual(len(seen), len(best.evaluations))
+        self.assertEqual(best.psi, min(seen))
+        self.assertEqual(problem.scene_at(best.parameters)["spring.strut.damping_N_s_per_m"], best.parameters[0])
+
+        def until_third(e):
+            if e["index"] == 3:
+                raise StopIteration
+        early = problem.optimize(callback=until_third)
+        self.assertEqual(len(early.evaluations), 3)
+        self.assertIn("callback", early.stop_reason)
+
+        def broken(e):
+            raise ZeroDivisionError("mine")
+        with self.assertRaisesRegex(ZeroDivisionError, "mine"):
+            problem.optimize(callback=broken)
+        with self.assertRaises(TypeError):
+            problem.optimize(gradient_tolerence=1e-3)
+        self.assertEqual(len(problem.optimize(max_evaluations=2).evaluations), 2)
+
+    def test_a_callback_may_run_other_problems(self):
+        inner = costate.Problem(FIVE_BAR, t_end=0.1)
+        found = []
+        costate.Problem(PENDULUM).optimize(callback=lambda e: found.append(inner.gradient().psi), max_evaluations=2)
+        self.assertEqual(found, [inner.gradient().psi] * 2)
+
+    def test_commands_of_the_tool(self):
+        j = costate.check(PENDULUM, formulations=["index1", "baumgarte"], methods=["idas-adjoint"], no_motions=True)
+        self.assertEqual((j["status"], j["disagreements"], len(j["rows"])), ("ok", [], 2))
+        scene = costate.load(FIVE_BAR).set({"bar.A1.mass_kg": 2.0})
+        modes = costate.command("modes", scene, equilibrium=True)
+        self.assertEqual(len(modes["modes"]), 2)
+        self.assertNotEqual(modes["modes"], costate.command("modes", FIVE_BAR, equilibrium=True)["modes"])
+        with self.assertRaisesRegex(costate.Error, "--no-such"):
+            costate.command("simulate", FIVE_BAR, no_such=1)
+
+    def test_warnings(self):
+        problem = costate.Problem(os.path.join(MODELS, "flyball_governor", "flyball_governor.toml"),
+                                  formulation="index1")
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            run = problem.simulate(outputs=["time"])
+        self.assertTrue(run.warnings)
+        self.assertTrue(issubclass(told[0].category, costate.RunWarning))
+        self.assertEqual(str(told[0].message), run.warnings[0])
+
+    def test_ctrl_c_ends_a_run(self):
+        problem = costate.Problem(FIVE_BAR, t_end=5000)  # some 700,000 steps
+        threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+        with self.assertRaises(KeyboardInterrupt):
+            problem.simulate(times=[0], outputs=["time"])
+        threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+        with self.assertRaises(KeyboardInterrupt):
+            costate.check(costate.load(FIVE_BAR), t_end=5000)
+        self.assertGreater(costate.Problem(FIVE_BAR).gradient().psi, 0)  # nothing stays behind
+
+    def test_the_lock_is_free_while_a_run_goes(self):
+        problem = costate.Problem(FIVE_BAR, formulation="index2", t_end=100)
+        ticks = []
+        worker = threading.Thread(target=problem.simulate, kwargs={"times": [0], "outputs": ["time"]})
+        worker.start()
+        while worker.is_alive():
+            ticks.append(1)
+            time.sleep(0.001)
+        self.assertGreater(len(ticks), 5)
+
+    def test_other_processes(self):
+        problem = pickle.loads(pickle.dumps(costate.Problem(costate.load(PENDULUM).set({"bar.rod.mass_kg": 3}))))
+        self.assertEqual(problem.scene["bar.rod.mass_kg"], 3)
+        values = [1.0, 2.0, 4.0]
+        found = costate.batch(psi_at, [(problem, v) for v in values], processes=2)
+        self.assertEqual(found, [psi_at((problem, v)) for v in values])
+
+
+class Stubs(unittest.TestCase):
+    def test_every_public_name_is_in_the_stub(self):
+        stub = os.path.join(os.path.dirname(costate.__file__), "__init__.pyi")
+        with open(stub, encoding="utf-8") as file:
+            tree = ast.parse(file.read())
+        stubbed = {n.name: n for n in tree.body if isinstance(n, (ast.ClassDef, ast.FunctionDef))}
+        self.assertEqual(set(costate.__all__) - set(stubbed), set())
+        for name, node in stubbed.items():
+            real = getattr(costate, name)
+            if isinstance(node, ast.FunctionDef):
+                self.assertEqual([a.arg for a in node.args.args],
+                                 [p for p, k in inspect.signature(real).parameters.items() if k.kind != k.VAR_KEYWORD])
+                continue
+            for member in node.body:
+                if isinstance(member, ast.FunctionDef):
+                    self.assertTrue(hasattr(real, member.name), f"{name}.{member.name}")
+            public = {m for m in vars(real) if not m.startswith("_")}
+            self.assertEqual(public - {m.name for m in node.body if isinstance(m, ast.FunctionDef)}, set(), name)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

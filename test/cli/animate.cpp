@@ -313,7 +313,7 @@ TEST_CASE("animate: mistakes, and spins too fast to be shown") {
   const std::string scene = kModels + "/five_bar/five_bar.toml";
   const Outcome kind = run_costate({"animate", scene, "-o", "m.mp4"}, here.path());
   CHECK(kind.status == 1);
-  CHECK_THAT(kind.err, Contains("ends in .gltf, .glb or .svg, found 'm.mp4'"));
+  CHECK_THAT(kind.err, Contains("ends in .gltf, .glb, .html or .svg, found 'm.mp4'"));
   CHECK(run_costate({"animate", scene}, here.path()).status == 2);
   const Outcome slow = run_costate({"animate", scene, "-o", "m.svg", "--speed", "0"}, here.path());
   CHECK_THAT(slow.err, Contains("--speed must be a positive number"));
@@ -328,4 +328,33 @@ TEST_CASE("animate: mistakes, and spins too fast to be shown") {
   const Outcome none = run_costate({"animate", scene, "-o", "n.gltf", "--no-files"}, here.path());
   CHECK(none.status == 0);
   CHECK(here.entries() == std::vector<std::string>{"m.gltf"});
+}
+
+TEST_CASE("animate: a page with a viewer inside, which plays in a browser") {
+  const WorkingDirectory here;
+  const std::string scene = kModels + "/five_bar/five_bar.toml";
+  REQUIRE(run_costate({"animate", scene, "-o", "m.html"}, here.path()).status == 0);
+  const std::string page = file_text(here / "m.html");
+  CHECK_THAT(page, Contains("<svg ") && Contains("<canvas ") && !Contains("src=") && !Contains("https://"));
+  const std::string head = "<script id=\"gltf\" type=\"application/json\">";
+  const auto from = page.find(head) + head.size();
+  const Gltf g(page.substr(from, page.find("</script>", from) - from));
+  CHECK(g.has("P2"));
+  // In Chromium, where it is there: every node is drawn, and nothing is said on the console.
+  if (std::system("command -v chromium > /dev/null 2>&1") != 0) {
+    WARN("skipped: no chromium");
+    return;
+  }
+  const Outcome o =
+      Process("/bin/sh",
+              {"-c",
+               "timeout 120 chromium --headless --no-sandbox --user-data-dir=profile --enable-logging=stderr "
+               "--use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --virtual-time-budget=2000 "
+               "--dump-dom file://$PWD/m.html"},
+              here.path())
+          .finish();
+  INFO(o.err);
+  CHECK(o.status == 0);
+  CHECK_THAT(o.out, Contains("data-drawn=\"" + std::to_string(g.json.at("nodes").size() - 1) + "\""));
+  CHECK_THAT(o.err, !Contains("CONSOLE"));
 }

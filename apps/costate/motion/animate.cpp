@@ -13,6 +13,7 @@
 #include "costate/trajectory.h"
 #include "figures.h"
 #include "gltf.h"
+#include "viewer.h"
 
 namespace costate::app {
 
@@ -35,11 +36,23 @@ void notice_fast_turns(const Stage& stage) {
                     name, angle * 180 / std::numbers::pi));
 }
 
+/// What a page shows where it cannot show more: some fifty of the samples.
+std::string fallback(const FiguresOfRun& run, const AnimateOptions& options) {
+  const std::size_t every = 1 + run.times.size() / 50;
+  std::vector<Figure> figures;
+  std::vector<double> times;
+  for (std::size_t i = 0; i < run.times.size(); i += every) {
+    figures.push_back(run.figures[i]);
+    times.push_back(run.times[i]);
+  }
+  return moving_drawing(figures, times, options.drawing, options.speed);
+}
+
 int run_animate(const CommonOptions& common, const AnimateOptions& options) {
   const std::string kind = options.file.extension().string();
-  if (kind != ".gltf" && kind != ".glb" && kind != ".svg")
-    throw Error(
-        fmt::format("--output names a file that ends in .gltf, .glb or .svg, found '{}'.", options.file.string()));
+  if (kind != ".gltf" && kind != ".glb" && kind != ".svg" && kind != ".html")
+    throw Error(fmt::format("--output names a file that ends in .gltf, .glb, .html or .svg, found '{}'.",
+                            options.file.string()));
   if (!(options.speed > 0 && std::isfinite(options.speed)))
     throw Error(fmt::format("--speed must be a positive number, found {}.", options.speed));
   CommonOptions without_files = common;
@@ -60,7 +73,10 @@ int run_animate(const CommonOptions& common, const AnimateOptions& options) {
     for (double& t : shown) t = run.times.front() + (t - run.times.front()) / options.speed;
     const Stage stage = make_stage(shown, run.figures);
     notice_fast_turns(stage);
-    content = kind == ".glb" ? glb_bytes(stage, setup.scene.title) : gltf_text(stage, setup.scene.title);
+    const std::string title = setup.scene.title.empty() ? common.scene : setup.scene.title;
+    content = kind == ".glb"    ? glb_bytes(stage, title)
+              : kind == ".html" ? viewer_page(stage, title, fallback(run, options))
+                                : gltf_text(stage, title);
   }
   if (!common.no_files) write_file_atomically(options.file, content);
   Json j;
@@ -83,14 +99,14 @@ int run_animate(const CommonOptions& common, const AnimateOptions& options) {
 }  // namespace
 
 const RegisterCommand animate_command(
-    CommandGroup::inspect, "animate", "The motion of a scene for viewers: glTF, or SVG that plays",
+    CommandGroup::inspect, "animate", "The motion of a scene to be seen: glTF, a page in 3-D, or SVG that plays",
     [](Command& c, CommonOptions& common) {
       auto options = std::make_shared<AnimateOptions>();
       common.add_to(c);
       common.add_run_options(c);
       c.remove("--output");
       for (const char* other : {"--method", "--parameters", "--checkpoint-steps"}) c.remove(other);
-      c.option("-o,--output", options->file, "File to write: .gltf, .glb (in 3-D) or .svg").required();
+      c.option("-o,--output", options->file, "File to write: .gltf, .glb, .html (in 3-D) or .svg").required();
       c.option("--output-step", options->step, "Time between samples [s] (default: the scene's, or 300 samples)");
       c.option("--speed", options->speed, "How many times as fast as the motion it plays (default: 1)");
       c.option("--view", options->drawing.view, "SVG: xy, xz, yz or isometric (default: as 'costate draw')")

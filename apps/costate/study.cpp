@@ -22,6 +22,7 @@
 #include "costate/record/interrupt.h"
 #include "costate/record/journal.h"
 #include "costate/record/print.h"
+#include "design/study_table.h"
 #include "study_job.h"
 
 namespace costate::app {
@@ -97,7 +98,7 @@ class StudyCommand {
       j.state = StudyJob::State::kept;
       return;
     }
-    j.resume = left == StudyJob::Left::begun;
+    j.resume = left == StudyJob::Left::begun && j.run.task == "optimize";
     fs::create_directories(j.directory);
     fs::remove(j.summary());
     if (!j.resume) fs::remove(j.directory / "evaluations.jsonl");
@@ -105,7 +106,7 @@ class StudyCommand {
   }
 
   std::vector<std::string> arguments(const StudyJob& j) const {
-    std::vector<std::string> a = {"costate", "optimize", j.run.scene.string(), "--output", j.directory.string()};
+    std::vector<std::string> a = {"costate", j.run.task, j.run.scene.string(), "--output", j.directory.string()};
     if (j.resume) a.push_back("--resume");
     if (!j.run.parameters.empty()) {
       a.push_back("--parameters");
@@ -160,10 +161,8 @@ class StudyCommand {
     clear_line();
     if (common_.json || common_.quiet) return;
     if (good)
-      print_text(stderr, printable(fmt::format("[{}/{}] {}: psi {:.6g} -> {:.6g} in {} evaluations, {:.3g} s\n",
-                                               finished_, total_, j.run.name, j.result["initial"]["psi"].get<double>(),
-                                               j.result["psi"].get<double>(), j.result["evaluations"].size(),
-                                               j.result["wall_s"].get<double>())));
+      print_text(stderr,
+                 printable(fmt::format("[{}/{}] {}: {}\n", finished_, total_, j.run.name, study_sentence(j.result))));
     else
       print_text(stderr, printable(fmt::format("[{}/{}] {} failed: {}\n", finished_, total_, j.run.name, j.error)));
   }
@@ -240,115 +239,18 @@ class StudyCommand {
     line_ = false;
   }
 
-  Json row(const StudyJob& j) const {
-    Json r;
-    r["name"] = j.run.name;
-    r["scene"] = j.run.scene.string();
-    r["status"] = j.status();
-    r["directory"] = j.directory.string();
-    if (!j.error.empty()) r["error"] = j.error;
-    if (!j.ok()) {
-      r["evaluations"] = j.evaluations();
-      return r;
-    }
-    const double before = j.result["initial"]["psi"], after = j.result["psi"];
-    r["psi_before"] = before;
-    r["psi_after"] = after;
-    r["improvement"] = before != 0 ? Json((before - after) / std::abs(before)) : Json();
-    r["parameters_before"] = j.result["initial"]["parameters"];
-    r["parameters_after"] = j.result["parameters"];
-    r["bounds_active"] = j.result["bounds_active"];
-    r["evaluations"] = j.result["evaluations"].size();
-    const auto& list = j.result["evaluations"];
-    for (const auto& [key, at] :
-         {std::pair{"projected_gradient_before", std::size_t{0}},
-          std::pair{"projected_gradient_after", j.result["best_evaluation"].get<std::size_t>() - 1}})
-      r[key] = at < list.size() ? list[at]["projected_gradient"] : Json();
-    r["stop_reason"] = j.result["stop_reason"];
-    r["converged"] = j.result["converged"];
-    r["verdict"] = j.result.contains("certificate") ? j.result["certificate"]["verdict"] : Json();
-    r["formulation"] = j.result["formulation"];
-    r["method"] = j.result["method"];
-    r["wall_s"] = j.result["wall_s"];
-    return r;
-  }
-
-  static std::string csv_text(const Json& value) {
-    if (value.is_null()) return "";
-    std::string text = value.is_string() ? value.get<std::string>() : value.dump();
-    if (text.find_first_of(",\"\n") == std::string::npos) return text;
-    std::string quoted = "\"";
-    for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-    return quoted + "\"";
-  }
-
-  static std::string csv(const Json& rows) {
-    const std::vector<std::string> keys = {"name",
-                                           "status",
-                                           "psi_before",
-                                           "psi_after",
-                                           "improvement",
-                                           "projected_gradient_before",
-                                           "projected_gradient_after",
-                                           "evaluations",
-                                           "wall_s",
-                                           "stop_reason",
-                                           "verdict"};
-    std::vector<std::string> parameters;
-    for (const auto& r : rows)
-      if (r.contains("parameters_after"))
-        for (const auto& [name, x] : r["parameters_after"].items())
-          if (std::find(parameters.begin(), parameters.end(), name) == parameters.end()) parameters.push_back(name);
-    std::string text = fmt::format("{}", fmt::join(keys, ","));
-    for (const auto& p : parameters) text += fmt::format(",{0}.before,{0}.after", p);
-    text += "\n";
-    for (const auto& r : rows) {
-      for (std::size_t k = 0; k < keys.size(); ++k)
-        text += (k ? "," : "") + csv_text(r.contains(keys[k]) ? r[keys[k]] : Json());
-      for (const auto& p : parameters)
-        for (const char* when : {"parameters_before", "parameters_after"})
-          text += "," + csv_text(r.contains(when) && r[when].contains(p) ? r[when][p] : Json());
-      text += "\n";
-    }
-    return text;
-  }
-
-  std::string table(const Json& rows) const {
-    std::size_t width = 3;
-    for (const StudyJob& j : jobs_) width = std::max(width, j.run.name.size());
-    std::string text = fmt::format("{}\n  {:<{}} {:>14} {:>14} {:>8} {:>6} {:>9}  {}\n", title_, "run", width,
-                                   "psi before", "psi after", "change", "evals", "time [s]", "end");
-    for (const auto& r : rows) {
-      const std::string name = r["name"];
-      if (!r.contains("psi_after")) {
-        text += fmt::format("  {:<{}} {}{}\n", name, width, r["status"].get<std::string>(),
-                            r.contains("error") ? ": " + r["error"].get<std::string>() : "");
-        continue;
-      }
-      text += fmt::format("  {:<{}} {:>14.8g} {:>14.8g} {:>7.2f}% {:>6} {:>9.3g}  {}{}\n", name, width,
-                          r["psi_before"].get<double>(), r["psi_after"].get<double>(),
-                          r["improvement"].is_null() ? 0.0 : -100 * r["improvement"].get<double>(),
-                          r["evaluations"].get<int>(), r["wall_s"].get<double>(), r["stop_reason"].get<std::string>(),
-                          r["status"] == "kept" ? " (kept)" : "");
-      std::vector<std::string> moves;
-      for (const auto& [p, x] : r["parameters_after"].items())
-        moves.push_back(
-            fmt::format("{} {:.6g} -> {:.6g}", p, r["parameters_before"][p].get<double>(), x.get<double>()));
-      text += fmt::format("  {:<{}} {}\n", "", width, fmt::join(moves, ", "));
-    }
-    return text;
-  }
-
   void report(bool complete) {
     Json j;
     const bool good = std::all_of(jobs_.begin(), jobs_.end(), [](const StudyJob& x) { return x.ok(); });
     j["status"] = good ? "ok" : complete ? "failed" : "interrupted";
     j["title"] = title_;
     j["runs"] = Json::array();
-    for (const StudyJob& x : jobs_) j["runs"].push_back(row(x));
-    const std::string text = table(j["runs"]);
+    for (const StudyJob& x : jobs_) j["runs"].push_back(study_row(x));
+    const std::string text = study_table(title_, j["runs"]);
     write_file_atomically(directory_ / "study.json", json_text(j) + "\n");
-    write_file_atomically(directory_ / "study.csv", csv(j["runs"]));
+    write_file_atomically(directory_ / "study.csv", study_csv(j["runs"]));
+    for (const auto& [design, table] : design_csvs(j["runs"]))
+      write_file_atomically(directory_ / (design + ".csv"), table);
     write_file_atomically(directory_ / "study.txt", text);
     if (!complete) return;
     if (common_.json)
@@ -371,7 +273,7 @@ class StudyCommand {
 }  // namespace
 
 const RegisterCommand study_command(
-    CommandGroup::run, "study", "Run the optimizations that a file lists, in parallel, and tabulate them",
+    CommandGroup::run, "study", "Run the optimizations and designs that a file lists, in parallel, and tabulate them",
     [](Command& c, CommonOptions& common) {
       auto options = std::make_shared<StudyOptions>();
       c.option("file", options->file, "Study file (TOML)").required();

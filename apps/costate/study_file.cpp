@@ -5,14 +5,17 @@
 #include <fnmatch.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/base/text_file.h"
 #include "costate/scene/scene.h"
 #include "costate/scene/scene_files.h"
 #include "costate/scene/scene_node.h"
 #include "costate/scene/toml_reader.h"
 #include "costate/scene/toml_writer.h"
+#include "design/design.h"
 
 namespace costate::app {
 
@@ -108,15 +111,27 @@ void add_options(const SceneNode& table, const std::string& title, std::vector<s
   }
 }
 
+std::vector<std::string> texts_of(const SceneNode& table, const std::string& key, const std::string& title) {
+  std::vector<std::string> texts;
+  const SceneNode* list = table.find(key);
+  if (list == nullptr) return texts;
+  if (!list->is_array())
+    fail(list->where, fmt::format("'{}' in {} must be an array, found {}.", key, title, list->describe()));
+  for (const auto& p : list->children) {
+    if (p.type != SceneNode::Type::text)
+      fail(p.where, fmt::format("'{}' in {} must hold strings, found {}.", key, title, p.describe()));
+    texts.push_back(p.text);
+  }
+  return texts;
+}
+
 struct Common {
   std::vector<std::string> overrides, options;
 };
 
-StudyRun read_run(const SceneNode& table, const Common& common, const std::filesystem::path& directory) {
-  StudyRun run;
-  run.name = text_of(table, "name", "[[run]]", true);
-  const std::string title = fmt::format("the run '{}'", run.name);
-  require_known(table, title, {"name", "scene", "parameters", "set", "options"});
+/// Scene, parameters, overrides and options of a run, or of all runs of a design.
+void read_scene_of(StudyRun& run, const SceneNode& table, const std::string& title, const Common& common,
+                   const std::filesystem::path& directory) {
   const bool good =
       !run.name.empty() && run.name[0] != '.' && run.name.find_first_of("/\\ \t\r\n\"'") == std::string::npos;
   if (!good)
@@ -125,56 +140,187 @@ StudyRun read_run(const SceneNode& table, const Common& common, const std::files
                      "so it must hold no blanks, quotes or slashes.",
                      run.name));
   run.scene = directory / text_of(table, "scene", title, true);
-  if (const SceneNode* list = table.find("parameters")) {
-    if (!list->is_array())
-      fail(list->where, fmt::format("'parameters' in {} must be an array, found {}.", title, list->describe()));
-    for (const auto& p : list->children) {
-      if (p.type != SceneNode::Type::text)
-        fail(p.where, fmt::format("'parameters' in {} must hold strings, found {}.", title, p.describe()));
-      run.parameters.push_back(p.text);
-    }
-  }
+  run.parameters = texts_of(table, "parameters", title);
   run.overrides = common.overrides;
   run.options = common.options;
   if (const SceneNode* set = table.find("set"))
     add_overrides(require_table(*set, "'set' in " + title), "", run.overrides);
   if (const SceneNode* o = table.find("options"))
     add_options(require_table(*o, "'options' in " + title), "[options] of " + title, run.options);
+}
+
+void load_scene_of(StudyRun& run, const SceneNode& table) {
   try {
     const SceneFileLog log(run.scene.string());
     const Scene scene = Scene::load(run.scene.string(), run.overrides);
     scene.mechanism()->select(run.parameters);
-    if (scene.objective().running.empty() && scene.objective().terminal.empty())
+    if (run.task == "optimize" && scene.objective().running.empty() && scene.objective().terminal.empty())
       throw Error("Its scene has no cost to minimise.");
     run.scene_text = scene.dump();
     run.files = log.files();
+    take_notices();  // the run tells them itself
   } catch (const Error& e) {
     fail(table.where, fmt::format("The run '{}': {}", run.name, e.what()));
   }
+}
+
+StudyRun read_run(const SceneNode& table, const Common& common, const std::filesystem::path& directory) {
+  StudyRun run;
+  run.name = text_of(table, "name", "[[run]]", true);
+  const std::string title = fmt::format("the run '{}'", run.name);
+  require_known(table, title, {"name", "scene", "parameters", "set", "options"});
+  read_scene_of(run, table, title, common, directory);
+  load_scene_of(run, table);
   return run;
+}
+
+double number_of(const SceneNode& table, const std::string& key, const std::string& title) {
+  const SceneNode* n = table.find(key);
+  if (n == nullptr) fail(table.where, fmt::format("{} needs '{}' (a number), which is missing.", title, key));
+  if (!n->is_number() || !std::isfinite(n->as_double()))
+    fail(n->where, fmt::format("'{}' in {} must be a finite number, found {}.", key, title, n->describe()));
+  return n->as_double();
+}
+
+int count_of(const SceneNode& table, const std::string& key, const std::string& title, int least) {
+  constexpr double most = 100000;
+  const double x = number_of(table, key, title);
+  if (!(x >= least && x <= most) || x != std::floor(x))
+    fail(table.find(key)->where,
+         fmt::format("'{}' in {} must be an integer from {} to {:g}, found {:g}.", key, title, least, most, x));
+  return static_cast<int>(x);
+}
+
+/// One entry of [design.vary].
+Variation read_variation(const SceneNode& n, const std::string& path, bool grid) {
+  const std::string title = fmt::format("the variation of '{}'", path);
+  require_table(n, title);
+  Variation v;
+  v.path = path;
+  if (n.find("mean") != nullptr) {
+    require_known(n, title, {"mean", "sigma"});
+    if (grid) fail(n.where, title + " is a distribution, of which there is no grid: give 'from', 'to' and 'steps'.");
+    v.kind = Variation::Kind::normal;
+    v.first = number_of(n, "mean", title);
+    v.second = number_of(n, "sigma", title);
+    if (!(v.second > 0)) fail(n.find("sigma")->where, fmt::format("'sigma' in {} must be positive.", title));
+    return v;
+  }
+  require_known(n, title,
+                grid ? std::vector<std::string>{"from", "to", "steps", "scale"}
+                     : std::vector<std::string>{"from", "to", "scale", "mean", "sigma"});
+  v.first = number_of(n, "from", title);
+  v.second = number_of(n, "to", title);
+  if (grid) v.steps = count_of(n, "steps", title, 1);
+  const std::string scale = text_of(n, "scale", title, false);
+  if (scale == "log") {
+    v.kind = Variation::Kind::logarithmic;
+    if (!(v.first * v.second > 0))
+      fail(n.where, fmt::format("{} is logarithmic, so that 'from' and 'to' have one sign and are not zero.", title));
+  } else if (!scale.empty() && scale != "linear") {
+    fail(n.find("scale")->where, fmt::format("'scale' in {} must be \"linear\" or \"log\", found '{}'.", title, scale));
+  }
+  return v;
+}
+
+void add_variations(const SceneNode& table, const std::string& path, bool grid, std::vector<Variation>& out) {
+  for (const auto& c : table.children) {
+    const std::string name = path.empty() ? c.key : path + "." + c.key;
+    if (c.is_table() && !c.inlined && c.find("from") == nullptr && c.find("mean") == nullptr)
+      add_variations(c, name, grid, out);
+    else
+      out.push_back(read_variation(c, name, grid));
+  }
+}
+
+/// [[design]]: a run for each of its points.
+std::vector<StudyRun> read_design(const SceneNode& table, const Common& common,
+                                  const std::filesystem::path& directory) {
+  StudyRun base;
+  base.name = base.design = text_of(table, "name", "[[design]]", true);
+  const std::string title = fmt::format("the design '{}'", base.name);
+  require_known(table, title,
+                {"name", "scene", "kind", "count", "seed", "task", "parameters", "outputs", "set", "options", "vary"});
+  read_scene_of(base, table, title, common, directory);
+  const auto one_of = [&](const char* key, const std::vector<std::string>& words, bool required) {
+    const std::string word = text_of(table, key, title, required);
+    if (word.empty() && !required) return words.front();
+    if (std::find(words.begin(), words.end(), word) == words.end())
+      fail(table.find(key)->where,
+           fmt::format("'{}' in {} must be one of {}, found '{}'.", key, title, fmt::join(words, ", "), word));
+    return word;
+  };
+  base.task = one_of("task", {"optimize", "simulate", "gradient"}, false);
+  base.outputs = texts_of(table, "outputs", title);
+  if (!base.outputs.empty() && base.task != "simulate")
+    fail(table.find("outputs")->where, fmt::format("'outputs' in {}: these are values at the end of a simulation; the "
+                                                   "task must be \"simulate\".",
+                                                   title));
+  const std::string kind = one_of("kind", design_kinds(), true);
+  const bool grid = kind == "grid";
+  const SceneNode* vary = table.find("vary");
+  std::vector<Variation> variations;
+  if (vary != nullptr) add_variations(require_table(*vary, "'vary' in " + title), "", grid, variations);
+  if (variations.empty())
+    fail(table.where, fmt::format("{} needs 'vary', a table of numbers by path and what becomes of them, such as "
+                                  "{{ from = 1, to = 2 }}.",
+                                  title));
+  if (grid && table.find("count") != nullptr)
+    fail(table.find("count")->where,
+         fmt::format("'count' in {}: a grid has as many points as its 'steps' make.", title));
+  const int count = grid ? 0 : count_of(table, "count", title, 1);
+  const int seed = table.find("seed") != nullptr ? count_of(table, "seed", title, 0) : 1;
+  std::vector<std::vector<double>> points;
+  try {
+    points = design_points(kind, variations, count, static_cast<unsigned long>(seed));
+  } catch (const Error& e) {
+    fail(table.where, fmt::format("{}: {}", title, e.what()));
+  }
+  std::vector<StudyRun> runs;
+  for (const auto& point : points) {
+    StudyRun run = base;
+    run.name = fmt::format("{}.{:0{}}", base.design, runs.size() + 1, fmt::formatted_size("{}", points.size()));
+    for (std::size_t k = 0; k < variations.size(); ++k) {
+      run.varied.emplace_back(variations[k].path, point[k]);
+      run.overrides.push_back(fmt::format("{}={}", variations[k].path, point[k]));
+    }
+    // The first one for all: of a point that cannot be run its own run tells.
+    if (runs.empty()) load_scene_of(run, table);
+    run.scene_text = runs.empty() ? run.scene_text : runs.front().scene_text;
+    run.files = runs.empty() ? run.files : runs.front().files;
+    runs.push_back(std::move(run));
+  }
+  return runs;
 }
 
 }  // namespace
 
 Study read_study(const std::string& path, const std::vector<std::string>& selected) {
   const SceneNode root = read_toml(read_text_file(path, kLongestFile, "The study"), path);
-  require_known(root, "the study", {"title", "set", "options", "run"});
+  require_known(root, "the study", {"title", "set", "options", "run", "design"});
   Study study;
   study.title = text_of(root, "title", "the study", false);
   Common common;
   if (const SceneNode* set = root.find("set")) add_overrides(require_table(*set, "'set'"), "", common.overrides);
   if (const SceneNode* o = root.find("options"))
     add_options(require_table(*o, "'options'"), "[options]", common.options);
-  const SceneNode* runs = root.find("run");
-  if (!runs || !runs->is_table_array())
-    fail(runs ? runs->where : SourceLocation{path, 0, 0}, "A study lists its runs, each with the header [[run]].");
+  const SceneNode *runs = root.find("run"), *designs = root.find("design");
+  for (const SceneNode* list : {runs, designs})
+    if (list != nullptr && !list->is_table_array())
+      fail(list->where, "A study lists its runs and designs, each with the header [[run]] or [[design]].");
+  if (runs == nullptr && designs == nullptr)
+    fail(SourceLocation{path, 0, 0}, "A study lists its runs, each with the header [[run]], or designs, [[design]].");
   std::vector<std::string> names;
-  for (const auto& table : runs->children) {
-    const std::string name = text_of(table, "name", "[[run]]", true);
-    if (std::find(names.begin(), names.end(), name) != names.end())
-      fail(table.where, fmt::format("There are two runs named '{}'.", name));
-    names.push_back(name);
-  }
+  std::vector<const SceneNode*> tables;
+  for (const SceneNode* list : {runs, designs})
+    for (std::size_t i = 0; list != nullptr && i < list->children.size(); ++i) {
+      const SceneNode& table = list->children[i];
+      const std::string name = text_of(table, "name", list == runs ? "[[run]]" : "[[design]]", true);
+      if (std::find(names.begin(), names.end(), name) != names.end())
+        fail(table.where, fmt::format("There are two runs named '{}'.", name));
+      names.push_back(name);
+      tables.push_back(&table);
+    }
   for (const auto& pattern : selected)
     if (std::none_of(names.begin(), names.end(),
                      [&](const auto& n) { return ::fnmatch(pattern.c_str(), n.c_str(), 0) == 0; }))
@@ -183,7 +329,12 @@ Study read_study(const std::string& path, const std::vector<std::string>& select
     const bool wanted = selected.empty() || std::any_of(selected.begin(), selected.end(), [&](const auto& pattern) {
                           return ::fnmatch(pattern.c_str(), names[i].c_str(), 0) == 0;
                         });
-    if (wanted) study.runs.push_back(read_run(runs->children[i], common, std::filesystem::path(path).parent_path()));
+    if (!wanted) continue;
+    const auto directory = std::filesystem::path(path).parent_path();
+    if (runs != nullptr && i < runs->children.size())
+      study.runs.push_back(read_run(*tables[i], common, directory));
+    else
+      for (auto& run : read_design(*tables[i], common, directory)) study.runs.push_back(std::move(run));
   }
   return study;
 }

@@ -29,7 +29,12 @@ Json StudyJob::definition() const {
   Json files = Json::object();
   for (const SceneFile& f : run.files)
     if (!f.path.empty()) files[f.path] = f.digest;
-  return {{"scene", run.scene_text}, {"files", files}, {"parameters", run.parameters}, {"options", run.options}};
+  Json j = {{"scene", run.scene_text}, {"files", files}, {"parameters", run.parameters}, {"options", run.options}};
+  if (run.design.empty()) return j;
+  j["task"] = run.task;
+  j["overrides"] = run.overrides;
+  j["outputs"] = run.outputs;
+  return j;
 }
 
 StudyJob::Left StudyJob::find_earlier() {
@@ -50,7 +55,8 @@ void StudyJob::note(bool finished) const {
 }
 
 void StudyJob::require_files() const {
-  for (const char* name : {"study_run.json", "optimize.json", "evaluations.jsonl", "log.txt"}) {
+  for (const char* name :
+       {"study_run.json", "optimize.json", "simulate.json", "gradient.json", "evaluations.jsonl", "log.txt"}) {
     const std::filesystem::path file = directory / name;
     if (std::filesystem::exists(file) && !std::filesystem::is_regular_file(file))
       throw Error(

@@ -21,7 +21,7 @@ struct StudyJob {
   std::string error;
   Json result;
 
-  std::filesystem::path summary() const { return directory / "optimize.json"; }
+  std::filesystem::path summary() const { return directory / (run.task + ".json"); }
   /// What the results belong to: a change of it makes them worthless.
   Json definition() const;
   /// What an earlier study left of this definition; a summary counts as it was written, to the byte, and is read then.

@@ -1,0 +1,33 @@
+// Designs of experiments: points of a box or of distributions, for studies.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace costate::app {
+
+/// One number that a design varies.
+struct Variation {
+  enum class Kind { uniform, logarithmic, normal };
+  std::string path;
+  Kind kind = Kind::uniform;
+  double first = 0, second = 1;  // from and to; of a normal distribution mean and standard deviation
+  int steps = 0;                 // of a grid
+
+  /// The value whose cumulative probability is u, 0 < u < 1; of a grid, from 0 to 1, both ends.
+  double value(double u) const;
+};
+
+/// "grid", "latin-hypercube", "sobol", "monte-carlo".
+const std::vector<std::string>& design_kinds();
+
+/// The points of a design, a row a point with a value for each variation. `count` is that of a grid's product where it
+/// is a grid. The same seed gives the same points on every machine; a Sobol sequence has none. Throws Error where a
+/// Sobol sequence has more dimensions than its table.
+std::vector<std::vector<double>> design_points(const std::string& kind, const std::vector<Variation>& variations,
+                                               int count, unsigned long seed);
+
+/// The quantile of the standard normal distribution, to rounding.
+double normal_quantile(double u);
+
+}  // namespace costate::app

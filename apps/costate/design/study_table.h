@@ -1,0 +1,24 @@
+// What a study says of its runs: rows for JSON, tables for people and for spreadsheets.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "costate/study_job.h"
+
+namespace costate::app {
+
+Json study_row(const StudyJob& job);
+
+/// Of all rows.
+std::string study_csv(const Json& rows);
+std::string study_table(const std::string& title, const Json& rows);
+
+/// For each design its name and a table with a row a point: what was varied, psi, outputs, gradient, the optimum.
+std::vector<std::pair<std::string, std::string>> design_csvs(const Json& rows);
+
+/// A finished run in a line.
+std::string study_sentence(const Json& result);
+
+}  // namespace costate::app

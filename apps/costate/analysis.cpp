@@ -4,13 +4,19 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <map>
 
 #include "costate/base/error.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/print.h"
 
 namespace costate::app {
+
+namespace {
+constexpr double kListedRounding = 1e-14;  // some fifty units in the last place of the largest number
+}
 
 void AnalysisOptions::add_hold(Command& command, const std::string& text) {
   command.option("--hold", hold, text).separated().seen([this] { hold_given = true; });
@@ -52,19 +58,24 @@ std::vector<std::unique_ptr<Output>> measured_outputs(const Mechanism& m) {
 }
 
 void Listing::add(const std::string& name, double value, const std::string& unit, const std::string& note) {
-  lines_.push_back(
-      {name, fmt::format("{:.10g}", value), (unit == "1" ? "" : unit) + (note.empty() ? "" : "  " + note)});
+  lines_.push_back({name, value, unit, (unit == "1" ? "" : unit) + (note.empty() ? "" : "  " + note)});
 }
 
 std::string Listing::text() const {
+  std::map<std::string, double> largest;
+  for (const auto* lines : {&lines_, &beside_})
+    for (const auto& l : *lines) largest[l.unit] = std::max(largest[l.unit], std::abs(l.value));
+  std::vector<std::string> numbers;
   std::size_t names = 0, values = 0;
   for (const auto& l : lines_) {
+    numbers.push_back(fmt::format("{:.10g}", std::abs(l.value) < kListedRounding * largest[l.unit] ? 0.0 : l.value));
     names = std::max(names, l.name.size());
-    values = std::max(values, l.value.size());
+    values = std::max(values, numbers.back().size());
   }
   std::string text;
-  for (const auto& l : lines_) {
-    std::string line = fmt::format("  {:<{}}  {:>{}} {}", l.name, names, l.value, values, l.rest);
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    const Line& l = lines_[i];
+    std::string line = fmt::format("  {:<{}}  {:>{}} {}", l.name, names, numbers[i], values, l.rest);
     line.erase(line.find_last_not_of(' ') + 1);
     text += line + "\n";
   }
@@ -75,6 +86,7 @@ void report_analysis(const CommonOptions& common, const Json& json, const std::s
   namespace fs = std::filesystem;
   const std::string object = json_text(json) + "\n";
   fs::path path = common.output;
+  if (common.no_files) path.clear();
   if (!path.empty()) {
     // A folder, as for all commands; what has an extension and is no folder is the file itself.
     if (fs::is_directory(path) || !path.has_extension()) {
@@ -87,7 +99,9 @@ void report_analysis(const CommonOptions& common, const Json& json, const std::s
     }
     write_file_atomically(path, object);
   }
-  if (common.json)
+  if (common.hand_over)
+    common.hand_over(json);
+  else if (common.json)
     fmt::print("{}", object);
   else if (!common.quiet) {
     print_result(text);

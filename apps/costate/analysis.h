@@ -36,14 +36,19 @@ std::vector<std::unique_ptr<Output>> outputs_named(const Mechanism& m, const std
 class Listing {
  public:
   void add(const std::string& name, double value, const std::string& unit, const std::string& note = {});
+  /// Numbers of another listing tell, too, how large those of a unit are.
+  void beside(const Listing& other) { beside_.insert(beside_.end(), other.lines_.begin(), other.lines_.end()); }
+  /// What rounding leaves of a zero, against the largest number of its unit, is printed as zero.
   std::string text() const;
   bool empty() const { return lines_.empty(); }
 
  private:
   struct Line {
-    std::string name, value, rest;
+    std::string name;
+    double value;
+    std::string unit, rest;
   };
-  std::vector<Line> lines_;
+  std::vector<Line> lines_, beside_;
 };
 
 /// Prints the JSON object or the text, and writes the object where --output says: to `file` in a folder, or to a file.

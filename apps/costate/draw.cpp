@@ -60,6 +60,7 @@ int run_draw(const CommonOptions& common, const DrawCommandOptions& options) {
     fmt::print("{}", svg);
     return 0;
   }
+  if (common.no_files) return 0;
   std::ofstream out(options.file, std::ios::binary);
   out << svg;
   out.close();

@@ -91,6 +91,9 @@ int run(const CommonOptions& common, EquilibriumOptions& options) {
     multipliers.add(rows[i], e.lambda[static_cast<Eigen::Index>(i)], row_units[i]);
   }
   j["multipliers"] = values.take();
+  positions.beside(forces);
+  forces.beside(positions);
+  multipliers.beside(forces);
   text += "\nPositions\n" + positions.text();
   if (!forces.empty()) text += "\nPoints and elements\n" + forces.text();
   if (!multipliers.empty()) text += "\nMultipliers\n" + multipliers.text();

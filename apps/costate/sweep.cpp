@@ -21,6 +21,15 @@ struct SweepOptions {
   std::vector<std::string> outputs;
 };
 
+/// A coordinate that follows a law of time alone cannot be led anywhere else.
+void require_undriven(const Mechanism& m, int coordinate) {
+  for (const auto& c : m.constraints())
+    if (c->rheonomic() && c->coordinates() == std::vector<int>{coordinate})
+      throw ModelError(c->path(), fmt::format("'{0}' follows this law of time, so that a sweep cannot lead it. Sweep "
+                                              "another coordinate, or take [{1}] out of the scene.",
+                                              m.coordinates()[static_cast<std::size_t>(coordinate)].name, c->path()));
+}
+
 int run(const CommonOptions& common, SweepOptions& options) {
   if (options.count < 2 || options.count > 100000)
     throw Error(fmt::format("--count must be 2 to 100000, found {}.", options.count));
@@ -38,6 +47,7 @@ int run(const CommonOptions& common, SweepOptions& options) {
   Assembly assembly(m, ParameterSelection{});
   const double t = scene.run.t_start_s;
   const Sweep sweep = located_in(scene, [&] {
+    require_undriven(assembly.mechanism(), coordinate);
     try {
       return sweep_position(assembly, t, held_by_start(assembly), coordinate, options.from, options.to, options.count);
     } catch (const ModelError& e) {
@@ -95,9 +105,11 @@ int run(const CommonOptions& common, SweepOptions& options) {
   } else {
     text += csv;
   }
-  if (common.json)
+  if (common.hand_over)
+    common.hand_over(j);
+  else if (common.json)
     fmt::print("{}\n", json_text(j));
-  else
+  else if (!common.quiet)
     print_result(text);
   if (sweep.stopped.empty()) return 0;
   print_message(sweep.stopped);
@@ -123,7 +135,7 @@ const RegisterCommand sweep_command(
       c.flag("--equilibrium", options->analysis.at_equilibrium,
              "Find force states by balance, also where the scene does not start at equilibrium");
       c.option("--output", common.output, "Directory for sweep.csv and sweep.json (default: results/SCENE)");
-      c.flag("--no-files", common.no_files, "Write no files; the table goes to standard output");
+      c.existing("--no-files").text("Write no files; the table goes to standard output");
       c.flag("--json", common.json, "Print one JSON object and nothing else");
       c.runs([&common, options] { return run(common, *options); });
     });

@@ -250,8 +250,9 @@ TEST_CASE("failures: one object, too, that says why") {
   // A simulation that cannot be carried on: too large a force for any step size.
   const Json run = failure({"simulate", kFiveBar, "--set", "gravity.y_m_per_s2=-1e300"}, 1, "t =");
   CHECK(run.at("guide") == "apps/README.md#step-gets-too-small");
-  // A start value outside its parameter's bounds.
-  failure({"simulate", kFiveBar, "--set", "spring.S1.stiffness_N_per_m=1e300"}, 1, "below the start value 1e+300");
+  // An optimization cannot start outside its parameter's bounds.
+  failure({"optimize", kFiveBar, "--parameters", "k1", "--set", "spring.S1.stiffness_N_per_m=2000"}, 1,
+          "outside the bounds 1 .. 1000");
 }
 
 TEST_CASE("a file name that is no UTF-8 does not spoil the object") {

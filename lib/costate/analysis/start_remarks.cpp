@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "costate/analysis/mechanism_size.h"
 
@@ -33,6 +34,25 @@ std::vector<std::string> start_remarks(const Assembly& assembly, const Start& st
         "assembled in another way than meant. Bring the guess nearer, or give the coordinate in "
         "[start].",
         c.name, start.q[i], c.unit, assembly.numbers()[static_cast<std::size_t>(c.position_number)], c.unit));
+  }
+  // A rate that was written and is not the one that the motion starts with: rates that are given determine it.
+  constexpr double kOtherRate = 1e-3;
+  std::set<int> given;
+  for (const GivenStart& g : m.given_velocities()) given.insert(g.coordinate);
+  std::size_t told = 0;
+  for (int i = 0; i < assembly.n() && told < 3; ++i) {
+    const Coordinate& c = m.coordinates()[static_cast<std::size_t>(i)];
+    if (c.velocity_number < 0 || given.contains(i)) continue;
+    const double written = assembly.numbers()[static_cast<std::size_t>(c.velocity_number)];
+    if (written == 0 ||
+        std::abs(start.v[i] - written) <= kOtherRate * std::max(std::abs(written), std::abs(start.v[i])))
+      continue;
+    ++told;
+    remarks.push_back(
+        fmt::format("The start has '{}' at a rate of {:.6g} {}/s, not {:.6g} as the scene has it: the given velocities "
+                    "determine it. "
+                    "Name it in given_velocities of [start] in the place of another one, or leave its rate out.",
+                    c.name, start.v[i], c.unit, written));
   }
   return remarks;
 }

@@ -216,8 +216,6 @@ void MechanismBuilder::add_parameter(Parameter p) {
                                m_->numbers_[number].path, found, m_->numbers_[first].path, m_->numbers_[first].value,
                                f / factor, expected));
   }
-  if (!(p.lower <= p.value && p.value <= p.upper))
-    throw ModelError(subject, fmt::format("The value {} lies outside its bounds [{}, {}].", p.value, p.lower, p.upper));
   shared_parts_.emplace(subject, nullptr);
   m_->parameters_.push_back(std::move(p));
 }

@@ -14,6 +14,7 @@
 #include "costate/base/stop.h"
 #include "costate/formulation/defaults.h"
 #include "costate/scene/least_atol.h"
+#include "costate/scene/parameter_start.h"
 
 namespace costate {
 
@@ -212,8 +213,7 @@ void SceneReader::read_parameters() {
     if (paths.empty()) t.fail("numbers", "must name at least one number.");
     if (factors[0] == 0) t.fail("factors", "must not hold a zero.");
     const double start = builder_.number_value(p.bindings[0].first) / factors[0];
-    if (start < p.lower) t.fail("lower", fmt::format("is {}, above the start value {}.", p.lower, start));
-    if (start > p.upper) t.fail("upper", fmt::format("is {}, below the start value {}.", p.upper, start));
+    check_start(p, start, find_node(root_, paths[0]), t);
     p.scale = scale.value_or(start != 0 ? std::abs(start) : 1);
     builder_.add_parameter(p);
   }

@@ -50,6 +50,10 @@ class Run {
     nlopt::opt opt(algorithm_of(options_.algorithm, !constraints_.empty()), n);
     std::vector<double> x, lower, upper;
     for (const Parameter& p : parameters) {
+      if (!(p.value >= p.lower && p.value <= p.upper))
+        throw ModelError(
+            "parameter." + p.name,
+            fmt::format("The optimization would start at {}, outside the bounds {} .. {}.", p.value, p.lower, p.upper));
       x.push_back(p.value / p.scale);
       lower.push_back(p.lower / p.scale);
       upper.push_back(p.upper / p.scale);

@@ -1,0 +1,21 @@
+#include "costate/scene/parameter_start.h"
+
+#include <fmt/format.h>
+
+#include "costate/base/notice.h"
+
+namespace costate {
+
+void check_start(const Parameter& p, double start, const SceneNode* number, const SceneTable& table) {
+  if (start >= p.lower && start <= p.upper) return;
+  const bool below = start < p.lower;
+  if (number != nullptr && number->where.file.starts_with("override "))
+    notice(fmt::format("Parameter '{}' starts at {}, {} its {} bound {} for optimization.", p.name, start,
+                       below ? "below" : "above", below ? "lower" : "upper", below ? p.lower : p.upper));
+  else if (below)
+    table.fail("lower", fmt::format("is {}, above the start value {}.", p.lower, start));
+  else
+    table.fail("upper", fmt::format("is {}, below the start value {}.", p.upper, start));
+}
+
+}  // namespace costate

@@ -35,7 +35,7 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${PROJECT_BINARY_DIR}/lib" "${PROJECT_BINARY_DIR}/solvers")
 # What programs on the library are compiled with; the tool runs without.
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS
-    "cmake, g++, libeigen3-dev, libfmt-dev, libhdf5-dev, libnlopt-cxx-dev, libsuitesparse-dev, libsundials-dev")
+    "cmake, g++, libeigen3-dev, libfmt-dev, libhdf5-dev, libnlopt-cxx-dev, libsuitesparse-dev, libsundials-dev, python3-numpy")
 if(PROJECT_IS_TOP_LEVEL)
   include(CPack)
 endif()

@@ -47,6 +47,7 @@ std::vector<std::string> option_keys() {
   return keys;
 }
 
+constexpr double kMostPoints = 100000;          // of a design
 constexpr std::size_t kLongestFile = 64 << 20;  // bytes
 
 [[noreturn]] void fail(const SourceLocation& where, const std::string& message) { throw SceneError(where, message); }
@@ -183,11 +184,10 @@ double number_of(const SceneNode& table, const std::string& key, const std::stri
 }
 
 int count_of(const SceneNode& table, const std::string& key, const std::string& title, int least) {
-  constexpr double most = 100000;
   const double x = number_of(table, key, title);
-  if (!(x >= least && x <= most) || x != std::floor(x))
+  if (!(x >= least && x <= kMostPoints) || x != std::floor(x))
     fail(table.find(key)->where,
-         fmt::format("'{}' in {} must be an integer from {} to {:g}, found {:g}.", key, title, least, most, x));
+         fmt::format("'{}' in {} must be an integer from {} to {:g}, found {:g}.", key, title, least, kMostPoints, x));
   return static_cast<int>(x);
 }
 
@@ -270,6 +270,10 @@ std::vector<StudyRun> read_design(const SceneNode& table, const Common& common,
          fmt::format("'count' in {}: a grid has as many points as its 'steps' make.", title));
   const int count = grid ? 0 : count_of(table, "count", title, 1);
   const int seed = table.find("seed") != nullptr ? count_of(table, "seed", title, 0) : 1;
+  double size = 1;
+  for (const Variation& v : variations) size *= grid ? v.steps : 1;
+  if (size > kMostPoints)
+    fail(vary->where, fmt::format("{} has {:g} points, more than {:g}; give fewer steps.", title, size, kMostPoints));
   std::vector<std::vector<double>> points;
   try {
     points = design_points(kind, variations, count, static_cast<unsigned long>(seed));

@@ -157,6 +157,10 @@ TEST_CASE("study: mistakes in designs name their line") {
   CHECK_THAT(complaint("kind = \"sobol\"\n" + kBoth), Contains("needs 'count'"));
   CHECK_THAT(complaint("kind = \"sobol\"\ncount = 3\n"), Contains("needs 'vary'"));
   CHECK_THAT(complaint("kind = \"grid\"\n" + kBoth), Contains("needs 'steps'"));
+  CHECK_THAT(
+      complaint("kind = \"grid\"\n[design.vary]\n\"" + kStiffness + "\" = { from = 1, to = 2, steps = 400 }\n\"" +
+                kDamping + "\" = { from = 1, to = 2, steps = 300 }\n"),
+      Contains("has 120000 points"));
   CHECK_THAT(complaint("kind = \"sobol\"\ncount = 2.5\n" + kBoth), Contains("must be an integer from 1"));
   CHECK_THAT(complaint("kind = \"sobol\"\ncount = 2\n[design.vary]\n\"no.such\" = { from = 1, to = 2 }\n"),
              Contains("no.such"));

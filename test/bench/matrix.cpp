@@ -76,12 +76,9 @@ void table(const Model& model, double rtol, int rounds, Report& report) {
     for (const SensitivityMethod& m : sensitivity_methods()) {
       if (m.needs == SensitivityMethod::Needs::either || !refusal(m, f).empty()) continue;
       // Against a simulation by the same integrator.
-      const std::string integrator = m.needs == SensitivityMethod::Needs::dae        ? "idas"
-                                     : m.needs == SensitivityMethod::Needs::ode      ? "cvodes"
-                                     : m.needs == SensitivityMethod::Needs::discrete ? "fixed"
-                                                                                     : "";
+      const std::string integrator = integrator_of(p, m);
       Timed simulation = plain;
-      if (!integrator.empty() && integrator != f.default_integrator) {
+      if (integrator != f.default_integrator) {
         Problem own = p;
         own.solver.integrator = integrator;
         simulation = timed(rounds, [&] { return GradientResult(simulate(own, rho)); });

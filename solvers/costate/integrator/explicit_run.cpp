@@ -27,6 +27,9 @@ constexpr long kPollEvaluations = 64;  // evaluations between calls of the monit
 // may as well be taken.
 constexpr long kStiff = 15, kNotStiff = 6;
 constexpr double kFew = 2e5;
+// Free flight is exact by steps of any length: one could pass over a hop, and its guard be behind its end again. Steps
+// that begin with this part of the run and grow by kMost have an end within whatever lasts longer than the first one.
+constexpr double kBehindEvent = 1e-6;
 }  // namespace
 
 ExplicitRun::ExplicitRun(OdeSystem& system, const SolverOptions& options, Monitor monitor, StartDerivative wanted)
@@ -137,6 +140,7 @@ void ExplicitRun::begin_step() {
   try {
     step_->begin(end_time_, end_.data());
     if (h_ <= 0) h_ = step_->first_step(options_.rtol, atol_.data(), ahead(end_time_) - end_time_);
+    if (system_.has_events()) h_ = std::min(h_, kBehindEvent * (options_.t_end - options_.t_start));
   } catch (const StepError& e) {
     last_step_error_ = e.what();
     fail("could not begin", "FIRST_EVALUATION");

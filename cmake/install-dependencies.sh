@@ -15,6 +15,7 @@ packages=(
   libsuitesparse-dev
   libnlopt-dev
   libnlopt-cxx-dev
+  libceres-dev
   libtomlplusplus-dev
   libcli11-dev
   libhdf5-dev

@@ -18,8 +18,8 @@ namespace fs = std::filesystem;
 const std::vector<std::string> kLibrary{"base",      "derivative", "linear", "element", "mechanism", "assembly",
                                         "objective", "analysis",   "event",  "level",   "adjoint",   "formulation",
                                         "candidate", "discrete",   "scene",  "kind"};
-const std::vector<std::string> kSolvers{"record",      "sundials",  "problem",  "integrator", "cycle",
-                                        "sensitivity", "candidate", "optimize", "tradeoff"};
+const std::vector<std::string> kSolvers{"record",      "sundials", "problem",   "integrator", "cycle",
+                                        "sensitivity", "fit",      "candidate", "optimize",   "tradeoff"};
 
 // All #include "costate/FOLDER/..." of a tree that break the order, as "file: include".
 std::vector<std::string> upward(const fs::path& tree, const std::vector<std::string>& floors,

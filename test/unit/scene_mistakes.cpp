@@ -75,7 +75,7 @@ TEST_CASE("scene mistakes: unknown and missing keys, with near ones") {
        "weight, "
        "target_output, target."},
       {"[[cost.running]]", "[[cost.runing]]",
-       "34:8: Unknown key 'runing' in [cost]. Did you mean 'running'? Known here: running, terminal."},
+       "34:8: Unknown key 'runing' in [cost]. Did you mean 'running'? Known here: running, terminal, samples."},
       {"t_end_s = 1\n", "\n", "39:1: [run] needs 't_end_s' (a number), which is missing."},
   });
 }

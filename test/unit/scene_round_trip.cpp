@@ -62,7 +62,7 @@ void require_same(const Scene& a, const Scene& b) {
 void require_round_trip(const Scene& scene) {
   const std::string text = scene.dump();
   INFO(text);
-  const Scene again = Scene::parse(text, "dump");
+  const Scene again = Scene::parse(text, scene.file_name());
   REQUIRE(again.dump() == text);
   require_same(scene, again);
 }

@@ -4,6 +4,7 @@
 #include "costate/element/course.h"
 #include "costate/objective/folded_angle.h"
 #include "costate/objective/formula_output.h"
+#include "costate/objective/sampled_cost.h"
 
 namespace costate {
 
@@ -30,7 +31,7 @@ bool OutputTerm::needs_accelerations() const {
 }
 
 void add_cost_course(const CostTerm& term, const std::vector<double>& numbers, Course& course) {
-  const auto* output = dynamic_cast<const OutputTerm*>(&term);
+  const auto* output = dynamic_cast<const OutputTerm*>(&ungated(term));
   if (!output) return;
   asking = &course;
   asked_numbers = &numbers;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "costate/base/error.h"
+#include "costate/scene/sample_reader.h"
 
 namespace costate {
 
@@ -49,6 +50,7 @@ CostPlan read_cost(SceneTable& table, MechanismBuilder& builder) {
   CostPlan plan;
   for (SceneTable& t : table.tables("running")) plan.running.push_back(read_term(t, builder));
   for (SceneTable& t : table.tables("terminal")) plan.terminal.push_back(read_term(t, builder));
+  for (SceneTable& t : table.tables("samples")) plan.terminal.push_back(read_samples(t, builder));
   return plan;
 }
 

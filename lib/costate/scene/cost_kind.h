@@ -32,7 +32,7 @@ struct CostPlan {
   std::vector<MakeCostTerm> running, terminal;
   Objective make(const Mechanism& mechanism) const;
 };
-/// Reads the arrays of tables 'running' and 'terminal' of a table.
+/// Reads the arrays of tables 'running', 'terminal' and 'samples' (sample_reader.h) of a table.
 CostPlan read_cost(SceneTable& table, MechanismBuilder& builder);
 
 }  // namespace costate

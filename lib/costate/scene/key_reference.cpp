@@ -53,6 +53,16 @@ travel_angle_rad = 0.1
 
 [formulation]
 
+[data.measured]
+columns = ["t [s]", "x [m]"]
+rows = [[0, 0.1], [1, 0.2]]
+
+[[cost.samples]]
+data = "measured"
+column = "x"
+output = "plate.x"
+sigma = 0.01
+
 [[optimize.constraint]]
 name = "limit"
 upper = 1

@@ -12,6 +12,7 @@ namespace costate {
 
 /// Kinds are read in this order, and in the order of the file within a phase.
 enum class ScenePhase {
+  data,             // tables that laws and costs take values from
   points,           // ground and free points, bodies
   bars,             // what joins points
   attached_points,  // points on bodies and bars

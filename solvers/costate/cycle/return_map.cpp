@@ -11,6 +11,7 @@
 #include "costate/cycle/map_run.h"
 #include "costate/formulation/law_joins.h"
 #include "costate/level/fixed_times.h"
+#include "costate/objective/sampled_cost.h"
 
 namespace costate {
 
@@ -88,6 +89,7 @@ MapValue ReturnMap::once(const Eigen::VectorXd& x, const std::vector<double>& po
                          bool last) const {
   const int d = section_.size(), np = derivatives == MapDerivatives::all ? static_cast<int>(rho_.size()) : 0;
   const bool differentiate = derivatives != MapDerivatives::none;
+  if (has_samples(problem_.objective)) throw CapabilityError("Cycles do not take samples ([[cost.samples]]).");
   std::vector<double> values;
   Problem p = problem_at(x, positions, differentiate, derivatives == MapDerivatives::all, values);
   if (!last) p.objective.terminal.clear();  // counted where the cycle ends

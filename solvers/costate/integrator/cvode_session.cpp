@@ -115,15 +115,22 @@ std::vector<double> CvodeSession::sensitivity_gradient() {
   const int np = system_.parameter_count();
   std::vector<double> gradient(static_cast<std::size_t>(np), 0);
   if (np == 0) return gradient;
-  check(CVodeGetSensDky(memory_, t_, 0, yS_.handles()), "sensitivities");
-  if (cost_state_)
-    for (int j = 0; j < np; ++j) gradient[j] = yS_.data(j)[system_.size()];
-  if (!system_.objective().terminal.empty()) {
-    std::vector<double> terminal(static_cast<std::size_t>(np));
-    for (int j = 0; j < np; ++j) columns_in_[j] = yS_.data(j);
-    system_.tangent_terminal_cost(t_, y(), columns_in_.data(), terminal.data(), np);
-    for (int j = 0; j < np; ++j) gradient[j] += terminal[j];
+  gradient = terminal_gradient();
+  if (cost_state_) {
+    check(CVodeGetSensDky(memory_, t_, 0, yS_.handles()), "sensitivities");
+    for (int j = 0; j < np; ++j) gradient[j] += yS_.data(j)[system_.size()];
   }
+  return gradient;
+}
+
+std::vector<double> CvodeSession::terminal_gradient() {
+  const int np = system_.parameter_count();
+  std::vector<double> gradient(static_cast<std::size_t>(np), 0);
+  if (np == 0 || system_.objective().terminal.empty()) return gradient;
+  // Before the first step they are those of the start.
+  if (steps(memory_) > 0) check(CVodeGetSensDky(memory_, t_, 0, yS_.handles()), "sensitivities");
+  for (int j = 0; j < np; ++j) columns_in_[j] = yS_.data(j);
+  system_.tangent_terminal_cost(t_, y(), columns_in_.data(), gradient.data(), np);
   return gradient;
 }
 

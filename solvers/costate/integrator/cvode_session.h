@@ -25,6 +25,8 @@ class CvodeSession final : public SundialsSession<CvodeApi> {
   void add_start_gradient(const AdjointState& mu, std::vector<double>& gradient) const;
   static void transfer_adjoint(OdeSystem& system, const Jump& jump, AdjointState& mu, std::vector<double>& gradient);
   std::vector<double> sensitivity_gradient();
+  /// Of the terminal cost here alone.
+  std::vector<double> terminal_gradient();
 
  private:
   static CvodeSession& self_of(void* p) { return *static_cast<CvodeSession*>(p); }

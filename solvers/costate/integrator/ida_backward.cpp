@@ -87,6 +87,18 @@ void IdaSession::begin_sum() {
   b.yp.data()[n] = backward_sum_rate(t_, x, b.y.data());
 }
 
+void IdaSession::complete_backward(const AdjointStop& stop) {
+  cost_time_ = std::numeric_limits<double>::quiet_NaN();
+  solved_.forget();
+  if (summed_back() == 0) return;
+  Backward& b = *back_;
+  const int n = system_.size();
+  const double* x = solved_.at(system_, stop.t, stop.y);
+  system_.linearize(stop.t, x, stop.yp);
+  b.atol.data()[n] = options_.rtol;
+  b.yp.data()[n] = backward_sum_rate(stop.t, x, b.y.data());
+}
+
 void IdaSession::backward_integrand(double t, const double* x, const double* mu, double* q) {
   // Integrated from T down to 0, so the sign of g_rho - mu^T F_rho is turned.
   backward_cost_gradient(t, x);

@@ -125,19 +125,27 @@ void IdaSession::jump_sensitivities(const Jump& jump, SegmentStart& start) {
 }
 
 std::vector<double> IdaSession::sensitivity_gradient() {
-  const int n = system_.size(), np = system_.parameter_count();
+  const int np = system_.parameter_count();
   std::vector<double> gradient(static_cast<std::size_t>(np), 0);
   if (np == 0) return gradient;
   if (system_.has_running_cost()) {
     check(IDAGetQuadSensDky(memory_, t_, 0, qS_.handles()), "psi's sensitivities");
     for (int j = 0; j < np; ++j) gradient[j] = qS_.data(j)[0];
   }
-  if (!system_.objective().terminal.empty()) {
-    check(IDAGetSensDky(memory_, t_, 0, yS_.handles()), "sensitivities");
-    system_.terminal_cost_gradient(t_, y(), g_y_.data(), 1, gradient.data());
-    for (int j = 0; j < np; ++j)
-      for (int i = 0; i < n; ++i) gradient[j] += g_y_[i] * yS_.data(j)[i];
-  }
+  const std::vector<double> terminal = terminal_gradient();
+  for (int j = 0; j < np; ++j) gradient[j] += terminal[j];
+  return gradient;
+}
+
+std::vector<double> IdaSession::terminal_gradient() {
+  const int n = system_.size(), np = system_.parameter_count();
+  std::vector<double> gradient(static_cast<std::size_t>(np), 0);
+  if (np == 0 || system_.objective().terminal.empty()) return gradient;
+  // Before the first step they are those of the start.
+  if (steps(memory_) > 0) check(IDAGetSensDky(memory_, t_, 0, yS_.handles()), "sensitivities");
+  system_.terminal_cost_gradient(t_, y(), g_y_.data(), 1, gradient.data());
+  for (int j = 0; j < np; ++j)
+    for (int i = 0; i < n; ++i) gradient[j] += g_y_[i] * yS_.data(j)[i];
   return gradient;
 }
 

@@ -19,7 +19,9 @@ class IdaSession final : public SundialsSession<IdaApi> {
   AdjointState end_adjoint(std::vector<double>& gradient);
   void add_start_gradient(const AdjointState& mu, std::vector<double>& gradient) const;
   static void transfer_adjoint(DaeSystem& system, const Jump& jump, AdjointState& mu, std::vector<double>& gradient);
-  std::vector<double> sensitivity_gradient();  // of running and terminal part at the current time
+  std::vector<double> sensitivity_gradient();
+  /// Of the terminal cost here alone.
+  std::vector<double> terminal_gradient();  // of running and terminal part at the current time
 
  private:
   static IdaSession& self_of(void* p) { return *static_cast<IdaSession*>(p); }
@@ -31,6 +33,7 @@ class IdaSession final : public SundialsSession<IdaApi> {
   IDAQuadRhsFnB backward_quadrature_function() const override { return backward_quadrature; }
   void create_backward() override;
   void set_backward_matrix() override;
+  void complete_backward(const AdjointStop& stop) override;
   void complete_end() override { solve_algebraic(system_, t_, y_.data()); }
   void jump_sensitivities(const Jump& jump, SegmentStart& start) override;
 

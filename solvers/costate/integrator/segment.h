@@ -33,4 +33,12 @@ struct AdjointState {
   std::vector<double> mu, mup;
 };
 
+/// A time within a segment at which the adjoint jumps: psi has a term of the state there.
+struct AdjointStop {
+  double t = 0;
+  const double *y = nullptr, *yp = nullptr;  // the forward state there; yp of DAE systems
+  /// mu behind it becomes mu before it; the gradient gains the term's own dependence on rho.
+  std::function<void(AdjointState& mu, std::vector<double>& gradient)> cross;
+};
+
 }  // namespace costate

@@ -77,7 +77,7 @@ void SegmentedRun<Session, SystemType>::drop_segments() {
 }
 
 template <class Session, class SystemType>
-std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint() {
+std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint(const SampleAdjoint& cross) {
   std::vector<double> gradient(static_cast<std::size_t>(system_.parameter_count()), 0);
   AdjointScale scale;
   for (std::size_t k = 0; k < sessions_.size(); ++k)
@@ -86,14 +86,22 @@ std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint() {
   const AdjointSize size =
       scale.with_terminal(system_.terminal_cost(t_, session().y()), session().y(), system_.unknowns());
   AdjointState mu = session().end_adjoint(gradient);
-  invariant_.end(system_, t_start_, t_, session().y(), mu.mu.data());
+  // A sample makes it jump.
+  if (samples_.empty()) invariant_.end(system_, t_start_, t_, session().y(), mu.mu.data());
+  auto next = samples_.rbegin();
   for (std::size_t k = sessions_.size(); k-- > 0;) {
     const bool again = !sessions_[k];
     if (again) {  // in the mode that the jump behind it has left in force
       begin_segment(starts_[k - 1], sessions_[k]);
       sessions_[k]->repeat_segment(links_[k].jump.t);
     }
-    sessions_[k]->solve_backward(mu, size, gradient);
+    std::vector<AdjointStop> stops;
+    for (; next != samples_.rend() && next->session == k; ++next)
+      stops.push_back({next->t, next->y.data(), next->yp.data(),
+                       [&cross, sample = &*next](AdjointState& m, std::vector<double>& g) {
+                         cross(sample->index, sample->t, sample->y, sample->yp, m, g);
+                       }});
+    sessions_[k]->solve_backward(mu, size, gradient, stops);
     if (again) {
       if (!(sessions_[k]->adjoint_growth().change() <= growth_.change())) growth_ = sessions_[k]->adjoint_growth();
       add(past_, sessions_[k]->counters());

@@ -67,9 +67,18 @@ class SegmentedRun {
   /// The same, and stores the motion (q, v, z).
   void advance_recording(double t, Trajectory& trajectory) { advance_segments(t, &trajectory); }
 
+  /// Of an adjoint run: psi has a term of the state that the run has come to, number `index` of the caller's.
+  void keep_sample(std::size_t index) {
+    Sample s{index, t_, sessions_.size() - 1, {}, {}};
+    s.y.assign(session().y(), session().y() + system_.size());
+    if (const double* yp = session().yp()) s.yp.assign(yp, yp + system_.size());
+    samples_.push_back(std::move(s));
+  }
+
   const double* y() { return session().y(); }
   double cost() { return session().cost(); }
   std::vector<double> sensitivity_gradient() { return session().sensitivity_gradient(); }
+  std::vector<double> terminal_gradient() { return session().terminal_gradient(); }
 
   /// Forward counters; to be called before solve_adjoint().
   void read_forward_counters() {
@@ -80,7 +89,11 @@ class SegmentedRun {
   /// Of an adjoint run, thereafter: the most steps of one segment, and whether one took more than the plan keeps.
   long longest_segment() const { return longest_; }
   bool outgrew_plan() const { return outgrown_; }
-  std::vector<double> solve_adjoint();
+  /// `add`: what a kept sample, of its index, adds to the adjoint and the gradient there.
+  using SampleAdjoint =
+      std::function<void(std::size_t index, double t, const std::vector<double>& y, const std::vector<double>& yp,
+                         AdjointState& mu, std::vector<double>& gradient)>;
+  std::vector<double> solve_adjoint(const SampleAdjoint& add = {});
   /// After that: where an error of the size of the tolerance changes psi most.
   AdjointGrowth adjoint_growth() const {
     AdjointGrowth most = growth_;
@@ -127,6 +140,13 @@ class SegmentedRun {
     bool restart;  // nothing jumps
   };
   std::vector<Link> links_;  // between the sessions
+  struct Sample {
+    std::size_t index;
+    double t;
+    std::size_t session;
+    std::vector<double> y, yp;
+  };
+  std::vector<Sample> samples_;  // in order of time
   std::vector<RunEvent> events_;
   Counters past_;  // of sessions that are gone
 };

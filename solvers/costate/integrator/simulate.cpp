@@ -13,6 +13,7 @@
 #include "costate/integrator/fixed_run.h"
 #include "costate/integrator/run_end.h"
 #include "costate/integrator/run_watch.h"
+#include "costate/integrator/sampled_run.h"
 #include "costate/integrator/segmented_run.h"
 
 namespace costate {
@@ -66,10 +67,19 @@ Simulation run(SystemType& system, const Problem& problem, const std::vector<dou
     position_iterations += system.position_iterations() - i;
   };
   double last = -std::numeric_limits<double>::infinity(), t_end = problem.solver.t_end;
-  for (const double t : times) {
-    if (!advance(t)) break;
-    sample(last = t);
-  }
+  std::size_t next = 0;
+  const auto sample_until = [&](double t) {
+    for (; next < times.size() && times[next] <= t; ++next) {
+      if (!advance(times[next])) return;
+      sample(last = times[next]);
+    }
+  };
+  const double of_samples = advance_over_samples(system, problem, [&](double t, std::size_t) {
+    sample_until(t);
+    advance(t);
+    return session.y();
+  });
+  sample_until(std::numeric_limits<double>::infinity());
   advance(t_end);
   Simulation r;
   if (end) {
@@ -78,7 +88,7 @@ Simulation run(SystemType& system, const Problem& problem, const std::vector<dou
     r.end = end->event();
   }
   watch.finish(t_end, session.y());
-  r.psi = session.cost();
+  r.psi = session.cost() + of_samples;
   if (!system.objective().terminal.empty()) r.psi += system.terminal_cost(t_end, session.y());
   session.read_forward_counters();
   r.counters = session.counters();
@@ -97,8 +107,9 @@ Simulation simulate(const Problem& problem, const std::vector<double>& rho, cons
   problem.check_values(rho);
   Simulation r;
   if (integrator == "idas") {
-    const auto system = problem.make_dae();
-    r = run<IdaRun>(*system, problem, rho, times, sink);
+    const Problem separate = with_separate_samples(problem);
+    const auto system = separate.make_dae();
+    r = run<IdaRun>(*system, separate, rho, times, sink);
   } else if (integrator == "fixed") {
     refuse_free_end(problem, "fixed steps are");
     r = simulate_fixed(problem, rho, times, sink);
@@ -111,7 +122,7 @@ Simulation simulate(const Problem& problem, const std::vector<double>& rho, cons
       ++handed_out;
       sink(state, system);
     };
-    r = with_bdf_where_stiff(problem, [&](const Problem& p) {
+    r = with_bdf_where_stiff(with_separate_samples(problem), [&](const Problem& p) {
       const auto system = p.make_ode();
       return run<CvodeRun>(*system, p, rho, std::vector<double>(times.begin() + handed_out, times.end()),
                            sink ? once : sink);

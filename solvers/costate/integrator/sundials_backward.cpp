@@ -1,4 +1,5 @@
 // The way back of a session: the adjoint problem over its segment.
+#include <algorithm>
 #include <cmath>
 
 #include "costate/integrator/sundials_session.h"
@@ -6,21 +7,41 @@
 namespace costate {
 
 template <class Api>
-void SundialsSession<Api>::solve_backward(AdjointState& mu, const AdjointSize& expected,
-                                          std::vector<double>& gradient) {
-  if (t_ <= options_.t_start) return;  // two events at once: nothing between them
-  const int n = system_.size(), np = system_.parameter_count(), size = static_cast<int>(names_back().size());
-  back_ = std::make_unique<Backward>();
-  Backward& b = *back_;
-  for (Vector* v : {&b.y, &b.yp, &b.atol}) *v = Vector(size, context_);
-  b.q = Vector(np, context_);
-  b.atol_q = Vector(np, context_);
-  std::copy(mu.mu.begin(), mu.mu.end(), b.y.data());
-  std::copy(mu.mup.begin(), mu.mup.end(), b.yp.data());
-  const double scale = set_adjoint_tolerances(system_.unknowns(), mu.mu, expected, options_.rtol,
-                                              Api::implicit ? kUnweighted : options_.rtol, b.atol.data());
-  set_gradient_tolerances(system_, y(), scale, options_.rtol, b.atol_q.data());
+void SundialsSession<Api>::solve_backward(AdjointState& mu, const AdjointSize& expected, std::vector<double>& gradient,
+                                          const std::vector<AdjointStop>& stops) {
+  auto stop = stops.begin();
+  for (; stop != stops.end() && stop->t >= t_; ++stop) stop->cross(mu, gradient);
+  if (t_ > options_.t_start) {  // not two events at once, with nothing between them
+    const int np = system_.parameter_count(), size = static_cast<int>(names_back().size());
+    back_ = std::make_unique<Backward>();
+    Backward& b = *back_;
+    for (Vector* v : {&b.y, &b.yp, &b.atol}) *v = Vector(size, context_);
+    b.q = Vector(np, context_);
+    b.atol_q = Vector(np, context_);
+    steps_back_ = 0;
+    std::copy(mu.mu.begin(), mu.mu.end(), b.y.data());
+    std::copy(mu.mup.begin(), mu.mup.end(), b.yp.data());
+    set_tolerances_back(mu, expected, y());
+    open_backward();
+    for (; stop != stops.end() && stop->t > options_.t_start; ++stop) {
+      integrate_back(stop->t, mu);
+      stop->cross(mu, gradient);
+      restart_back(*stop, mu, expected);
+    }
+    integrate_back(options_.t_start, mu);
+    for (int j = 0; j < np; ++j) gradient[static_cast<std::size_t>(j)] += b.q.data()[j];
+    count_back();
+    counters_.backward_jacobians = newton_setups_back_;
+    counters_.factorizations = system_.factorizations();
+    counters_.position_iterations = system_.position_iterations();
+  }
+  for (; stop != stops.end(); ++stop) stop->cross(mu, gradient);
+}
 
+template <class Api>
+void SundialsSession<Api>::open_backward() {
+  Backward& b = *back_;
+  const int np = system_.parameter_count();
   create_backward();
   b.memory = Api::backward_memory(memory_, b.which);
   check(Api::set_user_data_back(memory_, b.which, self()), "the user's data of the adjoint");
@@ -40,25 +61,67 @@ void SundialsSession<Api>::solve_backward(AdjointState& mu, const AdjointSize& e
   }
   read_checkpoints();
   Api::capture_messages(b.memory, message_);
-  const int flag = Api::solve_back(memory_, options_.t_start);
+}
+
+template <class Api>
+void SundialsSession<Api>::set_tolerances_back(const AdjointState& mu, const AdjointSize& expected, const double* y) {
+  Backward& b = *back_;
+  const double scale = set_adjoint_tolerances(system_.unknowns(), mu.mu, expected, options_.rtol,
+                                              Api::implicit ? kUnweighted : options_.rtol, b.atol.data());
+  set_gradient_tolerances(system_, y, scale, options_.rtol, b.atol_q.data());
+}
+
+template <class Api>
+void SundialsSession<Api>::integrate_back(double to, AdjointState& mu) {
+  Backward& b = *back_;
+  const int flag = Api::solve_back(memory_, to);
   if (flag < 0) fail(true, flag, "could not continue the backward (adjoint) run");
   double reached = 0;
   check(Api::get_back(memory_, b.which, &reached, b.y, b.yp), "the adjoint");
-  if (np > 0) {
-    check(Api::get_quadrature_back(memory_, b.which, &reached, b.q), "the gradient");
-    for (int j = 0; j < np; ++j) gradient[static_cast<std::size_t>(j)] += b.q.data()[j];
-  }
+  if (system_.parameter_count() > 0) check(Api::get_quadrature_back(memory_, b.which, &reached, b.q), "the gradient");
+  const int n = system_.size();
   std::copy(b.y.data(), b.y.data() + n, mu.mu.begin());
   if (Api::implicit) std::copy(b.yp.data(), b.yp.data() + n, mu.mup.begin());
+}
+
+// The adjoint jumps: its integration begins anew, the gradient's integral goes on.
+template <class Api>
+void SundialsSession<Api>::restart_back(const AdjointStop& stop, const AdjointState& mu, const AdjointSize& expected) {
+  Backward& b = *back_;
+  count_back();
+  std::copy(mu.mu.begin(), mu.mu.end(), b.y.data());
+  std::copy(mu.mup.begin(), mu.mup.end(), b.yp.data());
+  // As fine as for what the adjoint has been until here, at least as coarse as that.
+  std::vector<double> before(b.atol.data(), b.atol.data() + system_.size()),
+      before_q(b.atol_q.data(), b.atol_q.data() + system_.parameter_count());
+  set_tolerances_back(mu, expected, stop.y);
+  for (std::size_t i = 0; i < before.size(); ++i) b.atol.data()[i] = std::max(b.atol.data()[i], before[i]);
+  for (std::size_t j = 0; j < before_q.size(); ++j) b.atol_q.data()[j] = std::max(b.atol_q.data()[j], before_q[j]);
+  complete_backward(stop);
+  check(Api::restart_back(memory_, b.which, stop.t, b.y, b.yp), "the adjoint behind a sample");
+  check(Api::set_tolerances_back(memory_, b.which, options_.rtol, b.atol), "the adjoint's tolerances");
+  if (system_.parameter_count() > 0) {
+    check(Api::restart_quadrature_back(memory_, b.which, b.q), "the gradient's quadrature");
+    check(Api::set_quadrature_tolerances_back(memory_, b.which, options_.rtol, b.atol_q), "the gradient's tolerances");
+  }
+  bound_first_step_back(stop.t, stop.y);
+}
+
+// SUNDIALS counts from a restart on.
+template <class Api>
+void SundialsSession<Api>::count_back() {
+  const auto add = [&](auto read, long& count) {
+    long more = 0;
+    read(back_->memory, &more);
+    count += more;
+  };
   Counters& c = counters_;
-  Api::steps(b.memory, &c.backward_steps);
-  Api::evaluations(b.memory, &c.backward_residuals);
-  Api::newton_iterations(b.memory, &c.backward_newton_iterations);
-  Api::error_test_failures(b.memory, &c.backward_error_test_failures);
-  Api::convergence_failures(b.memory, &c.backward_convergence_failures);
-  c.backward_jacobians = newton_setups_back_;
-  c.factorizations = system_.factorizations();
-  c.position_iterations = system_.position_iterations();
+  add(Api::steps, c.backward_steps);
+  add(Api::evaluations, c.backward_residuals);
+  add(Api::newton_iterations, c.backward_newton_iterations);
+  add(Api::error_test_failures, c.backward_error_test_failures);
+  add(Api::convergence_failures, c.backward_convergence_failures);
+  steps_back_ += steps(back_->memory);
 }
 
 template <class Api>
@@ -69,9 +132,13 @@ void SundialsSession<Api>::read_checkpoints() {
   check(Api::checkpoints(memory_, records.data()), "the checkpoints");
   for (const auto& r : records) checkpoint_times_.push_back(r.t0);
   std::sort(checkpoint_times_.begin(), checkpoint_times_.end());
-  if (!Api::implicit) return;
-  // IDAS chooses its first step without an evaluation.
-  const double first = t_ - plan_->limit(system_, t_, y(), true);
+  bound_first_step_back(t_, y());
+}
+
+template <class Api>
+void SundialsSession<Api>::bound_first_step_back(double t, const double* y) {
+  if (!Api::implicit || !plan_) return;
+  const double first = t - plan_->limit(system_, t, y, true);
   if (std::isfinite(first) && !(options_.max_step_s > 0 && options_.max_step_s < first))
     check(Api::set_max_step_back(memory_, back_->which, first), "the adjoint's first step's bound");
 }
@@ -88,11 +155,11 @@ void SundialsSession<Api>::look_back(double t, const double* y) {
   Api::set_stop_time(back_->memory, end);
 }
 
-template void SundialsSession<IdaApi>::solve_backward(AdjointState&, const AdjointSize&, std::vector<double>&);
-template void SundialsSession<IdaApi>::read_checkpoints();
+template void SundialsSession<IdaApi>::solve_backward(AdjointState&, const AdjointSize&, std::vector<double>&,
+                                                      const std::vector<AdjointStop>&);
 template void SundialsSession<IdaApi>::look_back(double, const double*);
-template void SundialsSession<CvodeApi>::solve_backward(AdjointState&, const AdjointSize&, std::vector<double>&);
-template void SundialsSession<CvodeApi>::read_checkpoints();
+template void SundialsSession<CvodeApi>::solve_backward(AdjointState&, const AdjointSize&, std::vector<double>&,
+                                                        const std::vector<AdjointStop>&);
 template void SundialsSession<CvodeApi>::look_back(double, const double*);
 
 }  // namespace costate

@@ -93,7 +93,7 @@ void SundialsSession<Api>::watch_forward() {
 template <class Api>
 void SundialsSession<Api>::poll(double t, bool backward) {
   if (stall_.stalled(t)) fail(backward, Api::no_progress, "no longer gets on");
-  const long taken = steps(backward ? back_->memory : memory_);
+  const long taken = backward ? steps_back_ + steps(back_->memory) : steps(memory_);
   const double to = backward ? options_.t_start : options_.t_end;
   if (const double all = (backward ? pace_back_ : pace_).projected(t, taken, to, options_.max_steps); all > 0)
     fail(backward, Api::too_much_work, pace_message(all, options_.max_steps));

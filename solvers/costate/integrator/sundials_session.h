@@ -54,10 +54,14 @@ class SundialsSession {
   void repeat_segment(double end);
   /// After advance_segment(): the jump, and what the next segment begins with.
   void jump(Jump& jump, SegmentStart& start);
-  /// The adjoint's integration from the end of this session's segment to its beginning; adds to the gradient.
-  void solve_backward(AdjointState& mu, const AdjointSize& size, std::vector<double>& gradient);
+  /// The adjoint's integration from the end of this session's segment to its beginning, across the stops on the way
+  /// (the last one first); adds to the gradient.
+  void solve_backward(AdjointState& mu, const AdjointSize& size, std::vector<double>& gradient,
+                      const std::vector<AdjointStop>& stops = {});
 
   const double* y() const { return y_.data(); }
+  /// Null where the system is explicit.
+  const double* yp() const { return Api::implicit ? yp_.data() : nullptr; }
   /// psi's running part so far.
   double cost();
   const AdjointScale& adjoint_scale() const { return adjoint_scale_; }
@@ -97,6 +101,8 @@ class SundialsSession {
   /// The system's own adjoint begins with what is in back_; creates its memory there, but for its matrix.
   virtual void create_backward() = 0;
   virtual void set_backward_matrix() = 0;
+  /// After the adjoint in back_ has changed: what the session has beside the system's own adjoint.
+  virtual void complete_backward(const AdjointStop&) {}
   /// Whether psi is one of the unknowns, behind those of the system; else it is a quadrature.
   virtual bool cost_is_unknown() const { return false; }
   /// At the end of the run: unknowns that are not integrated.
@@ -168,6 +174,13 @@ class SundialsSession {
   void record_step(double begin, double end, Trajectory& trajectory);
   /// Before the run back: the times at which SUNDIALS has to stop on the way.
   void read_checkpoints();
+  /// Where the adjoint begins, or begins anew: IDAS chooses its first step without an evaluation.
+  void bound_first_step_back(double t, const double* y);
+  void set_tolerances_back(const AdjointState& mu, const AdjointSize& expected, const double* y);
+  void open_backward();
+  void integrate_back(double to, AdjointState& mu);
+  void restart_back(const AdjointStop& stop, const AdjointState& mu, const AdjointSize& expected);
+  void count_back();
 
   std::string message_;
   std::shared_ptr<const StepPlan> plan_;                                    // or null
@@ -179,7 +192,7 @@ class SundialsSession {
   StallWatch stall_;
   PaceWatch pace_, pace_back_;
   std::optional<std::pair<Jump, SegmentStart>> begun_;  // at the place where the last step began
-  long polls_ = 0, scale_samples_ = 0;
+  long polls_ = 0, scale_samples_ = 0, steps_back_ = 0;  // steps_back_: before the adjoint's last restart
   bool ended_ = false;
   double step_end_;
 };

@@ -8,6 +8,7 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/integrator/run_watch.h"
+#include "costate/integrator/sampled_run.h"
 #include "costate/integrator/simulate.h"
 #include "costate/level/penalty_weight.h"
 #include "costate/sensitivity/method.h"
@@ -75,7 +76,7 @@ void watch_penalty(const Problem& problem, const std::string& method, const std:
   };
   ErrorEstimate e;
   try {
-    e = apart(result, find_sensitivity_method(method).gradient(other, rho), false);
+    e = apart(result, find_sensitivity_method(method).gradient(with_separate_samples(other), rho), false);
   } catch (const SolverError&) {
     return keep();
   }

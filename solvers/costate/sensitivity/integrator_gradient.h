@@ -8,6 +8,7 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/integrator/run_watch.h"
+#include "costate/integrator/sampled_run.h"
 #include "costate/integrator/segmented_run.h"
 
 namespace costate {
@@ -28,6 +29,11 @@ GradientResult adjoint_run(SystemType& system, const Problem& problem, const std
     if (system.begins_with_motion() || !plan.repeats) session.watch(watch.sink());
     session.enable_cost();
     session.enable_adjoint(plan);
+    const double of_samples = advance_over_samples(system, problem, [&](double t, std::size_t index) {
+      session.advance_with_checkpoints(t);
+      session.keep_sample(index);
+      return session.y();
+    });
     session.advance_with_checkpoints(problem.solver.t_end);
     session.read_forward_counters();  // after the backward run they describe the last segment's repetition
     if (session.outgrew_plan() && !plan.repeats) {
@@ -37,8 +43,8 @@ GradientResult adjoint_run(SystemType& system, const Problem& problem, const std
     watch.finish(problem.solver.t_end, session.y());
     GradientResult r;
     r.integrator = integrator;
-    r.psi = session.cost() + system.terminal_cost(problem.solver.t_end, session.y());
-    r.gradient = session.solve_adjoint();
+    r.psi = session.cost() + of_samples + system.terminal_cost(problem.solver.t_end, session.y());
+    r.gradient = session.solve_adjoint(sample_adjoint(system));
     r.counters = session.counters();
     r.events = session.events();
     r.counters.simulations = runs;
@@ -100,10 +106,22 @@ GradientResult forward_gradient(SystemType& system, const Problem& problem, cons
   r.integrator = integrator;
   session.enable_cost();
   session.enable_sensitivities();
+  std::vector<double> by_samples(rho.size(), 0);
+  const double of_samples = advance_over_samples(
+      system, problem,
+      [&](double t, std::size_t) {
+        session.advance(t);
+        return session.y();
+      },
+      [&] {
+        const std::vector<double> g = session.terminal_gradient();
+        for (std::size_t j = 0; j < g.size(); ++j) by_samples[j] += g[j];
+      });
   session.advance(problem.solver.t_end);
   watch.finish(problem.solver.t_end, session.y());
-  r.psi = session.cost() + system.terminal_cost(problem.solver.t_end, session.y());
+  r.psi = session.cost() + of_samples + system.terminal_cost(problem.solver.t_end, session.y());
   r.gradient = session.sensitivity_gradient();
+  for (std::size_t j = 0; j < rho.size(); ++j) r.gradient[j] += by_samples[j];
   session.read_forward_counters();
   r.counters = session.counters();
   r.events = session.events();

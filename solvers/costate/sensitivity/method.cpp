@@ -9,6 +9,7 @@
 #include "costate/formulation/law_joins.h"
 #include "costate/integrator/run_end.h"
 #include "costate/integrator/run_watch.h"
+#include "costate/integrator/sampled_run.h"
 #include "costate/integrator/simulate.h"
 #include "costate/level/fixed_times.h"
 #include "costate/sensitivity/confirmation.h"
@@ -149,6 +150,10 @@ GradientResult without_parameters(Problem problem, const SensitivityMethod& meth
 namespace {
 /// Runs that end by an event: to that time, on the method's own integrator.
 Problem with_end_of(const Problem& problem, const SensitivityMethod& method, const std::vector<double>& rho) {
+  if (method.needs == Needs::dae || method.needs == Needs::ode) {
+    Problem separate = with_separate_samples(problem);
+    if (!problem.ends_when) return separate;
+  }
   if (!problem.ends_when || method.perturbs) return problem;
   if (by_fixed_steps(problem, method)) refuse_free_end(problem, "fixed steps are");
   return with_fixed_end(problem, rho, integrator_of(problem, method));
@@ -160,6 +165,7 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
   const std::string no = refusal(method, find_formulation(problem.formulation));
   if (!no.empty()) throw CapabilityError(no);
   problem.check_values(rho);
+  if (has_samples(problem.objective) && problem.cycle) with_separate_samples(problem);  // refused
   if (problem.cycle && !method.perturbs) return cycle_gradient(problem, name, rho);
   if (rho.empty()) {
     GradientResult r = without_parameters(problem, method);

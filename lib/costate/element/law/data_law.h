@@ -1,0 +1,48 @@
+// A law through measured points, by a natural cubic spline or by straight lines between them.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "costate/element/course.h"
+#include "costate/element/law/from_derivatives.h"
+#include "costate/element/law/scalar_law.h"
+
+namespace costate {
+
+/// scale times the curve through (x_k, y_k). Number: scale. The points are data, not numbers, so that there may be many
+/// of them.
+class DataLaw final : public ScalarLawOf<DataLaw>, public PlacedLaw {
+ public:
+  enum class Between { spline, lines };
+  /// What is said beyond the first and the last point: nothing (a StepError), their values, or the end's tangents.
+  enum class Beyond { refuse, hold, tangent };
+  /// x strictly increasing, at least 2 points, all finite; throws ModelError otherwise. `source` is for messages.
+  DataLaw(std::vector<double> x, std::vector<double> y, Between between, Beyond beyond, std::string source);
+  int number_count() const override { return 1; }
+
+  template <class S, class P>
+  S physics(const S& x, const P* p) const {
+    double f[5];
+    calc_derivatives(value_of(x), f);
+    return S(p[0]) * from_derivatives(x, f);
+  }
+  void add_kinks(const double*, std::vector<double>& x) const override;
+  void add_places(const double* p, LawPlaces& places) const override;
+  /// From 0, or where the data do not reach there from their first point.
+  double integral(double x, const double* p) const override;
+
+ private:
+  void calc_derivatives(double x, double* f) const;
+  /// Of the interval k at x: value and derivatives.
+  void interval(std::size_t k, double x, double* f) const;
+  double area(std::size_t k, double a, double b) const;
+  /// Of the curve without its scale, from the first point on.
+  double area_to(double x) const;
+  std::vector<double> x_, y_, moment_;  // moment: second derivatives of the spline at the points, or zeros
+  Between between_;
+  Beyond beyond_;
+  std::string source_;
+};
+
+}  // namespace costate

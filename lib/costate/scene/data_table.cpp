@@ -1,0 +1,362 @@
+#include "costate/scene/data_table.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <sstream>
+
+#include "costate/base/error.h"
+#include "costate/base/text_file.h"
+
+namespace costate {
+
+namespace {
+
+constexpr std::size_t kLongestData = 256 << 20;  // bytes
+constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+constexpr double kTurn = 2 * std::numbers::pi;
+
+const std::map<std::string, double>& units() {
+  static const std::map<std::string, double> known = {{"", 1},
+                                                      {"1", 1},
+                                                      {"-", 1},
+                                                      {"%", 0.01},
+                                                      {"s", 1},
+                                                      {"ms", 1e-3},
+                                                      {"us", 1e-6},
+                                                      {"min", 60},
+                                                      {"h", 3600},
+                                                      {"m", 1},
+                                                      {"mm", 1e-3},
+                                                      {"cm", 1e-2},
+                                                      {"um", 1e-6},
+                                                      {"km", 1e3},
+                                                      {"m/s", 1},
+                                                      {"mm/s", 1e-3},
+                                                      {"km/h", 1 / 3.6},
+                                                      {"m/s^2", 1},
+                                                      {"m/s2", 1},
+                                                      {"mm/s^2", 1e-3},
+                                                      {"rad", 1},
+                                                      {"mrad", 1e-3},
+                                                      {"deg", kTurn / 360},
+                                                      {"°", kTurn / 360},
+                                                      {"turn", kTurn},
+                                                      {"rad/s", 1},
+                                                      {"deg/s", kTurn / 360},
+                                                      {"rpm", kTurn / 60},
+                                                      {"1/min", kTurn / 60},
+                                                      {"rad/s^2", 1},
+                                                      {"rad/s2", 1},
+                                                      {"deg/s^2", kTurn / 360},
+                                                      {"N", 1},
+                                                      {"mN", 1e-3},
+                                                      {"kN", 1e3},
+                                                      {"N m", 1},
+                                                      {"Nm", 1},
+                                                      {"N*m", 1},
+                                                      {"kN m", 1e3},
+                                                      {"kNm", 1e3},
+                                                      {"N mm", 1e-3},
+                                                      {"Nmm", 1e-3},
+                                                      {"Pa", 1},
+                                                      {"kPa", 1e3},
+                                                      {"MPa", 1e6},
+                                                      {"bar", 1e5},
+                                                      {"mbar", 100},
+                                                      {"kg", 1},
+                                                      {"g", 1e-3},
+                                                      {"W", 1},
+                                                      {"kW", 1e3},
+                                                      {"J", 1},
+                                                      {"kJ", 1e3},
+                                                      {"Hz", 1},
+                                                      {"N/m", 1},
+                                                      {"N/mm", 1e3},
+                                                      {"N s/m", 1},
+                                                      {"Ns/m", 1},
+                                                      {"m^2", 1},
+                                                      {"m^3", 1}};
+  return known;
+}
+
+std::string trimmed(std::string text) {
+  const auto blank = [](char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; };
+  while (!text.empty() && blank(text.back())) text.pop_back();
+  while (!text.empty() && blank(text.front())) text.erase(0, 1);
+  if (text.size() >= 2 && text.front() == '"' && text.back() == '"') return trimmed(text.substr(1, text.size() - 2));
+  return text;
+}
+
+struct Field {
+  std::string text;
+  int column;  // from 1
+};
+
+/// The fields of a line; blanks in a row are one separator.
+std::vector<Field> fields_of(const std::string& line, char separator) {
+  std::vector<Field> fields;
+  std::size_t at = 0;
+  if (separator == ' ') {
+    while (at < line.size()) {
+      while (at < line.size() && std::isspace(static_cast<unsigned char>(line[at]))) ++at;
+      std::size_t end = at;
+      char open = 0;  // within brackets or quotes a blank is none
+      while (end < line.size() && (open || !std::isspace(static_cast<unsigned char>(line[end])))) {
+        if (open && line[end] == open)
+          open = 0;
+        else if (!open && (line[end] == '[' || line[end] == '('))
+          open = line[end] == '[' ? ']' : ')';
+        else if (!open && line[end] == '"')
+          open = '"';
+        ++end;
+      }
+      if (end > at) fields.push_back({trimmed(line.substr(at, end - at)), static_cast<int>(at) + 1});
+      at = end;
+    }
+    // "angle [deg]" is one name.
+    for (std::size_t i = 1; i < fields.size();)
+      if (fields[i].text.front() == '[' || fields[i].text.front() == '(') {
+        fields[i - 1].text += " " + fields[i].text;
+        fields.erase(fields.begin() + static_cast<std::ptrdiff_t>(i));
+      } else {
+        ++i;
+      }
+    return fields;
+  }
+  for (bool more = true; more;) {
+    std::size_t end = at;
+    for (bool quoted = false; end < line.size() && (quoted || line[end] != separator); ++end)
+      if (line[end] == '"') quoted = !quoted;
+    fields.push_back({trimmed(line.substr(at, end - at)), static_cast<int>(at) + 1});
+    more = end < line.size();
+    at = end + 1;
+  }
+  return fields;
+}
+
+char separator_of(const std::string& line, const DataFormat& format) {
+  if (!format.separator.empty()) return format.separator[0];
+  for (const char c : {';', '\t', ','})
+    if (line.find(c) != std::string::npos && !(c == ',' && format.decimal_comma)) return c;
+  return ' ';
+}
+
+/// A number, or nothing where a value is missing.
+bool read_value(std::string text, bool decimal_comma, double& x) {
+  if (decimal_comma) std::replace(text.begin(), text.end(), ',', '.');
+  std::string lower = text;
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (lower.empty() || lower == "nan" || lower == "na") {
+    x = kNothing;
+    return true;
+  }
+  if (text.front() == '+') text.erase(0, 1);
+  return read_number(text, x);
+}
+
+/// "angle [deg]" or "angle (deg)".
+DataColumn column_of(const std::string& header) {
+  DataColumn c;
+  const std::size_t open = header.find_first_of("[(");
+  c.name = trimmed(header.substr(0, open));
+  if (open != std::string::npos) {
+    const std::size_t close = header.find_last_of("])");
+    c.unit = trimmed(header.substr(open + 1, close == std::string::npos ? close : close - open - 1));
+  }
+  return c;
+}
+
+/// Throws by `fail(column index, message)`.
+template <class Fail>
+void finish(DataTable& table, const DataFormat& format, const Fail& fail) {
+  for (std::size_t i = 0; i < table.columns.size(); ++i) {
+    DataColumn& c = table.columns[i];
+    if (c.name.empty()) fail(i, "A column has no name; name all of them: columns = [\"t [s]\", \"angle [deg]\"].");
+    for (std::size_t k = 0; k < i; ++k)
+      if (table.columns[k].name == c.name) fail(i, fmt::format("There are two columns '{}'.", c.name));
+    const auto factor = si_factor(c.unit);
+    if (!factor) {
+      std::vector<std::string> known;
+      for (const auto& [unit, size] : units())
+        if (!unit.empty()) known.push_back(unit);
+      fail(i,
+           fmt::format("The unit '{}' of column '{}' is unknown.{} Known here: {}. Columns can be named in the scene, "
+                       "too: columns = [\"t [s]\", ...]; without a unit values are taken to be in SI units.",
+                       c.unit, c.name, suggestion(c.unit, known), fmt::join(known, ", ")));
+    }
+    for (double& x : c.values) x *= *factor;
+  }
+  std::vector<std::string> names;
+  for (const auto& c : table.columns) names.push_back(c.name);
+  const auto find = [&](const std::string& wanted) {
+    return static_cast<std::size_t>(std::find(names.begin(), names.end(), wanted) - names.begin());
+  };
+  table.time = names.size();
+  for (const std::string& wanted :
+       format.time.empty() ? std::vector<std::string>{"t", "time", "Time", "TIME", "T"} : std::vector{format.time})
+    if (table.time == names.size()) table.time = find(wanted);
+  if (table.time == names.size())
+    fail(names.size(), fmt::format("There is no column '{}' of the time; name it: time = \"...\". The columns are {}.",
+                                   format.time.empty() ? "t" : format.time, fmt::join(names, ", ")));
+  for (double& t : table.columns[table.time].values) t += format.time_shift_s;
+}
+
+/// What is wrong with time t behind those of the table, or nothing.
+std::string wrong_time(const std::vector<double>& times) {
+  const double t = times.back();
+  if (std::isnan(t)) return "The time is missing.";
+  if (times.size() > 1 && !(t > times[times.size() - 2]))
+    return fmt::format("The times must increase, found {} after {}.", t, times[times.size() - 2]);
+  return {};
+}
+
+}  // namespace
+
+std::optional<double> si_factor(const std::string& unit) {
+  const auto found = units().find(unit);
+  if (found == units().end()) return {};
+  return found->second;
+}
+
+const DataColumn& DataTable::column(const std::string& wanted) const {
+  std::vector<std::string> names;
+  for (const auto& c : columns) {
+    if (c.name == wanted) return c;
+    names.push_back(c.name);
+  }
+  throw ModelError("", fmt::format("There is no column '{}' in {}.{}", wanted, source, suggestion(wanted, names)));
+}
+
+std::shared_ptr<DataTable> read_data_file(const std::string& name, const std::string& file, const DataFormat& format) {
+  std::string text = read_text_file(file, kLongestData, "This file of data, whose path is relative to the scene,");
+  if (text.rfind("\xEF\xBB\xBF", 0) == 0) text.erase(0, 3);
+  std::istringstream in(text);
+  auto table = std::make_shared<DataTable>();
+  table->name = name;
+  table->source = fmt::format("data '{}' ({})", name, std::filesystem::path(file).filename().string());
+  for (const std::string& header : format.columns) table->columns.push_back(column_of(header));
+  const auto fail = [&](int line, int column, const std::string& what) -> void {
+    throw SceneError({file, line, column}, what);
+  };
+  char separator = 0;
+  bool header = false, first = true;
+  int header_line = 0;
+  std::size_t time = 0;
+  std::vector<int> lines;
+  std::string line;
+  for (int number = 1; std::getline(in, line); ++number) {
+    if (!format.comment.empty()) line.resize(std::min(line.size(), line.find(format.comment)));
+    if (trimmed(line).empty()) continue;
+    if (separator == 0) separator = separator_of(line, format);
+    const std::vector<Field> fields = fields_of(line, separator);
+    std::vector<double> row(fields.size());
+    std::size_t numbers = 0;
+    const Field* wrong = nullptr;
+    for (std::size_t i = 0; i < fields.size(); ++i)
+      if (read_value(fields[i].text, format.decimal_comma, row[i]))
+        ++numbers;
+      else if (!wrong)
+        wrong = &fields[i];
+    const bool words = numbers == 0 || (wrong && lines.empty() && first);
+    if (words && first) {  // names
+      first = false;
+      header = true;
+      header_line = number;
+      if (format.columns.empty())
+        for (const Field& f : fields) table->columns.push_back(column_of(f.text));
+      continue;
+    }
+    if (first && table->columns.empty())
+      fail(number, 1, "The file begins with numbers: name its columns in the scene, columns = [\"t [s]\", ...].");
+    first = false;
+    if (words && header && lines.empty() && fields.size() == table->columns.size()) {  // units
+      header = false;
+      if (format.columns.empty())
+        for (std::size_t i = 0; i < fields.size(); ++i)
+          table->columns[i].unit = column_of("[" + fields[i].text + "]").unit;
+      for (std::size_t i = 0; i < fields.size() && format.columns.empty(); ++i)
+        if (const std::string& u = table->columns[i].unit; !u.empty() && (u.front() == '[' || u.front() == '('))
+          table->columns[i].unit = trimmed(u.substr(1, u.find_last_of("])") - 1));
+      continue;
+    }
+    if (wrong)
+      fail(number, wrong->column,
+           fmt::format("Expected a number, found '{}'.{}", wrong->text,
+                       wrong->text.find(',') != std::string::npos && !format.decimal_comma
+                           ? " If that is a decimal comma, write decimal_comma = true."
+                           : ""));
+    if (row.size() != table->columns.size())
+      fail(number, 1, fmt::format("Expected {} values, one a column, found {}.", table->columns.size(), row.size()));
+    for (std::size_t i = 0; i < row.size(); ++i) table->columns[i].values.push_back(row[i]);
+    lines.push_back(number);
+  }
+  finish(*table, format,
+         [&](std::size_t, const std::string& what) { fail(header_line, header_line > 0 ? 1 : 0, what); });
+  time = table->time;
+  std::vector<double> times;
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    times.push_back(table->columns[time].values[k]);
+    if (const std::string what = wrong_time(times); !what.empty()) fail(lines[k], 1, what);
+  }
+  if (lines.empty()) fail(0, 0, "This file of data holds no row of numbers.");
+  return table;
+}
+
+std::shared_ptr<DataTable> make_data_table(const std::string& name, const std::vector<std::vector<double>>& rows,
+                                           const DataFormat& format) {
+  auto table = std::make_shared<DataTable>();
+  const std::string path = "data." + name;
+  table->name = name;
+  table->source = fmt::format("data '{}'", name);
+  for (const std::string& header : format.columns) table->columns.push_back(column_of(header));
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    if (rows[k].size() != table->columns.size())
+      throw ModelError(fmt::format("{}.rows[{}]", path, k), fmt::format("Expected {} values, one a column, found {}.",
+                                                                        table->columns.size(), rows[k].size()));
+    for (std::size_t i = 0; i < rows[k].size(); ++i) table->columns[i].values.push_back(rows[k][i]);
+  }
+  if (rows.empty()) throw ModelError(path + ".rows", "holds no row of numbers.");
+  finish(*table, format, [&](std::size_t, const std::string& what) { throw ModelError(path + ".columns", what); });
+  std::vector<double> times;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    times.push_back(table->time_column().values[k]);
+    if (const std::string what = wrong_time(times); !what.empty())
+      throw ModelError(fmt::format("{}.rows[{}]", path, k), what);
+  }
+  return table;
+}
+
+namespace {
+// Laws are read without their builder. A table that is alive belongs to the scene that is being read.
+std::map<std::string, std::weak_ptr<const DataTable>>& tables() {
+  thread_local std::map<std::string, std::weak_ptr<const DataTable>> of;
+  return of;
+}
+}  // namespace
+
+void add_data_table(MechanismBuilder& builder, std::shared_ptr<const DataTable> table) {
+  tables()[table->name] = table;
+  builder.add_shared_part("data." + table->name, table);
+}
+
+std::shared_ptr<const DataTable> find_data_table(const std::string& name) {
+  std::vector<std::string> known;
+  for (const auto& [key, table] : tables()) {
+    if (table.expired()) continue;
+    if (key == name) return table.lock();
+    known.push_back(key);
+  }
+  throw ModelError(
+      "", fmt::format("There is no table of data '{}'.{}", name,
+                      known.empty() ? " Add one: [data." + name + "] with file = \"...\"." : suggestion(name, known)));
+}
+
+}  // namespace costate

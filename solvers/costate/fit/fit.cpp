@@ -1,0 +1,214 @@
+#include "costate/fit/fit.h"
+
+#include <ceres/ceres.h>
+#include <fmt/format.h>
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <map>
+
+#include "costate/base/error.h"
+#include "costate/integrator/simulate.h"
+
+namespace costate {
+
+namespace {
+
+/// All residuals of all problems over the union of their parameters.
+class Residuals {
+ public:
+  explicit Residuals(const std::vector<Problem>& problems) : problems_(problems) {
+    if (problems.empty()) throw Error("There is no problem to fit.");
+    for (const Problem& p : problems) {
+      std::vector<std::size_t> places;
+      for (const Parameter& parameter : p.parameters.parameters) {
+        const auto [found, is_new] = place_.try_emplace(parameter.name, parameters_.size());
+        places.push_back(found->second);
+        if (is_new) {
+          parameters_.push_back(parameter);
+          continue;
+        }
+        Parameter& of = parameters_[found->second];
+        if (of.value != parameter.value)
+          throw Error(
+              fmt::format("The parameter '{}' starts at {} in one scene and at {} in another; it is one and the "
+                          "same to the fit.",
+                          of.name, of.value, parameter.value));
+        of.lower = std::max(of.lower, parameter.lower);
+        of.upper = std::min(of.upper, parameter.upper);
+      }
+      places_.push_back(places);
+    }
+    if (parameters_.empty())
+      throw Error("There is no parameter to fit: list some in [run] parameters, or by --parameters.");
+  }
+
+  const std::vector<Parameter>& parameters() const { return parameters_; }
+  SampleResiduals at(const std::vector<double>& rho, bool derivatives) const {
+    SampleResiduals all;
+    for (std::size_t k = 0; k < problems_.size(); ++k) {
+      std::vector<double> own;
+      for (const std::size_t place : places_[k]) own.push_back(rho[place]);
+      const SampleResiduals one = sample_residuals(problems_[k], own, derivatives);
+      const Eigen::Index before = all.r.size();
+      all.r.conservativeResize(before + one.r.size());
+      all.r.tail(one.r.size()) = one.r;
+      if (derivatives) {
+        all.r_rho.conservativeResizeLike(
+            Eigen::MatrixXd::Zero(before + one.r.size(), static_cast<Eigen::Index>(rho.size())));
+        for (std::size_t j = 0; j < own.size(); ++j)
+          all.r_rho.col(static_cast<Eigen::Index>(places_[k][j])).tail(one.r.size()) =
+              one.r_rho.col(static_cast<Eigen::Index>(j));
+      }
+      for (const auto& term : one.terms) all.terms.push_back(fmt::format("{}:{}", k, term));
+      all.times.insert(all.times.end(), one.times.begin(), one.times.end());
+      all.counters += one.counters;
+    }
+    return all;
+  }
+
+ private:
+  const std::vector<Problem>& problems_;
+  std::map<std::string, std::size_t> place_;
+  std::vector<Parameter> parameters_;
+  std::vector<std::vector<std::size_t>> places_;  // of each problem's parameters among all
+};
+
+/// In parameters per scale, so that the method's norms mean something.
+class Cost final : public ceres::CostFunction {
+ public:
+  Cost(const Residuals& residuals, int rows, const FitSink& sink, FitResult& result)
+      : residuals_(residuals), sink_(sink), result_(result) {
+    set_num_residuals(rows);
+    mutable_parameter_block_sizes()->push_back(static_cast<int>(residuals.parameters().size()));
+  }
+  bool Evaluate(const double* const* x, double* r, double** r_x) const override {
+    const auto& parameters = residuals_.parameters();
+    std::vector<double> rho;
+    for (std::size_t j = 0; j < parameters.size(); ++j) rho.push_back(x[0][j] * parameters[j].scale);
+    ++result_.evaluations;
+    try {
+      const bool derivatives = r_x && r_x[0];
+      const SampleResiduals at = residuals_.at(rho, derivatives);
+      Eigen::Map<Eigen::VectorXd>(r, at.r.size()) = at.r;
+      for (Eigen::Index j = 0; derivatives && j < at.r_rho.cols(); ++j)
+        for (Eigen::Index i = 0; i < at.r_rho.rows(); ++i)
+          r_x[0][i * at.r_rho.cols() + j] = at.r_rho(i, j) * parameters[static_cast<std::size_t>(j)].scale;
+      result_.counters += at.counters;
+      if (sink_) sink_(result_.evaluations, at.r.squaredNorm(), rho);
+      return true;
+    } catch (const SolverError&) {  // a shorter step may do
+      ++result_.failed_evaluations;
+      failure = std::current_exception();
+    } catch (...) {
+      other = std::current_exception();
+    }
+    return false;
+  }
+  mutable std::exception_ptr failure, other;
+
+ private:
+  const Residuals& residuals_;
+  const FitSink& sink_;
+  FitResult& result_;
+};
+
+/// Ends a fit whose evaluation threw what no shorter step mends.
+class StopOnError final : public ceres::IterationCallback {
+ public:
+  explicit StopOnError(const Cost& cost) : cost_(cost) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
+    return cost_.other ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const Cost& cost_;
+};
+
+std::vector<FitResult::Set> sets_of(const SampleResiduals& start, const SampleResiduals& end) {
+  std::vector<FitResult::Set> sets;
+  for (std::size_t i = 0; i < end.terms.size(); ++i) {
+    const std::size_t colon = end.terms[i].find(':');
+    const std::size_t problem = std::stoul(end.terms[i].substr(0, colon));
+    const std::string term = end.terms[i].substr(colon + 1);
+    auto at =
+        std::find_if(sets.begin(), sets.end(), [&](const auto& s) { return s.problem == problem && s.term == term; });
+    if (at == sets.end()) at = sets.insert(at, {problem, term, 0, 0, 0});
+    ++at->count;
+    const auto k = static_cast<Eigen::Index>(i);
+    at->start_rms += start.r[k] * start.r[k];
+    at->rms += end.r[k] * end.r[k];
+  }
+  for (auto& s : sets) {
+    s.start_rms = std::sqrt(s.start_rms / s.count);
+    s.rms = std::sqrt(s.rms / s.count);
+  }
+  return sets;
+}
+
+}  // namespace
+
+FitResult fit(const std::vector<Problem>& problems, const FitOptions& options, const FitSink& sink) {
+  FLAGS_minloglevel = google::GLOG_FATAL;  // what failed is told here
+  const Residuals residuals(problems);
+  FitResult result;
+  std::vector<double> x, rho;
+  for (const Parameter& p : residuals.parameters()) {
+    x.push_back(p.value / p.scale);
+    rho.push_back(p.value);
+  }
+  const SampleResiduals start = residuals.at(rho, false);  // what cannot run at all says why
+  result.residuals = static_cast<int>(start.r.size());
+  result.start_chi_square = start.r.squaredNorm();
+  ceres::Problem problem;
+  auto* cost = new Cost(residuals, result.residuals, sink, result);  // the problem's own
+  problem.AddResidualBlock(cost, nullptr, x.data());
+  for (std::size_t j = 0; j < x.size(); ++j) {
+    const Parameter& p = residuals.parameters()[j];
+    if (std::isfinite(p.lower)) problem.SetParameterLowerBound(x.data(), static_cast<int>(j), p.lower / p.scale);
+    if (std::isfinite(p.upper)) problem.SetParameterUpperBound(x.data(), static_cast<int>(j), p.upper / p.scale);
+  }
+  ceres::Solver::Options o;
+  StopOnError stop(*cost);
+  o.callbacks.push_back(&stop);
+  o.linear_solver_type = ceres::DENSE_QR;
+  o.max_num_iterations = options.max_iterations;
+  o.function_tolerance = o.parameter_tolerance = options.tolerance;
+  o.gradient_tolerance = 0;
+  o.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(o, &problem, &summary);
+  if (cost->other) std::rethrow_exception(cost->other);
+  if (summary.termination_type == ceres::FAILURE && cost->failure) std::rethrow_exception(cost->failure);
+  result.iterations = static_cast<int>(summary.iterations.size()) - 1;
+  result.converged = summary.termination_type == ceres::CONVERGENCE;
+  result.termination = result.converged ? "converged"
+                       : summary.termination_type == ceres::NO_CONVERGENCE
+                           ? fmt::format("stopped after {} iterations", result.iterations)
+                           : summary.message;
+  for (std::size_t j = 0; j < x.size(); ++j) {
+    const Parameter& p = residuals.parameters()[j];
+    // At a bound to rounding it is the bound.
+    double value = std::clamp(x[j] * p.scale, p.lower, p.upper);
+    const double near = 1e-9 * p.scale;
+    FittedParameter f{
+        .name = p.name, .start = p.value, .value = value, .lower = p.lower, .upper = p.upper, .scale = p.scale};
+    if (value - p.lower <= near) f.value = p.lower;
+    if (p.upper - value <= near) f.value = p.upper;
+    f.at_bound = f.value == p.lower || f.value == p.upper;
+    rho[j] = f.value;
+    result.parameters.push_back(f);
+  }
+  const SampleResiduals end = residuals.at(rho, true);
+  result.counters += end.counters;
+  result.chi_square = end.r.squaredNorm();
+  result.sets = sets_of(start, end);
+  double rtol = 0;
+  for (const Problem& p : problems) rtol = std::max(rtol, p.solver.rtol);
+  judge_fit(end.r_rho, options, std::max(1e3 * rtol, 1e-10), result);
+  return result;
+}
+
+}  // namespace costate

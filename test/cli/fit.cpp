@@ -1,0 +1,92 @@
+// costate fit: parameters that are known come back within their intervals; what the data do not tell is said; mistakes.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "process.h"
+
+using Catch::Matchers::Contains;
+using costate::test::costate_json;
+using costate::test::file_text;
+using costate::test::run_costate;
+using costate::test::WorkingDirectory;
+using costate::test::write_text;
+using Json = nlohmann::json;
+
+namespace {
+
+const std::string kFolder = COSTATE_MODELS_DIR "/identification/";
+
+void check_holds(const Json& fit, const std::string& parameter, double truth) {
+  INFO(parameter << " " << fit["parameters"][parameter].dump());
+  const Json& interval = fit["parameters"][parameter]["confidence_interval"];
+  CHECK(interval[0].get<double>() < truth);
+  CHECK(truth < interval[1].get<double>());
+}
+
+}  // namespace
+
+TEST_CASE("fit: the pendulum's truth lies within the intervals of two runs at once", "[fit]") {
+  const WorkingDirectory here;
+  const Json j = costate_json({"fit", kFolder + "pendulum.toml", "--with", kFolder + "pendulum_wide.toml",
+                               "--confidence", "0.99", "--output", "out"},
+                              here.path());
+  CHECK(j["status"] == "ok");
+  const double pi = std::acos(-1.0);
+  check_holds(j, "length", 0.53);
+  check_holds(j, "damping", 0.02);
+  check_holds(j, "released", 0.6 - pi / 2);
+  check_holds(j, "released_wide", 1.9 - pi / 2);
+  // Two runs of 5 s tell a length to a tenth of a percent and a damping to some percent.
+  CHECK(j["parameters"]["length"]["standard_error"].get<double>() < 5e-4);
+  CHECK(j["parameters"]["damping"]["standard_error"].get<double>() < 1e-3);
+  // The mean of N - p squares of normal residuals is 1 -+ sqrt(2/(N - p)); five of these.
+  const double dof = j["degrees_of_freedom"];
+  CHECK(dof == 201 + 251 - 4);
+  CHECK(std::abs(j["reduced_chi_square"].get<double>() - 1) < 5 * std::sqrt(2 / dof));
+  CHECK(j["identifiability"].empty());
+  REQUIRE(j["data"].size() == 2);
+  CHECK(j["data"][0]["samples"] == 201);
+  CHECK(j["covariance"].size() == 4);
+  CHECK(std::abs(j["correlation"][0][0].get<double>() - 1) < 1e-12);
+  // The scene that is written begins where the fit ended, and finds its file from there.
+  const Json again = costate_json({"fit", "out/fitted.toml", "--with", "out/fitted_2.toml", "--no-files"}, here.path());
+  CHECK(std::abs(again["start_chi_square"].get<double>() - j["chi_square"].get<double>()) <
+        1e-6 * j["chi_square"].get<double>());
+}
+
+TEST_CASE("fit: what the data do not tell is said", "[fit]") {
+  const WorkingDirectory here;
+  const std::string scene = kFolder + "pendulum.toml";
+  // Only damping/(m L^2) and g/L act.
+  const Json j = costate_json({"fit", scene, "--parameters", "mass.bob.mass_kg,damping,length,released", "--no-files"},
+                              here.path());
+  REQUIRE(j["identifiability"].size() >= 1);
+  const std::string words = j["identifiability"][0];
+  CHECK_THAT(words, Contains("'mass.bob.mass_kg', 'damping' are not identified"));
+  CHECK(j["parameters"]["damping"]["standard_error"].is_null());
+  CHECK(j["parameters"]["length"]["identified"] == true);
+  CHECK(j["parameters"]["length"]["standard_error"].get<double>() > 0);
+  // A bound that is in the way.
+  const Json bound = costate_json({"fit", scene, "--set", "parameter.length.upper=0.5", "--no-files"}, here.path());
+  CHECK(bound["parameters"]["length"]["value"] == 0.5);
+  CHECK(bound["parameters"]["length"]["at_bound"] == true);
+  CHECK_THAT(bound["identifiability"].dump(), Contains("has come to its bound 0.5"));
+  CHECK_THAT(bound["identifiability"].dump(), Contains("times as large as the given sigmas say"));
+}
+
+TEST_CASE("fit: mistakes", "[fit]") {
+  const WorkingDirectory here;
+  const std::string scene = kFolder + "pendulum.toml";
+  const auto complaint = [&](const std::vector<std::string>& words) {
+    const auto r = run_costate(words, here.path());
+    CHECK(r.status != 0);
+    return r.err;
+  };
+  CHECK_THAT(complaint({"fit", COSTATE_MODELS_DIR "/five_bar/five_bar.toml", "--no-files"}),
+             Contains("[[cost.samples]]"));
+  CHECK_THAT(complaint({"fit", scene, "--confidence", "2", "--no-files"}), Contains("--confidence"));
+  CHECK_THAT(complaint({"fit", scene, "--t-end", "3", "--no-files"}), Contains("outside the run from 0 to 3 s"));
+  write_text(here / "more.toml",
+             "include = [\"" + scene + "\"]\n[[cost.running]]\nkind = \"square\"\noutput = \"P.x\"\n");
+  CHECK_THAT(complaint({"fit", "more.toml", "--no-files"}), Contains("Only sums of squares at samples"));
+}

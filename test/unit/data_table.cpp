@@ -1,0 +1,157 @@
+// Files of measured data: separators, names, units, what is missing, and mistakes at their place; laws through them.
+#include "costate/scene/data_table.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+
+#include "costate/base/error.h"
+#include "costate/element/law/data_law.h"
+#include "costate/integrator/simulate.h"
+#include "costate/problem/scene_problem.h"
+#include "costate/scene/scene.h"
+#include "costate/scene/scene_files.h"
+
+using namespace costate;
+using Catch::Contains;
+
+namespace {
+
+struct TemporaryFile {
+  std::filesystem::path path = std::filesystem::temp_directory_path() / "costate_data_table.csv";
+  explicit TemporaryFile(const std::string& text) { std::ofstream(path) << text; }
+  ~TemporaryFile() { std::filesystem::remove(path); }
+};
+
+std::shared_ptr<DataTable> read(const std::string& text, const DataFormat& format = {}) {
+  const TemporaryFile file(text);
+  return read_data_file("run", file.path.string(), format);
+}
+
+void check(const DataTable& t) {
+  REQUIRE(t.columns.size() == 2);
+  CHECK(t.columns[0].name == "t");
+  CHECK(t.time == 0);
+  const DataColumn& angle = t.column("angle");
+  REQUIRE(angle.values.size() == 2);
+  CHECK(std::abs(angle.values[1] - 1.5 * std::numbers::pi / 180) < 1e-15);
+  CHECK(t.time_column().values[1] == 0.25);
+}
+
+}  // namespace
+
+TEST_CASE("data: separators, units and names", "[data]") {
+  check(*read("t,angle [deg]\n0,1\n0.25,1.5\n"));
+  check(*read("t [s];angle (deg)\r\n0;1\r\n0.25;1.5\r\n"));
+  check(*read("# a remark\nt\tangle\ns\tdeg\n0\t1\n0.25\t1.5 # the last one\n\n"));
+  check(*read("t [ms]  angle [deg]\n 0   1\n 250   1.5\n"));
+  check(*read("\"t\",\"angle [deg]\"\n0,1\n+0.25,1.5\n"));
+  check(*read("\xEF\xBB\xBFt,angle\n[s],[deg]\n0,1\n2.5e-1,1.5\n"));
+  DataFormat f;
+  f.decimal_comma = true;
+  check(*read("t;angle [deg]\n0;1\n0,25;1,5\n", f));
+  f = {};
+  f.columns = {"t", "angle [deg]"};
+  check(*read("0 1\n0.25 1.5\n", f));
+  check(*read("clock,deflection\n0,1\n0.25,1.5\n", f));
+  f = {};
+  f.time = "clock";
+  f.time_shift_s = 0.5;
+  const auto shifted = read("x,clock\n1,0\n2,1\n", f);
+  CHECK(shifted->time_column().values[1] == 1.5);
+  const auto gaps = read("t,x\n0,1\n1,\n2,nan\n3,4\n");
+  CHECK(std::isnan(gaps->column("x").values[1]));
+  CHECK(std::isnan(gaps->column("x").values[2]));
+  CHECK(gaps->column("x").values[3] == 4);
+}
+
+TEST_CASE("data: mistakes have their place", "[data]") {
+  CHECK_THROWS_WITH(read("t,x\n0,1\n1,abc\n"), Contains("costate_data_table.csv:3:3") && Contains("found 'abc'"));
+  CHECK_THROWS_WITH(read("t;x\n0;1\n1;1,5\n"), Contains(":3:3") && Contains("decimal_comma"));
+  CHECK_THROWS_WITH(read("t,x\n0,1\n1\n"), Contains(":3:1") && Contains("Expected 2 values"));
+  CHECK_THROWS_WITH(read("t,x\n1,1\n1,2\n"), Contains(":3:1") && Contains("must increase"));
+  CHECK_THROWS_WITH(read("t,x [furlong]\n0,1\n"), Contains(":1:1") && Contains("'furlong'"));
+  CHECK_THROWS_WITH(read("u,x\n0,1\n"), Contains("no column 't' of the time"));
+  CHECK_THROWS_WITH(read("0,1\n"), Contains("name its columns"));
+  CHECK_THROWS_WITH(read("t,x\n"), Contains("no row"));
+  CHECK_THROWS_WITH(read("t,x,x\n0,1,2\n"), Contains("two columns 'x'"));
+  CHECK_THROWS_WITH(read("t,x\n0,1\n")->column("y"), Contains("no column 'y'") && Contains("costate_data_table.csv"));
+  CHECK_THROWS_WITH(read_data_file("run", "/nowhere/x.csv", {}), Contains("/nowhere/x.csv"));
+}
+
+// Of x^3 the natural spline is no copy, but between the points it and its derivatives belong together.
+TEST_CASE("data: laws and what they say beyond their ends", "[data]") {
+  const std::vector<double> x = {0, 1, 2, 4}, y = {0, 1, 8, 2};
+  const double p = 2;
+  const DataLaw lines(x, y, DataLaw::Between::lines, DataLaw::Beyond::refuse, "the data");
+  CHECK(lines.value(3.0, &p) == 10);
+  CHECK(lines.slope(0.5, &p).d[0] == 2);
+  std::vector<double> kinks;
+  lines.add_kinks(&p, kinks);
+  CHECK(kinks == std::vector<double>{1, 2});
+  CHECK_THROWS_WITH(lines.value(4.1, &p), Contains("the data goes from 0 to 4"));
+  CHECK(std::abs(lines.value(4 + 1e-12, &p) - 4) < 1e-9);
+  // Areas of the triangle and the trapezia.
+  CHECK(std::abs(lines.integral(4, &p) - 2 * (0.5 + 4.5 + 10)) < 1e-12);
+  const DataLaw hold(x, y, DataLaw::Between::spline, DataLaw::Beyond::hold, "the data");
+  CHECK(hold.value(9.0, &p) == 4);
+  CHECK(hold.slope(9.0, &p).d[0] == 0);
+  const DataLaw tangent(x, y, DataLaw::Between::spline, DataLaw::Beyond::tangent, "the data");
+  CHECK(std::abs(tangent.value(5.0, &p) - 4 - tangent.slope(4.0, &p).d[0]) < 1e-12);
+  CHECK_THROWS_AS(DataLaw({0}, {1}, DataLaw::Between::lines, DataLaw::Beyond::hold, "the data"), ModelError);
+}
+
+TEST_CASE("data: a run that goes beyond its data is refused, whatever the integrator's steps", "[data]") {
+  const std::string scene = R"(
+[data.push]
+columns = ["t [s]", "F [N]"]
+rows = [[0, 1], [1, 2], [2, 0]]
+
+[point.P]
+x_m = 0
+y_m = 0
+
+[mass.m]
+point = "P"
+mass_kg = 1
+
+[force.f]
+point = "P"
+x_N = { kind = "data", data = "push", column = "F", between = "lines" }
+
+[start]
+given = ["P.x", "P.y"]
+
+[[cost.terminal]]
+kind = "value"
+output = "P.x_dot"
+
+[run]
+t_end_s = 2
+)";
+  const Scene s = Scene::parse(scene, "push.toml");
+  // Half the sums of neighbours.
+  CHECK(std::abs(simulate(make_problem(s), {}).psi - 2.5) < 1e-6);
+  CHECK_THROWS_WITH(simulate(make_problem(s.with_override("run.t_end_s", "3")), {}),
+                    Contains("Column 'F' of data 'push' goes from 0 to 2"));
+  CHECK_THROWS_WITH(s.with_override("force.f.x_N.data", "\"pull\""), Contains("no table of data 'pull'"));
+  CHECK_THROWS_WITH(s.with_override("force.f.x_N.column", "\"f\""),
+                    Contains("no column 'f' in data 'push'. Known: t, F."));
+}
+
+TEST_CASE("data: the file is part of what a scene is", "[data]") {
+  const TemporaryFile file("t,x\n0,1\n1,2\n");
+  const std::string text =
+      "[data.run]\nfile = \"costate_data_table.csv\"\n[point.P]\nx_m = 0\ny_m = 0\n[mass.m]\npoint = "
+      "\"P\"\nmass_kg = 1\n[start]\ngiven = [\"P.x\", \"P.y\"]\n";
+  const std::string name = (file.path.parent_path() / "scene.toml").string();
+  const SceneFileLog log(name);
+  const Scene scene = Scene::parse(text, name);
+  REQUIRE(log.files().size() == 1);
+  CHECK(log.files()[0].path == "data.run.file");
+  CHECK(log.files()[0].digest == file_digest(file.path.string()));
+  CHECK_THAT(scene_text_for(scene, log.files(), file.path.parent_path() / "below"),
+             Contains("file = \"../costate_data_table.csv\""));
+}

@@ -45,6 +45,7 @@ y_m = -0.8
 from = "A"
 to = "P"
 mass_kg = 2
+length_m = 1
 
 [spring.strut]
 from = "P"

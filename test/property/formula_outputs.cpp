@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "costate/base/error.h"
+#include "costate/integrator/integrators.h"
 #include "costate/integrator/simulate.h"
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
@@ -141,7 +142,9 @@ output = "{0}"
         INFO(output << ", " << f.name << ", " << method);
         Problem p = problem;
         p.formulation = f.name;
-        const bool fixed = find_sensitivity_method(method).needs == SensitivityMethod::Needs::discrete;
+        // Explicit schemes with step control keep a tolerance as integrators do.
+        const bool fixed = find_sensitivity_method(method).needs == SensitivityMethod::Needs::discrete &&
+                           find_integrator(discrete_integrator_of(p)).form == Integrator::Form::steps;
         GradientResult own = expected;
         if (fixed) {
           p.solver.integrator = "fixed";

@@ -114,7 +114,8 @@ Simulation simulate(const Problem& problem, const std::vector<double>& rho, cons
     refuse_free_end(problem, "fixed steps are");
     r = simulate_fixed(problem, rho, times, sink);
   } else if (find_explicit_scheme(integrator)) {
-    r = run<ExplicitRun>(*problem.make_ode(), problem, rho, times, sink);
+    const Problem separate = with_separate_samples(problem);
+    r = run<ExplicitRun>(*separate.make_ode(), separate, rho, times, sink);
   } else {
     // A second attempt goes on with the samples that the first one has not handed out.
     std::ptrdiff_t handed_out = 0;

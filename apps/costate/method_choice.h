@@ -3,15 +3,14 @@
 
 #include <string>
 
+#include "costate/integrator/integrators.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate::app {
 
 /// Whether a formulation runs on an integrator; on its default in any case.
 inline bool carries(const Formulation& f, const std::string& integrator) {
-  if (integrator == "idas") return static_cast<bool>(f.make_dae);
-  if (integrator == "cvodes") return static_cast<bool>(f.make_ode);
-  return integrator != "fixed" || static_cast<bool>(f.make_discrete);
+  return !is_integrator(integrator) || find_integrator(integrator).carries(f);
 }
 
 /// The method, or, where it does not go with the formulation, one that does.

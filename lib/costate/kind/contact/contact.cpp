@@ -156,6 +156,13 @@ void add_rigid(const std::string& name, SceneTable& table, MechanismBuilder& bui
                      "Of a rigid contact a run's events say what each impact takes: leave "
                      "this out.");
   add_rigid_contact(builder, name, point, o);
+  // Parameters of such a scene find their numbers, on which nothing depends then.
+  for (const auto& [key, value] : {std::pair{"stiffness_N_per_m_n", compliant.stiffness_N_per_m_n},
+                                   {"exponent", compliant.exponent},
+                                   {"damping_N_s_per_m", compliant.damping_N_s_per_m},
+                                   {"static_coefficient", compliant.static_coefficient},
+                                   {"transition_velocity_m_per_s", compliant.transition_velocity_m_per_s}})
+    if (table.has(key)) builder.add_number(path + "." + key, value, NumberRule::non_negative);
 }
 
 const RegisterSceneKind contact_registered({

@@ -155,11 +155,27 @@ void SundialsSession<Api>::look_back(double t, const double* y) {
   Api::set_stop_time(back_->memory, end);
 }
 
+// What other files call, and what is too long to be inlined into it: the class as a whole is instantiated in another
+// one.
 template void SundialsSession<IdaApi>::solve_backward(AdjointState&, const AdjointSize&, std::vector<double>&,
                                                       const std::vector<AdjointStop>&);
+template void SundialsSession<IdaApi>::open_backward();
+template void SundialsSession<IdaApi>::set_tolerances_back(const AdjointState&, const AdjointSize&, const double*);
+template void SundialsSession<IdaApi>::integrate_back(double, AdjointState&);
+template void SundialsSession<IdaApi>::restart_back(const AdjointStop&, const AdjointState&, const AdjointSize&);
+template void SundialsSession<IdaApi>::count_back();
+template void SundialsSession<IdaApi>::read_checkpoints();
+template void SundialsSession<IdaApi>::bound_first_step_back(double, const double*);
 template void SundialsSession<IdaApi>::look_back(double, const double*);
 template void SundialsSession<CvodeApi>::solve_backward(AdjointState&, const AdjointSize&, std::vector<double>&,
                                                         const std::vector<AdjointStop>&);
+template void SundialsSession<CvodeApi>::open_backward();
+template void SundialsSession<CvodeApi>::set_tolerances_back(const AdjointState&, const AdjointSize&, const double*);
+template void SundialsSession<CvodeApi>::integrate_back(double, AdjointState&);
+template void SundialsSession<CvodeApi>::restart_back(const AdjointStop&, const AdjointState&, const AdjointSize&);
+template void SundialsSession<CvodeApi>::count_back();
+template void SundialsSession<CvodeApi>::read_checkpoints();
+template void SundialsSession<CvodeApi>::bound_first_step_back(double, const double*);
 template void SundialsSession<CvodeApi>::look_back(double, const double*);
 
 }  // namespace costate

@@ -1,24 +1,11 @@
 // Formulations whose unknowns are counted by their constraints, once and for all.
 #pragma once
 
-#include <fmt/format.h>
-
 #include "costate/assembly/assembly.h"
-#include "costate/base/error.h"
 
 namespace costate {
 
 /// Throws CapabilityError where rows come and go.
-inline void refuse_switched_rows(const Assembly& assembly) {
-  if (!assembly.has_switched_rows()) return;
-  const auto rows = assembly.mechanism().row_names();
-  for (int i = 0; i < assembly.m(); ++i)
-    if (!assembly.is_there(i))
-      throw CapabilityError(fmt::format(
-          "Row '{}' comes and goes with a contact that closes, which this formulation does not carry. Take index1, "
-          "baumgarte, penalty or augmented-lagrangian; or let the contact bounce for good (restitution above 0, no "
-          "closing_speed_m_per_s).",
-          rows[static_cast<std::size_t>(i)]));
-}
+void refuse_switched_rows(const Assembly& assembly);
 
 }  // namespace costate

@@ -228,12 +228,13 @@ t_end_s = 1
 
 TEST_CASE("failures: one object, too, that says why") {
   const WorkingDirectory here;
-  const auto failure = [&](const std::vector<std::string>& arguments, int status, const std::string& about) {
+  const auto failure = [&](const std::vector<std::string>& arguments, int status, const std::string& about,
+                           const std::vector<std::string>& warnings = {}) {
     const Json j = costate_json(arguments, here.path(), status);
     INFO(j.dump(1));
     CHECK(j.at("status") == "failed");
     CHECK(j.at("error").get<std::string>().find(about) != std::string::npos);
-    CHECK(j.at("warnings").empty());
+    CHECK(j.at("warnings") == Json(warnings));
     // A failure of a run names, besides, the place of the guide.
     CHECK(j.size() == (j.contains("guide") ? 4 : 3));
     return j;
@@ -250,9 +251,10 @@ TEST_CASE("failures: one object, too, that says why") {
   // A simulation that cannot be carried on: too large a force for any step size.
   const Json run = failure({"simulate", kFiveBar, "--set", "gravity.y_m_per_s2=-1e300"}, 1, "t =");
   CHECK(run.at("guide") == "apps/README.md#step-gets-too-small");
-  // An optimization cannot start outside its parameter's bounds.
+  // An optimization cannot start outside its parameter's bounds, where other runs may.
   failure({"optimize", kFiveBar, "--parameters", "k1", "--set", "spring.S1.stiffness_N_per_m=2000"}, 1,
-          "outside the bounds 1 .. 1000");
+          "outside the bounds 1 .. 1000",
+          {"Parameter 'k1' starts at 2000, above its upper bound 1000 for optimization."});
 }
 
 TEST_CASE("a file name that is no UTF-8 does not spoil the object") {

@@ -6,10 +6,12 @@
 
 namespace costate {
 
-void check_start(const Parameter& p, double start, const SceneNode* number, const SceneTable& table) {
+void check_start(const Parameter& p, double start, const SceneNode& root, const std::string& number,
+                 const SceneTable& table) {
   if (start >= p.lower && start <= p.upper) return;
+  const SceneNode* found = find_node(root, number);
   const bool below = start < p.lower;
-  if (number != nullptr && number->where.file.starts_with("override "))
+  if (found != nullptr && found->where.file.starts_with("override "))
     notice(fmt::format("Parameter '{}' starts at {}, {} its {} bound {} for optimization.", p.name, start,
                        below ? "below" : "above", below ? "lower" : "upper", below ? p.lower : p.upper));
   else if (below)

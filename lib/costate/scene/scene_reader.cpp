@@ -213,7 +213,7 @@ void SceneReader::read_parameters() {
     if (paths.empty()) t.fail("numbers", "must name at least one number.");
     if (factors[0] == 0) t.fail("factors", "must not hold a zero.");
     const double start = builder_.number_value(p.bindings[0].first) / factors[0];
-    check_start(p, start, find_node(root_, paths[0]), t);
+    check_start(p, start, root_, paths[0], t);
     p.scale = scale.value_or(start != 0 ? std::abs(start) : 1);
     builder_.add_parameter(p);
   }

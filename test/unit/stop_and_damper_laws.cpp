@@ -44,7 +44,7 @@ TEST_CASE("piecewise law: each interval has its own polynomial, exactly", "[law]
   CHECK(curve(damper, 0.0).c2 == rounded(2 * 33955.72));
   CHECK(curve(damper, -3.0).c1 == rounded(1844.3));
   CHECK(curve(damper, -3.0).c2 == 0);
-  REQUIRE(damper.numbers.size() == 9);
+  REQUIRE(damper.numbers.size() == 11);
   CHECK(damper.numbers[3].first == "coefficients[1][1]");
   CHECK(damper.numbers[3].second == 9945.627);
 }
@@ -60,6 +60,33 @@ TEST_CASE("piecewise law: stored energy piece by piece", "[law]") {
   // 0 not in the middle piece.
   const LawOptions right = piecewise_law({1, 2}, {{3}, {2, 1}, {4}});
   CHECK(integral(right, 4) == rounded(3 + 3.5 + 8));
+}
+
+TEST_CASE("piecewise law: continued pieces begin where the one before ends", "[law]") {
+  // 1 + x up to 0.5, then 1.5 + 2 (x - 0.5) - (x - 0.5)^2 up to 1.5, then 2.5: by hand.
+  const LawOptions law = continued_law({0.5, 1.5}, {{1, 1}, {2, -1}, {0}});
+  CHECK(value(law, -1) == rounded(0));
+  CHECK(value(law, 1) == rounded(2.25));
+  CHECK(value(law, 7) == rounded(2.5));
+  CHECK(curve(law, 1).c1 == rounded(1));
+  CHECK(curve(law, 1).c2 == rounded(-2));
+  CHECK(integral(law, 0.5) == rounded(0.625));
+  CHECK(integral(law, 1.5) == rounded(0.625 + 1.5 + 1 - 1.0 / 3));
+  CHECK(integral(law, 2.5) == rounded(0.625 + 1.5 + 1 - 1.0 / 3 + 2.5));
+  CHECK(integral(law, -2) == rounded(0));  // of 1 + x from -2 to 0
+  REQUIRE(law.numbers.size() == 7);
+  CHECK(law.numbers[5].first == "breaks[0]");
+  // Its places move with the breaks: a kink at the first, at the second a jump of the curvature alone (slope 2 - 2).
+  std::vector<double> p = values(law), kinks, bends, slopes(7, 0);
+  law.law->add_kinks(p.data(), kinks);
+  law.law->add_curvature_jumps(p.data(), bends);
+  CHECK(kinks == std::vector<double>{0.5});
+  CHECK(bends == std::vector<double>{1.5});
+  law.law->add_place_slopes(1.5, p.data(), slopes.data());
+  CHECK(slopes == std::vector<double>{0, 0, 0, 0, 0, 0, 1});
+  p[5] = 0.75;  // the first break alone moves: 1.75 there
+  CHECK(law.law->value(9, p.data()) == rounded(1.75 + 1.5 - 0.5625));
+  CHECK_THROWS_WITH(continued_law({1}, {{1}, {}}), Contains("a piece without slope is [0]"));
 }
 
 TEST_CASE("piecewise law: what does not fit is refused", "[law]") {

@@ -18,8 +18,8 @@ namespace {
 /// Of its own size: what a driver's position may differ by, and what a parameter opens beyond rounding.
 constexpr double kDriverJoin = 1e-6, kOpened = 1e-6;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// Of a parameter's scale: what shows whether it moves a place.
-constexpr double kMoved = 1e-3;
+/// Of a parameter's scale: what shows whether it moves a place, and whether pieces part there to first order.
+constexpr double kMoved = 1e-3, kParting = 1e-4;
 /// Of drivers' pieces that are asked for; a law that repeats has more, all of one kind.
 constexpr std::size_t kMostPieces = 1000;
 
@@ -48,9 +48,26 @@ std::vector<double> moved(const Parameter& parameter, std::vector<double> number
   throw CapabilityError(fmt::format(
       "Parameter '{}' opens a {} in the law '{}' at {} = {:g}, where its pieces meet now: {}. Bind the numbers of both "
       "sides to "
-      "the parameter so that they go on meeting, or take a law that is continuous whatever its numbers are (steps, "
-      "smooth_steps, table).",
+      "the parameter so that they go on meeting, or take a law that is continuous whatever its numbers are (piecewise "
+      "with joins = \"continued\", steps, smooth_steps, table).",
       parameter, what, law, at, x, because));
+}
+
+/// Where a parameter moves a place it must move both sides together, to first order: what parts them is looked at a
+/// little to either side.
+void require_joined_places(const Force& f, const MotionLaw& law, const Parameter& parameter,
+                           const std::vector<double>& numbers, const LawJoints& now) {
+  const LawJoints less = joints_of(f, law, moved(parameter, numbers, -kParting)),
+                  more = joints_of(f, law, moved(parameter, numbers, kParting));
+  if (less.all.size() != now.all.size() || more.all.size() != now.all.size()) return;
+  for (std::size_t k = 0; k < now.all.size(); ++k) {
+    const LawJoint &a = less.all[k], &b = more.all[k];
+    if (a.x == b.x) continue;
+    const double jump = (b.right - b.left) - (a.right - a.left);
+    if (std::abs(jump) > 2 * kParting * kOpened * now.value)
+      refuse_parameter(parameter.name, "jump", fmt::format("{}.{}", f.path(), law.key), "x", now.all[k].x,
+                       "it moves this place, and a force that jumps has no gradients here");
+  }
 }
 
 void require_joined_force(const Force& f, const MotionLaw& law, const ParameterSelection& parameters,
@@ -72,10 +89,10 @@ void require_joined_force(const Force& f, const MotionLaw& law, const ParameterS
   for (const auto& parameter : parameters.parameters) {
     const LawJoints then = joints_of(f, law, moved(parameter, numbers));
     if (then.all.size() != now.all.size()) continue;
+    require_joined_places(f, law, parameter, numbers, now);
     for (std::size_t k = 0; k < now.all.size(); ++k) {
       const LawJoint &a = now.all[k], &b = then.all[k];
-      // A place that moves is another matter: the law is continuous there still.
-      if (b.x != a.x) continue;
+      if (b.x != a.x) continue;  // it moves: see there
       const double jump = (b.right - b.left) - (a.right - a.left),
                    bend = (b.right_slope - b.left_slope) - (a.right_slope - a.left_slope);
       if (std::abs(jump) > kOpened * std::max(now.value, then.value) ||
@@ -95,6 +112,24 @@ class AtRest {
     std::vector<double> r(static_cast<std::size_t>(c_.rows()), 0);
     c_.calc_phi(state(t), r.data());
     return r;
+  }
+  /// phid, then phidd.
+  std::vector<double> rates(double t) const {
+    const auto rows = static_cast<std::size_t>(c_.rows());
+    std::vector<double> r(2 * rows, 0);
+    c_.calc_phi_t(state(t), r.data());
+    c_.calc_bias(state(t), r.data() + rows);
+    return r;
+  }
+  /// Of a place t, per a parameter's scale.
+  double movement(double t, const Parameter& parameter) const {
+    std::vector<double> slopes(p_.size(), 0);
+    c_.add_time_slopes(t, p_.data(), slopes.data());
+    double sum = 0;
+    for (const auto& [number, factor] : parameter.bindings)
+      for (std::size_t k = 0; k < p_.size(); ++k)
+        if (c_.numbers()[k] == number) sum += factor * parameter.scale * slopes[k];
+    return sum;
   }
   /// By a parameter, per its scale: phi, then phid.
   std::vector<double> change(double t, const Parameter& parameter) const {
@@ -181,6 +216,8 @@ void require_joined_laws(const Mechanism& mechanism, const ParameterSelection& p
     const AtRest rest(*c, numbers);
     std::vector<double> kinks;
     c->add_kinks(rest.numbers().data(), kinks);
+    std::vector<double> ends = kinks;  // what bounds pieces, other than where courses look
+    c->add_acceleration_jumps(rest.numbers().data(), ends);
     const auto rows = static_cast<std::size_t>(c->rows());
     const std::vector<double> places = places_of(*c, rest.numbers(), t_start, t_end);
     if (places.empty()) continue;
@@ -188,14 +225,25 @@ void require_joined_laws(const Mechanism& mechanism, const ParameterSelection& p
       const auto change = [&](double t) { return rest.change(t, parameter); };
       const double of_phi = kOpened * largest(change, 0, rows, places, t_start, t_end),
                    of_phid = kOpened * largest(change, rows, 2 * rows, places, t_start, t_end);
-      // A place that the parameter moves is another matter (fixed_times.h). Moved by little: courses halve the way to a
+      // Moved by little: courses halve the way to a
       // place, and the half of the way to one that has moved twice as far is where it was.
       const std::vector<double> p = local(*c, 0, static_cast<int>(c->numbers().size()),
                                           moved(parameter, numbers, kMoved)),
                                 then = places_of(*c, p, t_start, t_end);
       for (const double t : places) {
-        if (std::find(then.begin(), then.end(), t) == then.end()) continue;
-        const std::vector<double> left = change(before(t)), right = change(t);
+        const bool moves = std::find(then.begin(), then.end(), t) == then.end();
+        std::vector<double> left = change(before(t)), right = change(t);
+        if (moves) {
+          if (std::find(ends.begin(), ends.end(), t) == ends.end()) continue;
+          // d/drho of both sides at the moved place; with a kink that is there the slopes may change.
+          const double movement = rest.movement(t, parameter);
+          if (!std::isfinite(movement)) continue;
+          const std::vector<double> left_rates = rest.rates(before(t)), right_rates = rest.rates(t);
+          for (std::size_t i = 0; i < 2 * rows; ++i) {
+            left[i] += movement * left_rates[i];
+            right[i] += movement * right_rates[i];
+          }
+        }
         const bool jump = differ(left, right, 0, rows, of_phi),
                    kink = std::find(kinks.begin(), kinks.end(), t) == kinks.end() &&
                           differ(left, right, rows, 2 * rows, of_phid);

@@ -42,8 +42,12 @@ const KindKeys table_law_keys("law table", {{"x", "places, rising"}, {"y", "valu
 
 const KindKeys piecewise_law_keys("law piecewise",
                                   {{"breaks", "places, rising"},
-                                   {"coefficients", "of a polynomial for each interval, [c0, c1, ...]"},
-                                   {"joins", "what must meet at the breaks: values, slopes too, or nothing"}});
+                                   {"coefficients",
+                                    "of a polynomial for each interval, [c0, c1, ...]; continued: behind the first "
+                                    "break [c1, c2, ...] by the distance from the break before"},
+                                   {"joins",
+                                    "what must meet at the breaks: values, slopes too, or nothing; continued: each "
+                                    "piece begins where the one before ends"}});
 
 const KindKeys scaled_law_keys("law scaled", {{"slope", "the slope that it is to have"},
                                               {"nominal_slope", "the slope of 'law' that this is compared with"},

@@ -56,64 +56,110 @@ void check_joins(const std::vector<double>& breaks, const std::vector<std::vecto
       refuse("slope", left.slope, right.slope, "value");
   }
 }
+
+void require_rising(const std::vector<double>& breaks) {
+  for (std::size_t k = 1; k < breaks.size(); ++k)
+    if (!(breaks[k] > breaks[k - 1]))
+      throw ModelError(
+          "", fmt::format("'breaks' must increase: entry {} is {} after {}.", k + 1, breaks[k], breaks[k - 1]));
+}
+
+LawOptions law_of(const std::vector<double>& breaks, const std::vector<std::vector<double>>& coefficients,
+                  bool continued) {
+  std::vector<std::size_t> sizes;
+  for (const auto& c : coefficients) sizes.push_back(c.size());
+  LawOptions o;
+  o.law = std::make_shared<PiecewiseLaw>(static_cast<int>(breaks.size()), sizes, continued);
+  require_rising(breaks);
+  for (std::size_t k = 0; k < coefficients.size(); ++k)
+    for (std::size_t i = 0; i < coefficients[k].size(); ++i)
+      o.numbers.emplace_back(fmt::format("coefficients[{}][{}]", k, i), coefficients[k][i]);
+  for (std::size_t k = 0; k < breaks.size(); ++k) o.numbers.emplace_back(fmt::format("breaks[{}]", k), breaks[k]);
+  return o;
+}
+
+// What agrees to 1e-9 of its size is meant to be equal.
+bool unlike(double left, double right) {
+  return std::abs(right - left) > 1e-9 * std::max(std::abs(left), std::abs(right));
+}
 }  // namespace
 
-PiecewiseLaw::PiecewiseLaw(std::vector<double> breaks, const std::vector<std::size_t>& sizes)
-    : breaks_(std::move(breaks)), offsets_{0} {
-  if (breaks_.empty()) throw ModelError("", "'breaks' is empty; a law of one piece is a polynomial.");
-  for (std::size_t k = 1; k < breaks_.size(); ++k)
-    if (!(breaks_[k] > breaks_[k - 1]))
-      throw ModelError(
-          "", fmt::format("'breaks' must increase: entry {} is {} after {}.", k + 1, breaks_[k], breaks_[k - 1]));
-  if (sizes.size() != breaks_.size() + 1)
+PiecewiseLaw::PiecewiseLaw(int breaks, const std::vector<std::size_t>& sizes, bool continued)
+    : breaks_(breaks), continued_(continued), offsets_{0} {
+  if (breaks_ < 1) throw ModelError("", "'breaks' is empty; a law of one piece is a polynomial.");
+  if (sizes.size() != static_cast<std::size_t>(breaks_) + 1)
     throw ModelError("",
                      fmt::format("'coefficients' must hold one polynomial an interval, {} for {} break{}; found {}.",
-                                 breaks_.size() + 1, breaks_.size(), breaks_.size() == 1 ? "" : "s", sizes.size()));
+                                 breaks_ + 1, breaks_, breaks_ == 1 ? "" : "s", sizes.size()));
   for (std::size_t k = 0; k < sizes.size(); ++k) {
     if (sizes[k] == 0)
-      throw ModelError("", fmt::format("'coefficients[{}]' is empty; a piece without force is [0].", k));
+      throw ModelError("", fmt::format("'coefficients[{}]' is empty; a piece without {} is [0].", k,
+                                       continued && k > 0 ? "slope" : "force"));
     offsets_.push_back(offsets_.back() + static_cast<int>(sizes[k]));
   }
 }
 
-double PiecewiseLaw::primitive(int piece, double x, const double* p) const {
-  double sum = 0;
-  for (int n = offsets_[piece + 1] - offsets_[piece]; n > 0; --n) sum = (sum + p[offsets_[piece] + n - 1] / n) * x;
-  return sum;
-}
-
 void PiecewiseLaw::add_kinks(const double* p, std::vector<double>& x) const {
-  for (int k = 0; k < static_cast<int>(breaks_.size()); ++k) {
-    const auto slope = [&](int piece) { return polynomial<Dual<1>>(piece, Dual<1>::variable(breaks_[k], 0), p).d[0]; };
-    // Slopes that agree to 1e-9 of their size are meant to be equal.
-    const double left = slope(k), right = slope(k + 1);
-    if (std::abs(right - left) > 1e-9 * std::max(std::abs(left), std::abs(right))) x.push_back(breaks_[k]);
+  for (int k = 0; k < breaks_; ++k) {
+    const double at = first_break(p)[k];
+    const auto slope = [&](int piece) { return value_of_piece<Dual<1>>(piece, Dual<1>::variable(at, 0), p).d[0]; };
+    if (unlike(slope(k), slope(k + 1))) x.push_back(at);
   }
 }
 
-void PiecewiseLaw::add_places(const double*, LawPlaces& places) const {
-  places.sharp.insert(places.sharp.end(), breaks_.begin(), breaks_.end());
+void PiecewiseLaw::add_curvature_jumps(const double* p, std::vector<double>& x) const {
+  for (int k = 0; k < breaks_; ++k) {
+    const double at = first_break(p)[k];
+    const auto curve = [&](int piece) { return value_of_piece<Taylor2>(piece, Taylor2(at, 1, 0), p); };
+    const Taylor2 left = curve(k), right = curve(k + 1);
+    if (!unlike(left.c1, right.c1) && unlike(left.c2, right.c2)) x.push_back(at);
+  }
+}
+
+void PiecewiseLaw::add_place_slopes(double x, const double* p, double* slopes) const {
+  for (int k = 0; k < breaks_; ++k)
+    if (first_break(p)[k] == x) slopes[offsets_.back() + k] += 1;
+}
+
+void PiecewiseLaw::add_places(const double* p, LawPlaces& places) const {
+  const std::vector<double> breaks(first_break(p), first_break(p) + breaks_);
+  require_rising(breaks);
+  places.sharp.insert(places.sharp.end(), breaks.begin(), breaks.end());
+}
+
+double PiecewiseLaw::integral_of_piece(int piece, double from, double to, const double* p) const {
+  const bool local = continued_ && piece > 0;
+  const double shift = local ? first_break(p)[piece - 1] : 0, begin = local ? value_of_piece(piece, shift, p) : 0;
+  const int first = offsets_[static_cast<std::size_t>(piece)],
+            count = offsets_[static_cast<std::size_t>(piece) + 1] - first;
+  const auto primitive = [&](double x) {
+    double sum = 0;
+    for (int n = count; n > 0; --n) sum = (sum + p[first + n - 1] / (local ? n + 1 : n)) * x;
+    return local ? (sum + begin) * x : sum;
+  };
+  return primitive(to - shift) - primitive(from - shift);
 }
 
 double PiecewiseLaw::integral(double x, const double* p) const {
-  const int start = piece(0), end = piece(x);
-  double sum = primitive(end, x, p);  // that of the first piece is 0 at 0
-  for (int k = start; k < end; ++k) sum += primitive(k, breaks_[k], p) - primitive(k + 1, breaks_[k], p);
-  for (int k = end; k < start; ++k) sum += primitive(k + 1, breaks_[k], p) - primitive(k, breaks_[k], p);
-  return sum;
+  const double low = std::min(x, 0.0), high = std::max(x, 0.0);
+  double sum = 0, from = low;
+  for (int k = piece(low, p); from < high; ++k) {
+    const double to = k < breaks_ ? std::min(high, first_break(p)[k]) : high;
+    sum += integral_of_piece(k, from, to, p);
+    from = to;
+  }
+  return x < 0 ? -sum : sum;
 }
 
 LawOptions piecewise_law(const std::vector<double>& breaks, const std::vector<std::vector<double>>& coefficients,
                          Joins joins) {
-  std::vector<std::size_t> sizes;
-  for (const auto& c : coefficients) sizes.push_back(c.size());
-  LawOptions o;
-  o.law = std::make_shared<PiecewiseLaw>(breaks, sizes);
+  LawOptions o = law_of(breaks, coefficients, false);
   check_joins(breaks, coefficients, joins);
-  for (std::size_t k = 0; k < coefficients.size(); ++k)
-    for (std::size_t i = 0; i < coefficients[k].size(); ++i)
-      o.numbers.emplace_back(fmt::format("coefficients[{}][{}]", k, i), coefficients[k][i]);
   return o;
+}
+
+LawOptions continued_law(const std::vector<double>& breaks, const std::vector<std::vector<double>>& coefficients) {
+  return law_of(breaks, coefficients, true);
 }
 
 namespace {
@@ -126,7 +172,8 @@ const RegisterLawKind piecewise_law_registered(
      .read = [](SceneTable& t) {
        const auto breaks = t.values("breaks");
        const auto coefficients = t.value_rows("coefficients");
-       const std::string joins = t.one_of("joins", {"none", "value", "slope"}, "value");
+       const std::string joins = t.one_of("joins", {"none", "value", "slope", "continued"}, "value");
+       if (joins == "continued") return continued_law(breaks, coefficients);
        return piecewise_law(breaks, coefficients,
                             joins == "slope"   ? Joins::slope
                             : joins == "value" ? Joins::value

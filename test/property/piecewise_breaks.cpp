@@ -20,7 +20,8 @@ using test::driven_carriage;
 
 namespace {
 
-// Some thousand times rtol, which is what an adjoint, or index 2 behind a kink, costs; differences of runs are as exact.
+// Some thousand times rtol, which is what an adjoint, or index 2 behind a kink, costs; differences of runs are as
+// exact.
 constexpr double kRtol = 3e-11, kAllowed = 1e-7;
 
 Problem driven(const std::string& law, const std::vector<std::string>& of_law, const std::string& more = "") {

@@ -26,22 +26,25 @@ IdaSession::IdaSession(DaeSystem& system, const SolverOptions& options, Monitor 
 IdaSession::IdaSession(DaeSystem& system, const SolverOptions& options, Monitor monitor, const SegmentStart& start)
     : SundialsSession(system, options, std::move(monitor), start.t) {
   start_ = start;
-  y_ = Vector(system.size(), context_);
-  yp_ = Vector(system.size(), context_);
+  const int size = system.size() + (start.led && system.has_running_cost() ? 1 : 0);
+  y_ = Vector(size, context_);
+  yp_ = Vector(size, context_);
   std::copy(start.y.begin(), start.y.end(), y_.data());
   std::copy(start.yp.begin(), start.yp.end(), yp_.data());
+  if (led() > 0) begin_lead();
   create_memory();
 }
 
 void IdaSession::create_memory() {
   const int n = system_.size();
-  id_ = Vector(n, context_);
+  id_ = Vector(y_.size(), context_);
   g_y_.assign(static_cast<std::size_t>(n), 0);
   bool algebraic = false;
   for (int i = 0; i < n; ++i) {
     id_.data()[i] = system_.unknowns()[i].differential ? 1 : 0;
     algebraic = algebraic || !system_.unknowns()[i].differential;
   }
+  if (led() > 0) id_.data()[n] = 1;
   atol_ = absolute_tolerances(options_.absolute());
   open(IDACreate(context_));
   check(IDAInit(memory_, residual, t_, y_, yp_), "the start");
@@ -51,8 +54,11 @@ void IdaSession::create_memory() {
                           double h = 0;
                           // Before the first step it is what another run has left.
                           if (s.steps(s.memory_) > 0) IDAGetCurrentStep(s.memory_, &h);
-                          return set_error_weights(s.system_.unknowns(), costate::data(y), s.options_.rtol,
-                                                   s.atol_.data(), h, costate::data(w));
+                          const double* x = costate::data(y);
+                          if (const int last = s.system_.size(); s.led() > 0)
+                            costate::data(w)[last] = 1 / (s.options_.rtol * std::abs(x[last]) + s.atol_.data()[last]);
+                          return set_error_weights(s.system_.unknowns(), x, s.options_.rtol, s.atol_.data(), h,
+                                                   costate::data(w));
                         }),
         "the tolerances");
   check(IDASetId(memory_, id_), "the algebraic unknowns");
@@ -62,18 +68,19 @@ void IdaSession::create_memory() {
 }
 
 Vector IdaSession::absolute_tolerances(double scale) const {
-  Vector v(system_.size(), context_);
+  Vector v(y_.size(), context_);
   const auto sizes = unknown_sizes(system_);
   for (std::size_t i = 0; i < sizes.size(); ++i)
     v.data()[i] = system_.unknowns()[i].in_norm ? scale * sizes[i] : kUnweighted;
+  if (led() > 0) v.data()[system_.size()] = scale * cost_size(system_);
   return v;
 }
 
 void IdaSession::enable_sensitivities() {
   const int n = system_.size(), np = system_.parameter_count();
   if (np == 0) return;
-  yS_ = VectorArray(np, n, context_);
-  ypS_ = VectorArray(np, n, context_);
+  yS_ = VectorArray(np, y_.size(), context_);
+  ypS_ = VectorArray(np, y_.size(), context_);
   std::vector<N_Vector> atol;
   for (int j = 0; j < np; ++j) {
     if (start_.s.empty()) {
@@ -86,6 +93,7 @@ void IdaSession::enable_sensitivities() {
     atol_S_.push_back(absolute_tolerances(options_.absolute() / system_.parameters().parameters[j].scale));
     atol.push_back(atol_S_.back());
   }
+  if (led() > 0) begin_lead_sensitivities();
   check(IDASensInit(memory_, np, options_.staggered ? IDA_STAGGERED : IDA_SIMULTANEOUS, sensitivity_residual,
                     yS_.handles(), ypS_.handles()),
         "sensitivities");
@@ -157,6 +165,8 @@ int IdaSession::residual(double t, N_Vector y, N_Vector yp, N_Vector r, void* p)
     require_trial_state(s.system_, t, data(y));
     s.system_.residual(t, data(y), data(yp), data(r));
     require_values(s.system_, t, data(y), data(r));
+    if (const int last = s.system_.size(); s.led() > 0)
+      data(r)[last] = data(yp)[last] - s.system_.running_cost(t, data(y));
     s.look_ahead(t, data(y));
   });
 }
@@ -168,6 +178,7 @@ int IdaSession::jacobian(double t, double cj, N_Vector y, N_Vector yp, N_Vector,
   return s.guard_.run([&] {
     s.watch_forward();
     s.system_.factor(t, data(y), data(yp), cj);
+    if (s.led() > 0) s.factor_lead(t, data(y), cj);
   });
 }
 
@@ -183,6 +194,7 @@ int IdaSession::sensitivity_residual(int count, double t, N_Vector y, N_Vector y
                                      N_Vector* ypS, N_Vector* rS, void* p, N_Vector, N_Vector, N_Vector) {
   IdaSession& s = self_of(p);
   return s.guard_.run([&] {
+    if (s.led() > 0) s.prepare_lead_tangent(t, data(y));
     s.system_.linearize(t, data(y), data(yp));
     s.system_.parameter_columns(s.F_rho_);
     const int n = s.system_.size();
@@ -191,6 +203,7 @@ int IdaSession::sensitivity_residual(int count, double t, N_Vector y, N_Vector y
       const double *x = data(yS[j]), *xp = data(ypS[j]), *id = s.id_.data();
       for (int i = 0; i < n; ++i) r[i] = id[i] * xp[i] + s.F_rho_(i, j);
       s.system_.add_product(1, x, r);
+      if (s.led() > 0) r[n] = xp[n] - s.lead_tangent(x, j);
     }
   });
 }

@@ -26,19 +26,28 @@ class IdaSession final : public SundialsSession<IdaApi> {
  private:
   static IdaSession& self_of(void* p) { return *static_cast<IdaSession*>(p); }
   void* self() override { return this; }
+  std::vector<Unknown> names() const override;
   std::vector<Unknown> names_back() const override;
-  void solve_newton(double* b) override { system_.solve(b); }
+  void solve_newton(double* b) override;
   void solve_newton_back(double* b) override;
   IDAQuadRhsFn quadrature_function() const override { return quadrature; }
   IDAQuadRhsFnB backward_quadrature_function() const override { return backward_quadrature; }
   void create_backward() override;
   void set_backward_matrix() override;
   void complete_backward(const AdjointStop& stop) override;
+  bool asks_for_lead() override;
   void complete_end() override { solve_algebraic(system_, t_, y_.data()); }
   void jump_sensitivities(const Jump& jump, SegmentStart& start) override;
 
   void create_memory();
   Vector absolute_tolerances(double scale) const;
+  // psi beside the unknowns, for the choice of the order alone (ida_lead.cpp).
+  int led() const { return y_.size() - system_.size(); }
+  void begin_lead();
+  void begin_lead_sensitivities();
+  void prepare_lead_tangent(double t, const double* y);
+  double lead_tangent(const double* s, int j) const;
+  void factor_lead(double t, const double* y, double cj);
   /// The state at which a running cost is taken; until the next call.
   const double* cost_state(double t, const double* y);
   /// Calculates g_y and g_rho in a backward callback.
@@ -71,8 +80,12 @@ class IdaSession final : public SundialsSession<IdaApi> {
   // integrand of the gradient come back to it), and of the last unknown Newton's coefficient and what it is a sum of.
   double cost_time_ = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> g_y_back_, g_rho_;
-  double cj_ = 1;
+  double cj_ = 1;  // of the way back
   std::vector<double> sum_weights_, integrand_;
+  // Of the lead: Newton's coefficient and the running cost's gradient at its factors; steps since the order was high.
+  double cj_lead_ = 1;
+  std::vector<double> lead_g_, lead_g_y_, lead_g_rho_;
+  long low_ = 0;
 };
 
 }  // namespace costate

@@ -18,6 +18,7 @@ inline constexpr double kLongAgainstNext = 20;
 struct SegmentStart {
   double t = 0;
   bool restart = false;                    // nothing jumps
+  bool led = false;                        // psi leads the order (IdaSession)
   long steps = 0;                          // taken before
   std::vector<double> y, yp;               // unknowns, psi behind them when it is one; yp of DAE systems
   std::vector<std::vector<double>> s, sp;  // columns of sensitivities of y and yp, or none

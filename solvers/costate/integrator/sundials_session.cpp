@@ -278,7 +278,9 @@ bool SundialsSession<Api>::advance_segment(double t, Trajectory* trajectory, con
     if (event) step_end_ = *event;
     if (system_.has_events()) interpolate(step_end_);
     ended_ = event || system_.segment_ends(step_end_, y());
-    restart_ = !ended_ && step_end_ < options_.t_end && was_too_long(step_end_);
+    const bool led = asks_for_lead();
+    restart_ = !ended_ && step_end_ < options_.t_end && (led || was_too_long(step_end_));
+    start_.led = start_.led || (restart_ && led);
     ended_ = ended_ || restart_;
     if (trajectory) record_step(begin, step_end_, *trajectory);
     // Last: it may throw, and the run be gone on with.
@@ -320,14 +322,15 @@ void SundialsSession<Api>::jump(Jump& jump, SegmentStart& start) {
   jump.t = t_;
   start.steps = start_.steps + steps(memory_);
   start.restart = restart_;
+  start.led = start_.led;
   jump.event = restart_ ? -1 : system_.pending_event();
   start.t = restart_ ? t_ : system_.segment_start(t_);
   jump.before = system_.mode();
   jump.y.assign(y(), y() + system_.size());
   start.y.assign(y(), y() + y_.size());
   if constexpr (Api::implicit) {
-    jump.yp.assign(yp_.data(), yp_.data() + yp_.size());
-    start.yp = jump.yp;
+    jump.yp.assign(yp_.data(), yp_.data() + system_.size());
+    start.yp.assign(yp_.data(), yp_.data() + yp_.size());
     if (!restart_) system_.jump(t_, start.y.data(), start.yp.data());
   } else if (!restart_) {
     system_.jump(t_, start.y.data());

@@ -180,17 +180,24 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
   if (!without_estimate(problem)) {
     gradient = pass(grid(kStretches), problem.solver.rtol);
   } else {
-    // Order 3 to 5: once a halving changes the gradient by less than a few tolerances, the rest is below them.
+    // Order 3 to 5: once a halving changes the gradient by less than a few tolerances, the rest is below them. Errors
+    // of the stored motion are differentiated twice, so that steps below some size make of them more than they mend:
+    // two halvings in a row that do not halve the change are the last, and the gradient is that which changed least.
     std::vector<double> times = grid(kCoarsest);
-    gradient = pass(times, 0);
-    for (int level = 0; level < kMaxRefinements; ++level) {
+    Eigen::VectorXd coarser = pass(times, 0);
+    double least = std::numeric_limits<double>::infinity();
+    for (int level = 0, stuck = 0; level < kMaxRefinements && stuck < 2; ++level) {
       times = refined(times);
-      const Eigen::VectorXd finer = pass(times, 0), change = finer - gradient;
-      gradient = finer;
-      r.gradient_error.assign(change.data(), change.data() + change.size());
-      if (size_of(change) <= 3 * problem.solver.rtol * size_of(finer)) break;
+      const Eigen::VectorXd finer = pass(times, 0), change = (finer - coarser).cwiseAbs();
+      coarser = finer;
+      stuck = size_of(change) > 0.5 * least ? stuck + 1 : 0;
+      if (size_of(change) < least || gradient.size() == 0) {
+        least = size_of(change);
+        gradient = finer;
+        r.gradient_error.assign(change.data(), change.data() + change.size());
+      }
+      if (least <= 3 * problem.solver.rtol * size_of(finer)) break;
     }
-    for (double& e : r.gradient_error) e = std::abs(e);
   }
   r.gradient.assign(gradient.data(), gradient.data() + gradient.size());
   return r;

@@ -23,7 +23,8 @@ using namespace costate::adversary;
 
 namespace {
 
-constexpr int kSeconds = 60;  // for one case
+constexpr int kSeconds =
+    300;  // of the processor for one case: fixed steps may take a million of a vehicle with many tyres
 
 struct Options {
   long cases = 200, first = 1, one = -1;

@@ -117,6 +117,9 @@ void MotionCheck::find_reference(const std::string& formulation, double rtol) {
   for (std::size_t c = 0; c < columns; ++c) {
     unit_[c] = std::max(unit_[c], 1e-3 * largest[state_.outputs()[c]->unit()]);
     if (!(unit_[c] > 0)) unit_[c] = 1;
+    // What rests beside something that moves is known to the tolerance of that, and no output to more than rounding.
+    const double least = std::max(1e-3 * largest[state_.outputs()[c]->unit()] * kRange * own_rtol, 1e-15 * unit_[c]);
+    for (auto& sample : allowed_) sample[c] = std::max(sample[c], least);
   }
 }
 

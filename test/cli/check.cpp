@@ -234,6 +234,46 @@ parameters = ["bar.rod.mass_kg"]
   CHECK(find_row(one_object(o.out), "index1", "not-zero")->at("status") == "disagreement");
 }
 
+TEST_CASE("check: what rests is known to the tolerance of what moves beside it") {
+  // A rod that hangs still beside a mass that falls: penalty's accelerations of it are 8e-9 m/s^2 of 9.81, not 0.
+  const WorkingDirectory here;
+  costate::test::write_text(here / "rest.toml", R"([gravity]
+y_m_per_s2 = -9.81
+[point.O]
+ground = true
+x_m = 0
+y_m = 0
+[point.P]
+x_m = 0
+y_m = -0.7
+[bar.rod]
+from = "O"
+to = "P"
+mass_kg = 2
+length_m = 0.7
+[point.Q]
+x_m = 3
+y_m = 0.2
+vx_m_per_s = 0.3
+[mass.q]
+point = "Q"
+mass_kg = 1
+[start]
+given = ["P.x", "Q.x", "Q.y"]
+[[cost.running]]
+kind = "square"
+output = "Q.y"
+[parameter.m]
+number = "mass.q.mass_kg"
+[run]
+t_end_s = 2
+parameters = ["m"]
+)");
+  const Json j = costate_json({"check", "rest.toml", "--no-files", "--formulations", "penalty,index1"}, here.path());
+  CHECK(j.at("status") == "ok");
+  CHECK(j.at("disagreements").empty());
+}
+
 TEST_CASE("check: a row that takes too long is cut, which is neither right nor wrong") {
   const Outcome o =
       check_with_wrong_methods({"--formulations", "index1", "--methods", "idas-adjoint,slow-adjoint", "--no-motions"});

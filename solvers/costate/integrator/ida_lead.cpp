@@ -11,7 +11,7 @@
 namespace costate {
 
 namespace {
-constexpr int kLow = 2;      // an order that IDAS passes within its first steps
+constexpr int kLow = 2;     // an order that IDAS passes within its first steps
 constexpr long kLong = 40;  // steps in a row
 }  // namespace
 

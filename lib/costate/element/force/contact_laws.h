@@ -163,4 +163,29 @@ void friction_force(FrictionModel model, int dim, const S* p, const S& N, const 
   }
 }
 
+/// The moment M = -c N omega/|omega| tanh(|omega|/omega_s) against rolling, and in space that against spinning about
+/// the normal n; p: c of rolling, c of spinning, omega_s. One component in the plane, three in space.
+template <int dim, class S>
+void turning_moment(const S* omega, const S* n, const S* p, const S& N, S* moment) {
+  using std::sqrt;
+  using std::tanh;
+  const S& scale = p[2];
+  const auto factor = [&](const S& square, const S& arm) {
+    const S speed = sqrt(square + S(1e-12) * scale * scale);
+    return arm * N * tanh(speed / scale) / speed;
+  };
+  if constexpr (dim == 2) {
+    moment[0] = -(factor(omega[0] * omega[0], p[0]) * omega[0]);
+  } else {
+    S roll[3], square(0.0), spin(0.0);
+    for (int i = 0; i < 3; ++i) spin += n[i] * omega[i];
+    for (int i = 0; i < 3; ++i) {
+      roll[i] = omega[i] - spin * n[i];
+      square += roll[i] * roll[i];
+    }
+    const S rolling = factor(square, p[0]), spinning = factor(spin * spin, p[1]);
+    for (int i = 0; i < 3; ++i) moment[i] = -(rolling * roll[i]) - spinning * spin * n[i];
+  }
+}
+
 }  // namespace costate

@@ -84,26 +84,30 @@ class ContactSurface {
     frame(g, n, t);
     m.closing = S(0.0);
     for (int i = 0; i < dim; ++i) m.closing -= n[i] * u[i];
-    if (round_) {
-      if constexpr (dim == 2) {
-        m.omega[0] = v[2];
-        for (int i = 0; i < 2; ++i) u[i] += v[2] * g[kRadius] * t[0][i];
-      } else {
-        // omega = 2 E edot, at the lever -R n
-        const S *e = q + 3, *ed = v + 3;
-        S cross[3], lever[3];
-        cross3(e + 1, ed + 1, cross);
-        for (int i = 0; i < 3; ++i) {
-          m.omega[i] = S(2.0) * (e[0] * ed[1 + i] - ed[0] * e[1 + i] + cross[i]);
-          lever[i] = -(g[kRadius] * n[i]);
-        }
-        cross3(m.omega, lever, cross);
-        for (int i = 0; i < 3; ++i) u[i] += cross[i];
-      }
-    }
+    if (round_) turn(q, v, g[kRadius], n, t, m.omega, u);
     for (int k = 0; k < tangents; ++k) {
       m.slip[k] = S(0.0);
       for (int i = 0; i < dim; ++i) m.slip[k] += t[k][i] * u[i];
+    }
+  }
+
+  /// The angular velocity of what is round; u gains omega x (-R n), which takes it from the centre to where it touches.
+  template <class S>
+  static void turn(const S* q, const S* v, const S& radius, const S* n, const S (*t)[dim], S* omega, S* u) {
+    if constexpr (dim == 2) {
+      omega[0] = v[2];
+      for (int i = 0; i < 2; ++i) u[i] += v[2] * radius * t[0][i];
+    } else {
+      // omega = 2 E edot
+      const S *e = q + 3, *ed = v + 3;
+      S cross[3], lever[3];
+      cross3(e + 1, ed + 1, cross);
+      for (int i = 0; i < 3; ++i) {
+        omega[i] = S(2.0) * (e[0] * ed[1 + i] - ed[0] * e[1 + i] + cross[i]);
+        lever[i] = -(radius * n[i]);
+      }
+      cross3(omega, lever, cross);
+      for (int i = 0; i < 3; ++i) u[i] += cross[i];
     }
   }
 
@@ -111,8 +115,15 @@ class ContactSurface {
   /// of round ones).
   template <class S>
   void add_force(const S* q, const S* g, const S* p, const S& N, const S* F, const S* moment, S* Q) const {
-    S force[dim] = {}, n[dim], t[tangents][dim];
+    S n[dim], t[tangents][dim];
     frame(g, n, t);
+    add_force(q, g, p, n, t, N, F, moment, Q);
+  }
+  /// The same with the directions n and t.
+  template <class S>
+  void add_force(const S* q, const S* g, const S* p, const S* n, const S (*t)[dim], const S& N, const S* F,
+                 const S* moment, S* Q) const {
+    S force[dim] = {};
     for (int i = 0; i < dim; ++i) {
       force[i] = N * n[i];
       for (int k = 0; k < tangents; ++k) force[i] += F[k] * t[k][i];

@@ -8,6 +8,7 @@
 
 #include "costate/base/error.h"
 #include "costate/element/force/contact.h"
+#include "costate/element/force/contact_road.h"
 #include "costate/kind/contact/rigid_contact.h"
 #include "costate/kind/lookup.h"
 #include "costate/scene/scene_kind.h"
@@ -78,24 +79,33 @@ void add_at(MechanismBuilder& builder, const std::string& name, const std::vecto
                                                        "one, or of the ground.",
                                                        ahead_of->name(), point.name()));
   }
-  typename Contact<Point>::Options options;
+  ContactSetup options;
   options.law = normal_law(path + ".law", o.law);
   options.friction = friction_model(path + ".friction", o.friction);
   options.round = o.radius_m > 0;
   options.rolling = turns(o);
   options.energy = o.energy_lost;
-  using Material = typename Contact<Point>::Material;
-  options.material = o.youngs_modulus_Pa <= 0         ? Material::none
-                     : o.other_youngs_modulus_Pa <= 0 ? Material::body
-                                                      : Material::both;
+  options.material = o.youngs_modulus_Pa <= 0         ? ContactMaterial::none
+                     : o.other_youngs_modulus_Pa <= 0 ? ContactMaterial::body
+                                                      : ContactMaterial::both;
   constexpr bool space = ContactSurface<Point>::dim == 3;
   const std::vector<int> numbers = add_numbers(builder, path, o, points.size(), space);
-  auto contact = std::make_unique<Contact<Point>>(name, points, ahead_of ? &*ahead_of : nullptr, options, numbers);
-  if (contact->states() > kMaxLocal)
-    throw ModelError(path + ".points", fmt::format("Contacts of {} points with this law and friction have {} states, "
-                                                   "more than {}: write them as several contacts.",
-                                                   points.size(), contact->states(), kMaxLocal));
-  builder.add(std::move(contact));
+  const auto add = [&](auto contact) {
+    if (contact->states() > kMaxLocal)
+      throw ModelError(path + ".points", fmt::format("Contacts of {} points with this law and friction have {} states, "
+                                                     "more than {}: write them as several contacts.",
+                                                     points.size(), contact->states(), kMaxLocal));
+    builder.add(std::move(contact));
+  };
+  const Point* ahead = ahead_of ? &*ahead_of : nullptr;
+  if (!o.ground.any()) return add(std::make_unique<Contact<Point>>(name, points, ahead, options, numbers));
+  const ContactGround ground =
+      find_contact_ground(builder, path, o.ground, points.front().coordinates(), options.round, space);
+  if (ahead && !ground.carrier.empty())
+    throw ModelError(path + ".ahead_of",
+                     "On ground that a body carries a contact closes everywhere: leave this out, or "
+                     "'ground_body'.");
+  add(std::make_unique<RoadContact<Point>>(name, points, ahead, options, numbers, ground));
 }
 
 }  // namespace
@@ -133,6 +143,11 @@ void add_rigid(const std::string& name, SceneTable& table, MechanismBuilder& bui
   const std::string path = "contact." + name;
   for (const char* key : {"points", "shares"})
     if (table.has(key)) throw ModelError(path + "." + key, "A rigid contact has one point: write a contact for each.");
+  for (const char* key : {"road", "ground_body"})
+    if (table.has(key))
+      throw ModelError(path + "." + key,
+                       "Rigid contact is with a plane at rest: leave this out, or take kind = "
+                       "\"compliant\".");
   RigidContactOptions o;
   const std::string point = table.text("point");
   ContactLawOptions compliant;
@@ -218,6 +233,8 @@ given = ["ball.x", "ball.y", "ball.angle"]
           read_friction(table, o);
           o.ground_height_m = table.value("ground_height_m", NumberRule::any, 0);
           o.ground_angle_rad = table.value("ground_angle_rad", NumberRule::any, 0);
+          o.ground.road = table.text("road", "");
+          o.ground.ground_body = table.text("ground_body", "");
           o.radius_m = table.value("radius_m", not_negative, 0);
           if (o.radius_m > 0) {
             o.rolling_resistance_m = table.value("rolling_resistance_m", not_negative, 0);

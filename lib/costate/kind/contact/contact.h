@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "costate/kind/contact/contact_ground.h"
 #include "costate/kind/contact/contact_numbers.h"
 #include "costate/mechanism/builder.h"
 
@@ -17,10 +18,11 @@ struct ContactOptions : ContactLawOptions {
   double turning_transition_rad_per_s = 0.1;  // where these moments are fully there
   std::vector<double> shares;                 // of the normal law, one a point; empty: 1 each
   std::string ahead_of;                       // it closes only where it is ahead of this point; empty: everywhere
+  ContactGroundOptions ground;
 };
 
 /// Several points are on one rigid body. Throws ModelError at contact.NAME.KEY: unknown laws, numbers out of range, a
-/// radius of what does not turn.
+/// radius of what does not turn, a ground that is not there.
 void add_contact(MechanismBuilder& builder, const std::string& name, const std::vector<std::string>& points,
                  const ContactOptions& o);
 

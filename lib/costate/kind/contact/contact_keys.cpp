@@ -35,6 +35,8 @@ const KindKeys contact_keys(
      {"bristle_damping_s_per_m", "lugre: the normal force times this is a damping"},
      {"ground_height_m", "of the ground at x = 0"},
      {"ground_angle_rad", "by which it rises along x"},
+     {"road", "name of a [road]: the ground is as much higher than that plane, along its normal"},
+     {"ground_body", "name of a body of the plane that carries the ground, in its frame"},
      {"radius_m", "of the arc or sphere about the point; 0: the point itself"},
      {"rolling_resistance_m", "arm of the normal force in the moment against rolling"},
      {"spinning_resistance_m", "the same about the normal, in space"},
@@ -108,6 +110,75 @@ point = "C"
 stiffness_N_per_m_n = 2e4
 restitution = 0.5
 friction = "bengisu-akay"
+friction_coefficient = 0.4
+
+[road.wave]
+kind = "profile"
+law = { kind = "sine", amplitude = 0.02, angular_frequency_rad_per_s = 3, phase_rad = 0.4 }
+
+[road.shaker]
+kind = "post"
+law = { kind = "sine", amplitude = 0.02, angular_frequency_rad_per_s = 3, phase_rad = 0.7 }
+
+[body.deck]
+x_m = 0.1
+y_m = -0.05
+angle_rad = 0.2
+mass_kg = 3
+inertia_kg_m2 = 0.4
+
+[driver.deck_x]
+coordinate = "deck.x"
+law = { kind = "polynomial", coefficients = [0.1, 0.3] }
+
+[driver.deck_y]
+coordinate = "deck.y"
+law = { kind = "polynomial", coefficients = [-0.05, 0.1] }
+
+[driver.deck_angle]
+coordinate = "deck.angle"
+law = { kind = "polynomial", coefficients = [0.2, -0.5] }
+
+[contact.wave]
+point = "C"
+road = "wave"
+stiffness_N_per_m_n = 2e4
+restitution = 0.5
+radius_m = 0.1
+rolling_resistance_m = 0.002
+friction = "lugre"
+friction_coefficient = 0.4
+approach_speed_m_per_s = 0.31
+
+[contact.shaker]
+points = ["heel", "toe"]
+road = "shaker"
+ground_angle_rad = 0.1
+law = "kelvin-voigt"
+stiffness_N_per_m_n = 2e4
+damping_N_s_per_m = 10
+approach_speed_m_per_s = 0.31
+
+[contact.deck]
+point = "C"
+ground_body = "deck"
+ground_height_m = 0.05
+law = "hertz"
+stiffness_N_per_m_n = 2e4
+radius_m = 0.1
+rolling_resistance_m = 0.002
+friction = "stribeck"
+friction_coefficient = 0.4
+static_coefficient = 0.5
+energy_lost = true
+
+[contact.ridge]
+point = "heel"
+ground_body = "deck"
+road = "wave"
+stiffness_N_per_m_n = 2e4
+restitution = 0.5
+friction = "coulomb"
 friction_coefficient = 0.4
 )");
 

@@ -58,7 +58,7 @@ void add_road(const std::string& name, SceneTable& table, MechanismBuilder& buil
 const RegisterSceneKind road_registered({
     .name = "road",
     .phase = ScenePhase::points,
-    .summary = "the ground under tyres: flat, a profile over x, or a post that moves in time",
+    .summary = "the ground under tyres and contacts: flat, a profile over x, or a post that moves in time",
     .example = R"(
 [gravity]
 z_m_per_s2 = -9.81

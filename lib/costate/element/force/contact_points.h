@@ -1,0 +1,197 @@
+// The points of a contact with the ground and the forces there (contact.h), for every scalar type that they are
+// compiled for; numbers and states are laid out there.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "costate/element/force/contact_laws.h"
+#include "costate/element/force/contact_surface.h"
+#include "costate/element/force/road.h"
+#include "costate/element/guarded_force.h"
+
+namespace costate {
+
+/// The arguments of a kernel of any scalar type.
+template <class S>
+struct ContactArguments {
+  S t{};
+  const S *q = nullptr, *v = nullptr, *z = nullptr, *p = nullptr;
+};
+
+/// What is no plane at rest: a road on it, if any, and the coordinates of the body of the plane that carries it, if
+/// any.
+struct ContactGround {
+  std::shared_ptr<const Road> road;
+  std::vector<int> carrier;
+};
+
+enum class ContactMaterial { none, body, both };  // whether Hertz's stiffness is that of materials
+
+struct ContactSetup {
+  NormalLaw law = NormalLaw::hertz;
+  FrictionModel friction = FrictionModel::none;
+  bool round = false, rolling = false, energy = false;
+  ContactMaterial material = ContactMaterial::none;
+};
+
+/// Ground: ContactSurface, or RoadSurface (contact_road.h).
+template <class Point, class Ground>
+class ContactPoints {
+ public:
+  using Surface = Ground;
+  /// Whether the ground is one of contact_road.h.
+  static constexpr bool on_road = !std::is_same_v<Ground, ContactSurface<Point>>;
+  static constexpr int dim = Surface::dim, tangents = Surface::tangents, turns = Surface::turns;
+  static constexpr int kFriction = 4, kGround = kFriction + kFrictionNumbers, kApproach = kGround + Surface::kNumbers,
+                       kRest = kApproach + 1, kRolling = kRest + 1, kSpinning = kRolling + 1, kTurnSpeed = kRolling + 2,
+                       kMaterial = kRolling + 3, kNumbers = kMaterial + 4;
+  using Material = ContactMaterial;
+  using Options = ContactSetup;
+
+ protected:
+  ContactPoints(const std::vector<Point>& points, const Point* ahead_of, const Options& options, int first_number,
+                const ContactGround& ground)
+      : options_(options), latches_(latches(options.law) || ahead_of != nullptr) {
+    int at = first_number;
+    const auto add = [&](std::vector<At>& to, const Point& point, bool round) {
+      if constexpr (on_road)
+        to.push_back({Surface(point, round, ground.road, !ground.carrier.empty()), at});
+      else
+        to.push_back({Surface(point, round), at});
+      at += static_cast<int>(point.numbers().size());
+    };
+    for (const Point& point : points) add(surfaces_, point, options.round);
+    if (ahead_of) add(ahead_of_, *ahead_of, false);
+    road_ = at;
+  }
+
+  struct At {
+    Surface surface;
+    int numbers;  // where those of its point begin
+  };
+  template <class S>
+  struct Forces {
+    S normal{}, friction[tangents] = {}, moment[turns] = {}, lost{};
+    typename Surface::template Motion<S> motion;
+    bool touches = false;
+  };
+
+  static ContactArguments<PathDual> arguments(const MeasureArguments& x) { return {x.t, x.q, x.v, x.z, x.p}; }
+  static ContactArguments<double> arguments(const LocalState& s) { return {s.t, s.q, s.v, s.z, s.p}; }
+  const Surface& surface(int i) const { return surfaces_[static_cast<std::size_t>(i)].surface; }
+  /// Coordinates that forces act on.
+  int size() const {
+    if constexpr (on_road) return surface(0).point().size() + surface(0).carrier_size();
+    return surface(0).point().size();
+  }
+  int count() const { return static_cast<int>(surfaces_.size()); }
+  int own_states() const { return (latches_ ? 1 : 0) + (has_bristles(options_.friction) ? tangents : 0); }
+  std::string of_point(int i, const char* join) const {
+    return count() == 1 ? std::string() : join + surface(i).point().name();
+  }
+  template <class S>
+  const S* point_numbers(int i, const S* p) const {
+    return p + surfaces_[static_cast<std::size_t>(i)].numbers;
+  }
+  template <class S>
+  S share(int i, const S* p) const {
+    return count() == 1 ? S(1.0) : p[kNumbers + i];
+  }
+  template <class S>
+  S stiffness(const S* p) const {
+    using std::sqrt;
+    if (options_.material == Material::none) return p[0];
+    const S *e = p + kMaterial, one(1.0);
+    S compliance = (one - e[1] * e[1]) / e[0];
+    if (options_.material == Material::both) compliance += (one - e[3] * e[3]) / e[2];
+    return S(4.0 / 3.0) * sqrt(p[kGround + Surface::kRadius]) / compliance;
+  }
+  template <class S>
+  S gap(int i, const ContactArguments<S>& x) const {
+    if constexpr (on_road)
+      return surface(i).gap(x.t, x.q, x.p + kGround, point_numbers(i, x.p), x.p + road_);
+    else
+      return surface(i).gap(x.q, x.p + kGround, point_numbers(i, x.p));
+  }
+  template <class S>
+  S along(int i, const S* q, const S* p) const {
+    return surface(i).along(0, q, p + kGround, point_numbers(i, p));
+  }
+  template <class S>
+  typename Surface::template Motion<S> motion(int i, const ContactArguments<S>& x) const {
+    typename Surface::template Motion<S> m;
+    if constexpr (on_road)
+      surface(i).motion(x.t, x.q, x.v, x.p + kGround, point_numbers(i, x.p), x.p + road_, m);
+    else
+      surface(i).motion(x.q, x.v, x.p + kGround, point_numbers(i, x.p), m);
+    return m;
+  }
+  template <class S>
+  bool is_ahead(int i, const S* q, const S* p) const {
+    if (ahead_of_.empty()) return true;
+    const At& other = ahead_of_.front();
+    const S* own = q + size();
+    return value_of(along(i, q, p)) > value_of(other.surface.along(0, own, p + kGround, p + other.numbers));
+  }
+  template <class S>
+  bool touches(int i, const ContactArguments<S>& x) const {
+    return latches_ ? value_of(x.z[i * own_states()]) > 0 : value_of(gap(i, x)) < 0;
+  }
+  template <class S>
+  void add_point(int i, const ContactArguments<S>& x, S* Q, S* zdot) const {
+    Forces<S> f;
+    calc(i, x, f, zdot);
+    if (!f.touches) return;
+    if constexpr (on_road)
+      surface(i).add_force(f.motion, x.q, x.p + kGround, point_numbers(i, x.p), f.normal, f.friction, f.moment, Q);
+    else
+      surface(i).add_force(x.q, x.p + kGround, point_numbers(i, x.p), f.normal, f.friction, f.moment, Q);
+    if (options_.energy) zdot[count() * own_states()] += f.lost;
+  }
+
+  template <class S>
+  void calc(int i, const ContactArguments<S>& x, Forces<S>& f, S* zdot) const {
+    const int first = i * own_states(), bristles = first + (latches_ ? 1 : 0);
+    f.touches = touches(i, x);
+    if (!f.touches) return;
+    // Within a step that ends at the release the gap is open already: the law goes on, and is zero there.
+    f.motion = motion(i, x);
+    const auto& m = f.motion;
+    const S* p = x.p;
+    S depth;
+    if constexpr (on_road) {
+      depth = -m.gap;
+      if constexpr (std::is_same_v<S, double>) surface(i).require_one_foot(m, x.t);
+    } else {
+      depth = -gap(i, x);
+    }
+    const S law[4] = {stiffness(p), p[1], p[2], p[3]};
+    f.normal = share(i, p) * normal_force(options_.law, law, depth, m.closing, latches_ ? x.z[first] : depth);
+    if (options_.friction != FrictionModel::none)
+      friction_force(options_.friction, tangents, p + kFriction, f.normal, m.slip, x.z + bristles, f.friction,
+                     zdot + bristles);
+    if (options_.rolling) {
+      if constexpr (on_road) {
+        turning_moment<dim>(m.omega, m.n, p + kRolling, f.normal, f.moment);
+      } else {
+        S n[dim], t[tangents][dim];
+        Surface::frame(p + kGround, n, t);
+        turning_moment<dim>(m.omega, n, p + kRolling, f.normal, f.moment);
+      }
+    }
+    if (!options_.energy) return;
+    f.lost = (f.normal - share(i, p) * elastic_force(options_.law, law, depth)) * m.closing;
+    for (int k = 0; k < tangents; ++k) f.lost -= f.friction[k] * m.slip[k];
+    for (int k = 0; k < turns; ++k) f.lost -= f.moment[k] * m.omega[k];
+  }
+
+  std::vector<At> surfaces_, ahead_of_;
+  Options options_;
+  bool latches_;
+  int road_ = 0;  // where the numbers of the ground's road begin
+};
+
+}  // namespace costate

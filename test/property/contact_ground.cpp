@@ -149,7 +149,8 @@ inertia_kg_m2 = 0.3
 
 }  // namespace
 
-// Linear and angular momentum of both stay, and the energy that is missing was lost in contact: at rtol 1e-11, to 1e-9, of which energies hold 1e-8.
+// Linear and angular momentum of both stay, and the energy that is missing was lost in contact: at rtol 1e-11, to 1e-9,
+// of which energies hold 1e-8.
 TEST_CASE("contact on a body: momenta stay, and the energy lost is what is missing", "[events]") {
   for (const bool waves : {true, false}) {
     CAPTURE(waves);

@@ -68,6 +68,49 @@ TEST_CASE("scene limits: brackets with nothing behind them are refused with a pl
     CHECK_THAT(complaint(text), Contains(":1:") && Contains("No valid TOML"));
 }
 
+TEST_CASE("scene limits: elements of different kinds may share a name, and their outputs are told apart by the kind") {
+  const Scene scene = Scene::parse(R"([point.A]
+ground = true
+x_m = 0
+y_m = 0
+[point.P]
+x_m = 1
+y_m = 0
+[mass.P]
+point = "P"
+mass_kg = 1
+[spring.S]
+from = "A"
+to = "P"
+stiffness_N_per_m = 10
+natural_length_m = 1
+damping_N_s_per_m = 0
+[maxwell.S]
+from = "A"
+to = "P"
+stiffness_N_per_m = 20
+natural_length_m = 0.5
+damping_N_s_per_m = 1
+[force.push]
+point = "P"
+y_N = 2
+[start]
+given = ["P.x", "P.y"]
+[run]
+t_end_s = 1
+)",
+                                   "shared.toml");
+  const auto names = output_names(*scene.mechanism());
+  const auto has = [&](const char* name) { return std::find(names.begin(), names.end(), name) != names.end(); };
+  CHECK(has("spring.S.length"));
+  CHECK(has("maxwell.S.length"));
+  CHECK_FALSE(has("S.length"));
+  CHECK(has("push.power"));
+  CHECK_FALSE(has("force.push.power"));
+  CHECK(make_output(*scene.mechanism(), "maxwell.S.length")->name() == "maxwell.S.length");
+  CHECK_THROWS_WITH(make_output(*scene.mechanism(), "S.length"), Contains("no output 'S.length'"));
+}
+
 TEST_CASE("scene limits: two meanings are named both") {
   CHECK_THAT(complaint(replaced(pendulum, "[bar.arm]",
                                 "[body.one]\nx_m = 0\ny_m = 0\nmass_kg = 1\ninertia_kg_m2 = 1\n"

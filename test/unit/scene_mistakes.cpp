@@ -194,11 +194,6 @@ TEST_CASE("scene mistakes: duplicates and contradictions") {
        "12:10: No valid TOML (floating-point): expected decimal digit or exponent, found '.'."},
       {"[run]", "[body.P]\nmass_kg = 1\ninertia_kg_m2 = 1\nx_m = 0\ny_m = 0\n[run]",
        "39:1: body.P: Coordinate 'P.x' exists already; points, bodies and angles share one set of names."},
-      {"[run]",
-       "[maxwell.S1]\nfrom = \"A\"\nto = \"P\"\nstiffness_N_per_m = 1\nnatural_length_m = 1\n"
-       "damping_N_s_per_m = 1\n[run]",
-       "39:1: maxwell.S1: The output 'S1.length' has two meanings: spring.S1 and maxwell.S1 share a name. "
-       "Rename one."},
       {"given = [\"P.x\"]", "given = [\"P.x\", \"P.x\"]", "27:17: start.given[1]: Coordinate 'P.x' is given twice."},
       {"given = [\"P.x\"]", "given = [\"P.x\"]\ngiven_velocities = [\"P.x\", \"P.x\"]",
        "28:28: start.given_velocities[1]: Velocity 'P.x' is given twice."},

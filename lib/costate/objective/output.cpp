@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <string_view>
+#include <unordered_map>
 
 #include "costate/assembly/second_terms.h"
 #include "costate/base/error.h"
@@ -232,6 +233,35 @@ std::string rate_unit(const std::string& unit, int order) {
   return order == 0 ? unit : order == 1 ? unit + "/s" : unit + "/s^2";
 }
 
+/// "NAME.measure"; of elements of different kinds that share name and measure, "kind.NAME.measure".
+class MeasureNames {
+ public:
+  MeasureNames(const Mechanism& m, std::optional<std::string_view> wanted) {
+    const auto collect = [&](const auto& list) {
+      for (const auto& e : list)
+        if (may_be_of(*e, wanted)) by_name_[e->name()].push_back(e.get());
+    };
+    collect(m.bodies());
+    collect(m.constraints());
+    collect(m.forces());
+  }
+  static bool may_be_of(const Element& e, std::optional<std::string_view> wanted) {
+    if (!wanted || wanted->starts_with(e.name())) return true;
+    const std::size_t dot = wanted->find('.');  // behind a kind
+    return dot != std::string_view::npos && wanted->substr(dot + 1).starts_with(e.name());
+  }
+  std::string of(const Element& e, const Measure& measure) const {
+    for (const Element* other : by_name_.at(e.name()))
+      if (other != &e)
+        for (const Measure& m : other->measures())
+          if (m.name == measure.name) return e.path() + "." + measure.name;
+    return e.name() + "." + measure.name;
+  }
+
+ private:
+  std::unordered_map<std::string, std::vector<const Element*>> by_name_;
+};
+
 /// Calls visit(name, factory) for every output until it returns true; where one name is wanted, only for those of
 /// things (coordinates, points, elements, ...) whose own name it begins with, so that the names of all others are not
 /// made.
@@ -275,12 +305,13 @@ bool for_each_output(const Mechanism& m, std::optional<std::string_view> wanted,
           return true;
       }
   }
+  const MeasureNames names(m, wanted);
   const auto elements = [&](const auto& list, auto row_of, auto rows_of, auto state_of, auto states_of) {
     for (std::size_t k = 0; k < list.size(); ++k) {
-      if (!may_be_of(list[k]->name())) continue;
+      if (!MeasureNames::may_be_of(*list[k], wanted)) continue;
       const auto measures = list[k]->measures();
       for (std::size_t i = 0; i < measures.size(); ++i) {
-        const std::string name = list[k]->name() + "." + measures[i].name;
+        const std::string name = names.of(*list[k], measures[i]);
         if (visit(name, Factory([&, k, i, name] {
                     return std::make_unique<ElementOutput>(name, measures[i], static_cast<int>(i), *list[k], row_of(k),
                                                            rows_of(k), state_of(k), states_of(k));

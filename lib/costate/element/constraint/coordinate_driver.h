@@ -15,6 +15,9 @@ class CoordinateDriver final : public ConstraintOf<CoordinateDriver>, public Cou
                    const std::vector<int>& weight_numbers, std::shared_ptr<const ScalarLaw> law,
                    const std::vector<int>& law_numbers);
 
+  /// Of all its coordinates, "rad" or "m"; otherwise its effort is not reported, its power is.
+  void set_unit(std::string unit) { unit_ = std::move(unit); }
+
   int rows() const override { return 1; }
   std::string row_name(int) const override { return "drive"; }
   bool rheonomic() const override { return true; }
@@ -41,9 +44,13 @@ class CoordinateDriver final : public ConstraintOf<CoordinateDriver>, public Cou
   void calc_bias(const LocalState& s, double* bias) const override;
   void calc_hessian(const LocalState&, LocalMatrix&) const override {}
   void calc_partials(const LocalState&, LocalMatrix&, LocalMatrix&, LocalMatrix&) const override {}
+  /// The torque or force -lambda on a coordinate of weight 1, and the power that it gives to the mechanism.
+  std::vector<Measure> measures() const override;
+  PathDual measure(int i, const MeasureArguments& x) const override;
 
  private:
   std::shared_ptr<const ScalarLaw> law_;
+  std::string unit_;
 };
 
 }  // namespace costate

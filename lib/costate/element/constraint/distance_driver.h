@@ -75,6 +75,19 @@ class DistanceDriver final : public ConstraintOf<DistanceDriver<Line>>, public C
                              d.transpose() * d_.acceleration_partial(s.q, s.v, s.a, s.p));
   }
 
+  /// The force that pushes the points apart, and the power that it gives to the mechanism.
+  std::vector<Measure> measures() const override { return {{"force", "N", true}, {"power", "W", true}}; }
+  PathDual measure(int i, const MeasureArguments& x) const override {
+    PathDual d[dim], r[dim], squared(0.0), product(0.0);
+    d_.value(x.q, x.p, d);
+    d_.rate(x.q, x.v, x.p, r);
+    for (int k = 0; k < dim; ++k) {
+      squared += d[k] * d[k];
+      product += d[k] * r[k];
+    }
+    return -2.0 * x.lambda[0] * (i == 0 ? sqrt(squared) : product);
+  }
+
  private:
   Vector value(const LocalState& s) const {
     Vector d;

@@ -25,6 +25,11 @@ class PointForce final : public ForceOf<PointForce>, public CourseElement {
   }
   bool by_hand() const override { return true; }
   void calc_partials(const LocalState& s, ForcePartials out) const override;
+  /// The power is what it gives to the mechanism.
+  std::vector<Measure> measures() const override {
+    return {{"force_x", "N", false}, {"force_y", "N", false}, {"power", "W", false}};
+  }
+  PathDual measure(int i, const MeasureArguments& x) const override;
 
  private:
   PlanarPoint point_;
@@ -48,6 +53,9 @@ class Couple final : public ForceOf<Couple>, public CourseElement {
   void add_course(const double* p, Course& course) const override { course.add(*torque_, p); }
   bool by_hand() const override { return true; }
   void calc_partials(const LocalState&, ForcePartials) const override {}
+  /// The torque on the last angle, and the power that it gives to the mechanism.
+  std::vector<Measure> measures() const override { return {{"torque", "N m", false}, {"power", "W", false}}; }
+  PathDual measure(int i, const MeasureArguments& x) const override;
 
  private:
   std::shared_ptr<const ScalarLaw> torque_;

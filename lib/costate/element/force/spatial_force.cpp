@@ -1,5 +1,7 @@
 #include "costate/element/force/spatial_force.h"
 
+#include <algorithm>
+
 namespace costate {
 
 SpatialPointForce::SpatialPointForce(std::string name, SpatialPoint point, VectorLaw law,
@@ -50,6 +52,33 @@ void SpatialCouple::calc_partials(const LocalState& s, ForcePartials out) const 
   const Matrix34 ground_q = rotation_jacobian(s.q, m);
   out.Q_q.block<4, 4>(j, 0) += 2 * global_rate_matrix(s.q + j).transpose() * ground_q;
   if (j > 0) out.Q_q.topLeftCorner<4, 4>() -= 2 * global_rate_matrix(s.q).transpose() * ground_q;
+}
+
+PathDual SpatialPointForce::measure(int i, const MeasureArguments& x) const {
+  PathDual f[3], turned[3], v[3];
+  law_(x.t, x.p, f);
+  if (frame_ == ForceFrame::body) rotated(x.q + SpatialPoint::curvature_index, f, turned);
+  const PathDual* force = frame_ == ForceFrame::body ? turned : f;
+  if (i < 3) return force[i];
+  point_.velocity(x.q, x.v, x.p + law_.number_count(), v);
+  return dot3(force, v);
+}
+
+PathDual SpatialCouple::measure(int i, const MeasureArguments& x) const {
+  PathDual m[3], ground[3];
+  law_(x.t, x.p, m);
+  if (frame_ == ForceFrame::ground)
+    std::copy(m, m + 3, ground);
+  else
+    rotated(x.q, m, ground);
+  if (i < 3) return ground[i];
+  // M.omega = 2 M^T E e' = Q e'
+  PathDual Q[8];
+  std::fill(Q, Q + 8, PathDual(0.0));
+  physics<PathDual>(x.t, x.q, x.v, x.z, x.p, Q, nullptr);
+  PathDual power(0.0);
+  for (std::size_t k = 0; k < coordinates().size(); ++k) power += Q[k] * x.v[k];
+  return power;
 }
 
 }  // namespace costate

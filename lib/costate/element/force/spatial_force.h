@@ -53,6 +53,11 @@ class SpatialPointForce final : public ForceOf<SpatialPointForce>, public Course
   void add_course(const double* p, Course& course) const override { law_.add_course(p, course); }
   bool by_hand() const override { return true; }
   void calc_partials(const LocalState& s, ForcePartials out) const override;
+  /// Along the ground's axes; the power is what it gives to the mechanism.
+  std::vector<Measure> measures() const override {
+    return {{"force_x", "N", false}, {"force_y", "N", false}, {"force_z", "N", false}, {"power", "W", false}};
+  }
+  PathDual measure(int i, const MeasureArguments& x) const override;
 
  private:
   SpatialPoint point_;
@@ -83,6 +88,11 @@ class SpatialCouple final : public ForceOf<SpatialCouple>, public CourseElement 
   void add_course(const double* p, Course& course) const override { law_.add_course(p, course); }
   bool by_hand() const override { return true; }
   void calc_partials(const LocalState& s, ForcePartials out) const override;
+  /// On the last body, along the ground's axes; the power is what it gives to the mechanism.
+  std::vector<Measure> measures() const override {
+    return {{"torque_x", "N m", false}, {"torque_y", "N m", false}, {"torque_z", "N m", false}, {"power", "W", false}};
+  }
+  PathDual measure(int i, const MeasureArguments& x) const override;
 
  private:
   /// out += factor E(p)^T m.

@@ -1,7 +1,10 @@
 #include "costate/kind/force/force.h"
 
+#include <algorithm>
+
 #include "costate/base/error.h"
 #include "costate/element/force/point_force.h"
+#include "costate/kind/force/formula_force.h"
 #include "costate/kind/law/law_table.h"
 #include "costate/kind/law/table_options.h"
 #include "costate/kind/lookup.h"
@@ -77,6 +80,14 @@ void add_spatial_couple(MechanismBuilder& builder, const std::string& name, cons
 
 namespace {
 
+/// All keys but these are numbers of the formulas.
+FormulaNumbers read_formula_numbers(SceneTable& table, const std::vector<std::string>& others) {
+  FormulaNumbers numbers;
+  for (const std::string& key : table.keys())
+    if (std::find(others.begin(), others.end(), key) == others.end()) numbers.emplace_back(key, table.value(key));
+  return numbers;
+}
+
 /// x_UNIT, y_UNIT, z_UNIT, of which one at least.
 std::array<LawOptions, 3> read_vector(SceneTable& table, const std::string& unit) {
   const std::string x = "x_" + unit, y = "y_" + unit, z = "z_" + unit;
@@ -91,7 +102,7 @@ ForceFrame read_frame(SceneTable& table) {
 const RegisterSceneKind force({
     .name = "force",
     .phase = ScenePhase::elements,
-    .summary = "a force on a point, constant or a law of time",
+    .summary = "a force on a point: constant, a law of time, or a formula of positions and velocities",
     .example = R"(
 [point.A]
 ground = true
@@ -133,6 +144,19 @@ point = "middle"
 x_N = 1
 y_N = { kind = "table", x = [0, 0.5, 1, 2], y = [0, 2, 1, 4] }
 
+[force.wind]
+point = "middle"
+formula_x_N = "-c*(P.x_dot - w)*sqrt((P.x_dot - w)^2 + 0.1) + k*ear.y"
+formula_y_N = "sin(2*t)*plate.angle_dot"
+c = 0.4
+w = 2
+k = 0.7
+
+[force.lash]
+point = "corner"
+formula_z_N = "-g*corner.z_dot + stone.e1*corner.x"
+g = 0.3
+
 [force.shake]
 point = "ear"
 x_N = { kind = "sine", mean = 0, amplitude = 4, angular_frequency_rad_per_s = 6 }
@@ -172,6 +196,14 @@ given = ["P.x", "plate.x", "plate.y", "plate.angle", "stone"]
     .add =
         [](const std::string& name, SceneTable& table, MechanismBuilder& builder) {
           const std::string point = table.text("point");
+          if (table.has("formula_x_N") || table.has("formula_y_N") || table.has("formula_z_N")) {
+            std::vector<std::string> formulas;
+            for (const char* key : {"formula_x_N", "formula_y_N", "formula_z_N"})
+              formulas.push_back(table.text(key, ""));
+            return add_formula_force(
+                builder, name, point, formulas,
+                read_formula_numbers(table, {"point", "formula_x_N", "formula_y_N", "formula_z_N"}));
+          }
           if (builder.has_spatial_point(point)) {
             const auto f = read_vector(table, "N");
             return add_spatial_force(builder, name, point, f, read_frame(table));
@@ -185,7 +217,7 @@ given = ["P.x", "plate.x", "plate.y", "plate.angle", "stone"]
 const RegisterSceneKind couple({
     .name = "couple",
     .phase = ScenePhase::elements,
-    .summary = "a torque on an angle or a rigid body, or between two, constant or a law of time",
+    .summary = "a torque on an angle or a rigid body, or between two: constant, a law of time, or a formula",
     .example = R"(
 [body.wheel]
 x_m = 0
@@ -204,6 +236,19 @@ inertia_kg_m2 = 0.1
 [couple.drive]
 angle = "wheel"
 torque_N_m = 0.3
+
+[couple.gas]
+angle = "wheel"
+formula = "p*(1 + a*cos(wheel.angle))^(-1.4)*sin(wheel.angle) - d*wheel.angle_dot"
+p = 0.8
+a = 0.5
+d = 0.02
+
+[couple.governor]
+angles = ["wheel", "disc"]
+formula = "k*(w - disc.angle_dot) + wheel.x^2"
+k = 0.2
+w = 3
 
 [couple.between]
 angles = ["wheel", "disc"]
@@ -258,6 +303,11 @@ given = ["wheel.x", "wheel.y", "wheel.angle", "disc.x", "disc.y", "disc.angle", 
             return add_spatial_couple(builder, name, bodies, torque, read_frame(table));
           }
           const auto angles = read_angles(table);
+          if (table.has("formula")) {
+            const std::string formula = table.text("formula");
+            return add_formula_couple(builder, name, angles, formula,
+                                      read_formula_numbers(table, {"angle", "angles", "formula"}));
+          }
           add_couple(builder, name, angles, read_law(table, "torque_N_m"));
         },
 });

@@ -47,11 +47,19 @@ const KindKeys drag_keys("drag",
 
 const KindKeys force_keys("force", {{"point", "name of the point"},
                                     {"x_N, y_N, z_N", "components, laws of time"},
+                                    {"formula_x_N, formula_y_N, formula_z_N",
+                                     "in their place, formulas of t, coordinates, points and rates (P.x_dot), and the "
+                                     "table's other keys"},
+                                    {"c, g, k, w", "numbers of the formulas of the example; any names will do"},
                                     {"frame", "body: the components turn with the point's body"}});
 
 const KindKeys couple_keys("couple", {{"angle", "an angle against the ground"},
                                       {"angles", "two angles: the second against the first"},
                                       {"torque_N_m", "a law of time"},
+                                      {"formula",
+                                       "in its place, a formula of t, coordinates, points and rates (crank.angle_dot), "
+                                       "and the table's other keys [N m]"},
+                                      {"a, d, k, p, w", "numbers of the formulas of the example; any names will do"},
                                       {"body", "name of a rigid body in space"},
                                       {"bodies", "two of them: on the second, and back on the first"},
                                       {"x_N_m, y_N_m, z_N_m", "components, laws of time"},

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "costate/base/error.h"
 #include "costate/element/constraint/coordinate_driver.h"
 #include "costate/element/constraint/distance_driver.h"
@@ -31,7 +33,10 @@ void add_driver(MechanismBuilder& builder, const std::string& name, const std::v
   if (single)
     builder.fix_number(w[0], "a driver of one coordinate has weight 1; write coordinates and weights instead");
   const RegisteredLaw f = add_law(builder, path + ".law", law);
-  builder.add(std::make_unique<CoordinateDriver>("driver", name, q, w, f.law, f.numbers));
+  auto driver = std::make_unique<CoordinateDriver>("driver", name, q, w, f.law, f.numbers);
+  const auto same = [&](int c) { return builder.coordinate_unit(c) == builder.coordinate_unit(q[0]); };
+  if (std::all_of(q.begin(), q.end(), same)) driver->set_unit(builder.coordinate_unit(q[0]));
+  builder.add(std::move(driver));
 }
 
 void add_distance_driver(MechanismBuilder& builder, const std::string& name, const std::string& from,

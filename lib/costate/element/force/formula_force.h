@@ -1,0 +1,116 @@
+// Forces on a point and torques on angles that are formulas of positions, velocities, the time and numbers: gas
+// pressure over a crank's angle, a controller, a map of the air's forces.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "costate/element/course.h"
+#include "costate/element/element.h"
+#include "costate/element/law/formula_law.h"
+#include "costate/element/point/planar_point.h"
+#include "costate/element/point/spatial_point.h"
+
+namespace costate {
+
+/// Something that such a formula can depend on: a generalized coordinate, a component of a point, or its rate.
+struct FormulaInput {
+  std::variant<int, PlanarPoint, SpatialPoint> of;  // a coordinate of the mechanism, or a point
+  int component = 0;                                // of a point
+  bool rate = false;
+};
+
+/// What it acts on: {angle_j} against the ground or {angle_i, angle_j} as a couple does, or a point.
+using FormulaTarget = std::variant<std::vector<int>, PlanarPoint, SpatialPoint>;
+
+class FormulaForce final : public ForceOf<FormulaForce>, public CourseElement {
+ public:
+  static constexpr std::size_t kMostNames = 32;  // of numbers and inputs of one formula
+
+  /// A component of the force or the torque: null where there is none; its formula's arguments are the numbers and,
+  /// behind them, `inputs`.
+  struct Component {
+    std::shared_ptr<const FormulaLaw> formula;
+    std::vector<FormulaInput> inputs;
+  };
+  /// Throws ModelError where the formulas depend on more than kMaxLocal coordinates.
+  FormulaForce(std::string kind, std::string name, FormulaTarget target, std::vector<Component> components,
+               const std::vector<int>& numbers);
+
+  template <class S>
+  void physics(const S& t, const S* q, const S* v, const S*, const S* p, S* Q, S*) const {
+    S f[3];
+    evaluate(t, q, v, p, f);
+    if (const auto* angles = std::get_if<std::vector<int>>(&target_)) {
+      Q[angles->size() - 1] += f[0];
+      if (angles->size() == 2) Q[0] -= f[0];
+    } else if (const auto* point = std::get_if<PlanarPoint>(&target_)) {
+      point->add_generalized_force(q, p + target_numbers_, f, Q);
+    } else {
+      std::get<SpatialPoint>(target_).add_generalized_force(q, p + target_numbers_, f, Q);
+    }
+  }
+  void add_course(const double* p, Course& course) const override;
+
+  std::vector<Measure> measures() const override;
+  PathDual measure(int i, const MeasureArguments& x) const override;
+
+ private:
+  struct Local {
+    int component;        // -1: the coordinate itself
+    bool rate, spatial;   // of a point: whether it is one of space
+    std::vector<int> at;  // local coordinates
+    int numbers;          // of a point: its first local number
+    PlanarPoint planar;   // where it is one of the plane
+    SpatialPoint in_space;
+  };
+  Local local(const FormulaInput& input);
+  int local_coordinate(int coordinate);
+
+  /// The torque, or the components of the force.
+  template <class S>
+  void evaluate(const S& t, const S* q, const S* v, const S* p, S* f) const {
+    std::array<S, kMostNames> x;
+    for (std::size_t c = 0; c < 3; ++c) {
+      f[c] = S(0.0);
+      if (c >= components_.size() || !components_[c].formula) continue;
+      for (std::size_t k = 0; k < formula_numbers_; ++k) x[k] = p[k];
+      for (std::size_t i = 0; i < locals_[c].size(); ++i) x[formula_numbers_ + i] = value(locals_[c][i], q, v, p);
+      f[c] = components_[c].formula->value(t, x.data());
+    }
+  }
+  template <class S>
+  S value(const Local& input, const S* q, const S* v, const S* p) const {
+    if (input.component < 0) return (input.rate ? v : q)[input.at[0]];
+    S own_q[SpatialPoint::kMaxCoordinates], own_v[SpatialPoint::kMaxCoordinates], r[3];
+    for (std::size_t i = 0; i < input.at.size(); ++i) {
+      own_q[i] = q[input.at[i]];
+      own_v[i] = v[input.at[i]];
+    }
+    const S* numbers = p + input.numbers;
+    if (input.spatial) {
+      if (input.rate)
+        input.in_space.velocity(own_q, own_v, numbers, r);
+      else
+        input.in_space.position(own_q, numbers, r);
+    } else if (input.rate) {
+      input.planar.velocity(own_q, own_v, numbers, r[0], r[1]);
+    } else {
+      input.planar.position(own_q, numbers, r[0], r[1]);
+    }
+    return r[input.component];
+  }
+  template <class S>
+  S power(const S& t, const S* q, const S* v, const S* p) const;
+
+  FormulaTarget target_;
+  std::vector<Component> components_;
+  std::vector<std::vector<Local>> locals_;  // of each component's inputs
+  std::size_t formula_numbers_;
+  int target_numbers_ = 0;  // first local number of the target's point
+};
+
+}  // namespace costate

@@ -21,8 +21,10 @@ constexpr double kLooser = 100, kTighter = 0.1;
 // Errors of 200 rtol fall with the tolerance to the power 5/6 or faster: a hundred times it changes 1e4 rtol. Where it
 // changes more, either run may be off by that.
 constexpr double kExplained = 1e4;
-// Between rtol and a tenth of it: then the better of the two is off by a fraction of this.
-constexpr double kKnown = 2e4;
+// What is left then is said from here on.
+constexpr double kKnown = 3e3;
+// Errors fall by this a decade of the tolerance, at least as they should, and no less than that as is assumed.
+constexpr double kFalls = 6.8, kHardlyFalls = 1.05;
 // Where the looser run was further off than this, errors do not fall as the tolerance does, and two runs may be near
 // each other by chance: by 316 = 1000^(5/6) less the better of the two is off by 3e3 rtol, as with kKnown.
 constexpr double kErratic = 1e6;
@@ -58,6 +60,15 @@ Apart apart(const Problem& problem, const GradientResult& a, const GradientResul
          fmt::format("its derivative with respect to '{}' changes by {:.1e}", parameters[j].name, change));
   }
   return r;
+}
+
+/// The error of the tightest of three runs, at 100, 1 and 0.1 times the tolerance, from the changes between the first
+/// two and the last two: of errors that fall by f a decade these are e (f^2 - 1) and e (1 - 1/f), in a ratio of f (f +
+/// 1). A discrete method that steps over kinks of forces has errors of the first order of the step, whatever its own.
+double left_over(double first, double still) {
+  double f = kFalls;
+  if (std::isfinite(first) && still > 0) f = std::min(f, std::sqrt(0.25 + first / still) - 0.5);
+  return still / (std::max(f, kHardlyFalls) - 1);
 }
 
 /// At another tolerance; what it has to say is not for this run.
@@ -102,8 +113,9 @@ GradientResult confirmed(const Problem& problem, GradientResult result, const Gr
   for (const auto& s : later)
     if (std::find(said.begin(), said.end(), s) == said.end()) notice(s);
   const Apart still = apart(problem, result, tight);
+  const double left = left_over(first.relative, still.relative);
   tight.counters.simulations = std::max(tight.counters.simulations, result.counters.simulations);
-  if (still.relative > kKnown * rtol)
+  if (left > kKnown * rtol)
     notice(
         fmt::format("The motion makes much of small errors: from rtol {:g} to {:g} {}, where psi is {:.6g}. The "
                     "result is that of the latter; a smaller rtol tells how many of its digits are right.",

@@ -21,7 +21,7 @@ for scene in arc_feet sole_feet space point_feet rigid_arcs; do
   mkdir -p walker/figures
   "$tool" draw walker/$scene.toml --no-names --width 440 -o walker/figures/$scene.svg
 done
-for model in cradle rimless_wheel rocking_block; do draw $model $model --no-names --width 440; done
+for model in cradle rimless_wheel rocking_block painleve_rod; do draw $model $model --no-names --width 440; done
 draw rigid_body euler_top --width 440
 
 "$tool" optimize five_bar/five_bar.toml --output "$runs/five_bar" --quiet

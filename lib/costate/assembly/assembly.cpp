@@ -102,8 +102,12 @@ Assembly::Assembly(std::shared_ptr<const Mechanism> mechanism, ParameterSelectio
     }
     constraints_[c].there = false;
     for (std::size_t f = 0; f < forces_.size(); ++f)
-      if (forces_[f].element == &switched->switched_by())
-        switches_.push_back({c, forces_[f].row_offset + switched->switching_state()});
+      if (forces_[f].element == &switched->switched_by()) {
+        const int first = forces_[f].row_offset, sliding = switched->sliding_state();
+        switches_.push_back(
+            {c, first + switched->switching_state(), sliding < 0 ? -1 : first + sliding, switched->friction_number()});
+        if (sliding >= 0) slidable_.emplace_back(constraints_[c].row_offset + 1, constraints_[c].row_offset);
+      }
   }
 
   M.assign(square_.row.size(), 0);
@@ -190,17 +194,6 @@ void Assembly::scatter_square(const Slots& s, const double* local, double factor
   for (std::size_t k = 0; k < s.square.size(); ++k) global[s.square[k]] += factor * local[k];
 }
 
-void Assembly::switch_rows(const double* z) {
-  for (const Switch& at : switches_) {
-    const bool there = z[at.state] > 0.5;
-    Slots& slots = constraints_[at.constraint];
-    if (slots.there == there) continue;
-    slots.there = there;
-    for (int r = 0; r < mechanism_->constraints()[at.constraint]->rows(); ++r)
-      row_there_[static_cast<std::size_t>(slots.row_offset + r)] = there;
-  }
-}
-
 void Assembly::calc_mass(const StateView& s, long point) {
   if (dynamics_at_ != point) dynamics_at_ = 0;
   mass_at_ = 0;  // while it may throw
@@ -238,6 +231,7 @@ void Assembly::calc_constraints(const StateView& s) {
     if (e.rheonomic()) e.calc_phi_t(l, phi_t.data() + slots.row_offset);
     for (std::size_t k = 0; k < slots.jacobian.size(); ++k) phi_q[slots.jacobian[k]] += scratch_[k];
   }
+  part_sliding_rows();
 }
 
 void Assembly::calc_jacobian(const StateView& s, long point) {
@@ -256,6 +250,7 @@ void Assembly::calc_jacobian(const StateView& s, long point) {
     e.calc_phi_q(gather(slots, x), J);
     for (std::size_t k = 0; k < slots.jacobian.size(); ++k) phi_q[slots.jacobian[k]] += scratch_[k];
   }
+  part_sliding_rows();
   jacobian_at_ = point;
 }
 
@@ -298,6 +293,7 @@ void Assembly::calc_dynamics(const StateView& s, long point) {
     if (e.rheonomic()) e.calc_phi_t(l, phi_t.data() + slots.row_offset);
     e.calc_bias(l, bias.data() + slots.row_offset);
   }
+  part_sliding_rows();
   dynamics_at_ = mass_at_ = jacobian_at_ = point;
 }
 
@@ -385,6 +381,9 @@ void Assembly::calc_partials(const StateView& s, long point) {
       phidd_q[slots.jacobian[j]] += b2[j];
     }
   }
+  for (const SlidingRow& r : sliding_)
+    for (std::size_t k = 0; k < phid_q.size(); ++k)
+      if (jacobian_.row[k] == r.along) phid_q[k] = phidd_q[k] = 0;
   partials_at_ = point;
 }
 

@@ -53,6 +53,18 @@ class Assembly {
   bool is_there(int row) const { return row_there_.empty() || row_there_[static_cast<std::size_t>(row)]; }
   /// Whether a row keeps positions, or only velocities.
   bool holds_position(int row) const { return row_holds_.empty() || row_holds_[static_cast<std::size_t>(row)]; }
+  /// Of contacts that slide at these states: R2 of the row `along`, which is not there, is
+  /// -(lambda_along + direction mu lambda_normal), mu a number.
+  struct SlidingRow {
+    int normal, along, number;
+    double direction;
+  };
+  const std::vector<SlidingRow>& sliding_rows() const { return sliding_; }
+  double friction(const SlidingRow& r) const { return r.direction * numbers_[static_cast<std::size_t>(r.number)]; }
+  /// Those that may slide, as (along, normal).
+  const std::vector<std::pair<int, int>>& slidable_rows() const { return slidable_; }
+  /// Phi_q with the rows along which contacts slide: its transpose carries the multipliers' forces.
+  const std::vector<double>& reaction_jacobian() const { return sliding_.empty() ? phi_q : reaction_q_; }
 
   // Patterns: mass-like n x n, constraint m x n, force-state blocks n x nz, nz x n, nz x nz.
   const SparsePattern& square() const { return square_; }
@@ -150,14 +162,18 @@ class Assembly {
     std::vector<std::int64_t> square, jacobian, force_state, state_force, state_state;
     std::vector<int> active;  // local numbers that depend on parameters
     bool there = true;        // of constraints: whether its rows are
+    int slides = 0;           // and the direction in which a contact slides
   };
   struct Switch {
     std::size_t constraint;
-    int state;  // among all
+    int state, sliding_state;  // among all; -1 where it does not slide
+    int friction;              // number
   };
   void read_switches(const StateView& s) {
     if (!switches_.empty() && s.z) switch_rows(s.z);
   }
+  /// What is evaluated of rows along which contacts slide becomes that of rows that are not there.
+  void part_sliding_rows();
   LocalState gather(const Slots& s, const StateView& x);
   /// M at q into `out`.
   void calc_mass(const StateView& s, std::vector<double>& out);
@@ -177,7 +193,10 @@ class Assembly {
   std::vector<std::size_t> varying_mass_, varying_force_, varying_bodies_;
   std::vector<Switch> switches_;
   std::vector<char> row_there_, row_holds_;  // empty without switches
-  bool varies_constant_bodies_ = false;      // a parameter acts on one of the others
+  std::vector<SlidingRow> sliding_;
+  std::vector<std::pair<int, int>> slidable_;
+  std::vector<double> reaction_q_;       // where there are sliding rows
+  bool varies_constant_bodies_ = false;  // a parameter acts on one of the others
   SparsePattern square_, jacobian_, force_state_, state_force_, state_state_;
   std::vector<double> M_constant_, Q_constant_;
   std::vector<double> scratch_;

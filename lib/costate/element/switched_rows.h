@@ -1,6 +1,7 @@
 // Constraints whose rows come and go: those of a rigid contact are there while it is closed. A state of a force says
 // so, so that whoever evaluates them knows, forward and back. A row that is not there is a row of zeros, and its
-// multiplier is 0.
+// multiplier is 0. A contact that slides keeps its gap, row 0; its row 1 keeps nothing, but its multiplier is there, as
+// friction: lambda_1 + s mu lambda_0 = 0 with the direction s of sliding, 1 or -1.
 #pragma once
 
 #include "costate/element/element.h"
@@ -16,6 +17,10 @@ class SwitchedRows {
   virtual int switching_state() const = 0;
   /// Whether row i keeps a position once it is there; if not only its rate: it sticks wherever it is.
   virtual bool holds_position(int i) const = 0;
+  /// Of one that may slide: the state of the force's own that holds s, or 0 where it does not; and mu among all
+  /// numbers.
+  virtual int sliding_state() const { return -1; }
+  virtual int friction_number() const { return -1; }
 };
 
 }  // namespace costate

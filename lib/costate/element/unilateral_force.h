@@ -10,9 +10,9 @@ namespace costate {
 
 class UnilateralForce : public GuardedForce {
  public:
-  /// What guard k is: the gap that closes; of a contact that is closed the normal force that vanishes, and the friction
-  /// force that reaches its limit.
-  enum class Guard { touch, release, slip };
+  /// What guard k is: the gap that closes; of a contact that is closed the normal force that vanishes, the friction
+  /// force that reaches its limit, as it begins to slide forward or backward, and the sliding that ends.
+  enum class Guard { touch, release, slip_forward, slip_backward, stop };
   virtual Guard guard_kind(int k) const = 0;
   /// r_i(q, p), i < row_count(): the gap, then, where it may stick, the place along the ground.
   virtual int row_count() const = 0;
@@ -21,8 +21,12 @@ class UnilateralForce : public GuardedForce {
   virtual int restitution_number() const = 0;
   virtual int friction_number() const = 0;
   virtual int closing_speed_number() const = 0;
+  /// Whether restitution is Poisson's, of impulses, not Newton's, of speeds.
+  virtual bool gives_impulse_back() const = 0;
   /// The state that says whether it is closed, 0 or 1; -1 where it never is. Its rows are then those of the constraint.
   virtual int closed_state() const = 0;
+  /// The state that holds the direction in which it slides, 1 or -1, or 0 where it sticks; -1 without friction.
+  virtual int sliding_state() const = 0;
   virtual const Constraint* rows() const = 0;
 };
 

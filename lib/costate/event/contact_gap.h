@@ -28,6 +28,18 @@ inline double gap_of(const Force& force, const UnilateralForce& contact, const S
   return r.v.c0;
 }
 
+/// Row i of a rigid contact (element/unilateral_force.h) with its first two derivatives in time; a may be null.
+inline Taylor2 row_of(const Force& force, const UnilateralForce& contact, int i, const StateView& s,
+                      const Assembly& assembly, const double* a) {
+  std::vector<PathDual> q, p;
+  for (const int c : force.coordinates()) q.emplace_back(Taylor2(s.q[c], s.v[c], a ? a[c] : 0));
+  for (const int number : force.numbers()) p.emplace_back(assembly.numbers()[static_cast<std::size_t>(number)]);
+  MeasureArguments x;
+  x.q = q.data();
+  x.p = p.data();
+  return contact.row(i, x).v;
+}
+
 /// The approach speed of an open contact that strikes together with one that does so at `speed`, else 0. Contact: has
 /// force and contact.
 template <class Contact>

@@ -1,7 +1,8 @@
-// Which rigid contacts are closed behind an impact, and behind any event: of all ways that there are the one in which
-// the ground pushes where contacts are closed, nothing falls into it where they are open, and friction does not exceed
-// its limit (lib/README.md (19)). There are few contacts: they are gone through.
+// What closed contacts do behind an event: of all ways to stick, to slide and to open the one in which the ground
+// pushes, nothing falls into it, and friction neither exceeds its limit nor pushes along (lib/README.md (19)). There
+// are few contacts: they are gone through.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,214 +10,137 @@
 
 #include "costate/base/error.h"
 #include "costate/event/contact_gap.h"
+#include "costate/event/contact_ways.h"
 #include "costate/event/motion_events.h"
 
 namespace costate {
 
 namespace {
-// A bounce this much slower than the fastest one before: bounces that die out, infinitely many in finite time.
-constexpr double kDiesOut = 1e-6;
-// And where that is said beside another cause.
-constexpr double kDying = 1e-3;
-// Impulses, speeds, forces and accelerations of this part of the largest ones in play are rounding.
-constexpr double kRounding = 1e-9;
-// More contacts at once are not gone through: 2^n ways.
-constexpr std::size_t kMostContacts = 12;
-
-bool way_has(std::size_t way, std::size_t contact) { return way >> contact & 1; }
+// A speed along the ground of this part of all speeds, or that accelerations make in this time [s], is none.
+constexpr double kStopped = 1e-9, kStopTime = 1e-9;
+// A normal force this much larger than all others has gone through infinity.
+constexpr double kUnbounded = 1e4;
 }  // namespace
 
 void MotionEvents::cross_contact(int event, const StateView& before, double* v, double* z) {
-  const GuardOf& g = of(event);
+  using Guard = UnilateralForce::Guard;
+  const Guard guard = contact_guard(event);
   const ContactOf* contact = contact_of(event);
-  const bool touch = contact_of(event, true) != nullptr;
+  const bool touch = guard == Guard::touch;
   const std::vector<double> states(before.z, before.z + assembly_.nz());
   std::vector<double> after = states;
   std::vector<char> together(contacts_.size(), 0);  // strikes in the same instant; v may be that of `before`
+  const auto state = [](std::vector<double>& of, int at) -> double& { return of[static_cast<std::size_t>(at)]; };
+  const ContactOf* begins = nullptr;
   if (touch) {
     strike(event, before);
     for (std::size_t c = 0; c < contacts_.size(); ++c)
       together[c] = strikes_too(contacts_[c], before, assembly_, -impact_->speed_before(0)) > 0;
-    for (int i = 0; i < assembly_.n(); ++i) v[i] = before.v[i] + impact_->u()[i];
-    last_jump_ = impact_->speed_after(0) - impact_->speed_before(0);
-    last_loss_ = impact_->energy_lost();
-    for (const ContactOf& c : contacts_)
-      if (c.closed_state >= 0) after[static_cast<std::size_t>(c.closed_state)] = c.closed ? 1 : 0;
+    double rate = -impact_->speed_before(0);
+    for (int i = 0; i < assembly_.n(); ++i) v[i] = before.v[i] + jump_[static_cast<std::size_t>(i)];
+    rate += expands_ ? expansion_->speed_after(0) : impact_->speed_after(0);
+    last_jump_ = rate;
+    for (const ContactOf& c : contacts_) {
+      if (c.closed_state >= 0) state(after, c.closed_state) = c.closed ? 1 : 0;
+      if (c.sliding_state >= 0) state(after, c.sliding_state) = c.slides;
+    }
   } else {
     for (int i = 0; i < assembly_.n(); ++i) v[i] = before.v[i];
-    after[static_cast<std::size_t>(contact->closed_state)] = 0;
+    if (guard == Guard::release) {
+      require_bounded(*contact, before);
+      state(after, contact->closed_state) = 0;
+      if (contact->sliding_state >= 0) state(after, contact->sliding_state) = 0;
+    } else if (guard != Guard::stop) {
+      state(after, contact->sliding_state) = guard == Guard::slip_forward ? 1 : -1;
+      begins = contact;
+    }
   }
-  if (contact->contact->guard_kind(g.k) == UnilateralForce::Guard::slip)
-    throw CapabilityError(
-        fmt::format("At t = {:.9g} s {} begins to slip, which is not there yet for rigid contact. Take "
-                    "more friction, or kind = \"compliant\".",
-                    before.t, contact->force->path()));
   StateView behind = before;
   behind.v = v;
-  settle(behind, after.data(), g.name);
+  settle(behind, after.data(), of(event).name, begins, guard == Guard::stop ? contact : nullptr);
   std::copy(after.begin(), after.end(), z);
+  behind.z = z;
+  const double acceleration = largest_acceleration(behind);
   for (GuardOf& other : guards_) {
     if (other.contact < 0) continue;
     const ContactOf& its = contacts_[static_cast<std::size_t>(other.contact)];
-    const auto state = static_cast<std::size_t>(std::max(its.closed_state, 0));
-    const bool was = its.closed_state >= 0 && states[state] > 0.5, is = its.closed_state >= 0 && after[state] > 0.5;
-    if (its.contact->guard_kind(other.k) != UnilateralForce::Guard::touch)
+    const auto at = static_cast<std::size_t>(std::max(its.closed_state, 0));
+    const bool was = its.closed_state >= 0 && states[at] > 0.5, is = its.closed_state >= 0 && after[at] > 0.5;
+    const Guard kind = its.contact->guard_kind(other.k);
+    if (kind == Guard::stop) {
+      const double slides = is ? state(after, its.sliding_state) : 0;
+      other.ready = slides != 0 && slides * row_of(*its.force, *its.contact, 1, behind, assembly_, nullptr).c1 > 0 &&
+                    !has_stopped(its, behind, acceleration);
+    } else if (kind != Guard::touch) {
       other.ready = is;
-    else if (!is && (was || &its == contact || together[static_cast<std::size_t>(other.contact)])) {
+    } else if (!is && (was || &its == contact || together[static_cast<std::size_t>(other.contact)])) {
       other.ready = false;
       other.just_left = true;
     }
   }
-  const bool closed = contact->closed_state >= 0 && after[static_cast<std::size_t>(contact->closed_state)] > 0.5;
-  last_mode_ = closed                                                                  ? "closed"
+  const bool closed = contact->closed_state >= 0 && state(after, contact->closed_state) > 0.5;
+  const bool slides = closed && contact->sliding_state >= 0 && state(after, contact->sliding_state) != 0;
+  last_mode_ = slides                                                                  ? "slides"
+               : closed                                                                ? touch ? "closed" : "sticks"
                : touch && number(*contact, contact->contact->restitution_number()) > 0 ? "bounces"
                                                                                        : "open";
 }
 
-void MotionEvents::strike(int event, const StateView& before) {
-  ContactOf& own = contacts_[static_cast<std::size_t>(of(event).contact)];
-  open_z_.assign(before.z, before.z + assembly_.nz());
+void MotionEvents::require_bounded(const ContactOf& c, const StateView& s) {
+  std::vector<double> x(static_cast<std::size_t>(assembly_.n() + assembly_.m()));
+  solve_motion(s, x.data());
+  double size = 0;
+  for (const double force : assembly_.Q) size = std::max(size, std::abs(force));
+  const double normal = std::abs(x[static_cast<std::size_t>(assembly_.n() + c.first_row)]);
+  if (normal > kUnbounded * size && size > 0)
+    throw SolverError(fmt::format(
+        "At t = {:.9g} s the normal force of {} grows beyond all bounds as it slides: the laws of rigid bodies with "
+        "Coulomb friction go no further (Painleve). Take less friction, or kind = \"compliant\".",
+        s.t, c.force->path()));
+}
+
+void MotionEvents::require_sliding(const StateView& s) {
+  bool any = false;
   for (const ContactOf& c : contacts_)
-    if (c.closed_state >= 0) open_z_[static_cast<std::size_t>(c.closed_state)] = 0;
-  StateView open = before;
-  open.z = open_z_.data();
-  Taylor2 gap;
-  gap_of(*own.force, *own.contact, before, assembly_, nullptr, &gap);
-  const double speed = -gap.c1;
-  own.largest_approach = std::max(own.largest_approach, speed);
-  // Whether a contact that strikes with this approach speed bounces; if not it closes.
-  const auto bounces_off = [&](const ContactOf& c, double approach) {
-    if (!(number(c, c.contact->restitution_number()) > 0)) return false;
-    if (c.closed_state >= 0) {
-      if (approach < number(c, c.contact->closing_speed_number())) return false;
-    } else if (approach < kDiesOut * c.largest_approach) {
-      throw SolverError(fmt::format(
-          "At t = {:.9g} s '{}' has an approach speed of {:.3g} m/s, where it once had {:.3g}: its bounces die out, "
-          "infinitely many of them. Give '{}.closing_speed_m_per_s', below which it closes, or end the run before.",
-          before.t, of(event).name, approach, c.largest_approach, c.force->path()));
-    }
-    if (c.contact->row_count() > 1)
-      throw CapabilityError(
-          fmt::format("At t = {:.9g} s {} bounces with friction, which is not there yet: friction is for "
-                      "contacts that stick (restitution 0). Take friction = \"none\", or kind = \"compliant\".",
-                      before.t, c.force->path()));
-    return true;
-  };
-  // The contacts in play: that of the event, those that strike in the same instant, those that are closed.
-  struct InPlay {
-    ContactOf* contact;
-    bool strikes, bounces;
-    double restitution;
-  };
-  std::vector<InPlay> in_play;
-  const auto strikes = [&](ContactOf& c, double approach) {
-    const bool bounces = bounces_off(c, approach);
-    in_play.push_back({&c, true, bounces, bounces ? number(c, c.contact->restitution_number()) : 0});
-  };
-  strikes(own, speed);
-  for (ContactOf& c : contacts_) {
-    c.closed = false;
-    if (&c == &own) continue;
-    if (c.closed_state >= 0 && before.z[c.closed_state] > 0.5) {
-      in_play.push_back({&c, false, false, 0});
-    } else if (const double approach = strikes_too(c, before, assembly_, speed); approach > 0) {
-      c.largest_approach = std::max(c.largest_approach, approach);
-      strikes(c, approach);
-    }
+    any = any || (c.sliding_state >= 0 && s.z[c.closed_state] > 0.5 && std::abs(s.z[c.sliding_state]) > 0.5);
+  if (!any || !impact_) return;
+  const double acceleration = largest_acceleration(s);
+  for (const ContactOf& c : contacts_) {
+    if (c.sliding_state < 0 || s.z[c.closed_state] < 0.5 || std::abs(s.z[c.sliding_state]) < 0.5) continue;
+    const double speed = s.z[c.sliding_state] * row_of(*c.force, *c.contact, 1, s, assembly_, nullptr).c1;
+    if (speed < 0 && !has_stopped(c, s, acceleration))
+      throw ModelError(c.force->path(), fmt::format("At the start it slides the other way, at {:.6g} m/s: see "
+                                                    "'sliding'.",
+                                                    -speed));
   }
-  if (in_play.size() > kMostContacts)
-    throw CapabilityError(fmt::format("{} contacts are closed at an impact of '{}': at most {} are gone through.",
-                                      in_play.size(), of(event).name, kMostContacts));
-  std::vector<ImpactRow> rows;
-  std::vector<std::vector<int>> rows_of(in_play.size());
-  for (std::size_t c = 0; c < in_play.size(); ++c)
-    for (int r = 0; r < in_play[c].contact->contact->row_count(); ++r) {
-      rows_of[c].push_back(static_cast<int>(rows.size()));
-      rows.push_back({in_play[c].contact->force, in_play[c].contact->contact, r, in_play[c].bounces});
-    }
-  impact_->prepare(open, rows);
-  // All ways to close them, those first in which most stay as they are.
-  const std::size_t ways = std::size_t{1} << in_play.size();
-  std::vector<std::size_t> order(ways);
-  for (std::size_t w = 0; w < ways; ++w) order[w] = w;
-  const auto opened = [&](std::size_t w) {
-    int n = 0;
-    for (std::size_t c = 0; c < in_play.size(); ++c) n += !way_has(w, c);
-    return n;
-  };
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return opened(a) < opened(b); });
-  std::vector<double> found;
-  std::size_t chosen = 0;
-  std::string slips;
-  for (const std::size_t way : order) {
-    std::vector<int> active;
-    for (std::size_t c = 0; c < in_play.size(); ++c)
-      if (way_has(way, c)) active.insert(active.end(), rows_of[c].begin(), rows_of[c].end());
-    impact_->solve(active);
-    double largest = 0;
-    for (const int i : active) largest = std::max(largest, std::abs(impact_->impulse(i)));
-    if (!std::isfinite(largest)) continue;
-    bool fits = true;
-    for (std::size_t c = 0; c < in_play.size() && fits; ++c) {
-      const int normal = rows_of[c].front();
-      for (const int i : rows_of[c])  // rows that depend on each other may have no common solution
-        if (way_has(way, c) && !in_play[c].bounces) fits = fits && std::abs(impact_->speed_after(i)) <= 1e-6 * speed;
-      if (!way_has(way, c)) {
-        fits = fits && impact_->speed_after(normal) >=
-                           -in_play[c].restitution * impact_->speed_before(normal) - kRounding * speed;
-        continue;
-      }
-      fits = fits && impact_->impulse(normal) >= -kRounding * largest;
-      if (!fits || rows_of[c].size() < 2) continue;
-      const double mu = number(*in_play[c].contact, in_play[c].contact->contact->friction_number());
-      if (std::abs(impact_->impulse(rows_of[c][1])) > mu * impact_->impulse(normal) + kRounding * largest) {
-        fits = false;
-        slips = fmt::format("{} would need a friction coefficient of {:.3g}, and has {:.3g}",
-                            in_play[c].contact->force->path(),
-                            std::abs(impact_->impulse(rows_of[c][1])) / impact_->impulse(normal), mu);
-      }
-    }
-    if (!fits) continue;
-    std::vector<double> u(impact_->u(), impact_->u() + assembly_.n());
-    if (found.empty()) {
-      found = u;
-      chosen = way;
-      continue;
-    }
-    double size = 0, apart = 0;
-    for (std::size_t i = 0; i < u.size(); ++i) {
-      size = std::max({size, std::abs(u[i]), std::abs(found[i])});
-      apart = std::max(apart, std::abs(u[i] - found[i]));
-    }
-    if (apart > 1e-6 * size)
-      throw SolverError(
-          fmt::format("At t = {:.9g} s the impact of '{}' has several solutions, in which other contacts "
-                      "stay closed: the laws of rigid bodies do not choose between them. Take kind = "
-                      "\"compliant\".",
-                      before.t, of(event).name));
+  std::vector<double> z(s.z, s.z + assembly_.nz());
+  settle(s, z.data(), "start", nullptr, nullptr);
+  for (const ContactOf& c : contacts_) {
+    if (c.sliding_state < 0) continue;
+    if (z[static_cast<std::size_t>(c.closed_state)] != s.z[c.closed_state])
+      throw ModelError(c.force->path(), "At the start it leaves the ground: leave 'closed' out.");
+    if (z[static_cast<std::size_t>(c.sliding_state)] != s.z[c.sliding_state])
+      throw ModelError(c.force->path(), "At the start it does not slide so: see 'sliding'.");
   }
-  if (found.empty())
-    throw CapabilityError(
-        slips.empty()
-            ? fmt::format(
-                  "At t = {:.9g} s the impact of '{}' at {:.3g} m/s has no solution.{}", before.t, of(event).name,
-                  speed,
-                  speed < kDying * own.largest_approach
-                      ? fmt::format(" It once had {:.3g} m/s: impacts die out, infinitely many of them; end the "
-                                    "run before.",
-                                    own.largest_approach)
-                      : "")
-            : fmt::format(
-                  "At t = {:.9g} s a contact slips in the impact of '{}', which is not there yet: {}. Take more "
-                  "friction, or kind = \"compliant\".",
-                  before.t, of(event).name, slips));
-  std::vector<int> active;
-  for (std::size_t c = 0; c < in_play.size(); ++c) {
-    if (!way_has(chosen, c)) continue;
-    active.insert(active.end(), rows_of[c].begin(), rows_of[c].end());
-    in_play[c].contact->closed = in_play[c].contact->closed_state >= 0 && !in_play[c].bounces;
-  }
-  impact_->solve(active);
+}
+
+bool MotionEvents::has_stopped(const ContactOf& c, const StateView& s, double acceleration) const {
+  double fastest = 0;
+  for (int i = 0; i < assembly_.n(); ++i) fastest = std::max(fastest, std::abs(s.v[i]));
+  return std::abs(row_of(*c.force, *c.contact, 1, s, assembly_, nullptr).c1) <=
+         kStopped * fastest + kStopTime * acceleration;
+}
+
+double MotionEvents::largest_acceleration(const StateView& s) {
+  bool slides = false;
+  for (const ContactOf& c : contacts_)
+    slides = slides || (c.sliding_state >= 0 && s.z[c.closed_state] > 0.5 && std::abs(s.z[c.sliding_state]) > 0.5);
+  if (!slides) return 0;
+  std::vector<double> x(static_cast<std::size_t>(assembly_.n() + assembly_.m()));
+  solve_motion(s, x.data());
+  double largest = 0;
+  for (int i = 0; i < assembly_.n(); ++i) largest = std::max(largest, std::abs(x[static_cast<std::size_t>(i)]));
+  return largest;
 }
 
 void MotionEvents::solve_motion(const StateView& s, double* x) {
@@ -227,52 +151,110 @@ void MotionEvents::solve_motion(const StateView& s, double* x) {
   impact_->balance().solve(x);
 }
 
-void MotionEvents::settle(const StateView& s, double* z, const std::string& event) {
+void MotionEvents::settle(const StateView& s, double* z, const std::string& event, const ContactOf* begins_to_slide,
+                          const ContactOf* stops) {
   std::vector<const ContactOf*> closed;
-  for (const ContactOf& c : contacts_)
-    if (c.closed_state >= 0 && z[c.closed_state] > 0.5) closed.push_back(&c);
+  std::vector<std::vector<int>> options;
+  std::vector<char> rests;  // whether it has no speed along the ground
+  StateView now = s;
+  now.z = z;
+  const double acceleration = largest_acceleration(now);
+  for (const ContactOf& c : contacts_) {
+    if (c.closed_state < 0 || z[c.closed_state] < 0.5) continue;
+    closed.push_back(&c);
+    const double along = c.sliding_state < 0 ? 0 : z[c.sliding_state];
+    const int way = along > 0.5 ? kForward : along < -0.5 ? kBackward : kSticks;
+    const bool stays = way == kSticks || &c == stops || has_stopped(c, s, acceleration);
+    rests.push_back(stays);
+    if (&c == begins_to_slide)
+      options.push_back({way});
+    else if (c.sliding_state < 0 || !stays)
+      options.push_back({way, kOpen});
+    else if (way == kSticks)
+      options.push_back({kSticks, kForward, kBackward, kOpen});
+    else
+      options.push_back({way, kSticks, way == kForward ? kBackward : kForward, kOpen});
+  }
   if (closed.empty()) return;
   const auto n = static_cast<std::size_t>(assembly_.n()), m = static_cast<std::size_t>(assembly_.m());
-  std::vector<double> x(n + m);
-  const std::size_t ways = std::size_t{1} << closed.size();
-  std::string slips;
-  for (std::size_t way = ways; way-- > 0;) {  // all closed first
-    for (std::size_t c = 0; c < closed.size(); ++c) z[closed[c]->closed_state] = way_has(way, c) ? 1 : 0;
-    StateView at = s;
-    at.z = z;
-    solve_motion(at, x.data());
-    double largest = 0;
-    for (std::size_t i = 0; i < m; ++i) largest = std::max(largest, std::abs(x[n + i]));
-    bool fits = true;
-    for (std::size_t c = 0; c < closed.size() && fits; ++c) {
-      const double* lambda = x.data() + n + closed[c]->first_row;
-      if (!way_has(way, c)) {
-        Taylor2 gap;
-        gap_of(*closed[c]->force, *closed[c]->contact, s, assembly_, x.data(), &gap);
-        double scale = 0;
-        for (std::size_t i = 0; i < n; ++i) scale = std::max(scale, std::abs(x[i]));
-        fits = gap.c2 >= -kRounding * scale;
+  std::vector<double> x(n + m), found;
+  const auto write = [&](const std::vector<int>& ways) {
+    for (std::size_t c = 0; c < closed.size(); ++c) {
+      z[closed[c]->closed_state] = ways[c] == kOpen ? 0 : 1;
+      if (closed[c]->sliding_state >= 0) z[closed[c]->sliding_state] = slides(ways[c]);
+    }
+  };
+  const auto fits = [&](const std::vector<int>& ways) {
+    double forces = 0, accelerations = 0;
+    for (std::size_t i = 0; i < n; ++i) accelerations = std::max(accelerations, std::abs(x[i]));
+    for (std::size_t i = 0; i < m; ++i) forces = std::max(forces, std::abs(x[n + i]));
+    if (!std::isfinite(forces) || !std::isfinite(accelerations)) return false;
+    for (std::size_t c = 0; c < closed.size(); ++c) {
+      const ContactOf& at = *closed[c];
+      const double* lambda = x.data() + n + at.first_row;
+      if (ways[c] == kOpen) {
+        if (row_of(*at.force, *at.contact, 0, s, assembly_, x.data()).c2 < -kContactRounding * accelerations)
+          return false;
         continue;
       }
-      fits = -lambda[0] >= -kRounding * largest;
-      if (!fits || closed[c]->contact->row_count() < 2) continue;
-      const double mu = number(*closed[c], closed[c]->contact->friction_number());
-      if (std::abs(lambda[1]) > -mu * lambda[0] + kRounding * largest) {
-        fits = false;
-        slips = fmt::format("{} would need a friction coefficient of {:.3g}, and has {:.3g}", closed[c]->force->path(),
-                            std::abs(lambda[1] / lambda[0]), mu);
+      if (-lambda[0] < -kContactRounding * forces) return false;
+      if (at.sliding_state < 0 || &at == begins_to_slide) continue;
+      if (const int direction = slides(ways[c]); direction == 0) {
+        if (std::abs(lambda[1]) > -number(at, at.contact->friction_number()) * lambda[0] + kContactRounding * forces)
+          return false;
+      } else if (rests[c] && direction * row_of(*at.force, *at.contact, 1, s, assembly_, x.data()).c2 <
+                                 -kContactRounding * accelerations) {
+        return false;
       }
     }
-    if (fits) return;
-  }
-  throw CapabilityError(
-      slips.empty()
-          ? fmt::format("At t = {:.9g} s, behind '{}', no way to close the contacts that touch is a solution.", s.t,
-                        event)
-          : fmt::format(
-                "At t = {:.9g} s, behind '{}', a contact slips, which is not there yet: {}. Take more friction, or "
-                "kind = \"compliant\".",
-                s.t, event, slips));
+    return true;
+  };
+  std::vector<int> chosen;
+  std::string undetermined;
+  const auto names = [&] {
+    std::vector<std::string> list;
+    for (const ContactOf* c : closed) list.push_back(c->force->path());
+    return fmt::format("{}", fmt::join(list, ", "));
+  };
+  const bool few = for_all_ways(options, [&](const std::vector<int>& ways) {
+    write(ways);
+    StateView at = s;
+    at.z = z;
+    try {
+      solve_motion(at, x.data());
+    } catch (const SolverError& e) {  // rows that depend on each other, or a pole of the normal force
+      undetermined = e.what();
+      return;
+    }
+    if (!fits(ways)) return;
+    if (chosen.empty()) {
+      chosen = ways;
+      found.assign(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(n));
+      return;
+    }
+    double size = 0, apart = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      size = std::max({size, std::abs(x[i]), std::abs(found[i])});
+      apart = std::max(apart, std::abs(x[i] - found[i]));
+    }
+    if (apart > kSameMotion * size)
+      throw SolverError(
+          fmt::format("At t = {:.9g} s, behind '{}', the motion has several solutions, in which contacts ({}) do "
+                      "different things: the laws of rigid bodies with Coulomb friction do not choose between them "
+                      "(Painleve). Take less friction, or kind = \"compliant\".",
+                      s.t, event, names()));
+  });
+  if (!few)
+    throw CapabilityError(
+        fmt::format("{} contacts are closed behind '{}': that is more ways than are gone through, {}.", closed.size(),
+                    event, kMostWays));
+  if (chosen.empty())
+    throw CapabilityError(fmt::format(
+        "At t = {:.9g} s, behind '{}', no way to stick, to slide or to open is a motion of the contacts that touch "
+        "({}): the laws of rigid bodies with Coulomb friction have no solution there (Painleve), or an impact of more "
+        "than one instant.{} Take kind = \"compliant\".",
+        s.t, event, names(), undetermined.empty() ? "" : " " + undetermined));
+  write(chosen);
 }
 
 }  // namespace costate

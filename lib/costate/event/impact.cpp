@@ -96,40 +96,66 @@ void Impact::prepare(const StateView& before, std::vector<ImpactRow> rows) {
   }
 }
 
+double Impact::friction(const Row& row) const {
+  const int number = row.of.force->numbers()[static_cast<std::size_t>(row.of.contact->friction_number())];
+  return assembly_.numbers()[static_cast<std::size_t>(number)];
+}
+
+const std::vector<std::pair<int, double>>& Impact::friction_columns(const Row& row) const {
+  const int number = row.of.force->numbers()[static_cast<std::size_t>(row.of.contact->friction_number())];
+  return assembly_.number_columns()[static_cast<std::size_t>(number)];
+}
+
 void Impact::solve_bordered(std::vector<double>& b, Eigen::VectorXd& c) {
   balance_.solve(b.data());
   const auto k = static_cast<Eigen::Index>(active_.size());
   if (k == 0) return;
-  Eigen::VectorXd r(k);
-  for (Eigen::Index i = 0; i < k; ++i)
-    r[i] = c[i] - along(rows_[static_cast<std::size_t>(active_[static_cast<std::size_t>(i)])], b.data());
+  Eigen::VectorXd r = c;
+  for (Eigen::Index i = 0; i < k; ++i) {
+    const ActiveRow& a = active_[static_cast<std::size_t>(i)];
+    if (a.law == ActiveRow::Law::held) r[i] -= along(row_of(a), b.data());
+  }
   c = active_W_.fullPivLu().solve(r);
   for (Eigen::Index i = 0; i < k; ++i) {
-    const auto& response = response_[static_cast<std::size_t>(active_[static_cast<std::size_t>(i)])];
+    const auto& response = response_[static_cast<std::size_t>(active_[static_cast<std::size_t>(i)].row)];
     for (std::size_t j = 0; j < b.size(); ++j) b[j] += c[i] * response[j];
   }
 }
 
-void Impact::solve(const std::vector<int>& active) {
+void Impact::solve(const std::vector<ActiveRow>& active) {
   active_ = active;
   const auto k = static_cast<Eigen::Index>(active.size());
-  active_W_.resize(k, k);
+  active_W_.setZero(k, k);
   Eigen::VectorXd c(k);
   for (Eigen::Index i = 0; i < k; ++i) {
-    const auto at = static_cast<std::size_t>(active[static_cast<std::size_t>(i)]);
-    c[i] = -rows_[at].factor * before_rate_[at];
-    for (Eigen::Index j = 0; j < k; ++j)
-      active_W_(i, j) = W_(active[static_cast<std::size_t>(i)], active[static_cast<std::size_t>(j)]);
+    const ActiveRow& a = active[static_cast<std::size_t>(i)];
+    const auto at = static_cast<std::size_t>(a.row);
+    if (a.law == ActiveRow::Law::held) {
+      c[i] = -rows_[at].factor * before_rate_[at];
+      for (Eigen::Index j = 0; j < k; ++j) active_W_(i, j) = W_(a.row, active[static_cast<std::size_t>(j)].row);
+    } else {
+      c[i] = a.given;
+      active_W_(i, i) = 1;
+      if (a.law == ActiveRow::Law::slides) active_W_(i, i - 1) = a.direction * friction(rows_[at]);
+    }
   }
   const auto n = static_cast<std::size_t>(assembly_.n());
   solution_.assign(n + static_cast<std::size_t>(assembly_.m()), 0);
   impulse_.assign(rows_.size(), 0);
   solve_bordered(solution_, c);
-  for (Eigen::Index i = 0; i < k; ++i) impulse_[static_cast<std::size_t>(active[static_cast<std::size_t>(i)])] = c[i];
+  for (Eigen::Index i = 0; i < k; ++i)
+    impulse_[static_cast<std::size_t>(active[static_cast<std::size_t>(i)].row)] = c[i];
   after_.assign(before_.v, before_.v + n);
   for (std::size_t i = 0; i < n; ++i) after_[i] += solution_[i];
   after_rate_.assign(rows_.size(), 0);
   for (std::size_t i = 0; i < rows_.size(); ++i) after_rate_[i] = along(rows_[i], after_.data());
+}
+
+double Impact::energy_scale() const {
+  double scale = 0;
+  for (std::size_t i = 0; i < rows_.size(); ++i)
+    scale += std::abs(impulse_[i]) * (std::abs(before_rate_[i]) + std::abs(after_rate_[i]));
+  return scale;
 }
 
 double Impact::energy_lost() {
@@ -141,7 +167,7 @@ double Impact::energy_lost() {
 void Impact::linearize(bool columns) {
   const int n = assembly_.n(), m = assembly_.m();
   const std::vector<double> rest(static_cast<std::size_t>(std::max(n, m)), 0);
-  for (const int i : active_) evaluate(rows_[static_cast<std::size_t>(i)], true);
+  for (const ActiveRow& a : active_) evaluate(rows_[static_cast<std::size_t>(a.row)], true);
   StateView s = before_;
   s.a = s.lambda = rest.data();
   Assembly::ParameterColumns c;
@@ -172,7 +198,8 @@ void Impact::linearize(bool columns) {
   assembly_.calc_projection_columns(s, u, P, force_);
 }
 
-void Impact::tangent(const double* dq, const double* dv, int j, double dt, double* du) {
+void Impact::tangent(const double* dq, const double* dv, int j, double dt, double* du, const Eigen::VectorXd* given,
+                     Eigen::VectorXd* dp) {
   const int n = assembly_.n(), m = assembly_.m();
   std::vector<double> b(static_cast<std::size_t>(n + m));
   for (int i = 0; i < n; ++i) b[static_cast<std::size_t>(i)] = -force_(i, j);
@@ -182,7 +209,7 @@ void Impact::tangent(const double* dq, const double* dv, int j, double dt, doubl
   add_product(assembly_.jacobian(), phid_q_.data(), -1, dq, b.data() + n);
   Eigen::VectorXd c = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(active_.size()));
   for (std::size_t a = 0; a < active_.size(); ++a) {
-    const auto at = static_cast<std::size_t>(active_[a]);
+    const auto at = static_cast<std::size_t>(active_[a].row);
     const Row& row = rows_[at];
     const auto& q = row.of.force->coordinates();
     const auto k = static_cast<Eigen::Index>(q.size());
@@ -204,30 +231,59 @@ void Impact::tangent(const double* dq, const double* dv, int j, double dt, doubl
     }
     for (Eigen::Index i = 0; i < k; ++i)
       b[static_cast<std::size_t>(q[static_cast<std::size_t>(i)])] += impulse_[at] * dJ[i];
-    c[static_cast<Eigen::Index>(a)] = -dJ.dot(x) - row.factor * along(row, dv) - dfactor * before_rate_[at];
+    double& by = c[static_cast<Eigen::Index>(a)];
+    switch (active_[a].law) {
+      case ActiveRow::Law::held:
+        by = -dJ.dot(x) - row.factor * along(row, dv) - dfactor * before_rate_[at];
+        break;
+      case ActiveRow::Law::slides:
+        for (const auto& [column, f] : friction_columns(row))
+          if (column == j) by -= f * active_[a].direction * impulse_[static_cast<std::size_t>(active_[a - 1].row)];
+        break;
+      case ActiveRow::Law::given:
+        if (given) by = (*given)[static_cast<Eigen::Index>(a)];
+        break;
+    }
   }
   solve_bordered(b, c);
   for (int i = 0; i < n; ++i) du[i] += b[static_cast<std::size_t>(i)];
+  if (dp) *dp = c;
 }
 
-double Impact::adjoint(const double* w, double* w_q, double* w_v, double* gradient) {
+double Impact::adjoint(const double* w, double* w_q, double* w_v, double* gradient, const Eigen::VectorXd* w_p,
+                       Eigen::VectorXd* by_given) {
   const int n = assembly_.n(), m = assembly_.m();
-  // The bordered matrix is symmetric up to the sign of p's column and row.
+  // KKT x - J^T p = b, E J x + B p = c: KKT s + J^T E y = w, B^T y - J s = w_p.
   std::vector<double> s(static_cast<std::size_t>(n + m), 0);
   std::copy(w, w + n, s.begin());
-  Eigen::VectorXd c = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(active_.size()));
-  solve_bordered(s, c);
+  balance_.solve(s.data());
+  const auto size = static_cast<Eigen::Index>(active_.size());
+  Eigen::VectorXd y(size);
+  for (Eigen::Index i = 0; i < size; ++i)
+    y[i] = along(row_of(active_[static_cast<std::size_t>(i)]), s.data()) + (w_p ? (*w_p)[i] : 0);
+  if (size > 0) y = active_W_.transpose().fullPivLu().solve(y).eval();
+  for (Eigen::Index i = 0; i < size; ++i) {
+    const ActiveRow& a = active_[static_cast<std::size_t>(i)];
+    const auto& response = response_[static_cast<std::size_t>(a.row)];
+    if (a.law == ActiveRow::Law::held)
+      for (std::size_t k = 0; k < s.size(); ++k) s[k] -= y[i] * response[k];
+  }
+  if (by_given) *by_given = y;
   add_transposed_product(assembly_.square(), hessian_.data(), -1, s.data(), w_q);
   add_transposed_product(assembly_.jacobian(), phid_q_.data(), -1, s.data() + n, w_q);
   double by_time = 0;
   for (int i = 0; i < m; ++i) by_time -= s[static_cast<std::size_t>(n + i)] * phid_t_[static_cast<std::size_t>(i)];
   for (std::size_t a = 0; a < active_.size(); ++a) {
-    const auto at = static_cast<std::size_t>(active_[a]);
+    const auto at = static_cast<std::size_t>(active_[a].row);
     const Row& row = rows_[at];
     const auto& q = row.of.force->coordinates();
     const auto k = static_cast<Eigen::Index>(q.size());
-    // Of J: the impulse's own force on s, and the rates of the row, weighed by -c.
-    const double weight = -c[static_cast<Eigen::Index>(a)];
+    const double of_row = y[static_cast<Eigen::Index>(a)];
+    // Of J: the impulse's own force on s, and the rates of the row.
+    const double weight = active_[a].law == ActiveRow::Law::held ? of_row : 0;
+    if (active_[a].law == ActiveRow::Law::slides)
+      for (const auto& [column, f] : friction_columns(row))
+        gradient[column] -= f * of_row * active_[a].direction * impulse_[static_cast<std::size_t>(active_[a - 1].row)];
     Eigen::VectorXd of_J(k);
     for (Eigen::Index i = 0; i < k; ++i) {
       const auto g = static_cast<std::size_t>(q[static_cast<std::size_t>(i)]);

@@ -1,10 +1,13 @@
 // Impacts of rigid contacts: the jump u = v+ - v- of the velocities, with the impulses P of the constraints and p of
 // the contacts' rows r(q), one J_i = r_i,q each (element/unilateral_force.h):
 //   M u + Phi_q^T P - J^T p = 0,   Phi_q u = 0,   J_i u + f_i J_i v- = 0,   f_i = 1 + e_i of a gap that strikes, else 1
-// by the formulation's own balance of impulses, bordered, and with the exact derivatives of u (lib/README.md (19)).
+// where a contact slides behind the impact p_t + s mu p_n = 0 in place of the row along the ground, and where an
+// impulse is given p_n = g in place of the gap's. By the formulation's own balance of impulses, bordered, and with the
+// exact derivatives of u (lib/README.md (19)).
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <vector>
 
 #include "costate/assembly/assembly.h"
@@ -21,6 +24,15 @@ struct ImpactRow {
   bool bounces = false;  // whether its speed is given back by its restitution
 };
 
+/// A row in force, and by which equation.
+struct ActiveRow {
+  enum class Law { held, slides, given };
+  int row = 0;  // of those of prepare()
+  Law law = Law::held;
+  int direction = 0;  // of sliding, with p_t = -direction mu p_n; the contact's gap is the row in force before it
+  double given = 0;   // impulse
+};
+
 class Impact {
  public:
   Impact(Assembly& assembly, ImpulseBalance& balance) : assembly_(assembly), balance_(balance) {}
@@ -29,22 +41,35 @@ class Impact {
 
   /// The rows in play at (t, q, v, z) before an impact; z with all contacts open. solve() is for some of them.
   void prepare(const StateView& before, std::vector<ImpactRow> rows);
-  /// u, P and p with the rows `active` (indices into those of prepare()) in force.
-  void solve(const std::vector<int>& active);
+  /// u, P and p with these rows in force.
+  void solve(const std::vector<ActiveRow>& active);
+  const std::vector<ActiveRow>& active() const { return active_; }
+  const ImpactRow& row(int i) const { return rows_[static_cast<std::size_t>(i)].of; }
   const double* u() const { return solution_.data(); }
   /// Of row i, active or not: p_i, J_i v- and J_i (v- + u).
   double impulse(int i) const { return impulse_[static_cast<std::size_t>(i)]; }
   double speed_before(int i) const { return before_rate_[static_cast<std::size_t>(i)]; }
   double speed_after(int i) const { return after_rate_[static_cast<std::size_t>(i)]; }
+  /// By how much J_i u + f_i J_i v- misses zero, as it may where rows depend on each other.
+  double misses(int i) const {
+    const double factor = rows_[static_cast<std::size_t>(i)].factor;
+    return std::abs(speed_after(i) - speed_before(i) + factor * speed_before(i));
+  }
   /// What the impact takes from the kinetic energy [J]: p^T (J v- + J v+)/-2 where constraints do not move.
   double energy_lost();
 
   /// The derivatives of u at what solve() found; `columns` with those by parameters.
   void linearize(bool columns);
-  /// u along (dq, dv), the j-th parameter and dt, added to du (n).
-  void tangent(const double* dq, const double* dv, int j, double dt, double* du);
-  /// For weights w of u: those of q and v are added, and the gradient's; returns that of t.
-  double adjoint(const double* w, double* w_q, double* w_v, double* gradient);
+  /// u along (dq, dv), the j-th parameter and dt, added to du (n). `given`: the changes of given impulses, one an
+  /// active row; `dp` := those of the impulses.
+  void tangent(const double* dq, const double* dv, int j, double dt, double* du, const Eigen::VectorXd* given = nullptr,
+               Eigen::VectorXd* dp = nullptr);
+  /// For weights w of u, and w_p of the impulses of the active rows: those of q and v are added, and the gradient's;
+  /// returns that of t. `by_given` := those of given impulses.
+  double adjoint(const double* w, double* w_q, double* w_v, double* gradient, const Eigen::VectorXd* w_p = nullptr,
+                 Eigen::VectorXd* by_given = nullptr);
+  /// What it takes is compared to this: the sum of |p| (|J v-| + |J v+|) [J].
+  double energy_scale() const;
 
  private:
   struct Row {
@@ -57,6 +82,10 @@ class Impact {
   };
   void evaluate(Row& row, bool second);
   double along(const Row& row, const double* x) const;  // J x
+  const Row& row_of(const ActiveRow& a) const { return rows_[static_cast<std::size_t>(a.row)]; }
+  double friction(const Row& row) const;
+  /// The columns by which row i's friction coefficient is a parameter.
+  const std::vector<std::pair<int, double>>& friction_columns(const Row& row) const;
   /// [u; P; p] of a right-hand side (n + m; active rows), in place.
   void solve_bordered(std::vector<double>& b, Eigen::VectorXd& c);
   double factor(const ImpactRow& r) const;
@@ -65,9 +94,9 @@ class Impact {
   ImpulseBalance& balance_;
   StateView before_;
   std::vector<Row> rows_;
-  std::vector<int> active_;
+  std::vector<ActiveRow> active_;
   std::vector<std::vector<double>> response_;  // KKT^-1 [J_i^T; 0]
-  Eigen::MatrixXd W_, active_W_;               // J KKT^-1 J^T
+  Eigen::MatrixXd W_, active_W_;               // J KKT^-1 J^T; with the laws of the rows in force
   std::vector<double> solution_, impulse_, before_rate_, after_rate_, after_;
   std::vector<double> hessian_, phid_q_, phid_t_;
   Eigen::MatrixXd force_, phid_;

@@ -14,24 +14,10 @@ namespace costate {
 namespace {
 // Looks within a step: what touches and leaves again between two of them is not seen.
 constexpr int kLooks = 4;
-// Below this share of the speeds that make it up the rate of a guard is rounding: the motion grazes.
-constexpr double kGrazing = 1e-7;
+// A speed of sliding the wrong way of this part of the largest one so far is the integrator's error.
+constexpr double kWrongWay = 1e-5;
 // A gap of this part of the coordinates is none.
 constexpr double kGapRounding = 1e-10;
-
-/// Derivatives through impacts of one instant exist from one side only, if at all: which comes first decides.
-template <class Contacts, class Contact>
-void require_one_impact(const Contacts& contacts, const Contact* own, const StateView& s, const Assembly& assembly,
-                        double speed) {
-  for (const auto& c : contacts) {
-    if (&c == own || (c.closed_state >= 0 && s.z[c.closed_state] > 0.5)) continue;
-    if (strikes_too(c, s, assembly, speed) > 0)
-      throw SolverError(
-          fmt::format("At t = {:.9g} s {} and {} strike at the same time: a gradient does not exist there, as which "
-                      "of them comes first decides. Let one of them be later.",
-                      s.t, own->force->path(), c.force->path()));
-  }
-}
 }  // namespace
 
 bool MotionEvents::has_any(const Mechanism& mechanism) {
@@ -62,7 +48,9 @@ MotionEvents::MotionEvents(Assembly& assembly) : assembly_(assembly) {
       for (std::size_t i = 0; i < mech.constraints().size(); ++i)
         if (mech.constraints()[i].get() == unilateral->rows()) first_row = mech.row_offsets()[i];
       const int state = unilateral->closed_state();
-      contacts_.push_back({&force, unilateral, state < 0 ? -1 : mech.state_offsets()[f] + state, first_row});
+      const int sliding = unilateral->sliding_state(), first = mech.state_offsets()[f];
+      contacts_.push_back(
+          {&force, unilateral, state < 0 ? -1 : first + state, sliding < 0 ? -1 : first + sliding, first_row});
       needs_multipliers_ = needs_multipliers_ || first_row >= 0;
     }
     for (int k = 0; k < guarded->guard_count(); ++k)
@@ -131,7 +119,18 @@ void MotionEvents::calc(const StateView& s, std::vector<double>& h) {
     if (guards_[i].guarded->guard_armed(guards_[i].k, s.z + guards_[i].first_state)) h[i] = value(guards_[i], s);
 }
 
-void MotionEvents::begin(const StateView& s) {
+void MotionEvents::begin(const StateView& at) {
+  // Its own copy: where multipliers are asked for `at` lives in the formulation, which is asked for other states here.
+  const auto copy = [](const double* x, int size) { return std::vector<double>(x, x + (x ? size : 0)); };
+  const std::vector<double> q = copy(at.q, assembly_.n()), v = copy(at.v, assembly_.n()),
+                            z = copy(at.z, assembly_.nz()), lambda = copy(at.lambda, assembly_.m());
+  StateView s = at;
+  s.q = q.data();
+  s.v = v.data();
+  s.z = z.data();
+  s.a = nullptr;
+  s.lambda = at.lambda ? lambda.data() : nullptr;
+  require_sliding(s);
   calc(s, before_);
   for (std::size_t i = 0; i < guards_.size(); ++i) {
     GuardOf& g = guards_[i];
@@ -198,7 +197,10 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
         g.ready = true;
         continue;
       }
-      if (!g.ready) continue;
+      if (!g.ready) {
+        if (g.contact >= 0) require_direction(g, after_[i], at(end));
+        continue;
+      }
       // In (a, b]: by halves and secants to the last bit, and then its far side.
       double ha = value(g, at(a)) * direction, hb = after_[i] * direction;
       if (ha >= 0) b = a;
@@ -223,6 +225,18 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
   return {};
 }
 
+// What begins to slide has no speed, so that its guard is at zero; where it then slides the other way nothing stops it.
+void MotionEvents::require_direction(const GuardOf& g, double along, const StateView& s) {
+  const ContactOf& c = contacts_[static_cast<std::size_t>(g.contact)];
+  if (c.contact->guard_kind(g.k) != UnilateralForce::Guard::stop) return;
+  for (int i = 0; i < assembly_.n(); ++i) fastest_ = std::max(fastest_, std::abs(s.v[i]));
+  if (along < -kWrongWay * fastest_)
+    throw SolverError(
+        fmt::format("At t = {:.9g} s {} slides against the direction in which it began to, at {:.3g} m/s. "
+                    "Take a smaller rtol.",
+                    s.t, c.force->path(), -along));
+}
+
 void MotionEvents::cross(int event, const StateView& before, double* v, double* z) {
   const GuardOf& g = of(event);
   last_jump_ = last_loss_ = 0;
@@ -233,165 +247,6 @@ void MotionEvents::cross(int event, const StateView& before, double* v, double* 
     const double jump = out_[i].v.c0 - z_[i].v.c0;
     if (std::abs(jump) > std::abs(last_jump_)) last_jump_ = jump;
     z[g.first_state + static_cast<int>(i)] = out_[i].v.c0;
-  }
-}
-
-void MotionEvents::linearize(const GuardOf& g, const StateView& before, const Side& minus, bool columns) {
-  const int n = assembly_.n(), nz = assembly_.nz(), np = assembly_.np();
-  const auto width = static_cast<std::size_t>(2 * n + nz);
-  load(g, before);
-  h_x_.assign(width, 0);
-  h_rho_.assign(static_cast<std::size_t>(np), 0);
-  D_x_.assign(out_.size(), h_x_);
-  D_rho_.assign(out_.size(), h_rho_);
-  D_rate_.assign(out_.size(), 0);
-  hdot_ = 0;
-  double speed = 0;
-  const auto seed = [&](PathDual& x, const auto& take) {
-    const PathDual keep = x;
-    x.d[0] = Taylor2(1.0);
-    const PathDual h = g.guarded->guard(g.k, arguments());
-    for (auto& o : out_) o = PathDual();
-    g.guarded->transition(g.k, arguments(), out_.data());
-    x = keep;
-    take(h.d[0].c0);
-  };
-  // d/dx of the argument x_ that is entry `at` of (q, v, z), whose rate before the event is `rate`.
-  const auto column = [&](PathDual& x, int at, double rate) {
-    seed(x, [&](double h) {
-      h_x_[static_cast<std::size_t>(at)] += h;
-      hdot_ += h * rate;
-      speed += std::abs(h * rate);
-      for (std::size_t i = 0; i < out_.size(); ++i) {
-        D_x_[i][static_cast<std::size_t>(at)] += out_[i].d[0].c0;
-        D_rate_[i] += out_[i].d[0].c0 * rate;
-      }
-    });
-  };
-  const auto& c = g.force->coordinates();
-  for (std::size_t i = 0; i < c.size(); ++i) {
-    column(q_[i], c[i], before.v[c[i]]);
-    column(v_[i], n + c[i], minus.a[static_cast<std::size_t>(c[i])]);
-  }
-  for (std::size_t i = 0; i < z_.size(); ++i) {
-    const int at = g.first_state + static_cast<int>(i);
-    column(z_[i], 2 * n + at, minus.zdot[static_cast<std::size_t>(at)]);
-  }
-  seed(t_, [&](double h) {
-    hdot_ += h;
-    speed += std::abs(h);
-    for (std::size_t i = 0; i < out_.size(); ++i) D_rate_[i] += out_[i].d[0].c0;
-  });
-  if (!(std::abs(hdot_) > kGrazing * speed))
-    throw SolverError(
-        fmt::format("At t = {:.9g} s '{}' is grazed: its guard changes by {:.3g} per second, of terms of {:.3g}. The "
-                    "time of the event has no derivative there. Move the motion away from grazing.",
-                    before.t, g.name, hdot_, speed));
-  if (!columns) return;
-  const auto& numbers = g.force->numbers();
-  for (std::size_t k = 0; k < numbers.size(); ++k) {
-    const auto& parameters = assembly_.number_columns()[static_cast<std::size_t>(numbers[k])];
-    if (parameters.empty()) continue;
-    seed(p_[k], [&](double h) {
-      for (const auto& [j, factor] : parameters) {
-        h_rho_[static_cast<std::size_t>(j)] += factor * h;
-        for (std::size_t i = 0; i < out_.size(); ++i)
-          D_rho_[i][static_cast<std::size_t>(j)] += factor * out_[i].d[0].c0;
-      }
-    });
-  }
-}
-
-void MotionEvents::tangent(int event, const StateView& before, const Side& minus, const Side& plus,
-                           double* const* columns, int count, double* dcost) {
-  const GuardOf& g = of(event);
-  const int n = assembly_.n(), nz = assembly_.nz(), first = g.first_state;
-  const bool impact = contact_of(event, true) != nullptr;
-  if (contact_of(event) && !impact) {  // a release: nothing jumps but what is latched, and f- = f+
-    std::fill(dcost, dcost + count, 0.0);
-    return;
-  }
-  linearize(g, before, minus, true);
-  std::vector<double> own(D_x_.size());
-  std::vector<double> moved, u(static_cast<std::size_t>(n), 0);  // u's change along the column
-  if (impact) {
-    strike(event, before);
-    require_one_impact(contacts_, contact_of(event), before, assembly_, -impact_->speed_before(0));
-    impact_->linearize(true);
-  }
-  for (int j = 0; j < count; ++j) {
-    double* x = columns[j];
-    double dh = h_rho_[static_cast<std::size_t>(j)];
-    for (std::size_t i = 0; i < h_x_.size(); ++i) dh += h_x_[i] * x[i];
-    const double dt = -dh / hdot_;
-    for (std::size_t i = 0; i < own.size(); ++i) {
-      own[i] =
-          D_rho_[i][static_cast<std::size_t>(j)] + (D_rate_[i] - plus.zdot[static_cast<std::size_t>(first) + i]) * dt;
-      for (std::size_t k = 0; k < D_x_[i].size(); ++k) own[i] += D_x_[i][k] * x[k];
-    }
-    if (impact) {
-      moved.assign(x, x + 2 * n);
-      for (int i = 0; i < n; ++i) {
-        moved[static_cast<std::size_t>(i)] += before.v[i] * dt;
-        moved[static_cast<std::size_t>(n + i)] += minus.a[static_cast<std::size_t>(i)] * dt;
-      }
-      std::fill(u.begin(), u.end(), 0.0);
-      impact_->tangent(moved.data(), moved.data() + n, j, dt, u.data());
-      for (int i = 0; i < n; ++i) x[i] -= impact_->u()[i] * dt;
-    }
-    for (int i = 0; i < n; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      x[n + i] += (minus.a[k] - plus.a[k]) * dt + u[k];
-    }
-    for (int i = 0; i < nz; ++i)
-      x[2 * n + i] += (minus.zdot[static_cast<std::size_t>(i)] - plus.zdot[static_cast<std::size_t>(i)]) * dt;
-    for (std::size_t i = 0; i < own.size(); ++i) x[2 * n + first + static_cast<int>(i)] = own[i];
-    dcost[j] = (minus.cost - plus.cost) * dt;
-  }
-}
-
-void MotionEvents::adjoint(int event, const StateView& before, const Side& minus, const Side& plus, double* mu,
-                           double* gradient) {
-  const GuardOf& g = of(event);
-  const int n = assembly_.n(), nz = assembly_.nz(), first = g.first_state, np = assembly_.np();
-  if (contact_of(event) && !contact_of(event, true)) return;
-  linearize(g, before, minus, np > 0);
-  double sigma = minus.cost - plus.cost;
-  if (contact_of(event, true)) {
-    strike(event, before);
-    require_one_impact(contacts_, contact_of(event), before, assembly_, -impact_->speed_before(0));
-    impact_->linearize(false);
-    std::vector<double> w(static_cast<std::size_t>(2 * n), 0);
-    sigma += impact_->adjoint(mu + n, w.data(), w.data() + n, gradient);
-    for (int i = 0; i < n; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      sigma += w[k] * before.v[i] + w[k + static_cast<std::size_t>(n)] * minus.a[k] - mu[i] * impact_->u()[i];
-    }
-    for (int i = 0; i < n; ++i)
-      sigma += mu[n + i] * (minus.a[static_cast<std::size_t>(i)] - plus.a[static_cast<std::size_t>(i)]);
-    for (int i = 0; i < 2 * n; ++i) mu[i] += w[static_cast<std::size_t>(i)];
-  } else
-    for (int i = 0; i < n; ++i)
-      sigma += mu[n + i] * (minus.a[static_cast<std::size_t>(i)] - plus.a[static_cast<std::size_t>(i)]);
-  const int own = static_cast<int>(D_x_.size());
-  for (int i = 0; i < nz; ++i)
-    if (i < first || i >= first + own)
-      sigma += mu[2 * n + i] * (minus.zdot[static_cast<std::size_t>(i)] - plus.zdot[static_cast<std::size_t>(i)]);
-  std::vector<double> weights(static_cast<std::size_t>(own));
-  for (int i = 0; i < own; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    weights[k] = mu[2 * n + first + i];
-    sigma += weights[k] * (D_rate_[k] - plus.zdot[static_cast<std::size_t>(first + i)]);
-    mu[2 * n + first + i] = 0;
-  }
-  const double share = -sigma / hdot_;
-  for (std::size_t i = 0; i < h_x_.size(); ++i) {
-    mu[i] += share * h_x_[i];
-    for (std::size_t k = 0; k < weights.size(); ++k) mu[i] += weights[k] * D_x_[k][i];
-  }
-  for (std::size_t j = 0; j < h_rho_.size(); ++j) {
-    gradient[j] += share * h_rho_[j];
-    for (std::size_t k = 0; k < weights.size(); ++k) gradient[j] += weights[k] * D_rho_[k][j];
   }
 }
 

@@ -29,7 +29,10 @@ class MotionEvents {
   static void refuse(const Mechanism& mechanism, const std::string& what);
 
   /// By which impacts are solved for; to be called before the first one.
-  void use(ImpulseBalance& balance) { impact_ = std::make_unique<Impact>(assembly_, balance); }
+  void use(ImpulseBalance& balance) {
+    impact_ = std::make_unique<Impact>(assembly_, balance);
+    expansion_ = std::make_unique<Impact>(assembly_, balance);
+  }
 
   bool empty() const { return guards_.empty(); }
   /// "contact.foot: touch".
@@ -89,15 +92,27 @@ class MotionEvents {
   void calc(const StateView& s, std::vector<double>& h);
   double value(const GuardOf& g, const StateView& s);
   void load(const GuardOf& g, const StateView& s);
+  void require_direction(const GuardOf& g, double along, const StateView& s);
   MeasureArguments arguments() const;
   /// A rigid contact, and what it is behind what cross() has solved for.
   struct ContactOf {
     const Force* force;
     const UnilateralForce* contact;
-    int closed_state;  // among all, or -1
-    int first_row;     // of its constraint, or -1
+    int closed_state;   // among all, or -1
+    int sliding_state;  // likewise
+    int first_row;      // of its constraint, or -1
     double largest_approach = 0;
     bool closed = false;
+    int slides = 0;  // the direction
+  };
+  /// A contact in an impact: what it does, and the rows of Impact that are its own.
+  struct InPlay {
+    ContactOf* contact;
+    bool bounces;
+    double restitution;
+    std::vector<int> rows;
+    double given = 0;  // impulse that is given back, of Poisson's law
+    int way = 0;       // of contact_ways.h
   };
   /// The rigid contact of an event, or null; `strikes`: only where the event is an impact.
   const ContactOf* contact_of(int event, bool strikes = false) const {
@@ -109,16 +124,41 @@ class MotionEvents {
   double number(const ContactOf& c, int k) const {
     return k < 0 ? 0 : assembly_.numbers()[static_cast<std::size_t>(c.force->numbers()[static_cast<std::size_t>(k)])];
   }
+  UnilateralForce::Guard contact_guard(int event) const { return contact_of(event)->contact->guard_kind(of(event).k); }
   // In event/contact_modes.cpp.
   /// cross() of a rigid contact's event.
   void cross_contact(int event, const StateView& before, double* v, double* z);
-  /// Solves for the impact at the event, and which contacts are closed behind it.
-  void strike(int event, const StateView& before);
   /// Of the contacts that are closed at this state (q, v, z as they are behind an event) those stay so that the ground
-  /// presses; z with them.
-  void settle(const StateView& s, double* z, const std::string& event);
+  /// presses, and stick or slide; z with them. `begins_to_slide` and `stops`: those that do, or null.
+  void settle(const StateView& s, double* z, const std::string& event, const ContactOf* begins_to_slide,
+              const ContactOf* stops);
+  /// Whether a closed contact that slides has come to rest along the ground, but for rounding.
+  bool has_stopped(const ContactOf& c, const StateView& s, double acceleration) const;
+  /// Where a contact slides the largest acceleration at these states; else 0.
+  double largest_acceleration(const StateView& s);
+  /// Throws SolverError where a normal force vanishes through infinity.
+  void require_bounded(const ContactOf& c, const StateView& s);
+  /// A run begins at this state: that what slides there can.
+  void require_sliding(const StateView& s);
+  // In event/contact_impact.cpp.
+  /// Solves for the impact at the event: jump_, and which contacts are closed behind it.
+  void strike(int event, const StateView& before);
+  std::vector<InPlay> find_in_play(int event, const StateView& before, double speed);
+  /// What the contacts do in this impact: of all ways the one that fits; throws where there are none or several.
+  void find_way(int event, const StateView& before, Impact& impact, std::vector<InPlay>& in_play, double speed);
   /// Accelerations and multipliers (n, m) at the rows that z has.
   void solve_motion(const StateView& s, double* x);
+  // In event/motion_derivatives.cpp.
+  /// Whether derivatives cross this event as they are. Throws SolverError where there are none.
+  bool goes_on_smoothly(int event, const StateView& before, const Side& minus, const Side& plus);
+  /// The derivatives of u at the impact; what follows from them, as Impact has it.
+  void linearize_impact(int event, const StateView& before, bool columns);
+  void impact_tangent(const double* dq, const double* dv, int j, double dt, double* du);
+  double impact_adjoint(const double* w, double* w_q, double* w_v, double* gradient);
+  /// The impulses that Poisson's law gives back: active rows of the expansion and of the compression, the number of the
+  /// restitution, the impulse of the compression.
+  template <class Visit>
+  void for_each_given(const Visit& visit);
   /// h_x, h_rho, hdot and those of the transition.
   void linearize(const GuardOf& g, const StateView& before, const Side& minus, bool columns);
 
@@ -139,6 +179,10 @@ class MotionEvents {
   std::string last_mode_;
   std::vector<double> open_z_;  // states with all contacts open
   std::vector<PathDual> lambda_;
+  std::unique_ptr<Impact> expansion_;  // of Poisson's law what the compression, impact_, gives back
+  bool expands_ = false;
+  std::vector<double> jump_, compressed_;  // u; and v behind the compression
+  double fastest_ = 0;                     // largest speed of any coordinate since something slid
 };
 
 }  // namespace costate

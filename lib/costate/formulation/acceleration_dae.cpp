@@ -25,8 +25,7 @@ AccelerationDae::AccelerationDae(std::shared_ptr<const Mechanism> mechanism, Par
 
 void AccelerationDae::place_jacobian() {
   const int q = 0, v = n_, z = 2 * n_, a = z + nz_, l = a + n_;
-  const SparsePattern In = SparsePattern::identity(n_), Iz = SparsePattern::identity(nz_),
-                      Im = SparsePattern::identity(m_);
+  const SparsePattern In = SparsePattern::identity(n_), Iz = SparsePattern::identity(nz_);
   at_.identity_q = jacobian_.place(In, q, q);
   at_.q_v = jacobian_.place(In, q, v);
   at_.identity_v = jacobian_.place(In, v, v);
@@ -43,7 +42,7 @@ void AccelerationDae::place_jacobian() {
   at_.R2_q = jacobian_.place(assembly_.jacobian(), l, q);
   at_.R2_v = jacobian_.place(assembly_.jacobian(), l, v);
   at_.phi_q = jacobian_.place(assembly_.jacobian(), l, a);
-  at_.corner = level_.has_corner() ? jacobian_.place(Im, l, l) : -1;
+  at_.corner = level_.has_corner() ? jacobian_.place(level_.corner_pattern(), l, l) : -1;
   jacobian_.finalize();
 }
 
@@ -63,11 +62,10 @@ void AccelerationDae::residual(double t, const double* y, const double* yp, doub
   }
   for (int i = 0; i < nz_; ++i) rz[i] = yp[2 * n_ + i] - assembly_.zdot[i];
   level_.add_mass(1, s.a, ra);
-  level_.add_jacobian_transposed(1, s.lambda, ra);
+  level_.add_reactions(1, s.lambda, ra);
   level_.calc_constraint_bias(s.v, rl);
   level_.add_jacobian(1, s.a, rl);
-  if (level_.has_corner())
-    for (int i = 0; i < m_; ++i) rl[i] -= level_.inverse_alpha(i) * s.lambda[i];
+  level_.add_corner(1, s.lambda, rl);
 }
 
 void AccelerationDae::linearize(double t, const double* y, const double*) {
@@ -94,7 +92,7 @@ void AccelerationDae::jacobian(double t, const double* y, const double* yp, doub
   J.add(at_.C, assembly_.C.data());
   J.add(at_.Q_z, assembly_.Q_z.data(), -1);
   J.add(at_.M, assembly_.M.data());
-  J.add(at_.phi_t, assembly_.phi_q.data());
+  J.add(at_.phi_t, assembly_.reaction_jacobian().data());
   J.add(at_.R2_q, level_.R2_q().data());
   J.add(at_.R2_v, level_.R2_v().data());
   J.add(at_.phi_q, assembly_.phi_q.data());
@@ -164,11 +162,10 @@ void AccelerationDae::add_product(double c, const double* x, double* out) {
   level_.add_state_rows(-c, x, xv, xz, oz);
   level_.add_force_rows(c, x, xv, xz, oa);
   level_.add_mass(c, xa, oa);
-  level_.add_jacobian_transposed(c, xl, oa);
+  level_.add_reactions(c, xl, oa);
   level_.add_constraint_rows(c, x, xv, ol);
   level_.add_jacobian(c, xa, ol);
-  if (level_.has_corner())
-    for (int i = 0; i < m_; ++i) ol[i] -= c * level_.inverse_alpha(i) * xl[i];
+  level_.add_corner(c, xl, ol);
 }
 
 void AccelerationDae::add_transposed_product(double c, const double* x, double* out) {
@@ -181,9 +178,8 @@ void AccelerationDae::add_transposed_product(double c, const double* x, double* 
   level_.add_transposed(c, xa, xl, xz, out, ov, oz);
   level_.add_mass(c, xa, oa);  // symmetric
   level_.add_jacobian_transposed(c, xl, oa);
-  level_.add_jacobian(c, xa, ol);
-  if (level_.has_corner())
-    for (int i = 0; i < m_; ++i) ol[i] -= c * level_.inverse_alpha(i) * xl[i];
+  level_.add_reactions_transposed(c, xa, ol);
+  level_.add_corner_transposed(c, xl, ol);
 }
 
 void AccelerationDae::parameter_columns(Eigen::MatrixXd& F_rho) {
@@ -319,7 +315,7 @@ void AccelerationDae::complete_adjoint(const StateView& s, double* mu, double* m
   objective_.add_running_gradient(s, assembly_, cost_gradient_);
   for (int i = 0; i < n_; ++i) kkt[i] = mv[i] + g.a[i];
   for (int i = 0; i < m_; ++i) kkt[n_ + i] = g.lambda[i];
-  level_.solve_kkt(kkt.data());
+  level_.solve_kkt_transposed(kkt.data());
   std::copy(kkt.begin(), kkt.begin() + n_, s1);
   std::copy(kkt.begin() + n_, kkt.end(), s2);
   std::fill(mup, mup + size(), 0.0);

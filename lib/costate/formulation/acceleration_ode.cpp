@@ -182,7 +182,7 @@ void AccelerationOde::solve_adjoint(double t, const double* y, const double* mu)
   const int n = assembly_.n(), m = assembly_.m();
   for (int i = 0; i < n; ++i) kkt_[i] = (mu ? mu[n + i] : 0) + cost_gradient_.a[i];
   for (int i = 0; i < m; ++i) kkt_[n + i] = cost_gradient_.lambda[i];
-  level_.solve_kkt(kkt_.data());
+  level_.solve_kkt_transposed(kkt_.data());
 }
 
 void AccelerationOde::adjoint_rhs(double t, const double* y, const double* mu, double* mup) {
@@ -215,7 +215,7 @@ void AccelerationOde::pull_stage(double t, const double* y, const double* w, dou
   const ScalarGradient& g = cost_gradient_;
   for (int i = 0; i < n; ++i) kkt_[i] = w[n + i] + (cost ? c * g.a[i] : 0);
   for (int i = 0; i < m; ++i) kkt_[n + i] = cost ? c * g.lambda[i] : 0;
-  level_.solve_kkt(kkt_.data());
+  level_.solve_kkt_transposed(kkt_.data());
   for (int i = 0; i < n; ++i) {
     pulled[i] = cost ? c * g.q[i] : 0;
     pulled[n + i] = w[i] + (cost ? c * g.v[i] : 0);

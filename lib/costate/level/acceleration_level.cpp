@@ -23,12 +23,16 @@ AccelerationLevel::AccelerationLevel(Assembly& assembly, Stabilization stabiliza
       newton_(assembly.n() + assembly.nz() + assembly.m()),
       point_(assembly) {
   const int n = assembly.n(), m = assembly.m(), nz = assembly.nz();
-  const SparsePattern identity_m = SparsePattern::identity(m), identity_z = SparsePattern::identity(nz);
+  const SparsePattern identity_z = SparsePattern::identity(nz);
   const bool corner = has_corner();
+  std::vector<std::pair<int, int>> entries = assembly.slidable_rows();
+  for (int i = 0; i < m; ++i) entries.emplace_back(i, i);
+  corner_pattern_ = SparsePattern::from_entries(m, m, std::move(entries));
+  for (int i = 0; i < m; ++i) corner_diagonal_.push_back(corner_pattern_.find(i, i));
   kkt_mass_ = kkt_.place(assembly.square(), 0, 0);
   kkt_jacobian_ = kkt_.place(assembly.jacobian(), n, 0);
   kkt_transposed_ = kkt_.place(assembly.jacobian(), 0, n, true);
-  if (corner) kkt_corner_ = kkt_.place(identity_m, n, n);
+  if (corner) kkt_corner_ = kkt_.place(corner_pattern_, n, n);
   kkt_.finalize();
   newton_square_ = newton_.place(assembly.square(), 0, 0);
   newton_force_state_ = newton_.place(assembly.force_state(), 0, n);
@@ -37,7 +41,7 @@ AccelerationLevel::AccelerationLevel(Assembly& assembly, Stabilization stabiliza
   newton_state_state_ = newton_.place(assembly.state_state(), n, n);
   newton_state_identity_ = newton_.place(identity_z, n, n);
   newton_jacobian_ = newton_.place(assembly.jacobian(), n + nz, 0);
-  if (corner) newton_corner_ = newton_.place(identity_m, n + nz, n + nz);
+  if (corner) newton_corner_ = newton_.place(corner_pattern_, n + nz, n + nz);
   newton_.finalize();
   kkt_solver_ = std::make_unique<KluSolver>(kkt_.pattern());
   kkt_solver_->keep_pivot_orders(kPivotOrders);
@@ -57,7 +61,7 @@ void AccelerationLevel::prepare(const StateView& s) {
   kkt_.set_zero();
   kkt_.add(kkt_mass_, assembly_.M.data());
   kkt_.add(kkt_jacobian_, assembly_.phi_q.data());
-  kkt_.add(kkt_transposed_, assembly_.phi_q.data());
+  kkt_.add(kkt_transposed_, assembly_.reaction_jacobian().data());
   if (kkt_corner_ >= 0) kkt_.add(kkt_corner_, corner());
   const int bad = kkt_solver_->factor(kkt_.values().data());
   if (bad >= 0) {
@@ -67,9 +71,26 @@ void AccelerationLevel::prepare(const StateView& s) {
 }
 
 const double* AccelerationLevel::corner() {
-  corner_.resize(static_cast<std::size_t>(assembly_.m()));
-  for (int i = 0; i < assembly_.m(); ++i) corner_[static_cast<std::size_t>(i)] = -inverse_alpha(i);
+  corner_.assign(corner_pattern_.row.size(), 0);
+  for (int i = 0; i < assembly_.m(); ++i)
+    corner_[static_cast<std::size_t>(corner_diagonal_[static_cast<std::size_t>(i)])] = -inverse_alpha(i);
+  for (const Assembly::SlidingRow& r : assembly_.sliding_rows())
+    corner_[static_cast<std::size_t>(corner_pattern_.find(r.along, r.normal))] = -assembly_.friction(r);
   return corner_.data();
+}
+
+void AccelerationLevel::add_corner(double c, const double* x, double* out) const {
+  if (!has_corner()) return;
+  for (int i = 0; i < assembly_.m(); ++i) out[i] -= c * inverse_alpha(i) * x[i];
+  for (const Assembly::SlidingRow& r : assembly_.sliding_rows())
+    out[r.along] -= c * assembly_.friction(r) * x[r.normal];
+}
+
+void AccelerationLevel::add_corner_transposed(double c, const double* x, double* out) const {
+  if (!has_corner()) return;
+  for (int i = 0; i < assembly_.m(); ++i) out[i] -= c * inverse_alpha(i) * x[i];
+  for (const Assembly::SlidingRow& r : assembly_.sliding_rows())
+    out[r.normal] -= c * assembly_.friction(r) * x[r.along];
 }
 
 Eigen::MatrixXd AccelerationLevel::constraint_columns(const Assembly::ParameterColumns& c) const {
@@ -187,6 +208,13 @@ void AccelerationLevel::solve_kkt(double* b, int columns) {
     iterate_multipliers(b, size, stabilization_.inverse_alpha, [this](double* x) { kkt_solver_->solve(x); });
 }
 
+void AccelerationLevel::solve_kkt_transposed(double* b) {
+  if (assembly_.sliding_rows().empty()) return solve_kkt(b);
+  if (!stabilization_.augmented) return kkt_solver_->solve_transposed(b);
+  iterate_multipliers(b, assembly_.n() + assembly_.m(), stabilization_.inverse_alpha,
+                      [this](double* x) { kkt_solver_->solve_transposed(x); });
+}
+
 StateView AccelerationLevel::state() const {
   const auto n = assembly_.n();
   StateView s;
@@ -267,6 +295,13 @@ void AccelerationLevel::add_jacobian_transposed(double c, const double* x, doubl
   add_transposed_product(assembly_.jacobian(), assembly_.phi_q.data(), c, x, out);
 }
 
+void AccelerationLevel::add_reactions(double c, const double* lambda, double* out) const {
+  add_transposed_product(assembly_.jacobian(), assembly_.reaction_jacobian().data(), c, lambda, out);
+}
+void AccelerationLevel::add_reactions_transposed(double c, const double* x, double* out) const {
+  costate::add_product(assembly_.jacobian(), assembly_.reaction_jacobian().data(), c, x, out);
+}
+
 void AccelerationLevel::factor_newton(double gamma) {
   gamma_ = gamma;
   lambda_scale_ = std::max(1.0, gamma * gamma);
@@ -279,7 +314,7 @@ void AccelerationLevel::factor_newton(double gamma) {
   newton_.add(newton_square_, assembly_.M.data());
   newton_.add(newton_square_, assembly_.C.data(), gamma);
   newton_.add(newton_square_, assembly_.K.data(), gamma * gamma);
-  newton_.add(newton_transposed_, assembly_.phi_q.data(), lambda_scale_);
+  newton_.add(newton_transposed_, assembly_.reaction_jacobian().data(), lambda_scale_);
   newton_.add(newton_jacobian_, assembly_.phi_q.data());
   newton_.add(newton_jacobian_, r2_v_.data(), gamma);
   newton_.add(newton_jacobian_, r2_q_.data(), gamma * gamma);

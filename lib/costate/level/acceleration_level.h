@@ -63,8 +63,12 @@ class AccelerationLevel {
   /// 1/alpha of row i, and 1 where it is not there (assembly/assembly.h): R2_i = -lambda_i then.
   double inverse_alpha(int i) const { return assembly_.is_there(i) ? stabilization_.inverse_alpha : 1; }
   bool has_corner() const { return stabilization_.inverse_alpha != 0 || assembly_.has_switched_rows(); }
-  /// -1/alpha of all rows.
+  /// -1/alpha of all rows, and -s mu of those along which contacts slide, on corner_pattern().
   const double* corner();
+  const SparsePattern& corner_pattern() const { return corner_pattern_; }
+  /// out_m += c corner x_m, and that with its transpose.
+  void add_corner(double c, const double* x, double* out) const;
+  void add_corner_transposed(double c, const double* x, double* out) const;
   /// R2_rho, m x np.
   Eigen::MatrixXd constraint_columns(const Assembly::ParameterColumns& c) const;
   // Accelerations, multipliers and the factored KKT matrix of a point may be kept outside, and brought back for
@@ -84,8 +88,9 @@ class AccelerationLevel {
   /// The state with a and lambda of the last solve().
   StateView state() const;
 
-  /// In place, `columns` right-hand sides of n + m entries. The matrix is symmetric.
+  /// In place, `columns` right-hand sides of n + m entries. The matrix is symmetric but where contacts slide.
   void solve_kkt(double* b, int columns = 1);
+  void solve_kkt_transposed(double* b);
 
   /// The right-hand side of R2 at a = 0: Phidd|_{a=0} + 2 xi omega Phidot + omega^2 Phi, from the last dynamics.
   void calc_constraint_bias(const double* v, double* out) const;
@@ -113,6 +118,9 @@ class AccelerationLevel {
   void add_mass(double c, const double* x, double* out) const;                 // M x
   void add_jacobian(double c, const double* x, double* out) const;             // Phi_q x
   void add_jacobian_transposed(double c, const double* x, double* out) const;  // Phi_q^T x
+  // With the rows along which contacts slide, as multipliers act: Psi^T lambda, Psi x.
+  void add_reactions(double c, const double* lambda, double* out) const;
+  void add_reactions_transposed(double c, const double* x, double* out) const;
 
   /// Newton matrices of step gamma, reduced to (dv, dz, gamma dlambda):
   ///   A = [[M + gamma C + gamma^2 K, -gamma Q_z, Phi_q^T],
@@ -154,6 +162,8 @@ class AccelerationLevel {
   long solved_at_ = 0, stabilized_at_ = 0;  // solution_, R2_q and R2_v
   long brought_back_at_ = 0;
   std::vector<double> r2_q_, r2_v_;
+  SparsePattern corner_pattern_;
+  std::vector<std::int64_t> corner_diagonal_;
   std::vector<double> corner_;
   double gamma_ = 0, lambda_scale_ = 1;
   NewtonBlocks newton_blocks_;

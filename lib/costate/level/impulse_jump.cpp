@@ -1,12 +1,21 @@
 #include "costate/level/impulse_jump.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+
+#include "costate/base/error.h"
 
 namespace costate {
 
 const double* ImpulseJump::calc(const StateView& before, double t_after) {
   const int n = assembly_.n(), m = assembly_.m();
   assembly_.calc_constraints(before);
+  if (!assembly_.sliding_rows().empty())
+    throw CapabilityError(fmt::format(
+        "At t = {:.9g} s a driven velocity jumps while a contact slides ({}), whose impulse is not there yet. "
+        "Take a driver without a kink there.",
+        before.t, assembly_.mechanism().row_names()[static_cast<std::size_t>(assembly_.sliding_rows().front().along)]));
   const std::vector<double> driven = assembly_.phi_t;
   StateView after = before;
   after.t = t_after;

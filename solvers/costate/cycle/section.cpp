@@ -152,7 +152,8 @@ void Section::add_states(const Mechanism& m, const std::vector<bool>& passive) {
       number_of[static_cast<std::size_t>(m.state_offsets()[f] + i)] = number;
       ++users[number];
       const auto* contact = dynamic_cast<const UnilateralForce*>(m.forces()[f].get());
-      if (contact && contact->closed_state() == i) is_mode[static_cast<std::size_t>(m.state_offsets()[f] + i)] = true;
+      if (contact && (contact->closed_state() == i || contact->sliding_state() == i))
+        is_mode[static_cast<std::size_t>(m.state_offsets()[f] + i)] = true;
       start_numbers_[static_cast<std::size_t>(number)] = true;
     }
   for (std::size_t i = 0; i < names.size(); ++i) {

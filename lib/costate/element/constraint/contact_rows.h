@@ -17,13 +17,16 @@ class ContactRows final : public ConstraintOf<ContactRows<Point>>, public Switch
   using Surface = ContactSurface<Point>;
   static constexpr int kAlong = Surface::kNumbers, kNumbers = kAlong + 1;
 
-  ContactRows(std::string name, const Point& point, bool round, bool sticks, const Force& force, int state,
-              const std::vector<int>& numbers)
+  /// `friction`: its coefficient among all numbers; states: of the force's own.
+  ContactRows(std::string name, const Point& point, bool round, bool sticks, int friction, const Force& force,
+              int state, int sliding_state, const std::vector<int>& numbers)
       : ConstraintOf<ContactRows<Point>>("contact", std::move(name)),
         surface_(point, round),
         sticks_(sticks),
+        friction_(friction),
         force_(force),
-        state_(state) {
+        state_(state),
+        sliding_state_(sliding_state) {
     this->append_coordinates(point.coordinates());
     this->append_numbers(numbers);
     this->append_numbers(point.numbers());
@@ -34,6 +37,8 @@ class ContactRows final : public ConstraintOf<ContactRows<Point>>, public Switch
   const Force& switched_by() const override { return force_; }
   int switching_state() const override { return state_; }
   bool holds_position(int i) const override { return i == 0; }
+  int sliding_state() const override { return sliding_state_; }
+  int friction_number() const override { return friction_; }
 
   template <class S>
   static S place(const Surface& surface, const S* q, const S* ground, const S* point) {
@@ -58,8 +63,9 @@ class ContactRows final : public ConstraintOf<ContactRows<Point>>, public Switch
  private:
   Surface surface_;
   bool sticks_;
+  int friction_;
   const Force& force_;
-  int state_;
+  int state_, sliding_state_;
 };
 
 }  // namespace costate

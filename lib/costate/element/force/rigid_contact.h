@@ -1,8 +1,8 @@
 // Rigid contact with a plane of the ground: of a point, of an arc or a sphere about it (contact_surface.h). It holds no
 // force of its own: where the gap closes velocities jump (event/impact.h), and while it is closed the ground's forces
-// are those of its rows (constraint/contact_rows.h). State, of one that may close: 1 while it is closed, else 0.
-// Numbers: e, mu, the approach speed below which it closes, h, alpha, R, whether it is closed at the start; those of
-// the points.
+// are those of its rows (constraint/contact_rows.h). States, of one that may close: 1 while it is closed, else 0; with
+// friction the direction in which it slides along the plane, 1 or -1, or 0 where it sticks.
+// Numbers: e, mu, the approach speed below which it closes, h, alpha, R, both states at the start; those of the points.
 #pragma once
 
 #include <cmath>
@@ -20,10 +20,10 @@ class RigidContact final : public Force, public UnilateralForce {
  public:
   using Surface = ContactSurface<Point>;
   static constexpr int kRestitution = 0, kFriction = 1, kClosing = 2, kGround = 3,
-                       kClosed = kGround + Surface::kNumbers, kNumbers = kClosed + 1;
+                       kClosed = kGround + Surface::kNumbers, kSliding = kClosed + 1, kNumbers = kSliding + 1;
 
   struct Options {
-    bool round = false, closes = false, sticks = false;
+    bool round = false, closes = false, sticks = false, poisson = false;
   };
 
   /// `ahead_of`: it closes only where it is ahead of that point along the plane's first direction.
@@ -41,9 +41,9 @@ class RigidContact final : public Force, public UnilateralForce {
   /// The constraint that holds it while it is closed, of one that may close.
   void hold_by(const Constraint& rows) { rows_ = &rows; }
 
-  int states() const override { return options_.closes ? 1 : 0; }
-  std::string state_name(int) const override { return "closed"; }
-  int initial_state_number(int) const override { return kClosed; }
+  int states() const override { return options_.closes ? options_.sticks ? 2 : 1 : 0; }
+  std::string state_name(int i) const override { return i == 0 ? "closed" : "sliding"; }
+  int initial_state_number(int i) const override { return i == 0 ? kClosed : kSliding; }
 
   void force(const PathDual&, const PathDual*, const PathDual*, const PathDual*, const PathDual*, PathDual*,
              PathDual*) const override {}
@@ -52,28 +52,43 @@ class RigidContact final : public Force, public UnilateralForce {
   void calc_number_partial(const LocalState&, int, double*, double*) const override {}
   void add_number_gradient(const LocalState&, const double*, const double*, const int*, int, double*) const override {}
 
-  // The touch; of one that closes its end, where N falls to 0; with friction the two limits mu N -+ F of sticking.
-  int guard_count() const override { return options_.closes ? options_.sticks ? 4 : 2 : 1; }
-  Guard guard_kind(int k) const override { return k == 0 ? Guard::touch : k == 1 ? Guard::release : Guard::slip; }
-  std::string guard_name(int k) const override { return k == 0 ? "touch" : k == 1 ? "release" : "slip"; }
-  std::string mode_behind(int k) const override { return k == 0 ? "touched" : k == 1 ? "open" : "slipping"; }
+  // The touch; of one that closes its end, where N falls to 0; with friction the two limits mu N -+ F of sticking, and
+  // the end of sliding, where s v_t falls to 0.
+  int guard_count() const override { return options_.closes ? options_.sticks ? 5 : 2 : 1; }
+  Guard guard_kind(int k) const override {
+    constexpr Guard kinds[] = {Guard::touch, Guard::release, Guard::slip_backward, Guard::slip_forward, Guard::stop};
+    return kinds[k];
+  }
+  std::string guard_name(int k) const override {
+    return k == 0 ? "touch" : k == 1 ? "release" : k == 4 ? "stop" : "slip";
+  }
+  std::string mode_behind(int k) const override {
+    return k == 0 ? "touched" : k == 1 ? "open" : k == 4 ? "sticks" : "slides";
+  }
   int guard_direction(int) const override { return -1; }
-  bool guard_armed(int k, const double* z) const override { return !options_.closes || (z[0] > 0.5) == (k > 0); }
+  bool guard_armed(int k, const double* z) const override {
+    if (!options_.closes) return true;
+    if ((z[0] > 0.5) != (k > 0)) return false;
+    return k < 2 || (k == 4) == (std::abs(z[1]) > 0.5);
+  }
   std::string past_at_start(int k) const override {
     return k == 0   ? "a rigid contact is above the ground where it starts, or 'closed'."
            : k == 1 ? "what is closed at the start is pressed to the ground; leave 'closed' out."
-                    : "what sticks at the start needs more friction.";
+           : k == 4 ? "it slides the other way; see 'sliding'."
+                    : "what sticks at the start needs more friction, or give 'sliding'.";
   }
   PathDual guard(int k, const MeasureArguments& x) const override {
     if (k == 0) return is_ahead(x.q, x.p) ? gap(x.q, x.p) : PathDual(std::nan(""));
+    if (k == 4) return x.z[1] * slip(x.q, x.v, x.p);
     return x.lambda ? pressed(k, x.lambda, x.p) : PathDual(std::nan(""));
   }
   double guard_value(int k, const LocalState& s) const override {
     if (k == 0) return is_ahead(s.q, s.p) ? gap(s.q, s.p) : std::nan("");
+    if (k == 4) return s.z[1] * slip(s.q, s.v, s.p);
     return s.lambda ? pressed(k, s.lambda, s.p) : std::nan("");
   }
   void transition(int, const MeasureArguments&, PathDual* z_after) const override {
-    if (options_.closes) z_after[0] = PathDual(0.0);
+    for (int i = 0; i < states(); ++i) z_after[i] = PathDual(0.0);
   }
 
   int row_count() const override { return options_.sticks ? 2 : 1; }
@@ -83,7 +98,9 @@ class RigidContact final : public Force, public UnilateralForce {
   int restitution_number() const override { return kRestitution; }
   int friction_number() const override { return kFriction; }
   int closing_speed_number() const override { return kClosing; }
+  bool gives_impulse_back() const override { return options_.poisson; }
   int closed_state() const override { return options_.closes ? 0 : -1; }
+  int sliding_state() const override { return options_.closes && options_.sticks ? 1 : -1; }
   const Constraint* rows() const override { return rows_; }
 
   // Those of a compliant contact. One that closes has its forces from its rows, and what bounces for good has none.
@@ -93,7 +110,7 @@ class RigidContact final : public Force, public UnilateralForce {
                            {"penetration_rate", "m/s", false},
                            {"slip_velocity", "m/s", false}};
     if (!options_.closes) m.push_back({"normal_force", "N", false});
-    if (!options_.sticks) m.push_back({"friction_force", "N", false});
+    if (!options_.closes || !options_.sticks) m.push_back({"friction_force", "N", false});
     return m;
   }
   PathDual measure(int i, const MeasureArguments& x) const override {
@@ -110,6 +127,13 @@ class RigidContact final : public Force, public UnilateralForce {
   template <class S>
   S gap(const S* q, const S* p) const {
     return surface_.gap(q, p + kGround, p + kNumbers);
+  }
+  /// Along the plane, of the material point; in space along the first direction.
+  template <class S>
+  S slip(const S* q, const S* v, const S* p) const {
+    typename Surface::template Motion<S> m;
+    surface_.motion(q, v, p + kGround, p + kNumbers, m);
+    return m.slip[0];
   }
   /// N, and mu N -+ F; the multipliers are -N and -F.
   template <class S>

@@ -153,6 +153,7 @@ void add_rigid(const std::string& name, SceneTable& table, MechanismBuilder& bui
   ContactLawOptions compliant;
   if (table.has("stiffness_N_per_m_n") || table.has("youngs_modulus_Pa")) read_normal_law(table, "ground_", compliant);
   o.restitution = table.value("restitution", NumberRule::non_negative, 0);
+  if (o.restitution > 0) o.restitution_law = table.one_of("restitution_law", {"newton", "poisson"}, o.restitution_law);
   // A compliant contact that is closed at the start says so by its approach speed.
   const bool pressed =
       table.has("approach_speed_m_per_s") && table.value("approach_speed_m_per_s", NumberRule::non_negative) > 0;
@@ -161,7 +162,11 @@ void add_rigid(const std::string& name, SceneTable& table, MechanismBuilder& bui
   read_friction(table, compliant);
   if (compliant.friction != "none")
     o.friction_coefficient = std::max(compliant.friction_coefficient, compliant.static_coefficient);
-  if (o.closed && o.friction_coefficient > 0) o.along_m = table.value("along_m", NumberRule::any, 0);
+  if (o.closed && o.friction_coefficient > 0) {
+    const std::string sliding = table.one_of("sliding", {"none", "forward", "backward"}, "none");
+    o.sliding = sliding == "forward" ? 1 : sliding == "backward" ? -1 : 0;
+    if (o.sliding == 0) o.along_m = table.value("along_m", NumberRule::any, 0);
+  }
   o.ground_height_m = table.value("ground_height_m", NumberRule::any, 0);
   o.ground_angle_rad = table.value("ground_angle_rad", NumberRule::any, 0);
   o.radius_m = table.value("radius_m", NumberRule::non_negative, 0);

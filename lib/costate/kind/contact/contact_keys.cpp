@@ -13,6 +13,7 @@ const KindKeys contact_keys(
      {"shares", "of the normal law, one a point; by default 1 each"},
      {"closed", "whether a rigid contact is closed at the start"},
      {"along_m", "of one that sticks then: the place along the ground, for an arc plus radius times angle"},
+     {"sliding", "of a rigid contact that is closed at the start: along x, against it, or not"},
      {"closing_speed_m_per_s", "a rigid contact closes below this approach speed"},
      {"ahead_of", "name of a point: it closes only where it is ahead of that one along x"},
      {"law", "of the normal force"},
@@ -24,6 +25,7 @@ const KindKeys contact_keys(
      {"exponent", "n; the linear law has 1"},
      {"damping_N_s_per_m", "of kelvin-voigt"},
      {"restitution", "speed after by speed before, of laws that have one"},
+     {"restitution_law", "of a rigid contact: newton, of speeds, or poisson, of impulses"},
      {"approach_speed_m_per_s", "of a contact that is closed at the start"},
      {"friction", "its model"},
      {"friction_coefficient", "of sliding"},
@@ -95,6 +97,7 @@ radius_m = 0.1
 kind = "rigid"
 point = "C"
 restitution = 0.5
+restitution_law = "poisson"
 closing_speed_m_per_s = 0.01
 
 [contact.sticking]
@@ -104,6 +107,14 @@ closed = true
 friction = "coulomb"
 friction_coefficient = 0.4
 along_m = 0
+
+[contact.sliding]
+kind = "rigid"
+point = "C"
+closed = true
+sliding = "forward"
+friction = "coulomb"
+friction_coefficient = 0.4
 
 [contact.decaying]
 point = "C"

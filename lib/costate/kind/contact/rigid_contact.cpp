@@ -31,14 +31,11 @@ void add_at(MechanismBuilder& builder, const std::string& path, const std::strin
   options.round = o.radius_m > 0;
   options.closes = o.restitution == 0 || o.closing_speed_m_per_s > 0 || o.closed;
   options.sticks = o.friction_coefficient > 0;
+  options.poisson = o.restitution_law == "poisson";
   if (options.sticks && ContactSurface<Point>::dim == 3)
     throw ModelError(path + ".friction",
                      "Rigid contact with friction is there in the plane alone: take friction = "
                      "\"none\", or kind = \"compliant\".");
-  if (options.sticks && !options.closes)
-    throw ModelError(path + ".friction",
-                     "A rigid contact that bounces with friction is not there yet, only one that sticks: take "
-                     "restitution = 0, friction = \"none\", or kind = \"compliant\".");
   ContactNumbers numbers(builder, path);
   numbers.add("restitution", o.restitution, not_negative, o.restitution > 0);
   numbers.add("friction_coefficient", o.friction_coefficient, not_negative, options.sticks);
@@ -47,14 +44,16 @@ void add_at(MechanismBuilder& builder, const std::string& path, const std::strin
   numbers.add("ground_angle_rad", o.ground_angle_rad, NumberRule::any, true);
   numbers.add("radius_m", o.radius_m, not_negative, options.round);
   numbers.add("closed", o.closed ? 1 : 0, NumberRule::any, false);
+  numbers.add("sliding", o.closed && options.sticks ? o.sliding : 0, NumberRule::any, false);
   auto contact =
       std::make_unique<RigidContact<Point>>(name, point, ahead_of ? &*ahead_of : nullptr, options, numbers.all());
   if (options.closes) {
     using Contact = RigidContact<Point>;
     std::vector<int> own(numbers.all().begin() + Contact::kGround, numbers.all().begin() + Contact::kClosed);
     own.push_back(builder.add_number(path + ".along_m", o.along_m, NumberRule::any));
-    auto rows = std::make_unique<ContactRows<Point>>(name, point, options.round, options.sticks, *contact,
-                                                     contact->closed_state(), own);
+    const int friction = numbers.all()[static_cast<std::size_t>(Contact::kFriction)];
+    auto rows = std::make_unique<ContactRows<Point>>(name, point, options.round, options.sticks, friction, *contact,
+                                                     contact->closed_state(), contact->sliding_state(), own);
     contact->hold_by(*rows);
     builder.add(std::move(rows));
   }

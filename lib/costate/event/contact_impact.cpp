@@ -1,0 +1,226 @@
+// Impacts of rigid contacts (lib/README.md (19)): of all ways that the contacts in play have, open, sticking or
+// sliding, the one in which the ground pushes where they are closed, nothing moves into it where they are open, and
+// friction neither exceeds its limit nor pushes along. Newton's law gives speeds back; Poisson's is two impacts, a
+// compression without restitution and an expansion with the share of its impulses.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "costate/base/error.h"
+#include "costate/event/contact_gap.h"
+#include "costate/event/contact_ways.h"
+#include "costate/event/motion_events.h"
+
+namespace costate {
+
+namespace {
+// A bounce this much slower than the fastest one before: bounces that die out, infinitely many in finite time.
+constexpr double kDiesOut = 1e-6;
+// And where that is said beside another cause.
+constexpr double kDying = 1e-3;
+}  // namespace
+
+std::vector<MotionEvents::InPlay> MotionEvents::find_in_play(int event, const StateView& before, double speed) {
+  ContactOf& own = contacts_[static_cast<std::size_t>(of(event).contact)];
+  // Whether a contact that strikes with this approach speed bounces; if not it closes.
+  const auto bounces_off = [&](const ContactOf& c, double approach) {
+    if (!(number(c, c.contact->restitution_number()) > 0)) return false;
+    if (c.closed_state >= 0) return approach >= number(c, c.contact->closing_speed_number());
+    if (approach < kDiesOut * c.largest_approach)
+      throw SolverError(fmt::format(
+          "At t = {:.9g} s '{}' has an approach speed of {:.3g} m/s, where it once had {:.3g}: its bounces die out, "
+          "infinitely many of them. Give '{}.closing_speed_m_per_s', below which it closes, or end the run before.",
+          before.t, of(event).name, approach, c.largest_approach, c.force->path()));
+    return true;
+  };
+  std::vector<InPlay> in_play;
+  const auto strikes = [&](ContactOf& c, double approach) {
+    const bool bounces = bounces_off(c, approach);
+    in_play.push_back({&c, bounces, bounces ? number(c, c.contact->restitution_number()) : 0, {}, 0, kSticks});
+  };
+  strikes(own, speed);
+  for (ContactOf& c : contacts_) {
+    if (&c == &own) continue;
+    if (c.closed_state >= 0 && before.z[c.closed_state] > 0.5) {
+      const double along = c.sliding_state < 0 ? 0 : before.z[c.sliding_state];
+      in_play.push_back({&c, false, 0, {}, 0, along > 0.5 ? kForward : along < -0.5 ? kBackward : kSticks});
+    } else if (const double approach = strikes_too(c, before, assembly_, speed); approach > 0) {
+      c.largest_approach = std::max(c.largest_approach, approach);
+      strikes(c, approach);
+    }
+  }
+  return in_play;
+}
+
+void MotionEvents::strike(int event, const StateView& before) {
+  ContactOf& own = contacts_[static_cast<std::size_t>(of(event).contact)];
+  open_z_.assign(before.z, before.z + assembly_.nz());
+  for (ContactOf& c : contacts_) {
+    c.closed = false;
+    c.slides = 0;
+    if (c.closed_state >= 0) open_z_[static_cast<std::size_t>(c.closed_state)] = 0;
+  }
+  StateView open = before;
+  open.z = open_z_.data();
+  Taylor2 gap;
+  gap_of(*own.force, *own.contact, before, assembly_, nullptr, &gap);
+  const double speed = -gap.c1;
+  own.largest_approach = std::max(own.largest_approach, speed);
+  std::vector<InPlay> in_play = find_in_play(event, before, speed);
+  const bool poisson = std::any_of(in_play.begin(), in_play.end(), [](const InPlay& c) {
+    return c.bounces && c.contact->contact->gives_impulse_back();
+  });
+  std::vector<ImpactRow> rows;
+  for (InPlay& c : in_play)
+    for (int r = 0; r < c.contact->contact->row_count(); ++r) {
+      c.rows.push_back(static_cast<int>(rows.size()));
+      rows.push_back({c.contact->force, c.contact->contact, r, c.bounces && r == 0 && !poisson});
+    }
+  std::vector<double> restitution;
+  for (InPlay& c : in_play) {
+    restitution.push_back(c.restitution);
+    if (poisson) c.restitution = 0;
+  }
+  impact_->prepare(open, rows);
+  find_way(event, before, *impact_, in_play, speed);
+  const auto n = static_cast<std::size_t>(assembly_.n());
+  jump_.assign(impact_->u(), impact_->u() + n);
+  double lost = impact_->energy_lost(), scale = impact_->energy_scale();
+  expands_ = poisson;
+  if (poisson) {
+    for (std::size_t c = 0; c < in_play.size(); ++c)
+      in_play[c].given = restitution[c] * impact_->impulse(in_play[c].rows.front());
+    compressed_.assign(before.v, before.v + n);
+    for (std::size_t i = 0; i < n; ++i) compressed_[i] += jump_[i];
+    open.v = compressed_.data();
+    expansion_->prepare(open, rows);
+    find_way(event, before, *expansion_, in_play, speed);
+    for (std::size_t i = 0; i < n; ++i) jump_[i] += expansion_->u()[i];
+    lost += expansion_->energy_lost();
+    scale += expansion_->energy_scale();
+  }
+  last_loss_ = lost;
+  if (lost < -kContactRounding * scale)
+    throw SolverError(
+        fmt::format("At t = {:.9g} s the impact of '{}' at {:.3g} m/s would create an energy of {:.3g} J: {}", before.t,
+                    of(event).name, speed, -lost,
+                    poisson ? "Poisson's law with these restitutions does. Take equal ones, or kind = \"compliant\"."
+                            : "Newton's law of restitution does that with friction, or with several contacts. Give the "
+                              "contacts restitution_law = \"poisson\"."));
+  for (const InPlay& c : in_play) {
+    c.contact->closed = c.contact->closed_state >= 0 && !c.bounces && c.way != kOpen;
+    c.contact->slides = c.contact->closed ? slides(c.way) : 0;
+  }
+}
+
+void MotionEvents::find_way(int event, const StateView& before, Impact& impact, std::vector<InPlay>& in_play,
+                            double speed) {
+  // The way that a contact has now first, and then those in which it stays closed.
+  std::vector<std::vector<int>> options;
+  for (const InPlay& c : in_play) {
+    std::vector<int> o;
+    if (c.given > 0) o = {kGivenSticks};
+    if (c.given > 0 && c.rows.size() > 1) o.insert(o.end(), {kGivenForward, kGivenBackward});
+    o.push_back(kSticks);
+    if (c.rows.size() > 1) o.insert(o.end(), {kForward, kBackward});
+    if (!(c.given > 0)) o.push_back(kOpen);
+    if (!(c.given > 0) && !is_given(c.way) && c.way != kOpen) {
+      o.erase(std::find(o.begin(), o.end(), c.way));
+      o.insert(o.begin(), c.way);
+    }
+    options.push_back(std::move(o));
+  }
+  double fastest = speed;
+  for (const InPlay& c : in_play)
+    for (const int i : c.rows) fastest = std::max(fastest, std::abs(impact.speed_before(i)));
+  const auto rows_of = [&](const std::vector<int>& ways) {
+    std::vector<ActiveRow> active;
+    for (std::size_t c = 0; c < in_play.size(); ++c) {
+      if (ways[c] == kOpen) continue;
+      using Law = ActiveRow::Law;
+      const auto& rows = in_play[c].rows;
+      active.push_back(
+          {rows.front(), is_given(ways[c]) ? Law::given : Law::held, 0, is_given(ways[c]) ? in_play[c].given : 0});
+      const int direction = slides(ways[c]);
+      if (rows.size() > 1) active.push_back({rows[1], direction == 0 ? Law::held : Law::slides, direction, 0});
+    }
+    return active;
+  };
+  const auto fits = [&](const std::vector<int>& ways) {
+    double largest = 0;
+    for (const ActiveRow& a : impact.active()) {
+      largest = std::max(largest, std::abs(impact.impulse(a.row)));
+      if (!std::isfinite(impact.impulse(a.row))) return false;
+      // Rows that depend on each other may have no common solution.
+      if (a.law == ActiveRow::Law::held && impact.misses(a.row) > kSameMotion * fastest) return false;
+    }
+    for (std::size_t c = 0; c < in_play.size(); ++c) {
+      const InPlay& at = in_play[c];
+      const int normal = at.rows.front();
+      if (ways[c] == kOpen || is_given(ways[c])) {
+        const double least = is_given(ways[c]) ? 0 : -at.restitution * impact.speed_before(normal);
+        if (impact.speed_after(normal) < least - kContactRounding * fastest) return false;
+        if (ways[c] == kOpen) continue;
+      }
+      if (impact.impulse(normal) < at.given - kContactRounding * largest) return false;
+      if (at.rows.size() < 2) continue;
+      if (const int direction = slides(ways[c]); direction != 0) {
+        if (direction * impact.speed_after(at.rows[1]) < -kContactRounding * fastest) return false;
+      } else if (std::abs(impact.impulse(at.rows[1])) >
+                 number(*at.contact, at.contact->contact->friction_number()) * impact.impulse(normal) +
+                     kContactRounding * largest) {
+        return false;
+      }
+    }
+    return true;
+  };
+  std::vector<double> found;
+  std::vector<int> chosen;
+  const auto names = [&] {
+    std::vector<std::string> list;
+    for (const InPlay& c : in_play) list.push_back(c.contact->force->path());
+    return fmt::format("{}", fmt::join(list, ", "));
+  };
+  const bool few = for_all_ways(options, [&](const std::vector<int>& ways) {
+    impact.solve(rows_of(ways));
+    if (!fits(ways)) return;
+    const std::vector<double> u(impact.u(), impact.u() + assembly_.n());
+    if (chosen.empty()) {
+      found = u;
+      chosen = ways;
+      return;
+    }
+    double size = 0, apart = 0;
+    for (std::size_t i = 0; i < u.size(); ++i) {
+      size = std::max({size, std::abs(u[i]), std::abs(found[i])});
+      apart = std::max(apart, std::abs(u[i] - found[i]));
+    }
+    if (apart > kSameMotion * size)
+      throw SolverError(
+          fmt::format("At t = {:.9g} s the impact of '{}' has several solutions, in which contacts ({}) do different "
+                      "things: the laws of rigid bodies do not choose between them. Take kind = \"compliant\".",
+                      before.t, of(event).name, names()));
+  });
+  if (!few)
+    throw CapabilityError(
+        fmt::format("{} contacts are closed at an impact of '{}': that is more ways than are gone "
+                    "through, {}.",
+                    in_play.size(), of(event).name, kMostWays));
+  if (chosen.empty()) {
+    const ContactOf& own = contacts_[static_cast<std::size_t>(of(event).contact)];
+    throw CapabilityError(fmt::format(
+        "At t = {:.9g} s the impact of '{}' at {:.3g} m/s has no solution, whether contacts ({}) open, stick or "
+        "slide.{}",
+        before.t, of(event).name, speed, names(),
+        speed < kDying * own.largest_approach
+            ? fmt::format(" It once had {:.3g} m/s: impacts die out, infinitely many of them; end the run before.",
+                          own.largest_approach)
+            : ""));
+  }
+  impact.solve(rows_of(chosen));
+  for (std::size_t c = 0; c < in_play.size(); ++c) in_play[c].way = chosen[c];
+}
+
+}  // namespace costate

@@ -1,0 +1,50 @@
+// What a rigid contact does behind an event, and all ways that several contacts have to do it: there are few, and they
+// are gone through (event/contact_impact.cpp, event/contact_modes.cpp).
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace costate {
+
+// Impulses, speeds, forces and accelerations of this part of the largest ones in play are rounding.
+inline constexpr double kContactRounding = 1e-9;
+// Two solutions whose velocities, or accelerations, differ by less are one.
+inline constexpr double kSameMotion = 1e-6;
+// More ways are not gone through.
+inline constexpr std::size_t kMostWays = 1 << 16;
+
+/// Open; closed, which with friction is to stick; closed and sliding. In the expansion of Poisson's law the same with
+/// the impulse that is given back and no more, while the gap opens.
+enum ContactWay { kOpen, kSticks, kForward, kBackward, kGivenSticks, kGivenForward, kGivenBackward };
+
+inline bool is_given(int way) { return way >= kGivenSticks; }
+/// The direction of sliding, or 0.
+inline int slides(int way) {
+  const int w = is_given(way) ? way - kGivenSticks + kSticks : way;
+  return w == kForward ? 1 : w == kBackward ? -1 : 0;
+}
+
+/// Calls visit(the way of each) for all combinations, those first in which the first options are taken; the last
+/// contact changes fastest. False where there are more than kMostWays.
+template <class Visit>
+bool for_all_ways(const std::vector<std::vector<int>>& options, const Visit& visit) {
+  std::size_t count = 1;
+  for (const auto& o : options) {
+    count *= o.size();
+    if (count > kMostWays) return false;
+  }
+  std::vector<int> ways(options.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    std::size_t rest = i;
+    for (std::size_t c = options.size(); c-- > 0;) {
+      ways[c] = options[c][rest % options[c].size()];
+      rest /= options[c].size();
+    }
+    visit(ways);
+  }
+  return true;
+}
+
+}  // namespace costate

@@ -1,0 +1,276 @@
+// How tangents and adjoints cross the events of a mechanism: (17.2) and (17.3) of lib/README.md, at impacts with (19).
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "costate/base/error.h"
+#include "costate/event/contact_gap.h"
+#include "costate/event/motion_events.h"
+
+namespace costate {
+
+namespace {
+// Below this share of the speeds that make it up the rate of a guard is rounding: the motion grazes.
+constexpr double kGrazing = 1e-7;
+// Accelerations on both sides of an event at which forces do not jump agree to this part of them.
+constexpr double kSameForces = 1e-5;
+
+/// Derivatives through impacts of one instant exist from one side only, if at all: which comes first decides.
+template <class Contacts, class Contact>
+void require_one_impact(const Contacts& contacts, const Contact* own, const StateView& s, const Assembly& assembly,
+                        double speed) {
+  for (const auto& c : contacts) {
+    if (&c == own || (c.closed_state >= 0 && s.z[c.closed_state] > 0.5)) continue;
+    if (strikes_too(c, s, assembly, speed) > 0)
+      throw SolverError(
+          fmt::format("At t = {:.9g} s {} and {} strike at the same time: a gradient does not exist there, as which "
+                      "of them comes first decides. Let one of them be later.",
+                      s.t, own->force->path(), c.force->path()));
+  }
+}
+}  // namespace
+
+bool MotionEvents::goes_on_smoothly(int event, const StateView& before, const Side& minus, const Side& plus) {
+  using Guard = UnilateralForce::Guard;
+  const ContactOf* own = contact_of(event);
+  if (!own || contact_guard(event) == Guard::touch) return false;
+  if (contact_guard(event) == Guard::stop) {
+    double acceleration = 0;
+    for (const double a : minus.a) acceleration = std::max(acceleration, std::abs(a));
+    for (const ContactOf& c : contacts_)
+      if (&c != own && c.sliding_state >= 0 && before.z[c.closed_state] > 0.5 && before.z[c.sliding_state] != 0 &&
+          has_stopped(c, before, acceleration))
+        throw SolverError(
+            fmt::format("At t = {:.9g} s {} and {} stop sliding at the same time: a gradient does not "
+                        "exist there, as which of them comes first decides.",
+                        before.t, own->force->path(), c.force->path()));
+    return false;
+  }
+  // A release, or where sliding begins: nothing jumps but the mode, as forces are the same on both sides.
+  double size = 0, apart = 0;
+  for (std::size_t i = 0; i < minus.a.size(); ++i) {
+    size = std::max({size, std::abs(minus.a[i]), std::abs(plus.a[i])});
+    apart = std::max(apart, std::abs(minus.a[i] - plus.a[i]));
+  }
+  if (apart > kSameForces * size)
+    throw SolverError(
+        fmt::format("At t = {:.9g} s, at '{}', accelerations jump by {:.3g} of {:.3g}: contacts change in one instant, "
+                    "and a gradient does not exist there.",
+                    before.t, of(event).name, apart, size));
+  return true;
+}
+
+void MotionEvents::linearize_impact(int event, const StateView& before, bool columns) {
+  strike(event, before);
+  require_one_impact(contacts_, contact_of(event), before, assembly_, -impact_->speed_before(0));
+  impact_->linearize(columns);
+  if (expands_) expansion_->linearize(columns);
+}
+
+void MotionEvents::impact_tangent(const double* dq, const double* dv, int j, double dt, double* du) {
+  if (!expands_) return impact_->tangent(dq, dv, j, dt, du);
+  const auto n = static_cast<std::size_t>(assembly_.n());
+  Eigen::VectorXd dp;
+  std::vector<double> behind(n, 0);
+  impact_->tangent(dq, dv, j, dt, behind.data(), nullptr, &dp);
+  for (std::size_t i = 0; i < n; ++i) du[i] += behind[i];
+  for (std::size_t i = 0; i < n; ++i) behind[i] += dv[i];
+  Eigen::VectorXd given = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(expansion_->active().size()));
+  for_each_given([&](std::size_t of_expansion, std::size_t of_compression, int number, double p) {
+    double& x = given[static_cast<Eigen::Index>(of_expansion)];
+    x = assembly_.numbers()[static_cast<std::size_t>(number)] * dp[static_cast<Eigen::Index>(of_compression)];
+    for (const auto& [column, f] : assembly_.number_columns()[static_cast<std::size_t>(number)])
+      if (column == j) x += f * p;
+  });
+  expansion_->tangent(dq, behind.data(), j, dt, du, &given);
+}
+
+double MotionEvents::impact_adjoint(const double* w, double* w_q, double* w_v, double* gradient) {
+  if (!expands_) return impact_->adjoint(w, w_q, w_v, gradient);
+  const auto n = static_cast<std::size_t>(assembly_.n());
+  // u = u1(q, v) + u2(q, v + u1, p1).
+  std::vector<double> of_behind(n, 0);
+  Eigen::VectorXd by_given, w_p = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(impact_->active().size()));
+  double by_time = expansion_->adjoint(w, w_q, of_behind.data(), gradient, nullptr, &by_given);
+  for_each_given([&](std::size_t of_expansion, std::size_t of_compression, int number, double p) {
+    const double x = by_given[static_cast<Eigen::Index>(of_expansion)];
+    w_p[static_cast<Eigen::Index>(of_compression)] += assembly_.numbers()[static_cast<std::size_t>(number)] * x;
+    for (const auto& [column, f] : assembly_.number_columns()[static_cast<std::size_t>(number)])
+      gradient[column] += f * p * x;
+  });
+  for (std::size_t i = 0; i < n; ++i) {
+    w_v[i] += of_behind[i];
+    of_behind[i] += w[i];
+  }
+  return by_time + impact_->adjoint(of_behind.data(), w_q, w_v, gradient, &w_p);
+}
+
+template <class Visit>
+void MotionEvents::for_each_given(const Visit& visit) {
+  for (std::size_t a = 0; a < expansion_->active().size(); ++a) {
+    if (expansion_->active()[a].law != ActiveRow::Law::given) continue;
+    const int row = expansion_->active()[a].row;
+    for (std::size_t b = 0; b < impact_->active().size(); ++b) {
+      if (impact_->active()[b].row != row) continue;
+      const ImpactRow& of = impact_->row(row);
+      const int number = of.force->numbers()[static_cast<std::size_t>(of.contact->restitution_number())];
+      visit(a, b, number, impact_->impulse(row));
+    }
+  }
+}
+
+void MotionEvents::linearize(const GuardOf& g, const StateView& before, const Side& minus, bool columns) {
+  const int n = assembly_.n(), nz = assembly_.nz(), np = assembly_.np();
+  const auto width = static_cast<std::size_t>(2 * n + nz);
+  load(g, before);
+  h_x_.assign(width, 0);
+  h_rho_.assign(static_cast<std::size_t>(np), 0);
+  D_x_.assign(out_.size(), h_x_);
+  D_rho_.assign(out_.size(), h_rho_);
+  D_rate_.assign(out_.size(), 0);
+  hdot_ = 0;
+  double speed = 0;
+  const auto seed = [&](PathDual& x, const auto& take) {
+    const PathDual keep = x;
+    x.d[0] = Taylor2(1.0);
+    const PathDual h = g.guarded->guard(g.k, arguments());
+    for (auto& o : out_) o = PathDual();
+    g.guarded->transition(g.k, arguments(), out_.data());
+    x = keep;
+    take(h.d[0].c0);
+  };
+  // d/dx of the argument x_ that is entry `at` of (q, v, z), whose rate before the event is `rate`.
+  const auto column = [&](PathDual& x, int at, double rate) {
+    seed(x, [&](double h) {
+      h_x_[static_cast<std::size_t>(at)] += h;
+      hdot_ += h * rate;
+      speed += std::abs(h * rate);
+      for (std::size_t i = 0; i < out_.size(); ++i) {
+        D_x_[i][static_cast<std::size_t>(at)] += out_[i].d[0].c0;
+        D_rate_[i] += out_[i].d[0].c0 * rate;
+      }
+    });
+  };
+  const auto& c = g.force->coordinates();
+  for (std::size_t i = 0; i < c.size(); ++i) {
+    column(q_[i], c[i], before.v[c[i]]);
+    column(v_[i], n + c[i], minus.a[static_cast<std::size_t>(c[i])]);
+  }
+  for (std::size_t i = 0; i < z_.size(); ++i) {
+    const int at = g.first_state + static_cast<int>(i);
+    column(z_[i], 2 * n + at, minus.zdot[static_cast<std::size_t>(at)]);
+  }
+  seed(t_, [&](double h) {
+    hdot_ += h;
+    speed += std::abs(h);
+    for (std::size_t i = 0; i < out_.size(); ++i) D_rate_[i] += out_[i].d[0].c0;
+  });
+  if (!(std::abs(hdot_) > kGrazing * speed))
+    throw SolverError(
+        fmt::format("At t = {:.9g} s '{}' is grazed: its guard changes by {:.3g} per second, of terms of {:.3g}. The "
+                    "time of the event has no derivative there. Move the motion away from grazing.",
+                    before.t, g.name, hdot_, speed));
+  if (!columns) return;
+  const auto& numbers = g.force->numbers();
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    const auto& parameters = assembly_.number_columns()[static_cast<std::size_t>(numbers[k])];
+    if (parameters.empty()) continue;
+    seed(p_[k], [&](double h) {
+      for (const auto& [j, factor] : parameters) {
+        h_rho_[static_cast<std::size_t>(j)] += factor * h;
+        for (std::size_t i = 0; i < out_.size(); ++i)
+          D_rho_[i][static_cast<std::size_t>(j)] += factor * out_[i].d[0].c0;
+      }
+    });
+  }
+}
+
+void MotionEvents::tangent(int event, const StateView& before, const Side& minus, const Side& plus,
+                           double* const* columns, int count, double* dcost) {
+  const GuardOf& g = of(event);
+  const int n = assembly_.n(), nz = assembly_.nz(), first = g.first_state;
+  const bool impact = contact_of(event, true) != nullptr;
+  if (goes_on_smoothly(event, before, minus, plus)) {
+    std::fill(dcost, dcost + count, 0.0);
+    return;
+  }
+  linearize(g, before, minus, true);
+  std::vector<double> own(D_x_.size());
+  std::vector<double> moved, u(static_cast<std::size_t>(n), 0);  // u's change along the column
+  if (impact) linearize_impact(event, before, true);
+  for (int j = 0; j < count; ++j) {
+    double* x = columns[j];
+    double dh = h_rho_[static_cast<std::size_t>(j)];
+    for (std::size_t i = 0; i < h_x_.size(); ++i) dh += h_x_[i] * x[i];
+    const double dt = -dh / hdot_;
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      own[i] =
+          D_rho_[i][static_cast<std::size_t>(j)] + (D_rate_[i] - plus.zdot[static_cast<std::size_t>(first) + i]) * dt;
+      for (std::size_t k = 0; k < D_x_[i].size(); ++k) own[i] += D_x_[i][k] * x[k];
+    }
+    if (impact) {
+      moved.assign(x, x + 2 * n);
+      for (int i = 0; i < n; ++i) {
+        moved[static_cast<std::size_t>(i)] += before.v[i] * dt;
+        moved[static_cast<std::size_t>(n + i)] += minus.a[static_cast<std::size_t>(i)] * dt;
+      }
+      std::fill(u.begin(), u.end(), 0.0);
+      impact_tangent(moved.data(), moved.data() + n, j, dt, u.data());
+      for (int i = 0; i < n; ++i) x[i] -= jump_[static_cast<std::size_t>(i)] * dt;
+    }
+    for (int i = 0; i < n; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      x[n + i] += (minus.a[k] - plus.a[k]) * dt + u[k];
+    }
+    for (int i = 0; i < nz; ++i)
+      x[2 * n + i] += (minus.zdot[static_cast<std::size_t>(i)] - plus.zdot[static_cast<std::size_t>(i)]) * dt;
+    for (std::size_t i = 0; i < own.size(); ++i) x[2 * n + first + static_cast<int>(i)] = own[i];
+    dcost[j] = (minus.cost - plus.cost) * dt;
+  }
+}
+
+void MotionEvents::adjoint(int event, const StateView& before, const Side& minus, const Side& plus, double* mu,
+                           double* gradient) {
+  const GuardOf& g = of(event);
+  const int n = assembly_.n(), nz = assembly_.nz(), first = g.first_state, np = assembly_.np();
+  if (goes_on_smoothly(event, before, minus, plus)) return;
+  linearize(g, before, minus, np > 0);
+  double sigma = minus.cost - plus.cost;
+  if (contact_of(event, true)) {
+    linearize_impact(event, before, false);
+    std::vector<double> w(static_cast<std::size_t>(2 * n), 0);
+    sigma += impact_adjoint(mu + n, w.data(), w.data() + n, gradient);
+    for (int i = 0; i < n; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      sigma += w[k] * before.v[i] + w[k + static_cast<std::size_t>(n)] * minus.a[k] - mu[i] * jump_[k];
+    }
+    for (int i = 0; i < n; ++i)
+      sigma += mu[n + i] * (minus.a[static_cast<std::size_t>(i)] - plus.a[static_cast<std::size_t>(i)]);
+    for (int i = 0; i < 2 * n; ++i) mu[i] += w[static_cast<std::size_t>(i)];
+  } else
+    for (int i = 0; i < n; ++i)
+      sigma += mu[n + i] * (minus.a[static_cast<std::size_t>(i)] - plus.a[static_cast<std::size_t>(i)]);
+  const int own = static_cast<int>(D_x_.size());
+  for (int i = 0; i < nz; ++i)
+    if (i < first || i >= first + own)
+      sigma += mu[2 * n + i] * (minus.zdot[static_cast<std::size_t>(i)] - plus.zdot[static_cast<std::size_t>(i)]);
+  std::vector<double> weights(static_cast<std::size_t>(own));
+  for (int i = 0; i < own; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    weights[k] = mu[2 * n + first + i];
+    sigma += weights[k] * (D_rate_[k] - plus.zdot[static_cast<std::size_t>(first + i)]);
+    mu[2 * n + first + i] = 0;
+  }
+  const double share = -sigma / hdot_;
+  for (std::size_t i = 0; i < h_x_.size(); ++i) {
+    mu[i] += share * h_x_[i];
+    for (std::size_t k = 0; k < weights.size(); ++k) mu[i] += weights[k] * D_x_[k][i];
+  }
+  for (std::size_t j = 0; j < h_rho_.size(); ++j) {
+    gradient[j] += share * h_rho_[j];
+    for (std::size_t k = 0; k < weights.size(); ++k) gradient[j] += weights[k] * D_rho_[k][j];
+  }
+}
+
+}  // namespace costate

@@ -1,0 +1,256 @@
+// Rigid contacts with Coulomb friction: sliding, sticking and impacts against closed forms, gradients against these and
+// against Richardson differences of whole motions.
+#include <fmt/format.h>
+#include <support/paths.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "costate/base/error.h"
+#include "costate/integrator/simulate.h"
+#include "costate/problem/scene_problem.h"
+#include "costate/scene/scene.h"
+#include "costate/sensitivity/method.h"
+
+using namespace costate;
+
+namespace {
+
+struct SlidingWay {
+  const char *formulation, *method;
+};
+const std::vector<SlidingWay> sliding_ways = {{"index1", "idas-adjoint"},
+                                              {"index1", "idas-forward"},
+                                              {"index1", "cvodes-adjoint"},
+                                              {"index1", "cvodes-forward"},
+                                              {"baumgarte", "idas-adjoint"},
+                                              {"baumgarte", "cvodes-adjoint"},
+                                              {"penalty", "idas-forward"},
+                                              {"penalty", "cvodes-adjoint"},
+                                              {"augmented-lagrangian", "cvodes-adjoint"},
+                                              {"augmented-lagrangian", "cvodes-forward"}};
+
+std::vector<std::string> event_names(const GradientResult& r) {
+  std::vector<std::string> names;
+  for (const RunEvent& e : r.events) names.push_back(e.name + " " + e.mode);
+  return names;
+}
+
+/// By all ways against the differences of whole motions, to `tolerance` of the largest scaled component.
+void check_against_differences(Problem p, const std::vector<std::string>& events, double tolerance,
+                               const std::vector<SlidingWay>& ways = sliding_ways) {
+  p.formulation = "index1";
+  const std::vector<double> rho = p.parameters.values();
+  const GradientResult reference = gradient(p, "differences", rho);
+  CHECK(event_names(reference) == events);
+  double size = 0;
+  for (std::size_t j = 0; j < rho.size(); ++j)
+    size = std::max(size, std::abs(reference.gradient[j] * p.parameters.parameters[j].scale));
+  for (const SlidingWay& way : ways) {
+    p.formulation = way.formulation;
+    const GradientResult r = gradient(p, way.method, rho);
+    CAPTURE(way.formulation, way.method);
+    CHECK(event_names(r) == events);
+    for (std::size_t j = 0; j < rho.size(); ++j) {
+      CAPTURE(p.parameters.parameters[j].name, r.gradient[j], reference.gradient[j]);
+      CHECK(std::abs(r.gradient[j] - reference.gradient[j]) * p.parameters.parameters[j].scale <= tolerance * size);
+    }
+  }
+}
+
+}  // namespace
+
+// Without spin it slides with -mu g, and turns with m mu g r/I, until v + r w = 0 at t* = v0/(mu g (1 + m r^2/I)),
+// which for a solid sphere is 2 v0/(7 mu g); behind it rolls at v0/(1 + I/(m r^2)) = 5/7 v0. A quadratic in time, which
+// integrators solve to rounding; times and gradients are off by the tolerance 1e-10, taken tenfold, and of penalty by
+// 1/alpha.
+TEST_CASE("rigid friction: a ball that slides until it rolls", "[events]") {
+  const double v0 = 2, mu = 0.2, g = 9.81, end = 1, k = 0.4;  // I/(m r^2)
+  const double stop = v0 / (mu * g * (1 + 1 / k)), rolls = v0 / (1 + k);
+  CHECK(std::abs(stop - 2 * v0 / (7 * mu * g)) <= 1e-15);
+  const double x = v0 * stop - 0.5 * mu * g * stop * stop + rolls * (end - stop);
+  // x = v0 t* - mu g t*^2/2 + v0/(1 + k) (T - t*); by t* the terms cancel, as the velocity does not jump.
+  const double by_v0 = stop + (end - stop) / (1 + k);
+  const double by_mu = -0.5 * g * stop * stop;
+  const double by_k = -v0 / ((1 + k) * (1 + k)) * (end - stop);
+  for (const SlidingWay& way : sliding_ways) {
+    Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/bouncing_ball/thrown.toml"));
+    p.formulation = way.formulation;
+    const GradientResult r = gradient(p, way.method, p.parameters.values());
+    CAPTURE(way.formulation, way.method);
+    REQUIRE(event_names(r) == std::vector<std::string>{"contact.floor: stop sticks"});
+    CHECK(std::abs(r.events[0].t - stop) <= 1e-9);
+    CHECK(std::abs(r.psi - x) <= 1e-8);
+    CHECK(std::abs(r.gradient[0] - by_v0) <= 1e-7);
+    CHECK(std::abs(r.gradient[1] - by_mu) <= 1e-7);
+    CHECK(std::abs(r.gradient[2] - by_k / (0.6 * 0.01)) <= 1e-5);  // per kg m^2: 0.006 kg m^2 are 1
+  }
+}
+
+namespace {
+
+const char* block = R"(
+[gravity]
+y_m_per_s2 = -9.81
+[point.block]
+x_m = 0
+y_m = 0
+vx_m_per_s = SPEED
+[mass.block]
+point = "block"
+mass_kg = 2
+[contact.slope]
+kind = "rigid"
+point = "block"
+closed = true
+SLIDING
+ground_angle_rad = 0.5
+friction = "coulomb"
+friction_coefficient = FRICTION
+[start]
+given = GIVEN
+[run]
+t_end_s = 0.6
+rtol = 1e-10
+parameters = ["contact.slope.friction_coefficient", "mass.block.mass_kg"]
+[[cost.terminal]]
+kind = "value"
+output = "block.x"
+)";
+
+std::string with_words(std::string text, const std::vector<std::pair<std::string, std::string>>& with) {
+  for (const auto& [from, to] : with)
+    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
+      text.replace(at, from.size(), to);
+  return text;
+}
+
+}  // namespace
+
+// Up the slope with -g (sin b + mu cos b) until t*; with mu < tan b it comes down with -g (sin b - mu cos b), otherwise
+// it stays. Quadratic in time: to rounding but for the tolerance.
+TEST_CASE("rigid friction: a block on a slope comes to rest, or slides back", "[events]") {
+  const double g = 9.81, b = 0.5, end = 0.6, s = std::sin(b), c = std::cos(b), u0 = 1 / c;
+  for (const double mu : {0.3, 0.7}) {
+    const double up = g * (s + mu * c), stop = u0 / up, rest = end - stop;
+    const double down = mu < std::tan(b) ? g * (s - mu * c) : 0;
+    const double along = 0.5 * u0 * stop - 0.5 * down * rest * rest;
+    // The way up is u0^2/(2 up); dt*/dmu = -stop g c/up.
+    const double by_mu =
+        -0.5 * u0 * stop * g * c / up + (down > 0 ? 0.5 * g * c * rest * rest - down * rest * stop * g * c / up : 0);
+    const std::string scene = with_words(block, {{"SPEED", "1"},
+                                                 {"SLIDING", "sliding = \"forward\""},
+                                                 {"GIVEN", "[\"block.x\"]"},
+                                                 {"FRICTION", fmt::format("{}", mu)}});
+    for (const SlidingWay& way : sliding_ways) {
+      Problem p = make_problem(Scene::parse(scene, "block.toml"));
+      p.formulation = way.formulation;
+      const GradientResult r = gradient(p, way.method, p.parameters.values());
+      CAPTURE(mu, way.formulation, way.method);
+      REQUIRE(event_names(r) ==
+              std::vector<std::string>{mu < std::tan(b) ? "contact.slope: stop slides" : "contact.slope: stop sticks"});
+      CHECK(std::abs(r.events[0].t - stop) <= 1e-9);
+      CHECK(std::abs(r.psi - along * c) <= 1e-8);
+      CHECK(std::abs(r.gradient[0] - by_mu * c) <= 1e-7);
+      CHECK(std::abs(r.gradient[1]) <= 1e-7);
+    }
+  }
+}
+
+// A start that is not a motion is refused by name: what does not slide the way it says, and what slides where it is
+// said to stick.
+TEST_CASE("rigid friction: starts that are none", "[events]") {
+  const auto refused = [](const std::string& speed, const std::string& sliding, const std::string& given,
+                          const std::string& mu) -> std::string {
+    try {
+      Problem p = make_problem(
+          Scene::parse(with_words(block, {{"SPEED", speed}, {"SLIDING", sliding}, {"GIVEN", given}, {"FRICTION", mu}}),
+                       "block.toml"));
+      p.formulation = "index1";
+      gradient(p, "cvodes-forward", p.parameters.values());
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "";
+  };
+  CHECK_THAT(refused("-1", "sliding = \"forward\"", "[\"block.x\"]", "0.3"),
+             Catch::Matchers::Contains("slides the other way"));
+  CHECK_THAT(refused("0", "sliding = \"forward\"", "[\"block.x\"]", "0.3"),
+             Catch::Matchers::Contains("does not slide so"));
+  CHECK_THAT(refused("0", "", "[]", "0.3"), Catch::Matchers::Contains("sliding"));
+  CHECK(refused("0", "", "[]", "0.7").empty());
+  CHECK(refused("0", "sliding = \"backward\"", "[\"block.x\"]", "0.3").empty());
+}
+
+namespace {
+
+// A block on rough ground that another one pulls by a spring to and fro: it sticks, slides and sticks again.
+const char* pulled = R"(
+[gravity]
+y_m_per_s2 = -9.81
+[point.block]
+x_m = 0
+y_m = 0
+[mass.block]
+point = "block"
+mass_kg = 0.5
+[point.puller]
+x_m = 0.9
+y_m = 0.3
+vx_m_per_s = 1.5
+[mass.puller]
+point = "puller"
+mass_kg = 1.5
+[spring.S]
+from = "block"
+to = "puller"
+stiffness_N_per_m = 30
+damping_N_s_per_m = 0.2
+natural_length_m = 0.95
+[point.nail]
+ground = true
+x_m = 0.8
+y_m = 2
+[spring.hanger]
+from = "nail"
+to = "puller"
+stiffness_N_per_m = 40
+natural_length_m = 1.4
+[contact.floor]
+kind = "rigid"
+point = "block"
+closed = true
+ground_angle_rad = 0.05
+friction = "coulomb"
+friction_coefficient = 0.8
+[start]
+given = ["puller.x", "puller.y"]
+[run]
+t_end_s = 1.5
+rtol = 1e-11
+parameters = ["mass.block.mass_kg", "mass.puller.mass_kg", "spring.S.stiffness_N_per_m", "spring.S.natural_length_m", "spring.S.damping_N_s_per_m", "contact.floor.ground_angle_rad", "contact.floor.friction_coefficient", "gravity.y_m_per_s2", "point.puller.x_m"]
+[[cost.running]]
+kind = "square"
+output = "block.x"
+target = 0.4
+[[cost.running]]
+kind = "square"
+output = "floor.friction_force"
+weight = 1e-3
+[[cost.terminal]]
+kind = "value"
+output = "floor.normal_force"
+weight = 1e-2
+)";
+
+}  // namespace
+
+// Costs of positions, of the friction force along the way and of the normal force at the end, whose derivatives take
+// the transposed system with its corner; against Richardson differences, whose own estimate is 1e-8.
+TEST_CASE("rigid friction: gradients through sticking and sliding", "[events]") {
+  Problem p = make_problem(Scene::parse(pulled, "pulled.toml"));
+  const GradientResult r = gradient(p, "cvodes-forward", p.parameters.values());
+  CAPTURE(event_names(r));
+  CHECK(r.events.size() >= 3);
+  check_against_differences(p, event_names(r), 1e-6);
+}

@@ -76,7 +76,9 @@ void MotionEvents::strike(int event, const StateView& before) {
   for (InPlay& c : in_play)
     for (int r = 0; r < c.contact->contact->row_count(); ++r) {
       c.rows.push_back(static_cast<int>(rows.size()));
-      rows.push_back({c.contact->force, c.contact->contact, r, c.bounces && r == 0 && !poisson});
+      const bool closed = c.contact->closed_state >= 0 && before.z[c.contact->closed_state] > 0.5;
+      rows.push_back({c.contact->force, c.contact->contact, r, c.bounces && r == 0 && !poisson,
+                      closed && (r == 0 || c.way == kSticks)});
     }
   std::vector<double> restitution;
   for (InPlay& c : in_play) {
@@ -95,6 +97,13 @@ void MotionEvents::strike(int event, const StateView& before) {
     compressed_.assign(before.v, before.v + n);
     for (std::size_t i = 0; i < n; ++i) compressed_[i] += jump_[i];
     open.v = compressed_.data();
+    for (const ActiveRow& a : impact_->active())
+      rows[static_cast<std::size_t>(a.row)].rests = a.law == ActiveRow::Law::held;
+    for (const InPlay& c : in_play) {
+      if (c.way == kOpen)
+        for (const int row : c.rows) rows[static_cast<std::size_t>(row)].rests = false;
+      if (slides(c.way) != 0) rows[static_cast<std::size_t>(c.rows[1])].rests = false;
+    }
     expansion_->prepare(open, rows);
     find_way(event, before, *expansion_, in_play, speed);
     for (std::size_t i = 0; i < n; ++i) jump_[i] += expansion_->u()[i];
@@ -132,6 +141,10 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
     }
     options.push_back(std::move(o));
   }
+  // Behind the impact; what rests before it has no speed but drift.
+  const auto speed_after = [&](int i) {
+    return impact.speed_after(i) - (impact.row(i).rests ? impact.speed_before(i) : 0);
+  };
   double fastest = speed;
   for (const InPlay& c : in_play)
     for (const int i : c.rows) fastest = std::max(fastest, std::abs(impact.speed_before(i)));
@@ -161,13 +174,13 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
       const int normal = at.rows.front();
       if (ways[c] == kOpen || is_given(ways[c])) {
         const double least = is_given(ways[c]) ? 0 : -at.restitution * impact.speed_before(normal);
-        if (impact.speed_after(normal) < least - kContactRounding * fastest) return false;
+        if (speed_after(normal) < least - kContactRounding * fastest) return false;
         if (ways[c] == kOpen) continue;
       }
       if (impact.impulse(normal) < at.given - kContactRounding * largest) return false;
       if (at.rows.size() < 2) continue;
       if (const int direction = slides(ways[c]); direction != 0) {
-        if (direction * impact.speed_after(at.rows[1]) < -kContactRounding * fastest) return false;
+        if (direction * speed_after(at.rows[1]) < -kContactRounding * fastest) return false;
       } else if (std::abs(impact.impulse(at.rows[1])) >
                  number(*at.contact, at.contact->contact->friction_number()) * impact.impulse(normal) +
                      kContactRounding * largest) {

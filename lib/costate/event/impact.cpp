@@ -21,7 +21,7 @@ PathDual row_value(const ImpactRow& r, const std::vector<PathDual>& q, const std
 }  // namespace
 
 double Impact::factor(const ImpactRow& r) const {
-  if (!r.bounces) return 1;
+  if (!r.bounces) return r.rests ? 0 : 1;
   const int number = r.force->numbers()[static_cast<std::size_t>(r.contact->restitution_number())];
   return 1 + assembly_.numbers()[static_cast<std::size_t>(number)];
 }

@@ -22,6 +22,7 @@ struct ImpactRow {
   const UnilateralForce* contact = nullptr;
   int row = 0;           // of the contact's own
   bool bounces = false;  // whether its speed is given back by its restitution
+  bool rests = false;    // whether it has no speed before the impact: what it has is drift, and stays, f = 0
 };
 
 /// A row in force, and by which equation.

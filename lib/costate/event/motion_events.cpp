@@ -158,6 +158,10 @@ void MotionEvents::begin(const StateView& at) {
 std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
                                                     const std::function<StateView(double)>& at) {
   double begin = from;
+  if (needs_multipliers_) {
+    const StateView last = at(to);
+    for (int i = 0; i < assembly_.n(); ++i) fastest_ = std::max(fastest_, std::abs(last.v[i]));
+  }
   for (int j = 0; j <= kLooks; ++j) {
     const double end = j == kLooks ? to : from + (to - from) * j / kLooks;
     calc(at(end), after_);
@@ -229,7 +233,6 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
 void MotionEvents::require_direction(const GuardOf& g, double along, const StateView& s) {
   const ContactOf& c = contacts_[static_cast<std::size_t>(g.contact)];
   if (c.contact->guard_kind(g.k) != UnilateralForce::Guard::stop) return;
-  for (int i = 0; i < assembly_.n(); ++i) fastest_ = std::max(fastest_, std::abs(s.v[i]));
   if (along < -kWrongWay * fastest_)
     throw SolverError(
         fmt::format("At t = {:.9g} s {} slides against the direction in which it began to, at {:.3g} m/s. "

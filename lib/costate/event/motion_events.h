@@ -182,7 +182,7 @@ class MotionEvents {
   std::unique_ptr<Impact> expansion_;  // of Poisson's law what the compression, impact_, gives back
   bool expands_ = false;
   std::vector<double> jump_, compressed_;  // u; and v behind the compression
-  double fastest_ = 0;                     // largest speed of any coordinate since something slid
+  double fastest_ = 0;                     // largest speed of any coordinate so far
 };
 
 }  // namespace costate

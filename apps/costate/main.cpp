@@ -89,6 +89,8 @@ int main(int argc, char** argv) {
     return flushed(line.action()());
   } catch (const costate::Interrupted& e) {
     return flushed(complain(line.common().json, "interrupted", e.what(), 128 + e.signal_number()));
+  } catch (const costate::app::UsageError& e) {
+    return flushed(complain(line.common().json, "failed", e.what(), costate::app::kUsage));
   } catch (const std::bad_alloc&) {
     const std::string& scene = line.common().scene;
     return flushed(complain(line.common().json, "failed",

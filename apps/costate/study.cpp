@@ -34,21 +34,43 @@ namespace fs = std::filesystem;
 struct StudyOptions {
   std::string file;
   std::vector<std::string> only;
+  std::string shard;  // "2/8": the second of eight
   int jobs = 0;
-  bool fresh = false;
+  bool fresh = false, merge = false;
 };
+
+/// A part of a study's runs: every count-th, beginning with the number-th.
+struct Shard {
+  std::size_t number = 1, count = 1;
+};
+
+Shard read_shard(const std::string& text) {
+  Shard s;
+  if (text.empty()) return s;
+  char end = 0;
+  if (text[0] == '-' || std::sscanf(text.c_str(), "%zu/%zu%c", &s.number, &s.count, &end) != 2 || s.number < 1 ||
+      s.number > s.count || s.count > 1000000)
+    throw UsageError(fmt::format("--shard: '{}' is no part such as 2/8, the second of eight.", text));
+  return s;
+}
 
 class StudyCommand {
  public:
-  StudyCommand(const CommonOptions& common, const StudyOptions& options) : common_(common), options_(options) {}
+  StudyCommand(const CommonOptions& common, const StudyOptions& options)
+      : common_(common), options_(options), shard_(read_shard(options.shard)) {}
 
   int run() {
-    const Study study = read_study(options_.file, options_.only);
+    const Study study = read_study(options_.file, options_.only, common_.overrides);
     title_ = study.title.empty() ? options_.file : study.title;
     directory_ = common_.output.empty() ? fs::path("results") / fs::path(options_.file).stem() : common_.output;
     require_writable(directory_);
     take_directory();
-    for (const StudyRun& r : study.runs) jobs_.push_back({r, directory_ / r.name, {}, false, -1, {}, {}});
+    for (std::size_t i = 0; i < study.runs.size(); ++i) {
+      if (i % shard_.count != shard_.number - 1) continue;
+      const StudyRun& r = study.runs[i];
+      jobs_.push_back({r, directory_ / r.name, {}, false, -1, {}, {}});
+    }
+    if (options_.merge) return merge();
     for (StudyJob& j : jobs_) prepare(j);
     try {
       run_all();
@@ -62,15 +84,39 @@ class StudyCommand {
   }
 
  private:
-  /// One study at a time works in a directory; the lock ends with this process, however it ends.
+  bool sharded() const { return !options_.shard.empty(); }
+
+  /// One study at a time works in a directory, or shards of one, each once; the locks end with this process, however it
+  /// ends.
   void take_directory() {
     fs::create_directories(directory_);
     lock_ = record_detail::FileDescriptor(::open(directory_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-    if (lock_.valid() && ::flock(lock_.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+    if (lock_.valid() && ::flock(lock_.get(), (sharded() ? LOCK_SH : LOCK_EX) | LOCK_NB) != 0 && errno == EWOULDBLOCK)
       throw Error(
           fmt::format("Another study is at work in '{}'; wait for it to end, or choose another directory with "
                       "--output.",
                       directory_.string()));
+    if (!sharded()) return;
+    const fs::path own = directory_ / fmt::format(".shard-{}-of-{}", shard_.number, shard_.count);
+    shard_lock_ = record_detail::FileDescriptor(::open(own.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
+    if (shard_lock_.valid() && ::flock(shard_lock_.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+      throw Error(fmt::format("Shard {} is at work in '{}' already.", options_.shard, directory_.string()));
+  }
+
+  /// The tables of what shards have left; nothing is run.
+  int merge() {
+    std::vector<std::string> missing;
+    for (StudyJob& j : jobs_) {
+      j.require_files();
+      if (j.find_earlier() == StudyJob::Left::finished)
+        j.state = StudyJob::State::kept;
+      else
+        missing.push_back(j.run.name);
+    }
+    report(true);
+    if (missing.empty()) return 0;
+    throw Error(fmt::format("{} of {} runs are not finished: {}. Run their shards again, or the study without --merge.",
+                            missing.size(), jobs_.size(), fmt::join(missing, ", ")));
   }
 
   /// A run of a study that was killed ends by itself, but not at once. Until then its results are its own.
@@ -247,6 +293,13 @@ class StudyCommand {
     j["runs"] = Json::array();
     for (const StudyJob& x : jobs_) j["runs"].push_back(study_row(x));
     const std::string text = study_table(title_, j["runs"]);
+    if (sharded()) {  // the tables are those of the whole
+      if (complete && common_.json) fmt::print("{}\n", json_text(j));
+      if (complete && !common_.json && !common_.quiet)
+        print_result(fmt::format("{}  shard {}; 'costate study {} --merge' makes the tables of all\n", text,
+                                 options_.shard, options_.file));
+      return;
+    }
     write_file_atomically(directory_ / "study.json", json_text(j) + "\n");
     write_file_atomically(directory_ / "study.csv", study_csv(j["runs"]));
     for (const auto& [design, table] : design_csvs(j["runs"]))
@@ -264,7 +317,8 @@ class StudyCommand {
   std::string title_;
   fs::path directory_;
   std::vector<StudyJob> jobs_;
-  record_detail::FileDescriptor lock_;
+  const Shard shard_;
+  record_detail::FileDescriptor lock_, shard_lock_;
   std::size_t finished_ = 0, total_ = 0;
   bool line_ = false;
   std::chrono::steady_clock::time_point shown_;
@@ -279,6 +333,14 @@ const RegisterCommand study_command(
       c.option("file", options->file, "Study file (TOML)").required();
       c.option("--only", options->only, "Runs by name or pattern, such as 'ride*' (repeatable)").separated();
       c.option("--jobs", options->jobs, "Runs at a time (default: the number of cores)").between(0, 1e6);
+      c.option("--shard", options->shard,
+               "Only every N-th run, beginning with the I-th, for job arrays; --merge collects")
+          .value_name("I/N");
+      c.flag("--merge", options->merge, "Run nothing: the tables of what shards have finished");
+      c.option("--set", common.overrides,
+               "Replace a value of every scene, whatever the study says: path=value (repeatable)")
+          .value_name("PATH=VALUE")
+          .repeatable();
       c.flag("--fresh", options->fresh, "Begin all runs anew, finished ones too");
       c.option("--output", common.output, "Directory for results (default: results/STUDY)");
       c.flag("--json", common.json, "Print one JSON object and nothing else");

@@ -128,6 +128,7 @@ std::vector<std::string> texts_of(const SceneNode& table, const std::string& key
 
 struct Common {
   std::vector<std::string> overrides, options;
+  std::vector<std::string> last;  // overrides behind those of the runs
 };
 
 /// Scene, parameters, overrides and options of a run, or of all runs of a design.
@@ -146,6 +147,7 @@ void read_scene_of(StudyRun& run, const SceneNode& table, const std::string& tit
   run.options = common.options;
   if (const SceneNode* set = table.find("set"))
     add_overrides(require_table(*set, "'set' in " + title), "", run.overrides);
+  run.overrides.insert(run.overrides.end(), common.last.begin(), common.last.end());
   if (const SceneNode* o = table.find("options"))
     add_options(require_table(*o, "'options' in " + title), "[options] of " + title, run.options);
 }
@@ -299,12 +301,14 @@ std::vector<StudyRun> read_design(const SceneNode& table, const Common& common,
 
 }  // namespace
 
-Study read_study(const std::string& path, const std::vector<std::string>& selected) {
+Study read_study(const std::string& path, const std::vector<std::string>& selected,
+                 const std::vector<std::string>& overrides) {
   const SceneNode root = read_toml(read_text_file(path, kLongestFile, "The study"), path);
   require_known(root, "the study", {"title", "set", "options", "run", "design"});
   Study study;
   study.title = text_of(root, "title", "the study", false);
   Common common;
+  common.last = overrides;
   if (const SceneNode* set = root.find("set")) add_overrides(require_table(*set, "'set'"), "", common.overrides);
   if (const SceneNode* o = root.find("options"))
     add_options(require_table(*o, "'options'"), "[options]", common.options);

@@ -31,6 +31,7 @@ struct Study {
 
 /// Reads a study and all of its scenes; a mistake names file, line and column, or the run. `selected` (names
 /// or patterns such as "ride*") keeps only those runs; one that fits none is a mistake.
-Study read_study(const std::string& path, const std::vector<std::string>& selected);
+Study read_study(const std::string& path, const std::vector<std::string>& selected,
+                 const std::vector<std::string>& overrides = {});
 
 }  // namespace costate::app

@@ -17,7 +17,7 @@ draw() {  # MODEL SCENE [options of costate draw]
 for model in five_bar slider_crank andrews car_axis bricard flyball_governor heavy_top; do draw $model $model; done
 for model in pendulum damped_pendulum bouncing_ball shortest_swing; do draw $model $model --width 440; done
 draw n_four_bar n_four_bar_2
-for scene in arc_feet sole_feet space point_feet rigid_arcs; do
+for scene in arc_feet sole_feet space point_feet rigid_arcs knees; do
   mkdir -p walker/figures
   "$tool" draw walker/$scene.toml --no-names --width 440 -o walker/figures/$scene.svg
 done

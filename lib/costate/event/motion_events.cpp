@@ -136,14 +136,16 @@ void MotionEvents::begin(const StateView& at) {
     GuardOf& g = guards_[i];
     const int direction = g.guarded->guard_direction(g.k);
     g.ready = before_[i] * direction < 0;
-    if (std::isnan(before_[i]) || g.ready) continue;
-    // At zero, but for rounding, it counts if it is about to cross; beyond, the start is of another mode.
+    if (std::isnan(before_[i])) continue;
+    // At zero, but for rounding, it counts if it is about to cross; beyond, the start is of another mode. What has just
+    // crossed the other way (another event at the same time begins anew) counts once it has been seen beyond rounding.
     load(g, s);
     double size = 0;
     for (std::size_t c = 0; c < q_.size(); ++c) {
       size = std::max(size, std::abs(q_[c].v.c0));
       q_[c].v.c1 = v_[c].v.c0;
     }
+    if (g.ready && std::abs(before_[i]) > kGapRounding * size) continue;
     t_.v.c1 = 1;
     const double rate = g.guarded->guard(g.k, arguments()).v.c1 * direction;
     const bool past = before_[i] * direction > 1e-9 * size;

@@ -6,12 +6,17 @@
 
 namespace costate {
 
+namespace {
+constexpr double kAtOnce = 1e-13;  // of the time
+}
+
 template <class Api>
 void SundialsSession<Api>::solve_backward(AdjointState& mu, const AdjointSize& expected, std::vector<double>& gradient,
                                           const std::vector<AdjointStop>& stops) {
   auto stop = stops.begin();
   for (; stop != stops.end() && stop->t >= t_; ++stop) stop->cross(mu, gradient);
-  if (t_ > options_.t_start) {  // not two events at once, with nothing between them
+  // Not two events at once, with nothing but rounding between them, over which no integrator can be started.
+  if (t_ - options_.t_start > kAtOnce * std::max(std::abs(t_), std::abs(options_.t_start))) {
     const int np = system_.parameter_count(), size = static_cast<int>(names_back().size());
     back_ = std::make_unique<Backward>();
     Backward& b = *back_;

@@ -92,7 +92,8 @@ std::vector<Row> rows() {
   std::vector<Row> all;
   for (const auto& f : formulations())
     for (const auto& m : sensitivity_methods())
-      if (refusal(m, f).empty() && m.needs != SensitivityMethod::Needs::discrete) all.push_back({f.name, m.name});
+      if (refusal(m, f).empty() && (m.needs != SensitivityMethod::Needs::discrete || f.make_ode))
+        all.push_back({f.name, m.name});
   return all;
 }
 
@@ -289,7 +290,8 @@ TEST_CASE("free end: behind touches", "[free_end][events]") {
   p.formulation = "maggi";
   const GradientResult d = gradient(p, "differences", p.parameters.values());
   for (const char* formulation : {"index1", "baumgarte", "augmented-lagrangian", "maggi"})
-    for (const char* method : {"cvodes-forward", "cvodes-adjoint", "idas-forward", "idas-adjoint"}) {
+    for (const char* method : {"cvodes-forward", "cvodes-adjoint", "idas-forward", "idas-adjoint", "hand-tangent",
+                               "hand-adjoint", "discrete-tangent", "discrete-adjoint"}) {
       if (!refusal(find_sensitivity_method(method), find_formulation(formulation)).empty()) continue;
       CAPTURE(formulation, method);
       p.formulation = formulation;

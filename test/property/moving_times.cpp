@@ -56,7 +56,12 @@ TEST_CASE("driver with kinks: gradients by their times equal differences") {
             std::pair("augmented-lagrangian", "cvodes-adjoint"), std::pair("maggi", "cvodes-forward"),
             std::pair("maggi", "cvodes-adjoint"), std::pair("maggi-implicit", "idas-forward"),
             std::pair("maggi-implicit", "idas-adjoint"), std::pair("index2", "idas-forward"),
-            std::pair("index2", "idas-adjoint"), std::pair("index3", "idas-adjoint")}) {
+            std::pair("index2", "idas-adjoint"), std::pair("index3", "idas-adjoint"),
+            std::pair("baumgarte", "hand-tangent"), std::pair("index1", "hand-adjoint"),
+            std::pair("index2", "hand-tangent"), std::pair("index2", "hand-adjoint"),
+            std::pair("penalty", "hand-adjoint"), std::pair("maggi", "hand-tangent"),
+            std::pair("maggi-implicit", "hand-adjoint"), std::pair("baumgarte", "discrete-tangent"),
+            std::pair("maggi", "discrete-adjoint")}) {
         INFO(formulation << " " << method);
         problem.formulation = formulation;
         const GradientResult r = gradient(problem, method, rho);
@@ -71,8 +76,8 @@ TEST_CASE("driver with kinks: where their times cannot move is refused by name")
   // Methods that do not carry it.
   Problem problem = make_problem(Scene::parse(driven_carriage(kHalfSine), "driver.toml"), {"driver.push.law.start_m"});
   const auto rho = problem.parameters.values();
-  problem.formulation = "maggi";
-  CHECK_THROWS_WITH(gradient(problem, "hand-adjoint", rho),
+  problem.formulation = "index3";
+  CHECK_THROWS_WITH(gradient(problem, "discrete-adjoint", rho),
                     Contains("Parameter 'driver.push.law.start_m' moves the time t = ") &&
                         Contains("the law of driver 'push' has a kink"));
   // Bumps that touch would part, or overlap; those of a sum as well.
@@ -106,7 +111,7 @@ TEST_CASE("driver with kinks: where their times cannot move is refused by name")
                         Contains("'driver.push.law.start_m' moves them apart"));
 }
 
-TEST_CASE("driver: a parameter that moves a jump of its acceleration is refused by hand-derived methods, in the run") {
+TEST_CASE("driver: a parameter that moves a jump of its acceleration is refused by fixed steps, in the run") {
   struct Law {
     const char *text, *moving;
     double time;
@@ -122,8 +127,8 @@ TEST_CASE("driver: a parameter that moves a jump of its acceleration is refused 
     Problem problem = make_problem(Scene::parse(driven_carriage(law.text), "driver.toml"), {moving});
     problem.solver.t_end = 0.5;
     const auto rho = problem.parameters.values();
-    problem.formulation = "maggi";
-    CHECK_THROWS_WITH(gradient(problem, "hand-adjoint", rho),
+    problem.formulation = "index3";
+    CHECK_THROWS_WITH(gradient(problem, "discrete-adjoint", rho),
                       Contains(fmt::format("Parameter '{}' moves the time t = {:g} s", moving, law.time)) &&
                           Contains("has a jump of its second derivative"));
     problem.formulation = "index1";

@@ -41,7 +41,23 @@ const std::vector<ImpactWay> impact_ways = {{"index1", "idas-adjoint"},
                                             {"maggi", "cvodes-adjoint"},
                                             {"maggi", "cvodes-forward"},
                                             {"maggi-implicit", "idas-adjoint"},
-                                            {"maggi-implicit", "idas-forward"}};
+                                            {"maggi-implicit", "idas-forward"},
+                                            {"index1", "hand-tangent"},
+                                            {"index1", "hand-adjoint"},
+                                            {"baumgarte", "hand-adjoint"},
+                                            {"index2", "hand-tangent"},
+                                            {"index2", "hand-adjoint"},
+                                            {"penalty", "hand-tangent"},
+                                            {"penalty-second-order", "hand-adjoint"},
+                                            {"maggi", "hand-tangent"},
+                                            {"maggi", "hand-adjoint"},
+                                            {"maggi-implicit", "hand-adjoint"},
+                                            {"maggi-second-order", "hand-adjoint"},
+                                            {"index1", "discrete-tangent"},
+                                            {"baumgarte", "discrete-adjoint"},
+                                            {"penalty", "discrete-adjoint"},
+                                            {"maggi", "discrete-tangent"},
+                                            {"maggi", "discrete-adjoint"}};
 
 }  // namespace
 

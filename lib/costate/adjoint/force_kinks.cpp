@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "costate/base/error.h"
-#include "costate/level/fixed_times.h"
 
 namespace costate {
 
@@ -31,8 +30,9 @@ using Values = std::vector<double>;
 
 class Search {
  public:
-  Search(Assembly& assembly, const Objective& objective, const std::function<void(double, double*)>& motion)
-      : assembly_(assembly), objective_(objective), motion_(motion) {
+  Search(Assembly& assembly, const Objective& objective, const std::function<void(double, double*)>& motion,
+         const std::vector<MotionJump>& jumps)
+      : assembly_(assembly), objective_(objective), motion_(motion), jumps_(jumps) {
     point_.assign(static_cast<std::size_t>(2 * assembly.n() + assembly.nz()), 0);
     rest_.assign(static_cast<std::size_t>(std::max(assembly.n(), assembly.m())), 0);
     gradient_.resize(assembly);
@@ -55,11 +55,9 @@ class Search {
   std::vector<ForceKink> sides(const std::vector<double>& times) {
     const double begin = times.front(), end = times.back(), apart = kSides * (end - begin);
     std::vector<ForceKink> kinks;
-    const std::vector<double> driven = driver_kinks(assembly_.mechanism(), assembly_.numbers());
     for (const auto& [from, to] : kinks_) {
-      // Where a driver's law has a kink the velocities jump, and all that depends on them: the equations are carried
-      // across that as a whole (HandEquations::cross_kink).
-      if (std::any_of(driven.begin(), driven.end(), [&](double t) { return from - apart <= t && t <= to + apart; }))
+      if (std::any_of(jumps_.begin(), jumps_.end(),
+                      [&](const MotionJump& j) { return from - apart <= j.after && j.before <= to + apart; }))
         continue;
       ForceKink k{from - apart, to + apart, point_, point_};
       // At rest a force may be on one side of its kink, and right behind the start on the other: then the start itself
@@ -143,6 +141,7 @@ class Search {
   Assembly& assembly_;
   const Objective& objective_;
   const std::function<void(double, double*)>& motion_;
+  const std::vector<MotionJump>& jumps_;
   Values point_, rest_, allowed_;
   ScalarGradient gradient_;
   double smallest_ = 0;
@@ -154,9 +153,10 @@ class Search {
 
 std::vector<ForceKink> find_force_kinks(Assembly& assembly, const Objective& objective,
                                         const std::vector<double>& times,
-                                        const std::function<void(double t, double* qvz)>& motion) {
+                                        const std::function<void(double t, double* qvz)>& motion,
+                                        const std::vector<MotionJump>& jumps) {
   if (times.size() < 2) return {};
-  return Search(assembly, objective, motion).run(times);
+  return Search(assembly, objective, motion, jumps).run(times);
 }
 
 const ForceKink* kink_before(const std::vector<ForceKink>& kinks, double t) {

@@ -7,6 +7,7 @@
 #include <functional>
 #include <vector>
 
+#include "costate/adjoint/motion_jump.h"
 #include "costate/assembly/assembly.h"
 #include "costate/objective/objective.h"
 
@@ -19,10 +20,12 @@ struct ForceKink {
 };
 
 /// `times`: the ends of the motion's steps in order, `motion` its (q, v, z). Jumps count from 1e-6 of a block entry's
-/// largest value along the motion on.
+/// largest value along the motion on. Where the motion itself jumps the equations are carried across as a whole
+/// (HandEquations::cross): those places are left out.
 std::vector<ForceKink> find_force_kinks(Assembly& assembly, const Objective& objective,
                                         const std::vector<double>& times,
-                                        const std::function<void(double t, double* qvz)>& motion);
+                                        const std::function<void(double t, double* qvz)>& motion,
+                                        const std::vector<MotionJump>& jumps);
 
 /// The kink behind which t is, or null.
 const ForceKink* kink_before(const std::vector<ForceKink>& kinks, double t);

@@ -130,37 +130,6 @@ std::vector<double> HandEquations::plan(const std::vector<double>&, const Motion
 
 bool HandEquations::before_step(double, double, const double*, Eigen::MatrixXd&, Eigen::VectorXd&) { return false; }
 
-void HandEquations::cross_kink(double t_before, double t_after, const double* qvz, Eigen::MatrixXd& X,
-                               Eigen::VectorXd& gradient) {
-  std::vector<double> before(qvz, qvz + 2 * n_ + nz_), after = before;
-  const auto at = [this](double t, const std::vector<double>& y) {
-    StateView s;
-    s.t = t;
-    s.q = y.data();
-    s.v = y.data() + n_;
-    s.z = y.data() + 2 * n_;
-    return s;
-  };
-  evaluate(t_before, before.data());
-  const bool forward = direction_ == Direction::forward;
-  Eigen::MatrixXd Y;
-  if (forward) Y = of_states(X);
-  const double* v = velocity_jump().calc(at(t_before, before), t_after);
-  std::copy(v, v + n_, after.begin() + n_);
-  if (forward) {
-    std::vector<double*> columns;
-    for (Eigen::Index j = 0; j < Y.cols(); ++j) columns.push_back(Y.col(j).data());
-    velocity_jump().tangent(at(t_before, before), t_after, columns.data(), static_cast<int>(Y.cols()));
-    evaluate(t_after, after.data());
-  } else {
-    evaluate(t_after, after.data());
-    Y = of_states(X);
-    velocity_jump().adjoint(at(t_before, before), t_after, Y.data(), gradient.data());
-    evaluate(t_before, before.data());
-  }
-  from_states(Y, X, gradient);
-}
-
 const ScalarGradient& HandEquations::running_gradient() {
   if (!running_known_) {
     running_.set_zero();

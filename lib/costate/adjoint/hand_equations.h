@@ -14,6 +14,8 @@
 #include <string>
 #include <vector>
 
+#include "costate/adjoint/motion_jump.h"
+#include "costate/event/motion_events.h"
 #include "costate/level/acceleration_level.h"
 #include "costate/level/velocity_jump.h"
 #include "costate/objective/objective.h"
@@ -64,11 +66,13 @@ class HandEquations {
   /// Before the step from t to `next`, at the point (t; q, v, z): where the choice changes, X is expressed in the new
   /// one, the gradient gains what depends on the parameters in that, and the result is true.
   virtual bool before_step(double t, double next, const double* qvz, Eigen::MatrixXd& X, Eigen::VectorXd& gradient);
-  /// X across the kink of a driver between the instants t_before and t_after, from `qvz` before it (the motion's state
-  /// where the driven velocity jumps, see impulse_jump.h): forward from before to behind, backward from behind to
-  /// before, when the gradient gains the jump's own dependence on the parameters. The point of the side that X is then
-  /// on is evaluated.
-  void cross_kink(double t_before, double t_after, const double* qvz, Eigen::MatrixXd& X, Eigen::VectorXd& gradient);
+  /// Where the motion jumps, in order of time; to be said before plan().
+  void set_jumps(std::vector<MotionJump> jumps) { jumps_ = std::move(jumps); }
+  const std::vector<MotionJump>& jumps() const { return jumps_; }
+  /// X across one of these, at the kink of a driver from the state `qvz` before it: forward from before to behind,
+  /// backward from behind to before. The gradient gains the jump's own dependence on the parameters, and what the time
+  /// of the jump brings psi. The point of the side that X is then on is evaluated. In hand_jumps.cpp.
+  void cross(const MotionJump& jump, const double* qvz, Eigen::MatrixXd& X, Eigen::VectorXd& gradient);
   /// X where the integration begins (t_start forward, t_end backward) at an evaluated point, and the terms that the
   /// gradient gains there.
   virtual void begin(Eigen::MatrixXd& X, Eigen::VectorXd& gradient) = 0;
@@ -137,7 +141,14 @@ class HandEquations {
   Eigen::MatrixXd b_, d_;
 
  private:
+  void cross_kink(double t_before, double t_after, const double* qvz, Eigen::MatrixXd& X, Eigen::VectorXd& gradient);
+  void cross_event(const MetEvent& met, Eigen::MatrixXd& X, Eigen::VectorXd& gradient);
+  /// Accelerations, rates of force states and running cost at the evaluated point.
+  MotionEvents::Side side();
+
   Direction direction_;
+  std::vector<MotionJump> jumps_;
+  std::unique_ptr<MotionEvents> events_;  // once one has been crossed
   std::vector<std::string> names_;
   std::vector<char> differential_;
   std::vector<int> group_;

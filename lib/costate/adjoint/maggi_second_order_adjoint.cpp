@@ -34,7 +34,7 @@ void MaggiSecondOrderAdjoint::require_plain_cost() const {
 
 std::vector<double> MaggiSecondOrderAdjoint::plan(const std::vector<double>& times, const Motion& motion) {
   require_plain_cost();
-  kinks_ = find_force_kinks(assembly_, objective_, times, motion);
+  kinks_ = find_force_kinks(assembly_, objective_, times, motion, jumps());
   std::vector<double> changes = MaggiAdjoint::plan(times, motion);
   append_times(kinks_, changes);
   return changes;

@@ -153,7 +153,7 @@ SecondOrderAdjoint::StateAdjoint SecondOrderAdjoint::split(const Eigen::MatrixXd
 
 std::vector<double> SecondOrderAdjoint::plan(const std::vector<double>& times, const Motion& motion) {
   require_plain_cost();
-  kinks_ = find_force_kinks(assembly_, objective_, times, motion);
+  kinks_ = find_force_kinks(assembly_, objective_, times, motion, jumps());
   std::vector<double> changes;
   append_times(kinks_, changes);
   return changes;

@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "costate/base/error.h"
+#include "costate/event/guard_value.h"
+#include "costate/formulation/solved_state.h"
 #include "costate/integrator/stiffness_watch.h"
 #include "costate/integrator/unknown_sizes.h"
 #include "costate/sundials/callback_guard.h"
@@ -30,6 +33,10 @@ constexpr double kFew = 2e5;
 // Free flight is exact by steps of any length: one could pass over a hop, and its guard be behind its end again. Steps
 // that begin with this part of the run and grow by kMost have an end within whatever lasts longer than the first one.
 constexpr double kBehindEvent = 1e-6;
+// The step that ends at an event: of the step that went past it the part over which its dense output tells the guard's
+// rate, and how often the length is corrected by that.
+constexpr double kAside = 1e-3;
+constexpr int kCorrections = 8;
 }  // namespace
 
 ExplicitRun::ExplicitRun(OdeSystem& system, const SolverOptions& options, Monitor monitor, StartDerivative wanted)
@@ -177,8 +184,7 @@ void ExplicitRun::take_step() {
       event.reset();
     }
     if (event) {
-      end_time_ = *event;
-      step_->dense((end_time_ - begin_) / step_->h(), end_.data());
+      end_step_at_event(*event);
       ended_ = true;
     }
   }
@@ -187,6 +193,39 @@ void ExplicitRun::take_step() {
   if (tape_) tape_->add_step(*step_);
   if (follower_.step) follower_.step(stages);
   watch_stiffness();
+}
+
+void ExplicitRun::end_step_at_event(double t) {
+  const double whole = step_->h();
+  double h = std::max(0.0, t - begin_), moved = whole;
+  const auto guard = [&](double at, const double* y) {
+    return guard_value(system_.pending_event(), solved_state(system_, at, y), system_.assembly());
+  };
+  const auto guard_within = [&](double length) {
+    step_->dense(length / whole, y_.data());
+    return guard(begin_ + length, y_.data());
+  };
+  // The guard's rate, by which the length is corrected: the dense output is smooth on either side of the event.
+  const double aside = h < 0.5 * whole ? kAside * whole : -kAside * whole;
+  const double rate = whole > 0 ? (guard_within(h + aside) - guard_within(h)) / aside : 0;
+  const auto end_at = [&](double length) {
+    h = length;
+    end_time_ = begin_ + h;
+    step_->attempt(h, end_time_);
+    return guard(end_time_, step_->end());
+  };
+  double value = end_at(h);
+  for (int k = 0; k < kCorrections && h > 0; ++k) {
+    const double change = -value / rate;
+    // To rounding, or as far as it gets on.
+    if (!(std::abs(change) < 0.5 * moved) || !(end_time_ + change != end_time_)) break;
+    moved = std::abs(change);
+    value = end_at(std::max(0.0, h + change));
+  }
+  // Its far side: a force that begins there has begun, with its derivatives.
+  double further = std::numeric_limits<double>::epsilon() * std::max(std::abs(end_time_), h);
+  for (int k = 0; k < kCorrections && h > 0 && !(value * rate > 0); ++k, further *= 2) value = end_at(h + further);
+  std::copy(step_->end(), step_->end() + step_->size(), end_.begin());
 }
 
 void ExplicitRun::watch_stiffness() {

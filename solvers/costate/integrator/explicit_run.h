@@ -1,5 +1,5 @@
 // A run by an explicit Runge-Kutta scheme with step control (discrete/explicit_scheme.h) over a trajectory of one or
-// more smooth segments (Jump in formulation/system.h). Steps end at kinks and where the plan of steps asks for it.
+// more smooth segments (Jump in formulation/system.h). Steps end at kinks, at events and where the plan of steps asks.
 // Between steps states are those of the scheme's dense output; accelerations and multipliers at samples are solved for.
 #pragma once
 
@@ -56,6 +56,9 @@ class ExplicitRun {
   /// One of length h, or shorter; it ends at `limit` where it would end near or behind it.
   void find_step(double h, double limit);
   void begin_step();
+  /// The last step once more, so short that it ends where the pending event's guard is zero, near t: the state there is
+  /// of the scheme's own order, and a step like others for who follows.
+  void end_step_at_event(double t);
   double ahead(double t) const;
   void cross();
   void begin_segment(double t, const std::vector<double>& y);

@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "costate/base/error.h"
-#include "costate/level/fixed_times.h"
 
 namespace costate {
 
@@ -239,10 +238,17 @@ void RadauLinear::begin_at(const Trajectory& trajectory, double t, const Eigen::
   eq_.integrand(X, begin_.integrand);
 }
 
-void RadauLinear::cross_kink(const Trajectory& trajectory, double before, double after, Eigen::MatrixXd& X) {
-  trajectory.evaluate(before, point_.data());
-  eq_.cross_kink(before, after, point_.data(), X, gradient_);
-  begin_at(trajectory, eq_.direction() == HandEquations::Direction::forward ? after : before, X);
+const MotionJump* RadauLinear::jump_at(double t) const {
+  const auto& jumps = eq_.jumps();
+  const auto at =
+      std::lower_bound(jumps.begin(), jumps.end(), t, [](const MotionJump& j, double x) { return j.before < x; });
+  return at != jumps.end() && at->before == t ? &*at : nullptr;
+}
+
+void RadauLinear::cross(const Trajectory& trajectory, const MotionJump& jump, Eigen::MatrixXd& X) {
+  trajectory.evaluate(jump.before, point_.data());
+  eq_.cross(jump, point_.data(), X, gradient_);
+  begin_at(trajectory, eq_.direction() == HandEquations::Direction::forward ? jump.after : jump.before, X);
 }
 
 RadauResult RadauLinear::integrate(const Trajectory& trajectory, const std::vector<double>& grid, double rtol,
@@ -251,17 +257,11 @@ RadauResult RadauLinear::integrate(const Trajectory& trajectory, const std::vect
   const bool forward = eq_.direction() == HandEquations::Direction::forward;
   const std::size_t count = grid.size();
   const auto time = [&](std::size_t i) { return forward ? grid[i] : grid[count - 1 - i]; };
-  // A kink is the instant behind it; the grid has the last one before it.
-  const auto behind = [&](double t) {
-    const double next = std::nextafter(t, std::numeric_limits<double>::infinity());
-    return std::find(kinks_.begin(), kinks_.end(), next) != kinks_.end() ? next : t;
-  };
   const double smallest = kSmallestStep * (grid.back() - grid.front());
   const bool adaptive = rtol > 0;
   const double tolerance = adaptive ? step_tolerance(rtol) : 1;
   const long most_steps = kMostSteps * static_cast<long>(trajectory.steps()) + 1000;
   RadauResult r;
-  kinks_ = driver_kinks(eq_.assembly().mechanism(), eq_.assembly().numbers());
   point_.resize(static_cast<std::size_t>(trajectory.width()));
   gradient_ = Eigen::VectorXd::Zero(eq_.parameter_count());
   size_ = Eigen::MatrixXd::Zero(eq_.groups(), k_);
@@ -277,11 +277,12 @@ RadauResult RadauLinear::integrate(const Trajectory& trajectory, const std::vect
   bool rejected = false;
   for (std::size_t i = 0; i + 1 < count; ++i) {
     X = begin_.X;
-    if (const double here = time(i), after = behind(here); after != here) {
-      cross_kink(trajectory, here, after, X);
-      t = forward ? after : here;
+    if (const MotionJump* jump = jump_at(time(i))) {
+      cross(trajectory, *jump, X);
+      t = forward ? std::min(jump->after, time(i + 1)) : jump->before;
     }
-    const double end = forward ? time(i + 1) : behind(time(i + 1));
+    const MotionJump* ahead = forward ? nullptr : jump_at(time(i + 1));
+    const double end = ahead ? std::min(ahead->after, t) : time(i + 1);
     trajectory.evaluate(t, point_.data());
     if (eq_.before_step(t, end, point_.data(), X, gradient_)) begin_at(trajectory, t, X);
     while (t != end) {
@@ -316,6 +317,11 @@ RadauResult RadauLinear::integrate(const Trajectory& trajectory, const std::vect
                         r.steps, step, t, trajectory.steps(), rtol));
       if (watch) watch(t, r.steps);
     }
+  }
+  if (const MotionJump* jump = forward ? nullptr : jump_at(time(count - 1))) {
+    X = begin_.X;
+    cross(trajectory, *jump, X);
+    t = jump->before;
   }
   trajectory.evaluate(t, point_.data());
   eq_.evaluate(t, point_.data());

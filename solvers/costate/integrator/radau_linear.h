@@ -32,8 +32,8 @@ class RadauLinear {
   /// Sizes of the parameters: a column's error, and a parameter's share of the gradient, counts per relative change.
   RadauLinear(HandEquations& equations, std::vector<double> parameter_sizes);
 
-  /// Integrates over the span of the grid (increasing times), stepping onto each of its points. Where a driver's law
-  /// has a kink, the last instant before it must be one of them. `rtol` and `atol` are those of the trajectory: the
+  /// Integrates over the span of the grid (increasing times), stepping onto each of its points. The last instants
+  /// before jumps of the motion must be among them (with_jumps()). `rtol` and `atol` are those of the trajectory: the
   /// result is to be about as accurate. With 0 the steps are those of the grid: in systems of index 3 the multipliers'
   /// error grows as the step falls, and the estimate with it. Throws SolverError naming time and row where a stage
   /// system is singular.
@@ -57,8 +57,10 @@ class RadauLinear {
   /// D X + d at the evaluated point.
   void calc_momentum(const Eigen::MatrixXd& X, Eigen::MatrixXd& out) const;
   void begin_at(const Trajectory& trajectory, double t, const Eigen::MatrixXd& X);
-  /// Across the kink of a driver, between two instants of the trajectory; the next step begins on the other side.
-  void cross_kink(const Trajectory& trajectory, double before, double after, Eigen::MatrixXd& X);
+  /// The jump of the motion whose last instant before it is t, or null.
+  const MotionJump* jump_at(double t) const;
+  /// Across it; the next step begins on the other side.
+  void cross(const Trajectory& trajectory, const MotionJump& jump, Eigen::MatrixXd& X);
   /// The step from t0 to `next`: stages_ and what is called "after". Returns its error in tolerances.
   double attempt(const Trajectory& trajectory, double t0, double next, double tolerance, RadauResult& result);
   double state_error(double h, double tolerance);
@@ -77,7 +79,6 @@ class RadauLinear {
   std::vector<double> values_, part_;
   Stage begin_, stages_[3];
   std::vector<double> point_;
-  std::vector<double> kinks_;  // of drivers, each the first instant behind it
   Eigen::MatrixXd momentum_, momentum_after_, right_;
   Eigen::MatrixXd size_, size_after_;  // of X by group and column, the largest met
   Eigen::VectorXd gradient_, gradient_after_;

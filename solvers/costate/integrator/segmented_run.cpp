@@ -115,6 +115,21 @@ std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint(const Sampl
 }
 
 template <class Session, class SystemType>
+std::vector<MetEvent> SegmentedRun<Session, SystemType>::met_events() {
+  std::vector<MetEvent> met;
+  const int mode = system_.mode(), n = system_.assembly().n(), nz = system_.assembly().nz();
+  for (const Link& link : links_) {
+    if (link.jump.event < 0) continue;
+    system_.use_mode(link.jump.before);
+    const StateView s = system_.kinematic_state(link.jump.t, link.jump.y.data());
+    MetEvent& e = met.emplace_back(MetEvent{link.jump.t, link.jump.event, {}});
+    for (const auto& [x, count] : {std::pair{s.q, n}, {s.v, n}, {s.z, nz}}) e.qvz.insert(e.qvz.end(), x, x + count);
+  }
+  system_.use_mode(mode);
+  return met;
+}
+
+template <class Session, class SystemType>
 Counters SegmentedRun<Session, SystemType>::counters() const {
   Counters sum = past_;
   for (const auto& s : sessions_)

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "costate/adjoint/motion_jump.h"
 #include "costate/integrator/adjoint_invariant.h"
 #include "costate/integrator/cvode_session.h"
 #include "costate/integrator/ida_session.h"
@@ -106,6 +107,8 @@ class SegmentedRun {
   Counters counters() const;
   /// The events met so far.
   const std::vector<RunEvent>& events() const { return events_; }
+  /// The same with the states before them.
+  std::vector<MetEvent> met_events();
 
  private:
   Session& session() { return *sessions_.back(); }

@@ -294,6 +294,7 @@ bool SundialsSession<Api>::advance_segment(double t, Trajectory* trajectory, con
 
 template <class Api>
 void SundialsSession<Api>::record_step(double begin, double end, Trajectory& trajectory) {
+  if (!(begin < end)) return;  // an event at the beginning
   int order = 0;
   Api::last_order(memory_, &order);
   Vector at(y_.size(), context_);

@@ -14,7 +14,6 @@ namespace {
 constexpr long kPollStages = 64;  // stages between calls of the monitor
 
 Problem on_scheme(const Problem& problem) {
-  MotionEvents::refuse(*problem.mechanism, "discrete methods are");
   Problem p = problem;
   p.solver.integrator = discrete_integrator_of(problem);
   return p;
@@ -132,7 +131,11 @@ GradientResult explicit_tangent(const Problem& problem, const std::vector<double
                 tangent.step(stages, columns.data(), r.gradient.data());
                 r.counters.sensitivity_residuals += run.scheme().stages;
               },
-              [&](const Jump& jump) { system.jump_tangent(jump, columns.data(), count); }});
+              [&](const Jump& jump) {
+                system.jump_tangent(jump, columns.data(), count);
+                const std::vector<double>& cost = system.jump_cost_tangent();
+                for (std::size_t j = 0; j < cost.size(); ++j) r.gradient[j] += cost[j];
+              }});
   run.advance(o.t_end);
   watch.finish(o.t_end, run.y());
   r.psi = running_and_terminal(system, run, o.t_end);

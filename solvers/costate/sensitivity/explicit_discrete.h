@@ -1,12 +1,14 @@
 // Discrete tangent and adjoint of runs by explicit schemes with step control: psi is the sum that the steps form, and
-// the gradient is the derivative of that sum with the steps held fixed, to rounding, at every tolerance.
+// the gradient is the derivative of that sum with the steps held fixed, to rounding, at every tolerance. At events, and
+// at kinks whose time parameters move, the lengths of the steps on either side follow the parameters: by the flow's
+// rates there (lib/README.md (9)), to the tolerance.
 #pragma once
 
 #include "costate/problem/problem.h"
 
 namespace costate {
 
-/// On the scheme that discrete_integrator_of() names, which is an explicit one. Events are refused by name.
+/// On the scheme that discrete_integrator_of() names, which is an explicit one.
 GradientResult explicit_tangent(const Problem& problem, const std::vector<double>& rho);
 GradientResult explicit_adjoint(const Problem& problem, const std::vector<double>& rho);
 

@@ -24,6 +24,23 @@ bool without_estimate(const Problem& problem) {
 }
 constexpr std::size_t kCoarsest = 60;
 constexpr int kMaxRefinements = 7;
+// Of these grids' intervals: points so near to a jump give way, as what the motion is off there counts by the step.
+constexpr double kNearJump = 0.3;
+
+std::vector<double> away_from(const std::vector<MotionJump>& jumps, const std::vector<double>& grid) {
+  std::vector<char> keeps(grid.size(), 1);
+  for (const MotionJump& j : jumps) {
+    const auto above =
+        static_cast<std::size_t>(std::upper_bound(grid.begin() + 1, grid.end() - 1, j.before) - grid.begin());
+    const double near = kNearJump * (grid[above] - grid[above - 1]);
+    if (above + 1 < grid.size() && grid[above] - j.before < near) keeps[above] = 0;
+    if (above > 1 && j.before - grid[above - 1] < near) keeps[above - 1] = 0;
+  }
+  std::vector<double> r;
+  for (std::size_t i = 0; i < grid.size(); ++i)
+    if (keeps[i]) r.push_back(grid[i]);
+  return r;
+}
 
 template <class Run, class SystemType>
 void record(SystemType& system, const Problem& problem, const std::vector<double>& rho, ForwardMotion& motion) {
@@ -40,24 +57,29 @@ void record(SystemType& system, const Problem& problem, const std::vector<double
   if (!system.objective().terminal.empty()) motion.psi += system.terminal_cost(problem.solver.t_end, session.y());
   session.read_forward_counters();
   motion.counters = session.counters();
+  motion.events = session.events();
+  motion.met = session.met_events();
   GradientResult seen;
   seen.psi = motion.psi;
   watch.conclude(seen);
 }
-/// The kinks of drivers that the run passes.
-std::vector<double> kinks_of(const Problem& problem, const std::vector<double>& rho) {
-  std::vector<double> numbers = problem.mechanism->base_numbers(), kinks;
+/// The kinks of drivers that the run passes, and other times of laws that parameters move.
+std::vector<double> times_of_laws(const Problem& problem, const std::vector<double>& rho) {
+  std::vector<double> numbers = problem.mechanism->base_numbers();
   problem.parameters.apply(rho.data(), numbers);
-  for (const double t : driver_kinks(*problem.mechanism, numbers))
-    if (problem.solver.t_start < t && t <= problem.solver.t_end) kinks.push_back(t);
-  return kinks;
+  std::vector<double> times = driver_kinks(*problem.mechanism, numbers);
+  for (const MovingInstant& at : moving_instants(*problem.mechanism, problem.parameters, numbers))
+    times.push_back(at.t);
+  std::erase_if(times, [&](double t) { return !(problem.solver.t_start < t && t <= problem.solver.t_end); });
+  std::sort(times.begin(), times.end());
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  return times;
 }
 }  // namespace
 
 ForwardMotion record_motion(const Problem& problem, const std::vector<double>& rho) {
   const Mechanism& m = *problem.mechanism;
-  MotionEvents::refuse(m, "hand-derived methods are");
-  if (const std::vector<double> at = kinks_of(problem, rho); !at.empty()) {
+  if (const std::vector<double> at = times_of_laws(problem, rho); !at.empty()) {
     if (at.back() == problem.solver.t_end)
       throw CapabilityError(
           fmt::format("A driver's law has a kink at the end of the run, t = {:.6g} s; hand-derived methods "
@@ -138,9 +160,8 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
   equations.t_start = problem.solver.t_start;
   equations.set_parameters(rho.data());
   const ForwardMotion motion = record_motion(problem, rho);
-  // Passes stop at the last instant before a kink and go on at the first one behind it.
-  std::vector<double> kinks = kinks_of(problem, rho);
-  for (double& t : kinks) t = std::nextafter(t, -std::numeric_limits<double>::infinity());
+  // Passes stop at the last instant before a jump and go on at the first one behind it.
+  equations.set_jumps(motion_jumps(times_of_laws(problem, rho), motion.met));
   std::vector<double> ends{motion.trajectory.t_begin()};
   for (std::size_t i = 0; i < motion.trajectory.steps(); ++i) ends.push_back(motion.trajectory.step_end(i));
   const std::vector<double> changes =
@@ -149,7 +170,8 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
   const auto grid = [&](std::size_t stretches) {
     const std::vector<double> looked =
         with_looks(grid_of(motion.trajectory, std::max<std::size_t>(1, steps / stretches)), motion);
-    return with_times(with_times(looked, changes), kinks);
+    const std::vector<double> all = with_times(looked, changes);
+    return with_jumps(without_estimate(problem) ? away_from(equations.jumps(), all) : all, equations.jumps());
   };
   std::vector<double> sizes;
   for (const auto& p : problem.parameters.parameters) sizes.push_back(p.scale);
@@ -159,6 +181,7 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
   r.psi = motion.psi;
   r.counters = motion.counters;
   r.integrator = motion.integrator;
+  r.events = motion.events;
   const auto pass = [&](const std::vector<double>& times, double rtol) {
     const RadauResult x =
         radau.integrate(motion.trajectory, times, rtol, problem.solver.absolute(), [&](double t, long done) {

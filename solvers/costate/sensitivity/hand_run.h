@@ -16,6 +16,8 @@ struct ForwardMotion {
   std::string integrator;
   std::shared_ptr<const StepPlan> plan = {};  // of the run's steps
   int states = 0;                             // of forces, z
+  std::vector<MetEvent> met = {};             // the events of the mechanism
+  std::vector<RunEvent> events = {};          // the same, as they are told
 };
 
 /// Simulates on the formulation's default (or the chosen) integrator and keeps the motion (q, v, z).

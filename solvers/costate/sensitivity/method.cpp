@@ -177,8 +177,8 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
     const double t_start = whole.solver.t_start, t_end = whole.solver.t_end;
     std::vector<double> numbers = problem.mechanism->base_numbers();
     problem.parameters.apply(rho.data(), numbers);
-    const bool carried = method.needs == Needs::dae || method.needs == Needs::ode;
-    require_fixed_times(*problem.mechanism, problem.parameters, numbers, t_start, t_end, carried);
+    require_fixed_times(*problem.mechanism, problem.parameters, numbers, t_start, t_end,
+                        !by_fixed_steps(problem, method));
     require_joined_laws(*problem.mechanism, problem.parameters, numbers, t_start, t_end);
   }
   GradientResult r = method.gradient(whole, rho);

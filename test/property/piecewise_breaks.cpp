@@ -64,7 +64,12 @@ const std::vector<std::pair<const char*, const char*>> kCarry = {{"index1", "ida
                                                                  {"index2", "idas-forward"},
                                                                  {"index2", "idas-adjoint"},
                                                                  {"index3", "idas-forward"},
-                                                                 {"index3", "idas-adjoint"}};
+                                                                 {"index3", "idas-adjoint"},
+                                                                 {"baumgarte", "hand-adjoint"},
+                                                                 {"index2", "hand-adjoint"},
+                                                                 {"maggi", "hand-tangent"},
+                                                                 {"maggi", "discrete-tangent"},
+                                                                 {"index1", "discrete-adjoint"}};
 
 // At rest, off with a jerk, slower again: two kinks. A parabola out of rest: a jump of the acceleration, then a kink.
 constexpr const char* kCorners =
@@ -158,8 +163,8 @@ spring_law = {{ kind = "piecewise", breaks = [0.5], coefficients = {} }}
   CHECK(std::abs(r.gradient[0]) < 1e-12);  // moved by little, the law is another one by its square
   // Methods that do not carry a kink's time.
   problem = driven(kCorners, {"breaks[0]"});
-  problem.formulation = "maggi";
-  CHECK_THROWS_WITH(gradient(problem, "hand-adjoint", problem.parameters.values()),
+  problem.formulation = "index3";
+  CHECK_THROWS_WITH(gradient(problem, "discrete-adjoint", problem.parameters.values()),
                     Contains("Parameter 'driver.push.law.breaks[0]' moves the time t = 0.3 s"));
   // Breaks that change places.
   problem = driven(kCorners, {"breaks[0]"});

@@ -18,8 +18,8 @@ using Catch::Contains;
 
 namespace {
 
-// A bar that falls onto a floor with its end, two times within the run, with bristles between them: constraints that a
-// parameter moves, states that jump and states that go on, costs on the force that jumps.
+// A bar that falls onto a floor with its end, several times: constraints that a parameter moves, states that jump,
+// costs on the contact's force.
 std::string arm(const std::string& law) {
   return fmt::format(R"(
 [gravity]
@@ -41,9 +41,6 @@ point = "P"
 stiffness_N_per_m_n = 2e4
 {}
 ground_height_m = 0.75
-friction = "lugre"
-friction_coefficient = 0.1
-bristle_stiffness_per_m = 300
 [start]
 given = ["P.y"]
 [run]
@@ -75,33 +72,123 @@ std::vector<std::pair<std::string, std::string>> ways() {
   return all;
 }
 
+Problem arm_problem(const std::string& law, const std::vector<std::string>& numbers, double rtol) {
+  std::vector<std::string> names = {"contact.floor.stiffness_N_per_m_n", "contact.floor.ground_height_m",
+                                    "gravity.y_m_per_s2", "bar.arm.length_m", "bar.arm.mass_kg"};
+  for (const std::string& n : numbers) names.push_back("contact.floor." + n);
+  Problem p = make_problem(Scene::parse(arm(law), "arm.toml"), names);
+  p.solver.rtol = rtol;
+  p.solver.confirm = false;
+  return p;
+}
+
+constexpr const char* kCrossley = "law = \"hunt-crossley\"\nrestitution = 0.8";
+constexpr const char* kBristles =
+    "law = \"kelvin-voigt\"\ndamping_N_s_per_m = 20\nfriction = \"lugre\"\nfriction_coefficient = 0.1\n"
+    "bristle_stiffness_per_m = 300";
+
+bool chooses_steps(const std::string& formulation, const std::string& method) {
+  return method.starts_with("hand") && formulation != "index3";
+}
+
 }  // namespace
 
-// Against the forward sensitivities of IDAS, whose own error here is 3e-9 of the largest scaled component at rtol 1e-11
-// (by differences of runs). Each touch is a fresh start on a force that is not smooth there, and costs some 1e4 rtol; the
-// gradient of a penalty differs by O(1/alpha), 1e-8; index 3 is good to what its refinements tell.
+// Against the forward sensitivities of IDAS, which at rtol 1e-11 are within 3e-9 of differences of runs. Hand-derived
+// passes that choose their steps are within 1e-8, a penalty's differ by O(1/alpha). Steps of others are the motion's
+// own, or a grid's: the derivative of a force d^1.5 behind its touch, a square root, costs them digits: 5e-6.
 TEST_CASE("events: hand-derived and explicit discrete methods across touches", "[events]") {
-  for (const auto& [law, number] : {std::pair{"law = \"kelvin-voigt\"\ndamping_N_s_per_m = 20", "damping_N_s_per_m"},
-                                    {"law = \"hunt-crossley\"\nrestitution = 0.8", "restitution"}}) {
-    Problem p = make_problem(Scene::parse(arm(law), "arm.toml"),
-                             {"contact.floor.stiffness_N_per_m_n", std::string("contact.floor.") + number,
-                              "contact.floor.ground_height_m", "contact.floor.friction_coefficient",
-                              "gravity.y_m_per_s2", "bar.arm.length_m", "bar.arm.mass_kg"});
-    p.solver.rtol = 1e-11;
-    p.solver.confirm = false;
-    p.formulation = "index1";
-    const std::vector<double> rho = p.parameters.values();
-    const GradientResult expected = gradient(p, "idas-forward", rho);
-    REQUIRE(expected.events.size() >= 3);
-    for (const auto& [formulation, method] : ways()) {
-      CAPTURE(law, formulation, method);
+  Problem p = arm_problem(kCrossley, {"restitution"}, 1e-11);
+  p.formulation = "index1";
+  const std::vector<double> rho = p.parameters.values();
+  const GradientResult expected = gradient(p, "idas-forward", rho);
+  REQUIRE(expected.events.size() == 6);
+  for (const auto& [formulation, method] : ways()) {
+    CAPTURE(formulation, method);
+    p.formulation = formulation;
+    const GradientResult r = gradient(p, method, rho);
+    CHECK(std::abs(r.psi - expected.psi) <= 1e-8 * std::abs(expected.psi));
+    CHECK(r.events.size() == expected.events.size());
+    const auto mismatch = test::gradient_mismatch(r.gradient, expected.gradient, p.parameters);
+    INFO(mismatch.text);
+    CHECK(mismatch.error <= (chooses_steps(formulation, method) ? 1e-7 : 2e-5));
+  }
+}
+
+// A force that jumps at the touch, and bristles that do at the release. Bristles turn round as good as with a kink,
+// which passes with steps of their own resolve.
+TEST_CASE("events: hand-derived methods across touches with bristles", "[events]") {
+  Problem p = arm_problem(kBristles, {"damping_N_s_per_m", "friction_coefficient"}, 1e-11);
+  p.formulation = "index1";
+  const std::vector<double> rho = p.parameters.values();
+  const GradientResult expected = gradient(p, "idas-forward", rho);
+  REQUIRE(expected.events.size() == 3);
+  for (const auto& [formulation, method] : ways()) {
+    if (!chooses_steps(formulation, method)) continue;
+    CAPTURE(formulation, method);
+    p.formulation = formulation;
+    if (formulation.ends_with("second-order") && method == "hand-adjoint") {
+      CHECK_THROWS_WITH(gradient(p, method, rho), Contains("'contact.floor' has bristles"));
+      continue;
+    }
+    const GradientResult r = gradient(p, method, rho);
+    const auto mismatch = test::gradient_mismatch(r.gradient, expected.gradient, p.parameters);
+    INFO(mismatch.text);
+    CHECK(mismatch.error <= 1e-7);
+  }
+}
+
+// Steps that end at events have the guard at zero there, and what crosses is a map and its transpose: tangent and
+// adjoint are the same sums at any tolerance, as in explicit_schemes.cpp.
+TEST_CASE("events: discrete tangent and adjoint across touches agree to rounding", "[events]") {
+  for (const char* formulation : {"index1", "baumgarte", "maggi"})
+    for (const char* scheme : {"dopri5", "dop853"}) {
+      Problem p = arm_problem(kCrossley, {"restitution"}, 1e-5);
       p.formulation = formulation;
+      p.solver.integrator = scheme;
+      const std::vector<double> rho = p.parameters.values();
+      const GradientResult tangent = gradient(p, "discrete-tangent", rho),
+                           adjoint = gradient(p, "discrete-adjoint", rho);
+      CAPTURE(formulation, scheme);
+      CHECK(tangent.psi == adjoint.psi);
+      CHECK(tangent.events.size() == 6);
+      const auto mismatch = test::gradient_mismatch(adjoint.gradient, tangent.gradient, p.parameters);
+      INFO(mismatch.text);
+      CHECK(mismatch.error <= 1e-10);
+    }
+}
+
+// A rimless wheel's contacts close and open: rows that come and go. 1e-7 of the largest component at rtol 1e-11, as
+// between the methods of IDAS and CVODES.
+TEST_CASE("events: hand-derived and explicit discrete methods where rigid contacts close", "[events]") {
+  Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/rimless_wheel/rimless_wheel.toml"));
+  p.solver.rtol = 1e-11;
+  p.solver.confirm = false;
+  p.formulation = "index1";
+  const std::vector<double> rho = p.parameters.values();
+  const GradientResult expected = gradient(p, "idas-forward", rho);
+  REQUIRE(!expected.events.empty());
+  for (const auto& [formulation, method] : ways()) {
+    CAPTURE(formulation, method);
+    p.formulation = formulation;
+    try {
       const GradientResult r = gradient(p, method, rho);
-      CHECK(std::abs(r.psi - expected.psi) <= 1e-8 * std::abs(expected.psi));
-      CHECK(r.events.size() == expected.events.size());
       const auto mismatch = test::gradient_mismatch(r.gradient, expected.gradient, p.parameters);
       INFO(mismatch.text);
       CHECK(mismatch.error <= 1e-7);
+    } catch (const CapabilityError& e) {
+      CHECK(std::string(e.what()).find("comes and goes with a contact that closes") != std::string::npos);
+      const bool carries = formulation == "index1" || formulation == "baumgarte" || formulation == "penalty" ||
+                           formulation == "augmented-lagrangian";
+      CHECK(!carries);
     }
   }
+}
+
+TEST_CASE("events: what does not carry them is refused by name", "[events]") {
+  Problem p = arm_problem(kCrossley, {}, 1e-6);
+  const std::vector<double> rho = p.parameters.values();
+  p.formulation = "index1";
+  CHECK_THROWS_WITH(hessian(p, rho), Contains("Hessian products are not carried across"));
+  p.formulation = "index3";
+  CHECK_THROWS_WITH(gradient(p, "discrete-adjoint", rho), Contains("fixed steps are not carried across"));
 }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "costate/base/error.h"
+#include "costate/element/guarded_force.h"
 
 namespace costate {
 
@@ -151,10 +152,28 @@ class Search {
 
 }  // namespace
 
+namespace {
+/// Bristles turn round within a millionth of their transition velocity: a kink to the derivatives of forces, but a
+/// smooth one, whose ends lie outside what is taken for it.
+void require_no_bristles(const Mechanism& mechanism) {
+  for (const auto& f : mechanism.forces()) {
+    if (!dynamic_cast<const GuardedForce*>(f.get())) continue;
+    for (int i = 0; i < f->states(); ++i)
+      if (f->state_name(i).rfind("bristle", 0) == 0)
+        throw CapabilityError(
+            fmt::format("'{}' has bristles, whose rates turn round too sharply for a second-order adjoint, which holds "
+                        "the derivatives of forces by time. Take the first-order adjoint of this formulation (penalty, "
+                        "maggi), or a friction without bristles.",
+                        f->path()));
+  }
+}
+}  // namespace
+
 std::vector<ForceKink> find_force_kinks(Assembly& assembly, const Objective& objective,
                                         const std::vector<double>& times,
                                         const std::function<void(double t, double* qvz)>& motion,
                                         const std::vector<MotionJump>& jumps) {
+  require_no_bristles(assembly.mechanism());
   if (times.size() < 2) return {};
   return Search(assembly, objective, motion, jumps).run(times);
 }

@@ -55,7 +55,7 @@ void AccelerationAdjoint::fill() {
   A_.add(at_.s_phi_t, assembly_.phi_q.data());
   A_.add_constant(at_.s_v, -1);
   A_.add(at_.s_phi, assembly_.phi_q.data());
-  A_.add(at_.corner, level_.corner());
+  A_.add_constant(at_.corner, -level_.stabilization().inverse_alpha);
   const ScalarGradient& g = running_gradient();
   b_.col(0) << -g.q, -g.v, -g.z, -g.a, -g.lambda;
 }

@@ -62,13 +62,14 @@ void TangentEquations::fill() {
   const int z = 2 * n_, a = z + nz_, l = a + n_;
   b_.middleRows(z, nz_) = c.f;
   b_.middleRows(a, n_) = c.F;
+  const Stabilization& st = level_.stabilization();
   switch (constraints_) {
     case Constraints::acceleration:
       A_.add(at_.r_q, level_.R2_q().data());
       A_.add(at_.r_v, level_.R2_v().data());
       A_.add(at_.r_a, assembly_.phi_q.data());
-      A_.add(at_.corner, level_.corner());
-      b_.middleRows(l, m_) = level_.constraint_columns(c);
+      A_.add_constant(at_.corner, -st.inverse_alpha);
+      b_.middleRows(l, m_) = st.columns(c);
       break;
     case Constraints::index2:
       A_.add(at_.q_g, assembly_.phi_q.data(), -1);

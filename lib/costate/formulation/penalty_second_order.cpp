@@ -4,7 +4,6 @@
 #include "costate/adjoint/tangent_equations.h"
 #include "costate/formulation/acceleration_ode.h"
 #include "costate/formulation/formulation.h"
-#include "costate/formulation/switched_rows_refusal.h"
 #include "costate/level/penalty_weight.h"
 
 namespace costate {
@@ -31,10 +30,8 @@ const RegisterFormulation penalty_second_order_registered({
         },
     .make_hand_adjoint =
         [](auto mechanism, auto parameters, auto objective, const FormulationOptions& o) {
-          auto equations = std::make_unique<SecondOrderAdjoint>(mechanism, parameters, objective,
-                                                                penalty_stabilization(mechanism, o));
-          refuse_switched_rows(equations->assembly());
-          return equations;
+          return std::make_unique<SecondOrderAdjoint>(mechanism, parameters, objective,
+                                                      penalty_stabilization(mechanism, o));
         },
     .candidate_stabilization = penalty_stabilization,
     .firmer = firmer_penalty,

@@ -19,6 +19,13 @@ Problem on_scheme(const Problem& problem) {
   return p;
 }
 
+void require_no_sliding(const OdeSystem& system) {
+  if (system.assembly().slidable_rows().empty()) return;
+  throw CapabilityError(
+      "This scene has rigid contacts with friction that close, and may slide; discrete methods are not made for that "
+      "yet. Take idas or cvodes methods, or friction = \"none\".");
+}
+
 double running_and_terminal(OdeSystem& system, const ExplicitRun& run, double t) {
   return run.cost() + (system.objective().terminal.empty() ? 0 : system.terminal_cost(t, run.y()));
 }
@@ -105,6 +112,7 @@ GradientResult adjoint_once(OdeSystem& system, const Problem& problem, const std
 GradientResult explicit_adjoint(const Problem& problem, const std::vector<double>& rho) {
   const Problem own = on_scheme(problem);
   const auto system = own.make_ode();
+  require_no_sliding(*system);
   return resolved_gradient(
       own, [&](const Problem& p, double asked, double& part) { return adjoint_once(*system, p, rho, asked, part); });
 }
@@ -112,6 +120,7 @@ GradientResult explicit_adjoint(const Problem& problem, const std::vector<double
 GradientResult explicit_tangent(const Problem& problem, const std::vector<double>& rho) {
   const Problem own = on_scheme(problem);
   const auto owned = own.make_ode();
+  require_no_sliding(*owned);
   OdeSystem& system = *owned;
   system.set_parameters(rho.data());
   const SolverOptions& o = own.solver;

@@ -159,6 +159,12 @@ std::vector<double> refined(const std::vector<double>& grid) {
 GradientResult run_hand_equations(const Problem& problem, const std::vector<double>& rho, HandEquations& equations) {
   equations.t_start = problem.solver.t_start;
   equations.set_parameters(rho.data());
+  if (equations.assembly().has_switched_rows())
+    throw CapabilityError(
+        "This scene has rigid contacts that close, whose rows come and go; hand-derived equations do not hold them "
+        "yet. "
+        "Take idas or cvodes methods, or let the contacts bounce for good (restitution above 0, no "
+        "closing_speed_m_per_s).");
   const ForwardMotion motion = record_motion(problem, rho);
   // Passes stop at the last instant before a jump and go on at the first one behind it.
   equations.set_jumps(motion_jumps(times_of_laws(problem, rho), motion.met));

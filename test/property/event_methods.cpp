@@ -95,7 +95,8 @@ bool chooses_steps(const std::string& formulation, const std::string& method) {
 
 // Against the forward sensitivities of IDAS, which at rtol 1e-11 are within 3e-9 of differences of runs. Hand-derived
 // passes that choose their steps are within 1e-8, a penalty's differ by O(1/alpha). Steps of others are the motion's
-// own, or a grid's: the derivative of a force d^1.5 behind its touch, a square root, costs them digits: 5e-6.
+// own, or a grid's: the derivative of a force d^1.5 behind its touch, a square root, and the force's end at the release
+// cost them digits: 5e-6, and 3e-5 of index 3.
 TEST_CASE("events: hand-derived and explicit discrete methods across touches", "[events]") {
   Problem p = arm_problem(kCrossley, {"restitution"}, 1e-11);
   p.formulation = "index1";
@@ -110,7 +111,7 @@ TEST_CASE("events: hand-derived and explicit discrete methods across touches", "
     CHECK(r.events.size() == expected.events.size());
     const auto mismatch = test::gradient_mismatch(r.gradient, expected.gradient, p.parameters);
     INFO(mismatch.text);
-    CHECK(mismatch.error <= (chooses_steps(formulation, method) ? 1e-7 : 2e-5));
+    CHECK(mismatch.error <= (chooses_steps(formulation, method) ? 1e-7 : formulation == "index3" ? 1e-4 : 2e-5));
   }
 }
 

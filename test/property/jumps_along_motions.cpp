@@ -169,7 +169,7 @@ TEST_CASE("a jump of a force by a post is carried, wherever parameters move it")
         std::pair("baumgarte", "idas-adjoint"), std::pair("penalty", "cvodes-forward"),
         std::pair("maggi", "cvodes-adjoint"), std::pair("maggi-implicit", "idas-adjoint"),
         std::pair("index2", "idas-adjoint"), std::pair("index3", "idas-adjoint"), std::pair("maggi", "hand-adjoint"),
-        std::pair("index2", "hand-tangent"), std::pair("index1", "discrete-adjoint")}) {
+        std::pair("index2", "hand-tangent")}) {
     INFO(formulation << " " << method);
     moved.formulation = formulation;
     const GradientResult r = gradient(moved, method, values);

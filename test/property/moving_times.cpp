@@ -50,18 +50,27 @@ TEST_CASE("driver with kinks: gradients by their times equal differences") {
       problem.formulation = "index1";
       const auto rho = problem.parameters.values();
       const GradientResult oracle = gradient(problem, "differences", rho);
-      for (const auto& [formulation, method] :
-           {std::pair("index1", "idas-forward"), std::pair("index1", "cvodes-adjoint"),
-            std::pair("baumgarte", "idas-adjoint"), std::pair("penalty", "cvodes-forward"),
-            std::pair("augmented-lagrangian", "cvodes-adjoint"), std::pair("maggi", "cvodes-forward"),
-            std::pair("maggi", "cvodes-adjoint"), std::pair("maggi-implicit", "idas-forward"),
-            std::pair("maggi-implicit", "idas-adjoint"), std::pair("index2", "idas-forward"),
-            std::pair("index2", "idas-adjoint"), std::pair("index3", "idas-adjoint"),
-            std::pair("baumgarte", "hand-tangent"), std::pair("index1", "hand-adjoint"),
-            std::pair("index2", "hand-tangent"), std::pair("index2", "hand-adjoint"),
-            std::pair("penalty", "hand-adjoint"), std::pair("maggi", "hand-tangent"),
-            std::pair("maggi-implicit", "hand-adjoint"), std::pair("baumgarte", "discrete-tangent"),
-            std::pair("maggi", "discrete-adjoint")}) {
+      for (const auto& [formulation, method] : {std::pair("index1", "idas-forward"),
+                                                std::pair("index1", "cvodes-adjoint"),
+                                                std::pair("baumgarte", "idas-adjoint"),
+                                                std::pair("penalty", "cvodes-forward"),
+                                                std::pair("augmented-lagrangian", "cvodes-adjoint"),
+                                                std::pair("maggi", "cvodes-forward"),
+                                                std::pair("maggi", "cvodes-adjoint"),
+                                                std::pair("maggi-implicit", "idas-forward"),
+                                                std::pair("maggi-implicit", "idas-adjoint"),
+                                                std::pair("index2", "idas-forward"),
+                                                std::pair("index2", "idas-adjoint"),
+                                                std::pair("index3", "idas-adjoint"),
+                                                std::pair("baumgarte", "hand-tangent"),
+                                                std::pair("index1", "hand-adjoint"),
+                                                std::pair("index2", "hand-tangent"),
+                                                std::pair("index2", "hand-adjoint"),
+                                                std::pair("penalty", "hand-adjoint"),
+                                                std::pair("maggi", "hand-tangent"),
+                                                std::pair("maggi-implicit", "hand-adjoint"),
+                                                std::pair("baumgarte", "discrete-tangent"),
+                                                std::pair("maggi", "discrete-adjoint")}) {
         INFO(formulation << " " << method);
         problem.formulation = formulation;
         const GradientResult r = gradient(problem, method, rho);

@@ -20,6 +20,8 @@ namespace {
 constexpr double kDiesOut = 1e-6;
 // And where that is said beside another cause.
 constexpr double kDying = 1e-3;
+// What leaves more slowly than this part of the largest speed so far lifts by less than a touch is seen from.
+constexpr double kHardly = 3e-5;
 }  // namespace
 
 std::vector<MotionEvents::InPlay> MotionEvents::find_in_play(int event, const StateView& before, double speed) {
@@ -191,6 +193,7 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
   };
   std::vector<double> found;
   std::vector<int> chosen;
+  std::vector<std::size_t> lifted;
   const auto names = [&] {
     std::vector<std::string> list;
     for (const InPlay& c : in_play) list.push_back(c.contact->force->path());
@@ -233,7 +236,20 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
             : ""));
   }
   impact.solve(rows_of(chosen));
-  for (std::size_t c = 0; c < in_play.size(); ++c) in_play[c].way = chosen[c];
+  // Contacts that strike in turn, ever more slowly, lift each other infinitely many times in finite time. What would
+  // lift too little to be seen stays, as a plastic impact of all of them has it.
+  for (std::size_t c = 0; c < in_play.size(); ++c) {
+    const int normal = in_play[c].rows.front();
+    if (chosen[c] == kOpen && impact.row(normal).rests && speed_after(normal) < kHardly * fastest_) lifted.push_back(c);
+  }
+  for (std::size_t c = 0; c < in_play.size(); ++c)
+    if (std::find(lifted.begin(), lifted.end(), c) == lifted.end()) in_play[c].way = chosen[c];
+  if (lifted.empty()) return;
+  std::vector<ActiveRow> active = rows_of(chosen);
+  for (const std::size_t c : lifted)
+    for (const int row : in_play[c].rows)  // friction of what slides is left out: it would push
+      if (row == in_play[c].rows.front() || impact.row(row).rests) active.push_back({row, ActiveRow::Law::held, 0, 0});
+  impact.solve(active);
 }
 
 }  // namespace costate

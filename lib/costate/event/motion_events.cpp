@@ -16,6 +16,8 @@ namespace {
 constexpr int kLooks = 4;
 // A speed of sliding the wrong way of this part of the largest one so far is the integrator's error.
 constexpr double kWrongWay = 1e-5;
+// And a depth of this part of the coordinates, of what has just left.
+constexpr double kFallen = 1e-7;
 // A gap of this part of the coordinates is none.
 constexpr double kGapRounding = 1e-10;
 }  // namespace
@@ -193,7 +195,8 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
         for (int k = 0; k < 50 && !(value(g, at(a)) * direction < -rounding); ++k)
           a = begin + (end - begin) * std::ldexp(1, -50 + k);
         g.ready = value(g, at(a)) * direction < -rounding;
-        if (!g.ready && after_[i] * direction <= std::max(before, 0.0) + rounding) continue;
+        // Integrators restart at order one, where positions go straight for a step: less than this is theirs.
+        if (!g.ready && after_[i] * direction <= std::max(std::max(before, 0.0) + rounding, kFallen * size)) continue;
         if (!g.ready)
           throw SolverError(
               fmt::format("At t = {:.9g} s '{}' falls into the ground that it has just left.", begin, g.name));

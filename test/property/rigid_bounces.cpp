@@ -80,6 +80,10 @@ struct OneContact {
   }
 };
 
+std::string with_output(std::string text, const std::string& output) {
+  return text.replace(text.find("OUTPUT"), 6, output);
+}
+
 }  // namespace
 
 // A rod without gravity, so that the motion is straight but for the impact at 0.1 s; the angle at the end is w 0.4 s.
@@ -170,4 +174,78 @@ TEST_CASE("rigid friction: Painleve's rod", "[events]") {
   p = make_problem(Scene::load(COSTATE_MODELS_DIR "/painleve_rod/painleve_rod.toml",
                                {"contact.tip.friction_coefficient=0.2", "run.t_end_s=0.2"}));
   CHECK(simulate(p, p.parameters.values()).events.empty());
+}
+
+// A bar falls tilted onto both its ends, without friction and restitution: the ends strike in turn, each time 1/2 to
+// 1/10 as fast, infinitely many times in finite time. Where they lift too little to be seen both stay closed, and carry
+// half the weight each. The bar is level then but for the height of the last hop, some (3e-5 of the speed)^2/(2 g) =
+// 1e-9 m.
+TEST_CASE("rigid contacts: impacts that die out end in rest on both ends", "[events]") {
+  const std::string scene = R"(
+[gravity]
+y_m_per_s2 = -9.81
+[body.bar]
+x_m = 0
+y_m = 0.5
+angle_rad = 0.2
+mass_kg = 3
+inertia_kg_m2 = 0.25
+[point.left]
+on = "bar"
+x_m = -0.5
+y_m = 0
+[point.right]
+on = "bar"
+x_m = 0.5
+y_m = 0
+[contact.left]
+kind = "rigid"
+point = "left"
+[contact.right]
+kind = "rigid"
+point = "right"
+[start]
+given = ["bar.x", "bar.y", "bar.angle"]
+[run]
+t_end_s = 1.5
+rtol = 1e-10
+[[cost.terminal]]
+kind = "value"
+output = "OUTPUT"
+)";
+  for (const char* formulation : {"index1", "baumgarte", "penalty"}) {
+    CAPTURE(formulation);
+    const auto end = [&](const std::string& output) {
+      Problem p = make_problem(Scene::parse(with_output(scene, output), "bar.toml"));
+      p.formulation = formulation;
+      return simulate(p, p.parameters.values());
+    };
+    const Simulation s = end("left.normal_force");
+    CHECK(s.events.back().mode == "closed");
+    CHECK(s.events.size() < 30);
+    CHECK(std::abs(s.psi - 0.5 * 3 * 9.81) <= 1e-5);
+    CHECK(std::abs(end("bar.angle").psi) <= 1e-7);
+    // All energy that it falls with is taken: 3 kg from 0.5 m.
+    double taken = 0;
+    for (const RunEvent& e : s.events) taken += e.energy_lost;
+    CHECK(std::abs(taken - 3 * 9.81 * 0.5) <= 1e-6);
+  }
+}
+
+// Both edges of the block stick in the end, which holds it twice along the ground: the penalty formulation carries
+// that. All energy above that of rest is taken; 1/alpha leaves some 1e-8. Index 1 does not, and says what does.
+TEST_CASE("rigid contacts: a rocking block comes to rest", "[events]") {
+  const auto block = [](const char* formulation) {
+    Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/rocking_block/rocking_block.toml", {"run.t_end_s=5"}));
+    p.formulation = formulation;
+    return p;
+  };
+  Problem p = block("penalty");
+  const Simulation s = simulate(p, p.parameters.values());
+  CHECK(std::abs(s.psi) <= 1e-7);
+  double taken = 0;
+  for (const RunEvent& e : s.events) taken += e.energy_lost;
+  CHECK(std::abs(taken - 9.81 * (0.623150273256 - 0.6)) <= 1e-6);
+  p = block("index1");
+  CHECK_THROWS_WITH(simulate(p, p.parameters.values()), Catch::Contains("penalty"));
 }

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/event/contact_gap.h"
 #include "costate/event/contact_ways.h"
 #include "costate/event/motion_events.h"
@@ -250,6 +251,11 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
     for (const int row : in_play[c].rows)  // friction of what slides is left out: it would push
       if (row == in_play[c].rows.front() || impact.row(row).rests) active.push_back({row, ActiveRow::Law::held, 0, 0});
   impact.solve(active);
+  const ContactOf& own = contacts_[static_cast<std::size_t>(of(event).contact)];
+  notice(fmt::format(
+      "At t = {:.9g} s impacts of contacts ({}) die out, infinitely many of them: after the last, at {:.3g} m/s (once "
+      "{:.3g}), they stay closed. It takes {:.3g} J.",
+      before.t, names(), speed, own.largest_approach, impact.energy_lost()));
 }
 
 }  // namespace costate

@@ -216,6 +216,12 @@ void MotionEvents::settle(const StateView& s, double* z, const std::string& even
     for (const ContactOf* c : closed) list.push_back(c->force->path());
     return fmt::format("{}", fmt::join(list, ", "));
   };
+  // Two that stick on one body hold it twice along the ground.
+  const bool redundant =
+      std::count_if(closed.begin(), closed.end(), [](const ContactOf* c) { return c->sliding_state >= 0; }) > 1;
+  const char* advice = redundant ? " Where several stick on one body their friction is not determined: formulation = "
+                                   "\"penalty\" carries that."
+                                 : "";
   const bool few = for_all_ways(options, [&](const std::vector<int>& ways) {
     write(ways);
     StateView at = s;
@@ -241,8 +247,8 @@ void MotionEvents::settle(const StateView& s, double* z, const std::string& even
       throw SolverError(
           fmt::format("At t = {:.9g} s, behind '{}', the motion has several solutions, in which contacts ({}) do "
                       "different things: the laws of rigid bodies with Coulomb friction do not choose between them "
-                      "(Painleve). Take less friction, or kind = \"compliant\".",
-                      s.t, event, names()));
+                      "(Painleve). Take less friction, or kind = \"compliant\".{}",
+                      s.t, event, names(), advice));
   });
   if (!few)
     throw CapabilityError(
@@ -252,8 +258,8 @@ void MotionEvents::settle(const StateView& s, double* z, const std::string& even
     throw CapabilityError(fmt::format(
         "At t = {:.9g} s, behind '{}', no way to stick, to slide or to open is a motion of the contacts that touch "
         "({}): the laws of rigid bodies with Coulomb friction have no solution there (Painleve), or an impact of more "
-        "than one instant.{} Take kind = \"compliant\".",
-        s.t, event, names(), undetermined.empty() ? "" : " " + undetermined));
+        "than one instant.{} Take kind = \"compliant\".{}",
+        s.t, event, names(), undetermined.empty() ? "" : " " + undetermined, advice));
   write(chosen);
 }
 

@@ -92,7 +92,8 @@ TEST_CASE("watch: index 1 says that it drifts, and the default does not drift") 
   CHECK_THAT(said([&] { simulated(drifting); }), Contains("drift") && Contains("bar.rod.length"));
   const Problem p = case_of("longp", "", {"run.t_end_s=100"});
   GradientResult r;
-  CHECK(said([&] { r = gradient(p, "idas-adjoint", p.parameters.values()); }) == "");
+  // A hundred seconds make much of small errors, and that is said; of rows that come apart nothing is.
+  CHECK_THAT(said([&] { r = gradient(p, "idas-adjoint", p.parameters.values()); }), !Contains("drift"));
   // From runs at rtol 1e-12; what phase errors of a hundred seconds leave at rtol 1e-8 is some 1e-3 of it.
   CHECK(r.gradient[0] == Approx(-3.723).epsilon(3e-3));
 }

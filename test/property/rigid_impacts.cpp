@@ -263,6 +263,10 @@ TEST_CASE("rigid contacts: gradients through closing and opening", "[events]") {
   for (const ImpactWay& way : impact_ways) {
     p.formulation = way.formulation;
     CAPTURE(way.formulation, way.method);
+    if (std::string(way.method).rfind("hand-", 0) == 0) {
+      CHECK_THROWS_WITH(gradient(p, way.method, rho), Catch::Contains("rigid contacts that close"));
+      continue;
+    }
     const std::string name = way.formulation;
     if (name == "index2" || name == "index3" || name.rfind("maggi", 0) == 0) {
       CHECK_THROWS_WITH(gradient(p, way.method, rho), Catch::Contains("contact.floor.normal"));
@@ -286,7 +290,8 @@ TEST_CASE("rigid contacts: refusals", "[events]") {
   Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/bouncing_ball/drop.toml"));
   p.solver.t_end = 4.2;  // beyond the last bounce
   CHECK_THROWS_WITH(simulate(p, p.parameters.values()), Catch::Contains("contact.floor.closing_speed_m_per_s"));
-  CHECK_THROWS_WITH(gradient(p, "hand-adjoint", p.parameters.values()), Catch::Contains("events"));
+  CHECK_THROWS_WITH(gradient(p, "hand-adjoint", p.parameters.values()),
+                    Catch::Contains("contact.floor.closing_speed_m_per_s"));
   // It closes where it is slower, and rests.
   p = make_problem(Scene::load(COSTATE_MODELS_DIR "/bouncing_ball/drop.toml",
                                {"contact.floor.closing_speed_m_per_s=0.01", "run.t_end_s=4.5"}));

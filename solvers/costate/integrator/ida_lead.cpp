@@ -11,16 +11,25 @@
 namespace costate {
 
 namespace {
-constexpr int kLow = 2;     // an order that IDAS passes within its first steps
-constexpr long kLong = 40;  // steps in a row
+constexpr int kLow = 2;            // an order that IDAS passes within its first steps
+constexpr long kLong = 40;         // steps in a row
+constexpr double kNoError = 1e-3;  // of the tolerance: an error of the states that asks for no order
 }  // namespace
 
 bool IdaSession::asks_for_lead() {
   if (start_.led || !system_.has_running_cost() || q_.size() == 0) return false;
   int order = 0;
   IDAGetLastOrder(memory_, &order);
-  low_ = order <= kLow ? low_ + 1 : 0;
+  low_ = order <= kLow && states_have_no_error() ? low_ + 1 : 0;
   return low_ >= kLong;
+}
+
+bool IdaSession::states_have_no_error() {
+  Vector errors(y_.size(), context_), weights(y_.size(), context_);
+  if (IDAGetEstLocalErrors(memory_, errors) < 0 || IDAGetErrWeights(memory_, weights) < 0) return false;
+  for (int i = 0; i < system_.size(); ++i)
+    if (id_.data()[i] != 0 && !(std::abs(errors.data()[i]) * weights.data()[i] < kNoError)) return false;
+  return true;
 }
 
 void IdaSession::begin_lead() {

@@ -43,6 +43,7 @@ class IdaSession final : public SundialsSession<IdaApi> {
   Vector absolute_tolerances(double scale) const;
   // psi beside the unknowns, for the choice of the order alone (ida_lead.cpp).
   int led() const { return y_.size() - system_.size(); }
+  bool states_have_no_error();
   void begin_lead();
   void begin_lead_sensitivities();
   void prepare_lead_tangent(double t, const double* y);

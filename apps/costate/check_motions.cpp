@@ -115,10 +115,11 @@ void MotionCheck::find_reference(const std::string& formulation, double rtol) {
   for (std::size_t c = 0; c < columns; ++c)
     largest[state_.outputs()[c]->unit()] = std::max(largest[state_.outputs()[c]->unit()], range_[c]);
   for (std::size_t c = 0; c < columns; ++c) {
-    unit_[c] = std::max(unit_[c], 1e-3 * largest[state_.outputs()[c]->unit()]);
+    const double of_its_kind = 1e-3 * largest[state_.outputs()[c]->unit()];
+    unit_[c] = std::max(unit_[c], of_its_kind);
     if (!(unit_[c] > 0)) unit_[c] = 1;
     // What rests beside something that moves is known to the tolerance of that, and no output to more than rounding.
-    const double least = std::max(1e-3 * largest[state_.outputs()[c]->unit()] * kRange * own_rtol, 1e-15 * unit_[c]);
+    const double least = std::max(of_its_kind * kRange * own_rtol, 1e-15 * unit_[c]);
     for (auto& sample : allowed_) sample[c] = std::max(sample[c], least);
   }
 }

@@ -10,17 +10,12 @@
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
+#include "support/with_words.h"
 
 using namespace costate;
+using costate::test::with_words;
 
 namespace {
-
-std::string with_words(std::string text, const std::vector<std::pair<std::string, std::string>>& with) {
-  for (const auto& [from, to] : with)
-    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
-      text.replace(at, from.size(), to);
-  return text;
-}
 
 struct ImpactWay {
   const char *formulation, *method;

@@ -67,9 +67,7 @@ void MotionEvents::strike(int event, const StateView& before) {
   }
   StateView open = before;
   open.z = open_z_.data();
-  Taylor2 gap;
-  gap_of(*own.force, *own.contact, before, assembly_, nullptr, &gap);
-  const double speed = -gap.c1;
+  const double speed = -row_of(*own.force, *own.contact, 0, before, assembly_, nullptr).c1;
   own.largest_approach = std::max(own.largest_approach, speed);
   std::vector<InPlay> in_play = find_in_play(event, before, speed);
   const bool poisson = std::any_of(in_play.begin(), in_play.end(), [](const InPlay& c) {
@@ -209,12 +207,7 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
       chosen = ways;
       return;
     }
-    double size = 0, apart = 0;
-    for (std::size_t i = 0; i < u.size(); ++i) {
-      size = std::max({size, std::abs(u[i]), std::abs(found[i])});
-      apart = std::max(apart, std::abs(u[i] - found[i]));
-    }
-    if (apart > kSameMotion * size)
+    if (!are_one_motion(found, u.data()))
       throw SolverError(
           fmt::format("At t = {:.9g} s the impact of '{}' has several solutions, in which contacts ({}) do different "
                       "things: the laws of rigid bodies do not choose between them. Take kind = \"compliant\".",

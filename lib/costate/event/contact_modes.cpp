@@ -238,12 +238,7 @@ void MotionEvents::settle(const StateView& s, double* z, const std::string& even
       found.assign(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(n));
       return;
     }
-    double size = 0, apart = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      size = std::max({size, std::abs(x[i]), std::abs(found[i])});
-      apart = std::max(apart, std::abs(x[i] - found[i]));
-    }
-    if (apart > kSameMotion * size)
+    if (!are_one_motion(found, x.data()))
       throw SolverError(
           fmt::format("At t = {:.9g} s, behind '{}', the motion has several solutions, in which contacts ({}) do "
                       "different things: the laws of rigid bodies with Coulomb friction do not choose between them "

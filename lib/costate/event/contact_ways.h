@@ -2,6 +2,8 @@
 // are gone through (event/contact_impact.cpp, event/contact_modes.cpp).
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -24,6 +26,16 @@ inline bool is_given(int way) { return way >= kGivenSticks; }
 inline int slides(int way) {
   const int w = is_given(way) ? way - kGivenSticks + kSticks : way;
   return w == kForward ? 1 : w == kBackward ? -1 : 0;
+}
+
+/// Whether two solutions are one: velocities or accelerations, those of `a` first in `b`.
+inline bool are_one_motion(const std::vector<double>& a, const double* b) {
+  double size = 0, apart = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    size = std::max({size, std::abs(a[i]), std::abs(b[i])});
+    apart = std::max(apart, std::abs(a[i] - b[i]));
+  }
+  return apart <= kSameMotion * size;
 }
 
 /// Calls visit(the way of each) for all combinations, those first in which the first options are taken; the last

@@ -1,11 +1,29 @@
 #include "costate/event/guard_value.h"
 
-#include <vector>
-
-#include "costate/element/guarded_force.h"
 #include "costate/element/unilateral_force.h"
 
 namespace costate {
+
+double guard_value(const Force& force, const GuardedForce& guarded, int k, int first_state, int first_row,
+                   const StateView& s, const Assembly& assembly, std::vector<double>& buffer) {
+  const auto& c = force.coordinates();
+  const auto& numbers = force.numbers();
+  buffer.resize(2 * c.size() + numbers.size());
+  double *q = buffer.data(), *v = q + c.size(), *p = v + c.size();
+  for (std::size_t i = 0; i < c.size(); ++i) {
+    q[i] = s.q[c[i]];
+    v[i] = s.v[c[i]];
+  }
+  for (std::size_t i = 0; i < numbers.size(); ++i) p[i] = assembly.numbers()[static_cast<std::size_t>(numbers[i])];
+  LocalState local;
+  local.t = s.t;
+  local.q = q;
+  local.v = v;
+  local.z = s.z + first_state;
+  local.p = p;
+  if (first_row >= 0 && s.lambda) local.lambda = s.lambda + first_row;
+  return guarded.guard_value(k, local);
+}
 
 double guard_value(int event, const StateView& s, const Assembly& assembly) {
   const Mechanism& mech = assembly.mechanism();
@@ -17,22 +35,12 @@ double guard_value(int event, const StateView& s, const Assembly& assembly) {
       event -= guarded->guard_count();
       continue;
     }
-    std::vector<double> q, v, p;
-    for (const int c : force.coordinates()) {
-      q.push_back(s.q[c]);
-      v.push_back(s.v[c]);
-    }
-    for (const int number : force.numbers()) p.push_back(assembly.numbers()[static_cast<std::size_t>(number)]);
-    LocalState local;
-    local.t = s.t;
-    local.q = q.data();
-    local.v = v.data();
-    local.z = s.z + mech.state_offsets()[f];
-    local.p = p.data();
-    if (const auto* unilateral = dynamic_cast<const UnilateralForce*>(&force); unilateral && s.lambda)
+    int first_row = -1;
+    if (const auto* unilateral = dynamic_cast<const UnilateralForce*>(&force))
       for (std::size_t i = 0; i < mech.constraints().size(); ++i)
-        if (mech.constraints()[i].get() == unilateral->rows()) local.lambda = s.lambda + mech.row_offsets()[i];
-    return guarded->guard_value(event, local);
+        if (mech.constraints()[i].get() == unilateral->rows()) first_row = mech.row_offsets()[i];
+    std::vector<double> buffer;
+    return guard_value(force, *guarded, event, mech.state_offsets()[f], first_row, s, assembly, buffer);
   }
   return 0;
 }

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "costate/base/error.h"
-#include "costate/event/contact_gap.h"
+#include "costate/event/guard_value.h"
 
 namespace costate {
 
@@ -96,23 +96,7 @@ MeasureArguments MotionEvents::arguments() const {
 }
 
 double MotionEvents::value(const GuardOf& g, const StateView& s) {
-  const auto& c = g.force->coordinates();
-  const auto& numbers = g.force->numbers();
-  values_.resize(2 * c.size() + numbers.size());
-  double *q = values_.data(), *v = q + c.size(), *p = v + c.size();
-  for (std::size_t i = 0; i < c.size(); ++i) {
-    q[i] = s.q[c[i]];
-    v[i] = s.v[c[i]];
-  }
-  for (std::size_t i = 0; i < numbers.size(); ++i) p[i] = assembly_.numbers()[static_cast<std::size_t>(numbers[i])];
-  LocalState local;
-  local.t = s.t;
-  local.q = q;
-  local.v = v;
-  local.z = s.z + g.first_state;
-  local.p = p;
-  if (g.first_row >= 0 && s.lambda) local.lambda = s.lambda + g.first_row;
-  return g.guarded->guard_value(g.k, local);
+  return guard_value(*g.force, *g.guarded, g.k, g.first_state, g.first_row, s, assembly_, values_);
 }
 
 void MotionEvents::calc(const StateView& s, std::vector<double>& h) {

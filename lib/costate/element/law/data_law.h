@@ -6,6 +6,7 @@
 
 #include "costate/element/course.h"
 #include "costate/element/law/from_derivatives.h"
+#include "costate/element/law/point_curve.h"
 #include "costate/element/law/scalar_law.h"
 
 namespace costate {
@@ -14,7 +15,7 @@ namespace costate {
 /// of them.
 class DataLaw final : public ScalarLawOf<DataLaw>, public PlacedLaw {
  public:
-  enum class Between { spline, lines };
+  using Between = PointCurve::Between;
   /// What is said beyond the first and the last point: nothing (a StepError), their values, or the end's tangents.
   enum class Beyond { refuse, hold, tangent };
   /// x strictly increasing, at least 2 points, all finite; throws ModelError otherwise. `source` is for messages.
@@ -34,12 +35,10 @@ class DataLaw final : public ScalarLawOf<DataLaw>, public PlacedLaw {
 
  private:
   void calc_derivatives(double x, double* f) const;
-  /// Of the interval k at x: value and derivatives.
-  void interval(std::size_t k, double x, double* f) const;
   double area(std::size_t k, double a, double b) const;
   /// Of the curve without its scale, from the first point on.
   double area_to(double x) const;
-  std::vector<double> x_, y_, moment_;  // moment: second derivatives of the spline at the points, or zeros
+  PointCurve curve_;
   Between between_;
   Beyond beyond_;
   std::string source_;

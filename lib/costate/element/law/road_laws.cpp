@@ -106,7 +106,7 @@ void SineSumLaw::add_places(const double* p, LawPlaces& places) const {
 }
 
 void ProfileTableLaw::add_places(const double*, LawPlaces& places) const {
-  places.knots.insert(places.knots.end(), x_.begin(), x_.end());
+  places.knots.insert(places.knots.end(), curve_.x().begin(), curve_.x().end());
 }
 
 SineSumLaw::SineSumLaw(const SpectrumOptions& o) : options_(o) {
@@ -177,43 +177,14 @@ void SineSumLaw::calc_sums(double x, int order, double* f) const {
   add(sine_.size(), sine_.data(), cosine_.data(), frequency_.data(), turn_c, turn_s, c, s, f);
 }
 
-ProfileTableLaw::ProfileTableLaw(std::vector<double> x, std::vector<double> y) : x_(std::move(x)), y_(std::move(y)) {
-  const std::size_t n = x_.size();
-  if (n != y_.size()) throw ModelError("", fmt::format("The table has {} distances but {} heights.", n, y_.size()));
+ProfileTableLaw::ProfileTableLaw(std::vector<double> x, std::vector<double> y) {
+  const std::size_t n = x.size();
+  if (n != y.size()) throw ModelError("", fmt::format("The table has {} distances but {} heights.", n, y.size()));
   if (n < 2) throw ModelError("", fmt::format("A table needs at least 2 points, found {}.", n));
   for (std::size_t i = 1; i < n; ++i)
-    if (!(x_[i] > x_[i - 1]))
-      throw ModelError("",
-                       fmt::format("The distances must increase: entry {} is {} after {}.", i + 1, x_[i], x_[i - 1]));
-  // The tridiagonal system of the spline's second derivatives, zero at both ends.
-  moment_.assign(n, 0.0);
-  std::vector<double> upper(n, 0.0);
-  for (std::size_t k = 1; k + 1 < n; ++k) {
-    const double left = x_[k] - x_[k - 1], right = x_[k + 1] - x_[k];
-    const double rhs = (y_[k + 1] - y_[k]) / right - (y_[k] - y_[k - 1]) / left;
-    const double pivot = (left + right) / 3 - left / 6 * upper[k - 1];
-    upper[k] = right / 6 / pivot;
-    moment_[k] = (rhs - left / 6 * moment_[k - 1]) / pivot;
-  }
-  for (std::size_t k = n - 1; k-- > 1;) moment_[k] -= upper[k] * moment_[k + 1];
-}
-
-void ProfileTableLaw::calc_derivatives(double x, double* f) const {
-  const auto after = std::upper_bound(x_.begin() + 1, x_.end() - 1, x);
-  const auto k = static_cast<std::size_t>(after - x_.begin()) - 1;
-  const double h = x_[k + 1] - x_[k], secant = (y_[k + 1] - y_[k]) / h, m0 = moment_[k], m1 = moment_[k + 1];
-  f[2] = f[3] = f[4] = 0;
-  if (x < x_.front() || x > x_.back()) {  // along the tangent
-    const bool before = x < x_.front();
-    f[1] = before ? secant - h / 6 * (2 * m0 + m1) : secant + h / 6 * (m0 + 2 * m1);
-    f[0] = before ? y_.front() + f[1] * (x - x_.front()) : y_.back() + f[1] * (x - x_.back());
-    return;
-  }
-  const double b = (x - x_[k]) / h, a = 1 - b;
-  f[0] = a * y_[k] + b * y_[k + 1] + h * h / 6 * ((a * a * a - a) * m0 + (b * b * b - b) * m1);
-  f[1] = secant + h / 6 * ((3 * b * b - 1) * m1 - (3 * a * a - 1) * m0);
-  f[2] = a * m0 + b * m1;
-  f[3] = (m1 - m0) / h;
+    if (!(x[i] > x[i - 1]))
+      throw ModelError("", fmt::format("The distances must increase: entry {} is {} after {}.", i + 1, x[i], x[i - 1]));
+  curve_ = PointCurve(std::move(x), std::move(y), PointCurve::Between::spline);
 }
 
 }  // namespace costate

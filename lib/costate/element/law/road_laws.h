@@ -7,6 +7,7 @@
 
 #include "costate/element/course.h"
 #include "costate/element/law/from_derivatives.h"
+#include "costate/element/law/point_curve.h"
 #include "costate/element/law/scalar_law.h"
 
 namespace costate {
@@ -136,14 +137,13 @@ class ProfileTableLaw final : public ScalarLawOf<ProfileTableLaw>, public Placed
   template <class S, class P>
   S physics(const S& x, const P* p) const {
     double f[5];
-    calc_derivatives(value_of(x), f);
+    curve_.calc_derivatives(value_of(x), f);
     return S(p[0]) * from_derivatives(x, f);
   }
   void add_places(const double* p, LawPlaces& places) const override;
 
  private:
-  void calc_derivatives(double x, double* f) const;
-  std::vector<double> x_, y_, moment_;  // moment: second derivatives at the points
+  PointCurve curve_;
 };
 
 }  // namespace costate

@@ -1,6 +1,7 @@
 // IDAS's side of the way back: lib/README.md (6).
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "costate/integrator/ida_session.h"
 #include "costate/sundials/failure.h"
@@ -42,6 +43,20 @@ void IdaSession::create_backward() {
   check(IDAInitB(memory_, b.which, backward_residual, t_, b.y, b.yp), "the adjoint's start");
   check(IDASetIdB(memory_, b.which, id_back_), "the adjoint's algebraic unknowns");
   check(IDASetSuppressAlgB(memory_, b.which, SUNTRUE), "the adjoint's algebraic unknowns");
+}
+
+namespace {
+// As for the way forward (ida_session.cpp), in the order in which they are tried.
+constexpr double kHiddenNewtonBack[] = {1e-4, 1e-3, 1e-5, 1e-2};
+}  // namespace
+
+int IdaSession::attempts_back() const {
+  return has_hidden_constraints() ? static_cast<int>(std::size(kHiddenNewtonBack)) : 1;
+}
+
+void IdaSession::begin_attempt_back(int attempt) {
+  if (has_hidden_constraints())
+    check(IDASetNonlinConvCoef(back_->memory, kHiddenNewtonBack[attempt]), "the tolerance of Newton's iterations");
 }
 
 void IdaSession::set_backward_matrix() {

@@ -34,12 +34,16 @@ class IdaSession final : public SundialsSession<IdaApi> {
   IDAQuadRhsFnB backward_quadrature_function() const override { return backward_quadrature; }
   void create_backward() override;
   void set_backward_matrix() override;
+  int attempts_back() const override;
+  void begin_attempt_back(int attempt) override;
   void complete_backward(const AdjointStop& stop) override;
   bool asks_for_lead() override;
   void complete_end() override { solve_algebraic(system_, t_, y_.data()); }
   void jump_sensitivities(const Jump& jump, SegmentStart& start) override;
 
   void create_memory();
+  /// Whether some rows hold only by what their derivatives ask of the algebraic unknowns (index 2 and 3).
+  bool has_hidden_constraints() const;
   Vector absolute_tolerances(double scale) const;
   // psi beside the unknowns, for the choice of the order alone (ida_lead.cpp).
   int led() const { return y_.size() - system_.size(); }

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/base/error.h"
+#include "costate/integrator/attempts_back.h"
 #include "costate/integrator/sundials_session.h"
 
 namespace costate {
@@ -28,14 +30,30 @@ void SundialsSession<Api>::solve_backward(AdjointState& mu, const AdjointSize& e
     std::copy(mu.mup.begin(), mu.mup.end(), b.yp.data());
     set_tolerances_back(mu, expected, y());
     open_backward();
-    for (; stop != stops.end() && stop->t > options_.t_start; ++stop) {
-      integrate_back(stop->t, mu);
-      stop->cross(mu, gradient);
-      restart_back(*stop, mu, expected);
-    }
-    integrate_back(options_.t_start, mu);
-    for (int j = 0; j < np; ++j) gradient[static_cast<std::size_t>(j)] += b.q.data()[j];
-    count_back();
+    const auto first_stop = stop;
+    AttemptsBack attempts(system_.parameters(), options_, np > 0 ? attempts_back() : 1, {mu, gradient});
+    do {
+      AttemptsBack::Way way = attempts.begin();
+      begin_attempt_back(attempts.number());
+      if (attempts.number() > 0) begin_again_back(way.mu, expected);
+      try {
+        for (stop = first_stop; stop != stops.end() && stop->t > options_.t_start; ++stop) {
+          integrate_back(stop->t, way.mu);
+          stop->cross(way.mu, way.gradient);
+          restart_back(*stop, way.mu, expected);
+        }
+        integrate_back(options_.t_start, way.mu);
+      } catch (const SolverError&) {
+        attempts.failed();
+        continue;
+      }
+      for (int j = 0; j < np; ++j) way.gradient[static_cast<std::size_t>(j)] += b.q.data()[j];
+      const Counters before = counters_;
+      count_back();
+      attempts.add(std::move(way), before, counters_);
+    } while (attempts.again());
+    mu = attempts.best().mu;
+    gradient = attempts.best().gradient;
     counters_.backward_jacobians = newton_setups_back_;
     counters_.factorizations = system_.factorizations();
     counters_.position_iterations = system_.position_iterations();
@@ -66,6 +84,14 @@ void SundialsSession<Api>::open_backward() {
   }
   read_checkpoints();
   Api::capture_messages(b.memory, message_);
+}
+
+template <class Api>
+void SundialsSession<Api>::begin_again_back(const AdjointState& mu, const AdjointSize& expected) {
+  Backward& b = *back_;
+  std::fill(b.y.data(), b.y.data() + b.y.size(), 0.0);
+  std::fill(b.q.data(), b.q.data() + b.q.size(), 0.0);
+  restart_back({t_, y(), yp(), {}}, mu, expected);
 }
 
 template <class Api>
@@ -165,6 +191,7 @@ void SundialsSession<Api>::look_back(double t, const double* y) {
 template void SundialsSession<IdaApi>::solve_backward(AdjointState&, const AdjointSize&, std::vector<double>&,
                                                       const std::vector<AdjointStop>&);
 template void SundialsSession<IdaApi>::open_backward();
+template void SundialsSession<IdaApi>::begin_again_back(const AdjointState&, const AdjointSize&);
 template void SundialsSession<IdaApi>::set_tolerances_back(const AdjointState&, const AdjointSize&, const double*);
 template void SundialsSession<IdaApi>::integrate_back(double, AdjointState&);
 template void SundialsSession<IdaApi>::restart_back(const AdjointStop&, const AdjointState&, const AdjointSize&);
@@ -175,6 +202,7 @@ template void SundialsSession<IdaApi>::look_back(double, const double*);
 template void SundialsSession<CvodeApi>::solve_backward(AdjointState&, const AdjointSize&, std::vector<double>&,
                                                         const std::vector<AdjointStop>&);
 template void SundialsSession<CvodeApi>::open_backward();
+template void SundialsSession<CvodeApi>::begin_again_back(const AdjointState&, const AdjointSize&);
 template void SundialsSession<CvodeApi>::set_tolerances_back(const AdjointState&, const AdjointSize&, const double*);
 template void SundialsSession<CvodeApi>::integrate_back(double, AdjointState&);
 template void SundialsSession<CvodeApi>::restart_back(const AdjointStop&, const AdjointState&, const AdjointSize&);

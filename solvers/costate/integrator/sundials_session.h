@@ -101,6 +101,9 @@ class SundialsSession {
   /// The system's own adjoint begins with what is in back_; creates its memory there, but for its matrix.
   virtual void create_backward() = 0;
   virtual void set_backward_matrix() = 0;
+  /// How often the way back may be tried (attempts_back.h), and what is set for one.
+  virtual int attempts_back() const { return 1; }
+  virtual void begin_attempt_back(int) {}
   /// After the adjoint in back_ has changed: what the session has beside the system's own adjoint.
   virtual void complete_backward(const AdjointStop&) {}
   /// Whether psi is one of the unknowns, behind those of the system; else it is a quadrature.
@@ -180,6 +183,7 @@ class SundialsSession {
   void bound_first_step_back(double t, const double* y);
   void set_tolerances_back(const AdjointState& mu, const AdjointSize& expected, const double* y);
   void open_backward();
+  void begin_again_back(const AdjointState& mu, const AdjointSize& expected);
   void integrate_back(double to, AdjointState& mu);
   void restart_back(const AdjointStop& stop, const AdjointState& mu, const AdjointSize& expected);
   void count_back();

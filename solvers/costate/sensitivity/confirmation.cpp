@@ -34,19 +34,37 @@ constexpr double kSmall = 1e-3, kSmallPsi = 1e-6;
 // In absolute tolerances: what is smaller is zero.
 constexpr double kZero = 1e-4;
 
+// A psi far below what absolute tolerances are made for has their errors, at any rtol: some kAbsolute of them are
+// kUnresolved rtol of it. It is computed once more with tolerances of which they would be a tenth of that, but no
+// smaller than kFinest of what they were.
+constexpr double kAbsolute = 30, kUnresolved = 1e4, kFinest = 1e-4;
+
 struct Apart {
   double relative = 0;
   std::string what;
 };
 
+/// What is absolutely tolerated of a cost.
+double absolute_of_cost(const Problem& problem) {
+  const double length = length_size(*problem.mechanism);
+  return problem.solver.absolute() * length * length;
+}
+
+double largest_change(const Problem& problem, const GradientResult& r) {
+  double largest = 0;
+  for (std::size_t j = 0; j < r.gradient.size(); ++j)
+    largest = std::max(largest, std::abs(r.gradient[j]) * problem.parameters.parameters[j].scale);
+  return largest;
+}
+
+double size_of_psi(const Problem& problem, const GradientResult& r) {
+  return std::max(std::abs(r.psi), kSmallPsi * largest_change(problem, r));
+}
+
 Apart apart(const Problem& problem, const GradientResult& a, const GradientResult& b) {
   const auto& parameters = problem.parameters.parameters;
-  const double length = length_size(*problem.mechanism), zero = kZero * problem.solver.absolute() * length * length;
-  double largest = 0;
-  for (std::size_t j = 0; j < b.gradient.size(); ++j)
-    largest = std::max(largest, std::abs(b.gradient[j]) * parameters[j].scale);
-  const double psi_size = std::max(std::abs(b.psi), kSmallPsi * largest),
-               size = std::max(largest, kSmall * std::abs(b.psi));
+  const double zero = kZero * absolute_of_cost(problem), psi_size = size_of_psi(problem, b),
+               size = std::max(largest_change(problem, b), kSmall * std::abs(b.psi));
   Apart r;
   const auto look = [&](double change, double of, const std::string& what) {
     if (!(change > zero)) return;
@@ -85,12 +103,31 @@ bool attempt(const Problem& problem, double factor, const GradientRun& run, Grad
          std::all_of(result.gradient.begin(), result.gradient.end(), [](double g) { return std::isfinite(g); });
 }
 
+/// The problem with absolute tolerances that a small psi needs; false where it needs no others.
+bool resolve(Problem& problem, const GradientResult& result) {
+  const double size = size_of_psi(problem, result), tolerated = absolute_of_cost(problem);
+  if (!(size > kZero * tolerated) || kAbsolute * tolerated <= kUnresolved * problem.solver.rtol * size) return false;
+  const double factor = 0.1 * kUnresolved * problem.solver.rtol * size / (kAbsolute * tolerated);
+  problem.solver.atol = problem.solver.absolute() * std::max(factor, kFinest);
+  return true;
+}
+
 }  // namespace
 
-GradientResult confirmed(const Problem& problem, GradientResult result, const GradientRun& run) {
-  const double rtol = problem.solver.rtol;
+GradientResult confirmed(const Problem& asked, GradientResult result, const GradientRun& run) {
+  const double rtol = asked.solver.rtol;
   if (!(rtol <= kLoosest) || rtol * kTighter < kTightest) return result;
-  const std::vector<std::string> said = take_notices();
+  std::vector<std::string> said = take_notices();
+  Problem problem = asked;
+  if (GradientResult finer; resolve(problem, result)) {
+    if (attempt(problem, 1, run, finer) && apart(asked, result, finer).relative > kKnown * rtol) {
+      finer.counters.simulations = std::max(finer.counters.simulations, result.counters.simulations);
+      result = finer;
+      said = take_notices();
+    } else {
+      problem.solver.atol = asked.solver.atol;
+    }
+  }
   const auto say = [](const std::vector<std::string>& sentences) {
     take_notices();
     for (const auto& s : sentences) notice(s);

@@ -2,7 +2,8 @@
 // gradient with errors of 1 to 200 rtol; where a motion makes more of them (a pendulum that tips over, a chain that
 // whips, terms that cancel) no equation of the run itself says so. The same gradient at a hundred times the tolerance
 // does, for half of the cost: where the two are further apart than such errors explain, it is computed once more at a
-// tenth of the tolerance, and that result is taken. What is still apart then is said.
+// tenth of the tolerance, and that result is taken. What is still apart then is said. A psi that is small against what
+// absolute tolerances are made for gets smaller ones first.
 #pragma once
 
 #include <functional>

@@ -82,6 +82,9 @@ TEST_CASE("scene parameters: the numbers that one binds must agree") {
           "s.toml:48:11: 'factors' in [parameter.b] must hold one factor a number, found 3 for 2.");
   REQUIRE(complaint(bound + "factors = [0, 1]\n") == "s.toml:48:11: 'factors' in [parameter.b] must not hold a zero.");
   REQUIRE(complaint(bound + "factors = [1, 0]\n") == "s.toml:46:1: parameter.b: A factor must not be zero.");
+  REQUIRE(complaint(bound + "factors = [1e-320, 1]\n") ==
+          "s.toml:48:11: 'factors' in [parameter.b] make numbers too large to be held: the parameter's value is 2 / "
+          "9.99989e-321 = inf, and 9.99989e-321 times that is inf.");
   REQUIRE(complaint(bound + "factors = [1, 2]\n", {"spring.S1.preload_N=4"}) == "no error");
 }
 

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <new>
@@ -213,6 +214,12 @@ void SceneReader::read_parameters() {
     if (paths.empty()) t.fail("numbers", "must name at least one number.");
     if (factors[0] == 0) t.fail("factors", "must not hold a zero.");
     const double start = builder_.number_value(p.bindings[0].first) / factors[0];
+    for (const auto& [number, factor] : p.bindings)
+      if (!std::isfinite(start) || !std::isfinite(factor * start))
+        t.fail("factors",
+               fmt::format("make numbers too large to be held: the parameter's value is {:g} / {:g} = {:g}, "
+                           "and {:g} times that is {:g}.",
+                           builder_.number_value(p.bindings[0].first), factors[0], start, factor, factor * start));
     check_start(p, start, root_, paths[0], t);
     p.scale = scale.value_or(start != 0 ? std::abs(start) : 1);
     builder_.add_parameter(p);

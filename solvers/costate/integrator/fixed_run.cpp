@@ -42,6 +42,7 @@ long chosen_steps(const Problem& problem) {
   const std::vector<double> rho = problem.parameters.values();
   std::vector<double> before;
   double error_before = 0;
+  long fewest = 0;  // steps that carried the motion: with fewer it may pass over something (StepPlan)
   std::string failure;
   std::exception_ptr cause;
   for (long steps = kFirstTrial; steps <= std::min(kLastTrial, problem.solver.max_steps); steps *= 2) {
@@ -53,8 +54,10 @@ long chosen_steps(const Problem& problem) {
       cause = std::current_exception();
       before.clear();
       error_before = 0;
+      fewest = 0;
       continue;
     }
+    if (fewest == 0) fewest = steps;
     if (!before.empty()) {
       // Of second order: the error of the finer run is a third of the change.
       const double error = change(before, now, problem.solver.absolute()) / 3;
@@ -63,7 +66,7 @@ long chosen_steps(const Problem& problem) {
           (ratio > 2.5 && ratio < 6.5) || (error <= wanted && error_before > 0 && error_before <= wanted);
       if (settled) {
         const double scaled = static_cast<double>(steps) * std::sqrt(error / wanted);
-        return std::max(kFirstTrial, static_cast<long>(std::ceil(scaled)));
+        return std::max(fewest, static_cast<long>(std::ceil(scaled)));
       }
       error_before = error;
     }

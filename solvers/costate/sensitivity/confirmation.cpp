@@ -114,7 +114,7 @@ bool resolve(Problem& problem, const GradientResult& result) {
 
 }  // namespace
 
-GradientResult confirmed(const Problem& asked, GradientResult result, const GradientRun& run) {
+GradientResult confirmed(const Problem& asked, GradientResult result, const GradientRun& run, bool* sensitive) {
   const double rtol = asked.solver.rtol;
   if (!(rtol <= kLoosest) || rtol * kTighter < kTightest) return result;
   std::vector<std::string> said = take_notices();
@@ -139,6 +139,7 @@ GradientResult confirmed(const Problem& asked, GradientResult result, const Grad
     say(said);
     return result;
   }
+  if (sensitive) *sensitive = true;
   take_notices();
   if (!attempt(problem, kTighter, run, tight)) {
     say(said);

@@ -59,15 +59,15 @@ void add_softness(const Problem& problem, const Result& result, ErrorEstimate& e
 }  // namespace
 
 void watch_penalty(const Problem& problem, const std::string& method, const std::vector<double>& rho,
-                   const GradientResult& result) {
+                   const GradientResult& result, double drift) {
   if (!has_soft_constraints(problem.formulation) || problem.mechanism->constraints().empty()) return;
   const double usual = default_penalty_weight(problem.mechanism),
                alpha = penalty_weight(problem.mechanism, problem.formulation_options);
-  // Rows that are off by d change psi by some d of it, and a gradient by a hundred times that at most; a psi that is
-  // what is left of next to no motion by d itself.
+  // Rows that are off by d change psi by some d of it, and a gradient by a hundred times that, where the motion makes
+  // no more of it; a psi that is what is left of next to no motion by d itself.
   constexpr double kDrift = 1e-6, kLarge = 30, kSaid = 1e-4;
   const bool large = alpha > kLarge * usual;
-  if (!large && last_drift() < std::min(kDrift, kSaid * std::abs(result.psi))) return;
+  if (!large && drift < std::min(kDrift, kSaid * std::abs(result.psi))) return;
   Problem other = problem;
   other.formulation_options.set("penalty_alpha", large ? alpha / 10 : alpha * 10);
   const std::vector<std::string> said = take_notices();

@@ -190,10 +190,15 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
   };
   tell_end(r);
   require_finite(problem, r);  // whatever the method
-  watch_penalty(problem, name, rho, r);
-  if (!problem.solver.confirm || method.perturbs || by_fixed_steps(problem, method)) return r;
-  GradientResult best = confirmed(problem, std::move(r),
-                                  [&](const Problem& p) { return method.gradient(with_end_of(p, method, rho), rho); });
+  const double drift = last_drift();
+  if (!problem.solver.confirm || method.perturbs || by_fixed_steps(problem, method)) {
+    watch_penalty(problem, name, rho, r, drift);
+    return r;
+  }
+  bool sensitive = false;
+  GradientResult best = confirmed(
+      problem, r, [&](const Problem& p) { return method.gradient(with_end_of(p, method, rho), rho); }, &sensitive);
+  watch_penalty(problem, name, rho, r, sensitive ? HUGE_VAL : drift);
   tell_end(best);
   return best;
 }

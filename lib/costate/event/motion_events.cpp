@@ -12,7 +12,8 @@
 namespace costate {
 
 namespace {
-// Looks within a step: what touches and leaves again between two of them is not seen.
+// Looks within a step at guards that are no gaps, or whose gap may close in it: what crosses and comes back between two
+// of them is seen of gaps alone.
 constexpr int kLooks = 4;
 // A speed of sliding the wrong way of this part of the largest one so far is the integrator's error.
 constexpr double kWrongWay = 1e-5;
@@ -20,6 +21,7 @@ constexpr double kWrongWay = 1e-5;
 constexpr double kFallen = 1e-7;
 // A gap of this part of the coordinates is none.
 constexpr double kGapRounding = 1e-10;
+constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
 }  // namespace
 
 bool MotionEvents::has_any(const Mechanism& mechanism) {
@@ -59,6 +61,10 @@ MotionEvents::MotionEvents(Assembly& assembly) : assembly_(assembly) {
       guards_.push_back({&force, guarded, k, mech.state_offsets()[f],
                          fmt::format("{}: {}", force.path(), guarded->guard_name(k)), contact, first_row, false,
                          false});
+    const auto* gaps = dynamic_cast<const GapElement*>(&force);
+    for (GuardOf& g : guards_)
+      if (gaps && g.force == &force && gaps->gap_of_guard(g.k) >= 0)
+        g.gap.emplace(force, *gaps, gaps->gap_of_guard(g.k));
   }
 }
 
@@ -150,9 +156,15 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
     const StateView last = at(to);
     for (int i = 0; i < assembly_.n(); ++i) fastest_ = std::max(fastest_, std::abs(last.v[i]));
   }
-  for (int j = 0; j <= kLooks; ++j) {
-    const double end = j == kLooks ? to : from + (to - from) * j / kLooks;
-    calc(at(end), after_);
+  const bool anew = !(from == looked_until_);
+  choose_looks(from, to, at);
+  for (const double end : looks_) {
+    const StateView here = at(end);
+    calc(here, after_);
+    // What has just crossed is at zero but for rounding, which differs from that where it was found.
+    double at_zero = 0;
+    if (anew && end == from)
+      for (int i = 0; i < assembly_.n(); ++i) at_zero = std::max(at_zero, kRounding * std::abs(here.q[i]));
     std::optional<Hit> first;
     for (std::size_t i = 0; i < guards_.size(); ++i) {
       GuardOf& g = guards_[i];
@@ -187,7 +199,7 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
         g.just_left = false;
       }
       if (after_[i] * direction < 0) {
-        g.ready = true;
+        g.ready = g.ready || !g.gap || -after_[i] * direction > at_zero;
         continue;
       }
       if (!g.ready) {
@@ -210,12 +222,53 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
       if (!first || b < first->t) first = Hit{b, static_cast<int>(i)};
     }
     if (first) {
+      looked_until_ = std::numeric_limits<double>::quiet_NaN();
       guards_[static_cast<std::size_t>(first->event)].ready = false;
       return first;
     }
     begin = end;
   }
   return {};
+}
+
+void MotionEvents::choose_looks(double from, double to, const std::function<StateView(double)>& at) {
+  looks_.clear();
+  bool near = !(from == looked_until_);
+  double size = 0;
+  const StateView last = at(to);
+  thread_local std::vector<GapTrace::Look> ends;  // of gaps that are looked at; the others' times are no numbers
+  ends.assign(guards_.size(), {std::numeric_limits<double>::quiet_NaN(), {}});
+  for (std::size_t i = 0; i < guards_.size(); ++i) {
+    GuardOf& g = guards_[i];
+    if (!g.guarded->guard_armed(g.k, last.z + g.first_state)) continue;
+    near = near || !g.gap || g.just_left;
+    if (!g.gap) continue;
+    ends[i] = g.gap->look(last, assembly_);
+    near = near || g.seen.t != from || !stays_away(g.seen, ends[i]);
+    for (const int c : g.force->coordinates()) size = std::max(size, std::abs(last.q[c]));
+  }
+  if (near) {
+    for (int j = 0; j <= kLooks; ++j) looks_.push_back(j == kLooks ? to : from + (to - from) * j / kLooks);
+    for (std::size_t i = 0; i < guards_.size(); ++i) {
+      GuardOf& g = guards_[i];
+      if (!(from < ends[i].t)) continue;
+      if (g.seen.t != from) g.seen = g.gap->look(at(from), assembly_);
+      if (stays_away(g.seen, ends[i])) continue;
+      g.gap->follow(g.seen, ends[i], at, assembly_, trace_);
+      for (std::size_t k = 1; k + 1 < trace_.size(); ++k)
+        if ((trace_[k].m.gap < 0) != (trace_[k - 1].m.gap < 0) && std::abs(trace_[k].m.gap) > kGapRounding * size)
+          looks_.push_back(trace_[k].t);
+    }
+    std::sort(looks_.begin(), looks_.end());
+    looks_.erase(std::unique(looks_.begin(), looks_.end()), looks_.end());
+  }
+  for (std::size_t i = 0; i < guards_.size(); ++i) {
+    GuardOf& g = guards_[i];
+    if (std::isnan(ends[i].t)) continue;
+    g.seen = ends[i];
+    if (!near && ends[i].m.gap * g.guarded->guard_direction(g.k) < 0) g.ready = true;
+  }
+  looked_until_ = to;
 }
 
 // What begins to slide has no speed, so that its guard is at zero; where it then slides the other way nothing stops it.

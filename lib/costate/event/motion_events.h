@@ -8,6 +8,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,6 +16,7 @@
 
 #include "costate/assembly/assembly.h"
 #include "costate/element/guarded_force.h"
+#include "costate/event/gap_trace.h"
 #include "costate/event/impact.h"
 
 namespace costate {
@@ -86,11 +88,16 @@ class MotionEvents {
     int first_row = -1;      // of the constraint that its multipliers are of
     bool just_left = false;  // of a rigid contact behind an impact or a release: the gap grows from zero
     bool ready = false;      // seen on the side from which it crosses
+    std::optional<GapTrace> gap = {};
+    GapTrace::Look seen = {std::numeric_limits<double>::quiet_NaN(),
+                           {}};  // of the gap, where the step before has ended
   };
   const GuardOf& of(int event) const { return guards_[static_cast<std::size_t>(event)]; }
   /// Guard values; NaN where a guard is not looked at.
   void calc(const StateView& s, std::vector<double>& h);
   double value(const GuardOf& g, const StateView& s);
+  /// Where within a step guards are looked at, its ends among them; nowhere if none of them can cross in it.
+  void choose_looks(double from, double to, const std::function<StateView(double)>& at);
   void load(const GuardOf& g, const StateView& s);
   void require_direction(const GuardOf& g, double along, const StateView& s);
   MeasureArguments arguments() const;
@@ -183,6 +190,9 @@ class MotionEvents {
   bool expands_ = false;
   std::vector<double> jump_, compressed_;  // u; and v behind the compression
   double fastest_ = 0;                     // largest speed of any coordinate so far
+  std::vector<double> looks_;
+  std::vector<GapTrace::Look> trace_;
+  double looked_until_ = std::numeric_limits<double>::quiet_NaN();
 };
 
 }  // namespace costate

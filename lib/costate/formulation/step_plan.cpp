@@ -118,6 +118,15 @@ StepPlan StepPlan::reversed(double t_end) const {
   return plan;
 }
 
+StepPlan StepPlan::with_looks(const std::vector<TouchLook>& looks) const {
+  StepPlan plan = *this;
+  if (looks.empty()) return plan;
+  plan.time_.begin_owner("a contact");
+  for (const TouchLook& look : looks) plan.time_.add_look(look.from, look.to, look.step);
+  plan.time_.finish();
+  return plan;
+}
+
 void StepPlan::require(double t, const StateView& s, double h) const {
   const Course::Bound b = bound(t, s, false);
   // Twice what is asked of integrators, who look at their errors within.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "costate/element/course.h"
+#include "costate/event/touch_watch.h"
 #include "costate/formulation/system.h"
 
 namespace costate {
@@ -29,6 +30,9 @@ class StepPlan {
   /// The same bounds for a system that runs back from t_end in the time that is left, and whose states are those of the
   /// motion at the time that they stand for.
   StepPlan reversed(double t_end) const;
+
+  /// The same with further bounds, of a motion that is known.
+  StepPlan with_looks(const std::vector<TouchLook>& looks) const;
 
   /// Throws SolverError where a fixed step from t over h passes over what it should meet.
   void require(double t, const StateView& s, double h) const;

@@ -42,7 +42,7 @@ double MaggiPositions::largest(const double* x) const {
   double r = 0;
   for (int i = 0; i < n_; ++i) {
     if (!std::isfinite(x[i])) return std::numeric_limits<double>::infinity();
-    r = std::max(r, std::abs(x[i]));
+    if (constrained_[static_cast<std::size_t>(i)]) r = std::max(r, std::abs(x[i]));
   }
   return r;
 }
@@ -58,6 +58,9 @@ void MaggiPositions::start(double t, const double* q) {
     high = any ? std::max(high, q[i]) : q[i];
     any = true;
   }
+  constrained_.assign(static_cast<std::size_t>(n_), 0);
+  for (const auto& c : assembly_.mechanism().constraints())
+    for (const int i : c->coordinates()) constrained_[static_cast<std::size_t>(i)] = 1;
   scale_ = high > low ? high - low : any && high != 0 ? std::abs(high) : 1;
   for (int i = 0; i < n_; ++i) weight_[i] = coordinates[i].unit == "m" ? 1 : scale_;
 
@@ -142,7 +145,7 @@ double MaggiPositions::guess(double t, bool from_kept) {
     for (int i = 0; i < n_; ++i) {
       const double d = dt * (last_.v[i] + 0.5 * dt * last_.a[i]);
       q_[i] = last_.q[i] + d;
-      way = std::max(way, std::abs(d) * weight_[i]);
+      if (constrained_[static_cast<std::size_t>(i)]) way = std::max(way, std::abs(d) * weight_[i]);
     }
     if (way <= kFar * scale_) return t;
     if (way <= scale_) {

@@ -66,8 +66,9 @@ class MaggiPositions {
   std::vector<std::unique_ptr<MaggiChart>> charts_;
   int chart_ = -1;
   long dropped_factorizations_ = 0, iterations_ = 0;
-  std::vector<double> weight_;  // of coordinates, for the choice
-  double scale_ = 1;            // size of the mechanism, m
+  std::vector<double> weight_;     // of coordinates, for the choice
+  std::vector<char> constrained_;  // whether any constraint has it: others go any way in one step
+  double scale_ = 1;               // size of the mechanism, m
   std::vector<double> q_, step_, y_from_, y_part_, factored_at_;
   int factored_chart_ = -1;
   struct Last {

@@ -54,6 +54,7 @@ ExplicitRun::ExplicitRun(OdeSystem& system, const SolverOptions& options, Monito
   fill_absolute_tolerances(system, options.absolute(), step_->size(), atol_.data());
   system.begin_events(t_start_, y_.data());
   plan_ = std::make_unique<StepPlan>(system, system.objective(), t_start_, options.t_end, y_.data());
+  touches_ = std::make_unique<TouchWatch>(system.assembly(), options.rtol, options.absolute());
   begin_segment(t_start_, y_);
 }
 
@@ -75,7 +76,28 @@ void ExplicitRun::begin_segment(double t, const std::vector<double>& y) {
 
 double ExplicitRun::ahead(double t) const {
   const double stop = std::min(options_.t_end, system_.segment_limit(segment_start_));
-  return plan_->empty() ? stop : std::min(stop, plan_->limit(system_, t, end_.data(), false));
+  const double end = plan_->empty() ? stop : std::min(stop, plan_->limit(system_, t, end_.data(), false));
+  return t < look_.to ? std::min(end, t + look_.step) : end;
+}
+
+const double* ExplicitRun::within_step(double begin, double t) {
+  // Its ends need no dense output.
+  if (t == step_->t_end()) return std::as_const(*step_).end();
+  if (t == begin) return std::as_const(*step_).start();
+  step_->dense((t - begin) / step_->h(), y_.data());
+  return y_.data();
+}
+
+bool ExplicitRun::passed_over(double& limit) {
+  if (touches_->empty()) return false;
+  const auto look = touches_->look(end_time_, step_->t_end(),
+                                   [&](double at) { return system_.kinematic_state(at, within_step(end_time_, at)); });
+  if (!look) return false;
+  // From where it begins, or to there.
+  look_ = *look;
+  limit = look_.from > end_time_ ? look_.from : std::min(limit, end_time_ + look_.step);
+  h_ = limit - end_time_;
+  return true;
 }
 
 void ExplicitRun::fail(const std::string& what, const char* flag) {
@@ -168,17 +190,15 @@ void ExplicitRun::take_step() {
   begin_step();
   double limit = ahead(end_time_);
   if (options_.max_step_s > 0) limit = std::min(limit, end_time_ + options_.max_step_s);
-  find_step(h_, limit);
+  do find_step(h_, limit);
+  while (passed_over(limit));
   ++steps_;
   begin_ = end_time_;
   end_time_ = step_->t_end();
   std::copy(step_->end(), step_->end() + step_->size(), end_.begin());
   pending_step_ = true;
   if (system_.has_events()) {
-    auto event = system_.find_event(begin_, end_time_, [&](double at) {
-      step_->dense((at - begin_) / step_->h(), y_.data());
-      return y_.data();
-    });
+    auto event = system_.find_event(begin_, end_time_, [&](double at) { return within_step(begin_, at); });
     if (event && *event >= options_.events_until) {
       system_.forget_event();
       event.reset();

@@ -56,6 +56,10 @@ class ExplicitRun {
   /// One of length h, or shorter; it ends at `limit` where it would end near or behind it.
   void find_step(double h, double limit);
   void begin_step();
+  /// The state at a time of the step that begins there.
+  const double* within_step(double begin, double t);
+  /// Whether the step just found has passed over a touch; another one is then to be found, until `limit`.
+  bool passed_over(double& limit);
   /// The last step once more, so short that it ends where the pending event's guard is zero, near t: the state there is
   /// of the scheme's own order, and a step like others for who follows.
   void end_step_at_event(double t);
@@ -71,6 +75,8 @@ class ExplicitRun {
   Monitor monitor_;
   std::unique_ptr<ExplicitStep> step_;
   std::unique_ptr<StepPlan> plan_;
+  std::unique_ptr<TouchWatch> touches_;
+  TouchLook look_;  // a touch that a step has passed over
   ExplicitTape* tape_ = nullptr;
   Follower follower_;
   StepSink after_step_;

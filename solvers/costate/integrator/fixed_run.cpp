@@ -179,12 +179,67 @@ FixedRun::FixedRun(const Problem& problem, const std::vector<double>& rho, long 
   watch_ = std::make_unique<MotionWatch>(problem.mechanism, problem.parameters, rho.data(), std::move(s));
 }
 
+namespace {
+/// Of fixed steps: that none of them passes over a touch, by the positions and velocities at its ends.
+class FixedTouches {
+ public:
+  FixedTouches(const Assembly& assembly, const SolverOptions& options)
+      : n_(static_cast<std::size_t>(assembly.n())),
+        nz_(static_cast<std::size_t>(assembly.nz())),
+        touches_(assembly, options.rtol, options.absolute()) {}
+  void step(const StateView& s) {
+    if (touches_.empty()) return;
+    std::swap(before_, after_);
+    after_.t = s.t;
+    after_.q.assign(s.q, s.q + n_);
+    after_.v.assign(s.v, s.v + n_);
+    after_.z.assign(s.z, s.z + nz_);
+    if (before_.q.empty()) return;
+    const auto look = touches_.look(before_.t, after_.t, [this](double t) { return between(t); });
+    if (look)
+      throw SolverError(
+          fmt::format("A fixed step of {:.6g} s from t = {:.6g} s passes over a touch: {} is closed from {:.9g} to "
+                      "{:.9g} s. Choose "
+                      "steps of {:.3g} s or less (--step, run.step_s).",
+                      after_.t - before_.t, before_.t, look->element->path(), look->from, look->to, look->step));
+  }
+
+ private:
+  struct State {
+    double t = 0;
+    std::vector<double> q, v, z;
+  };
+  /// Hermite's cubic of q, and its rate.
+  StateView between(double t) {
+    const State &a = before_, &b = after_;
+    const double h = b.t - a.t, x = t >= b.t ? 1 : t <= a.t ? 0 : (t - a.t) / h, y = 1 - x;
+    here_.q.resize(n_);
+    here_.v.resize(n_);
+    for (std::size_t i = 0; i < n_; ++i) {
+      here_.q[i] = y * y * (1 + 2 * x) * a.q[i] + x * x * (1 + 2 * y) * b.q[i] + h * x * y * (y * a.v[i] - x * b.v[i]);
+      here_.v[i] = 6 * x * y * (b.q[i] - a.q[i]) / h + y * (1 - 3 * x) * a.v[i] + x * (1 - 3 * y) * b.v[i];
+    }
+    StateView s;
+    s.t = t;
+    s.q = here_.q.data();
+    s.v = here_.v.data();
+    s.z = x < 1 ? a.z.data() : b.z.data();
+    return s;
+  }
+  std::size_t n_, nz_;
+  TouchWatch touches_;
+  State before_, after_, here_;
+};
+}  // namespace
+
 double FixedRun::forward(const std::function<void(long k)>& at) {
   const Objective& objective = scheme_->objective();
   const bool running = scheme_->has_running_cost();
   double psi = 0;
+  FixedTouches touches(scheme_->assembly(), problem_.solver);
   for (long k = 0;; ++k) {
     const StateView here = scheme_->state();
+    touches.step(here);
     k == 0 ? watch_->begin(here.t, here.q, here.v) : watch_->step(here.t, here.q, here.v);
     if (running) psi += weight(k) * objective.running_value(scheme_->state(), scheme_->assembly());
     if (at) at(k);

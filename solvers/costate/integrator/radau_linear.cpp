@@ -35,6 +35,7 @@ constexpr double kSafety = 0.9, kLargestGrowth = 5, kLargestCut = 0.2;
 // tolerances of the motion. At rest, and at an optimum where psi vanishes, they are nothing but the motion's own
 // errors, and rough.
 constexpr double kSmallError = 1e-2;
+constexpr double kNoSize = 1e-200;
 // Relative to the span: a kink of the forces is not resolved below this, where what it does is far below the tolerance.
 constexpr double kSmallestStep = 1e-9;
 // Columns smaller than this fraction of the largest one (per relative change of the parameter) need no digits of their
@@ -210,7 +211,9 @@ double RadauLinear::state_error(double h, double tolerance) {
       const double size = std::max(size_after_(group, j), kSmallColumn * largest / per_change(j));
       if (squares(group, j) == 0) continue;
       const double smallest = forward ? smallest_error_ / parameter_sizes_[static_cast<std::size_t>(j)] : 0;
-      const double error = std::sqrt(squares(group, j) / counts(group, j)) / (tolerance * size + smallest);
+      // An adjoint that is zero until a cost or a contact comes has no size yet: its error is large, but a number.
+      const double error =
+          std::sqrt(squares(group, j) / counts(group, j)) / std::max(tolerance * size + smallest, kNoSize);
       if (!(error <= largest_error)) largest_error = error;
     }
   }

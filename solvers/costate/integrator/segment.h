@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "costate/analysis/start.h"
+#include "costate/event/touch_watch.h"
 
 namespace costate {
 
@@ -19,6 +20,7 @@ struct SegmentStart {
   double t = 0;
   bool restart = false;                    // nothing jumps
   bool led = false;                        // psi leads the order (IdaSession)
+  TouchLook look;                          // a touch that a step before has passed over
   long steps = 0;                          // taken before
   std::vector<double> y, yp;               // unknowns, psi behind them when it is one; yp of DAE systems
   std::vector<std::vector<double>> s, sp;  // columns of sensitivities of y and yp, or none

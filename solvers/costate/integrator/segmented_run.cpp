@@ -59,6 +59,7 @@ void SegmentedRun<Session, SystemType>::begin_segment(const SegmentStart& start,
   if (adjoint_) system_.forget_history();
   session = make_session_(start);
   session->follow(plan_of_steps_);
+  session->follow(touches_.get());
   if (cost_) session->enable_cost();
   if (sensitivities_) session->enable_sensitivities();
   if (adjoint_) session->enable_adjoint(plan_);
@@ -88,6 +89,7 @@ std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint(const Sampl
   AdjointState mu = session().end_adjoint(gradient);
   // A sample makes it jump.
   if (samples_.empty()) invariant_.end(system_, t_start_, t_, session().y(), mu.mu.data());
+  const std::shared_ptr<const StepPlan> plan = plan_back();
   auto next = samples_.rbegin();
   for (std::size_t k = sessions_.size(); k-- > 0;) {
     const bool again = !sessions_[k];
@@ -101,6 +103,7 @@ std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint(const Sampl
                        [&cross, sample = &*next](AdjointState& m, std::vector<double>& g) {
                          cross(sample->index, sample->t, sample->y, sample->yp, m, g);
                        }});
+    sessions_[k]->follow_back(plan);
     sessions_[k]->solve_backward(mu, size, gradient, stops);
     if (again) {
       if (!(sessions_[k]->adjoint_growth().change() <= growth_.change())) growth_ = sessions_[k]->adjoint_growth();

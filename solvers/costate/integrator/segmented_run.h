@@ -25,6 +25,7 @@ class SegmentedRun {
     sessions_.push_back(std::make_unique<Session>(system, options, monitor, wanted, more...));
     t_start_ = options.t_start;
     system.begin_events(t_start_, session().y());
+    touches_ = std::make_unique<TouchWatch>(system.assembly(), options.rtol, options.absolute());
     follow(std::make_shared<const StepPlan>(system, system.objective(), options.t_start, options.t_end, session().y()));
     make_session_ = [&system, options, monitor, more...](const SegmentStart& start) {
       return std::make_unique<Session>(system, options, monitor, start, more...);
@@ -35,9 +36,13 @@ class SegmentedRun {
   void follow(std::shared_ptr<const StepPlan> plan) {
     plan_of_steps_ = std::move(plan);
     session().follow(plan_of_steps_);
-    segmented_ = system_.may_jump() || !plan_of_steps_->empty();
+    session().follow(touches_.get());
+    segmented_ = system_.may_jump() || !plan_of_steps_->empty() || !touches_->empty();
   }
-  std::shared_ptr<const StepPlan> plan_of_steps() const { return plan_of_steps_; }
+  /// For runs back along the motion so far: whatever has touched is met on the way back as well.
+  std::shared_ptr<const StepPlan> plan_back() const {
+    return std::make_shared<const StepPlan>(plan_of_steps_->with_looks(touches_->touches(options_.t_end)));
+  }
 
   void enable_cost() {
     cost_ = true;
@@ -127,6 +132,7 @@ class SegmentedRun {
   double t_start_ = 0, t_ = 0;
   CheckpointPlan plan_;
   std::shared_ptr<const StepPlan> plan_of_steps_;
+  std::unique_ptr<TouchWatch> touches_;
   StepSink after_step_;
   std::vector<double> start_y_;
   AdjointInvariant invariant_;

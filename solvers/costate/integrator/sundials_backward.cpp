@@ -158,7 +158,7 @@ void SundialsSession<Api>::count_back() {
 template <class Api>
 void SundialsSession<Api>::read_checkpoints() {
   checkpoint_times_.clear();
-  if (!plan_) return;
+  if (!plan_back_) return;
   std::vector<typename Api::CheckpointRecord> records(static_cast<std::size_t>(counters_.checkpoints) + 1);
   check(Api::checkpoints(memory_, records.data()), "the checkpoints");
   for (const auto& r : records) checkpoint_times_.push_back(r.t0);
@@ -168,20 +168,20 @@ void SundialsSession<Api>::read_checkpoints() {
 
 template <class Api>
 void SundialsSession<Api>::bound_first_step_back(double t, const double* y) {
-  if (!Api::implicit || !plan_) return;
-  const double first = t - plan_->limit(system_, t, y, true);
+  if (!Api::implicit || !plan_back_) return;
+  const double first = t - plan_back_->limit(system_, t, y, true);
   if (std::isfinite(first) && !(options_.max_step_s > 0 && options_.max_step_s < first))
     check(Api::set_max_step_back(memory_, back_->which, first), "the adjoint's first step's bound");
 }
 
 template <class Api>
 void SundialsSession<Api>::look_back(double t, const double* y) {
-  if (!plan_) return;
+  if (!plan_back_) return;
   // At a checkpoint, but for rounding, it has to stop there.
   const double near = 1e-13 * (std::abs(t) + std::abs(t_ - options_.t_start));
   const auto above = std::upper_bound(checkpoint_times_.begin(), checkpoint_times_.end(), t + near);
   const double floor = above == checkpoint_times_.begin() ? options_.t_start : *(above - 1);
-  const double end = floor >= t - near ? floor : std::max(floor, plan_->limit(system_, t, y, true));
+  const double end = floor >= t - near ? floor : std::max(floor, plan_back_->limit(system_, t, y, true));
   if (Api::implicit) Api::set_max_step(back_->memory, std::max(0.0, options_.max_step_s));
   Api::set_stop_time(back_->memory, end);
 }

@@ -104,9 +104,10 @@ void SundialsSession<Api>::poll(double t, bool backward) {
 template <class Api>
 void SundialsSession<Api>::follow(std::shared_ptr<const StepPlan> plan) {
   plan_ = plan && !plan->empty() ? std::move(plan) : nullptr;
-  if (!Api::implicit || !plan_) return;
+  plan_back_ = plan_;
+  if (!Api::implicit || !bounded()) return;
   // Without an evaluation IDAS chooses its first step; the first evaluation lifts this bound (look_ahead).
-  const double first = plan_->limit(system_, t_, y(), false) - t_;
+  const double first = limit(t_, y()) - t_;
   if (std::isfinite(first) && !(options_.max_step_s > 0 && options_.max_step_s < first))
     check(Api::set_max_step(memory_, first), "the first step's bound");
 }
@@ -117,12 +118,18 @@ static bool same_time(double a, double b) {
 }
 
 template <class Api>
+double SundialsSession<Api>::limit(double t, const double* y) {
+  const double end = plan_ ? plan_->limit(system_, t, y, false) : std::numeric_limits<double>::infinity();
+  return t < start_.look.to ? std::min(end, t + start_.look.step) : end;
+}
+
+template <class Api>
 void SundialsSession<Api>::look_ahead(double t, const double* y) {
-  if (!plan_) return;
+  if (!bounded()) return;
   if (Api::implicit) Api::set_max_step(memory_, std::max(0.0, options_.max_step_s));
   if (same_time(t, ahead_)) place_ = t;
   ahead_of_ = t;
-  ahead_ = plan_->limit(system_, t, y, false);
+  ahead_ = limit(t, y);
   Api::set_stop_time(memory_, std::min(stop(), ahead_));
 }
 
@@ -130,7 +137,7 @@ template <class Api>
 bool SundialsSession<Api>::was_too_long(double t) const {
   // CVODES carries derivatives at the end of its last step, which belong to the motion that ends there: it loses
   // nothing.
-  if (!Api::implicit || !plan_ || t != ahead_of_) return false;
+  if (!Api::implicit || !bounded() || t != ahead_of_) return false;
   double h = 0;
   Api::last_step(memory_, &h);
   return h > kLongAgainstNext * (ahead_ - t);
@@ -238,7 +245,7 @@ template <class Api>
 void SundialsSession<Api>::repeat_segment(double end) {
   while (step_end_ < end) {
     limit_steps();
-    if (plan_ && adjoint_) Api::set_stop_time(memory_, stop());
+    if (bounded() && adjoint_) Api::set_stop_time(memory_, stop());
     solve(options_.t_end, &step_end_, true);
     step_end_ = std::min(step_end_, end);
   }
@@ -256,7 +263,7 @@ bool SundialsSession<Api>::advance_segment(double t, Trajectory* trajectory, con
     limit_steps();
     const double begin = step_end_;
     // What the repetitions begin with is the end of all; the next step is bounded already.
-    if (plan_ && adjoint_) Api::set_stop_time(memory_, stop());
+    if (bounded() && adjoint_) Api::set_stop_time(memory_, stop());
     const double before = same_time(begin, place_) ? last_step(begin) : 0;
     const long failures = error_test_failures();
     if (Api::implicit && before > 0) remember(begin);
@@ -267,19 +274,22 @@ bool SundialsSession<Api>::advance_segment(double t, Trajectory* trajectory, con
       continue;
     }
     begun_.reset();
-    auto event = system_.find_event(begin, step_end_, [&](double at) {
-      check(Api::dky(memory_, at, 0, y_), "interpolation");
-      return y();
-    });
+    const double own_end = step_end_;
+    double held = own_end;
+    if (passed_over(begin, held) && step_end_ <= begin) continue;
+    auto event = system_.find_event(begin, step_end_, [&](double at) { return within_step(at, held); });
     if (event && *event >= options_.events_until) {
       system_.forget_event();
       event.reset();
     }
-    if (event) step_end_ = *event;
-    if (system_.has_events()) interpolate(step_end_);
+    if (event) {
+      step_end_ = *event;
+      passed_.reset();
+    }
+    if (held != own_end || step_end_ != own_end) interpolate(step_end_);
     ended_ = event || system_.segment_ends(step_end_, y());
     const bool led = asks_for_lead();
-    restart_ = !ended_ && step_end_ < options_.t_end && (led || was_too_long(step_end_));
+    restart_ = !ended_ && step_end_ < options_.t_end && (led || passed_ || was_too_long(step_end_));
     start_.led = start_.led || (restart_ && led);
     ended_ = ended_ || restart_;
     if (trajectory) record_step(begin, step_end_, *trajectory);
@@ -289,6 +299,24 @@ bool SundialsSession<Api>::advance_segment(double t, Trajectory* trajectory, con
   if (t < step_end_ || (t_ < t && t == known)) interpolate(t);
   t_ = t;
   if (t_ >= options_.t_end) complete_end();
+  return true;
+}
+
+template <class Api>
+const double* SundialsSession<Api>::within_step(double t, double& held) {
+  if (t != held) check(Api::dky(memory_, t, 0, y_), "interpolation");
+  held = t;
+  return y();
+}
+
+template <class Api>
+bool SundialsSession<Api>::passed_over(double begin, double& held) {
+  if (!touches_) return false;
+  passed_ =
+      touches_->look(begin, step_end_, [&](double t) { return system_.kinematic_state(t, within_step(t, held)); });
+  if (!passed_) return false;
+  step_end_ = passed_->from;
+  if (step_end_ <= begin) ended_ = restart_ = true;
   return true;
 }
 
@@ -324,6 +352,11 @@ void SundialsSession<Api>::jump(Jump& jump, SegmentStart& start) {
   start.steps = start_.steps + steps(memory_);
   start.restart = restart_;
   start.led = start_.led;
+  // A look goes on behind a restart of another cause.
+  if (passed_)
+    start.look = *passed_;
+  else if (t_ < start_.look.to)
+    start.look = start_.look;
   jump.event = restart_ ? -1 : system_.pending_event();
   start.t = restart_ ? t_ : system_.segment_start(t_);
   jump.before = system_.mode();

@@ -39,6 +39,10 @@ class SundialsSession {
 
   /// Steps keep within the plan's bounds; before anything else.
   void follow(std::shared_ptr<const StepPlan> plan);
+  /// Of the run, told of each step; or null.
+  void follow(TouchWatch* touches) { touches_ = touches && !touches->empty() ? touches : nullptr; }
+  /// Before a run back, whose steps keep within these bounds.
+  void follow_back(std::shared_ptr<const StepPlan> plan) { plan_back_ = plan && !plan->empty() ? plan : nullptr; }
   /// Adds psi's running part under error control.
   void enable_cost();
   /// Keeps checkpoints for a run back from here on; once the costs are enabled.
@@ -163,6 +167,11 @@ class SundialsSession {
   /// In one-step mode the integrator counts no steps; this throws when the next one would exceed max_steps.
   void limit_steps();
   double stop() const { return std::min(options_.t_end, system_.segment_limit(start_time_)); }
+  /// Where a step from the state at t ends at the latest, by the plan and by touches that are looked at closely.
+  bool bounded() const { return plan_ || start_.look.to > start_time_; }
+  double limit(double t, const double* y);
+  /// Of the step just taken: whether it has passed over a touch; it then ends earlier, and a new session goes on.
+  bool passed_over(double begin, double& held);
   /// After a step that ends at t, where the plan asks for far shorter ones: a new session goes on (segment.h).
   bool was_too_long(double t) const;
   /// The step that ended at t, 0 where none did.
@@ -176,6 +185,8 @@ class SundialsSession {
   void remember(double t);
   void solve(double to, double* reached, bool one_step);
   void interpolate(double t);
+  /// y at a time of the step just taken; `held`: the time at which y is now.
+  const double* within_step(double t, double& held);
   void record_step(double begin, double end, Trajectory& trajectory);
   /// Before the run back: the times at which SUNDIALS has to stop on the way.
   void read_checkpoints();
@@ -189,7 +200,9 @@ class SundialsSession {
   void count_back();
 
   std::string message_;
-  std::shared_ptr<const StepPlan> plan_;                                    // or null
+  std::shared_ptr<const StepPlan> plan_, plan_back_;  // or null
+  TouchWatch* touches_ = nullptr;
+  std::optional<TouchLook> passed_;                                         // at the end of the segment
   double ahead_of_ = std::numeric_limits<double>::quiet_NaN(), ahead_ = 0;  // the plan's last answer, and when
   double place_ = std::numeric_limits<double>::quiet_NaN();                 // the last time that the plan had asked for
   std::vector<double> checkpoint_times_;                                    // ascending

@@ -47,12 +47,12 @@ void record(SystemType& system, const Problem& problem, const std::vector<double
   system.set_parameters(rho.data());
   Run session(system, problem.solver, problem.monitor, StartDerivative::none);
   session.enable_cost();
-  motion.plan = session.plan_of_steps();
   RunWatch watch(problem, rho, system);
   watch.begin(problem.solver.t_start, session.y());
   session.watch(watch.sink());
   session.advance_recording(problem.solver.t_end, motion.trajectory);
   watch.finish(problem.solver.t_end, session.y());
+  motion.plan = session.plan_back();
   motion.psi = session.cost();
   if (!system.objective().terminal.empty()) motion.psi += system.terminal_cost(problem.solver.t_end, session.y());
   session.read_forward_counters();

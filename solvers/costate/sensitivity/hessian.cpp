@@ -128,7 +128,7 @@ MatrixXd run(const Problem& problem, const std::vector<double>& rho, const Matri
           ? Monitor([&problem, t_end](double tau, long steps, bool) { problem.monitor(t_end - tau, steps, true); })
           : Monitor();
   CvodeSession backward_session(backward, options, monitor, StartDerivative::none);
-  backward_session.follow(std::make_shared<const StepPlan>(plan->reversed(t_end)));
+  backward_session.follow(std::make_shared<const StepPlan>(forward_session.plan_back()->reversed(t_end)));
   try {
     backward_session.advance(options.t_end);
   } catch (const SolverError& e) {

@@ -24,7 +24,10 @@
 namespace costate {
 
 template <class Point, class Ground = ContactSurface<Point>>
-class Contact : public ForceOf<Contact<Point, Ground>>, public ContactPoints<Point, Ground>, public GuardedForce {
+class Contact : public ForceOf<Contact<Point, Ground>>,
+                public ContactPoints<Point, Ground>,
+                public GuardedForce,
+                public GapElement {
   using Points = ContactPoints<Point, Ground>;
 
  public:
@@ -123,6 +126,10 @@ class Contact : public ForceOf<Contact<Point, Ground>>, public ContactPoints<Poi
     if (k % 2 == 0 && !is_ahead(k / 2, s.q, s.p)) return std::nan("");
     return gap(k / 2, arguments(s));
   }
+  int gap_count() const override { return count(); }
+  GapMotion gap_motion(int i, const LocalState& s) const override { return gap_motion_of(i, s); }
+  bool gap_presses(int i, const double* z) const override { return !latches_ || z[i * own_states()] > 0; }
+  int gap_of_guard(int k) const override { return k / 2; }
   void transition(int k, const MeasureArguments& x, PathDual* z_after) const override {
     for (int i = 0; i < states(); ++i) z_after[i] = x.z[i];
     const int i = k / 2, first = i * own_states();
@@ -178,9 +185,9 @@ class Contact : public ForceOf<Contact<Point, Ground>>, public ContactPoints<Poi
   }
 
  protected:
-  using Points::count, Points::own_states, Points::of_point, Points::size, Points::gap, Points::along, Points::motion,
-      Points::touches, Points::is_ahead, Points::share, Points::stiffness, Points::arguments, Points::add_point,
-      Points::calc, Points::options_, Points::latches_, Points::road_;
+  using Points::count, Points::own_states, Points::of_point, Points::size, Points::gap, Points::gap_motion_of,
+      Points::along, Points::motion, Points::touches, Points::is_ahead, Points::share, Points::stiffness,
+      Points::arguments, Points::add_point, Points::calc, Points::options_, Points::latches_, Points::road_;
   template <class S>
   using Forces = typename Points::template Forces<S>;
 

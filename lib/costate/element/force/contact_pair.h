@@ -16,14 +16,16 @@
 #include <vector>
 
 #include "costate/element/force/contact_laws.h"
+#include "costate/element/gap_element.h"
 #include "costate/element/guarded_force.h"
 #include "costate/element/point/planar_point.h"
+#include "costate/element/point/point_speed.h"
 #include "costate/element/point/spatial_point.h"
 
 namespace costate {
 
 template <class Point>
-class ContactPair final : public ForceOf<ContactPair<Point>>, public GuardedForce {
+class ContactPair final : public ForceOf<ContactPair<Point>>, public GuardedForce, public GapElement {
  public:
   static constexpr int dim = Point::Vector::RowsAtCompileTime;
   static constexpr int kFriction = 4, kRadii = kFriction + kFrictionNumbers, kApproach = kRadii + 2,
@@ -91,6 +93,20 @@ class ContactPair final : public ForceOf<ContactPair<Point>>, public GuardedForc
   }
   PathDual guard(int, const MeasureArguments& x) const override { return gap(x.q, x.p); }
   double guard_value(int, const LocalState& s) const override { return gap(s.q, s.p); }
+  int gap_count() const override { return 1; }
+  GapMotion gap_motion(int, const LocalState& s) const override {
+    const PointSpeed of_a = point_speed(a_, s.q, s.v, point_numbers(0, s.p)),
+                     of_b = point_speed(b_, s.q + a_.size(), s.v + a_.size(), point_numbers(1, s.p));
+    const Motion<double> m = motion(s.q, s.v, s.p);
+    GapMotion of;
+    of.gap = of.clear = m.gap;
+    of.rate = -m.closing;
+    of.speed = of.travel = of_a.most() + of_b.most();
+    of.turn = std::max(of_a.turn, of_b.turn);
+    return of;
+  }
+  bool gap_presses(int, const double* z) const override { return !latched() || z[0] > 0; }
+  int gap_of_guard(int) const override { return 0; }
   void transition(int k, const MeasureArguments& x, PathDual* z_after) const override {
     for (int i = 0; i < states(); ++i) z_after[i] = i < own_states() ? PathDual(0.0) : x.z[i];
     if (k == 0) z_after[0] = motion(x.q, x.v, x.p).closing;

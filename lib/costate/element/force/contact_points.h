@@ -116,6 +116,12 @@ class ContactPoints {
     else
       return surface(i).gap(x.q, x.p + kGround, point_numbers(i, x.p));
   }
+  GapMotion gap_motion_of(int i, const LocalState& s) const {
+    if constexpr (on_road)
+      return surface(i).gap_motion(s.t, s.q, s.v, s.p + kGround, point_numbers(i, s.p), s.p + road_);
+    else
+      return surface(i).gap_motion(s.q, s.v, s.p + kGround, point_numbers(i, s.p));
+  }
   template <class S>
   S along(int i, const S* q, const S* p) const {
     return surface(i).along(0, q, p + kGround, point_numbers(i, p));

@@ -109,6 +109,31 @@ class RoadSurface {
     }
   }
 
+  /// The distance from a profile changes by as much as the centre moves against it, at most.
+  GapMotion gap_motion(double time, const double* q, const double* v, const double* g, const double* p,
+                       const double* road) const {
+    Motion<double> m;
+    double r[dim], up[dim], rate;
+    place(time, q, g, p, road, m, r, up, rate);
+    GapMotion of;
+    of.gap = m.gap;
+    const PointSpeed speed = point_speed(point(), q, v, p);
+    of.speed = speed.most() + std::abs(rate);
+    of.turn = speed.turn;
+    motion(time, q, v, g, p, road, m);
+    of.rate = -m.closing;
+    if (carried_) {
+      const double* w = v + point().size();
+      double square = 0;
+      for (int i = 0; i < dim; ++i) square += r[i] * r[i];
+      of.speed += std::sqrt(w[0] * w[0] + w[1] * w[1]) + std::sqrt(square) * std::abs(w[2]);
+      of.turn = std::max(of.turn, std::abs(w[2]));
+    }
+    of.clear = of.gap;
+    of.travel = of.speed;
+    return of;
+  }
+
   /// Of a centre where it touches. Throws StepError where the ground is bent more than what touches it: another place
   /// touches as well, and which is the nearest may change at once.
   void require_one_foot(const Motion<double>& m, double t) const {

@@ -6,7 +6,9 @@
 // Numbers `g` of the plane and the surface: h, alpha, R; `p` those of the point.
 #pragma once
 
+#include "costate/element/gap_element.h"
 #include "costate/element/point/planar_point.h"
+#include "costate/element/point/point_speed.h"
 #include "costate/element/point/spatial_point.h"
 
 namespace costate {
@@ -48,6 +50,14 @@ class ContactSurface {
   }
 
   template <class S>
+  void velocity(const S* q, const S* v, const S* p, S* u) const {
+    if constexpr (dim == 2)
+      point_.velocity(q, v, p, u[0], u[1]);
+    else
+      point_.velocity(q, v, p, u);
+  }
+
+  template <class S>
   S gap(const S* q, const S* g, const S* p) const {
     S r[dim] = {}, n[dim], t[tangents][dim];
     position(q, p, r);
@@ -56,6 +66,35 @@ class ContactSurface {
     S gap = -g[kRadius];
     for (int i = 0; i < dim; ++i) gap += n[i] * r[i];
     return gap;
+  }
+
+  GapMotion gap_motion(const double* q, const double* v, const double* g, const double* p) const {
+    double r[dim] = {}, u[dim] = {}, n[dim], t[tangents][dim];
+    position(q, p, r);
+    velocity(q, v, p, u);
+    frame(g, n, t);
+    GapMotion m;
+    m.gap = -g[kRadius] - n[dim - 1] * g[kHeight];
+    for (int i = 0; i < dim; ++i) {
+      m.gap += n[i] * r[i];
+      m.rate += n[i] * u[i];
+    }
+    // Along n alone; of a body from its origin, which its coordinates begin with.
+    const PointSpeed speed = point_speed(point_, q, v, p);
+    m.clear = m.gap;
+    m.travel = std::abs(m.rate);
+    if (speed.lever > 0) {
+      double origin = -g[kRadius] - n[dim - 1] * g[kHeight], rate = 0;
+      for (int i = 0; i < dim; ++i) {
+        origin += n[i] * q[i];
+        rate += n[i] * v[i];
+      }
+      m.clear = origin - speed.lever;
+      m.travel = std::abs(rate);
+    }
+    m.speed = m.travel + speed.lever * speed.turn;
+    m.turn = speed.turn;
+    return m;
   }
 
   /// Where it is along the k-th direction of the plane, from the foot of the origin.
@@ -77,10 +116,7 @@ class ContactSurface {
   template <class S>
   void motion(const S* q, const S* v, const S* g, const S* p, Motion<S>& m) const {
     S u[dim] = {}, n[dim], t[tangents][dim];
-    if constexpr (dim == 2)
-      point_.velocity(q, v, p, u[0], u[1]);
-    else
-      point_.velocity(q, v, p, u);
+    velocity(q, v, p, u);
     frame(g, n, t);
     m.closing = S(0.0);
     for (int i = 0; i < dim; ++i) m.closing -= n[i] * u[i];

@@ -16,7 +16,7 @@
 namespace costate {
 
 template <class Point>
-class RigidContact final : public Force, public UnilateralForce {
+class RigidContact final : public Force, public UnilateralForce, public GapElement {
  public:
   using Surface = ContactSurface<Point>;
   static constexpr int kRestitution = 0, kFriction = 1, kClosing = 2, kGround = 3,
@@ -87,6 +87,12 @@ class RigidContact final : public Force, public UnilateralForce {
     if (k == 4) return s.z[1] * slip(s.q, s.v, s.p);
     return s.lambda ? pressed(k, s.lambda, s.p) : std::nan("");
   }
+  int gap_count() const override { return 1; }
+  GapMotion gap_motion(int, const LocalState& s) const override {
+    return surface_.gap_motion(s.q, s.v, s.p + kGround, s.p + kNumbers);
+  }
+  bool gap_presses(int, const double*) const override { return false; }
+  int gap_of_guard(int k) const override { return k == 0 ? 0 : -1; }
   void transition(int, const MeasureArguments&, PathDual* z_after) const override {
     for (int i = 0; i < states(); ++i) z_after[i] = PathDual(0.0);
   }

@@ -1,0 +1,124 @@
+#include "costate/event/touch_watch.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "costate/element/unilateral_force.h"
+
+namespace costate {
+
+namespace {
+// A dip is passed over where it is deeper by this than where the step begins or ends within it: six tenths of a
+// parabola's width, eight tenths of it with one of its ends, or more.
+constexpr double kDeeper = 1.5;
+// Steps over such a dip, and on the way back over any touch.
+constexpr double kSteps = 8, kStepsBack = 4;
+// Of the integrator's tolerances: the depth from which on a dip counts.
+constexpr double kCounts = 0.1;
+}  // namespace
+
+TouchWatch::TouchWatch(const Assembly& assembly, double rtol, double atol)
+    : assembly_(assembly), rtol_(rtol), atol_(atol) {
+  const Mechanism& m = assembly.mechanism();
+  for (std::size_t f = 0; f < m.forces().size(); ++f) {
+    const Force& force = *m.forces()[f];
+    const auto* gaps = dynamic_cast<const GapElement*>(&force);
+    // Impacts are events.
+    if (!gaps || dynamic_cast<const UnilateralForce*>(&force)) continue;
+    for (int i = 0; i < gaps->gap_count(); ++i) gaps_.push_back({GapTrace(force, *gaps, i), m.state_offsets()[f]});
+  }
+}
+
+std::optional<TouchLook> TouchWatch::look(double from, double to, const std::function<StateView(double)>& at) {
+  std::optional<TouchLook> first;
+  if (!(from < to)) return first;
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  const StateView last = at(to);
+  ends_.assign(gaps_.size(), {none, {}});
+  traces_.resize(gaps_.size());
+  bool near = false;
+  for (std::size_t i = 0; i < gaps_.size(); ++i) {
+    Gap& g = gaps_[i];
+    if (!g.trace.gaps().gap_presses(g.trace.index(), last.z + g.first_state)) {
+      // Behind an event.
+      if (!std::isnan(g.touches_from)) touched_.emplace_back(g.touches_from, from);
+      g.seen.t = g.touches_from = none;
+      continue;
+    }
+    ends_[i] = g.trace.look(last, assembly_);
+    near = near || g.seen.t != from || !stays_away(g.seen, ends_[i]);
+    for (const int c : g.trace.element().coordinates()) size_ = std::max(size_, std::abs(last.q[c]));
+  }
+  if (!near) {
+    for (std::size_t i = 0; i < gaps_.size(); ++i)
+      if (!std::isnan(ends_[i].t)) gaps_[i].seen = ends_[i];
+    return first;
+  }
+  for (std::size_t i = 0; i < gaps_.size(); ++i) {
+    Gap& g = gaps_[i];
+    if (std::isnan(ends_[i].t)) continue;
+    if (g.seen.t != from) g.seen = g.trace.look(at(from), assembly_);
+    traces_[i].clear();
+    if (stays_away(g.seen, ends_[i])) continue;
+    g.trace.follow(g.seen, ends_[i], at, assembly_, traces_[i]);
+    const auto dip = dip_passed_over(g, traces_[i], at);
+    if (dip && (!first || dip->from < first->from)) first = dip;
+  }
+  const double until = first ? first->from : to;
+  for (std::size_t i = 0; i < gaps_.size(); ++i) {
+    Gap& g = gaps_[i];
+    if (std::isnan(ends_[i].t)) continue;
+    if (g.seen.m.gap < 0 && std::isnan(g.touches_from)) g.touches_from = from;
+    record(g, traces_[i], until, at);
+    if (!first) g.seen = ends_[i];
+  }
+  if (first) ++cuts_;
+  return first;
+}
+
+std::optional<TouchLook> TouchWatch::dip_passed_over(const Gap& gap, const Looks& trace,
+                                                     const GapTrace::States& at) const {
+  const auto depth = [&](std::size_t k) { return std::max(0.0, -trace[k].m.gap); };
+  const std::size_t last = trace.size() - 1;
+  for (std::size_t k = 0; k <= last; ++k) {
+    if (!(depth(k) > 0)) continue;
+    const std::size_t begin = k;
+    double deepest = 0;
+    for (; k <= last && depth(k) > 0; ++k) deepest = std::max(deepest, depth(k));
+    const std::size_t end = k;  // the first look behind it
+    const double at_ends = std::max(begin == 0 ? depth(0) : 0, end > last ? depth(last) : 0);
+    if (!(deepest > kDeeper * at_ends) || !(deepest > kCounts * (atol_ + rtol_ * size_))) continue;
+    const double t1 = begin == 0 ? trace[0].t : gap.trace.zero(trace[begin - 1], trace[begin], at, assembly_);
+    const double t2 = end > last ? trace[last].t : trace[end].t;
+    return TouchLook{t1, t2, (t2 - t1) / kSteps, &gap.trace.element()};
+  }
+  return {};
+}
+
+void TouchWatch::record(Gap& gap, const Looks& trace, double until, const GapTrace::States& at) {
+  for (std::size_t k = 1; k < trace.size() && trace[k - 1].t < until; ++k) {
+    const GapTrace::Look &a = trace[k - 1], &b = trace[k];
+    if ((a.m.gap < 0) == (b.m.gap < 0)) continue;
+    const double t = gap.trace.zero(a, b, at, assembly_);
+    if (t >= until) return;
+    if (b.m.gap < 0) {
+      gap.touches_from = t;
+    } else if (!std::isnan(gap.touches_from)) {
+      touched_.emplace_back(gap.touches_from, t);
+      gap.touches_from = std::numeric_limits<double>::quiet_NaN();
+    }
+  }
+}
+
+std::vector<TouchLook> TouchWatch::touches(double t_end) const {
+  std::vector<TouchLook> looks;
+  const auto add = [&](double from, double to) {
+    if (from < to) looks.push_back({from, to, (to - from) / kStepsBack});
+  };
+  for (const auto& [from, to] : touched_) add(from, to);
+  for (const Gap& g : gaps_)
+    if (!std::isnan(g.touches_from)) add(g.touches_from, t_end);
+  return looks;
+}
+
+}  // namespace costate

@@ -1,0 +1,63 @@
+// Touches without an event, along a run. A force that begins where a gap closes is in the equations that integrators
+// solve, but seen only where a step happens to end within the touch. Each step is followed along its gaps
+// (gap_trace.h): of a dip below zero from t1 to t2 that a step passes over, as it is far deeper than where the step
+// begins and ends, the step is right until t1 alone. It ends there, and over the dip steps are bounded by a part of t2
+// - t1, from when on the integrator's own error estimates see the force.
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "costate/assembly/assembly.h"
+#include "costate/event/gap_trace.h"
+
+namespace costate {
+
+/// Times over which steps are bounded.
+struct TouchLook {
+  double from = 0, to = 0;
+  double step = std::numeric_limits<double>::infinity();
+  const Element* element = nullptr;  // what touches
+};
+
+class TouchWatch {
+ public:
+  /// Of the mechanism's forces, with the numbers that the assembly has; dips count that are deeper than the part of the
+  /// coordinates, or the length, that the integrator is asked for.
+  TouchWatch(const Assembly& assembly, double rtol, double atol);
+
+  bool empty() const { return gaps_.empty(); }
+  /// After each step of the run, once and in order of time; `at` gives the state at times between its ends, valid until
+  /// it is called again. Where the step has passed over a dip: its end is to be look.from, perhaps its own beginning,
+  /// and steps from there on until look.to no longer than look.step.
+  std::optional<TouchLook> look(double from, double to, const std::function<StateView(double)>& at);
+
+  /// When something touched so far, for runs back along the motion; steps of a part of each.
+  std::vector<TouchLook> touches(double t_end) const;
+  /// How many steps were cut.
+  long cuts() const { return cuts_; }
+
+ private:
+  struct Gap {
+    GapTrace trace;
+    int first_state;  // of the force, among all
+    GapTrace::Look seen = {std::numeric_limits<double>::quiet_NaN(), {}};
+    double touches_from = std::numeric_limits<double>::quiet_NaN();
+  };
+  using Looks = std::vector<GapTrace::Look>;
+  std::optional<TouchLook> dip_passed_over(const Gap& gap, const Looks& trace, const GapTrace::States& at) const;
+  void record(Gap& gap, const Looks& trace, double until, const GapTrace::States& at);
+
+  const Assembly& assembly_;
+  double rtol_, atol_, size_ = 0;
+  std::vector<Gap> gaps_;
+  Looks ends_;
+  std::vector<Looks> traces_;  // of this step; empty where the gap stays away from zero
+  std::vector<std::pair<double, double>> touched_;
+  long cuts_ = 0;
+};
+
+}  // namespace costate

@@ -4,6 +4,7 @@
 //   costate_adversary --cases 5000 [--seed 1] [--combinations 3]   the table; status 1 if anything was wrong
 //   without a word
 //   costate_adversary --cases 5000 --of trusses | kinds            one half of it
+//   costate_adversary --cases 1000 --of contacts                   rigid contacts, judged by energy and depth
 //   costate_adversary --case 4711 [--scene]                        one case again, with every combination
 #include <fmt/format.h>
 
@@ -14,6 +15,7 @@
 #include <map>
 #include <random>
 
+#include "contacts.h"
 #include "judge.h"
 #include "kinds.h"
 #include "truss.h"
@@ -29,7 +31,7 @@ constexpr int kSeconds =
 struct Options {
   long cases = 200, first = 1, one = -1;
   int combinations = 3;
-  bool scene = false, quiet = false, trusses = true, kinds = true;
+  bool scene = false, quiet = false, trusses = true, kinds = true, contacts = false;
 };
 
 /// Every fourth case is an example of a registered kind.
@@ -93,6 +95,19 @@ std::vector<Finding> try_truss(const Truss& t, const Truth& truth,
 
 std::vector<Finding> try_case(long number, const Options& options) {
   std::mt19937_64 engine(static_cast<std::uint64_t>(number) * 77 + 5);
+  if (options.contacts) {
+    const std::string scene = random_contact_scene(static_cast<std::uint64_t>(number));
+    if (options.scene) fmt::print("{}", scene);
+    std::fflush(stdout);
+    std::vector<Finding> list;
+    for (const char* formulation : {"index1", "baumgarte", "penalty"})
+      if (options.one >= 0 || number % 3 == static_cast<long>(list.size()))
+        list.push_back(run_contacts(scene, formulation));
+      else
+        list.emplace_back();
+    std::erase_if(list, [](const Finding& f) { return f.run.empty(); });
+    return list;
+  }
   auto chosen = combinations();
   if (options.one < 0) {
     std::shuffle(chosen.begin(), chosen.end(), engine);
@@ -166,15 +181,16 @@ int main(int argc, char** argv) {
       const std::string half = argv[++i];
       o.trusses = half == "trusses";
       o.kinds = half == "kinds";
+      o.contacts = half == "contacts";
     } else if (std::strcmp(argv[i], "--scene") == 0)
       o.scene = true;
     else if (std::strcmp(argv[i], "--quiet") == 0)
       o.quiet = true;
     else {
-      fmt::print(
-          stderr,
-          "usage: {} [--cases N] [--seed N] [--of trusses | kinds] [--combinations N] [--case N [--scene]] [--quiet]\n",
-          argv[0]);
+      fmt::print(stderr,
+                 "usage: {} [--cases N] [--seed N] [--of trusses | kinds | contacts] [--combinations N] [--case N "
+                 "[--scene]] [--quiet]\n",
+                 argv[0]);
       return 2;
     }
   }
@@ -189,7 +205,7 @@ int main(int argc, char** argv) {
     for (const Finding& f : found)
       fmt::print("{:<9} {:<50} {:9.1e}  {}\n", name_of(f.outcome), f.run, f.error, f.message);
     for (const Finding& f : found)
-      if (f.outcome == Outcome::wrong && is_truss(o.one) && f.run.find(',') == std::string::npos) {
+      if (f.outcome == Outcome::wrong && is_truss(o.one) && !o.contacts && f.run.find(',') == std::string::npos) {
         fmt::print("\n# the smallest scene on which {} is still wrong\n{}", f.run,
                    shrink(random_truss(static_cast<std::uint64_t>(o.one)), f.run).scene());
         break;
@@ -201,7 +217,7 @@ int main(int argc, char** argv) {
   const auto begin = std::chrono::steady_clock::now();
   long none = 0, cases = 0;
   for (long i = o.first; i < o.first + o.cases; ++i) {
-    if (!(is_truss(i) ? o.trusses : o.kinds)) continue;
+    if (!o.contacts && !(is_truss(i) ? o.trusses : o.kinds)) continue;
     ++cases;
     const auto found = in_child([&] { return try_case(i, o); }, kSeconds);
     if (found.empty()) ++none;

@@ -110,10 +110,11 @@ Json cycle_json(const Setup& setup, const CycleResult& r, double wall) {
     const auto list = [](const Eigen::VectorXd& v) { return std::vector<double>(v.data(), v.data() + v.size()); };
     j["gradient"] = named(parameters, list(r.psi_rho));
     j["period_gradient"] = named(parameters, list(r.period_rho));
-    if (!setup.scene.cycle->travel.empty()) {
-      const Eigen::VectorXd speed = (r.travel_rho - r.speed() * r.period_rho) / r.period.value;
-      j["speed_gradient"] = named(parameters, list(speed));
-    }
+    if (!setup.scene.cycle->travel.empty()) j["speed_gradient"] = named(parameters, list(r.speed_rho()));
+    const bool known = r.multiplier_rho.size() > 0;
+    j["multiplier_gradient"] = known ? named(parameters, list(r.multiplier_rho)) : Json(nullptr);
+    j["multiplier_gradient_error"] = known ? named(parameters, list(r.multiplier_rho_error)) : Json(nullptr);
+    j["multiplier_gradient_method"] = r.multiplier_method;
     j["fixed_point_gradient"] = named_rows(r.names, r.x_rho, parameters);
   }
   j["formulation"] = setup.problem.formulation;
@@ -159,13 +160,29 @@ std::string cycle_text(const Setup& setup, const CommonOptions& common, const Cy
     const auto names = p.parameters.names();
     std::size_t w = 9;
     for (const auto& n : names) w = std::max(w, n.size());
-    text += fmt::format("\n  {:<{}}  {:>18}  {:>20}  {:>20}\n", "parameter", w, "value",
-                        costs ? "d(psi)/d(parameter)" : "", "d(period)/d(param.)");
+    const bool travels = !setup.scene.cycle->travel.empty(), multiplier = r.multiplier_rho.size() > 0;
+    const Eigen::VectorXd speed_rho = r.speed_rho();
+    const auto row = [&](const std::string& name, const std::string& value, const std::string& psi,
+                         const std::string& period, const std::string& speed, const std::string& largest) {
+      std::string line = fmt::format("  {:<{}}  {:>18}", name, w, value);
+      if (costs) line += fmt::format("  {:>16}", psi);
+      line += fmt::format("  {:>16}", period);
+      if (travels) line += fmt::format("  {:>16}", speed);
+      if (multiplier) line += fmt::format("  {:>16}", largest);
+      return line + "\n";
+    };
+    text += "\n" + row("parameter", "value", "d(psi)/d(p)", "d(period)/d(p)", "d(speed)/d(p)", "d(multiplier)/d(p)");
     for (std::size_t j = 0; j < names.size(); ++j) {
       const auto k = static_cast<Eigen::Index>(j);
-      text += fmt::format("  {:<{}}  {:>18.12g}  {:>20}  {:>20}\n", names[j], w, setup.rho[j],
-                          costs ? fmt::format("{:.7g}", r.psi_rho[k]) : "", fmt::format("{:.7g}", r.period_rho[k]));
+      const auto seven = [](double x) { return fmt::format("{:.7g}", x); };
+      text += row(names[j], fmt::format("{:.12g}", setup.rho[j]), seven(r.psi_rho[k]), seven(r.period_rho[k]),
+                  travels ? seven(speed_rho[k]) : "",
+                  multiplier ? known_digits(r.multiplier_rho[k], r.multiplier_rho_error[k]) : "");
     }
+    if (multiplier)
+      text += fmt::format("  d(multiplier)/d(p): of the largest modulus, by {}\n", r.multiplier_method);
+    else if (!r.multiplier_method.empty())
+      text += fmt::format("  {}\n", r.multiplier_method);
   }
   text += fmt::format("\n  {} event{} a cycle, {} runs, {} steps, {:.3g} s\n", r.events.size(),
                       r.events.size() == 1 ? "" : "s", r.counters.simulations, r.counters.steps, wall);

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <tuple>
 
 #include "accuracy.h"
 #include "certificate_report.h"
@@ -14,6 +15,7 @@
 #include "costate/record/interrupt.h"
 #include "costate/record/print.h"
 #include "costate/scene/scene_files.h"
+#include "costate/sensitivity/cycle_gradient.h"
 #include "costate/sensitivity/error_estimate.h"
 #include "digits.h"
 #include "evaluation_text.h"
@@ -35,9 +37,12 @@ struct OptimizeOptions {
   AccuracyOption accuracy;
 };
 
-/// The motion at given parameters, written as trajectory files.
-TrajectoryTable write_motion(const Setup& setup, const std::vector<double>& rho, const std::string& name,
+/// The motion at given parameters, written as trajectory files; of a psi over a cycle the one that begins there.
+TrajectoryTable write_motion(const Setup& given, const std::vector<double>& at, const std::string& name,
                              const Json& settings) {
+  Setup setup = given;
+  std::vector<double> rho = at;
+  if (given.problem.cycle) std::tie(setup.problem, rho) = cycle_motion(given.problem, at);
   TrajectoryRecorder recorder(setup, rho, std::nullopt);
   const Simulation run = simulate(setup.problem, rho, recorder.times(), recorder.sink());
   TrajectoryTable table = recorder.finish(settings, run);

@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <tuple>
+
 #include "costate/integrator/run_end.h"
 #include "costate/integrator/simulate.h"
 #include "costate/scene/scene_node.h"
 #include "costate/scene/toml_reader.h"
+#include "costate/sensitivity/cycle_gradient.h"
 #include "costate/trajectory.h"
 
 namespace costate::app {
@@ -18,8 +21,11 @@ SceneNumbers scene_numbers(const Scene& scene) {
   };
 }
 
-FiguresOfRun figures_of_run(const Setup& setup, std::optional<double> step, std::vector<double> times) {
+FiguresOfRun figures_of_run(const Setup& given, std::optional<double> step, std::vector<double> times) {
   FiguresOfRun r;
+  Setup setup = given;
+  // Of a psi over a cycle the motion is shown that begins there.
+  if (given.problem.cycle) std::tie(setup.problem, setup.rho) = cycle_motion(given.problem, given.rho);
   if (times.empty()) {
     const auto& solver = setup.problem.solver;
     if (!step && !setup.scene.run.output_step_s)

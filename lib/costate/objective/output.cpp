@@ -11,6 +11,7 @@
 #include "costate/base/error.h"
 #include "costate/mechanism/multiplier_unit.h"
 #include "costate/objective/all_outputs.h"
+#include "costate/objective/cycle_output.h"
 #include "costate/objective/formula_output.h"
 #include "costate/objective/local_output.h"
 
@@ -364,8 +365,14 @@ std::unique_ptr<Output> make_output(const Mechanism& mechanism, const std::strin
     result = factory();
     return true;
   });
-  if (!result)
-    throw ModelError("", fmt::format("There is no output '{}'.{}", name, suggestion(name, output_names(mechanism))));
+  if (!result) result = make_cycle_output(mechanism, name);
+  if (!result) {
+    std::vector<std::string> known = output_names(mechanism);
+    const bool cyclic = name.starts_with("cycle.");
+    if (cyclic) known = cycle_value_names();
+    throw ModelError("", fmt::format("There is no output '{}'.{}{}", name, suggestion(name, known),
+                                     cyclic ? " Those of a cycle belong to scenes with a table [cycle]." : ""));
+  }
   return result;
 }
 

@@ -1,9 +1,19 @@
 // [cycle] of a scene.
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "costate/objective/cycle_output.h"
 #include "costate/scene/scene_reader.h"
 
 namespace costate {
+
+/// Whether a text in here names this output, alone or in a formula.
+static bool names_output(const SceneNode& node, const std::string& name) {
+  if (node.type == SceneNode::Type::text && node.text.find(name) != std::string::npos) return true;
+  return std::any_of(node.children.begin(), node.children.end(),
+                     [&](const SceneNode& child) { return names_output(child, name); });
+}
 
 void SceneReader::read_cycle() {
   if (table_.has("run")) {
@@ -67,6 +77,16 @@ void SceneReader::read_cycle() {
   }
   c.turns = t.texts("turns", false);
   t.finish();
+  std::vector<bool> named(kCycleValues, false);
+  for (const char* where : {"cost", "optimize", "output"})
+    if (const SceneNode* part = root_.find(where))
+      for (std::size_t i = 0; i < named.size(); ++i)
+        named[i] = named[i] || names_output(*part, cycle_value_names()[i]);
+  for (const int i : {kCycleTravel, kCycleSpeed})
+    if (named[static_cast<std::size_t>(i)] && c.travel.empty())
+      throw ModelError("cycle", fmt::format("'{}' needs 'travel' here, the coordinate that moves on: travel = \"hip.x\".",
+                                            cycle_value_names()[static_cast<std::size_t>(i)]));
+  if (std::find(named.begin(), named.end(), true) != named.end()) add_cycle_values(builder_);
   cycle = c;
   here_.reset();
 }

@@ -9,6 +9,7 @@
 #include "costate/base/error.h"
 #include "costate/base/stop.h"
 #include "costate/cycle/cycle_start.h"
+#include "costate/cycle/multiplier_derivative.h"
 
 namespace costate {
 
@@ -165,24 +166,75 @@ void add_state(const Problem& problem, const ReturnMap& map, const Search& searc
   }
 }
 
-/// (4.2), (4.3) of the fixed point: (I - P_x) x_rho = P_rho, (I - P_x)^T l = psi_x^T, dpsi = psi_rho + l^T P_rho.
-void differentiate(const Search& search, const Section& section, const MapValue& v, CycleResult& r) {
+/// (18.5), (18.6): (I - P_x) x_rho = P_rho, (I - P_x)^T l = psi_x^T, dpsi = psi_rho + l^T P_rho.
+void differentiate(const Search& search, const ReturnMap& map, const CycleOptions& options, CycleResult& r) {
+  const Section& section = map.section();
+  const MapValue& v = r.map;
   const auto& free = section.free();
-  const auto k = static_cast<Eigen::Index>(free.size()), np = v.next_rho.cols();
+  const auto k = static_cast<Eigen::Index>(free.size());
+  const auto own = Eigen::seqN(0, v.next_rho.cols() - (has_cycle_values(map.problem()) ? kCycleValues : 0));
   const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(k, k) - search.reduced(v.next_x);
-  const Eigen::MatrixXd P_rho = v.next_rho(free, Eigen::all);
+  const Eigen::MatrixXd P_rho = v.next_rho(free, own);
   const Eigen::PartialPivLU<Eigen::MatrixXd> lu(A);
-  r.x_rho.setZero(section.size(), np);
+  r.x_rho.setZero(section.size(), P_rho.cols());
   const Eigen::MatrixXd x_rho = lu.solve(P_rho);
   for (std::size_t i = 0; i < free.size(); ++i) r.x_rho.row(free[i]) = x_rho.row(static_cast<Eigen::Index>(i));
   const auto on_cycle = [&](const Eigen::RowVectorXd& by_x, const Eigen::RowVectorXd& by_rho) -> Eigen::VectorXd {
     const Eigen::VectorXd l = A.transpose().partialPivLu().solve(by_x(free).transpose());
-    return by_rho.transpose() + P_rho.transpose() * l;
+    return by_rho(own).transpose() + P_rho.transpose() * l;
   };
   r.period_rho = on_cycle(v.time_x, v.time_rho);
   r.travel_rho = on_cycle(v.travel_x, v.travel_rho);
   r.psi_rho = on_cycle(v.psi_x, v.psi_rho);
+  const PeriodTravel by = by_period_and_travel(r.psi_values, r.values());
+  r.psi_rho += by.period * r.period_rho + by.travel * r.travel_rho;
+  const double by_multiplier = r.psi_values[kCycleMultiplier];
+  if (!options.multiplier && by_multiplier == 0) return;
+  try {
+    const MultiplierDerivative m = multiplier_derivative(map, search.x, search.positions, v, r.x_rho);
+    r.counters += m.counters;
+    r.multiplier_rho = m.by_rho;
+    r.multiplier_rho_error = m.error;
+    r.multiplier_method = multiplier_method(m);
+    r.psi_rho += by_multiplier * m.by_rho;
+  } catch (const CapabilityError& e) {
+    if (by_multiplier != 0) throw;
+    r.multiplier_method = e.what();
+  }
 }
+
+/// The problem whose cost knows the values of the cycle that was found, at the tolerance of its search.
+class Whole {
+ public:
+  Whole(const Problem& problem, const ReturnMap& map, const Search& search)
+      : search_(search), valued_(has_cycle_values(problem)), own_(map) {
+    if (!valued_) return;
+    const auto multipliers = multipliers_of(search.monodromy(), map.section().trivial_multipliers());
+    const MapValue& v = search.value;
+    const CycleValues values = {v.time, v.travel, v.travel / v.time,
+                                multipliers.empty() ? 0 : std::abs(multipliers.front())};
+    ValuedProblem with = with_cycle_values(problem, map.rho(), values);
+    with.problem.solver = map.problem().solver;
+    with.problem.check_values(with.rho);
+    with_.emplace(with.problem, map.section(), with.rho, kCycleValues);
+  }
+
+  const ReturnMap& map() const { return with_ ? *with_ : own_; }
+  /// P, psi and what else a cycle gives at the search's x.
+  MapValue value(bool derivatives) const {
+    if (!valued_ && !derivatives) return search_.value;
+    return map().evaluate(search_.x, search_.positions, derivatives ? MapDerivatives::all : MapDerivatives::last);
+  }
+  CycleValues by_values(const MapValue& v) const {
+    return valued_ ? CycleValues(v.psi_rho.tail<kCycleValues>().transpose()) : CycleValues(CycleValues::Zero());
+  }
+
+ private:
+  const Search& search_;
+  bool valued_;
+  const ReturnMap& own_;
+  std::optional<ReturnMap> with_;
+};
 
 }  // namespace
 
@@ -209,7 +261,9 @@ CycleResult find_cycle(const Problem& problem, const CycleSettings& settings, co
                        const CycleOptions& options) {
   const CycleStart start(problem, settings, rho);
   const Section& section = start.section();
-  ReturnMap map(problem, section, rho);
+  Problem searched = problem;
+  if (has_cycle_values(problem)) searched.objective = {};  // its values are known once the cycle is
+  ReturnMap map(searched, section, rho);
   Search search(map, options);
   search.x = start.x();
   search.positions = start.positions();
@@ -224,48 +278,47 @@ CycleResult find_cycle(const Problem& problem, const CycleSettings& settings, co
   search.begin();
   search.solve();
   CycleResult r;
-  const auto take = [&](const Search& s, const MapValue& v) {
-    r.x = s.x;
+  const bool derivatives = options.derivatives && !rho.empty();
+  const auto take = [&](const MapValue& v) {
+    search.counters += v.counters;
+    r.x = search.x;
     r.period.value = v.time;
     r.travel.value = v.travel;
     r.psi.value = v.psi;
-    r.multipliers = multipliers_of(s.monodromy(), section.trivial_multipliers());
+    r.multipliers = multipliers_of(search.monodromy(), section.trivial_multipliers());
   };
-  const bool derivatives = options.derivatives && !rho.empty();
   if (options.estimate) {
-    take(search, search.value);
+    take(Whole(problem, map, search).value(false));
     const CycleResult loose = r;
     const SolverOptions& solver = problem.solver;
     map.set_tolerance(0.1 * solver.rtol, 0.1 * solver.absolute());
     search.begin();
     search.solve();
-    take(search, search.value);
+    take(Whole(problem, map, search).value(false));
     r.x_error = (r.x - loose.x).cwiseAbs();
     r.period.error = std::abs(r.period.value - loose.period.value);
     r.travel.error = std::abs(r.travel.value - loose.travel.value);
     r.psi.error = std::abs(r.psi.value - loose.psi.value);
     r.multiplier_error = std::abs(r.largest() - loose.largest());
   } else {
-    take(search, search.value);
-    r.x_error.setZero(r.x.size());
+    r.x_error.setZero(search.x.size());
   }
+  const Whole whole(problem, map, search);
+  r.map = whole.value(derivatives);
+  if (!options.estimate) take(r.map);
+  r.psi_values = whole.by_values(r.map);
+  if (derivatives) differentiate(search, whole.map(), options, r);
   for (const auto& c : section.coordinates()) {
     r.names.push_back(c.name);
     r.units.push_back(c.unit);
-  }
-  if (derivatives) {
-    const MapValue all = map.evaluate(search.x, search.positions, MapDerivatives::all);
-    search.counters += all.counters;
-    differentiate(search, section, all, r);
   }
   add_state(problem, map, search, r);
   r.residual = search.residual;
   r.worst = search.worst;
   r.iterations = search.iterations;
   r.events = search.value.events;
-  r.map = search.value;
   r.positions = search.positions;
-  r.counters = search.counters;
+  r.counters += search.counters;
   r.integrator = search.value.integrator;
   return r;
 }

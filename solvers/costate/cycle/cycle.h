@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "costate/cycle/cycle_values.h"
 #include "costate/cycle/return_map.h"
 
 namespace costate {
@@ -17,6 +18,7 @@ struct CycleOptions {
   double accepted = 1e3;  // largest residual that counts as a fixed point, in tolerances
   bool estimate = true;   // repeat the search at a tenth of the tolerance: its result, and errors by the difference
   bool derivatives = true;
+  bool multiplier = true;  // of the largest multiplier, too, where there are derivatives
   std::function<void(int iteration, double residual)> progress;  // or empty
 };
 
@@ -38,7 +40,13 @@ struct CycleResult {
   int iterations = 0;
   // Rows: of the fixed point's entries; of the period, the travel, psi. Columns: parameters. Empty without any.
   Eigen::MatrixXd x_rho;
-  Eigen::VectorXd period_rho, travel_rho, psi_rho, psi_rho_error;
+  Eigen::VectorXd period_rho, travel_rho, psi_rho;
+  /// Of the largest modulus (cycle/multiplier_derivative.h), with estimated errors; empty where they were not asked for
+  /// or there is none. By what method, or why there is none.
+  Eigen::VectorXd multiplier_rho, multiplier_rho_error;
+  std::string multiplier_method;
+  /// psi's derivatives by the cycle's own values, of a cost that may hold some.
+  CycleValues psi_values = CycleValues::Zero();
   std::vector<RunEvent> events;
   MapValue map;                   // at x, with its derivatives by x
   std::vector<double> positions;  // first guesses there
@@ -47,6 +55,8 @@ struct CycleResult {
 
   double speed() const { return travel.value / period.value; }  // m/s
   double largest() const { return multipliers.empty() ? 0 : std::abs(multipliers.front()); }
+  Eigen::VectorXd speed_rho() const { return (travel_rho - speed() * period_rho) / period.value; }
+  CycleValues values() const { return {period.value, travel.value, speed(), largest()}; }
   /// None where the largest multiplier is as near to 1 as it may be off by.
   std::optional<bool> stable() const;
 };

@@ -28,6 +28,7 @@ std::vector<bool> passive_states(const Problem& problem, const std::vector<doubl
   };
   Problem whole = problem;
   whole.ends_when.reset();
+  whole.objective = {};
   const SolverOptions& s = problem.solver;
   std::vector<double> times;
   for (int k = 0; k <= kLooks; ++k) times.push_back(s.t_start + (s.t_end - s.t_start) * k / kLooks);
@@ -69,15 +70,18 @@ CycleStart::CycleStart(const Problem& problem, const CycleSettings& settings, co
   };
   simulate(first, rho, {first.ends_when ? first.solver.t_end : first.solver.t_start}, read);
   // What travels begins where the scene has it, whatever the parameters: where along its way a cycle lies says nothing.
-  const int c = section_->travelling();
-  if (c < 0) return;
+  const int c = section_->travelling(), carried = section_->carried().coordinate;
+  if (c < 0 && carried < 0) return;
   std::vector<double> numbers = m.base_numbers();
-  const SectionCoordinate& travelling = section_->coordinates()[static_cast<std::size_t>(c)];
-  const double from = numbers[static_cast<std::size_t>(travelling.number)];
+  const int number = c >= 0 ? section_->coordinates()[static_cast<std::size_t>(c)].number
+                            : m.coordinates()[static_cast<std::size_t>(carried)].position_number;
+  const int goes = c >= 0 ? section_->coordinates()[static_cast<std::size_t>(c)].along : section_->carried().along;
+  const double from = numbers[static_cast<std::size_t>(number)];
+  const double at = c >= 0 ? x_[c] : positions_[static_cast<std::size_t>(carried)];
   problem.parameters.apply(rho.data(), numbers);
   const double angle = section_->angle(numbers);
   const auto way = [&](int along) { return along == 0 ? 0 : along == 1 ? std::cos(angle) : std::sin(angle); };
-  const double shift = (x_[c] - from) / way(travelling.along);
+  const double shift = (at - from) / way(goes);
   for (int i = 0; i < section_->size(); ++i)
     x_[i] -= shift * way(section_->coordinates()[static_cast<std::size_t>(i)].along);
   positions_ = section_->moved_back(positions_, shift, angle);

@@ -102,12 +102,13 @@ MapRun run(SystemType& system, const Problem& problem, const std::vector<double>
   const double* y = session.y();
   const MechanismState s = solved_state(system, r.t, y);
   Assembly& assembly = system.assembly();
-  const auto& coordinates = section.coordinates();
-  const auto d = static_cast<Eigen::Index>(coordinates.size());
+  std::vector<const Output*> read;
+  for (const SectionCoordinate& c : section.coordinates()) read.push_back(c.at_end.get());
+  if (section.carried().at_end) read.push_back(section.carried().at_end.get());
+  const auto d = static_cast<Eigen::Index>(read.size());
   r.positions.assign(s.q, s.q + assembly.n());
   r.values.resize(d);
-  for (Eigen::Index i = 0; i < d; ++i)
-    r.values[i] = coordinates[static_cast<std::size_t>(i)].at_end->value(s, assembly);
+  for (Eigen::Index i = 0; i < d; ++i) r.values[i] = read[static_cast<std::size_t>(i)]->value(s, assembly);
   Eigen::VectorXd kappa = Eigen::VectorXd::Zero(d + 2);
   if (end && differentiate) {
     assembly.calc_dynamics(s);
@@ -128,7 +129,7 @@ MapRun run(SystemType& system, const Problem& problem, const std::vector<double>
                       "a cycle. The return has no derivative there; take another section.",
                       r.t, section.end()->text(assembly), rate, section.end()->output->unit(), steepness));
     for (Eigen::Index i = 0; i < d; ++i)
-      kappa[i] = -coordinates[static_cast<std::size_t>(i)].at_end->change(s, assembly, motion) / rate;
+      kappa[i] = -read[static_cast<std::size_t>(i)]->change(s, assembly, motion) / rate;
     kappa[d] = -1 / rate;
     double psi_rate = problem.objective.running_value(s, assembly);
     for (const auto& term : chosen.psi) psi_rate += term->change(s, assembly, motion);
@@ -149,7 +150,7 @@ MapRun run(SystemType& system, const Problem& problem, const std::vector<double>
     r.rows.resize(d + 2, np);
     for (Eigen::Index i = 0; i < d + 2; ++i) {
       chosen.chosen = {};
-      chosen.chosen.output = i < d ? coordinates[static_cast<std::size_t>(i)].at_end.get() : nullptr;
+      chosen.chosen.output = i < d ? read[static_cast<std::size_t>(i)] : nullptr;
       chosen.chosen.psi = i == d + 1;
       chosen.chosen.kappa = kappa[i];
       r.rows.row(i) = row();

@@ -10,7 +10,7 @@ namespace costate {
 
 struct MapRun {
   double t = 0, psi = 0;
-  Eigen::VectorXd values;         // of the section's coordinates
+  Eigen::VectorXd values;         // of the section's coordinates, then of what it carries along, if it does
   Eigen::MatrixXd rows;           // derivatives of these, of the end time and of psi; empty unless asked for
   Eigen::VectorXd kappa;          // of each of these rows; zero with a period
   std::vector<double> positions;  // of all coordinates at the end

@@ -16,18 +16,26 @@ struct MapValue {
   Eigen::MatrixXd next_x, next_rho;
   double time = 0, travel = 0, psi = 0;  // s, m, cost
   Eigen::RowVectorXd time_x, travel_x, psi_x, time_rho, travel_rho, psi_rho;
-  Eigen::VectorXd kappa;          // of the entries of next, of the time, of psi, where a cycle is one run
+  Eigen::VectorXd kappa;  // of the entries of next, of what is carried, of the time, of psi, where a cycle is one run
   std::vector<double> positions;  // where the next cycle begins
   std::vector<RunEvent> events;
   Counters counters;
   std::string integrator;
 };
 
-enum class MapDerivatives { none, state, all };
+/// By nothing, by x, by x and the problem's last parameters (those that ReturnMap was told), by x and all of them.
+enum class MapDerivatives { none, state, last, all };
+
+/// A functional of one cycle: psi + next^T P + time T + travel s.
+struct CycleWeights {
+  Eigen::VectorXd next;
+  double time = 0, travel = 0;
+};
 
 class ReturnMap {
  public:
-  ReturnMap(const Problem& problem, const Section& section, std::vector<double> rho);
+  /// `last`: how many of the parameters are those of MapDerivatives::last.
+  ReturnMap(const Problem& problem, const Section& section, std::vector<double> rho, int last = 0);
 
   /// x: as many as the section has coordinates; positions: of all coordinates, first guesses where x does not give
   /// them. Throws what runs throw.
@@ -41,13 +49,18 @@ class ReturnMap {
   State state(const Eigen::VectorXd& x, const std::vector<double>& positions) const;
   /// Throws ModelError where forces or constraints at this state do not repeat themselves after the period (none: where
   /// they depend on time at all), or change by a parameter as they do not repeat.
+  /// In periodicity.cpp.
   void require_periodic(const Eigen::VectorXd& x, const std::vector<double>& positions) const;
 
-  /// psi + l^T P by one run of its own, for gradients by any method: the problem that begins at x and ends at the time
-  /// of `value`, with l^T P in its terminal cost; its first parameters are those of rho. `more` is what the gradient
-  /// has besides, of the way's angle. Of cycles that are one run.
+  /// The functional by one run of its own, for gradients by any method: the problem that begins at x and ends at the
+  /// time of `value`, with the rest in its terminal cost; its first parameters are those of rho. `more` is what the
+  /// gradient has besides, of the way's angle and of where the cycle begins. Of cycles that are one run. In
+  /// linear_problem.cpp.
   Problem linear_problem(const Eigen::VectorXd& x, const std::vector<double>& positions, const MapValue& value,
-                         const Eigen::VectorXd& l, std::vector<double>& values, Eigen::VectorXd& more) const;
+                         const CycleWeights& weights, std::vector<double>& values, Eigen::VectorXd& more) const;
+  /// The motion that begins at x, as long as the problem's own: its first parameters are those of rho.
+  Problem motion_from(const Eigen::VectorXd& x, const std::vector<double>& positions,
+                      std::vector<double>& values) const;
 
   const Problem& problem() const { return problem_; }
   const Section& section() const { return section_; }
@@ -55,16 +68,22 @@ class ReturnMap {
   void set_tolerance(double rtol, double atol);
 
  private:
+  /// How steep the way is, and its derivatives by the varied parameters.
+  double angle(int varied, Eigen::RowVectorXd& angle_rho) const;
   MapValue once(const Eigen::VectorXd& x, const std::vector<double>& positions, MapDerivatives derivatives,
                 bool last) const;
-  /// The problem that begins at x: its start numbers are parameters, then those of rho (if varied), then one that holds
-  /// all other numbers.
-  Problem problem_at(const Eigen::VectorXd& x, const std::vector<double>& positions, bool vary_x, bool vary_rho,
+  /// The problem that begins at x: its start numbers are parameters (if varied), then the last `varied` of rho, then one
+  /// that holds all other numbers.
+  Problem problem_at(const Eigen::VectorXd& x, const std::vector<double>& positions, bool vary_x, int varied,
                      std::vector<double>& values) const;
+  /// Where what is carried along begins at x, by all of the parameters of such a problem.
+  double carried_start(const Problem& problem, const std::vector<double>& values, Eigen::RowVectorXd* by) const;
+  int parameters() const { return static_cast<int>(rho_.size()); }
 
   Problem problem_;
   const Section& section_;
   std::vector<double> rho_;
+  int last_;
 };
 
 }  // namespace costate

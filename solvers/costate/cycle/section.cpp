@@ -179,6 +179,27 @@ void Section::add_states(const Mechanism& m, const std::vector<bool>& passive) {
   }
 }
 
+void Section::find_travel(const Mechanism& m) {
+  if (settings_.travel.empty()) return;
+  int along = 0;
+  if (travelling_ >= 0) {
+    along = coordinates_[static_cast<std::size_t>(travelling_)].along;
+  } else {
+    std::vector<std::string> given;
+    for (const auto& c : coordinates_)
+      if (c.along == 1) given.push_back(c.name);
+    if (!given.empty())
+      throw ModelError("cycle.travel", fmt::format("'{}' is no position that [start] gives.{}", settings_.travel,
+                                                   suggestion(settings_.travel, given)));
+    carried_.coordinate = at("cycle.travel", [&] { return m.coordinate(settings_.travel); });
+    const auto i = static_cast<std::size_t>(carried_.coordinate);
+    carried_.along = along = along_[i];
+    carried_.at_end = make_output(m, m.coordinates()[static_cast<std::size_t>(partner_coordinate_[i])].name);
+  }
+  if (along == 0)
+    throw ModelError("cycle.travel", fmt::format("'{}' is no coordinate along x, nor upwards.", settings_.travel));
+}
+
 Section::Section(const Problem& problem, const CycleSettings& settings, const std::vector<bool>& passive)
     : settings_(settings) {
   const Mechanism& m = *problem.mechanism;
@@ -229,14 +250,7 @@ Section::Section(const Problem& problem, const CycleSettings& settings, const st
   add_positions(m);
   add_velocities(m);
   add_states(m, passive);
-  if (!settings_.travel.empty() && travelling_ < 0) {
-    std::vector<std::string> known;
-    for (const auto& g : m.given_positions()) known.push_back(names[static_cast<std::size_t>(g.coordinate)]);
-    throw ModelError("cycle.travel", fmt::format("'{}' is no position that [start] gives.{}", settings_.travel,
-                                                 suggestion(settings_.travel, known)));
-  }
-  if (travelling_ >= 0 && coordinates_[static_cast<std::size_t>(travelling_)].along == 0)
-    throw ModelError("cycle.travel", fmt::format("'{}' is no coordinate along x, nor upwards.", settings_.travel));
+  find_travel(m);
   for (const auto& name : settings_.turns)
     if (std::none_of(coordinates_.begin(), coordinates_.end(),
                      [&](const auto& c) { return c.name == name && c.turns; }))

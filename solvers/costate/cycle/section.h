@@ -38,6 +38,13 @@ class Section {
   std::shared_ptr<const EndEvent> begin() const { return begin_; }
   /// Entry of x that travels, or -1.
   int travelling() const { return travelling_; }
+  /// What travels and is no entry of x: a rigid contact holds it where first guesses have it. `coordinate` of the
+  /// mechanism, or -1; at_end reads where the one that has its role behind the section is.
+  struct Carried {
+    int coordinate = -1, along = 0;
+    std::shared_ptr<const Output> at_end;
+  };
+  const Carried& carried() const { return carried_; }
   /// Entries of x that are looked for: all but the one that travels.
   const std::vector<int>& free() const { return free_; }
   /// Multipliers that are zero by construction: the section's own, and one for each state that the event sets.
@@ -59,6 +66,7 @@ class Section {
   void check_pairs(const Problem& problem) const;
   void add_positions(const Mechanism& m);
   void add_velocities(const Mechanism& m);
+  void find_travel(const Mechanism& m);
   void add_states(const Mechanism& m, const std::vector<bool>& passive);
 
   CycleSettings settings_;
@@ -67,6 +75,7 @@ class Section {
   std::optional<NamedEvent> begin_event_, end_event_;
   std::vector<int> free_, partner_coordinate_, along_;
   std::vector<bool> start_numbers_;
+  Carried carried_;
   int travelling_ = -1, angle_number_ = -1, trivial_ = 0;
 };
 

@@ -7,6 +7,7 @@
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/objective/cycle_output.h"
 
 namespace costate {
 
@@ -70,6 +71,19 @@ void RunWatch::look(void (MotionWatch::*what)(double, const double*, const doubl
   (watch_.*what)(t, s.q, s.v);
 }
 
+/// A psi that is no number because it holds values of a cycle that nobody has looked for.
+static void require_cycle(const Problem& problem, double psi) {
+  if (!std::isnan(psi)) return;
+  const std::vector<int> values = cycle_value_numbers(*problem.mechanism);
+  for (const Parameter& p : problem.parameters.parameters)
+    for (const auto& [number, factor] : p.bindings)
+      if (!values.empty() && number == values.front()) return;
+  if (!values.empty())
+    throw CapabilityError(
+        "The cost holds values of a limit cycle (cycle.period, cycle.speed, ...), which this run does not look for. "
+        "'costate cycle' computes it, and 'gradient' and 'optimize' do where [run] has cycle = true.");
+}
+
 void RunWatch::conclude(const Simulation& result) const {
   drift_of_last_run = watch_.largest_drift();
   for (const auto& text : watch_.warnings()) notice(text);
@@ -78,6 +92,7 @@ void RunWatch::conclude(const Simulation& result) const {
         "At rtol {:g} each of the {} steps may be off by that much: no digit of the motion or of psi is promised. A "
         "smaller rtol (1e-4) costs little more.",
         problem_.solver.rtol, result.counters.steps));
+  require_cycle(problem_, result.psi);
   require_finite(result);
 }
 
@@ -137,6 +152,7 @@ void require_finite(const Simulation& result) {
 }
 
 void require_finite(const Problem& problem, const GradientResult& result) {
+  require_cycle(problem, result.psi);
   require_finite(result);
   for (std::size_t j = 0; j < result.gradient.size(); ++j)
     if (!std::isfinite(result.gradient[j]))

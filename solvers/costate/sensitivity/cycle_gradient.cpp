@@ -4,10 +4,13 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <cmath>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/cycle/cycle.h"
 #include "costate/cycle/cycle_start.h"
+#include "costate/cycle/multiplier_derivative.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate {
@@ -32,6 +35,12 @@ void describe(const CycleResult& cycle, const Problem& problem, Simulation& r) {
   r.end = RunEvent{problem.solver.t_start + cycle.period.value, "the end of a cycle"};
 }
 
+/// A cost with the largest multiplier has a gradient that is not exact to rounding, and says so.
+void tell_multiplier(double factor, const Eigen::VectorXd& error, const std::string& how, GradientResult& r) {
+  for (const double e : error) r.gradient_error.push_back(std::abs(factor) * e);
+  notice(fmt::format("The derivative of cycle.multiplier is by {}.", how));
+}
+
 }  // namespace
 
 Simulation cycle_run(const Problem& problem, const std::vector<double>& rho) {
@@ -42,37 +51,67 @@ Simulation cycle_run(const Problem& problem, const std::vector<double>& rho) {
   return r;
 }
 
+std::pair<Problem, std::vector<double>> cycle_motion(const Problem& problem, const std::vector<double>& rho) {
+  CycleOptions options;
+  options.estimate = options.derivatives = false;
+  const CycleResult cycle = find_cycle(problem, *problem.cycle, rho, options);
+  const CycleStart start(problem, *problem.cycle, rho);
+  std::vector<double> values;
+  Problem p = ReturnMap(problem, start.section(), rho).motion_from(cycle.x, cycle.positions, values);
+  p.objective = {};
+  p.solver.t_end = problem.solver.t_end;
+  return {p, values};
+}
+
 GradientResult cycle_gradient(const Problem& problem, const std::string& name, const std::vector<double>& rho) {
   const SensitivityMethod& method = find_sensitivity_method(name);
   const Problem p = on_integrator_of(problem, method);
   CycleOptions options;
-  options.estimate = false;
+  options.estimate = options.multiplier = false;
   // Where a cycle is several runs, the adjoint would be as many.
   options.derivatives = !method.adjoint || problem.cycle->count > 1;
   const CycleResult cycle = find_cycle(p, *p.cycle, rho, options);
   GradientResult r;
   describe(cycle, p, r);
   if (rho.empty()) return r;
+  const auto np = static_cast<std::ptrdiff_t>(rho.size());
+  const double by_multiplier = cycle.psi_values[kCycleMultiplier];
   if (options.derivatives) {
-    r.gradient.assign(cycle.psi_rho.data(), cycle.psi_rho.data() + cycle.psi_rho.size());
+    r.gradient.assign(cycle.psi_rho.data(), cycle.psi_rho.data() + np);
+    if (by_multiplier != 0) tell_multiplier(by_multiplier, cycle.multiplier_rho_error, cycle.multiplier_method, r);
     return r;
   }
   const CycleStart start(p, *p.cycle, rho);
   const Section& section = start.section();
-  const ReturnMap map(p, section, rho);
+  const bool valued = has_cycle_values(p);
+  const ValuedProblem with = valued ? with_cycle_values(p, rho, cycle.values()) : ValuedProblem{p, rho};
+  const ReturnMap map(with.problem, section, with.rho, valued ? kCycleValues : 0);
   const auto& free = section.free();
   const auto k = static_cast<Eigen::Index>(free.size());
-  const Eigen::MatrixXd P_x = cycle.map.next_x(free, free);
-  const Eigen::VectorXd l_free =
-      (Eigen::MatrixXd::Identity(k, k) - P_x).transpose().partialPivLu().solve(cycle.map.psi_x(free).transpose());
-  Eigen::VectorXd l = Eigen::VectorXd::Zero(section.size()), more;
-  l(free) = l_free;
+  const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(k, k) - cycle.map.next_x(free, free);
+  const PeriodTravel by = by_period_and_travel(cycle.psi_values, cycle.values());
+  const Eigen::RowVectorXd psi_x =
+      cycle.map.psi_x + by.period * cycle.map.time_x + by.travel * cycle.map.travel_x;
+  CycleWeights weights{Eigen::VectorXd::Zero(section.size()), by.period, by.travel};
+  const Eigen::VectorXd l = A.transpose().partialPivLu().solve(psi_x(free).transpose());
+  weights.next(free) = l;
+  Eigen::VectorXd more;
   std::vector<double> values;
-  const Problem linear = map.linear_problem(cycle.x, cycle.positions, cycle.map, l, values, more);
+  const Problem linear = map.linear_problem(cycle.x, cycle.positions, cycle.map, weights, values, more);
   const GradientResult g = gradient(linear, name, values);
   r.counters += g.counters;
-  r.gradient.assign(g.gradient.begin(), g.gradient.begin() + static_cast<std::ptrdiff_t>(rho.size()));
+  r.gradient.assign(g.gradient.begin(), g.gradient.begin() + np);
   for (std::size_t j = 0; j < rho.size(); ++j) r.gradient[j] += more[static_cast<Eigen::Index>(j)];
+  if (by_multiplier != 0) {
+    const MapValue all = map.evaluate(cycle.x, cycle.positions, MapDerivatives::all);
+    Eigen::MatrixXd x_rho = Eigen::MatrixXd::Zero(section.size(), np);
+    const Eigen::MatrixXd of_free = A.partialPivLu().solve(all.next_rho(free, Eigen::seqN(0, np)));
+    x_rho(free, Eigen::all) = of_free;
+    const MultiplierDerivative m = multiplier_derivative(map, cycle.x, cycle.positions, all, x_rho);
+    r.counters += m.counters;
+    for (std::size_t j = 0; j < rho.size(); ++j) r.gradient[j] += by_multiplier * m.by_rho[static_cast<Eigen::Index>(j)];
+    tell_multiplier(by_multiplier, m.error, multiplier_method(m), r);
+  }
   return r;
 }
 

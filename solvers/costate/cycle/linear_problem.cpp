@@ -1,0 +1,93 @@
+// psi with weights of the return, of the period and of the travel, as the cost of one run (return_map.h).
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "costate/base/error.h"
+#include "costate/cycle/return_map.h"
+
+namespace costate {
+
+namespace {
+
+// Part of a cycle before its end in which no event but that of the section may happen.
+constexpr double kBeforeEnd = 1e-6;
+
+/// Sum of weight times output.
+class WeightedOutputs final : public CostTerm {
+ public:
+  std::vector<std::pair<double, std::shared_ptr<const Output>>> parts;
+
+  double value(const StateView& s, Assembly& assembly) const override {
+    double sum = 0;
+    for (const auto& [weight, output] : parts) sum += weight * output->value(s, assembly);
+    return sum;
+  }
+  void add_gradient(const StateView& s, Assembly& assembly, double factor, ScalarGradient& g) const override {
+    for (const auto& [weight, output] : parts) output->add_gradient(s, assembly, factor * weight, g);
+  }
+  bool needs_accelerations() const override { return false; }
+};
+
+}  // namespace
+
+Problem ReturnMap::linear_problem(const Eigen::VectorXd& x, const std::vector<double>& positions, const MapValue& value,
+                                  const CycleWeights& of, std::vector<double>& values, Eigen::VectorXd& more) const {
+  const int np = parameters(), d = section_.size();
+  Problem p = problem_at(x, positions, false, np, values);
+  std::vector<const SectionCoordinate*> read;
+  for (const auto& c : section_.coordinates()) read.push_back(&c);
+  const bool carries = section_.carried().coordinate >= 0;
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(d + (carries ? 1 : 0));
+  weights.head(d) = of.next;
+  more.setZero(np);
+  // l_i (P_i - s e_i) + w s with s = (P_c - x_c)/e_c: the weight of P_c, and what x_c and the angle of e do by
+  // themselves.
+  if (const int c = section_.travelling(); c >= 0 || carries) {
+    Eigen::RowVectorXd angle_rho;
+    const double angle = this->angle(np, angle_rho);
+    const auto way = [&](int along) { return along == 0 ? 0 : along == 1 ? std::cos(angle) : std::sin(angle); };
+    const auto turned = [&](int along) { return along == 0 ? 0 : along == 1 ? -std::sin(angle) : std::cos(angle); };
+    double by_travel = of.travel, by_angle = 0;
+    for (int i = 0; i < d; ++i) {
+      const int along = read[static_cast<std::size_t>(i)]->along;
+      by_travel -= of.next[i] * way(along);
+      by_angle -= of.next[i] * turned(along) * value.travel;
+    }
+    const int along = carries ? section_.carried().along : read[static_cast<std::size_t>(c)]->along;
+    weights[carries ? d : c] += by_travel / way(along);
+    by_angle -= by_travel * value.travel * turned(along) / way(along);
+    more += by_angle * angle_rho.transpose();
+    if (carries) {
+      Eigen::RowVectorXd begins;
+      carried_start(p, values, &begins);
+      more -= by_travel / way(along) * begins.head(np).transpose();
+    }
+  }
+  const auto term = std::make_shared<WeightedOutputs>();
+  const auto time = weights.size();
+  double kappa = value.kappa[time + 1] + of.time * value.kappa[time];
+  for (Eigen::Index i = 0; i < weights.size(); ++i) {
+    if (weights[i] == 0) continue;
+    term->parts.emplace_back(weights[i],
+                             i < d ? read[static_cast<std::size_t>(i)]->at_end : section_.carried().at_end);
+    kappa += weights[i] * value.kappa[i];
+  }
+  p.objective.terminal.push_back(term);
+  if (section_.end()) {
+    p.objective.terminal.push_back(end_term(*section_.end(), kappa));
+    p.solver.t_end = p.solver.t_start + value.time;
+    // What ends the cycle is not crossed by this run, whose own errors would decide whether it is.
+    p.solver.events_until = p.solver.t_end - kBeforeEnd * value.time;
+    for (std::size_t k = 0; k + 1 < value.events.size(); ++k)
+      if (value.events[k].t >= p.solver.events_until)
+        throw SolverError(
+            fmt::format("'{}' happens at t = {:.9g} s, at the section itself ({:.9g} s): an adjoint cannot tell one "
+                        "from the other. "
+                        "Take a forward method, or another section.",
+                        value.events[k].name, value.events[k].t, p.solver.t_end));
+  }
+  return p;
+}
+
+}  // namespace costate

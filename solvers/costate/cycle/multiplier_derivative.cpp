@@ -1,0 +1,197 @@
+#include "costate/cycle/multiplier_derivative.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+
+#include "costate/base/error.h"
+#include "costate/base/stop.h"
+
+namespace costate {
+
+namespace {
+
+using Eigen::MatrixXcd;
+using Eigen::MatrixXd;
+using Eigen::VectorXcd;
+using Eigen::VectorXd;
+
+// The runs beside the cycle keep tolerances this much smaller, but no smaller than the second.
+constexpr double kTighter = 0.01, kTightest = 1e-12;
+// First step along the eigenvector, in parts of the fixed point's entries; an entry near zero has this part of the
+// largest in its place.
+constexpr double kFirstDistance = 0.05, kSmallEntry = 0.1;
+constexpr int kLevels = 7;           // steps h, h/2, ... h/64 at most
+constexpr double kConverged = 1e-9;  // relative; no more levels then
+// The largest modulus has no derivative where another one is within this of it, or where left and right eigenvector are
+// as nearly orthogonal as this.
+constexpr double kTie = 1e-7, kDefective = 1e-7;
+constexpr double kSmallest = 1e-9;  // a modulus below is that of no multiplier
+
+/// The largest multiplier with its eigenvectors, u^T w = 1.
+struct Leading {
+  std::complex<double> m;
+  VectorXcd u, w;
+};
+
+Leading leading(const MatrixXd& A) {
+  const Eigen::EigenSolver<MatrixXd> right(A), left(A.transpose().eval());
+  if (A.rows() == 0 || right.info() != Eigen::Success || left.info() != Eigen::Success)
+    throw CapabilityError("The largest multiplier has no derivative: there is none.");
+  const VectorXcd m = right.eigenvalues();
+  Eigen::Index k = 0;
+  m.cwiseAbs().maxCoeff(&k);
+  if (m[k].imag() < 0)  // of a pair the one above the real axis
+    for (Eigen::Index i = 0; i < m.size(); ++i)
+      if (std::abs(m[i] - std::conj(m[k])) < kTie * std::abs(m[k])) k = i;
+  const double size = std::abs(m[k]);
+  if (size < kSmallest)
+    throw CapabilityError("The largest multiplier has no derivative: all of them are zero.");
+  for (Eigen::Index i = 0; i < m.size(); ++i)
+    if (i != k && std::abs(m[i]) > (1 - kTie) * size &&
+        !(m[k].imag() != 0 && std::abs(m[i] - std::conj(m[k])) <= kTie * size))
+      throw CapabilityError(fmt::format(
+          "The largest modulus has no derivative here: {:.9g} {:+.9g} i and {:.9g} {:+.9g} i share it.", m[k].real(),
+          m[k].imag(), m[i].real(), m[i].imag()));
+  Leading r{m[k], {}, right.eigenvectors().col(k)};
+  Eigen::Index same = 0;
+  (left.eigenvalues().array() - m[k]).abs().minCoeff(&same);
+  r.u = left.eigenvectors().col(same);
+  const std::complex<double> product = r.u.transpose() * r.w;
+  if (std::abs(product) < kDefective * r.u.norm() * r.w.norm())
+    throw CapabilityError(fmt::format(
+        "The largest multiplier {:.9g} {:+.9g} i has no derivative here: two of them meet.", m[k].real(), m[k].imag()));
+  r.u /= product;
+  return r;
+}
+
+bool same_events(const std::vector<RunEvent>& a, const std::vector<RunEvent>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const RunEvent& x, const RunEvent& y) { return x.name == y.name && x.mode == y.mode; });
+}
+
+/// The return's tangents beside the fixed point.
+class Beside {
+ public:
+  Beside(const ReturnMap& map, const VectorXd& x, const std::vector<double>& positions, const MapValue& at, int np)
+      : map_(map), x_(x), positions_(positions), at_(at), np_(np) {
+    const SolverOptions& s = map.problem().solver;
+    const double rtol = std::min(s.rtol, std::max(kTighter * s.rtol, kTightest));
+    map_.set_tolerance(rtol, s.absolute() * rtol / s.rtol);
+  }
+
+  Counters counters;
+
+  /// h at the first level of a direction of the free entries, 0 where there is none.
+  double first_step(const VectorXd& along) const {
+    const double largest = x_.cwiseAbs().maxCoeff();
+    double most = 0;
+    for (std::size_t i = 0; i < map_.section().free().size(); ++i)
+      most = std::max(most, std::abs(along[static_cast<Eigen::Index>(i)]) /
+                                std::max(std::abs(x_[map_.section().free()[i]]), kSmallEntry * largest));
+    return most > 0 ? kFirstDistance / most : 0;
+  }
+  /// ([P_x, P_rho](x + h a) - [P_x, P_rho](x - h a))/(2 h) of the free entries.
+  MatrixXd difference(const VectorXd& along, double h) {
+    return (tangents(along, h) - tangents(along, -h)) / (2 * h);
+  }
+
+ private:
+  MatrixXd tangents(const VectorXd& along, double h) {
+    check_stop();
+    const auto& free = map_.section().free();
+    VectorXd x = x_;
+    for (std::size_t i = 0; i < free.size(); ++i) x[free[i]] += h * along[static_cast<Eigen::Index>(i)];
+    map_.onto_section(x, positions_);
+    const MapValue v = map_.evaluate(x, positions_, MapDerivatives::all);
+    counters += v.counters;
+    if (!same_events(v.events, at_.events)) throw SolverError("other events");
+    MatrixXd r(static_cast<Eigen::Index>(free.size()), static_cast<Eigen::Index>(free.size()) + np_);
+    r << v.next_x(free, free), v.next_rho(free, Eigen::seqN(0, np_));
+    return r;
+  }
+
+  ReturnMap map_;
+  const VectorXd& x_;
+  const std::vector<double>& positions_;
+  const MapValue& at_;
+  int np_;
+};
+
+}  // namespace
+
+MultiplierDerivative multiplier_derivative(const ReturnMap& map, const VectorXd& x,
+                                           const std::vector<double>& positions, const MapValue& at,
+                                           const MatrixXd& x_rho) {
+  const auto& free = map.section().free();
+  const auto k = static_cast<Eigen::Index>(free.size()), np = x_rho.cols();
+  const Leading lead = leading(at.next_x(free, free));
+  MatrixXd by(k + np, np);  // of (x, rho)
+  by << x_rho(free, Eigen::all), MatrixXd::Identity(np, np);
+  Beside beside(map, x, positions, at, static_cast<int>(np));
+  const VectorXd directions[2] = {lead.w.real(), lead.w.imag()};
+  double steps[2];
+  for (int i = 0; i < 2; ++i)
+    steps[i] = lead.m.imag() == 0 && i == 1 ? 0 : beside.first_step(directions[i]);
+  MultiplierDerivative r;
+  r.by_rho.setZero(np);
+  r.error.setConstant(np, std::numeric_limits<double>::infinity());
+  // Ridders' tableau of each entry, as method 'differences' has it.
+  std::vector<std::vector<VectorXd>> a;
+  std::string refused;
+  double scale = 1;
+  for (int level = 0; level < kLevels; ++level, scale /= 2) {
+    VectorXd d(np);
+    try {
+      MatrixXcd D = MatrixXcd::Zero(k, k + np);
+      for (int i = 0; i < 2; ++i)
+        if (steps[i] > 0)
+          D += std::complex<double>(i == 0, i == 1) * beside.difference(directions[i], scale * steps[i]);
+      const VectorXcd change = (lead.u.transpose() * D * by).transpose();
+      d = (std::conj(lead.m) / std::abs(lead.m) * change).real();
+    } catch (const SolverError& e) {
+      refused = e.what();
+      a.clear();
+      continue;
+    }
+    a.push_back({d});
+    const std::size_t n = a.size() - 1;
+    double power = 4;
+    for (std::size_t j = 1; j <= n; ++j, power *= 4) {
+      a[n].push_back((power * a[n][j - 1] - a[n - 1][j - 1]) / (power - 1));
+      for (Eigen::Index p = 0; p < np; ++p) {
+        const double e = std::max(std::abs(a[n][j][p] - a[n][j - 1][p]), std::abs(a[n][j][p] - a[n - 1][j - 1][p]));
+        if (e > r.error[p]) continue;
+        r.error[p] = e;
+        r.by_rho[p] = a[n][j][p];
+      }
+    }
+    if (n == 0) continue;
+    const double size = r.by_rho.cwiseAbs().maxCoeff();
+    if (r.error.maxCoeff() <= kConverged * size) break;
+    // From here on smaller steps show errors of the runs alone.
+    if (n > 2 && (a[n][n] - a[n - 1][n - 1]).cwiseAbs().maxCoeff() > 4 * r.error.maxCoeff()) break;
+  }
+  if (np > 0 && !r.error.allFinite())
+    throw CapabilityError(fmt::format(
+        "The largest multiplier has no derivative here that could be computed: beside the cycle the motion is another "
+        "one ({}).",
+        refused));
+  r.counters = beside.counters;
+  return r;
+}
+
+std::string multiplier_method(const MultiplierDerivative& d) {
+  const double size = d.by_rho.size() > 0 ? d.by_rho.cwiseAbs().maxCoeff() : 0;
+  const double error = size > 0 ? d.error.maxCoeff() / size : 0;
+  constexpr double kSaid = 1e-6;  // one sentence for all evaluations of an optimization that are within it
+  return fmt::format("differences of tangents along its eigenvector, extrapolated; estimated error {} of the largest "
+                     "entry",
+                     error <= kSaid ? fmt::format("below {:.0e}", kSaid) : fmt::format("{:.0e}", error));
+}
+
+}  // namespace costate

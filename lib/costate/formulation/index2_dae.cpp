@@ -7,7 +7,6 @@
 
 #include "costate/base/error.h"
 #include "costate/formulation/cost_pullback.h"
-#include "costate/formulation/switched_rows_refusal.h"
 #include "costate/level/solved_end.h"
 #include "costate/level/unknown_names.h"
 
@@ -22,7 +21,6 @@ Index2Dae::Index2Dae(std::shared_ptr<const Mechanism> mechanism, ParameterSelect
       m_(assembly_.m()),
       nz_(assembly_.nz()),
       point_(assembly_) {
-  refuse_switched_rows(assembly_);
   append_differential_unknowns(assembly_.mechanism(), unknowns_);
   append_algebraic_unknowns(assembly_.mechanism(), unknowns_, false);
   if (events_) events_->use(state_.balance());
@@ -54,7 +52,22 @@ void Index2Dae::place_jacobian() {
   at_.phid_q = jacobian_.place(assembly_.jacobian(), l, q);
   at_.phid_v = jacobian_.place(assembly_.jacobian(), l, v);
   at_.phi_q = jacobian_.place(assembly_.jacobian(), g, q);
+  if (assembly_.has_switched_rows()) {
+    at_.corner = jacobian_.place(level_.corner_pattern(), l, l);
+    at_.gamma_corner = jacobian_.place(SparsePattern::identity(m_), g, g);
+    gamma_corner_.assign(static_cast<std::size_t>(m_), 0);
+  }
   jacobian_.finalize();
+}
+
+// A row that is not there has the multiplier 0, or of a contact that slides that of friction: R2's corner stands in the
+// place of Phidot = 0, and -gamma = 0 in that of Phi = 0, where also a row has it that keeps rates alone.
+const std::vector<double>& Index2Dae::kept_jacobian() {
+  if (!assembly_.has_switched_rows()) return assembly_.phi_q;
+  kept_q_ = assembly_.phi_q;
+  for (std::size_t k = 0; k < kept_q_.size(); ++k)
+    if (!kept(static_cast<int>(assembly_.jacobian().row[k]))) kept_q_[k] = 0;
+  return kept_q_;
 }
 
 MechanismState Index2Dae::solved_state(double t, const double* y) {
@@ -73,14 +86,15 @@ void Index2Dae::residual(double t, const double* y, const double* yp, double* r)
     ra[i] = -assembly_.Q[i];
   }
   for (int i = 0; i < nz_; ++i) rz[i] = yp[2 * n_ + i] - assembly_.zdot[i];
-  level_.add_jacobian_transposed(1, gamma, r);
+  costate::add_transposed_product(assembly_.jacobian(), kept_jacobian().data(), 1, gamma, r);
   level_.add_mass(1, s.a, ra);
-  level_.add_jacobian_transposed(1, s.lambda, ra);
+  level_.add_reactions(1, s.lambda, ra);
   for (int i = 0; i < m_; ++i) {
     rl[i] = assembly_.phi_t[i];
-    rg[i] = assembly_.phi[i];
+    rg[i] = kept(i) ? assembly_.phi[i] : -gamma[i];
   }
   level_.add_jacobian(1, s.v, rl);
+  level_.add_corner(1, s.lambda, rl);
 }
 
 void Index2Dae::linearize(double t, const double* y, const double*) {
@@ -101,7 +115,8 @@ void Index2Dae::fill_jacobian(double cj) {
   for (int block : {at_.identity_q, at_.identity_v, at_.identity_z}) J.add_constant(block, cj);
   J.add(at_.hessian, hessian_.data());
   J.add_constant(at_.q_v, -1);
-  J.add(at_.phi_gamma, assembly_.phi_q.data());
+  const std::vector<double>& kept_q = kept_jacobian();
+  J.add(at_.phi_gamma, kept_q.data());
   J.add_constant(at_.v_a, -1);
   J.add(at_.z_q, assembly_.f_q.data(), -1);
   J.add(at_.z_v, assembly_.f_v.data(), -1);
@@ -110,10 +125,14 @@ void Index2Dae::fill_jacobian(double cj) {
   J.add(at_.C, assembly_.C.data());
   J.add(at_.Q_z, assembly_.Q_z.data(), -1);
   J.add(at_.M, assembly_.M.data());
-  J.add(at_.phi_lambda, assembly_.phi_q.data());
+  J.add(at_.phi_lambda, assembly_.reaction_jacobian().data());
   J.add(at_.phid_q, assembly_.phid_q.data());
   J.add(at_.phid_v, assembly_.phi_q.data());
-  J.add(at_.phi_q, assembly_.phi_q.data());
+  J.add(at_.phi_q, kept_q.data());
+  if (at_.corner < 0) return;
+  J.add(at_.corner, level_.corner());
+  for (int i = 0; i < m_; ++i) gamma_corner_[static_cast<std::size_t>(i)] = kept(i) ? 0 : -1;
+  J.add(at_.gamma_corner, gamma_corner_.data());
 }
 
 void Index2Dae::jacobian(double t, const double* y, const double* yp, double cj, double* values) {
@@ -176,14 +195,18 @@ void Index2Dae::add_product(double c, const double* x, double* out) {
     ov[i] -= c * xa[i];
   }
   costate::add_product(assembly_.square(), hessian_.data(), c, x, out);
-  level_.add_jacobian_transposed(c, xg, out);
+  const std::vector<double>& kept_q = kept_jacobian();
+  costate::add_transposed_product(assembly_.jacobian(), kept_q.data(), c, xg, out);
   level_.add_state_rows(-c, x, xv, xz, oz);
   level_.add_force_rows(c, x, xv, xz, oa);
   level_.add_mass(c, xa, oa);
-  level_.add_jacobian_transposed(c, xl, oa);
+  level_.add_reactions(c, xl, oa);
   costate::add_product(assembly_.jacobian(), assembly_.phid_q.data(), c, x, ol);
   level_.add_jacobian(c, xv, ol);
-  level_.add_jacobian(c, x, og);
+  level_.add_corner(c, xl, ol);
+  costate::add_product(assembly_.jacobian(), kept_q.data(), c, x, og);
+  for (int i = 0; i < m_; ++i)
+    if (!kept(i)) og[i] -= c * xg[i];
 }
 
 void Index2Dae::add_transposed_product(double c, const double* x, double* out) {
@@ -194,7 +217,8 @@ void Index2Dae::add_transposed_product(double c, const double* x, double* out) {
     oa[i] -= c * xv[i];
   }
   costate::add_transposed_product(assembly_.square(), hessian_.data(), c, x, out);
-  level_.add_jacobian(c, x, og);
+  const std::vector<double>& kept_q = kept_jacobian();
+  costate::add_product(assembly_.jacobian(), kept_q.data(), c, x, og);
   costate::add_transposed_product(assembly_.square(), assembly_.K.data(), c, xa, out);
   costate::add_transposed_product(assembly_.square(), assembly_.C.data(), c, xa, ov);
   if (nz_ > 0) {
@@ -204,10 +228,13 @@ void Index2Dae::add_transposed_product(double c, const double* x, double* out) {
     costate::add_transposed_product(assembly_.state_state(), assembly_.f_z.data(), -c, xz, oz);
   }
   level_.add_mass(c, xa, oa);
-  level_.add_jacobian(c, xa, ol);
+  level_.add_reactions_transposed(c, xa, ol);
   costate::add_transposed_product(assembly_.jacobian(), assembly_.phid_q.data(), c, xl, out);
   level_.add_jacobian_transposed(c, xl, ov);
-  level_.add_jacobian_transposed(c, xg, out);
+  level_.add_corner_transposed(c, xl, ol);
+  costate::add_transposed_product(assembly_.jacobian(), kept_q.data(), c, xg, out);
+  for (int i = 0; i < m_; ++i)
+    if (!kept(i)) og[i] -= c * xg[i];
 }
 
 void Index2Dae::parameter_columns(Eigen::MatrixXd& F_rho) {
@@ -218,7 +245,11 @@ void Index2Dae::parameter_columns(Eigen::MatrixXd& F_rho) {
   F_rho.middleRows(2 * n_, nz_) = -columns_.f;
   F_rho.middleRows(2 * n_ + nz_, n_) = columns_.F;
   F_rho.middleRows(3 * n_ + nz_, m_) = columns_.phid;
+  for (const Assembly::SlidingRow& r : assembly_.sliding_rows())
+    F_rho.row(3 * n_ + nz_ + r.along) = columns_.phidd.row(r.along);
   F_rho.bottomRows(m_) = columns_.phi;
+  for (int i = 0; i < m_; ++i)
+    if (!kept(i)) F_rho.row(3 * n_ + nz_ + m_ + i).setZero();
 }
 
 void Index2Dae::add_parameter_gradient(double c, const double* mu, double* gradient) {
@@ -227,7 +258,21 @@ void Index2Dae::add_parameter_gradient(double c, const double* mu, double* gradi
   w.force = mu + 2 * n_ + nz_;
   w.row_phid = mu + 3 * n_ + nz_;
   w.row_phi = mu + 3 * n_ + nz_ + m_;
-  assembly_.add_parameter_gradient(view(point_.t(), point_.values()), w, c, gradient);
+  const StateView s = view(point_.t(), point_.values());
+  std::vector<double> of_positions, of_friction(static_cast<std::size_t>(m_), 0.0);
+  if (assembly_.has_switched_rows()) {
+    of_positions.assign(w.row_phi, w.row_phi + m_);
+    for (int i = 0; i < m_; ++i)
+      if (!kept(i)) of_positions[static_cast<std::size_t>(i)] = 0;
+    w.row_phi = of_positions.data();
+  }
+  for (const Assembly::SlidingRow& r : assembly_.sliding_rows()) {
+    of_friction[static_cast<std::size_t>(r.along)] = w.row_phid[r.along];
+    w.row = of_friction.data();  // of no other row
+    w.c0 = w.c1 = 0;
+    w.c2 = 1;
+  }
+  assembly_.add_parameter_gradient(s, w, c, gradient);
 }
 
 void Index2Dae::running_cost_gradient(double t, const double* y, double* g_y, double c, double* gradient) {

@@ -52,6 +52,10 @@ class Index2Dae final : public DaeSystem, public SolvedState {
   /// what the multipliers of the constraints at this instant say.
   void complete_adjoint(const StateView& s, Eigen::VectorXd wq, Eigen::VectorXd wv, const double* wz, double* mu,
                         double* mup, double* gradient);
+  /// Whether row i is kept as a position, with a gamma of its own; if not gamma_i = 0.
+  bool kept(int i) const { return assembly_.is_there(i) && assembly_.holds_position(i); }
+  /// Phi_q of the rows that are kept as positions.
+  const std::vector<double>& kept_jacobian();
   void place_jacobian();
   void fill_jacobian(double cj);
   /// values := R J C with the powers of |cj| that make it tend to a regular matrix for cj -> infinity.
@@ -65,11 +69,11 @@ class Index2Dae final : public DaeSystem, public SolvedState {
   std::unique_ptr<KluSolver> solver_;
   struct Blocks {
     int identity_q, hessian, q_v, phi_gamma, identity_v, v_a, identity_z, z_q, z_v, z_z, K, C, Q_z, M, phi_lambda,
-        phid_q, phid_v, phi_q;
+        phid_q, phid_v, phi_q, corner = -1, gamma_corner = -1;
   } at_{};
   int n_, m_, nz_;
   Assembly::ParameterColumns columns_;
-  std::vector<double> hessian_, zero_rows_;
+  std::vector<double> hessian_, kept_q_, gamma_corner_;
   long hessian_at_ = 0;
   double cj_scale_ = 1;
   EvaluationPoint point_;  // all of y, where it was linearized

@@ -96,19 +96,21 @@ void Index2Dae::complete_adjoint(const StateView& s, Eigen::VectorXd wq, Eigen::
   cost_gradient_.set_zero();
   objective_.add_running_gradient(s, assembly_, cost_gradient_);
   kkt << wv + g.a, g.lambda;
-  level_.solve_kkt(kkt.data());
+  level_.solve_kkt_transposed(kkt.data());
   const Eigen::VectorXd eta_v = kkt.tail(m_);
   std::copy(kkt.data(), kkt.data() + n_, m1);
+  // Of a contact that slides the row of friction has its adjoint from there; that of a rate is found by the first step.
+  for (const Assembly::SlidingRow& r : assembly_.sliding_rows()) m1[n_ + r.along] = eta_v[r.along];
   // (Phi_q Phi_q^T) eta_q = Phi_q (w^_q - Phid_q^T eta_v): least squares, so that redundant rows do no harm.
   const double before_q = largest(wq);
   costate::add_transposed_product(assembly_.jacobian(), assembly_.phid_q.data(), -1, eta_v.data(), wq.data());
-  const Eigen::MatrixXd J = to_dense(assembly_.jacobian(), assembly_.phi_q.data());
+  const Eigen::MatrixXd J = to_dense(assembly_.jacobian(), kept_jacobian().data());
   Eigen::VectorXd eta_q(m_);
   if (m_ > 0) eta_q = J.transpose().completeOrthogonalDecomposition().solve(wq);
   const double size_q = std::max(before_q, largest(wq));
   // (iii) mu_q = w^_q - Phi_q^T eta_q - Phid_q^T eta_v, P = w^_v - Phi_q^T eta_v
   Eigen::VectorXd mu_q = wq, p_v = wv;
-  level_.add_jacobian_transposed(-1, eta_q.data(), mu_q.data());
+  costate::add_transposed_product(assembly_.jacobian(), kept_jacobian().data(), -1, eta_q.data(), mu_q.data());
   level_.add_jacobian_transposed(-1, eta_v.data(), p_v.data());
   // What rounding leaves where the constraints carry all of it would pass for the adjoint's size.
   const auto drop_rounding = [](Eigen::VectorXd& left, double before) {

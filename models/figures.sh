@@ -21,6 +21,10 @@ for scene in arc_feet sole_feet space point_feet rigid_arcs knees; do
   mkdir -p walker/figures
   "$tool" draw walker/$scene.toml --no-names --width 440 -o walker/figures/$scene.svg
 done
+"$tool" optimize walker/gait_speed.toml --output "$runs/gait_speed" --quiet
+for gait in before:walker/gait_speed.toml "after:$runs/gait_speed/optimized.toml"; do
+  "$tool" animate "${gait#*:}" --output-step 0.1 --width 440 --t-end 7.2 -o "walker/figures/gait_speed_${gait%%:*}.svg"
+done
 for model in cradle rimless_wheel rocking_block painleve_rod; do draw $model $model --no-names --width 440; done
 draw rigid_body euler_top --width 440
 

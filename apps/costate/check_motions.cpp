@@ -8,6 +8,7 @@
 #include <map>
 
 #include "costate/base/error.h"
+#include "costate/cycle/cycle_values.h"
 #include "costate/integrator/integrators.h"
 #include "costate/integrator/run_budget.h"
 #include "costate/integrator/simulate.h"
@@ -35,7 +36,7 @@ MotionCheck::MotionCheck(const Problem& problem, const std::vector<double>& rho,
 MotionCheck::Motion MotionCheck::record(const Problem& p) {
   allow_();
   Motion motion;
-  const Simulation run = simulate(p, rho_, times_, [&](const MechanismState& s, System& system) {
+  const Simulation run = simulate(without_cycle_cost(p), rho_, times_, [&](const MechanismState& s, System& system) {
     Assembly& a = system.assembly();
     Sample x;
     x.t = s.t;

@@ -9,6 +9,7 @@
 #include "command.h"
 #include "costate/analysis/start.h"
 #include "costate/base/notice.h"
+#include "costate/cycle/cycle_values.h"
 #include "costate/integrator/run_end.h"
 #include "costate/integrator/simulate.h"
 #include "costate/problem/redundant_rows.h"
@@ -70,7 +71,7 @@ class Explain {
   }
 
   void look_at_run() {
-    Problem& p = setup_.problem;
+    Problem p = without_cycle_cost(setup_.problem);
     p.monitor = monitor(progress_, p.solver.t_end);
     progress_.start(p.solver.t_start);
     const double end = until_its_end(p, setup_.rho).solver.t_end;

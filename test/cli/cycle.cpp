@@ -1,4 +1,5 @@
 // Limit cycles from outside: what is printed, the JSON object, flags, and what is said where there is none.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -142,4 +143,33 @@ TEST_CASE("cycle: what cannot be followed is refused") {
        {"amplitude", "amplitude=1", "amplitude=1..1", "=1..2", "amplitude=1..inf", "amplitude=a..b"})
     CHECK_THAT(refused(wrong), Contains("NAME=FROM..TO"));
   CHECK_THAT(refused("nothing=1..2"), Contains("nothing"));
+}
+
+// The gait follows the design, with the cycle's own values in cost and constraint; the motions shown begin on it.
+TEST_CASE("cycle: a gait is optimized, to a stationary point with its certificate") {
+  const WorkingDirectory here;
+  const Json j =
+      costate_json({"optimize", COSTATE_MODELS_DIR "/walker/gait_energy.toml", "--output", "out"}, here.path());
+  CHECK(j.at("converged") == true);
+  CHECK(j.at("failed_evaluations") == 0);
+  CHECK(j.at("initial").at("psi").get<double>() == Approx(0.0412938967).epsilon(1e-6));
+  CHECK(j.at("psi").get<double>() == Approx(0.0347199270).epsilon(1e-6));
+  CHECK_THAT(j.at("certificate").at("verdict").get<std::string>(), Catch::StartsWith("stationary"));
+  CHECK(std::find(j.at("bounds_active").begin(), j.at("bounds_active").end(), "slope") == j.at("bounds_active").end());
+  for (const char* file : {"out/before.h5", "out/after.h5", "out/report.html", "out/optimized.toml"})
+    CHECK(std::filesystem::exists(here.path() / file));
+  CHECK(run_costate({"animate", "out/optimized.toml", "--output", "gait.html"}, here.path()).status == 0);
+  const auto refused = run_costate({"simulate", "out/optimized.toml", "--no-files"}, here.path());
+  CHECK(refused.status != 0);
+  CHECK_THAT(refused.err, Contains("which this run does not look for"));
+}
+
+TEST_CASE("cycle: the largest multiplier's gradient says what it is within") {
+  const WorkingDirectory here;
+  const Json j = costate_json({"cycle", kRayleigh, "--no-files"}, here.path());
+  // exp of the integral of 1 - v^2 over a cycle of Rayleigh's oscillator falls as the damper grows.
+  CHECK(j.at("multiplier_gradient").at("push").get<double>() < 0);
+  CHECK(j.at("multiplier_gradient_error").at("push").get<double>() <
+        1e-4 * std::abs(j.at("multiplier_gradient").at("push").get<double>()));
+  CHECK_THAT(j.at("multiplier_gradient_method").get<std::string>(), Contains("differences of tangents"));
 }

@@ -10,6 +10,7 @@
 #include "costate/base/notice.h"
 #include "costate/base/stop.h"
 #include "costate/cycle/cycle_start.h"
+#include "costate/cycle/cycle_values.h"
 
 namespace costate {
 
@@ -112,7 +113,7 @@ class Follower {
   MatrixXd evaluate(Node& node) {
     check_stop();
     const double p = node.u[k_] * scale_[k_];
-    ReturnMap map(problem_, section(), {p});
+    ReturnMap map(without_cycle_cost(problem_), section(), {p});
     VectorXd x = x_of(node.u);
     map.onto_section(x, node.positions);
     const auto& free = section().free();
@@ -124,7 +125,7 @@ class Follower {
     b.x = x;
     b.period = v.time;
     b.travel = v.travel;
-    b.psi = v.psi;
+    b.psi = has_cycle_values(problem_) ? std::nan("") : v.psi;
     const MatrixXd P = v.next_x(free, free);
     b.multipliers = multipliers_of(P, section().trivial_multipliers());
     b.residual = 0;

@@ -191,7 +191,8 @@ void differentiate(const Search& search, const ReturnMap& map, const CycleOption
   const double by_multiplier = r.psi_values[kCycleMultiplier];
   if (!options.multiplier && by_multiplier == 0) return;
   try {
-    const MultiplierDerivative m = multiplier_derivative(map, search.x, search.positions, v, r.x_rho);
+    const MultiplierDerivative m =
+        multiplier_derivative(map, search.x, search.positions, static_cast<int>(P_rho.cols()));
     r.counters += m.counters;
     r.multiplier_rho = m.by_rho;
     r.multiplier_rho_error = m.error;
@@ -261,9 +262,7 @@ CycleResult find_cycle(const Problem& problem, const CycleSettings& settings, co
                        const CycleOptions& options) {
   const CycleStart start(problem, settings, rho);
   const Section& section = start.section();
-  Problem searched = problem;
-  if (has_cycle_values(problem)) searched.objective = {};  // its values are known once the cycle is
-  ReturnMap map(searched, section, rho);
+  ReturnMap map(without_cycle_cost(problem), section, rho);  // the values are known once the cycle is
   Search search(map, options);
   search.x = start.x();
   search.positions = start.positions();

@@ -6,6 +6,11 @@ namespace costate {
 
 bool has_cycle_values(const Problem& problem) { return !cycle_value_numbers(*problem.mechanism).empty(); }
 
+Problem without_cycle_cost(Problem problem) {
+  if (has_cycle_values(problem)) problem.objective = {};
+  return problem;
+}
+
 ValuedProblem with_cycle_values(const Problem& problem, const std::vector<double>& rho, const CycleValues& values) {
   ValuedProblem r{problem, rho};
   const std::vector<int> numbers = cycle_value_numbers(*problem.mechanism);

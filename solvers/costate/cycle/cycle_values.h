@@ -16,6 +16,8 @@ using CycleValues = Eigen::Matrix<double, kCycleValues, 1>;
 
 /// Whether some output of the mechanism is a value of cycles.
 bool has_cycle_values(const Problem& problem);
+/// For motions that are no cycle's: without the cost where that may hold values of a cycle.
+Problem without_cycle_cost(Problem problem);
 
 /// The problem with the cycle's values as parameters behind its own.
 struct ValuedProblem {

@@ -49,14 +49,13 @@ Leading leading(const MatrixXd& A) {
     for (Eigen::Index i = 0; i < m.size(); ++i)
       if (std::abs(m[i] - std::conj(m[k])) < kTie * std::abs(m[k])) k = i;
   const double size = std::abs(m[k]);
-  if (size < kSmallest)
-    throw CapabilityError("The largest multiplier has no derivative: all of them are zero.");
+  if (size < kSmallest) throw CapabilityError("The largest multiplier has no derivative: all of them are zero.");
   for (Eigen::Index i = 0; i < m.size(); ++i)
     if (i != k && std::abs(m[i]) > (1 - kTie) * size &&
         !(m[k].imag() != 0 && std::abs(m[i] - std::conj(m[k])) <= kTie * size))
-      throw CapabilityError(fmt::format(
-          "The largest modulus has no derivative here: {:.9g} {:+.9g} i and {:.9g} {:+.9g} i share it.", m[k].real(),
-          m[k].imag(), m[i].real(), m[i].imag()));
+      throw CapabilityError(
+          fmt::format("The largest modulus has no derivative here: {:.9g} {:+.9g} i and {:.9g} {:+.9g} i share it.",
+                      m[k].real(), m[k].imag(), m[i].real(), m[i].imag()));
   Leading r{m[k], {}, right.eigenvectors().col(k)};
   Eigen::Index same = 0;
   (left.eigenvalues().array() - m[k]).abs().minCoeff(&same);
@@ -74,17 +73,40 @@ bool same_events(const std::vector<RunEvent>& a, const std::vector<RunEvent>& b)
                     [](const RunEvent& x, const RunEvent& y) { return x.name == y.name && x.mode == y.mode; });
 }
 
+/// The motion beside the cycle is another one: its step is too long.
+struct OtherEvents {};
+
 /// The return's tangents beside the fixed point.
 class Beside {
  public:
-  Beside(const ReturnMap& map, const VectorXd& x, const std::vector<double>& positions, const MapValue& at, int np)
-      : map_(map), x_(x), positions_(positions), at_(at), np_(np) {
+  Beside(const ReturnMap& map, const VectorXd& x, const std::vector<double>& positions, int np)
+      : map_(map), x_(x), positions_(positions), np_(np) {
     const SolverOptions& s = map.problem().solver;
     const double rtol = std::min(s.rtol, std::max(kTighter * s.rtol, kTightest));
     map_.set_tolerance(rtol, s.absolute() * rtol / s.rtol);
+    // The fixed point at this tolerance: one of Newton's steps from that of the search.
+    const auto& free = map.section().free();
+    const auto k = static_cast<Eigen::Index>(free.size());
+    const MapValue v = map_.evaluate(x_, positions_, MapDerivatives::state);
+    const MatrixXd A = MatrixXd::Identity(k, k) - v.next_x(free, free);
+    const VectorXd dx = A.partialPivLu().solve((v.next - x_)(free));
+    for (std::size_t i = 0; i < free.size(); ++i) x_[free[i]] += dx[static_cast<Eigen::Index>(i)];
+    map_.onto_section(x_, positions_);
+    at_ = map_.evaluate(x_, positions_, MapDerivatives::all);
+    counters += v.counters;
+    counters += at_.counters;
   }
 
   Counters counters;
+  /// P_x of the free entries, and the derivatives of (x, rho) by rho.
+  MatrixXd state() const { return at_.next_x(map_.section().free(), map_.section().free()); }
+  MatrixXd along_branch() const {
+    const MatrixXd P = state();
+    MatrixXd r(P.rows() + np_, np_);
+    const MatrixXd P_rho = at_.next_rho(map_.section().free(), Eigen::seqN(0, np_));
+    r << (MatrixXd::Identity(P.rows(), P.rows()) - P).partialPivLu().solve(P_rho), MatrixXd::Identity(np_, np_);
+    return r;
+  }
 
   /// h at the first level of a direction of the free entries, 0 where there is none.
   double first_step(const VectorXd& along) const {
@@ -96,9 +118,7 @@ class Beside {
     return most > 0 ? kFirstDistance / most : 0;
   }
   /// ([P_x, P_rho](x + h a) - [P_x, P_rho](x - h a))/(2 h) of the free entries.
-  MatrixXd difference(const VectorXd& along, double h) {
-    return (tangents(along, h) - tangents(along, -h)) / (2 * h);
-  }
+  MatrixXd difference(const VectorXd& along, double h) { return (tangents(along, h) - tangents(along, -h)) / (2 * h); }
 
  private:
   MatrixXd tangents(const VectorXd& along, double h) {
@@ -109,34 +129,30 @@ class Beside {
     map_.onto_section(x, positions_);
     const MapValue v = map_.evaluate(x, positions_, MapDerivatives::all);
     counters += v.counters;
-    if (!same_events(v.events, at_.events)) throw SolverError("other events");
+    if (!same_events(v.events, at_.events)) throw OtherEvents();
     MatrixXd r(static_cast<Eigen::Index>(free.size()), static_cast<Eigen::Index>(free.size()) + np_);
     r << v.next_x(free, free), v.next_rho(free, Eigen::seqN(0, np_));
     return r;
   }
 
   ReturnMap map_;
-  const VectorXd& x_;
+  VectorXd x_;
   const std::vector<double>& positions_;
-  const MapValue& at_;
   int np_;
+  MapValue at_;
 };
 
 }  // namespace
 
 MultiplierDerivative multiplier_derivative(const ReturnMap& map, const VectorXd& x,
-                                           const std::vector<double>& positions, const MapValue& at,
-                                           const MatrixXd& x_rho) {
-  const auto& free = map.section().free();
-  const auto k = static_cast<Eigen::Index>(free.size()), np = x_rho.cols();
-  const Leading lead = leading(at.next_x(free, free));
-  MatrixXd by(k + np, np);  // of (x, rho)
-  by << x_rho(free, Eigen::all), MatrixXd::Identity(np, np);
-  Beside beside(map, x, positions, at, static_cast<int>(np));
+                                           const std::vector<double>& positions, int parameters) {
+  const Eigen::Index k = static_cast<Eigen::Index>(map.section().free().size()), np = parameters;
+  Beside beside(map, x, positions, parameters);
+  const Leading lead = leading(beside.state());
+  const MatrixXd by = beside.along_branch();
   const VectorXd directions[2] = {lead.w.real(), lead.w.imag()};
   double steps[2];
-  for (int i = 0; i < 2; ++i)
-    steps[i] = lead.m.imag() == 0 && i == 1 ? 0 : beside.first_step(directions[i]);
+  for (int i = 0; i < 2; ++i) steps[i] = lead.m.imag() == 0 && i == 1 ? 0 : beside.first_step(directions[i]);
   MultiplierDerivative r;
   r.by_rho.setZero(np);
   r.error.setConstant(np, std::numeric_limits<double>::infinity());
@@ -155,6 +171,10 @@ MultiplierDerivative multiplier_derivative(const ReturnMap& map, const VectorXd&
       d = (std::conj(lead.m) / std::abs(lead.m) * change).real();
     } catch (const SolverError& e) {
       refused = e.what();
+      a.clear();
+      continue;
+    } catch (const OtherEvents&) {
+      refused = "other events in another order";
       a.clear();
       continue;
     }
@@ -189,9 +209,10 @@ std::string multiplier_method(const MultiplierDerivative& d) {
   const double size = d.by_rho.size() > 0 ? d.by_rho.cwiseAbs().maxCoeff() : 0;
   const double error = size > 0 ? d.error.maxCoeff() / size : 0;
   constexpr double kSaid = 1e-6;  // one sentence for all evaluations of an optimization that are within it
-  return fmt::format("differences of tangents along its eigenvector, extrapolated; estimated error {} of the largest "
-                     "entry",
-                     error <= kSaid ? fmt::format("below {:.0e}", kSaid) : fmt::format("{:.0e}", error));
+  return fmt::format(
+      "differences of tangents along its eigenvector, extrapolated; estimated error {} of the largest "
+      "entry",
+      error <= kSaid ? fmt::format("below {:.0e}", kSaid) : fmt::format("{:.0e}", error));
 }
 
 }  // namespace costate

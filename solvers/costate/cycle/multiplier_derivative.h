@@ -18,12 +18,10 @@ struct MultiplierDerivative {
   Counters counters;
 };
 
-/// `at`: P at the fixed point x with derivatives by all parameters, of which the first x_rho.cols() count; x_rho: of the
-/// fixed point (section's size x np). Throws CapabilityError where the largest modulus has no derivative or the runs
-/// next to the cycle meet other events.
+/// x: the fixed point; the map's first `parameters` parameters count. Throws CapabilityError where the largest modulus
+/// has no derivative or the runs next to the cycle meet other events.
 MultiplierDerivative multiplier_derivative(const ReturnMap& map, const Eigen::VectorXd& x,
-                                           const std::vector<double>& positions, const MapValue& at,
-                                           const Eigen::MatrixXd& x_rho);
+                                           const std::vector<double>& positions, int parameters);
 
 /// A sentence for results that hold such a derivative: by what method, and how exact.
 std::string multiplier_method(const MultiplierDerivative& d);

@@ -90,8 +90,7 @@ GradientResult cycle_gradient(const Problem& problem, const std::string& name, c
   const auto k = static_cast<Eigen::Index>(free.size());
   const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(k, k) - cycle.map.next_x(free, free);
   const PeriodTravel by = by_period_and_travel(cycle.psi_values, cycle.values());
-  const Eigen::RowVectorXd psi_x =
-      cycle.map.psi_x + by.period * cycle.map.time_x + by.travel * cycle.map.travel_x;
+  const Eigen::RowVectorXd psi_x = cycle.map.psi_x + by.period * cycle.map.time_x + by.travel * cycle.map.travel_x;
   CycleWeights weights{Eigen::VectorXd::Zero(section.size()), by.period, by.travel};
   const Eigen::VectorXd l = A.transpose().partialPivLu().solve(psi_x(free).transpose());
   weights.next(free) = l;
@@ -103,13 +102,10 @@ GradientResult cycle_gradient(const Problem& problem, const std::string& name, c
   r.gradient.assign(g.gradient.begin(), g.gradient.begin() + np);
   for (std::size_t j = 0; j < rho.size(); ++j) r.gradient[j] += more[static_cast<Eigen::Index>(j)];
   if (by_multiplier != 0) {
-    const MapValue all = map.evaluate(cycle.x, cycle.positions, MapDerivatives::all);
-    Eigen::MatrixXd x_rho = Eigen::MatrixXd::Zero(section.size(), np);
-    const Eigen::MatrixXd of_free = A.partialPivLu().solve(all.next_rho(free, Eigen::seqN(0, np)));
-    x_rho(free, Eigen::all) = of_free;
-    const MultiplierDerivative m = multiplier_derivative(map, cycle.x, cycle.positions, all, x_rho);
+    const MultiplierDerivative m = multiplier_derivative(map, cycle.x, cycle.positions, static_cast<int>(np));
     r.counters += m.counters;
-    for (std::size_t j = 0; j < rho.size(); ++j) r.gradient[j] += by_multiplier * m.by_rho[static_cast<Eigen::Index>(j)];
+    for (std::size_t j = 0; j < rho.size(); ++j)
+      r.gradient[j] += by_multiplier * m.by_rho[static_cast<Eigen::Index>(j)];
     tell_multiplier(by_multiplier, m.error, multiplier_method(m), r);
   }
   return r;

@@ -1,6 +1,7 @@
 // costate gradient: psi and its gradient by one method, with an estimate of its error on request.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 
 #include "accuracy.h"
@@ -34,13 +35,18 @@ int run(const CommonOptions& common, const AccuracyOption& option, bool estimate
     psi_error = accurate->psi_error;
     r.gradient_error = accurate->gradient_error;
   } else if (estimate) {
-    const bool by_method = r.gradient_error.empty();
+    // A psi over a cycle is no plain run's, which is what the other estimate compares.
+    const bool by_method = r.gradient_error.empty() || setup.problem.cycle;
     const ErrorEstimate e = setup.located([&] {
       return by_method ? estimate_error(setup.problem, setup.method, setup.rho, r)
                        : estimate_error(setup.problem, setup.rho, r);
     });
     psi_error = e.psi;
-    if (by_method) r.gradient_error = e.gradient;
+    if (by_method) {
+      r.gradient_error.resize(e.gradient.size(), 0);
+      for (std::size_t j = 0; j < e.gradient.size(); ++j)
+        r.gradient_error[j] = std::max(r.gradient_error[j], e.gradient[j]);
+    }
   }
   progress.finish();
   Json j = run_json(setup, r, setup.method, wall);

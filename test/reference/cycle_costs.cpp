@@ -44,9 +44,9 @@ double off(const Problem& p, const std::vector<double>& a, const std::vector<dou
 }  // namespace
 
 // What a rigid contact holds, where no position is given along the way, travels by where it is when the cycle is over:
-// 2.4279558426 s a step of a program apart (rigid_gait.py); the way is that of its stance angle there, 2 x the hip's
-// distance before the foot at the strike. Gradients by adjoints at rtol 1e-10: some hundred tolerances between methods,
-// amplified by what (I - P_x)^-1 does, below 10.
+// 2.4279558426 s a step of a program apart (rigid_gait.py). At rtol 1e-10 gradients of different methods are some
+// hundred tolerances apart, which (I - P_x)^-1 amplifies by less than ten: 1e-7 of derivatives of order one. The
+// largest scaled ones here are 0.07 (speed) to 1: 1e-6 of them.
 TEST_CASE("cycle costs: period, travel and speed by every kind of method", "[cycle][walker]") {
   std::vector<std::string> more = kWay;
   more.push_back("parameter.center={numbers=['body.left.center_y_m','body.right.center_y_m']}");
@@ -65,7 +65,7 @@ TEST_CASE("cycle costs: period, travel and speed by every kind of method", "[cyc
     const std::vector<double> expected(by.data(), by.data() + by.size());
     for (const char* method : {"idas-forward", "idas-adjoint", "cvodes-adjoint"}) {
       CAPTURE(method);
-      CHECK(off(p, gradient(p, method, rho).gradient, expected) <= 1e-7);
+      CHECK(off(p, gradient(p, method, rho).gradient, expected) <= 1e-6);
     }
     CHECK(off(p, gradient(p, "differences", rho).gradient, expected) <= 1e-6);
   }
@@ -136,6 +136,7 @@ TEST_CASE("cycle costs: what there is none of is refused by name", "[cycle]") {
 // The motion that begins on a cycle stays on it: steps of one length.
 TEST_CASE("cycle costs: the motion on a cycle", "[cycle][walker]") {
   Problem p = walker("rigid_arcs.toml", value_of("cycle.speed"), kWay, {"slope"});
+  p.formulation = "baumgarte";  // index 1 drifts by 1e-6 in this time
   p.solver.t_end = 12;
   const std::vector<double> rho = {0.008};
   const auto [motion, values] = cycle_motion(p, rho);

@@ -198,7 +198,7 @@ void differentiate(const Search& search, const ReturnMap& map, const CycleOption
     r.multiplier_rho_error = m.error;
     r.multiplier_method = multiplier_method(m);
     r.psi_rho += by_multiplier * m.by_rho;
-  } catch (const CapabilityError& e) {
+  } catch (const Error& e) {
     if (by_multiplier != 0) throw;
     r.multiplier_method = e.what();
   }

@@ -69,8 +69,7 @@ Problem ReturnMap::linear_problem(const Eigen::VectorXd& x, const std::vector<do
   double kappa = value.kappa[time + 1] + of.time * value.kappa[time];
   for (Eigen::Index i = 0; i < weights.size(); ++i) {
     if (weights[i] == 0) continue;
-    term->parts.emplace_back(weights[i],
-                             i < d ? read[static_cast<std::size_t>(i)]->at_end : section_.carried().at_end);
+    term->parts.emplace_back(weights[i], i < d ? read[static_cast<std::size_t>(i)]->at_end : section_.carried().at_end);
     kappa += weights[i] * value.kappa[i];
   }
   p.objective.terminal.push_back(term);

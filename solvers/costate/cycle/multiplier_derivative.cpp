@@ -7,6 +7,7 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <optional>
 
 #include "costate/base/error.h"
 #include "costate/base/stop.h"
@@ -20,8 +21,9 @@ using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
 
-// The runs beside the cycle keep tolerances this much smaller, but no smaller than the second.
-constexpr double kTighter = 0.01, kTightest = 1e-12;
+// The runs beside the cycle keep tolerances this much smaller, the first that the formulation gets on with, but no
+// smaller than kTightest.
+constexpr double kTighter[] = {0.01, 0.1, 1}, kTightest = 1e-12;
 // First step along the eigenvector, in parts of the fixed point's entries; an entry near zero has this part of the
 // largest in its place.
 constexpr double kFirstDistance = 0.05, kSmallEntry = 0.1;
@@ -79,10 +81,10 @@ struct OtherEvents {};
 /// The return's tangents beside the fixed point.
 class Beside {
  public:
-  Beside(const ReturnMap& map, const VectorXd& x, const std::vector<double>& positions, int np)
+  Beside(const ReturnMap& map, const VectorXd& x, const std::vector<double>& positions, int np, double tighter)
       : map_(map), x_(x), positions_(positions), np_(np) {
     const SolverOptions& s = map.problem().solver;
-    const double rtol = std::min(s.rtol, std::max(kTighter * s.rtol, kTightest));
+    const double rtol = std::min(s.rtol, std::max(tighter * s.rtol, kTightest));
     map_.set_tolerance(rtol, s.absolute() * rtol / s.rtol);
     // The fixed point at this tolerance: one of Newton's steps from that of the search.
     const auto& free = map.section().free();
@@ -147,7 +149,14 @@ class Beside {
 MultiplierDerivative multiplier_derivative(const ReturnMap& map, const VectorXd& x,
                                            const std::vector<double>& positions, int parameters) {
   const Eigen::Index k = static_cast<Eigen::Index>(map.section().free().size()), np = parameters;
-  Beside beside(map, x, positions, parameters);
+  std::optional<Beside> made;
+  for (const double tighter : kTighter) try {
+      made.emplace(map, x, positions, parameters, tighter);
+      break;
+    } catch (const SolverError&) {
+      if (tighter == 1) throw;
+    }
+  Beside& beside = *made;
   const Leading lead = leading(beside.state());
   const MatrixXd by = beside.along_branch();
   const VectorXd directions[2] = {lead.w.real(), lead.w.imag()};

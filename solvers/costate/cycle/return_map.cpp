@@ -39,8 +39,8 @@ void ReturnMap::set_tolerance(double rtol, double atol) {
   problem_.solver.atol = atol;
 }
 
-Problem ReturnMap::problem_at(const Eigen::VectorXd& x, const std::vector<double>& positions, bool vary_x,
-                              int varied, std::vector<double>& values) const {
+Problem ReturnMap::problem_at(const Eigen::VectorXd& x, const std::vector<double>& positions, bool vary_x, int varied,
+                              std::vector<double>& values) const {
   Problem p = problem_;
   const Mechanism& m = *p.mechanism;
   Parameter rest;

@@ -55,7 +55,7 @@ void Index2Dae::place_jacobian() {
   if (assembly_.has_switched_rows()) {
     at_.corner = jacobian_.place(level_.corner_pattern(), l, l);
     at_.gamma_corner = jacobian_.place(SparsePattern::identity(m_), g, g);
-    gamma_corner_.assign(static_cast<std::size_t>(m_), 0);
+    for (auto* x : {&gamma_corner_, &position_weights_, &friction_weights_}) x->assign(static_cast<std::size_t>(m_), 0);
   }
   jacobian_.finalize();
 }
@@ -259,16 +259,15 @@ void Index2Dae::add_parameter_gradient(double c, const double* mu, double* gradi
   w.row_phid = mu + 3 * n_ + nz_;
   w.row_phi = mu + 3 * n_ + nz_ + m_;
   const StateView s = view(point_.t(), point_.values());
-  std::vector<double> of_positions, of_friction(static_cast<std::size_t>(m_), 0.0);
   if (assembly_.has_switched_rows()) {
-    of_positions.assign(w.row_phi, w.row_phi + m_);
-    for (int i = 0; i < m_; ++i)
-      if (!kept(i)) of_positions[static_cast<std::size_t>(i)] = 0;
-    w.row_phi = of_positions.data();
+    for (int i = 0; i < m_; ++i) position_weights_[static_cast<std::size_t>(i)] = kept(i) ? w.row_phi[i] : 0;
+    w.row_phi = position_weights_.data();
   }
-  for (const Assembly::SlidingRow& r : assembly_.sliding_rows()) {
-    of_friction[static_cast<std::size_t>(r.along)] = w.row_phid[r.along];
-    w.row = of_friction.data();  // of no other row
+  if (!assembly_.sliding_rows().empty()) {
+    std::fill(friction_weights_.begin(), friction_weights_.end(), 0.0);
+    for (const Assembly::SlidingRow& r : assembly_.sliding_rows())
+      friction_weights_[static_cast<std::size_t>(r.along)] = w.row_phid[r.along];
+    w.row = friction_weights_.data();  // of no other row
     w.c0 = w.c1 = 0;
     w.c2 = 1;
   }

@@ -73,7 +73,7 @@ class Index2Dae final : public DaeSystem, public SolvedState {
   } at_{};
   int n_, m_, nz_;
   Assembly::ParameterColumns columns_;
-  std::vector<double> hessian_, kept_q_, gamma_corner_;
+  std::vector<double> hessian_, kept_q_, gamma_corner_, position_weights_, friction_weights_;
   long hessian_at_ = 0;
   double cj_scale_ = 1;
   EvaluationPoint point_;  // all of y, where it was linearized

@@ -204,7 +204,7 @@ int run(const CommonOptions& given, const CycleFlags& flags) {
   setup.problem.monitor = monitor(progress, setup.problem.solver.t_end);
   CycleOptions options;
   options.estimate = !flags.no_estimate;
-  options.derivatives = !flags.no_derivatives;
+  options.derivatives = options.multiplier = !flags.no_derivatives;
   const auto begin = std::chrono::steady_clock::now();
   const CycleResult r =
       setup.located([&] { return find_cycle(setup.problem, *setup.scene.cycle, setup.rho, options); });

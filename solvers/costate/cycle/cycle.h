@@ -18,7 +18,7 @@ struct CycleOptions {
   double accepted = 1e3;  // largest residual that counts as a fixed point, in tolerances
   bool estimate = true;   // repeat the search at a tenth of the tolerance: its result, and errors by the difference
   bool derivatives = true;
-  bool multiplier = true;  // of the largest multiplier, too, where there are derivatives
+  bool multiplier = false;                                       // of the largest multiplier, too: some ten runs more
   std::function<void(int iteration, double residual)> progress;  // or empty
 };
 

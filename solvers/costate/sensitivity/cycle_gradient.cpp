@@ -67,7 +67,7 @@ GradientResult cycle_gradient(const Problem& problem, const std::string& name, c
   const SensitivityMethod& method = find_sensitivity_method(name);
   const Problem p = on_integrator_of(problem, method);
   CycleOptions options;
-  options.estimate = options.multiplier = false;
+  options.estimate = false;
   // Where a cycle is several runs, the adjoint would be as many.
   options.derivatives = !method.adjoint || problem.cycle->count > 1;
   const CycleResult cycle = find_cycle(p, *p.cycle, rho, options);

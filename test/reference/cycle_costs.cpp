@@ -101,7 +101,7 @@ TEST_CASE("cycle costs: the largest multiplier", "[cycle][walker]") {
                     center = "parameter.center={numbers=['body.left.center_y_m','body.right.center_y_m']}";
   for (const auto& c :
        {Case{"rigid_arcs.toml", {center}, {"slope", "center"}}, Case{"point_feet.toml", {feet}, {"slope", "foot_mass"}},
-        Case{"arc_feet.toml", {"run.rtol=1e-9"}, {"slope"}}}) {
+        Case{"arc_feet.toml", {"run.rtol=1e-10"}, {"slope"}}}) {
     CAPTURE(c.file);
     const Problem p = walker(c.file, value_of("cycle.multiplier"), c.overrides, c.parameters);
     const std::vector<double> rho = p.parameters.values();

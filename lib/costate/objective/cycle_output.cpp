@@ -37,8 +37,7 @@ const std::vector<std::string>& cycle_value_names() {
 
 void add_cycle_values(MechanismBuilder& builder) {
   for (const auto& name : cycle_value_names())
-    builder.fix_number(builder.add_number(name, kUnknownCycleValue),
-                       "it is what the cycle comes out with.");
+    builder.fix_number(builder.add_number(name, kUnknownCycleValue), "it is what the cycle comes out with.");
 }
 
 std::vector<int> cycle_value_numbers(const Mechanism& mechanism) {

@@ -80,12 +80,12 @@ void SceneReader::read_cycle() {
   std::vector<bool> named(kCycleValues, false);
   for (const char* where : {"cost", "optimize", "output"})
     if (const SceneNode* part = root_.find(where))
-      for (std::size_t i = 0; i < named.size(); ++i)
-        named[i] = named[i] || names_output(*part, cycle_value_names()[i]);
+      for (std::size_t i = 0; i < named.size(); ++i) named[i] = named[i] || names_output(*part, cycle_value_names()[i]);
   for (const int i : {kCycleTravel, kCycleSpeed})
     if (named[static_cast<std::size_t>(i)] && c.travel.empty())
-      throw ModelError("cycle", fmt::format("'{}' needs 'travel' here, the coordinate that moves on: travel = \"hip.x\".",
-                                            cycle_value_names()[static_cast<std::size_t>(i)]));
+      throw ModelError("cycle",
+                       fmt::format("'{}' needs 'travel' here, the coordinate that moves on: travel = \"hip.x\".",
+                                   cycle_value_names()[static_cast<std::size_t>(i)]));
   if (std::find(named.begin(), named.end(), true) != named.end()) add_cycle_values(builder_);
   cycle = c;
   here_.reset();

@@ -72,8 +72,8 @@ class ReturnMap {
   double angle(int varied, Eigen::RowVectorXd& angle_rho) const;
   MapValue once(const Eigen::VectorXd& x, const std::vector<double>& positions, MapDerivatives derivatives,
                 bool last) const;
-  /// The problem that begins at x: its start numbers are parameters (if varied), then the last `varied` of rho, then one
-  /// that holds all other numbers.
+  /// The problem that begins at x: its start numbers are parameters (if varied), then the last `varied` of rho, then
+  /// one that holds all other numbers.
   Problem problem_at(const Eigen::VectorXd& x, const std::vector<double>& positions, bool vary_x, int varied,
                      std::vector<double>& values) const;
   /// Where what is carried along begins at x, by all of the parameters of such a problem.

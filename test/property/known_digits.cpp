@@ -98,3 +98,26 @@ TEST_CASE("known digits: steps that are chosen pass over nothing") {
   CHECK_NOTHROW(gradient(p, "discrete-tangent", p.parameters.values()));
   take_notices();
 }
+
+TEST_CASE("known digits: the fixed step that is chosen is that of a psi of any size") {
+  // scipy's DOP853 in the lever's angle at rtol 1e-12; 5.2e-16 with a step that was chosen for what is absolutely
+  // tolerated. psi within 0.1 sqrt(rtol), as is promised, its gradient within the ten sqrt(rtol) that are told.
+  Problem p = make_problem(Scene::load(fmt::format("{}/test/cases/lever_100_um.toml", COSTATE_SOURCE_DIR)));
+  p.formulation = "index3";
+  p.solver.rtol = 1e-8;
+  const GradientResult r = gradient(p, "discrete-adjoint", p.parameters.values());
+  take_notices();
+  CAPTURE(r.psi, r.counters.steps);
+  CHECK(std::abs(r.psi - 2.068294552e-16) < 3e-5 * 2.07e-16);
+}
+
+TEST_CASE("known digits: a law that bends at zero is no law that jumps there") {
+  // A damper of 1 N s/m in compression and 3 in rebound; its law at the number next to zero is 5e-324.
+  Problem p = make_problem(Scene::load(fmt::format("{}/test/cases/damper_by_sign.toml", COSTATE_SOURCE_DIR)));
+  p.solver.rtol = 1e-10;
+  const auto rho = p.parameters.values();
+  const GradientResult a = gradient(p, "idas-adjoint", rho);
+  p.formulation = "maggi";
+  const GradientResult b = gradient(p, "cvodes-forward", rho);
+  CHECK(a.gradient[0] == Approx(b.gradient[0]).epsilon(1e-6));
+}

@@ -49,6 +49,8 @@ class ExplicitRun {
   const Eigen::MatrixXd& start_columns() const { return y_rho_; }
 
   Counters counters() const;
+  /// How many steps were cut because they passed over a touch, over which the next ones are bounded.
+  long steps_cut_at_touches() const { return touches_->cuts(); }
   const std::vector<RunEvent>& events() const { return events_; }
 
  private:

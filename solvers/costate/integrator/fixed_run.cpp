@@ -9,6 +9,7 @@
 #include "costate/analysis/not_finite.h"
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/integrator/unknown_sizes.h"
 
 namespace costate {
 
@@ -25,6 +26,14 @@ std::vector<double> trial(const Problem& problem, const std::vector<double>& rho
   if (!problem.objective.running.empty() || !problem.objective.terminal.empty()) return {psi};
   const StateView s = run.scheme().state();
   return std::vector<double>(s.q, s.q + run.scheme().assembly().n());
+}
+
+/// What is as good as nothing, of a cost or of coordinates.
+double nothing(const Problem& problem) {
+  constexpr double kPart = 1e-4;  // of what is absolutely tolerated
+  const double length = length_size(*problem.mechanism);
+  const bool cost = !problem.objective.running.empty() || !problem.objective.terminal.empty();
+  return problem.solver.absolute() * (cost ? kPart * length * length : length);
 }
 
 /// |a - b| / |b| in the largest entries.
@@ -60,7 +69,7 @@ long chosen_steps(const Problem& problem) {
     if (fewest == 0) fewest = steps;
     if (!before.empty()) {
       // Of second order: the error of the finer run is a third of the change.
-      const double error = change(before, now, problem.solver.absolute()) / 3;
+      const double error = change(before, now, nothing(problem)) / 3;
       const double ratio = error > 0 ? error_before / error : 0;
       const bool settled =
           (ratio > 2.5 && ratio < 6.5) || (error <= wanted && error_before > 0 && error_before <= wanted);
@@ -94,7 +103,7 @@ constexpr long kMostRefined = 16;  // times the steps that psi needs
 
 /// The largest change of a scaled derivative from one gradient to the other, against the largest of them.
 double change(const Problem& problem, const GradientResult& a, const GradientResult& b) {
-  double difference = 0, size = std::max(1e-3 * std::abs(b.psi), problem.solver.absolute());
+  double difference = 0, size = std::max(1e-3 * std::abs(b.psi), nothing(problem));
   for (std::size_t j = 0; j < b.gradient.size(); ++j) {
     const double scale = problem.parameters.parameters[j].scale;
     difference = std::max(difference, std::abs(a.gradient[j] - b.gradient[j]) * scale);

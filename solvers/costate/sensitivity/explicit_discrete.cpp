@@ -1,8 +1,11 @@
 #include "costate/sensitivity/explicit_discrete.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "costate/analysis/start.h"
+#include "costate/base/notice.h"
 #include "costate/integrator/explicit_run.h"
 #include "costate/integrator/integrators.h"
 #include "costate/sensitivity/integrator_gradient.h"
@@ -24,6 +27,16 @@ void require_no_sliding(const OdeSystem& system) {
   throw CapabilityError(
       "This scene has rigid contacts with friction that close, and may slide; discrete methods are not made for that "
       "yet. Take idas or cvodes methods, or friction = \"none\".");
+}
+
+/// Where steps are bounded by something else than their error, no looser run shows what they do.
+void tell_touches(const ExplicitRun& run) {
+  if (const long cuts = run.steps_cut_at_touches(); cuts > 0)
+    notice(fmt::format(
+        "{} {} shorter than the steps over {}: they begin and end in the middle of steps, and derivatives of steps are "
+        "off by some percent there. Take another method (idas-adjoint, cvodes-adjoint, hand-adjoint), or bound the "
+        "steps (run.max_step_s).",
+        cuts, cuts == 1 ? "touch was" : "touches were", cuts == 1 ? "it" : "them"));
 }
 
 double running_and_terminal(OdeSystem& system, const ExplicitRun& run, double t) {
@@ -102,6 +115,7 @@ GradientResult adjoint_once(OdeSystem& system, const Problem& problem, const std
   r.counters.factorizations = system.factorizations();
   r.counters.position_iterations = system.position_iterations();
   watch.conclude(r);
+  tell_touches(run);
   watch.judge(r, back.growth(), invariant);
   part = watch.resolving_part(r, back.growth(), asked);
   return r;
@@ -159,6 +173,7 @@ GradientResult explicit_tangent(const Problem& problem, const std::vector<double
   r.counters.sensitivity_residuals = evaluations;
   r.events = run.events();
   watch.conclude(r);
+  tell_touches(run);
   return r;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "costate/element/course.h"
 
@@ -14,7 +15,10 @@ constexpr double kJoin = 1e-3;
 constexpr double kBetween[] = {0.23, 0.5, 0.81};
 }  // namespace
 
-bool LawJoints::jumps(const LawJoint& j) const { return !(std::abs(j.right - j.left) <= kJoin * value); }
+// At a joint at zero the neighbouring number, 5e-324, is a place like any other: what a law makes of it is no size.
+bool LawJoints::jumps(const LawJoint& j) const {
+  return !(std::abs(j.right - j.left) <= std::max(kJoin * value, std::numeric_limits<double>::min()));
+}
 bool LawJoints::bends(const LawJoint& j) const { return !(std::abs(j.right_slope - j.left_slope) <= kJoin * slope); }
 
 LawJoints law_joints(const ScalarLaw& law, const double* p, double from) {

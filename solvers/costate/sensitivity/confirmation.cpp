@@ -114,7 +114,8 @@ bool resolve(Problem& problem, const GradientResult& result) {
 
 }  // namespace
 
-GradientResult confirmed(const Problem& asked, GradientResult result, const GradientRun& run, bool* sensitive) {
+GradientResult confirmed(const Problem& asked, GradientResult result, const GradientRun& run, bool erratic,
+                         bool* sensitive) {
   const double rtol = asked.solver.rtol;
   if (!(rtol <= kLoosest) || rtol * kTighter < kTightest) return result;
   std::vector<std::string> said = take_notices();
@@ -135,13 +136,18 @@ GradientResult confirmed(const Problem& asked, GradientResult result, const Grad
   GradientResult loose, tight;
   Apart first{std::numeric_limits<double>::infinity(), ""};
   if (attempt(problem, kLooser, run, loose)) first = apart(problem, loose, result);
-  if (first.relative <= kExplained * rtol) {
+  const bool explained = first.relative <= kExplained * rtol;
+  if (explained && !erratic) {
     say(said);
     return result;
   }
-  if (sensitive) *sensitive = true;
+  if (sensitive) *sensitive = !explained;
   take_notices();
   if (!attempt(problem, kTighter, run, tight)) {
+    say(said);
+    return result;
+  }
+  if (explained && apart(problem, result, tight).relative <= kExplained * rtol) {
     say(said);
     return result;
   }

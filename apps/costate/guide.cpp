@@ -33,7 +33,7 @@ const std::vector<GuideEntry>& failure_guide() {
       {"law-with-a-kink-or-jump",
        {"has a kink", "' jumps from ", "The law of '", "opens a ", "at which the law of",
         "derivatives of forces jump"}},
-      {"fixed-step-passes-over-something", {"passes over what begins"}},
+      {"fixed-step-passes-over-something", {"passes over what begins", "passes over a touch"}},
       {"singular-matrix", {"depend on the others", " is singular", " are singular", "not determined at"}},
       {"few-digits", {"no digit of psi", "known to few digits", "tight enough for a reference"}},
       {"adjoint-grows", {"grows without bound", "solution is too rough"}},

@@ -7,6 +7,7 @@
 
 #include "command.h"
 #include "costate/candidate/candidate_process.h"
+#include "costate/problem/scaled_gradient.h"
 #include "costate/record/print.h"
 
 namespace costate::app {
@@ -33,8 +34,7 @@ std::string text_of(const CandidateReport& r, const Setup& setup, const std::str
   const auto& p = setup.problem.parameters.parameters;
   if (!r.gradient.empty()) {
     text += fmt::format("  {:<24} {:>20} {:>20} {:>10}\n", "parameter", "candidate", r.method, "error");
-    double size = 0;
-    for (std::size_t j = 0; j < p.size(); ++j) size = std::max(size, std::abs(r.reference[j]) * p[j].scale);
+    const double size = largest_scaled(setup.problem.parameters, r.reference);
     for (std::size_t j = 0; j < p.size(); ++j) {
       const double e = std::abs(r.gradient[j] - r.reference[j]) * p[j].scale;
       text += fmt::format("  {:<24} {:>20.12g} {:>20.12g} {:>10.1e}\n", p[j].name, r.gradient[j], r.reference[j],

@@ -9,6 +9,7 @@
 #include "costate/base/error.h"
 #include "costate/integrator/run_end.h"
 #include "costate/integrator/simulate.h"
+#include "costate/problem/scaled_gradient.h"
 #include "costate/record/interrupt.h"
 #include "costate/sensitivity/method.h"
 
@@ -130,8 +131,7 @@ class ReferenceSearch {
   void measure_size() {
     const auto& p = y_->parameters.parameters;
     const auto largest = [&](const std::vector<double>& g) {
-      double size = 0;
-      for (std::size_t j = 0; j < g.size(); ++j) size = std::max(size, std::abs(g[j]) * p[j].scale);
+      const double size = largest_scaled(y_->parameters, g);
       return std::isfinite(size) ? size : 0;
     };
     y_->size = largest(y_->result.gradient);

@@ -42,7 +42,7 @@ TrajectoryTable write_motion(const Setup& given, const std::vector<double>& at, 
                              const Json& settings) {
   Setup setup = given;
   std::vector<double> rho = at;
-  if (given.problem.cycle) std::tie(setup.problem, rho) = cycle_motion(given.problem, at);
+  std::tie(setup.problem, rho) = shown_motion(given.problem, at);
   TrajectoryRecorder recorder(setup, rho, std::nullopt);
   const Simulation run = simulate(setup.problem, rho, recorder.times(), recorder.sink());
   TrajectoryTable table = recorder.finish(settings, run);

@@ -37,8 +37,9 @@ struct Options {
 /// Every fourth case is an example of a registered kind.
 bool is_truss(long number) { return number % 4 != 0; }
 
-Truth truth_of(const Truss& t) {
-  const Reference r = reference(t);
+/// By differences over `part` of their usual steps.
+Truth truth_of(const Truss& t, double part = 1) {
+  const Reference r = reference(t, part);
   Truth truth;
   if (!r.found) return truth;
   double size = 0;
@@ -93,6 +94,21 @@ std::vector<Finding> try_truss(const Truss& t, const Truth& truth,
   return list;
 }
 
+bool bad(const Finding& f) {
+  return f.outcome == Outcome::wrong || f.outcome == Outcome::crashed || f.outcome == Outcome::hung;
+}
+
+/// Differences over steps that are too long for a motion may look settled where they are not: whoever is wrong by them
+/// is judged once more by shorter ones, where these settle.
+template <class Try>
+std::vector<Finding> judged(const Truss& t, const Try& attempt) {
+  auto list = attempt(truth_of(t));
+  if (std::none_of(list.begin(), list.end(), [](const Finding& f) { return f.outcome == Outcome::wrong; })) return list;
+  constexpr double kShorter = 0.1;
+  const Truth again = truth_of(t, kShorter);
+  return again.known ? attempt(again) : list;
+}
+
 std::vector<Finding> try_case(long number, const Options& options) {
   std::mt19937_64 engine(static_cast<std::uint64_t>(number) * 77 + 5);
   if (options.contacts) {
@@ -117,7 +133,10 @@ std::vector<Finding> try_case(long number, const Options& options) {
     const Truss t = random_truss(static_cast<std::uint64_t>(number));
     if (options.scene) fmt::print("{}", t.scene());
     std::fflush(stdout);
-    return try_truss(t, truth_of(t), chosen, engine);
+    return judged(t, [&](const Truth& truth) {
+      auto same = engine;
+      return try_truss(t, truth, chosen, same);
+    });
   }
   const KindScene scene = random_kind_scene(static_cast<std::uint64_t>(number), number % 8 == 0);
   if (options.scene) fmt::print("# [{}]\n{}", scene.kind, scene.text);
@@ -136,10 +155,6 @@ std::vector<Finding> try_case(long number, const Options& options) {
   return list;
 }
 
-bool bad(const Finding& f) {
-  return f.outcome == Outcome::wrong || f.outcome == Outcome::crashed || f.outcome == Outcome::hung;
-}
-
 /// A smaller truss that is wrong in the same run.
 Truss shrink(Truss t, const std::string& run) {
   const auto cut = run.find(" x ");
@@ -147,7 +162,12 @@ Truss shrink(Truss t, const std::string& run) {
   const std::string method = run.substr(cut + 3, run.find_first_of(", ", cut + 3) - cut - 3);
   const auto still = [&](const Truss& s) {
     const auto found = in_child(
-        [&] { return std::vector<Finding>{run_gradient(s.scene(), formulation, method, truth_of(s))}; }, kSeconds);
+        [&] {
+          return judged(s, [&](const Truth& truth) {
+            return std::vector<Finding>{run_gradient(s.scene(), formulation, method, truth)};
+          });
+        },
+        kSeconds);
     return std::any_of(found.begin(), found.end(), bad);
   };
   if (!still(t)) return t;

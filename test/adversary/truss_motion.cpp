@@ -318,7 +318,7 @@ Reference follow(const Truss& truss, double tolerance) {
   return r;
 }
 
-Reference reference(const Truss& truss) {
+Reference reference(const Truss& truss, double part) {
   constexpr double tolerance = 1e-11;
   Reference r = follow(truss, tolerance);
   if (!r.found) return r;
@@ -329,7 +329,7 @@ Reference reference(const Truss& truss) {
   }
   r.psi_error = std::abs(r.psi - rough.psi);
   for (const Parameter& p : truss.parameters) {
-    const double step = 2e-3 * std::max(truss.scale(p), std::abs(truss.number(p)));
+    const double step = part * 2e-3 * std::max(truss.scale(p), std::abs(truss.number(p)));
     // Three steps and two extrapolations: two steps alone may agree by chance where they are too long.
     double d[3];
     for (int k = 0; k < 3; ++k) {

@@ -23,7 +23,7 @@ struct Reference {
 
 /// psi alone; not found where the start cannot be assembled or the motion meets a singular position.
 Reference follow(const Truss& truss, double tolerance = 1e-11);
-/// With the gradient by differences of whole motions.
-Reference reference(const Truss& truss);
+/// With the gradient by differences of whole motions, over `part` of steps of 2e-3 of each number.
+Reference reference(const Truss& truss, double part = 1);
 
 }  // namespace costate::adversary

@@ -24,8 +24,7 @@ SceneNumbers scene_numbers(const Scene& scene) {
 FiguresOfRun figures_of_run(const Setup& given, std::optional<double> step, std::vector<double> times) {
   FiguresOfRun r;
   Setup setup = given;
-  // Of a psi over a cycle the motion is shown that begins there.
-  if (given.problem.cycle) std::tie(setup.problem, setup.rho) = cycle_motion(given.problem, given.rho);
+  std::tie(setup.problem, setup.rho) = shown_motion(given.problem, given.rho);
   if (times.empty()) {
     const auto& solver = setup.problem.solver;
     if (!step && !setup.scene.run.output_step_s)

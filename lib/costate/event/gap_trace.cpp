@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/assembly/gathered_state.h"
+
 namespace costate {
 
 namespace {
@@ -28,22 +30,8 @@ double lower_bound(const GapTrace::Look& a, const GapTrace::Look& b, double sign
 }  // namespace
 
 GapTrace::Look GapTrace::look(const StateView& s, const Assembly& assembly) const {
-  const auto& c = element_->coordinates();
-  const auto& numbers = element_->numbers();
-  double q[kMaxLocal], v[kMaxLocal];
-  for (std::size_t i = 0; i < c.size(); ++i) {
-    q[i] = s.q[c[i]];
-    v[i] = s.v[c[i]];
-  }
-  thread_local std::vector<double> p;
-  p.resize(numbers.size());
-  for (std::size_t i = 0; i < numbers.size(); ++i) p[i] = assembly.numbers()[static_cast<std::size_t>(numbers[i])];
-  LocalState local;
-  local.t = s.t;
-  local.q = q;
-  local.v = v;
-  local.p = p.data();
-  return {s.t, gaps_->gap_motion(i_, local)};
+  thread_local GatheredState own;
+  return {s.t, gaps_->gap_motion(i_, own.of(*element_, s, assembly.numbers()))};
 }
 
 bool stays_away(const GapTrace::Look& a, const GapTrace::Look& b) {
@@ -87,7 +75,7 @@ void GapTrace::find_extremum(Look a, Look b, const States& at, const Assembly& a
   const bool to_zero = same_side(a.m.gap, b.m.gap) && (a.m.gap < 0 ? high : low);
   if (!to_zero && !(low && std::min(a.m.gap, b.m.gap) < 0)) return;
   const double sign = low ? 1 : -1, whole = b.t - a.t;
-  const bool below = a.m.gap < 0;
+  const double side = a.m.gap < 0 ? -1 : 1;
   for (int k = 0; k < kMostBisections; ++k) {
     if (to_zero && lower_bound(a, b, sign) > 0) return;
     if (!to_zero && b.t - a.t < kNearBottom * whole) break;
@@ -96,20 +84,20 @@ void GapTrace::find_extremum(Look a, Look b, const States& at, const Assembly& a
     const Look middle = look(at(m), assembly);
     // On the other side it is a look of its own; its deepest place is found from there on.
     (sign * middle.m.rate < 0 ? a : b) = middle;
-    if (to_zero && !same_side(middle.m.gap, below ? -1.0 : 1.0) && b.t - a.t < kNearBottom * whole) break;
+    if (to_zero && !same_side(middle.m.gap, side) && b.t - a.t < kNearBottom * whole) break;
   }
   const Look& deepest = sign * a.m.gap < sign * b.m.gap ? a : b;
-  if (to_zero && same_side(deepest.m.gap, below ? -1.0 : 1.0)) return;
+  if (to_zero && same_side(deepest.m.gap, side)) return;
   if (looks.back().t < deepest.t) looks.push_back(deepest);
 }
 
 double GapTrace::zero(Look a, Look b, const States& at, const Assembly& assembly) const {
   const double whole = b.t - a.t;
-  const bool below = a.m.gap < 0;
+  const double side = a.m.gap < 0 ? -1 : 1;
   for (int k = 0; k < kMostBisections && b.t - a.t > kNearZero * whole; ++k) {
     const double part = k % 3 == 2 ? 0.5 : std::clamp(a.m.gap / (a.m.gap - b.m.gap), 0.05, 0.95);
     const Look m = look(at(a.t + part * (b.t - a.t)), assembly);
-    (same_side(m.m.gap, below ? -1.0 : 1.0) ? a : b) = m;
+    (same_side(m.m.gap, side) ? a : b) = m;
   }
   return a.t;
 }

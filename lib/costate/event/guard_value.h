@@ -1,9 +1,7 @@
 // The guards of a mechanism's events, one by one: for those who look for the end of a step at an event on their own.
 #pragma once
 
-#include <vector>
-
-#include "costate/assembly/assembly.h"
+#include "costate/assembly/gathered_state.h"
 #include "costate/element/guarded_force.h"
 
 namespace costate {
@@ -15,6 +13,6 @@ double guard_value(int event, const StateView& s, const Assembly& assembly);
 /// The same of the force's own guard k, its states beginning at `first_state` among all and its rows at `first_row`, -1
 /// where it has none. `buffer` is for repeated calls.
 double guard_value(const Force& force, const GuardedForce& guarded, int k, int first_state, int first_row,
-                   const StateView& s, const Assembly& assembly, std::vector<double>& buffer);
+                   const StateView& s, const Assembly& assembly, GatheredState& buffer);
 
 }  // namespace costate

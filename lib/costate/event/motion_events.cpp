@@ -102,7 +102,7 @@ MeasureArguments MotionEvents::arguments() const {
 }
 
 double MotionEvents::value(const GuardOf& g, const StateView& s) {
-  return guard_value(*g.force, *g.guarded, g.k, g.first_state, g.first_row, s, assembly_, values_);
+  return guard_value(*g.force, *g.guarded, g.k, g.first_state, g.first_row, s, assembly_, gathered_);
 }
 
 void MotionEvents::calc(const StateView& s, std::vector<double>& h) {

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "costate/assembly/assembly.h"
+#include "costate/assembly/gathered_state.h"
 #include "costate/element/guarded_force.h"
 #include "costate/event/gap_trace.h"
 #include "costate/event/impact.h"
@@ -171,7 +172,8 @@ class MotionEvents {
 
   Assembly& assembly_;
   std::vector<GuardOf> guards_;
-  std::vector<double> before_, after_, values_;
+  std::vector<double> before_, after_;
+  GatheredState gathered_;
   // Local arguments on duals.
   PathDual t_;
   std::vector<PathDual> q_, v_, z_, p_, out_;

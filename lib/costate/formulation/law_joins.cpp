@@ -9,6 +9,7 @@
 
 #include "costate/base/error.h"
 #include "costate/element/course.h"
+#include "costate/element/gap_element.h"
 #include "costate/element/law/motion_law.h"
 
 namespace costate {
@@ -273,6 +274,17 @@ void require_joined_drivers(const Mechanism& mechanism, const std::vector<double
                         c->path(), t, left[0], right[0], kDriverJoin));
     }
   }
+}
+
+bool may_bend(const Mechanism& mechanism, const std::vector<double>& numbers) {
+  return std::any_of(mechanism.forces().begin(), mechanism.forces().end(), [&](const auto& f) {
+    if (dynamic_cast<const GapElement*>(f.get())) return true;
+    if (const auto* course = dynamic_cast<const CourseElement*>(f.get()); course && course->tracks() > 0) return true;
+    std::vector<MotionLaw> laws;
+    if (const auto* owner = dynamic_cast<const MotionLawElement*>(f.get())) owner->add_motion_laws(laws);
+    return std::any_of(laws.begin(), laws.end(),
+                       [&](const MotionLaw& owned) { return !joints_of(*f, owned, numbers).all.empty(); });
+  });
 }
 
 }  // namespace costate

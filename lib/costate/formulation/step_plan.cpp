@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/assembly/gathered_state.h"
 #include "costate/base/error.h"
 
 namespace costate {
@@ -22,17 +23,9 @@ void for_each_element(const Mechanism& m, const Visit& visit) {
 /// Where the motion is on a track.
 CourseElement::Place place_on(const Element& e, const CourseElement& course, int track,
                               const std::vector<double>& numbers, double t, const StateView& s) {
-  double q[kMaxLocal], v[kMaxLocal];
-  const auto& c = e.coordinates();
-  for (std::size_t i = 0; i < c.size(); ++i) {
-    q[i] = s.q[c[i]];
-    v[i] = s.v[c[i]];
-  }
-  LocalState local;
+  GatheredState own;
+  LocalState local = own.with(e, s, numbers.data());
   local.t = t;
-  local.q = q;
-  local.v = v;
-  local.p = numbers.data();
   return course.track_place(track, local);
 }
 

@@ -9,6 +9,7 @@
 #include "costate/base/error.h"
 #include "costate/candidate/candidate_layout.h"
 #include "costate/level/fixed_times.h"
+#include "costate/problem/scaled_gradient.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate {
@@ -22,17 +23,12 @@ using Section = AdjointTerm::Section;
 constexpr double kAgreement = 1e-6;  // of gradients, relative
 constexpr int kMaxRefinements = 3;
 
+std::vector<double> to_std(const VectorXd& x) { return {x.data(), x.data() + x.size()}; }
+
 double distance(const VectorXd& x, const std::vector<double>& reference, const ParameterSelection& p) {
-  double size = 0, error = 0;
-  for (std::size_t j = 0; j < reference.size(); ++j) {
-    const double scale = p.parameters[j].scale;
-    size = std::max(size, std::abs(reference[j]) * scale);
-    error = std::max(error, std::abs(x[static_cast<Eigen::Index>(j)] - reference[j]) * scale);
-  }
+  const double size = largest_scaled(p, reference), error = largest_scaled_change(p, to_std(x), reference);
   return size > 0 ? error / size : error;
 }
-
-std::vector<double> to_std(const VectorXd& x) { return {x.data(), x.data() + x.size()}; }
 
 class Checker {
  public:

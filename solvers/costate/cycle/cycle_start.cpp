@@ -80,10 +80,9 @@ CycleStart::CycleStart(const Problem& problem, const CycleSettings& settings, co
   const double at = c >= 0 ? x_[c] : positions_[static_cast<std::size_t>(carried)];
   problem.parameters.apply(rho.data(), numbers);
   const double angle = section_->angle(numbers);
-  const auto way = [&](int along) { return along == 0 ? 0 : along == 1 ? std::cos(angle) : std::sin(angle); };
-  const double shift = (at - from) / way(goes);
+  const double shift = (at - from) / along_way(goes, angle);
   for (int i = 0; i < section_->size(); ++i)
-    x_[i] -= shift * way(section_->coordinates()[static_cast<std::size_t>(i)].along);
+    x_[i] -= shift * along_way(section_->coordinates()[static_cast<std::size_t>(i)].along, angle);
   positions_ = section_->moved_back(positions_, shift, angle);
 }
 

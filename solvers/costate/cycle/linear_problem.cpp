@@ -46,8 +46,8 @@ Problem ReturnMap::linear_problem(const Eigen::VectorXd& x, const std::vector<do
   if (const int c = section_.travelling(); c >= 0 || carries) {
     Eigen::RowVectorXd angle_rho;
     const double angle = this->angle(np, angle_rho);
-    const auto way = [&](int along) { return along == 0 ? 0 : along == 1 ? std::cos(angle) : std::sin(angle); };
-    const auto turned = [&](int along) { return along == 0 ? 0 : along == 1 ? -std::sin(angle) : std::cos(angle); };
+    const auto way = [&](int along) { return along_way(along, angle); };
+    const auto turned = [&](int along) { return along_way_angle(along, angle); };
     double by_travel = of.travel, by_angle = 0;
     for (int i = 0; i < d; ++i) {
       const int along = read[static_cast<std::size_t>(i)]->along;

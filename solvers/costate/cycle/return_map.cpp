@@ -138,8 +138,8 @@ MapValue ReturnMap::once(const Eigen::VectorXd& x, const std::vector<double>& po
   Eigen::RowVectorXd angle_rho;
   const double angle = this->angle(np, angle_rho);
   if (const int c = section_.travelling(); c >= 0 || carries) {
-    const auto way = [&](int along) { return along == 1 ? std::cos(angle) : std::sin(angle); };
-    const auto turned = [&](int along) { return along == 1 ? -std::sin(angle) : std::cos(angle); };
+    const auto way = [&](int along) { return along_way(along, angle); };
+    const auto turned = [&](int along) { return along_way_angle(along, angle); };
     const int along = carries ? section_.carried().along : section_.coordinates()[static_cast<std::size_t>(c)].along;
     const double e = way(along);
     if (std::abs(e) < 0.1)

@@ -11,6 +11,16 @@
 
 namespace costate {
 
+double along_way(int along, double angle) {
+  if (along == 0) return 0;
+  return along == 1 ? std::cos(angle) : std::sin(angle);
+}
+
+double along_way_angle(int along, double angle) {
+  if (along == 0) return 0;
+  return along == 1 ? -std::sin(angle) : std::cos(angle);
+}
+
 namespace {
 
 template <class F>
@@ -271,8 +281,7 @@ std::vector<double> Section::positions_behind(const double* q, double travel, do
 }
 
 std::vector<double> Section::moved_back(std::vector<double> positions, double travel, double angle) const {
-  for (std::size_t i = 0; i < positions.size(); ++i)
-    if (along_[i] != 0) positions[i] -= travel * (along_[i] == 1 ? std::cos(angle) : std::sin(angle));
+  for (std::size_t i = 0; i < positions.size(); ++i) positions[i] -= travel * along_way(along_[i], angle);
   return positions;
 }
 

@@ -23,6 +23,11 @@ struct SectionCoordinate {
   bool turns = false;                      // may have gone round
 };
 
+/// What a coordinate changes by per unit of way: 0, cos(angle) or sin(angle); and the derivative with respect to the
+/// angle.
+double along_way(int along, double angle);
+double along_way_angle(int along, double angle);
+
 class Section {
  public:
   /// Throws ModelError with the paths of [cycle] as subjects. `passive`: states that nothing depends on (an energy that

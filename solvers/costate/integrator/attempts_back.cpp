@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "costate/base/notice.h"
+#include "costate/problem/scaled_gradient.h"
 
 namespace costate {
 
@@ -19,17 +19,11 @@ constexpr double kAgree = 300;
 }  // namespace
 
 double AttemptsBack::apart(const Way& a, const Way& b) const {
-  double difference = 0, size = std::numeric_limits<double>::min();
-  for (std::size_t j = 0; j < a.gradient.size(); ++j) {
-    const double scale = parameters_.parameters[j].scale;
-    difference = std::max(difference, std::abs(a.gradient[j] - b.gradient[j]) * scale);
-    size = std::max(size, std::abs(b.gradient[j]) * scale);
-  }
-  return difference / size;
+  const double size = std::max(largest_scaled(parameters_, b.gradient), std::numeric_limits<double>::min());
+  return largest_scaled_change(parameters_, a.gradient, b.gradient) / size;
 }
 
 void AttemptsBack::failed() {
-  error_ = std::current_exception();
   if (++number_ >= most_ && !any_) throw;
 }
 

@@ -7,7 +7,6 @@
 // Newton's iterations, until one has no more than usual or two agree.
 #pragma once
 
-#include <exception>
 #include <vector>
 
 #include "costate/integrator/segment.h"
@@ -45,8 +44,7 @@ class AttemptsBack {
   Way begin_, best_;
   bool any_ = false, settled_ = false;
   long failures_ = 0, steps_ = 0;  // of the best
-  double apart_ = 0;               // it and the one nearest to it
-  std::exception_ptr error_;
+  double apart_ = 0;               // the last one that came through from the best before it; 0: there was none
 };
 
 }  // namespace costate

@@ -10,6 +10,7 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/integrator/unknown_sizes.h"
+#include "costate/problem/scaled_gradient.h"
 
 namespace costate {
 
@@ -31,9 +32,8 @@ std::vector<double> trial(const Problem& problem, const std::vector<double>& rho
 /// What is as good as nothing, of a cost or of coordinates.
 double nothing(const Problem& problem) {
   constexpr double kPart = 1e-4;  // of what is absolutely tolerated
-  const double length = length_size(*problem.mechanism);
   const bool cost = !problem.objective.running.empty() || !problem.objective.terminal.empty();
-  return problem.solver.absolute() * (cost ? kPart * length * length : length);
+  return problem.solver.absolute() * (cost ? kPart * cost_size(*problem.mechanism) : length_size(*problem.mechanism));
 }
 
 /// |a - b| / |b| in the largest entries.
@@ -103,13 +103,9 @@ constexpr long kMostRefined = 16;  // times the steps that psi needs
 
 /// The largest change of a scaled derivative from one gradient to the other, against the largest of them.
 double change(const Problem& problem, const GradientResult& a, const GradientResult& b) {
-  double difference = 0, size = std::max(1e-3 * std::abs(b.psi), nothing(problem));
-  for (std::size_t j = 0; j < b.gradient.size(); ++j) {
-    const double scale = problem.parameters.parameters[j].scale;
-    difference = std::max(difference, std::abs(a.gradient[j] - b.gradient[j]) * scale);
-    size = std::max(size, std::abs(b.gradient[j]) * scale);
-  }
-  return difference / size;
+  const double size =
+      std::max({1e-3 * std::abs(b.psi), nothing(problem), largest_scaled(problem.parameters, b.gradient)});
+  return largest_scaled_change(problem.parameters, a.gradient, b.gradient) / size;
 }
 }  // namespace
 
@@ -208,8 +204,7 @@ class FixedTouches {
     if (look)
       throw SolverError(
           fmt::format("A fixed step of {:.6g} s from t = {:.6g} s passes over a touch: {} is closed from {:.9g} to "
-                      "{:.9g} s. Choose "
-                      "steps of {:.3g} s or less (--step, run.step_s).",
+                      "{:.9g} s. Choose steps of {:.3g} s or less (--step, run.step_s).",
                       after_.t - before_.t, before_.t, look->element->path(), look->from, look->to, look->step));
   }
 

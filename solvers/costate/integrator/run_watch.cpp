@@ -8,6 +8,7 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/objective/cycle_output.h"
+#include "costate/problem/scaled_gradient.h"
 
 namespace costate {
 
@@ -36,10 +37,7 @@ thread_local double drift_of_last_run = 0;
 
 /// The largest scaled derivative, or the part of psi below which it has no size of its own.
 double gradient_size(const Problem& problem, const GradientResult& result) {
-  double size = kNoGradient * std::abs(result.psi);
-  for (std::size_t j = 0; j < result.gradient.size(); ++j)
-    size = std::max(size, std::abs(result.gradient[j]) * problem.parameters.parameters[j].scale);
-  return size;
+  return std::max(kNoGradient * std::abs(result.psi), largest_scaled(problem.parameters, result.gradient));
 }
 
 WatchSettings settings_of(const Problem& problem) {
@@ -120,9 +118,7 @@ std::string unresolved_gradient(const Problem& problem, const GradientResult& re
 
 void RunWatch::judge(const GradientResult& result, const AdjointGrowth& growth,
                      const AdjointInvariant& invariant) const {
-  double size = std::abs(result.psi);
-  for (std::size_t j = 0; j < result.gradient.size(); ++j)
-    size = std::max(size, std::abs(result.gradient[j]) * problem_.parameters.parameters[j].scale);
+  const double size = std::max(std::abs(result.psi), largest_scaled(problem_.parameters, result.gradient));
   // H is the derivative of psi by a shift in time: over the run's length it stands beside the scaled derivatives.
   const double lost = invariant.change() * (problem_.solver.t_end - problem_.solver.t_start);
   if (invariant.known() && lost > kInvariant * size && lost > kAbsolute * problem_.solver.absolute())

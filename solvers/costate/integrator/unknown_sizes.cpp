@@ -32,9 +32,11 @@ void fill_absolute_tolerances(const System& system, double atol, int size, doubl
   for (std::size_t i = 0; i < sizes.size(); ++i) out[i] = atol * sizes[i];
 }
 
-double cost_size(const System& system) {
-  const double length = length_size(system.assembly().mechanism());
+double cost_size(const Mechanism& mechanism) {
+  const double length = length_size(mechanism);
   return length * length;
 }
+
+double cost_size(const System& system) { return cost_size(system.assembly().mechanism()); }
 
 }  // namespace costate

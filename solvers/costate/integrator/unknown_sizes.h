@@ -20,6 +20,7 @@ std::vector<double> unknown_sizes(const System& system);
 void fill_absolute_tolerances(const System& system, double atol, int size, double* out);
 
 /// Of the cost's quadrature, whose unit the cost does not tell: the smallest that a square of lengths can have.
+double cost_size(const Mechanism& mechanism);
 double cost_size(const System& system);
 
 }  // namespace costate

@@ -10,6 +10,7 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/integrator/unknown_sizes.h"
+#include "costate/problem/scaled_gradient.h"
 
 namespace costate {
 
@@ -45,26 +46,16 @@ struct Apart {
 };
 
 /// What is absolutely tolerated of a cost.
-double absolute_of_cost(const Problem& problem) {
-  const double length = length_size(*problem.mechanism);
-  return problem.solver.absolute() * length * length;
-}
-
-double largest_change(const Problem& problem, const GradientResult& r) {
-  double largest = 0;
-  for (std::size_t j = 0; j < r.gradient.size(); ++j)
-    largest = std::max(largest, std::abs(r.gradient[j]) * problem.parameters.parameters[j].scale);
-  return largest;
-}
+double absolute_of_cost(const Problem& problem) { return problem.solver.absolute() * cost_size(*problem.mechanism); }
 
 double size_of_psi(const Problem& problem, const GradientResult& r) {
-  return std::max(std::abs(r.psi), kSmallPsi * largest_change(problem, r));
+  return std::max(std::abs(r.psi), kSmallPsi * largest_scaled(problem.parameters, r.gradient));
 }
 
 Apart apart(const Problem& problem, const GradientResult& a, const GradientResult& b) {
   const auto& parameters = problem.parameters.parameters;
   const double zero = kZero * absolute_of_cost(problem), psi_size = size_of_psi(problem, b),
-               size = std::max(largest_change(problem, b), kSmall * std::abs(b.psi));
+               size = std::max(largest_scaled(problem.parameters, b.gradient), kSmall * std::abs(b.psi));
   Apart r;
   const auto look = [&](double change, double of, const std::string& what) {
     if (!(change > zero)) return;

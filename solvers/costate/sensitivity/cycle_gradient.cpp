@@ -51,7 +51,8 @@ Simulation cycle_run(const Problem& problem, const std::vector<double>& rho) {
   return r;
 }
 
-std::pair<Problem, std::vector<double>> cycle_motion(const Problem& problem, const std::vector<double>& rho) {
+std::pair<Problem, std::vector<double>> shown_motion(const Problem& problem, const std::vector<double>& rho) {
+  if (!problem.cycle) return {problem, rho};
   CycleOptions options;
   options.estimate = options.derivatives = false;
   const CycleResult cycle = find_cycle(problem, *problem.cycle, rho, options);

@@ -17,8 +17,9 @@ Simulation cycle_run(const Problem& problem, const std::vector<double>& rho);
 /// l^T P in its terminal cost; forward methods take both from the last run of the search.
 GradientResult cycle_gradient(const Problem& problem, const std::string& method, const std::vector<double>& rho);
 
-/// The motion that begins on the cycle and goes on until the problem's own end, without a cost: the problem, whose
-/// first parameters are the given one's, and their values.
-std::pair<Problem, std::vector<double>> cycle_motion(const Problem& problem, const std::vector<double>& rho);
+/// The motion to show of a problem, and its parameters' values: where psi lives on a cycle, the one that begins there
+/// and goes on until the problem's own end, without a cost, whose first parameters are the given one's; else what is
+/// given.
+std::pair<Problem, std::vector<double>> shown_motion(const Problem& problem, const std::vector<double>& rho);
 
 }  // namespace costate

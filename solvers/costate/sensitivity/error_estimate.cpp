@@ -11,6 +11,7 @@
 #include "costate/integrator/sampled_run.h"
 #include "costate/integrator/simulate.h"
 #include "costate/level/penalty_weight.h"
+#include "costate/problem/scaled_gradient.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate {
@@ -83,12 +84,8 @@ void watch_penalty(const Problem& problem, const std::string& method, const std:
   }
   keep();
   const double share = 0.9, psi = e.psi / share / std::max(std::abs(result.psi), problem.solver.absolute());
-  double size = 1e-3 * std::abs(result.psi), change = 0;
-  for (std::size_t j = 0; j < result.gradient.size(); ++j) {
-    const double scale = problem.parameters.parameters[j].scale;
-    size = std::max(size, std::abs(result.gradient[j]) * scale);
-    change = std::max(change, e.gradient[j] / share * scale);
-  }
+  const double size = std::max(1e-3 * std::abs(result.psi), largest_scaled(problem.parameters, result.gradient)),
+               change = largest_scaled(problem.parameters, e.gradient) / share;
   const double gradient = size > 0 ? change / size : 0, allowed = std::max(kSaid, 1e3 * problem.solver.rtol);
   if (psi <= allowed && gradient <= allowed) return;
   notice(fmt::format(

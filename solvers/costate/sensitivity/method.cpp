@@ -6,9 +6,6 @@
 #include <cmath>
 
 #include "costate/base/error.h"
-#include "costate/element/course.h"
-#include "costate/element/gap_element.h"
-#include "costate/element/law/motion_law.h"
 #include "costate/formulation/law_joins.h"
 #include "costate/integrator/run_end.h"
 #include "costate/integrator/run_watch.h"
@@ -163,27 +160,6 @@ Problem with_end_of(const Problem& problem, const SensitivityMethod& method, con
 }
 }  // namespace
 
-namespace {
-/// Whether a force may bend along the motion: where something touches or leaves, a road has a corner, or the pieces of
-/// a law meet. The derivative of a step over such a place has an error of the first order of its length.
-bool may_bend(const Problem& problem) {
-  const std::vector<double> numbers = problem.mechanism->base_numbers();
-  for (const auto& f : problem.mechanism->forces()) {
-    if (dynamic_cast<const GapElement*>(f.get())) return true;
-    if (const auto* course = dynamic_cast<const CourseElement*>(f.get()); course && course->tracks() > 0) return true;
-    std::vector<MotionLaw> laws;
-    if (const auto* owner = dynamic_cast<const MotionLawElement*>(f.get())) owner->add_motion_laws(laws);
-    for (const MotionLaw& owned : laws) {
-      std::vector<double> p;
-      for (int k = 0; k < owned.law->number_count(); ++k)
-        p.push_back(numbers[static_cast<std::size_t>(f->numbers()[static_cast<std::size_t>(owned.first + k)])]);
-      if (!law_joints(*owned.law, p.data(), owned.from).all.empty()) return true;
-    }
-  }
-  return false;
-}
-}  // namespace
-
 GradientResult gradient(const Problem& problem, const std::string& name, const std::vector<double>& rho) {
   const SensitivityMethod& method = find_sensitivity_method(name);
   const std::string no = refusal(method, find_formulation(problem.formulation));
@@ -222,7 +198,7 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
   bool sensitive = false;
   GradientResult best = confirmed(
       problem, r, [&](const Problem& p) { return method.gradient(with_end_of(p, method, rho), rho); },
-      method.needs == Needs::discrete && may_bend(problem), &sensitive);
+      method.needs == Needs::discrete && may_bend(*problem.mechanism, problem.mechanism->base_numbers()), &sensitive);
   watch_penalty(problem, name, rho, r, sensitive ? HUGE_VAL : drift);
   tell_end(best);
   return best;

@@ -12,6 +12,7 @@
 #include "costate/integrator/run_budget.h"
 #include "costate/integrator/unknown_sizes.h"
 #include "costate/problem/redundant_rows.h"
+#include "costate/problem/scaled_gradient.h"
 #include "costate/sensitivity/method.h"
 #include "costate/tradeoff/trade_reference.h"
 
@@ -215,15 +216,12 @@ class Chooser {
     if (fine.values.motion) {
       fine.measure(probe_);
     } else {
-      double size = 0;
-      const auto& parameters = problem_.parameters.parameters;
-      for (std::size_t j = 0; j < fine.values.gradient.size(); ++j)
-        size = std::max(size, std::abs(fine.values.gradient[j]) * parameters[j].scale);
+      const double size = largest_scaled(problem_.parameters, fine.values.gradient);
       fine.psi_unit = std::abs(fine.values.psi);
       fine.gradient_unit = size > 1e-9 * fine.psi_unit ? size : fine.psi_unit;
     }
     // What is below rounding's part of a cost of this size is zero.
-    const double length = length_size(*problem_.mechanism), zero = kZero * length * length;
+    const double zero = kZero * cost_size(*problem_.mechanism);
     fine.psi_unit = std::max(fine.psi_unit, zero);
     fine.gradient_unit = std::max(fine.gradient_unit, zero);
     TradeRow row;

@@ -11,6 +11,7 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/integrator/run_budget.h"
+#include "costate/problem/scaled_gradient.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate {
@@ -46,13 +47,6 @@ std::map<std::string, double> sizes(const TradeProbe& probe, const TradeMotion& 
     if (size.contains(unit)) size[std::string(unit) + "/s"] = size[unit] / span;
   size["J"] = size["N m"] = kinetic;
   if (size["m"] > 0) size["N"] = kinetic / size["m"];
-  return size;
-}
-
-double scaled_size(const TradeProbe& probe, const std::vector<double>& gradient) {
-  double size = 0;
-  for (std::size_t j = 0; j < gradient.size(); ++j)
-    size = std::max(size, std::abs(gradient[j]) * probe.problem().parameters.parameters[j].scale);
   return size;
 }
 
@@ -252,7 +246,7 @@ void TradeReference::measure(const TradeProbe& probe) {
   }
   psi_unit = std::max(std::abs(values.psi), kCancelled * m.cost_amount);
   if (!(psi_unit > 0)) psi_unit = 1;
-  gradient_unit = std::max(scaled_size(probe, values.gradient), 0.0);
+  gradient_unit = largest_scaled(probe.problem().parameters, values.gradient);
   if (!(gradient_unit > 1e-9 * psi_unit)) gradient_unit = std::max(psi_unit, 1e-300);
   double change = 0;
   for (const double e : m.energy) change = std::max(change, std::abs(e - m.energy.front()));

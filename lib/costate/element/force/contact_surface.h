@@ -57,15 +57,20 @@ class ContactSurface {
       point_.velocity(q, v, p, u);
   }
 
+  /// Of a place r: n.(r - (0, h)) - R.
+  template <class S>
+  static S gap_of(const S* r, const S* n, const S* g) {
+    S gap = -g[kRadius] - n[dim - 1] * g[kHeight];
+    for (int i = 0; i < dim; ++i) gap += n[i] * r[i];
+    return gap;
+  }
+
   template <class S>
   S gap(const S* q, const S* g, const S* p) const {
     S r[dim] = {}, n[dim], t[tangents][dim];
     position(q, p, r);
     frame(g, n, t);
-    r[dim - 1] -= g[kHeight];
-    S gap = -g[kRadius];
-    for (int i = 0; i < dim; ++i) gap += n[i] * r[i];
-    return gap;
+    return gap_of(r, n, g);
   }
 
   GapMotion gap_motion(const double* q, const double* v, const double* g, const double* p) const {
@@ -74,22 +79,16 @@ class ContactSurface {
     velocity(q, v, p, u);
     frame(g, n, t);
     GapMotion m;
-    m.gap = -g[kRadius] - n[dim - 1] * g[kHeight];
-    for (int i = 0; i < dim; ++i) {
-      m.gap += n[i] * r[i];
-      m.rate += n[i] * u[i];
-    }
+    m.gap = gap_of(r, n, g);
+    for (int i = 0; i < dim; ++i) m.rate += n[i] * u[i];
     // Along n alone; of a body from its origin, which its coordinates begin with.
     const PointSpeed speed = point_speed(point_, q, v, p);
     m.clear = m.gap;
     m.travel = std::abs(m.rate);
     if (speed.lever > 0) {
-      double origin = -g[kRadius] - n[dim - 1] * g[kHeight], rate = 0;
-      for (int i = 0; i < dim; ++i) {
-        origin += n[i] * q[i];
-        rate += n[i] * v[i];
-      }
-      m.clear = origin - speed.lever;
+      double rate = 0;
+      for (int i = 0; i < dim; ++i) rate += n[i] * v[i];
+      m.clear = gap_of(q, n, g) - speed.lever;
       m.travel = std::abs(rate);
     }
     m.speed = m.travel + speed.lever * speed.turn;

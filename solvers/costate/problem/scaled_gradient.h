@@ -1,0 +1,30 @@
+// The size of a gradient: its largest derivative times its parameter's scale, which makes derivatives of unlike
+// parameters comparable.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "costate/mechanism/parameter.h"
+
+namespace costate {
+
+/// max |g_j| s_j, in the cost's unit; 0 without parameters.
+inline double largest_scaled(const ParameterSelection& parameters, const std::vector<double>& gradient) {
+  double largest = 0;
+  for (std::size_t j = 0; j < gradient.size(); ++j)
+    largest = std::max(largest, std::abs(gradient[j]) * parameters.parameters[j].scale);
+  return largest;
+}
+
+/// max |a_j - b_j| s_j of two gradients of the same length.
+inline double largest_scaled_change(const ParameterSelection& parameters, const std::vector<double>& a,
+                                    const std::vector<double>& b) {
+  double largest = 0;
+  for (std::size_t j = 0; j < b.size(); ++j)
+    largest = std::max(largest, std::abs(a[j] - b[j]) * parameters.parameters[j].scale);
+  return largest;
+}
+
+}  // namespace costate

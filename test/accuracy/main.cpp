@@ -39,7 +39,7 @@ int main(int argc, char** argv) {
   long variants = 20, from = 0, one = -1;
   std::string journal;
   MeasureOptions options;
-  bool quick = false;
+  bool quick = false, vehicles = true, others = true;
   for (int i = 1; i < argc; ++i) {
     const auto is = [&](const char* name) { return std::strcmp(argv[i], name) == 0 && i + 1 < argc; };
     if (is("--variants"))
@@ -50,14 +50,22 @@ int main(int argc, char** argv) {
       one = std::atol(argv[++i]);
     else if (is("--journal"))
       journal = argv[++i];
-    else if (std::strcmp(argv[i], "--quick") == 0)
+    else if (is("--of")) {
+      const bool of_vehicles = std::strcmp(argv[++i], "vehicles") == 0;
+      vehicles = of_vehicles;
+      others = !of_vehicles;
+    } else if (std::strcmp(argv[i], "--quick") == 0)
       quick = true;
     else {
-      fmt::print(stderr, "usage: {} [--variants N] [--from N] [--journal FILE] [--quick] | --variant N\n", argv[0]);
+      fmt::print(
+          stderr,
+          "usage: {} [--variants N] [--from N] [--of vehicles | others] [--journal FILE] [--quick] | --variant N\n",
+          argv[0]);
       return 2;
     }
   }
   options.exhaustive = !quick;
+  vehicles = vehicles && !quick;
   if (one >= 0) {
     fmt::print("{}\n{}\n", draw_variant(static_cast<std::uint64_t>(one)).scene.dump(),
                measure(static_cast<std::uint64_t>(one), options).dump(1));
@@ -67,7 +75,8 @@ int main(int argc, char** argv) {
   std::set<long> done;
   for (const json& r : records) done.insert(r["number"].get<long>());
   for (long n = from; n < from + variants; ++n) {
-    if (done.contains(n) || (quick && draw_variant(static_cast<std::uint64_t>(n)).vehicle)) continue;
+    const bool vehicle = is_vehicle(static_cast<std::uint64_t>(n));
+    if (done.contains(n) || !(vehicle ? vehicles : others)) continue;
     records.push_back(measure(static_cast<std::uint64_t>(n), options));
     if (!journal.empty()) std::ofstream(journal, std::ios::app) << '\n' << records.back().dump() << std::flush;
   }

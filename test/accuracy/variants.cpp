@@ -16,7 +16,7 @@ namespace {
 struct Family {
   const char* name;
   const char* file;
-  int share;            // of ten variants
+  int share;            // of twenty variants
   double spread;        // of parameters: factors from exp(-spread) to exp(spread)
   bool physical;        // masses, inertias, stiffnesses and dampings one by one, too
   const char* besides;  // tables behind the scene's own
@@ -24,16 +24,16 @@ struct Family {
 };
 
 constexpr std::array<Family, 6> kFamilies = {{
-    {"five-bar", "five_bar/five_bar.toml", 2, 0.15, true, ""},
-    {"slider crank with friction", "slider_crank/slider_crank.toml", 3, 0.3, true,
+    {"five-bar", "five_bar/five_bar.toml", 5, 0.15, true, ""},
+    {"slider crank with friction", "slider_crank/slider_crank.toml", 5, 0.3, true,
      "[friction.guide]\ncoordinate = \"rod.x\"\nnormal_force_N = 1\nstatic_coefficient = 0.2\n"
      "dynamic_coefficient = 0.15\ntransition_velocity_m_per_s = 0.02\n"},
-    {"Andrews", "andrews/andrews.toml", 2, 0.2, true, ""},
-    {"walker", "walker/arc_feet.toml", 1, 0.05, false, ""},
+    {"Andrews", "andrews/andrews.toml", 5, 0.2, true, ""},
+    {"walker", "walker/arc_feet.toml", 3, 0.05, false, ""},
     {"Iltis ride", "iltis/speed_bumps.toml", 1, 0.15, false, "", true},
     {"Iltis lane change", "iltis/double_lane_change.toml", 1, 0.15, false, "", true},
 }};
-constexpr int kShares = 10;
+constexpr int kShares = 20;
 constexpr std::size_t kMostParameters = 6;
 
 class Dice {
@@ -90,14 +90,7 @@ std::vector<std::string> other_start(const std::string& family, const Scene& sce
 
 }  // namespace
 
-const std::vector<std::string>& families() {
-  static const std::vector<std::string> names = [] {
-    std::vector<std::string> r;
-    for (const Family& f : kFamilies) r.emplace_back(f.name);
-    return r;
-  }();
-  return names;
-}
+bool is_vehicle(std::uint64_t number) { return family_of(number).vehicle; }
 
 Variant draw_variant(std::uint64_t number) {
   Dice dice(number);

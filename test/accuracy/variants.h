@@ -16,8 +16,7 @@ struct Variant {
   bool vehicle = false;                 // seconds a run, not milliseconds
 };
 
-const std::vector<std::string>& families();
-
+bool is_vehicle(std::uint64_t number);
 /// The same for the same number. Throws where the numbers drawn give no scene that starts.
 Variant draw_variant(std::uint64_t number);
 

@@ -120,6 +120,28 @@ TEST_CASE("accuracy: a simulation records the run that meets it", "[accuracy]") 
   CHECK_THAT(both.err, Contains("exclude each other"));
 }
 
+TEST_CASE("accuracy: explicit schemes take part", "[accuracy]") {
+  const WorkingDirectory here;
+  const Json run = gradient_of(kFiveBar, {"--accuracy", "1e-6"}, here);
+  int schemes = 0;
+  for (const Json& p : run["accuracy"]["pilots"]) schemes += p["integrator"] == "dop853" ? 1 : 0;
+  CHECK(schemes >= 1);
+  // By the derivative of their steps, where that is asked for; fixed steps follow no tolerance.
+  const Json right = gradient_of(kFiveBar, {"--method", "cvodes-forward", "--rtol", "1e-12"}, here);
+  for (const std::string integrator : {"dopri5", "dop853"}) {
+    const Json own =
+        gradient_of(kFiveBar, {"--accuracy", "1e-6", "--method", "discrete-adjoint", "--integrator", integrator}, here);
+    CAPTURE(integrator);
+    CHECK(own["accuracy"]["met"] == true);
+    CHECK(own["integrator"] == integrator);
+    CHECK(error_of(own, right) <= 5e-6);
+  }
+  const auto fixed = run_costate({"gradient", kFiveBar, "--no-files", "--accuracy", "1e-6", "--formulation", "index3",
+                                  "--method", "discrete-adjoint"},
+                                 here.path());
+  CHECK(fixed.status != 0);
+}
+
 TEST_CASE("accuracy: what cannot be met or held to it is said", "[accuracy]") {
   const WorkingDirectory here;
   const auto refused = [&](std::vector<std::string> options) {

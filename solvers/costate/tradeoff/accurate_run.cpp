@@ -1,6 +1,7 @@
 #include "costate/tradeoff/accurate_run.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +10,7 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/formulation/formulation.h"
+#include "costate/integrator/integrators.h"
 #include "costate/integrator/run_budget.h"
 #include "costate/integrator/unknown_sizes.h"
 #include "costate/problem/redundant_rows.h"
@@ -24,10 +26,13 @@ constexpr int kSamples = 60;
 // At so tight a tolerance a failure is not due to it.
 constexpr double kGivenUp = 1e-9;
 constexpr double kOrder = 0.5;
-// The first tolerance against the accuracy, the pilots' against that, and the bounds of both.
-constexpr double kFirst = 0.02, kPilot = 30, kLoosest = 1e-3, kTightest = 1e-13;
-// A pilot is cut at so many times the time of the best one; below so many seconds none is.
-constexpr double kPatience = 1.3, kShortest = 0.02;
+// The first tolerance against the accuracy, of explicit schemes so much more, and the bounds of both.
+constexpr double kFirst = 0.02, kSchemes = 5, kLoosest = 2e-4, kTightest = 1e-13;
+// What a gradient of a scheme's steps takes against a simulation, as a part of what those of the others do.
+constexpr double kSchemeGradient = 0.7;
+// The first run in full is given up for the next best choice at so many times what that one's short run took: four for
+// the whole time, three and more for a gradient, and a margin of three.
+constexpr double kPatience = 40;
 // A tolerance is not chosen to just meet a request.
 constexpr double kAim = 0.4;
 // Tangents cost about 0.6 of a simulation for each parameter, an adjoint about 3.
@@ -37,10 +42,12 @@ constexpr double kPilotError = 1e4;
 // Of the square of the mechanism's length: costs are squares of coordinates, or of their size.
 constexpr double kZero = 1e-12;
 
-/// The gradient method of SUNDIALS's that goes with an integrator, or null.
-const SensitivityMethod* method_on(const std::string& integrator, bool adjoint) {
+/// The gradient method that goes with an integrator, or null.
+const SensitivityMethod* method_on(const Integrator& integrator, bool adjoint) {
   using Needs = SensitivityMethod::Needs;
-  const Needs needs = integrator == "idas" ? Needs::dae : Needs::ode;
+  const Needs needs = integrator.discrete                             ? Needs::discrete
+                      : integrator.form == Integrator::Form::residual ? Needs::dae
+                                                                      : Needs::ode;
   return first_method(
       [&](const SensitivityMethod& m) { return m.needs == needs && m.adjoint == adjoint && !m.perturbs; });
 }
@@ -55,45 +62,25 @@ class Chooser {
 
   AccurateRun run(const BeginRecording& begin) {
     AccurateRun r;
-    race(r);
-    const Combination what = with_method(choice_);
-    double rtol = first_, looser = std::min(10 * rtol, 0.1);
-    TradeReference coarse, fine;
-    const auto coarse_at = [&](double at) { coarse.values = probe_.run(what, at, 0); };
-    const auto fine_at = [&](double at) {
-      TradeProbe::Recording recording;
-      if (begin && what.method.empty()) recording = begin(probe_.prepared(what, at, 0));
-      fine.values = probe_.run(what, at, 0, &r.result, recording.sink ? &recording : nullptr);
-    };
-    // A tolerance may be too loose for the motion itself.
-    const auto tried = [&](const auto& run, double at) {
-      ++r.runs;
+    PilotRace race(problem_, probe_.rho(), !redundant_rows(problem_, probe_.rho()).empty(),
+                   [this](const Formulation& f, const Integrator& i) { return serves(f, i); },
+                   {kSchemes, request_.gradient ? kSchemeGradient : 1});
+    const std::vector<AccuracyPilot> ended = race.run(std::min(10 * first_, kLoosest));
+    r.pilots = race.pilots();
+    for (std::size_t k = 0; k < ended.size(); ++k) {
+      // What was slower in the first part may be faster in the rest.
+      const bool last = k + 1 == ended.size();
       try {
-        run(at);
-        return true;
+        tighten(with_method(ended[k].what), last ? 0 : kPatience * ended[k + 1].time_s, begin, r);
+        break;
+      } catch (const Cut&) {
+        if (last || budget_s_ <= 0) throw;
+      } catch (const CapabilityError&) {
+        if (last) throw;
       } catch (const SolverError&) {
-        if (at <= kGivenUp) throw;
-        return false;
+        if (last) throw;
       }
-    };
-    while (!tried(coarse_at, looser)) looser /= 10, rtol = looser / 10;
-    for (;;) {
-      if (!tried(fine_at, rtol)) {
-        rtol /= 10;
-        continue;
-      }
-      r.looser = looser;
-      r.problem = probe_.prepared(what, rtol, 0);
-      judge(coarse, fine, rtol, r);
-      r.met = r.relative <= request_.accuracy;
-      if (r.met || rtol <= kTightest) break;
-      // Errors as small as that need a tolerance smaller by their ratio, or by three powers of ten at once.
-      const double next = std::clamp(rtol * kAim * request_.accuracy / r.relative, 1e-3 * rtol, 0.2 * rtol);
-      looser = rtol;
-      rtol = std::max(next, kTightest);
-      std::swap(coarse, fine);
     }
-    r.what = what;
     r.problem.monitor = outer_;
     r.problem.solver.confirm = false;
     compare_pilots(r);
@@ -125,91 +112,88 @@ class Chooser {
     if (request_.method.empty()) return;
     const SensitivityMethod& m = find_sensitivity_method(request_.method);
     using Needs = SensitivityMethod::Needs;
-    if ((m.needs == Needs::dae || m.needs == Needs::ode) && !m.perturbs) return;
-    throw CapabilityError(
-        fmt::format("Method '{}' cannot be held to an accuracy; those of the integrators can ({}, {}).", m.name,
-                    method_on("cvodes", true)->name, method_on("idas", true)->name));
+    if ((m.needs == Needs::dae || m.needs == Needs::ode || m.needs == Needs::discrete) && !m.perturbs) return;
+    std::vector<std::string> can;
+    for (const Integrator& i : integrators())
+      if (const SensitivityMethod* adjoint = method_on(i, true);
+          i.step_control && std::find(can.begin(), can.end(), adjoint->name) == can.end())
+        can.push_back(adjoint->name);
+    throw CapabilityError(fmt::format("Method '{}' cannot be held to an accuracy; those of the integrators can ({}).",
+                                      m.name, fmt::join(can, ", ")));
   }
 
-  bool serves(const Formulation& f, const std::string& integrator, bool redundant) const {
-    if (!(integrator == "idas" ? static_cast<bool>(f.make_dae) : static_cast<bool>(f.make_ode))) return false;
-    if (!request_.integrator.empty() && request_.integrator != integrator) return false;
-    if (!request_.method.empty()) {
-      const SensitivityMethod& m = find_sensitivity_method(request_.method);
-      if ((m.needs == SensitivityMethod::Needs::dae) != (integrator == "idas")) return false;
-      if (!refusal(m, f).empty()) return false;
-    }
-    if (!request_.formulation.empty()) return f.name == request_.formulation;
-    if (!f.exact_constraints() || (redundant && !f.carries_redundancy)) return false;
-    if (f.name == problem_.formulation) return true;
-    if (f.adjoint_order > 1) return false;
-    // The explicit forms are cheapest where they do; of the implicit ones the first stand-in tells about stiffness.
-    return integrator == "cvodes" || &f == stand_ins(redundant).front();
+  /// Of the user's choices and the problem's own demands; which formulations hold their constraints is the race's.
+  bool serves(const Formulation& f, const Integrator& i) const {
+    if (!request_.integrator.empty() && request_.integrator != i.name) return false;
+    if (!request_.formulation.empty() && request_.formulation != f.name) return false;
+    if (problem_.cycle && i.discrete) return false;
+    if (!request_.gradient) return true;
+    if (request_.method.empty()) return !method_of(f, i).empty();
+    const std::vector<std::string> on = integrators_of(find_sensitivity_method(request_.method), f);
+    return std::find(on.begin(), on.end(), i.name) != on.end();
+  }
+
+  /// The gradient method of an integrator that costs the least here; empty where there is none.
+  std::string method_of(const Formulation& f, const Integrator& i) const {
+    const bool adjoint = problem_.parameters.parameters.size() > kTangents;
+    for (const bool a : {adjoint, !adjoint})
+      if (const SensitivityMethod* m = method_on(i, a); m && refusal(*m, f).empty()) return m->name;
+    return {};
   }
 
   Combination with_method(Combination c) const {
     if (!request_.gradient) return c;
-    if (!request_.method.empty()) {
-      c.method = request_.method;
-      return c;
-    }
-    const bool adjoint = problem_.parameters.parameters.size() > kTangents;
-    for (const bool a : {adjoint, !adjoint})
-      if (const SensitivityMethod* m = method_on(c.integrator, a);
-          m && refusal(*m, find_formulation(c.formulation)).empty()) {
-        c.method = m->name;
-        break;
-      }
+    c.method = request_.method.empty() ? method_of(find_formulation(c.formulation), find_integrator(c.integrator))
+                                       : request_.method;
     return c;
   }
 
-  /// Short simulations by what may serve; the fastest is the choice.
-  void race(AccurateRun& r) {
-    const bool redundant = !redundant_rows(problem_, probe_.rho()).empty();
-    std::vector<Combination> all;
-    for (const Formulation* f : stand_ins(redundant))
-      for (const char* integrator : {"cvodes", "idas"})
-        if (serves(*f, integrator, redundant)) all.push_back({f->name, integrator});
-    for (const Formulation& f : formulations())
-      for (const char* integrator : {"cvodes", "idas"})
-        if (f.stand_in == 0 && serves(f, integrator, redundant)) all.push_back({f.name, integrator});
-    if (all.empty())
-      throw CapabilityError("No formulation can be held to an accuracy here together with what else was chosen.");
+  /// Until the request is met. `patience_s`: of the first run; 0: without an end.
+  void tighten(const Combination& what, double patience_s, const BeginRecording& begin, AccurateRun& r) {
+    const double first = find_integrator(what.integrator).discrete ? kSchemes * first_ : first_;
+    double rtol = std::min(first, kLoosest), looser = 10 * rtol;
+    TradeReference coarse, fine;
+    const auto coarse_at = [&](double at) {
+      budget_s_ = patience_s;
+      if (budget_s_ > 0) budget_.begin(budget_s_, 0);
+      coarse.values = probe_.run(what, at, 0);
+      budget_.unlimited();
+    };
+    const auto fine_at = [&](double at) {
+      TradeProbe::Recording recording;
+      if (begin && what.method.empty()) recording = begin(probe_.prepared(what, at, 0));
+      fine.values = probe_.run(what, at, 0, &r.result, recording.sink ? &recording : nullptr);
+    };
     // A tolerance may be too loose for the motion itself.
-    for (double rtol = std::min(kPilot * first_, 0.03); choice_.formulation.empty(); rtol /= 100)
-      race(all, rtol, r.pilots);
-  }
-
-  void race(const std::vector<Combination>& all, double rtol, std::vector<AccuracyPilot>& pilots) {
-    double best = 0;
-    std::exception_ptr failure;
-    for (const Combination& c : all) {
-      AccuracyPilot p{c, rtol, 0, 0, ""};
-      if (best > 0)
-        budget_.begin(std::max(kPatience * best, kShortest), 0);
-      else
-        budget_.unlimited();
-      const std::vector<std::string> said = take_notices();
+    const auto tried = [&](const auto& run, double at) {
+      ++r.runs;
       try {
-        const TradeValues v = probe_.run(c, p.rtol, 0);
-        p.time_s = v.time_s;
-        p.psi = v.psi;
-      } catch (const Cut& e) {
-        p.why = std::string("cut ") + e.what();
-      } catch (const CapabilityError& e) {
-        p.why = e.what();
-        failure = std::current_exception();
-      } catch (const SolverError& e) {
-        p.why = e.what();
-        failure = std::current_exception();
+        run(at);
+        return true;
+      } catch (const SolverError&) {
+        budget_.unlimited();
+        if (at <= kGivenUp) throw;
+        return false;
       }
-      take_notices();
-      for (const auto& text : said) notice(text);
-      if (p.why.empty() && !(best > 0 && p.time_s >= best)) best = p.time_s, choice_ = c;
-      pilots.push_back(std::move(p));
+    };
+    while (!tried(coarse_at, looser)) looser /= 10, rtol = looser / 10;
+    for (;;) {
+      if (!tried(fine_at, rtol)) {
+        rtol /= 10;
+        continue;
+      }
+      r.looser = looser;
+      r.problem = probe_.prepared(what, rtol, 0);
+      judge(coarse, fine, rtol, r);
+      r.met = r.relative <= request_.accuracy;
+      if (r.met || rtol <= kTightest) break;
+      // Errors as small as that need a tolerance smaller by their ratio, or by three powers of ten at once.
+      const double next = std::clamp(rtol * kAim * request_.accuracy / r.relative, 1e-3 * rtol, 0.2 * rtol);
+      looser = rtol;
+      rtol = std::max(next, kTightest);
+      std::swap(coarse, fine);
     }
-    budget_.unlimited();
-    if (choice_.formulation.empty() && rtol <= kGivenUp) std::rethrow_exception(failure);
+    r.what = what;
   }
 
   void judge(const TradeReference& coarse, TradeReference& fine, double rtol, AccurateRun& r) {
@@ -247,15 +231,19 @@ class Chooser {
 
   /// The two runs behind an estimate share a formulation; what both pass over others may have met.
   void compare_pilots(const AccurateRun& r) const {
-    const double psi = r.result.psi;
+    const auto same = [&](const AccuracyPilot& p) {
+      return p.why.empty() && p.what.formulation == r.what.formulation && p.what.integrator == r.what.integrator;
+    };
+    const auto chosen = std::find_if(r.pilots.begin(), r.pilots.end(), same);
     for (const AccuracyPilot& p : r.pilots) {
       if (!p.why.empty()) continue;
-      const double apart = std::abs(p.psi - psi) / psi_unit_;
+      const double apart = std::abs(p.psi - chosen->psi) / psi_unit_;
       if (apart <= std::max(kPilotError * p.rtol, 10 * request_.accuracy)) continue;
-      notice(fmt::format(
-          "A short run by {} at rtol {:.1g} gives psi = {:.6g}, {:.1g} of it away from the result: more than such a "
-          "tolerance explains. 'costate check' compares all formulations.",
-          p.what.name(), p.rtol, p.psi, apart));
+      notice(
+          fmt::format("A run by {} at rtol {:.1g} to t = {:.4g} s gives psi = {:.6g} where {} gives {:.6g}, {:.1g} of "
+                      "the result apart: "
+                      "more than such a tolerance explains. 'costate check' compares all formulations.",
+                      p.what.name(), p.rtol, p.until, p.psi, chosen->what.name(), chosen->psi, apart));
     }
   }
 
@@ -264,8 +252,7 @@ class Chooser {
   RunBudget budget_;
   Problem problem_;
   TradeProbe probe_;
-  Combination choice_;
-  double first_ = 0, psi_unit_ = 1;
+  double first_ = 0, psi_unit_ = 1, budget_s_ = 0;
 };
 
 }  // namespace

@@ -1,6 +1,6 @@
-// A run that is asked for by the accuracy of its result. Formulation, integrator and gradient method are chosen by
-// short runs on this very problem, then the tolerance is tightened until two runs a power of ten apart show that the
-// errors of psi, of the gradient and of the outputs along the motion are within the request.
+// A run that is asked for by the accuracy of its result. Formulation and integrator are chosen by short runs over the
+// first part of this very problem (pilot_race.h), then the tolerance is tightened until two runs a power of ten apart
+// show that the errors of psi, of the gradient and of the outputs along the motion are within the request.
 //
 // The estimate: with e = |R(10 r) - R(r)| and errors of the order r^p, the error of R(r) is about e / (10^p - 1). p is
 // near 1 for integrators whose tolerance bounds local errors; kOrder = 0.5 stays on the safe side of it.
@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "costate/tradeoff/pilot_race.h"
 #include "costate/tradeoff/trade_probe.h"
 
 namespace costate {
@@ -21,14 +22,6 @@ struct AccuracyRequest {
   std::string formulation, integrator, method;  // chosen by the user; empty: here
   bool gradient = false;
   std::vector<std::string> outputs;
-};
-
-/// A short run of one combination; `why` where it served as no choice.
-struct AccuracyPilot {
-  Combination what;
-  double rtol = 0, time_s = 0;  // processor time
-  double psi = 0;
-  std::string why;
 };
 
 struct AccurateRun {

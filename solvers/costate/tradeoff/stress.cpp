@@ -8,6 +8,7 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/formulation/formulation.h"
+#include "costate/integrator/integrators.h"
 #include "costate/problem/redundant_rows.h"
 
 namespace costate {
@@ -99,8 +100,8 @@ std::vector<Combination> StressCase::combinations() const {
   std::vector<Combination> r;
   for (const auto& f : formulations()) {
     if (!redundant_.empty() && !f.carries_redundancy) continue;
-    if (f.make_dae) r.push_back({f.name, "idas", "", !f.exact_constraints()});
-    if (f.make_ode) r.push_back({f.name, "cvodes", "", !f.exact_constraints()});
+    for (const Integrator& i : integrators())
+      if (i.step_control && i.carries(f)) r.push_back({f.name, i.name, "", !f.exact_constraints()});
   }
   return r;
 }

@@ -1,0 +1,140 @@
+#include "costate/tradeoff/pilot_race.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "costate/base/error.h"
+#include "costate/base/notice.h"
+#include "costate/formulation/formulation.h"
+#include "costate/integrator/simulate.h"
+#include "costate/tradeoff/stopwatch.h"
+
+namespace costate {
+
+namespace {
+
+// Of the time that is asked for.
+constexpr double kPart = 0.25;
+// One that has taken so many times what the best one took to the same time is given up, but not before so long.
+constexpr double kBehind = 1.3, kShortest_s = 2e-3;
+// At so tight a tolerance a failure is not due to it.
+constexpr double kTightPilot = 1e-9, kLoosestPilot = 0.03;
+
+}  // namespace
+
+double PilotRace::Pace::at(double t) const {
+  const auto later = std::lower_bound(points.begin(), points.end(), std::pair(t, 0.0));
+  return later == points.end() ? (points.empty() ? 0 : points.back().second) : later->second;
+}
+
+PilotRace::PilotRace(const Problem& problem, const std::vector<double>& rho, bool redundant, Serves serves,
+                     Schemes schemes)
+    : problem_(problem), rho_(rho), redundant_(redundant), serves_(std::move(serves)), schemes_(schemes) {
+  problem_.solver.confirm = false;
+  problem_.solver.t_end = problem_.solver.t_start + kPart * (problem_.solver.t_end - problem_.solver.t_start);
+  problem_.monitor = [this, outer = problem.monitor](double t, long steps, bool backward) {
+    if (outer) outer(t, steps, backward);
+    const double spent = weight_ * (processor_time_s() - began_);
+    if (mine_.points.empty() || t > mine_.points.back().first) mine_.points.emplace_back(t, spent);
+    if (!best_.points.empty() && spent > std::max(kBehind * best_.at(t), kShortest_s))
+      throw Cut(fmt::format("at t = {:.4g} s, {:.2g} times behind the best", t, spent / best_.at(t)));
+  };
+}
+
+/// On each integrator the first formulation that serves, the explicit schemes' best order alone. Or all others.
+std::vector<Combination> PilotRace::candidates(bool preferred) const {
+  std::vector<const Formulation*> order = stand_ins(redundant_);
+  for (const Formulation& f : formulations())
+    if (f.stand_in == 0 && f.adjoint_order < 2) order.push_back(&f);
+  std::vector<Combination> first, others;
+  // The highest order first: it is what most motions are fastest by, and what the others are then given up by.
+  const auto& all = integrators();
+  bool scheme = false;
+  for (auto i = all.rbegin(); i != all.rend(); ++i) {
+    bool found = i->discrete && scheme;  // of lower order
+    for (const Formulation* f : order)
+      if (may(*f, *i)) {
+        (found ? others : first).push_back({f->name, i->name});
+        found = true;
+        scheme = scheme || i->discrete;
+      }
+  }
+  return preferred ? first : others;
+}
+
+bool PilotRace::may(const Formulation& f, const Integrator& i) const {
+  return i.step_control && i.carries(f) && f.exact_constraints() && (f.carries_redundancy || !redundant_) &&
+         serves_(f, i);
+}
+
+AccuracyPilot PilotRace::one(const Combination& c, double rtol) {
+  AccuracyPilot p;
+  p.what = c;
+  const bool scheme = find_integrator(c.integrator).discrete;
+  weight_ = scheme ? schemes_.weight : 1;
+  if (scheme) rtol = std::min(schemes_.rtol * rtol, kLoosestPilot);
+  p.rtol = rtol;
+  p.until = problem_.solver.t_end;
+  Problem problem = problem_;
+  problem.formulation = c.formulation;
+  problem.solver.integrator = c.integrator;
+  problem.solver.atol = rtol * problem_.solver.absolute() / problem_.solver.rtol;
+  problem.solver.rtol = rtol;
+  const std::vector<std::string> said = take_notices();
+  mine_.points.clear();
+  began_ = processor_time_s();
+  try {
+    p.psi = simulate(problem, rho_).psi;
+  } catch (const Cut& e) {
+    if (best_.points.empty()) throw;  // the caller's
+    p.why = std::string("given up ") + e.what();
+  } catch (const CapabilityError& e) {
+    p.why = e.what();
+    failure_ = std::current_exception();
+  } catch (const SolverError& e) {
+    p.why = e.what();
+    failure_ = std::current_exception();
+  }
+  p.time_s = processor_time_s() - began_;
+  take_notices();
+  for (const auto& text : said) notice(text);
+  p.cost_s = weight_ * p.time_s;
+  if (p.why.empty() && (best_.points.empty() || p.cost_s < best_.points.back().second)) {
+    mine_.points.emplace_back(problem.solver.t_end, p.cost_s);
+    best_ = mine_;
+  }
+  return p;
+}
+
+std::vector<AccuracyPilot> PilotRace::run(double rtol) {
+  std::vector<AccuracyPilot> ended;
+  for (; ended.empty(); rtol /= 100) {
+    bool any = false;
+    for (const bool preferred : {true, false})
+      for (const Combination& c : candidates(preferred)) {
+        if (!preferred && !ended.empty()) break;
+        any = true;
+        pilots_.push_back(one(c, rtol));
+        if (pilots_.back().why.empty()) ended.push_back(pilots_.back());
+      }
+    const auto faster = [](const auto& a, const auto& b) { return a.cost_s < b.cost_s; };
+    std::stable_sort(ended.begin(), ended.end(), faster);
+    if (!any)
+      throw CapabilityError("No formulation can be held to an accuracy here together with what else was chosen.");
+    if (ended.empty() && rtol <= kTightPilot) std::rethrow_exception(failure_);
+    if (ended.empty()) continue;
+    // The problem's own formulation, where the best one runs.
+    const Combination own{problem_.formulation, ended.front().what.integrator};
+    const bool tried = std::any_of(pilots_.begin(), pilots_.end(), [&](const AccuracyPilot& p) {
+      return p.what.formulation == own.formulation && p.what.integrator == own.integrator;
+    });
+    if (tried || !may(find_formulation(own.formulation), find_integrator(own.integrator))) continue;
+    pilots_.push_back(one(own, rtol));
+    if (pilots_.back().why.empty()) ended.push_back(pilots_.back());
+    std::stable_sort(ended.begin(), ended.end(), faster);
+  }
+  return ended;
+}
+
+}  // namespace costate

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "page_script.h"
+
 namespace costate::app {
 
 namespace {
@@ -50,15 +52,22 @@ void HtmlPage::plots(const std::vector<SvgPlot>& plots) {
   body_ += "<div class=\"plots\">\n";
   for (const SvgPlot& plot : plots) body_ += svg_of(plot);
   body_ += "</div>\n";
+  plots_ = plots_ || !plots.empty();
+}
+
+void HtmlPage::part(const std::string& element, const std::string& style) {
+  body_ += element;
+  style_ += style;
 }
 
 std::string HtmlPage::text() const {
   return fmt::format(
       "<!DOCTYPE html>\n<html xmlns=\"http://www.w3.org/1999/xhtml\" lang=\"en\">\n<head>\n<meta "
       "charset=\"utf-8\"/>\n"
-      "<meta name=\"viewport\" content=\"width=device-width\"/>\n<title>{0}</title>\n<style>\n{1}</style>\n</head>\n"
-      "<body>\n<h1>{0}</h1>\n{2}</body>\n</html>\n",
-      xml_escaped(title_), kStyle, body_);
+      "<meta name=\"viewport\" content=\"width=device-width\"/>\n<title>{0}</title>\n<style>\n{1}{2}{3}</style>\n"
+      "</head>\n<body>\n<h1>{0}</h1>\n{4}{5}</body>\n</html>\n",
+      xml_escaped(title_), kStyle, plots_ ? plot_style() : "", style_, body_,
+      plots_ ? script_element(plot_script()) : "");
 }
 
 }  // namespace costate::app

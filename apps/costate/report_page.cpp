@@ -8,7 +8,10 @@
 #include "costate/integrator/integrators.h"
 #include "costate/record/svg_plot.h"
 #include "digits.h"
+#include "drawing.h"
 #include "html_page.h"
+#include "motion/figures.h"
+#include "motion/viewer.h"
 #include "named_outputs.h"
 
 namespace costate::app {
@@ -232,10 +235,54 @@ void add_evaluations(HtmlPage& page, const Setup& setup, const Json& j) {
   page.plots(plots);
 }
 
+struct Motion {
+  std::string name;
+  const TrajectoryTable* table;
+  Scene scene;  // with its parameters
+};
+
+constexpr std::size_t kSamples = 300, kLeastSamples = 20;  // of motions in 3-D
+constexpr std::size_t kBytes = 4'000'000;                  // that they may take together
+
+/// The motions in 3-D, the later over the earlier ones.
+void add_viewer(HtmlPage& page, const std::vector<Motion>& motions) {
+  Viewed viewed;
+  std::size_t solids = 0;
+  for (const Motion& m : motions)
+    solids += make_stage({0}, figures_of_table(m.scene, *m.table, 1).figures).solids.size();
+  // Of every solid at every sample ten floats, in base 64.
+  const std::size_t samples = std::min(kSamples, kBytes / (54 * std::max<std::size_t>(1, solids)));
+  if (samples < kLeastSamples) {
+    page.paragraph(
+        fmt::format("The motion of {} solids is too much for this page; 'costate animate' shows it.", solids));
+    return;
+  }
+  FiguresOfRun last;
+  for (const Motion& m : motions) {
+    last = figures_of_table(m.scene, *m.table, samples);
+    viewed.motions.emplace_back(m.name, make_stage(last.times, last.figures));
+  }
+  for (const TableEvent& e : motions.back().table->events) viewed.events.emplace_back(e.t, e.name);
+  // Short and long motions play in some seconds: at 1, 2 or 5 times a power of ten of their own time.
+  const double duration = last.times.back() - last.times.front(), wanted = duration < 2 ? duration / 4 : duration / 20;
+  if (duration > 0 && (duration < 2 || duration > 30)) {
+    const double power = std::pow(10, std::floor(std::log10(wanted)));
+    viewed.speed = (wanted < 2 * power ? 1 : wanted < 5 * power ? 2 : 5) * power;
+  }
+  // Without scripts: some of the samples, one after the other.
+  FiguresOfRun few;
+  for (std::size_t i = 0; i < last.times.size(); i += 1 + last.times.size() / 25) {
+    few.times.push_back(last.times[i]);
+    few.figures.push_back(last.figures[i]);
+  }
+  if (solids <= 200) viewed.drawing = moving_drawing(few.figures, few.times, {"", 640, true}, viewed.speed);
+  page.part(viewer_element(viewed, ""), viewer_style());
+}
+
 /// One plot an output; tables with their names in the legend, drawn in this order.
-void add_motion(HtmlPage& page, const Setup& setup,
-                const std::vector<std::pair<std::string, const TrajectoryTable*>>& motions) {
+void add_motion(HtmlPage& page, const Setup& setup, const std::vector<Motion>& motions) {
   page.heading("Motion");
+  add_viewer(page, motions);
   std::vector<std::string> names = outputs_of_interest(setup.scene);
   if (names.empty()) {
     names = setup.scene.mechanism()->coordinate_names();
@@ -246,10 +293,10 @@ void add_motion(HtmlPage& page, const Setup& setup,
   for (const std::string& name : names) {
     SvgPlot plot;
     plot.x_label = "time [s]";
-    for (const auto& [label, table] : motions)
+    for (const auto& [label, table, scene] : motions)
       if (const Column* c = column_of_output(*table, name)) {
         plot.y_label = c->unit.empty() || c->unit == "1" ? name : fmt::format("{} [{}]", name, c->unit);
-        const bool last = label == motions.back().first;
+        const bool last = label == motions.back().name;
         if (last)
           for (const TableEvent& e : table->events) plot.marks.push_back(e.t);
         plot.curves.push_back({motions.size() > 1 ? label : "", table->time_s, c->values,
@@ -262,8 +309,8 @@ void add_motion(HtmlPage& page, const Setup& setup,
       left_out += (left_out.empty() ? "" : ", ") + name;
   }
   page.plots(plots);
-  if (!motions.back().second->events.empty())
-    page.paragraph(fmt::format("Marks below the curves: {} events.", motions.back().second->events.size()));
+  if (const std::size_t events = motions.back().table->events.size())
+    page.paragraph(fmt::format("Marks below the curves: {} events.", events));
   if (!left_out.empty()) page.paragraph("Not drawn, but in the files: " + left_out + ".");
 }
 
@@ -278,7 +325,17 @@ std::string optimize_page(const Setup& setup, const Json& summary, const Traject
   add_constraints(page, setup, summary);
   add_certificate(page, summary);
   add_evaluations(page, setup, summary);
-  if (before && after) add_motion(page, setup, {{"before", before}, {"after", after}});
+  if (before && after) {
+    const ParameterSelection& p = setup.problem.parameters;
+    const auto scene = [&](const Json& at) {
+      std::vector<double> rho;
+      for (const std::string& name : p.names()) rho.push_back(at.at(name).get<double>());
+      return setup.scene.with_parameters(p, rho);
+    };
+    add_motion(page, setup,
+               {{"before", before, scene(summary.at("initial").at("parameters"))},
+                {"after", after, scene(summary.at("parameters"))}});
+  }
   return page.text();
 }
 
@@ -291,7 +348,7 @@ std::string simulate_page(const Setup& setup, const Json& summary, const Traject
   page.paragraph(psi_text(summary.at("psi").get<double>(), precision,
                           error.is_null() ? std::nullopt : std::optional(error.get<double>())),
                  true);
-  add_motion(page, setup, {{"", &motion}});
+  add_motion(page, setup, {{"", &motion, setup.scene}});
   return page.text();
 }
 

@@ -1,5 +1,5 @@
-// The page that a run leaves for a person: one HTML file with its plots inside as SVG. It needs nothing from elsewhere
-// and no scripts, and is well-formed XML.
+// The page that a run leaves for a person: one HTML file with its plots inside as SVG and its motion in 3-D. It needs
+// nothing from elsewhere, is read without scripts as well, and is well-formed XML of a bounded size.
 #pragma once
 
 #include "command.h"

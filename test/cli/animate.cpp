@@ -7,8 +7,10 @@
 #include <map>
 #include <set>
 
+#include "browser.h"
 #include "costate/scene/scene_kind.h"
 #include "process.h"
+#include "support/markup.h"
 #include "support/paths.h"
 
 using namespace costate::test;
@@ -335,24 +337,18 @@ TEST_CASE("animate: a page with a viewer inside, which plays in a browser") {
   const std::string scene = kModels + "/five_bar/five_bar.toml";
   REQUIRE(run_costate({"animate", scene, "-o", "m.html"}, here.path()).status == 0);
   const std::string page = file_text(here / "m.html");
+  CHECK(xml_fault(page).empty());
   CHECK_THAT(page, Contains("<svg ") && Contains("<canvas ") && !Contains("src=") && !Contains("https://"));
-  const std::string head = "<script id=\"gltf\" type=\"application/json\">";
+  const std::string head = "<script class=\"gltf\" type=\"application/json\" data-name=\"\">";
   const auto from = page.find(head) + head.size();
   const Gltf g(page.substr(from, page.find("</script>", from) - from));
   CHECK(g.has("P2"));
   // In Chromium, where it is there: every node is drawn, and nothing is said on the console.
-  if (std::system("command -v chromium > /dev/null 2>&1") != 0) {
+  if (!has_browser()) {
     WARN("skipped: no chromium");
     return;
   }
-  const Outcome o =
-      Process("/bin/sh",
-              {"-c",
-               "timeout 120 chromium --headless --no-sandbox --user-data-dir=profile --enable-logging=stderr "
-               "--use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --virtual-time-budget=2000 "
-               "--dump-dom file://$PWD/m.html"},
-              here.path())
-          .finish();
+  const Outcome o = browsed(here.path(), "m.html");
   INFO(o.err);
   CHECK(o.status == 0);
   CHECK_THAT(o.out, Contains("data-drawn=\"" + std::to_string(g.json.at("nodes").size() - 1) + "\""));

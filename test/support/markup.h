@@ -32,6 +32,12 @@ inline std::string xml_fault(const std::string& text) {
       ++at;
       continue;
     }
+    if (text.compare(at, 9, "<![CDATA[") == 0) {  // any characters, up to its end
+      at = text.find("]]>", at);
+      if (at == std::string::npos || open.empty()) return "CDATA without end or element";
+      at += 3;
+      continue;
+    }
     const bool closing = text.compare(at, 2, "</") == 0;
     std::size_t i = at + (closing ? 2 : 1);
     const auto word = [&] {

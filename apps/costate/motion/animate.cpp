@@ -69,13 +69,15 @@ int run_animate(const CommonOptions& common, const AnimateOptions& options) {
   if (kind == ".svg") {
     content = moving_drawing(run.figures, run.times, options.drawing, options.speed);
   } else {
+    // Files of glTF have the speed in their times, the page plays at it.
     auto shown = run.times;
-    for (double& t : shown) t = run.times.front() + (t - run.times.front()) / options.speed;
+    if (kind != ".html")
+      for (double& t : shown) t = run.times.front() + (t - run.times.front()) / options.speed;
     const Stage stage = make_stage(shown, run.figures);
     notice_fast_turns(stage);
     const std::string title = setup.scene.title.empty() ? common.scene : setup.scene.title;
     content = kind == ".glb"    ? glb_bytes(stage, title)
-              : kind == ".html" ? viewer_page(stage, title, fallback(run, options))
+              : kind == ".html" ? viewer_page({{{"", stage}}, {}, options.speed, fallback(run, options)}, title)
                                 : gltf_text(stage, title);
   }
   if (!common.no_files) write_file_atomically(options.file, content);

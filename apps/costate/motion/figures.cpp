@@ -44,4 +44,30 @@ FiguresOfRun figures_of_run(const Setup& given, std::optional<double> step, std:
   return r;
 }
 
+FiguresOfRun figures_of_table(const Scene& scene, const TrajectoryTable& table, std::size_t count) {
+  FiguresOfRun r;
+  const SceneNumbers numbers = scene_numbers(scene);
+  const auto mechanism = scene.mechanism();
+  std::vector<std::string> coordinates = mechanism->coordinate_names();
+  const auto columns = [&](const char* group, const std::vector<std::string>& names) {
+    std::vector<const Column*> found;
+    for (const std::string& name : names) found.push_back(table.find(group, name));
+    return found;
+  };
+  const auto q = columns("coordinates", coordinates), v = columns("velocities", coordinates),
+             z = columns("states", mechanism->state_names());
+  const auto row = [](const std::vector<const Column*>& of, std::size_t i) {
+    Eigen::VectorXd x(static_cast<Eigen::Index>(of.size()));
+    for (std::size_t k = 0; k < of.size(); ++k) x[static_cast<Eigen::Index>(k)] = of[k] ? of[k]->values[i] : 0;
+    return x;
+  };
+  const std::size_t samples = table.time_s.size(), wanted = std::min(samples, count);
+  for (std::size_t k = 0; k < wanted; ++k) {
+    const std::size_t i = wanted < 2 ? 0 : k * (samples - 1) / (wanted - 1);
+    r.times.push_back(table.time_s[i]);
+    r.figures.push_back(make_figure(*mechanism, numbers, row(q, i), row(v, i), row(z, i), table.time_s[i]));
+  }
+  return r;
+}
+
 }  // namespace costate::app

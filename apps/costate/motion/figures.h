@@ -5,6 +5,7 @@
 
 #include "costate/command.h"
 #include "costate/figure.h"
+#include "costate/record/trajectory_table.h"
 
 namespace costate::app {
 
@@ -18,5 +19,8 @@ struct FiguresOfRun {
 
 /// Runs the problem of `setup` and draws it every `step` seconds, or at 300 times; or at `times` alone.
 FiguresOfRun figures_of_run(const Setup& setup, std::optional<double> step, std::vector<double> times = {});
+
+/// The mechanism of `scene` at samples of a trajectory of it, at most `count` of them, evenly taken.
+FiguresOfRun figures_of_table(const Scene& scene, const TrajectoryTable& table, std::size_t count);
 
 }  // namespace costate::app

@@ -1,14 +1,31 @@
-// A page that shows a stage in 3-D by itself: no network, nothing else to install.
+// Pages that show motions in 3-D by themselves: no network, nothing else to install.
 #pragma once
 
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "stage.h"
 
 namespace costate::app {
 
-/// HTML with the stage as glTF and a viewer (WebGL) inside: play, pause, a slider of time, a camera. Without scripts or
-/// WebGL it shows `drawing`, an SVG.
-std::string viewer_page(const Stage& stage, const std::string& title, const std::string& drawing);
+/// Motions to be seen at once, of one start.
+struct Viewed {
+  std::vector<std::pair<std::string, Stage>> motions;  // with their names; over the last one the others are ghosts
+  std::vector<std::pair<double, std::string>> events;  // [s], in order: marks at the slider
+  double speed = 1;                                    // how many times as fast as the motion it plays
+  std::string drawing;                                 // what is shown without scripts or WebGL: SVG, or nothing
+};
+
+/// A part of a page, well-formed XML: the stages as glTF and a viewer (WebGL) with play, pause, a slider of time and a
+/// camera; of several motions over each other, side by side, or one. The page needs viewer_style() and room for one.
+std::string viewer_element(const Viewed& viewed, const std::string& title);
+std::string viewer_style();
+
+/// A page with the viewer alone.
+std::string viewer_page(const Viewed& viewed, const std::string& title);
+
+/// The viewer's program, in JavaScript.
+const char* viewer_script();
 
 }  // namespace costate::app

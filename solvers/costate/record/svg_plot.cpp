@@ -93,6 +93,10 @@ struct Axis {
     for (double k = std::ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; ++k)
       ticks.emplace_back(k * step, tick_label(k * step, step, largest));
   }
+  /// What a pixel is, for programs that read the plot: from and to in pixels, low and high there, how they are told.
+  std::string text() const {
+    return fmt::format("{:.3f} {:.3f} {:.9g} {:.9g} {}", from, to, low, high, logarithmic ? "log10" : "linear");
+  }
   double pixel(double transformed_value) const { return from + (to - from) * (transformed_value - low) / (high - low); }
 };
 
@@ -145,8 +149,9 @@ std::string drawn(const SvgCurve& c, const Axis& x, const Axis& y) {
   std::vector<Pixel> line;
   const auto flush = [&] {
     if (line.size() > 1) {
-      out += fmt::format("<polyline fill=\"none\" {} stroke-linejoin=\"round\" points=\"", style_of(c));
-      for (const Pixel& p : thinned(line)) out += fmt::format("{:.1f},{:.1f} ", p.x, p.y);
+      out += fmt::format("<polyline data-name=\"{}\" fill=\"none\" {} stroke-linejoin=\"round\" points=\"",
+                         xml_escaped(c.name), style_of(c));
+      for (const Pixel& p : thinned(line)) out += fmt::format("{:.2f},{:.2f} ", p.x, p.y);
       out.back() = '"';
       out += "/>\n";
     }
@@ -258,8 +263,10 @@ std::string svg_of(const SvgPlot& plot) {
 
   std::string out = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" role=\"img\" "
-      "font-family=\"sans-serif\" font-size=\"12\" fill=\"#222222\">\n<title>{2}</title>\n",
-      plot.width, plot.height, xml_escaped(fmt::format("{} over {}", plot.y_label, plot.x_label)));
+      "font-family=\"sans-serif\" font-size=\"12\" fill=\"#222222\" data-across=\"{3}\" data-up=\"{4}\"{5}>\n"
+      "<title>{2}</title>\n<g class=\"ticks\">\n",
+      plot.width, plot.height, xml_escaped(fmt::format("{} over {}", plot.y_label, plot.x_label)), x.text(), y.text(),
+      plot.counting ? " data-counting=\"1\"" : "");
   const auto grid = [&](double x1, double y1, double x2, double y2) {
     out += fmt::format("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"#dddddd\"/>\n", x1, y1,
                        x2, y2);
@@ -268,19 +275,24 @@ std::string svg_of(const SvgPlot& plot) {
     grid(x.pixel(value), y.from, x.pixel(value), y.to);
     out += text_at(x.pixel(value), y.from + 15, "middle", label);
   }
-  for (const double mark : plot.marks)
-    if (x.pixel(mark) > x.from && x.pixel(mark) < x.to)
-      out += fmt::format("<path d=\"M{0:.2f} {1:.2f}v-7\" stroke=\"#a3195b\" stroke-width=\"1\"/>\n", x.pixel(mark),
-                         y.from);
   for (const auto& [value, label] : y.ticks) {
     grid(x.from, y.pixel(value), x.to, y.pixel(value));
     out += text_at(x.from - 5, y.pixel(value) + 4, "end", label);
   }
+  out += "</g>\n";
+  for (const double mark : plot.marks)
+    if (x.pixel(mark) > x.from && x.pixel(mark) < x.to)
+      out += fmt::format(
+          "<path class=\"mark\" data-at=\"{2:.9g}\" d=\"M{0:.2f} {1:.2f}v-7\" stroke=\"#a3195b\" "
+          "stroke-width=\"1\"/>\n",
+          x.pixel(mark), y.from, mark);
   out += fmt::format(
       "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"none\" "
       "stroke=\"#888888\"/>\n",
       x.from, y.to, x.to - x.from, y.from - y.to);
+  out += "<g class=\"curves\">\n";
   for (const SvgCurve& c : plot.curves) out += drawn(c, x, y);
+  out += "</g>\n";
   out += text_at(2, 14, "start", plot.y_label);
   out += text_at((x.from + x.to) / 2, plot.height - 6, "middle", plot.x_label);
   return out + (plot.legend_beside ? legend_column(plot, x.to + 12) : legend(plot, x.to)) + "</svg>\n";

@@ -37,7 +37,8 @@ struct SvgPlot {
 };
 
 /// The plot as one <svg> element, well-formed XML. Curves of many points are thinned to what can be seen, extremes
-/// kept. Throws Error when a curve's x and y differ in length.
+/// kept. Attributes tell a program what a pixel is (data-across, data-up: from and to in pixels, low and high there,
+/// linear or log10), as does data-name which curve is which. Throws Error when a curve's x and y differ in length.
 std::string svg_of(const SvgPlot& plot);
 
 }  // namespace costate

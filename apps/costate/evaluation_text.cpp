@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "command.h"
 #include "digits.h"
 
@@ -11,6 +13,7 @@ Json evaluation_json(const OptimizerEvaluation& e, const std::vector<std::string
                      const std::vector<OptimizerConstraint>& constraints) {
   Json j;
   j["index"] = e.index;
+  if (e.rtol > 0) j["rtol"] = e.rtol;
   j["parameters"] = named(names, e.rho);
   if (e.failed()) {
     j["psi"] = j["gradient"] = j["projected_gradient"] = nullptr;
@@ -33,17 +36,36 @@ Json evaluation_json(const OptimizerEvaluation& e, const std::vector<std::string
 
 std::string evaluation_line(const OptimizerEvaluation& e, const std::vector<std::string>& names, double relative,
                             bool verbose) {
-  std::string line = e.failed()
-                         ? fmt::format("  {:>4}  failed, the step is rejected:", e.index)
-                         : fmt::format("  {:>4}  psi = {:<18} |projected gradient| = {:<10.3g}", e.index,
-                                       known_digits(e.psi, uncertainty_of(e.psi, relative)), e.projected_gradient);
+  std::string line =
+      e.failed()
+          ? fmt::format("  {:>4}  failed, the step is rejected:", e.index)
+          : fmt::format("  {:>4}  psi = {:<18} |projected gradient| = {:<10.3g}", e.index,
+                        known_digits(e.psi, uncertainty_of(e.psi, e.rtol > 0 ? std::max(relative, e.rtol) : relative)),
+                        e.projected_gradient);
   for (std::size_t j = 0; j < names.size() && j < 6; ++j) line += fmt::format(" {} = {:.9g}", names[j], e.rho[j]);
   if (names.size() > 6) line += " ...";
   if (verbose && !e.failed())
     line += fmt::format(" steps = {} + {} backward, {:.3g} s", e.counters.steps, e.counters.backward_steps, e.wall_s);
+  if (e.rtol > 0) line += fmt::format(" (rtol {:.0e})", e.rtol);
   if (e.replayed) line += " (from the journal)";
   if (e.failed()) line += "\n        " + e.failure;
   return line;
+}
+
+Json adaptation_json(const Adaptation& a) {
+  Json tolerances = Json::array();
+  for (const ToleranceShare& t : a.tolerances)
+    tolerances.push_back({{"rtol", t.rtol}, {"evaluations", t.evaluations}, {"wall_s", t.wall_s}});
+  return {{"tolerances", tolerances}, {"again", a.again}, {"spent_s", a.spent_s}, {"fixed_s", a.fixed_s}};
+}
+
+std::string adaptation_text(const Json& a) {
+  std::string text;
+  for (const Json& t : a.at("tolerances"))
+    text += fmt::format("{}{} at rtol {:.0e}", text.empty() ? "" : ", ", t.at("evaluations").get<int>(),
+                        t.at("rtol").get<double>());
+  return fmt::format("{}: {:.3g} s; the last tolerance throughout, about {:.3g} s", text, a.at("spent_s").get<double>(),
+                     a.at("fixed_s").get<double>());
 }
 
 }  // namespace costate::app

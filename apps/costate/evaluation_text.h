@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "costate/optimize/optimizer.h"
+#include "costate/optimize/adapted_tolerance.h"
 #include "json_text.h"
 
 namespace costate::app {
@@ -15,5 +15,9 @@ Json evaluation_json(const OptimizerEvaluation& e, const std::vector<std::string
 /// `relative`: what is known of psi (digits.h).
 std::string evaluation_line(const OptimizerEvaluation& e, const std::vector<std::string>& names, double relative,
                             bool verbose);
+
+/// What an optimization that adapts its tolerance took, and in a line.
+Json adaptation_json(const Adaptation& adaptation);
+std::string adaptation_text(const Json& adaptation);
 
 }  // namespace costate::app

@@ -29,7 +29,7 @@ namespace costate::app {
 namespace {
 
 struct OptimizeOptions {
-  bool resume = false, no_certificate = false, no_report = false;
+  bool resume = false, no_certificate = false, no_report = false, adapt = false;
   std::optional<int> max_evaluations;
   std::optional<double> stop_value;
   double step_limit_factor = OptimizerOptions{}.step_limit_factor;
@@ -74,6 +74,9 @@ OptimizerOptions optimizer_options(const Setup& setup, const OptimizeOptions& op
     throw SceneError(setup.scene.locate("cost"),
                      "There is no cost to minimise: give the scene a term under "
                      "[[cost.running]] or [[cost.terminal]].");
+  const std::string why_not = cannot_adapt(setup.problem, setup.method, !setup.scene.constraints().empty());
+  o.adapt_tolerance = options.adapt;
+  if (options.adapt && !why_not.empty()) throw Error("--adapt-accuracy: " + why_not);
   if (options.resume && !setup.files) throw Error("--resume reads the journal of the run, so it excludes --no-files.");
   return o;
 }
@@ -163,6 +166,7 @@ class OptimizeRun {
     begun_ = run_accurately(setup_, common_, *accuracy_, true);
     progress_.finish();
     if (lines_) print_result(accuracy_text(*begun_, *accuracy_));
+    o_.adapt_tolerance = cannot_adapt(setup_.problem, setup_.method, !constraints_.empty()).empty();
     progress_.start(setup_.problem.solver.t_start);
   }
 
@@ -247,6 +251,7 @@ class OptimizeRun {
     }
     j_["evaluations"] = Json::array();
     for (const auto& e : result.evaluations) j_["evaluations"].push_back(evaluation_json(e, names_, constraints_));
+    if (o_.adapt_tolerance) j_["adaptation"] = adaptation_json(adaptation_of(result.evaluations));
     j_["notes"] = notes_;
   }
 
@@ -328,6 +333,7 @@ class OptimizeRun {
     if (const std::size_t failed = result.failures())
       text += fmt::format("  {} evaluation{} failed and {} rejected\n", failed, failed == 1 ? "" : "s",
                           failed == 1 ? "was" : "were");
+    if (o_.adapt_tolerance) text += "  evaluations: " + adaptation_text(j_["adaptation"]) + "\n";
     for (std::size_t i = 0; i < names_.size(); ++i)
       text += fmt::format("  {:<16} {:>18.12g} -> {:.12g}\n", names_[i], first.rho[i], best.rho[i]);
     text += certificate_;
@@ -380,6 +386,8 @@ const RegisterCommand optimize_command(
       c.flag("--no-certificate", options->no_certificate,
              "Leave out the check of the optimum: multipliers and the Hessian's eigenvalues");
       c.flag("--no-report", options->no_report, "Leave out report.html, the page with plots");
+      c.flag("--adapt-accuracy", options->adapt,
+             "Evaluate at looser tolerances far from the optimum, at rtol in the end; --accuracy implies it");
       c.option("--max-evaluations", options->max_evaluations, "Limit of evaluations");
       c.option("--step-limit-factor", options->step_limit_factor,
                "An evaluation fails beyond this many times the steps of those before (default 100; 0: no limit)");

@@ -36,6 +36,7 @@ OptimizerEvaluation evaluation_of(const nlohmann::json& j, std::size_t index, co
   e.projected_gradient = number_from_json(j.at("projected_gradient"));
   e.wall_s = number_from_json(j.at("wall_s"));
   e.failure = j.value("failure", "");
+  if (j.contains("rtol")) e.rtol = number_from_json(j.at("rtol"));
   if (e.failed()) {
     require(index > 1, "the first evaluation cannot be a failed one");
   } else {
@@ -64,6 +65,7 @@ nlohmann::json evaluation_record(const OptimizerEvaluation& e) {
   j["projected_gradient"] = e.projected_gradient;
   for (const auto& [name, value] : counter_list(e.counters)) j["counters"][name] = value;
   j["wall_s"] = e.wall_s;
+  if (e.rtol > 0) j["rtol"] = e.rtol;
   if (e.failed()) j["failure"] = Json::parse(json_text(e.failure));  // valid UTF-8, whatever names it quotes
   return j;
 }
@@ -100,6 +102,7 @@ nlohmann::json journal_header(const Setup& setup, const std::vector<SceneFile>& 
       {"relative_tolerance", o.relative_tolerance},
       {"gradient_tolerance", o.gradient_tolerance},
       {"step_limit_factor", o.step_limit_factor}};
+  if (o.adapt_tolerance) header["optimize"]["adapt_tolerance"] = true;
   return header;
 }
 

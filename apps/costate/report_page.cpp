@@ -9,6 +9,7 @@
 #include "costate/record/svg_plot.h"
 #include "digits.h"
 #include "drawing.h"
+#include "evaluation_text.h"
 #include "html_page.h"
 #include "motion/figures.h"
 #include "motion/viewer.h"
@@ -81,6 +82,7 @@ void add_result(HtmlPage& page, const Json& j) {
   page.paragraph(fmt::format("Stopped after {} evaluations by {}. The best is evaluation {}.",
                              j.at("evaluations").size(), j.at("stop_reason").get<std::string>(),
                              j.at("best_evaluation").get<int>()));
+  if (j.contains("adaptation")) page.paragraph("Evaluations: " + adaptation_text(j.at("adaptation")) + ".");
   // What the optimizer says and what the certificate says are two things; where they differ the page says so.
   const bool converged = j.at("converged").get<bool>(), certified = j.contains("certificate");
   const std::string verdict = certified ? j.at("certificate").at("verdict").get<std::string>() : "";

@@ -11,7 +11,9 @@
 
 #include "costate/base/error.h"
 #include "costate/integrator/fixed_run.h"
+#include "costate/optimize/adapted_tolerance.h"
 #include "costate/optimize/algorithms.h"
+#include "costate/optimize/evaluator.h"
 #include "costate/optimize/failed_step.h"
 #include "costate/record/interrupt.h"
 #include "costate/sensitivity/method.h"
@@ -41,6 +43,8 @@ class Run {
         options_(options),
         replay_(replay),
         record_(record),
+        evaluator_(problem, method, constraints, options),
+        tolerance_(problem.solver.rtol, options.adapt_tolerance),
         replaying_(!replay.empty()) {}
 
   OptimizerResult solve() {
@@ -77,7 +81,7 @@ class Run {
     // The limit of evaluations is ours: NLopt looks at its own only between line searches, and chooses the memory of
     // L-BFGS from it.
     opt.set_ftol_rel(options_.relative_tolerance);
-    if (options_.stop_value) opt.set_stopval(*options_.stop_value);
+    if (options_.stop_value && !tolerance_.adapting()) opt.set_stopval(*options_.stop_value);
     if (opt.get_algorithm() == nlopt::LD_LBFGS) opt.set_vector_storage(static_cast<unsigned>(options_.corrections));
     double psi = 0;
     try {
@@ -90,6 +94,7 @@ class Run {
     } catch (const std::runtime_error&) {
       result_.stop_reason = "line search: the optimizer found no further decrease along its search direction";
     }
+    end_at_own_tolerance();
     const std::optional<std::size_t> best = best_before(result_.evaluations.size());
     if (error_ && !best) std::rethrow_exception(error_);
     result_.best = *best;
@@ -119,17 +124,33 @@ class Run {
   }
 
  private:
+  std::string low_enough() const { return fmt::format("stop value: psi fell to {:g} or below", *options_.stop_value); }
+
   std::string reason_of(nlopt::result r) {
     result_.converged = true;
     switch (r) {
       case nlopt::STOPVAL_REACHED:
-        return fmt::format("stop value: psi fell to {:g} or below", *options_.stop_value);
+        return low_enough();
       case nlopt::FTOL_REACHED:
         return fmt::format("relative tolerance: psi changed by less than {:g} of itself", options_.relative_tolerance);
       case nlopt::XTOL_REACHED:
         return "parameter tolerance: the step became negligible";
       default:
         return {};  // told by solve()
+    }
+  }
+
+  /// The result is of the problem's tolerance, wherever it ended; one evaluation more than the limit, if need be.
+  void end_at_own_tolerance() {
+    const std::optional<std::size_t> best = best_before(result_.evaluations.size());
+    if (error_ || !best || result_.evaluations[*best].rtol <= problem_.solver.rtol) return;
+    try {
+      ending_ = true;
+      tighten(*best, problem_.solver.rtol);
+    } catch (const Stop& stop) {
+      stop_ = stop;
+    } catch (...) {
+      error_ = std::current_exception();
     }
   }
 
@@ -158,7 +179,50 @@ class Run {
         return *e;
       }
     repeated_ = 0;
-    if (list.size() >= static_cast<std::size_t>(options_.max_evaluations))
+    if (!tolerance_.last() && !list.empty()) {
+      const std::size_t best = *best_before(list.size());
+      tighten(best, tolerance_.needed(list[best], rho, last_decrease_));
+    }
+    evaluate_new(rho);
+    if (!tolerance_.last()) loose_evaluation();
+    return list.back();
+  }
+
+  /// What a loose tolerance is not enough for, of the evaluation just made.
+  void loose_evaluation() {
+    auto& list = result_.evaluations;
+    const std::size_t here = list.size() - 1;
+    if (list[here].failed()) {
+      const std::vector<double> rho = list[here].rho;
+      tighten(*best_before(here), problem_.solver.rtol);
+      evaluate_new(rho);
+    } else if (here == 0) {
+      // What a tolerance's errors are is told by two.
+      tighten(0, tolerance_.next());
+    } else if (list[here].projected_gradient <= options_.gradient_tolerance ||
+               (options_.stop_value && list[here].psi <= *options_.stop_value)) {
+      tighten(here, problem_.solver.rtol);
+    }
+  }
+
+  /// Goes on at this tolerance, from the same point: what NLopt has been told of it stays.
+  void tighten(std::size_t point, double rtol) {
+    if (rtol >= tolerance_.rtol()) return;
+    tolerance_.tighten_to(rtol);
+    const OptimizerEvaluation loose = result_.evaluations[point];
+    const double shown = shown_[point];
+    evaluate_new(loose.rho);
+    const OptimizerEvaluation& tight = result_.evaluations.back();
+    if (tight.failed())
+      throw Stop{"a failed evaluation of the best point at a tighter tolerance: " + tight.failure, false, {}};
+    tolerance_.learn(loose, tight, problem_.parameters);
+    offset_ = tight.psi - shown;
+    shown_.back() = shown;
+  }
+
+  void evaluate_new(const std::vector<double>& rho) {
+    auto& list = result_.evaluations;
+    if (!ending_ && list.size() >= static_cast<std::size_t>(options_.max_evaluations))
       throw Stop{
           fmt::format("limit: {} evaluation{}", options_.max_evaluations, options_.max_evaluations == 1 ? "" : "s"),
           false,
@@ -166,92 +230,23 @@ class Run {
     OptimizerEvaluation e;
     e.index = static_cast<int>(list.size()) + 1;
     e.rho = rho;
-    if (replaying_ && list.size() < replay_.size() && replay_[list.size()].rho == rho) {
+    e.rtol = tolerance_.adapting() ? tolerance_.rtol() : 0;
+    if (replaying_ && list.size() < replay_.size() && replay_[list.size()].rho == rho &&
+        replay_[list.size()].rtol == e.rtol) {
       const int index = e.index;
       e = replay_[list.size()];
       e.index = index;
       e.replayed = true;
     } else {
       replaying_ = false;
-      compute(e);
+      evaluator_.compute(e, list);
     }
+    const std::optional<std::size_t> before = best_before(list.size());
+    if (before && !e.failed() && e.rtol == list[*before].rtol && e.psi < list[*before].psi)
+      last_decrease_ = list[*before].psi - e.psi;
+    shown_.push_back(e.psi - offset_);
     list.push_back(std::move(e));
     if (record_) record_(list.back());
-    return list.back();
-  }
-
-  void compute(OptimizerEvaluation& e) {
-    const auto begin = std::chrono::steady_clock::now();
-    try {
-      evaluate(e);
-    } catch (const Interrupted&) {
-      throw;
-    } catch (const Error& failure) {
-      std::string where;
-      for (std::size_t j = 0; j < e.rho.size(); ++j)
-        where += fmt::format("{}{} = {:.9g}", j ? ", " : "", problem_.parameters.parameters[j].name, e.rho[j]);
-      if (e.index == 1) {
-        // Nothing to go back to. What the mechanism objects to keeps its type, and so its place in the scene.
-        if (dynamic_cast<const SolverError*>(&failure))
-          throw SolverError(fmt::format("Evaluation {} at {}: {}", e.index, where, failure.what()));
-        throw;
-      }
-      OptimizerEvaluation failed;
-      failed.index = e.index;
-      failed.rho = e.rho;
-      failed.psi = failed.projected_gradient = std::numeric_limits<double>::quiet_NaN();
-      failed.failure = failure.what();
-      if (step_limit_ > 0 && failed.failure.find(fmt::format("after {} steps", step_limit_)) != std::string::npos)
-        failed.failure +=
-            fmt::format(" The limit is {:g} times the steps of the evaluations before (--step-limit-factor).",
-                        options_.step_limit_factor);
-      e = std::move(failed);
-    }
-    e.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  }
-
-  void evaluate(OptimizerEvaluation& e) {
-    Problem problem = problem_;
-    limit_steps(problem.solver);
-    problem.solver.confirm = false;  // step by step; of the optimum the certificate asks more
-    const GradientResult r = gradient(problem, method_, e.rho);
-    require_finite(r, "psi");
-    e.psi = r.psi;
-    e.gradient = r.gradient;
-    e.counters = r.counters;
-    for (const auto& c : constraints_) {
-      problem.objective = c.objective;
-      const GradientResult rc = gradient(problem, method_, e.rho);
-      require_finite(rc, fmt::format("the constraint '{}'", c.name));
-      e.constraints.push_back(rc.psi - c.upper);
-      e.constraint_gradients.push_back(rc.gradient);
-    }
-    for (std::size_t j = 0; j < e.rho.size(); ++j) {
-      const Parameter& p = problem_.parameters.parameters[j];
-      const double x = e.rho[j] / p.scale, g = e.gradient[j] * p.scale;
-      const double moved = std::clamp(x - g, p.lower / p.scale, p.upper / p.scale);
-      e.projected_gradient = std::max(e.projected_gradient, std::abs(moved - x));
-    }
-  }
-
-  /// A run that needs many times the steps of its neighbours is stuck somewhere.
-  void limit_steps(SolverOptions& solver) {
-    step_limit_ = 0;
-    long most = 0;
-    for (const auto& e : result_.evaluations)
-      if (!e.failed()) most = std::max({most, e.counters.steps, e.counters.backward_steps});
-    if (most == 0 || options_.step_limit_factor <= 0) return;
-    const double limit = std::max(static_cast<double>(OptimizerOptions::kStepsAlwaysAllowed),
-                                  options_.step_limit_factor * static_cast<double>(most));
-    if (limit < static_cast<double>(solver.max_steps)) solver.max_steps = step_limit_ = static_cast<long>(limit);
-  }
-
-  void require_finite(const GradientResult& r, const std::string& what) const {
-    if (!std::isfinite(r.psi)) throw SolverError(fmt::format("{} is {}, not a finite number.", what, r.psi));
-    for (std::size_t j = 0; j < r.gradient.size(); ++j)
-      if (!std::isfinite(r.gradient[j]))
-        throw SolverError(fmt::format("The derivative of {} with respect to {} is {}, not a finite number.", what,
-                                      problem_.parameters.parameters[j].name, r.gradient[j]));
   }
 
   template <class Function>
@@ -280,14 +275,16 @@ class Run {
       if (e.failed()) {
         const FailedStep step = failed_step(e);
         step.gradient(step.slope(), g);
-        return step.psi();
+        return step.psi() - offset_;
       }
       for (std::size_t j = 0; j < g.size(); ++j) g[j] = e.gradient[j] * problem_.parameters.parameters[j].scale;
       if (options_.gradient_tolerance > 0 && constraints_.empty() &&
           e.projected_gradient <= options_.gradient_tolerance)
         throw Stop{fmt::format("gradient tolerance: the projected gradient fell to {:.3g}", e.projected_gradient), true,
                    static_cast<std::size_t>(e.index - 1)};
-      return e.psi;
+      if (tolerance_.adapting() && options_.stop_value && e.psi <= *options_.stop_value)
+        throw Stop{low_enough(), true, static_cast<std::size_t>(e.index - 1)};
+      return shown_[static_cast<std::size_t>(e.index - 1)];
     });
   }
 
@@ -305,13 +302,17 @@ class Run {
     });
   }
 
-  /// The best of the first `count` evaluations: the least violation of the constraints, then the least psi.
+  /// The best of the first `count` evaluations, of those at the tightest tolerance: the least violation of the
+  /// constraints, then the least psi.
   std::optional<std::size_t> best_before(std::size_t count) const {
     std::optional<std::size_t> best;
+    double tightest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < count; ++i)
+      if (!result_.evaluations[i].failed()) tightest = std::min(tightest, result_.evaluations[i].rtol);
     double least = std::numeric_limits<double>::infinity(), least_violation = least;
     for (std::size_t i = 0; i < count; ++i) {
       const auto& e = result_.evaluations[i];
-      if (e.failed()) continue;
+      if (e.failed() || e.rtol > tightest) continue;
       double violation = 0;
       for (std::size_t c = 0; c < e.constraints.size(); ++c)
         violation = std::max(violation, e.constraints[c] / std::max(1.0, std::abs(constraints_[c].upper)) - 1e-8);
@@ -339,9 +340,14 @@ class Run {
   const OptimizerOptions& options_;
   const std::vector<OptimizerEvaluation>& replay_;
   const std::function<void(const OptimizerEvaluation&)>& record_;
+  Evaluator evaluator_;
+  AdaptedTolerance tolerance_;
+  std::vector<double> shown_;  // psi as the optimizer sees it, by evaluation
+  double offset_ = 0;          // of psi against that
+  double last_decrease_ = 0;   // of psi at one tolerance
+  bool ending_ = false;
   bool replaying_;
   int repeated_ = 0;
-  long step_limit_ = 0;  // of the evaluation being made; 0: the solver's own
   OptimizerResult result_;
   std::optional<Stop> stop_;
   std::exception_ptr error_;
@@ -354,6 +360,13 @@ std::size_t OptimizerResult::failures() const {
       std::count_if(evaluations.begin(), evaluations.end(), [](const auto& e) { return e.failed(); }));
 }
 
+std::string cannot_adapt(const Problem& problem, const std::string& method, bool constrained) {
+  if (constrained) return "The tolerance of an optimization with constraints cannot adapt: leave --adapt-accuracy out.";
+  if (by_fixed_steps(problem, find_sensitivity_method(method)))
+    return "Fixed steps follow no tolerance that could adapt: leave --adapt-accuracy out.";
+  return {};
+}
+
 OptimizerResult optimize(const Problem& problem, const std::string& method,
                          const std::vector<OptimizerConstraint>& constraints, const OptimizerOptions& options,
                          const std::vector<OptimizerEvaluation>& replay,
@@ -361,6 +374,9 @@ OptimizerResult optimize(const Problem& problem, const std::string& method,
   // Fixed steps are chosen once: psi and the constraints of all evaluations are those of one discretization.
   const bool fixed = by_fixed_steps(problem, find_sensitivity_method(method));
   const Problem stepped = fixed ? with_fixed_step(problem) : problem;
+  if (const std::string why = cannot_adapt(problem, method, !constraints.empty());
+      options.adapt_tolerance && !why.empty())
+    throw CapabilityError(why);
   return Run(stepped, method, constraints, options, replay, record).solve();
 }
 

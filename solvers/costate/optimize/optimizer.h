@@ -22,6 +22,9 @@ struct OptimizerOptions : OptimizeSettings {
   /// (and more than kStepsAlwaysAllowed); 0: only the solver's own limit holds.
   double step_limit_factor = 100;
   static constexpr long kStepsAlwaysAllowed = 10000;
+  /// Evaluations loosen the problem's tolerance far from the optimum (adapted_tolerance.h); not with constraints or
+  /// fixed steps.
+  bool adapt_tolerance = false;
 };
 
 /// psi_c(rho) <= upper, where psi_c is a cost of its own.
@@ -42,6 +45,7 @@ struct OptimizerEvaluation {
   double projected_gradient = 0;  // largest entry of the projected gradient in scaled parameters
   Counters counters;
   double wall_s = 0;
+  double rtol = 0;  // of an optimization that adapts it; 0: the problem's
   bool replayed = false;
   /// Why there is no psi here (the step was rejected), or empty. psi is nan then and the lists are empty.
   std::string failure;
@@ -67,12 +71,17 @@ struct OptimizerAlgorithm {
 };
 const std::vector<OptimizerAlgorithm>& optimizer_algorithms();
 
+/// Why an optimization cannot adapt its tolerance, or empty.
+std::string cannot_adapt(const Problem& problem, const std::string& method, bool constrained);
+
 /// Throws CapabilityError for an algorithm that does not exist or takes no constraints.
 void require_algorithm(const std::string& algorithm, bool constrained);
 
 /// `replay` holds the evaluations of an interrupted run, which are given back without being computed as long as the
 /// optimizer asks for the same parameters bit for bit; `record` sees every evaluation as soon as it is known.
-/// options.max_evaluations bounds all evaluations, failed and replayed ones included.
+/// options.max_evaluations bounds all evaluations, failed and replayed ones included. Where the tolerance adapts, the
+/// best point is evaluated anew at each change of it; the optimizer sees psi less what psi changed by there. The best
+/// and its gradient are of the problem's own tolerance.
 ///
 /// Where an evaluation fails (a motion that cannot be computed, a mechanism that locks, psi that is not finite), the
 /// optimizer is shown, in its place, the parabola along the step s from the best point rho_b known until then that has

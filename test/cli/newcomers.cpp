@@ -57,8 +57,9 @@ TEST_CASE("newcomers: --no-files, --quiet and --set are options of every command
   const WorkingDirectory here;
   write_text(here / "s.toml", kHanging);
   const std::vector<std::vector<std::string>> commands = {
-      {"simulate"}, {"gradient"}, {"optimize"}, {"equilibrium"}, {"modes"},    {"sweep"},   {"explain"}, {"check"},
-      {"animate"},  {"draw"},     {"dump"},     {"cycle"},       {"tradeoff"}, {"compare"}, {"stress"},  {"list"}};
+      {"simulate"}, {"gradient"}, {"optimize"}, {"equilibrium"}, {"modes"}, {"sweep"},
+      {"explain"},  {"check"},    {"animate"},  {"draw"},        {"dump"},  {"cycle"},
+      {"tradeoff"}, {"compare"},  {"stress"},   {"list"},        {"export"}};
   for (const auto& words : commands) {
     INFO(words[0]);
     const Outcome help = run_costate({words[0], "--help"}, here.path());

@@ -292,6 +292,7 @@ class StudyCommand {
     j["title"] = title_;
     j["runs"] = Json::array();
     for (const StudyJob& x : jobs_) j["runs"].push_back(study_row(x));
+    if (Json sensitivity = study_sensitivity(j["runs"]); !sensitivity.empty()) j["sensitivity"] = sensitivity;
     const std::string text = study_table(title_, j["runs"]);
     if (sharded()) {  // the tables are those of the whole
       if (complete && common_.json) fmt::print("{}\n", json_text(j));

@@ -235,6 +235,23 @@ void add_variations(const SceneNode& table, const std::string& path, bool grid, 
   }
 }
 
+/// The parameters of a gradient that are the numbers varied, one for one; none where one of these is missing.
+std::vector<std::string> parameters_of(const StudyRun& run, const std::vector<Variation>& variations) {
+  const Scene scene = Scene::load(run.scene.string(), run.overrides);
+  take_notices();
+  const auto& mechanism = *scene.mechanism();
+  const ParameterSelection selection = mechanism.select(run.parameters);
+  std::vector<std::string> names;
+  for (const Variation& v : variations)
+    for (const Parameter& p : selection.parameters)
+      if (p.bindings.size() == 1 && p.bindings[0].second == 1 &&
+          mechanism.numbers()[static_cast<std::size_t>(p.bindings[0].first)].path == v.path) {
+        names.push_back(p.name);
+        break;
+      }
+  return names.size() == variations.size() ? names : std::vector<std::string>();
+}
+
 /// [[design]]: a run for each of its points.
 std::vector<StudyRun> read_design(const SceneNode& table, const Common& common,
                                   const std::filesystem::path& directory) {
@@ -272,10 +289,12 @@ std::vector<StudyRun> read_design(const SceneNode& table, const Common& common,
          fmt::format("'count' in {}: a grid has as many points as its 'steps' make.", title));
   const int count = grid ? 0 : count_of(table, "count", title, 1);
   const int seed = table.find("seed") != nullptr ? count_of(table, "seed", title, 0) : 1;
-  double size = 1;
+  base.blocks = kind == "saltelli";
+  double size = base.blocks ? count * (static_cast<double>(variations.size()) + 2) : 1;
   for (const Variation& v : variations) size *= grid ? v.steps : 1;
   if (size > kMostPoints)
-    fail(vary->where, fmt::format("{} has {:g} points, more than {:g}; give fewer steps.", title, size, kMostPoints));
+    fail(vary->where, fmt::format("{} has {:g} points, more than {:g}; give fewer {}.", title, size, kMostPoints,
+                                  base.blocks ? "blocks" : "steps"));
   std::vector<std::vector<double>> points;
   try {
     points = design_points(kind, variations, count, static_cast<unsigned long>(seed));
@@ -291,7 +310,13 @@ std::vector<StudyRun> read_design(const SceneNode& table, const Common& common,
       run.overrides.push_back(fmt::format("{}={}", variations[k].path, point[k]));
     }
     // The first one for all: of a point that cannot be run its own run tells.
-    if (runs.empty()) load_scene_of(run, table);
+    if (runs.empty()) {
+      load_scene_of(run, table);
+      if (run.task == "gradient") base.slope_parameters = parameters_of(run, variations);
+    }
+    run.slope_parameters = base.slope_parameters;
+    for (std::size_t k = 0; k < run.slope_parameters.size(); ++k)
+      run.slope_factors.push_back(variations[k].slope_factor(point[k]));
     run.scene_text = runs.empty() ? run.scene_text : runs.front().scene_text;
     run.files = runs.empty() ? run.files : runs.front().files;
     runs.push_back(std::move(run));

@@ -169,3 +169,86 @@ TEST_CASE("study: mistakes in designs name their line") {
              Contains("have one sign"));
   CHECK(here.entries() == std::vector<std::string>{"s.toml"});
 }
+
+namespace {
+
+/// psi is a formula of two numbers, whatever the mechanism does.
+std::string formula_scene(const std::string& formula) {
+  return file_text(kPendulum) + "\n[output.f]\nformula = \"" + formula +
+         "\"\nunit = \"1\"\na = 0.5\nb = 0.5\n[[cost.terminal]]\nkind = \"value\"\noutput = \"f\"\n";
+}
+
+Json sensitivity(const WorkingDirectory& here, const std::string& formula, const std::string& rest) {
+  std::string scene = formula_scene(formula);
+  const std::string running = "[[cost.running]]\nkind = \"square\"\noutput = \"P.x\"\n";
+  REQUIRE(scene.find(running) != std::string::npos);
+  scene.replace(scene.find(running), running.size(), "");
+  write_text(here / "f.toml", scene);
+  write_text(here / "s.toml", "[[design]]\nname = \"d\"\nscene = \"f.toml\"\noptions = { t_end = 0.001 }\n" + rest);
+  const Json j = costate_json({"study", "s.toml", "--output", "out"}, here.path());
+  CHECK(j.at("status") == "ok");
+  CHECK(j.at("sensitivity") == Json::parse(file_text(here / "out/study.json")).at("sensitivity"));
+  return j.at("sensitivity").at("d").at("psi");
+}
+
+}  // namespace
+
+TEST_CASE("study: Sobol' indices of a function that is known, and their bounds from gradients") {
+  const WorkingDirectory here;
+  // f = a + 2 b + a b, a and b uniform in (-1, 1): of the variance 1/3 + 4/3 + 1/9.
+  const Json s = sensitivity(here, "a + 2*b + a*b",
+                             "kind = \"saltelli\"\ncount = 64\ntask = \"gradient\"\nparameters = [\"output.f.a\", "
+                             "\"output.f.b\"]\n[design.vary]\n\"output.f.a\" = { from = -1, to = 1 }\n\"output.f.b\" = "
+                             "{ from = -1, to = 1 }\n");
+  CHECK(s.at("blocks") == 64);
+  CHECK(s.at("variance").get<double>() == Approx(16.0 / 9).epsilon(0.05));
+  // The standard errors are those of 64 points by chance; those of the sequence lie closer.
+  const struct {
+    const char *path, *index;
+    double exact;
+  } expected[] = {{"output.f.a", "first", 3.0 / 16},
+                  {"output.f.b", "first", 12.0 / 16},
+                  {"output.f.a", "total", 4.0 / 16},
+                  {"output.f.b", "total", 13.0 / 16}};
+  for (const auto& e : expected) {
+    INFO(e.path << " " << e.index);
+    const double error = s.at(std::string(e.index) + "_error").at(e.path);
+    CHECK((error > 0 && error < 0.3));
+    CHECK(std::abs(s.at(e.index).at(e.path).get<double>() - e.exact) < 2 * error);
+  }
+  // C E((1 + b)^2)/V and C E((2 + a)^2)/V with C = 4/pi^2.
+  const double c = 4 / (M_PI * M_PI) / (16.0 / 9);
+  CHECK(s.at("total_bound").at("output.f.a").get<double>() == Approx(c * 4 / 3).epsilon(0.1));
+  CHECK(s.at("total_bound").at("output.f.b").get<double>() == Approx(c * 13 / 3).epsilon(0.1));
+  CHECK_THAT(file_text(here / "out/study.txt"), Contains("of the variance of psi") && Contains("first-order"));
+}
+
+TEST_CASE("study: of a linear function of normal numbers the bounds are the indices") {
+  const WorkingDirectory here;
+  const Json s = sensitivity(here, "3*a + 4*b",
+                             "kind = \"latin-hypercube\"\ncount = 40\ntask = \"gradient\"\nparameters = "
+                             "[\"output.f.a\", \"output.f.b\"]\n[design.vary]\n\"output.f.a\" = { mean = 0, sigma = 1 "
+                             "}\n\"output.f.b\" = { mean = 1, sigma = 1 }\n");
+  const double a = s.at("total_bound").at("output.f.a"), b = s.at("total_bound").at("output.f.b");
+  CHECK(a / b == Approx(9.0 / 16).epsilon(1e-9));  // slopes are constant
+  // The estimated variance, and so the sum, is within its own standard error, sqrt(2/39), thrice.
+  CHECK(a + b == Approx(1).margin(3 * std::sqrt(2.0 / 39)));
+  CHECK_FALSE(s.contains("first"));
+}
+
+TEST_CASE("study: a design of Saltelli's kind has its blocks, and its limits") {
+  const WorkingDirectory here;
+  const Table t = run_design(here, "kind = \"saltelli\"\ncount = 3\n" + kShort + kBoth);
+  REQUIRE(t.rows.size() == 12);
+  const auto x = t.column(kStiffness), y = t.column(kDamping);
+  for (std::size_t block = 0; block < 12; block += 4) {
+    CHECK(x[block + 2] == x[block + 1]);
+    CHECK(y[block + 2] == y[block]);
+    CHECK(x[block + 3] == x[block]);
+    CHECK(y[block + 3] == y[block + 1]);
+  }
+  write_text(here / "s.toml", design("kind = \"saltelli\"\ncount = 50000\n" + kShort + kBoth));
+  const Outcome o = run_costate({"study", "s.toml", "--output", "out"}, here.path());
+  CHECK(o.status == 1);
+  CHECK_THAT(o.err, Contains("give fewer blocks"));
+}

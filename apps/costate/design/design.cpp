@@ -98,6 +98,29 @@ Points latin_hypercube(std::size_t dimensions, int count, Uniform& uniform) {
   return points;
 }
 
+/// From rows that hold A and B side by side.
+Points saltelli(const Points& pairs, std::size_t n) {
+  Points points;
+  for (const auto& both : pairs) {
+    const auto middle = both.begin() + static_cast<std::ptrdiff_t>(n);
+    const std::vector<double> a(both.begin(), middle), b(middle, both.end());
+    points.push_back(a);
+    points.push_back(b);
+    for (std::size_t i = 0; i < n; ++i) {
+      points.push_back(a);
+      points.back()[i] = b[i];
+    }
+  }
+  return points;
+}
+
+Points monte_carlo(std::size_t dimensions, int count, Uniform& uniform) {
+  Points points(static_cast<std::size_t>(count), std::vector<double>(dimensions));
+  for (auto& p : points)
+    for (double& x : p) x = uniform();
+  return points;
+}
+
 Points grid(const std::vector<Variation>& variations) {
   Points points = {{}};
   for (const Variation& v : variations) {
@@ -133,8 +156,13 @@ double Variation::value(double u) const {
   return first + u * (second - first);
 }
 
+double Variation::slope_factor(double x) const {
+  if (kind == Kind::normal) return second;
+  return (kind == Kind::logarithmic ? x * std::log(second / first) : second - first) / std::numbers::pi;
+}
+
 const std::vector<std::string>& design_kinds() {
-  static const std::vector<std::string> kinds = {"grid", "latin-hypercube", "sobol", "monte-carlo"};
+  static const std::vector<std::string> kinds = {"grid", "latin-hypercube", "sobol", "monte-carlo", "saltelli"};
   return kinds;
 }
 
@@ -149,10 +177,10 @@ std::vector<std::vector<double>> design_points(const std::string& kind, const st
     points = sobol(n, count);
   } else if (kind == "latin-hypercube") {
     points = latin_hypercube(n, count, uniform);
+  } else if (kind == "saltelli") {
+    points = saltelli(2 * n <= kDirections.size() + 1 ? sobol(2 * n, count) : monte_carlo(2 * n, count, uniform), n);
   } else {
-    points.assign(static_cast<std::size_t>(count), std::vector<double>(n));
-    for (auto& p : points)
-      for (double& x : p) x = uniform();
+    points = monte_carlo(n, count, uniform);
   }
   for (auto& p : points)
     for (std::size_t k = 0; k < n; ++k) p[k] = variations[k].value(p[k]);

@@ -16,14 +16,18 @@ struct Variation {
 
   /// The value whose cumulative probability is u, 0 < u < 1; of a grid, from 0 to 1, both ends.
   double value(double u) const;
+  /// sqrt(C) dx/du' at a value: the factor by which df/dx is the slope whose mean square bounds the total index, times
+  /// the variance (indices.h).
+  double slope_factor(double x) const;
 };
 
-/// "grid", "latin-hypercube", "sobol", "monte-carlo".
+/// "grid", "latin-hypercube", "sobol", "monte-carlo", "saltelli".
 const std::vector<std::string>& design_kinds();
 
 /// The points of a design, a row a point with a value for each variation. `count` is that of a grid's product where it
-/// is a grid. The same seed gives the same points on every machine; a Sobol sequence has none. Throws Error where a
-/// Sobol sequence has more dimensions than its table.
+/// is a grid; of Saltelli's kind that of blocks, each of a point A, a point B, and for each number A with that of B, A
+/// and B from one Sobol sequence, or by chance where that has too few dimensions. The same seed gives the same points
+/// on every machine; a Sobol sequence has none. Throws Error where a Sobol sequence has more dimensions than its table.
 std::vector<std::vector<double>> design_points(const std::string& kind, const std::vector<Variation>& variations,
                                                int count, unsigned long seed);
 

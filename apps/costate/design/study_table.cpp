@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "indices.h"
+
 namespace costate::app {
 
 namespace {
@@ -66,10 +68,17 @@ std::string design_text(const std::string& design, const std::vector<Json>& rows
     });
     text += fmt::format("    {} of {} starts came there, to {:g} of psi\n", count, psi.size(), same);
   }
-  return text;
+  return text + sensitivity_text(sensitivity_json(rows));
 }
 
 }  // namespace
+
+Json study_sensitivity(const Json& rows) {
+  Json j = Json::object();
+  for (const auto& [design, own] : by_design(rows))
+    if (Json s = sensitivity_json(own); !s.is_null()) j[design] = std::move(s);
+  return j;
+}
 
 Json study_row(const StudyJob& j) {
   Json r;
@@ -78,6 +87,7 @@ Json study_row(const StudyJob& j) {
   r["status"] = j.status();
   r["directory"] = j.directory.string();
   if (!j.error.empty()) r["error"] = j.error;
+  if (j.run.blocks) r["blocks"] = true;
   if (!j.ok()) {
     if (!j.run.design.empty()) {
       r["design"] = j.run.design;
@@ -94,6 +104,9 @@ Json study_row(const StudyJob& j) {
   if (j.run.task != "optimize") {
     r["psi"] = j.result["psi"];
     r["gradient"] = j.result["gradient"];
+    for (std::size_t k = 0; k < j.run.slope_parameters.size(); ++k)
+      if (const Json& g = r["gradient"]; g.is_object() && g.contains(j.run.slope_parameters[k]))
+        r["slopes"][j.run.varied[k].first] = j.run.slope_factors[k] * g[j.run.slope_parameters[k]].get<double>();
     for (const auto& name : j.run.outputs) {
       const Json& terminal = j.result.contains("terminal") ? j.result["terminal"] : Json::object();
       r["outputs"][name] = terminal.contains(name) ? terminal[name] : Json();

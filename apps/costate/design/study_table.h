@@ -18,6 +18,9 @@ std::string study_table(const std::string& title, const Json& rows);
 /// For each design its name and a table with a row a point: what was varied, psi, outputs, gradient, the optimum.
 std::vector<std::pair<std::string, std::string>> design_csvs(const Json& rows);
 
+/// By design: the sensitivity of those that tell of it (indices.h).
+Json study_sensitivity(const Json& rows);
+
 /// A finished run in a line.
 std::string study_sentence(const Json& result);
 

@@ -36,7 +36,8 @@ std::string zip_bytes(const std::vector<std::pair<std::string, std::string>>& en
   std::string file, directory;
   for (const auto& [path, content] : entries) {
     const std::uint64_t offset = file.size();
-    // From the version needed, 20 for 2.0, to the length of an extra field, alike in both headers: names in UTF-8, stored.
+    // From the version needed, 20 for 2.0, to the length of an extra field, alike in both headers: names in UTF-8,
+    // stored.
     std::string common;
     put(common, 20, 2);
     put(common, 0x0800, 2);

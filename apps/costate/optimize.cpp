@@ -269,7 +269,8 @@ class OptimizeRun {
     if (options_.no_certificate) return;
     const auto begin = std::chrono::steady_clock::now();
     try {
-      const Certificate c = setup_.located([&] { return certify(setup_.problem, constraints_, first, best); });
+      const Certificate c =
+          setup_.located([&] { return certify(setup_.problem, constraints_, first, best, setup_.method); });
       j_["certificate"] = certificate_json(c, seconds_since(begin));
       certificate_ = certificate_text(c);
     } catch (const Interrupted&) {

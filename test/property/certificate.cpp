@@ -99,7 +99,7 @@ TEST_CASE("certificate: no verdict where the Hessian's run found another motion"
   for (const bool skipped_by_hessian : {false, true}) {
     INFO(skipped_by_hessian);
     const OptimizerEvaluation& e = skipped_by_hessian ? after_kick : at_rest;
-    const Certificate c = certify(skipped_by_hessian ? rest : kicked, {}, e, e);
+    const Certificate c = certify(skipped_by_hessian ? rest : kicked, {}, e, e, "idas-adjoint");
     INFO(c.verdict);
     CHECK(c.kind == Kind::none);
     CHECK_THAT(c.verdict, Contains("no verdict") && Contains("another motion") && Contains("psi is "));
@@ -114,13 +114,13 @@ TEST_CASE("certificate: a psi that vanishes is the same motion's, whatever round
     const Problem p = problem(0, length);
     const OptimizerEvaluation e = evaluation(p);
     CHECK(std::abs(e.psi) < 1e-10);
-    const Certificate c = certify(p, {}, e, e);
+    const Certificate c = certify(p, {}, e, e, "idas-adjoint");
     INFO(c.verdict);
     CHECK(c.kind == Kind::strict_minimum);
     // A maximum with psi turned over is told, too.
     const Problem over = problem(0, length, "-1");
     const OptimizerEvaluation top = evaluation(over);
-    CHECK(certify(over, {}, top, top).kind == Kind::indefinite);
+    CHECK(certify(over, {}, top, top, "idas-adjoint").kind == Kind::indefinite);
   }
 }
 
@@ -130,7 +130,7 @@ TEST_CASE("certificate: a small difference of psi that is more than parameters' 
   OptimizerEvaluation e = evaluation(rest);
   const OptimizerEvaluation far = evaluation(kicked);
   e.psi = 1e-3 * far.psi;
-  const Certificate c = certify(rest, {}, e, e);
+  const Certificate c = certify(rest, {}, e, e, "idas-adjoint");
   INFO(c.verdict);
   CHECK(c.kind == Kind::none);
 }

@@ -31,7 +31,12 @@ double lower_bound(const GapTrace::Look& a, const GapTrace::Look& b, double sign
 
 GapTrace::Look GapTrace::look(const StateView& s, const Assembly& assembly) const {
   thread_local GatheredState own;
-  return {s.t, gaps_->gap_motion(i_, own.of(*element_, s, assembly.numbers()))};
+  const LocalState local = own.of(*element_, s, assembly.numbers());
+  if (gaps_) return {s.t, gaps_->gap_motion(i_, local)};
+  Look at{s.t, laws_->deformation(local)};
+  at.m.gap = begin_.sign * (at.m.gap - local.p[i_] - begin_.x);
+  at.m.rate *= begin_.sign;
+  return at;
 }
 
 bool stays_away(const GapTrace::Look& a, const GapTrace::Look& b) {

@@ -13,15 +13,19 @@
 
 #include "costate/assembly/assembly.h"
 #include "costate/element/gap_element.h"
+#include "costate/element/law/motion_law.h"
 
 namespace costate {
 
 class GapTrace {
  public:
   GapTrace(const Element& element, const GapElement& gaps, int i) : element_(&element), gaps_(&gaps), i_(i) {}
+  /// Of a law of the element's deformation that begins to act at `begin` from the number `origin` on: a stop.
+  GapTrace(const Element& element, const MotionLawElement& laws, int origin, LawBegin begin)
+      : element_(&element), laws_(&laws), i_(origin), begin_(begin) {}
   const Element& element() const { return *element_; }
-  const GapElement& gaps() const { return *gaps_; }
-  int index() const { return i_; }
+  /// Whether a force acts wherever the gap is below zero, with these states of the element.
+  bool presses(const double* z) const { return !gaps_ || gaps_->gap_presses(i_, z); }
 
   struct Look {
     double t = 0;
@@ -44,8 +48,10 @@ class GapTrace {
   void find_extremum(Look a, Look b, const States& at, const Assembly& assembly, std::vector<Look>& looks) const;
 
   const Element* element_;
-  const GapElement* gaps_;
+  const GapElement* gaps_ = nullptr;
+  const MotionLawElement* laws_ = nullptr;  // one of the two
   int i_;
+  LawBegin begin_ = {};
 };
 
 /// Whether the gap cannot come to zero between these.

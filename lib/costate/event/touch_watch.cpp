@@ -22,10 +22,25 @@ TouchWatch::TouchWatch(const Assembly& assembly, double rtol, double atol)
   const Mechanism& m = assembly.mechanism();
   for (std::size_t f = 0; f < m.forces().size(); ++f) {
     const Force& force = *m.forces()[f];
+    add_stops(force, m.state_offsets()[f]);
     const auto* gaps = dynamic_cast<const GapElement*>(&force);
     // Impacts are events.
     if (!gaps || dynamic_cast<const UnilateralForce*>(&force)) continue;
     for (int i = 0; i < gaps->gap_count(); ++i) gaps_.push_back({GapTrace(force, *gaps, i), m.state_offsets()[f]});
+  }
+}
+
+void TouchWatch::add_stops(const Force& force, int first_state) {
+  const auto* owner = dynamic_cast<const MotionLawElement*>(&force);
+  if (!owner) return;
+  std::vector<MotionLaw> laws;
+  owner->add_motion_laws(laws);
+  std::vector<double> p;
+  for (const int n : force.numbers()) p.push_back(assembly_.numbers()[static_cast<std::size_t>(n)]);
+  for (const MotionLaw& of : laws) {
+    if (of.origin < 0) continue;
+    for (const LawBegin& begin : law_begins(*of.law, p.data() + of.first))
+      gaps_.push_back({GapTrace(force, *owner, of.origin, begin), first_state});
   }
 }
 
@@ -39,7 +54,7 @@ std::optional<TouchLook> TouchWatch::look(double from, double to, const std::fun
   bool near = false;
   for (std::size_t i = 0; i < gaps_.size(); ++i) {
     Gap& g = gaps_[i];
-    if (!g.trace.gaps().gap_presses(g.trace.index(), last.z + g.first_state)) {
+    if (!g.trace.presses(last.z + g.first_state)) {
       // Behind an event.
       if (!std::isnan(g.touches_from)) touched_.emplace_back(g.touches_from, from);
       g.seen.t = g.touches_from = none;

@@ -48,6 +48,8 @@ class TouchWatch {
     double touches_from = std::numeric_limits<double>::quiet_NaN();
   };
   using Looks = std::vector<GapTrace::Look>;
+  /// Where springs' laws begin to act.
+  void add_stops(const Force& force, int first_state);
   std::optional<TouchLook> dip_passed_over(const Gap& gap, const Looks& trace, const GapTrace::States& at) const;
   void record(Gap& gap, const Looks& trace, double until, const GapTrace::States& at);
 

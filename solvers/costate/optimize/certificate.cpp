@@ -11,7 +11,7 @@
 
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
-#include "costate/sensitivity/hessian.h"
+#include "costate/sensitivity/difference_hessian.h"
 
 namespace costate {
 
@@ -49,8 +49,13 @@ struct Curvature {
 class Certifier {
  public:
   Certifier(const Problem& problem, const std::vector<OptimizerConstraint>& constraints,
-            const OptimizerEvaluation& first, const OptimizerEvaluation& best)
-      : problem_(problem), constraints_(constraints), first_(first), best_(best), n_(problem.parameters.size()) {
+            const OptimizerEvaluation& first, const OptimizerEvaluation& best, const std::string& method)
+      : problem_(problem),
+        constraints_(constraints),
+        first_(first),
+        best_(best),
+        method_(method),
+        n_(problem.parameters.size()) {
     scale_.resize(n_);
     for (int j = 0; j < n_; ++j) scale_[j] = parameter(j).scale;
   }
@@ -148,8 +153,12 @@ class Certifier {
       if (!left_out.empty())
         notes.push_back(fmt::format("{} cannot carry its redundant rows ({})", fmt::join(left_out, " and "), rows));
     }
+    const auto exact = [](Problem p, const std::vector<double>& at) {
+      p.solver.integrator.clear();
+      return hessian(p, at);
+    };
     for (const std::string& name : candidates) try {
-        Curvature c = curvature_of(name);
+        Curvature c = curvature_of(name, exact);
         result_.formulation = name;
         if (!notes.empty())
           result_.note =
@@ -157,6 +166,7 @@ class Certifier {
         return c;
       } catch (const CapabilityError& e) {
         notes.emplace_back(e.what());
+        if (auto c = curvature_by_differences(notes)) return c;
         break;  // the cost's doing, whatever the formulation
       } catch (const SolverError& e) {
         notes.push_back(fmt::format("'{}' could not continue: {}", name, e.what()));
@@ -164,6 +174,25 @@ class Certifier {
         notes.push_back(fmt::format("'{}' could not start: {}", name, e.what()));
       }
     result_.note = fmt::format("There is no Hessian: {}", fmt::join(notes, "; "));
+    return {};
+  }
+
+  /// By the run's own gradients, where nobody has products.
+  std::optional<Curvature> curvature_by_differences(std::vector<std::string>& notes) {
+    try {
+      Curvature c = curvature_of(problem_.formulation, [&](const Problem& p, const std::vector<double>& at) {
+        return hessian_by_differences(p, method_, at);
+      });
+      result_.formulation = problem_.formulation;
+      result_.note = fmt::format(
+          "The Hessian is made of differences of gradients by {}, and known to some {:.0e} of its largest entry: {}",
+          method_, result_.asymmetry, fmt::join(notes, "; "));
+      return c;
+    } catch (const SolverError& e) {
+      notes.push_back(fmt::format("differences of gradients do not give it, as one failed: {}", e.what()));
+    } catch (const CapabilityError& e) {
+      notes.emplace_back(e.what());
+    }
     return {};
   }
 
@@ -179,16 +208,16 @@ class Certifier {
     return fmt::format("{}", fmt::join(names, ", "));
   }
 
-  Curvature curvature_of(const std::string& formulation) {
+  template <class Second>
+  Curvature curvature_of(const std::string& formulation, const Second& second) {
     Problem p = problem_;
     p.formulation = formulation;
-    p.solver.integrator.clear();
     Curvature c;
     result_.asymmetry = 0;
     found_.clear();
     const auto of = [&](const Objective& objective, Found f) {
       p.objective = objective;
-      const Hessian h = hessian(p, best_.rho);
+      const Hessian h = second(p, best_.rho);
       f.hessian += h.psi;
       f.g_hessian = scaled(h.gradient);
       found_.push_back(std::move(f));
@@ -342,6 +371,7 @@ class Certifier {
   const Problem& problem_;
   const std::vector<OptimizerConstraint>& constraints_;
   const OptimizerEvaluation &first_, &best_;
+  const std::string method_;
   int n_;
   VectorXd scale_, g_, slope_, mu_;
   MatrixXd A_;                     // gradients of the active constraints, a column each
@@ -355,8 +385,8 @@ class Certifier {
 }  // namespace
 
 Certificate certify(const Problem& problem, const std::vector<OptimizerConstraint>& constraints,
-                    const OptimizerEvaluation& first, const OptimizerEvaluation& best) {
-  return Certifier(problem, constraints, first, best).run();
+                    const OptimizerEvaluation& first, const OptimizerEvaluation& best, const std::string& method) {
+  return Certifier(problem, constraints, first, best, method).run();
 }
 
 }  // namespace costate

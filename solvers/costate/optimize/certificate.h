@@ -50,8 +50,9 @@ struct Certificate {
 };
 
 /// At an evaluation of an optimization (its psi, gradient and constraints are those of `method`); `first` is
-/// the evaluation it began with, whose gradient is the measure where there is no Hessian.
+/// the evaluation it began with, whose gradient is the measure where there is no Hessian. Where no exact second
+/// derivatives are offered (events, cycles) they are differences of gradients by `method`, and the note says so.
 Certificate certify(const Problem& problem, const std::vector<OptimizerConstraint>& constraints,
-                    const OptimizerEvaluation& first, const OptimizerEvaluation& best);
+                    const OptimizerEvaluation& first, const OptimizerEvaluation& best, const std::string& method);
 
 }  // namespace costate

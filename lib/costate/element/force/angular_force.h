@@ -3,6 +3,8 @@
 // The same is a force on other coordinates that measure a length.
 #pragma once
 
+#include <cmath>
+
 #include "costate/element/element.h"
 #include "costate/element/force/force_law.h"
 
@@ -89,6 +91,13 @@ class AngularForce final : public ForceOf<AngularForce<Law>>, public MotionLawEl
   const Law& law() const { return law_; }
   void add_motion_laws(std::vector<MotionLaw>& laws) const override {
     if constexpr (requires { law_.add_motion_laws(laws); }) law_.add_motion_laws(laws);
+  }
+  GapMotion deformation(const LocalState& s) const override {
+    GapMotion m;
+    m.gap = difference(s.q);
+    m.rate = difference(s.v);
+    m.speed = std::abs(m.rate);
+    return m;
   }
 
  private:

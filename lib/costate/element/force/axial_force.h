@@ -9,6 +9,7 @@
 #include "costate/element/element.h"
 #include "costate/element/force/force_law.h"
 #include "costate/element/point/number_gradient.h"
+#include "costate/element/point/point_speed.h"
 
 namespace costate {
 
@@ -34,6 +35,22 @@ class AxialForce final : public ForceOf<AxialForce<Law, Line>>, public MotionLaw
   const Law& law() const { return law_; }
   void add_motion_laws(std::vector<MotionLaw>& laws) const override {
     if constexpr (requires { law_.add_motion_laws(laws); }) law_.add_motion_laws(laws);
+  }
+  GapMotion deformation(const LocalState& s) const override {
+    GapMotion m;
+    const auto &i = d_.from(), &j = d_.to();
+    const double* points = s.p + law_number_count_;
+    Vector d, dv;
+    d_.value(s.q, points, d.data());
+    d_.rate(s.q, s.v, points, dv.data());
+    const double length = d.norm();
+    const PointSpeed a = point_speed(i, s.q, s.v, points),
+                     b = point_speed(j, s.q + i.size(), s.v + i.size(), points + i.numbers().size());
+    m.gap = length;
+    m.rate = length > 0 ? d.dot(dv) / length : 0;
+    m.speed = a.most() + b.most();
+    m.turn = std::max(a.turn, b.turn);
+    return m;
   }
   bool by_hand() const override { return true; }
   int states() const override { return Law::states; }

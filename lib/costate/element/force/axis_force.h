@@ -11,6 +11,7 @@
 #include "costate/element/force/force_law.h"
 #include "costate/element/point/direction_forces.h"
 #include "costate/element/point/number_gradient.h"
+#include "costate/element/point/point_speed.h"
 #include "costate/element/point/spatial_vector.h"
 
 namespace costate {
@@ -162,6 +163,21 @@ class AxisForce final : public ForceOf<AxisForce<Law>>, public MotionLawElement 
   const SpatialVector& line() const { return d_; }
   void add_motion_laws(std::vector<MotionLaw>& laws) const override {
     if constexpr (requires { law_.add_motion_laws(laws); }) law_.add_motion_laws(laws);
+  }
+  GapMotion deformation(const LocalState& s) const override {
+    GapMotion m;
+    const auto &i = d_.from(), &j = d_.to();
+    const double* points = s.p + axis_ + 3;
+    displacement(s.q, s.v, s.p, m.gap, m.rate);
+    const PointSpeed a = point_speed(i, s.q, s.v, points),
+                     b = point_speed(j, s.q + i.size(), s.v + i.size(), points + i.numbers().size());
+    // u turns with its body: x' = u.d' + u'.d
+    Vector3 d, a_of = unit(s.p), turn = u_.rate(s.q + rotation_, s.v + rotation_, a_of);
+    d_.value(s.q, points, d.data());
+    if (u_.size() == 0) turn.setZero();
+    m.speed = a.most() + b.most() + turn.norm() * d.norm();
+    m.turn = std::max({a.turn, b.turn, turn.norm()});
+    return m;
   }
 
  private:

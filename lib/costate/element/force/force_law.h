@@ -64,7 +64,7 @@ struct SpringDamperLaw {
     return of[k];
   }
   void add_motion_laws(std::vector<MotionLaw>& laws) const {
-    if (spring) laws.push_back({spring.get(), 4, "spring_law"});
+    if (spring) laws.push_back({.law = spring.get(), .first = 4, .key = "spring_law", .origin = 1});
     if (damper) laws.push_back({damper.get(), 4 + (spring ? spring->number_count() : 0), "damper_law"});
   }
   double potential_energy(double x, const double* p) const {

@@ -21,13 +21,45 @@ bool LawJoints::jumps(const LawJoint& j) const {
 }
 bool LawJoints::bends(const LawJoint& j) const { return !(std::abs(j.right_slope - j.left_slope) <= kJoin * slope); }
 
-LawJoints law_joints(const ScalarLaw& law, const double* p, double from) {
+namespace {
+/// The places that the law knows of, in order.
+std::vector<double> places_of(const ScalarLaw& law, const double* p) {
   LawPlaces places;
   places.from = -1e300;
   places.to = 1e300;
   add_law_places(law, p, places);
-  std::vector<double>& x = places.sharp;
-  std::erase_if(x, [](double at) { return !std::isfinite(at); });
+  std::erase_if(places.sharp, [](double at) { return !std::isfinite(at); });
+  std::sort(places.sharp.begin(), places.sharp.end());
+  return std::move(places.sharp);
+}
+
+/// How far outside of its places a law is looked at.
+double reach_of(const std::vector<double>& x) {
+  return 0.5 * std::max({x.back() - x.front(), std::abs(x.front()), std::abs(x.back())});
+}
+}  // namespace
+
+std::vector<LawBegin> law_begins(const ScalarLaw& law, const double* p) {
+  std::vector<double> x = places_of(law, p);
+  x.erase(std::unique(x.begin(), x.end()), x.end());
+  if (x.empty()) return {};
+  const double reach = std::max(reach_of(x), std::numeric_limits<double>::min());
+  // constant[k]: below x[k]; the last one above all.
+  std::vector<bool> constant;
+  const auto is_flat = [&](double at) { return law.slope(at, p).d[0] == 0; };
+  for (std::size_t k = 0; k <= x.size(); ++k) {
+    const double from = k == 0 ? x.front() - reach : x[k - 1], to = k == x.size() ? x.back() + reach : x[k];
+    constant.push_back(std::all_of(std::begin(kBetween), std::end(kBetween),
+                                   [&](double w) { return is_flat(from + w * (to - from)); }));
+  }
+  std::vector<LawBegin> begins;
+  for (std::size_t k = 0; k < x.size(); ++k)
+    if (constant[k] != constant[k + 1]) begins.push_back({x[k], constant[k] ? -1.0 : 1.0});
+  return begins;
+}
+
+LawJoints law_joints(const ScalarLaw& law, const double* p, double from) {
+  const std::vector<double> x = places_of(law, p);
   LawJoints joints;
   const auto look = [&](double at) {
     const Dual<1> f = law.slope(at, p);
@@ -39,12 +71,11 @@ LawJoints law_joints(const ScalarLaw& law, const double* p, double from) {
     const Dual<1> left = look(std::nextafter(at, -std::numeric_limits<double>::infinity())), right = look(at);
     joints.all.push_back({at, left.v, right.v, left.d[0], right.d[0]});
   }
-  std::sort(x.begin(), x.end());
   for (std::size_t k = 0; k + 1 < x.size(); ++k)
     for (const double w : kBetween) look(x[k] + w * (x[k + 1] - x[k]));
   // And outside: a stop that begins at its only joint is zero there but for rounding.
   if (!x.empty()) {
-    const double reach = 0.5 * std::max({x.back() - x.front(), std::abs(x.front()), std::abs(x.back())});
+    const double reach = reach_of(x);
     for (const double at : {x.front() - reach, x.back() + reach}) look(at);
   }
   // The sizes are those of the whole law.

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "costate/element/gap_element.h"
 #include "costate/element/law/scalar_law.h"
 
 namespace costate {
@@ -16,6 +17,7 @@ struct MotionLaw {
   std::string key;        // what the scene calls it in the element's table
   bool by_slope = false;  // whether the force holds the law's slope as well: then it jumps where the law has a kink
   double from = -std::numeric_limits<double>::infinity();  // joints before this do not count
+  int origin = -1;  // of a law of x - origin, x the element's deformation(): that one of its numbers
 };
 
 /// A force with such laws is one of these as well.
@@ -23,6 +25,8 @@ class MotionLawElement {
  public:
   virtual ~MotionLawElement() = default;
   virtual void add_motion_laws(std::vector<MotionLaw>& laws) const = 0;
+  /// The deformation x that laws with an origin are taken of, with its rate and what bounds it, as of a gap to zero.
+  virtual GapMotion deformation(const LocalState&) const { return {}; }
   /// Appends the times at which the force jumps by its laws of time, for the element's numbers p.
   virtual void add_force_jumps(const double*, std::vector<double>&) const {}
   /// slopes[k] += dt/dp_k of such a time t.
@@ -39,6 +43,12 @@ struct LawJoints {
   bool jumps(const LawJoint& joint) const;
   bool bends(const LawJoint& joint) const;
 };
+/// Where a law that is constant on one side begins to act, a stop; `sign` is that of the constant side.
+struct LawBegin {
+  double x, sign;
+};
+std::vector<LawBegin> law_begins(const ScalarLaw& law, const double* p);
+
 /// Those that the law knows of from `from` on, for its numbers p.
 LawJoints law_joints(const ScalarLaw& law, const double* p, double from = -std::numeric_limits<double>::infinity());
 

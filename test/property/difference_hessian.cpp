@@ -1,0 +1,106 @@
+// The Hessian by differences of gradients, which stands in where no exact products are offered: on a ball that bounces,
+// whose psi is known in closed form, and beside the exact one where there is one.
+#include "costate/sensitivity/difference_hessian.h"
+
+#include <support/models.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "costate/optimize/certificate.h"
+#include "costate/problem/scene_problem.h"
+#include "costate/scene/scene.h"
+#include "costate/sensitivity/method.h"
+#include "support/paths.h"
+
+using namespace costate;
+using namespace costate::test;
+using Catch::Contains;
+using Eigen::MatrixXd;
+
+namespace {
+
+/// models/bouncing_ball/drop.toml: the height at 2.8 s plus its integral until then, of the height at the start, the
+/// restitution and the ground's height.
+long double dropped(const long double* p) {
+  const long double g = 9.81L, end = 2.8L, ground = p[2];
+  long double t = std::sqrt(2 * (p[0] - ground) / g), v = g * t, psi = p[0] * t - g * t * t * t / 6;
+  for (;;) {
+    v *= p[1];
+    const long double left = end - t, h = std::min(2 * v / g, left);
+    psi += ground * h + v * h * h / 2 - g * h * h * h / 6;
+    if (h == left) return psi + ground + v * h - g * h * h / 2;
+    t += h;
+  }
+}
+
+/// By differences of fourth order of the closed form: off by some 1e-10 of it.
+MatrixXd dropped_hessian(const std::vector<double>& rho) {
+  const long double h = 1e-3L, c[] = {1.0L / 12, -8.0L / 12, 8.0L / 12, -1.0L / 12};
+  const int at[] = {-2, -1, 1, 2};
+  MatrixXd H(3, 3);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      long double sum = 0;
+      for (int a = 0; a < 4; ++a)
+        for (int b = 0; b < 4; ++b) {
+          long double p[3] = {rho[0], rho[1], rho[2]};
+          p[i] += at[a] * h;
+          p[j] += at[b] * h;
+          sum += c[a] * c[b] * dropped(p);
+        }
+      H(i, j) = static_cast<double>(sum / (h * h));
+    }
+  return H;
+}
+
+/// In scaled parameters, against the largest entry of `right`.
+double apart(const Problem& p, const MatrixXd& found, const MatrixXd& right) {
+  Eigen::VectorXd s(p.parameters.size());
+  for (int j = 0; j < p.parameters.size(); ++j) s[j] = p.parameters.parameters[static_cast<std::size_t>(j)].scale;
+  const MatrixXd d = s.asDiagonal() * (found - right) * s.asDiagonal(), r = s.asDiagonal() * right * s.asDiagonal();
+  return d.cwiseAbs().maxCoeff() / r.cwiseAbs().maxCoeff();
+}
+
+}  // namespace
+
+TEST_CASE("difference hessian: a ball that bounces, against its closed form") {
+  const Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/bouncing_ball/drop.toml"));
+  const auto rho = p.parameters.values();
+  const Hessian h = hessian_by_differences(p, "cvodes-adjoint", rho);
+  const long double at[] = {rho[0], rho[1], rho[2]};
+  CHECK(h.psi == Catch::Detail::Approx(static_cast<double>(dropped(at))).epsilon(1e-7));
+  // Gradients are known to 1e3 rtol = 1e-7, over a step of 2e-3: 1e-4; the extrapolation's own change is in asymmetry.
+  const double off = apart(p, h.matrix, dropped_hessian(rho));
+  CAPTURE(off, h.asymmetry);
+  CHECK(off < 1e-4);
+  CHECK(off < 3 * h.asymmetry + 1e-6);
+  CHECK(h.asymmetry < 1e-3);
+
+  OptimizerEvaluation e;
+  e.rho = rho;
+  e.psi = h.psi;
+  e.gradient = h.gradient;
+  const Certificate c = certify(p, {}, e, e, "cvodes-adjoint");
+  CHECK_THAT(c.note, Contains("differences of gradients by cvodes-adjoint") && Contains("events"));
+  CHECK(c.formulation == p.formulation);
+  CHECK(c.asymmetry > 0);
+}
+
+TEST_CASE("difference hessian: beside the exact one, within bounds and at them") {
+  Problem p = five_bar().problem("index1", 1e-10, {"k1", "k2", "L01"});
+  const auto rho = p.parameters.values();
+  const Hessian exact = hessian(p, rho);
+  for (const int at_bound : {0, 1, 2}) {
+    Problem bounded = p;
+    auto& of = bounded.parameters.parameters;
+    if (at_bound == 1) of[0].lower = rho[0];
+    if (at_bound == 2) of[1].upper = rho[1];
+    const Hessian h = hessian_by_differences(bounded, "idas-adjoint", rho);
+    const double off = apart(p, h.matrix, exact.matrix);
+    CAPTURE(at_bound, off, h.asymmetry);
+    // Noise as above; one-sided extrapolations leave (4e-3)^3 of the fourth derivative.
+    CHECK(off < (at_bound == 0 ? 1e-4 : 1e-3));
+    CHECK(off < 3 * h.asymmetry + 1e-6);
+  }
+}

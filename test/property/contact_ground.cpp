@@ -325,5 +325,5 @@ TEST_CASE("contact on a ground that is no plane: what cannot be is refused by na
                                      "vx_m_per_s = 1.2", "vx_m_per_s = 0"),
                              {}, 1e-8);
   CHECK_THROWS_WITH(simulate(sharp, sharp.parameters.values()),
-                    Contains("a dip of the profile that is sharper than its radius"));
+                    Contains("a dip of the profile that bends more than what touches it"));
 }

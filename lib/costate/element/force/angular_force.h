@@ -77,14 +77,16 @@ class AngularForce final : public ForceOf<AngularForce<Law>>, public MotionLawEl
   std::vector<Measure> measures() const override {
     if (measures_ == Measures::length)
       return {{"displacement", "m", false}, {"rate", "m/s", false}, {"force", "N", false}};
-    return {{"angle", "rad", false}, {"rate", "rad/s", false}, {"torque", "N m", false}};
+    std::vector<Measure> m = {{"angle", "rad", false}, {"rate", "rad/s", false}, {"torque", "N m", false}};
+    if constexpr (requires { Law::drives; }) m.push_back({"power", "W", false});
+    return m;
   }
   PathDual measure(int i, const MeasureArguments& x) const override {
     if (i == 0) return difference(x.q);
     if (i == 1) return difference(x.v);
     PathDual force, zdot[Law::states + 1];
     law_(x.t, difference(x.q), difference(x.v), x.z, x.p, force, zdot);
-    return force;
+    return i == 2 ? force : -force * difference(x.v);
   }
 
   double potential_energy(const LocalState& s) const override { return law_.potential_energy(difference(s.q), s.p); }

@@ -146,7 +146,9 @@ class AxialForce final : public ForceOf<AxialForce<Law, Line>>, public MotionLaw
   }
 
   std::vector<Measure> measures() const override {
-    return {{"length", "m", false}, {"rate", "m/s", false}, {"force", "N", false}};
+    std::vector<Measure> m = {{"length", "m", false}, {"rate", "m/s", false}, {"force", "N", false}};
+    if constexpr (requires { Law::drives; }) m.push_back({"power", "W", false});
+    return m;
   }
   PathDual measure(int i, const MeasureArguments& x) const override {
     PathDual d[dim], n[dim], length, rate, force, zdot[Law::states + 1];
@@ -154,7 +156,7 @@ class AxialForce final : public ForceOf<AxialForce<Law, Line>>, public MotionLaw
     if (i == 0) return length;
     if (i == 1) return rate;
     law_(x.t, length, rate, x.z, x.p, force, zdot);
-    return force;
+    return i == 2 ? force : -force * rate;
   }
 
   double potential_energy(const LocalState& s) const override {

@@ -139,11 +139,11 @@ class RoadSurface {
   void require_one_foot(const Motion<double>& m, double t) const {
     constexpr double least = 0.02;
     if (m.flatness > least) return;
-    throw StepError(
-        fmt::format("At t = {:.6g} s '{}' touches a dip of the profile that is sharper than its radius: it would touch "
-                    "at two places. "
-                    "Take a smaller radius, or a profile that bends less.",
-                    t, point().name()));
+    throw StepError(fmt::format(
+        "At t = {:.6g} s '{}' is in a dip of the profile that bends more than what touches it, its "
+        "radius and how deep it is together: it would touch at two places. Take a smaller radius, a stiffer "
+        "ground, or a profile that bends less.",
+        t, point().name()));
   }
 
   /// Adds the generalized forces of N along n and F along the ground at the point that touches, and of a moment (turns;

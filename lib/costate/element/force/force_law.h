@@ -89,6 +89,7 @@ struct MaxwellLaw {
 /// A force that follows a command with a first-order lag: F = z, zdot = (command(t) - z) / tau.
 /// Numbers: tau, z(0), then those of the command.
 struct LagActuatorLaw {
+  static constexpr bool drives = true;  // its power is worth an output
   static constexpr int states = 1;
   static constexpr int initial_state = 1;
   std::shared_ptr<const ScalarLaw> command;

@@ -5,15 +5,16 @@ namespace costate {
 
 namespace {
 
-const KindKeys actuator_keys("actuator", {{"from, to", "names of the two points"},
-                                          {"angle", "an angle against the ground"},
-                                          {"angles", "two angles: the second against the first"},
-                                          {"time_constant_s", "of the lag"},
-                                          {"initial_force_N", "the force at the start"},
-                                          {"initial_torque_N_m", "the torque at the start"},
-                                          {"command_N",
-                                           "what the force follows, a law of time; positive pulls the points together"},
-                                          {"command_N_m", "what the torque follows, a law of time"}});
+const KindKeys actuator_keys(
+    "actuator", {{"from, to", "names of the two points"},
+                 {"angle", "an angle against the ground"},
+                 {"angles", "two angles: the second against the first"},
+                 {"time_constant_s", "of the lag"},
+                 {"initial_force_N", "the force at the start"},
+                 {"initial_torque_N_m", "the torque at the start"},
+                 {"command_N", "what the force follows, a law of time; positive pulls the points together"},
+                 {"command_N_m",
+                  "what the torque follows, a law of time; positive pulls the angle back (a [couple] pushes it on)"}});
 
 const KindKeys axis_spring_keys(
     "axis_spring", {{"from, to", "names of the two points"},

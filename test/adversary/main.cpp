@@ -31,6 +31,7 @@ constexpr int kSeconds =
 struct Options {
   long cases = 200, first = 1, one = -1;
   int combinations = 3;
+  std::string only;  // of the combinations, those that hold this
   bool scene = false, quiet = false, trusses = true, kinds = true, contacts = false;
 };
 
@@ -125,6 +126,8 @@ std::vector<Finding> try_case(long number, const Options& options) {
     return list;
   }
   auto chosen = combinations();
+  std::erase_if(chosen,
+                [&](const auto& c) { return (c.first + " x " + c.second).find(options.only) == std::string::npos; });
   if (options.one < 0) {
     std::shuffle(chosen.begin(), chosen.end(), engine);
     chosen.resize(std::min<std::size_t>(chosen.size(), static_cast<std::size_t>(options.combinations)));
@@ -195,6 +198,8 @@ int main(int argc, char** argv) {
       o.first = std::atol(argv[++i]);
     else if (is("--combinations"))
       o.combinations = std::atoi(argv[++i]);
+    else if (is("--only"))
+      o.only = argv[++i];
     else if (is("--case"))
       o.one = std::atol(argv[++i]);
     else if (is("--of")) {
@@ -208,7 +213,8 @@ int main(int argc, char** argv) {
       o.quiet = true;
     else {
       fmt::print(stderr,
-                 "usage: {} [--cases N] [--seed N] [--of trusses | kinds | contacts] [--combinations N] [--case N "
+                 "usage: {} [--cases N] [--seed N] [--of trusses | kinds | contacts] [--combinations N] [--only TEXT] "
+                 "[--case N "
                  "[--scene]] [--quiet]\n",
                  argv[0]);
       return 2;

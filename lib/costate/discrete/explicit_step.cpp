@@ -112,24 +112,32 @@ double mean_square(const double* x, const double* y0, const double* y1, double r
 }
 }  // namespace
 
-double ExplicitStep::error(double rtol, const double* atol) const {
-  std::vector<double> e(static_cast<std::size_t>(size_)), low;
-  combine(scheme_.error, e.data());
-  if (!scheme_.error_low.empty()) {
-    low.resize(e.size());
-    combine(scheme_.error_low, low.data());
-  }
-  const auto measure = [&](int from, int count) {
-    const auto square = [&](const std::vector<double>& x) {
-      return mean_square(x.data() + from, start() + from, end() + from, rtol, atol + from, count);
-    };
-    const double high = square(e);
-    if (low.empty()) return std::sqrt(high);
-    const double both = high + 0.01 * square(low);
-    return both > 0 ? high / std::sqrt(both) : 0;
+double ExplicitStep::error_of(int from, int count, double rtol, const double* atol) const {
+  std::vector<double> e(static_cast<std::size_t>(size_));
+  const auto square = [&](const std::vector<double>& weights) {
+    combine(weights, e.data());
+    return mean_square(e.data() + from, start() + from, end() + from, rtol, atol + from, count);
   };
-  const double of_state = measure(0, unknowns_);
-  return has_cost_ ? std::max(of_state, measure(unknowns_, 1)) : of_state;
+  const double high = square(scheme_.error);
+  if (scheme_.error_low.empty()) return std::sqrt(high);
+  const double both = high + 0.01 * square(scheme_.error_low);
+  return both > 0 ? high / std::sqrt(both) : 0;
+}
+
+double ExplicitStep::error(double rtol, const double* atol) const {
+  const double of_state = error_of(0, unknowns_, rtol, atol);
+  return has_cost_ ? std::max(of_state, error_of(unknowns_, 1, rtol, atol)) : of_state;
+}
+
+double ExplicitStep::rate_error(double rtol, const double* atol) const {
+  const auto part = [&](int from, int count) {
+    double moved = 0;  // over the step, in tolerances
+    for (const int i : {0, scheme_.stages})
+      moved = std::max(
+          moved, h_ * std::sqrt(mean_square(rate(i) + from, start() + from, end() + from, rtol, atol + from, count)));
+    return moved > 1 ? error_of(from, count, rtol, atol) / moved : 0;
+  };
+  return has_cost_ ? std::max(part(0, unknowns_), part(unknowns_, 1)) : part(0, unknowns_);
 }
 
 double ExplicitStep::stiffness() const {

@@ -44,6 +44,9 @@ class ExplicitStep {
   const double* rate(int i) const { return k_.data() + static_cast<std::ptrdiff_t>(i) * size_; }
   /// Of the step, in tolerances: root mean square over the system's unknowns, and psi's own where that is larger.
   double error(double rtol, const double* atol) const;
+  /// The part of the rates that the step gets wrong by its error estimate: what its derivative is off by where a force
+  /// bends within it, however short it is. 0 where next to nothing moves.
+  double rate_error(double rtol, const double* atol) const;
   /// |h lambda| of the fastest decay that the last two stages have seen.
   double stiffness() const;
   /// A first step from (t, y), which has been begun, for a run of `span`.
@@ -56,6 +59,8 @@ class ExplicitStep {
   long evaluations() const { return evaluations_; }
 
  private:
+  /// By root mean square over some entries, in tolerances.
+  double error_of(int from, int count, double rtol, const double* atol) const;
   double* stage(int i) { return y_.data() + static_cast<std::ptrdiff_t>(i) * size_; }
   double* rate(int i) { return k_.data() + static_cast<std::ptrdiff_t>(i) * size_; }
   void form_stage(int i, double h, int entries);

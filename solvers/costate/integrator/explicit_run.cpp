@@ -21,6 +21,8 @@ namespace costate {
 namespace {
 // Of the step that the estimate allows, the part that is taken; and by how much one step may differ from the next.
 constexpr double kSafety = 0.9, kLeast = 0.2, kMost = 6;
+// Of rates, in rtol: what a step may get wrong of them where the run is differentiated and forces bend.
+constexpr double kBend = 10;
 // A trial step without numbers, or without a solution, is shortened to this.
 constexpr double kShortened = 0.25;
 // A mechanism that changes its segment this often without getting on is stuck.
@@ -131,7 +133,9 @@ void ExplicitRun::find_step(double h, double limit) {
     double factor = kShortened;
     try {
       step_->attempt(h, to_the_limit ? limit : end_time_ + h);
-      const double error = step_->error(options_.rtol, atol_.data());
+      double error = step_->error(options_.rtol, atol_.data());
+      if (resolve_bends_)
+        error = std::max(error, step_->rate_error(options_.rtol, atol_.data()) / (kBend * options_.rtol));
       if (std::isfinite(error)) {
         factor = error > 0 ? kSafety * std::pow(error, -1 / order) : kMost;
         if (error <= 1) {

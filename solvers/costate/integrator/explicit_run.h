@@ -34,6 +34,8 @@ class ExplicitRun {
     tape_ = tape;
     tape->keep_records_of(*step_);
   }
+  /// Before the first step: forces that bend are passed by steps so short that the derivative of the run is right, too.
+  void resolve_bends() { resolve_bends_ = true; }
   /// Told of each step with its stages, and of each jump, before the state goes on.
   struct Follower {
     std::function<void(const ExplicitStages& stages)> step;
@@ -88,6 +90,7 @@ class ExplicitRun {
   double h_ = 0;                                       // the next step's length
   bool pending_step_ = false;                          // step_ holds a step that has been taken
   bool ended_ = false;                                 // the segment
+  bool resolve_bends_ = false;
   std::string last_step_error_;
   std::optional<NotFinite> not_finite_;
   PaceWatch pace_;

@@ -6,6 +6,7 @@
 
 #include "costate/analysis/start.h"
 #include "costate/base/notice.h"
+#include "costate/formulation/law_joins.h"
 #include "costate/integrator/explicit_run.h"
 #include "costate/integrator/integrators.h"
 #include "costate/sensitivity/integrator_gradient.h"
@@ -37,6 +38,11 @@ void tell_touches(const ExplicitRun& run) {
         "off by some percent there. Take another method (idas-adjoint, cvodes-adjoint, hand-adjoint), or bound the "
         "steps (run.max_step_s).",
         cuts, cuts == 1 ? "touch was" : "touches were", cuts == 1 ? "it" : "them"));
+}
+
+void resolve_bends(ExplicitRun& run, const OdeSystem& system) {
+  const Assembly& assembly = system.assembly();
+  if (may_bend(assembly.mechanism(), assembly.numbers())) run.resolve_bends();
 }
 
 double running_and_terminal(OdeSystem& system, const ExplicitRun& run, double t) {
@@ -80,6 +86,7 @@ GradientResult adjoint_once(OdeSystem& system, const Problem& problem, const std
   system.set_parameters(rho.data());
   const SolverOptions& o = problem.solver;
   ExplicitRun run(system, o, problem.monitor, StartDerivative::adjoint);
+  resolve_bends(run, system);
   ExplicitTape tape(system, run.scheme(), o.memory_budget_MB * 1e6, o.checkpoint_steps);
   run.record(&tape);
   RunWatch watch(problem, rho, system);
@@ -139,6 +146,7 @@ GradientResult explicit_tangent(const Problem& problem, const std::vector<double
   system.set_parameters(rho.data());
   const SolverOptions& o = own.solver;
   ExplicitRun run(system, o, own.monitor, StartDerivative::columns);
+  resolve_bends(run, system);
   RunWatch watch(own, rho, system);
   watch.begin(o.t_start, run.y());
   run.watch(watch.sink());

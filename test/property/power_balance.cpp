@@ -79,31 +79,6 @@ w = 2
 given = ["P.y"]
 )toml",
      {"wind.power"}},
-    {"actuators along a line and about angles",
-     kPendulum + R"toml([body.disc]
-x_m = 1.5
-y_m = 0.2
-angle_rad = 0.3
-mass_kg = 1
-inertia_kg_m2 = 0.1
-[actuator.ram]
-from = "W"
-to = "P"
-time_constant_s = 0.1
-initial_force_N = 5
-command_N = { kind = "sine", mean = 10, amplitude = 4, angular_frequency_rad_per_s = 6 }
-[actuator.motor]
-angle = "swing"
-time_constant_s = 0.05
-command_N_m = 2
-[actuator.clutch]
-angles = ["swing", "disc"]
-time_constant_s = 0.2
-command_N_m = 0.5
-[start]
-given = ["P.y", "disc.x", "disc.y", "disc.angle"]
-)toml",
-     {"ram.power", "motor.power", "clutch.power"}},
     {"a torque, and one that is a formula",
      R"toml([body.wheel]
 x_m = 0
@@ -181,6 +156,31 @@ length_m = { kind = "sine", mean = 1.6278820596099706, amplitude = 0.1, angular_
 given = []
 )toml",
      {"ram.power"}},
+    {"actuators along a line and about angles",
+     kPendulum + R"toml([body.disc]
+x_m = 1.5
+y_m = 0.2
+angle_rad = 0.3
+mass_kg = 1
+inertia_kg_m2 = 0.1
+[actuator.ram]
+from = "W"
+to = "P"
+time_constant_s = 0.1
+initial_force_N = 5
+command_N = { kind = "sine", mean = 10, amplitude = 4, angular_frequency_rad_per_s = 6 }
+[actuator.motor]
+angle = "swing"
+time_constant_s = 0.05
+command_N_m = 2
+[actuator.clutch]
+angles = ["swing", "disc"]
+time_constant_s = 0.2
+command_N_m = 0.5
+[start]
+given = ["P.y", "disc.x", "disc.y", "disc.angle"]
+)toml",
+     {"ram.power", "motor.power", "clutch.power"}},
 };
 
 Problem balance(const Powered& c, double t_end) {

@@ -92,6 +92,20 @@ inline std::vector<std::string> all_between(const std::string& text, const std::
   return found;
 }
 
+/// What a page would take from elsewhere; none for pages that need nothing. Addresses may be the names of the two
+/// vocabularies; programs stand in the page itself and fetch nothing.
+inline std::vector<std::string> foreign_references(const std::string& page) {
+  std::vector<std::string> found;
+  for (const char* never :
+       {"src=", "href=", "url(http", "@import", "<link", "<iframe", "import(", "fetch(", "XMLHttpRequest", "https:"})
+    if (page.find(never) != std::string::npos) found.emplace_back(never);
+  for (const auto& address : all_between(page, "http://", "\""))
+    if (address != "www.w3.org/2000/svg" && address != "www.w3.org/1999/xhtml" &&
+        address.rfind("www.w3.org/2000/svg';", 0) != 0)
+      found.push_back(address.substr(0, 60));
+  return found;
+}
+
 /// A curve of one of our plots in the plot's own units, read back from the picture alone: its ticks say what a pixel
 /// is.
 struct ReadCurve {

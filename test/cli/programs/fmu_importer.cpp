@@ -1,6 +1,7 @@
 // A small importer of FMUs, written from the text of FMI 3.0 and without anything of Costate's: unpacks the file, reads
 // its description, loads its library, and runs it both ways. What it finds is printed as JSON.
 //   fmu_importer FILE.fmu FOLDER STEPS [NAME=VALUE ...]
+// with STEPS of the method that it exchanges models with; 0: none, only co-simulation.
 #include <dlfcn.h>
 
 #include <cmath>
@@ -119,7 +120,7 @@ class Importer {
     Json j;
     j["version"] = library_.get<const char*()>("fmi3GetVersion")();
     j["exchange"] = !d_.exchange.empty();
-    if (!d_.exchange.empty()) {
+    if (!d_.exchange.empty() && steps > 0) {
       j["exchanged"] = named(exchanged(steps));
       j["exchanged_coarse"] = named(exchanged(steps / 2));
       j["states"] = d_.states.size();

@@ -54,15 +54,19 @@ AccurateRun run_accurately(Setup& setup, const CommonOptions& common, double acc
   return r;
 }
 
+Json pilots_json(const std::vector<AccuracyPilot>& pilots) {
+  Json list = Json::array();
+  for (const AccuracyPilot& p : pilots)
+    list.push_back({{"formulation", p.what.formulation},
+                    {"integrator", p.what.integrator},
+                    {"rtol", p.rtol},
+                    {"psi", p.why.empty() ? Json(p.psi) : Json()},
+                    {"processor_s", p.why.empty() ? Json(p.time_s) : Json()},
+                    {"status", p.why.empty() ? "ok" : p.why}});
+  return list;
+}
+
 Json accuracy_json(const AccurateRun& run, double accuracy) {
-  Json pilots = Json::array();
-  for (const AccuracyPilot& p : run.pilots)
-    pilots.push_back({{"formulation", p.what.formulation},
-                      {"integrator", p.what.integrator},
-                      {"rtol", p.rtol},
-                      {"psi", p.why.empty() ? Json(p.psi) : Json()},
-                      {"processor_s", p.why.empty() ? Json(p.time_s) : Json()},
-                      {"status", p.why.empty() ? "ok" : p.why}});
   return {{"asked", accuracy},
           {"met", run.met},
           {"estimated", run.relative},
@@ -71,7 +75,7 @@ Json accuracy_json(const AccurateRun& run, double accuracy) {
           {"rtol", run.problem.solver.rtol},
           {"compared_with_rtol", run.looser},
           {"runs", run.runs},
-          {"pilots", pilots}};
+          {"pilots", pilots_json(run.pilots)}};
 }
 
 std::string accuracy_text(const AccurateRun& run, double accuracy) {

@@ -21,6 +21,8 @@ struct AccuracyOption {
 AccurateRun run_accurately(Setup& setup, const CommonOptions& common, double accuracy, bool gradient,
                            const BeginRecording& begin = {});
 
+/// What was tried for a choice.
+Json pilots_json(const std::vector<AccuracyPilot>& pilots);
 /// The contract's object `accuracy`.
 Json accuracy_json(const AccurateRun& run, double accuracy);
 /// What was asked for, chosen and reached, in a line or two.

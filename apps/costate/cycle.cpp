@@ -5,8 +5,10 @@
 
 #include <chrono>
 
+#include "accuracy.h"
 #include "command.h"
 #include "costate/base/notice.h"
+#include "cycle_accuracy.h"
 #include "cycle_branch.h"
 #include "digits.h"
 #include "trajectory.h"
@@ -22,6 +24,7 @@ struct CycleFlags {
   std::optional<int> settle, count;
   bool no_estimate = false, no_derivatives = false;
   int max_points = 300;
+  AccuracyOption accuracy;
 
   /// What they say, written over the scene's [cycle].
   void add_to(std::vector<std::string>& overrides) const {
@@ -192,6 +195,10 @@ std::string cycle_text(const Setup& setup, const CommonOptions& common, const Cy
 int run(const CommonOptions& given, const CycleFlags& flags) {
   CommonOptions common = given;
   flags.add_to(common.overrides);
+  if (flags.accuracy.value && !flags.follow.empty())
+    throw Error("--accuracy is of one cycle: --continue follows them at rtol.");
+  if (flags.accuracy.value && flags.no_estimate)
+    throw Error("--accuracy needs the estimates that --no-estimate leaves out.");
   if (!flags.follow.empty()) return run_branch(common, continue_request(flags.follow), flags.max_points);
   Setup setup(common, Purpose::simulate);
   if (!setup.scene.cycle)
@@ -206,12 +213,26 @@ int run(const CommonOptions& given, const CycleFlags& flags) {
   options.estimate = !flags.no_estimate;
   options.derivatives = options.multiplier = !flags.no_derivatives;
   const auto begin = std::chrono::steady_clock::now();
-  const CycleResult r =
-      setup.located([&] { return find_cycle(setup.problem, *setup.scene.cycle, setup.rho, options); });
+  const auto accuracy = flags.no_estimate ? std::nullopt : flags.accuracy.asked(setup, common);
+  std::optional<AccurateCycle> accurate;
+  const CycleResult r = setup.located([&] {
+    if (!accuracy) return find_cycle(setup.problem, *setup.scene.cycle, setup.rho, options);
+    accurate = find_accurate_cycle(setup, common, *accuracy, options);
+    return accurate->result;
+  });
   const double wall = seconds_since(begin);
   progress.finish();
-  report(setup, common, cycle_json(setup, r, wall), cycle_text(setup, common, r, wall), "cycle.json");
-  return 0;
+  Json j = cycle_json(setup, r, wall);
+  std::string text = cycle_text(setup, common, r, wall);
+  if (accurate) {
+    j["accuracy"] = accurate->json;
+    text += fmt::format("  accuracy {:.1g} asked for, {} {:.1e} of the {}: {} on {}, rtol {:.1e}\n",
+                        accurate->json.at("asked").get<double>(), accurate->met ? "estimated" : "reached",
+                        accurate->relative, accurate->worst, setup.problem.formulation, r.integrator,
+                        setup.problem.solver.rtol);
+  }
+  report(setup, common, j, text, "cycle.json");
+  return accurate && !accurate->met ? kFailed : 0;
 }
 
 }  // namespace
@@ -235,6 +256,7 @@ const RegisterCommand cycle_command(
       c.option("--continue", flags->follow,
                "Follow the cycle along a parameter, NAME=FROM..TO: folds, flips and Neimark-Sacker points");
       c.option("--max-points", flags->max_points, "With --continue: cycles at most, in either direction (300)");
+      flags->accuracy.add_to(c);
       c.flag("--no-estimate", flags->no_estimate, "Without the search at a tenth of the tolerance that tells errors");
       c.flag("--no-derivatives", flags->no_derivatives, "Without derivatives with respect to the parameters");
       c.runs([&common, flags] { return run(common, *flags); });

@@ -9,6 +9,7 @@
 
 #include "costate/base/notice.h"
 #include "costate/record/interrupt.h"
+#include "stress_families.h"
 #include "stress_page.h"
 #include "stress_variants.h"
 #include "trajectory.h"
@@ -23,8 +24,12 @@ struct StressOptions {
 };
 
 const std::vector<std::string>& known_axes() {
-  static const std::vector<std::string> axes = {"tolerance",   "step",      "penalty weight", "stabilization",
-                                                "start speed", "long time", "units",          "bounds"};
+  static const std::vector<std::string> axes = [] {
+    std::vector<std::string> r = {"tolerance", "step",   "penalty weight", "stabilization", "start speed", "long time",
+                                  "units",     "bounds", "mass ratio",     "stiffness",     "spin"};
+    r.insert(r.end(), family_axes().begin(), family_axes().end());
+    return r;
+  }();
   return axes;
 }
 
@@ -61,15 +66,23 @@ class Stress {
       if (std::find(known_axes().begin(), known_axes().end(), a) == known_axes().end())
         throw Error(fmt::format("--axes: There is no axis '{}'.{} Known are: {}.", a, suggestion(a, known_axes()),
                                 fmt::join(known_axes(), ", ")));
-    const std::vector<std::string> scenes = options_.scenes.empty() ? shipped_scenes() : options_.scenes;
+    std::vector<std::string> scenes = options_.scenes.empty() ? shipped_scenes() : options_.scenes;
+    // Families of scenes are run where none is named, or by the names of their axes.
+    std::vector<std::string> families;
+    for (const auto& axis : family_axes())
+      if (options_.axes.empty() ? options_.scenes.empty() : asked(axis.c_str())) families.push_back(axis);
+    if (!options_.axes.empty() && families.size() == options_.axes.size()) scenes.clear();
+    const std::size_t all = scenes.size() + families.size();
     const std::filesystem::path directory = common_.output.empty() ? "results/stress" : common_.output;
     if (!common_.no_files) require_writable(directory);
     int interruption = 0;
     try {
       for (std::size_t i = 0; i < scenes.size(); ++i) {
         const double left = options_.budget_s - spent_s();
-        one(scenes[i], std::max(0.5, left / static_cast<double>(scenes.size() - i)));
+        one(scenes[i], std::max(0.5, left / static_cast<double>(all - i)));
       }
+      for (std::size_t i = 0; i < families.size(); ++i)
+        family(families[i], std::max(0.5, (options_.budget_s - spent_s()) / static_cast<double>(families.size() - i)));
     } catch (const Interrupted& e) {
       interruption = e.signal_number();
       summary_.note = std::string(e.what()) + " What had been run until then stands.";
@@ -180,38 +193,32 @@ class Stress {
                 const std::function<bool()>& time_left, double share_s) {
     const auto judge = [&](const std::string& axis, const std::string& value, const std::vector<std::string>& overrides,
                            const std::function<void(Setup&)>& change) {
-      if (!time_left()) return;
-      StressEntry none;
-      none.axis = axis;
-      none.value = value;
-      none.what = {setup.problem.formulation, setup.problem.solver.integrator};
-      try {
-        Setup other(with(file, overrides), Purpose::compare);
-        if (change) change(other);
-        other.problem.monitor = setup.problem.monitor;
-        StressCase own(other.problem, other.rho, outputs, 0.03 * share_s, time_left);
-        own.find_reference(0.05 * share_s);
-        own.every_combination(s.entries, axis, value);
-        return;
-      } catch (const Cut& e) {
-        none.verdict = StressVerdict::cut;
-        none.why = e.what();
-      } catch (const Error& e) {
-        none.verdict = StressVerdict::refused;
-        none.why = e.what();
-      }
-      s.entries.push_back(none);
+      if (time_left()) variant(s, with(file, overrides), axis, value, outputs, change, 0.05 * share_s, time_left);
+    };
+    const auto changed = [&](const char* axis, const std::string& value, const std::vector<std::string>& overrides) {
+      if (asked(axis) && !overrides.empty()) judge(axis, value, overrides, {});
     };
     if (asked("start speed"))
       for (const double factor : {1e-6, 1e2}) {
         const auto overrides = faster(setup.scene, factor);
         if (!overrides.empty()) judge("start speed", fmt::format("{:g} times", factor), overrides, {});
       }
-    if (asked("long time"))
-      judge("long time", "10 times the end time", {}, [](Setup& o) {
+    if (asked("long time")) {
+      judge("long time", kOneTime, {}, {});
+      judge("long time", kTenTimes, {}, [](Setup& o) {
         SolverOptions& solver = o.problem.solver;
         solver.t_end = solver.t_start + 10 * (solver.t_end - solver.t_start);
       });
+      if (const std::string drift = drift_exponents(s.entries); !drift.empty())
+        s.notes.push_back("Drift grows with the time to the power of: " + drift + ".");
+    }
+    for (const double factor : {1e3, 1e6, 1e-6})
+      changed("stiffness", fmt::format("springs {:g} times as stiff", factor), stiffer(setup.scene, factor, false));
+    for (const double factor : {1e2, 1e4})
+      changed("stiffness", fmt::format("contacts {:g} times as stiff", factor), stiffer(setup.scene, factor, true));
+    for (const double factor : {1e3, 1e6, 1e12, 1e-3, 1e-6, 1e-12, 0.0})
+      changed("mass ratio", fmt::format("the last mass {:g} times as heavy", factor), heavier(setup.scene, factor));
+    for (const double rate : {1e4, 1e-6}) changed("spin", fmt::format("{:g} rad/s", rate), spinning(setup.scene, rate));
     if (asked("bounds"))
       for (const bool upper : {false, true}) {
         std::size_t bounded = 0;
@@ -227,6 +234,53 @@ class Stress {
                 }
               });
       }
+  }
+
+  /// A motion of its own, with its own reference, by every combination.
+  void variant(StressedScene& s, const CommonOptions& given, const std::string& axis, const std::string& value,
+               const std::vector<std::string>& outputs, const std::function<void(Setup&)>& change, double seconds,
+               const std::function<bool()>& time_left) {
+    StressEntry none;
+    none.axis = axis;
+    none.value = value;
+    try {
+      Setup other(given, Purpose::compare);
+      none.what = {other.problem.formulation, other.problem.solver.integrator};
+      if (change) change(other);
+      other.problem.monitor = monitor(progress_, other.problem.solver.t_end);
+      StressCase own(other.problem, other.rho, outputs, 0.6 * seconds, time_left);
+      own.find_reference(seconds);
+      own.every_combination(s.entries, axis, value);
+      return;
+    } catch (const Cut& e) {
+      none.verdict = StressVerdict::cut;
+      none.why = e.what();
+    } catch (const Error& e) {
+      none.verdict = StressVerdict::refused;
+      none.why = e.what();
+    }
+    s.entries.push_back(none);
+  }
+
+  /// Scenes made for an axis, the mildest first.
+  void family(const std::string& axis, double share_s) {
+    const auto begin = std::chrono::steady_clock::now();
+    StressedScene& s = summary_.scenes.emplace_back();
+    s.file = s.title = axis;
+    const std::vector<StressFamily> members = family_of(axis);
+    for (std::size_t i = 0; i < members.size(); ++i) {
+      const double until = share_s * static_cast<double>(i + 1) / static_cast<double>(members.size());
+      CommonOptions o = with(members[i].value, {});
+      const Scene scene = Scene::parse(members[i].text, members[i].value);
+      o.ready = std::make_shared<const Scene>(scene);
+      o.overrides.clear();
+      progress_.start(scene.run.t_start_s);
+      variant(s, o, axis, members[i].value, scene.run.outputs, {}, 0.3 * until,
+              [=] { return seconds_since(begin) < until; });
+    }
+    take_notices();
+    s.wall_s = seconds_since(begin);
+    progress_.line(fmt::format("  {}: {}", axis, s.counts()));
   }
 
   const CommonOptions& common_;

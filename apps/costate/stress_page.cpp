@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "costate/record/atomic_file.h"
 #include "html_page.h"
@@ -64,6 +65,7 @@ Json entry_json(const StressEntry& e) {
   j["error"] = e.measure.empty() ? Json(nullptr) : Json(e.error);
   j["allowed"] = e.allowed;
   j["measure"] = e.measure.empty() ? Json(nullptr) : Json(e.measure);
+  if (e.drift > 0) j["drift"] = e.drift;
   if (!e.why.empty()) j["why"] = e.why;
   return j;
 }
@@ -142,6 +144,18 @@ std::size_t StressSummary::count(StressVerdict verdict) const {
   std::size_t n = 0;
   for (const StressedScene& s : scenes) n += s.count(verdict);
   return n;
+}
+
+std::string drift_exponents(const std::vector<StressEntry>& entries) {
+  std::string text;
+  for (const StressEntry& once : entries)
+    for (const StressEntry& ten : entries)
+      if (once.axis == "long time" && ten.axis == once.axis && once.value == kOneTime && ten.value == kTenTimes &&
+          once.what.name() == ten.what.name() && once.drift > 0 && ten.drift > 0 && !once.measure.empty() &&
+          !ten.measure.empty())
+        text += fmt::format("{}{} {:.1f} (to {:.0e})", text.empty() ? "" : ", ", once.what.name(),
+                            std::log10(ten.drift / once.drift), ten.drift);
+  return text;
 }
 
 void finish_stress(const StressSummary& summary, const CommonOptions& common, const std::filesystem::path& directory,

@@ -10,6 +10,10 @@
 
 namespace costate::app {
 
+/// Values of the axis "long time".
+inline constexpr const char* kOneTime = "the end time";
+inline constexpr const char* kTenTimes = "10 times the end time";
+
 struct StressedScene {
   std::string file, title;
   TradeReference reference;
@@ -29,6 +33,10 @@ struct StressSummary {
   double wall_s = 0;
   std::size_t count(StressVerdict verdict) const;
 };
+
+/// How the drift of each combination grows with the time of the run, from entries of the axis "long time" over one and
+/// ten times the end time: a sentence each where it does, "baumgarte on idas 0.0".
+std::string drift_exponents(const std::vector<StressEntry>& entries);
 
 /// Writes stress.html and stress.json, and prints.
 void finish_stress(const StressSummary& summary, const CommonOptions& common, const std::filesystem::path& directory,

@@ -103,4 +103,48 @@ std::vector<std::string> faster(const Scene& scene, double factor) {
   return overrides;
 }
 
+namespace {
+
+template <class Of, class To>
+std::vector<std::string> changed(const Scene& scene, const Of& of, const To& to) {
+  std::vector<std::string> overrides;
+  for (const Number& n : scene.mechanism()->numbers())
+    if (n.value != 0 && !begins(n.path, "cost.") && of(n.path, key_of(n.path)))
+      overrides.push_back(fmt::format("{}={}", n.path, to(n.value)));
+  return overrides;
+}
+
+}  // namespace
+
+std::vector<std::string> stiffer(const Scene& scene, double factor, bool contacts) {
+  return changed(
+      scene,
+      [&](const std::string& path, const std::string& key) {
+        return begins(key, "stiffness") && begins(path, "contact") == contacts;
+      },
+      [&](double x) { return factor * x; });
+}
+
+std::vector<std::string> heavier(const Scene& scene, double factor) {
+  std::string owner;
+  for (const Number& n : scene.mechanism()->numbers())
+    if (n.value != 0 && key_of(n.path) == "mass_kg") owner = n.path.substr(0, n.path.rfind('.') + 1);
+  if (owner.empty()) return {};
+  return changed(
+      scene,
+      [&](const std::string& path, const std::string& key) {
+        return begins(path, owner.c_str()) && (key == "mass_kg" || begins(key, "inertia"));
+      },
+      [&](double x) { return factor * x; });
+}
+
+std::vector<std::string> spinning(const Scene& scene, double rate) {
+  const auto angular = [](const std::string& key) {
+    return key.find("angular_velocity") != std::string::npos || key == "spin_rad_per_s" || begins(key, "omega_");
+  };
+  return changed(
+      scene, [&](const std::string&, const std::string& key) { return angular(key); },
+      [&](double x) { return std::copysign(rate, x); });
+}
+
 }  // namespace costate::app

@@ -23,4 +23,12 @@ RescaledScene rescaled(const Scene& scene, double factor);
 /// PATH=VALUE with all given velocities `factor` times as large; empty where all are zero.
 std::vector<std::string> faster(const Scene& scene, double factor);
 
+/// PATH=VALUE with all stiffnesses of springs (of contacts) `factor` times as large.
+std::vector<std::string> stiffer(const Scene& scene, double factor, bool contacts);
+/// The last mass of the scene, with the moments of inertia of its body, `factor` times as large.
+std::vector<std::string> heavier(const Scene& scene, double factor);
+/// Angular velocities at the start (given ones and spins of rotors) as fast as this [rad/s], in their sense; empty
+/// where all are zero.
+std::vector<std::string> spinning(const Scene& scene, double rate);
+
 }  // namespace costate::app

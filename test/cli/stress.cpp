@@ -105,6 +105,39 @@ TEST_CASE("stress: every extreme ends in a verdict, with its cause") {
                        Contains("penalty weight"));
 }
 
+TEST_CASE("stress: masses, stiffnesses and spins of a scene, drift over its time") {
+  const WorkingDirectory here;
+  write_text(here / "swing.toml", kSwing);
+  const Json j = costate_json(
+      {"stress", "swing.toml", "--budget", "60", "--no-files", "--axes", "mass ratio,stiffness,spin,long time"},
+      here.path());
+  CHECK(j.at("counts").at("wrong") == 0);
+  const Json& scene = j.at("scenes").at(0);
+  std::set<std::string> axes;
+  for (const Json& e : scene.at("entries")) axes.insert(e.at("axis").get<std::string>());
+  CHECK(axes == std::set<std::string>{"mass ratio", "stiffness", "long time"});  // nothing in it spins
+  // index 1 does not hold its constraints: its drift is told as a power of time.
+  CHECK_THAT(scene.at("notes").dump(), Contains("Drift grows") && Contains("index1 on idas"));
+}
+
+TEST_CASE("stress: families of its own") {
+  const WorkingDirectory here;
+  const Json j =
+      costate_json({"stress", "--budget", "60", "--no-files", "--axes", "redundant rows,stiffness ratio"}, here.path());
+  CHECK(j.at("counts").at("wrong") == 0);
+  REQUIRE(j.at("scenes").size() == 2);
+  for (const Json& e : j.at("scenes").at(1).at("entries")) {
+    INFO(e.dump());
+    const std::string value = e.at("value").get<std::string>();
+    // A crank in line is redundant and carried by those that can; one that is off locks, and is refused by name.
+    if (value == "a third crank off by 0 m") CHECK(e.at("verdict") == "held");
+    if (value == "a third crank off by 0.001 m") {
+      CHECK(e.at("verdict") == "refused");
+      CHECK_THAT(e.at("why").get<std::string>(), Contains("independent constraint rows"));
+    }
+  }
+}
+
 TEST_CASE("stress: a scene that cannot be rewritten in other units is not; one that cannot run is told") {
   const WorkingDirectory here;
   std::string law = kSwing;

@@ -18,6 +18,8 @@ namespace {
 constexpr double kPart = 0.25;
 // One that has taken so many times what the best one took to the same time is given up, but not before so long.
 constexpr double kBehind = 1.3, kShortest_s = 2e-3;
+// What each has before another one's turn.
+constexpr double kSlice_s = 0.02;
 // At so tight a tolerance a failure is not due to it.
 constexpr double kTightPilot = 1e-9, kLoosestPilot = 0.03;
 
@@ -37,6 +39,10 @@ PilotRace::PilotRace(const Problem& problem, const std::vector<double>& rho, boo
     if (outer) outer(t, steps, backward);
     const double spent = weight_ * (processor_time_s() - began_);
     if (mine_.points.empty() || t > mine_.points.back().first) mine_.points.emplace_back(t, spent);
+    if (slice_ > 0 && spent > weight_ * slice_) {
+      sliced_ = true;
+      throw Cut(fmt::format("at t = {:.4g} s after {:.2g} s, when another one had ended", t, slice_));
+    }
     if (!best_.points.empty() && spent > std::max(kBehind * best_.at(t), kShortest_s))
       throw Cut(fmt::format("at t = {:.4g} s, {:.2g} times behind the best", t, spent / best_.at(t)));
   };
@@ -87,7 +93,7 @@ AccuracyPilot PilotRace::one(const Combination& c, double rtol) {
   try {
     p.psi = simulate(problem, rho_).psi;
   } catch (const Cut& e) {
-    if (best_.points.empty()) throw;  // the caller's
+    if (best_.points.empty() && !sliced_) throw;  // the caller's
     p.why = std::string("given up ") + e.what();
   } catch (const CapabilityError& e) {
     p.why = e.what();
@@ -107,17 +113,40 @@ AccuracyPilot PilotRace::one(const Combination& c, double rtol) {
   return p;
 }
 
+/// Until one has ended each has a slice of time, then four times as much: none that hardly gets on keeps the others
+/// waiting.
+void PilotRace::heat(std::vector<Combination> waiting, double rtol, std::vector<AccuracyPilot>& ended) {
+  for (double slice = kSlice_s; !waiting.empty() && ended.empty(); slice *= 4) {
+    std::vector<Combination> again;
+    std::vector<AccuracyPilot> slow;
+    for (const Combination& c : waiting) {
+      slice_ = ended.empty() ? slice : 0;
+      sliced_ = false;
+      const AccuracyPilot p = one(c, rtol);
+      if (sliced_) {
+        again.push_back(c);
+        slow.push_back(p);
+        continue;
+      }
+      pilots_.push_back(p);
+      if (p.why.empty()) ended.push_back(p);
+    }
+    if (!ended.empty()) pilots_.insert(pilots_.end(), slow.begin(), slow.end());
+    waiting = again;
+  }
+  slice_ = 0;
+}
+
 std::vector<AccuracyPilot> PilotRace::run(double rtol) {
   std::vector<AccuracyPilot> ended;
   for (; ended.empty(); rtol /= 100) {
     bool any = false;
-    for (const bool preferred : {true, false})
-      for (const Combination& c : candidates(preferred)) {
-        if (!preferred && !ended.empty()) break;
-        any = true;
-        pilots_.push_back(one(c, rtol));
-        if (pilots_.back().why.empty()) ended.push_back(pilots_.back());
-      }
+    for (const bool preferred : {true, false}) {
+      if (!ended.empty()) break;
+      const std::vector<Combination> all = candidates(preferred);
+      any = any || !all.empty();
+      heat(all, rtol, ended);
+    }
     const auto faster = [](const auto& a, const auto& b) { return a.cost_s < b.cost_s; };
     std::stable_sort(ended.begin(), ended.end(), faster);
     if (!any)

@@ -49,6 +49,7 @@ class PilotRace {
   };
   std::vector<Combination> candidates(bool preferred) const;
   bool may(const Formulation& f, const Integrator& i) const;
+  void heat(std::vector<Combination> waiting, double rtol, std::vector<AccuracyPilot>& ended);
   AccuracyPilot one(const Combination& c, double rtol);
 
   Problem problem_;
@@ -58,6 +59,8 @@ class PilotRace {
   Pace best_, mine_;
   Schemes schemes_;
   double began_ = 0, weight_ = 1;
+  double slice_ = 0;  // s; 0: without an end
+  bool sliced_ = false;
   std::vector<AccuracyPilot> pilots_;
   std::exception_ptr failure_;
 };

@@ -123,6 +123,7 @@ StressEntry StressCase::run(const TradeProbe& probe, const Combination& c, doubl
   };
   try {
     TradeValues v = probe.run(c, rtol, step_s);
+    if (v.motion) e.drift = v.motion->position_drift;
     if (back) back(v);
     const std::vector<std::string> said = take_notices();
     TradeRow row;

@@ -20,6 +20,7 @@ struct StressEntry {
   StressVerdict verdict = StressVerdict::held;
   double error = 0, allowed = 0;  // the worst measure against what it may be off by, both relative
   std::string measure;            // "psi", or the output that is farthest off
+  double drift = 0;               // largest |Phi| of a row along the motion [SI]
   std::string why;                // refused, cut, unjudged: the cause; warned: what it said
 };
 

@@ -1,0 +1,44 @@
+// costate cycle --accuracy: a cycle known as well as it was asked for.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "process.h"
+#include "support/paths.h"
+
+using Catch::Contains;
+using costate::test::costate_json;
+using costate::test::run_costate;
+using costate::test::WorkingDirectory;
+using Json = nlohmann::json;
+
+TEST_CASE("cycle --accuracy: what is asked for is met") {
+  const WorkingDirectory here;
+  for (const std::string scene : {"cycles/forced_pendulum.toml", "cycles/rayleigh.toml"}) {
+    const std::string file = std::string(COSTATE_SOURCE_DIR "/models/") + scene;
+    const Json right = costate_json({"cycle", file, "--no-files", "--rtol", "1e-12", "--no-derivatives"}, here.path());
+    for (const std::string asked : {"1e-3", "1e-6"}) {
+      CAPTURE(scene, asked);
+      const Json run = costate_json({"cycle", file, "--no-files", "--accuracy", asked}, here.path());
+      const double a = std::stod(asked);
+      CHECK(run["accuracy"]["met"] == true);
+      CHECK(run["accuracy"]["estimated"].get<double>() <= a);
+      CHECK(run["accuracy"]["rtol"] == run["rtol"]);
+      CHECK(!run["accuracy"]["pilots"].empty());
+      CHECK(std::abs(run["period_s"].get<double>() - right["period_s"].get<double>()) <=
+            a * right["period_s"].get<double>());
+      double size = 0, error = 0;
+      for (const auto& [name, value] : right["section_coordinates"].items()) {
+        size = std::max(size, std::abs(value.get<double>()));
+        error = std::max(error, std::abs(run["section_coordinates"][name].get<double>() - value.get<double>()));
+      }
+      // Each counts against the largest of its unit; both have lengths or angles and their rates of one size.
+      CHECK(error <= 5 * a * size);
+    }
+  }
+  const std::string pendulum = COSTATE_SOURCE_DIR "/models/cycles/forced_pendulum.toml";
+  const auto refused =
+      run_costate({"cycle", pendulum, "--no-files", "--accuracy", "1e-4", "--no-estimate"}, here.path());
+  CHECK(refused.status != 0);
+  CHECK_THAT(refused.err, Contains("--no-estimate"));
+}

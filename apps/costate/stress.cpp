@@ -66,12 +66,15 @@ class Stress {
       if (std::find(known_axes().begin(), known_axes().end(), a) == known_axes().end())
         throw Error(fmt::format("--axes: There is no axis '{}'.{} Known are: {}.", a, suggestion(a, known_axes()),
                                 fmt::join(known_axes(), ", ")));
-    std::vector<std::string> scenes = options_.scenes.empty() ? shipped_scenes() : options_.scenes;
     // Families of scenes are run where none is named, or by the names of their axes.
     std::vector<std::string> families;
     for (const auto& axis : family_axes())
       if (options_.axes.empty() ? options_.scenes.empty() : asked(axis.c_str())) families.push_back(axis);
-    if (!options_.axes.empty() && families.size() == options_.axes.size()) scenes.clear();
+    std::vector<std::string> scenes = options_.scenes;
+    if (!options_.axes.empty() && families.size() == options_.axes.size())
+      scenes.clear();
+    else if (scenes.empty())
+      scenes = shipped_scenes();
     const std::size_t all = scenes.size() + families.size();
     const std::filesystem::path directory = common_.output.empty() ? "results/stress" : common_.output;
     if (!common_.no_files) require_writable(directory);
@@ -250,8 +253,11 @@ class Stress {
       other.problem.monitor = monitor(progress_, other.problem.solver.t_end);
       StressCase own(other.problem, other.rho, outputs, 0.6 * seconds, time_left);
       own.find_reference(seconds);
+      const std::size_t before = s.entries.size();
       own.every_combination(s.entries, axis, value);
-      return;
+      if (s.entries.size() > before) return;
+      none.verdict = StressVerdict::cut;
+      none.why = "the budget of time was spent before";
     } catch (const Cut& e) {
       none.verdict = StressVerdict::cut;
       none.why = e.what();
@@ -269,13 +275,14 @@ class Stress {
     s.file = s.title = axis;
     const std::vector<StressFamily> members = family_of(axis);
     for (std::size_t i = 0; i < members.size(); ++i) {
-      const double until = share_s * static_cast<double>(i + 1) / static_cast<double>(members.size());
+      const double now = seconds_since(begin), left = std::max(0.0, share_s - now);
+      const double until = now + left / static_cast<double>(members.size() - i);
       CommonOptions o = with(members[i].value, {});
       const Scene scene = Scene::parse(members[i].text, members[i].value);
       o.ready = std::make_shared<const Scene>(scene);
       o.overrides.clear();
       progress_.start(scene.run.t_start_s);
-      variant(s, o, axis, members[i].value, scene.run.outputs, {}, 0.3 * until,
+      variant(s, o, axis, members[i].value, scene.run.outputs, {}, 0.3 * (until - now),
               [=] { return seconds_since(begin) < until; });
     }
     take_notices();

@@ -25,7 +25,7 @@ namespace {
 constexpr int kSamples = 60;
 // At so tight a tolerance a failure is not due to it.
 constexpr double kGivenUp = 1e-9;
-constexpr double kOrder = 0.7;
+constexpr double kOrder = 0.5;
 // The first tolerance against the accuracy, of explicit schemes so much more, and the bounds of both.
 constexpr double kFirst = 0.02, kSchemes = 5, kLoosest = 2e-4, kTightest = 1e-13;
 // What a gradient of a scheme's steps takes against a simulation, as a part of what those of the others do.
@@ -34,7 +34,7 @@ constexpr double kSchemeGradient = 0.7;
 // the whole time, three and more for a gradient, and a margin of three.
 constexpr double kPatience = 40;
 // A tolerance is not chosen to just meet a request.
-constexpr double kAim = 0.5;
+constexpr double kAim = 0.4;
 // Tangents cost about 0.6 of a simulation for each parameter, an adjoint about 3.
 constexpr std::size_t kTangents = 3;
 // How far pilots may be from the result: errors up to so many tolerances are common along a motion.

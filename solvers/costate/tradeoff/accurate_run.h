@@ -3,7 +3,7 @@
 // show that the errors of psi, of the gradient and of the outputs along the motion are within the request.
 //
 // The estimate: with e = |R(10 r) - R(r)| and errors of the order r^p, the error of R(r) is about e / (10^p - 1). p is
-// near 1 for integrators whose tolerance bounds local errors; kOrder = 0.7 stays on the safe side of it.
+// near 1 for integrators whose tolerance bounds local errors; kOrder = 0.5 stays on the safe side of it.
 #pragma once
 
 #include <functional>

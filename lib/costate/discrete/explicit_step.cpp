@@ -129,15 +129,17 @@ double ExplicitStep::error(double rtol, const double* atol) const {
   return has_cost_ ? std::max(of_state, error_of(unknowns_, 1, rtol, atol)) : of_state;
 }
 
-double ExplicitStep::rate_error(double rtol, const double* atol) const {
-  const auto part = [&](int from, int count) {
-    double moved = 0;  // over the step, in tolerances
-    for (const int i : {0, scheme_.stages})
-      moved = std::max(
-          moved, h_ * std::sqrt(mean_square(rate(i) + from, start() + from, end() + from, rtol, atol + from, count)));
-    return moved > 1 ? error_of(from, count, rtol, atol) / moved : 0;
-  };
-  return has_cost_ ? std::max(part(0, unknowns_), part(unknowns_, 1)) : part(0, unknowns_);
+double ExplicitStep::rate_error(double rtol, const double* atol) {
+  double moved = 0;  // over the step, in tolerances
+  for (const int i : {0, scheme_.stages})
+    moved = std::max(moved, h_ * std::sqrt(mean_square(rate(i), start(), end(), rtol, atol, unknowns_)));
+  const double of_state = moved > 1 ? error_of(0, unknowns_, rtol, atol) / moved : 0;
+  if (!has_cost_) return of_state;
+  const int k = unknowns_;
+  fastest_cost_ = std::max({fastest_cost_, std::abs(rate(0)[k]), std::abs(rate(scheme_.stages)[k])});
+  if (fastest_cost_ == 0) return of_state;
+  const double tolerance = atol[k] + rtol * std::max(std::abs(start()[k]), std::abs(end()[k]));
+  return std::max(of_state, error_of(k, 1, rtol, atol) * tolerance / (h_ * fastest_cost_));
 }
 
 double ExplicitStep::stiffness() const {

@@ -45,8 +45,9 @@ class ExplicitStep {
   /// Of the step, in tolerances: root mean square over the system's unknowns, and psi's own where that is larger.
   double error(double rtol, const double* atol) const;
   /// The part of the rates that the step gets wrong by its error estimate: what its derivative is off by where a force
-  /// bends within it, however short it is. 0 where next to nothing moves.
-  double rate_error(double rtol, const double* atol) const;
+  /// bends within it, however short it is. 0 where next to nothing moves. psi's rate counts against its largest one in
+  /// the steps that were asked: shares of a gradient add up.
+  double rate_error(double rtol, const double* atol);
   /// |h lambda| of the fastest decay that the last two stages have seen.
   double stiffness() const;
   /// A first step from (t, y), which has been begun, for a run of `span`.
@@ -82,6 +83,7 @@ class ExplicitStep {
   double t_ = 0, h_ = 0, t_end_ = 0;
   bool dense_ready_ = false;
   std::vector<double> y_, k_, dense_;
+  double fastest_cost_ = 0;  // the largest rate of psi that rate_error() has seen
   long evaluations_ = 0;
 };
 

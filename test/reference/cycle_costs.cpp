@@ -139,7 +139,7 @@ TEST_CASE("cycle costs: the motion on a cycle", "[cycle][walker]") {
   p.formulation = "baumgarte";  // index 1 drifts by 1e-6 in this time
   p.solver.t_end = 12;
   const std::vector<double> rho = {0.008};
-  const auto [motion, values] = cycle_motion(p, rho);
+  const auto [motion, values] = shown_motion(p, rho);
   const Simulation run = simulate(motion, values);
   REQUIRE(run.events.size() >= 4);
   const double step = run.events[1].t - run.events[0].t;

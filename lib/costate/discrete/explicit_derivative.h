@@ -4,20 +4,10 @@
 
 #include <vector>
 
-#include "costate/discrete/explicit_scheme.h"
+#include "costate/discrete/explicit_step.h"
 #include "costate/formulation/stage_adjoint.h"
 
 namespace costate {
-
-/// The step as it was taken: stages Y_i, each of `stride` entries, the system's unknowns first.
-struct ExplicitStages {
-  double t = 0, h = 0, t_end = 0;
-  const double* y = nullptr;
-  std::ptrdiff_t stride = 0;
-  // What the system has kept of each stage (StageAdjoint), `record` numbers each, or null.
-  const double* records = nullptr;
-  std::size_t record = 0;
-};
 
 class ExplicitTangent {
  public:

@@ -9,6 +9,16 @@
 
 namespace costate {
 
+/// The step as it was taken: stages Y_i, each of `stride` entries, the system's unknowns first.
+struct ExplicitStages {
+  double t = 0, h = 0, t_end = 0;
+  const double* y = nullptr;
+  std::ptrdiff_t stride = 0;
+  // What the system has kept of each stage (StageAdjoint), `record` numbers each, or null.
+  const double* records = nullptr;
+  std::size_t record = 0;
+};
+
 class ExplicitStep {
  public:
   /// Writes f(t, y) into the first `unknowns` entries of k and, where `cost` says so, g behind them.
@@ -48,6 +58,10 @@ class ExplicitStep {
   /// bends within it, however short it is. 0 where next to nothing moves. psi's rate counts against its largest one in
   /// the steps that were asked: shares of a gradient add up.
   double rate_error(double rtol, const double* atol);
+  /// Its power of h, and y' at the step's beginning.
+  int error_order() const { return scheme_.order; }
+  const double* start_rates() const { return rate(0); }
+  ExplicitStages stages() const { return {t_, h_, t_end_, y_.data(), size_}; }
   /// |h lambda| of the fastest decay that the last two stages have seen.
   double stiffness() const;
   /// A first step from (t, y), which has been begun, for a run of `span`.
@@ -55,6 +69,7 @@ class ExplicitStep {
 
   /// y at t + x h, 0 <= x <= 1, size() entries.
   void dense(double x, double* y);
+  void within(double x, double* y) { dense(x, y); }
 
   /// Evaluations so far, without those of the dense output.
   long evaluations() const { return evaluations_; }

@@ -57,6 +57,8 @@ void Index2Dae::place_jacobian() {
     at_.gamma_corner = jacobian_.place(SparsePattern::identity(m_), g, g);
     for (auto* x : {&gamma_corner_, &position_weights_, &friction_weights_}) x->assign(static_cast<std::size_t>(m_), 0);
   }
+  kept_gamma_.assign(static_cast<std::size_t>(m_), 0);
+  no_rates_.assign(static_cast<std::size_t>(n_), 0);
   jacobian_.finalize();
 }
 
@@ -242,6 +244,12 @@ void Index2Dae::parameter_columns(Eigen::MatrixXd& F_rho) {
   if (F_rho.rows() != size() || F_rho.cols() != assembly_.np()) F_rho.resize(size(), assembly_.np());
   F_rho.setZero();
   // (Phi_q^T gamma)_rho in the first rows vanishes with gamma on the solution.
+  if (stage_parameters_) {
+    const StateView s = view(point_.t(), point_.values());
+    Eigen::MatrixXd normals(n_, assembly_.np());
+    assembly_.calc_projection_columns(s, no_rates_.data(), kept_gamma(s), normals);
+    F_rho.topRows(n_) = normals;
+  }
   F_rho.middleRows(2 * n_, nz_) = -columns_.f;
   F_rho.middleRows(2 * n_ + nz_, n_) = columns_.F;
   F_rho.middleRows(3 * n_ + nz_, m_) = columns_.phid;
@@ -272,6 +280,12 @@ void Index2Dae::add_parameter_gradient(double c, const double* mu, double* gradi
     w.c2 = 1;
   }
   assembly_.add_parameter_gradient(s, w, c, gradient);
+  if (stage_parameters_) assembly_.add_projection_gradient(s, no_rates_.data(), kept_gamma(s), mu, c, gradient, false);
+}
+
+const double* Index2Dae::kept_gamma(const StateView& s) {
+  for (int i = 0; i < m_; ++i) kept_gamma_[static_cast<std::size_t>(i)] = kept(i) ? s.lambda[m_ + i] : 0;
+  return kept_gamma_.data();
 }
 
 void Index2Dae::running_cost_gradient(double t, const double* y, double* g_y, double c, double* gradient) {

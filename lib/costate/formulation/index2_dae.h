@@ -8,12 +8,13 @@
 
 #include "costate/formulation/consistent_state.h"
 #include "costate/formulation/solved_state.h"
+#include "costate/formulation/stage_parameters.h"
 #include "costate/formulation/system.h"
 #include "costate/level/acceleration_level.h"
 
 namespace costate {
 
-class Index2Dae final : public DaeSystem, public SolvedState {
+class Index2Dae final : public DaeSystem, public SolvedState, public StageParameters {
  public:
   Index2Dae(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective);
 
@@ -36,6 +37,7 @@ class Index2Dae final : public DaeSystem, public SolvedState {
   void add_transposed_product(double c, const double* x, double* out) override;
   void parameter_columns(Eigen::MatrixXd& F_rho) override;
   void add_parameter_gradient(double c, const double* mu, double* gradient) override;
+  void take_stage_parameters() override { stage_parameters_ = true; }
   void start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, Eigen::MatrixXd* yp_rho) override;
   void running_cost_gradient(double t, const double* y, double* g_y, double c, double* gradient) override;
   void terminal_cost_gradient(double t, const double* y, double* w_y, double c, double* gradient) override;
@@ -56,6 +58,8 @@ class Index2Dae final : public DaeSystem, public SolvedState {
   bool kept(int i) const { return assembly_.is_there(i) && assembly_.holds_position(i); }
   /// Phi_q of the rows that are kept as positions.
   const std::vector<double>& kept_jacobian();
+  /// gamma at the linearized point, 0 where a row is not kept as a position.
+  const double* kept_gamma(const StateView& s);
   void place_jacobian();
   void fill_jacobian(double cj);
   /// values := R J C with the powers of |cj| that make it tend to a regular matrix for cj -> infinity.
@@ -73,7 +77,8 @@ class Index2Dae final : public DaeSystem, public SolvedState {
   } at_{};
   int n_, m_, nz_;
   Assembly::ParameterColumns columns_;
-  std::vector<double> hessian_, kept_q_, gamma_corner_, position_weights_, friction_weights_;
+  std::vector<double> hessian_, kept_q_, gamma_corner_, position_weights_, friction_weights_, kept_gamma_, no_rates_;
+  bool stage_parameters_ = false;  // with (Phi_q^T gamma)_rho
   long hessian_at_ = 0;
   double cj_scale_ = 1;
   EvaluationPoint point_;  // all of y, where it was linearized

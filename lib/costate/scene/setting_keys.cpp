@@ -36,7 +36,7 @@ std::vector<SettingsMeaning> settings_meanings() {
         {"cycle", "gradient and optimize take psi over the cycle of [cycle], which follows the parameters"},
         {"formulation", "of the equations of motion"},
         {"method", "of the gradient, see costate list methods"},
-        {"integrator", "idas, cvodes, dopri5, dop853 or fixed; by default the formulation's"},
+        {"integrator", "idas, cvodes, radau3, radau5, radau9, dopri5, dop853 or fixed; by default the formulation's"},
         {"cvodes_method", "adams for smooth motion (default), bdf for a stiff one"},
         {"sensitivity_corrector", "of forward methods: sensitivities after the state (default) or with it"},
         {"parameters", "names, or paths of numbers, that gradients are taken for"},

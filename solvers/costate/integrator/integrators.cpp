@@ -8,6 +8,7 @@
 #include "costate/base/error.h"
 #include "costate/discrete/discrete_scheme.h"
 #include "costate/discrete/explicit_scheme.h"
+#include "costate/discrete/radau_scheme.h"
 
 namespace costate {
 
@@ -36,6 +37,7 @@ const std::vector<Integrator>& integrators() {
     std::vector<Integrator> r = {
         {"idas", "BDF of SUNDIALS' IDAS on the residual", Form::residual, false, true},
         {"cvodes", "Adams' method or BDF of SUNDIALS' CVODES on the right-hand side", Form::rhs, false, true}};
+    for (const RadauScheme& s : radau_schemes()) r.push_back({s.name, s.summary, Form::residual, true, true});
     for (const ExplicitScheme& s : explicit_schemes()) r.push_back({s.name, s.summary, Form::rhs, true, true});
     r.push_back(
         {"fixed", "the formulation's own scheme by fixed steps, exact discrete gradients", Form::steps, true, false});
@@ -96,17 +98,20 @@ std::string discrete_integrator_of(const Problem& problem) {
   const Formulation& f = find_formulation(problem.formulation);
   const std::string& wanted = problem.solver.integrator;
   const auto serves = [&](const Integrator& i) { return i.discrete && i.carries(f); };
-  if (!wanted.empty() && serves(find_integrator(wanted))) return wanted;
+  if (!wanted.empty() && find_integrator(wanted).discrete) {
+    require_form(problem, find_integrator(wanted));
+    return wanted;
+  }
   for (const bool control : {false, true}) {
     // Of the schemes with step control the last one has the highest order.
     const auto found = std::find_if(integrators().rbegin(), integrators().rend(),
                                     [&](const Integrator& i) { return serves(i) && i.step_control == control; });
     if (found != integrators().rend()) return found->name;
   }
-  throw CapabilityError(
-      fmt::format("Formulation '{}' has neither fixed steps nor an explicit right-hand side, whose steps discrete "
-                  "methods differentiate.",
-                  f.name));
+  throw CapabilityError(fmt::format(
+      "Formulation '{}' has neither fixed steps nor a residual nor an explicit right-hand side, whose steps "
+      "discrete methods differentiate.",
+      f.name));
 }
 
 }  // namespace costate

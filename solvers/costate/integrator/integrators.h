@@ -1,5 +1,5 @@
-// What a run may be integrated by: the modules of SUNDIALS, fixed steps, and the explicit schemes that have registered
-// themselves (discrete/explicit_scheme.h). What is asked about integrators is asked of these.
+// What a run may be integrated by: the modules of SUNDIALS, fixed steps, explicit schemes (discrete/explicit_scheme.h)
+// and Radau IIA (discrete/radau_scheme.h). What is asked about integrators is asked of these.
 #pragma once
 
 #include <string>
@@ -38,7 +38,7 @@ void require_form(const Problem& problem, const Integrator& integrator);
 /// The integrator a problem runs on: its own choice, or the formulation's default.
 std::string integrator_of(const Problem& problem);
 /// The one whose steps discrete methods differentiate: the problem's own choice where it is such a one, else the
-/// formulation's fixed steps, else the explicit scheme of the highest order.
+/// formulation's fixed steps, else the explicit scheme of the highest order, else Radau IIA of the highest order.
 std::string discrete_integrator_of(const Problem& problem);
 
 }  // namespace costate

@@ -7,7 +7,7 @@
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
-#include "costate/integrator/explicit_run.h"
+#include "costate/integrator/runge_kutta_run.h"
 #include "costate/integrator/segmented_run.h"
 #include "costate/integrator/simulate.h"
 
@@ -60,13 +60,12 @@ RunEnd search_end(const Problem& problem, const std::vector<double>& rho, const 
   const std::string on = integrator.empty() ? integrator_of(problem) : integrator;
   if (on == "fixed") refuse_free_end(problem, "fixed steps are");
   if (on == "idas") return search_end<IdaRun>(*problem.make_dae(), problem, rho, rates);
-  if (find_explicit_scheme(on)) {
-    Problem p = problem;
-    p.solver.integrator = on;
-    return search_end<ExplicitRun>(*p.make_ode(), p, rho, rates);
-  }
+  Problem p = problem;
+  p.solver.integrator = on;
+  if (find_explicit_scheme(on)) return search_end<ExplicitRun>(*p.make_ode(), p, rho, rates);
+  if (find_radau_scheme(on)) return search_end<RadauRun>(*p.make_dae(), p, rho, rates);
   return with_bdf_where_stiff(problem,
-                              [&](const Problem& p) { return search_end<CvodeRun>(*p.make_ode(), p, rho, rates); });
+                              [&](const Problem& q) { return search_end<CvodeRun>(*q.make_ode(), q, rho, rates); });
 }
 
 }  // namespace
@@ -118,7 +117,7 @@ void refuse_free_end(const Problem& problem, const std::string& what) {
   if (!problem.ends_when) return;
   throw CapabilityError(fmt::format(
       "The run's end is that of an event ('ends_when' in [run]), which {} not made for yet; simulations and "
-      "gradients on idas and cvodes, or by explicit schemes, are. Without 'ends_when' the run goes to t_end_s.",
+      "gradients on idas and cvodes, or by Runge-Kutta schemes, are. Without 'ends_when' the run goes to t_end_s.",
       what));
 }
 

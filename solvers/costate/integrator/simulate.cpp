@@ -9,10 +9,10 @@
 #include "costate/base/error.h"
 #include "costate/discrete/step_interpolant.h"
 #include "costate/formulation/solved_state.h"
-#include "costate/integrator/explicit_run.h"
 #include "costate/integrator/fixed_run.h"
 #include "costate/integrator/run_end.h"
 #include "costate/integrator/run_watch.h"
+#include "costate/integrator/runge_kutta_run.h"
 #include "costate/integrator/sampled_run.h"
 #include "costate/integrator/segmented_run.h"
 
@@ -116,6 +116,9 @@ Simulation simulate(const Problem& problem, const std::vector<double>& rho, cons
   } else if (find_explicit_scheme(integrator)) {
     const Problem separate = with_separate_samples(problem);
     r = run<ExplicitRun>(*separate.make_ode(), separate, rho, times, sink);
+  } else if (find_radau_scheme(integrator)) {
+    const Problem separate = with_separate_samples(problem);
+    r = run<RadauRun>(*separate.make_dae(), separate, rho, times, sink);
   } else {
     // A second attempt goes on with the samples that the first one has not handed out.
     std::ptrdiff_t handed_out = 0;

@@ -1,8 +1,8 @@
-// Method "discrete-adjoint": the exact adjoint of a run by fixed steps or by an explicit scheme with step control, one
+// Method "discrete-adjoint": the exact adjoint of a run by fixed steps or by a Runge-Kutta scheme with step control, one
 // pass back whatever the number of parameters.
 #include "costate/integrator/fixed_run.h"
 #include "costate/integrator/integrators.h"
-#include "costate/sensitivity/explicit_discrete.h"
+#include "costate/sensitivity/runge_kutta_discrete.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate {
@@ -23,13 +23,13 @@ GradientResult run_discrete_adjoint_steps(const Problem& problem, const std::vec
 }
 
 GradientResult run_discrete_adjoint(const Problem& problem, const std::vector<double>& rho) {
-  if (!has_fixed_steps(discrete_integrator_of(problem))) return explicit_adjoint(problem, rho);
+  if (!has_fixed_steps(discrete_integrator_of(problem))) return runge_kutta_adjoint(problem, rho);
   return settle_gradient(problem, [&](long steps) { return run_discrete_adjoint_steps(problem, rho, steps); });
 }
 
 const RegisterSensitivityMethod discrete_adjoint_registered({
     .name = "discrete-adjoint",
-    .summary = "exact adjoint of the steps (fixed, or explicit Runge-Kutta): one pass back for all parameters",
+    .summary = "exact adjoint of the steps (fixed, or Runge-Kutta): one pass back for all parameters",
     .needs = SensitivityMethod::Needs::discrete,
     .gradient = run_discrete_adjoint,
     .adjoint = true,

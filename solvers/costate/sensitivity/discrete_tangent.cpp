@@ -1,8 +1,8 @@
-// Method "discrete-tangent": the exact derivative of a run by fixed steps or by an explicit scheme with step control,
+// Method "discrete-tangent": the exact derivative of a run by fixed steps or by a Runge-Kutta scheme with step control,
 // one column a parameter beside the run.
 #include "costate/integrator/fixed_run.h"
 #include "costate/integrator/integrators.h"
-#include "costate/sensitivity/explicit_discrete.h"
+#include "costate/sensitivity/runge_kutta_discrete.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate {
@@ -28,13 +28,13 @@ GradientResult run_discrete_tangent_steps(const Problem& problem, const std::vec
 }
 
 GradientResult run_discrete_tangent(const Problem& problem, const std::vector<double>& rho) {
-  if (!has_fixed_steps(discrete_integrator_of(problem))) return explicit_tangent(problem, rho);
+  if (!has_fixed_steps(discrete_integrator_of(problem))) return runge_kutta_tangent(problem, rho);
   return settle_gradient(problem, [&](long steps) { return run_discrete_tangent_steps(problem, rho, steps); });
 }
 
 const RegisterSensitivityMethod discrete_tangent_registered({
     .name = "discrete-tangent",
-    .summary = "exact tangent of the steps (fixed, or explicit Runge-Kutta): psi's own gradient, to rounding",
+    .summary = "exact tangent of the steps (fixed, or Runge-Kutta): psi's own gradient, to rounding",
     .needs = SensitivityMethod::Needs::discrete,
     .gradient = run_discrete_tangent,
 });

@@ -61,7 +61,7 @@ bool offers(const Formulation& f, Needs needs) {
     case Needs::either:
       return f.make_dae || f.make_ode;
     case Needs::discrete:
-      return f.make_discrete || f.make_ode;
+      return f.make_discrete || f.make_ode || f.make_dae;
     case Needs::hand_tangent:
       return f.make_hand_tangent != nullptr;
     case Needs::hand_adjoint:
@@ -79,7 +79,7 @@ const char* form_name(Needs needs) {
     case Needs::either:
       return "a form that an integrator can carry";
     case Needs::discrete:
-      return "a fixed-step scheme or an explicit right-hand side";
+      return "a fixed-step scheme, an explicit right-hand side (ODE) or a residual form (DAE)";
     case Needs::hand_tangent:
       return "hand-derived tangent equations";
     case Needs::hand_adjoint:

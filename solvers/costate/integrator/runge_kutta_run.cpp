@@ -1,4 +1,4 @@
-#include "costate/integrator/explicit_run.h"
+#include "costate/integrator/runge_kutta_run.h"
 
 #include <fmt/format.h>
 
@@ -20,7 +20,9 @@ namespace costate {
 
 namespace {
 // Of the step that the estimate allows, the part that is taken; and by how much one step may differ from the next.
-constexpr double kSafety = 0.9, kLeast = 0.2, kMost = 6;
+constexpr double kStepSafety = 0.9, kLeast = 0.2, kMost = 6;
+// Implicit steps begin where the last one's polynomial leads, which does not lead far.
+constexpr double kMostImplicit = 3;
 // Of rates, in rtol: what a step may get wrong of them where the run is differentiated and forces bend.
 constexpr double kBend = 10;
 constexpr double kBefore = 0.05;  // of a touch
@@ -42,48 +44,75 @@ constexpr double kAside = 1e-3;
 constexpr int kCorrections = 8;
 }  // namespace
 
-ExplicitRun::ExplicitRun(OdeSystem& system, const SolverOptions& options, Monitor monitor, StartDerivative wanted)
+template <class Kind>
+RungeKuttaRun<Kind>::RungeKuttaRun(SystemType& system, const SolverOptions& options, Monitor monitor,
+                                   StartDerivative wanted)
     : system_(system), options_(options), monitor_(std::move(monitor)), t_start_(options.t_start) {
-  const ExplicitScheme* scheme = find_explicit_scheme(options.integrator);
-  if (!scheme) throw CapabilityError(fmt::format("There is no explicit Runge-Kutta scheme '{}'.", options.integrator));
-  const int n = system.size();
-  const bool cost = system.has_running_cost();
-  step_ = std::make_unique<ExplicitStep>(
-      *scheme, n, cost, [this](double t, const double* y, double* k, bool with) { evaluate(t, y, k, with); });
-  y_.assign(static_cast<std::size_t>(step_->size()), 0);
-  const bool derivative = system.parameter_count() > 0 && needs_start_columns(system.assembly(), wanted);
-  system.start(t_start_, y_.data(), derivative ? &y_rho_ : nullptr);
+  const Scheme* scheme = Kind::find(options.integrator);
+  if (!scheme) throw CapabilityError(fmt::format("There is no Runge-Kutta scheme '{}'.", options.integrator));
+  y_.assign(static_cast<std::size_t>(system.size()) + (system.has_running_cost() ? 1 : 0), 0);
   atol_.resize(y_.size());
-  fill_absolute_tolerances(system, options.absolute(), step_->size(), atol_.data());
+  fill_absolute_tolerances(system, options.absolute(), static_cast<int>(y_.size()), atol_.data());
+  start(system.parameter_count() > 0 && needs_start_columns(system.assembly(), wanted));
+  step_ = make_step(*scheme);
   system.begin_events(t_start_, y_.data());
   plan_ = std::make_unique<StepPlan>(system, system.objective(), t_start_, options.t_end, y_.data());
   touches_ = std::make_unique<TouchWatch>(system.assembly(), options.rtol, options.absolute());
   begin_segment(t_start_, y_);
 }
 
-ExplicitRun::~ExplicitRun() = default;
+template <class Kind>
+RungeKuttaRun<Kind>::~RungeKuttaRun() = default;
 
-void ExplicitRun::evaluate(double t, const double* y, double* k, bool cost) {
-  require_trial_state(system_, t, y);
-  system_.rhs(t, y, k);
-  require_values(system_, t, y, k);
-  if (cost) k[system_.size()] = system_.running_cost(t, y);
+template <class Kind>
+void RungeKuttaRun<Kind>::start(bool derivative) {
+  if constexpr (Kind::implicit) {
+    std::vector<double> yp(static_cast<std::size_t>(system_.size()));
+    Eigen::MatrixXd yp_rho;
+    system_.start(t_start_, y_.data(), yp.data(), derivative ? &y_rho_ : nullptr, derivative ? &yp_rho : nullptr);
+  } else {
+    system_.start(t_start_, y_.data(), derivative ? &y_rho_ : nullptr);
+  }
 }
 
-void ExplicitRun::begin_segment(double t, const std::vector<double>& y) {
+template <class Kind>
+std::unique_ptr<typename Kind::Step> RungeKuttaRun<Kind>::make_step(const Scheme& scheme) {
+  const bool has_cost = system_.has_running_cost();
+  if constexpr (Kind::implicit) {
+    const auto residual = [this](double t, const double* y, const double* yp, double* r) {
+      require_trial_state(system_, t, y);
+      system_.residual(t, y, yp, r);
+      require_values(system_, t, y, r);
+    };
+    return std::make_unique<Step>(scheme, system_, has_cost, atol_, residual);
+  } else {
+    const auto rates = [this](double t, const double* y, double* k, bool cost) {
+      require_trial_state(system_, t, y);
+      system_.rhs(t, y, k);
+      require_values(system_, t, y, k);
+      if (cost) k[system_.size()] = system_.running_cost(t, y);
+    };
+    return std::make_unique<Step>(scheme, system_.size(), has_cost, rates);
+  }
+}
+
+template <class Kind>
+void RungeKuttaRun<Kind>::begin_segment(double t, const std::vector<double>& y) {
   segment_start_ = begin_ = end_time_ = t;
   end_ = y;
   ended_ = pending_step_ = false;
   h_ = 0;
 }
 
-double ExplicitRun::ahead(double t) const {
+template <class Kind>
+double RungeKuttaRun<Kind>::ahead(double t) const {
   const double stop = std::min(options_.t_end, system_.segment_limit(segment_start_));
   const double end = plan_->empty() ? stop : std::min(stop, plan_->limit(system_, t, end_.data(), false));
   return t < look_.to ? std::min(end, t + look_.step) : end;
 }
 
-const double* ExplicitRun::within_step(double begin, double t) {
+template <class Kind>
+const double* RungeKuttaRun<Kind>::within_step(double begin, double t) {
   // Its ends need no dense output.
   if (t == step_->t_end()) return std::as_const(*step_).end();
   if (t == begin) return std::as_const(*step_).start();
@@ -91,7 +120,8 @@ const double* ExplicitRun::within_step(double begin, double t) {
   return y_.data();
 }
 
-bool ExplicitRun::passed_over(double& limit) {
+template <class Kind>
+bool RungeKuttaRun<Kind>::passed_over(double& limit) {
   if (touches_->empty()) return false;
   const auto look = touches_->look(end_time_, step_->t_end(),
                                    [&](double at) { return system_.kinematic_state(at, within_step(end_time_, at)); });
@@ -105,7 +135,8 @@ bool ExplicitRun::passed_over(double& limit) {
   return true;
 }
 
-void ExplicitRun::fail(const std::string& what, const char* flag) {
+template <class Kind>
+void RungeKuttaRun<Kind>::fail(const std::string& what, const char* flag) {
   std::string name = scheme().name;
   std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::toupper(c); });
   FailureContext c;
@@ -118,7 +149,7 @@ void ExplicitRun::fail(const std::string& what, const char* flag) {
   std::vector<double> weights(static_cast<std::size_t>(system_.size()));
   for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = 1 / (atol_[i] + options_.rtol * std::abs(end_[i]));
   c.weights = weights.data();
-  c.rates = std::as_const(*step_).rate(0);
+  c.rates = step_->start_rates();
   const std::string report = failure_report(c, system_.unknowns());
   if (not_finite_ &&
       std::abs(not_finite_->t - c.t) <= not_finite_reach(options_.t_end - options_.t_start, std::abs(h_)))
@@ -126,8 +157,9 @@ void ExplicitRun::fail(const std::string& what, const char* flag) {
   throw SolverError(report);
 }
 
-void ExplicitRun::find_step(double h, double limit) {
-  const double order = scheme().order;
+template <class Kind>
+void RungeKuttaRun<Kind>::find_step(double h, double limit) {
+  const double order = step_->error_order();
   for (bool shortened = false;; shortened = true) {
     // What would be left over for the next one is taken at once.
     const bool to_the_limit = h > 0.99 * (limit - end_time_);
@@ -140,7 +172,8 @@ void ExplicitRun::find_step(double h, double limit) {
       if (resolve_bends_)
         error = std::max(error, step_->rate_error(options_.rtol, atol_.data()) / (kBend * options_.rtol));
       if (std::isfinite(error)) {
-        factor = error > 0 ? kSafety * std::pow(error, -1 / order) : kMost;
+        factor = error > 0 ? kStepSafety * std::pow(error, -1 / order) : kMost;
+        if constexpr (Kind::implicit) factor = std::min({factor, kMostImplicit, step_->growth()});
         if (error <= 1) {
           const double next = h * std::clamp(factor, kLeast, shortened ? 1.0 : kMost);
           // Of a step that was cut short for another reason than its error, the length that was in force stays.
@@ -167,7 +200,8 @@ void ExplicitRun::find_step(double h, double limit) {
   }
 }
 
-void ExplicitRun::begin_step() {
+template <class Kind>
+void RungeKuttaRun<Kind>::begin_step() {
   if (pending_step_) {
     step_->go_on();
     pending_step_ = false;
@@ -186,7 +220,8 @@ void ExplicitRun::begin_step() {
   }
 }
 
-void ExplicitRun::take_step() {
+template <class Kind>
+void RungeKuttaRun<Kind>::take_step() {
   if (steps_ >= options_.max_steps) fail("reached its limit of steps", "TOO_MUCH_WORK");
   if (const double all = pace_.projected(end_time_, steps_, options_.t_end, options_.max_steps); all > 0)
     fail(pace_message(all, options_.max_steps), "TOO_MUCH_WORK");
@@ -216,13 +251,13 @@ void ExplicitRun::take_step() {
     }
   }
   ended_ = system_.segment_ends(end_time_, end_.data()) || ended_;
-  const ExplicitStages stages{begin_, step_->h(), step_->t_end(), step_->start(), step_->size()};
   if (tape_) tape_->add_step(*step_);
-  if (follower_.step) follower_.step(stages);
-  watch_stiffness();
+  if (follower_.step) follower_.step(step_->stages());
+  if constexpr (!Kind::implicit) watch_stiffness();
 }
 
-void ExplicitRun::end_step_at_event(double t) {
+template <class Kind>
+void RungeKuttaRun<Kind>::end_step_at_event(double t) {
   const double whole = step_->h();
   double h = std::max(0.0, t - begin_), moved = whole;
   const auto guard = [&](double at, const double* y) {
@@ -237,6 +272,9 @@ void ExplicitRun::end_step_at_event(double t) {
   const double rate = whole > 0 ? (guard_within(h + aside) - guard_within(h)) / aside : 0;
   const auto end_at = [&](double length) {
     h = length;
+    // An implicit step has a length.
+    if constexpr (Kind::implicit)
+      h = std::max(h, 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(begin_), whole));
     end_time_ = begin_ + h;
     step_->attempt(h, end_time_);
     return guard(end_time_, step_->end());
@@ -255,23 +293,27 @@ void ExplicitRun::end_step_at_event(double t) {
   std::copy(step_->end(), step_->end() + step_->size(), end_.begin());
 }
 
-void ExplicitRun::watch_stiffness() {
-  if (step_->stiffness() > scheme().stability) {
-    not_stiff_ = 0;
-    ++stiff_;
-  } else if (++not_stiff_ >= kNotStiff) {
-    stiff_ = 0;
+template <class Kind>
+void RungeKuttaRun<Kind>::watch_stiffness() {
+  if constexpr (!Kind::implicit) {
+    if (step_->stiffness() > scheme().stability) {
+      not_stiff_ = 0;
+      ++stiff_;
+    } else if (++not_stiff_ >= kNotStiff) {
+      stiff_ = 0;
+    }
+    const double h = step_->h(), left = options_.t_end - end_time_;
+    if (stiff_ < kStiff || !(left > kFew * h)) return;
+    throw StiffError(
+        fmt::format("The motion is stiff at t = {:.6g} s: after {} steps the explicit scheme '{}' still takes steps of "
+                    "{:.3g} s, the size at which it is stable; about {:.2g} more would follow. Take an implicit "
+                    "integrator (--integrator idas, or cvodes with --cvodes-method bdf).",
+                    end_time_, steps_, scheme().name, h, left / h));
   }
-  const double h = step_->h(), left = options_.t_end - end_time_;
-  if (stiff_ < kStiff || !(left > kFew * h)) return;
-  throw StiffError(
-      fmt::format("The motion is stiff at t = {:.6g} s: after {} steps the explicit scheme '{}' still takes steps of "
-                  "{:.3g} s, the size at which it is stable; about {:.2g} more would follow. Take an implicit "
-                  "integrator (--integrator idas, or cvodes with --cvodes-method bdf).",
-                  end_time_, steps_, scheme().name, h, left / h));
 }
 
-void ExplicitRun::cross() {
+template <class Kind>
+void RungeKuttaRun<Kind>::cross() {
   Jump jump;
   jump.t = end_time_;
   jump.event = system_.pending_event();
@@ -279,7 +321,14 @@ void ExplicitRun::cross() {
   jump.y.assign(end_.begin(), end_.begin() + system_.size());
   std::vector<double> y = end_;
   const double t_after = system_.segment_start(end_time_);
-  system_.jump(end_time_, y.data());
+  if constexpr (Kind::implicit) {
+    jump.yp.assign(jump.y.size(), 0);
+    step_->end_rates(jump.yp.data());
+    std::vector<double> yp = jump.yp;
+    system_.jump(end_time_, y.data(), yp.data());
+  } else {
+    system_.jump(end_time_, y.data());
+  }
   jump.after = system_.mode();
   system_.forget_event();
   jumps_in_a_row_ = end_time_ > segment_start_ ? 0 : jumps_in_a_row_ + 1;
@@ -294,7 +343,8 @@ void ExplicitRun::cross() {
   begin_segment(t_after, y);
 }
 
-void ExplicitRun::advance(double t) {
+template <class Kind>
+void RungeKuttaRun<Kind>::advance(double t) {
   while (end_time_ < t) {
     if (ended_) {
       cross();
@@ -305,22 +355,27 @@ void ExplicitRun::advance(double t) {
     if (after_step_) after_step_(end_time_, end_.data());
   }
   if (t < end_time_ && pending_step_)
-    step_->dense(std::max(0.0, (t - begin_) / step_->h()), y_.data());
+    step_->within(std::max(0.0, (t - begin_) / step_->h()), y_.data());
   else
     y_ = end_;
 }
 
-Counters ExplicitRun::counters() const {
+template <class Kind>
+Counters RungeKuttaRun<Kind>::counters() const {
   Counters c;
   c.steps = steps_;
   c.residuals = step_->evaluations();
   c.error_test_failures = rejected_;
   c.convergence_failures = failed_;
   c.factorizations = system_.factorizations();
+  if constexpr (Kind::implicit) c.factorizations += step_->factorizations();
   c.position_iterations = system_.position_iterations();
   c.jumps = jumps_;
   c.simulations = 1;
   return c;
 }
+
+template class RungeKuttaRun<ExplicitKind>;
+template class RungeKuttaRun<RadauKind>;
 
 }  // namespace costate

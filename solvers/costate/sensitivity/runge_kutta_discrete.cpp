@@ -1,4 +1,4 @@
-#include "costate/sensitivity/explicit_discrete.h"
+#include "costate/sensitivity/runge_kutta_discrete.h"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,8 @@
 #include "costate/analysis/start.h"
 #include "costate/base/notice.h"
 #include "costate/formulation/law_joins.h"
-#include "costate/integrator/explicit_run.h"
 #include "costate/integrator/integrators.h"
+#include "costate/integrator/runge_kutta_run.h"
 #include "costate/sensitivity/integrator_gradient.h"
 
 namespace costate {
@@ -23,7 +23,7 @@ Problem on_scheme(const Problem& problem) {
   return p;
 }
 
-void require_no_sliding(const OdeSystem& system) {
+void require_no_sliding(const System& system) {
   if (system.assembly().slidable_rows().empty()) return;
   throw CapabilityError(
       "This scene has rigid contacts with friction that close, and may slide; discrete methods are not made for that "
@@ -31,7 +31,8 @@ void require_no_sliding(const OdeSystem& system) {
 }
 
 /// Where steps are bounded by something else than their error, no looser run shows what they do.
-void tell_touches(const ExplicitRun& run) {
+template <class Kind>
+void tell_touches(const RungeKuttaRun<Kind>& run) {
   if (const long cuts = run.steps_cut_at_touches(); cuts > 0)
     notice(fmt::format(
         "{} {} shorter than the steps over {}: they begin and end in the middle of steps, and derivatives of steps are "
@@ -40,28 +41,33 @@ void tell_touches(const ExplicitRun& run) {
         cuts, cuts == 1 ? "touch was" : "touches were", cuts == 1 ? "it" : "them"));
 }
 
-void resolve_bends(ExplicitRun& run, const OdeSystem& system) {
+template <class Kind>
+void resolve_bends(RungeKuttaRun<Kind>& run, const System& system) {
   const Assembly& assembly = system.assembly();
   if (may_bend(assembly.mechanism(), assembly.numbers())) run.resolve_bends();
 }
 
-double running_and_terminal(OdeSystem& system, const ExplicitRun& run, double t) {
+template <class Kind>
+double running_and_terminal(System& system, const RungeKuttaRun<Kind>& run, double t) {
   return run.cost() + (system.objective().terminal.empty() ? 0 : system.terminal_cost(t, run.y()));
 }
 
 /// The way back over the tape; the gradient gains all but the end's share.
+template <class Kind>
 class WayBack {
  public:
-  WayBack(OdeSystem& system, const Problem& problem, ExplicitTape& tape, const ExplicitScheme& scheme)
+  using SystemType = typename Kind::SystemType;
+  using Tape = typename Kind::Tape;
+  using Scheme = typename Kind::Scheme;
+  WayBack(SystemType& system, const Problem& problem, Tape& tape, const Scheme& scheme)
       : system_(system), problem_(problem), tape_(tape), scheme_(scheme), adjoint_(system, scheme) {}
 
   void pass(std::vector<double>& mu, std::vector<double>& gradient) {
     const SolverOptions& o = problem_.solver;
     long evaluations = 0;
     for (long k = tape_.steps() - 1; k >= 0; --k) {
-      for (std::size_t j = tape_.jumps_end(k); j-- > tape_.jumps_begin(k);)
-        system_.jump_adjoint(tape_.jump(j), mu.data(), gradient.data());
-      const ExplicitStages stages = tape_.bring_back(k);
+      for (std::size_t j = tape_.jumps_end(k); j-- > tape_.jumps_begin(k);) cross_back(tape_.jump(j), mu, gradient);
+      const auto stages = tape_.bring_back(k);
       if (problem_.monitor && (evaluations += scheme_.stages) >= kPollStages) {
         evaluations = 0;
         problem_.monitor(stages.t, tape_.steps() - k, true);
@@ -73,21 +79,51 @@ class WayBack {
   const AdjointGrowth& growth() const { return growth_; }
 
  private:
-  OdeSystem& system_;
+  /// Of a residual's jumps the weights of the differential unknowns are wanted, which need no rates.
+  void cross_back(const Jump& jump, std::vector<double>& mu, std::vector<double>& gradient) {
+    if constexpr (Kind::implicit) {
+      std::vector<double> mup(mu.size(), 0);
+      system_.jump_adjoint(jump, mu.data(), mup.data(), gradient.data());
+      for (std::size_t i = 0; i < mu.size(); ++i)
+        if (!system_.unknowns()[i].differential) mu[i] = 0;
+    } else {
+      system_.jump_adjoint(jump, mu.data(), gradient.data());
+    }
+  }
+
+  SystemType& system_;
   const Problem& problem_;
-  ExplicitTape& tape_;
-  const ExplicitScheme& scheme_;
-  ExplicitAdjoint adjoint_;
+  Tape& tape_;
+  const Scheme& scheme_;
+  typename Kind::Adjoint adjoint_;
   AdjointGrowth growth_;
 };
 
-GradientResult adjoint_once(OdeSystem& system, const Problem& problem, const std::vector<double>& rho, double asked,
-                            double& part) {
+template <class Kind>
+typename Kind::Tape make_tape(typename Kind::SystemType& system, const RungeKuttaRun<Kind>& run,
+                              const SolverOptions& o) {
+  if constexpr (Kind::implicit)
+    return {system, run.scheme(), o.memory_budget_MB * 1e6, o.checkpoint_steps, run.absolute_tolerances()};
+  else
+    return {system, run.scheme(), o.memory_budget_MB * 1e6, o.checkpoint_steps};
+}
+
+/// The weights of the unknowns at the end; the gradient gains the end's own dependence on rho.
+void end_weights(OdeSystem& system, double t, const double* y, double* mu, double* gradient) {
+  system.terminal_adjoint(t, y, mu, gradient);
+}
+void end_weights(DaeSystem& system, double t, const double* y, double* mu, double* gradient) {
+  system.terminal_cost_gradient(t, y, mu, 1, gradient);
+}
+
+template <class Kind>
+GradientResult adjoint_once(typename Kind::SystemType& system, const Problem& problem, const std::vector<double>& rho,
+                            double asked, double& part) {
   system.set_parameters(rho.data());
   const SolverOptions& o = problem.solver;
-  ExplicitRun run(system, o, problem.monitor, StartDerivative::adjoint);
+  RungeKuttaRun<Kind> run(system, o, problem.monitor, StartDerivative::adjoint);
   resolve_bends(run, system);
-  ExplicitTape tape(system, run.scheme(), o.memory_budget_MB * 1e6, o.checkpoint_steps);
+  typename Kind::Tape tape = make_tape(system, run, o);
   run.record(&tape);
   RunWatch watch(problem, rho, system);
   watch.begin(o.t_start, run.y());
@@ -102,10 +138,10 @@ GradientResult adjoint_once(OdeSystem& system, const Problem& problem, const std
   r.events = run.events();
   r.gradient.assign(rho.size(), 0);
   std::vector<double> mu(start.size(), 0);
-  system.terminal_adjoint(o.t_end, run.y(), mu.data(), r.gradient.data());
+  end_weights(system, o.t_end, run.y(), mu.data(), r.gradient.data());
   AdjointInvariant invariant;
   invariant.end(system, o.t_start, o.t_end, run.y(), mu.data());
-  WayBack back(system, problem, tape, run.scheme());
+  WayBack<Kind> back(system, problem, tape, run.scheme());
   back.pass(mu, r.gradient);
   invariant.start(system, o.t_start, start.data(), mu.data());
   // Last: it leaves the system at no point of the motion.
@@ -128,24 +164,23 @@ GradientResult adjoint_once(OdeSystem& system, const Problem& problem, const std
   return r;
 }
 
-}  // namespace
-
-GradientResult explicit_adjoint(const Problem& problem, const std::vector<double>& rho) {
-  const Problem own = on_scheme(problem);
-  const auto system = own.make_ode();
+template <class Kind>
+GradientResult adjoint_of(const Problem& own, const std::vector<double>& rho) {
+  const auto system = Kind::make(own);
   require_no_sliding(*system);
-  return resolved_gradient(
-      own, [&](const Problem& p, double asked, double& part) { return adjoint_once(*system, p, rho, asked, part); });
+  return resolved_gradient(own, [&](const Problem& p, double asked, double& part) {
+    return adjoint_once<Kind>(*system, p, rho, asked, part);
+  });
 }
 
-GradientResult explicit_tangent(const Problem& problem, const std::vector<double>& rho) {
-  const Problem own = on_scheme(problem);
-  const auto owned = own.make_ode();
+template <class Kind>
+GradientResult tangent_of(const Problem& own, const std::vector<double>& rho) {
+  const auto owned = Kind::make(own);
   require_no_sliding(*owned);
-  OdeSystem& system = *owned;
+  typename Kind::SystemType& system = *owned;
   system.set_parameters(rho.data());
   const SolverOptions& o = own.solver;
-  ExplicitRun run(system, o, own.monitor, StartDerivative::columns);
+  RungeKuttaRun<Kind> run(system, o, own.monitor, StartDerivative::columns);
   resolve_bends(run, system);
   RunWatch watch(own, rho, system);
   watch.begin(o.t_start, run.y());
@@ -154,16 +189,23 @@ GradientResult explicit_tangent(const Problem& problem, const std::vector<double
   r.integrator = run.scheme().name;
   r.gradient.assign(rho.size(), 0);
   Eigen::MatrixXd s = run.start_columns();
-  std::vector<double*> columns;
-  for (Eigen::Index j = 0; j < s.cols(); ++j) columns.push_back(s.col(j).data());
-  ExplicitTangent tangent(system, run.scheme());
+  [[maybe_unused]] Eigen::MatrixXd sp(s.rows(), s.cols());
+  std::vector<double*> columns, rates;
+  for (Eigen::Index j = 0; j < s.cols(); ++j) {
+    columns.push_back(s.col(j).data());
+    rates.push_back(sp.col(j).data());
+  }
+  typename Kind::Tangent tangent(system, run.scheme());
   const int count = static_cast<int>(columns.size());
-  run.follow({[&](const ExplicitStages& stages) {
+  run.follow({[&](const typename Kind::Stages& stages) {
                 tangent.step(stages, columns.data(), r.gradient.data());
                 r.counters.sensitivity_residuals += run.scheme().stages;
               },
               [&](const Jump& jump) {
-                system.jump_tangent(jump, columns.data(), count);
+                if constexpr (Kind::implicit)
+                  system.jump_tangent(jump, columns.data(), rates.data(), count);
+                else
+                  system.jump_tangent(jump, columns.data(), count);
                 const std::vector<double>& cost = system.jump_cost_tangent();
                 for (std::size_t j = 0; j < cost.size(); ++j) r.gradient[j] += cost[j];
               }});
@@ -171,10 +213,17 @@ GradientResult explicit_tangent(const Problem& problem, const std::vector<double
   watch.finish(o.t_end, run.y());
   r.psi = running_and_terminal(system, run, o.t_end);
   if (!system.objective().terminal.empty()) {
-    std::vector<const double*> in(columns.begin(), columns.end());
-    std::vector<double> terminal(rho.size());
-    system.tangent_terminal_cost(o.t_end, run.y(), in.data(), terminal.data(), count);
-    for (std::size_t j = 0; j < rho.size(); ++j) r.gradient[j] += terminal[j];
+    if constexpr (Kind::implicit) {
+      std::vector<double> w(static_cast<std::size_t>(system.size()));
+      system.terminal_cost_gradient(o.t_end, run.y(), w.data(), 1, r.gradient.data());
+      for (std::size_t j = 0; j < rho.size(); ++j)
+        for (std::size_t i = 0; i < w.size(); ++i) r.gradient[j] += w[i] * columns[j][i];
+    } else {
+      std::vector<const double*> in(columns.begin(), columns.end());
+      std::vector<double> terminal(rho.size());
+      system.tangent_terminal_cost(o.t_end, run.y(), in.data(), terminal.data(), count);
+      for (std::size_t j = 0; j < rho.size(); ++j) r.gradient[j] += terminal[j];
+    }
   }
   const long evaluations = r.counters.sensitivity_residuals;
   r.counters = run.counters();
@@ -183,6 +232,20 @@ GradientResult explicit_tangent(const Problem& problem, const std::vector<double
   watch.conclude(r);
   tell_touches(run);
   return r;
+}
+
+}  // namespace
+
+GradientResult runge_kutta_adjoint(const Problem& problem, const std::vector<double>& rho) {
+  const Problem own = on_scheme(problem);
+  return find_radau_scheme(own.solver.integrator) ? adjoint_of<RadauKind>(own, rho)
+                                                  : adjoint_of<ExplicitKind>(own, rho);
+}
+
+GradientResult runge_kutta_tangent(const Problem& problem, const std::vector<double>& rho) {
+  const Problem own = on_scheme(problem);
+  return find_radau_scheme(own.solver.integrator) ? tangent_of<RadauKind>(own, rho)
+                                                  : tangent_of<ExplicitKind>(own, rho);
 }
 
 }  // namespace costate

@@ -1,6 +1,7 @@
-// A run by an explicit Runge-Kutta scheme with step control (discrete/explicit_scheme.h) over a trajectory of one or
-// more smooth segments (Jump in formulation/system.h). Steps end at kinks, at events and where the plan of steps asks.
-// Between steps states are those of the scheme's dense output; accelerations and multipliers at samples are solved for.
+// A run by a Runge-Kutta scheme with step control, explicit (discrete/explicit_scheme.h) or Radau IIA
+// (discrete/radau_scheme.h), over a trajectory of one or more smooth segments (Jump in formulation/system.h). Steps end
+// at kinks, at events and where the plan of steps asks. Between steps states are those of the explicit scheme's dense
+// output, or of a step of the implicit one that ends there; accelerations and multipliers at samples are solved for.
 #pragma once
 
 #include <memory>
@@ -8,29 +9,34 @@
 #include <vector>
 
 #include "costate/analysis/not_finite.h"
-#include "costate/discrete/explicit_step.h"
 #include "costate/formulation/step_plan.h"
-#include "costate/integrator/explicit_tape.h"
 #include "costate/integrator/pace_watch.h"
+#include "costate/integrator/runge_kutta_kinds.h"
 #include "costate/integrator/segment.h"
 #include "costate/problem/problem.h"
 
 namespace costate {
 
-class ExplicitRun {
+template <class Kind>
+class RungeKuttaRun {
  public:
+  using SystemType = typename Kind::SystemType;
+  using Scheme = typename Kind::Scheme;
+  using Step = typename Kind::Step;
+  using Stages = typename Kind::Stages;
+  using Tape = typename Kind::Tape;
   /// options.integrator names the scheme.
-  ExplicitRun(OdeSystem& system, const SolverOptions& options, Monitor monitor, StartDerivative wanted);
-  ~ExplicitRun();
+  RungeKuttaRun(SystemType& system, const SolverOptions& options, Monitor monitor, StartDerivative wanted);
+  ~RungeKuttaRun();
 
-  const ExplicitScheme& scheme() const { return step_->scheme(); }
+  const Scheme& scheme() const { return step_->scheme(); }
   /// psi is always carried; here so that the run looks like those of SUNDIALS.
   void enable_cost() {}
   void read_forward_counters() {}
   /// To be told of each step from here on.
   void watch(StepSink after_step) { after_step_ = std::move(after_step); }
   /// Before the first step: each one and each jump is written to the tape.
-  void record(ExplicitTape* tape) {
+  void record(Tape* tape) {
     tape_ = tape;
     tape->keep_records_of(*step_);
   }
@@ -38,7 +44,7 @@ class ExplicitRun {
   void resolve_bends() { resolve_bends_ = true; }
   /// Told of each step with its stages, and of each jump, before the state goes on.
   struct Follower {
-    std::function<void(const ExplicitStages& stages)> step;
+    std::function<void(const Stages& stages)> step;
     std::function<void(const Jump& jump)> jump;
   };
   void follow(Follower follower) { follower_ = std::move(follower); }
@@ -50,6 +56,8 @@ class ExplicitRun {
   /// dy/drho at the start, where it was wanted; else empty.
   const Eigen::MatrixXd& start_columns() const { return y_rho_; }
 
+  /// Of the unknowns, and of psi behind them.
+  const std::vector<double>& absolute_tolerances() const { return atol_; }
   Counters counters() const;
   /// How many steps were cut because they passed over a touch, over which the next ones are bounded.
   long steps_cut_at_touches() const { return touches_->cuts(); }
@@ -70,18 +78,19 @@ class ExplicitRun {
   double ahead(double t) const;
   void cross();
   void begin_segment(double t, const std::vector<double>& y);
-  void evaluate(double t, const double* y, double* k, bool cost);
+  void start(bool derivative);
+  std::unique_ptr<Step> make_step(const Scheme& scheme);
   void watch_stiffness();
   [[noreturn]] void fail(const std::string& what, const char* flag);
 
-  OdeSystem& system_;
+  SystemType& system_;
   SolverOptions options_;
   Monitor monitor_;
-  std::unique_ptr<ExplicitStep> step_;
+  std::unique_ptr<Step> step_;
   std::unique_ptr<StepPlan> plan_;
   std::unique_ptr<TouchWatch> touches_;
   TouchLook look_;  // a touch that a step has passed over
-  ExplicitTape* tape_ = nullptr;
+  Tape* tape_ = nullptr;
   Follower follower_;
   StepSink after_step_;
   Eigen::MatrixXd y_rho_;
@@ -98,5 +107,10 @@ class ExplicitRun {
   std::size_t jumps_in_a_row_ = 0;
   std::vector<RunEvent> events_;
 };
+
+using ExplicitRun = RungeKuttaRun<ExplicitKind>;
+using RadauRun = RungeKuttaRun<RadauKind>;
+extern template class RungeKuttaRun<ExplicitKind>;
+extern template class RungeKuttaRun<RadauKind>;
 
 }  // namespace costate

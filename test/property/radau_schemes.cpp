@@ -1,0 +1,264 @@
+// Radau IIA: the tables of the schemes, and exact derivatives of the steps that a run took, in every formulation that
+// has a residual.
+//
+// Tolerances. kTranspose: tangent and adjoint are solutions of the same systems and their transposes, iterated to
+// rounding, some digits below which terms of the cost cancel: 1e-11. kDifference as for explicit schemes: psi of a
+// sequence of steps carries what Newton's iteration leaves, about 1e-13 of itself, so that extrapolated differences
+// with steps of 2e-3 of a parameter's scale are good to 1e-9 where the parameter counts.
+#include <fmt/format.h>
+#include <support/differences.h>
+#include <support/models.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "costate/base/error.h"
+#include "costate/discrete/radau_step.h"
+#include "costate/integrator/runge_kutta_run.h"
+#include "costate/integrator/simulate.h"
+#include "costate/problem/scene_problem.h"
+#include "costate/sensitivity/method.h"
+#include "property/driven_carriage.h"
+#include "property/gradient_compare.h"
+#include "support/paths.h"
+
+using namespace costate;
+using namespace costate::test;
+using Catch::Contains;
+
+namespace {
+
+constexpr double kTransposeOfStages = 1e-11, kDifferenceOfStages = 1e-9;
+
+Problem on_radau(const TestModel& model, const std::string& formulation, const std::string& scheme, double rtol,
+                 double t_end = 0) {
+  Problem p = model.problem(formulation, rtol);
+  p.parameters = model.all_parameters();
+  p.solver.integrator = scheme;
+  p.solver.confirm = false;
+  if (t_end > 0) p.solver.t_end = t_end;
+  return p;
+}
+
+double apart_in_scales(const std::vector<double>& a, const std::vector<double>& b, const Problem& p) {
+  return gradient_mismatch(a, b, p.parameters).error;
+}
+
+std::vector<std::string> with_residual() {
+  std::vector<std::string> r;
+  for (const auto& f : formulations())
+    if (f.make_dae) r.push_back(f.name);
+  return r;
+}
+
+/// psi over the steps that a run at the problem's own parameters takes.
+class HeldStages {
+ public:
+  explicit HeldStages(const Problem& problem) : problem_(problem), system_(problem.make_dae()) {
+    const auto rho = problem.parameters.values();
+    system_->set_parameters(rho.data());
+    RadauRun run(*system_, problem.solver, {}, StartDerivative::none);
+    scheme_ = &run.scheme();
+    atol_ = run.absolute_tolerances();
+    run.follow({[&](const RadauStages& s) { steps_.push_back(s); }, {}});
+    run.advance(problem.solver.t_end);
+    REQUIRE(run.counters().jumps == 0);
+  }
+  double psi(const std::vector<double>& rho) {
+    system_->set_parameters(rho.data());
+    const bool cost = system_->has_running_cost();
+    RadauStep step(*scheme_, *system_, cost, atol_,
+                   [&](double t, const double* y, const double* yp, double* r) { system_->residual(t, y, yp, r); });
+    std::vector<double> y(static_cast<std::size_t>(step.size()), 0), yp(y);
+    system_->start(problem_.solver.t_start, y.data(), yp.data(), nullptr, nullptr);
+    step.begin(problem_.solver.t_start, y.data());
+    for (const RadauStages& s : steps_) {
+      if (s.t > problem_.solver.t_start) step.go_on();
+      step.attempt(s.h, s.t_end);
+    }
+    return (cost ? step.end()[system_->size()] : 0) + system_->terminal_cost(problem_.solver.t_end, step.end());
+  }
+
+ private:
+  const Problem& problem_;
+  std::unique_ptr<DaeSystem> system_;
+  const RadauScheme* scheme_ = nullptr;
+  std::vector<double> atol_;
+  std::vector<RadauStages> steps_;
+};
+
+}  // namespace
+
+TEST_CASE("Radau IIA: the tables meet the conditions of collocation, quadrature and transformation") {
+  REQUIRE(radau_schemes().size() == 3);
+  for (const RadauScheme& r : radau_schemes()) {
+    CAPTURE(r.name);
+    const int s = r.stages;
+    CHECK(r.order == 2 * s - 1);
+    CHECK(r.c.back() == 1);
+    // sum of b_i c_i^(k-1) = 1/k up to the order; rounding of s terms of size 1.
+    for (int k = 1; k <= r.order; ++k) {
+      double sum = 0;
+      for (int i = 0; i < s; ++i) sum += r.weight(i) * std::pow(r.c[static_cast<std::size_t>(i)], k - 1);
+      CHECK(std::abs(sum - 1.0 / k) <= 4e-16 * s);
+    }
+    // w = T diag(shift) T^-1, within rounding times the condition of T, some 1e3 at most.
+    Eigen::MatrixXd w = Eigen::MatrixXd::Zero(s, s);
+    for (std::size_t k = 0; k < r.shift.size(); ++k) {
+      const auto j = static_cast<Eigen::Index>(k);
+      const double twice = r.shift[k].imag() == 0 ? 1 : 2;
+      w += twice * (r.shift[k] * r.t.col(j) * r.t_inverse.row(j)).real();
+    }
+    CHECK((w - r.w).cwiseAbs().maxCoeff() <= 1e-12 * r.w.cwiseAbs().maxCoeff());
+    CHECK((r.w * r.a - Eigen::MatrixXd::Identity(s, s)).cwiseAbs().maxCoeff() <= 1e-12);
+    // The estimate is that of a formula of order s: polynomials y' of degree s - 1 have none.
+    for (int k = 0; k < s; ++k) {
+      double sum = k == 0 ? r.error[0] : 0;
+      for (int i = 0; i < s; ++i)
+        sum += r.error[static_cast<std::size_t>(i) + 1] * std::pow(r.c[static_cast<std::size_t>(i)], k);
+      CHECK(std::abs(sum) <= 1e-13);
+    }
+  }
+}
+
+TEST_CASE("Radau IIA: adjoint and tangent agree to rounding, in every formulation") {
+  for (const std::string& formulation : with_residual())
+    for (const auto& scheme : radau_schemes())
+      for (const auto& model : {five_bar(), kitchen_sink(), pendulum(1, 2), free_flight()}) {
+        CAPTURE(formulation, scheme.name, model.name);
+        // Tolerances so loose that the steps' own errors are large: the gradient is that of the steps all the same.
+        const Problem p = on_radau(model, formulation, scheme.name, 1e-4, std::min(model.t_end, 0.5));
+        const auto rho = p.parameters.values();
+        const GradientResult tangent = gradient(p, "discrete-tangent", rho),
+                             adjoint = gradient(p, "discrete-adjoint", rho);
+        CHECK(tangent.integrator == scheme.name);
+        CHECK(adjoint.integrator == scheme.name);
+        CHECK(tangent.psi == Approx(adjoint.psi).epsilon(1e-13));
+        CHECK(apart_in_scales(adjoint.gradient, tangent.gradient, p) <= kTransposeOfStages);
+      }
+}
+
+TEST_CASE("Radau IIA: the gradient is that of psi over the same steps") {
+  for (const std::string& formulation : with_residual())
+    for (const auto& scheme : radau_schemes())
+      for (const auto& [model, t_end] : {std::pair{five_bar(), 0.5}, {kitchen_sink(), 0.2}, {pendulum(1, 2), 0.5}}) {
+        CAPTURE(formulation, scheme.name, model.name);
+        const Problem p = on_radau(model, formulation, scheme.name, 1e-4, t_end);
+        const auto rho = p.parameters.values();
+        const GradientResult adjoint = gradient(p, "discrete-adjoint", rho);
+        if (adjoint.counters.jumps > 0) continue;  // Maggi's changes of coordinates
+        HeldStages held(p);
+        CHECK(held.psi(rho) == Approx(adjoint.psi).epsilon(1e-12));
+        std::vector<double> by_differences;
+        for (std::size_t j = 0; j < rho.size(); ++j) {
+          const double scale = p.parameters.parameters[j].scale;
+          by_differences.push_back(directional_difference(
+                                       [&](double e) {
+                                         auto x = rho;
+                                         x[j] += e * scale;
+                                         return held.psi(x);
+                                       },
+                                       2e-3) /
+                                   scale);
+        }
+        CHECK(apart_in_scales(adjoint.gradient, by_differences, p) <= kDifferenceOfStages);
+      }
+}
+
+TEST_CASE("Radau IIA: at tight tolerances the gradient is that of the motion") {
+  for (const char* formulation : {"index2", "baumgarte"})
+    for (const char* scheme : {"radau5", "radau9"}) {
+      Problem p = on_radau(kitchen_sink(), formulation, scheme, 1e-10, 0.5);
+      const auto rho = p.parameters.values();
+      const GradientResult discrete = gradient(p, "discrete-adjoint", rho);
+      p.formulation = "baumgarte";
+      p.solver.rtol = 1e-11;
+      p.solver.integrator.clear();
+      const GradientResult other = gradient(p, "idas-adjoint", rho);
+      CAPTURE(formulation, scheme);
+      // Errors are some 100 rtol.
+      CHECK(discrete.psi == Approx(other.psi).epsilon(1e-8));
+      CHECK(apart_in_scales(discrete.gradient, other.gradient, p) <= 1e-7);
+    }
+}
+
+TEST_CASE("Radau IIA: steps that do not fit are taken again") {
+  for (const char* formulation : {"baumgarte", "index2", "maggi-implicit"})
+    for (const auto& scheme : radau_schemes()) {
+      Problem p = on_radau(pendulum(1, 2), formulation, scheme.name, 1e-6);  // on which Maggi changes its coordinates
+      const auto rho = p.parameters.values();
+      const GradientResult kept = gradient(p, "discrete-adjoint", rho);
+      CHECK(kept.counters.checkpoints == 0);
+      p.solver.checkpoint_steps = 3;
+      const GradientResult repeated = gradient(p, "discrete-adjoint", rho);
+      CAPTURE(formulation, scheme.name, kept.counters.steps, kept.counters.jumps);
+      CHECK(repeated.counters.checkpoints == (kept.counters.steps + 2) / 3);
+      CHECK(repeated.counters.backward_residuals > kept.counters.backward_residuals);
+      CHECK(apart_in_scales(repeated.gradient, kept.gradient, p) <= kTransposeOfStages);
+      p.solver.checkpoint_steps = 0;
+      p.solver.memory_budget_MB = 0.002;
+      const GradientResult small = gradient(p, "discrete-adjoint", rho);
+      CHECK(small.counters.checkpoints > 1);
+      CHECK(apart_in_scales(small.gradient, kept.gradient, p) <= kTransposeOfStages);
+    }
+}
+
+TEST_CASE("Radau IIA: steps end at the kinks of drivers, and gradients are carried across") {
+  const std::string law = R"({ kind = "bump", height_m = 0.15, start_m = 0.3, length_m = 0.5, shape = "half_sine" })";
+  Problem p = make_problem(Scene::parse(driven_carriage(law), "driver.toml"),
+                           {"spring.strut.stiffness_N_per_m", "body.rod.mass_kg", "driver.push.law.height_m"});
+  p.formulation = "index1";
+  const auto rho = p.parameters.values();
+  const GradientResult oracle = gradient(p, "differences", rho);
+  for (const std::string& formulation : with_residual())
+    for (const char* method : {"discrete-tangent", "discrete-adjoint"}) {
+      if (find_formulation(formulation).make_discrete) continue;  // index 3 is on its own steps
+      p.formulation = formulation;
+      p.solver.integrator = "radau5";
+      CAPTURE(formulation, method);
+      const GradientResult r = gradient(p, method, rho);
+      CHECK(r.counters.jumps >= 2);
+      CHECK(r.psi == Approx(oracle.psi).epsilon(1e-6));
+      const auto mismatch = gradient_mismatch(r.gradient, oracle.gradient, p.parameters);
+      INFO(mismatch.text);
+      CHECK(mismatch.error < 1e-6);  // as in driver_kinks.cpp
+    }
+}
+
+TEST_CASE("Radau IIA: events are met, and what lies between steps is of the steps' own accuracy") {
+  Problem p = make_problem(Scene::load(fmt::format("{}/models/bouncing_ball/bouncing_ball.toml", COSTATE_SOURCE_DIR)));
+  p.formulation = "baumgarte";
+  p.solver.integrator = "cvodes";
+  const auto rho = p.parameters.values();
+  const Simulation right = simulate(p, rho);
+  for (const auto& scheme : radau_schemes()) {
+    p.solver.integrator = scheme.name;
+    const Simulation r = simulate(p, rho);
+    CAPTURE(scheme.name);
+    // Sixteen times the ball gives back less than it has: errors of 1e2 rtol grow to 1e4.
+    CHECK(r.psi == Approx(right.psi).epsilon(1e-6));
+    REQUIRE(r.events.size() == right.events.size());
+    for (std::size_t i = 0; i < r.events.size(); ++i) CHECK(r.events[i].t == Approx(right.events[i].t).epsilon(1e-5));
+  }
+  // Samples that no step ends at, against a run of a hundredth of the tolerance.
+  Problem q = five_bar().problem("baumgarte", 1e-6);
+  const std::vector<double> times = {0.123, 0.777, 1.5, 2.34, 4.321};
+  const auto sampled = [&](double rtol) {
+    q.solver.rtol = rtol;
+    q.solver.integrator = "radau9";
+    std::vector<double> x;
+    simulate(q, q.parameters.values(), times, [&](const MechanismState& s, System&) { x.push_back(s.q[2]); });
+    return x;
+  };
+  const auto loose = sampled(1e-6), tight = sampled(1e-9);
+  for (std::size_t i = 0; i < times.size(); ++i) CHECK(loose[i] == Approx(tight[i]).margin(1e-5));  // 10 rtol
+}
+
+TEST_CASE("Radau IIA: what it does not carry is refused by name") {
+  Problem p = on_radau(five_bar(), "maggi", "radau5", 1e-6);
+  const auto rho = p.parameters.values();
+  CHECK_THROWS_WITH(simulate(p, rho), Contains("maggi"));
+  CHECK_THROWS_WITH(gradient(p, "discrete-adjoint", rho), Contains("maggi"));
+  p.solver.integrator = "radau";
+  CHECK_THROWS_WITH(simulate(p, rho), Contains("Did you mean 'radau"));
+}

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <mutex>
 #include <optional>
 
 #include "check_motions.h"
@@ -20,6 +21,7 @@
 #include "costate/integrator/simulate.h"
 #include "costate/problem/redundant_rows.h"
 #include "costate/record/interrupt.h"
+#include "costate/record/jobs.h"
 #include "costate/record/print.h"
 #include "digits.h"
 #include "guide.h"
@@ -33,17 +35,14 @@ struct CheckOptions {
   std::vector<std::string> formulations, methods;
   bool all = false, no_motions = false;
   double patience = 20;
+  int jobs = 0;
 };
 
 class Check {
  public:
   Check(const CommonOptions& common, const CheckOptions& options)
       : common_(common), options_(options), setup_(common, Purpose::compare), progress_(row_by_row(setup_)) {
-    setup_.problem.monitor = [this, show = monitor(progress_, setup_.problem.solver.t_end)](double t, long steps,
-                                                                                            bool back) {
-      show(t, steps, back);
-      budget_.look(t, steps, back);
-    };
+    setup_.problem.monitor = watched(budget_);
   }
 
   int run() {
@@ -62,21 +61,24 @@ class Check {
     reference_ = setup_.located(
         [&] { return find_reference(setup_.problem, setup_.rho, !redundant_.empty(), options_.patience, budget_); });
     int interruption = 0;
-    std::size_t done = 0;
+    std::vector<char> ended(rows_.size(), 0);
     try {
-      for (CheckRow& row : rows_) {
-        if (!row.refused()) {
+      for_each_job(rows_.size(), options_.jobs > 0 ? options_.jobs : cores(), [&](std::size_t i) {
+        if (!rows_[i].refused()) {
           throw_if_interrupted();
-          fill(row);
-          tell(row, done + 1);
+          fill(rows_[i]);
+          tell(rows_[i], i + 1);
         }
-        ++done;
-      }
+        ended[i] = 1;
+      });
       if (!options_.no_motions) compare_motions();
     } catch (const Interrupted& e) {  // what is done is shown
       interruption = e.signal_number();
-      interrupted_ = fmt::format("{} {} of {} rows had been run; they stand.", e.what(), done, rows_.size());
-      rows_.resize(done);
+      std::vector<CheckRow> done;
+      for (std::size_t i = 0; i < rows_.size(); ++i)
+        if (ended[i]) done.push_back(std::move(rows_[i]));
+      interrupted_ = fmt::format("{} {} of {} rows had been run; they stand.", e.what(), done.size(), rows_.size());
+      rows_ = std::move(done);
     }
     progress_.finish();
     if (interruption == 0 && std::all_of(rows_.begin(), rows_.end(), [](const CheckRow& r) { return r.refused(); }))
@@ -132,14 +134,22 @@ class Check {
     if (!any) throw CapabilityError("No combination of formulation and method is left. " + why);
   }
 
-  void allow(const std::string& method) {
-    const bool perturbs = !method.empty() && find_sensitivity_method(method).perturbs;  // none: a simulation
-    const double share = perturbs ? kDifferencesShare : 1;
-    budget_.begin(options_.patience * share * reference_.seconds, options_.patience * reference_.steps);
+  /// Shows the progress, and cuts what takes more than the budget.
+  Monitor watched(const RunBudget& budget) {
+    return [&budget, show = monitor(progress_, setup_.problem.solver.t_end)](double t, long steps, bool back) {
+      show(t, steps, back);
+      budget.look(t, steps, back);
+    };
   }
 
-  GradientResult run_row(const Problem& p, const std::string& method) {
-    allow(method);
+  void allow(RunBudget& budget, const std::string& method) const {
+    const bool perturbs = !method.empty() && find_sensitivity_method(method).perturbs;  // none: a simulation
+    const double share = perturbs ? kDifferencesShare : 1;
+    budget.begin(options_.patience * share * reference_.seconds, options_.patience * reference_.steps);
+  }
+
+  GradientResult run_row(RunBudget& budget, const Problem& p, const std::string& method) const {
+    allow(budget, method);
     Problem bounded = p;
     bounded.solver.confirm = false;  // the rows are compared with each other
     if (!find_sensitivity_method(method).perturbs) return gradient(bounded, method, setup_.rho);
@@ -149,30 +159,39 @@ class Check {
     return gradient(bounded, method, setup_.rho);
   }
 
-  /// The time of one plain simulation on the same form, measured once for each.
+  /// The processor time of one plain simulation on the same form, measured once for each.
   double simulation_time(const Problem& problem) {
     const std::pair key(problem.formulation, problem.solver.integrator);
-    const auto known = simulation_s_.find(key);
-    if (known != simulation_s_.end()) return known->second;
+    {
+      const std::lock_guard lock(simulations_);
+      const auto known = simulation_s_.find(key);
+      if (known != simulation_s_.end()) return known->second;
+    }
     double best = std::numeric_limits<double>::infinity();
     for (int i = 0; i < 2; ++i) {
-      const auto begin = std::chrono::steady_clock::now();
+      const double begin = RunBudget::processor_s();
       simulate(without_cycle_cost(problem), setup_.rho);
-      best = std::min(best, seconds_since(begin));
+      best = std::min(best, RunBudget::processor_s() - begin);
     }
+    const std::lock_guard lock(simulations_);
     return simulation_s_[key] = std::max(best, 1e-9);
   }
 
   void fill(CheckRow& row) {
+    RunBudget budget;  // its own: rows run beside each other
     Problem p = setup_.problem;
+    p.monitor = watched(budget);
     p.formulation = row.formulation;
     p.solver.integrator.clear();
     progress_.start(p.solver.t_start);
     take_notices();
+    double took = 0;
     try {
       const auto begin = std::chrono::steady_clock::now();
-      row.result = run_row(p, row.method);
+      const double processor = RunBudget::processor_s();
+      row.result = run_row(budget, p, row.method);
       row.wall_s = seconds_since(begin);
+      took = RunBudget::processor_s() - processor;
       row.warnings = take_notices();
     } catch (const Cut& e) {
       return row.end(Verdict::cut, e.what());
@@ -185,7 +204,7 @@ class Check {
     }
     try {
       row.judged = judge(reference_.yardstick, p, row.method, row.result,
-                         [this](const Problem& q, const std::string& method) { return run_row(q, method); });
+                         [&](const Problem& q, const std::string& method) { return run_row(budget, q, method); });
     } catch (const Cut& e) {
       return row.end(Verdict::cut,
                      fmt::format("it is not as close to the reference as expected, and the run that would tell why "
@@ -198,8 +217,8 @@ class Check {
     const std::string& own = row.result.integrator;
     if (is_integrator(own)) p.solver.integrator = own;
     try {
-      allow(row.method);
-      row.time_ratio = row.wall_s / simulation_time(p);
+      allow(budget, row.method);
+      row.time_ratio = took / simulation_time(p);
     } catch (const Cut&) {  // there is none
     } catch (const SolverError&) {
     }
@@ -210,7 +229,7 @@ class Check {
     Problem p = setup_.problem;
     p.solver.step_s = 0;
     p = until_its_end(p, setup_.rho);
-    MotionCheck check(p, setup_.rho, [this] { allow(""); });
+    MotionCheck check(p, setup_.rho, [this] { allow(budget_, ""); });
     try {
       check.find_reference(reference_.yardstick.formulation, reference_.yardstick.rtol);
     } catch (const Cut& e) {
@@ -326,6 +345,7 @@ class Check {
   Progress progress_;
   RunBudget budget_;
   CheckReference reference_;
+  std::mutex simulations_;
   std::map<std::pair<std::string, std::string>, double> simulation_s_;  // by formulation and integrator
   std::vector<CheckRow> rows_;
   std::vector<MotionRow> motions_;
@@ -356,6 +376,8 @@ const RegisterCommand check_command(
       c.option("--patience", options->patience,
                "A row that takes more than this many times the steps or processor time of the reference is cut")
           .shows_default();
+      c.option("--jobs", options->jobs, "Rows at a time (default: the number of cores); the numbers are the same")
+          .between(0, 1e6);
       auto candidate = std::make_shared<CandidateOptions>();
       c.option("--candidate", candidate->file,
                "Only this: your own adjoint, a library built from costate/candidate/candidate.h");

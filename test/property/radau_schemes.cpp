@@ -266,3 +266,21 @@ TEST_CASE("Radau IIA: what it does not carry is refused by name") {
   p.solver.integrator = "radau";
   CHECK_THROWS_WITH(simulate(p, rho), Contains("Did you mean 'radau"));
 }
+
+TEST_CASE("Radau IIA: the instant before something is no step") {
+  // A law that begins with the run.
+  Problem p =
+      make_problem(Scene::load(fmt::format("{}/models/shortest_swing/shortest_swing.toml", COSTATE_SOURCE_DIR)));
+  p.formulation = "index2";
+  p.solver.rtol = 1e-8;
+  const auto rho = p.parameters.values();
+  const GradientResult other = gradient(p, "idas-adjoint", rho);
+  for (const char* scheme : {"radau5", "radau9"}) {
+    p.solver.integrator = scheme;
+    const GradientResult r = gradient(p, "discrete-adjoint", rho);
+    CAPTURE(scheme);
+    // Both errors are some 100 rtol.
+    CHECK(r.psi == Approx(other.psi).epsilon(1e-5));
+    CHECK(gradient_mismatch(r.gradient, other.gradient, p.parameters).error <= 1e-4);
+  }
+}

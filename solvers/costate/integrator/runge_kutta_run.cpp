@@ -23,6 +23,8 @@ namespace {
 constexpr double kStepSafety = 0.9, kLeast = 0.2, kMost = 6;
 // Implicit steps begin where the last one's polynomial leads, which does not lead far.
 constexpr double kMostImplicit = 3;
+// Implicit steps divide by their length; of the run, or of the time, less than this is none.
+constexpr double kInstant = 8 * std::numeric_limits<double>::epsilon();
 // Of rates, in rtol: what a step may get wrong of them where the run is differentiated and forces bend.
 constexpr double kBend = 10;
 constexpr double kBefore = 0.05;  // of a touch
@@ -228,6 +230,16 @@ void RungeKuttaRun<Kind>::take_step() {
   if (monitor_ && step_->evaluations() - polled_ >= kPollEvaluations) {
     polled_ = step_->evaluations();
     monitor_(end_time_, steps_, false);
+  }
+  if constexpr (Kind::implicit) {
+    // To the last instant before something, or behind it: no length for a step.
+    const double next = ahead(end_time_), span = options_.t_end - options_.t_start;
+    if (next - end_time_ <= kInstant * std::max(std::abs(next), span)) {
+      begin_ = end_time_ = next;
+      pending_step_ = false;
+      ended_ = system_.segment_ends(end_time_, end_.data());
+      return;
+    }
   }
   begin_step();
   double limit = ahead(end_time_);

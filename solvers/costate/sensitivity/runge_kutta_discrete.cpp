@@ -75,6 +75,9 @@ class WayBack {
       adjoint_.step_back(stages, mu.data(), gradient.data());
       growth_.look(stages.t, stages.y, mu.data(), system_.unknowns(), o.rtol, o.absolute());
     }
+    // Those at the first instant, before any step.
+    for (std::size_t j = tape_.steps() > 0 ? tape_.jumps_begin(0) : 0; j-- > 0;)
+      cross_back(tape_.jump(j), mu, gradient);
   }
   const AdjointGrowth& growth() const { return growth_; }
 

@@ -70,24 +70,6 @@ TEST_CASE("check: the five-bar passes, a row for every combination") {
   }
 }
 
-TEST_CASE("check: rows that run beside each other have the numbers that they have one by one, to the bit") {
-  const WorkingDirectory here;
-  const auto rows = [&](const char* jobs) {
-    // Nothing is cut: what a row may take is measured by the clock.
-    const Json j = costate_json({"check", kFiveBar, "--t-end", "1", "--rtol", "1e-5", "--no-motions", "--no-files",
-                                 "--patience", "1e6", "--jobs", jobs},
-                                here.path());
-    std::vector<std::string> r;
-    for (const Json& row : j.at("rows"))
-      r.push_back(row.at("formulation").dump() + row.at("method").dump() + row.at("status").dump() +
-                  row.at("psi").dump() + row.at("gradient").dump() + row.at("error").dump());
-    return r;
-  };
-  const auto one = rows("1");
-  REQUIRE(one.size() > 40);
-  CHECK(rows("4") == one);
-}
-
 TEST_CASE("check: at the optimum, where psi and gradient vanish, tolerances are not taken for mistakes") {
   const WorkingDirectory here;
   costate_json({"optimize", kFiveBar}, here.path());

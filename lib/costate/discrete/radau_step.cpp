@@ -19,6 +19,8 @@ constexpr double kLargeStageNoise = 1e-9;
 constexpr int kMostStageIterations = 25;
 // Where corrections do not fall by this, the step is too long for one Jacobian.
 constexpr double kSlowStages = 0.7;
+// A step of this part of another is an instant.
+constexpr double kInstantOfStep = 1e-12;
 // Corrections of this part of the absolute tolerance are nothing.
 constexpr double kNoCorrection = 1e-9;
 // The last polynomial is not extrapolated over more than so many of its steps.
@@ -331,6 +333,8 @@ void RadauStep::dense(double x, double* y) const {
 }
 
 void RadauStep::within(double x, double* y) {
+  // Of no length: the polynomial is as good.
+  if (x * h_ <= kInstantOfStep * h_ + 8 * kUnitRounding * std::abs(t_)) return dense(x, y);
   if (!inner_) inner_ = std::make_unique<RadauStep>(scheme_, system_, has_cost_, atol_, residual_);
   RadauStep& inner = *inner_;
   inner.t_ = t_;

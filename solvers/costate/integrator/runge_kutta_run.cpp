@@ -26,7 +26,9 @@ constexpr double kMostImplicit = 3;
 // Implicit steps divide by their length; of the run, or of the time, less than this is none.
 constexpr double kInstant = 8 * std::numeric_limits<double>::epsilon();
 // Of rates, in rtol: what a step may get wrong of them where the run is differentiated and forces bend.
-constexpr double kBend = 10;
+// No less than this, and what so many shorter steps in a row leave as it is: that is rounding.
+constexpr double kBend = 10, kFinestBend = 1e-7;
+constexpr int kSame = 3;
 constexpr double kBefore = 0.05;  // of a touch
 // A trial step without numbers, or without a solution, is shortened to this.
 constexpr double kShortened = 0.25;
@@ -162,6 +164,8 @@ void RungeKuttaRun<Kind>::fail(const std::string& what, const char* flag) {
 template <class Kind>
 void RungeKuttaRun<Kind>::find_step(double h, double limit) {
   const double order = step_->error_order();
+  double least_bend = HUGE_VAL;
+  int same = 0;
   for (bool shortened = false;; shortened = true) {
     // What would be left over for the next one is taken at once.
     const bool to_the_limit = h > 0.99 * (limit - end_time_);
@@ -171,8 +175,13 @@ void RungeKuttaRun<Kind>::find_step(double h, double limit) {
     try {
       step_->attempt(h, to_the_limit ? limit : end_time_ + h);
       double error = step_->error(options_.rtol, atol_.data());
-      if (resolve_bends_)
-        error = std::max(error, step_->rate_error(options_.rtol, atol_.data()) / (kBend * options_.rtol));
+      if (resolve_bends_) {
+        const double bend =
+            step_->rate_error(options_.rtol, atol_.data()) / std::max(kBend * options_.rtol, kFinestBend);
+        same = bend >= 0.5 * least_bend ? same + 1 : 0;
+        least_bend = std::min(least_bend, bend);
+        if (same < kSame) error = std::max(error, bend);
+      }
       if (std::isfinite(error)) {
         factor = error > 0 ? kStepSafety * std::pow(error, -1 / order) : kMost;
         if constexpr (Kind::implicit) factor = std::min({factor, kMostImplicit, step_->growth()});

@@ -172,8 +172,8 @@ TEST_CASE("completions: zsh is told of every command and option") {
   const Outcome r = run_costate({"completion", "zsh"}, here.path());
   REQUIRE(r.status == 0);
   CHECK(r.out.rfind("#compdef costate\n", 0) == 0);
-  CHECK_THAT(r.out,
-             Contains("'optimize:Minimise") && Contains("--resume[") && Contains("(idas cvodes radau3 radau5 radau9 dopri5 dop853 fixed)"));
+  CHECK_THAT(r.out, Contains("'optimize:Minimise") && Contains("--resume[") &&
+                        Contains("(idas cvodes radau3 radau5 radau9 dopri5 dop853 fixed)"));
   if (std::system("command -v zsh > /dev/null 2>&1") == 0) {
     write_text(here / "_costate", r.out);
     CHECK(run("/bin/sh", {"-c", "zsh -n _costate"}, here.path()).status == 0);

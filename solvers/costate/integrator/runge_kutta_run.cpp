@@ -26,10 +26,9 @@ constexpr double kMostImplicit = 3;
 // Implicit steps divide by their length; of the run, or of the time, less than this is none.
 constexpr double kInstant = 8 * std::numeric_limits<double>::epsilon();
 // Of rates, in rtol: what a step may get wrong of them where the run is differentiated and forces bend.
-// No less than this, and what so many shorter steps in a row leave as it is: that is rounding.
-constexpr double kBend = 10, kFinestBend = 1e-7;
-constexpr int kSame = 3;
-constexpr double kBefore = 0.05;  // of a touch
+// No less than kFinestBend, and what kSame shorter steps in a row leave as it is: that is rounding. kBefore: of a
+// touch.
+constexpr double kBend = 10, kFinestBend = 1e-7, kSame = 3, kBefore = 0.05;
 // A trial step without numbers, or without a solution, is shortened to this.
 constexpr double kShortened = 0.25;
 // A mechanism that changes its segment this often without getting on is stuck.

@@ -1,9 +1,9 @@
-// Method "discrete-adjoint": the exact adjoint of a run by fixed steps or by a Runge-Kutta scheme with step control, one
-// pass back whatever the number of parameters.
+// Method "discrete-adjoint": the exact adjoint of a run by fixed steps or by a Runge-Kutta scheme with step control,
+// one pass back whatever the number of parameters.
 #include "costate/integrator/fixed_run.h"
 #include "costate/integrator/integrators.h"
-#include "costate/sensitivity/runge_kutta_discrete.h"
 #include "costate/sensitivity/method.h"
+#include "costate/sensitivity/runge_kutta_discrete.h"
 
 namespace costate {
 namespace {

@@ -2,8 +2,8 @@
 // one column a parameter beside the run.
 #include "costate/integrator/fixed_run.h"
 #include "costate/integrator/integrators.h"
-#include "costate/sensitivity/runge_kutta_discrete.h"
 #include "costate/sensitivity/method.h"
+#include "costate/sensitivity/runge_kutta_discrete.h"
 
 namespace costate {
 namespace {

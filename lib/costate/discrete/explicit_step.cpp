@@ -30,6 +30,8 @@ ExplicitStep::ExplicitStep(const ExplicitScheme& scheme, int unknowns, bool has_
   y_.assign(all * static_cast<std::size_t>(size_), 0);
   k_ = y_;
   dense_.assign((scheme.dense.size() + 3) * static_cast<std::size_t>(size_), 0);
+  error_.assign(static_cast<std::size_t>(size_), 0);
+  if (!scheme.error_low.empty()) error_low_ = error_;
 }
 
 void ExplicitStep::evaluate(int i) {
@@ -113,33 +115,31 @@ double mean_square(const double* x, const double* y0, const double* y1, double r
 }  // namespace
 
 double ExplicitStep::error_of(int from, int count, double rtol, const double* atol) const {
-  std::vector<double> e(static_cast<std::size_t>(size_));
-  const auto square = [&](const std::vector<double>& weights) {
-    combine(weights, e.data());
-    return mean_square(e.data() + from, start() + from, end() + from, rtol, atol + from, count);
+  const auto square = [&](const std::vector<double>& error) {
+    return mean_square(error.data() + from, start() + from, end() + from, rtol, atol + from, count);
   };
-  const double high = square(scheme_.error);
-  if (scheme_.error_low.empty()) return std::sqrt(high);
-  const double both = high + 0.01 * square(scheme_.error_low);
+  const double high = square(error_);
+  if (error_low_.empty()) return std::sqrt(high);
+  const double both = high + 0.01 * square(error_low_);
   return both > 0 ? high / std::sqrt(both) : 0;
 }
 
-double ExplicitStep::error(double rtol, const double* atol) const {
+StepEstimate ExplicitStep::estimate(double rtol, const double* atol) {
+  combine(scheme_.error, error_.data());
+  if (!error_low_.empty()) combine(scheme_.error_low, error_low_.data());
   const double of_state = error_of(0, unknowns_, rtol, atol);
-  return has_cost_ ? std::max(of_state, error_of(unknowns_, 1, rtol, atol)) : of_state;
-}
-
-double ExplicitStep::rate_error(double rtol, const double* atol) {
   double moved = 0;  // over the step, in tolerances
   for (const int i : {0, scheme_.stages})
     moved = std::max(moved, h_ * std::sqrt(mean_square(rate(i), start(), end(), rtol, atol, unknowns_)));
-  const double of_state = moved > 1 ? error_of(0, unknowns_, rtol, atol) / moved : 0;
-  if (!has_cost_) return of_state;
+  StepEstimate r{of_state, moved > 1 ? of_state / moved : 0};
+  if (!has_cost_) return r;
   const int k = unknowns_;
-  fastest_cost_ = std::max({fastest_cost_, std::abs(rate(0)[k]), std::abs(rate(scheme_.stages)[k])});
-  if (fastest_cost_ == 0) return of_state;
-  const double tolerance = atol[k] + rtol * std::max(std::abs(start()[k]), std::abs(end()[k]));
-  return std::max(of_state, error_of(k, 1, rtol, atol) * tolerance / (h_ * fastest_cost_));
+  const double of_cost = error_of(k, 1, rtol, atol),
+               tolerance = atol[k] + rtol * std::max(std::abs(start()[k]), std::abs(end()[k]));
+  r.error = std::max(r.error, of_cost);
+  r.rate_error =
+      std::max(r.rate_error, cost_pace_.rate_error(of_cost * tolerance, h_, rate(0)[k], rate(scheme_.stages)[k]));
+  return r;
 }
 
 double ExplicitStep::stiffness() const {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "costate/discrete/explicit_scheme.h"
+#include "costate/discrete/step_estimate.h"
 
 namespace costate {
 
@@ -52,13 +53,9 @@ class ExplicitStep {
   /// Y_i, i <= stages; psi's entry is meant in the first and the last one only.
   const double* stage(int i) const { return y_.data() + static_cast<std::ptrdiff_t>(i) * size_; }
   const double* rate(int i) const { return k_.data() + static_cast<std::ptrdiff_t>(i) * size_; }
-  /// Of the step, in tolerances: root mean square over the system's unknowns, and psi's own where that is larger.
-  double error(double rtol, const double* atol) const;
-  /// The part of the rates that the step gets wrong by its error estimate: what its derivative is off by where a force
-  /// bends within it, however short it is. 0 where next to nothing moves. psi's rate counts against its largest one in
-  /// the steps that were asked: shares of a gradient add up.
-  double rate_error(double rtol, const double* atol);
-  /// Its power of h, and y' at the step's beginning.
+  /// Of the step just attempted.
+  StepEstimate estimate(double rtol, const double* atol);
+  /// The power of h of its error, and y' at the step's beginning.
   int error_order() const { return scheme_.order; }
   const double* start_rates() const { return rate(0); }
   ExplicitStages stages() const { return {t_, h_, t_end_, y_.data(), size_}; }
@@ -75,7 +72,7 @@ class ExplicitStep {
   long evaluations() const { return evaluations_; }
 
  private:
-  /// By root mean square over some entries, in tolerances.
+  /// Of the combined errors, by root mean square over some entries, in tolerances.
   double error_of(int from, int count, double rtol, const double* atol) const;
   double* stage(int i) { return y_.data() + static_cast<std::ptrdiff_t>(i) * size_; }
   double* rate(int i) { return k_.data() + static_cast<std::ptrdiff_t>(i) * size_; }
@@ -98,7 +95,8 @@ class ExplicitStep {
   double t_ = 0, h_ = 0, t_end_ = 0;
   bool dense_ready_ = false;
   std::vector<double> y_, k_, dense_;
-  double fastest_cost_ = 0;  // the largest rate of psi that rate_error() has seen
+  std::vector<double> error_, error_low_;  // the scheme's estimates, error_low_ where it has one
+  CostPace cost_pace_;
   long evaluations_ = 0;
 };
 

@@ -259,7 +259,7 @@ void RadauStep::end_rates(double* yp) const {
   }
 }
 
-RadauStep::Estimate RadauStep::estimate(double rtol, const double* atol) {
+StepEstimate RadauStep::estimate(double rtol, const double* atol) {
   const auto& unknowns = system_.unknowns();
   const int s = scheme_.stages;
   // E sum of error_i y'_i over the first weight, with h Y' = w Z.
@@ -276,34 +276,29 @@ RadauStep::Estimate RadauStep::estimate(double rtol, const double* atol) {
   }
   matrix_.filter(change.data());
   const auto tolerance = [&](int e) { return atol[e] + rtol * std::max(std::abs(start()[e]), std::abs(end()[e])); };
-  Estimate r;
+  double off = 0, moved = 0;
   int count = 0;
   for (int e = 0; e < n_; ++e) {
     const auto k = static_cast<std::size_t>(e);
     if (!unknowns[k].differential || !unknowns[k].in_norm) continue;
-    const double off = change[k] / tolerance(e), moved = (end()[e] - start()[e]) / tolerance(e);
-    r.state += off * off;
-    r.moved_state += moved * moved;
+    const double x = change[k] / tolerance(e), d = (end()[e] - start()[e]) / tolerance(e);
+    off += x * x;
+    moved += d * d;
     ++count;
   }
-  r.state = count > 0 ? std::sqrt(r.state / count) : 0;
-  r.moved_state = count > 0 ? std::sqrt(r.moved_state / count) : 0;
-  if (!has_cost_) return r;
-  double cost = 0;
-  for (int i = 0; i <= s; ++i) cost += scheme_.error[static_cast<std::size_t>(i)] * costs_[static_cast<std::size_t>(i)];
-  r.cost = std::abs(h_ * cost) / tolerance(n_);
-  r.moved_cost = std::abs(end()[n_] - start()[n_]) / tolerance(n_);
+  off = count > 0 ? std::sqrt(off / count) : 0;
+  moved = count > 0 ? std::sqrt(moved / count) : 0;
+  StepEstimate r{off, moved > 1 ? off / moved : 0};
+  if (has_cost_) {
+    double cost = 0;
+    for (int i = 0; i <= s; ++i)
+      cost += scheme_.error[static_cast<std::size_t>(i)] * costs_[static_cast<std::size_t>(i)];
+    cost = std::abs(h_ * cost);
+    r.error = std::max(r.error, cost / tolerance(n_));
+    r.rate_error = std::max(r.rate_error, cost_pace_.rate_error(cost, h_, costs_.front(), costs_.back()));
+  }
+  r.error /= scheme_.estimate_factor(rtol);
   return r;
-}
-
-double RadauStep::error(double rtol, const double* atol) {
-  const Estimate r = estimate(rtol, atol);
-  return std::max(r.state, r.cost) / scheme_.estimate_factor(rtol);
-}
-
-double RadauStep::rate_error(double rtol, const double* atol) {
-  const Estimate r = estimate(rtol, atol);
-  return std::max(r.moved_state > 1 ? r.state / r.moved_state : 0, r.moved_cost > 1 ? r.cost / r.moved_cost : 0);
 }
 
 double RadauStep::first_step(double rtol, const double* atol, double span) const {

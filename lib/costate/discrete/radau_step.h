@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "costate/discrete/stage_matrix.h"
+#include "costate/discrete/step_estimate.h"
 #include "costate/formulation/system.h"
 
 namespace costate {
@@ -53,12 +54,9 @@ class RadauStep {
   void end_rates(double* yp) const;
   /// y' at its beginning.
   const double* start_rates() const { return rates_.data(); }
-  /// Of the step, in tolerances: root mean square over the differential unknowns, and psi's own where that is larger.
-  double error(double rtol, const double* atol);
-  /// The part of the rates that the step gets wrong by its error estimate: what its derivative is off by where a force
-  /// bends within it, however short it is. 0 where next to nothing moves.
-  double rate_error(double rtol, const double* atol);
-  /// Its power of h.
+  /// Of the step just attempted; its state are the differential unknowns.
+  StepEstimate estimate(double rtol, const double* atol);
+  /// The power of h of its error.
   int error_order() const { return scheme_.stages + 1; }
   /// By how much the next step may be longer for Newton's iteration to take the least work in all.
   double growth() const;
@@ -74,11 +72,6 @@ class RadauStep {
   long factorizations() const { return matrix_.factorizations(); }
 
  private:
-  /// The estimate of the states' error and of the cost's, and how far both have moved, all in tolerances.
-  struct Estimate {
-    double state = 0, cost = 0, moved_state = 0, moved_cost = 0;
-  };
-  Estimate estimate(double rtol, const double* atol);
   double* stage(int i) { return y_.data() + static_cast<std::ptrdiff_t>(i + 1) * size_; }
   const double* increment(int i) const { return z_.data() + static_cast<std::ptrdiff_t>(i) * n_; }
   double* increment(int i) { return z_.data() + static_cast<std::ptrdiff_t>(i) * n_; }
@@ -110,6 +103,7 @@ class RadauStep {
   std::vector<double> y_, z_, old_, right_, rates_, start_residual_, jacobian_, stage_rates_, sizes_, zero_;
   std::vector<double> costs_;  // g at the beginning and at the stages
   std::vector<double> role_size_;
+  CostPace cost_pace_;
   std::unique_ptr<RadauStep> inner_;
   double contraction_ = 0;  // of the last iteration
   long evaluations_ = 0;

@@ -10,6 +10,7 @@
 #include "costate/base/error.h"
 #include "costate/event/guard_value.h"
 #include "costate/formulation/solved_state.h"
+#include "costate/integrator/bend_bound.h"
 #include "costate/integrator/stiffness_watch.h"
 #include "costate/integrator/unknown_sizes.h"
 #include "costate/sundials/callback_guard.h"
@@ -25,10 +26,8 @@ constexpr double kStepSafety = 0.9, kLeast = 0.2, kMost = 6;
 constexpr double kMostImplicit = 3;
 // Implicit steps divide by their length; of the run, or of the time, less than this is none.
 constexpr double kInstant = 8 * std::numeric_limits<double>::epsilon();
-// Of rates, in rtol: what a step may get wrong of them where the run is differentiated and forces bend.
-// No less than kFinestBend, and what kSame shorter steps in a row leave as it is: that is rounding. kBefore: of a
-// touch.
-constexpr double kBend = 10, kFinestBend = 1e-7, kSame = 3, kBefore = 0.05;
+// Steps over a touch begin so much of its length before it where bends are resolved.
+constexpr double kBeforeTouch = 0.05;
 // A trial step without numbers, or without a solution, is shortened to this.
 constexpr double kShortened = 0.25;
 // A mechanism that changes its segment this often without getting on is stuck.
@@ -132,7 +131,7 @@ bool RungeKuttaRun<Kind>::passed_over(double& limit) {
   // From where it begins, or to there. Whoever resolves bends meets this one within a step: at a step's end the first
   // stage would be on the one side and all others on the other, which no error estimate sees.
   look_ = *look;
-  if (resolve_bends_) look_.from -= kBefore * (look_.to - look_.from);
+  if (resolve_bends_) look_.from -= kBeforeTouch * (look_.to - look_.from);
   limit = look_.from > end_time_ ? look_.from : std::min(limit, end_time_ + look_.step);
   h_ = limit - end_time_;
   return true;
@@ -163,7 +162,7 @@ void RungeKuttaRun<Kind>::fail(const std::string& what, const char* flag) {
 template <class Kind>
 void RungeKuttaRun<Kind>::find_step(double h, double limit) {
   const double order = step_->error_order();
-  double least_bend = HUGE_VAL, same = 0;
+  BendBound bend(options_.rtol);
   for (bool shortened = false;; shortened = true) {
     // What would be left over for the next one is taken at once.
     const bool to_the_limit = h > 0.99 * (limit - end_time_);
@@ -172,14 +171,9 @@ void RungeKuttaRun<Kind>::find_step(double h, double limit) {
     double factor = kShortened;
     try {
       step_->attempt(h, to_the_limit ? limit : end_time_ + h);
-      double error = step_->error(options_.rtol, atol_.data());
-      if (resolve_bends_) {
-        const double bend =
-            step_->rate_error(options_.rtol, atol_.data()) / std::max(kBend * options_.rtol, kFinestBend);
-        same = bend >= 0.5 * least_bend ? same + 1 : 0;
-        least_bend = std::min(least_bend, bend);
-        if (same < kSame) error = std::max(error, bend);
-      }
+      const StepEstimate estimate = step_->estimate(options_.rtol, atol_.data());
+      double error = estimate.error;
+      if (resolve_bends_) error = std::max(error, bend.excess(estimate.rate_error));
       if (std::isfinite(error)) {
         factor = error > 0 ? kStepSafety * std::pow(error, -1 / order) : kMost;
         if constexpr (Kind::implicit) factor = std::min({factor, kMostImplicit, step_->growth()});

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <set>
 
+#include "costate/problem/scaled_gradient.h"
+
 namespace costate {
 
 namespace {
@@ -24,10 +26,7 @@ AdaptedTolerance::AdaptedTolerance(double final_rtol, bool on) : levels_{final_r
 void AdaptedTolerance::learn(const OptimizerEvaluation& loose, const OptimizerEvaluation& tight,
                              const ParameterSelection& parameters) {
   psi_error_ = std::abs(loose.psi - tight.psi) / loose.rtol;
-  gradient_error_ = 0;
-  for (std::size_t j = 0; j < tight.gradient.size(); ++j)
-    gradient_error_ = std::max(
-        gradient_error_, std::abs(loose.gradient[j] - tight.gradient[j]) * parameters.parameters[j].scale / loose.rtol);
+  gradient_error_ = largest_scaled_change(parameters, loose.gradient, tight.gradient) / loose.rtol;
   // Two that agree by chance: no error is below its tolerance.
   psi_error_ = std::max(psi_error_, std::abs(tight.psi));
   gradient_error_ = std::max(gradient_error_, tight.projected_gradient);

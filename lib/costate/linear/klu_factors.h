@@ -1,0 +1,136 @@
+// KLU's analysis and factors of one matrix on a fixed pattern, for real and for complex numbers: the ordering, the
+// refactorization on old pivots with its watch over their growth, the full factorization. Within klu_solver.cpp and
+// complex_klu_solver.cpp.
+#pragma once
+
+#include <klu.h>
+
+#include <cstdint>
+#include <utility>
+
+#include "costate/base/error.h"
+#include "costate/linear/sparse_pattern.h"
+
+namespace costate {
+
+static_assert(sizeof(SuiteSparse_long) == sizeof(std::int64_t) && sizeof(double) == sizeof(std::int64_t));
+
+/// KLU's functions for real numbers.
+struct RealKlu {
+  static constexpr auto factor = klu_l_factor;
+  static constexpr auto refactor = klu_l_refactor;
+  static constexpr auto growth = klu_l_rgrowth;
+  static constexpr auto condition = klu_l_rcond;
+  static constexpr auto free = klu_l_free_numeric;
+};
+
+/// And for complex ones: real and imaginary parts one behind the other, as std::complex has them.
+struct ComplexKlu {
+  static constexpr auto factor = klu_zl_factor;
+  static constexpr auto refactor = klu_zl_refactor;
+  static constexpr auto growth = klu_zl_rgrowth;
+  static constexpr auto condition = klu_zl_rcond;
+  static constexpr auto free = klu_zl_free_numeric;
+};
+
+template <class Klu>
+struct KluFactors {
+  // A refactorization is kept while the reciprocal pivot growth stays within this factor of that of the last
+  // full factorization; KLU's growth is 1 for perfect pivots.
+  static constexpr double kGrowthLoss = 1e-3;
+  // Below this reciprocal condition estimate of the diagonal of U the matrix counts as singular.
+  static constexpr double kSingular = 1e-15;
+  // Diagonal entries serve as pivots only down to this fraction of their column. KLU's own 1e-3 is for matrices with a
+  // strong diagonal; in saddle matrices it costs two to three digits.
+  static constexpr double kDiagonal = 0.1;
+  // KLU's orderings (0: AMD, 1: COLAMD), with and without a block triangular form in front. By default the first.
+  struct Ordering {
+    int ordering, btf;
+  };
+  static constexpr Ordering kOrderings[] = {{0, 1}, {0, 0}, {1, 0}};
+
+  const SparsePattern* pattern;
+  klu_l_common common{};
+  klu_l_symbolic* symbolic = nullptr;
+  klu_l_numeric* numeric = nullptr;
+  double full_growth = 1;
+  bool ordering_open;  // the first numbers choose it
+
+  KluFactors(const SparsePattern& of, bool choose) : pattern(&of), ordering_open(choose) {
+    klu_l_defaults(&common);
+    common.halt_if_singular = 1;
+    common.tol = kDiagonal;
+    if (of.cols == 0) return;
+    analyze(kOrderings[0]);
+    if (!symbolic) throw Error("The sparse solver could not analyse a matrix (structurally singular?).");
+  }
+  KluFactors(const KluFactors&) = delete;
+  KluFactors& operator=(const KluFactors&) = delete;
+  ~KluFactors() {
+    drop();
+    if (symbolic) klu_l_free_symbolic(&symbolic, &common);
+  }
+
+  SuiteSparse_long* starts() const {
+    return reinterpret_cast<SuiteSparse_long*>(const_cast<std::int64_t*>(pattern->column_start.data()));
+  }
+  SuiteSparse_long* rows() const {
+    return reinterpret_cast<SuiteSparse_long*>(const_cast<std::int64_t*>(pattern->row.data()));
+  }
+  void drop() {
+    if (numeric) Klu::free(&numeric, &common);
+  }
+
+  /// Where it is still open: the ordering whose factors of these numbers are the sparsest.
+  void choose_ordering(double* values) {
+    if (!std::exchange(ordering_open, false)) return;
+    SuiteSparse_long fewest = -1;
+    klu_l_symbolic* best = nullptr;
+    for (const Ordering o : kOrderings) {
+      if (!symbolic) analyze(o);
+      klu_l_numeric* trial = symbolic ? Klu::factor(starts(), rows(), values, symbolic, &common) : nullptr;
+      const bool regular = trial && common.status == KLU_OK;
+      if (regular && (fewest < 0 || trial->lnz + trial->unz < fewest)) {
+        fewest = trial->lnz + trial->unz;
+        std::swap(best, symbolic);
+      }
+      if (trial) Klu::free(&trial, &common);
+      if (symbolic) klu_l_free_symbolic(&symbolic, &common);
+    }
+    symbolic = best;
+    if (!symbolic) analyze(kOrderings[0]);  // singular in all of them, as factor() will find
+  }
+
+  /// On the pivots of the present factors; false where there are none or they have become bad.
+  bool refactor(double* values) {
+    return numeric && Klu::refactor(starts(), rows(), values, symbolic, numeric, &common) && common.status == KLU_OK &&
+           Klu::growth(starts(), rows(), values, symbolic, numeric, &common) &&
+           common.rgrowth > kGrowthLoss * full_growth;
+  }
+
+  /// Anew, after the present factors have been dropped or kept elsewhere. Returns -1, or the index of a column found
+  /// (numerically) dependent.
+  int factor(double* values) {
+    numeric = Klu::factor(starts(), rows(), values, symbolic, &common);
+    if (!numeric || common.status != KLU_OK) {
+      const int column = dependent();
+      drop();
+      return column;
+    }
+    if (Klu::growth(starts(), rows(), values, symbolic, numeric, &common)) full_growth = common.rgrowth;
+    return Klu::condition(symbolic, numeric, &common) && !(common.rcond > kSingular) ? dependent() : -1;
+  }
+
+ private:
+  void analyze(Ordering o) {
+    common.ordering = o.ordering;
+    common.btf = o.btf;
+    symbolic = klu_l_analyze(pattern->cols, starts(), rows(), &common);
+  }
+  int dependent() const {
+    const auto column = common.singular_col;
+    return column >= 0 && column < pattern->cols ? static_cast<int>(column) : 0;
+  }
+};
+
+}  // namespace costate

@@ -149,35 +149,45 @@ output = "floor.penetration"
 [run]
 t_end_s = 20
 )";
-  const std::string space = R"([gravity]
+  // {0}: mass and moments of inertia, {1}: what touches, {2}: what psi is of.
+  const auto in_space = [](double mass, const std::string& what, const char* output) {
+    return fmt::format(R"([gravity]
 z_m_per_s2 = 0
 [rigid_body.wheel]
 x_m = 0
 y_m = 0
 z_m = 0.49
-mass_kg = 1
-inertia_xx_kg_m2 = 1
-inertia_yy_kg_m2 = 1
-inertia_zz_kg_m2 = 1
+mass_kg = {0}
+inertia_xx_kg_m2 = {0}
+inertia_yy_kg_m2 = {0}
+inertia_zz_kg_m2 = {0}
 omega_y_rad_per_s = 3
 [point.tip]
 on = "wheel"
 x_m = 0.4
 y_m = 0
 z_m = 0
-[contact.floor]
-point = "tip"
-radius_m = 0.1
-law = "hertz"
-stiffness_N_per_m_n = 1e-9
+{1}
 [start]
 given = ["wheel"]
 [[cost.running]]
 kind = "value"
-output = "floor.penetration"
+output = "{2}"
 [run]
 t_end_s = 20
-)";
+)",
+                       mass, what, output);
+  };
+  const std::string sphere =
+      in_space(1, "[contact.floor]\npoint = \"tip\"\nradius_m = 0.1\nlaw = \"hertz\"\nstiffness_N_per_m_n = 1e-9\n",
+               "floor.penetration");
+  // Of so much mass that a force of its deflection, in N and m, does nothing.
+  const auto tyre = [&](const std::string& road, const std::string& more = "") {
+    return in_space(1e12,
+                    "[road.floor]\n" + road + "\n[tyre.T]\nwheel = \"tip\"\nroad = \"floor\"\nmodel = \"ride\"\n" +
+                        "radius_m = 0.1\nstiffness_N_per_m = 1\n" + more,
+                    "T.normal_force");
+  };
   const std::vector<Case> cases = {
       {"arc about a point of the rim", wheel("radius_m = 0.02\nground_height_m = -0.02\npoint = \"tip\"\n" + law),
        0.01},
@@ -214,7 +224,16 @@ t_end_s = 20
        0.01},
       {"two that fly past each other", flyers, 0.005},
       {"a throw that reaches the ceiling", ceiling, 0.01},
-      {"a sphere in space", space, 0.01},
+      {"a sphere in space", sphere, 0.01},
+      {"a tyre", tyre("kind = \"flat\""), 0.01},
+      {"a tyre that turns about an axis that tilts", tyre("kind = \"flat\"", "axis = [0.2, 1, 0.1]\n"), 0.01},
+      {"a tyre over a profile",
+       tyre("kind = \"profile\"\nlaw = { kind = \"sine\", amplitude = 0.003, angular_frequency_rad_per_s = 2.0 }"),
+       0.01},
+      {"a tyre over a post",
+       tyre("kind = \"post\"\nlaw = { kind = \"sine\", amplitude = 0.003, angular_frequency_rad_per_s = 0.4 }",
+            "contact = \"vertical\"\n"),
+       0.01},
   };
   // Steps of an eighth of a dip, h = w/12 s, over a kink of slope s = 0.3 m/s lose s h^2/12 m s at most: 7e-6 each, of
   // signs by chance, at eighteen kinks. A dip that is missed is 9e-4.

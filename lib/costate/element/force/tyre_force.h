@@ -19,14 +19,13 @@
 
 #include "costate/base/error.h"
 #include "costate/element/element.h"
-#include "costate/element/force/tyre_wrench.h"
-#include "costate/element/law/motion_law.h"
+#include "costate/element/force/tyre_ground.h"
 #include "costate/element/point/spatial_point.h"
 
 namespace costate {
 
 template <class Model>
-class TyreForce final : public ForceOf<TyreForce<Model>>, public CourseElement, public MotionLawElement {
+class TyreForce final : public ForceOf<TyreForce<Model>>, public TyreGround {
   using Numbers = TyreNumbers;
   template <class S>
   using Evaluation = TyreWrench<Model, S>;
@@ -42,7 +41,7 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public CourseElement, 
   TyreForce(std::string name, TyreSetup setup, const SpatialPoint& wheel, std::vector<int> spin_coordinate,
             const std::vector<int>& numbers, Model model, const std::vector<int>& model_numbers)
       : ForceOf<TyreForce<Model>>("tyre", std::move(name)),
-        setup_(std::move(setup)),
+        TyreGround(std::move(setup)),
         model_(std::move(model)),
         model_numbers_(Numbers::road + static_cast<int>(setup_.road->numbers().size())) {
     this->append_coordinates(wheel.coordinates());
@@ -53,32 +52,6 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public CourseElement, 
     this->append_numbers(model_numbers);
   }
 
-  void add_course(const double* p, Course& course) const override {
-    if (setup_.road->kind() == Road::Kind::post) setup_.road->add_course(p[Numbers::shift], p + Numbers::road, course);
-  }
-  int tracks() const override { return setup_.road->kind() == Road::Kind::profile ? 1 : 0; }
-  void add_track(int, const double* p, Course& course) const override {
-    setup_.road->add_course(p[Numbers::shift], p + Numbers::road, course);
-  }
-  /// The height and its slope: of the ramp on, where there is one.
-  void add_motion_laws(std::vector<MotionLaw>& laws) const override {
-    if (setup_.road->kind() != Road::Kind::profile) return;
-    MotionLaw law{setup_.road->law(), Numbers::road + setup_.road->law_numbers(), "road", true};
-    if (setup_.road->has_ramp()) law.from = 0;
-    laws.push_back(std::move(law));
-  }
-  void add_force_jumps(const double* p, std::vector<double>& times) const override {
-    setup_.road->add_post_jumps(p[Numbers::shift], p + Numbers::road, times);
-  }
-  void add_time_slopes(double t, const double* p, double* by) const override {
-    setup_.road->add_post_slopes(t, p[Numbers::shift], p + Numbers::road, by[Numbers::shift], by + Numbers::road);
-  }
-  /// Of the wheel's centre, whatever part of the road the contact takes.
-  CourseElement::Place track_place(int, const LocalState& s) const override {
-    double at[3], velocity[3], direction[3];
-    wheel_motion(s.q, s.v, s.p, at, velocity, direction);
-    return {at[0], velocity[0]};
-  }
   bool by_hand() const override { return true; }
   int states() const override { return model_.states(); }
   int initial_state_number(int i) const override { return model_numbers_ + model_.initial_state(i); }
@@ -391,7 +364,6 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public CourseElement, 
     e.forces(setup_, model_, t, w, spin, z, p, model_numbers_, zdot);
   }
 
-  TyreSetup setup_;
   Model model_;
   int model_numbers_;
 };

@@ -1,0 +1,88 @@
+#include "costate/element/force/tyre_ground.h"
+
+#include <cmath>
+
+#include "costate/element/point/rotation.h"
+
+namespace costate {
+
+void TyreGround::add_course(const double* p, Course& course) const {
+  if (setup_.road->kind() == Road::Kind::post) add_track(0, p, course);
+}
+
+void TyreGround::add_track(int, const double* p, Course& course) const {
+  setup_.road->add_course(p[TyreNumbers::shift], p + TyreNumbers::road, course);
+}
+
+void TyreGround::add_motion_laws(std::vector<MotionLaw>& laws) const {
+  if (setup_.road->kind() != Road::Kind::profile) return;
+  MotionLaw law{setup_.road->law(), TyreNumbers::road + setup_.road->law_numbers(), "road", true};
+  if (setup_.road->has_ramp()) law.from = 0;
+  laws.push_back(std::move(law));
+}
+
+void TyreGround::add_force_jumps(const double* p, std::vector<double>& times) const {
+  setup_.road->add_post_jumps(p[TyreNumbers::shift], p + TyreNumbers::road, times);
+}
+
+void TyreGround::add_time_slopes(double t, const double* p, double* by) const {
+  setup_.road->add_post_slopes(t, p[TyreNumbers::shift], p + TyreNumbers::road, by[TyreNumbers::shift],
+                               by + TyreNumbers::road);
+}
+
+CourseElement::Place TyreGround::track_place(int, const LocalState& s) const {
+  double r[3], u[3];
+  rotated(s.q + 3, s.p + TyreNumbers::center, r);
+  rotated_rate(s.q + 3, s.v + 3, s.p + TyreNumbers::center, u);
+  return {s.q[0] + r[0], s.v[0] + u[0]};
+}
+
+GapMotion TyreGround::gap_motion(int, const LocalState& s) const {
+  // Along the motion: derivatives by time.
+  using D = Dual<1>;
+  const auto moving = [](double x, double rate) {
+    D d(x);
+    d.d[0] = rate;
+    return d;
+  };
+  D e[4], center[3], axis[3], r[3];
+  for (int i = 0; i < 4; ++i) e[i] = moving(s.q[3 + i], s.v[3 + i]);
+  for (int i = 0; i < 3; ++i) {
+    center[i] = D(s.p[TyreNumbers::center + i]);
+    axis[i] = D(s.p[TyreNumbers::axis + i]);
+  }
+  rotated(e, center, r);
+  WheelState<D> w;
+  w.x = moving(s.q[0], s.v[0]) + r[0];
+  w.z = moving(s.q[2], s.v[2]) + r[2];
+  rotated(e, axis, w.axis);
+  for (D& v : w.velocity) v = D(0.0);
+  TyreGeometry<D> g;
+  const double R = s.p[TyreNumbers::radius];
+  calc_tyre_geometry(*setup_.road, setup_.contact, moving(s.t, 1), w, R, s.p[TyreNumbers::share],
+                     s.p[TyreNumbers::shift], s.p + TyreNumbers::road, g);
+  GapMotion m;
+  m.gap = -g.deflection.v;
+  m.rate = -g.deflection.d[0];
+  // Of a centre at its body's origin only the tilt of the axis counts.
+  const double lever = length3(s.p + TyreNumbers::center);
+  const double rates[3] = {w.axis[0].d[0], w.axis[1].d[0], w.axis[2].d[0]};
+  m.turn = lever > 0 ? 2 * std::sqrt(s.v[3] * s.v[3] + s.v[4] * s.v[4] + s.v[5] * s.v[5] + s.v[6] * s.v[6])
+                     : length3(rates) / length3(s.p + TyreNumbers::axis);
+  const double tilting = std::abs(g.loaded_radius.v * std::tan(g.camber.v)) * m.turn;
+  if (setup_.road->level()) {
+    // Without a velocity the ground alone approaches.
+    const double height = w.z.v - g.loaded_radius.v * g.ez[2].v;
+    m.travel = std::abs(s.v[2]) + std::abs(g.approach.v * g.ez[2].v);
+    m.clear = s.q[2] - lever - height - R;
+    m.speed = m.travel + lever * m.turn + tilting;
+  } else {
+    const double slope = std::abs(g.n[0].v / g.n[2].v);
+    m.speed = std::abs(s.v[2]) + slope * std::abs(s.v[0]) + (1 + slope) * lever * m.turn + tilting;
+    m.clear = m.gap;
+    m.travel = m.speed;
+  }
+  return m;
+}
+
+}  // namespace costate

@@ -44,7 +44,17 @@ void TouchWatch::add_stops(const Force& force, int first_state) {
   }
 }
 
-std::optional<TouchLook> TouchWatch::look(double from, double to, const std::function<StateView(double)>& at) {
+bool TouchWatch::may_touch(double from, double to, const GapTrace::States& at) const {
+  const StateView last = at(to);
+  return std::any_of(gaps_.begin(), gaps_.end(), [&](const Gap& g) {
+    if (!g.trace.presses(last.z + g.first_state)) return false;
+    const auto end = g.trace.look(last, assembly_);
+    // What has not been looked at yet may.
+    return g.seen.t != from || end.m.gap < 0 || !stays_away(g.seen, end);
+  });
+}
+
+std::optional<TouchLook> TouchWatch::look(double from, double to, const GapTrace::States& at) {
   std::optional<TouchLook> first;
   if (!(from < to)) return first;
   constexpr double none = std::numeric_limits<double>::quiet_NaN();

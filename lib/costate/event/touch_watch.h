@@ -5,7 +5,6 @@
 // - t1, from when on the integrator's own error estimates see the force.
 #pragma once
 
-#include <functional>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -30,10 +29,12 @@ class TouchWatch {
   TouchWatch(const Assembly& assembly, double rtol, double atol);
 
   bool empty() const { return gaps_.empty(); }
+  /// Whether something touches, or might within a step that is not yet accepted.
+  bool may_touch(double from, double to, const GapTrace::States& at) const;
   /// After each step of the run, once and in order of time; `at` gives the state at times between its ends, valid until
   /// it is called again. Where the step has passed over a dip: its end is to be look.from, perhaps its own beginning,
   /// and steps from there on until look.to no longer than look.step.
-  std::optional<TouchLook> look(double from, double to, const std::function<StateView(double)>& at);
+  std::optional<TouchLook> look(double from, double to, const GapTrace::States& at);
 
   /// When something touched so far, for runs back along the motion; steps of a part of each.
   std::vector<TouchLook> touches(double t_end) const;

@@ -276,15 +276,19 @@ void require_joined_drivers(const Mechanism& mechanism, const std::vector<double
   }
 }
 
-bool may_bend(const Mechanism& mechanism, const std::vector<double>& numbers) {
-  return std::any_of(mechanism.forces().begin(), mechanism.forces().end(), [&](const auto& f) {
-    if (dynamic_cast<const GapElement*>(f.get())) return true;
-    if (const auto* course = dynamic_cast<const CourseElement*>(f.get()); course && course->tracks() > 0) return true;
+Bends bends_of(const Mechanism& mechanism, const std::vector<double>& numbers) {
+  Bends bends = Bends::none;
+  for (const auto& f : mechanism.forces()) {
+    if (const auto* course = dynamic_cast<const CourseElement*>(f.get()); course && course->tracks() > 0)
+      return Bends::anywhere;
     std::vector<MotionLaw> laws;
     if (const auto* owner = dynamic_cast<const MotionLawElement*>(f.get())) owner->add_motion_laws(laws);
-    return std::any_of(laws.begin(), laws.end(),
-                       [&](const MotionLaw& owned) { return !joints_of(*f, owned, numbers).all.empty(); });
-  });
+    for (const MotionLaw& owned : laws)
+      if (!joints_of(*f, owned, numbers).all.empty()) return Bends::anywhere;
+    if (const auto* gaps = dynamic_cast<const GapElement*>(f.get()); gaps && gaps->gap_count() > 0)
+      bends = Bends::at_touches;
+  }
+  return bends;
 }
 
 }  // namespace costate

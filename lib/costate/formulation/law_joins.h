@@ -19,8 +19,13 @@ void require_joined_laws(const Mechanism& mechanism, const ParameterSelection& p
 void require_joined_drivers(const Mechanism& mechanism, const std::vector<double>& numbers, double t_start,
                             double t_end);
 
-/// Whether a force may bend along the motion: where something touches or leaves, a road has a corner, or the pieces of
-/// a law meet. The derivative of a step over such a place has an error of the first order of its length.
-bool may_bend(const Mechanism& mechanism, const std::vector<double>& numbers);
+/// Where a force may bend along the motion. The derivative of a step over such a place has an error of the first order
+/// of its length.
+enum class Bends {
+  none,
+  at_touches,  // where something touches or leaves, or while it touches
+  anywhere     // where a road has a corner or the pieces of a law meet, too
+};
+Bends bends_of(const Mechanism& mechanism, const std::vector<double>& numbers);
 
 }  // namespace costate

@@ -11,7 +11,6 @@
 #include "costate/event/guard_value.h"
 #include "costate/formulation/solved_state.h"
 #include "costate/integrator/bend_bound.h"
-#include "costate/integrator/stiffness_watch.h"
 #include "costate/integrator/unknown_sizes.h"
 #include "costate/sundials/callback_guard.h"
 #include "costate/sundials/failure.h"
@@ -33,10 +32,6 @@ constexpr double kShortened = 0.25;
 // A mechanism that changes its segment this often without getting on is stuck.
 constexpr std::size_t kMostJumpsAtOnce = 1000;
 constexpr long kPollEvaluations = 64;  // evaluations between calls of the monitor
-// Steps at the border of stability in a row that make a run stiff, as many that are not to forget them, and how many
-// may as well be taken.
-constexpr long kStiff = 15, kNotStiff = 6;
-constexpr double kFew = 2e5;
 // Free flight is exact by steps of any length: one could pass over a hop, and its guard be behind its end again. Steps
 // that begin with this part of the run and grow by kMost have an end within whatever lasts longer than the first one.
 constexpr double kBehindEvent = 1e-6;
@@ -123,15 +118,24 @@ const double* RungeKuttaRun<Kind>::within_step(double begin, double t) {
 }
 
 template <class Kind>
+GapTrace::States RungeKuttaRun<Kind>::states_within() {
+  return [this](double at) { return system_.kinematic_state(at, within_step(end_time_, at)); };
+}
+
+template <class Kind>
+bool RungeKuttaRun<Kind>::may_bend() {
+  return bends_ == Bends::anywhere || touches_->may_touch(end_time_, step_->t_end(), states_within());
+}
+
+template <class Kind>
 bool RungeKuttaRun<Kind>::passed_over(double& limit) {
   if (touches_->empty()) return false;
-  const auto look = touches_->look(end_time_, step_->t_end(),
-                                   [&](double at) { return system_.kinematic_state(at, within_step(end_time_, at)); });
+  const auto look = touches_->look(end_time_, step_->t_end(), states_within());
   if (!look) return false;
   // From where it begins, or to there. Whoever resolves bends meets this one within a step: at a step's end the first
   // stage would be on the one side and all others on the other, which no error estimate sees.
   look_ = *look;
-  if (resolve_bends_) look_.from -= kBeforeTouch * (look_.to - look_.from);
+  if (bends_ != Bends::none) look_.from -= kBeforeTouch * (look_.to - look_.from);
   limit = look_.from > end_time_ ? look_.from : std::min(limit, end_time_ + look_.step);
   h_ = limit - end_time_;
   return true;
@@ -173,7 +177,7 @@ void RungeKuttaRun<Kind>::find_step(double h, double limit) {
       step_->attempt(h, to_the_limit ? limit : end_time_ + h);
       const StepEstimate estimate = step_->estimate(options_.rtol, atol_.data());
       double error = estimate.error;
-      if (resolve_bends_) error = std::max(error, bend.excess(estimate.rate_error));
+      if (bends_ != Bends::none && may_bend()) error = std::max(error, bend.excess(estimate.rate_error));
       if (std::isfinite(error)) {
         factor = error > 0 ? kStepSafety * std::pow(error, -1 / order) : kMost;
         if constexpr (Kind::implicit) factor = std::min({factor, kMostImplicit, step_->growth()});
@@ -266,7 +270,9 @@ void RungeKuttaRun<Kind>::take_step() {
   ended_ = system_.segment_ends(end_time_, end_.data()) || ended_;
   if (tape_) tape_->add_step(*step_);
   if (follower_.step) follower_.step(step_->stages());
-  if constexpr (!Kind::implicit) watch_stiffness();
+  if constexpr (!Kind::implicit)
+    stiffness_.look(step_->stiffness(), scheme().stability, end_time_, step_->h(), options_.t_end - end_time_, steps_,
+                    scheme().name);
 }
 
 template <class Kind>
@@ -304,25 +310,6 @@ void RungeKuttaRun<Kind>::end_step_at_event(double t) {
   double further = std::numeric_limits<double>::epsilon() * std::max(std::abs(end_time_), h);
   for (int k = 0; k < kCorrections && h > 0 && !(value * rate > 0); ++k, further *= 2) value = end_at(h + further);
   std::copy(step_->end(), step_->end() + step_->size(), end_.begin());
-}
-
-template <class Kind>
-void RungeKuttaRun<Kind>::watch_stiffness() {
-  if constexpr (!Kind::implicit) {
-    if (step_->stiffness() > scheme().stability) {
-      not_stiff_ = 0;
-      ++stiff_;
-    } else if (++not_stiff_ >= kNotStiff) {
-      stiff_ = 0;
-    }
-    const double h = step_->h(), left = options_.t_end - end_time_;
-    if (stiff_ < kStiff || !(left > kFew * h)) return;
-    throw StiffError(
-        fmt::format("The motion is stiff at t = {:.6g} s: after {} steps the explicit scheme '{}' still takes steps of "
-                    "{:.3g} s, the size at which it is stable; about {:.2g} more would follow. Take an implicit "
-                    "integrator (--integrator idas, or cvodes with --cvodes-method bdf).",
-                    end_time_, steps_, scheme().name, h, left / h));
-  }
 }
 
 template <class Kind>

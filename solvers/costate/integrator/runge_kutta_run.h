@@ -9,7 +9,9 @@
 #include <vector>
 
 #include "costate/analysis/not_finite.h"
+#include "costate/formulation/law_joins.h"
 #include "costate/formulation/step_plan.h"
+#include "costate/integrator/explicit_stiffness.h"
 #include "costate/integrator/pace_watch.h"
 #include "costate/integrator/runge_kutta_kinds.h"
 #include "costate/integrator/segment.h"
@@ -41,7 +43,7 @@ class RungeKuttaRun {
     tape->keep_records_of(*step_);
   }
   /// Before the first step: forces that bend are passed by steps so short that the derivative of the run is right, too.
-  void resolve_bends() { resolve_bends_ = true; }
+  void resolve_bends(Bends bends) { bends_ = bends; }
   /// Told of each step with its stages, and of each jump, before the state goes on.
   struct Follower {
     std::function<void(const Stages& stages)> step;
@@ -70,6 +72,10 @@ class RungeKuttaRun {
   void begin_step();
   /// The state at a time of the step that begins there.
   const double* within_step(double begin, double t);
+  /// Those of the step just attempted.
+  GapTrace::States states_within();
+  /// Whether a force may bend within it.
+  bool may_bend();
   /// Whether the step just found has passed over a touch; another one is then to be found, until `limit`.
   bool passed_over(double& limit);
   /// The last step once more, so short that it ends where the pending event's guard is zero, near t: the state there is
@@ -80,7 +86,6 @@ class RungeKuttaRun {
   void begin_segment(double t, const std::vector<double>& y);
   void start(bool derivative);
   std::unique_ptr<Step> make_step(const Scheme& scheme);
-  void watch_stiffness();
   [[noreturn]] void fail(const std::string& what, const char* flag);
 
   SystemType& system_;
@@ -99,11 +104,12 @@ class RungeKuttaRun {
   double h_ = 0;                                       // the next step's length
   bool pending_step_ = false;                          // step_ holds a step that has been taken
   bool ended_ = false;                                 // the segment
-  bool resolve_bends_ = false;
+  Bends bends_ = Bends::none;                          // those that are resolved
   std::string last_step_error_;
   std::optional<NotFinite> not_finite_;
   PaceWatch pace_;
-  long steps_ = 0, rejected_ = 0, failed_ = 0, jumps_ = 0, stiff_ = 0, not_stiff_ = 0, polled_ = 0;
+  ExplicitStiffness stiffness_;
+  long steps_ = 0, rejected_ = 0, failed_ = 0, jumps_ = 0, polled_ = 0;
   std::size_t jumps_in_a_row_ = 0;
   std::vector<RunEvent> events_;
 };

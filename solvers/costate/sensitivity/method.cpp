@@ -198,7 +198,8 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
   bool sensitive = false;
   GradientResult best = confirmed(
       problem, r, [&](const Problem& p) { return method.gradient(with_end_of(p, method, rho), rho); },
-      method.needs == Needs::discrete && may_bend(*problem.mechanism, problem.mechanism->base_numbers()), &sensitive);
+      method.needs == Needs::discrete && bends_of(*problem.mechanism, problem.mechanism->base_numbers()) != Bends::none,
+      &sensitive);
   watch_penalty(problem, name, rho, r, sensitive ? HUGE_VAL : drift);
   tell_end(best);
   return best;

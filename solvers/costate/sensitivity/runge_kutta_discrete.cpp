@@ -44,7 +44,7 @@ void tell_touches(const RungeKuttaRun<Kind>& run) {
 template <class Kind>
 void resolve_bends(RungeKuttaRun<Kind>& run, const System& system) {
   const Assembly& assembly = system.assembly();
-  if (may_bend(assembly.mechanism(), assembly.numbers())) run.resolve_bends();
+  run.resolve_bends(bends_of(assembly.mechanism(), assembly.numbers()));
 }
 
 template <class Kind>

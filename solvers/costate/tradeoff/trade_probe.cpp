@@ -11,6 +11,10 @@
 
 namespace costate {
 
+namespace {
+constexpr std::size_t kLooksAtAmounts = 8;  // along a motion
+}
+
 TradeProbe::TradeProbe(const Problem& problem, const std::vector<double>& rho, const std::vector<std::string>& outputs,
                        int samples)
     : problem_(problem), rho_(rho) {
@@ -37,7 +41,26 @@ Problem TradeProbe::prepared(const Combination& c, double rtol, double step_s) c
   return p;
 }
 
+void TradeProbe::look_at_amounts(TradeMotion& motion, const MechanismState& s, Assembly& assembly) const {
+  ScalarGradient g;
+  g.resize(assembly);
+  motion.amounts.resize(outputs_.size(), 0);
+  for (std::size_t o = 0; o < outputs_.size(); ++o) {
+    g.set_zero();
+    try {
+      outputs_[o]->add_gradient(s, assembly, 1, g);
+    } catch (const CapabilityError&) {  // of outputs without derivatives
+      continue;
+    }
+    double amount = 0;
+    for (Eigen::Index i = 0; i < g.q.size(); ++i) amount += std::abs(g.q[i] * s.q[i]) + std::abs(g.v[i] * s.v[i]);
+    motion.amounts[o] = std::max(motion.amounts[o], amount);
+  }
+}
+
 void TradeProbe::look(TradeMotion& motion, const MechanismState& s, System& system) const {
+  if (motion.outputs.size() % std::max<std::size_t>(1, times_.size() / kLooksAtAmounts) == 0)
+    look_at_amounts(motion, s, system.assembly());
   std::vector<double> values;
   for (const auto& o : outputs_) values.push_back(o->value(s, system.assembly()));
   motion.outputs.push_back(std::move(values));

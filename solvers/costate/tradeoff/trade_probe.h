@@ -14,6 +14,7 @@ namespace costate {
 
 struct TradeMotion {
   std::vector<std::vector<double>> outputs;       // by sample, then by output
+  std::vector<double> amounts;                    // of each output: what the terms amount to that make it
   std::vector<double> energy, kinetic;            // by sample [J]; empty where the mechanism has no energies
   double position_drift = 0, velocity_drift = 0;  // largest |Phi|, |Phid| of a row [SI]
   std::vector<double> lowest, highest;            // of each coordinate
@@ -54,6 +55,8 @@ class TradeProbe {
 
  private:
   void look(TradeMotion& motion, const MechanismState& s, System& system) const;
+  /// Sum of |y_q q| and |y_v v| of each output, the largest so far.
+  void look_at_amounts(TradeMotion& motion, const MechanismState& s, Assembly& assembly) const;
   Problem problem_;
   std::vector<double> rho_, times_;
   std::vector<std::unique_ptr<Output>> outputs_;

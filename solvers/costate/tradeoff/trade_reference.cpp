@@ -29,6 +29,9 @@ constexpr double kAgrees = 1e-2;
 constexpr double kCancelled = 1e-3;
 // An output whose range is no more of its size is constant, and measured by its size.
 constexpr double kConstant = 1e-6;
+// An output whose terms cancel to less than this part of what they amount to is measured by that part: the force of a
+// spring and its damper that drive no mass is zero, and each of them right to its tolerance.
+constexpr double kCancelledTerms = 1e-6;
 // What the reference's own energy may change by, against the kinetic one, where it is said to be kept.
 constexpr double kKept = 1e-7;
 constexpr std::size_t kFewParameters = 10;
@@ -242,7 +245,8 @@ void TradeReference::measure(const TradeProbe& probe) {
         std::max(range > kConstant * size[o] ? range : size[o], kCancelled * largest[outputs[o]->unit()]);
     // An energy's zero is anybody's choice.
     const double least = outputs[o]->unit() == "J" ? kinetic : 0;
-    output_unit.push_back(unit > 0 ? std::max(unit, least) : 1);
+    const double nothing = o < m.amounts.size() ? kCancelledTerms * m.amounts[o] : 0;
+    output_unit.push_back(unit > 0 ? std::max({unit, least, nothing}) : 1);
   }
   psi_unit = std::max(std::abs(values.psi), kCancelled * m.cost_amount);
   if (!(psi_unit > 0)) psi_unit = 1;

@@ -1,0 +1,91 @@
+// Gradients of discrete methods over forces that bend where something touches: a step over a bend gets its derivative
+// wrong by the first order of its length, so that such steps have a bound of their own (lib/README (9)), and only
+// those.
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+#include <cstdlib>
+
+#include "costate/base/notice.h"
+#include "costate/problem/scene_problem.h"
+#include "costate/sensitivity/method.h"
+#include "property/gradient_compare.h"
+#include "support/paths.h"
+
+using namespace costate;
+
+namespace {
+// A wheel that falls, is pressed and thrown up again, twice.
+constexpr const char* kFalling = R"([gravity]
+z_m_per_s2 = -9.81
+[rigid_body.wheel]
+x_m = 0
+y_m = 0
+z_m = 0.5
+mass_kg = 10
+inertia_xx_kg_m2 = 1
+inertia_yy_kg_m2 = 1
+inertia_zz_kg_m2 = 1
+[point.hub]
+on = "wheel"
+x_m = 0
+y_m = 0
+z_m = 0
+[road.floor]
+kind = "flat"
+[tyre.T]
+wheel = "hub"
+road = "floor"
+model = "ride"
+radius_m = 0.3
+stiffness_N_per_m = 2e4
+damping_N_s_per_m = 50
+damping_ramp_m = 0.01
+[start]
+given = ["wheel"]
+[[cost.running]]
+kind = "square"
+output = "wheel.z"
+[parameter.k]
+number = "tyre.T.stiffness_N_per_m"
+[parameter.z]
+number = "rigid_body.wheel.z_m"
+[run]
+t_end_s = 1.2
+rtol = 1e-8
+)";
+}  // namespace
+
+TEST_CASE("bends: a tyre that lands and leaves", "[bends]") {
+  Problem p = make_problem(Scene::parse(kFalling, "falling.toml"));
+  const auto rho = p.parameters.values();
+  p.formulation = "baumgarte";
+  p.solver.rtol = 1e-11;
+  const GradientResult expected = gradient(p, "cvodes-forward", rho);
+  p.solver.rtol = 1e-8;
+  for (const char* integrator : {"dopri5", "dop853", "radau5"})
+    for (const char* method : {"discrete-adjoint", "discrete-tangent"}) {
+      CAPTURE(integrator, method);
+      p.solver.integrator = integrator;
+      take_notices();
+      const GradientResult r = gradient(p, method, rho);
+      CHECK(take_notices().empty());
+      const auto mismatch = test::gradient_mismatch(r.gradient, expected.gradient, p.parameters);
+      INFO(mismatch.text);
+      // What is returned without a word is within 1e-4.
+      CHECK(mismatch.error < 1e-4);
+    }
+}
+
+TEST_CASE("bends: a contact out of reach bounds no step of a differentiated run", "[bends]") {
+  const auto steps = [](const std::vector<std::string>& set) {
+    Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/five_bar/five_bar.toml", set));
+    p.formulation = "baumgarte";
+    p.solver.integrator = "dopri5";
+    return gradient(p, "discrete-adjoint", p.parameters.values()).counters.steps;
+  };
+  // But for the first one, of which nothing is known yet.
+  const long without = steps({}),
+             with = steps({"contact.far={point=\"P2\",stiffness_N_per_m_n=1e5,ground_height_m=-50,law=\"hertz\"}"});
+  CHECK(std::abs(with - without) <= 2);
+}

@@ -376,8 +376,7 @@ const RegisterCommand check_command(
       c.option("--patience", options->patience,
                "A row that takes more than this many times the steps or processor time of the reference is cut")
           .shows_default();
-      c.option("--jobs", options->jobs, "Rows at a time (default: the number of cores); the numbers are the same")
-          .between(0, 1e6);
+      add_jobs_option(c, options->jobs, "Rows");
       auto candidate = std::make_shared<CandidateOptions>();
       c.option("--candidate", candidate->file,
                "Only this: your own adjoint, a library built from costate/candidate/candidate.h");

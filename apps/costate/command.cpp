@@ -85,6 +85,11 @@ void CommonOptions::add_run_options(Command& c) {
   c.flag("--verbose", verbose, "Print settings and counters, too");
 }
 
+void add_jobs_option(Command& c, int& jobs, const std::string& what) {
+  c.option("--jobs", jobs, what + " at a time (default: the number of cores); the numbers are the same")
+      .between(0, 1e6);
+}
+
 Scene load_scene(const CommonOptions& options) {
   for (const auto& o : options.overrides) {
     const auto equals = o.find('=');

@@ -50,6 +50,9 @@ struct CommonOptions {
   void add_run_options(Command& command);
 };
 
+/// "--jobs N": `what` at a time; `jobs` stays 0 where it is not given: as many as there are cores.
+void add_jobs_option(Command& command, int& jobs, const std::string& what);
+
 /// The scene of the command line with its overrides.
 Scene load_scene(const CommonOptions& options);
 

@@ -6,6 +6,7 @@
 
 #include "accuracy.h"
 #include "command.h"
+#include "costate/record/jobs.h"
 #include "costate/sensitivity/error_estimate.h"
 #include "digits.h"
 #include "start_notice.h"
@@ -15,7 +16,8 @@ namespace costate::app {
 
 namespace {
 
-int run(const CommonOptions& common, const AccuracyOption& option, bool estimate, bool confirm) {
+int run(const CommonOptions& common, const AccuracyOption& option, bool estimate, bool confirm, int jobs) {
+  set_jobs(jobs);
   Setup setup(common, Purpose::differentiate);
   Progress progress(setup.progress_options);
   progress.start(setup.problem.solver.t_start);
@@ -92,7 +94,10 @@ const RegisterCommand gradient_command(
       c.flag("--estimate-error", *estimate,
              "Estimate the errors of psi and gradient by a rerun at rtol/10, or half the step");
       c.flag("--no-confirm", *single, "One run, without the looser one that shows where small errors grow");
-      c.runs([&common, accuracy, estimate, single] { return run(common, *accuracy, *estimate, !*single); });
+      auto jobs = std::make_shared<int>(0);
+      add_jobs_option(c, *jobs, "Columns of differences");
+      c.runs(
+          [&common, accuracy, estimate, single, jobs] { return run(common, *accuracy, *estimate, !*single, *jobs); });
     });
 
 }  // namespace costate::app

@@ -9,6 +9,7 @@
 
 #include "costate/base/notice.h"
 #include "costate/record/interrupt.h"
+#include "costate/record/jobs.h"
 #include "stress_families.h"
 #include "stress_page.h"
 #include "stress_variants.h"
@@ -21,6 +22,7 @@ namespace {
 struct StressOptions {
   std::vector<std::string> scenes, axes;
   double budget_s = 300;
+  int jobs = 0;
 };
 
 const std::vector<std::string>& known_axes() {
@@ -66,6 +68,7 @@ class Stress {
       if (std::find(known_axes().begin(), known_axes().end(), a) == known_axes().end())
         throw Error(fmt::format("--axes: There is no axis '{}'.{} Known are: {}.", a, suggestion(a, known_axes()),
                                 fmt::join(known_axes(), ", ")));
+    set_jobs(options_.jobs);
     // Families of scenes are run where none is named, or by the names of their axes.
     std::vector<std::string> families;
     for (const auto& axis : family_axes())
@@ -311,6 +314,7 @@ const RegisterCommand stress_command(
                "These only, separated by commas: " + fmt::format("{}", fmt::join(known_axes(), ", ")))
           .separated();
       c.option("--budget", options->budget_s, "Seconds that it may take, shared by the scenes").shows_default();
+      add_jobs_option(c, options->jobs, "Runs");
       c.option("--output", common.output, "Directory for stress.html and stress.json (default: results/stress)");
       c.flag("--no-files", common.no_files, "Write no files");
       c.flag("--json", common.json, "Print one JSON object and nothing else");

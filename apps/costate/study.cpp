@@ -20,6 +20,7 @@
 #include "command.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/interrupt.h"
+#include "costate/record/jobs.h"
 #include "costate/record/journal.h"
 #include "costate/record/print.h"
 #include "design/study_table.h"
@@ -162,6 +163,7 @@ class StudyCommand {
       a.push_back("--set");
       a.push_back(o);
     }
+    if (at_once() > 1 && j.run.task != "simulate") a.insert(a.end(), {"--jobs", "1"});  // the cores are the runs'
     a.insert(a.end(), j.run.options.begin(), j.run.options.end());
     return a;
   }
@@ -225,9 +227,9 @@ class StudyCommand {
                : last;
   }
 
+  std::size_t at_once() const { return static_cast<std::size_t>(options_.jobs > 0 ? options_.jobs : cores()); }
+
   void run_all() {
-    const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-    const std::size_t at_once = static_cast<std::size_t>(options_.jobs > 0 ? options_.jobs : cores);
     total_ =
         static_cast<std::size_t>(std::count_if(jobs_.begin(), jobs_.end(), [](const StudyJob& j) { return !j.ok(); }));
     if (total_ < jobs_.size() && !common_.json && !common_.quiet)
@@ -247,7 +249,7 @@ class StudyCommand {
         }
       }
       for (StudyJob& j : jobs_)
-        if (j.state == StudyJob::State::waiting && running < at_once) {
+        if (j.state == StudyJob::State::waiting && running < at_once()) {
           start(j);
           ++running;
         } else {

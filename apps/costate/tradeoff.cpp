@@ -9,6 +9,7 @@
 #include "costate/integrator/simulate.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/interrupt.h"
+#include "costate/record/jobs.h"
 #include "guide.h"
 #include "number_list.h"
 #include "saving.h"
@@ -22,6 +23,7 @@ namespace {
 struct TradeoffOptions {
   TradeOptions study;
   std::vector<std::string> tolerances, steps;
+  int jobs = 0;
 };
 
 class Tradeoff {
@@ -33,6 +35,7 @@ class Tradeoff {
 
   int run() {
     read_options();
+    set_jobs(options_.jobs);
     TradeOptions& o = options_.study;
     setup_.located([&] {
       TradeStudy study(setup_.problem, setup_.rho, o);
@@ -155,6 +158,7 @@ const RegisterCommand tradeoff_command(
           .separated();
       c.option("--budget", o.budget_s, "Seconds that it may take in all; 0: no limit").shows_default();
       c.option("--repeats", o.repeats, "Runs of each setting for the clock, in turns").shows_default();
+      add_jobs_option(c, options->jobs, "Runs");
       c.option("--samples", o.samples, "Times at which the motions are compared").shows_default();
       c.runs([&common, options] { return Tradeoff(common, *options).run(); });
     });

@@ -155,6 +155,7 @@ Json tradeoff_json(const Setup& setup, const TradeStudy& study) {
   j["formulation"] = r.first.formulation;
   j["rtol"] = r.rtol_first;
   j["reference"] = reference_json(study);
+  j["runs_beside"] = study.runs_beside();
   j["rows"] = Json::array();
   for (const TradeRow& row : t.rows) j["rows"].push_back(row_json(t, row));
   j["fronts"] = Json::object();
@@ -224,6 +225,12 @@ std::string tradeoff_text(const Setup& setup, const TradeStudy& study) {
     if (choices.empty()) text += "  no setting that was run reaches 1e-01\n";
     for (const TradeChoice& c : choices) text += "  " + sentence(t, m, c) + "\n";
   }
+  std::size_t beside = 0;
+  for (const TradeRow& r : t.rows) beside += r.status == TradeStatus::ok && r.repeats == 0 ? 1 : 0;
+  if (beside > 0 && study.runs_beside() > 0)
+    text += fmt::format(
+        "\n{} runs had no turn at the clock; their times were taken with {} other run{} beside them (--jobs 1: none)\n",
+        beside, study.runs_beside(), study.runs_beside() == 1 ? "" : "s");
   const auto found = out_of_line(t);
   if (!found.empty()) text += "\nout of line\n";
   for (const OutOfLine& o : found) text += "  " + o.sentence + "\n";

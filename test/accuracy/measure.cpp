@@ -68,10 +68,13 @@ class Measurement {
     search.gradient = gradient();
     const double seconds = options_.reference_s * (variant_.vehicle ? 20 : 1), begin = RunBudget::processor_s();
     const auto left = [=] { return seconds - (RunBudget::processor_s() - begin); };
-    search.allow = [this, left, seconds] { budget_.begin(std::max(0.1 * seconds, left()), 0); };
+    search.allow = [left, seconds] {
+      RunBudget budget;
+      budget.begin(std::max(0.1 * seconds, left()), 0);
+      return budget;
+    };
     search.has_time = [left, seconds] { return left() > 0.7 * seconds; };
     reference_ = find_trade_reference(probe_, search);
-    budget_.unlimited();
     take_notices();
     j["reference"] = reference_.first.name() + " and " + reference_.second.name();
     if (!reference_.proven) {
@@ -166,6 +169,10 @@ class Measurement {
       const auto [error, worst] = error_of(v);
       j["met"] = run->met;
       j["estimated"] = run->relative;
+      j["runs"] = run->runs;
+      double pilots = 0;
+      for (const AccuracyPilot& p : run->pilots) pilots += p.time_s;
+      j["pilots_s"] = pilots;
       j["choice"] = fmt::format("{}, rtol {:.1e}", run->what.name(), run->problem.solver.rtol);
       j["result_s"] = timed([&] { probe_.run(run->what, run->problem.solver.rtol, 0); });
       j["error"] = floor() <= kBetter * accuracy ? json(error) : json();

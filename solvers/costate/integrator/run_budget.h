@@ -47,4 +47,13 @@ class RunBudget {
   double seconds_ = 0, steps_ = 0, began_ = 0;
 };
 
+/// The problem whose monitor looks at the budget as well. The budget has to outlive its runs.
+inline Problem watched(Problem problem, const RunBudget& budget) {
+  problem.monitor = [&budget, outer = problem.monitor](double t, long steps, bool backward) {
+    if (outer) outer(t, steps, backward);
+    budget.look(t, steps, backward);
+  };
+  return problem;
+}
+
 }  // namespace costate

@@ -17,6 +17,18 @@ int jobs();
 /// 0: as many as there are cores.
 void set_jobs(int at_once);
 
+/// Another number of jobs() while it lives.
+class JobsHere {
+ public:
+  explicit JobsHere(int at_once) : before_(jobs()) { set_jobs(at_once); }
+  ~JobsHere() { set_jobs(before_); }
+  JobsHere(const JobsHere&) = delete;
+  JobsHere& operator=(const JobsHere&) = delete;
+
+ private:
+  int before_;
+};
+
 /// work(i) for all i < count, at most `at_once` of them at a time, begun in their order. Where one throws no other is
 /// begun, and the error of the smallest i is thrown once all have ended. With at_once <= 1 in the calling thread.
 void for_each_job(std::size_t count, int at_once, const std::function<void(std::size_t)>& work);

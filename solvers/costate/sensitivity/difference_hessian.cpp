@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "costate/record/jobs.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate {
@@ -40,24 +41,23 @@ Hessian hessian_by_differences(const Problem& problem, const std::string& method
   const auto& parameters = problem.parameters.parameters;
   const auto n = static_cast<Index>(parameters.size());
   Hessian h;
-  const auto at = [&](const std::vector<double>& x) {
-    GradientResult r = gradient(p, method, x);
-    h.counters += r.counters;
-    return r;
-  };
-  const GradientResult here = at(rho);
+  const GradientResult here = gradient(p, method, rho);
+  h.counters += here.counters;
   h.psi = here.psi;
   h.gradient = here.gradient;
   VectorXd scale(n);
+  std::vector<Counters> spent(parameters.size());
   Eigen::MatrixXd H(n, n), change(n, n);
-  for (Index j = 0; j < n; ++j) {
-    const Parameter& of = parameters[static_cast<std::size_t>(j)];
+  for_each_job(parameters.size(), jobs(), [&](std::size_t column) {
+    const auto j = static_cast<Index>(column);
+    const Parameter& of = parameters[column];
     scale[j] = of.scale;
-    const double k = 0.5 * kStep * of.scale, x = rho[static_cast<std::size_t>(j)];
+    const double k = 0.5 * kStep * of.scale, x = rho[column];
     const auto moved = [&](double by) -> VectorXd {
       std::vector<double> other = rho;
-      other[static_cast<std::size_t>(j)] = x + by;
-      const GradientResult r = at(other);
+      other[column] = x + by;
+      const GradientResult r = gradient(p, method, other);
+      spent[column] += r.counters;
       return Eigen::Map<const VectorXd>(r.gradient.data(), n);
     };
     const VectorXd g = Eigen::Map<const VectorXd>(here.gradient.data(), n);
@@ -65,7 +65,8 @@ Hessian hessian_by_differences(const Problem& problem, const std::string& method
     const Column c = down == up ? central(moved, k) : one_sided(moved, g, up ? k : -k);
     H.col(j) = c.value;
     change.col(j) = c.change;
-  }
+  });
+  for (const Counters& c : spent) h.counters += c;
   const auto in_scales = [&](const Eigen::MatrixXd& m) {
     return Eigen::MatrixXd(scale.asDiagonal() * m * scale.asDiagonal());
   };

@@ -6,9 +6,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "costate/base/error.h"
 #include "costate/integrator/simulate.h"
+#include "costate/record/jobs.h"
 #include "costate/sensitivity/cycle_gradient.h"
 #include "costate/sensitivity/method.h"
 
@@ -58,19 +60,21 @@ GradientResult run_at(double rtol, const Problem& problem, const std::vector<dou
   if (tight.solver.integrator.empty() && find_formulation(tight.formulation).make_ode)
     tight.solver.integrator = "cvodes";
   GradientResult r(run_once(tight, rho));
-  for (std::size_t j = 0; j < rho.size(); ++j) {
+  r.gradient.resize(rho.size());
+  r.gradient_error.resize(rho.size());
+  std::vector<Counters> spent(rho.size());
+  for_each_job(rho.size(), jobs(), [&](std::size_t j) {
     const auto psi = [&](double value) {
       std::vector<double> x = rho;
       x[j] = value;
       const Simulation at = run_once(tight, x);
-      r.counters += at.counters;
+      spent[j] += at.counters;
       return at.psi;
     };
     const double scale = rho[j] != 0 ? std::abs(rho[j]) : problem.parameters.parameters[j].scale;
-    const auto [slope, error] = extrapolated_slope(psi, rho[j], kFirstStep * scale);
-    r.gradient.push_back(slope);
-    r.gradient_error.push_back(error);
-  }
+    std::tie(r.gradient[j], r.gradient_error[j]) = extrapolated_slope(psi, rho[j], kFirstStep * scale);
+  });
+  for (const Counters& c : spent) r.counters += c;
   return r;
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include "costate/base/error.h"
@@ -10,6 +11,7 @@
 #include "costate/formulation/formulation.h"
 #include "costate/integrator/integrators.h"
 #include "costate/problem/redundant_rows.h"
+#include "costate/record/jobs.h"
 
 namespace costate {
 
@@ -19,14 +21,6 @@ constexpr int kSampleCount = 30;
 // A halved step may not make errors larger; so much is forgiven.
 constexpr double kSoftFall = 0.4;
 constexpr double kStepRise = 3, kStepNoise = 1e-6;
-
-Problem bounded(Problem problem, const RunBudget& budget) {
-  problem.monitor = [&budget, outer = problem.monitor](double t, long steps, bool backward) {
-    if (outer) outer(t, steps, backward);
-    budget.look(t, steps, backward);
-  };
-  return problem;
-}
 
 }  // namespace
 
@@ -54,7 +48,7 @@ double StressClaim::allowed(double rtol) const {
 
 StressCase::StressCase(const Problem& problem, const std::vector<double>& rho, const std::vector<std::string>& outputs,
                        double limit_s, std::function<bool()> time_left)
-    : problem_(bounded(problem, budget_)),
+    : problem_(problem),
       rho_(rho),
       outputs_(outputs),
       limit_s_(limit_s),
@@ -65,18 +59,26 @@ void StressCase::find_reference(double seconds) {
   redundant_ = redundant_rows(problem_, rho_);
   ReferenceSearch search;
   search.redundant = !redundant_.empty();
-  const double begin = RunBudget::processor_s();
-  const auto left = [=] { return seconds - (RunBudget::processor_s() - begin); };
-  search.allow = [this, left] { budget_.begin(std::max(0.1 * limit_s_, left()), 0); };
+  // By the wall's clock, as the budget of all is: runs may be on several threads.
+  const auto begin = std::chrono::steady_clock::now();
+  const auto left = [=] {
+    return seconds - std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
+  search.allow = [this, left] {
+    RunBudget budget;
+    budget.begin(std::max(0.1 * limit_s_, left()), 0);
+    return budget;
+  };
   search.has_time = [left] { return left() > 0; };
   reference_ = find_trade_reference(probe_, search);
   const double rtol = problem_.solver.rtol;
   for (const Combination& c : {reference_.first, reference_.second}) {
     if (c.formulation.empty()) continue;
     TradeRow row;
-    budget_.begin(limit_s_, 0);
+    RunBudget budget;
+    budget.begin(limit_s_, 0);
     try {
-      reference_.judge(probe_.run(c, rtol, 0), probe_, row);
+      reference_.judge(probe_.run(c, rtol, 0, budget), probe_, row);
     } catch (const Cut&) {
     } catch (const SolverError&) {
     }
@@ -84,7 +86,6 @@ void StressCase::find_reference(double seconds) {
       if (row.error[m]) claims_[m].amplification = std::max(claims_[m].amplification, *row.error[m] / rtol);
   }
   for (std::size_t m = 0; m < claims_.size(); ++m) claims_[m].floor = reference_.floor[m];
-  budget_.unlimited();
   take_notices();
 }
 
@@ -115,14 +116,15 @@ StressEntry StressCase::run(const TradeProbe& probe, const Combination& c, doubl
   StressEntry e;
   e.what = c;
   e.allowed = allowed;
-  budget_.begin(limit_s_, 0);
+  RunBudget budget;
+  budget.begin(limit_s_, 0);
   take_notices();
   const auto end = [&](StressVerdict v, const std::string& why) {
     e.verdict = v;
     e.why = why;
   };
   try {
-    TradeValues v = probe.run(c, rtol, step_s);
+    TradeValues v = probe.run(c, rtol, step_s, budget);
     if (v.motion) e.drift = v.motion->position_drift;
     if (back) back(v);
     const std::vector<std::string> said = take_notices();
@@ -147,52 +149,70 @@ StressEntry StressCase::run(const TradeProbe& probe, const Combination& c, doubl
   } catch (const ModelError& error) {
     end(StressVerdict::refused, error.what());
   }
-  budget_.unlimited();
   if (e.verdict == StressVerdict::wrong && !unjudged().empty()) end(StressVerdict::unjudged, unjudged());
+  return e;
+}
+
+void StressCase::beside_each_other(std::vector<StressEntry>& entries, const std::vector<Combination>& list,
+                                   const std::function<void(const Combination&, std::vector<StressEntry>&)>& work) {
+  std::vector<std::vector<StressEntry>> done(list.size());
+  const auto keep = [&] {
+    for (auto& own : done) entries.insert(entries.end(), own.begin(), own.end());
+  };
+  try {
+    for_each_job(list.size(), jobs(), [&](std::size_t i) {
+      if (time_left_()) work(list[i], done[i]);
+    });
+  } catch (...) {  // an interruption: what has been run stands
+    keep();
+    throw;
+  }
+  keep();
+}
+
+/// At a tolerance, against what it claims.
+StressEntry StressCase::run_at(const TradeProbe& probe, const Combination& c, double rtol, const std::string& axis,
+                               const std::string& value) {
+  StressEntry e = run(probe, c, rtol, 0, std::max(allowed_at(rtol), c.soft ? StressClaim::kSoft : 0));
+  e.axis = axis;
+  e.value = value;
   return e;
 }
 
 void StressCase::every_combination(std::vector<StressEntry>& entries, const std::string& axis,
                                    const std::string& value) {
-  const double rtol = problem_.solver.rtol;
-  for (const Combination& c : combinations()) {
-    if (!time_left_()) return;
-    StressEntry e = run(probe_, c, rtol, 0, std::max(allowed_at(rtol), c.soft ? StressClaim::kSoft : 0));
-    e.axis = axis;
-    e.value = value;
-    entries.push_back(std::move(e));
-  }
+  beside_each_other(entries, combinations(), [&](const Combination& c, std::vector<StressEntry>& own) {
+    own.push_back(run_at(probe_, c, problem_.solver.rtol, axis, value));
+  });
 }
 
 void StressCase::tolerances(std::vector<StressEntry>& entries, const std::vector<double>& rtols) {
   for (const double rtol : rtols)
-    for (const Combination& c : combinations()) {
-      if (!time_left_()) return;
-      StressEntry e = run(probe_, c, rtol, 0, std::max(allowed_at(rtol), c.soft ? StressClaim::kSoft : 0));
-      e.axis = "tolerance";
-      e.value = fmt::format("rtol {:g}", rtol);
-      entries.push_back(std::move(e));
-    }
+    beside_each_other(entries, combinations(), [&](const Combination& c, std::vector<StressEntry>& own) {
+      own.push_back(run_at(probe_, c, rtol, "tolerance", fmt::format("rtol {:g}", rtol)));
+    });
 }
 
 /// With a step of the user's nothing is claimed of the first; but smaller ones must not be worse.
 void StressCase::steps(std::vector<StressEntry>& entries, const std::vector<long>& counts) {
   const double span = problem_.solver.t_end - problem_.solver.t_start;
-  for (const auto& f : formulations()) {
-    if (!f.make_discrete || (!redundant_.empty() && !f.carries_redundancy)) continue;
+  std::vector<Combination> fixed;
+  for (const auto& f : formulations())
+    if (f.make_discrete && (redundant_.empty() || f.carries_redundancy)) fixed.push_back({f.name, "fixed"});
+  beside_each_other(entries, fixed, [&](const Combination& c, std::vector<StressEntry>& own) {
     double before = HUGE_VAL;
     for (const long n : counts) {
       if (!time_left_()) return;
       const double allowed = std::max(kStepRise * before, kStepNoise);
-      StressEntry e = run(probe_, {f.name, "fixed"}, 0, span / static_cast<double>(n), allowed);
+      StressEntry e = run(probe_, c, 0, span / static_cast<double>(n), allowed);
       e.axis = "step";
       e.value = fmt::format("{} steps", n);
       const bool ended =
           e.verdict == StressVerdict::held || e.verdict == StressVerdict::wrong || e.verdict == StressVerdict::warned;
       if (ended) before = std::min(before, e.error);
-      entries.push_back(std::move(e));
+      own.push_back(std::move(e));
     }
-  }
+  });
 }
 
 void StressCase::weights(std::vector<StressEntry>& entries, const std::vector<double>& alphas) {
@@ -201,10 +221,10 @@ void StressCase::weights(std::vector<StressEntry>& entries, const std::vector<do
     Problem p = problem_;
     p.formulation_options.set("penalty_alpha", alpha);
     const TradeProbe probe(p, rho_, outputs_, kSampleCount);
-    for (const Combination& c : combinations()) {
-      if (!find_formulation(c.formulation).weighted) continue;
-      if (!time_left_()) return;
-      StressEntry e = run(probe, c, rtol, 0, std::max(allowed_at(rtol), c.soft ? StressClaim::kSoft : 0));
+    std::vector<Combination> weighted = combinations();
+    std::erase_if(weighted, [](const Combination& c) { return !find_formulation(c.formulation).weighted; });
+    beside_each_other(entries, weighted, [&](const Combination& c, std::vector<StressEntry>& own) {
+      StressEntry e = run_at(probe, c, rtol, "penalty weight", fmt::format("{:g}", alpha));
       if (e.verdict == StressVerdict::wrong && c.soft) {
         // As soft as the user's weight makes it? Then ten times the weight takes most of the error away.
         Problem firm = p;
@@ -215,10 +235,8 @@ void StressCase::weights(std::vector<StressEntry>& entries, const std::vector<do
           e.why = "as soft as its weight makes it";
         }
       }
-      e.axis = "penalty weight";
-      e.value = fmt::format("{:g}", alpha);
-      entries.push_back(std::move(e));
-    }
+      own.push_back(std::move(e));
+    });
   }
 }
 
@@ -231,21 +249,21 @@ void StressCase::stabilizations(std::vector<StressEntry>& entries) {
     p.formulation_options.set(kDamping, xi);
     p.formulation_options.set("baumgarte_omega_rad_per_s", omega);
     const TradeProbe probe(p, rho_, outputs_, kSampleCount);
-    for (const Combination& c : combinations()) {
+    std::vector<Combination> stabilized = combinations();
+    std::erase_if(stabilized, [](const Combination& c) {
       const auto& options = find_formulation(c.formulation).options;
-      if (std::none_of(options.begin(), options.end(), [&](const auto& o) { return o.key == kDamping; })) continue;
-      if (!time_left_()) return;
-      StressEntry e = run(probe, c, rtol, 0, allowed_at(rtol));
-      e.axis = "stabilization";
-      e.value = fmt::format("xi {:g}, omega {:g} rad/s", xi, omega);
-      entries.push_back(std::move(e));
-    }
+      return std::none_of(options.begin(), options.end(), [&](const auto& o) { return o.key == kDamping; });
+    });
+    const std::string value = fmt::format("xi {:g}, omega {:g} rad/s", xi, omega);
+    beside_each_other(entries, stabilized, [&](const Combination& c, std::vector<StressEntry>& own) {
+      own.push_back(run_at(probe, c, rtol, "stabilization", value));
+    });
   }
 }
 
 StressEntry StressCase::same(const Problem& other, const std::vector<double>& rho, const std::string& axis,
                              const std::string& value, const std::function<void(TradeValues&)>& back) {
-  Problem p = bounded(other, budget_);
+  Problem p = other;
   p.monitor = problem_.monitor;
   const TradeProbe probe(p, rho, outputs_, kSampleCount);
   Combination c{p.formulation, p.solver.integrator};

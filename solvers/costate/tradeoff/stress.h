@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "costate/integrator/run_budget.h"
 #include "costate/tradeoff/trade_reference.h"
 
 namespace costate {
@@ -50,7 +49,8 @@ class StressCase {
   /// Why nothing can be judged, or empty.
   std::string unjudged() const;
 
-  // Each adds its entries; where the time is up, none.
+  // Each adds its entries; where the time is up, none. Runs stand beside each other where there are jobs()
+  // (record/jobs.h), in the same order and with the same numbers.
   void every_combination(std::vector<StressEntry>& entries, const std::string& axis, const std::string& value);
   void tolerances(std::vector<StressEntry>& entries, const std::vector<double>& rtols);
   void steps(std::vector<StressEntry>& entries, const std::vector<long>& counts);
@@ -65,9 +65,12 @@ class StressCase {
   StressEntry run(const TradeProbe& probe, const Combination& c, double rtol, double step_s, double allowed,
                   const std::function<void(TradeValues&)>& back = {});
   StressClaim claim(TradeMeasure m) const { return claims_[static_cast<std::size_t>(m)]; }
+  StressEntry run_at(const TradeProbe& probe, const Combination& c, double rtol, const std::string& axis,
+                     const std::string& value);
+  void beside_each_other(std::vector<StressEntry>& entries, const std::vector<Combination>& list,
+                         const std::function<void(const Combination&, std::vector<StressEntry>&)>& work);
   double allowed_at(double rtol) const;
 
-  RunBudget budget_;
   Problem problem_;
   std::vector<double> rho_;
   std::vector<std::string> outputs_;

@@ -66,6 +66,7 @@ void TradeProbe::look(TradeMotion& motion, const MechanismState& s, System& syst
   motion.outputs.push_back(std::move(values));
   motion.kinetic.push_back(kinetic_->value(s, system.assembly()));
   motion.energy.push_back(energy_->value(s, system.assembly()));
+  const std::lock_guard lock(*looks_);
   Assembly& a = *assembly_;
   motion.lowest.resize(static_cast<std::size_t>(a.n()), HUGE_VAL);
   motion.highest.resize(static_cast<std::size_t>(a.n()), -HUGE_VAL);
@@ -88,13 +89,18 @@ void TradeProbe::look(TradeMotion& motion, const MechanismState& s, System& syst
 }
 
 TradeValues TradeProbe::run(const Combination& c, double rtol, double step_s, GradientResult* result,
-                            const Recording* recording) const {
+                            const Recording* recording, const RunBudget* budget) const {
   const Problem p = prepared(c, rtol, step_s);
+  return run(budget ? watched(p, *budget) : p, c.method, result, recording);
+}
+
+TradeValues TradeProbe::run(const Problem& p, const std::string& method, GradientResult* result,
+                            const Recording* recording) const {
   TradeValues v;
   const double begin = processor_time_s();
   GradientResult r;
-  if (!c.method.empty()) {
-    r = costate::gradient(p, c.method, rho_);
+  if (!method.empty()) {
+    r = costate::gradient(p, method, rho_);
     v.gradient = r.gradient;
   } else {
     TradeMotion motion;

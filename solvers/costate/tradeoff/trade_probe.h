@@ -2,10 +2,12 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "costate/integrator/run_budget.h"
 #include "costate/integrator/simulate.h"
 #include "costate/objective/output.h"
 #include "costate/tradeoff/trade_table.h"
@@ -29,6 +31,7 @@ struct TradeValues {
   double time_s = 0;  // processor time
 };
 
+/// Of runs beside each other, too.
 class TradeProbe {
  public:
   /// Samples at `samples` times that are not round, where laws have their corners, up to the end of the run at rho.
@@ -42,8 +45,15 @@ class TradeProbe {
     std::vector<double> times;
     SampleSink sink;
   };
-  /// One run; errors pass through. A gradient's motion is not looked at. `result`: all that the run gives.
+  /// One run; errors pass through. A gradient's motion is not looked at. `result`: all that the run gives; `budget`:
+  /// what it may take.
   TradeValues run(const Combination& c, double rtol, double step_s, GradientResult* result = nullptr,
+                  const Recording* recording = nullptr, const RunBudget* budget = nullptr) const;
+  TradeValues run(const Combination& c, double rtol, double step_s, const RunBudget& budget) const {
+    return run(c, rtol, step_s, nullptr, nullptr, &budget);
+  }
+  /// The same of a problem as prepared() gives it; no method: a simulation.
+  TradeValues run(const Problem& prepared, const std::string& method, GradientResult* result = nullptr,
                   const Recording* recording = nullptr) const;
   /// The same, plain: for the clock.
   void repeat(const Combination& c, double rtol, double step_s) const;
@@ -62,6 +72,7 @@ class TradeProbe {
   std::vector<std::unique_ptr<Output>> outputs_;
   std::unique_ptr<Output> energy_, kinetic_;
   std::unique_ptr<Assembly> assembly_;  // of its own: the run's results stay as they are
+  std::unique_ptr<std::mutex> looks_ = std::make_unique<std::mutex>();  // one at a time at the assembly
 };
 
 }  // namespace costate

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -12,6 +13,7 @@
 #include "costate/base/notice.h"
 #include "costate/integrator/run_budget.h"
 #include "costate/problem/scaled_gradient.h"
+#include "costate/record/jobs.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate {
@@ -61,6 +63,12 @@ struct Witness {
   TradeValues tight, looser;
 };
 
+struct Attempt {
+  std::optional<Witness> witness;
+  std::string note;            // why there is none
+  std::exception_ptr failure;  // of the mechanism itself
+};
+
 class WitnessSearch {
  public:
   WitnessSearch(const TradeProbe& probe, const ReferenceSearch& search) : probe_(probe), search_(search) {}
@@ -73,13 +81,22 @@ class WitnessSearch {
     const auto good = [&] {
       return any && best.proven && (worst(best) <= kEnough || (search_.has_time && !search_.has_time()));
     };
+    // Of each integrator the first is needed in any case.
+    std::array<Attempt, 2> first;
+    for_each_job(2, jobs(), [&](std::size_t k) {
+      const auto& from = k == 0 ? ode : dae;
+      if (!from.empty()) first[k] = run(from[0]);
+    });
     // One on each integrator in turns, each beside those on the other one.
     for (std::size_t i = 0; i < std::max(ode.size(), dae.size()) && !good(); ++i)
       for (const bool ours : {true, false}) {
         const auto& from = ours ? ode : dae;
         auto& side = ours ? on_cvodes : on_idas;
         if (good() || i >= from.size() || side.size() >= kMostEach) continue;
-        std::optional<Witness> w = run(from[i]);
+        const Attempt a = i == 0 ? first[ours ? 0 : 1] : run(from[i]);
+        const std::optional<Witness>& w = a.witness;
+        if (!a.note.empty()) notes_.push_back(a.note);
+        if (a.failure) failure_ = a.failure;
         if (!w) continue;
         side.push_back(*w);
         for (const Witness& other : ours ? on_idas : on_cvodes) {
@@ -126,23 +143,22 @@ class WitnessSearch {
   }
 
   TradeValues values(const Witness& w, double rtol) const {
-    search_.allow();
-    TradeValues v = probe_.run(w.what, rtol, 0);
+    TradeValues v = probe_.run(w.what, rtol, 0, search_.allow());
     if (!w.method.empty()) {
       Combination c = w.what;
       c.method = w.method;
-      search_.allow();
-      v.gradient = probe_.run(c, rtol, 0).gradient;
+      v.gradient = probe_.run(c, rtol, 0, search_.allow()).gradient;
     }
     return v;
   }
 
-  std::optional<Witness> run(const Combination& c) {
+  Attempt run(const Combination& c) const {
+    Attempt attempt;
     Witness w;
     w.what = c;
     if (search_.gradient) {
       w.method = method_for(c);
-      if (w.method.empty()) return std::nullopt;
+      if (w.method.empty()) return attempt;
     }
     std::string why;
     for (double rtol = search_.tightest; rtol < 1e-8; rtol *= 10) {
@@ -151,7 +167,8 @@ class WitnessSearch {
         w.looser = values(w, 10 * rtol);
         w.tight = values(w, rtol);
         take_notices();
-        return w;
+        attempt.witness = w;
+        return attempt;
       } catch (const CapabilityError& e) {
         why = e.what();
         break;
@@ -159,15 +176,15 @@ class WitnessSearch {
         why = e.what();
       } catch (const ModelError& e) {
         why = e.what();
-        failure_ = std::current_exception();
+        attempt.failure = std::current_exception();
         break;
       } catch (const Cut& e) {
         why = std::string("cut ") + e.what();
         rtol *= 10;
       }
     }
-    notes_.push_back(fmt::format("{} does not serve as a reference: {}", c.name(), why));
-    return std::nullopt;
+    attempt.note = fmt::format("{} does not serve as a reference: {}", c.name(), why);
+    return attempt;
   }
 
   TradeReference pair(const Witness& a, const Witness& b) const {

@@ -38,13 +38,14 @@ struct ReferenceSearch {
   bool redundant = false;  // only formulations that carry dependent rows
   bool gradient = false;
   double tightest = 1e-12;
-  /// Called before each run, to begin what it may take.
-  std::function<void()> allow;
+  /// What the next run may take.
+  std::function<RunBudget()> allow;
   /// Whether others may be tried where two agree already, but to few digits; empty: always.
   std::function<bool()> has_time = {};
 };
 
-/// Runs until two agree or none is left. Throws the last failure where no combination runs at all.
+/// Runs until two agree or none is left; the first of each integrator beside each other where there are jobs()
+/// (record/jobs.h). Throws the last failure where no combination runs at all.
 TradeReference find_trade_reference(const TradeProbe& probe, const ReferenceSearch& search);
 
 }  // namespace costate

@@ -3,13 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <map>
+#include <mutex>
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/integrator/fixed_run.h"
 #include "costate/problem/redundant_rows.h"
+#include "costate/record/jobs.h"
 #include "costate/sensitivity/method.h"
 #include "costate/tradeoff/stopwatch.h"
 
@@ -30,36 +33,27 @@ bool listed(const std::vector<std::string>& list, const std::string& name) {
   return list.empty() || std::find(list.begin(), list.end(), name) != list.end();
 }
 
-Problem watched(Problem problem, const RunBudget& budget) {
-  problem.monitor = [&budget, outer = problem.monitor](double t, long steps, bool backward) {
-    if (outer) outer(t, steps, backward);
-    budget.look(t, steps, backward);
-  };
-  return problem;
-}
-
 }  // namespace
 
 TradeStudy::TradeStudy(const Problem& problem, const std::vector<double>& rho, TradeOptions options)
-    : options_(std::move(options)),
-      problem_(watched(problem, budget_)),
-      probe_(problem_, rho, options_.outputs, options_.samples) {}
+    : options_(std::move(options)), probe_(problem, rho, options_.outputs, options_.samples) {}
 
 double TradeStudy::spent_s() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
 }
 
 void TradeStudy::find_reference() {
-  redundant_ = redundant_rows(problem_, probe_.rho());
+  redundant_ = redundant_rows(probe_.problem(), probe_.rho());
   ReferenceSearch search;
   search.redundant = !redundant_.empty();
   search.gradient = options_.gradient;
   search.allow = [this] {
-    if (options_.budget_s > 0) budget_.begin(std::max(kLeast_s, kReferenceShare * options_.budget_s - spent_s()), 0);
+    RunBudget budget;
+    if (options_.budget_s > 0) budget.begin(std::max(kLeast_s, kReferenceShare * options_.budget_s - spent_s()), 0);
+    return budget;
   };
   search.has_time = [this] { return options_.budget_s <= 0 || spent_s() < kReferenceShare / 2 * options_.budget_s; };
   reference_ = find_trade_reference(probe_, search);
-  budget_.unlimited();
   for (std::size_t m = 0; m < table_.floor.size(); ++m) table_.floor[m] = reference_.proven ? reference_.floor[m] : 0;
 }
 
@@ -96,12 +90,12 @@ void TradeStudy::choose_combinations() {
   }
 }
 
-std::vector<double> TradeStudy::fixed_step_lengths() const {
+std::vector<double> TradeStudy::fixed_step_lengths(const RunBudget& budget) const {
   if (!options_.steps.empty()) return options_.steps;
   const auto c = std::find_if(table_.combinations.begin(), table_.combinations.end(),
                               [](const Combination& x) { return has_fixed_steps(x.integrator); });
   if (c == table_.combinations.end()) return {};
-  const Problem p = probe_.prepared({c->formulation, c->integrator}, kCoarsest, 0);
+  const Problem p = watched(probe_.prepared({c->formulation, c->integrator}, kCoarsest, 0), budget);
   const double span = p.solver.t_end - p.solver.t_start;
   long n = 64;
   try {
@@ -114,13 +108,13 @@ std::vector<double> TradeStudy::fixed_step_lengths() const {
 }
 
 void TradeStudy::choose_rows() {
-  if (options_.budget_s > 0) budget_.begin(std::max(kLeast_s, 0.1 * options_.budget_s), 0);
+  RunBudget budget;
+  if (options_.budget_s > 0) budget.begin(std::max(kLeast_s, 0.1 * options_.budget_s), 0);
   std::vector<double> steps;
   try {
-    steps = fixed_step_lengths();
+    steps = fixed_step_lengths(budget);
   } catch (const Cut&) {
   }
-  budget_.unlimited();
   for (std::size_t c = 0; c < table_.combinations.size(); ++c) {
     const bool fixed = has_fixed_steps(table_.combinations[c].integrator);
     const std::vector<double>& settings = fixed ? steps : options_.tolerances;
@@ -145,16 +139,18 @@ void TradeStudy::refuse(std::size_t combination, const std::string& why) {
     }
 }
 
-void TradeStudy::fill(TradeRow& row, double limit_s) {
+/// False where the combination turns out to be impossible.
+bool TradeStudy::fill(TradeRow& row, double limit_s) const {
   const auto end = [&](TradeStatus status, const std::string& why) {
     row.status = status;
     row.why = why;
   };
   const Combination& c = table_.combinations[row.combination];
-  budget_.begin(limit_s, 0);
+  RunBudget budget;  // its own: rows run beside each other
+  budget.begin(limit_s, 0);
   take_notices();
   try {
-    const TradeValues v = probe_.run(c, row.rtol, row.step_s);
+    const TradeValues v = probe_.run(c, row.rtol, row.step_s, budget);
     row.warnings = take_notices();
     reference_.judge(v, probe_, row);
     row.counters = v.counters;
@@ -163,13 +159,14 @@ void TradeStudy::fill(TradeRow& row, double limit_s) {
   } catch (const Cut& e) {
     end(TradeStatus::cut, e.what());
   } catch (const CapabilityError& e) {
-    refuse(row.combination, e.what());
+    end(TradeStatus::left_out, e.what());
+    return false;
   } catch (const SolverError& e) {
     end(TradeStatus::failed, e.what());
   } catch (const ModelError& e) {
     end(TradeStatus::failed, e.what());
   }
-  budget_.unlimited();
+  return true;
 }
 
 void TradeStudy::measure() {
@@ -192,48 +189,71 @@ void TradeStudy::measure() {
 }
 
 /// The cheapest first, as far as the row before tells: where time does not suffice for all, the slow ones stay at loose
-/// settings, and those that matter get to the tightest.
+/// settings, and those that matter get to the tightest. Each worker takes the next row of a combination that no other
+/// one is at.
 void TradeStudy::run_rows() {
   const double end_s = kRowsShare * options_.budget_s;
   std::vector<std::vector<std::size_t>> next(table_.combinations.size());  // the loosest last
   for (std::size_t i = table_.rows.size(); i-- > 0;) next[table_.rows[i].combination].push_back(i);
   std::vector<double> expected(next.size(), 0);
+  std::vector<char> taken(next.size(), 0);
   // What the fastest took: of simulations and of gradients, by the number of settings that were looser.
   std::map<std::pair<bool, std::size_t>, double> fastest;
   std::size_t done = 0, ended = 0, told = 0;
-  while (true) {
-    std::size_t c = next.size();
-    for (std::size_t k = 0; k < next.size(); ++k)
-      if (!next[k].empty() && (c == next.size() || expected[k] < expected[c])) c = k;
-    if (c == next.size() || (options_.budget_s > 0 && spent_s() >= end_s)) break;
-    TradeRow& row = table_.rows[next[c].back()];
-    row.why.clear();
-    double& least = fastest[{table_.combinations[c].method.empty(), row.level}];
-    double limit = least > 0 ? std::max(kLeast_s, options_.patience * least) : 0;
-    if (options_.budget_s > 0) {
-      const double left = std::max(kLeast_s, end_s - spent_s());
-      limit = limit > 0 ? std::min(limit, left) : left;
+  std::atomic<bool> stopped{false};
+  std::mutex books;  // all of the above
+  const auto work = [&] {
+    std::unique_lock lock(books);
+    while (!stopped) {
+      std::size_t c = next.size();
+      for (std::size_t k = 0; k < next.size(); ++k)
+        if (!next[k].empty() && !taken[k] && (c == next.size() || expected[k] < expected[c])) c = k;
+      if (c == next.size() || (options_.budget_s > 0 && spent_s() >= end_s)) return;
+      TradeRow& row = table_.rows[next[c].back()];
+      row.why.clear();
+      double& least = fastest[{table_.combinations[c].method.empty(), row.level}];
+      double limit = least > 0 ? std::max(kLeast_s, options_.patience * least) : 0;
+      if (options_.budget_s > 0) {
+        const double left = std::max(kLeast_s, end_s - spent_s());
+        limit = limit > 0 ? std::min(limit, left) : left;
+      }
+      taken[c] = 1;
+      lock.unlock();
+      const bool possible = fill(row, limit);
+      lock.lock();
+      taken[c] = 0;
+      next[c].pop_back();
+      ++done;
+      if (!possible) {
+        refuse(c, std::string(row.why));
+        next[c].clear();
+      } else if (row.status == TradeStatus::ok) {
+        ++ended;
+        expected[c] = kGrowth * row.time_s;
+        if (least <= 0 || row.time_s < least) least = row.time_s;
+      } else if (row.status == TradeStatus::cut) {
+        for (const std::size_t i : next[c]) table_.rows[i].why = "it was cut at a looser setting";
+        next[c].clear();
+      }
+      if (done * 10 / table_.rows.size() > told) {
+        told = done * 10 / table_.rows.size();
+        tell(fmt::format("{} of {} runs, {} ended, {:.1f} s so far", done, table_.rows.size(), ended, spent_s()));
+      }
     }
-    fill(row, limit);
-    next[c].pop_back();
-    ++done;
-    if (row.status == TradeStatus::ok) {
-      ++ended;
-      expected[c] = kGrowth * row.time_s;
-      if (least <= 0 || row.time_s < least) least = row.time_s;
-    } else if (row.status == TradeStatus::cut || row.why == kRefused) {
-      for (const std::size_t i : next[c])
-        if (row.status == TradeStatus::cut) table_.rows[i].why = "it was cut at a looser setting";
-      next[c].clear();
+  };
+  beside_ = jobs() - 1;
+  for_each_job(static_cast<std::size_t>(jobs()), jobs(), [&](std::size_t) {
+    try {
+      work();
+    } catch (...) {  // an interruption; the others end after their rows
+      stopped = true;
+      throw;
     }
-    if (done * 10 / table_.rows.size() > told) {
-      told = done * 10 / table_.rows.size();
-      tell(fmt::format("{} of {} runs, {} ended, {:.1f} s so far", done, table_.rows.size(), ended, spent_s()));
-    }
-  }
+  });
 }
 
 void TradeStudy::take_times() {
+  const JobsHere alone(1);
   Race race;
   std::vector<TradeRow*> rows;
   for (TradeRow& row : table_.rows)

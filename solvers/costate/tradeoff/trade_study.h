@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "costate/integrator/run_budget.h"
 #include "costate/tradeoff/trade_reference.h"
 #include "costate/tradeoff/trade_table.h"
 
@@ -42,7 +41,8 @@ class TradeStudy {
 
   /// Finds the reference; throws where there is none, and what the monitor throws.
   void find_reference();
-  /// Runs the rows, then the clock. What the monitor throws passes through; what was measured until then stays.
+  /// Runs the rows, beside each other where there are jobs() (record/jobs.h), then the clock, in one thread with
+  /// nothing beside it. What the monitor throws passes through; what was measured until then stays.
   void measure();
 
   const TradeTable& table() const { return table_; }
@@ -50,25 +50,26 @@ class TradeStudy {
   const TradeReference& reference() const { return reference_; }
   const TradeProbe& probe() const { return probe_; }
   double spent_s() const;
+  /// How many runs there were beside each row's first one, whose times stand where there was no turn at the clock.
+  int runs_beside() const { return beside_; }
   bool out_of_time() const { return options_.budget_s > 0 && spent_s() >= options_.budget_s; }
 
  private:
   void choose_combinations();
   void choose_rows();
-  std::vector<double> fixed_step_lengths() const;
+  std::vector<double> fixed_step_lengths(const RunBudget& budget) const;
   void run_rows();
-  void fill(TradeRow& row, double limit_s);
+  bool fill(TradeRow& row, double limit_s) const;
   void refuse(std::size_t combination, const std::string& why);
   void take_times();
 
   TradeOptions options_;
-  RunBudget budget_;
-  Problem problem_;
   TradeProbe probe_;
   std::string redundant_;
   TradeReference reference_;
   TradeTable table_;
   std::vector<TradeRefusal> refusals_;
+  int beside_ = 0;
   std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
 };
 

@@ -13,6 +13,7 @@
 #include "costate/optimize/optimizer.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/interrupt.h"
+#include "costate/record/jobs.h"
 #include "costate/record/print.h"
 #include "costate/scene/scene_files.h"
 #include "costate/sensitivity/cycle_gradient.h"
@@ -20,6 +21,7 @@
 #include "digits.h"
 #include "evaluation_text.h"
 #include "optimize_journal.h"
+#include "optimize_options.h"
 #include "report_page.h"
 #include "saving.h"
 #include "trajectory.h"
@@ -27,15 +29,6 @@
 namespace costate::app {
 
 namespace {
-
-struct OptimizeOptions {
-  bool resume = false, no_certificate = false, no_report = false, adapt = false;
-  std::optional<int> max_evaluations;
-  std::optional<double> stop_value;
-  double step_limit_factor = OptimizerOptions{}.step_limit_factor;
-  std::string algorithm;
-  AccuracyOption accuracy;
-};
 
 /// The motion at given parameters, written as trajectory files; of a psi over a cycle the one that begins there.
 TrajectoryTable write_motion(const Setup& given, const std::vector<double>& at, const std::string& name,
@@ -48,37 +41,6 @@ TrajectoryTable write_motion(const Setup& given, const std::vector<double>& at, 
   TrajectoryTable table = recorder.finish(settings, run);
   write_trajectory(setup, table, name, true);
   return table;
-}
-
-/// The scene's settings with the command line's, checked before anything is computed or written.
-OptimizerOptions optimizer_options(const Setup& setup, const OptimizeOptions& options) {
-  OptimizerOptions o(setup.scene.optimize);
-  if (!options.algorithm.empty()) o.algorithm = options.algorithm;
-  if (options.max_evaluations) o.max_evaluations = *options.max_evaluations;
-  if (options.stop_value) o.stop_value = options.stop_value;
-  o.step_limit_factor = options.step_limit_factor;
-  if (!(o.step_limit_factor == 0 || (o.step_limit_factor >= 1 && std::isfinite(o.step_limit_factor))))
-    throw Error(
-        fmt::format("--step-limit-factor must be 1 or more, or 0 for no limit, found {}.", o.step_limit_factor));
-  setup.chosen_by(!options.algorithm.empty(), "--algorithm", "optimize.algorithm",
-                  [&] { require_algorithm(o.algorithm, !setup.scene.constraints().empty()); });
-  setup.chosen_by(options.max_evaluations.has_value(), "--max-evaluations", "optimize.max_evaluations", [&] {
-    if (o.max_evaluations < 1)
-      throw Error(fmt::format("At least one evaluation is needed, found {}.", o.max_evaluations));
-  });
-  if (o.stop_value && std::isnan(*o.stop_value)) throw Error("--stop-value must be a number, found nan.");
-  if (setup.problem.parameters.size() == 0)
-    throw Error("There is no parameter to optimize: name some with --parameters or in [run].");
-  const Objective& cost = setup.problem.objective;
-  if (cost.running.empty() && cost.terminal.empty())
-    throw SceneError(setup.scene.locate("cost"),
-                     "There is no cost to minimise: give the scene a term under "
-                     "[[cost.running]] or [[cost.terminal]].");
-  const std::string why_not = cannot_adapt(setup.problem, setup.method, !setup.scene.constraints().empty());
-  o.adapt_tolerance = options.adapt;
-  if (options.adapt && !why_not.empty()) throw Error("--adapt-accuracy: " + why_not);
-  if (options.resume && !setup.files) throw Error("--resume reads the journal of the run, so it excludes --no-files.");
-  return o;
 }
 
 /// What an earlier run left in the folder does not belong to the evaluations that are made now. A file that the scene
@@ -111,6 +73,7 @@ class OptimizeRun {
   }
 
   int run() {
+    set_jobs(options_.jobs);
     progress_.start(setup_.problem.solver.t_start);
     setup_.problem.monitor = monitor(progress_, setup_.problem.solver.t_end);
     choose_by_accuracy();
@@ -166,7 +129,7 @@ class OptimizeRun {
     begun_ = run_accurately(setup_, common_, *accuracy_, true);
     progress_.finish();
     if (lines_) print_result(accuracy_text(*begun_, *accuracy_));
-    o_.adapt_tolerance = cannot_adapt(setup_.problem, setup_.method, !constraints_.empty()).empty();
+    o_.adapt_accuracy = cannot_adapt(setup_.problem, setup_.method, !constraints_.empty()).empty();
     progress_.start(setup_.problem.solver.t_start);
   }
 
@@ -251,7 +214,7 @@ class OptimizeRun {
     }
     j_["evaluations"] = Json::array();
     for (const auto& e : result.evaluations) j_["evaluations"].push_back(evaluation_json(e, names_, constraints_));
-    if (o_.adapt_tolerance) j_["adaptation"] = adaptation_json(adaptation_of(result.evaluations));
+    if (o_.adapt_accuracy) j_["adaptation"] = adaptation_json(adaptation_of(result.evaluations));
     j_["notes"] = notes_;
   }
 
@@ -334,7 +297,7 @@ class OptimizeRun {
     if (const std::size_t failed = result.failures())
       text += fmt::format("  {} evaluation{} failed and {} rejected\n", failed, failed == 1 ? "" : "s",
                           failed == 1 ? "was" : "were");
-    if (o_.adapt_tolerance) text += "  evaluations: " + adaptation_text(j_["adaptation"]) + "\n";
+    if (o_.adapt_accuracy) text += "  evaluations: " + adaptation_text(j_["adaptation"]) + "\n";
     for (std::size_t i = 0; i < names_.size(); ++i)
       text += fmt::format("  {:<16} {:>18.12g} -> {:.12g}\n", names_[i], first.rho[i], best.rho[i]);
     text += certificate_;
@@ -366,35 +329,15 @@ class OptimizeRun {
   bool page_ = false;
 };
 
-std::string algorithms_text() {
-  std::string text;
-  const auto& all = optimizer_algorithms();
-  for (std::size_t i = 0; i < all.size(); ++i)
-    text += (i == 0 ? "" : i + 1 == all.size() ? " or " : ", ") + all[i].name;
-  return text;
-}
-
 }  // namespace
 
-const RegisterCommand optimize_command(
-    CommandGroup::run, "optimize", "Minimise the scene's cost over its parameters",
-    [](Command& c, CommonOptions& common) {
-      auto options = std::make_shared<OptimizeOptions>();
-      common.add_to(c);
-      common.add_run_options(c);
-      options->accuracy.add_to(c);
-      c.flag("--resume", options->resume, "Continue an interrupted run from its journal");
-      c.flag("--no-certificate", options->no_certificate,
-             "Leave out the check of the optimum: multipliers and the Hessian's eigenvalues");
-      c.flag("--no-report", options->no_report, "Leave out report.html, the page with plots");
-      c.flag("--adapt-accuracy", options->adapt,
-             "Evaluate at looser tolerances far from the optimum, at rtol in the end; --accuracy implies it");
-      c.option("--max-evaluations", options->max_evaluations, "Limit of evaluations");
-      c.option("--step-limit-factor", options->step_limit_factor,
-               "An evaluation fails beyond this many times the steps of those before (default 100; 0: no limit)");
-      c.option("--stop-value", options->stop_value, "Stop once psi is this small");
-      c.option("--algorithm", options->algorithm, algorithms_text()).suggests(setting_words("optimize.algorithm"));
-      c.runs([&common, options] { return OptimizeRun(common, *options).run(); });
-    });
+const RegisterCommand optimize_command(CommandGroup::run, "optimize", "Minimise the scene's cost over its parameters",
+                                       [](Command& c, CommonOptions& common) {
+                                         auto options = std::make_shared<OptimizeOptions>();
+                                         common.add_to(c);
+                                         common.add_run_options(c);
+                                         options->add_to(c);
+                                         c.runs([&common, options] { return OptimizeRun(common, *options).run(); });
+                                       });
 
 }  // namespace costate::app

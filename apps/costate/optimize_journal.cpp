@@ -102,7 +102,7 @@ nlohmann::json journal_header(const Setup& setup, const std::vector<SceneFile>& 
       {"relative_tolerance", o.relative_tolerance},
       {"gradient_tolerance", o.gradient_tolerance},
       {"step_limit_factor", o.step_limit_factor}};
-  if (o.adapt_tolerance) header["optimize"]["adapt_tolerance"] = true;
+  if (o.adapt_accuracy) header["optimize"]["adapt_tolerance"] = true;
   return header;
 }
 

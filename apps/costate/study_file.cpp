@@ -37,6 +37,7 @@ std::vector<std::string> option_keys() {
                                    "max_evaluations",
                                    "step_limit_factor",
                                    "checkpoint_steps",
+                                   "adapt_accuracy",
                                    "no_certificate"};
   for (const auto& [key, option] : formulation_options()) {
     if (option.flag.empty()) continue;

@@ -10,9 +10,9 @@ namespace costate {
 
 namespace {
 
-constexpr double kLoosest = 3e-4, kStep = 100;
+constexpr double kLoosest = 3e-4, kStep = 100, kProbe = 10;
 // What errors may be of what a step gains, and of the gradient.
-constexpr double kOfProgress = 0.05, kOfGradient = 0.05;
+constexpr double kOfProgress = 0.05, kOfGradient = 0.1;
 // A step that happens to be short, or along a level line, does not stand for what the iterations gain.
 constexpr double kOfLast = 0.1;
 
@@ -20,11 +20,14 @@ constexpr double kOfLast = 0.1;
 
 AdaptedTolerance::AdaptedTolerance(double final_rtol, bool on) : levels_{final_rtol} {
   while (on && levels_.back() * kStep <= kLoosest) levels_.push_back(levels_.back() * kStep);
+  // What tells the errors of the loosest one that is worked with.
+  if (levels_.size() > 1) levels_.push_back(kProbe * levels_.back());
   level_ = levels_.size() - 1;
 }
 
 void AdaptedTolerance::learn(const OptimizerEvaluation& loose, const OptimizerEvaluation& tight,
                              const ParameterSelection& parameters) {
+  known_ = true;
   psi_error_ = std::abs(loose.psi - tight.psi) / loose.rtol;
   gradient_error_ = largest_scaled_change(parameters, loose.gradient, tight.gradient) / loose.rtol;
   // Two that agree by chance: no error is below its tolerance.

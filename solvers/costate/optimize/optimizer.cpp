@@ -44,7 +44,7 @@ class Run {
         replay_(replay),
         record_(record),
         evaluator_(problem, method, constraints, options),
-        tolerance_(problem.solver.rtol, options.adapt_tolerance),
+        tolerance_(problem.solver.rtol, options.adapt_accuracy),
         replaying_(!replay.empty()) {}
 
   OptimizerResult solve() {
@@ -183,9 +183,22 @@ class Run {
       const std::size_t best = *best_before(list.size());
       tighten(best, tolerance_.needed(list[best], rho, last_decrease_));
     }
-    evaluate_new(rho);
+    if (list.empty())
+      evaluate_first(rho);
+    else
+      evaluate_new(rho);
     if (!tolerance_.last()) loose_evaluation();
     return list.back();
+  }
+
+  /// A tolerance may be too loose for the motion where it begins.
+  void evaluate_first(const std::vector<double>& rho) {
+    for (;;) try {
+        return evaluate_new(rho);
+      } catch (const SolverError&) {
+        if (tolerance_.last()) throw;
+        tolerance_.tighten_to(tolerance_.next());
+      }
   }
 
   /// What a loose tolerance is not enough for, of the evaluation just made.
@@ -196,9 +209,9 @@ class Run {
       const std::vector<double> rho = list[here].rho;
       tighten(*best_before(here), problem_.solver.rtol);
       evaluate_new(rho);
-    } else if (here == 0) {
+    } else if (!tolerance_.known()) {
       // What a tolerance's errors are is told by two.
-      tighten(0, tolerance_.next());
+      tighten(here, tolerance_.next());
     } else if (list[here].projected_gradient <= options_.gradient_tolerance ||
                (options_.stop_value && list[here].psi <= *options_.stop_value)) {
       tighten(here, problem_.solver.rtol);
@@ -361,9 +374,9 @@ std::size_t OptimizerResult::failures() const {
 }
 
 std::string cannot_adapt(const Problem& problem, const std::string& method, bool constrained) {
-  if (constrained) return "The tolerance of an optimization with constraints cannot adapt: leave --adapt-accuracy out.";
+  if (constrained) return "The tolerance of an optimization with constraints cannot adapt.";
   if (by_fixed_steps(problem, find_sensitivity_method(method)))
-    return "Fixed steps follow no tolerance that could adapt: leave --adapt-accuracy out.";
+    return "Fixed steps follow no tolerance that could adapt.";
   return {};
 }
 
@@ -375,7 +388,7 @@ OptimizerResult optimize(const Problem& problem, const std::string& method,
   const bool fixed = by_fixed_steps(problem, find_sensitivity_method(method));
   const Problem stepped = fixed ? with_fixed_step(problem) : problem;
   if (const std::string why = cannot_adapt(problem, method, !constraints.empty());
-      options.adapt_tolerance && !why.empty())
+      options.adapt_accuracy && !why.empty())
     throw CapabilityError(why);
   return Run(stepped, method, constraints, options, replay, record).solve();
 }

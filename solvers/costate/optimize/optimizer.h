@@ -24,7 +24,7 @@ struct OptimizerOptions : OptimizeSettings {
   static constexpr long kStepsAlwaysAllowed = 10000;
   /// Evaluations loosen the problem's tolerance far from the optimum (adapted_tolerance.h); not with constraints or
   /// fixed steps.
-  bool adapt_tolerance = false;
+  bool adapt_accuracy = false;
 };
 
 /// psi_c(rho) <= upper, where psi_c is a cost of its own.

@@ -1,0 +1,28 @@
+// What costate optimize may be told besides the scene.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "accuracy.h"
+#include "command.h"
+#include "costate/optimize/optimizer.h"
+
+namespace costate::app {
+
+struct OptimizeOptions {
+  bool resume = false, no_certificate = false, no_report = false, adapt = false;
+  std::optional<int> max_evaluations;
+  std::optional<double> stop_value;
+  double step_limit_factor = OptimizerOptions{}.step_limit_factor;
+  std::string algorithm;
+  AccuracyOption accuracy;
+  int jobs = 0;
+
+  void add_to(Command& command);
+};
+
+/// The scene's settings with the command line's, checked before anything is computed or written.
+OptimizerOptions optimizer_options(const Setup& setup, const OptimizeOptions& options);
+
+}  // namespace costate::app

@@ -10,6 +10,7 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/base/text_file.h"
+#include "costate/objective/output.h"
 #include "costate/scene/scene.h"
 #include "costate/scene/scene_files.h"
 #include "costate/scene/scene_node.h"
@@ -158,6 +159,7 @@ void load_scene_of(StudyRun& run, const SceneNode& table) {
     const SceneFileLog log(run.scene.string());
     const Scene scene = Scene::load(run.scene.string(), run.overrides);
     scene.mechanism()->select(run.parameters);
+    for (const std::string& name : run.outputs) make_output(*scene.mechanism(), name);
     if (run.task == "optimize" && scene.objective().running.empty() && scene.objective().terminal.empty())
       throw Error("Its scene has no cost to minimise.");
     run.scene_text = scene.dump();

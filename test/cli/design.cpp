@@ -155,6 +155,8 @@ TEST_CASE("study: mistakes in designs name their line") {
   };
   CHECK_THAT(complaint("kind = \"sobel\"\ncount = 3\n" + kBoth), Contains("grid, latin-hypercube, sobol, monte-carlo"));
   CHECK_THAT(complaint("kind = \"sobol\"\n" + kBoth), Contains("needs 'count'"));
+  CHECK_THAT(complaint("kind = \"sobol\"\ncount = 3\ntask = \"simulate\"\noutputs = [\"P.z\"]\n" + kBoth),
+             Contains("'P.z'"));
   CHECK_THAT(complaint("kind = \"sobol\"\ncount = 3\n"), Contains("needs 'vary'"));
   CHECK_THAT(complaint("kind = \"grid\"\n" + kBoth), Contains("needs 'steps'"));
   CHECK_THAT(

@@ -18,7 +18,7 @@ constexpr double kCounts = 0.1;
 }  // namespace
 
 TouchWatch::TouchWatch(const Assembly& assembly, double rtol, double atol)
-    : assembly_(assembly), rtol_(rtol), atol_(atol) {
+    : assembly_(assembly), rtol_(rtol), atol_(atol), paths_(assembly) {
   const Mechanism& m = assembly.mechanism();
   for (std::size_t f = 0; f < m.forces().size(); ++f) {
     const Force& force = *m.forces()[f];
@@ -55,8 +55,9 @@ bool TouchWatch::may_touch(double from, double to, const GapTrace::States& at) c
 }
 
 std::optional<TouchLook> TouchWatch::look(double from, double to, const GapTrace::States& at) {
-  std::optional<TouchLook> first;
-  if (!(from < to)) return first;
+  if (!(from < to)) return {};
+  std::optional<TouchLook> first = paths_.look(from, to, at);
+  if (gaps_.empty()) return first;
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   const StateView last = at(to);
   ends_.assign(gaps_.size(), {none, {}});
@@ -74,11 +75,13 @@ std::optional<TouchLook> TouchWatch::look(double from, double to, const GapTrace
     near = near || g.seen.t != from || !stays_away(g.seen, ends_[i]);
     for (const int c : g.trace.element().coordinates()) size_ = std::max(size_, std::abs(last.q[c]));
   }
+  if (!near && first) return first;
   if (!near) {
     for (std::size_t i = 0; i < gaps_.size(); ++i)
       if (!std::isnan(ends_[i].t)) gaps_[i].seen = ends_[i];
     return first;
   }
+  bool cut = false;
   for (std::size_t i = 0; i < gaps_.size(); ++i) {
     Gap& g = gaps_[i];
     if (std::isnan(ends_[i].t)) continue;
@@ -87,7 +90,10 @@ std::optional<TouchLook> TouchWatch::look(double from, double to, const GapTrace
     if (stays_away(g.seen, ends_[i])) continue;
     g.trace.follow(g.seen, ends_[i], at, assembly_, traces_[i]);
     const auto dip = dip_passed_over(g, traces_[i], at);
-    if (dip && (!first || dip->from < first->from)) first = dip;
+    if (dip && (!first || dip->from < first->from)) {
+      first = dip;
+      cut = true;
+    }
   }
   const double until = first ? first->from : to;
   for (std::size_t i = 0; i < gaps_.size(); ++i) {
@@ -97,7 +103,7 @@ std::optional<TouchLook> TouchWatch::look(double from, double to, const GapTrace
     record(g, traces_[i], until, at);
     if (!first) g.seen = ends_[i];
   }
-  if (first) ++cuts_;
+  if (cut) ++cuts_;
   return first;
 }
 
@@ -143,6 +149,7 @@ std::vector<TouchLook> TouchWatch::touches(double t_end) const {
   for (const auto& [from, to] : touched_) add(from, to);
   for (const Gap& g : gaps_)
     if (!std::isnan(g.touches_from)) add(g.touches_from, t_end);
+  paths_.add_looks(looks);
   return looks;
 }
 

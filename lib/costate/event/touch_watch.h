@@ -2,7 +2,8 @@
 // solve, but seen only where a step happens to end within the touch. Each step is followed along its gaps
 // (gap_trace.h): of a dip below zero from t1 to t2 that a step passes over, as it is far deeper than where the step
 // begins and ends, the step is right until t1 alone. It ends there, and over the dip steps are bounded by a part of t2
-// - t1, from when on the integrator's own error estimates see the force.
+// - t1, from when on the integrator's own error estimates see the force. Forces that are functions of where the motion
+// is are watched likewise (path_watch.h).
 #pragma once
 
 #include <limits>
@@ -12,15 +13,9 @@
 
 #include "costate/assembly/assembly.h"
 #include "costate/event/gap_trace.h"
+#include "costate/event/path_watch.h"
 
 namespace costate {
-
-/// Times over which steps are bounded.
-struct TouchLook {
-  double from = 0, to = 0;
-  double step = std::numeric_limits<double>::infinity();
-  const Element* element = nullptr;  // what touches
-};
 
 class TouchWatch {
  public:
@@ -28,7 +23,7 @@ class TouchWatch {
   /// coordinates, or the length, that the integrator is asked for.
   TouchWatch(const Assembly& assembly, double rtol, double atol);
 
-  bool empty() const { return gaps_.empty(); }
+  bool empty() const { return gaps_.empty() && paths_.empty(); }
   /// Whether something touches, or might within a step that is not yet accepted.
   bool may_touch(double from, double to, const GapTrace::States& at) const;
   /// After each step of the run, once and in order of time; `at` gives the state at times between its ends, valid until
@@ -57,6 +52,7 @@ class TouchWatch {
   const Assembly& assembly_;
   double rtol_, atol_, size_ = 0;
   std::vector<Gap> gaps_;
+  PathWatch paths_;
   Looks ends_;
   std::vector<Looks> traces_;  // of this step; empty where the gap stays away from zero
   std::vector<std::pair<double, double>> touched_;

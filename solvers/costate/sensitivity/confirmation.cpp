@@ -138,7 +138,10 @@ GradientResult confirmed(const Problem& asked, GradientResult result, const Grad
     say(said);
     return result;
   }
-  if (explained && apart(problem, result, tight).relative <= kExplained * rtol) {
+  // Two near each other may be as far from what is right where errors hardly fall.
+  const Apart still = apart(problem, result, tight);
+  const double left = left_over(first.relative, still.relative);
+  if (explained && left <= kExplained * rtol) {
     say(said);
     return result;
   }
@@ -147,8 +150,6 @@ GradientResult confirmed(const Problem& asked, GradientResult result, const Grad
   say(said);
   for (const auto& s : later)
     if (std::find(said.begin(), said.end(), s) == said.end()) notice(s);
-  const Apart still = apart(problem, result, tight);
-  const double left = left_over(first.relative, still.relative);
   tight.counters.simulations = std::max(tight.counters.simulations, result.counters.simulations);
   if (left > kKnown * rtol)
     notice(

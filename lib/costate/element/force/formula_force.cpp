@@ -29,6 +29,7 @@ FormulaForce::FormulaForce(std::string kind, std::string name, FormulaTarget tar
   for (const Component& c : components_) {
     auto& of = locals_.emplace_back();
     for (const FormulaInput& input : c.inputs) of.push_back(local(input));
+    if (c.formula && !of.empty()) of_motion_.push_back(locals_.size() - 1);
   }
   if (coordinates().size() > static_cast<std::size_t>(kMaxLocal))
     throw ModelError(
@@ -76,6 +77,14 @@ void FormulaForce::add_course(const double* p, Course& course) const {
   std::copy(p, p + formula_numbers_, x.begin());
   for (const Component& c : components_)
     if (c.formula && c.formula->varies()) course.add(*c.formula, x.data());
+}
+
+const FormulaLaw& FormulaForce::path_function(int i) const {
+  return *components_[of_motion_[static_cast<std::size_t>(i)]].formula;
+}
+
+void FormulaForce::path_arguments(int i, const LocalState& s, double* x) const {
+  arguments(of_motion_[static_cast<std::size_t>(i)], s.q, s.v, s.p, x);
 }
 
 std::vector<Measure> FormulaForce::measures() const {

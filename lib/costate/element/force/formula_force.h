@@ -10,7 +10,7 @@
 
 #include "costate/element/course.h"
 #include "costate/element/element.h"
-#include "costate/element/law/formula_law.h"
+#include "costate/element/path_function.h"
 #include "costate/element/point/planar_point.h"
 #include "costate/element/point/spatial_point.h"
 
@@ -26,7 +26,7 @@ struct FormulaInput {
 /// What it acts on: {angle_j} against the ground or {angle_i, angle_j} as a couple does, or a point.
 using FormulaTarget = std::variant<std::vector<int>, PlanarPoint, SpatialPoint>;
 
-class FormulaForce final : public ForceOf<FormulaForce>, public CourseElement {
+class FormulaForce final : public ForceOf<FormulaForce>, public CourseElement, public PathFunctionElement {
  public:
   static constexpr std::size_t kMostNames = 32;  // of numbers and inputs of one formula
 
@@ -54,6 +54,9 @@ class FormulaForce final : public ForceOf<FormulaForce>, public CourseElement {
     }
   }
   void add_course(const double* p, Course& course) const override;
+  int path_functions() const override { return static_cast<int>(of_motion_.size()); }
+  const FormulaLaw& path_function(int i) const override;
+  void path_arguments(int i, const LocalState& s, double* x) const override;
 
   std::vector<Measure> measures() const override;
   PathDual measure(int i, const MeasureArguments& x) const override;
@@ -77,10 +80,14 @@ class FormulaForce final : public ForceOf<FormulaForce>, public CourseElement {
     for (std::size_t c = 0; c < 3; ++c) {
       f[c] = S(0.0);
       if (c >= components_.size() || !components_[c].formula) continue;
-      for (std::size_t k = 0; k < formula_numbers_; ++k) x[k] = p[k];
-      for (std::size_t i = 0; i < locals_[c].size(); ++i) x[formula_numbers_ + i] = value(locals_[c][i], q, v, p);
+      arguments(c, q, v, p, x.data());
       f[c] = components_[c].formula->value(t, x.data());
     }
+  }
+  template <class S>
+  void arguments(std::size_t c, const S* q, const S* v, const S* p, S* x) const {
+    for (std::size_t k = 0; k < formula_numbers_; ++k) x[k] = p[k];
+    for (std::size_t i = 0; i < locals_[c].size(); ++i) x[formula_numbers_ + i] = value(locals_[c][i], q, v, p);
   }
   template <class S>
   S value(const Local& input, const S* q, const S* v, const S* p) const {
@@ -109,6 +116,7 @@ class FormulaForce final : public ForceOf<FormulaForce>, public CourseElement {
   FormulaTarget target_;
   std::vector<Component> components_;
   std::vector<std::vector<Local>> locals_;  // of each component's inputs
+  std::vector<std::size_t> of_motion_;      // components with inputs
   std::size_t formula_numbers_;
   int target_numbers_ = 0;  // first local number of the target's point
 };

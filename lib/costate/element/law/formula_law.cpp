@@ -198,8 +198,9 @@ class FormulaLaw::Parser {
   int depth_ = 0, nesting_ = 0;
 };
 
-void FormulaLaw::add_places(const double* p, LawPlaces& places) const {
-  // Runs the program on c + s x; s is NaN where a term is not linear.
+void FormulaLaw::add_places_along(const double* p, const double* slopes, double x, double slope,
+                                  LawPlaces& places) const {
+  // Runs the program on c + s u; s is NaN where a term is not linear.
   struct Linear {
     double c = 0, s = 0;
   };
@@ -222,10 +223,10 @@ void FormulaLaw::add_places(const double* p, LawPlaces& places) const {
         *++top = {step.value, 0};
         break;
       case Op::variable:
-        *++top = {0, 1};
+        *++top = {x, slope};
         break;
       case Op::number:
-        *++top = {p[step.index], 0};
+        *++top = {p[step.index], slopes ? slopes[step.index] : 0};
         break;
       case Op::add:
         --top;

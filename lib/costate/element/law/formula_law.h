@@ -25,7 +25,9 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
   int number_count() const override { return static_cast<int>(names_.size()); }
   /// Of its terms linear in x: where they pass through zero, and over which length their sines repeat. The rest is
   /// searched.
-  void add_places(const double* p, LawPlaces& places) const override;
+  void add_places(const double* p, LawPlaces& places) const override { add_places_along(p, nullptr, 0, 1, places); }
+  /// The same along u, for numbers p + slopes u (slopes may be null) and its variable x + slope u.
+  void add_places_along(const double* p, const double* slopes, double x, double slope, LawPlaces& places) const;
 
   template <class S, class P>
   S physics(const S& x, const P* p) const {

@@ -277,7 +277,7 @@ std::optional<TouchLook> PathWatch::look(double from, double to, const GapTrace:
     const auto end = std::find_if_not(begin, cells.end(), is_short);
     const double h = to - from;
     const TouchLook look{from + begin->from * h, end == cells.end() ? to : from + end->from * h, least * h / kPathSteps,
-                         &f.element()};
+                         &f.element(), "acts"};
     if (!first || look.from < first->from) first = look;
   }
   if (first && cuts_ < kMostPathCuts) return first;

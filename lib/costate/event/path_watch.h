@@ -22,6 +22,7 @@ struct TouchLook {
   double from = 0, to = 0;
   double step = std::numeric_limits<double>::infinity();
   const Element* element = nullptr;  // what touches, or acts there
+  const char* does = "is closed";
 };
 
 class PathWatch {

@@ -90,7 +90,8 @@ std::optional<TouchLook> TouchWatch::look(double from, double to, const GapTrace
     if (stays_away(g.seen, ends_[i])) continue;
     g.trace.follow(g.seen, ends_[i], at, assembly_, traces_[i]);
     const auto dip = dip_passed_over(g, traces_[i], at);
-    if (dip && (!first || dip->from < first->from)) {
+    // Of one and the same force its gap tells more exactly.
+    if (dip && (!first || dip->from < first->from || dip->element == first->element)) {
       first = dip;
       cut = true;
     }

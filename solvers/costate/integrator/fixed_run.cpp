@@ -205,8 +205,7 @@ class FixedTouches {
       throw SolverError(fmt::format(
           "A fixed step of {:.6g} s from t = {:.6g} s passes over a touch: {} {} from {:.9g} to "
           "{:.9g} s. Choose steps of {:.3g} s or less (--step, run.step_s).",
-          after_.t - before_.t, before_.t, look->element->path(),
-          dynamic_cast<const GapElement*>(look->element) ? "is closed" : "acts", look->from, look->to, look->step));
+          after_.t - before_.t, before_.t, look->element->path(), look->does, look->from, look->to, look->step));
   }
 
  private:

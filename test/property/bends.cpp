@@ -77,6 +77,53 @@ TEST_CASE("bends: a tyre that lands and leaves", "[bends]") {
     }
 }
 
+TEST_CASE("bends: a damper with two branches that starts at rest", "[bends]") {
+  // It stands on its bend; the derivative of the first stage may be that of the branch that it never takes.
+  Problem p = make_problem(Scene::parse(R"([gravity]
+y_m_per_s2 = -9.81
+[point.O]
+ground = true
+x_m = 0
+y_m = 0
+[point.P]
+x_m = 0.3
+y_m = -1
+[mass.P]
+point = "P"
+mass_kg = 1
+[spring.s]
+from = "O"
+to = "P"
+stiffness_N_per_m = 40
+natural_length_m = 1
+damper_law = { kind = "piecewise", breaks = [0], coefficients = [[0, 2], [0, 9]] }
+[start]
+given = ["P.x", "P.y"]
+[[cost.running]]
+kind = "square"
+output = "P.y_dot"
+[parameter.vx]
+number = "point.P.vx_m_per_s"
+[parameter.vy]
+number = "point.P.vy_m_per_s"
+[run]
+t_end_s = 0.2
+rtol = 1e-8
+)",
+                                        "rest.toml"));
+  const auto rho = p.parameters.values();
+  p.formulation = "baumgarte";
+  const GradientResult expected = gradient(p, "cvodes-forward", rho);
+  for (const char* integrator : {"dopri5", "dop853"}) {
+    CAPTURE(integrator);
+    p.solver.integrator = integrator;
+    const auto mismatch =
+        test::gradient_mismatch(gradient(p, "discrete-adjoint", rho).gradient, expected.gradient, p.parameters);
+    INFO(mismatch.text);
+    CHECK(mismatch.error < 1e-5);
+  }
+}
+
 TEST_CASE("bends: a contact out of reach bounds no step of a differentiated run", "[bends]") {
   const auto steps = [](const std::vector<std::string>& set) {
     Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/five_bar/five_bar.toml", set));
@@ -84,8 +131,8 @@ TEST_CASE("bends: a contact out of reach bounds no step of a differentiated run"
     p.solver.integrator = "dopri5";
     return gradient(p, "discrete-adjoint", p.parameters.values()).counters.steps;
   };
-  // But for the first one, of which nothing is known yet.
+  // But for the first ones, which begin small where a force may bend: 6^8 is a million.
   const long without = steps({}),
              with = steps({"contact.far={point=\"P2\",stiffness_N_per_m_n=1e5,ground_height_m=-50,law=\"hertz\"}"});
-  CHECK(std::abs(with - without) <= 2);
+  CHECK(std::abs(with - without) <= 12);
 }

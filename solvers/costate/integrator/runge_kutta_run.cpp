@@ -217,7 +217,9 @@ void RungeKuttaRun<Kind>::begin_step() {
   try {
     step_->begin(end_time_, end_.data());
     if (h_ <= 0) h_ = step_->first_step(options_.rtol, atol_.data(), ahead(end_time_) - end_time_);
-    if (system_.has_events()) h_ = std::min(h_, kBehindEvent * (options_.t_end - options_.t_start));
+    // At rest a damper with branches stands on its bend: the first stage may take the derivative of the wrong one.
+    if (system_.has_events() || bends_ != Bends::none)
+      h_ = std::min(h_, kBehindEvent * (options_.t_end - options_.t_start));
   } catch (const StepError& e) {
     last_step_error_ = e.what();
     fail("could not begin", "FIRST_EVALUATION");

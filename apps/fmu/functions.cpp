@@ -43,8 +43,11 @@ class Instance {
   bool co_simulation() const { return co_simulation_; }
   void set_logging(bool on) { logging_ = on; }
 
-  /// In initialization mode the state follows from the parameters; found where it is first asked for.
+  /// In initialization mode the state follows from the parameters; found where it is first asked for. Before it there
+  /// is none.
   void settle() {
+    if (phase == Phase::instantiated)
+      throw Error("What follows from the parameters is known from fmi3EnterInitializationMode on, not before.");
     if (phase == Phase::initialization && !started) {
       model->start(start_time);
       started = true;
@@ -199,8 +202,9 @@ COSTATE_FMI fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueRefe
                                       fmi3Float64* values, std::size_t value_count) {
   return guarded(instance, [&](Instance& self) {
     require_count(value_count, count, "fmi3GetFloat64");
-    self.settle();
     const auto at = places(self, references, count);
+    for (const std::size_t i : at)
+      if (self.model->variables()[i].kind != FmuVariable::Kind::parameter) self.settle();
     for (std::size_t i = 0; i < count; ++i) values[i] = self.model->value(at[i]);
   });
 }

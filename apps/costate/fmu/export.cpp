@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "costate/analysis.h"
 #include "costate/base/digest.h"
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
@@ -59,6 +60,10 @@ std::string identifier_of(const std::string& name) {
   return text;
 }
 
+std::unique_ptr<FmuModel> model_of(const Scene& scene) {
+  return located_in(scene, [&] { return std::make_unique<FmuModel>(scene); });
+}
+
 /// The scene with an explicit formulation, its own where it has such a form.
 CommonOptions with_formulation(const CommonOptions& common, const ExportOptions& options) {
   CommonOptions c = common;
@@ -68,7 +73,7 @@ CommonOptions with_formulation(const CommonOptions& common, const ExportOptions&
   }
   const Scene scene = load_scene(c);
   try {
-    FmuModel{scene};
+    model_of(scene);
   } catch (const CapabilityError&) {
     notice(fmt::format("The FMU has the formulation '{}': '{}' has no explicit form in positions and velocities.",
                        kDefaultFormulation, scene.run.formulation));
@@ -104,13 +109,7 @@ int run_export(const CommonOptions& common, const ExportOptions& options) {
   const CommonOptions chosen = with_formulation(common, options);
   const SceneFileLog log(chosen.scene);
   const Scene scene = load_scene(chosen);
-  const auto model = [&] {
-    try {
-      return std::make_unique<FmuModel>(scene);
-    } catch (const ModelError& e) {
-      throw scene.located(e);
-    }
-  }();
+  const auto model = model_of(scene);
   const fs::path library = library_of(&take_notices), solvers = library_of(&simulate),
                  fmu = library.parent_path() / "libcostate_fmu.so";
   if (!fs::exists(fmu))
@@ -134,6 +133,9 @@ int run_export(const CommonOptions& common, const ExportOptions& options) {
   for (const fs::path& path : {library, solvers})
     entries.emplace_back(folder + path.filename().string(), content_of(path));
   if (!common.no_files) write_file_atomically(options.file, zip_bytes(entries));
+  for (const FmuVariable& v : model->variables())
+    if (!v.differentiable)
+      notice(fmt::format("'{}' has no derivatives: it is a local variable of the FMU, not an output.", v.name));
   const auto notices = take_notices();
   for (const std::string& sentence : notices) print_message("warning: " + sentence);
   std::size_t outputs = 0;

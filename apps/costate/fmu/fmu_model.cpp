@@ -95,10 +95,10 @@ FmuModel::FmuModel(const Scene& scene) : problem_(problem_of(scene)) {
   }
   row_systems_.resize(outputs_.size());
   reset();
-  // What has no derivative says so at any state.
+  // What has no derivative says so at any state; where nothing has one, outputs are what they are all the same.
   start(problem_.solver.t_start);
   for (FmuVariable& v : variables_)
-    if (v.kind == Kind::output) try {
+    if (v.kind == Kind::output && has_derivatives()) try {
         output_row(v.index);
       } catch (const CapabilityError&) {
         v.is_output = v.differentiable = false;

@@ -110,7 +110,7 @@ class Importer {
   Importer(const fs::path& folder, const std::map<std::string, double>& values)
       : folder_(folder),
         d_(bytes_of(folder / "modelDescription.xml")),
-        library_(folder / "binaries/x86_64-linux" / (d_.simulation.at("modelIdentifier") + ".so")),
+        library_(fs::directory_iterator(folder / "binaries")->path() / (d_.simulation.at("modelIdentifier") + ".so")),
         values_(values) {
     start_ = std::stod(d_.experiment.at("startTime"));
     stop_ = std::stod(d_.experiment.at("stopTime"));
@@ -121,13 +121,13 @@ class Importer {
     j["version"] = library_.get<const char*()>("fmi3GetVersion")();
     j["exchange"] = !d_.exchange.empty();
     if (!d_.exchange.empty() && steps > 0) {
-      j["exchanged"] = named(exchanged(steps));
-      j["exchanged_coarse"] = named(exchanged(steps / 2));
+      j["exchanged"] = named(d_.outputs, exchanged(steps));
+      j["exchanged_coarse"] = named(d_.outputs, exchanged(steps / 2));
       j["states"] = d_.states.size();
       j["jumps"] = jumps_;
       derivatives(j);
     }
-    j["simulated"] = named(simulated());
+    simulated(j);
     j["refused"] = refused();
     // Costate's own libraries are those of the FMU.
     j["from_elsewhere"] = Json::array();
@@ -141,9 +141,9 @@ class Importer {
   }
 
  private:
-  Json named(const Numbers& x) const {
+  Json named(const References& r, const Numbers& x) const {
     Json j = Json::object();
-    for (std::size_t i = 0; i < x.size(); ++i) j[d_.of(d_.outputs[i]).at("name")] = x[i];
+    for (std::size_t i = 0; i < x.size(); ++i) j[d_.of(r[i]).at("name")] = x[i];
     return j;
   }
   void set_parameters(Fmu& fmu) const {
@@ -206,10 +206,12 @@ class Importer {
     return fmu.get(d_.outputs);
   }
 
-  Numbers simulated() {
+  /// Co-simulation: the states' derivatives at its start, these and the outputs at its end.
+  void simulated(Json& j) {
     Fmu fmu(library_, d_, folder_, false);
     set_parameters(fmu);
     fmu.initialize(start_, stop_);
+    j["rates_first"] = named(d_.derivatives, fmu.get(d_.derivatives));
     fmu.call("fmi3ExitInitializationMode");
     bool events = false, end = false, early = false;
     double t = start_;
@@ -217,7 +219,8 @@ class Importer {
       const double to = start_ + (stop_ - start_) * i / 17;
       fmu.call("fmi3DoStep", t, to - t, true, &events, &end, &early, &t);
     }
-    return fmu.get(d_.outputs);
+    j["simulated"] = named(d_.outputs, fmu.get(d_.outputs));
+    j["rates"] = named(d_.derivatives, fmu.get(d_.derivatives));
   }
 
   /// What is wrong fails, with a sentence.
@@ -238,6 +241,7 @@ class Importer {
     });
     Fmu fmu(library_, d_, folder_, false);
     attempt([&] { fmu.get({100000}); });
+    attempt([&] { fmu.get({d_.states[0]}); });
     bool events = false, end = false, early = false;
     double t = start_;
     const auto step = [&](double from, double size) {

@@ -24,7 +24,9 @@ constexpr double kAimedAt = 0.4;
 std::pair<double, std::string> worst_of(const CycleResult& r, bool costs, bool travels) {
   std::pair<double, std::string> worst = {0, "period"};
   const auto count = [&](double error, double size, const std::string& of) {
-    if (size > 0 && !(error / size <= worst.first)) worst = {error / size, of};
+    if (size == 0) return;
+    const double relative = error / size;
+    if (!(relative <= worst.first)) worst = {std::isfinite(relative) ? relative : HUGE_VAL, of};
   };
   count(r.period.error, std::abs(r.period.value), "period");
   if (travels) count(r.travel.error, std::abs(r.travel.value), "travel");

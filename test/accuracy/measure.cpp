@@ -135,7 +135,8 @@ class Measurement {
     reference_.judge(v, probe_, row);
     std::pair<double, std::string> r = {0, ""};
     for (const TradeMeasure m : counted())
-      if (const auto e = row.error_of(m); e && !(*e <= r.first)) r = {*e, m == TradeMeasure::psi ? "psi" : row.worst};
+      if (const auto e = row.error_of(m); e && !(*e <= r.first))  // what is no number is the worst
+        r = {std::isfinite(*e) ? *e : HUGE_VAL, m == TradeMeasure::psi ? "psi" : row.worst};
     return r;
   }
 

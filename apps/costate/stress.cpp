@@ -74,10 +74,17 @@ class Stress {
     for (const auto& axis : family_axes())
       if (options_.axes.empty() ? options_.scenes.empty() : asked(axis.c_str())) families.push_back(axis);
     std::vector<std::string> scenes = options_.scenes;
-    if (!options_.axes.empty() && families.size() == options_.axes.size())
-      scenes.clear();
-    else if (scenes.empty())
-      scenes = shipped_scenes();
+    const auto of_family = [](const std::string& axis) {
+      return std::find(family_axes().begin(), family_axes().end(), axis) != family_axes().end();
+    };
+    const bool families_alone =
+        !options_.axes.empty() && std::all_of(options_.axes.begin(), options_.axes.end(), of_family);
+    if (families_alone && !scenes.empty())
+      throw Error(
+          fmt::format("--axes {}: there scenes are made, and '{}' would not be run; leave it out, or name one of "
+                      "its axes besides.",
+                      fmt::join(options_.axes, ","), scenes.front()));
+    if (!families_alone && scenes.empty()) scenes = shipped_scenes();
     const std::size_t all = scenes.size() + families.size();
     const std::filesystem::path directory = common_.output.empty() ? "results/stress" : common_.output;
     if (!common_.no_files) require_writable(directory);
@@ -283,7 +290,6 @@ class Stress {
       CommonOptions o = with(members[i].value, {});
       const Scene scene = Scene::parse(members[i].text, members[i].value);
       o.ready = std::make_shared<const Scene>(scene);
-      o.overrides.clear();
       progress_.start(scene.run.t_start_s);
       variant(s, o, axis, members[i].value, scene.run.outputs, {}, 0.3 * (until - now),
               [=] { return seconds_since(begin) < until; });

@@ -150,6 +150,21 @@ TEST_CASE("stress: families of its own") {
   }
 }
 
+TEST_CASE("stress: what is asked for is not passed over where scenes are made") {
+  const WorkingDirectory here;
+  write_text(here / "swing.toml", kSwing);
+  const auto named = run_costate({"stress", "swing.toml", "--no-files", "--axes", "bodies"}, here.path());
+  CHECK(named.status == 1);
+  CHECK_THAT(named.err, Contains("'swing.toml' would not be run"));
+  // What --set says has to be in these scenes, too.
+  const Json j = costate_json(
+      {"stress", "--no-files", "--axes", "bodies", "--set", "bar.B10.mass_kg=2", "--budget", "4"}, here.path());
+  const Json& one = j.at("scenes").at(0).at("entries").at(0);
+  CHECK(one.at("value") == "a chain of 1");
+  CHECK(one.at("verdict") == "refused");
+  CHECK_THAT(one.at("why").get<std::string>(), Contains("B10"));
+}
+
 TEST_CASE("stress: a scene that cannot be rewritten in other units is not; one that cannot run is told") {
   const WorkingDirectory here;
   std::string law = kSwing;

@@ -4,6 +4,7 @@
 
 #include <tuple>
 
+#include "costate/base/error.h"
 #include "costate/integrator/run_end.h"
 #include "costate/integrator/simulate.h"
 #include "costate/scene/scene_node.h"
@@ -51,14 +52,17 @@ FiguresOfRun figures_of_table(const Scene& scene, const TrajectoryTable& table, 
   std::vector<std::string> coordinates = mechanism->coordinate_names();
   const auto columns = [&](const char* group, const std::vector<std::string>& names) {
     std::vector<const Column*> found;
-    for (const std::string& name : names) found.push_back(table.find(group, name));
+    for (const std::string& name : names) {
+      found.push_back(table.find(group, name));
+      if (!found.back()) throw Error(fmt::format("A trajectory without '{}' ({}) cannot be drawn.", name, group));
+    }
     return found;
   };
   const auto q = columns("coordinates", coordinates), v = columns("velocities", coordinates),
              z = columns("states", mechanism->state_names());
   const auto row = [](const std::vector<const Column*>& of, std::size_t i) {
     Eigen::VectorXd x(static_cast<Eigen::Index>(of.size()));
-    for (std::size_t k = 0; k < of.size(); ++k) x[static_cast<Eigen::Index>(k)] = of[k] ? of[k]->values[i] : 0;
+    for (std::size_t k = 0; k < of.size(); ++k) x[static_cast<Eigen::Index>(k)] = of[k]->values[i];
     return x;
   };
   const std::size_t samples = table.time_s.size(), wanted = std::min(samples, count);

@@ -1,12 +1,7 @@
 // Radau IIA: the tables of the schemes, and exact derivatives of the steps that a run took, in every formulation that
 // has a residual.
-//
-// Tolerances. kTranspose: tangent and adjoint are solutions of the same systems and their transposes, iterated to
-// rounding, some digits below which terms of the cost cancel: 1e-11. kDifference as for explicit schemes: psi of a
-// sequence of steps carries what Newton's iteration leaves, about 1e-13 of itself, so that extrapolated differences
-// with steps of 2e-3 of a parameter's scale are good to 1e-9 where the parameter counts.
+// What is asked of them, and to what tolerances: runge_kutta_gradients.h.
 #include <fmt/format.h>
-#include <support/differences.h>
 #include <support/models.h>
 
 #include <catch2/catch.hpp>
@@ -18,8 +13,7 @@
 #include "costate/integrator/simulate.h"
 #include "costate/problem/scene_problem.h"
 #include "costate/sensitivity/method.h"
-#include "property/driven_carriage.h"
-#include "property/gradient_compare.h"
+#include "runge_kutta_gradients.h"
 #include "support/paths.h"
 
 using namespace costate;
@@ -28,26 +22,16 @@ using Catch::Contains;
 
 namespace {
 
-constexpr double kTransposeOfStages = 1e-11, kDifferenceOfStages = 1e-9;
-
-Problem on_radau(const TestModel& model, const std::string& formulation, const std::string& scheme, double rtol,
-                 double t_end = 0) {
-  Problem p = model.problem(formulation, rtol);
-  p.parameters = model.all_parameters();
-  p.solver.integrator = scheme;
-  p.solver.confirm = false;
-  if (t_end > 0) p.solver.t_end = t_end;
-  return p;
-}
-
-double apart_in_scales(const std::vector<double>& a, const std::vector<double>& b, const Problem& p) {
-  return gradient_mismatch(a, b, p.parameters).error;
-}
-
 std::vector<std::string> with_residual() {
   std::vector<std::string> r;
   for (const auto& f : formulations())
     if (f.make_dae) r.push_back(f.name);
+  return r;
+}
+
+std::vector<std::string> radau_names() {
+  std::vector<std::string> r;
+  for (const auto& s : radau_schemes()) r.push_back(s.name);
   return r;
 }
 
@@ -127,19 +111,13 @@ TEST_CASE("Radau IIA: adjoint and tangent agree to rounding, in every formulatio
       for (const auto& model : {five_bar(), kitchen_sink(), pendulum(1, 2), free_flight()}) {
         CAPTURE(formulation, scheme.name, model.name);
         // Tolerances so loose that the steps' own errors are large: the gradient is that of the steps all the same.
-        const Problem p = on_radau(model, formulation, scheme.name, 1e-4, std::min(model.t_end, 0.5));
-        const auto rho = p.parameters.values();
-        const GradientResult tangent = gradient(p, "discrete-tangent", rho),
-                             adjoint = gradient(p, "discrete-adjoint", rho);
-        CHECK(tangent.integrator == scheme.name);
-        CHECK(adjoint.integrator == scheme.name);
         // Maggi's positions are solved for to rounding from the last evaluation's, which may be the tangent's.
-        CHECK(tangent.psi == Approx(adjoint.psi).epsilon(1e-12));
-        CHECK(apart_in_scales(adjoint.gradient, tangent.gradient, p) <= kTransposeOfStages);
+        check_transposed(on_scheme(model, formulation, scheme.name, 1e-4, std::min(model.t_end, 0.5)), 1e-12);
       }
 }
 
 TEST_CASE("Radau IIA: the gradient is that of psi over the same steps") {
+  int asked = 0, held = 0;
   for (const std::string& formulation : with_residual())
     for (const auto& scheme : radau_schemes())
       for (const auto& [model, t_end] : {std::pair{five_bar(), 0.3}, {kitchen_sink(), 0.1}, {pendulum(1, 2), 0.5}}) {
@@ -147,32 +125,16 @@ TEST_CASE("Radau IIA: the gradient is that of psi over the same steps") {
         const bool many = model.all_parameters().size() > 20;
         if (many && (scheme.stages != 3 || (formulation != "index2" && formulation != "penalty"))) continue;
         CAPTURE(formulation, scheme.name, model.name);
-        const Problem p = on_radau(model, formulation, scheme.name, 1e-4, t_end);
-        const auto rho = p.parameters.values();
-        const GradientResult adjoint = gradient(p, "discrete-adjoint", rho);
-        if (adjoint.counters.jumps > 0) continue;  // Maggi's changes of coordinates
-        HeldStages held(p);
-        CHECK(held.psi(rho) == Approx(adjoint.psi).epsilon(1e-12));
-        std::vector<double> by_differences;
-        for (std::size_t j = 0; j < rho.size(); ++j) {
-          const double scale = p.parameters.parameters[j].scale;
-          by_differences.push_back(directional_difference(
-                                       [&](double e) {
-                                         auto x = rho;
-                                         x[j] += e * scale;
-                                         return held.psi(x);
-                                       },
-                                       2e-3) /
-                                   scale);
-        }
-        CHECK(apart_in_scales(adjoint.gradient, by_differences, p) <= kDifferenceOfStages);
+        ++asked;
+        held += check_over_held_steps<HeldStages>(on_scheme(model, formulation, scheme.name, 1e-4, t_end)) ? 1 : 0;
       }
+  CHECK(5 * held >= 4 * asked);  // but for some of Maggi's
 }
 
 TEST_CASE("Radau IIA: at tight tolerances the gradient is that of the motion") {
   for (const char* formulation : {"index2", "baumgarte"})
     for (const char* scheme : {"radau5", "radau9"}) {
-      Problem p = on_radau(kitchen_sink(), formulation, scheme, 1e-10, 0.5);
+      Problem p = on_scheme(kitchen_sink(), formulation, scheme, 1e-10, 0.5);
       const auto rho = p.parameters.values();
       const GradientResult discrete = gradient(p, "discrete-adjoint", rho);
       p.formulation = "baumgarte";
@@ -189,61 +151,22 @@ TEST_CASE("Radau IIA: at tight tolerances the gradient is that of the motion") {
 TEST_CASE("Radau IIA: steps that do not fit are taken again") {
   for (const char* formulation : {"baumgarte", "index2", "maggi-implicit"})
     for (const auto& scheme : radau_schemes()) {
-      Problem p = on_radau(pendulum(1, 2), formulation, scheme.name, 1e-6);  // on which Maggi changes its coordinates
-      const auto rho = p.parameters.values();
-      const GradientResult kept = gradient(p, "discrete-adjoint", rho);
-      CHECK(kept.counters.checkpoints == 0);
-      p.solver.checkpoint_steps = 3;
-      const GradientResult repeated = gradient(p, "discrete-adjoint", rho);
-      CAPTURE(formulation, scheme.name, kept.counters.steps, kept.counters.jumps);
-      CHECK(repeated.counters.checkpoints == (kept.counters.steps + 2) / 3);
-      CHECK(repeated.counters.backward_residuals > kept.counters.backward_residuals);
-      CHECK(apart_in_scales(repeated.gradient, kept.gradient, p) <= kTransposeOfStages);
-      p.solver.checkpoint_steps = 0;
-      p.solver.memory_budget_MB = 0.002;
-      const GradientResult small = gradient(p, "discrete-adjoint", rho);
-      CHECK(small.counters.checkpoints > 1);
-      CHECK(apart_in_scales(small.gradient, kept.gradient, p) <= kTransposeOfStages);
+      CAPTURE(formulation, scheme.name);
+      // On this one Maggi changes its coordinates.
+      check_computed_again(on_scheme(pendulum(1, 2), formulation, scheme.name, 1e-6), 0.002);
     }
 }
 
 TEST_CASE("Radau IIA: steps end at the kinks of drivers, and gradients are carried across") {
-  const std::string law = R"({ kind = "bump", height_m = 0.15, start_m = 0.3, length_m = 0.5, shape = "half_sine" })";
-  Problem p = make_problem(Scene::parse(driven_carriage(law), "driver.toml"),
-                           {"spring.strut.stiffness_N_per_m", "body.rod.mass_kg", "driver.push.law.height_m"});
-  p.formulation = "index1";
-  const auto rho = p.parameters.values();
-  const GradientResult oracle = gradient(p, "differences", rho);
-  for (const std::string& formulation : with_residual())
-    for (const char* method : {"discrete-tangent", "discrete-adjoint"}) {
-      if (find_formulation(formulation).make_discrete) continue;  // index 3 is on its own steps
-      p.formulation = formulation;
-      p.solver.integrator = "radau5";
-      CAPTURE(formulation, method);
-      const GradientResult r = gradient(p, method, rho);
-      CHECK(r.counters.jumps >= 2);
-      CHECK(r.psi == Approx(oracle.psi).epsilon(1e-6));
-      const auto mismatch = gradient_mismatch(r.gradient, oracle.gradient, p.parameters);
-      INFO(mismatch.text);
-      CHECK(mismatch.error < 1e-6);  // as in driver_kinks.cpp
-    }
+  std::vector<std::string> formulations = with_residual();
+  // Index 3 is on its own steps.
+  std::erase_if(formulations,
+                [](const std::string& f) { return static_cast<bool>(find_formulation(f).make_discrete); });
+  check_kinks_met(formulations, {"radau5"});
 }
 
 TEST_CASE("Radau IIA: events are met, and what lies between steps is of the steps' own accuracy") {
-  Problem p = make_problem(Scene::load(fmt::format("{}/models/bouncing_ball/bouncing_ball.toml", COSTATE_SOURCE_DIR)));
-  p.formulation = "baumgarte";
-  p.solver.integrator = "cvodes";
-  const auto rho = p.parameters.values();
-  const Simulation right = simulate(p, rho);
-  for (const auto& scheme : radau_schemes()) {
-    p.solver.integrator = scheme.name;
-    const Simulation r = simulate(p, rho);
-    CAPTURE(scheme.name);
-    // Sixteen times the ball gives back less than it has: errors of 1e2 rtol grow to 1e4.
-    CHECK(r.psi == Approx(right.psi).epsilon(1e-6));
-    REQUIRE(r.events.size() == right.events.size());
-    for (std::size_t i = 0; i < r.events.size(); ++i) CHECK(r.events[i].t == Approx(right.events[i].t).epsilon(1e-5));
-  }
+  check_events_met(radau_names());
   // Samples that no step ends at, against a run of a hundredth of the tolerance.
   Problem q = five_bar().problem("baumgarte", 1e-6);
   const std::vector<double> times = {0.123, 0.777, 1.5, 2.34, 4.321};
@@ -259,7 +182,7 @@ TEST_CASE("Radau IIA: events are met, and what lies between steps is of the step
 }
 
 TEST_CASE("Radau IIA: what it does not carry is refused by name") {
-  Problem p = on_radau(five_bar(), "maggi", "radau5", 1e-6);
+  Problem p = on_scheme(five_bar(), "maggi", "radau5", 1e-6);
   const auto rho = p.parameters.values();
   CHECK_THROWS_WITH(simulate(p, rho), Contains("maggi"));
   CHECK_THROWS_WITH(gradient(p, "discrete-adjoint", rho), Contains("maggi"));

@@ -25,6 +25,7 @@
 #include "costate/record/json_number.h"
 #include "costate/record/print.h"
 #include "costate/scene/least_atol.h"
+#include "design_setup.h"
 #include "guide.h"
 #include "method_choice.h"
 #include "saving.h"
@@ -37,6 +38,7 @@ void CommonOptions::add_to(Command& c) {
   c.option("--set", overrides, "Replace a value of the scene: path=value (repeatable)")
       .value_name("PATH=VALUE")
       .repeatable();
+  c.option("--case", case_name, "Of a scene with [[case]]: this one, at the design's parameters");
   c.flag("--no-files", no_files, "Write no files");
   c.flag("--quiet", quiet, "Print errors only");
 }
@@ -96,11 +98,18 @@ Scene load_scene(const CommonOptions& options) {
     if (equals == std::string::npos || equals == 0)
       throw Error(fmt::format("--set needs PATH=VALUE, found '{}'. Example: --set run.t_end_s=2.", o));
   }
-  if (!options.ready) return Scene::load(options.scene, options.overrides);
-  Scene scene = *options.ready;
-  for (const auto& o : options.overrides)
-    scene = scene.with_override(o.substr(0, o.find('=')), o.substr(o.find('=') + 1));
-  return scene;
+  Scene scene = options.ready ? *options.ready : Scene::load(options.scene, options.overrides);
+  if (options.ready)
+    for (const auto& o : options.overrides)
+      scene = scene.with_override(o.substr(0, o.find('=')), o.substr(o.find('=') + 1));
+  if (options.case_name.empty()) return scene;
+  try {
+    return scene_of_case(scene, options.case_name, options.parameters, options.overrides);
+  } catch (const SceneError&) {
+    throw;
+  } catch (const Error& e) {
+    throw Error(fmt::format("--case: {}", e.what()));
+  }
 }
 
 namespace {
@@ -113,6 +122,7 @@ void require_positive(const std::optional<double>& x, const char* option) {
 }  // namespace
 
 Setup::Setup(const CommonOptions& options, Purpose purpose) : scene(load_scene(options)) {
+  require_single_run(scene);
   chosen_by(!options.parameters.empty(), "--parameters", "run.parameters",
             [&] { problem = make_problem(scene, options.parameters); });
   rho = problem.parameters.values();

@@ -31,6 +31,7 @@ struct Setup;
 struct CommonOptions {
   std::string scene;
   std::vector<std::string> parameters, overrides;
+  std::string case_name;  // of a scene that lists cases, the one that is run
   std::string formulation, method, integrator, cvodes_method, sensitivity_corrector;
   std::optional<double> rtol, atol, t_end, step;
   /// The formulation's options that have a flag, by key.

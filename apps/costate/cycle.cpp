@@ -8,9 +8,11 @@
 #include "accuracy.h"
 #include "command.h"
 #include "costate/base/notice.h"
+#include "costate/record/atomic_file.h"
 #include "cycle_accuracy.h"
 #include "cycle_branch.h"
 #include "digits.h"
+#include "run_pages.h"
 #include "trajectory.h"
 
 namespace costate::app {
@@ -22,7 +24,7 @@ struct CycleFlags {
   std::vector<std::string> relabel;
   std::optional<double> period, after;
   std::optional<int> settle, count;
-  bool no_estimate = false, no_derivatives = false;
+  bool no_estimate = false, no_derivatives = false, report = false;
   int max_points = 300;
   AccuracyOption accuracy;
 
@@ -199,6 +201,8 @@ int run(const CommonOptions& given, const CycleFlags& flags) {
     throw Error("--accuracy is of one cycle: --continue follows them at rtol.");
   if (flags.accuracy.value && flags.no_estimate)
     throw Error("--accuracy needs the estimates that --no-estimate leaves out.");
+  if (flags.report && (!flags.follow.empty() || common.no_files))
+    throw Error("--report writes the page of one cycle, so it excludes --continue and --no-files.");
   if (!flags.follow.empty()) return run_branch(common, continue_request(flags.follow), flags.max_points);
   Setup setup(common, Purpose::simulate);
   if (!setup.scene.cycle)
@@ -231,6 +235,16 @@ int run(const CommonOptions& given, const CycleFlags& flags) {
                         accurate->relative, accurate->worst, setup.problem.formulation, r.integrator,
                         setup.problem.solver.rtol);
   }
+  if (flags.report) {
+    Setup on_cycle = setup;
+    on_cycle.problem.cycle = std::make_shared<const CycleSettings>(*setup.scene.cycle);
+    const std::optional<TrajectoryTable> motion =
+        setup.located([&] { return motion_for_page(on_cycle, j.at("settings")); });
+    if (setup.write_file("cycle.html", [&](const auto& path) {
+          write_file_atomically(path, cycle_page(setup, j, text, motion ? &*motion : nullptr));
+        }))
+      text += fmt::format("  report: {}\n", (setup.directory / "cycle.html").string());
+  }
   report(setup, common, j, text, "cycle.json");
   return accurate && !accurate->met ? kFailed : 0;
 }
@@ -257,6 +271,7 @@ const RegisterCommand cycle_command(
                "Follow the cycle along a parameter, NAME=FROM..TO: folds, flips and Neimark-Sacker points");
       c.option("--max-points", flags->max_points, "With --continue: cycles at most, in either direction (300)");
       flags->accuracy.add_to(c);
+      c.flag("--report", flags->report, "Write cycle.html too, a page with the multipliers and the motion");
       c.flag("--no-estimate", flags->no_estimate, "Without the search at a tenth of the tolerance that tells errors");
       c.flag("--no-derivatives", flags->no_derivatives, "Without derivatives with respect to the parameters");
       c.runs([&common, flags] { return run(common, *flags); });

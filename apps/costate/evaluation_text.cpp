@@ -10,7 +10,7 @@
 namespace costate::app {
 
 Json evaluation_json(const OptimizerEvaluation& e, const std::vector<std::string>& names,
-                     const std::vector<OptimizerConstraint>& constraints) {
+                     const std::vector<DesignBound>& bounds) {
   Json j;
   j["index"] = e.index;
   if (e.rtol > 0) j["rtol"] = e.rtol;
@@ -24,9 +24,10 @@ Json evaluation_json(const OptimizerEvaluation& e, const std::vector<std::string
   }
   j["psi"] = e.psi;
   j["gradient"] = named(names, e.gradient);
-  if (!constraints.empty()) {
+  if (!e.cases.empty()) j["cases"] = e.cases;
+  if (!bounds.empty()) {
     j["constraints"] = Json::object();
-    for (std::size_t c = 0; c < constraints.size(); ++c) j["constraints"][constraints[c].name] = e.constraints[c];
+    for (std::size_t c = 0; c < bounds.size(); ++c) j["constraints"][bounds[c].name] = e.constraints[c];
   }
   j["projected_gradient"] = e.projected_gradient;
   j["counters"] = counters_json(e.counters);

@@ -10,7 +10,7 @@
 namespace costate::app {
 
 Json evaluation_json(const OptimizerEvaluation& e, const std::vector<std::string>& names,
-                     const std::vector<OptimizerConstraint>& constraints);
+                     const std::vector<DesignBound>& bounds);
 
 /// `relative`: what is known of psi (digits.h).
 std::string evaluation_line(const OptimizerEvaluation& e, const std::vector<std::string>& names, double relative,

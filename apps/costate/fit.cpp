@@ -158,7 +158,7 @@ const RegisterCommand fit_command(
       auto options = std::make_shared<FitCommandOptions>();
       common.add_to(c);
       common.add_run_options(c);
-      for (const char* name : {"--method", "--checkpoint-steps", "--step"}) c.remove(name);
+      for (const char* name : {"--case", "--method", "--checkpoint-steps", "--step"}) c.remove(name);
       c.option("--with", options->others,
                "Another scene whose data are fitted at once; parameters of one name are one and the same")
           .repeatable();

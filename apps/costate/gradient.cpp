@@ -5,10 +5,13 @@
 #include <chrono>
 
 #include "accuracy.h"
-#include "command.h"
+#include "costate/base/notice.h"
+#include "costate/record/atomic_file.h"
 #include "costate/record/jobs.h"
 #include "costate/sensitivity/error_estimate.h"
+#include "design_setup.h"
 #include "digits.h"
+#include "run_pages.h"
 #include "start_notice.h"
 #include "trajectory.h"
 
@@ -16,16 +19,145 @@ namespace costate::app {
 
 namespace {
 
-int run(const CommonOptions& common, const AccuracyOption& option, bool estimate, bool confirm, int jobs) {
-  set_jobs(jobs);
-  Setup setup(common, Purpose::differentiate);
+struct GradientOptions {
+  AccuracyOption accuracy;
+  bool estimate = false, single = false, report = false;
+  std::string goal;
+  int jobs = 0;
+};
+
+/// The parameters with their derivatives and, where there are any, errors.
+std::string derivatives_text(const Setup& setup, const std::vector<double>& gradient, const std::vector<double>& errors,
+                             double relative) {
+  const std::vector<double> unknown =
+      errors.empty() ? gradient_uncertainty(gradient, setup.problem.parameters, relative) : errors;
+  const auto names = setup.problem.parameters.names();
+  std::size_t width = 9;
+  for (const auto& n : names) width = std::max(width, n.size());
+  std::string text = fmt::format("  {:<{}}  {:>20}  {:>20}{}\n", "parameter", width, "value", "d(psi)/d(parameter)",
+                                 errors.empty() ? "" : "      estimated error");
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    text += fmt::format("  {:<{}}  {:>20.12g}  {:>20}", names[i], width, setup.rho[i],
+                        known_digits(gradient[i], unknown[i]));
+    if (!errors.empty()) text += fmt::format("  {:>19.2e}", errors[i]);
+    text += "\n";
+  }
+  return text;
+}
+
+/// Runs f; what it gives notice of is said of the case.
+template <class F>
+void of_case(const std::string& name, const F& f) {
+  const std::vector<std::string> before = take_notices();
+  f();
+  const std::vector<std::string> own = take_notices();
+  for (const std::string& sentence : before) notice(sentence);
+  for (const std::string& sentence : own) notice(fmt::format("case.{}: {}", name, sentence));
+}
+
+/// gradient.html, where it is asked for; what the text says of it.
+std::string written_page(const Setup& setup, const GradientOptions& options, const Json& j, bool motion) {
+  if (!options.report) return {};
+  const std::optional<TrajectoryTable> table = motion ? motion_for_page(setup, j.at("settings")) : std::nullopt;
+  const bool written = setup.write_file("gradient.html", [&](const auto& path) {
+    write_file_atomically(path, gradient_page(setup, j, table ? &*table : nullptr));
+  });
+  return written ? fmt::format("  report: {}\n", (setup.directory / "gradient.html").string()) : "";
+}
+
+/// Of a design of several cases.
+int run_cases(DesignSetup& whole, const CommonOptions& common, const GradientOptions& options) {
+  whole.refuse_accuracy(options.accuracy.value.has_value());
+  Setup& setup = whole.setup;
+  Progress progress(setup.progress_options);
+  progress.start(setup.problem.solver.t_start);
+  whole.watch(progress);
+  const auto begin = std::chrono::steady_clock::now();
+  for (Setup& s : whole.cases) s.problem.solver.confirm = !options.single && !options.estimate;
+  const Design design = whole.design();
+  const std::size_t count = design.cases.size(), n = setup.rho.size();
+  std::vector<GradientResult> results(count);
+  std::vector<ErrorEstimate> errors(count);
+  for_each_job(count, jobs(), [&](std::size_t i) {
+    const Setup& s = whole.cases[i];
+    const std::vector<double> rho = design.cases[i].own(setup.rho);
+    of_case(whole.of[i].name, [&] {
+      try {
+        results[i] = started(s, [&] { return gradient(s.problem, s.method, rho); });
+        if (options.estimate)
+          errors[i] = s.located([&] { return estimate_error(s.problem, s.method, rho, results[i]); });
+      } catch (const SolverError& e) {
+        throw SolverError(design.cases[i].title() + e.what());
+      }
+    });
+  });
+  const double wall = seconds_since(begin);
+  progress.finish();
+  std::vector<double> psi;
+  std::vector<std::vector<double>> gradients;
+  GradientResult r;
+  for (std::size_t i = 0; i < count; ++i) {
+    psi.push_back(results[i].psi);
+    gradients.push_back(design.cases[i].spread(results[i].gradient, n));
+    r.counters += results[i].counters;
+  }
+  design.combine(psi, gradients, r.psi, r.gradient);
+  // Errors add up at worst.
+  const bool worst = design.goal == Design::Goal::worst;
+  const std::size_t of_worst = design.worst(psi);
+  std::optional<double> psi_error;
+  if (options.estimate) {
+    psi_error = 0;
+    r.gradient_error.assign(n, 0.0);
+    for (std::size_t g = 0; g < design.targets.size(); ++g)
+      for (const std::size_t i : design.targets[g].cases) {
+        if (worst && g != of_worst) continue;
+        *psi_error += design.cases[i].factor * errors[i].psi;
+        const std::vector<double> own = design.cases[i].spread(errors[i].gradient, n);
+        for (std::size_t j = 0; j < n; ++j) r.gradient_error[j] += design.cases[i].factor * own[j];
+      }
+  }
+  const double relative = whole.psi_tolerance();
+  for (std::size_t g = 0; worst && g < design.targets.size(); ++g)
+    if (g != of_worst && r.psi - design.target(g, psi) <= 10 * relative * std::abs(r.psi))
+      notice(
+          fmt::format("'{}' and '{}' are equal within what the tolerances tell: the worst of them has a kink here, "
+                      "and the gradient is that of the first alone.",
+                      design.targets[of_worst].name, design.targets[g].name));
+  Json j = run_json(setup, r, setup.method, wall);
+  whole.correct(j);
+  if (!options.estimate) j["gradient_error"] = nullptr;
+  j["psi_error"] = psi_error ? Json(*psi_error) : Json();
+  j["cases"] = whole.cases_json(psi, gradients);
+  if (worst) j["worst"] = design.targets[of_worst].name;
+  std::string text =
+      fmt::format("{}: {}\n", setup.scene.title.empty() ? common.scene : setup.scene.title, whole.what());
+  text += whole.cases_text(psi);
+  text += fmt::format("  psi = {}{}{}\n", known_digits(r.psi, psi_error.value_or(uncertainty_of(r.psi, relative))),
+                      psi_error ? fmt::format(" (estimated error {:.2g})", *psi_error) : "",
+                      worst ? fmt::format(", the worst: {}", design.targets[of_worst].name) : "");
+  text += derivatives_text(setup, r.gradient, r.gradient_error, relative);
+  text += fmt::format("  {} steps forward, {} backward, {} factorizations, {:.3g} s\n", r.counters.steps,
+                      r.counters.backward_steps, r.counters.factorizations, wall);
+  text += written_page(setup, options, j, false);
+  report(setup, common, j, text, "gradient.json");
+  return 0;
+}
+
+int run(const CommonOptions& common, const GradientOptions& options) {
+  set_jobs(options.jobs);
+  DesignSetup whole(common, options.goal);
+  if (options.report && !whole.setup.files) throw Error("--report writes a page, so it excludes --no-files.");
+  if (whole.several()) return run_cases(whole, common, options);
+  Setup& setup = whole.setup;
+  const bool estimate = options.estimate;
   Progress progress(setup.progress_options);
   progress.start(setup.problem.solver.t_start);
   setup.problem.monitor = monitor(progress, setup.problem.solver.t_end);
   const auto begin = std::chrono::steady_clock::now();
   // An estimate compares the run itself with a tighter one.
-  setup.problem.solver.confirm = confirm && !estimate;
-  const auto accuracy = option.asked(setup, common);
+  setup.problem.solver.confirm = !options.single && !estimate;
+  const auto accuracy = options.accuracy.asked(setup, common);
   std::optional<AccurateRun> accurate;
   if (accuracy) accurate = run_accurately(setup, common, *accuracy, true);
   GradientResult r =
@@ -59,24 +191,12 @@ int run(const CommonOptions& common, const AccuracyOption& option, bool estimate
   std::string text =
       fmt::format("{}\n  {} by {}, {}\n  {}\n", setup.scene.title.empty() ? common.scene : setup.scene.title,
                   setup.problem.formulation, setup.method, precision.run, psi_text(r.psi, precision, psi_error));
-  const std::vector<double> unknown =
-      r.gradient_error.empty() ? gradient_uncertainty(r.gradient, setup.problem.parameters, precision.relative)
-                               : r.gradient_error;
-  const auto names = setup.problem.parameters.names();
-  std::size_t width = 9;
-  for (const auto& n : names) width = std::max(width, n.size());
-  text += fmt::format("  {:<{}}  {:>20}  {:>20}{}\n", "parameter", width, "value", "d(psi)/d(parameter)",
-                      r.gradient_error.empty() ? "" : "      estimated error");
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    text += fmt::format("  {:<{}}  {:>20.12g}  {:>20}", names[i], width, setup.rho[i],
-                        known_digits(r.gradient[i], unknown[i]));
-    if (!r.gradient_error.empty()) text += fmt::format("  {:>19.2e}", r.gradient_error[i]);
-    text += "\n";
-  }
+  text += derivatives_text(setup, r.gradient, r.gradient_error, precision.relative);
   if (accurate) text += accuracy_text(*accurate, *accuracy);
   text += events_text(r);
   text += fmt::format("  {} steps forward, {} backward, {} factorizations, {:.3g} s\n", r.counters.steps,
                       r.counters.backward_steps, r.counters.factorizations, wall);
+  text += written_page(setup, options, j, true);
   report(setup, common, j, text, "gradient.json");
   return accurate && !accurate->met ? kFailed : 0;
 }
@@ -86,18 +206,17 @@ int run(const CommonOptions& common, const AccuracyOption& option, bool estimate
 const RegisterCommand gradient_command(
     CommandGroup::run, "gradient", "The cost and its exact gradient by one method",
     [](Command& c, CommonOptions& common) {
-      auto estimate = std::make_shared<bool>(false), single = std::make_shared<bool>(false);
-      auto accuracy = std::make_shared<AccuracyOption>();
+      auto options = std::make_shared<GradientOptions>();
       common.add_to(c);
       common.add_run_options(c);
-      accuracy->add_to(c);
-      c.flag("--estimate-error", *estimate,
+      options->accuracy.add_to(c);
+      c.flag("--estimate-error", options->estimate,
              "Estimate the errors of psi and gradient by a rerun at rtol/10, or half the step");
-      c.flag("--no-confirm", *single, "One run, without the looser one that shows where small errors grow");
-      auto jobs = std::make_shared<int>(0);
-      add_jobs_option(c, *jobs, "Columns of differences");
-      c.runs(
-          [&common, accuracy, estimate, single, jobs] { return run(common, *accuracy, *estimate, !*single, *jobs); });
+      c.flag("--no-confirm", options->single, "One run, without the looser one that shows where small errors grow");
+      c.flag("--report", options->report, "Write gradient.html too, a page with the derivatives and the motion");
+      add_goal_option(c, options->goal);
+      add_jobs_option(c, options->jobs, "Cases, or columns of differences,");
+      c.runs([&common, options] { return run(common, *options); });
     });
 
 }  // namespace costate::app

@@ -2,60 +2,27 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <cmath>
-#include <tuple>
 
-#include "accuracy.h"
 #include "certificate_report.h"
-#include "command.h"
 #include "costate/base/error.h"
 #include "costate/optimize/certificate.h"
-#include "costate/optimize/optimizer.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/interrupt.h"
 #include "costate/record/jobs.h"
 #include "costate/record/print.h"
 #include "costate/scene/scene_files.h"
-#include "costate/sensitivity/cycle_gradient.h"
 #include "costate/sensitivity/error_estimate.h"
 #include "digits.h"
 #include "evaluation_text.h"
 #include "optimize_journal.h"
+#include "optimize_motions.h"
 #include "optimize_options.h"
 #include "report_page.h"
 #include "saving.h"
-#include "trajectory.h"
 
 namespace costate::app {
 
 namespace {
-
-/// The motion at given parameters, written as trajectory files; of a psi over a cycle the one that begins there.
-TrajectoryTable write_motion(const Setup& given, const std::vector<double>& at, const std::string& name,
-                             const Json& settings) {
-  Setup setup = given;
-  std::vector<double> rho = at;
-  std::tie(setup.problem, rho) = shown_motion(given.problem, at);
-  TrajectoryRecorder recorder(setup, rho, std::nullopt);
-  const Simulation run = simulate(setup.problem, rho, recorder.times(), recorder.sink());
-  TrajectoryTable table = recorder.finish(settings, run);
-  write_trajectory(setup, table, name, true);
-  return table;
-}
-
-/// What an earlier run left in the folder does not belong to the evaluations that are made now. A file that the scene
-/// itself consists of stays until it is replaced.
-void remove_old_results(const Setup& setup, const std::vector<SceneFile>& files) {
-  namespace fs = std::filesystem;
-  std::error_code ignored;
-  for (const char* name :
-       {"optimized.toml", "optimize.json", "report.html", "before.h5", "before.csv", "after.h5", "after.csv"}) {
-    const fs::path path = setup.directory / name;
-    bool read = fs::equivalent(path, setup.scene.file_name(), ignored);
-    for (const SceneFile& f : files) read = read || fs::equivalent(path, f.file, ignored);
-    if (!read) fs::remove(path, ignored);
-  }
-}
 
 /// One run of costate optimize.
 class OptimizeRun {
@@ -64,25 +31,23 @@ class OptimizeRun {
       : common_(common),
         options_(options),
         files_(common.scene),
-        setup_(common, Purpose::differentiate),
+        whole_(common, options.goal),
+        setup_(whole_.setup),
         names_(setup_.problem.parameters.names()),
-        o_(optimizer_options(setup_, options)),
+        o_(optimizer_options(whole_, options)),
+        bounds_(whole_.design().bounds()),
         progress_(setup_.progress_options),
-        lines_(!common.json && !common.quiet && !common.take) {
-    for (const auto& c : setup_.scene.constraints()) constraints_.push_back({c.name, c.objective, c.upper});
-  }
+        lines_(!common.json && !common.quiet && !common.take) {}
 
   int run() {
     set_jobs(options_.jobs);
     progress_.start(setup_.problem.solver.t_start);
-    setup_.problem.monitor = monitor(progress_, setup_.problem.solver.t_end);
+    whole_.watch(progress_);
     choose_by_accuracy();
     open_journal();
     const auto begin = std::chrono::steady_clock::now();
-    const OptimizerResult result = setup_.located([&] {
-      return optimize(setup_.problem, setup_.method, constraints_, o_, replay_,
-                      [&](const OptimizerEvaluation& e) { record(e); });
-    });
+    const OptimizerResult result = setup_.located(
+        [&] { return optimize(whole_.design(), o_, replay_, [&](const OptimizerEvaluation& e) { record(e); }); });
     wall_ = seconds_since(begin);
     // The best point is safe before anything else is done with it.
     const OptimizerEvaluation& best = result.evaluations[result.best];
@@ -103,7 +68,9 @@ class OptimizeRun {
       // Behind the last evaluation: an interruption here leaves the journal complete, and --resume comes straight back.
       add_certificate(result.evaluations.front(), best);
       estimate_accuracy(best);
-      write_motions(result.evaluations.front().rho, best.rho);
+      motions_ = write_motions(whole_, result.evaluations.front().rho, best.rho, j_["settings"],
+                               [&](const std::string& text) { note(text); });
+      j_["notes"] = notes_;
     } catch (const Interrupted& e) {
       end_early("interrupted", e.what());
       throw;
@@ -120,7 +87,7 @@ class OptimizeRun {
  private:
   /// Formulation, method and tolerance that meet the accuracy asked for where the optimization begins.
   void choose_by_accuracy() {
-    accuracy_ = options_.accuracy.asked(setup_, common_);
+    if (!whole_.several()) accuracy_ = options_.accuracy.asked(setup_, common_);
     if (!accuracy_) return;
     if (options_.resume)
       throw Error(
@@ -129,7 +96,7 @@ class OptimizeRun {
     begun_ = run_accurately(setup_, common_, *accuracy_, true);
     progress_.finish();
     if (lines_) print_result(accuracy_text(*begun_, *accuracy_));
-    o_.adapt_accuracy = cannot_adapt(setup_.problem, setup_.method, !constraints_.empty()).empty();
+    o_.adapt_accuracy = cannot_adapt(whole_.design()).empty();
     progress_.start(setup_.problem.solver.t_start);
   }
 
@@ -157,13 +124,13 @@ class OptimizeRun {
   void open_journal() {
     if (!setup_.files) return;
     require_writable(setup_.directory);
-    journal_.emplace(Journal::open(setup_.directory / "evaluations.jsonl", journal_header(setup_, files_.files(), o_),
+    journal_.emplace(Journal::open(setup_.directory / "evaluations.jsonl", journal_header(whole_, files_.files(), o_),
                                    options_.resume));
-    replay_ = read_evaluations(*journal_, setup_.problem.parameters, constraints_.size());
+    replay_ = read_evaluations(*journal_, setup_.problem.parameters, bounds_.size(), whole_.cases.size());
     if (!journal_->damage().empty())
       note(fmt::format("Journal '{}': {}. The run goes on after evaluation {}.", journal_->path().string(),
                        journal_->damage(), replay_.size()));
-    remove_old_results(setup_, files_.files());
+    remove_old_results(whole_, files_.files());
     if (lines_ && options_.resume)
       print_result(fmt::format("resuming after {} evaluation{}\n", replay_.size(), replay_.size() == 1 ? "" : "s"));
   }
@@ -183,9 +150,7 @@ class OptimizeRun {
                       e.index, journal_->path().string()));
     if (journal_ && !e.replayed) journal_->append(evaluation_record(e));
     progress_.finish();
-    // A discrete gradient's psi is exact for its own steps.
-    const double relative = setup_.method.rfind("discrete", 0) == 0 ? 0 : setup_.problem.solver.rtol;
-    if (lines_) print_result(evaluation_line(e, names_, relative, common_.verbose) + "\n");
+    if (lines_) print_result(evaluation_line(e, names_, whole_.psi_tolerance(), common_.verbose) + "\n");
     throw_if_interrupted();
     progress_.start(setup_.problem.solver.t_start);
   }
@@ -202,6 +167,8 @@ class OptimizeRun {
     j_ = run_json(setup_, final, setup_.method, wall_);
     j_["initial"] = {
         {"psi", first.psi}, {"parameters", named(names_, first.rho)}, {"gradient", named(names_, first.gradient)}};
+    whole_.correct(j_);
+    if (whole_.several()) j_["cases"] = whole_.cases_json(best.cases, best.case_gradients);
     j_["algorithm"] = o_.algorithm;
     j_["stop_reason"] = result.stop_reason;
     j_["converged"] = result.converged;
@@ -212,8 +179,13 @@ class OptimizeRun {
       const Parameter& p = setup_.problem.parameters.parameters[i];
       if (best.rho[i] == p.lower || best.rho[i] == p.upper) j_["bounds_active"].push_back(names_[i]);
     }
+    for (std::size_t k = 0; k < bounds_.size(); ++k)
+      j_["constraints"].push_back({{"name", bounds_[k].name},
+                                   {"upper", bounds_[k].upper},
+                                   {"initial", first.constraints[k] + bounds_[k].upper},
+                                   {"psi", best.constraints[k] + bounds_[k].upper}});
     j_["evaluations"] = Json::array();
-    for (const auto& e : result.evaluations) j_["evaluations"].push_back(evaluation_json(e, names_, constraints_));
+    for (const auto& e : result.evaluations) j_["evaluations"].push_back(evaluation_json(e, names_, bounds_));
     if (o_.adapt_accuracy) j_["adaptation"] = adaptation_json(adaptation_of(result.evaluations));
     j_["notes"] = notes_;
   }
@@ -232,8 +204,7 @@ class OptimizeRun {
     if (options_.no_certificate) return;
     const auto begin = std::chrono::steady_clock::now();
     try {
-      const Certificate c =
-          setup_.located([&] { return certify(setup_.problem, constraints_, first, best, setup_.method); });
+      const Certificate c = setup_.located([&] { return certify(whole_.design(), first, best); });
       j_["certificate"] = certificate_json(c, seconds_since(begin));
       certificate_ = certificate_text(c);
     } catch (const Interrupted&) {
@@ -244,27 +215,9 @@ class OptimizeRun {
     }
   }
 
-  void write_motions(const std::vector<double>& first, const std::vector<double>& best) {
-    if (!setup_.files) return;
-    const auto motion = [&](const std::vector<double>& rho, const std::string& name) -> std::optional<TrajectoryTable> {
-      try {
-        return write_motion(setup_, rho, name, j_["settings"]);
-      } catch (const Interrupted&) {
-        throw;
-      } catch (const SolverError& e) {
-        note(fmt::format("The motion '{}' could not be computed: {}", name, e.what()));
-        j_["notes"] = notes_;
-        return {};
-      }
-    };
-    before_ = motion(first, "before");
-    after_ = motion(best, "after");
-  }
-
   void write_page() {
     page_ = setup_.files && !options_.no_report && setup_.write_file("report.html", [&](const auto& path) {
-      write_file_atomically(path,
-                            optimize_page(setup_, j_, before_ ? &*before_ : nullptr, after_ ? &*after_ : nullptr));
+      write_file_atomically(path, optimize_page(setup_, j_, motions_));
     });
   }
 
@@ -290,20 +243,22 @@ class OptimizeRun {
 
   std::string text(const OptimizerResult& result) const {
     const OptimizerEvaluation &first = result.evaluations.front(), &best = result.evaluations[result.best];
-    std::string text = fmt::format("{}: psi {:.6g} -> {:.6g} in {} evaluation{}, {:.3g} s\n",
-                                   setup_.scene.title.empty() ? common_.scene : setup_.scene.title, first.psi, best.psi,
+    std::string text = fmt::format("{}: {}psi {:.6g} -> {:.6g} in {} evaluation{}, {:.3g} s\n",
+                                   setup_.scene.title.empty() ? common_.scene : setup_.scene.title,
+                                   whole_.several() ? whole_.what() + ", " : "", first.psi, best.psi,
                                    result.evaluations.size(), result.evaluations.size() == 1 ? "" : "s", wall_);
     text += fmt::format("  stopped by {}\n", result.stop_reason);
     if (const std::size_t failed = result.failures())
       text += fmt::format("  {} evaluation{} failed and {} rejected\n", failed, failed == 1 ? "" : "s",
                           failed == 1 ? "was" : "were");
     if (o_.adapt_accuracy) text += "  evaluations: " + adaptation_text(j_["adaptation"]) + "\n";
+    if (whole_.several()) text += whole_.cases_text(first.cases, best.cases);
     for (std::size_t i = 0; i < names_.size(); ++i)
       text += fmt::format("  {:<16} {:>18.12g} -> {:.12g}\n", names_[i], first.rho[i], best.rho[i]);
     text += certificate_;
     if (setup_.files)
-      text += fmt::format("  results in {}: evaluations.jsonl, optimized.toml, before.h5, after.h5 (and .csv)\n",
-                          setup_.directory.string());
+      text += fmt::format("  results in {}: evaluations.jsonl, optimized.toml, before{}.h5, after{}.h5 (and .csv)\n",
+                          setup_.directory.string(), whole_.several() ? "_CASE" : "", whole_.several() ? "_CASE" : "");
     if (page_) text += fmt::format("  report: {}\n", (setup_.directory / "report.html").string());
     return text;
   }
@@ -311,10 +266,11 @@ class OptimizeRun {
   const CommonOptions& common_;
   const OptimizeOptions& options_;
   SceneFileLog files_;  // before the setup, which reads the scene
-  Setup setup_;
+  DesignSetup whole_;
+  Setup& setup_;
   std::vector<std::string> names_;
   OptimizerOptions o_;
-  std::vector<OptimizerConstraint> constraints_;
+  std::vector<DesignBound> bounds_;
   std::optional<Journal> journal_;
   std::vector<OptimizerEvaluation> replay_;
   std::optional<double> accuracy_;
@@ -325,7 +281,7 @@ class OptimizeRun {
   Json j_;
   std::vector<std::string> notes_;
   std::string certificate_;
-  std::optional<TrajectoryTable> before_, after_;
+  std::vector<RunMotion> motions_;
   bool page_ = false;
 };
 
@@ -336,6 +292,7 @@ const RegisterCommand optimize_command(CommandGroup::run, "optimize", "Minimise 
                                          auto options = std::make_shared<OptimizeOptions>();
                                          common.add_to(c);
                                          common.add_run_options(c);
+                                         c.remove("--case");
                                          options->add_to(c);
                                          c.runs([&common, options] { return OptimizeRun(common, *options).run(); });
                                        });

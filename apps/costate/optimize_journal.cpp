@@ -23,7 +23,7 @@ std::vector<double> numbers(const nlohmann::json& j, std::size_t count, const st
 }
 
 OptimizerEvaluation evaluation_of(const nlohmann::json& j, std::size_t index, const ParameterSelection& selection,
-                                  std::size_t constraints) {
+                                  std::size_t constraints, std::size_t cases) {
   OptimizerEvaluation e;
   const auto n = static_cast<std::size_t>(selection.size());
   e.index = j.at("index").get<int>();
@@ -47,6 +47,13 @@ OptimizerEvaluation evaluation_of(const nlohmann::json& j, std::size_t index, co
     require(rows.is_array() && rows.size() == constraints,
             fmt::format("'constraint_gradients' has {} rows where {} belong", rows.size(), constraints));
     for (const auto& g : rows) e.constraint_gradients.push_back(numbers(g, n, "'constraint_gradients'"));
+    if (cases > 0) {
+      e.cases = numbers(j.at("cases"), cases, "'cases'");
+      const auto& of = j.at("case_gradients");
+      require(of.is_array() && of.size() == cases,
+              fmt::format("'case_gradients' has {} rows where {} belong", of.size(), cases));
+      for (const auto& g : of) e.case_gradients.push_back(numbers(g, n, "'case_gradients'"));
+    }
   }
   for (const auto& [name, count] : counter_fields(e.counters)) *count = j.at("counters").value(name, 0L);
   return e;
@@ -62,6 +69,10 @@ nlohmann::json evaluation_record(const OptimizerEvaluation& e) {
   j["gradient"] = e.gradient;
   j["constraints"] = e.constraints;
   j["constraint_gradients"] = e.constraint_gradients;
+  if (!e.cases.empty()) {
+    j["cases"] = e.cases;
+    j["case_gradients"] = e.case_gradients;
+  }
   j["projected_gradient"] = e.projected_gradient;
   for (const auto& [name, value] : counter_list(e.counters)) j["counters"][name] = value;
   j["wall_s"] = e.wall_s;
@@ -71,10 +82,10 @@ nlohmann::json evaluation_record(const OptimizerEvaluation& e) {
 }
 
 std::vector<OptimizerEvaluation> read_evaluations(Journal& journal, const ParameterSelection& parameters,
-                                                  std::size_t constraints) {
+                                                  std::size_t constraints, std::size_t cases) {
   std::vector<OptimizerEvaluation> evaluations;
   for (const auto& r : journal.records()) try {
-      evaluations.push_back(evaluation_of(r, evaluations.size() + 1, parameters, constraints));
+      evaluations.push_back(evaluation_of(r, evaluations.size() + 1, parameters, constraints, cases));
     } catch (const std::exception& e) {
       journal.keep(evaluations.size(), json_reason(e));
       break;
@@ -82,7 +93,27 @@ std::vector<OptimizerEvaluation> read_evaluations(Journal& journal, const Parame
   return evaluations;
 }
 
-nlohmann::json journal_header(const Setup& setup, const std::vector<SceneFile>& files, const OptimizerOptions& o) {
+std::vector<std::vector<OptimizerEvaluation>> read_searches(Journal& journal, const ParameterSelection& parameters,
+                                                            std::size_t constraints, std::size_t cases) {
+  std::vector<std::vector<OptimizerEvaluation>> searches;
+  std::size_t read = 0;
+  for (const auto& r : journal.records()) try {
+      const auto search = r.at("search").get<std::size_t>();
+      require(search == searches.size() || search + 1 == searches.size(),
+              fmt::format("its search is {} behind {} others", search, searches.size()));
+      if (search == searches.size()) searches.emplace_back();
+      searches.back().push_back(evaluation_of(r, searches.back().size() + 1, parameters, constraints, cases));
+      ++read;
+    } catch (const std::exception& e) {
+      journal.keep(read, json_reason(e));
+      break;
+    }
+  return searches;
+}
+
+nlohmann::json journal_header(const DesignSetup& whole, const std::vector<SceneFile>& files,
+                              const OptimizerOptions& o) {
+  const Setup& setup = whole.setup;
   nlohmann::json header;
   header["scene"] = setup.scene.dump();
   // Every byte of the files that the scene names is part of what the run is.
@@ -102,6 +133,7 @@ nlohmann::json journal_header(const Setup& setup, const std::vector<SceneFile>& 
       {"relative_tolerance", o.relative_tolerance},
       {"gradient_tolerance", o.gradient_tolerance},
       {"step_limit_factor", o.step_limit_factor}};
+  if (whole.several()) header["design"] = whole.identity();
   if (o.adapt_accuracy) header["optimize"]["adapt_tolerance"] = true;
   return header;
 }

@@ -1,12 +1,12 @@
-// What costate optimize may be told besides the scene.
+// What costate optimize and costate pareto may be told besides the scene.
 #pragma once
 
 #include <optional>
 #include <string>
 
 #include "accuracy.h"
-#include "command.h"
 #include "costate/optimize/optimizer.h"
+#include "design_setup.h"
 
 namespace costate::app {
 
@@ -15,14 +15,16 @@ struct OptimizeOptions {
   std::optional<int> max_evaluations;
   std::optional<double> stop_value;
   double step_limit_factor = OptimizerOptions{}.step_limit_factor;
-  std::string algorithm;
+  std::string algorithm, goal;
   AccuracyOption accuracy;
   int jobs = 0;
 
   void add_to(Command& command);
+  /// Those of the optimizer itself.
+  void add_search(Command& command);
 };
 
 /// The scene's settings with the command line's, checked before anything is computed or written.
-OptimizerOptions optimizer_options(const Setup& setup, const OptimizeOptions& options);
+OptimizerOptions optimizer_options(const DesignSetup& setup, const OptimizeOptions& options);
 
 }  // namespace costate::app

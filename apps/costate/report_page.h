@@ -2,15 +2,14 @@
 // nothing from elsewhere, is read without scripts as well, and is well-formed XML of a bounded size.
 #pragma once
 
-#include "command.h"
-#include "costate/record/trajectory_table.h"
+#include "optimize_motions.h"
 
 namespace costate::app {
 
 /// costate optimize: what was run, why it stopped, parameters and cost before and after, the certificate, both over the
-/// evaluations, and the motion before and after (null where there is none). `summary` is what optimize.json holds.
-std::string optimize_page(const Setup& setup, const Json& summary, const TrajectoryTable* before,
-                          const TrajectoryTable* after);
+/// evaluations, and of each run the motion before and after, where both are there. `summary` is what optimize.json
+/// holds.
+std::string optimize_page(const Setup& setup, const Json& summary, const std::vector<RunMotion>& motions);
 
 /// costate simulate --report: what was run and the motion.
 std::string simulate_page(const Setup& setup, const Json& summary, const TrajectoryTable& motion);

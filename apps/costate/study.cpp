@@ -23,6 +23,7 @@
 #include "costate/record/jobs.h"
 #include "costate/record/journal.h"
 #include "costate/record/print.h"
+#include "design/study_page.h"
 #include "design/study_table.h"
 #include "study_job.h"
 
@@ -295,6 +296,7 @@ class StudyCommand {
     j["runs"] = Json::array();
     for (const StudyJob& x : jobs_) j["runs"].push_back(study_row(x));
     if (Json sensitivity = study_sensitivity(j["runs"]); !sensitivity.empty()) j["sensitivity"] = sensitivity;
+    if (Json pareto = pareto_of_designs(j["runs"]); !pareto.empty()) j["pareto"] = pareto;
     const std::string text = study_table(title_, j["runs"]);
     if (sharded()) {  // the tables are those of the whole
       if (complete && common_.json) fmt::print("{}\n", json_text(j));
@@ -308,11 +310,14 @@ class StudyCommand {
     for (const auto& [design, table] : design_csvs(j["runs"]))
       write_file_atomically(directory_ / (design + ".csv"), table);
     write_file_atomically(directory_ / "study.txt", text);
+    write_file_atomically(directory_ / "report.html",
+                          study_page(title_, j["runs"], j.contains("pareto") ? j["pareto"] : Json::object(), text));
     if (!complete) return;
     if (common_.json)
       fmt::print("{}\n", json_text(j));
     else if (!common_.quiet)
-      print_result(fmt::format("{}  results in {}: study.txt, study.csv, study.json\n", text, directory_.string()));
+      print_result(
+          fmt::format("{}  results in {}: study.txt, study.csv, study.json, report.html\n", text, directory_.string()));
   }
 
   const CommonOptions& common_;

@@ -34,6 +34,8 @@ std::vector<std::string> option_keys() {
                                    "t_end",
                                    "step",
                                    "algorithm",
+                                   "goal",
+                                   "jobs",
                                    "stop_value",
                                    "max_evaluations",
                                    "step_limit_factor",
@@ -74,32 +76,6 @@ std::string text_of(const SceneNode& table, const std::string& key, const std::s
   return n->text;
 }
 
-/// As in braces and brackets, on one line.
-void set_inline(SceneNode& n) {
-  n.inlined = n.is_table();
-  for (auto& c : n.children) set_inline(c);
-}
-
-std::string value_text(SceneNode n) {
-  set_inline(n);
-  n.key = "x";
-  SceneNode root;
-  root.children.push_back(std::move(n));
-  const std::string text = write_toml(root);  // "x = VALUE\n"
-  return text.substr(4, text.size() - 5);
-}
-
-/// [set]: dotted keys, quoted or not, and tables below it.
-void add_overrides(const SceneNode& table, const std::string& path, std::vector<std::string>& out) {
-  for (const auto& c : table.children) {
-    const std::string name = path.empty() ? c.key : path + "." + c.key;
-    if (c.is_table() && !c.inlined)
-      add_overrides(c, name, out);
-    else
-      out.push_back(name + "=" + value_text(c));
-  }
-}
-
 void add_options(const SceneNode& table, const std::string& title, std::vector<std::string>& out) {
   require_known(table, title, option_keys());
   for (const auto& c : table.children) {
@@ -110,7 +86,7 @@ void add_options(const SceneNode& table, const std::string& title, std::vector<s
       continue;
     }
     out.push_back(option);
-    out.push_back(c.type == SceneNode::Type::text ? c.text : value_text(c));
+    out.push_back(c.type == SceneNode::Type::text ? c.text : toml_value(c));
   }
 }
 
@@ -160,8 +136,18 @@ void load_scene_of(StudyRun& run, const SceneNode& table) {
     const Scene scene = Scene::load(run.scene.string(), run.overrides);
     scene.mechanism()->select(run.parameters);
     for (const std::string& name : run.outputs) make_output(*scene.mechanism(), name);
-    if (run.task == "optimize" && scene.objective().running.empty() && scene.objective().terminal.empty())
+    if (run.task == "optimize" && scene.cases.empty() && scene.objective().running.empty() &&
+        scene.objective().terminal.empty())
       throw Error("Its scene has no cost to minimise.");
+    for (const std::string& quantity : run.pareto) {
+      std::vector<std::string> known = {"psi"};
+      for (const SceneCase& c : scene.cases) known.push_back(c.name);
+      known.insert(known.end(), run.outputs.begin(), run.outputs.end());
+      if (std::find(known.begin(), known.end(), quantity) == known.end())
+        throw Error(
+            fmt::format("'pareto' names '{}', which is not psi, an output of 'outputs' or a case of the scene.{}",
+                        quantity, suggestion(quantity, known)));
+    }
     run.scene_text = scene.dump();
     run.files = log.files();
     take_notices();  // the run tells them itself
@@ -261,8 +247,9 @@ std::vector<StudyRun> read_design(const SceneNode& table, const Common& common,
   StudyRun base;
   base.name = base.design = text_of(table, "name", "[[design]]", true);
   const std::string title = fmt::format("the design '{}'", base.name);
-  require_known(table, title,
-                {"name", "scene", "kind", "count", "seed", "task", "parameters", "outputs", "set", "options", "vary"});
+  require_known(
+      table, title,
+      {"name", "scene", "kind", "count", "seed", "task", "parameters", "outputs", "pareto", "set", "options", "vary"});
   read_scene_of(base, table, title, common, directory);
   const auto one_of = [&](const char* key, const std::vector<std::string>& words, bool required) {
     const std::string word = text_of(table, key, title, required);
@@ -278,6 +265,10 @@ std::vector<StudyRun> read_design(const SceneNode& table, const Common& common,
     fail(table.find("outputs")->where, fmt::format("'outputs' in {}: these are values at the end of a simulation; the "
                                                    "task must be \"simulate\".",
                                                    title));
+  base.pareto = texts_of(table, "pareto", title);
+  if (base.pareto.size() == 1)
+    fail(table.find("pareto")->where,
+         fmt::format("'pareto' in {} needs two quantities or more that are to be small.", title));
   const std::string kind = one_of("kind", design_kinds(), true);
   const bool grid = kind == "grid";
   const SceneNode* vary = table.find("vary");

@@ -22,6 +22,7 @@ struct StudyRun {
   std::string design;                                  // that it is a point of, or empty
   std::vector<std::pair<std::string, double>> varied;  // there: what was varied; it is among the overrides, too
   std::vector<std::string> outputs;                    // there: whose values at the end are wanted
+  std::vector<std::string> pareto;                     // there: quantities that are to be small, of a front
   bool blocks = false;                                 // there: of Saltelli's kind
   std::vector<std::string> slope_parameters;           // there, of gradients: that are what was varied, or none,
   std::vector<double> slope_factors;                   // and by what theirs are the slopes of indices.h

@@ -139,7 +139,7 @@ Verdict journal_target(const fs::path& file, const std::string& text) {
     selection.parameters.push_back(p);
   }
   Journal journal = Journal::open(file, header, true);
-  const auto found = app::read_evaluations(journal, selection, 1);
+  const auto found = app::read_evaluations(journal, selection, 1, 0);
   const auto mutated = lines(text), written = lines(original);
   for (std::size_t i = 0; i < found.size(); ++i) {
     nlohmann::json record = nlohmann::json::parse(written.at(i + 1)), again = app::evaluation_record(found[i]);

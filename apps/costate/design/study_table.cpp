@@ -21,18 +21,6 @@ std::string csv_text(const Json& value) {
   return quoted + "\"";
 }
 
-/// The rows of each design, in order.
-std::vector<std::pair<std::string, std::vector<Json>>> by_design(const Json& rows) {
-  std::vector<std::pair<std::string, std::vector<Json>>> designs;
-  for (const auto& r : rows) {
-    if (!r.contains("design")) continue;
-    const std::string design = r["design"];
-    if (designs.empty() || designs.back().first != design) designs.emplace_back(design, std::vector<Json>());
-    designs.back().second.push_back(r);
-  }
-  return designs;
-}
-
 /// psi where a run ended: of an optimization the best.
 std::vector<double> psi_of(const std::vector<Json>& rows) {
   std::vector<double> psi;
@@ -73,9 +61,20 @@ std::string design_text(const std::string& design, const std::vector<Json>& rows
 
 }  // namespace
 
+std::vector<std::pair<std::string, std::vector<Json>>> rows_by_design(const Json& rows) {
+  std::vector<std::pair<std::string, std::vector<Json>>> designs;
+  for (const auto& r : rows) {
+    if (!r.contains("design")) continue;
+    const std::string design = r["design"];
+    if (designs.empty() || designs.back().first != design) designs.emplace_back(design, std::vector<Json>());
+    designs.back().second.push_back(r);
+  }
+  return designs;
+}
+
 Json study_sensitivity(const Json& rows) {
   Json j = Json::object();
-  for (const auto& [design, own] : by_design(rows))
+  for (const auto& [design, own] : rows_by_design(rows))
     if (Json s = sensitivity_json(own); !s.is_null()) j[design] = std::move(s);
   return j;
 }
@@ -88,6 +87,7 @@ Json study_row(const StudyJob& j) {
   r["directory"] = j.directory.string();
   if (!j.error.empty()) r["error"] = j.error;
   if (j.run.blocks) r["blocks"] = true;
+  if (!j.run.pareto.empty()) r["pareto"] = j.run.pareto;
   if (!j.ok()) {
     if (!j.run.design.empty()) {
       r["design"] = j.run.design;
@@ -101,6 +101,8 @@ Json study_row(const StudyJob& j) {
     for (const auto& [path, value] : j.run.varied) r["varied"][path] = value;
   }
   r["task"] = j.run.task;
+  if (j.result.contains("cases"))
+    for (const Json& c : j.result["cases"]) r["cases"][c.at("name").get<std::string>()] = c.at("psi");
   if (j.run.task != "optimize") {
     r["psi"] = j.result["psi"];
     r["gradient"] = j.result["gradient"];
@@ -191,16 +193,16 @@ std::string study_table(const std::string& title, const Json& rows) {
       moves.push_back(fmt::format("{} {:.6g} -> {:.6g}", p, r["parameters_before"][p].get<double>(), x.get<double>()));
     text += fmt::format("  {:<{}} {}\n", "", width, fmt::join(moves, ", "));
   }
-  for (const auto& [design, own] : by_design(rows)) text += design_text(design, own);
+  for (const auto& [design, own] : rows_by_design(rows)) text += design_text(design, own);
   return text;
 }
 
 std::vector<std::pair<std::string, std::string>> design_csvs(const Json& rows) {
   std::vector<std::pair<std::string, std::string>> files;
-  for (const auto& [design, own] : by_design(rows)) {
+  for (const auto& [design, own] : rows_by_design(rows)) {
     // Columns: what any of the points has, group by group.
     std::vector<std::pair<std::string, std::string>> columns;
-    for (const char* group : {"varied", "outputs", "gradient", "parameters_after"})
+    for (const char* group : {"varied", "outputs", "cases", "gradient", "parameters_after"})
       for (const auto& r : own)
         if (r.contains(group) && r[group].is_object())
           for (const auto& [name, x] : r[group].items())
@@ -210,6 +212,7 @@ std::vector<std::pair<std::string, std::string>> design_csvs(const Json& rows) {
     std::string text = "name,status,psi";
     for (const auto& [group, name] : columns)
       text += "," + csv_text(Json(group == "gradient"           ? "dpsi/d" + name
+                                  : group == "cases"            ? "psi." + name
                                   : group == "parameters_after" ? name + ".after"
                                                                 : name));
     text += "\n";

@@ -15,6 +15,9 @@ Json study_row(const StudyJob& job);
 std::string study_csv(const Json& rows);
 std::string study_table(const std::string& title, const Json& rows);
 
+/// The rows of each design, in order.
+std::vector<std::pair<std::string, std::vector<Json>>> rows_by_design(const Json& rows);
+
 /// For each design its name and a table with a row a point: what was varied, psi, outputs, gradient, the optimum.
 std::vector<std::pair<std::string, std::string>> design_csvs(const Json& rows);
 

@@ -174,6 +174,7 @@ const RegisterCommand export_command(CommandGroup::inspect, "export",
                                      [](Command& c, CommonOptions& common) {
                                        auto options = std::make_shared<ExportOptions>();
                                        common.add_to(c);
+                                       c.remove("--case");
                                        c.flag("--json", common.json, "Print one JSON object");
                                        c.option("-o,--output", options->file, "File to write, ends in .fmu").required();
                                        c.option(

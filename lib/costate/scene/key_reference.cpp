@@ -63,6 +63,10 @@ column = "x"
 output = "plate.x"
 sigma = 0.01
 
+[[case]]
+name = "light"
+scene = "light.toml"
+
 [[optimize.constraint]]
 name = "limit"
 upper = 1

@@ -13,6 +13,27 @@
 
 namespace costate {
 
+namespace {
+
+/// "path=value", in order.
+void set_overrides(SceneNode& root, const std::vector<std::string>& overrides) {
+  for (const auto& o : overrides) {
+    const std::string source = "override '" + o + "'";
+    const std::size_t equals = o.find('=');
+    if (equals == std::string::npos || equals == 0)
+      throw SceneError({source, 0, 0}, "An override looks like path=value, for example run.rtol=1e-10.");
+    try {
+      set_node(root, o.substr(0, equals), read_toml_value(o.substr(equals + 1), source));
+    } catch (const SceneError&) {
+      throw;
+    } catch (const Error& e) {
+      throw SceneError({source, 0, 0}, e.what());
+    }
+  }
+}
+
+}  // namespace
+
 Scene Scene::load(const std::string& path, const std::vector<std::string>& overrides) {
   return parse(read_scene_text(path), path, overrides);
 }
@@ -20,19 +41,7 @@ Scene Scene::load(const std::string& path, const std::vector<std::string>& overr
 Scene Scene::parse(const std::string& text, const std::string& file_name, const std::vector<std::string>& overrides) {
   const SceneFileLog files(file_name);
   auto root = std::make_shared<SceneNode>(read_with_includes(text, file_name));
-  for (const auto& o : overrides) {
-    const std::string source = "override '" + o + "'";
-    const std::size_t equals = o.find('=');
-    if (equals == std::string::npos || equals == 0)
-      throw SceneError({source, 0, 0}, "An override looks like path=value, for example run.rtol=1e-10.");
-    try {
-      set_node(*root, o.substr(0, equals), read_toml_value(o.substr(equals + 1), source));
-    } catch (const SceneError&) {
-      throw;
-    } catch (const Error& e) {
-      throw SceneError({source, 0, 0}, e.what());
-    }
-  }
+  set_overrides(*root, overrides);
   return read(root, file_name);
 }
 
@@ -56,7 +65,57 @@ Scene Scene::read(std::shared_ptr<const SceneNode> root, const std::string& file
   scene.mechanism_ = reader.mechanism;
   scene.objective_ = reader.objective;
   scene.constraints_ = std::move(reader.constraints);
+  scene.load_cases(std::move(reader.cases));
   return scene;
+}
+
+namespace {
+/// A scene that is read as a case of another one.
+thread_local bool reading_case = false;
+struct ReadingCase {
+  ReadingCase() { reading_case = true; }
+  ~ReadingCase() { reading_case = false; }
+};
+}  // namespace
+
+void Scene::load_cases(std::vector<CaseSettings> settings) {
+  if (settings.empty()) return;
+  if (reading_case)
+    throw SceneError(settings.front().where,
+                     "This scene is a case of another one, and lists cases itself: a case is one scene.");
+  for (std::size_t i = 0; i < settings.size(); ++i) {
+    SceneCase c{std::move(settings[i]), {}};
+    const ReadingCase guard;
+    const SceneFileLog files(c.file.empty() ? file_name_ : c.file, fmt::format("case[{}].scene", i));
+    try {
+      if (!c.file.empty()) {
+        c.scene = std::make_shared<const Scene>(load(c.file, c.overrides));
+      } else {
+        auto own = std::make_shared<SceneNode>(*root_);
+        std::erase_if(own->children, [](const SceneNode& n) { return n.key == "case"; });
+        if (SceneNode* o = own->find("optimize"))
+          std::erase_if(o->children, [](const auto& n) { return n.key == "goal"; });
+        set_overrides(*own, c.overrides);
+        c.scene = std::make_shared<const Scene>(read(own, file_name_));
+      }
+    } catch (const SceneError& e) {
+      if (e.where().line > 0) throw;  // it tells its place itself
+      throw SceneError(c.where, fmt::format("The case '{}': {}", c.name, e.what()));
+    } catch (const Error& e) {
+      throw SceneError(c.where, fmt::format("The case '{}': {}", c.name, e.what()));
+    }
+    cases.push_back(std::move(c));
+  }
+}
+
+const SceneCase& Scene::find_case(const std::string& name) const {
+  std::vector<std::string> names;
+  for (const SceneCase& c : cases) {
+    if (c.name == name) return c;
+    names.push_back(c.name);
+  }
+  if (names.empty()) throw Error(fmt::format("The scene '{}' lists no cases, [[case]].", file_name_));
+  throw Error(fmt::format("There is no case '{}'.{}", name, suggestion(name, names)));
 }
 
 std::string Scene::dump() const { return write_toml(*root_); }

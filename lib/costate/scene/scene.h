@@ -12,6 +12,7 @@
 #include "costate/mechanism/mechanism.h"
 #include "costate/objective/objective.h"
 #include "costate/scene/cycle_settings.h"
+#include "costate/scene/scene_case.h"
 #include "costate/scene/scene_settings.h"
 
 namespace costate {
@@ -38,6 +39,11 @@ class Scene {
   FormulationOptions formulation;
   OptimizeSettings optimize;
   std::optional<CycleSettings> cycle;
+  /// Of [[case]], each with its scene; such a scene is a design, which runs of one scene alone refuse.
+  std::vector<SceneCase> cases;
+
+  /// Throws Error where there is no case of that name, or none at all.
+  const SceneCase& find_case(const std::string& name) const;
 
   const std::string& file_name() const { return file_name_; }
   std::shared_ptr<const Mechanism> mechanism() const { return mechanism_; }
@@ -61,6 +67,7 @@ class Scene {
  private:
   Scene() = default;
   static Scene read(std::shared_ptr<const SceneNode> root, const std::string& file_name);
+  void load_cases(std::vector<CaseSettings> settings);
 
   std::string file_name_;
   std::shared_ptr<const SceneNode> root_;

@@ -29,11 +29,20 @@ std::string path_from(const fs::path& directory, const std::string& file) {
 
 }  // namespace
 
-SceneFileLog::SceneFileLog(std::string scene) : outer_(g_log), scene_(std::move(scene)) { g_log = this; }
+SceneFileLog::SceneFileLog(std::string scene, std::string below)
+    : outer_(g_log), scene_(std::move(scene)), below_(std::move(below)) {
+  g_log = this;
+}
 
 SceneFileLog::~SceneFileLog() {
   g_log = outer_;
-  if (outer_) outer_->files_.insert(outer_->files_.end(), files_.begin(), files_.end());
+  if (!outer_) return;
+  for (std::size_t k = 0; k < files_.size() && !below_.empty(); ++k) {
+    SceneFile& f = files_[k];
+    if (f.path.empty()) f.digest = file_digest(f.file);  // the outer scene's text does not hold it
+    f.path = below_ + "." + (f.path.empty() ? "include[" + std::to_string(k) + "]" : f.path);
+  }
+  outer_->files_.insert(outer_->files_.end(), files_.begin(), files_.end());
 }
 
 void SceneFileLog::add(SceneFile file) {

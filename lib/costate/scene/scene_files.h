@@ -19,7 +19,8 @@ struct ParameterSelection;
 class SceneFileLog {
  public:
   /// `scene`: the file from which paths count that stand in no file, those of the command line.
-  explicit SceneFileLog(std::string scene);
+  /// `below`: what it hands on is of a scene that the outer one names there, "case[0].scene", its included files, too.
+  explicit SceneFileLog(std::string scene, std::string below = {});
   ~SceneFileLog();
   SceneFileLog(const SceneFileLog&) = delete;
   SceneFileLog& operator=(const SceneFileLog&) = delete;
@@ -30,7 +31,7 @@ class SceneFileLog {
 
  private:
   SceneFileLog* outer_;
-  std::string scene_;
+  std::string scene_, below_;
   std::vector<SceneFile> files_;
 };
 

@@ -21,8 +21,8 @@ namespace costate {
 
 namespace {
 
-const std::vector<std::string> settings = {"title", "description", "gravity",     "start",    "parameter",
-                                           "cost",  "run",         "formulation", "optimize", "cycle"};
+const std::vector<std::string> settings = {"title", "description", "gravity",  "start", "parameter", "cost",
+                                           "run",   "formulation", "optimize", "cycle", "case"};
 
 /// Runs f; an error without a subject gets this one.
 template <class F>
@@ -34,6 +34,8 @@ decltype(auto) at(const std::string& subject, const F& f) {
   }
 }
 
+}  // namespace
+
 void check_name(const SceneTable& table, const std::string& name) {
   const bool good = !name.empty() && name.find_first_of(".[]=\"'\\ \t\r\n") == std::string::npos;
   if (!good)
@@ -42,8 +44,6 @@ void check_name(const SceneTable& table, const std::string& name) {
                                                 "are made of names.",
                                                 name));
 }
-
-}  // namespace
 
 std::optional<SourceLocation> locate_path(const SceneNode& root, const std::string& path) {
   int depth = 0;
@@ -82,6 +82,7 @@ void SceneReader::read() {
   }
   read_end();
   read_cycle();
+  read_cases();
   read_optimize();
   read_formulation();
   read_start();
@@ -329,6 +330,8 @@ void SceneReader::read_optimize() {
   const std::vector<std::string>& algorithms = setting_words("optimize.algorithm");
   optimize.algorithm = algorithms.empty() ? t.text("algorithm", optimize.algorithm)
                                           : t.one_of("algorithm", algorithms, optimize.algorithm);
+  optimize.goal = t.one_of("goal", {"sum", "worst"}, optimize.goal);
+  if (t.has("goal") && cases.empty()) t.fail("goal", "says what is made of several cases, and there is no [[case]].");
   optimize.max_evaluations = t.whole_number("max_evaluations", optimize.max_evaluations);
   optimize.stop_value = t.find_value("stop_value");
   optimize.relative_tolerance = t.value("relative_tolerance", NumberRule::non_negative, optimize.relative_tolerance);

@@ -24,6 +24,7 @@ class SceneReader {
   FormulationOptions formulation;
   OptimizeSettings optimize;
   std::optional<CycleSettings> cycle;
+  std::vector<CaseSettings> cases;
   std::shared_ptr<const Mechanism> mechanism;
   Objective objective;
   std::vector<SceneConstraint> constraints;
@@ -46,6 +47,8 @@ class SceneReader {
   void read_end();
   /// In cycle_reader.cpp; the level of a crossing may be a parameter, too.
   void read_cycle();
+  /// In case_reader.cpp; what they name is loaded by Scene.
+  void read_cases();
   void read_run();
   void read_formulation();
   void read_optimize();
@@ -66,6 +69,8 @@ class SceneReader {
   std::vector<PlannedConstraint> planned_constraints_;
 };
 
+/// Throws SceneError for what cannot be a name in paths.
+void check_name(const SceneTable& table, const std::string& name);
 /// Where a dotted path stands: its value, or the deepest table on the way to it that belongs to it alone.
 std::optional<SourceLocation> locate_path(const SceneNode& root, const std::string& path);
 /// Writes a number over an existing value, keeping its place, or adds it.

@@ -41,6 +41,7 @@ struct RunSettings {
 
 /// [optimize]
 struct OptimizeSettings {
+  std::string goal = "sum";  // of several cases: their weighted sum, or the "worst" of them
   std::string algorithm = kDefaultAlgorithm;
   int max_evaluations = 100;
   std::optional<double> stop_value;   // ends when the cost falls below

@@ -142,4 +142,28 @@ std::string write_toml(const SceneNode& root) {
   return out;
 }
 
+namespace {
+/// As in braces and brackets, on one line.
+void set_inline(SceneNode& n) {
+  n.inlined = n.is_table();
+  for (auto& c : n.children) set_inline(c);
+}
+
+}  // namespace
+
+std::string toml_value(SceneNode node) {
+  set_inline(node);
+  return value_text(node);
+}
+
+void add_overrides(const SceneNode& table, const std::string& path, std::vector<std::string>& out) {
+  for (const auto& c : table.children) {
+    const std::string name = path.empty() ? c.key : path + "." + c.key;
+    if (c.is_table() && !c.inlined)
+      add_overrides(c, name, out);
+    else
+      out.push_back(name + "=" + toml_value(c));
+  }
+}
+
 }  // namespace costate

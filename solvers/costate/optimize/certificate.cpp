@@ -9,9 +9,8 @@
 #include <limits>
 #include <optional>
 
-#include "costate/analysis/start.h"
 #include "costate/base/error.h"
-#include "costate/sensitivity/difference_hessian.h"
+#include "costate/optimize/curvature.h"
 
 namespace costate {
 
@@ -40,36 +39,22 @@ constexpr double kZero = 10;
 // Errors of second derivatives against the tolerance of the integrators.
 constexpr double kSteps = 1e3;
 
-/// The second derivatives of psi and of some constraints, in scaled parameters.
-struct Curvature {
-  MatrixXd psi;
-  std::vector<MatrixXd> constraints;  // in the order asked for
-};
-
 class Certifier {
  public:
-  Certifier(const Problem& problem, const std::vector<OptimizerConstraint>& constraints,
-            const OptimizerEvaluation& first, const OptimizerEvaluation& best, const std::string& method)
-      : problem_(problem),
-        constraints_(constraints),
-        first_(first),
-        best_(best),
-        method_(method),
-        n_(problem.parameters.size()) {
+  Certifier(const Design& design, const OptimizerEvaluation& first, const OptimizerEvaluation& best)
+      : design_(design), first_(first), best_(best), n_(design.parameters.size()) {
     scale_.resize(n_);
     for (int j = 0; j < n_; ++j) scale_[j] = parameter(j).scale;
+    for (const DesignCase& c : design.cases) rtol_ = std::max(rtol_, c.problem.solver.rtol);
+    list_quantities();
   }
 
   Certificate run() {
     result_.projected_gradient = best_.projected_gradient;
     g_ = scaled(best_.gradient);
-    find_active_constraints();
-    const std::optional<Curvature> curvature = find_curvature();
-    MatrixXd H;
-    if (curvature) {
-      H = curvature->psi;
-      for (std::size_t i = 0; i < near_.size(); ++i) H += mu_[static_cast<Index>(i)] * curvature->constraints[i];
-    }
+    find_active_rows();
+    const std::optional<MatrixXd> curvature = find_hessian();
+    const MatrixXd H = curvature.value_or(MatrixXd());
     set_tolerance(H);
     sort_parameters();
     measure();
@@ -88,7 +73,7 @@ class Certifier {
   }
 
  private:
-  const Parameter& parameter(int j) const { return problem_.parameters.parameters[static_cast<std::size_t>(j)]; }
+  const Parameter& parameter(int j) const { return design_.parameters.parameters[static_cast<std::size_t>(j)]; }
   VectorXd scaled(const std::vector<double>& gradient) const {
     return scale_.cwiseProduct(Eigen::Map<const VectorXd>(gradient.data(), n_));
   }
@@ -98,17 +83,89 @@ class Certifier {
   /// Pushed out of its bounds by the slope s of L (before the bounds' own terms).
   bool held(int j, double s) const { return (at_lower(j) && s > 0) || (at_upper(j) && s < 0); }
 
-  /// The constraints near their bounds and mu >= 0 for them: the least |dL/dx|, those that would be negative
-  /// left out.
-  void find_active_constraints() {
-    for (std::size_t c = 0; c < constraints_.size(); ++c)
-      if (best_.constraints[c] >= -kNear * std::max(1.0, std::abs(constraints_[c].upper))) near_.push_back(c);
+  /// A cost or a constraint of a case, times its weight in psi, and its gradient in scaled parameters: here, at the
+  /// first evaluation, and by the Hessian's run.
+  struct Quantity {
+    std::string what;
+    std::size_t of;  // which case
+    const Objective* objective;
+    double weight, run, first;
+    VectorXd g_run, g_first;
+    double hessian = 0;
+    VectorXd g_hessian = {};
+    MatrixXd second = {};
+  };
+  using Terms = std::vector<std::pair<std::size_t, double>>;  // quantities, with factors
+  /// What must not be positive.
+  struct Row {
+    std::string name;
+    double value, size;
+    VectorXd g;
+    Terms terms;
+    bool of_worst = false;  // a target against the worst one
+  };
+
+  void list_quantities() {
+    std::vector<Terms> targets;
+    const bool several = design_.several();
+    for (std::size_t i = 0; i < design_.cases.size(); ++i) {
+      const DesignCase& c = design_.cases[i];
+      const double weight = design_.weight(i);
+      quantities_.push_back({several ? "psi of " + c.name : "psi", i, &c.problem.objective, weight,
+                             weight * (several ? best_.cases[i] : best_.psi),
+                             weight * (several ? first_.cases[i] : first_.psi),
+                             weight * scaled(several ? best_.case_gradients[i] : best_.gradient),
+                             weight * scaled(several ? first_.case_gradients[i] : first_.gradient)});
+    }
+    for (const DesignTarget& t : design_.targets) {
+      targets.emplace_back();
+      for (const std::size_t i : t.cases) targets.back().emplace_back(i, 1.0);
+    }
+    const std::vector<DesignBound> bounds = design_.bounds();
+    for (std::size_t k = 0; k < bounds.size(); ++k) {
+      const DesignBound& b = bounds[k];
+      std::size_t at = b.of;
+      if (b.constraint) {  // an evaluation keeps psi_c - upper
+        at = quantities_.size();
+        quantities_.push_back({"constraint." + b.name, b.of, &b.constraint->objective, 1,
+                               best_.constraints[k] + b.upper, first_.constraints[k] + b.upper,
+                               scaled(best_.constraint_gradients[k]), scaled(first_.constraint_gradients[k])});
+      }
+      rows_.push_back({"constraint." + b.name,
+                       best_.constraints[k],
+                       std::max(1.0, std::abs(b.upper)),
+                       scaled(best_.constraint_gradients[k]),
+                       {{at, 1.0}}});
+    }
+    if (!design_.minimax()) {
+      for (const Terms& t : targets) psi_terms_.insert(psi_terms_.end(), t.begin(), t.end());
+      return;
+    }
+    // L = F_w + sum of mu_g (F_g - F_w): the worst one has 1 - sum of mu_g, which must not be negative either.
+    worst_ = design_.worst(best_.cases);
+    psi_terms_ = targets[worst_];
+    for (std::size_t g = 0; g < targets.size(); ++g) {
+      if (g == worst_) continue;
+      Row r{"worst." + design_.targets[g].name,
+            design_.target(g, best_.cases) - best_.psi,
+            std::abs(best_.psi),
+            scaled(design_.target_gradient(g, best_.case_gradients)) - scaled(best_.gradient),
+            targets[g],
+            true};
+      for (const auto& [q, factor] : psi_terms_) r.terms.emplace_back(q, -factor);
+      rows_.push_back(std::move(r));
+    }
+  }
+
+  /// The rows near zero and mu >= 0 for them: the least |dL/dx|, those that would be negative left out.
+  void find_active_rows() {
+    for (std::size_t c = 0; c < rows_.size(); ++c)
+      if (rows_[c].value >= -kNear * rows_[c].size) near_.push_back(c);
     slope_ = g_;
     const int turns = 2 * (n_ + static_cast<int>(near_.size()));
     for (int turn = 0; turn < turns && !near_.empty(); ++turn) {
       A_.resize(n_, static_cast<Index>(near_.size()));
-      for (std::size_t i = 0; i < near_.size(); ++i)
-        A_.col(static_cast<Index>(i)) = scaled(best_.constraint_gradients[near_[i]]);
+      for (std::size_t i = 0; i < near_.size(); ++i) A_.col(static_cast<Index>(i)) = rows_[near_[i]].g;
       // Bounds take what pushes out of them; the rest is to vanish.
       MatrixXd rows = A_;
       VectorXd right = -g_;
@@ -136,121 +193,63 @@ class Certifier {
     slope_ = g_;
   }
 
-  std::optional<Curvature> find_curvature() {
-    const Formulation& own = find_formulation(problem_.formulation);
-    std::vector<std::string> candidates{own.name};
-    std::vector<std::string> notes;
-    if (const std::string refused = hessian_refusal(own); !refused.empty()) {
-      notes.push_back(fmt::format("formulation '{}' has no Hessian-vector products", own.name));
-      candidates.clear();
-      const std::string rows = redundant_rows();
-      std::vector<std::string> left_out;
-      for (const Formulation* f : stand_ins(false)) {
-        if (!f->make_hessian) continue;
-        const bool takes = f->carries_redundancy || rows.empty();
-        (takes ? candidates : left_out).push_back(takes ? f->name : "'" + f->name + "'");
-      }
-      if (!left_out.empty())
-        notes.push_back(fmt::format("{} cannot carry its redundant rows ({})", fmt::join(left_out, " and "), rows));
+  /// Of L, in scaled parameters; each case's by its own run.
+  std::optional<MatrixXd> find_hessian() {
+    Terms terms = psi_terms_;
+    for (std::size_t i = 0; i < near_.size(); ++i)
+      for (const auto& [q, factor] : rows_[near_[i]].terms) terms.emplace_back(q, factor * mu_[static_cast<Index>(i)]);
+    std::vector<std::string> formulations, notes;
+    bool all = true;
+    for (std::size_t i = 0; i < design_.cases.size() && all; ++i) {
+      const DesignCase& c = design_.cases[i];
+      std::vector<std::size_t> wanted;
+      std::vector<const Objective*> objectives;
+      for (std::size_t q = 0; q < quantities_.size(); ++q)
+        if (quantities_[q].of == i &&
+            std::any_of(terms.begin(), terms.end(), [&](const auto& t) { return t.first == q; })) {
+          wanted.push_back(q);
+          objectives.push_back(quantities_[q].objective);
+        }
+      if (wanted.empty()) continue;
+      Curvature found;
+      const auto find = [&] { found = find_curvature(c.problem, c.method, c.own(best_.rho), objectives); };
+      c.located ? c.located(find) : find();
+      all = !found.of.empty();
+      if (!found.note.empty()) notes.push_back(c.title() + found.note);
+      if (std::find(formulations.begin(), formulations.end(), found.formulation) == formulations.end())
+        formulations.push_back(found.formulation);
+      for (std::size_t k = 0; k < found.of.size(); ++k) take(quantities_[wanted[k]], c, found.of[k]);
     }
-    const auto exact = [](Problem p, const std::vector<double>& at) {
-      p.solver.integrator.clear();
-      return hessian(p, at);
-    };
-    for (const std::string& name : candidates) try {
-        Curvature c = curvature_of(name, exact);
-        result_.formulation = name;
-        if (!notes.empty())
-          result_.note =
-              fmt::format("The Hessian is that of '{}' at the same tolerance: {}.", name, fmt::join(notes, "; "));
-        return c;
-      } catch (const CapabilityError& e) {
-        notes.emplace_back(e.what());
-        if (auto c = curvature_by_differences(notes)) return c;
-        break;  // the cost's doing, whatever the formulation
-      } catch (const SolverError& e) {
-        notes.push_back(fmt::format("'{}' could not continue: {}", name, e.what()));
-      } catch (const ModelError& e) {
-        notes.push_back(fmt::format("'{}' could not start: {}", name, e.what()));
+    result_.note = fmt::format("{}", fmt::join(notes, " "));
+    if (!all) return {};
+    result_.formulation = fmt::format("{}", fmt::join(formulations, ", "));
+    MatrixXd H = MatrixXd::Zero(n_, n_);
+    for (const auto& [q, factor] : terms) H += factor * quantities_[q].second;
+    return H;
+  }
+
+  void take(Quantity& q, const DesignCase& c, const Hessian& h) {
+    q.hessian = q.weight * h.psi;
+    q.g_hessian = q.weight * scaled(c.spread(h.gradient, static_cast<std::size_t>(n_)));
+    q.second = MatrixXd::Zero(n_, n_);
+    for (std::size_t a = 0; a < c.places.size(); ++a)
+      for (std::size_t b = 0; b < c.places.size(); ++b) {
+        const auto i = static_cast<Index>(c.places[a]), j = static_cast<Index>(c.places[b]);
+        q.second(i, j) = q.weight * scale_[i] * scale_[j] * h.matrix(static_cast<Index>(a), static_cast<Index>(b));
       }
-    result_.note = fmt::format("There is no Hessian: {}", fmt::join(notes, "; "));
-    return {};
+    result_.asymmetry = std::max(result_.asymmetry, h.asymmetry);
   }
 
-  /// By the run's own gradients, where nobody has products.
-  std::optional<Curvature> curvature_by_differences(std::vector<std::string>& notes) {
-    try {
-      Curvature c = curvature_of(problem_.formulation, [&](const Problem& p, const std::vector<double>& at) {
-        return hessian_by_differences(p, method_, at);
-      });
-      result_.formulation = problem_.formulation;
-      result_.note = fmt::format(
-          "The Hessian is made of differences of gradients by {}, and known to some {:.0e} of its largest entry: {}",
-          method_, result_.asymmetry, fmt::join(notes, "; "));
-      return c;
-    } catch (const SolverError& e) {
-      notes.push_back(fmt::format("differences of gradients do not give it, as one failed: {}", e.what()));
-    } catch (const CapabilityError& e) {
-      notes.emplace_back(e.what());
-    }
-    return {};
-  }
-
-  /// Names of the constraint rows that depend on the others at the start.
-  std::string redundant_rows() const {
-    Assembly assembly(problem_.mechanism, problem_.parameters);
-    assembly.set_parameters(best_.rho.data());
-    const Start start = find_start(assembly, problem_.solver.t_start, false);
-    const auto rows = problem_.mechanism->row_names();
-    std::vector<std::string> names;
-    for (const int i : constraint_rank(assembly, problem_.solver.t_start, start.q.data()).dependent_rows)
-      names.push_back(rows[static_cast<std::size_t>(i)]);
-    return fmt::format("{}", fmt::join(names, ", "));
-  }
-
-  template <class Second>
-  Curvature curvature_of(const std::string& formulation, const Second& second) {
-    Problem p = problem_;
-    p.formulation = formulation;
-    Curvature c;
-    result_.asymmetry = 0;
-    found_.clear();
-    const auto of = [&](const Objective& objective, Found f) {
-      p.objective = objective;
-      const Hessian h = second(p, best_.rho);
-      f.hessian += h.psi;
-      f.g_hessian = scaled(h.gradient);
-      found_.push_back(std::move(f));
-      result_.asymmetry = std::max(result_.asymmetry, h.asymmetry);
-      return MatrixXd(scale_.asDiagonal() * h.matrix * scale_.asDiagonal());
-    };
-    c.psi = of(problem_.objective, {"psi", best_.psi, 0, first_.psi, g_, {}, scaled(first_.gradient)});
-    for (const std::size_t i : near_)  // an evaluation keeps psi_c - upper
-      c.constraints.push_back(of(constraints_[i].objective, {"constraint." + constraints_[i].name,
-                                                             best_.constraints[i] + constraints_[i].upper,
-                                                             0,
-                                                             first_.constraints[i] + constraints_[i].upper,
-                                                             scaled(best_.constraint_gradients[i]),
-                                                             {},
-                                                             scaled(first_.constraint_gradients[i])}));
-    return c;
-  }
-
-  /// Of psi (the constraint's, where c is one), of its gradient in scaled parameters, found by the run and by the
-  /// Hessian's.
-  struct Found {
-    std::string what;
-    double run, hessian, first;
-    VectorXd g_run, g_hessian, g_first;
-  };
   /// Two runs of one motion differ as two motions of parameters do that are kStationary of their scales apart, which no
   /// verdict tells from each other: delta psi = |g| delta + |H| delta^2 / 2, delta g = |H| delta. And a psi of outputs
   /// that are zero is an integral of the squares of what the integrators leave of them.
   void compare(const MatrixXd& H) {
     const double size = H.size() > 0 ? H.cwiseAbs().maxCoeff() : 0;
-    const SolverOptions& solver = problem_.solver;
-    const double left = kZero * solver.absolute(), rounding = (solver.t_end - solver.t_start) * left * left;
-    for (const Found& f : found_) {
+    for (const Quantity& f : quantities_) {
+      if (f.second.size() == 0) continue;
+      const SolverOptions& solver = design_.cases[f.of].problem.solver;
+      const double left = kZero * solver.absolute(),
+                   rounding = f.weight * (solver.t_end - solver.t_start) * left * left;
       const double slope = n_ > 0 ? std::max(f.g_run.cwiseAbs().maxCoeff(), f.g_hessian.cwiseAbs().maxCoeff()) : 0;
       const double of_psi = kSame * std::max(std::abs(f.run), std::abs(f.first)) +
                             (slope + size * kStationary / 2) * kStationary + rounding;
@@ -270,7 +269,7 @@ class Certifier {
   void set_tolerance(const MatrixXd& H) {
     const double size = H.size() > 0 ? H.cwiseAbs().maxCoeff() : scaled(first_.gradient).cwiseAbs().maxCoeff();
     result_.tolerance = kStationary * size;
-    result_.curvature_tolerance = H.size() > 0 ? std::max(kSteps * problem_.solver.rtol, result_.asymmetry) * size : 0;
+    result_.curvature_tolerance = H.size() > 0 ? std::max(kSteps * rtol_, result_.asymmetry) * size : 0;
   }
 
   /// On bounds that hold the parameter by more than the tolerance, or free.
@@ -286,10 +285,12 @@ class Certifier {
       result_.multipliers.emplace_back(name, std::abs(slope_[j]) / scale_[j]);
     }
     for (std::size_t i = 0; i < near_.size(); ++i) {
-      const std::string name = "constraint." + constraints_[near_[i]].name;
-      result_.active.push_back(name);
-      result_.multipliers.emplace_back(name, mu_[static_cast<Index>(i)]);
+      const Row& row = rows_[near_[i]];
+      result_.active.push_back(row.name);
+      result_.multipliers.emplace_back(row.name, mu_[static_cast<Index>(i)]);
+      if (row.of_worst) of_worst_ -= mu_[static_cast<Index>(i)];
     }
+    if (design_.minimax()) result_.multipliers.emplace_back("worst." + design_.targets[worst_].name, of_worst_);
   }
 
   void measure() {
@@ -297,9 +298,9 @@ class Certifier {
     for (int j = 0; j < n_; ++j)
       if (!held(j, slope_[j])) r = std::max(r, std::abs(slope_[j]));
     for (std::size_t i = 0; i < near_.size(); ++i)
-      r = std::max(r, std::abs(mu_[static_cast<Index>(i)] * best_.constraints[near_[i]]));
-    for (std::size_t c = 0; c < constraints_.size(); ++c)
-      r = std::max(r, best_.constraints[c] / std::max(1.0, std::abs(constraints_[c].upper)));
+      r = std::max(r, std::abs(mu_[static_cast<Index>(i)] * rows_[near_[i]].value));
+    for (const Row& row : rows_) r = std::max(r, row.value / row.size);
+    if (of_worst_ < 0 && n_ > 0) r = std::max(r, -of_worst_ * g_.cwiseAbs().maxCoeff());
     result_.kkt_residual = r;
   }
 
@@ -368,25 +369,32 @@ class Certifier {
     }
   }
 
-  const Problem& problem_;
-  const std::vector<OptimizerConstraint>& constraints_;
+  const Design& design_;
   const OptimizerEvaluation &first_, &best_;
-  const std::string method_;
   int n_;
+  double rtol_ = 0;
   VectorXd scale_, g_, slope_, mu_;
-  MatrixXd A_;                     // gradients of the active constraints, a column each
-  std::vector<std::size_t> near_;  // active constraints
+  MatrixXd A_;  // gradients of the active rows, a column each
+  std::vector<Quantity> quantities_;
+  Terms psi_terms_;
+  std::vector<Row> rows_;
+  std::size_t worst_ = 0;          // of the targets
+  double of_worst_ = 1;            // its multiplier
+  std::vector<std::size_t> near_;  // active rows
   std::vector<int> free_;
-  std::vector<Found> found_;
   std::vector<std::string> differences_;
   Certificate result_;
 };
 
 }  // namespace
 
+Certificate certify(const Design& design, const OptimizerEvaluation& first, const OptimizerEvaluation& best) {
+  return Certifier(design, first, best).run();
+}
+
 Certificate certify(const Problem& problem, const std::vector<OptimizerConstraint>& constraints,
                     const OptimizerEvaluation& first, const OptimizerEvaluation& best, const std::string& method) {
-  return Certifier(problem, constraints, first, best, method).run();
+  return certify(single_design(problem, method, constraints), first, best);
 }
 
 }  // namespace costate

@@ -52,6 +52,11 @@ struct Certificate {
 /// At an evaluation of an optimization (its psi, gradient and constraints are those of `method`); `first` is
 /// the evaluation it began with, whose gradient is the measure where there is no Hessian. Where no exact second
 /// derivatives are offered (events, cycles) they are differences of gradients by `method`, and the note says so.
+///
+/// Of the worst of several targets L(x) = F_w + sum of mu_g (F_g - F_w), w the worst: the rows "worst.NAME" of the
+/// targets that are as bad, with multipliers that add up to 1.
+Certificate certify(const Design& design, const OptimizerEvaluation& first, const OptimizerEvaluation& best);
+/// Of one run alone.
 Certificate certify(const Problem& problem, const std::vector<OptimizerConstraint>& constraints,
                     const OptimizerEvaluation& first, const OptimizerEvaluation& best, const std::string& method);
 

@@ -9,9 +9,22 @@
 
 #include "costate/base/error.h"
 #include "costate/record/interrupt.h"
+#include "costate/record/jobs.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate {
+
+namespace {
+
+void require_finite(const Problem& problem, const GradientResult& r, const std::string& what) {
+  if (!std::isfinite(r.psi)) throw SolverError(fmt::format("{} is {}, not a finite number.", what, r.psi));
+  for (std::size_t j = 0; j < r.gradient.size(); ++j)
+    if (!std::isfinite(r.gradient[j]))
+      throw SolverError(fmt::format("The derivative of {} with respect to {} is {}, not a finite number.", what,
+                                    problem.parameters.parameters[j].name, r.gradient[j]));
+}
+
+}  // namespace
 
 void Evaluator::compute(OptimizerEvaluation& e, const std::vector<OptimizerEvaluation>& before) {
   const auto begin = std::chrono::steady_clock::now();
@@ -22,7 +35,7 @@ void Evaluator::compute(OptimizerEvaluation& e, const std::vector<OptimizerEvalu
   } catch (const Error& failure) {
     std::string where;
     for (std::size_t j = 0; j < e.rho.size(); ++j)
-      where += fmt::format("{}{} = {:.9g}", j ? ", " : "", problem_.parameters.parameters[j].name, e.rho[j]);
+      where += fmt::format("{}{} = {:.9g}", j ? ", " : "", design_.parameters.parameters[j].name, e.rho[j]);
     if (e.index == 1) {
       // Nothing to go back to. What the mechanism objects to keeps its type, and so its place in the scene.
       if (dynamic_cast<const SolverError*>(&failure))
@@ -44,34 +57,74 @@ void Evaluator::compute(OptimizerEvaluation& e, const std::vector<OptimizerEvalu
 }
 
 void Evaluator::evaluate(OptimizerEvaluation& e, const std::vector<OptimizerEvaluation>& before) {
-  Problem problem = problem_;
-  if (e.rtol > 0) {
-    problem.solver.atol = problem_.solver.absolute() * e.rtol / problem_.solver.rtol;
-    problem.solver.rtol = e.rtol;
-  }
-  limit_steps(problem.solver, before);
-  problem.solver.confirm = false;  // step by step; of the optimum the certificate asks more
-  const GradientResult r = gradient(problem, method_, e.rho);
-  require_finite(r, "psi");
-  e.psi = r.psi;
-  e.gradient = r.gradient;
-  e.counters = r.counters;
-  for (const auto& c : constraints_) {
-    problem.objective = c.objective;
-    const GradientResult rc = gradient(problem, method_, e.rho);
-    require_finite(rc, fmt::format("the constraint '{}'", c.name));
-    e.constraints.push_back(rc.psi - c.upper);
-    e.constraint_gradients.push_back(rc.gradient);
-  }
+  limit_steps(before);
+  std::vector<CaseValues> values(design_.cases.size());
+  for_each_job(values.size(), jobs(), [&](std::size_t i) {
+    const DesignCase& c = design_.cases[i];
+    try {
+      if (c.located)
+        c.located([&] { values[i] = run(c, e); });
+      else
+        values[i] = run(c, e);
+    } catch (const SolverError& failure) {
+      if (c.name.empty()) throw;
+      throw SolverError(c.title() + failure.what());
+    } catch (const Error& failure) {  // of the first evaluation it keeps its type
+      if (c.name.empty() || e.index == 1) throw;
+      throw SolverError(c.title() + failure.what());
+    }
+  });
+  combine(e, values);
   for (std::size_t j = 0; j < e.rho.size(); ++j) {
-    const Parameter& p = problem_.parameters.parameters[j];
+    const Parameter& p = design_.parameters.parameters[j];
     const double x = e.rho[j] / p.scale, g = e.gradient[j] * p.scale;
     const double moved = std::clamp(x - g, p.lower / p.scale, p.upper / p.scale);
     e.projected_gradient = std::max(e.projected_gradient, std::abs(moved - x));
   }
 }
 
-void Evaluator::limit_steps(SolverOptions& solver, const std::vector<OptimizerEvaluation>& before) {
+Evaluator::CaseValues Evaluator::run(const DesignCase& c, const OptimizerEvaluation& e) const {
+  Problem problem = c.problem;
+  if (e.rtol > 0) {
+    problem.solver.atol = c.problem.solver.absolute() * e.rtol / c.problem.solver.rtol;
+    problem.solver.rtol = e.rtol;
+  }
+  if (step_limit_ > 0) problem.solver.max_steps = std::min(problem.solver.max_steps, step_limit_);
+  problem.solver.confirm = false;  // step by step; of the optimum the certificate asks more
+  const std::vector<double> rho = c.own(e.rho);
+  CaseValues v;
+  v.cost = gradient(problem, c.method, rho);
+  require_finite(problem, v.cost, "psi");
+  for (const auto& k : c.constraints) {
+    problem.objective = k.objective;
+    v.constraints.push_back(gradient(problem, c.method, rho));
+    require_finite(problem, v.constraints.back(), fmt::format("the constraint '{}'", k.name));
+  }
+  return v;
+}
+
+void Evaluator::combine(OptimizerEvaluation& e, const std::vector<CaseValues>& values) const {
+  const std::size_t n = e.rho.size();
+  for (const CaseValues& v : values) e.counters += v.cost.counters;
+  if (!design_.several()) {
+    e.psi = values.front().cost.psi;
+    e.gradient = values.front().cost.gradient;
+  } else {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      e.cases.push_back(values[i].cost.psi);
+      e.case_gradients.push_back(design_.cases[i].spread(values[i].cost.gradient, n));
+    }
+    design_.combine(e.cases, e.case_gradients, e.psi, e.gradient);
+  }
+  std::vector<std::size_t> next(values.size(), 0);
+  for (const DesignBound& b : bounds_) {
+    const GradientResult& r = b.constraint ? values[b.of].constraints[next[b.of]++] : values[b.of].cost;
+    e.constraints.push_back(r.psi - b.upper);
+    e.constraint_gradients.push_back(design_.cases[b.of].spread(r.gradient, n));
+  }
+}
+
+void Evaluator::limit_steps(const std::vector<OptimizerEvaluation>& before) {
   step_limit_ = 0;
   long most = 0;
   for (const auto& e : before)
@@ -79,15 +132,9 @@ void Evaluator::limit_steps(SolverOptions& solver, const std::vector<OptimizerEv
   if (most == 0 || options_.step_limit_factor <= 0) return;
   const double limit = std::max(static_cast<double>(OptimizerOptions::kStepsAlwaysAllowed),
                                 options_.step_limit_factor * static_cast<double>(most));
-  if (limit < static_cast<double>(solver.max_steps)) solver.max_steps = step_limit_ = static_cast<long>(limit);
-}
-
-void Evaluator::require_finite(const GradientResult& r, const std::string& what) const {
-  if (!std::isfinite(r.psi)) throw SolverError(fmt::format("{} is {}, not a finite number.", what, r.psi));
-  for (std::size_t j = 0; j < r.gradient.size(); ++j)
-    if (!std::isfinite(r.gradient[j]))
-      throw SolverError(fmt::format("The derivative of {} with respect to {} is {}, not a finite number.", what,
-                                    problem_.parameters.parameters[j].name, r.gradient[j]));
+  long allowed = 0;  // where the solvers' own limits are below, those hold
+  for (const DesignCase& c : design_.cases) allowed = std::max(allowed, c.problem.solver.max_steps);
+  if (limit < static_cast<double>(allowed)) step_limit_ = static_cast<long>(limit);
 }
 
 }  // namespace costate

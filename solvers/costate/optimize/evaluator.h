@@ -1,4 +1,5 @@
-// One evaluation of an optimization: psi, the constraints, their gradients; or why there are none.
+// One evaluation of an optimization: psi, the constraints, their gradients; or why there are none. Cases are run beside
+// each other, jobs() at a time (record/jobs.h), with the same numbers.
 #pragma once
 
 #include <string>
@@ -10,25 +11,30 @@ namespace costate {
 
 class Evaluator {
  public:
-  Evaluator(const Problem& problem, const std::string& method, const std::vector<OptimizerConstraint>& constraints,
-            const OptimizerOptions& options)
-      : problem_(problem), method_(method), constraints_(constraints), options_(options) {}
+  Evaluator(const Design& design, const OptimizerOptions& options)
+      : design_(design), bounds_(design.bounds()), options_(options) {}
 
   /// At e.rho, at e.rtol where there is one; `before`: the evaluations so far. A failure is noted in e; of the first it
   /// is thrown, as interruptions are.
   void compute(OptimizerEvaluation& e, const std::vector<OptimizerEvaluation>& before);
 
  private:
+  /// What the run of a case gives: its psi and its constraints, in the case's own parameters.
+  struct CaseValues {
+    GradientResult cost;
+    std::vector<GradientResult> constraints;
+  };
   void evaluate(OptimizerEvaluation& e, const std::vector<OptimizerEvaluation>& before);
+  CaseValues run(const DesignCase& c, const OptimizerEvaluation& e) const;
+  /// psi of the design, from those of its cases.
+  void combine(OptimizerEvaluation& e, const std::vector<CaseValues>& values) const;
   /// A run that needs many times the steps of its neighbours is stuck somewhere.
-  void limit_steps(SolverOptions& solver, const std::vector<OptimizerEvaluation>& before);
-  void require_finite(const GradientResult& r, const std::string& what) const;
+  void limit_steps(const std::vector<OptimizerEvaluation>& before);
 
-  const Problem& problem_;
-  const std::string& method_;
-  const std::vector<OptimizerConstraint>& constraints_;
+  const Design& design_;
+  const std::vector<DesignBound> bounds_;
   const OptimizerOptions& options_;
-  long step_limit_ = 0;  // of the evaluation being made; 0: the solver's own
+  long step_limit_ = 0;  // of each run of the evaluation being made; 0: the solver's own
 };
 
 }  // namespace costate

@@ -42,7 +42,7 @@ double FailedStep::constraint_rise(std::size_t c, double upper) const {
 }
 
 void FailedStep::gradient(double rise, std::vector<double>& g) const {
-  for (std::size_t j = 0; j < g.size(); ++j) g[j] = 3 * rise * direction_[j];
+  for (std::size_t j = 0; j < g.size(); ++j) g[j] = j < direction_.size() ? 3 * rise * direction_[j] : 0.0;
 }
 
 }  // namespace costate

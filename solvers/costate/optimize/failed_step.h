@@ -19,7 +19,7 @@ class FailedStep {
   double slope() const { return slope_; }
   double constraint(std::size_t c, double upper) const;
   double constraint_rise(std::size_t c, double upper) const;
-  /// g := the gradient of a parabola that rises by `rise`, by the scaled parameters.
+  /// g := the gradient of a parabola that rises by `rise`, by the scaled parameters; zero behind them.
   void gradient(double rise, std::vector<double>& g) const;
 
  private:

@@ -1,5 +1,3 @@
-#include "costate/optimize/optimizer.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,13 +8,12 @@
 #include <optional>
 
 #include "costate/base/error.h"
-#include "costate/integrator/fixed_run.h"
 #include "costate/optimize/adapted_tolerance.h"
 #include "costate/optimize/algorithms.h"
 #include "costate/optimize/evaluator.h"
 #include "costate/optimize/failed_step.h"
+#include "costate/optimize/optimizer_run.h"
 #include "costate/record/interrupt.h"
-#include "costate/sensitivity/method.h"
 
 namespace costate {
 
@@ -34,66 +31,20 @@ constexpr int kRepetitions = 1000;
 
 class Run {
  public:
-  Run(const Problem& problem, const std::string& method, const std::vector<OptimizerConstraint>& constraints,
-      const OptimizerOptions& options, const std::vector<OptimizerEvaluation>& replay,
+  Run(const Design& design, const OptimizerOptions& options, const std::vector<OptimizerEvaluation>& replay,
       const std::function<void(const OptimizerEvaluation&)>& record)
-      : problem_(problem),
-        method_(method),
-        constraints_(constraints),
+      : design_(design),
+        parameters_(design.parameters.parameters),
+        bounds_(design.bounds()),
         options_(options),
         replay_(replay),
         record_(record),
-        evaluator_(problem, method, constraints, options),
-        tolerance_(problem.solver.rtol, options.adapt_accuracy),
+        evaluator_(design, options),
+        tolerance_(design.rtol(), options.adapt_accuracy),
         replaying_(!replay.empty()) {}
 
   OptimizerResult solve() {
-    const auto& parameters = problem_.parameters.parameters;
-    const auto n = static_cast<unsigned>(parameters.size());
-    if (n == 0) throw Error("There is no parameter to optimize: name some with --parameters or in [run].");
-    nlopt::opt opt(algorithm_of(options_.algorithm, !constraints_.empty()), n);
-    std::vector<double> x, lower, upper;
-    for (const Parameter& p : parameters) {
-      if (!(p.value >= p.lower && p.value <= p.upper))
-        throw ModelError(
-            "parameter." + p.name,
-            fmt::format("The optimization would start at {}, outside the bounds {} .. {}.", p.value, p.lower, p.upper));
-      x.push_back(p.value / p.scale);
-      lower.push_back(p.lower / p.scale);
-      upper.push_back(p.upper / p.scale);
-    }
-    opt.set_lower_bounds(lower);
-    opt.set_upper_bounds(upper);
-    opt.set_min_objective([](const std::vector<double>& at, std::vector<double>& gradient,
-                             void* self) { return static_cast<Run*>(self)->objective(at, gradient); },
-                          this);
-    std::vector<std::pair<Run*, std::size_t>> handles;
-    handles.reserve(constraints_.size());
-    for (std::size_t c = 0; c < constraints_.size(); ++c) {
-      handles.emplace_back(this, c);
-      opt.add_inequality_constraint(
-          [](const std::vector<double>& at, std::vector<double>& gradient, void* handle) {
-            const auto& [run, index] = *static_cast<std::pair<Run*, std::size_t>*>(handle);
-            return run->constraint(index, at, gradient);
-          },
-          &handles[c], 1e-8 * std::max(1.0, std::abs(constraints_[c].upper)));
-    }
-    // The limit of evaluations is ours: NLopt looks at its own only between line searches, and chooses the memory of
-    // L-BFGS from it.
-    opt.set_ftol_rel(options_.relative_tolerance);
-    if (options_.stop_value && !tolerance_.adapting()) opt.set_stopval(*options_.stop_value);
-    if (opt.get_algorithm() == nlopt::LD_LBFGS) opt.set_vector_storage(static_cast<unsigned>(options_.corrections));
-    double psi = 0;
-    try {
-      result_.stop_reason = reason_of(opt.optimize(x, psi));
-    } catch (const nlopt::forced_stop&) {
-      // Ours; told below.
-    } catch (const nlopt::roundoff_limited&) {
-      result_.stop_reason = "rounding: no further decrease of psi can be told from rounding errors";
-      result_.converged = true;
-    } catch (const std::runtime_error&) {
-      result_.stop_reason = "line search: the optimizer found no further decrease along its search direction";
-    }
+    search();
     end_at_own_tolerance();
     const std::optional<std::size_t> best = best_before(result_.evaluations.size());
     if (error_ && !best) std::rethrow_exception(error_);
@@ -112,7 +63,7 @@ class Run {
           "the last: {}",
           result_.evaluations.back().failure);
     } else if (result_.stop_reason.empty()) {
-      result_.stop_reason = constraints_.empty()
+      result_.stop_reason = bounds_.empty() && !design_.minimax()
                                 ? fmt::format(
                                       "optimality: to first order nothing is left to gain, the projected gradient is "
                                       "{:.3g}",
@@ -124,6 +75,58 @@ class Run {
   }
 
  private:
+  void search() {
+    const std::size_t n = parameters_.size();
+    if (n == 0) throw Error("There is no parameter to optimize: name some with --parameters or in [run].");
+    const nlopt::algorithm algorithm = algorithm_of(options_.algorithm, !bounds_.empty() || design_.minimax());
+    std::vector<double> x, lower, upper;
+    for (const Parameter& p : parameters_) {
+      if (!(p.value >= p.lower && p.value <= p.upper))
+        throw ModelError(
+            "parameter." + p.name,
+            fmt::format("The optimization would start at {}, outside the bounds {} .. {}.", p.value, p.lower, p.upper));
+      x.push_back(p.value / p.scale);
+      lower.push_back(p.lower / p.scale);
+      upper.push_back(p.upper / p.scale);
+    }
+    if (design_.minimax() && !begin_epigraph(x, lower, upper)) return;
+    nlopt::opt opt(algorithm, static_cast<unsigned>(x.size()));
+    opt.set_lower_bounds(lower);
+    opt.set_upper_bounds(upper);
+    opt.set_min_objective([](const std::vector<double>& at, std::vector<double>& gradient,
+                             void* self) { return static_cast<Run*>(self)->objective(at, gradient); },
+                          this);
+    const std::size_t rows = design_.minimax() ? design_.targets.size() : 0;  // of the epigraph, behind the others
+    std::vector<std::pair<Run*, std::size_t>> handles;
+    handles.reserve(bounds_.size() + rows);
+    for (std::size_t c = 0; c < bounds_.size() + rows; ++c) {
+      handles.emplace_back(this, c);
+      opt.add_inequality_constraint(
+          [](const std::vector<double>& at, std::vector<double>& gradient, void* handle) {
+            const auto& [run, index] = *static_cast<std::pair<Run*, std::size_t>*>(handle);
+            return index < run->bounds_.size() ? run->constraint(index, at, gradient)
+                                               : run->epigraph(index - run->bounds_.size(), at, gradient);
+          },
+          &handles[c], c < bounds_.size() ? 1e-8 * std::max(1.0, std::abs(bounds_[c].upper)) : 1e-10);
+    }
+    // The limit of evaluations is ours: NLopt looks at its own only between line searches, and chooses the memory of
+    // L-BFGS from it.
+    opt.set_ftol_rel(options_.relative_tolerance);
+    if (options_.stop_value && !tolerance_.adapting() && rows == 0) opt.set_stopval(*options_.stop_value);
+    if (opt.get_algorithm() == nlopt::LD_LBFGS) opt.set_vector_storage(static_cast<unsigned>(options_.corrections));
+    double psi = 0;
+    try {
+      result_.stop_reason = reason_of(opt.optimize(x, psi));
+    } catch (const nlopt::forced_stop&) {
+      // Ours; told below.
+    } catch (const nlopt::roundoff_limited&) {
+      result_.stop_reason = "rounding: no further decrease of psi can be told from rounding errors";
+      result_.converged = true;
+    } catch (const std::runtime_error&) {
+      result_.stop_reason = "line search: the optimizer found no further decrease along its search direction";
+    }
+  }
+
   std::string low_enough() const { return fmt::format("stop value: psi fell to {:g} or below", *options_.stop_value); }
 
   std::string reason_of(nlopt::result r) {
@@ -143,10 +146,10 @@ class Run {
   /// The result is of the problem's tolerance, wherever it ended; one evaluation more than the limit, if need be.
   void end_at_own_tolerance() {
     const std::optional<std::size_t> best = best_before(result_.evaluations.size());
-    if (error_ || !best || result_.evaluations[*best].rtol <= problem_.solver.rtol) return;
+    if (error_ || !best || result_.evaluations[*best].rtol <= design_.rtol()) return;
     try {
       ending_ = true;
-      tighten(*best, problem_.solver.rtol);
+      tighten(*best, design_.rtol());
     } catch (const Stop& stop) {
       stop_ = stop;
     } catch (...) {
@@ -154,21 +157,11 @@ class Run {
     }
   }
 
-  static std::string message_of(const std::exception_ptr& error) {
-    try {
-      std::rethrow_exception(error);
-    } catch (const std::exception& e) {
-      return e.what();
-    } catch (...) {
-      return "unknown";
-    }
-  }
-
   /// The evaluation at scaled parameters x, computed once.
   const OptimizerEvaluation& at(const std::vector<double>& x) {
-    std::vector<double> rho(x.size());
-    for (std::size_t j = 0; j < x.size(); ++j) {
-      const Parameter& p = problem_.parameters.parameters[j];
+    std::vector<double> rho(parameters_.size());  // behind them there may be the epigraph's t
+    for (std::size_t j = 0; j < rho.size(); ++j) {
+      const Parameter& p = parameters_[j];
       rho[j] = std::clamp(x[j] * p.scale, p.lower, p.upper);  // scaling back may miss a bound by rounding
     }
     auto& list = result_.evaluations;
@@ -207,14 +200,14 @@ class Run {
     const std::size_t here = list.size() - 1;
     if (list[here].failed()) {
       const std::vector<double> rho = list[here].rho;
-      tighten(*best_before(here), problem_.solver.rtol);
+      tighten(*best_before(here), design_.rtol());
       evaluate_new(rho);
     } else if (!tolerance_.known()) {
       // What a tolerance's errors are is told by two.
       tighten(here, tolerance_.next());
     } else if (list[here].projected_gradient <= options_.gradient_tolerance ||
                (options_.stop_value && list[here].psi <= *options_.stop_value)) {
-      tighten(here, problem_.solver.rtol);
+      tighten(here, design_.rtol());
     }
   }
 
@@ -228,7 +221,7 @@ class Run {
     const OptimizerEvaluation& tight = result_.evaluations.back();
     if (tight.failed())
       throw Stop{"a failed evaluation of the best point at a tighter tolerance: " + tight.failure, false, {}};
-    tolerance_.learn(loose, tight, problem_.parameters);
+    tolerance_.learn(loose, tight, design_.parameters);
     offset_ = tight.psi - shown;
     shown_.back() = shown;
   }
@@ -279,20 +272,26 @@ class Run {
 
   FailedStep failed_step(const OptimizerEvaluation& failed) const {
     const auto here = static_cast<std::size_t>(failed.index - 1);
-    return FailedStep(problem_.parameters, result_.evaluations, here, *best_before(here));
+    return FailedStep(design_.parameters, result_.evaluations, here, *best_before(here));
   }
 
   double objective(const std::vector<double>& x, std::vector<double>& g) {
     return guarded([&] {
       const OptimizerEvaluation& e = at(x);
+      if (design_.minimax()) {
+        if (options_.stop_value && !e.failed() && e.psi <= *options_.stop_value)
+          throw Stop{low_enough(), true, static_cast<std::size_t>(e.index - 1)};
+        std::fill(g.begin(), g.end(), 0.0);
+        if (!g.empty()) g.back() = 1;
+        return x.back();
+      }
       if (e.failed()) {
         const FailedStep step = failed_step(e);
         step.gradient(step.slope(), g);
         return step.psi() - offset_;
       }
-      for (std::size_t j = 0; j < g.size(); ++j) g[j] = e.gradient[j] * problem_.parameters.parameters[j].scale;
-      if (options_.gradient_tolerance > 0 && constraints_.empty() &&
-          e.projected_gradient <= options_.gradient_tolerance)
+      scale_to(g, e.gradient, 1);
+      if (options_.gradient_tolerance > 0 && bounds_.empty() && e.projected_gradient <= options_.gradient_tolerance)
         throw Stop{fmt::format("gradient tolerance: the projected gradient fell to {:.3g}", e.projected_gradient), true,
                    static_cast<std::size_t>(e.index - 1)};
       if (tolerance_.adapting() && options_.stop_value && e.psi <= *options_.stop_value)
@@ -306,36 +305,56 @@ class Run {
       const OptimizerEvaluation& e = at(x);
       if (e.failed()) {
         const FailedStep step = failed_step(e);
-        step.gradient(step.constraint_rise(c, constraints_[c].upper), g);
-        return step.constraint(c, constraints_[c].upper);
+        step.gradient(step.constraint_rise(c, bounds_[c].upper), g);
+        return step.constraint(c, bounds_[c].upper);
       }
-      for (std::size_t j = 0; j < g.size(); ++j)
-        g[j] = e.constraint_gradients[c][j] * problem_.parameters.parameters[j].scale;
+      scale_to(g, e.constraint_gradients[c], 1);
       return e.constraints[c];
     });
   }
 
-  /// The best of the first `count` evaluations, of those at the tightest tolerance: the least violation of the
-  /// constraints, then the least psi.
-  std::optional<std::size_t> best_before(std::size_t count) const {
-    std::optional<std::size_t> best;
-    double tightest = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < count; ++i)
-      if (!result_.evaluations[i].failed()) tightest = std::min(tightest, result_.evaluations[i].rtol);
-    double least = std::numeric_limits<double>::infinity(), least_violation = least;
-    for (std::size_t i = 0; i < count; ++i) {
-      const auto& e = result_.evaluations[i];
-      if (e.failed() || e.rtol > tightest) continue;
-      double violation = 0;
-      for (std::size_t c = 0; c < e.constraints.size(); ++c)
-        violation = std::max(violation, e.constraints[c] / std::max(1.0, std::abs(constraints_[c].upper)) - 1e-8);
-      if (violation < least_violation || (violation == least_violation && e.psi < least)) {
-        least_violation = violation;
-        least = e.psi;
-        best = i;
-      }
+  /// The start (x, t) of the least t with target_g(x) <= t for all g, t in units of psi's size there. Whether there is
+  /// one.
+  bool begin_epigraph(std::vector<double>& x, std::vector<double>& lower, std::vector<double>& upper) {
+    try {
+      const OptimizerEvaluation& first = at(x);
+      size_ = first.psi != 0 ? std::abs(first.psi) : 1;
+      x.push_back(first.psi / size_);
+      lower.push_back(-HUGE_VAL);
+      upper.push_back(HUGE_VAL);
+      return true;
+    } catch (...) {
+      error_ = std::current_exception();
+      return false;
     }
-    return best;
+  }
+
+  /// target_g(x) - t.
+  double epigraph(std::size_t target, const std::vector<double>& x, std::vector<double>& g) {
+    return guarded([&] {
+      const OptimizerEvaluation& e = at(x);
+      double value = 0;
+      if (e.failed()) {
+        const FailedStep step = failed_step(e);
+        step.gradient(step.slope() / size_, g);
+        value = step.psi();
+      } else {
+        if (!g.empty()) scale_to(g, design_.target_gradient(target, e.case_gradients), size_);
+        value = design_.target(target, e.cases);
+      }
+      if (!g.empty()) g.back() = -1;
+      return value / size_ - x.back();
+    });
+  }
+
+  /// g := the gradient by scaled parameters, over `size`; entries behind are zero.
+  void scale_to(std::vector<double>& g, const std::vector<double>& gradient, double size) const {
+    for (std::size_t j = 0; j < g.size(); ++j)
+      g[j] = j < gradient.size() ? gradient[j] * parameters_[j].scale / size : 0.0;
+  }
+
+  std::optional<std::size_t> best_before(std::size_t count) const {
+    return best_evaluation(result_.evaluations, count, bounds_);
   }
 
   /// Where the gradient vanishes psi is flat, and the least of its values is chance: within psi's own error the point
@@ -343,13 +362,13 @@ class Run {
   void prefer_flat() {
     if (!stop_ || !stop_->evaluation) return;
     const double least = result_.evaluations[result_.best].psi;
-    if (result_.evaluations[*stop_->evaluation].psi - least <= 100 * problem_.solver.rtol * std::abs(least))
+    if (result_.evaluations[*stop_->evaluation].psi - least <= 100 * design_.rtol() * std::abs(least))
       result_.best = *stop_->evaluation;
   }
 
-  const Problem& problem_;
-  const std::string& method_;
-  const std::vector<OptimizerConstraint>& constraints_;
+  const Design& design_;
+  const std::vector<Parameter>& parameters_;
+  const std::vector<DesignBound> bounds_;
   const OptimizerOptions& options_;
   const std::vector<OptimizerEvaluation>& replay_;
   const std::function<void(const OptimizerEvaluation&)>& record_;
@@ -358,6 +377,7 @@ class Run {
   std::vector<double> shown_;  // psi as the optimizer sees it, by evaluation
   double offset_ = 0;          // of psi against that
   double last_decrease_ = 0;   // of psi at one tolerance
+  double size_ = 1;            // of psi, for the epigraph
   bool ending_ = false;
   bool replaying_;
   int repeated_ = 0;
@@ -368,29 +388,10 @@ class Run {
 
 }  // namespace
 
-std::size_t OptimizerResult::failures() const {
-  return static_cast<std::size_t>(
-      std::count_if(evaluations.begin(), evaluations.end(), [](const auto& e) { return e.failed(); }));
-}
-
-std::string cannot_adapt(const Problem& problem, const std::string& method, bool constrained) {
-  if (constrained) return "The tolerance of an optimization with constraints cannot adapt.";
-  if (by_fixed_steps(problem, find_sensitivity_method(method)))
-    return "Fixed steps follow no tolerance that could adapt.";
-  return {};
-}
-
-OptimizerResult optimize(const Problem& problem, const std::string& method,
-                         const std::vector<OptimizerConstraint>& constraints, const OptimizerOptions& options,
-                         const std::vector<OptimizerEvaluation>& replay,
-                         const std::function<void(const OptimizerEvaluation&)>& record) {
-  // Fixed steps are chosen once: psi and the constraints of all evaluations are those of one discretization.
-  const bool fixed = by_fixed_steps(problem, find_sensitivity_method(method));
-  const Problem stepped = fixed ? with_fixed_step(problem) : problem;
-  if (const std::string why = cannot_adapt(problem, method, !constraints.empty());
-      options.adapt_accuracy && !why.empty())
-    throw CapabilityError(why);
-  return Run(stepped, method, constraints, options, replay, record).solve();
+OptimizerResult run_optimizer(const Design& design, const OptimizerOptions& options,
+                              const std::vector<OptimizerEvaluation>& replay,
+                              const std::function<void(const OptimizerEvaluation&)>& record) {
+  return Run(design, options, replay, record).solve();
 }
 
 }  // namespace costate

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "costate/problem/problem.h"
+#include "costate/optimize/design.h"
 #include "costate/scene/scene_settings.h"
 
 namespace costate {
@@ -27,21 +27,17 @@ struct OptimizerOptions : OptimizeSettings {
   bool adapt_accuracy = false;
 };
 
-/// psi_c(rho) <= upper, where psi_c is a cost of its own.
-struct OptimizerConstraint {
-  std::string name;
-  Objective objective;
-  double upper = 0;
-};
-
 /// One evaluation of psi, of its gradient and of the constraints.
 struct OptimizerEvaluation {
   int index = 0;  // from 1
   std::vector<double> rho;
   double psi = 0;
   std::vector<double> gradient;
-  std::vector<double> constraints;  // psi_c - upper, <= 0 when satisfied
+  std::vector<double> constraints;  // psi_c - upper, <= 0 when satisfied, in the order of Design::bounds()
   std::vector<std::vector<double>> constraint_gradients;
+  /// Of a design of several cases each one's psi, as its scene has it, and its gradient by the design's parameters.
+  std::vector<double> cases;
+  std::vector<std::vector<double>> case_gradients;
   double projected_gradient = 0;  // largest entry of the projected gradient in scaled parameters
   Counters counters;
   double wall_s = 0;
@@ -72,7 +68,7 @@ struct OptimizerAlgorithm {
 const std::vector<OptimizerAlgorithm>& optimizer_algorithms();
 
 /// Why an optimization cannot adapt its tolerance, or empty.
-std::string cannot_adapt(const Problem& problem, const std::string& method, bool constrained);
+std::string cannot_adapt(const Design& design);
 
 /// Throws CapabilityError for an algorithm that does not exist or takes no constraints.
 void require_algorithm(const std::string& algorithm, bool constrained);
@@ -89,6 +85,14 @@ void require_algorithm(const std::string& algorithm, bool constrained);
 /// 3 |p| s / |s|^2. Its least value is at a quarter of the step, which is where a line search goes next; constraints
 /// rise likewise. It follows from the evaluations alone, so that a run repeats itself. The first evaluation must not
 /// fail: it throws what the simulation throws, with the evaluation named.
+///
+/// The worst of several targets (Design::minimax) has kinks where they are equal; it is found as the least t with
+/// F_g <= t for all g, smooth in (rho, t), which needs an algorithm that takes constraints. There is no gradient
+/// tolerance then.
+OptimizerResult optimize(const Design& design, const OptimizerOptions& options,
+                         const std::vector<OptimizerEvaluation>& replay,
+                         const std::function<void(const OptimizerEvaluation&)>& record);
+/// Of one run alone.
 OptimizerResult optimize(const Problem& problem, const std::string& method,
                          const std::vector<OptimizerConstraint>& constraints, const OptimizerOptions& options,
                          const std::vector<OptimizerEvaluation>& replay,

@@ -1,8 +1,23 @@
 #include "costate/problem/scene_problem.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 namespace costate {
 
+void require_single_run(const Scene& scene) {
+  if (scene.cases.empty()) return;
+  std::vector<std::string> names;
+  for (const SceneCase& c : scene.cases) names.push_back(c.name);
+  throw SceneError(
+      scene.cases.front().where,
+      fmt::format("The scene lists cases, [[case]], that 'gradient', 'optimize' and 'pareto' take together. "
+                  "A run is that of one: --case NAME, one of {}.",
+                  fmt::join(names, ", ")));
+}
+
 Problem make_problem(const Scene& scene, const std::vector<std::string>& parameters) {
+  require_single_run(scene);
   const RunSettings& run = scene.run;
   Problem p;
   p.mechanism = scene.mechanism();

@@ -146,6 +146,15 @@ std::string text_at(double x, double y, const char* anchor, const std::string& t
 
 std::string drawn(const SvgCurve& c, const Axis& x, const Axis& y) {
   std::string out;
+  for (std::size_t i = 0; !c.joined && i < c.x.size(); ++i) {
+    const double a = x.transformed(c.x[i]), b = y.transformed(c.y[i]);
+    if (!std::isfinite(a) || !std::isfinite(b)) continue;
+    const std::string name = i < c.names.size() ? "<title>" + xml_escaped(c.names[i]) + "</title>" : "";
+    out +=
+        fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3\" fill=\"{}\"{}\n", x.pixel(a), y.pixel(b),
+                    c.color.empty() ? "#14316e" : xml_escaped(c.color), name.empty() ? "/>" : ">" + name + "</circle>");
+  }
+  if (!c.joined) return out;
   std::vector<Pixel> line;
   const auto flush = [&] {
     if (line.size() > 1) {
@@ -247,7 +256,8 @@ std::string svg_of(const SvgPlot& plot) {
       y.include(c.y[i]);
     }
   }
-  x.settle(plot.counting || plot.logarithmic_x ? 0.02 : 0);
+  const bool dots = std::any_of(plot.curves.begin(), plot.curves.end(), [](const auto& c) { return !c.joined; });
+  x.settle(plot.counting || plot.logarithmic_x || dots ? 0.02 : 0);
   y.settle(0.04);
   x.place_ticks(plot.width / 60, plot.counting);
   y.place_ticks(std::max(3, plot.height / 32), false);

@@ -23,6 +23,9 @@ struct SvgCurve {
   bool markers = false;  // a dot a point
   // Of plots with many curves: a color ("#14316e") and a pattern of dashes ("6 3") of its own; empty: the stroke's.
   std::string color = {}, dashes = {};
+  /// Not joined: dots alone, each with its name, which browsers show under the mouse, where there are names.
+  bool joined = true;
+  std::vector<std::string> names = {};
 };
 
 struct SvgPlot {

@@ -1,0 +1,30 @@
+// What pages of runs have in common: what was run, and the motion in 3-D with plots over time.
+#pragma once
+
+#include "command.h"
+#include "costate/record/trajectory_table.h"
+#include "html_page.h"
+
+namespace costate::app {
+
+/// As pages write it; infinite ones are "none". Of a summary null and what is missing are "-".
+std::string page_number(double x);
+std::string page_number(const Json& j, const char* key);
+
+std::string title_of(const Setup& setup);
+
+/// The scene, its time and settings, its cases where it has several, and what was noticed.
+void add_run(HtmlPage& page, const Setup& setup, const Json& summary);
+
+struct Motion {
+  std::string name;
+  const TrajectoryTable* table;
+  Scene scene;  // with its parameters
+};
+
+/// Under a heading the motions in 3-D, if wanted, the later over the earlier ones, and one plot an output that the cost
+/// or [run] names, with their names in the legend.
+void add_motion(HtmlPage& page, const Setup& setup, const std::vector<Motion>& motions, const std::string& title,
+                bool viewer);
+
+}  // namespace costate::app

@@ -1,0 +1,119 @@
+#include "costate/optimize/curvature.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "costate/analysis/start.h"
+#include "costate/base/error.h"
+#include "costate/sensitivity/difference_hessian.h"
+
+namespace costate {
+
+namespace {
+
+class Search {
+ public:
+  Search(const Problem& problem, const std::string& method, const std::vector<double>& rho,
+         const std::vector<const Objective*>& objectives)
+      : problem_(problem), method_(method), rho_(rho), objectives_(objectives) {}
+
+  Curvature run() {
+    const Formulation& own = find_formulation(problem_.formulation);
+    std::vector<std::string> candidates{own.name};
+    std::vector<std::string> notes;
+    if (const std::string refused = hessian_refusal(own); !refused.empty()) {
+      notes.push_back(fmt::format("formulation '{}' has no Hessian-vector products", own.name));
+      candidates.clear();
+      const std::string rows = redundant_rows();
+      std::vector<std::string> left_out;
+      for (const Formulation* f : stand_ins(false)) {
+        if (!f->make_hessian) continue;
+        const bool takes = f->carries_redundancy || rows.empty();
+        (takes ? candidates : left_out).push_back(takes ? f->name : "'" + f->name + "'");
+      }
+      if (!left_out.empty())
+        notes.push_back(fmt::format("{} cannot carry its redundant rows ({})", fmt::join(left_out, " and "), rows));
+    }
+    const auto exact = [](Problem p, const std::vector<double>& at) {
+      p.solver.integrator.clear();
+      return hessian(p, at);
+    };
+    for (const std::string& name : candidates) try {
+        curvature_of(name, exact);
+        if (!notes.empty())
+          found_.note =
+              fmt::format("The Hessian is that of '{}' at the same tolerance: {}.", name, fmt::join(notes, "; "));
+        return found_;
+      } catch (const CapabilityError& e) {
+        notes.emplace_back(e.what());
+        if (by_differences(notes)) return found_;
+        break;  // the cost's doing, whatever the formulation
+      } catch (const SolverError& e) {
+        notes.push_back(fmt::format("'{}' could not continue: {}", name, e.what()));
+      } catch (const ModelError& e) {
+        notes.push_back(fmt::format("'{}' could not start: {}", name, e.what()));
+      }
+    return {{}, {}, fmt::format("There is no Hessian: {}", fmt::join(notes, "; "))};
+  }
+
+ private:
+  /// By the run's own gradients, where nobody has products.
+  bool by_differences(std::vector<std::string>& notes) {
+    try {
+      curvature_of(problem_.formulation, [&](const Problem& p, const std::vector<double>& at) {
+        return hessian_by_differences(p, method_, at);
+      });
+      double asymmetry = 0;
+      for (const Hessian& h : found_.of) asymmetry = std::max(asymmetry, h.asymmetry);
+      found_.note = fmt::format(
+          "The Hessian is made of differences of gradients by {}, and known to some {:.0e} of its largest entry: {}",
+          method_, asymmetry, fmt::join(notes, "; "));
+      return true;
+    } catch (const SolverError& e) {
+      notes.push_back(fmt::format("differences of gradients do not give it, as one failed: {}", e.what()));
+    } catch (const CapabilityError& e) {
+      notes.emplace_back(e.what());
+    }
+    return false;
+  }
+
+  /// Names of the constraint rows that depend on the others at the start.
+  std::string redundant_rows() const {
+    Assembly assembly(problem_.mechanism, problem_.parameters);
+    assembly.set_parameters(rho_.data());
+    const Start start = find_start(assembly, problem_.solver.t_start, false);
+    const auto rows = problem_.mechanism->row_names();
+    std::vector<std::string> names;
+    for (const int i : constraint_rank(assembly, problem_.solver.t_start, start.q.data()).dependent_rows)
+      names.push_back(rows[static_cast<std::size_t>(i)]);
+    return fmt::format("{}", fmt::join(names, ", "));
+  }
+
+  template <class Second>
+  void curvature_of(const std::string& formulation, const Second& second) {
+    Problem p = problem_;
+    p.formulation = formulation;
+    found_ = {{}, formulation, {}};
+    for (const Objective* objective : objectives_) {
+      p.objective = *objective;
+      found_.of.push_back(second(p, rho_));
+    }
+  }
+
+  const Problem& problem_;
+  const std::string& method_;
+  const std::vector<double>& rho_;
+  const std::vector<const Objective*>& objectives_;
+  Curvature found_;
+};
+
+}  // namespace
+
+Curvature find_curvature(const Problem& problem, const std::string& method, const std::vector<double>& rho,
+                         const std::vector<const Objective*>& objectives) {
+  return Search(problem, method, rho, objectives).run();
+}
+
+}  // namespace costate

@@ -1,0 +1,194 @@
+#include "costate/optimize/pareto.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "costate/base/error.h"
+#include "costate/record/interrupt.h"
+
+namespace costate {
+
+namespace {
+
+/// Targets whose ideal and nadir differ by less than this many tolerances do not conflict.
+constexpr double kConflict = 1e3;
+
+class Tracer {
+ public:
+  Tracer(const Design& design, const ParetoOptions& options, const ParetoReplay& replay, const ParetoSink& record,
+         const std::function<void(const ParetoFront&)>& found)
+      : design_(design), options_(options), replay_(replay), record_(record), found_(found) {
+    options_.search.stop_value.reset();
+    options_.search.gradient_tolerance = 0;
+    // Points that differ by less than the errors of their psi are one.
+    options_.search.relative_tolerance = std::max(options_.search.relative_tolerance, 10 * design.rtol());
+  }
+
+  ParetoFront run() {
+    const std::size_t count = design_.targets.size();
+    if (count < 2)
+      throw CapabilityError(
+          "A Pareto front is one between two targets or more: give the scene cases of different "
+          "'objective', [[case]].");
+    for (std::size_t g = 0; g < count; ++g) find_end(g);
+    find_ranges();
+    if (conflict_)
+      for (const auto& b : simplex_points(count, std::max(2, options_.points) - 1)) find_point(b);
+    mark_dominated(front_, kConflict * design_.rtol());
+    return std::move(front_);
+  }
+
+ private:
+  /// The least of one target alone.
+  void find_end(std::size_t g) {
+    Design d = design_;
+    d.goal = Design::Goal::sum;
+    d.targets = {design_.targets[g]};
+    search(d, std::vector<double>(design_.targets.size(), 0.0), static_cast<int>(g));
+  }
+
+  void find_ranges() {
+    const std::size_t count = design_.targets.size();
+    front_.ideal.assign(count, std::numeric_limits<double>::infinity());
+    front_.nadir.assign(count, -std::numeric_limits<double>::infinity());
+    for (const ParetoPoint& p : front_.points)
+      for (std::size_t g = 0; g < count; ++g) {
+        front_.ideal[g] = std::min(front_.ideal[g], p.targets[g]);
+        front_.nadir[g] = std::max(front_.nadir[g], p.targets[g]);
+      }
+    for (std::size_t g = 0; g < count; ++g) {
+      const double size = std::max(std::abs(front_.ideal[g]), std::abs(front_.nadir[g]));
+      if (front_.nadir[g] - front_.ideal[g] > kConflict * design_.rtol() * size) continue;
+      front_.notes.push_back(
+          fmt::format("'{}' is at its least where the others are, too: there is nothing to trade against it.",
+                      design_.targets[g].name));
+      conflict_ = false;
+    }
+    // Where the ends lie among the points of the simplex: the sum of f_g is not 0, as targets conflict.
+    for (ParetoPoint& p : front_.points) {
+      double sum = 0;
+      for (std::size_t g = 0; g < count && conflict_; ++g)
+        sum += p.simplex[g] = (p.targets[g] - front_.ideal[g]) / (front_.nadir[g] - front_.ideal[g]);
+      for (double& b : p.simplex) b /= sum > 0 ? sum : 1;
+    }
+  }
+
+  /// (21.1), with 1 added to all f_g, so that t is of the size of 1.
+  void find_point(const std::vector<double>& b) {
+    Design d = design_;
+    d.goal = Design::Goal::worst;
+    for (std::size_t g = 0; g < b.size(); ++g) {
+      const double range = front_.nadir[g] - front_.ideal[g];
+      d.targets[g].offset = front_.ideal[g] + (b[g] - 1) * range;
+      d.targets[g].range = range;
+    }
+    // From the nearest point that is there.
+    const ParetoPoint* nearest = nullptr;
+    double least = std::numeric_limits<double>::infinity();
+    for (const ParetoPoint& p : front_.points) {
+      double distance = 0;
+      for (std::size_t g = 0; g < b.size(); ++g) distance += (p.simplex[g] - b[g]) * (p.simplex[g] - b[g]);
+      if (distance < least) {
+        least = distance;
+        nearest = &p;
+      }
+    }
+    for (std::size_t j = 0; j < nearest->rho.size(); ++j) d.parameters.parameters[j].value = nearest->rho[j];
+    search(d, b, -1);
+  }
+
+  void search(const Design& d, const std::vector<double>& b, int least_of) {
+    const int number = searches_++;
+    const std::vector<OptimizerEvaluation> replay = replay_ ? replay_(number) : std::vector<OptimizerEvaluation>();
+    OptimizerResult r;
+    try {
+      r = optimize(d, options_.search, replay, [&](const OptimizerEvaluation& e) {
+        if (record_) record_(number, e);
+      });
+    } catch (const SolverError& e) {
+      if (least_of >= 0) throw;  // without it the front has no range
+      front_.notes.push_back(fmt::format("The search towards ({:.3g}) failed: {}", fmt::join(b, ", "), e.what()));
+      return;
+    }
+    const OptimizerEvaluation& best = r.evaluations[r.best];
+    if (number == 0) front_.start = point_of(r.evaluations.front(), b);
+    ParetoPoint p = point_of(best, b);
+    p.least_of = least_of;
+    p.converged = r.converged;
+    p.stop_reason = r.stop_reason;
+    p.evaluations = static_cast<int>(r.evaluations.size());
+    front_.points.push_back(std::move(p));
+    if (found_) found_(front_);
+    if (r.error) std::rethrow_exception(r.error);
+  }
+
+  ParetoPoint point_of(const OptimizerEvaluation& e, const std::vector<double>& b) const {
+    ParetoPoint p;
+    p.simplex = b;
+    p.rho = e.rho;
+    p.cases = e.cases;
+    for (std::size_t g = 0; g < design_.targets.size(); ++g) p.targets.push_back(design_.target(g, e.cases));
+    for (const double c : e.constraints) p.violation = std::max(p.violation, c);
+    return p;
+  }
+
+  const Design& design_;
+  ParetoOptions options_;
+  const ParetoReplay& replay_;
+  const ParetoSink& record_;
+  const std::function<void(const ParetoFront&)>& found_;
+  ParetoFront front_;
+  bool conflict_ = true;
+  int searches_ = 0;
+};
+
+void add_points(std::vector<int>& digits, std::size_t at, int left, int along, bool up,
+                std::vector<std::vector<double>>& out) {
+  if (at + 1 == digits.size()) {
+    digits[at] = left;
+    std::vector<double> b;
+    for (const int d : digits) b.push_back(static_cast<double>(d) / along);
+    if (std::count(digits.begin(), digits.end(), 0) + 1 < static_cast<std::ptrdiff_t>(digits.size()))
+      out.push_back(std::move(b));
+    return;
+  }
+  // To and fro, so that one follows its neighbour.
+  for (int k = 0; k <= left; ++k) {
+    digits[at] = up ? k : left - k;
+    add_points(digits, at + 1, left - digits[at], along, (k % 2 == 0) == up, out);
+  }
+}
+
+}  // namespace
+
+std::vector<std::vector<double>> simplex_points(std::size_t targets, int along) {
+  std::vector<std::vector<double>> points;
+  std::vector<int> digits(targets, 0);
+  add_points(digits, 0, along, along, false, points);
+  return points;
+}
+
+void mark_dominated(ParetoFront& front, double tolerance) {
+  for (ParetoPoint& p : front.points) {
+    p.dominated = std::any_of(front.points.begin(), front.points.end(), [&](const ParetoPoint& q) {
+      bool better = false;
+      for (std::size_t g = 0; g < p.targets.size(); ++g) {
+        const double slack = tolerance * (front.nadir[g] - front.ideal[g]);
+        if (q.targets[g] > p.targets[g]) return false;
+        better = better || q.targets[g] < p.targets[g] - slack;
+      }
+      return better && q.violation <= p.violation;
+    });
+  }
+}
+
+ParetoFront trace_front(const Design& design, const ParetoOptions& options, const ParetoReplay& replay,
+                        const ParetoSink& record, const std::function<void(const ParetoFront&)>& found) {
+  return Tracer(design, options, replay, record, found).run();
+}
+
+}  // namespace costate

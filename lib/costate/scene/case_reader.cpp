@@ -30,7 +30,8 @@ void SceneReader::read_cases() {
     c.where = t.where();
     c.name = t.text("name");
     check_name(t, c.name);
-    c.objective = t.text("objective", c.name);
+    c.objective = t.text("objective", "");
+    if (c.objective.empty()) c.objective = c.name;
     if (t.has("scene")) c.file = named_file(t, "scene");
     read_overrides(t, root_.find("case")->children[i].find("set"), c.overrides);
     c.weight = t.value("weight", NumberRule::positive, 1);

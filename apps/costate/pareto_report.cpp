@@ -208,8 +208,8 @@ std::string pareto_page(const DesignSetup& whole, const Design& design, const Pa
   for (const Json& c : summary.at("cases"))
     runs.push_back({c.at("name").get<std::string>(),
                     c.at("objective").is_string() ? c.at("objective").get<std::string>() : "a bound",
-                    c.at("weight").is_pareto_number() ? pareto_number(c.at("weight").get<double>()) : "-",
-                    c.at("scale").is_pareto_number() ? pareto_number(c.at("scale").get<double>()) : "-",
+                    c.at("weight").is_number() ? pareto_number(c.at("weight").get<double>()) : "-",
+                    c.at("scale").is_number() ? pareto_number(c.at("scale").get<double>()) : "-",
                     fmt::format("{}, {} by {}, rtol {:g}", c.at("scene").get<std::string>(),
                                 c.at("formulation").get<std::string>(), c.at("method").get<std::string>(),
                                 c.at("rtol").get<double>())});

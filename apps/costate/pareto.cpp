@@ -86,7 +86,7 @@ class ParetoRun {
     OptimizeOptions search = options_.search;
     // The front is found by constraints; a scene's default for optimize takes none.
     if (search.algorithm.empty()) {
-      search.algorithm = "slsqp";
+      search.algorithm = kConstrainedAlgorithm;
       for (const OptimizerAlgorithm& a : optimizer_algorithms())
         if (a.name == setup_.scene.optimize.algorithm && a.takes_constraints) search.algorithm = a.name;
     }

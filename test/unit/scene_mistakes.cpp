@@ -81,7 +81,7 @@ TEST_CASE("scene mistakes: unknown and missing keys, with near ones") {
 }
 
 TEST_CASE("scene mistakes: unknown tables") {
-  std::string known = "title, description, gravity, start, parameter, cost, run, formulation, optimize, cycle";
+  std::string known = "title, description, gravity, start, parameter, cost, run, formulation, optimize, cycle, case";
   for (const auto& kind : scene_kinds()) known += ", " + kind.name;
   REQUIRE(complaint(replaced(pendulum, "[spring.S1]", "[sprnig.S1]")) ==
           "s.toml:20:2: Unknown table 'sprnig' at the top of the scene. Did you mean 'spring'? Known here: " + known +

@@ -20,7 +20,7 @@ const std::vector<Algorithm>& algorithms() {
   static const std::vector<Algorithm> list = {
       {{kDefaultAlgorithm, "L-BFGS: a line search along quasi-Newton directions; bounds", false}, nlopt::LD_LBFGS},
       {{"mma", "method of moving asymptotes: separable convex models; bounds and constraints", true}, nlopt::LD_MMA},
-      {{"slsqp", "sequential quadratic programming; bounds and constraints", true}, nlopt::LD_SLSQP}};
+      {{kConstrainedAlgorithm, "sequential quadratic programming; bounds and constraints", true}, nlopt::LD_SLSQP}};
   return list;
 }
 

@@ -12,6 +12,9 @@
 
 namespace costate {
 
+/// Where constraints are taken and no algorithm is asked for.
+inline constexpr const char* kConstrainedAlgorithm = "slsqp";
+
 /// What a scene's [optimize] may say, and what only the program may.
 struct OptimizerOptions : OptimizeSettings {
   OptimizerOptions() = default;

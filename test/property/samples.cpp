@@ -264,7 +264,8 @@ TEST_CASE("samples: every formulation's accelerations and multipliers solve its 
       CHECK(stored.psi == Approx(plain.psi).epsilon(1e-12));
       CHECK(stored.counters.steps == plain.counters.steps);
       CHECK(stored.counters.residuals == plain.counters.residuals);
-      CHECK(stored.counters.factorizations <= plain.counters.factorizations);
+      // Maggi's coordinates at a step's end are found once more for its gaps where a sample lay between.
+      CHECK(stored.counters.factorizations <= plain.counters.factorizations + 1);
     }
   }
 }

@@ -264,8 +264,10 @@ TEST_CASE("samples: every formulation's accelerations and multipliers solve its 
       CHECK(stored.psi == Approx(plain.psi).epsilon(1e-12));
       CHECK(stored.counters.steps == plain.counters.steps);
       CHECK(stored.counters.residuals == plain.counters.residuals);
-      // Maggi's coordinates at a step's end are found once more for its gaps where a sample lay between.
-      CHECK(stored.counters.factorizations <= plain.counters.factorizations + 1);
+      // But Maggi's next positions are sought from those of the sample: there a start beyond the reach of the factors
+      // at hand takes one factorization more.
+      const std::size_t moved = way.formulation.starts_with("maggi") ? times.size() : 0;
+      CHECK(stored.counters.factorizations <= plain.counters.factorizations + static_cast<long>(moved));
     }
   }
 }

@@ -1,10 +1,12 @@
 #include "costate/element/course.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <set>
 
+#include "costate/element/law/cubic_check.h"
 #include "costate/element/law/scalar_law.h"
 
 namespace costate {
@@ -90,35 +92,19 @@ class Cells {
     const double h = b - a;
     if (!(h > 0)) return;
     // Just inside: a law may jump at its sharp places.
-    const double x[4] = {a + 1e-9 * h, a + h / 3, a + 2 * h / 3, b - 1e-9 * h};
-    double f[4], low = std::numeric_limits<double>::infinity(), high = -low, error = 0;
-    const auto meet = [&](double y) {
-      low = std::min(low, y);
-      high = std::max(high, y);
-    };
-    for (int i = 0; i < 4; ++i) meet(f[i] = value(x[i]));
-    const auto compare = [&](const Sample& s) {
-      meet(s.f);
-      double cubic = 0;
-      for (int i = 0; i < 4; ++i) {
-        double term = f[i];
-        for (int j = 0; j < 4; ++j)
-          if (j != i) term *= (s.x - x[j]) / (x[i] - x[j]);
-        cubic += term;
-      }
-      error = std::max(error, std::abs(cubic - s.f));
-    };
-    const auto resolved = [&] { return error <= std::max(kUnresolved * (high - low), floor_); };
-    for (const double w : kWithin) compare({a + w * h, value(a + w * h)});
+    const std::array<double, 4> x = {a + 1e-9 * h, a + h / 3, a + 2 * h / 3, b - 1e-9 * h};
+    CubicCheck cubic(x, [this](double at) { return value(at); });
+    const auto resolved = [&] { return cubic.off() <= std::max(kUnresolved * cubic.range(), floor_); };
+    for (const double w : kWithin) cubic.compare(a + w * h, value(a + w * h));
     const auto first =
         std::lower_bound(samples_.begin(), samples_.end(), x[0], [](const Sample& s, double at) { return s.x < at; });
     for (auto s = first; s != samples_.end() && s->x < x[3]; ++s) {
-      compare(*s);
-      if (error > kUnresolved * range_) break;  // far off, whatever else there is
+      cubic.compare(s->x, s->f);
+      if (cubic.off() > kUnresolved * range_) break;  // far off, whatever else there is
     }
     if (resolved()) {
       // Level between two sharp places it is another level, perhaps, than beyond them.
-      if (high - low > floor_ || (depth == 0 && !places_.sharp.empty())) emit(a, b);
+      if (cubic.range() > floor_ || (depth == 0 && !places_.sharp.empty())) emit(a, b);
       return;
     }
     if (h <= smallest_ || ++cells_ > kMostCells || depth > 60) return emit(a, b);

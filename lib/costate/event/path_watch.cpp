@@ -5,7 +5,7 @@
 
 #include "costate/assembly/gathered_state.h"
 #include "costate/element/course.h"
-#include "costate/element/unilateral_force.h"
+#include "costate/element/law/cubic_check.h"
 
 namespace costate {
 
@@ -162,29 +162,12 @@ class PathWatch::Function {
   }
   void refine(double a, double b, int depth) {
     const double h = b - a;
-    const double u[4] = {a, a + h / 3, a + 2 * h / 3, b};
-    double f[4], low = HUGE_VAL, high = -HUGE_VAL, off = 0;
-    const auto meet = [&](double y) {
-      low = std::min(low, y);
-      high = std::max(high, y);
-    };
-    for (int i = 0; i < 4; ++i) meet(f[i] = value(u[i]));
-    const auto compare = [&](const Sample& s) {
-      meet(s.f);
-      double cubic = 0;
-      for (int i = 0; i < 4; ++i) {
-        double term = f[i];
-        for (int j = 0; j < 4; ++j)
-          if (j != i) term *= (s.u - u[j]) / (u[i] - u[j]);
-        cubic += term;
-      }
-      off = std::max(off, std::abs(cubic - s.f));
-    };
+    CubicCheck cubic({a, a + h / 3, a + 2 * h / 3, b}, [this](double u) { return value(u); });
     auto s = std::lower_bound(samples_.begin(), samples_.end(), a, [](const Sample& x, double at) { return x.u < at; });
-    for (; s != samples_.end() && s->u <= b; ++s) compare(*s);
+    for (; s != samples_.end() && s->u <= b; ++s) cubic.compare(s->u, s->f);
     if (depth > 0)
-      for (const double w : kPathLooks) compare({a + w * h, value(a + w * h)});
-    if (off <= std::max(kOffCubic * (high - low), floor_) || depth >= kPathDepth) {
+      for (const double w : kPathLooks) cubic.compare(a + w * h, value(a + w * h));
+    if (cubic.off() <= std::max(kOffCubic * cubic.range(), floor_) || depth >= kPathDepth) {
       cells_.push_back({a, b});
       return;
     }

@@ -35,6 +35,9 @@ constexpr double kSchemeGradient = 0.7;
 constexpr double kPatience = 40;
 // A tolerance is not chosen to just meet a request.
 constexpr double kAim = 0.4;
+// Two loose runs may agree by chance, over stick and slip above all: the first two have to do so much better than
+// asked, or a third one tells.
+constexpr double kFirstTwo = 0.25;
 // Tangents cost about 0.6 of a simulation for each parameter, an adjoint about 3.
 constexpr std::size_t kTangents = 3;
 // How far pilots may be from the result: errors up to so many tolerances are common along a motion.
@@ -177,7 +180,7 @@ class Chooser {
       }
     };
     while (!tried(coarse_at, looser)) looser /= 10, rtol = looser / 10;
-    for (;;) {
+    for (bool first_two = true;;) {
       if (!tried(fine_at, rtol)) {
         rtol /= 10;
         continue;
@@ -186,7 +189,9 @@ class Chooser {
       r.problem = probe_.prepared(what, rtol, 0);
       judge(coarse, fine, rtol, r);
       r.met = r.relative <= request_.accuracy;
-      if (r.met || rtol <= kTightest) break;
+      const bool sure = !first_two || r.relative <= kFirstTwo * request_.accuracy;
+      if ((r.met && sure) || rtol <= kTightest) break;
+      first_two = false;
       // Errors as small as that need a tolerance smaller by their ratio, or by three powers of ten at once.
       const double next = std::clamp(rtol * kAim * request_.accuracy / r.relative, 1e-3 * rtol, 0.2 * rtol);
       looser = rtol;

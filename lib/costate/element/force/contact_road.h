@@ -318,12 +318,8 @@ class RoadContact final : public Contact<Point, RoadSurface<Point>>, public Cour
     const double* own = point_numbers(i, s.p);
     return {surface(i).along(0, s.q, s.p + kGround, own), surface(i).along_rate(s.q, s.v, s.p + kGround, own)};
   }
-  /// The height and its slope: of the ramp on, where there is one.
   void add_motion_laws(std::vector<MotionLaw>& laws) const override {
-    if (!is(Road::Kind::profile)) return;
-    MotionLaw law{road()->law(), road_ + road()->law_numbers(), "road", true};
-    if (road()->has_ramp()) law.from = 0;
-    laws.push_back(std::move(law));
+    if (road()) road()->add_motion_laws(road_, laws);
   }
   void add_force_jumps(const double* p, std::vector<double>& times) const override {
     if (road()) road()->add_post_jumps(0, p + road_, times);

@@ -28,6 +28,13 @@ double Road::post_time(double x, double shift, const double* p) const {
   return after;
 }
 
+void Road::add_motion_laws(int first, std::vector<MotionLaw>& laws) const {
+  if (kind_ != Kind::profile) return;
+  MotionLaw law{law_.get(), first + law_numbers(), "road", true};
+  if (has_ramp_) law.from = 0;
+  laws.push_back(std::move(law));
+}
+
 void Road::add_post_jumps(double shift, const double* p, std::vector<double>& times) const {
   if (kind_ != Kind::post) return;
   const LawJoints joints = law_joints(*law_, p + law_numbers());

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "costate/element/course.h"
+#include "costate/element/law/motion_law.h"
 #include "costate/element/law/scalar_law.h"
 #include "costate/element/shared_part.h"
 
@@ -86,6 +87,9 @@ class Road final : public SharedPart {
   /// Of the law's numbers among the road's.
   int law_numbers() const { return (has_speed_ ? 1 : 0) + (has_ramp_ ? 1 : 0); }
   bool has_ramp() const { return has_ramp_; }
+  /// A profile's height and its slope, of the ramp on, where there is one; `first`: of the road's numbers among the
+  /// element's.
+  void add_motion_laws(int first, std::vector<MotionLaw>& laws) const;
   /// The times at which a post's height or its rate jumps, with the tyre's shift; none of other roads.
   void add_post_jumps(double shift, const double* p, std::vector<double>& times) const;
   /// by_shift and slopes (one a number of the road) gain how such a time t moves with them.

@@ -14,13 +14,6 @@ void TyreGround::add_track(int, const double* p, Course& course) const {
   setup_.road->add_course(p[TyreNumbers::shift], p + TyreNumbers::road, course);
 }
 
-void TyreGround::add_motion_laws(std::vector<MotionLaw>& laws) const {
-  if (setup_.road->kind() != Road::Kind::profile) return;
-  MotionLaw law{setup_.road->law(), TyreNumbers::road + setup_.road->law_numbers(), "road", true};
-  if (setup_.road->has_ramp()) law.from = 0;
-  laws.push_back(std::move(law));
-}
-
 void TyreGround::add_force_jumps(const double* p, std::vector<double>& times) const {
   setup_.road->add_post_jumps(p[TyreNumbers::shift], p + TyreNumbers::road, times);
 }

@@ -19,8 +19,9 @@ class TyreGround : public CourseElement, public MotionLawElement, public GapElem
   void add_course(const double* p, Course& course) const override;
   int tracks() const override { return setup_.road->kind() == Road::Kind::profile ? 1 : 0; }
   void add_track(int, const double* p, Course& course) const override;
-  /// The height and its slope: of the ramp on, where there is one.
-  void add_motion_laws(std::vector<MotionLaw>& laws) const override;
+  void add_motion_laws(std::vector<MotionLaw>& laws) const override {
+    setup_.road->add_motion_laws(TyreNumbers::road, laws);
+  }
   void add_force_jumps(const double* p, std::vector<double>& times) const override;
   void add_time_slopes(double t, const double* p, double* by) const override;
   /// Of the wheel's centre, whatever part of the road the contact takes.

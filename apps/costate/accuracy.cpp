@@ -26,6 +26,12 @@ std::optional<double> AccuracyOption::asked(const Setup& setup, const CommonOpti
   return tolerance ? std::nullopt : of_scene;
 }
 
+void notice_accuracy_left(const Setup& setup, const std::string& why) {
+  if (const auto& accuracy = setup.scene.run.accuracy)
+    notice(fmt::format("The accuracy {:.1g} of [run] is not sought: {}. This runs at rtol {:.1g}.", *accuracy, why,
+                       setup.problem.solver.rtol));
+}
+
 AccurateRun run_accurately(Setup& setup, const CommonOptions& common, double accuracy, bool gradient,
                            const BeginRecording& begin) {
   AccuracyRequest request;

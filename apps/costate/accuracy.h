@@ -17,6 +17,9 @@ struct AccuracyOption {
   std::optional<double> asked(const Setup& setup, const CommonOptions& common) const;
 };
 
+/// Gives notice that the scene's accuracy, if it asks for one, is not held, and why.
+void notice_accuracy_left(const Setup& setup, const std::string& why);
+
 /// Chooses and runs; the setup then holds the choice. Gives notice where the request could not be met.
 AccurateRun run_accurately(Setup& setup, const CommonOptions& common, double accuracy, bool gradient,
                            const BeginRecording& begin = {});

@@ -217,7 +217,11 @@ int run(const CommonOptions& given, const CycleFlags& flags) {
   options.estimate = !flags.no_estimate;
   options.derivatives = options.multiplier = !flags.no_derivatives;
   const auto begin = std::chrono::steady_clock::now();
-  const auto accuracy = flags.no_estimate ? std::nullopt : flags.accuracy.asked(setup, common);
+  auto accuracy = flags.accuracy.asked(setup, common);
+  if (accuracy && flags.no_estimate) {
+    notice_accuracy_left(setup, "--no-estimate leaves out what it needs");
+    accuracy.reset();
+  }
   std::optional<AccurateCycle> accurate;
   const CycleResult r = setup.located([&] {
     if (!accuracy) return find_cycle(setup.problem, *setup.scene.cycle, setup.rho, options);

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "accuracy.h"
 #include "costate/base/notice.h"
 #include "costate/cycle/branch.h"
 #include "costate/record/atomic_file.h"
@@ -145,6 +146,7 @@ int run_branch(const CommonOptions& given, const ContinueRequest& request, int m
   common.parameters = {request.parameter};
   Setup setup(common, Purpose::simulate);
   if (!setup.scene.cycle) throw SceneError(setup.scene.locate(""), "This scene has no [cycle].");
+  notice_accuracy_left(setup, "a branch of cycles is followed at one tolerance");
   if (max_points < 1) throw Error(fmt::format("--max-points must be at least 1, found {}.", max_points));
   const double low = std::min(request.from, request.to), high = std::max(request.from, request.to);
   const double here = setup.rho[0];

@@ -66,7 +66,7 @@ class OptimizeRun {
     try {
       if (result.error) std::rethrow_exception(result.error);
       // Behind the last evaluation: an interruption here leaves the journal complete, and --resume comes straight back.
-      add_certificate(result.evaluations.front(), best);
+      add_certificate(start_of(result), best);
       estimate_accuracy(best);
       motions_ = write_motions(whole_, result.evaluations.front().rho, best.rho, j_["settings"],
                                [&](const std::string& text) { note(text); });
@@ -90,9 +90,10 @@ class OptimizeRun {
     if (!whole_.several()) accuracy_ = options_.accuracy.asked(setup_, common_);
     if (!accuracy_) return;
     if (options_.resume)
-      throw Error(
-          "--resume goes on with the settings that the journal was written with: give those that --accuracy chose "
-          "(--formulation, --method, --rtol; in the folder's optimize.json) in its place.");
+      throw Error(fmt::format(
+          "--resume goes on with the settings that the journal was written with, which --accuracy chose: give "
+          "{} in its place.",
+          settings_in_words(setup_.directory / "evaluations.jsonl")));
     begun_ = run_accurately(setup_, common_, *accuracy_, true);
     progress_.finish();
     if (lines_) print_result(accuracy_text(*begun_, *accuracy_));
@@ -143,21 +144,37 @@ class OptimizeRun {
   }
 
   void record(const OptimizerEvaluation& e) {
-    if (!e.replayed && static_cast<std::size_t>(e.index) <= replay_.size())
+    const bool known = !e.replayed && static_cast<std::size_t>(e.index) <= replay_.size();
+    if (known && replay_.back().ending && !e.ending && e.index == replay_.back().index) {
+      // The run ended there, by a limit that this one has not; nothing of it is asked for again.
+      journal_->keep(replay_.size() - 1, "the run goes on");
+      replay_.pop_back();
+    } else if (known && !e.ending) {
       throw Error(
           fmt::format("Evaluation {} of the journal '{}' was made at other parameters than this run asks for: "
                       "it was written on another kind of machine. Start without --resume.",
                       e.index, journal_->path().string()));
-    if (journal_ && !e.replayed) journal_->append(evaluation_record(e));
+    }
+    // This one ends before the journal does: what follows there stays.
+    const bool stays = static_cast<std::size_t>(e.index) <= replay_.size();
+    if (journal_ && !e.replayed && !stays) journal_->append(evaluation_record(e));
     progress_.finish();
     if (lines_) print_result(evaluation_line(e, names_, whole_.psi_tolerance(), common_.verbose) + "\n");
     throw_if_interrupted();
     progress_.start(setup_.problem.solver.t_start);
   }
 
+  /// Of the evaluations where it began, the one of the tightest tolerance.
+  static const OptimizerEvaluation& start_of(const OptimizerResult& result) {
+    const OptimizerEvaluation* start = &result.evaluations.front();
+    for (const OptimizerEvaluation& e : result.evaluations)
+      if (e.rho == start->rho && e.rtol < start->rtol && !e.failed()) start = &e;
+    return *start;
+  }
+
   /// Everything of the summary that the evaluations tell.
   void summarize(const OptimizerResult& result) {
-    const OptimizerEvaluation &first = result.evaluations.front(), &best = result.evaluations[result.best];
+    const OptimizerEvaluation &first = start_of(result), &best = result.evaluations[result.best];
     setup_.rho = best.rho;
     GradientResult final;
     final.psi = best.psi;
@@ -167,6 +184,7 @@ class OptimizeRun {
     j_ = run_json(setup_, final, setup_.method, wall_);
     j_["initial"] = {
         {"psi", first.psi}, {"parameters", named(names_, first.rho)}, {"gradient", named(names_, first.gradient)}};
+    if (first.rtol > 0) j_["initial"]["rtol"] = first.rtol;
     whole_.correct(j_);
     if (whole_.several()) j_["cases"] = whole_.cases_json(best.cases, best.case_gradients);
     j_["algorithm"] = o_.algorithm;
@@ -242,10 +260,14 @@ class OptimizeRun {
   }
 
   std::string text(const OptimizerResult& result) const {
-    const OptimizerEvaluation &first = result.evaluations.front(), &best = result.evaluations[result.best];
-    std::string text = fmt::format("{}: {}psi {:.6g} -> {:.6g} in {} evaluation{}, {:.3g} s\n",
+    const OptimizerEvaluation &first = start_of(result), &best = result.evaluations[result.best];
+    // Of a loose tolerance no more digits than it holds.
+    const std::string before = first.rtol > 0
+                                   ? known_digits(first.psi, uncertainty_of(first.psi, std::max(5e-6, first.rtol)))
+                                   : fmt::format("{:.6g}", first.psi);
+    std::string text = fmt::format("{}: {}psi {} -> {:.6g} in {} evaluation{}, {:.3g} s\n",
                                    setup_.scene.title.empty() ? common_.scene : setup_.scene.title,
-                                   whole_.several() ? whole_.what() + ", " : "", first.psi, best.psi,
+                                   whole_.several() ? whole_.what() + ", " : "", before, best.psi,
                                    result.evaluations.size(), result.evaluations.size() == 1 ? "" : "s", wall_);
     text += fmt::format("  stopped by {}\n", result.stop_reason);
     if (const std::size_t failed = result.failures())

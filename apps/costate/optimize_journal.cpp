@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <fstream>
 #include <limits>
 
 #include "costate/record/json_number.h"
@@ -37,6 +38,7 @@ OptimizerEvaluation evaluation_of(const nlohmann::json& j, std::size_t index, co
   e.wall_s = number_from_json(j.at("wall_s"));
   e.failure = j.value("failure", "");
   if (j.contains("rtol")) e.rtol = number_from_json(j.at("rtol"));
+  e.ending = j.value("ending", false);
   if (e.failed()) {
     require(index > 1, "the first evaluation cannot be a failed one");
   } else {
@@ -61,6 +63,25 @@ OptimizerEvaluation evaluation_of(const nlohmann::json& j, std::size_t index, co
 
 }  // namespace
 
+std::string settings_in_words(const std::filesystem::path& journal) {
+  std::ifstream in(journal);
+  std::string line;
+  std::getline(in, line);
+  const nlohmann::json first = nlohmann::json::parse(line, nullptr, false);
+  try {
+    const auto& header = first.at("header");
+    const auto& settings = header.at("settings");
+    const auto integrator = settings.at("integrator").get<std::string>();
+    return fmt::format("--formulation {} --method {}{} --rtol {} --atol {}{}",
+                       header.at("formulation").get<std::string>(), header.at("method").get<std::string>(),
+                       integrator.empty() ? "" : " --integrator " + integrator, settings.at("rtol").get<double>(),
+                       settings.at("atol").get<double>(),
+                       header.at("optimize").value("adapt_tolerance", false) ? " --adapt-accuracy" : "");
+  } catch (const nlohmann::json::exception&) {
+    return "--formulation, --method, --integrator, --rtol and --atol";
+  }
+}
+
 nlohmann::json evaluation_record(const OptimizerEvaluation& e) {
   nlohmann::json j;
   j["index"] = e.index;
@@ -77,6 +98,7 @@ nlohmann::json evaluation_record(const OptimizerEvaluation& e) {
   for (const auto& [name, value] : counter_list(e.counters)) j["counters"][name] = value;
   j["wall_s"] = e.wall_s;
   if (e.rtol > 0) j["rtol"] = e.rtol;
+  if (e.ending) j["ending"] = true;
   if (e.failed()) j["failure"] = Json::parse(json_text(e.failure));  // valid UTF-8, whatever names it quotes
   return j;
 }

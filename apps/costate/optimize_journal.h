@@ -11,6 +11,10 @@ namespace costate::app {
 /// Everything that decides the sequence of evaluations.
 nlohmann::json journal_header(const DesignSetup& setup, const std::vector<SceneFile>& files, const OptimizerOptions& o);
 
+/// The options that choose what the journal's run was made with, "--formulation index1 ..."; their names alone where
+/// there is no journal.
+std::string settings_in_words(const std::filesystem::path& journal);
+
 nlohmann::json evaluation_record(const OptimizerEvaluation& e);
 
 /// The evaluations of an interrupted run. From the first record on that this run cannot have written (its lengths, its

@@ -282,6 +282,10 @@ std::vector<StudyRun> read_design(const SceneNode& table, const Common& common,
     fail(table.find("count")->where,
          fmt::format("'count' in {}: a grid has as many points as its 'steps' make.", title));
   const int count = grid ? 0 : count_of(table, "count", title, 1);
+  if (const auto* seed = table.find("seed"); seed && !draws_points(kind, variations.size()))
+    fail(seed->where, fmt::format("'seed' in {}: nothing is drawn at random in a design of kind '{}' of {} numbers; "
+                                  "leave it out.",
+                                  title, kind, variations.size()));
   const int seed = table.find("seed") != nullptr ? count_of(table, "seed", title, 0) : 1;
   base.blocks = kind == "saltelli";
   double size = base.blocks ? count * (static_cast<double>(variations.size()) + 2) : 1;

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
+#include <sstream>
 
 #include "five_bar.h"
 #include "process.h"
@@ -13,6 +14,8 @@ using namespace costate::test;
 using Json = nlohmann::json;
 
 namespace {
+
+using Words = std::vector<std::string>;
 
 const std::string kPendulum = COSTATE_SOURCE_DIR "/models/damped_pendulum/damped_pendulum.toml";
 
@@ -76,6 +79,47 @@ TEST_CASE("adaptation: the same optimum for less", "[adaptation]") {
   const Json resumed = optimum(kPendulum, {"--rtol", "1e-10", "--adapt-accuracy", "--output", "out", "--resume"}, here);
   CHECK(resumed["psi"] == run["psi"]);
   CHECK(resumed["evaluations"].size() == evaluations.size());
+  // What is said of the start is of its tightest evaluation.
+  const double start = run["initial"]["rtol"];
+  for (const Json& e : evaluations)
+    if (e["parameters"] == run["initial"]["parameters"]) CHECK(e["rtol"] >= start);
+}
+
+TEST_CASE("adaptation: a run that a limit has ended goes on, and one that ends earlier leaves the journal",
+          "[adaptation]") {
+  const WorkingDirectory here;
+  const Words how = {"--rtol", "1e-9", "--adapt-accuracy", "--output", "out"};
+  const Json whole = optimum(kFiveBar, how, here);
+  const std::string journal = file_text(here / "out/evaluations.jsonl");
+  const auto with = [&](const Words& more) {
+    Words all = how;
+    all.insert(all.end(), more.begin(), more.end());
+    return optimum(kFiveBar, all, here);
+  };
+  // Its last evaluation, of the best point at the last tolerance, the longer run does not ask for.
+  const Json limited = with({"--max-evaluations", "4"});
+  CHECK(limited["evaluations"].back()["rtol"] == 1e-9);
+  const Json resumed = with({"--resume"});
+  CHECK(resumed["psi"] == whole["psi"]);
+  CHECK(resumed["evaluations"].size() == whole["evaluations"].size());
+  const std::string after = file_text(here / "out/evaluations.jsonl");
+  const Json shorter = with({"--resume", "--max-evaluations", "4"});
+  CHECK(shorter["psi"] == limited["psi"]);
+  CHECK(file_text(here / "out/evaluations.jsonl") == after);
+}
+
+TEST_CASE("adaptation: what --accuracy chose is told to whoever resumes, and resumes", "[adaptation]") {
+  const WorkingDirectory here;
+  const Json whole = optimum(kFiveBar, {"--accuracy", "1e-4", "--output", "out"}, here);
+  const Outcome refused =
+      run_costate({"optimize", kFiveBar, "--accuracy", "1e-4", "--output", "out", "--resume"}, here.path());
+  CHECK(refused.status == 1);
+  const std::size_t from = refused.err.find("--formulation"), to = refused.err.find(" in its place");
+  REQUIRE(to != std::string::npos);
+  Words options = {"--output", "out", "--resume"};
+  std::istringstream words(refused.err.substr(from, to - from));
+  for (std::string w; words >> w;) options.push_back(w);
+  CHECK(optimum(kFiveBar, options, here)["psi"] == whole["psi"]);
 }
 
 TEST_CASE("adaptation: with a stop value, with --accuracy, and where it cannot be", "[adaptation]") {

@@ -248,9 +248,17 @@ TEST_CASE("study: a design of Saltelli's kind has its blocks, and its limits") {
     CHECK(y[block + 2] == y[block]);
     CHECK(x[block + 3] == x[block]);
     CHECK(y[block + 3] == y[block + 1]);
+    // A block whose A is its B tells nothing.
+    CHECK((x[block + 1] != x[block] || y[block + 1] != y[block]));
   }
   write_text(here / "s.toml", design("kind = \"saltelli\"\ncount = 50000\n" + kShort + kBoth));
   const Outcome o = run_costate({"study", "s.toml", "--output", "out"}, here.path());
   CHECK(o.status == 1);
   CHECK_THAT(o.err, Contains("give fewer blocks"));
+  for (const std::string kind : {"saltelli", "sobol"}) {
+    write_text(here / "s.toml", design("kind = \"" + kind + "\"\ncount = 4\nseed = 3\n" + kShort + kBoth));
+    const Outcome seeded = run_costate({"study", "s.toml", "--output", "out"}, here.path());
+    CHECK(seeded.status == 1);
+    CHECK_THAT(seeded.err, Contains("s.toml:") && Contains("'seed'") && Contains("leave it out"));
+  }
 }

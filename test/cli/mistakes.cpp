@@ -98,8 +98,14 @@ TEST_CASE("combinations that do not exist are refused with the nearest that does
   }
   CHECK_THAT(mistake({"check", kFiveBar, "--formulations", "index2", "--methods", "cvodes-adjoint"}),
              Contains("idas-adjoint"));
-  CHECK_THAT(mistake({"simulate", kFiveBar, "--formulation", "index2", "--integrator", "cvodes"}),
-             Contains("--integrator") && Contains("IDAS"));
+  CHECK_THAT(
+      mistake({"simulate", kFiveBar, "--formulation", "index2", "--integrator", "cvodes"}),
+      Contains("--integrator") && Contains("runs on idas") && Contains("'cvodes' takes ") && Contains("baumgarte"));
+  // It speaks of what was asked for.
+  CHECK_THAT(mistake({"simulate", kFiveBar, "--formulation", "index2", "--integrator", "dopri5"}),
+             Contains("'dopri5' integrates") && !Contains("cvodes"));
+  CHECK_THAT(mistake({"simulate", kFiveBar, "--formulation", "maggi", "--integrator", "radau5"}),
+             Contains("without a residual form, which 'radau5' integrates"));
   CHECK_THAT(mistake({"gradient", kFiveBar, "--method", "idas-adjoint", "--integrator", "cvodes"}),
              Contains("--integrator") && Contains("idas-adjoint"));
   CHECK_THAT(mistake({"check", kFiveBar, "--formulations", "index4"}),
@@ -130,6 +136,13 @@ TEST_CASE("numbers out of range") {
   option("optimize", "--max-evaluations", {"0", "-3", "2.5", "x"});
   option("optimize", "--stop-value", {"nan", "x"});
   option("optimize", "--step-limit-factor", {"-1", "0.5", "nan", "inf", "x"});
+  // Who chooses its own steps does not ignore one.
+  for (const Words& given : {Words{"simulate", kFiveBar, "--integrator", "dopri5"},
+                             Words{"gradient", kFiveBar, "--method", "hand-adjoint"}, Words{"optimize", kFiveBar}}) {
+    Words all = given;
+    all.insert(all.end(), {"--step", "0.01"});
+    CHECK_THAT(mistake(all), Contains("--step: ") && Contains("chooses its own steps") && Contains("max_step_s"));
+  }
   option("draw", "--width", {"nan", "inf", "0", "1e9"});
   for (const std::string name : {"--from", "--to"})
     for (const std::string value : {"nan", "inf", "-inf"}) {

@@ -22,6 +22,7 @@ Problem walker(const std::string& scene, const std::vector<std::string>& paramet
 double distance(const std::vector<double>& rho, const GradientResult& a, const GradientResult& b) {
   double size = 0, off = 0;
   for (std::size_t j = 0; j < rho.size(); ++j) {
+    if (!std::isfinite(a.gradient[j])) return HUGE_VAL;
     size = std::max(size, std::abs(b.gradient[j] * rho[j]));
     off = std::max(off, std::abs((a.gradient[j] - b.gradient[j]) * rho[j]));
   }

@@ -166,6 +166,11 @@ const std::vector<std::string>& design_kinds() {
   return kinds;
 }
 
+bool draws_points(const std::string& kind, std::size_t numbers) {
+  if (kind == "saltelli") return 2 * numbers > kDirections.size() + 1;
+  return kind != "grid" && kind != "sobol";
+}
+
 std::vector<std::vector<double>> design_points(const std::string& kind, const std::vector<Variation>& variations,
                                                int count, unsigned long seed) {
   const std::size_t n = variations.size();
@@ -178,7 +183,14 @@ std::vector<std::vector<double>> design_points(const std::string& kind, const st
   } else if (kind == "latin-hypercube") {
     points = latin_hypercube(n, count, uniform);
   } else if (kind == "saltelli") {
-    points = saltelli(2 * n <= kDirections.size() + 1 ? sobol(2 * n, count) : monte_carlo(2 * n, count, uniform), n);
+    if (draws_points(kind, n)) {
+      points = saltelli(monte_carlo(2 * n, count, uniform), n);
+    } else {
+      // In a sequence's first point all numbers are in the middle: A and B are one there, and tell nothing.
+      Points pairs = sobol(2 * n, count + 1);
+      pairs.erase(pairs.begin());
+      points = saltelli(pairs, n);
+    }
   } else {
     points = monte_carlo(n, count, uniform);
   }

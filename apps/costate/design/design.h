@@ -24,6 +24,9 @@ struct Variation {
 /// "grid", "latin-hypercube", "sobol", "monte-carlo", "saltelli".
 const std::vector<std::string>& design_kinds();
 
+/// Whether points of a kind are drawn at random: a Sobol sequence and a grid are not.
+bool draws_points(const std::string& kind, std::size_t numbers);
+
 /// The points of a design, a row a point with a value for each variation. `count` is that of a grid's product where it
 /// is a grid; of Saltelli's kind that of blocks, each of a point A, a point B, and for each number A with that of B, A
 /// and B from one Sobol sequence, or by chance where that has too few dimensions. The same seed gives the same points

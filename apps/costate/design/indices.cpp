@@ -58,14 +58,22 @@ Json of_blocks(const std::vector<Json>& rows, const std::vector<std::string>& pa
   return j;
 }
 
+/// Of independent points: those of a block share numbers, so its mean counts as one for the errors.
 Json of_slopes(const std::vector<Json>& rows, const std::vector<std::string>& paths) {
+  const std::size_t width = rows.front().contains("blocks") ? paths.size() + 2 : 1;
   Mean psi;
   std::vector<Mean> slopes(paths.size());
-  for (const Json& r : rows) {
-    const double f = measured(r, "psi");
-    if (!std::isfinite(f) || !r.contains("slopes") || r["slopes"].size() != paths.size()) continue;
-    psi.add(f);
-    for (std::size_t i = 0; i < paths.size(); ++i) slopes[i].add(std::pow(r["slopes"][paths[i]].get<double>(), 2));
+  for (std::size_t first = 0; first < rows.size(); first += width) {
+    std::vector<Mean> own(paths.size());
+    for (std::size_t k = first; k < std::min(first + width, rows.size()); ++k) {
+      const Json& r = rows[k];
+      const double f = measured(r, "psi");
+      if (!std::isfinite(f) || !r.contains("slopes") || r["slopes"].size() != paths.size()) continue;
+      psi.add(f);
+      for (std::size_t i = 0; i < paths.size(); ++i) own[i].add(std::pow(r["slopes"][paths[i]].get<double>(), 2));
+    }
+    for (std::size_t i = 0; i < paths.size(); ++i)
+      if (own[i].count > 0) slopes[i].add(own[i].value());
   }
   if (psi.count < 2) return {};
   const double variance = std::pow(psi.error(), 2) * static_cast<double>(psi.count);

@@ -9,6 +9,7 @@
 #include "costate/discrete/discrete_scheme.h"
 #include "costate/discrete/explicit_scheme.h"
 #include "costate/discrete/radau_scheme.h"
+#include "costate/formulation/formulation.h"
 
 namespace costate {
 
@@ -73,18 +74,18 @@ std::vector<const Integrator*> integrators_of(const Formulation& f) {
 }
 
 void require_form(const Problem& problem, const Integrator& integrator) {
-  if (integrator.carries(find_formulation(problem.formulation))) return;
-  switch (integrator.form) {  // they say what there is instead
-    case Form::residual:
-      problem.make_dae();
-      break;
-    case Form::rhs:
-      problem.make_ode();
-      break;
-    case Form::steps:
-      problem.make_discrete();
-      break;
-  }
+  const Formulation& f = find_formulation(problem.formulation);
+  if (integrator.carries(f)) return;
+  const char* needs = integrator.form == Form::residual ? "a residual form"
+                      : integrator.form == Form::rhs    ? "an explicit right-hand side"
+                                                        : "a fixed-step scheme";
+  std::vector<std::string> on, others;
+  for (const Integrator* i : integrators_of(f)) on.push_back(i->name);
+  for (const Formulation& other : formulations())
+    if (integrator.carries(other)) others.push_back(other.name);
+  throw CapabilityError(
+      fmt::format("Formulation '{}' is without {}, which '{}' integrates: it runs on {}. '{}' takes {}.", f.name, needs,
+                  integrator.name, fmt::join(on, ", "), integrator.name, fmt::join(others, ", ")));
 }
 
 std::string integrator_of(const Problem& problem) {

@@ -237,6 +237,7 @@ class Run {
     e.index = static_cast<int>(list.size()) + 1;
     e.rho = rho;
     e.rtol = tolerance_.adapting() ? tolerance_.rtol() : 0;
+    e.ending = ending_;
     if (replaying_ && list.size() < replay_.size() && replay_[list.size()].rho == rho &&
         replay_[list.size()].rtol == e.rtol) {
       const int index = e.index;

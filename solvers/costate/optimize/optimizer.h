@@ -46,6 +46,8 @@ struct OptimizerEvaluation {
   double wall_s = 0;
   double rtol = 0;  // of an optimization that adapts it; 0: the problem's
   bool replayed = false;
+  /// Made where the run ended, of its best point at the last tolerance: a run that goes on does not ask for it.
+  bool ending = false;
   /// Why there is no psi here (the step was rejected), or empty. psi is nan then and the lists are empty.
   std::string failure;
 

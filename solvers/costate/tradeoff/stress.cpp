@@ -132,13 +132,13 @@ StressEntry StressCase::run(const TradeProbe& probe, const Combination& c, doubl
     reference_.judge(v, probe_, row);
     for (const TradeMeasure m : {TradeMeasure::psi, TradeMeasure::outputs}) {
       const auto error = row.error_of(m);
-      if (!error || (*error <= e.error && !e.measure.empty())) continue;
+      if (!error || (*error <= e.error && !e.measure.empty())) continue;  // what is no number is the worst
       e.error = *error;
       e.measure = m == TradeMeasure::psi ? "psi" : row.worst;
     }
     if (!said.empty())
       end(StressVerdict::warned, said.front());
-    else if (e.error > allowed)
+    else if (!(e.error <= allowed))
       e.verdict = StressVerdict::wrong;
   } catch (const Cut& cut) {
     end(StressVerdict::cut, cut.what());

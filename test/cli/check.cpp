@@ -365,7 +365,7 @@ TEST_CASE("check: nothing to check is a mistake, not an agreement") {
   CHECK(here.entries().empty());
 }
 
-TEST_CASE("check: redundant rows are named by the formulations that cannot carry them; the others agree") {
+TEST_CASE("check: redundant rows are named by the formulations that cannot carry them, the others agree") {
   // The five-bar with a bar's length kept twice.
   const WorkingDirectory here;
   costate::test::write_text(here / "twice.toml",

@@ -158,7 +158,7 @@ TEST_CASE("the same run twice gives the same trajectory, byte for byte but for t
     CHECK(table[0].columns[i].values == table[1].columns[i].values);
 }
 
-TEST_CASE("dump: the scene as it was understood; dumping it again gives the same text") {
+TEST_CASE("dump: the scene as it was understood, dumping it again gives the same text") {
   const WorkingDirectory here;
   for (const char* model :
        {"/five_bar/five_bar.toml", "/five_bar/five_bar_above.toml", "/slider_crank/slider_crank.toml"}) {

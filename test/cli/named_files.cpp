@@ -54,7 +54,7 @@ TEST_CASE("named files: a run is not resumed with another road") {
   CHECK(file_text(here / "out/evaluations.jsonl") == journal);
 }
 
-TEST_CASE("named files: nor with another tyre file; what it writes finds the file") {
+TEST_CASE("named files: nor with another tyre file, what it writes finds the file") {
   const WorkingDirectory here;
   fs::create_directory(here / "scenes");
   std::string tyre = file_text(COSTATE_MODELS_DIR "/tyres/formula_student_61.tir");

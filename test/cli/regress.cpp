@@ -122,7 +122,7 @@ TEST_CASE("regress: the smallest numbers are filled in as well") {
   CHECK(psi < 1e-306);
 }
 
-TEST_CASE("regress: what moved is named with the amount; --update keeps tolerance and reason") {
+TEST_CASE("regress: what moved is named with the amount, --update keeps tolerance and reason") {
   const WorkingDirectory here;
   Json b = minimal("gradient");
   b["quantities"] = {

@@ -165,7 +165,7 @@ TEST_CASE("stress: what is asked for is not passed over where scenes are made") 
   CHECK_THAT(one.at("why").get<std::string>(), Contains("B10"));
 }
 
-TEST_CASE("stress: a scene that cannot be rewritten in other units is not; one that cannot run is told") {
+TEST_CASE("stress: a scene that cannot be rewritten in other units is not, one that cannot run is told") {
   const WorkingDirectory here;
   std::string law = kSwing;
   law.insert(law.find("damping_N"), "spring_law = { kind = \"polynomial\", coefficients = [0, 20, 5] }\n");

@@ -105,7 +105,7 @@ void check_gradients(Problem problem, double allowed) {
 
 // The numbers are those of a program apart: the nearest point of the sine by minimization, DOP853 at 1e-11 from touch
 // to touch. Gradients amplify what a run is off by from touch to touch: 1e-6 of rtol 1e-10.
-TEST_CASE("contact on a profile: a ball on waves, as another program has it; gradients", "[events]") {
+TEST_CASE("contact on a profile: a ball on waves, as another program has it, gradients", "[events]") {
   Problem p = problem_of(kWaves,
                          {"road.hill.law.amplitude", "road.hill.law.angular_frequency_rad_per_s",
                           "contact.floor.radius_m", "contact.floor.friction_coefficient", "contact.floor.restitution",
@@ -188,7 +188,7 @@ output = "plank.angle"
 
 // A plate that moves up and down by a law of time is a post; one that drivers move so carries its plane: the same
 // motion.
-TEST_CASE("contact on a post: as on a body that is driven so; gradients", "[events]") {
+TEST_CASE("contact on a post: as on a body that is driven so, gradients", "[events]") {
   const std::string law = R"({ kind = "sine", amplitude = 0.04, angular_frequency_rad_per_s = 20, phase_rad = 0.3 })";
   std::string post = changed(kWaves, "kind = \"profile\"", "kind = \"post\"");
   post =

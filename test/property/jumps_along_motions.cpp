@@ -181,7 +181,7 @@ TEST_CASE("a jump of a force by a post is carried, wherever parameters move it")
   CHECK_THROWS_WITH(gradient(moved, "discrete-adjoint", values), Contains("moves the time t = 0."));
 }
 
-TEST_CASE("a force law whose pieces meet passes; a parameter that parts them is refused") {
+TEST_CASE("a force law whose pieces meet passes, a parameter that parts them is refused") {
   const std::string law =
       R"(spring.s.spring_law={kind="piecewise",breaks=[0.5],coefficients=[[0,1],[-0.5,2]],joins="value"})";
   Problem passes = make_problem(Scene::load(case_path("force_that_jumps"), {law}), {"point.P.vx_m_per_s"});

@@ -1,11 +1,14 @@
-// Forces that act over a short part of the way: a detent that a wheel passes, a wall, a gust. Where next to nothing
-// else moves, steps are as long as one likes, and one of them would pass over all of it.
+// Forces that act over a short part of the way, a detent that a wheel passes, a wall, a gust, and costs that look at
+// one. Where next to nothing else moves, steps are as long as one likes, and one of them would pass over all of it.
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/formulation/formulation.h"
+#include "costate/integrator/integrators.h"
 #include "costate/integrator/simulate.h"
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
@@ -136,6 +139,81 @@ TEST_CASE("narrow forces: fixed steps that pass over one say so", "[narrow]") {
   p.solver.integrator = "fixed";
   p.solver.step_s = 6.0 / 17;  // past it on both sides
   CHECK_THROWS_WITH(simulate(p, p.parameters.values()), Catch::Contains("couple.c acts from"));
+}
+
+namespace {
+// A mass that passes a gate at `a` at 10 m/s; psi looks at it there.
+std::string gate(const std::string& cost) {
+  return R"scene([point.P]
+x_m = 0
+y_m = 0
+vx_m_per_s = 10
+[mass.m]
+point = "P"
+mass_kg = 1
+[output.g]
+formula = "F*exp(-((P.x-a)/w)^2)"
+unit = "1"
+F = 20
+a = 30
+w = 0.5
+[output.twice]
+formula = "2*g"
+unit = "1"
+[start]
+given = ["P.x", "P.y"]
+[run]
+t_end_s = 5
+[parameter.F]
+number = "output.g.F"
+[parameter.speed]
+number = "point.P.vx_m_per_s"
+[[cost.running]]
+)scene" + cost;
+}
+}  // namespace
+
+TEST_CASE("narrow costs: psi and gradient of a gate that is passed", "[narrow]") {
+  // The integral of F e^(-((v t - a)/w)^2) over all times is F w sqrt(pi)/v, that of its square F^2 w sqrt(pi/2)/v.
+  const double of_value = 20 * 0.5 * std::sqrt(M_PI) / 10, of_square = 400 * 0.5 * std::sqrt(M_PI / 2) / 10;
+  const struct {
+    const char* cost;
+    double psi, power;
+  } costs[] = {{"kind = \"value\"\noutput = \"g\"\n", of_value, 1},
+               {"kind = \"value\"\noutput = \"twice\"\n", 2 * of_value, 1},
+               {"kind = \"square\"\noutput = \"g\"\n", of_square, 2}};
+  for (const auto& c : costs) {
+    Problem p = problem_of(gate(c.cost));
+    p.parameters = p.mechanism->select({"F", "speed"});
+    const auto rho = p.parameters.values();
+    int runs = 0;
+    for (const Formulation& f : formulations())
+      for (const SensitivityMethod& m : sensitivity_methods()) {
+        if (m.perturbs || !refusal(m, f).empty()) continue;
+        p.formulation = f.name;
+        std::vector<std::string> on = integrators_of(m, f);
+        if (on.empty()) on = {""};  // a method of its own
+        for (const std::string& integrator : on) {
+          if (has_fixed_steps(integrator)) continue;
+          CAPTURE(c.cost, f.name, m.name, integrator);
+          p.solver.integrator = integrator;
+          take_notices();
+          const GradientResult r = gradient(p, m.name, rho);
+          // A few hundred rtol, of discrete gradients and of those by penalties, too.
+          CHECK(r.psi == Approx(c.psi).epsilon(1e-6));
+          CHECK(r.gradient[0] == Approx(c.power * c.psi / 20).epsilon(1e-5));
+          CHECK(r.gradient[1] == Approx(-c.psi / 10).epsilon(1e-5));
+          ++runs;
+        }
+        p.solver.integrator.clear();
+      }
+    CHECK(runs > 40);
+  }
+  Problem p = problem_of(gate(costs[0].cost));
+  p.formulation = "index3";
+  p.solver.integrator = "fixed";
+  p.solver.step_s = 5.0 / 17;
+  CHECK_THROWS_WITH(simulate(p, p.parameters.values()), Catch::Contains("output.g acts from"));
 }
 
 TEST_CASE("narrow forces: a formula that is smooth costs no steps", "[narrow]") {

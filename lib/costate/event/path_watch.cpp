@@ -6,6 +6,7 @@
 #include "costate/assembly/gathered_state.h"
 #include "costate/element/course.h"
 #include "costate/element/law/cubic_check.h"
+#include "costate/objective/formula_output.h"
 
 namespace costate {
 
@@ -26,10 +27,11 @@ constexpr int kMostPathCuts = 6;
 constexpr double kPathSteps = 2.3, kPathStepsBack = 4, kPathActs = 1e-3;
 }  // namespace
 
-void PathWatch::State::set(const StateView& s, std::size_t n) {
+void PathWatch::State::set(const StateView& s, const Assembly& assembly) {
   t = s.t;
-  q.assign(s.q, s.q + n);
-  v.assign(s.v, s.v + n);
+  q.assign(s.q, s.q + assembly.n());
+  v.assign(s.v, s.v + assembly.n());
+  z.assign(s.z, s.z + assembly.nz());
 }
 
 StateView PathWatch::State::view() const {
@@ -37,6 +39,7 @@ StateView PathWatch::State::view() const {
   s.t = t;
   s.q = q.data();
   s.v = v.data();
+  s.z = z.data();
   return s;
 }
 
@@ -45,8 +48,12 @@ class PathWatch::Function {
   /// The i-th of a force's formulas.
   Function(const Element& element, const PathFunctionElement& of, int i)
       : element_(&element), formulas_(&of), index_(i), law_(&of.path_function(i)) {
-    for (auto* x : {&at_[0], &at_[1], &at_[2], &here_, &slopes_})
-      x->assign(static_cast<std::size_t>(of.path_function(i).number_count()), 0);
+    make_room();
+  }
+  /// A formula in a running cost.
+  explicit Function(const FormulaOutput& of)
+      : element_(&of.definition()), output_(&of), index_(0), law_(&of.definition().formula()) {
+    make_room();
   }
   /// A law of the element's deformation, with what it says of itself.
   Function(const Element& element, const MotionLawElement& of, const MotionLaw& law, std::vector<double> sharp)
@@ -60,7 +67,12 @@ class PathWatch::Function {
   const Element& element() const { return *element_; }
 
   /// Takes its arguments at the k-th of three states, the beginning, the middle and the end of a step.
-  void take(int k, const StateView& s, const Assembly& assembly) {
+  void take(int k, const StateView& s, Assembly& assembly) {
+    if (output_) {
+      output_->arguments(s, assembly, at_[k].data());
+      x_[k] = s.t;
+      return;
+    }
     thread_local GatheredState own;
     const LocalState local = own.of(*element_, s, assembly.numbers());
     if (formulas_) {
@@ -125,12 +137,16 @@ class PathWatch::Function {
   }
 
  private:
+  void make_room() {
+    for (auto* x : {&at_[0], &at_[1], &at_[2], &here_, &slopes_})
+      x->assign(static_cast<std::size_t>(law_->number_count()), 0);
+  }
   /// The parabola through three values of an argument.
   static double on(double a, double m, double b, double u) {
     return a + u * (4 * m - 3 * a - b + u * 2 * (a + b - 2 * m));
   }
   double value(double u) {
-    if (formulas_)
+    if (!owner_)
       for (std::size_t i = 0; i < here_.size(); ++i) here_[i] = on(at_[0][i], at_[1][i], at_[2][i], u);
     const double f = law_->value(on(x_[0], x_[1], x_[2], u), here_.data());
     return std::isfinite(f) ? f : 0;
@@ -146,7 +162,7 @@ class PathWatch::Function {
       const auto put = [&](double w) {
         if (w >= -0.1 && w <= 1.1 && found.size() < kMostPathPlaces) found.push_back(0.5 * (half + w));
       };
-      if (!formulas_) {
+      if (owner_) {
         for (const double x : sharp_) put((x - x_[a]) / (x_[b] - x_[a]));
         continue;
       }
@@ -183,8 +199,10 @@ class PathWatch::Function {
   };
 
   const Element* element_;
+  // One of the three.
   const PathFunctionElement* formulas_ = nullptr;
-  const MotionLawElement* owner_ = nullptr;  // one of the two
+  const FormulaOutput* output_ = nullptr;
+  const MotionLawElement* owner_ = nullptr;
   int index_, origin_ = -1;
   const ScalarLaw* law_;
   std::vector<double> sharp_;  // of a law of a deformation
@@ -196,7 +214,7 @@ class PathWatch::Function {
   std::vector<Change> steps_;
 };
 
-PathWatch::PathWatch(const Assembly& assembly) : assembly_(assembly) {
+PathWatch::PathWatch(Assembly& assembly, const Objective& objective) : assembly_(assembly) {
   for (const auto& force : assembly.mechanism().forces()) {
     if (const auto* formulas = dynamic_cast<const PathFunctionElement*>(force.get()))
       for (int i = 0; i < formulas->path_functions(); ++i) functions_.emplace_back(*force, *formulas, i);
@@ -219,6 +237,10 @@ PathWatch::PathWatch(const Assembly& assembly) : assembly_(assembly) {
       functions_.emplace_back(*force, *owner, of, std::move(places.sharp));
     }
   }
+  for (const auto& term : objective.running)
+    for (const FormulaOutput* formula : formulas_of(*term))
+      // What it makes of time alone is known beforehand (StepPlan); of accelerations a step's ends tell nothing.
+      if (!formula->inputs().empty() && !formula->needs_accelerations()) functions_.emplace_back(*formula);
 }
 
 PathWatch::~PathWatch() = default;
@@ -232,16 +254,17 @@ void PathWatch::set_middle() {
     middle_.q[i] = 0.5 * (begin_.q[i] + end_.q[i]) + h / 8 * (begin_.v[i] - end_.v[i]);
     middle_.v[i] = 1.5 * (end_.q[i] - begin_.q[i]) / h - 0.25 * (begin_.v[i] + end_.v[i]);
   }
+  middle_.z.resize(begin_.z.size());
+  for (std::size_t i = 0; i < begin_.z.size(); ++i) middle_.z[i] = 0.5 * (begin_.z[i] + end_.z[i]);
 }
 
 std::optional<TouchLook> PathWatch::look(double from, double to, const GapTrace::States& at) {
   if (functions_.empty() || !(from < to)) return {};
-  const auto n = static_cast<std::size_t>(assembly_.n());
   if (begin_.t != from) {
-    begin_.set(at(from), n);
+    begin_.set(at(from), assembly_);
     for (Function& f : functions_) f.take(0, begin_.view(), assembly_);
   }
-  end_.set(at(to), n);
+  end_.set(at(to), assembly_);
   set_middle();
   cuts_ = from == cut_from_ ? cuts_ + 1 : 0;
   cut_from_ = from;

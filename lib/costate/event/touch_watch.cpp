@@ -17,8 +17,8 @@ constexpr double kSteps = 8, kStepsBack = 4;
 constexpr double kCounts = 0.1;
 }  // namespace
 
-TouchWatch::TouchWatch(const Assembly& assembly, double rtol, double atol)
-    : assembly_(assembly), rtol_(rtol), atol_(atol), paths_(assembly) {
+TouchWatch::TouchWatch(Assembly& assembly, const Objective& objective, double rtol, double atol)
+    : assembly_(assembly), rtol_(rtol), atol_(atol), paths_(assembly, objective) {
   const Mechanism& m = assembly.mechanism();
   for (std::size_t f = 0; f < m.forces().size(); ++f) {
     const Force& force = *m.forces()[f];

@@ -7,6 +7,8 @@
 #include <array>
 
 #include "costate/base/error.h"
+#include "costate/objective/objective.h"
+#include "costate/objective/sampled_cost.h"
 
 namespace costate {
 
@@ -44,6 +46,11 @@ struct FormulaOutput::Arguments {
 double FormulaOutput::value(const StateView& s, Assembly& assembly) const {
   const Arguments a(*this, s, assembly);
   return definition_.formula().value(s.t, a.x.data());
+}
+
+void FormulaOutput::arguments(const StateView& s, Assembly& assembly, double* x) const {
+  const Arguments a(*this, s, assembly);
+  std::copy_n(a.x.begin(), a.count, x);
 }
 
 double FormulaOutput::shifted_value(const StateView& s, Assembly& assembly, std::size_t i, double shift) const {
@@ -93,8 +100,6 @@ void FormulaOutput::add_gradient_change(const StateView& s, Assembly& assembly, 
 }
 
 void FormulaOutput::add_course(const std::vector<double>& numbers, Course& course) const {
-  for (const auto& y : inputs_)
-    if (const auto* f = dynamic_cast<const FormulaOutput*>(y.get())) f->add_course(numbers, course);
   if (!definition_.formula().varies()) return;
   // What the outputs will be is not known; at one the terms of the time are as large as they are by themselves.
   std::array<double, kMost> x;
@@ -102,6 +107,24 @@ void FormulaOutput::add_course(const std::vector<double>& numbers, Course& cours
   for (std::size_t k = 0; k < definition_.numbers().size(); ++k)
     x[k] = numbers[static_cast<std::size_t>(definition_.numbers()[k])];
   course.add(definition_.formula(), x.data());
+}
+
+namespace {
+void add_formulas(const Output* y, std::vector<const FormulaOutput*>& found) {
+  const auto* formula = dynamic_cast<const FormulaOutput*>(y);
+  if (!formula) return;
+  found.push_back(formula);
+  for (const auto& input : formula->inputs()) add_formulas(input.get(), found);
+}
+}  // namespace
+
+std::vector<const FormulaOutput*> formulas_of(const CostTerm& term) {
+  std::vector<const FormulaOutput*> found;
+  if (const auto* of = dynamic_cast<const OutputTerm*>(&ungated(term))) {
+    add_formulas(&of->output(), found);
+    add_formulas(of->target().output.get(), found);
+  }
+  return found;
 }
 
 std::unique_ptr<Output> make_formula_output(const Mechanism& mechanism, const DefinedOutput& definition) {

@@ -23,8 +23,11 @@ class FormulaOutput final : public Output {
   void add_gradient_change(const StateView& s, Assembly& assembly, const Variation& d, double factor,
                            ScalarGradient& g) const override;
 
-  /// What the formula itself does along time, with the mechanism's numbers.
+  /// What the formula itself does along time, with the mechanism's numbers; not what its inputs do.
   void add_course(const std::vector<double>& numbers, Course& course) const;
+  const DefinedOutput& definition() const { return definition_; }
+  /// The formula's arguments at a state, its numbers and the values of the outputs.
+  void arguments(const StateView& s, Assembly& assembly, double* x) const;
   const std::vector<std::unique_ptr<Output>>& inputs() const { return inputs_; }
   /// The value if input i were larger by `shift`.
   double shifted_value(const StateView& s, Assembly& assembly, std::size_t i, double shift) const;
@@ -38,5 +41,10 @@ class FormulaOutput final : public Output {
 
 /// The output of a definition. Throws ModelError at its formula where it names no output of the mechanism, or itself.
 std::unique_ptr<Output> make_formula_output(const Mechanism& mechanism, const DefinedOutput& definition);
+
+class CostTerm;
+
+/// The formulas that a term's output and target are, or are made of.
+std::vector<const FormulaOutput*> formulas_of(const CostTerm& term);
 
 }  // namespace costate

@@ -11,32 +11,19 @@ namespace costate {
 OutputTerm::OutputTerm(std::shared_ptr<const Output> output, int power, int weight_number, Target target)
     : output_(std::move(output)), power_(power), weight_number_(weight_number), target_(std::move(target)) {}
 
-namespace {
-// While a course asks, the terms that are asked what they need tell it of their laws of time, too.
-thread_local Course* asking = nullptr;
-thread_local const std::vector<double>* asked_numbers = nullptr;
-}  // namespace
-
 bool OutputTerm::needs_accelerations() const {
-  if (asking) {
-    if (target_.law) {
-      std::vector<double> p;
-      for (const int n : target_.law_numbers) p.push_back((*asked_numbers)[static_cast<std::size_t>(n)]);
-      asking->add(*target_.law, p.data());
-    }
-    for (const Output* y : {output_.get(), target_.output.get()})
-      if (const auto* formula = dynamic_cast<const FormulaOutput*>(y)) formula->add_course(*asked_numbers, *asking);
-  }
   return output_->needs_accelerations() || (target_.output && target_.output->needs_accelerations());
 }
 
 void add_cost_course(const CostTerm& term, const std::vector<double>& numbers, Course& course) {
-  const auto* output = dynamic_cast<const OutputTerm*>(&ungated(term));
-  if (!output) return;
-  asking = &course;
-  asked_numbers = &numbers;
-  output->needs_accelerations();
-  asking = nullptr;
+  const auto* of = dynamic_cast<const OutputTerm*>(&ungated(term));
+  if (!of) return;
+  if (const auto& law = of->target().law) {
+    std::vector<double> p;
+    for (const int n : of->target().law_numbers) p.push_back(numbers[static_cast<std::size_t>(n)]);
+    course.add(*law, p.data());
+  }
+  for (const FormulaOutput* formula : formulas_of(term)) formula->add_course(numbers, course);
 }
 
 double OutputTerm::difference(const StateView& s, Assembly& assembly, std::vector<double>& p) const {

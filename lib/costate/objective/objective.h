@@ -38,6 +38,9 @@ class OutputTerm final : public CostTerm {
   };
   OutputTerm(std::shared_ptr<const Output> output, int power, int weight_number, Target target);
 
+  const Output& output() const { return *output_; }
+  const Target& target() const { return target_; }
+
   double value(const StateView& s, Assembly& assembly) const override;
   void add_gradient(const StateView& s, Assembly& assembly, double factor, ScalarGradient& g) const override;
   bool needs_accelerations() const override;

@@ -188,10 +188,10 @@ namespace {
 /// Of fixed steps: that none of them passes over a touch, by the positions and velocities at its ends.
 class FixedTouches {
  public:
-  FixedTouches(const Assembly& assembly, const SolverOptions& options)
+  FixedTouches(Assembly& assembly, const Objective& objective, const SolverOptions& options)
       : n_(static_cast<std::size_t>(assembly.n())),
         nz_(static_cast<std::size_t>(assembly.nz())),
-        touches_(assembly, options.rtol, options.absolute()) {}
+        touches_(assembly, objective, options.rtol, options.absolute()) {}
   void step(const StateView& s) {
     if (touches_.empty()) return;
     std::swap(before_, after_);
@@ -240,7 +240,7 @@ double FixedRun::forward(const std::function<void(long k)>& at) {
   const Objective& objective = scheme_->objective();
   const bool running = scheme_->has_running_cost();
   double psi = 0;
-  FixedTouches touches(scheme_->assembly(), problem_.solver);
+  FixedTouches touches(scheme_->assembly(), objective, problem_.solver);
   for (long k = 0;; ++k) {
     const StateView here = scheme_->state();
     touches.step(here);

@@ -54,7 +54,7 @@ RungeKuttaRun<Kind>::RungeKuttaRun(SystemType& system, const SolverOptions& opti
   step_ = make_step(*scheme);
   system.begin_events(t_start_, y_.data());
   plan_ = std::make_unique<StepPlan>(system, system.objective(), t_start_, options.t_end, y_.data());
-  touches_ = std::make_unique<TouchWatch>(system.assembly(), options.rtol, options.absolute());
+  touches_ = std::make_unique<TouchWatch>(system.assembly(), system.objective(), options.rtol, options.absolute());
   begin_segment(t_start_, y_);
 }
 

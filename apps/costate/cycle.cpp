@@ -8,7 +8,6 @@
 #include "accuracy.h"
 #include "command.h"
 #include "costate/base/notice.h"
-#include "costate/record/atomic_file.h"
 #include "cycle_accuracy.h"
 #include "cycle_branch.h"
 #include "digits.h"
@@ -244,10 +243,7 @@ int run(const CommonOptions& given, const CycleFlags& flags) {
     on_cycle.problem.cycle = std::make_shared<const CycleSettings>(*setup.scene.cycle);
     const std::optional<TrajectoryTable> motion =
         setup.located([&] { return motion_for_page(on_cycle, j.at("settings")); });
-    if (setup.write_file("cycle.html", [&](const auto& path) {
-          write_file_atomically(path, cycle_page(setup, j, text, motion ? &*motion : nullptr));
-        }))
-      text += fmt::format("  report: {}\n", (setup.directory / "cycle.html").string());
+    text += written_page(setup, "cycle.html", cycle_page(setup, j, text, motion ? &*motion : nullptr));
   }
   report(setup, common, j, text, "cycle.json");
   return accurate && !accurate->met ? kFailed : 0;

@@ -78,6 +78,11 @@ Setup setup_alone(const CommonOptions& common, Scene scene) {
   return Setup(own, Purpose::differentiate);
 }
 
+/// What is known of a run's psi relatively; 0 where it is that of its own fixed steps.
+double known_psi(const Setup& s) {
+  return by_fixed_steps(s.problem, find_sensitivity_method(s.method)) ? 0 : s.problem.solver.rtol;
+}
+
 std::string common_word(const std::vector<std::string>& words) {
   return std::all_of(words.begin(), words.end(), [&](const auto& w) { return w == words.front(); }) ? words.front()
                                                                                                     : "";
@@ -241,9 +246,7 @@ std::string DesignSetup::cases_text(const std::vector<double>& psi, const std::v
   std::size_t width = 0;
   for (const SceneCase& c : of) width = std::max(width, c.name.size());
   for (std::size_t i = 0; i < cases.size(); ++i) {
-    const double relative =
-        std::string_view(cases[i].method).starts_with("discrete") ? 0 : cases[i].problem.solver.rtol;
-    const auto digits = [&](double x) { return known_digits(x, uncertainty_of(x, relative)); };
+    const auto digits = [&](double x) { return known_digits(x, uncertainty_of(x, known_psi(cases[i]))); };
     text += fmt::format("  case {:<{}}  psi = {:<16}", of[i].name, width, digits(psi[i]));
     if (!after.empty()) text += fmt::format(" -> {:<16}", digits(after[i]));
     text += of[i].upper ? fmt::format(" at most {:g}", *of[i].upper)
@@ -254,12 +257,8 @@ std::string DesignSetup::cases_text(const std::vector<double>& psi, const std::v
 }
 
 double DesignSetup::psi_tolerance() const {
-  double loosest = 0;
-  const auto of_run = [&](const Setup& s) {
-    if (s.method.rfind("discrete", 0) != 0) loosest = std::max(loosest, s.problem.solver.rtol);
-  };
-  if (!several()) of_run(setup);
-  for (const Setup& s : cases) of_run(s);
+  double loosest = several() ? 0 : known_psi(setup);
+  for (const Setup& s : cases) loosest = std::max(loosest, known_psi(s));
   return loosest;
 }
 

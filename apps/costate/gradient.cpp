@@ -6,7 +6,6 @@
 
 #include "accuracy.h"
 #include "costate/base/notice.h"
-#include "costate/record/atomic_file.h"
 #include "costate/record/jobs.h"
 #include "costate/sensitivity/error_estimate.h"
 #include "design_setup.h"
@@ -56,13 +55,10 @@ void of_case(const std::string& name, const F& f) {
 }
 
 /// gradient.html, where it is asked for; what the text says of it.
-std::string written_page(const Setup& setup, const GradientOptions& options, const Json& j, bool motion) {
+std::string report_text(const Setup& setup, const GradientOptions& options, const Json& j, bool motion) {
   if (!options.report) return {};
   const std::optional<TrajectoryTable> table = motion ? motion_for_page(setup, j.at("settings")) : std::nullopt;
-  const bool written = setup.write_file("gradient.html", [&](const auto& path) {
-    write_file_atomically(path, gradient_page(setup, j, table ? &*table : nullptr));
-  });
-  return written ? fmt::format("  report: {}\n", (setup.directory / "gradient.html").string()) : "";
+  return written_page(setup, "gradient.html", gradient_page(setup, j, table ? &*table : nullptr));
 }
 
 /// Of a design of several cases.
@@ -139,7 +135,7 @@ int run_cases(DesignSetup& whole, const CommonOptions& common, const GradientOpt
   text += derivatives_text(setup, r.gradient, r.gradient_error, relative);
   text += fmt::format("  {} steps forward, {} backward, {} factorizations, {:.3g} s\n", r.counters.steps,
                       r.counters.backward_steps, r.counters.factorizations, wall);
-  text += written_page(setup, options, j, false);
+  text += report_text(setup, options, j, false);
   report(setup, common, j, text, "gradient.json");
   return 0;
 }
@@ -196,7 +192,7 @@ int run(const CommonOptions& common, const GradientOptions& options) {
   text += events_text(r);
   text += fmt::format("  {} steps forward, {} backward, {} factorizations, {:.3g} s\n", r.counters.steps,
                       r.counters.backward_steps, r.counters.factorizations, wall);
-  text += written_page(setup, options, j, true);
+  text += report_text(setup, options, j, true);
   report(setup, common, j, text, "gradient.json");
   return accurate && !accurate->met ? kFailed : 0;
 }

@@ -143,21 +143,21 @@ class OptimizeRun {
     print_message("warning: " + text);
   }
 
-  void record(const OptimizerEvaluation& e) {
-    const bool known = !e.replayed && static_cast<std::size_t>(e.index) <= replay_.size();
-    if (known && replay_.back().ending && !e.ending && e.index == replay_.back().index) {
+  /// Of an evaluation that was computed now: the journal gains it.
+  void keep(const OptimizerEvaluation& e) {
+    const auto before = static_cast<std::size_t>(e.index) - 1;
+    if (before < replay_.size()) {
+      if (e.ending) return;  // this run ends before the journal does: what follows there stays
+      if (!replay_[before].ending) refuse_journal(*journal_, fmt::format("Evaluation {}", e.index));
       // The run ended there, by a limit that this one has not; nothing of it is asked for again.
-      journal_->keep(replay_.size() - 1, "the run goes on");
-      replay_.pop_back();
-    } else if (known && !e.ending) {
-      throw Error(
-          fmt::format("Evaluation {} of the journal '{}' was made at other parameters than this run asks for: "
-                      "it was written on another kind of machine. Start without --resume.",
-                      e.index, journal_->path().string()));
+      journal_->keep(before, "the run goes on");
+      replay_.resize(before);
     }
-    // This one ends before the journal does: what follows there stays.
-    const bool stays = static_cast<std::size_t>(e.index) <= replay_.size();
-    if (journal_ && !e.replayed && !stays) journal_->append(evaluation_record(e));
+    if (journal_) journal_->append(evaluation_record(e));
+  }
+
+  void record(const OptimizerEvaluation& e) {
+    if (!e.replayed) keep(e);
     progress_.finish();
     if (lines_) print_result(evaluation_line(e, names_, whole_.psi_tolerance(), common_.verbose) + "\n");
     throw_if_interrupted();

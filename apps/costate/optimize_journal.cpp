@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <fstream>
 #include <limits>
 
 #include "costate/record/json_number.h"
@@ -64,12 +63,8 @@ OptimizerEvaluation evaluation_of(const nlohmann::json& j, std::size_t index, co
 }  // namespace
 
 std::string settings_in_words(const std::filesystem::path& journal) {
-  std::ifstream in(journal);
-  std::string line;
-  std::getline(in, line);
-  const nlohmann::json first = nlohmann::json::parse(line, nullptr, false);
+  const nlohmann::json header = Journal::header_of(journal);
   try {
-    const auto& header = first.at("header");
     const auto& settings = header.at("settings");
     const auto integrator = settings.at("integrator").get<std::string>();
     return fmt::format("--formulation {} --method {}{} --rtol {} --atol {}{}",
@@ -80,6 +75,13 @@ std::string settings_in_words(const std::filesystem::path& journal) {
   } catch (const nlohmann::json::exception&) {
     return "--formulation, --method, --integrator, --rtol and --atol";
   }
+}
+
+void refuse_journal(const Journal& journal, const std::string& evaluation) {
+  throw Error(
+      fmt::format("{} of the journal '{}' was made at other parameters than this run asks for: it was written on "
+                  "another kind of machine. Start without --resume.",
+                  evaluation, journal.path().string()));
 }
 
 nlohmann::json evaluation_record(const OptimizerEvaluation& e) {

@@ -17,6 +17,9 @@ std::string settings_in_words(const std::filesystem::path& journal);
 
 nlohmann::json evaluation_record(const OptimizerEvaluation& e);
 
+/// Throws: the journal goes another way than this run. `evaluation`: where they part.
+[[noreturn]] void refuse_journal(const Journal& journal, const std::string& evaluation);
+
 /// The evaluations of an interrupted run. From the first record on that this run cannot have written (its lengths, its
 /// bounds, numbers that are not finite) the journal is cut off.
 std::vector<OptimizerEvaluation> read_evaluations(Journal& journal, const ParameterSelection& parameters,

@@ -2,28 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <tuple>
-
 #include "costate/record/interrupt.h"
-#include "costate/sensitivity/cycle_gradient.h"
 #include "trajectory.h"
 
 namespace costate::app {
 
 namespace {
-
-/// The motion at given parameters, written as trajectory files; of a psi over a cycle the one that begins there.
-TrajectoryTable write_motion(const Setup& given, const std::vector<double>& at, const std::string& name,
-                             const Json& settings) {
-  Setup setup = given;
-  std::vector<double> rho = at;
-  std::tie(setup.problem, rho) = shown_motion(given.problem, at);
-  TrajectoryRecorder recorder(setup, rho, std::nullopt);
-  const Simulation run = simulate(setup.problem, rho, recorder.times(), recorder.sink());
-  TrajectoryTable table = recorder.finish(settings, run);
-  write_trajectory(setup, table, name, true);
-  return table;
-}
 
 std::string motion_name(const char* when, const std::string& of) { return of.empty() ? when : when + ("_" + of); }
 
@@ -41,7 +25,9 @@ std::vector<RunMotion> write_motions(const DesignSetup& whole, const std::vector
     const auto motion = [&](const std::vector<double>& rho, const char* when) -> std::optional<TrajectoryTable> {
       const std::string name = motion_name(when, c.name);
       try {
-        return write_motion(*m.setup, rho, name, whole.several() ? settings_json(*m.setup) : settings);
+        TrajectoryTable table = shown_trajectory(*m.setup, rho, whole.several() ? settings_json(*m.setup) : settings);
+        write_trajectory(*m.setup, table, name, true);
+        return table;
       } catch (const Interrupted&) {
         throw;
       } catch (const SolverError& e) {

@@ -63,10 +63,7 @@ void add_cases(HtmlPage& page, const Json& j) {
                  before = j.contains("evaluations") ? j.at("evaluations").front().at("cases")[i].get<double>() : after;
     rows.push_back({c.at("name").get<std::string>(), page_number(before), page_number(after),
                     before != 0 ? fmt::format("{:+.3g} %", 100 * (after - before) / std::abs(before)) : "-",
-                    page_number(c, "weight"), page_number(c, "scale"), page_number(c, "upper"),
-                    fmt::format("{}, {} by {}, rtol {:g}", c.at("scene").get<std::string>(),
-                                c.at("formulation").get<std::string>(), c.at("method").get<std::string>(),
-                                c.at("rtol").get<double>())});
+                    page_number(c, "weight"), page_number(c, "scale"), page_number(c, "upper"), run_of_case(c)});
   }
   page.table({"case", "#psi before", "#after", "#change", "#weight", "#scale", "#at most", "run"}, rows);
 }
@@ -79,6 +76,12 @@ std::string page_number(double x) {
 }
 std::string page_number(const Json& j, const char* key) {
   return j.contains(key) && j.at(key).is_number() ? page_number(j.at(key).get<double>()) : "-";
+}
+
+std::string run_of_case(const Json& c) {
+  return fmt::format("{}, {} by {}, rtol {:g}", c.at("scene").get<std::string>(),
+                     c.at("formulation").get<std::string>(), c.at("method").get<std::string>(),
+                     c.at("rtol").get<double>());
 }
 
 std::string title_of(const Setup& setup) {

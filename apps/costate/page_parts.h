@@ -11,6 +11,9 @@ namespace costate::app {
 std::string page_number(double x);
 std::string page_number(const Json& j, const char* key);
 
+/// Of a summary's case: "ride.toml, index1 by idas-adjoint, rtol 1e-08".
+std::string run_of_case(const Json& c);
+
 std::string title_of(const Setup& setup);
 
 /// The scene, its time and settings, its cases where it has several, and what was noticed.

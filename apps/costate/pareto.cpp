@@ -126,10 +126,7 @@ class ParetoRun {
 
   void record(int search, const OptimizerEvaluation& e) {
     if (!e.replayed && static_cast<std::size_t>(e.index) <= replay(search).size())
-      throw Error(
-          fmt::format("Evaluation {} of search {} in the journal '{}' was made at other parameters than this run "
-                      "asks for: it was written on another kind of machine. Start without --resume.",
-                      e.index, search + 1, journal_->path().string()));
+      refuse_journal(*journal_, fmt::format("Evaluation {} of search {}", e.index, search + 1));
     if (journal_ && !e.replayed) {
       nlohmann::json j = evaluation_record(e);
       j["search"] = search;

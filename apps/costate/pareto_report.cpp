@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "html_page.h"
+#include "page_parts.h"
 
 namespace costate::app {
 
@@ -27,8 +28,6 @@ std::string point_kind(const ParetoPoint& p, const Design& design) {
   if (p.violation > 1e-6) text += ", constraints exceeded";
   return text;
 }
-
-std::string pareto_number(double x) { return fmt::format("{:.6g}", x); }
 
 SvgPlot front_picture(const Design& design, const ParetoFront& front, std::size_t a, std::size_t b) {
   SvgPlot plot;
@@ -77,8 +76,7 @@ std::string pareto_text(const DesignSetup& whole, const Design& design, const Pa
     unconverged += !p.converged;
   }
   std::string text = fmt::format("{}: {} points of the Pareto front, {} evaluations of {} cases, {:.3g} s\n",
-                                 s.scene.title.empty() ? s.scene.file_name() : s.scene.title, on_front, evaluations,
-                                 whole.cases.size(), wall_s);
+                                 title_of(s), on_front, evaluations, whole.cases.size(), wall_s);
   if (dominated > 0)
     text += fmt::format("  {} more are dominated by others: a search ended in a local minimum\n", dominated);
   if (unconverged > 0) text += fmt::format("  {} did not converge (more --max-evaluations?)\n", unconverged);
@@ -150,7 +148,7 @@ Json pareto_json(const DesignSetup& whole, const Design& design, const ParetoFro
 
 std::string pareto_page(const DesignSetup& whole, const Design& design, const ParetoFront& front, const Json& summary) {
   const Setup& s = whole.setup;
-  HtmlPage page(s.scene.title.empty() ? s.scene.file_name() : s.scene.title);
+  HtmlPage page(title_of(s));
   if (!s.scene.description.empty()) page.paragraph(s.scene.description);
   page.heading("Pareto front");
   page.paragraph(
@@ -173,8 +171,8 @@ std::string pareto_page(const DesignSetup& whole, const Design& design, const Pa
   std::vector<std::vector<std::string>> rows;
   const auto row = [&](const std::string& kind, const ParetoPoint& p) {
     std::vector<std::string> cells = {kind};
-    for (const double x : p.targets) cells.push_back(pareto_number(x));
-    for (const double x : p.rho) cells.push_back(pareto_number(x));
+    for (const double x : p.targets) cells.push_back(page_number(x));
+    for (const double x : p.rho) cells.push_back(page_number(x));
     cells.push_back(p.evaluations > 0 ? std::to_string(p.evaluations) : "");
     cells.push_back(p.stop_reason);
     rows.push_back(std::move(cells));
@@ -208,11 +206,7 @@ std::string pareto_page(const DesignSetup& whole, const Design& design, const Pa
   for (const Json& c : summary.at("cases"))
     runs.push_back({c.at("name").get<std::string>(),
                     c.at("objective").is_string() ? c.at("objective").get<std::string>() : "a bound",
-                    c.at("weight").is_number() ? pareto_number(c.at("weight").get<double>()) : "-",
-                    c.at("scale").is_number() ? pareto_number(c.at("scale").get<double>()) : "-",
-                    fmt::format("{}, {} by {}, rtol {:g}", c.at("scene").get<std::string>(),
-                                c.at("formulation").get<std::string>(), c.at("method").get<std::string>(),
-                                c.at("rtol").get<double>())});
+                    page_number(c, "weight"), page_number(c, "scale"), run_of_case(c)});
   page.table({"case", "objective", "#weight", "#scale", "run"}, runs);
   page.paragraph(fmt::format("Optimizer: {}. Wall time: {:.3g} s.", summary.at("algorithm").get<std::string>(),
                              summary.at("wall_s").get<double>()));

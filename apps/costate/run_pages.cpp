@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
-#include <tuple>
 
 #include "costate/base/notice.h"
+#include "costate/record/atomic_file.h"
 #include "costate/record/interrupt.h"
-#include "costate/sensitivity/cycle_gradient.h"
 #include "page_parts.h"
 #include "trajectory.h"
 
@@ -72,20 +71,18 @@ void add_page_motion(HtmlPage& page, const Setup& setup, const TrajectoryTable* 
 
 }  // namespace
 
-std::optional<TrajectoryTable> motion_for_page(const Setup& given, const Json& settings) {
-  Setup setup = given;
-  try {
-    std::vector<double> rho = given.rho;
-    std::tie(setup.problem, rho) = shown_motion(given.problem, given.rho);
-    TrajectoryRecorder recorder(setup, rho, std::nullopt);
-    const Simulation run = simulate(setup.problem, rho, recorder.times(), recorder.sink());
-    return recorder.finish(settings, run);
-  } catch (const Interrupted&) {
-    throw;
-  } catch (const SolverError& e) {
-    notice(fmt::format("The motion of the page could not be computed: {}", e.what()));
-    return {};
-  }
+std::optional<TrajectoryTable> motion_for_page(const Setup& setup, const Json& settings) try {
+  return shown_trajectory(setup, setup.rho, settings);
+} catch (const Interrupted&) {
+  throw;
+} catch (const SolverError& e) {
+  notice(fmt::format("The motion of the page could not be computed: {}", e.what()));
+  return {};
+}
+
+std::string written_page(const Setup& setup, const std::string& file, const std::string& page) {
+  const bool written = setup.write_file(file, [&](const auto& path) { write_file_atomically(path, page); });
+  return written ? fmt::format("  report: {}\n", (setup.directory / file).string()) : "";
 }
 
 std::string gradient_page(const Setup& setup, const Json& j, const TrajectoryTable* motion) {

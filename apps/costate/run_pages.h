@@ -12,6 +12,9 @@ namespace costate::app {
 /// be computed, which gives notice.
 std::optional<TrajectoryTable> motion_for_page(const Setup& setup, const Json& settings);
 
+/// Writes the page; what the command's text says of it, empty where it is not there.
+std::string written_page(const Setup& setup, const std::string& file, const std::string& page);
+
 /// psi, its derivatives with their errors, how large they are against each other in scaled parameters, and the motion
 /// (null: none). `summary` is what gradient.json holds; of several cases each one's derivatives, too.
 std::string gradient_page(const Setup& setup, const Json& summary, const TrajectoryTable* motion);

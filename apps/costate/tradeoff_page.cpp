@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "html_page.h"
+#include "page_parts.h"
 #include "tradeoff_summary.h"
 
 namespace costate::app {
@@ -124,8 +125,7 @@ void add_rows(HtmlPage& page, const TradeTable& t) {
 
 std::string tradeoff_page(const Setup& setup, const TradeStudy& study, const std::string& note) {
   const TradeTable& t = study.table();
-  HtmlPage page(fmt::format("Accuracy against cost: {}",
-                            setup.scene.title.empty() ? setup.scene.file_name() : setup.scene.title));
+  HtmlPage page(fmt::format("Accuracy against cost: {}", title_of(setup)));
   if (!note.empty()) page.paragraph(note, true);
   for (const auto& s : reference_sentences(study)) page.paragraph(s);
   std::string outputs;

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <set>
+#include <tuple>
 
 #include "costate/base/error.h"
 #include "costate/base/stop.h"
@@ -13,6 +14,7 @@
 #include "costate/record/csv_file.h"
 #include "costate/record/hdf5_file.h"
 #include "costate/record/interrupt.h"
+#include "costate/sensitivity/cycle_gradient.h"
 #include "named_outputs.h"
 
 namespace costate::app {
@@ -119,6 +121,15 @@ std::vector<std::string> write_trajectory(const Setup& setup, const TrajectoryTa
   written(".h5", write_hdf5);
   if (csv) written(".csv", write_csv);
   return paths;
+}
+
+TrajectoryTable shown_trajectory(const Setup& given, const std::vector<double>& at, const Json& settings) {
+  Setup setup = given;
+  std::vector<double> rho;
+  std::tie(setup.problem, rho) = shown_motion(given.problem, at);
+  TrajectoryRecorder recorder(setup, rho, std::nullopt);
+  const Simulation run = simulate(setup.problem, rho, recorder.times(), recorder.sink());
+  return recorder.finish(settings, run);
 }
 
 Monitor monitor(Progress& progress, double t_end) {

@@ -37,6 +37,9 @@ class TrajectoryRecorder {
 std::vector<std::string> write_trajectory(const Setup& setup, const TrajectoryTable& table, const std::string& name,
                                           bool csv);
 
+/// The motion that psi is of at rho, sampled as the recorder does: of a psi over a cycle the one that begins there.
+TrajectoryTable shown_trajectory(const Setup& setup, const std::vector<double>& rho, const Json& settings);
+
 /// Shows progress and stops on Ctrl-C.
 Monitor monitor(Progress& progress, double t_end);
 

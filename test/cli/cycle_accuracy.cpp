@@ -41,4 +41,14 @@ TEST_CASE("cycle --accuracy: what is asked for is met") {
       run_costate({"cycle", pendulum, "--no-files", "--accuracy", "1e-4", "--no-estimate"}, here.path());
   CHECK(refused.status != 0);
   CHECK_THAT(refused.err, Contains("--no-estimate"));
+  // That of the scene is told where it is left aside.
+  std::string text = costate::test::file_text(pendulum);
+  const auto rtol = text.find("rtol");
+  REQUIRE(rtol != std::string::npos);
+  text.replace(rtol, text.find('\n', rtol) - rtol, "accuracy = 1e-4");
+  costate::test::write_text(here.path() / "pendulum.toml", text);
+  const auto left = run_costate(
+      {"cycle", here.path() / "pendulum.toml", "--no-files", "--no-derivatives", "--no-estimate"}, here.path());
+  CHECK(left.status == 0);
+  CHECK_THAT(left.err, Contains("The accuracy 0.0001 of [run] is not sought"));
 }

@@ -6,7 +6,6 @@
 // five-bar and kitchen sink reach 1e-14. kDifference: psi carries rounding errors of about 1e-13 of itself (Newton's
 // iteration ends at rounding), so that extrapolated differences with steps of 1e-3 of a parameter's scale are good to
 // 1e-10 / the part that a parameter has in the gradient, of which the largest counts here.
-#include <support/differences.h>
 #include <support/models.h>
 #include <support/sketch.h>
 
@@ -50,18 +49,8 @@ double psi_of(const Problem& p, const std::vector<double>& rho) {
 }
 
 std::vector<double> gradient_by_differences(const Problem& p) {
-  const auto rho = p.parameters.values();
-  std::vector<double> g;
-  for (std::size_t j = 0; j < rho.size(); ++j) {
-    const double scale = p.parameters.parameters[j].scale;
-    const auto along = [&](double e) {
-      auto x = rho;
-      x[j] += e * scale;
-      return psi_of(p, x);
-    };
-    g.push_back(directional_difference(along, 2e-3) / scale);
-  }
-  return g;
+  return test::gradient_by_differences([&](const std::vector<double>& rho) { return psi_of(p, rho); },
+                                       p.parameters.values(), p.parameters);
 }
 
 /// Largest |Phi|, |Phidot|, |Phiddot| at the scheme's state, against the terms that they are sums of.

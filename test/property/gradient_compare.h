@@ -2,6 +2,7 @@
 #pragma once
 
 #include <support/compare.h>
+#include <support/differences.h>
 
 #include <algorithm>
 
@@ -31,6 +32,23 @@ inline Mismatch gradient_mismatch(const std::vector<double>& a, const std::vecto
                          m.error);
   }
   return m;
+}
+
+/// Of psi(rho), by extrapolated differences over 2e-3 of each parameter's scale.
+template <class Psi>
+std::vector<double> gradient_by_differences(const Psi& psi, const std::vector<double>& rho,
+                                            const ParameterSelection& parameters) {
+  std::vector<double> g;
+  for (std::size_t j = 0; j < rho.size(); ++j) {
+    const double scale = parameters.parameters[j].scale;
+    const auto along = [&](double e) {
+      auto x = rho;
+      x[j] += e * scale;
+      return psi(x);
+    };
+    g.push_back(directional_difference(along, 2e-3) / scale);
+  }
+  return g;
 }
 
 }  // namespace costate::test

@@ -9,7 +9,6 @@
 #pragma once
 
 #include <fmt/format.h>
-#include <support/differences.h>
 #include <support/models.h>
 
 #include <catch2/catch.hpp>
@@ -58,16 +57,8 @@ bool check_over_held_steps(const Problem& p) {
   if (adjoint.counters.jumps > 0) return false;
   Held held(p);
   CHECK(held.psi(rho) == Approx(adjoint.psi).epsilon(1e-12));
-  std::vector<double> by_differences;
-  for (std::size_t j = 0; j < rho.size(); ++j) {
-    const double scale = p.parameters.parameters[j].scale;
-    const auto along = [&](double e) {
-      auto x = rho;
-      x[j] += e * scale;
-      return held.psi(x);
-    };
-    by_differences.push_back(directional_difference(along, 2e-3) / scale);
-  }
+  const std::vector<double> by_differences =
+      gradient_by_differences([&](const std::vector<double>& x) { return held.psi(x); }, rho, p.parameters);
   CHECK(apart_in_scales(adjoint.gradient, by_differences, p) <= kDifferenceOfSteps);
   return true;
 }

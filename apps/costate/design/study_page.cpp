@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "costate/html_page.h"
+#include "costate/page_parts.h"
 #include "parallel_plot.h"
 #include "study_table.h"
 
@@ -183,17 +184,14 @@ Json pareto_of_designs(const Json& rows) {
 std::string study_page(const std::string& title, const Json& rows, const Json& pareto, const std::string& text) {
   HtmlPage page(title);
   std::vector<std::vector<std::string>> runs;
-  const auto number = [](const Json& r, const char* key) {
-    return r.contains(key) && r[key].is_number() ? fmt::format("{:.6g}", r[key].get<double>()) : std::string("-");
-  };
   for (const Json& r : rows) {
     if (r.contains("design")) continue;
     const Json change = r.contains("improvement") ? r["improvement"] : Json();
     const bool verdict = r.contains("verdict") && r["verdict"].is_string();
-    runs.push_back({r["name"].get<std::string>(), r["status"].get<std::string>(), number(r, "psi_before"),
-                    number(r, "psi_after"),
+    runs.push_back({r["name"].get<std::string>(), r["status"].get<std::string>(), page_number(r, "psi_before"),
+                    page_number(r, "psi_after"),
                     change.is_number() ? fmt::format("{:+.3g} %", -100 * change.get<double>()) : "-",
-                    number(r, "evaluations"), number(r, "wall_s"),
+                    page_number(r, "evaluations"), page_number(r, "wall_s"),
                     r.contains("error")         ? r["error"].get<std::string>()
                     : verdict                   ? r["verdict"].get<std::string>()
                     : r.contains("stop_reason") ? r["stop_reason"].get<std::string>()

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "costate/assembly/gathered_state.h"
 #include "costate/element/course.h"
@@ -45,21 +46,19 @@ StateView PathWatch::State::view() const {
 
 class PathWatch::Function {
  public:
-  /// The i-th of a force's formulas.
-  Function(const Element& element, const PathFunctionElement& of, int i)
-      : element_(&element), formulas_(&of), index_(i), law_(&of.path_function(i)) {
-    make_room();
-  }
-  /// A formula in a running cost.
-  explicit Function(const FormulaOutput& of)
-      : element_(&of.definition()), output_(&of), index_(0), law_(&of.definition().formula()) {
-    make_room();
+  /// The values of a formula's arguments at a state.
+  using Arguments = std::function<void(const StateView& s, Assembly& assembly, double* x)>;
+
+  Function(const Element& element, const FormulaLaw& formula, Arguments arguments)
+      : element_(&element), arguments_(std::move(arguments)), law_(&formula) {
+    for (auto* x : {&at_[0], &at_[1], &at_[2], &here_, &slopes_})
+      x->assign(static_cast<std::size_t>(formula.number_count()), 0);
   }
   /// A law of the element's deformation, with what it says of itself.
   Function(const Element& element, const MotionLawElement& of, const MotionLaw& law, std::vector<double> sharp)
       : element_(&element),
         owner_(&of),
-        index_(law.first),
+        first_(law.first),
         origin_(law.origin),
         law_(law.law),
         sharp_(std::move(sharp)) {}
@@ -68,19 +67,14 @@ class PathWatch::Function {
 
   /// Takes its arguments at the k-th of three states, the beginning, the middle and the end of a step.
   void take(int k, const StateView& s, Assembly& assembly) {
-    if (output_) {
-      output_->arguments(s, assembly, at_[k].data());
+    if (arguments_) {
+      arguments_(s, assembly, at_[k].data());
       x_[k] = s.t;
       return;
     }
     thread_local GatheredState own;
     const LocalState local = own.of(*element_, s, assembly.numbers());
-    if (formulas_) {
-      formulas_->path_arguments(index_, local, at_[k].data());
-      x_[k] = s.t;
-      return;
-    }
-    here_.assign(local.p + index_, local.p + element_->numbers().size());
+    here_.assign(local.p + first_, local.p + element_->numbers().size());
     x_[k] = owner_->deformation(local).gap - local.p[origin_];
   }
   void begin_where_it_ended() {
@@ -137,10 +131,6 @@ class PathWatch::Function {
   }
 
  private:
-  void make_room() {
-    for (auto* x : {&at_[0], &at_[1], &at_[2], &here_, &slopes_})
-      x->assign(static_cast<std::size_t>(law_->number_count()), 0);
-  }
   /// The parabola through three values of an argument.
   static double on(double a, double m, double b, double u) {
     return a + u * (4 * m - 3 * a - b + u * 2 * (a + b - 2 * m));
@@ -199,11 +189,9 @@ class PathWatch::Function {
   };
 
   const Element* element_;
-  // One of the three.
-  const PathFunctionElement* formulas_ = nullptr;
-  const FormulaOutput* output_ = nullptr;
-  const MotionLawElement* owner_ = nullptr;
-  int index_, origin_ = -1;
+  Arguments arguments_;                      // of a formula; else a law
+  const MotionLawElement* owner_ = nullptr;  // of this element's deformation, with its
+  int first_ = -1, origin_ = -1;             // numbers and its origin there
   const ScalarLaw* law_;
   std::vector<double> sharp_;  // of a law of a deformation
   double x_[3] = {};
@@ -217,7 +205,12 @@ class PathWatch::Function {
 PathWatch::PathWatch(Assembly& assembly, const Objective& objective) : assembly_(assembly) {
   for (const auto& force : assembly.mechanism().forces()) {
     if (const auto* formulas = dynamic_cast<const PathFunctionElement*>(force.get()))
-      for (int i = 0; i < formulas->path_functions(); ++i) functions_.emplace_back(*force, *formulas, i);
+      for (int i = 0; i < formulas->path_functions(); ++i)
+        functions_.emplace_back(*force, formulas->path_function(i),
+                                [force = force.get(), formulas, i](const StateView& s, Assembly& a, double* x) {
+                                  thread_local GatheredState own;
+                                  formulas->path_arguments(i, own.of(*force, s, a.numbers()), x);
+                                });
     const auto* owner = dynamic_cast<const MotionLawElement*>(force.get());
     if (!owner) continue;
     std::vector<MotionLaw> laws;
@@ -240,7 +233,9 @@ PathWatch::PathWatch(Assembly& assembly, const Objective& objective) : assembly_
   for (const auto& term : objective.running)
     for (const FormulaOutput* formula : formulas_of(*term))
       // What it makes of time alone is known beforehand (StepPlan); of accelerations a step's ends tell nothing.
-      if (!formula->inputs().empty() && !formula->needs_accelerations()) functions_.emplace_back(*formula);
+      if (!formula->inputs().empty() && !formula->needs_accelerations())
+        functions_.emplace_back(formula->definition(), formula->definition().formula(),
+                                [formula](const StateView& s, Assembly& a, double* x) { formula->arguments(s, a, x); });
 }
 
 PathWatch::~PathWatch() = default;

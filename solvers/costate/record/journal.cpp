@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <fstream>
 #include <string>
 #include <string_view>
 
@@ -226,6 +227,14 @@ Journal Journal::open(const std::filesystem::path& path, const json& header, boo
 bool Journal::in_use(const std::filesystem::path& path) {
   const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   return file.valid() && ::flock(file.get(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+}
+
+json Journal::header_of(const std::filesystem::path& path) {
+  std::ifstream in(path);
+  std::string line;
+  std::getline(in, line);
+  const json first = json::parse(line, nullptr, false);
+  return first.is_object() ? first.value("header", json()) : json();
 }
 
 void Journal::keep(std::size_t count, const std::string& why) {

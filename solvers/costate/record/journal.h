@@ -51,6 +51,9 @@ class Journal {
   /// Cuts off all records behind the first `count`: the next one is not what this run can have written (`why`).
   void keep(std::size_t count, const std::string& why);
 
+  /// The header of the journal at `path`, without opening it for a run; null where there is none.
+  [[nodiscard]] static nlohmann::json header_of(const std::filesystem::path& path);
+
   /// Whether a run holds the journal at `path`.
   [[nodiscard]] static bool in_use(const std::filesystem::path& path);
 

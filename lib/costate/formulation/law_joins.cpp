@@ -284,7 +284,7 @@ Bends bends_of(const Mechanism& mechanism, const std::vector<double>& numbers) {
     std::vector<MotionLaw> laws;
     if (const auto* owner = dynamic_cast<const MotionLawElement*>(f.get())) owner->add_motion_laws(laws);
     for (const MotionLaw& owned : laws)
-      if (!joints_of(*f, owned, numbers).all.empty()) return Bends::anywhere;
+      if (!owned.followed() && !joints_of(*f, owned, numbers).all.empty()) return Bends::anywhere;
     if (const auto* gaps = dynamic_cast<const GapElement*>(f.get()); gaps && gaps->gap_count() > 0)
       bends = Bends::at_touches;
   }

@@ -45,6 +45,8 @@ class MaggiDae final : public SegmentedDae, public SolvedState {
   void spread_start_weights(const double* mu, double* w_q, double* w_v, double* w_z) const override;
   int mode() const override { return level_.chart(); }
   void use_mode(int mode) override;
+  void try_step() override { level_.go_back(); }
+  bool keeps_branch(double from, double t, const double* y) override;
 
  protected:
   bool changes_coordinates() const override { return f_ > 0; }

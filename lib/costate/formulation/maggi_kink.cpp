@@ -22,6 +22,7 @@ MaggiKink::MaggiKink(MaggiLevel& level)
 }
 
 void MaggiKink::cross(double t_after, double* yd) {
+  level_.forget_branch();
   const double* v = jump_.calc(level_.state(), t_after);
   const auto& independent = level_.independent();
   for (std::size_t i = 0; i < independent.size(); ++i) yd[i] = v[independent[i]];

@@ -240,10 +240,17 @@ void MaggiOde::use_mode(int mode) {
   name_maggi_unknowns(assembly_.mechanism(), level_.independent(), unknowns_);
 }
 
+bool MaggiOde::keeps_branch(double from, double t, const double* y) {
+  solve_point(t, y);
+  level_.solve_accelerations();
+  return level_.turned(from, kTurnedStep) < 0 && level_.chart_ratio() <= kFarMaggiRatio;
+}
+
 bool MaggiOde::wants_other_coordinates(double t, const double*) {
   // The step's last evaluation serves: another one here would be missing where the run is repeated from a checkpoint. A
   // step that ended without one is judged after the next.
   if (!level_.solved_at(t)) return false;
+  require_branch(level_);
   level_.remember();
   return level_.chart_ratio() > kWorstMaggiRatio;
 }

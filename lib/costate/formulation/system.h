@@ -83,6 +83,11 @@ class System {
   /// The mode in force. start() leaves the first one in force; the others keep their numbers until the next start().
   virtual int mode() const { return 0; }
   virtual void use_mode(int) {}
+  /// Another step is tried from the end of the last one that was accepted.
+  virtual void try_step() {}
+  /// Of a step that an integrator might accept: whether the motion is on the branch that it was on. Unknowns may mean
+  /// more than one position.
+  virtual bool keeps_branch(double /*from*/, double /*t*/, const double* /*y*/) { return true; }
   /// After each accepted step of a forward run, in order of time: whether the segment must end at (t, y).
   virtual bool segment_ends(double t, const double*) { return t >= segment_limit(t); }
   /// Where the next segment starts when one has ended at t: behind a kink, else at t.

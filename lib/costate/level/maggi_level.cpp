@@ -44,11 +44,21 @@ void MaggiLevel::clear() {
 
 void MaggiLevel::start(double t, const double* q) {
   point_.forget();
+  branch_.forget();
   positions_.start(t, q);
+}
+
+void MaggiLevel::remember() {
+  positions_.remember();
+  if (accelerated())
+    branch_.keep(state(), n_);
+  else
+    branch_.forget();
 }
 
 void MaggiLevel::forget_history() {
   point_.forget();
+  branch_.forget();
   positions_.forget_history();
 }
 

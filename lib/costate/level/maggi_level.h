@@ -13,6 +13,7 @@
 #pragma once
 
 #include "costate/assembly/evaluation_point.h"
+#include "costate/level/branch_watch.h"
 #include "costate/level/maggi_positions.h"
 #include "costate/objective/output.h"
 
@@ -35,7 +36,16 @@ class MaggiLevel {
   /// The best chart at the solved point comes into force.
   void change_chart();
   /// Keeps the solved positions as a first guess for times nearby; to be called in order of time.
-  void remember() { positions_.remember(); }
+  void remember();
+  /// After solve() and accelerations, of a step since what was remembered last, at t = from: the coordinate that is no
+  /// longer on its branch (branch_watch.h), by more than this part of its velocity; or -1.
+  int turned(double from, double part) const { return branch_.kept() == from ? branch_.turned(state(), part) : -1; }
+  void go_back() { positions_.go_back(); }
+  double remembered() const { return branch_.kept(); }
+  /// Velocities jump here.
+  void forget_branch() { branch_.forget(); }
+  /// Whether accelerations are known at the solved point.
+  bool accelerated() const { return accelerated_.id() != 0; }
   /// Nothing of earlier evaluations plays a part from here on, and a repeated run is the same to the bit.
   void forget_history();
 
@@ -111,6 +121,7 @@ class MaggiLevel {
 
   Assembly& assembly_;
   MaggiPositions positions_;
+  BranchWatch branch_;
   int n_, m_, f_, nz_, rows_;
 
   // The solved point.

@@ -119,6 +119,7 @@ void MaggiPositions::set_rates(const double* v, const double* a) {
 }
 
 void MaggiPositions::remember() {
+  remembered_ = last_;
   if (!kept_t_.empty()) {
     if (last_.t <= kept_t_.back()) return;
     const double* before = kept(kept_t_.size() - 1);

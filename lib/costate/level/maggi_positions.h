@@ -43,6 +43,11 @@ class MaggiPositions {
   void set_rates(const double* v, const double* a);
   /// Keeps the last solved positions as a first guess for times nearby. To be called in order of time.
   void remember();
+  /// What was solved since then was a step that is not taken: first guesses are not of its positions, which may be
+  /// those of another branch.
+  void go_back() {
+    if (!kept_t_.empty()) last_ = remembered_;
+  }
   /// The next solve() uses nothing but the first guess, and that again when it is repeated for the same time.
   void forget_history();
 
@@ -74,7 +79,7 @@ class MaggiPositions {
   struct Last {
     double t = 0;
     std::vector<double> q, v, a;
-  } last_;
+  } last_, remembered_;
   std::vector<double> kept_t_, kept_q_;
   struct Repeated {  // the first guess of a solve() after forget_history()
     double t, from;

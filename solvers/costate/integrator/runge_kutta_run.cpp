@@ -31,6 +31,8 @@ constexpr double kBeforeTouch = 0.05;
 constexpr double kShortened = 0.25;
 // A mechanism that changes its segment this often without getting on is stuck.
 constexpr std::size_t kMostJumpsAtOnce = 1000;
+// So often the time of a bend is sought anew.
+constexpr int kMostSearches = 12;
 constexpr long kPollEvaluations = 64;  // evaluations between calls of the monitor
 // Free flight is exact by steps of any length: one could pass over a hop, and its guard be behind its end again. Steps
 // that begin with this part of the run and grow by kMost have an end within whatever lasts longer than the first one.
@@ -118,13 +120,11 @@ const double* RungeKuttaRun<Kind>::within_step(double begin, double t) {
 }
 
 template <class Kind>
-GapTrace::States RungeKuttaRun<Kind>::states_within() {
-  return [this](double at) { return system_.kinematic_state(at, within_step(end_time_, at)); };
-}
-
-template <class Kind>
-bool RungeKuttaRun<Kind>::may_bend() {
-  return bends_ == Bends::anywhere || touches_->may_touch(end_time_, step_->t_end(), states_within());
+bool RungeKuttaRun<Kind>::left_branch() {
+  if (system_.keeps_branch(end_time_, step_->t_end(), std::as_const(*step_).end())) return false;
+  h_ = kShortened * step_->h();
+  ++failed_;
+  return true;
 }
 
 template <class Kind>
@@ -135,7 +135,7 @@ bool RungeKuttaRun<Kind>::passed_over(double& limit) {
   // From where it begins, or to there. Whoever resolves bends meets this one within a step: at a step's end the first
   // stage would be on the one side and all others on the other, which no error estimate sees.
   look_ = *look;
-  if (bends_ != Bends::none) look_.from -= kBeforeTouch * (look_.to - look_.from);
+  if (bends_ != Bends::none || follows_bends()) look_.from -= kBeforeTouch * (look_.to - look_.from);
   limit = look_.from > end_time_ ? look_.from : std::min(limit, end_time_ + look_.step);
   h_ = limit - end_time_;
   return true;
@@ -174,6 +174,7 @@ void RungeKuttaRun<Kind>::find_step(double h, double limit) {
     if (!(end_time_ + 0.1 * h > end_time_) && !to_the_limit) fail("no longer gets on", "TOO_SMALL_STEP");
     double factor = kShortened;
     try {
+      system_.try_step();
       step_->attempt(h, to_the_limit ? limit : end_time_ + h);
       const StepEstimate estimate = step_->estimate(options_.rtol, atol_.data());
       double error = estimate.error;
@@ -210,7 +211,11 @@ void RungeKuttaRun<Kind>::find_step(double h, double limit) {
 template <class Kind>
 void RungeKuttaRun<Kind>::begin_step() {
   if (pending_step_) {
-    step_->go_on();
+    // What led over an instant does not lead further.
+    if (Kind::implicit && bend_behind_)
+      step_->begin(end_time_, end_.data());
+    else
+      step_->go_on();
     pending_step_ = false;
     return;
   }
@@ -218,7 +223,7 @@ void RungeKuttaRun<Kind>::begin_step() {
     step_->begin(end_time_, end_.data());
     if (h_ <= 0) h_ = step_->first_step(options_.rtol, atol_.data(), ahead(end_time_) - end_time_);
     // At rest a damper with branches stands on its bend: the first stage may take the derivative of the wrong one.
-    if (system_.has_events() || bends_ != Bends::none)
+    if (system_.has_events() || bends_ != Bends::none || follows_bends())
       h_ = std::min(h_, kBehindEvent * (options_.t_end - options_.t_start));
   } catch (const StepError& e) {
     last_step_error_ = e.what();
@@ -251,8 +256,11 @@ void RungeKuttaRun<Kind>::take_step() {
   begin_step();
   double limit = ahead(end_time_);
   if (options_.max_step_s > 0) limit = std::min(limit, end_time_ + options_.max_step_s);
+  int searches = 0;
+  // Last whether it is on its branch: a formulation judges by its last evaluation where it has come to.
   do find_step(h_, limit);
-  while (passed_over(limit));
+  while ((searches < kMostSearches && passed_bend(limit) && ++searches) || passed_over(limit) || left_branch());
+  bend_behind_ = follows_bends() && bend_watch_->across(step_->t_end() - end_time_);
   ++steps_;
   begin_ = end_time_;
   end_time_ = step_->t_end();
@@ -269,9 +277,14 @@ void RungeKuttaRun<Kind>::take_step() {
       ended_ = true;
     }
   }
+  if (follower_.step) {
+    // From the step's beginning on, as the stages were found; and at its end again.
+    system_.try_step();
+    follower_.step(step_->stages());
+    system_.keeps_branch(begin_, end_time_, end_.data());
+  }
   ended_ = system_.segment_ends(end_time_, end_.data()) || ended_;
   if (tape_) tape_->add_step(*step_);
-  if (follower_.step) follower_.step(step_->stages());
   if constexpr (!Kind::implicit)
     stiffness_.look(step_->stiffness(), scheme().stability, end_time_, step_->h(), options_.t_end - end_time_, steps_,
                     scheme().name);

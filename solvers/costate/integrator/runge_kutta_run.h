@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "costate/analysis/not_finite.h"
+#include "costate/event/bend_watch.h"
 #include "costate/formulation/law_joins.h"
 #include "costate/formulation/step_plan.h"
 #include "costate/integrator/explicit_stiffness.h"
@@ -43,7 +44,10 @@ class RungeKuttaRun {
     tape->keep_records_of(*step_);
   }
   /// Before the first step: forces that bend are passed by steps so short that the derivative of the run is right, too.
-  void resolve_bends(Bends bends) { bends_ = bends; }
+  void resolve_bends(Bends bends) {
+    bends_ = bends;
+    bend_watch_ = std::make_unique<BendWatch>(system_.assembly(), options_.rtol, options_.absolute());
+  }
   /// Told of each step with its stages, and of each jump, before the state goes on.
   struct Follower {
     std::function<void(const Stages& stages)> step;
@@ -73,9 +77,24 @@ class RungeKuttaRun {
   /// The state at a time of the step that begins there.
   const double* within_step(double begin, double t);
   /// Those of the step just attempted.
-  GapTrace::States states_within();
+  GapTrace::States states_within() {
+    return [this](double at) { return system_.kinematic_state(at, within_step(end_time_, at)); };
+  }
   /// Whether a force may bend within it.
-  bool may_bend();
+  bool may_bend() {
+    return bends_ == Bends::anywhere || touches_->may_touch(end_time_, step_->t_end(), states_within());
+  }
+  bool follows_bends() const { return bend_watch_ && !bend_watch_->empty(); }
+  /// Whether the step just found has passed the place of a bend and is longer than steps across one may be; another one
+  /// is then to be found, until `limit`.
+  bool passed_bend(double& limit) {
+    if (!follows_bends()) return false;
+    const auto end = bend_watch_->passed(end_time_, step_->t_end(), h_, states_within());
+    if (end) limit = *end;
+    return end.has_value();
+  }
+  /// Whether the step just found has left the motion's branch; a shorter one is then to be found.
+  bool left_branch();
   /// Whether the step just found has passed over a touch; another one is then to be found, until `limit`.
   bool passed_over(double& limit);
   /// The last step once more, so short that it ends where the pending event's guard is zero, near t: the state there is
@@ -94,7 +113,8 @@ class RungeKuttaRun {
   std::unique_ptr<Step> step_;
   std::unique_ptr<StepPlan> plan_;
   std::unique_ptr<TouchWatch> touches_;
-  TouchLook look_;  // a touch that a step has passed over
+  std::unique_ptr<BendWatch> bend_watch_;  // of runs that are differentiated
+  TouchLook look_;                         // a touch that a step has passed over
   Tape* tape_ = nullptr;
   Follower follower_;
   StepSink after_step_;
@@ -102,6 +122,7 @@ class RungeKuttaRun {
   std::vector<double> y_, atol_, end_;
   double t_start_, segment_start_, begin_, end_time_;  // the last step; end_ is the state where it ends
   double h_ = 0;                                       // the next step's length
+  bool bend_behind_ = false;                           // that step was one across a bend
   bool pending_step_ = false;                          // step_ holds a step that has been taken
   bool ended_ = false;                                 // the segment
   Bends bends_ = Bends::none;                          // those that are resolved

@@ -65,7 +65,11 @@ struct SpringDamperLaw {
   }
   void add_motion_laws(std::vector<MotionLaw>& laws) const {
     if (spring) laws.push_back({.law = spring.get(), .first = 4, .key = "spring_law", .origin = 1});
-    if (damper) laws.push_back({damper.get(), 4 + (spring ? spring->number_count() : 0), "damper_law"});
+    if (damper)
+      laws.push_back({.law = damper.get(),
+                      .first = 4 + (spring ? spring->number_count() : 0),
+                      .key = "damper_law",
+                      .of_rate = true});
   }
   double potential_energy(double x, const double* p) const {
     const double e = x - p[1];

@@ -17,7 +17,10 @@ struct MotionLaw {
   std::string key;        // what the scene calls it in the element's table
   bool by_slope = false;  // whether the force holds the law's slope as well: then it jumps where the law has a kink
   double from = -std::numeric_limits<double>::infinity();  // joints before this do not count
-  int origin = -1;  // of a law of x - origin, x the element's deformation(): that one of its numbers
+  int origin = -1;       // of a law of x - origin, x the element's deformation(): that one of its numbers
+  bool of_rate = false;  // of a law of the deformation's rate
+  /// Whether its argument along a motion is known.
+  bool followed() const { return origin >= 0 || of_rate; }
 };
 
 /// A force with such laws is one of these as well.

@@ -1,0 +1,104 @@
+#include "costate/event/bend_watch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "costate/assembly/gathered_state.h"
+
+namespace costate {
+
+namespace {
+// Looks within a step where an argument that comes back could have been beyond the place: where it is nearer to it, at
+// one of the ends, than this many times what it moves.
+constexpr int kBendLooks = 3;
+constexpr double kBendNear = 4;
+// Of a step: to this the time is known. And the halvings at most.
+constexpr double kBendResolved = 1e-9;
+constexpr int kBendHalvings = 60;
+// Steps across a place, in the length of the steps around them; and, of the time, at least.
+constexpr double kAcross = 1e-6, kBendInstant = 16 * std::numeric_limits<double>::epsilon();
+// Of the tolerances: a smaller argument is zero.
+constexpr double kBendCounts = 0.1;
+
+bool is_beyond(double x) { return x >= 0; }
+}  // namespace
+
+BendWatch::BendWatch(const Assembly& assembly, double rtol, double atol)
+    : assembly_(assembly), rtol_(rtol), atol_(atol) {
+  std::vector<MotionLaw> laws;
+  std::vector<double> p;
+  for (const auto& force : assembly.mechanism().forces()) {
+    const auto* owner = dynamic_cast<const MotionLawElement*>(force.get());
+    if (!owner) continue;
+    laws.clear();
+    owner->add_motion_laws(laws);
+    p.clear();
+    for (const int n : force->numbers()) p.push_back(assembly.numbers()[static_cast<std::size_t>(n)]);
+    for (const MotionLaw& law : laws) {
+      if (!law.followed()) continue;
+      const LawJoints joints = law_joints(*law.law, p.data() + law.first, law.from);
+      for (const LawJoint& joint : joints.all)
+        if (joints.bends(joint)) places_.push_back({force.get(), owner, law, joint.x});
+    }
+  }
+}
+
+double BendWatch::beyond(const Place& place, const StateView& s) const {
+  thread_local GatheredState own;
+  const LocalState local = own.of(*place.element, s, assembly_.numbers());
+  const GapMotion m = place.laws->deformation(local);
+  return (place.law.of_rate ? m.rate : m.gap - local.p[place.law.origin]) - place.x;
+}
+
+std::optional<double> BendWatch::passed(double from, double to, double length, const GapTrace::States& at) {
+  if (across(to - from)) return {};
+  const auto t = first(from, to, at);
+  if (!t) return {};
+  const double half = std::max(0.25 * kAcross * std::max(length, to - from), kBendInstant * std::abs(to));
+  across_ = 4 * half;
+  return *t - half > from + half ? *t - half : std::min(to, *t + 2 * half);
+}
+
+std::optional<double> BendWatch::first(double from, double to, const GapTrace::States& at) {
+  const auto look = [&](double t, std::vector<double>& values) {
+    const StateView s = at(t);
+    values.resize(places_.size());
+    for (std::size_t i = 0; i < places_.size(); ++i) values[i] = beyond(places_[i], s);
+  };
+  look(from, begin_);
+  look(to, end_);
+  bool near = false;
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    const double a = std::abs(begin_[i]), b = std::abs(end_[i]);
+    places_[i].largest = std::max({places_[i].largest, a, b});
+    near = near || std::min(a, b) <= kBendNear * std::abs(end_[i] - begin_[i]);
+  }
+  if (!near) return {};
+  std::optional<std::size_t> passed;
+  double left = from, right = to;
+  const std::vector<double>* last = &begin_;
+  std::vector<double> values[2];
+  for (int k = 1; k <= kBendLooks + 1 && !passed; ++k) {
+    std::vector<double>& now = k > kBendLooks ? end_ : values[k % 2];
+    right = k > kBendLooks ? to : from + (to - from) * k / (kBendLooks + 1);
+    if (k <= kBendLooks) look(right, now);
+    for (std::size_t i = 0; i < places_.size() && !passed; ++i) {
+      const double size = std::max(std::abs((*last)[i]), std::abs(now[i]));
+      if (is_beyond((*last)[i]) != is_beyond(now[i]) && size > kBendCounts * (atol_ + rtol_ * places_[i].largest))
+        passed = i;
+    }
+    if (!passed) left = right;
+    last = &now;
+  }
+  if (!passed) return {};
+  // Another place may be passed before this one: whoever ends a step here looks again.
+  const bool side = is_beyond(beyond(places_[*passed], at(left)));
+  for (int k = 0; k < kBendHalvings && right - left > kBendResolved * (to - from); ++k) {
+    const double t = left + 0.5 * (right - left);
+    (is_beyond(beyond(places_[*passed], at(t))) == side ? left : right) = t;
+  }
+  return right;
+}
+
+}  // namespace costate

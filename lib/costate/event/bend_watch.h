@@ -1,0 +1,49 @@
+// Where forces bend along a run whose derivative is wanted: the places at which pieces of a law of an element's
+// deformation, or of its rate, meet with two slopes. A step across such a place at which no stage feels much of it has
+// next to no error, and yet a derivative that is off by the whole of its length times the jump of the slope: no
+// estimate by values of the force tells. So the argument's course over each step is looked at, and the run passes the
+// place with a step so short that its derivative does not count.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "costate/assembly/assembly.h"
+#include "costate/element/law/motion_law.h"
+#include "costate/event/gap_trace.h"
+
+namespace costate {
+
+class BendWatch {
+ public:
+  /// Of the mechanism's forces, with the numbers that the assembly has; what an argument moves by less than the
+  /// integrator's tolerances is rounding.
+  BendWatch(const Assembly& assembly, double rtol, double atol);
+
+  bool empty() const { return places_.empty(); }
+  /// Of a step between these times whose error would do: where another one is to end instead, shortly before a place
+  /// that it passes, or shortly behind it. `length` is that of steps nearby; `at` gives the state at times of the step.
+  std::optional<double> passed(double from, double to, double length, const GapTrace::States& at);
+  /// Whether a step of this length may lead across a place.
+  bool across(double h) const { return h <= 1.01 * across_; }
+
+ private:
+  struct Place {
+    const Element* element;
+    const MotionLawElement* laws;
+    MotionLaw law;
+    double x;
+    double largest = 0;  // of the argument so far
+  };
+  /// The first time at which a place is passed, to a small part of the step.
+  std::optional<double> first(double from, double to, const GapTrace::States& at);
+  /// The argument of the place's law from the place on.
+  double beyond(const Place& place, const StateView& s) const;
+
+  const Assembly& assembly_;
+  double rtol_, atol_, across_ = 0;
+  std::vector<Place> places_;
+  std::vector<double> begin_, end_;  // of each place
+};
+
+}  // namespace costate

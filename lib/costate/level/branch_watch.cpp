@@ -1,0 +1,39 @@
+#include "costate/level/branch_watch.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace costate {
+
+namespace {
+// Of a coordinate's largest speed so far: where it is slower, it turns round at rest.
+constexpr double kSlow = 1e-3;
+// Of the fastest coordinate's: what was never faster than that stands still but for rounding.
+constexpr double kStill = 1e-8;
+}  // namespace
+
+void BranchWatch::keep(const StateView& s, int n) {
+  const auto count = static_cast<std::size_t>(n);
+  if (!(s.t >= t_)) largest_.assign(count, 0);
+  t_ = s.t;
+  v_.assign(s.v, s.v + n);
+  a_.assign(s.a, s.a + n);
+  for (std::size_t i = 0; i < count; ++i) largest_[i] = std::max(largest_[i], std::abs(v_[i]));
+}
+
+int BranchWatch::turned(const StateView& s, double part) const {
+  if (!(s.t > t_)) return -1;
+  const double h = s.t - t_, fastest = *std::max_element(largest_.begin(), largest_.end());
+  for (std::size_t i = 0; i < v_.size(); ++i) {
+    const double before = v_[i], after = s.v[i];
+    if (!(before * after < 0) || largest_[i] < kStill * fastest ||
+        std::min(std::abs(before), std::abs(after)) < kSlow * largest_[i])
+      continue;
+    const double by_accelerations = 0.5 * h * (a_[i] + s.a[i]);
+    if (std::abs(after - before - by_accelerations) > part * (std::abs(before) + std::abs(after)))
+      return static_cast<int>(i);
+  }
+  return -1;
+}
+
+}  // namespace costate

@@ -137,8 +137,8 @@ StepEstimate ExplicitStep::estimate(double rtol, const double* atol) {
   const double of_cost = error_of(k, 1, rtol, atol),
                tolerance = atol[k] + rtol * std::max(std::abs(start()[k]), std::abs(end()[k]));
   r.error = std::max(r.error, of_cost);
-  r.rate_error =
-      std::max(r.rate_error, cost_pace_.rate_error(of_cost * tolerance, h_, rate(0)[k], rate(scheme_.stages)[k]));
+  r.rate_error = std::max(
+      r.rate_error, cost_pace_.rate_error(of_cost * tolerance, h_, rate(0)[k], rate(scheme_.stages)[k], tolerance));
   return r;
 }
 

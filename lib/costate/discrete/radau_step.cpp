@@ -295,7 +295,8 @@ StepEstimate RadauStep::estimate(double rtol, const double* atol) {
       cost += scheme_.error[static_cast<std::size_t>(i)] * costs_[static_cast<std::size_t>(i)];
     cost = std::abs(h_ * cost);
     r.error = std::max(r.error, cost / tolerance(n_));
-    r.rate_error = std::max(r.rate_error, cost_pace_.rate_error(cost, h_, costs_.front(), costs_.back()));
+    r.rate_error =
+        std::max(r.rate_error, cost_pace_.rate_error(cost, h_, costs_.front(), costs_.back(), tolerance(n_)));
   }
   r.error /= scheme_.estimate_factor(rtol);
   return r;

@@ -17,10 +17,11 @@ struct StepEstimate {
 /// The largest rate of psi in the steps so far, against which an error of it counts: shares of a gradient add up.
 class CostPace {
  public:
-  /// The part of psi's rates that a step over h gets wrong by `off`, with the rates at its ends.
-  double rate_error(double off, double h, double rate_at_start, double rate_at_end) {
+  /// The part of psi's rates that a step over h gets wrong by `off`, with the rates at its ends; 0 where the step could
+  /// not make more of psi than `tolerance`: at rest its rates are rounding.
+  double rate_error(double off, double h, double rate_at_start, double rate_at_end, double tolerance) {
     fastest_ = std::max({fastest_, std::abs(rate_at_start), std::abs(rate_at_end)});
-    return fastest_ > 0 ? off / (h * fastest_) : 0;
+    return h * fastest_ > tolerance ? off / (h * fastest_) : 0;
   }
 
  private:

@@ -8,8 +8,8 @@ namespace costate {
 namespace {
 // Of a coordinate's largest speed so far: where it is slower, it turns round at rest.
 constexpr double kSlow = 1e-3;
-// Of the fastest coordinate's: what was never faster than that stands still but for rounding.
-constexpr double kStill = 1e-8;
+// Of the mechanism's size: what moves by less over the step does not come past where it turns back.
+constexpr double kStill = 1e-6;
 }  // namespace
 
 void BranchWatch::keep(const StateView& s, int n) {
@@ -21,12 +21,12 @@ void BranchWatch::keep(const StateView& s, int n) {
   for (std::size_t i = 0; i < count; ++i) largest_[i] = std::max(largest_[i], std::abs(v_[i]));
 }
 
-int BranchWatch::turned(const StateView& s, double part) const {
+int BranchWatch::turned(const StateView& s, double part, const std::vector<double>& sizes) const {
   if (!(s.t > t_)) return -1;
-  const double h = s.t - t_, fastest = *std::max_element(largest_.begin(), largest_.end());
+  const double h = s.t - t_;
   for (std::size_t i = 0; i < v_.size(); ++i) {
     const double before = v_[i], after = s.v[i];
-    if (!(before * after < 0) || largest_[i] < kStill * fastest ||
+    if (!(before * after < 0) || h * (std::abs(before) + std::abs(after)) < kStill * sizes[i] ||
         std::min(std::abs(before), std::abs(after)) < kSlow * largest_[i])
       continue;
     const double by_accelerations = 0.5 * h * (a_[i] + s.a[i]);

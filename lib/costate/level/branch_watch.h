@@ -21,8 +21,9 @@ class BranchWatch {
   /// The time of what is kept, or NaN.
   double kept() const { return t_; }
   /// Since what is kept, the coordinate whose velocity turned round otherwise than by the accelerations at both ends,
-  /// by more than this part of itself; or -1.
-  int turned(const StateView& s, double part) const;
+  /// by more than this part of itself; or -1. `sizes`, one a coordinate: what it moves by where it moves by the
+  /// mechanism's size.
+  int turned(const StateView& s, double part, const std::vector<double>& sizes) const;
 
  private:
   double t_ = std::numeric_limits<double>::quiet_NaN();

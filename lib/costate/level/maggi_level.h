@@ -39,7 +39,9 @@ class MaggiLevel {
   void remember();
   /// After solve() and accelerations, of a step since what was remembered last, at t = from: the coordinate that is no
   /// longer on its branch (branch_watch.h), by more than this part of its velocity; or -1.
-  int turned(double from, double part) const { return branch_.kept() == from ? branch_.turned(state(), part) : -1; }
+  int turned(double from, double part) const {
+    return branch_.kept() == from ? branch_.turned(state(), part, positions_.sizes()) : -1;
+  }
   void go_back() { positions_.go_back(); }
   double remembered() const { return branch_.kept(); }
   /// Velocities jump here.

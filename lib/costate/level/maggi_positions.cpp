@@ -62,7 +62,11 @@ void MaggiPositions::start(double t, const double* q) {
   for (const auto& c : assembly_.mechanism().constraints())
     for (const int i : c->coordinates()) constrained_[static_cast<std::size_t>(i)] = 1;
   scale_ = high > low ? high - low : any && high != 0 ? std::abs(high) : 1;
-  for (int i = 0; i < n_; ++i) weight_[i] = coordinates[i].unit == "m" ? 1 : scale_;
+  sizes_.resize(weight_.size());
+  for (int i = 0; i < n_; ++i) {
+    weight_[i] = coordinates[i].unit == "m" ? 1 : scale_;
+    sizes_[i] = scale_ / weight_[i];
+  }
 
   dropped_factorizations_ = factorizations();
   charts_.clear();

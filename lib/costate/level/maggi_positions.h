@@ -51,6 +51,9 @@ class MaggiPositions {
   /// The next solve() uses nothing but the first guess, and that again when it is repeated for the same time.
   void forget_history();
 
+  /// What each coordinate moves by where it moves by the mechanism's size.
+  const std::vector<double>& sizes() const { return sizes_; }
+
   long iterations() const { return iterations_; }
   long factorizations() const;
 
@@ -74,6 +77,7 @@ class MaggiPositions {
   std::vector<double> weight_;     // of coordinates, for the choice
   std::vector<char> constrained_;  // whether any constraint has it: others go any way in one step
   double scale_ = 1;               // size of the mechanism, m
+  std::vector<double> sizes_;      // of each coordinate: scale_ or, of an angle, 1
   std::vector<double> q_, step_, y_from_, y_part_, factored_at_;
   int factored_chart_ = -1;
   struct Last {

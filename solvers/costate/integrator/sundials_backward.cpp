@@ -70,6 +70,7 @@ void SundialsSession<Api>::open_backward() {
   check(Api::set_user_data_back(memory_, b.which, self()), "the user's data of the adjoint");
   check(Api::set_tolerances_back(memory_, b.which, options_.rtol, b.atol), "the adjoint's tolerances");
   check(Api::set_max_steps_back(memory_, b.which, options_.max_steps), "the adjoint's limit of steps");
+  check(Api::set_max_error_test_failures(b.memory, kMostFailedErrorTests), "the adjoint's limit of failed error tests");
   if (options_.max_step_s > 0)
     check(Api::set_max_step_back(memory_, b.which, options_.max_step_s), "the adjoint's largest step");
   b.newton = std::make_unique<NewtonOperator>(context_, guard_, [this](double* x) { solve_newton_back(x); });

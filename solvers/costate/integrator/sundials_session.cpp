@@ -40,8 +40,7 @@ template <class Api>
 void SundialsSession<Api>::set_up() {
   check(Api::set_user_data(memory_, self()), "the user's data");
   check(Api::set_max_steps(memory_, options_.max_steps), "the limit of steps");
-  // A step that begins where a force or an acceleration jumps may have to become very short.
-  check(Api::set_max_error_test_failures(memory_, 30), "the limit of failed error tests");
+  check(Api::set_max_error_test_failures(memory_, kMostFailedErrorTests), "the limit of failed error tests");
   if (options_.max_step_s > 0) check(Api::set_max_step(memory_, options_.max_step_s), "the largest step");
   check(Api::set_stop_time(memory_, stop()), "the end");
   newton_ = std::make_unique<NewtonOperator>(context_, guard_, [this](double* b) { solve_newton(b); });

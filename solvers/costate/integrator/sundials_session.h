@@ -78,6 +78,8 @@ class SundialsSession {
  protected:
   /// Unknowns outside the norm get this absolute tolerance, so that their weight is practically zero.
   static constexpr double kUnweighted = 1e30;
+  /// A step that begins where a force or an acceleration jumps may have to become very short.
+  static constexpr int kMostFailedErrorTests = 30;
 
   SundialsSession(SystemType& system, const SolverOptions& options, Monitor monitor, double t)
       : system_(system), options_(options), monitor_(std::move(monitor)), start_time_(t), t_(t), step_end_(t) {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstdlib>
 
 #include "costate/base/error.h"
@@ -76,6 +77,77 @@ TEST_CASE("bends: a tyre that lands and leaves", "[bends]") {
       INFO(mismatch.text);
       // What is returned without a word is within 1e-4.
       CHECK(mismatch.error < 1e-4);
+    }
+}
+
+TEST_CASE("bends: the way back meets the instant at which a stiff tyre lands", "[bends]") {
+  // There the adjoint's rate jumps by k/m = 4e3 of it: its step becomes very short.
+  Problem p = make_problem(Scene::parse(R"([gravity]
+z_m_per_s2 = -9.81
+[road.R]
+kind = "flat"
+[rigid_body.w]
+x_m = 0
+y_m = 0
+z_m = 3
+mass_kg = 20
+inertia_xx_kg_m2 = 1
+inertia_yy_kg_m2 = 1
+inertia_zz_kg_m2 = 1
+[point.hub]
+on = "w"
+x_m = 0
+y_m = 0
+z_m = 0
+[tyre.T]
+wheel = "hub"
+road = "R"
+model = "ride"
+radius_m = 0.3
+stiffness_N_per_m = 80000
+[start]
+given = ["w"]
+[[cost.terminal]]
+kind = "square"
+output = "w.z"
+target = 1.5
+[run]
+t_end_s = 1
+parameters = ["rigid_body.w.z_m"]
+)",
+                                        "landing.toml"));
+  const auto rho = p.parameters.values();
+  // In closed form: free fall, half a vibration and more about the static deflection, free flight.
+  const double g = 9.81, w = std::sqrt(80000.0 / 20), fall = std::sqrt(2 * 2.7 / g), v = -g * fall, a = g / (w * w),
+               b = v / w, pi = std::acos(-1.0), touch = std::fmod(2 * std::atan2(b, a) + 2 * pi, 2 * pi) / w,
+               flight = 1 - fall - touch, out = -v, end = 0.3 + out * flight - 0.5 * g * flight * flight;
+  const double dfall = 1 / (g * fall), dv = -g * dfall;
+  const double dtouch = 2 * a / (a * a + b * b) * dv / w / w;
+  const double dend = -dv * flight + (out - g * flight) * (-dfall - dtouch);
+  for (const char* formulation : {"index1", "baumgarte", "maggi"})
+    for (const char* method : {"cvodes-adjoint", "idas-adjoint"}) {
+      if (std::string(formulation) == "maggi" && std::string(method) == "idas-adjoint") continue;  // no residual form
+      CAPTURE(formulation, method);
+      p.formulation = formulation;
+      p.solver.integrator.clear();
+      const GradientResult r = gradient(p, method, rho);
+      CHECK(r.psi == Approx((end - 1.5) * (end - 1.5)).epsilon(1e-5));
+      CHECK(r.gradient[0] == Approx(2 * (end - 1.5) * dend).epsilon(1e-4));
+    }
+}
+
+TEST_CASE("bends: what stands still has no rates that a step could get wrong", "[bends]") {
+  // At rest psi's rates are rounding, and no step is short enough for that.
+  Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/iltis/quarter_car.toml"));
+  const auto rho = p.parameters.values();
+  for (const char* formulation : {"baumgarte", "index1", "maggi"})
+    for (const char* method : {"discrete-adjoint", "discrete-tangent"}) {
+      CAPTURE(formulation, method);
+      p.formulation = formulation;
+      p.solver.integrator = "dop853";
+      const GradientResult r = gradient(p, method, rho);
+      CHECK(r.counters.steps < 200);
+      CHECK(std::abs(r.psi) < 1e-12);
     }
 }
 

@@ -21,15 +21,22 @@ void BranchWatch::keep(const StateView& s, int n) {
   for (std::size_t i = 0; i < count; ++i) largest_[i] = std::max(largest_[i], std::abs(v_[i]));
 }
 
-int BranchWatch::turned(const StateView& s, double part, const std::vector<double>& sizes) const {
+bool BranchWatch::turns_round(const StateView& s, std::size_t i, const std::vector<double>& sizes) const {
+  const double before = v_[i], after = s.v[i];
+  return before * after < 0 && (s.t - t_) * (std::abs(before) + std::abs(after)) >= kStill * sizes[i] &&
+         std::min(std::abs(before), std::abs(after)) >= kSlow * largest_[i];
+}
+
+int BranchWatch::turned(const StateView& s, double part, const std::vector<double>& sizes,
+                        const std::vector<int>& independent) const {
   if (!(s.t > t_)) return -1;
   const double h = s.t - t_;
+  if (std::none_of(independent.begin(), independent.end(),
+                   [&](int i) { return turns_round(s, static_cast<std::size_t>(i), sizes); }))
+    return -1;
   for (std::size_t i = 0; i < v_.size(); ++i) {
-    const double before = v_[i], after = s.v[i];
-    if (!(before * after < 0) || h * (std::abs(before) + std::abs(after)) < kStill * sizes[i] ||
-        std::min(std::abs(before), std::abs(after)) < kSlow * largest_[i])
-      continue;
-    const double by_accelerations = 0.5 * h * (a_[i] + s.a[i]);
+    if (!turns_round(s, i, sizes)) continue;
+    const double before = v_[i], after = s.v[i], by_accelerations = 0.5 * h * (a_[i] + s.a[i]);
     if (std::abs(after - before - by_accelerations) > part * (std::abs(before) + std::abs(after)))
       return static_cast<int>(i);
   }

@@ -40,7 +40,7 @@ class MaggiLevel {
   /// After solve() and accelerations, of a step since what was remembered last, at t = from: the coordinate that is no
   /// longer on its branch (branch_watch.h), by more than this part of its velocity; or -1.
   int turned(double from, double part) const {
-    return branch_.kept() == from ? branch_.turned(state(), part, positions_.sizes()) : -1;
+    return branch_.kept() == from ? branch_.turned(state(), part, positions_.sizes(), independent()) : -1;
   }
   void go_back() { positions_.go_back(); }
   double remembered() const { return branch_.kept(); }

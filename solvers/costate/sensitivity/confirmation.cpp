@@ -136,6 +136,11 @@ GradientResult confirmed(const Problem& asked, GradientResult result, const Grad
   take_notices();
   if (!attempt(problem, kTighter, run, tight)) {
     say(said);
+    if (!explained && std::isfinite(first.relative))
+      notice(fmt::format(
+          "From rtol {:g} to {:g} {}, where psi is {:.6g}, and at {:g}, which would tell what is left, this "
+          "method has no result: how many digits are right is not known. Compare methods (costate check).",
+          rtol * kLooser, rtol, first.what, result.psi, rtol * kTighter));
     return result;
   }
   // Two near each other may be as far from what is right where errors hardly fall.

@@ -19,8 +19,8 @@ void require_joined_laws(const Mechanism& mechanism, const ParameterSelection& p
 void require_joined_drivers(const Mechanism& mechanism, const std::vector<double>& numbers, double t_start,
                             double t_end);
 
-/// Where a force may bend along the motion, other than where event/bend_watch.h tells the time. The derivative of a step over such a place has an error of the first order
-/// of its length.
+/// Where a force may bend along the motion, other than where event/bend_watch.h tells the time. The derivative of a
+/// step over such a place has an error of the first order of its length.
 enum class Bends {
   none,
   at_touches,  // where something touches or leaves, or while it touches

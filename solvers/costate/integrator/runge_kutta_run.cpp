@@ -257,7 +257,6 @@ void RungeKuttaRun<Kind>::take_step() {
   double limit = ahead(end_time_);
   if (options_.max_step_s > 0) limit = std::min(limit, end_time_ + options_.max_step_s);
   int searches = 0;
-  // Last whether it is on its branch: a formulation judges by its last evaluation where it has come to.
   do find_step(h_, limit);
   while ((searches < kMostSearches && passed_bend(limit) && ++searches) || passed_over(limit) || left_branch());
   bend_behind_ = follows_bends() && bend_watch_->across(step_->t_end() - end_time_);
@@ -278,11 +277,11 @@ void RungeKuttaRun<Kind>::take_step() {
     }
   }
   if (follower_.step) {
-    // From the step's beginning on, as the stages were found; and at its end again.
-    system_.try_step();
+    system_.try_step();  // from the step's beginning on, as the stages were found
     follower_.step(step_->stages());
-    system_.keeps_branch(begin_, end_time_, end_.data());
   }
+  // A formulation judges by its last evaluation where it has come to: events and followers have evaluated elsewhere.
+  system_.keeps_branch(begin_, end_time_, end_.data());
   ended_ = system_.segment_ends(end_time_, end_.data()) || ended_;
   if (tape_) tape_->add_step(*step_);
   if constexpr (!Kind::implicit)

@@ -15,6 +15,7 @@ const std::vector<GuideEntry>& failure_guide() {
       {"no-equilibrium", {"No equilibrium "}},
       {"something-has-no-mass", {"has neither inertia nor", "moves no mass", "has no mass"}},
       {"singular-position-passed", {"The mechanism passes a singular position at"}},
+      {"step-leaves-its-branch", {"has left its branch"}},
       {"end-never-comes", {"The run ends by "}},
       {"event-is-grazed", {"is grazed", "has happened already", "This scene has events", "'ends_when'"}},
       {"rigid-contact-goes-no-further",

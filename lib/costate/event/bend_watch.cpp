@@ -16,6 +16,8 @@ constexpr double kBendNear = 4;
 // Of a step: to this the time is known. And the halvings at most.
 constexpr double kBendResolved = 1e-9;
 constexpr int kBendHalvings = 60;
+// Of the way to a place, what one step takes.
+constexpr double kApproach = 0.9;
 // Steps across a place, in the length of the steps around them; and, of the time, at least.
 constexpr double kAcross = 1e-6, kBendInstant = 16 * std::numeric_limits<double>::epsilon();
 // Of the tolerances: a smaller argument is zero.
@@ -57,6 +59,9 @@ std::optional<double> BendWatch::passed(double from, double to, double length, c
   if (!t) return {};
   const double half = std::max(0.25 * kAcross * std::max(length, to - from), kBendInstant * std::abs(to));
   across_ = 4 * half;
+  // Stages at the end of a step are known less well than the end itself: where the step is long and ends at the place
+  // they may be beyond it. So the place is approached.
+  if (const double way = *t - from; (1 - kApproach) * way > half) return from + kApproach * way;
   return *t - half > from + half ? *t - half : std::min(to, *t + 2 * half);
 }
 

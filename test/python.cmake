@@ -4,7 +4,7 @@ if(TARGET costate_python)
   set(python_environment "PYTHONPATH=${PROJECT_BINARY_DIR}/python;COSTATE_MODELS=${PROJECT_SOURCE_DIR}/models"
                          "COSTATE_TOOL=$<TARGET_FILE:costate_app>" "PYTHONDONTWRITEBYTECODE=1")
   add_test(NAME "python:module" COMMAND Python3::Interpreter "${CMAKE_CURRENT_SOURCE_DIR}/python/module.py")
-  set_tests_properties("python:module" PROPERTIES LABELS python TIMEOUT 900 ENVIRONMENT "${python_environment}")
+  set_tests_properties("python:module" PROPERTIES LABELS python TIMEOUT ${hang} ENVIRONMENT "${python_environment}")
   foreach(example IN LISTS python_examples)
     file(MAKE_DIRECTORY "${CMAKE_CURRENT_BINARY_DIR}/python/${example}")
     add_test(NAME "python:${example}"

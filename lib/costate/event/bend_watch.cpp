@@ -29,17 +29,14 @@ bool is_beyond(double x) { return x >= 0; }
 BendWatch::BendWatch(const Assembly& assembly, double rtol, double atol)
     : assembly_(assembly), rtol_(rtol), atol_(atol) {
   std::vector<MotionLaw> laws;
-  std::vector<double> p;
   for (const auto& force : assembly.mechanism().forces()) {
     const auto* owner = dynamic_cast<const MotionLawElement*>(force.get());
     if (!owner) continue;
     laws.clear();
     owner->add_motion_laws(laws);
-    p.clear();
-    for (const int n : force->numbers()) p.push_back(assembly.numbers()[static_cast<std::size_t>(n)]);
     for (const MotionLaw& law : laws) {
       if (!law.followed()) continue;
-      const LawJoints joints = law_joints(*law.law, p.data() + law.first, law.from);
+      const LawJoints joints = joints_of(*force, law, assembly.numbers());
       for (const LawJoint& joint : joints.all)
         if (joints.bends(joint)) places_.push_back({force.get(), owner, law, joint.x});
     }
@@ -65,6 +62,17 @@ std::optional<double> BendWatch::passed(double from, double to, double length, c
   return *t - half > from + half ? *t - half : std::min(to, *t + 2 * half);
 }
 
+// Another place may be passed before this one: whoever ends a step here looks again.
+double BendWatch::passage(const Place& place, double left, double right, double resolution,
+                          const GapTrace::States& at) const {
+  const bool side = is_beyond(beyond(place, at(left)));
+  for (int k = 0; k < kBendHalvings && right - left > resolution; ++k) {
+    const double t = left + 0.5 * (right - left);
+    (is_beyond(beyond(place, at(t))) == side ? left : right) = t;
+  }
+  return right;
+}
+
 std::optional<double> BendWatch::first(double from, double to, const GapTrace::States& at) {
   const auto look = [&](double t, std::vector<double>& values) {
     const StateView s = at(t);
@@ -80,30 +88,23 @@ std::optional<double> BendWatch::first(double from, double to, const GapTrace::S
     near = near || std::min(a, b) <= kBendNear * std::abs(end_[i] - begin_[i]);
   }
   if (!near) return {};
-  std::optional<std::size_t> passed;
-  double left = from, right = to;
-  const std::vector<double>* last = &begin_;
-  std::vector<double> values[2];
-  for (int k = 1; k <= kBendLooks + 1 && !passed; ++k) {
-    std::vector<double>& now = k > kBendLooks ? end_ : values[k % 2];
-    right = k > kBendLooks ? to : from + (to - from) * k / (kBendLooks + 1);
-    if (k <= kBendLooks) look(right, now);
-    for (std::size_t i = 0; i < places_.size() && !passed; ++i) {
-      const double size = std::max(std::abs((*last)[i]), std::abs(now[i]));
-      if (is_beyond((*last)[i]) != is_beyond(now[i]) && size > kBendCounts * (atol_ + rtol_ * places_[i].largest))
-        passed = i;
+  double last = from;
+  for (int k = 1; k <= kBendLooks + 1; ++k) {
+    const bool whole = k > kBendLooks;
+    const double now = whole ? to : from + (to - from) * k / (kBendLooks + 1);
+    if (whole)
+      now_ = end_;
+    else
+      look(now, now_);
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      const double size = std::max(std::abs(begin_[i]), std::abs(now_[i]));
+      if (is_beyond(begin_[i]) != is_beyond(now_[i]) && size > kBendCounts * (atol_ + rtol_ * places_[i].largest))
+        return passage(places_[i], last, now, kBendResolved * (to - from), at);
     }
-    if (!passed) left = right;
-    last = &now;
+    last = now;
+    begin_.swap(now_);
   }
-  if (!passed) return {};
-  // Another place may be passed before this one: whoever ends a step here looks again.
-  const bool side = is_beyond(beyond(places_[*passed], at(left)));
-  for (int k = 0; k < kBendHalvings && right - left > kBendResolved * (to - from); ++k) {
-    const double t = left + 0.5 * (right - left);
-    (is_beyond(beyond(places_[*passed], at(t))) == side ? left : right) = t;
-  }
-  return right;
+  return {};
 }
 
 }  // namespace costate

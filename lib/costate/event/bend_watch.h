@@ -37,13 +37,15 @@ class BendWatch {
   };
   /// The first time at which a place is passed, to a small part of the step.
   std::optional<double> first(double from, double to, const GapTrace::States& at);
+  /// When this place is passed between two times at which it is on different sides.
+  double passage(const Place& place, double left, double right, double resolution, const GapTrace::States& at) const;
   /// The argument of the place's law from the place on.
   double beyond(const Place& place, const StateView& s) const;
 
   const Assembly& assembly_;
   double rtol_, atol_, across_ = 0;
   std::vector<Place> places_;
-  std::vector<double> begin_, end_;  // of each place
+  std::vector<double> begin_, now_, end_;  // of each place: two looks and the step's end
 };
 
 }  // namespace costate

@@ -33,10 +33,6 @@ std::vector<double> local(const Element& e, int first, int count, const std::vec
   return p;
 }
 
-LawJoints joints_of(const Element& e, const MotionLaw& owned, const std::vector<double>& numbers) {
-  return law_joints(*owned.law, local(e, owned.first, owned.law->number_count(), numbers).data(), owned.from);
-}
-
 /// The numbers with a parameter moved by a part of its scale.
 std::vector<double> moved(const Parameter& parameter, std::vector<double> numbers, double part = 1) {
   for (const auto& [number, factor] : parameter.bindings)

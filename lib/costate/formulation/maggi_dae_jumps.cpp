@@ -1,4 +1,5 @@
 // Changes of independent coordinates, and kinks of drivers, forward, along tangents and back: lib/README.md (6).
+#include "costate/formulation/maggi_branch.h"
 #include "costate/formulation/maggi_dae.h"
 #include "costate/formulation/maggi_event.h"
 #include "costate/level/maggi_names.h"
@@ -13,17 +14,10 @@ void MaggiDae::use_mode(int mode) {
 
 bool MaggiDae::keeps_branch(double from, double t, const double* y) {
   solve_point(t, y);
-  return level_.turned(from, kTurnedStep) < 0 && level_.chart_ratio() <= kFarMaggiRatio;
+  return costate::keeps_branch(level_, from);
 }
 
-bool MaggiDae::wants_other_coordinates(double t, const double*) {
-  // The step's last evaluation serves: another one here would be missing where the run is repeated from a checkpoint. A
-  // step that ended without one is judged after the next.
-  if (!level_.solved_at(t)) return false;
-  require_branch(level_);
-  level_.remember();
-  return level_.chart_ratio() > kWorstMaggiRatio;
-}
+bool MaggiDae::wants_other_coordinates(double t, const double*) { return wants_other_chart(level_, t); }
 
 void MaggiDae::cross_event(int event, double t, double* y, double* yp) {
   level_.solve(t, y, y + f_, y + 2 * f_);

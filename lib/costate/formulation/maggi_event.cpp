@@ -1,26 +1,8 @@
 #include "costate/formulation/maggi_event.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
-#include "costate/base/error.h"
-
 namespace costate {
-
-void require_branch(MaggiLevel& level) {
-  constexpr double kTurned = 0.8;
-  if (!level.accelerated()) return;
-  const int i = level.turned(level.remembered(), kTurned);
-  if (i < 0) return;
-  const StateView s = level.state();
-  throw SolverError(fmt::format(
-      "Between t = {:.9g} s and t = {:.9g} s the motion has left its branch: the velocity of '{}' turned round without "
-      "an acceleration, because the step went past a place where the independent coordinates turn back and the others "
-      "go through. Take a smaller rtol, or bound the steps (run.max_step_s), or take a formulation without independent "
-      "coordinates (index1).",
-      level.remembered(), s.t, level.assembly().mechanism().coordinates()[static_cast<std::size_t>(i)].name));
-}
 
 void cross_event(MaggiLevel& level, MotionEvents& events, int event, double* yd, double* z) {
   const StateView before = level.state();

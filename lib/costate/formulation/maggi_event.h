@@ -7,13 +7,6 @@
 
 namespace costate {
 
-/// The part of its velocity by which a coordinate may be turned by no acceleration over a step, which is else
-/// shortened.
-inline constexpr double kTurnedStep = 0.5;
-/// Before MaggiLevel::remember() at the end of an accepted step: throws SolverError where the motion has left its
-/// branch since the last one, by more than a long step could be off.
-void require_branch(MaggiLevel& level);
-
 /// (yd, z) behind the event.
 void cross_event(MaggiLevel& level, MotionEvents& events, int event, double* yd, double* z);
 /// Columns (dy, dyd, dz), one a parameter, before the event become those behind it; dcost as MotionEvents::tangent().

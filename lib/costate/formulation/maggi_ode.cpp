@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "costate/analysis/start.h"
+#include "costate/formulation/maggi_branch.h"
 #include "costate/formulation/maggi_event.h"
 #include "costate/formulation/switched_rows_refusal.h"
 #include "costate/level/maggi_names.h"
@@ -243,17 +244,10 @@ void MaggiOde::use_mode(int mode) {
 bool MaggiOde::keeps_branch(double from, double t, const double* y) {
   solve_point(t, y);
   level_.solve_accelerations();
-  return level_.turned(from, kTurnedStep) < 0 && level_.chart_ratio() <= kFarMaggiRatio;
+  return costate::keeps_branch(level_, from);
 }
 
-bool MaggiOde::wants_other_coordinates(double t, const double*) {
-  // The step's last evaluation serves: another one here would be missing where the run is repeated from a checkpoint. A
-  // step that ended without one is judged after the next.
-  if (!level_.solved_at(t)) return false;
-  require_branch(level_);
-  level_.remember();
-  return level_.chart_ratio() > kWorstMaggiRatio;
-}
+bool MaggiOde::wants_other_coordinates(double t, const double*) { return wants_other_chart(level_, t); }
 
 void MaggiOde::cross_event(int event, double t, double* y) {
   solve_point(t, y);

@@ -21,13 +21,13 @@ class BranchWatch {
   /// The time of what is kept, or NaN.
   double kept() const { return t_; }
   /// Since what is kept, the coordinate whose velocity turned round otherwise than by the accelerations at both ends,
-  /// by more than this part of itself; or -1. One of the
-  /// `independent` coordinates has turned round, too, as it does there. `sizes`, one a coordinate: what it moves by
-  /// where it moves by the mechanism's size.
+  /// by more than this part of itself; or -1. One of the `independent` coordinates has turned round, too, as it does
+  /// there. `sizes`, one a coordinate: what it moves by where it moves by the mechanism's size.
   int turned(const StateView& s, double part, const std::vector<double>& sizes,
              const std::vector<int>& independent) const;
 
  private:
+  /// Whether the i-th velocity turns round, and by more than rounding at rest.
   bool turns_round(const StateView& s, std::size_t i, const std::vector<double>& sizes) const;
   double t_ = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> v_, a_, largest_;  // of each coordinate; its largest speed so far

@@ -11,9 +11,6 @@ namespace costate {
 /// A chart is changed when it falls behind the best one by this ratio: the largest derivative |R_ij| of a dependent
 /// coordinate with respect to an independent one (63 degrees of a pendulum's turn).
 inline constexpr double kWorstMaggiRatio = 2;
-/// A step that ends farther from the best chart than this is tried again, shorter: between there and the chart's end
-/// the unknowns' derivatives grow beyond any tolerance of theirs.
-inline constexpr double kFarMaggiRatio = 6;
 
 /// (y, yd, z), or one idle unknown when there is nothing to integrate: the drivers determine the whole motion.
 void append_maggi_unknowns(const Mechanism& mechanism, int freedoms, std::vector<Unknown>& unknowns);

@@ -103,8 +103,7 @@ constexpr long kMostRefined = 16;  // times the steps that psi needs
 
 /// The largest change of a scaled derivative from one gradient to the other, against the largest of them.
 double change(const Problem& problem, const GradientResult& a, const GradientResult& b) {
-  const double size =
-      std::max({1e-3 * std::abs(b.psi), nothing(problem), largest_scaled(problem.parameters, b.gradient)});
+  const double size = std::max(nothing(problem), gradient_size(problem.parameters, b.psi, b.gradient));
   return largest_scaled_change(problem.parameters, a.gradient, b.gradient) / size;
 }
 }  // namespace

@@ -23,8 +23,6 @@ constexpr double kFewDigits = 1e-2, kNoDigit = 1e3, kAbsolute = 1e3;
 // run's errors are some 5 to 20 such errors; on the models this is 1 to 60. And the smallest part of its tolerances,
 // and tolerance, that a run is repeated with.
 constexpr double kResolved = 200, kErrors = 20, kSmallestPart = 1e-4, kSmallestTolerance = 1e-13;
-// A derivative below this part of psi is measured by psi.
-constexpr double kNoGradient = 1e-3;
 // What the adjoint may lose of its invariant without a word: on the models, from 1e-6 to 1e-2, within a factor of some
 // four of what the gradient was off by.
 constexpr double kInvariant = 3e-3;
@@ -34,11 +32,6 @@ constexpr double kInvariant = 3e-3;
 constexpr double kNoPromise = 1e-2;
 
 thread_local double drift_of_last_run = 0;
-
-/// The largest scaled derivative, or the part of psi below which it has no size of its own.
-double gradient_size(const Problem& problem, const GradientResult& result) {
-  return std::max(kNoGradient * std::abs(result.psi), largest_scaled(problem.parameters, result.gradient));
-}
 
 WatchSettings settings_of(const Problem& problem) {
   WatchSettings s;
@@ -103,7 +96,8 @@ double last_drift() { return drift_of_last_run; }
 
 double RunWatch::resolving_part(const GradientResult& result, const AdjointGrowth& growth, double asked) const {
   if (result.gradient.empty()) return 1;
-  const double size = gradient_size(problem_, result), allowed = kResolved * asked * size;
+  const double size = gradient_size(problem_.parameters, result.psi, result.gradient),
+               allowed = kResolved * asked * size;
   if (!(size > 0) || !(growth.change() > allowed)) return 1;
   return std::max(allowed / growth.change(), std::max(kSmallestPart, std::min(1.0, kSmallestTolerance / asked)));
 }
@@ -112,7 +106,7 @@ std::string unresolved_gradient(const Problem& problem, const GradientResult& re
   return fmt::format(
       "The gradient is small ({:.2g} in its largest scaled derivative, psi {:.6g}) against the adjoint that it is made "
       "of: at rtol {:g} it is known to some {:.0e} of its size. A smaller rtol, or a forward method, tells more.",
-      gradient_size(problem, result), result.psi, problem.solver.rtol,
+      gradient_size(problem.parameters, result.psi, result.gradient), result.psi, problem.solver.rtol,
       std::min(1.0, kErrors * kResolved * problem.solver.rtol / part));
 }
 

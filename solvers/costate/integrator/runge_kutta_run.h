@@ -84,6 +84,7 @@ class RungeKuttaRun {
   bool may_bend() {
     return bends_ == Bends::anywhere || touches_->may_touch(end_time_, step_->t_end(), states_within());
   }
+  bool resolves_bends() const { return bends_ != Bends::none || follows_bends(); }
   bool follows_bends() const { return bend_watch_ && !bend_watch_->empty(); }
   /// Whether the step just found has passed the place of a bend and is longer than steps across one may be; another one
   /// is then to be found, until `limit`.

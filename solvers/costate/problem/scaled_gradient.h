@@ -18,6 +18,11 @@ inline double largest_scaled(const ParameterSelection& parameters, const std::ve
   return largest;
 }
 
+/// The same, or 1e-3 of psi where derivatives are smaller: those have no size of their own.
+inline double gradient_size(const ParameterSelection& parameters, double psi, const std::vector<double>& gradient) {
+  return std::max(1e-3 * std::abs(psi), largest_scaled(parameters, gradient));
+}
+
 /// max |a_j - b_j| s_j of two gradients of the same length.
 inline double largest_scaled_change(const ParameterSelection& parameters, const std::vector<double>& a,
                                     const std::vector<double>& b) {

@@ -29,9 +29,9 @@ constexpr double kFalls = 6.8, kHardlyFalls = 1.05;
 // Where the looser run was further off than this, errors do not fall as the tolerance does, and two runs may be near
 // each other by chance: by 316 = 1000^(5/6) less the better of the two is off by 3e3 rtol, as with kKnown.
 constexpr double kErratic = 1e6;
-// A gradient below this part of psi (per relative change) counts as so large; psi, which is printed by itself, where it
-// is below that part of the gradient: a speed of 1e-5 m/s that is asked of points that could move by metres.
-constexpr double kSmall = 1e-3, kSmallPsi = 1e-6;
+// A psi below this part of the gradient counts as so large: a speed of 1e-5 m/s that is asked of points that could move
+// by metres.
+constexpr double kSmallPsi = 1e-6;
 // In absolute tolerances: what is smaller is zero.
 constexpr double kZero = 1e-4;
 
@@ -55,7 +55,7 @@ double size_of_psi(const Problem& problem, const GradientResult& r) {
 Apart apart(const Problem& problem, const GradientResult& a, const GradientResult& b) {
   const auto& parameters = problem.parameters.parameters;
   const double zero = kZero * absolute_of_cost(problem), psi_size = size_of_psi(problem, b),
-               size = std::max(largest_scaled(problem.parameters, b.gradient), kSmall * std::abs(b.psi));
+               size = gradient_size(problem.parameters, b.psi, b.gradient);
   Apart r;
   const auto look = [&](double change, double of, const std::string& what) {
     if (!(change > zero)) return;

@@ -84,7 +84,7 @@ void watch_penalty(const Problem& problem, const std::string& method, const std:
   }
   keep();
   const double share = 0.9, psi = e.psi / share / std::max(std::abs(result.psi), problem.solver.absolute());
-  const double size = std::max(1e-3 * std::abs(result.psi), largest_scaled(problem.parameters, result.gradient)),
+  const double size = gradient_size(problem.parameters, result.psi, result.gradient),
                change = largest_scaled(problem.parameters, e.gradient) / share;
   const double gradient = size > 0 ? change / size : 0, allowed = std::max(kSaid, 1e3 * problem.solver.rtol);
   if (psi <= allowed && gradient <= allowed) return;

@@ -13,6 +13,7 @@
 #include "costate/integrator/segmented_run.h"
 #include "costate/integrator/simulate.h"
 #include "costate/level/fixed_times.h"
+#include "costate/problem/scaled_gradient.h"
 
 namespace costate {
 
@@ -25,9 +26,8 @@ bool without_estimate(const Problem& problem) {
 }
 constexpr std::size_t kCoarsest = 60;
 constexpr int kMaxRefinements = 7;
-// Errors of order 3 fall by this in a halving. What is left in units of rtol from here on is said; a gradient below
-// this part of psi is measured by psi.
-constexpr double kFallsByHalving = 0.125, kSaidOfHalving = 3e3, kNoGradientAtAll = 1e-3;
+// Errors of order 3 fall by this in a halving. What is left in units of rtol from here on is said.
+constexpr double kFallsByHalving = 0.125, kSaidOfHalving = 3e3;
 // Of these grids' intervals: points so near to a jump give way, as what the motion is off there counts by the step.
 constexpr double kNearJump = 0.3;
 
@@ -218,13 +218,12 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
     // two halvings in a row that do not halve the change are the last, and the gradient is that which changed least. A
     // change that is small by chance is none: it counts as no less than a part of the one before it.
     std::vector<double> times = grid(kCoarsest);
-    Eigen::VectorXd coarser = pass(times, 0);
-    Eigen::VectorXd before;
+    Eigen::VectorXd coarser = pass(times, 0), before = Eigen::VectorXd::Zero(coarser.size());
     double least = std::numeric_limits<double>::infinity();
     for (int level = 0, stuck = 0; level < kMaxRefinements && stuck < 2; ++level) {
       times = refined(times);
-      const Eigen::VectorXd finer = pass(times, 0), moved = (finer - coarser).cwiseAbs();
-      const Eigen::VectorXd change = level > 0 ? moved.cwiseMax(kFallsByHalving * before).eval() : moved;
+      const Eigen::VectorXd finer = pass(times, 0), moved = (finer - coarser).cwiseAbs(),
+                            change = moved.cwiseMax(kFallsByHalving * before);
       coarser = finer;
       before = moved;
       stuck = size_of(change) > 0.5 * least ? stuck + 1 : 0;
@@ -235,15 +234,16 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
       }
       if (least <= 3 * problem.solver.rtol * size_of(finer)) break;
     }
-    if (const double size = std::max(size_of(gradient), kNoGradientAtAll * std::abs(r.psi));
-        least > kSaidOfHalving * problem.solver.rtol * size)
-      notice(fmt::format(
-          "The gradient is known to some {:.0e} of its size: halving the steps further changes it by that. Of "
-          "index 3 the errors of the stored motion are differentiated twice; index1, baumgarte or a smaller "
-          "rtol tell more.",
-          least / size));
   }
   r.gradient.assign(gradient.data(), gradient.data() + gradient.size());
+  const double left = largest_scaled(problem.parameters, r.gradient_error),
+               size = gradient_size(problem.parameters, r.psi, r.gradient);
+  if (left > kSaidOfHalving * problem.solver.rtol * size)
+    notice(fmt::format(
+        "The gradient is known to some {:.0e} of its size: halving the steps further changes it by that. Of "
+        "index 3 the errors of the stored motion are differentiated twice; index1, baumgarte or a smaller "
+        "rtol tell more.",
+        left / size));
   return r;
 }
 

@@ -83,4 +83,11 @@ LawJoints law_joints(const ScalarLaw& law, const double* p, double from) {
   return joints;
 }
 
+LawJoints joints_of(const Element& element, const MotionLaw& law, const std::vector<double>& numbers) {
+  std::vector<double> p;
+  for (int k = 0; k < law.law->number_count(); ++k)
+    p.push_back(numbers[static_cast<std::size_t>(element.numbers()[static_cast<std::size_t>(law.first + k)])]);
+  return law_joints(*law.law, p.data(), law.from);
+}
+
 }  // namespace costate

@@ -54,5 +54,7 @@ std::vector<LawBegin> law_begins(const ScalarLaw& law, const double* p);
 
 /// Those that the law knows of from `from` on, for its numbers p.
 LawJoints law_joints(const ScalarLaw& law, const double* p, double from = -std::numeric_limits<double>::infinity());
+/// Of a law of the element, with the mechanism's `numbers`.
+LawJoints joints_of(const Element& element, const MotionLaw& law, const std::vector<double>& numbers);
 
 }  // namespace costate

@@ -23,6 +23,7 @@ inline Mismatch gradient_mismatch(const std::vector<double>& a, const std::vecto
                                   const ParameterSelection& parameters) {
   Mismatch m;
   if (a.size() != b.size() || a.size() != parameters.parameters.size()) return {HUGE_VAL, "sizes differ"};
+  if (a.empty()) return {HUGE_VAL, "there are no parameters"};
   const double size = size_of(b, parameters);
   for (std::size_t j = 0; j < a.size(); ++j) {
     const double e = std::abs(a[j] - b[j]) * parameters.parameters[j].scale / size;

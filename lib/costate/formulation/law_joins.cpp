@@ -92,7 +92,8 @@ void require_joined_force(const Force& f, const MotionLaw& law, const ParameterS
       if (b.x != a.x) continue;  // it moves: see there
       const double jump = (b.right - b.left) - (a.right - a.left),
                    bend = (b.right_slope - b.left_slope) - (a.right_slope - a.left_slope);
-      if (std::abs(jump) > kOpened * std::max(now.value, then.value) ||
+      // Where a law is zero, the last number before the place is not yet.
+      if (std::abs(jump) > kOpened * std::max(now.value, then.value) + std::numeric_limits<double>::min() ||
           (law.by_slope && std::abs(bend) > kOpened * std::max(now.slope, then.slope)))
         refuse_parameter(parameter.name, "jump", name, "x", a.x, "a force that jumps has no gradients here");
     }

@@ -1,7 +1,6 @@
 // Where a force has a kink along a motion: where C = -Q_v, f_v or g_v jumps. First-order adjoints hold these blocks as
 // they are and need not know; second-order ones hold their time derivatives, so that a kink is an event of theirs
-// (lib/README.md (4.4)). Nobody has to declare one: the blocks are looked at along the stored motion, which is a
-// polynomial on each of the integrator's steps, so that whatever is not smooth within a step is the forces' own.
+// (lib/README.md (4.4)). They are found along the stored motion (adjoint/block_jumps.h).
 #pragma once
 
 #include <functional>
@@ -19,9 +18,8 @@ struct ForceKink {
   std::vector<double> state_before, state_after;
 };
 
-/// `times`: the ends of the motion's steps in order, `motion` its (q, v, z). Jumps count from 1e-6 of a block entry's
-/// largest value along the motion on. Where the motion itself jumps the equations are carried across as a whole
-/// (HandEquations::cross): those places are left out.
+/// `times`: the ends of the motion's steps in order, `motion` its (q, v, z). Where the motion itself jumps the
+/// equations are carried across as a whole (HandEquations::cross): those places are left out.
 std::vector<ForceKink> find_force_kinks(Assembly& assembly, const Objective& objective,
                                         const std::vector<double>& times,
                                         const std::function<void(double t, double* qvz)>& motion,

@@ -16,6 +16,7 @@
 #include <memory>
 #include <vector>
 
+#include "costate/adjoint/block_jumps.h"
 #include "costate/adjoint/hand_equations.h"
 #include "costate/analysis/start.h"
 #include "costate/assembly/second_terms.h"
@@ -52,6 +53,26 @@ class HessianEquations {
                double* product_integrands);
   /// The terms that gradient and products gain at the start, where the adjoint ends.
   void begin(double t, const double* mu, const double* dmu, double* gradient, double* products);
+
+  // Bends, where derivatives of forces jump on the way: (13.13) (hessian_bends.cpp).
+  /// What the motion is on either side of one, (y, tangents), as near to it as it is known.
+  struct Bend {
+    double before = 0, after = 0;
+    std::vector<double> state_before, state_after;
+    std::vector<std::pair<std::size_t, Eigen::VectorXd>> moved;  // the forces that bend; dt along each direction
+  };
+  /// For find_block_jumps(): what jumps there, at (t, y).
+  void append_blocks(double t, const double* y, std::vector<double>& values, std::vector<std::size_t>& ends);
+  /// The largest entries along the motion: of y' and of each tangent, state_size() x (1 + k).
+  struct Sizes {
+    double span = 0;  // t_end - t_start
+    Eigen::MatrixXd columns;
+  };
+  /// Fills `moved`. Throws CapabilityError with the force and the time where psi has no second derivative, or none that
+  /// is known here.
+  void follow_bend(Bend& bend, const Sizes& sizes);
+  /// Behind the bend mu, dmu and the products are given; dmu and products become those before it.
+  void cross_bend(const Bend& bend, const double* mu, double* dmu, double* products);
 
  private:
   void solve_tangent(double t, const double* y, const double* tangents);

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <limits>
+
 #include "costate/base/error.h"
 #include "costate/level/unknown_names.h"
 
@@ -87,6 +90,8 @@ HessianAdjoint::HessianAdjoint(HessianEquations& equations, Motion motion, doubl
       motion_(std::move(motion)),
       t_end_(t_end),
       scale_(scale),
+      from_(-std::numeric_limits<double>::infinity()),
+      to_(std::numeric_limits<double>::infinity()),
       parameter_scale_(std::move(parameter_scale)) {
   append_columns("mu.", "dmu");
   for (int k = 0; k < columns_; ++k)
@@ -105,15 +110,21 @@ void HessianAdjoint::set_parameters(const double* rho) {
   newton_.set_parameters(rho);
 }
 
+double HessianAdjoint::at(double tau) {
+  const double t = std::clamp(t_end_ - tau, from_, to_);
+  motion_(t, point_.data());
+  return t;
+}
+
 MechanismState HessianAdjoint::mechanism_state(double tau, const double*) {
-  motion_(t_end_ - tau, point_.data());
-  return newton_.mechanism_state(t_end_ - tau, point_.data());
+  const double t = at(tau);
+  return newton_.mechanism_state(t, point_.data());
 }
 
 void HessianAdjoint::rhs(double tau, const double* y, double* f) {
   const int N = equations_.state_size(), np = equations_.parameter_count(), all = columns_ * N;
-  motion_(t_end_ - tau, point_.data());
-  equations_.evaluate(t_end_ - tau, point_.data(), point_.data() + N);
+  const double t = at(tau);
+  equations_.evaluate(t, point_.data(), point_.data() + N);
   for (int i = 0; i < all; ++i) unscaled_[static_cast<std::size_t>(i)] = scale_ * y[i];
   double *r = rates_.data(), *q = r + all;
   equations_.adjoint(unscaled_.data(), unscaled_.data() + N, r, r + N, q, q + np);
@@ -124,14 +135,24 @@ void HessianAdjoint::rhs(double tau, const double* y, double* f) {
 }
 
 void HessianAdjoint::factor(double tau, const double*, double gamma) {
-  motion_(t_end_ - tau, point_.data());
-  newton_.factor(t_end_ - tau, point_.data(), gamma);
+  const double t = at(tau);
+  newton_.factor(t, point_.data(), gamma);
+}
+
+void HessianAdjoint::cross(const HessianEquations::Bend& bend, double* y) {
+  const int N = equations_.state_size(), np = equations_.parameter_count(), all = columns_ * N;
+  for (int i = 0; i < all; ++i) unscaled_[static_cast<std::size_t>(i)] = scale_ * y[i];
+  std::vector<double> products(static_cast<std::size_t>((columns_ - 1) * np), 0);
+  equations_.cross_bend(bend, unscaled_.data(), unscaled_.data() + N, products.data());
+  for (int i = N; i < all; ++i) y[i] = unscaled_[static_cast<std::size_t>(i)] / scale_;
+  for (std::size_t i = 0; i < products.size(); ++i)
+    y[all + np + static_cast<int>(i)] += products[i] * parameter_scale_[i % static_cast<std::size_t>(np)] / scale_;
 }
 
 void HessianAdjoint::start(double tau, double* y, Eigen::MatrixXd*) {
   const int N = equations_.state_size(), np = equations_.parameter_count(), all = columns_ * N;
-  motion_(t_end_ - tau, point_.data());
-  equations_.evaluate(t_end_ - tau, point_.data(), point_.data() + N);
+  const double t = at(tau);
+  equations_.evaluate(t, point_.data(), point_.data() + N);
   double* q = y + all;
   std::fill(q, q + columns_ * np, 0.0);
   equations_.end(y, y + N, q, q + np);

@@ -75,14 +75,25 @@ class HessianAdjoint final : public HessianPass {
   // d(mu)/d(tau) = f_y^T mu + ...: the Newton matrix is the transpose of the motion's.
   void solve(double* b) override { solve_columns(b, true); }
   void solve_transposed(double* b) override { solve_columns(b, false); }
+  /// From here on the motion is that between these times, whatever the time that is left stands for: a step that ends
+  /// at a bend is not to see what is behind it.
+  void keep_within(double from, double to) {
+    from_ = from;
+    to_ = to;
+  }
+  /// y behind a bend becomes that before it.
+  void cross(const HessianEquations::Bend& bend, double* y);
   /// The end of the motion.
   void start(double tau, double* y, Eigen::MatrixXd* y_rho) override;
   /// The whole gradient (np) and products (np x k), from y at the motion's start t.
   void finish(double t, const double* y, double* gradient, double* products);
 
  private:
+  /// The motion's time, and the motion there in point_.
+  double at(double tau);
+
   Motion motion_;
-  double t_end_, scale_;
+  double t_end_, scale_, from_, to_;
   std::vector<double> parameter_scale_, point_, unscaled_, rates_;
 };
 

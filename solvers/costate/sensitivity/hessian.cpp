@@ -5,14 +5,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "costate/base/error.h"
 #include "costate/formulation/hessian_systems.h"
+#include "costate/formulation/law_joins.h"
 #include "costate/integrator/cvode_session.h"
 #include "costate/integrator/run_end.h"
 #include "costate/integrator/run_watch.h"
 #include "costate/integrator/segmented_run.h"
 #include "costate/integrator/trajectory.h"
+#include "costate/level/fixed_times.h"
 
 namespace costate {
 
@@ -82,6 +85,102 @@ double psi_of(System& forward, const Objective& objective, const Trajectory& mot
   return psi;
 }
 
+/// A run in pieces, each smooth: between them the state is crossed over by `cross(k, y)`, k the piece that ends.
+struct Pieces {
+  OdeSystem& system;
+  SolverOptions options;
+  Monitor monitor;
+  std::shared_ptr<const StepPlan> plan;
+  std::vector<double> ends;  // of all but the last, which ends with the run
+  Counters counters = {};
+
+  std::vector<double> run(Trajectory* motion, const std::function<void(std::size_t k, double* y)>& cross) {
+    SegmentStart start;
+    const double t_end = options.t_end;
+    for (std::size_t k = 0; k <= ends.size(); ++k) {
+      options.t_end = k < ends.size() ? ends[k] : t_end;
+      std::unique_ptr<CvodeSession> session =
+          k == 0 ? std::make_unique<CvodeSession>(system, options, monitor, StartDerivative::none) : begun(start);
+      session->follow(plan);
+      while (!session->advance_segment(options.t_end, motion)) {
+        Jump jump;
+        start = {};
+        session->jump(jump, start);
+        count(*session);
+        session = begun(start);
+        session->follow(plan);
+      }
+      count(*session);
+      start = {};
+      start.t = options.t_end;
+      start.restart = true;
+      start.steps = counters.steps;
+      start.y.assign(session->y(), session->y() + system.size());
+      if (k < ends.size()) cross(k, start.y.data());
+    }
+    return start.y;
+  }
+
+ private:
+  std::unique_ptr<CvodeSession> begun(const SegmentStart& start) {
+    return std::make_unique<CvodeSession>(system, options, monitor, start);
+  }
+  void count(CvodeSession& session) {
+    session.read_forward_counters();
+    counters += session.counters();
+    counters.factorizations = system.factorizations();  // of all so far
+    counters.simulations = 1;
+  }
+};
+
+/// The bends of the stored motion, in order, with what they do to its tangents.
+std::vector<HessianEquations::Bend> bends_of(HessianEquations& equations, const Trajectory& motion) {
+  std::vector<double> times{motion.t_begin()}, y(static_cast<std::size_t>(motion.width()));
+  for (std::size_t i = 0; i < motion.steps(); ++i) times.push_back(motion.step_end(i));
+  const BlockJumps found =
+      find_block_jumps(times, [&](double t, std::vector<double>& values, std::vector<std::size_t>& ends) {
+        motion.evaluate(t, y.data());
+        equations.append_blocks(t, y.data(), values, ends);
+      });
+  if (found.rough)
+    throw CapabilityError(
+        fmt::format("Second derivatives need the times at which derivatives of forces jump, and these are rough near t "
+                    "= {:.9g} s: more jumps than can be told from rounding. Differences of gradients do without.",
+                    *found.rough));
+  std::vector<HessianEquations::Bend> bends;
+  if (found.all.empty()) return bends;
+  const int N = equations.state_size(), k = equations.directions();
+  HessianEquations::Sizes sizes;
+  sizes.span = times.back() - times.front();
+  sizes.columns = MatrixXd::Zero(N, 1 + k);
+  MatrixXd rates(N, 1 + k);
+  for (const double t : times) {
+    motion.evaluate(t, y.data());
+    equations.motion(t, y.data(), y.data() + N, rates.data(), rates.data() + N);
+    rates.rightCols(k) = Eigen::Map<const MatrixXd>(y.data() + N, N, k);
+    sizes.columns = sizes.columns.cwiseMax(rates.cwiseAbs());
+  }
+  for (const BlockJump& at : found.all) {
+    HessianEquations::Bend bend{at.last_before, at.first_after, y, y, {}};
+    motion.evaluate(bend.before, bend.state_before.data());
+    motion.evaluate(bend.after, bend.state_after.data());
+    equations.follow_bend(bend, sizes);
+    if (bend.before > times.front() && bend.after < times.back()) {
+      bends.push_back(std::move(bend));
+      continue;
+    }
+    for (const auto& [force, moved] : bend.moved)
+      if (moved.cwiseAbs().maxCoeff() > 0)
+        throw CapabilityError(fmt::format(
+            "At t = {:.6g} s, where the run {}, '{}' is where its derivative jumps: psi has no second derivatives.",
+            at.last_before, at.last_before > times.front() ? "ends" : "begins",
+            equations.assembly().mechanism().forces()[force]->path()));
+  }
+  return bends;
+}
+
+double middle(const HessianEquations::Bend& bend) { return 0.5 * (bend.before + bend.after); }
+
 /// The products of some directions, which are of size 1 in scaled parameters.
 MatrixXd run(const Problem& problem, const std::vector<double>& rho, const MatrixXd& directions,
              HessianProducts& result) {
@@ -107,6 +206,18 @@ MatrixXd run(const Problem& problem, const std::vector<double>& rho, const Matri
   watch.finish(t_end, forward_session.y());
   watch.conclude(Simulation{});
   forward_session.read_forward_counters();
+  result.counters += forward_session.counters();
+  const std::shared_ptr<const StepPlan> plan_back = forward_session.plan_back();
+  std::vector<HessianEquations::Bend> bends = bends_of(*equations, motion);
+  if (!bends.empty()) {
+    // Once more, with steps that end there: what is stored of a step across one is no more than its end.
+    Pieces again{forward, problem.solver, problem.monitor, plan_back, {}};
+    for (const auto& bend : bends) again.ends.push_back(middle(bend));
+    motion = Trajectory(0, forward.size());
+    again.run(&motion, [](std::size_t, double*) {});
+    result.counters += again.counters;
+    bends = bends_of(*equations, motion);
+  }
 
   result.psi = psi_of(forward, problem.objective, motion);
 
@@ -127,19 +238,27 @@ MatrixXd run(const Problem& problem, const std::vector<double>& rho, const Matri
       problem.monitor
           ? Monitor([&problem, t_end](double tau, long steps, bool) { problem.monitor(t_end - tau, steps, true); })
           : Monitor();
-  CvodeSession backward_session(backward, options, monitor, StartDerivative::none);
-  backward_session.follow(std::make_shared<const StepPlan>(forward_session.plan_back()->reversed(t_end)));
+  std::reverse(bends.begin(), bends.end());
+  // Piece i lies behind bend i.
+  const auto keep_within_piece = [&](std::size_t i) {
+    backward.keep_within(i < bends.size() ? bends[i].after : t_start, i > 0 ? bends[i - 1].before : t_end);
+  };
+  Pieces back{backward, options, monitor, std::make_shared<const StepPlan>(plan_back->reversed(t_end)), {}};
+  for (const auto& bend : bends) back.ends.push_back(t_end - middle(bend));
+  std::vector<double> y;
+  keep_within_piece(0);
   try {
-    backward_session.advance(options.t_end);
+    y = back.run(nullptr, [&](std::size_t i, double* at) {
+      backward.cross(bends[i], at);
+      keep_within_piece(i + 1);
+    });
   } catch (const SolverError& e) {
     throw SolverError(fmt::format("On the way back, its times counted from the end at {:.9g} s: {}", t_end, e.what()));
   }
-  backward_session.read_forward_counters();
   MatrixXd products(np, k);
   result.gradient.assign(static_cast<std::size_t>(np), 0);
-  backward.finish(t_start, backward_session.y(), result.gradient.data(), products.data());
-  result.counters += forward_session.counters();
-  result.counters += as_backward(backward_session.counters());
+  backward.finish(t_start, y.data(), result.gradient.data(), products.data());
+  result.counters += as_backward(back.counters);
   return products;
 }
 
@@ -162,6 +281,11 @@ HessianProducts hessian_products(const Problem& problem, const std::vector<doubl
     throw CapabilityError(
         "Psi is that of a cycle ('cycle' in [run]), whose second derivatives are not computed; gradients are.");
   refuse_free_end(problem, "Hessian products are");
+  std::vector<double> numbers = problem.mechanism->base_numbers();
+  problem.parameters.apply(rho.data(), numbers);
+  require_fixed_times(*problem.mechanism, problem.parameters, numbers, problem.solver.t_start, problem.solver.t_end,
+                      false);
+  require_joined_laws(*problem.mechanism, problem.parameters, numbers, problem.solver.t_start, problem.solver.t_end);
   const auto& parameters = problem.parameters.parameters;
   const auto np = static_cast<Eigen::Index>(parameters.size());
   if (directions.rows() != np)
@@ -204,6 +328,35 @@ Hessian hessian(const Problem& problem, const std::vector<double>& rho) {
   const double largest = np > 0 ? scaled.cwiseAbs().maxCoeff() : 0;
   if (largest > 0) h.asymmetry = (scaled - scaled.transpose()).cwiseAbs().maxCoeff() / largest;
   h.matrix = (p.products + p.products.transpose()) / 2;
+  h.error = h.asymmetry;
+  return h;
+}
+
+Hessian confirmed_hessian(const Problem& problem, const std::vector<double>& rho) {
+  constexpr double kTighter = 0.1, kTightest = 1e-13, kOfChange = 1.0 / 3;
+  Problem tight = problem;
+  tight.solver.rtol = std::max(kTighter * problem.solver.rtol, std::min(kTightest, problem.solver.rtol));
+  Hessian h;
+  try {
+    h = hessian(tight, rho);
+  } catch (const SolverError&) {
+    h = hessian(problem, rho);
+    h.error = std::numeric_limits<double>::infinity();
+    return h;
+  }
+  const auto np = static_cast<Eigen::Index>(rho.size());
+  if (np == 0) return h;
+  // Of every parameter, and of no symmetry that a mechanism has.
+  Eigen::VectorXd scale(np), direction(np);
+  for (Eigen::Index j = 0; j < np; ++j) {
+    scale[j] = problem.parameters.parameters[static_cast<std::size_t>(j)].scale;
+    direction[j] = (j % 3 == 1 ? -1 : 1) * scale[j] * (1 + 0.1 * static_cast<double>(j % 7));
+  }
+  const HessianProducts loose = hessian_products(problem, rho, direction);
+  h.counters += loose.counters;
+  const double largest = (scale.asDiagonal() * h.matrix * scale.asDiagonal()).cwiseAbs().maxCoeff(),
+               change = scale.cwiseProduct(h.matrix * direction - loose.products.col(0)).cwiseAbs().maxCoeff();
+  if (largest > 0) h.error = std::max(h.error, kOfChange * change / largest);
   return h;
 }
 

@@ -25,6 +25,9 @@ struct Hessian {
   /// The largest |H_ij - H_ji| of the products in scaled parameters, against the largest entry: exact second
   /// derivatives are symmetric, so this is what the integrators' tolerances leave.
   double asymmetry = 0;
+  /// What is known of how far the matrix is off, against its largest entry in scaled parameters: the asymmetry, or
+  /// more.
+  double error = 0;
   Counters counters;
 };
 
@@ -37,5 +40,9 @@ HessianProducts hessian_products(const Problem& problem, const std::vector<doubl
                                  const Eigen::MatrixXd& directions);
 
 Hessian hessian(const Problem& problem, const std::vector<double>& rho);
+
+/// At a tenth of the problem's rtol, and its product with one direction at rtol itself: `error` is a third of what
+/// these differ by. Where the tighter run fails it is that at rtol, whose error is not known: infinite.
+Hessian confirmed_hessian(const Problem& problem, const std::vector<double>& rho);
 
 }  // namespace costate

@@ -1,0 +1,32 @@
+// Where derivative blocks jump along a stored motion, to a billionth of its span. The motion is a polynomial on each of
+// the integrator's steps, so that whatever is not smooth within a step is the blocks' own: nobody has to declare it.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace costate {
+
+/// Two instants with a jump between them, and so near that nothing else happens there: some 1e-9 of the span apart, as
+/// both are to stand in a grid, and as near as it is known.
+struct BlockJump {
+  double before, after, last_before, first_after;
+};
+
+struct BlockJumps {
+  std::vector<BlockJump> all;  // in order
+  /// Where blocks are rough: more jumps than can be told from rounding. `all` is empty then.
+  std::optional<double> rough;
+};
+
+/// The blocks at t, one behind the other, and where each ends.
+using BlocksAt = std::function<void(double t, std::vector<double>& values, std::vector<std::size_t>& ends)>;
+
+/// `times`: the ends of the motion's steps in order, two at least. Jumps count from 1e-6 of an entry's largest value
+/// along the motion on.
+BlockJumps find_block_jumps(const std::vector<double>& times, const BlocksAt& blocks);
+
+}  // namespace costate

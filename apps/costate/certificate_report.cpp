@@ -22,6 +22,7 @@ Json certificate_json(const Certificate& c, double wall_s) {
   j["largest_eigenvalue"] = any ? Json(c.eigenvalues.back()) : Json();
   j["condition"] = definite ? Json(c.eigenvalues.back() / c.eigenvalues.front()) : Json();
   j["eigenvalue_tolerance"] = hessian ? Json(c.curvature_tolerance) : Json();
+  j["eigenvalue_error"] = hessian ? Json(c.eigenvalue_error) : Json();
   j["newton_step"] = definite ? Json(c.newton_step) : Json();
   j["predicted_decrease"] = definite ? Json(c.predicted_decrease) : Json();
   j["hessian_asymmetry"] = hessian ? Json(c.asymmetry) : Json();
@@ -33,10 +34,11 @@ std::string certificate_text(const Certificate& c) {
   std::string text = fmt::format("  {}\n", c.verdict);
   for (const auto& [name, value] : c.multipliers)
     text += fmt::format("  {} is active: multiplier {:.6g}\n", name, value);
-  if (c.eigenvalues.size() == 1) text += fmt::format("  Hessian in scaled parameters: {:.6g}\n", c.eigenvalues[0]);
+  if (c.eigenvalues.size() == 1)
+    text += fmt::format("  Hessian in scaled parameters: {}\n", known_eigenvalue(c, c.eigenvalues[0]));
   if (c.eigenvalues.size() > 1)
-    text += fmt::format("  Hessian in scaled parameters: eigenvalues {:.6g} to {:.6g}\n", c.eigenvalues.front(),
-                        c.eigenvalues.back());
+    text += fmt::format("  Hessian in scaled parameters: eigenvalues {} to {}\n",
+                        known_eigenvalue(c, c.eigenvalues.front()), known_eigenvalue(c, c.eigenvalues.back()));
   if (c.newton_step >= 0)
     text += fmt::format("  Newton's step from here: {:.3g} of the scales, psi would fall by {:.3g}\n", c.newton_step,
                         c.predicted_decrease);

@@ -116,7 +116,8 @@ void add_certificate(HtmlPage& page, const Json& j) {
   if (c.at("smallest_eigenvalue").is_number()) {
     const std::string least = page_number(c, "smallest_eigenvalue"), largest = page_number(c, "largest_eigenvalue");
     const std::string which = c.at("hessian_eigenvalues").size() == 1 ? least : fmt::format("{} to {}", least, largest);
-    rows.push_back({"Eigenvalues of the Hessian, scaled", which});
+    rows.push_back({"Eigenvalues of the Hessian, scaled",
+                    fmt::format("{}, known to {}", which, page_number(c, "eigenvalue_error"))});
   }
   if (c.at("newton_step").is_number())
     rows.push_back(

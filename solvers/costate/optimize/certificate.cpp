@@ -238,6 +238,7 @@ class Certifier {
         q.second(i, j) = q.weight * scale_[i] * scale_[j] * h.matrix(static_cast<Index>(a), static_cast<Index>(b));
       }
     result_.asymmetry = std::max(result_.asymmetry, h.asymmetry);
+    relative_error_ = std::max(relative_error_, h.error);
   }
 
   /// Two runs of one motion differ as two motions of parameters do that are kStationary of their scales apart, which no
@@ -268,8 +269,10 @@ class Certifier {
 
   void set_tolerance(const MatrixXd& H) {
     const double size = H.size() > 0 ? H.cwiseAbs().maxCoeff() : scaled(first_.gradient).cwiseAbs().maxCoeff();
+    const double error = std::isfinite(relative_error_) ? relative_error_ : result_.asymmetry;
     result_.tolerance = kStationary * size;
-    result_.curvature_tolerance = H.size() > 0 ? std::max(kSteps * rtol_, result_.asymmetry) * size : 0;
+    result_.eigenvalue_error = H.size() > 0 ? error * size : 0;
+    result_.curvature_tolerance = H.size() > 0 ? std::max(kSteps * rtol_, error) * size : 0;
   }
 
   /// On bounds that hold the parameter by more than the tolerance, or free.
@@ -349,8 +352,8 @@ class Certifier {
           r.newton_step, r.predicted_decrease);
     } else if (const double least = r.eigenvalues.front(); least > r.curvature_tolerance) {
       result_.kind = Kind::strict_minimum;
-      result_.verdict = fmt::format("strict local minimum: {}, and the smallest eigenvalue of the Hessian is {:.6g}.",
-                                    residual, least);
+      result_.verdict = fmt::format("strict local minimum: {}, and the smallest eigenvalue of the Hessian is {}.",
+                                    residual, known_eigenvalue(r, least));
     } else if (least >= -r.curvature_tolerance) {
       result_.kind = Kind::flat;
       const auto zeros = std::count_if(r.eigenvalues.begin(), r.eigenvalues.end(),
@@ -363,16 +366,16 @@ class Certifier {
     } else {
       result_.kind = Kind::indefinite;
       result_.verdict = fmt::format(
-          "stationary, Hessian indefinite: the smallest of its eigenvalues is {:.6g}; psi falls "
+          "stationary, Hessian indefinite: the smallest of its eigenvalues is {}; psi falls "
           "along that direction, so this is no minimum.",
-          least);
+          known_eigenvalue(r, least));
     }
   }
 
   const Design& design_;
   const OptimizerEvaluation &first_, &best_;
   int n_;
-  double rtol_ = 0;
+  double rtol_ = 0, relative_error_ = 0;  // of the Hessian
   VectorXd scale_, g_, slope_, mu_;
   MatrixXd A_;  // gradients of the active rows, a column each
   std::vector<Quantity> quantities_;
@@ -387,6 +390,12 @@ class Certifier {
 };
 
 }  // namespace
+
+std::string known_eigenvalue(const Certificate& c, double x) {
+  const double error = c.eigenvalue_error,
+               digits = error > 0 && x != 0 ? std::floor(std::log10(std::abs(x) / error)) + 1 : 6;
+  return fmt::format("{:.{}g}", x, static_cast<int>(std::clamp(digits, 1.0, 6.0)));
+}
 
 Certificate certify(const Design& design, const OptimizerEvaluation& first, const OptimizerEvaluation& best) {
   return Certifier(design, first, best).run();

@@ -47,7 +47,11 @@ struct Certificate {
   std::string formulation;         // the Hessian's; empty: there is none
   std::string note;                // why not the run's own formulation, or why there is none
   double asymmetry = 0;            // of the Hessian as computed, relative to its largest entry
+  double eigenvalue_error = 0;     // what is known of how far the eigenvalues are off
 };
+
+/// With the digits that are known of it, one to six.
+std::string known_eigenvalue(const Certificate& certificate, double eigenvalue);
 
 /// At an evaluation of an optimization (its psi, gradient and constraints are those of `method`); `first` is
 /// the evaluation it began with, whose gradient is the measure where there is no Hessian. Where no exact second

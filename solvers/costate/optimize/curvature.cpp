@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
@@ -12,6 +13,9 @@
 namespace costate {
 
 namespace {
+
+// From here on what a Hessian is off by is said, against its largest entry.
+constexpr double kSaid = 1e-3;
 
 class Search {
  public:
@@ -38,13 +42,12 @@ class Search {
     }
     const auto exact = [](Problem p, const std::vector<double>& at) {
       p.solver.integrator.clear();
-      return hessian(p, at);
+      return confirmed_hessian(p, at);
     };
     for (const std::string& name : candidates) try {
         curvature_of(name, exact);
-        if (!notes.empty())
-          found_.note =
-              fmt::format("The Hessian is that of '{}' at the same tolerance: {}.", name, fmt::join(notes, "; "));
+        if (!notes.empty()) found_.note = fmt::format("The Hessian is that of '{}': {}.", name, fmt::join(notes, "; "));
+        tell_error();
         return found_;
       } catch (const CapabilityError& e) {
         notes.emplace_back(e.what());
@@ -77,6 +80,20 @@ class Search {
       notes.emplace_back(e.what());
     }
     return false;
+  }
+
+  /// What makes the verdict less than it seems.
+  void tell_error() {
+    double error = 0;
+    for (const Hessian& h : found_.of) error = std::max(error, h.error);
+    if (!(error > kSaid)) return;
+    found_.note += fmt::format(
+        "{}{}", found_.note.empty() ? "" : " ",
+        std::isfinite(error) ? fmt::format("It is known to some {:.0e} of its largest entry: from rtol to a tenth "
+                                           "of it a product with it changes by three times that. A smaller rtol "
+                                           "tells more.",
+                                           error)
+                             : "What it is known to was not found: the run at a tenth of rtol failed.");
   }
 
   /// Names of the constraint rows that depend on the others at the start.

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "costate/optimize/certificate_verdict.h"
+
 namespace costate::app {
 
 Json certificate_json(const Certificate& c, double wall_s) {

@@ -15,6 +15,7 @@
 #include "costate/base/notice.h"
 #include "costate/integrator/simulate.h"
 #include "costate/problem/scene_problem.h"
+#include "costate/sensitivity/hessian.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate::adversary {
@@ -66,11 +67,36 @@ std::vector<std::pair<std::string, std::string>> combinations() {
   return list;
 }
 
+namespace {
+
+/// What f finds, and how it ends where it does not.
+template <class F>
+Finding found(const std::string& run, const F& find) {
+  Finding f;
+  f.run = run;
+  try {
+    find(f);
+  } catch (const CapabilityError& e) {
+    f.outcome = Outcome::refused;
+    f.message = one_line(e.what());
+  } catch (const SolverError& e) {
+    f.outcome = Outcome::failed;
+    f.message = one_line(e.what());
+  } catch (const Error& e) {
+    f.outcome = Outcome::refused;
+    f.message = one_line(e.what());
+  } catch (const std::exception& e) {
+    f.outcome = Outcome::crashed;
+    f.message = one_line(std::string("raw exception: ") + e.what());
+  }
+  return f;
+}
+
+}  // namespace
+
 Finding run_gradient(const std::string& text, const std::string& formulation, const std::string& method,
                      const Truth& truth, double allowed) {
-  Finding f;
-  f.run = formulation + " x " + method;
-  try {
+  return found(formulation + " x " + method, [&](Finding& f) {
     const Scene scene = Scene::parse(text, "adversary.toml");
     Problem problem = make_problem(scene);
     problem.formulation = formulation;
@@ -83,7 +109,7 @@ Finding run_gradient(const std::string& text, const std::string& formulation, co
     if (!truth.known) {
       f.outcome = finite ? Outcome::unjudged : Outcome::wrong;
       f.message = finite ? one_line(warned) : "a result that is not finite";
-      return f;
+      return;
     }
     const bool discrete = has_fixed_steps(r.integrator);
     double size = 0, largest = 0;
@@ -117,20 +143,58 @@ Finding run_gradient(const std::string& text, const std::string& formulation, co
     const bool right = largest <= (discrete ? 100 * allowed : allowed);
     f.outcome = right ? Outcome::agreed : !warned.empty() ? Outcome::warned : Outcome::wrong;
     f.message = one_line((right ? "" : worst) + (warned.empty() ? "" : "; warned: " + warned));
-  } catch (const CapabilityError& e) {
-    f.outcome = Outcome::refused;
-    f.message = one_line(e.what());
-  } catch (const SolverError& e) {
-    f.outcome = Outcome::failed;
-    f.message = one_line(e.what());
-  } catch (const Error& e) {
-    f.outcome = Outcome::refused;
-    f.message = one_line(e.what());
-  } catch (const std::exception& e) {
-    f.outcome = Outcome::crashed;
-    f.message = one_line(std::string("raw exception: ") + e.what());
-  }
-  return f;
+  });
+}
+
+Finding run_hessian(const std::string& text, const std::string& formulation, double allowed) {
+  return found(formulation + " x hessian", [&](Finding& f) {
+    Problem problem = make_problem(Scene::parse(text, "adversary.toml"));
+    problem.formulation = formulation;
+    problem.solver.integrator.clear();
+    const auto rho = problem.parameters.values();
+    const auto np = static_cast<Eigen::Index>(rho.size());
+    Eigen::VectorXd scale(np), d(np);
+    for (Eigen::Index j = 0; j < np; ++j) {
+      scale[j] = problem.parameters.parameters[static_cast<std::size_t>(j)].scale;
+      d[j] = scale[j] * std::cos(1.7 * static_cast<double>(j) + 0.4);
+    }
+    take_notices();
+    const Hessian h = confirmed_hessian(problem, rho);
+    Problem oracle = problem;
+    oracle.formulation = formulation == "maggi" ? "index1" : "maggi";
+    oracle.solver.rtol = 1e-11;
+    oracle.solver.confirm = false;
+    const auto gradient_at = [&](double e) {
+      auto x = rho;
+      for (Eigen::Index j = 0; j < np; ++j) x[static_cast<std::size_t>(j)] += e * d[j];
+      const GradientResult r = gradient(oracle, "cvodes-forward", x);
+      return Eigen::VectorXd(scale.cwiseProduct(Eigen::Map<const Eigen::VectorXd>(r.gradient.data(), np)));
+    };
+    Eigen::VectorXd along[3];
+    for (int k = 0; k < 3; ++k) {
+      const double e = 2e-3 / (1 << k);
+      along[k] = (gradient_at(e) - gradient_at(-e)) / (2 * e);
+    }
+    const Eigen::VectorXd right = (4 * along[2] - along[1]) / 3, before = (4 * along[1] - along[0]) / 3;
+    // A gradient that vanishes is measured by the cost, as above; a psi of squares of rounding by nothing.
+    constexpr double kZero = 1e-18;
+    const double size = std::max(
+                     {right.cwiseAbs().maxCoeff(), gradient_at(0).cwiseAbs().maxCoeff(), 1e-3 * std::abs(h.psi)}),
+                 unsure = (right - before).cwiseAbs().maxCoeff();
+    const std::string warned = warnings();
+    if (!std::isfinite(unsure) || !(size > kZero) || unsure > 0.1 * allowed * size) {
+      f.message = fmt::format("differences do not settle: {:.1e} of {:.3g}", unsure, size);
+      return;
+    }
+    const Eigen::VectorXd product = scale.cwiseProduct(h.matrix * d);
+    const double largest = (scale.asDiagonal() * h.matrix * scale.asDiagonal()).cwiseAbs().maxCoeff(),
+                 off = (product - right).cwiseAbs().maxCoeff();
+    f.error = size > 0 ? off / size : 0;
+    const bool as_said = off <= allowed * size + 10 * unsure,
+               told = off <= 10 * h.error * largest * d.cwiseQuotient(scale).cwiseAbs().sum() || !warned.empty();
+    f.outcome = as_said ? Outcome::agreed : told ? Outcome::warned : Outcome::wrong;
+    if (!as_said) f.message = fmt::format("H d off by {:.3g} of {:.3g}, said {:.1e}", off, size, h.error);
+  });
 }
 
 Truth truth_by_rereading(const std::string& text, const std::vector<std::string>& paths) {

@@ -31,6 +31,10 @@ struct Truth {
 /// a cause.
 Finding run_gradient(const std::string& scene, const std::string& formulation, const std::string& method,
                      const Truth& truth, double allowed = 1e-4);
+/// The product of the formulation's Hessian with one direction of all parameters, against differences of gradients by
+/// another formulation: agreed within `allowed` of the larger of H d and the gradient, or ten times what the Hessian
+/// says of its error.
+Finding run_hessian(const std::string& scene, const std::string& formulation, double allowed = 1e-3);
 /// Every formulation and method that exist together, differences apart.
 std::vector<std::pair<std::string, std::string>> combinations();
 

@@ -5,7 +5,8 @@
 //   without a word
 //   costate_adversary --cases 5000 --of trusses | kinds            one half of it
 //   costate_adversary --cases 1000 --of contacts                   rigid contacts, judged by energy and depth
-//   costate_adversary --case 4711 [--scene]                        one case again, with every combination
+//   costate_adversary --cases 1000 --of hessians                   products of Hessians, judged by differences of
+//   gradients costate_adversary --case 4711 [--scene]                        one case again, with every combination
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -32,7 +33,7 @@ struct Options {
   long cases = 200, first = 1, one = -1;
   int combinations = 3;
   std::string only;  // of the combinations, those that hold this
-  bool scene = false, quiet = false, trusses = true, kinds = true, contacts = false;
+  bool scene = false, quiet = false, trusses = true, kinds = true, contacts = false, hessians = false;
 };
 
 /// Every fourth case is an example of a registered kind.
@@ -125,6 +126,16 @@ std::vector<Finding> try_case(long number, const Options& options) {
     std::erase_if(list, [](const Finding& f) { return f.run.empty(); });
     return list;
   }
+  if (options.hessians) {
+    const std::string scene = is_truss(number)
+                                  ? random_truss(static_cast<std::uint64_t>(number)).scene()
+                                  : random_kind_scene(static_cast<std::uint64_t>(number), number % 8 == 0).text;
+    if (options.scene) fmt::print("{}", scene);
+    std::fflush(stdout);
+    if (scene.empty()) return {};
+    const char* by[] = {"index1", "baumgarte", "penalty", "augmented-lagrangian"};
+    return {run_hessian(scene, by[engine() % 4])};
+  }
   auto chosen = combinations();
   std::erase_if(chosen,
                 [&](const auto& c) { return (c.first + " x " + c.second).find(options.only) == std::string::npos; });
@@ -204,8 +215,9 @@ int main(int argc, char** argv) {
       o.one = std::atol(argv[++i]);
     else if (is("--of")) {
       const std::string half = argv[++i];
-      o.trusses = half == "trusses";
-      o.kinds = half == "kinds";
+      o.hessians = half == "hessians";
+      o.trusses = half == "trusses" || o.hessians;
+      o.kinds = half == "kinds" || o.hessians;
       o.contacts = half == "contacts";
     } else if (std::strcmp(argv[i], "--scene") == 0)
       o.scene = true;
@@ -213,7 +225,8 @@ int main(int argc, char** argv) {
       o.quiet = true;
     else {
       fmt::print(stderr,
-                 "usage: {} [--cases N] [--seed N] [--of trusses | kinds | contacts] [--combinations N] [--only TEXT] "
+                 "usage: {} [--cases N] [--seed N] [--of trusses | kinds | contacts | hessians] [--combinations N] "
+                 "[--only TEXT] "
                  "[--case N "
                  "[--scene]] [--quiet]\n",
                  argv[0]);
@@ -231,7 +244,8 @@ int main(int argc, char** argv) {
     for (const Finding& f : found)
       fmt::print("{:<9} {:<50} {:9.1e}  {}\n", name_of(f.outcome), f.run, f.error, f.message);
     for (const Finding& f : found)
-      if (f.outcome == Outcome::wrong && is_truss(o.one) && !o.contacts && f.run.find(',') == std::string::npos) {
+      if (f.outcome == Outcome::wrong && is_truss(o.one) && !o.contacts && !o.hessians &&
+          f.run.find(',') == std::string::npos) {
         fmt::print("\n# the smallest scene on which {} is still wrong\n{}", f.run,
                    shrink(random_truss(static_cast<std::uint64_t>(o.one)), f.run).scene());
         break;

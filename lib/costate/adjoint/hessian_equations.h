@@ -16,7 +16,6 @@
 #include <memory>
 #include <vector>
 
-#include "costate/adjoint/block_jumps.h"
 #include "costate/adjoint/hand_equations.h"
 #include "costate/analysis/start.h"
 #include "costate/assembly/second_terms.h"

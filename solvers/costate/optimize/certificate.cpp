@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "costate/base/error.h"
+#include "costate/optimize/certificate_verdict.h"
 #include "costate/optimize/curvature.h"
 
 namespace costate {
@@ -23,8 +24,6 @@ using Eigen::VectorXd;
 // A gradient of this times the Hessian's largest entry is gone after moves of about this times the
 // parameters' scales.
 constexpr double kStationary = 1e-4;
-// Newton's step to a minimum, in scaled parameters, up to which it is taken for reached.
-constexpr double kNewton = 1e-2;
 // A constraint is a candidate for being active this near its bound, relative to the larger of 1 and the
 // bound: optimizers stop some way inside.
 constexpr double kNear = 1e-3;
@@ -68,7 +67,7 @@ class Certifier {
       return result_;
     }
     if (curvature) analyse(H);
-    judge(curvature.has_value());
+    judge(result_, curvature.has_value());
     return result_;
   }
 
@@ -328,50 +327,6 @@ class Certifier {
     result_.newton_step = (Z * (solver.eigenvectors() * along.cwiseQuotient(e))).cwiseAbs().maxCoeff();
   }
 
-  void judge(bool curvature) {
-    using Kind = Certificate::Kind;
-    const Certificate& r = result_;
-    const std::string residual = fmt::format("the KKT residual is {:.3g}, {} {:.3g}", r.kkt_residual,
-                                             r.kkt_residual <= r.tolerance ? "within" : "above", r.tolerance);
-    if (!(r.kkt_residual <= r.tolerance)) {
-      result_.kind = Kind::not_stationary;
-      result_.verdict = fmt::format("not stationary: {}; more evaluations or a smaller tolerance may go on.", residual);
-    } else if (!curvature) {
-      result_.kind = Kind::stationary;
-      result_.verdict = fmt::format("stationary: {}; of the curvature nothing is known.", residual);
-    } else if (r.eigenvalues.empty()) {
-      result_.kind = Kind::strict_minimum;
-      result_.verdict =
-          fmt::format("strict local minimum: {}, and bounds and constraints leave no direction free.", residual);
-    } else if (r.newton_step > kNewton) {
-      result_.kind = Kind::not_stationary;
-      result_.verdict = fmt::format(
-          "not stationary: Newton's step to the minimum is still {:.3g} of the parameters' scales, psi would "
-          "fall by "
-          "{:.3g}; more evaluations or a smaller tolerance may go on.",
-          r.newton_step, r.predicted_decrease);
-    } else if (const double least = r.eigenvalues.front(); least > r.curvature_tolerance) {
-      result_.kind = Kind::strict_minimum;
-      result_.verdict = fmt::format("strict local minimum: {}, and the smallest eigenvalue of the Hessian is {}.",
-                                    residual, known_eigenvalue(r, least));
-    } else if (least >= -r.curvature_tolerance) {
-      result_.kind = Kind::flat;
-      const auto zeros = std::count_if(r.eigenvalues.begin(), r.eigenvalues.end(),
-                                       [&](double e) { return e <= r.curvature_tolerance; });
-      result_.verdict = fmt::format(
-          "stationary, Hessian singular: {} of its {} eigenvalues {} zero within {:.3g}; psi is flat that "
-          "way to "
-          "second order.",
-          zeros, r.eigenvalues.size(), zeros == 1 ? "is" : "are", r.curvature_tolerance);
-    } else {
-      result_.kind = Kind::indefinite;
-      result_.verdict = fmt::format(
-          "stationary, Hessian indefinite: the smallest of its eigenvalues is {}; psi falls "
-          "along that direction, so this is no minimum.",
-          known_eigenvalue(r, least));
-    }
-  }
-
   const Design& design_;
   const OptimizerEvaluation &first_, &best_;
   int n_;
@@ -390,12 +345,6 @@ class Certifier {
 };
 
 }  // namespace
-
-std::string known_eigenvalue(const Certificate& c, double x) {
-  const double error = c.eigenvalue_error,
-               digits = error > 0 && x != 0 ? std::floor(std::log10(std::abs(x) / error)) + 1 : 6;
-  return fmt::format("{:.{}g}", x, static_cast<int>(std::clamp(digits, 1.0, 6.0)));
-}
 
 Certificate certify(const Design& design, const OptimizerEvaluation& first, const OptimizerEvaluation& best) {
   return Certifier(design, first, best).run();

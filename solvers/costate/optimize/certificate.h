@@ -50,9 +50,6 @@ struct Certificate {
   double eigenvalue_error = 0;     // what is known of how far the eigenvalues are off
 };
 
-/// With the digits that are known of it, one to six.
-std::string known_eigenvalue(const Certificate& certificate, double eigenvalue);
-
 /// At an evaluation of an optimization (its psi, gradient and constraints are those of `method`); `first` is
 /// the evaluation it began with, whose gradient is the measure where there is no Hessian. Where no exact second
 /// derivatives are offered (events, cycles) they are differences of gradients by `method`, and the note says so.

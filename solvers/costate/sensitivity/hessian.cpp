@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "costate/adjoint/block_jumps.h"
 #include "costate/base/error.h"
 #include "costate/formulation/hessian_systems.h"
 #include "costate/formulation/law_joins.h"
@@ -16,6 +17,7 @@
 #include "costate/integrator/segmented_run.h"
 #include "costate/integrator/trajectory.h"
 #include "costate/level/fixed_times.h"
+#include "costate/sensitivity/error_estimate.h"
 
 namespace costate {
 
@@ -134,7 +136,7 @@ struct Pieces {
 };
 
 /// The bends of the stored motion, in order, with what they do to its tangents.
-std::vector<HessianEquations::Bend> bends_of(HessianEquations& equations, const Trajectory& motion) {
+std::vector<HessianEquations::Bend> bends_along(HessianEquations& equations, const Trajectory& motion) {
   std::vector<double> times{motion.t_begin()}, y(static_cast<std::size_t>(motion.width()));
   for (std::size_t i = 0; i < motion.steps(); ++i) times.push_back(motion.step_end(i));
   const BlockJumps found =
@@ -208,7 +210,7 @@ MatrixXd run(const Problem& problem, const std::vector<double>& rho, const Matri
   forward_session.read_forward_counters();
   result.counters += forward_session.counters();
   const std::shared_ptr<const StepPlan> plan_back = forward_session.plan_back();
-  std::vector<HessianEquations::Bend> bends = bends_of(*equations, motion);
+  std::vector<HessianEquations::Bend> bends = bends_along(*equations, motion);
   if (!bends.empty()) {
     // Once more, with steps that end there: what is stored of a step across one is no more than its end.
     Pieces again{forward, problem.solver, problem.monitor, plan_back, {}};
@@ -216,7 +218,7 @@ MatrixXd run(const Problem& problem, const std::vector<double>& rho, const Matri
     motion = Trajectory(0, forward.size());
     again.run(&motion, [](std::size_t, double*) {});
     result.counters += again.counters;
-    bends = bends_of(*equations, motion);
+    bends = bends_along(*equations, motion);
   }
 
   result.psi = psi_of(forward, problem.objective, motion);
@@ -333,7 +335,7 @@ Hessian hessian(const Problem& problem, const std::vector<double>& rho) {
 }
 
 Hessian confirmed_hessian(const Problem& problem, const std::vector<double>& rho) {
-  constexpr double kTighter = 0.1, kTightest = 1e-13, kOfChange = 1.0 / 3;
+  constexpr double kTighter = 0.1, kTightest = 1e-13, kOfChange = 1.0 / 3, kOfSoftness = 1 / 0.9;
   Problem tight = problem;
   tight.solver.rtol = std::max(kTighter * problem.solver.rtol, std::min(kTightest, problem.solver.rtol));
   Hessian h;
@@ -352,11 +354,13 @@ Hessian confirmed_hessian(const Problem& problem, const std::vector<double>& rho
     scale[j] = problem.parameters.parameters[static_cast<std::size_t>(j)].scale;
     direction[j] = (j % 3 == 1 ? -1 : 1) * scale[j] * (1 + 0.1 * static_cast<double>(j % 7));
   }
-  const HessianProducts loose = hessian_products(problem, rho, direction);
+  // Soft constraints are made firmer at the same time: what they add is of first order in 1/alpha.
+  const bool soft = has_soft_constraints(problem.formulation);
+  const HessianProducts loose = hessian_products(soft ? with_firmer_constraints(problem) : problem, rho, direction);
   h.counters += loose.counters;
   const double largest = (scale.asDiagonal() * h.matrix * scale.asDiagonal()).cwiseAbs().maxCoeff(),
                change = scale.cwiseProduct(h.matrix * direction - loose.products.col(0)).cwiseAbs().maxCoeff();
-  if (largest > 0) h.error = std::max(h.error, kOfChange * change / largest);
+  if (largest > 0) h.error = std::max(h.error, (soft ? kOfSoftness : kOfChange) * change / largest);
   return h;
 }
 

@@ -1,0 +1,63 @@
+#include "costate/optimize/certificate_verdict.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace costate {
+
+namespace {
+// Newton's step to a minimum, in scaled parameters, up to which it is taken for reached.
+constexpr double kNewton = 1e-2;
+}  // namespace
+
+void judge(Certificate& c, bool curvature) {
+  using Kind = Certificate::Kind;
+  const std::string residual = fmt::format("the KKT residual is {:.3g}, {} {:.3g}", c.kkt_residual,
+                                           c.kkt_residual <= c.tolerance ? "within" : "above", c.tolerance);
+  if (!(c.kkt_residual <= c.tolerance)) {
+    c.kind = Kind::not_stationary;
+    c.verdict = fmt::format("not stationary: {}; more evaluations or a smaller tolerance may go on.", residual);
+  } else if (!curvature) {
+    c.kind = Kind::stationary;
+    c.verdict = fmt::format("stationary: {}; of the curvature nothing is known.", residual);
+  } else if (c.eigenvalues.empty()) {
+    c.kind = Kind::strict_minimum;
+    c.verdict = fmt::format("strict local minimum: {}, and bounds and constraints leave no direction free.", residual);
+  } else if (c.newton_step > kNewton) {
+    c.kind = Kind::not_stationary;
+    c.verdict = fmt::format(
+        "not stationary: Newton's step to the minimum is still {:.3g} of the parameters' scales, psi would "
+        "fall by "
+        "{:.3g}; more evaluations or a smaller tolerance may go on.",
+        c.newton_step, c.predicted_decrease);
+  } else if (const double least = c.eigenvalues.front(); least > c.curvature_tolerance) {
+    c.kind = Kind::strict_minimum;
+    c.verdict = fmt::format("strict local minimum: {}, and the smallest eigenvalue of the Hessian is {}.", residual,
+                            known_eigenvalue(c, least));
+  } else if (least >= -c.curvature_tolerance) {
+    c.kind = Kind::flat;
+    const auto zeros =
+        std::count_if(c.eigenvalues.begin(), c.eigenvalues.end(), [&](double e) { return e <= c.curvature_tolerance; });
+    c.verdict = fmt::format(
+        "stationary, Hessian singular: {} of its {} eigenvalues {} zero within {:.3g}; psi is flat that "
+        "way to "
+        "second order.",
+        zeros, c.eigenvalues.size(), zeros == 1 ? "is" : "are", c.curvature_tolerance);
+  } else {
+    c.kind = Kind::indefinite;
+    c.verdict = fmt::format(
+        "stationary, Hessian indefinite: the smallest of its eigenvalues is {}; psi falls "
+        "along that direction, so this is no minimum.",
+        known_eigenvalue(c, least));
+  }
+}
+
+std::string known_eigenvalue(const Certificate& c, double x) {
+  const double error = c.eigenvalue_error,
+               digits = error > 0 && x != 0 ? std::floor(std::log10(std::abs(x) / error)) + 1 : 6;
+  return fmt::format("{:.{}g}", x, static_cast<int>(std::clamp(digits, 1.0, 6.0)));
+}
+
+}  // namespace costate

@@ -42,8 +42,8 @@ HessianProducts hessian_products(const Problem& problem, const std::vector<doubl
 Hessian hessian(const Problem& problem, const std::vector<double>& rho);
 
 /// At a tenth of the problem's rtol, and its product with one direction at rtol itself (of the penalties with firmer
-/// constraints): `error` is a third of what these differ by (all of it). Where the tighter run fails it is that at rtol,
-/// whose error is not known: infinite.
+/// constraints): `error` is a third of what these differ by (all of it). Where the tighter run fails it is that at
+/// rtol, whose error is not known: infinite.
 Hessian confirmed_hessian(const Problem& problem, const std::vector<double>& rho);
 
 }  // namespace costate

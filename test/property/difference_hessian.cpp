@@ -11,6 +11,7 @@
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
+#include "property/hessian_compare.h"
 #include "support/paths.h"
 
 using namespace costate;
@@ -34,33 +35,7 @@ long double dropped(const long double* p) {
   }
 }
 
-/// By differences of fourth order of the closed form: off by some 1e-10 of it.
-MatrixXd dropped_hessian(const std::vector<double>& rho) {
-  const long double h = 1e-3L, c[] = {1.0L / 12, -8.0L / 12, 8.0L / 12, -1.0L / 12};
-  const int at[] = {-2, -1, 1, 2};
-  MatrixXd H(3, 3);
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      long double sum = 0;
-      for (int a = 0; a < 4; ++a)
-        for (int b = 0; b < 4; ++b) {
-          long double p[3] = {rho[0], rho[1], rho[2]};
-          p[i] += at[a] * h;
-          p[j] += at[b] * h;
-          sum += c[a] * c[b] * dropped(p);
-        }
-      H(i, j) = static_cast<double>(sum / (h * h));
-    }
-  return H;
-}
-
-/// In scaled parameters, against the largest entry of `right`.
-double apart(const Problem& p, const MatrixXd& found, const MatrixXd& right) {
-  Eigen::VectorXd s(p.parameters.size());
-  for (int j = 0; j < p.parameters.size(); ++j) s[j] = p.parameters.parameters[static_cast<std::size_t>(j)].scale;
-  const MatrixXd d = s.asDiagonal() * (found - right) * s.asDiagonal(), r = s.asDiagonal() * right * s.asDiagonal();
-  return d.cwiseAbs().maxCoeff() / r.cwiseAbs().maxCoeff();
-}
+MatrixXd dropped_hessian(const std::vector<double>& rho) { return hessian_of(dropped, rho, {1e-3L, 1e-3L, 1e-3L}); }
 
 }  // namespace
 
@@ -76,6 +51,7 @@ TEST_CASE("difference hessian: a ball that bounces, against its closed form") {
   CHECK(off < 1e-4);
   CHECK(off < 3 * h.asymmetry + 1e-6);
   CHECK(h.asymmetry < 1e-3);
+  CHECK(h.error >= h.asymmetry);
 
   OptimizerEvaluation e;
   e.rho = rho;
@@ -85,6 +61,10 @@ TEST_CASE("difference hessian: a ball that bounces, against its closed form") {
   CHECK_THAT(c.note, Contains("differences of gradients by cvodes-adjoint") && Contains("events"));
   CHECK(c.formulation == p.formulation);
   CHECK(c.asymmetry > 0);
+  // What the differences leave open is what is known of the eigenvalues, too.
+  const double largest = largest_scaled(scales(p.parameters), h.matrix);
+  CHECK(c.eigenvalue_error >= 0.99 * h.asymmetry * largest);
+  CHECK(c.curvature_tolerance >= c.eigenvalue_error);
 }
 
 TEST_CASE("difference hessian: beside the exact one, within bounds and at them") {

@@ -12,6 +12,7 @@
 #include "costate/base/error.h"
 #include "costate/optimize/certificate_verdict.h"
 #include "costate/optimize/curvature.h"
+#include "costate/problem/scaled_gradient.h"
 
 namespace costate {
 
@@ -41,9 +42,7 @@ constexpr double kSteps = 1e3;
 class Certifier {
  public:
   Certifier(const Design& design, const OptimizerEvaluation& first, const OptimizerEvaluation& best)
-      : design_(design), first_(first), best_(best), n_(design.parameters.size()) {
-    scale_.resize(n_);
-    for (int j = 0; j < n_; ++j) scale_[j] = parameter(j).scale;
+      : design_(design), first_(first), best_(best), n_(design.parameters.size()), scale_(scales(design.parameters)) {
     for (const DesignCase& c : design.cases) rtol_ = std::max(rtol_, c.problem.solver.rtol);
     list_quantities();
   }

@@ -1,7 +1,8 @@
-// The size of a gradient: its largest derivative times its parameter's scale, which makes derivatives of unlike
+// The size of a gradient or a Hessian: its largest entry times its parameters' scales, which make derivatives by unlike
 // parameters comparable.
 #pragma once
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -30,6 +31,17 @@ inline double largest_scaled_change(const ParameterSelection& parameters, const 
   for (std::size_t j = 0; j < b.size(); ++j)
     largest = std::max(largest, std::abs(a[j] - b[j]) * parameters.parameters[j].scale);
   return largest;
+}
+
+inline Eigen::VectorXd scales(const ParameterSelection& parameters) {
+  Eigen::VectorXd s(parameters.size());
+  for (Eigen::Index j = 0; j < s.size(); ++j) s[j] = parameters.parameters[static_cast<std::size_t>(j)].scale;
+  return s;
+}
+
+/// max |H_ij| s_i s_j of second derivatives; 0 without parameters.
+inline double largest_scaled(const Eigen::VectorXd& s, const Eigen::MatrixXd& H) {
+  return s.size() > 0 ? (s.asDiagonal() * H * s.asDiagonal()).cwiseAbs().maxCoeff() : 0;
 }
 
 }  // namespace costate

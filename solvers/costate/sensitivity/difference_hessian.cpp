@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "costate/problem/scaled_gradient.h"
 #include "costate/record/jobs.h"
 #include "costate/sensitivity/method.h"
 
@@ -45,13 +46,12 @@ Hessian hessian_by_differences(const Problem& problem, const std::string& method
   h.counters += here.counters;
   h.psi = here.psi;
   h.gradient = here.gradient;
-  VectorXd scale(n);
+  const VectorXd scale = scales(problem.parameters);
   std::vector<Counters> spent(parameters.size());
   Eigen::MatrixXd H(n, n), change(n, n);
   for_each_job(parameters.size(), jobs(), [&](std::size_t column) {
     const auto j = static_cast<Index>(column);
     const Parameter& of = parameters[column];
-    scale[j] = of.scale;
     const double k = 0.5 * kStep * of.scale, x = rho[column];
     const auto moved = [&](double by) -> VectorXd {
       std::vector<double> other = rho;
@@ -67,14 +67,10 @@ Hessian hessian_by_differences(const Problem& problem, const std::string& method
     change.col(j) = c.change;
   });
   for (const Counters& c : spent) h.counters += c;
-  const auto in_scales = [&](const Eigen::MatrixXd& m) {
-    return Eigen::MatrixXd(scale.asDiagonal() * m * scale.asDiagonal());
-  };
   h.matrix = 0.5 * (H + H.transpose());
-  const double size = n > 0 ? in_scales(H).cwiseAbs().maxCoeff() : 0;
-  if (size > 0)
-    h.asymmetry =
-        std::max(in_scales(H - H.transpose()).cwiseAbs().maxCoeff(), in_scales(change).cwiseAbs().maxCoeff()) / size;
+  const double size = largest_scaled(scale, H);
+  if (size > 0) h.asymmetry = std::max(largest_scaled(scale, H - H.transpose()), largest_scaled(scale, change)) / size;
+  h.error = h.asymmetry;
   return h;
 }
 

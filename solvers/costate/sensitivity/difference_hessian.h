@@ -10,7 +10,7 @@
 namespace costate {
 
 /// By gradients of `method` at distances of 4e-3 of each parameter's scale and less, within its bounds: four for each.
-/// `asymmetry` also holds what the last extrapolation changed. Throws what gradients throw.
+/// `asymmetry`, and `error` with it, also holds what the last extrapolation changed. Throws what gradients throw.
 Hessian hessian_by_differences(const Problem& problem, const std::string& method, const std::vector<double>& rho);
 
 }  // namespace costate

@@ -1,0 +1,40 @@
+// Hessians against others: how far apart, and of closed forms of psi.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "costate/problem/scaled_gradient.h"
+
+namespace costate::test {
+
+/// In scaled parameters, against the largest entry of `right`.
+inline double apart(const Problem& p, const Eigen::MatrixXd& found, const Eigen::MatrixXd& right) {
+  const Eigen::VectorXd s = scales(p.parameters);
+  return largest_scaled(s, found - right) / largest_scaled(s, right);
+}
+
+/// Of psi(const long double* rho), by differences of fourth order at steps h_j in long double: off by some 1e-9 of its
+/// largest entry in units of 1/(h_i h_j) and h = 1e-3 of what rho varies over.
+template <class Psi>
+Eigen::MatrixXd hessian_of(const Psi& psi, const std::vector<double>& rho, const std::vector<long double>& h) {
+  const long double c[] = {1.0L / 12, -8.0L / 12, 8.0L / 12, -1.0L / 12};
+  const int at[] = {-2, -1, 1, 2};
+  const auto n = static_cast<Eigen::Index>(rho.size());
+  Eigen::MatrixXd H(n, n);
+  for (std::size_t i = 0; i < rho.size(); ++i)
+    for (std::size_t j = 0; j < rho.size(); ++j) {
+      long double sum = 0;
+      for (int a = 0; a < 4; ++a)
+        for (int b = 0; b < 4; ++b) {
+          std::vector<long double> p(rho.begin(), rho.end());
+          p[i] += at[a] * h[i];
+          p[j] += at[b] * h[j];
+          sum += c[a] * c[b] * psi(p.data());
+        }
+      H(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = static_cast<double>(sum / (h[i] * h[j]));
+    }
+  return H;
+}
+
+}  // namespace costate::test

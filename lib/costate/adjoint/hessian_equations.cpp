@@ -154,30 +154,36 @@ void HessianEquations::end(double* mu, double* dmu, double* gradient, double* pr
   }
 }
 
+void HessianEquations::solve_adjoint(const ScalarGradient& g, const double* x, std::vector<double>& s, double* xp,
+                                     double* integrand) {
+  for (int i = 0; i < n_; ++i) s[static_cast<std::size_t>(i)] = x[n_ + i] + g.a[i];
+  std::copy(g.lambda.data(), g.lambda.data() + m_, s.begin() + n_);
+  level_.solve_kkt(s.data());
+  for (int i = 0; i < n_; ++i) {
+    xp[i] = -g.q[i];
+    xp[n_ + i] = -g.v[i] - x[i];
+  }
+  for (int i = 0; i < nz_; ++i) xp[2 * n_ + i] = -g.z[i];
+  add_transposed(1, s.data(), x + 2 * n_, xp);
+  std::copy(g.rho.data(), g.rho.data() + parameter_count(), integrand);
+  assembly_.add_parameter_gradient(level_.state(), level_.stabilization().weights(s.data(), s.data() + n_, x + 2 * n_),
+                                   -1, integrand);
+}
+
+void HessianEquations::adjoint(const double* mu, double* mup, double* integrand) {
+  gradient_.set_zero();
+  objective_.add_running_gradient(level_.state(), assembly_, gradient_);
+  solve_adjoint(gradient_, mu, s_, mup, integrand);
+}
+
 void HessianEquations::adjoint(const double* mu, const double* dmu, double* mup, double* dmup, double* integrand,
                                double* product_integrands) {
   const int N = state_size(), np = parameter_count();
-  const auto assemble = [&](const ScalarGradient& g, const double* x, std::vector<double>& s, double* xp, double* rho) {
-    for (int i = 0; i < n_; ++i) s[static_cast<std::size_t>(i)] = x[n_ + i] + g.a[i];
-    std::copy(g.lambda.data(), g.lambda.data() + m_, s.begin() + n_);
-    level_.solve_kkt(s.data());
-    for (int i = 0; i < n_; ++i) {
-      xp[i] = -g.q[i];
-      xp[n_ + i] = -g.v[i] - x[i];
-    }
-    for (int i = 0; i < nz_; ++i) xp[2 * n_ + i] = -g.z[i];
-    add_transposed(1, s.data(), x + 2 * n_, xp);
-    std::copy(g.rho.data(), g.rho.data() + np, rho);
-    assembly_.add_parameter_gradient(level_.state(),
-                                     level_.stabilization().weights(s.data(), s.data() + n_, x + 2 * n_), -1, rho);
-  };
-  gradient_.set_zero();
-  objective_.add_running_gradient(level_.state(), assembly_, gradient_);
-  assemble(gradient_, mu, s_, mup, integrand);
+  adjoint(mu, mup, integrand);
   for (int k = 0; k < directions(); ++k) {
     const auto at = static_cast<std::ptrdiff_t>(k);
     calc_change(false, k, s_.data(), mu + 2 * n_);
-    assemble(change_, dmu + at * N, ds_, dmup + at * N, product_integrands + at * np);
+    solve_adjoint(change_, dmu + at * N, ds_, dmup + at * N, product_integrands + at * np);
   }
 }
 

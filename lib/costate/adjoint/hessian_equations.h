@@ -50,6 +50,8 @@ class HessianEquations {
   /// mu', dmu' and the integrands of gradient and products, at the evaluated point.
   void adjoint(const double* mu, const double* dmu, double* mup, double* dmup, double* integrand,
                double* product_integrands);
+  /// Of these mu' and the gradient's integrand alone.
+  void adjoint(const double* mu, double* mup, double* integrand);
   /// The terms that gradient and products gain at the start, where the adjoint ends.
   void begin(double t, const double* mu, const double* dmu, double* gradient, double* products);
 
@@ -79,6 +81,8 @@ class HessianEquations {
   /// change_ = G along direction k, of the running or the terminal cost and of the equations with weights (s,
   /// mu_z).
   void calc_change(bool terminal, int k, const double* s, const double* mu_z);
+  /// s, x' and the integrand of the adjoint x or of a change of it, with g = L's own gradient or its change.
+  void solve_adjoint(const ScalarGradient& g, const double* x, std::vector<double>& s, double* xp, double* integrand);
   /// out = -x of the linear part: out += K^T s1 + R2_q^T s2 - f_q^T mu_z and so on.
   void add_transposed(double c, const double* s, const double* mu_z, double* out) const;
   const Start& start_point(double t);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 
 #include "costate/base/error.h"
 #include "costate/level/unknown_names.h"
@@ -84,15 +83,9 @@ void TangentMotion::start(double t, double* y, Eigen::MatrixXd*) {
   equations_.start(t, y, y + equations_.state_size());
 }
 
-HessianAdjoint::HessianAdjoint(HessianEquations& equations, Motion motion, double t_end, double scale,
-                               std::vector<double> parameter_scale)
-    : HessianPass(equations),
-      motion_(std::move(motion)),
-      t_end_(t_end),
-      scale_(scale),
-      from_(-std::numeric_limits<double>::infinity()),
-      to_(std::numeric_limits<double>::infinity()),
-      parameter_scale_(std::move(parameter_scale)) {
+HessianAdjoint::HessianAdjoint(HessianEquations& equations, Motion motion, double t_end, double scale)
+    : HessianPass(equations), motion_(std::move(motion)), t_end_(t_end), scale_(scale) {
+  for (const Parameter& p : assembly_.parameters().parameters) parameter_scale_.push_back(p.scale);
   append_columns("mu.", "dmu");
   for (int k = 0; k < columns_; ++k)
     for (const auto& name : assembly_.parameters().names())

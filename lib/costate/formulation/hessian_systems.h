@@ -6,6 +6,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 
 #include "costate/adjoint/hessian_equations.h"
 #include "costate/formulation/acceleration_ode.h"
@@ -57,16 +58,14 @@ class TangentMotion final : public HessianPass {
 };
 
 /// In the time that is left, tau = t_end - t:
-///   y = (mu, dmu of each direction, gradient, products), all divided by `scale`, the gradient's entries and
-///   the
-/// products' multiplied by those of `parameter_scale`: integrators then keep errors against one and the same
-/// size.
+///   y = (mu, dmu of each direction, gradient, products),
+/// all divided by `scale`, the gradient's entries and the products' multiplied by the parameters' scales: integrators
+/// then keep errors against one and the same size.
 class HessianAdjoint final : public HessianPass {
  public:
   /// Writes (q, v, z, tangents) at t.
   using Motion = std::function<void(double t, double* y)>;
-  HessianAdjoint(HessianEquations& equations, Motion motion, double t_end, double scale,
-                 std::vector<double> parameter_scale);
+  HessianAdjoint(HessianEquations& equations, Motion motion, double t_end, double scale);
 
   void set_parameters(const double* rho) override;
   MechanismState mechanism_state(double tau, const double* y) override;
@@ -93,7 +92,8 @@ class HessianAdjoint final : public HessianPass {
   double at(double tau);
 
   Motion motion_;
-  double t_end_, scale_, from_, to_;
+  double t_end_, scale_;
+  double from_ = -std::numeric_limits<double>::infinity(), to_ = std::numeric_limits<double>::infinity();
   std::vector<double> parameter_scale_, point_, unscaled_, rates_;
 };
 

@@ -9,9 +9,8 @@
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
 #include "costate/cycle/map_run.h"
-#include "costate/formulation/law_joins.h"
-#include "costate/level/fixed_times.h"
 #include "costate/objective/sampled_cost.h"
+#include "costate/problem/differentiable_laws.h"
 
 namespace costate {
 
@@ -26,12 +25,8 @@ ReturnMap::ReturnMap(const Problem& problem, const Section& section, std::vector
   problem_.ends_when.reset();
   problem_.cycle.reset();
   problem_.solver.confirm = false;
-  std::vector<double> numbers = problem.mechanism->base_numbers();
-  problem.parameters.apply(rho_.data(), numbers);
-  const double t0 = problem.solver.t_start, t1 = problem.solver.t_end;
-  require_fixed_times(*problem.mechanism, problem.parameters, numbers, t0, t1, true);
-  require_joined_laws(*problem.mechanism, problem.parameters, numbers, t0, t1);
-  if (section.settings().period_s) problem_.solver.t_end = t0 + *section.settings().period_s;
+  require_differentiable_laws(problem, rho_, true);
+  if (section.settings().period_s) problem_.solver.t_end = problem.solver.t_start + *section.settings().period_s;
 }
 
 void ReturnMap::set_tolerance(double rtol, double atol) {

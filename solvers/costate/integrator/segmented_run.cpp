@@ -4,23 +4,14 @@
 
 #include <algorithm>
 
+#include "costate/integrator/session_counters.h"
+
 namespace costate {
 
 namespace {
 
 // A mechanism that changes its segment this often without getting on is stuck.
 constexpr std::size_t kMostJumpsInARow = 1000;
-
-/// Those of another session of the run.
-void add(Counters& sum, const Counters& c) {
-  // The system's own count on over all segments.
-  const long factorizations = std::max(sum.factorizations, c.factorizations),
-             position_iterations = std::max(sum.position_iterations, c.position_iterations);
-  sum += c;
-  sum.factorizations = factorizations;
-  sum.position_iterations = position_iterations;
-  sum.simulations = 1;
-}
 
 }  // namespace
 
@@ -43,7 +34,7 @@ void SegmentedRun<Session, SystemType>::advance_segments(double t, Trajectory* t
     session().read_forward_counters();
     if (adjoint_) note_length(session().counters());
     if (!adjoint_) {
-      add(past_, session().counters());
+      add_session(past_, session().counters());
       sessions_.clear();
     }
     begin_segment(start, sessions_.emplace_back());
@@ -70,7 +61,7 @@ void SegmentedRun<Session, SystemType>::drop_segments() {
   while (sessions_.size() - scales_.size() > most_kept_ && scales_.size() + 2 < sessions_.size()) {
     std::unique_ptr<Session>& oldest = sessions_[scales_.size() + 1];
     oldest->read_forward_counters();
-    add(past_, oldest->counters());
+    add_session(past_, oldest->counters());
     ++past_.checkpoints;
     scales_.push_back(oldest->adjoint_scale());
     oldest.reset();
@@ -107,7 +98,7 @@ std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint(const Sampl
     sessions_[k]->solve_backward(mu, size, gradient, stops);
     if (again) {
       if (!(sessions_[k]->adjoint_growth().change() <= growth_.change())) growth_ = sessions_[k]->adjoint_growth();
-      add(past_, sessions_[k]->counters());
+      add_session(past_, sessions_[k]->counters());
       sessions_[k].reset();
     }
     if (k > 0 && !links_[k - 1].restart) Session::transfer_adjoint(system_, links_[k - 1].jump, mu, gradient);
@@ -136,7 +127,7 @@ template <class Session, class SystemType>
 Counters SegmentedRun<Session, SystemType>::counters() const {
   Counters sum = past_;
   for (const auto& s : sessions_)
-    if (s) add(sum, s->counters());
+    if (s) add_session(sum, s->counters());
   sum.jumps = std::count_if(links_.begin(), links_.end(), [](const Link& l) { return !l.restart; });
   return sum;
 }

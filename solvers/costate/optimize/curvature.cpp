@@ -68,11 +68,9 @@ class Search {
       curvature_of(problem_.formulation, [&](const Problem& p, const std::vector<double>& at) {
         return hessian_by_differences(p, method_, at);
       });
-      double asymmetry = 0;
-      for (const Hessian& h : found_.of) asymmetry = std::max(asymmetry, h.asymmetry);
       found_.note = fmt::format(
           "The Hessian is made of differences of gradients by {}, and known to some {:.0e} of its largest entry: {}",
-          method_, asymmetry, fmt::join(notes, "; "));
+          method_, error(), fmt::join(notes, "; "));
       return true;
     } catch (const SolverError& e) {
       notes.push_back(fmt::format("differences of gradients do not give it, as one failed: {}", e.what()));
@@ -82,18 +80,22 @@ class Search {
     return false;
   }
 
+  double error() const {
+    double largest = 0;
+    for (const Hessian& h : found_.of) largest = std::max(largest, h.error);
+    return largest;
+  }
+
   /// What makes the verdict less than it seems.
   void tell_error() {
-    double error = 0;
-    for (const Hessian& h : found_.of) error = std::max(error, h.error);
-    if (!(error > kSaid)) return;
+    if (!(error() > kSaid)) return;
     found_.note += fmt::format(
         "{}{}", found_.note.empty() ? "" : " ",
-        std::isfinite(error) ? fmt::format("It is known to some {:.0e} of its largest entry: from rtol to a tenth "
-                                           "of it a product with it changes by three times that. A smaller rtol "
-                                           "tells more.",
-                                           error)
-                             : "What it is known to was not found: the run at a tenth of rtol failed.");
+        std::isfinite(error())
+            ? fmt::format("The Hessian is known to some {:.0e} of its largest entry, by what a tenth of rtol changes "
+                          "of a product with it. A smaller rtol tells more.",
+                          error())
+            : "What the Hessian is known to was not found: the run at a tenth of rtol failed.");
   }
 
   /// Names of the constraint rows that depend on the others at the start.

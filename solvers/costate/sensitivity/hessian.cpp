@@ -10,13 +10,14 @@
 #include "costate/adjoint/block_jumps.h"
 #include "costate/base/error.h"
 #include "costate/formulation/hessian_systems.h"
-#include "costate/formulation/law_joins.h"
 #include "costate/integrator/cvode_session.h"
+#include "costate/integrator/piecewise_run.h"
 #include "costate/integrator/run_end.h"
 #include "costate/integrator/run_watch.h"
 #include "costate/integrator/segmented_run.h"
 #include "costate/integrator/trajectory.h"
-#include "costate/level/fixed_times.h"
+#include "costate/problem/differentiable_laws.h"
+#include "costate/problem/scaled_gradient.h"
 #include "costate/sensitivity/error_estimate.h"
 
 namespace costate {
@@ -87,60 +88,24 @@ double psi_of(System& forward, const Objective& objective, const Trajectory& mot
   return psi;
 }
 
-/// A run in pieces, each smooth: between them the state is crossed over by `cross(k, y)`, k the piece that ends.
-struct Pieces {
-  OdeSystem& system;
-  SolverOptions options;
-  Monitor monitor;
-  std::shared_ptr<const StepPlan> plan;
-  std::vector<double> ends;  // of all but the last, which ends with the run
-  Counters counters = {};
-
-  std::vector<double> run(Trajectory* motion, const std::function<void(std::size_t k, double* y)>& cross) {
-    SegmentStart start;
-    const double t_end = options.t_end;
-    for (std::size_t k = 0; k <= ends.size(); ++k) {
-      options.t_end = k < ends.size() ? ends[k] : t_end;
-      std::unique_ptr<CvodeSession> session =
-          k == 0 ? std::make_unique<CvodeSession>(system, options, monitor, StartDerivative::none) : begun(start);
-      session->follow(plan);
-      while (!session->advance_segment(options.t_end, motion)) {
-        Jump jump;
-        start = {};
-        session->jump(jump, start);
-        count(*session);
-        session = begun(start);
-        session->follow(plan);
-      }
-      count(*session);
-      start = {};
-      start.t = options.t_end;
-      start.restart = true;
-      start.steps = counters.steps;
-      start.y.assign(session->y(), session->y() + system.size());
-      if (k < ends.size()) cross(k, start.y.data());
-    }
-    return start.y;
-  }
-
- private:
-  std::unique_ptr<CvodeSession> begun(const SegmentStart& start) {
-    return std::make_unique<CvodeSession>(system, options, monitor, start);
-  }
-  void count(CvodeSession& session) {
-    session.read_forward_counters();
-    counters += session.counters();
-    counters.factorizations = system.factorizations();  // of all so far
-    counters.simulations = 1;
-  }
-};
-
-/// The bends of the stored motion, in order, with what they do to its tangents.
-std::vector<HessianEquations::Bend> bends_along(HessianEquations& equations, const Trajectory& motion) {
-  std::vector<double> times{motion.t_begin()}, y(static_cast<std::size_t>(motion.width()));
+std::vector<double> step_ends(const Trajectory& motion) {
+  std::vector<double> times{motion.t_begin()};
   for (std::size_t i = 0; i < motion.steps(); ++i) times.push_back(motion.step_end(i));
-  const BlockJumps found =
-      find_block_jumps(times, [&](double t, std::vector<double>& values, std::vector<std::size_t>& ends) {
+  return times;
+}
+
+double middle(double before, double after) { return 0.5 * (before + after); }
+
+/// Of the motion's ends.
+bool is_between(const BlockJump& at, const Trajectory& motion) {
+  return at.last_before > motion.t_begin() && at.first_after < motion.t_end();
+}
+
+/// Where forces bend along the stored motion, in order.
+std::vector<BlockJump> jumps_along(HessianEquations& equations, const Trajectory& motion) {
+  std::vector<double> y(static_cast<std::size_t>(motion.width()));
+  BlockJumps found =
+      find_block_jumps(step_ends(motion), [&](double t, std::vector<double>& values, std::vector<std::size_t>& ends) {
         motion.evaluate(t, y.data());
         equations.append_blocks(t, y.data(), values, ends);
       });
@@ -149,25 +114,32 @@ std::vector<HessianEquations::Bend> bends_along(HessianEquations& equations, con
         fmt::format("Second derivatives need the times at which derivatives of forces jump, and these are rough near t "
                     "= {:.9g} s: more jumps than can be told from rounding. Differences of gradients do without.",
                     *found.rough));
+  return std::move(found.all);
+}
+
+/// With what they do to the motion's tangents: the bends between its ends. Those at an end must not move.
+std::vector<HessianEquations::Bend> bends_along(HessianEquations& equations, const Trajectory& motion,
+                                                const std::vector<BlockJump>& jumps) {
   std::vector<HessianEquations::Bend> bends;
-  if (found.all.empty()) return bends;
+  if (jumps.empty()) return bends;
+  std::vector<double> y(static_cast<std::size_t>(motion.width()));
   const int N = equations.state_size(), k = equations.directions();
   HessianEquations::Sizes sizes;
-  sizes.span = times.back() - times.front();
+  sizes.span = motion.t_end() - motion.t_begin();
   sizes.columns = MatrixXd::Zero(N, 1 + k);
   MatrixXd rates(N, 1 + k);
-  for (const double t : times) {
+  for (const double t : step_ends(motion)) {
     motion.evaluate(t, y.data());
     equations.motion(t, y.data(), y.data() + N, rates.data(), rates.data() + N);
     rates.rightCols(k) = Eigen::Map<const MatrixXd>(y.data() + N, N, k);
     sizes.columns = sizes.columns.cwiseMax(rates.cwiseAbs());
   }
-  for (const BlockJump& at : found.all) {
+  for (const BlockJump& at : jumps) {
     HessianEquations::Bend bend{at.last_before, at.first_after, y, y, {}};
     motion.evaluate(bend.before, bend.state_before.data());
     motion.evaluate(bend.after, bend.state_after.data());
     equations.follow_bend(bend, sizes);
-    if (bend.before > times.front() && bend.after < times.back()) {
+    if (is_between(at, motion)) {
       bends.push_back(std::move(bend));
       continue;
     }
@@ -175,13 +147,11 @@ std::vector<HessianEquations::Bend> bends_along(HessianEquations& equations, con
       if (moved.cwiseAbs().maxCoeff() > 0)
         throw CapabilityError(fmt::format(
             "At t = {:.6g} s, where the run {}, '{}' is where its derivative jumps: psi has no second derivatives.",
-            at.last_before, at.last_before > times.front() ? "ends" : "begins",
+            at.last_before, at.last_before > motion.t_begin() ? "ends" : "begins",
             equations.assembly().mechanism().forces()[force]->path()));
   }
   return bends;
 }
-
-double middle(const HessianEquations::Bend& bend) { return 0.5 * (bend.before + bend.after); }
 
 /// The products of some directions, which are of size 1 in scaled parameters.
 MatrixXd run(const Problem& problem, const std::vector<double>& rho, const MatrixXd& directions,
@@ -210,25 +180,26 @@ MatrixXd run(const Problem& problem, const std::vector<double>& rho, const Matri
   forward_session.read_forward_counters();
   result.counters += forward_session.counters();
   const std::shared_ptr<const StepPlan> plan_back = forward_session.plan_back();
-  std::vector<HessianEquations::Bend> bends = bends_along(*equations, motion);
-  if (!bends.empty()) {
+  std::vector<BlockJump> jumps = jumps_along(*equations, motion);
+  std::vector<double> ends;
+  for (const BlockJump& at : jumps)
+    if (is_between(at, motion)) ends.push_back(middle(at.last_before, at.first_after));
+  if (!ends.empty()) {
     // Once more, with steps that end there: what is stored of a step across one is no more than its end.
-    Pieces again{forward, problem.solver, problem.monitor, plan_back, {}};
-    for (const auto& bend : bends) again.ends.push_back(middle(bend));
+    PiecewiseRun again(forward, problem.solver, problem.monitor, plan_back, std::move(ends));
     motion = Trajectory(0, forward.size());
     again.run(&motion, [](std::size_t, double*) {});
-    result.counters += again.counters;
-    bends = bends_along(*equations, motion);
+    result.counters += again.counters();
+    jumps = jumps_along(*equations, motion);
   }
+  std::vector<HessianEquations::Bend> bends = bends_along(*equations, motion, jumps);
 
   result.psi = psi_of(forward, problem.objective, motion);
 
   // A few unknowns of size above 1 are no harm (they count relatively), many far below it would be.
   const double scale = 0.1 * adjoint_size(*equations, motion);
-  std::vector<double> parameter_scale;
-  for (const Parameter& p : problem.parameters.parameters) parameter_scale.push_back(p.scale);
   HessianAdjoint backward(
-      *equations, [&motion](double t, double* y) { motion.evaluate(t, y); }, t_end, scale, parameter_scale);
+      *equations, [&motion](double t, double* y) { motion.evaluate(t, y); }, t_end, scale);
   backward.set_parameters(rho.data());
   SolverOptions options = problem.solver;
   options.t_start = 0;
@@ -245,8 +216,10 @@ MatrixXd run(const Problem& problem, const std::vector<double>& rho, const Matri
   const auto keep_within_piece = [&](std::size_t i) {
     backward.keep_within(i < bends.size() ? bends[i].after : t_start, i > 0 ? bends[i - 1].before : t_end);
   };
-  Pieces back{backward, options, monitor, std::make_shared<const StepPlan>(plan_back->reversed(t_end)), {}};
-  for (const auto& bend : bends) back.ends.push_back(t_end - middle(bend));
+  std::vector<double> ends_back;
+  for (const auto& bend : bends) ends_back.push_back(t_end - middle(bend.before, bend.after));
+  PiecewiseRun back(backward, options, monitor, std::make_shared<const StepPlan>(plan_back->reversed(t_end)),
+                    std::move(ends_back));
   std::vector<double> y;
   keep_within_piece(0);
   try {
@@ -260,7 +233,7 @@ MatrixXd run(const Problem& problem, const std::vector<double>& rho, const Matri
   MatrixXd products(np, k);
   result.gradient.assign(static_cast<std::size_t>(np), 0);
   backward.finish(t_start, y.data(), result.gradient.data(), products.data());
-  result.counters += as_backward(back.counters);
+  result.counters += as_backward(back.counters());
   return products;
 }
 
@@ -283,21 +256,16 @@ HessianProducts hessian_products(const Problem& problem, const std::vector<doubl
     throw CapabilityError(
         "Psi is that of a cycle ('cycle' in [run]), whose second derivatives are not computed; gradients are.");
   refuse_free_end(problem, "Hessian products are");
-  std::vector<double> numbers = problem.mechanism->base_numbers();
-  problem.parameters.apply(rho.data(), numbers);
-  require_fixed_times(*problem.mechanism, problem.parameters, numbers, problem.solver.t_start, problem.solver.t_end,
-                      false);
-  require_joined_laws(*problem.mechanism, problem.parameters, numbers, problem.solver.t_start, problem.solver.t_end);
-  const auto& parameters = problem.parameters.parameters;
-  const auto np = static_cast<Eigen::Index>(parameters.size());
+  require_differentiable_laws(problem, rho, false);
+  const Eigen::Index np = problem.parameters.size();
   if (directions.rows() != np)
     throw Error(fmt::format("A direction needs one entry a parameter: {}, found {}.", np, directions.rows()));
   // Tangents of size 1: along directions of size 1 in scaled parameters.
+  const Eigen::VectorXd scale = scales(problem.parameters);
   MatrixXd unit = directions;
   Eigen::VectorXd size = Eigen::VectorXd::Zero(directions.cols());
-  for (Eigen::Index k = 0; k < directions.cols(); ++k) {
-    for (Eigen::Index j = 0; j < np; ++j)
-      size[k] = std::max(size[k], std::abs(directions(j, k)) / parameters[static_cast<std::size_t>(j)].scale);
+  for (Eigen::Index k = 0; k < directions.cols() && np > 0; ++k) {
+    size[k] = directions.col(k).cwiseQuotient(scale).cwiseAbs().maxCoeff();
     if (size[k] > 0) unit.col(k) /= size[k];
   }
   // As many directions at once as their stored motion fits into the memory, if that takes some thousand
@@ -317,18 +285,15 @@ HessianProducts hessian_products(const Problem& problem, const std::vector<doubl
 }
 
 Hessian hessian(const Problem& problem, const std::vector<double>& rho) {
-  const auto& parameters = problem.parameters.parameters;
-  const auto np = static_cast<Eigen::Index>(parameters.size());
+  const Eigen::Index np = problem.parameters.size();
   HessianProducts p = hessian_products(problem, rho, MatrixXd::Identity(np, np));
   Hessian h;
   h.psi = p.psi;
   h.gradient = std::move(p.gradient);
   h.counters = p.counters;
-  Eigen::VectorXd scale(np);
-  for (Eigen::Index j = 0; j < np; ++j) scale[j] = parameters[static_cast<std::size_t>(j)].scale;
-  const MatrixXd scaled = scale.asDiagonal() * p.products * scale.asDiagonal();
-  const double largest = np > 0 ? scaled.cwiseAbs().maxCoeff() : 0;
-  if (largest > 0) h.asymmetry = (scaled - scaled.transpose()).cwiseAbs().maxCoeff() / largest;
+  const Eigen::VectorXd scale = scales(problem.parameters);
+  const double largest = largest_scaled(scale, p.products);
+  if (largest > 0) h.asymmetry = largest_scaled(scale, p.products - p.products.transpose()) / largest;
   h.matrix = (p.products + p.products.transpose()) / 2;
   h.error = h.asymmetry;
   return h;
@@ -349,16 +314,15 @@ Hessian confirmed_hessian(const Problem& problem, const std::vector<double>& rho
   const auto np = static_cast<Eigen::Index>(rho.size());
   if (np == 0) return h;
   // Of every parameter, and of no symmetry that a mechanism has.
-  Eigen::VectorXd scale(np), direction(np);
-  for (Eigen::Index j = 0; j < np; ++j) {
-    scale[j] = problem.parameters.parameters[static_cast<std::size_t>(j)].scale;
+  const Eigen::VectorXd scale = scales(problem.parameters);
+  Eigen::VectorXd direction(np);
+  for (Eigen::Index j = 0; j < np; ++j)
     direction[j] = (j % 3 == 1 ? -1 : 1) * scale[j] * (1 + 0.1 * static_cast<double>(j % 7));
-  }
   // Soft constraints are made firmer at the same time: what they add is of first order in 1/alpha.
   const bool soft = has_soft_constraints(problem.formulation);
   const HessianProducts loose = hessian_products(soft ? with_firmer_constraints(problem) : problem, rho, direction);
   h.counters += loose.counters;
-  const double largest = (scale.asDiagonal() * h.matrix * scale.asDiagonal()).cwiseAbs().maxCoeff(),
+  const double largest = largest_scaled(scale, h.matrix),
                change = scale.cwiseProduct(h.matrix * direction - loose.products.col(0)).cwiseAbs().maxCoeff();
   if (largest > 0) h.error = std::max(h.error, (soft ? kOfSoftness : kOfChange) * change / largest);
   return h;

@@ -11,7 +11,7 @@
 #include "costate/integrator/run_watch.h"
 #include "costate/integrator/sampled_run.h"
 #include "costate/integrator/simulate.h"
-#include "costate/level/fixed_times.h"
+#include "costate/problem/differentiable_laws.h"
 #include "costate/sensitivity/confirmation.h"
 #include "costate/sensitivity/cycle_gradient.h"
 #include "costate/sensitivity/error_estimate.h"
@@ -173,14 +173,7 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
     return r;
   }
   const Problem whole = with_end_of(problem, method, rho);
-  if (!method.perturbs) {
-    const double t_start = whole.solver.t_start, t_end = whole.solver.t_end;
-    std::vector<double> numbers = problem.mechanism->base_numbers();
-    problem.parameters.apply(rho.data(), numbers);
-    require_fixed_times(*problem.mechanism, problem.parameters, numbers, t_start, t_end,
-                        !by_fixed_steps(problem, method));
-    require_joined_laws(*problem.mechanism, problem.parameters, numbers, t_start, t_end);
-  }
+  if (!method.perturbs) require_differentiable_laws(whole, rho, !by_fixed_steps(problem, method));
   GradientResult r = method.gradient(whole, rho);
   const auto tell_end = [&](GradientResult& of) {
     if (!problem.ends_when || of.end) return;

@@ -30,6 +30,8 @@ packages=(
   pybind11-dev
   liburdfdom-dev
   liborocos-kdl-dev
+  libopenmpi-dev
+  openmpi-bin=mpirun
 )
 # A browser, in which the tests open the pages that the tool writes; they pass it over where there is none.
 if [[ ${CI:-} == true || ${CI:-} == 1 ]]; then

@@ -21,7 +21,7 @@
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
 #include "optimize_journal.h"
-#include "study_file.h"
+#include "study/study_file.h"
 
 namespace costate::fuzz {
 

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "costate/study_job.h"
+#include "costate/study/study_job.h"
 
 namespace costate::app {
 

@@ -1,5 +1,4 @@
 // costate export: a scene as an FMU (FMI 3.0), for model exchange and co-simulation.
-#include <dlfcn.h>
 #include <fmt/format.h>
 
 #include <cctype>
@@ -12,6 +11,7 @@
 #include "costate/base/notice.h"
 #include "costate/command.h"
 #include "costate/integrator/simulate.h"
+#include "costate/library_file.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/print.h"
 #include "costate/scene/scene_files.h"
@@ -41,15 +41,6 @@ std::string content_of(const fs::path& path) {
   std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
   if (!in) throw Error(fmt::format("'{}' cannot be read.", path.string()));
   return text;
-}
-
-/// The file of the library that a function is in.
-template <class Function>
-fs::path library_of(Function* f) {
-  Dl_info info{};
-  if (dladdr(reinterpret_cast<void*>(f), &info) == 0 || !info.dli_fname)
-    throw Error("The files of Costate's own libraries cannot be found.");
-  return info.dli_fname;
 }
 
 /// A C identifier of a file's name.

@@ -1,12 +1,10 @@
 // One run of a study: where its results are, how far it is, and what they belong to.
 #pragma once
 
-#include <sys/types.h>
-
 #include <filesystem>
 #include <string>
 
-#include "command.h"
+#include "costate/command.h"
 #include "study_file.h"
 
 namespace costate::app {
@@ -17,7 +15,6 @@ struct StudyJob {
   std::filesystem::path directory;
   enum class State { waiting, kept, running, done, failed } state = State::waiting;
   bool resume = false;
-  pid_t pid = -1;
   std::string error;
   Json result;
 

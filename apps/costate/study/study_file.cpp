@@ -10,13 +10,13 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/base/text_file.h"
+#include "costate/design/design.h"
 #include "costate/objective/output.h"
 #include "costate/scene/scene.h"
 #include "costate/scene/scene_files.h"
 #include "costate/scene/scene_node.h"
 #include "costate/scene/toml_reader.h"
 #include "costate/scene/toml_writer.h"
-#include "design/design.h"
 
 namespace costate::app {
 

@@ -1,11 +1,9 @@
-// costate study: the optimization runs of one file, in parallel as processes of their own, resumable, and a
-// table of what they achieved.
+// costate study: the optimization runs of one file, in parallel as processes of their own, here or on the ranks of an
+// MPI job, resumable, and a table of what they achieved.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <signal.h>
 #include <sys/file.h>
-#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -17,14 +15,15 @@
 #include <sstream>
 #include <thread>
 
-#include "command.h"
+#include "costate/command.h"
+#include "costate/design/study_page.h"
+#include "costate/design/study_table.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/interrupt.h"
 #include "costate/record/jobs.h"
 #include "costate/record/journal.h"
 #include "costate/record/print.h"
-#include "design/study_page.h"
-#include "design/study_table.h"
+#include "ranks.h"
 #include "study_job.h"
 
 namespace costate::app {
@@ -32,6 +31,9 @@ namespace costate::app {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// How often ends of runs are looked for.
+constexpr auto kPoll = std::chrono::milliseconds(5);
 
 struct StudyOptions {
   std::string file;
@@ -62,6 +64,8 @@ class StudyCommand {
       : common_(common), options_(options), shard_(read_shard(options.shard)) {}
 
   int run() {
+    if (!sharded()) ranks_ = Ranks::of_this_job();
+    if (ranks_ && ranks_->rank() > 0) return serve();
     const Study study = read_study(options_.file, options_.only, common_.overrides);
     title_ = study.title.empty() ? options_.file : study.title;
     directory_ = common_.output.empty() ? fs::path("results") / fs::path(options_.file).stem() : common_.output;
@@ -70,14 +74,13 @@ class StudyCommand {
     for (std::size_t i = 0; i < study.runs.size(); ++i) {
       if (i % shard_.count != shard_.number - 1) continue;
       const StudyRun& r = study.runs[i];
-      jobs_.push_back({r, directory_ / r.name, {}, false, -1, {}, {}});
+      jobs_.push_back({r, directory_ / r.name, {}, false, {}, {}});
     }
     if (options_.merge) return merge();
     for (StudyJob& j : jobs_) prepare(j);
     try {
       run_all();
     } catch (...) {
-      stop_all();
       report(false);
       throw;
     }
@@ -86,6 +89,17 @@ class StudyCommand {
   }
 
  private:
+  /// Of the ranks that have no study of their own.
+  int serve() {
+    try {
+      serve_runs(*ranks_, at_once());
+    } catch (const Error& e) {
+      print_text(stderr, printable(fmt::format("costate: rank {}: {}\n", ranks_->rank(), e.what())));
+      ranks_->abort();
+    }
+    return 0;
+  }
+
   bool sharded() const { return !options_.shard.empty(); }
 
   /// One study at a time works in a directory, or shards of one, each once; the locks end with this process, however it
@@ -164,39 +178,13 @@ class StudyCommand {
       a.push_back("--set");
       a.push_back(o);
     }
-    if (at_once() > 1 && j.run.task != "simulate") a.insert(a.end(), {"--jobs", "1"});  // the cores are the runs'
+    if ((at_once() > 1 || ranks_) && j.run.task != "simulate")
+      a.insert(a.end(), {"--jobs", "1"});  // the cores are the runs'
     a.insert(a.end(), j.run.options.begin(), j.run.options.end());
     return a;
   }
 
-  void start(StudyJob& j) {
-    const std::vector<std::string> words = arguments(j);
-    std::vector<char*> argv;
-    for (const auto& w : words) argv.push_back(const_cast<char*>(w.c_str()));
-    argv.push_back(nullptr);
-    const std::string log = (j.directory / "log.txt").string();
-    const pid_t parent = ::getpid();
-    std::fflush(nullptr);
-    j.pid = ::fork();
-    if (j.pid < 0) throw Error("No further process can be started for the run '" + j.run.name + "'.");
-    if (j.pid == 0) {
-      // A group of its own: Ctrl-C reaches this program, which hands it on once. And an end with it, however
-      // it ends.
-      ::setpgid(0, 0);
-      ::prctl(PR_SET_PDEATHSIG, SIGTERM);
-      const int file = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666), null = ::open("/dev/null", O_RDONLY);
-      if (::getppid() != parent || file < 0 || null < 0) ::_exit(kFailed);
-      ::dup2(null, 0);
-      ::dup2(file, 1);
-      ::dup2(file, 2);
-      ::execv("/proc/self/exe", argv.data());
-      ::_exit(kFailed);
-    }
-    j.state = StudyJob::State::running;
-  }
-
   void finish(StudyJob& j, int wait_status) {
-    j.pid = -1;
     j.result = json_of_file(j.summary());
     const bool good = WIFEXITED(wait_status) && WEXITSTATUS(wait_status) == 0 && j.result.is_object() &&
                       j.result.value("status", "") == "ok";
@@ -228,7 +216,10 @@ class StudyCommand {
                : last;
   }
 
-  std::size_t at_once() const { return static_cast<std::size_t>(options_.jobs > 0 ? options_.jobs : cores()); }
+  /// Of this process; ranks are as many as whoever started them thought right.
+  std::size_t at_once() const {
+    return static_cast<std::size_t>(options_.jobs > 0 ? options_.jobs : ranks_ ? 1 : cores());
+  }
 
   void run_all() {
     total_ =
@@ -236,39 +227,26 @@ class StudyCommand {
     if (total_ < jobs_.size() && !common_.json && !common_.quiet)
       print_text(stderr,
                  printable(fmt::format("{} of {} runs are finished already\n", jobs_.size() - total_, jobs_.size())));
-    for (;;) {
-      throw_if_interrupted();
-      std::size_t running = 0;
-      bool waiting = false;
-      for (StudyJob& j : jobs_) {
-        if (j.state == StudyJob::State::running) {
-          int status = 0;
-          if (::waitpid(j.pid, &status, WNOHANG) == j.pid)
-            finish(j, status);
-          else
-            ++running;
+    RunPlaces places(at_once(), ranks_.get());
+    try {
+      for (std::size_t next = 0;;) {
+        throw_if_interrupted();
+        for (const auto& [run, status] : places.take_ended()) finish(jobs_[run], status);
+        for (; next < jobs_.size() && places.has_room(); ++next) {
+          StudyJob& j = jobs_[next];
+          if (j.state != StudyJob::State::waiting) continue;
+          places.start(next, arguments(j), (j.directory / "log.txt").string());
+          j.state = StudyJob::State::running;
         }
+        if (places.running() == 0) return;
+        show_progress();
+        std::this_thread::sleep_for(kPoll);
       }
-      for (StudyJob& j : jobs_)
-        if (j.state == StudyJob::State::waiting && running < at_once()) {
-          start(j);
-          ++running;
-        } else {
-          waiting = waiting || j.state == StudyJob::State::waiting;
-        }
-      if (running == 0 && !waiting) return;
-      show_progress();
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    } catch (...) {
+      places.stop_all();
+      clear_line();
+      throw;
     }
-  }
-
-  /// Asks the runs to end; their journals are complete.
-  void stop_all() {
-    for (StudyJob& j : jobs_)
-      if (j.state == StudyJob::State::running) ::kill(j.pid, SIGINT);
-    for (StudyJob& j : jobs_)
-      if (j.state == StudyJob::State::running) ::waitpid(j.pid, nullptr, 0);
-    clear_line();
   }
 
   void show_progress() {
@@ -326,6 +304,7 @@ class StudyCommand {
   fs::path directory_;
   std::vector<StudyJob> jobs_;
   const Shard shard_;
+  std::unique_ptr<Ranks> ranks_;  // or null: this process is alone
   record_detail::FileDescriptor lock_, shard_lock_;
   std::size_t finished_ = 0, total_ = 0;
   bool line_ = false;

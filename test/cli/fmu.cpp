@@ -185,6 +185,23 @@ TEST_CASE("export: the description is well-formed, and lists what is there") {
   CHECK(all_between(xml, "<ContinuousStateDerivative ", "/>").size() == 12);
   CHECK(all_between(xml, "causality=\"parameter\"", "/>").size() == 8);
   CHECK(all_between(xml, "<Output ", "/>").size() == j.at("outputs"));
+  // Units are SI's, of parameters and of rates, too; each that is named is defined.
+  CHECK_THAT(xml, Contains("<Unit name=\"N/m\"><BaseUnit kg=\"1\" s=\"-2\"/></Unit>") &&
+                      Contains("<Unit name=\"m/s^2\"><BaseUnit m=\"1\" s=\"-2\"/></Unit>"));
+  for (const auto& [name, unit] : {std::pair{"parameter.k1", "N/m"},
+                                   {"parameter.m1", "kg"},
+                                   {"parameter.L01", "m"},
+                                   {"der(P1.x)", "m/s"},
+                                   {"der(P1.x_dot)", "m/s^2"}}) {
+    const auto at = all_between(xml, "<Float64 name=\"" + std::string(name) + "\"", "/>");
+    INFO(name);
+    REQUIRE(at.size() == 1);
+    CHECK_THAT(at[0], Contains(" unit=\"" + std::string(unit) + "\""));
+  }
+  for (const std::string& unit : all_between(xml, " unit=\"", "\"")) {
+    INFO(unit);
+    CHECK_THAT(xml, Contains("<Unit name=\"" + unit + "\">"));
+  }
   // The same scene gives the same bytes.
   const std::string first = file_text(here / "1 <b>.fmu");
   costate_json({"export", "s.toml", "-o", "1 <b>.fmu", "--set", R"(title="<b>1 & 2</b>")"}, here.path());

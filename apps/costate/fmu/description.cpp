@@ -7,6 +7,7 @@
 
 #include "costate/base/version.h"
 #include "costate/record/svg_plot.h"
+#include "units.h"
 
 namespace costate::app {
 
@@ -14,31 +15,16 @@ namespace {
 
 using Kind = FmuVariable::Kind;
 
-/// Units as the standard has them: a name, and what it is of SI's base units where that is written down here.
+/// Units as the standard has them: a name, and what it is of SI's base units where that is known.
 std::string unit_definitions(const FmuModel& model) {
-  struct Base {
-    const char *unit, *exponents;
-  };
-  static constexpr Base kBases[] = {{"s", "s=\"1\""},
-                                    {"m", "m=\"1\""},
-                                    {"m/s", "m=\"1\" s=\"-1\""},
-                                    {"m/s^2", "m=\"1\" s=\"-2\""},
-                                    {"rad", "rad=\"1\""},
-                                    {"rad/s", "rad=\"1\" s=\"-1\""},
-                                    {"rad/s^2", "rad=\"1\" s=\"-2\""},
-                                    {"N", "kg=\"1\" m=\"1\" s=\"-2\""},
-                                    {"N m", "kg=\"1\" m=\"2\" s=\"-2\""},
-                                    {"J", "kg=\"1\" m=\"2\" s=\"-2\""},
-                                    {"W", "kg=\"1\" m=\"2\" s=\"-3\""}};
   std::set<std::string> units;
   for (const FmuVariable& v : model.variables())
     if (!v.unit.empty() && v.unit != "1") units.insert(v.unit);
   std::string text = "  <UnitDefinitions>\n";
   for (const std::string& unit : units) {
-    std::string base;
-    for (const Base& b : kBases)
-      if (unit == b.unit) base = fmt::format("<BaseUnit {}/>", b.exponents);
-    text += fmt::format("    <Unit name=\"{}\">{}</Unit>\n", xml_escaped(unit), base);
+    const std::string base = base_unit_attributes(unit);
+    text += fmt::format("    <Unit name=\"{}\">{}</Unit>\n", xml_escaped(unit),
+                        base.empty() ? "" : fmt::format("<BaseUnit {}/>", base));
   }
   return text + "  </UnitDefinitions>\n";
 }

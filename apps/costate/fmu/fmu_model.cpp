@@ -10,7 +10,9 @@
 #include "costate/base/error.h"
 #include "costate/named_outputs.h"
 #include "costate/problem/scene_problem.h"
+#include "costate/scene/key_reference.h"
 #include "costate/scene/scene_files.h"
+#include "units.h"
 
 namespace costate::app {
 
@@ -50,6 +52,18 @@ std::string binding_text(const Mechanism& m, const Parameter& p) {
   return text;
 }
 
+/// Of the numbers that a parameter acts on, by the ends of their keys; empty where they have none, or several, or the
+/// factors between them and the parameter may have some.
+std::string unit_of(const Mechanism& m, const Parameter& p) {
+  std::set<std::string> units;
+  for (const auto& [number, factor] : p.bindings) {
+    if (std::abs(factor) != 1) return "";
+    const std::string& path = m.numbers()[static_cast<std::size_t>(number)].path;
+    units.insert(unit_of_key(path.substr(path.rfind('.') + 1)));
+  }
+  return units.size() == 1 ? *units.begin() : "";
+}
+
 }  // namespace
 
 std::string fmu_token(const std::filesystem::path& scene) { return "costate-" + file_digest(scene.string()); }
@@ -73,7 +87,8 @@ FmuModel::FmuModel(const Scene& scene) : problem_(problem_of(scene)) {
   add(Kind::time, 0, "time", "s", "");
   const auto& parameters = problem_.parameters.parameters;
   for (std::size_t i = 0; i < parameters.size(); ++i)
-    add(Kind::parameter, i, "parameter." + parameters[i].name, "", binding_text(m, parameters[i]));
+    add(Kind::parameter, i, "parameter." + parameters[i].name, unit_of(m, parameters[i]),
+        binding_text(m, parameters[i]));
   const std::vector<std::string> asked = outputs_of_interest(scene);
   std::set<std::string> left(asked.begin(), asked.end());
   left.erase("time");
@@ -84,7 +99,7 @@ FmuModel::FmuModel(const Scene& scene) : problem_(problem_of(scene)) {
   }
   for (std::size_t i = 0; i < motion; ++i) {
     const Unknown& u = system_->unknowns()[i];
-    add(Kind::derivative, i, fmt::format("der({})", u.name), "", "");
+    add(Kind::derivative, i, fmt::format("der({})", u.name), unit_of_rate(u.unit), "");
   }
   for (const std::string& name : asked) {
     if (!left.contains(name)) continue;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <cmath>
 
 #include "command.h"
@@ -32,7 +33,7 @@ Json matrix_json(const Eigen::MatrixXd& m) {
   return rows;
 }
 
-Json fit_json(const std::vector<Setup>& setups, const FitResult& r, const FitOptions& options) {
+Json fit_json(const std::vector<Setup>& setups, const FitResult& r, const FitOptions& options, double wall) {
   Json j;
   j["status"] = r.converged ? "ok" : "stopped";
   j["termination"] = r.termination;
@@ -75,6 +76,7 @@ Json fit_json(const std::vector<Setup>& setups, const FitResult& r, const FitOpt
   j["evaluations"] = r.evaluations;
   j["failed_evaluations"] = r.failed_evaluations;
   j["counters"] = counters_json(r.counters);
+  j["wall_s"] = wall;
   return j;
 }
 
@@ -129,11 +131,13 @@ int run(const CommonOptions& common, const FitCommandOptions& options) {
   o.confidence = options.confidence;
   o.sigma_from_residuals = options.sigma_from_residuals;
   const bool told = !common.quiet && !common.json && common.verbose;
+  const auto begin = std::chrono::steady_clock::now();
   const FitResult r = setups.front().located([&] {
     return fit(problems, o, [&](int evaluation, double chi_square, const std::vector<double>&) {
       if (told) print_message(fmt::format("evaluation {}: sum of squares {:.9g}", evaluation, chi_square));
     });
   });
+  const double wall = seconds_since(begin);
   Setup& first = setups.front();
   std::string text = fit_text(setups, r, o);
   for (std::size_t k = 0; k < setups.size(); ++k) {
@@ -148,7 +152,7 @@ int run(const CommonOptions& common, const FitCommandOptions& options) {
     });
     if (written) text += fmt::format("  fitted scene: {}\n", (first.directory / name).string());
   }
-  report(first, common, fit_json(setups, r, o), text, "fit.json");
+  report(first, common, fit_json(setups, r, o, wall), text, "fit.json");
   return r.converged ? 0 : kFailed;
 }
 

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <sstream>
 
+#include "csv_table.h"
 #include "process.h"
 #include "support/paths.h"
 
@@ -15,35 +15,6 @@ namespace {
 
 const std::string kPendulum = COSTATE_MODELS_DIR "/damped_pendulum/damped_pendulum.toml";
 const std::string kStiffness = "spring.strut.stiffness_N_per_m", kDamping = "spring.strut.damping_N_s_per_m";
-
-struct Table {
-  std::vector<std::string> heading;
-  std::vector<std::vector<std::string>> rows;
-
-  std::vector<double> column(const std::string& name) const {
-    const auto at = std::find(heading.begin(), heading.end(), name);
-    INFO(name);
-    REQUIRE(at != heading.end());
-    std::vector<double> x;
-    for (const auto& r : rows) x.push_back(std::stod(r.at(static_cast<std::size_t>(at - heading.begin()))));
-    return x;
-  }
-};
-
-Table read_table(const std::string& text) {
-  Table t;
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);) {
-    std::vector<std::string> cells;
-    std::string cell;
-    for (std::istringstream row(line); std::getline(row, cell, ',');) cells.push_back(cell);
-    if (t.heading.empty())
-      t.heading = cells;
-    else
-      t.rows.push_back(cells);
-  }
-  return t;
-}
 
 std::string design(const std::string& rest) {
   return "[[design]]\nname = \"d\"\nscene = \"" + kPendulum + "\"\n" + rest;

@@ -10,6 +10,7 @@
 #include "costate/html_page.h"
 #include "costate/page_parts.h"
 #include "parallel_plot.h"
+#include "study_row.h"
 #include "study_table.h"
 
 namespace costate::app {
@@ -31,6 +32,11 @@ struct Quantity {
   std::vector<double> values;  // a run each; not a number where there is none
 };
 
+/// Yes is 1, no is 0; not a number where there is none.
+double number_in(const Json& value) {
+  return value.is_number() ? value.get<double>() : value.is_boolean() ? static_cast<double>(value.get<bool>()) : NAN;
+}
+
 std::vector<Quantity> quantities_of(const std::vector<Json>& rows, const std::vector<const char*>& groups) {
   std::vector<Quantity> list;
   for (const char* group : groups) {
@@ -43,7 +49,7 @@ std::vector<Quantity> quantities_of(const std::vector<Json>& rows, const std::ve
       Quantity q{name, {}};
       for (const Json& r : rows) {
         const bool there = r.contains(group) && r[group].is_object() && r[group].contains(name);
-        q.values.push_back(there && r[group][name].is_number() ? r[group][name].get<double>() : NAN);
+        q.values.push_back(there ? number_in(r[group][name]) : NAN);
       }
       list.push_back(std::move(q));
     }
@@ -51,15 +57,18 @@ std::vector<Quantity> quantities_of(const std::vector<Json>& rows, const std::ve
   return list;
 }
 
-/// What came out of each run: psi, that of cases, outputs.
+/// What came out of each run: psi, where there is one or nothing else, that of cases, outputs.
 std::vector<Quantity> results_of(const std::vector<Json>& rows) {
   std::vector<Quantity> list(1);
   list[0].name = "psi";
   for (const Json& r : rows) {
     const char* key = r.contains("psi_after") ? "psi_after" : "psi";
-    list[0].values.push_back(r.contains(key) && r[key].is_number() ? r[key].get<double>() : NAN);
+    list[0].values.push_back(r.contains(key) ? number_in(r[key]) : NAN);
   }
   for (Quantity& q : quantities_of(rows, {"cases", "outputs"})) list.push_back(std::move(q));
+  const auto& psi = list[0].values;
+  if (list.size() > 1 && std::none_of(psi.begin(), psi.end(), [](double x) { return std::isfinite(x); }))
+    list.erase(list.begin());
   return list;
 }
 
@@ -140,14 +149,17 @@ void add_design(HtmlPage& page, const std::string& design, std::vector<Json> row
   ParallelPlot parallel;
   parallel.names = names;
   parallel.points.resize(names.size());
+  const std::string& shade = results.front().name;
   for (const auto* list : {&varied, &optima, &results})
     for (const Quantity& q : *list) {
-      if (parallel.axes.size() == kAxes && q.name != "psi") continue;
-      if (q.name == "psi" && list == &results) parallel.colored_by = parallel.axes.size();
+      const bool shades = q.name == shade && list == &results;
+      if (parallel.axes.size() >= kAxes && !shades) continue;
+      if (shades) parallel.colored_by = parallel.axes.size();
       parallel.axes.push_back(list == &optima ? "best " + short_name(q.name) : short_name(q.name));
       for (std::size_t i = 0; i < names.size(); ++i) parallel.points[i].push_back(q.values[i]);
     }
-  page.paragraph("A line for each run across all quantities, from blue, the least psi, to red, the largest:");
+  page.paragraph(
+      fmt::format("A line for each run across all quantities, from blue, the least {}, to red, the largest:", shade));
   page.part("<div class=\"plots\">\n" + svg_of(parallel) + "</div>\n", "");
 }
 
@@ -195,7 +207,7 @@ std::string study_page(const std::string& title, const Json& rows, const Json& p
                     r.contains("error")         ? r["error"].get<std::string>()
                     : verdict                   ? r["verdict"].get<std::string>()
                     : r.contains("stop_reason") ? r["stop_reason"].get<std::string>()
-                                                : ""});
+                                                : numbers_text(r)});
   }
   if (!runs.empty()) {
     page.heading("Runs");

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "indices.h"
+#include "study_row.h"
 
 namespace costate::app {
 
@@ -30,20 +31,80 @@ std::vector<double> psi_of(const std::vector<Json>& rows) {
   return psi;
 }
 
-/// A design in a line or two: how its psi spreads; of optimizations how many came to the best, a multi-start.
+bool ended_well(const Json& row) { return row["status"] == "ok" || row["status"] == "kept"; }
+
+/// The names in a group of any of the rows, in order.
+std::vector<std::string> names_in(const std::vector<Json>& rows, const std::string& group) {
+  std::vector<std::string> names;
+  for (const Json& r : rows)
+    if (r.contains(group) && r[group].is_object())
+      for (const auto& [name, x] : r[group].items())
+        if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  return names;
+}
+
+Json value_in(const Json& row, const std::string& group, const std::string& name) {
+  return row.contains(group) && row[group].is_object() && row[group].contains(name) ? row[group][name] : Json();
+}
+
+std::vector<double> numbers_in(const std::vector<Json>& rows, const std::string& group, const std::string& name) {
+  std::vector<double> x;
+  for (const Json& r : rows)
+    if (const Json value = value_in(r, group, name); value.is_number()) x.push_back(value.get<double>());
+  return x;
+}
+
+std::string spread_text(const std::string& name, const std::vector<double>& values) {
+  double mean = 0, square = 0;
+  for (const double x : values) mean += x / static_cast<double>(values.size());
+  for (const double x : values) square += (x - mean) * (x - mean);
+  const double deviation = values.size() > 1 ? std::sqrt(square / static_cast<double>(values.size() - 1)) : 0;
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  return fmt::format("    {} {:.8g} .. {:.8g}, mean {:.8g}, standard deviation {:.4g}\n", name, *least, *most, mean,
+                     deviation);
+}
+
+/// How the numbers of its points spread: outputs and cycles; of fits what was estimated.
+std::string spreads_text(const std::vector<Json>& rows) {
+  std::string text;
+  for (const std::string& name : names_in(rows, "outputs")) {
+    if (const auto x = numbers_in(rows, "outputs", name); !x.empty()) text += spread_text(name, x);
+    std::size_t yes = 0, no = 0, open = 0;
+    for (const Json& r : rows) {
+      const Json value = value_in(r, "outputs", name);
+      if (value.is_boolean()) ++(value.get<bool>() ? yes : no);
+      if (value.is_null() && ended_well(r)) ++open;
+    }
+    if (yes + no > 0)
+      text += fmt::format("    {}: {} of {}{}\n", name, yes, yes + no + open,
+                          open > 0 ? fmt::format(", {} not decided", open) : "");
+  }
+  for (const std::string& name : names_in(rows, "standard_errors")) {
+    text += spread_text(name, numbers_in(rows, "parameters_after", name));
+    const auto errors = numbers_in(rows, "standard_errors", name);
+    const auto count = numbers_in(rows, "parameters_after", name).size();
+    if (!errors.empty()) {
+      const auto [least, most] = std::minmax_element(errors.begin(), errors.end());
+      text += fmt::format("      standard error {:.4g} .. {:.4g}{}\n", *least, *most,
+                          errors.size() < count ? fmt::format(", none in {} of {}", count - errors.size(), count) : "");
+    } else {
+      text += "      no standard error: at its bound or not identified\n";
+    }
+  }
+  return text;
+}
+
+/// A design in some lines: how its psi and what else it has spread; of optimizations and fits how many came to the
+/// best, a multi-start.
 std::string design_text(const std::string& design, const std::vector<Json>& rows) {
   const std::vector<double> psi = psi_of(rows);
-  std::string text = fmt::format("  {}: {} of {} points\n", design, psi.size(), rows.size());
-  if (psi.empty()) return text;
-  double mean = 0, square = 0;
-  for (const double x : psi) mean += x / static_cast<double>(psi.size());
-  for (const double x : psi) square += (x - mean) * (x - mean);
-  const double deviation = psi.size() > 1 ? std::sqrt(square / static_cast<double>(psi.size() - 1)) : 0;
+  std::string text =
+      fmt::format("  {}: {} of {} points\n", design, std::count_if(rows.begin(), rows.end(), ended_well), rows.size());
+  if (psi.empty()) return text + spreads_text(rows);
+  text += spread_text("psi", psi);
   const auto [least, most] = std::minmax_element(psi.begin(), psi.end());
-  text +=
-      fmt::format("    psi {:.8g} .. {:.8g}, mean {:.8g}, standard deviation {:.4g}\n", *least, *most, mean, deviation);
-  const auto best = std::find_if(rows.begin(), rows.end(), [&](const Json& r) {
-    return (r.contains("psi_after") && r["psi_after"] == *least) || (r.contains("psi") && r["psi"] == *least);
+  const auto best = std::find_if(rows.begin(), rows.end(), [&, least = *least](const Json& r) {
+    return (r.contains("psi_after") && r["psi_after"] == least) || (r.contains("psi") && r["psi"] == least);
   });
   std::vector<std::string> at;
   for (const auto& [name, x] : (*best)[best->contains("psi_after") ? "parameters_after" : "varied"].items())
@@ -51,12 +112,50 @@ std::string design_text(const std::string& design, const std::vector<Json>& rows
   text += fmt::format("    least in {}: {}\n", (*best)["name"].get<std::string>(), fmt::join(at, ", "));
   if (best->contains("psi_after")) {
     constexpr double same = 1e-6;
-    const auto count = std::count_if(psi.begin(), psi.end(), [&](double x) {
-      return std::abs(x - *least) <= same * std::max(std::abs(*least), std::abs(*most - *least));
+    const auto count = std::count_if(psi.begin(), psi.end(), [&, least = *least, most = *most](double x) {
+      return std::abs(x - least) <= same * std::max(std::abs(least), std::abs(most - least));
     });
     text += fmt::format("    {} of {} starts came there, to {:g} of psi\n", count, psi.size(), same);
   }
-  return text + sensitivity_text(sensitivity_json(rows));
+  return text + spreads_text(rows) + sensitivity_text(sensitivity_json(rows));
+}
+
+std::string csv_of(const std::vector<StudyColumn>& columns) {
+  std::string text;
+  for (const auto& c : columns) text += (text.empty() ? "" : ",") + csv_text(Json(c.heading));
+  text += "\n";
+  for (std::size_t i = 0; i < columns.front().values.size(); ++i) {
+    for (std::size_t k = 0; k < columns.size(); ++k) text += (k ? "," : "") + csv_text(columns[k].values[i]);
+    text += "\n";
+  }
+  return text;
+}
+
+/// Its values in all rows; none where a row has no such key.
+StudyColumn column_of(const std::vector<Json>& rows, const std::string& key) {
+  StudyColumn c{"", key, key, {}};
+  for (const Json& r : rows) c.values.push_back(r.contains(key) ? r[key] : Json());
+  return c;
+}
+
+StudyColumn column_in(const std::vector<Json>& rows, const std::string& group, const std::string& name,
+                      const std::string& heading) {
+  StudyColumn c{group, name, heading, {}};
+  for (const Json& r : rows) c.values.push_back(value_in(r, group, name));
+  return c;
+}
+
+/// What stands over a column of a group.
+std::string heading_of(const std::string& group, const std::string& name) {
+  return group == "gradient"              ? "dpsi/d" + name
+         : group == "period_gradient"     ? "dperiod_s/d" + name
+         : group == "speed_gradient"      ? "dspeed_m_per_s/d" + name
+         : group == "multiplier_gradient" ? "dmultiplier/d" + name
+         : group == "cases"               ? "psi." + name
+         : group == "parameters_before"   ? name + ".before"
+         : group == "parameters_after"    ? name + ".after"
+         : group == "standard_errors"     ? name + ".standard_error"
+                                          : name;
 }
 
 }  // namespace
@@ -79,95 +178,34 @@ Json study_sensitivity(const Json& rows) {
   return j;
 }
 
-Json study_row(const StudyJob& j) {
-  Json r;
-  r["name"] = j.run.name;
-  r["scene"] = j.run.scene.string();
-  r["status"] = j.status();
-  r["directory"] = j.directory.string();
-  if (!j.error.empty()) r["error"] = j.error;
-  if (j.run.blocks) r["blocks"] = true;
-  if (!j.run.pareto.empty()) r["pareto"] = j.run.pareto;
-  if (!j.ok()) {
-    if (!j.run.design.empty()) {
-      r["design"] = j.run.design;
-      for (const auto& [path, value] : j.run.varied) r["varied"][path] = value;
-    }
-    r["evaluations"] = j.evaluations();
-    return r;
-  }
-  if (!j.run.design.empty()) {
-    r["design"] = j.run.design;
-    for (const auto& [path, value] : j.run.varied) r["varied"][path] = value;
-  }
-  r["task"] = j.run.task;
-  if (j.result.contains("cases"))
-    for (const Json& c : j.result["cases"]) r["cases"][c.at("name").get<std::string>()] = c.at("psi");
-  if (j.run.task != "optimize") {
-    r["psi"] = j.result["psi"];
-    r["gradient"] = j.result["gradient"];
-    for (std::size_t k = 0; k < j.run.slope_parameters.size(); ++k)
-      if (const Json& g = r["gradient"]; g.is_object() && g.contains(j.run.slope_parameters[k]))
-        r["slopes"][j.run.varied[k].first] = j.run.slope_factors[k] * g[j.run.slope_parameters[k]].get<double>();
-    for (const auto& name : j.run.outputs) {
-      const Json& terminal = j.result.contains("terminal") ? j.result["terminal"] : Json::object();
-      r["outputs"][name] = terminal.contains(name) ? terminal[name] : Json();
-    }
-    r["wall_s"] = j.result["wall_s"];
-    return r;
-  }
-  const double before = j.result["initial"]["psi"], after = j.result["psi"];
-  r["psi_before"] = before;
-  r["psi_after"] = after;
-  r["improvement"] = before != 0 ? Json((before - after) / std::abs(before)) : Json();
-  r["parameters_before"] = j.result["initial"]["parameters"];
-  r["parameters_after"] = j.result["parameters"];
-  r["bounds_active"] = j.result["bounds_active"];
-  r["evaluations"] = j.result["evaluations"].size();
-  const auto& list = j.result["evaluations"];
-  for (const auto& [key, at] :
-       {std::pair{"projected_gradient_before", std::size_t{0}},
-        std::pair{"projected_gradient_after", j.result["best_evaluation"].get<std::size_t>() - 1}})
-    r[key] = at < list.size() ? list[at]["projected_gradient"] : Json();
-  r["stop_reason"] = j.result["stop_reason"];
-  r["converged"] = j.result["converged"];
-  r["verdict"] = j.result.contains("certificate") ? j.result["certificate"]["verdict"] : Json();
-  r["formulation"] = j.result["formulation"];
-  r["method"] = j.result["method"];
-  r["wall_s"] = j.result["wall_s"];
-  return r;
+std::vector<StudyColumn> study_columns(const std::vector<Json>& rows) {
+  std::vector<StudyColumn> columns;
+  for (const char* key : {"name", "status", "psi_before", "psi_after", "improvement", "projected_gradient_before",
+                          "projected_gradient_after", "evaluations", "wall_s", "stop_reason", "verdict"})
+    columns.push_back(column_of(rows, key));
+  for (const std::string& name : names_in(rows, "parameters_after"))
+    for (const char* group : {"parameters_before", "parameters_after"})
+      columns.push_back(column_in(rows, group, name, heading_of(group, name)));
+  for (const std::string& name : names_in(rows, "standard_errors"))
+    columns.push_back(column_in(rows, "standard_errors", name, heading_of("standard_errors", name)));
+  if (std::any_of(rows.begin(), rows.end(), [](const Json& r) { return r.contains("psi"); }))
+    columns.push_back(column_of(rows, "psi"));
+  for (const std::string& name : names_in(rows, "outputs")) columns.push_back(column_in(rows, "outputs", name, name));
+  return columns;
 }
 
-std::string study_csv(const Json& rows) {
-  const std::vector<std::string> keys = {"name",
-                                         "status",
-                                         "psi_before",
-                                         "psi_after",
-                                         "improvement",
-                                         "projected_gradient_before",
-                                         "projected_gradient_after",
-                                         "evaluations",
-                                         "wall_s",
-                                         "stop_reason",
-                                         "verdict"};
-  std::vector<std::string> parameters;
-  for (const auto& r : rows)
-    if (r.contains("parameters_after"))
-      for (const auto& [name, x] : r["parameters_after"].items())
-        if (std::find(parameters.begin(), parameters.end(), name) == parameters.end()) parameters.push_back(name);
-  std::string text = fmt::format("{}", fmt::join(keys, ","));
-  for (const auto& p : parameters) text += fmt::format(",{0}.before,{0}.after", p);
-  text += "\n";
-  for (const auto& r : rows) {
-    for (std::size_t k = 0; k < keys.size(); ++k)
-      text += (k ? "," : "") + csv_text(r.contains(keys[k]) ? r[keys[k]] : Json());
-    for (const auto& p : parameters)
-      for (const char* when : {"parameters_before", "parameters_after"})
-        text += "," + csv_text(r.contains(when) && r[when].contains(p) ? r[when][p] : Json());
-    text += "\n";
-  }
-  return text;
+std::vector<StudyColumn> design_columns(const std::vector<Json>& rows) {
+  std::vector<StudyColumn> columns = {column_of(rows, "name"), column_of(rows, "status"), {"", "psi", "psi", {}}};
+  for (const Json& r : rows)
+    columns.back().values.push_back(r.contains("psi") ? r["psi"] : r.contains("psi_after") ? r["psi_after"] : Json());
+  for (const char* group : {"varied", "outputs", "cases", "gradient", "period_gradient", "speed_gradient",
+                            "multiplier_gradient", "parameters_after", "standard_errors"})
+    for (const std::string& name : names_in(rows, group))
+      columns.push_back(column_in(rows, group, name, heading_of(group, name)));
+  return columns;
 }
+
+std::string study_csv(const Json& rows) { return csv_of(study_columns({rows.begin(), rows.end()})); }
 
 std::string study_table(const std::string& title, const Json& rows) {
   std::size_t width = 3;
@@ -180,7 +218,9 @@ std::string study_table(const std::string& title, const Json& rows) {
     const std::string name = r["name"];
     if (!r.contains("psi_after")) {
       text += fmt::format("  {:<{}} {}{}\n", name, width, r["status"].get<std::string>(),
-                          r.contains("error") ? ": " + r["error"].get<std::string>() : "");
+                          r.contains("error") ? ": " + r["error"].get<std::string>()
+                          : ended_well(r)     ? ": " + numbers_text(r)
+                                              : "");
       continue;
     }
     text += fmt::format("  {:<{}} {:>14.8g} {:>14.8g} {:>7.2f}% {:>6} {:>9.3g}  {}{}\n", name, width,
@@ -189,8 +229,11 @@ std::string study_table(const std::string& title, const Json& rows) {
                         r["evaluations"].get<int>(), r["wall_s"].get<double>(), r["stop_reason"].get<std::string>(),
                         r["status"] == "kept" ? " (kept)" : "");
     std::vector<std::string> moves;
-    for (const auto& [p, x] : r["parameters_after"].items())
-      moves.push_back(fmt::format("{} {:.6g} -> {:.6g}", p, r["parameters_before"][p].get<double>(), x.get<double>()));
+    for (const auto& [p, x] : r["parameters_after"].items()) {
+      const Json error = value_in(r, "standard_errors", p);
+      moves.push_back(fmt::format("{} {:.6g} -> {:.6g}{}", p, r["parameters_before"][p].get<double>(), x.get<double>(),
+                                  error.is_number() ? fmt::format(" +- {:.2g}", error.get<double>()) : ""));
+    }
     text += fmt::format("  {:<{}} {}\n", "", width, fmt::join(moves, ", "));
   }
   for (const auto& [design, own] : rows_by_design(rows)) text += design_text(design, own);
@@ -199,41 +242,8 @@ std::string study_table(const std::string& title, const Json& rows) {
 
 std::vector<std::pair<std::string, std::string>> design_csvs(const Json& rows) {
   std::vector<std::pair<std::string, std::string>> files;
-  for (const auto& [design, own] : rows_by_design(rows)) {
-    // Columns: what any of the points has, group by group.
-    std::vector<std::pair<std::string, std::string>> columns;
-    for (const char* group : {"varied", "outputs", "cases", "gradient", "parameters_after"})
-      for (const auto& r : own)
-        if (r.contains(group) && r[group].is_object())
-          for (const auto& [name, x] : r[group].items())
-            if (std::find(columns.begin(), columns.end(), std::pair<std::string, std::string>(group, name)) ==
-                columns.end())
-              columns.emplace_back(group, name);
-    std::string text = "name,status,psi";
-    for (const auto& [group, name] : columns)
-      text += "," + csv_text(Json(group == "gradient"           ? "dpsi/d" + name
-                                  : group == "cases"            ? "psi." + name
-                                  : group == "parameters_after" ? name + ".after"
-                                                                : name));
-    text += "\n";
-    for (const auto& r : own) {
-      const Json psi = r.contains("psi") ? r["psi"] : r.contains("psi_after") ? r["psi_after"] : Json();
-      text += csv_text(r["name"]) + "," + csv_text(r["status"]) + "," + csv_text(psi);
-      for (const auto& [group, name] : columns)
-        text += "," + csv_text(r.contains(group) && r[group].is_object() && r[group].contains(name) ? r[group][name]
-                                                                                                    : Json());
-      text += "\n";
-    }
-    files.emplace_back(design, text);
-  }
+  for (const auto& [design, own] : rows_by_design(rows)) files.emplace_back(design, csv_of(design_columns(own)));
   return files;
-}
-
-std::string study_sentence(const Json& result) {
-  if (!result.contains("initial"))
-    return fmt::format("psi {:.6g}, {:.3g} s", result["psi"].get<double>(), result["wall_s"].get<double>());
-  return fmt::format("psi {:.6g} -> {:.6g} in {} evaluations, {:.3g} s", result["initial"]["psi"].get<double>(),
-                     result["psi"].get<double>(), result["evaluations"].size(), result["wall_s"].get<double>());
 }
 
 }  // namespace costate::app

@@ -1,4 +1,4 @@
-// costate study: the optimization runs of one file, in parallel as processes of their own, here or on the ranks of an
+// costate study: the runs of one file, in parallel as processes of their own, here or on the ranks of an
 // MPI job, resumable, and a table of what they achieved.
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -17,6 +17,7 @@
 
 #include "costate/command.h"
 #include "costate/design/study_page.h"
+#include "costate/design/study_row.h"
 #include "costate/design/study_table.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/interrupt.h"
@@ -25,6 +26,7 @@
 #include "costate/record/print.h"
 #include "ranks.h"
 #include "study_job.h"
+#include "study_options.h"
 
 namespace costate::app {
 
@@ -178,7 +180,7 @@ class StudyCommand {
       a.push_back("--set");
       a.push_back(o);
     }
-    if ((at_once() > 1 || ranks_) && j.run.task != "simulate")
+    if ((at_once() > 1 || ranks_) && task_takes(j.run.task, "jobs"))
       a.insert(a.end(), {"--jobs", "1"});  // the cores are the runs'
     a.insert(a.end(), j.run.options.begin(), j.run.options.end());
     return a;
@@ -198,19 +200,20 @@ class StudyCommand {
     clear_line();
     if (common_.json || common_.quiet) return;
     if (good)
-      print_text(stderr,
-                 printable(fmt::format("[{}/{}] {}: {}\n", finished_, total_, j.run.name, study_sentence(j.result))));
+      print_text(stderr, printable(fmt::format("[{}/{}] {}: {}\n", finished_, total_, j.run.name, study_sentence(j))));
     else
       print_text(stderr, printable(fmt::format("[{}/{}] {} failed: {}\n", finished_, total_, j.run.name, j.error)));
   }
 
-  /// The last line of what the run said, or the signal that ended it.
+  /// The last line of what the run said, how it ended without an optimum, or the signal that ended it.
   std::string complaint(const StudyJob& j, int wait_status) const {
     if (WIFSIGNALED(wait_status)) return fmt::format("ended by signal {}", WTERMSIG(wait_status));
     std::istringstream log(text_of_file(j.directory / "log.txt"));
     std::string line, last;
     while (std::getline(log, line))
       if (line.rfind("costate: ", 0) == 0) last = line.substr(9);
+    if (last.empty() && j.result.is_object() && j.result.contains("termination"))
+      return j.result["termination"].get<std::string>();
     return last.empty()
                ? fmt::format("exit status {}; see {}", WEXITSTATUS(wait_status), (j.directory / "log.txt").string())
                : last;
@@ -314,7 +317,7 @@ class StudyCommand {
 }  // namespace
 
 const RegisterCommand study_command(
-    CommandGroup::run, "study", "Run the optimizations and designs that a file lists, in parallel, and tabulate them",
+    CommandGroup::run, "study", "Run what a file lists, one by one or as designs, in parallel, and tabulate it",
     [](Command& c, CommonOptions& common) {
       auto options = std::make_shared<StudyOptions>();
       c.option("file", options->file, "Study file (TOML)").required();

@@ -12,101 +12,36 @@
 #include "costate/base/text_file.h"
 #include "costate/design/design.h"
 #include "costate/objective/output.h"
+#include "costate/objective/sampled_cost.h"
 #include "costate/scene/scene.h"
 #include "costate/scene/scene_files.h"
 #include "costate/scene/scene_node.h"
 #include "costate/scene/toml_reader.h"
 #include "costate/scene/toml_writer.h"
+#include "study_keys.h"
+#include "study_options.h"
 
 namespace costate::app {
 
 namespace {
 
-/// Of costate optimize, as a study names them: without dashes in front, and with underscores.
-std::vector<std::string> option_keys() {
-  std::vector<std::string> keys = {"formulation",
-                                   "method",
-                                   "integrator",
-                                   "cvodes_method",
-                                   "sensitivity_corrector",
-                                   "rtol",
-                                   "atol",
-                                   "t_end",
-                                   "step",
-                                   "algorithm",
-                                   "goal",
-                                   "jobs",
-                                   "stop_value",
-                                   "max_evaluations",
-                                   "step_limit_factor",
-                                   "checkpoint_steps",
-                                   "adapt_accuracy",
-                                   "no_certificate"};
-  for (const auto& [key, option] : formulation_options()) {
-    if (option.flag.empty()) continue;
-    std::string name = option.flag.substr(2);
-    std::replace(name.begin(), name.end(), '-', '_');
-    keys.push_back(name);
-  }
-  return keys;
-}
-
-constexpr double kMostPoints = 100000;          // of a design
 constexpr std::size_t kLongestFile = 64 << 20;  // bytes
 
-[[noreturn]] void fail(const SourceLocation& where, const std::string& message) { throw SceneError(where, message); }
-
-void require_known(const SceneNode& table, const std::string& title, const std::vector<std::string>& known) {
-  for (const auto& c : table.children)
-    if (std::find(known.begin(), known.end(), c.key) == known.end())
-      fail(c.key_where, fmt::format("Unknown key '{}' in {}.{}", c.key, title, suggestion(c.key, known)));
-}
-
-const SceneNode& require_table(const SceneNode& n, const std::string& title) {
-  if (!n.is_table()) fail(n.where, fmt::format("{} must be a table, found {}.", title, n.describe()));
-  return n;
-}
-
-std::string text_of(const SceneNode& table, const std::string& key, const std::string& title, bool required) {
-  const SceneNode* n = table.find(key);
-  if (!n && !required) return {};
-  if (!n) fail(table.where, fmt::format("{} needs '{}' (a string), which is missing.", title, key));
-  if (n->type != SceneNode::Type::text)
-    fail(n->where, fmt::format("'{}' in {} must be a string, found {}.", key, title, n->describe()));
-  return n->text;
-}
-
-void add_options(const SceneNode& table, const std::string& title, std::vector<std::string>& out) {
-  require_known(table, title, option_keys());
-  for (const auto& c : table.children) {
-    std::string option = "--" + c.key;
-    std::replace(option.begin() + 2, option.end(), '_', '-');
-    if (c.type == SceneNode::Type::flag) {
-      if (c.flag) out.push_back(option);
-      continue;
-    }
-    out.push_back(option);
-    out.push_back(c.type == SceneNode::Type::text ? c.text : toml_value(c));
-  }
-}
-
-std::vector<std::string> texts_of(const SceneNode& table, const std::string& key, const std::string& title) {
-  std::vector<std::string> texts;
-  const SceneNode* list = table.find(key);
-  if (list == nullptr) return texts;
-  if (!list->is_array())
-    fail(list->where, fmt::format("'{}' in {} must be an array, found {}.", key, title, list->describe()));
-  for (const auto& p : list->children) {
-    if (p.type != SceneNode::Type::text)
-      fail(p.where, fmt::format("'{}' in {} must hold strings, found {}.", key, title, p.describe()));
-    texts.push_back(p.text);
-  }
-  return texts;
-}
+using study_keys::count_of;
+using study_keys::fail;
+using study_keys::kMostPoints;
+using study_keys::number_of;
+using study_keys::require_known;
+using study_keys::require_table;
+using study_keys::text_of;
+using study_keys::texts_of;
+using study_keys::word_of;
 
 struct Common {
-  std::vector<std::string> overrides, options;
-  std::vector<std::string> last;  // overrides behind those of the runs
+  std::vector<std::string> overrides;
+  std::vector<std::string> last;       // overrides behind those of the runs
+  const SceneNode* options = nullptr;  // or null
+  std::vector<std::string> tasks;      // that the study has
 };
 
 /// Scene, parameters, overrides and options of a run, or of all runs of a design.
@@ -122,12 +57,13 @@ void read_scene_of(StudyRun& run, const SceneNode& table, const std::string& tit
   run.scene = directory / text_of(table, "scene", title, true);
   run.parameters = texts_of(table, "parameters", title);
   run.overrides = common.overrides;
-  run.options = common.options;
+  if (common.options != nullptr)
+    add_options(require_table(*common.options, "'options'"), "[options]", run.task, common.tasks, run.options);
   if (const SceneNode* set = table.find("set"))
     add_overrides(require_table(*set, "'set' in " + title), "", run.overrides);
   run.overrides.insert(run.overrides.end(), common.last.begin(), common.last.end());
   if (const SceneNode* o = table.find("options"))
-    add_options(require_table(*o, "'options' in " + title), "[options] of " + title, run.options);
+    add_options(require_table(*o, "'options' in " + title), "[options] of " + title, run.task, {run.task}, run.options);
 }
 
 void load_scene_of(StudyRun& run, const SceneNode& table) {
@@ -136,16 +72,25 @@ void load_scene_of(StudyRun& run, const SceneNode& table) {
     const Scene scene = Scene::load(run.scene.string(), run.overrides);
     scene.mechanism()->select(run.parameters);
     for (const std::string& name : run.outputs) make_output(*scene.mechanism(), name);
-    if (run.task == "optimize" && scene.cases.empty() && scene.objective().running.empty() &&
-        scene.objective().terminal.empty())
-      throw Error("Its scene has no cost to minimise.");
+    const Objective objective = scene.cases.empty() ? scene.objective() : Objective();
+    run.costs = !scene.cases.empty() || !objective.running.empty() || !objective.terminal.empty();
+    if (run.task == "optimize" && !run.costs) throw Error("Its scene has no cost to minimise.");
+    if (run.task == "fit" && !has_samples(objective))
+      throw Error("There is nothing to fit: give the scene [[cost.samples]] with measured data.");
+    const auto given = [&](const char* option) {
+      return std::find(run.options.begin(), run.options.end(), option) != run.options.end();
+    };
+    if (run.task == "cycle" && !scene.cycle && !given("--section") && !given("--period"))
+      throw Error("Its scene has no [cycle], and the options neither 'section' nor 'period'.");
     for (const std::string& quantity : run.pareto) {
       std::vector<std::string> known = {"psi"};
       for (const SceneCase& c : scene.cases) known.push_back(c.name);
       known.insert(known.end(), run.outputs.begin(), run.outputs.end());
+      if (run.task == "cycle") known.insert(known.end(), {"period_s", "multiplier", "speed_m_per_s"});
       if (std::find(known.begin(), known.end(), quantity) == known.end())
         throw Error(
-            fmt::format("'pareto' names '{}', which is not psi, an output of 'outputs' or a case of the scene.{}",
+            fmt::format("'pareto' names '{}', which is not psi, an output of 'outputs', a case of the scene or what a "
+                        "cycle has.{}",
                         quantity, suggestion(quantity, known)));
     }
     run.scene_text = scene.dump();
@@ -160,26 +105,11 @@ StudyRun read_run(const SceneNode& table, const Common& common, const std::files
   StudyRun run;
   run.name = text_of(table, "name", "[[run]]", true);
   const std::string title = fmt::format("the run '{}'", run.name);
-  require_known(table, title, {"name", "scene", "parameters", "set", "options"});
+  require_known(table, title, {"name", "scene", "task", "parameters", "set", "options"});
+  run.task = word_of(table, "task", title, study_tasks(), false);
   read_scene_of(run, table, title, common, directory);
   load_scene_of(run, table);
   return run;
-}
-
-double number_of(const SceneNode& table, const std::string& key, const std::string& title) {
-  const SceneNode* n = table.find(key);
-  if (n == nullptr) fail(table.where, fmt::format("{} needs '{}' (a number), which is missing.", title, key));
-  if (!n->is_number() || !std::isfinite(n->as_double()))
-    fail(n->where, fmt::format("'{}' in {} must be a finite number, found {}.", key, title, n->describe()));
-  return n->as_double();
-}
-
-int count_of(const SceneNode& table, const std::string& key, const std::string& title, int least) {
-  const double x = number_of(table, key, title);
-  if (!(x >= least && x <= kMostPoints) || x != std::floor(x))
-    fail(table.find(key)->where,
-         fmt::format("'{}' in {} must be an integer from {} to {:g}, found {:g}.", key, title, least, kMostPoints, x));
-  return static_cast<int>(x);
 }
 
 /// One entry of [design.vary].
@@ -224,6 +154,25 @@ void add_variations(const SceneNode& table, const std::string& path, bool grid, 
   }
 }
 
+/// The numbers, with factors, that each variation sets: of a parameter all of its own.
+std::vector<std::vector<std::pair<std::string, double>>> numbers_of(const StudyRun& run,
+                                                                    const std::vector<Variation>& variations) {
+  const Scene scene = Scene::load(run.scene.string(), run.overrides);
+  take_notices();
+  const auto& mechanism = *scene.mechanism();
+  std::vector<std::vector<std::pair<std::string, double>>> numbers;
+  for (const Variation& v : variations) {
+    numbers.push_back({{v.path, 1.0}});
+    for (const Parameter& p : mechanism.parameters()) {
+      if (p.name != v.path) continue;
+      numbers.back().clear();
+      for (const auto& [index, factor] : p.bindings)
+        numbers.back().emplace_back(mechanism.numbers()[static_cast<std::size_t>(index)].path, factor);
+    }
+  }
+  return numbers;
+}
+
 /// The parameters of a gradient that are the numbers varied, one for one; none where one of these is missing.
 std::vector<std::string> parameters_of(const StudyRun& run, const std::vector<Variation>& variations) {
   const Scene scene = Scene::load(run.scene.string(), run.overrides);
@@ -233,8 +182,8 @@ std::vector<std::string> parameters_of(const StudyRun& run, const std::vector<Va
   std::vector<std::string> names;
   for (const Variation& v : variations)
     for (const Parameter& p : selection.parameters)
-      if (p.bindings.size() == 1 && p.bindings[0].second == 1 &&
-          mechanism.numbers()[static_cast<std::size_t>(p.bindings[0].first)].path == v.path) {
+      if (p.name == v.path || (p.bindings.size() == 1 && p.bindings[0].second == 1 &&
+                               mechanism.numbers()[static_cast<std::size_t>(p.bindings[0].first)].path == v.path)) {
         names.push_back(p.name);
         break;
       }
@@ -250,16 +199,8 @@ std::vector<StudyRun> read_design(const SceneNode& table, const Common& common,
   require_known(
       table, title,
       {"name", "scene", "kind", "count", "seed", "task", "parameters", "outputs", "pareto", "set", "options", "vary"});
+  base.task = word_of(table, "task", title, study_tasks(), false);
   read_scene_of(base, table, title, common, directory);
-  const auto one_of = [&](const char* key, const std::vector<std::string>& words, bool required) {
-    const std::string word = text_of(table, key, title, required);
-    if (word.empty() && !required) return words.front();
-    if (std::find(words.begin(), words.end(), word) == words.end())
-      fail(table.find(key)->where,
-           fmt::format("'{}' in {} must be one of {}, found '{}'.", key, title, fmt::join(words, ", "), word));
-    return word;
-  };
-  base.task = one_of("task", {"optimize", "simulate", "gradient"}, false);
   base.outputs = texts_of(table, "outputs", title);
   if (!base.outputs.empty() && base.task != "simulate")
     fail(table.find("outputs")->where, fmt::format("'outputs' in {}: these are values at the end of a simulation; the "
@@ -269,7 +210,7 @@ std::vector<StudyRun> read_design(const SceneNode& table, const Common& common,
   if (base.pareto.size() == 1)
     fail(table.find("pareto")->where,
          fmt::format("'pareto' in {} needs two quantities or more that are to be small.", title));
-  const std::string kind = one_of("kind", design_kinds(), true);
+  const std::string kind = word_of(table, "kind", title, design_kinds(), true);
   const bool grid = kind == "grid";
   const SceneNode* vary = table.find("vary");
   std::vector<Variation> variations;
@@ -299,24 +240,33 @@ std::vector<StudyRun> read_design(const SceneNode& table, const Common& common,
   } catch (const Error& e) {
     fail(table.where, fmt::format("{}: {}", title, e.what()));
   }
+  std::vector<std::vector<std::pair<std::string, double>>> numbers;
+  try {
+    numbers = numbers_of(base, variations);
+  } catch (const Error& e) {
+    fail(table.where, fmt::format("{}: {}", title, e.what()));
+  }
   std::vector<StudyRun> runs;
   for (const auto& point : points) {
     StudyRun run = base;
     run.name = fmt::format("{}.{:0{}}", base.design, runs.size() + 1, fmt::formatted_size("{}", points.size()));
     for (std::size_t k = 0; k < variations.size(); ++k) {
       run.varied.emplace_back(variations[k].path, point[k]);
-      run.overrides.push_back(fmt::format("{}={}", variations[k].path, point[k]));
+      for (const auto& [path, factor] : numbers[k])
+        run.overrides.push_back(fmt::format("{}={}", path, factor * point[k]));
     }
     // The first one for all: of a point that cannot be run its own run tells.
     if (runs.empty()) {
       load_scene_of(run, table);
-      if (run.task == "gradient") base.slope_parameters = parameters_of(run, variations);
+      if (run.task == "gradient" || (run.task == "cycle" && run.costs))
+        base.slope_parameters = parameters_of(run, variations);
     }
     run.slope_parameters = base.slope_parameters;
     for (std::size_t k = 0; k < run.slope_parameters.size(); ++k)
       run.slope_factors.push_back(variations[k].slope_factor(point[k]));
     run.scene_text = runs.empty() ? run.scene_text : runs.front().scene_text;
     run.files = runs.empty() ? run.files : runs.front().files;
+    run.costs = runs.empty() ? run.costs : runs.front().costs;
     runs.push_back(std::move(run));
   }
   return runs;
@@ -333,8 +283,7 @@ Study read_study(const std::string& path, const std::vector<std::string>& select
   Common common;
   common.last = overrides;
   if (const SceneNode* set = root.find("set")) add_overrides(require_table(*set, "'set'"), "", common.overrides);
-  if (const SceneNode* o = root.find("options"))
-    add_options(require_table(*o, "'options'"), "[options]", common.options);
+  common.options = root.find("options");
   const SceneNode *runs = root.find("run"), *designs = root.find("design");
   for (const SceneNode* list : {runs, designs})
     if (list != nullptr && !list->is_table_array())
@@ -351,6 +300,8 @@ Study read_study(const std::string& path, const std::vector<std::string>& select
         fail(table.where, fmt::format("There are two runs named '{}'.", name));
       names.push_back(name);
       tables.push_back(&table);
+      const std::string task = word_of(table, "task", "'" + name + "'", study_tasks(), false);
+      if (std::find(common.tasks.begin(), common.tasks.end(), task) == common.tasks.end()) common.tasks.push_back(task);
     }
   for (const auto& pattern : selected)
     if (std::none_of(names.begin(), names.end(),

@@ -1,4 +1,4 @@
-// The file of a study: a list of optimization runs, each a scene with its parameters, overrides and options, and
+// The file of a study: a list of runs, each a scene with its parameters, overrides and options, and
 // designs (grids, samples), each many runs of one scene with numbers that vary.
 #pragma once
 
@@ -15,10 +15,11 @@ struct StudyRun {
   std::filesystem::path scene;                         // as it can be opened from here
   std::vector<std::string> parameters;                 // empty: the scene's
   std::vector<std::string> overrides;                  // "path=value", those of the whole study first
-  std::vector<std::string> options;                    // of costate optimize: "--method", "idas-adjoint", ...
+  std::vector<std::string> options;                    // of the task's command: "--method", "idas-adjoint", ...
   std::string scene_text;                              // the scene as it is understood with the overrides
   std::vector<SceneFile> files;                        // that it names, with fingerprints
-  std::string task = "optimize";                       // the command
+  std::string task = "optimize";                       // the command, of study_options.h
+  bool costs = true;                                   // the scene has some: psi means something
   std::string design;                                  // that it is a point of, or empty
   std::vector<std::pair<std::string, double>> varied;  // there: what was varied; it is among the overrides, too
   std::vector<std::string> outputs;                    // there: whose values at the end are wanted

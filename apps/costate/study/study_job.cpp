@@ -9,6 +9,7 @@
 #include "costate/base/text_file.h"
 #include "costate/record/atomic_file.h"
 #include "costate/scene/scene_files.h"
+#include "study_options.h"
 
 namespace costate::app {
 
@@ -30,8 +31,8 @@ Json StudyJob::definition() const {
   for (const SceneFile& f : run.files)
     if (!f.path.empty()) files[f.path] = f.digest;
   Json j = {{"scene", run.scene_text}, {"files", files}, {"parameters", run.parameters}, {"options", run.options}};
+  if (!run.design.empty() || run.task != "optimize") j["task"] = run.task;
   if (run.design.empty()) return j;
-  j["task"] = run.task;
   j["overrides"] = run.overrides;
   j["outputs"] = run.outputs;
   return j;
@@ -55,8 +56,9 @@ void StudyJob::note(bool finished) const {
 }
 
 void StudyJob::require_files() const {
-  for (const char* name :
-       {"study_run.json", "optimize.json", "simulate.json", "gradient.json", "evaluations.jsonl", "log.txt"}) {
+  std::vector<std::string> names = {"study_run.json", "evaluations.jsonl", "log.txt"};
+  for (const std::string& task : study_tasks()) names.push_back(task + ".json");
+  for (const std::string& name : names) {
     const std::filesystem::path file = directory / name;
     if (std::filesystem::exists(file) && !std::filesystem::is_regular_file(file))
       throw Error(

@@ -41,6 +41,7 @@ TEST_CASE("study: shards run each run once, and merge to the table of the whole"
     CHECK(second.finish().status == 0);
   }
   CHECK_FALSE(std::filesystem::exists(here / "parts/d.csv"));
+  CHECK_FALSE(std::filesystem::exists(here / "parts/study.h5"));
   // Without the third: the table of what there is, the names of what there is not, and status 1.
   const Outcome early = run_costate({"study", "s.toml", "--output", "parts", "--merge"}, here.path());
   CHECK(early.status == 1);
@@ -53,6 +54,7 @@ TEST_CASE("study: shards run each run once, and merge to the table of the whole"
   for (std::size_t at = 0; (at = whole.find(",ok,", at)) != std::string::npos;) whole.replace(at, 4, ",kept,");
   CHECK(file_text(here / "parts/d.csv") == whole);
   CHECK(lines(file_text(here / "parts/d.csv")) == 8);
+  CHECK(std::filesystem::exists(here / "parts/study.h5"));
 }
 
 TEST_CASE("study: a shard that was killed goes on where it stopped, and is not run twice at once") {

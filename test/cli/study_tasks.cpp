@@ -101,7 +101,8 @@ TEST_CASE("study: cycles with their derivatives; without a cost there is no psi"
   const Json j = costate_json({"study", "s.toml", "--output", "free"}, here.path());
   const Table bare = read_table(file_text(here / "free/d.csv"));
   CHECK(std::isnan(bare.column("psi")[0]));
-  CHECK(bare.column("period_s")[1] == t.column("period_s")[1]);
+  // Without the cost's error in the steps: to 100 rtol.
+  CHECK(bare.column("period_s")[1] == Approx(t.column("period_s")[1]).epsilon(1e-5));
   const std::string text = file_text(here / "free/study.txt");
   CHECK_THAT(text, Contains("d: 2 of 2 points") && Contains("period_s") && !Contains("psi 0"));
   CHECK_THAT(file_text(here / "free/report.html"), Contains("the least period_s"));

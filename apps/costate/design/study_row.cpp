@@ -75,6 +75,7 @@ Json study_row(const StudyJob& j) {
   Json r;
   r["name"] = j.run.name;
   r["scene"] = j.run.scene.string();
+  r["task"] = j.run.task;
   r["status"] = j.status();
   r["directory"] = j.directory.string();
   if (!j.error.empty()) r["error"] = j.error;
@@ -88,7 +89,6 @@ Json study_row(const StudyJob& j) {
     r["evaluations"] = j.evaluations();
     return r;
   }
-  r["task"] = j.run.task;
   if (j.result.contains("cases"))
     for (const Json& c : j.result["cases"]) r["cases"][c.at("name").get<std::string>()] = c.at("psi");
   if (j.run.task == "optimize") {

@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "costate/command.h"
+#include "costate/design/study_hdf5.h"
 #include "costate/design/study_page.h"
 #include "costate/design/study_row.h"
 #include "costate/design/study_table.h"
@@ -290,6 +291,7 @@ class StudyCommand {
     write_file_atomically(directory_ / "study.csv", study_csv(j["runs"]));
     for (const auto& [design, table] : design_csvs(j["runs"]))
       write_file_atomically(directory_ / (design + ".csv"), table);
+    write_study_hdf5(directory_ / "study.h5", title_, j["runs"]);
     write_file_atomically(directory_ / "study.txt", text);
     write_file_atomically(directory_ / "report.html",
                           study_page(title_, j["runs"], j.contains("pareto") ? j["pareto"] : Json::object(), text));
@@ -297,8 +299,8 @@ class StudyCommand {
     if (common_.json)
       fmt::print("{}\n", json_text(j));
     else if (!common_.quiet)
-      print_result(
-          fmt::format("{}  results in {}: study.txt, study.csv, study.json, report.html\n", text, directory_.string()));
+      print_result(fmt::format("{}  results in {}: study.txt, study.csv, study.h5, study.json, report.html\n", text,
+                               directory_.string()));
   }
 
   const CommonOptions& common_;

@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "animated.h"
 #include "browser.h"
 #include "costate/scene/scene_kind.h"
 #include "process.h"
@@ -20,23 +21,6 @@ using Json = nlohmann::json;
 namespace {
 
 const std::string kModels = COSTATE_MODELS_DIR;
-
-std::string decoded(const std::string& text) {
-  const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string bytes;
-  unsigned word = 0;
-  int bits = 0;
-  for (const char c : text) {
-    const auto digit = digits.find(c);
-    if (digit == std::string::npos) break;
-    word = word << 6 | static_cast<unsigned>(digit);
-    bits += 6;
-    if (bits < 8) continue;
-    bits -= 8;
-    bytes += static_cast<char>(word >> bits & 0xff);
-  }
-  return bytes;
-}
 
 /// A file taken apart as the specification says; every use is checked.
 class Gltf {
@@ -210,27 +194,6 @@ Gltf animated(const std::string& scene, std::vector<std::string> options = {}, c
   return Gltf(file_text(here / name));
 }
 
-/// The numbers of a coordinate in a trajectory as CSV.
-std::vector<double> csv_column(const std::string& text, const std::string& name) {
-  std::istringstream lines(text);
-  std::string line, cell;
-  std::vector<double> values;
-  std::size_t at = std::string::npos;
-  while (std::getline(lines, line)) {
-    if (line.empty() || line[0] == '#') continue;
-    std::vector<std::string> cells;
-    for (std::istringstream row(line); std::getline(row, cell, ',');) cells.push_back(cell);
-    if (at == std::string::npos) {
-      for (std::size_t i = 0; i < cells.size(); ++i)
-        if (cells[i].rfind("coordinates/" + name + " ", 0) == 0) at = i;
-      REQUIRE(at != std::string::npos);
-    } else {
-      values.push_back(std::stod(cells.at(at)));
-    }
-  }
-  return values;
-}
-
 }  // namespace
 
 TEST_CASE("animate: points and springs are where the motion has them") {
@@ -315,7 +278,7 @@ TEST_CASE("animate: mistakes, and spins too fast to be shown") {
   const std::string scene = kModels + "/five_bar/five_bar.toml";
   const Outcome kind = run_costate({"animate", scene, "-o", "m.mp4"}, here.path());
   CHECK(kind.status == 1);
-  CHECK_THAT(kind.err, Contains("ends in .gltf, .glb, .html or .svg, found 'm.mp4'"));
+  CHECK_THAT(kind.err, Contains("ends in .gltf, .glb, .html, .svg or .pvd, found 'm.mp4'"));
   CHECK(run_costate({"animate", scene}, here.path()).status == 2);
   const Outcome slow = run_costate({"animate", scene, "-o", "m.svg", "--speed", "0"}, here.path());
   CHECK_THAT(slow.err, Contains("--speed must be a positive number"));

@@ -42,8 +42,8 @@ inline std::string xml_fault(const std::string& text) {
     std::size_t i = at + (closing ? 2 : 1);
     const auto word = [&] {
       const std::size_t begin = i;
-      while (i < text.size() &&
-             (std::isalnum(static_cast<unsigned char>(text[i])) != 0 || text[i] == '-' || text[i] == ':'))
+      while (i < text.size() && (std::isalnum(static_cast<unsigned char>(text[i])) != 0 || text[i] == '-' ||
+                                 text[i] == ':' || text[i] == '_'))
         ++i;
       return text.substr(begin, i - begin);
     };

@@ -1,19 +1,22 @@
-// costate animate: the motion of a scene for viewers, as glTF or as an SVG that plays.
+// costate animate: the motion of a scene for viewers, as glTF, a page, an SVG that plays or a series for ParaView.
 #include <fmt/format.h>
 
 #include <cmath>
 #include <numbers>
 
 #include "costate/base/notice.h"
+#include "costate/base/stop.h"
 #include "costate/command.h"
 #include "costate/drawing.h"
 #include "costate/record/atomic_file.h"
+#include "costate/record/interrupt.h"
 #include "costate/record/print.h"
 #include "costate/start_notice.h"
 #include "costate/trajectory.h"
 #include "figures.h"
 #include "gltf.h"
 #include "viewer.h"
+#include "vtk.h"
 
 namespace costate::app {
 
@@ -48,13 +51,31 @@ std::string fallback(const FiguresOfRun& run, const AnimateOptions& options) {
   return moving_drawing(figures, times, options.drawing, options.speed);
 }
 
-int run_animate(const CommonOptions& common, const AnimateOptions& options) {
-  const std::string kind = options.file.extension().string();
-  if (kind != ".gltf" && kind != ".glb" && kind != ".svg" && kind != ".html")
-    throw Error(fmt::format("--output names a file that ends in .gltf, .glb, .html or .svg, found '{}'.",
+void require_sense(const AnimateOptions& options, const std::string& kind) {
+  if (kind != ".gltf" && kind != ".glb" && kind != ".svg" && kind != ".html" && kind != ".pvd")
+    throw Error(fmt::format("--output names a file that ends in .gltf, .glb, .html, .svg or .pvd, found '{}'.",
                             options.file.string()));
   if (!(options.speed > 0 && std::isfinite(options.speed)))
     throw Error(fmt::format("--speed must be a positive number, found {}.", options.speed));
+  if (kind != ".pvd") return;
+  if (options.speed != 1)
+    throw Error("--speed is not for .pvd, whose times are the motion's; ParaView plays them as fast as it is told to.");
+  require_series_place(options.file);
+}
+
+/// Nothing else is as large: each frame has all its points.
+void write_frames(const std::filesystem::path& file, const FiguresOfRun& run, Progress& progress) {
+  write_series(file, make_stage(run.times, run.figures), [&](std::size_t frame) {
+    throw_if_interrupted();
+    check_stop();
+    if (frame > 0 && frame % 250 == 0)
+      progress.line(fmt::format("{} of {} frames are written", frame, run.times.size()));
+  });
+}
+
+int run_animate(const CommonOptions& common, const AnimateOptions& options) {
+  const std::string kind = options.file.extension().string();
+  require_sense(options, kind);
   CommonOptions without_files = common;
   without_files.no_files = true;
   Setup setup(without_files, Purpose::simulate);
@@ -66,7 +87,9 @@ int run_animate(const CommonOptions& common, const AnimateOptions& options) {
   progress.finish();
   if (run.figures.empty()) throw Error("The run gave no sample to draw; take a smaller --output-step.");
   std::string content;
-  if (kind == ".svg") {
+  if (kind == ".pvd") {
+    if (!common.no_files) write_frames(options.file, run, progress);
+  } else if (kind == ".svg") {
     content = moving_drawing(run.figures, run.times, options.drawing, options.speed);
   } else {
     // Files of glTF have the speed in their times, the page plays at it.
@@ -80,7 +103,7 @@ int run_animate(const CommonOptions& common, const AnimateOptions& options) {
               : kind == ".html" ? viewer_page({{{"", stage}}, {}, options.speed, fallback(run, options)}, title)
                                 : gltf_text(stage, title);
   }
-  if (!common.no_files) write_file_atomically(options.file, content);
+  if (!common.no_files && kind != ".pvd") write_file_atomically(options.file, content);
   Json j;
   j["status"] = "ok";
   j["file"] = common.no_files ? Json() : Json(options.file.string());
@@ -101,16 +124,17 @@ int run_animate(const CommonOptions& common, const AnimateOptions& options) {
 }  // namespace
 
 const RegisterCommand animate_command(
-    CommandGroup::inspect, "animate", "The motion of a scene to be seen: glTF, a page in 3-D, or SVG that plays",
+    CommandGroup::inspect, "animate", "The motion of a scene to be seen: glTF, a page in 3-D, SVG that plays, ParaView",
     [](Command& c, CommonOptions& common) {
       auto options = std::make_shared<AnimateOptions>();
       common.add_to(c);
       common.add_run_options(c);
       c.remove("--output");
       for (const char* other : {"--method", "--parameters", "--checkpoint-steps"}) c.remove(other);
-      c.option("-o,--output", options->file, "File to write: .gltf, .glb, .html (in 3-D) or .svg").required();
+      c.option("-o,--output", options->file, "File to write: .gltf, .glb, .html (in 3-D), .svg or .pvd (ParaView)")
+          .required();
       c.option("--output-step", options->step, "Time between samples [s] (default: the scene's, or 300 samples)");
-      c.option("--speed", options->speed, "How many times as fast as the motion it plays (default: 1)");
+      c.option("--speed", options->speed, "How many times as fast as the motion it plays (default: 1); not of .pvd");
       c.option("--view", options->drawing.view, "SVG: xy, xz, yz or isometric (default: as 'costate draw')")
           .among({"xy", "xz", "yz", "isometric"});
       c.option("--width", options->drawing.width, "SVG: width of the page [pixels]").between(200, 10000);

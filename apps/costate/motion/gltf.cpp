@@ -8,6 +8,7 @@
 #include <map>
 #include <tuple>
 
+#include "base64.h"
 #include "costate/base/version.h"
 #include "costate/json_text.h"
 
@@ -187,19 +188,6 @@ class GltfWriter {
   std::map<std::tuple<int, unsigned, double>, int> meshes_;
   std::map<int, std::array<int, 3>> data_;  // of a mesh: positions, normals, indices
 };
-
-std::string base64(const std::string& bytes) {
-  static constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t n = std::min<std::size_t>(3, bytes.size() - i);
-    unsigned word = 0;
-    for (std::size_t k = 0; k < 3; ++k) word = word << 8 | (k < n ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    for (std::size_t k = 0; k < 4; ++k) text += k <= n ? digits[word >> (18 - 6 * k) & 63] : '=';
-  }
-  return text;
-}
 
 }  // namespace
 

@@ -5,11 +5,9 @@
 #include <numbers>
 
 #include "costate/base/notice.h"
-#include "costate/base/stop.h"
 #include "costate/command.h"
 #include "costate/drawing.h"
 #include "costate/record/atomic_file.h"
-#include "costate/record/interrupt.h"
 #include "costate/record/print.h"
 #include "costate/start_notice.h"
 #include "costate/trajectory.h"
@@ -65,11 +63,8 @@ void require_sense(const AnimateOptions& options, const std::string& kind) {
 
 /// Nothing else is as large: each frame has all its points.
 void write_frames(const std::filesystem::path& file, const FiguresOfRun& run, Progress& progress) {
-  write_series(file, make_stage(run.times, run.figures), [&](std::size_t frame) {
-    throw_if_interrupted();
-    check_stop();
-    if (frame > 0 && frame % 250 == 0)
-      progress.line(fmt::format("{} of {} frames are written", frame, run.times.size()));
+  write_series(file, make_stage(run.times, run.figures), [&](std::size_t frames) {
+    if (frames % 250 == 0) progress.line(fmt::format("{} of {} frames are written", frames, run.times.size()));
   });
 }
 

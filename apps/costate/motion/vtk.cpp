@@ -1,10 +1,13 @@
 #include "vtk.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <bit>
 #include <cctype>
+#include <cerrno>
 #include <cstdint>
 #include <cstring>
 #include <map>
@@ -13,8 +16,10 @@
 #include "base64.h"
 #include "costate/base/digest.h"
 #include "costate/base/error.h"
+#include "costate/base/stop.h"
 #include "costate/base/version.h"
 #include "costate/record/atomic_file.h"
+#include "costate/record/posix_file.h"
 #include "costate/record/svg_plot.h"
 
 namespace costate::app {
@@ -69,14 +74,39 @@ std::string fingerprint(const Stage& stage) {
   return digest.text().substr(0, 8);
 }
 
-/// FINGERPRINT_NUMBER.vtp
-bool is_frame(const std::string& name) {
+/// FINGERPRINT_NUMBER.vtp, or what becomes one: .FINGERPRINT_NUMBER.vtp.tmp
+bool is_frame_of_others(std::string name, const std::string& tag) {
+  const bool hidden = name.size() > 5 && name[0] == '.' && name.substr(name.size() - 4) == ".tmp";
+  if (hidden) name = name.substr(1, name.size() - 5);
   const auto all = [&](std::size_t from, std::size_t to, int (*kind)(int)) {
     return std::all_of(name.begin() + static_cast<long>(from), name.begin() + static_cast<long>(to),
                        [&](char c) { return kind(static_cast<unsigned char>(c)) != 0; });
   };
+  // Frames of the same motion are those that have just been written: its times are part of the fingerprint.
   return name.size() >= 17 && name[8] == '_' && name.substr(name.size() - 4) == ".vtp" && all(0, 8, std::isxdigit) &&
-         all(9, name.size() - 4, std::isdigit);
+         all(9, name.size() - 4, std::isdigit) && (hidden || name.substr(0, 8) != tag);
+}
+
+[[noreturn]] void throw_not_written(const fs::path& file, int failed) {
+  throw Error(fmt::format("cannot write '{}': {}; check the free space and the permissions", file.string(),
+                          record_detail::errno_text(failed)));
+}
+
+/// Whole or not at all, but not yet sure to be on the disk: that is so of all frames at once, before the collection.
+void write_frame(const fs::path& file, const fs::path& temporary, const std::string& text) {
+  record_detail::FileDescriptor out(::open(temporary.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0666));
+  int failed = out.valid() ? record_detail::write_all(out.get(), text) : errno;
+  if (failed == 0) failed = out.close();
+  if (failed == 0 && ::rename(temporary.c_str(), file.c_str()) != 0) failed = errno;
+  if (failed != 0) throw_not_written(file, failed);
+}
+
+/// What has been written to the folder's file system is on the disk. Of large series that may take a while.
+void bring_to_disk(const fs::path& folder) {
+  run_stoppably([folder] {
+    const record_detail::FileDescriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (!opened.valid() || ::syncfs(opened.get()) != 0) throw_not_written(folder, errno);
+  });
 }
 
 /// Files of a series that is not finished; they go, and their folder if it is of this series, unless it is kept.
@@ -88,11 +118,13 @@ class Unfinished {
   ~Unfinished() {
     std::error_code ignored;
     for (const auto& f : files_) fs::remove(f, ignored);
+    if (!temporary_.empty()) fs::remove(temporary_, ignored);
     if (made_) fs::remove(folder_, ignored);  // only where it is empty
   }
   /// A frame of the same motion may have been there; then it stays.
-  void add(const fs::path& file) {
+  void add(const fs::path& file, const fs::path& temporary) {
     if (!fs::exists(file)) files_.push_back(file);
+    temporary_ = temporary;
   }
   void keep() {
     files_.clear();
@@ -103,6 +135,7 @@ class Unfinished {
   fs::path folder_;
   bool made_;
   std::vector<fs::path> files_;
+  fs::path temporary_;
 };
 
 }  // namespace
@@ -177,31 +210,35 @@ void require_series_place(const fs::path& file) {
                             file.string(), folder.string()));
 }
 
-void write_series(const fs::path& file, const Stage& stage, const std::function<void(std::size_t frame)>& before_each) {
+void write_series(const fs::path& file, const Stage& stage, const std::function<void(std::size_t frames)>& written) {
   const VtpWriter writer(stage);
   const fs::path folder = frames_folder(file);
   const std::string tag = fingerprint(stage);
   Unfinished unfinished(folder);
+  std::error_code failed;
+  fs::create_directories(folder, failed);
+  if (failed) throw_not_written(folder, failed.value());
   std::string collection = file_head("Collection");
   for (std::size_t i = 0; i < stage.times.size(); ++i) {
-    before_each(i);
+    check_stop();
     const std::string name = fmt::format("{}_{:04}.vtp", tag, i);
-    unfinished.add(folder / name);
-    write_file_atomically(folder / name, writer.text(i));
+    const fs::path frame = folder / name, temporary = folder / ("." + name + ".tmp");
+    unfinished.add(frame, temporary);
+    write_frame(frame, temporary, writer.text(i));
     collection += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}/{}\"/>\n", stage.times[i],
                               xml_escaped(file.stem().string()), name);
+    written(i + 1);
   }
-  before_each(stage.times.size());
+  bring_to_disk(folder);
   write_file_atomically(file, collection + file_tail("Collection"));
   unfinished.keep();
-  std::error_code ignored;
   std::vector<fs::path> old;
-  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-    const std::string name = entry.path().filename().string();
-    // Of this motion, those are from a run with the same samples, and named.
-    if (is_frame(name) && name.substr(0, 8) != tag) old.push_back(entry.path());
+  for (const auto& entry : fs::directory_iterator(folder, failed))
+    if (is_frame_of_others(entry.path().filename().string(), tag)) old.push_back(entry.path());
+  for (const auto& f : old) {
+    check_stop();
+    fs::remove(f, failed);
   }
-  for (const auto& f : old) fs::remove(f, ignored);
 }
 
 }  // namespace costate::app

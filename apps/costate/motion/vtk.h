@@ -36,11 +36,11 @@ std::filesystem::path frames_folder(const std::filesystem::path& file);
 /// Throws Error where a series cannot be: the folder's name is a file's, or none that XML can hold.
 void require_series_place(const std::filesystem::path& file);
 
-/// Writes all frames, then the collection, then removes the frames of an earlier one. Names of frames begin with a
-/// fingerprint of the motion, so that at any moment an existing collection names whole frames of its own motion alone;
-/// where an exception ends the writing (`before_each`, called with each frame's number first, may throw), an earlier
-/// series is as it was and nothing of this one is left.
+/// Writes all frames, calling `written` with how many there are, then the collection, then removes the frames of an
+/// earlier one. Names of frames begin with a fingerprint of the motion, so that at any moment an existing collection
+/// names whole frames of its own motion alone; where an exception ends the writing (check_stop is called), an earlier
+/// series is as it was and nothing of this one is left. Throws Error where something cannot be written.
 void write_series(const std::filesystem::path& file, const Stage& stage,
-                  const std::function<void(std::size_t frame)>& before_each);
+                  const std::function<void(std::size_t frames)>& written);
 
 }  // namespace costate::app

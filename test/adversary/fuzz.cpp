@@ -32,7 +32,7 @@ constexpr int kSlower = 1;
 #endif
 constexpr int kSeconds = 10 * kSlower, kWait = 300 * kSlower;  // for one input: of the processor, and its waits
 constexpr rlim_t kMemory = rlim_t{2} << 30;
-constexpr std::size_t kKinds = 9, kVerdicts = 7;
+constexpr std::size_t kVerdicts = 7;
 constexpr long kShown = 8;  // messages of each kind of finding
 
 /// What the parent sees of a child that may vanish at any input.

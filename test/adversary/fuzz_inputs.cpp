@@ -106,6 +106,26 @@ const char* const kCsv =
     "time [s],coordinates/P.x [m],coordinates/P.y [m],\"velocities/P.x_dot [m/s]\"\n0,0.6,-0.8,0\n0.1,0.59,-0.81,-0.1\n"
     "0.2,nan,inf,-0.2\n";
 
+const char* const kCrg = R"($ROAD_CRG
+REFERENCE_LINE_START_Z   = 0.5   ! m
+REFERENCE_LINE_INCREMENT = 0.5
+LONG_SECTION_V_RIGHT = -0.5
+LONG_SECTION_V_INCREMENT = 1.0
+$
+$KD_Definition
+#:LRFI
+U:reference line u,m,-3,1.0
+D:reference line slope,m/m
+D:long section 1,m
+D:long section 2,m
+$
+$$$$
+**unused** 0.0010000 0.0020000
+ 0.1000000-0.0010000-0.0020000
+-0.2000000 0.0000000*missing**
+ 0.0000000 0.0050000 0.0000000
+)";
+
 const char* const kPart = R"([point.A]
 ground = true
 x_m = 0
@@ -141,13 +161,13 @@ cost.running[0].target={ kind = "sine", amplitude = 1, angular_frequency_rad_per
 
 const char* name_of(Input::Kind kind) {
   static const char* const names[] = {"scene", "tyre",     "profile", "include", "set",
-                                      "study", "baseline", "journal", "csv"};
+                                      "study", "baseline", "journal", "csv",     "crg"};
   return names[static_cast<std::size_t>(kind)];
 }
 
 const char* file_of(Input::Kind kind) {
   static const char* const names[] = {"fuzz.toml", "fuzz.tir",  "fuzz.txt",   "fuzz_part.toml", "fuzz.toml",
-                                      "fuzz.toml", "fuzz.json", "fuzz.jsonl", "fuzz.csv"};
+                                      "fuzz.toml", "fuzz.json", "fuzz.jsonl", "fuzz.csv",       "fuzz.crg"};
   return names[static_cast<std::size_t>(kind)];
 }
 
@@ -207,6 +227,7 @@ std::vector<Input> corpus() {
   list.push_back({Kind::study, kStudy});
   list.push_back({Kind::journal, journal_text()});
   list.push_back({Kind::csv, kCsv});
+  list.push_back({Kind::crg, kCrg});
   return list;
 }
 

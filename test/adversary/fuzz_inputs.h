@@ -11,11 +11,13 @@
 namespace costate::fuzz {
 
 struct Input {
-  enum class Kind { scene, tyre, profile, include, over, study, baseline, journal, csv };
+  enum class Kind { scene, tyre, profile, include, over, study, baseline, journal, csv, crg };
   Kind kind = Kind::scene;
   std::string text;
   std::string folder = {};  // of a scene that names files: they are found from there
 };
+
+inline constexpr std::size_t kKinds = static_cast<std::size_t>(Input::Kind::crg) + 1;
 
 const char* name_of(Input::Kind kind);
 /// The file that an input of this kind is written to, or the name it is read by.

@@ -14,7 +14,8 @@ namespace costate::fuzz {
 
 namespace {
 
-constexpr std::size_t kShares[] = {40, 8, 6, 12, 8, 6, 8, 8, 4};  // of the kinds of inputs, in their order
+// In percent, of the kinds of inputs, in their order.
+constexpr std::size_t kShares[kKinds] = {36, 8, 6, 12, 8, 6, 8, 8, 4, 4};
 
 bool in_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '.'; }
 

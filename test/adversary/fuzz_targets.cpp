@@ -200,6 +200,12 @@ Verdict read_input(const Input& input, long index, const fs::path& directory) {
     case Kind::csv:
       static_cast<void>(read_csv(file));
       return Verdict::read;
+    case Kind::crg:
+      return scene_target(std::string(kWheel) + "[data.R]\nfile = \"" + file.string() +
+                              "\"\n[road.rough]\nkind = \"profile\"\nlaw = { kind = \"data\", data = \"R\", column = "
+                              "\"v=0.5\", beyond = \"hold\" }\n[tyre.T]\nwheel = \"hub\"\nroad = \"rough\"\nradius_m = "
+                              "0.2\nstiffness_N_per_m = 1.6e5\nmodel = \"ride\"\n",
+                          "fuzz.toml", index);
   }
   return Verdict::read;
 }
@@ -208,7 +214,8 @@ Verdict read_input(const Input& input, long index, const fs::path& directory) {
 
 bool names_a_place(const std::string& message) {
   // file:line, file and key, or the element by its path or name.
-  static const std::regex place(R"([\w/.-]+\.(toml|tir|txt|json|jsonl|csv)(:\d+:\d+|'|:))"), override(R"(override ')");
+  static const std::regex place(R"([\w/.-]+\.(toml|tir|txt|json|jsonl|csv|crg)(:\d+:\d+|'|:))"),
+      override(R"(override ')");
   return std::regex_search(message, place) || std::regex_search(message, override);
 }
 

@@ -2,6 +2,7 @@
 #include "costate/base/error.h"
 #include "costate/scene/data_table.h"
 #include "costate/scene/key_meaning.h"
+#include "costate/scene/open_crg.h"
 #include "costate/scene/scene_files.h"
 #include "costate/scene/scene_kind.h"
 
@@ -9,15 +10,17 @@ namespace costate {
 
 namespace {
 
-const KindKeys data_keys(
-    "data", {{"file", "path of a text file, from the scene: a line of names, perhaps one of units, rows of numbers"},
-             {"rows", "in its place, rows of numbers"},
-             {"columns", "names with units in brackets, \"angle [deg]\", in the place of the file's own"},
-             {"time", "name of the time's column; by default t or time"},
-             {"time_shift_s", "is added to the times"},
-             {"separator", "between values; by default the ; tab , or blank of the first line"},
-             {"comment", "what begins a comment"},
-             {"decimal_comma", "whether 1,5 is one and a half"}});
+const KindKeys data_keys("data",
+                         {{"file",
+                           "path of a text file, from the scene: a line of names, perhaps one of units, rows of "
+                           "numbers; or a road, NAME.crg"},
+                          {"rows", "in its place, rows of numbers"},
+                          {"columns", "names with units in brackets, \"angle [deg]\", in the place of the file's own"},
+                          {"time", "name of the time's column; by default t or time"},
+                          {"time_shift_s", "is added to the times"},
+                          {"separator", "between values; by default the ; tab , or blank of the first line"},
+                          {"comment", "what begins a comment"},
+                          {"decimal_comma", "whether 1,5 is one and a half"}});
 
 const RegisterSceneKind data_registered({
     .name = "data",
@@ -77,7 +80,10 @@ given = ["P.x"]
           }
           if (table.has("rows")) table.fail("rows", "contradicts 'file': give one of them.");
           add_data_table(builder, read_named_file(table, "file", [&](const std::string& file) {
-                           return read_data_file(name, file, f);
+                           if (!is_open_crg(file)) return read_data_file(name, file, f);
+                           for (const char* key : {"columns", "time", "time_shift_s", "separator", "comment"})
+                             if (table.has(key)) table.fail(key, "is nothing to say of a road in OpenCRG's format.");
+                           return read_open_crg(name, file);
                          }));
         },
 });

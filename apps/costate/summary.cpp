@@ -118,8 +118,10 @@ std::string details(const Json& json) {
                             value.is_string() ? value.get<std::string>() : value.dump());
     return fmt::format("  {}:{}\n", title, text);
   };
-  return list("counters", json.at("counters")) + list("settings", json.at("settings")) +
-         list("versions", json.at("settings").at("versions"));
+  // Commands of many runs have no counters of their own.
+  const Json& settings = json.at("settings");
+  return (json.contains("counters") ? list("counters", json.at("counters")) : "") + list("settings", settings) +
+         (settings.contains("versions") ? list("versions", settings.at("versions")) : "");
 }
 
 }  // namespace

@@ -136,3 +136,12 @@ TEST_CASE("pareto: what has no front says so") {
   CHECK(j.at("points").size() == 2);
   CHECK_THAT(j.at("notes").at(0).get<std::string>(), Contains("nothing to trade"));
 }
+
+TEST_CASE("pareto: --verbose adds the settings; counters are of single runs") {
+  const WorkingDirectory here;
+  const Outcome o = run_costate({"pareto", kTwoGoals, "--points", "3", "--verbose", "--no-files"}, here.path());
+  INFO(o.err);
+  CHECK(o.status == 0);
+  CHECK(o.err.find("costate: ") == std::string::npos);
+  CHECK_THAT(o.out, Contains("settings:"));
+}

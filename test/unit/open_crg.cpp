@@ -6,17 +6,18 @@
 #include <fstream>
 
 #include "costate/base/error.h"
+#include "record_temporary_directory.h"
 
 using namespace costate;
 using Catch::Contains;
 
 namespace {
 
-const char* const kFile = "open_crg_test.crg";
-
 std::shared_ptr<DataTable> read(const std::string& text) {
-  std::ofstream(kFile) << text;
-  return read_open_crg("R", kFile);
+  const record_test::TemporaryDirectory here;
+  const std::string file = (here.path() / "road.crg").string();
+  std::ofstream(file) << text;
+  return read_open_crg("R", file);
 }
 
 }  // namespace

@@ -58,18 +58,20 @@ TEST_CASE("progress: shows one rewritten line on a terminal and clears it", "[re
 }
 
 TEST_CASE("progress: is rate limited", "[record]") {
-  const std::string text = printed(options(false, false, true), [](Progress& progress) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(250);
+  const auto begin = std::chrono::steady_clock::now();
+  const std::string text = printed(options(false, false, true), [&](Progress& progress) {
     long steps = 0;
-    while (std::chrono::steady_clock::now() < end) {
+    while (std::chrono::steady_clock::now() < begin + std::chrono::milliseconds(250)) {
       ++steps;
       progress.update(1e-9 * static_cast<double>(steps), 1.0, steps);
     }
   });
+  // On a busy machine it took longer than that.
+  const auto taken = std::chrono::steady_clock::now() - begin;
   std::size_t shown = 0;
   for (std::size_t at = text.find("t = "); at != std::string::npos; at = text.find("t = ", at + 1)) ++shown;
   CHECK(shown >= 2);
-  CHECK(shown <= 3);
+  CHECK(shown <= 1 + static_cast<std::size_t>(taken / std::chrono::milliseconds(100)));
 }
 
 TEST_CASE("progress: lines stay, and obey quiet and verbose", "[record]") {

@@ -56,6 +56,7 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   else if (options.estimate && costs)
     error = setup.located([&] { return estimate_error(setup.problem, setup.rho, r).psi; });
   progress.finish();
+  recorder.notice_not_finite();
   Json j = run_json(setup, GradientResult(r), "", wall);
   j["psi_error"] = error ? Json(*error) : Json();
   if (accurate) j["accuracy"] = accuracy_json(*accurate, *accuracy);

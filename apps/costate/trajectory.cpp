@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <tuple>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/base/stop.h"
 #include "costate/integrator/run_end.h"
 #include "costate/mechanism/multiplier_unit.h"
@@ -101,6 +103,19 @@ Json TrajectoryRecorder::units() const {
   KeyedObject j;
   for (const Column& c : table_.columns) j.set(output_of_column(c), c.unit);
   return j.take();
+}
+
+void TrajectoryRecorder::notice_not_finite() const {
+  for (const Column& c : table_.columns) {
+    const auto wrong = std::find_if(c.values.begin(), c.values.end(), [](double x) { return !std::isfinite(x); });
+    if (wrong == c.values.end()) continue;
+    const auto count = std::count_if(wrong, c.values.end(), [](double x) { return !std::isfinite(x); });
+    notice(
+        fmt::format("'{}' is not a number at {} of {} samples, at t = {:.6g} s first: a formula outside its domain "
+                    "(sqrt(-1), log(0), 1/0), or numbers that overflow.",
+                    output_of_column(c), count, c.values.size(),
+                    table_.time_s[static_cast<std::size_t>(wrong - c.values.begin())]));
+  }
 }
 
 TrajectoryTable TrajectoryRecorder::finish(const Json& settings, const Simulation& run) {

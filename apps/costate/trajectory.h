@@ -18,6 +18,8 @@ class TrajectoryRecorder {
                      bool only_end = false);
   const std::vector<double>& times() const { return times_; }
   SampleSink sink();
+  /// Tells which columns hold what is no number.
+  void notice_not_finite() const;
   /// The last sample by the names of outputs: coordinates, NAME_dot, NAME_ddot, lambda.ROW, z.STATE and the outputs.
   Json terminal() const;
   /// The units of terminal().

@@ -195,3 +195,14 @@ TEST_CASE("newcomers: --set may lead a parameter beyond its bounds") {
   CHECK_THAT(o.err, Contains("outside the bounds 1 .. 1000"));
   CHECK(here.entries().empty());
 }
+
+TEST_CASE("newcomers: outputs of one's own that are no numbers are told with their times") {
+  const WorkingDirectory here;
+  write_text(here / "s.toml", file_text(kFiveBar) + "[output.q]\nformula = \"sqrt(0.5 - t)\"\nunit = \"1\"\n");
+  const Json j =
+      costate_json({"simulate", "s.toml", "--t-end", "1", "--output-step", "0.25", "--output", "o"}, here.path());
+  REQUIRE(j.at("warnings").size() == 1);
+  CHECK_THAT(j.at("warnings").at(0).get<std::string>(),
+             Contains("'q' is not a number at 2 of 5 samples, at t = 0.75 s"));
+  CHECK(costate_json({"simulate", "s.toml", "--t-end", "0.5", "--output", "o"}, here.path()).at("warnings").empty());
+}

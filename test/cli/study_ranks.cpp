@@ -86,6 +86,10 @@ TEST_CASE("study: mistakes end an MPI job at once, and parts of a study do witho
   // By one rank.
   CHECK(o.err.find("costate: ") == o.err.rfind("costate: "));
   write_text(here / "s.toml", sampled("t_end = 2.0"));
+  Process shards("/usr/bin/env", on_ranks(2, {"s.toml", "--shard", "1/2"}), here.path());
+  const Outcome refused = shards.finish();
+  CHECK(refused.status == 2);
+  CHECK_THAT(refused.err, Contains("ranks of MPI share a study without it"));
   Process parts("/usr/bin/env", on_ranks(1, {"s.toml", "--shard", "2/3", "--json"}), here.path());
   CHECK(Json::parse(parts.finish().out).at("runs").size() == 2);
 }

@@ -155,3 +155,55 @@ TEST_CASE("data: the file is part of what a scene is", "[data]") {
   CHECK_THAT(scene_text_for(scene, log.files(), file.path.parent_path() / "below"),
              Contains("file = \"../costate_data_table.csv\""));
 }
+
+TEST_CASE("data: columns in units of another kind than what they stand for are refused", "[data]") {
+  const auto scene = [](const std::string& unit, const std::string& law, const std::string& output) {
+    return Scene::parse(R"([gravity]
+y_m_per_s2 = -9.81
+[data.D]
+columns = ["t [s]", "a [)" + unit +
+                            R"(]"]
+rows = [[0, 1], [1, 2], [2, 3]]
+[point.O]
+ground = true
+x_m = 0
+y_m = 0
+[point.P]
+x_m = 0.6
+y_m = -0.8
+[bar.b]
+from = "O"
+to = "P"
+mass_kg = 1
+[angle.th]
+bar = "b"
+[couple.c]
+angle = "th"
+torque_N_m = )" + law + R"(
+[[cost.samples]]
+data = "D"
+column = "a"
+output = ")" + output + R"("
+sigma = 0.1
+[start]
+given = ["P.x"]
+[run]
+t_end_s = 2
+)",
+                        "units.toml");
+  };
+  const std::string none = "1", of_data = R"({ kind = "data", data = "D", column = "a" })",
+                    scaled = R"({ kind = "data", data = "D", column = "a", scale = 0.5 })";
+  const auto read = [&](const std::string& unit, const std::string& law, const std::string& output) {
+    make_problem(scene(unit, law, output));
+  };
+  // Degrees are radians, N mm are joules; no unit, or none of its own, says nothing.
+  for (const auto& [unit, output] : {std::pair{"deg", "th.angle"}, {"rad", "th.angle"}, {"mm", "P.x"}, {"-", "P.x"}})
+    CHECK_NOTHROW(read(unit, none, output));
+  CHECK_NOTHROW(read("N mm", of_data, "energy.total"));
+  CHECK_THROWS_WITH(read("kg", none, "th.angle"), Contains("kg") && Contains("rad") && Contains("another quantity"));
+  CHECK_THROWS_WITH(read("mm", none, "P.x_dot"), Contains("m/s"));
+  CHECK_THROWS_WITH(read("kg", of_data, "energy.total"), Contains("couple.c.torque_N_m") && Contains("N m"));
+  // A scale may turn one into the other, of a law: here the samples are what is wrong.
+  CHECK_THROWS_WITH(read("kg", scaled, "energy.total"), Contains("cost.samples") && Contains("'energy.total'"));
+}

@@ -25,14 +25,6 @@ constexpr auto kLook = std::chrono::milliseconds(2);
 /// For how long a rank that was told to end waits for the others to do so.
 constexpr auto kPatience = std::chrono::seconds(3);
 
-/// Whether the starter of an MPI job has started this program, and not alone (Open MPI; MPICH, Intel MPI and Slurm by
-/// PMI; PMIx).
-bool of_a_job() {
-  for (const char* size : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"})
-    if (const char* text = std::getenv(size)) return std::atoi(text) > 1;
-  return std::getenv("PMIX_RANK") != nullptr;
-}
-
 /// Of a rank that was told to end by a signal: the first one ends then, and the others with it; or all at once.
 void wait_for_end(const Ranks& ranks) {
   const auto until = std::chrono::steady_clock::now() + kPatience;
@@ -45,8 +37,15 @@ void wait_for_end(const Ranks& ranks) {
 
 }  // namespace
 
+// Open MPI; MPICH, Intel MPI and Slurm by PMI; PMIx.
+bool started_as_ranks() {
+  for (const char* size : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"})
+    if (const char* text = std::getenv(size)) return std::atoi(text) > 1;
+  return std::getenv("PMIX_RANK") != nullptr;
+}
+
 std::unique_ptr<Ranks> Ranks::of_this_job() {
-  if (!of_a_job()) return nullptr;
+  if (!started_as_ranks()) return nullptr;
   const std::filesystem::path library = library_of(&take_notices).parent_path() / "libcostate_mpi.so";
   // Its MPI loads parts of its own, which look for MPI's symbols among those of the program.
   void* loaded = ::dlopen(library.c_str(), RTLD_NOW | RTLD_GLOBAL);

@@ -16,6 +16,9 @@ struct CostateMessagePassing;
 
 namespace costate::app {
 
+/// Whether the starter of an MPI job has started this program, and not alone.
+bool started_as_ranks();
+
 class Ranks {
  public:
   /// Those of this job, once all have met; null where this program runs alone. Throws Error where the ranks cannot

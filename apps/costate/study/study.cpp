@@ -67,7 +67,10 @@ class StudyCommand {
       : common_(common), options_(options), shard_(read_shard(options.shard)) {}
 
   int run() {
-    if (!sharded()) ranks_ = Ranks::of_this_job();
+    if (sharded() && started_as_ranks())
+      throw UsageError(
+          "--shard is for processes that know nothing of each other; ranks of MPI share a study without it.");
+    ranks_ = Ranks::of_this_job();
     if (ranks_ && ranks_->rank() > 0) return serve();
     const Study study = read_study(options_.file, options_.only, common_.overrides);
     title_ = study.title.empty() ? options_.file : study.title;

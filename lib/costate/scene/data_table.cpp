@@ -14,6 +14,7 @@
 
 #include "costate/base/error.h"
 #include "costate/base/text_file.h"
+#include "costate/scene/unit.h"
 
 namespace costate {
 
@@ -23,67 +24,73 @@ constexpr std::size_t kLongestData = 256 << 20;  // bytes
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 constexpr double kTurn = 2 * std::numbers::pi;
 
-const std::map<std::string, double>& units() {
-  static const std::map<std::string, double> known = {{"", 1},
-                                                      {"1", 1},
-                                                      {"-", 1},
-                                                      {"%", 0.01},
-                                                      {"s", 1},
-                                                      {"ms", 1e-3},
-                                                      {"us", 1e-6},
-                                                      {"min", 60},
-                                                      {"h", 3600},
-                                                      {"m", 1},
-                                                      {"mm", 1e-3},
-                                                      {"cm", 1e-2},
-                                                      {"um", 1e-6},
-                                                      {"km", 1e3},
-                                                      {"m/s", 1},
-                                                      {"mm/s", 1e-3},
-                                                      {"km/h", 1 / 3.6},
-                                                      {"m/s^2", 1},
-                                                      {"m/s2", 1},
-                                                      {"mm/s^2", 1e-3},
-                                                      {"rad", 1},
-                                                      {"mrad", 1e-3},
-                                                      {"deg", kTurn / 360},
-                                                      {"°", kTurn / 360},
-                                                      {"turn", kTurn},
-                                                      {"rad/s", 1},
-                                                      {"deg/s", kTurn / 360},
-                                                      {"rpm", kTurn / 60},
-                                                      {"1/min", kTurn / 60},
-                                                      {"rad/s^2", 1},
-                                                      {"rad/s2", 1},
-                                                      {"deg/s^2", kTurn / 360},
-                                                      {"N", 1},
-                                                      {"mN", 1e-3},
-                                                      {"kN", 1e3},
-                                                      {"N m", 1},
-                                                      {"Nm", 1},
-                                                      {"N*m", 1},
-                                                      {"kN m", 1e3},
-                                                      {"kNm", 1e3},
-                                                      {"N mm", 1e-3},
-                                                      {"Nmm", 1e-3},
-                                                      {"Pa", 1},
-                                                      {"kPa", 1e3},
-                                                      {"MPa", 1e6},
-                                                      {"bar", 1e5},
-                                                      {"mbar", 100},
-                                                      {"kg", 1},
-                                                      {"g", 1e-3},
-                                                      {"W", 1},
-                                                      {"kW", 1e3},
-                                                      {"J", 1},
-                                                      {"kJ", 1e3},
-                                                      {"Hz", 1},
-                                                      {"N/m", 1},
-                                                      {"N/mm", 1e3},
-                                                      {"N s/m", 1},
-                                                      {"Ns/m", 1},
-                                                      {"m^2", 1},
-                                                      {"m^3", 1}};
+/// What one of a unit is, in which unit of SI.
+struct InSi {
+  double factor;
+  const char* unit;
+};
+
+const std::map<std::string, InSi>& units() {
+  static const std::map<std::string, InSi> known = {{"", {1, ""}},
+                                                    {"1", {1, "1"}},
+                                                    {"-", {1, "1"}},
+                                                    {"%", {0.01, "1"}},
+                                                    {"s", {1, "s"}},
+                                                    {"ms", {1e-3, "s"}},
+                                                    {"us", {1e-6, "s"}},
+                                                    {"min", {60, "s"}},
+                                                    {"h", {3600, "s"}},
+                                                    {"m", {1, "m"}},
+                                                    {"mm", {1e-3, "m"}},
+                                                    {"cm", {1e-2, "m"}},
+                                                    {"um", {1e-6, "m"}},
+                                                    {"km", {1e3, "m"}},
+                                                    {"m/s", {1, "m/s"}},
+                                                    {"mm/s", {1e-3, "m/s"}},
+                                                    {"km/h", {1 / 3.6, "m/s"}},
+                                                    {"m/s^2", {1, "m/s^2"}},
+                                                    {"m/s2", {1, "m/s^2"}},
+                                                    {"mm/s^2", {1e-3, "m/s^2"}},
+                                                    {"rad", {1, "rad"}},
+                                                    {"mrad", {1e-3, "rad"}},
+                                                    {"deg", {kTurn / 360, "rad"}},
+                                                    {"°", {kTurn / 360, "rad"}},
+                                                    {"turn", {kTurn, "rad"}},
+                                                    {"rad/s", {1, "rad/s"}},
+                                                    {"deg/s", {kTurn / 360, "rad/s"}},
+                                                    {"rpm", {kTurn / 60, "rad/s"}},
+                                                    {"1/min", {kTurn / 60, "rad/s"}},
+                                                    {"rad/s^2", {1, "rad/s^2"}},
+                                                    {"rad/s2", {1, "rad/s^2"}},
+                                                    {"deg/s^2", {kTurn / 360, "rad/s^2"}},
+                                                    {"N", {1, "N"}},
+                                                    {"mN", {1e-3, "N"}},
+                                                    {"kN", {1e3, "N"}},
+                                                    {"N m", {1, "N m"}},
+                                                    {"Nm", {1, "N m"}},
+                                                    {"N*m", {1, "N m"}},
+                                                    {"kN m", {1e3, "N m"}},
+                                                    {"kNm", {1e3, "N m"}},
+                                                    {"N mm", {1e-3, "N m"}},
+                                                    {"Nmm", {1e-3, "N m"}},
+                                                    {"Pa", {1, "Pa"}},
+                                                    {"kPa", {1e3, "Pa"}},
+                                                    {"MPa", {1e6, "Pa"}},
+                                                    {"bar", {1e5, "Pa"}},
+                                                    {"mbar", {100, "Pa"}},
+                                                    {"kg", {1, "kg"}},
+                                                    {"g", {1e-3, "kg"}},
+                                                    {"W", {1, "W"}},
+                                                    {"kW", {1e3, "W"}},
+                                                    {"J", {1, "J"}},
+                                                    {"kJ", {1e3, "J"}},
+                                                    {"Hz", {1, "Hz"}},
+                                                    {"N/m", {1, "N/m"}},
+                                                    {"N/mm", {1e3, "N/m"}},
+                                                    {"N s/m", {1, "N s/m"}},
+                                                    {"Ns/m", {1, "N s/m"}},
+                                                    {"m^2", {1, "m^2"}},
+                                                    {"m^3", {1, "m^3"}}};
   return known;
 }
 
@@ -223,7 +230,14 @@ std::string wrong_time(const std::vector<double>& times) {
 std::optional<double> si_factor(const std::string& unit) {
   const auto found = units().find(unit);
   if (found == units().end()) return {};
-  return found->second;
+  return found->second.factor;
+}
+
+std::string wrong_unit(const DataColumn& column, const std::string& wanted) {
+  const auto found = units().find(column.unit);
+  if (found == units().end() || !units_disagree(found->second.unit, wanted)) return {};
+  return fmt::format("Column '{}' is in {} [{}], and what it is used for in {}.", column.name, column.unit,
+                     found->second.unit, wanted);
 }
 
 const DataColumn& DataTable::column(const std::string& wanted) const {

@@ -41,6 +41,10 @@ struct DataFormat {
 /// What one of the unit is in SI units, "deg" 0.01745...; none for a unit that is not known.
 std::optional<double> si_factor(const std::string& unit);
 
+/// Empty, or what is wrong where a column with a unit of its own stands for something in the SI unit `wanted` of
+/// another kind (a mass for an angle).
+std::string wrong_unit(const DataColumn& column, const std::string& wanted);
+
 /// Reads a file. Throws SceneError at file:line:column.
 std::shared_ptr<DataTable> read_data_file(const std::string& name, const std::string& file, const DataFormat& format);
 /// The same of rows of numbers; throws ModelError.

@@ -51,9 +51,14 @@ MakeCostTerm read_samples(SceneTable& table, MechanismBuilder& builder) {
     table.fail("column",
                fmt::format("holds no value{} in {}.",
                            std::isfinite(from) || std::isfinite(to) ? " between from_s and to_s" : "", data->source));
-  return [=, path = table.path("output")](const Mechanism& mechanism) -> std::shared_ptr<const CostTerm> {
+  return [=, path = table.path("output"), column_path = table.path("column"),
+          of = DataColumn{measured->name, measured->unit, {}}](
+             const Mechanism& mechanism) -> std::shared_ptr<const CostTerm> {
     try {
-      return std::make_shared<SampledCost>(make_output(mechanism, output), samples, weight);
+      auto found = make_output(mechanism, output);
+      const std::string wrong = wrong_unit(of, found->unit());
+      if (!wrong.empty()) throw ModelError(column_path, fmt::format("{} '{}' is another quantity.", wrong, output));
+      return std::make_shared<SampledCost>(std::move(found), samples, weight);
     } catch (const ModelError& e) {
       throw ModelError(e.subject().empty() ? path : e.subject(), e.bare_message());
     }

@@ -9,6 +9,7 @@
 #include "costate/kind/law/law_table.h"
 #include "costate/scene/data_table.h"
 #include "costate/scene/key_meaning.h"
+#include "costate/scene/key_reference.h"
 
 namespace costate {
 
@@ -17,6 +18,7 @@ namespace {
 struct Points {
   std::vector<double> x, y;
   std::string source;
+  std::string wrong = {};  // about the unit of y
 };
 
 /// Of a table of data.
@@ -39,6 +41,9 @@ Points table_points(SceneTable& t) {
     std::sort(rows.begin(), rows.end(), [&](std::size_t a, std::size_t b) { return x->values[a] < x->values[b]; });
   Points p;
   p.source = fmt::format("Column '{}' of {}", wanted, table->source);
+  // Where the law stands under a key with a unit, "x_N".
+  const std::string key = t.path().substr(t.path().rfind('.') + 1);
+  p.wrong = wrong_unit(*y, unit_of_key(key));
   for (const std::size_t k : rows) {
     p.x.push_back(x->values[k]);
     p.y.push_back(y->values[k]);
@@ -58,6 +63,8 @@ LawOptions read_data_law(SceneTable& t) {
     points = {t.values("x"), t.values("y"), "The data of this law"};
   } else {
     points = table_points(t);
+    // A scale may be what turns one into the other.
+    if (scale == 1 && !points.wrong.empty()) t.fail("column", points.wrong);
   }
   return {std::make_shared<DataLaw>(std::move(points.x), std::move(points.y), between,
                                     beyond == "hold"      ? DataLaw::Beyond::hold

@@ -237,3 +237,22 @@ TEST_CASE("study: a design of Saltelli's kind has its blocks, and its limits") {
     CHECK_THAT(seeded.err, Contains("s.toml:") && Contains("'seed'") && Contains("leave it out"));
   }
 }
+
+TEST_CASE("study: a point that cannot be run is a failed run, the first one, too") {
+  const WorkingDirectory here;
+  const auto design = [&](const char* range) {
+    write_text(here / "s.toml", std::string("[[design]]\nname = \"d\"\nscene = \"") + COSTATE_MODELS_DIR +
+                                    "/damped_pendulum/damped_pendulum.toml\"\ntask = \"simulate\"\nkind = \"grid\"\n"
+                                    "options = { t_end = 0.1 }\n[design.vary]\n"
+                                    "\"spring.strut.stiffness_N_per_m\" = { " +
+                                    range + ", steps = 2 }\n");
+    return costate_json({"study", "s.toml", "--output", "out"}, here.path(), 1);
+  };
+  const Json j = design("from = -10, to = 20");
+  CHECK(j.at("runs").at(0).at("status") == "failed");
+  CHECK_THAT(j.at("runs").at(0).at("error").get<std::string>(), Contains("must not be negative"));
+  CHECK(j.at("runs").at(1).at("status") == "ok");
+  // Where none can be run the study cannot.
+  CHECK_THAT(design("from = -10, to = -20").at("error").get<std::string>(),
+             Contains("d.1") && Contains("must not be negative"));
+}

@@ -137,7 +137,7 @@ TEST_CASE("pareto: what has no front says so") {
   CHECK_THAT(j.at("notes").at(0).get<std::string>(), Contains("nothing to trade"));
 }
 
-TEST_CASE("pareto: --verbose adds the settings; counters are of single runs") {
+TEST_CASE("pareto: --verbose adds the settings, counters being of single runs") {
   const WorkingDirectory here;
   const Outcome o = run_costate({"pareto", kTwoGoals, "--points", "3", "--verbose", "--no-files"}, here.path());
   INFO(o.err);

@@ -190,6 +190,21 @@ std::vector<std::string> parameters_of(const StudyRun& run, const std::vector<Va
   return names.size() == variations.size() ? names : std::vector<std::string>();
 }
 
+/// What a scene says is the same at all points: of one that cannot be run its own run tells, of all the first one here.
+StudyRun first_that_loads(const std::vector<StudyRun>& runs, const SceneNode& table) {
+  // Some of them: where none can be run the mistake is of all.
+  constexpr std::size_t most = 32;
+  for (std::size_t i = 0; i < runs.size(); i += 1 + runs.size() / most) try {
+      StudyRun run = runs[i];
+      load_scene_of(run, table);
+      return run;
+    } catch (const Error&) {
+    }
+  StudyRun run = runs.front();
+  load_scene_of(run, table);
+  return run;
+}
+
 /// [[design]]: a run for each of its points.
 std::vector<StudyRun> read_design(const SceneNode& table, const Common& common,
                                   const std::filesystem::path& directory) {
@@ -255,19 +270,19 @@ std::vector<StudyRun> read_design(const SceneNode& table, const Common& common,
       for (const auto& [path, factor] : numbers[k])
         run.overrides.push_back(fmt::format("{}={}", path, factor * point[k]));
     }
-    // The first one for all: of a point that cannot be run its own run tells.
-    if (runs.empty()) {
-      load_scene_of(run, table);
-      if (run.task == "gradient" || (run.task == "cycle" && run.costs))
-        base.slope_parameters = parameters_of(run, variations);
-    }
+    runs.push_back(std::move(run));
+  }
+  const StudyRun of_all = first_that_loads(runs, table);
+  if (of_all.task == "gradient" || (of_all.task == "cycle" && of_all.costs))
+    base.slope_parameters = parameters_of(of_all, variations);
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    StudyRun& run = runs[i];
     run.slope_parameters = base.slope_parameters;
     for (std::size_t k = 0; k < run.slope_parameters.size(); ++k)
-      run.slope_factors.push_back(variations[k].slope_factor(point[k]));
-    run.scene_text = runs.empty() ? run.scene_text : runs.front().scene_text;
-    run.files = runs.empty() ? run.files : runs.front().files;
-    run.costs = runs.empty() ? run.costs : runs.front().costs;
-    runs.push_back(std::move(run));
+      run.slope_factors.push_back(variations[k].slope_factor(points[i][k]));
+    run.scene_text = of_all.scene_text;
+    run.files = of_all.files;
+    run.costs = of_all.costs;
   }
   return runs;
 }

@@ -77,7 +77,7 @@ TEST_CASE("study: gaits of the walker over its slope, one of which there is none
   }
 }
 
-TEST_CASE("study: cycles with their derivatives; without a cost there is no psi") {
+TEST_CASE("study: cycles with their derivatives, and without a cost there is no psi") {
   const WorkingDirectory here;
   const std::string rest =
       "task = \"cycle\"\nkind = \"grid\"\noptions = { rtol = 1e-7 }\n"

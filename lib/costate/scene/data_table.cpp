@@ -9,10 +9,10 @@
 #include <filesystem>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <sstream>
 
 #include "costate/base/error.h"
+#include "costate/base/letters.h"
 #include "costate/base/text_file.h"
 #include "costate/scene/unit.h"
 
@@ -22,84 +22,11 @@ namespace {
 
 constexpr std::size_t kLongestData = 256 << 20;  // bytes
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
-constexpr double kTurn = 2 * std::numbers::pi;
 
-/// What one of a unit is, in which unit of SI.
-struct InSi {
-  double factor;
-  const char* unit;
-};
-
-const std::map<std::string, InSi>& units() {
-  static const std::map<std::string, InSi> known = {{"", {1, ""}},
-                                                    {"1", {1, "1"}},
-                                                    {"-", {1, "1"}},
-                                                    {"%", {0.01, "1"}},
-                                                    {"s", {1, "s"}},
-                                                    {"ms", {1e-3, "s"}},
-                                                    {"us", {1e-6, "s"}},
-                                                    {"min", {60, "s"}},
-                                                    {"h", {3600, "s"}},
-                                                    {"m", {1, "m"}},
-                                                    {"mm", {1e-3, "m"}},
-                                                    {"cm", {1e-2, "m"}},
-                                                    {"um", {1e-6, "m"}},
-                                                    {"km", {1e3, "m"}},
-                                                    {"m/s", {1, "m/s"}},
-                                                    {"mm/s", {1e-3, "m/s"}},
-                                                    {"km/h", {1 / 3.6, "m/s"}},
-                                                    {"m/s^2", {1, "m/s^2"}},
-                                                    {"m/s2", {1, "m/s^2"}},
-                                                    {"mm/s^2", {1e-3, "m/s^2"}},
-                                                    {"rad", {1, "rad"}},
-                                                    {"mrad", {1e-3, "rad"}},
-                                                    {"deg", {kTurn / 360, "rad"}},
-                                                    {"°", {kTurn / 360, "rad"}},
-                                                    {"turn", {kTurn, "rad"}},
-                                                    {"rad/s", {1, "rad/s"}},
-                                                    {"deg/s", {kTurn / 360, "rad/s"}},
-                                                    {"rpm", {kTurn / 60, "rad/s"}},
-                                                    {"1/min", {kTurn / 60, "rad/s"}},
-                                                    {"rad/s^2", {1, "rad/s^2"}},
-                                                    {"rad/s2", {1, "rad/s^2"}},
-                                                    {"deg/s^2", {kTurn / 360, "rad/s^2"}},
-                                                    {"N", {1, "N"}},
-                                                    {"mN", {1e-3, "N"}},
-                                                    {"kN", {1e3, "N"}},
-                                                    {"N m", {1, "N m"}},
-                                                    {"Nm", {1, "N m"}},
-                                                    {"N*m", {1, "N m"}},
-                                                    {"kN m", {1e3, "N m"}},
-                                                    {"kNm", {1e3, "N m"}},
-                                                    {"N mm", {1e-3, "N m"}},
-                                                    {"Nmm", {1e-3, "N m"}},
-                                                    {"Pa", {1, "Pa"}},
-                                                    {"kPa", {1e3, "Pa"}},
-                                                    {"MPa", {1e6, "Pa"}},
-                                                    {"bar", {1e5, "Pa"}},
-                                                    {"mbar", {100, "Pa"}},
-                                                    {"kg", {1, "kg"}},
-                                                    {"g", {1e-3, "kg"}},
-                                                    {"W", {1, "W"}},
-                                                    {"kW", {1e3, "W"}},
-                                                    {"J", {1, "J"}},
-                                                    {"kJ", {1e3, "J"}},
-                                                    {"Hz", {1, "Hz"}},
-                                                    {"N/m", {1, "N/m"}},
-                                                    {"N/mm", {1e3, "N/m"}},
-                                                    {"N s/m", {1, "N s/m"}},
-                                                    {"Ns/m", {1, "N s/m"}},
-                                                    {"m^2", {1, "m^2"}},
-                                                    {"m^3", {1, "m^3"}}};
-  return known;
-}
-
-std::string trimmed(std::string text) {
-  const auto blank = [](char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; };
-  while (!text.empty() && blank(text.back())) text.pop_back();
-  while (!text.empty() && blank(text.front())) text.erase(0, 1);
-  if (text.size() >= 2 && text.front() == '"' && text.back() == '"') return trimmed(text.substr(1, text.size() - 2));
-  return text;
+std::string unquoted(const std::string& text) {
+  const std::string bare = trimmed(text);
+  return bare.size() >= 2 && bare.front() == '"' && bare.back() == '"' ? unquoted(bare.substr(1, bare.size() - 2))
+                                                                       : bare;
 }
 
 struct Field {
@@ -125,7 +52,7 @@ std::vector<Field> fields_of(const std::string& line, char separator) {
           open = '"';
         ++end;
       }
-      if (end > at) fields.push_back({trimmed(line.substr(at, end - at)), static_cast<int>(at) + 1});
+      if (end > at) fields.push_back({unquoted(line.substr(at, end - at)), static_cast<int>(at) + 1});
       at = end;
     }
     // "angle [deg]" is one name.
@@ -142,7 +69,7 @@ std::vector<Field> fields_of(const std::string& line, char separator) {
     std::size_t end = at;
     for (bool quoted = false; end < line.size() && (quoted || line[end] != separator); ++end)
       if (line[end] == '"') quoted = !quoted;
-    fields.push_back({trimmed(line.substr(at, end - at)), static_cast<int>(at) + 1});
+    fields.push_back({unquoted(line.substr(at, end - at)), static_cast<int>(at) + 1});
     more = end < line.size();
     at = end + 1;
   }
@@ -159,9 +86,8 @@ char separator_of(const std::string& line, const DataFormat& format) {
 /// A number, or nothing where a value is missing.
 bool read_value(std::string text, bool decimal_comma, double& x) {
   if (decimal_comma) std::replace(text.begin(), text.end(), ',', '.');
-  std::string lower = text;
-  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  if (lower.empty() || lower == "nan" || lower == "na") {
+  const std::string word = in_capitals(text);
+  if (word.empty() || word == "NAN" || word == "NA") {
     x = kNothing;
     return true;
   }
@@ -173,10 +99,10 @@ bool read_value(std::string text, bool decimal_comma, double& x) {
 DataColumn column_of(const std::string& header) {
   DataColumn c;
   const std::size_t open = header.find_first_of("[(");
-  c.name = trimmed(header.substr(0, open));
+  c.name = unquoted(header.substr(0, open));
   if (open != std::string::npos) {
     const std::size_t close = header.find_last_of("])");
-    c.unit = trimmed(header.substr(open + 1, close == std::string::npos ? close : close - open - 1));
+    c.unit = unquoted(header.substr(open + 1, close == std::string::npos ? close : close - open - 1));
   }
   return c;
 }
@@ -189,17 +115,15 @@ void finish(DataTable& table, const DataFormat& format, const Fail& fail) {
     if (c.name.empty()) fail(i, "A column has no name; name all of them: columns = [\"t [s]\", \"angle [deg]\"].");
     for (std::size_t k = 0; k < i; ++k)
       if (table.columns[k].name == c.name) fail(i, fmt::format("There are two columns '{}'.", c.name));
-    const auto factor = si_factor(c.unit);
-    if (!factor) {
-      std::vector<std::string> known;
-      for (const auto& [unit, size] : units())
-        if (!unit.empty()) known.push_back(unit);
+    const InSi* si = in_si(c.unit);
+    if (!si) {
+      const std::vector<std::string> known = known_units();
       fail(i,
            fmt::format("The unit '{}' of column '{}' is unknown.{} Known here: {}. Columns can be named in the scene, "
                        "too: columns = [\"t [s]\", ...]; without a unit values are taken to be in SI units.",
                        c.unit, c.name, suggestion(c.unit, known), fmt::join(known, ", ")));
     }
-    for (double& x : c.values) x *= *factor;
+    for (double& x : c.values) x *= si->factor;
   }
   std::vector<std::string> names;
   for (const auto& c : table.columns) names.push_back(c.name);
@@ -227,17 +151,11 @@ std::string wrong_time(const std::vector<double>& times) {
 
 }  // namespace
 
-std::optional<double> si_factor(const std::string& unit) {
-  const auto found = units().find(unit);
-  if (found == units().end()) return {};
-  return found->second.factor;
-}
-
 std::string wrong_unit(const DataColumn& column, const std::string& wanted) {
-  const auto found = units().find(column.unit);
-  if (found == units().end() || !units_disagree(found->second.unit, wanted)) return {};
-  return fmt::format("Column '{}' is in {} [{}], and what it is used for in {}.", column.name, column.unit,
-                     found->second.unit, wanted);
+  const InSi* si = in_si(column.unit);
+  if (!si || !units_disagree(si->unit, wanted)) return {};
+  return fmt::format("Column '{}' is in {} [{}], and what it is used for in {}.", column.name, column.unit, si->unit,
+                     wanted);
 }
 
 const DataColumn& DataTable::column(const std::string& wanted) const {
@@ -268,7 +186,7 @@ std::shared_ptr<DataTable> read_data_file(const std::string& name, const std::st
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
     if (!format.comment.empty()) line.resize(std::min(line.size(), line.find(format.comment)));
-    if (trimmed(line).empty()) continue;
+    if (unquoted(line).empty()) continue;
     if (separator == 0) separator = separator_of(line, format);
     const std::vector<Field> fields = fields_of(line, separator);
     std::vector<double> row(fields.size());
@@ -298,7 +216,7 @@ std::shared_ptr<DataTable> read_data_file(const std::string& name, const std::st
           table->columns[i].unit = column_of("[" + fields[i].text + "]").unit;
       for (std::size_t i = 0; i < fields.size() && format.columns.empty(); ++i)
         if (const std::string& u = table->columns[i].unit; !u.empty() && (u.front() == '[' || u.front() == '('))
-          table->columns[i].unit = trimmed(u.substr(1, u.find_last_of("])") - 1));
+          table->columns[i].unit = unquoted(u.substr(1, u.find_last_of("])") - 1));
       continue;
     }
     if (wrong)

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,9 +36,6 @@ struct DataFormat {
   std::string time = {};    // name of the time's column; empty: t or time
   double time_shift_s = 0;  // is added to the times
 };
-
-/// What one of the unit is in SI units, "deg" 0.01745...; none for a unit that is not known.
-std::optional<double> si_factor(const std::string& unit);
 
 /// Empty, or what is wrong where a column with a unit of its own stands for something in the SI unit `wanted` of
 /// another kind (a mass for an angle).

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -12,6 +11,7 @@
 #include <utility>
 
 #include "costate/base/error.h"
+#include "costate/base/letters.h"
 #include "costate/base/text_file.h"
 
 namespace costate {
@@ -21,18 +21,6 @@ namespace {
 constexpr std::size_t kLongestCrg = 256 << 20;  // bytes
 /// Headings that differ by less are one [rad].
 constexpr double kStraight = 1e-6;
-
-std::string bare(std::string text) {
-  const auto blank = [](char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; };
-  while (!text.empty() && blank(text.back())) text.pop_back();
-  while (!text.empty() && blank(text.front())) text.erase(0, 1);
-  return text;
-}
-
-std::string in_capitals(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  return text;
-}
 
 class CrgReader {
  public:
@@ -76,9 +64,9 @@ class CrgReader {
     std::string block;
     while (next()) {
       if (line_.rfind("$$", 0) == 0) return;
-      std::string text = bare(line_.substr(0, line_.find('!')));
+      std::string text = trimmed(line_.substr(0, line_.find('!')));
       if (!text.empty() && text[0] == '$') {
-        block = in_capitals(bare(text.substr(1)));
+        block = in_capitals(trimmed(text.substr(1)));
         if (block == "ROAD_CRG_FILE")
           fail(number_, "Roads that refer to other files are not read; name that file in the scene.");
         continue;
@@ -95,20 +83,20 @@ class CrgReader {
   void read_entry(const std::string& text) {
     const std::size_t equals = text.find('=');
     double value = 0;
-    if (equals == std::string::npos || !read_number(bare(text.substr(equals + 1)), value))
+    if (equals == std::string::npos || !read_number(trimmed(text.substr(equals + 1)), value))
       fail(number_, fmt::format("Expected 'NAME = number', found '{}'.", text));
-    head_[in_capitals(bare(text.substr(0, equals)))] = value;
+    head_[in_capitals(trimmed(text.substr(0, equals)))] = value;
   }
 
   void read_definition(const std::string& text) {
     if (text.rfind("#:", 0) == 0) {
-      format_ = in_capitals(bare(text.substr(2)));
+      format_ = in_capitals(trimmed(text.substr(2)));
       format_line_ = number_;
       return;
     }
     const std::size_t comma = std::min(text.find(','), text.size());
-    const std::string what = bare(text.substr(std::min<std::size_t>(2, text.size()), comma < 2 ? 0 : comma - 2)),
-                      rest = bare(text.substr(std::min(comma + 1, text.size())));
+    const std::string what = trimmed(text.substr(std::min<std::size_t>(2, text.size()), comma < 2 ? 0 : comma - 2)),
+                      rest = trimmed(text.substr(std::min(comma + 1, text.size())));
     if (text.rfind("U:", 0) == 0) {
       if (what != "reference line u") return;
       std::istringstream parts(rest);
@@ -117,8 +105,8 @@ class CrgReader {
       std::getline(parts, start, ',');
       std::getline(parts, step, ',');
       double x = 0;
-      if (read_number(bare(start), x)) head_["REFERENCE_LINE_START_U"] = x;
-      if (read_number(bare(step), x)) head_["REFERENCE_LINE_INCREMENT"] = x;
+      if (read_number(trimmed(start), x)) head_["REFERENCE_LINE_START_U"] = x;
+      if (read_number(trimmed(step), x)) head_["REFERENCE_LINE_INCREMENT"] = x;
       return;
     }
     if (text.rfind("D:", 0) != 0) return;
@@ -141,7 +129,7 @@ class CrgReader {
     if (c.kind == Kind::section) {
       std::string place = what.substr(section.size());
       const bool by_place = place.rfind(at, 0) == 0;
-      if (by_place) place = bare(place.substr(at.size()));
+      if (by_place) place = trimmed(place.substr(at.size()));
       if (!read_number(place, c.v))
         fail(number_, fmt::format("Expected 'long section at v = number' or its number, found '{}'.", what));
       if (sections_ > 0 && by_place != placed_)
@@ -184,7 +172,7 @@ class CrgReader {
     for (std::size_t k = 0; k < row.size(); ++k) {
       if (k % a_line == 0 && !next_data(k > 0)) return false;
       const std::size_t at = k % a_line * width;
-      const std::string field = at < line_.size() ? bare(line_.substr(at, width)) : "";
+      const std::string field = at < line_.size() ? trimmed(line_.substr(at, width)) : "";
       row[k] = std::numeric_limits<double>::quiet_NaN();
       if (!field.empty() && field[0] == '*') continue;  // missing, or not used
       if (!read_number(field, row[k]))
@@ -199,7 +187,7 @@ class CrgReader {
         if (needed) fail(number_, fmt::format("The last row ends here; each has {} values.", channels_.size()));
         return false;
       }
-    } while (bare(line_).empty());
+    } while (trimmed(line_).empty());
     return true;
   }
 

@@ -1,11 +1,21 @@
-// Units of SI as texts, "N m/rad", and what they are made of.
+// Units as texts: those that measurements come in, by SI; and what units of SI, "N m/rad", are made of.
 #pragma once
 
 #include <array>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace costate {
+
+/// What one of a unit is, in which unit of SI: "deg" is 0.01745... of "rad".
+struct InSi {
+  double factor;
+  const char* unit;
+};
+/// Null for a unit that is not known.
+const InSi* in_si(const std::string& unit);
+std::vector<std::string> known_units();
 
 /// Of kg, m, s, rad, K.
 using UnitExponents = std::array<int, 5>;

@@ -6,20 +6,10 @@
 #include <cctype>
 #include <sstream>
 
+#include "costate/base/letters.h"
 #include "costate/base/text_file.h"
 
 namespace costate {
-
-namespace {
-std::string trimmed(const std::string& s) {
-  const auto first = s.find_first_not_of(" \t\r\n"), last = s.find_last_not_of(" \t\r\n");
-  return first == std::string::npos ? "" : s.substr(first, last - first + 1);
-}
-std::string upper(std::string s) {
-  std::transform(s.begin(), s.end(), s.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  return s;
-}
-}  // namespace
 
 TirFile TirFile::read(const std::string& path) {
   std::istringstream in(
@@ -33,7 +23,7 @@ TirFile TirFile::read(const std::string& path) {
     if (line[0] == '[') {
       if (line.back() != ']')
         throw SceneError({path, number, 1}, fmt::format("Expected ']' at the end of '{}'.", line));
-      section = upper(line.substr(1, line.size() - 2));
+      section = in_capitals(line.substr(1, line.size() - 2));
       continue;
     }
     const auto equals = line.find('=');
@@ -41,7 +31,7 @@ TirFile TirFile::read(const std::string& path) {
       if (section == "SHAPE" || section == "MDI_HEADER") continue;  // tables and free text
       throw SceneError({path, number, 1}, fmt::format("Expected NAME = value, found '{}'.", line));
     }
-    const std::string name = upper(trimmed(line.substr(0, equals)));
+    const std::string name = in_capitals(trimmed(line.substr(0, equals)));
     std::string value = trimmed(line.substr(equals + 1));
     if (value.size() >= 2 && (value[0] == '\'' || value[0] == '"')) value = trimmed(value.substr(1, value.size() - 2));
     if (name.empty() || value.empty())
@@ -51,7 +41,7 @@ TirFile TirFile::read(const std::string& path) {
   constexpr const char* units[][2] = {
       {"LENGTH", "METER"}, {"FORCE", "NEWTON"}, {"ANGLE", "RADIAN"}, {"MASS", "KG"}, {"TIME", "SECOND"}};
   for (const auto& [name, unit] : units) {
-    std::string found = upper(file.text(name, unit));
+    std::string found = in_capitals(file.text(name, unit));
     if (found.size() > 3 && found.back() == 'S') found.pop_back();
     if (found == "METRE") found = "METER";
     if (found != unit && !(found == "KILOGRAM" && std::string(unit) == "KG"))

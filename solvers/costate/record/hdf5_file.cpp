@@ -14,6 +14,7 @@
 #include "costate/record/atomic_file.h"
 #include "costate/record/hdf5_handle.h"
 #include "costate/record/hdf5_memory_file.h"
+#include "costate/record/hdf5_write.h"
 #include "costate/record/json_number.h"
 
 namespace costate {
@@ -24,109 +25,27 @@ using record_detail::check_hdf5;
 using record_detail::Hdf5Handle;
 using record_detail::Hdf5MemoryFile;
 using record_detail::Hdf5Session;
+using record_detail::make_group;
+using record_detail::write_integer_attribute;
+using record_detail::write_numbers;
+using record_detail::write_text;
+using record_detail::write_text_attribute;
+using record_detail::write_texts;
 
 constexpr const char* kFormat = "costate-trajectory";
 constexpr int kFormatVersion = 1;
-constexpr std::size_t kCompressAbove = 4096;  // rows
-constexpr hsize_t kChunkRows = 16384;
 
 // ---------------------------------------------------------------------------------------------- writing
 
-Hdf5Handle scalar_space() { return {H5Screate(H5S_SCALAR), H5Sclose, "creating a dataspace"}; }
-
-Hdf5Handle text_type() {
-  Hdf5Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "creating the text type");
-  check_hdf5(H5Tset_size(type.get(), H5T_VARIABLE), "creating the text type");
-  check_hdf5(H5Tset_cset(type.get(), H5T_CSET_UTF8), "creating the text type");
-  return type;
-}
-
-void write_text_attribute(hid_t object, const char* name, const std::string& text) {
-  const Hdf5Handle type = text_type();
-  const Hdf5Handle space = scalar_space();
-  const Hdf5Handle attribute(H5Acreate2(object, name, type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
-                             "creating an attribute");
-  const char* pointer = text.c_str();
-  check_hdf5(H5Awrite(attribute.get(), type.get(), &pointer), "writing an attribute");
-}
-
-void write_integer_attribute(hid_t object, const char* name, long long value) {
-  const Hdf5Handle space = scalar_space();
-  const Hdf5Handle attribute(H5Acreate2(object, name, H5T_STD_I64LE, space.get(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
-                             "creating an attribute");
-  check_hdf5(H5Awrite(attribute.get(), H5T_NATIVE_LLONG, &value), "writing an attribute");
-}
-
-// Creation properties of a group or dataset: no time stamps, so that the same table gives the same bytes.
-Hdf5Handle creation_properties(hid_t kind) {
-  Hdf5Handle properties(H5Pcreate(kind), H5Pclose, "creating object properties");
-  check_hdf5(H5Pset_obj_track_times(properties.get(), false), "creating object properties");
-  return properties;
-}
-
-Hdf5Handle link_names() {
-  Hdf5Handle properties(H5Pcreate(H5P_LINK_CREATE), H5Pclose, "creating link properties");
-  check_hdf5(H5Pset_char_encoding(properties.get(), H5T_CSET_UTF8), "creating link properties");
-  return properties;
-}
-
-void write_text_dataset(hid_t file, const char* name, const std::string& text) {
-  if (text.find('\0') != std::string::npos) {
-    throw Error(fmt::format("the text for /{} contains a zero byte, which HDF5 text cannot hold", name));
-  }
-  const Hdf5Handle type = text_type();
-  const Hdf5Handle space = scalar_space();
-  const Hdf5Handle properties = creation_properties(H5P_DATASET_CREATE);
-  const Hdf5Handle dataset(H5Dcreate2(file, name, type.get(), space.get(), H5P_DEFAULT, properties.get(), H5P_DEFAULT),
-                           H5Dclose, "creating a text dataset");
-  const char* pointer = text.c_str();
-  check_hdf5(H5Dwrite(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, &pointer), "writing text");
-}
-
-Hdf5Handle write_numbers(hid_t parent, const std::string& name, const std::vector<double>& values) {
-  const hsize_t rows = values.size();
-  const Hdf5Handle space(H5Screate_simple(1, &rows, nullptr), H5Sclose, "creating a dataspace");
-  const Hdf5Handle properties = creation_properties(H5P_DATASET_CREATE);
-  if (values.size() > kCompressAbove) {
-    const hsize_t chunk = std::min(rows, kChunkRows);
-    check_hdf5(H5Pset_chunk(properties.get(), 1, &chunk), "setting the chunk size");
-    if (H5Zfilter_avail(H5Z_FILTER_DEFLATE) > 0) {
-      check_hdf5(H5Pset_shuffle(properties.get()), "setting compression");
-      check_hdf5(H5Pset_deflate(properties.get(), 4), "setting compression");
-    }
-  }
-  const Hdf5Handle links = link_names();
-  Hdf5Handle dataset(
-      H5Dcreate2(parent, name.c_str(), H5T_IEEE_F64LE, space.get(), links.get(), properties.get(), H5P_DEFAULT),
-      H5Dclose, "creating a dataset");
-  check_hdf5(H5Dwrite(dataset.get(), H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
-             "writing a dataset");
-  return dataset;
-}
-
-void write_texts(hid_t parent, const char* name, const std::vector<const char*>& values) {
-  const hsize_t rows = values.size();
-  const Hdf5Handle type = text_type();
-  const Hdf5Handle space(H5Screate_simple(1, &rows, nullptr), H5Sclose, "creating a dataspace");
-  const Hdf5Handle properties = creation_properties(H5P_DATASET_CREATE);
-  const Hdf5Handle dataset(
-      H5Dcreate2(parent, name, type.get(), space.get(), H5P_DEFAULT, properties.get(), H5P_DEFAULT), H5Dclose,
-      "creating a text dataset");
-  check_hdf5(H5Dwrite(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), "writing text");
-}
-
 void write_events(hid_t file, const std::vector<TableEvent>& events) {
-  const Hdf5Handle links = link_names();
-  const Hdf5Handle properties = creation_properties(H5P_GROUP_CREATE);
-  const Hdf5Handle group(H5Gcreate2(file, "events", links.get(), properties.get(), H5P_DEFAULT), H5Gclose,
-                         "creating a group");
+  const Hdf5Handle group = make_group(file, "events");
   std::vector<double> times, jumps;
-  std::vector<const char*> names, modes;
+  std::vector<std::string> names, modes;
   for (const TableEvent& e : events) {
     times.push_back(e.t);
     jumps.push_back(e.jump);
-    names.push_back(e.name.c_str());
-    modes.push_back(e.mode.c_str());
+    names.push_back(e.name);
+    modes.push_back(e.mode);
   }
   write_text_attribute(write_numbers(group.get(), "time", times).get(), "unit", "s");
   write_numbers(group.get(), "jump", jumps);
@@ -137,22 +56,16 @@ void write_events(hid_t file, const std::vector<TableEvent>& events) {
 void write_content(const Hdf5MemoryFile& file, const TrajectoryTable& table) {
   write_text_attribute(file.get(), "format", kFormat);
   write_integer_attribute(file.get(), "format_version", kFormatVersion);
-  write_text_dataset(file.get(), "scene", table.scene_text);
-  write_text_dataset(file.get(), "settings", json_to_line(table.settings, "the settings"));
+  write_text(file.get(), "scene", table.scene_text);
+  write_text(file.get(), "settings", json_to_line(table.settings, "the settings"));
   write_text_attribute(write_numbers(file.get(), "time", table.time_s).get(), "unit", "s");
   if (!table.events.empty()) write_events(file.get(), table.events);
 
   std::map<std::string, Hdf5Handle> groups;
-  const Hdf5Handle links = link_names();
-  const Hdf5Handle properties = creation_properties(H5P_GROUP_CREATE);
   for (std::size_t i = 0; i < table.columns.size(); ++i) {
     const Column& column = table.columns[i];
     auto group = groups.find(column.group);
-    if (group == groups.end()) {
-      Hdf5Handle created(H5Gcreate2(file.get(), column.group.c_str(), links.get(), properties.get(), H5P_DEFAULT),
-                         H5Gclose, "creating a group");
-      group = groups.emplace(column.group, std::move(created)).first;
-    }
+    if (group == groups.end()) group = groups.emplace(column.group, make_group(file.get(), column.group)).first;
     const Hdf5Handle dataset = write_numbers(group->second.get(), column.name, column.values);
     write_text_attribute(dataset.get(), "unit", column.unit);
     write_integer_attribute(dataset.get(), "column", static_cast<long long>(i));
@@ -231,7 +144,7 @@ std::vector<std::string> link_list(hid_t group) {
 
 std::vector<std::string> read_texts(hid_t parent, const char* name, std::size_t rows) {
   const Hdf5Handle dataset(H5Dopen2(parent, name, H5P_DEFAULT), H5Dclose, "opening a text dataset");
-  const Hdf5Handle type = text_type(), space(H5Dget_space(dataset.get()), H5Sclose, "reading text");
+  const Hdf5Handle type = record_detail::hdf5_text_type(), space(H5Dget_space(dataset.get()), H5Sclose, "reading text");
   if (H5Sget_simple_extent_npoints(space.get()) != static_cast<hssize_t>(rows))
     throw Error("the lists of events differ in length");
   std::vector<char*> pointers(rows, nullptr);

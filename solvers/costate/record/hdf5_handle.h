@@ -1,5 +1,5 @@
-// Owning handles and error translation for the HDF5 C library. Internal to record/: only the .cpp files of
-// record/ include it, so that the public headers do not need HDF5.
+// Owning handles and error translation for the HDF5 C library. Internal: only .cpp files include it, so that the
+// public headers do not need HDF5.
 #pragma once
 
 #include <hdf5.h>

@@ -1,6 +1,6 @@
 // An HDF5 file that is put together in memory and handed out as bytes. HDF5 1.10 can crash, or hang at exit,
 // when a disk is full in the middle of a write; so HDF5 never writes to disk in record/: the finished bytes
-// go out through write_file_atomically. Internal to record/.
+// go out through write_file_atomically. Internal: only .cpp files include it.
 #pragma once
 
 #include <cstddef>

@@ -3,11 +3,15 @@
 
 #include <sys/types.h>
 
+#include <chrono>
 #include <cstddef>
 #include <string>
 #include <vector>
 
 namespace costate::app {
+
+/// How often ends of processes, and messages of other ranks, are looked for.
+inline constexpr auto kLook = std::chrono::milliseconds(2);
 
 class ProcessPool {
  public:

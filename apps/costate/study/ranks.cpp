@@ -20,8 +20,6 @@ namespace costate::app {
 
 namespace {
 
-/// How often a rank looks for messages and for processes that have ended.
-constexpr auto kLook = std::chrono::milliseconds(2);
 /// For how long a rank that was told to end waits for the others to do so.
 constexpr auto kPatience = std::chrono::seconds(3);
 

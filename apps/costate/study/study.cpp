@@ -16,27 +16,24 @@
 #include <thread>
 
 #include "costate/command.h"
-#include "costate/design/study_hdf5.h"
-#include "costate/design/study_page.h"
-#include "costate/design/study_row.h"
-#include "costate/design/study_table.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/interrupt.h"
 #include "costate/record/jobs.h"
 #include "costate/record/journal.h"
 #include "costate/record/print.h"
+#include "costate/study/study_hdf5.h"
+#include "costate/study/study_page.h"
+#include "costate/study/study_row.h"
+#include "costate/study/study_table.h"
 #include "ranks.h"
 #include "study_job.h"
-#include "study_options.h"
+#include "task_options.h"
 
 namespace costate::app {
 
 namespace {
 
 namespace fs = std::filesystem;
-
-/// How often ends of runs are looked for.
-constexpr auto kPoll = std::chrono::milliseconds(5);
 
 struct StudyOptions {
   std::string file;
@@ -247,7 +244,7 @@ class StudyCommand {
         }
         if (places.running() == 0) return;
         show_progress();
-        std::this_thread::sleep_for(kPoll);
+        std::this_thread::sleep_for(kLook);
       }
     } catch (...) {
       places.stop_all();

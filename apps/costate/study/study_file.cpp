@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
@@ -19,7 +20,7 @@
 #include "costate/scene/toml_reader.h"
 #include "costate/scene/toml_writer.h"
 #include "study_keys.h"
-#include "study_options.h"
+#include "task_options.h"
 
 namespace costate::app {
 
@@ -194,15 +195,15 @@ std::vector<std::string> parameters_of(const StudyRun& run, const std::vector<Va
 StudyRun first_that_loads(const std::vector<StudyRun>& runs, const SceneNode& table) {
   // Some of them: where none can be run the mistake is of all.
   constexpr std::size_t most = 32;
+  std::exception_ptr of_first;
   for (std::size_t i = 0; i < runs.size(); i += 1 + runs.size() / most) try {
       StudyRun run = runs[i];
       load_scene_of(run, table);
       return run;
     } catch (const Error&) {
+      if (!of_first) of_first = std::current_exception();
     }
-  StudyRun run = runs.front();
-  load_scene_of(run, table);
-  return run;
+  std::rethrow_exception(of_first);
 }
 
 /// [[design]]: a run for each of its points.

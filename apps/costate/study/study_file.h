@@ -18,7 +18,7 @@ struct StudyRun {
   std::vector<std::string> options;                    // of the task's command: "--method", "idas-adjoint", ...
   std::string scene_text;                              // the scene as it is understood with the overrides
   std::vector<SceneFile> files;                        // that it names, with fingerprints
-  std::string task = "optimize";                       // the command, of study_options.h
+  std::string task = "optimize";                       // the command, of task_options.h
   bool costs = true;                                   // the scene has some: psi means something
   std::string design;                                  // that it is a point of, or empty
   std::vector<std::pair<std::string, double>> varied;  // there: what was varied; it is among the overrides, too

@@ -9,7 +9,7 @@
 #include "costate/base/text_file.h"
 #include "costate/record/atomic_file.h"
 #include "costate/scene/scene_files.h"
-#include "study_options.h"
+#include "task_options.h"
 
 namespace costate::app {
 

@@ -1,4 +1,4 @@
-#include "study_options.h"
+#include "task_options.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -7,9 +7,9 @@
 #include <limits>
 #include <sstream>
 
+#include "costate/design/parallel_plot.h"
 #include "costate/html_page.h"
 #include "costate/page_parts.h"
-#include "parallel_plot.h"
 #include "study_row.h"
 #include "study_table.h"
 

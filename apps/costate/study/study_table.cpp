@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "indices.h"
+#include "costate/design/indices.h"
 #include "study_row.h"
 
 namespace costate::app {

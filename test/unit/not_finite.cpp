@@ -149,3 +149,44 @@ law = { kind = "formula", formula = "log(0 - 1)" }
   CHECK_THAT(said, Contains("s.toml:37:7: tyre.T: Its force is not a finite number at t = 0 s.") &&
                        Contains("Its law is 'law' of [road.post]."));
 }
+
+TEST_CASE("not finite: a cost outside its domain is named with its time, whatever method runs into it") {
+  // P falls from the height of O along the circle: its x is 0.4 m once, in the middle of the run.
+  const std::string text = R"scene([gravity]
+y_m_per_s2 = -9.81
+[point.O]
+ground = true
+x_m = 0
+y_m = 0
+[point.P]
+x_m = 0.6
+y_m = -0.8
+[bar.rod]
+from = "O"
+to = "P"
+mass_kg = 2
+[start]
+given = ["P.x"]
+[output.f]
+formula = "sqrt(P.x - 0.4)"
+unit = "m"
+[[cost.running]]
+kind = "value"
+output = "f"
+[parameter.m]
+number = "bar.rod.mass_kg"
+)scene";
+  const Scene scene = Scene::parse(text, "s.toml");
+  const auto names_it = Contains("the running cost of 'f' is nan at t = 0.236 s first");
+  CHECK_THAT(ends_with(scene, problem_of(scene, "baumgarte", "idas")), names_it);
+  for (const SensitivityMethod& method : sensitivity_methods()) {
+    INFO(method.name);
+    const Problem p = problem_of(scene, "baumgarte", "");
+    CHECK_THROWS_WITH(gradient(p, method.name, p.parameters.values()), names_it);
+  }
+  // The same motion with the cost in its domain, which fails for its own reason, is told as before.
+  Problem short_of_steps = problem_of(Scene::parse(text, "s.toml"), "baumgarte", "cvodes");
+  short_of_steps.solver.t_end = 0.2;
+  short_of_steps.solver.max_steps = 5;
+  CHECK_THAT(ends_with(scene, short_of_steps), Contains("5 steps") && !Contains("cost"));
+}

@@ -9,6 +9,7 @@
 #include "costate/base/error.h"
 #include "costate/discrete/step_interpolant.h"
 #include "costate/formulation/solved_state.h"
+#include "costate/integrator/cost_domain.h"
 #include "costate/integrator/fixed_run.h"
 #include "costate/integrator/run_end.h"
 #include "costate/integrator/run_watch.h"
@@ -99,12 +100,8 @@ Simulation run(SystemType& system, const Problem& problem, const std::vector<dou
   return r;
 }
 
-}  // namespace
-
-Simulation simulate(const Problem& problem, const std::vector<double>& rho, const std::vector<double>& times,
-                    const SampleSink& sink) {
-  const std::string integrator = integrator_of(problem);
-  problem.check_values(rho);
+Simulation simulate_by(const std::string& integrator, const Problem& problem, const std::vector<double>& rho,
+                       const std::vector<double>& times, const SampleSink& sink) {
   Simulation r;
   if (integrator == "idas") {
     const Problem separate = with_separate_samples(problem);
@@ -134,6 +131,15 @@ Simulation simulate(const Problem& problem, const std::vector<double>& rho, cons
   }
   r.integrator = integrator;
   return r;
+}
+
+}  // namespace
+
+Simulation simulate(const Problem& problem, const std::vector<double>& rho, const std::vector<double>& times,
+                    const SampleSink& sink) {
+  const std::string integrator = integrator_of(problem);
+  problem.check_values(rho);
+  return with_cost_told(problem, rho, [&] { return simulate_by(integrator, problem, rho, times, sink); });
 }
 
 }  // namespace costate

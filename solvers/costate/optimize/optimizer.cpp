@@ -13,6 +13,7 @@
 #include "costate/optimize/evaluator.h"
 #include "costate/optimize/failed_step.h"
 #include "costate/optimize/optimizer_run.h"
+#include "costate/optimize/stop_reason.h"
 #include "costate/record/interrupt.h"
 
 namespace costate {
@@ -116,7 +117,15 @@ class Run {
     if (opt.get_algorithm() == nlopt::LD_LBFGS) opt.set_vector_storage(static_cast<unsigned>(options_.corrections));
     double psi = 0;
     try {
-      result_.stop_reason = reason_of(opt.optimize(x, psi));
+      result_.stop_reason = reason_of(opt.optimize(x, psi), options_);
+      const std::vector<OptimizerEvaluation>& list = result_.evaluations;
+      const std::size_t best = *best_before(list.size());
+      result_.converged = !ended_elsewhere(list, best);
+      if (!result_.converged)
+        result_.stop_reason = fmt::format(
+            "{}; but that was where psi is {:.6g}, far above its best, evaluation {}",
+            result_.stop_reason.empty() ? "optimality: the optimizer's conditions hold" : result_.stop_reason,
+            list.back().psi, list[best].index);
     } catch (const nlopt::forced_stop&) {
       // Ours; told below.
     } catch (const nlopt::roundoff_limited&) {
@@ -124,22 +133,6 @@ class Run {
       result_.converged = true;
     } catch (const std::runtime_error&) {
       result_.stop_reason = "line search: the optimizer found no further decrease along its search direction";
-    }
-  }
-
-  std::string low_enough() const { return fmt::format("stop value: psi fell to {:g} or below", *options_.stop_value); }
-
-  std::string reason_of(nlopt::result r) {
-    result_.converged = true;
-    switch (r) {
-      case nlopt::STOPVAL_REACHED:
-        return low_enough();
-      case nlopt::FTOL_REACHED:
-        return fmt::format("relative tolerance: psi changed by less than {:g} of itself", options_.relative_tolerance);
-      case nlopt::XTOL_REACHED:
-        return "parameter tolerance: the step became negligible";
-      default:
-        return {};  // told by solve()
     }
   }
 
@@ -281,7 +274,7 @@ class Run {
       const OptimizerEvaluation& e = at(x);
       if (design_.minimax()) {
         if (options_.stop_value && !e.failed() && e.psi <= *options_.stop_value)
-          throw Stop{low_enough(), true, static_cast<std::size_t>(e.index - 1)};
+          throw Stop{low_enough(options_), true, static_cast<std::size_t>(e.index - 1)};
         std::fill(g.begin(), g.end(), 0.0);
         if (!g.empty()) g.back() = 1;
         return x.back();
@@ -296,7 +289,7 @@ class Run {
         throw Stop{fmt::format("gradient tolerance: the projected gradient fell to {:.3g}", e.projected_gradient), true,
                    static_cast<std::size_t>(e.index - 1)};
       if (tolerance_.adapting() && options_.stop_value && e.psi <= *options_.stop_value)
-        throw Stop{low_enough(), true, static_cast<std::size_t>(e.index - 1)};
+        throw Stop{low_enough(options_), true, static_cast<std::size_t>(e.index - 1)};
       return shown_[static_cast<std::size_t>(e.index - 1)];
     });
   }

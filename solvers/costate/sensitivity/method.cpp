@@ -7,6 +7,7 @@
 
 #include "costate/base/error.h"
 #include "costate/formulation/law_joins.h"
+#include "costate/integrator/cost_domain.h"
 #include "costate/integrator/run_end.h"
 #include "costate/integrator/run_watch.h"
 #include "costate/integrator/sampled_run.h"
@@ -174,7 +175,7 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
   }
   const Problem whole = with_end_of(problem, method, rho);
   if (!method.perturbs) require_differentiable_laws(whole, rho, !by_fixed_steps(problem, method));
-  GradientResult r = method.gradient(whole, rho);
+  GradientResult r = with_cost_told(problem, rho, [&] { return method.gradient(whole, rho); });
   const auto tell_end = [&](GradientResult& of) {
     if (!problem.ends_when || of.end) return;
     Assembly assembly(problem.mechanism, problem.parameters);

@@ -14,6 +14,7 @@
 #include "costate/objective/cycle_output.h"
 #include "costate/objective/formula_output.h"
 #include "costate/objective/local_output.h"
+#include "costate/objective/work_hint.h"
 
 namespace costate {
 
@@ -370,8 +371,9 @@ std::unique_ptr<Output> make_output(const Mechanism& mechanism, const std::strin
     std::vector<std::string> known = output_names(mechanism);
     const bool cyclic = name.starts_with("cycle.");
     if (cyclic) known = cycle_value_names();
-    throw ModelError("", fmt::format("There is no output '{}'.{}{}", name, suggestion(name, known),
-                                     cyclic ? " Those of a cycle belong to scenes with a table [cycle]." : ""));
+    throw ModelError(
+        "", fmt::format("There is no output '{}'.{}{}{}", name, suggestion(name, known), work_hint(mechanism, name),
+                        cyclic ? " Those of a cycle belong to scenes with a table [cycle]." : ""));
   }
   return result;
 }

@@ -11,7 +11,7 @@
 namespace costate {
 
 template <class Law>
-class AngularForce final : public ForceOf<AngularForce<Law>>, public MotionLawElement {
+class AngularForce : public ForceOf<AngularForce<Law>>, public MotionLawElement {
  public:
   enum class Measures { angle, length };
   /// coordinates: {angle_j} against the ground, or {angle_i, angle_j} [rad]; or lengths [m].
@@ -86,7 +86,9 @@ class AngularForce final : public ForceOf<AngularForce<Law>>, public MotionLawEl
     if (i == 1) return difference(x.v);
     PathDual force, zdot[Law::states + 1];
     law_(x.t, difference(x.q), difference(x.v), x.z, x.p, force, zdot);
-    return i == 2 ? force : -force * difference(x.v);
+    if (i == 3) return -force * difference(x.v);
+    if constexpr (requires { Law::pushes; }) return -force;
+    return force;
   }
 
   double potential_energy(const LocalState& s) const override { return law_.potential_energy(difference(s.q), s.p); }

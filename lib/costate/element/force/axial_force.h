@@ -14,7 +14,7 @@
 namespace costate {
 
 template <class Law, class Line = PlanarVector>
-class AxialForce final : public ForceOf<AxialForce<Law, Line>>, public MotionLawElement {
+class AxialForce : public ForceOf<AxialForce<Law, Line>>, public MotionLawElement {
   static constexpr int dim = Line::Vector::RowsAtCompileTime;
   using Vector = typename Line::Vector;
   using Square = Eigen::Matrix<double, dim, dim>;

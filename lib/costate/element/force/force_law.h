@@ -105,6 +105,16 @@ struct LagActuatorLaw {
   double potential_energy(double, const double*) const { return 0; }
 };
 
+/// The same for a torque T = z, which turns the angle forward where it is positive, as that of a couple does: F = -z.
+struct LagTorqueLaw : LagActuatorLaw {
+  static constexpr bool pushes = true;  // what it reports is -F
+  template <class S, class P>
+  void operator()(const S& t, const S& x, const S& rate, const S* z, const P* p, S& force, S* zdot) const {
+    LagActuatorLaw::operator()(t, x, rate, z, p, force, zdot);
+    force = -force;
+  }
+};
+
 /// First derivatives of a law with respect to x, xdot and its states.
 template <class Law>
 struct LawPartials {

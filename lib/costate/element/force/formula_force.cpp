@@ -111,7 +111,7 @@ S FormulaForce::power(const S& t, const S* q, const S* v, const S* p) const {
 }
 
 PathDual FormulaForce::measure(int i, const MeasureArguments& x) const {
-  if (i == static_cast<int>(measures().size()) - 1) return power(x.t, x.q, x.v, x.p);
+  if (i == static_cast<int>(FormulaForce::measures().size()) - 1) return power(x.t, x.q, x.v, x.p);
   PathDual f[3];
   evaluate(x.t, x.q, x.v, x.p, f);
   return f[i];

@@ -26,7 +26,7 @@ struct FormulaInput {
 /// What it acts on: {angle_j} against the ground or {angle_i, angle_j} as a couple does, or a point.
 using FormulaTarget = std::variant<std::vector<int>, PlanarPoint, SpatialPoint>;
 
-class FormulaForce final : public ForceOf<FormulaForce>, public CourseElement, public PathFunctionElement {
+class FormulaForce : public ForceOf<FormulaForce>, public CourseElement, public PathFunctionElement {
  public:
   static constexpr std::size_t kMostNames = 32;  // of numbers and inputs of one formula
 

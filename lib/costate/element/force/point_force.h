@@ -9,7 +9,7 @@
 
 namespace costate {
 
-class PointForce final : public ForceOf<PointForce>, public CourseElement {
+class PointForce : public ForceOf<PointForce>, public CourseElement {
  public:
   PointForce(std::string name, PlanarPoint point, std::shared_ptr<const ScalarLaw> x,
              std::shared_ptr<const ScalarLaw> y, const std::vector<int>& law_numbers);
@@ -38,7 +38,7 @@ class PointForce final : public ForceOf<PointForce>, public CourseElement {
 };
 
 /// A torque on angle coordinates as a law of time: Q_j = +T(t), Q_i = -T(t). Numbers: those of the law [N m].
-class Couple final : public ForceOf<Couple>, public CourseElement {
+class Couple : public ForceOf<Couple>, public CourseElement {
  public:
   Couple(std::string name, const std::vector<int>& coordinates, std::shared_ptr<const ScalarLaw> torque,
          const std::vector<int>& law_numbers);

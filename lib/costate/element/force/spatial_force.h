@@ -38,7 +38,7 @@ struct VectorLaw {
 enum class ForceFrame { ground, body };
 
 /// Numbers: those of the laws, then those of the point.
-class SpatialPointForce final : public ForceOf<SpatialPointForce>, public CourseElement {
+class SpatialPointForce : public ForceOf<SpatialPointForce>, public CourseElement {
  public:
   SpatialPointForce(std::string name, SpatialPoint point, VectorLaw law, const std::vector<int>& law_numbers,
                     ForceFrame frame);
@@ -68,7 +68,7 @@ class SpatialPointForce final : public ForceOf<SpatialPointForce>, public Course
 /// A couple M on the last body, -M on the first of two: Q = 2 E^T M, or 2 G^T M with components in the first
 /// body's frame (of two, else the only one's). Coordinates: e0, e1, e2, e3 of each body. Numbers: those of
 /// the laws.
-class SpatialCouple final : public ForceOf<SpatialCouple>, public CourseElement {
+class SpatialCouple : public ForceOf<SpatialCouple>, public CourseElement {
  public:
   SpatialCouple(std::string name, const std::vector<int>& rotations, VectorLaw law, const std::vector<int>& law_numbers,
                 ForceFrame frame);

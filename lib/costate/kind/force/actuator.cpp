@@ -3,6 +3,7 @@
 #include "costate/base/error.h"
 #include "costate/element/course.h"
 #include "costate/element/force/angular_force.h"
+#include "costate/element/force/with_work.h"
 #include "costate/kind/force/axial_line.h"
 #include "costate/kind/law/law_table.h"
 #include "costate/kind/law/table_options.h"
@@ -11,14 +12,16 @@
 namespace costate {
 
 namespace {
+template <class Law>
 struct Lag {
-  LagActuatorLaw law;
+  Law law;
   std::vector<int> numbers;
 };
-Lag add_lag(MechanismBuilder& builder, const std::string& path, double time_constant_s, const char* initial_key,
-            double initial, const char* command_key, const LawOptions& command) {
+template <class Law>
+Lag<Law> add_lag(MechanismBuilder& builder, const std::string& path, double time_constant_s, const char* initial_key,
+                 double initial, const char* command_key, const LawOptions& command) {
   if (!command) throw ModelError(path, std::string("An actuator needs a command: '") + command_key + "'.");
-  Lag r;
+  Lag<Law> r;
   r.numbers = {builder.add_number(path + ".time_constant_s", time_constant_s, NumberRule::positive),
                builder.add_number(path + "." + initial_key, initial)};
   const RegisteredLaw law = add_law(builder, path + "." + command_key, command);
@@ -31,18 +34,18 @@ Lag add_lag(MechanismBuilder& builder, const std::string& path, double time_cons
 void add_actuator(MechanismBuilder& builder, const std::string& name, const std::string& from, const std::string& to,
                   const ActuatorOptions& o) {
   const std::string path = "actuator." + name;
-  const Lag lag =
-      add_lag(builder, path, o.time_constant_s, "initial_force_N", o.initial_force_N, "command_N", o.command_N);
-  add_axial_force(builder, "actuator", name, lag.law, lag.numbers, from, to);
+  const auto lag = add_lag<LagActuatorLaw>(builder, path, o.time_constant_s, "initial_force_N", o.initial_force_N,
+                                           "command_N", o.command_N);
+  add_axial_force(builder, "actuator", name, lag.law, lag.numbers, from, to, o.work);
 }
 
 void add_rotary_actuator(MechanismBuilder& builder, const std::string& name, const std::vector<std::string>& angles,
                          const RotaryActuatorOptions& o) {
   const std::string path = "actuator." + name;
   const std::vector<int> coordinates = find_angles(builder, path, angles);
-  const Lag lag = add_lag(builder, path, o.time_constant_s, "initial_torque_N_m", o.initial_torque_N_m, "command_N_m",
-                          o.command_N_m);
-  builder.add(std::make_unique<AngularForce<LagActuatorLaw>>("actuator", name, lag.law, lag.numbers, coordinates));
+  const auto lag = add_lag<LagTorqueLaw>(builder, path, o.time_constant_s, "initial_torque_N_m", o.initial_torque_N_m,
+                                         "command_N_m", o.command_N_m);
+  builder.add(make_force<AngularForce<LagTorqueLaw>>(o.work, "actuator", name, lag.law, lag.numbers, coordinates));
 }
 
 namespace {
@@ -56,18 +59,19 @@ bool add_command(const Element& element, const double* p, Course& course) {
 const RegisterElementCourse course([](const Element& e, const double* p, Course& c) {
   return add_command<AxialForce<LagActuatorLaw>>(e, p, c) ||
          add_command<AxialForce<LagActuatorLaw, SpatialVector>>(e, p, c) ||
-         add_command<AngularForce<LagActuatorLaw>>(e, p, c);
+         add_command<AngularForce<LagTorqueLaw>>(e, p, c);
 });
 
 void add_actuator(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
   const double time_constant = table.value("time_constant_s");
+  const bool work = table.flag("work", false);
   if (table.has("angle") || table.has("angles")) {
-    RotaryActuatorOptions o{time_constant, table.value("initial_torque_N_m", NumberRule::any, 0), {}};
+    RotaryActuatorOptions o{time_constant, table.value("initial_torque_N_m", NumberRule::any, 0), {}, work};
     o.command_N_m = read_law(table, "command_N_m");
     return add_rotary_actuator(builder, name, read_angles(table), o);
   }
   const std::string from = table.text("from"), to = table.text("to");
-  ActuatorOptions o{time_constant, table.value("initial_force_N", NumberRule::any, 0), {}};
+  ActuatorOptions o{time_constant, table.value("initial_force_N", NumberRule::any, 0), {}, work};
   o.command_N = read_law(table, "command_N");
   add_actuator(builder, name, from, to, o);
 }
@@ -110,6 +114,7 @@ mass_kg = 1
 inertia_kg_m2 = 0.1
 
 [actuator.ram]
+work = true
 from = "anchor"
 to = "P"
 time_constant_s = 0.1
@@ -123,6 +128,7 @@ initial_torque_N_m = 0.3
 command_N_m = { kind = "smooth_step", from = 0.1, to = 0.9, before = 0, after = 3 }
 
 [actuator.clutch]
+work = true
 angles = ["crank", "disc"]
 time_constant_s = 0.2
 command_N_m = 0.5

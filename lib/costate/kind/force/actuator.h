@@ -1,6 +1,6 @@
 // [actuator.NAME]: a force between two points, or a torque on one angle or between two, that follows a
 // command in time with a first-order lag: F = z, zdot = (command(t) - z) / tau. A force pulls the points
-// together for F > 0; a torque turns the (second) angle back for F > 0.
+// together for F > 0, as a spring's does; a torque turns the (second) angle forward, as a couple's does.
 #pragma once
 
 #include <string>
@@ -14,6 +14,7 @@ struct ActuatorOptions {
   double time_constant_s = 0;
   double initial_force_N = 0;
   LawOptions command_N = {};  // of time
+  bool work = false;          // whether the work done is integrated, the output NAME.work
 };
 void add_actuator(MechanismBuilder& builder, const std::string& name, const std::string& from, const std::string& to,
                   const ActuatorOptions& options);
@@ -22,6 +23,7 @@ struct RotaryActuatorOptions {
   double time_constant_s = 0;
   double initial_torque_N_m = 0;
   LawOptions command_N_m = {};  // of time
+  bool work = false;
 };
 void add_rotary_actuator(MechanismBuilder& builder, const std::string& name, const std::vector<std::string>& angles,
                          const RotaryActuatorOptions& options);

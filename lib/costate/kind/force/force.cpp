@@ -4,6 +4,7 @@
 
 #include "costate/base/error.h"
 #include "costate/element/force/point_force.h"
+#include "costate/element/force/with_work.h"
 #include "costate/kind/force/formula_force.h"
 #include "costate/kind/law/law_table.h"
 #include "costate/kind/law/table_options.h"
@@ -13,7 +14,7 @@
 namespace costate {
 
 void add_force(MechanismBuilder& builder, const std::string& name, const std::string& point, const LawOptions& x_N,
-               const LawOptions& y_N) {
+               const LawOptions& y_N, bool with_work) {
   const std::string path = "force." + name;
   const PlanarPoint& p = find_point(builder, path + ".point", point);
   if (p.kind() == PlanarPoint::Kind::ground)
@@ -21,15 +22,15 @@ void add_force(MechanismBuilder& builder, const std::string& name, const std::st
   const RegisteredLaw x = add_law(builder, path + ".x_N", x_N), y = add_law(builder, path + ".y_N", y_N);
   std::vector<int> numbers = x.numbers;
   numbers.insert(numbers.end(), y.numbers.begin(), y.numbers.end());
-  builder.add(std::make_unique<PointForce>(name, p, x.law, y.law, numbers));
+  builder.add(make_force<PointForce>(with_work, name, p, x.law, y.law, numbers));
 }
 
 void add_couple(MechanismBuilder& builder, const std::string& name, const std::vector<std::string>& angles,
-                const LawOptions& torque_N_m) {
+                const LawOptions& torque_N_m, bool with_work) {
   const std::string path = "couple." + name;
   const std::vector<int> coordinates = find_angles(builder, path, angles);
   const RegisteredLaw torque = add_law(builder, path + ".torque_N_m", torque_N_m);
-  builder.add(std::make_unique<Couple>(name, coordinates, torque.law, torque.numbers));
+  builder.add(make_force<Couple>(with_work, name, coordinates, torque.law, torque.numbers));
 }
 
 namespace {
@@ -50,7 +51,7 @@ RegisteredVector add_vector(MechanismBuilder& builder, const std::string& path, 
 }  // namespace
 
 void add_spatial_force(MechanismBuilder& builder, const std::string& name, const std::string& point,
-                       const std::array<LawOptions, 3>& force_N, ForceFrame frame) {
+                       const std::array<LawOptions, 3>& force_N, ForceFrame frame, bool with_work) {
   const std::string path = "force." + name;
   const SpatialPoint& p = builder.spatial_point(point);
   if (p.kind() == SpatialPoint::Kind::ground)
@@ -58,11 +59,11 @@ void add_spatial_force(MechanismBuilder& builder, const std::string& name, const
   if (frame == ForceFrame::body && p.rotation_coordinates().empty())
     throw ModelError(path + ".frame", "'" + point + "' is not on a rigid body that the force could turn with.");
   const RegisteredVector v = add_vector(builder, path, "N", force_N);
-  builder.add(std::make_unique<SpatialPointForce>(name, p, v.law, v.numbers, frame));
+  builder.add(make_force<SpatialPointForce>(with_work, name, p, v.law, v.numbers, frame));
 }
 
 void add_spatial_couple(MechanismBuilder& builder, const std::string& name, const std::vector<std::string>& bodies,
-                        const std::array<LawOptions, 3>& torque_N_m, ForceFrame frame) {
+                        const std::array<LawOptions, 3>& torque_N_m, ForceFrame frame, bool with_work) {
   const std::string path = "couple." + name;
   if (bodies.empty() || bodies.size() > 2)
     throw ModelError(path + ".bodies", "One body or two are needed, found " + std::to_string(bodies.size()) + ".");
@@ -75,7 +76,7 @@ void add_spatial_couple(MechanismBuilder& builder, const std::string& name, cons
     rotations.insert(rotations.end(), q.begin() + 3, q.end());
   }
   const RegisteredVector v = add_vector(builder, path, "N_m", torque_N_m);
-  builder.add(std::make_unique<SpatialCouple>(name, rotations, v.law, v.numbers, frame));
+  builder.add(make_force<SpatialCouple>(with_work, name, rotations, v.law, v.numbers, frame));
 }
 
 namespace {
@@ -141,6 +142,7 @@ x_N = 3
 
 [force.pull]
 point = "middle"
+work = true
 x_N = 1
 y_N = { kind = "table", x = [0, 0.5, 1, 2], y = [0, 2, 1, 4] }
 
@@ -151,6 +153,7 @@ formula_y_N = "sin(2*t)*plate.angle_dot"
 c = 0.4
 w = 2
 k = 0.7
+work = true
 
 [force.lash]
 point = "corner"
@@ -187,6 +190,7 @@ z_N = { kind = "sine", mean = 1, amplitude = 4, angular_frequency_rad_per_s = 6 
 
 [force.lift]
 point = "corner"
+work = true
 y_N = 0.5
 z_N = 3
 
@@ -196,21 +200,22 @@ given = ["P.x", "plate.x", "plate.y", "plate.angle", "stone"]
     .add =
         [](const std::string& name, SceneTable& table, MechanismBuilder& builder) {
           const std::string point = table.text("point");
+          const bool work = table.flag("work", false);
           if (table.has("formula_x_N") || table.has("formula_y_N") || table.has("formula_z_N")) {
             std::vector<std::string> formulas;
             for (const char* key : {"formula_x_N", "formula_y_N", "formula_z_N"})
               formulas.push_back(table.text(key, ""));
             return add_formula_force(
                 builder, name, point, formulas,
-                read_formula_numbers(table, {"point", "formula_x_N", "formula_y_N", "formula_z_N"}));
+                read_formula_numbers(table, {"point", "formula_x_N", "formula_y_N", "formula_z_N", "work"}), work);
           }
           if (builder.has_spatial_point(point)) {
             const auto f = read_vector(table, "N");
-            return add_spatial_force(builder, name, point, f, read_frame(table));
+            return add_spatial_force(builder, name, point, f, read_frame(table), work);
           }
           if (!table.has("x_N") && !table.has("y_N")) table.fail("needs 'x_N' or 'y_N' (a number or a law of time).");
           const LawOptions x = read_law(table, "x_N", 0), y = read_law(table, "y_N", 0);
-          add_force(builder, name, point, x, y);
+          add_force(builder, name, point, x, y, work);
         },
 });
 
@@ -235,6 +240,7 @@ inertia_kg_m2 = 0.1
 
 [couple.drive]
 angle = "wheel"
+work = true
 torque_N_m = 0.3
 
 [couple.gas]
@@ -243,6 +249,7 @@ formula = "p*(1 + a*cos(wheel.angle))^(-1.4)*sin(wheel.angle) - d*wheel.angle_do
 p = 0.8
 a = 0.5
 d = 0.02
+work = true
 
 [couple.governor]
 angles = ["wheel", "disc"]
@@ -286,6 +293,7 @@ body = "pebble"
 x_N_m = { kind = "polynomial", coefficients = [1, 2] }
 
 [couple.gear]
+work = true
 bodies = ["stone", "pebble"]
 frame = "body"
 x_N_m = 0.2
@@ -296,19 +304,20 @@ given = ["wheel.x", "wheel.y", "wheel.angle", "disc.x", "disc.y", "disc.angle", 
 )",
     .add =
         [](const std::string& name, SceneTable& table, MechanismBuilder& builder) {
+          const bool work = table.flag("work", false);
           if (table.has("body") || table.has("bodies")) {
             std::vector<std::string> bodies = table.texts("bodies", false);
             if (bodies.empty()) bodies = {table.text("body")};
             const auto torque = read_vector(table, "N_m");
-            return add_spatial_couple(builder, name, bodies, torque, read_frame(table));
+            return add_spatial_couple(builder, name, bodies, torque, read_frame(table), work);
           }
           const auto angles = read_angles(table);
           if (table.has("formula")) {
             const std::string formula = table.text("formula");
             return add_formula_couple(builder, name, angles, formula,
-                                      read_formula_numbers(table, {"angle", "angles", "formula"}));
+                                      read_formula_numbers(table, {"angle", "angles", "formula", "work"}), work);
           }
-          add_couple(builder, name, angles, read_law(table, "torque_N_m"));
+          add_couple(builder, name, angles, read_law(table, "torque_N_m"), work);
         },
 });
 

@@ -6,15 +6,16 @@ namespace costate {
 namespace {
 
 const KindKeys actuator_keys(
-    "actuator", {{"from, to", "names of the two points"},
-                 {"angle", "an angle against the ground"},
-                 {"angles", "two angles: the second against the first"},
-                 {"time_constant_s", "of the lag"},
-                 {"initial_force_N", "the force at the start"},
-                 {"initial_torque_N_m", "the torque at the start"},
-                 {"command_N", "what the force follows, a law of time; positive pulls the points together"},
-                 {"command_N_m",
-                  "what the torque follows, a law of time; positive pulls the angle back (a [couple] pushes it on)"}});
+    "actuator",
+    {{"from, to", "names of the two points"},
+     {"angle", "an angle against the ground"},
+     {"angles", "two angles: the second against the first"},
+     {"time_constant_s", "of the lag"},
+     {"initial_force_N", "the force at the start"},
+     {"initial_torque_N_m", "the torque at the start"},
+     {"command_N", "what the force follows, a law of time; positive pulls the points together"},
+     {"command_N_m", "what the torque follows, a law of time; positive turns the angle forward, as a [couple] does"},
+     {"work", "whether the work that it does is integrated, as an output"}});
 
 const KindKeys axis_spring_keys(
     "axis_spring", {{"from, to", "names of the two points"},
@@ -52,7 +53,8 @@ const KindKeys force_keys("force", {{"point", "name of the point"},
                                      "in their place, formulas of t, coordinates, points and rates (P.x_dot), and the "
                                      "table's other keys"},
                                     {"c, g, k, w", "numbers of the formulas of the example; any names will do"},
-                                    {"frame", "body: the components turn with the point's body"}});
+                                    {"frame", "body: the components turn with the point's body"},
+                                    {"work", "whether the work that it does is integrated, as an output"}});
 
 const KindKeys couple_keys("couple", {{"angle", "an angle against the ground"},
                                       {"angles", "two angles: the second against the first"},
@@ -64,7 +66,8 @@ const KindKeys couple_keys("couple", {{"angle", "an angle against the ground"},
                                       {"body", "name of a rigid body in space"},
                                       {"bodies", "two of them: on the second, and back on the first"},
                                       {"x_N_m, y_N_m, z_N_m", "components, laws of time"},
-                                      {"frame", "body: the components turn with the body"}});
+                                      {"frame", "body: the components turn with the body"},
+                                      {"work", "whether the work that it does is integrated, as an output"}});
 
 const KindKeys friction_keys("friction",
                              {{"coordinate", "name of a coordinate"},

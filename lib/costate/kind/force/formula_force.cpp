@@ -6,6 +6,7 @@
 
 #include "costate/base/error.h"
 #include "costate/element/force/formula_force.h"
+#include "costate/element/force/with_work.h"
 #include "costate/kind/lookup.h"
 
 namespace costate {
@@ -47,7 +48,7 @@ FormulaInput find_input(const MechanismBuilder& builder, const std::string& subj
 /// `keys` of the formulas in the scene, for errors.
 void add_action(MechanismBuilder& builder, const std::string& kind, const std::string& name, FormulaTarget target,
                 const std::vector<std::string>& formulas, const std::vector<std::string>& keys,
-                const FormulaNumbers& numbers) {
+                const FormulaNumbers& numbers, bool with_work) {
   const std::string path = kind + "." + name;
   std::vector<std::string> names;
   for (const auto& [key, value] : numbers) names.push_back(key);
@@ -73,19 +74,19 @@ void add_action(MechanismBuilder& builder, const std::string& kind, const std::s
     if (!used[k]) throw ModelError(path + "." + names[k], fmt::format("'{}' is in no formula here.", names[k]));
   std::vector<int> indices;
   for (const auto& [key, value] : numbers) indices.push_back(builder.add_number(path + "." + key, value));
-  builder.add(std::make_unique<FormulaForce>(kind, name, std::move(target), std::move(components), indices));
+  builder.add(make_force<FormulaForce>(with_work, kind, name, std::move(target), std::move(components), indices));
 }
 
 }  // namespace
 
 void add_formula_couple(MechanismBuilder& builder, const std::string& name, const std::vector<std::string>& angles,
-                        const std::string& torque_N_m, const FormulaNumbers& numbers) {
+                        const std::string& torque_N_m, const FormulaNumbers& numbers, bool with_work) {
   add_action(builder, "couple", name, find_angles(builder, "couple." + name, angles), {torque_N_m}, {"formula"},
-             numbers);
+             numbers, with_work);
 }
 
 void add_formula_force(MechanismBuilder& builder, const std::string& name, const std::string& point,
-                       const std::vector<std::string>& components_N, const FormulaNumbers& numbers) {
+                       const std::vector<std::string>& components_N, const FormulaNumbers& numbers, bool with_work) {
   const std::vector<std::string> keys = {"formula_x_N", "formula_y_N", "formula_z_N"};
   const std::string path = "force." + name;
   const auto ground = [&](bool is) {
@@ -94,13 +95,13 @@ void add_formula_force(MechanismBuilder& builder, const std::string& name, const
   if (builder.has_spatial_point(point)) {
     const SpatialPoint& p = builder.spatial_point(point);
     ground(p.kind() == SpatialPoint::Kind::ground);
-    return add_action(builder, "force", name, p, components_N, keys, numbers);
+    return add_action(builder, "force", name, p, components_N, keys, numbers, with_work);
   }
   const PlanarPoint& p = find_point(builder, path + ".point", point);
   ground(p.kind() == PlanarPoint::Kind::ground);
   if (components_N.size() > 2 && !components_N[2].empty())
     throw ModelError(path + ".formula_z_N", "'" + point + "' is a point of the plane and has no z.");
-  add_action(builder, "force", name, p, {components_N[0], components_N[1]}, keys, numbers);
+  add_action(builder, "force", name, p, {components_N[0], components_N[1]}, keys, numbers, with_work);
 }
 
 }  // namespace costate

@@ -54,7 +54,16 @@ void add_distance_driver(MechanismBuilder& builder, const std::string& name, con
 
 namespace {
 
+/// The rate of a force state, which work is, cannot depend on multipliers.
+void refuse_work(SceneTable& table, const std::string& name) {
+  if (table.has("work"))
+    table.fail("work", fmt::format("is not integrated for drivers, whose power depends on the multipliers. A running "
+                                   "cost of kind \"value\" of '{}.power' is their work.",
+                                   name));
+}
+
 void add_driver(const std::string& name, SceneTable& table, MechanismBuilder& builder) {
+  refuse_work(table, name);
   std::vector<std::string> coordinates;
   std::vector<double> weights;
   if (table.has("coordinates")) {
@@ -166,6 +175,7 @@ given = []
 )",
     .add =
         [](const std::string& name, SceneTable& table, MechanismBuilder& builder) {
+          refuse_work(table, name);
           const std::string from = table.text("from"), to = table.text("to");
           add_distance_driver(builder, name, from, to, read_law(table, "length_m"));
         },

@@ -9,22 +9,27 @@
 namespace costate {
 
 FormulaForce::FormulaForce(std::string kind, std::string name, FormulaTarget target, std::vector<Component> components,
-                           const std::vector<int>& numbers)
+                           const std::vector<int>& numbers, const std::vector<int>& lag)
     : ForceOf(std::move(kind), std::move(name)),
       target_(std::move(target)),
       components_(std::move(components)),
-      formula_numbers_(numbers.size()) {
+      formula_numbers_(numbers.size()),
+      lags_(!lag.empty()) {
   // The target's coordinates come first, so that they are its own in order.
   append_numbers(numbers);
+  append_numbers(lag);
   target_numbers_ = static_cast<int>(this->numbers().size());
   if (const auto* angles = std::get_if<std::vector<int>>(&target_)) {
     append_coordinates(*angles);
-  } else if (const auto* point = std::get_if<PlanarPoint>(&target_)) {
-    append_coordinates(point->coordinates());
-    append_numbers(point->numbers());
   } else {
-    append_coordinates(std::get<SpatialPoint>(target_).coordinates());
-    append_numbers(std::get<SpatialPoint>(target_).numbers());
+    std::visit(
+        [&](const auto& points) {
+          if constexpr (requires { points.numbers(); }) {
+            append_coordinates(points.coordinates());
+            append_numbers(points.numbers());
+          }
+        },
+        target_);
   }
   for (const Component& c : components_) {
     auto& of = locals_.emplace_back();
@@ -87,7 +92,18 @@ void FormulaForce::path_arguments(int i, const LocalState& s, double* x) const {
   arguments(of_motion_[static_cast<std::size_t>(i)], s.q, s.v, s.p, x);
 }
 
+void FormulaForce::coincident(const std::string& from, const std::string& to) const {
+  throw ModelError(path(),
+                   fmt::format("The end points '{}' and '{}' coincide, so that the force has no direction. Check "
+                               "the attachment points or the start.",
+                               from, to));
+}
+
 std::vector<Measure> FormulaForce::measures() const {
+  const bool turns = std::holds_alternative<std::vector<int>>(target_);
+  if (lags_ && turns)
+    return {{"angle", "rad", false}, {"rate", "rad/s", false}, {"torque", "N m", false}, {"power", "W", false}};
+  if (lags_) return {{"length", "m", false}, {"rate", "m/s", false}, {"force", "N", false}, {"power", "W", false}};
   if (std::holds_alternative<std::vector<int>>(target_)) return {{"torque", "N m", false}, {"power", "W", false}};
   std::vector<Measure> r = {{"force_x", "N", false}, {"force_y", "N", false}};
   if (std::holds_alternative<SpatialPoint>(target_)) r.push_back({"force_z", "N", false});
@@ -110,7 +126,25 @@ S FormulaForce::power(const S& t, const S* q, const S* v, const S* p) const {
   return f[0] * r[0] + f[1] * r[1] + f[2] * r[2];
 }
 
+PathDual FormulaForce::measure_lag(int i, const MeasureArguments& x) const {
+  PathDual length, rate, n[3];
+  double sign = -1;  // of what a positive force does where the rate is positive
+  if (const auto* angles = std::get_if<std::vector<int>>(&target_)) {
+    const bool relative = angles->size() == 2;
+    length = relative ? x.q[1] - x.q[0] : x.q[0];
+    rate = relative ? x.v[1] - x.v[0] : x.v[0];
+    sign = 1;
+  } else if (const auto* line = std::get_if<PlanarVector>(&target_)) {
+    geometry(*line, x.q, x.v, x.p, n, length, rate);
+  } else {
+    geometry(std::get<SpatialVector>(target_), x.q, x.v, x.p, n, length, rate);
+  }
+  if (i < 2) return i == 0 ? length : rate;
+  return i == 2 ? x.z[0] : PathDual(sign) * x.z[0] * rate;
+}
+
 PathDual FormulaForce::measure(int i, const MeasureArguments& x) const {
+  if (lags_) return measure_lag(i, x);
   if (i == static_cast<int>(FormulaForce::measures().size()) - 1) return power(x.t, x.q, x.v, x.p);
   PathDual f[3];
   evaluate(x.t, x.q, x.v, x.p, f);

@@ -1,5 +1,6 @@
 // Forces on a point and torques on angles that are formulas of positions, velocities, the time and numbers: gas
-// pressure over a crank's angle, a controller, a map of the air's forces.
+// pressure over a crank's angle, a controller, a map of the air's forces. An actuator's formula is a command, which its
+// force F = z or torque follows with a lag: z' = (formula - z)/tau.
 #pragma once
 
 #include <array>
@@ -11,8 +12,8 @@
 #include "costate/element/course.h"
 #include "costate/element/element.h"
 #include "costate/element/path_function.h"
-#include "costate/element/point/planar_point.h"
-#include "costate/element/point/spatial_point.h"
+#include "costate/element/point/planar_vector.h"
+#include "costate/element/point/spatial_vector.h"
 
 namespace costate {
 
@@ -23,8 +24,9 @@ struct FormulaInput {
   bool rate = false;
 };
 
-/// What it acts on: {angle_j} against the ground or {angle_i, angle_j} as a couple does, or a point.
-using FormulaTarget = std::variant<std::vector<int>, PlanarPoint, SpatialPoint>;
+/// What it acts on: {angle_j} against the ground or {angle_i, angle_j} as a couple does, a point, or the line
+/// between two, which a positive force pulls together.
+using FormulaTarget = std::variant<std::vector<int>, PlanarPoint, SpatialPoint, PlanarVector, SpatialVector>;
 
 class FormulaForce : public ForceOf<FormulaForce>, public CourseElement, public PathFunctionElement {
  public:
@@ -36,21 +38,33 @@ class FormulaForce : public ForceOf<FormulaForce>, public CourseElement, public 
     std::shared_ptr<const FormulaLaw> formula;
     std::vector<FormulaInput> inputs;
   };
-  /// Throws ModelError where the formulas depend on more than kMaxLocal coordinates.
+  /// `lag`: no number, or tau and z(0) where the formula, the only one, is a command. Throws ModelError where the
+  /// formulas depend on more than kMaxLocal coordinates.
   FormulaForce(std::string kind, std::string name, FormulaTarget target, std::vector<Component> components,
-               const std::vector<int>& numbers);
+               const std::vector<int>& numbers, const std::vector<int>& lag = {});
+
+  int states() const override { return lags_ ? 1 : 0; }
+  int initial_state_number(int) const override { return static_cast<int>(formula_numbers_) + 1; }
 
   template <class S>
-  void physics(const S& t, const S* q, const S* v, const S*, const S* p, S* Q, S*) const {
+  void physics(const S& t, const S* q, const S* v, const S* z, const S* p, S* Q, S* zdot) const {
     S f[3];
     evaluate(t, q, v, p, f);
+    if (lags_) {
+      zdot[0] = (f[0] - z[0]) / p[formula_numbers_];
+      f[0] = z[0];
+    }
     if (const auto* angles = std::get_if<std::vector<int>>(&target_)) {
       Q[angles->size() - 1] += f[0];
       if (angles->size() == 2) Q[0] -= f[0];
     } else if (const auto* point = std::get_if<PlanarPoint>(&target_)) {
       point->add_generalized_force(q, p + target_numbers_, f, Q);
+    } else if (const auto* in_space = std::get_if<SpatialPoint>(&target_)) {
+      in_space->add_generalized_force(q, p + target_numbers_, f, Q);
+    } else if (const auto* line = std::get_if<PlanarVector>(&target_)) {
+      pull(*line, q, v, p, f[0], Q);
     } else {
-      std::get<SpatialPoint>(target_).add_generalized_force(q, p + target_numbers_, f, Q);
+      pull(std::get<SpatialVector>(target_), q, v, p, f[0], Q);
     }
   }
   void add_course(const double* p, Course& course) const override;
@@ -110,6 +124,45 @@ class FormulaForce : public ForceOf<FormulaForce>, public CourseElement, public 
     }
     return r[input.component];
   }
+  /// Of the target's point or points.
+  template <class S>
+  const S* target_numbers(const S* p) const {
+    return p + target_numbers_;
+  }
+  /// Length, rate and unit vector n of the line; throws where its ends coincide.
+  template <class Line, class S>
+  void geometry(const Line& d, const S* q, const S* v, const S* p, S* n, S& length, S& rate) const {
+    using std::sqrt;
+    constexpr int dim = Line::Vector::RowsAtCompileTime;
+    S dv[dim], square(0.0);
+    d.value(q, target_numbers(p), n);
+    d.rate(q, v, target_numbers(p), dv);
+    for (int i = 0; i < dim; ++i) square += n[i] * n[i];
+    if (!(value_of(square) > 1e-24)) coincident(d.from().name(), d.to().name());
+    length = sqrt(square);
+    rate = S(0.0);
+    for (int i = 0; i < dim; ++i) {
+      n[i] = n[i] / length;
+      rate += n[i] * dv[i];
+    }
+  }
+  [[noreturn]] void coincident(const std::string& from, const std::string& to) const;
+  /// Q -= d_q^T n F.
+  template <class Line, class S>
+  void pull(const Line& d, const S* q, const S* v, const S* p, const S& force, S* Q) const {
+    constexpr int dim = Line::Vector::RowsAtCompileTime;
+    S n[dim], back[dim], length, rate;
+    geometry(d, q, v, p, n, length, rate);
+    for (int i = 0; i < dim; ++i) {
+      n[i] = n[i] * force;
+      back[i] = -n[i];
+    }
+    const int size = d.from().size();
+    d.from().add_generalized_force(q, target_numbers(p), n, Q);
+    d.to().add_generalized_force(q + size, target_numbers(p) + d.from().numbers().size(), back, Q + size);
+  }
+  /// What an actuator reports: its angle or length, the rate, F and the power.
+  PathDual measure_lag(int i, const MeasureArguments& x) const;
   template <class S>
   S power(const S& t, const S* q, const S* v, const S* p) const;
 
@@ -117,7 +170,8 @@ class FormulaForce : public ForceOf<FormulaForce>, public CourseElement, public 
   std::vector<Component> components_;
   std::vector<std::vector<Local>> locals_;  // of each component's inputs
   std::vector<std::size_t> of_motion_;      // components with inputs
-  std::size_t formula_numbers_;
+  std::size_t formula_numbers_;             // behind them those of the lag
+  bool lags_;
   int target_numbers_ = 0;  // first local number of the target's point
 };
 

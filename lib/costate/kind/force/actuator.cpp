@@ -5,6 +5,7 @@
 #include "costate/element/force/angular_force.h"
 #include "costate/element/force/with_work.h"
 #include "costate/kind/force/axial_line.h"
+#include "costate/kind/force/formula_force.h"
 #include "costate/kind/law/law_table.h"
 #include "costate/kind/law/table_options.h"
 #include "costate/scene/scene_kind.h"
@@ -67,11 +68,24 @@ void add_actuator(const std::string& name, SceneTable& table, MechanismBuilder& 
   const bool work = table.flag("work", false);
   if (table.has("angle") || table.has("angles")) {
     RotaryActuatorOptions o{time_constant, table.value("initial_torque_N_m", NumberRule::any, 0), {}, work};
+    const auto angles = read_angles(table);
+    if (table.has("formula")) {
+      const std::string formula = table.text("formula");
+      return add_formula_rotary_actuator(
+          builder, name, angles, o, formula,
+          read_formula_numbers(table, {"angle", "angles", "time_constant_s", "initial_torque_N_m", "formula", "work"}));
+    }
     o.command_N_m = read_law(table, "command_N_m");
-    return add_rotary_actuator(builder, name, read_angles(table), o);
+    return add_rotary_actuator(builder, name, angles, o);
   }
   const std::string from = table.text("from"), to = table.text("to");
   ActuatorOptions o{time_constant, table.value("initial_force_N", NumberRule::any, 0), {}, work};
+  if (table.has("formula")) {
+    const std::string formula = table.text("formula");
+    return add_formula_actuator(
+        builder, name, from, to, o, formula,
+        read_formula_numbers(table, {"from", "to", "time_constant_s", "initial_force_N", "formula", "work"}));
+  }
   o.command_N = read_law(table, "command_N");
   add_actuator(builder, name, from, to, o);
 }
@@ -79,7 +93,7 @@ void add_actuator(const std::string& name, SceneTable& table, MechanismBuilder& 
 const RegisterSceneKind actuator_registered({
     .name = "actuator",
     .phase = ScenePhase::elements,
-    .summary = "a force or torque that follows a command with a first-order lag",
+    .summary = "a force or torque that follows a command, a law of time or a formula, with a first-order lag",
     .example = R"(
 [gravity]
 y_m_per_s2 = -9.81
@@ -132,6 +146,22 @@ work = true
 angles = ["crank", "disc"]
 time_constant_s = 0.2
 command_N_m = 0.5
+
+[actuator.servo]
+angle = "crank"
+time_constant_s = 0.02
+formula = "stiff*(0.4*sin(2*t) - crank.angle) - damp*crank.angle_dot"
+stiff = 30
+damp = 2
+work = true
+
+[actuator.winch]
+from = "anchor"
+to = "P"
+time_constant_s = 0.05
+initial_force_N = 1
+formula = "gain*(P.y - disc.y)"
+gain = 4
 
 [start]
 given = ["crank.angle", "disc.x", "disc.y", "disc.angle"]

@@ -1,7 +1,5 @@
 #include "costate/kind/force/force.h"
 
-#include <algorithm>
-
 #include "costate/base/error.h"
 #include "costate/element/force/point_force.h"
 #include "costate/element/force/with_work.h"
@@ -80,14 +78,6 @@ void add_spatial_couple(MechanismBuilder& builder, const std::string& name, cons
 }
 
 namespace {
-
-/// All keys but these are numbers of the formulas.
-FormulaNumbers read_formula_numbers(SceneTable& table, const std::vector<std::string>& others) {
-  FormulaNumbers numbers;
-  for (const std::string& key : table.keys())
-    if (std::find(others.begin(), others.end(), key) == others.end()) numbers.emplace_back(key, table.value(key));
-  return numbers;
-}
 
 /// x_UNIT, y_UNIT, z_UNIT, of which one at least.
 std::array<LawOptions, 3> read_vector(SceneTable& table, const std::string& unit) {

@@ -48,7 +48,7 @@ FormulaInput find_input(const MechanismBuilder& builder, const std::string& subj
 /// `keys` of the formulas in the scene, for errors.
 void add_action(MechanismBuilder& builder, const std::string& kind, const std::string& name, FormulaTarget target,
                 const std::vector<std::string>& formulas, const std::vector<std::string>& keys,
-                const FormulaNumbers& numbers, bool with_work) {
+                const FormulaNumbers& numbers, bool with_work, const std::vector<int>& lag = {}) {
   const std::string path = kind + "." + name;
   std::vector<std::string> names;
   for (const auto& [key, value] : numbers) names.push_back(key);
@@ -74,10 +74,46 @@ void add_action(MechanismBuilder& builder, const std::string& kind, const std::s
     if (!used[k]) throw ModelError(path + "." + names[k], fmt::format("'{}' is in no formula here.", names[k]));
   std::vector<int> indices;
   for (const auto& [key, value] : numbers) indices.push_back(builder.add_number(path + "." + key, value));
-  builder.add(make_force<FormulaForce>(with_work, kind, name, std::move(target), std::move(components), indices));
+  builder.add(make_force<FormulaForce>(with_work, kind, name, std::move(target), std::move(components), indices, lag));
+}
+
+std::vector<int> add_lag(MechanismBuilder& builder, const std::string& path, double time_constant_s,
+                         const char* initial_key, double initial) {
+  return {builder.add_number(path + ".time_constant_s", time_constant_s, NumberRule::positive),
+          builder.add_number(path + "." + initial_key, initial)};
 }
 
 }  // namespace
+
+FormulaNumbers read_formula_numbers(SceneTable& table, const std::vector<std::string>& others) {
+  FormulaNumbers numbers;
+  for (const std::string& key : table.keys())
+    if (std::find(others.begin(), others.end(), key) == others.end()) numbers.emplace_back(key, table.value(key));
+  return numbers;
+}
+
+void add_formula_actuator(MechanismBuilder& builder, const std::string& name, const std::string& from,
+                          const std::string& to, const ActuatorOptions& o, const std::string& command_N,
+                          const FormulaNumbers& numbers) {
+  const std::string path = "actuator." + name;
+  const auto lag = add_lag(builder, path, o.time_constant_s, "initial_force_N", o.initial_force_N);
+  const auto add = [&](FormulaTarget line) {
+    add_action(builder, "actuator", name, std::move(line), {command_N}, {"formula"}, numbers, o.work, lag);
+  };
+  if (is_spatial(builder, from, to))
+    add(find_spatial_line(builder, path, from, to));
+  else
+    add(find_line(builder, path, from, to));
+}
+
+void add_formula_rotary_actuator(MechanismBuilder& builder, const std::string& name,
+                                 const std::vector<std::string>& angles, const RotaryActuatorOptions& o,
+                                 const std::string& command_N_m, const FormulaNumbers& numbers) {
+  const std::string path = "actuator." + name;
+  const auto lag = add_lag(builder, path, o.time_constant_s, "initial_torque_N_m", o.initial_torque_N_m);
+  add_action(builder, "actuator", name, find_angles(builder, path, angles), {command_N_m}, {"formula"}, numbers, o.work,
+             lag);
+}
 
 void add_formula_couple(MechanismBuilder& builder, const std::string& name, const std::vector<std::string>& angles,
                         const std::string& torque_N_m, const FormulaNumbers& numbers, bool with_work) {

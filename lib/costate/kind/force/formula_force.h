@@ -1,15 +1,20 @@
-// Formulas in [force.NAME] and [couple.NAME]: forces and torques that depend on positions and velocities.
+// Formulas in [force.NAME], [couple.NAME] and [actuator.NAME]: forces, torques and commands that depend on positions
+// and velocities.
 #pragma once
 
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "costate/mechanism/builder.h"
+#include "costate/kind/force/actuator.h"
+#include "costate/scene/scene_table.h"
 
 namespace costate {
 
 using FormulaNumbers = std::vector<std::pair<std::string, double>>;
+
+/// All keys of the table but these are numbers of its formulas.
+FormulaNumbers read_formula_numbers(SceneTable& table, const std::vector<std::string>& others);
 
 /// The torque [N m] on angles as add_couple's, a formula of t, `numbers` and coordinates, points and their rates
 /// ("crank.angle", "P.x_dot").
@@ -20,5 +25,13 @@ void add_formula_couple(MechanismBuilder& builder, const std::string& name, cons
 void add_formula_force(MechanismBuilder& builder, const std::string& name, const std::string& point,
                        const std::vector<std::string>& components_N, const FormulaNumbers& numbers,
                        bool with_work = false);
+
+/// As add_actuator and add_rotary_actuator, whose command is left empty: a formula in its place [N, N m].
+void add_formula_actuator(MechanismBuilder& builder, const std::string& name, const std::string& from,
+                          const std::string& to, const ActuatorOptions& options, const std::string& command_N,
+                          const FormulaNumbers& numbers);
+void add_formula_rotary_actuator(MechanismBuilder& builder, const std::string& name,
+                                 const std::vector<std::string>& angles, const RotaryActuatorOptions& options,
+                                 const std::string& command_N_m, const FormulaNumbers& numbers);
 
 }  // namespace costate

@@ -95,13 +95,29 @@ angles = ["swing", "disc"]
 time_constant_s = 0.2
 command_N_m = 0.5
 work = true
+[actuator.servo]
+angle = "swing"
+time_constant_s = 0.02
+formula = "stiff*(0.4*sin(2*t) - swing.angle) - damp*disc.angle_dot"
+stiff = 3
+damp = 0.2
+work = true
+[actuator.winch]
+from = "middle"
+to = "W"
+time_constant_s = 0.05
+initial_force_N = 1
+formula = "gain*(P.y - disc.y)*(1 + disc.x_dot)"
+gain = 4
+work = true
 [start]
 given = ["P.y", "disc.x", "disc.y", "disc.angle"]
 )toml",
-     {"push", "wind", "between", "governor", "ram", "motor", "clutch"},
+     {"push", "wind", "between", "governor", "ram", "motor", "clutch", "servo", "winch"},
      {"force.push.x_N.amplitude", "force.wind.c", "couple.governor.k", "couple.between.torque_N_m.mean",
       "actuator.ram.time_constant_s", "actuator.motor.command_N_m", "actuator.clutch.command_N_m", "bar.rod.mass_kg",
-      "body.disc.inertia_kg_m2", "point.middle.x_m", "actuator.ram.initial_force_N"}},
+      "body.disc.inertia_kg_m2", "point.middle.x_m", "actuator.ram.initial_force_N", "actuator.servo.stiff",
+      "actuator.servo.time_constant_s", "actuator.winch.gain", "actuator.winch.initial_force_N"}},
     {"of space: a stone",
      R"toml([gravity]
 y_m_per_s2 = -9.81
@@ -153,12 +169,20 @@ to = "corner"
 time_constant_s = 0.1
 command_N = 4
 work = true
+[actuator.winch]
+from = "corner"
+to = "mast"
+time_constant_s = 0.05
+formula = "gain*(corner.y_dot + stone.x)*exp(-t)"
+gain = 2
+work = true
 [start]
 given = ["stone"]
 )toml",
-     {"jet", "wind", "turn", "own", "rope"},
+     {"jet", "wind", "turn", "own", "rope", "winch"},
      {"force.jet.y_N", "force.wind.g", "couple.turn.x_N_m", "couple.own.z_N_m", "actuator.rope.command_N",
-      "rigid_body.stone.mass_kg", "rigid_body.stone.inertia_yy_kg_m2", "point.corner.x_m", "point.mast.y_m"}},
+      "actuator.winch.gain", "rigid_body.stone.mass_kg", "rigid_body.stone.inertia_yy_kg_m2", "point.corner.x_m",
+      "point.mast.y_m"}},
 };
 
 /// Each with a weight of its own, so that none stands for another.

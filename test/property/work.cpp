@@ -306,7 +306,7 @@ TEST_CASE("work: who asks for it where it is not says where it is") {
     return [=] { make_problem(motor(torque, "[[cost.terminal]]\nkind = \"value\"\noutput = \"" + output + "\"\n")); };
   };
   CHECK_THROWS_WITH(with("[couple.M]\nangle = \"wheel\"\ntorque_N_m = 0.4\n", "M.work")(),
-                    Contains("motor.toml:17") && Contains("There is no output 'M.work'") &&
+                    Contains("motor.toml:18") && Contains("There is no output 'M.work'") &&
                         Contains("'work = true' stands in [couple.M]"));
   const std::string driver = "[driver.D]\ncoordinate = \"wheel.x\"\nlaw = 0\n";
   CHECK_THROWS_WITH(with(driver, "D.work")(), Contains("'D.power' is the work of this driver"));

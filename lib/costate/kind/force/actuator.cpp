@@ -160,7 +160,7 @@ from = "anchor"
 to = "P"
 time_constant_s = 0.05
 initial_force_N = 1
-formula = "gain*(P.y - disc.y)"
+formula = "(P.y - disc.y)*gain"
 gain = 4
 
 [start]

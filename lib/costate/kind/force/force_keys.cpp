@@ -16,8 +16,9 @@ const KindKeys actuator_keys(
      {"command_N", "what the force follows, a law of time; positive pulls the points together"},
      {"command_N_m", "what the torque follows, a law of time; positive turns the angle forward, as a [couple] does"},
      {"formula",
-      "in its place, a formula of t, coordinates, points and rates (crank.angle_dot), and the table's other keys [N or "
-      "N m]"},
+      "in the place of the command, a formula of t, coordinates, points and rates (crank.angle_dot), and the table's "
+      "other "
+      "keys [N or N m]"},
      {"damp, gain, stiff", "numbers of the formulas of the example; any names will do"},
      {"work", "whether the work that it does is integrated, as an output"}});
 

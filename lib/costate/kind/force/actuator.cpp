@@ -149,7 +149,7 @@ command_N_m = 0.5
 
 [actuator.servo]
 angle = "crank"
-time_constant_s = 0.02
+time_constant_s = 0.2
 formula = "stiff*(0.4*sin(2*t) - crank.angle) - damp*crank.angle_dot"
 stiff = 30
 damp = 2
@@ -158,7 +158,7 @@ work = true
 [actuator.winch]
 from = "anchor"
 to = "P"
-time_constant_s = 0.05
+time_constant_s = 0.1
 initial_force_N = 1
 formula = "(P.y - disc.y)*gain"
 gain = 4

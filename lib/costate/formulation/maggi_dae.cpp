@@ -47,7 +47,6 @@ MaggiDae::MaggiDae(std::shared_ptr<const Mechanism> mechanism, ParameterSelectio
   at_.idle = jacobian_.place(SparsePattern::identity(w + f_ > 0 ? 0 : 1), 0, 0);
   jacobian_.finalize();
   linearized_at_.assign(static_cast<std::size_t>(size()) + 1, 0);
-  reduced_.assign(static_cast<std::size_t>(newton_.size()), 0);
   motion_.assign(static_cast<std::size_t>(f_), 0);
 }
 
@@ -136,41 +135,25 @@ void MaggiDae::factor(double t, const double* y, const double* yp, double cj) {
   newton_.factor(1 / cj);
 }
 
-// With g = 1/cj: dy = g (b1 + dyd), dw = dyd/g - b2,
-// A (dyd, dz) = (g b4 + g My b2 - g^2 Ky b1, g b3 + g^2 Zq b1)
+// With g = 1/cj: dy = g b1 + g dyd, dyd = g b2 + g dw, with b4 in the equations of motion.
 void MaggiDae::solve(double* b) {
   const double g = newton_.gamma();
-  double *b2 = b + f_, *b3 = b + 2 * f_, *b4 = b3 + nz_, *u = reduced_.data(), *uz = u + f_;
-  for (int i = 0; i < f_; ++i) u[i] = g * b4[i];
-  for (int i = 0; i < nz_; ++i) uz[i] = g * b3[i];
-  newton_.add_mass(g, b2, u);
-  newton_.add_stiffness(-g * g, b, u);
-  newton_.add_rate(g * g, b, uz);
-  newton_.solve(u);
-  for (int i = 0; i < f_; ++i) {
-    b[i] = g * (b[i] + u[i]);
-    b4[i] = u[i] / g - b2[i];
-    b2[i] = u[i];
-  }
-  std::copy(uz, uz + nz_, b3);
+  double *b2 = b + f_, *b3 = b + 2 * f_, *b4 = b3 + nz_;
+  std::copy(b2, b2 + f_, motion_.begin());
+  for (double* x = b; x != b4; ++x) *x *= g;
+  newton_.solve(b, b2, b4, b3);
+  for (int i = 0; i < f_; ++i) b4[i] = b2[i] / g - motion_[static_cast<std::size_t>(i)];
   for (int i = 3 * f_ + nz_; i < size(); ++i) b[i] *= g;  // idle
 }
 
 void MaggiDae::solve_transposed(double* b) {
   const double g = newton_.gamma();
-  double *b2 = b + f_, *b3 = b + 2 * f_, *b4 = b3 + nz_, *u = reduced_.data(), *uz = u + f_;
-  for (int i = 0; i < f_; ++i) u[i] = b2[i] + g * b[i] + b4[i] / g;
-  std::copy(b3, b3 + nz_, uz);
-  newton_.solve_transposed(u);
-  for (int i = 0; i < f_; ++i) {
-    b[i] = g * b[i];
-    b2[i] = -b4[i];
-    b4[i] = g * u[i];
-  }
-  newton_.add_stiffness_transposed(-g * g, u, b);
-  newton_.add_rate_transposed(g * g, uz, b);
-  newton_.add_mass(g, u, b2);  // symmetric
-  for (int i = 0; i < nz_; ++i) b3[i] = g * uz[i];
+  double *b2 = b + f_, *b3 = b + 2 * f_, *b4 = b3 + nz_;
+  std::copy(b4, b4 + f_, motion_.begin());
+  for (int i = 0; i < f_; ++i) b2[i] += b4[i] / g;
+  newton_.solve_transposed(b, b2, b4, b3);
+  for (double* x = b; x != b4; ++x) *x *= g;
+  for (int i = 0; i < f_; ++i) b2[i] -= motion_[static_cast<std::size_t>(i)];
   for (int i = 3 * f_ + nz_; i < size(); ++i) b[i] *= g;
 }
 

@@ -87,7 +87,7 @@ class MaggiDae final : public SegmentedDae, public SolvedState {
   struct Blocks {
     int identity_y, y_yd, identity_yd, yd_w, identity_z, z_y, z_yd, z_z, w_y, w_yd, w_z, w_w, idle;
   } at_{};
-  std::vector<double> linearized_at_, reduced_, motion_;
+  std::vector<double> linearized_at_, motion_;
   std::vector<double> zero_column_;  // the tangent of nothing but the parameters
   std::vector<const double*> zero_columns_;
 };

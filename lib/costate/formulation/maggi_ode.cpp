@@ -20,7 +20,6 @@ MaggiOde::MaggiOde(std::shared_ptr<const Mechanism> mechanism, ParameterSelectio
   refuse_switched_rows(assembly_);
   append_maggi_unknowns(assembly_.mechanism(), f_, unknowns_);
   if (events_) events_->use(kink_.balance());
-  reduced_.assign(static_cast<std::size_t>(newton_.size()), 0);
   y_buffer_.assign(static_cast<std::size_t>(size()), 0);
   rho_buffer_.assign(static_cast<std::size_t>(assembly_.np()), 0);
 }
@@ -59,35 +58,8 @@ void MaggiOde::factor(double t, const double* y, double gamma) {
   newton_.factor(gamma);
 }
 
-// dy = b_y + gamma dyd; A (dyd, dz) = (My b_yd - gamma Ky b_y, b_z + gamma Zq b_y)
-void MaggiOde::solve(double* b) {
-  const double g = newton_.gamma();
-  double *u = reduced_.data(), *uz = u + f_, *bd = b + f_, *bz = b + 2 * f_;
-  std::fill(u, u + f_, 0.0);
-  std::copy(bz, bz + nz_, uz);
-  newton_.add_mass(1, bd, u);
-  newton_.add_stiffness(-g, b, u);
-  newton_.add_rate(g, b, uz);
-  newton_.solve(u);
-  for (int i = 0; i < f_; ++i) {
-    bd[i] = u[i];
-    b[i] += g * u[i];
-  }
-  std::copy(uz, uz + nz_, bz);
-}
-
-void MaggiOde::solve_transposed(double* b) {
-  const double g = newton_.gamma();
-  double *u = reduced_.data(), *uz = u + f_, *bd = b + f_, *bz = b + 2 * f_;
-  for (int i = 0; i < f_; ++i) u[i] = bd[i] + g * b[i];
-  std::copy(bz, bz + nz_, uz);
-  newton_.solve_transposed(u);
-  newton_.add_stiffness_transposed(-g, u, b);
-  newton_.add_rate_transposed(g, uz, b);
-  std::fill(bd, bd + f_, 0.0);
-  newton_.add_mass(1, u, bd);  // symmetric
-  std::copy(uz, uz + nz_, bz);
-}
+void MaggiOde::solve(double* b) { newton_.solve(b, b + f_, nullptr, b + 2 * f_); }
+void MaggiOde::solve_transposed(double* b) { newton_.solve_transposed(b, b + f_, nullptr, b + 2 * f_); }
 
 void MaggiOde::tangent(double t, const double* y, const double* const* s, double* const* out, int count,
                        bool with_parameters) {

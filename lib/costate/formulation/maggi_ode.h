@@ -69,7 +69,7 @@ class MaggiOde final : public SegmentedOde, public StageAdjoint {
   MaggiNewton newton_;
   MaggiKink kink_;
   int f_, nz_;
-  std::vector<double> reduced_, y_buffer_, rho_buffer_;
+  std::vector<double> y_buffer_, rho_buffer_;
   long cost_gradient_at_ = 0;  // the point that cost_gradient_ belongs to
 };
 

@@ -112,7 +112,7 @@ void MaggiChart::solve_transposed(double* x) {
   for (int i = 0; i < n_; ++i) u[i] = -(u[i] + d[i]);
 }
 
-double worst_ratio(const std::vector<int>& independent, const double* R, const std::vector<double>& weight) {
+double worst_ratio(std::span<const int> independent, const double* R, const std::vector<double>& weight) {
   const std::size_t n = weight.size();
   double worst = 0;
   for (std::size_t j = 0; j < independent.size(); ++j, R += n) {

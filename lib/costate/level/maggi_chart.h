@@ -6,6 +6,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "costate/linear/klu_solver.h"
@@ -64,7 +65,8 @@ std::vector<int> choose_independent(const SparsePattern& jacobian, const double*
 /// overwritten with that of the new choice.
 void improve_choice(std::vector<int>& independent, double* R, const std::vector<double>& weight);
 
-/// The largest weighted |R_ij|: 1 for the best choice, infinite where the choice is singular.
-double worst_ratio(const std::vector<int>& independent, const double* R, const std::vector<double>& weight);
+/// The largest weighted |R_ij| of the columns of these coordinates: 1 for the best choice, infinite where the choice is
+/// singular.
+double worst_ratio(std::span<const int> independent, const double* R, const std::vector<double>& weight);
 
 }  // namespace costate

@@ -6,13 +6,13 @@
 
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
-#include "costate/linear/dense_factor.h"
 
 namespace costate {
 
 MaggiLevel::MaggiLevel(Assembly& assembly)
     : assembly_(assembly),
       positions_(assembly),
+      mass_(assembly, positions_),
       n_(assembly.n()),
       m_(assembly.m()),
       f_(positions_.freedoms()),
@@ -20,32 +20,30 @@ MaggiLevel::MaggiLevel(Assembly& assembly)
       rows_(std::max(m_ + f_, n_)),
       point_(assembly),
       accelerated_(assembly) {
-  const auto n = static_cast<std::size_t>(n_), f = static_cast<std::size_t>(f_), nz = static_cast<std::size_t>(nz_),
-             rows = static_cast<std::size_t>(rows_);
+  const auto n = static_cast<std::size_t>(n_), rows = static_cast<std::size_t>(rows_);
   v_.assign(rows, 0);
   a_ = work_ = reaction_ = s1_ = reaction_q_ = reaction_v_ = reaction_a_ = v_;
-  w_.assign(f, 0);
+  w_.assign(static_cast<std::size_t>(f_), 0);
   lambda_.assign(static_cast<std::size_t>(m_), 0);
   normal_.assign(n, 0);
-  R_.assign(rows * f, 0);
-  My_.assign(f * f, 0);
-  mass_factor_ = My_;
   g_q_.assign(n, 0);
   g_v_ = g_a_ = zero_ = g_q_;
-  g_z_.assign(nz, 0);
+  g_z_.assign(static_cast<std::size_t>(nz_), 0);
   null_weight_ = lambda_;
   hessian_.assign(assembly.square().row.size(), 0);
 }
 
 void MaggiLevel::clear() {
   accelerated_.forget();
-  dynamic_ = has_multipliers_ = has_null_space_ = has_mass_ = false;
+  mass_.clear();
+  dynamic_ = has_multipliers_ = false;
 }
 
 void MaggiLevel::start(double t, const double* q) {
   point_.forget();
   branch_.forget();
   positions_.start(t, q);
+  mass_.forget_chart();
 }
 
 void MaggiLevel::remember() {
@@ -60,22 +58,19 @@ void MaggiLevel::forget_history() {
   point_.forget();
   branch_.forget();
   positions_.forget_history();
+  mass_.forget_chart();
 }
 
 void MaggiLevel::use_chart(int chart) {
   if (chart == positions_.chart_index()) return;
   point_.forget();
   positions_.use_chart(chart);
-}
-
-double MaggiLevel::chart_ratio() {
-  null_space();
-  return positions_.ratio(R_.data());
+  mass_.forget_chart();
 }
 
 void MaggiLevel::change_chart() {
-  null_space();
-  positions_.change(R_.data());
+  positions_.change(mass_.null_space());
+  mass_.forget_chart();
   point_.forget();
 }
 
@@ -106,77 +101,8 @@ StateView MaggiLevel::state() const {
   return s;
 }
 
-const double* MaggiLevel::null_space() {
-  if (has_null_space_) return R_.data();
-  MaggiChart& X = positions_.chart();
-  std::fill(R_.begin(), R_.end(), 0.0);
-  for (int j = 0; j < f_; ++j) R_[static_cast<std::size_t>(j) * rows_ + m_ + j] = 1;
-  X.solve(R_.data(), f_);
-  if (rows_ > n_)
-    for (int j = 1; j < f_; ++j)
-      std::copy_n(R_.data() + static_cast<std::ptrdiff_t>(j) * rows_, n_,
-                  R_.data() + static_cast<std::ptrdiff_t>(j) * n_);
-  has_null_space_ = true;
-  return R_.data();
-}
-
-void MaggiLevel::calc_mass_matrix() {
-  if (has_mass_) return;
-  const double* R = null_space();
-  for (int j = 0; j < f_; ++j) {
-    double* mr = work_.data();
-    std::fill(work_.begin(), work_.end(), 0.0);
-    add_product(assembly_.square(), assembly_.M.data(), 1, R + static_cast<std::ptrdiff_t>(j) * n_, mr);
-    for (int i = 0; i <= j; ++i) {
-      const double* r = R + static_cast<std::ptrdiff_t>(i) * n_;
-      double sum = 0;
-      for (int k = 0; k < n_; ++k) sum += r[k] * mr[k];
-      My_[static_cast<std::size_t>(i) * f_ + j] = My_[static_cast<std::size_t>(j) * f_ + i] = sum;
-    }
-  }
-  mass_factor_ = My_;
-  const int bad = factor_cholesky(mass_factor_.data(), f_);
-  if (bad >= 0) singular_mass(bad);
-  has_mass_ = true;
-}
-
-const double* MaggiLevel::mass_matrix() {
-  calc_mass_matrix();
-  return My_.data();
-}
-
-void MaggiLevel::singular_mass(int column) const {
-  const auto& name = assembly_.mechanism().coordinates()[independent()[column]].name;
-  throw SolverError(
-      fmt::format("The accelerations at t = {:.9g} s are not determined: the motion that '{}' stands for "
-                  "moves no mass. Give the bodies that it moves mass, or constrain it.",
-                  point_.t(), name));
-}
-
-void MaggiLevel::project(const double* x, double* out) {
-  const double* r = null_space();
-  for (int j = 0; j < f_; ++j, r += n_) {
-    double sum = 0;
-    for (int i = 0; i < n_; ++i) sum += r[i] * x[i];
-    out[j] = sum;
-  }
-}
-
-void MaggiLevel::expand(const double* y, double* out) {
-  const double* r = null_space();
-  std::fill(out, out + n_, 0.0);
-  for (int j = 0; j < f_; ++j, r += n_)
-    for (int i = 0; i < n_; ++i) out[i] += r[i] * y[j];
-}
-
-void MaggiLevel::solve_mass(double* b) {
-  calc_mass_matrix();
-  solve_cholesky(mass_factor_.data(), f_, b);
-}
-
 // [u; p] with Phi_q u = g, M u + Phi_q^T p = h: u = S g + R y, My y = R^T (h - M S g), p = S^T (h - M u).
 void MaggiLevel::solve_impulses(double* b) {
-  calc_mass_matrix();
   MaggiChart& X = positions_.chart();
   std::vector<double> u(static_cast<std::size_t>(rows_), 0), y(static_cast<std::size_t>(f_)), h = u;
   std::copy(b + n_, b + n_ + m_, u.begin());

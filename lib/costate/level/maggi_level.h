@@ -7,14 +7,13 @@
 //   [Phi_q; B] dq = [-Phi_rho; dy],  [Phi_q; B] dv = [-(Phid_q dq + Phid_rho); dyd],
 //   [Phi_q; B] da = [-(Phidd_q dq + 2 Phid_q dv + Phidd_rho); dw].
 //
-// Assumes that My is regular (every motion moves some mass). R is kept as a full matrix, so that the work grows with
-// n f^2: meant for up to some hundred degrees of freedom. With redundant, consistent constraints the multipliers are
+// Assumes that My is regular (every motion moves some mass). With redundant, consistent constraints the multipliers are
 // those of least norm, and parameters must keep the constraints consistent.
 #pragma once
 
 #include "costate/assembly/evaluation_point.h"
 #include "costate/level/branch_watch.h"
-#include "costate/level/maggi_positions.h"
+#include "costate/level/maggi_mass.h"
 #include "costate/objective/output.h"
 
 namespace costate {
@@ -32,7 +31,7 @@ class MaggiLevel {
   /// The coordinates that y consists of.
   const std::vector<int>& independent() const { return positions_.chart().independent(); }
   /// How far the chart is from the best one at the solved point: 1 is best, infinite is singular.
-  double chart_ratio();
+  double chart_ratio() { return mass_.chart_ratio(); }
   /// The best chart at the solved point comes into force.
   void change_chart();
   /// Keeps the solved positions as a first guess for times nearby; to be called in order of time.
@@ -81,9 +80,9 @@ class MaggiLevel {
   const double* force(int j) const { return force_.data() + static_cast<std::ptrdiff_t>(j) * n_; }
   const double* state_rate(int j) const { return rate_.data() + static_cast<std::ptrdiff_t>(j) * nz_; }
   /// out = R^T x, out = R y, and b := My^-1 b.
-  void project(const double* x, double* out);
-  void expand(const double* y, double* out);
-  void solve_mass(double* b);
+  void project(const double* x, double* out) { mass_.project(x, out); }
+  void expand(const double* y, double* out) { mass_.expand(y, out); }
+  void solve_mass(double* b) { mass_.solve(point_.t(), b); }
   /// b := [M, Phi_q^T; Phi_q, 0]^-1 b (n + m entries) at the solved positions, with the mass matrix there; of the
   /// multipliers of redundant rows those of least norm.
   void solve_impulses(double* b);
@@ -109,8 +108,10 @@ class MaggiLevel {
   Assembly& assembly() { return assembly_; }
   MaggiChart& factored_chart() { return positions_.chart(); }
   /// R (n x f, columns one after the other) and My (f x f) at the solved point.
-  const double* null_space();
-  const double* mass_matrix();
+  const double* null_space() { return mass_.null_space(); }
+  const double* mass_matrix() { return mass_.matrix(point_.t()); }
+  /// Whether these are more than should be put into full matrices (maggi_mass.h).
+  bool sparse() const { return mass_.sparse(); }
 
   long factorizations() const { return positions_.factorizations(); }
   long position_iterations() const { return positions_.iterations(); }
@@ -118,11 +119,10 @@ class MaggiLevel {
  private:
   /// Nothing is known at the point yet.
   void clear();
-  void calc_mass_matrix();
-  [[noreturn]] void singular_mass(int column) const;
 
   Assembly& assembly_;
   MaggiPositions positions_;
+  MaggiMass mass_;
   BranchWatch branch_;
   int n_, m_, f_, nz_, rows_;
 
@@ -132,10 +132,9 @@ class MaggiLevel {
   std::vector<double> v_, a_, w_, work_;
   std::vector<double> reaction_;  // [S^T h; R^T h], h = M a - Q
   std::vector<double> lambda_, normal_;
-  std::vector<double> R_, My_, mass_factor_;
   EvaluationPoint accelerated_;  // w, at point_
   // What is known there; dynamic_: w is that of the equations of motion.
-  bool dynamic_ = false, has_multipliers_ = false, has_null_space_ = false, has_mass_ = false;
+  bool dynamic_ = false, has_multipliers_ = false;
 
   // push
   Assembly::ParameterColumns columns_;

@@ -15,20 +15,23 @@ MaggiNewton::MaggiNewton(MaggiLevel& level)
       m_(level.assembly().m()),
       f_(level.freedoms()),
       nz_(level.assembly().nz()) {
-  const auto f = static_cast<std::size_t>(f_), nz = static_cast<std::size_t>(nz_);
-  My_.assign(f * f, 0);
-  Cy_ = Ky_ = My_;
-  RQ_.assign(f * nz, 0);
-  Zq_ = Zv_ = RQ_;
-  fz_.assign(nz * nz, 0);
-  const auto rows = static_cast<std::size_t>(std::max(m_ + f_, n_));
-  D_.assign(rows, 0);
-  A_ = column_ = D_;
-  lu_.assign((f + nz) * (f + nz), 0);
-  pivots_.assign(f + nz, 0);
+  if (level.sparse()) sparse_ = std::make_unique<MaggiSparseNewton>(level.assembly());
 }
 
 void MaggiNewton::form() {
+  if (My_.empty()) {
+    const auto f = static_cast<std::size_t>(f_), nz = static_cast<std::size_t>(nz_);
+    My_.assign(f * f, 0);
+    Cy_ = Ky_ = My_;
+    RQ_.assign(f * nz, 0);
+    Zq_ = Zv_ = RQ_;
+    fz_.assign(nz * nz, 0);
+    D_.assign(static_cast<std::size_t>(std::max(m_ + f_, n_)), 0);
+    A_ = column_ = D_;
+    lu_.assign((f + nz) * (f + nz), 0);
+    pivots_.assign(f + nz, 0);
+    reduced_.assign(f + nz, 0);
+  }
   Assembly& assembly = level_.assembly();
   MaggiChart& X = level_.factored_chart();
   const SparsePattern &square = assembly.square(), &rows = assembly.jacobian();
@@ -77,8 +80,18 @@ void MaggiNewton::form() {
 }
 
 void MaggiNewton::factor(double gamma) {
-  form();
   gamma_ = gamma;
+  const auto fail = [&] {
+    throw StepError(
+        fmt::format("The Newton matrix of Maggi's equations is singular at t = {:.9g} s for a step of "
+                    "{:.3g} s.",
+                    level_.state().t, gamma));
+  };
+  if (sparse_) {
+    if (!sparse_->factor(level_.assembly(), level_.independent(), gamma)) fail();
+    return;
+  }
+  form();
   const int n = size();
   for (int j = 0; j < f_; ++j) {
     double* a = lu_.data() + static_cast<std::ptrdiff_t>(j) * n;
@@ -96,16 +109,38 @@ void MaggiNewton::factor(double gamma) {
     for (int i = 0; i < f_; ++i) a[i] = -gamma * RQ_[static_cast<std::ptrdiff_t>(j) * f_ + i];
     for (int i = 0; i < nz_; ++i) a[f_ + i] = (i == j ? 1 : 0) - gamma * fz_[static_cast<std::ptrdiff_t>(j) * nz_ + i];
   }
-  const int bad = factor_lu(lu_.data(), n, pivots_.data());
-  if (bad >= 0)
-    throw StepError(
-        fmt::format("The Newton matrix of Maggi's equations is singular at t = {:.9g} s for a step of "
-                    "{:.3g} s.",
-                    level_.state().t, gamma));
+  if (factor_lu(lu_.data(), n, pivots_.data()) >= 0) fail();
 }
 
-void MaggiNewton::solve(double* u) const { solve_lu(lu_.data(), size(), pivots_.data(), u); }
-void MaggiNewton::solve_transposed(double* u) const { solve_lu_transposed(lu_.data(), size(), pivots_.data(), u); }
+void MaggiNewton::solve(double* y, double* yd, const double* w, double* z) {
+  if (sparse_) return sparse_->solve(y, yd, w, z);
+  double *u = reduced_.data(), *uz = u + f_;
+  for (int i = 0; i < f_; ++i) u[i] = w ? gamma_ * w[i] : 0;
+  std::copy(z, z + nz_, uz);
+  add(My_, f_, 1, yd, u);
+  add(Ky_, f_, -gamma_, y, u);
+  add(Zq_, nz_, gamma_, y, uz);
+  solve_lu(lu_.data(), size(), pivots_.data(), u);
+  for (int i = 0; i < f_; ++i) {
+    yd[i] = u[i];
+    y[i] += gamma_ * u[i];
+  }
+  std::copy(uz, uz + nz_, z);
+}
+
+void MaggiNewton::solve_transposed(double* y, double* yd, double* w, double* z) {
+  if (sparse_) return sparse_->solve_transposed(y, yd, w, z);
+  double *u = reduced_.data(), *uz = u + f_;
+  for (int i = 0; i < f_; ++i) u[i] = yd[i] + gamma_ * y[i];
+  std::copy(z, z + nz_, uz);
+  solve_lu_transposed(lu_.data(), size(), pivots_.data(), u);
+  add_transposed(Ky_, f_, -gamma_, u, y);
+  add_transposed(Zq_, nz_, gamma_, uz, y);
+  std::fill(yd, yd + f_, 0.0);
+  add(My_, f_, 1, u, yd);  // symmetric
+  for (int i = 0; w && i < f_; ++i) w[i] = gamma_ * u[i];
+  std::copy(uz, uz + nz_, z);
+}
 
 void MaggiNewton::add(const std::vector<double>& A, int rows, double c, const double* x, double* out) const {
   const double* a = A.data();

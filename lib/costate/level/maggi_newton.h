@@ -2,13 +2,15 @@
 //   A = [[My + gamma Cy + gamma^2 Ky, -gamma R^T Q_z], [-gamma (f_v R + gamma Zq), 1 - gamma f_z]],
 //   Cy = R^T (C R + 2 M D), Ky = R^T (K R + C D + M A), Zq = f_q R + f_v D,
 //   D = -S Phid_q R, A = -S (Phidd_q R + 2 Phid_q D)                                     (lib/README.md (5))
-// Full matrices of f + nz unknowns; 2 f sparse solves and products of n f^2 to form them. Serves CVODE (gamma) and IDA
-// (gamma = 1/cj).
+// Full matrices of f + nz unknowns; 2 f sparse solves and products of n f^2 to form them. Of many freedoms one sparse
+// matrix in their place (maggi_sparse_newton.h). Serves CVODE (gamma) and IDA (gamma = 1/cj).
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "costate/level/maggi_level.h"
+#include "costate/level/maggi_sparse_newton.h"
 
 namespace costate {
 
@@ -19,16 +21,13 @@ class MaggiNewton {
   /// At the linearized point; keeps what solves need, so that the level may move on. Throws SolverError.
   void factor(double gamma);
   double gamma() const { return gamma_; }
-  void solve(double* u) const;
-  void solve_transposed(double* u) const;
   int size() const { return f_ + nz_; }
 
-  // out += c times a block of the last factor().
-  void add_mass(double c, const double* x, double* out) const { add(My_, f_, c, x, out); }
-  void add_stiffness(double c, const double* x, double* out) const { add(Ky_, f_, c, x, out); }
-  void add_rate(double c, const double* x, double* out) const { add(Zq_, nz_, c, x, out); }
-  void add_stiffness_transposed(double c, const double* x, double* out) const { add_transposed(Ky_, f_, c, x, out); }
-  void add_rate_transposed(double c, const double* x, double* out) const { add_transposed(Zq_, nz_, c, x, out); }
+  /// In place (b_y, b_yd, b_w, b_z) -> (dy, dyd, dz), b_w being left as it is, or null for zero:
+  ///   dy = b_y + gamma dyd,  A (dyd, dz) = (My b_yd + gamma (b_w - Ky b_y), b_z + gamma Zq b_y)
+  void solve(double* y, double* yd, const double* w, double* z);
+  /// The transpose: weights of (dy, dyd, dz) -> those of (b_y, b_yd, b_w, b_z); w may be null.
+  void solve_transposed(double* y, double* yd, double* w, double* z);
 
   // The blocks by value (columns one after the other), for Jacobians: f x f, f x nz, nz x f, nz x nz.
   void form();
@@ -47,8 +46,9 @@ class MaggiNewton {
   MaggiLevel& level_;
   int n_, m_, f_, nz_;
   double gamma_ = 0;
+  std::unique_ptr<MaggiSparseNewton> sparse_;  // or null
   std::vector<double> My_, Cy_, Ky_, RQ_, Zq_, Zv_, fz_;
-  std::vector<double> D_, A_, column_, lu_;
+  std::vector<double> D_, A_, column_, lu_, reduced_;
   std::vector<int> pivots_;
 };
 

@@ -29,8 +29,11 @@ class MaggiPositions {
   void use_chart(int chart) { chart_ = chart; }
   MaggiChart& chart() { return *charts_[chart_]; }
   const MaggiChart& chart() const { return *charts_[chart_]; }
-  /// How far the chart is from the best one, given its R: 1 is best, infinite is singular.
-  double ratio(const double* R) const { return worst_ratio(chart().independent(), R, weight_); }
+  /// How far the chart is from the best one, given `count` columns of its R from `first` on: 1 is best, infinite is
+  /// singular.
+  double ratio(const double* R, int first, int count) const {
+    return worst_ratio({chart().independent().data() + first, static_cast<std::size_t>(count)}, R, weight_);
+  }
   /// Makes a chart for the choice that is best for the R of the chart in force (overwritten), unless there is one, and
   /// uses it.
   void change(double* R);

@@ -38,7 +38,30 @@ SceneError::SceneError(const SourceLocation& where, const std::string& message)
 ModelError::ModelError(std::string subject, const std::string& message)
     : Error(subject.empty() ? message : subject + ": " + message), subject_(std::move(subject)), message_(message) {}
 
+namespace {
+/// The candidate that says the same by another word for it, or empty: keys, coordinates and outputs each have their
+/// own; "crank" for "crank.angle".
+std::string synonym(const std::string& name, const std::vector<std::string>& candidates) {
+  const auto is_there = [&](const std::string& text) {
+    return std::find(candidates.begin(), candidates.end(), text) != candidates.end();
+  };
+  if (const std::string owner = name.substr(0, name.rfind('.')); owner != name && is_there(owner)) return owner;
+  constexpr std::string_view words[] = {"omega", "angular_velocity", "angle_dot", "angle"};
+  for (const std::string_view word : words) {
+    const std::size_t at = name.find(word);
+    if (at == std::string::npos) continue;
+    for (const std::string_view other : words) {
+      std::string same = name;
+      same.replace(at, word.size(), other);
+      if (is_there(same)) return same;
+    }
+  }
+  return {};
+}
+}  // namespace
+
 std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates) {
+  if (const std::string same = synonym(std::string(name), candidates); !same.empty()) return same;
   std::string best;
   std::size_t best_distance = std::max<std::size_t>(2, name.size() / 3) + 1;
   for (const auto& c : candidates) {
@@ -55,6 +78,11 @@ std::string suggestion(std::string_view name, const std::vector<std::string>& ca
   const std::string near = nearest_name(name, candidates);
   if (!near.empty()) return fmt::format(" Did you mean '{}'?", near);
   if (candidates.empty()) return {};
+  std::vector<std::string> own;  // "crank.angle", "crank.angle_dot" of "crank"
+  for (const auto& c : candidates)
+    if (c.starts_with(std::string(name) + ".")) own.push_back(c);
+  if (own.size() == 1) return fmt::format(" Did you mean '{}'?", own.front());
+  if (!own.empty() && own.size() <= 12) return fmt::format(" Did you mean one of {}?", fmt::join(own, ", "));
   constexpr std::size_t limit = 24;
   if (candidates.size() <= limit) return fmt::format(" Known: {}.", fmt::join(candidates, ", "));
   return fmt::format(" Known: {}, ... ({} in all).", fmt::join(candidates.begin(), candidates.begin() + limit, ", "),

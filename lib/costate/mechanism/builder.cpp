@@ -91,7 +91,10 @@ int MechanismBuilder::angle(const std::string& name) const {
   const auto at = m_->angles_.find(name);
   if (at != m_->angles_.end()) return at->second;
   std::vector<std::string> known;
-  for (const auto& [k, v] : m_->angles_) known.push_back(k);
+  for (const auto& [k, v] : m_->angles_) {
+    if (m_->coordinates_[static_cast<std::size_t>(v)].name == name) return v;  // "link.angle" for "link"
+    known.push_back(k);
+  }
   throw ModelError("", fmt::format("There is no body or angle '{}'.{}{}", name, suggestion(name, known),
                                    known.empty() ? " Give a bar an angle coordinate with [angle.NAME]." : ""));
 }
@@ -181,7 +184,7 @@ void MechanismBuilder::give_position(const std::string& name) {
     throw ModelError("", fmt::format("'{}' is a rate; it can stand in given_velocities, not among positions.", name));
   const int i = m_->coordinate(name);
   if (!positions_given_.insert(i).second) throw ModelError("", fmt::format("Coordinate '{}' is given twice.", name));
-  m_->given_positions_.push_back({i, m_->coordinates_[i].position_number, name});
+  m_->given_positions_.push_back({i, m_->coordinates_[i].position_number, m_->coordinates_[i].name});
 }
 
 void MechanismBuilder::give_velocity(const std::string& name) {
@@ -196,7 +199,7 @@ void MechanismBuilder::give_velocity(const std::string& name) {
   }
   const int i = m_->coordinate(name);
   if (!velocities_given_.insert(i).second) throw ModelError("", fmt::format("Velocity '{}' is given twice.", name));
-  m_->given_velocities_.push_back({i, m_->coordinates_[i].velocity_number, name});
+  m_->given_velocities_.push_back({i, m_->coordinates_[i].velocity_number, m_->coordinates_[i].name});
 }
 
 void MechanismBuilder::add_parameter(Parameter p) {

@@ -1,6 +1,7 @@
 #include "costate/mechanism/mechanism.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <unordered_map>
 #include <unordered_set>
@@ -26,10 +27,20 @@ std::vector<double> Mechanism::base_numbers() const {
 
 int Mechanism::coordinate(const std::string& name) const {
   const auto at = coordinate_index_.find(name);
-  if (at == coordinate_index_.end())
+  if (at != coordinate_index_.end()) return at->second;
+  // An element with one coordinate, an angle, say, may stand for it.
+  std::vector<std::string> own;
+  int found = 0;
+  for (auto c = coordinate_index_.lower_bound(name + "."); c != coordinate_index_.end(); ++c) {
+    if (!c->first.starts_with(name + ".")) break;
+    own.push_back(c->first);
+    found = c->second;
+  }
+  if (own.size() == 1) return found;
+  if (own.size() > 1)
     throw ModelError("",
-                     fmt::format("There is no coordinate '{}'.{}", name, suggestion(name, keys(coordinate_index_))));
-  return at->second;
+                     fmt::format("'{}' has several coordinates, name one of them: {}.", name, fmt::join(own, ", ")));
+  throw ModelError("", fmt::format("There is no coordinate '{}'.{}", name, suggestion(name, keys(coordinate_index_))));
 }
 
 int Mechanism::number(const std::string& path) const {

@@ -109,6 +109,15 @@ void Section::check_pairs(const Problem& problem) const {
       throw ModelError("cycle.relabel", fmt::format("Nothing in the scene is named '{}'.", name));
 }
 
+/// A coordinate's own name for what may stand for it, "crank.angle" for "crank"; names of nothing stay.
+static std::string full_name(const Mechanism& m, const std::string& name) {
+  try {
+    return m.coordinates()[static_cast<std::size_t>(m.coordinate(name))].name;
+  } catch (const ModelError&) {
+    return name;
+  }
+}
+
 void Section::add_positions(const Mechanism& m) {
   for (const auto& g : m.given_positions()) {
     const auto i = static_cast<std::size_t>(g.coordinate);
@@ -213,6 +222,8 @@ void Section::find_travel(const Mechanism& m) {
 Section::Section(const Problem& problem, const CycleSettings& settings, const std::vector<bool>& passive)
     : settings_(settings) {
   const Mechanism& m = *problem.mechanism;
+  for (std::string& name : settings_.turns) name = full_name(m, name);
+  settings_.travel = full_name(m, settings_.travel);
   const auto names = m.coordinate_names();
   start_numbers_.assign(m.numbers().size(), false);
   bool space = !m.spatial_points().empty();

@@ -223,6 +223,11 @@ std::array<double, 3> read_direction(SceneTable& table, const std::string& key) 
   return {x[0], x[1], x[2]};
 }
 
+/// The name of what has the coordinate: "lift" of "lift.angle", as it is called elsewhere.
+static std::string owner(const std::string& name, const std::string& coordinate) {
+  return name.ends_with(coordinate) ? name.substr(0, name.size() - coordinate.size()) : name;
+}
+
 void read_joint(const JointRecipe& recipe, const std::string& name, SceneTable& table, MechanismBuilder& builder) {
   const auto points = table.text_pair("points");
   const std::string first = recipe.axis_key + "_first", second = recipe.axis_key + "_second";
@@ -234,10 +239,10 @@ void read_joint(const JointRecipe& recipe, const std::string& name, SceneTable& 
   if (same) axes.second_is = JointAxes::Second::like_first;
   JointCoordinates coordinates;
   if (recipe.angle && table.has("angle"))
-    coordinates.angle = {table.text("angle"), table.find_value("angle_rad"),
+    coordinates.angle = {owner(table.text("angle"), ".angle"), table.find_value("angle_rad"),
                          table.value("angular_velocity_rad_per_s", NumberRule::any, 0)};
   if (recipe.displacement && table.has("displacement"))
-    coordinates.displacement = {table.text("displacement"), table.find_value("displacement_m"),
+    coordinates.displacement = {owner(table.text("displacement"), ".displacement"), table.find_value("displacement_m"),
                                 table.value("velocity_m_per_s", NumberRule::any, 0)};
   if (recipe.directions == DirectionsConstraint::Condition::aligned || coordinates.angle) {
     if (table.has("normal_first")) axes.normal_first = read_direction(table, "normal_first");

@@ -68,8 +68,11 @@ TEST_CASE("data: separators, units and names", "[data]") {
 }
 
 TEST_CASE("data: mistakes have their place", "[data]") {
-  CHECK_THROWS_WITH(read("t,x\n0,1\n1,abc\n"), Contains("costate_data_table.csv:3:3") && Contains("found 'abc'"));
-  CHECK_THROWS_WITH(read("t;x\n0;1\n1;1,5\n"), Contains(":3:3") && Contains("decimal_comma"));
+  CHECK_THROWS_WITH(read("t,x\n0,1\n1,abc\n")->column("x"),
+                    Contains("costate_data_table.csv:3:3") && Contains("found 'abc'") && Contains("'x'"));
+  CHECK_THROWS_WITH(read("t;x\n0;1\n1;1,5\n")->column("x"), Contains(":3:3") && Contains("decimal_comma"));
+  CHECK_THROWS_WITH(read("t,x\n0,1\nlate,2\n"), Contains(":3:1") && Contains("found 'late'"));
+  CHECK_THROWS_WITH(read("t,x\n0,1\nend of data\n"), Contains(":3:1") && Contains("Expected a number"));
   CHECK_THROWS_WITH(read("t,x\n0,1\n1\n"), Contains(":3:1") && Contains("Expected 2 values"));
   CHECK_THROWS_WITH(read("t,x\n1,1\n1,2\n"), Contains(":3:1") && Contains("must increase"));
   CHECK_THROWS_WITH(read("t,x [furlong]\n0,1\n"), Contains(":1:1") && Contains("'furlong'"));
@@ -79,6 +82,22 @@ TEST_CASE("data: mistakes have their place", "[data]") {
   CHECK_THROWS_WITH(read("t,x,x\n0,1,2\n"), Contains("two columns 'x'"));
   CHECK_THROWS_WITH(read("t,x\n0,1\n")->column("y"), Contains("no column 'y'") && Contains("costate_data_table.csv"));
   CHECK_THROWS_WITH(read_data_file("run", "/nowhere/x.csv", {}), Contains("/nowhere/x.csv"));
+}
+
+TEST_CASE("data: columns of text are there unless they are used", "[data]") {
+  const std::string text = "t,gear,x\n0,first,1\n1,2,3\n2,\"second, low\",5\n";
+  const auto t = read(text);
+  REQUIRE(t->columns.size() == 3);
+  CHECK(t->column("x").values == std::vector<double>{1, 3, 5});
+  CHECK_THROWS_WITH(t->column("gear"), Contains("costate_data_table.csv:2:3") && Contains("found 'first'") &&
+                                           Contains("The scene uses this column, 'gear'"));
+  // A unit says nothing of a text.
+  CHECK(read("t [s],gear [word],x [mm]\n0,first,1\n")->column("x").values == std::vector<double>{1e-3});
+  // With names in the scene the first line is of data where its time is a number, else of names.
+  DataFormat f;
+  f.columns = {"t", "gear", "x"};
+  CHECK(read("0,first,1\n1,second,3\n", f)->column("x").values == std::vector<double>{1, 3});
+  CHECK(read(text, f)->column("x").values == std::vector<double>{1, 3, 5});
 }
 
 // Of x^3 the natural spline is no copy, but between the points it and its derivatives belong together.
@@ -157,7 +176,8 @@ TEST_CASE("data: the file is part of what a scene is", "[data]") {
 }
 
 TEST_CASE("data: columns in units of another kind than what they stand for are refused", "[data]") {
-  const auto scene = [](const std::string& unit, const std::string& law, const std::string& output) {
+  const auto scene = [](const std::string& unit, const std::string& law, const std::string& output,
+                        const std::string& more = {}) {
     return Scene::parse(R"([gravity]
 y_m_per_s2 = -9.81
 [data.D]
@@ -185,7 +205,7 @@ data = "D"
 column = "a"
 output = ")" + output + R"("
 sigma = 0.1
-[start]
+)" + more + R"([start]
 given = ["P.x"]
 [run]
 t_end_s = 2
@@ -205,5 +225,17 @@ t_end_s = 2
   CHECK_THROWS_WITH(read("mm", none, "P.x_dot"), Contains("m/s"));
   CHECK_THROWS_WITH(read("kg", of_data, "energy.total"), Contains("couple.c.torque_N_m") && Contains("N m"));
   // A scale may turn one into the other, of a law: here the samples are what is wrong.
+  // So of targets.
+  const auto read_target = [&](const std::string& unit, const std::string& output, const std::string& law) {
+    make_problem(scene(unit, none, unit == "deg" ? "th.angle" : "P.x",
+                       "[[cost.running]]\nkind = \"square\"\noutput = \"" + output + "\"\ntarget = " + law + "\n"));
+  };
+  CHECK_NOTHROW(read_target("deg", "th.angle", of_data));
+  CHECK_NOTHROW(read_target("mm", "P.x", of_data));
+  CHECK_NOTHROW(read_target("-", "th.angle", of_data));
+  CHECK_NOTHROW(read_target("mm", "th.angle", scaled));
+  CHECK_THROWS_WITH(read_target("mm", "th.angle", of_data), Contains("cost.running[0].target") &&
+                                                                Contains("'a' is in mm") &&
+                                                                Contains("'th.angle' is another quantity"));
   CHECK_THROWS_WITH(read("kg", scaled, "energy.total"), Contains("cost.samples") && Contains("'energy.total'"));
 }

@@ -107,6 +107,22 @@ DataColumn column_of(const std::string& header) {
   return c;
 }
 
+/// The place of the time's column; as many as there are where there is none.
+std::size_t time_among(const std::vector<DataColumn>& columns, const DataFormat& format) {
+  for (const std::string& wanted :
+       format.time.empty() ? std::vector<std::string>{"t", "time", "Time", "TIME", "T"} : std::vector{format.time})
+    for (std::size_t i = 0; i < columns.size(); ++i)
+      if (columns[i].name == wanted) return i;
+  return columns.size();
+}
+
+std::string no_number(const std::string& text, bool decimal_comma) {
+  return fmt::format("Expected a number, found '{}'.{}", text,
+                     text.find(',') != std::string::npos && !decimal_comma
+                         ? " If that is a decimal comma, write decimal_comma = true."
+                         : "");
+}
+
 /// Throws by `fail(column index, message)`.
 template <class Fail>
 void finish(DataTable& table, const DataFormat& format, const Fail& fail) {
@@ -116,6 +132,7 @@ void finish(DataTable& table, const DataFormat& format, const Fail& fail) {
     for (std::size_t k = 0; k < i; ++k)
       if (table.columns[k].name == c.name) fail(i, fmt::format("There are two columns '{}'.", c.name));
     const InSi* si = in_si(c.unit);
+    if (!si && !c.text.empty()) continue;  // of what is no number
     if (!si) {
       const std::vector<std::string> known = known_units();
       fail(i,
@@ -127,13 +144,7 @@ void finish(DataTable& table, const DataFormat& format, const Fail& fail) {
   }
   std::vector<std::string> names;
   for (const auto& c : table.columns) names.push_back(c.name);
-  const auto find = [&](const std::string& wanted) {
-    return static_cast<std::size_t>(std::find(names.begin(), names.end(), wanted) - names.begin());
-  };
-  table.time = names.size();
-  for (const std::string& wanted :
-       format.time.empty() ? std::vector<std::string>{"t", "time", "Time", "TIME", "T"} : std::vector{format.time})
-    if (table.time == names.size()) table.time = find(wanted);
+  table.time = time_among(table.columns, format);
   if (table.time == names.size())
     fail(names.size(), fmt::format("There is no column '{}' of the time; name it: time = \"...\". The columns are {}.",
                                    format.time.empty() ? "t" : format.time, fmt::join(names, ", ")));
@@ -161,6 +172,8 @@ std::string wrong_unit(const DataColumn& column, const std::string& wanted) {
 const DataColumn& DataTable::column(const std::string& wanted) const {
   std::vector<std::string> names;
   for (const auto& c : columns) {
+    if (c.name == wanted && !c.text.empty())
+      throw SceneError(c.text_at, fmt::format("{} The scene uses this column, '{}'.", c.text, c.name));
     if (c.name == wanted) return c;
     names.push_back(c.name);
   }
@@ -191,13 +204,16 @@ std::shared_ptr<DataTable> read_data_file(const std::string& name, const std::st
     const std::vector<Field> fields = fields_of(line, separator);
     std::vector<double> row(fields.size());
     std::size_t numbers = 0;
-    const Field* wrong = nullptr;
+    std::vector<std::size_t> wrong;
     for (std::size_t i = 0; i < fields.size(); ++i)
       if (read_value(fields[i].text, format.decimal_comma, row[i]))
         ++numbers;
-      else if (!wrong)
-        wrong = &fields[i];
-    const bool words = numbers == 0 || (wrong && lines.empty() && first);
+      else
+        wrong.push_back(i);
+    // Where the scene has the names the first line may be data, whose time is a number.
+    const auto is_wrong = [&](std::size_t i) { return std::find(wrong.begin(), wrong.end(), i) != wrong.end(); };
+    const bool words = numbers == 0 || (!wrong.empty() && first &&
+                                        (format.columns.empty() || is_wrong(time_among(table->columns, format))));
     if (words && first) {  // names
       first = false;
       header = true;
@@ -219,14 +235,17 @@ std::shared_ptr<DataTable> read_data_file(const std::string& name, const std::st
           table->columns[i].unit = unquoted(u.substr(1, u.find_last_of("])") - 1));
       continue;
     }
-    if (wrong)
-      fail(number, wrong->column,
-           fmt::format("Expected a number, found '{}'.{}", wrong->text,
-                       wrong->text.find(',') != std::string::npos && !format.decimal_comma
-                           ? " If that is a decimal comma, write decimal_comma = true."
-                           : ""));
+    if (numbers == 0) fail(number, fields.front().column, no_number(fields.front().text, format.decimal_comma));
     if (row.size() != table->columns.size())
       fail(number, 1, fmt::format("Expected {} values, one a column, found {}.", table->columns.size(), row.size()));
+    for (const std::size_t i : wrong) {
+      const std::string what = no_number(fields[i].text, format.decimal_comma);
+      if (i == time_among(table->columns, format)) fail(number, fields[i].column, what);
+      row[i] = kNothing;
+      if (!table->columns[i].text.empty()) continue;
+      table->columns[i].text = what;
+      table->columns[i].text_at = {file, number, fields[i].column};
+    }
     for (std::size_t i = 0; i < row.size(); ++i) table->columns[i].values.push_back(row[i]);
     lines.push_back(number);
   }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "costate/base/error.h"
 #include "costate/element/shared_part.h"
 #include "costate/mechanism/builder.h"
 
@@ -15,6 +16,8 @@ namespace costate {
 struct DataColumn {
   std::string name, unit;      // the unit as it is written: "deg"
   std::vector<double> values;  // in SI units; NaN where a value is missing
+  std::string text = {};       // the first that is no number, and where: such a column can be there, not be used
+  SourceLocation text_at = {};
 };
 
 struct DataTable final : SharedPart {
@@ -23,7 +26,7 @@ struct DataTable final : SharedPart {
   std::size_t time = 0;  // the column of the time [s], which increases from row to row
 
   const DataColumn& time_column() const { return columns[time]; }
-  /// Throws ModelError with near names.
+  /// Throws ModelError with near names, SceneError at a text in the column.
   const DataColumn& column(const std::string& wanted) const;
 };
 

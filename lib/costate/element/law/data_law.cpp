@@ -9,8 +9,13 @@
 
 namespace costate {
 
-DataLaw::DataLaw(std::vector<double> x, std::vector<double> y, Between between, Beyond beyond, std::string source)
-    : between_(between), beyond_(beyond), source_(std::move(source)) {
+DataLaw::DataLaw(std::vector<double> x, std::vector<double> y, Between between, Beyond beyond, std::string source,
+                 std::string column, std::string unit)
+    : between_(between),
+      beyond_(beyond),
+      source_(std::move(source)),
+      column_(std::move(column)),
+      unit_(std::move(unit)) {
   const std::size_t n = x.size();
   if (n < 2 || n != y.size())
     throw ModelError("", fmt::format("A law through data needs at least 2 points, found {} in {}.", n, source_));

@@ -18,8 +18,12 @@ class DataLaw final : public ScalarLawOf<DataLaw>, public PlacedLaw {
   using Between = PointCurve::Between;
   /// What is said beyond the first and the last point: nothing (a StepError), their values, or the end's tangents.
   enum class Beyond { refuse, hold, tangent };
-  /// x strictly increasing, at least 2 points, all finite; throws ModelError otherwise. `source` is for messages.
-  DataLaw(std::vector<double> x, std::vector<double> y, Between between, Beyond beyond, std::string source);
+  /// x strictly increasing, at least 2 points, all finite; throws ModelError otherwise. `source` is for messages;
+  /// `column` and `unit` are those of y where it was measured.
+  DataLaw(std::vector<double> x, std::vector<double> y, Between between, Beyond beyond, std::string source,
+          std::string column = {}, std::string unit = {});
+  const std::string& column() const { return column_; }
+  const std::string& unit() const { return unit_; }
   int number_count() const override { return 1; }
 
   template <class S, class P>
@@ -41,7 +45,7 @@ class DataLaw final : public ScalarLawOf<DataLaw>, public PlacedLaw {
   PointCurve curve_;
   Between between_;
   Beyond beyond_;
-  std::string source_;
+  std::string source_, column_, unit_;
 };
 
 }  // namespace costate

@@ -1,7 +1,11 @@
 // The built-in cost terms on named outputs: weight (y - target)^2 and weight (y - target).
+#include <fmt/format.h>
+
 #include "costate/base/error.h"
+#include "costate/element/law/data_law.h"
 #include "costate/kind/law/law_table.h"
 #include "costate/scene/cost_kind.h"
+#include "costate/scene/data_table.h"
 
 namespace costate {
 
@@ -21,6 +25,7 @@ MakeCostTerm read(SceneTable& table, MechanismBuilder& builder) {
   const std::string output = table.text("output"), output_path = table.path("output");
   const int weight = table.number("weight", builder, NumberRule::any, 1);
   OutputTerm::Target target;
+  DataColumn measured;  // that the target is, as it is
   std::string target_output, target_path = table.path("target");
   if (table.has("target_output")) {
     if (table.has("target")) table.fail("target", "contradicts 'target_output': give one of them.");
@@ -31,14 +36,21 @@ MakeCostTerm read(SceneTable& table, MechanismBuilder& builder) {
     if (text.rfind(prefix, 0) != 0) table.fail_type("target", "a number, a law of time, or the string \"output:NAME\"");
     target_output = text.substr(prefix.size());
   } else if (table.has("target")) {
-    const RegisteredLaw law = add_law(builder, target_path, read_law(table, "target"));
+    const LawOptions options = read_law(table, "target");
+    const auto* of_data = dynamic_cast<const DataLaw*>(options.law.get());
+    // A scale may be what turns one into the other.
+    if (of_data && options.numbers.front().second == 1) measured = {of_data->column(), of_data->unit(), {}};
+    const RegisteredLaw law = add_law(builder, target_path, options);
     target.law = law.law;
     target.law_numbers = law.numbers;
   }
   return [=](const Mechanism& mechanism) {
     OutputTerm::Target t = target;
     if (!target_output.empty()) t.output = output_at(mechanism, target_path, target_output);
-    return std::make_shared<OutputTerm>(output_at(mechanism, output_path, output), power, weight, t);
+    auto y = output_at(mechanism, output_path, output);
+    if (const std::string wrong = wrong_unit(measured, y->unit()); !wrong.empty())
+      throw ModelError(target_path, fmt::format("{} '{}' is another quantity.", wrong, output));
+    return std::make_shared<OutputTerm>(std::move(y), power, weight, t);
   };
 }
 

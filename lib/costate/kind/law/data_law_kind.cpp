@@ -17,7 +17,7 @@ namespace {
 
 struct Points {
   std::vector<double> x, y;
-  std::string source;
+  std::string source, column = {}, unit = {};
   std::string wrong = {};  // about the unit of y
 };
 
@@ -41,6 +41,8 @@ Points table_points(SceneTable& t) {
     std::sort(rows.begin(), rows.end(), [&](std::size_t a, std::size_t b) { return x->values[a] < x->values[b]; });
   Points p;
   p.source = fmt::format("Column '{}' of {}", wanted, table->source);
+  p.column = wanted;
+  p.unit = y->unit;
   // Where the law stands under a key with a unit, "x_N".
   const std::string key = t.path().substr(t.path().rfind('.') + 1);
   p.wrong = wrong_unit(*y, unit_of_key(key));
@@ -60,7 +62,9 @@ LawOptions read_data_law(SceneTable& t) {
   if (t.has("x")) {
     for (const char* key : {"data", "column", "over"})
       if (t.has(key)) t.fail(key, "contradicts 'x': give points, or a column of data.");
-    points = {t.values("x"), t.values("y"), "The data of this law"};
+    points.x = t.values("x");
+    points.y = t.values("y");
+    points.source = "The data of this law";
   } else {
     points = table_points(t);
     // A scale may be what turns one into the other.
@@ -70,7 +74,7 @@ LawOptions read_data_law(SceneTable& t) {
                                     beyond == "hold"      ? DataLaw::Beyond::hold
                                     : beyond == "tangent" ? DataLaw::Beyond::tangent
                                                           : DataLaw::Beyond::refuse,
-                                    points.source),
+                                    points.source, points.column, points.unit),
           {{"scale", scale}}};
 }
 

@@ -7,8 +7,10 @@
 #include "support/paths.h"
 
 using costate::test::costate_json;
+using costate::test::file_text;
 using costate::test::run_costate;
 using costate::test::WorkingDirectory;
+using costate::test::write_text;
 using Json = nlohmann::json;
 using Catch::Contains;
 
@@ -56,6 +58,22 @@ TEST_CASE("cycle: what cannot be found is said by name") {
       here.path());
   CHECK(kept.status == 1);
   CHECK_THAT(kept.err, Contains("A cycle is not determined") && Contains("apps/README.md#no-cycle"));
+  // Where the damper brakes at every speed the motion dies out.
+  const std::string brakes = "torsion_spring.shaft.damper_law.coefficients=[0, 1, 0, 0.3333333333333333]";
+  const auto rest = run_costate({"cycle", kRayleigh, "--no-files", "--set", brakes}, here.path());
+  CHECK(rest.status == 1);
+  CHECK_THAT(rest.err, Contains("the motion comes to rest") && Contains("apps/README.md#no-cycle"));
+  // With forces that repeat themselves rest is a periodic motion, whose multipliers may be asked for.
+  std::string periodic = file_text(kRayleigh);
+  const std::string section = "section = { output = \"disk.angle\", above = 0.0 }";
+  REQUIRE(periodic.find(section) != std::string::npos);
+  write_text(here / "p.toml", periodic.replace(periodic.find(section), section.size(), "period_s = 2") +
+                                  "\n[couple.pump]\nangle = \"disk\"\n"
+                                  "formula = \"depth*sin(3.141592653589793*t)*disk.angle\"\ndepth = 0.1\n");
+  const Json still =
+      costate_json({"cycle", "p.toml", "--no-files", "--set", brakes, "--set", "body.disk.angle_rad=0.1"}, here.path());
+  CHECK(still.at("stable") == true);
+  CHECK_THAT(still.at("warnings").dump(), Contains("This cycle is rest"));
   const auto none = run_costate({"cycle", COSTATE_MODELS_DIR "/five_bar/five_bar.toml", "--no-files"}, here.path());
   CHECK(none.status != 0);
   CHECK_THAT(none.err, Contains("has no [cycle]"));

@@ -7,7 +7,9 @@
 #include <cmath>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/base/stop.h"
+#include "costate/cycle/cycle_rest.h"
 #include "costate/cycle/cycle_start.h"
 #include "costate/cycle/multiplier_derivative.h"
 
@@ -204,6 +206,18 @@ void differentiate(const Search& search, const ReturnMap& map, const CycleOption
   }
 }
 
+/// An equilibrium repeats itself after any time; a motion that a section is to be met by does not come to it.
+void tell_rest(const CycleSettings& settings, double time) {
+  if (!settings.period_s)
+    throw SolverError(
+        fmt::format("No cycle was found: the motion comes to rest. What the search ends at moves by no more than its "
+                    "tolerances in the {:.6g} s to the next section: an equilibrium, of which 'costate equilibrium' "
+                    "and 'costate modes' tell. A cycle needs something that feeds it: begin nearer to one, or look "
+                    "whether there is one at these parameters.",
+                    time));
+  notice("This cycle is rest: nothing moves in a period, and the multipliers are those of an equilibrium.");
+}
+
 /// The problem whose cost knows the values of the cycle that was found, at the tolerance of its search.
 class Whole {
  public:
@@ -276,6 +290,7 @@ CycleResult find_cycle(const Problem& problem, const CycleSettings& settings, co
   map.onto_section(search.x, search.positions);
   search.begin();
   search.solve();
+  if (rests(map, start, search.x, search.positions, search.value.time)) tell_rest(settings, search.value.time);
   CycleResult r;
   const bool derivatives = options.derivatives && !rho.empty();
   const auto take = [&](const MapValue& v) {

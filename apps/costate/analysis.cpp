@@ -6,17 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <map>
 
 #include "costate/base/error.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/print.h"
+#include "digits.h"
 
 namespace costate::app {
-
-namespace {
-constexpr double kListedRounding = 1e-14;  // some fifty units in the last place of the largest number
-}
 
 void AnalysisOptions::add_hold(Command& command, const std::string& text) {
   command.option("--hold", hold, text).separated().seen([this] { hold_given = true; });
@@ -61,14 +57,21 @@ void Listing::add(const std::string& name, double value, const std::string& unit
   lines_.push_back({name, value, unit, (unit == "1" ? "" : unit) + (note.empty() ? "" : "  " + note)});
 }
 
-std::string Listing::text() const {
+std::map<std::string, double> Listing::sizes() const {
   std::map<std::string, double> largest;
   for (const auto* lines : {&lines_, &beside_})
     for (const auto& l : *lines) largest[l.unit] = std::max(largest[l.unit], std::abs(l.value));
+  // Torques are made of forces on levers.
+  largest["N m"] = std::max(largest["N m"], largest["N"] * largest["m"]);
+  return largest;
+}
+
+std::string Listing::text() const {
+  const std::map<std::string, double> largest = sizes();
   std::vector<std::string> numbers;
   std::size_t names = 0, values = 0;
   for (const auto& l : lines_) {
-    numbers.push_back(fmt::format("{:.10g}", std::abs(l.value) < kListedRounding * largest[l.unit] ? 0.0 : l.value));
+    numbers.push_back(fmt::format("{:.10g}", shown(l.value, largest.at(l.unit))));
     names = std::max(names, l.name.size());
     values = std::max(values, numbers.back().size());
   }
@@ -84,7 +87,9 @@ std::string Listing::text() const {
 
 void report_analysis(const CommonOptions& common, const Json& json, const std::string& text, const std::string& file) {
   namespace fs = std::filesystem;
-  const std::string object = json_text(json) + "\n";
+  Json whole = json;
+  add_notices(whole);
+  const std::string object = json_text(whole) + "\n";
   fs::path path = common.output;
   if (common.no_files) path.clear();
   if (!path.empty()) {
@@ -99,9 +104,9 @@ void report_analysis(const CommonOptions& common, const Json& json, const std::s
     }
     write_file_atomically(path, object);
   }
-  if (common.hand_over)
-    common.hand_over(json);
-  else if (common.json)
+  if (common.hand_over) return common.hand_over(whole);
+  print_warnings(whole.at("warnings").get<std::vector<std::string>>());
+  if (common.json)
     fmt::print("{}", object);
   else if (!common.quiet) {
     print_result(text);

@@ -1,6 +1,8 @@
 // What the commands that analyse a single position share: the scene, its outputs at rest, tables, files.
 #pragma once
 
+#include <map>
+
 #include "command.h"
 #include "costate/analysis/equilibrium.h"
 #include "costate/objective/output.h"
@@ -38,6 +40,8 @@ class Listing {
   void add(const std::string& name, double value, const std::string& unit, const std::string& note = {});
   /// Numbers of another listing tell, too, how large those of a unit are.
   void beside(const Listing& other) { beside_.insert(beside_.end(), other.lines_.begin(), other.lines_.end()); }
+  /// How large numbers of each unit are, at least as those that they may be made of.
+  std::map<std::string, double> sizes() const;
   /// What rounding leaves of a zero, against the largest number of its unit, is printed as zero.
   std::string text() const;
   bool empty() const { return lines_.empty(); }

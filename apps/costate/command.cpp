@@ -110,6 +110,8 @@ void require_positive(const std::optional<double>& x, const char* option) {
 }  // namespace
 
 Setup::Setup(const CommonOptions& options, Purpose purpose) : scene(load_scene(options)) {
+  noticed = take_notices();
+  for (const auto& sentence : noticed) notice(sentence);  // should it fail before there is a summary
   require_single_run(scene);
   chosen_by(!options.parameters.empty(), "--parameters", "run.parameters",
             [&] { problem = make_problem(scene, options.parameters); });

@@ -69,8 +69,9 @@ struct Setup {
   Problem problem;
   std::string method;  // of the scene, overridden
   std::vector<double> rho;
-  std::filesystem::path directory;  // where results go
-  bool directory_chosen = false;    // by the user
+  std::vector<std::string> noticed;  // when the scene was read; its summary tells it, whatever its runs said
+  std::filesystem::path directory;   // where results go
+  bool directory_chosen = false;     // by the user
   bool files = true;
   ProgressOptions progress_options;
 
@@ -119,6 +120,12 @@ Json run_json(const Setup& setup, const GradientResult& result, const std::strin
 /// The events of a run in a line, the first few by name; empty without any.
 std::string events_text(const Simulation& r);
 Json counters_json(const Counters& c);
+/// What was noticed when the scene was read, and since then (costate/base/notice.h).
+Json warnings_of(const Setup& setup);
+/// Adds what was noticed since to the summary's "warnings", each sentence once.
+void add_notices(Json& summary);
+/// The first few on standard error.
+void print_warnings(const std::vector<std::string>& warnings);
 
 /// Prints the JSON object (with --json) or the text, and writes the JSON as `file` into the directory.
 void report(const Setup& setup, const CommonOptions& options, const Json& json, const std::string& text,

@@ -127,7 +127,7 @@ Json cycle_json(const Setup& setup, const CycleResult& r, double wall) {
   j["counters"] = counters_json(r.counters);
   j["wall_s"] = wall;
   j["status"] = "ok";
-  j["warnings"] = take_notices();
+  j["warnings"] = warnings_of(setup);
   j["settings"] = settings_json(setup);
   return j;
 }
@@ -175,12 +175,19 @@ std::string cycle_text(const Setup& setup, const CommonOptions& common, const Cy
       if (multiplier) line += fmt::format("  {:>16}", largest);
       return line + "\n";
     };
+    // Among what the others make of the same number.
+    const auto seven = [&](const Eigen::VectorXd& by, Eigen::Index k) {
+      double largest = 0;
+      const auto& list = p.parameters.parameters;
+      for (std::size_t i = 0; i < list.size(); ++i)
+        largest = std::max(largest, std::abs(by[static_cast<Eigen::Index>(i)]) * list[i].scale);
+      return fmt::format("{:.7g}", shown(by[k], largest / list[static_cast<std::size_t>(k)].scale));
+    };
     text += "\n" + row("parameter", "value", "d(psi)/d(p)", "d(period)/d(p)", "d(speed)/d(p)", "d(multiplier)/d(p)");
     for (std::size_t j = 0; j < names.size(); ++j) {
       const auto k = static_cast<Eigen::Index>(j);
-      const auto seven = [](double x) { return fmt::format("{:.7g}", x); };
-      text += row(names[j], fmt::format("{:.12g}", setup.rho[j]), seven(r.psi_rho[k]), seven(r.period_rho[k]),
-                  travels ? seven(speed_rho[k]) : "",
+      text += row(names[j], fmt::format("{:.12g}", shown(setup.rho[j])), seven(r.psi_rho, k), seven(r.period_rho, k),
+                  travels ? seven(speed_rho, k) : "",
                   multiplier ? known_digits(r.multiplier_rho[k], r.multiplier_rho_error[k]) : "");
     }
     if (multiplier)
@@ -243,6 +250,7 @@ int run(const CommonOptions& given, const CycleFlags& flags) {
     on_cycle.problem.cycle = std::make_shared<const CycleSettings>(*setup.scene.cycle);
     const std::optional<TrajectoryTable> motion =
         setup.located([&] { return motion_for_page(on_cycle, j.at("settings")); });
+    add_notices(j);
     text += written_page(setup, "cycle.html", cycle_page(setup, j, text, motion ? &*motion : nullptr));
   }
   report(setup, common, j, text, "cycle.json");

@@ -60,7 +60,7 @@ Json branch_json(const Setup& setup, const ContinueRequest& request, const Branc
   j["counters"] = counters_json(b.counters);
   j["wall_s"] = wall;
   j["status"] = "ok";
-  j["warnings"] = take_notices();
+  j["warnings"] = warnings_of(setup);
   j["settings"] = settings_json(setup);
   return j;
 }

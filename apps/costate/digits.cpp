@@ -7,9 +7,15 @@
 
 namespace costate::app {
 
+namespace {
+constexpr double kLeftByRounding = 1e-14, kBelowAllDigits = 1e-6;
+}
+
+double shown(double value, double size) { return std::abs(value) <= kLeftByRounding * size || value == 0 ? 0 : value; }
+
 std::string known_digits(double value, double uncertainty) {
-  if (!std::isfinite(value) || value == 0 || !(uncertainty > 0) || !std::isfinite(uncertainty))
-    return fmt::format("{:.12g}", value);
+  if (value == 0 || (std::isfinite(uncertainty) && std::abs(value) < kBelowAllDigits * uncertainty)) return "0";
+  if (!std::isfinite(value) || !(uncertainty > 0) || !std::isfinite(uncertainty)) return fmt::format("{:.12g}", value);
   const int first = static_cast<int>(std::floor(std::log10(std::abs(value)))),
             last = static_cast<int>(std::floor(std::log10(uncertainty) + 1e-9));
   const int digits = std::clamp(first - last + 1, 1, 15), decimals = digits - 1 - first;

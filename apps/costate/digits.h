@@ -1,5 +1,5 @@
 // Numbers to the digits that are known. psi and its gradient are results of a run with a tolerance: text shows no more
-// digits than that tolerance can hold, or than an estimate of the error leaves. JSON keeps full doubles.
+// digits than that tolerance can hold, or than an estimate of the error leaves. JSON keeps full doubles, -0 apart.
 #pragma once
 
 #include <optional>
@@ -10,8 +10,13 @@
 
 namespace costate::app {
 
+/// `value` as it is printed among numbers as large as `size` that it may be made of: below 1e-14 of them, some fifty
+/// units in their last place, it is what rounding leaves of a zero, and 0. So is -0.
+double shown(double value, double size = 0);
+
 /// `value` rounded to the first digit of `uncertainty`, zeros at the end included: 0.7268777 for 0.72687767 and 3e-7;
-/// never less than one digit nor more than 15. Without an uncertainty (0) 12 digits.
+/// never less than one digit nor more than 15; 0 below a millionth of the uncertainty, which of a relative 1e-8 is
+/// rounding. Without an uncertainty (0) 12 digits.
 std::string known_digits(double value, double uncertainty);
 
 /// What a run's psi and gradient can hold at best: an integrator keeps the error of each of its steps below rtol.

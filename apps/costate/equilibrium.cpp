@@ -7,6 +7,7 @@
 #include "analysis.h"
 #include "costate/analysis/start.h"
 #include "costate/mechanism/multiplier_unit.h"
+#include "digits.h"
 
 namespace costate::app {
 
@@ -56,27 +57,7 @@ int run(const CommonOptions& common, EquilibriumOptions& options) {
       fmt::format("  out of balance by {:.2g} N or N m, constraints by {:.2g}\n", e.residual, e.constraint_residual);
   if (!stable) text += fmt::format("  NOT STABLE: a stiffness is {:.4g} 1/s^2 per mass\n", e.lowest_stiffness);
   Listing positions, forces, multipliers;
-  j["held"] = Json::object();
-  for (int i = 0; i < m->coordinate_count(); ++i) {
-    const auto& c = m->coordinates()[static_cast<std::size_t>(i)];
-    std::string note;
-    for (std::size_t h = 0; h < held.size(); ++h)
-      if (held[h].coordinate == i) {
-        const double force = e.held[static_cast<Eigen::Index>(h)];
-        j["held"][c.name] = force;
-        note = fmt::format("held with {:.6g} {}", force == 0 ? 0 : -force,
-                           c.unit == "m"     ? "N"
-                           : c.unit == "rad" ? "N m"
-                                             : "");
-      }
-    positions.add(c.name, e.q[i], c.unit, note);
-  }
-  const auto states = m->state_names(), units_of_states = state_units(*m);
-  j["states"] = Json::object();
-  for (std::size_t i = 0; i < states.size(); ++i) {
-    j["states"][states[i]] = e.z[static_cast<Eigen::Index>(i)];
-    positions.add("z." + states[i], e.z[static_cast<Eigen::Index>(i)], units_of_states[i]);
-  }
+  for (const char* key : {"held", "states", "outputs"}) j[key] = Json::object();
   KeyedObject values;
   for (const auto* list : {&measures, &std::as_const(chosen)})
     for (const auto& o : *list) {
@@ -91,9 +72,34 @@ int run(const CommonOptions& common, EquilibriumOptions& options) {
     multipliers.add(rows[i], e.lambda[static_cast<Eigen::Index>(i)], row_units[i]);
   }
   j["multipliers"] = values.take();
+  Listing made_of;  // what the held positions' forces may be
+  for (int i = 0; i < m->coordinate_count(); ++i)
+    made_of.add("", e.q[i], m->coordinates()[static_cast<std::size_t>(i)].unit);
+  made_of.beside(forces);
+  made_of.beside(multipliers);
+  auto sizes = made_of.sizes();
+  for (int i = 0; i < m->coordinate_count(); ++i) {
+    const auto& c = m->coordinates()[static_cast<std::size_t>(i)];
+    std::string note;
+    for (std::size_t h = 0; h < held.size(); ++h)
+      if (held[h].coordinate == i) {
+        const double force = e.held[static_cast<Eigen::Index>(h)];
+        j["held"][c.name] = force;
+        const std::string unit = c.unit == "m" ? "N" : c.unit == "rad" ? "N m" : "";
+        note = fmt::format("held with {:.6g} {}", shown(-force, unit.empty() ? 0 : sizes[unit]), unit);
+      }
+    positions.add(c.name, e.q[i], c.unit, note);
+  }
+  const auto states = m->state_names(), units_of_states = state_units(*m);
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    j["states"][states[i]] = e.z[static_cast<Eigen::Index>(i)];
+    positions.add("z." + states[i], e.z[static_cast<Eigen::Index>(i)], units_of_states[i]);
+  }
   positions.beside(forces);
   forces.beside(positions);
+  forces.beside(multipliers);
   multipliers.beside(forces);
+  multipliers.beside(made_of);
   text += "\nPositions\n" + positions.text();
   if (!forces.empty()) text += "\nPoints and elements\n" + forces.text();
   if (!multipliers.empty()) text += "\nMultipliers\n" + multipliers.text();

@@ -36,7 +36,7 @@ std::string derivatives_text(const Setup& setup, const std::vector<double>& grad
   std::string text = fmt::format("  {:<{}}  {:>20}  {:>20}{}\n", "parameter", width, "value", "d(psi)/d(parameter)",
                                  errors.empty() ? "" : "      estimated error");
   for (std::size_t i = 0; i < names.size(); ++i) {
-    text += fmt::format("  {:<{}}  {:>20.12g}  {:>20}", names[i], width, setup.rho[i],
+    text += fmt::format("  {:<{}}  {:>20.12g}  {:>20}", names[i], width, shown(setup.rho[i]),
                         known_digits(gradient[i], unknown[i]));
     if (!errors.empty()) text += fmt::format("  {:>19.2e}", errors[i]);
     text += "\n";
@@ -55,9 +55,10 @@ void of_case(const std::string& name, const F& f) {
 }
 
 /// gradient.html, where it is asked for; what the text says of it.
-std::string report_text(const Setup& setup, const GradientOptions& options, const Json& j, bool motion) {
+std::string report_text(const Setup& setup, const GradientOptions& options, Json& j, bool motion) {
   if (!options.report) return {};
   const std::optional<TrajectoryTable> table = motion ? motion_for_page(setup, j.at("settings")) : std::nullopt;
+  add_notices(j);
   return written_page(setup, "gradient.html", gradient_page(setup, j, table ? &*table : nullptr));
 }
 

@@ -11,7 +11,13 @@ std::string json_text(const Json& json) {
   const std::string text = json.dump(1, ' ', false, Json::error_handler_t::replace);
   std::string r;
   r.reserve(text.size());
+  bool quoted = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '"') quoted = !quoted;
+    if (quoted && text[i] == '\\') r += text[i++];  // what follows is no end
+    // -0 is a zero.
+    const bool zero = !quoted && text.compare(i, 4, "-0.0") == 0;
+    if (zero && (i + 4 == text.size() || (text[i + 4] != 'e' && (text[i + 4] < '0' || text[i + 4] > '9')))) continue;
     // Control characters of seven bits are escaped; of eight, U+0080 to U+009F in UTF-8, they may stand in JSON, but
     // not on a terminal.
     if (text[i] == '\x7f')

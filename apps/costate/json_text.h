@@ -10,7 +10,8 @@ namespace costate::app {
 
 using Json = nlohmann::ordered_json;
 
-/// JSON as text; what is no valid UTF-8 (a file name may be) is replaced, numbers that are not finite become null.
+/// JSON as text; what is no valid UTF-8 (a file name may be) is replaced, numbers that are not finite become null, -0
+/// becomes 0.
 std::string json_text(const Json& json);
 /// An object of many keys, in the order in which they come: Json's own assignment looks through all that are there.
 class KeyedObject {

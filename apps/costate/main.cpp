@@ -20,6 +20,7 @@
 #include "costate/record/nothing_to_save.h"
 #include "costate/record/print.h"
 #include "guide.h"
+#include "study/ranks.h"
 
 namespace {
 
@@ -27,9 +28,7 @@ namespace {
 /// the way, the cause perhaps, comes with it.
 int complain(bool json, const char* status, const std::string& message, int code) {
   const std::vector<std::string> warnings = costate::take_notices();
-  constexpr std::size_t told = 5;
-  for (std::size_t i = 0; i < std::min(told, warnings.size()); ++i)
-    costate::print_message("warning: " + costate::app::with_guide(warnings[i]));
+  costate::app::print_warnings(warnings);
   costate::print_message(code == costate::app::kFailed ? costate::app::with_guide(message) : message);
   if (json) {
     costate::app::Json j;
@@ -69,9 +68,14 @@ int flushed(int code) {
 int main(int argc, char** argv) {
   hold_standard_descriptors();
   costate::app::CommandLine line;
+  // What ends a study on a rank behind the first before the ranks have met, each of them meets.
+  const auto told_elsewhere = [&] {
+    return argc > 1 && std::string_view(argv[1]) == "study" && costate::app::is_told_by_first_rank();
+  };
   try {
     line.parse(argc, argv);
   } catch (const costate::app::UsageError& e) {
+    if (told_elsewhere()) return costate::app::kUsage;
     // The parser gave up somewhere, possibly before it came to --json.
     const bool json = std::any_of(argv + 1, argv + argc, [](std::string_view a) { return a == "--json"; });
     const int code = complain(json, "failed", e.what(), costate::app::kUsage);
@@ -86,10 +90,13 @@ int main(int argc, char** argv) {
   if (std::find(std::begin(short_ones), std::end(short_ones), std::string_view(argv[1])) != std::end(short_ones))
     nothing_to_save.emplace(line.common().json);
   try {
-    return flushed(line.action()());
+    const int code = line.action()();
+    costate::app::print_warnings(costate::take_notices());  // of commands without a summary
+    return flushed(code);
   } catch (const costate::Interrupted& e) {
     return flushed(complain(line.common().json, "interrupted", e.what(), 128 + e.signal_number()));
   } catch (const costate::app::UsageError& e) {
+    if (told_elsewhere()) return costate::app::kUsage;
     return flushed(complain(line.common().json, "failed", e.what(), costate::app::kUsage));
   } catch (const std::bad_alloc&) {
     const std::string& scene = line.common().scene;
@@ -98,6 +105,7 @@ int main(int argc, char** argv) {
                                 "There is not enough memory for this: fewer parameters, points or elements need less.",
                             costate::app::kFailed));
   } catch (const std::exception& e) {
+    if (told_elsewhere()) return costate::app::kFailed;
     return flushed(complain(line.common().json, "failed", e.what(), costate::app::kFailed));
   }
 }

@@ -39,8 +39,8 @@ std::string participants(const Mechanism& m, const Modes& r, const Mode& mode) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-/// Without what rounding leaves.
-double clean(double x) { return std::abs(x) < 1e-12 ? 0 : x; }
+/// Without what rounding leaves, or what its decimals do not show.
+double clean(double x, double below = 1e-12) { return std::abs(x) < below ? 0 : x; }
 
 Json shape_json(const Mechanism& m, const Modes& r, const Mode& mode) {
   Json j = Json::object();
@@ -124,8 +124,8 @@ int run(const CommonOptions& common, ModesOptions& options) {
     j["modes"].push_back(e);
     const double size = std::abs(mode.eigenvalue);
     text += mode.oscillates() ? fmt::format("  {:>4} {:>14.8g} {:>10.5f} {:>14.6g}  {}\n", k + 1, mode.frequency_Hz(),
-                                            clean(mode.damping_ratio()), clean(mode.eigenvalue.real() / size) * size,
-                                            participants(*m, r, mode))
+                                            clean(mode.damping_ratio(), 5e-6),
+                                            clean(mode.eigenvalue.real() / size) * size, participants(*m, r, mode))
                               : fmt::format("  {:>4} {:>14} {:>10} {:>14.6g}  {}\n", k + 1, "-", "-",
                                             mode.eigenvalue.real(), participants(*m, r, mode));
   }
@@ -138,7 +138,6 @@ int run(const CommonOptions& common, ModesOptions& options) {
                       "moved it by {:.2g} of its size.",
                       k + 1, r.modes[k].relative_error));
   for (const auto& remark : remarks) j["warnings"].push_back(remark);
-  for (const auto& w : j["warnings"]) print_message(fmt::format("warning: {}", w.get<std::string>()));
   if (!options.shapes.empty()) {
     write_file_atomically(options.shapes, shapes_csv(*m, r));
     text += fmt::format("  shapes: {}\n", options.shapes.string());

@@ -276,7 +276,7 @@ class OptimizeRun {
     if (o_.adapt_accuracy) text += "  evaluations: " + adaptation_text(j_["adaptation"]) + "\n";
     if (whole_.several()) text += whole_.cases_text(first.cases, best.cases);
     for (std::size_t i = 0; i < names_.size(); ++i)
-      text += fmt::format("  {:<16} {:>18.12g} -> {:.12g}\n", names_[i], first.rho[i], best.rho[i]);
+      text += fmt::format("  {:<16} {:>18.12g} -> {:.12g}\n", names_[i], shown(first.rho[i]), shown(best.rho[i]));
     text += certificate_;
     if (setup_.files)
       text += fmt::format("  results in {}: evaluations.jsonl, optimized.toml, before{}.h5, after{}.h5 (and .csv)\n",

@@ -26,6 +26,7 @@ std::vector<RunMotion> write_motions(const DesignSetup& whole, const std::vector
       const std::string name = motion_name(when, c.name);
       try {
         TrajectoryTable table = shown_trajectory(*m.setup, rho, whole.several() ? settings_json(*m.setup) : settings);
+        for (const auto& remark : not_finite_remarks(table)) note(fmt::format("The motion '{}': {}", name, remark));
         write_trajectory(*m.setup, table, name, true);
         return table;
       } catch (const Interrupted&) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "digits.h"
 #include "drawing.h"
 #include "motion/figures.h"
 #include "motion/viewer.h"
@@ -72,7 +73,7 @@ void add_cases(HtmlPage& page, const Json& j) {
 
 std::string page_number(double x) {
   if (x == HUGE_VAL || x == -HUGE_VAL) return "none";
-  return fmt::format("{:.6g}", x);
+  return fmt::format("{:.6g}", shown(x));
 }
 std::string page_number(const Json& j, const char* key) {
   return j.contains(key) && j.at(key).is_number() ? page_number(j.at(key).get<double>()) : "-";

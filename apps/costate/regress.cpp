@@ -58,6 +58,8 @@ class Regression {
   Regression(const CommonOptions& common, const RegressOptions& options) : common_(common), options_(options) {}
 
   int run() {
+    if (common_.no_files && options_.update)
+      throw Error("--update writes what moved into the baselines, so it excludes --no-files.");
     collect();
     int interruption = 0;
     std::string message;
@@ -315,6 +317,7 @@ const RegisterCommand regress_command(
           .value_name("PATTERN")
           .separated();
       c.flag("--update", options->update, "Write what moved, and what has no value yet, into the baselines");
+      c.flag("--no-files", common.no_files, "Write no files, which is so without --update");
       c.flag("--json", common.json, "Print one JSON object and nothing else");
       c.flag("--quiet", common.quiet, "Print errors and moves only");
       c.footer(

@@ -9,6 +9,7 @@
 #include "costate/base/notice.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/interrupt.h"
+#include "digits.h"
 #include "page_parts.h"
 #include "trajectory.h"
 
@@ -72,7 +73,9 @@ void add_page_motion(HtmlPage& page, const Setup& setup, const TrajectoryTable* 
 }  // namespace
 
 std::optional<TrajectoryTable> motion_for_page(const Setup& setup, const Json& settings) try {
-  return shown_trajectory(setup, setup.rho, settings);
+  TrajectoryTable table = shown_trajectory(setup, setup.rho, settings);
+  for (const auto& remark : not_finite_remarks(table)) notice(remark);
+  return table;
 } catch (const Interrupted&) {
   throw;
 } catch (const SolverError& e) {
@@ -100,8 +103,11 @@ std::string gradient_page(const Setup& setup, const Json& j, const TrajectoryTab
     header.push_back("#psi of " + j.at("cases")[i].at("name").get<std::string>());
   std::vector<std::vector<std::string>> rows;
   std::vector<std::pair<std::string, double>> scaled;
+  double largest = 0;
+  for (const Parameter& p : setup.problem.parameters.parameters)
+    largest = std::max(largest, std::abs(j.at("gradient").at(p.name).get<double>() * p.scale));
   for (const Parameter& p : setup.problem.parameters.parameters) {
-    const double g = j.at("gradient").at(p.name).get<double>();
+    const double g = shown(j.at("gradient").at(p.name).get<double>(), largest / p.scale);
     const Json& errors = j.at("gradient_error");
     scaled.emplace_back(p.name, g * p.scale);
     rows.push_back({p.name, fmt::format("{:.9g}", j.at("parameters").at(p.name).get<double>()),

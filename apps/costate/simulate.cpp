@@ -8,6 +8,7 @@
 
 #include "accuracy.h"
 #include "command.h"
+#include "costate/base/notice.h"
 #include "costate/record/atomic_file.h"
 #include "costate/sensitivity/error_estimate.h"
 #include "digits.h"
@@ -56,7 +57,7 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   else if (options.estimate && costs)
     error = setup.located([&] { return estimate_error(setup.problem, setup.rho, r).psi; });
   progress.finish();
-  recorder.notice_not_finite();
+  for (const auto& remark : not_finite_remarks(recorder.table())) notice(remark);
   Json j = run_json(setup, GradientResult(r), "", wall);
   j["psi_error"] = error ? Json(*error) : Json();
   if (accurate) j["accuracy"] = accuracy_json(*accurate, *accuracy);

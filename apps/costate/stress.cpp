@@ -133,6 +133,7 @@ class Stress {
     try {
       Setup setup(with(file, {}), Purpose::compare);
       s.title = setup.scene.title;
+      for (const auto& sentence : setup.noticed) summary_.warnings.push_back(fmt::format("{}: {}", file, sentence));
       progress_.start(setup.problem.solver.t_start);
       setup.problem.monitor = monitor(progress_, setup.problem.solver.t_end);
       std::vector<std::string> outputs = setup.scene.run.outputs;

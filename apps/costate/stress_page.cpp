@@ -74,6 +74,7 @@ Json summary_json(const StressSummary& summary, bool interrupted) {
   Json j;
   j["status"] = interrupted ? "interrupted" : summary.count(StressVerdict::wrong) > 0 ? "disagreement" : "ok";
   if (!summary.note.empty()) j["error"] = summary.note;
+  j["warnings"] = summary.warnings;
   j["wall_s"] = summary.wall_s;
   j["counts"] = Json::object();
   for (const StressVerdict v : kVerdicts)
@@ -175,6 +176,7 @@ void finish_stress(const StressSummary& summary, const CommonOptions& common, co
     text += fmt::format("  page: {}\n  summary: {}\n", (directory / "stress.html").string(),
                         (directory / "stress.json").string());
   }
+  print_warnings(summary.warnings);
   if (common.json)
     fmt::print("{}", object);
   else if (!common.quiet)

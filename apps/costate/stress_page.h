@@ -30,6 +30,7 @@ struct StressedScene {
 struct StressSummary {
   std::deque<StressedScene> scenes;
   std::string note;  // an interruption
+  std::vector<std::string> warnings;
   double wall_s = 0;
   std::size_t count(StressVerdict verdict) const;
 };

@@ -49,6 +49,27 @@ Json settings_json(const Setup& setup) {
   return j;
 }
 
+Json warnings_of(const Setup& setup) {
+  Json j = {{"warnings", setup.noticed}};
+  add_notices(j);
+  return j.at("warnings");
+}
+
+void add_notices(Json& summary) {
+  Json& warnings = summary["warnings"];
+  if (!warnings.is_array()) warnings = Json::array();
+  for (const auto& sentence : take_notices())
+    if (std::find(warnings.begin(), warnings.end(), Json(sentence)) == warnings.end()) warnings.push_back(sentence);
+}
+
+void print_warnings(const std::vector<std::string>& warnings) {
+  constexpr std::size_t told = 5;
+  for (std::size_t i = 0; i < std::min(told, warnings.size()); ++i)
+    print_message(fmt::format("warning: {}", with_guide(warnings[i])));
+  if (warnings.size() > told)
+    print_message(fmt::format("warning: {} more like these, see \"warnings\" in the summary.", warnings.size() - told));
+}
+
 namespace {
 
 std::vector<std::string> remarks_about_start(const Setup& setup) {
@@ -100,7 +121,7 @@ Json run_json(const Setup& setup, const GradientResult& r, const std::string& me
   }
   if (r.end) j["end"] = {{"t", r.end->t}, {"name", r.end->name}};
   j["status"] = "ok";
-  j["warnings"] = take_notices();
+  j["warnings"] = warnings_of(setup);
   j["settings"] = settings_json(setup);
   for (const auto& remark : remarks_about_start(setup)) j["warnings"].push_back(remark);
   return j;
@@ -130,20 +151,13 @@ void report(const Setup& setup, const CommonOptions& options, const Json& json, 
             const std::string& file) {
   // What was noticed behind the summary's own runs (a reference, the motion at an optimum) belongs to it, too.
   Json whole = json;
-  std::vector<std::string> warnings;
-  if (json.contains("warnings")) warnings = json.at("warnings").get<std::vector<std::string>>();
-  for (const auto& sentence : take_notices())
-    if (std::find(warnings.begin(), warnings.end(), sentence) == warnings.end()) warnings.push_back(sentence);
-  whole["warnings"] = warnings;
+  for (const auto& sentence : setup.noticed) notice(sentence);
+  add_notices(whole);
   if (options.take) return options.take(setup, whole);
   const std::string object = json_text(whole) + "\n";
   const bool written = setup.write_file(file, [&](const auto& path) { write_file_atomically(path, object); });
   if (options.hand_over) return options.hand_over(whole);
-  constexpr std::size_t told = 5;
-  for (std::size_t i = 0; i < std::min(told, warnings.size()); ++i)
-    print_message(fmt::format("warning: {}", with_guide(warnings[i])));
-  if (warnings.size() > told)
-    print_message(fmt::format("warning: {} more like these, see \"warnings\" in the summary.", warnings.size() - told));
+  print_warnings(whole.at("warnings").get<std::vector<std::string>>());
   if (options.json)
     fmt::print("{}", object);
   else if (!options.quiet) {

@@ -6,8 +6,10 @@
 #include <cmath>
 
 #include "analysis.h"
+#include "costate/mechanism/multiplier_unit.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/print.h"
+#include "digits.h"
 
 namespace costate::app {
 
@@ -30,6 +32,16 @@ void require_undriven(const Mechanism& m, int coordinate) {
                                               m.coordinates()[static_cast<std::size_t>(coordinate)].name, c->path()));
 }
 
+/// Rows of numbers, separated by commas, as they are; printed among numbers as large as `sizes`, one a column, if there
+/// are some.
+std::string csv_rows(const std::vector<std::vector<double>>& rows, const std::vector<double>& sizes) {
+  std::string text;
+  for (const auto& row : rows)
+    for (std::size_t i = 0; i < row.size(); ++i)
+      text += fmt::format("{}{}", shown(row[i], sizes.empty() ? 0 : sizes[i]), i + 1 < row.size() ? "," : "\n");
+  return text;
+}
+
 int run(const CommonOptions& common, SweepOptions& options) {
   if (options.count < 2 || options.count > 100000)
     throw Error(fmt::format("--count must be 2 to 100000, found {}.", options.count));
@@ -40,6 +52,7 @@ int run(const CommonOptions& common, SweepOptions& options) {
   const Scene scene = load_for_analysis(common, options.analysis, options.analysis.at_equilibrium);
   const auto m = scene.mechanism();
   const int coordinate = m->coordinate(options.coordinate);
+  const std::string name = m->coordinates()[static_cast<std::size_t>(coordinate)].name;
   const std::string unit = m->coordinates()[static_cast<std::size_t>(coordinate)].unit;
   std::vector<std::string> names = options.outputs.empty() ? scene.run.outputs : options.outputs;
   if (names.empty()) names = m->coordinate_names();
@@ -61,56 +74,73 @@ int run(const CommonOptions& common, SweepOptions& options) {
   if (!sweep.stopped.empty()) j["error"] = sweep.stopped;
   j["scene"] = scene.file_name();
   j["title"] = scene.title;
-  j["coordinate"] = options.coordinate;
+  j["coordinate"] = name;
   j["unit"] = unit;
   j["reached"] = sweep.reached;
   KeyedObject columns, units;
   std::vector<Json> found(outputs.size(), Json::array());
-  std::string csv = fmt::format("{} [{}]", options.coordinate, unit);
+  const std::string force_unit = unit == "m" ? "N" : unit == "rad" ? "N m" : "";
+  std::string header = fmt::format("{} [{}]", name, unit);
   for (const auto& o : outputs) {
     units.set(o->name(), o->unit());
-    csv += fmt::format(",{} [{}]", o->name(), o->unit());
+    header += fmt::format(",{} [{}]", o->name(), o->unit());
   }
-  csv += ",held_force\n";
+  header += ",held_force\n";
+  std::vector<std::vector<double>> rows;
+  Listing sizes;  // of the table's numbers, and of the constraints' forces, which the held one may be made of
+  const auto row_units = multiplier_units(*m);
   Json values = Json::array(), forces = Json::array();
   for (const auto& p : sweep.points) {
     values.push_back(p.value);
-    csv += fmt::format("{}", p.value);
+    rows.push_back({p.value});
+    sizes.add("", p.value, unit);
+    for (std::size_t i = 0; i < row_units.size(); ++i)
+      sizes.add("", p.at.lambda[static_cast<Eigen::Index>(i)], row_units[i]);
     for (std::size_t k = 0; k < outputs.size(); ++k) {
       const double x = value_at_rest(*outputs[k], assembly, t, p.at);
       found[k].push_back(x);
-      csv += fmt::format(",{}", x);
+      rows.back().push_back(x);
+      sizes.add("", x, outputs[k]->unit());
     }
     const double force = -p.at.held[p.at.held.size() - 1];  // what pushes the coordinate there
     forces.push_back(force);
-    csv += fmt::format(",{}\n", force);
+    rows.back().push_back(force);
+    sizes.add("", force, force_unit);
   }
   j["values"] = values;
   for (std::size_t k = 0; k < outputs.size(); ++k) columns.set(outputs[k]->name(), std::move(found[k]));
   j["outputs"] = columns.take();
   j["units"] = units.take();
   j["held_force"] = forces;
+  add_notices(j);
   std::string text =
       fmt::format("{}\n  {} points of {} from {:g} to {:g} {}\n", scene.title.empty() ? common.scene : scene.title,
-                  sweep.points.size(), options.coordinate, options.from, options.to, unit);
+                  sweep.points.size(), name, options.from, options.to, unit);
   if (!common.no_files) {
     const auto directory = common.output.empty()
                                ? std::filesystem::path("results") / std::filesystem::path(common.scene).stem()
                                : common.output;
     require_writable(directory);
-    write_file_atomically(directory / "sweep.csv", csv);
+    write_file_atomically(directory / "sweep.csv", header + csv_rows(rows, {}));
     write_file_atomically(directory / "sweep.json", json_text(j) + "\n");
     j["files"] = {(directory / "sweep.csv").string(), (directory / "sweep.json").string()};
     text += fmt::format("  {}\n  {}\n", (directory / "sweep.csv").string(), (directory / "sweep.json").string());
   } else {
-    text += csv;
+    auto size = sizes.sizes();
+    std::vector<double> of = {size[unit]};
+    for (const auto& o : outputs) of.push_back(size[o->unit()]);
+    of.push_back(force_unit.empty() ? 0 : size[force_unit]);
+    text += header + csv_rows(rows, of);
   }
-  if (common.hand_over)
+  if (common.hand_over) {
     common.hand_over(j);
-  else if (common.json)
-    fmt::print("{}\n", json_text(j));
-  else if (!common.quiet)
-    print_result(text);
+  } else {
+    print_warnings(j.at("warnings").get<std::vector<std::string>>());
+    if (common.json)
+      fmt::print("{}\n", json_text(j));
+    else if (!common.quiet)
+      print_result(text);
+  }
   if (sweep.stopped.empty()) return 0;
   print_message(sweep.stopped);
   return kFailed;

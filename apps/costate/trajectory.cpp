@@ -105,17 +105,18 @@ Json TrajectoryRecorder::units() const {
   return j.take();
 }
 
-void TrajectoryRecorder::notice_not_finite() const {
-  for (const Column& c : table_.columns) {
+std::vector<std::string> not_finite_remarks(const TrajectoryTable& table) {
+  std::vector<std::string> remarks;
+  for (const Column& c : table.columns) {
     const auto wrong = std::find_if(c.values.begin(), c.values.end(), [](double x) { return !std::isfinite(x); });
     if (wrong == c.values.end()) continue;
     const auto count = std::count_if(wrong, c.values.end(), [](double x) { return !std::isfinite(x); });
-    notice(
-        fmt::format("'{}' is not a number at {} of {} samples, at t = {:.6g} s first: a formula outside its domain "
-                    "(sqrt(-1), log(0), 1/0), or numbers that overflow.",
-                    output_of_column(c), count, c.values.size(),
-                    table_.time_s[static_cast<std::size_t>(wrong - c.values.begin())]));
+    remarks.push_back(fmt::format(
+        "'{}' is not a number at {} of {} samples, at t = {:.6g} s first: a formula outside its domain "
+        "(sqrt(-1), log(0), 1/0), or numbers that overflow.",
+        output_of_column(c), count, c.values.size(), table.time_s[static_cast<std::size_t>(wrong - c.values.begin())]));
   }
+  return remarks;
 }
 
 TrajectoryTable TrajectoryRecorder::finish(const Json& settings, const Simulation& run) {

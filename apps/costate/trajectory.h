@@ -18,8 +18,7 @@ class TrajectoryRecorder {
                      bool only_end = false);
   const std::vector<double>& times() const { return times_; }
   SampleSink sink();
-  /// Tells which columns hold what is no number.
-  void notice_not_finite() const;
+  const TrajectoryTable& table() const { return table_; }
   /// The last sample by the names of outputs: coordinates, NAME_dot, NAME_ddot, lambda.ROW, z.STATE and the outputs.
   Json terminal() const;
   /// The units of terminal().
@@ -34,6 +33,9 @@ class TrajectoryRecorder {
   std::vector<std::unique_ptr<Output>> outputs_;
   TrajectoryTable table_;
 };
+
+/// A sentence for each column that holds what is no number.
+std::vector<std::string> not_finite_remarks(const TrajectoryTable& table);
 
 /// Writes NAME.h5 (and NAME.csv); returns the paths of what was written.
 std::vector<std::string> write_trajectory(const Setup& setup, const TrajectoryTable& table, const std::string& name,

@@ -285,6 +285,18 @@ TEST_CASE("animate: an interrupted series for ParaView leaves what was there") {
   CHECK(series(here).size() == 6);
 }
 
+TEST_CASE("animate: turns too fast for the samples are told of every sort of file") {
+  const WorkingDirectory here;
+  write_text(here / "s.toml",
+             "[body.disk]\nx_m = 0\ny_m = 0\nangle_rad = 0\nangular_velocity_rad_per_s = 20\nmass_kg = 1\n"
+             "inertia_kg_m2 = 1\n[start]\ngiven = [\"disk.x\", \"disk.y\", \"disk.angle\"]\n[run]\nt_end_s = 1\n");
+  for (const char* file : {"m.gltf", "m.html", "m.svg", "m.pvd"}) {
+    const Outcome o = run_costate({"animate", "s.toml", "-o", file, "--output-step", "0.1", "--no-files"}, here.path());
+    CHECK(o.status == 0);
+    CHECK_THAT(o.err, Contains("'disk' turns by up to 115 degrees from one sample to the next"));
+  }
+}
+
 TEST_CASE("animate: mistakes with series for ParaView") {
   const WorkingDirectory here;
   const Outcome slow = run_costate({"animate", kFiveBar, "-o", "m.pvd", "--speed", "0.5"}, here.path());

@@ -1,6 +1,9 @@
 // What people meet in their first hours: options that mean the same everywhere, choices that complete themselves,
 // messages that name the cause.
 #include <catch2/catch.hpp>
+#include <filesystem>
+#include <regex>
+#include <sstream>
 
 #include "costate/formulation/formulation.h"
 #include "five_bar.h"
@@ -205,4 +208,179 @@ TEST_CASE("newcomers: outputs of one's own that are no numbers are told with the
   CHECK_THAT(j.at("warnings").at(0).get<std::string>(),
              Contains("'q' is not a number at 2 of 5 samples, at t = 0.75 s"));
   CHECK(costate_json({"simulate", "s.toml", "--t-end", "0.5", "--output", "o"}, here.path()).at("warnings").empty());
+}
+
+TEST_CASE("newcomers: outputs that are no numbers are told of stored motions, too") {
+  const WorkingDirectory here;
+  write_text(here / "s.toml", file_text(kFiveBar) + "[output.q]\nformula = \"sqrt(0.5 - t)\"\nunit = \"1\"\n");
+  const Json g = costate_json({"gradient", "s.toml", "--t-end", "1", "--report", "--output", "g"}, here.path());
+  CHECK_THAT(g.at("warnings").dump(), Contains("'q' is not a number at"));
+  CHECK_THAT(file_text(here / "g/gradient.html"),
+             Contains("'q' is not a number at") || Contains("&#39;q&#39; is not a"));
+  const Json o = costate_json(
+      {"optimize", "s.toml", "--t-end", "1", "--max-evaluations", "1", "--no-certificate", "--output", "o"},
+      here.path());
+  for (const char* motion : {"before", "after"})
+    CHECK_THAT(o.at("notes").dump(), Contains(std::string("The motion '") + motion + "': 'q' is not a number at"));
+}
+
+namespace {
+
+/// The arm with a cost and a parameter within bounds.
+std::string bounded() {
+  return kHanging +
+         "[[cost.running]]\nkind = \"square\"\noutput = \"shoulder.angle\"\n\n"
+         "[parameter.m]\nnumber = \"rigid_body.arm.mass_kg\"\nlower = 0.5\nupper = 1.5\n";
+}
+
+}  // namespace
+
+TEST_CASE("newcomers: every command tells where --set leads a parameter beyond its bounds") {
+  const WorkingDirectory here;
+  write_text(here / "s.toml", bounded());
+  for (const auto& words : std::vector<std::vector<std::string>>{
+           {"simulate", "s.toml", "--json"},
+           {"gradient", "s.toml", "--parameters", "m", "--json"},
+           {"check", "s.toml", "--parameters", "m", "--formulations", "baumgarte", "--methods",
+            "idas-forward,hand-tangent", "--no-motions", "--json"},
+           {"equilibrium", "s.toml", "--hold", "shoulder.angle", "--json"},
+           {"modes", "s.toml", "--json"},
+           {"sweep", "s.toml", "--coordinate", "shoulder.angle", "--from", "0", "--to", "0.1", "--json"},
+           {"compare", "s.toml", "s.toml", "--json"},
+           {"explain", "s.toml", "--json"},
+           {"stress", "s.toml", "--axes", "step", "--budget", "1", "--json"},
+           {"export", "s.toml", "-o", "s.fmu", "--json"},
+           {"animate", "s.toml", "-o", "s.svg", "--json"},
+           {"draw", "s.toml"},
+           {"dump", "s.toml"},
+           {"list", "s.toml"}}) {
+    std::vector<std::string> all = words;
+    all.insert(all.end(), {"--no-files", "--set", "rigid_body.arm.mass_kg=2"});
+    const Outcome o = run_costate(all, here.path());
+    INFO(words[0] << ": " << o.err);
+    CHECK(o.status == 0);
+    const std::string note = "Parameter 'm' starts at 2, above its upper bound 1.5 for optimization.";
+    const std::size_t told = o.err.find("warning: "), at = o.err.find(note);
+    CHECK(told < at);
+    CHECK(at != std::string::npos);
+    CHECK(o.err.find(note, at + 1) == std::string::npos);  // once
+    if (words.back() == "--json") CHECK_THAT(Json::parse(o.out).at("warnings").dump(), Contains(note));
+  }
+}
+
+TEST_CASE("newcomers: studies and baselines leave no files where none are wanted") {
+  const WorkingDirectory here;
+  std::filesystem::create_directory(here / "tmp");
+  write_text(here / "s.toml", "[[design]]\nname = \"d\"\nscene = \"" + kFiveBar +
+                                  "\"\ntask = \"gradient\"\nkind = \"sobol\"\ncount = 2\noptions = { t_end = 0.1 }\n"
+                                  "[design.vary]\n\"spring.S1.stiffness_N_per_m\" = { from = 80, to = 120 }\n");
+  const auto study = [&](std::vector<std::string> more) {
+    more.insert(more.begin(),
+                {"TMPDIR=" + (here / "tmp").string(), COSTATE_EXECUTABLE, "study", "s.toml", "--no-files"});
+    return Process("/usr/bin/env", more, here.path()).finish();
+  };
+  const Outcome text = study({});
+  INFO(text.err);
+  CHECK(text.status == 0);
+  CHECK_THAT(text.out, Contains("d.2") && !Contains("results in"));
+  const Json j = Json::parse(study({"--json"}).out);
+  CHECK(j.at("status") == "ok");
+  REQUIRE(j.at("runs").size() == 2);
+  CHECK(j.at("runs").at(1).at("psi").is_number());
+  CHECK(j.at("runs").at(1).at("directory").is_null());
+  CHECK_THAT(study({"--shard", "1/2"}).err, Contains("exclude --no-files"));
+  CHECK(here.entries() == std::vector<std::string>{"s.toml", "tmp"});
+
+  std::filesystem::create_directory(here / "base");
+  write_text(here / "base/b.json",
+             Json{{"scene", kFiveBar}, {"command", "simulate"}, {"options", {{"t-end", 0.1}}}}.dump() + "\n");
+  REQUIRE(run_costate({"regress", "base", "--update"}, here.path()).status == 0);
+  const std::string kept = file_text(here / "base/b.json");
+  const Outcome same = run_costate({"regress", "base", "--no-files"}, here.path());
+  INFO(same.err);
+  CHECK(same.status == 0);
+  CHECK_THAT(run_costate({"regress", "base", "--no-files", "--update"}, here.path()).err,
+             Contains("excludes --no-files"));
+  CHECK(file_text(here / "base/b.json") == kept);
+}
+
+TEST_CASE("newcomers: an angle is called as what has it, or as its coordinate, everywhere") {
+  const WorkingDirectory here;
+  const auto psi = [&](const std::string& text) {
+    write_text(here / "s.toml", text);
+    return costate_json({"simulate", "s.toml", "--no-files"}, here.path()).at("psi").get<double>();
+  };
+  const auto refused = [&](const std::string& text) {
+    write_text(here / "s.toml", text);
+    const Outcome o = run_costate({"simulate", "s.toml", "--no-files"}, here.path());
+    CHECK(o.status == 1);
+    return o.err;
+  };
+  const auto with = [](std::string text, const std::string& from, const std::string& to) {
+    REQUIRE(text.find(from) != std::string::npos);
+    return text.replace(text.find(from), from.size(), to);
+  };
+  const std::string spring =
+      "\n[torsion_spring.t]\nangle = \"shoulder\"\nstiffness_N_m_per_rad = 3\n\n"
+      "[friction.f]\ncoordinate = \"shoulder.angle\"\nnormal_force_N = 1\nradius_m = 0.1\n"
+      "static_coefficient = 0.2\ndynamic_coefficient = 0.1\ntransition_velocity_m_per_s = 0.1\n";
+  const std::string text = bounded() + spring;
+  const double expected = psi(text);
+  CHECK(expected > 0);
+  CHECK(psi(with(text, "t]\nangle = \"shoulder\"", "t]\nangle = \"shoulder.angle\"")) == expected);
+  CHECK(psi(with(text, "coordinate = \"shoulder.angle\"", "coordinate = \"shoulder\"")) == expected);
+  CHECK(psi(with(text, "given = [\"shoulder.angle\"]", "given = [\"shoulder\"]")) == expected);
+  // Where it is declared, too.
+  CHECK(psi(with(text, "0]\nangle = \"shoulder\"", "0]\nangle = \"shoulder.angle\"")) == expected);
+  // Of outputs there are several, and each has its name.
+  CHECK_THAT(refused(with(text, "output = \"shoulder.angle\"", "output = \"shoulder\"")),
+             Contains("There is no output 'shoulder'. Did you mean one of shoulder.angle, shoulder.angle_dot"));
+  const Outcome sweep =
+      run_costate({"sweep", "s.toml", "--coordinate", "shoulder", "--from", "0", "--to", "1"}, here.path());
+  CHECK(sweep.status == 1);  // of the scene above
+  write_text(here / "s.toml", text);
+  const Json led = costate_json(
+      {"sweep", "s.toml", "--coordinate", "shoulder", "--from", "0", "--to", "1", "--no-files"}, here.path());
+  CHECK(led.at("coordinate") == "shoulder.angle");
+  // What has several coordinates stands for none of them.
+  const std::string disk =
+      "[body.disk]\nx_m = 0\ny_m = 0\nangle_rad = 0\nmass_kg = 1\ninertia_kg_m2 = 1\n"
+      "[driver.d]\ncoordinate = \"disk\"\nlaw = 0.1\n[start]\ngiven = [\"disk.x\", \"disk.y\"]\n[run]\nt_end_s = 0.1\n";
+  CHECK_THAT(refused(disk), Contains("'disk' has several coordinates, name one of them: disk.angle, disk.x, disk.y."));
+  // Angular velocities by their other names.
+  const std::string named = with(disk, "coordinate = \"disk\"", "coordinate = \"disk.angle\"");
+  CHECK_THAT(refused(with(named, "angle_rad = 0", "omega_rad_per_s = 1")),
+             Contains("Did you mean 'angular_velocity_rad_per_s'?"));
+  CHECK_THAT(refused(with(text, "mass_kg = 1\n", "mass_kg = 1\nangular_velocity_y_rad_per_s = 1\n")),
+             Contains("Did you mean 'omega_y_rad_per_s'?"));
+  CHECK_THAT(refused(with(text, "output = \"shoulder.angle\"", "output = \"shoulder.omega\"")),
+             Contains("Did you mean 'shoulder.angle_dot'?"));
+}
+
+TEST_CASE("newcomers: no table has a zero with a sign or a number that is rounding") {
+  const WorkingDirectory here;
+  write_text(here / "s.toml", bounded());
+  const std::regex noise(R"((^|[ ,])-?[0-9.]*(e-1[4-9]|e-[2-9][0-9])|(^|[ ,])-0(\.0*)?($|[ ,]))");
+  const auto lines_of_noise = [&](const std::string& text) {
+    std::string found, line;
+    std::istringstream in(text);
+    while (std::getline(in, line))
+      if (line.find("out of balance") == std::string::npos && std::regex_search(line, noise)) found += line + "\n";
+    return found;
+  };
+  for (const auto& words : std::vector<std::vector<std::string>>{
+           {"equilibrium", "s.toml", "--hold", "none"},
+           {"equilibrium", "s.toml", "--hold", "shoulder.angle", "--derivatives"},
+           {"modes", "s.toml", "--equilibrium", "--hold", "none"},
+           {"sweep", "s.toml", "--coordinate", "shoulder.angle", "--from", "-0.5", "--to", "0.5", "--count", "5"},
+           {"gradient", "s.toml", "--parameters", "m"}}) {
+    std::vector<std::string> all = words;
+    all.push_back("--no-files");
+    const Outcome o = run_costate(all, here.path());
+    INFO(words[0] << o.err);
+    CHECK(o.status == 0);
+    CHECK(lines_of_noise(o.out) == "");
+    all.push_back("--json");
+    CHECK(run_costate(all, here.path()).out.find("-0.0,") == std::string::npos);
+  }
 }

@@ -27,7 +27,7 @@ struct AnimateOptions {
   DrawOptions drawing{.view = "", .width = 640, .no_names = true};
 };
 
-/// Between samples viewers turn by the shorter way: beyond a quarter turn a spin begins to look wrong.
+/// Between samples viewers, and eyes, turn by the shorter way: beyond a quarter turn a spin begins to look wrong.
 void notice_fast_turns(const Stage& stage) {
   const auto [angle, name] = largest_turn(stage);
   if (angle > std::numbers::pi / 2)
@@ -62,9 +62,9 @@ void require_sense(const AnimateOptions& options, const std::string& kind) {
 }
 
 /// Nothing else is as large: each frame has all its points.
-void write_frames(const std::filesystem::path& file, const FiguresOfRun& run, Progress& progress) {
-  write_series(file, make_stage(run.times, run.figures), [&](std::size_t frames) {
-    if (frames % 250 == 0) progress.line(fmt::format("{} of {} frames are written", frames, run.times.size()));
+void write_frames(const std::filesystem::path& file, const Stage& stage, Progress& progress) {
+  write_series(file, stage, [&](std::size_t frames) {
+    if (frames % 250 == 0) progress.line(fmt::format("{} of {} frames are written", frames, stage.times.size()));
   });
 }
 
@@ -81,18 +81,18 @@ int run_animate(const CommonOptions& common, const AnimateOptions& options) {
   FiguresOfRun run = started(setup, [&] { return figures_of_run(setup, options.step); });
   progress.finish();
   if (run.figures.empty()) throw Error("The run gave no sample to draw; take a smaller --output-step.");
+  // Files of glTF have the speed in their times, the others play at it.
+  auto shown = run.times;
+  if (kind == ".gltf" || kind == ".glb")
+    for (double& t : shown) t = run.times.front() + (t - run.times.front()) / options.speed;
+  const Stage stage = make_stage(shown, run.figures);
+  notice_fast_turns(stage);
   std::string content;
   if (kind == ".pvd") {
-    if (!common.no_files) write_frames(options.file, run, progress);
+    if (!common.no_files) write_frames(options.file, stage, progress);
   } else if (kind == ".svg") {
     content = moving_drawing(run.figures, run.times, options.drawing, options.speed);
   } else {
-    // Files of glTF have the speed in their times, the page plays at it.
-    auto shown = run.times;
-    if (kind != ".html")
-      for (double& t : shown) t = run.times.front() + (t - run.times.front()) / options.speed;
-    const Stage stage = make_stage(shown, run.figures);
-    notice_fast_turns(stage);
     const std::string title = setup.scene.title.empty() ? common.scene : setup.scene.title;
     content = kind == ".glb"    ? glb_bytes(stage, title)
               : kind == ".html" ? viewer_page({{{"", stage}}, {}, options.speed, fallback(run, options)}, title)
@@ -106,7 +106,7 @@ int run_animate(const CommonOptions& common, const AnimateOptions& options) {
   j["t_start_s"] = run.times.front();
   j["t_end_s"] = run.times.back();
   j["warnings"] = take_notices();
-  for (const Json& w : j["warnings"]) print_message("warning: " + w.get<std::string>());
+  print_warnings(j["warnings"].get<std::vector<std::string>>());
   if (common.json)
     fmt::print("{}\n", json_text(j));
   else if (!common.quiet)

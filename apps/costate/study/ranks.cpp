@@ -20,7 +20,7 @@ namespace costate::app {
 
 namespace {
 
-/// For how long a rank that was told to end waits for the others to do so.
+/// For how long a rank that was told to end, or has nothing to say, waits for the others to end.
 constexpr auto kPatience = std::chrono::seconds(3);
 
 /// Of a rank that was told to end by a signal: the first one ends then, and the others with it; or all at once.
@@ -40,6 +40,16 @@ bool started_as_ranks() {
   for (const char* size : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"})
     if (const char* text = std::getenv(size)) return std::atoi(text) > 1;
   return std::getenv("PMIX_RANK") != nullptr;
+}
+
+bool is_told_by_first_rank() {
+  if (!started_as_ranks()) return false;
+  const char* rank = nullptr;
+  for (const char* name : {"OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK"})
+    if (!rank) rank = std::getenv(name);
+  if (!rank || std::atoi(rank) == 0) return false;
+  std::this_thread::sleep_for(kPatience);
+  return true;
 }
 
 std::unique_ptr<Ranks> Ranks::of_this_job() {

@@ -19,6 +19,10 @@ namespace costate::app {
 /// Whether the starter of an MPI job has started this program, and not alone.
 bool started_as_ranks();
 
+/// Of a mistake that every rank makes before they have met each other: false at once where this is the first rank, or
+/// no rank; on the others true after a while, in which the first one tells it and ends the job.
+bool is_told_by_first_rank();
+
 class Ranks {
  public:
   /// Those of this job, once all have met; null where this program runs alone. Throws Error where the ranks cannot

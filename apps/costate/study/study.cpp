@@ -11,6 +11,8 @@
 #include <cerrno>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <sstream>
 #include <thread>
@@ -58,6 +60,28 @@ Shard read_shard(const std::string& text) {
   return s;
 }
 
+/// A folder that goes with this object.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string name = (fs::temp_directory_path() / "costate-study-XXXXXX").string();
+    if (!::mkdtemp(name.data()))
+      throw Error(fmt::format("No folder can be made in '{}', where a study with --no-files keeps its runs: {}.",
+                              fs::temp_directory_path().string(), std::strerror(errno)));
+    path_ = name;
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
 class StudyCommand {
  public:
   StudyCommand(const CommonOptions& common, const StudyOptions& options)
@@ -67,11 +91,15 @@ class StudyCommand {
     if (sharded() && started_as_ranks())
       throw UsageError(
           "--shard is for processes that know nothing of each other; ranks of MPI share a study without it.");
+    if (common_.no_files) require_alone();
     ranks_ = Ranks::of_this_job();
     if (ranks_ && ranks_->rank() > 0) return serve();
     const Study study = read_study(options_.file, options_.only, common_.overrides);
     title_ = study.title.empty() ? options_.file : study.title;
-    directory_ = common_.output.empty() ? fs::path("results") / fs::path(options_.file).stem() : common_.output;
+    if (common_.no_files) temporary_ = std::make_unique<TemporaryFolder>();
+    directory_ = temporary_               ? temporary_->path()
+                 : common_.output.empty() ? fs::path("results") / fs::path(options_.file).stem()
+                                          : common_.output;
     require_writable(directory_);
     take_directory();
     for (std::size_t i = 0; i < study.runs.size(); ++i) {
@@ -101,6 +129,13 @@ class StudyCommand {
       ranks_->abort();
     }
     return 0;
+  }
+
+  /// Runs are processes that hand over files, which without files are in a temporary folder of this machine.
+  void require_alone() const {
+    if (sharded() || options_.merge)
+      throw UsageError("--shard and --merge are for the files of a study's parts, so they exclude --no-files.");
+    if (started_as_ranks()) throw UsageError("--no-files: ranks of MPI hand over their runs by files; leave it out.");
   }
 
   bool sharded() const { return !options_.shard.empty(); }
@@ -215,9 +250,9 @@ class StudyCommand {
       if (line.rfind("costate: ", 0) == 0) last = line.substr(9);
     if (last.empty() && j.result.is_object() && j.result.contains("termination"))
       return j.result["termination"].get<std::string>();
-    return last.empty()
-               ? fmt::format("exit status {}; see {}", WEXITSTATUS(wait_status), (j.directory / "log.txt").string())
-               : last;
+    return last.empty() ? fmt::format("exit status {}{}", WEXITSTATUS(wait_status),
+                                      temporary_ ? "" : "; see " + (j.directory / "log.txt").string())
+                        : last;
   }
 
   /// Of this process; ranks are as many as whoever started them thought right.
@@ -277,6 +312,8 @@ class StudyCommand {
     j["title"] = title_;
     j["runs"] = Json::array();
     for (const StudyJob& x : jobs_) j["runs"].push_back(study_row(x));
+    for (Json& row : j["runs"])
+      if (temporary_) row["directory"] = nullptr;
     if (Json sensitivity = study_sensitivity(j["runs"]); !sensitivity.empty()) j["sensitivity"] = sensitivity;
     if (Json pareto = pareto_of_designs(j["runs"]); !pareto.empty()) j["pareto"] = pareto;
     const std::string text = study_table(title_, j["runs"]);
@@ -287,6 +324,18 @@ class StudyCommand {
                                  options_.shard, options_.file));
       return;
     }
+    if (!temporary_) write_tables(j, text);
+    if (!complete) return;
+    if (common_.json)
+      fmt::print("{}\n", json_text(j));
+    else if (!common_.quiet)
+      print_result(temporary_
+                       ? text
+                       : fmt::format("{}  results in {}: study.txt, study.csv, study.h5, study.json, report.html\n",
+                                     text, directory_.string()));
+  }
+
+  void write_tables(const Json& j, const std::string& text) const {
     write_file_atomically(directory_ / "study.json", json_text(j) + "\n");
     write_file_atomically(directory_ / "study.csv", study_csv(j["runs"]));
     for (const auto& [design, table] : design_csvs(j["runs"]))
@@ -295,17 +344,12 @@ class StudyCommand {
     write_file_atomically(directory_ / "study.txt", text);
     write_file_atomically(directory_ / "report.html",
                           study_page(title_, j["runs"], j.contains("pareto") ? j["pareto"] : Json::object(), text));
-    if (!complete) return;
-    if (common_.json)
-      fmt::print("{}\n", json_text(j));
-    else if (!common_.quiet)
-      print_result(fmt::format("{}  results in {}: study.txt, study.csv, study.h5, study.json, report.html\n", text,
-                               directory_.string()));
   }
 
   const CommonOptions& common_;
   const StudyOptions& options_;
   std::string title_;
+  std::unique_ptr<TemporaryFolder> temporary_;  // or null: the files are to stay
   fs::path directory_;
   std::vector<StudyJob> jobs_;
   const Shard shard_;
@@ -335,6 +379,8 @@ const RegisterCommand study_command(
           .repeatable();
       c.flag("--fresh", options->fresh, "Begin all runs anew, finished ones too");
       c.option("--output", common.output, "Directory for results (default: results/STUDY)");
+      c.flag("--no-files", common.no_files,
+             "Leave no files: the table goes to standard output, nothing can be resumed");
       c.flag("--json", common.json, "Print one JSON object and nothing else");
       c.flag("--quiet", common.quiet, "Print errors only");
       c.runs([&common, options] { return StudyCommand(common, *options).run(); });

@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "digits.h"
 #include "drawing.h"
 #include "motion/figures.h"
 #include "motion/viewer.h"
 #include "named_outputs.h"
+#include "page/targets.h"
 
 namespace costate::app {
 
@@ -52,6 +54,24 @@ void add_viewer(HtmlPage& page, const std::vector<Motion>& motions) {
   }
   if (solids <= 200) viewed.drawing = moving_drawing(few.figures, few.times, {"", 640, true}, viewed.speed);
   page.part(viewer_element(viewed, ""), viewer_style());
+}
+
+/// What the cost wants of an output, under the names that tell it from the motions.
+void add_targets(SvgPlot& plot, const std::string& output, const std::vector<Motion>& motions) {
+  std::vector<SvgCurve> wanted;
+  for (auto m = motions.rbegin(); m != motions.rend(); ++m)
+    for (SvgCurve& c : target_curves(m->scene, output, *m->table)) {
+      const bool drawn = std::any_of(wanted.begin(), wanted.end(),
+                                     [&](const SvgCurve& other) { return other.x == c.x && other.y == c.y; });
+      if (drawn) continue;
+      if (m != motions.rbegin()) c.name += " " + m->name;  // it depends on the parameters
+      wanted.push_back(std::move(c));
+    }
+  if (wanted.empty()) return;
+  if (motions.size() == 1 && plot.curves.front().name.empty()) plot.curves.front().name = "simulated";
+  // Many dots would hide the curve that goes through them.
+  for (SvgCurve& c : wanted)
+    plot.curves.insert(c.x.size() > 1 && !c.joined ? plot.curves.begin() : plot.curves.end(), c);
 }
 
 /// The runs that a design is judged by, and what became of each, where there are evaluations.
@@ -118,8 +138,19 @@ void add_run(HtmlPage& page, const Setup& setup, const Json& j) {
   rows.push_back({"Wall time", fmt::format("{:.3g} s", j.at("wall_s").get<double>())});
   page.table({}, rows);
   if (several) add_cases(page, j);
-  if (j.contains("warnings"))
-    for (const Json& warning : j.at("warnings")) page.paragraph("Warning: " + warning.get<std::string>(), true);
+  add_warnings(page, j);
+}
+
+void add_text(HtmlPage& page, const std::string& text) {
+  std::string body = "<pre>\n";
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) body += xml_escaped(line) + "\n";
+  page.part(body + "</pre>\n", "pre { overflow-x: auto; }\n");
+}
+
+void add_warnings(HtmlPage& page, const Json& j) {
+  if (!j.contains("warnings")) return;
+  for (const Json& warning : j.at("warnings")) page.paragraph("Warning: " + warning.get<std::string>(), true);
 }
 
 void add_motion(HtmlPage& page, const Setup& setup, const std::vector<Motion>& motions, const std::string& title,
@@ -146,6 +177,7 @@ void add_motion(HtmlPage& page, const Setup& setup, const std::vector<Motion>& m
                                last ? SvgCurve::Stroke::dark : SvgCurve::Stroke::light, false});
       }
     if (plot.curves.empty()) continue;
+    add_targets(plot, name, motions);
     if (plots.size() < kHistories)
       plots.push_back(std::move(plot));
     else

@@ -19,6 +19,12 @@ std::string title_of(const Setup& setup);
 /// The scene, its time and settings, its cases where it has several, and what was noticed.
 void add_run(HtmlPage& page, const Setup& setup, const Json& summary);
 
+/// As it stands, line by line.
+void add_text(HtmlPage& page, const std::string& text);
+
+/// What a summary says was noticed.
+void add_warnings(HtmlPage& page, const Json& summary);
+
 struct Motion {
   std::string name;
   const TrajectoryTable* table;
@@ -26,7 +32,7 @@ struct Motion {
 };
 
 /// Under a heading the motions in 3-D, if wanted, the later over the earlier ones, and one plot an output that the cost
-/// or [run] names, with their names in the legend.
+/// or [run] names, with their names in the legend, and with what the cost wants of it.
 void add_motion(HtmlPage& page, const Setup& setup, const std::vector<Motion>& motions, const std::string& title,
                 bool viewer);
 

@@ -10,37 +10,13 @@
 #include "costate/record/atomic_file.h"
 #include "costate/record/interrupt.h"
 #include "digits.h"
+#include "page/bars.h"
 #include "page_parts.h"
 #include "trajectory.h"
 
 namespace costate::app {
 
 namespace {
-
-/// Bars to the right and left of a common zero, each with its name and value.
-std::string bars(const std::vector<std::pair<std::string, double>>& values) {
-  constexpr double row = 22, left = 160, middle = 420, half = 200, width = 740;
-  double largest = 0;
-  for (const auto& [name, x] : values) largest = std::max(largest, std::abs(x));
-  const double height = row * static_cast<double>(values.size()) + 10;
-  std::string out = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" width=\"{0:.0f}\" height=\"{1:.0f}\" "
-      "role=\"img\" class=\"bars\" font-family=\"sans-serif\" font-size=\"12\" fill=\"#222222\">\n"
-      "<title>derivatives times scales</title>\n<line x1=\"{2:.0f}\" x2=\"{2:.0f}\" y1=\"0\" y2=\"{1:.0f}\" "
-      "stroke=\"#888888\"/>\n",
-      width, height, middle);
-  double y = 5;
-  for (const auto& [name, x] : values) {
-    const double length = largest > 0 ? half * std::abs(x) / largest : 0;
-    out +=
-        fmt::format("<text x=\"{:.0f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>\n", left, y + 13, xml_escaped(name));
-    out += fmt::format("<rect x=\"{:.2f}\" y=\"{:.1f}\" width=\"{:.2f}\" height=\"14\" fill=\"{}\"/>\n",
-                       x < 0 ? middle - length : middle, y + 2, length, x < 0 ? "#d1495b" : "#14316e");
-    out += fmt::format("<text x=\"{:.0f}\" y=\"{:.1f}\">{:.4g}</text>\n", middle + half + 12, y + 13, x);
-    y += row;
-  }
-  return out + "</svg>\n";
-}
 
 /// The multipliers and the unit circle in the complex plane.
 std::string circle(const Json& multipliers) {
@@ -118,7 +94,7 @@ std::string gradient_page(const Setup& setup, const Json& j, const TrajectoryTab
   }
   page.table(header, rows);
   page.paragraph("What a change of each parameter by its scale would make of psi, to first order:");
-  page.part("<div class=\"plots\">\n" + bars(scaled) + "</div>\n", "");
+  page.part("<div class=\"plots\">\n" + bars("derivatives times scales", scaled) + "</div>\n", "");
   add_page_motion(page, setup, motion);
   return page.text();
 }
@@ -132,15 +108,15 @@ std::string cycle_page(const Setup& setup, const Json& j, const std::string& tex
   for (std::string line; std::getline(in, line);)
     if (line.find_first_not_of(' ') != std::string::npos) lines.push_back(line);
   if (!lines.empty()) lines.erase(lines.begin());  // the title
-  std::string body = "<pre>\n";
-  for (const std::string& line : lines) body += xml_escaped(line) + "\n";
-  page.part(body + "</pre>\n", "");
+  std::string body;
+  for (const std::string& line : lines) body += line + "\n";
+  add_text(page, body);
   if (!j.at("multipliers").empty()) {
     page.heading("Multipliers");
     page.paragraph("Inside of the circle a disturbance dies out, outside it grows.");
     page.part("<div class=\"plots\">\n" + circle(j.at("multipliers")) + "</div>\n", "");
   }
-  for (const Json& warning : j.at("warnings")) page.paragraph("Warning: " + warning.get<std::string>(), true);
+  add_warnings(page, j);
   add_page_motion(page, setup, motion);
   return page.text();
 }

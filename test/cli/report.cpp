@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <csignal>
+#include <optional>
 
 #include "costate/record/hdf5_file.h"
 #include "five_bar.h"
@@ -119,8 +120,9 @@ TEST_CASE("optimize: the report shows the motion before and after, of the cost's
   const struct {
     const char *title, *group, *name;
     double range;
-  } plots[] = {{"P2.x [m]", "coordinates", "P2.x", 0.75},
-               {"P2.y [m]", "coordinates", "P2.y", 0.55},
+    std::optional<double> target = {};
+  } plots[] = {{"P2.x [m]", "coordinates", "P2.x", 0.75, 0.5},
+               {"P2.y [m]", "coordinates", "P2.y", 0.55, -2},
                {"S1.force [N]", "outputs", "S1.force", 27},
                {"S2.force [N]", "outputs", "S2.force", 50},
                {"energy.total [J]", "outputs", "energy.total", 5}};
@@ -128,7 +130,9 @@ TEST_CASE("optimize: the report shows the motion before and after, of the cost's
   for (const auto& p : plots) {
     INFO(p.title);
     const ReadPlot read = plot_named(page, p.title);
-    REQUIRE(read.curves.size() == 2);
+    REQUIRE(read.curves.size() == (p.target ? 3 : 2));
+    if (p.target)  // beside what it is a target of, once, though both motions have it
+      for (const double y : read.curves[2].y) CHECK(y == Approx(*p.target).margin(5e-3 * p.range));
     check_curve(read.curves[0], here / "out/before.h5", p.group, p.name, p.range);
     check_curve(read.curves[1], here / "out/after.h5", p.group, p.name, p.range);
   }
@@ -193,7 +197,9 @@ TEST_CASE("simulate --report: the motion alone") {
   const std::string page = page_at(here / "out/simulate.html");
   CHECK(plots_of(page).size() == 5);
   const ReadPlot read = plot_named(page, "P2.x [m]");
-  REQUIRE(read.curves.size() == 1);
+  REQUIRE(read.curves.size() == 2);
+  CHECK(std::abs(read.curves[1].y.front() - 0.5) < 5e-3 * 0.75);
+  CHECK_THAT(page, Contains(">target</text>") && Contains(">simulated</text>"));
   check_curve(read.curves[0], here / "out/trajectory.h5", "coordinates", "P2.x", 0.75);
 }
 

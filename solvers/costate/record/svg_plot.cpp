@@ -183,6 +183,14 @@ std::string drawn(const SvgCurve& c, const Axis& x, const Axis& y) {
 
 constexpr double kLetter = 6.6;  // pixels, about the mean width of a letter
 
+std::string legend_mark(const SvgCurve& c, double left, double y) {
+  if (!c.joined)
+    return fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3\" fill=\"{}\"/>\n", left + 11, y,
+                       c.color.empty() ? "#14316e" : xml_escaped(c.color));
+  return fmt::format("<line x1=\"{0:.1f}\" y1=\"{2:.1f}\" x2=\"{1:.1f}\" y2=\"{2:.1f}\" {3}/>\n", left, left + 22, y,
+                     style_of(c));
+}
+
 std::string legend(const SvgPlot& plot, double right) {
   std::string out;
   for (auto c = plot.curves.rbegin(); c != plot.curves.rend(); ++c) {
@@ -191,8 +199,7 @@ std::string legend(const SvgPlot& plot, double right) {
     for (const char ch : c->name) letters += (static_cast<unsigned char>(ch) & 0xc0) != 0x80;
     right -= kLetter * letters + 4;
     out += text_at(right, 14, "start", c->name);
-    out += fmt::format("<line x1=\"{:.1f}\" y1=\"10\" x2=\"{:.1f}\" y2=\"10\" {}/>\n", right - 28, right - 6,
-                       style_of(*c));
+    out += legend_mark(*c, right - 28, 10);
     right -= 40;
   }
   return out;
@@ -204,8 +211,7 @@ std::string legend_column(const SvgPlot& plot, double left) {
   double y = 36;
   for (const SvgCurve& c : plot.curves) {
     if (c.name.empty()) continue;
-    out += fmt::format("<line x1=\"{0:.1f}\" y1=\"{2:.1f}\" x2=\"{1:.1f}\" y2=\"{2:.1f}\" {3}/>\n", left, left + 22,
-                       y - 4, style_of(c));
+    out += legend_mark(c, left, y - 4);
     out += text_at(left + 28, y, "start", c.name);
     y += 15;
   }

@@ -55,7 +55,8 @@ TEST_CASE("study page: dots, parallel coordinates and the front say what the tab
   std::vector<std::string> plots = all_between(page, "<svg ", "</svg>");
   std::erase_if(plots, [](const std::string& svg) { return svg.find("data-across=") == std::string::npos; });
   REQUIRE(plots.size() == 1 + 3 * 2);
-  CHECK(all_between(plots[0], "<circle ", ">").size() == 12 + expected.size());
+  // Every point, those of the front once more, and the front's dot in the legend.
+  CHECK(all_between(plots[0], "<circle ", ">").size() == 12 + expected.size() + 1);
   for (std::size_t k = 1; k < plots.size(); ++k) CHECK(all_between(plots[k], "<circle ", ">").size() == 12);
   // A dot is where the axes say: psi over the damping, by the pixels of the two ends of each axis.
   const auto numbers = [&](const std::string& attribute) {

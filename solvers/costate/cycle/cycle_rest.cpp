@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "costate/base/error.h"
-#include "costate/base/notice.h"
+#include "costate/base/unsaid.h"
 #include "costate/integrator/simulate.h"
 
 namespace costate {
@@ -71,15 +71,12 @@ bool looks_at_rest(const ReturnMap& map, const CycleStart& start, const Eigen::V
 
 bool rests(const ReturnMap& map, const CycleStart& start, const Eigen::VectorXd& x,
            const std::vector<double>& positions, double time) {
-  const std::vector<std::string> said = take_notices();
-  bool rest = false;
   try {
-    rest = looks_at_rest(map, start, x, positions, time);
+    const Unsaid look;
+    return looks_at_rest(map, start, x, positions, time);
   } catch (const SolverError&) {  // what cannot be run moves
+    return false;
   }
-  take_notices();
-  for (const auto& sentence : said) notice(sentence);
-  return rest;
 }
 
 }  // namespace costate

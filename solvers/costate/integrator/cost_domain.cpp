@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "costate/base/notice.h"
+#include "costate/base/unsaid.h"
 #include "costate/integrator/simulate.h"
 #include "costate/objective/sampled_cost.h"
 
@@ -57,8 +57,8 @@ std::string cost_not_finite(const Problem& problem, const std::vector<double>& r
   for (int i = 0; i <= kSamples; ++i) times.push_back(i < kSamples ? begin + (end - begin) * i / kSamples : end);
   std::string found;
   struct Found {};
-  const std::vector<std::string> before = take_notices();
   try {
+    const Unsaid search;
     simulate(without, rho, times, [&](const MechanismState& s, System& system) {
       found = wrong_at(cost.running, "running", s, system.assembly());
       if (found.empty() && s.t == end && !has_samples(cost))
@@ -69,8 +69,6 @@ std::string cost_not_finite(const Problem& problem, const std::vector<double>& r
   } catch (const SolverError&) {  // the motion ends by itself
   } catch (const CapabilityError&) {
   }
-  take_notices();
-  for (const std::string& sentence : before) notice(sentence);
   if (found.empty()) return {};
   return fmt::format(
       "The cost is not finite along this motion: {} (of {} samples): a formula outside its domain (the root of "

@@ -9,6 +9,7 @@
 #include "costate/analysis/not_finite.h"
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/base/unsaid.h"
 #include "costate/integrator/unknown_sizes.h"
 #include "costate/problem/scaled_gradient.h"
 
@@ -115,13 +116,11 @@ GradientResult settle_gradient(const Problem& problem, const std::function<Gradi
   const double wanted = std::sqrt(problem.solver.rtol);
   // Of second order: of two runs the finer one's error is their difference by (n'/n)^2 - 1.
   double error = HUGE_VAL;
-  const std::vector<std::string> said = take_notices();
   try {
+    const Unsaid coarser;
     error = change(problem, run(steps / 2), r) / 3;
   } catch (const SolverError&) {  // too coarse
   }
-  take_notices();
-  for (const auto& text : said) notice(text);
   if (!(error <= kGradientError * wanted)) {
     // By whole doublings, so that a tangent and an adjoint that differ by rounding take the same steps.
     const double needed = std::isfinite(error) ? std::sqrt(2 * error / (kGradientError * wanted)) : 4;

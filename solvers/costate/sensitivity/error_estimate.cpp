@@ -7,6 +7,7 @@
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/base/unsaid.h"
 #include "costate/integrator/run_watch.h"
 #include "costate/integrator/sampled_run.h"
 #include "costate/integrator/simulate.h"
@@ -71,18 +72,13 @@ void watch_penalty(const Problem& problem, const std::string& method, const std:
   if (!large && drift < std::min(kDrift, kSaid * std::abs(result.psi))) return;
   Problem other = problem;
   other.formulation_options.set("penalty_alpha", large ? alpha / 10 : alpha * 10);
-  const std::vector<std::string> said = take_notices();
-  const auto keep = [&] {
-    take_notices();
-    for (const auto& text : said) notice(text);
-  };
   ErrorEstimate e;
   try {
+    const Unsaid another;
     e = apart(result, find_sensitivity_method(method).gradient(with_separate_samples(other), rho), false);
   } catch (const SolverError&) {
-    return keep();
+    return;
   }
-  keep();
   const double share = 0.9, psi = e.psi / share / std::max(std::abs(result.psi), problem.solver.absolute());
   const double size = gradient_size(problem.parameters, result.psi, result.gradient),
                change = largest_scaled(problem.parameters, e.gradient) / share;

@@ -12,6 +12,12 @@
 
 namespace costate {
 
+std::vector<int> add_lag_numbers(MechanismBuilder& builder, const std::string& path, double time_constant_s,
+                                 const char* initial_key, double initial) {
+  return {builder.add_number(path + ".time_constant_s", time_constant_s, NumberRule::positive),
+          builder.add_number(path + "." + initial_key, initial)};
+}
+
 namespace {
 template <class Law>
 struct Lag {
@@ -23,8 +29,7 @@ Lag<Law> add_lag(MechanismBuilder& builder, const std::string& path, double time
                  double initial, const char* command_key, const LawOptions& command) {
   if (!command) throw ModelError(path, std::string("An actuator needs a command: '") + command_key + "'.");
   Lag<Law> r;
-  r.numbers = {builder.add_number(path + ".time_constant_s", time_constant_s, NumberRule::positive),
-               builder.add_number(path + "." + initial_key, initial)};
+  r.numbers = add_lag_numbers(builder, path, time_constant_s, initial_key, initial);
   const RegisteredLaw law = add_law(builder, path + "." + command_key, command);
   r.law.command = law.law;
   r.numbers.insert(r.numbers.end(), law.numbers.begin(), law.numbers.end());

@@ -10,6 +10,10 @@
 
 namespace costate {
 
+/// The numbers of the lag, in the order in which its laws have them: tau, and the force or torque at the start.
+std::vector<int> add_lag_numbers(MechanismBuilder& builder, const std::string& path, double time_constant_s,
+                                 const char* initial_key, double initial);
+
 struct ActuatorOptions {
   double time_constant_s = 0;
   double initial_force_N = 0;

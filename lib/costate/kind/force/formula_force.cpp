@@ -77,12 +77,6 @@ void add_action(MechanismBuilder& builder, const std::string& kind, const std::s
   builder.add(make_force<FormulaForce>(with_work, kind, name, std::move(target), std::move(components), indices, lag));
 }
 
-std::vector<int> add_lag(MechanismBuilder& builder, const std::string& path, double time_constant_s,
-                         const char* initial_key, double initial) {
-  return {builder.add_number(path + ".time_constant_s", time_constant_s, NumberRule::positive),
-          builder.add_number(path + "." + initial_key, initial)};
-}
-
 }  // namespace
 
 FormulaNumbers read_formula_numbers(SceneTable& table, const std::vector<std::string>& others) {
@@ -96,7 +90,7 @@ void add_formula_actuator(MechanismBuilder& builder, const std::string& name, co
                           const std::string& to, const ActuatorOptions& o, const std::string& command_N,
                           const FormulaNumbers& numbers) {
   const std::string path = "actuator." + name;
-  const auto lag = add_lag(builder, path, o.time_constant_s, "initial_force_N", o.initial_force_N);
+  const auto lag = add_lag_numbers(builder, path, o.time_constant_s, "initial_force_N", o.initial_force_N);
   const auto add = [&](FormulaTarget line) {
     add_action(builder, "actuator", name, std::move(line), {command_N}, {"formula"}, numbers, o.work, lag);
   };
@@ -110,7 +104,7 @@ void add_formula_rotary_actuator(MechanismBuilder& builder, const std::string& n
                                  const std::vector<std::string>& angles, const RotaryActuatorOptions& o,
                                  const std::string& command_N_m, const FormulaNumbers& numbers) {
   const std::string path = "actuator." + name;
-  const auto lag = add_lag(builder, path, o.time_constant_s, "initial_torque_N_m", o.initial_torque_N_m);
+  const auto lag = add_lag_numbers(builder, path, o.time_constant_s, "initial_torque_N_m", o.initial_torque_N_m);
   add_action(builder, "actuator", name, find_angles(builder, path, angles), {command_N_m}, {"formula"}, numbers, o.work,
              lag);
 }

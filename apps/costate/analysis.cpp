@@ -66,31 +66,37 @@ std::map<std::string, double> Listing::sizes() const {
   return largest;
 }
 
-std::string Listing::text() const {
+std::vector<std::vector<std::string>> Listing::rows() const {
   const std::map<std::string, double> largest = sizes();
-  std::vector<std::string> numbers;
+  std::vector<std::vector<std::string>> rows;
+  for (const auto& l : lines_)
+    rows.push_back({l.name, fmt::format("{:.10g}", shown(l.value, largest.at(l.unit))), l.rest});
+  return rows;
+}
+
+std::string Listing::text() const {
+  const auto lines = rows();
   std::size_t names = 0, values = 0;
-  for (const auto& l : lines_) {
-    numbers.push_back(fmt::format("{:.10g}", shown(l.value, largest.at(l.unit))));
-    names = std::max(names, l.name.size());
-    values = std::max(values, numbers.back().size());
+  for (const auto& l : lines) {
+    names = std::max(names, l[0].size());
+    values = std::max(values, l[1].size());
   }
   std::string text;
-  for (std::size_t i = 0; i < lines_.size(); ++i) {
-    const Line& l = lines_[i];
-    std::string line = fmt::format("  {:<{}}  {:>{}} {}", l.name, names, numbers[i], values, l.rest);
+  for (const auto& l : lines) {
+    std::string line = fmt::format("  {:<{}}  {:>{}} {}", l[0], names, l[1], values, l[2]);
     line.erase(line.find_last_not_of(' ') + 1);
     text += line + "\n";
   }
   return text;
 }
 
-void report_analysis(const CommonOptions& common, const Json& json, const std::string& text, const std::string& file) {
+void report_analysis(const CommonOptions& common, const Json& json, const std::string& text, const std::string& file,
+                     const std::function<std::string(const Json&)>& page) {
   namespace fs = std::filesystem;
   Json whole = json;
   add_notices(whole);
   const std::string object = json_text(whole) + "\n";
-  fs::path path = common.output;
+  fs::path path = common.output, page_path;
   if (common.no_files) path.clear();
   if (!path.empty()) {
     // A folder, as for all commands; what has an extension and is no folder is the file itself.
@@ -101,8 +107,10 @@ void report_analysis(const CommonOptions& common, const Json& json, const std::s
         throw Error(fmt::format("--output: {}", e.what()));
       }
       path /= file;
+      page_path = fs::path(path).replace_extension("html");
     }
     write_file_atomically(path, object);
+    if (!page_path.empty()) write_file_atomically(page_path, page(whole));
   }
   if (common.hand_over) return common.hand_over(whole);
   print_warnings(whole.at("warnings").get<std::vector<std::string>>());
@@ -110,6 +118,7 @@ void report_analysis(const CommonOptions& common, const Json& json, const std::s
     fmt::print("{}", object);
   else if (!common.quiet) {
     print_result(text);
+    if (!page_path.empty()) print_result(fmt::format("  report: {}\n", page_path.string()));
     if (!path.empty()) print_result(fmt::format("  summary: {}\n", path.string()));
   }
 }

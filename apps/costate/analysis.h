@@ -44,6 +44,8 @@ class Listing {
   std::map<std::string, double> sizes() const;
   /// What rounding leaves of a zero, against the largest number of its unit, is printed as zero.
   std::string text() const;
+  /// Name, number and what stands behind it, of each line.
+  std::vector<std::vector<std::string>> rows() const;
   bool empty() const { return lines_.empty(); }
 
  private:
@@ -56,6 +58,8 @@ class Listing {
 };
 
 /// Prints the JSON object or the text, and writes the object where --output says: to `file` in a folder, or to a file.
-void report_analysis(const CommonOptions& common, const Json& json, const std::string& text, const std::string& file);
+/// Beside `file` in a folder goes its page, with the extension html.
+void report_analysis(const CommonOptions& common, const Json& json, const std::string& text, const std::string& file,
+                     const std::function<std::string(const Json& whole)>& page);
 
 }  // namespace costate::app

@@ -25,6 +25,8 @@
 #include "costate/record/print.h"
 #include "digits.h"
 #include "guide.h"
+#include "page/command_pages.h"
+#include "run_pages.h"
 #include "trajectory.h"
 
 namespace costate::app {
@@ -315,10 +317,10 @@ class Check {
     for (const auto& w : inaccurate) text += "INACCURATE: " + w + "\n";
     for (const auto& note : {reference_.note, motions_note_})
       if (!note.empty()) text += note + "\n";
-    if (!interrupted_.empty())
-      text += interrupted_ + "\n";
-    else if (wrong.empty())
-      text += agreement(inaccurate.size(), cut.size());
+    const std::string verdict = !interrupted_.empty() ? interrupted_ + "\n"
+                                : wrong.empty()       ? agreement(inaccurate.size(), cut.size())
+                                                      : "";
+    text += verdict + written_page(setup_, "check.html", check_page(setup_, j, verdict));
     report(setup_, common_, j, text, "check.json");
     for (const auto& w : wrong) print_message(with_guide("disagreement: " + w));
     for (const auto& w : inaccurate) print_message(fmt::format("warning: inaccurate: {}", w));

@@ -13,6 +13,8 @@
 #include "costate/objective/output.h"
 #include "digits.h"
 #include "named_outputs.h"
+#include "page/command_pages.h"
+#include "run_pages.h"
 #include "trajectory.h"
 
 namespace costate::app {
@@ -85,7 +87,10 @@ class Compare {
       a_.setup.directory = std::filesystem::path("results") / (stem(common_.scene) + "_vs_" + stem(options_.other));
     CommonOptions plain = common_;
     plain.verbose = false;  // the details of a single run
-    report(a_.setup, plain, json(), text(), "compare.json");
+    const Json j = json();
+    const std::string page =
+        written_page(a_.setup, "compare.html", compare_page(a_.setup, j, text(), a_.motion, b_.motion));
+    report(a_.setup, plain, j, text() + page, "compare.json");
     return 0;
   }
 

@@ -8,6 +8,8 @@
 #include "costate/analysis/start.h"
 #include "costate/mechanism/multiplier_unit.h"
 #include "digits.h"
+#include "motion/figures.h"
+#include "page/command_pages.h"
 
 namespace costate::app {
 
@@ -56,6 +58,7 @@ int run(const CommonOptions& common, EquilibriumOptions& options) {
   text +=
       fmt::format("  out of balance by {:.2g} N or N m, constraints by {:.2g}\n", e.residual, e.constraint_residual);
   if (!stable) text += fmt::format("  NOT STABLE: a stiffness is {:.4g} 1/s^2 per mass\n", e.lowest_stiffness);
+  const std::string head = text.substr(text.find('\n') + 1);
   Listing positions, forces, multipliers;
   for (const char* key : {"held", "states", "outputs"}) j[key] = Json::object();
   KeyedObject values;
@@ -103,6 +106,8 @@ int run(const CommonOptions& common, EquilibriumOptions& options) {
   text += "\nPositions\n" + positions.text();
   if (!forces.empty()) text += "\nPoints and elements\n" + forces.text();
   if (!multipliers.empty()) text += "\nMultipliers\n" + multipliers.text();
+  std::vector<std::pair<std::string, Listing>> lists = {
+      {"Positions", positions}, {"Points and elements", forces}, {"Multipliers", multipliers}};
   if (options.derivatives) {
     j["parameters"] = named(parameters.names(), parameters.values());
     j["derivatives"] = Json::object();
@@ -113,10 +118,15 @@ int run(const CommonOptions& common, EquilibriumOptions& options) {
       for (int k = 0; k < parameters.size(); ++k)
         listing.add(parameters.parameters[static_cast<std::size_t>(k)].name, d[k], "");
       j["derivatives"][o->name()] = named(parameters.names(), {d.data(), d.data() + d.size()});
-      text += fmt::format("\nDerivative of {} [{}]\n{}", o->name(), o->unit(), listing.text());
+      lists.emplace_back(fmt::format("Derivative of {} [{}]", o->name(), o->unit()), listing);
+      text += fmt::format("\n{}\n{}", lists.back().first, listing.text());
     }
   }
-  report_analysis(common, j, text, "equilibrium.json");
+  report_analysis(common, j, text, "equilibrium.json", [&](const Json& whole) {
+    const Eigen::VectorXd at_rest = Eigen::VectorXd::Zero(e.q.size());
+    const Figure figure = make_figure(*m, scene_numbers(scene), e.q, at_rest, e.z, t);
+    return equilibrium_page(scene, whole, head, figure, lists);
+  });
   return 0;
 }
 
@@ -138,7 +148,7 @@ const RegisterCommand equilibrium_command(
                "Parameters or number paths, separated by commas (default: the scene's)")
           .separated();
       c.option("--output", common.output,
-               "Directory for equilibrium.json, or a file with an extension (default: none)");
+               "Directory for equilibrium.json and equilibrium.html, or a file with an extension (default: none)");
       c.flag("--json", common.json, "Print one JSON object and nothing else");
       c.runs([&common, options] { return run(common, *options); });
     });

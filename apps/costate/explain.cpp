@@ -16,6 +16,8 @@
 #include "costate/tradeoff/stopwatch.h"
 #include "explain_parts.h"
 #include "named_outputs.h"
+#include "page/command_pages.h"
+#include "run_pages.h"
 #include "trajectory.h"
 
 namespace costate::app {
@@ -49,7 +51,11 @@ class Explain {
       parts_ = independent_parts(setup_.problem, setup_.rho, outputs_);
     });
     progress_.finish();
-    report(setup_, common_, json(), text(), "explain.json");
+    const Json j = json();
+    const std::string all = text();
+    const std::string body = all.substr(all.find('\n') + 1);
+    report(setup_, common_, j, all + written_page(setup_, "explain.html", explain_page(setup_, j, body)),
+           "explain.json");
     return 0;
   }
 

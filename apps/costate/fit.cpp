@@ -7,9 +7,12 @@
 #include <cmath>
 
 #include "command.h"
+#include "costate/base/notice.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/print.h"
 #include "costate/scene/scene_files.h"
+#include "page/command_pages.h"
+#include "run_pages.h"
 
 namespace costate::app {
 
@@ -77,6 +80,8 @@ Json fit_json(const std::vector<Setup>& setups, const FitResult& r, const FitOpt
   j["failed_evaluations"] = r.failed_evaluations;
   j["counters"] = counters_json(r.counters);
   j["wall_s"] = wall;
+  j["warnings"] = take_notices();
+  j["settings"] = settings_json(setups.front());
   return j;
 }
 
@@ -140,19 +145,27 @@ int run(const CommonOptions& common, const FitCommandOptions& options) {
   const double wall = seconds_since(begin);
   Setup& first = setups.front();
   std::string text = fit_text(setups, r, o);
+  std::vector<FittedRun> runs;
   for (std::size_t k = 0; k < setups.size(); ++k) {
-    std::vector<double> rho;
+    FittedRun run{setups[k], {}};
+    run.setup.rho.clear();
     for (const Parameter& p : problems[k].parameters.parameters)
       for (const FittedParameter& f : r.parameters)
-        if (f.name == p.name) rho.push_back(f.value);
+        if (f.name == p.name) run.setup.rho.push_back(f.value);
     const std::string name = k == 0 ? "fitted.toml" : fmt::format("fitted_{}.toml", k + 1);
     const bool written = first.write_file(name, [&](const auto& path) {
-      write_file_atomically(path,
-                            scene_text_for(setups[k].scene, files[k], first.directory, problems[k].parameters, rho));
+      write_file_atomically(
+          path, scene_text_for(setups[k].scene, files[k], first.directory, problems[k].parameters, run.setup.rho));
     });
     if (written) text += fmt::format("  fitted scene: {}\n", (first.directory / name).string());
+    if (!first.files) continue;
+    run.setup.scene = setups[k].scene.with_parameters(problems[k].parameters, run.setup.rho);
+    run.motion = motion_for_page(run.setup, settings_json(first));
+    runs.push_back(std::move(run));
   }
-  report(first, common, fit_json(setups, r, o, wall), text, "fit.json");
+  const Json j = fit_json(setups, r, o, wall);
+  if (!runs.empty()) text += written_page(first, "fit.html", fit_page(runs, r, j));
+  report(first, common, j, text, "fit.json");
   return r.converged ? 0 : kFailed;
 }
 
@@ -171,9 +184,9 @@ const RegisterCommand fit_command(
       c.flag("--sigma-from-residuals", options->sigma_from_residuals,
              "The sigmas are weights only; the residuals say how large errors are");
       c.footer(
-          "The scene's cost is [[cost.samples]] alone. Writes fitted.toml, the scene with the values found, and "
-          "fit.json "
-          "with covariance, correlation, intervals and what the data tell of each parameter.");
+          "The scene's cost is [[cost.samples]] alone. Writes fitted.toml, the scene with the values found, fit.json "
+          "with covariance, correlation, intervals and what the data tell of each parameter, and fit.html, a page "
+          "with the samples beside the fitted motion.");
       c.runs([&common, options] { return run(common, *options); });
     });
 

@@ -11,6 +11,7 @@
 #include "costate/analysis/start_remarks.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/print.h"
+#include "page/command_pages.h"
 
 namespace costate::app {
 
@@ -107,6 +108,8 @@ int run(const CommonOptions& common, ModesOptions& options) {
     text += fmt::format("  not steady: {} accelerates with {:.3g} {}/s^2; these are the modes of the frozen instant\n",
                         r.directions[static_cast<std::size_t>(fastest)].name, acceleration,
                         r.directions[static_cast<std::size_t>(fastest)].unit);
+  const std::string head = text.substr(text.find('\n') + 1);
+  std::vector<std::vector<std::string>> rows;
   text += fmt::format("\n  {:>4} {:>14} {:>10} {:>14}  {}\n", "mode", "frequency [Hz]", "damping", "real [1/s]",
                       "kinetic energy in");
   for (std::size_t k = 0; k < r.modes.size(); ++k) {
@@ -123,11 +126,15 @@ int run(const CommonOptions& common, ModesOptions& options) {
     e["shape"] = shape_json(*m, r, mode);
     j["modes"].push_back(e);
     const double size = std::abs(mode.eigenvalue);
-    text += mode.oscillates() ? fmt::format("  {:>4} {:>14.8g} {:>10.5f} {:>14.6g}  {}\n", k + 1, mode.frequency_Hz(),
-                                            clean(mode.damping_ratio(), 5e-6),
-                                            clean(mode.eigenvalue.real() / size) * size, participants(*m, r, mode))
-                              : fmt::format("  {:>4} {:>14} {:>10} {:>14.6g}  {}\n", k + 1, "-", "-",
-                                            mode.eigenvalue.real(), participants(*m, r, mode));
+    rows.push_back(mode.oscillates()
+                       ? std::vector{std::to_string(k + 1), fmt::format("{:.8g}", mode.frequency_Hz()),
+                                     fmt::format("{:.5f}", clean(mode.damping_ratio(), 5e-6)),
+                                     fmt::format("{:.6g}", clean(mode.eigenvalue.real() / size) * size),
+                                     participants(*m, r, mode)}
+                       : std::vector{std::to_string(k + 1), std::string("-"), std::string("-"),
+                                     fmt::format("{:.6g}", mode.eigenvalue.real()), participants(*m, r, mode)});
+    const auto& row = rows.back();
+    text += fmt::format("  {:>4} {:>14} {:>10} {:>14}  {}\n", row[0], row[1], row[2], row[3], row[4]);
   }
   j["warnings"] = Json::array();
   for (std::size_t k = 0; k < r.modes.size(); ++k)
@@ -142,26 +149,26 @@ int run(const CommonOptions& common, ModesOptions& options) {
     write_file_atomically(options.shapes, shapes_csv(*m, r));
     text += fmt::format("  shapes: {}\n", options.shapes.string());
   }
-  report_analysis(common, j, text, "modes.json");
+  report_analysis(common, j, text, "modes.json",
+                  [&](const Json& whole) { return modes_page(scene, whole, head, rows); });
   return 0;
 }
 
 }  // namespace
 
-const RegisterCommand modes_command(CommandGroup::analyse, "modes",
-                                    "Natural frequencies, damping and mode shapes about a scene's start",
-                                    [](Command& c, CommonOptions& common) {
-                                      auto options = std::make_shared<ModesOptions>();
-                                      common.add_to(c);
-                                      c.flag("--equilibrium", options->analysis.at_equilibrium,
-                                             "About the static equilibrium, also where the scene starts elsewhere");
-                                      options->analysis.add_hold(
-                                          c, "With --equilibrium: positions held, separated by commas, or 'none'");
-                                      c.option("--shapes", options->shapes, "Write the mode shapes to this file (CSV)");
-                                      c.option("--output", common.output,
-                                               "Directory for modes.json, or a file with an extension (default: none)");
-                                      c.flag("--json", common.json, "Print one JSON object and nothing else");
-                                      c.runs([&common, options] { return run(common, *options); });
-                                    });
+const RegisterCommand modes_command(
+    CommandGroup::analyse, "modes", "Natural frequencies, damping and mode shapes about a scene's start",
+    [](Command& c, CommonOptions& common) {
+      auto options = std::make_shared<ModesOptions>();
+      common.add_to(c);
+      c.flag("--equilibrium", options->analysis.at_equilibrium,
+             "About the static equilibrium, also where the scene starts elsewhere");
+      options->analysis.add_hold(c, "With --equilibrium: positions held, separated by commas, or 'none'");
+      c.option("--shapes", options->shapes, "Write the mode shapes to this file (CSV)");
+      c.option("--output", common.output,
+               "Directory for modes.json and modes.html, or a file with an extension (default: none)");
+      c.flag("--json", common.json, "Print one JSON object and nothing else");
+      c.runs([&common, options] { return run(common, *options); });
+    });
 
 }  // namespace costate::app

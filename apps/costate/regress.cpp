@@ -8,8 +8,10 @@
 
 #include "baseline.h"
 #include "costate/base/error.h"
+#include "costate/record/atomic_file.h"
 #include "costate/record/interrupt.h"
 #include "costate/record/print.h"
+#include "page/command_pages.h"
 
 namespace costate::app {
 
@@ -60,6 +62,7 @@ class Regression {
   int run() {
     if (common_.no_files && options_.update)
       throw Error("--update writes what moved into the baselines, so it excludes --no-files.");
+    if (!common_.output.empty() && !common_.no_files) require_writable(common_.output);
     collect();
     int interruption = 0;
     std::string message;
@@ -259,16 +262,19 @@ class Regression {
     j["updated"] = updated;
     j["cases"] = Json::array();
     for (const Case& c : cases_) j["cases"].push_back(case_json(c));
-    if (common_.json) {
-      fmt::print("{}\n", json_text(j));
-    } else if (!common_.quiet) {
-      std::string text = fmt::format("{} baseline{}: {} moved, {} failed", cases_.size(), cases_.size() == 1 ? "" : "s",
-                                     moved, failed);
-      if (options_.update) text += fmt::format(", {} updated", updated);
-      text += "\n";
-      if (moved > 0) text += "Where a move is meant, 'costate regress --update' writes the new values; review them.\n";
-      print_result(text);
+    std::string text =
+        fmt::format("{} baseline{}: {} moved, {} failed", cases_.size(), cases_.size() == 1 ? "" : "s", moved, failed);
+    if (options_.update) text += fmt::format(", {} updated", updated);
+    text += "\n";
+    if (moved > 0) text += "Where a move is meant, 'costate regress --update' writes the new values; review them.\n";
+    if (!common_.output.empty() && !common_.no_files) {
+      write_file_atomically(common_.output / "regress.html", regress_page(j, text));
+      text += fmt::format("  report: {}\n", (common_.output / "regress.html").string());
     }
+    if (common_.json)
+      fmt::print("{}\n", json_text(j));
+    else if (!common_.quiet)
+      print_result(text);
     if (interruption != 0) {
       print_message(message);
       return 128 + interruption;
@@ -318,6 +324,7 @@ const RegisterCommand regress_command(
           .separated();
       c.flag("--update", options->update, "Write what moved, and what has no value yet, into the baselines");
       c.flag("--no-files", common.no_files, "Write no files, which is so without --update");
+      c.option("--output", common.output, "Directory for regress.html, a page with what moved (default: none)");
       c.flag("--json", common.json, "Print one JSON object and nothing else");
       c.flag("--quiet", common.quiet, "Print errors and moves only");
       c.footer(

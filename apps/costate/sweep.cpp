@@ -10,6 +10,7 @@
 #include "costate/record/atomic_file.h"
 #include "costate/record/print.h"
 #include "digits.h"
+#include "page/command_pages.h"
 
 namespace costate::app {
 
@@ -123,8 +124,12 @@ int run(const CommonOptions& common, SweepOptions& options) {
     require_writable(directory);
     write_file_atomically(directory / "sweep.csv", header + csv_rows(rows, {}));
     write_file_atomically(directory / "sweep.json", json_text(j) + "\n");
-    j["files"] = {(directory / "sweep.csv").string(), (directory / "sweep.json").string()};
-    text += fmt::format("  {}\n  {}\n", (directory / "sweep.csv").string(), (directory / "sweep.json").string());
+    write_file_atomically(directory / "sweep.html", sweep_page(scene, j));
+    j["files"] = Json::array();
+    for (const char* file : {"sweep.csv", "sweep.json", "sweep.html"}) {
+      j["files"].push_back((directory / file).string());
+      text += fmt::format("  {}\n", (directory / file).string());
+    }
   } else {
     auto size = sizes.sizes();
     std::vector<double> of = {size[unit]};
@@ -164,7 +169,8 @@ const RegisterCommand sweep_command(
                                  "Other positions held, separated by commas, or 'none' (default: what [start] gives)");
       c.flag("--equilibrium", options->analysis.at_equilibrium,
              "Find force states by balance, also where the scene does not start at equilibrium");
-      c.option("--output", common.output, "Directory for sweep.csv and sweep.json (default: results/SCENE)");
+      c.option("--output", common.output,
+               "Directory for sweep.csv, sweep.json and sweep.html (default: results/SCENE)");
       c.existing("--no-files").text("Write no files; the table goes to standard output");
       c.flag("--json", common.json, "Print one JSON object and nothing else");
       c.runs([&common, options] { return run(common, *options); });

@@ -116,7 +116,7 @@ TEST_CASE("costate sweep: a table to where the mechanism locks") {
     CHECK(x == Approx(-0.9 + 0.1 * static_cast<double>(k)));
     CHECK(x * x + y * y == Approx(2).epsilon(1e-12));
   }
-  CHECK(here.entries() == std::vector<std::string>{"out", "out/sweep.csv", "out/sweep.json"});
+  CHECK(here.entries() == std::vector<std::string>{"out", "out/sweep.csv", "out/sweep.html", "out/sweep.json"});
   CHECK_THAT(file_text(here / "out/sweep.csv"), Contains("P1.x [m],P1.y [m],S1.force [N],held_force"));
   const Json locked = costate_json({"sweep", kFiveBar, "--coordinate", "P1.x", "--from", "-1", "--to", "-1.6",
                                     "--count", "7", "--hold", "none", "--no-files"},

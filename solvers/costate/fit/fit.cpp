@@ -140,6 +140,8 @@ std::vector<FitResult::Set> sets_of(const SampleResiduals& start, const SampleRe
     const auto k = static_cast<Eigen::Index>(i);
     at->start_rms += start.r[k] * start.r[k];
     at->rms += end.r[k] * end.r[k];
+    at->times.push_back(end.times[i]);
+    at->residuals.push_back(end.r[k]);
   }
   for (auto& s : sets) {
     s.start_rms = std::sqrt(s.start_rms / s.count);

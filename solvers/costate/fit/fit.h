@@ -59,6 +59,7 @@ struct FitResult {
     std::string term;
     int count;
     double start_rms, rms;
+    std::vector<double> times = {}, residuals = {};  // at the solution
   };
   std::vector<Set> sets;
   Counters counters;

@@ -231,6 +231,36 @@ TEST_CASE("laws: formulas mean what they say", "[law]") {
   CHECK(FormulaLaw("x^0 + a*x^1", {"a", "t_1"}).curve(0, p).c1 == 3);
 }
 
+// Values on both sides, and derivatives by differences, which are exact where a formula is linear.
+TEST_CASE("laws: abs, min and max of a formula of several variables", "[law]") {
+  std::vector<std::string> others;
+  const FormulaLaw f("2*abs(y - 1) + max(y, 3*t, -y)*a - min(t, y)", {"a"}, others);
+  REQUIRE(others == std::vector<std::string>{"y"});
+  CHECK(f.bend_count() == 4);
+  for (const double t : {-0.7, 0.3, 2.0})
+    for (const double y : {-2.0, 0.4, 1.7}) {
+      const double p[] = {5, y};
+      CAPTURE(t, y);
+      CHECK(f.value(t, p) == rounded(2 * std::abs(y - 1) + std::max({y, 3 * t, -y}) * 5 - std::min(t, y)));
+      CHECK(f.bend(0, t, p) == rounded(y - 1));
+      CHECK(f.bend(1, t, p) == rounded(y - 3 * t));
+      CHECK(f.bend(2, t, p) == rounded(std::max(y, 3 * t) + y));
+      CHECK(f.bend(3, t, p) == rounded(t - y));
+      PathDual x[] = {PathDual(5), PathDual(y)};
+      x[1].d[0] = Taylor2(1.0);
+      const double h = 1e-6, less[] = {5, y - h}, more[] = {5, y + h};
+      CHECK(f.value(PathDual(t), x).d[0].c0 == Approx((f.value(t, more) - f.value(t, less)) / (2 * h)).margin(1e-8));
+      CHECK(f.slope(t, p).d[0] == Approx((f.value(t + h, p) - f.value(t - h, p)) / (2 * h)).margin(1e-8));
+    }
+  // At the place itself the side of positive values.
+  const double at[] = {0, 1};
+  const FormulaLaw g("abs(y - 1)", {"a"}, others);
+  PathDual x[] = {PathDual(0), PathDual(1)};
+  x[1].d[0] = Taylor2(1.0);
+  CHECK(g.value(0, at) == 0);
+  CHECK(g.value(PathDual(0), x).d[0].c0 == 1);
+}
+
 TEST_CASE("laws: what is no formula is refused with its place", "[law]") {
   const auto complaint = [](const std::string& text) -> std::string {
     try {
@@ -246,6 +276,7 @@ TEST_CASE("laws: what is no formula is refused with its place", "[law]") {
   CHECK_THAT(complaint("1 2"), Contains("character 3: '2' is unexpected"));
   CHECK_THAT(complaint("2*amplitud"), Contains("'amplitud' is unknown") && Contains("Did you mean 'amplitude'?"));
   CHECK_THAT(complaint("sin x"), Contains("'sin' needs its argument in parentheses"));
+  CHECK_THAT(complaint("abs(x)"), Contains("'abs' bends at places"));
   CHECK_THAT(complaint("1 + $"), Contains("'$' stands where"));
   std::string deep = "x", far = "x";
   for (int i = 0; i < 20; ++i) deep = "1 + (" + deep + ")*2";

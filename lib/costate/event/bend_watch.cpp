@@ -5,6 +5,8 @@
 #include <limits>
 
 #include "costate/assembly/gathered_state.h"
+#include "costate/element/path_function.h"
+#include "costate/objective/formula_output.h"
 
 namespace costate {
 
@@ -26,28 +28,51 @@ constexpr double kBendCounts = 0.1;
 bool is_beyond(double x) { return x >= 0; }
 }  // namespace
 
-BendWatch::BendWatch(const Assembly& assembly, double rtol, double atol)
-    : assembly_(assembly), rtol_(rtol), atol_(atol) {
+void BendWatch::add_laws(Assembly& assembly, const Element& force, const MotionLawElement& owner) {
   std::vector<MotionLaw> laws;
-  for (const auto& force : assembly.mechanism().forces()) {
-    const auto* owner = dynamic_cast<const MotionLawElement*>(force.get());
-    if (!owner) continue;
-    laws.clear();
-    owner->add_motion_laws(laws);
-    for (const MotionLaw& law : laws) {
-      if (!law.followed()) continue;
-      const LawJoints joints = joints_of(*force, law, assembly.numbers());
-      for (const LawJoint& joint : joints.all)
-        if (joints.bends(joint)) places_.push_back({force.get(), owner, law, joint.x});
-    }
+  owner.add_motion_laws(laws);
+  for (const MotionLaw& law : laws) {
+    if (!law.followed()) continue;
+    const LawJoints joints = joints_of(force, law, assembly.numbers());
+    for (const LawJoint& joint : joints.all)
+      if (joints.bends(joint))
+        places_.push_back({[&assembly, &force, &owner, law, x = joint.x](const StateView& s) {
+          thread_local GatheredState own;
+          const LocalState local = own.of(force, s, assembly.numbers());
+          const GapMotion m = owner.deformation(local);
+          return (law.of_rate ? m.rate : m.gap - local.p[law.origin]) - x;
+        }});
   }
 }
 
-double BendWatch::beyond(const Place& place, const StateView& s) const {
-  thread_local GatheredState own;
-  const LocalState local = own.of(*place.element, s, assembly_.numbers());
-  const GapMotion m = place.laws->deformation(local);
-  return (place.law.of_rate ? m.rate : m.gap - local.p[place.law.origin]) - place.x;
+BendWatch::BendWatch(Assembly& assembly, const Objective& objective, double rtol, double atol)
+    : rtol_(rtol), atol_(atol) {
+  /// arguments(s, x) gives those of the formula.
+  const auto add_formula = [&](const FormulaLaw& formula, const auto& arguments) {
+    for (int k = 0; k < formula.bend_count(); ++k)
+      places_.push_back({[&formula, arguments, k](const StateView& s) {
+        thread_local std::vector<double> x;
+        x.assign(static_cast<std::size_t>(formula.number_count()), 0);
+        arguments(s, x.data());
+        return formula.bend(k, s.t, x.data());
+      }});
+  };
+  for (const auto& force : assembly.mechanism().forces()) {
+    if (const auto* owner = dynamic_cast<const MotionLawElement*>(force.get())) add_laws(assembly, *force, *owner);
+    if (const auto* formulas = dynamic_cast<const PathFunctionElement*>(force.get()))
+      for (int i = 0; i < formulas->path_functions(); ++i)
+        add_formula(formulas->path_function(i),
+                    [&assembly, force = force.get(), formulas, i](const StateView& s, double* x) {
+                      thread_local GatheredState own;
+                      formulas->path_arguments(i, own.of(*force, s, assembly.numbers()), x);
+                    });
+  }
+  for (const auto& term : objective.running)
+    for (const FormulaOutput* formula : formulas_of(*term))
+      // Of accelerations a step's ends tell nothing.
+      if (!formula->needs_accelerations())
+        add_formula(formula->definition().formula(),
+                    [&assembly, formula](const StateView& s, double* x) { formula->arguments(s, assembly, x); });
 }
 
 std::optional<double> BendWatch::passed(double from, double to, double length, const GapTrace::States& at) {
@@ -65,10 +90,10 @@ std::optional<double> BendWatch::passed(double from, double to, double length, c
 // Another place may be passed before this one: whoever ends a step here looks again.
 double BendWatch::passage(const Place& place, double left, double right, double resolution,
                           const GapTrace::States& at) const {
-  const bool side = is_beyond(beyond(place, at(left)));
+  const bool side = is_beyond(place.beyond(at(left)));
   for (int k = 0; k < kBendHalvings && right - left > resolution; ++k) {
     const double t = left + 0.5 * (right - left);
-    (is_beyond(beyond(place, at(t))) == side ? left : right) = t;
+    (is_beyond(place.beyond(at(t))) == side ? left : right) = t;
   }
   return right;
 }
@@ -77,7 +102,7 @@ std::optional<double> BendWatch::first(double from, double to, const GapTrace::S
   const auto look = [&](double t, std::vector<double>& values) {
     const StateView s = at(t);
     values.resize(places_.size());
-    for (std::size_t i = 0; i < places_.size(); ++i) values[i] = beyond(places_[i], s);
+    for (std::size_t i = 0; i < places_.size(); ++i) values[i] = places_[i].beyond(s);
   };
   look(from, begin_);
   look(to, end_);

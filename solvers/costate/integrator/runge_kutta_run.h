@@ -46,7 +46,8 @@ class RungeKuttaRun {
   /// Before the first step: forces that bend are passed by steps so short that the derivative of the run is right, too.
   void resolve_bends(Bends bends) {
     bends_ = bends;
-    bend_watch_ = std::make_unique<BendWatch>(system_.assembly(), options_.rtol, options_.absolute());
+    bend_watch_ =
+        std::make_unique<BendWatch>(system_.assembly(), system_.objective(), options_.rtol, options_.absolute());
   }
   /// Told of each step with its stages, and of each jump, before the state goes on.
   struct Follower {

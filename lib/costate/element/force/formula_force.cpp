@@ -34,7 +34,7 @@ FormulaForce::FormulaForce(std::string kind, std::string name, FormulaTarget tar
   for (const Component& c : components_) {
     auto& of = locals_.emplace_back();
     for (const FormulaInput& input : c.inputs) of.push_back(local(input));
-    if (c.formula && !of.empty()) of_motion_.push_back(locals_.size() - 1);
+    if (c.formula && (!of.empty() || c.formula->bend_count() > 0)) of_motion_.push_back(locals_.size() - 1);
   }
   if (coordinates().size() > static_cast<std::size_t>(kMaxLocal))
     throw ModelError(

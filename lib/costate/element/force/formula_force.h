@@ -169,7 +169,7 @@ class FormulaForce : public ForceOf<FormulaForce>, public CourseElement, public 
   FormulaTarget target_;
   std::vector<Component> components_;
   std::vector<std::vector<Local>> locals_;  // of each component's inputs
-  std::vector<std::size_t> of_motion_;      // components with inputs
+  std::vector<std::size_t> of_motion_;      // components with inputs or bends
   std::size_t formula_numbers_;             // behind them those of the lag
   bool lags_;
   int target_numbers_ = 0;  // first local number of the target's point

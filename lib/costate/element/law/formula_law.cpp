@@ -48,7 +48,7 @@ class FormulaLaw::Parser {
   void push(Step step) {
     const bool value = step.op == Op::constant || step.op == Op::variable || step.op == Op::number;
     const bool pair = step.op == Op::add || step.op == Op::subtract || step.op == Op::multiply ||
-                      step.op == Op::divide || step.op == Op::power;
+                      step.op == Op::divide || step.op == Op::power || step.op == Op::least || step.op == Op::most;
     depth_ += value ? 1 : pair ? -1 : 0;
     if (depth_ > kDepth) fail("it is nested too deeply; split it with { kind = \"sum\" } or \"product\"");
     law_.program_.push_back(step);
@@ -152,8 +152,9 @@ class FormulaLaw::Parser {
     while (end < text_.size() && in_name(text_[end])) ++end;
     const std::string word = text_.substr(at_, end - at_);
     static const std::vector<std::pair<std::string, Op>> functions = {
-        {"sin", Op::sin}, {"cos", Op::cos},   {"tan", Op::tan},   {"exp", Op::exp},
-        {"log", Op::log}, {"sqrt", Op::sqrt}, {"tanh", Op::tanh}, {"atan", Op::atan}};
+        {"sin", Op::sin},      {"cos", Op::cos},   {"tan", Op::tan},   {"exp", Op::exp},
+        {"log", Op::log},      {"sqrt", Op::sqrt}, {"tanh", Op::tanh}, {"atan", Op::atan},
+        {"abs", Op::absolute}, {"min", Op::least}, {"max", Op::most}};
     const auto number = std::find(law_.names_.begin(), law_.names_.end(), word);
     const auto function =
         std::find_if(functions.begin(), functions.end(), [&](const auto& f) { return f.first == word; });
@@ -184,11 +185,22 @@ class FormulaLaw::Parser {
       for (const auto& f : functions) known.push_back(f.first);
       fail(fmt::format("'{}' is unknown; give its number as a key beside 'formula'.{}", word, suggestion(word, known)));
     }
+    const bool several = function->second == Op::least || function->second == Op::most;
+    if (!others_ && (several || function->second == Op::absolute))
+      fail(
+          fmt::format("'{}' bends at places that a law of one variable would have to know; take a law that does: "
+                      "{{ kind = \"table\" }} or \"piecewise\"",
+                      word));
     at_ = end;
     if (!take('(')) fail(fmt::format("'{}' needs its argument in parentheses", word));
     sum();
+    if (several && !take(',')) fail(fmt::format("'{}' needs two arguments or more, with a ',' between", word));
+    if (several) do {
+        sum();
+        push({function->second});
+      } while (take(','));
     if (!take(')')) fail("a ')' is missing");
-    push({function->second});
+    if (!several) push({function->second});
   }
 
   const std::string& text_;
@@ -294,6 +306,23 @@ void FormulaLaw::add_places_along(const double* p, const double* slopes, double 
         leave(top[0], false);
         top[0].c = std::atan(top[0].c);
         break;
+      case Op::absolute:
+        leave(top[0], false);
+        top[0].c = std::abs(top[0].c);
+        break;
+      case Op::least:
+      case Op::most: {
+        --top;
+        Linear apart = {top[0].c - top[1].c, top[0].s - top[1].s};
+        if (apart.s == 0) {
+          if ((apart.c < 0) == (step.op == Op::most)) top[0] = top[1];
+          break;
+        }
+        leave(apart, false);
+        linear = false;
+        top[0] = {nan, nan};
+        break;
+      }
     }
   }
   if (!linear) places.search = true;
@@ -306,6 +335,20 @@ FormulaLaw::FormulaLaw(const std::string& text, std::vector<std::string> names) 
 FormulaLaw::FormulaLaw(const std::string& text, std::vector<std::string> names, std::vector<std::string>& others)
     : names_(std::move(names)) {
   Parser(text, *this, &others).read();
+}
+
+int FormulaLaw::bend_count() const {
+  return static_cast<int>(std::count_if(program_.begin(), program_.end(), [](const Step& step) {
+    return step.op == Op::absolute || step.op == Op::least || step.op == Op::most;
+  }));
+}
+
+double FormulaLaw::bend(int i, double x, const double* p) const {
+  double found = 0;
+  run<double>(x, p, [&](double value) {
+    if (i-- == 0) found = value;
+  });
+  return found;
 }
 
 bool FormulaLaw::varies() const {

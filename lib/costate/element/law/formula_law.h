@@ -1,6 +1,7 @@
 // A law written as a formula, "a*sin(w*t) + b*exp(-t/T)": +, -, *, /, ^, parentheses, sin cos tan exp log
-// sqrt tanh atan, pi, the variable t (or x) and named numbers. Parsed once into a program for a stack, which
-// runs on any number type, so that derivatives are exact and nothing is allocated.
+// sqrt tanh atan, pi, the variable t (or x) and named numbers; of several variables abs, min and max as well. Parsed
+// once into a program for a stack, which runs on any number type, so that derivatives are exact and nothing is
+// allocated.
 #pragma once
 
 #include <string>
@@ -29,8 +30,20 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
   /// The same along u, for numbers p + slopes u (slopes may be null) and its variable x + slope u.
   void add_places_along(const double* p, const double* slopes, double x, double slope, LawPlaces& places) const;
 
+  /// Where abs, min and max bend: where one of these, in the order of the text from inside out, passes zero; with the
+  /// side at zero that of positive values. x and p as of value().
+  int bend_count() const;
+  double bend(int i, double x, const double* p) const;
+
   template <class S, class P>
   S physics(const S& x, const P* p) const {
+    return run<S>(x, p, [](double) {});
+  }
+
+ private:
+  /// `at_bend` is told each value whose sign decides.
+  template <class S, class P, class AtBend>
+  S run(const S& x, const P* p, const AtBend& at_bend) const {
     using std::atan;
     using std::cos;
     using std::exp;
@@ -104,12 +117,25 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
         case Op::atan:
           top[0] = atan(top[0]);
           break;
+        case Op::absolute: {
+          const double a = value_of(top[0]);
+          at_bend(a);
+          if (a < 0) top[0] = -top[0];
+          break;
+        }
+        case Op::least:
+        case Op::most: {
+          --top;
+          const double a = value_of(top[0]) - value_of(top[1]);
+          at_bend(a);
+          if ((a < 0) == (step.op == Op::most)) top[0] = top[1];
+          break;
+        }
       }
     }
     return *top;
   }
 
- private:
   enum class Op {
     constant,
     variable,
@@ -128,7 +154,10 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
     log,
     sqrt,
     tanh,
-    atan
+    atan,
+    absolute,
+    least,
+    most
   };
   struct Step {
     Op op;

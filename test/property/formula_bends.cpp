@@ -121,14 +121,14 @@ TEST_CASE("formula bends: the Hessian over a wall of a formula, against its clos
 
 // The integral of max(x - b, 0) over a free flight: v (T - b/v)^2/2.
 TEST_CASE("formula bends: a running cost that bends, against its closed form") {
-  const Scene scene = Scene::parse(flight(R"([output.beyond]
+  const Scene scene = Scene::parse(flight(R"toml([output.beyond]
 formula = "max(P.x - b, 0)"
 unit = "m"
 b = 0.5
 [[cost.running]]
 kind = "value"
 output = "beyond"
-)",
+)toml",
                                           1),
                                    "beyond.toml");
   check(scene, {"output.beyond.b", "point.P.vx_m_per_s"}, [](const long double* p) {

@@ -66,6 +66,8 @@ class Tradeoff {
       throw Error(fmt::format("--budget must be a number of seconds, or 0 for no limit, found {}.", o.budget_s));
     if (o.repeats < 0 || o.repeats > 1000)
       throw Error(fmt::format("--repeats must lie between 0 and 1000, found {}.", o.repeats));
+    if (!(o.patience > 0 && std::isfinite(o.patience)))
+      throw Error(fmt::format("--patience must be a positive number, found {}.", o.patience));
     if (o.samples < 2 || o.samples > 100000)
       throw Error(fmt::format("--samples must lie between 2 and 100000, found {}.", o.samples));
     const auto in_order = [](std::vector<double>& x) { std::sort(x.rbegin(), x.rend()); };
@@ -157,6 +159,9 @@ const RegisterCommand tradeoff_command(
                "coordinates)")
           .separated();
       c.option("--budget", o.budget_s, "Seconds that it may take in all; 0: no limit").shows_default();
+      c.option("--patience", o.patience,
+               "A run that takes more than this many times the processor time of the fastest at its setting is cut")
+          .shows_default();
       c.option("--repeats", o.repeats, "Runs of each setting for the clock, in turns").shows_default();
       add_jobs_option(c, options->jobs, "Runs");
       c.option("--samples", o.samples, "Times at which the motions are compared").shows_default();

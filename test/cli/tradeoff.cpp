@@ -245,6 +245,7 @@ TEST_CASE("tradeoff: mistakes name the option") {
   CHECK_THAT(message({"--budget", "-3"}), Contains("--budget"));
   CHECK_THAT(message({"--repeats", "-1"}), Contains("--repeats"));
   CHECK_THAT(message({"--samples", "1"}), Contains("--samples"));
+  CHECK_THAT(message({"--patience", "0"}), Contains("--patience"));
   CHECK_THAT(message({"--outputs", "Q.x"}), Contains("--outputs") && Contains("Q.x"));
   CHECK_THAT(message({"--formulations", "index9"}), Contains("--formulations") && Contains("index9"));
   CHECK_THAT(message({"--integrators", "rk4"}), Contains("--integrators") && Contains("rk4"));

@@ -80,6 +80,7 @@ TEST_CASE("rigid friction: a ball that slides until it rolls", "[events]") {
   const double by_k = -v0 / ((1 + k) * (1 + k)) * (end - stop);
   for (const SlidingWay& way : sliding_ways) {
     Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/bouncing_ball/thrown.toml"));
+    p.parameters = p.mechanism->select({"speed", "friction", "inertia"});
     p.formulation = way.formulation;
     const GradientResult r = gradient(p, way.method, p.parameters.values());
     CAPTURE(way.formulation, way.method);

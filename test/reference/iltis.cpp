@@ -241,12 +241,15 @@ TEST_CASE("Iltis: the ride's gradient on posts and bumps, the lane change's, aga
     INFO(name);
     const Scene scene = iltis(name);
     Problem problem = make_problem(scene, {"kL1", "c1"});
-    problem.solver.t_end = 1;
+    // Rough posts take steps of a millisecond from the start on.
+    problem.solver.t_end = std::string(name).find("four_post") == 0 ? 0.4 : 1;
     const auto rho = problem.parameters.values();
     problem.solver.rtol = 1e-8;  // the default
     const GradientResult standard = gradient(problem, "idas-adjoint", rho);
     problem.solver.rtol = 1e-11;
-    const GradientResult oracle = gradient(problem, "differences", rho);
+    Problem other = problem;
+    other.formulation = "baumgarte";
+    const GradientResult oracle = gradient(other, "differences", rho);
     // The errors of some 5000 steps there and back add up to 5e-8.
     const GradientResult tight = gradient(problem, "idas-adjoint", rho);
     for (std::size_t j = 0; j < rho.size(); ++j) {

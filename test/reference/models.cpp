@@ -88,6 +88,7 @@ TEST_CASE("models: the functionals of every reference.json and their gradients")
     for (const auto& [parameter, value] : e.at("gradient").items()) parameters.push_back(parameter);
     const Problem p = problem_of(scene, e, parameters, e.at("t_end_s"));
     for (const std::string method : {"cvodes-forward", "cvodes-adjoint"}) {
+      if (parameters.empty() && method == "cvodes-adjoint") continue;  // the same motion, and nothing to go back for
       INFO(name << " to " << p.solver.t_end << " s, " << e.at("set") << ", " << method);
       const GradientResult r = gradient(p, method, p.parameters.values());
       CHECK(r.psi == Approx(e.at("psi").get<double>()).epsilon(kPsi));

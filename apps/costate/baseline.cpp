@@ -265,7 +265,7 @@ Quantity Measurement::with_default(const std::string& name) const {
   return q;
 }
 
-Measurement measure(const Baseline& baseline, bool quiet) {
+Measurement measure(const Baseline& baseline, bool quiet, const std::vector<std::string>& overrides) {
   CommandLine line;
   CommonOptions& common = line.common();
   std::vector<std::string> names;
@@ -279,6 +279,7 @@ Measurement measure(const Baseline& baseline, bool quiet) {
                               suggestion(key, names)));
     append_words(words, key, value);
   }
+  for (const std::string& value : overrides) words.insert(words.end(), {"--set", value});
   try {
     line.parse(words);
   } catch (const UsageError& e) {

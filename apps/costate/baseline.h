@@ -47,12 +47,13 @@ struct Measurement {
   Quantity with_default(const std::string& name) const;
 
  private:
-  friend Measurement measure(const Baseline& baseline, bool quiet);
+  friend Measurement measure(const Baseline& baseline, bool quiet, const std::vector<std::string>& overrides);
   Quantity fallback_;
 };
 
-/// Runs the command of a baseline as the command line would, without files and without printing.
-Measurement measure(const Baseline& baseline, bool quiet);
+/// Runs the command of a baseline as the command line would, without files and without printing. `overrides`: values
+/// of the scene, "path=value", which stand over those that the baseline sets.
+Measurement measure(const Baseline& baseline, bool quiet, const std::vector<std::string>& overrides = {});
 
 /// The names of the commands a baseline may run.
 std::vector<std::string> baseline_commands();

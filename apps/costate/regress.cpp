@@ -62,6 +62,9 @@ class Regression {
   int run() {
     if (common_.no_files && options_.update)
       throw Error("--update writes what moved into the baselines, so it excludes --no-files.");
+    if (!common_.overrides.empty() && options_.update)
+      throw Error("--set asks what other values would move, so it excludes --update: a baseline's own values are its "
+                  "options, {\"set\": [\"path=value\"]}.");
     if (!common_.output.empty() && !common_.no_files) require_writable(common_.output);
     collect();
     int interruption = 0;
@@ -140,7 +143,7 @@ class Regression {
       c.scene = baseline.scene;
       c.command = baseline.command;
       try {
-        compare(c, baseline, measure(baseline, common_.quiet || common_.json));
+        compare(c, baseline, measure(baseline, common_.quiet || common_.json, common_.overrides));
       } catch (const Interrupted&) {
         throw;
       } catch (const std::exception& e) {
@@ -322,6 +325,9 @@ const RegisterCommand regress_command(
       c.option("--only", options->only, "Only baselines of this name; * and ? stand for anything (repeatable)")
           .value_name("PATTERN")
           .separated();
+      c.option("--set", common.overrides, "Replace a value of every baseline's scene: path=value (repeatable)")
+          .value_name("PATH=VALUE")
+          .repeatable();
       c.flag("--update", options->update, "Write what moved, and what has no value yet, into the baselines");
       c.flag("--no-files", common.no_files, "Write no files, which is so without --update");
       c.option("--output", common.output, "Directory for regress.html, a page with what moved (default: none)");

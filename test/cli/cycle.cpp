@@ -149,6 +149,49 @@ TEST_CASE("cycle: flips and Neimark-Sacker points are named") {
   CHECK(points[points.size() - 2].at("parameter") != points.back().at("parameter"));
 }
 
+// Of x'' = (mu - x^2) x' - x, whose cycle shrinks like 2 sqrt(mu) to the equilibrium at mu = 0 (Hopf).
+TEST_CASE("cycle: a branch that shrinks to rest ends there") {
+  const WorkingDirectory here;
+  write_text(here / "oscillator.toml", R"([point.P]
+x_m = 0
+y_m = 0
+vx_m_per_s = 1.5
+[mass.bob]
+point = "P"
+mass_kg = 1
+[driver.y]
+coordinate = "P.y"
+law = { kind = "polynomial", coefficients = [0] }
+[force.feed]
+point = "P"
+formula_x_N = "(mu - P.x^2)*P.x_dot - P.x"
+mu = 0.5
+[start]
+given = ["P.x"]
+[cycle]
+section = { output = "P.x", above = 0.0 }
+settle = 3
+[parameter.mu]
+number = "force.feed.mu"
+[run]
+t_end_s = 20
+parameters = ["mu"]
+)");
+  const Json b = branch_of("oscillator.toml", "mu=-0.2..0.6", {"--no-files"}, here);
+  CHECK_THAT(b.at("ended").dump(), Contains("the motion comes to rest") && Contains("the end of the range"));
+  for (const Json& p : b.at("branch")) {
+    const double mu = p.at("parameter"), v = p.at("fixed_point").at("P.x_dot");
+    CAPTURE(mu);
+    CHECK(v > 1e-6);  // behind that all is rest
+    if (mu < 1e-5) continue;
+    // The amplitude is 2 sqrt(mu) (1 + O(mu)).
+    CHECK(v == Approx(2 * std::sqrt(mu)).epsilon(0.2 * mu + 5e-3));
+    CHECK(p.at("stable") == true);
+  }
+  CHECK(b.at("branch").front().at("parameter").get<double>() < 1e-5);
+  CHECK(b.at("branch").back().at("parameter") == 0.6);
+}
+
 TEST_CASE("cycle: what cannot be followed is refused") {
   const WorkingDirectory here;
   const auto refused = [&](const std::string& request) {

@@ -122,6 +122,26 @@ TEST_CASE("regress: the smallest numbers are filled in as well") {
   CHECK(psi < 1e-306);
 }
 
+TEST_CASE("regress: --set asks what other values would move, over those of the baseline") {
+  const WorkingDirectory here;
+  put(here, "b.json", minimal("simulate", {{"t-end", 0.5}, {"set", {"bar.A1.mass_kg=1.2"}}}));
+  REQUIRE(run_costate({"regress", ".", "--update"}, here.path()).status == 0);
+  const std::string text = file_text(here / "b.json");
+  CHECK(run_costate({"regress", ".", "--set", "bar.A1.mass_kg=1.2"}, here.path()).status == 0);
+  const Json j = costate_json({"regress", ".", "--set", "bar.A1.mass_kg=2"}, here.path(), 1);
+  CHECK(j.at("status") == "moved");
+  // As the command by itself has it.
+  const Json alone =
+      costate_json({"simulate", kFiveBar, "--t-end", "0.5", "--set", "bar.A1.mass_kg=2", "--no-files"}, here.path());
+  CHECK(quantity(j, "psi").at("found") == alone.at("psi"));
+  const Outcome wrong = run_costate({"regress", ".", "--set", "bar.A9.mass_kg=2"}, here.path());
+  CHECK(wrong.status == 1);
+  CHECK_THAT(wrong.err, Contains("b.json") && Contains("A9"));
+  CHECK_THAT(run_costate({"regress", ".", "--set", "bar.A1.mass_kg=2", "--update"}, here.path()).err,
+             Contains("excludes --update"));
+  CHECK(file_text(here / "b.json") == text);
+}
+
 TEST_CASE("regress: what moved is named with the amount, --update keeps tolerance and reason") {
   const WorkingDirectory here;
   Json b = minimal("gradient");

@@ -48,6 +48,12 @@ target = 2
 )",
                 t_end);
 }
+/// The same by a table of two lines.
+const char* const kRamp = "ramp = { kind = \"data\", x = [-5, 0, 5], y = [0, 0, -5], between = \"lines\" }\n";
+std::string table_wall(const std::string& formula, double t_end, const std::string& table = kRamp) {
+  std::string text = wall(formula, t_end);
+  return text.insert(text.find("[[cost"), table);
+}
 const std::vector<std::string> kWall = {"force.wall.k", "force.wall.a", "mass.bob.mass_kg", "point.P.vx_m_per_s"};
 
 /// Free until a/v, a half of a sine while the wall is pressed, free again.
@@ -119,9 +125,91 @@ TEST_CASE("formula bends: the Hessian over a wall of a formula, against its clos
   }
 }
 
+TEST_CASE("formula bends: a wall by a table in a formula, against its closed form") {
+  for (const double T : {0.6, 1.2}) {
+    CAPTURE(T);
+    check(Scene::parse(table_wall("k*ramp(P.x - a)", T), "wall.toml"), kWall, closed_form(T));
+    Problem p = make_problem(Scene::parse(table_wall("k*ramp(P.x - a)", T), "wall.toml"), kWall);
+    p.formulation = "baumgarte";
+    const auto rho = p.parameters.values();
+    const auto right = hessian_of(closed_form(T), rho, {4e-2L, 6e-4L, 1.5e-3L, 1.3e-3L});
+    CHECK(apart(p, hessian(p, rho).matrix, right) <= 1e-5);
+  }
+  // The table's own number in the place of k: the same steps, the same numbers.
+  auto parameters = kWall;
+  parameters[0] = "force.wall.ramp.scale";
+  const std::string scaled =
+      "ramp = { kind = \"data\", x = [-5, 0, 5], y = [0, 0, -5], between = \"lines\", scale = 40 }\n";
+  const Scene table = Scene::parse(table_wall("ramp(P.x - a)*k/40", 1.2, scaled), "table.toml"),
+              max = Scene::parse(wall("-40*max(P.x - a, 0)*k/40", 1.2), "max.toml");
+  for (const auto& [formulation, method] : {std::pair{"baumgarte", "cvodes-adjoint"},
+                                            {"maggi", "hand-adjoint"},
+                                            {"index3", "hand-tangent"},
+                                            {"index1", "idas-forward"}}) {
+    INFO(formulation << " x " << method);
+    const auto of = [&, formulation = formulation, method = method](const Scene& scene,
+                                                                    const std::vector<std::string>& names) {
+      Problem p = make_problem(scene, names);
+      p.formulation = formulation;
+      return gradient(p, method, p.parameters.values()).gradient;
+    };
+    const auto x = of(table, parameters), y = of(max, kWall);
+    for (std::size_t j = 0; j < y.size(); ++j) CHECK(x[j] == Approx(y[j]).epsilon(1e-10));
+  }
+}
+
+// A spring's law through the same points acts as the formula of its deformation; the table's ordinates are parameters.
+TEST_CASE("formula bends: a spline in a formula acts as a spring's law of it") {
+  const std::string law = "{ kind = \"table\", x = [-1, 0.2, 0.5, 1.1, 2.5], y = [-20, 3, 9, 14, 80] }";
+  const std::string rest = R"toml([[cost.running]]
+kind = "square"
+output = "P.x_dot"
+)toml";
+  const Scene formula = Scene::parse(
+      flight("[force.s]\npoint = \"P\"\nformula_x_N = \"-g(P.x + 1.5 - L)\"\nL = 1\ng = " + law + "\n" + rest, 1.5),
+      "formula.toml");
+  const Scene spring = Scene::parse(
+      flight("[point.A]\nground = true\nx_m = -1.5\ny_m = 0\n[spring.s]\nfrom = \"A\"\nto = \"P\"\nnatural_length_m = "
+             "1\nspring_law = " +
+                 law + "\n" + rest,
+             1.5),
+      "spring.toml");
+  const auto of = [&](const Scene& scene, const std::vector<std::string>& parameters) {
+    Problem p = make_problem(scene, parameters);
+    p.solver.rtol = 1e-11;
+    return gradient(p, "cvodes-adjoint", p.parameters.values());
+  };
+  const GradientResult a = of(formula, {"force.s.g.y[1]", "force.s.g.y[3]", "force.s.L"}),
+                       b = of(spring,
+                              {"spring.s.spring_law.y[1]", "spring.s.spring_law.y[3]", "spring.s.natural_length_m"});
+  CHECK(std::abs(a.psi - b.psi) <= 1e-9 * b.psi);
+  for (std::size_t j = 0; j < 3; ++j) {
+    CAPTURE(j);
+    CHECK(std::abs(a.gradient[j] - b.gradient[j]) <= 1e-8 * std::abs(b.gradient[j]));
+  }
+}
+
+// At rest until a table of the time acts for two thousandths of ten seconds: impulse 2 x 1e-3 N s.
+TEST_CASE("formula bends: a short table of the time is met") {
+  for (const char* formula : {"2*g(t)", "g(t + 0*P.y)*2"}) {
+    CAPTURE(formula);
+    const std::string text = flight(
+        std::string("[force.blow]\npoint = \"P\"\nformula_x_N = \"") + formula +
+            "\"\ng = { kind = \"data\", x = [0, 7, 7.001, 7.002, 10], y = [0, 0, 1, 0, 0], between = \"lines\" }\n"
+            "[[cost.terminal]]\nkind = \"value\"\noutput = \"P.x_dot\"\n",
+        10);
+    Problem p = make_problem(Scene::parse(text, "blow.toml"), {"force.blow.g.scale"});
+    for (const char* method : {"cvodes-adjoint", "idas-forward"}) {
+      const GradientResult r = gradient(p, method, p.parameters.values());
+      CHECK(r.psi == Approx(1.3 + 2e-3 / 1.5).epsilon(1e-8));
+      CHECK(r.gradient[0] == Approx(2e-3 / 1.5).epsilon(1e-5));
+    }
+  }
+}
+
 // The integral of max(x - b, 0) over a free flight: v (T - b/v)^2/2.
 TEST_CASE("formula bends: a running cost that bends, against its closed form") {
-  const Scene scene = Scene::parse(flight(R"toml([output.beyond]
+  std::string text = flight(R"toml([output.beyond]
 formula = "max(P.x - b, 0)"
 unit = "m"
 b = 0.5
@@ -129,12 +217,15 @@ b = 0.5
 kind = "value"
 output = "beyond"
 )toml",
-                                          1),
-                                   "beyond.toml");
-  check(scene, {"output.beyond.b", "point.P.vx_m_per_s"}, [](const long double* p) {
+                            1);
+  const auto closed = [](const long double* p) {
     const long double s = 1 - p[0] / p[1];
     return p[1] * s * s / 2;
-  });
+  };
+  check(Scene::parse(text, "beyond.toml"), {"output.beyond.b", "point.P.vx_m_per_s"}, closed);
+  const std::string by = "max(P.x - b, 0)";
+  text.replace(text.find(by), by.size(), "-ramp(P.x - b)").insert(text.find("b = 0.5"), kRamp);
+  check(Scene::parse(text, "table.toml"), {"output.beyond.b", "point.P.vx_m_per_s"}, closed);
 }
 
 TEST_CASE("formula bends: mistakes have their place") {
@@ -142,4 +233,22 @@ TEST_CASE("formula bends: mistakes have their place") {
   CHECK_THROWS_WITH(with("k*max(P.x - a)")(), Contains("wall.toml:10") && Contains("'max' needs two arguments"));
   CHECK_THROWS_WITH(with("k*abs(P.x, a)")(), Contains("wall.toml:10") && Contains("a ')' is missing"));
   CHECK_THROWS_WITH(with("k*min*a")(), Contains("wall.toml:10") && Contains("in parentheses"));
+  CHECK_THROWS_WITH(with("k*ramp(P.x - a)")(),
+                    Contains("wall.toml:10") && Contains("no function 'ramp'") && Contains("ramp = { kind = \"data\""));
+  const auto tables = [](const std::string& formula, const std::string& table) {
+    return [=] { Scene::parse(table_wall(formula, 1, table), "wall.toml"); };
+  };
+  CHECK_THROWS_WITH(tables("k*rmp(P.x - a)", kRamp)(), Contains("wall.toml:10") && Contains("Did you mean 'ramp'?"));
+  CHECK_THROWS_WITH(tables("k*ramp*a", kRamp)(), Contains("wall.toml:10") && Contains("in parentheses"));
+  CHECK_THROWS_WITH(tables("k*(P.x - a)", kRamp)(), Contains("wall.toml:13") && Contains("'ramp' is in no formula"));
+  CHECK_THROWS_WITH(tables("k*a*sin(t)", "sin = { kind = \"data\", x = [0, 1], y = [0, 1] }\n")(),
+                    Contains("wall.toml:13") && Contains("'sin' is a function of every formula"));
+  CHECK_THROWS_WITH(
+      tables("k*a*g(t)", "g = { kind = \"piecewise\", breaks = [1], coefficients = [[0], [2]], joins = \"none\" }\n")(),
+      Contains("wall.toml:13") && Contains("jumps from 0 to 2 at 1"));
+  CHECK_THROWS_WITH(tables("k*a*g(t)", "g = { kind = \"data\", data = \"air\", column = \"cx\" }\n")(),
+                    Contains("wall.toml:13") && Contains("no table of data 'air'"));
+  // Beyond its points a table is asked for what it does not say.
+  Problem p = make_problem(Scene::parse(table_wall("k*a*0 + ramp(9*P.x)", 2), "wall.toml"), kWall);
+  CHECK_THROWS_WITH(gradient(p, "cvodes-adjoint", p.parameters.values()), Contains("goes from -5 to 5"));
 }

@@ -229,7 +229,7 @@ TEST_CASE("formula outputs: mistakes have their place", "[outputs]") {
   CHECK_THROWS_WITH(at("P.z + 1")(), Contains("rod.toml:45") && Contains("no output 'P.z'"));
   CHECK_THROWS_WITH(at("sinus(P.x)")(), Contains("no function 'sinus'") && Contains("'sin'"));
   CHECK_THROWS_WITH(at("P.x +")(), Contains("rod.toml:45") && Contains("it ends where"));
-  CHECK_THROWS_WITH(at("a*P.x", "a = 2\nb = 3\n")(), Contains("rod.toml:47") && Contains("'b' is not in the formula"));
+  CHECK_THROWS_WITH(at("a*P.x", "a = 2\nb = 3\n")(), Contains("rod.toml:47") && Contains("'b' is in no formula"));
   CHECK_THROWS_WITH(at("a*P.x", "a = \"P.q\"\n")(), Contains("no output 'P.q'"));
   CHECK_THROWS_WITH(at("g", "[output.g]\nunit = \"1\"\nformula = \"2*f\"\n")(), Contains("defined by itself: f, g, f"));
   CHECK_THROWS_WITH(parse("[output.time]\nunit = \"s\"\nformula = \"2*t\"\n"), Contains("is an output of every scene"));

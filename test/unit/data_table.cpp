@@ -122,6 +122,68 @@ TEST_CASE("data: laws and what they say beyond their ends", "[data]") {
   CHECK_THROWS_AS(DataLaw({0}, {1}, DataLaw::Between::lines, DataLaw::Beyond::hold, "the data"), ModelError);
 }
 
+// Values, slopes, curvatures and integrals of SciPy's CubicSpline(x, y, bc_type="periodic").
+TEST_CASE("data: laws that repeat", "[data]") {
+  struct At {
+    double x, f, slope, curvature;
+  };
+  struct Case {
+    std::vector<double> x, y;
+    std::vector<At> at;
+    double up_to, down_to;  // integrals from 0 to 9.9 and to -3.7
+  };
+  const std::vector<Case> cases = {
+      {{-1, 0.5, 1.2, 3},
+       {2, -1, 0.7, 2},
+       {{-3.7, -1.0312670954387517, -0.5019564046510165, 6.080537338022367},
+        {2.1, 2.4613344739093246, 0.868002091055983, -2.7440357380477147},
+        {9.9, 2.2342931421108405, 1.3952122210605236, -2.5280655619976984},
+        {24.5, -1, 0.8648655070810761, 7.587681779298546}},
+       7.992728843459469,
+       -4.0429918931977324},
+      {{0, 1, 3},
+       {1, 4, 1},
+       {{-3.7, 1.6405, -2.595, 2.7}, {0.3, 1.774, 3.39, 3.6}, {9.9, 3.808, 2.31, -7.2}, {24.5, 2.5, 3.75, 0}},
+       24.608925,
+       -8.2569625},
+      {{0, 0.5, 1.5, 2, 4},
+       {0, 2, -1, 5, 0},
+       {{-3.7, 1.4021809635722673, 4.806768507638075, -10.551821386603976},
+        {2.1, 5.907816686251469, 7.593137485311396, -28.778848413631014},
+        {24.5, 2, 0.40893066980023474, -33.42655699177438}},
+       19.044140716803774,
+       -8.831559400705059},
+      {{0, 2}, {3, 3}, {{-0.5, 3, 0, 0}, {7, 3, 0, 0}}, 29.7, -11.1}};
+  const double p = 1.5;
+  for (const Case& c : cases) {
+    const DataLaw law(c.x, c.y, DataLaw::Between::spline, DataLaw::Beyond::repeat, "the data");
+    CAPTURE(c.x.size());
+    for (const At& at : c.at) {
+      CAPTURE(at.x);
+      const Taylor2 f = law.curve(at.x, &p);
+      CHECK(f.c0 == Approx(p * at.f).margin(1e-12));
+      CHECK(f.c1 == Approx(p * at.slope).margin(1e-12));
+      CHECK(f.c2 == Approx(p * at.curvature).margin(1e-11));
+    }
+    CHECK(law.integral(9.9, &p) == Approx(p * c.up_to).epsilon(1e-12));
+    CHECK(law.integral(-3.7, &p) == Approx(p * c.down_to).epsilon(1e-12));
+    std::vector<double> kinks;
+    law.add_kinks(&p, kinks);
+    CHECK(kinks.empty());
+    LawPlaces places;
+    places.from = 20;
+    places.to = 21;
+    law.add_places(&p, places);
+    CHECK(places.knots.size() >= c.x.size());
+    for (const double x : places.knots) CHECK((x > 10 && x < 30));
+  }
+  const auto repeat = [](std::vector<double> y, DataLaw::Between between) {
+    return [=] { DataLaw({0, 1, 2}, y, between, DataLaw::Beyond::repeat, "the data"); };
+  };
+  CHECK_THROWS_WITH(repeat({0, 1, 0.1}, DataLaw::Between::spline)(), Contains("begins with 0 and ends with 0.1"));
+  CHECK_THROWS_WITH(repeat({0, 1, 0}, DataLaw::Between::lines)(), Contains("can repeat as a spline alone"));
+}
+
 TEST_CASE("data: a run that goes beyond its data is refused, whatever the integrator's steps", "[data]") {
   const std::string scene = R"(
 [data.push]
@@ -238,4 +300,50 @@ t_end_s = 2
                                                                 Contains("'a' is in mm") &&
                                                                 Contains("'th.angle' is another quantity"));
   CHECK_THROWS_WITH(read("kg", scaled, "energy.total"), Contains("cost.samples") && Contains("'energy.total'"));
+  // Of a term in a sum; a factor of a product may be of any.
+  const auto of = [&](const std::string& kind, const std::string& parts) {
+    return "{ kind = \"" + kind + "\", " + parts + " = [{ kind = \"polynomial\", coefficients = [1] }, " + of_data +
+           "] }";
+  };
+  CHECK_THROWS_WITH(read("kg", of("sum", "terms"), "energy.total"),
+                    Contains("couple.c.torque_N_m.terms[1]") && Contains("'a' is in kg"));
+  CHECK_NOTHROW(read("N mm", of("sum", "terms"), "energy.total"));
+  CHECK_THROWS_WITH(read("kg", of("product", "factors"), "energy.total"), Contains("'energy.total'"));
+  // Of drivers, springs and roads, whose keys say nothing.
+  const auto read_more = [&](const std::string& unit, const std::string& more) {
+    Scene::parse("[data.D]\ncolumns = [\"t [s]\", \"x [mm]\", \"a [" + unit + R"(]"]
+rows = [[0, 1, 1], [1, 2, 2], [2, 3, 3]]
+[point.A]
+ground = true
+x_m = 0
+y_m = 0
+[point.P]
+x_m = 1
+y_m = 0
+[bar.b]
+from = "A"
+to = "P"
+mass_kg = 1
+[angle.th]
+bar = "b"
+)" + more + "[start]\ngiven = [\"P.x\"]\n[run]\nt_end_s = 2\n",
+                 "users.toml");
+  };
+  const std::string over = R"({ kind = "data", data = "D", column = "a", over = "x", beyond = "tangent" })",
+                    driver = "[driver.d]\ncoordinate = \"th.angle\"\nlaw = ",
+                    spring = "[spring.s]\nfrom = \"A\"\nto = \"P\"\nnatural_length_m = 1\nspring_law = ",
+                    torsion = "[torsion_spring.s]\nangle = \"th\"\nspring_law = ",
+                    road = "[road.r]\nkind = \"profile\"\nlaw = ";
+  CHECK_THROWS_WITH(read_more("mm", driver + of_data + "\n"),
+                    Contains("driver.d.law") && Contains("'a' is in mm") && Contains("rad"));
+  CHECK_THROWS_WITH(read_more("deg", driver + over + "\n"),
+                    Contains("driver.d.law") && Contains("'x' is in mm") && Contains("over another quantity"));
+  CHECK_THROWS_WITH(read_more("mm", spring + over + "\n"),
+                    Contains("spring.s.spring_law") && Contains("used for in N"));
+  CHECK_NOTHROW(read_more("kN", spring + over + "\n"));
+  CHECK_THROWS_WITH(read_more("N", spring + of_data + "\n"),
+                    Contains("spring.s.spring_law") && Contains("'t' is in s"));
+  CHECK_THROWS_WITH(read_more("N", torsion + over + "\n"), Contains("torsion_spring.s.spring_law") && Contains("N m"));
+  CHECK_THROWS_WITH(read_more("N", road + over + "\n"), Contains("road.r.law") && Contains("used for in m"));
+  CHECK_NOTHROW(read_more("mm", road + over + "\n"));
 }

@@ -7,6 +7,7 @@
 
 #include "costate/base/error.h"
 #include "costate/element/law/composed_law.h"
+#include "costate/element/law/data_law.h"
 #include "costate/element/law/formula_law.h"
 #include "costate/element/law/spline_law.h"
 #include "costate/kind/law/steps_laws.h"
@@ -236,16 +237,20 @@ TEST_CASE("laws: abs, min and max of a formula of several variables", "[law]") {
   std::vector<std::string> others;
   const FormulaLaw f("2*abs(y - 1) + max(y, 3*t, -y)*a - min(t, y)", {"a"}, others);
   REQUIRE(others == std::vector<std::string>{"y"});
-  CHECK(f.bend_count() == 4);
+  REQUIRE(f.may_bend());
+  std::vector<double> bends;
   for (const double t : {-0.7, 0.3, 2.0})
     for (const double y : {-2.0, 0.4, 1.7}) {
       const double p[] = {5, y};
       CAPTURE(t, y);
       CHECK(f.value(t, p) == rounded(2 * std::abs(y - 1) + std::max({y, 3 * t, -y}) * 5 - std::min(t, y)));
-      CHECK(f.bend(0, t, p) == rounded(y - 1));
-      CHECK(f.bend(1, t, p) == rounded(y - 3 * t));
-      CHECK(f.bend(2, t, p) == rounded(std::max(y, 3 * t) + y));
-      CHECK(f.bend(3, t, p) == rounded(t - y));
+      bends.clear();
+      f.add_bends(t, p, bends);
+      REQUIRE(bends.size() == 4);
+      CHECK(bends[0] == rounded(y - 1));
+      CHECK(bends[1] == rounded(y - 3 * t));
+      CHECK(bends[2] == rounded(std::max(y, 3 * t) + y));
+      CHECK(bends[3] == rounded(t - y));
       PathDual x[] = {PathDual(5), PathDual(y)};
       x[1].d[0] = Taylor2(1.0);
       const double h = 1e-6, less[] = {5, y - h}, more[] = {5, y + h};
@@ -259,6 +264,55 @@ TEST_CASE("laws: abs, min and max of a formula of several variables", "[law]") {
   x[1].d[0] = Taylor2(1.0);
   CHECK(g.value(0, at) == 0);
   CHECK(g.value(PathDual(0), x).d[0].c0 == 1);
+}
+
+// Against the same written with the laws themselves, on every scalar that elements are compiled for.
+TEST_CASE("laws: a formula calls laws beside it", "[law]") {
+  const auto lines = std::make_shared<DataLaw>(std::vector<double>{-1, 0.5, 2}, std::vector<double>{3, 0, 1},
+                                               DataLaw::Between::lines, DataLaw::Beyond::hold, "the data");
+  const auto step = std::make_shared<SmoothStepLaw>();
+  std::vector<std::string> others;
+  const std::vector<FormulaFunction> functions = {{"air", lines, 1}, {"rise", step, 2}};
+  const FormulaLaw f("a*air(y^2 - t)*rise(y) + air(0.3)",
+                     {"a", "air.scale", "rise.from", "rise.to", "rise.before", "rise.after"}, others, functions);
+  REQUIRE(others == std::vector<std::string>{"y"});
+  CHECK((f.calls(0) && f.calls(1)));
+  for (const double t : {-0.4, 0.3, 1.1})
+    for (const double y : {-1.2, 0.4, 0.9}) {
+      CAPTURE(t, y);
+      const double p[] = {5, 1.5, 0.1, 1.2, 2, -1, y}, at = y * y - t;
+      const double air = lines->value(at, p + 1), rise = step->value(y, p + 2), rest = lines->value(0.3, p + 1);
+      CHECK(f.value(t, p) == rounded(5 * air * rise + rest));
+      CHECK(f.slope(t, p).d[0] == rounded(-5 * lines->slope(at, p + 1).d[0] * rise));
+      const Taylor2 air_t = lines->curve(at, p + 1);
+      CHECK(f.curve(t, p).c2 == Approx(5 * air_t.c2 * rise).margin(1e-12));
+      // By y, twice: u = air(y^2 - t), w = rise(y).
+      PathDual x[7];
+      for (int i = 0; i < 7; ++i) x[i] = PathDual(p[i]);
+      x[6] = PathDual(Taylor2(y, 1, 0));
+      x[6].d[0] = Taylor2(1.0);
+      const PathDual u = lines->value(x[6] * x[6] - PathDual(t), x + 1), w = step->value(x[6], x + 2);
+      const PathDual whole = f.value(PathDual(t), x);
+      CHECK(whole.v.c2 == rounded(5 * (u * w).v.c2));
+      CHECK(whole.d[0].c1 == rounded(5 * (u * w).d[0].c1));
+      // Of its numbers: the step's height.
+      x[6] = PathDual(y);
+      x[5].d[0] = Taylor2(1.0);
+      CHECK(f.value(PathDual(t), x).d[0].c0 == rounded(5 * air * step->value(x[6], x + 2).d[0].c0));
+      // The lines' kinks, of both calls.
+      std::vector<double> bends;
+      f.add_bends(t, p, bends);
+      REQUIRE(bends.size() == 6);
+      CHECK(bends[0] == rounded(at + 1));
+      CHECK(bends[2] == rounded(at - 2));
+      CHECK(bends[4] == rounded(0.3 - 0.5));
+    }
+  // Along its variable the places of a law are where its argument comes to them.
+  LawPlaces places;
+  places.to = 10;
+  const double p[] = {1, 1, 0.1, 1.2, 2, -1};
+  FormulaLaw("air(2*t - 4)", {"a", "air.scale"}, others, {functions[0]}).add_places(p, places);
+  CHECK(places.sharp == std::vector<double>{1.5, 2.25, 3});
 }
 
 TEST_CASE("laws: what is no formula is refused with its place", "[law]") {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "costate/analysis/picks.h"
 #include "costate/analysis/row_space.h"
 #include "costate/analysis/spread_roots.h"
 #include "costate/base/error.h"
@@ -70,7 +71,17 @@ struct LinearMotion {
   MatrixXd A, U, M;
   VectorXd d;
   MatrixXd terms;  // the sum of the absolute values of the terms of each entry of A
+  std::vector<int> states;  // which z are
 };
+
+/// Those that something depends on: others, as the work of a force, are integrals along the motion and take no part in
+/// it.
+std::vector<int> states_that_act(const MatrixXd& Q_z, const MatrixXd& f_z) {
+  std::vector<int> states;
+  for (Eigen::Index i = 0; i < f_z.cols(); ++i)
+    if ((Q_z.col(i).array() != 0).any() || (f_z.col(i).array() != 0).any()) states.push_back(static_cast<int>(i));
+  return states;
+}
 
 /// Columns N with X N = 0 that leave apart what X does not couple: by elimination, so that the stiffness of one body is
 /// not mixed with that of another.
@@ -84,7 +95,6 @@ MatrixXd null_columns(const MatrixXd& X, const RowSpace& rows) {
 }
 
 LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
-  const int nz = assembly.nz();
   const Mechanism& mechanism = assembly.mechanism();
   StateView s{t, r.q.data(), r.v.data(), nullptr, nullptr, r.z.data()};
   assembly.calc_dynamics(s);
@@ -117,10 +127,13 @@ LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
   const MatrixXd D = -rows.solve(J1 * R), A = -rows.solve(J2 * R + 2 * J1 * D);
   const MatrixXd My = R.transpose() * Mx * R, Cy = R.transpose() * (Cx * R + 2 * Mx * D),
                  Ky = R.transpose() * (Kx * R + Cx * D + Mx * A);
-  const MatrixXd Q_z = to_dense(assembly.force_state(), assembly.Q_z.data()),
-                 f_q = to_dense(assembly.state_force(), assembly.f_q.data()),
-                 f_v = to_dense(assembly.state_force(), assembly.f_v.data()),
-                 f_z = to_dense(assembly.state_state(), assembly.f_z.data());
+  const MatrixXd all_Q_z = to_dense(assembly.force_state(), assembly.Q_z.data()),
+                 all_f_z = to_dense(assembly.state_state(), assembly.f_z.data());
+  const std::vector<int> states = states_that_act(all_Q_z, all_f_z);
+  const auto nz = static_cast<Eigen::Index>(states.size());
+  const MatrixXd Q_z = pick_columns(all_Q_z, states), f_z = pick_columns(pick_rows(all_f_z, states), states),
+                 f_q = pick_rows(to_dense(assembly.state_force(), assembly.f_q.data()), states),
+                 f_v = pick_rows(to_dense(assembly.state_force(), assembly.f_v.data()), states);
   const Eigen::Index f = R.cols();
   r.degrees_of_freedom = static_cast<int>(f);
   const Eigen::LLT<MatrixXd> llt(My);
@@ -132,7 +145,7 @@ LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
   const MatrixXd stiffness = V.transpose() * Ky * V, damping = V.transpose() * Cy * V;
   double w = std::max(std::sqrt(stiffness.norm()), damping.norm());
   if (!(w > 0)) w = 1;
-  LinearMotion motion{MatrixXd::Zero(2 * f + nz, 2 * f + nz), R * V, Mx, VectorXd::Ones(nz), {}};
+  LinearMotion motion{MatrixXd::Zero(2 * f + nz, 2 * f + nz), R * V, Mx, VectorXd::Ones(nz), {}, states};
   motion.A.block(0, f, f, f) = w * MatrixXd::Identity(f, f);
   if (f > 0) motion.A.middleRows(f, f) << -stiffness / w, -damping, (T * R * V).transpose() * Q_z / w;
   if (nz > 0) motion.A.bottomRows(nz) << f_q * T * R * V + f_v * (T1 * R + T * D) * V, f_v * T * R * V * w, f_z;
@@ -148,7 +161,7 @@ LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
     motion.terms.bottomRows(nz) << f_q.cwiseAbs() * most + f_v.cwiseAbs() * most_d, f_v.cwiseAbs() * most * w,
         f_z.cwiseAbs();
   motion.terms = motion.terms.cwiseMax(motion.A.cwiseAbs());
-  for (int i = 0; i < nz; ++i) {
+  for (Eigen::Index i = 0; i < nz; ++i) {
     const Eigen::Index at = 2 * f + i;
     const double self = std::abs(motion.A(at, at)), row = motion.A.row(at).cwiseAbs().sum() - self,
                  column = motion.A.col(at).cwiseAbs().sum() - self;
@@ -202,7 +215,9 @@ Modes find_modes(Assembly& assembly, double t, const Start& start) {
     mode.eigenvalue = root.value;
     mode.relative_error = root.error / std::abs(root.value);
     mode.shape = motion.U.cast<std::complex<double>>() * root.vector.head(f);
-    mode.z = motion.d.cast<std::complex<double>>().asDiagonal() * root.vector.tail(size - 2 * f);
+    mode.z = VectorXcd::Zero(assembly.nz());
+    for (Eigen::Index i = 0; i < size - 2 * f; ++i)
+      mode.z[motion.states[static_cast<std::size_t>(i)]] = motion.d[i] * root.vector[2 * f + i];
     finish(mode, motion.M);
     r.modes.push_back(std::move(mode));
   }

@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "costate/element/element.h"
-#include "costate/element/law/formula_law.h"
+#include "costate/element/path_function.h"
 
 namespace costate {
 
-class DefinedOutput final : public Force {
+class DefinedOutput final : public Force, public FormulaElement {
  public:
   /// Most numbers and outputs of one formula.
   static constexpr int kMostNames = 32;
@@ -28,6 +28,8 @@ class DefinedOutput final : public Force {
   const std::string& unit() const { return unit_; }
   const FormulaLaw& formula() const { return *formula_; }
   const std::vector<std::string>& inputs() const { return inputs_; }
+
+  void add_formula_laws(std::vector<MotionLaw>& laws) const override { add_laws_of(*formula_, laws); }
 
   bool by_hand() const override { return true; }
   void force(const PathDual&, const PathDual*, const PathDual*, const PathDual*, const PathDual*, PathDual*,

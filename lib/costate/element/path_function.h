@@ -4,8 +4,22 @@
 
 #include "costate/element/element.h"
 #include "costate/element/law/formula_law.h"
+#include "costate/element/law/motion_law.h"
 
 namespace costate {
+
+/// An element of formulas, whose numbers begin with theirs: the laws that they call must not jump, as no other that the
+/// motion travels (MotionLawElement). Where those bend formulas know (FormulaLaw::add_bends).
+class FormulaElement {
+ public:
+  virtual ~FormulaElement() = default;
+  virtual void add_formula_laws(std::vector<MotionLaw>& laws) const = 0;
+
+ protected:
+  static void add_laws_of(const FormulaLaw& formula, std::vector<MotionLaw>& laws) {
+    for (const FormulaFunction& f : formula.functions()) laws.push_back({f.law.get(), f.first, f.name});
+  }
+};
 
 /// A force with such formulas is one of these as well.
 class PathFunctionElement {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "costate/assembly/gathered_state.h"
@@ -34,14 +35,17 @@ void BendWatch::add_laws(Assembly& assembly, const Element& force, const MotionL
   for (const MotionLaw& law : laws) {
     if (!law.followed()) continue;
     const LawJoints joints = joints_of(force, law, assembly.numbers());
+    std::vector<double> bends;
     for (const LawJoint& joint : joints.all)
-      if (joints.bends(joint))
-        places_.push_back({[&assembly, &force, &owner, law, x = joint.x](const StateView& s) {
-          thread_local GatheredState own;
-          const LocalState local = own.of(force, s, assembly.numbers());
-          const GapMotion m = owner.deformation(local);
-          return (law.of_rate ? m.rate : m.gap - local.p[law.origin]) - x;
-        }});
+      if (joints.bends(joint)) bends.push_back(joint.x);
+    if (bends.empty()) continue;
+    sources_.push_back({[&assembly, &force, &owner, law, bends](const StateView& s, std::vector<double>& beyond) {
+      thread_local GatheredState own;
+      const LocalState local = own.of(force, s, assembly.numbers());
+      const GapMotion m = owner.deformation(local);
+      const double x = law.of_rate ? m.rate : m.gap - local.p[law.origin];
+      for (const double at : bends) beyond.push_back(x - at);
+    }});
   }
 }
 
@@ -49,12 +53,12 @@ BendWatch::BendWatch(Assembly& assembly, const Objective& objective, double rtol
     : rtol_(rtol), atol_(atol) {
   /// arguments(s, x) gives those of the formula.
   const auto add_formula = [&](const FormulaLaw& formula, const auto& arguments) {
-    for (int k = 0; k < formula.bend_count(); ++k)
-      places_.push_back({[&formula, arguments, k](const StateView& s) {
+    if (formula.may_bend())
+      sources_.push_back({[&formula, arguments](const StateView& s, std::vector<double>& beyond) {
         thread_local std::vector<double> x;
         x.assign(static_cast<std::size_t>(formula.number_count()), 0);
         arguments(s, x.data());
-        return formula.bend(k, s.t, x.data());
+        formula.add_bends(s.t, x.data(), beyond);
       }});
   };
   for (const auto& force : assembly.mechanism().forces()) {
@@ -88,28 +92,40 @@ std::optional<double> BendWatch::passed(double from, double to, double length, c
 }
 
 // Another place may be passed before this one: whoever ends a step here looks again.
-double BendWatch::passage(const Place& place, double left, double right, double resolution,
-                          const GapTrace::States& at) const {
-  const bool side = is_beyond(place.beyond(at(left)));
+double BendWatch::passage(std::size_t place, double left, double right, double resolution,
+                          const GapTrace::States& at) {
+  const Source& source =
+      *std::prev(std::upper_bound(sources_.begin(), sources_.end(), place,
+                                  [](std::size_t i, const Source& other) { return i < other.first; }));
+  const auto beyond = [&](double t) {
+    own_.clear();
+    source.add(at(t), own_);
+    return is_beyond(own_[place - source.first]);
+  };
+  const bool side = beyond(left);
   for (int k = 0; k < kBendHalvings && right - left > resolution; ++k) {
     const double t = left + 0.5 * (right - left);
-    (is_beyond(place.beyond(at(t))) == side ? left : right) = t;
+    (beyond(t) == side ? left : right) = t;
   }
   return right;
 }
 
+void BendWatch::look(const StateView& s, std::vector<double>& beyond) {
+  beyond.clear();
+  for (Source& source : sources_) {
+    source.first = beyond.size();
+    source.add(s, beyond);
+  }
+}
+
 std::optional<double> BendWatch::first(double from, double to, const GapTrace::States& at) {
-  const auto look = [&](double t, std::vector<double>& values) {
-    const StateView s = at(t);
-    values.resize(places_.size());
-    for (std::size_t i = 0; i < places_.size(); ++i) values[i] = places_[i].beyond(s);
-  };
-  look(from, begin_);
-  look(to, end_);
+  look(at(from), begin_);
+  look(at(to), end_);
+  largest_.resize(end_.size(), 0);
   bool near = false;
-  for (std::size_t i = 0; i < places_.size(); ++i) {
+  for (std::size_t i = 0; i < end_.size(); ++i) {
     const double a = std::abs(begin_[i]), b = std::abs(end_[i]);
-    places_[i].largest = std::max({places_[i].largest, a, b});
+    largest_[i] = std::max({largest_[i], a, b});
     near = near || std::min(a, b) <= kBendNear * std::abs(end_[i] - begin_[i]);
   }
   if (!near) return {};
@@ -120,11 +136,11 @@ std::optional<double> BendWatch::first(double from, double to, const GapTrace::S
     if (whole)
       now_ = end_;
     else
-      look(now, now_);
-    for (std::size_t i = 0; i < places_.size(); ++i) {
+      look(at(now), now_);
+    for (std::size_t i = 0; i < end_.size(); ++i) {
       const double size = std::max(std::abs(begin_[i]), std::abs(now_[i]));
-      if (is_beyond(begin_[i]) != is_beyond(now_[i]) && size > kBendCounts * (atol_ + rtol_ * places_[i].largest))
-        return passage(places_[i], last, now, kBendResolved * (to - from), at);
+      if (is_beyond(begin_[i]) != is_beyond(now_[i]) && size > kBendCounts * (atol_ + rtol_ * largest_[i]))
+        return passage(i, last, now, kBendResolved * (to - from), at);
     }
     last = now;
     begin_.swap(now_);

@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "costate/assembly/gathered_state.h"
+#include "costate/base/error.h"
 #include "costate/element/course.h"
 #include "costate/element/law/cubic_check.h"
 #include "costate/objective/formula_output.h"
@@ -138,8 +139,13 @@ class PathWatch::Function {
   double value(double u) {
     if (!owner_)
       for (std::size_t i = 0; i < here_.size(); ++i) here_[i] = on(at_[0][i], at_[1][i], at_[2][i], u);
-    const double f = law_->value(on(x_[0], x_[1], x_[2], u), here_.data());
-    return std::isfinite(f) ? f : 0;
+    // Parabolas may lead out of where a law through data says anything; the motion itself will tell.
+    try {
+      const double f = law_->value(on(x_[0], x_[1], x_[2], u), here_.data());
+      return std::isfinite(f) ? f : 0;
+    } catch (const StepError&) {
+      return 0;
+    }
   }
   void add(double u) {
     if (u >= 0 && u <= 1) samples_.push_back({u, value(u)});

@@ -11,6 +11,7 @@
 #include "costate/element/course.h"
 #include "costate/element/gap_element.h"
 #include "costate/element/law/motion_law.h"
+#include "costate/element/path_function.h"
 
 namespace costate {
 
@@ -207,6 +208,7 @@ void require_joined_laws(const Mechanism& mechanism, const ParameterSelection& p
   for (const auto& f : mechanism.forces()) {
     std::vector<MotionLaw> laws;
     if (const auto* owner = dynamic_cast<const MotionLawElement*>(f.get())) owner->add_motion_laws(laws);
+    if (const auto* formulas = dynamic_cast<const FormulaElement*>(f.get())) formulas->add_formula_laws(laws);
     for (const MotionLaw& law : laws) require_joined_force(*f, law, parameters, numbers);
   }
   for (const auto& c : mechanism.constraints()) {

@@ -106,7 +106,7 @@ void FormulaOutput::add_course(const std::vector<double>& numbers, Course& cours
   x.fill(1);
   for (std::size_t k = 0; k < definition_.numbers().size(); ++k)
     x[k] = numbers[static_cast<std::size_t>(definition_.numbers()[k])];
-  course.add(definition_.formula(), x.data());
+  course.add(GuessedFormula(definition_.formula()), x.data());
 }
 
 namespace {

@@ -5,6 +5,7 @@
 #include "costate/objective/folded_angle.h"
 #include "costate/objective/formula_output.h"
 #include "costate/objective/sampled_cost.h"
+#include "costate/objective/weighted_cost.h"
 
 namespace costate {
 
@@ -16,13 +17,15 @@ bool OutputTerm::needs_accelerations() const {
 }
 
 void add_cost_course(const CostTerm& term, const std::vector<double>& numbers, Course& course) {
+  const auto add = [&](const ScalarLaw& law, const std::vector<int>& indices) {
+    std::vector<double> p;
+    for (const int n : indices) p.push_back(numbers[static_cast<std::size_t>(n)]);
+    course.add(law, p.data());
+  };
+  if (const WeightedTerm* weighted = weighted_term(term)) add(weighted->law(), weighted->law_numbers());
   const auto* of = dynamic_cast<const OutputTerm*>(&ungated(term));
   if (!of) return;
-  if (const auto& law = of->target().law) {
-    std::vector<double> p;
-    for (const int n : of->target().law_numbers) p.push_back(numbers[static_cast<std::size_t>(n)]);
-    course.add(*law, p.data());
-  }
+  if (of->target().law) add(*of->target().law, of->target().law_numbers);
   for (const FormulaOutput* formula : formulas_of(term)) formula->add_course(numbers, course);
 }
 
@@ -38,6 +41,12 @@ double OutputTerm::difference(const StateView& s, Assembly& assembly, std::vecto
 }
 
 namespace {
+// Without a number (-1) the weight is one: a law stands for it (WeightedTerm).
+double weight_of(int number, const Assembly& assembly) { return number < 0 ? 1 : assembly.numbers()[number]; }
+double change_of(int number, const Variation& d) { return number < 0 ? 0 : d.numbers[number]; }
+bool is_varied(int number, const Assembly& assembly) {
+  return number >= 0 && !assembly.number_columns()[number].empty();
+}
 std::vector<double>& law_buffer() {
   thread_local std::vector<double> p;
   return p;
@@ -53,12 +62,12 @@ double OutputTerm::value(const StateView& s, Assembly& assembly) const {
   for (const Output* y : {output_.get(), target_.output.get()})
     if (y) watch_folds(*y, s, assembly);
   const double d = difference(s, assembly, law_buffer());
-  return assembly.numbers()[weight_number_] * (power_ == 2 ? d * d : d);
+  return weight_of(weight_number_, assembly) * (power_ == 2 ? d * d : d);
 }
 
 void OutputTerm::add_gradient(const StateView& s, Assembly& assembly, double factor, ScalarGradient& g) const {
   const double d = difference(s, assembly, law_buffer());
-  const double weight = assembly.numbers()[weight_number_];
+  const double weight = weight_of(weight_number_, assembly);
   const double slope = factor * weight * (power_ == 2 ? 2 * d : 1);
   output_->add_gradient(s, assembly, slope, g);
   if (target_.output) target_.output->add_gradient(s, assembly, -slope, g);
@@ -72,7 +81,7 @@ void OutputTerm::add_gradient(const StateView& s, Assembly& assembly, double fac
       g.add_number(assembly, target_.law_numbers[i], -slope * target_.law->value(PathDual(s.t), dual.data()).d[0].c0);
     }
   }
-  if (!assembly.number_columns()[weight_number_].empty())
+  if (is_varied(weight_number_, assembly))
     g.add_number(assembly, weight_number_, factor * (power_ == 2 ? d * d : d));
 }
 
@@ -97,7 +106,7 @@ double OutputTerm::difference_change(const StateView& s, Assembly& assembly, con
 
 double OutputTerm::change(const StateView& s, Assembly& assembly, const Variation& v) const {
   const double d = difference(s, assembly, law_buffer());
-  const double weight = assembly.numbers()[weight_number_], weight_change = v.numbers[weight_number_];
+  const double weight = weight_of(weight_number_, assembly), weight_change = change_of(weight_number_, v);
   return weight * (power_ == 2 ? 2 * d : 1) * difference_change(s, assembly, v) +
          weight_change * (power_ == 2 ? d * d : d);
 }
@@ -113,7 +122,7 @@ void OutputTerm::add_gradient_change(const StateView& s, Assembly& assembly, con
                                      ScalarGradient& g) const {
   // The gradient is w u' (y - target)_x + u w_x with u = d or d^2, d = y - target: each factor changes.
   const double d = difference(s, assembly, law_buffer());
-  const double weight = assembly.numbers()[weight_number_], weight_change = v.numbers[weight_number_];
+  const double weight = weight_of(weight_number_, assembly), weight_change = change_of(weight_number_, v);
   const double d_change = difference_change(s, assembly, v);
   const double u_d = power_ == 2 ? 2 * d : 1, u_dd = power_ == 2 ? 2 : 0;
   const double slope = weight * u_d, slope_change = weight_change * u_d + weight * u_dd * d_change;
@@ -135,7 +144,7 @@ void OutputTerm::add_gradient_change(const StateView& s, Assembly& assembly, con
       g.add_number(assembly, target_.law_numbers[i], -(slope_change * f_p.c0 + slope * f_p.c1));
     }
   }
-  if (!assembly.number_columns()[weight_number_].empty()) g.add_number(assembly, weight_number_, u_d * d_change);
+  if (is_varied(weight_number_, assembly)) g.add_number(assembly, weight_number_, u_d * d_change);
 }
 
 void Objective::add_running_gradient_change(const StateView& s, Assembly& assembly, const Variation& d,

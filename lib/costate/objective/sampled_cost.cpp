@@ -7,6 +7,7 @@
 #include <map>
 
 #include "costate/base/error.h"
+#include "costate/objective/weighted_cost.h"
 
 namespace costate {
 
@@ -135,9 +136,15 @@ const SampleTerm* sample_term(const Objective& objective) {
   return nullptr;
 }
 
-const CostTerm& ungated(const CostTerm& term) {
+const WeightedTerm* weighted_term(const CostTerm& term) {
   const auto* gated = dynamic_cast<const GatedTerm*>(&term);
-  return gated ? gated->term() : term;
+  return dynamic_cast<const WeightedTerm*>(gated ? &gated->term() : &term);
+}
+
+const CostTerm& ungated(const CostTerm& term) {
+  if (const auto* gated = dynamic_cast<const GatedTerm*>(&term)) return ungated(gated->term());
+  if (const auto* weighted = dynamic_cast<const WeightedTerm*>(&term)) return weighted->term();
+  return term;
 }
 
 }  // namespace costate

@@ -101,7 +101,10 @@ Objective separate_samples(const Objective& objective);
 /// The term of a cost that has been separated, or null.
 const SampleTerm* sample_term(const Objective& objective);
 
-/// The term behind a gate, or the term itself.
+/// The term behind a gate and a weight, or the term itself.
 const CostTerm& ungated(const CostTerm& term);
+class WeightedTerm;
+/// The weighted term that this is, perhaps behind a gate, or null.
+const WeightedTerm* weighted_term(const CostTerm& term);
 
 }  // namespace costate

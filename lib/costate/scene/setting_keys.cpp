@@ -81,6 +81,7 @@ std::vector<SettingsMeaning> settings_meanings() {
         {"output", "what should be it: costate list SCENE"},
         {"sigma", "standard deviation of the measurement, in the output's SI unit"},
         {"sigma_column", "a column of it, in the place of 'sigma'"},
+        {"weight_column", "a column of factors of its squares, zero where a row does not count"},
         {"from_s, to_s", "samples before and behind are left out; by default none"},
         {"weight", "factor of the sum"}}},
       {"optimize",

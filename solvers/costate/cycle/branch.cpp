@@ -9,6 +9,7 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/base/stop.h"
+#include "costate/cycle/cycle_rest.h"
 #include "costate/cycle/cycle_start.h"
 #include "costate/cycle/cycle_values.h"
 
@@ -60,7 +61,7 @@ class Follower {
  public:
   Follower(const Problem& problem, const CycleSettings& settings, const std::vector<double>& rho,
            const BranchOptions& options)
-      : problem_(problem), options_(options), start_(problem, settings, rho) {
+      : problem_(problem), options_(options), may_rest_(settings.period_s.has_value()), start_(problem, settings, rho) {
     CycleOptions search;
     search.estimate = search.derivatives = false;
     const CycleResult r = find_cycle(problem, settings, rho, search);
@@ -189,6 +190,12 @@ class Follower {
     return {};
   }
 
+  /// Whether the branch has come to an equilibrium, which a section is met by as well.
+  bool is_rest(const Node& node) const {
+    const ReturnMap map(without_cycle_cost(problem_), section(), {node.point.parameter});
+    return rests(map, start_, node.point.x, node.positions, node.point.period);
+  }
+
   /// Until the parameter leaves its range; returns why it ended.
   std::string walk(int direction, std::vector<Node>& nodes, std::vector<Bifurcation>& found) {
     const double low = std::min(options_.from, options_.to), high = std::max(options_.from, options_.to);
@@ -216,6 +223,9 @@ class Follower {
         next->point.parameter = bound;
         if (std::abs(at.point.parameter - bound) <= kLocated * scale_[k_]) return "the end of the range";
       }
+      if (!may_rest_ && is_rest(*next))
+        return fmt::format("the motion comes to rest: near {:.6g} the cycles shrink to an equilibrium, which goes on",
+                           next->point.parameter);
       look_for_bifurcations(at, *next, at.tangent.dot(next->u - at.u), found);
       if (options_.progress) options_.progress(next->point);
       nodes.push_back(*next);
@@ -280,6 +290,7 @@ class Follower {
 
   const Problem& problem_;
   const BranchOptions& options_;
+  bool may_rest_;  // over a period given an equilibrium repeats itself as well
   CycleStart start_;
   Branch branch_;
   Eigen::Index k_ = 0;

@@ -22,7 +22,7 @@ bool is_finite(const ScalarGradient& g) {
 }
 
 std::string name_of(const CostTerm& term, const char* kind, std::size_t index) {
-  if (const auto* of = dynamic_cast<const OutputTerm*>(&term))
+  if (const auto* of = dynamic_cast<const OutputTerm*>(&ungated(term)))
     return fmt::format("the {} cost of '{}'", kind, of->output().name());
   return fmt::format("term {} of the {} cost", index + 1, kind);
 }

@@ -65,6 +65,8 @@ void SundialsSession<Api>::fail(bool backward, int flag, const std::string& what
   c.what = std::string(Api::name) + " " + what;
   c.flag = sundials_flag_name<Api>(flag);
   c.message = Api::is_evaluation(flag) && !guard_.last_step_error().empty() ? guard_.last_step_error() : message_;
+  if (flag == Api::no_progress && !guard_.last_step_error().empty())
+    c.message = "The last evaluation that failed: " + guard_.last_step_error();
   Api::weights(m, weights);
   Api::local_errors(m, errors);
   Api::current_time(m, &c.t);

@@ -34,7 +34,7 @@ FormulaForce::FormulaForce(std::string kind, std::string name, FormulaTarget tar
   for (const Component& c : components_) {
     auto& of = locals_.emplace_back();
     for (const FormulaInput& input : c.inputs) of.push_back(local(input));
-    if (c.formula && (!of.empty() || c.formula->bend_count() > 0)) of_motion_.push_back(locals_.size() - 1);
+    if (c.formula && (!of.empty() || c.formula->may_bend())) of_motion_.push_back(locals_.size() - 1);
   }
   if (coordinates().size() > static_cast<std::size_t>(kMaxLocal))
     throw ModelError(
@@ -81,7 +81,12 @@ void FormulaForce::add_course(const double* p, Course& course) const {
   x.fill(1);
   std::copy(p, p + formula_numbers_, x.begin());
   for (const Component& c : components_)
-    if (c.formula && c.formula->varies()) course.add(*c.formula, x.data());
+    if (c.formula && c.formula->varies()) course.add(GuessedFormula(*c.formula), x.data());
+}
+
+void FormulaForce::add_formula_laws(std::vector<MotionLaw>& laws) const {
+  for (const Component& c : components_)
+    if (c.formula) add_laws_of(*c.formula, laws);
 }
 
 const FormulaLaw& FormulaForce::path_function(int i) const {

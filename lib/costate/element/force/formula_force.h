@@ -28,7 +28,10 @@ struct FormulaInput {
 /// between two, which a positive force pulls together.
 using FormulaTarget = std::variant<std::vector<int>, PlanarPoint, SpatialPoint, PlanarVector, SpatialVector>;
 
-class FormulaForce : public ForceOf<FormulaForce>, public CourseElement, public PathFunctionElement {
+class FormulaForce : public ForceOf<FormulaForce>,
+                     public CourseElement,
+                     public PathFunctionElement,
+                     public FormulaElement {
  public:
   static constexpr std::size_t kMostNames = 32;  // of numbers and inputs of one formula
 
@@ -68,6 +71,7 @@ class FormulaForce : public ForceOf<FormulaForce>, public CourseElement, public 
     }
   }
   void add_course(const double* p, Course& course) const override;
+  void add_formula_laws(std::vector<MotionLaw>& laws) const override;
   int path_functions() const override { return static_cast<int>(of_motion_.size()); }
   const FormulaLaw& path_function(int i) const override;
   void path_arguments(int i, const LocalState& s, double* x) const override;

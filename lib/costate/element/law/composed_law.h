@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "costate/element/course.h"
+#include "costate/element/law/law_at.h"
 #include "costate/element/law/scalar_law.h"
 
 namespace costate {
@@ -17,6 +18,8 @@ class ComposedLaw final : public ScalarLawOf<ComposedLaw>, public PlacedLaw {
       : operation_(operation), parts_(std::move(parts)) {
     for (const auto& part : parts_) count_ += part->number_count();
   }
+  Operation operation() const { return operation_; }
+  const std::vector<std::shared_ptr<const ScalarLaw>>& parts() const { return parts_; }
   int number_count() const override { return count_; }
   void add_kinks(const double* p, std::vector<double>& x) const override {
     for (const auto& part : parts_) {
@@ -62,28 +65,15 @@ class ComposedLaw final : public ScalarLawOf<ComposedLaw>, public PlacedLaw {
     S result(operation_ == Operation::sum ? 0.0 : 1.0);
     for (const auto& part : parts_) {
       if (operation_ == Operation::sum)
-        result += at(*part, x, p);
+        result += law_at(*part, x, p);
       else
-        result *= at(*part, x, p);
+        result *= law_at(*part, x, p);
       p += part->number_count();
     }
     return result;
   }
 
  private:
-  template <class S, class P>
-  static S at(const ScalarLaw& law, const S& x, const P* p) {
-    return law.value(x, p);
-  }
-  static Dual<1> at(const ScalarLaw& law, const Dual<1>& x, const double* p) {
-    const Dual<1> f = law.slope(x.v, p);
-    return chain(x, f.v, f.d[0]);
-  }
-  static Taylor2 at(const ScalarLaw& law, const Taylor2& x, const double* p) {
-    const Taylor2 f = law.curve(x.c0, p);
-    return compose(x, f.c0, f.c1, f.c2);
-  }
-
   Operation operation_;
   std::vector<std::shared_ptr<const ScalarLaw>> parts_;
   int count_ = 0;

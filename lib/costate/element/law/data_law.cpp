@@ -10,19 +10,30 @@
 namespace costate {
 
 DataLaw::DataLaw(std::vector<double> x, std::vector<double> y, Between between, Beyond beyond, std::string source,
-                 std::string column, std::string unit)
+                 std::string column, std::string unit, std::string argument, std::string argument_unit)
     : between_(between),
       beyond_(beyond),
       source_(std::move(source)),
       column_(std::move(column)),
-      unit_(std::move(unit)) {
+      unit_(std::move(unit)),
+      argument_(std::move(argument)),
+      argument_unit_(std::move(argument_unit)) {
   const std::size_t n = x.size();
   if (n < 2 || n != y.size())
     throw ModelError("", fmt::format("A law through data needs at least 2 points, found {} in {}.", n, source_));
   for (std::size_t i = 1; i < n; ++i)
     if (!(x[i] > x[i - 1]))
       throw ModelError("", fmt::format("The places of {} must increase: {} comes after {}.", source_, x[i], x[i - 1]));
-  curve_ = PointCurve(std::move(x), std::move(y), between);
+  if (beyond_ == Beyond::repeat) {
+    if (between_ == Between::lines)
+      throw ModelError("", fmt::format("{} can repeat as a spline alone (between = \"spline\"): lines would have a kink "
+                                       "at the places of all lengths.",
+                                       source_));
+    if (y.front() != y.back())
+      throw ModelError("", fmt::format("{} begins with {} and ends with {}: what repeats must end as it begins.", source_,
+                                       y.front(), y.back()));
+  }
+  curve_ = PointCurve(std::move(x), std::move(y), between, beyond_ == Beyond::repeat);
 }
 
 void DataLaw::add_kinks(const double*, std::vector<double>& x) const {
@@ -38,20 +49,32 @@ void DataLaw::add_kinks(const double*, std::vector<double>& x) const {
 
 void DataLaw::add_places(const double*, LawPlaces& places) const {
   auto& of = between_ == Between::lines ? places.sharp : places.knots;
-  of.insert(of.end(), curve_.x().begin(), curve_.x().end());
+  if (beyond_ != Beyond::repeat) {
+    of.insert(of.end(), curve_.x().begin(), curve_.x().end());
+    return;
+  }
+  constexpr double kMostPlaces = 100'000;
+  double first = lengths(places.from), last = lengths(places.to);
+  // Without bounds, or over very many lengths: of one.
+  if (!((last - first + 1) * static_cast<double>(curve_.x().size()) <= kMostPlaces)) first = last = 0;
+  for (double k = first; k <= last; ++k)
+    for (const double x : curve_.x()) of.push_back(x + k * length());
 }
+
+double DataLaw::lengths(double x) const { return std::floor((x - curve_.x().front()) / length()); }
 
 void DataLaw::calc_derivatives(double x, double* f) const {
   const double first = curve_.x().front(), last = curve_.x().back();
   const bool before = x<first, after = x> last;
   if (!before && !after) return curve_.calc_derivatives(x, f);
+  if (beyond_ == Beyond::repeat) return curve_.calc_derivatives(std::clamp(x - lengths(x) * length(), first, last), f);
   const double end = before ? first : last;
   // What rounding leaves of a run's end.
   const double near = 1e-9 * (last - first);
   if (beyond_ == Beyond::refuse && std::abs(x - end) > near)
     throw StepError(
         fmt::format("{} goes from {:.9g} to {:.9g}, and is asked for at {:.9g}. Shorten the run, or say "
-                    "what holds there: beyond = \"hold\" or \"tangent\".",
+                    "what holds there: beyond = \"hold\", \"tangent\" or \"repeat\".",
                     source_, first, last, x));
   if (beyond_ != Beyond::hold) return curve_.calc_derivatives(x, f);
   curve_.calc_derivatives(end, f);
@@ -70,6 +93,10 @@ double DataLaw::area(std::size_t k, double a, double b) const {
 double DataLaw::area_to(double x) const {
   double f[5], sum = 0;
   const std::vector<double>& at = curve_.x();
+  if (beyond_ == Beyond::repeat && (x < at.front() || x > at.back())) {
+    const double n = lengths(x);
+    return n * area_to(at.back()) + area_to(std::clamp(x - n * length(), at.front(), at.back()));
+  }
   for (std::size_t k = 0; k + 1 < at.size() && at[k] < x; ++k) sum += area(k, at[k], std::min(x, at[k + 1]));
   if (x >= at.front() && x <= at.back()) return sum;
   const double end = x < at.front() ? at.front() : at.back();

@@ -16,14 +16,18 @@ namespace costate {
 class DataLaw final : public ScalarLawOf<DataLaw>, public PlacedLaw {
  public:
   using Between = PointCurve::Between;
-  /// What is said beyond the first and the last point: nothing (a StepError), their values, or the end's tangents.
-  enum class Beyond { refuse, hold, tangent };
-  /// x strictly increasing, at least 2 points, all finite; throws ModelError otherwise. `source` is for messages;
-  /// `column` and `unit` are those of y where it was measured.
+  /// What is said beyond the first and the last point: nothing (a StepError), their values, the end's tangents, or
+  /// the same again: of a spline, which is periodic then.
+  enum class Beyond { refuse, hold, tangent, repeat };
+  /// x strictly increasing, at least 2 points, all finite, the last y the first where they repeat; throws ModelError
+  /// otherwise. `source` is for messages;
+  /// `column` and `unit` are those of y where it was measured, `argument` and `argument_unit` those of x.
   DataLaw(std::vector<double> x, std::vector<double> y, Between between, Beyond beyond, std::string source,
-          std::string column = {}, std::string unit = {});
+          std::string column = {}, std::string unit = {}, std::string argument = {}, std::string argument_unit = {});
   const std::string& column() const { return column_; }
   const std::string& unit() const { return unit_; }
+  const std::string& argument() const { return argument_; }
+  const std::string& argument_unit() const { return argument_unit_; }
   int number_count() const override { return 1; }
 
   template <class S, class P>
@@ -39,13 +43,16 @@ class DataLaw final : public ScalarLawOf<DataLaw>, public PlacedLaw {
 
  private:
   void calc_derivatives(double x, double* f) const;
+  /// How many lengths lie between x and the points, where they repeat.
+  double lengths(double x) const;
+  double length() const { return curve_.x().back() - curve_.x().front(); }
   double area(std::size_t k, double a, double b) const;
   /// Of the curve without its scale, from the first point on.
   double area_to(double x) const;
   PointCurve curve_;
   Between between_;
   Beyond beyond_;
-  std::string source_, column_, unit_;
+  std::string source_, column_, unit_, argument_, argument_unit_;
 };
 
 }  // namespace costate

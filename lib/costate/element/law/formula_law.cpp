@@ -1,10 +1,6 @@
 #include "costate/element/law/formula_law.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <cctype>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -15,200 +11,15 @@
 namespace costate {
 
 namespace {
-constexpr int kLargestWholePower = 16;
-constexpr int kDeepestNesting = 100;
+/// Of a law that says nothing there, one: as of all that is not known.
+double known_or_one(const ScalarLaw& law, double x, const double* p) {
+  try {
+    return law.value(x, p);
+  } catch (const StepError&) {
+    return 1;
+  }
+}
 }  // namespace
-
-/// Recursive descent: sum = product {(+|-) product}, product = sign {(*|/) sign}, sign = -sign | power,
-/// power = atom [^ sign].
-class FormulaLaw::Parser {
- public:
-  Parser(const std::string& text, FormulaLaw& law, std::vector<std::string>* others = nullptr)
-      : text_(text), law_(law), others_(others) {}
-
-  void read() {
-    sum();
-    if (skip(); at_ < text_.size()) fail(fmt::format("'{}' is unexpected", text_[at_]));
-  }
-
- private:
-  [[noreturn]] void fail(const std::string& what) const {
-    throw ModelError("",
-                     fmt::format("The formula \"{}\" cannot be read at its character {}: {}.", text_, at_ + 1, what));
-  }
-  void skip() {
-    while (at_ < text_.size() && std::isspace(static_cast<unsigned char>(text_[at_]))) ++at_;
-  }
-  bool take(char c) {
-    skip();
-    if (at_ >= text_.size() || text_[at_] != c) return false;
-    ++at_;
-    return true;
-  }
-  void push(Step step) {
-    const bool value = step.op == Op::constant || step.op == Op::variable || step.op == Op::number;
-    const bool pair = step.op == Op::add || step.op == Op::subtract || step.op == Op::multiply ||
-                      step.op == Op::divide || step.op == Op::power || step.op == Op::least || step.op == Op::most;
-    depth_ += value ? 1 : pair ? -1 : 0;
-    if (depth_ > kDepth) fail("it is nested too deeply; split it with { kind = \"sum\" } or \"product\"");
-    law_.program_.push_back(step);
-  }
-  void sum() {
-    if (++nesting_ > kDeepestNesting) fail("it has too many parentheses");
-    product();
-    for (;;)
-      if (take('+')) {
-        product();
-        push({Op::add});
-      } else if (take('-')) {
-        product();
-        push({Op::subtract});
-      } else {
-        --nesting_;
-        return;
-      }
-  }
-  void product() {
-    sign();
-    for (;;)
-      if (take('*')) {
-        sign();
-        push({Op::multiply});
-      } else if (take('/')) {
-        sign();
-        push({Op::divide});
-      } else {
-        return;
-      }
-  }
-  void sign() {
-    bool negative = false;
-    for (;;)
-      if (take('-'))
-        negative = !negative;
-      else if (!take('+'))
-        break;
-    power();
-    if (negative) push({Op::negate});
-  }
-  void power() {
-    atom();
-    if (!take('^')) return;
-    if (++nesting_ > kDeepestNesting) fail("it has too many powers");
-    const std::size_t before = law_.program_.size();
-    sign();
-    --nesting_;
-    // x^2 holds for negative x, too.
-    const Step& last = law_.program_.back();
-    if (law_.program_.size() == before + 1 && last.op == Op::constant && last.value >= 0 &&
-        last.value <= kLargestWholePower && last.value == std::floor(last.value)) {
-      const int n = static_cast<int>(last.value);
-      law_.program_.pop_back();
-      --depth_;
-      return push({Op::whole_power, 0, n});
-    }
-    push({Op::power});
-  }
-  void atom() {
-    if (take('(')) {
-      sum();
-      if (!take(')')) fail("a ')' is missing");
-      return;
-    }
-    skip();
-    if (at_ >= text_.size()) fail("it ends where a number, a name or '(' is needed");
-    const auto c = static_cast<unsigned char>(text_[at_]);
-    if (std::isdigit(c) || c == '.') return literal();
-    if (std::isalpha(c) || c == '_') return name();
-    if (others_ && c == '\'') return quoted_name();
-    fail(fmt::format("'{}' stands where a number, a name or '(' is needed", text_[at_]));
-  }
-  void literal() {
-    double value = 0;
-    const auto [end, error] = std::from_chars(text_.data() + at_, text_.data() + text_.size(), value);
-    if (error != std::errc()) fail("this is no number");
-    at_ = static_cast<std::size_t>(end - text_.data());
-    push({Op::constant, value});
-  }
-  void push_number(const std::string& word) {
-    const auto at = std::find(law_.names_.begin(), law_.names_.end(), word);
-    push({Op::number, 0, static_cast<int>(at - law_.names_.begin())});
-    if (at != law_.names_.end()) return;
-    law_.names_.push_back(word);
-    others_->push_back(word);
-  }
-  void quoted_name() {
-    const std::size_t end = text_.find('\'', at_ + 1);
-    if (end == std::string::npos) fail("a closing ' is missing");
-    const std::string word = text_.substr(at_ + 1, end - at_ - 1);
-    at_ = end + 1;
-    push_number(word);
-  }
-  void name() {
-    std::size_t end = at_;
-    const auto in_name = [&](char c) {
-      return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || (others_ && c == '.');
-    };
-    while (end < text_.size() && in_name(text_[end])) ++end;
-    const std::string word = text_.substr(at_, end - at_);
-    static const std::vector<std::pair<std::string, Op>> functions = {
-        {"sin", Op::sin},      {"cos", Op::cos},   {"tan", Op::tan},   {"exp", Op::exp},
-        {"log", Op::log},      {"sqrt", Op::sqrt}, {"tanh", Op::tanh}, {"atan", Op::atan},
-        {"abs", Op::absolute}, {"min", Op::least}, {"max", Op::most}};
-    const auto number = std::find(law_.names_.begin(), law_.names_.end(), word);
-    const auto function =
-        std::find_if(functions.begin(), functions.end(), [&](const auto& f) { return f.first == word; });
-    if (number != law_.names_.end()) {
-      at_ = end;
-      return push({Op::number, 0, static_cast<int>(number - law_.names_.begin())});
-    }
-    if (word == "t" || (word == "x" && !others_)) {
-      at_ = end;
-      return push({Op::variable});
-    }
-    if (word == "pi") {
-      at_ = end;
-      return push({Op::constant, std::numbers::pi});
-    }
-    if (others_ && function == functions.end()) {
-      at_ = end;
-      if (take('(')) {
-        std::vector<std::string> known;
-        for (const auto& f : functions) known.push_back(f.first);
-        fail(fmt::format("there is no function '{}'.{}", word, suggestion(word, known)));
-      }
-      return push_number(word);
-    }
-    if (function == functions.end()) {
-      std::vector<std::string> known = law_.names_;
-      for (const char* k : {"t", "x", "pi"}) known.emplace_back(k);
-      for (const auto& f : functions) known.push_back(f.first);
-      fail(fmt::format("'{}' is unknown; give its number as a key beside 'formula'.{}", word, suggestion(word, known)));
-    }
-    const bool several = function->second == Op::least || function->second == Op::most;
-    if (!others_ && (several || function->second == Op::absolute))
-      fail(
-          fmt::format("'{}' bends at places that a law of one variable would have to know; take a law that does: "
-                      "{{ kind = \"table\" }} or \"piecewise\"",
-                      word));
-    at_ = end;
-    if (!take('(')) fail(fmt::format("'{}' needs its argument in parentheses", word));
-    sum();
-    if (several && !take(',')) fail(fmt::format("'{}' needs two arguments or more, with a ',' between", word));
-    if (several) do {
-        sum();
-        push({function->second});
-      } while (take(','));
-    if (!take(')')) fail("a ')' is missing");
-    if (!several) push({function->second});
-  }
-
-  const std::string& text_;
-  FormulaLaw& law_;
-  std::vector<std::string>* others_;  // where they are allowed
-  std::size_t at_ = 0;
-  int depth_ = 0, nesting_ = 0;
-};
 
 void FormulaLaw::add_places_along(const double* p, const double* slopes, double x, double slope,
                                   LawPlaces& places) const {
@@ -323,32 +134,69 @@ void FormulaLaw::add_places_along(const double* p, const double* slopes, double 
         top[0] = {nan, nan};
         break;
       }
+      case Op::function: {
+        const FormulaFunction& f = functions_[static_cast<std::size_t>(step.index)];
+        const double* numbers = p + f.first;
+        const Linear at = top[0];
+        if (at.s == 0) {
+          top[0].c = known_or_one(*f.law, at.c, numbers);
+          break;
+        }
+        linear = false;
+        top[0] = {nan, nan};
+        if (!std::isfinite(at.s)) break;
+        LawPlaces of;
+        const double a = at.c + at.s * places.from, b = at.c + at.s * places.to;
+        of.from = std::min(a, b);
+        of.to = std::max(a, b);
+        add_law_places(*f.law, numbers, of);
+        const auto back = [&](double place) { return (place - at.c) / at.s; };
+        for (const double place : of.sharp) places.sharp.push_back(back(place));
+        for (const double place : of.knots) places.knots.push_back(back(place));
+        for (const LawPlaces::Wave& w : of.waves)
+          places.waves.push_back({std::min(back(w.from), back(w.to)), std::max(back(w.from), back(w.to)),
+                                  w.length / std::abs(at.s)});
+        break;
+      }
     }
   }
   if (!linear) places.search = true;
 }
 
-FormulaLaw::FormulaLaw(const std::string& text, std::vector<std::string> names) : names_(std::move(names)) {
-  Parser(text, *this).read();
-}
-
-FormulaLaw::FormulaLaw(const std::string& text, std::vector<std::string> names, std::vector<std::string>& others)
-    : names_(std::move(names)) {
-  Parser(text, *this, &others).read();
-}
-
-int FormulaLaw::bend_count() const {
-  return static_cast<int>(std::count_if(program_.begin(), program_.end(), [](const Step& step) {
-    return step.op == Op::absolute || step.op == Op::least || step.op == Op::most;
-  }));
-}
-
-double FormulaLaw::bend(int i, double x, const double* p) const {
-  double found = 0;
-  run<double>(x, p, [&](double value) {
-    if (i-- == 0) found = value;
+bool FormulaLaw::may_bend() const {
+  return std::any_of(program_.begin(), program_.end(), [](const Step& step) {
+    return step.op == Op::absolute || step.op == Op::least || step.op == Op::most || step.op == Op::function;
   });
-  return found;
+}
+
+namespace {
+struct Bends {
+  std::vector<double>& found;
+
+  void bend(double a) { found.push_back(a); }
+  double call(const FormulaFunction& f, double x, const double* p) {
+    thread_local std::vector<double> kinks;
+    kinks.clear();
+    f.law->add_kinks(p, kinks);
+    for (const double at : kinks) found.push_back(x - at);
+    return f.law->value(x, p);
+  }
+};
+
+struct Guess {
+  void bend(double) {}
+  double call(const FormulaFunction& f, double x, const double* p) { return known_or_one(*f.law, x, p); }
+};
+}  // namespace
+
+void FormulaLaw::add_bends(double x, const double* p, std::vector<double>& bends) const {
+  Bends watch{bends};
+  run<double>(x, p, watch);
+}
+
+double FormulaLaw::guess(double x, const double* p) const {
+  Guess guess;
+  return run<double>(x, p, guess);
 }
 
 bool FormulaLaw::varies() const {
@@ -358,6 +206,12 @@ bool FormulaLaw::varies() const {
 bool FormulaLaw::uses(std::size_t i) const {
   return std::any_of(program_.begin(), program_.end(), [&](const Step& step) {
     return step.op == Op::number && static_cast<std::size_t>(step.index) == i;
+  });
+}
+
+bool FormulaLaw::calls(std::size_t i) const {
+  return std::any_of(program_.begin(), program_.end(), [&](const Step& step) {
+    return step.op == Op::function && static_cast<std::size_t>(step.index) == i;
   });
 }
 

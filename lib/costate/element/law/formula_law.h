@@ -1,16 +1,26 @@
 // A law written as a formula, "a*sin(w*t) + b*exp(-t/T)": +, -, *, /, ^, parentheses, sin cos tan exp log
-// sqrt tanh atan, pi, the variable t (or x) and named numbers; of several variables abs, min and max as well. Parsed
-// once into a program for a stack, which runs on any number type, so that derivatives are exact and nothing is
-// allocated.
+// sqrt tanh atan, pi, the variable t (or x) and named numbers; of several variables abs, min and max, and laws
+// that stand beside it (tables, data) as functions of one argument. Parsed once into a program for a stack, which runs
+// on any number type, so that derivatives are exact and nothing is allocated.
 #pragma once
 
+#include <memory>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "costate/element/course.h"
+#include "costate/element/law/law_at.h"
 #include "costate/element/law/scalar_law.h"
 
 namespace costate {
+
+/// A law that a formula calls by its name; its numbers are among the formula's from `first` on.
+struct FormulaFunction {
+  std::string name;
+  std::shared_ptr<const ScalarLaw> law;
+  int first;
+};
 
 class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
  public:
@@ -19,10 +29,16 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
   FormulaLaw(const std::string& text, std::vector<std::string> names);
   /// The same where any other name is one more number, behind `names`, in the order of the text: dotted names
   /// ("P2.x_dot"), and in single quotes what no name of a formula can hold ('left-arm.x'). The variable is t alone.
-  FormulaLaw(const std::string& text, std::vector<std::string> names, std::vector<std::string>& others);
-  /// Whether its variable, and whether number i, is in it.
+  /// `functions` are laws that it may call, whose numbers have names, too.
+  FormulaLaw(const std::string& text, std::vector<std::string> names, std::vector<std::string>& others,
+             std::vector<FormulaFunction> functions = {});
+  /// Whether every formula has a function of this name.
+  static bool has_function(const std::string& name);
+  /// Whether its variable, number i, and function i, is in it.
   bool varies() const;
   bool uses(std::size_t i) const;
+  bool calls(std::size_t i) const;
+  const std::vector<FormulaFunction>& functions() const { return functions_; }
   int number_count() const override { return static_cast<int>(names_.size()); }
   /// Of its terms linear in x: where they pass through zero, and over which length their sines repeat. The rest is
   /// searched.
@@ -30,20 +46,27 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
   /// The same along u, for numbers p + slopes u (slopes may be null) and its variable x + slope u.
   void add_places_along(const double* p, const double* slopes, double x, double slope, LawPlaces& places) const;
 
-  /// Where abs, min and max bend: where one of these, in the order of the text from inside out, passes zero; with the
-  /// side at zero that of positive values. x and p as of value().
-  int bend_count() const;
-  double bend(int i, double x, const double* p) const;
+  /// Where abs, min and max bend, and where slopes of its functions jump: where one of these, in the order of the text
+  /// from inside out, passes zero; with the side at zero that of positive values. As many for all x and arguments; x and
+  /// p as of value().
+  void add_bends(double x, const double* p, std::vector<double>& bends) const;
+  bool may_bend() const;
+  /// The value where arguments are not known but taken to be one: functions that say nothing there are one, too.
+  double guess(double x, const double* p) const;
 
   template <class S, class P>
   S physics(const S& x, const P* p) const {
-    return run<S>(x, p, [](double) {});
+    struct {
+      void bend(double) {}
+      S call(const FormulaFunction& f, const S& at, const P* numbers) { return law_at(*f.law, at, numbers); }
+    } plain;
+    return run<S>(x, p, plain);
   }
 
  private:
-  /// `at_bend` is told each value whose sign decides.
-  template <class S, class P, class AtBend>
-  S run(const S& x, const P* p, const AtBend& at_bend) const {
+  /// `watch.bend` is told each value whose sign decides, `watch.call` gives what functions do.
+  template <class S, class P, class Watch>
+  S run(const S& x, const P* p, Watch& watch) const {
     using std::atan;
     using std::cos;
     using std::exp;
@@ -119,7 +142,7 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
           break;
         case Op::absolute: {
           const double a = value_of(top[0]);
-          at_bend(a);
+          watch.bend(a);
           if (a < 0) top[0] = -top[0];
           break;
         }
@@ -127,8 +150,13 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
         case Op::most: {
           --top;
           const double a = value_of(top[0]) - value_of(top[1]);
-          at_bend(a);
+          watch.bend(a);
           if ((a < 0) == (step.op == Op::most)) top[0] = top[1];
+          break;
+        }
+        case Op::function: {
+          const FormulaFunction& f = functions_[static_cast<std::size_t>(step.index)];
+          top[0] = watch.call(f, top[0], p + f.first);
           break;
         }
       }
@@ -157,7 +185,8 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
     atan,
     absolute,
     least,
-    most
+    most,
+    function
   };
   struct Step {
     Op op;
@@ -168,7 +197,26 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
   class Parser;
 
   std::vector<std::string> names_;
+  std::vector<FormulaFunction> functions_;
   std::vector<Step> program_;
+};
+
+/// For the course of a formula along its variable, whose other arguments are not known: FormulaLaw::guess.
+class GuessedFormula final : public ScalarLawOf<GuessedFormula>, public PlacedLaw {
+ public:
+  explicit GuessedFormula(const FormulaLaw& formula) : formula_(formula) {}
+  int number_count() const override { return formula_.number_count(); }
+  void add_places(const double* p, LawPlaces& places) const override { formula_.add_places(p, places); }
+  template <class S, class P>
+  S physics(const S& x, const P* p) const {
+    if constexpr (std::is_same_v<S, double>)
+      return formula_.guess(x, p);
+    else
+      return formula_.physics(x, p);
+  }
+
+ private:
+  const FormulaLaw& formula_;
 };
 
 }  // namespace costate

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "costate/base/error.h"
 #include "costate/element/course.h"
 
 namespace costate {
@@ -37,6 +38,17 @@ std::vector<double> places_of(const ScalarLaw& law, const double* p) {
 double reach_of(const std::vector<double>& x) {
   return 0.5 * std::max({x.back() - x.front(), std::abs(x.front()), std::abs(x.back())});
 }
+
+/// The law and its slope; NaN where it says nothing (data that are refused beyond their ends).
+Dual<1> known_slope(const ScalarLaw& law, double x, const double* p) {
+  try {
+    return law.slope(x, p);
+  } catch (const StepError&) {
+    Dual<1> nothing(std::nan(""));
+    nothing.d[0] = nothing.v;
+    return nothing;
+  }
+}
 }  // namespace
 
 std::vector<LawBegin> law_begins(const ScalarLaw& law, const double* p) {
@@ -46,7 +58,7 @@ std::vector<LawBegin> law_begins(const ScalarLaw& law, const double* p) {
   const double reach = std::max(reach_of(x), std::numeric_limits<double>::min());
   // constant[k]: below x[k]; the last one above all.
   std::vector<bool> constant;
-  const auto is_flat = [&](double at) { return law.slope(at, p).d[0] == 0; };
+  const auto is_flat = [&](double at) { return known_slope(law, at, p).d[0] == 0; };
   for (std::size_t k = 0; k <= x.size(); ++k) {
     const double from = k == 0 ? x.front() - reach : x[k - 1], to = k == x.size() ? x.back() + reach : x[k];
     constant.push_back(std::all_of(std::begin(kBetween), std::end(kBetween),
@@ -62,7 +74,7 @@ LawJoints law_joints(const ScalarLaw& law, const double* p, double from) {
   const std::vector<double> x = places_of(law, p);
   LawJoints joints;
   const auto look = [&](double at) {
-    const Dual<1> f = law.slope(at, p);
+    const Dual<1> f = known_slope(law, at, p);
     if (std::isfinite(f.v)) joints.value = std::max(joints.value, std::abs(f.v));
     if (std::isfinite(f.d[0])) joints.slope = std::max(joints.slope, std::abs(f.d[0]));
     return f;

@@ -5,9 +5,13 @@
 
 namespace costate {
 
-PointCurve::PointCurve(std::vector<double> x, std::vector<double> y, Between between)
+PointCurve::PointCurve(std::vector<double> x, std::vector<double> y, Between between, bool repeats)
     : x_(std::move(x)), y_(std::move(y)), moment_(x_.size(), 0.0) {
   if (between == Between::lines) return;
+  if (repeats) {
+    solve_repeated();
+    return;
+  }
   // The tridiagonal system of the spline's second derivatives, zero at both ends.
   const std::size_t n = x_.size();
   std::vector<double> upper(n, 0.0);
@@ -19,6 +23,46 @@ PointCurve::PointCurve(std::vector<double> x, std::vector<double> y, Between bet
     moment_[k] = (rhs - left / 6 * moment_[k - 1]) / pivot;
   }
   for (std::size_t k = n - 1; k-- > 1;) moment_[k] -= upper[k] * moment_[k + 1];
+}
+
+// The same system closed to a ring: with A its tridiagonal part but for what makes A + u w^T of it, u = (c, 0, ..., b),
+// w = (1, 0, ..., b/c), two solutions of A give that of the ring (Sherman and Morrison).
+void PointCurve::solve_repeated() {
+  const std::size_t n = x_.size() - 1;
+  if (n < 2) return;  // a constant
+  const auto h = [&](std::size_t k) { return x_[k % n + 1] - x_[k % n]; };
+  const auto secant = [&](std::size_t k) { return (y_[k % n + 1] - y_[k % n]) / h(k); };
+  const double corner = h(n - 1) / 6;  // between the first and the last
+  std::vector<double> diagonal(n), rhs(n), u(n, 0.0), upper(n, 0.0);
+  for (std::size_t k = 0; k < n; ++k) {
+    diagonal[k] = (h(k + n - 1) + h(k)) / 3;
+    rhs[k] = secant(k) - secant(k + n - 1);
+  }
+  if (n == 2) {
+    // Both neighbours of a point are the other one.
+    const double off = (h(0) + h(1)) / 6, det = diagonal[0] * diagonal[1] - off * off;
+    moment_ = {(diagonal[1] * rhs[0] - off * rhs[1]) / det, (diagonal[0] * rhs[1] - off * rhs[0]) / det, 0};
+    moment_[2] = moment_[0];
+    return;
+  }
+  const double c = -diagonal[0];
+  diagonal[0] -= c;
+  diagonal[n - 1] -= corner * corner / c;
+  u[0] = c;
+  u[n - 1] = corner;
+  for (std::size_t k = 0; k < n; ++k) {
+    const double lower = k > 0 ? h(k - 1) / 6 : 0, pivot = diagonal[k] - (k > 0 ? lower * upper[k - 1] : 0);
+    upper[k] = h(k) / 6 / pivot;
+    rhs[k] = (rhs[k] - (k > 0 ? lower * rhs[k - 1] : 0)) / pivot;
+    u[k] = (u[k] - (k > 0 ? lower * u[k - 1] : 0)) / pivot;
+  }
+  for (std::size_t k = n - 1; k-- > 0;) {
+    rhs[k] -= upper[k] * rhs[k + 1];
+    u[k] -= upper[k] * u[k + 1];
+  }
+  const double part = (rhs[0] + corner / c * rhs[n - 1]) / (1 + u[0] + corner / c * u[n - 1]);
+  for (std::size_t k = 0; k < n; ++k) moment_[k] = rhs[k] - part * u[k];
+  moment_[n] = moment_[0];
 }
 
 void PointCurve::calc_interval(std::size_t k, double x, double* f) const {

@@ -1,4 +1,4 @@
-// A curve through points of data: the natural cubic spline, or straight lines.
+// A curve through points of data: the natural cubic spline, or straight lines; or the periodic spline.
 #pragma once
 
 #include <cstddef>
@@ -10,8 +10,9 @@ class PointCurve {
  public:
   enum class Between { spline, lines };
   PointCurve() = default;
-  /// x strictly increasing, as many y, 2 or more of them.
-  PointCurve(std::vector<double> x, std::vector<double> y, Between between);
+  /// x strictly increasing, as many y, 2 or more of them. A spline that `repeats` begins with the slope and the curvature
+  /// that it ends with; the last y should be the first.
+  PointCurve(std::vector<double> x, std::vector<double> y, Between between, bool repeats = false);
 
   const std::vector<double>& x() const { return x_; }
   const std::vector<double>& y() const { return y_; }
@@ -21,6 +22,7 @@ class PointCurve {
   void calc_interval(std::size_t k, double x, double* f) const;
 
  private:
+  void solve_repeated();
   std::vector<double> x_, y_, moment_;  // moment: second derivatives at the points; zeros of lines
 };
 

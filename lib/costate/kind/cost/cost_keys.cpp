@@ -6,7 +6,7 @@ namespace costate {
 namespace {
 
 const std::vector<KeyMeaning> meanings = {{"output", "name of an output: costate list SCENE"},
-                                          {"weight", "factor of the term"},
+                                          {"weight", "factor of the term, or a law of time for it"},
                                           {"target", "a number, a law of time, or \"output:NAME\""},
                                           {"target_output", "name of an output, in the place of 'target'"}};
 

@@ -1,11 +1,12 @@
-// The built-in cost terms on named outputs: weight (y - target)^2 and weight (y - target).
+// The built-in cost terms on named outputs: weight (y - target)^2 and weight (y - target), where the weight may be a law
+// of the time.
 #include <fmt/format.h>
 
 #include "costate/base/error.h"
-#include "costate/element/law/data_law.h"
 #include "costate/kind/law/law_table.h"
+#include "costate/kind/law/measured_columns.h"
+#include "costate/objective/weighted_cost.h"
 #include "costate/scene/cost_kind.h"
-#include "costate/scene/data_table.h"
 
 namespace costate {
 
@@ -23,9 +24,11 @@ std::shared_ptr<const Output> output_at(const Mechanism& mechanism, const std::s
 template <int power>
 MakeCostTerm read(SceneTable& table, MechanismBuilder& builder) {
   const std::string output = table.text("output"), output_path = table.path("output");
-  const int weight = table.number("weight", builder, NumberRule::any, 1);
+  const RegisteredLaw weights = add_law(builder, table.path("weight"), read_law(table, "weight", 1));
+  const bool by_law = table.is_table("weight");
+  const int weight = by_law ? -1 : weights.numbers.front();
   OutputTerm::Target target;
-  DataColumn measured;  // that the target is, as it is
+  std::vector<MeasuredColumn> measured;
   std::string target_output, target_path = table.path("target");
   if (table.has("target_output")) {
     if (table.has("target")) table.fail("target", "contradicts 'target_output': give one of them.");
@@ -37,20 +40,22 @@ MakeCostTerm read(SceneTable& table, MechanismBuilder& builder) {
     target_output = text.substr(prefix.size());
   } else if (table.has("target")) {
     const LawOptions options = read_law(table, "target");
-    const auto* of_data = dynamic_cast<const DataLaw*>(options.law.get());
-    // A scale may be what turns one into the other.
-    if (of_data && options.numbers.front().second == 1) measured = {of_data->column(), of_data->unit(), {}};
+    measured = measured_columns(options);
+    require_units(target_path, options, "", "s");
     const RegisteredLaw law = add_law(builder, target_path, options);
     target.law = law.law;
     target.law_numbers = law.numbers;
   }
-  return [=](const Mechanism& mechanism) {
+  return [=](const Mechanism& mechanism) -> std::shared_ptr<const CostTerm> {
     OutputTerm::Target t = target;
     if (!target_output.empty()) t.output = output_at(mechanism, target_path, target_output);
     auto y = output_at(mechanism, output_path, output);
-    if (const std::string wrong = wrong_unit(measured, y->unit()); !wrong.empty())
-      throw ModelError(target_path, fmt::format("{} '{}' is another quantity.", wrong, output));
-    return std::make_shared<OutputTerm>(std::move(y), power, weight, t);
+    for (const MeasuredColumn& m : measured)
+      if (const std::string wrong = wrong_unit(m.column, y->unit()); !wrong.empty())
+        throw ModelError(target_path + "." + m.path, fmt::format("{} '{}' is another quantity.", wrong, output));
+    auto term = std::make_shared<OutputTerm>(std::move(y), power, weight, t);
+    if (!by_law) return term;
+    return std::make_shared<WeightedTerm>(std::move(term), weights.law, weights.numbers);
   };
 }
 

@@ -78,7 +78,7 @@ void add_actuator(const std::string& name, SceneTable& table, MechanismBuilder& 
       const std::string formula = table.text("formula");
       return add_formula_rotary_actuator(
           builder, name, angles, o, formula,
-          read_formula_numbers(table, {"angle", "angles", "time_constant_s", "initial_torque_N_m", "formula", "work"}));
+          read_formula_keys(table, {"angle", "angles", "time_constant_s", "initial_torque_N_m", "formula", "work"}));
     }
     o.command_N_m = read_law(table, "command_N_m");
     return add_rotary_actuator(builder, name, angles, o);
@@ -89,7 +89,7 @@ void add_actuator(const std::string& name, SceneTable& table, MechanismBuilder& 
     const std::string formula = table.text("formula");
     return add_formula_actuator(
         builder, name, from, to, o, formula,
-        read_formula_numbers(table, {"from", "to", "time_constant_s", "initial_force_N", "formula", "work"}));
+        read_formula_keys(table, {"from", "to", "time_constant_s", "initial_force_N", "formula", "work"}));
   }
   o.command_N = read_law(table, "command_N");
   add_actuator(builder, name, from, to, o);

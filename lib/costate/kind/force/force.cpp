@@ -197,7 +197,7 @@ given = ["P.x", "plate.x", "plate.y", "plate.angle", "stone"]
               formulas.push_back(table.text(key, ""));
             return add_formula_force(
                 builder, name, point, formulas,
-                read_formula_numbers(table, {"point", "formula_x_N", "formula_y_N", "formula_z_N", "work"}), work);
+                read_formula_keys(table, {"point", "formula_x_N", "formula_y_N", "formula_z_N", "work"}), work);
           }
           if (builder.has_spatial_point(point)) {
             const auto f = read_vector(table, "N");
@@ -235,7 +235,8 @@ torque_N_m = 0.3
 
 [couple.gas]
 angle = "wheel"
-formula = "p*(1 + a*cos(wheel.angle))^(-1.4)*sin(wheel.angle) - d*wheel.angle_dot"
+formula = "p*(1 + a*cos(wheel.angle))^(-1.4)*valve(wheel.angle) - d*wheel.angle_dot"
+valve = { kind = "data", x = [-3, -1.2, 0.2, 1.5, 3.3], y = [0.4, -0.6, 0.1, 0.8, 0.4], beyond = "repeat" }
 p = 0.8
 a = 0.5
 d = 0.02
@@ -305,7 +306,7 @@ given = ["wheel.x", "wheel.y", "wheel.angle", "disc.x", "disc.y", "disc.angle", 
           if (table.has("formula")) {
             const std::string formula = table.text("formula");
             return add_formula_couple(builder, name, angles, formula,
-                                      read_formula_numbers(table, {"angle", "angles", "formula", "work"}), work);
+                                      read_formula_keys(table, {"angle", "angles", "formula", "work"}), work);
           }
           add_couple(builder, name, angles, read_law(table, "torque_N_m"), work);
         },

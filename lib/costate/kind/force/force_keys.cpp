@@ -68,6 +68,7 @@ const KindKeys couple_keys("couple", {{"angle", "an angle against the ground"},
                                        "in its place, a formula of t, coordinates, points and rates (crank.angle_dot), "
                                        "and the table's other keys [N m]"},
                                       {"a, d, k, p, w", "numbers of the formulas of the example; any names will do"},
+                                      {"valve", "a law is a function of the formula of the example; any name will do"},
                                       {"body", "name of a rigid body in space"},
                                       {"bodies", "two of them: on the second, and back on the first"},
                                       {"x_N_m, y_N_m, z_N_m", "components, laws of time"},

@@ -4,6 +4,7 @@
 #include "costate/kind/force/axial_line.h"
 #include "costate/kind/force/central_spring.h"
 #include "costate/kind/law/law_table.h"
+#include "costate/kind/law/measured_columns.h"
 #include "costate/kind/law/table_options.h"
 #include "costate/scene/scene_kind.h"
 
@@ -11,16 +12,18 @@ namespace costate {
 
 namespace {
 SpringDamperLaw with_laws(MechanismBuilder& builder, const std::string& path, const LawOptions& spring,
-                          const LawOptions& damper, std::vector<int>& numbers) {
+                          const LawOptions& damper, std::vector<int>& numbers, bool turns) {
   SpringDamperLaw law;
-  const auto add = [&](const char* key, const LawOptions& options, std::shared_ptr<const ScalarLaw>& to) {
+  const auto add = [&](const char* key, const LawOptions& options, std::shared_ptr<const ScalarLaw>& to,
+                       const char* of) {
     if (!options) return;
+    require_units(path + "." + key, options, turns ? "N m" : "N", of);
     const RegisteredLaw r = add_law(builder, path + "." + key, options);
     to = r.law;
     numbers.insert(numbers.end(), r.numbers.begin(), r.numbers.end());
   };
-  add("spring_law", spring, law.spring);
-  add("damper_law", damper, law.damper);
+  add("spring_law", spring, law.spring, turns ? "rad" : "m");
+  add("damper_law", damper, law.damper, turns ? "rad/s" : "m/s");
   return law;
 }
 }  // namespace
@@ -33,7 +36,7 @@ SpringParts add_spring_parts(MechanismBuilder& builder, const std::string& path,
                builder.add_number(path + ".natural_length_m", o.natural_length_m, length),
                builder.add_number(path + ".damping_N_s_per_m", o.damping_N_s_per_m, rule),
                builder.add_number(path + ".preload_N", o.preload_N)};
-  r.law = with_laws(builder, path, o.spring_law, o.damper_law, r.numbers);
+  r.law = with_laws(builder, path, o.spring_law, o.damper_law, r.numbers, false);
   return r;
 }
 
@@ -65,7 +68,7 @@ void add_torsion_spring(MechanismBuilder& builder, const std::string& name, cons
                               builder.add_number(path + ".natural_angle_rad", o.natural_angle_rad),
                               builder.add_number(path + ".damping_N_m_s_per_rad", o.damping_N_m_s_per_rad, rule),
                               builder.add_number(path + ".preload_N_m", o.preload_N_m)};
-  const SpringDamperLaw law = with_laws(builder, path, o.spring_law, o.damper_law, numbers);
+  const SpringDamperLaw law = with_laws(builder, path, o.spring_law, o.damper_law, numbers, true);
   builder.add(std::make_unique<AngularForce<SpringDamperLaw>>("torsion_spring", name, law, numbers, coordinates));
 }
 

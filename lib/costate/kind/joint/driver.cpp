@@ -8,6 +8,7 @@
 #include "costate/element/constraint/coordinate_driver.h"
 #include "costate/element/constraint/distance_driver.h"
 #include "costate/kind/law/law_table.h"
+#include "costate/kind/law/measured_columns.h"
 #include "costate/kind/lookup.h"
 #include "costate/scene/scene_kind.h"
 
@@ -33,9 +34,12 @@ void add_driver(MechanismBuilder& builder, const std::string& name, const std::v
   if (single)
     builder.fix_number(w[0], "a driver of one coordinate has weight 1; write coordinates and weights instead");
   const RegisteredLaw f = add_law(builder, path + ".law", law);
-  auto driver = std::make_unique<CoordinateDriver>("driver", name, q, w, f.law, f.numbers);
   const auto same = [&](int c) { return builder.coordinate_unit(c) == builder.coordinate_unit(q[0]); };
-  if (std::all_of(q.begin(), q.end(), same)) driver->set_unit(builder.coordinate_unit(q[0]));
+  const std::string unit = std::all_of(q.begin(), q.end(), same) ? builder.coordinate_unit(q[0]) : "";
+  // A sum of coordinates has the unit of its weights, too.
+  require_units(path + ".law", law, single ? unit : "", "s");
+  auto driver = std::make_unique<CoordinateDriver>("driver", name, q, w, f.law, f.numbers);
+  if (!unit.empty()) driver->set_unit(unit);
   builder.add(std::move(driver));
 }
 

@@ -5,6 +5,7 @@
 #include "costate/base/error.h"
 #include "costate/element/force/path_driver.h"
 #include "costate/kind/law/law_table.h"
+#include "costate/kind/law/measured_columns.h"
 #include "costate/kind/lookup.h"
 #include "costate/scene/scene_kind.h"
 
@@ -30,6 +31,7 @@ void add_path_driver(MechanismBuilder& builder, const std::string& name, const P
                                 number("damping_N_s_per_m", o.damping_N_s_per_m, NumberRule::non_negative),
                                 number("initial_command_m", o.initial_command_m),
                                 number("initial_steering_m", o.initial_steering_m)};
+  require_units(path + ".path", o.path, "m", "m");
   const RegisteredLaw law = add_law(builder, path + ".path", o.path);
   builder.add(std::make_unique<PathDriver>(name, point, coordinate, law.law, own, law.numbers));
 }

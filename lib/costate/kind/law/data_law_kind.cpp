@@ -9,7 +9,6 @@
 #include "costate/kind/law/law_table.h"
 #include "costate/scene/data_table.h"
 #include "costate/scene/key_meaning.h"
-#include "costate/scene/key_reference.h"
 
 namespace costate {
 
@@ -17,8 +16,7 @@ namespace {
 
 struct Points {
   std::vector<double> x, y;
-  std::string source, column = {}, unit = {};
-  std::string wrong = {};  // about the unit of y
+  std::string source, column = {}, unit = {}, argument = {}, argument_unit = {};
 };
 
 /// Of a table of data.
@@ -43,9 +41,8 @@ Points table_points(SceneTable& t) {
   p.source = fmt::format("Column '{}' of {}", wanted, table->source);
   p.column = wanted;
   p.unit = y->unit;
-  // Where the law stands under a key with a unit, "x_N".
-  const std::string key = t.path().substr(t.path().rfind('.') + 1);
-  p.wrong = wrong_unit(*y, unit_of_key(key));
+  p.argument = x->name;
+  p.argument_unit = x->unit;
   for (const std::size_t k : rows) {
     p.x.push_back(x->values[k]);
     p.y.push_back(y->values[k]);
@@ -56,7 +53,7 @@ Points table_points(SceneTable& t) {
 LawOptions read_data_law(SceneTable& t) {
   const auto between = t.one_of("between", {"spline", "lines"}, "spline") == "lines" ? DataLaw::Between::lines
                                                                                      : DataLaw::Between::spline;
-  const std::string beyond = t.one_of("beyond", {"refuse", "hold", "tangent"}, "refuse");
+  const std::string beyond = t.one_of("beyond", {"refuse", "hold", "tangent", "repeat"}, "refuse");
   const double scale = t.value("scale", NumberRule::any, 1);
   Points points;
   if (t.has("x")) {
@@ -67,14 +64,14 @@ LawOptions read_data_law(SceneTable& t) {
     points.source = "The data of this law";
   } else {
     points = table_points(t);
-    // A scale may be what turns one into the other.
-    if (scale == 1 && !points.wrong.empty()) t.fail("column", points.wrong);
   }
   return {std::make_shared<DataLaw>(std::move(points.x), std::move(points.y), between,
                                     beyond == "hold"      ? DataLaw::Beyond::hold
                                     : beyond == "tangent" ? DataLaw::Beyond::tangent
+                                    : beyond == "repeat"  ? DataLaw::Beyond::repeat
                                                           : DataLaw::Beyond::refuse,
-                                    points.source, points.column, points.unit),
+                                    points.source, points.column, points.unit, points.argument,
+                                    points.argument_unit),
           {{"scale", scale}}};
 }
 
@@ -83,7 +80,7 @@ const KindKeys data_law_keys("law data",
                               {"column", "whose values it goes through"},
                               {"over", "the column of its argument; by default the time"},
                               {"between", "points: a natural cubic spline, or straight lines"},
-                              {"beyond", "the first and the last point: refused, their values, or tangents"},
+                              {"beyond", "the first and the last point: refused, their values, tangents, or all again"},
                               {"x, y", "points written here, in the place of 'data'"},
                               {"scale", "of the values"}});
 

@@ -4,6 +4,8 @@
 
 #include "costate/base/error.h"
 #include "costate/element/law/spline_law.h"
+#include "costate/kind/law/measured_columns.h"
+#include "costate/scene/key_reference.h"
 
 namespace costate {
 
@@ -41,6 +43,8 @@ LawOptions table_law(std::vector<double> x, const std::vector<double>& y) {
 }
 
 RegisteredLaw add_law(MechanismBuilder& builder, const std::string& path, const LawOptions& options) {
+  // Where the key says in what: "x_N".
+  require_units(path, options, unit_of_key(path.substr(path.rfind('.') + 1)));
   RegisteredLaw r{options.law, {}};
   for (const auto& [key, value] : options.numbers)
     r.numbers.push_back(builder.add_number(key.empty() ? path : path + "." + key, value));

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "costate/element/course.h"
+#include "costate/element/law/law_at.h"
 #include "costate/kind/law/law_options.h"
 
 namespace costate {
@@ -22,9 +23,9 @@ class ScaledLaw final : public ScalarLawOf<ScaledLaw>, public PlacedLaw {
 
   template <class S, class P>
   S physics(const S& x, const P* p) const {
-    const S scale = S(p[0]) / S(p[1]), f = inner(x, p + own());
+    const S scale = S(p[0]) / S(p[1]), f = law_at(*law_, x, p + own());
     if (!about_) return scale * f;
-    const S f0 = inner(S(p[2]), p + own());
+    const S f0 = law_at(*law_, S(p[2]), p + own());
     return f0 + scale * (f - f0);
   }
   void add_kinks(const double* p, std::vector<double>& x) const override { law_->add_kinks(p + own(), x); }
@@ -39,18 +40,6 @@ class ScaledLaw final : public ScalarLawOf<ScaledLaw>, public PlacedLaw {
 
  private:
   int own() const { return about_ ? 3 : 2; }
-  // The scaled law for each scalar that laws are compiled for.
-  double inner(double x, const double* p) const { return law_->value(x, p); }
-  PathDual inner(const PathDual& x, const PathDual* p) const { return law_->value(x, p); }
-  DirectedPathDual inner(const DirectedPathDual& x, const DirectedPathDual* p) const { return law_->value(x, p); }
-  Dual<1> inner(const Dual<1>& x, const double* p) const {
-    const Dual<1> y = law_->slope(x.v, p);
-    return chain(x, y.v, y.d[0]);
-  }
-  Taylor2 inner(const Taylor2& x, const double* p) const {
-    const Taylor2 y = law_->curve(x.c0, p);
-    return compose(x, y.c0, y.c1, y.c2);
-  }
 
   std::shared_ptr<const ScalarLaw> law_;
   bool about_;

@@ -14,29 +14,17 @@ namespace costate {
 void add_formula_output(MechanismBuilder& builder, const std::string& name, const FormulaOutputOptions& o) {
   const std::string path = "output." + name;
   if (name == "time") throw ModelError(path, "'time' is an output of every scene; choose another name.");
-  std::vector<std::string> names, others;
-  for (const auto& [key, value] : o.numbers) names.push_back(key);
-  std::shared_ptr<const FormulaLaw> formula;
-  try {
-    formula = std::make_shared<FormulaLaw>(o.formula, names, others);
-  } catch (const ModelError& e) {
-    throw ModelError(path + ".formula", e.bare_message());
-  }
-  if (names.size() + others.size() > static_cast<std::size_t>(DefinedOutput::kMostNames))
-    throw ModelError(path + ".formula", fmt::format("holds {} names, of {} at most; split it into several outputs.",
-                                                    names.size() + others.size(), DefinedOutput::kMostNames));
-  for (const std::string& key : names)
-    if (!formula->uses(static_cast<std::size_t>(&key - names.data())))
-      throw ModelError(path + "." + key, fmt::format("'{}' is not in the formula \"{}\".", key, o.formula));
+  FormulaReader reader(path, o.keys);
+  std::vector<std::string> others;
+  const auto formula = reader.read(o.formula, "formula", others, DefinedOutput::kMostNames);
+  reader.require_used();
   for (const auto& [key, output] : o.outputs) {
     const auto at = std::find(others.begin(), others.end(), key);
     if (at == others.end())
-      throw ModelError(path + "." + key, fmt::format("'{}' is not in the formula \"{}\".", key, o.formula));
+      throw ModelError(path + "." + key, fmt::format("'{}' is in no formula here.", key));
     *at = output;
   }
-  std::vector<int> numbers;
-  for (const auto& [key, value] : o.numbers) numbers.push_back(builder.add_number(path + "." + key, value));
-  builder.add(std::make_unique<DefinedOutput>(name, o.unit, formula, numbers, others));
+  builder.add(std::make_unique<DefinedOutput>(name, o.unit, formula, reader.add_numbers(builder), others));
 }
 
 namespace {
@@ -48,12 +36,13 @@ const KindKeys output_keys("output",
                             {"unit", "of its value: \"W\""},
                             {"b, c, w",
                              "numbers of the formula of the example, any names will do; each can be a parameter"},
-                            {"pull", "a text is a short name for an output"}});
+                            {"loss", "a law is a function of the formula of the example, any names will do"},
+                           {"pull", "a text is a short name for an output"}});
 
 const RegisterSceneKind output_registered({
     .name = "output",
     .phase = ScenePhase::elements,
-    .summary = "an output of one's own: a formula of other outputs, of numbers and of the time",
+    .summary = "an output of one's own: a formula of other outputs, of numbers, laws and of the time",
     .example = R"(
 [gravity]
 y_m_per_s2 = -9.81
@@ -81,9 +70,10 @@ natural_length_m = 0.7
 damping_N_s_per_m = 1
 
 [output.power]
-formula = "c*strut.force*strut.rate"
+formula = "c*loss(strut.length)*strut.force*strut.rate"
 unit = "W"
 c = 1.5
+loss = { kind = "data", x = [0.2, 0.8, 1.1, 1.5], y = [0.9, 1, 0.7, 0.75], beyond = "tangent" }
 
 [output.effort]
 formula = "sqrt(1 + pull^2/b^2) + P.y_ddot*sin(w*t) + exp(-power/10)*energy.kinetic"
@@ -100,13 +90,13 @@ given = ["P.x"]
           FormulaOutputOptions o;
           o.formula = table.text("formula");
           o.unit = table.text("unit");
-          for (const std::string& key : table.keys()) {
-            if (key == "formula" || key == "unit") continue;
-            if (table.is_text(key))
+          std::vector<std::string> others = {"formula", "unit"};
+          for (const std::string& key : table.keys())
+            if (key != "formula" && key != "unit" && table.is_text(key)) {
+              others.push_back(key);
               o.outputs.emplace_back(key, table.text(key));
-            else
-              o.numbers.emplace_back(key, table.value(key));
-          }
+            }
+          o.keys = read_formula_keys(table, others);
           add_formula_output(builder, name, o);
         },
 });

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "costate/kind/law/formula_keys.h"
 #include "costate/mechanism/builder.h"
 
 namespace costate {
@@ -12,7 +13,7 @@ namespace costate {
 struct FormulaOutputOptions {
   std::string formula;                                       // of t, the names below and the names of outputs
   std::string unit;                                          // of its value: "W"
-  std::vector<std::pair<std::string, double>> numbers;       // name and value; each can be a parameter
+  FormulaKeys keys;                                          // numbers, each can be a parameter, and laws
   std::vector<std::pair<std::string, std::string>> outputs;  // short names of outputs
 };
 

@@ -4,6 +4,7 @@
 
 #include "costate/base/error.h"
 #include "costate/kind/law/law_table.h"
+#include "costate/kind/law/measured_columns.h"
 #include "costate/scene/scene_kind.h"
 
 namespace costate {
@@ -22,6 +23,7 @@ void add_road(MechanismBuilder& builder, const std::string& name, const RoadOpti
   if (has_speed) numbers.push_back(builder.add_number(path + ".speed_m_per_s", o.speed_m_per_s));
   if (has_ramp)
     numbers.push_back(builder.add_number(path + (post ? ".ramp_s" : ".ramp_m"), o.ramp, NumberRule::positive));
+  require_units(path + ".law", o.law, "m", post ? "" : "m");
   const RegisteredLaw law = add_law(builder, path + ".law", o.law);
   numbers.insert(numbers.end(), law.numbers.begin(), law.numbers.end());
   builder.add_shared_part(path, std::make_shared<Road>(o.kind, law.law, has_speed, has_ramp, numbers));

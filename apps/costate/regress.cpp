@@ -63,8 +63,9 @@ class Regression {
     if (common_.no_files && options_.update)
       throw Error("--update writes what moved into the baselines, so it excludes --no-files.");
     if (!common_.overrides.empty() && options_.update)
-      throw Error("--set asks what other values would move, so it excludes --update: a baseline's own values are its "
-                  "options, {\"set\": [\"path=value\"]}.");
+      throw Error(
+          "--set asks what other values would move, so it excludes --update: a baseline's own values are its "
+          "options, {\"set\": [\"path=value\"]}.");
     if (!common_.output.empty() && !common_.no_files) require_writable(common_.output);
     collect();
     int interruption = 0;

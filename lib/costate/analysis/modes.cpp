@@ -70,7 +70,7 @@ MatrixXd calc_directions(const Mechanism& m, const VectorXd& p, bool constant_pa
 struct LinearMotion {
   MatrixXd A, U, M;
   VectorXd d;
-  MatrixXd terms;  // the sum of the absolute values of the terms of each entry of A
+  MatrixXd terms;           // the sum of the absolute values of the terms of each entry of A
   std::vector<int> states;  // which z are
 };
 

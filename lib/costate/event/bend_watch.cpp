@@ -92,11 +92,9 @@ std::optional<double> BendWatch::passed(double from, double to, double length, c
 }
 
 // Another place may be passed before this one: whoever ends a step here looks again.
-double BendWatch::passage(std::size_t place, double left, double right, double resolution,
-                          const GapTrace::States& at) {
-  const Source& source =
-      *std::prev(std::upper_bound(sources_.begin(), sources_.end(), place,
-                                  [](std::size_t i, const Source& other) { return i < other.first; }));
+double BendWatch::passage(std::size_t place, double left, double right, double resolution, const GapTrace::States& at) {
+  const Source& source = *std::prev(std::upper_bound(
+      sources_.begin(), sources_.end(), place, [](std::size_t i, const Source& other) { return i < other.first; }));
   const auto beyond = [&](double t) {
     own_.clear();
     source.add(at(t), own_);

@@ -81,8 +81,7 @@ void OutputTerm::add_gradient(const StateView& s, Assembly& assembly, double fac
       g.add_number(assembly, target_.law_numbers[i], -slope * target_.law->value(PathDual(s.t), dual.data()).d[0].c0);
     }
   }
-  if (is_varied(weight_number_, assembly))
-    g.add_number(assembly, weight_number_, factor * (power_ == 2 ? d * d : d));
+  if (is_varied(weight_number_, assembly)) g.add_number(assembly, weight_number_, factor * (power_ == 2 ? d * d : d));
 }
 
 double CostTerm::change(const StateView&, Assembly&, const Variation&) const {

@@ -50,8 +50,8 @@ MakeCostTerm read_samples(SceneTable& table, MechanismBuilder& builder) {
                  fmt::format("must be positive, found {} at t = {} s of {}.", of, times[k], data->source));
     const double w = weights ? weights->values[k] : 1;
     if (!(w >= 0 && std::isfinite(w)))
-      table.fail("weight_column",
-                 fmt::format("must not be negative or missing, found {} at t = {} s of {}.", w, times[k], data->source));
+      table.fail("weight_column", fmt::format("must not be negative or missing, found {} at t = {} s of {}.", w,
+                                              times[k], data->source));
     if (w == 0) continue;
     samples.times.push_back(times[k]);
     samples.values.push_back(measured->values[k]);
@@ -59,14 +59,13 @@ MakeCostTerm read_samples(SceneTable& table, MechanismBuilder& builder) {
     samples.sigmas.push_back(of / std::sqrt(w));
   }
   if (samples.times.empty())
-    table.fail("column",
-               fmt::format("holds no value{}{} in {}.",
-                           std::isfinite(from) || std::isfinite(to) ? " between from_s and to_s" : "",
-                           weights ? " that has a weight" : "", data->source));
+    table.fail("column", fmt::format("holds no value{}{} in {}.",
+                                     std::isfinite(from) || std::isfinite(to) ? " between from_s and to_s" : "",
+                                     weights ? " that has a weight" : "", data->source));
   return [=, path = table.path("output"), column_path = table.path("column"),
           of = DataColumn{measured->name, measured->unit, {}}, sigma_path = table.path("sigma_column"),
-          of_sigma = sigmas ? DataColumn{sigmas->name, sigmas->unit, {}} : DataColumn{}](
-             const Mechanism& mechanism) -> std::shared_ptr<const CostTerm> {
+          of_sigma = sigmas ? DataColumn{sigmas->name, sigmas->unit, {}}
+                            : DataColumn{}](const Mechanism& mechanism) -> std::shared_ptr<const CostTerm> {
     try {
       auto found = make_output(mechanism, output);
       const std::string wrong = wrong_unit(of, found->unit());

@@ -26,12 +26,13 @@ DataLaw::DataLaw(std::vector<double> x, std::vector<double> y, Between between, 
       throw ModelError("", fmt::format("The places of {} must increase: {} comes after {}.", source_, x[i], x[i - 1]));
   if (beyond_ == Beyond::repeat) {
     if (between_ == Between::lines)
-      throw ModelError("", fmt::format("{} can repeat as a spline alone (between = \"spline\"): lines would have a kink "
-                                       "at the places of all lengths.",
-                                       source_));
+      throw ModelError("",
+                       fmt::format("{} can repeat as a spline alone (between = \"spline\"): lines would have a kink "
+                                   "at the places of all lengths.",
+                                   source_));
     if (y.front() != y.back())
-      throw ModelError("", fmt::format("{} begins with {} and ends with {}: what repeats must end as it begins.", source_,
-                                       y.front(), y.back()));
+      throw ModelError("", fmt::format("{} begins with {} and ends with {}: what repeats must end as it begins.",
+                                       source_, y.front(), y.back()));
   }
   curve_ = PointCurve(std::move(x), std::move(y), between, beyond_ == Beyond::repeat);
 }

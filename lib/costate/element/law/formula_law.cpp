@@ -154,8 +154,8 @@ void FormulaLaw::add_places_along(const double* p, const double* slopes, double 
         for (const double place : of.sharp) places.sharp.push_back(back(place));
         for (const double place : of.knots) places.knots.push_back(back(place));
         for (const LawPlaces::Wave& w : of.waves)
-          places.waves.push_back({std::min(back(w.from), back(w.to)), std::max(back(w.from), back(w.to)),
-                                  w.length / std::abs(at.s)});
+          places.waves.push_back(
+              {std::min(back(w.from), back(w.to)), std::max(back(w.from), back(w.to)), w.length / std::abs(at.s)});
         break;
       }
     }

@@ -47,8 +47,8 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
   void add_places_along(const double* p, const double* slopes, double x, double slope, LawPlaces& places) const;
 
   /// Where abs, min and max bend, and where slopes of its functions jump: where one of these, in the order of the text
-  /// from inside out, passes zero; with the side at zero that of positive values. As many for all x and arguments; x and
-  /// p as of value().
+  /// from inside out, passes zero; with the side at zero that of positive values. As many for all x and arguments; x
+  /// and p as of value().
   void add_bends(double x, const double* p, std::vector<double>& bends) const;
   bool may_bend() const;
   /// The value where arguments are not known but taken to be one: functions that say nothing there are one, too.

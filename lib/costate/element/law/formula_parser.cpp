@@ -184,9 +184,10 @@ class FormulaLaw::Parser {
         std::vector<std::string> known;
         for (const auto& f : functions) known.push_back(f.first);
         for (const auto& f : law_.functions_) known.push_back(f.name);
-        fail(fmt::format("there is no function '{0}'.{1} A law beside the formula is one: {0} = {{ kind = \"data\", data "
-                         "= \"NAME\", column = \"...\" }}",
-                         word, suggestion(word, known)));
+        fail(fmt::format(
+            "there is no function '{0}'.{1} A law beside the formula is one: {0} = {{ kind = \"data\", data "
+            "= \"NAME\", column = \"...\" }}",
+            word, suggestion(word, known)));
       }
       return push_number(word);
     }

@@ -10,8 +10,8 @@ class PointCurve {
  public:
   enum class Between { spline, lines };
   PointCurve() = default;
-  /// x strictly increasing, as many y, 2 or more of them. A spline that `repeats` begins with the slope and the curvature
-  /// that it ends with; the last y should be the first.
+  /// x strictly increasing, as many y, 2 or more of them. A spline that `repeats` begins with the slope and the
+  /// curvature that it ends with; the last y should be the first.
   PointCurve(std::vector<double> x, std::vector<double> y, Between between, bool repeats = false);
 
   const std::vector<double>& x() const { return x_; }

@@ -1,5 +1,5 @@
-// The built-in cost terms on named outputs: weight (y - target)^2 and weight (y - target), where the weight may be a law
-// of the time.
+// The built-in cost terms on named outputs: weight (y - target)^2 and weight (y - target), where the weight may be a
+// law of the time.
 #include <fmt/format.h>
 
 #include "costate/base/error.h"

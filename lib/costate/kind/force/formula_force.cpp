@@ -47,8 +47,8 @@ FormulaInput find_input(const MechanismBuilder& builder, const std::string& subj
 
 /// `at`: keys of the formulas in the scene, for errors.
 void add_action(MechanismBuilder& builder, const std::string& kind, const std::string& name, FormulaTarget target,
-                const std::vector<std::string>& formulas, const std::vector<std::string>& at,
-                const FormulaKeys& keys, bool with_work, const std::vector<int>& lag = {}) {
+                const std::vector<std::string>& formulas, const std::vector<std::string>& at, const FormulaKeys& keys,
+                bool with_work, const std::vector<int>& lag = {}) {
   const std::string path = kind + "." + name;
   FormulaReader reader(path, keys);
   std::vector<FormulaForce::Component> components;
@@ -57,8 +57,7 @@ void add_action(MechanismBuilder& builder, const std::string& kind, const std::s
     if (formulas[c].empty()) continue;
     std::vector<std::string> others;
     component.formula = reader.read(formulas[c], at[c], others, FormulaForce::kMostNames);
-    for (const std::string& other : others)
-      component.inputs.push_back(find_input(builder, path + "." + at[c], other));
+    for (const std::string& other : others) component.inputs.push_back(find_input(builder, path + "." + at[c], other));
   }
   reader.require_used();
   const std::vector<int> indices = reader.add_numbers(builder);
@@ -92,8 +91,8 @@ void add_formula_rotary_actuator(MechanismBuilder& builder, const std::string& n
 
 void add_formula_couple(MechanismBuilder& builder, const std::string& name, const std::vector<std::string>& angles,
                         const std::string& torque_N_m, const FormulaKeys& keys, bool with_work) {
-  add_action(builder, "couple", name, find_angles(builder, "couple." + name, angles), {torque_N_m}, {"formula"},
-             keys, with_work);
+  add_action(builder, "couple", name, find_angles(builder, "couple." + name, angles), {torque_N_m}, {"formula"}, keys,
+             with_work);
 }
 
 void add_formula_force(MechanismBuilder& builder, const std::string& name, const std::string& point,

@@ -17,8 +17,7 @@ void add_formula_couple(MechanismBuilder& builder, const std::string& name, cons
 
 /// Components [N] of the force on a point, along the ground's axes; an empty formula is zero.
 void add_formula_force(MechanismBuilder& builder, const std::string& name, const std::string& point,
-                       const std::vector<std::string>& components_N, const FormulaKeys& keys,
-                       bool with_work = false);
+                       const std::vector<std::string>& components_N, const FormulaKeys& keys, bool with_work = false);
 
 /// As add_actuator and add_rotary_actuator, whose command is left empty: a formula in its place [N, N m].
 void add_formula_actuator(MechanismBuilder& builder, const std::string& name, const std::string& from,

@@ -70,8 +70,7 @@ LawOptions read_data_law(SceneTable& t) {
                                     : beyond == "tangent" ? DataLaw::Beyond::tangent
                                     : beyond == "repeat"  ? DataLaw::Beyond::repeat
                                                           : DataLaw::Beyond::refuse,
-                                    points.source, points.column, points.unit, points.argument,
-                                    points.argument_unit),
+                                    points.source, points.column, points.unit, points.argument, points.argument_unit),
           {{"scale", scale}}};
 }
 

@@ -58,14 +58,14 @@ std::shared_ptr<const FormulaLaw> FormulaReader::read(const std::string& formula
     throw ModelError(subject, e.bare_message());
   }
   if (names.size() + others.size() > most)
-    throw ModelError(subject,
-                     fmt::format("holds {} names{}, of {} at most; split it into several outputs or forces{}.",
-                                 names.size() + others.size(),
-                                 names.size() > own_ ? fmt::format(" and numbers of laws ({})", names.size() - own_) : "",
-                                 most,
-                                 names.size() > own_ ? ", and take points as data (kind = \"data\", x, y), which have "
-                                                       "one number"
-                                                     : ""));
+    throw ModelError(
+        subject,
+        fmt::format("holds {} names{}, of {} at most; split it into several outputs or forces{}.",
+                    names.size() + others.size(),
+                    names.size() > own_ ? fmt::format(" and numbers of laws ({})", names.size() - own_) : "", most,
+                    names.size() > own_ ? ", and take points as data (kind = \"data\", x, y), which have "
+                                          "one number"
+                                        : ""));
   for (std::size_t k = 0; k < own_; ++k) used_[k] = used_[k] || law->uses(k);
   for (std::size_t i = 0; i < functions_.size(); ++i) called_[i] = called_[i] || law->calls(i);
   return law;

@@ -20,8 +20,7 @@ void add_formula_output(MechanismBuilder& builder, const std::string& name, cons
   reader.require_used();
   for (const auto& [key, output] : o.outputs) {
     const auto at = std::find(others.begin(), others.end(), key);
-    if (at == others.end())
-      throw ModelError(path + "." + key, fmt::format("'{}' is in no formula here.", key));
+    if (at == others.end()) throw ModelError(path + "." + key, fmt::format("'{}' is in no formula here.", key));
     *at = output;
   }
   builder.add(std::make_unique<DefinedOutput>(name, o.unit, formula, reader.add_numbers(builder), others));
@@ -37,7 +36,7 @@ const KindKeys output_keys("output",
                             {"b, c, w",
                              "numbers of the formula of the example, any names will do; each can be a parameter"},
                             {"loss", "a law is a function of the formula of the example, any names will do"},
-                           {"pull", "a text is a short name for an output"}});
+                            {"pull", "a text is a short name for an output"}});
 
 const RegisterSceneKind output_registered({
     .name = "output",

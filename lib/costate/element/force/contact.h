@@ -18,17 +18,17 @@
 #include <type_traits>
 #include <vector>
 
-#include "costate/element/force/contact_points.h"
+#include "costate/element/force/contact_chain.h"
 #include "costate/element/guarded_force.h"
 
 namespace costate {
 
 template <class Point, class Ground = ContactSurface<Point>>
 class Contact : public ForceOf<Contact<Point, Ground>>,
-                public ContactPoints<Point, Ground>,
+                public ContactChain<Point, Ground>,
                 public GuardedForce,
                 public GapElement {
-  using Points = ContactPoints<Point, Ground>;
+  using Points = ContactChain<Point, Ground>;
 
  public:
   using Points::dim, Points::tangents, Points::on_road, Points::kNumbers, Points::kApproach, Points::kRest;
@@ -73,8 +73,15 @@ class Contact : public ForceOf<Contact<Point, Ground>>,
     for (int i = 0; i < count(); ++i) add_point(i, x, Q, zdot);
   }
 
-  // Derivative blocks: one pass of dual numbers a point that touches, and none where nothing does.
+  // Derivative blocks: by the chain rule (contact_chain.h), or one pass of dual numbers a point that touches; none
+  // where nothing does.
   void calc_partials(const LocalState& s, ForcePartials out) const override {
+    if constexpr (Points::by_chain) {
+      for (LocalMatrix* m : {&out.Q_q, &out.Q_v, &out.Q_z, &out.f_q, &out.f_v, &out.f_z}) m->setZero();
+      for (int i = 0; i < count(); ++i)
+        if (touches(i, arguments(s))) this->add_chained_partials(i, s, out);
+      return;
+    }
     constexpr int carrier = on_road && dim == 2 ? 3 : 0, rigid = (dim == 2 ? 3 : 7) + carrier;
     if (size() <= rigid)
       partials<rigid>(s, out);
@@ -93,6 +100,25 @@ class Contact : public ForceOf<Contact<Point, Ground>>,
   void add_number_gradient(const LocalState& s, const double* w_Q, const double* w_f, const int* numbers, int n,
                            double* out) const override {
     constexpr int width = 6;
+    if constexpr (Points::by_chain) {
+      int chained[width], where[width], m = 0;
+      for (int j = 0; j < n; ++j) {
+        if (this->is_chained(numbers[j])) {
+          chained[m] = numbers[j];
+          where[m++] = j;
+        } else {
+          double one = 0;
+          Force::add_number_gradient(s, w_Q, w_f, numbers + j, 1, &one);
+          out[j] += one;
+        }
+        if (m < width && j + 1 < n) continue;
+        for (int i = 0; m > 0 && i < count(); ++i)
+          if (touches(i, arguments(s)))
+            this->template add_chained_gradient<width>(i, s, w_Q, w_f, chained, where, m, out);
+        m = 0;
+      }
+      return;
+    }
     for (int first = 0; first < n; first += width)
       number_partials<width>(s, numbers + first, std::min(width, n - first), [&](int j, const auto* Q, const auto* f) {
         const auto at = static_cast<std::size_t>(j);
@@ -193,15 +219,6 @@ class Contact : public ForceOf<Contact<Point, Ground>>,
 
   /// Laws of roads have derivatives by their numbers for path duals alone.
   bool of_road(int number) const { return on_road && number >= road_; }
-  /// The numbers as constants, in a buffer of the thread.
-  template <class S>
-  S* constants(const double* p) const {
-    thread_local std::vector<S> buffer;
-    const std::size_t n = this->numbers().size();
-    if (buffer.size() < n) buffer.resize(n);
-    for (std::size_t i = 0; i < n; ++i) buffer[i] = S(p[i]);
-    return buffer.data();
-  }
 
   /// take(j, Q, zdot), the forces with their derivatives by n <= width numbers in the j-th directions; not called where
   /// nothing touches: they are zero.
@@ -215,7 +232,7 @@ class Contact : public ForceOf<Contact<Point, Ground>>,
     for (int i = 0; i < count(); ++i) {
       if (!touches(i, arguments(s))) continue;
       if (!p) {
-        p = constants<D>(s.p);
+        p = Points::template constants<D>(s.p, this->numbers().size());
         for (int j = 0; j < n; ++j) p[numbers[j]].d[static_cast<std::size_t>(j)] = 1;
         for (int j = 0; j < size(); ++j) {
           q[j] = D(s.q[j]);
@@ -268,7 +285,7 @@ class Contact : public ForceOf<Contact<Point, Ground>>,
       f.assign(z.size(), D());
       for (int j = 0; j < own; ++j)
         z[static_cast<std::size_t>(i * own + j)] = D::variable(s.z[i * own + j], 2 * nq + j);
-      if (!p) p = constants<D>(s.p);
+      if (!p) p = Points::template constants<D>(s.p, this->numbers().size());
       add_point(i, ContactArguments<D>{D(s.t), q, v, z.data(), p}, Q, f.data());
       for (int j = 0; j < n; ++j) {
         for (int r = 0; r < n; ++r) {

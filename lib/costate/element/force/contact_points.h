@@ -151,43 +151,32 @@ class ContactPoints {
     Forces<S> f;
     calc(i, x, f, zdot);
     if (!f.touches) return;
-    if constexpr (on_road)
-      surface(i).add_force(f.motion, x.q, x.p + kGround, point_numbers(i, x.p), f.normal, f.friction, f.moment, Q);
-    else
-      surface(i).add_force(x.q, x.p + kGround, point_numbers(i, x.p), f.normal, f.friction, f.moment, Q);
+    surface(i).add_force(f.motion, x.q, x.p + kGround, point_numbers(i, x.p), f.normal, f.friction, f.moment, Q);
     if (options_.energy) zdot[count() * own_states()] += f.lost;
   }
 
   template <class S>
   void calc(int i, const ContactArguments<S>& x, Forces<S>& f, S* zdot) const {
-    const int first = i * own_states(), bristles = first + (latches_ ? 1 : 0);
     f.touches = touches(i, x);
     if (!f.touches) return;
     // Within a step that ends at the release the gap is open already: the law goes on, and is zero there.
     f.motion = motion(i, x);
+    if constexpr (on_road && std::is_same_v<S, double>) surface(i).require_one_foot(f.motion, x.t);
+    const int first = i * own_states();
+    apply_laws(i, x.p, x.z + first, f, zdot + first);
+  }
+
+  /// The forces at point i by its motion, own states and their rates.
+  template <class S>
+  void apply_laws(int i, const S* p, const S* z, Forces<S>& f, S* zdot) const {
     const auto& m = f.motion;
-    const S* p = x.p;
-    S depth;
-    if constexpr (on_road) {
-      depth = -m.gap;
-      if constexpr (std::is_same_v<S, double>) surface(i).require_one_foot(m, x.t);
-    } else {
-      depth = -gap(i, x);
-    }
-    const S law[4] = {stiffness(p), p[1], p[2], p[3]};
-    f.normal = share(i, p) * normal_force(options_.law, law, depth, m.closing, latches_ ? x.z[first] : depth);
+    const int bristles = latches_ ? 1 : 0;
+    const S depth = -m.gap, law[4] = {stiffness(p), p[1], p[2], p[3]};
+    f.normal = share(i, p) * normal_force(options_.law, law, depth, m.closing, latches_ ? z[0] : depth);
     if (options_.friction != FrictionModel::none)
-      friction_force(options_.friction, tangents, p + kFriction, f.normal, m.slip, x.z + bristles, f.friction,
+      friction_force(options_.friction, tangents, p + kFriction, f.normal, m.slip, z + bristles, f.friction,
                      zdot + bristles);
-    if (options_.rolling) {
-      if constexpr (on_road) {
-        turning_moment<dim>(m.omega, m.n, p + kRolling, f.normal, f.moment);
-      } else {
-        S n[dim], t[tangents][dim];
-        Surface::frame(p + kGround, n, t);
-        turning_moment<dim>(m.omega, n, p + kRolling, f.normal, f.moment);
-      }
-    }
+    if (options_.rolling) turning_moment<dim>(m.omega, m.n, p + kRolling, f.normal, f.moment);
     if (!options_.energy) return;
     f.lost = (f.normal - share(i, p) * elastic_force(options_.law, law, depth)) * m.closing;
     for (int k = 0; k < tangents; ++k) f.lost -= f.friction[k] * m.slip[k];

@@ -107,22 +107,26 @@ class ContactSurface {
     return s;
   }
 
-  /// Closing speed against n, slip velocity (tangents), angular velocity (turns; of round ones).
+  /// The gap, closing speed against n, slip velocity (tangents), angular velocity (turns; of round ones); the plane's
+  /// directions.
   template <class S>
   struct Motion {
-    S closing{0.0}, slip[tangents] = {}, omega[turns] = {};
+    S gap{0.0}, closing{0.0}, slip[tangents] = {}, omega[turns] = {};
+    S n[dim] = {}, t[tangents][dim] = {};
   };
   template <class S>
   void motion(const S* q, const S* v, const S* g, const S* p, Motion<S>& m) const {
-    S u[dim] = {}, n[dim], t[tangents][dim];
+    S r[dim] = {}, u[dim] = {};
+    position(q, p, r);
     velocity(q, v, p, u);
-    frame(g, n, t);
+    frame(g, m.n, m.t);
+    m.gap = gap_of(r, m.n, g);
     m.closing = S(0.0);
-    for (int i = 0; i < dim; ++i) m.closing -= n[i] * u[i];
-    if (round_) turn(q, v, g[kRadius], n, t, m.omega, u);
+    for (int i = 0; i < dim; ++i) m.closing -= m.n[i] * u[i];
+    if (round_) turn(q, v, g[kRadius], m.n, m.t, m.omega, u);
     for (int k = 0; k < tangents; ++k) {
       m.slip[k] = S(0.0);
-      for (int i = 0; i < dim; ++i) m.slip[k] += t[k][i] * u[i];
+      for (int i = 0; i < dim; ++i) m.slip[k] += m.t[k][i] * u[i];
     }
   }
 
@@ -149,10 +153,9 @@ class ContactSurface {
   /// Adds the generalized forces of N along n and F along the plane at the point that touches, and of a moment (turns;
   /// of round ones).
   template <class S>
-  void add_force(const S* q, const S* g, const S* p, const S& N, const S* F, const S* moment, S* Q) const {
-    S n[dim], t[tangents][dim];
-    frame(g, n, t);
-    add_force(q, g, p, n, t, N, F, moment, Q);
+  void add_force(const Motion<S>& m, const S* q, const S* g, const S* p, const S& N, const S* F, const S* moment,
+                 S* Q) const {
+    add_force(q, g, p, m.n, m.t, N, F, moment, Q);
   }
   /// The same with the directions n and t.
   template <class S>

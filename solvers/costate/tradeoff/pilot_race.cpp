@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "costate/base/error.h"
-#include "costate/base/notice.h"
+#include "costate/base/unsaid.h"
 #include "costate/formulation/formulation.h"
 #include "costate/integrator/simulate.h"
 #include "costate/tradeoff/stopwatch.h"
@@ -87,7 +87,7 @@ AccuracyPilot PilotRace::one(const Combination& c, double rtol) {
   problem.solver.integrator = c.integrator;
   problem.solver.atol = rtol * problem_.solver.absolute() / problem_.solver.rtol;
   problem.solver.rtol = rtol;
-  const std::vector<std::string> said = take_notices();
+  const Unsaid judging;
   mine_.points.clear();
   began_ = processor_time_s();
   try {
@@ -103,8 +103,6 @@ AccuracyPilot PilotRace::one(const Combination& c, double rtol) {
     failure_ = std::current_exception();
   }
   p.time_s = processor_time_s() - began_;
-  take_notices();
-  for (const auto& text : said) notice(text);
   p.cost_s = weight_ * p.time_s;
   if (p.why.empty() && (best_.points.empty() || p.cost_s < best_.points.back().second)) {
     mine_.points.emplace_back(problem.solver.t_end, p.cost_s);

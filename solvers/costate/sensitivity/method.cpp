@@ -167,7 +167,14 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
   if (!no.empty()) throw CapabilityError(no);
   problem.check_values(rho);
   if (has_samples(problem.objective) && problem.cycle) with_separate_samples(problem);  // refused
-  if (problem.cycle && !method.perturbs) return cycle_gradient(problem, name, rho);
+  if (problem.cycle && !method.perturbs) {
+    const auto on_cycle = [&](const Problem& p) { return cycle_gradient(p, name, rho); };
+    GradientResult r = on_cycle(problem);
+    // What knows its errors has told them.
+    if (!problem.solver.confirm || by_fixed_steps(problem, method) || rho.empty() || !r.gradient_error.empty())
+      return r;
+    return confirmed(problem, std::move(r), on_cycle);
+  }
   if (rho.empty()) {
     GradientResult r = without_parameters(problem, method);
     require_finite(problem, r);

@@ -51,6 +51,7 @@ Assembly::Assembly(std::shared_ptr<const Mechanism> mechanism, ParameterSelectio
     const Force& e = *mech.forces()[f];
     const int z0 = mech.state_offsets()[f];
     forces_.push_back(common(e, z0));
+    if (e.may_rest()) forces_.back().rest.emplace(e, z0);
     for (int k = 0; k < e.states(); ++k) {
       for (int i : e.coordinates()) {
         force_state.emplace_back(i, z0 + k);
@@ -140,6 +141,8 @@ void Assembly::set_parameters(const double* rho) {
       double* p = local_numbers_.data() + s.number_offset;
       for (int k : s.element->numbers()) *p++ = numbers_[k];
     }
+  for (Slots& force : forces_)
+    if (force.rest) force.rest->clear();
   zero(M_constant_);
   zero(Q_constant_);
   const std::vector<double> origin(static_cast<std::size_t>(n_), 0.0);
@@ -188,10 +191,6 @@ LocalState Assembly::gather(const Element& e, std::size_t, const StateView& x) {
     for (const Slots& s : *list)
       if (s.element == &e) return gather(s, x);
   throw Error("Assembly::gather: this element is not part of the mechanism.");
-}
-
-void Assembly::scatter_square(const Slots& s, const double* local, double factor, std::vector<double>& global) const {
-  for (std::size_t k = 0; k < s.square.size(); ++k) global[s.square[k]] += factor * local[k];
 }
 
 void Assembly::calc_mass(const StateView& s, long point) {
@@ -274,6 +273,7 @@ void Assembly::calc_dynamics(const StateView& s, long point) {
     for (std::size_t i = 0; i < c.size(); ++i) Q[c[i]] += f[i];
   }
   for (std::size_t k = 0; k < forces_.size(); ++k) {
+    if (rests(forces_[k], s)) continue;
     const Force& force = *mechanism_->forces()[k];
     const auto& c = force.coordinates();
     std::fill(f, f + c.size(), 0.0);
@@ -334,6 +334,7 @@ void Assembly::add_body_and_force_partials(const StateView& s) {
     scatter_square(bodies_[b], b1, 1, C);
   }
   for (std::size_t i = 0; i < forces_.size(); ++i) {
+    if (rests(forces_[i], s)) continue;
     const Force& force = *mechanism_->forces()[i];
     const Slots& slots = forces_[i];
     const int k = static_cast<int>(force.coordinates().size()), z = force.states();

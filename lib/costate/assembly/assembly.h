@@ -6,8 +6,10 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <vector>
 
+#include "costate/assembly/rest_region.h"
 #include "costate/linear/sparse_pattern.h"
 #include "costate/mechanism/mechanism.h"
 
@@ -160,9 +162,10 @@ class Assembly {
     int row_offset = 0;             // first row of a constraint, first state of a force
     std::size_t number_offset = 0;  // into local_numbers_
     std::vector<std::int64_t> square, jacobian, force_state, state_force, state_state;
-    std::vector<int> active;  // local numbers that depend on parameters
-    bool there = true;        // of constraints: whether its rows are
-    int slides = 0;           // and the direction in which a contact slides
+    std::vector<int> active;              // local numbers that depend on parameters
+    bool there = true;                    // of constraints: whether its rows are
+    int slides = 0;                       // and the direction in which a contact slides
+    std::optional<RestRegion> rest = {};  // of forces that may
   };
   struct Switch {
     std::size_t constraint;
@@ -175,11 +178,17 @@ class Assembly {
   /// What is evaluated of rows along which contacts slide becomes that of rows that are not there.
   void part_sliding_rows();
   LocalState gather(const Slots& s, const StateView& x);
+  /// Whether a force vanishes at a state: in the region found last, or in one found here.
+  bool rests(Slots& force, const StateView& s) {
+    return force.rest && (force.rest->holds(s.q, s.z) || (force.rest->is_due() && force.rest->find(gather(force, s))));
+  }
   /// M at q into `out`.
   void calc_mass(const StateView& s, std::vector<double>& out);
   void add_body_and_force_partials(const StateView& s);
   void add_hessians(const StateView& s, std::vector<double>& out);
-  void scatter_square(const Slots& s, const double* local, double factor, std::vector<double>& global) const;
+  static void scatter_square(const Slots& s, const double* local, double factor, std::vector<double>& global) {
+    for (std::size_t k = 0; k < s.square.size(); ++k) global[s.square[k]] += factor * local[k];
+  }
   template <class Visit>
   void for_each_momentum_partial(const StateView& s, const double* u, bool constant_bodies, const Visit& visit);
 

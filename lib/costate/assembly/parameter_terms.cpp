@@ -97,7 +97,7 @@ void Assembly::add_parameter_gradient(const StateView& s, const ParameterWeights
       }
     }
   for (std::size_t i = 0; i < forces_.size(); ++i) {
-    if (forces_[i].active.empty()) continue;
+    if (forces_[i].active.empty() || rests(forces_[i], s)) continue;
     const Force& e = *mechanism_->forces()[i];
     const LocalState l = gather(forces_[i], s);
     gather_weights(e);

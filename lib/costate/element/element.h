@@ -172,6 +172,13 @@ class Force : public Element {
   virtual void add_number_gradient(const LocalState& s, const double* w_Q, const double* w_f, const int* numbers,
                                    int count, double* out) const;
   virtual double potential_energy(const LocalState&) const { return 0; }  // J
+
+  /// Whether it rests somewhere: vanishes with its rates and all derivatives, so that it need not be evaluated there.
+  virtual bool may_rest() const { return false; }
+  /// A region of rest about q: with the result d and the slopes L (nq, zero on entry) it is where sum_j L_j |q'_j -
+  /// q_j| < d, whatever t and v, while none of states_that_wake() is above zero. 0 where it acts, or might.
+  virtual double calc_rest(const LocalState&, double*) const { return 0; }
+  virtual std::vector<int> states_that_wake() const { return {}; }
 };
 
 /// Mixins: a class derives from BodyOf<Derived> (...) and writes its physics as one template.

@@ -39,11 +39,14 @@ GapTrace::Look GapTrace::look(const StateView& s, const Assembly& assembly) cons
   return at;
 }
 
+bool is_out_of_reach(double both, double by_speed, double between) {
+  return both > kSpeedUp * std::max(by_speed, between);
+}
+
 bool stays_away(const GapTrace::Look& a, const GapTrace::Look& b) {
   const double h = b.t - a.t;
   const auto away = [&](double ga, double gb, double va, double vb) {
-    const double way = kSpeedUp * std::max({std::max(va, vb) * h, std::abs(gb - ga)});
-    return std::abs(ga) + std::abs(gb) > way;
+    return is_out_of_reach(std::abs(ga) + std::abs(gb), std::max(va, vb) * h, std::abs(gb - ga));
   };
   const GapMotion &m = a.m, &n = b.m;
   if (same_side(m.gap, n.gap) && away(m.gap, n.gap, m.speed, n.speed)) return true;

@@ -54,6 +54,9 @@ class GapTrace {
   LawBegin begin_ = {};
 };
 
+/// With |g(a)| + |g(b)|, the way that the largest speed would take and the way that the ends tell of: whether the gap
+/// cannot come to zero between them.
+bool is_out_of_reach(double both, double by_speed, double between);
 /// Whether the gap cannot come to zero between these.
 bool stays_away(const GapTrace::Look& a, const GapTrace::Look& b);
 

@@ -26,7 +26,7 @@ TouchWatch::TouchWatch(Assembly& assembly, const Objective& objective, double rt
     const auto* gaps = dynamic_cast<const GapElement*>(&force);
     // Impacts are events.
     if (!gaps || dynamic_cast<const UnilateralForce*>(&force)) continue;
-    for (int i = 0; i < gaps->gap_count(); ++i) gaps_.push_back({GapTrace(force, *gaps, i), m.state_offsets()[f]});
+    for (int i = 0; i < gaps->gap_count(); ++i) add(force, m.state_offsets()[f], GapTrace(force, *gaps, i));
   }
 }
 
@@ -40,18 +40,43 @@ void TouchWatch::add_stops(const Force& force, int first_state) {
   for (const MotionLaw& of : laws) {
     if (of.origin < 0) continue;
     for (const LawBegin& begin : law_begins(*of.law, p.data() + of.first))
-      gaps_.push_back({GapTrace(force, *owner, of.origin, begin), first_state});
+      add(force, first_state, GapTrace(force, *owner, of.origin, begin));
   }
+}
+
+void TouchWatch::add(const Force& force, int first_state, GapTrace trace) {
+  gaps_.push_back({.trace = std::move(trace), .first_state = first_state, .rest = {}});
+  if (force.may_rest()) gaps_.back().rest.emplace(force, first_state);
 }
 
 bool TouchWatch::may_touch(double from, double to, const GapTrace::States& at) const {
   const StateView last = at(to);
   return std::any_of(gaps_.begin(), gaps_.end(), [&](const Gap& g) {
-    if (!g.trace.presses(last.z + g.first_state)) return false;
+    if (!g.trace.presses(last.z + g.first_state) || rests(g, from, last)) return false;
     const auto end = g.trace.look(last, assembly_);
     // What has not been looked at yet may.
     return g.seen.t != from || end.m.gap < 0 || !stays_away(g.seen, end);
   });
+}
+
+bool TouchWatch::rests(const Gap& g, double from, const StateView& last) const {
+  if (!g.rest || g.rested_at != from || !g.rest->holds(last.q, last.z)) return false;
+  const double way = g.rest->way(last.q), speed = std::max(g.speed, g.rest->speed(last.v));
+  return is_out_of_reach(2 * g.rest->distance() - g.way - way, speed * (last.t - from), g.way + way);
+}
+
+void TouchWatch::look_for_rest(Gap& g, const StateView& last) {
+  const auto find = [&] {
+    LocalState local = gathered_.of(g.trace.element(), last, assembly_.numbers());
+    local.z = last.z + g.first_state;
+    return g.rest->find(local);
+  };
+  g.rested_at = std::numeric_limits<double>::quiet_NaN();
+  if (!g.rest || !std::isnan(g.touches_from)) return;
+  if (!g.rest->holds(last.q, last.z) && !(g.rest->is_due() && find())) return;
+  g.rested_at = last.t;
+  g.way = g.rest->way(last.q);
+  g.speed = g.rest->speed(last.v);
 }
 
 std::optional<TouchLook> TouchWatch::look(double from, double to, const GapTrace::States& at) {
@@ -71,9 +96,15 @@ std::optional<TouchLook> TouchWatch::look(double from, double to, const GapTrace
       g.seen.t = g.touches_from = none;
       continue;
     }
+    for (const int c : g.trace.element().coordinates()) size_ = std::max(size_, std::abs(last.q[c]));
+    const bool rested = rests(g, from, last);
+    look_for_rest(g, last);
+    if (rested) {
+      g.seen.t = none;
+      continue;
+    }
     ends_[i] = g.trace.look(last, assembly_);
     near = near || g.seen.t != from || !stays_away(g.seen, ends_[i]);
-    for (const int c : g.trace.element().coordinates()) size_ = std::max(size_, std::abs(last.q[c]));
   }
   if (!near && first) return first;
   if (!near) {

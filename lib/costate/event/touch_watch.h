@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "costate/assembly/assembly.h"
+#include "costate/assembly/gathered_state.h"
 #include "costate/event/gap_trace.h"
 #include "costate/event/path_watch.h"
 
@@ -42,8 +43,15 @@ class TouchWatch {
     int first_state;  // of the force, among all
     GapTrace::Look seen = {std::numeric_limits<double>::quiet_NaN(), {}};
     double touches_from = std::numeric_limits<double>::quiet_NaN();
+    // Of a force that rests within a region: when that was looked at, how far from its centre that was, how fast.
+    std::optional<RestRegion> rest;
+    double rested_at = std::numeric_limits<double>::quiet_NaN(), way = 0, speed = 0;
   };
   using Looks = std::vector<GapTrace::Look>;
+  void add(const Force& force, int first_state, GapTrace trace);
+  /// Whether the gap stays above zero over a step that ends at `last`, as its force's region of rest tells.
+  bool rests(const Gap& g, double from, const StateView& last) const;
+  void look_for_rest(Gap& g, const StateView& last);
   /// Where springs' laws begin to act.
   void add_stops(const Force& force, int first_state);
   std::optional<TouchLook> dip_passed_over(const Gap& gap, const Looks& trace, const GapTrace::States& at) const;
@@ -53,6 +61,7 @@ class TouchWatch {
   double rtol_, atol_, size_ = 0;
   std::vector<Gap> gaps_;
   PathWatch paths_;
+  GatheredState gathered_;
   Looks ends_;
   std::vector<Looks> traces_;  // of this step; empty where the gap stays away from zero
   std::vector<std::pair<double, double>> touched_;

@@ -73,6 +73,10 @@ class Contact : public ForceOf<Contact<Point, Ground>>,
     for (int i = 0; i < count(); ++i) add_point(i, x, Q, zdot);
   }
 
+  bool may_rest() const override { return latches_ || !on_road; }
+  double calc_rest(const LocalState& s, double* slopes) const override { return this->rest_of(s, slopes); }
+  std::vector<int> states_that_wake() const override { return this->latch_states(); }
+
   // Derivative blocks: by the chain rule (contact_chain.h), or one pass of dual numbers a point that touches; none
   // where nothing does.
   void calc_partials(const LocalState& s, ForcePartials out) const override {

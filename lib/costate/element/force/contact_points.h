@@ -2,6 +2,8 @@
 // compiled for; numbers and states are laid out there.
 #pragma once
 
+#include <algorithm>
+#include <limits>
 #include <memory>
 #include <string>
 #include <type_traits>
@@ -145,6 +147,29 @@ class ContactPoints {
   template <class S>
   bool touches(int i, const ContactArguments<S>& x) const {
     return latches_ ? value_of(x.z[i * own_states()]) > 0 : value_of(gap(i, x)) < 0;
+  }
+  /// Of what latches its touch the states tell that it is open, of others on a plane the gap.
+  double rest_of(const LocalState& s, double* slopes) const {
+    if (latches_) {
+      for (int i = 0; i < count(); ++i)
+        if (s.z[i * own_states()] > 0) return 0;
+      return std::numeric_limits<double>::infinity();
+    }
+    double least = std::numeric_limits<double>::infinity(), own[Point::kMaxCoordinates];
+    if constexpr (on_road)
+      return 0;
+    else
+      for (int i = 0; i < count(); ++i) {
+        std::fill(own, own + size(), 0.0);
+        least = std::min(least, surface(i).reach(s.q, s.p + kGround, point_numbers(i, s.p), own));
+        for (int j = 0; j < size(); ++j) slopes[j] = std::max(slopes[j], own[j]);
+      }
+    return least;
+  }
+  std::vector<int> latch_states() const {
+    std::vector<int> states;
+    for (int i = 0; latches_ && i < count(); ++i) states.push_back(i * own_states());
+    return states;
   }
   template <class S>
   void add_point(int i, const ContactArguments<S>& x, S* Q, S* zdot) const {

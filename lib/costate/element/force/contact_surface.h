@@ -6,6 +6,8 @@
 // Numbers `g` of the plane and the surface: h, alpha, R; `p` those of the point.
 #pragma once
 
+#include <cmath>
+
 #include "costate/element/gap_element.h"
 #include "costate/element/point/planar_point.h"
 #include "costate/element/point/point_speed.h"
@@ -94,6 +96,32 @@ class ContactSurface {
     m.speed = m.travel + speed.lever * speed.turn;
     m.turn = speed.turn;
     return m;
+  }
+
+  /// The gap changes by no more than sum_j slopes[j] |q'_j - q_j|; the gap, or, as slopes of rotations are large or not
+  /// known, what it is at least however its body is turned.
+  double reach(const double* q, const double* g, const double* p, double* slopes) const {
+    double n[dim], t[tangents][dim];
+    frame(g, n, t);
+    if (point_.kind() != Point::Kind::on_body) {  // linear in q
+      typename Point::Jacobian J(dim, point_.size());
+      point_jacobian(q, p, J);
+      for (int j = 0; j < point_.size(); ++j) {
+        double along = 0;
+        for (int i = 0; i < dim; ++i) along += n[i] * J(i, j);
+        slopes[j] = std::abs(along);
+      }
+      return gap(q, g, p);
+    }
+    double square = 0;
+    for (int i = 0; i < dim; ++i) {
+      slopes[i] = std::abs(n[i]);
+      square += p[i] * p[i];
+    }
+    const double lever = std::sqrt(square), clear = gap_of(q, n, g) - kStretch * lever;
+    if (dim == 3 || clear > 0) return clear;
+    slopes[2] = lever;
+    return gap(q, g, p);
   }
 
   /// Where it is along the k-th direction of the plane, from the foot of the origin.
@@ -186,6 +214,16 @@ class ContactSurface {
   }
 
  private:
+  /// By how much a body in space is longer than it is where an integrator leaves |e| = 1, at most.
+  static constexpr double kStretch = dim == 3 ? 1.1 : 1;
+
+  void point_jacobian(const double* q, const double* p, typename Point::Jacobian& J) const {
+    if constexpr (dim == 2)
+      point_.jacobian(q, p, J);
+    else
+      J = point_.jacobian(q, p);
+  }
+
   Point point_;
   bool round_;
 };

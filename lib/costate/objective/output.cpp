@@ -31,6 +31,15 @@ void ScalarGradient::set_zero() {
   for (auto* x : {&q, &v, &a, &lambda, &z, &rho}) x->setZero();
 }
 
+void ScalarGradient::add(double factor, const ScalarGradient& other) {
+  q += factor * other.q;
+  v += factor * other.v;
+  a += factor * other.a;
+  lambda += factor * other.lambda;
+  z += factor * other.z;
+  rho += factor * other.rho;
+}
+
 void ScalarGradient::add_number(const Assembly& assembly, int number, double x) {
   for (const auto& [column, c] : assembly.number_columns()[number]) rho[column] += c * x;
 }

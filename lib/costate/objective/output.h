@@ -20,6 +20,8 @@ struct ScalarGradient {
   Eigen::VectorXd rho;                 // np
   void resize(const Assembly& assembly);
   void set_zero();
+  /// Adds factor * other.
+  void add(double factor, const ScalarGradient& other);
   /// rho += x d(number)/d(rho).
   void add_number(const Assembly& assembly, int number, double x);
 };

@@ -26,10 +26,15 @@ class WeightedTerm final : public CostTerm {
 
  private:
   double weight(double t, const Assembly& assembly) const;
-  /// Calls visit(number, its partial derivative along d) for each that parameters move.
-  template <class Visit>
-  void for_each_number(double t, const Assembly& assembly, const Variation& d, const Visit& visit) const;
-  std::vector<PathDual> along(const Assembly& assembly, const Variation& d) const;
+  /// The weight and its change along d.
+  Taylor2 weight_along(double t, const Assembly& assembly, const Variation& d) const;
+  /// Whether parameters move one of the law's numbers.
+  bool varies(const Assembly& assembly) const;
+  /// gradient += w_p change + (the change of w_p along d) value, by each number that parameters move.
+  void add_by_numbers(double t, Assembly& assembly, const Variation& d, double value, double change,
+                      ScalarGradient& g) const;
+  /// The law's numbers along d, in a buffer of the thread.
+  std::vector<PathDual>& along(const Assembly& assembly, const Variation& d) const;
   std::shared_ptr<const CostTerm> term_;
   std::shared_ptr<const ScalarLaw> law_;
   std::vector<int> numbers_;

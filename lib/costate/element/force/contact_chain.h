@@ -44,7 +44,7 @@ class ContactChain : public ContactPoints<Point, Ground> {
 
   /// Of point i, which touches: all derivative blocks.
   void add_chained_partials(int i, const LocalState& s, const ForcePartials& out) const {
-    constexpr int most = Point::kMaxCoordinates, inputs = 4, states = 2;  // own ones: latched speed and bristle
+    constexpr int inputs = 4, states = 2;  // own ones: latched speed and bristle
     using D = Dual<inputs + states>;
     const int n = size(), own = own_states(), first = i * own, end = count() * own,
               rows = own + (options_.energy ? 1 : 0);
@@ -59,8 +59,6 @@ class ContactChain : public ContactPoints<Point, Ground> {
     apply_laws(i, constants<D>(s.p, chained_numbers()), z, f, rate);
     rate[own] = f.lost;
     const int angle = at.round ? 2 : -1;
-    const double force[2] = {f.normal.v * at.m.n[0] + f.friction[0].v * at.m.t[0][0],
-                             f.normal.v * at.m.n[1] + f.friction[0].v * at.m.t[0][1]};
     const D turning = D(at.radius) * f.friction[0] + f.moment[0];
     const auto row = [&](int k) { return k < own ? first + k : end; };
     for (int j = 0; j < n; ++j) {
@@ -83,16 +81,18 @@ class ContactChain : public ContactPoints<Point, Ground> {
         out.f_v(row(k), j) += by_v(rate[k]);
       }
     }
-    if (surface(i).point().kind() == Point::Kind::on_body)
+    if (surface(i).point().kind() == Point::Kind::on_body) {
+      const typename Point::Vector force(f.normal.v * at.m.n[0] + f.friction[0].v * at.m.t[0][0],
+                                         f.normal.v * at.m.n[1] + f.friction[0].v * at.m.t[0][1]);
       out.Q_q(Point::curvature_index, Point::curvature_index) +=
-          surface(i).point().curvature(s.q, point_numbers(i, s.p), typename Point::Vector(force[0], force[1]));
+          surface(i).point().curvature(s.q, point_numbers(i, s.p), force);
+    }
     for (int l = 0; l < own; ++l) {
       const auto d = static_cast<std::size_t>(inputs + l);
       for (int r = 0; r < n; ++r) out.Q_z(r, first + l) += at.nJ[r] * f.normal.d[d] + at.tJ[r] * f.friction[0].d[d];
       if (angle >= 0) out.Q_z(angle, first + l) += turning.d[d];
       for (int k = 0; k < rows; ++k) out.f_z(row(k), first + l) += rate[k].d[d];
     }
-    static_assert(most <= Placed::most);
   }
 
   /// Of point i, which touches: out[where[j]] += Q_p.w_Q + f_p.w_f by n <= width of its chained numbers.
@@ -150,7 +150,7 @@ class ContactChain : public ContactPoints<Point, Ground> {
 
   /// Of point i: its motion, and what its derivatives are along n and t.
   struct Placed {
-    static constexpr int most = 4;
+    static constexpr int most = Point::kMaxCoordinates;
     Placed(const ContactChain& of, int i, const LocalState& s)
         : m(of.motion(i, of.arguments(s))), round(of.surface(i).round()) {
       const auto& point = of.surface(i).point();

@@ -159,6 +159,107 @@ TEST_CASE("formula bends: a wall by a table in a formula, against its closed for
 }
 
 // A spring's law through the same points acts as the formula of its deformation; the table's ordinates are parameters.
+TEST_CASE("formula bends: a wall by a map, against its closed form") {
+  // Along either argument; the other one moves across its own places, at which nothing bends.
+  const std::string along_x =
+                        "ramp = { kind = \"map\", x = [-5, 0, 5], y = [-1, 0.4, 9], z = [[0, 0, -5], [0, 0, -5], "
+                        "[0, 0, -5]], between = \"lines\" }\n",
+                    along_y =
+                        "ramp = { kind = \"map\", x = [-1, 0.4, 9], y = [-5, 0, 5], z = [[0, 0, 0], [0, 0, 0], "
+                        "[-5, -5, -5]], between = \"lines\" }\n";
+  check(Scene::parse(table_wall("k*ramp(P.x - a, t)", 1.2, along_x), "wall.toml"), kWall, closed_form(1.2));
+  check(Scene::parse(table_wall("k*ramp(P.x, P.x - a)", 1.2, along_y), "wall.toml"), kWall, closed_form(1.2));
+  Problem p = make_problem(Scene::parse(table_wall("k*ramp(P.x - a, t)", 1.2, along_x), "wall.toml"), kWall);
+  p.formulation = "baumgarte";
+  const auto rho = p.parameters.values();
+  const auto right = hessian_of(closed_form(1.2), rho, {4e-2L, 6e-4L, 1.5e-3L, 1.3e-3L});
+  CHECK(apart(p, hessian(p, rho).matrix, right) <= 1e-5);
+}
+
+TEST_CASE("formula bends: a map of what is bilinear is its formula") {
+  // 0.2 - 0.7 x + 0.3 v - 0.4 x v, by a spline that the motion leaves along its tangents.
+  const std::string points = "drag = { kind = \"map\", x = [-0.1, 0.3, 0.5, 0.8], y = [-1, 0, 1.1], z = ";
+  std::string rows = "[";
+  for (const double v : {-1.0, 0.0, 1.1}) {
+    rows += "[";
+    for (const double x : {-0.1, 0.3, 0.5, 0.8})
+      rows += fmt::format("{:.17g}, ", 0.2 - 0.7 * x + 0.3 * v - 0.4 * x * v);
+    rows += "], ";
+  }
+  const Scene map = Scene::parse(
+      table_wall("k*drag(P.x, P.x_dot)*a", 1.5, points + rows + "], beyond = \"tangent\", scale = 0.1 }\n"),
+      "map.toml");
+  const Scene formula =
+      Scene::parse(wall("k*a*s*(0.2 - 0.7*P.x + 0.3*P.x_dot - 0.4*P.x*P.x_dot)\"\ns = 0.1\n# \"", 1.5), "formula.toml");
+  auto by_map = kWall, by_formula = kWall;
+  by_map.push_back("force.wall.drag.scale");
+  by_formula.push_back("force.wall.s");
+  for (const char* formulation : {"baumgarte", "index1", "maggi"})
+    for (const SensitivityMethod& method : sensitivity_methods()) {
+      Problem p = make_problem(map, by_map), q = make_problem(formula, by_formula);
+      p.formulation = q.formulation = formulation;
+      if (!refusal(method, find_formulation(formulation)).empty() || by_fixed_steps(p, method) || method.perturbs)
+        continue;
+      INFO(formulation << " x " << method.name);
+      const GradientResult a = gradient(p, method.name, p.parameters.values()),
+                           b = gradient(q, method.name, q.parameters.values());
+      // The map's knots are places where steps end: at rtol 1e-10 other steps leave some 1e-8.
+      CHECK(std::abs(a.psi - b.psi) <= 1e-7 * std::abs(b.psi));
+      double size = 0;
+      for (const double g : b.gradient) size = std::max(size, std::abs(g));
+      for (std::size_t j = 0; j < b.gradient.size(); ++j) CHECK(std::abs(a.gradient[j] - b.gradient[j]) <= 1e-6 * size);
+    }
+}
+
+TEST_CASE("formula bends: a map of measured rows, in any order, and its mistakes") {
+  const auto scene = [](const std::string& rows, const std::string& map) {
+    return "[data.wind]\ncolumns = [\"speed\", \"place [cm]\", \"cx\"]\ntimed = false\nrows = " + rows + "\n" +
+           table_wall("k*a*0.1*g(P.x, P.x_dot)", 0.5, map);
+  };
+  const std::string measured =
+      "g = { kind = \"map\", data = \"wind\", over = [\"place\", \"speed\"], column = \"cx\", "
+      "between = \"lines\", beyond = \"tangent\" }\n";
+  const auto run = [](const Scene& s) {
+    Problem p = make_problem(s, kWall);
+    return gradient(p, "cvodes-adjoint", p.parameters.values());
+  };
+  const auto a = run(Scene::parse(scene("[[1, 0, 2], [2, 50, 5], [2, 0, 3], [1, 50, 1]]", measured), "wall.toml"));
+  const auto b = run(Scene::parse(
+      table_wall("k*a*0.1*g(P.x, P.x_dot)", 0.5,
+                 "g = { kind = \"map\", x = [0, 0.5], y = [1, 2], z = [[2, 1], [3, 5]], between = \"lines\", beyond = "
+                 "\"tangent\" }\n"),
+      "wall.toml"));
+  CHECK(a.psi == b.psi);
+  CHECK(a.gradient == b.gradient);
+  const auto with = [&](const std::string& rows, const std::string& map) {
+    return [=] { Scene::parse(scene(rows, map), "wall.toml"); };
+  };
+  CHECK_THROWS_WITH(with("[[1, 0, 2], [2, 50, 5], [2, 0, 3]]", measured)(),
+                    Contains("wall.toml") && Contains("no value of 'cx' at place = 0.5, speed = 1"));
+  CHECK_THROWS_WITH(with("[[1, 0, 2], [1, 0, 3], [2, 0, 3]]", measured)(), Contains("two values of 'cx' at place = 0"));
+  CHECK_THROWS_WITH(with("[[1, 0, 2]]", "g = { kind = \"data\", data = \"wind\", column = \"cx\" }\n")(),
+                    Contains("There is no time in data 'wind'"));
+  const auto written = [](const std::string& formula, const std::string& map) {
+    return [=] { Scene::parse(table_wall(formula, 1, map), "wall.toml"); };
+  };
+  const std::string g = "g = { kind = \"map\", x = [0, 1], y = [0, 1], z = [[0, 1], [1, 2]] }\n";
+  CHECK_THROWS_WITH(written("k*a*g(P.x)", g)(), Contains("'g' is a map, of two arguments, with a ','"));
+  CHECK_THROWS_WITH(written("k*a*g(P.x, t, t)", g)(), Contains("'g' is a map, of two arguments"));
+  CHECK_THROWS_WITH(written("k*ramp(P.x, a)", kRamp)(), Contains("'ramp' is a law, of one argument"));
+  CHECK_THROWS_WITH(written("k*a*P.x", g)(), Contains("'g' is in no formula"));
+  CHECK_THROWS_WITH(written("k*a*g(P.x, t)", "g = { kind = \"map\", x = [0, 1], y = [0, 1], z = [[0, 1], [1]] }\n")(),
+                    Contains("wall.toml:13") && Contains("row 2 holds 1"));
+  CHECK_THROWS_WITH(
+      written("k*a*g(P.x, t)", "g = { kind = \"map\", x = [0, 0], y = [0, 1], z = [[0, 1], [1, 2]] }\n")(),
+      Contains("wall.toml:13") && Contains("along x must increase"));
+  CHECK_THROWS_WITH(written("k*a*g(P.x, t)",
+                            "g = { kind = \"map\", x = [0, 1], y = [0, 1], z = [[0, 1], [1, 2]], "
+                            "extra = 1 }\n")(),
+                    Contains("extra"));
+  Problem p = make_problem(Scene::parse(table_wall("k*a*0 + g(P.x, t)", 2, g), "wall.toml"), kWall);
+  CHECK_THROWS_WITH(gradient(p, "cvodes-adjoint", p.parameters.values()), Contains("along x from 0 to 1"));
+}
+
 TEST_CASE("formula bends: a spline in a formula acts as a spring's law of it") {
   const std::string law = "{ kind = \"table\", x = [-1, 0.2, 0.5, 1.1, 2.5], y = [-20, 3, 9, 14, 80] }";
   const std::string rest = R"toml([[cost.running]]

@@ -61,6 +61,11 @@ TEST_CASE("data: separators, units and names", "[data]") {
   f.time_shift_s = 0.5;
   const auto shifted = read("x,clock\n1,0\n2,1\n", f);
   CHECK(shifted->time_column().values[1] == 1.5);
+  f = {};
+  f.timed = false;
+  const auto any_order = read("speed [km/h],torque\n72,3\n36,1\n", f);
+  CHECK(any_order->column("speed").values == std::vector<double>{20, 10});
+  CHECK_THROWS_WITH(any_order->time_column(), Contains("no time in data 'run'"));
   const auto gaps = read("t,x\n0,1\n1,\n2,nan\n3,4\n");
   CHECK(std::isnan(gaps->column("x").values[1]));
   CHECK(std::isnan(gaps->column("x").values[2]));

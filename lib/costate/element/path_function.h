@@ -17,7 +17,8 @@ class FormulaElement {
 
  protected:
   static void add_laws_of(const FormulaLaw& formula, std::vector<MotionLaw>& laws) {
-    for (const FormulaFunction& f : formula.functions()) laws.push_back({f.law.get(), f.first, f.name});
+    for (const FormulaFunction& f : formula.functions())
+      if (f.law) laws.push_back({f.law.get(), f.first, f.name});
   }
 };
 

@@ -144,9 +144,11 @@ void finish(DataTable& table, const DataFormat& format, const Fail& fail) {
   }
   std::vector<std::string> names;
   for (const auto& c : table.columns) names.push_back(c.name);
-  table.time = time_among(table.columns, format);
+  table.time = format.timed ? time_among(table.columns, format) : names.size();
+  if (!format.timed) return;
   if (table.time == names.size())
-    fail(names.size(), fmt::format("There is no column '{}' of the time; name it: time = \"...\". The columns are {}.",
+    fail(names.size(), fmt::format("There is no column '{}' of the time; name it: time = \"...\", or say that there is "
+                                   "none: timed = false. The columns are {}.",
                                    format.time.empty() ? "t" : format.time, fmt::join(names, ", ")));
   for (double& t : table.columns[table.time].values) t += format.time_shift_s;
 }
@@ -167,6 +169,11 @@ std::string wrong_unit(const DataColumn& column, const std::string& wanted) {
   if (!si || !units_disagree(si->unit, wanted)) return {};
   return fmt::format("Column '{}' is in {} [{}], and what it is used for in {}.", column.name, column.unit, si->unit,
                      wanted);
+}
+
+const DataColumn& DataTable::time_column() const {
+  if (time < columns.size()) return columns[time];
+  throw ModelError("", fmt::format("There is no time in {} (timed = false).", source));
 }
 
 const DataColumn& DataTable::column(const std::string& wanted) const {
@@ -194,7 +201,6 @@ std::shared_ptr<DataTable> read_data_file(const std::string& name, const std::st
   char separator = 0;
   bool header = false, first = true;
   int header_line = 0;
-  std::size_t time = 0;
   std::vector<int> lines;
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
@@ -240,7 +246,7 @@ std::shared_ptr<DataTable> read_data_file(const std::string& name, const std::st
       fail(number, 1, fmt::format("Expected {} values, one a column, found {}.", table->columns.size(), row.size()));
     for (const std::size_t i : wrong) {
       const std::string what = no_number(fields[i].text, format.decimal_comma);
-      if (i == time_among(table->columns, format)) fail(number, fields[i].column, what);
+      if (format.timed && i == time_among(table->columns, format)) fail(number, fields[i].column, what);
       row[i] = kNothing;
       if (!table->columns[i].text.empty()) continue;
       table->columns[i].text = what;
@@ -251,10 +257,9 @@ std::shared_ptr<DataTable> read_data_file(const std::string& name, const std::st
   }
   finish(*table, format,
          [&](std::size_t, const std::string& what) { fail(header_line, header_line > 0 ? 1 : 0, what); });
-  time = table->time;
   std::vector<double> times;
-  for (std::size_t k = 0; k < lines.size(); ++k) {
-    times.push_back(table->columns[time].values[k]);
+  for (std::size_t k = 0; format.timed && k < lines.size(); ++k) {
+    times.push_back(table->columns[table->time].values[k]);
     if (const std::string what = wrong_time(times); !what.empty()) fail(lines[k], 1, what);
   }
   if (lines.empty()) fail(0, 0, "This file of data holds no row of numbers.");
@@ -277,7 +282,7 @@ std::shared_ptr<DataTable> make_data_table(const std::string& name, const std::v
   if (rows.empty()) throw ModelError(path + ".rows", "holds no row of numbers.");
   finish(*table, format, [&](std::size_t, const std::string& what) { throw ModelError(path + ".columns", what); });
   std::vector<double> times;
-  for (std::size_t k = 0; k < rows.size(); ++k) {
+  for (std::size_t k = 0; format.timed && k < rows.size(); ++k) {
     times.push_back(table->time_column().values[k]);
     if (const std::string what = wrong_time(times); !what.empty())
       throw ModelError(fmt::format("{}.rows[{}]", path, k), what);

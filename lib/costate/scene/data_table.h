@@ -23,9 +23,10 @@ struct DataColumn {
 struct DataTable final : SharedPart {
   std::string name, source;  // "run7"; for messages: "data 'run7' (run7.csv)"
   std::vector<DataColumn> columns;
-  std::size_t time = 0;  // the column of the time [s], which increases from row to row
+  std::size_t time = 0;  // the column of the time [s], which increases from row to row; of no time their number
 
-  const DataColumn& time_column() const { return columns[time]; }
+  /// Throws ModelError in a table of no time.
+  const DataColumn& time_column() const;
   /// Throws ModelError with near names, SceneError at a text in the column.
   const DataColumn& column(const std::string& wanted) const;
 };
@@ -38,6 +39,7 @@ struct DataFormat {
   std::vector<std::string> columns = {};
   std::string time = {};    // name of the time's column; empty: t or time
   double time_shift_s = 0;  // is added to the times
+  bool timed = true;        // false: rows in any order, of no time
 };
 
 /// Empty, or what is wrong where a column with a unit of its own stands for something in the SI unit `wanted` of

@@ -41,7 +41,7 @@ MakeCostTerm read_samples(SceneTable& table, MechanismBuilder& builder) {
   const int weight = table.number("weight", builder, NumberRule::positive, 1);
   SampleData samples;
   samples.path = table.path();
-  const std::vector<double>& times = data->time_column().values;
+  const std::vector<double>& times = at("data", [&] { return &data->time_column(); })->values;
   for (std::size_t k = 0; k < times.size(); ++k) {
     if (times[k] < from || times[k] > to || std::isnan(measured->values[k])) continue;
     const double of = sigmas ? sigmas->values[k] : sigma;

@@ -11,13 +11,20 @@
 namespace costate {
 
 namespace {
-/// Of a law that says nothing there, one: as of all that is not known.
-double known_or_one(const ScalarLaw& law, double x, const double* p) {
+/// Of a function that says nothing there, one: as of all that is not known.
+template <class Value>
+double known_or_one(const Value& value) {
   try {
-    return law.value(x, p);
+    return value();
   } catch (const StepError&) {
     return 1;
   }
+}
+double known_or_one(const ScalarLaw& law, double x, const double* p) {
+  return known_or_one([&] { return law.value(x, p); });
+}
+double known_or_one(const PointSurface& map, double x, double y, const double* scale) {
+  return known_or_one([&] { return *scale * map.value(x, y); });
 }
 }  // namespace
 
@@ -158,6 +165,21 @@ void FormulaLaw::add_places_along(const double* p, const double* slopes, double 
               {std::min(back(w.from), back(w.to)), std::max(back(w.from), back(w.to)), w.length / std::abs(at.s)});
         break;
       }
+      case Op::map: {
+        --top;
+        const FormulaFunction& f = functions_[static_cast<std::size_t>(step.index)];
+        if (top[0].s == 0 && top[1].s == 0) {
+          top[0].c = known_or_one(*f.map, top[0].c, top[1].c, p + f.first);
+          break;
+        }
+        linear = false;
+        auto& knots = f.map->between() == PointSurface::Between::lines ? places.sharp : places.knots;
+        for (const auto& [at, along] : {std::pair(top[0], &f.map->x()), std::pair(top[1], &f.map->y())})
+          if (at.s != 0 && std::isfinite(at.s))
+            for (const double knot : *along) knots.push_back((knot - at.c) / at.s);
+        top[0] = {nan, nan};
+        break;
+      }
     }
   }
   if (!linear) places.search = true;
@@ -165,7 +187,8 @@ void FormulaLaw::add_places_along(const double* p, const double* slopes, double 
 
 bool FormulaLaw::may_bend() const {
   return std::any_of(program_.begin(), program_.end(), [](const Step& step) {
-    return step.op == Op::absolute || step.op == Op::least || step.op == Op::most || step.op == Op::function;
+    return step.op == Op::absolute || step.op == Op::least || step.op == Op::most || step.op == Op::function ||
+           step.op == Op::map;
   });
 }
 
@@ -181,11 +204,18 @@ struct Bends {
     for (const double at : kinks) found.push_back(x - at);
     return f.law->value(x, p);
   }
+  double map(const FormulaFunction& f, double x, double y, const double* scale) {
+    f.map->add_bends(x, y, found);
+    return *scale * f.map->value(x, y);
+  }
 };
 
 struct Guess {
   void bend(double) {}
   double call(const FormulaFunction& f, double x, const double* p) { return known_or_one(*f.law, x, p); }
+  double map(const FormulaFunction& f, double x, double y, const double* scale) {
+    return known_or_one(*f.map, x, y, scale);
+  }
 };
 }  // namespace
 
@@ -211,7 +241,7 @@ bool FormulaLaw::uses(std::size_t i) const {
 
 bool FormulaLaw::calls(std::size_t i) const {
   return std::any_of(program_.begin(), program_.end(), [&](const Step& step) {
-    return step.op == Op::function && static_cast<std::size_t>(step.index) == i;
+    return (step.op == Op::function || step.op == Op::map) && static_cast<std::size_t>(step.index) == i;
   });
 }
 

@@ -1,7 +1,7 @@
 // A law written as a formula, "a*sin(w*t) + b*exp(-t/T)": +, -, *, /, ^, parentheses, sin cos tan exp log
 // sqrt tanh atan, pi, the variable t (or x) and named numbers; of several variables abs, min and max, and laws
-// that stand beside it (tables, data) as functions of one argument. Parsed once into a program for a stack, which runs
-// on any number type, so that derivatives are exact and nothing is allocated.
+// that stand beside it (tables, data) as functions of one argument, maps of two. Parsed once into a program for a
+// stack, which runs on any number type, so that derivatives are exact and nothing is allocated.
 #pragma once
 
 #include <memory>
@@ -11,15 +11,18 @@
 
 #include "costate/element/course.h"
 #include "costate/element/law/law_at.h"
+#include "costate/element/law/point_surface.h"
 #include "costate/element/law/scalar_law.h"
 
 namespace costate {
 
-/// A law that a formula calls by its name; its numbers are among the formula's from `first` on.
+/// What a formula calls by its name: a law, or a scale times a map of two arguments. Its numbers are among the
+/// formula's from `first` on.
 struct FormulaFunction {
   std::string name;
-  std::shared_ptr<const ScalarLaw> law;
+  std::shared_ptr<const ScalarLaw> law;  // null: a map
   int first;
+  std::shared_ptr<const PointSurface> map = {};
 };
 
 class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
@@ -59,12 +62,13 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
     struct {
       void bend(double) {}
       S call(const FormulaFunction& f, const S& at, const P* numbers) { return law_at(*f.law, at, numbers); }
+      S map(const FormulaFunction& f, const S& a, const S& b, const P* scale) { return S(*scale) * f.map->value(a, b); }
     } plain;
     return run<S>(x, p, plain);
   }
 
  private:
-  /// `watch.bend` is told each value whose sign decides, `watch.call` gives what functions do.
+  /// `watch.bend` is told each value whose sign decides, `watch.call` and `watch.map` give what functions do.
   template <class S, class P, class Watch>
   S run(const S& x, const P* p, Watch& watch) const {
     using std::atan;
@@ -159,6 +163,12 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
           top[0] = watch.call(f, top[0], p + f.first);
           break;
         }
+        case Op::map: {
+          --top;
+          const FormulaFunction& f = functions_[static_cast<std::size_t>(step.index)];
+          top[0] = watch.map(f, top[0], top[1], p + f.first);
+          break;
+        }
       }
     }
     return *top;
@@ -186,7 +196,8 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
     absolute,
     least,
     most,
-    function
+    function,
+    map
   };
   struct Step {
     Op op;

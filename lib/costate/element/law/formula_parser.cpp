@@ -53,7 +53,8 @@ class FormulaLaw::Parser {
   void push(Step step) {
     const bool value = step.op == Op::constant || step.op == Op::variable || step.op == Op::number;
     const bool pair = step.op == Op::add || step.op == Op::subtract || step.op == Op::multiply ||
-                      step.op == Op::divide || step.op == Op::power || step.op == Op::least || step.op == Op::most;
+                      step.op == Op::divide || step.op == Op::power || step.op == Op::least || step.op == Op::most ||
+                      step.op == Op::map;
     depth_ += value ? 1 : pair ? -1 : 0;
     if (depth_ > kDepth) fail("it is nested too deeply; split it with { kind = \"sum\" } or \"product\"");
     law_.program_.push_back(step);
@@ -160,8 +161,19 @@ class FormulaLaw::Parser {
                                      [&](const FormulaFunction& f) { return f.name == word; });
     if (called != law_.functions_.end()) {
       at_ = end;
-      argument(word);
-      return push({Op::function, 0, static_cast<int>(called - law_.functions_.begin())});
+      const int index = static_cast<int>(called - law_.functions_.begin());
+      open(word);
+      sum();
+      if (!called->map) {
+        if (take(',')) fail(fmt::format("'{}' is a law, of one argument; a map has two", word));
+        close();
+        return push({Op::function, 0, index});
+      }
+      if (!take(',')) fail(fmt::format("'{}' is a map, of two arguments, with a ',' between", word));
+      sum();
+      if (take(',')) fail(fmt::format("'{}' is a map, of two arguments", word));
+      close();
+      return push({Op::map, 0, index});
     }
     const auto number = std::find(law_.names_.begin(), law_.names_.end(), word);
     const auto function =

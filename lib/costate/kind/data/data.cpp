@@ -18,6 +18,7 @@ const KindKeys data_keys("data",
                           {"columns", "names with units in brackets, \"angle [deg]\", in the place of the file's own"},
                           {"time", "name of the time's column; by default t or time"},
                           {"time_shift_s", "is added to the times"},
+                          {"timed", "false: rows of no time in any order, for maps and laws over another column"},
                           {"separator", "between values; by default the ; tab , or blank of the first line"},
                           {"comment", "what begins a comment"},
                           {"decimal_comma", "whether 1,5 is one and a half"}});
@@ -68,6 +69,9 @@ given = ["P.x"]
           f.columns = table.texts("columns", false);
           f.time = table.text("time", "");
           f.time_shift_s = table.value("time_shift_s", NumberRule::any, 0);
+          f.timed = table.flag("timed", f.timed);
+          for (const char* key : {"time", "time_shift_s"})
+            if (!f.timed && table.has(key)) table.fail(key, "contradicts timed = false.");
           f.separator = table.text("separator", "");
           if (f.separator.size() > 1) table.fail("separator", "must be one character, such as \";\" or \"\\t\".");
           f.comment = table.text("comment", f.comment);
@@ -81,7 +85,7 @@ given = ["P.x"]
           if (table.has("rows")) table.fail("rows", "contradicts 'file': give one of them.");
           add_data_table(builder, read_named_file(table, "file", [&](const std::string& file) {
                            if (!is_open_crg(file)) return read_data_file(name, file, f);
-                           for (const char* key : {"columns", "time", "time_shift_s", "separator", "comment"})
+                           for (const char* key : {"columns", "time", "time_shift_s", "timed", "separator", "comment"})
                              if (table.has(key)) table.fail(key, "is nothing to say of a road in OpenCRG's format.");
                            return read_open_crg(name, file);
                          }));

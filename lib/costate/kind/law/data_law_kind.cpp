@@ -31,7 +31,8 @@ Points table_points(SceneTable& t) {
   };
   const auto table = at("data", [&] { return find_data_table(name); });
   const DataColumn* y = at("column", [&] { return &table->column(wanted); });
-  const DataColumn* x = over.empty() ? &table->time_column() : at("over", [&] { return &table->column(over); });
+  const DataColumn* x = over.empty() ? at("data", [&] { return &table->time_column(); })
+                                     : at("over", [&] { return &table->column(over); });
   std::vector<std::size_t> rows;
   for (std::size_t k = 0; k < x->values.size(); ++k)
     if (std::isfinite(x->values[k]) && std::isfinite(y->values[k])) rows.push_back(k);

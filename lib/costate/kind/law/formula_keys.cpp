@@ -14,7 +14,9 @@ FormulaKeys read_formula_keys(SceneTable& table, const std::vector<std::string>&
   FormulaKeys keys;
   for (const std::string& key : table.keys()) {
     if (std::find(others.begin(), others.end(), key) != others.end()) continue;
-    if (table.is_table(key))
+    if (is_map(table, key))
+      keys.maps.emplace_back(key, read_map(table.table(key)));
+    else if (table.is_table(key))
       keys.laws.emplace_back(key, read_law(table, key));
     else
       keys.numbers.emplace_back(key, table.value(key));
@@ -26,8 +28,7 @@ FormulaReader::FormulaReader(std::string path, const FormulaKeys& keys)
     : path_(std::move(path)), numbers_(keys.numbers), own_(keys.numbers.size()) {
   for (const auto& [key, law] : keys.laws) {
     const std::string subject = path_ + "." + key;
-    if (FormulaLaw::has_function(key))
-      throw ModelError(subject, fmt::format("'{}' is a function of every formula; choose another name.", key));
+    require_own_name(key);
     std::vector<double> p;
     functions_.push_back({key, law.law, static_cast<int>(numbers_.size())});
     for (const auto& [name, value] : law.numbers) {
@@ -42,8 +43,19 @@ FormulaReader::FormulaReader(std::string path, const FormulaKeys& keys)
                                               "pieces meet, or lead over the jump within a width (kind = \"steps\").",
                                               j.left, j.right, j.x));
   }
+  for (const auto& [key, map] : keys.maps) {
+    require_own_name(key);
+    functions_.push_back({key, nullptr, static_cast<int>(numbers_.size()), map.surface});
+    numbers_.emplace_back(key + ".scale", map.scale);
+  }
   used_.assign(own_, false);
   called_.assign(functions_.size(), false);
+}
+
+void FormulaReader::require_own_name(const std::string& function) const {
+  if (FormulaLaw::has_function(function))
+    throw ModelError(path_ + "." + function,
+                     fmt::format("'{}' is a function of every formula; choose another name.", function));
 }
 
 std::shared_ptr<const FormulaLaw> FormulaReader::read(const std::string& formula, const std::string& key,

@@ -1,5 +1,5 @@
 // What stands beside a formula in its table: numbers by their names, and laws, which it calls as functions of one
-// argument: cx = { kind = "data", ... } and formula = "q*cx(wing.angle)".
+// argument: cx = { kind = "data", ... } and formula = "q*cx(wing.angle)"; maps (map_keys.h) are functions of two.
 #pragma once
 
 #include <memory>
@@ -9,6 +9,7 @@
 
 #include "costate/element/law/formula_law.h"
 #include "costate/kind/law/law_options.h"
+#include "costate/kind/law/map_keys.h"
 #include "costate/scene/scene_table.h"
 
 namespace costate {
@@ -16,6 +17,7 @@ namespace costate {
 struct FormulaKeys {
   std::vector<std::pair<std::string, double>> numbers;
   std::vector<std::pair<std::string, LawOptions>> laws;
+  std::vector<std::pair<std::string, MapOptions>> maps = {};
 };
 
 /// All keys of the table but these.
@@ -36,6 +38,7 @@ class FormulaReader {
   std::vector<int> add_numbers(MechanismBuilder& builder) const;
 
  private:
+  void require_own_name(const std::string& function) const;
   std::string path_;
   std::vector<std::pair<std::string, double>> numbers_;
   std::size_t own_;  // of the numbers, those that are keys

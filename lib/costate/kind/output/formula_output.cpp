@@ -74,6 +74,11 @@ unit = "W"
 c = 1.5
 loss = { kind = "data", x = [0.2, 0.8, 1.1, 1.5], y = [0.9, 1, 0.7, 0.75], beyond = "tangent" }
 
+[output.drag]
+formula = "cx(strut.length, P.x_dot)*P.y_dot"
+unit = "N"
+cx = { kind = "map", x = [0.2, 0.8, 1.1], y = [-1, 0, 0.8, 1], z = [[1, 0.7, 0.9], [1.2, 0.8, 0.6], [1.3, 1, 1.1], [0.9, 1.2, 1]], beyond = "tangent" }
+
 [output.effort]
 formula = "sqrt(1 + pull^2/b^2) + P.y_ddot*sin(w*t) + exp(-power/10)*energy.kinetic"
 unit = "1"

@@ -256,6 +256,8 @@ TEST_CASE("formula bends: a map of measured rows, in any order, and its mistakes
                             "g = { kind = \"map\", x = [0, 1], y = [0, 1], z = [[0, 1], [1, 2]], "
                             "extra = 1 }\n")(),
                     Contains("extra"));
+  CHECK_THROWS_WITH(Scene::parse(flight("[force.push]\npoint = \"P\"\nx_N = { kind = \"map\" }\n", 1), "push.toml"),
+                    Contains("push.toml:10") && Contains("which formulas alone have"));
   Problem p = make_problem(Scene::parse(table_wall("k*a*0 + g(P.x, t)", 2, g), "wall.toml"), kWall);
   CHECK_THROWS_WITH(gradient(p, "cvodes-adjoint", p.parameters.values()), Contains("along x from 0 to 1"));
 }

@@ -18,6 +18,10 @@ std::vector<LawKind>& registry() {
 LawOptions read_law_table(SceneTable table) {
   std::vector<std::string> names;
   for (const auto& k : law_kinds()) names.push_back(k.name);
+  if (table.is_text("kind") && table.text("kind") == "map")
+    table.fail("kind",
+               "is \"map\", a function of two arguments, which formulas alone have (output, force, couple, "
+               "actuator): give a law of one, \"data\" or \"table\".");
   const std::string name = table.one_of("kind", names);
   const auto kind = std::find_if(law_kinds().begin(), law_kinds().end(), [&](const auto& k) { return k.name == name; });
   try {

@@ -59,6 +59,7 @@ on = "arm"
 x_m = 0.2
 y_m = -0.4
 [contact.bar]
+law = "hertz"
 point = "M"
 ground_angle_rad = 0.4
 stiffness_N_per_m_n = 3e3
@@ -68,15 +69,18 @@ law = "kelvin_voigt"
 stiffness_N_per_m_n = 3e3
 damping_N_s_per_m = 10.0
 [contact.free]
+law = "hertz"
 point = "A"
 ground_angle_rad = -0.2
 stiffness_N_per_m_n = 3e3
 energy_lost = true
 [contact.centre]
+law = "hertz"
 point = "C"
 radius_m = 0.3
 stiffness_N_per_m_n = 3e3
 [contact.arc]
+law = "hertz"
 point = "P"
 radius_m = 0.15
 ground_angle_rad = 0.3
@@ -85,6 +89,7 @@ friction = "dahl"
 friction_coefficient = 0.4
 bristle_stiffness_per_m = 20.0
 [contact.patch]
+law = "hertz"
 points = ["P", "Q"]
 shares = [0.3, 0.7]
 ground_height_m = 0.1
@@ -119,11 +124,13 @@ x_m = 0
 y_m = 0
 z_m = 0
 [contact.lever]
+law = "hertz"
 point = "P"
 radius_m = 0.1
 ground_angle_rad = 0.3
 stiffness_N_per_m_n = 3e3
 [contact.centre]
+law = "hertz"
 point = "C"
 stiffness_N_per_m_n = 3e3
 [start]

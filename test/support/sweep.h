@@ -17,7 +17,7 @@ inline bool sweeps_are_whole() {
 
 /// One of how many: `suite` in the suite, more of what goes the same way through memory under the sanitizers, 1 in a
 /// whole sweep.
-inline int sweep_stride(int suite, [[maybe_unused]] int sanitized) {
+inline int sweep_stride([[maybe_unused]] int suite, [[maybe_unused]] int sanitized) {
   if (sweeps_are_whole()) return 1;
 #ifdef __SANITIZE_ADDRESS__
   return sanitized;

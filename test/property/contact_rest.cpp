@@ -65,7 +65,7 @@ ground_angle_rad = 0.4
 stiffness_N_per_m_n = 3e3
 [contact.arm]
 point = "N"
-law = "kelvin_voigt"
+law = "kelvin-voigt"
 stiffness_N_per_m_n = 3e3
 damping_N_s_per_m = 10.0
 [contact.free]
@@ -100,7 +100,7 @@ law = "flores"
 restitution = 0.5
 stiffness_N_per_m_n = 3e3
 [start]
-given = ["disc.x", "disc.y", "disc.angle", "A.x", "A.y", "B.x"]
+given = ["disc.x", "disc.y", "disc.angle", "A.x", "A.y"]
 )";
 
 constexpr const char* kSpace = R"([gravity]

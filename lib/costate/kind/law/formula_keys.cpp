@@ -7,6 +7,7 @@
 #include "costate/base/error.h"
 #include "costate/element/law/motion_law.h"
 #include "costate/kind/law/law_table.h"
+#include "costate/scene/key_recorder.h"
 
 namespace costate {
 
@@ -14,6 +15,8 @@ FormulaKeys read_formula_keys(SceneTable& table, const std::vector<std::string>&
   FormulaKeys keys;
   for (const std::string& key : table.keys()) {
     if (std::find(others.begin(), others.end(), key) != others.end()) continue;
+    if (KeyRecorder* r = KeyRecorder::current(); r && table.is_table(key))
+      r->add(table.path(), key, "a number, a law or a map", false);
     if (is_map(table, key))
       keys.maps.emplace_back(key, read_map(table.table(key)));
     else if (table.is_table(key))

@@ -36,6 +36,9 @@ const KindKeys output_keys("output",
                             {"b, c, w",
                              "numbers of the formula of the example, any names will do; each can be a parameter"},
                             {"loss", "a law is a function of the formula of the example, any names will do"},
+                            {"cx",
+                             "a map is one of two arguments: x, y and z, rows of values, one for each y; or data, "
+                             "column and over, two columns; between, beyond, scale as of the law data"},
                             {"pull", "a text is a short name for an output"}});
 
 const RegisterSceneKind output_registered({

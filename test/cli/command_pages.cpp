@@ -230,8 +230,8 @@ TEST_CASE("compare and explain pages: what the text says, and pictures") {
   const Json j = costate_json(words, here.path());
   const std::string page = command_page(here / "out/compare.html");
   double largest = 0;
-  for (const double y : read_plot(svg_named(page, "P2.x [m], A - B over time [s]")).curves.at(0).y)
-    largest = std::max(largest, std::abs(y));
+  const ReadPlot apart = read_plot(svg_named(page, "P2.x [m], A - B over time [s]"));
+  for (const double y : apart.curves.at(0).y) largest = std::max(largest, std::abs(y));
   CHECK(largest == Approx(j.at("outputs").at(0).at("largest").get<double>()).epsilon(0.05));
   CHECK_THAT(page, Contains("largest diff."));
   const Json explained = costate_json({"explain", kFiveBar, "--output", "out"}, here.path());

@@ -132,8 +132,9 @@ int GivenSystem::rank() const {
 }
 
 Eigen::MatrixXd GivenSystem::solve(const Eigen::MatrixXd& b) const {
-  if (dense_) return dense_->solve(b);
   Eigen::MatrixXd x = Eigen::MatrixXd::Zero(assembly_.n(), b.cols());
+  if (b.cols() == 0) return x;
+  if (dense_) return dense_->solve(b);
   for (const FactoredPart& p : parts_)
     if (!p.part.rows.empty() && !p.part.columns.empty())
       x(p.part.columns, Eigen::all) = p.solve(b(p.part.rows, Eigen::all));

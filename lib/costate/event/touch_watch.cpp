@@ -52,17 +52,19 @@ void TouchWatch::add(const Force& force, int first_state, GapTrace trace) {
 bool TouchWatch::may_touch(double from, double to, const GapTrace::States& at) const {
   const StateView last = at(to);
   return std::any_of(gaps_.begin(), gaps_.end(), [&](const Gap& g) {
-    if (!g.trace.presses(last.z + g.first_state) || rests(g, from, last)) return false;
+    AtRest end_of_rest;
+    if (!g.trace.presses(last.z + g.first_state) || rests(g, from, last, end_of_rest)) return false;
     const auto end = g.trace.look(last, assembly_);
     // What has not been looked at yet may.
     return g.seen.t != from || end.m.gap < 0 || !stays_away(g.seen, end);
   });
 }
 
-bool TouchWatch::rests(const Gap& g, double from, const StateView& last) const {
-  if (!g.rest || g.rested_at != from || !g.rest->holds(last.q, last.z)) return false;
-  const double way = g.rest->way(last.q), speed = std::max(g.speed, g.rest->speed(last.v));
-  return is_out_of_reach(2 * g.rest->distance() - g.way - way, speed * (last.t - from), g.way + way);
+bool TouchWatch::rests(const Gap& g, double from, const StateView& last, AtRest& end) {
+  if (g.at_rest.t != from || !g.rest->holds(last.q, last.z)) return false;
+  end = {last.t, g.rest->way(last.q), g.rest->speed(last.v)};
+  const double distance = g.rest->distance(), speed = std::max(g.at_rest.speed, end.speed);
+  return is_out_of_reach(2 * distance - g.at_rest.way - end.way, speed * (last.t - from), g.at_rest.way + end.way);
 }
 
 void TouchWatch::look_for_rest(Gap& g, const StateView& last) {
@@ -71,12 +73,10 @@ void TouchWatch::look_for_rest(Gap& g, const StateView& last) {
     local.z = last.z + g.first_state;
     return g.rest->find(local);
   };
-  g.rested_at = std::numeric_limits<double>::quiet_NaN();
+  g.at_rest = {};
   if (!g.rest || !std::isnan(g.touches_from)) return;
   if (!g.rest->holds(last.q, last.z) && !(g.rest->is_due() && find())) return;
-  g.rested_at = last.t;
-  g.way = g.rest->way(last.q);
-  g.speed = g.rest->speed(last.v);
+  g.at_rest = {last.t, g.rest->way(last.q), g.rest->speed(last.v)};
 }
 
 std::optional<TouchLook> TouchWatch::look(double from, double to, const GapTrace::States& at) {
@@ -85,24 +85,32 @@ std::optional<TouchLook> TouchWatch::look(double from, double to, const GapTrace
   if (gaps_.empty()) return first;
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   const StateView last = at(to);
+  // Most steps end here where there are contacts out of reach.
+  bool all_rest = true;
+  for (Gap& g : gaps_) {
+    AtRest end;
+    g.rested = rests(g, from, last, end) || (std::isnan(g.touches_from) && !g.trace.presses(last.z + g.first_state));
+    g.at_rest = end;
+    if (g.rested)
+      g.seen.t = none;
+    else
+      all_rest = false;
+  }
+  if (all_rest) return first;
   ends_.assign(gaps_.size(), {none, {}});
   traces_.resize(gaps_.size());
   bool near = false;
   for (std::size_t i = 0; i < gaps_.size(); ++i) {
     Gap& g = gaps_[i];
+    if (g.rested) continue;
     if (!g.trace.presses(last.z + g.first_state)) {
       // Behind an event.
       if (!std::isnan(g.touches_from)) touched_.emplace_back(g.touches_from, from);
       g.seen.t = g.touches_from = none;
       continue;
     }
-    for (const int c : g.trace.element().coordinates()) size_ = std::max(size_, std::abs(last.q[c]));
-    const bool rested = rests(g, from, last);
     look_for_rest(g, last);
-    if (rested) {
-      g.seen.t = none;
-      continue;
-    }
+    for (const int c : g.trace.element().coordinates()) size_ = std::max(size_, std::abs(last.q[c]));
     ends_[i] = g.trace.look(last, assembly_);
     near = near || g.seen.t != from || !stays_away(g.seen, ends_[i]);
   }

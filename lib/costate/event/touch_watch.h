@@ -38,19 +38,24 @@ class TouchWatch {
   long cuts() const { return cuts_; }
 
  private:
+  /// Within a force's region of rest: when, how far from its centre, how fast.
+  struct AtRest {
+    double t = std::numeric_limits<double>::quiet_NaN(), way = 0, speed = 0;
+  };
   struct Gap {
     GapTrace trace;
     int first_state;  // of the force, among all
     GapTrace::Look seen = {std::numeric_limits<double>::quiet_NaN(), {}};
     double touches_from = std::numeric_limits<double>::quiet_NaN();
-    // Of a force that rests within a region: when that was looked at, how far from its centre that was, how fast.
-    std::optional<RestRegion> rest;
-    double rested_at = std::numeric_limits<double>::quiet_NaN(), way = 0, speed = 0;
+    std::optional<RestRegion> rest;  // of a force that may
+    AtRest at_rest = {};
+    bool rested = false;  // over the step that is looked at
   };
   using Looks = std::vector<GapTrace::Look>;
   void add(const Force& force, int first_state, GapTrace trace);
-  /// Whether the gap stays above zero over a step that ends at `last`, as its force's region of rest tells.
-  bool rests(const Gap& g, double from, const StateView& last) const;
+  /// Whether the gap stays above zero over a step that ends at `last`, as its force's region of rest tells; `end` is
+  /// what it tells of the end.
+  static bool rests(const Gap& g, double from, const StateView& last, AtRest& end);
   void look_for_rest(Gap& g, const StateView& last);
   /// Where springs' laws begin to act.
   void add_stops(const Force& force, int first_state);

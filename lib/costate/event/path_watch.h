@@ -1,9 +1,8 @@
 // Forces that are functions of where the motion is (formulas of positions, laws of a spring's length), and such
 // formulas in running costs, along a run. One that acts over a short part of the way, a detent or a wall, is seen by
-// integrators only where a step happens to evaluate it there. After each step the function phi is looked at along the
-// step, with its arguments on the cubics through the states at both ends: where the formula's own terms pass through
-// zero, in between, and wherever a cubic through four of its values misses the others by more than a tenth of its
-// range. Such a step has passed over something: it ends where that begins, and steps over it are bounded by its length.
+// integrators only where a step happens to evaluate it there. After each step the function is looked at along the step
+// (path_course.h). Where no cubic is its course the step has passed over something: it ends where the function begins
+// to change, and steps from there on are bounded by the length of what it does there.
 #pragma once
 
 #include <optional>
@@ -11,9 +10,8 @@
 #include <vector>
 
 #include "costate/assembly/assembly.h"
-#include "costate/element/law/motion_law.h"
-#include "costate/element/path_function.h"
 #include "costate/event/gap_trace.h"
+#include "costate/event/path_course.h"
 #include "costate/objective/objective.h"
 
 namespace costate {
@@ -29,7 +27,7 @@ struct TouchLook {
 class PathWatch {
  public:
   /// Of the mechanism's forces and the running costs, with the numbers that the assembly has.
-  PathWatch(Assembly& assembly, const Objective& objective);
+  PathWatch(Assembly& assembly, const Objective& objective, double rtol, double atol);
   ~PathWatch();
 
   bool empty() const { return functions_.empty(); }
@@ -39,7 +37,6 @@ class PathWatch {
   void add_looks(std::vector<TouchLook>& looks) const;
 
  private:
-  class Function;
   struct State {
     double t = std::numeric_limits<double>::quiet_NaN();
     std::vector<double> q, v, z;
@@ -47,12 +44,15 @@ class PathWatch {
     StateView view() const;
   };
   void set_middle();
+  std::optional<TouchLook> passed_over(PathCourse& f, double from, double to) const;
 
   Assembly& assembly_;
+  double rtol_, atol_;
+  PathCourse::Precision precision_;
   State begin_, middle_, end_;
   double cut_from_ = std::numeric_limits<double>::quiet_NaN();
   int cuts_ = 0;  // of steps from there
-  std::vector<Function> functions_;
+  std::vector<PathCourse> functions_;
 };
 
 }  // namespace costate

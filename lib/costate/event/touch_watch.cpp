@@ -18,7 +18,7 @@ constexpr double kCounts = 0.1;
 }  // namespace
 
 TouchWatch::TouchWatch(Assembly& assembly, const Objective& objective, double rtol, double atol)
-    : assembly_(assembly), rtol_(rtol), atol_(atol), paths_(assembly, objective) {
+    : assembly_(assembly), rtol_(rtol), atol_(atol), paths_(assembly, objective, rtol, atol) {
   const Mechanism& m = assembly.mechanism();
   for (std::size_t f = 0; f < m.forces().size(); ++f) {
     const Force& force = *m.forces()[f];

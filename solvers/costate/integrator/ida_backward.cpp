@@ -61,6 +61,7 @@ void IdaSession::begin_attempt_back(int attempt) {
 
 void IdaSession::set_backward_matrix() {
   check(IDASetJacFnB(memory_, back_->which, backward_jacobian), "the adjoint's Jacobian");
+  check(IDASetLinearSolutionScaling(back_->memory, SUNFALSE), "the adjoint's Newton operator");
 }
 
 // J_B = cj E - F_y^T = -(F_y - cj E)^T: the forward Newton matrix at -cj, solved transposed.
@@ -68,6 +69,7 @@ void IdaSession::solve_newton_back(double* x) {
   system_.solve_transposed(x);
   for (int i = 0; i < system_.size(); ++i) x[i] = -x[i];
   if (summed_back() > 0) solve_sum(x);
+  scale_newton(back_->memory, cj_back_, id_back_, x);
 }
 
 void IdaSession::backward_cost_gradient(double t, const double* x) {
@@ -135,7 +137,7 @@ void IdaSession::solve_sum(double* x) {
   system_.add_parameter_gradient(1, x, integrand_.data());
   double& sum = x[system_.size()];
   for (std::size_t j = 0; j < integrand_.size(); ++j) sum += sum_weights_[j] * integrand_[j];
-  sum /= cj_;
+  sum /= cj_back_;
 }
 
 std::vector<Unknown> IdaSession::names_back() const {
@@ -171,7 +173,7 @@ int IdaSession::backward_jacobian(double t, double cj, N_Vector y, N_Vector yp, 
   ++s.newton_setups_back_;
   return s.guard_.run([&] {
     s.system_.factor(t, s.solved_.at(s.system_, t, s.forward(t, y)), data(yp), -cj);
-    s.cj_ = cj;
+    s.cj_back_ = cj;
   });
 }
 

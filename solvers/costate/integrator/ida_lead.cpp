@@ -61,8 +61,7 @@ double IdaSession::lead_tangent(const double* s, int j) const {
   return sum;
 }
 
-void IdaSession::factor_lead(double t, const double* y, double cj) {
-  cj_lead_ = cj;
+void IdaSession::factor_lead(double t, const double* y) {
   lead_g_.assign(static_cast<std::size_t>(system_.size()), 0);
   system_.running_cost_gradient(t, y, lead_g_.data(), 0, nullptr);
 }
@@ -70,10 +69,12 @@ void IdaSession::factor_lead(double t, const double* y, double cj) {
 // The last row of Newton's system: cj dpsi - g_y dy = r.
 void IdaSession::solve_newton(double* b) {
   system_.solve(b);
-  if (led() == 0) return;
-  const int n = system_.size();
-  for (int i = 0; i < n; ++i) b[n] += lead_g_[static_cast<std::size_t>(i)] * b[i];
-  b[n] /= cj_lead_;
+  if (led() > 0) {
+    const int n = system_.size();
+    for (int i = 0; i < n; ++i) b[n] += lead_g_[static_cast<std::size_t>(i)] * b[i];
+    b[n] /= cj_;
+  }
+  scale_newton(memory_, cj_, id_, b);
 }
 
 std::vector<Unknown> IdaSession::names() const {

@@ -52,7 +52,7 @@ class IdaSession final : public SundialsSession<IdaApi> {
   void begin_lead_sensitivities();
   void prepare_lead_tangent(double t, const double* y);
   double lead_tangent(const double* s, int j) const;
-  void factor_lead(double t, const double* y, double cj);
+  void factor_lead(double t, const double* y);
   /// The state at which a running cost is taken; until the next call.
   const double* cost_state(double t, const double* y);
   /// Calculates g_y and g_rho in a backward callback.
@@ -62,6 +62,9 @@ class IdaSession final : public SundialsSession<IdaApi> {
   void backward_integrand(double t, const double* x, const double* mu, double* q);
   double backward_sum_rate(double t, const double* x, const double* mu);
   void solve_sum(double* x);
+
+  /// Newton's correction by factors at another coefficient cj, where the rates are differential unknowns' alone.
+  static void scale_newton(void* memory, double cj, const Vector& id, double* b);
 
   static int residual(double t, N_Vector y, N_Vector yp, N_Vector r, void* self);
   static int jacobian(double t, double cj, N_Vector y, N_Vector yp, N_Vector r, SUNMatrix J, void* self, N_Vector,
@@ -82,13 +85,12 @@ class IdaSession final : public SundialsSession<IdaApi> {
   std::vector<Vector> atol_S_;
   SolvedAlgebraic solved_, solved_cost_;  // the forward state as the adjoint's equations and as the cost takes it
   // On the way back: the running cost's gradient, kept for further calls at the same time (Newton's iterations and the
-  // integrand of the gradient come back to it), and of the last unknown Newton's coefficient and what it is a sum of.
+  // integrand of the gradient come back to it), and what the last unknown is a sum of.
   double cost_time_ = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> g_y_back_, g_rho_;
-  double cj_ = 1;  // of the way back
+  double cj_ = 1, cj_back_ = 1;  // Newton's coefficients at the factors
   std::vector<double> sum_weights_, integrand_;
-  // Of the lead: Newton's coefficient and the running cost's gradient at its factors; steps since the order was high.
-  double cj_lead_ = 1;
+  // Of the lead: the running cost's gradient at Newton's factors; steps since the order was high.
   std::vector<double> lead_g_, lead_g_y_, lead_g_rho_;
   long low_ = 0;
 };

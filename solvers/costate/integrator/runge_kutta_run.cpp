@@ -107,7 +107,8 @@ template <class Kind>
 double RungeKuttaRun<Kind>::ahead(double t) const {
   const double stop = std::min(options_.t_end, system_.segment_limit(segment_start_));
   const double end = plan_->empty() ? stop : std::min(stop, plan_->limit(system_, t, end_.data(), false));
-  return t < look_.to ? std::min(end, t + look_.step) : end;
+  if (!(t < look_.to)) return end;
+  return std::min(end, t < look_.from ? look_.from : t + look_.step);
 }
 
 template <class Kind>

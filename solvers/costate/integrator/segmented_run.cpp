@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "costate/integrator/session_counters.h"
 
@@ -10,8 +11,11 @@ namespace costate {
 
 namespace {
 
-// A mechanism that changes its segment this often without getting on is stuck.
+// A mechanism that changes its segment this often without getting on, by more than this part of the time, is stuck.
 constexpr std::size_t kMostJumpsInARow = 1000;
+constexpr double kGettingOn = 1e-12;
+// Segments may be too short for a session to ask whether the run is to end.
+constexpr std::size_t kJumpsToPoll = 16;
 
 }  // namespace
 
@@ -23,9 +27,12 @@ void SegmentedRun<Session, SystemType>::advance_segments(double t, Trajectory* t
     Jump jump;
     SegmentStart start;
     session().jump(jump, start);
-    in_a_row = jump.t > last ? 0 : in_a_row + 1;
-    last = jump.t;
-    if (in_a_row > kMostJumpsInARow)
+    if (jump.t - last > kGettingOn * std::max(std::abs(jump.t), options_.t_end - t_start_)) {
+      in_a_row = 0;
+      last = jump.t;
+    }
+    if (monitor_ && links_.size() % kJumpsToPoll == 0) monitor_(jump.t, start.steps, false);
+    if (++in_a_row > kMostJumpsInARow)
       throw SolverError(fmt::format("The run does not get beyond t = {:.9g} s: one segment follows another.", jump.t));
     if (jump.event >= 0)
       events_.push_back({jump.t, system_.event_name(jump.event), system_.event_mode(jump.event), system_.event_jump(),

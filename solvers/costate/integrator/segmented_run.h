@@ -21,7 +21,7 @@ class SegmentedRun {
   template <class... More>
   SegmentedRun(SystemType& system, const SolverOptions& options, const Monitor& monitor, StartDerivative wanted,
                More... more)
-      : system_(system), options_(options) {
+      : system_(system), options_(options), monitor_(monitor) {
     sessions_.push_back(std::make_unique<Session>(system, options, monitor, wanted, more...));
     t_start_ = options.t_start;
     system.begin_events(t_start_, session().y());
@@ -128,6 +128,7 @@ class SegmentedRun {
 
   SystemType& system_;
   SolverOptions options_;
+  Monitor monitor_;
   bool segmented_ = false, cost_ = false, sensitivities_ = false, adjoint_ = false;
   double t_start_ = 0, t_ = 0;
   CheckpointPlan plan_;

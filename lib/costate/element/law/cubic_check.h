@@ -30,6 +30,8 @@ class CubicCheck {
   /// The largest distance, and the range of all values so far.
   double off() const { return off_; }
   double range() const { return high_ - low_; }
+  double low() const { return low_; }
+  double high() const { return high_; }
 
  private:
   void meet(double f) {

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "costate/base/error.h"
+#include "costate/derivative/rounded.h"
 #include "costate/element/course.h"
 
 namespace costate {
@@ -28,9 +29,8 @@ double known_or_one(const PointSurface& map, double x, double y, const double* s
 }
 }  // namespace
 
-void FormulaLaw::add_places_along(const double* p, const double* slopes, double x, double slope,
-                                  LawPlaces& places) const {
-  // Runs the program on c + s u; s is NaN where a term is not linear.
+void FormulaLaw::add_places(const double* p, LawPlaces& places) const {
+  // Runs the program on c + s x; s is NaN where a term is not linear.
   struct Linear {
     double c = 0, s = 0;
   };
@@ -53,10 +53,10 @@ void FormulaLaw::add_places_along(const double* p, const double* slopes, double 
         *++top = {step.value, 0};
         break;
       case Op::variable:
-        *++top = {x, slope};
+        *++top = {0, 1};
         break;
       case Op::number:
-        *++top = {p[step.index], slopes ? slopes[step.index] : 0};
+        *++top = {p[step.index], 0};
         break;
       case Op::add:
         --top;
@@ -196,6 +196,7 @@ namespace {
 struct Bends {
   std::vector<double>& found;
 
+  void term(double) {}
   void bend(double a) { found.push_back(a); }
   double call(const FormulaFunction& f, double x, const double* p) {
     thread_local std::vector<double> kinks;
@@ -211,13 +212,73 @@ struct Bends {
 };
 
 struct Guess {
+  void term(double) {}
   void bend(double) {}
   double call(const FormulaFunction& f, double x, const double* p) { return known_or_one(*f.law, x, p); }
   double map(const FormulaFunction& f, double x, double y, const double* scale) {
     return known_or_one(*f.map, x, y, scale);
   }
 };
+
+struct Terms {
+  FormulaTerms& found;
+  const FormulaFunction* functions;
+  bool known = true;
+
+  void term(double a) { found.values.push_back(a); }
+  void bend(double a) { found.values.push_back(a); }
+  double call(const FormulaFunction& f, double x, const double* p) {
+    found.tables.push_back({index(f), 0, x});
+    return known_or_one([&] { return f.law->value(x, p); });
+  }
+  double map(const FormulaFunction& f, double x, double y, const double* scale) {
+    found.tables.push_back({index(f), 0, x});
+    found.tables.push_back({index(f), 1, y});
+    return known_or_one([&] { return *scale * f.map->value(x, y); });
+  }
+  int index(const FormulaFunction& f) const { return static_cast<int>(&f - functions); }
+  template <class Value>
+  double known_or_one(const Value& value) {
+    try {
+      return value();
+    } catch (const StepError&) {
+      known = false;
+      return 1;
+    }
+  }
+};
+
+struct Rounding {
+  void term(double) {}
+  void bend(double) {}
+  Rounded call(const FormulaFunction& f, const Rounded& x, const double* p) {
+    const Dual<1> at = f.law->slope(x.v, p);
+    return {at.v, std::abs(at.d[0]) * x.error};
+  }
+  Rounded map(const FormulaFunction& f, const Rounded& x, const Rounded& y, const double* scale) {
+    const auto at = f.map->value(Dual<2>::variable(x.v, 0), Dual<2>::variable(y.v, 1));
+    return {*scale * at.v, std::abs(*scale) * (std::abs(at.d[0]) * x.error + std::abs(at.d[1]) * y.error)};
+  }
+};
 }  // namespace
+
+double FormulaLaw::rounding(double x, const double* p) const {
+  Rounding watch;
+  try {
+    const double error = run<Rounded>(Rounded(x), p, watch).error;
+    return std::isfinite(error) ? error : 0;
+  } catch (const StepError&) {
+    return 0;
+  }
+}
+
+double FormulaLaw::look(double x, const double* p, FormulaTerms& terms) const {
+  terms.values.clear();
+  terms.tables.clear();
+  Terms watch{terms, functions_.data()};
+  const double value = run<double>(x, p, watch);
+  return watch.known ? value : 0;
+}
 
 void FormulaLaw::add_bends(double x, const double* p, std::vector<double>& bends) const {
   Bends watch{bends};

@@ -25,6 +25,19 @@ struct FormulaFunction {
   std::shared_ptr<const PointSurface> map = {};
 };
 
+/// What decides a formula's course, at one of its points, in the order of the text from inside out, as many at all.
+struct FormulaTerms {
+  /// What is in a function of the language, a power or a product, and how far apart what min or max chooses from is:
+  /// near its zero the formula may change.
+  std::vector<double> values;
+  /// Where each of its functions, and of its maps along each axis, is asked for.
+  struct Table {
+    int function, axis;
+    double at;
+  };
+  std::vector<Table> tables;
+};
+
 class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
  public:
   /// `names`: of the law's numbers, in their order. Throws ModelError where the text is no formula of them,
@@ -45,9 +58,11 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
   int number_count() const override { return static_cast<int>(names_.size()); }
   /// Of its terms linear in x: where they pass through zero, and over which length their sines repeat. The rest is
   /// searched.
-  void add_places(const double* p, LawPlaces& places) const override { add_places_along(p, nullptr, 0, 1, places); }
-  /// The same along u, for numbers p + slopes u (slopes may be null) and its variable x + slope u.
-  void add_places_along(const double* p, const double* slopes, double x, double slope, LawPlaces& places) const;
+  void add_places(const double* p, LawPlaces& places) const override;
+  /// The value at x and p, with what it is made of; zero where a function or map says nothing there.
+  double look(double x, const double* p, FormulaTerms& terms) const;
+  /// What rounding may make of the value at x and p; zero where a function or map says nothing there.
+  double rounding(double x, const double* p) const;
 
   /// Where abs, min and max bend, and where slopes of its functions jump: where one of these, in the order of the text
   /// from inside out, passes zero; with the side at zero that of positive values. As many for all x and arguments; x
@@ -60,6 +75,7 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
   template <class S, class P>
   S physics(const S& x, const P* p) const {
     struct {
+      void term(double) {}
       void bend(double) {}
       S call(const FormulaFunction& f, const S& at, const P* numbers) { return law_at(*f.law, at, numbers); }
       S map(const FormulaFunction& f, const S& a, const S& b, const P* scale) { return S(*scale) * f.map->value(a, b); }
@@ -68,7 +84,8 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
   }
 
  private:
-  /// `watch.bend` is told each value whose sign decides, `watch.call` and `watch.map` give what functions do.
+  /// `watch.term` is told what is in each operation that is not linear, `watch.bend` each value whose sign decides,
+  /// `watch.call` and `watch.map` give what functions do.
   template <class S, class P, class Watch>
   S run(const S& x, const P* p, Watch& watch) const {
     using std::atan;
@@ -101,10 +118,13 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
           break;
         case Op::multiply:
           --top;
+          watch.term(value_of(top[0]));
+          watch.term(value_of(top[1]));
           top[0] *= top[1];
           break;
         case Op::divide:
           --top;
+          watch.term(value_of(top[1]));
           top[0] /= top[1];
           break;
         case Op::negate:
@@ -112,36 +132,46 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
           break;
         case Op::power:
           --top;
+          watch.term(value_of(top[0]));
           top[0] = exp(top[1] * log(top[0]));
           break;
         case Op::whole_power: {
+          watch.term(value_of(top[0]));
           const S base = top[0];
           top[0] = S(1.0);
           for (int i = 0; i < step.index; ++i) top[0] *= base;
           break;
         }
         case Op::sin:
+          watch.term(value_of(top[0]));
           top[0] = sin(top[0]);
           break;
         case Op::cos:
+          watch.term(value_of(top[0]));
           top[0] = cos(top[0]);
           break;
         case Op::tan:
+          watch.term(value_of(top[0]));
           top[0] = sin(top[0]) / cos(top[0]);
           break;
         case Op::exp:
+          watch.term(value_of(top[0]));
           top[0] = exp(top[0]);
           break;
         case Op::log:
+          watch.term(value_of(top[0]));
           top[0] = log(top[0]);
           break;
         case Op::sqrt:
+          watch.term(value_of(top[0]));
           top[0] = sqrt(top[0]);
           break;
         case Op::tanh:
+          watch.term(value_of(top[0]));
           top[0] = tanh(top[0]);
           break;
         case Op::atan:
+          watch.term(value_of(top[0]));
           top[0] = atan(top[0]);
           break;
         case Op::absolute: {

@@ -1,0 +1,107 @@
+// The course over a step of a force that is a function of where the motion is (path_watch.h): of a formula, whose
+// arguments follow the parabolas through their values at the step's beginning, middle and end, or of a law of an
+// element's deformation, which does. It is looked at where the function's own terms pass through zero and its tables'
+// arguments their knots, towards these from both sides, and in between; and the step is halved into cells until on
+// each the cubic through four of its values meets the others.
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <vector>
+
+#include "costate/assembly/assembly.h"
+#include "costate/element/law/formula_law.h"
+#include "costate/element/law/motion_law.h"
+
+namespace costate {
+
+class PathCourse {
+ public:
+  /// The values of a formula's arguments at a state.
+  using Arguments = std::function<void(const StateView& s, Assembly& assembly, double* x)>;
+
+  PathCourse(const Element& element, const FormulaLaw& formula, Arguments arguments);
+  /// A law of the element's deformation, with where it is sharp.
+  PathCourse(const Element& element, const MotionLawElement& of, const MotionLaw& law, std::vector<double> sharp);
+
+  const Element& element() const { return *element_; }
+
+  /// Takes its arguments at the k-th of three states, the beginning, the middle and the end of a step.
+  void take(int k, const StateView& s, Assembly& assembly);
+  void begin_where_it_ended();
+
+  /// A cell of a step, in parts of it, with how far the function is at most from its value at the step's beginning.
+  struct Cell {
+    double from, to, away;
+  };
+  /// By how much of what it changes the function may be off a cubic, and what part of its range in the run so far is
+  /// nothing.
+  struct Precision {
+    double off, floor;
+  };
+  /// Empty where a cubic is the whole step's course.
+  const std::vector<Cell>& cells(const Precision& precision);
+  /// What is less is nothing.
+  double floor() const { return floor_; }
+
+  /// The step was taken.
+  void record(double from, double to);
+  /// Steps in which most changed: from, to.
+  template <class Emit>
+  void active(double part, const Emit& emit) const {
+    double largest = 0;
+    for (const Change& s : steps_) largest = std::max(largest, s.range);
+    for (std::size_t k = 0; k < steps_.size();) {
+      if (!(steps_[k].range > part * largest)) {
+        ++k;
+        continue;
+      }
+      const double from = steps_[k].from;
+      for (; k < steps_.size() && steps_[k].range > part * largest; ++k) continue;
+      emit(from, steps_[k - 1].to);
+    }
+  }
+
+ private:
+  struct Sample {
+    double u, f;
+  };
+  struct Change {
+    double from, to, range;
+  };
+
+  /// At a part u of the step; look() with the terms in `terms_`.
+  double value(double u);
+  double look(double u);
+  void set_arguments(double u);
+  void add(double u);
+  /// Where terms pass through zero and tables' arguments their knots.
+  void find_places();
+  /// Of one of them, whose value at the k-th first look is course[k].
+  void find_places(const std::vector<double>& course, const std::vector<double>& knots,
+                   const std::function<double()>& of_terms);
+  double passage(double a, double b, double fa, double fb, double knot, const std::function<double()>& of_terms);
+  void add_towards_places();
+  bool is_cubic();
+  void refine(double a, double b, int depth);
+
+  const Element* element_;
+  Arguments arguments_;                      // of a formula; else a law
+  const MotionLawElement* owner_ = nullptr;  // of this element's deformation, with its
+  int first_ = -1, origin_ = -1;             // numbers and its origin there
+  const ScalarLaw* law_;
+  const FormulaLaw* formula_ = nullptr;
+  std::vector<double> sharp_;  // of a law of a deformation
+  double x_[3] = {}, x_here_ = 0;
+  std::vector<double> at_[3], here_;
+  FormulaTerms terms_;
+  std::vector<FormulaTerms> first_terms_;  // at the first looks
+  std::vector<double> places_, course_, knots_;
+  std::vector<Sample> samples_;
+  std::vector<Cell> cells_;
+  double off_ = 0, low_ = std::numeric_limits<double>::infinity(), high_ = -low_, low_now_ = 0, high_now_ = 0,
+         floor_ = 0;
+  std::vector<Change> steps_;
+};
+
+}  // namespace costate

@@ -54,6 +54,17 @@ void of_case(const std::string& name, const F& f) {
   for (const std::string& sentence : own) notice(fmt::format("case.{}: {}", name, sentence));
 }
 
+/// Of a gradient that would be empty.
+void tell_without_parameters(const Setup& setup) {
+  if (!setup.rho.empty()) return;
+  std::string named;
+  for (const Parameter& p : setup.problem.mechanism->parameters()) named += (named.empty() ? "" : ",") + p.name;
+  notice(
+      fmt::format("There is no parameter to differentiate by: the scene's [run] has no 'parameters'. Give some: "
+                  "--parameters {}.",
+                  named.empty() ? "with paths of numbers, which 'costate list SCENE' shows" : named));
+}
+
 /// gradient.html, where it is asked for; what the text says of it.
 std::string report_text(const Setup& setup, const GradientOptions& options, Json& j, bool motion) {
   if (!options.report) return {};
@@ -147,6 +158,7 @@ int run(const CommonOptions& common, const GradientOptions& options) {
   if (options.report && !whole.setup.files) throw Error("--report writes a page, so it excludes --no-files.");
   if (whole.several()) return run_cases(whole, common, options);
   Setup& setup = whole.setup;
+  tell_without_parameters(setup);
   const bool estimate = options.estimate;
   Progress progress(setup.progress_options);
   progress.start(setup.problem.solver.t_start);

@@ -106,8 +106,9 @@ TEST_CASE("cases: the optimum of the sum, its certificate, page and files, a res
     CHECK(std::filesystem::exists(here / "out" / std::string(file)));
   // The scene found is one of the same cases, from where it is.
   const Json again = costate_json({"gradient", "out/optimized.toml", "--no-files"}, here.path());
-  // By other steps: to the tolerance.
-  CHECK(again.at("psi").get<double>() == Approx(j.at("psi").get<double>()).epsilon(again.at("rtol").get<double>()));
+  // By other steps, some hundred, each right to the tolerance.
+  CHECK(again.at("psi").get<double>() ==
+        Approx(j.at("psi").get<double>()).epsilon(100 * again.at("rtol").get<double>()));
   // Cut behind the third evaluation the run goes on to the same end.
   const std::string journal = file_text(here / "out/evaluations.jsonl");
   std::size_t end = 0;

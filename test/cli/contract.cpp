@@ -70,6 +70,13 @@ TEST_CASE("gradient: keys and types") {
   CHECK(j.at("method") == "idas-adjoint");
 }
 
+TEST_CASE("gradient: without parameters it says so, with those that the scene names") {
+  const WorkingDirectory here;
+  const auto r = run_costate({"gradient", kFiveBar, "--no-files", "--set", "run.parameters=[]"}, here.path());
+  CHECK(r.err.find("no parameter to differentiate by") != std::string::npos);
+  CHECK(r.err.find("--parameters L01,L02") != std::string::npos);
+}
+
 TEST_CASE("gradient: the estimate of its own error comes on request, by every method") {
   const WorkingDirectory here;
   for (const std::string method : {"idas-forward", "cvodes-adjoint", "differences"}) {

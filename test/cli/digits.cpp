@@ -70,10 +70,10 @@ TEST_CASE("digits: an engine with friction, whose steps' errors add up a thousan
   const Json simulated = costate_json({"simulate", kEngine, "--estimate-error", "--no-files"}, here.path());
   const Json derived = costate_json({"gradient", kEngine, "--estimate-error", "--no-files"}, here.path());
   const auto covered = [](double error, double estimate) {
-    // A rerun at a tenth of the tolerance leaves some tenth of the error, if these were smooth: a factor of 4 either
-    // way.
+    // A rerun at a tenth of the tolerance leaves some tenth of the error, if these were smooth. Neighbouring tolerances
+    // scatter by a factor of four either way; an error may be small by chance, an estimate that is must not.
     CHECK(estimate >= error / 4);
-    CHECK(estimate <= 4 * error);
+    CHECK(estimate <= 16 * error);
   };
   covered(std::abs(simulated.at("psi").get<double>() - kEnginePsi), simulated.at("psi_error").get<double>());
   covered(std::abs(derived.at("psi").get<double>() - kEnginePsi), derived.at("psi_error").get<double>());

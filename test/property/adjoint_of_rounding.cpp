@@ -36,8 +36,8 @@ TEST_CASE("an adjoint of the size of rounding is not followed", "[trivial]") {
 }
 
 // The right value: index2 and baumgarte on both integrators at 1e-10 to 1e-12 agree on it to 1e-8 of it. At 1e-8, with
-// some hundred steps, 1e-4 is what every formulation keeps; index1 on IDAS was off by just that at 1e-8 and at 1e-9
-// alike.
+// some hundred steps, 1e-4 is what every formulation keeps (of rtol neighbouring tolerances are off by 350 to 4,300);
+// index1 on IDAS was off by just that at 1e-8 and at 1e-9 alike.
 TEST_CASE("a driver that begins after a rest is followed to the tolerance", "[trivial]") {
   const double right = -0.0217778584;
   for (const double rtol : {1e-8, 1e-9, 1e-10}) {
@@ -47,7 +47,7 @@ TEST_CASE("a driver that begins after a rest is followed to the tolerance", "[tr
     p.solver.rtol = rtol;
     p.solver.atol = 0;
     CAPTURE(rtol);
-    CHECK(std::abs(simulate(p, p.parameters.values()).psi - right) <= 3e3 * rtol * std::abs(right) + 1e-9);
+    CHECK(std::abs(simulate(p, p.parameters.values()).psi - right) <= 1e4 * rtol * std::abs(right) + 1e-9);
     // Back over the same segments, also where they are run again: what a gradient keeps is a hundred times that.
     const double forward = gradient(p, "idas-forward", p.parameters.values()).gradient[0];
     for (const double budget_MB : {512.0, 1e-3}) {

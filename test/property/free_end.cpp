@@ -275,7 +275,8 @@ TEST_CASE("free end: the model of the shortest swing", "[free_end]") {
                T = K * std::sqrt((k2 + d * d) / (g * d)), slope = 0.5 * T * (2 * d / (k2 + d * d) - 1 / d);
   Problem p = make_problem(scene);
   const GradientResult r = gradient(p, scene.run.method, p.parameters.values());
-  CHECK(std::abs(r.psi / T - 1) < 1e-9);
+  // Some 230 steps, each right to rtol 1e-10 of the rod's swing; tolerances about it scatter by 3e-9.
+  CHECK(std::abs(r.psi / T - 1) < 1e-8);
   CHECK(std::abs(r.gradient[0] / slope - 1) < 1e-8);
 }
 

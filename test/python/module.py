@@ -107,7 +107,9 @@ class Runs(unittest.TestCase):
         self.assertTrue(best.converged)
         self.assertAlmostEqual(best.parameters[0], 5.10735, places=4)
         self.assertEqual(len(seen), len(best.evaluations))
-        self.assertEqual(best.psi, min(seen))
+        # Of what differs by less than the runs' tolerance any may be the best.
+        self.assertIn(best.psi, seen)
+        self.assertLessEqual(best.psi, min(seen) + 1e-8 * abs(best.psi))
         self.assertEqual(problem.scene_at(best.parameters)["spring.strut.damping_N_s_per_m"], best.parameters[0])
 
         def until_third(e):

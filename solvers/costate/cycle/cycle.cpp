@@ -18,8 +18,9 @@ namespace costate {
 namespace {
 
 constexpr int kHalvings = 8;
-// I - P_x is singular where its smallest singular value is below this part of the largest.
-constexpr double kSingular = 1e-9;
+// I - P_x is singular where its smallest singular value is below this part of the largest, or what runs at the
+// tolerance make of zero: their errors are usually 1 to 200 rtol.
+constexpr double kSingular = 1e-9, kSingularRuns = 200;
 
 /// The search at one tolerance.
 class Search {
@@ -76,9 +77,11 @@ class Search {
 Eigen::VectorXd Search::newton_step() const {
   const auto& free = map_.section().free();
   const auto k = static_cast<Eigen::Index>(free.size());
+  if (k == 0) return {};
   const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(k, k) - monodromy();
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(A, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  if (svd.singularValues()[k - 1] < kSingular * svd.singularValues()[0]) {
+  const double least = std::max(kSingular, kSingularRuns * map_.problem().solver.rtol);
+  if (svd.singularValues()[k - 1] < least * svd.singularValues()[0]) {
     Eigen::Index most = 0;
     svd.matrixV().col(k - 1).cwiseAbs().maxCoeff(&most);
     const SectionCoordinate& c =
@@ -110,8 +113,9 @@ void Search::solve() {
   for (int step = 0; step < options_.max_iterations; ++step) {
     if (options_.progress) options_.progress(iterations, residual);
     check_stop();
-    if (residual <= 1) return;
+    // Also of what closes at once, as all that keeps its energy does.
     const Eigen::VectorXd dx = newton_step();
+    if (residual <= 1) return;
     const Eigen::VectorXd from = x;
     const std::vector<double> from_positions = positions;
     const MapValue before = value;

@@ -72,7 +72,8 @@ TEST_CASE("gradient: keys and types") {
 
 TEST_CASE("gradient: without parameters it says so, with those that the scene names") {
   const WorkingDirectory here;
-  const auto r = run_costate({"gradient", kFiveBar, "--no-files", "--set", "run.parameters=[]"}, here.path());
+  const auto r =
+      costate::test::run_costate({"gradient", kFiveBar, "--no-files", "--set", "run.parameters=[]"}, here.path());
   CHECK(r.err.find("no parameter to differentiate by") != std::string::npos);
   CHECK(r.err.find("--parameters L01,L02") != std::string::npos);
 }

@@ -369,7 +369,8 @@ TEST_CASE("contact out of reach: no evaluation and hardly a factorization more",
       CHECK(!with.events);
       // Events have CVODES step by step, and a latched speed is a state more, by which the steps differ a little.
       CHECK(with.residuals / with.steps < 1.01 * without.residuals / without.steps);
-      CHECK(with.factorizations / with.steps < 1.01 * without.factorizations / without.steps);
+      // IDAS factors once in a hundred steps, by other steps a little more often; Maggi's looks would once a look.
+      CHECK(with.factorizations / with.steps < 1.01 * without.factorizations / without.steps + 0.002);
     }
   }
 }

@@ -158,7 +158,6 @@ int run(const CommonOptions& common, const GradientOptions& options) {
   if (options.report && !whole.setup.files) throw Error("--report writes a page, so it excludes --no-files.");
   if (whole.several()) return run_cases(whole, common, options);
   Setup& setup = whole.setup;
-  tell_without_parameters(setup);
   const bool estimate = options.estimate;
   Progress progress(setup.progress_options);
   progress.start(setup.problem.solver.t_start);
@@ -172,6 +171,7 @@ int run(const CommonOptions& common, const GradientOptions& options) {
   GradientResult r =
       accurate ? accurate->result : started(setup, [&] { return gradient(setup.problem, setup.method, setup.rho); });
   const double wall = seconds_since(begin);
+  tell_without_parameters(setup);
   // Differences estimate their own error, which the text shows in any case.
   std::optional<double> psi_error;
   if (accurate) {

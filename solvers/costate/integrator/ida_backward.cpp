@@ -66,10 +66,10 @@ void IdaSession::set_backward_matrix() {
 
 // J_B = cj E - F_y^T = -(F_y - cj E)^T: the forward Newton matrix at -cj, solved transposed.
 void IdaSession::solve_newton_back(double* x) {
+  scale_newton(back_->memory, cj_back_, id_back_, x);
   system_.solve_transposed(x);
   for (int i = 0; i < system_.size(); ++i) x[i] = -x[i];
   if (summed_back() > 0) solve_sum(x);
-  scale_newton(back_->memory, cj_back_, id_back_, x);
 }
 
 void IdaSession::backward_cost_gradient(double t, const double* x) {

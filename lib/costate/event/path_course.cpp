@@ -37,7 +37,13 @@ PathCourse::PathCourse(const Element& element, const FormulaLaw& formula, Argume
 
 PathCourse::PathCourse(const Element& element, const MotionLawElement& of, const MotionLaw& law,
                        std::vector<double> sharp)
-    : element_(&element), owner_(&of), first_(law.first), origin_(law.origin), law_(law.law), sharp_(std::move(sharp)) {
+    : element_(&element),
+      owner_(&of),
+      first_(law.first),
+      origin_(law.origin),
+      of_rate_(law.of_rate),
+      law_(law.law),
+      sharp_(std::move(sharp)) {
   std::sort(sharp_.begin(), sharp_.end());
 }
 
@@ -50,7 +56,8 @@ void PathCourse::take(int k, const StateView& s, Assembly& assembly) {
   thread_local GatheredState own;
   const LocalState local = own.of(*element_, s, assembly.numbers());
   here_.assign(local.p + first_, local.p + element_->numbers().size());
-  x_[k] = owner_->deformation(local).gap - local.p[origin_];
+  const GapMotion m = owner_->deformation(local);
+  x_[k] = of_rate_ ? m.rate : m.gap - local.p[origin_];
 }
 
 void PathCourse::begin_where_it_ended() {
@@ -230,17 +237,28 @@ void PathCourse::add_towards_places() {
   }
 }
 
+bool PathCourse::is_cubic(double a, double b) {
+  const double h = b - a;
+  CubicCheck cubic({a, a + h / 3, a + 2 * h / 3, b}, [this](double u) { return value(u); });
+  for (const Sample& s : samples_)
+    if (s.u >= a && s.u <= b) cubic.compare(s.u, s.f);
+  return cubic.off() <= std::max(off_ * cubic.range(), floor_);
+}
+
 bool PathCourse::is_cubic() {
-  CubicCheck cubic({0, 1.0 / 3, 2.0 / 3, 1}, [this](double u) { return value(u); });
-  for (const Sample& s : samples_) cubic.compare(s.u, s.f);
-  const auto met = [&] { return cubic.off() <= std::max(off_ * cubic.range(), floor_); };
-  if (met()) return true;
-  if (!formula_) return false;
-  for (const Sample& s : samples_) {
-    set_arguments(s.u);
-    floor_ = std::max(floor_, kPathNoise * formula_->rounding(x_here_, here_.data()));
+  if (is_cubic(0, 1)) return true;
+  if (formula_) {
+    const double before = floor_;
+    for (const Sample& s : samples_) {
+      set_arguments(s.u);
+      floor_ = std::max(floor_, kPathNoise * formula_->rounding(x_here_, here_.data()));
+    }
+    if (floor_ > before && is_cubic(0, 1)) return true;
   }
-  return met();
+  const auto inside = [](double u) { return u > kPathPlaced && u < 1 - kPathPlaced; };
+  const auto first = std::find_if(places_.begin(), places_.end(), inside);
+  if (first == places_.end() || std::any_of(first + 1, places_.end(), inside)) return false;
+  return is_cubic(0, *first) && is_cubic(*first, 1);
 }
 
 void PathCourse::refine(double a, double b, int depth) {

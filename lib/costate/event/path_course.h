@@ -21,7 +21,7 @@ class PathCourse {
   using Arguments = std::function<void(const StateView& s, Assembly& assembly, double* x)>;
 
   PathCourse(const Element& element, const FormulaLaw& formula, Arguments arguments);
-  /// A law of the element's deformation, with where it is sharp.
+  /// A law of the element's deformation, or of its rate, with where it is sharp.
   PathCourse(const Element& element, const MotionLawElement& of, const MotionLaw& law, std::vector<double> sharp);
 
   const Element& element() const { return *element_; }
@@ -39,7 +39,8 @@ class PathCourse {
   struct Precision {
     double off, floor;
   };
-  /// Empty where a cubic is the whole step's course.
+  /// Empty where a cubic is the whole step's course, or one to each side of the only place that the step passes: a bend
+  /// is in the function's value at the step's end, where the integrator sees it.
   const std::vector<Cell>& cells(const Precision& precision);
   /// What is less is nothing.
   double floor() const { return floor_; }
@@ -83,12 +84,14 @@ class PathCourse {
   double passage(double a, double b, double fa, double fb, double knot, const std::function<double()>& of_terms);
   void add_towards_places();
   bool is_cubic();
+  bool is_cubic(double a, double b);
   void refine(double a, double b, int depth);
 
   const Element* element_;
   Arguments arguments_;                      // of a formula; else a law
   const MotionLawElement* owner_ = nullptr;  // of this element's deformation, with its
-  int first_ = -1, origin_ = -1;             // numbers and its origin there
+  int first_ = -1, origin_ = -1;             // numbers and its origin there; or
+  bool of_rate_ = false;                     // of the deformation's rate
   const ScalarLaw* law_;
   const FormulaLaw* formula_ = nullptr;
   std::vector<double> sharp_;  // of a law of a deformation

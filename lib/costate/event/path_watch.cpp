@@ -61,14 +61,16 @@ PathWatch::PathWatch(Assembly& assembly, const Objective& objective, double rtol
     std::vector<double> p;
     for (const int n : force->numbers()) p.push_back(assembly.numbers()[static_cast<std::size_t>(n)]);
     for (const MotionLaw& of : laws) {
-      if (of.origin < 0) continue;
+      if (!of.followed()) continue;
       LawPlaces places;
       places.from = -HUGE_VAL;
       places.to = HUGE_VAL;
       const double* numbers = p.data() + of.first;
       add_law_places(*of.law, numbers, places);
-      // One stop alone is a gap.
-      if (!places.search && places.knots.empty() && law_begins(*of.law, numbers).size() < 2) continue;
+      // One stop alone is a gap; and what has no place at all is as smooth as its argument.
+      if (!places.search && places.knots.empty() &&
+          (of.of_rate ? places.sharp.empty() : law_begins(*of.law, numbers).size() < 2))
+        continue;
       places.sharp.insert(places.sharp.end(), places.knots.begin(), places.knots.end());
       functions_.emplace_back(*force, *owner, of, std::move(places.sharp));
     }

@@ -1,8 +1,8 @@
-// Forces that are functions of where the motion is (formulas of positions, laws of a spring's length), and such
-// formulas in running costs, along a run. One that acts over a short part of the way, a detent or a wall, is seen by
-// integrators only where a step happens to evaluate it there. After each step the function is looked at along the step
-// (path_course.h). Where no cubic is its course the step has passed over something: it ends where the function begins
-// to change, and steps from there on are bounded by the length of what it does there.
+// Forces that are functions of where the motion is (formulas, laws of a spring's length or of a damper's rate), and
+// such formulas in running costs, along a run. One that acts over a short part of the way, a detent or a wall, is seen
+// by integrators only where a step happens to evaluate it there. After each step the function is looked at along the
+// step (path_course.h). Where no cubic is its course the step has passed over something: it ends where the function
+// begins to change, and steps from there on are bounded by the length of what it does there.
 #pragma once
 
 #include <optional>

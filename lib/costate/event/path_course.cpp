@@ -120,7 +120,7 @@ const std::vector<PathCourse::Cell>& PathCourse::cells(const Precision& precisio
   }
   floor_ = std::max({precision.floor * (std::max(high_, high_now_) - std::min(low_, low_now_)),
                      kPathRounding * std::max(std::abs(low_now_), std::abs(high_now_)), kNoForce});
-  if (!is_cubic()) refine(0, 1, 0);
+  if (!is_cubic() && !(precision.bends && is_bend())) refine(0, 1, 0);
   if (cells_.size() == 1) cells_.clear();
   return cells_;
 }
@@ -255,6 +255,10 @@ bool PathCourse::is_cubic() {
     }
     if (floor_ > before && is_cubic(0, 1)) return true;
   }
+  return false;
+}
+
+bool PathCourse::is_bend() {
   const auto inside = [](double u) { return u > kPathPlaced && u < 1 - kPathPlaced; };
   const auto first = std::find_if(places_.begin(), places_.end(), inside);
   if (first == places_.end() || std::any_of(first + 1, places_.end(), inside)) return false;

@@ -35,12 +35,13 @@ class PathCourse {
     double from, to, away;
   };
   /// By how much of what it changes the function may be off a cubic, and what part of its range in the run so far is
-  /// nothing.
+  /// nothing; whether a single bend is left to the integrator.
   struct Precision {
     double off, floor;
+    bool bends = true;
   };
-  /// Empty where a cubic is the whole step's course, or one to each side of the only place that the step passes: a bend
-  /// is in the function's value at the step's end, where the integrator sees it.
+  /// Empty where a cubic is the whole step's course; or, of bends that are left to the integrator, as they are in the
+  /// function's value at the step's end, one to each side of the only place that the step passes.
   const std::vector<Cell>& cells(const Precision& precision);
   /// What is less is nothing.
   double floor() const { return floor_; }
@@ -84,6 +85,7 @@ class PathCourse {
   double passage(double a, double b, double fa, double fb, double knot, const std::function<double()>& of_terms);
   void add_towards_places();
   bool is_cubic();
+  bool is_bend();
   bool is_cubic(double a, double b);
   void refine(double a, double b, int depth);
 

@@ -40,12 +40,12 @@ StateView PathWatch::State::view() const {
   return s;
 }
 
-PathWatch::PathWatch(Assembly& assembly, const Objective& objective, double rtol, double atol)
+PathWatch::PathWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, bool leaves_bends)
     : assembly_(assembly),
       rtol_(rtol),
       atol_(atol),
       precision_{kOffCubic * std::min(1.0, std::pow(rtol / kAtRtol, kOffOrder)),
-                 std::clamp(kNoPathRange * rtol, kLeastPathRange, kMostPathRange)} {
+                 std::clamp(kNoPathRange * rtol, kLeastPathRange, kMostPathRange), leaves_bends} {
   for (const auto& force : assembly.mechanism().forces()) {
     if (const auto* formulas = dynamic_cast<const PathFunctionElement*>(force.get()))
       for (int i = 0; i < formulas->path_functions(); ++i)

@@ -27,7 +27,8 @@ struct TouchLook {
 class PathWatch {
  public:
   /// Of the mechanism's forces and the running costs, with the numbers that the assembly has.
-  PathWatch(Assembly& assembly, const Objective& objective, double rtol, double atol);
+  /// Bends are left to integrators of many steps, which see them in the next; schemes of one step are shown them.
+  PathWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, bool leaves_bends);
   ~PathWatch();
 
   bool empty() const { return functions_.empty(); }

@@ -22,7 +22,7 @@ class TouchWatch {
  public:
   /// Of the mechanism's forces and the running costs, with the numbers that the assembly has; dips count that are
   /// deeper than the part of the coordinates, or the length, that the integrator is asked for.
-  TouchWatch(Assembly& assembly, const Objective& objective, double rtol, double atol);
+  TouchWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, bool leaves_bends = true);
 
   bool empty() const { return gaps_.empty() && paths_.empty(); }
   /// Whether something touches, or might within a step that is not yet accepted.

@@ -47,6 +47,7 @@ void MaggiOde::linearize(double t, const double* y) {
 void MaggiOde::rhs(double t, const double* y, double* f) {
   solve_point(t, y);
   level_.solve_accelerations();
+  evaluated_at_ = t;
   std::copy(y + f_, y + 2 * f_, f);
   std::copy(level_.w(), level_.w() + f_, f + f_);
   std::copy(assembly_.zdot.begin(), assembly_.zdot.end(), f + 2 * f_);
@@ -219,7 +220,15 @@ bool MaggiOde::keeps_branch(double from, double t, const double* y) {
   return costate::keeps_branch(level_, from);
 }
 
-bool MaggiOde::wants_other_coordinates(double t, const double*) { return wants_other_chart(level_, t); }
+bool MaggiOde::wants_other_coordinates(double t, const double* y) {
+  // Where a look within the step has moved the point: a repetition, which does not look, is still there. Left out, as
+  // it once was, one judgement spanned thirty steps, and took a wheel that swung for a branch that was left.
+  if (evaluated_at_ == t && !level_.solved_at(t)) {
+    solve_point(t, y);
+    level_.solve_accelerations();
+  }
+  return wants_other_chart(level_, t);
+}
 
 void MaggiOde::cross_event(int event, double t, double* y) {
   solve_point(t, y);

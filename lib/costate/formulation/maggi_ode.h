@@ -4,6 +4,8 @@
 // come near a singular choice the trajectory jumps to better ones: (B2 q, B2 v, z).
 #pragma once
 
+#include <limits>
+
 #include "costate/formulation/maggi_kink.h"
 #include "costate/formulation/segmented_system.h"
 #include "costate/formulation/stage_adjoint.h"
@@ -65,6 +67,7 @@ class MaggiOde final : public SegmentedOde, public StageAdjoint {
   void copy_pulled(double c, double* out) const;
   void calc_running_gradient();
 
+  double evaluated_at_ = std::numeric_limits<double>::quiet_NaN();  // the right-hand side, last
   MaggiLevel level_;
   MaggiNewton newton_;
   MaggiKink kink_;

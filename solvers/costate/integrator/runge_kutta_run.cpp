@@ -56,12 +56,18 @@ RungeKuttaRun<Kind>::RungeKuttaRun(SystemType& system, const SolverOptions& opti
   step_ = make_step(*scheme);
   system.begin_events(t_start_, y_.data());
   plan_ = std::make_unique<StepPlan>(system, system.objective(), t_start_, options.t_end, y_.data());
-  touches_ = std::make_unique<TouchWatch>(system.assembly(), system.objective(), options.rtol, options.absolute());
+  watch_touches(false);
   begin_segment(t_start_, y_);
 }
 
 template <class Kind>
 RungeKuttaRun<Kind>::~RungeKuttaRun() = default;
+
+template <class Kind>
+void RungeKuttaRun<Kind>::watch_touches(bool leaves_bends) {
+  touches_ = std::make_unique<TouchWatch>(system_.assembly(), system_.objective(), options_.rtol, options_.absolute(),
+                                          leaves_bends);
+}
 
 template <class Kind>
 void RungeKuttaRun<Kind>::start(bool derivative) {

@@ -48,6 +48,8 @@ class RungeKuttaRun {
     bends_ = bends;
     bend_watch_ =
         std::make_unique<BendWatch>(system_.assembly(), system_.objective(), options_.rtol, options_.absolute());
+    // Which it passes, nobody else is to stop at.
+    if (follows_bends()) watch_touches(true);
   }
   /// Told of each step with its stages, and of each jump, before the state goes on.
   struct Follower {
@@ -106,6 +108,7 @@ class RungeKuttaRun {
   void cross();
   void begin_segment(double t, const std::vector<double>& y);
   void start(bool derivative);
+  void watch_touches(bool leaves_bends);
   std::unique_ptr<Step> make_step(const Scheme& scheme);
   [[noreturn]] void fail(const std::string& what, const char* flag);
 

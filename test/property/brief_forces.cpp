@@ -15,6 +15,7 @@
 #include "support/paths.h"
 
 using namespace costate;
+using Catch::Detail::Approx;
 
 namespace {
 
@@ -343,5 +344,24 @@ rtol = 1e-8
       const Simulation run = simulate(p, p.parameters.values());
       CHECK(std::abs(run.psi + 6.082) <= 1e-8 * static_cast<double>(run.counters.steps) * 6.082);
       CHECK(run.counters.steps < 1500);
+    }
+}
+
+TEST_CASE("brief forces: an output that ends the run is beyond its level for an instant", "[touch][free_end]") {
+  // Of two bells the first one ends the run, at X = at - w sqrt(log 2), however short it is.
+  for (const auto& [formulation, integrator] :
+       {std::pair{"baumgarte", "idas"}, {"maggi", "cvodes"}, {"maggi", "dopri5"}, {"baumgarte", "radau5"}})
+    for (const double w : {0.5, 0.05, 0.002}) {
+      CAPTURE(formulation, integrator, w);
+      Problem p = make_problem(
+          Scene::parse(fmt::format("{}[output.near]\nunit = \"1\"\n"
+                                   "formula = \"exp(-((P.x - 4.1)/{:.17g})^2) + exp(-((P.x - 8)/0.5)^2)\"\n",
+                                   flight("0", "", false), w),
+                       "flight.toml", {"run.ends_when={output='near', above=0.5}", "cost.terminal[0].output=P.x"}));
+      p.formulation = formulation;
+      p.solver.integrator = integrator;
+      p.solver.rtol = 1e-8;
+      const Simulation run = simulate(p, p.parameters.values());
+      CHECK(run.psi == Approx(4.1 - w * std::sqrt(std::log(2.0))).epsilon(1e-7));
     }
 }

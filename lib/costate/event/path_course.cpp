@@ -120,7 +120,7 @@ const std::vector<PathCourse::Cell>& PathCourse::cells(const Precision& precisio
   }
   floor_ = std::max({precision.floor * (std::max(high_, high_now_) - std::min(low_, low_now_)),
                      kPathRounding * std::max(std::abs(low_now_), std::abs(high_now_)), kNoForce});
-  if (!is_cubic() && !(precision.bends && is_bend())) refine(0, 1, 0);
+  if (!is_cubic() && !(of_rate_ && precision.bends && is_bend())) refine(0, 1, 0);
   if (cells_.size() == 1) cells_.clear();
   return cells_;
 }

@@ -35,7 +35,7 @@ class PathCourse {
     double from, to, away;
   };
   /// By how much of what it changes the function may be off a cubic, and what part of its range in the run so far is
-  /// nothing; whether a single bend is left to the integrator.
+  /// nothing; whether a single bend of a rate's law is left to the integrator.
   struct Precision {
     double off, floor;
     bool bends = true;

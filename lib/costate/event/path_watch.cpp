@@ -75,12 +75,16 @@ PathWatch::PathWatch(Assembly& assembly, const Objective& objective, double rtol
       functions_.emplace_back(*force, *owner, of, std::move(places.sharp));
     }
   }
-  for (const auto& term : objective.running)
-    for (const FormulaOutput* formula : formulas_of(*term))
-      // What it makes of time alone is known beforehand (StepPlan); of accelerations a step's ends tell nothing.
-      if (!formula->inputs().empty() && !formula->needs_accelerations())
+  const auto follow = [&](const std::vector<const FormulaOutput*>& formulas, bool of_time) {
+    for (const FormulaOutput* formula : formulas)
+      // Of accelerations a step's ends tell nothing.
+      if ((of_time || !formula->inputs().empty()) && !formula->needs_accelerations())
         functions_.emplace_back(formula->definition(), formula->definition().formula(),
                                 [formula](const StateView& s, Assembly& a, double* x) { formula->arguments(s, a, x); });
+  };
+  // What a cost makes of time alone is known beforehand (StepPlan).
+  for (const auto& term : objective.running) follow(formulas_of(*term), false);
+  for (const auto& output : objective.followed) follow(formulas_of(*output), true);
 }
 
 PathWatch::~PathWatch() = default;

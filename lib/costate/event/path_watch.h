@@ -27,7 +27,8 @@ struct TouchLook {
 class PathWatch {
  public:
   /// Of the mechanism's forces and the running costs, with the numbers that the assembly has.
-  /// Bends are left to integrators of many steps, which see them in the next; schemes of one step are shown them.
+  /// Bends of laws of a rate, which an oscillation passes twice a period, are left to integrators of many steps, which
+  /// see them in the next; schemes of one step are shown them.
   PathWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, bool leaves_bends);
   ~PathWatch();
 

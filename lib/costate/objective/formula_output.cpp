@@ -127,6 +127,12 @@ std::vector<const FormulaOutput*> formulas_of(const CostTerm& term) {
   return found;
 }
 
+std::vector<const FormulaOutput*> formulas_of(const Output& output) {
+  std::vector<const FormulaOutput*> found;
+  add_formulas(&output, found);
+  return found;
+}
+
 std::unique_ptr<Output> make_formula_output(const Mechanism& mechanism, const DefinedOutput& definition) {
   thread_local std::vector<std::string> open;  // definitions that are being made, each an input of the one before
   const std::string subject = definition.path() + ".formula";

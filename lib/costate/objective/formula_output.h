@@ -44,7 +44,8 @@ std::unique_ptr<Output> make_formula_output(const Mechanism& mechanism, const De
 
 class CostTerm;
 
-/// The formulas that a term's output and target are, or are made of.
+/// The formulas that a term's output and target are, or are made of; or an output.
 std::vector<const FormulaOutput*> formulas_of(const CostTerm& term);
+std::vector<const FormulaOutput*> formulas_of(const Output& output);
 
 }  // namespace costate

@@ -170,6 +170,8 @@ class DualCostTerm : public CostTerm {
 /// The whole cost. Immutable once built; evaluations are reentrant.
 struct Objective {
   std::vector<std::shared_ptr<const CostTerm>> running, terminal;
+  /// Outputs that a run follows as closely as those of its running costs: what ends it.
+  std::vector<std::shared_ptr<const Output>> followed;
 
   double running_value(const StateView& s, Assembly& assembly) const;
   double terminal_value(const StateView& s, Assembly& assembly) const;

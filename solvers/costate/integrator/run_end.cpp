@@ -127,6 +127,7 @@ Problem with_fixed_end(const Problem& problem, const std::vector<double>& rho, c
   Problem fixed = problem;
   fixed.ends_when.reset();
   fixed.solver.t_end = end.t;
+  fixed.objective.followed.push_back(problem.ends_when->output);
   fixed.objective.terminal.push_back(end_term(*problem.ends_when, end.kappa));
   return fixed;
 }

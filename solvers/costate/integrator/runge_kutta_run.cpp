@@ -64,12 +64,6 @@ template <class Kind>
 RungeKuttaRun<Kind>::~RungeKuttaRun() = default;
 
 template <class Kind>
-void RungeKuttaRun<Kind>::watch_touches(bool leaves_bends) {
-  touches_ = std::make_unique<TouchWatch>(system_.assembly(), system_.objective(), options_.rtol, options_.absolute(),
-                                          leaves_bends);
-}
-
-template <class Kind>
 void RungeKuttaRun<Kind>::start(bool derivative) {
   if constexpr (Kind::implicit) {
     std::vector<double> yp(static_cast<std::size_t>(system_.size()));

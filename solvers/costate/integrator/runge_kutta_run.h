@@ -108,7 +108,10 @@ class RungeKuttaRun {
   void cross();
   void begin_segment(double t, const std::vector<double>& y);
   void start(bool derivative);
-  void watch_touches(bool leaves_bends);
+  void watch_touches(bool leaves_bends) {
+    touches_ = std::make_unique<TouchWatch>(system_.assembly(), system_.objective(), options_.rtol, options_.absolute(),
+                                            leaves_bends);
+  }
   std::unique_ptr<Step> make_step(const Scheme& scheme);
   [[noreturn]] void fail(const std::string& what, const char* flag);
 

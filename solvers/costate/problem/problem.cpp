@@ -7,6 +7,7 @@
 
 #include "costate/base/error.h"
 #include "costate/discrete/discrete_scheme.h"
+#include "costate/event/end_event.h"
 #include "costate/formulation/law_joins.h"
 
 namespace costate {
@@ -73,11 +74,17 @@ void Problem::check_values(const std::vector<double>& rho) const {
   require_joined_drivers(*mechanism, numbers, solver.t_start, solver.t_end);
 }
 
+Objective Problem::followed_objective() const {
+  Objective all = objective;
+  if (ends_when) all.followed.push_back(ends_when->output);
+  return all;
+}
+
 std::unique_ptr<DaeSystem> Problem::make_dae() const {
   const Formulation& f = find_formulation(formulation);
   if (!f.make_dae)
     throw CapabilityError(fmt::format("Formulation '{}' has no residual form for IDAS; use CVODES.", formulation));
-  return f.make_dae(mechanism, parameters, objective, formulation_options);
+  return f.make_dae(mechanism, parameters, followed_objective(), formulation_options);
 }
 
 std::unique_ptr<OdeSystem> Problem::make_ode() const {
@@ -88,7 +95,7 @@ std::unique_ptr<OdeSystem> Problem::make_ode() const {
                     "integrate it; use IDAS, or a formulation at acceleration level (index1, "
                     "baumgarte, penalty).",
                     formulation));
-  return f.make_ode(mechanism, parameters, objective, formulation_options);
+  return f.make_ode(mechanism, parameters, followed_objective(), formulation_options);
 }
 
 std::unique_ptr<DiscreteScheme> Problem::make_discrete() const {

@@ -74,6 +74,10 @@ struct Problem {
   std::unique_ptr<DaeSystem> make_dae() const;
   std::unique_ptr<OdeSystem> make_ode() const;
   std::unique_ptr<DiscreteScheme> make_discrete() const;
+
+ private:
+  /// With what ends the run among what it follows.
+  Objective followed_objective() const;
 };
 
 /// An event that a run met: "contact.foot: touch".

@@ -67,9 +67,9 @@ PathWatch::PathWatch(Assembly& assembly, const Objective& objective, double rtol
       places.to = HUGE_VAL;
       const double* numbers = p.data() + of.first;
       add_law_places(*of.law, numbers, places);
-      // One stop alone is a gap; and what has no place at all is as smooth as its argument.
-      if (!places.search && places.knots.empty() &&
-          (of.of_rate ? places.sharp.empty() : law_begins(*of.law, numbers).size() < 2))
+      // One stop alone is a gap; and a law with one bend does nothing briefly.
+      if (!places.search && (of.of_rate ? places.knots.size() + places.sharp.size() < 2
+                                        : places.knots.empty() && law_begins(*of.law, numbers).size() < 2))
         continue;
       places.sharp.insert(places.sharp.end(), places.knots.begin(), places.knots.end());
       functions_.emplace_back(*force, *owner, of, std::move(places.sharp));

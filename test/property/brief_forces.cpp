@@ -95,14 +95,13 @@ const std::vector<Act>& acts() {
 
 struct Way {
   const char* x;  // as a formula; goes from 0 to 10 while the mass does
-  double (*when)(double X);
   double (*rate)(double X);
 };
 
 const std::vector<Way>& ways() {
   static const std::vector<Way> all = {
-      {"P.x", [](double X) { return X; }, [](double) { return 1.0; }},
-      {"(t*P.x/10)", [](double X) { return std::sqrt(10 * X); }, [](double X) { return std::sqrt(10 * X) / 5; }},
+      {"P.x", [](double) { return 1.0; }},
+      {"(t*P.x/10)", [](double X) { return std::sqrt(10 * X) / 5; }},
   };
   return all;
 }

@@ -6,7 +6,6 @@
 #include "costate/assembly/gathered_state.h"
 #include "costate/base/error.h"
 #include "costate/element/course.h"
-#include "costate/element/law/cubic_check.h"
 
 namespace costate {
 
@@ -120,8 +119,7 @@ const std::vector<PathCourse::Cell>& PathCourse::cells(const Precision& precisio
   }
   floor_ = std::max({precision.floor * (std::max(high_, high_now_) - std::min(low_, low_now_)),
                      kPathRounding * std::max(std::abs(low_now_), std::abs(high_now_)), kNoForce});
-  if (!is_cubic() && !(of_rate_ && precision.bends && is_bend())) refine(0, 1, 0);
-  if (cells_.size() == 1) cells_.clear();
+  if (!is_cubic() && !(of_rate_ && precision.bends && is_bend())) halve(0, 1, 0);
   return cells_;
 }
 
@@ -237,23 +235,23 @@ void PathCourse::add_towards_places() {
   }
 }
 
-bool PathCourse::is_cubic(double a, double b) {
+CubicCheck PathCourse::cubic_over(double a, double b) {
   const double h = b - a;
   CubicCheck cubic({a, a + h / 3, a + 2 * h / 3, b}, [this](double u) { return value(u); });
-  for (const Sample& s : samples_)
-    if (s.u >= a && s.u <= b) cubic.compare(s.u, s.f);
-  return cubic.off() <= std::max(off_ * cubic.range(), floor_);
+  auto s = std::lower_bound(samples_.begin(), samples_.end(), a, [](const Sample& x, double at) { return x.u < at; });
+  for (; s != samples_.end() && s->u <= b; ++s) cubic.compare(s->u, s->f);
+  return cubic;
 }
 
 bool PathCourse::is_cubic() {
-  if (is_cubic(0, 1)) return true;
+  if (is_met(cubic_over(0, 1))) return true;
   if (formula_) {
     const double before = floor_;
     for (const Sample& s : samples_) {
       set_arguments(s.u);
       floor_ = std::max(floor_, kPathNoise * formula_->rounding(x_here_, here_.data()));
     }
-    if (floor_ > before && is_cubic(0, 1)) return true;
+    if (floor_ > before && is_met(cubic_over(0, 1))) return true;
   }
   return false;
 }
@@ -262,30 +260,24 @@ bool PathCourse::is_bend() {
   const auto inside = [](double u) { return u > kPathPlaced && u < 1 - kPathPlaced; };
   const auto first = std::find_if(places_.begin(), places_.end(), inside);
   if (first == places_.end() || std::any_of(first + 1, places_.end(), inside)) return false;
-  return is_cubic(0, *first) && is_cubic(*first, 1);
+  return is_met(cubic_over(0, *first)) && is_met(cubic_over(*first, 1));
+}
+
+void PathCourse::halve(double a, double b, int depth) {
+  const double middle = a + 0.5 * (b - a);
+  refine(a, middle, depth + 1);
+  refine(middle, b, depth + 1);
 }
 
 void PathCourse::refine(double a, double b, int depth) {
-  const double h = b - a;
-  CubicCheck cubic({a, a + h / 3, a + 2 * h / 3, b}, [this](double u) { return value(u); });
-  double away = std::max(std::abs(cubic.low() - samples_[0].f), std::abs(cubic.high() - samples_[0].f));
-  const auto meet = [&](double u, double f) {
-    cubic.compare(u, f);
-    away = std::max(away, std::abs(f - samples_[0].f));
-  };
-  auto s = std::lower_bound(samples_.begin(), samples_.end(), a, [](const Sample& x, double at) { return x.u < at; });
-  for (; s != samples_.end() && s->u <= b; ++s) meet(s->u, s->f);
-  if (depth > 0)
-    for (std::size_t k = 1; k + 1 < kPathLookCount; ++k) {
-      const double u = a + kPathLooks[k] * h;
-      meet(u, value(u));
-    }
-  if (cubic.off() <= std::max(off_ * cubic.range(), floor_) || depth >= kPathDepth) {
-    cells_.push_back({a, b, away});
-    return;
+  CubicCheck cubic = cubic_over(a, b);
+  for (std::size_t k = 1; k + 1 < kPathLookCount; ++k) {
+    const double u = a + kPathLooks[k] * (b - a);
+    cubic.compare(u, value(u));
   }
-  refine(a, a + h / 2, depth + 1);
-  refine(a + h / 2, b, depth + 1);
+  if (!is_met(cubic) && depth < kPathDepth) return halve(a, b, depth);
+  const double begin = samples_[0].f;
+  cells_.push_back({a, b, std::max(std::abs(cubic.low() - begin), std::abs(cubic.high() - begin))});
 }
 
 void PathCourse::record(double from, double to) {

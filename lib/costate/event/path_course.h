@@ -5,11 +5,13 @@
 // each the cubic through four of its values meets the others.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <limits>
 #include <vector>
 
 #include "costate/assembly/assembly.h"
+#include "costate/element/law/cubic_check.h"
 #include "costate/element/law/formula_law.h"
 #include "costate/element/law/motion_law.h"
 
@@ -86,7 +88,10 @@ class PathCourse {
   void add_towards_places();
   bool is_cubic();
   bool is_bend();
-  bool is_cubic(double a, double b);
+  /// Through four values between two places, compared with the samples there; and whether it does.
+  CubicCheck cubic_over(double a, double b);
+  bool is_met(const CubicCheck& cubic) const { return cubic.off() <= std::max(off_ * cubic.range(), floor_); }
+  void halve(double a, double b, int depth);
   void refine(double a, double b, int depth);
 
   const Element* element_;

@@ -87,8 +87,6 @@ PathWatch::PathWatch(Assembly& assembly, const Objective& objective, double rtol
   for (const auto& output : objective.followed) follow(formulas_of(*output), true);
 }
 
-PathWatch::~PathWatch() = default;
-
 void PathWatch::set_middle() {
   const double h = end_.t - begin_.t;
   middle_.t = begin_.t + 0.5 * h;

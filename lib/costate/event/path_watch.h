@@ -30,7 +30,6 @@ class PathWatch {
   /// Bends of laws of a rate, which an oscillation passes twice a period, are left to integrators of many steps, which
   /// see them in the next; schemes of one step are shown them.
   PathWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, bool leaves_bends);
-  ~PathWatch();
 
   bool empty() const { return functions_.empty(); }
   /// As TouchWatch::look.

@@ -14,18 +14,19 @@ namespace costate {
 namespace {
 /// Of a function that says nothing there, one: as of all that is not known.
 template <class Value>
-double known_or_one(const Value& value) {
+double known_or_one(const Value& value, bool* known) {
   try {
     return value();
   } catch (const StepError&) {
+    if (known) *known = false;
     return 1;
   }
 }
-double known_or_one(const ScalarLaw& law, double x, const double* p) {
-  return known_or_one([&] { return law.value(x, p); });
+double known_or_one(const ScalarLaw& law, double x, const double* p, bool* known = nullptr) {
+  return known_or_one([&] { return law.value(x, p); }, known);
 }
-double known_or_one(const PointSurface& map, double x, double y, const double* scale) {
-  return known_or_one([&] { return *scale * map.value(x, y); });
+double known_or_one(const PointSurface& map, double x, double y, const double* scale, bool* known = nullptr) {
+  return known_or_one([&] { return *scale * map.value(x, y); }, known);
 }
 }  // namespace
 
@@ -229,23 +230,14 @@ struct Terms {
   void bend(double a) { found.values.push_back(a); }
   double call(const FormulaFunction& f, double x, const double* p) {
     found.tables.push_back({index(f), 0, x});
-    return known_or_one([&] { return f.law->value(x, p); });
+    return known_or_one(*f.law, x, p, &known);
   }
   double map(const FormulaFunction& f, double x, double y, const double* scale) {
     found.tables.push_back({index(f), 0, x});
     found.tables.push_back({index(f), 1, y});
-    return known_or_one([&] { return *scale * f.map->value(x, y); });
+    return known_or_one(*f.map, x, y, scale, &known);
   }
   int index(const FormulaFunction& f) const { return static_cast<int>(&f - functions); }
-  template <class Value>
-  double known_or_one(const Value& value) {
-    try {
-      return value();
-    } catch (const StepError&) {
-      known = false;
-      return 1;
-    }
-  }
 };
 
 struct Rounding {

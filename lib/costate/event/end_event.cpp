@@ -8,13 +8,14 @@
 #include <vector>
 
 #include "costate/base/error.h"
+#include "costate/event/step_motion.h"
 
 namespace costate {
 
 namespace {
 
-// Looks within a step that may hold the end.
-constexpr int kEndLooks = 8;
+// Looks within a step that may hold the end, in each part of it in which what the output depends on turns by a radian.
+constexpr int kEndLooks = 8, kMostEndParts = 1024;
 // Divisions by the golden section: a top is found to (0.618^30)^2 of its height, some 1e-13 of a step's change.
 constexpr int kTopDivisions = 30;
 // A step is looked into when the level is within this many of its changes and of those of the step before.
@@ -88,7 +89,12 @@ void EndSearch::note(double t, double h) {
   smallest_ = std::min(smallest_, h);
 }
 
+double EndSearch::turning_speed_of(const StateView& s, const Assembly& assembly) const {
+  return turning_speed(assembly.mechanism(), depends_on_ ? &*depends_on_ : nullptr, s.v);
+}
+
 void EndSearch::begin(const StateView& s, Assembly& assembly) {
+  turning_ = turning_speed_of(s, assembly);
   h_ = largest_ = smallest_ = end_.distance(s, assembly);
   nearest_ = std::numeric_limits<double>::infinity();
   t_ = nearest_time_ = t_start_;
@@ -102,10 +108,13 @@ bool EndSearch::step(const StateView& s, Assembly& assembly) {
   t_ = s.t;
   h_ = end_.distance(s, assembly);
   change_ = std::abs(h_ - h_before_);
+  const double turning = turning_speed_of(s, assembly);
+  turn_ = std::max(turning_, turning) * (t_ - t_before_);
+  turning_ = turning;
   const bool armed = armed_;
   note(t_, h_);
   if (h_ >= 0 && armed) return true;
-  if (++steps_ <= 2) return true;  // nothing is known of its course
+  if (++steps_ <= 2 || turn_ > 1) return true;  // nothing is known of its course
   return -std::max(h_, h_before_) <= kNearChanges * (change_ + change);
 }
 
@@ -143,32 +152,38 @@ std::optional<double> EndSearch::find(const std::function<double(double)>& dista
     if (looks[0].h - h_before_ > kEndJump * range()) throw jumps({t_before_, h_before_}, looks[0]);
     return looks[0].t;
   }
-  std::size_t highest = 0;
   double change = 0;
-  for (int j = 1; j <= kEndLooks; ++j) {
-    looks.push_back(at(j == kEndLooks ? t_ : t_before_ + (t_ - t_before_) * j / kEndLooks));
-    const Point &a = looks[looks.size() - 2], &b = looks.back();
-    if (a.h < 0 && b.h >= 0) return cross(a, b);
-    change = std::max(change, std::abs(b.h - a.h));
-    if (b.h > looks[highest].h) highest = looks.size() - 1;
+  const int count = kEndLooks * static_cast<int>(std::ceil(std::clamp(turn_, 1.0, 1.0 * kMostEndParts)));
+  for (int j = 1; j <= count; ++j) {
+    looks.push_back(at(j == count ? t_ : t_before_ + (t_ - t_before_) * j / count));
+    change = std::max(change, std::abs(looks.back().h - looks[looks.size() - 2].h));
+    if (looks.back().h >= 0) break;
   }
-  // A short visit between two looks: the top of the highest one, by the golden section.
-  if (!(looks[highest].h < 0) || -looks[highest].h > change) return {};
-  Point a = looks[highest - (highest > 0 ? 1 : 0)], b = looks[std::min(highest + 1, looks.size() - 1)];
-  const double part = 0.5 * (std::sqrt(5.0) - 1);
-  Point low = at(b.t - part * (b.t - a.t)), high = at(a.t + part * (b.t - a.t));
-  for (int k = 0; k < kTopDivisions && low.h < 0 && high.h < 0; ++k)
-    if (low.h > high.h) {
-      b = high;
-      high = low;
-      low = at(b.t - part * (b.t - a.t));
-    } else {
-      a = low;
-      low = high;
-      high = at(a.t + part * (b.t - a.t));
-    }
-  if (low.h < 0 && high.h < 0) return {};
-  return cross(a, low.h >= 0 ? low : high);
+  // A short visit between two looks: the top of one that is higher than its neighbours, by the golden section.
+  const auto visit = [&](Point a, Point b) -> std::optional<double> {
+    const double part = 0.5 * (std::sqrt(5.0) - 1);
+    Point low = at(b.t - part * (b.t - a.t)), high = at(a.t + part * (b.t - a.t));
+    for (int k = 0; k < kTopDivisions && low.h < 0 && high.h < 0; ++k)
+      if (low.h > high.h) {
+        b = high;
+        high = low;
+        low = at(b.t - part * (b.t - a.t));
+      } else {
+        a = low;
+        low = high;
+        high = at(a.t + part * (b.t - a.t));
+      }
+    if (low.h < 0 && high.h < 0) return {};
+    return cross(a, low.h >= 0 ? low : high);
+  };
+  const std::size_t last = looks.size() - 1;
+  for (std::size_t k = 0; k <= last && looks[k].h < 0; ++k) {
+    const Point &before = looks[k > 0 ? k - 1 : 0], &after = looks[std::min(k + 1, last)];
+    if (after.h >= 0) return cross(looks[k], after);
+    if (before.h > looks[k].h || after.h > looks[k].h || -looks[k].h > change) continue;
+    if (const auto found = visit(before, after)) return found;
+  }
+  return {};
 }
 
 }  // namespace costate

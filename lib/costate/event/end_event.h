@@ -41,7 +41,8 @@ EndRates end_rates(const EndEvent& end, const Objective& objective, const StateV
 /// Looks for the end along the steps of a run, in order of time.
 class EndSearch {
  public:
-  EndSearch(EndEvent end, double t_start) : end_(std::move(end)), t_start_(t_start) {}
+  EndSearch(EndEvent end, double t_start)
+      : end_(std::move(end)), depends_on_(end_.output->depends_on()), t_start_(t_start) {}
 
   /// The distance at the start, and behind each step. Returns whether the end may lie within the step that ends here,
   /// so that find() must be asked.
@@ -61,9 +62,13 @@ class EndSearch {
  private:
   void note(double t, double h);
 
+  double turning_speed_of(const StateView& s, const Assembly& assembly) const;
+
   EndEvent end_;
+  std::optional<std::vector<int>> depends_on_;  // coordinates
   double t_start_;
   double t_before_ = 0, t_ = 0, h_before_ = 0, h_ = 0, change_ = 0;
+  double turning_ = 0, turn_ = 0;  // rad/s at the last step's end; rad within it
   double nearest_ = 0, nearest_time_ = 0, largest_ = 0, smallest_ = 0;
   long steps_ = 0;
   bool armed_ = false;

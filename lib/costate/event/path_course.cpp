@@ -6,33 +6,33 @@
 #include "costate/assembly/gathered_state.h"
 #include "costate/base/error.h"
 #include "costate/element/course.h"
+#include "costate/event/course_places.h"
 
 namespace costate {
 
 namespace {
 // Of its size, and of what its terms' rounding may sum up to: less is nothing; and what is nothing in whatever units.
 constexpr double kPathRounding = 1e-10, kPathNoise = 8, kNoForce = 1e-30;
-// The first looks at a step, between its ends without a common period.
+// Arguments that change by no more over a step, of the integrator's tolerances and of the motion's size, are rounding.
+constexpr double kPathStill = 1e-4, kPathStillAt = 1e-13;
+// The first looks at a step, or at a part of it in which nothing turns by more than kPartAngle, between its ends
+// without a common period; and of what turns by more than so many parts of a step those at its beginning alone.
 constexpr double kPathLooks[] = {0, 0.0713, 0.1927, 0.2659, 0.4271, 0.5483, 0.7331, 0.8219, 0.9407, 1};
 constexpr std::size_t kPathLookCount = std::size(kPathLooks);
+constexpr double kPartAngle = 1;
+constexpr int kMostParts = 256;
 // Towards each place, each half as far as the last; of many places fewer.
 constexpr int kPathTowards = 16, kFewestTowards = 3, kPathTowardsAll = 128, kPathDepth = 14;
-// Places beyond the step's ends count as well, so far; and of an argument that comes back those that it nearly reaches.
-constexpr double kPathBeyond = 0.1, kPathNearly = 0.05;
-// A place is known to this part of the step, by so many looks at most.
-constexpr double kPathPlaced = 1e-7;
-constexpr int kPathPlacing = 40;
-
-/// The parabola through three values of an argument.
-double on_parabola(const double (&f)[3], double u) {
-  return f[0] + u * (4 * f[1] - 3 * f[0] - f[2] + u * 2 * (f[0] + f[2] - 2 * f[1]));
-}
 }  // namespace
 
-PathCourse::PathCourse(const Element& element, const FormulaLaw& formula, Arguments arguments)
-    : element_(&element), arguments_(std::move(arguments)), law_(&formula), formula_(&formula) {
-  for (auto* x : {&at_[0], &at_[1], &at_[2], &here_}) x->assign(static_cast<std::size_t>(formula.number_count()), 0);
-}
+PathCourse::PathCourse(const Element& element, const FormulaLaw& formula, std::vector<int> coordinates,
+                       Arguments arguments)
+    : element_(&element),
+      arguments_(std::move(arguments)),
+      law_(&formula),
+      formula_(&formula),
+      coordinates_(std::move(coordinates)),
+      here_(static_cast<std::size_t>(formula.number_count())) {}
 
 PathCourse::PathCourse(const Element& element, const MotionLawElement& of, const MotionLaw& law,
                        std::vector<double> sharp)
@@ -42,41 +42,29 @@ PathCourse::PathCourse(const Element& element, const MotionLawElement& of, const
       origin_(law.origin),
       of_rate_(law.of_rate),
       law_(law.law),
-      sharp_(std::move(sharp)) {
+      sharp_(std::move(sharp)),
+      coordinates_(element.coordinates()) {
   std::sort(sharp_.begin(), sharp_.end());
 }
 
-void PathCourse::take(int k, const StateView& s, Assembly& assembly) {
-  if (arguments_) {
-    arguments_(s, assembly, at_[k].data());
-    x_[k] = s.t;
+void PathCourse::set_arguments(double u) {
+  const StateView& s = motion_->at(u);
+  if (!owner_) {
+    arguments_(s, *assembly_, here_.data());
+    x_here_ = s.t;
     return;
   }
   thread_local GatheredState own;
-  const LocalState local = own.of(*element_, s, assembly.numbers());
+  const LocalState local = own.of(*element_, s, assembly_->numbers());
   here_.assign(local.p + first_, local.p + element_->numbers().size());
   const GapMotion m = owner_->deformation(local);
-  x_[k] = of_rate_ ? m.rate : m.gap - local.p[origin_];
-}
-
-void PathCourse::begin_where_it_ended() {
-  std::swap(at_[0], at_[2]);
-  x_[0] = x_[2];
-}
-
-void PathCourse::set_arguments(double u) {
-  x_here_ = on_parabola(x_, u);
-  if (owner_) return;
-  for (std::size_t i = 0; i < here_.size(); ++i) {
-    const double f[3] = {at_[0][i], at_[1][i], at_[2][i]};
-    here_[i] = on_parabola(f, u);
-  }
+  x_here_ = of_rate_ ? m.rate : m.gap - local.p[origin_];
 }
 
 double PathCourse::value(double u) {
-  set_arguments(u);
-  // Parabolas may lead out of where a law through data says anything; the motion itself will tell.
+  // Dense output may lead out of where a law through data says anything; the motion itself will tell.
   try {
+    set_arguments(u);
     const double f = law_->value(x_here_, here_.data());
     return std::isfinite(f) ? f : 0;
   } catch (const StepError&) {
@@ -86,7 +74,11 @@ double PathCourse::value(double u) {
 
 double PathCourse::look(double u) {
   if (owner_) return value(u);
-  set_arguments(u);
+  try {
+    set_arguments(u);
+  } catch (const StepError&) {
+    return 0;
+  }
   const double f = formula_->look(x_here_, here_.data(), terms_);
   return std::isfinite(f) ? f : 0;
 }
@@ -95,44 +87,120 @@ void PathCourse::add(double u) {
   if (u >= 0 && u <= 1) samples_.push_back({u, value(u)});
 }
 
-const std::vector<PathCourse::Cell>& PathCourse::cells(const Precision& precision) {
+const std::vector<PathCourse::Cell>& PathCourse::cells(StepMotion& motion, Assembly& assembly,
+                                                       const Precision& precision) {
+  motion_ = &motion;
+  assembly_ = &assembly;
   off_ = precision.off;
-  samples_.clear();
   cells_.clear();
-  first_terms_.resize(kPathLookCount);
-  course_.resize(kPathLookCount);
-  for (std::size_t k = 0; k < kPathLookCount; ++k) {
-    samples_.push_back({kPathLooks[k], look(kPathLooks[k])});
-    if (owner_)
-      course_[k] = x_here_;
-    else
-      std::swap(first_terms_[k], terms_);
-  }
+  look_along();
+  if (looked_at_ < 1) return cells_;
+  low_now_ = HUGE_VAL;
+  high_now_ = -HUGE_VAL;
+  const auto meet_samples = [this] {
+    for (const Sample& s : samples_) {
+      low_now_ = std::min(low_now_, s.f);
+      high_now_ = std::max(high_now_, s.f);
+    }
+  };
+  meet_samples();
+  if (!moves()) return cells_;
   find_places();
   add_towards_places();
   std::sort(samples_.begin(), samples_.end(), [](const Sample& a, const Sample& b) { return a.u < b.u; });
-  low_now_ = HUGE_VAL;
-  high_now_ = -HUGE_VAL;
-  for (const Sample& s : samples_) {
-    low_now_ = std::min(low_now_, s.f);
-    high_now_ = std::max(high_now_, s.f);
-  }
+  meet_samples();
   floor_ = std::max({precision.floor * (std::max(high_, high_now_) - std::min(low_, low_now_)),
                      kPathRounding * std::max(std::abs(low_now_), std::abs(high_now_)), kNoForce});
   if (!is_cubic() && !(of_rate_ && precision.bends && is_bend())) halve(0, 1, 0);
   return cells_;
 }
 
+void PathCourse::look_along() {
+  const auto parts_of = [](double angle) {
+    return static_cast<int>(std::ceil(std::clamp(angle / kPartAngle, 1.0, 1e6)));
+  };
+  looked_at_ = 1;
+  int parts = parts_of(motion_->turn(coordinates_));
+  if (parts <= kMostParts) {
+    look_at_parts(parts);
+    // As often as the fastest of its sines.
+    double angle = 0;
+    for (std::size_t k = 1; k < looks_.size() && !owner_; ++k)
+      for (std::size_t i = 0; i < first_terms_[k].angles.size(); ++i) {
+        const double rate =
+            std::abs(first_terms_[k].angles[i] - first_terms_[k - 1].angles[i]) / (looks_[k] - looks_[k - 1]);
+        angle = std::max(angle, rate);
+      }
+    if (parts_of(angle) <= parts) return;
+    parts = parts_of(angle);
+    if (parts <= kMostParts) return look_at_parts(parts);
+  }
+  looked_at_ = static_cast<double>(kMostParts) / parts;
+}
+
+void PathCourse::look_at_parts(int parts) {
+  looks_.clear();
+  for (int i = 0; i < parts; ++i)
+    for (std::size_t k = 0; k + 1 < kPathLookCount; ++k) looks_.push_back((i + kPathLooks[k]) / parts);
+  looks_.push_back(1);
+  samples_.clear();
+  first_terms_.resize(looks_.size());
+  course_.resize(looks_.size());
+  least_.clear();
+  for (std::size_t k = 0; k < looks_.size(); ++k) {
+    samples_.push_back({looks_[k], look(looks_[k])});
+    meet_arguments();
+    if (owner_)
+      course_[k] = x_here_;
+    else
+      first_terms_[k] = terms_;
+  }
+}
+
+void PathCourse::meet_arguments() {
+  const std::size_t count = here_.size();
+  if (least_.size() != count + 1) {
+    least_ = here_;
+    least_.push_back(x_here_);
+    most_ = least_;
+    return;
+  }
+  for (std::size_t i = 0; i <= count; ++i) {
+    const double x = i < count ? here_[i] : x_here_;
+    least_[i] = std::min(least_[i], x);
+    most_[i] = std::max(most_[i], x);
+  }
+}
+
+bool PathCourse::moves() const {
+  const double still = kPathStillAt * motion_->size(coordinates_);
+  for (std::size_t i = 0; i < least_.size(); ++i)
+    if (most_[i] - least_[i] >
+        still + kPathStill * motion_->tolerance(std::max(std::abs(least_[i]), std::abs(most_[i]))))
+      return true;
+  return false;
+}
+
 void PathCourse::find_places() {
   places_.clear();
-  if (owner_) return find_places(course_, sharp_, [this] { return x_here_; });
+  if (owner_) {
+    const auto deformation = [this](double u) {
+      set_arguments(u);
+      return x_here_;
+    };
+    return CoursePlaces::find(looks_, course_, sharp_, deformation, places_);
+  }
   const std::vector<double> zero = {0};
   for (std::size_t i = 0; i < first_terms_[0].values.size(); ++i) {
-    for (std::size_t k = 0; k < kPathLookCount; ++k) course_[k] = first_terms_[k].values[i];
-    find_places(course_, zero, [this, i] { return terms_.values[i]; });
+    for (std::size_t k = 0; k < looks_.size(); ++k) course_[k] = first_terms_[k].values[i];
+    const auto term = [this, i](double u) {
+      look(u);
+      return terms_.values[i];
+    };
+    CoursePlaces::find(looks_, course_, zero, term, places_);
   }
   for (std::size_t i = 0; i < first_terms_[0].tables.size(); ++i) {
-    for (std::size_t k = 0; k < kPathLookCount; ++k) course_[k] = first_terms_[k].tables[i].at;
+    for (std::size_t k = 0; k < looks_.size(); ++k) course_[k] = first_terms_[k].tables[i].at;
     const auto [least, most] = std::minmax_element(course_.begin(), course_.end());
     const FormulaTerms::Table& table = first_terms_[0].tables[i];
     const FormulaFunction& f = formula_->functions()[static_cast<std::size_t>(table.function)];
@@ -144,81 +212,24 @@ void PathCourse::find_places() {
       const double reach = *most - *least;
       places.from = *least - reach;
       places.to = *most + reach;
-      add_law_places(*f.law, at_[0].data() + f.first, places);
+      add_law_places(*f.law, here_.data() + f.first, places);
       knots_ = std::move(places.sharp);
       knots_.insert(knots_.end(), places.knots.begin(), places.knots.end());
       std::sort(knots_.begin(), knots_.end());
     }
-    find_places(course_, knots_, [this, i] { return terms_.tables[i].at; });
-  }
-}
-
-void PathCourse::find_places(const std::vector<double>& course, const std::vector<double>& knots,
-                             const std::function<double()>& of_terms) {
-  const auto [least, most] = std::minmax_element(course.begin(), course.end());
-  const double range = *most - *least;
-  if (!(range > 1e-13 * std::max(std::abs(*least), std::abs(*most)))) return;
-  const auto each_between = [&](double a, double b, const auto& meet) {
-    if (a > b) std::swap(a, b);
-    for (auto c = std::lower_bound(knots.begin(), knots.end(), a); c != knots.end() && *c <= b; ++c) meet(*c);
-  };
-  const auto put = [&](double u) {
-    if (u >= -kPathBeyond && u <= 1 + kPathBeyond) places_.push_back(u);
-  };
-  const auto& u = kPathLooks;
-  for (std::size_t k = 0; k + 1 < kPathLookCount; ++k)
-    each_between(course[k], course[k + 1], [&](double knot) {
-      put(passage(u[k], u[k + 1], course[k] - knot, course[k + 1] - knot, knot, of_terms));
-    });
-  for (const auto& [k, from] : {std::pair<std::size_t, double>{0, 0}, {kPathLookCount - 2, 1}}) {
-    const double slope = (course[k + 1] - course[k]) / (u[k + 1] - u[k]), at = from == 0 ? course[k] : course[k + 1];
-    if (slope != 0)
-      each_between(at, at + (from == 0 ? -1 : 1) * kPathBeyond * slope,
-                   [&](double knot) { put(from + (knot - at) / slope); });
-  }
-  for (std::size_t k = 1; k + 1 < kPathLookCount; ++k) {
-    const double left = course[k] - course[k - 1], right = course[k + 1] - course[k];
-    if (!(left * right < 0)) continue;
-    // Where it turns, by the parabola.
-    const double a = u[k] - u[k - 1], b = u[k + 1] - u[k], sl = left / a, sr = right / b;
-    const double curvature = (sr - sl) / (a + b), slope = (sl * b + sr * a) / (a + b);
-    const double turn = -0.5 * slope / curvature, beyond = 0.5 * slope * turn;
-    each_between(course[k], course[k] + beyond + std::copysign(kPathNearly * range, left),
-                 [&](double) { put(u[k] + turn); });
-  }
-}
-
-// By false position, with halves of the side that stays.
-double PathCourse::passage(double a, double b, double fa, double fb, double knot,
-                           const std::function<double()>& of_terms) {
-  if (fa == 0 || fb == 0) return fa == 0 ? a : b;
-  for (int k = 0; k < kPathPlacing && b - a > kPathPlaced; ++k) {
-    const double u = a + std::clamp(fa / (fa - fb), 0.01, 0.99) * (b - a);
-    if (owner_)
-      set_arguments(u);
-    else
+    const auto asked_at = [this, i](double u) {
       look(u);
-    const double f = of_terms() - knot;
-    if (f == 0) return u;
-    if ((f < 0) == (fa < 0)) {
-      if (std::abs(f) < kPathPlaced * std::abs(fa - fb) && u - a < kPathPlaced) return u;
-      a = u;
-      fa = f;
-      fb *= 0.5;
-    } else {
-      if (std::abs(f) < kPathPlaced * std::abs(fa - fb) && b - u < kPathPlaced) return u;
-      b = u;
-      fb = f;
-      fa *= 0.5;
-    }
+      return terms_.tables[i].at;
+    };
+    CoursePlaces::find(looks_, course_, knots_, asked_at, places_);
   }
-  return 0.5 * (a + b);
 }
 
 void PathCourse::add_towards_places() {
   std::sort(places_.begin(), places_.end());
-  places_.erase(std::unique(places_.begin(), places_.end(), [](double a, double b) { return b - a < kPathPlaced; }),
-                places_.end());
+  places_.erase(
+      std::unique(places_.begin(), places_.end(), [](double a, double b) { return b - a < CoursePlaces::kPlaced; }),
+      places_.end());
   if (places_.empty()) return;
   const int count = static_cast<int>(std::min<std::size_t>(places_.size(), kPathTowardsAll));
   const int towards = std::clamp(kPathTowardsAll / count, kFewestTowards, kPathTowards);
@@ -257,7 +268,7 @@ bool PathCourse::is_cubic() {
 }
 
 bool PathCourse::is_bend() {
-  const auto inside = [](double u) { return u > kPathPlaced && u < 1 - kPathPlaced; };
+  const auto inside = [](double u) { return u > CoursePlaces::kPlaced && u < 1 - CoursePlaces::kPlaced; };
   const auto first = std::find_if(places_.begin(), places_.end(), inside);
   if (first == places_.end() || std::any_of(first + 1, places_.end(), inside)) return false;
   return is_met(cubic_over(0, *first)) && is_met(cubic_over(*first, 1));

@@ -1,8 +1,7 @@
-// The course over a step of a force that is a function of where the motion is (path_watch.h): of a formula, whose
-// arguments follow the parabolas through their values at the step's beginning, middle and end, or of a law of an
-// element's deformation, which does. It is looked at where the function's own terms pass through zero and its tables'
-// arguments their knots, towards these from both sides, and in between; and the step is halved into cells until on
-// each the cubic through four of its values meets the others.
+// The course over a step of a force that is a function of where the motion is (path_watch.h): of a formula, or of a law
+// of an element's deformation. It is looked at where the function's own terms pass through zero and its tables'
+// arguments their knots, towards these from both sides, and in between, more often where something turns by more than a
+// radian; and the step is halved into cells until on each the cubic through four of its values meets the others.
 #pragma once
 
 #include <algorithm>
@@ -14,6 +13,7 @@
 #include "costate/element/law/cubic_check.h"
 #include "costate/element/law/formula_law.h"
 #include "costate/element/law/motion_law.h"
+#include "costate/event/step_motion.h"
 
 namespace costate {
 
@@ -22,15 +22,12 @@ class PathCourse {
   /// The values of a formula's arguments at a state.
   using Arguments = std::function<void(const StateView& s, Assembly& assembly, double* x)>;
 
-  PathCourse(const Element& element, const FormulaLaw& formula, Arguments arguments);
+  /// `coordinates`: those that its arguments depend on.
+  PathCourse(const Element& element, const FormulaLaw& formula, std::vector<int> coordinates, Arguments arguments);
   /// A law of the element's deformation, or of its rate, with where it is sharp.
   PathCourse(const Element& element, const MotionLawElement& of, const MotionLaw& law, std::vector<double> sharp);
 
   const Element& element() const { return *element_; }
-
-  /// Takes its arguments at the k-th of three states, the beginning, the middle and the end of a step.
-  void take(int k, const StateView& s, Assembly& assembly);
-  void begin_where_it_ended();
 
   /// A cell of a step, in parts of it, with how far the function is at most from its value at the step's beginning.
   struct Cell {
@@ -44,7 +41,9 @@ class PathCourse {
   };
   /// Empty where a cubic is the whole step's course; or, of bends that are left to the integrator, as they are in the
   /// function's value at the step's end, one to each side of the only place that the step passes.
-  const std::vector<Cell>& cells(const Precision& precision);
+  const std::vector<Cell>& cells(StepMotion& motion, Assembly& assembly, const Precision& precision);
+  /// The part of the step, from its beginning, to which that goes: of one that turns by very much only so far.
+  double looked_at() const { return looked_at_; }
   /// What is less is nothing.
   double floor() const { return floor_; }
 
@@ -79,12 +78,14 @@ class PathCourse {
   double look(double u);
   void set_arguments(double u);
   void add(double u);
+  /// The first looks, as many as something turns for.
+  void look_along();
+  void look_at_parts(int parts);
+  void meet_arguments();
+  /// Whether any argument changes by more than rounding between these.
+  bool moves() const;
   /// Where terms pass through zero and tables' arguments their knots.
   void find_places();
-  /// Of one of them, whose value at the k-th first look is course[k].
-  void find_places(const std::vector<double>& course, const std::vector<double>& knots,
-                   const std::function<double()>& of_terms);
-  double passage(double a, double b, double fa, double fb, double knot, const std::function<double()>& of_terms);
   void add_towards_places();
   bool is_cubic();
   bool is_bend();
@@ -102,15 +103,19 @@ class PathCourse {
   const ScalarLaw* law_;
   const FormulaLaw* formula_ = nullptr;
   std::vector<double> sharp_;  // of a law of a deformation
-  double x_[3] = {}, x_here_ = 0;
-  std::vector<double> at_[3], here_;
+  std::vector<int> coordinates_;
+  StepMotion* motion_ = nullptr;  // of the step that is looked at
+  Assembly* assembly_ = nullptr;
+  double x_here_ = 0;
+  std::vector<double> here_, least_, most_;  // of the arguments, the variable behind them
   FormulaTerms terms_;
-  std::vector<FormulaTerms> first_terms_;  // at the first looks
+  std::vector<double> looks_;
+  std::vector<FormulaTerms> first_terms_;  // at these
   std::vector<double> places_, course_, knots_;
   std::vector<Sample> samples_;
   std::vector<Cell> cells_;
-  double off_ = 0, low_ = std::numeric_limits<double>::infinity(), high_ = -low_, low_now_ = 0, high_now_ = 0,
-         floor_ = 0;
+  double looked_at_ = 1, off_ = 0, low_ = std::numeric_limits<double>::infinity(), high_ = -low_, low_now_ = 0,
+         high_now_ = 0, floor_ = 0;
   std::vector<Change> steps_;
 };
 

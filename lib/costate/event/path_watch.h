@@ -1,8 +1,8 @@
 // Forces that are functions of where the motion is (formulas, laws of a spring's length or of a damper's rate), and
 // such formulas in running costs, along a run. One that acts over a short part of the way, a detent or a wall, is seen
 // by integrators only where a step happens to evaluate it there. After each step the function is looked at along the
-// step (path_course.h). Where no cubic is its course the step has passed over something: it ends where the function
-// begins to change, and steps from there on are bounded by the length of what it does there.
+// step's motion (step_motion.h, path_course.h). Where no cubic is its course the step has passed over something: it
+// ends where the function begins to change, and steps from there on are bounded by the length of what it does there.
 #pragma once
 
 #include <optional>
@@ -12,6 +12,7 @@
 #include "costate/assembly/assembly.h"
 #include "costate/event/gap_trace.h"
 #include "costate/event/path_course.h"
+#include "costate/event/step_motion.h"
 #include "costate/objective/objective.h"
 
 namespace costate {
@@ -38,19 +39,13 @@ class PathWatch {
   void add_looks(std::vector<TouchLook>& looks) const;
 
  private:
-  struct State {
-    double t = std::numeric_limits<double>::quiet_NaN();
-    std::vector<double> q, v, z;
-    void set(const StateView& s, const Assembly& assembly);
-    StateView view() const;
-  };
-  void set_middle();
-  std::optional<TouchLook> passed_over(PathCourse& f, double from, double to) const;
+  /// Of the step that `motion_` holds.
+  std::optional<TouchLook> passed_over(PathCourse& f);
+  std::optional<TouchLook> first_passed_over();
 
   Assembly& assembly_;
-  double rtol_, atol_;
   PathCourse::Precision precision_;
-  State begin_, middle_, end_;
+  StepMotion motion_;
   double cut_from_ = std::numeric_limits<double>::quiet_NaN();
   int cuts_ = 0;  // of steps from there
   std::vector<PathCourse> functions_;

@@ -129,8 +129,9 @@ std::optional<TouchLook> TouchWatch::look(double from, double to, const GapTrace
     if (stays_away(g.seen, ends_[i])) continue;
     g.trace.follow(g.seen, ends_[i], at, assembly_, traces_[i]);
     const auto dip = dip_passed_over(g, traces_[i], at);
-    // Of one and the same force its gap tells more exactly.
-    if (dip && (!first || dip->from < first->from || dip->element == first->element)) {
+    // Of one and the same touch its gap tells more exactly.
+    const bool same = dip && first && !cut && dip->element == first->element && dip->from < first->to;
+    if (dip && (!first || same || dip->from < first->from)) {
       first = dip;
       cut = true;
     }

@@ -99,6 +99,16 @@ void FormulaOutput::add_gradient_change(const StateView& s, Assembly& assembly, 
   }
 }
 
+std::optional<std::vector<int>> FormulaOutput::depends_on() const {
+  std::vector<int> all;
+  for (const auto& input : inputs_) {
+    const auto of_input = input->depends_on();
+    if (!of_input) return std::nullopt;
+    all.insert(all.end(), of_input->begin(), of_input->end());
+  }
+  return all;
+}
+
 void FormulaOutput::add_course(const std::vector<double>& numbers, Course& course) const {
   if (!definition_.formula().varies()) return;
   // What the outputs will be is not known; at one the terms of the time are as large as they are by themselves.

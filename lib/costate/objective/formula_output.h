@@ -19,6 +19,7 @@ class FormulaOutput final : public Output {
   double value(const StateView& s, Assembly& assembly) const override;
   void add_gradient(const StateView& s, Assembly& assembly, double factor, ScalarGradient& g) const override;
   bool needs_accelerations() const override { return accelerations_; }
+  std::optional<std::vector<int>> depends_on() const override;
   double change(const StateView& s, Assembly& assembly, const Variation& d) const override;
   void add_gradient_change(const StateView& s, Assembly& assembly, const Variation& d, double factor,
                            ScalarGradient& g) const override;

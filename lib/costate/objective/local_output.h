@@ -37,6 +37,7 @@ class LocalOutput : public Output {
       return factor * d;
     });
   }
+  std::optional<std::vector<int>> depends_on() const override { return coordinates_; }
   double change(const StateView& s, Assembly& assembly, const Variation& d) const override {
     require_rates(d);
     Buffers b(*this, s, assembly);

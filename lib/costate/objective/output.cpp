@@ -46,6 +46,7 @@ namespace {
 class Time final : public Output {
  public:
   Time() : Output("time", "s") {}
+  std::optional<std::vector<int>> depends_on() const override { return std::vector<int>{}; }
   double value(const StateView& s, Assembly&) const override { return s.t; }
   void add_gradient(const StateView&, Assembly&, double, ScalarGradient&) const override {}
   double change(const StateView&, Assembly&, const Variation& d) const override { return d.t; }
@@ -59,6 +60,10 @@ class Entry final : public Output {
   Entry(std::string name, std::string unit, Of of, int index)
       : Output(std::move(name), std::move(unit)), of_(of), i_(index) {}
   bool needs_accelerations() const override { return of_ == Of::a || of_ == Of::lambda; }
+  std::optional<std::vector<int>> depends_on() const override {
+    if (needs_accelerations()) return std::nullopt;
+    return of_ == Of::z ? std::vector<int>{} : std::vector<int>{i_};
+  }
   double value(const StateView& s, Assembly&) const override {
     switch (of_) {
       case Of::q:

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,8 @@ class Output {
   virtual void add_gradient(const StateView& s, Assembly& assembly, double factor, ScalarGradient& g) const;
   /// Whether the value depends on accelerations or multipliers.
   virtual bool needs_accelerations() const { return false; }
+  /// The coordinates whose positions or velocities it depends on; null: perhaps on all.
+  virtual std::optional<std::vector<int>> depends_on() const { return std::nullopt; }
 
   // For Hessians, second-order adjoints and ends of runs by an event; both throw CapabilityError where they are not
   // available.

@@ -198,6 +198,7 @@ struct Bends {
   std::vector<double>& found;
 
   void term(double) {}
+  void angle(double) {}
   void bend(double a) { found.push_back(a); }
   double call(const FormulaFunction& f, double x, const double* p) {
     thread_local std::vector<double> kinks;
@@ -214,6 +215,7 @@ struct Bends {
 
 struct Guess {
   void term(double) {}
+  void angle(double) {}
   void bend(double) {}
   double call(const FormulaFunction& f, double x, const double* p) { return known_or_one(*f.law, x, p); }
   double map(const FormulaFunction& f, double x, double y, const double* scale) {
@@ -227,6 +229,7 @@ struct Terms {
   bool known = true;
 
   void term(double a) { found.values.push_back(a); }
+  void angle(double a) { found.angles.push_back(a); }
   void bend(double a) { found.values.push_back(a); }
   double call(const FormulaFunction& f, double x, const double* p) {
     found.tables.push_back({index(f), 0, x});
@@ -242,6 +245,7 @@ struct Terms {
 
 struct Rounding {
   void term(double) {}
+  void angle(double) {}
   void bend(double) {}
   Rounded call(const FormulaFunction& f, const Rounded& x, const double* p) {
     const Dual<1> at = f.law->slope(x.v, p);
@@ -266,6 +270,7 @@ double FormulaLaw::rounding(double x, const double* p) const {
 
 double FormulaLaw::look(double x, const double* p, FormulaTerms& terms) const {
   terms.values.clear();
+  terms.angles.clear();
   terms.tables.clear();
   Terms watch{terms, functions_.data()};
   const double value = run<double>(x, p, watch);

@@ -30,6 +30,8 @@ struct FormulaTerms {
   /// What is in a function of the language, a power or a product, and how far apart what min or max chooses from is:
   /// near its zero the formula may change.
   std::vector<double> values;
+  /// The arguments of its sines, cosines and tangents, rad.
+  std::vector<double> angles;
   /// Where each of its functions, and of its maps along each axis, is asked for.
   struct Table {
     int function, axis;
@@ -76,6 +78,7 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
   S physics(const S& x, const P* p) const {
     struct {
       void term(double) {}
+      void angle(double) {}
       void bend(double) {}
       S call(const FormulaFunction& f, const S& at, const P* numbers) { return law_at(*f.law, at, numbers); }
       S map(const FormulaFunction& f, const S& a, const S& b, const P* scale) { return S(*scale) * f.map->value(a, b); }
@@ -84,8 +87,8 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
   }
 
  private:
-  /// `watch.term` is told what is in each operation that is not linear, `watch.bend` each value whose sign decides,
-  /// `watch.call` and `watch.map` give what functions do.
+  /// `watch.term` is told what is in each operation that is not linear, `watch.angle` that of what repeats,
+  /// `watch.bend` each value whose sign decides, `watch.call` and `watch.map` give what functions do.
   template <class S, class P, class Watch>
   S run(const S& x, const P* p, Watch& watch) const {
     using std::atan;
@@ -144,14 +147,17 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
         }
         case Op::sin:
           watch.term(value_of(top[0]));
+          watch.angle(value_of(top[0]));
           top[0] = sin(top[0]);
           break;
         case Op::cos:
           watch.term(value_of(top[0]));
+          watch.angle(value_of(top[0]));
           top[0] = cos(top[0]);
           break;
         case Op::tan:
           watch.term(value_of(top[0]));
+          watch.angle(value_of(top[0]));
           top[0] = sin(top[0]) / cos(top[0]);
           break;
         case Op::exp:

@@ -220,7 +220,7 @@ const RegisterCommand gradient_command(
       common.add_run_options(c);
       options->accuracy.add_to(c);
       c.flag("--estimate-error", options->estimate,
-             "Estimate the errors of psi and gradient by a rerun at rtol/10, or half the step");
+             "Estimate the errors of psi and gradient by a rerun at rtol/10 or less, or half the step");
       c.flag("--no-confirm", options->single, "One run, without the looser one that shows where small errors grow");
       c.flag("--report", options->report, "Write gradient.html too, a page with the derivatives and the motion");
       add_goal_option(c, options->goal);

@@ -228,4 +228,11 @@ Course::Bound Course::bound(double x, bool downwards) const {
   return b;
 }
 
+double Course::next_place(double x) const {
+  const auto i =
+      std::upper_bound(pieces_.begin(), pieces_.end(), x, [](double at, const Piece& piece) { return at < piece.to; });
+  if (i == pieces_.end()) return Bound().end;
+  return i->from > x ? i->from : i->to;
+}
+
 }  // namespace costate

@@ -74,6 +74,9 @@ class Course {
   };
   /// For a step from x on upwards, or downwards (end = -infinity where nothing bounds it).
   Bound bound(double x, bool downwards) const;
+  /// The next place behind x, upwards, where something begins or ends, or is to be met by other steps; infinite where
+  /// there is none.
+  double next_place(double x) const;
   const std::string& owner(int i) const { return owners_[static_cast<std::size_t>(i)]; }
 
  private:

@@ -104,13 +104,18 @@ const std::vector<PathCourse::Cell>& PathCourse::cells(StepMotion& motion, Assem
     }
   };
   meet_samples();
+  impulse_now_ = impulse_;
   if (!moves()) return cells_;
   find_places();
   add_towards_places();
   std::sort(samples_.begin(), samples_.end(), [](const Sample& a, const Sample& b) { return a.u < b.u; });
   meet_samples();
-  floor_ = std::max({precision.floor * (std::max(high_, high_now_) - std::min(low_, low_now_)),
-                     kPathRounding * std::max(std::abs(low_now_), std::abs(high_now_)), kNoForce});
+  floor_ = std::max(kPathRounding * std::max(std::abs(low_now_), std::abs(high_now_)), kNoForce);
+  const double low = std::min(low_, low_now_), high = std::max(high_, high_now_), h = motion.to() - motion.from();
+  // What it is away from where it mostly is, on whichever side.
+  impulse_now_ = impulse_ + h * std::min(high_now_ - low, high - low_now_);
+  no_range_ = precision.floor * (high - low);
+  no_impulse_ = precision.floor * impulse_now_ / h;
   if (!is_cubic() && !(of_rate_ && precision.bends && is_bend())) halve(0, 1, 0);
   return cells_;
 }
@@ -255,14 +260,14 @@ CubicCheck PathCourse::cubic_over(double a, double b) {
 }
 
 bool PathCourse::is_cubic() {
-  if (is_met(cubic_over(0, 1))) return true;
+  if (is_met(cubic_over(0, 1), 1)) return true;
   if (formula_) {
     const double before = floor_;
     for (const Sample& s : samples_) {
       set_arguments(s.u);
       floor_ = std::max(floor_, kPathNoise * formula_->rounding(x_here_, here_.data()));
     }
-    if (floor_ > before && is_met(cubic_over(0, 1))) return true;
+    if (floor_ > before && is_met(cubic_over(0, 1), 1)) return true;
   }
   return false;
 }
@@ -271,7 +276,7 @@ bool PathCourse::is_bend() {
   const auto inside = [](double u) { return u > CoursePlaces::kPlaced && u < 1 - CoursePlaces::kPlaced; };
   const auto first = std::find_if(places_.begin(), places_.end(), inside);
   if (first == places_.end() || std::any_of(first + 1, places_.end(), inside)) return false;
-  return is_met(cubic_over(0, *first)) && is_met(cubic_over(*first, 1));
+  return is_met(cubic_over(0, *first), *first) && is_met(cubic_over(*first, 1), 1 - *first);
 }
 
 void PathCourse::halve(double a, double b, int depth) {
@@ -286,7 +291,7 @@ void PathCourse::refine(double a, double b, int depth) {
     const double u = a + kPathLooks[k] * (b - a);
     cubic.compare(u, value(u));
   }
-  if (!is_met(cubic) && depth < kPathDepth) return halve(a, b, depth);
+  if (!is_met(cubic, b - a) && depth < kPathDepth) return halve(a, b, depth);
   const double begin = samples_[0].f;
   cells_.push_back({a, b, std::max(std::abs(cubic.low() - begin), std::abs(cubic.high() - begin))});
 }
@@ -294,6 +299,7 @@ void PathCourse::refine(double a, double b, int depth) {
 void PathCourse::record(double from, double to) {
   low_ = std::min(low_, low_now_);
   high_ = std::max(high_, high_now_);
+  impulse_ = impulse_now_;
   steps_.push_back({from, to, high_now_ - low_now_});
 }
 

@@ -33,8 +33,8 @@ class PathCourse {
   struct Cell {
     double from, to, away;
   };
-  /// By how much of what it changes the function may be off a cubic, and what part of its range in the run so far is
-  /// nothing; whether a single bend of a rate's law is left to the integrator.
+  /// By how much of what it changes the function may be off a cubic, and what part of its range in the run so far, or
+  /// of its impulse, is nothing; whether a single bend of a rate's law is left to the integrator.
   struct Precision {
     double off, floor;
     bool bends = true;
@@ -44,23 +44,27 @@ class PathCourse {
   const std::vector<Cell>& cells(StepMotion& motion, Assembly& assembly, const Precision& precision);
   /// The part of the step, from its beginning, to which that goes: of one that turns by very much only so far.
   double looked_at() const { return looked_at_; }
-  /// What is less is nothing.
-  double floor() const { return floor_; }
+  /// What is less, over this part of the step, is nothing: a force that was large for an instant hides no lasting one.
+  double nothing(double part) const { return std::max(floor_, std::min(no_range_, no_impulse_ / part)); }
 
   /// The step was taken.
   void record(double from, double to);
-  /// Steps in which most changed: from, to.
+  /// Steps in which most changed, of itself or by its impulse: from, to.
   template <class Emit>
   void active(double part, const Emit& emit) const {
-    double largest = 0;
-    for (const Change& s : steps_) largest = std::max(largest, s.range);
+    double largest = 0, hardest = 0;
+    for (const Change& s : steps_) {
+      largest = std::max(largest, s.range);
+      hardest = std::max(hardest, s.impulse());
+    }
+    const auto counts = [&](const Change& s) { return s.range > part * largest || s.impulse() > part * hardest; };
     for (std::size_t k = 0; k < steps_.size();) {
-      if (!(steps_[k].range > part * largest)) {
+      if (!counts(steps_[k])) {
         ++k;
         continue;
       }
       const double from = steps_[k].from;
-      for (; k < steps_.size() && steps_[k].range > part * largest; ++k) continue;
+      for (; k < steps_.size() && counts(steps_[k]); ++k) continue;
       emit(from, steps_[k - 1].to);
     }
   }
@@ -71,6 +75,7 @@ class PathCourse {
   };
   struct Change {
     double from, to, range;
+    double impulse() const { return range * (to - from); }
   };
 
   /// At a part u of the step; look() with the terms in `terms_`.
@@ -91,7 +96,9 @@ class PathCourse {
   bool is_bend();
   /// Through four values between two places, compared with the samples there; and whether it does.
   CubicCheck cubic_over(double a, double b);
-  bool is_met(const CubicCheck& cubic) const { return cubic.off() <= std::max(off_ * cubic.range(), floor_); }
+  bool is_met(const CubicCheck& cubic, double part) const {
+    return cubic.off() <= std::max(off_ * cubic.range(), nothing(part));
+  }
   void halve(double a, double b, int depth);
   void refine(double a, double b, int depth);
 
@@ -115,7 +122,7 @@ class PathCourse {
   std::vector<Sample> samples_;
   std::vector<Cell> cells_;
   double looked_at_ = 1, off_ = 0, low_ = std::numeric_limits<double>::infinity(), high_ = -low_, low_now_ = 0,
-         high_now_ = 0, floor_ = 0;
+         high_now_ = 0, floor_ = 0, no_range_ = 0, no_impulse_ = 0, impulse_ = 0, impulse_now_ = 0;
   std::vector<Change> steps_;
 };
 

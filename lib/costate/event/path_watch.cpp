@@ -15,7 +15,7 @@ namespace {
 // By how much of what it changes the function may be off a cubic, where the integrator is asked for so much; where it
 // is asked for more, of what its steps of high order make of a sine.
 constexpr double kOffCubic = 0.02, kAtRtol = 1e-4, kOffOrder = 0.125;
-// Of what the function changed so far: less is nothing, in what the integrator is asked for.
+// Of what the function changed so far, or of its impulse: less is nothing, in what the integrator is asked for.
 constexpr double kNoPathRange = 10, kLeastPathRange = 1e-10, kMostPathRange = 1e-6;
 // So often a step from one time is cut: what is still not resolved then is rounding. And steps so short, of the time.
 constexpr int kMostPathCuts = 6;
@@ -66,8 +66,11 @@ PathWatch::PathWatch(Assembly& assembly, const Objective& objective, double rtol
   std::iota(all.begin(), all.end(), 0);
   const auto follow = [&](const std::vector<const FormulaOutput*>& formulas, bool of_time) {
     for (const FormulaOutput* formula : formulas) {
-      // Of accelerations a step's ends tell nothing.
-      if ((!of_time && formula->inputs().empty()) || formula->needs_accelerations()) continue;
+      // Of accelerations a step's motion tells nothing; what a formula makes of the rest is followed all the same.
+      const auto& inputs = formula->inputs();
+      const bool of_motion =
+          std::any_of(inputs.begin(), inputs.end(), [](const auto& x) { return !x->needs_accelerations(); });
+      if (!of_motion && (!of_time || formula->needs_accelerations())) continue;
       functions_.emplace_back(formula->definition(), formula->definition().formula(),
                               formula->depends_on().value_or(all),
                               [formula](const StateView& s, Assembly& a, double* x) { formula->arguments(s, a, x); });
@@ -86,7 +89,7 @@ std::optional<TouchLook> PathWatch::passed_over(PathCourse& f) {
   // Until the function changes the step is right. Whatever is as long as what follows there is met by steps of its
   // length; what is much shorter, or longer, when they come to it.
   const auto begin =
-      std::find_if(cells.begin(), cells.end(), [&](const PathCourse::Cell& c) { return c.away > f.floor(); });
+      std::find_if(cells.begin(), cells.end(), [&](const PathCourse::Cell& c) { return c.away > f.nothing(1); });
   if (begin == cells.end()) return {};
   const auto length = [](const PathCourse::Cell& c) { return c.to - c.from; };
   const double first = length(*begin);

@@ -21,6 +21,7 @@ class MaggiDae final : public SegmentedDae, public SolvedState {
   MechanismState mechanism_state(double t, const double* y) override;
   bool carries_events() const override { return true; }
   MechanismState kinematic_state(double t, const double* y) override;
+  MechanismState look_state(double t, const double* y) override { return level_.look(t, y, y + f_, y + 2 * f_); }
   MechanismState solved_state(double t, const double* y) override;
   void solve_unknowns(double t, double* y) override;
   void residual(double t, const double* y, const double* yp, double* r) override;

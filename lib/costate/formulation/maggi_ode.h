@@ -22,6 +22,7 @@ class MaggiOde final : public SegmentedOde, public StageAdjoint {
   MechanismState mechanism_state(double t, const double* y) override;
   bool carries_events() const override { return true; }
   MechanismState kinematic_state(double t, const double* y) override;
+  MechanismState look_state(double t, const double* y) override { return level_.look(t, y, y + f_, y + 2 * f_); }
   void rhs(double t, const double* y, double* f) override;
   void factor(double t, const double* y, double gamma) override;
   void solve(double* b) override;

@@ -23,6 +23,9 @@ class StepPlan {
   /// Where a step from the state at t (s.q and s.v where there are tracks) ends at the latest, infinite where nothing
   /// bounds it; backward: the same for runs from the end to the start.
   Course::Bound bound(double t, const StateView& s, bool backward) const;
+  /// The next time behind t at which a law of time begins, ends or becomes another: schemes of high order see little of
+  /// a jump of a derivative within a step.
+  double next_time(double t) const { return time_.next_place(t); }
   bool needs_state() const { return !tracks_.empty(); }
   /// The same for a system's unknowns.
   double limit(System& system, double t, const double* y, bool backward) const;

@@ -90,6 +90,28 @@ void MaggiLevel::solve(double t, const double* y, const double* yd, const double
   solved_at_ = point;
 }
 
+StateView MaggiLevel::look(double t, const double* y, const double* yd, const double* z) {
+  if (!positions_.started()) {
+    solve(t, y, yd, z);
+    return state();
+  }
+  if (!looks_) looks_ = std::make_unique<MaggiPositions>(assembly_);
+  looks_->begin_as(positions_);
+  looks_->solve(t, y);
+  look_v_.resize(static_cast<std::size_t>(rows_));
+  for (int i = 0; i < m_; ++i) look_v_[i] = -assembly_.phi_t[i];
+  std::copy(yd, yd + f_, look_v_.begin() + m_);
+  looks_->chart().solve(look_v_.data());
+  looks_->set_rates(look_v_.data(), nullptr);
+  look_z_.assign(z, z + nz_);
+  StateView s;
+  s.t = t;
+  s.q = looks_->q();
+  s.v = look_v_.data();
+  s.z = look_z_.data();
+  return s;
+}
+
 StateView MaggiLevel::state() const {
   StateView s;
   s.t = point_.t();

@@ -56,6 +56,8 @@ class MaggiLevel {
   /// calls at the same point are free as long as the assembly is there. Throws StepError when the positions cannot be
   /// reached.
   void solve(double t, const double* y, const double* yd, const double* z);
+  /// Positions and velocities alone; what comes later is as if this had not been asked for. Valid until the next one.
+  StateView look(double t, const double* y, const double* yd, const double* z);
   /// After solve(): w from the equations of motion, and a; or a for a given w.
   void solve_accelerations();
   void set_accelerations(const double* w);
@@ -130,6 +132,8 @@ class MaggiLevel {
   EvaluationPoint point_;  // (y, yd, z), in the chart in force
   long solved_at_ = 0;
   std::vector<double> v_, a_, w_, work_;
+  std::unique_ptr<MaggiPositions> looks_;  // at the positions of look()
+  std::vector<double> look_v_, look_z_;
   std::vector<double> reaction_;  // [S^T h; R^T h], h = M a - Q
   std::vector<double> lambda_, normal_;
   EvaluationPoint accelerated_;  // w, at point_

@@ -91,6 +91,18 @@ void MaggiPositions::start(double t, const double* q) {
   remember();
 }
 
+void MaggiPositions::begin_as(const MaggiPositions& other) {
+  if (!started()) start(other.last_.t, other.last_.q.data());
+  const std::vector<int>& choice = other.chart().independent();
+  if (chart().independent() != choice) {
+    const auto same =
+        std::find_if(charts_.begin(), charts_.end(), [&](const auto& c) { return c->independent() == choice; });
+    chart_ = static_cast<int>(same - charts_.begin());
+    if (same == charts_.end()) add_chart(choice);
+  }
+  last_ = other.last_;
+}
+
 void MaggiPositions::add_chart(std::vector<int> independent) {
   charts_.push_back(std::make_unique<MaggiChart>(assembly_.jacobian(), std::move(independent)));
 }

@@ -25,6 +25,8 @@ class MaggiPositions {
   /// Forgets all charts and guesses and chooses the best chart at consistent positions.
   void start(double t, const double* q);
   bool started() const { return chart_ >= 0; }
+  /// In the chart of others that are started, near their last positions, without what they keep.
+  void begin_as(const MaggiPositions& other);
   int chart_index() const { return chart_; }
   void use_chart(int chart) { chart_ = chart; }
   MaggiChart& chart() { return *charts_[chart_]; }

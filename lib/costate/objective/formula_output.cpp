@@ -30,7 +30,8 @@ struct FormulaOutput::Arguments {
       : numbers(f.definition_.numbers().size()), count(numbers + f.inputs_.size()) {
     for (std::size_t k = 0; k < numbers; ++k)
       x[k] = assembly.numbers()[static_cast<std::size_t>(f.definition_.numbers()[k])];
-    for (std::size_t i = 0; i < f.inputs_.size(); ++i) x[numbers + i] = f.inputs_[i]->value(s, assembly);
+    for (std::size_t i = 0; i < f.inputs_.size(); ++i)
+      x[numbers + i] = !s.a && f.inputs_[i]->needs_accelerations() ? 1 : f.inputs_[i]->value(s, assembly);
   }
   /// On straight lines along the variation.
   std::array<PathDual, kMost> along(const FormulaOutput& f, const StateView& s, Assembly& assembly,

@@ -74,8 +74,7 @@ EndWatch::EndWatch(const Problem& problem, System& system)
     : problem_(problem), system_(system), search_(*problem.ends_when, problem.solver.t_start) {}
 
 MechanismState EndWatch::state(double t, const double* y) {
-  return problem_.ends_when->output->needs_accelerations() ? solved_state(system_, t, y)
-                                                           : system_.kinematic_state(t, y);
+  return problem_.ends_when->output->needs_accelerations() ? solved_state(system_, t, y) : system_.look_state(t, y);
 }
 
 void EndWatch::begin(const double* y) { search_.begin(state(problem_.solver.t_start, y), system_.assembly()); }

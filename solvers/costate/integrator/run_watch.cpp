@@ -58,7 +58,7 @@ StepSink RunWatch::sink() {
 
 void RunWatch::look(void (MotionWatch::*what)(double, const double*, const double*), double t, const double* y) {
   if (system_.begins_with_motion()) return (watch_.*what)(t, y, y + system_.assembly().n());
-  const MechanismState s = system_.kinematic_state(t, y);
+  const MechanismState s = system_.look_state(t, y);
   (watch_.*what)(t, s.q, s.v);
 }
 

@@ -106,7 +106,8 @@ void RungeKuttaRun<Kind>::begin_segment(double t, const std::vector<double>& y) 
 template <class Kind>
 double RungeKuttaRun<Kind>::ahead(double t) const {
   const double stop = std::min(options_.t_end, system_.segment_limit(segment_start_));
-  const double end = plan_->empty() ? stop : std::min(stop, plan_->limit(system_, t, end_.data(), false));
+  const double end =
+      plan_->empty() ? stop : std::min({stop, plan_->limit(system_, t, end_.data(), false), plan_->next_time(t)});
   if (!(t < look_.to)) return end;
   return std::min(end, t < look_.from ? look_.from : t + look_.step);
 }

@@ -81,7 +81,7 @@ class RungeKuttaRun {
   const double* within_step(double begin, double t);
   /// Those of the step just attempted.
   GapTrace::States states_within() {
-    return [this](double at) { return system_.kinematic_state(at, within_step(end_time_, at)); };
+    return [this](double at) { return system_.look_state(at, within_step(end_time_, at)); };
   }
   /// Whether a force may bend within it.
   bool may_bend() {

@@ -314,7 +314,7 @@ template <class Api>
 bool SundialsSession<Api>::passed_over(double begin, double& held) {
   if (!touches_) return false;
   passed_ =
-      touches_->look(begin, step_end_, [&](double t) { return system_.kinematic_state(t, within_step(t, held)); });
+      touches_->look(begin, step_end_, [&](double t) { return system_.look_state(t, within_step(t, held)); });
   if (!passed_) return false;
   step_end_ = passed_->from;
   if (step_end_ <= begin) ended_ = restart_ = true;
@@ -331,7 +331,7 @@ void SundialsSession<Api>::record_step(double begin, double end, Trajectory& tra
   if (!system_.begins_with_motion()) {
     trajectory.add_step(begin, end, order, [&](double t) {
       derivative(t, 0);
-      return system_.kinematic_state(t, at.data());
+      return system_.look_state(t, at.data());
     });
     return;
   }

@@ -19,21 +19,42 @@ namespace costate {
 
 namespace {
 
-/// The same problem solved better, and what part of the error the difference is. Halving the step of a second-order
-/// scheme takes away three quarters of it.
-Problem better(const Problem& problem, const Simulation& result, bool fixed) {
+// A run that takes so many steps more is another one: of two with the same steps the difference tells nothing. And the
+// part of the tolerance that an estimate is at least: two runs may agree by accident.
+constexpr double kOtherSteps = 1.2, kLeastError = 1e-2;
+constexpr double kTightestEstimate = 1e-14, kFarthest = 3e-4;
+
+/// The same problem with half the step.
+Problem with_half_the_step(const Problem& problem, const Simulation& result) {
   Problem p = problem;
   p.solver.confirm = false;
-  if (fixed) {
-    p.solver.step_s =
-        (problem.solver.t_end - problem.solver.t_start) / (2.0 * static_cast<double>(result.counters.steps));
-    return p;
-  }
-  p.solver.rtol = std::max(problem.solver.rtol / 10, 1e-14);
-  p.solver.atol = std::max(problem.solver.absolute() / 10, 1e-16);
+  p.solver.step_s =
+      (problem.solver.t_end - problem.solver.t_start) / (2.0 * static_cast<double>(result.counters.steps));
   return p;
 }
 
+Problem with_tolerance(const Problem& problem, double part) {
+  Problem p = problem;
+  p.solver.confirm = false;
+  p.solver.rtol = std::max(problem.solver.rtol * part, kTightestEstimate);
+  p.solver.atol = std::max(problem.solver.absolute() * part, 1e-16);
+  return p;
+}
+
+/// The same run solved better: `run` makes it of another problem.
+template <class Result, class Run>
+Result run_better(const Problem& problem, const Result& result, bool fixed, const Run& run) {
+  if (fixed) return run(with_half_the_step(problem, result));
+  for (double part = 0.1;; part *= 0.1) {
+    const Problem tighter = with_tolerance(problem, part);
+    Result better = run(tighter);
+    if (static_cast<double>(better.counters.steps) > kOtherSteps * static_cast<double>(result.counters.steps) ||
+        part < kFarthest || tighter.solver.rtol <= kTightestEstimate)
+      return better;
+  }
+}
+
+/// What part of the error the difference is: halving the step of a second-order scheme takes away three quarters of it.
 ErrorEstimate apart(const Simulation& result, const Simulation& other, bool fixed) {
   ErrorEstimate e;
   e.psi = (fixed ? 4.0 / 3.0 : 1.0) * std::abs(result.psi - other.psi);
@@ -46,6 +67,10 @@ ErrorEstimate apart(const GradientResult& result, const GradientResult& other, b
   for (std::size_t j = 0; j < result.gradient.size(); ++j)
     e.gradient.push_back(factor * std::abs(result.gradient[j] - other.gradient[j]));
   return e;
+}
+
+void add_least(const Problem& problem, const Simulation& result, bool fixed, ErrorEstimate& e) {
+  if (!fixed) e.psi = std::max(e.psi, kLeastError * problem.solver.rtol * std::abs(result.psi));
 }
 
 /// What the soft constraints of the penalties add is of first order in 1/alpha: a weight ten times as large takes nine
@@ -106,7 +131,8 @@ Problem with_firmer_constraints(const Problem& problem) {
 ErrorEstimate estimate_error(const Problem& problem, const std::vector<double>& rho, const Simulation& result) {
   const bool fixed = has_fixed_steps(integrator_of(problem));
   const auto run = [&](const Problem& p) { return simulate(p, rho); };
-  ErrorEstimate e = apart(result, run(better(problem, result, fixed)), fixed);
+  ErrorEstimate e = apart(result, run_better(problem, result, fixed, run), fixed);
+  add_least(problem, result, fixed, e);
   add_softness(problem, result, e, run);
   return e;
 }
@@ -115,7 +141,10 @@ ErrorEstimate estimate_error(const Problem& problem, const std::string& method, 
                              const GradientResult& result) {
   const bool fixed = by_fixed_steps(problem, find_sensitivity_method(method));
   const auto run = [&](const Problem& p) { return gradient(p, method, rho); };
-  ErrorEstimate e = apart(result, run(better(problem, result, fixed)), fixed);
+  ErrorEstimate e = apart(result, run_better(problem, result, fixed, run), fixed);
+  add_least(problem, result, fixed, e);
+  for (std::size_t j = 0; j < e.gradient.size() && !fixed; ++j)
+    e.gradient[j] = std::max(e.gradient[j], kLeastError * problem.solver.rtol * std::abs(result.gradient[j]));
   add_softness(problem, result, e, run);
   return e;
 }

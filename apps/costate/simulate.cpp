@@ -104,7 +104,8 @@ const RegisterCommand simulate_command(
       c.option("--output-step", options->step, "Time between stored samples [s]");
       c.flag("--csv", options->csv, "Write the trajectory as CSV too");
       c.flag("--report", options->report, "Write simulate.html too, a page with plots of the outputs that matter");
-      c.flag("--estimate-error", options->estimate, "Estimate psi's error by a rerun at rtol/10 or less, or half the step");
+      c.flag("--estimate-error", options->estimate,
+             "Estimate psi's error by a rerun at rtol/10 or less, or half the step");
       c.runs([&common, options] { return run(common, *options); });
     });
 

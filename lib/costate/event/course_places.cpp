@@ -9,6 +9,8 @@ namespace {
 // Places beyond the step's ends count as well, so far; and of what comes back those that it nearly reaches.
 constexpr double kBeyond = 0.1, kNearly = 0.05;
 constexpr int kPlacing = 40, kTurning = 32;
+// Of the largest value nearby: a value is rounding.
+constexpr double kPassed = 1e-15;
 }  // namespace
 
 void CoursePlaces::find(const std::vector<double>& u, const std::vector<double>& course,
@@ -63,27 +65,28 @@ void CoursePlaces::add_passages(const Look& a, const Look& b) {
   each_between(a.x, b.x, [&](double knot) { put(passage(a, b, knot)); });
 }
 
-// By false position, with halves of the side that stays.
+// By false position, with halves of the side that stays, and by the secant at last.
 double CoursePlaces::passage(Look a, Look b, double knot) const {
-  double fa = a.x - knot, fb = b.x - knot;
-  if (fa == 0 || fb == 0) return fa == 0 ? a.u : b.u;
+  a.x -= knot;
+  b.x -= knot;
+  const double rounding = kPassed * std::max(std::abs(a.x), std::abs(b.x));
+  double fa = a.x, fb = b.x;
   for (int k = 0; k < kPlacing && b.u - a.u > kPlaced; ++k) {
-    const double u = a.u + std::clamp(fa / (fa - fb), 0.01, 0.99) * (b.u - a.u), f = at_(u) - knot;
-    if (f == 0) return u;
-    const bool close = std::abs(f) < kPlaced * std::abs(fa - fb);
-    if ((f < 0) == (fa < 0)) {
-      if (close && u - a.u < kPlaced) return u;
-      a.u = u;
-      fa = f;
+    if (std::abs(a.x) <= rounding) return a.u;
+    if (std::abs(b.x) <= rounding) return b.u;
+    const double u = a.u + std::clamp(fa / (fa - fb), 0.01, 0.99) * (b.u - a.u);
+    const Look look{u, at_(u) - knot};
+    if ((look.x < 0) == (a.x < 0)) {
+      a = look;
+      fa = a.x;
       fb *= 0.5;
     } else {
-      if (close && b.u - u < kPlaced) return u;
-      b.u = u;
-      fb = f;
+      b = look;
+      fb = b.x;
       fa *= 0.5;
     }
   }
-  return 0.5 * (a.u + b.u);
+  return a.u + (a.x == b.x ? 0.5 : std::clamp(a.x / (a.x - b.x), 0.0, 1.0)) * (b.u - a.u);
 }
 
 void CoursePlaces::add_turn(const Look& a, const Look& b, double edge, const Look& turn, double range) {

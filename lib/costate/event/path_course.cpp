@@ -21,6 +21,8 @@ constexpr double kPathLooks[] = {0, 0.0713, 0.1927, 0.2659, 0.4271, 0.5483, 0.73
 constexpr std::size_t kPathLookCount = std::size(kPathLooks);
 constexpr double kPartAngle = 1;
 constexpr int kMostParts = 256;
+// Places as near as this are one.
+constexpr double kSamePlace = 1e-14;
 // Towards each place, each half as far as the last; of many places fewer.
 constexpr int kPathTowards = 16, kFewestTowards = 3, kPathTowardsAll = 128, kPathDepth = 14;
 }  // namespace
@@ -233,7 +235,7 @@ void PathCourse::find_places() {
 void PathCourse::add_towards_places() {
   std::sort(places_.begin(), places_.end());
   places_.erase(
-      std::unique(places_.begin(), places_.end(), [](double a, double b) { return b - a < CoursePlaces::kPlaced; }),
+      std::unique(places_.begin(), places_.end(), [](double a, double b) { return b - a < kSamePlace; }),
       places_.end());
   if (places_.empty()) return;
   const int count = static_cast<int>(std::min<std::size_t>(places_.size(), kPathTowardsAll));

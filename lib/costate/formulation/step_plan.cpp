@@ -100,7 +100,7 @@ Course::Bound StepPlan::bound(double t, const StateView& s, bool backward) const
 }
 
 double StepPlan::limit(System& system, double t, const double* y, bool backward) const {
-  const StateView s = tracks_.empty() ? StateView() : system.look_state(t, y);
+  const StateView s = tracks_.empty() ? StateView() : system.kinematic_state(t, y);
   if (std::isnan(reversed_from_)) return bound(t, s, backward).end;
   return reversed_from_ - bound(reversed_from_ - t, s, !backward).end;
 }

@@ -26,7 +26,7 @@ void System::begin_events(double t, const double* y) {
 std::optional<double> System::find_event(double from, double to, const std::function<const double*(double)>& at) {
   if (!events_) return {};
   const auto hit = events_->find(from, to, [&](double t) {
-    return events_->needs_multipliers() ? solved_state(*this, t, at(t)) : kinematic_state(t, at(t));
+    return events_->needs_multipliers() ? solved_state(*this, t, at(t)) : look_state(t, at(t));
   });
   if (!hit) return {};
   pending_event_ = hit->event;

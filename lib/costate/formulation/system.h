@@ -63,8 +63,8 @@ class System {
   /// The same for those who ask for neither accelerations nor multipliers: these may be missing.
   virtual MechanismState kinematic_state(double t, const double* y) { return mechanism_state(t, y); }
 
-  /// The same for a look at the motion between evaluations, after which those give the same bits as without it. Valid
-  /// until the next one.
+  /// The same for looks at a step, after which evaluations give the same bits as without them. Valid until
+  /// the next one.
   virtual MechanismState look_state(double t, const double* y) { return kinematic_state(t, y); }
 
   /// gradient += mu^T E y_rho of the start at t, for mu of length size() and E the differential unknowns; without the

@@ -19,6 +19,7 @@ MaggiLevel::MaggiLevel(Assembly& assembly)
       nz_(assembly.nz()),
       rows_(std::max(m_ + f_, n_)),
       point_(assembly),
+      look_point_(assembly),
       accelerated_(assembly) {
   const auto n = static_cast<std::size_t>(n_), rows = static_cast<std::size_t>(rows_);
   v_.assign(rows, 0);
@@ -96,19 +97,25 @@ StateView MaggiLevel::look(double t, const double* y, const double* yd, const do
     return state();
   }
   if (!looks_) looks_ = std::make_unique<MaggiPositions>(assembly_);
-  looks_->begin_as(positions_);
-  looks_->solve(t, y);
-  look_v_.resize(static_cast<std::size_t>(rows_));
-  for (int i = 0; i < m_; ++i) look_v_[i] = -assembly_.phi_t[i];
-  std::copy(yd, yd + f_, look_v_.begin() + m_);
-  looks_->chart().solve(look_v_.data());
-  looks_->set_rates(look_v_.data(), nullptr);
-  look_z_.assign(z, z + nz_);
+  const auto f = static_cast<std::size_t>(f_), nz = static_cast<std::size_t>(nz_);
+  const long before = look_point_.id();
+  const bool other_chart = looks_->begin_as(positions_);
+  if (look_point_.move_to(t, {{y, f}, {yd, f}, {z, nz}}) != before || other_chart) {
+    look_point_.forget();  // while it may throw
+    if (!looks_->solve_by_factors_of(positions_, t, y, yd, look_v_)) {
+      looks_->solve(t, y);
+      look_v_.resize(static_cast<std::size_t>(rows_));
+      for (int i = 0; i < m_; ++i) look_v_[i] = -assembly_.phi_t[i];
+      std::copy(yd, yd + f_, look_v_.begin() + m_);
+      looks_->chart().solve(look_v_.data());
+    }
+    look_point_.move_to(t, {{y, f}, {yd, f}, {z, nz}});
+  }
   StateView s;
   s.t = t;
   s.q = looks_->q();
   s.v = look_v_.data();
-  s.z = look_z_.data();
+  s.z = look_point_.values() + 2 * f_;
   return s;
 }
 

@@ -115,8 +115,8 @@ class MaggiLevel {
   /// Whether these are more than should be put into full matrices (maggi_mass.h).
   bool sparse() const { return mass_.sparse(); }
 
-  long factorizations() const { return positions_.factorizations(); }
-  long position_iterations() const { return positions_.iterations(); }
+  long factorizations() const { return positions_.factorizations() + (looks_ ? looks_->factorizations() : 0); }
+  long position_iterations() const { return positions_.iterations() + (looks_ ? looks_->iterations() : 0); }
 
  private:
   /// Nothing is known at the point yet.
@@ -133,7 +133,8 @@ class MaggiLevel {
   long solved_at_ = 0;
   std::vector<double> v_, a_, w_, work_;
   std::unique_ptr<MaggiPositions> looks_;  // at the positions of look()
-  std::vector<double> look_v_, look_z_;
+  EvaluationPoint look_point_;
+  std::vector<double> look_v_;
   std::vector<double> reaction_;  // [S^T h; R^T h], h = M a - Q
   std::vector<double> lambda_, normal_;
   EvaluationPoint accelerated_;  // w, at point_

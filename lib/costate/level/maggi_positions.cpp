@@ -20,6 +20,9 @@ constexpr double kNear = 0.05;       // a factorization serves for steps from po
 constexpr double kFar = 0.2;         // a guess is continued along its velocities no farther than this
 constexpr double kKeepEvery = 0.05;  // distance between kept positions
 constexpr int kMaxIterations = 30;
+// By factors of positions nearby: by how much steps become shorter at least, and how many there are.
+constexpr double kLookContraction = 0.3, kLookRounding = 1e-13;
+constexpr int kMostLookSteps = 12;
 constexpr std::size_t kReserved = 256;  // kept positions that need no allocation
 }  // namespace
 
@@ -91,16 +94,65 @@ void MaggiPositions::start(double t, const double* q) {
   remember();
 }
 
-void MaggiPositions::begin_as(const MaggiPositions& other) {
-  if (!started()) start(other.last_.t, other.last_.q.data());
-  const std::vector<int>& choice = other.chart().independent();
-  if (chart().independent() != choice) {
-    const auto same =
-        std::find_if(charts_.begin(), charts_.end(), [&](const auto& c) { return c->independent() == choice; });
-    chart_ = static_cast<int>(same - charts_.begin());
-    if (same == charts_.end()) add_chart(choice);
-  }
+bool MaggiPositions::begin_as(const MaggiPositions& other) {
+  const bool first = !started();
+  if (first) start(other.last_.t, other.last_.q.data());
   last_ = other.last_;
+  const std::vector<int>& choice = other.chart().independent();
+  if (chart().independent() == choice) return first;
+  const auto same =
+      std::find_if(charts_.begin(), charts_.end(), [&](const auto& c) { return c->independent() == choice; });
+  chart_ = static_cast<int>(same - charts_.begin());
+  if (same == charts_.end()) add_chart(choice);
+  return true;
+}
+
+bool MaggiPositions::solve_by_factors_of(const MaggiPositions& other, double t, const double* y, const double* yd,
+                                         std::vector<double>& v) {
+  if (other.factored_chart_ != other.chart_ || redundant_) return false;
+  guess(t, false);
+  double distance = 0;
+  for (std::size_t i = 0; i < q_.size(); ++i) distance = std::max(distance, std::abs(q_[i] - other.factored_at_[i]));
+  if (!(distance <= kNear * scale_)) return false;
+  MaggiChart& X = *other.charts_[static_cast<std::size_t>(other.chart_)];
+  const auto& independent = X.independent();
+  StateView s;
+  s.t = t;
+  s.q = q_.data();
+  double previous = std::numeric_limits<double>::infinity();
+  for (int k = 0;; ++k) {
+    ++iterations_;
+    assembly_.calc_constraints(s);
+    for (int i = 0; i < m_; ++i) step_[i] = -assembly_.phi[i];
+    for (std::size_t i = 0; i < independent.size(); ++i)
+      step_[static_cast<std::size_t>(m_) + i] = y[i] - q_[static_cast<std::size_t>(independent[i])];
+    X.solve(step_.data());
+    const double step = largest(step_.data()) / scale_;
+    if (step <= kLookRounding) break;
+    if (k == kMostLookSteps || !(step <= kLookContraction * previous)) return false;
+    for (std::size_t i = 0; i < q_.size(); ++i) q_[i] += step_[i];
+    previous = step;
+  }
+  // [Phi_q; B] v = [-Phi_t; yd], with what the factors leave of it taken up again.
+  const auto rest = [&](double* r) {
+    for (int i = 0; i < m_; ++i) r[i] = -assembly_.phi_t[i];
+    std::copy(yd, yd + f_, r + m_);
+    if (v.empty()) return;
+    add_product(assembly_.jacobian(), assembly_.phi_q.data(), -1, v.data(), r);
+    for (int i = 0; i < f_; ++i) r[m_ + i] -= v[static_cast<std::size_t>(independent[static_cast<std::size_t>(i)])];
+  };
+  v.clear();
+  rest(step_.data());
+  X.solve(step_.data());
+  v = step_;
+  const double all = largest(v.data());
+  for (int k = 0; k < kMostLookSteps; ++k) {
+    rest(step_.data());
+    X.solve(step_.data());
+    for (int i = 0; i < n_; ++i) v[static_cast<std::size_t>(i)] += step_[static_cast<std::size_t>(i)];
+    if (largest(step_.data()) <= kLookRounding * all) return true;
+  }
+  return false;
 }
 
 void MaggiPositions::add_chart(std::vector<int> independent) {

@@ -25,8 +25,13 @@ class MaggiPositions {
   /// Forgets all charts and guesses and chooses the best chart at consistent positions.
   void start(double t, const double* q);
   bool started() const { return chart_ >= 0; }
-  /// In the chart of others that are started, near their last positions, without what they keep.
-  void begin_as(const MaggiPositions& other);
+  /// In the chart of others that are started, near their last positions, without what they keep. Whether the chart is
+  /// another than before.
+  bool begin_as(const MaggiPositions& other);
+  /// q as solve() finds it, and v of rates yd of y (n, with room for m + f), by the factors of others that begin_as()
+  /// was of; false where these are from positions too far away.
+  bool solve_by_factors_of(const MaggiPositions& other, double t, const double* y, const double* yd,
+                           std::vector<double>& v);
   int chart_index() const { return chart_; }
   void use_chart(int chart) { chart_ = chart; }
   MaggiChart& chart() { return *charts_[chart_]; }

@@ -27,8 +27,8 @@ class FormulaOutput final : public Output {
   /// What the formula itself does along time, with the mechanism's numbers; not what its inputs do.
   void add_course(const std::vector<double>& numbers, Course& course) const;
   const DefinedOutput& definition() const { return definition_; }
-  /// The formula's arguments at a state, its numbers and the values of the outputs; where the state has no accelerations
-  /// those that need them are one.
+  /// The formula's arguments at a state, its numbers and the values of the outputs; where the state has no
+  /// accelerations those that need them are one.
   void arguments(const StateView& s, Assembly& assembly, double* x) const;
   const std::vector<std::unique_ptr<Output>>& inputs() const { return inputs_; }
   /// The value if input i were larger by `shift`.

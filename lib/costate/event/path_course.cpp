@@ -234,9 +234,8 @@ void PathCourse::find_places() {
 
 void PathCourse::add_towards_places() {
   std::sort(places_.begin(), places_.end());
-  places_.erase(
-      std::unique(places_.begin(), places_.end(), [](double a, double b) { return b - a < kSamePlace; }),
-      places_.end());
+  places_.erase(std::unique(places_.begin(), places_.end(), [](double a, double b) { return b - a < kSamePlace; }),
+                places_.end());
   if (places_.empty()) return;
   const int count = static_cast<int>(std::min<std::size_t>(places_.size(), kPathTowardsAll));
   const int towards = std::clamp(kPathTowardsAll / count, kFewestTowards, kPathTowards);

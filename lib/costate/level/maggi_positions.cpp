@@ -128,9 +128,10 @@ bool MaggiPositions::solve_by_factors_of(const MaggiPositions& other, double t, 
       step_[static_cast<std::size_t>(m_) + i] = y[i] - q_[static_cast<std::size_t>(independent[i])];
     X.solve(step_.data());
     const double step = largest(step_.data()) / scale_;
-    if (step <= kLookRounding) break;
-    if (k == kMostLookSteps || !(step <= kLookContraction * previous)) return false;
+    if (!(step <= std::max(kLookRounding, kLookContraction * previous)) || k == kMostLookSteps) return false;
+    // Coordinates without constraints, which do not count, come to their place by the first one.
     for (std::size_t i = 0; i < q_.size(); ++i) q_[i] += step_[i];
+    if (step <= kLookRounding) break;
     previous = step;
   }
   // [Phi_q; B] v = [-Phi_t; yd], with what the factors leave of it taken up again.

@@ -15,6 +15,8 @@ namespace {
 constexpr double kPathRounding = 1e-10, kPathNoise = 8, kNoForce = 1e-30;
 // Arguments that change by no more over a step, of the integrator's tolerances and of the motion's size, are rounding.
 constexpr double kPathStill = 1e-4, kPathStillAt = 1e-13;
+// What is between two places of its law over a step: with this part of what it travels to spare; and what goes one way.
+constexpr double kPlaceRoom = 0.1, kOneWay = 0.5;
 // The first looks at a step, or at a part of it in which nothing turns by more than kPartAngle, between its ends
 // without a common period; and of what turns by more than so many parts of a step those at its beginning alone.
 constexpr double kPathLooks[] = {0, 0.0713, 0.1927, 0.2659, 0.4271, 0.5483, 0.7331, 0.8219, 0.9407, 1};
@@ -37,7 +39,7 @@ PathCourse::PathCourse(const Element& element, const FormulaLaw& formula, std::v
       here_(static_cast<std::size_t>(formula.number_count())) {}
 
 PathCourse::PathCourse(const Element& element, const MotionLawElement& of, const MotionLaw& law,
-                       std::vector<double> sharp)
+                       std::vector<double> sharp, bool search)
     : element_(&element),
       owner_(&of),
       first_(law.first),
@@ -45,12 +47,13 @@ PathCourse::PathCourse(const Element& element, const MotionLawElement& of, const
       of_rate_(law.of_rate),
       law_(law.law),
       sharp_(std::move(sharp)),
+      search_(search),
       coordinates_(element.coordinates()) {
   std::sort(sharp_.begin(), sharp_.end());
 }
 
 void PathCourse::set_arguments(double u) {
-  const StateView& s = motion_->at(u);
+  const StateView& s = motion_->at(u, coordinates_);
   if (!owner_) {
     arguments_(s, *assembly_, here_.data());
     x_here_ = s.t;
@@ -61,6 +64,7 @@ void PathCourse::set_arguments(double u) {
   here_.assign(local.p + first_, local.p + element_->numbers().size());
   const GapMotion m = owner_->deformation(local);
   x_here_ = of_rate_ ? m.rate : m.gap - local.p[origin_];
+  rate_here_ = m.rate;
 }
 
 double PathCourse::value(double u) {
@@ -95,10 +99,12 @@ const std::vector<PathCourse::Cell>& PathCourse::cells(StepMotion& motion, Assem
   assembly_ = &assembly;
   off_ = precision.off;
   cells_.clear();
-  look_along();
-  if (looked_at_ < 1) return cells_;
+  looked_at_ = 1;
   low_now_ = HUGE_VAL;
   high_now_ = -HUGE_VAL;
+  if (owner_ && !sharp_.empty() && is_between_places(precision.bends)) return cells_;
+  look_along();
+  if (looked_at_ < 1) return cells_;
   const auto meet_samples = [this] {
     for (const Sample& s : samples_) {
       low_now_ = std::min(low_now_, s.f);
@@ -122,11 +128,49 @@ const std::vector<PathCourse::Cell>& PathCourse::cells(StepMotion& motion, Assem
   return cells_;
 }
 
+// By the control points of the two cubics through the deformation and its rate at both ends and in the middle; of
+// rates, whose own are not known, by five values and how far these are from straight lines.
+bool PathCourse::is_between_places(bool leaves_bends) {
+  if (search_ || motion_->turn(coordinates_) > kPartAngle) return false;
+  const double h = motion_->to() - motion_->from();
+  double low = HUGE_VAL, high = -HUGE_VAL, bent = 0, least = HUGE_VAL, x[5], rate[5];
+  const int nodes = of_rate_ ? 5 : 3;
+  for (int k = 0; k < nodes; ++k) {
+    const double f = value(static_cast<double>(k) / (nodes - 1));
+    low_now_ = std::min(low_now_, f);
+    high_now_ = std::max(high_now_, f);
+    x[k] = x_here_;
+    rate[k] = rate_here_;
+  }
+  const auto meet = [&](double at) {
+    low = std::min(low, at);
+    high = std::max(high, at);
+  };
+  for (int k = 0; k < nodes; ++k) meet(x[k]);
+  if (of_rate_) {
+    for (int k = 1; k < nodes; ++k) {
+      const double way = x[k] - x[k - 1];
+      if (k > 1) bent = std::max(bent, std::abs(way - (x[k - 1] - x[k - 2])));
+      least = std::min(least, way * (x[nodes - 1] - x[0]) > 0 ? std::abs(way) : 0);
+    }
+  } else {
+    for (int k = 0; k + 1 < nodes; ++k) {
+      meet(x[k] + h / 6 * rate[k]);
+      meet(x[k + 1] - h / 6 * rate[k + 1]);
+    }
+  }
+  const double room = kPlaceRoom * (high - low) + bent + motion_->tolerance(std::max(std::abs(low), std::abs(high)));
+  const auto first = std::lower_bound(sharp_.begin(), sharp_.end(), low - room);
+  const auto passed = std::upper_bound(first, sharp_.end(), high + room) - first;
+  impulse_now_ = impulse_;
+  // Of a rate's law that bends once and is left to the integrator, where its argument goes one way.
+  return passed == 0 || (passed == 1 && of_rate_ && leaves_bends && bent < kOneWay * least);
+}
+
 void PathCourse::look_along() {
   const auto parts_of = [](double angle) {
     return static_cast<int>(std::ceil(std::clamp(angle / kPartAngle, 1.0, 1e6)));
   };
-  looked_at_ = 1;
   int parts = parts_of(motion_->turn(coordinates_));
   if (parts <= kMostParts) {
     look_at_parts(parts);

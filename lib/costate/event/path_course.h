@@ -24,8 +24,10 @@ class PathCourse {
 
   /// `coordinates`: those that its arguments depend on.
   PathCourse(const Element& element, const FormulaLaw& formula, std::vector<int> coordinates, Arguments arguments);
-  /// A law of the element's deformation, or of its rate, with where it is sharp.
-  PathCourse(const Element& element, const MotionLawElement& of, const MotionLaw& law, std::vector<double> sharp);
+  /// A law of the element's deformation, or of its rate, with where it is sharp, and whether something may hide in
+  /// between.
+  PathCourse(const Element& element, const MotionLawElement& of, const MotionLaw& law, std::vector<double> sharp,
+             bool search);
 
   const Element& element() const { return *element_; }
 
@@ -83,6 +85,8 @@ class PathCourse {
   double look(double u);
   void set_arguments(double u);
   void add(double u);
+  /// Whether a law passes none of the places where it is sharp, or one of its bends that is left to the integrator.
+  bool is_between_places(bool leaves_bends);
   /// The first looks, as many as something turns for.
   void look_along();
   void look_at_parts(int parts);
@@ -110,10 +114,11 @@ class PathCourse {
   const ScalarLaw* law_;
   const FormulaLaw* formula_ = nullptr;
   std::vector<double> sharp_;  // of a law of a deformation
+  bool search_ = false;
   std::vector<int> coordinates_;
   StepMotion* motion_ = nullptr;  // of the step that is looked at
   Assembly* assembly_ = nullptr;
-  double x_here_ = 0;
+  double x_here_ = 0, rate_here_ = 0;
   std::vector<double> here_, least_, most_;  // of the arguments, the variable behind them
   FormulaTerms terms_;
   std::vector<double> looks_;

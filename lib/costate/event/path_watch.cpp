@@ -59,7 +59,7 @@ PathWatch::PathWatch(Assembly& assembly, const Objective& objective, double rtol
                                         : places.knots.empty() && law_begins(*of.law, numbers).size() < 2))
         continue;
       places.sharp.insert(places.sharp.end(), places.knots.begin(), places.knots.end());
-      functions_.emplace_back(*force, *owner, of, std::move(places.sharp));
+      functions_.emplace_back(*force, *owner, of, std::move(places.sharp), places.search);
     }
   }
   std::vector<int> all(assembly.mechanism().coordinates().size());

@@ -33,6 +33,8 @@ class PathWatch {
   PathWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, bool leaves_bends);
 
   bool empty() const { return functions_.empty(); }
+  /// Where the motion may have jumped.
+  void begin_segment() { motion_.forget(); }
   /// As TouchWatch::look.
   std::optional<TouchLook> look(double from, double to, const GapTrace::States& at);
   /// When something acted so far, for runs back along the motion; steps of a part of each.

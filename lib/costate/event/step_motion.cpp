@@ -55,12 +55,15 @@ std::size_t StepMotion::add(double u, const StateView& s) {
 }
 
 void StepMotion::take(double from, double to, const GapTrace::States& at) {
+  const bool goes_on = node_count_ > 1 && from == to_, again = node_count_ > 1 && from == from_;
+  if (goes_on) std::swap(nodes_[0], nodes_[1]);
+  node_count_ = goes_on || again ? 1 : 0;
+  piece_count_ = 0;
   from_ = from;
   to_ = to;
-  node_count_ = piece_count_ = 0;
-  // Velocities may have jumped since the last step's end.
-  const std::size_t begin = add(0, at(from));
-  divide(begin, add(1, at(to)), 0, at);
+  if (node_count_ == 0) add(0, at(from));
+  nodes_[0].u = 0;
+  divide(0, add(1, at(to)), 0, at);
 }
 
 void StepMotion::divide(std::size_t begin, std::size_t end, int depth, const GapTrace::States& at) {
@@ -121,16 +124,18 @@ void StepMotion::fit(Piece& piece) const {
   }
 }
 
-const StateView& StepMotion::at(double u) {
+const StateView& StepMotion::at(double u, const std::vector<int>& coordinates) {
   std::size_t k = 0;
   while (k + 1 < piece_count_ && u > nodes_[pieces_[k].end].u) ++k;
   const Piece& piece = pieces_[k];
   const double u0 = nodes_[piece.begin].u, s = (u - u0) / (nodes_[piece.end].u - u0);
-  const double* c = piece.c.data();
-  for (std::size_t i = 0; i < n_; ++i, c += 11) {
+  for (const int k_of : coordinates) {
+    const auto i = static_cast<std::size_t>(k_of);
+    const double* c = piece.c.data() + 11 * i;
     q_[i] = c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))));
     v_[i] = c[6] + s * (c[7] + s * (c[8] + s * (c[9] + s * c[10])));
   }
+  const double* c = piece.c.data() + 11 * n_;
   for (std::size_t i = 0; i < nz_; ++i, c += 3) z_[i] = c[0] + s * (c[1] + s * c[2]);
   here_.t = u < 1 ? from_ + u * (to_ - from_) : to_;
   return here_;

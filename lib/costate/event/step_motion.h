@@ -25,12 +25,16 @@ class StepMotion {
   /// Positions are rounding to atol + rtol |q|.
   StepMotion(const Mechanism& mechanism, double rtol, double atol);
 
-  /// `at` gives the state at times of the step; asked for here, not later.
+  /// `at` gives the state at times of the step; asked for here, not later. A step that begins where the last one ended
+  /// begins with its state.
   void take(double from, double to, const GapTrace::States& at);
+  /// The next one does not: the motion may have jumped.
+  void forget() { node_count_ = 0; }
   double from() const { return from_; }
   double to() const { return to_; }
-  /// At a part u of the step, within [0, 1]; valid until it is called again, with q, v and z alone.
-  const StateView& at(double u);
+  /// At a part u of the step, within [0, 1]; valid until it is called again, with q and v of these coordinates and z
+  /// alone.
+  const StateView& at(double u, const std::vector<int>& coordinates);
 
   /// The largest angle by which one of these coordinates, or what they are the direction of, turns over the step, rad.
   double turn(const std::vector<int>& coordinates) const;

@@ -25,6 +25,8 @@ class TouchWatch {
   TouchWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, bool leaves_bends = true);
 
   bool empty() const { return gaps_.empty() && paths_.empty(); }
+  /// The motion may have jumped since the last look.
+  void begin_segment() { paths_.begin_segment(); }
   /// Whether something touches, or might within a step that is not yet accepted.
   bool may_touch(double from, double to, const GapTrace::States& at) const;
   /// After each step of the run, once and in order of time; `at` gives the state at times between its ends, valid until

@@ -101,6 +101,7 @@ void RungeKuttaRun<Kind>::begin_segment(double t, const std::vector<double>& y) 
   end_ = y;
   ended_ = pending_step_ = false;
   h_ = 0;
+  if (touches_) touches_->begin_segment();
 }
 
 template <class Kind>

@@ -57,6 +57,7 @@ void SegmentedRun<Session, SystemType>::begin_segment(const SegmentStart& start,
   if (adjoint_) system_.forget_history();
   session = make_session_(start);
   session->follow(plan_of_steps_);
+  touches_->begin_segment();
   session->follow(touches_.get());
   if (cost_) session->enable_cost();
   if (sensitivities_) session->enable_sensitivities();

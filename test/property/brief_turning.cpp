@@ -256,6 +256,21 @@ TEST_CASE("brief forces: a large short force hides no small long one, and costs 
   }
 }
 
+TEST_CASE("brief forces: one that divides by zero where it begins", "[touch]") {
+  // Of 0.2 N between 6.1 and 6.2 m, by a quotient whose rounding knows no bound beside its zero.
+  for (const Way& way : kWays)
+    for (const double rtol : {1e-6, 1e-8, 1e-10}) {
+      CAPTURE(way.formulation, way.integrator, rtol);
+      const Simulation r = run(way,
+                               joined(kFlight,
+                                      "[force.f]\npoint = \"P\"\nformula_y_N = \"0.1*(abs(P.x - 6.1)/(P.x - 6.1) - "
+                                      "abs(P.x - 6.2)/(P.x - 6.2))\"\n[start]\ngiven = [\"P.x\", \"P.y\"]\n",
+                                      kFinal),
+                               rtol, {"run.t_end_s=10"});
+      CHECK(std::abs(r.psi - 0.12) <= 30 * rtol);
+    }
+}
+
 TEST_CASE("late laws: schemes of high order end a step where a law of time does", "[explicit][radau]") {
   // A pendulum on a carriage that is moved by a smooth step, after a rest. Against one of order 5, whose steps are
   // shorter by far, at a tighter tolerance: radau9 was off by 1,700 rtol, passing the step's end within a step.

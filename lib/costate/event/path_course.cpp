@@ -308,8 +308,9 @@ bool PathCourse::is_cubic() {
   if (is_met(cubic_over(0, 1), 1)) return true;
   if (formula_) {
     const double before = floor_;
-    for (const Sample& s : samples_) {
-      set_arguments(s.u);
+    // Not at the places themselves: beside a zero that it divides by nothing is known of a formula.
+    for (const double u : looks_) {
+      set_arguments(u);
       floor_ = std::max(floor_, kPathNoise * formula_->rounding(x_here_, here_.data()));
     }
     if (floor_ > before && is_met(cubic_over(0, 1), 1)) return true;

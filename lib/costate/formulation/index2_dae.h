@@ -44,6 +44,7 @@ class Index2Dae final : public DaeSystem, public SolvedState, public StageParame
   void terminal_adjoint(double t, const double* y, const double* yp, double* mu, double* mup,
                         double* gradient) override;
   bool carries_events() const override { return true; }
+  bool begins_at_step_ends() const override { return m_ > 0; }
   void jump(double t, double* y, double* yp) override;
   void jump_tangent(const Jump& jump, double* const* s, double* const* sp, int count) override;
   void jump_adjoint(const Jump& jump, double* mu, double* mup, double* gradient) override;

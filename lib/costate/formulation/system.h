@@ -54,6 +54,10 @@ class System {
   /// Whether the unknowns begin with (q, v, z), so that an integrator's dense output is that of the motion.
   virtual bool begins_with_motion() const { return true; }
 
+  /// Whether its equations hold constraints that dense output within a step does not meet: a run that began there would
+  /// have an error that no step length makes smaller.
+  virtual bool begins_at_step_ends() const { return false; }
+
   /// Evaluations from here on give the same bits whatever was evaluated before: to be called where a part of a run
   /// may be repeated later (checkpoints).
   virtual void forget_history() {}

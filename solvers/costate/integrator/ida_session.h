@@ -2,6 +2,10 @@
 // adjoint module with checkpoints. The methods in sensitivity/ are short programs on this.
 #pragma once
 
+#include <sunnonlinsol/sunnonlinsol_newton.h>
+
+#include <memory>
+
 #include "costate/integrator/solved_algebraic.h"
 #include "costate/integrator/sundials_session.h"
 
@@ -63,6 +67,9 @@ class IdaSession final : public SundialsSession<IdaApi> {
   /// The residual in Newton's method with factors at another coefficient than IDAS's: cj.
   static void scale_newton(void* memory, double cj, const Vector& id, double* b);
 
+  /// Whether an iteration of Newton's method was the last one, as IDAS has it but for first iterations.
+  static int newton_ends(SUNNonlinearSolver newton, N_Vector y, N_Vector step, double tolerance, N_Vector weights,
+                         void* self);
   static int residual(double t, N_Vector y, N_Vector yp, N_Vector r, void* self);
   static int jacobian(double t, double cj, N_Vector y, N_Vector yp, N_Vector r, SUNMatrix J, void* self, N_Vector,
                       N_Vector, N_Vector);
@@ -76,6 +83,12 @@ class IdaSession final : public SundialsSession<IdaApi> {
                                SUNMatrix J, void* self, N_Vector, N_Vector, N_Vector);
   static int backward_quadrature(double t, N_Vector y, N_Vector yp, N_Vector yB, N_Vector ypB, N_Vector qB, void* self);
 
+  struct FreeNewton {
+    void operator()(SUNNonlinearSolver newton) const { SUNNonlinSolFree(newton); }
+  };
+  std::unique_ptr<_generic_SUNNonlinearSolver, FreeNewton> newton_;  // of hidden constraints; else IDAS's own
+  double newton_first_ = 0, newton_leaves_ = 0;
+  long newton_factors_ = -1;  // setups when that was known
   Vector id_, id_back_, atol_;
   Eigen::MatrixXd y_rho_, yp_rho_, F_rho_;
   VectorArray qS_;

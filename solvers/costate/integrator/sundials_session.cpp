@@ -121,7 +121,8 @@ static bool same_time(double a, double b) {
 template <class Api>
 double SundialsSession<Api>::limit(double t, const double* y) {
   const double end = plan_ ? plan_->limit(system_, t, y, false) : std::numeric_limits<double>::infinity();
-  return t < start_.look.to ? std::min(end, t + start_.look.step) : end;
+  if (!(t < start_.look.to)) return end;
+  return std::min(end, t < start_.look.from ? start_.look.from : t + start_.look.step);
 }
 
 template <class Api>
@@ -315,7 +316,7 @@ bool SundialsSession<Api>::passed_over(double begin, double& held) {
   if (!touches_) return false;
   passed_ = touches_->look(begin, step_end_, [&](double t) { return system_.look_state(t, within_step(t, held)); });
   if (!passed_) return false;
-  step_end_ = passed_->from;
+  step_end_ = system_.begins_at_step_ends() ? begin : passed_->from;
   if (step_end_ <= begin) ended_ = restart_ = true;
   return true;
 }

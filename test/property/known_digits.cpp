@@ -82,15 +82,21 @@ TEST_CASE("known digits: index 3's grids are not refined into the noise of its o
 }
 
 TEST_CASE("known digits: hidden constraints ask for exact iterations, not for short steps") {
-  // 1,633 steps forward and 1,233 back with IDAS's own tolerance of Newton's iterations, 764 and 814 with theirs.
+  // 1,633 steps forward and 1,233 back with IDAS's own tolerance of Newton's iterations; with theirs, of one tolerance
+  // 700 to 1,300 and 670 to 1,110, here as means.
   Problem p = make_problem(Scene::load(fmt::format("{}/models/five_bar/five_bar.toml", COSTATE_SOURCE_DIR)));
   p.formulation = "index2";
-  p.solver.rtol = 1e-8;
-  const GradientResult r = gradient(p, "idas-adjoint", p.parameters.values());
-  take_notices();
-  CAPTURE(r.counters.steps, r.counters.backward_steps);
-  CHECK(r.counters.steps < 1100);
-  CHECK(r.counters.backward_steps < 1000);
+  long steps = 0, back = 0;
+  for (const double rtol : {1.4e-8, 1.2e-8, 1e-8, 8e-9, 7e-9}) {
+    p.solver.rtol = rtol;
+    const GradientResult r = gradient(p, "idas-adjoint", p.parameters.values());
+    take_notices();
+    steps += r.counters.steps;
+    back += r.counters.backward_steps;
+  }
+  CAPTURE(steps, back);
+  CHECK(steps < 5 * 1100);
+  CHECK(back < 5 * 1000);
 }
 
 TEST_CASE("known digits: steps that are chosen pass over nothing") {

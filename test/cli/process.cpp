@@ -34,8 +34,9 @@ WorkingDirectory::~WorkingDirectory() {
 
 std::vector<std::string> WorkingDirectory::entries() const {
   std::vector<std::string> names;
+  // by the names alone: a process that still runs may have renamed a file since it was listed
   for (const auto& entry : fs::recursive_directory_iterator(path_))
-    names.push_back(fs::relative(entry.path(), path_).string());
+    names.push_back(entry.path().lexically_relative(path_).string());
   std::sort(names.begin(), names.end());
   return names;
 }

@@ -26,6 +26,18 @@ struct SimulateOptions {
   AccuracyOption accuracy;
 };
 
+// On a stiff motion an integrator by differentiation formulas may try every step twice and never get on by longer ones.
+std::string tries_text(const Simulation& r) {
+  constexpr long kMany = 1000;
+  const Counters& c = r.counters;
+  const bool implicit = r.integrator == "idas" || r.integrator == "cvodes";
+  if (!implicit || c.steps < kMany || 2 * c.error_test_failures < c.steps) return "";
+  return fmt::format(
+      "  {} of these steps were tried once more with a shorter one: stiff for {}; --integrator radau9 may take far "
+      "fewer\n",
+      c.error_test_failures, r.integrator);
+}
+
 int run(const CommonOptions& common, const SimulateOptions& options) {
   Setup setup(common, Purpose::simulate);
   setup.method.clear();
@@ -88,6 +100,7 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   text += events_text(r);
   text += fmt::format("  {} steps, {} residuals, {} factorizations, {:.3g} s\n", r.counters.steps, r.counters.residuals,
                       r.counters.factorizations, wall);
+  text += tries_text(r);
   text += files;
   report(setup, common, j, text, "simulate.json");
   return accurate && !accurate->met ? kFailed : 0;

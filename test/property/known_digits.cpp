@@ -83,9 +83,10 @@ TEST_CASE("known digits: index 3's grids are not refined into the noise of its o
 
 TEST_CASE("known digits: hidden constraints ask for exact iterations, not for short steps") {
   // 1,633 steps forward and 1,233 back with IDAS's own tolerance of Newton's iterations; with theirs, of one tolerance
-  // 700 to 1,300 and 670 to 1,110, here as means.
+  // 699 to 827 and 507 to 566, here as means. Of the run alone: what confirms it may ask for a tighter one.
   Problem p = make_problem(Scene::load(fmt::format("{}/models/five_bar/five_bar.toml", COSTATE_SOURCE_DIR)));
   p.formulation = "index2";
+  p.solver.confirm = false;
   long steps = 0, back = 0;
   for (const double rtol : {1.4e-8, 1.2e-8, 1e-8, 8e-9, 7e-9}) {
     p.solver.rtol = rtol;
@@ -95,8 +96,8 @@ TEST_CASE("known digits: hidden constraints ask for exact iterations, not for sh
     back += r.counters.backward_steps;
   }
   CAPTURE(steps, back);
-  CHECK(steps < 5 * 1100);
-  CHECK(back < 5 * 1000);
+  CHECK(steps < 5 * 900);
+  CHECK(back < 5 * 700);
 }
 
 TEST_CASE("known digits: steps that are chosen pass over nothing") {

@@ -2,12 +2,11 @@
 // adjoint module with checkpoints. The methods in sensitivity/ are short programs on this.
 #pragma once
 
-#include <sunnonlinsol/sunnonlinsol_newton.h>
-
-#include <memory>
+#include <optional>
 
 #include "costate/integrator/solved_algebraic.h"
 #include "costate/integrator/sundials_session.h"
+#include "costate/sundials/judged_newton.h"
 
 namespace costate {
 
@@ -46,8 +45,8 @@ class IdaSession final : public SundialsSession<IdaApi> {
   void jump_sensitivities(const Jump& jump, SegmentStart& start) override;
 
   void create_memory();
-  /// Whether some rows hold only by what their derivatives ask of the algebraic unknowns (index 2 and 3).
-  bool has_hidden_constraints() const;
+  /// Whether the accelerations are in the norm of Newton's iterations; they are not unknowns at index 2 and 3.
+  bool iterates_on_accelerations() const;
   Vector absolute_tolerances(double scale) const;
   // A clock beside the unknowns, for the choice of the order alone (ida_lead.cpp).
   int led() const { return y_.size() - system_.size(); }
@@ -66,10 +65,6 @@ class IdaSession final : public SundialsSession<IdaApi> {
 
   /// The residual in Newton's method with factors at another coefficient than IDAS's: cj.
   static void scale_newton(void* memory, double cj, const Vector& id, double* b);
-
-  /// Whether an iteration of Newton's method was the last one, as IDAS has it but for first iterations.
-  static int newton_ends(SUNNonlinearSolver newton, N_Vector y, N_Vector step, double tolerance, N_Vector weights,
-                         void* self);
   static int residual(double t, N_Vector y, N_Vector yp, N_Vector r, void* self);
   static int jacobian(double t, double cj, N_Vector y, N_Vector yp, N_Vector r, SUNMatrix J, void* self, N_Vector,
                       N_Vector, N_Vector);
@@ -83,12 +78,7 @@ class IdaSession final : public SundialsSession<IdaApi> {
                                SUNMatrix J, void* self, N_Vector, N_Vector, N_Vector);
   static int backward_quadrature(double t, N_Vector y, N_Vector yp, N_Vector yB, N_Vector ypB, N_Vector qB, void* self);
 
-  struct FreeNewton {
-    void operator()(SUNNonlinearSolver newton) const { SUNNonlinSolFree(newton); }
-  };
-  std::unique_ptr<_generic_SUNNonlinearSolver, FreeNewton> newton_;  // of hidden constraints; else IDAS's own
-  double newton_first_ = 0, newton_leaves_ = 0;
-  long newton_factors_ = -1;  // setups when that was known
+  std::optional<JudgedNewton> iterations_, iterations_S_, iterations_back_;
   Vector id_, id_back_, atol_;
   Eigen::MatrixXd y_rho_, yp_rho_, F_rho_;
   VectorArray qS_;

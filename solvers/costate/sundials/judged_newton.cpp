@@ -1,0 +1,40 @@
+#include "costate/sundials/judged_newton.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace costate {
+
+namespace {
+// What an iteration leaves of an error, r/(1 - r) with its rate r: behind new factors, and at least.
+constexpr double kUnknown = 20, kLeast = 0.05;
+constexpr double kDone = 1e-4, kDiverges = 0.9;
+}  // namespace
+
+JudgedNewton::JudgedNewton(N_Vector y, int columns, SUNContext context, const long& setups)
+    : solver_(columns > 0 ? SUNNonlinSol_NewtonSens(columns, y, context) : SUNNonlinSol_Newton(y, context)),
+      setups_(setups) {}
+
+int JudgedNewton::ends(SUNNonlinearSolver newton, N_Vector, N_Vector step, double tolerance, N_Vector weights,
+                       void* p) {
+  JudgedNewton& s = *static_cast<JudgedNewton*>(p);
+  const double length = N_VWrmsNorm(step, weights);
+  int k = 0;
+  SUNNonlinSolGetCurIter(newton, &k);
+  if (s.known_ != s.setups_) {
+    s.known_ = s.setups_;
+    s.leaves_ = kUnknown;
+  }
+  if (k == 0) {
+    s.first_ = length;
+    if (length <= kDone * tolerance) return SUN_NLS_SUCCESS;
+  } else {
+    const double rate = std::pow(length / s.first_, 1.0 / k);
+    if (rate > kDiverges) return SUN_NLS_CONV_RECVR;
+    s.leaves_ = rate / (1 - rate);
+  }
+  const double leaves = k == 0 ? std::max(s.leaves_, kLeast) : s.leaves_;
+  return leaves * length <= tolerance ? SUN_NLS_SUCCESS : SUN_NLS_CONTINUE;
+}
+
+}  // namespace costate

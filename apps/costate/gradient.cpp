@@ -100,6 +100,7 @@ int run_cases(DesignSetup& whole, const CommonOptions& common, const GradientOpt
     });
   });
   const double wall = seconds_since(begin);
+  tell_without_parameters(setup);
   progress.finish();
   std::vector<double> psi;
   std::vector<std::vector<double>> gradients;

@@ -39,6 +39,15 @@ std::string refused(const std::vector<std::string>& arguments, const WorkingDire
 
 }  // namespace
 
+TEST_CASE("cases: a gradient without parameters says so") {
+  const WorkingDirectory here;
+  write_swings(here, "[run]\nparameters = []\n");
+  const Outcome o = run_costate({"gradient", "swings.toml", "--no-files"}, here.path());
+  INFO(o.err);
+  CHECK(o.status == 0);
+  CHECK_THAT(o.err, Contains("no parameter to differentiate by"));
+}
+
 TEST_CASE("cases: psi and gradient are the weighted sums of the cases' own") {
   const WorkingDirectory here;
   write_swings(here);

@@ -46,6 +46,7 @@ PathCourse::PathCourse(const Element& element, const MotionLawElement& of, const
       origin_(law.origin),
       of_rate_(law.of_rate),
       law_(law.law),
+      formula_(dynamic_cast<const FormulaLaw*>(law.law)),
       sharp_(std::move(sharp)),
       search_(search),
       coordinates_(element.coordinates()) {
@@ -79,7 +80,7 @@ double PathCourse::value(double u) {
 }
 
 double PathCourse::look(double u) {
-  if (owner_) return value(u);
+  if (!formula_) return value(u);
   try {
     set_arguments(u);
   } catch (const StepError&) {
@@ -176,7 +177,7 @@ void PathCourse::look_along() {
     look_at_parts(parts);
     // As often as the fastest of its sines.
     double angle = 0;
-    for (std::size_t k = 1; k < looks_.size() && !owner_; ++k)
+    for (std::size_t k = 1; k < looks_.size() && formula_; ++k)
       for (std::size_t i = 0; i < first_terms_[k].angles.size(); ++i) {
         const double rate =
             std::abs(first_terms_[k].angles[i] - first_terms_[k - 1].angles[i]) / (looks_[k] - looks_[k - 1]);
@@ -201,10 +202,10 @@ void PathCourse::look_at_parts(int parts) {
   for (std::size_t k = 0; k < looks_.size(); ++k) {
     samples_.push_back({looks_[k], look(looks_[k])});
     meet_arguments();
-    if (owner_)
-      course_[k] = x_here_;
-    else
+    if (formula_)
       first_terms_[k] = terms_;
+    else
+      course_[k] = x_here_;
   }
 }
 
@@ -234,7 +235,7 @@ bool PathCourse::moves() const {
 
 void PathCourse::find_places() {
   places_.clear();
-  if (owner_) {
+  if (!formula_) {
     const auto deformation = [this](double u) {
       set_arguments(u);
       return x_here_;

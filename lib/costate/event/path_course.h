@@ -107,13 +107,13 @@ class PathCourse {
   void refine(double a, double b, int depth);
 
   const Element* element_;
-  Arguments arguments_;                      // of a formula; else a law
+  Arguments arguments_;                      // of a formula of many; else a law
   const MotionLawElement* owner_ = nullptr;  // of this element's deformation, with its
   int first_ = -1, origin_ = -1;             // numbers and its origin there; or
   bool of_rate_ = false;                     // of the deformation's rate
   const ScalarLaw* law_;
-  const FormulaLaw* formula_ = nullptr;
-  std::vector<double> sharp_;  // of a law of a deformation
+  const FormulaLaw* formula_ = nullptr;  // of either
+  std::vector<double> sharp_;            // of a law of a deformation
   bool search_ = false;
   std::vector<int> coordinates_;
   StepMotion* motion_ = nullptr;  // of the step that is looked at

@@ -232,6 +232,7 @@ struct Terms {
   void angle(double a) { found.angles.push_back(a); }
   void bend(double a) { found.values.push_back(a); }
   double call(const FormulaFunction& f, double x, const double* p) {
+    if (const auto* formula = dynamic_cast<const FormulaLaw*>(f.law.get())) return formula->add_terms(x, p, found);
     found.tables.push_back({index(f), 0, x});
     return known_or_one(*f.law, x, p, &known);
   }
@@ -249,7 +250,8 @@ struct Rounding {
   void bend(double) {}
   Rounded call(const FormulaFunction& f, const Rounded& x, const double* p) {
     const Dual<1> at = f.law->slope(x.v, p);
-    return {at.v, std::abs(at.d[0]) * x.error};
+    const auto* formula = dynamic_cast<const FormulaLaw*>(f.law.get());
+    return {at.v, std::abs(at.d[0]) * x.error + (formula ? formula->rounding(x.v, p) : 0)};
   }
   Rounded map(const FormulaFunction& f, const Rounded& x, const Rounded& y, const double* scale) {
     const auto at = f.map->value(Dual<2>::variable(x.v, 0), Dual<2>::variable(y.v, 1));
@@ -272,6 +274,10 @@ double FormulaLaw::look(double x, const double* p, FormulaTerms& terms) const {
   terms.values.clear();
   terms.angles.clear();
   terms.tables.clear();
+  return add_terms(x, p, terms);
+}
+
+double FormulaLaw::add_terms(double x, const double* p, FormulaTerms& terms) const {
   Terms watch{terms, functions_.data()};
   const double value = run<double>(x, p, watch);
   return watch.known ? value : 0;

@@ -4,6 +4,7 @@
 // stack, which runs on any number type, so that derivatives are exact and nothing is allocated.
 #pragma once
 
+#include <cstdlib>
 #include <memory>
 #include <string>
 #include <type_traits>
@@ -63,6 +64,8 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
   void add_places(const double* p, LawPlaces& places) const override;
   /// The value at x and p, with what it is made of; zero where a function or map says nothing there.
   double look(double x, const double* p, FormulaTerms& terms) const;
+  /// As look(), behind what the terms hold.
+  double add_terms(double x, const double* p, FormulaTerms& terms) const;
   /// What rounding may make of the value at x and p; zero where a function or map says nothing there.
   double rounding(double x, const double* p) const;
 
@@ -140,9 +143,7 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
           break;
         case Op::whole_power: {
           watch.term(value_of(top[0]));
-          const S base = top[0];
-          top[0] = S(1.0);
-          for (int i = 0; i < step.index; ++i) top[0] *= base;
+          top[0] = whole_power(top[0], step.index);
           break;
         }
         case Op::sin:
@@ -208,6 +209,19 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
       }
     }
     return *top;
+  }
+
+  /// By squares.
+  template <class S>
+  static S whole_power(S base, int n) {
+    const bool inverse = n < 0;
+    S product(1.0);
+    for (n = std::abs(n); n > 0; n /= 2) {
+      if (n % 2 != 0) product *= base;
+      if (n > 1) base *= S(base);
+    }
+    if (inverse) return S(1.0) / product;
+    return product;
   }
 
   enum class Op {

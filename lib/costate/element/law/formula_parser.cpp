@@ -12,7 +12,7 @@
 namespace costate {
 
 namespace {
-constexpr int kLargestWholePower = 16;
+constexpr int kLargestWholePower = 1000000;
 constexpr int kDeepestNesting = 100;
 }  // namespace
 
@@ -104,14 +104,16 @@ class FormulaLaw::Parser {
     const std::size_t before = law_.program_.size();
     sign();
     --nesting_;
-    // x^2 holds for negative x, too.
-    const Step& last = law_.program_.back();
-    if (law_.program_.size() == before + 1 && last.op == Op::constant && last.value >= 0 &&
-        last.value <= kLargestWholePower && last.value == std::floor(last.value)) {
-      const int n = static_cast<int>(last.value);
-      law_.program_.pop_back();
+    // x^2 and x^-2 hold for negative x, too.
+    auto& program = law_.program_;
+    const bool negative = program.size() == before + 2 && program.back().op == Op::negate;
+    const Step& n = program[before];
+    if ((negative || program.size() == before + 1) && n.op == Op::constant && n.value >= 0 &&
+        n.value <= kLargestWholePower && n.value == std::floor(n.value)) {
+      const int power = static_cast<int>(n.value);
+      program.resize(before);
       --depth_;
-      return push({Op::whole_power, 0, n});
+      return push({Op::whole_power, 0, negative ? -power : power});
     }
     push({Op::power});
   }

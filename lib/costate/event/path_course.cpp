@@ -30,12 +30,13 @@ constexpr int kPathTowards = 16, kFewestTowards = 3, kPathTowardsAll = 128, kPat
 }  // namespace
 
 PathCourse::PathCourse(const Element& element, const FormulaLaw& formula, std::vector<int> coordinates,
-                       Arguments arguments)
+                       Arguments arguments, bool solved)
     : element_(&element),
       arguments_(std::move(arguments)),
       law_(&formula),
       formula_(&formula),
       coordinates_(std::move(coordinates)),
+      solved_(solved),
       here_(static_cast<std::size_t>(formula.number_count())) {}
 
 PathCourse::PathCourse(const Element& element, const MotionLawElement& of, const MotionLaw& law,
@@ -54,7 +55,8 @@ PathCourse::PathCourse(const Element& element, const MotionLawElement& of, const
 }
 
 void PathCourse::set_arguments(double u) {
-  const StateView& s = motion_->at(u, coordinates_);
+  const StateView s =
+      solved_ ? (*at_)(motion_->from() + u * (motion_->to() - motion_->from())) : motion_->at(u, coordinates_);
   if (!owner_) {
     arguments_(s, *assembly_, here_.data());
     x_here_ = s.t;
@@ -94,9 +96,10 @@ void PathCourse::add(double u) {
   if (u >= 0 && u <= 1) samples_.push_back({u, value(u)});
 }
 
-const std::vector<PathCourse::Cell>& PathCourse::cells(StepMotion& motion, Assembly& assembly,
-                                                       const Precision& precision) {
+const std::vector<PathCourse::Cell>& PathCourse::cells(StepMotion& motion, const GapTrace::States& at,
+                                                       Assembly& assembly, const Precision& precision) {
   motion_ = &motion;
+  at_ = &at;
   assembly_ = &assembly;
   off_ = precision.off;
   cells_.clear();

@@ -22,8 +22,10 @@ class PathCourse {
   /// The values of a formula's arguments at a state.
   using Arguments = std::function<void(const StateView& s, Assembly& assembly, double* x)>;
 
-  /// `coordinates`: those that its arguments depend on.
-  PathCourse(const Element& element, const FormulaLaw& formula, std::vector<int> coordinates, Arguments arguments);
+  /// `coordinates`: those that its arguments depend on; `solved`: of accelerations and multipliers, too, which are
+  /// asked for at each look.
+  PathCourse(const Element& element, const FormulaLaw& formula, std::vector<int> coordinates, Arguments arguments,
+             bool solved = false);
   /// A law of the element's deformation, or of its rate, with where it is sharp, and whether something may hide in
   /// between.
   PathCourse(const Element& element, const MotionLawElement& of, const MotionLaw& law, std::vector<double> sharp,
@@ -43,7 +45,9 @@ class PathCourse {
   };
   /// Empty where a cubic is the whole step's course; or, of bends that are left to the integrator, as they are in the
   /// function's value at the step's end, one to each side of the only place that the step passes.
-  const std::vector<Cell>& cells(StepMotion& motion, Assembly& assembly, const Precision& precision);
+  /// `at` gives the states of the step that `motion` holds.
+  const std::vector<Cell>& cells(StepMotion& motion, const GapTrace::States& at, Assembly& assembly,
+                                 const Precision& precision);
   /// The part of the step, from its beginning, to which that goes: of one that turns by very much only so far.
   double looked_at() const { return looked_at_; }
   /// What is less, over this part of the step, is nothing: a force that was large for an instant hides no lasting one.
@@ -116,7 +120,9 @@ class PathCourse {
   std::vector<double> sharp_;            // of a law of a deformation
   bool search_ = false;
   std::vector<int> coordinates_;
+  bool solved_ = false;
   StepMotion* motion_ = nullptr;  // of the step that is looked at
+  const GapTrace::States* at_ = nullptr;
   Assembly* assembly_ = nullptr;
   double x_here_ = 0, rate_here_ = 0;
   std::vector<double> here_, least_, most_;  // of the arguments, the variable behind them

@@ -66,14 +66,17 @@ PathWatch::PathWatch(Assembly& assembly, const Objective& objective, double rtol
   std::iota(all.begin(), all.end(), 0);
   const auto follow = [&](const std::vector<const FormulaOutput*>& formulas, bool of_time) {
     for (const FormulaOutput* formula : formulas) {
-      // Of accelerations a step's motion tells nothing; what a formula makes of the rest is followed all the same.
+      // Of what a cost makes of accelerations, too, but of sums and products of them, which are as smooth as they are.
       const auto& inputs = formula->inputs();
       const bool of_motion =
           std::any_of(inputs.begin(), inputs.end(), [](const auto& x) { return !x->needs_accelerations(); });
-      if (!of_motion && (!of_time || formula->needs_accelerations())) continue;
-      functions_.emplace_back(formula->definition(), formula->definition().formula(),
-                              formula->depends_on().value_or(all),
-                              [formula](const StateView& s, Assembly& a, double* x) { formula->arguments(s, a, x); });
+      const FormulaLaw& law = formula->definition().formula();
+      const bool solved = !of_time && formula->needs_accelerations() && !law.is_polynomial();
+      if (!solved && !of_motion && (!of_time || formula->needs_accelerations())) continue;
+      accelerations_ = accelerations_ || solved;
+      functions_.emplace_back(
+          formula->definition(), law, formula->depends_on().value_or(all),
+          [formula](const StateView& s, Assembly& a, double* x) { formula->arguments(s, a, x); }, solved);
     }
   };
   // What a cost makes of time alone is known beforehand (StepPlan).
@@ -83,7 +86,7 @@ PathWatch::PathWatch(Assembly& assembly, const Objective& objective, double rtol
 
 std::optional<TouchLook> PathWatch::passed_over(PathCourse& f) {
   const double from = motion_.from(), to = motion_.to(), h = to - from;
-  const auto& cells = f.cells(motion_, assembly_, precision_);
+  const auto& cells = f.cells(motion_, *states_, assembly_, precision_);
   if (const double part = f.looked_at(); part < 1)
     return TouchLook{from + part * h, to, part * h, &f.element(), "turns"};
   // Until the function changes the step is right. Whatever is as long as what follows there is met by steps of its
@@ -114,6 +117,7 @@ std::optional<TouchLook> PathWatch::first_passed_over() {
 
 std::optional<TouchLook> PathWatch::look(double from, double to, const GapTrace::States& at) {
   if (functions_.empty() || !(from < to)) return {};
+  states_ = &at;
   motion_.take(from, to, at);
   cuts_ = from == cut_from_ ? cuts_ + 1 : 0;
   cut_from_ = from;

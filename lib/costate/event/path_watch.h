@@ -33,6 +33,7 @@ class PathWatch {
   PathWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, bool leaves_bends);
 
   bool empty() const { return functions_.empty(); }
+  bool needs_accelerations() const { return accelerations_; }
   /// Where the motion may have jumped.
   void begin_segment() { motion_.forget(); }
   /// As TouchWatch::look.
@@ -48,9 +49,11 @@ class PathWatch {
   Assembly& assembly_;
   PathCourse::Precision precision_;
   StepMotion motion_;
+  const GapTrace::States* states_ = nullptr;  // within the step that `motion_` holds
   double cut_from_ = std::numeric_limits<double>::quiet_NaN();
   int cuts_ = 0;  // of steps from there
   std::vector<PathCourse> functions_;
+  bool accelerations_ = false;
 };
 
 }  // namespace costate

@@ -25,6 +25,8 @@ class TouchWatch {
   TouchWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, bool leaves_bends = true);
 
   bool empty() const { return gaps_.empty() && paths_.empty(); }
+  /// Whether looks ask for accelerations and multipliers, which the states between a step's ends are to have then.
+  bool needs_accelerations() const { return paths_.needs_accelerations(); }
   /// The motion may have jumped since the last look.
   void begin_segment() { paths_.begin_segment(); }
   /// Whether something touches, or might within a step that is not yet accepted.

@@ -23,4 +23,9 @@ inline MechanismState solved_state(System& system, double t, const double* y) {
   return solving ? solving->solved_state(t, y) : system.mechanism_state(t, y);
 }
 
+/// For a look within a step (System::look_state), or with accelerations and multipliers, too.
+inline MechanismState look_state(System& system, double t, const double* y, bool solved) {
+  return solved ? solved_state(system, t, y) : system.look_state(t, y);
+}
+
 }  // namespace costate

@@ -11,6 +11,7 @@
 #include "costate/analysis/not_finite.h"
 #include "costate/event/bend_watch.h"
 #include "costate/formulation/law_joins.h"
+#include "costate/formulation/solved_state.h"
 #include "costate/formulation/step_plan.h"
 #include "costate/integrator/explicit_stiffness.h"
 #include "costate/integrator/pace_watch.h"
@@ -81,7 +82,9 @@ class RungeKuttaRun {
   const double* within_step(double begin, double t);
   /// Those of the step just attempted.
   GapTrace::States states_within() {
-    return [this](double at) { return system_.look_state(at, within_step(end_time_, at)); };
+    return [this, solved = touches_ && touches_->needs_accelerations()](double at) {
+      return look_state(system_, at, within_step(end_time_, at), solved);
+    };
   }
   /// Whether a force may bend within it.
   bool may_bend() {

@@ -314,7 +314,7 @@ const double* SundialsSession<Api>::within_step(double t, double& held) {
 template <class Api>
 bool SundialsSession<Api>::passed_over(double begin, double& held) {
   if (!touches_) return false;
-  passed_ = touches_->look(begin, step_end_, [&](double t) { return system_.look_state(t, within_step(t, held)); });
+  passed_ = touches_->look(begin, step_end_, [&](double t) { return look_within_step(t, held); });
   if (!passed_) return false;
   step_end_ = system_.begins_at_step_ends() ? begin : passed_->from;
   if (step_end_ <= begin) ended_ = restart_ = true;

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "costate/formulation/solved_state.h"
 #include "costate/formulation/step_plan.h"
 #include "costate/integrator/adjoint_growth.h"
 #include "costate/integrator/adjoint_scale.h"
@@ -189,6 +190,9 @@ class SundialsSession {
   void interpolate(double t);
   /// y at a time of the step just taken; `held`: the time at which y is now.
   const double* within_step(double t, double& held);
+  MechanismState look_within_step(double t, double& held) {
+    return look_state(system_, t, within_step(t, held), touches_->needs_accelerations());
+  }
   void record_step(double begin, double end, Trajectory& trajectory);
   /// Before the run back: the times at which SUNDIALS has to stop on the way.
   void read_checkpoints();

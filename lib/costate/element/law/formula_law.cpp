@@ -193,6 +193,12 @@ bool FormulaLaw::may_bend() const {
   });
 }
 
+bool FormulaLaw::is_polynomial() const {
+  return std::all_of(program_.begin(), program_.end(), [](const Step& step) {
+    return step.op < Op::divide || step.op == Op::negate || (step.op == Op::whole_power && step.index >= 0);
+  });
+}
+
 namespace {
 struct Bends {
   std::vector<double>& found;

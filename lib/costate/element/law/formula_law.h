@@ -74,6 +74,8 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
   /// and p as of value().
   void add_bends(double x, const double* p, std::vector<double>& bends) const;
   bool may_bend() const;
+  /// Whether it is made of sums, products and whole powers alone.
+  bool is_polynomial() const;
   /// The value where arguments are not known but taken to be one: functions that say nothing there are one, too.
   double guess(double x, const double* p) const;
 

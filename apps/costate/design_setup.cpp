@@ -128,6 +128,10 @@ void DesignSetup::add_case(const CommonOptions& common, const SceneCase& c) {
   }
   Setup& s = cases.back();
   s.directory = setup.directory;
+  if (own.parameters.empty()) {  // of a design that has none; not those that the case's scene names
+    s.problem.parameters = {};
+    s.rho.clear();
+  }
   const Objective& cost = s.problem.objective;
   if (cost.running.empty() && cost.terminal.empty())
     throw SceneError(c.where, fmt::format("The case '{}' has no cost: its scene ({}) needs a term under "

@@ -74,7 +74,7 @@ outputs = ["P.x", "P.y", "strut.force", "energy.kinetic"]
 TEST_CASE("stress: every extreme ends in a verdict, with its cause") {
   const WorkingDirectory here;
   write_text(here / "swing.toml", kSwing);
-  const Json j = costate_json({"stress", "swing.toml", "--budget", "60", "--output", "out", "--axes",
+  const Json j = costate_json({"stress", "swing.toml", "--budget", "600", "--output", "out", "--axes",
                                "tolerance,step,penalty weight,stabilization,start speed,units,bounds"},
                               here.path());
   CHECK(j.at("status") == "ok");

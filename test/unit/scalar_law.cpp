@@ -230,6 +230,15 @@ TEST_CASE("laws: formulas mean what they say", "[law]") {
   // x^0 and x^1 have derivatives at 0, too.
   const double p[] = {3, 0.5};
   CHECK(FormulaLaw("x^0 + a*x^1", {"a", "t_1"}).curve(0, p).c1 == 3);
+  // Whole powers hold for negative x and at zero, however large, and downwards.
+  CHECK(value("x^18", -1.1) == Approx(std::pow(1.1, 18)).epsilon(1e-14));
+  CHECK(value("x^2001", -1) == -1);
+  CHECK(value("x^-3", -2) == -0.125);
+  CHECK(value("x^-(3)", -2) == -0.125);
+  CHECK(value("exp(-x^20)", 0) == 1);
+  const auto slopes = FormulaLaw("x^20 - x^-2", {"a", "t_1"}).curve(-1.1, p);
+  CHECK(slopes.c1 == Approx(20 * std::pow(-1.1, 19) + 2 * std::pow(-1.1, -3)).epsilon(1e-13));
+  CHECK(slopes.c2 == Approx(380 * std::pow(1.1, 18) - 6 * std::pow(1.1, -4)).epsilon(1e-13));
 }
 
 // Values on both sides, and derivatives by differences, which are exact where a formula is linear.

@@ -23,7 +23,7 @@ void MaggiAdjoint::integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& out) {
 }
 
 void MaggiAdjoint::finish(const Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
-  evaluate_start();
+  evaluate_finish();
   const Eigen::MatrixXd Y = of_states(X);
   add_start_gradient(Y.data(), Y.data() + n_, Y.data() + 2 * n_, gradient);
   begin_afresh();

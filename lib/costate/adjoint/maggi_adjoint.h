@@ -31,6 +31,8 @@ class MaggiAdjoint : public MaggiEquations {
   /// X at the evaluated point from the states' adjoints, and back.
   virtual Eigen::VectorXd join(const Adjoint& mu) = 0;
   virtual Adjoint split(const Eigen::VectorXd& X) = 0;
+  /// Where X is split last.
+  virtual void evaluate_finish() { evaluate_start(); }
   /// mu, the adjoint of the equations of motion.
   virtual Eigen::VectorXd multiplier(const Eigen::VectorXd& X) = 0;
   /// That of the force states, which every form keeps behind its first two unknowns.

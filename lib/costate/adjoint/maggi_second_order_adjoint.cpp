@@ -35,6 +35,8 @@ void MaggiSecondOrderAdjoint::require_plain_cost() const {
 std::vector<double> MaggiSecondOrderAdjoint::plan(const std::vector<double>& times, const Motion& motion) {
   require_plain_cost();
   kinks_ = find_force_kinks(assembly_, objective_, times, motion, jumps());
+  first_.resize(static_cast<std::size_t>(2 * n_ + nz_));
+  motion(times.front(), first_.data());
   std::vector<double> changes = MaggiAdjoint::plan(times, motion);
   append_times(kinks_, changes);
   return changes;

@@ -29,6 +29,8 @@ class MaggiSecondOrderAdjoint final : public MaggiAdjoint {
   void fill() override;
   Eigen::VectorXd join(const Adjoint& mu) override;
   Adjoint split(const Eigen::VectorXd& X) override;
+  /// At the motion's own state: at rest rounding decides on which side of a force's kink a start is.
+  void evaluate_finish() override { evaluate(t_start, first_.data()); }
   Eigen::VectorXd multiplier(const Eigen::VectorXd& X) override { return X.head(f_); }
 
  private:
@@ -39,6 +41,7 @@ class MaggiSecondOrderAdjoint final : public MaggiAdjoint {
 
   PathRates rates_;
   std::vector<ForceKink> kinks_;
+  std::vector<double> first_;  // (q, v, z) where the motion begins
   Eigen::MatrixXd My_dot_;
   struct Blocks {
     int D_mu, D_nu, D_f, mu_nu, nu_nu, nu_mu, nu_f, f_mu, f_f;

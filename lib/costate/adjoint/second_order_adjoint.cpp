@@ -154,6 +154,8 @@ SecondOrderAdjoint::StateAdjoint SecondOrderAdjoint::split(const Eigen::MatrixXd
 std::vector<double> SecondOrderAdjoint::plan(const std::vector<double>& times, const Motion& motion) {
   require_plain_cost();
   kinks_ = find_force_kinks(assembly_, objective_, times, motion, jumps());
+  first_.resize(static_cast<std::size_t>(2 * n_ + nz_));
+  motion(times.front(), first_.data());
   std::vector<double> changes;
   append_times(kinks_, changes);
   return changes;
@@ -178,10 +180,8 @@ void SecondOrderAdjoint::integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& ou
 }
 
 void SecondOrderAdjoint::finish(const Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
-  const Start& s = start();
-  Eigen::VectorXd y(2 * n_ + nz_);
-  y << s.q, s.v, s.z;
-  evaluate(t_start, y.data());
+  // Not at the start as it was solved for: at rest rounding decides on which side of a force's kink that is.
+  evaluate(t_start, first_.data());
   const StateAdjoint mu = split(X);
   add_start_gradient(mu.q.data(), mu.v.data(), mu.z.data(), gradient);
 }

@@ -53,6 +53,7 @@ class SecondOrderAdjoint final : public HandEquations {
 
   PathRates rates_;
   std::vector<ForceKink> kinks_;
+  std::vector<double> first_;  // (q, v, z) where the motion begins
   struct Blocks {
     int D_mu, D_nu, D_tau, D_z, mu_nu, nu_M1, nu_C, nu_mu, nu_mu_t, nu_tau, nu_sigma, nu_z, z_mu, z_z, D_sigma,
         sigma_tau, t_nu, t_mu, t_corner, nu_fv_fz, nu_fv_Qz;

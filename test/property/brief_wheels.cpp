@@ -172,3 +172,36 @@ TEST_CASE("brief wheels: running costs see what accelerations and reactions do w
     CHECK(psi_of(wheel_problem(7, 10, bell), by.formulation, by.integrator) == Approx(sum).epsilon(1e-5));
   }
 }
+
+TEST_CASE("brief wheels: Maggi's formulation follows a wheel that rolls many turns in a step") {
+  const std::string text = R"toml([body.w]
+x_m = 0
+y_m = 0.5
+mass_kg = 1
+inertia_kg_m2 = 0.2
+angle_rad = 0.3
+angular_velocity_rad_per_s = -17
+vx_m_per_s = 8.5
+[driver.y]
+coordinate = "w.y"
+law = 0.5
+[rack_and_pinion.r]
+angle = "w.angle"
+coordinate = "w.x"
+radius_m = -0.5
+[start]
+given = ["w.angle"]
+[[cost.terminal]]
+kind = "value"
+output = "w.angle"
+[run]
+t_end_s = 40
+rtol = 1e-6
+)toml";
+  const Problem p = make_problem(Scene::parse(text, "rolling.toml"));
+  for (const char* integrator : {"cvodes", "dopri5", "dop853"}) {
+    INFO(integrator);
+    CHECK(psi_of(p, "maggi", integrator) == Approx(0.3 - 17 * 40).epsilon(1e-9));
+  }
+  CHECK(psi_of(p, "maggi-implicit", "idas") == Approx(0.3 - 17 * 40).epsilon(1e-9));
+}

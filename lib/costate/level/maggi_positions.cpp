@@ -20,6 +20,9 @@ constexpr double kNear = 0.05;       // a factorization serves for steps from po
 constexpr double kFar = 0.2;         // a guess is continued along its velocities no farther than this
 constexpr double kKeepEvery = 0.05;  // distance between kept positions
 constexpr int kMaxIterations = 30;
+// No part of a way is longer than this, so that others that it moves go no farther than Newton may; a wheel that spins
+// freely goes many in a step.
+constexpr double kFarthest = 0.1, kMostParts = 1e5;
 // By factors of positions nearby: by how much steps become shorter at least, and how many there are.
 constexpr double kLookContraction = 0.3, kLookRounding = 1e-13;
 constexpr int kMostLookSteps = 12;
@@ -248,8 +251,9 @@ void MaggiPositions::solve(double t, const double* y) {
   const bool forgotten = std::exchange(forgotten_, false);
   const auto find = [&] {
     for (const bool from_kept : {false, true})
-      for (const int parts : {1, 8, 64}) {
+      for (const int least : {1, 8, 64}) {
         const double from = forgotten ? repeated_guess(t) : guess(t, from_kept);
+        const int parts = least < 64 ? least : std::max(least, parts_to(y));
         if (parts == 1 ? newton(t, y) : follow(from, t, y, parts)) return true;
       }
     return false;
@@ -266,6 +270,15 @@ void MaggiPositions::solve(double t, const double* y) {
   last_.q = q_;
   std::fill(last_.v.begin(), last_.v.end(), 0.0);
   std::fill(last_.a.begin(), last_.a.end(), 0.0);
+}
+
+int MaggiPositions::parts_to(const double* y) const {
+  double way = 0;
+  const auto& independent = charts_[static_cast<std::size_t>(chart_)]->independent();
+  for (std::size_t k = 0; k < independent.size(); ++k)
+    if (const auto i = static_cast<std::size_t>(independent[k]); constrained_[i])
+      way = std::max(way, std::abs(y[k] - q_[i]));
+  return static_cast<int>(std::min(way / (kFarthest * scale_), kMostParts));
 }
 
 bool MaggiPositions::follow(double t_guess, double t, const double* y, int parts) {

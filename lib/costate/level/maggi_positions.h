@@ -75,6 +75,8 @@ class MaggiPositions {
   std::size_t nearest_kept(double t) const;
   const double* kept(std::size_t k) const { return kept_q_.data() + k * static_cast<std::size_t>(n_); }
   bool newton(double t, const double* y);
+  /// Into how many parts the way from the guess to y is to be divided at least.
+  int parts_to(const double* y) const;
   bool follow(double t_guess, double t, const double* y, int parts);
   double largest(const double* x) const;
 

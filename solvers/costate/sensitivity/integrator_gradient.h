@@ -2,7 +2,9 @@
 // CvodeRun.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "costate/base/error.h"
@@ -13,6 +15,22 @@
 
 namespace costate {
 
+/// psi by a run for itself, whose counters are added: while segments are repeated IDAS does not control the error of
+/// psi's quadrature (SundialsSession::enable_adjoint), and steps that are long for the motion may be anything to it.
+template <class Run, class SystemType>
+double psi_alone(SystemType& system, const Problem& problem, Counters& counters) {
+  Run run(system, problem.solver, problem.monitor, StartDerivative::none);
+  run.enable_cost();
+  const double of_samples = advance_over_samples(system, problem, [&](double t, std::size_t) {
+    run.advance(t);
+    return run.y();
+  });
+  run.advance(problem.solver.t_end);
+  run.read_forward_counters();
+  counters += run.counters();
+  return run.cost() + of_samples + system.terminal_cost(problem.solver.t_end, run.y());
+}
+
 /// Forward run with checkpoints, then the adjoint back; once more with another plan when the first one cannot repeat
 /// its segments. `part` is what RunWatch::resolving_part() says of it for the tolerance `asked`.
 template <class Run, class SystemType>
@@ -20,7 +38,13 @@ GradientResult adjoint_run(SystemType& system, const Problem& problem, const std
                            const std::string& integrator, double asked, double& part) {
   system.set_parameters(rho.data());
   CheckpointPlan plan = plan_checkpoints(problem.solver, system.size());
+  std::optional<double> psi;
+  Counters of_psi;
   for (long runs = 1;; ++runs) {
+    if (plan.repeats && std::is_same_v<SystemType, DaeSystem> && system.has_running_cost() && !psi) {
+      psi = psi_alone<Run>(system, problem, of_psi);
+      system.set_parameters(rho.data());
+    }
     Run session(system, problem.solver, problem.monitor, StartDerivative::adjoint);
     RunWatch watch(problem, rho, system);
     watch.begin(problem.solver.t_start, session.y());
@@ -43,11 +67,12 @@ GradientResult adjoint_run(SystemType& system, const Problem& problem, const std
     watch.finish(problem.solver.t_end, session.y());
     GradientResult r;
     r.integrator = integrator;
-    r.psi = session.cost() + of_samples + system.terminal_cost(problem.solver.t_end, session.y());
+    r.psi = psi ? *psi : session.cost() + of_samples + system.terminal_cost(problem.solver.t_end, session.y());
     r.gradient = session.solve_adjoint(sample_adjoint(system));
     r.counters = session.counters();
     r.events = session.events();
     r.counters.simulations = runs;
+    r.counters += of_psi;
     watch.conclude(r);
     watch.judge(r, session.adjoint_growth(), session.invariant());
     part = watch.resolving_part(r, session.adjoint_growth(), asked);

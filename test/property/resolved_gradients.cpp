@@ -59,3 +59,20 @@ TEST_CASE("what a penalty's weight does to psi and gradient is said", "[resolved
   CHECK(said(0) == "");
   CHECK(said(1e3).find("its constraints are soft") != std::string::npos);
 }
+
+TEST_CASE("a penalty's gradient is looked at where parameters make more of forces than the motion does", "[resolved]") {
+  // psi does not depend on the spring's natural length; soft rows make 1.4e-5 of psi of it while they drift by 1e-7.
+  Problem p = problem_of("test/cases/spring_along_bar.toml");
+  for (const char* formulation : {"penalty", "penalty-second-order"})
+    for (const char* method : {"cvodes-adjoint", "cvodes-forward", "hand-tangent"}) {
+      INFO(formulation << " by " << method);
+      p.formulation = formulation;
+      take_notices();
+      const GradientResult r = gradient(p, method, p.parameters.values());
+      CHECK(std::abs(r.gradient[0]) > 1e-6 * r.psi);
+      CHECK(notices().find("its constraints are soft") != std::string::npos);
+    }
+  p.formulation = "baumgarte";
+  CHECK(std::abs(gradient(p, "cvodes-adjoint", p.parameters.values()).gradient[0]) < 1e-9);
+  CHECK(notices() == "");
+}

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/analysis/start.h"
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/base/unsaid.h"
@@ -83,6 +84,27 @@ void add_softness(const Problem& problem, const Result& result, ErrorEstimate& e
   for (std::size_t j = 0; j < e.gradient.size(); ++j) e.gradient[j] += softness.gradient[j] / 0.9;
 }
 
+/// How many times as much as the forces themselves at the start their largest scaled derivative by a parameter is. The
+/// rows' errors are reactions over weights: those of a stiff spring that is hardly stretched are small, while their
+/// derivative by its natural length is not.
+double pull_of_parameters(const Problem& problem, const std::vector<double>& rho) {
+  Assembly assembly(problem.mechanism, problem.parameters);
+  assembly.set_parameters(rho.data());
+  const Start start = find_start(assembly, problem.solver.t_start, false);
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(assembly.n() + assembly.m());
+  const StateView at{problem.solver.t_start, start.q.data(), start.v.data(), none.data(), none.data(), start.z.data()};
+  assembly.calc_dynamics(at);
+  Eigen::VectorXd weights(assembly.n());  // by which no pair of opposite forces cancels
+  for (Eigen::Index i = 0; i < weights.size(); ++i) weights[i] = 0.5 + std::fmod(0.61803398875 * double(i + 1), 1.0);
+  std::vector<double> pull(rho.size(), 0.0);
+  Assembly::ParameterWeights w;
+  w.force = weights.data();
+  assembly.add_parameter_gradient(at, w, 1.0, pull.data());
+  const double forces = Eigen::Map<const Eigen::VectorXd>(assembly.Q.data(), assembly.n()).norm(),
+               pulled = largest_scaled(problem.parameters, pull);
+  return pulled > 0 ? pulled / std::max(forces, 1e-6 * pulled) : 0;
+}
+
 }  // namespace
 
 void watch_penalty(const Problem& problem, const std::string& method, const std::vector<double>& rho,
@@ -91,10 +113,12 @@ void watch_penalty(const Problem& problem, const std::string& method, const std:
   const double usual = default_penalty_weight(problem.mechanism),
                alpha = penalty_weight(problem.mechanism, problem.formulation_options);
   // Rows that are off by d change psi by some d of it, and a gradient by a hundred times that, where the motion makes
-  // no more of it; a psi that is what is left of next to no motion by d itself.
+  // no more of it; a psi that is what is left of next to no motion by d itself; a gradient by what parameters make of
+  // d.
   constexpr double kDrift = 1e-6, kLarge = 30, kSaid = 1e-4;
   const bool large = alpha > kLarge * usual;
-  if (!large && drift < std::min(kDrift, kSaid * std::abs(result.psi))) return;
+  const double unsaid = std::min(kDrift, kSaid * std::abs(result.psi));
+  if (!large && drift < unsaid && !(drift * pull_of_parameters(problem, rho) >= unsaid)) return;
   Problem other = problem;
   other.formulation_options.set("penalty_alpha", large ? alpha / 10 : alpha * 10);
   ErrorEstimate e;

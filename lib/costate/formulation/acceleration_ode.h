@@ -18,6 +18,7 @@ class AccelerationOde final : public OdeSystem, public StageAdjoint {
   MechanismState mechanism_state(double t, const double* y) override;
   MechanismState kinematic_state(double t, const double* y) override { return view(t, y); }
   void rhs(double t, const double* y, double* f) override;
+  double stabilizing_rate() const override { return assembly_.m() > 0 ? level_.stabilization().rate() : 0; }
   void factor(double t, const double* y, double gamma) override;
   void solve(double* b) override;
   void solve_transposed(double* b) override;

@@ -205,6 +205,9 @@ class OdeSystem : public System {
   using System::System;
 
   virtual void rhs(double t, const double* y, double* f) = 0;
+  /// How fast [1/s] the equations take errors of constraints back by terms of their own; 0 where they have none. A
+  /// motion may hold no such error that would bound explicit steps, while its adjoint and its tangent hold them.
+  virtual double stabilizing_rate() const { return 0; }
 
   /// The Newton matrix I - gamma f_y as an operator.
   virtual void factor(double t, const double* y, double gamma) = 0;

@@ -7,6 +7,7 @@
 // are allowed because the lower right block is regular.
 #pragma once
 
+#include <cmath>
 #include <memory>
 
 #include "costate/assembly/assembly.h"
@@ -26,6 +27,8 @@ struct Stabilization {
   /// The factors of Phidot and Phi in R2.
   double by_rate() const { return 2 * xi * omega; }
   double by_value() const { return omega * omega; }
+  /// The largest modulus of the roots of s^2 + 2 xi omega s + omega^2.
+  double rate() const { return xi > 1 ? omega * (xi + std::sqrt(xi * xi - 1)) : omega; }
   /// R2_rho, m x np, where all rows keep positions.
   Eigen::MatrixXd columns(const Assembly::ParameterColumns& c) const {
     return c.phidd + by_rate() * c.phid + by_value() * c.phi;

@@ -54,6 +54,7 @@ RungeKuttaRun<Kind>::RungeKuttaRun(SystemType& system, const SolverOptions& opti
   fill_absolute_tolerances(system, options.absolute(), static_cast<int>(y_.size()), atol_.data());
   start(system.parameter_count() > 0 && needs_start_columns(system.assembly(), wanted));
   step_ = make_step(*scheme);
+  longest_ = std::min(Kind::longest_step(system, *scheme), options.max_step_s > 0 ? options.max_step_s : HUGE_VAL);
   system.begin_events(t_start_, y_.data());
   plan_ = std::make_unique<StepPlan>(system, system.objective(), t_start_, options.t_end, y_.data());
   watch_touches(false);
@@ -257,7 +258,7 @@ void RungeKuttaRun<Kind>::take_step() {
   }
   begin_step();
   double limit = ahead(end_time_);
-  if (options_.max_step_s > 0) limit = std::min(limit, end_time_ + options_.max_step_s);
+  limit = std::min(limit, end_time_ + longest_);
   int searches = 0;
   do find_step(h_, limit);
   while ((searches < kMostSearches && passed_bend(limit) && ++searches) || passed_over(limit) || left_branch());

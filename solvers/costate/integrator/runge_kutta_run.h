@@ -4,6 +4,7 @@
 // output, or of a step of the implicit one that ends there; accelerations and multipliers at samples are solved for.
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -133,6 +134,7 @@ class RungeKuttaRun {
   std::vector<double> y_, atol_, end_;
   double t_start_, segment_start_, begin_, end_time_;  // the last step; end_ is the state where it ends
   double h_ = 0;                                       // the next step's length
+  double longest_ = HUGE_VAL;                          // that a step may be
   bool bend_behind_ = false;                           // that step was one across a bend
   bool pending_step_ = false;                          // step_ holds a step that has been taken
   bool ended_ = false;                                 // the segment

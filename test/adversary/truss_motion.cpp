@@ -154,6 +154,21 @@ class Motion {
     return r;
   }
 
+  double length_rate(const Spring& s, const Vector& q, const Vector& v) const {
+    const double *p = at(s.a, q), *o = at(s.b, q);
+    const double d[2] = {o[0] - p[0], o[1] - p[1]}, l = std::hypot(d[0], d[1]);
+    return (d[0] * (rate(s.b, 0, v) - rate(s.a, 0, v)) + d[1] * (rate(s.b, 1, v) - rate(s.a, 1, v))) / l;
+  }
+
+  /// Whether a damper changes its branch between two states.
+  bool turns(const Vector& y0, const Vector& y1) const {
+    for (const Spring& s : t_.springs)
+      if (s.kinked &&
+          length_rate(s, y0.head(n_), y0.segment(n_, n_)) * length_rate(s, y1.head(n_), y1.segment(n_, n_)) < 0)
+        return true;
+    return false;
+  }
+
   double rate(int point, int k, const Vector& v) const {
     const int i = first_[static_cast<std::size_t>(point)];
     return i < 0 ? 0 : v[i + k];
@@ -193,7 +208,7 @@ class Motion {
     for (const Spring& s : t_.springs) {
       const double *p = at(s.a, q), *o = at(s.b, q);
       const double d[2] = {o[0] - p[0], o[1] - p[1]}, l = std::hypot(d[0], d[1]);
-      const double ld = (d[0] * (rate(s.b, 0, v) - rate(s.a, 0, v)) + d[1] * (rate(s.b, 1, v) - rate(s.a, 1, v))) / l;
+      const double ld = length_rate(s, q, v);
       const double tension = s.stiffness * (l - s.length) + (s.kinked && ld > 0 ? s.damping_out : s.damping) * ld;
       for (int k = 0; k < 2; ++k) {
         push(s.a, k, tension * d[k] / l);
@@ -255,16 +270,30 @@ class Motion {
     // Laws are evaluated inside the segment: a kink at its border belongs to the neighbour.
     const auto inside = [&](double t) { return std::min(std::max(t, from + 1e-13), to - 1e-13); };
     double t = from, h = std::min(1e-4, (to - from) / 10);
-    Vector k[7];
+    Vector k[7], next;
     k[0] = derivative(inside(t), y);
-    for (long steps = 0; t < to; ++steps) {
-      if (steps > 30000) return false;  // stiff: nothing for an explicit scheme
-      h = std::min(h, to - t);
-      Vector next;
+    const auto attempt = [&] {
       for (int i = 1; i < 7; ++i) {
         next = y;
         for (int j = 0; j < i; ++j) next += h * a[i][j] * k[j];
         k[i] = derivative(inside(t + c[i] * h), next);
+      }
+    };
+    for (long steps = 0; t < to; ++steps) {
+      if (steps > 30000) return false;  // stiff: nothing for an explicit scheme
+      h = std::min(h, to - t);
+      attempt();
+      // A step ends where a damper turns: across it errors are of low order, differ from run to run, and differences
+      // would hold them. The first turn is met by halves, and passed by as little as matters to no digit.
+      if (next.allFinite() && turns(y, next)) {
+        double low = 0, high = h;
+        for (int i = 0; i < 30; ++i) {
+          h = 0.5 * (low + high);
+          attempt();
+          (turns(y, next) ? high : low) = h;
+        }
+        h = high;
+        attempt();
       }
       Vector error = Vector::Zero(y.size());
       for (int i = 0; i < 7; ++i) error += h * e[i] * k[i];

@@ -112,10 +112,10 @@ void watch_penalty(const Problem& problem, const std::string& method, const std:
   if (!has_soft_constraints(problem.formulation) || problem.mechanism->constraints().empty()) return;
   const double usual = default_penalty_weight(problem.mechanism),
                alpha = penalty_weight(problem.mechanism, problem.formulation_options);
-  // Rows that are off by d change psi by some d of it, and a gradient by a hundred times that, where the motion makes
-  // no more of it; a psi that is what is left of next to no motion by d itself; a gradient by what parameters make of
-  // d.
-  constexpr double kDrift = 1e-6, kLarge = 30, kSaid = 1e-4;
+  // Rows that are off by d change psi by some d of it, and a gradient by up to a thousand times that, where the motion
+  // makes no more of it; a psi that is what is left of next to no motion by d itself; a gradient by what parameters
+  // make of d. With weights as they are chosen d is some 1e-9.
+  constexpr double kDrift = 1e-7, kLarge = 30, kSaid = 1e-4;
   const bool large = alpha > kLarge * usual;
   const double unsaid = std::min(kDrift, kSaid * std::abs(result.psi));
   if (!large && drift < unsaid && !(drift * pull_of_parameters(problem, rho) >= unsaid)) return;

@@ -111,11 +111,11 @@ TEST_CASE("cycle costs: the largest multiplier", "[cycle][walker]") {
       CAPTURE(method);
       const GradientResult r = gradient(p, method, rho);
       CHECK(off(p, r.gradient, expected.gradient) <= 1e-6);
-      // Not exact to rounding, and it says so.
+      // Not exact to rounding, and it says so; a search may say other things besides.
       REQUIRE(r.gradient_error.size() == rho.size());
-      const std::vector<std::string> said = take_notices();
-      REQUIRE_FALSE(said.empty());
-      CHECK_THAT(said.front(), Catch::Contains("differences of tangents"));
+      std::string said;
+      for (const auto& sentence : take_notices()) said += sentence + "\n";
+      CHECK_THAT(said, Catch::Contains("differences of tangents"));
     }
   }
 }

@@ -22,6 +22,25 @@ constexpr int kHalvings = 8;
 // tolerance make of zero: their errors are usually 1 to 200 rtol.
 constexpr double kSingular = 1e-9, kSingularRuns = 200;
 
+/// Scales s by which P becomes s_i^-1 P_ij s_j with rows and columns of like sizes (Osborne): metres beside radians per
+/// second, or a speed that a small angle makes, are no sign that P - 1 is singular.
+Eigen::VectorXd balancing(const Eigen::MatrixXd& P) {
+  constexpr int kSweeps = 10;
+  constexpr double kMost = 1e6;
+  Eigen::VectorXd s = Eigen::VectorXd::Ones(P.rows());
+  for (int sweep = 0; sweep < kSweeps; ++sweep)
+    for (Eigen::Index i = 0; i < s.size(); ++i) {
+      double row = 0, column = 0;
+      for (Eigen::Index j = 0; j < s.size(); ++j) {
+        if (j == i) continue;
+        row = std::max(row, std::abs(P(i, j)) * s[j] / s[i]);
+        column = std::max(column, std::abs(P(j, i)) * s[i] / s[j]);
+      }
+      if (row > 0 && column > 0) s[i] = std::clamp(s[i] * std::sqrt(row / column), 1 / kMost, kMost);
+    }
+  return s;
+}
+
 /// The search at one tolerance.
 class Search {
  public:
@@ -78,22 +97,25 @@ Eigen::VectorXd Search::newton_step() const {
   const auto& free = map_.section().free();
   const auto k = static_cast<Eigen::Index>(free.size());
   if (k == 0) return {};
-  const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(k, k) - monodromy();
+  const Eigen::MatrixXd P = monodromy();
+  const Eigen::VectorXd s = balancing(P);
+  const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(k, k) - s.cwiseInverse().asDiagonal() * P * s.asDiagonal();
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(A, Eigen::ComputeThinU | Eigen::ComputeThinV);
   const double least = std::max(kSingular, kSingularRuns * map_.problem().solver.rtol);
   if (svd.singularValues()[k - 1] < least * svd.singularValues()[0]) {
     Eigen::Index most = 0;
-    svd.matrixV().col(k - 1).cwiseAbs().maxCoeff(&most);
+    svd.matrixV().col(k - 1).cwiseProduct(s).cwiseAbs().maxCoeff(&most);
     const SectionCoordinate& c =
         map_.section().coordinates()[static_cast<std::size_t>(free[static_cast<std::size_t>(most)])];
+    const double rtol = map_.problem().solver.rtol;
     throw SolverError(fmt::format(
-        "A cycle is not determined: a change of '{}' stays as it is from one section to the next (a multiplier is 1). "
-        "Where the mechanism moves on along its way, name that coordinate as 'travel' in [cycle]; where energy is "
-        "kept, "
-        "cycles come in families, and none of them is the limit of anything.",
-        c.name));
+        "A cycle is not determined: a change of '{}' stays as it is from one section to the next (a multiplier is "
+        "1{}). Where the mechanism moves on along its way, name that coordinate as 'travel' in [cycle]; where energy "
+        "is kept, cycles come in families, and none of them is the limit of anything.",
+        c.name, least > kSingular ? fmt::format(", to what rtol {:g} tells; a smaller one tells more", rtol) : ""));
   }
-  return svd.solve((value.next - x)(free));
+  const Eigen::VectorXd back = (value.next - x)(free);
+  return s.cwiseProduct(svd.solve(back.cwiseQuotient(s)));
 }
 
 void Search::fail(const std::string& why) const {

@@ -11,6 +11,7 @@
 
 #include "costate/analysis/row_space.h"
 #include "costate/base/error.h"
+#include "costate/base/golden_section.h"
 
 namespace costate {
 
@@ -323,29 +324,13 @@ void MotionWatch::refine(int row, double from, double to) {
       least = k;
     }
   }
-  double a = times[least > 0 ? least - 1 : 0], b = times[std::min(least + 1, times.size() - 1)], at = times[least];
-  constexpr double g = 0.6180339887498949;
-  double x1 = b - g * (b - a), x2 = a + g * (b - a), f1 = distance_at(row, x1), f2 = distance_at(row, x2);
-  for (int k = 0; k < kGolden && value >= kZero; ++k) {
-    const bool left = f1 < f2;
-    if (std::min(f1, f2) < value) {
-      value = std::min(f1, f2);
-      at = left ? x1 : x2;
-    }
-    if (left) {
-      b = x2;
-      x2 = x1;
-      f2 = f1;
-      x1 = b - g * (b - a);
-      f1 = distance_at(row, x1);
-    } else {
-      a = x1;
-      x1 = x2;
-      f1 = f2;
-      x2 = a + g * (b - a);
-      f2 = distance_at(row, x2);
-    }
-  }
+  const GoldenSection section = golden_section(
+      times[least > 0 ? least - 1 : 0], times[std::min(least + 1, times.size() - 1)], kGolden,
+      [&](double t) { return -distance_at(row, t); },
+      [&](const GoldenSection& g) { return std::min(value, -g.most()) >= kZero; });
+  const bool nearer = -section.most() < value;
+  const double at = nearer ? section.best() : times[least];
+  if (nearer) value = -section.most();
   if (value < rank_limit_) events_.push_back({at, row, value});
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/base/golden_section.h"
+
 namespace costate {
 
 namespace {
@@ -95,22 +97,10 @@ void CoursePlaces::add_turn(const Look& a, const Look& b, double edge, const Loo
   each_between(edge, turn.x + sign * kNearly * range, [&](double) { nearly = true; });
   if (!nearly) return;
   // Its top by the golden section.
-  const double part = 0.5 * (std::sqrt(5.0) - 1);
-  double from = a.u, to = b.u;
-  const auto look = [&](double u) { return Look{u, sign * at_(u)}; };
-  Look low = look(to - part * (to - from)), high = look(from + part * (to - from));
-  for (int k = 0; k < kTurning && to - from > kPlaced; ++k)
-    if (low.x > high.x) {
-      to = high.u;
-      high = low;
-      low = look(to - part * (to - from));
-    } else {
-      from = low.u;
-      low = high;
-      high = look(from + part * (to - from));
-    }
-  Look top = low.x > high.x ? low : high;
-  top.x *= sign;
+  const GoldenSection section = golden_section(
+      a.u, b.u, kTurning, [&](double u) { return sign * at_(u); },
+      [](const GoldenSection& g) { return g.to - g.from > kPlaced; });
+  const Look top{section.best(), sign * section.most()};
   put(top.u);
   if (!(sign * (top.x - edge) > 0)) return;
   each_between(edge, top.x, [&](double knot) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "costate/base/error.h"
+#include "costate/base/golden_section.h"
 #include "costate/event/step_motion.h"
 
 namespace costate {
@@ -160,21 +161,12 @@ std::optional<double> EndSearch::find(const std::function<double(double)>& dista
     if (looks.back().h >= 0) break;
   }
   // A short visit between two looks: the top of one that is higher than its neighbours, by the golden section.
-  const auto visit = [&](Point a, Point b) -> std::optional<double> {
-    const double part = 0.5 * (std::sqrt(5.0) - 1);
-    Point low = at(b.t - part * (b.t - a.t)), high = at(a.t + part * (b.t - a.t));
-    for (int k = 0; k < kTopDivisions && low.h < 0 && high.h < 0; ++k)
-      if (low.h > high.h) {
-        b = high;
-        high = low;
-        low = at(b.t - part * (b.t - a.t));
-      } else {
-        a = low;
-        low = high;
-        high = at(a.t + part * (b.t - a.t));
-      }
-    if (low.h < 0 && high.h < 0) return {};
-    return cross(a, low.h >= 0 ? low : high);
+  const auto visit = [&](const Point& a, const Point& b) -> std::optional<double> {
+    const GoldenSection top = golden_section(
+        a.t, b.t, kTopDivisions, [&](double t) { return at(t).h; },
+        [](const GoldenSection& g) { return g.f_low < 0 && g.f_high < 0; });
+    if (top.most() < 0) return {};
+    return cross(at(top.from), at(top.f_low >= 0 ? top.low : top.high));
   };
   const std::size_t last = looks.size() - 1;
   for (std::size_t k = 0; k <= last && looks[k].h < 0; ++k) {

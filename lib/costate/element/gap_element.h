@@ -4,6 +4,8 @@
 // speeds: so the gap's whole course over a step follows from few looks (event/gap_trace.h).
 #pragma once
 
+#include <vector>
+
 #include "costate/element/element.h"
 
 namespace costate {
@@ -28,6 +30,10 @@ class GapElement {
   virtual bool gap_presses(int i, const double* z) const = 0;
   /// The gap that a guard of the element (element/guarded_force.h) is, or -1.
   virtual int gap_of_guard(int guard) const = 0;
+  /// Whether the element knows where its force bends at touches and while it touches; then it appends by how much the
+  /// motion is beyond each such place, as many at every state.
+  virtual bool tells_bends() const { return false; }
+  virtual void add_bends(const LocalState&, std::vector<double>& /*beyond*/) const {}
 };
 
 }  // namespace costate

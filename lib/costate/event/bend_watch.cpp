@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "costate/assembly/gathered_state.h"
+#include "costate/element/gap_element.h"
 #include "costate/element/path_function.h"
 #include "costate/objective/formula_output.h"
 
@@ -63,6 +64,11 @@ BendWatch::BendWatch(Assembly& assembly, const Objective& objective, double rtol
   };
   for (const auto& force : assembly.mechanism().forces()) {
     if (const auto* owner = dynamic_cast<const MotionLawElement*>(force.get())) add_laws(assembly, *force, *owner);
+    if (const auto* gaps = dynamic_cast<const GapElement*>(force.get()); gaps && gaps->tells_bends())
+      sources_.push_back({[&assembly, force = force.get(), gaps](const StateView& s, std::vector<double>& beyond) {
+        thread_local GatheredState own;
+        gaps->add_bends(own.of(*force, s, assembly.numbers()), beyond);
+      }});
     if (const auto* formulas = dynamic_cast<const PathFunctionElement*>(force.get()))
       for (int i = 0; i < formulas->path_functions(); ++i)
         add_formula(formulas->path_function(i),

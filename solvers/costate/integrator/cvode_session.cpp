@@ -36,7 +36,7 @@ void CvodeSession::create_memory() {
   open(CVodeCreate(linear_multistep(), context_));
   check(CVodeInit(memory_, rhs, t_, y_), "the start");
   Vector atol(y_.size(), context_);  // SUNDIALS copies it
-  fill_absolute_tolerances(system_, options_.absolute(), y_.size(), atol.data());
+  fill_absolute_tolerances(system_, options_, y_.size(), atol.data());
   check(CVodeSVtolerances(memory_, options_.rtol, atol), "the tolerances");
   set_up();
   check(CVodeSetLinSysFn(memory_, newton_matrix), "Newton's matrix");
@@ -89,8 +89,7 @@ void CvodeSession::enable_sensitivities() {
       std::copy(y_rho_.col(j).data(), y_rho_.col(j).data() + n, yS_.data(j));
     else
       std::copy(start_.s[j].begin(), start_.s[j].end(), yS_.data(j));
-    fill_absolute_tolerances(system_, options_.absolute() / system_.parameters().parameters[j].scale, y_.size(),
-                             atol.data(j));
+    fill_absolute_tolerances(system_, options_, y_.size(), atol.data(j), system_.parameters().parameters[j].scale);
   }
   columns_in_.resize(static_cast<std::size_t>(np));
   columns_out_.resize(static_cast<std::size_t>(np));

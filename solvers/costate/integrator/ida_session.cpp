@@ -128,7 +128,7 @@ void IdaSession::enable_sensitivities() {
     qS_.data(static_cast<int>(j))[0] = start_.cost_gradient[j];
   std::vector<double> atol_q;
   for (int j = 0; j < np; ++j)
-    atol_q.push_back(options_.absolute() * cost_size(system_) / system_.parameters().parameters[j].scale);
+    atol_q.push_back(cost_tolerance(system_, options_) / system_.parameters().parameters[j].scale);
   check(IDAQuadSensInit(memory_, sensitivity_quadrature, qS_.handles()), "psi's sensitivities");
   check(IDAQuadSensSStolerances(memory_, options_.rtol, atol_q.data()), "the tolerances of psi's sensitivities");
   check(IDASetQuadSensErrCon(memory_, SUNTRUE), "the error control of psi's sensitivities");

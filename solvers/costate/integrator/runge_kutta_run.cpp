@@ -51,7 +51,7 @@ RungeKuttaRun<Kind>::RungeKuttaRun(SystemType& system, const SolverOptions& opti
   if (!scheme) throw CapabilityError(fmt::format("There is no Runge-Kutta scheme '{}'.", options.integrator));
   y_.assign(static_cast<std::size_t>(system.size()) + (system.has_running_cost() ? 1 : 0), 0);
   atol_.resize(y_.size());
-  fill_absolute_tolerances(system, options.absolute(), static_cast<int>(y_.size()), atol_.data());
+  fill_absolute_tolerances(system, options, static_cast<int>(y_.size()), atol_.data());
   start(system.parameter_count() > 0 && needs_start_columns(system.assembly(), wanted));
   step_ = make_step(*scheme);
   longest_ = std::min(Kind::longest_step(system, *scheme), options.max_step_s > 0 ? options.max_step_s : HUGE_VAL);

@@ -185,8 +185,7 @@ void SundialsSession<Api>::enable_cost() {
   q_ = Vector(1, context_);
   q_.data()[0] = start_.cost;
   check(Api::init_quadrature(memory_, quadrature_function(), q_), "psi's quadrature");
-  check(Api::set_quadrature_tolerances(memory_, options_.rtol, options_.absolute() * cost_size(system_)),
-        "psi's tolerances");
+  check(Api::set_quadrature_tolerances(memory_, options_.rtol, cost_tolerance(system_, options_)), "psi's tolerances");
   check(Api::set_quadrature_error_control(memory_, SUNTRUE), "psi's error control");
 }
 

@@ -26,17 +26,20 @@ std::vector<double> unknown_sizes(const System& system) {
   return sizes;
 }
 
-void fill_absolute_tolerances(const System& system, double atol, int size, double* out) {
+void fill_absolute_tolerances(const System& system, const SolverOptions& options, int size, double* out, double scale) {
   const auto sizes = unknown_sizes(system);
-  std::fill(out, out + size, atol * cost_size(system));
+  const double atol = options.absolute() / scale;
+  std::fill(out, out + size, cost_tolerance(system, options) / scale);
   for (std::size_t i = 0; i < sizes.size(); ++i) out[i] = atol * sizes[i];
 }
 
-double cost_size(const Mechanism& mechanism) {
+double cost_size(const Mechanism& mechanism, const SolverOptions& options) {
   const double length = length_size(mechanism);
-  return length * length;
+  return length * length * std::min(1.0, options.t_end - options.t_start);
 }
 
-double cost_size(const System& system) { return cost_size(system.assembly().mechanism()); }
+double cost_tolerance(const System& system, const SolverOptions& options) {
+  return options.absolute() * cost_size(system.assembly().mechanism(), options);
+}
 
 }  // namespace costate

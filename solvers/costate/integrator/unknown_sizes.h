@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "costate/formulation/system.h"
+#include "costate/problem/problem.h"
 
 namespace costate {
 
@@ -16,11 +17,15 @@ double length_size(const Mechanism& mechanism);
 /// One an unknown: that length for what is measured in m, m/s or m/s^2, else 1.
 std::vector<double> unknown_sizes(const System& system);
 
-/// atol times these in the first entries of `out`, and of the cost in those behind the system's unknowns, up to `size`.
-void fill_absolute_tolerances(const System& system, double atol, int size, double* out);
+/// The absolute tolerance times these in the first entries of `out`, and times the cost's size in those behind the
+/// system's unknowns, up to `size`; in parts of `scale`, of derivatives by what has this size.
+void fill_absolute_tolerances(const System& system, const SolverOptions& options, int size, double* out,
+                              double scale = 1);
 
-/// Of the cost's quadrature, whose unit the cost does not tell: the smallest that a square of lengths can have.
-double cost_size(const Mechanism& mechanism);
-double cost_size(const System& system);
+/// Of the cost's quadrature, whose unit the cost does not tell: the smallest that a square of lengths can have, over a
+/// second or a run that is shorter.
+double cost_size(const Mechanism& mechanism, const SolverOptions& options);
+/// The absolute tolerance times that.
+double cost_tolerance(const System& system, const SolverOptions& options);
 
 }  // namespace costate

@@ -30,6 +30,25 @@ CourseElement::Place TyreGround::track_place(int, const LocalState& s) const {
   return {s.q[0] + r[0], s.v[0] + u[0]};
 }
 
+void TyreGround::add_bends(const LocalState& s, std::vector<double>& beyond) const {
+  WheelState<double> w;
+  double r[3], u[3];
+  rotated(s.q + 3, s.p + TyreNumbers::center, r);
+  rotated_rate(s.q + 3, s.v + 3, s.p + TyreNumbers::center, u);
+  rotated(s.q + 3, s.p + TyreNumbers::axis, w.axis);
+  w.x = s.q[0] + r[0];
+  w.z = s.q[2] + r[2];
+  for (int i = 0; i < 3; ++i) w.velocity[i] = s.v[i] + u[i];
+  TyreGeometry<double> g;
+  calc_tyre_geometry(*setup_.road, setup_.contact, s.t, w, s.p[TyreNumbers::radius], s.p[TyreNumbers::share],
+                     s.p[TyreNumbers::shift], s.p + TyreNumbers::road, g);
+  const double ramp = s.p[TyreNumbers::ramp], part = g.deflection < ramp ? g.deflection / ramp : 1;
+  const double force = s.p[TyreNumbers::stiffness] * g.deflection + s.p[TyreNumbers::damping] * g.approach * part;
+  beyond.push_back(g.deflection);
+  beyond.push_back(s.p[TyreNumbers::damping] > 0 ? g.deflection - ramp : -1);
+  beyond.push_back(g.deflection > 0 ? force : s.p[TyreNumbers::stiffness] * g.deflection);
+}
+
 GapMotion TyreGround::gap_motion(int, const LocalState& s) const {
   // Along the motion: derivatives by time.
   using D = Dual<1>;

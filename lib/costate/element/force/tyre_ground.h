@@ -33,6 +33,9 @@ class TyreGround : public CourseElement, public MotionLawElement, public GapElem
   GapMotion gap_motion(int, const LocalState& s) const override;
   bool gap_presses(int, const double*) const override { return true; }
   int gap_of_guard(int) const override { return -1; }
+  /// The touch, the end of the damper's ramp, and where the normal force would pull.
+  bool tells_bends() const override { return !setup_.bilateral; }
+  void add_bends(const LocalState& s, std::vector<double>& beyond) const override;
 
  protected:
   TyreSetup setup_;

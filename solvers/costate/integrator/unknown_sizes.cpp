@@ -33,13 +33,13 @@ void fill_absolute_tolerances(const System& system, const SolverOptions& options
   for (std::size_t i = 0; i < sizes.size(); ++i) out[i] = atol * sizes[i];
 }
 
-double cost_size(const Mechanism& mechanism, const SolverOptions& options) {
+double cost_size(const Mechanism& mechanism) {
   const double length = length_size(mechanism);
-  return length * length * std::min(1.0, options.t_end - options.t_start);
+  return length * length;
 }
 
 double cost_tolerance(const System& system, const SolverOptions& options) {
-  return options.absolute() * cost_size(system.assembly().mechanism(), options);
+  return options.absolute() * cost_size(system.assembly().mechanism()) * std::min(1.0, options.t_end - options.t_start);
 }
 
 }  // namespace costate

@@ -22,10 +22,9 @@ std::vector<double> unknown_sizes(const System& system);
 void fill_absolute_tolerances(const System& system, const SolverOptions& options, int size, double* out,
                               double scale = 1);
 
-/// Of the cost's quadrature, whose unit the cost does not tell: the smallest that a square of lengths can have, over a
-/// second or a run that is shorter.
-double cost_size(const Mechanism& mechanism, const SolverOptions& options);
-/// The absolute tolerance times that.
+/// Of the cost, whose unit it does not tell: the smallest that a square of lengths can have.
+double cost_size(const Mechanism& mechanism);
+/// Of the cost's quadrature over a run: the absolute tolerance times that, in runs below a second as many parts of it.
 double cost_tolerance(const System& system, const SolverOptions& options);
 
 }  // namespace costate

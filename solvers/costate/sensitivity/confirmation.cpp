@@ -46,9 +46,7 @@ struct Apart {
 };
 
 /// What is absolutely tolerated of a cost.
-double absolute_of_cost(const Problem& problem) {
-  return problem.solver.absolute() * cost_size(*problem.mechanism, problem.solver);
-}
+double absolute_of_cost(const Problem& problem) { return problem.solver.absolute() * cost_size(*problem.mechanism); }
 
 double size_of_psi(const Problem& problem, const GradientResult& r) {
   return std::max(std::abs(r.psi), kSmallPsi * largest_scaled(problem.parameters, r.gradient));

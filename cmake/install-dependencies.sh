@@ -32,6 +32,7 @@ packages=(
   liborocos-kdl-dev
   libopenmpi-dev
   openmpi-bin=mpirun
+  libjs-three
 )
 # A browser, in which the tests open the pages that the tool writes; they pass it over where there is none.
 if [[ ${CI:-} == true || ${CI:-} == 1 ]]; then

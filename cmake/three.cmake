@@ -1,0 +1,27 @@
+# three.js, which pages with motions draw with, where it is found (libjs-three): its text is put into the tool, and by
+# the tool into such pages, which need no network. Without it they carry the drawing that is there without scripts.
+find_path(THREE_SCRIPT_DIR examples/js/controls/OrbitControls.js PATHS ${CMAKE_SYSTEM_PREFIX_PATH}
+          PATH_SUFFIXES share/javascript/three)
+mark_as_advanced(THREE_SCRIPT_DIR)
+set(COSTATE_THREE_FOUND OFF)
+set(THREE_PROGRAM "")
+if(THREE_SCRIPT_DIR AND EXISTS "${THREE_SCRIPT_DIR}/three.min.js")
+  set(COSTATE_THREE_FOUND ON)
+  file(READ "${PROJECT_SOURCE_DIR}/cmake/three.license" THREE_PROGRAM)
+  foreach(file three.min.js examples/js/controls/OrbitControls.js)
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${THREE_SCRIPT_DIR}/${file}")
+    file(READ "${THREE_SCRIPT_DIR}/${file}" text)
+    foreach(end "</script" "<!--" "]]>" ")three\"") # of what it will stand in: HTML, XML, a string of C++
+      string(FIND "${text}" "${end}" at)
+      if(NOT at EQUAL -1)
+        message(FATAL_ERROR "${THREE_SCRIPT_DIR}/${file} holds '${end}' and cannot be put into pages.")
+      endif()
+    endforeach()
+    string(APPEND THREE_PROGRAM "${text}\n")
+  endforeach()
+  message(STATUS "three.js: ${THREE_SCRIPT_DIR}")
+else()
+  message(STATUS "three.js: pages are built without motions in 3-D; libjs-three is missing")
+endif()
+set(COSTATE_THREE_SOURCE "${PROJECT_BINARY_DIR}/three/viewer_library.cpp")
+configure_file(cmake/three.cpp.in "${COSTATE_THREE_SOURCE}" @ONLY)

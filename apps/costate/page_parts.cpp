@@ -20,6 +20,7 @@ namespace {
 constexpr std::size_t kHistories = 8;                      // plots over time
 constexpr std::size_t kSamples = 300, kLeastSamples = 20;  // of motions in 3-D
 constexpr std::size_t kBytes = 4'000'000;                  // that they may take together
+constexpr std::size_t kDrawn = 200;                        // solids of a drawing that plays
 
 /// The motions in 3-D, the later over the earlier ones.
 void add_viewer(HtmlPage& page, const std::vector<Motion>& motions) {
@@ -29,7 +30,7 @@ void add_viewer(HtmlPage& page, const std::vector<Motion>& motions) {
     solids += make_stage({0}, figures_of_table(m.scene, *m.table, 1).figures).solids.size();
   // Of every solid at every sample ten floats, in base 64.
   const std::size_t samples = std::min(kSamples, kBytes / (54 * std::max<std::size_t>(1, solids)));
-  if (samples < kLeastSamples) {
+  if (samples < kLeastSamples || (!has_viewer() && solids > kDrawn)) {
     page.paragraph(
         fmt::format("The motion of {} solids is too much for this page; 'costate animate' shows it.", solids));
     return;
@@ -52,7 +53,7 @@ void add_viewer(HtmlPage& page, const std::vector<Motion>& motions) {
     few.times.push_back(last.times[i]);
     few.figures.push_back(last.figures[i]);
   }
-  if (solids <= 200) viewed.drawing = moving_drawing(few.figures, few.times, {"", 640, true}, viewed.speed);
+  if (solids <= kDrawn) viewed.drawing = moving_drawing(few.figures, few.times, {"", 640, true}, viewed.speed);
   page.part(viewer_element(viewed, ""), viewer_style());
 }
 

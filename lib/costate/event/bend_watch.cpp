@@ -62,13 +62,19 @@ BendWatch::BendWatch(Assembly& assembly, const Objective& objective, double rtol
         formula.add_bends(s.t, x.data(), beyond);
       }});
   };
+  int next_state = 0;
   for (const auto& force : assembly.mechanism().forces()) {
+    const int first_state = next_state;
+    next_state += force->states();
     if (const auto* owner = dynamic_cast<const MotionLawElement*>(force.get())) add_laws(assembly, *force, *owner);
     if (const auto* gaps = dynamic_cast<const GapElement*>(force.get()); gaps && gaps->tells_bends())
-      sources_.push_back({[&assembly, force = force.get(), gaps](const StateView& s, std::vector<double>& beyond) {
-        thread_local GatheredState own;
-        gaps->add_bends(own.of(*force, s, assembly.numbers()), beyond);
-      }});
+      sources_.push_back(
+          {[&assembly, force = force.get(), gaps, first_state](const StateView& s, std::vector<double>& beyond) {
+            thread_local GatheredState own;
+            LocalState local = own.of(*force, s, assembly.numbers());
+            local.z = s.z + first_state;
+            gaps->add_bends(local, beyond);
+          }});
     if (const auto* formulas = dynamic_cast<const PathFunctionElement*>(force.get()))
       for (int i = 0; i < formulas->path_functions(); ++i)
         add_formula(formulas->path_function(i),

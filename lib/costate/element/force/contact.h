@@ -160,6 +160,10 @@ class Contact : public ForceOf<Contact<Point, Ground>>,
   GapMotion gap_motion(int i, const LocalState& s) const override { return gap_motion_of(i, s); }
   bool gap_presses(int i, const double* z) const override { return !latches_ || z[i * own_states()] > 0; }
   int gap_of_guard(int k) const override { return k / 2; }
+  bool tells_bends() const override { return true; }
+  void add_bends(const LocalState& s, std::vector<double>& beyond) const override {
+    this->add_bends_of(arguments(s), beyond);
+  }
   void transition(int k, const MeasureArguments& x, PathDual* z_after) const override {
     for (int i = 0; i < states(); ++i) z_after[i] = x.z[i];
     const int i = k / 2, first = i * own_states();

@@ -79,15 +79,21 @@ S elastic_force(NormalLaw law, const S* p, const S& depth) {
   return law == NormalLaw::linear ? p[0] * depth : p[0] * exp(p[1] * log(depth));
 }
 
-/// p: K [N/m^n], n, e, C [N s/m]; v0 is read by the laws that latch.
+/// F as it would be if it could pull. p: K [N/m^n], n, e, C [N s/m]; v0 is read by the laws that latch.
 template <class S>
-S normal_force(NormalLaw law, const S* p, const S& depth, const S& rate, const S& v0) {
+S uncut_force(NormalLaw law, const S* p, const S& depth, const S& rate, const S& v0) {
   // A contact that is closed by its mode may be open by a rounding, at the touch itself, where F jumps already.
   S f = elastic_force(law, p, depth);
   if (law == NormalLaw::kelvin_voigt)
     f += p[3] * rate;
   else if (latches(law))
     f *= S(1.0) + damping_ratio(law, p[2]) * rate / v0;
+  return f;
+}
+
+template <class S>
+S normal_force(NormalLaw law, const S* p, const S& depth, const S& rate, const S& v0) {
+  const S f = uncut_force(law, p, depth, rate, v0);
   return value_of(f) > 0 ? f : S(0.0);
 }
 

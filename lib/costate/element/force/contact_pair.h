@@ -107,6 +107,16 @@ class ContactPair final : public ForceOf<ContactPair<Point>>, public GuardedForc
   }
   bool gap_presses(int, const double* z) const override { return !latched() || z[0] > 0; }
   int gap_of_guard(int) const override { return 0; }
+  bool tells_bends() const override { return true; }
+  /// As those with the ground.
+  void add_bends(const LocalState& s, std::vector<double>& beyond) const override {
+    const double law[4] = {stiffness(s.p), s.p[1], s.p[2], s.p[3]};
+    const Motion<double> m = motion(s.q, s.v, s.p);
+    if (!latched())
+      beyond.push_back(-m.gap);
+    else
+      beyond.push_back(s.z[0] > 0 ? uncut_force(options_.law, law, -m.gap, m.closing, s.z[0]) : 0);
+  }
   void transition(int k, const MeasureArguments& x, PathDual* z_after) const override {
     for (int i = 0; i < states(); ++i) z_after[i] = i < own_states() ? PathDual(0.0) : x.z[i];
     if (k == 0) z_after[0] = motion(x.q, x.v, x.p).closing;

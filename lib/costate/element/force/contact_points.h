@@ -191,6 +191,18 @@ class ContactPoints {
     apply_laws(i, x.p, x.z + first, f, zdot + first);
   }
 
+  /// For GapElement::add_bends(): of each point the touch where that is no event, else where its force would pull.
+  void add_bends_of(const ContactArguments<double>& x, std::vector<double>& beyond) const {
+    for (int i = 0; i < count(); ++i) {
+      const double depth = -gap(i, x), law[4] = {stiffness(x.p), x.p[1], x.p[2], x.p[3]};
+      if (!latches_)
+        beyond.push_back(depth);
+      else
+        beyond.push_back(
+            touches(i, x) ? uncut_force(options_.law, law, depth, motion(i, x).closing, x.z[i * own_states()]) : 0);
+    }
+  }
+
   /// The forces at point i by its motion, own states and their rates.
   template <class S>
   void apply_laws(int i, const S* p, const S* z, Forces<S>& f, S* zdot) const {

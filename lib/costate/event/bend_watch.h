@@ -1,9 +1,9 @@
 // Where forces and running costs bend along a run whose derivative is wanted: the places at which pieces of a law of
 // an element's deformation, or of its rate, meet with two slopes, and where abs, min and max of a formula do, or
-// straight lines of a table that it holds, and where tyres and contacts touch or would pull. A step across such a place at which no stage feels much of it has next to
-// no error, and yet a derivative that is off by the whole of its length times the jump of the slope: no estimate by
-// values of the force tells. So the argument's course over each step is looked at, and the run passes the place with
-// a step so short that its derivative does not count.
+// straight lines of a table that it holds, and where tyres and contacts touch or would pull. A step across such a place
+// at which no stage feels much of it has next to no error, and yet a derivative that is off by the whole of its length
+// times the jump of the slope: no estimate by values of the force tells. So the argument's course over each step is
+// looked at, and the run passes the place with a step so short that its derivative does not count.
 #pragma once
 
 #include <functional>

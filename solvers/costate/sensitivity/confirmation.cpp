@@ -22,8 +22,8 @@ constexpr double kLooser = 100, kTighter = 0.1;
 // Errors of 60 rtol fall with the tolerance to the power 5/6 or faster: a hundred times it changes 3e3 rtol. Where it
 // changes more, either run may be off by that: with 1e4 rtol, by what rtol = 1e-8 must not be off in silence.
 constexpr double kExplained = 3e3;
-// What is left then is said from here on.
-constexpr double kKnown = 3e3;
+// What is left then is said from here on; it has been five times as much (test/cases/truss_671687.toml).
+constexpr double kKnown = 2e3;
 // Errors fall by this a decade of the tolerance, at least as they should, and no less than that as is assumed.
 constexpr double kFalls = 6.8, kHardlyFalls = 1.05;
 // Where the looser run was further off than this, errors do not fall as the tolerance does, and two runs may be near

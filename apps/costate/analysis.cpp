@@ -8,6 +8,8 @@
 #include <filesystem>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
+#include "costate/event/motion_events.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/print.h"
 #include "digits.h"
@@ -16,6 +18,25 @@ namespace costate::app {
 
 void AnalysisOptions::add_hold(Command& command, const std::string& text) {
   command.option("--hold", hold, text).separated().seen([this] { hold_given = true; });
+}
+
+void tell_of_contacts(Assembly& assembly, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& z,
+                      const Eigen::VectorXd& lambda) {
+  if (!MotionEvents::has_any(assembly.mechanism())) return;
+  const Eigen::VectorXd rest = Eigen::VectorXd::Zero(q.size());
+  StateView s;
+  s.t = t;
+  s.q = q.data();
+  s.v = s.a = rest.data();
+  s.z = z.data();
+  s.lambda = lambda.data();
+  try {
+    assembly.calc_dynamics(s);
+    MotionEvents(assembly).begin(s);
+  } catch (const ModelError& e) {
+    notice(fmt::format("This is no rest of a mechanism with its contacts: a run that begins here is refused. {}",
+                       e.bare_message()));
+  }
 }
 
 Scene load_for_analysis(const CommonOptions& common, AnalysisOptions& options, bool released) {

@@ -30,6 +30,11 @@ auto located_in(const Scene& scene, F&& f) {
   }
 }
 
+/// Gives notice where contacts cannot be as a position at rest has them, whose balance knows equations alone: inside the
+/// ground, held by it, or beyond what friction bears. lambda has m entries.
+void tell_of_contacts(Assembly& assembly, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& z,
+                      const Eigen::VectorXd& lambda);
+
 /// Points on bodies and what elements measure, apart from rates.
 std::vector<std::unique_ptr<Output>> measured_outputs(const Mechanism& m);
 std::vector<std::unique_ptr<Output>> outputs_named(const Mechanism& m, const std::vector<std::string>& names);

@@ -80,6 +80,7 @@ int run(const CommonOptions& common, ModesOptions& options) {
   const Modes r = located_in(scene, [&] {
     const Start start = find_start(assembly, t, false);
     remarks = start_remarks(assembly, start);
+    if (start.rests) tell_of_contacts(assembly, t, start.q, start.z, start.lambda);
     return find_modes(assembly, t, start);
   });
 

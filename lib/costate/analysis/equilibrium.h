@@ -33,9 +33,9 @@ struct Equilibrium {
   int iterations = 0;
   double residual = 0;             // largest unbalanced generalized force [N, N m]
   double constraint_residual = 0;  // largest |Phi|
-  /// Smallest eigenvalue of the reduced stiffness in the metric of the masses [1/s^2]: negative for an
-  /// equilibrium that is not stable (force states eliminated, the part that is not symmetric left out). 0
-  /// without a degree of freedom.
+  /// Smallest eigenvalue of the reduced stiffness in the metric of the masses [1/s^2], its real part where the
+  /// stiffness is not symmetric: negative for an equilibrium that is not stable (force states eliminated; what damping
+  /// or states make grow is a matter of modes). 0 without a degree of freedom.
   double lowest_stiffness = 0;
   int degrees_of_freedom = 0;                          // that balance alone determines
   Eigen::MatrixXd q_rho, z_rho, lambda_rho, held_rho;  // n, nz, m, held x np (empty unless asked for)

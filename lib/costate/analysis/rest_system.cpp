@@ -221,8 +221,19 @@ void RestSystem::linearize(Part& p) {
 void RestSystem::measure_stiffness(const Part& p) {
   const Eigen::Index f = p.N.cols();
   if (f == 0 || !p.Kz.allFinite()) return;
-  const Symmetric eigen(symmetric(p.Kz), metric(p.Mr), Eigen::EigenvaluesOnly);
-  const double low = eigen.eigenvalues()[0], high = std::max(std::abs(low), std::abs(eigen.eigenvalues()[f - 1]));
+  constexpr double kSymmetric = 1e-9;
+  double low, high;
+  if ((p.Kz - p.Kz.transpose()).norm() > kSymmetric * p.Kz.norm()) {
+    // Forces that follow the motion: what grows by itself is a negative root, not a form that is not definite.
+    const MatrixXd by_mass = metric(p.Mr).ldlt().solve(p.Kz);
+    const VectorXd roots = Eigen::EigenSolver<MatrixXd>(by_mass, false).eigenvalues().real();
+    low = roots.minCoeff();
+    high = roots.cwiseAbs().maxCoeff();
+  } else {
+    const Symmetric eigen(symmetric(p.Kz), metric(p.Mr), Eigen::EigenvaluesOnly);
+    low = eigen.eigenvalues()[0];
+    high = std::max(std::abs(low), std::abs(eigen.eigenvalues()[f - 1]));
+  }
   lowest_ = std::min(lowest_, std::abs(low) < kNoStiffness * high ? 0 : low);
   highest_ = std::max(highest_, high);
 }

@@ -166,6 +166,11 @@ std::string wrong_time(const std::vector<double>& times) {
 
 std::string wrong_unit(const DataColumn& column, const std::string& wanted) {
   const InSi* si = in_si(column.unit);
+  // A column with a unit is read in SI units; an output in degrees or millimetres is not.
+  const InSi* of_wanted = in_si(wanted);
+  if (si && !column.unit.empty() && column.unit != "1" && of_wanted && of_wanted->factor != 1)
+    return fmt::format("Column '{}' [{}] is read in {}, and what it is used for is in {}. Give that in {}.",
+                       column.name, column.unit, *si->unit ? si->unit : "1", wanted, of_wanted->unit);
   if (!si || !units_disagree(si->unit, wanted)) return {};
   return fmt::format("Column '{}' is in {} [{}], and what it is used for in {}.", column.name, column.unit, si->unit,
                      wanted);

@@ -9,6 +9,14 @@
 
 namespace costate {
 
+namespace {
+/// What acts at one time: forces and constraints, their derivatives by the state, and by the parameters.
+struct Terms {
+  std::vector<double> values, slopes;
+  Eigen::MatrixXd columns;
+};
+}  // namespace
+
 void ReturnMap::require_periodic(const Eigen::VectorXd& x, const std::vector<double>& positions) const {
   std::vector<double> values;
   const Problem p = problem_at(x, positions, false, parameters(), values);
@@ -31,47 +39,56 @@ void ReturnMap::require_periodic(const Eigen::VectorXd& x, const std::vector<dou
     Assembly::ParameterColumns c;
     assembly.resize(c);
     assembly.calc_parameter_columns(s, c);
-    std::pair<std::vector<double>, Eigen::MatrixXd> r;
+    Terms r;
     for (const auto* part : {&assembly.Q, &assembly.phi, &assembly.phi_t, &assembly.bias, &assembly.zdot})
-      r.first.insert(r.first.end(), part->begin(), part->end());
-    r.second.resize(c.F.rows() + 3 * c.phi.rows() + c.f.rows(), np);
+      r.values.insert(r.values.end(), part->begin(), part->end());
+    for (const auto* part : {&assembly.K, &assembly.C, &assembly.Q_z, &assembly.f_q, &assembly.f_v, &assembly.f_z})
+      r.slopes.insert(r.slopes.end(), part->begin(), part->end());
+    r.columns.resize(c.F.rows() + 3 * c.phi.rows() + c.f.rows(), np);
     if (np > 0)
-      r.second << c.F.leftCols(np), c.phi.leftCols(np), c.phid.leftCols(np), c.phidd.leftCols(np), c.f.leftCols(np);
+      r.columns << c.F.leftCols(np), c.phi.leftCols(np), c.phid.leftCols(np), c.phidd.leftCols(np), c.f.leftCols(np);
     return r;
   };
   constexpr double kSame = 1e-7;
   const std::vector<double> parts = {0.0, 0.1379, 0.3417, 0.5731, 0.8123};
-  std::vector<decltype(terms(0.0))> now, then;
-  double size = 0;
+  std::vector<Terms> now, then;
+  double size = 0, slope_size = 0;
   Eigen::VectorXd column_size = Eigen::VectorXd::Zero(np);
   for (const double part : parts) {
     const double t = p.solver.t_start + part * span;
     now.push_back(terms(t));
     then.push_back(terms(t + (period ? span : 0.4391 * span)));
     for (const auto* side : {&now.back(), &then.back()}) {
-      for (const double f : side->first) size = std::max(size, std::abs(f));
+      for (const double f : side->values) size = std::max(size, std::abs(f));
+      for (const double f : side->slopes) slope_size = std::max(slope_size, std::abs(f));
       for (int j = 0; j < np; ++j)
-        if (side->second.rows() > 0)
-          column_size[j] = std::max(column_size[j], side->second.col(j).cwiseAbs().maxCoeff());
+        if (side->columns.rows() > 0)
+          column_size[j] = std::max(column_size[j], side->columns.col(j).cwiseAbs().maxCoeff());
     }
   }
   bool depends = false;
   for (std::size_t k = 0; k < parts.size(); ++k) {
-    double most = 0;
-    for (std::size_t i = 0; i < now[k].first.size(); ++i) {
-      most = std::max(most, std::abs(now[k].first[i] - then[k].first[i]));
-      depends = depends || std::abs(now[k].first[i] - now[0].first[i]) > kSame * size;
-    }
-    if (most > kSame * size)
+    double most = 0;  // of what they are
+    const auto compare = [&](const std::vector<double>& a, const std::vector<double>& b, const std::vector<double>& c,
+                             double of) {
+      for (std::size_t i = 0; i < a.size() && of > 0; ++i) {
+        most = std::max(most, std::abs(a[i] - b[i]) / of);
+        depends = depends || std::abs(a[i] - c[i]) > kSame * of;
+      }
+    };
+    compare(now[k].values, then[k].values, now[0].values, size);
+    // A stiffness that changes in time is no force where the start is at rest in it.
+    compare(now[k].slopes, then[k].slopes, now[0].slopes, slope_size);
+    if (most > kSame)
       throw ModelError(period ? "cycle.period_s" : "cycle.section",
                        period ? fmt::format("Forces or constraints at t = {:g} s and {:g} s later differ by {:.2g} of "
                                             "what they are: this is no period of theirs.",
-                                            p.solver.t_start + parts[k] * span, span, most / size)
+                                            p.solver.t_start + parts[k] * span, span, most)
                               : "Forces or constraints depend on time, so that a state at the section does not say how "
                                 "the motion goes on. Give 'period_s' in the place of 'section'.");
     for (int j = 0; period && j < np; ++j)
       if (column_size[j] > 0 &&
-          (now[k].second.col(j) - then[k].second.col(j)).cwiseAbs().maxCoeff() > kSame * column_size[j])
+          (now[k].columns.col(j) - then[k].columns.col(j)).cwiseAbs().maxCoeff() > kSame * column_size[j])
         throw ModelError("cycle.period_s",
                          fmt::format("Parameter '{}' changes the period of the forces, while 'period_s' is a fixed "
                                      "number: the cycle has no derivative by it. Leave it out of the parameters.",

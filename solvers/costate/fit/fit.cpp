@@ -150,6 +150,32 @@ std::vector<FitResult::Set> sets_of(const SampleResiduals& start, const SampleRe
   return sets;
 }
 
+/// Those at a bound, to which they are set, beyond which the sum of squares would fall.
+std::vector<int> held_by_bounds(const Residuals& residuals, std::vector<double>& x) {
+  constexpr double kAtBound = 1e-6;  // in scales
+  std::vector<int> near;
+  std::vector<double> rho;
+  for (std::size_t j = 0; j < x.size(); ++j) {
+    const Parameter& p = residuals.parameters()[j];
+    const double lower = p.lower / p.scale, upper = p.upper / p.scale;
+    if (x[j] - lower <= kAtBound || upper - x[j] <= kAtBound) {
+      x[j] = x[j] - lower <= upper - x[j] ? lower : upper;
+      near.push_back(static_cast<int>(j));
+    }
+    rho.push_back(x[j] * p.scale);
+  }
+  if (near.empty()) return {};
+  const SampleResiduals at = residuals.at(rho, true);
+  std::vector<int> held;
+  for (const int j : near) {
+    const Parameter& p = residuals.parameters()[static_cast<std::size_t>(j)];
+    const double slope = at.r_rho.col(j).dot(at.r);
+    const bool at_lower = x[static_cast<std::size_t>(j)] == p.lower / p.scale;
+    if (at_lower ? slope > 0 : slope < 0) held.push_back(j);
+  }
+  return held;
+}
+
 }  // namespace
 
 FitResult fit(const std::vector<Problem>& problems, const FitOptions& options, const FitSink& sink) {
@@ -181,10 +207,30 @@ FitResult fit(const std::vector<Problem>& problems, const FitOptions& options, c
   o.gradient_tolerance = 0;
   o.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
-  ceres::Solve(o, &problem, &summary);
-  if (cost->other) std::rethrow_exception(cost->other);
-  if (summary.termination_type == ceres::FAILURE && cost->failure) std::rethrow_exception(cost->failure);
-  result.iterations = static_cast<int>(summary.iterations.size()) - 1;
+  const auto solve = [&] {
+    o.max_num_iterations = std::max(0, options.max_iterations - result.iterations);
+    ceres::Solve(o, &problem, &summary);
+    if (cost->other) std::rethrow_exception(cost->other);
+    if (summary.termination_type == ceres::FAILURE && cost->failure) std::rethrow_exception(cost->failure);
+    result.iterations += std::max(0, static_cast<int>(summary.iterations.size()) - 1);
+  };
+  solve();
+  // Steps that are cut at a bound get shorter and shorter beside it, and "converge" short of the minimum. So what a
+  // bound holds is held, the others are searched on, and what would leave its bound is let go: an active set.
+  std::vector<int> held;
+  for (std::size_t round = 0; summary.termination_type == ceres::CONVERGENCE; ++round) {
+    const std::vector<int> holds = held_by_bounds(residuals, x);
+    if (holds == held) break;
+    if (round > 2 * x.size()) {
+      summary.termination_type = ceres::FAILURE;
+      summary.message = "bounds are met and left in turn, and no minimum among them was settled on";
+      break;
+    }
+    held = holds;
+    if (held.size() == x.size()) break;
+    problem.SetManifold(x.data(), held.empty() ? nullptr : new ceres::SubsetManifold(static_cast<int>(x.size()), held));
+    solve();
+  }
   result.converged = summary.termination_type == ceres::CONVERGENCE;
   result.termination = result.converged ? "converged"
                        : summary.termination_type == ceres::NO_CONVERGENCE

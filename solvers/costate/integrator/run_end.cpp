@@ -18,6 +18,9 @@ namespace {
 // With R = |h'| (te - t0) over the range of h, an error e of h (in parts of that range) moves the end by e/R of the
 // run, and changes h', so the gradient, by some e/R^2 of itself. Below the one R, or with rtol for e above the one
 // part, a gradient is refused; above the other part it is told.
+// A simulation tells from this R on, where its end has two digits less than the motion, whose errors are up to some
+// hundred tolerances.
+constexpr double kHardlyCrossed = 1e-2, kRunErrors = 100;
 constexpr double kGrazedEnd = 1e-7, kNoGradientOfEnd = 1e-3, kFewDigitsOfEnd = 1e-5;
 
 struct RunEnd {
@@ -91,6 +94,22 @@ void EndWatch::look(const std::function<const double*(double)>& at) {
 }
 
 RunEvent EndWatch::event() const { return {*end_, problem_.ends_when->text(system_.assembly())}; }
+
+void EndWatch::tell_if_grazed(const double* y) {
+  const EndRates rates =
+      end_rates(*problem_.ends_when, problem_.objective, solved_state(system_, *end_, y), system_.assembly());
+  const double steep = steepness(rates.h_rate);
+  if (!(steep < kHardlyCrossed)) return;
+  // Errors of that part of the range move it by as much over the steepness, or, where it turns there, by their root.
+  const double rtol = problem_.solver.rtol, error = kRunErrors * rtol,
+               part = std::min(error / std::max(steep, error), std::sqrt(error));
+  notice(fmt::format(
+      "The run's end is hardly crossed: at t = {:.9g} s {} comes with a rate of {:.3g} {}/s, and what a run may be off "
+      "by at rtol {:g} moves it by some {:.1g} s, or decides whether it comes. Move the level away from there, or take "
+      "a smaller rtol.",
+      *end_, problem_.ends_when->text(system_.assembly()), rates.h_rate, problem_.ends_when->output->unit(), rtol,
+      part * (*end_ - problem_.solver.t_start)));
+}
 
 double EndWatch::steepness(double rate) const {
   return std::abs(rate) * (*end_ - problem_.solver.t_start) / search_.range();

@@ -47,6 +47,8 @@ class EndWatch {
   double time() const { return *end_; }
   bool ended() const { return end_.has_value(); }
   RunEvent event() const;
+  /// Gives notice where the output, at this state of the end, hardly crosses: then small errors move the end by much.
+  void tell_if_grazed(const double* y);
   /// How fast the output crosses, over the run's length and against its range.
   double steepness(double rate) const;
 

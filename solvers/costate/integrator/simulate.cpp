@@ -89,6 +89,7 @@ Simulation run(SystemType& system, const Problem& problem, const std::vector<dou
     r.end = end->event();
   }
   watch.finish(t_end, session.y());
+  if (end) end->tell_if_grazed(session.y());
   r.psi = session.cost() + of_samples;
   if (!system.objective().terminal.empty()) r.psi += system.terminal_cost(t_end, session.y());
   session.read_forward_counters();

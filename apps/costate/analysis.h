@@ -30,8 +30,8 @@ auto located_in(const Scene& scene, F&& f) {
   }
 }
 
-/// Gives notice where contacts cannot be as a position at rest has them, whose balance knows equations alone: inside the
-/// ground, held by it, or beyond what friction bears. lambda has m entries.
+/// Gives notice where contacts cannot be as a position at rest has them, whose balance knows equations alone: inside
+/// the ground, held by it, or beyond what friction bears. lambda has m entries.
 void tell_of_contacts(Assembly& assembly, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& z,
                       const Eigen::VectorXd& lambda);
 

@@ -76,6 +76,9 @@ class Residuals {
   std::vector<std::vector<std::size_t>> places_;  // of each problem's parameters among all
 };
 
+// In scales: so near a parameter is at its bound.
+constexpr double kAtBound = 1e-6;
+
 /// In parameters per scale, so that the method's norms mean something.
 class Cost final : public ceres::CostFunction {
  public:
@@ -127,6 +130,31 @@ class StopOnError final : public ceres::IterationCallback {
   const Cost& cost_;
 };
 
+/// Ends a search that has come to a bound and hardly gets on: its steps are cut there, and get shorter and shorter.
+class EndAtBound final : public ceres::IterationCallback {
+ public:
+  EndAtBound(const std::vector<Parameter>& parameters, const std::vector<double>& x) : parameters_(parameters), x_(x) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& s) override {
+    constexpr double kHardly = 0.3;  // of the sum of squares, in one step
+    const bool crawls = s.step_is_successful && s.iteration > 0 && s.cost_change < kHardly * s.cost;
+    return enabled && crawls && is_at_bound() ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
+  }
+  bool enabled = true;
+  std::vector<int> held;  // these do not count
+
+ private:
+  bool is_at_bound() const {
+    for (std::size_t j = 0; j < x_.size(); ++j) {
+      const Parameter& p = parameters_[j];
+      if (std::find(held.begin(), held.end(), static_cast<int>(j)) != held.end()) continue;
+      if (x_[j] - p.lower / p.scale <= kAtBound || p.upper / p.scale - x_[j] <= kAtBound) return true;
+    }
+    return false;
+  }
+  const std::vector<Parameter>& parameters_;
+  const std::vector<double>& x_;
+};
+
 std::vector<FitResult::Set> sets_of(const SampleResiduals& start, const SampleResiduals& end) {
   std::vector<FitResult::Set> sets;
   for (std::size_t i = 0; i < end.terms.size(); ++i) {
@@ -152,7 +180,6 @@ std::vector<FitResult::Set> sets_of(const SampleResiduals& start, const SampleRe
 
 /// Those at a bound, to which they are set, beyond which the sum of squares would fall.
 std::vector<int> held_by_bounds(const Residuals& residuals, std::vector<double>& x) {
-  constexpr double kAtBound = 1e-6;  // in scales
   std::vector<int> near;
   std::vector<double> rho;
   for (std::size_t j = 0; j < x.size(); ++j) {
@@ -200,7 +227,9 @@ FitResult fit(const std::vector<Problem>& problems, const FitOptions& options, c
   }
   ceres::Solver::Options o;
   StopOnError stop(*cost);
-  o.callbacks.push_back(&stop);
+  EndAtBound at_bound(residuals.parameters(), x);
+  o.callbacks = {&stop, &at_bound};
+  o.update_state_every_iteration = true;  // x, for what looks at it
   o.linear_solver_type = ceres::DENSE_QR;
   o.max_num_iterations = options.max_iterations;
   o.function_tolerance = o.parameter_tolerance = options.tolerance;
@@ -217,17 +246,25 @@ FitResult fit(const std::vector<Problem>& problems, const FitOptions& options, c
   solve();
   // Steps that are cut at a bound get shorter and shorter beside it, and "converge" short of the minimum. So what a
   // bound holds is held, the others are searched on, and what would leave its bound is let go: an active set.
-  std::vector<int> held;
-  for (std::size_t round = 0; summary.termination_type == ceres::CONVERGENCE; ++round) {
+  std::vector<int>& held = at_bound.held;
+  const auto goes_on = [&] {
+    return summary.termination_type == ceres::CONVERGENCE || summary.termination_type == ceres::USER_SUCCESS;
+  };
+  for (std::size_t round = 0; goes_on(); ++round) {
     const std::vector<int> holds = held_by_bounds(residuals, x);
-    if (holds == held) break;
-    if (round > 2 * x.size()) {
+    const bool same = holds == held;
+    if (same && summary.termination_type == ceres::CONVERGENCE) break;
+    if (round > 3 * x.size()) {
       summary.termination_type = ceres::FAILURE;
       summary.message = "bounds are met and left in turn, and no minimum among them was settled on";
       break;
     }
     held = holds;
-    if (held.size() == x.size()) break;
+    at_bound.enabled = !same;  // else it goes on along a bound that does not hold it
+    if (held.size() == x.size()) {
+      summary.termination_type = ceres::CONVERGENCE;
+      break;
+    }
     problem.SetManifold(x.data(), held.empty() ? nullptr : new ceres::SubsetManifold(static_cast<int>(x.size()), held));
     solve();
   }

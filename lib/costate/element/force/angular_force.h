@@ -27,6 +27,7 @@ class AngularForce : public ForceOf<AngularForce<Law>>, public MotionLawElement 
 
   bool by_hand() const override { return true; }
   int states() const override { return Law::states; }
+  std::string state_unit(int) const override { return state_unit_of<Law>("rad", "N m"); }
   int initial_state_number(int i) const override {
     if constexpr (Law::states > 0)
       return Law::initial_state + i;
@@ -91,7 +92,7 @@ class AngularForce : public ForceOf<AngularForce<Law>>, public MotionLawElement 
     return force;
   }
 
-  double potential_energy(const LocalState& s) const override { return law_.potential_energy(difference(s.q), s.p); }
+  double potential_energy(const LocalState& s) const override { return stored_energy(law_, difference(s.q), s.p, s.z); }
   const Law& law() const { return law_; }
   void add_motion_laws(std::vector<MotionLaw>& laws) const override {
     if constexpr (requires { law_.add_motion_laws(laws); }) law_.add_motion_laws(laws);

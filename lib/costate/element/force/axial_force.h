@@ -54,6 +54,7 @@ class AxialForce : public ForceOf<AxialForce<Law, Line>>, public MotionLawElemen
   }
   bool by_hand() const override { return true; }
   int states() const override { return Law::states; }
+  std::string state_unit(int) const override { return state_unit_of<Law>("m", "N"); }
   int initial_state_number(int i) const override {
     if constexpr (Law::states > 0)
       return Law::initial_state + i;
@@ -162,7 +163,7 @@ class AxialForce : public ForceOf<AxialForce<Law, Line>>, public MotionLawElemen
   double potential_energy(const LocalState& s) const override {
     double d[dim], n[dim], length, rate;
     geometry(s.q, s.v, s.p, d, n, length, rate);
-    return law_.potential_energy(length, s.p);
+    return stored_energy(law_, length, s.p, s.z);
   }
 
   /// Length L, rate Ldot and unit vector n of the line; throws when the end points coincide.

@@ -35,6 +35,7 @@ class AxisForce final : public ForceOf<AxisForce<Law>>, public MotionLawElement 
 
   bool by_hand() const override { return true; }
   int states() const override { return Law::states; }
+  std::string state_unit(int) const override { return state_unit_of<Law>("m", "N"); }
   int initial_state_number(int i) const override {
     if constexpr (Law::states > 0)
       return Law::initial_state + i;
@@ -157,7 +158,7 @@ class AxisForce final : public ForceOf<AxisForce<Law>>, public MotionLawElement 
     double x, rate;
     const double still[SpatialVector::kMax] = {};
     displacement(s.q, still, s.p, x, rate);
-    return law_.potential_energy(x, s.p);
+    return stored_energy(law_, x, s.p, s.z);
   }
 
   const SpatialVector& line() const { return d_; }

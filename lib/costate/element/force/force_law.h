@@ -87,8 +87,29 @@ struct MaxwellLaw {
     force = S(p[0]) * (x - S(p[1]) - z[0]);
     zdot[0] = force / S(p[2]);
   }
-  double potential_energy(double, const double*) const { return 0; }
+  double potential_energy(double x, const double* p, const double* z) const {
+    const double e = x - p[1] - z[0];
+    return 0.5 * p[0] * e * e;
+  }
 };
+
+/// Of a law's state: what an actuator pushes with, or a stroke.
+template <class Law>
+const char* state_unit_of(const char* stroke, const char* force) {
+  if constexpr (requires { Law::drives; })
+    return force;
+  else
+    return stroke;
+}
+
+/// What a law stores, J; where it has states, by them as well.
+template <class Law>
+double stored_energy(const Law& law, double x, const double* p, const double* z) {
+  if constexpr (requires { law.potential_energy(x, p, z); })
+    return law.potential_energy(x, p, z);
+  else
+    return law.potential_energy(x, p);
+}
 
 /// A force that follows a command with a first-order lag: F = z, zdot = (command(t) - z) / tau.
 /// Numbers: tau, z(0), then those of the command.

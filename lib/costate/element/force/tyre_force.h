@@ -199,15 +199,6 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public TyreGround {
     }
   }
 
-  /// Of its stiffness, while it is pressed.
-  double potential_energy(const LocalState& s) const override {
-    Evaluation<double> e;
-    double zdot[Model::most_states + 1];
-    evaluate(s.t, s.q, s.v, s.z, s.p, e, zdot);
-    const double deflection = e.geometry.deflection;
-    return setup_.bilateral || deflection > 0 ? 0.5 * s.p[Numbers::stiffness] * deflection * deflection : 0;
-  }
-
   std::vector<Measure> measures() const override {
     std::vector<Measure> m = {{"normal_force", "N", false},
                               {"deflection", "m", false},

@@ -15,12 +15,18 @@ namespace costate {
 
 using GradientRun = std::function<GradientResult(const Problem& problem)>;
 
-/// The result of `run`, or a better one of the same at a tenth of the tolerance; gives notice where even that is not
-/// known to some digits fewer than rtol. Nothing is done where few digits are asked for (rtol above 1e-6). `sensitive`
-/// becomes true where the motion makes more of small errors than usual, of whatever cause. `erratic` methods are asked
-/// at a tenth of the tolerance in any case: where their errors do not fall as the tolerance does, two runs are near
-/// each other by chance.
-GradientResult confirmed(const Problem& problem, GradientResult result, const GradientRun& run, bool erratic = false,
+/// How a method is looked at besides.
+struct Looks {
+  bool erratic =
+      false;  // at a tenth of the tolerance in any case: errors do not fall as it does, two may agree by chance
+  bool scheme = false;  // of Runge and Kutta's kind: not confirmed by a looser run that takes hardly fewer steps
+};
+
+/// The result of `run`, or a better one of the same at a tenth of the tolerance (less where that takes the same steps);
+/// gives notice where even that is not known to some digits fewer than rtol. Nothing is done where few digits are asked
+/// for (rtol above 1e-6). `sensitive` becomes true where the motion makes more of small errors than usual, of whatever
+/// cause.
+GradientResult confirmed(const Problem& problem, GradientResult result, const GradientRun& run, Looks looks = {},
                          bool* sensitive = nullptr);
 
 }  // namespace costate

@@ -197,9 +197,10 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
     return r;
   }
   bool sensitive = false;
+  const bool scheme = method.needs == Needs::discrete;
   GradientResult best = confirmed(
       problem, r, [&](const Problem& p) { return method.gradient(with_end_of(p, method, rho), rho); },
-      method.needs == Needs::discrete && bends_of(*problem.mechanism, problem.mechanism->base_numbers()) != Bends::none,
+      Looks{scheme && bends_of(*problem.mechanism, problem.mechanism->base_numbers()) != Bends::none, scheme},
       &sensitive);
   watch_penalty(problem, name, rho, r, sensitive ? HUGE_VAL : drift);
   tell_end(best);

@@ -58,8 +58,8 @@ TEST_CASE("fit: the pendulum's truth lies within the intervals of two runs at on
 TEST_CASE("fit: worn dampers of the Iltis lie within the intervals of a four-post record", "[fit]") {
   // The record is of another formulation and integrator, with the slopes of models/identification/make_iltis_data.py.
   const WorkingDirectory here;
-  const Json j = costate_json({"fit", kFolder + "iltis_four_post.toml", "--confidence", "0.99", "--no-files"},
-                              here.path());
+  const Json j =
+      costate_json({"fit", kFolder + "iltis_four_post.toml", "--confidence", "0.99", "--no-files"}, here.path());
   CHECK(j["status"] == "ok");
   check_holds(j, "c1", 8200);
   check_holds(j, "c2", 11400);

@@ -205,6 +205,46 @@ TEST_CASE("certificate: a maximum in the way is no minimum") {
   CHECK(certificate_of(j).at("largest_eigenvalue").get<double>() < 0);
 }
 
+TEST_CASE("certificate: what is touched without a multiplier holds nothing") {
+  // A point that rests where its parameters a and b put it, started at a = b = 0, where each psi is stationary.
+  const WorkingDirectory here;
+  const auto judged = [&](const std::string& cost, const std::string& lower, const std::string& constraint) {
+    std::string scene =
+        "[gravity]\ny_m_per_s2 = 0\n[point.P]\nx_m = 0\ny_m = 0\n[mass.m]\npoint = \"P\"\nmass_kg = 1\n";
+    for (const std::string coordinate : {"x", "y"})
+      scene += "[parameter." + std::string(coordinate == "x" ? "a" : "b") + "]\nnumber = \"point.P." + coordinate +
+               "_m\"\nlower = " + lower + "\nupper = 1\nscale = 1\n";
+    scene +=
+        "[output.along]\nformula = \"P.x + P.y\"\nunit = \"m\"\n[output.across]\nformula = \"P.x - P.y\"\nunit = "
+        "\"m\"\n";
+    scene += cost + "[run]\nt_end_s = 1\nparameters = [\"a\", \"b\"]\n[optimize]\nalgorithm = \"slsqp\"\n" + constraint;
+    write_text(here / "scene.toml", scene);
+    const Json j = costate_json({"optimize", "scene.toml", "--no-files", "--stop-value=-10", "--max-evaluations", "1"},
+                                here.path());
+    INFO(certificate_of(j).dump(1));
+    CHECK(j.at("parameters").at("a") == 0);
+    CHECK(j.at("parameters").at("b") == 0);
+    return verdict_of(j);
+  };
+  const auto square = [](const std::string& output, const std::string& weight) {
+    return "[[cost.terminal]]\nkind = \"square\"\noutput = \"" + output + "\"\nweight = " + weight + "\n";
+  };
+  const std::string b_not_below_zero =
+      "[[optimize.constraint]]\nname = \"floor\"\nupper = 0\n[[optimize.constraint.terminal]]\nkind = "
+      "\"value\"\noutput = \"P.y\"\nweight = -1\n";
+  // a^2 - b^2: falls as b grows, which b >= 0 does not forbid; likewise as a constraint and as a bound.
+  const std::string saddle = square("P.x", "1") + square("P.y", "-1");
+  CHECK_THAT(judged(saddle, "-1", b_not_below_zero), Contains("stationary, Hessian indefinite"));
+  CHECK_THAT(judged(saddle, "0", ""), Contains("stationary, Hessian indefinite"));
+  // a^2 + b^2 has its minimum there, with or without.
+  CHECK_THAT(judged(square("P.x", "1") + square("P.y", "1"), "-1", b_not_below_zero), Contains("strict local minimum"));
+  // 4 a b = (a + b)^2 - (a - b)^2 in the corner a, b >= 0, where it is at its least: it falls along a = -b alone,
+  // which leaves the corner either way. Second derivatives alone do not tell.
+  const std::string corner = square("along", "1") + square("across", "-1");
+  CHECK_THAT(judged(corner, "0", ""), Contains("whether this is a minimum is not known"));
+  CHECK_THAT(judged(corner, "-1", ""), Contains("stationary, Hessian indefinite"));
+}
+
 TEST_CASE("certificate: redundant rows take a formulation that carries them") {
   const WorkingDirectory here;
   // A swing board on three parallel ropes: one too many.

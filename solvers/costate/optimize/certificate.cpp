@@ -36,6 +36,8 @@ constexpr double kOnBound = 1e-8;
 constexpr double kSame = 1e-4;
 // Outputs that are zero are zero to this many absolute tolerances of the integrators.
 constexpr double kZero = 10;
+// A unit direction that leads out of a bound by less than this goes along it.
+constexpr double kAlong = 1e-6;
 // Errors of second derivatives against the tolerance of the integrators.
 constexpr double kSteps = 1e3;
 
@@ -311,8 +313,12 @@ class Certifier {
     const auto f = static_cast<Index>(free_.size());
     MatrixXd Z = MatrixXd::Zero(n_, f);
     for (Index a = 0; a < f; ++a) Z(free_[static_cast<std::size_t>(a)], a) = 1;
-    if (A_.cols() > 0 && f > 0) {
-      const Eigen::ColPivHouseholderQR<MatrixXd> qr(Z.transpose() * A_);
+    // Rows that are active without a multiplier hold nothing: psi may fall away from them.
+    std::vector<Index> holding, weak;
+    for (Index i = 0; i < A_.cols(); ++i)
+      (mu_[i] * A_.col(i).cwiseAbs().maxCoeff() > result_.tolerance ? holding : weak).push_back(i);
+    if (!holding.empty() && f > 0) {
+      const Eigen::ColPivHouseholderQR<MatrixXd> qr(Z.transpose() * A_(Eigen::all, holding));
       const MatrixXd Q = qr.householderQ() * MatrixXd::Identity(f, f);
       Z = (Z * Q.rightCols(f - qr.rank())).eval();
     }
@@ -320,10 +326,25 @@ class Certifier {
     const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(Z.transpose() * H * Z);
     const VectorXd& e = solver.eigenvalues();
     result_.eigenvalues.assign(e.data(), e.data() + e.size());
+    if (e[0] < -result_.curvature_tolerance) {
+      result_.falls_outward = true;
+      for (Index k = 0; k < e.size() && e[k] < -result_.curvature_tolerance; ++k) {
+        const VectorXd v = Z * solver.eigenvectors().col(k);
+        if (leads_inward(v, weak) || leads_inward(-v, weak)) result_.falls_outward = false;
+      }
+    }
     if (!(e[0] > result_.curvature_tolerance)) return;
     const VectorXd along = solver.eigenvectors().transpose() * (Z.transpose() * slope_);
     result_.predicted_decrease = 0.5 * along.cwiseAbs2().cwiseQuotient(e).sum();
     result_.newton_step = (Z * (solver.eigenvectors() * along.cwiseQuotient(e))).cwiseAbs().maxCoeff();
+  }
+
+  /// To first order, across none of the bounds that are touched without a multiplier.
+  bool leads_inward(const VectorXd& v, const std::vector<Index>& weak) const {
+    for (const int j : free_)
+      if ((at_lower(j) && v[j] < -kAlong) || (at_upper(j) && v[j] > kAlong)) return false;
+    return std::all_of(weak.begin(), weak.end(),
+                       [&](Index i) { return A_.col(i).dot(v) <= kAlong * A_.col(i).norm(); });
   }
 
   const Design& design_;

@@ -37,12 +37,14 @@ struct Certificate {
   /// minimum.
   std::vector<std::pair<std::string, double>> multipliers;
 
-  /// Of the Hessian of L in scaled free parameters on the directions that keep the active constraints,
+  /// Of the Hessian of L in scaled free parameters on the directions that keep the constraints that a multiplier holds,
   /// ascending; empty when everything is active (nothing is left to move) or when there is no Hessian.
   std::vector<double> eigenvalues;
   /// Where these are all positive: Newton's step to the minimum, largest entry in scaled parameters, and what
   /// psi would fall by along it; -1 elsewhere.
   double newton_step = -1, predicted_decrease = -1;
+  /// Where the least is negative: every such direction leaves, either way, a bound or constraint that is touched.
+  bool falls_outward = false;
   double curvature_tolerance = 0;  // what counts as zero among them
   std::string formulation;         // the Hessian's; empty: there is none
   std::string note;                // why not the run's own formulation, or why there is none

@@ -45,6 +45,12 @@ void judge(Certificate& c, bool curvature) {
         "way to "
         "second order.",
         zeros, c.eigenvalues.size(), zeros == 1 ? "is" : "are", c.curvature_tolerance);
+  } else if (c.falls_outward) {
+    c.kind = Kind::stationary;
+    c.verdict = fmt::format(
+        "stationary: {}; the smallest of the Hessian's eigenvalues is {}, but that direction leaves bounds or "
+        "constraints that are touched without a multiplier: whether this is a minimum is not known.",
+        residual, known_eigenvalue(c, least));
   } else {
     c.kind = Kind::indefinite;
     c.verdict = fmt::format(

@@ -74,6 +74,14 @@ double PathCourse::value(double u) {
   // Dense output may lead out of where a law through data says anything; the motion itself will tell.
   try {
     set_arguments(u);
+  } catch (const StepError&) {
+    return 0;
+  }
+  return value_here();
+}
+
+double PathCourse::value_here() const {
+  try {
     const double f = law_->value(x_here_, here_.data());
     return std::isfinite(f) ? f : 0;
   } catch (const StepError&) {
@@ -228,12 +236,29 @@ void PathCourse::meet_arguments() {
 }
 
 bool PathCourse::moves() const {
-  const double still = kPathStillAt * motion_->size(coordinates_);
+  const double size = motion_->size(coordinates_);
   for (std::size_t i = 0; i < least_.size(); ++i)
-    if (most_[i] - least_[i] >
-        still + kPathStill * motion_->tolerance(std::max(std::abs(least_[i]), std::abs(most_[i]))))
-      return true;
+    if (most_[i] - least_[i] > still(i, size)) return true;
   return false;
+}
+
+double PathCourse::still(std::size_t i, double size) const {
+  return kPathStillAt * size + kPathStill * motion_->tolerance(std::max(std::abs(least_[i]), std::abs(most_[i])));
+}
+
+double PathCourse::noise(double u, double size) {
+  set_arguments(u);
+  const double f = value_here();
+  // Rounding of the terms, and of the arguments that change at all.
+  double sum = kPathNoise * formula_->rounding(x_here_, here_.data());
+  for (std::size_t i = 0; i < here_.size(); ++i) {
+    if (!(most_[i] > least_[i])) continue;
+    const double x = here_[i];
+    here_[i] = x + kPathStillAt * std::max(size, std::abs(x));
+    sum += std::abs(value_here() - f);
+    here_[i] = x;
+  }
+  return sum;
 }
 
 void PathCourse::find_places() {
@@ -312,11 +337,9 @@ bool PathCourse::is_cubic() {
   if (is_met(cubic_over(0, 1), 1)) return true;
   if (formula_) {
     const double before = floor_;
+    const double size = motion_->size(coordinates_);
     // Not at the places themselves: beside a zero that it divides by nothing is known of a formula.
-    for (const double u : looks_) {
-      set_arguments(u);
-      floor_ = std::max(floor_, kPathNoise * formula_->rounding(x_here_, here_.data()));
-    }
+    for (const double u : looks_) floor_ = std::max(floor_, noise(u, size));
     if (floor_ > before && is_met(cubic_over(0, 1), 1)) return true;
   }
   return false;

@@ -87,6 +87,7 @@ class PathCourse {
   /// At a part u of the step; look() with the terms in `terms_`.
   double value(double u);
   double look(double u);
+  double value_here() const;
   void set_arguments(double u);
   void add(double u);
   /// Whether a law passes none of the places where it is sharp, or one of its bends that is left to the integrator.
@@ -97,6 +98,10 @@ class PathCourse {
   void meet_arguments();
   /// Whether any argument changes by more than rounding between these.
   bool moves() const;
+  /// By how much argument i may change and be rounding, of a motion of this size; and what such rounding, and that of
+  /// the formula's terms, may make of it.
+  double still(std::size_t i, double size) const;
+  double noise(double u, double size);
   /// Where terms pass through zero and tables' arguments their knots.
   void find_places();
   void add_towards_places();

@@ -9,8 +9,8 @@
 namespace costate {
 
 /// A chart is changed when it falls behind the best one by this ratio: the largest derivative |R_ij| of a dependent
-/// coordinate with respect to an independent one (63 degrees of a pendulum's turn).
-inline constexpr double kWorstMaggiRatio = 2;
+/// coordinate with respect to an independent one (56 degrees of a pendulum's turn).
+inline constexpr double kWorstMaggiRatio = 1.5;
 
 /// (y, yd, z), or one idle unknown when there is nothing to integrate: the drivers determine the whole motion.
 void append_maggi_unknowns(const Mechanism& mechanism, int freedoms, std::vector<Unknown>& unknowns);

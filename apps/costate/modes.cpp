@@ -40,6 +40,9 @@ std::string participants(const Mechanism& m, const Modes& r, const Mode& mode) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
+// Coefficients that change by less, in an instant of the fastest mode, are taken to stay.
+constexpr double kStays = 1e-5;
+
 /// Without what rounding leaves, or what its decimals do not show.
 double clean(double x, double below = 1e-12) { return std::abs(x) < below ? 0 : x; }
 
@@ -95,6 +98,7 @@ int run(const CommonOptions& common, ModesOptions& options) {
   j["degrees_of_freedom"] = r.degrees_of_freedom;
   j["zero_eigenvalues"] = r.zero_eigenvalues;
   j["largest_acceleration"] = acceleration;
+  j["coefficient_change"] = r.change;
   j["modes"] = Json::array();
   std::string text = fmt::format("{}\n", scene.title.empty() ? common.scene : scene.title);
   text += fmt::format("  about {} at t = {:g} s, {} degree{} of freedom\n",
@@ -109,6 +113,13 @@ int run(const CommonOptions& common, ModesOptions& options) {
     text += fmt::format("  not steady: {} accelerates with {:.3g} {}/s^2; these are the modes of the frozen instant\n",
                         r.directions[static_cast<std::size_t>(fastest)].name, acceleration,
                         r.directions[static_cast<std::size_t>(fastest)].unit);
+  else if (r.change > kStays)
+    remarks.push_back(fmt::format(
+        "Masses, damping or stiffness change along the motion, by {:.1g} of their size in an instant of the fastest "
+        "mode "
+        "(a spin about an axis that is not one of symmetry, a law of time): these are the modes of the frozen instant, "
+        "which need not be those of the motion.",
+        r.change));
   const std::string head = text.substr(text.find('\n') + 1);
   std::vector<std::vector<std::string>> rows;
   text += fmt::format("\n  {:>4} {:>14} {:>10} {:>14}  {}\n", "mode", "frequency [Hz]", "damping", "real [1/s]",

@@ -193,3 +193,28 @@ TEST_CASE("rests and ends: a fit beside a bound goes on to the minimum there") {
   const double least = held.at("chi_square").get<double>();
   CHECK(std::abs(beside.at("chi_square").get<double>() - least) < 1e-4 * least);
 }
+
+TEST_CASE("rests and ends: modes of coefficients that change say so, those of steady motions do not") {
+  const auto remarks = [](const std::string& scene) {
+    const WorkingDirectory here;
+    write_text(here / "scene.toml", scene);
+    return costate_json({"modes", "scene.toml"}, here.path()).at("warnings").dump();
+  };
+  const auto stiffness = [](const std::string& k) {
+    return "[point.P]\nx_m = 1\ny_m = 0\n[mass.P]\npoint = \"P\"\nmass_kg = 1\n[gravity]\ny_m_per_s2 = 0\n"
+           "[force.f]\npoint = \"P\"\nformula_x_N = \"-100*(1 + " +
+           k + ")*(P.x - 1)\"\nformula_y_N = \"-50*P.y\"\n[start]\ngiven = [\"P.x\", \"P.y\"]\n[run]\nt_end_s = 1\n";
+  };
+  // At a turn of the stiffness, too.
+  CHECK_THAT(remarks(stiffness("0.5*cos(12*t)")), Contains("change along the motion"));
+  CHECK_THAT(remarks(stiffness("0.5*sin(12*t)")), Contains("change along the motion"));
+  CHECK(remarks(stiffness("0.5")) == "[]");
+  // Free spins about a principal axis: with it an axis of symmetry nothing changes as the body turns.
+  const auto spin = [](const std::string& jxx) {
+    return "[rigid_body.body]\nx_m = 0\ny_m = 0\nz_m = 0\nmass_kg = 1\ninertia_xx_kg_m2 = " + jxx +
+           "\ninertia_yy_kg_m2 = 2\ninertia_zz_kg_m2 = 3\nomega_z_rad_per_s = 5\n[start]\ngiven = [\"body\"]\n"
+           "[run]\nt_end_s = 1\n";
+  };
+  CHECK_THAT(remarks(spin("1")), Contains("change along the motion"));
+  CHECK(remarks(spin("2")) == "[]");
+}

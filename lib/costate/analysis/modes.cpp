@@ -24,6 +24,8 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr int kMostCoordinates = 500;
+// Instants, of 1/|largest eigenvalue|: along the motion, and with time alone, which finds a stiffness at its turn, too.
+constexpr double kAlongMotion = 1e-4, kInTime = 0.1;
 /// Accelerations and multipliers at (q, v, z), by the null space.
 void calc_accelerations(Assembly& assembly, const RowSpace& rows, const MatrixXd& N, Modes& r) {
   const MatrixXd M = to_dense(assembly.square(), assembly.M.data());
@@ -64,6 +66,47 @@ MatrixXd calc_directions(const Mechanism& m, const VectorXd& p, bool constant_pa
   return T.leftCols(column);
 }
 
+/// At a point with its accelerations and multipliers, which are put into `r`: what stands on the right of (14.1) before
+/// the constraints are taken out, in directions x, and the constraints' own terms.
+struct Point {
+  MatrixXd T, T1, T2, M, C, K, Mx, Cx, Kx, J, J1, J2;
+  RowSpace rows;  // of J
+};
+
+Point solve_point(Assembly& assembly, double t, Modes& r, std::vector<ModeDirection>* names) {
+  Point p;
+  const Mechanism& mechanism = assembly.mechanism();
+  StateView s{t, r.q.data(), r.v.data(), nullptr, nullptr, r.z.data()};
+  assembly.calc_dynamics(s);
+  p.rows.compute(to_dense(assembly.jacobian(), assembly.phi_q.data()));
+  calc_accelerations(assembly, p.rows, p.rows.null_space(), r);
+  s.a = r.a.data();
+  s.lambda = r.lambda.data();
+  assembly.calc_dynamics(s);
+  assembly.calc_partials(s);
+  p.T = calc_directions(mechanism, r.q, true, names);
+  p.T1 = calc_directions(mechanism, r.v, false, nullptr);
+  p.T2 = calc_directions(mechanism, r.a, false, nullptr);
+  const auto square = [&](const std::vector<double>& x) { return to_dense(assembly.square(), x.data()); };
+  const auto constraint = [&](const std::vector<double>& x) { return to_dense(assembly.jacobian(), x.data()); };
+  p.M = square(assembly.M);
+  p.K = square(assembly.K);
+  p.C = square(assembly.C);
+  p.Mx = p.T.transpose() * p.M * p.T;
+  p.Cx = p.T.transpose() * (p.C * p.T + 2 * p.M * p.T1);
+  p.Kx = p.T.transpose() * (p.K * p.T + p.C * p.T1 + p.M * p.T2);
+  const MatrixXd phi_q = constraint(assembly.phi_q), phid_q = constraint(assembly.phid_q),
+                 phidd_q = constraint(assembly.phidd_q);
+  // Rows that no direction moves (the norms of Euler parameters) are zero but for rounding.
+  p.J = phi_q * p.T;
+  for (Eigen::Index i = 0; i < p.J.rows(); ++i)
+    if (p.J.row(i).norm() < 1e-12 * phi_q.row(i).norm()) p.J.row(i).setZero();
+  p.rows.compute(p.J);
+  p.J1 = phi_q * p.T1 + phid_q * p.T;
+  p.J2 = phi_q * p.T2 + 2 * phid_q * p.T1 + phidd_q * p.T;
+  return p;
+}
+
 /// The linear system s' = A s for s = (u, u'/w, dz/d), with u the directions y in which the masses are 1 and
 /// w, d scales that make the blocks comparable; the map U from u to all directions, d, and the directions'
 /// masses.
@@ -95,35 +138,11 @@ MatrixXd null_columns(const MatrixXd& X, const RowSpace& rows) {
 }
 
 LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
-  const Mechanism& mechanism = assembly.mechanism();
-  StateView s{t, r.q.data(), r.v.data(), nullptr, nullptr, r.z.data()};
-  assembly.calc_dynamics(s);
-  RowSpace rows;
-  rows.compute(to_dense(assembly.jacobian(), assembly.phi_q.data()));
-  calc_accelerations(assembly, rows, rows.null_space(), r);
-  s.a = r.a.data();
-  s.lambda = r.lambda.data();
-  assembly.calc_dynamics(s);
-  assembly.calc_partials(s);
-  const MatrixXd T = calc_directions(mechanism, r.q, true, &r.directions),
-                 T1 = calc_directions(mechanism, r.v, false, nullptr),
-                 T2 = calc_directions(mechanism, r.a, false, nullptr);
+  const Point p = solve_point(assembly, t, r, &r.directions);
+  const auto& [T, T1, T2, M, C, K, Mx, Cx, Kx, J, J1, J2, rows] = p;
   const Eigen::LDLT<MatrixXd> metric(T.transpose() * T);
   r.acceleration = metric.solve(T.transpose() * (r.a - T1 * metric.solve(T.transpose() * r.v)));
-  const auto square = [&](const std::vector<double>& x) { return to_dense(assembly.square(), x.data()); };
-  const auto constraint = [&](const std::vector<double>& x) { return to_dense(assembly.jacobian(), x.data()); };
-  const MatrixXd M = square(assembly.M), K = square(assembly.K), C = square(assembly.C);
-  const MatrixXd Mx = T.transpose() * M * T, Cx = T.transpose() * (C * T + 2 * M * T1),
-                 Kx = T.transpose() * (K * T + C * T1 + M * T2);
-  const MatrixXd phi_q = constraint(assembly.phi_q), phid_q = constraint(assembly.phid_q),
-                 phidd_q = constraint(assembly.phidd_q);
-  // Rows that no direction moves (the norms of Euler parameters) are zero but for rounding.
-  MatrixXd J = phi_q * T;
-  for (Eigen::Index i = 0; i < J.rows(); ++i)
-    if (J.row(i).norm() < 1e-12 * phi_q.row(i).norm()) J.row(i).setZero();
-  rows.compute(J);
-  const MatrixXd R = null_columns(J, rows), J1 = phi_q * T1 + phid_q * T,
-                 J2 = phi_q * T2 + 2 * phid_q * T1 + phidd_q * T;
+  const MatrixXd R = null_columns(J, rows);
   const MatrixXd D = -rows.solve(J1 * R), A = -rows.solve(J2 * R + 2 * J1 * D);
   const MatrixXd My = R.transpose() * Mx * R, Cy = R.transpose() * (Cx * R + 2 * Mx * D),
                  Ky = R.transpose() * (Kx * R + Cx * D + Mx * A);
@@ -175,6 +194,43 @@ LinearMotion linearize(Assembly& assembly, double t, Modes& r) {
   return motion;
 }
 
+struct Coefficients {
+  MatrixXd M, C, K;
+};
+
+/// Those of (14.1) with the projector on what the constraints allow for R, which depends on no choice of a basis.
+Coefficients coefficients_at(Assembly& assembly, double t, Modes at) {
+  const Point p = solve_point(assembly, t, at, nullptr);
+  const MatrixXd N = p.rows.null_space(), P = N * N.transpose(), D = -p.rows.solve(p.J1 * P),
+                 A = -p.rows.solve(p.J2 * P + 2 * p.J1 * D);
+  return {P * p.Mx * P, P * (p.Cx * P + 2 * p.Mx * D), P * (p.Kx * P + p.Cx * D + p.Mx * A)};
+}
+
+/// The largest change of an entry, of the largest in its row and its column.
+double change_of(const Coefficients& a, const Coefficients& b, double rate) {
+  // In units of forces for directions that move by one in 1/rate.
+  const MatrixXd size = a.M.cwiseAbs() * rate * rate + a.C.cwiseAbs() * rate + a.K.cwiseAbs(),
+                 change = (b.M - a.M).cwiseAbs() * rate * rate + (b.C - a.C).cwiseAbs() * rate + (b.K - a.K).cwiseAbs();
+  double most = 0;
+  for (Eigen::Index i = 0; i < size.rows(); ++i)
+    for (Eigen::Index j = 0; j < size.cols(); ++j) {
+      const double scale = std::sqrt(size.row(i).maxCoeff() * size.col(j).maxCoeff());
+      if (scale > 0) most = std::max(most, change(i, j) / scale);
+    }
+  return most;
+}
+
+double change_along(Assembly& assembly, double t, const Modes& r, double rate) {
+  const Coefficients here = coefficients_at(assembly, t, r);
+  double h = kAlongMotion / rate;
+  Modes there = r;
+  there.q += h * r.v + 0.5 * h * h * r.a;
+  there.v += h * r.a;
+  const double along = change_of(here, coefficients_at(assembly, t + h, there), rate) / kAlongMotion;
+  h = kInTime / rate;
+  return std::max(along, change_of(here, coefficients_at(assembly, t + h, r), rate) / kInTime);
+}
+
 /// Scaled so that the direction that moves most is 1; with shares in the kinetic energy.
 void finish(Mode& mode, const MatrixXd& M) {
   Eigen::Index at = 0;
@@ -223,6 +279,7 @@ Modes find_modes(Assembly& assembly, double t, const Start& start) {
   }
   std::sort(r.modes.begin(), r.modes.end(),
             [](const Mode& a, const Mode& b) { return std::abs(a.eigenvalue) < std::abs(b.eigenvalue); });
+  if (!r.modes.empty()) r.change = change_along(assembly, t, r, std::abs(r.modes.back().eigenvalue));
   return r;
 }
 

@@ -47,6 +47,9 @@ struct Modes {
   // The point: the start, its accelerations and multipliers (of least norm).
   Eigen::VectorXd q, v, z, a, lambda;
   Eigen::VectorXd acceleration;  // one entry a direction: zero in a steady motion
+  /// By what part the masses, damping or stiffness in these directions change along the motion, and with time alone, in
+  /// an instant of 1/|eigenvalue|, of the largest: zero about equilibria and steady motions.
+  double change = 0;
 };
 
 /// About `start` at time t. Throws CapabilityError above 500 coordinates.

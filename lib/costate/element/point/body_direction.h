@@ -71,11 +71,15 @@ class BodyDirection {
   std::vector<int> coordinates_;
 };
 
-/// The unit vector e_k for which axis x e_k is longest: k of the smallest component.
+/// A unit vector e_k that lies well across the axis (|axis x e_k| >= 0.8 |axis|): the first of them, by a bound that no
+/// axis along a coordinate is near. By the smallest component it would be another one to either side of such axes, and
+/// so would be the directions that multipliers belong to.
 inline int flattest(const Vector3& axis) {
-  Eigen::Index k;
-  axis.cwiseAbs().minCoeff(&k);
-  return static_cast<int>(k);
+  constexpr double kAcross = 0.6;  // one component at least is below 3^-1/2
+  const double most = kAcross * axis.norm();
+  for (int k = 0; k < 2; ++k)
+    if (std::abs(axis[k]) <= most) return k;
+  return 2;
 }
 
 /// Two vectors perpendicular to the axis and to each other: axis x e_k and axis x (axis x e_k). They vary

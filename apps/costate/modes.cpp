@@ -42,6 +42,8 @@ std::string participants(const Mechanism& m, const Modes& r, const Mode& mode) {
 
 // Coefficients that change by less, in an instant of the fastest mode, are taken to stay.
 constexpr double kStays = 1e-5;
+// Accelerations of less are rounding.
+constexpr double kSteady = 1e-6;
 
 /// Without what rounding leaves, or what its decimals do not show.
 double clean(double x, double below = 1e-12) { return std::abs(x) < below ? 0 : x; }
@@ -89,7 +91,8 @@ int run(const CommonOptions& common, ModesOptions& options) {
 
   Eigen::Index fastest = 0;
   const double acceleration = r.acceleration.size() > 0 ? r.acceleration.cwiseAbs().maxCoeff(&fastest) : 0;
-  const bool moves = !r.v.isZero(0);
+  const bool moves = !r.v.isZero(0), steady = acceleration <= kSteady;
+  const double change = steady ? coefficient_change(assembly, t, r) : 0;
   Json j;
   j["status"] = "ok";
   j["scene"] = scene.file_name();
@@ -98,7 +101,7 @@ int run(const CommonOptions& common, ModesOptions& options) {
   j["degrees_of_freedom"] = r.degrees_of_freedom;
   j["zero_eigenvalues"] = r.zero_eigenvalues;
   j["largest_acceleration"] = acceleration;
-  j["coefficient_change"] = r.change;
+  j["coefficient_change"] = steady ? Json(change) : Json();
   j["modes"] = Json::array();
   std::string text = fmt::format("{}\n", scene.title.empty() ? common.scene : scene.title);
   text += fmt::format("  about {} at t = {:g} s, {} degree{} of freedom\n",
@@ -109,17 +112,16 @@ int run(const CommonOptions& common, ModesOptions& options) {
   if (r.zero_eigenvalues > 0)
     text += fmt::format("  {} zero eigenvalue{} (rigid motion: a free translation, turn or spin counts two)\n",
                         r.zero_eigenvalues, r.zero_eigenvalues == 1 ? "" : "s");
-  if (acceleration > 1e-6)
+  if (!steady)
     text += fmt::format("  not steady: {} accelerates with {:.3g} {}/s^2; these are the modes of the frozen instant\n",
                         r.directions[static_cast<std::size_t>(fastest)].name, acceleration,
                         r.directions[static_cast<std::size_t>(fastest)].unit);
-  else if (r.change > kStays)
+  else if (change > kStays)
     remarks.push_back(fmt::format(
         "Masses, damping or stiffness change along the motion, by {:.1g} of their size in an instant of the fastest "
-        "mode "
-        "(a spin about an axis that is not one of symmetry, a law of time): these are the modes of the frozen instant, "
-        "which need not be those of the motion.",
-        r.change));
+        "mode (a spin about an axis that is not one of symmetry, a law of time): these are the modes of the frozen "
+        "instant, which need not be those of the motion.",
+        change));
   const std::string head = text.substr(text.find('\n') + 1);
   std::vector<std::vector<std::string>> rows;
   text += fmt::format("\n  {:>4} {:>14} {:>10} {:>14}  {}\n", "mode", "frequency [Hz]", "damping", "real [1/s]",

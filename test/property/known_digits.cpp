@@ -57,9 +57,8 @@ const std::vector<Case> kCases = {
     // hand-tangent at rtol 1e-11.
     {"late_pulse_703518", "maggi", "discrete-tangent", -1, -2.4721791e-07},
     {"late_pulse_703887", "index2", "discrete-tangent", -1, 0.00164743278},
-    // Charts that were kept too far: steps whose errors no estimate saw, and a looser run near them by chance. By
-    // baumgarte
-    // at rtol 1e-12.
+    // Charts that were kept too far: steps whose errors no estimate saw, and a looser run near them by chance.
+    // By baumgarte at rtol 1e-12.
     {"spun_bar", "maggi", "discrete-adjoint", 0, 3.914545915},
     {"spun_bar", "maggi-second-order", "discrete-tangent", 0, 3.914545915},
     // A formula of what is zero but for rounding. By index1, index2 and maggi at rtol 1e-11.

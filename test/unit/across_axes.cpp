@@ -16,7 +16,7 @@ TEST_CASE("across axes: the same direction beside an axis along a coordinate, an
         for (const double beside : {-1e-3, -1e-12, 1e-12, 1e-3}) {
           Vector3 near = axis;
           near[j] += beside;
-          CHECK(flattest(near) == flattest(axis));
+          CHECK(coordinate_across(near) == coordinate_across(axis));
         }
     }
   for (double x = -1; x <= 1; x += 0.125)
@@ -24,6 +24,6 @@ TEST_CASE("across axes: the same direction beside an axis along a coordinate, an
       for (double z = -1; z <= 1; z += 0.125) {
         const Vector3 axis(x, y, z);
         if (axis.isZero()) continue;
-        CHECK(axis.cross(Vector3::Unit(flattest(axis))).norm() >= 0.799 * axis.norm());
+        CHECK(axis.cross(Vector3::Unit(coordinate_across(axis))).norm() >= 0.799 * axis.norm());
       }
 }

@@ -220,17 +220,6 @@ double change_of(const Coefficients& a, const Coefficients& b, double rate) {
   return most;
 }
 
-double change_along(Assembly& assembly, double t, const Modes& r, double rate) {
-  const Coefficients here = coefficients_at(assembly, t, r);
-  double h = kAlongMotion / rate;
-  Modes there = r;
-  there.q += h * r.v + 0.5 * h * h * r.a;
-  there.v += h * r.a;
-  const double along = change_of(here, coefficients_at(assembly, t + h, there), rate) / kAlongMotion;
-  h = kInTime / rate;
-  return std::max(along, change_of(here, coefficients_at(assembly, t + h, r), rate) / kInTime);
-}
-
 /// Scaled so that the direction that moves most is 1; with shares in the kinetic energy.
 void finish(Mode& mode, const MatrixXd& M) {
   Eigen::Index at = 0;
@@ -279,8 +268,20 @@ Modes find_modes(Assembly& assembly, double t, const Start& start) {
   }
   std::sort(r.modes.begin(), r.modes.end(),
             [](const Mode& a, const Mode& b) { return std::abs(a.eigenvalue) < std::abs(b.eigenvalue); });
-  if (!r.modes.empty()) r.change = change_along(assembly, t, r, std::abs(r.modes.back().eigenvalue));
   return r;
+}
+
+double coefficient_change(Assembly& assembly, double t, const Modes& modes) {
+  if (modes.modes.empty()) return 0;
+  const double rate = std::abs(modes.modes.back().eigenvalue);
+  const Coefficients here = coefficients_at(assembly, t, modes);
+  double h = kAlongMotion / rate;
+  Modes there = modes;
+  there.q += h * modes.v + 0.5 * h * h * modes.a;
+  there.v += h * modes.a;
+  const double along = change_of(here, coefficients_at(assembly, t + h, there), rate) / kAlongMotion;
+  h = kInTime / rate;
+  return std::max(along, change_of(here, coefficients_at(assembly, t + h, modes), rate) / kInTime);
 }
 
 }  // namespace costate

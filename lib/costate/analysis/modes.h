@@ -47,12 +47,13 @@ struct Modes {
   // The point: the start, its accelerations and multipliers (of least norm).
   Eigen::VectorXd q, v, z, a, lambda;
   Eigen::VectorXd acceleration;  // one entry a direction: zero in a steady motion
-  /// By what part the masses, damping or stiffness in these directions change along the motion, and with time alone, in
-  /// an instant of 1/|eigenvalue|, of the largest: zero about equilibria and steady motions.
-  double change = 0;
 };
 
 /// About `start` at time t. Throws CapabilityError above 500 coordinates.
 Modes find_modes(Assembly& assembly, double t, const Start& start);
+/// By what part the masses, damping or stiffness in these directions change along the motion, and with time alone, in
+/// an instant of 1/|eigenvalue|, of the largest: zero about equilibria and steady motions. Of modes about a point where
+/// nothing accelerates; where something does it tells nothing more.
+double coefficient_change(Assembly& assembly, double t, const Modes& modes);
 
 }  // namespace costate

@@ -21,7 +21,7 @@ DirectionsConstraint::DirectionsConstraint(std::string kind, std::string name, C
       condition_(condition),
       i_(std::move(i)),
       j_(std::move(j)),
-      flattest_(flattest(first_axis)) {
+      across_(coordinate_across(first_axis)) {
   append_coordinates(i_.coordinates());
   append_coordinates(j_.coordinates());
   append_numbers(numbers);

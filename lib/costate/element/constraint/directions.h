@@ -53,7 +53,7 @@ class DirectionsConstraint final : public ConstraintOf<DirectionsConstraint> {
         s[k][c] = p[c];
         t[k][c] = p[3 + c];
       }
-    if (condition_ != Condition::perpendicular) perpendicular_pair(p, flattest_, s[0], s[1]);
+    if (condition_ != Condition::perpendicular) perpendicular_pair(p, across_, s[0], s[1]);
     if (condition_ != Condition::aligned) return;
     for (int c = 0; c < 3; ++c) s[2][c] = p[6 + c];
     cross3(p + 3, p + 9, t[2]);
@@ -62,7 +62,7 @@ class DirectionsConstraint final : public ConstraintOf<DirectionsConstraint> {
 
   Condition condition_;
   BodyDirection i_, j_;
-  int flattest_;
+  int across_;
 };
 
 }  // namespace costate

@@ -11,7 +11,7 @@ struct Pair {
 
 OnAxisConstraint::OnAxisConstraint(std::string kind, std::string name, SpatialVector d,
                                    const std::vector<int>& axis_numbers, const Vector3& first_axis)
-    : ConstraintOf(std::move(kind), std::move(name)), offset_(std::move(d)), flattest_(flattest(first_axis)) {
+    : ConstraintOf(std::move(kind), std::move(name)), offset_(std::move(d)), across_(coordinate_across(first_axis)) {
   append_coordinates(offset_.vector().coordinates());
   append_numbers(axis_numbers);
   append_numbers(offset_.vector().numbers());
@@ -23,24 +23,24 @@ PathDual OnAxisConstraint::measure(int, const MeasureArguments& x) const {
 }
 
 void OnAxisConstraint::calc_phi_q(const LocalState& s, LocalMatrix& phi_q) const {
-  const Pair c(s.p, flattest_);
+  const Pair c(s.p, across_);
   for (int k = 0; k < 2; ++k) phi_q.row(k) = offset_.gradient(s.q, s.p + 3, c.b[k]);
 }
 
 void OnAxisConstraint::calc_bias(const LocalState& s, double* bias) const {
-  const Pair c(s.p, flattest_);
+  const Pair c(s.p, across_);
   for (int k = 0; k < 2; ++k) bias[k] = offset_.bias(s.q, s.v, s.p + 3, c.b[k]);
 }
 
 void OnAxisConstraint::calc_hessian(const LocalState& s, LocalMatrix& hessian) const {
-  const Pair c(s.p, flattest_);
+  const Pair c(s.p, across_);
   for (int k = 0; k < 2; ++k) offset_.add_hessian(s.lambda[k], s.q, s.p + 3, c.b[k], hessian);
 }
 
 void OnAxisConstraint::calc_partials(const LocalState& s, LocalMatrix& hessian, LocalMatrix& phid_q,
                                      LocalMatrix& phidd_q) const {
   calc_hessian(s, hessian);
-  const Pair c(s.p, flattest_);
+  const Pair c(s.p, across_);
   BodyOffset::Row rate_q, acceleration_q;
   for (int k = 0; k < 2; ++k) {
     offset_.partials(s.q, s.v, s.a, s.p + 3, c.b[k], rate_q, acceleration_q);

@@ -19,7 +19,7 @@ class OnAxisConstraint final : public ConstraintOf<OnAxisConstraint> {
   template <class S>
   void physics(const S&, const S* q, const S* p, S* phi) const {
     S b[2][3];
-    perpendicular_pair(p, flattest_, b[0], b[1]);
+    perpendicular_pair(p, across_, b[0], b[1]);
     for (int k = 0; k < 2; ++k) phi[k] = offset_.value(q, p + 3, b[k]);
   }
   /// Of the second point along the axis.
@@ -36,7 +36,7 @@ class OnAxisConstraint final : public ConstraintOf<OnAxisConstraint> {
 
  private:
   BodyOffset offset_;
-  int flattest_;
+  int across_;
 };
 
 }  // namespace costate

@@ -71,10 +71,10 @@ class BodyDirection {
   std::vector<int> coordinates_;
 };
 
-/// A unit vector e_k that lies well across the axis (|axis x e_k| >= 0.8 |axis|): the first of them, by a bound that no
-/// axis along a coordinate is near. By the smallest component it would be another one to either side of such axes, and
-/// so would be the directions that multipliers belong to.
-inline int flattest(const Vector3& axis) {
+/// The k of a unit vector e_k that lies well across the axis (|axis x e_k| >= 0.8 |axis|): the first of them, by a
+/// bound that no axis along a coordinate is near. By the smallest component it would be another one to either side of
+/// such axes, and so would be the directions that multipliers belong to.
+inline int coordinate_across(const Vector3& axis) {
   constexpr double kAcross = 0.6;  // one component at least is below 3^-1/2
   const double most = kAcross * axis.norm();
   for (int k = 0; k < 2; ++k)

@@ -96,7 +96,7 @@ void JointBuilder::set_normals() {
   const bool chosen = !axes_.normal_first;
   if (chosen) {
     std::array<double, 3> b, c;
-    perpendicular_pair(axes_.first.data(), flattest(first_axis_), b.data(), c.data());
+    perpendicular_pair(axes_.first.data(), coordinate_across(first_axis_), b.data(), c.data());
     axes_.normal_first = axes_.normal_second = b;
   }
   for (const auto& [key, axis, normal] : {std::tuple("normal_first", axes_.first, *axes_.normal_first),

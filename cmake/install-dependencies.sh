@@ -36,6 +36,7 @@ optional=(
   libopenmpi-dev
   openmpi-bin=mpirun
   libjs-three
+  libjs-chart.js
 )
 # A browser, in which the tests open the pages that the tool writes; they pass it over where there is none.
 if [[ ${CI:-} == true || ${CI:-} == 1 ]]; then

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "page/plot_script.h"
 #include "page_script.h"
 
 namespace costate::app {
@@ -61,13 +62,14 @@ void HtmlPage::part(const std::string& element, const std::string& style) {
 }
 
 std::string HtmlPage::text() const {
+  const bool answering = plots_ && *plot_library() != '\0';
   return fmt::format(
       "<!DOCTYPE html>\n<html xmlns=\"http://www.w3.org/1999/xhtml\" lang=\"en\">\n<head>\n<meta "
       "charset=\"utf-8\"/>\n"
       "<meta name=\"viewport\" content=\"width=device-width\"/>\n<title>{0}</title>\n<style>\n{1}{2}{3}</style>\n"
       "</head>\n<body>\n<h1>{0}</h1>\n{4}{5}</body>\n</html>\n",
-      xml_escaped(title_), kStyle, plots_ ? plot_style() : "", style_, body_,
-      plots_ ? script_element(plot_script()) : "");
+      xml_escaped(title_), kStyle, answering ? plot_style() : "", style_, body_,
+      answering ? script_element(plot_library(), "chart") + script_element(plot_script()) : "");
 }
 
 }  // namespace costate::app

@@ -301,7 +301,7 @@ TEST_CASE("animate: a page with a viewer inside, which plays in a browser") {
   REQUIRE(run_costate({"animate", scene, "-o", "m.html"}, here.path()).status == 0);
   const std::string page = file_text(here / "m.html");
   CHECK(xml_fault(page).empty());
-  CHECK_THAT(without_three(page), Contains("<svg ") && !Contains("src=") && !Contains("https://"));
+  CHECK_THAT(without_libraries(page), Contains("<svg ") && !Contains("src=") && !Contains("https://"));
   if (!has_three) {  // the drawing alone
     CHECK_THAT(page, !Contains("<script") && !Contains("<canvas ") && !Contains("hidden="));
     WARN("skipped: built without three.js");

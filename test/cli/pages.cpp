@@ -1,5 +1,5 @@
-// Reports in a browser: the motion is drawn and plays, plots are read off and zoomed, and nothing goes wrong on the
-// way. Without Chromium, or three.js, these are passed over.
+// Reports in a browser: the motion is drawn and plays, and nothing goes wrong on the way. Without Chromium, or
+// three.js, these are passed over.
 #include <catch2/catch.hpp>
 
 #include "browser.h"
@@ -11,41 +11,7 @@ using namespace costate::test;
 using Catch::Matchers::Contains;
 using Json = nlohmann::json;
 
-namespace {
-
-/// Opens the page with a program at its end, which tells what it found as JSON in the body's data-told.
-Json told_by(const WorkingDirectory& here, const std::string& page, const std::string& program) {
-  std::string text = file_text(here / page);
-  const std::size_t end = text.rfind("</body>");
-  REQUIRE(end != std::string::npos);
-  text.insert(end, "<script>\n'use strict';\n(function () {\nconst told = {};\n" + program +
-                       "\nsetTimeout(() => { later(); document.body.dataset.told = JSON.stringify(told); }, "
-                       "1000);\n})();\n</script>\n");
-  write_text(here / "probed.html", text);
-  const Outcome o = browsed(here.path(), "probed.html");
-  INFO(o.err);
-  REQUIRE(o.status == 0);
-  CHECK_THAT(o.err, !Contains("CONSOLE"));
-  const auto found = all_between(o.out, "data-told=\"", "\"");
-  REQUIRE(found.size() == 1);
-  std::string json = found[0];
-  for (std::size_t at = 0; (at = json.find("&quot;", at)) != std::string::npos; ++at) json.replace(at, 6, "\"");
-  return Json::parse(json);
-}
-
-constexpr const char* kMouse = R"js(
-const fire = (svg, type, part) => {  // at a part of the plot's width
-  const box = svg.getBoundingClientRect(), [from, to] = svg.dataset.across.split(' ').map(Number);
-  const x = box.left + (from + part * (to - from)) * box.width / svg.viewBox.baseVal.width;
-  svg.dispatchEvent(new PointerEvent(type, {clientX: x, clientY: box.top + box.height / 2, bubbles: true}));
-};
-SVGElement.prototype.setPointerCapture = () => {};  // of a pointer that there is not
-const ticks = svg => Array.from(svg.querySelectorAll('g.ticks text[text-anchor=middle]'), e => Number(e.textContent));
-)js";
-
-}  // namespace
-
-TEST_CASE("pages: the report of an optimization shows both motions, plays, and its plots are zoomed") {
+TEST_CASE("pages: the report of an optimization shows both motions and plays") {
   if (!no_viewer().empty()) {
     WARN("skipped: " << no_viewer());
     return;
@@ -55,47 +21,24 @@ TEST_CASE("pages: the report of an optimization shows both motions, plays, and i
   const std::string page = file_text(here / "out/report.html");
   CHECK(all_between(page, "data-name=\"before\">", "</script>").size() == 1);
   CHECK(page.size() < 6'000'000);
-  const Json told = told_by(here, "out/report.html", std::string(kMouse) + R"js(
-const plot = Array.from(document.querySelectorAll('svg[data-across]')).find(s => s.ariaLabel.startsWith('P2.x'));
+  const Json told = told_by(here, "out/report.html", R"js(
 const slider = document.getElementById('time'), button = document.getElementById('play'), layout = document.getElementById('layout');
 told.drawn = document.body.dataset.drawn;
 told.still = document.getElementById('still').hidden;
 told.layouts = Array.from(layout.options, o => o.value);
-fire(plot, 'pointermove', 0.5);
-told.reading = document.getElementById('reading').textContent;
-fire(plot, 'pointerdown', 0.2);
-fire(plot, 'pointermove', 0.4);
-fire(plot, 'pointerup', 0.4);
-told.zoomed = plot.dataset.zoomed;
-told.ticks = ticks(plot);
-plot.dispatchEvent(new MouseEvent('dblclick'));
-told.all = ticks(plot);
 const later = () => {
   told.played = Number(slider.value);
   told.label = document.getElementById('label').textContent;
   button.click();
   told.paused = button.textContent;
   for (const way of told.layouts) { layout.value = way; layout.onchange(); }
-  fire(plot, 'pointerdown', 0.6);  // a click is the time to be shown
-  fire(plot, 'pointerup', 0.6);
-  told.sought = Number(slider.value);
 };)js");
   CHECK(std::stoi(told.at("drawn").get<std::string>()) > 10);
   CHECK(told.at("still") == true);
   CHECK(told.at("layouts") == Json({"over", "beside", "before", "after"}));
-  CHECK_THAT(told.at("reading").get<std::string>(), Contains("time [s] 2.5\nbefore ") && Contains("\nafter "));
-  // The pixel of the pointer is whole where browsers round it: 1/500 of 5 s.
-  const std::string zoomed = told.at("zoomed");
-  CHECK(std::stod(zoomed) == Approx(1).margin(0.011));
-  CHECK(std::stod(zoomed.substr(zoomed.find(' '))) == Approx(2).margin(0.011));
-  REQUIRE(told.at("ticks").size() > 3);
-  for (const double t : told.at("ticks")) CHECK((t >= 0.98 && t <= 2.02));
-  CHECK(told.at("all").front() == 0);
-  CHECK(told.at("all").back() == 5);
   CHECK(told.at("played").get<double>() > 0.1);  // it plays on frames of some 1/60 s, at most 0.1 s each
   CHECK_THAT(told.at("label").get<std::string>(), Contains("t = "));
   CHECK(told.at("paused") == "Play");
-  CHECK(told.at("sought").get<double>() == Approx(3).margin(0.011));
 }
 
 TEST_CASE("pages: events are marks at the slider, which lead there") {

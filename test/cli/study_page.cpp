@@ -71,7 +71,7 @@ TEST_CASE("study page: dots, parallel coordinates and the front say what the tab
     const auto value = [](const std::vector<double>& axis, double pixel) {
       return axis[2] + (pixel - axis[0]) / (axis[1] - axis[0]) * (axis[3] - axis[2]);
     };
-    // A tenth of a pixel is printed, of some 300 across and 170 up.
+    // Thousandths of a pixel are printed, of some 300 across and 170 up.
     CHECK(value(across, std::stod(xs[i])) == Approx(rows[i].at("varied").at(kDamping).get<double>()).margin(8 * 2e-4));
     CHECK(value(up, std::stod(ys[i])) ==
           Approx(rows[i].at("psi").get<double>()).margin(4e-4 * std::abs(up[3] - up[2])));

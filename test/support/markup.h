@@ -92,24 +92,26 @@ inline std::vector<std::string> all_between(const std::string& text, const std::
   return found;
 }
 
-/// A page without the text of three.js, which can fetch much but is not told to (pages.cpp looks at what is fetched).
-inline std::string without_three(std::string page) {
-  const std::size_t from = page.find("<script id=\"three\">");
-  if (from != std::string::npos) page.erase(from, page.find("</script>", from) - from);
+/// A page without the texts of three.js and Chart.js, which name addresses and could fetch (pages.cpp and plots.cpp look
+/// at what is fetched).
+inline std::string without_libraries(std::string page) {
+  for (const char* id : {"three", "chart"}) {
+    const std::size_t from = page.find("<script id=\"" + std::string(id) + "\">");
+    if (from != std::string::npos) page.erase(from, page.find("</script>", from) - from);
+  }
   return page;
 }
 
 /// What a page would take from elsewhere; none for pages that need nothing. Addresses may be the names of the two
 /// vocabularies; programs stand in the page itself and fetch nothing.
 inline std::vector<std::string> foreign_references(const std::string& whole_page) {
-  const std::string page = without_three(whole_page);
+  const std::string page = without_libraries(whole_page);
   std::vector<std::string> found;
   for (const char* never :
        {"src=", "href=", "url(http", "@import", "<link", "<iframe", "import(", "fetch(", "XMLHttpRequest", "https:"})
     if (page.find(never) != std::string::npos) found.emplace_back(never);
   for (const auto& address : all_between(page, "http://", "\""))
-    if (address != "www.w3.org/2000/svg" && address != "www.w3.org/1999/xhtml" &&
-        address.rfind("www.w3.org/2000/svg';", 0) != 0)
+    if (address != "www.w3.org/2000/svg" && address != "www.w3.org/1999/xhtml")
       found.push_back(address.substr(0, 60));
   return found;
 }

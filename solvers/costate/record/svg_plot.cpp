@@ -144,30 +144,32 @@ std::string text_at(double x, double y, const char* anchor, const std::string& t
   return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>\n", x, y, anchor, xml_escaped(text));
 }
 
+/// Thousandths of a pixel: what programs read back is right to some 1e-5 of an axis.
 std::string drawn(const SvgCurve& c, const Axis& x, const Axis& y) {
+  const std::string of = c.name.empty() ? "" : fmt::format(" data-name=\"{}\"", xml_escaped(c.name));
   std::string out;
   for (std::size_t i = 0; !c.joined && i < c.x.size(); ++i) {
     const double a = x.transformed(c.x[i]), b = y.transformed(c.y[i]);
     if (!std::isfinite(a) || !std::isfinite(b)) continue;
     const std::string name = i < c.names.size() ? "<title>" + xml_escaped(c.names[i]) + "</title>" : "";
-    out +=
-        fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3\" fill=\"{}\"{}\n", x.pixel(a), y.pixel(b),
-                    c.color.empty() ? "#14316e" : xml_escaped(c.color), name.empty() ? "/>" : ">" + name + "</circle>");
+    out += fmt::format("<circle cx=\"{:.3f}\" cy=\"{:.3f}\" r=\"3\" fill=\"{}\"{}{}\n", x.pixel(a), y.pixel(b),
+                       c.color.empty() ? "#14316e" : xml_escaped(c.color), of,
+                       name.empty() ? "/>" : ">" + name + "</circle>");
   }
   if (!c.joined) return out;
   std::vector<Pixel> line;
   const auto flush = [&] {
     if (line.size() > 1) {
-      out += fmt::format("<polyline data-name=\"{}\" fill=\"none\" {} stroke-linejoin=\"round\" points=\"",
-                         xml_escaped(c.name), style_of(c));
-      for (const Pixel& p : thinned(line)) out += fmt::format("{:.2f},{:.2f} ", p.x, p.y);
+      out += fmt::format("<polyline{} fill=\"none\" {} stroke-linejoin=\"round\" points=\"", of, style_of(c));
+      for (const Pixel& p : thinned(line)) out += fmt::format("{:.3f},{:.3f} ", p.x, p.y);
       out.back() = '"';
       out += "/>\n";
     }
     if (c.markers)
       for (const Pixel& p : line)
-        out += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.2\" fill=\"{}\"/>\n", p.x, p.y,
-                           c.color.empty() ? "#14316e" : xml_escaped(c.color));
+        out += fmt::format("<circle cx=\"{:.3f}\" cy=\"{:.3f}\" r=\"2.2\" fill=\"{}\"{}/>\n", p.x, p.y,
+                           c.color.empty() ? "#14316e" : xml_escaped(c.color),
+                           line.size() > 1 ? " data-markers=\"1\"" : of);
     line.clear();
   };
   for (std::size_t i = 0; i < c.x.size(); ++i) {

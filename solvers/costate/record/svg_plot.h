@@ -41,7 +41,8 @@ struct SvgPlot {
 
 /// The plot as one <svg> element, well-formed XML. Curves of many points are thinned to what can be seen, extremes
 /// kept. Attributes tell a program what a pixel is (data-across, data-up: from and to in pixels, low and high there,
-/// linear or log10), as does data-name which curve is which. Throws Error when a curve's x and y differ in length.
+/// linear or log10), as do data-name which curve is which and data-markers which dots are those of the line before.
+/// Throws Error when a curve's x and y differ in length.
 std::string svg_of(const SvgPlot& plot);
 
 }  // namespace costate

@@ -92,8 +92,8 @@ inline std::vector<std::string> all_between(const std::string& text, const std::
   return found;
 }
 
-/// A page without the texts of three.js and Chart.js, which name addresses and could fetch (pages.cpp and plots.cpp look
-/// at what is fetched).
+/// A page without the texts of three.js and Chart.js, which name addresses and could fetch (pages.cpp and plots.cpp
+/// look at what is fetched).
 inline std::string without_libraries(std::string page) {
   for (const char* id : {"three", "chart"}) {
     const std::size_t from = page.find("<script id=\"" + std::string(id) + "\">");
@@ -111,8 +111,7 @@ inline std::vector<std::string> foreign_references(const std::string& whole_page
        {"src=", "href=", "url(http", "@import", "<link", "<iframe", "import(", "fetch(", "XMLHttpRequest", "https:"})
     if (page.find(never) != std::string::npos) found.emplace_back(never);
   for (const auto& address : all_between(page, "http://", "\""))
-    if (address != "www.w3.org/2000/svg" && address != "www.w3.org/1999/xhtml")
-      found.push_back(address.substr(0, 60));
+    if (address != "www.w3.org/2000/svg" && address != "www.w3.org/1999/xhtml") found.push_back(address.substr(0, 60));
   return found;
 }
 

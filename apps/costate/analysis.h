@@ -35,6 +35,9 @@ auto located_in(const Scene& scene, F&& f) {
 void tell_of_contacts(Assembly& assembly, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& z,
                       const Eigen::VectorXd& lambda);
 
+/// Whether stiffness brings a mechanism back to a balance: what damping makes grow is a matter of modes.
+inline bool is_stable(const Equilibrium& e) { return e.degrees_of_freedom == 0 || e.lowest_stiffness > 0; }
+
 /// Points on bodies and what elements measure, apart from rates.
 std::vector<std::unique_ptr<Output>> measured_outputs(const Mechanism& m);
 std::vector<std::unique_ptr<Output>> outputs_named(const Mechanism& m, const std::vector<std::string>& names);

@@ -55,8 +55,8 @@ std::string verdict(const CycleResult& r) {
   const auto stable = r.stable();
   const double m = r.largest();
   if (!stable)
-    return fmt::format("  stability is not decided: the largest multiplier is 1 within its error of {:.1e}\n",
-                       r.multiplier_error);
+    return fmt::format(
+        "  stability is not decided: the largest multiplier is 1 within {:.1e}, which it may be off by\n", r.undecided);
   if (*stable)
     return fmt::format("  stable: a disturbance is {} after each cycle\n",
                        m < 1e-6 ? std::string("gone") : fmt::format("{:.3g} of what it was", m));

@@ -39,7 +39,7 @@ int run(const CommonOptions& common, EquilibriumOptions& options) {
   const auto held = held_by_start(assembly);
   const Equilibrium e = located_in(scene, [&] { return find_equilibrium(assembly, t, held, options.derivatives); });
   tell_of_contacts(assembly, t, e.q, e.z, e.lambda);
-  const bool stable = e.degrees_of_freedom == 0 || e.lowest_stiffness > 0;
+  const bool stable = is_stable(e);
 
   Json j;
   j["status"] = "ok";

@@ -3,9 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "analysis.h"
+#include "costate/base/notice.h"
 #include "costate/mechanism/multiplier_unit.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/print.h"
@@ -41,6 +43,19 @@ std::string csv_rows(const std::vector<std::vector<double>>& rows, const std::ve
     for (std::size_t i = 0; i < row.size(); ++i)
       text += fmt::format("{}{}", shown(row[i], sizes.empty() ? 0 : sizes[i]), i + 1 < row.size() ? "," : "\n");
   return text;
+}
+
+/// A sweep goes on along balances that no mechanism would stay at.
+void tell_unstable(const Sweep& sweep, const std::string& name, const std::string& unit) {
+  const auto stays = [](const SweepPoint& p) { return is_stable(p.at); };
+  const auto left =
+      sweep.points.size() - static_cast<std::size_t>(std::count_if(sweep.points.begin(), sweep.points.end(), stays));
+  if (left == 0) return;
+  const auto first = std::find_if_not(sweep.points.begin(), sweep.points.end(), stays);
+  notice(
+      fmt::format("At {} of {} points, first at {} = {:.6g} {}, the balance is not stable (a stiffness is {:.4g} 1/s^2 "
+                  "per mass there): the mechanism would leave it, for where this sweep does not go.",
+                  left, sweep.points.size(), name, first->value, unit, first->at.lowest_stiffness));
 }
 
 int run(const CommonOptions& common, SweepOptions& options) {
@@ -90,7 +105,7 @@ int run(const CommonOptions& common, SweepOptions& options) {
   std::vector<std::vector<double>> rows;
   Listing sizes;  // of the table's numbers, and of the constraints' forces, which the held one may be made of
   const auto row_units = multiplier_units(*m);
-  Json values = Json::array(), forces = Json::array();
+  Json values = Json::array(), forces = Json::array(), stable = Json::array();
   for (const auto& p : sweep.points) {
     values.push_back(p.value);
     rows.push_back({p.value});
@@ -105,6 +120,7 @@ int run(const CommonOptions& common, SweepOptions& options) {
     }
     const double force = -p.at.held[p.at.held.size() - 1];  // what pushes the coordinate there
     forces.push_back(force);
+    stable.push_back(is_stable(p.at));
     rows.back().push_back(force);
     sizes.add("", force, force_unit);
   }
@@ -113,6 +129,8 @@ int run(const CommonOptions& common, SweepOptions& options) {
   j["outputs"] = columns.take();
   j["units"] = units.take();
   j["held_force"] = forces;
+  j["stable"] = stable;
+  tell_unstable(sweep, name, unit);
   add_notices(j);
   std::string text =
       fmt::format("{}\n  {} points of {} from {:g} to {:g} {}\n", scene.title.empty() ? common.scene : scene.title,

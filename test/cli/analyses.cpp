@@ -133,3 +133,22 @@ TEST_CASE("costate sweep: a table to where the mechanism locks") {
   CHECK_THAT(wrong.err, Contains("no coordinate 'P9.x'"));
   CHECK(run_costate({"sweep", kFiveBar, "--coordinate", "P1.x", "--from", "0"}, here.path()).status == 2);
 }
+
+TEST_CASE("costate sweep: a balance that is not stable is told where it begins") {
+  // A post of 1 m, held by 10 N/m from the sides, that a spring of 40 N/m pulls down from L - 1 m below its foot: it
+  // stands upright as long as 40 (L - 1)^2 < 10 L, up to L = 1.6404 m.
+  const WorkingDirectory here;
+  const std::vector<std::string> sweep = {"sweep",        COSTATE_SOURCE_DIR "/test/cases/pulled_post.toml",
+                                          "--coordinate", "A.y",
+                                          "--hold",       "A.x",
+                                          "--count",      "10",
+                                          "--no-files",   "--from",
+                                          "-0.1",         "--to"};
+  auto down = sweep, not_far = sweep;
+  down.emplace_back("-1");
+  not_far.emplace_back("-0.64");
+  const Json j = costate_json(down, here.path());
+  CHECK(j.at("stable") == Json({true, true, true, true, true, true, false, false, false, false}));
+  CHECK_THAT(j.at("warnings").dump(), Contains("At 4 of 10 points, first at A.y = -0.7 m, the balance is not stable"));
+  CHECK_THAT(costate_json(not_far, here.path()).at("warnings").dump(), !Contains("not stable"));
+}

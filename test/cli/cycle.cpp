@@ -39,6 +39,27 @@ TEST_CASE("cycle: the summary") {
   CHECK(run_costate({"cycle", kRayleigh, "--no-files"}, here.path()).out.find("6.663286") != std::string::npos);
 }
 
+TEST_CASE("cycle: motions that conserve are called neither stable nor unstable") {
+  // Without dampers the multipliers are on the unit circle, by whatever a run makes of them: in these the change
+  // between two tolerances was less than their distance from it.
+  const WorkingDirectory here;
+  const std::string of_shaft = "torsion_spring.shaft.", of_hinge = "torsion_spring.hinge.damping_N_m_s_per_rad=0";
+  for (const char* formulation : {"baumgarte", "index1"}) {
+    const auto about = [&](std::vector<std::string> arguments) {
+      arguments.insert(arguments.end(), {"--no-files", "--formulation", formulation});
+      const Json j = costate_json(arguments, here.path());
+      INFO(j.at("multipliers") << " " << j.at("multiplier_error"));
+      CHECK(j.at("stable").is_null());
+    };
+    about({"cycle", kForced, "--set", of_shaft + "damping_N_m_s_per_rad=0", "--set",
+           of_shaft + "stiffness_N_m_per_rad=40"});
+    for (const char* mass : {"1", "5", "7.7"})
+      about({"cycle", kPendulum, "--set", of_hinge, "--set", std::string("body.rod.mass_kg=") + mass});
+  }
+  const auto o = run_costate({"cycle", kPendulum, "--no-files", "--set", of_hinge}, here.path());
+  CHECK_THAT(o.out, Contains("stability is not decided: the largest multiplier is 1 within"));
+}
+
 TEST_CASE("cycle: flags stand for what the scene does not say") {
   const WorkingDirectory here;
   const Json j =

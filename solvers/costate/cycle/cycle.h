@@ -35,6 +35,7 @@ struct CycleResult {
   Estimated period, travel, psi;                  // s, m, cost
   std::vector<std::complex<double>> multipliers;  // largest modulus first, without those that are 0 by construction
   double multiplier_error = 0;                    // of the largest
+  double undecided = 0;                           // as near to 1 as this the largest tells nothing of stability
   double residual = 0;                            // |P(x) - x|, the largest entry in tolerances
   std::string worst;                              // the coordinate it is of
   int iterations = 0;
@@ -57,7 +58,7 @@ struct CycleResult {
   double largest() const { return multipliers.empty() ? 0 : std::abs(multipliers.front()); }
   Eigen::VectorXd speed_rho() const { return (travel_rho - speed() * period_rho) / period.value; }
   CycleValues values() const { return {period.value, travel.value, speed(), largest()}; }
-  /// None where the largest multiplier is as near to 1 as it may be off by.
+  /// None where the largest multiplier is as near to 1 as it may be off by: motions that conserve are not judged.
   std::optional<bool> stable() const;
 };
 

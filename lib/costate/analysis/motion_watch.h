@@ -43,8 +43,9 @@ class MotionWatch {
   /// Whole sentences; complete after finish().
   std::vector<std::string> warnings() const;
 
-  /// The largest drift met, as a part of the row's own length.
+  /// The largest drift met, as a part of the row's own length, and that of rates, in such parts a second.
   double largest_drift() const { return worst_position_.relative; }
+  double largest_rate_drift() const { return worst_velocity_.relative; }
 
  private:
   /// A row that lost its independence, between samples.

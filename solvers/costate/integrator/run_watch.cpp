@@ -76,7 +76,7 @@ static void require_cycle(const Problem& problem, double psi) {
 }
 
 void RunWatch::conclude(const Simulation& result) const {
-  drift_of_last_run = watch_.largest_drift();
+  drift_of_last_run = std::max(watch_.largest_drift(), watch_.largest_rate_drift());
   for (const auto& text : watch_.warnings()) notice(text);
   if (problem_.solver.rtol >= kNoPromise)
     notice(fmt::format(

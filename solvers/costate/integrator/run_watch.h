@@ -38,7 +38,8 @@ class RunWatch {
   long steps_ = 0;
 };
 
-/// The largest drift of a row in parts of its own length, of this thread's last run under a watch.
+/// The largest drift of a row in parts of its own length, or of its rate in such parts a second, of this thread's last
+/// run under a watch.
 double last_drift();
 
 /// A sentence for a gradient whose run would have to be repeated with this part of its tolerances.

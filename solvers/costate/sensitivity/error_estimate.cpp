@@ -86,11 +86,12 @@ void add_softness(const Problem& problem, const Result& result, ErrorEstimate& e
 
 /// How many times as much as the forces themselves at the start their largest scaled derivative by a parameter is. The
 /// rows' errors are reactions over weights: those of a stiff spring that is hardly stretched are small, while their
-/// derivative by its natural length is not.
+/// derivatives by its natural length, or by what moves its ends at the start, are not.
 double pull_of_parameters(const Problem& problem, const std::vector<double>& rho) {
   Assembly assembly(problem.mechanism, problem.parameters);
   assembly.set_parameters(rho.data());
-  const Start start = find_start(assembly, problem.solver.t_start, false);
+  const Start start =
+      find_start(assembly, problem.solver.t_start, needs_start_columns(assembly, StartDerivative::adjoint));
   const Eigen::VectorXd none = Eigen::VectorXd::Zero(assembly.n() + assembly.m());
   const StateView at{problem.solver.t_start, start.q.data(), start.v.data(), none.data(), none.data(), start.z.data()};
   assembly.calc_dynamics(at);
@@ -100,6 +101,14 @@ double pull_of_parameters(const Problem& problem, const std::vector<double>& rho
   Assembly::ParameterWeights w;
   w.force = weights.data();
   assembly.add_parameter_gradient(at, w, 1.0, pull.data());
+  assembly.calc_force_partials(at);  // K = -Q_q, without accelerations and multipliers
+  const SparsePattern& square = assembly.square();
+  Eigen::VectorXd w_q = Eigen::VectorXd::Zero(weights.size());
+  for (int j = 0; j < square.cols; ++j)
+    for (auto k = square.column_start[j]; k < square.column_start[j + 1]; ++k)
+      w_q[j] += weights[square.row[k]] * assembly.K[k];
+  const Eigen::VectorXd no_v = Eigen::VectorXd::Zero(weights.size()), no_z = Eigen::VectorXd::Zero(start.z.size());
+  add_start_gradient(assembly, problem.solver.t_start, start, w_q.data(), no_v.data(), no_z.data(), pull.data());
   const double forces = Eigen::Map<const Eigen::VectorXd>(assembly.Q.data(), assembly.n()).norm(),
                pulled = largest_scaled(problem.parameters, pull);
   return pulled > 0 ? pulled / std::max(forces, 1e-6 * pulled) : 0;

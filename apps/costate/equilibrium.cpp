@@ -6,6 +6,8 @@
 
 #include "analysis.h"
 #include "costate/analysis/start.h"
+#include "costate/analysis/undetermined_reactions.h"
+#include "costate/base/notice.h"
 #include "costate/mechanism/multiplier_unit.h"
 #include "digits.h"
 #include "motion/figures.h"
@@ -27,6 +29,15 @@ Json positions_json(const Mechanism& m, const Equilibrium& e) {
   return j.take();
 }
 
+void tell_of_open_reactions(Assembly& assembly, double t, const Equilibrium& e) {
+  const UndeterminedReactions reactions(assembly, t, e.q, e.z);
+  if (reactions.none()) return;
+  notice(
+      fmt::format("Balance does not determine the multipliers of rows that depend on each other ({}), nor what is made "
+                  "of them: given are those of least norm. What parts would bear is decided by how they give.",
+                  first_names(reactions.rows())));
+}
+
 int run(const CommonOptions& common, EquilibriumOptions& options) {
   const Scene scene = load_for_analysis(common, options.analysis, true);
   const auto m = scene.mechanism();
@@ -39,6 +50,7 @@ int run(const CommonOptions& common, EquilibriumOptions& options) {
   const auto held = held_by_start(assembly);
   const Equilibrium e = located_in(scene, [&] { return find_equilibrium(assembly, t, held, options.derivatives); });
   tell_of_contacts(assembly, t, e.q, e.z, e.lambda);
+  tell_of_open_reactions(assembly, t, e);
   const bool stable = is_stable(e);
 
   Json j;

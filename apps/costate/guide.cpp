@@ -35,6 +35,7 @@ const std::vector<GuideEntry>& failure_guide() {
        {"has a kink", "' jumps from ", "The law of '", "opens a ", "at which the law of",
         "derivatives of forces jump"}},
       {"fixed-step-passes-over-something", {"passes over what begins", "passes over a touch"}},
+      {"reactions-are-open", {"does not determine the multipliers", "reactions that the motion does not determine"}},
       {"singular-matrix",
        {"depend on the others", " is singular", " are singular", "not determined at", " s are not determined."}},
       {"few-digits", {"no digit of psi", "known to few digits", "tight enough for a reference"}},

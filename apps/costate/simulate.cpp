@@ -70,6 +70,7 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
     error = setup.located([&] { return estimate_error(setup.problem, setup.rho, r).psi; });
   progress.finish();
   for (const auto& remark : not_finite_remarks(recorder.table())) notice(remark);
+  if (setup.files || common.json) recorder.tell_of_open_reactions();
   Json j = run_json(setup, GradientResult(r), "", wall);
   j["psi_error"] = error ? Json(*error) : Json();
   if (accurate) j["accuracy"] = accuracy_json(*accurate, *accuracy);

@@ -13,6 +13,7 @@
 #include "costate/integrator/run_end.h"
 #include "costate/mechanism/multiplier_unit.h"
 #include "costate/objective/all_outputs.h"
+#include "costate/problem/redundant_rows.h"
 #include "costate/record/csv_file.h"
 #include "costate/record/hdf5_file.h"
 #include "costate/record/interrupt.h"
@@ -23,7 +24,7 @@ namespace costate::app {
 
 TrajectoryRecorder::TrajectoryRecorder(const Setup& setup, const std::vector<double>& rho, std::optional<double> step,
                                        bool only_end)
-    : setup_(setup) {
+    : setup_(setup), rho_(rho) {
   const double t0 = setup.problem.solver.t_start;
   double t1 = setup.problem.solver.t_end;
   double h = step.value_or(setup.scene.run.output_step_s.value_or(0));
@@ -103,6 +104,10 @@ Json TrajectoryRecorder::units() const {
   KeyedObject j;
   for (const Column& c : table_.columns) j.set(output_of_column(c), c.unit);
   return j.take();
+}
+
+void TrajectoryRecorder::tell_of_open_reactions() const {
+  costate::tell_of_open_reactions(setup_.problem, rho_, outputs_, true);
 }
 
 std::vector<std::string> not_finite_remarks(const TrajectoryTable& table) {

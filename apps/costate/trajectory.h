@@ -23,12 +23,15 @@ class TrajectoryRecorder {
   Json terminal() const;
   /// The units of terminal().
   Json units() const;
+  /// Gives notice of reactions among the samples that the motion does not determine.
+  void tell_of_open_reactions() const;
   /// The table with the scene inside, and the events of the run; `settings` is stored as JSON.
   TrajectoryTable finish(const Json& settings, const Simulation& run = {});
 
  private:
   void prepare(const Mechanism& mechanism);
   const Setup& setup_;
+  std::vector<double> rho_;
   std::vector<double> times_;
   std::vector<std::unique_ptr<Output>> outputs_;
   TrajectoryTable table_;

@@ -13,6 +13,7 @@
 #include "costate/integrator/simulate.h"
 #include "costate/objective/all_outputs.h"
 #include "costate/optimize/optimizer.h"
+#include "costate/problem/redundant_rows.h"
 #include "costate/sensitivity/error_estimate.h"
 #include "costate/sensitivity/hessian.h"
 #include "costate/trajectory.h"
@@ -122,6 +123,7 @@ py::dict simulate_problem(const PyProblem& p, const std::optional<Numbers>& rho,
       for (const auto& name : *names) outputs.push_back(make_output(m, name));
     else
       outputs = make_all_outputs(m);
+    tell_of_open_reactions(problem, values, outputs, false);
     r = simulate(problem, values, at, [&](const MechanismState& s, System& system) {
       t.push_back(s.t);
       for (const auto& o : outputs) data.push_back(o->value(s, system.assembly()));

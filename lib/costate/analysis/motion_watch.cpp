@@ -142,7 +142,8 @@ void MotionWatch::begin(double t, const double* q, const double* v) {
   samples_.clear();
   sample(t, q, v);
   for (std::size_t i = 0; i < redundant_.size(); ++i) redundant_[i] = distances_[i] < kDependent;
-  if (std::find(redundant_.begin(), redundant_.end(), 1) != redundant_.end()) refuse_dependent_rows(t);
+  began_redundant_ = std::find(redundant_.begin(), redundant_.end(), 1) != redundant_.end();
+  if (began_redundant_) refuse_dependent_rows(t);
 }
 
 void MotionWatch::refuse_dependent_rows(double t) {

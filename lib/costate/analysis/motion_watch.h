@@ -46,6 +46,8 @@ class MotionWatch {
   /// The largest drift met, as a part of the row's own length, and that of rates, in such parts a second.
   double largest_drift() const { return worst_position_.relative; }
   double largest_rate_drift() const { return worst_velocity_.relative; }
+  /// Whether rows depended on others from the start.
+  bool began_redundant() const { return began_redundant_; }
 
  private:
   /// A row that lost its independence, between samples.
@@ -86,6 +88,7 @@ class MotionWatch {
   double length_ = 1;               // of the mechanism, m
   double rank_limit_, drift_warning_, drift_error_;
   std::vector<char> redundant_;  // rows that depend on others at the start
+  bool began_redundant_ = false;
   std::vector<double> row_size_, length_part_, angle_part_;
   Eigen::SparseMatrix<double> scaled_;  // n x m: the rows of Phi_q as columns, of length 1
   Eigen::SparseMatrix<double> normal_;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/analysis/start.h"
+#include "costate/analysis/undetermined_reactions.h"
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/objective/cycle_output.h"
@@ -48,7 +50,8 @@ WatchSettings settings_of(const Problem& problem) {
 RunWatch::RunWatch(const Problem& problem, const std::vector<double>& rho, System& system)
     : watch_(problem.mechanism, problem.parameters, rho.data(), settings_of(problem)),
       system_(system),
-      problem_(problem) {}
+      problem_(problem),
+      rho_(rho) {}
 
 StepSink RunWatch::sink() {
   return [this](double t, const double* y) {
@@ -83,8 +86,24 @@ void RunWatch::conclude(const Simulation& result) const {
         "At rtol {:g} each of the {} steps may be off by that much: no digit of the motion or of psi is promised. A "
         "smaller rtol (1e-4) costs little more.",
         problem_.solver.rtol, result.counters.steps));
+  if (watch_.began_redundant()) tell_of_open_costs();
   require_cycle(problem_, result.psi);
   require_finite(result);
+}
+
+void RunWatch::tell_of_open_costs() const {
+  const Objective& o = problem_.objective;
+  if (!o.running_needs_accelerations() && !o.terminal_needs_accelerations()) return;
+  Assembly assembly(problem_.mechanism, problem_.parameters);
+  assembly.set_parameters(rho_.data());
+  const Start start = find_start(assembly, problem_.solver.t_start, false);
+  UndeterminedReactions reactions(assembly, problem_.solver.t_start, start.q, start.z);
+  const auto open = [&](const std::shared_ptr<const CostTerm>& term) { return reactions.leaves_open(*term); };
+  if (std::any_of(o.running.begin(), o.running.end(), open) || std::any_of(o.terminal.begin(), o.terminal.end(), open))
+    notice(
+        fmt::format("The cost holds reactions that the motion does not determine: constraint rows depend on each "
+                    "other ({}). psi and its gradient are those of the choice that formulation '{}' makes.",
+                    first_names(reactions.rows()), problem_.formulation));
 }
 
 void RunWatch::conclude(const GradientResult& result) const {

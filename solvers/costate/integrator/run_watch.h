@@ -34,7 +34,9 @@ class RunWatch {
   void look(void (MotionWatch::*what)(double, const double*, const double*), double t, const double* y);
   MotionWatch watch_;
   System& system_;
+  void tell_of_open_costs() const;
   const Problem& problem_;
+  std::vector<double> rho_;
   long steps_ = 0;
 };
 

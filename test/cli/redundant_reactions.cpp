@@ -1,0 +1,36 @@
+// What a motion does not determine of its reactions is told wherever it is handed out.
+#include <catch2/catch.hpp>
+
+#include "process.h"
+#include "support/paths.h"
+
+using namespace costate::test;
+using Catch::Matchers::Contains;
+using Json = nlohmann::json;
+
+TEST_CASE("reactions of redundant rows are told, and their sums that are determined are not") {
+  // Three bars hold a point where two would do: their tensions are open, the force upwards is not, and below hangs a
+  // pendulum whose bar's tension is known.
+  const WorkingDirectory here;
+  const std::string scene = COSTATE_SOURCE_DIR "/test/cases/hung_thrice.toml";
+  const auto about = [&](const char* formulation, const std::string& output) {
+    return costate_json({"gradient", scene, "--no-files", "--formulation", formulation, "--set",
+                         "cost.running=[{kind=\"value\",output=\"" + output + "\"}]"},
+                        here.path());
+  };
+  for (const char* formulation : {"maggi", "augmented-lagrangian", "penalty"}) {
+    INFO(formulation);
+    for (const char* known : {"pendulum.tension", "upwards"}) CHECK(about(formulation, known).at("warnings").empty());
+    const std::string told = about(formulation, "b.tension").at("warnings").dump();
+    CHECK_THAT(told, Contains("reactions that the motion does not determine"));
+    CHECK_THAT(told, Contains("bar.a.length, bar.b.length, bar.c.length)"));
+  }
+  for (const char* command : {"simulate", "equilibrium"})
+    CHECK_THAT(costate_json({command, scene, "--no-files"}, here.path()).at("warnings").dump(),
+               Contains("does not determine the multipliers of rows that depend on each other (bar.a.length, "
+                        "bar.b.length, bar.c.length)"));
+  // What the text of a run without files does not show it does not warn of.
+  CHECK(run_costate({"simulate", scene, "--no-files"}, here.path()).err.empty());
+  const auto files = run_costate({"simulate", scene}, here.path());
+  CHECK_THAT(files.err, Contains("nor what is made of them, a.tension, b.tension, c.tension: given are those that"));
+}

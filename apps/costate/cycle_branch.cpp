@@ -33,7 +33,7 @@ Json point_json(const BranchPoint& p, const Branch& b, bool travels) {
   j["fixed_point"] = named(b.names, {p.x.data(), p.x.data() + p.x.size()});
   j["multipliers"] = Json::array();
   for (const auto& m : p.multipliers) j["multipliers"].push_back({m.real(), m.imag()});
-  j["stable"] = p.stable();
+  j["stable"] = p.stable() ? Json(*p.stable()) : Json();
   return j;
 }
 
@@ -69,14 +69,18 @@ Json branch_json(const Setup& setup, const ContinueRequest& request, const Branc
 std::string branch_svg(const Setup& setup, const ContinueRequest& request, const Branch& b) {
   const bool travels = !setup.scene.cycle->travel.empty();
   const auto value = [&](const BranchPoint& p) { return travels ? p.speed() : p.period; };
-  SvgCurve stable{"stable", {}, {}, SvgCurve::Stroke::dark}, other{"not stable", {}, {}, SvgCurve::Stroke::dashed};
+  const bool all_decided =
+      std::all_of(b.points.begin(), b.points.end(), [](const BranchPoint& p) { return p.stable().has_value(); });
+  SvgCurve stable{"stable", {}, {}, SvgCurve::Stroke::dark},
+      other{all_decided ? "not stable" : "not stable or not decided", {}, {}, SvgCurve::Stroke::dashed};
+  const auto is_stable = [&](std::size_t i) { return b.points[i].stable().value_or(false); };
   for (std::size_t i = 0; i < b.points.size(); ++i) {
-    SvgCurve& mine = b.points[i].stable() ? stable : other;
-    SvgCurve& theirs = b.points[i].stable() ? other : stable;
+    SvgCurve& mine = is_stable(i) ? stable : other;
+    SvgCurve& theirs = is_stable(i) ? other : stable;
     mine.x.push_back(b.points[i].parameter);
     mine.y.push_back(value(b.points[i]));
     // The line goes on to where the other begins.
-    const bool last = i + 1 < b.points.size() && b.points[i + 1].stable() != b.points[i].stable();
+    const bool last = i + 1 < b.points.size() && is_stable(i + 1) != is_stable(i);
     theirs.x.push_back(b.points[i].parameter);
     theirs.y.push_back(last ? value(b.points[i]) : std::numeric_limits<double>::quiet_NaN());
   }
@@ -104,9 +108,12 @@ std::string branch_text(const Setup& setup, const CommonOptions& common, const C
   for (std::size_t i = 0; i < b.points.size(); ++i) {
     if (i % every != 0 && i + 1 != b.points.size()) continue;
     const BranchPoint& p = b.points[i];
-    text += fmt::format(
-        "  {:>18.9g}  {:>14.8g}  {}{}{}\n", p.parameter, p.period, travels ? fmt::format("{:>14.8g}  ", p.speed()) : "",
-        p.multipliers.empty() ? "none" : multiplier_text(p.multipliers.front()), p.stable() ? "" : "   not stable");
+    text += fmt::format("  {:>18.9g}  {:>14.8g}  {}{}{}\n", p.parameter, p.period,
+                        travels ? fmt::format("{:>14.8g}  ", p.speed()) : "",
+                        p.multipliers.empty() ? "none" : multiplier_text(p.multipliers.front()),
+                        !p.stable()   ? "   not decided"
+                        : *p.stable() ? ""
+                                      : "   not stable");
   }
   text += "\n";
   for (const Bifurcation& f : b.bifurcations)

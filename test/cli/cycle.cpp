@@ -60,6 +60,34 @@ TEST_CASE("cycle: motions that conserve are called neither stable nor unstable")
   CHECK_THAT(o.out, Contains("stability is not decided: the largest multiplier is 1 within"));
 }
 
+TEST_CASE("cycle: at a resonance without damping there is none") {
+  // Both multipliers are 1: I - P has no large singular value beside which the small one would be small.
+  const WorkingDirectory here;
+  const std::string of_shaft = "torsion_spring.shaft.";
+  for (const char* stiffness : {"4.934802200544679", "4.9348022"}) {
+    const auto o = run_costate({"cycle", kForced, "--no-files", "--set", of_shaft + "damping_N_m_s_per_rad=0", "--set",
+                                of_shaft + "stiffness_N_m_per_rad=" + stiffness},
+                               here.path());
+    CHECK(o.status == 1);
+    CHECK_THAT(o.err, Contains("A cycle is not determined"));
+  }
+  // Beside it the answer is M sin(0.4) / (k - I w^2), to what the multipliers' errors leave.
+  const Json j = costate_json({"cycle", kForced, "--no-files", "--set", of_shaft + "damping_N_m_s_per_rad=0", "--set",
+                               of_shaft + "stiffness_N_m_per_rad=4.9348"},
+                              here.path());
+  CHECK(j.at("fixed_point").at("disk.angle").get<double>() == Approx(-212355).epsilon(3e-3));
+}
+
+TEST_CASE("cycle: along a branch that conserves nothing crosses the unit circle") {
+  // Multipliers are on it, by whatever a run makes of them: five crossings "within 1e-7" before.
+  const WorkingDirectory here;
+  const std::string free = "torsion_spring.hinge.damping_N_m_s_per_rad=0";
+  const Json j = costate_json({"cycle", kPendulum, "--no-files", "--set", free, "--continue", "body.rod.mass_kg=1..8"},
+                              here.path());
+  CHECK(j.at("bifurcations").empty());
+  for (const Json& p : j.at("branch")) CHECK(p.at("stable").is_null());
+}
+
 TEST_CASE("cycle: flags stand for what the scene does not say") {
   const WorkingDirectory here;
   const Json j =

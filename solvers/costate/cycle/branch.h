@@ -3,12 +3,14 @@
 //   x - P(x, p) = 0,   t^T (u - u_predicted) = 0,
 // which is regular where the branch turns back. Along it multipliers cross the unit circle at +1 (a fold where the
 // parameter turns, otherwise a branch point), at -1 (a flip: cycles of twice the period), or as a pair (Neimark-Sacker:
-// motions with two frequencies); where they do is found by bisection of the step.
+// motions with two frequencies); where they do is found by bisection of the step. What is as near to the circle as runs
+// may be off by, as all multipliers of motions that conserve, has not crossed it.
 // Source: R. Seydel, Practical Bifurcation and Stability Analysis, 3rd ed., Springer 2010, chapters 4 and 7.
 #pragma once
 
 #include <Eigen/Core>
 #include <complex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,9 +24,12 @@ struct BranchPoint {
   double period = 0, travel = 0, psi = 0;         // s, m, cost
   std::vector<std::complex<double>> multipliers;  // largest modulus first
   double residual = 0;                            // |P(x) - x|, the largest entry in tolerances
+  double undecided = 0;                           // as near to 1 as this a multiplier tells nothing of stability
 
   double speed() const { return travel / period; }
-  bool stable() const { return multipliers.empty() || std::abs(multipliers.front()) < 1; }
+  /// None where the largest multiplier is as near to 1 as it may be off by, as that of the cycle where the branch was
+  /// begun.
+  std::optional<bool> stable() const;
 };
 
 enum class BifurcationKind { fold, branch_point, flip, neimark_sacker };

@@ -21,8 +21,8 @@ constexpr int kHalvings = 8;
 // A multiplier's error is known as the change between two tolerances, which is small by chance, too: in 48 runs of
 // motions that conserve it was up to 5.6 times too small.
 constexpr double kChance = 10;
-// I - P_x is singular where its smallest singular value is below this part of the largest, or what runs at the
-// tolerance make of zero: their errors are usually 1 to 200 rtol.
+// I - P_x is singular where its smallest singular value is below this part of the largest, or of 1 as P_x itself is all
+// but 1 at a resonance, or what runs at the tolerance make of zero: their errors are usually 1 to 200 rtol.
 constexpr double kSingular = 1e-9, kSingularRuns = 200;
 
 /// Scales s by which P becomes s_i^-1 P_ij s_j with rows and columns of like sizes (Osborne): metres beside radians per
@@ -105,7 +105,7 @@ Eigen::VectorXd Search::newton_step() const {
   const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(k, k) - s.cwiseInverse().asDiagonal() * P * s.asDiagonal();
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(A, Eigen::ComputeThinU | Eigen::ComputeThinV);
   const double least = std::max(kSingular, kSingularRuns * map_.problem().solver.rtol);
-  if (svd.singularValues()[k - 1] < least * svd.singularValues()[0]) {
+  if (svd.singularValues()[k - 1] < least * std::max(1.0, svd.singularValues()[0])) {
     Eigen::Index most = 0;
     svd.matrixV().col(k - 1).cwiseProduct(s).cwiseAbs().maxCoeff(&most);
     const SectionCoordinate& c =
@@ -114,7 +114,9 @@ Eigen::VectorXd Search::newton_step() const {
     throw SolverError(fmt::format(
         "A cycle is not determined: a change of '{}' stays as it is from one section to the next (a multiplier is "
         "1{}). Where the mechanism moves on along its way, name that coordinate as 'travel' in [cycle]; where energy "
-        "is kept, cycles come in families, and none of them is the limit of anything.",
+        "is kept, cycles come in families, and none of them is the limit of anything; at a resonance nothing ends "
+        "their "
+        "growth.",
         c.name, least > kSingular ? fmt::format(", to what rtol {:g} tells; a smaller one tells more", rtol) : ""));
   }
   const Eigen::VectorXd back = (value.next - x)(free);

@@ -13,6 +13,7 @@
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/scene/scene_files.h"
+#include "record_temporary_directory.h"
 
 using namespace costate;
 using Catch::Contains;
@@ -20,9 +21,9 @@ using Catch::Contains;
 namespace {
 
 struct TemporaryFile {
-  std::filesystem::path path = std::filesystem::temp_directory_path() / "costate_data_table.csv";
+  record_test::TemporaryDirectory own;  // tests run side by side
+  std::filesystem::path path = own / "costate_data_table.csv";
   explicit TemporaryFile(const std::string& text) { std::ofstream(path) << text; }
-  ~TemporaryFile() { std::filesystem::remove(path); }
 };
 
 std::shared_ptr<DataTable> read(const std::string& text, const DataFormat& format = {}) {

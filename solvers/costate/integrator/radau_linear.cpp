@@ -36,6 +36,8 @@ constexpr double kSafety = 0.9, kLargestGrowth = 5, kLargestCut = 0.2;
 // errors, and rough.
 constexpr double kSmallError = 1e-2;
 constexpr double kNoSize = 1e-200;
+// Of the solution of a step's stages, in rtol of the motion; of steps that do not follow their error; and of the error.
+constexpr double kSolveTolerance = 1e-3, kSolveByGrid = 1e-13, kErrorDigits = 1e-2;
 // Relative to the span: a kink of the forces is not resolved below this, where what it does is far below the tolerance.
 constexpr double kSmallestStep = 1e-9;
 // Columns smaller than this fraction of the largest one (per relative change of the parameter) need no digits of their
@@ -51,67 +53,7 @@ RadauLinear::RadauLinear(HandEquations& equations, std::vector<double> parameter
       N_(equations.size()),
       k_(equations.columns()),
       parameter_sizes_(std::move(parameter_sizes)),
-      matrix_(3 * equations.size()) {
-  const SparsePattern& p = eq_.pattern();
-  std::vector<std::pair<int, int>> entries;
-  for (int j = 0; j < N_; ++j)
-    for (auto e = p.column_start[j]; e < p.column_start[j + 1]; ++e)
-      if (eq_.differential(static_cast<int>(p.row[e]))) entries.emplace_back(static_cast<int>(p.row[e]), j);
-  differential_rows_ = SparsePattern::from_entries(N_, N_, entries);
-  for (int j = 0; j < N_; ++j)
-    for (auto e = differential_rows_.column_start[j]; e < differential_rows_.column_start[j + 1]; ++e)
-      differential_of_.push_back(p.find(static_cast<int>(differential_rows_.row[e]), j));
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) block_[i][j] = matrix_.place(i == j ? p : differential_rows_, i * N_, j * N_);
-  matrix_.finalize();
-  solver_ = std::make_unique<KluSolver>(matrix_.pattern());
-  values_.resize(p.row.size());
-  part_.resize(differential_of_.size());
-}
-
-// Column block i of the stage matrix, from A and D at stage i: rows of stage j get -h a_ji A_i, stage i also D_i (or
-// A_i on algebraic rows).
-void RadauLinear::fill_stage(int i, double h) {
-  const SparsePattern& p = eq_.pattern();
-  const auto A = eq_.A(), D = eq_.D();
-  for (std::size_t e = 0; e < p.row.size(); ++e) {
-    const bool differential = eq_.differential(static_cast<int>(p.row[e]));
-    values_[e] = differential ? D[e] - h * a[i][i] * A[e] : A[e];
-  }
-  matrix_.add(block_[i][i], values_.data());
-  for (int j = 0; j < 3; ++j) {
-    if (j == i) continue;
-    for (std::size_t e = 0; e < part_.size(); ++e)
-      part_[e] = -h * a[j][i] * A[static_cast<std::size_t>(differential_of_[e])];
-    matrix_.add(block_[j][i], part_.data());
-  }
-}
-
-// Multipliers come with factors of h, two of them in index 3: with rows multiplied by their powers of h and brought to
-// size 1 column by column, a small step is not taken for a singular matrix.
-void RadauLinear::equilibrate(double h) {
-  const SparsePattern& p = matrix_.pattern();
-  const auto values = matrix_.values();
-  scaled_.resize(values.size());
-  column_scale_.resize(p.cols);
-  row_scale_.resize(p.rows);
-  for (int i = 0; i < p.rows; ++i) row_scale_[i] = std::pow(std::abs(h), eq_.step_power(i % N_));
-  for (int j = 0; j < p.cols; ++j) {
-    double largest = 0;
-    for (auto e = p.column_start[j]; e < p.column_start[j + 1]; ++e)
-      largest = std::max(largest, row_scale_[p.row[e]] * std::abs(values[static_cast<std::size_t>(e)]));
-    const double scale = largest > 0 ? 1 / largest : 1;
-    column_scale_[j] = scale;
-    for (auto e = p.column_start[j]; e < p.column_start[j + 1]; ++e)
-      scaled_[static_cast<std::size_t>(e)] = row_scale_[p.row[e]] * scale * values[static_cast<std::size_t>(e)];
-  }
-}
-
-void RadauLinear::solve(Eigen::MatrixXd& right) {
-  for (int j = 0; j < k_; ++j) right.col(j).array() *= row_scale_;
-  solver_->solve(right.data(), k_);
-  for (int j = 0; j < k_; ++j) right.col(j).array() *= column_scale_;
-}
+      system_(equations) {}
 
 void RadauLinear::calc_momentum(const Eigen::MatrixXd& X, Eigen::MatrixXd& out) const {
   out = eq_.d();
@@ -133,7 +75,6 @@ double RadauLinear::attempt(const Trajectory& trajectory, double t0, double next
                             RadauResult& result) {
   const bool forward = eq_.direction() == HandEquations::Direction::forward;
   const double h = next - t0;
-  matrix_.set_zero();
   for (int i = 0; i < 3; ++i) {
     const double t = i == 2 ? next : t0 + c[i] * h;
     trajectory.evaluate(t, point_.data());
@@ -141,7 +82,7 @@ double RadauLinear::attempt(const Trajectory& trajectory, double t0, double next
     ++result.evaluations;
     eq_.keep(i);
     take_blocks(stages_[i]);
-    fill_stage(i, h);
+    system_.take(i);
   }
   right_.resize(3 * N_, k_);
   for (int i = 0; i < 3; ++i)
@@ -154,13 +95,11 @@ double RadauLinear::attempt(const Trajectory& trajectory, double t0, double next
         }
         right_(i * N_ + row, j) = x;
       }
-  equilibrate(h);
-  const int bad = solver_->factor(scaled_.data());
+  int bad = system_.prepare(h);
+  if (bad < 0) bad = system_.solve(right_, solve_tolerance_);
   if (bad >= 0)
     throw SolverError(fmt::format("The hand-derived equations are singular at t = {:.9g} s, unknown '{}'.", t0,
-                                  eq_.names()[static_cast<std::size_t>(bad % N_)]));
-  ++result.factorizations;
-  solve(right_);
+                                  eq_.names()[static_cast<std::size_t>(bad)]));
   for (int i = 0; i < 3; ++i) {
     stages_[i].X = right_.middleRows(i * N_, N_);
     calc_flow(stages_[i]);
@@ -175,6 +114,7 @@ double RadauLinear::attempt(const Trajectory& trajectory, double t0, double next
     gradient_after_ += (forward ? h : -h) * a[2][i] * stages_[i].integrand;
     change += estimate[i] * stages_[i].integrand;
   }
+  result.factorizations = system_.factorizations() - factorizations_before_;
   return std::max(state_error(h, tolerance), integral_error(h * change, tolerance));
 }
 
@@ -189,7 +129,7 @@ double RadauLinear::state_error(double h, double tolerance) {
         }
         right_(i * N_ + row, j) = h * x;
       }
-  solve(right_);
+  if (system_.solve(right_, kErrorDigits) >= 0) return std::numeric_limits<double>::infinity();
   Eigen::ArrayXXd squares = Eigen::ArrayXXd::Zero(eq_.groups(), k_), counts = squares;
   size_after_ = size_;
   for (int j = 0; j < k_; ++j)
@@ -257,6 +197,8 @@ void RadauLinear::cross(const Trajectory& trajectory, const MotionJump& jump, Ei
 RadauResult RadauLinear::integrate(const Trajectory& trajectory, const std::vector<double>& grid, double rtol,
                                    double atol, const Watch& watch) {
   smallest_error_ = kSmallError * atol;
+  solve_tolerance_ = rtol > 0 ? kSolveTolerance * rtol : kSolveByGrid;
+  factorizations_before_ = system_.factorizations();
   const bool forward = eq_.direction() == HandEquations::Direction::forward;
   const std::size_t count = grid.size();
   const auto time = [&](std::size_t i) { return forward ? grid[i] : grid[count - 1 - i]; };

@@ -10,12 +10,11 @@
 #pragma once
 
 #include <functional>
-#include <memory>
 #include <vector>
 
 #include "costate/adjoint/hand_equations.h"
+#include "costate/integrator/linear_stages.h"
 #include "costate/integrator/trajectory.h"
-#include "costate/linear/klu_solver.h"
 
 namespace costate {
 
@@ -41,10 +40,6 @@ class RadauLinear {
                         const Watch& watch = {});
 
  private:
-  void fill_stage(int i, double h);
-  /// For a step h.
-  void equilibrate(double h);
-  void solve(Eigen::MatrixXd& right);
   struct Stage {
     std::vector<double> A;
     Eigen::MatrixXd X, b, d, f;
@@ -69,14 +64,9 @@ class RadauLinear {
   HandEquations& eq_;
   int N_, k_;
   std::vector<double> parameter_sizes_;
-  BlockMatrix matrix_;
-  std::unique_ptr<KluSolver> solver_;
-  std::vector<double> scaled_;  // the stage matrix as factored
-  Eigen::ArrayXd column_scale_, row_scale_;
-  SparsePattern differential_rows_;            // the equations' pattern without algebraic rows
-  std::vector<std::int64_t> differential_of_;  // positions of its entries in the full pattern
-  int block_[3][3] = {};
-  std::vector<double> values_, part_;
+  LinearStages system_;
+  double solve_tolerance_ = 0;  // of the stages
+  long factorizations_before_ = 0;
   Stage begin_, stages_[3];
   std::vector<double> point_;
   Eigen::MatrixXd momentum_, momentum_after_, right_;

@@ -1,0 +1,250 @@
+#include "costate/integrator/linear_stages.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "costate/base/error.h"
+
+namespace costate {
+
+namespace {
+// What direct solutions leave of the largest unknown, in units in which all columns of the matrix have size 1.
+constexpr double kRounding = 1e-14;
+// Corrections that fall more slowly, or are more than so many, give way to the factors of all stages together, and then
+// for so many steps.
+constexpr double kSlow = 0.5;
+constexpr int kMostCorrections = 20, kTogetherFor = 10;
+
+const RadauScheme& scheme_of_order_5() {
+  const RadauScheme* scheme = find_radau_scheme("radau5");
+  if (scheme == nullptr || scheme->stages != LinearStages::kStages) throw Error("radau5 has no three stages.");
+  return *scheme;
+}
+}  // namespace
+
+LinearStages::LinearStages(const HandEquations& equations)
+    : eq_(equations), scheme_(scheme_of_order_5()), n_(equations.size()) {
+  real_ = std::make_unique<KluSolver>(eq_.pattern());
+  complex_ = std::make_unique<ComplexKluSolver>(eq_.pattern());
+  values_.resize(eq_.pattern().row.size());
+  complex_values_.resize(values_.size());
+  mean_A_ = mean_D_ = values_;
+  complex_right_.resize(static_cast<std::size_t>(n_));
+  real_right_.resize(n_);
+  row_scale_.resize(n_);
+  column_scale_.resize(n_);
+  for (auto& f : flow_) f.resize(n_);
+}
+
+void LinearStages::take(int i) {
+  const auto at = static_cast<std::size_t>(i);
+  A_[at].assign(eq_.A().begin(), eq_.A().end());
+  D_[at].assign(eq_.D().begin(), eq_.D().end());
+}
+
+int LinearStages::prepare(double h) {
+  h_ = h;
+  if (together_for_ > 0) --together_for_;
+  if (together_for_ == 0 && factor_apart()) {
+    way_ = Way::apart;
+    return -1;
+  }
+  return factor_together();
+}
+
+// Multipliers come with factors of h, two of them in index 3: with rows multiplied by their powers of h and brought to
+// size 1 column by column, a small step is not taken for a singular matrix.
+bool LinearStages::factor_apart() {
+  const SparsePattern& p = eq_.pattern();
+  for (std::size_t e = 0; e < values_.size(); ++e) {
+    mean_A_[e] = (A_[0][e] + A_[1][e] + A_[2][e]) / kStages;
+    mean_D_[e] = (D_[0][e] + D_[1][e] + D_[2][e]) / kStages;
+  }
+  for (int i = 0; i < n_; ++i) row_scale_[i] = std::pow(std::abs(h_), eq_.step_power(i));
+  const std::complex<double> real_step = h_ / scheme_.shift[0], complex_step = h_ / scheme_.shift[1];
+  for (int j = 0; j < n_; ++j) {
+    const auto first = p.column_start[static_cast<std::size_t>(j)],
+               last = p.column_start[static_cast<std::size_t>(j) + 1];
+    double largest = 0;
+    for (auto e = first; e < last; ++e) {
+      const auto at = static_cast<std::size_t>(e);
+      const int row = static_cast<int>(p.row[at]);
+      const double scale = row_scale_[row];
+      const bool differential = eq_.differential(row);
+      values_[at] = scale * (differential ? mean_D_[at] - real_step.real() * mean_A_[at] : mean_A_[at]);
+      complex_values_[at] = scale * (differential ? mean_D_[at] - complex_step * mean_A_[at] : mean_A_[at]);
+      largest = std::max(largest, std::abs(values_[at]));
+    }
+    const double scale = largest > 0 ? 1 / largest : 1;
+    column_scale_[j] = scale;
+    for (auto e = first; e < last; ++e) {
+      values_[static_cast<std::size_t>(e)] *= scale;
+      complex_values_[static_cast<std::size_t>(e)] *= scale;
+    }
+  }
+  factorizations_ += 2;
+  return real_->factor(values_.data()) < 0 && complex_->factor(complex_values_.data()) < 0;
+}
+
+// Column block i of the matrix of all stages, from A and D at stage i: rows of stage j get -h a_ji A_i, stage i also
+// D_i (or A_i on algebraic rows).
+int LinearStages::factor_together() {
+  way_ = Way::together;
+  const SparsePattern& p = eq_.pattern();
+  if (!matrix_) {
+    matrix_ = std::make_unique<BlockMatrix>(kStages * n_);
+    std::vector<std::pair<int, int>> entries;
+    for (int j = 0; j < n_; ++j)
+      for (auto e = p.column_start[j]; e < p.column_start[j + 1]; ++e)
+        if (eq_.differential(static_cast<int>(p.row[e]))) entries.emplace_back(static_cast<int>(p.row[e]), j);
+    differential_rows_ = SparsePattern::from_entries(n_, n_, entries);
+    for (int j = 0; j < n_; ++j)
+      for (auto e = differential_rows_.column_start[j]; e < differential_rows_.column_start[j + 1]; ++e)
+        differential_of_.push_back(p.find(static_cast<int>(differential_rows_.row[e]), j));
+    for (int i = 0; i < kStages; ++i)
+      for (int j = 0; j < kStages; ++j) block_[i][j] = matrix_->place(i == j ? p : differential_rows_, i * n_, j * n_);
+    matrix_->finalize();
+    together_ = std::make_unique<KluSolver>(matrix_->pattern());
+    part_.resize(differential_of_.size());
+    scaled_.resize(matrix_->values().size());
+    all_rows_scale_.resize(kStages * n_);
+    all_columns_scale_.resize(kStages * n_);
+  }
+  matrix_->set_zero();
+  const Eigen::MatrixXd& a = scheme_.a;
+  for (int i = 0; i < kStages; ++i) {
+    const auto &A = A_[static_cast<std::size_t>(i)], &D = D_[static_cast<std::size_t>(i)];
+    for (std::size_t e = 0; e < p.row.size(); ++e)
+      values_[e] = eq_.differential(static_cast<int>(p.row[e])) ? D[e] - h_ * a(i, i) * A[e] : A[e];
+    matrix_->add(block_[i][i], values_.data());
+    for (int j = 0; j < kStages; ++j) {
+      if (j == i) continue;
+      for (std::size_t e = 0; e < part_.size(); ++e)
+        part_[e] = -h_ * a(j, i) * A[static_cast<std::size_t>(differential_of_[e])];
+      matrix_->add(block_[j][i], part_.data());
+    }
+  }
+  const SparsePattern& all = matrix_->pattern();
+  const auto values = matrix_->values();
+  for (int i = 0; i < all.rows; ++i) all_rows_scale_[i] = std::pow(std::abs(h_), eq_.step_power(i % n_));
+  for (int j = 0; j < all.cols; ++j) {
+    double largest = 0;
+    for (auto e = all.column_start[j]; e < all.column_start[j + 1]; ++e)
+      largest = std::max(largest, all_rows_scale_[all.row[e]] * std::abs(values[static_cast<std::size_t>(e)]));
+    const double scale = largest > 0 ? 1 / largest : 1;
+    all_columns_scale_[j] = scale;
+    for (auto e = all.column_start[j]; e < all.column_start[j + 1]; ++e)
+      scaled_[static_cast<std::size_t>(e)] = all_rows_scale_[all.row[e]] * scale * values[static_cast<std::size_t>(e)];
+  }
+  ++factorizations_;
+  const int bad = together_->factor(scaled_.data());
+  return bad < 0 ? -1 : bad % n_;
+}
+
+void LinearStages::solve_together(Eigen::MatrixXd& right) {
+  for (Eigen::Index j = 0; j < right.cols(); ++j) right.col(j).array() *= all_rows_scale_;
+  together_->solve(right.data(), static_cast<int>(right.cols()));
+  for (Eigen::Index j = 0; j < right.cols(); ++j) right.col(j).array() *= all_columns_scale_;
+}
+
+void LinearStages::solve_apart(const Eigen::MatrixXd& right, Eigen::MatrixXd& out) {
+  out.resize(right.rows(), right.cols());
+  const auto &to = scheme_.t_inverse, &from = scheme_.t;
+  for (Eigen::Index j = 0; j < right.cols(); ++j) {
+    const auto stage = [&](int i) { return right.col(j).segment(i * n_, n_).array(); };
+    real_right_ = row_scale_ * (to(0, 0).real() * stage(0) + to(0, 1).real() * stage(1) + to(0, 2).real() * stage(2));
+    real_->solve(real_right_.data());
+    for (int row = 0; row < n_; ++row) {
+      const std::complex<double> x =
+          to(1, 0) * right(row, j) + to(1, 1) * right(n_ + row, j) + to(1, 2) * right(2 * n_ + row, j);
+      complex_right_[static_cast<std::size_t>(row)] = row_scale_[row] * x;
+    }
+    complex_->solve(complex_right_.data());
+    // The conjugate gives the conjugate.
+    for (int i = 0; i < kStages; ++i)
+      for (int row = 0; row < n_; ++row)
+        out(i * n_ + row, j) =
+            column_scale_[row] * (from(i, 0).real() * real_right_[row] +
+                                  2 * (from(i, 1) * complex_right_[static_cast<std::size_t>(row)]).real());
+  }
+}
+
+void LinearStages::calc_residual(const Eigen::MatrixXd& right, const Eigen::MatrixXd& X, Eigen::MatrixXd& left) {
+  left.resize(right.rows(), right.cols());
+  const SparsePattern& p = eq_.pattern();
+  for (Eigen::Index j = 0; j < right.cols(); ++j) {
+    for (int i = 0; i < kStages; ++i) {
+      flow_[i].setZero();
+      const double* x = X.col(j).data() + static_cast<std::ptrdiff_t>(i) * n_;
+      const auto at = static_cast<std::size_t>(i);
+      add_product(p, A_[at].data(), 1, x, flow_[i].data());
+      real_right_.setZero();
+      add_product(p, D_[at].data(), 1, x, real_right_.data());
+      left.col(j).segment(i * n_, n_) = right.col(j).segment(i * n_, n_) - real_right_;
+    }
+    for (int i = 0; i < kStages; ++i)
+      for (int row = 0; row < n_; ++row) {
+        double& r = left(i * n_ + row, j);
+        if (eq_.differential(row))
+          r += h_ *
+               (scheme_.a(i, 0) * flow_[0][row] + scheme_.a(i, 1) * flow_[1][row] + scheme_.a(i, 2) * flow_[2][row]);
+        else
+          r = right(i * n_ + row, j) - flow_[i][row];
+      }
+  }
+}
+
+double LinearStages::measure(const Eigen::MatrixXd& x, const Eigen::MatrixXd& X, double tolerance) const {
+  double worst = 0;
+  const auto groups = static_cast<Eigen::Index>(eq_.groups());
+  Eigen::ArrayXd size(groups), change(groups);
+  for (Eigen::Index j = 0; j < X.cols(); ++j) {
+    size.setZero();
+    change.setZero();
+    double all = 0, moved = 0;  // in units of columns
+    for (Eigen::Index k = 0; k < X.rows(); ++k) {
+      const int row = static_cast<int>(k % n_), group = eq_.group(row);
+      const double value = std::abs(X(k, j)), step = std::abs(x(k, j));
+      if (!std::isfinite(value) || !std::isfinite(step)) return std::numeric_limits<double>::infinity();
+      size[group] = std::max(size[group], value);
+      change[group] = std::max(change[group], step);
+      all = std::max(all, value / column_scale_[row]);
+      moved = std::max(moved, step / column_scale_[row]);
+    }
+    double of_groups = 0;
+    for (Eigen::Index g = 0; g < groups; ++g)
+      if (change[g] > 0) of_groups = std::max(of_groups, change[g] / (tolerance * size[g]));
+    worst = std::max(worst, moved > 0 ? std::min(of_groups, moved / (kRounding * all)) : 0);
+  }
+  return worst;
+}
+
+int LinearStages::solve(Eigen::MatrixXd& right, double tolerance) {
+  if (way_ == Way::together) {
+    solve_together(right);
+    return -1;
+  }
+  given_ = right;
+  solve_apart(given_, right);
+  double before = 0;
+  for (int k = 0; k < kMostCorrections; ++k) {
+    calc_residual(given_, right, left_);
+    solve_apart(left_, change_);
+    right += change_;
+    const double size = measure(change_, right, tolerance);
+    if (size == 0) return -1;
+    // What is left behind this correction.
+    const double rate = k == 0 ? kSlow : size / before;
+    if (!(rate <= kSlow) && !(size <= 1)) break;
+    if (size * rate <= 1) return -1;
+    before = size;
+  }
+  together_for_ = kTogetherFor;
+  if (const int bad = factor_together(); bad >= 0) return bad;
+  right = given_;
+  solve_together(right);
+  return -1;
+}
+
+}  // namespace costate

@@ -1,0 +1,81 @@
+// The stages of a Radau IIA step (three, order 5) of the linear descriptor systems of adjoint/hand_equations.h:
+//   D_i X_i - h sum_j a_ij A_j X_j = r_i  on differential rows,   A_i X_i = r_i  on algebraic rows,   i = 1, 2, 3.
+// With the mean of the stages' matrices in the place of each, and a = T diag(1/shift) T^-1, they fall apart into
+// D - (h/shift) A: a real matrix and a complex one of the size of the system. Their solutions are corrected by what
+// they leave of the system itself until nothing that counts is left; where that takes long, all stages together are
+// factored.
+// Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.8.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <complex>
+#include <memory>
+#include <vector>
+
+#include "costate/adjoint/hand_equations.h"
+#include "costate/discrete/radau_scheme.h"
+#include "costate/linear/complex_klu_solver.h"
+#include "costate/linear/klu_solver.h"
+
+namespace costate {
+
+class LinearStages {
+ public:
+  static constexpr int kStages = 3;
+
+  /// `equations` outlive this.
+  explicit LinearStages(const HandEquations& equations);
+
+  const RadauScheme& scheme() const { return scheme_; }
+  /// Takes A and D of the evaluated point as those of stage i; times h of a step that prepare() is told.
+  void take(int i);
+  const std::vector<double>& A(int i) const { return A_[static_cast<std::size_t>(i)]; }
+  /// Returns -1, or an unknown found (numerically) dependent.
+  [[nodiscard]] int prepare(double h);
+  /// In place, the stages of each column below each other (3 N rows): a solution that is right to `tolerance` of the
+  /// size of each group of unknowns in its column, or to rounding. The same return value.
+  [[nodiscard]] int solve(Eigen::MatrixXd& right, double tolerance);
+  /// Of a matrix of the system's size, or of all stages together.
+  long factorizations() const { return factorizations_; }
+
+ private:
+  enum class Way { apart, together };
+  [[nodiscard]] bool factor_apart();
+  [[nodiscard]] int factor_together();
+  /// out := the solution with the mean matrices.
+  void solve_apart(const Eigen::MatrixXd& right, Eigen::MatrixXd& out);
+  void solve_together(Eigen::MatrixXd& right);
+  /// left := right - (the system) X.
+  void calc_residual(const Eigen::MatrixXd& right, const Eigen::MatrixXd& X, Eigen::MatrixXd& left);
+  /// The largest of x in units of what is allowed of a solution X, group by group, or of its rounding.
+  double measure(const Eigen::MatrixXd& x, const Eigen::MatrixXd& X, double tolerance) const;
+
+  const HandEquations& eq_;
+  const RadauScheme& scheme_;
+  int n_;
+  double h_ = 0;
+  Way way_ = Way::apart;
+  int together_for_ = 0;  // steps for which the mean is not tried again
+  long factorizations_ = 0;
+  std::array<std::vector<double>, kStages> A_, D_;
+
+  std::unique_ptr<KluSolver> real_;
+  std::unique_ptr<ComplexKluSolver> complex_;
+  std::vector<double> mean_A_, mean_D_, values_;
+  std::vector<std::complex<double>> complex_values_, complex_right_;
+  Eigen::VectorXd real_right_, flow_[kStages];
+  Eigen::ArrayXd row_scale_, column_scale_;
+  Eigen::MatrixXd given_, left_, change_;
+
+  // All stages in one matrix, made where it is needed.
+  std::unique_ptr<BlockMatrix> matrix_;
+  std::unique_ptr<KluSolver> together_;
+  SparsePattern differential_rows_;            // the equations' pattern without algebraic rows
+  std::vector<std::int64_t> differential_of_;  // positions of its entries in the full pattern
+  int block_[kStages][kStages] = {};
+  std::vector<double> part_, scaled_;
+  Eigen::ArrayXd all_rows_scale_, all_columns_scale_;
+};
+
+}  // namespace costate

@@ -8,6 +8,7 @@
 
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
+#include "costate/level/maggi_choice.h"
 
 namespace costate {
 

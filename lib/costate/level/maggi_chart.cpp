@@ -1,8 +1,6 @@
 #include "costate/level/maggi_chart.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
-#include <cmath>
 
 #include "costate/base/error.h"
 
@@ -110,78 +108,6 @@ void MaggiChart::solve_transposed(double* x) {
   solver_->solve(c);
   for (int i = 0; i < rows(); ++i) x[i] = p[i] += c[i];
   for (int i = 0; i < n_; ++i) u[i] = -(u[i] + d[i]);
-}
-
-double worst_ratio(std::span<const int> independent, const double* R, const std::vector<double>& weight) {
-  const std::size_t n = weight.size();
-  double worst = 0;
-  for (std::size_t j = 0; j < independent.size(); ++j, R += n) {
-    double column = 0;
-    for (std::size_t i = 0; i < n; ++i) column = std::max(column, std::abs(R[i]) * weight[i]);
-    worst = std::max(worst, column / weight[static_cast<std::size_t>(independent[j])]);
-  }
-  return worst;
-}
-
-void improve_choice(std::vector<int>& independent, double* R, const std::vector<double>& weight) {
-  constexpr double kSettled = 1 + 1e-6;  // ties are left as they are
-  const auto n = static_cast<Eigen::Index>(weight.size()), f = static_cast<Eigen::Index>(independent.size());
-  Eigen::Map<Eigen::MatrixXd> T(R, n, f);
-  const auto weight_of = [&](Eigen::Index i) { return weight[i]; };
-  for (Eigen::Index exchange = 0; exchange < 4 * n * f + 4; ++exchange) {
-    double best = kSettled;
-    Eigen::Index in = -1, out = -1;
-    for (Eigen::Index j = 0; j < f; ++j)
-      for (Eigen::Index i = 0; i < n; ++i) {
-        const double ratio = std::abs(T(i, j)) * weight_of(i) / weight_of(independent[j]);
-        if (ratio > best) {
-          best = ratio;
-          in = i;
-          out = j;
-        }
-      }
-    if (in < 0) return;
-    // T := T P^-1 with P the rows of T at the new choice: column `out` over the pivot, out of row `in` elsewhere.
-    const double pivot = T(in, out);
-    T.col(out) /= pivot;
-    for (Eigen::Index j = 0; j < f; ++j)
-      if (j != out) T.col(j) -= T(in, j) * T.col(out);
-    independent[out] = static_cast<int>(in);
-  }
-}
-
-std::vector<int> choose_independent(const SparsePattern& jacobian, const double* phi_q, int freedoms,
-                                    const std::vector<double>& weight) {
-  const int n = jacobian.cols, m = jacobian.rows;
-  std::vector<int> chosen;
-  if (freedoms == 0) return chosen;
-  // Weighted coordinates w_i q_i have the Jacobian Phi_q / w; its rows are brought to length 1.
-  Eigen::MatrixXd Jt = Eigen::MatrixXd::Zero(n, m);
-  for (int j = 0; j < n; ++j)
-    for (auto k = jacobian.column_start[j]; k < jacobian.column_start[j + 1]; ++k)
-      Jt(j, jacobian.row[k]) += phi_q[k] / weight[j];
-  for (int i = 0; i < m; ++i) {
-    const double norm = Jt.col(i).norm();
-    if (norm > 0) Jt.col(i) /= norm;
-  }
-  Eigen::MatrixXd N;
-  if (m > 0) {
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(Jt);
-    N = Eigen::MatrixXd(qr.householderQ()).rightCols(freedoms);
-  } else {
-    N = Eigen::MatrixXd::Identity(n, n);
-  }
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> rows(N.transpose());
-  Eigen::MatrixXd P(freedoms, freedoms);
-  for (int k = 0; k < freedoms; ++k) {
-    chosen.push_back(static_cast<int>(rows.colsPermutation().indices()[k]));
-    P.row(k) = N.row(chosen.back());
-  }
-  Eigen::MatrixXd R = P.transpose().fullPivLu().solve(N.transpose()).transpose();
-  // N is that of the weighted coordinates already.
-  improve_choice(chosen, R.data(), std::vector<double>(static_cast<std::size_t>(n), 1.0));
-  std::sort(chosen.begin(), chosen.end());
-  return chosen;
 }
 
 }  // namespace costate

@@ -6,7 +6,6 @@
 #pragma once
 
 #include <memory>
-#include <span>
 #include <vector>
 
 #include "costate/linear/klu_solver.h"
@@ -53,20 +52,5 @@ class MaggiChart {
   std::unique_ptr<KluSolver> solver_;
   std::vector<double> phi_q_, buffer_, correction_;
 };
-
-/// The f coordinates whose rows of a null-space basis span the largest volume: from a column-pivoted QR of Phi_q^T
-/// (dense: a few hundred coordinates), then by improve_choice. `weight` brings coordinates of different units to one:
-/// rows of R count times weight[i], so that an independent j and a dependent i compare as |R_ij| weight[i] / weight[j].
-std::vector<int> choose_independent(const SparsePattern& jacobian, const double* phi_q, int freedoms,
-                                    const std::vector<double>& weight);
-
-/// Given R (n x f, columns one after the other) of the choice `independent`, exchanges independent for dependent
-/// coordinates, the largest |R_ij| first, until none exceeds 1: each exchange multiplies the volume by |R_ij|. R is
-/// overwritten with that of the new choice.
-void improve_choice(std::vector<int>& independent, double* R, const std::vector<double>& weight);
-
-/// The largest weighted |R_ij| of the columns of these coordinates: 1 for the best choice, infinite where the choice is
-/// singular.
-double worst_ratio(std::span<const int> independent, const double* R, const std::vector<double>& weight);
 
 }  // namespace costate

@@ -15,7 +15,7 @@ namespace costate {
 class MaggiMass {
  public:
   /// More freedoms than these are not put into full matrices.
-  static constexpr int kMostFull = 24;
+  static constexpr int kMostFull = kMostFullFreedoms;
 
   MaggiMass(Assembly& assembly, MaggiPositions& positions, int most_full = kMostFull);
 

@@ -53,7 +53,9 @@ double MaggiPositions::largest(const double* x) const {
   return r;
 }
 
-void MaggiPositions::start(double t, const double* q) {
+void MaggiPositions::start(double t, const double* q) { begin(t, q, nullptr); }
+
+void MaggiPositions::begin(double t, const double* q, const std::vector<int>* choice) {
   // Angles count with the size of the mechanism: an angle is chosen before the positions that it moves.
   const auto& coordinates = assembly_.mechanism().coordinates();
   double low = 0, high = 0;
@@ -88,7 +90,8 @@ void MaggiPositions::start(double t, const double* q) {
   s.t = t;
   s.q = q_.data();
   assembly_.calc_constraints(s);
-  add_chart(choose_independent(assembly_.jacobian(), assembly_.phi_q.data(), f_, weight_));
+  add_chart(choice != nullptr ? *choice
+                              : choose_independent(assembly_.jacobian(), assembly_.phi_q.data(), f_, weight_));
   chart_ = 0;
   last_.t = t;
   last_.q = q_;
@@ -99,9 +102,9 @@ void MaggiPositions::start(double t, const double* q) {
 
 bool MaggiPositions::begin_as(const MaggiPositions& other) {
   const bool first = !started();
-  if (first) start(other.last_.t, other.last_.q.data());
-  last_ = other.last_;
   const std::vector<int>& choice = other.chart().independent();
+  if (first) begin(other.last_.t, other.last_.q.data(), &choice);
+  last_ = other.last_;
   if (chart().independent() == choice) return first;
   const auto same =
       std::find_if(charts_.begin(), charts_.end(), [&](const auto& c) { return c->independent() == choice; });

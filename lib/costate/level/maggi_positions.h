@@ -12,6 +12,7 @@
 
 #include "costate/assembly/assembly.h"
 #include "costate/level/maggi_chart.h"
+#include "costate/level/maggi_choice.h"
 
 namespace costate {
 
@@ -68,6 +69,8 @@ class MaggiPositions {
   long factorizations() const;
 
  private:
+  /// `choice`: of the first chart, or null where the best one is to be found.
+  void begin(double t, const double* q, const std::vector<int>* choice);
   void add_chart(std::vector<int> independent);
   /// The first guess for time t in q_; returns the time that it belongs to.
   double guess(double t, bool from_kept);

@@ -47,6 +47,7 @@ DiscreteScheme::DiscreteScheme(std::shared_ptr<const Mechanism> mechanism, Param
   }
   group_scale_.assign(units.size(), 0);
   state_scale_.assign(nz, 0);
+  state_reach_.assign(nz, 0);
 }
 
 void DiscreteScheme::lay_out() {
@@ -177,6 +178,21 @@ void DiscreteScheme::set_scales() {
     state_scale_[i] = std::max(state_scale_[i], std::abs(r_.z[i]) + c_.h * std::abs(r_.f[i]));
 }
 
+/// What a step of the coordinates' own size makes of each state: the work of a force at rest is known no better than
+/// rounding of the coordinates leaves it, however small it is.
+void DiscreteScheme::set_reaches() {
+  if (nz_ == 0) return;
+  std::fill(state_reach_.begin(), state_reach_.end(), 0.0);
+  const SparsePattern& p = assembly_.state_force();
+  for (int j = 0; j < p.cols; ++j)
+    for (auto e = p.column_start[j]; e < p.column_start[j + 1]; ++e) {
+      const auto at = static_cast<std::size_t>(e);
+      double& reach = state_reach_[static_cast<std::size_t>(p.row[at])];
+      reach = std::max(reach, c_.G_z * (c_.G / c_.B * std::abs(assembly_.f_v[at]) + std::abs(assembly_.f_q[at])) *
+                                  group_scale_[group_[j]]);
+    }
+}
+
 /// The largest of B |da*| and G_z |df*| against the coordinates and states that they change.
 double DiscreteScheme::correction_size() {
   double size = 0;
@@ -185,7 +201,7 @@ double DiscreteScheme::correction_size() {
     if (!(e <= size)) size = e;
   };
   for (int i = 0; i < n_; ++i) take(c_.B * rhs_[i], group_scale_[group_[i]]);
-  for (int i = 0; i < nz_; ++i) take(c_.G_z * rhs_[n_ + i], state_scale_[i]);
+  for (int i = 0; i < nz_; ++i) take(c_.G_z * rhs_[n_ + i], std::max(state_scale_[i], state_reach_[i]));
   return size;
 }
 
@@ -224,6 +240,7 @@ void DiscreteScheme::iterate() {
       s.lambda = r_.x + n_ + nz_;
       assembly_.calc_force_partials(s);
       check(matrices_.factor_step(assembly_, c_), "in a step");
+      set_reaches();
       ++counters_.extra_factorizations;
       refactor = false;
     }
@@ -269,6 +286,7 @@ void DiscreteScheme::step() {
   s.lambda = r_.x + n_ + nz_;
   assembly_.calc_force_partials(s);
   check(matrices_.factor_step(assembly_, c_), "in a step");
+  set_reaches();
   check(matrices_.factor_projection(assembly_), "in a projection");
   // 2
   double* b = rhs_.data();
@@ -303,6 +321,8 @@ void DiscreteScheme::factor_stage_here() {
   assembly_.calc_dynamics(s);
   assembly_.calc_force_partials(s);
   check(matrices_.factor_step(assembly_, c_), "in a step");
+  set_scales();
+  set_reaches();
 }
 
 void DiscreteScheme::factor_here() {

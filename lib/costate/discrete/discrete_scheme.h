@@ -94,6 +94,7 @@ class DiscreteScheme final : public System {
   void evaluate_stage();
   double correction_size();
   void set_scales();
+  void set_reaches();
   void check(int bad, const char* what);
   [[noreturn]] void fail_newton(int iterations, double size);
   [[noreturn]] void fail_singular(const std::string& what, int column);
@@ -114,7 +115,7 @@ class DiscreteScheme final : public System {
   int known_differences_ = 0, order_ = 1;
   // Rounding is judged against the largest coordinate of the same unit.
   std::vector<int> group_;
-  std::vector<double> group_scale_, state_scale_;
+  std::vector<double> group_scale_, state_scale_, state_reach_;
   DiscreteCounters counters_;
   std::unique_ptr<AccelerationLevel> level_;  // for mechanism_state
 };

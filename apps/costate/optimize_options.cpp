@@ -47,7 +47,10 @@ OptimizerOptions optimizer_options(const DesignSetup& whole, const OptimizeOptio
   const Design design = whole.design();
   const bool constrained = !design.bounds().empty() || design.minimax();
   OptimizerOptions o(setup.scene.optimize);
-  if (!options.algorithm.empty()) o.algorithm = options.algorithm;
+  if (!options.algorithm.empty())
+    o.algorithm = options.algorithm;
+  else if (constrained && !o.algorithm_chosen)
+    o.algorithm = kConstrainedAlgorithm;
   if (options.max_evaluations) o.max_evaluations = *options.max_evaluations;
   if (options.stop_value) o.stop_value = options.stop_value;
   o.step_limit_factor = options.step_limit_factor;

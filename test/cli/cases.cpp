@@ -149,6 +149,8 @@ TEST_CASE("cases: the worst of two has its least where both are equal, with the 
     CHECK(c.at("multipliers").at("worst.near").get<double>() == Approx(0.5).epsilon(1e-3));
     CHECK(c.at("multipliers").at("worst.far").get<double>() == Approx(0.5).epsilon(1e-3));
   }
+  // Where nobody chose one it is an algorithm that takes them.
+  CHECK(costate_json({"optimize", kTwoGoals, "--goal", "worst", "--no-files"}, here.path()).at("algorithm") == "slsqp");
   CHECK_THAT(refused({"optimize", kTwoGoals, "--goal", "worst", "--algorithm", "lbfgs", "--no-files"}, here),
              Contains("worst of several cases") && Contains("slsqp"));
 }

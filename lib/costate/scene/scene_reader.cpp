@@ -330,6 +330,7 @@ void SceneReader::read_optimize() {
   const std::vector<std::string>& algorithms = setting_words("optimize.algorithm");
   optimize.algorithm = algorithms.empty() ? t.text("algorithm", optimize.algorithm)
                                           : t.one_of("algorithm", algorithms, optimize.algorithm);
+  optimize.algorithm_chosen = t.has("algorithm");
   optimize.goal = t.one_of("goal", {"sum", "worst"}, optimize.goal);
   if (t.has("goal") && cases.empty()) t.fail("goal", "says what is made of several cases, and there is no [[case]].");
   optimize.max_evaluations = t.whole_number("max_evaluations", optimize.max_evaluations);

@@ -43,6 +43,7 @@ struct RunSettings {
 struct OptimizeSettings {
   std::string goal = "sum";  // of several cases: their weighted sum, or the "worst" of them
   std::string algorithm = kDefaultAlgorithm;
+  bool algorithm_chosen = false;  // by the scene
   int max_evaluations = 100;
   std::optional<double> stop_value;   // ends when the cost falls below
   double relative_tolerance = 1e-10;  // of the cost, between iterations

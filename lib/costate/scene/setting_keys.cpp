@@ -88,7 +88,7 @@ std::vector<SettingsMeaning> settings_meanings() {
        "[optimize]",
        "how costate optimize looks for the best parameters",
        {{"goal", "of several cases: their weighted sum, or the worst of them"},
-        {"algorithm", "see costate list algorithms"},
+        {"algorithm", "see costate list algorithms; where there are constraints, or the worst of cases is asked for, slsqp"},
         {"max_evaluations", "limit of evaluations, failed ones included"},
         {"stop_value", "ends the run when psi has fallen to it"},
         {"relative_tolerance", "of psi between iterations"},

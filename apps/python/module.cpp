@@ -109,6 +109,21 @@ class PyProblem {
   std::unique_ptr<Setup> setup_;
 };
 
+void require_times(const Numbers& times, double begin, double end) {
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    if (!(begin <= times[i] && times[i] <= end))
+      throw CapabilityError(
+          fmt::format("times[{}] is {:.9g} s; the run is from {:.9g} to {:.9g} s ('t_end_s' in [run], "
+                      "or t_end).",
+                      i, times[i], begin, end));
+    if (i > 0 && !(times[i - 1] < times[i]))
+      throw CapabilityError(
+          fmt::format("times[{}] is {:.9g} s, not later than the one before it, {:.9g} s: give them in "
+                      "increasing order.",
+                      i, times[i], times[i - 1]));
+  }
+}
+
 py::dict simulate_problem(const PyProblem& p, const std::optional<Numbers>& rho, const std::optional<Numbers>& times,
                           const std::optional<std::vector<std::string>>& names) {
   const Numbers values = p.values(rho);
@@ -118,6 +133,7 @@ py::dict simulate_problem(const PyProblem& p, const std::optional<Numbers>& rho,
   Simulation r;
   p.run([&](Problem& problem) {
     at = times ? *times : app::TrajectoryRecorder(p.setup(), values, {}).times();
+    require_times(at, problem.solver.t_start, problem.solver.t_end);
     const Mechanism& m = *problem.mechanism;
     if (names)
       for (const auto& name : *names) outputs.push_back(make_output(m, name));
@@ -200,9 +216,10 @@ py::dict optimize_problem(const PyProblem& p, const std::optional<py::function>&
   OptimizerOptions options(setup.scene.optimize);
   for (const auto& [key, value] : settings) {
     const auto name = key.cast<std::string>();
-    if (name == "algorithm")
+    if (name == "algorithm") {
       options.algorithm = value.cast<std::string>();
-    else if (name == "max_evaluations")
+      options.algorithm_chosen = true;
+    } else if (name == "max_evaluations")
       options.max_evaluations = value.cast<int>();
     else if (name == "stop_value")
       options.stop_value = value.cast<double>();
@@ -215,6 +232,7 @@ py::dict optimize_problem(const PyProblem& p, const std::optional<py::function>&
   }
   std::vector<OptimizerConstraint> constraints;
   for (const auto& c : setup.scene.constraints()) constraints.push_back({c.name, c.objective, c.upper});
+  if (!constraints.empty() && !options.algorithm_chosen) options.algorithm = kConstrainedAlgorithm;
   OptimizerResult r;
   bool stopped = false;
   p.run([&](Problem& problem) {

@@ -153,6 +153,12 @@ class Runs(unittest.TestCase):
         self.assertTrue(issubclass(told[0].category, costate.RunWarning))
         self.assertEqual(str(told[0].message), run.warnings[0])
 
+    def test_times_that_are_not_those_of_a_run_are_refused(self):
+        problem = costate.Problem(FIVE_BAR, t_end=1)
+        for times in ([0, 1.5], [-1, 0.5], [0.5, 0.2], [0.5, 0.5], [float("nan")]):
+            with self.assertRaisesRegex(costate.Error, r"times\[\d\] is "):
+                problem.simulate(times=times, outputs=["time"])
+
     def test_ctrl_c_ends_a_run(self):
         # Some 700,000 steps; index1 would end by its drift after a tenth of them.
         problem = costate.Problem(FIVE_BAR, formulation="baumgarte", t_end=5000)

@@ -95,6 +95,79 @@ TEST_CASE("fit: what the data do not tell is said", "[fit]") {
   CHECK_THAT(bound["identifiability"].dump(), Contains("times as large as the given sigmas say"));
 }
 
+// What parameters are told apart by does not depend on their sizes: an oscillator's two dampers act alike, however
+// small the one is; of a motion that is measured once stiffness and damping are one number.
+TEST_CASE("fit: what acts alike is told whatever its size", "[fit]") {
+  const WorkingDirectory here;
+  std::string rows = "t,x\n";
+  for (int i = 0; i <= 60; ++i) {
+    const double t = 0.05 * i;
+    rows += std::to_string(t) + "," + std::to_string(std::exp(-0.12 * t) * std::cos(2 * t)) + "\n";
+  }
+  write_text(here / "run.csv", rows);
+  write_text(here / "once.csv", "t,x\n0,1\n3,0.6\n");
+  write_text(here / "one.csv", "t,x\n3,0.6\n");
+  write_text(here / "s.toml", R"(
+[point.P]
+x_m = 1
+y_m = 0
+[point.W]
+ground = true
+x_m = -5
+y_m = 0
+[mass.m]
+point = "P"
+mass_kg = 2
+[spring.S]
+from = "W"
+to = "P"
+stiffness_N_per_m = 7.9
+natural_length_m = 5
+damping_N_s_per_m = 0.48
+[force.extra]
+point = "P"
+formula_x_N = "-d*P.x_dot"
+d = 1e-6
+[data.r]
+file = "run.csv"
+[start]
+given = ["P.x", "P.y"]
+[[cost.samples]]
+data = "r"
+column = "x"
+output = "P.x"
+sigma = 0.02
+[parameter.k]
+number = "spring.S.stiffness_N_per_m"
+[parameter.c]
+number = "spring.S.damping_N_s_per_m"
+[parameter.d]
+number = "force.extra.d"
+[run]
+t_end_s = 3
+parameters = ["k", "c", "d"]
+)");
+  for (const char* d : {"1e-9", "1e-6", "1e-3", "0.2"}) {
+    CAPTURE(d);
+    const Json j =
+        costate_json({"fit", "s.toml", "--no-files", "--set", std::string("force.extra.d=") + d}, here.path());
+    CHECK(j["parameters"]["k"]["identified"] == true);
+    CHECK(j["parameters"]["c"]["identified"] == false);
+    CHECK(j["parameters"]["c"]["standard_error"].is_null());
+    CHECK(j["parameters"]["d"]["identified"] == false);
+    CHECK_THAT(j["identifiability"].dump(), Contains("'c', 'd' are not identified") && Contains("as 1 : -1"));
+  }
+  const Json once = costate_json(
+      {"fit", "s.toml", "--no-files", "--parameters", "k,c", "--set", "data.r.file=once.csv"}, here.path());
+  CHECK(once["parameters"]["k"]["identified"] == false);
+  CHECK(once["parameters"]["c"]["identified"] == false);
+  CHECK_THAT(once["identifiability"].dump(), Contains("'k', 'c' are not identified"));
+  const Json one =
+      costate_json({"fit", "s.toml", "--no-files", "--parameters", "k,c", "--set", "data.r.file=one.csv"}, here.path());
+  CHECK_THAT(one["identifiability"].dump(), Contains("1 residuals are too few for 2 parameters"));
+  CHECK(one["identifiability"].dump().find("are not identified") == std::string::npos);
+}
+
 TEST_CASE("fit: mistakes", "[fit]") {
   const WorkingDirectory here;
   const std::string scene = kFolder + "pendulum.toml";

@@ -15,6 +15,8 @@ namespace costate {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+// Tangents of this part of the largest are zero; and parts of a direction, beside its numerical errors.
+constexpr double kRounding = 1e-13, kTakesPart = 1e-2;
 
 /// P(|T| < t): with tan(a) = t/sqrt(n) the density of Student's distribution is that of cos(a)^(n-1).
 double two_sided_probability(double t, int n) {
@@ -46,7 +48,7 @@ double two_sided_quantile(double probability, int degrees_of_freedom) {
   return 0.5 * (low + high);
 }
 
-// With r(rho) of unit variance, C = (J^T J)^-1. In scaled parameters J = U S V^T: a direction V_i with S_i at the
+// With r(rho) of unit variance, C = (J^T J)^-1. With columns of length 1 J = U S V^T: a direction V_i with S_i at the
 // errors of J is told by nothing in the data.
 void judge_fit(const Eigen::MatrixXd& r_rho, const FitOptions& options, double resolution, FitResult& result) {
   const Eigen::Index n = r_rho.cols();
@@ -72,45 +74,77 @@ void judge_fit(const Eigen::MatrixXd& r_rho, const FitOptions& options, double r
                       p.name, p.value));
   if (free.empty()) return;
   const auto m = static_cast<Eigen::Index>(free.size());
+  // Whether parameters are told apart does not depend on their sizes: columns of length 1. How much of a parameter's
+  // own size the data tell does.
   Eigen::MatrixXd J(r_rho.rows(), m);
-  Eigen::VectorXd scale(m);
+  Eigen::VectorXd length(m), weight(m);
   for (Eigen::Index j = 0; j < m; ++j) {
     const FittedParameter& p = result.parameters[static_cast<std::size_t>(free[static_cast<std::size_t>(j)])];
-    scale[j] = std::max(std::abs(p.value), 1e-3 * p.scale);
-    J.col(j) = r_rho.col(free[static_cast<std::size_t>(j)]) * scale[j];
+    J.col(j) = r_rho.col(free[static_cast<std::size_t>(j)]);
+    length[j] = J.col(j).norm();
+    weight[j] = length[j] * std::max(std::abs(p.value), 1e-3 * p.scale);
   }
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(J, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const Eigen::VectorXd s = svd.singularValues();
+  const double largest = weight.maxCoeff();
   std::vector<bool> lost(static_cast<std::size_t>(m), false);
-  for (Eigen::Index i = 0; i < m; ++i) {
-    if (i < s.size() && s[i] > resolution * s[0]) continue;
-    // The parameters that take part in the direction.
-    Eigen::VectorXd v = Eigen::VectorXd::Zero(m);
-    if (i < svd.matrixV().cols()) v = svd.matrixV().col(i);
-    std::vector<std::string> with;
-    std::vector<double> parts;
-    for (Eigen::Index j = 0; j < m; ++j)
-      if (std::abs(v[j]) > 0.1 * v.cwiseAbs().maxCoeff()) {
-        lost[static_cast<std::size_t>(j)] = true;
-        with.push_back(name(j));
-        parts.push_back(v[j] * (parts.empty() || parts[0] > 0 ? 1 : -1));
-      }
-    result.identifiability.push_back(
-        with.size() == 1
-            ? fmt::format("{} is not identified: nothing in the data depends on it.", with[0])
-            : fmt::format(
-                  "{} are not identified: the data do not change where they change together (by parts {:.2g} of "
-                  "their values). Hold one of them, or measure what tells them apart.",
-                  fmt::join(with, ", "), fmt::join(parts, " : ")));
+  std::vector<Eigen::Index> seen;
+  for (Eigen::Index j = 0; j < m; ++j) {
+    if (length[j] > 0 && weight[j] > kRounding * largest) {
+      J.col(static_cast<Eigen::Index>(seen.size())) = J.col(j) / length[j];
+      seen.push_back(j);
+      continue;
+    }
+    lost[static_cast<std::size_t>(j)] = true;
+    result.identifiability.push_back(fmt::format("{} is not identified: nothing in the data depends on it.", name(j)));
+  }
+  const auto count = static_cast<Eigen::Index>(seen.size());
+  Eigen::MatrixXd C = Eigen::MatrixXd::Zero(m, m);
+  if (result.degrees_of_freedom < 0) {
+    lost.assign(static_cast<std::size_t>(m), true);
+    result.identifiability.push_back(fmt::format("{} residuals are too few for {} parameters.", r_rho.rows(), m));
+  } else if (count > 0) {
+    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(J.leftCols(count), Eigen::ComputeThinU | Eigen::ComputeThinV);
+    const Eigen::VectorXd s = svd.singularValues();
+    Eigen::Index rank = 0;
+    while (rank < count && s[rank] > resolution * s[0]) ++rank;
+    const Eigen::MatrixXd unseen = svd.matrixV().rightCols(count - rank);
+    // A parameter that takes part in what the data do not see can be anything.
+    std::vector<std::string> with, parts;
+    double first = 0;
+    for (Eigen::Index k = 0; k < count; ++k) {
+      if (!(unseen.row(k).norm() > kTakesPart)) continue;
+      const Eigen::Index j = seen[static_cast<std::size_t>(k)];
+      lost[static_cast<std::size_t>(j)] = true;
+      with.push_back(name(j));
+      const double change = unseen(k, 0) / length[j];
+      if (first == 0) first = change;
+      parts.push_back(fmt::format("{:.3g}", change / first));
+    }
+    if (unseen.cols() == 1)
+      result.identifiability.push_back(
+          fmt::format("{} are not identified: the data do not change where they change together, as {}. Hold one of "
+                      "them, or measure what tells them apart.",
+                      fmt::join(with, ", "), fmt::join(parts, " : ")));
+    else if (unseen.cols() > 1)
+      result.identifiability.push_back(
+          fmt::format("{} are not identified: they can change together in {} ways that the data do not see. Hold as "
+                      "many of them, or measure what tells them apart.",
+                      fmt::join(with, ", "), unseen.cols()));
+    for (Eigen::Index i = 0; i < rank; ++i)
+      for (Eigen::Index k = 0; k < count; ++k)
+        for (Eigen::Index l = 0; l < count; ++l) {
+          const Eigen::Index a = seen[static_cast<std::size_t>(k)], b = seen[static_cast<std::size_t>(l)];
+          C(a, b) += svd.matrixV()(k, i) * svd.matrixV()(l, i) / (s[i] * s[i] * length[a] * length[b]);
+        }
+    for (const Eigen::Index j : seen) {
+      if (lost[static_cast<std::size_t>(j)] || weight[j] > resolution * largest) continue;
+      lost[static_cast<std::size_t>(j)] = true;
+      result.identifiability.push_back(
+          fmt::format("{} is not identified: what the data change by all of its value is below the errors of their "
+                      "derivatives.",
+                      name(j)));
+    }
   }
   const auto any_lost = std::find(lost.begin(), lost.end(), true) != lost.end();
-  if (result.degrees_of_freedom < 0 || s.size() < m) {
-    for (Eigen::Index j = 0; j < m; ++j) lost[static_cast<std::size_t>(j)] = true;
-    result.identifiability.push_back(fmt::format("{} residuals are too few for {} parameters.", r_rho.rows(), m));
-  }
-  Eigen::MatrixXd C = Eigen::MatrixXd::Zero(m, m);
-  for (Eigen::Index i = 0; i < s.size(); ++i)
-    if (s[i] > resolution * s[0]) C += svd.matrixV().col(i) * svd.matrixV().col(i).transpose() / (s[i] * s[i]);
   const int dof = result.degrees_of_freedom;
   const double per = dof > 0 ? result.chi_square / dof : kNone;
   if (options.sigma_from_residuals) C *= per;
@@ -121,7 +155,7 @@ void judge_fit(const Eigen::MatrixXd& r_rho, const FitOptions& options, double r
       p.identified = false;
       continue;
     }
-    p.standard_error = std::sqrt(C(j, j)) * scale[j];
+    p.standard_error = std::sqrt(C(j, j));
     p.confidence_lower = p.value - t * p.standard_error;
     p.confidence_upper = p.value + t * p.standard_error;
     if (p.standard_error > 0.5 * std::abs(p.value) && p.value != 0)
@@ -130,7 +164,7 @@ void judge_fit(const Eigen::MatrixXd& r_rho, const FitOptions& options, double r
     for (Eigen::Index i = 0; i < m; ++i) {
       if (lost[static_cast<std::size_t>(i)]) continue;
       const Eigen::Index a = free[static_cast<std::size_t>(i)], b = free[static_cast<std::size_t>(j)];
-      result.covariance(a, b) = C(i, j) * scale[i] * scale[j];
+      result.covariance(a, b) = C(i, j);
       result.correlation(a, b) = C(i, j) / std::sqrt(C(i, i) * C(j, j));
       if (i < j && std::abs(result.correlation(a, b)) > 0.98)
         result.identifiability.push_back(fmt::format("{} and {} are hardly told apart: their correlation is {:.4f}.",

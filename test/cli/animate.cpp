@@ -290,6 +290,26 @@ TEST_CASE("animate: mistakes, and spins too fast to be shown") {
   const Json j = one_object(fast.out);
   CHECK_THAT(j.at("warnings").dump(), Contains("take a smaller --output-step"));
   CHECK(j.at("samples") == 21);
+  // An arrow that points the other way is no spin.
+  write_text(here / "push.toml", R"TOML(
+[point.P]
+x_m = 0
+y_m = 0
+[mass.m]
+point = "P"
+mass_kg = 1
+[force.push]
+point = "P"
+formula_x_N = "cos(20*t)"
+[start]
+given = ["P.x", "P.y"]
+[run]
+t_end_s = 1
+)TOML");
+  CHECK(one_object(run_costate({"animate", "push.toml", "-o", "p.gltf", "--no-files", "--json"}, here.path()).out)
+            .at("warnings")
+            .empty());
+  std::filesystem::remove(here / "push.toml");
   const Outcome none = run_costate({"animate", scene, "-o", "n.gltf", "--no-files"}, here.path());
   CHECK(none.status == 0);
   CHECK(here.entries() == std::vector<std::string>{"m.gltf"});

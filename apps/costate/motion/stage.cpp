@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace costate::app {
 
@@ -147,7 +148,7 @@ class StageMaker {
           const auto& here = f.links[i];
           const double length = here.direction ? 0.15 * f.size : 0;  // no force, no arrow
           return std::pair(here.at[0], Vector3d(here.at[0] + length * here.direction.value_or(Vector3d::UnitY())));
-        });
+        }).reverses = true;
         break;
       case LinkRole::couple:
         add_ball(l.name, kLoadColor, 1.8 * thin_, place(0)).opacity = 0.5;
@@ -248,7 +249,9 @@ std::pair<double, std::string> largest_turn(const Stage& stage) {
   std::pair<double, std::string> most{0, ""};
   for (const Solid& s : stage.solids)
     for (std::size_t i = 1; i < s.poses.size(); ++i)
-      if (const double angle = s.poses[i].turn.angularDistance(s.poses[i - 1].turn); angle > most.first)
+      if (const double turn = s.poses[i].turn.angularDistance(s.poses[i - 1].turn),
+          angle = s.reverses ? std::min(turn, std::numbers::pi - turn) : turn;
+          angle > most.first)
         most = {angle, s.name};
   return most;
 }

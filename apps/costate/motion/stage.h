@@ -24,6 +24,7 @@ struct Solid {
   unsigned color = 0;  // 0xRRGGBB
   double opacity = 1;
   std::vector<Pose> poses;  // one a sample; turns go on without a change of sign
+  bool reverses = false;    // an arrow, which points the other way where what it stands for has changed its sign
 };
 
 struct Stage {

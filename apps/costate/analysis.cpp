@@ -20,6 +20,12 @@ void AnalysisOptions::add_hold(Command& command, const std::string& text) {
   command.option("--hold", hold, text).separated().seen([this] { hold_given = true; });
 }
 
+std::string entry_name(const Mechanism& m, const PointKink& kink) {
+  const auto& c = m.coordinates();
+  return fmt::format("the {} of {} by {}", kink.of_velocity ? "damping" : "stiffness",
+                     c[static_cast<std::size_t>(kink.row)].name, c[static_cast<std::size_t>(kink.column)].name);
+}
+
 void tell_of_contacts(Assembly& assembly, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& z,
                       const Eigen::VectorXd& lambda) {
   if (!MotionEvents::has_any(assembly.mechanism())) return;

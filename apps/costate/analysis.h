@@ -5,6 +5,7 @@
 
 #include "command.h"
 #include "costate/analysis/equilibrium.h"
+#include "costate/analysis/point_kink.h"
 #include "costate/objective/output.h"
 
 namespace costate::app {
@@ -34,6 +35,9 @@ auto located_in(const Scene& scene, F&& f) {
 /// the ground, held by it, or beyond what friction bears. lambda has m entries.
 void tell_of_contacts(Assembly& assembly, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& z,
                       const Eigen::VectorXd& lambda);
+
+/// "the stiffness of P.x by P.y", "the damping of ...".
+std::string entry_name(const Mechanism& m, const PointKink& kink);
 
 /// Whether stiffness brings a mechanism back to a balance: what damping makes grow is a matter of modes.
 inline bool is_stable(const Equilibrium& e) { return e.degrees_of_freedom == 0 || e.lowest_stiffness > 0; }

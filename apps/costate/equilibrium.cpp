@@ -38,6 +38,17 @@ void tell_of_open_reactions(Assembly& assembly, double t, const Equilibrium& e) 
                   first_names(reactions.rows())));
 }
 
+void tell_of_kink(Assembly& assembly, double t, const Equilibrium& e) {
+  const Eigen::VectorXd rest = Eigen::VectorXd::Zero(e.q.size());
+  if (const auto kink =
+          find_point_kink(assembly, {t, e.q.data(), rest.data(), rest.data(), e.lambda.data(), e.z.data()}, 0))
+    notice(
+        fmt::format("A force has a kink where the mechanism rests: {} is {:.6g} on one side and {:.6g} on the other. "
+                    "The derivatives "
+                    "are those of one side.",
+                    entry_name(assembly.mechanism(), *kink), kink->one, kink->other));
+}
+
 int run(const CommonOptions& common, EquilibriumOptions& options) {
   const Scene scene = load_for_analysis(common, options.analysis, true);
   const auto m = scene.mechanism();
@@ -122,6 +133,7 @@ int run(const CommonOptions& common, EquilibriumOptions& options) {
   std::vector<std::pair<std::string, Listing>> lists = {
       {"Positions", positions}, {"Points and elements", forces}, {"Multipliers", multipliers}};
   if (options.derivatives) {
+    tell_of_kink(assembly, t, e);
     j["parameters"] = named(parameters.names(), parameters.values());
     j["derivatives"] = Json::object();
     if (chosen.empty()) chosen = outputs_named(*m, m->coordinate_names());

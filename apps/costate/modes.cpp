@@ -76,6 +76,12 @@ std::string shapes_csv(const Mechanism& m, const Modes& r) {
   return text;
 }
 
+/// About the point of the modes, for motions of the fastest of them.
+std::optional<PointKink> kink_of_modes(Assembly& assembly, double t, const Modes& r) {
+  const StateView s{t, r.q.data(), r.v.data(), r.a.data(), r.lambda.data(), r.z.data()};
+  return find_point_kink(assembly, s, r.modes.empty() ? 1.0 : std::abs(r.modes.back().eigenvalue));
+}
+
 int run(const CommonOptions& common, ModesOptions& options) {
   const Scene scene = load_for_analysis(common, options.analysis, options.analysis.at_equilibrium);
   const auto m = scene.mechanism();
@@ -122,6 +128,11 @@ int run(const CommonOptions& common, ModesOptions& options) {
         "mode (a spin about an axis that is not one of symmetry, a law of time): these are the modes of the frozen "
         "instant, which need not be those of the motion.",
         change));
+  if (const auto kink = kink_of_modes(assembly, t, r))
+    remarks.push_back(fmt::format(
+        "A force has a kink here: {} is {:.6g} on one side and {:.6g} on the other. These are the modes of one side; a "
+        "motion over both sides has others.",
+        entry_name(*m, *kink), kink->one, kink->other));
   const std::string head = text.substr(text.find('\n') + 1);
   std::vector<std::vector<std::string>> rows;
   text += fmt::format("\n  {:>4} {:>14} {:>10} {:>14}  {}\n", "mode", "frequency [Hz]", "damping", "real [1/s]",

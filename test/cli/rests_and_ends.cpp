@@ -218,3 +218,31 @@ TEST_CASE("rests and ends: modes of coefficients that change say so, those of st
   CHECK_THAT(remarks(spin("1")), Contains("change along the motion"));
   CHECK(remarks(spin("2")) == "[]");
 }
+
+TEST_CASE("rests and ends: modes and derivatives at a kink of a force say so") {
+  const WorkingDirectory here;
+  const auto scene = [](const std::string& force, const std::string& start) {
+    return "[point.P]\nx_m = 1\ny_m = 0\n[mass.P]\npoint = \"P\"\nmass_kg = 1\n[gravity]\ny_m_per_s2 = 0\n"
+           "[force.f]\npoint = \"P\"\nformula_x_N = \"" +
+           force + "\"\nformula_y_N = \"-50*P.y\"\n[start]\n" + start +
+           "\n[parameter.m]\nnumber = \"mass.P.mass_kg\"\n[run]\nt_end_s = 1\nparameters = [\"m\"]\n";
+  };
+  const auto told = [&](const char* command, const std::string& force, const std::string& start,
+                        std::vector<std::string> options = {}) {
+    write_text(here / "scene.toml", scene(force, start));
+    options.insert(options.begin(), {command, "scene.toml"});
+    return costate_json(options, here.path()).at("warnings").dump();
+  };
+  const std::string given = "given = [\"P.x\", \"P.y\"]", balance = "equilibrium = true";
+  // A spring of two stiffnesses, a damper of two branches: beside the kink nothing is said.
+  CHECK_THAT(told("modes", "-60*(P.x - 1) - 40*max(0, P.x - 1)", given),
+             Contains("kink") && Contains("the stiffness of P.x by P.x is 60 on one side and 100 on the other"));
+  CHECK_THAT(told("modes", "-60*(P.x - 1) - 2*P.x_dot - 3*max(0, P.x_dot)", given),
+             Contains("the damping of P.x by P.x is 2 on one side and 5 on the other"));
+  CHECK(told("modes", "-60*(P.x - 1) - 40*max(0, P.x - 1.01)", given) == "[]");
+  CHECK(told("modes", "-60*(P.x - 1)*(1 + abs(P.x - 1)^2) - 2*P.x_dot", given) == "[]");
+  CHECK_THAT(told("equilibrium", "-60*(P.x - 1) - 40*max(0, P.x - 1)", balance, {"--derivatives"}),
+             Contains("kink") && Contains("one side"));
+  CHECK(told("equilibrium", "-60*(P.x - 1) - 40*max(0, P.x - 1)", balance) == "[]");
+  CHECK(told("equilibrium", "1 - 60*(P.x - 1) - 40*max(0, P.x - 1)", balance, {"--derivatives"}) == "[]");
+}

@@ -1,0 +1,84 @@
+// Scenes on which numbers were wrong, or runs crashed or did not end, before: each with what is right.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "process.h"
+#include "support/paths.h"
+
+using namespace costate::test;
+using Catch::Matchers::Contains;
+using Json = nlohmann::json;
+
+namespace {
+
+const std::string kScenes = COSTATE_SOURCE_DIR "/test/cases/";
+
+}  // namespace
+
+// A car at rest until its post's bump comes: psi of an independent model, to its digits.
+TEST_CASE("once wrong: a car at rest meets its bump in every formulation, and so does its certificate") {
+  const WorkingDirectory here;
+  const std::string scene = kScenes + "bump_from_rest.toml";
+  for (const char* formulation :
+       {"baumgarte", "maggi", "maggi-implicit", "augmented-lagrangian", "index1", "index2", "penalty"}) {
+    CAPTURE(formulation);
+    const Json j = costate_json({"simulate", scene, "--formulation", formulation, "--no-files"}, here.path());
+    CHECK(j.at("psi").get<double>() == Approx(2.61169).margin(5e-6));
+  }
+  const Json late = costate_json(
+      {"simulate", scene, "--formulation", "index1", "--set", "road.post.law.start_m=5", "--t-end", "3", "--no-files"},
+      here.path());
+  CHECK(late.at("psi").get<double>() == Approx(2.63).margin(5e-3));
+  // A certificate of the motion over the bump: its Hessian was 1e-13 and 2e-10 where it is 6.0 and 160.
+  const Json best = costate_json({"optimize", scene, "--no-files"}, here.path());
+  CHECK(best.at("converged") == true);
+  const Json& values = best.at("certificate").at("eigenvalues");
+  REQUIRE(values.size() == 2);
+  CHECK(values.at(0).get<double>() == Approx(6.02).margin(0.01));
+  CHECK(values.at(1).get<double>() == Approx(159.9).margin(0.1));
+}
+
+// The integral of the motor's torque squared, by a program of its own: 27.3612.
+TEST_CASE("once wrong: a driver's torque in a cost") {
+  const WorkingDirectory here;
+  const std::string scene = kScenes + "torque_cost.toml";
+  for (const char* formulation : {"baumgarte", "index1", "index2"}) {
+    CAPTURE(formulation);
+    const Json j = costate_json({"simulate", scene, "--formulation", formulation, "--no-files"}, here.path());
+    CHECK(j.at("psi").get<double>() == Approx(27.3612).margin(1e-4));
+  }
+}
+
+TEST_CASE("once wrong: starts with nothing to solve for are runs") {
+  const WorkingDirectory here;
+  for (const char* name : {"nothing_to_solve_1.toml", "nothing_to_solve_2.toml", "nothing_to_solve_3.toml"}) {
+    CAPTURE(name);
+    const Outcome o = run_costate({"simulate", kScenes + name, "--t-end", "0.01", "--no-files"}, here.path());
+    INFO(o.err);
+    CHECK(o.status == 0);
+  }
+}
+
+// A ground point 1e30 m away, whose spring's force makes steps of 1e-18 s: it ends by what it sees, not by its limit.
+TEST_CASE("once wrong: a run that cannot get on ends with its cause") {
+  const WorkingDirectory here;
+  const Outcome o = run_costate(
+      {"gradient", kScenes + "far_ground.toml", "--t-end", "0.001", "--formulation", "penalty", "--no-files", "--json"},
+      here.path());
+  CHECK(o.status == 1);
+  CHECK_THAT(o.err, Contains("hardly gets on") && Contains("Fastest changes"));
+}
+
+// A bar of 1 mm beside one of 1 m: the default weight knows the lengths of its rows. Both say what the motion makes of
+// small errors, some 4e-3 in L2's derivative at this tolerance.
+TEST_CASE("once wrong: a penalty beside a bar of a millimetre") {
+  const WorkingDirectory here;
+  const std::string scene = kScenes + "lever_1_mm.toml";
+  const Json penalty = costate_json({"gradient", scene, "--formulation", "penalty", "--no-files"}, here.path()),
+             other = costate_json({"gradient", scene, "--formulation", "baumgarte", "--no-files"}, here.path());
+  CHECK(penalty.at("psi").get<double>() == Approx(other.at("psi").get<double>()).epsilon(1e-4));
+  for (const char* name : {"m1", "m2", "k", "L2"})
+    CHECK(penalty.at("gradient").at(name).get<double>() ==
+          Approx(other.at("gradient").at(name).get<double>()).margin(4e-3));
+  CHECK_THAT(penalty.at("warnings").dump(), Contains("makes much of small errors"));
+}

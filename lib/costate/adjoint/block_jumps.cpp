@@ -10,13 +10,8 @@ namespace {
 
 /// Of an entry's largest value along the motion, and of the largest entry of its block.
 constexpr double kJump = 1e-6, kNoise = 1e-9;
-/// Of the span: to this a jump's time is known.
-constexpr double kResolution = 1e-12;
 /// Of a step: from here on the motion is that of the step, and no longer of the one before.
 constexpr double kWithinStep = 1e-9;
-/// Of the span: what the two sides of a jump are apart, so that both can stand in a grid. What a block changes over it
-/// by itself is as small.
-constexpr double kSides = 2e-9;
 /// Evaluations: some a step and some a hundred a jump are enough. Where blocks are rough everywhere (rounding of large
 /// terms that cancel) the search would find no end.
 constexpr long kEvaluationsPerStep = 50, kEvaluations = 20000;
@@ -29,16 +24,16 @@ struct Rough {
 
 class Search {
  public:
-  explicit Search(const BlocksAt& blocks) : blocks_(blocks) {}
+  Search(const BlocksAt& blocks, const JumpSearch& search) : blocks_(blocks), search_(search) {}
 
   std::vector<BlockJump> run(const std::vector<double>& times) {
     find_sizes(times);
     left_ = kEvaluations + kEvaluationsPerStep * static_cast<long>(times.size());
-    smallest_ = kResolution * (times.back() - times.front());
+    smallest_ = search_.resolution * (times.back() - times.front());
     for (std::size_t i = 0; i + 1 < times.size(); ++i) {
       const double begin = times[i], end = times[i + 1], within = begin + kWithinStep * (end - begin);
       const Values at = blocks(begin), start = blocks(within);
-      if (jumps(at, start)) found_.push_back({begin, within});
+      if (jumps(at, start)) look(begin, within, at, start);
       look(within, end, start, blocks(end));
     }
     return sides(times.front(), times.back());
@@ -46,7 +41,7 @@ class Search {
 
  private:
   std::vector<BlockJump> sides(double begin, double end) const {
-    const double apart = kSides * (end - begin);
+    const double apart = search_.sides * (end - begin);
     std::vector<BlockJump> all;
     for (const auto& [from, to] : found_) {
       // At rest a force may be on one side of its kink, and right behind the start on the other: then the start itself
@@ -109,6 +104,7 @@ class Search {
   }
 
   const BlocksAt& blocks_;
+  JumpSearch search_;
   Values allowed_;
   std::vector<std::size_t> ends_;
   double smallest_ = 0;
@@ -118,9 +114,9 @@ class Search {
 
 }  // namespace
 
-BlockJumps find_block_jumps(const std::vector<double>& times, const BlocksAt& blocks) {
+BlockJumps find_block_jumps(const std::vector<double>& times, const BlocksAt& blocks, const JumpSearch& search) {
   try {
-    return {Search(blocks).run(times), {}};
+    return {Search(blocks, search).run(times), {}};
   } catch (const Rough& rough) {
     return {{}, rough.t};
   }

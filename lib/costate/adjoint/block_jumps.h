@@ -10,8 +10,8 @@
 
 namespace costate {
 
-/// Two instants with a jump between them, and so near that nothing else happens there: some 1e-9 of the span apart, as
-/// both are to stand in a grid, and as near as it is known.
+/// Two instants with a jump between them, and so near that nothing else happens there: by `sides` of the span beyond
+/// those between which it is known to be.
 struct BlockJump {
   double before, after, last_before, first_after;
 };
@@ -25,8 +25,14 @@ struct BlockJumps {
 /// The blocks at t, one behind the other, and where each ends.
 using BlocksAt = std::function<void(double t, std::vector<double>& values, std::vector<std::size_t>& ends)>;
 
+/// Of the span: to what a jump's time is found, and by how much its two sides are farther apart than that, so that both
+/// can stand in a grid; jumps nearer to each other are one.
+struct JumpSearch {
+  double resolution = 1e-12, sides = 2e-9;
+};
+
 /// `times`: the ends of the motion's steps in order, two at least. Jumps count from 1e-6 of an entry's largest value
 /// along the motion on.
-BlockJumps find_block_jumps(const std::vector<double>& times, const BlocksAt& blocks);
+BlockJumps find_block_jumps(const std::vector<double>& times, const BlocksAt& blocks, const JumpSearch& search = {});
 
 }  // namespace costate

@@ -12,6 +12,10 @@
 namespace costate {
 
 namespace {
+/// Of the span. Where a contact lets go at some thousand over a second, mu' is as large, and what passes between the
+/// two sides of its kink is the product of both.
+constexpr JumpSearch kKinkSearch{1e-15, 0};
+
 /// Bristles turn round within a millionth of their transition velocity: a kink to the derivatives of forces, but a
 /// smooth one, whose ends lie outside what is taken for it.
 void require_no_bristles(const Mechanism& mechanism) {
@@ -38,8 +42,9 @@ std::vector<ForceKink> find_force_kinks(Assembly& assembly, const Objective& obj
       rest(static_cast<std::size_t>(std::max(assembly.n(), assembly.m())), 0);
   ScalarGradient gradient;
   gradient.resize(assembly);
-  const BlockJumps found =
-      find_block_jumps(times, [&](double t, std::vector<double>& values, std::vector<std::size_t>& ends) {
+  const BlockJumps found = find_block_jumps(
+      times,
+      [&](double t, std::vector<double>& values, std::vector<std::size_t>& ends) {
         motion(t, point.data());
         StateView s;
         s.t = t;
@@ -56,7 +61,8 @@ std::vector<ForceKink> find_force_kinks(Assembly& assembly, const Objective& obj
         ends.push_back(values.size());
         values.insert(values.end(), gradient.v.data(), gradient.v.data() + gradient.v.size());
         ends.push_back(values.size());
-      });
+      },
+      kKinkSearch);
   if (found.rough)
     throw SolverError(
         fmt::format("The equations of second order need the times at which derivatives of forces jump, and these are "

@@ -12,7 +12,8 @@
 
 namespace costate {
 
-/// An instant before a kink and one behind it, so near that nothing else happens between them, with (q, v, z) there.
+/// An instant before a kink and one behind it, as near as numbers tell them apart, with (q, v, z) there: no step is to
+/// be made between them.
 struct ForceKink {
   double before = 0, after = 0;
   std::vector<double> state_before, state_after;

@@ -40,6 +40,8 @@ constexpr double kNoSize = 1e-200;
 constexpr double kSolveTolerance = 1e-3, kSolveByGrid = 1e-13, kErrorDigits = 1e-2;
 // Relative to the span: a kink of the forces is not resolved below this, where what it does is far below the tolerance.
 constexpr double kSmallestStep = 1e-9;
+// Of the span: from here on the two sides of a kink, or of a jump and a kink, are one instant to the solution.
+constexpr double kOneInstant = 1e-13;
 // Columns smaller than this fraction of the largest one (per relative change of the parameter) need no digits of their
 // own.
 constexpr double kSmallColumn = 1e-2;
@@ -202,7 +204,7 @@ RadauResult RadauLinear::integrate(const Trajectory& trajectory, const std::vect
   const bool forward = eq_.direction() == HandEquations::Direction::forward;
   const std::size_t count = grid.size();
   const auto time = [&](std::size_t i) { return forward ? grid[i] : grid[count - 1 - i]; };
-  const double smallest = kSmallestStep * (grid.back() - grid.front());
+  const double span = grid.back() - grid.front(), smallest = kSmallestStep * span;
   const bool adaptive = rtol > 0;
   const double tolerance = adaptive ? step_tolerance(rtol) : 1;
   const long most_steps = kMostSteps * static_cast<long>(trajectory.steps()) + 1000;
@@ -230,6 +232,11 @@ RadauResult RadauLinear::integrate(const Trajectory& trajectory, const std::vect
     const double end = ahead ? std::min(ahead->after, t) : time(i + 1);
     trajectory.evaluate(t, point_.data());
     if (eq_.before_step(t, end, point_.data(), X, gradient_)) begin_at(trajectory, t, X);
+    if (adaptive && t != end && std::abs(end - t) <= kOneInstant * span) {
+      X = begin_.X;
+      t = end;
+      begin_at(trajectory, t, X);
+    }
     while (t != end) {
       // Equal steps to the end rather than a small last one.
       const double left = std::abs(end - t), steps = adaptive ? std::max(1.0, std::ceil(left / h * (1 - 1e-3))) : 1;

@@ -120,19 +120,22 @@ std::vector<double> grid_of(const Trajectory& trajectory, std::size_t stride) {
 }
 
 std::vector<double> with_times(const std::vector<double>& grid, const std::vector<double>& times) {
-  std::vector<double> r = grid;
+  std::vector<double> inner;
+  for (const double t : times)
+    if (grid.front() < t && t < grid.back()) inner.push_back(t);
+  std::sort(inner.begin(), inner.end());
+  // A grid point so near that the step between would be lost in rounding gives way.
   const double near = 1e-9 * (grid.back() - grid.front());
-  for (const double t : times) {
-    if (t <= grid.front() || t >= grid.back()) continue;
-    const auto above = std::lower_bound(r.begin() + 1, r.end() - 1, t);
-    // A grid point so near that the step between would be lost in rounding gives way.
-    if (above != r.end() - 1 && *above - t < near)
-      *above = t;
-    else if (above != r.begin() + 1 && t - *(above - 1) < near)
-      *(above - 1) = t;
-    else
-      r.insert(above, t);
-  }
+  const auto gives_way = [&](double t) {
+    const auto above = std::lower_bound(inner.begin(), inner.end(), t);
+    return (above != inner.end() && *above - t < near) || (above != inner.begin() && t - *(above - 1) < near);
+  };
+  std::vector<double> r{grid.front()};
+  std::copy_if(grid.begin() + 1, grid.end() - 1, std::back_inserter(r), [&](double t) { return !gives_way(t); });
+  r.insert(r.end(), inner.begin(), inner.end());
+  r.push_back(grid.back());
+  std::sort(r.begin(), r.end());
+  r.erase(std::unique(r.begin(), r.end()), r.end());
   return r;
 }
 
@@ -181,7 +184,14 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
     const std::vector<double> looked =
         with_looks(grid_of(motion.trajectory, std::max<std::size_t>(1, steps / stretches)), motion);
     const std::vector<double> all = with_times(looked, changes);
-    return with_jumps(without_estimate(problem) ? away_from(equations.jumps(), all) : all, equations.jumps());
+    std::vector<double> r =
+        with_jumps(without_estimate(problem) ? away_from(equations.jumps(), all) : all, equations.jumps());
+    // However near a jump is: they are crossed one by one.
+    std::copy_if(changes.begin(), changes.end(), std::back_inserter(r),
+                 [&](double t) { return r.front() < t && t < r.back(); });
+    std::sort(r.begin(), r.end());
+    r.erase(std::unique(r.begin(), r.end()), r.end());
+    return r;
   };
   std::vector<double> sizes;
   for (const auto& p : problem.parameters.parameters) sizes.push_back(p.scale);

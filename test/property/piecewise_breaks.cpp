@@ -170,3 +170,10 @@ spring_law = {{ kind = "piecewise", breaks = [0.5], coefficients = {} }}
   problem = driven(kCorners, {"breaks[0]"});
   CHECK_THROWS_WITH(simulate(problem, std::vector<double>{0.8}), Contains("'breaks' must increase"));
 }
+
+// A half-sine bump, as a driver's law, has a kink at either end: where they lie is start and length.
+TEST_CASE("start and length of a half-sine bump as parameters: gradients equal differences") {
+  Problem problem = driven(R"({ kind = "bump", height_m = 0.15, start_m = 0.3, length_m = 0.5, shape = "half_sine" })",
+                           {"start_m", "length_m", "height_m"});
+  check(problem, kCarry);
+}

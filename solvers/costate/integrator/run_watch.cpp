@@ -33,6 +33,10 @@ constexpr double kInvariant = 3e-3;
 // at 0.1, and by as much in some scenes at 0.01.
 constexpr double kNoPromise = 1e-2;
 
+// In tolerances of what the gap ranges over: a touch of this depth, or missed by as much, may come or not, as runs'
+// errors are up to some hundred tolerances.
+constexpr double kHair = 100;
+
 thread_local double drift_of_last_run = 0;
 
 WatchSettings settings_of(const Problem& problem) {
@@ -49,12 +53,14 @@ WatchSettings settings_of(const Problem& problem) {
 
 RunWatch::RunWatch(const Problem& problem, const std::vector<double>& rho, System& system)
     : watch_(problem.mechanism, problem.parameters, rho.data(), settings_of(problem)),
+      grazing_(*problem.mechanism),
       system_(system),
       problem_(problem),
       rho_(rho) {}
 
 StepSink RunWatch::sink() {
   return [this](double t, const double* y) {
+    look_for_grazing(t, y);
     if (system_.begins_with_motion() || ++steps_ % kSolvedCadence == 0) look(&MotionWatch::step, t, y);
   };
 }
@@ -63,6 +69,21 @@ void RunWatch::look(void (MotionWatch::*what)(double, const double*, const doubl
   if (system_.begins_with_motion()) return (watch_.*what)(t, y, y + system_.assembly().n());
   const MechanismState s = system_.look_state(t, y);
   (watch_.*what)(t, s.q, s.v);
+}
+
+void RunWatch::look_for_grazing(double t, const double* y) {
+  if (!grazing_.empty()) grazing_.look(system_.look_state(t, y), system_.assembly());
+}
+
+std::optional<std::pair<double, std::string>> RunWatch::grazed() const {
+  const std::optional<GrazingWatch::Place> at = grazing_.nearest();
+  if (!at) return {};
+  const double tolerances = at->depth / (problem_.solver.rtol * at->range);
+  if (tolerances > kHair) return {};
+  return std::pair{tolerances, fmt::format("'{}' is grazed: near t = {:.9g} s its gap would turn round within {:.2g} m "
+                                           "of zero, {:.1e} of what it ranges over, and errors of that size decide "
+                                           "whether it comes (rtol {:g})",
+                                           at->event, at->t, at->depth, at->depth / at->range, problem_.solver.rtol)};
 }
 
 /// A psi that is no number because it holds values of a cycle that nobody has looked for.
@@ -86,6 +107,7 @@ void RunWatch::conclude(const Simulation& result) const {
         "At rtol {:g} each of the {} steps may be off by that much: no digit of the motion or of psi is promised. A "
         "smaller rtol (1e-4) costs little more.",
         problem_.solver.rtol, result.counters.steps));
+  if (const auto g = grazed()) notice(g->second + ". Move the motion away from there, or take a smaller rtol.");
   if (watch_.began_redundant()) tell_of_open_costs();
   require_cycle(problem_, result.psi);
   require_finite(result);
@@ -107,6 +129,10 @@ void RunWatch::tell_of_open_costs() const {
 }
 
 void RunWatch::conclude(const GradientResult& result) const {
+  if (const auto g = grazed(); g && g->first < 1)
+    throw SolverError(g->second +
+                      ". A gradient does not exist where a touch is grazed. Move the motion away from there, or take a "
+                      "smaller rtol.");
   conclude(static_cast<const Simulation&>(result));
   require_finite(problem_, result);
 }
@@ -147,12 +173,16 @@ void RunWatch::judge(const GradientResult& result, const AdjointGrowth& growth,
   const std::string text = fmt::format(
       "An error of the size of the tolerance (rtol {:g}) at t = {:.6g} s changes psi by {:.2g}, where psi is {:.6g}",
       problem_.solver.rtol, growth.time(), growth.change(), result.psi);
+  // What makes much of an error is as a rule what the motion has just met.
+  std::string behind;
+  for (const RunEvent& e : result.events)
+    if (e.t <= growth.time()) behind = fmt::format(" (its last event before is {} at {:.6g} s)", e.name, e.t);
   if (of_psi > kNoDigit)
     throw SolverError(
-        text +
+        text + behind +
         ": no digit of psi or of its gradient is known. The motion is chaotic or unstable over this time; "
         "shorten it, or take a smaller rtol where that helps.");
-  notice(text + ": psi and its gradient are known to few digits. A smaller rtol tells how many.");
+  notice(text + behind + ": psi and its gradient are known to few digits. A smaller rtol tells how many.");
 }
 
 void require_finite(const Simulation& result) {

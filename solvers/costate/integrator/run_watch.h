@@ -3,6 +3,7 @@
 #pragma once
 
 #include "costate/analysis/motion_watch.h"
+#include "costate/event/grazing_watch.h"
 #include "costate/integrator/adjoint_growth.h"
 #include "costate/integrator/adjoint_invariant.h"
 #include "costate/integrator/segment.h"
@@ -15,7 +16,10 @@ class RunWatch {
   RunWatch(const Problem& problem, const std::vector<double>& rho, System& system);
 
   /// The run's start, each accepted step, its end; y in the system's terms.
-  void begin(double t, const double* y) { look(&MotionWatch::begin, t, y); }
+  void begin(double t, const double* y) {
+    look(&MotionWatch::begin, t, y);
+    look_for_grazing(t, y);
+  }
   StepSink sink();
   void finish(double t, const double* y) { look(&MotionWatch::finish, t, y); }
   /// Tells what was noticed, and refuses a psi or a gradient that is no number.
@@ -32,7 +36,12 @@ class RunWatch {
 
  private:
   void look(void (MotionWatch::*what)(double, const double*, const double*), double t, const double* y);
+  void look_for_grazing(double t, const double* y);
+  /// What there is to say of the touch that is most nearly missed, if errors may decide whether it comes: how many
+  /// tolerances deep it is, and a sentence.
+  std::optional<std::pair<double, std::string>> grazed() const;
   MotionWatch watch_;
+  GrazingWatch grazing_;
   System& system_;
   void tell_of_open_costs() const;
   const Problem& problem_;

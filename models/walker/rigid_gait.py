@@ -106,6 +106,31 @@ def impact(s):
     return [b, a, after[3], after[2]]
 
 
+def cross(r, v):
+    return r[0] * v[1] - r[1] * v[0]
+
+
+def moments(angles, rates, rolls):
+    """Of momentum, of (trailing, leading) legs at a strike of which the one `rolls` stands: of the whole about the
+    point where the leading foot touches, and of the trailing leg about the hip. The impulse acts at that point, and on
+    the trailing leg at the hip: neither changes."""
+    up, along = [(-math.sin(x), math.cos(x)) for x in angles], [(-math.cos(x), -math.sin(x)) for x in angles]
+    hip, rest = (up[1][0], RADIUS + up[1][1]), CENTRE - 1
+    speed = ((along[rolls][0] - RADIUS) * rates[rolls], along[rolls][1] * rates[rolls])
+    places = [[h + rest * u for h, u in zip(hip, up[k])] for k in (0, 1)]
+    speeds = [[v + rest * d * rates[k] for v, d in zip(speed, along[k])] for k in (0, 1)]
+    turning = [INERTIA * w for w in rates]
+    whole = HIP * cross(hip, speed) + sum(LEG * cross(places[k], speeds[k]) + turning[k] for k in (0, 1))
+    return whole, LEG * cross([rest * u for u in up[0]], speeds[0]) + turning[0]
+
+
+def show_moments(name, before, after):
+    """State before the impact; leading and trailing rate behind it."""
+    of_strike = moments(before[:2], before[2:], 0)
+    behind = moments(before[:2], (after[1], after[0]), 1)
+    print("%s: moments %.12f, %.9f at the strike, %.12f, %.9f behind it" % ((name,) + of_strike + behind))
+
+
 def step(x):
     """x: stance angle (the swing leg's is its mirror image), stance rate, swing rate, behind an impact."""
     strike, t = swing([x[0], -x[0], x[1], x[2]])
@@ -146,3 +171,9 @@ print("step time %.10f" % step(x)[1])
 print("stance angle %.10f, rate %.10f, swing rate %.10f" % tuple(x))
 for m in eigenvalues(jacobian(x)):
     print("multiplier %.7f %+.7f i" % (m.real, m.imag))
+show_moments("this gait", swing([x[0], -x[0], x[1], x[2]])[0], x[1:])
+# An earlier figure: the legs strike where it says and when, and its moments do not agree.
+x = [0.189472782205104, -0.239124222551699, -0.239124222551699 + 0.053691703909393]
+strike, t = swing([x[0], -x[0], x[1], x[2]])
+print("earlier figure: from its state the strike is at %.9f s and %.12f" % (t, strike[1]))
+show_moments("earlier figure", strike, x[1:])

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/integrator/simulate.h"
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
@@ -84,7 +85,10 @@ TEST_CASE("rigid impacts: a dropped ball", "[events]") {
   const double g = 9.81, e = 0.8, h = 1, end = 2.8, t1 = std::sqrt(2 * h / g);
   for (const ImpactWay& way : {ImpactWay{"index1", "cvodes-adjoint"}, ImpactWay{"index1", "idas-forward"},
                                ImpactWay{"index2", "idas-adjoint"}, ImpactWay{"maggi", "cvodes-forward"}}) {
-    Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/bouncing_ball/drop.toml"));
+    const bool for_good = std::string(way.formulation) == "maggi";
+    Problem p = make_problem(Scene::load(
+        COSTATE_MODELS_DIR "/bouncing_ball/drop.toml",
+        for_good ? std::vector<std::string>{"contact.floor.closing_speed_m_per_s=0"} : std::vector<std::string>{}));
     p.formulation = way.formulation;
     p.objective.running.clear();
     const GradientResult r = gradient(p, way.method, p.parameters.values());
@@ -149,12 +153,14 @@ y_m = 1.5
 kind = "rigid"
 point = "left"
 restitution = 0.6
+closing_speed_m_per_s = 0
 radius_m = 0.1
 ground_angle_rad = 0.1
 [contact.right]
 kind = "rigid"
 point = "right"
 restitution = 0.8
+closing_speed_m_per_s = 0
 radius_m = 0.05
 ground_angle_rad = 0.1
 [start]
@@ -282,7 +288,8 @@ TEST_CASE("rigid contacts: gradients through closing and opening", "[events]") {
 
 // What is not there says so, and names the contact.
 TEST_CASE("rigid contacts: refusals", "[events]") {
-  Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/bouncing_ball/drop.toml"));
+  Problem p = make_problem(
+      Scene::load(COSTATE_MODELS_DIR "/bouncing_ball/drop.toml", {"contact.floor.closing_speed_m_per_s=0"}));
   p.solver.t_end = 4.2;  // beyond the last bounce
   CHECK_THROWS_WITH(simulate(p, p.parameters.values()), Catch::Contains("contact.floor.closing_speed_m_per_s"));
   CHECK_THROWS_WITH(gradient(p, "hand-adjoint", p.parameters.values()),
@@ -298,6 +305,40 @@ TEST_CASE("rigid contacts: refusals", "[events]") {
                                                 {"GIVEN", "[\"top.x\", \"top.y\"]"}});
   p = make_problem(Scene::parse(slips, "hopper.toml"));
   CHECK_THROWS_WITH(simulate(p, p.parameters.values()), Catch::Contains("contact.floor"));
+}
+
+// A ball that bounces infinitely many times until t1 (1 + e)/(1 - e) closes where that is no more to be seen, with
+// 1e-6 of the first speed: 2 e v/(g (1 - e)) before. Until then heights are v0^3/(3 g^2) (1 + e^3)/(1 - e^3) s m, and
+// all of its energy is taken. Behind it the ball rises with the ground, and with nothing else.
+TEST_CASE("rigid contacts: bounces that die out close", "[events]") {
+  const double g = 9.81, e = 0.8, v0 = std::sqrt(2 * g), end = 4.5, v = 1e-6 * v0;
+  const double height = v0 * v0 * v0 / (3 * g * g) * (1 + e * e * e) / (1 - e * e * e), by_h = 1.5 * height;
+  const double by_e = v0 * v0 * v0 / (3 * g * g) * 6 * e * e / std::pow(1 - e * e * e, 2);
+  for (const ImpactWay& way : {ImpactWay{"index1", "cvodes-adjoint"}, ImpactWay{"index1", "idas-forward"},
+                               ImpactWay{"baumgarte", "idas-adjoint"}, ImpactWay{"index2", "idas-adjoint"}}) {
+    Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/bouncing_ball/drop.toml"));
+    p.formulation = way.formulation;
+    p.solver.t_end = end;
+    take_notices();
+    const GradientResult r = gradient(p, way.method, p.parameters.values());
+    CAPTURE(way.formulation, way.method);
+    REQUIRE(!r.events.empty());
+    const RunEvent& last = r.events.back();
+    CHECK(last.mode == "closed");
+    CHECK(last.t < 4.0637127688715781401);
+    CHECK(4.0637127688715781401 - last.t <= 2 * e * v / (g * (1 - e)) + 1e-7);
+    double taken = 0;
+    for (const RunEvent& at : r.events) taken += at.energy_lost;
+    CHECK(std::abs(taken - g) <= 1e-7);
+    CHECK(std::abs(r.psi - height) <= 1e-7);
+    CHECK(std::abs(r.gradient[0] - by_h) <= 1e-6);
+    CHECK(std::abs(r.gradient[1] - by_e) <= 1e-6 * by_e);
+    CHECK(std::abs(r.gradient[2] - (1 + end - by_h)) <= 1e-6);
+    std::string said;
+    for (const auto& sentence : take_notices()) said += sentence;
+    CHECK_THAT(said, Catch::Contains("At t = 4.0637") && Catch::Contains("contact.floor") &&
+                         Catch::Contains("(once 4.43)") && Catch::Contains(" J."));
+  }
 }
 
 // A bar falls flat on both its ends: with restitution it comes back flat, without it rests on both, half its weight on

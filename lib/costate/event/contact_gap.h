@@ -13,6 +13,9 @@ namespace costate {
 // second.
 inline constexpr double kSimultaneous = 1e-10;
 
+// A gap of this part of the coordinates is none.
+inline constexpr double kGapRounding = 1e-10;
+
 /// What a rigid contact's functions are taken of along the motion: coordinates with their first two derivatives in
 /// time, the second for accelerations a, which may be null.
 class ContactArguments {

@@ -19,6 +19,8 @@ namespace costate {
 namespace {
 // A bounce this much slower than the fastest one before: bounces that die out, infinitely many in finite time.
 constexpr double kDiesOut = 1e-6;
+// So is one that lifts by less than this part of the coordinates: looks at a gap find less of it than kGapRounding.
+constexpr double kUnseenHop = 4 * kGapRounding;
 // And where that is said beside another cause.
 constexpr double kDying = 1e-3;
 // What leaves more slowly than this part of the largest speed so far lifts by less than a touch is seen from.
@@ -28,15 +30,16 @@ constexpr double kHardly = 3e-5;
 std::vector<MotionEvents::InPlay> MotionEvents::find_in_play(int event, const StateView& before, double speed) {
   ContactOf& own = contacts_[static_cast<std::size_t>(of(event).contact)];
   // Whether a contact that strikes with this approach speed bounces; if not it closes.
-  const auto bounces_off = [&](const ContactOf& c, double approach) {
+  const auto bounces_off = [&](ContactOf& c, double approach) {
     if (!(number(c, c.contact->restitution_number()) > 0)) return false;
-    if (c.closed_state >= 0) return approach >= number(c, c.contact->closing_speed_number());
-    if (approach < kDiesOut * c.largest_approach)
+    if (c.closed_state >= 0 && approach < number(c, c.contact->closing_speed_number())) return false;
+    if (!has_died_out(c, before, approach)) return true;
+    if (c.closed_state < 0)
       throw SolverError(fmt::format(
           "At t = {:.9g} s '{}' has an approach speed of {:.3g} m/s, where it once had {:.3g}: its bounces die out, "
-          "infinitely many of them. Give '{}.closing_speed_m_per_s', below which it closes, or end the run before.",
+          "infinitely many of them. Leave '{}.closing_speed_m_per_s' out, so that it closes, or end the run before.",
           before.t, of(event).name, approach, c.largest_approach, c.force->path()));
-    return true;
+    return false;
   };
   std::vector<InPlay> in_play;
   const auto strikes = [&](ContactOf& c, double approach) {
@@ -55,6 +58,24 @@ std::vector<MotionEvents::InPlay> MotionEvents::find_in_play(int event, const St
     }
   }
   return in_play;
+}
+
+bool MotionEvents::has_died_out(ContactOf& c, const StateView& before, double approach) {
+  if (before.t <= c.decided) return std::find(c.died_at.begin(), c.died_at.end(), before.t) != c.died_at.end();
+  c.decided = before.t;
+  bool dies = approach < kDiesOut * c.largest_approach;
+  if (!dies) {
+    // The next hop, to v^2/(2 a), is not seen.
+    std::vector<double> x(static_cast<std::size_t>(assembly_.n() + assembly_.m()));
+    solve_motion(before, x.data());
+    const double fall = -row_of(*c.force, *c.contact, 0, before, assembly_, x.data()).c2;
+    const double leaves = number(c, c.contact->restitution_number()) * approach;
+    double size = 0;
+    for (const int i : c.force->coordinates()) size = std::max(size, std::abs(before.q[i]));
+    dies = fall > 0 && leaves * leaves < 2 * fall * kUnseenHop * size;
+  }
+  if (dies) c.died_at.push_back(before.t);
+  return dies;
 }
 
 void MotionEvents::strike(int event, const StateView& before) {
@@ -119,6 +140,12 @@ void MotionEvents::strike(int event, const StateView& before) {
                     poisson ? "Poisson's law with these restitutions does. Take equal ones, or kind = \"compliant\"."
                             : "Newton's law of restitution does that with friction, or with several contacts. Give the "
                               "contacts restitution_law = \"poisson\"."));
+  for (const InPlay& c : in_play)  // of the first time in a run
+    if (c.contact->closed_state >= 0 && !c.contact->died_at.empty() && c.contact->died_at.front() == before.t)
+      notice(fmt::format(
+          "At t = {:.9g} s the bounces of {} have died out, infinitely many of them: with {:.3g} m/s (once {:.3g}) it "
+          "closes. It takes {:.3g} J.",
+          before.t, c.contact->force->path(), speed, c.contact->largest_approach, lost));
   for (const InPlay& c : in_play) {
     c.contact->closed = c.contact->closed_state >= 0 && !c.bounces && c.way != kOpen;
     c.contact->slides = c.contact->closed ? slides(c.way) : 0;

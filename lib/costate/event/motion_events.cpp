@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "costate/base/error.h"
+#include "costate/event/contact_gap.h"
 #include "costate/event/guard_value.h"
 
 namespace costate {
@@ -19,8 +20,6 @@ constexpr int kLooks = 4;
 constexpr double kWrongWay = 1e-5;
 // And a depth of this part of the coordinates, of what has just left.
 constexpr double kFallen = 1e-7;
-// A gap of this part of the coordinates is none.
-constexpr double kGapRounding = 1e-10;
 constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
 }  // namespace
 
@@ -122,6 +121,12 @@ void MotionEvents::begin(const StateView& at) {
   s.z = z.data();
   s.a = nullptr;
   s.lambda = at.lambda ? lambda.data() : nullptr;
+  for (ContactOf& c : contacts_) {  // another run begins
+    if (!(s.t < c.decided)) continue;
+    c.largest_approach = fastest_ = 0;
+    c.died_at.clear();
+    c.decided = -std::numeric_limits<double>::infinity();
+  }
   require_sliding(s);
   calc(s, before_);
   for (std::size_t i = 0; i < guards_.size(); ++i) {

@@ -110,6 +110,8 @@ class MotionEvents {
     int sliding_state;  // likewise
     int first_row;      // of its constraint, or -1
     double largest_approach = 0;
+    std::vector<double> died_at = {};  // when its bounces had died out; known up to `decided`, for the way back
+    double decided = -std::numeric_limits<double>::infinity();
     bool closed = false;
     int slides = 0;  // the direction
   };
@@ -152,6 +154,8 @@ class MotionEvents {
   /// Solves for the impact at the event: jump_, and which contacts are closed behind it.
   void strike(int event, const StateView& before);
   std::vector<InPlay> find_in_play(int event, const StateView& before, double speed);
+  /// Whether the bounces of a contact that strikes with this speed have died out.
+  bool has_died_out(ContactOf& c, const StateView& before, double approach);
   /// What the contacts do in this impact: of all ways the one that fits; throws where there are none or several.
   void find_way(int event, const StateView& before, Impact& impact, std::vector<InPlay>& in_play, double speed);
   /// Accelerations and multipliers (n, m) at the rows that z has.

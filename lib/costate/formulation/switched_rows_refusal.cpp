@@ -14,7 +14,7 @@ void refuse_switched_rows(const Assembly& assembly) {
       throw CapabilityError(fmt::format(
           "Row '{}' comes and goes with a contact that closes, which this formulation does not carry. Take index1, "
           "index2, baumgarte, penalty or augmented-lagrangian; or let the contact bounce for good (restitution above "
-          "0, no closing_speed_m_per_s).",
+          "0, closing_speed_m_per_s = 0).",
           rows[static_cast<std::size_t>(i)]));
 }
 

@@ -170,8 +170,8 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
     throw CapabilityError(
         "This scene has rigid contacts that close, whose rows come and go; hand-derived equations do not hold them "
         "yet. "
-        "Take idas or cvodes methods, or let the contacts bounce for good (restitution above 0, no "
-        "closing_speed_m_per_s).");
+        "Take idas or cvodes methods, or let the contacts bounce for good (restitution above 0, "
+        "closing_speed_m_per_s = 0).");
   const ForwardMotion motion = record_motion(problem, rho);
   // Passes stop at the last instant before a jump and go on at the first one behind it.
   equations.set_jumps(motion_jumps(times_of_laws(problem, rho), motion.met));

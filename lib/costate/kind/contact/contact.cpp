@@ -158,6 +158,7 @@ void add_rigid(const std::string& name, SceneTable& table, MechanismBuilder& bui
   const bool pressed =
       table.has("approach_speed_m_per_s") && table.value("approach_speed_m_per_s", NumberRule::non_negative) > 0;
   o.closed = table.flag("closed", pressed);
+  o.for_good = table.has("closing_speed_m_per_s");  // where it is 0
   o.closing_speed_m_per_s = table.value("closing_speed_m_per_s", NumberRule::non_negative, 0);
   read_friction(table, compliant);
   if (compliant.friction != "none")
@@ -171,10 +172,7 @@ void add_rigid(const std::string& name, SceneTable& table, MechanismBuilder& bui
   o.ground_angle_rad = table.value("ground_angle_rad", NumberRule::any, 0);
   o.radius_m = table.value("radius_m", NumberRule::non_negative, 0);
   o.ahead_of = table.text("ahead_of", "");
-  if (table.flag("energy_lost", false))
-    throw ModelError(path + ".energy_lost",
-                     "Of a rigid contact a run's events say what each impact takes: leave "
-                     "this out.");
+  table.flag("energy_lost", false);  // a run's events say what each impact takes
   add_rigid_contact(builder, name, point, o);
   // Parameters of such a scene find their numbers, on which nothing depends then.
   for (const auto& [key, value] : {std::pair{"stiffness_N_per_m_n", compliant.stiffness_N_per_m_n},

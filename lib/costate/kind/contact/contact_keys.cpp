@@ -14,7 +14,7 @@ const KindKeys contact_keys(
      {"closed", "whether a rigid contact is closed at the start"},
      {"along_m", "of one that sticks then: the place along the ground, for an arc plus radius times angle"},
      {"sliding", "of a rigid contact that is closed at the start: along x, against it, or not"},
-     {"closing_speed_m_per_s", "a rigid contact closes below this approach speed"},
+     {"closing_speed_m_per_s", "a rigid contact closes below this approach speed; given as 0 it bounces for good"},
      {"ahead_of", "name of a point: it closes only where it is ahead of that one along x"},
      {"law", "of the normal force"},
      {"stiffness_N_per_m_n", "K of F = K d^n, d the penetration"},

@@ -29,7 +29,7 @@ void add_at(MechanismBuilder& builder, const std::string& path, const std::strin
   constexpr auto not_negative = NumberRule::non_negative;
   typename RigidContact<Point>::Options options;
   options.round = o.radius_m > 0;
-  options.closes = o.restitution == 0 || o.closing_speed_m_per_s > 0 || o.closed;
+  options.closes = o.restitution == 0 || o.closing_speed_m_per_s > 0 || o.closed || !o.for_good;
   options.sticks = o.friction_coefficient > 0;
   options.poisson = o.restitution_law == "poisson";
   if (options.sticks && ContactSurface<Point>::dim == 3)

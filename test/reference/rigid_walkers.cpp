@@ -1,0 +1,113 @@
+// Walkers on rigid ground as limit cycles, against programs apart; and one scene run as both kinds of contact.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "costate/cycle/branch.h"
+#include "costate/cycle/cycle.h"
+#include "costate/integrator/simulate.h"
+#include "costate/problem/scene_problem.h"
+#include "costate/scene/scene.h"
+#include "support/paths.h"
+
+using namespace costate;
+
+namespace {
+
+const std::string kRigidWalkers = COSTATE_MODELS_DIR "/walker/";
+
+CycleResult rigid_gait(const std::string& file, const std::vector<std::string>& overrides = {}) {
+  const Scene scene = Scene::load(kRigidWalkers + file, overrides);
+  const Problem p = make_problem(scene, {"slope"});
+  CycleOptions once;
+  once.derivatives = once.estimate = false;
+  return find_cycle(p, *scene.cycle, p.parameters.values(), once);
+}
+
+}  // namespace
+
+// An independent program prints six digits: 3.88194 s, -0.196668 +- 0.544727 i.
+TEST_CASE("rigid walkers: points with masses", "[cycle][walker]") {
+  const CycleResult r = rigid_gait("point_feet.toml");
+  CHECK(std::abs(r.period.value - 3.88194) <= 5e-6);
+  REQUIRE(r.multipliers.size() >= 2);
+  CHECK(std::abs(r.multipliers[0].real() + 0.196668) <= 1e-6);
+  CHECK(std::abs(std::abs(r.multipliers[0].imag()) - 0.544727) <= 1e-6);
+  CHECK(r.stable() == true);
+}
+
+// Legs without mass (float128, digits beyond 1e-20): at 1e-6 of the hip's mass the step is 5.3e-7 s and multipliers
+// are 1.4e-5 away from it, and a tenth of that at a tenth of the mass: first order.
+TEST_CASE("rigid walkers: the simplest is the limit of small feet", "[cycle][walker]") {
+  const double period = 3.8824637528513741, re = -0.19009984106588815, im = 0.55759877668206827;
+  double before = 0;
+  for (const char* m : {"1e-4", "1e-5", "1e-6"}) {
+    const CycleResult r =
+        rigid_gait("simplest.toml", {fmt::format("body.left.mass_kg={}", m), fmt::format("body.right.mass_kg={}", m)});
+    const double off = std::abs(r.period.value - period),
+                 of_multiplier = std::hypot(r.multipliers[0].real() - re, std::abs(r.multipliers[0].imag()) - im);
+    CAPTURE(m, off, of_multiplier);
+    CHECK(off <= 0.54 * std::stod(m) + 2e-9);
+    CHECK(of_multiplier <= 15 * std::stod(m));
+    if (before > 0) CHECK(std::abs(before / off - 10) <= 0.1);  // second order is some 1e-4 of it; rtol 1e-10 2e-3
+    before = off;
+  }
+}
+
+// At a slope of 0.015 the walker without leg mass has 3.9120039364 s and -0.98046440, -0.30419866, and near
+// 0.0150884379 a flip; the feet's mass moves these by some 1e-6 of order one.
+TEST_CASE("rigid walkers: the simplest is about to flip", "[cycle][walker]") {
+  const std::vector<std::string> steep = {"contact.left.ground_angle_rad=-0.015",
+                                          "contact.right.ground_angle_rad=-0.015"};
+  const CycleResult r = rigid_gait("simplest.toml", steep);
+  CHECK(std::abs(r.period.value - 3.9120039364216083) <= 1e-6);
+  CHECK(std::abs(r.multipliers[0].real() + 0.98046439833454667) <= 5e-5);
+  CHECK(std::abs(r.multipliers[1].real() + 0.30419865500814944) <= 5e-5);
+  const Scene scene = Scene::load(kRigidWalkers + "simplest.toml", steep);
+  const Problem p = make_problem(scene, {"slope"});
+  BranchOptions range;
+  range.from = 0.0149;
+  range.to = 0.0152;
+  const Branch branch = follow_cycles(p, *scene.cycle, p.parameters.values(), range);
+  REQUIRE(branch.bifurcations.size() == 1);
+  CHECK(branch.bifurcations[0].kind == BifurcationKind::flip);
+  CHECK(std::abs(branch.bifurcations[0].at.parameter - 0.01508843794111946) <= 1e-6);
+}
+
+// One scene, one key: on ground of 1e8 N/m^1.5 arcs walk as on rigid ground, where feet bounce ever less until they
+// close. The stiff ground's steps are within 1e-4 of the rigid one's (models/walker/README.md), the first from where
+// both fall.
+TEST_CASE("rigid walkers: one scene runs as both kinds", "[walker]") {
+  const auto touches = [](bool rigid, const std::string& file, double end, double K) {
+    std::vector<std::string> overrides = {"parameter.stiffness.upper=1e13", "parameter.restitution.lower=0",
+                                          "parameter.friction.upper=10"};
+    if (file == "soft_points.toml") overrides.resize(1);
+    for (const char* foot : {"left", "right"}) {
+      overrides.push_back(fmt::format("contact.{}.kind={}", foot, rigid ? "rigid" : "compliant"));
+      overrides.push_back(fmt::format("contact.{}.stiffness_N_per_m_n={:g}", foot, K));
+      overrides.push_back(fmt::format("contact.{}.restitution=0.002", foot));
+      overrides.push_back(fmt::format("contact.{}.friction_coefficient=3", foot));
+      overrides.push_back(fmt::format("contact.{}.transition_velocity_m_per_s=3e-4", foot));
+    }
+    Problem p = make_problem(Scene::load(kRigidWalkers + file, overrides), {"slope"});
+    p.solver.t_end = end;
+    std::vector<double> first;  // of each step
+    double last = -1;
+    for (const RunEvent& e : simulate(p, p.parameters.values()).events) {
+      if (e.name.find("touch") == std::string::npos) continue;
+      if (e.t - last > 0.5) first.push_back(e.t);
+      last = e.t;
+    }
+    return first;
+  };
+  for (const auto& [file, end, K] :
+       {std::tuple{std::string("arc_feet.toml"), 5.2, 1e8}, {std::string("soft_points.toml"), 4.5, 1e11}}) {
+    const std::vector<double> rigid = touches(true, file, end, K), soft = touches(false, file, end, K);
+    CAPTURE(file, rigid, soft);
+    REQUIRE(rigid.size() == soft.size());
+    REQUIRE(rigid.size() >= 2);
+    for (std::size_t i = 0; i < rigid.size(); ++i) CHECK(std::abs(rigid[i] - soft[i]) <= 2e-3);
+  }
+}

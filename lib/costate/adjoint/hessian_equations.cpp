@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 
+#include "costate/formulation/switched_rows_refusal.h"
 #include "costate/level/solved_end.h"
 
 namespace costate {
@@ -15,6 +16,7 @@ HessianEquations::HessianEquations(std::shared_ptr<const Mechanism> mechanism, P
       n_(assembly_.n()),
       m_(assembly_.m()),
       nz_(assembly_.nz()) {
+  refuse_spatial_friction(assembly_);
   gradient_.resize(assembly_);
   change_.resize(assembly_);
   s_.assign(static_cast<std::size_t>(n_ + m_), 0);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "costate/assembly/slip_directions.h"
 #include "costate/base/error.h"
 #include "costate/element/switched_rows.h"
 
@@ -107,7 +108,8 @@ Assembly::Assembly(std::shared_ptr<const Mechanism> mechanism, ParameterSelectio
         const int first = forces_[f].row_offset, sliding = switched->sliding_state();
         switches_.push_back(
             {c, first + switched->switching_state(), sliding < 0 ? -1 : first + sliding, switched->friction_number()});
-        if (sliding >= 0) slidable_.emplace_back(constraints_[c].row_offset + 1, constraints_[c].row_offset);
+        for (int r = 1; sliding >= 0 && r < mech.constraints()[c]->rows(); ++r)
+          slidable_.emplace_back(constraints_[c].row_offset + r, constraints_[c].row_offset);
       }
   }
 
@@ -250,6 +252,7 @@ void Assembly::calc_jacobian(const StateView& s, long point) {
     for (std::size_t k = 0; k < slots.jacobian.size(); ++k) phi_q[slots.jacobian[k]] += scratch_[k];
   }
   part_sliding_rows();
+  turn_slips(*this, s, sliding_);
   jacobian_at_ = point;
 }
 
@@ -294,6 +297,7 @@ void Assembly::calc_dynamics(const StateView& s, long point) {
     e.calc_bias(l, bias.data() + slots.row_offset);
   }
   part_sliding_rows();
+  turn_slips(*this, s, sliding_);
   dynamics_at_ = mass_at_ = jacobian_at_ = point;
 }
 
@@ -382,9 +386,8 @@ void Assembly::calc_partials(const StateView& s, long point) {
       phidd_q[slots.jacobian[j]] += b2[j];
     }
   }
-  for (const SlidingRow& r : sliding_)
-    for (std::size_t k = 0; k < phid_q.size(); ++k)
-      if (jacobian_.row[k] == r.along) phid_q[k] = phidd_q[k] = 0;
+  turn_slips(*this, s, sliding_);
+  part_sliding_partials(*this, s, phid_q, phidd_q);
   partials_at_ = point;
 }
 

@@ -55,6 +55,7 @@ void Assembly::calc_parameter_columns(const StateView& s, ParameterColumns& out)
         }
       }
     }
+  const Eigen::MatrixXd turns = slip_columns(*this, s, out.phid);
   for (const SlidingRow& r : sliding_) {
     out.phi.row(r.along).setZero();
     out.phid.row(r.along).setZero();
@@ -62,6 +63,7 @@ void Assembly::calc_parameter_columns(const StateView& s, ParameterColumns& out)
     if (!s.lambda) continue;
     for (const auto& [column, c] : columns_[static_cast<std::size_t>(r.number)])
       out.phidd(r.along, column) = -c * r.direction * s.lambda[r.normal];
+    if (turns.size() > 0) out.phidd.row(r.along) += turns.row(r.along);
   }
 }
 
@@ -126,8 +128,10 @@ void Assembly::add_parameter_gradient(const StateView& s, const ParameterWeights
       rows[0][j] = (holds_position(row) ? w.c0 : 0) * x + (w.row_phi ? w.row_phi[row] : 0);
       rows[1][j] = w.c1 * x + (w.row_phid ? w.row_phid[row] : 0);
       rows[2][j] = w.c2 * x;
-      if (j == 1 && constraints_[i].slides != 0) rows[0][j] = rows[1][j] = rows[2][j] = 0;
+      if (j >= 1 && constraints_[i].slides != 0) rows[0][j] = rows[1][j] = rows[2][j] = 0;
     }
+    if (e.rows() == 3 && constraints_[i].slides != 0 && w.row && s.lambda)
+      slip_weights(*this, s, constraints_[i].row_offset, w.c2, w.row, rows[1]);
     const ConstraintWeights weights{rows[0], rows[1], rows[2], w.force && s.lambda ? local : nullptr};
     for (const int k : constraints_[i].active) deliver(e.numbers()[k], e.calc_number_gradient(l, k, weights));
   }

@@ -15,15 +15,16 @@ void Assembly::switch_rows(const double* z) {
     slots.there = there;
     slots.slides = slides;
     for (int r = 0; r < mechanism_->constraints()[at.constraint]->rows(); ++r)
-      row_there_[static_cast<std::size_t>(slots.row_offset + r)] = there && !(r == 1 && slides != 0);
+      row_there_[static_cast<std::size_t>(slots.row_offset + r)] = there && !(r >= 1 && slides != 0);
   }
   if (!changed) return;
   dynamics_at_ = jacobian_at_ = partials_at_ = 0;  // of other rows
   sliding_.clear();
   for (const Switch& at : switches_) {
     const Slots& slots = constraints_[at.constraint];
-    if (slots.slides != 0)
-      sliding_.push_back({slots.row_offset, slots.row_offset + 1, at.friction, static_cast<double>(slots.slides)});
+    if (slots.slides == 0) continue;
+    for (int r = 1; r < mechanism_->constraints()[at.constraint]->rows(); ++r)
+      sliding_.push_back({slots.row_offset, slots.row_offset + r, at.friction, static_cast<double>(slots.slides)});
   }
 }
 

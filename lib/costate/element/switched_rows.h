@@ -1,7 +1,9 @@
 // Constraints whose rows come and go: those of a rigid contact are there while it is closed. A state of a force says
 // so, so that whoever evaluates them knows, forward and back. A row that is not there is a row of zeros, and its
 // multiplier is 0. A contact that slides keeps its gap, row 0; its row 1 keeps nothing, but its multiplier is there, as
-// friction: lambda_1 + s mu lambda_0 = 0 with the direction s of sliding, 1 or -1.
+// friction: lambda_1 + s mu lambda_0 = 0 with the direction s of sliding, 1 or -1. In space it has two such rows, 1 and
+// 2, lambda_k + sigma_k mu lambda_0 = 0 with sigma = w/|w|, w = v_t + o: the rates v_t of both rows and the offset o of
+// the states behind sliding_state(), which is 0 unless sliding has begun from rest, where v_t has no direction yet.
 #pragma once
 
 #include "costate/element/element.h"

@@ -13,6 +13,7 @@
 #include "costate/event/contact_gap.h"
 #include "costate/event/contact_ways.h"
 #include "costate/event/motion_events.h"
+#include "costate/event/spatial_slip.h"
 
 namespace costate {
 
@@ -46,9 +47,17 @@ std::vector<MotionEvents::InPlay> MotionEvents::find_in_play(int event, const St
     const bool bounces = bounces_off(c, approach);
     in_play.push_back({&c, bounces, bounces ? number(c, c.contact->restitution_number()) : 0, {}, 0, kSticks});
   };
+  const auto refuse = [&](const ContactOf& c) {
+    throw CapabilityError(
+        fmt::format("At t = {:.9g} s, at '{}', {} takes part in an impact with friction in space, which is not carried "
+                    "yet. Take friction = \"none\", or kind = \"compliant\".",
+                    before.t, of(event).name, c.force->path()));
+  };
+  if (slides_in_space(own)) refuse(own);
   strikes(own, speed);
   for (ContactOf& c : contacts_) {
     if (&c == &own) continue;
+    if (slides_in_space(c) && before.z[c.closed_state] > 0.5) refuse(c);
     if (c.closed_state >= 0 && before.z[c.closed_state] > 0.5) {
       const double along = c.sliding_state < 0 ? 0 : before.z[c.sliding_state];
       in_play.push_back({&c, false, 0, {}, 0, along > 0.5 ? kForward : along < -0.5 ? kBackward : kSticks});
@@ -80,6 +89,7 @@ bool MotionEvents::has_died_out(ContactOf& c, const StateView& before, double ap
 
 void MotionEvents::strike(int event, const StateView& before) {
   ContactOf& own = contacts_[static_cast<std::size_t>(of(event).contact)];
+  const bool halts = contact_guard(event) != UnilateralForce::Guard::touch;
   open_z_.assign(before.z, before.z + assembly_.nz());
   for (ContactOf& c : contacts_) {
     c.closed = false;
@@ -88,6 +98,25 @@ void MotionEvents::strike(int event, const StateView& before) {
   }
   StateView open = before;
   open.z = open_z_.data();
+  if (halts) {
+    // Where sliding in space ends, or begins: what speed there is along the ground, a rounding of all, goes to zero;
+    // what other contacts hold stays as it is.
+    std::vector<ImpactRow> held;
+    std::vector<ActiveRow> all;
+    for (const ContactOf& c : contacts_) {
+      if (c.closed_state < 0 || before.z[c.closed_state] < 0.5) continue;
+      const bool along = &c == &own || (c.sliding_state >= 0 && std::abs(before.z[c.sliding_state]) < 0.5);
+      for (int r = 0; r < (along ? c.contact->row_count() : 1); ++r) {
+        all.push_back({static_cast<int>(held.size()), ActiveRow::Law::held, 0, 0});
+        held.push_back({c.force, c.contact, r, false, &c != &own || r == 0});
+      }
+    }
+    impact_->prepare(open, held);
+    impact_->solve(all);
+    jump_.assign(impact_->u(), impact_->u() + assembly_.n());
+    expands_ = false;
+    return;
+  }
   const double speed = -row_of(*own.force, *own.contact, 0, before, assembly_, nullptr).c1;
   own.largest_approach = std::max(own.largest_approach, speed);
   std::vector<InPlay> in_play = find_in_play(event, before, speed);

@@ -12,6 +12,7 @@
 #include "costate/event/contact_gap.h"
 #include "costate/event/contact_ways.h"
 #include "costate/event/motion_events.h"
+#include "costate/event/spatial_slip.h"
 
 namespace costate {
 
@@ -45,13 +46,27 @@ void MotionEvents::cross_contact(int event, const StateView& before, double* v, 
       if (c.sliding_state >= 0) state(after, c.sliding_state) = c.slides;
     }
   } else {
-    for (int i = 0; i < assembly_.n(); ++i) v[i] = before.v[i];
+    std::vector<double> stopped(before.v, before.v + assembly_.n());
+    // In space a stop takes what is left along the ground, and what begins to slide has no drift.
+    if (slides_in_space(*contact) && guard != Guard::release) {
+      strike(event, before);
+      for (std::size_t i = 0; i < stopped.size(); ++i) stopped[i] += jump_[i];
+    }
+    std::copy(stopped.begin(), stopped.end(), v);
     if (guard == Guard::release) {
       require_bounded(*contact, before);
       state(after, contact->closed_state) = 0;
       if (contact->sliding_state >= 0) state(after, contact->sliding_state) = 0;
+      if (slides_in_space(*contact)) clear_slip(contact->sliding_state, after.data());
     } else if (guard != Guard::stop) {
+      StateView sticking = before;
+      sticking.v = v;
+      std::vector<double> x(static_cast<std::size_t>(assembly_.n() + assembly_.m()));
+      if (slides_in_space(*contact)) solve_motion(sticking, x.data());
       state(after, contact->sliding_state) = guard == Guard::slip_forward ? 1 : -1;
+      // Against friction, which goes on as it was: lambda_k = mu N sigma_k.
+      if (slides_in_space(*contact))
+        offset_slip(contact->sliding_state, x.data() + assembly_.n() + contact->first_row + 1, after.data());
       begins = contact;
     }
   }
@@ -69,6 +84,10 @@ void MotionEvents::cross_contact(int event, const StateView& before, double* v, 
     const Guard kind = its.contact->guard_kind(other.k);
     if (kind == Guard::stop) {
       const double slides = is ? state(after, its.sliding_state) : 0;
+      if (slides_in_space(its)) {
+        other.ready = slides != 0;
+        continue;
+      }
       other.ready = slides != 0 && slides * row_of(*its.force, *its.contact, 1, behind, assembly_, nullptr).c1 > 0 &&
                     !has_stopped(its, behind, acceleration);
     } else if (kind != Guard::touch) {
@@ -108,6 +127,12 @@ void MotionEvents::require_sliding(const StateView& s) {
   for (const ContactOf& c : contacts_) {
     if (c.sliding_state < 0 || s.z[c.closed_state] < 0.5 || std::abs(s.z[c.sliding_state]) < 0.5) continue;
     const double speed = s.z[c.sliding_state] * row_of(*c.force, *c.contact, 1, s, assembly_, nullptr).c1;
+    if (slides_in_space(c)) {
+      if (has_stopped(c, s, acceleration))
+        throw ModelError(c.force->path(),
+                         "At the start it slides along its velocity, and has none: leave 'sliding' out.");
+      continue;
+    }
     if (speed < 0 && !has_stopped(c, s, acceleration))
       throw ModelError(c.force->path(), fmt::format("At the start it slides the other way, at {:.6g} m/s: see "
                                                     "'sliding'.",
@@ -127,8 +152,9 @@ void MotionEvents::require_sliding(const StateView& s) {
 bool MotionEvents::has_stopped(const ContactOf& c, const StateView& s, double acceleration) const {
   double fastest = 0;
   for (int i = 0; i < assembly_.n(); ++i) fastest = std::max(fastest, std::abs(s.v[i]));
-  return std::abs(row_of(*c.force, *c.contact, 1, s, assembly_, nullptr).c1) <=
-         kStopped * fastest + kStopTime * acceleration;
+  double speed = std::abs(row_of(*c.force, *c.contact, 1, s, assembly_, nullptr).c1);
+  if (slides_in_space(c)) speed = std::hypot(speed, row_of(*c.force, *c.contact, 2, s, assembly_, nullptr).c1);
+  return speed <= kStopped * fastest + kStopTime * acceleration;
 }
 
 double MotionEvents::largest_acceleration(const StateView& s) {
@@ -170,6 +196,8 @@ void MotionEvents::settle(const StateView& s, double* z, const std::string& even
       options.push_back({way});
     else if (c.sliding_state < 0 || !stays)
       options.push_back({way, kOpen});
+    else if (slides_in_space(c))
+      options.push_back({kSticks, kOpen});  // from rest it begins to slide by the guard of its friction alone
     else if (way == kSticks)
       options.push_back({kSticks, kForward, kBackward, kOpen});
     else
@@ -182,6 +210,7 @@ void MotionEvents::settle(const StateView& s, double* z, const std::string& even
     for (std::size_t c = 0; c < closed.size(); ++c) {
       z[closed[c]->closed_state] = ways[c] == kOpen ? 0 : 1;
       if (closed[c]->sliding_state >= 0) z[closed[c]->sliding_state] = slides(ways[c]);
+      if (slides_in_space(*closed[c]) && slides(ways[c]) == 0) clear_slip(closed[c]->sliding_state, z);
     }
   };
   const auto fits = [&](const std::vector<int>& ways) {
@@ -200,8 +229,8 @@ void MotionEvents::settle(const StateView& s, double* z, const std::string& even
       if (-lambda[0] < -kContactRounding * forces) return false;
       if (at.sliding_state < 0 || &at == begins_to_slide) continue;
       if (const int direction = slides(ways[c]); direction == 0) {
-        if (std::abs(lambda[1]) > -number(at, at.contact->friction_number()) * lambda[0] + kContactRounding * forces)
-          return false;
+        const double friction = slides_in_space(at) ? std::hypot(lambda[1], lambda[2]) : std::abs(lambda[1]);
+        if (friction > -number(at, at.contact->friction_number()) * lambda[0] + kContactRounding * forces) return false;
       } else if (rests[c] && direction * row_of(*at.force, *at.contact, 1, s, assembly_, x.data()).c2 <
                                  -kContactRounding * accelerations) {
         return false;
@@ -219,9 +248,11 @@ void MotionEvents::settle(const StateView& s, double* z, const std::string& even
   // Two that stick on one body hold it twice along the ground.
   const bool redundant =
       std::count_if(closed.begin(), closed.end(), [](const ContactOf* c) { return c->sliding_state >= 0; }) > 1;
-  const char* advice = redundant ? " Where several stick on one body their friction is not determined: formulation = "
-                                   "\"penalty\" carries that."
-                                 : "";
+  const bool space = std::any_of(closed.begin(), closed.end(), [](const ContactOf* c) { return slides_in_space(*c); });
+  const char* advice = space ? " In space a contact that has come to rest, and is pushed on or back, is not carried."
+                       : redundant ? " Where several stick on one body their friction is not determined: formulation = "
+                                     "\"penalty\" carries that."
+                                   : "";
   const bool few = for_all_ways(options, [&](const std::vector<int>& ways) {
     write(ways);
     StateView at = s;

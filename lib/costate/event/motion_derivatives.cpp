@@ -7,6 +7,7 @@
 #include "costate/base/error.h"
 #include "costate/event/contact_gap.h"
 #include "costate/event/motion_events.h"
+#include "costate/event/spatial_slip.h"
 
 namespace costate {
 
@@ -63,7 +64,8 @@ bool MotionEvents::goes_on_smoothly(int event, const StateView& before, const Si
 
 void MotionEvents::linearize_impact(int event, const StateView& before, bool columns) {
   strike(event, before);
-  require_one_impact(contacts_, contact_of(event), before, assembly_, -impact_->speed_before(0));
+  if (contact_guard(event) == UnilateralForce::Guard::touch)
+    require_one_impact(contacts_, contact_of(event), before, assembly_, -impact_->speed_before(0));
   impact_->linearize(columns);
   if (expands_) expansion_->linearize(columns);
 }
@@ -190,7 +192,7 @@ void MotionEvents::tangent(int event, const StateView& before, const Side& minus
                            double* const* columns, int count, double* dcost) {
   const GuardOf& g = of(event);
   const int n = assembly_.n(), nz = assembly_.nz(), first = g.first_state;
-  const bool impact = contact_of(event, true) != nullptr;
+  const bool impact = contact_of(event, true) || (contact_of(event) && slides_in_space(*contact_of(event)));
   if (goes_on_smoothly(event, before, minus, plus)) {
     std::fill(dcost, dcost + count, 0.0);
     return;
@@ -237,7 +239,7 @@ void MotionEvents::adjoint(int event, const StateView& before, const Side& minus
   if (goes_on_smoothly(event, before, minus, plus)) return;
   linearize(g, before, minus, np > 0);
   double sigma = minus.cost - plus.cost;
-  if (contact_of(event, true)) {
+  if (contact_of(event, true) || (contact_of(event) && slides_in_space(*contact_of(event)))) {
     linearize_impact(event, before, false);
     std::vector<double> w(static_cast<std::size_t>(2 * n), 0);
     sigma += impact_adjoint(mu + n, w.data(), w.data() + n, gradient);

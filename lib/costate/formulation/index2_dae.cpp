@@ -7,6 +7,7 @@
 
 #include "costate/base/error.h"
 #include "costate/formulation/cost_pullback.h"
+#include "costate/formulation/switched_rows_refusal.h"
 #include "costate/level/solved_end.h"
 #include "costate/level/unknown_names.h"
 
@@ -21,6 +22,7 @@ Index2Dae::Index2Dae(std::shared_ptr<const Mechanism> mechanism, ParameterSelect
       m_(assembly_.m()),
       nz_(assembly_.nz()),
       point_(assembly_) {
+  refuse_spatial_friction(assembly_);
   append_differential_unknowns(assembly_.mechanism(), unknowns_);
   append_algebraic_unknowns(assembly_.mechanism(), unknowns_, false);
   if (events_) events_->use(state_.balance());

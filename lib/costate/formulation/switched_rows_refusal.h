@@ -7,5 +7,7 @@ namespace costate {
 
 /// Throws CapabilityError where rows come and go.
 void refuse_switched_rows(const Assembly& assembly);
+/// Throws CapabilityError where contacts may slide in space.
+void refuse_spatial_friction(const Assembly& assembly);
 
 }  // namespace costate

@@ -1,6 +1,7 @@
 // The rows of a rigid contact with a plane of the ground while it is closed: the gap, and where it sticks the place
-// along the ground, for an arc less what it has rolled. The multiplier of a row is minus the force of the ground.
-// Numbers: h, alpha, R, where it sticks at the start; those of the point.
+// along the ground, for an arc less what it has rolled; in space two places, of a point. The multiplier of a row is
+// minus the force of the ground.
+// Numbers: h, alpha, R, where it sticks at the start, in both directions in space; those of the point.
 #pragma once
 
 #include <string>
@@ -15,7 +16,7 @@ template <class Point>
 class ContactRows final : public ConstraintOf<ContactRows<Point>>, public SwitchedRows {
  public:
   using Surface = ContactSurface<Point>;
-  static constexpr int kAlong = Surface::kNumbers, kNumbers = kAlong + 1;
+  static constexpr int kAlong = Surface::kNumbers, kNumbers = kAlong + Surface::tangents;
 
   /// `friction`: its coefficient among all numbers; states: of the force's own.
   ContactRows(std::string name, const Point& point, bool round, bool sticks, int friction, const Force& force,
@@ -32,8 +33,8 @@ class ContactRows final : public ConstraintOf<ContactRows<Point>>, public Switch
     this->append_numbers(point.numbers());
   }
 
-  int rows() const override { return sticks_ ? 2 : 1; }
-  std::string row_name(int i) const override { return i == 0 ? "normal" : "along"; }
+  int rows() const override { return sticks_ ? 1 + Surface::tangents : 1; }
+  std::string row_name(int i) const override { return i == 0 ? "normal" : i == 1 ? "along" : "across"; }
   const Force& switched_by() const override { return force_; }
   int switching_state() const override { return state_; }
   bool holds_position(int i) const override { return i == 0; }
@@ -41,8 +42,8 @@ class ContactRows final : public ConstraintOf<ContactRows<Point>>, public Switch
   int friction_number() const override { return friction_; }
 
   template <class S>
-  static S place(const Surface& surface, const S* q, const S* ground, const S* point) {
-    S s = surface.along(0, q, ground, point);
+  static S place(const Surface& surface, int k, const S* q, const S* ground, const S* point) {
+    S s = surface.along(k, q, ground, point);
     if constexpr (Surface::dim == 2)
       if (surface.round()) s += ground[Surface::kRadius] * q[2];
     return s;
@@ -50,7 +51,8 @@ class ContactRows final : public ConstraintOf<ContactRows<Point>>, public Switch
   template <class S>
   void physics(const S&, const S* q, const S* p, S* phi) const {
     phi[0] = surface_.gap(q, p, p + kNumbers);
-    if (sticks_) phi[1] = place(surface_, q, p, p + kNumbers) - p[kAlong];
+    if (!sticks_) return;
+    for (int k = 0; k < Surface::tangents; ++k) phi[1 + k] = place(surface_, k, q, p, p + kNumbers) - p[kAlong + k];
   }
 
   std::vector<Measure> measures() const override {
@@ -58,7 +60,10 @@ class ContactRows final : public ConstraintOf<ContactRows<Point>>, public Switch
     if (sticks_) m.push_back({"friction_force", "N", true});
     return m;
   }
-  PathDual measure(int i, const MeasureArguments& x) const override { return -x.lambda[i]; }
+  PathDual measure(int i, const MeasureArguments& x) const override {
+    if (i == 0 || Surface::tangents == 1) return -x.lambda[i];
+    return sqrt(x.lambda[1] * x.lambda[1] + x.lambda[2] * x.lambda[2] + PathDual(1e-24));
+  }
 
  private:
   Surface surface_;

@@ -1,8 +1,9 @@
 // Rigid contact with a plane of the ground: of a point, of an arc or a sphere about it (contact_surface.h). It holds no
 // force of its own: where the gap closes velocities jump (event/impact.h), and while it is closed the ground's forces
 // are those of its rows (constraint/contact_rows.h). States, of one that may close: 1 while it is closed, else 0; with
-// friction the direction in which it slides along the plane, 1 or -1, or 0 where it sticks.
-// Numbers: e, mu, the approach speed below which it closes, h, alpha, R, both states at the start; those of the points.
+// friction the direction in which it slides along the plane, 1 or -1, or 0 where it sticks. In space 1 where it slides,
+// and the offset of its velocity (element/switched_rows.h), which is 0 but where sliding has begun from rest.
+// Numbers: e, mu, the approach speed below which it closes, h, alpha, R, the states at the start; those of the points.
 #pragma once
 
 #include <cmath>
@@ -15,12 +16,17 @@
 
 namespace costate {
 
+/// In space: the offset [m/s] with which sliding begins from rest, along the friction that it takes.
+inline constexpr double kSlidingOffset = 1e-9;
+
 template <class Point>
 class RigidContact final : public Force, public UnilateralForce, public GapElement {
  public:
   using Surface = ContactSurface<Point>;
   static constexpr int kRestitution = 0, kFriction = 1, kClosing = 2, kGround = 3,
-                       kClosed = kGround + Surface::kNumbers, kSliding = kClosed + 1, kNumbers = kSliding + 1;
+                       kClosed = kGround + Surface::kNumbers, kSliding = kClosed + 1, kOffset = kSliding + 1,
+                       kNumbers = Surface::dim == 3 ? kOffset + 1 : kOffset;
+  static constexpr bool kSpace = Surface::dim == 3;
 
   struct Options {
     bool round = false, closes = false, sticks = false, poisson = false;
@@ -41,9 +47,12 @@ class RigidContact final : public Force, public UnilateralForce, public GapEleme
   /// The constraint that holds it while it is closed, of one that may close.
   void hold_by(const Constraint& rows) { rows_ = &rows; }
 
-  int states() const override { return options_.closes ? options_.sticks ? 2 : 1 : 0; }
-  std::string state_name(int i) const override { return i == 0 ? "closed" : "sliding"; }
-  int initial_state_number(int i) const override { return i == 0 ? kClosed : kSliding; }
+  int states() const override { return options_.closes ? options_.sticks ? kSpace ? 4 : 2 : 1 : 0; }
+  std::string state_name(int i) const override {
+    constexpr const char* names[] = {"closed", "sliding", "offset_along", "offset_across"};
+    return names[i];
+  }
+  int initial_state_number(int i) const override { return i == 0 ? kClosed : i == 1 ? kSliding : kOffset; }
 
   void force(const PathDual&, const PathDual*, const PathDual*, const PathDual*, const PathDual*, PathDual*,
              PathDual*) const override {}
@@ -53,38 +62,40 @@ class RigidContact final : public Force, public UnilateralForce, public GapEleme
   void add_number_gradient(const LocalState&, const double*, const double*, const int*, int, double*) const override {}
 
   // The touch; of one that closes its end, where N falls to 0; with friction the two limits mu N -+ F of sticking, and
-  // the end of sliding, where s v_t falls to 0.
-  int guard_count() const override { return options_.closes ? options_.sticks ? 5 : 2 : 1; }
+  // the end of sliding, where s v_t falls to 0. In space mu N - |F|, and the end where |w| falls to half an offset.
+  int guard_count() const override { return options_.closes ? options_.sticks ? kSpace ? 4 : 5 : 2 : 1; }
   Guard guard_kind(int k) const override {
-    constexpr Guard kinds[] = {Guard::touch, Guard::release, Guard::slip_backward, Guard::slip_forward, Guard::stop};
-    return kinds[k];
+    constexpr Guard plane[] = {Guard::touch, Guard::release, Guard::slip_backward, Guard::slip_forward, Guard::stop};
+    constexpr Guard space[] = {Guard::touch, Guard::release, Guard::slip_forward, Guard::stop};
+    return kSpace ? space[k] : plane[k];
   }
   std::string guard_name(int k) const override {
-    return k == 0 ? "touch" : k == 1 ? "release" : k == 4 ? "stop" : "slip";
+    return k == 0 ? "touch" : k == 1 ? "release" : is_stop(k) ? "stop" : "slip";
   }
   std::string mode_behind(int k) const override {
-    return k == 0 ? "touched" : k == 1 ? "open" : k == 4 ? "sticks" : "slides";
+    return k == 0 ? "touched" : k == 1 ? "open" : is_stop(k) ? "sticks" : "slides";
   }
   int guard_direction(int) const override { return -1; }
   bool guard_armed(int k, const double* z) const override {
     if (!options_.closes) return true;
     if ((z[0] > 0.5) != (k > 0)) return false;
-    return k < 2 || (k == 4) == (std::abs(z[1]) > 0.5);
+    return k < 2 || is_stop(k) == (std::abs(z[1]) > 0.5);
   }
   std::string past_at_start(int k) const override {
-    return k == 0   ? "a rigid contact is above the ground where it starts, or 'closed'."
-           : k == 1 ? "what is closed at the start is pressed to the ground; leave 'closed' out."
-           : k == 4 ? "it slides the other way; see 'sliding'."
-                    : "what sticks at the start needs more friction, or give 'sliding'.";
+    return k == 0       ? "a rigid contact is above the ground where it starts, or 'closed'."
+           : k == 1     ? "what is closed at the start is pressed to the ground; leave 'closed' out."
+           : is_stop(k) ? kSpace ? "it slides along its velocity, and has none; see 'sliding'."
+                                 : "it slides the other way; see 'sliding'."
+                        : "what sticks at the start needs more friction, or give 'sliding'.";
   }
   PathDual guard(int k, const MeasureArguments& x) const override {
     if (k == 0) return is_ahead(x.q, x.p) ? gap(x.q, x.p) : PathDual(std::nan(""));
-    if (k == 4) return x.z[1] * slip(x.q, x.v, x.p);
+    if (is_stop(k)) return speed(x.q, x.v, x.z, x.p);
     return x.lambda ? pressed(k, x.lambda, x.p) : PathDual(std::nan(""));
   }
   double guard_value(int k, const LocalState& s) const override {
     if (k == 0) return is_ahead(s.q, s.p) ? gap(s.q, s.p) : std::nan("");
-    if (k == 4) return s.z[1] * slip(s.q, s.v, s.p);
+    if (is_stop(k)) return speed(s.q, s.v, s.z, s.p);
     return s.lambda ? pressed(k, s.lambda, s.p) : std::nan("");
   }
   int gap_count() const override { return 1; }
@@ -97,9 +108,9 @@ class RigidContact final : public Force, public UnilateralForce, public GapEleme
     for (int i = 0; i < states(); ++i) z_after[i] = PathDual(0.0);
   }
 
-  int row_count() const override { return options_.sticks ? 2 : 1; }
+  int row_count() const override { return options_.sticks ? 1 + Surface::tangents : 1; }
   PathDual row(int i, const MeasureArguments& x) const override {
-    return i == 0 ? gap(x.q, x.p) : ContactRows<Point>::place(surface_, x.q, x.p + kGround, x.p + kNumbers);
+    return i == 0 ? gap(x.q, x.p) : ContactRows<Point>::place(surface_, i - 1, x.q, x.p + kGround, x.p + kNumbers);
   }
   int restitution_number() const override { return kRestitution; }
   int friction_number() const override { return kFriction; }
@@ -134,17 +145,27 @@ class RigidContact final : public Force, public UnilateralForce, public GapEleme
   S gap(const S* q, const S* p) const {
     return surface_.gap(q, p + kGround, p + kNumbers);
   }
-  /// Along the plane, of the material point; in space along the first direction.
+  bool is_stop(int k) const { return k == (kSpace ? 3 : 4); }
+  /// Along the plane, of the material point: s v_t; in space |v_t + o| less half an offset.
   template <class S>
-  S slip(const S* q, const S* v, const S* p) const {
+  S speed(const S* q, const S* v, const S* z, const S* p) const {
+    using std::sqrt;
     typename Surface::template Motion<S> m;
     surface_.motion(q, v, p + kGround, p + kNumbers, m);
-    return m.slip[0];
+    if constexpr (!kSpace) {
+      return z[1] * m.slip[0];
+    } else {
+      const S along = m.slip[0] + z[2], across = m.slip[1] + z[3];
+      return sqrt(along * along + across * across) - S(0.5 * kSlidingOffset);
+    }
   }
   /// N, and mu N -+ F; the multipliers are -N and -F.
   template <class S>
   S pressed(int k, const S* lambda, const S* p) const {
+    using std::sqrt;
     if (k == 1) return -lambda[0];
+    if constexpr (kSpace)
+      return -p[kFriction] * lambda[0] - sqrt(lambda[1] * lambda[1] + lambda[2] * lambda[2] + S(1e-300));
     return k == 2 ? lambda[1] - p[kFriction] * lambda[0] : -lambda[1] - p[kFriction] * lambda[0];
   }
   template <class S>

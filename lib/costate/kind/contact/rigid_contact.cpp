@@ -32,10 +32,14 @@ void add_at(MechanismBuilder& builder, const std::string& path, const std::strin
   options.closes = o.restitution == 0 || o.closing_speed_m_per_s > 0 || o.closed || !o.for_good;
   options.sticks = o.friction_coefficient > 0;
   options.poisson = o.restitution_law == "poisson";
-  if (options.sticks && ContactSurface<Point>::dim == 3)
-    throw ModelError(path + ".friction",
-                     "Rigid contact with friction is there in the plane alone: take friction = "
-                     "\"none\", or kind = \"compliant\".");
+  constexpr bool space = ContactSurface<Point>::dim == 3;
+  if (options.sticks && options.round && space)
+    throw ModelError(path + ".radius_m",
+                     "Rigid contact with friction in space is of points: take friction = \"none\", radius_m = 0, or "
+                     "kind = \"compliant\".");
+  if (space && o.sliding < 0)
+    throw ModelError(path + ".sliding",
+                     "What slides in space does so along its velocity: \"forward\" says that it slides.");
   ContactNumbers numbers(builder, path);
   numbers.add("restitution", o.restitution, not_negative, o.restitution > 0);
   numbers.add("friction_coefficient", o.friction_coefficient, not_negative, options.sticks);
@@ -45,12 +49,14 @@ void add_at(MechanismBuilder& builder, const std::string& path, const std::strin
   numbers.add("radius_m", o.radius_m, not_negative, options.round);
   numbers.add("closed", o.closed ? 1 : 0, NumberRule::any, false);
   numbers.add("sliding", o.closed && options.sticks ? o.sliding : 0, NumberRule::any, false);
+  if (space) numbers.add("sliding_offset_m_per_s", 0, NumberRule::any, false);
   auto contact =
       std::make_unique<RigidContact<Point>>(name, point, ahead_of ? &*ahead_of : nullptr, options, numbers.all());
   if (options.closes) {
     using Contact = RigidContact<Point>;
     std::vector<int> own(numbers.all().begin() + Contact::kGround, numbers.all().begin() + Contact::kClosed);
     own.push_back(builder.add_number(path + ".along_m", o.along_m, NumberRule::any));
+    if (space) own.push_back(builder.add_number(path + ".across_m", o.across_m, NumberRule::any));
     const int friction = numbers.all()[static_cast<std::size_t>(Contact::kFriction)];
     auto rows = std::make_unique<ContactRows<Point>>(name, point, options.round, options.sticks, friction, *contact,
                                                      contact->closed_state(), contact->sliding_state(), own);

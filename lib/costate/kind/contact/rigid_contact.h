@@ -10,12 +10,13 @@ namespace costate {
 struct RigidContactOptions {
   double restitution = 0;  // speed after an impact by the speed before, 0 to 1; of poisson's law impulses
   std::string restitution_law = "newton";  // or "poisson"
-  double friction_coefficient = 0;         // Coulomb's, in the plane; 0: there is no friction
+  double friction_coefficient = 0;         // Coulomb's; 0: there is no friction
   double closing_speed_m_per_s = 0;        // with a lower approach speed it closes
   bool for_good = false;  // one with restitution bounces for good; if not it closes where bounces die out
   bool closed = false;    // at the start
-  int sliding = 0;        // then: 1 or -1 where it slides along the plane or against it
-  double along_m = 0;     // where along the ground what is closed at the start sticks
+  int sliding = 0;      // then: 1 or -1 where it slides along the plane or against it (in space 1: along its velocity)
+  double along_m = 0;   // where along the ground what is closed at the start sticks
+  double across_m = 0;  // in space the same along y
   double ground_height_m = 0, ground_angle_rad = 0;
   double radius_m = 0;
   std::string ahead_of;  // it closes only where it is ahead of this point; empty: everywhere

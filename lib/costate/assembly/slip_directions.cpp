@@ -1,0 +1,132 @@
+#include "costate/assembly/slip_directions.h"
+
+#include <cmath>
+
+#include "costate/element/switched_rows.h"
+
+namespace costate {
+
+namespace {
+
+/// A contact that slides in space: entry of its first row along the ground among sliding rows; w.
+struct SpatialSlip {
+  std::size_t first;
+  double w[2];
+};
+
+/// Calls visit(SpatialSlip) for all of them.
+template <class Visit>
+void for_each_slip(const Assembly& assembly, const StateView& s, const std::vector<Assembly::SlidingRow>& rows,
+                   const Visit& visit) {
+  const Mechanism& mech = assembly.mechanism();
+  const SparsePattern& pattern = assembly.jacobian();
+  for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
+    if (rows[i].normal != rows[i + 1].normal) continue;
+    SpatialSlip slip{i, {0, 0}};
+    for (std::size_t c = 0; c < mech.constraints().size(); ++c) {
+      if (mech.row_offsets()[c] != rows[i].normal) continue;
+      const auto* switched = dynamic_cast<const SwitchedRows*>(mech.constraints()[c].get());
+      for (std::size_t f = 0; switched && f < mech.forces().size(); ++f)
+        if (mech.forces()[f].get() == &switched->switched_by())
+          for (int k = 0; k < 2; ++k) slip.w[k] = s.z[mech.state_offsets()[f] + switched->sliding_state() + 1 + k];
+    }
+    const std::vector<double>& J = assembly.reaction_jacobian();
+    for (int j = 0; j < pattern.cols; ++j)
+      for (std::size_t k = 0; k < 2; ++k)
+        if (const std::int64_t e = pattern.find(rows[i + k].along, j); e >= 0)
+          slip.w[k] += J[static_cast<std::size_t>(e)] * s.v[j];
+    visit(slip);
+    ++i;
+  }
+}
+
+/// T = -mu lambda_0 (1 - sigma sigma^T)/|w|, the derivative of R2 by the rates.
+struct Turning {
+  double by[2][2] = {};
+  Turning(const Assembly& assembly, const StateView& s, const SpatialSlip& slip) {
+    const Assembly::SlidingRow& row = assembly.sliding_rows()[slip.first];
+    const double size = std::hypot(slip.w[0], slip.w[1]);
+    if (!(size > 0) || !s.lambda) return;
+    const double c = -assembly.numbers()[static_cast<std::size_t>(row.number)] * s.lambda[row.normal] / size;
+    const double x = slip.w[0] / size, y = slip.w[1] / size;
+    by[0][0] = c * y * y;
+    by[1][1] = c * x * x;
+    by[0][1] = by[1][0] = -c * x * y;
+  }
+};
+
+/// to_k += sum_l T_kl from_l over the entries of the rows along the ground, whose columns are the same.
+void add_turned(const Assembly& assembly, const SpatialSlip& slip, const Turning& T, const std::vector<double>& from,
+                std::vector<double>& to) {
+  const SparsePattern& pattern = assembly.jacobian();
+  const auto& rows = assembly.sliding_rows();
+  for (int j = 0; j < pattern.cols; ++j)
+    for (std::size_t l = 0; l < 2; ++l) {
+      const std::int64_t e = pattern.find(rows[slip.first + l].along, j);
+      if (e < 0) continue;
+      for (std::size_t k = 0; k < 2; ++k)
+        to[static_cast<std::size_t>(pattern.find(rows[slip.first + k].along, j))] +=
+            T.by[k][l] * from[static_cast<std::size_t>(e)];
+    }
+}
+
+}  // namespace
+
+void turn_slips(const Assembly& assembly, const StateView& s, std::vector<Assembly::SlidingRow>& rows) {
+  if (rows.size() < 2 || !s.v || !s.z) return;
+  for_each_slip(assembly, s, rows, [&](const SpatialSlip& slip) {
+    const double size = std::hypot(slip.w[0], slip.w[1]);
+    for (std::size_t k = 0; k < 2; ++k) rows[slip.first + k].direction = size > 0 ? slip.w[k] / size : 0;
+  });
+}
+
+void part_sliding_partials(const Assembly& assembly, const StateView& s, std::vector<double>& phid_q,
+                           std::vector<double>& phidd_q) {
+  const auto& rows = assembly.sliding_rows();
+  if (rows.empty()) return;
+  const auto clear = [&](std::vector<double>& x) {
+    for (const Assembly::SlidingRow& r : rows)
+      for (std::size_t k = 0; k < x.size(); ++k)
+        if (assembly.jacobian().row[k] == r.along) x[k] = 0;
+  };
+  clear(phidd_q);
+  if (s.v && s.z)
+    for_each_slip(assembly, s, rows, [&](const SpatialSlip& slip) {
+      add_turned(assembly, slip, Turning(assembly, s, slip), phid_q, phidd_q);
+    });
+  clear(phid_q);
+}
+
+void add_slip_rates(const Assembly& assembly, const StateView& s, std::vector<double>& r2_v) {
+  if (assembly.sliding_rows().size() < 2) return;
+  for_each_slip(assembly, s, assembly.sliding_rows(), [&](const SpatialSlip& slip) {
+    add_turned(assembly, slip, Turning(assembly, s, slip), assembly.reaction_jacobian(), r2_v);
+  });
+}
+
+Eigen::MatrixXd slip_columns(const Assembly& assembly, const StateView& s, const Eigen::MatrixXd& phid) {
+  Eigen::MatrixXd out;
+  if (assembly.sliding_rows().size() < 2 || !s.v || !s.z) return out;
+  for_each_slip(assembly, s, assembly.sliding_rows(), [&](const SpatialSlip& slip) {
+    if (out.size() == 0) out.setZero(phid.rows(), phid.cols());
+    const Turning T(assembly, s, slip);
+    for (std::size_t k = 0; k < 2; ++k)
+      for (std::size_t l = 0; l < 2; ++l)
+        out.row(assembly.sliding_rows()[slip.first + k].along) +=
+            T.by[k][l] * phid.row(assembly.sliding_rows()[slip.first + l].along);
+  });
+  return out;
+}
+
+void slip_weights(const Assembly& assembly, const StateView& s, int row, double factor, const double* weight,
+                  double* of_rates) {
+  if (!s.v || !s.z) return;
+  for_each_slip(assembly, s, assembly.sliding_rows(), [&](const SpatialSlip& slip) {
+    if (assembly.sliding_rows()[slip.first].normal != row) return;
+    const Turning T(assembly, s, slip);
+    for (int l = 0; l < 2; ++l)
+      for (int k = 0; k < 2; ++k) of_rates[1 + l] += factor * T.by[k][l] * weight[row + 1 + k];
+  });
+}
+
+}  // namespace costate

@@ -1,0 +1,25 @@
+// Directions in which contacts slide in space (element/switched_rows.h), and how they turn: with the rates v_t of the
+// rows along the ground, the offset o, w = v_t + o and sigma = w/|w|
+//   R2_k = -(lambda_k + mu lambda_0 sigma_k),   sigma_x = (1 - sigma sigma^T)/|w| w_x,   k = 1, 2.
+// Of contacts in the plane, whose direction does not change, nothing is done.
+#pragma once
+
+#include "costate/assembly/assembly.h"
+
+namespace costate {
+
+/// The directions of those of `rows`, of the assembly's sliding rows, that slide in space, at (q, v, z) of the Jacobian
+/// that is there. Where v or z are missing they stay as they are, and where w = 0 there is none.
+void turn_slips(const Assembly& assembly, const StateView& s, std::vector<Assembly::SlidingRow>& rows);
+/// Of rows along which contacts slide: phid_q := 0, phidd_q := 0, in space (R2_k)_q, by their rates' phid_q.
+void part_sliding_partials(const Assembly& assembly, const StateView& s, std::vector<double>& phid_q,
+                           std::vector<double>& phidd_q);
+/// r2_v += (R2_k)_v of contacts that slide in space.
+void add_slip_rates(const Assembly& assembly, const StateView& s, std::vector<double>& r2_v);
+/// (R2_k)_rho, as far as sigma turns, of the rates' columns phid; empty where nothing slides in space.
+Eigen::MatrixXd slip_columns(const Assembly& assembly, const StateView& s, const Eigen::MatrixXd& phid);
+/// Of the contact whose first row is `row`: the weights of the rates of its rows in factor sum_k weight_k R2_k.
+void slip_weights(const Assembly& assembly, const StateView& s, int row, double factor, const double* weight,
+                  double* of_rates);
+
+}  // namespace costate

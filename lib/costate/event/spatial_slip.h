@@ -1,0 +1,25 @@
+// What contacts that may slide in space need beside those of the plane (element/switched_rows.h).
+#pragma once
+
+#include <cmath>
+
+#include "costate/element/force/rigid_contact.h"
+
+namespace costate {
+
+/// Contact: has its force, contact and sliding_state.
+template <class Contact>
+bool slides_in_space(const Contact& c) {
+  return c.sliding_state >= 0 && c.contact->row_count() == 3;
+}
+
+/// The offset of its velocity, behind the state `sliding` of z: none.
+inline void clear_slip(int sliding, double* z) { z[sliding + 1] = z[sliding + 2] = 0; }
+
+/// The same with which it begins to slide from rest along lambda_t, against the friction -lambda_t.
+inline void offset_slip(int sliding, const double* lambda_t, double* z) {
+  const double size = std::hypot(lambda_t[0], lambda_t[1]);
+  for (int k = 0; k < 2; ++k) z[sliding + 1 + k] = size > 0 ? kSlidingOffset * lambda_t[k] / size : 0;
+}
+
+}  // namespace costate

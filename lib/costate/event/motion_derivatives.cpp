@@ -236,6 +236,13 @@ void MotionEvents::adjoint(int event, const StateView& before, const Side& minus
                            double* gradient) {
   const GuardOf& g = of(event);
   const int n = assembly_.n(), nz = assembly_.nz(), first = g.first_state, np = assembly_.np();
+  // Behind it the direction turns the faster the slower the slip is: what an adjoint has between steps is too coarse.
+  if (contact_of(event) && slides_in_space(*contact_of(event)) &&
+      contact_guard(event) == UnilateralForce::Guard::slip_forward)
+    throw CapabilityError(
+        fmt::format("At t = {:.9g} s, at '{}', sliding in space begins from rest, which adjoints do not resolve. Take "
+                    "idas-forward or cvodes-forward.",
+                    before.t, g.name));
   if (goes_on_smoothly(event, before, minus, plus)) return;
   linearize(g, before, minus, np > 0);
   double sigma = minus.cost - plus.cost;

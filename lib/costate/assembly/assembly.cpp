@@ -391,12 +391,4 @@ void Assembly::calc_partials(const StateView& s, long point) {
   partials_at_ = point;
 }
 
-void Assembly::calc_hessian(const StateView& s, const double* gamma, std::vector<double>& hessian) {
-  read_switches(s);
-  hessian.assign(square_.row.size(), 0.0);
-  StateView x = s;
-  x.lambda = gamma;
-  add_hessians(x, hessian);
-}
-
 }  // namespace costate

@@ -126,4 +126,12 @@ void Assembly::add_constant_body_gradient(const double* outer, const double* sum
     }
 }
 
+void Assembly::calc_hessian(const StateView& s, const double* gamma, std::vector<double>& hessian) {
+  read_switches(s);
+  hessian.assign(square_.row.size(), 0.0);
+  StateView x = s;
+  x.lambda = gamma;
+  add_hessians(x, hessian);
+}
+
 }  // namespace costate

@@ -74,7 +74,8 @@ output = "box.z"
 // It falls without turning by h = 0.5 m; the impulse p = (1 + e) v/(1/m + y^2/Jx + x^2/Jy) of the floor at the corner's
 // (x, y) from the centre then throws the centre up by p/m - v. All is quadratic in time but the turning, of which the
 // cost has nothing: times are off by the tolerance 1e-11, taken hundredfold in the derivatives. Open, no row of the
-// contact is there, but penalty holds |e| = 1 by 1/alpha alone.
+// contact is there, but penalty holds |e| = 1 by 1/alpha
+// alone, which is 2e-8 of the derivative by the inertia.
 TEST_CASE("rigid contacts in space: the corner of a box bounces", "[events]") {
   const double g = 9.81, e = 0.6, m = 1.4, Jx = 0.03, Jy = 0.05, x = 0.1, y = 0.2, end = 0.5, h = 0.5;
   const double v = std::sqrt(2 * h * g), t = v / g, W = 1 / m + y * y / Jx + x * x / Jy, p = (1 + e) * v / W;
@@ -97,7 +98,7 @@ TEST_CASE("rigid contacts in space: the corner of a box bounces", "[events]") {
     CHECK(std::abs(r.psi - z) <= 1e-9);
     CHECK(std::abs(r.gradient[0] - by_e) <= 1e-9);
     CHECK(std::abs(r.gradient[1] - by_m) <= 1e-9);
-    CHECK(std::abs(r.gradient[2] - by_Jx) <= 1e-8);
+    CHECK(std::abs(r.gradient[2] - by_Jx) <= (way.formulation == std::string("penalty") ? 1e-7 : 1e-8));
     CHECK(std::abs(r.gradient[3] - by_h) <= 1e-8);
   }
 }
@@ -254,7 +255,7 @@ closed = true
 friction = "coulomb"
 friction_coefficient = 0.8
 [start]
-given = ["puller"]
+given = [GIVEN]
 [run]
 t_end_s = 1.5
 rtol = 1e-11
@@ -275,12 +276,15 @@ weight = 1e-2
 )";
 
 Problem pulled_along(const std::string& puller, const std::string& nail, const std::string& along, bool space) {
-  return make_problem(Scene::parse(with_words(pulled_in_space, {{"UP", space ? "z" : "y"},
-                                                                {"Z_BLOCK", space ? "z_m = 0" : ""},
-                                                                {"PULLER", puller},
-                                                                {"NAIL", nail},
-                                                                {"ALONG", along}}),
-                                   "pulled.toml"));
+  return make_problem(Scene::parse(
+      with_words(pulled_in_space,
+                 {{"UP", space ? "z" : "y"},
+                  {"GIVEN", space ? "\"puller.x\", \"puller.y\", \"puller.z\"" : "\"puller.x\", \"puller.y\""},
+                  {"Z_BLOCK", space ? "z_m = 0" : ""},
+                  {"PULLER", puller},
+                  {"NAIL", nail},
+                  {"ALONG", along}}),
+      "pulled.toml"));
 }
 
 const std::vector<std::string> pulled_events = {"contact.floor: slip slides", "contact.floor: stop sticks"};
@@ -350,7 +354,7 @@ TEST_CASE("rigid friction in space: refusals", "[events]") {
                                                 {"END", "0.5"},
                                                 {"closed = true\nsliding = \"forward\"\n", ""},
                                                 {"z_m = 0", "z_m = 0.1"},
-                                                {"\"block.x\", \"block.y\"", "\"block\""}});
+                                                {"\"block.x\", \"block.y\"", "\"block.x\", \"block.y\", \"block.z\""}});
   p = make_problem(Scene::parse(scene, "dropped.toml"));
   CHECK_THROWS_WITH(simulate(p, p.parameters.values()), Catch::Contains("an impact with friction in space"));
 }

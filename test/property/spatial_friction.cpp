@@ -1,5 +1,5 @@
-// Rigid contacts in space: bounces and rests of rigid bodies, Coulomb friction that turns with the slip; against closed
-// forms, an independent program, the plane's scene, and differences of whole motions.
+// Rigid contacts in space with Coulomb friction that turns with the slip; against closed forms, an independent program,
+// the plane's scene, and differences of whole motions.
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
@@ -37,73 +37,6 @@ std::vector<std::string> names_of(const GradientResult& r) {
   for (const RunEvent& e : r.events) names.push_back(e.name + " " + e.mode);
   return names;
 }
-
-const char* falling = R"(
-[gravity]
-z_m_per_s2 = -9.81
-[rigid_body.box]
-x_m = 0
-y_m = 0
-z_m = 0.7
-mass_kg = 1.4
-inertia_xx_kg_m2 = 0.03
-inertia_yy_kg_m2 = 0.05
-inertia_zz_kg_m2 = 0.06
-[point.corner]
-on = "box"
-x_m = 0.1
-y_m = 0.2
-z_m = -0.2
-[contact.floor]
-kind = "rigid"
-point = "corner"
-restitution = 0.6
-[start]
-given = ["box"]
-[run]
-t_end_s = 0.5
-rtol = 1e-11
-parameters = ["contact.floor.restitution", "rigid_body.box.mass_kg", "rigid_body.box.inertia_xx_kg_m2", "rigid_body.box.z_m"]
-[[cost.terminal]]
-kind = "value"
-output = "box.z"
-)";
-
-}  // namespace
-
-// It falls without turning by h = 0.5 m; the impulse p = (1 + e) v/(1/m + y^2/Jx + x^2/Jy) of the floor at the corner's
-// (x, y) from the centre then throws the centre up by p/m - v. All is quadratic in time but the turning, of which the
-// cost has nothing: times are off by the tolerance 1e-11, taken hundredfold in the derivatives. Open, no row of the
-// contact is there, but penalty holds |e| = 1 by 1/alpha
-// alone, which is 2e-8 of the derivative by the inertia.
-TEST_CASE("rigid contacts in space: the corner of a box bounces", "[events]") {
-  const double g = 9.81, e = 0.6, m = 1.4, Jx = 0.03, Jy = 0.05, x = 0.1, y = 0.2, end = 0.5, h = 0.5;
-  const double v = std::sqrt(2 * h * g), t = v / g, W = 1 / m + y * y / Jx + x * x / Jy, p = (1 + e) * v / W;
-  const double left = end - t, z = 0.2 + (p / m - v) * left - 0.5 * g * left * left;
-  const double by_e = v / W / m * left;
-  const double by_m = left * (-p / (m * m) + p / W / (m * m) / m);
-  const double by_Jx = left * p / W * y * y / (Jx * Jx) / m;
-  // dv = g dt, dt = dh/v: the start moves the touch.
-  const double by_h = (p / m / v - 1) * g / v * left - (p / m - v) / v + g * left / v;
-  std::vector<SpatialWay> ways = spatial_ways;
-  ways.push_back({"index2", "idas-adjoint"});
-  ways.push_back({"maggi", "cvodes-adjoint"});
-  for (const SpatialWay& way : ways) {
-    Problem problem = make_problem(Scene::parse(falling, "falling.toml"));
-    problem.formulation = way.formulation;
-    const GradientResult r = gradient(problem, way.method, problem.parameters.values());
-    CAPTURE(way.formulation, way.method);
-    REQUIRE(names_of(r) == std::vector<std::string>{"contact.floor: touch bounces"});
-    CHECK(std::abs(r.events[0].t - t) <= 1e-10);
-    CHECK(std::abs(r.psi - z) <= 1e-9);
-    CHECK(std::abs(r.gradient[0] - by_e) <= 1e-9);
-    CHECK(std::abs(r.gradient[1] - by_m) <= 1e-9);
-    CHECK(std::abs(r.gradient[2] - by_Jx) <= (way.formulation == std::string("penalty") ? 1e-7 : 1e-8));
-    CHECK(std::abs(r.gradient[3] - by_h) <= 1e-8);
-  }
-}
-
-namespace {
 
 const char* thrown = R"(
 [gravity]

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -11,6 +12,7 @@
 #include "costate/base/notice.h"
 #include "costate/record/atomic_file.h"
 #include "costate/sensitivity/error_estimate.h"
+#include "costate/tradeoff/motion_confirmation.h"
 #include "digits.h"
 #include "report_page.h"
 #include "start_notice.h"
@@ -22,9 +24,30 @@ namespace {
 
 struct SimulateOptions {
   std::optional<double> step;
-  bool csv = false, report = false, estimate = false;
+  bool csv = false, report = false, estimate = false, single = false;
   AccuracyOption accuracy;
 };
+
+constexpr int kConfirmingSamples = 30;
+
+/// What a motion at a loose tolerance is confirmed by: its coordinates and what the scene asks for.
+std::vector<std::string> confirmed_outputs(const Setup& setup) {
+  std::vector<std::string> names = setup.problem.mechanism->coordinate_names();
+  for (const auto& o : setup.scene.run.outputs)
+    if (o != "time" && std::find(names.begin(), names.end(), o) == names.end()) names.push_back(o);
+  return names;
+}
+
+/// A run whose samples go to the recording; at a loose tolerance with a second one that tells what it is worth.
+GradientResult run_once(const Setup& setup, const TradeProbe::Recording& to, bool confirm) {
+  if (!confirm || !motion_is_confirmed(setup.problem))
+    return GradientResult(simulate(setup.problem, setup.rho, to.times, to.sink));
+  const TradeProbe probe(setup.problem, setup.rho, confirmed_outputs(setup), kConfirmingSamples);
+  GradientResult r;
+  const TradeValues values = probe.run(setup.problem, "", &r, &to);
+  confirm_motion(probe, setup.problem, values);
+  return r;
+}
 
 // On a stiff motion an integrator by differentiation formulas may try every step twice and never get on by longer ones.
 std::string tries_text(const Simulation& r) {
@@ -55,10 +78,8 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   const auto accuracy = options.accuracy.asked(setup, common);
   std::optional<AccurateRun> accurate;
   if (accuracy) accurate = run_accurately(setup, common, *accuracy, false, [&](const Problem&) { return record(); });
-  const Simulation r = accurate ? accurate->result : started(setup, [&] {
-    const TradeProbe::Recording to = record();
-    return GradientResult(simulate(setup.problem, setup.rho, to.times, to.sink));
-  });
+  const Simulation r =
+      accurate ? accurate->result : started(setup, [&] { return run_once(setup, record(), !options.single); });
   TrajectoryRecorder& recorder = *recording;
   const double wall = seconds_since(begin);
   const Objective& objective = setup.problem.objective;
@@ -120,6 +141,8 @@ const RegisterCommand simulate_command(
       c.flag("--report", options->report, "Write simulate.html too, a page with plots of the outputs that matter");
       c.flag("--estimate-error", options->estimate,
              "Estimate psi's error by a rerun at rtol/10 or less, or half the step");
+      c.flag("--no-confirm", options->single,
+             "One run at rtol 1e-6 or looser, without the tighter one that confirms it");
       c.runs([&common, options] { return run(common, *options); });
     });
 

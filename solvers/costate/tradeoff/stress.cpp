@@ -12,6 +12,7 @@
 #include "costate/integrator/integrators.h"
 #include "costate/problem/redundant_rows.h"
 #include "costate/record/jobs.h"
+#include "costate/tradeoff/motion_confirmation.h"
 
 namespace costate {
 
@@ -43,7 +44,7 @@ const char* name_of(StressVerdict verdict) {
 }
 
 double StressClaim::allowed(double rtol) const {
-  return std::max(floor, std::min(kMost, std::max(kClaim, kAmplified * amplification) * rtol));
+  return std::max({floor, MotionClaim::of(rtol), std::min(MotionClaim::kMost, kAmplified * amplification * rtol)});
 }
 
 StressCase::StressCase(const Problem& problem, const std::vector<double>& rho, const std::vector<std::string>& outputs,
@@ -124,7 +125,13 @@ StressEntry StressCase::run(const TradeProbe& probe, const Combination& c, doubl
     e.why = why;
   };
   try {
-    TradeValues v = probe.run(c, rtol, step_s, budget);
+    const Problem prepared = watched(probe.prepared(c, rtol, step_s), budget);
+    TradeValues v = probe.run(prepared, "");
+    if (motion_is_confirmed(prepared)) {
+      RunBudget another;
+      another.begin(limit_s_, 0);
+      confirm_motion(probe, watched(probe.prepared(c, rtol, step_s), another), v);
+    }
     if (v.motion) e.drift = v.motion->position_drift;
     if (back) back(v);
     const std::vector<std::string> said = take_notices();

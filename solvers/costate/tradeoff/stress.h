@@ -23,10 +23,11 @@ struct StressEntry {
   std::string why;                // refused, cut, unjudged: the cause; warned: what it said
 };
 
-/// How much an error may be at this tolerance: kClaim tolerances, or kAmplified times what the reference's own
-/// formulations make of a tolerance along this motion; never more than kMost, and what is certified in any case.
+/// How much an error may be at this tolerance: what it claims (tradeoff/motion_confirmation.h), or kAmplified times
+/// what the reference's own formulations make of a tolerance along this motion; never more than the most that any
+/// tolerance claims, and what is certified in any case.
 struct StressClaim {
-  static constexpr double kClaim = 1e4, kAmplified = 100, kMost = 0.3;
+  static constexpr double kAmplified = 100;
   /// Constraints that the user has made soft may cost so much.
   static constexpr double kSoft = 1e-2;
   double amplification = 0;  // error / rtol of the reference's formulations

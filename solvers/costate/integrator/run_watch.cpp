@@ -56,12 +56,14 @@ RunWatch::RunWatch(const Problem& problem, const std::vector<double>& rho, Syste
       grazing_(*problem.mechanism),
       system_(system),
       problem_(problem),
-      rho_(rho) {}
+      rho_(rho),
+      stabilization_(StabilizationWatch::of(problem, rho, system)) {}
 
 StepSink RunWatch::sink() {
   return [this](double t, const double* y) {
     look_for_grazing(t, y);
     if (system_.begins_with_motion() || ++steps_ % kSolvedCadence == 0) look(&MotionWatch::step, t, y);
+    sample(t, y);
   };
 }
 
@@ -102,6 +104,7 @@ static void require_cycle(const Problem& problem, double psi) {
 void RunWatch::conclude(const Simulation& result) const {
   drift_of_last_run = std::max(watch_.largest_drift(), watch_.largest_rate_drift());
   for (const auto& text : watch_.warnings()) notice(text);
+  if (const std::string text = stabilization_ ? stabilization_->warning() : ""; !text.empty()) notice(text);
   if (problem_.solver.rtol >= kNoPromise)
     notice(fmt::format(
         "At rtol {:g} each of the {} steps may be off by that much: no digit of the motion or of psi is promised. A "

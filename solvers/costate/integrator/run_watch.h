@@ -7,6 +7,7 @@
 #include "costate/integrator/adjoint_growth.h"
 #include "costate/integrator/adjoint_invariant.h"
 #include "costate/integrator/segment.h"
+#include "costate/integrator/stabilization_watch.h"
 #include "costate/problem/problem.h"
 
 namespace costate {
@@ -21,6 +22,10 @@ class RunWatch {
     look_for_grazing(t, y);
   }
   StepSink sink();
+  /// A state between steps that the run hands out.
+  void sample(double t, const double* y) {
+    if (stabilization_) stabilization_->look(t, y);
+  }
   void finish(double t, const double* y) { look(&MotionWatch::finish, t, y); }
   /// Tells what was noticed, and refuses a psi or a gradient that is no number.
   void conclude(const Simulation& result) const;
@@ -47,6 +52,7 @@ class RunWatch {
   const Problem& problem_;
   std::vector<double> rho_;
   long steps_ = 0;
+  std::unique_ptr<StabilizationWatch> stabilization_;  // or null
 };
 
 /// The largest drift of a row in parts of its own length, or of its rate in such parts a second, of this thread's last

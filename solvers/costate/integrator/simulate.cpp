@@ -63,6 +63,7 @@ Simulation run(SystemType& system, const Problem& problem, const std::vector<dou
   const auto sample = [&](double t) {
     if (!sink) return;
     const long f = system.factorizations(), i = system.position_iterations();
+    watch.sample(t, session.y());
     sink(solved_state(system, t, session.y()), system);
     factorizations += system.factorizations() - f;
     position_iterations += system.position_iterations() - i;

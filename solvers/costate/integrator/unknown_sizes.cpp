@@ -5,6 +5,11 @@
 
 namespace costate {
 
+namespace {
+// In lengths, or radians, a second: above, velocities are tolerated as all else.
+constexpr double kSlow = 1e-3;
+}  // namespace
+
 double length_size(const Mechanism& mechanism) {
   double largest = 0;
   const auto is_length = [](const std::string& path) {  // "length_m", but neither "..._N_per_m" nor "..._N_m"
@@ -19,10 +24,29 @@ double length_size(const Mechanism& mechanism) {
   return std::pow(10.0, std::floor(std::log10(largest)) + 1);
 }
 
+double rate_size(const Mechanism& mechanism) {
+  if (!mechanism.forces().empty()) return 1;
+  for (const auto& c : mechanism.constraints())
+    if (c->rheonomic()) return 1;
+  const double length = length_size(mechanism);
+  double largest = 0;
+  for (const Number& n : mechanism.numbers()) {
+    if (n.value == 0) continue;
+    if (n.path.starts_with("gravity.")) return 1;
+    if (n.path.ends_with("_per_s"))
+      largest = std::max(largest, std::abs(n.value) / (n.path.ends_with("m_per_s") ? length : 1));
+  }
+  if (largest >= kSlow || largest == 0) return 1;
+  return std::pow(10.0, std::floor(std::log10(largest)) + 1);
+}
+
 std::vector<double> unknown_sizes(const System& system) {
-  const double length = length_size(system.assembly().mechanism());
+  const double length = length_size(system.assembly().mechanism()), rate = rate_size(system.assembly().mechanism());
   std::vector<double> sizes;
-  for (const Unknown& u : system.unknowns()) sizes.push_back(u.unit == "m" || u.unit.starts_with("m/") ? length : 1);
+  for (const Unknown& u : system.unknowns()) {
+    const bool metric = u.unit == "m" || u.unit.starts_with("m/"), velocity = u.unit.ends_with("/s");
+    sizes.push_back((metric ? length : 1) * (velocity ? rate : 1));
+  }
   return sizes;
 }
 

@@ -14,7 +14,12 @@ namespace costate {
 /// parameter, and the scene's own numbers, so that it does not at all within a scene.
 double length_size(const Mechanism& mechanism);
 
-/// One an unknown: that length for what is measured in m, m/s or m/s^2, else 1.
+/// The same of its velocities, in such lengths or radians a second. Where nothing but its start moves a mechanism (no
+/// force, no gravity, no row with a law of time) it has no other speed than those given there, and a slow motion is a
+/// fast one with another clock: below 1e-3 the power of ten next above the largest, else 1.
+double rate_size(const Mechanism& mechanism);
+
+/// One an unknown: that length for what is measured in m, m/s or m/s^2, else 1; times the rate for velocities.
 std::vector<double> unknown_sizes(const System& system);
 
 /// The absolute tolerance times these in the first entries of `out`, and times the cost's size in those behind the

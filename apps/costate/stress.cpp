@@ -228,26 +228,36 @@ class Stress {
     }
     for (const double factor : {1e3, 1e6, 1e-6})
       changed("stiffness", fmt::format("springs {:g} times as stiff", factor), stiffer(setup.scene, factor, false));
-    for (const double factor : {1e2, 1e4})
+    for (const double factor : {1e2, 1e4, 1e8})
       changed("stiffness", fmt::format("contacts {:g} times as stiff", factor), stiffer(setup.scene, factor, true));
     for (const double factor : {1e3, 1e6, 1e12, 1e-3, 1e-6, 1e-12, 0.0})
       changed("mass ratio", fmt::format("the last mass {:g} times as heavy", factor), heavier(setup.scene, factor));
     for (const double rate : {1e4, 1e-6}) changed("spin", fmt::format("{:g} rad/s", rate), spinning(setup.scene, rate));
     if (asked("bounds"))
-      for (const bool upper : {false, true}) {
-        std::size_t bounded = 0;
-        for (const Parameter& p : setup.problem.parameters.parameters)
-          bounded += std::isfinite(upper ? p.upper : p.lower) ? 1 : 0;
-        if (bounded == 0) continue;
-        judge("bounds", upper ? "parameters at their upper bounds" : "parameters at their lower bounds", {},
-              [upper](Setup& o) {
-                for (std::size_t k = 0; k < o.rho.size(); ++k) {
-                  const Parameter& p = o.problem.parameters.parameters[k];
-                  const double bound = upper ? p.upper : p.lower;
-                  if (std::isfinite(bound)) o.rho[k] = bound;
-                }
-              });
-      }
+      for (const bool upper : {false, true})
+        for (const double beyond : {0.0, 0.5}) at_bounds(setup, upper, beyond, judge);
+  }
+
+  /// Parameters at their bounds, or beyond by so much of their range (of the bound's size, where only one is given).
+  template <class Judge>
+  void at_bounds(const Setup& setup, bool upper, double beyond, const Judge& judge) {
+    const auto& parameters = setup.problem.parameters.parameters;
+    if (std::none_of(parameters.begin(), parameters.end(),
+                     [&](const Parameter& p) { return std::isfinite(upper ? p.upper : p.lower); }))
+      return;
+    const std::string where = upper ? "upper" : "lower";
+    judge("bounds",
+          beyond > 0 ? fmt::format("parameters beyond their {} bounds by {:g} of their range", where, beyond)
+                     : fmt::format("parameters at their {} bounds", where),
+          {}, [upper, beyond](Setup& o) {
+            for (std::size_t k = 0; k < o.rho.size(); ++k) {
+              const Parameter& p = o.problem.parameters.parameters[k];
+              const double bound = upper ? p.upper : p.lower, other = upper ? p.lower : p.upper;
+              if (!std::isfinite(bound)) continue;
+              const double range = std::isfinite(other) ? std::abs(bound - other) : std::abs(bound);
+              o.rho[k] = bound + (upper ? beyond : -beyond) * range;
+            }
+          });
   }
 
   /// A motion of its own, with its own reference, by every combination.
@@ -263,8 +273,10 @@ class Stress {
       if (change) change(other);
       other.problem.monitor = monitor(progress_, other.problem.solver.t_end);
       StressCase own(other.problem, other.rho, outputs, 0.6 * seconds, time_left);
-      own.find_reference(seconds);
+      const bool chaos = axis == kChaoticHorizon;
+      own.find_reference(seconds, chaos);
       const std::size_t before = s.entries.size();
+      if (chaos) own.gradients(s.entries, axis, value);
       own.every_combination(s.entries, axis, value);
       if (s.entries.size() > before) return;
       none.verdict = StressVerdict::cut;
@@ -296,6 +308,8 @@ class Stress {
               [=] { return seconds_since(begin) < until; });
     }
     take_notices();
+    if (axis == kChaoticHorizon)
+      for (const auto& sentence : gradient_horizons(s.entries)) s.notes.push_back(sentence);
     s.wall_s = seconds_since(begin);
     progress_.line(fmt::format("  {}: {}", axis, s.counts()));
   }

@@ -7,6 +7,9 @@
 
 namespace costate::app {
 
+/// The axis whose members are run with their gradients.
+inline constexpr const char* kChaoticHorizon = "chaotic horizon";
+
 struct StressFamily {
   std::string axis, value;
   std::string text;  // of the scene

@@ -101,6 +101,12 @@ std::string page_text(const StressSummary& summary) {
       "It held what its tolerance claims; it warned; it refused, with the cause; it was cut for its time; or it is "
       "wrong "
       "in silence.");
+  page.paragraph(
+      "The bar is generous: held is what is within 10,000 tolerances of the size of psi and of each output (1e-4 at "
+      "rtol "
+      "1e-8), or 100 times what the reference's own formulations make of a tolerance along this motion, if that is "
+      "more, and within 0.3 of it in any case. Soft constraints may cost 0.01. Of fixed steps it is held that smaller "
+      "ones are not worse.");
   std::vector<std::string> wrong;
   for (const StressedScene& s : summary.scenes)
     for (const StressEntry& e : s.entries)
@@ -157,6 +163,30 @@ std::string drift_exponents(const std::vector<StressEntry>& entries) {
         text += fmt::format("{}{} {:.1f} (to {:.0e})", text.empty() ? "" : ", ", once.what.name(),
                             std::log10(ten.drift / once.drift), ten.drift);
   return text;
+}
+
+std::vector<std::string> gradient_horizons(const std::vector<StressEntry>& entries) {
+  std::vector<std::string> methods, sentences;
+  for (const StressEntry& e : entries)
+    if (!e.what.method.empty() && std::find(methods.begin(), methods.end(), e.what.name()) == methods.end())
+      methods.push_back(e.what.name());
+  for (const auto& name : methods) {
+    const StressEntry *last = nullptr, *then = nullptr;
+    for (const StressEntry& e : entries) {
+      if (e.what.name() != name) continue;
+      if (e.verdict == StressVerdict::held)
+        last = &e, then = nullptr;
+      else if (!then)
+        then = &e;
+    }
+    std::string text = "Gradient, " + name + ": ";
+    text += last ? fmt::format("digits until {} (off by {:.0e})", last->value, last->error) : "no digits";
+    if (then)
+      text +=
+          fmt::format("; {}: {}{}{}", then->value, name_of(then->verdict), then->why.empty() ? "" : ": ", then->why);
+    sentences.push_back(text + (text.ends_with('.') ? "" : "."));
+  }
+  return sentences;
 }
 
 void finish_stress(const StressSummary& summary, const CommonOptions& common, const std::filesystem::path& directory,

@@ -39,6 +39,9 @@ struct StressSummary {
 /// ten times the end time: a sentence each where it does, "baumgarte on idas 0.0".
 std::string drift_exponents(const std::vector<StressEntry>& entries);
 
+/// Of gradients over longer and longer times: a sentence a method, the last one that held and what came then.
+std::vector<std::string> gradient_horizons(const std::vector<StressEntry>& entries);
+
 /// Writes stress.html and stress.json, and prints.
 void finish_stress(const StressSummary& summary, const CommonOptions& common, const std::filesystem::path& directory,
                    bool interrupted);

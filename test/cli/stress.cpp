@@ -83,9 +83,10 @@ TEST_CASE("stress: every extreme ends in a verdict, with its cause") {
   const Json& scene = j.at("scenes").at(0);
   CHECK(scene.at("proven") == true);
   CHECK(scene.at("failed").is_null());
-  std::set<std::string> axes;
+  std::set<std::string> axes, values;
   for (const Json& e : scene.at("entries")) {
     INFO(e.dump());
+    values.insert(e.at("value").get<std::string>());
     for (const char* key : {"axis", "value", "formulation", "integrator", "verdict", "error", "allowed", "measure"})
       CHECK(e.contains(key));
     axes.insert(e.at("axis").get<std::string>());
@@ -99,11 +100,13 @@ TEST_CASE("stress: every extreme ends in a verdict, with its cause") {
   }
   CHECK(axes == std::set<std::string>{"tolerance", "step", "penalty weight", "stabilization", "start speed", "units",
                                       "bounds"});
+  CHECK(values.contains("parameters at their lower bounds"));
+  CHECK(values.contains("parameters beyond their upper bounds by 0.5 of their range"));
   CHECK(Json::parse(file_text(here / "out/stress.json")) == j);
   const std::string page = file_text(here / "out/stress.html");
   CHECK(xml_fault(page).empty());
-  CHECK_THAT(page, Contains("At the extremes") && Contains("Wrong in silence") && Contains("None.") &&
-                       Contains("penalty weight"));
+  CHECK_THAT(page, Contains("At the extremes") && Contains("The bar is generous") && Contains("Wrong in silence") &&
+                       Contains("None.") && Contains("penalty weight"));
 }
 
 TEST_CASE("stress: other masses of a scene, drift over its time") {

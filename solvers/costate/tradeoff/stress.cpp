@@ -12,6 +12,7 @@
 #include "costate/integrator/integrators.h"
 #include "costate/problem/redundant_rows.h"
 #include "costate/record/jobs.h"
+#include "costate/sensitivity/method.h"
 #include "costate/tradeoff/motion_confirmation.h"
 
 namespace costate {
@@ -56,10 +57,11 @@ StressCase::StressCase(const Problem& problem, const std::vector<double>& rho, c
       time_left_(std::move(time_left)),
       probe_(problem_, rho, outputs, kSampleCount) {}
 
-void StressCase::find_reference(double seconds) {
+void StressCase::find_reference(double seconds, bool with_gradient) {
   redundant_ = redundant_rows(problem_, rho_);
   ReferenceSearch search;
   search.redundant = !redundant_.empty();
+  search.gradient = with_gradient;
   // By the wall's clock, as the budget of all is: runs may be on several threads.
   const auto begin = std::chrono::steady_clock::now();
   const auto left = [=] {
@@ -125,9 +127,10 @@ StressEntry StressCase::run(const TradeProbe& probe, const Combination& c, doubl
     e.why = why;
   };
   try {
-    const Problem prepared = watched(probe.prepared(c, rtol, step_s), budget);
-    TradeValues v = probe.run(prepared, "");
-    if (motion_is_confirmed(prepared)) {
+    Problem prepared = watched(probe.prepared(c, rtol, step_s), budget);
+    prepared.solver.confirm = !c.method.empty();
+    TradeValues v = probe.run(prepared, c.method);
+    if (c.method.empty() && motion_is_confirmed(prepared)) {
       RunBudget another;
       another.begin(limit_s_, 0);
       confirm_motion(probe, watched(probe.prepared(c, rtol, step_s), another), v);
@@ -137,11 +140,12 @@ StressEntry StressCase::run(const TradeProbe& probe, const Combination& c, doubl
     const std::vector<std::string> said = take_notices();
     TradeRow row;
     reference_.judge(v, probe_, row);
-    for (const TradeMeasure m : {TradeMeasure::psi, TradeMeasure::outputs}) {
+    for (const TradeMeasure m : kTradeMeasures) {
       const auto error = row.error_of(m);
       if (!error || (*error <= e.error && !e.measure.empty())) continue;  // what is no number is the worst
       e.error = *error;
-      e.measure = m == TradeMeasure::psi ? "psi" : row.worst;
+      e.measure =
+          m == TradeMeasure::psi ? "psi" : (m == TradeMeasure::gradient ? "the derivative by " : "") + row.worst;
     }
     if (!said.empty())
       end(StressVerdict::warned, said.front());
@@ -189,6 +193,19 @@ StressEntry StressCase::run_at(const TradeProbe& probe, const Combination& c, do
 void StressCase::every_combination(std::vector<StressEntry>& entries, const std::string& axis,
                                    const std::string& value) {
   beside_each_other(entries, combinations(), [&](const Combination& c, std::vector<StressEntry>& own) {
+    own.push_back(run_at(probe_, c, problem_.solver.rtol, axis, value));
+  });
+}
+
+void StressCase::gradients(std::vector<StressEntry>& entries, const std::string& axis, const std::string& value) {
+  const Formulation& formulation = find_formulation(problem_.formulation);
+  std::vector<Combination> list;
+  for (const auto& m : sensitivity_methods()) {
+    const bool dae = m.needs == SensitivityMethod::Needs::dae;
+    if (m.perturbs || (!dae && m.needs != SensitivityMethod::Needs::ode) || !refusal(m, formulation).empty()) continue;
+    list.push_back({formulation.name, dae ? "idas" : "cvodes", m.name});
+  }
+  beside_each_other(entries, list, [&](const Combination& c, std::vector<StressEntry>& own) {
     own.push_back(run_at(probe_, c, problem_.solver.rtol, axis, value));
   });
 }

@@ -44,7 +44,7 @@ class StressCase {
   StressCase& operator=(const StressCase&) = delete;
 
   /// Throws where no combination carries the problem, and what the monitor throws.
-  void find_reference(double seconds);
+  void find_reference(double seconds, bool with_gradient = false);
   const TradeReference& reference() const { return reference_; }
   const std::string& unit_of_output(std::size_t o) const { return probe_.outputs()[o]->unit(); }
   /// Why nothing can be judged, or empty.
@@ -53,6 +53,8 @@ class StressCase {
   // Each adds its entries; where the time is up, none. Runs stand beside each other where there are jobs()
   // (record/jobs.h), in the same order and with the same numbers.
   void every_combination(std::vector<StressEntry>& entries, const std::string& axis, const std::string& value);
+  /// Gradients by every method of the problem's formulation, as a user gets them; of a reference with one.
+  void gradients(std::vector<StressEntry>& entries, const std::string& axis, const std::string& value);
   void tolerances(std::vector<StressEntry>& entries, const std::vector<double>& rtols);
   void steps(std::vector<StressEntry>& entries, const std::vector<long>& counts);
   void weights(std::vector<StressEntry>& entries, const std::vector<double>& alphas);

@@ -9,6 +9,7 @@
 #include "costate/problem/scene_problem.h"
 #include "costate/record/interrupt.h"
 #include "digits.h"
+#include "explain/left_out.h"
 #include "trajectory.h"
 
 namespace costate::app {
@@ -101,7 +102,10 @@ DesignSetup::DesignSetup(const CommonOptions& common, const std::string& goal)
     throw Error("--goal says what is made of several cases, and the scene lists none ([[case]]).");
   goal_ = (goal.empty() ? setup.scene.optimize.goal : goal) == "worst" ? Design::Goal::worst : Design::Goal::sum;
   for (const SceneCase& c : of) add_case(common, c);
-  if (!several()) return;
+  if (!several()) {
+    leave_out_rest(setup);
+    return;
+  }
   const bool own = std::any_of(of.begin(), of.end(), [](const SceneCase& c) { return c.file.empty(); });
   if (!own && !setup.scene.constraints().empty())
     throw SceneError(setup.scene.locate("optimize.constraint"),
@@ -137,6 +141,7 @@ void DesignSetup::add_case(const CommonOptions& common, const SceneCase& c) {
     throw SceneError(c.where, fmt::format("The case '{}' has no cost: its scene ({}) needs a term under "
                                           "[[cost.running]] or [[cost.terminal]].",
                                           c.name, c.scene->file_name()));
+  leave_out_rest(s);
 }
 
 Design DesignSetup::design() const {
@@ -198,6 +203,7 @@ Json DesignSetup::cases_json(const std::vector<double>& psi, const std::vector<s
     j["method"] = s.method;
     j["rtol"] = s.problem.solver.rtol;
     j["t_end_s"] = s.problem.solver.t_end;
+    if (const LeftOut rest = left_out(s); !rest.coordinates.empty()) j["left_out"] = left_out_json(rest);
     list.push_back(std::move(j));
   }
   return list;

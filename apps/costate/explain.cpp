@@ -14,6 +14,8 @@
 #include "costate/integrator/simulate.h"
 #include "costate/problem/redundant_rows.h"
 #include "costate/tradeoff/stopwatch.h"
+#include "explain/explain_motion.h"
+#include "explain/left_out.h"
 #include "explain_parts.h"
 #include "named_outputs.h"
 #include "page/command_pages.h"
@@ -24,7 +26,7 @@ namespace costate::app {
 
 namespace {
 
-constexpr int kPositions = 40;
+constexpr int kPositions = 400;  // where a motion is looked at
 // Out of its plane by no more than this part of its way, a motion is one of the plane.
 constexpr double kFlat = 1e-6;
 
@@ -48,7 +50,15 @@ class Explain {
       look_at_run();
       shares_ = kind_shares(setup_.problem, setup_.rho);
       outputs_ = outputs_of_interest(setup_.scene);
-      parts_ = independent_parts(setup_.problem, setup_.rho, outputs_);
+      parts_ = independent_parts(mechanism(), wanted_coordinates(setup_));
+      Setup reduced = setup_;
+      leave_out_rest(reduced);
+      rest_ = left_out(reduced);
+      const bool some = std::any_of(parts_.begin(), parts_.end(), [](const Part& p) { return !p.needed; });
+      if (some && !outputs_.empty() && rest_.coordinates.empty()) {
+        kept_because_ = kept_because(setup_);
+        if (kept_because_.empty()) kept_because_ = "The scene cannot be read without it.";
+      }
     });
     progress_.finish();
     const Json j = json();
@@ -85,13 +95,16 @@ class Explain {
     for (int i = 1; i <= kPositions; ++i)
       times.push_back(p.solver.t_start + (end - p.solver.t_start) * (i - 0.618034) / kPositions);
     std::vector<std::vector<double>> positions;
+    GapWatch gaps(mechanism());
     simulate(p, setup_.rho, times, [&](const MechanismState& s, System& system) {
       const Assembly& a = system.assembly();
+      gaps.add(s, a);
       positions.emplace_back(s.q, s.q + a.n());
       unknowns_ = system.size();
       kinks_ = system.kinks();
     });
     if (mechanism().coordinate_count() > 0) plane_ = plane_of(mechanism(), positions);
+    never_met_ = gaps.open();
     // Again, plain: for the clock and the counts.
     const double begin = processor_time_s();
     result_ = simulate(p, setup_.rho, {end}, [&](const MechanismState&, System& system) {
@@ -113,18 +126,13 @@ class Explain {
     return count;
   }
 
-  /// Elements that may change their mode, and did not.
+  /// Elements that may touch: those whose gaps stayed open between all looks, and which met no event.
   std::vector<std::string> never_met() const {
-    std::vector<std::string> names;
-    if (!MotionEvents::has_any(mechanism())) return names;
-    Assembly assembly(setup_.problem.mechanism, setup_.problem.parameters);
-    assembly.set_parameters(setup_.rho.data());
-    for (const auto& f : mechanism().forces()) {
-      const bool guarded = f->kind() == "contact";
-      const bool met = std::any_of(result_.events.begin(), result_.events.end(),
-                                   [&](const RunEvent& e) { return e.name.rfind(f->path() + ":", 0) == 0; });
-      if (guarded && !met) names.push_back(f->path());
-    }
+    std::vector<std::string> names = never_met_;
+    std::erase_if(names, [&](const std::string& path) {
+      return std::any_of(result_.events.begin(), result_.events.end(),
+                         [&](const RunEvent& e) { return e.name.rfind(path + ":", 0) == 0; });
+    });
     return names;
   }
 
@@ -159,11 +167,15 @@ class Explain {
     j["parts"] = Json::array();
     for (const Part& p : parts_)
       j["parts"].push_back({{"coordinates", p.coordinates}, {"elements", p.elements}, {"needed", p.needed}});
+    j["left_out"] = rest_.coordinates.empty() ? Json(nullptr) : left_out_json(rest_);
+    j["kept_because"] = kept_because_.empty() ? Json(nullptr) : Json(kept_because_);
     j["plane"] = nullptr;
     if (plane_)
-      j["plane"] = {{"normal", {plane_->normal[0], plane_->normal[1], plane_->normal[2]}},
-                    {"out_of_plane", plane_->out_of_plane},
-                    {"moves_in_plane", plane_->out_of_plane <= kFlat}};
+      j["plane"] = {
+          {"normal", {plane_->normal[0], plane_->normal[1], plane_->normal[2]}},
+          {"out_of_plane", plane_->out_of_plane},
+          {"moves_in_plane", plane_->out_of_plane <= kFlat},
+          {"line", plane_->line ? Json({(*plane_->line)[0], (*plane_->line)[1], (*plane_->line)[2]}) : Json()}};
     return j;
   }
 
@@ -208,7 +220,16 @@ class Explain {
       if (!p.needed && !outputs_.empty())
         t += fmt::format("  not needed by any output or cost: {} coordinates ({}), elements {}\n", p.coordinates.size(),
                          shortened(p.coordinates), shortened(p.elements));
-    if (plane_ && plane_->out_of_plane <= kFlat)
+    if (!rest_.coordinates.empty())
+      t += fmt::format("  gradient, optimize, pareto and fit leave out {} of {} coordinates, simulate nothing\n",
+                       rest_.coordinates.size(), m.coordinate_count());
+    else if (!kept_because_.empty())
+      t += fmt::format("  all the same gradient, optimize, pareto and fit build it: {}\n", kept_because_);
+    if (plane_ && plane_->line && plane_->out_of_plane <= kFlat)
+      t += fmt::format(
+          "  everything moves along one line, ({:.3g}, {:.3g}, {:.3g}): a scene of any plane through it would do\n",
+          (*plane_->line)[0], (*plane_->line)[1], (*plane_->line)[2]);
+    else if (plane_ && plane_->out_of_plane <= kFlat)
       t += fmt::format(
           "  the motion stays in the plane with the normal ({:.3g}, {:.3g}, {:.3g}), to {:.1g} of its way: a "
           "scene of the plane would do\n",
@@ -216,13 +237,6 @@ class Explain {
     else if (plane_)
       t += fmt::format("  the motion needs space: out of the best plane by {:.2g} of its way\n", plane_->out_of_plane);
     return t;
-  }
-
-  static std::string shortened(const std::vector<std::string>& names) {
-    constexpr std::size_t most = 6;
-    const std::vector<std::string> first(names.begin(),
-                                         names.begin() + static_cast<std::ptrdiff_t>(std::min(most, names.size())));
-    return fmt::format("{}{}", fmt::join(first, ", "), names.size() > most ? ", ..." : "");
   }
 
   struct Pattern {
@@ -239,12 +253,15 @@ class Explain {
   std::vector<Pattern> patterns_;
   std::vector<double> kinks_;
   std::optional<PlaneMotion> plane_;
+  std::vector<std::string> never_met_;  // but for events
   Simulation result_;
   long dynamics_ = 0, partials_ = 0;
   double time_s_ = 0;
   std::vector<KindShare> shares_;
   std::vector<std::string> outputs_;
   std::vector<Part> parts_;
+  LeftOut rest_;  // of gradients
+  std::string kept_because_;
 };
 
 }  // namespace

@@ -1,16 +1,13 @@
 #include "explain_parts.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <set>
 
 #include "costate/analysis/start.h"
-#include "costate/base/error.h"
-#include "costate/objective/output.h"
+#include "costate/scene/wanted_part.h"
 #include "costate/tradeoff/stopwatch.h"
 
 namespace costate::app {
@@ -64,17 +61,6 @@ double time_of(const std::function<void()>& sweep) {
     if (spent > enough_s || n > 1'000'000) return spent / static_cast<double>(n);
   }
 }
-
-/// Union of sets.
-struct Groups {
-  std::vector<int> parent;
-  explicit Groups(int n) : parent(static_cast<std::size_t>(n)) { std::iota(parent.begin(), parent.end(), 0); }
-  int of(int i) {
-    while (parent[static_cast<std::size_t>(i)] != i) i = parent[static_cast<std::size_t>(i)];
-    return i;
-  }
-  void join(int i, int j) { parent[static_cast<std::size_t>(of(i))] = of(j); }
-};
 
 }  // namespace
 
@@ -184,143 +170,32 @@ std::vector<KindShare> kind_shares(const Problem& problem, const std::vector<dou
   return shares;
 }
 
-std::vector<Part> independent_parts(const Problem& problem, const std::vector<double>& rho,
-                                    const std::vector<std::string>& outputs) {
-  StartState state(problem, rho);
-  Assembly& assembly = state.assembly;
-  const StateView s = state.view(problem.solver.t_start);
-  const Mechanism& m = *problem.mechanism;
-  const int n = assembly.n();
-  Groups groups(n);
-  // Multipliers and force states by a coordinate of their element.
-  std::vector<int> of_row, of_state;
-  const auto join = [&](const Element& e) {
-    const auto& c = e.coordinates();
-    for (std::size_t i = 1; i < c.size(); ++i) groups.join(c[0], c[i]);
-    return c.empty() ? -1 : static_cast<int>(c[0]);
+std::vector<Part> independent_parts(const Mechanism& m, const std::optional<std::vector<int>>& wanted) {
+  const std::vector<int> groups = acting_groups(m);
+  std::vector<Part> parts(static_cast<std::size_t>(*std::max_element(groups.begin(), groups.end())) + 1);
+  const auto part_of = [&](int coordinate) -> Part& {
+    return parts[static_cast<std::size_t>(groups[static_cast<std::size_t>(coordinate)])];
   };
-  for (const auto& b : m.bodies()) join(*b);
-  for (const auto& c : m.constraints()) of_row.insert(of_row.end(), static_cast<std::size_t>(c->rows()), join(*c));
-  for (const auto& f : m.forces()) of_state.insert(of_state.end(), static_cast<std::size_t>(f->states()), join(*f));
-
-  ScalarGradient g;
-  g.resize(assembly);
-  g.set_zero();
-  bool all = false;
-  const auto depends = [&](const auto& add) {
-    try {
-      add();
-    } catch (const Error&) {  // without derivatives: an energy depends on everything
-      all = true;
-    }
-  };
-  for (const auto& name : outputs) {
-    const auto o = make_output(m, name);
-    depends([&] {
-      ScalarGradient own;
-      own.resize(assembly);
-      own.set_zero();
-      o->add_gradient(s, assembly, 1, own);
-      for (auto [sum, x] : {std::pair(&g.q, &own.q), std::pair(&g.v, &own.v), std::pair(&g.a, &own.a),
-                            std::pair(&g.lambda, &own.lambda), std::pair(&g.z, &own.z)})
-        *sum += x->cwiseAbs();
-    });
+  const auto names = m.coordinate_names();
+  for (int i = 0; i < m.coordinate_count(); ++i) {
+    part_of(i).coordinates.push_back(names[static_cast<std::size_t>(i)]);
+    part_of(i).needed = part_of(i).needed || !wanted;
   }
-  std::vector<bool> needed(static_cast<std::size_t>(n), all);
-  const auto need = [&](int coordinate) {
-    if (coordinate >= 0) needed[static_cast<std::size_t>(groups.of(coordinate))] = true;
-  };
-  for (int i = 0; i < n; ++i)
-    if (g.q[i] != 0 || g.v[i] != 0 || g.a[i] != 0) need(i);
-  for (int i = 0; i < assembly.m(); ++i)
-    if (g.lambda[i] != 0) need(of_row[static_cast<std::size_t>(i)]);
-  for (int i = 0; i < assembly.nz(); ++i)
-    if (g.z[i] != 0) need(of_state[static_cast<std::size_t>(i)]);
-
-  std::map<int, Part> parts;
-  const auto coordinate_names = m.coordinate_names();
-  for (int i = 0; i < n; ++i) {
-    Part& p = parts[groups.of(i)];
-    p.coordinates.push_back(coordinate_names[static_cast<std::size_t>(i)]);
-    p.needed = all || needed[static_cast<std::size_t>(groups.of(i))];
-  }
+  if (wanted)
+    for (const int i : *wanted) part_of(i).needed = true;
   const auto place = [&](const auto& list) {
     for (const auto& e : list) {
-      if (!e->coordinates().empty()) {
-        auto& names = parts[groups.of(static_cast<int>(e->coordinates()[0]))].elements;
-        if (std::find(names.begin(), names.end(), e->path()) == names.end()) names.push_back(e->path());
-      }
+      if (e->coordinates().empty()) continue;
+      auto& elements = part_of(e->coordinates().front()).elements;
+      if (std::find(elements.begin(), elements.end(), e->path()) == elements.end()) elements.push_back(e->path());
     }
   };
   place(m.bodies());
   place(m.constraints());
   place(m.forces());
-  std::vector<Part> r;
-  for (auto& [root, part] : parts) r.push_back(std::move(part));
-  std::stable_sort(r.begin(), r.end(),
+  std::stable_sort(parts.begin(), parts.end(),
                    [](const Part& a, const Part& b) { return a.coordinates.size() > b.coordinates.size(); });
-  return r;
-}
-
-std::optional<PlaneMotion> plane_of(const Mechanism& mechanism, const std::vector<std::vector<double>>& positions) {
-  const auto names = mechanism.coordinate_names();
-  std::map<std::string, std::array<int, 7>> bodies;  // x, y, z, e0 ... e3 by name
-  const std::array<std::string, 7> keys = {"x", "y", "z", "e0", "e1", "e2", "e3"};
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const std::size_t dot = names[i].rfind('.');
-    if (dot == std::string::npos) continue;
-    const auto key = std::find(keys.begin(), keys.end(), names[i].substr(dot + 1));
-    if (key == keys.end()) continue;
-    auto [at, is_new] = bodies.try_emplace(names[i].substr(0, dot));
-    if (is_new) at->second.fill(-1);
-    at->second[static_cast<std::size_t>(key - keys.begin())] = static_cast<int>(i);
-  }
-  std::erase_if(bodies, [](const auto& b) { return b.second[2] < 0; });
-  if (bodies.empty() || positions.size() < 2) return std::nullopt;
-  // The origin of each and, of those that turn, points on its axes.
-  const auto points = [&](const std::vector<double>& q) {
-    std::vector<Eigen::Vector3d> list;
-    for (const auto& [name, at] : bodies) {
-      const auto value = [&, &index = at](std::size_t k) {
-        return index[k] < 0 ? 0.0 : q[static_cast<std::size_t>(index[k])];
-      };
-      const Eigen::Vector3d origin(value(0), value(1), value(2));
-      list.push_back(origin);
-      if (at[3] < 0) continue;
-      const double e0 = value(3);
-      const Eigen::Vector3d e(value(4), value(5), value(6));
-      for (int axis = 0; axis < 3; ++axis) {
-        const Eigen::Vector3d u = Eigen::Vector3d::Unit(axis);
-        list.push_back(origin + (2 * e0 * e0 - 1) * u + 2 * e * e.dot(u) + 2 * e0 * e.cross(u));
-      }
-    }
-    return list;
-  };
-  const auto first = points(positions.front());
-  std::vector<Eigen::Vector3d> moves;
-  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-  for (const auto& q : positions) {
-    const auto now = points(q);
-    for (std::size_t i = 0; i < now.size(); ++i) {
-      moves.push_back(now[i] - first[i]);
-      spread += moves.back() * moves.back().transpose();
-    }
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(spread);
-  PlaneMotion r;
-  r.normal = solver.eigenvectors().col(0);
-  Eigen::Index largest_entry = 0;
-  r.normal.cwiseAbs().maxCoeff(&largest_entry);
-  if (r.normal[largest_entry] < 0) r.normal = -r.normal;
-  for (double& x : r.normal)
-    if (std::abs(x) < 1e-6) x = 0;
-  double largest = 0, out = 0;
-  for (const auto& d : moves) {
-    largest = std::max(largest, d.norm());
-    out = std::max(out, std::abs(d.dot(r.normal)));
-  }
-  r.out_of_plane = largest > 0 ? out / largest : 0;
-  return r;
+  return parts;
 }
 
 }  // namespace costate::app

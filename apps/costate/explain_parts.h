@@ -1,8 +1,6 @@
-// What 'costate explain' looks at: element kinds with their share of the work, parts that nothing connects, and whether
-// a motion in space stays in a plane.
+// What 'costate explain' looks at: element kinds with their share of the work, and parts that nothing connects.
 #pragma once
 
-#include <Eigen/Core>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,16 +25,7 @@ struct Part {
   std::vector<std::string> coordinates, elements;
   bool needed = false;  // by an output or a cost that was named
 };
-/// `outputs` by name; the problem's cost is added to them.
-std::vector<Part> independent_parts(const Problem& problem, const std::vector<double>& rho,
-                                    const std::vector<std::string>& outputs);
-
-struct PlaneMotion {
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-  double out_of_plane = 0;  // the largest displacement along the normal against the largest of all
-};
-/// Positions of bodies and free points of a motion in space, by sample: coordinates in the mechanism's order. Nothing
-/// for mechanisms of the plane.
-std::optional<PlaneMotion> plane_of(const Mechanism& mechanism, const std::vector<std::vector<double>>& positions);
+/// `wanted`: coordinates that what is asked for is of; null: all.
+std::vector<Part> independent_parts(const Mechanism& mechanism, const std::optional<std::vector<int>>& wanted);
 
 }  // namespace costate::app

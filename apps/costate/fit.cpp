@@ -11,6 +11,7 @@
 #include "costate/record/atomic_file.h"
 #include "costate/record/print.h"
 #include "costate/scene/scene_files.h"
+#include "explain/left_out.h"
 #include "page/command_pages.h"
 #include "run_pages.h"
 
@@ -125,6 +126,7 @@ int run(const CommonOptions& common, const FitCommandOptions& options) {
     own.scene = path;
     const SceneFileLog log(path);
     setups.emplace_back(own, Purpose::simulate);
+    leave_out_rest(setups.back());
     files.push_back(log.files());
   };
   load(common.scene);

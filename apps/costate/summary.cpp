@@ -14,6 +14,7 @@
 #include "costate/record/atomic_file.h"
 #include "costate/record/json_number.h"
 #include "costate/record/print.h"
+#include "explain/left_out.h"
 #include "guide.h"
 #include "saving.h"
 #include "start_notice.h"
@@ -153,6 +154,8 @@ void report(const Setup& setup, const CommonOptions& options, const Json& json, 
   Json whole = json;
   for (const auto& sentence : setup.noticed) notice(sentence);
   add_notices(whole);
+  const LeftOut rest = left_out(setup);
+  if (!rest.coordinates.empty()) whole["left_out"] = left_out_json(rest);
   if (options.take) return options.take(setup, whole);
   const std::string object = json_text(whole) + "\n";
   const bool written = setup.write_file(file, [&](const auto& path) { write_file_atomically(path, object); });
@@ -161,7 +164,7 @@ void report(const Setup& setup, const CommonOptions& options, const Json& json, 
   if (options.json)
     fmt::print("{}", object);
   else if (!options.quiet) {
-    print_result(text);
+    print_result(text + left_out_text(rest));
     if (options.verbose) print_result(details(json));
     if (written) print_result(fmt::format("  summary: {}\n", (setup.directory / file).string()));
   }

@@ -18,6 +18,7 @@
 #include "costate/record/hdf5_file.h"
 #include "costate/record/interrupt.h"
 #include "costate/sensitivity/cycle_gradient.h"
+#include "explain/left_out.h"
 #include "named_outputs.h"
 
 namespace costate::app {
@@ -147,7 +148,7 @@ std::vector<std::string> write_trajectory(const Setup& setup, const TrajectoryTa
 TrajectoryTable shown_trajectory(const Setup& given, const std::vector<double>& at, const Json& settings) {
   Setup setup = given;
   std::vector<double> rho;
-  std::tie(setup.problem, rho) = shown_motion(given.problem, at);
+  std::tie(setup.problem, rho) = shown_motion(whole_problem(given), at);
   TrajectoryRecorder recorder(setup, rho, std::nullopt);
   const Simulation run = simulate(setup.problem, rho, recorder.times(), recorder.sink());
   return recorder.finish(settings, run);

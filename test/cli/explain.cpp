@@ -64,22 +64,23 @@ const Json& kind(const Json& j, const std::string& name) {
   return j;
 }
 
-// A rigid body in space that swings about the axis `axis` of a hinge on the ground.
-std::string swing_in_space(const std::string& axis) {
+// A body in space, of Euler parameters or of base vectors, that flies with the start values `start`.
+std::string flight_in_space(const std::string& start, bool natural = false) {
   return R"(
 [gravity]
 z_m_per_s2 = -9.81
 
-[rigid_body.plate]
+[)" + std::string(natural ? "natural" : "rigid") +
+         R"(_body.plate]
 mass_kg = 1
 inertia_xx_kg_m2 = 0.1
 inertia_yy_kg_m2 = 0.2
 inertia_zz_kg_m2 = 0.15
 center_x_m = 0.5
-)" + axis +
+)" + start +
          R"(
 [start]
-given = ["plate.x", "plate.y", "plate.z", "plate.e1", "plate.e2", "plate.e3"]
+given = ["plate"]
 
 [[cost.running]]
 kind = "square"
@@ -153,10 +154,11 @@ TEST_CASE("explain: a motion in space that stays in a plane") {
   const WorkingDirectory here;
   // A body that falls and turns about y without a push sideways; and one that turns about a slanted axis while it
   // flies.
-  write_text(here / "plane.toml", swing_in_space("x_m = 0\ny_m = 0\nz_m = 0\nvx_m_per_s = 1\nomega_y_rad_per_s = 2\n"));
+  write_text(here / "plane.toml",
+             flight_in_space("x_m = 0\ny_m = 0\nz_m = 0\nvx_m_per_s = 1\nomega_y_rad_per_s = 2\n"));
   write_text(
       here / "space.toml",
-      swing_in_space("x_m = 0\ny_m = 0\nz_m = 0\nvx_m_per_s = 1\nomega_x_rad_per_s = 1\nomega_y_rad_per_s = 2\n"));
+      flight_in_space("x_m = 0\ny_m = 0\nz_m = 0\nvx_m_per_s = 1\nomega_x_rad_per_s = 1\nomega_y_rad_per_s = 2\n"));
   const Json plane = costate_json({"explain", "plane.toml", "--no-files"}, here.path()).at("plane");
   CHECK(plane.at("moves_in_plane") == true);
   CHECK(plane.at("normal").at(1).get<double>() == Approx(1));
@@ -164,4 +166,49 @@ TEST_CASE("explain: a motion in space that stays in a plane") {
   const Json space = costate_json({"explain", "space.toml", "--no-files"}, here.path()).at("plane");
   CHECK(space.at("moves_in_plane") == false);
   CHECK(space.at("out_of_plane").get<double>() > 1e-3);
+}
+
+TEST_CASE("explain: bodies of base vectors turn out of the plane, too") {
+  const WorkingDirectory here;
+  // The origin's path is a parabola in the plane of x and z; the body itself tumbles, or turns about y alone.
+  const std::string flight = "x_m = 0\ny_m = 0\nz_m = 0\nvx_m_per_s = 1\nomega_y_rad_per_s = 2\n";
+  write_text(here / "plane.toml", flight_in_space(flight, true));
+  write_text(here / "space.toml", flight_in_space(flight + "omega_x_rad_per_s = 1\n", true));
+  const Json plane = costate_json({"explain", "plane.toml", "--no-files"}, here.path()).at("plane");
+  CHECK(plane.at("moves_in_plane") == true);
+  CHECK(plane.at("normal").at(1).get<double>() == Approx(1));
+  CHECK(plane.at("line").is_null());
+  CHECK(costate_json({"explain", "space.toml", "--no-files"}, here.path()).at("plane").at("moves_in_plane") == false);
+}
+
+TEST_CASE("explain: a motion along one line is in many planes") {
+  const WorkingDirectory here;
+  const auto fall = [](const std::string& name, const std::string& place) {
+    return "[point." + name + "]\nx_m = 0\ny_m = " + place + "\nz_m = 0\n\n[mass." + name + "]\npoint = \"" + name +
+           "\"\nmass_kg = 1\n\n";
+  };
+  write_text(here / "line.toml",
+             "[gravity]\nz_m_per_s2 = -9.81\n\n" + fall("P", "0") + fall("R", "1") + "[run]\nt_end_s = 0.5\n");
+  const Json plane = costate_json({"explain", "line.toml", "--no-files"}, here.path()).at("plane");
+  CHECK(plane.at("line") == Json({0.0, 0.0, 1.0}));
+  // Of all planes through the line the one in which the two points are.
+  CHECK(plane.at("normal") == Json({1.0, 0.0, 0.0}));
+  CHECK_THAT(run_costate({"explain", "line.toml", "--no-files"}, here.path()).out, Contains("moves along one line"));
+}
+
+TEST_CASE("explain: contacts that are never met are those whose gaps stay open, with events or without") {
+  const WorkingDirectory here;
+  const auto above = [](const std::string& name, const std::string& height, const std::string& law) {
+    return "[point." + name + "]\nx_m = 0\ny_m = " + height + "\n\n[mass." + name + "]\npoint = \"" + name +
+           "\"\nmass_kg = 1\n\n[contact.of_" + name + "]\npoint = \"" + name + "\"\nstiffness_N_per_m_n = 1e5\n" + law +
+           "\n";
+  };
+  // Falls of 0.1 m last 0.14 s, those of 5 m 1 s. Hertz's law has no event; of the one that restores there is one, of
+  // the other none.
+  const std::string hertz = "law = \"hertz\"\n", latched = "law = \"hunt-crossley\"\nrestitution = 0.7\n";
+  write_text(here / "fall.toml", "[gravity]\ny_m_per_s2 = -9.81\n\n" + above("A", "0.1", hertz) +
+                                     above("B", "5", hertz) + above("C", "0.1", latched) + above("D", "5", latched) +
+                                     "[run]\nt_end_s = 0.5\n");
+  CHECK(costate_json({"explain", "fall.toml", "--no-files"}, here.path()).at("never_met") ==
+        Json({"contact.of_B", "contact.of_D"}));
 }

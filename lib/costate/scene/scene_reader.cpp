@@ -16,6 +16,7 @@
 #include "costate/formulation/defaults.h"
 #include "costate/scene/least_atol.h"
 #include "costate/scene/parameter_start.h"
+#include "costate/scene/wanted_part.h"
 
 namespace costate {
 
@@ -157,6 +158,11 @@ void SceneReader::read_entries() {
   for (Entry& e : entries_) {
     check_stop();
     here_ = e.table.where();
+    if (const WantedPart* part = WantedPart::current(); part && part->leaves_out(e.table.path())) {
+      part->add_numbers(e.table.path(), builder_);
+      for (const auto& key : e.table.keys()) e.table.has(key);  // they were known when the whole was read
+      continue;
+    }
     try {
       at(e.table.path(), [&] { e.kind->add(e.name, e.table, builder_); });
     } catch (const std::bad_alloc&) {
@@ -177,10 +183,17 @@ void SceneReader::read_start() {
   const auto velocities = own_velocities ? t.texts("given_velocities") : given;
   t.finish();
   const std::string velocity_key = own_velocities ? "start.given_velocities" : "start.given";
+  const auto give = [&](const std::string& where, const auto& f) {
+    try {
+      at(where, f);
+    } catch (const ModelError&) {
+      if (!WantedPart::current()) throw;  // else it is of what is left out
+    }
+  };
   for (std::size_t i = 0; i < given.size(); ++i)
-    at(fmt::format("start.given[{}]", i), [&] { builder_.give_position(given[i]); });
+    give(fmt::format("start.given[{}]", i), [&] { builder_.give_position(given[i]); });
   for (std::size_t i = 0; i < velocities.size(); ++i)
-    at(fmt::format("{}[{}]", velocity_key, i), [&] { builder_.give_velocity(velocities[i]); });
+    give(fmt::format("{}[{}]", velocity_key, i), [&] { builder_.give_velocity(velocities[i]); });
   if (!equilibrium) return;
   builder_.start_at_equilibrium();
   for (const auto& path : builder_.initial_state_paths())
@@ -290,6 +303,7 @@ void SceneReader::read_run() {
   run.output_step_s = t.find_value("output_step_s", NumberRule::positive);
   run.outputs = t.texts("outputs", false);
   run.events = t.flag("events", run.events);
+  t.flag("everything", false);  // of the whole scene: asks_for_everything()
   t.finish();
   std::vector<std::string> known =
       table_.has("parameter") ? table_.table("parameter").keys() : std::vector<std::string>();

@@ -13,9 +13,12 @@
 #include "costate/integrator/run_end.h"
 #include "costate/integrator/simulate.h"
 #include "costate/problem/redundant_rows.h"
+#include "costate/problem/scene_problem.h"
+#include "costate/record/atomic_file.h"
 #include "costate/tradeoff/stopwatch.h"
 #include "explain/explain_motion.h"
 #include "explain/left_out.h"
+#include "explain/plane_scene.h"
 #include "explain_parts.h"
 #include "named_outputs.h"
 #include "page/command_pages.h"
@@ -41,8 +44,11 @@ std::string by_unit(const Mechanism& m) {
 
 class Explain {
  public:
-  explicit Explain(const CommonOptions& common)
-      : common_(common), setup_(common, Purpose::simulate), progress_(setup_.progress_options) {}
+  Explain(const CommonOptions& common, std::string plane_file)
+      : common_(common),
+        plane_file_(std::move(plane_file)),
+        setup_(common, Purpose::simulate),
+        progress_(setup_.progress_options) {}
 
   int run() {
     setup_.located([&] {
@@ -61,8 +67,9 @@ class Explain {
       }
     });
     progress_.finish();
-    const Json j = json();
-    const std::string all = text();
+    Json j = json();
+    std::string all = text();
+    if (!plane_file_.empty()) all += write_plane(j);
     const std::string body = all.substr(all.find('\n') + 1);
     report(setup_, common_, j, all + written_page(setup_, "explain.html", explain_page(setup_, j, body)),
            "explain.json");
@@ -70,6 +77,36 @@ class Explain {
   }
 
  private:
+  /// The scene of the plane, its psi beside that of space.
+  std::string write_plane(Json& j) {
+    if (!plane_ || plane_->out_of_plane > kFlat)
+      throw CapabilityError("--plane: The motion does not stay in a plane, or is one of the plane already.");
+    const std::string toml = setup_.located([&] { return plane_scene(setup_, *plane_); });
+    const Scene scene = [&] {
+      try {
+        return Scene::parse(toml, plane_file_);
+      } catch (const Error& e) {
+        throw CapabilityError(fmt::format("--plane: What would be written is no scene: {}", e.what()));
+      }
+    }();
+    Problem p = setup_.problem;
+    const Problem own = make_problem(scene);
+    p.mechanism = own.mechanism;
+    p.parameters = {};
+    p.objective = own.objective;
+    p.ends_when = own.ends_when;
+    const double psi = simulate(p, {}).psi;
+    // Each is right to some hundred times its tolerance.
+    if (std::abs(psi - result_.psi) > 1e3 * p.solver.rtol * std::max(std::abs(psi), std::abs(result_.psi)))
+      notice(fmt::format("psi of the scene of the plane is {:.9g}, of this one {:.9g}: they are not the same.", psi,
+                         result_.psi));
+    write_file_atomically(plane_file_, toml);
+    j["plane_scene"] = {{"file", plane_file_}, {"psi", psi}};
+    return fmt::format(
+        "  scene of the plane: {}, psi = {:.9g} against {:.9g} here; {} coordinates in the place of {}\n", plane_file_,
+        psi, result_.psi, own.mechanism->coordinate_count(), mechanism().coordinate_count());
+  }
+
   const Mechanism& mechanism() const { return *setup_.problem.mechanism; }
 
   void look_at_start() {
@@ -169,6 +206,9 @@ class Explain {
       j["parts"].push_back({{"coordinates", p.coordinates}, {"elements", p.elements}, {"needed", p.needed}});
     j["left_out"] = rest_.coordinates.empty() ? Json(nullptr) : left_out_json(rest_);
     j["kept_because"] = kept_because_.empty() ? Json(nullptr) : Json(kept_because_);
+    j["welds"] = Json::array();
+    for (const Weld& w : welds(mechanism()))
+      j["welds"].push_back({{"weld", w.path}, {"bodies", w.bodies}, {"rows", w.rows}, {"coordinates", w.coordinates}});
     j["plane"] = nullptr;
     if (plane_)
       j["plane"] = {
@@ -220,6 +260,11 @@ class Explain {
       if (!p.needed && !outputs_.empty())
         t += fmt::format("  not needed by any output or cost: {} coordinates ({}), elements {}\n", p.coordinates.size(),
                          shortened(p.coordinates), shortened(p.elements));
+    for (const Weld& w : welds(m))
+      t += fmt::format(
+          "  {} welds {}: as one they would have {} rows and {} coordinates less\n", w.path,
+          w.bodies.size() == 1 ? w.bodies.front() + " to the ground" : fmt::format("{}", fmt::join(w.bodies, " and ")),
+          w.rows, w.coordinates);
     if (!rest_.coordinates.empty())
       t += fmt::format("  gradient, optimize, pareto and fit leave out {} of {} coordinates, simulate nothing\n",
                        rest_.coordinates.size(), m.coordinate_count());
@@ -246,6 +291,7 @@ class Explain {
   };
 
   const CommonOptions& common_;
+  std::string plane_file_;
   Setup setup_;
   Progress progress_;
   int freedom_ = 0, unknowns_ = 0;
@@ -271,7 +317,11 @@ const RegisterCommand explain_command(CommandGroup::inspect, "explain",
                                       [](Command& c, CommonOptions& common) {
                                         common.add_to(c);
                                         common.add_run_options(c);
-                                        c.runs([&common] { return Explain(common).run(); });
+                                        auto file = std::make_shared<std::string>();
+                                        c.option("--plane", *file,
+                                                 "Write the cheaper scene of the plane, of a motion that stays in one")
+                                            .value_name("FILE");
+                                        c.runs([&common, file] { return Explain(common, *file).run(); });
                                       });
 
 }  // namespace costate::app

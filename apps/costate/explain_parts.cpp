@@ -198,4 +198,32 @@ std::vector<Part> independent_parts(const Mechanism& m, const std::optional<std:
   return parts;
 }
 
+std::vector<Weld> welds(const Mechanism& m) {
+  std::map<std::string, std::set<int>> touched;
+  std::vector<Weld> list;
+  for (const auto& c : m.constraints()) {
+    if (c->kind() != "fixed") continue;
+    if (touched.try_emplace(c->path()).second) list.push_back({c->path(), {}, 0, 0});
+    touched[c->path()].insert(c->coordinates().begin(), c->coordinates().end());
+    list.back().rows += c->rows();
+  }
+  for (Weld& w : list) {
+    std::set<int> last;
+    for (const auto& b : m.bodies()) {
+      const std::set<int> own(b->coordinates().begin(), b->coordinates().end());
+      const std::set<int>& all = touched[w.path];
+      if (b->kind() == "rotor" || std::none_of(own.begin(), own.end(), [&](int i) { return all.contains(i); }))
+        continue;
+      w.bodies.push_back(b->path());
+      last = own;
+    }
+    w.coordinates = static_cast<int>(last.size());
+    for (const auto& c : m.constraints())
+      if (std::all_of(c->coordinates().begin(), c->coordinates().end(), [&](int i) { return last.contains(i); }) &&
+          c->path() != w.path)
+        w.rows += c->rows();
+  }
+  return list;
+}
+
 }  // namespace costate::app

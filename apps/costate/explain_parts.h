@@ -28,4 +28,13 @@ struct Part {
 /// `wanted`: coordinates that what is asked for is of; null: all.
 std::vector<Part> independent_parts(const Mechanism& mechanism, const std::optional<std::vector<int>>& wanted);
 
+/// A weld, [fixed.*], and what one body in the place of two would save: rows of the weld and of the second body's own
+/// coordinates among themselves, and those coordinates.
+struct Weld {
+  std::string path;
+  std::vector<std::string> bodies;  // one: to the ground
+  int rows = 0, coordinates = 0;
+};
+std::vector<Weld> welds(const Mechanism& mechanism);
+
 }  // namespace costate::app

@@ -37,6 +37,9 @@ Report vehicle_speed(const Settings& settings);
 Report vehicle_gradients(const Settings& settings);
 Report vehicle_number(const Settings& settings);
 
+/// What a scene requires against everything: parts that the cost needs, and the five-bar in the plane and in space.
+Report requires_of_scenes(const Settings& settings);
+
 nlohmann::json counters_json(const Counters& c);
 
 }  // namespace costate::bench

@@ -34,6 +34,7 @@ constexpr Benchmark kBenchmarks[] = {{"gradients", gradients},
                                      {"matrix", matrix},
                                      {"discrete", discrete},
                                      {"vehicle", vehicle},
+                                     {"requires", requires_of_scenes},
                                      {"vehicle_speed", vehicle_speed, true},
                                      {"vehicle_gradients", vehicle_gradients, true},
                                      {"vehicle_number", vehicle_number, true}};

@@ -30,6 +30,10 @@ Report matrix(const Settings& settings);
 /// The discrete adjoint's time against its simulation's on three mechanisms.
 Report discrete(const Settings& settings);
 
+/// The same mechanisms in other programs, at equal error: gradients of the five-bar by programs by hand on CVODES, IDAS
+/// and PETSc, forward runs of chains in Simbody. Those that are not found are left out, and named.
+Report peers(const Settings& settings);
+
 /// The full vehicle in the double lane change: against real time, gradients of 6 and 100 parameters against a
 /// simulation, the time of a step against the number of vehicles; and each of these alone.
 Report vehicle(const Settings& settings);

@@ -3,6 +3,7 @@
 // may be parameters: its mass and the natural length of the spring at its end.
 #pragma once
 
+#include "chain_facts.h"
 #include "costate/problem/problem.h"
 
 namespace costate::bench {
@@ -10,4 +11,7 @@ namespace costate::bench {
 /// `parameters` at most 2 * bars: half of them masses, half natural lengths, spread evenly over the chain.
 Problem make_chain(int bars, int parameters);
 
+/// The same in space: rigid bodies on ball joints, along x at the start, the anchors in turn before and behind the
+/// plane; the cost counts all three directions.
+Problem make_spatial_chain(int bodies);
 }  // namespace costate::bench

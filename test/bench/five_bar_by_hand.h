@@ -20,4 +20,10 @@ enum class Multistep { adams, bdf };
 ByHandResult simulate_by_hand(double rtol, Multistep method);
 ByHandResult gradient_by_hand(double rtol, Multistep method);
 
+/// The same gradient on IDAS, from the residual of index 1.
+ByHandResult gradient_by_idas(double rtol);
+/// And by TSAdjoint of PETSc, the discrete adjoint of an explicit Runge-Kutta scheme (its names: "5dp", "8vr"); only
+/// where COSTATE_BENCH_PETSC is defined.
+ByHandResult gradient_by_petsc(double rtol, const char* scheme);
+
 }  // namespace costate::bench

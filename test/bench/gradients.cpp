@@ -10,6 +10,7 @@
 #include "costate/integrator/simulate.h"
 #include "costate/sensitivity/method.h"
 #include "costate/tradeoff/stopwatch.h"
+#include "curve.h"
 #include "five_bar.h"
 #include "five_bar_by_hand.h"
 
@@ -41,21 +42,6 @@ constexpr Case kCases[] = {
     {"index1", "idas", ""},         {"index2", "idas", ""},         {"baumgarte", "cvodes", "adams"},
     {"baumgarte", "cvodes", "bdf"}, {"penalty", "cvodes", "adams"}, {"penalty", "cvodes", "bdf"},
     {"baumgarte", "dopri5", ""},    {"baumgarte", "dop853", ""},    {"maggi", "dop853", ""}};
-
-/// The program by hand as a curve of time over gradient error.
-struct Curve {
-  std::vector<double> log_error, log_ms;
-  /// Its time at this error, on straight lines through its runs in log-log; none outside of them.
-  std::optional<double> ms_at(double error) const {
-    const double x = std::log(error);
-    for (std::size_t i = 0; i + 1 < log_error.size(); ++i) {
-      const double a = log_error[i], b = log_error[i + 1];
-      if ((x <= a && x >= b) || (x >= a && x <= b))
-        return std::exp(log_ms[i] + (a == b ? 0 : (x - a) / (b - a) * (log_ms[i + 1] - log_ms[i])));
-    }
-    return std::nullopt;
-  }
-};
 
 /// All jobs at one tolerance.
 class Round {
@@ -123,8 +109,7 @@ Report gradients(const Settings& settings) {
   Curve curve;
   for (const auto& r : all) {
     const HandEntry& e = r->by_hand(Multistep::bdf, false);
-    curve.log_error.push_back(std::log(gradient_error(e.result.gradient)));
-    curve.log_ms.push_back(std::log(r->ms(e.job)));
+    curve.add(gradient_error(e.result.gradient), r->ms(e.job));
   }
 
   Report report;

@@ -1,0 +1,23 @@
+# What `costate_bench peers` is compared with, each where it is found: PETSc's TSAdjoint (petsc-dev, which Debian's
+# libsundials-dev brings) and Simbody (libsimbody-dev). Not with sanitizers: what they leave allocated is not ours.
+function(costate_add_peers target)
+  if(COSTATE_SANITIZE)
+    return()
+  endif()
+  find_package(PkgConfig QUIET)
+  if(PkgConfig_FOUND AND MPI_CXX_FOUND)
+    pkg_check_modules(PETSC QUIET IMPORTED_TARGET PETSc)
+  endif()
+  if(PETSC_FOUND)
+    target_compile_definitions(${target} PRIVATE COSTATE_BENCH_PETSC)
+    target_link_libraries(${target} PRIVATE PkgConfig::PETSC MPI::MPI_CXX)
+  endif()
+  find_package(Simbody QUIET)
+  if(Simbody_FOUND)
+    target_compile_definitions(${target} PRIVATE COSTATE_BENCH_SIMBODY)
+    target_include_directories(${target} SYSTEM PRIVATE "${Simbody_INCLUDE_DIR}")
+    target_link_libraries(${target} PRIVATE SimTKsimbody)
+    set_source_files_properties(bench/chain_simbody.cpp PROPERTIES COMPILE_OPTIONS -std=c++17) # what its headers are
+  endif()
+  message(STATUS "Peers of the benchmarks: PETSc ${PETSC_VERSION}, Simbody ${Simbody_VERSION} (empty: not found)")
+endfunction()

@@ -1,5 +1,7 @@
-// On PETSc: the right-hand side by hand with f_y and f_rho, an explicit Runge-Kutta scheme with its step control, the
-// trajectory with its stages in memory, the cost by a quadrature TS, TSAdjoint back over the accepted steps.
+// On PETSc: the right-hand side by hand with its Jacobian, an explicit Runge-Kutta scheme with its step control, the
+// trajectory with its stages in memory, TSAdjoint back over the accepted steps. The cost and the two parameters are
+// unknowns like the others: with a quadrature TS (3.18) rejected steps spoiled psi, and by TSSetRHSJacobianP the
+// gradient's error was of first order in the step.
 #ifdef COSTATE_BENCH_PETSC
 #include <petscts.h>
 
@@ -17,6 +19,7 @@ namespace {
 
 namespace ts_hand = by_hand;
 using ts_hand::kParameters, ts_hand::kQ, ts_hand::kState;
+constexpr int kWithCost = kState + 1, kAll = kWithCost + kParameters;
 
 void petsc(PetscErrorCode code) {
   if (code) throw SolverError("The five-bar on PETSc: error " + std::to_string(static_cast<int>(code)) + ".");
@@ -66,54 +69,37 @@ struct WriteMatrix {
 ts_hand::FiveBar& ts_model(void* p) { return *static_cast<ts_hand::FiveBar*>(p); }
 
 PetscErrorCode ts_rhs(TS, PetscReal, Vec y, Vec f, void* p) {
-  ts_model(p).rhs(Read(y).x, Write(f).x);
+  const Read in(y);
+  const Write out(f);
+  ts_model(p).rhs(in.x, out.x);
+  const double dx = in.x[2] - ts_hand::kStart[2], dy = in.x[3] - ts_hand::kStart[3];
+  out.x[kState] = dx * dx + dy * dy;
+  std::fill_n(out.x + kWithCost, kParameters, 0.0);
   return 0;
 }
 PetscErrorCode ts_jacobian(TS, PetscReal, Vec y, Mat J, Mat, void* p) {
-  const auto& f_y = ts_model(p).jacobian(Read(y).x, true);
-  const WriteMatrix out(J);
-  for (int j = 0; j < kState; ++j) std::copy(f_y[j].begin(), f_y[j].end(), out.x + j * kState);
-  return 0;
-}
-PetscErrorCode ts_jacobian_p(TS, PetscReal, Vec y, Mat J, void* p) {
-  ts_model(p).jacobian(Read(y).x, true);
-  const WriteMatrix out(J);
-  for (int s = 0; s < kParameters; ++s) {
-    std::fill_n(out.x + s * kState, kQ, 0.0);
-    std::copy_n(ts_model(p).columns()[s].begin(), kQ, out.x + s * kState + kQ);
-  }
-  return 0;
-}
-PetscErrorCode ts_cost(TS, PetscReal, Vec y, Vec q, void*) {
   const Read in(y);
-  const double dx = in.x[2] - ts_hand::kStart[2], dy = in.x[3] - ts_hand::kStart[3];
-  Write(q).x[0] = dx * dx + dy * dy;
-  return 0;
-}
-PetscErrorCode ts_cost_y(TS, PetscReal, Vec y, Mat J, Mat, void*) {
-  const Read in(y);
+  const auto& f_y = ts_model(p).jacobian(in.x, true);
   const WriteMatrix out(J);
-  std::fill_n(out.x, kState, 0.0);
-  for (int i = 2; i < 4; ++i) out.x[i] = 2 * (in.x[i] - ts_hand::kStart[i]);
-  return 0;
-}
-PetscErrorCode ts_cost_p(TS, PetscReal, Vec, Mat J, void*) {
-  const WriteMatrix out(J);
-  std::fill_n(out.x, kParameters, 0.0);
+  std::fill_n(out.x, kAll * kAll, 0.0);
+  for (int j = 0; j < kState; ++j) std::copy(f_y[j].begin(), f_y[j].end(), out.x + j * kAll);
+  for (int i = 2; i < 4; ++i) out.x[i * kAll + kState] = 2 * (in.x[i] - ts_hand::kStart[i]);
+  for (int s = 0; s < kParameters; ++s)
+    std::copy_n(ts_model(p).columns()[s].begin(), kQ, out.x + (kWithCost + s) * kAll + kQ);
   return 0;
 }
 
-struct Objects {  // freed in this order, those of the quadrature by the TS that owns it
+struct Objects {
   TS ts = nullptr;
-  Vec y = nullptr, mu = nullptr, gradient = nullptr;
-  Mat f_y = nullptr, f_rho = nullptr, g_y = nullptr, g_rho = nullptr;
+  Vec y = nullptr, mu = nullptr;
+  Mat f_y = nullptr;
   Objects() = default;
   Objects(const Objects&) = delete;
   Objects& operator=(const Objects&) = delete;
   ~Objects() {
     static_cast<void>(TSDestroy(&ts));
-    for (Vec* v : {&y, &mu, &gradient}) static_cast<void>(VecDestroy(v));
-    for (Mat* m : {&f_y, &f_rho, &g_y, &g_rho}) static_cast<void>(MatDestroy(m));
+    for (Vec* v : {&y, &mu}) static_cast<void>(VecDestroy(v));
+    static_cast<void>(MatDestroy(&f_y));
   }
 };
 
@@ -125,25 +111,15 @@ ByHandResult gradient_by_petsc(double rtol, const char* scheme) {
   ByHandResult result;
   Objects o;
   const MPI_Comm self = PETSC_COMM_SELF;
-  petsc(VecCreateSeq(self, kState, &o.y));
-  petsc(VecCreateSeq(self, kState, &o.mu));
-  petsc(VecCreateSeq(self, kParameters, &o.gradient));
-  petsc(MatCreateSeqDense(self, kState, kState, nullptr, &o.f_y));
-  petsc(MatCreateSeqDense(self, kState, kParameters, nullptr, &o.f_rho));
-  petsc(MatCreateSeqDense(self, kState, 1, nullptr, &o.g_y));
-  petsc(MatCreateSeqDense(self, kParameters, 1, nullptr, &o.g_rho));
+  petsc(VecCreateSeq(self, kAll, &o.y));
+  petsc(VecCreateSeq(self, kAll, &o.mu));
+  petsc(MatCreateSeqDense(self, kAll, kAll, nullptr, &o.f_y));
   petsc(TSCreate(self, &o.ts));
   petsc(TSSetProblemType(o.ts, TS_NONLINEAR));
   petsc(TSSetType(o.ts, TSRK));
   petsc(TSRKSetType(o.ts, scheme));
   petsc(TSSetRHSFunction(o.ts, nullptr, ts_rhs, &model));
   petsc(TSSetRHSJacobian(o.ts, o.f_y, o.f_y, ts_jacobian, &model));
-  petsc(TSSetRHSJacobianP(o.ts, o.f_rho, ts_jacobian_p, &model));
-  TS quadrature = nullptr;
-  petsc(TSCreateQuadratureTS(o.ts, PETSC_TRUE, &quadrature));
-  petsc(TSSetRHSFunction(quadrature, nullptr, ts_cost, nullptr));
-  petsc(TSSetRHSJacobian(quadrature, o.g_y, o.g_y, ts_cost_y, nullptr));
-  petsc(TSSetRHSJacobianP(quadrature, o.g_rho, ts_cost_p, nullptr));
   petsc(TSSetMaxTime(o.ts, ts_hand::kTEnd));
   petsc(TSSetMaxSteps(o.ts, 1'000'000));
   petsc(TSSetExactFinalTime(o.ts, TS_EXACTFINALTIME_MATCHSTEP));
@@ -156,22 +132,20 @@ ByHandResult gradient_by_petsc(double rtol, const char* scheme) {
   petsc(TSTrajectorySetSolutionOnly(trajectory, PETSC_FALSE));
   {
     const Write start(o.y);
-    std::fill_n(start.x, kState, 0.0);
+    std::fill_n(start.x, kAll, 0.0);
     std::copy(ts_hand::kStart.begin(), ts_hand::kStart.end(), start.x);
   }
   petsc(TSSolve(o.ts, o.y));
   PetscInt steps = 0;
   petsc(TSGetStepNumber(o.ts, &steps));
   result.steps = result.backward_steps = steps;
-  Vec cost = nullptr;
-  petsc(TSGetCostIntegral(o.ts, &cost));
-  result.psi = Read(cost).x[0];
+  result.psi = Read(o.y).x[kState];
   petsc(VecSet(o.mu, 0));
-  petsc(VecSet(o.gradient, 0));
-  petsc(TSSetCostGradients(o.ts, 1, &o.mu, &o.gradient));
+  Write(o.mu).x[kState] = 1;
+  petsc(TSSetCostGradients(o.ts, 1, &o.mu, nullptr));
   petsc(TSAdjointSolve(o.ts));
-  const Read gradient(o.gradient);
-  result.gradient.assign(gradient.x, gradient.x + kParameters);
+  const Read mu(o.mu);
+  result.gradient.assign(mu.x + kWithCost, mu.x + kAll);
   result.evaluations = model.evaluations;
   result.jacobians = model.jacobians;
   return result;

@@ -124,6 +124,9 @@ class Comparison {
         if (*ratios[k] >= aim_) ++reached;
       }
     row("best peer / best of Costate", ratios, "ratio");
+    for (const Program& p : programs_)
+      for (const double e : p.errors)
+        if (!std::isfinite(e)) report.text += fmt::format("  {} failed at one of its tolerances\n", p.name);
     report.text += fmt::format("  aim: {:g}; reached at {} of {} errors\n", aim_, reached, compared);
     json["aim"] = aim_;
     report.json[title_] = std::move(json);

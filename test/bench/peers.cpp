@@ -5,7 +5,9 @@
 
 #include <cmath>
 #include <deque>
+#include <functional>
 #include <limits>
+#include <optional>
 
 #include "benchmark.h"
 #include "chain.h"

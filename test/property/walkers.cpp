@@ -47,7 +47,9 @@ TEST_CASE("walker: gradients over ten steps", "[walker]") {
                                             {"index3", "idas-forward"},
                                             {"maggi", "cvodes-adjoint"},
                                             {"penalty", "cvodes-adjoint"},
-                                            {"augmented-lagrangian", "cvodes-adjoint"}}) {
+                                            {"augmented-lagrangian", "cvodes-adjoint"},
+                                            {"penalty-second-order", "cvodes-forward"},
+                                            {"maggi-implicit", "idas-adjoint"}}) {
     p.formulation = formulation;
     const GradientResult r = gradient(p, method, rho);
     CAPTURE(formulation, method);

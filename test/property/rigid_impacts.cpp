@@ -308,10 +308,10 @@ TEST_CASE("rigid contacts: refusals", "[events]") {
 }
 
 // A ball that bounces infinitely many times until t1 (1 + e)/(1 - e) closes where that is no more to be seen, with
-// 1e-6 of the first speed: 2 e v/(g (1 - e)) before. Until then heights are v0^3/(3 g^2) (1 + e^3)/(1 - e^3) s m, and
+// 3e-5 of the first speed: 2 e v/(g (1 - e)) before. Until then heights are v0^3/(3 g^2) (1 + e^3)/(1 - e^3) s m, and
 // all of its energy is taken. Behind it the ball rises with the ground, and with nothing else.
 TEST_CASE("rigid contacts: bounces that die out close", "[events]") {
-  const double g = 9.81, e = 0.8, v0 = std::sqrt(2 * g), end = 4.5, v = 1e-6 * v0;
+  const double g = 9.81, e = 0.8, v0 = std::sqrt(2 * g), end = 4.5, v = 3e-5 * v0;
   const double height = v0 * v0 * v0 / (3 * g * g) * (1 + e * e * e) / (1 - e * e * e), by_h = 1.5 * height;
   const double by_e = v0 * v0 * v0 / (3 * g * g) * 6 * e * e / std::pow(1 - e * e * e, 2);
   for (const ImpactWay& way : {ImpactWay{"index1", "cvodes-adjoint"}, ImpactWay{"index1", "idas-forward"},
@@ -336,7 +336,7 @@ TEST_CASE("rigid contacts: bounces that die out close", "[events]") {
     CHECK(std::abs(r.gradient[2] - (1 + end - by_h)) <= 1e-6);
     std::string said;
     for (const auto& sentence : take_notices()) said += sentence;
-    CHECK_THAT(said, Catch::Contains("At t = 4.0637") && Catch::Contains("contact.floor") &&
+    CHECK_THAT(said, Catch::Contains("At t = 4.063") && Catch::Contains("contact.floor") &&
                          Catch::Contains("(once 4.43)") && Catch::Contains(" J."));
   }
 }

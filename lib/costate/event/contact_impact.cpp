@@ -72,7 +72,7 @@ std::vector<MotionEvents::InPlay> MotionEvents::find_in_play(int event, const St
 bool MotionEvents::has_died_out(ContactOf& c, const StateView& before, double approach) {
   if (before.t <= c.decided) return std::find(c.died_at.begin(), c.died_at.end(), before.t) != c.died_at.end();
   c.decided = before.t;
-  bool dies = approach < kDiesOut * c.largest_approach;
+  bool dies = approach < (c.closed_state < 0 ? kDiesOut : kHardly) * c.largest_approach;
   if (!dies) {
     // The next hop, to v^2/(2 a), is not seen.
     std::vector<double> x(static_cast<std::size_t>(assembly_.n() + assembly_.m()));

@@ -2,7 +2,6 @@
 // length of the chain (sparse all the way: the exponent stays near 1).
 #include <fmt/format.h>
 
-#include <cmath>
 #include <memory>
 
 #include "benchmark.h"
@@ -10,6 +9,7 @@
 #include "costate/integrator/simulate.h"
 #include "costate/sensitivity/method.h"
 #include "costate/tradeoff/stopwatch.h"
+#include "fit_exponent.h"
 
 namespace costate::bench {
 
@@ -92,20 +92,6 @@ void against_parameters(const Settings& settings, Report& report) {
   report.json["against_parameters"] = {{"bars", bars}, {"rows", std::move(rows)}};
 }
 
-/// The exponent p of y = c x^p by least squares in log-log.
-double exponent(const std::vector<double>& x, const std::vector<double>& y) {
-  double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    const double a = std::log(x[i]), b = std::log(y[i]);
-    n += 1;
-    sx += a;
-    sy += b;
-    sxx += a * a;
-    sxy += a * b;
-  }
-  return (n * sxy - sx * sy) / (n * sxx - sx * sx);
-}
-
 void against_length(const Settings& settings, Report& report) {
   std::vector<int> lengths = {10, 25, 50, 100, 200, 400};
   if (settings.quick) lengths = {5, 10};
@@ -139,12 +125,12 @@ void against_length(const Settings& settings, Report& report) {
       const std::string method = kind == 0 ? "simulation" : std::string(kCases[c].integrator) + "-adjoint";
       report.text += fmt::format("  {:<11}{:<18}", kCases[c].formulation, method);
       for (const double t : us) report.text += fmt::format("{:>9.1f}", t);
-      report.text += fmt::format("{:>11.2f}\n", exponent(x, us));
+      report.text += fmt::format("{:>11.2f}\n", fit_exponent(x, us));
       rows.push_back({{"formulation", kCases[c].formulation},
                       {"method", method},
                       {"bars", lengths},
                       {"us_per_step", us},
-                      {"exponent", exponent(x, us)}});
+                      {"exponent", fit_exponent(x, us)}});
     }
   report.json["against_length"] = std::move(rows);
 }

@@ -7,6 +7,7 @@
 #include "costate/analysis/start.h"
 #include "costate/level/maggi_choice.h"
 #include "costate/level/maggi_newton.h"
+#include "costate/level/maggi_ratio.h"
 #include "costate/level/maggi_sparse_newton.h"
 #include "costate/sensitivity/method.h"
 #include "gradient_compare.h"
@@ -164,4 +165,68 @@ TEST_CASE("maggi sparse: the coordinates chosen are as good as those of full mat
       CHECK(ratio_of(sparse) <= 1 + 2e-6);
     }
   }
+}
+
+// What is found is an entry of R, never above the largest, and the largest itself but for rare cases: then at least
+// half of it, which makes a chart last longer and changes no number (maggi_names.h).
+TEST_CASE("maggi sparse: the largest entry of R is found without all of R") {
+  Random random(12);
+  int found = 0, all = 0;
+  for (const TestModel& model : {five_bar(), chain(12, 1), chain(40, 1), free_flight()}) {
+    Assembly assembly(model.mechanism, model.all_parameters());
+    assembly.set_parameters(model.all_parameters().values().data());
+    const Start start = find_start(assembly, 0, false);
+    const int n = assembly.n(), f = degrees_of_freedom(assembly);
+    StateView s;
+    s.q = start.q.data();
+    assembly.calc_jacobian(s);
+    const std::vector<double> at_start = assembly.phi_q;
+    std::vector<double> weight(static_cast<std::size_t>(n), 1);
+    const std::vector<int> chosen = choose_independent(assembly.jacobian(), at_start.data(), f, weight, n);
+    for (int turn = 0; turn < 20; ++turn) {
+      std::vector<double> phi_q = at_start;
+      for (double& x : phi_q) x += 0.5 * random.vector(1)[0];
+      for (double& x : weight) x = std::pow(10.0, random.vector(1)[0]);
+      MaggiChart chart(assembly.jacobian(), chosen);
+      REQUIRE(chart.factor(phi_q.data()));
+      Eigen::MatrixXd R = Eigen::MatrixXd::Zero(n, f);
+      R.bottomRows(f).setIdentity();
+      chart.solve(R.data(), f);
+      const double exact = worst_ratio(chosen, R.data(), weight);
+      const LargestRatio r = find_largest_ratio(chart, weight);
+      CAPTURE(model.name, turn, exact);
+      const double entry = std::abs(R(r.row, r.column)) * weight[static_cast<std::size_t>(r.row)] /
+                           weight[static_cast<std::size_t>(chosen[static_cast<std::size_t>(r.column)])];
+      CHECK(std::abs(r.ratio / entry - 1) < kRoutes);
+      CHECK(r.ratio <= exact * (1 + kRoutes));
+      CHECK(r.ratio >= 0.5 * exact);
+      ++all;
+      if (r.ratio > 0.999 * exact) ++found;
+    }
+  }
+  CHECK(10 * found >= 9 * all);
+}
+
+// More freedoms than all of R is looked at for: the choice is the one of exchanges down to 1.2 (maggi_choice.cpp), of
+// what the search finds; a half of the largest entry at least, as above.
+TEST_CASE("maggi sparse: the coordinates of very many freedoms") {
+  const TestModel model = chain(kMostExactFreedoms + 20, 1);
+  Assembly assembly(model.mechanism, model.all_parameters());
+  assembly.set_parameters(model.all_parameters().values().data());
+  const Start start = find_start(assembly, 0, false);
+  const int n = assembly.n(), f = degrees_of_freedom(assembly);
+  REQUIRE(f > kMostExactFreedoms);
+  StateView s;
+  s.q = start.q.data();
+  assembly.calc_jacobian(s);
+  const std::vector<double> weight(static_cast<std::size_t>(n), 1);
+  const std::vector<int> chosen = choose_independent(assembly.jacobian(), assembly.phi_q.data(), f, weight);
+  REQUIRE(static_cast<int>(chosen.size()) == f);
+  CHECK(std::is_sorted(chosen.begin(), chosen.end()));
+  MaggiChart chart(assembly.jacobian(), chosen);
+  REQUIRE(chart.factor(assembly.phi_q.data()));
+  Eigen::MatrixXd R = Eigen::MatrixXd::Zero(n, f);
+  R.bottomRows(f).setIdentity();
+  chart.solve(R.data(), f);
+  CHECK(worst_ratio(chosen, R.data(), weight) <= 2 * 1.2);
 }

@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <set>
 
+#include "costate/base/stop.h"
 #include "costate/level/maggi_chart.h"
+#include "costate/level/maggi_ratio.h"
 
 namespace costate {
 
@@ -16,6 +19,11 @@ constexpr double kSettled = 1 + 1e-6;  // ties are left as they are
 // Of a row of length 1, entries below are what elimination leaves of zero.
 constexpr double kNothing = 1e-12;
 constexpr int kChosenAtOnce = 64;
+// Of very many freedoms each exchange is a factorization: what is nearly the best will do, below the ratio at which
+// charts are changed (maggi_names.h).
+constexpr double kNearlyBest = 1.2;
+constexpr int kMostExchanges = 100;
+constexpr std::size_t kStopsEvery = 1024;  // rows
 
 std::vector<int> choose_full(const SparsePattern& jacobian, const double* phi_q, int freedoms,
                              const std::vector<double>& weight) {
@@ -72,6 +80,7 @@ std::vector<int> eliminate(const SparsePattern& jacobian, const double* phi_q, c
   }
   std::vector<char> dependent(n, 0);
   while (!by_length.empty()) {
+    if (by_length.size() % kStopsEvery == 0) check_stop();
     const int pivot_row = by_length.begin()->second;
     by_length.erase(by_length.begin());
     const auto& pivots = rows[static_cast<std::size_t>(pivot_row)];
@@ -107,11 +116,31 @@ std::vector<int> eliminate(const SparsePattern& jacobian, const double* phi_q, c
   return chosen;
 }
 
+// Exchanges the largest |R_ij| that is found, one after the other; false where that leads to a singular choice.
+bool improve_by_factors(const SparsePattern& jacobian, const double* phi_q, const std::vector<double>& weight,
+                        std::vector<int>& chosen) {
+  auto chart = std::make_unique<MaggiChart>(jacobian, chosen);
+  for (int exchange = 0;; ++exchange) {
+    check_stop();
+    if (!chart->factor(phi_q)) return false;
+    const LargestRatio largest = find_largest_ratio(*chart, weight);
+    if (!std::isfinite(largest.ratio)) return false;
+    if (largest.ratio <= kNearlyBest || exchange == kMostExchanges) return true;
+    chosen[static_cast<std::size_t>(largest.column)] = largest.row;
+    chart = std::make_unique<MaggiChart>(jacobian, chosen);
+  }
+}
+
 // Improved as far as it is not the best already. Empty where rows depend on each other as far as numbers tell.
 std::vector<int> choose_sparse(const SparsePattern& jacobian, const double* phi_q, int freedoms,
                                const std::vector<double>& weight) {
   std::vector<int> chosen = eliminate(jacobian, phi_q, weight);
   if (static_cast<int>(chosen.size()) != freedoms) return {};
+  if (freedoms > kMostExactFreedoms) {
+    if (!improve_by_factors(jacobian, phi_q, weight, chosen)) return {};
+    std::sort(chosen.begin(), chosen.end());
+    return chosen;
+  }
   MaggiChart chart(jacobian, chosen);
   if (!chart.factor(phi_q)) return {};
   const std::ptrdiff_t n = jacobian.cols, m = jacobian.rows;
@@ -152,6 +181,7 @@ void improve_choice(std::vector<int>& independent, double* R, const std::vector<
   Eigen::Map<Eigen::MatrixXd> T(R, n, f);
   const auto weight_of = [&](Eigen::Index i) { return weight[i]; };
   for (Eigen::Index exchange = 0; exchange < 4 * n * f + 4; ++exchange) {
+    check_stop();
     double best = kSettled;
     Eigen::Index in = -1, out = -1;
     for (Eigen::Index j = 0; j < f; ++j)

@@ -6,6 +6,7 @@
 
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
+#include "costate/level/maggi_ratio.h"
 
 namespace costate {
 
@@ -70,7 +71,8 @@ void MaggiLevel::use_chart(int chart) {
 }
 
 void MaggiLevel::change_chart() {
-  positions_.change(mass_.null_space());
+  const bool from_null_space = !sparse() || f_ <= kMostExactFreedoms;
+  positions_.change(from_null_space ? mass_.null_space() : nullptr);
   mass_.forget_chart();
   point_.forget();
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "costate/base/error.h"
+#include "costate/level/maggi_ratio.h"
 #include "costate/linear/dense_factor.h"
 
 namespace costate {
@@ -69,6 +70,11 @@ double MaggiMass::chart_ratio() {
   for (std::size_t e = 0; e < ratio_at_.size(); ++e) {
     double& size = row_sizes_[static_cast<std::size_t>(assembly_.jacobian().row[e])];
     size = std::max(size, std::abs(ratio_at_[e]));
+  }
+  if (f_ > kMostExactFreedoms) {
+    std::vector<double> weight;
+    for (const double size : positions_.sizes()) weight.push_back(1 / size);
+    return ratio_ = find_largest_ratio(positions_.chart(), weight).ratio;
   }
   std::vector<double> columns(static_cast<std::size_t>(rows_) * kColumnsAtOnce);
   ratio_ = 0;

@@ -168,8 +168,16 @@ void MaggiPositions::add_chart(std::vector<int> independent) {
 
 void MaggiPositions::change(double* R) {
   std::vector<int> choice = chart().independent();
-  improve_choice(choice, R, weight_);
-  std::sort(choice.begin(), choice.end());
+  if (R != nullptr) {
+    improve_choice(choice, R, weight_);
+    std::sort(choice.begin(), choice.end());
+  } else {
+    StateView s;
+    s.t = last_.t;
+    s.q = q_.data();
+    assembly_.calc_jacobian(s);
+    choice = choose_independent(assembly_.jacobian(), assembly_.phi_q.data(), f_, weight_);
+  }
   for (std::size_t c = 0; c < charts_.size(); ++c)
     if (charts_[c]->independent() == choice) {
       chart_ = static_cast<int>(c);

@@ -43,7 +43,7 @@ class MaggiPositions {
     return worst_ratio({chart().independent().data() + first, static_cast<std::size_t>(count)}, R, weight_);
   }
   /// Makes a chart for the choice that is best for the R of the chart in force (overwritten), unless there is one, and
-  /// uses it.
+  /// uses it. Null: for the choice made anew at the last solved positions.
   void change(double* R);
 
   /// Finds q; afterwards the chart is factored there, and phi_t of the assembly is evaluated. Throws StepError when the

@@ -168,7 +168,8 @@ TEST_CASE("maggi sparse: the coordinates chosen are as good as those of full mat
 }
 
 // What is found is an entry of R, never above the largest, and the largest itself but for rare cases: then at least
-// half of it, which makes a chart last longer and changes no number (maggi_names.h).
+// half of it: a chart lasts until its ratio is at most twice what it was to be, and steps are accurate to that
+// (maggi_names.h).
 TEST_CASE("maggi sparse: the largest entry of R is found without all of R") {
   Random random(12);
   int found = 0, all = 0;

@@ -1,7 +1,7 @@
 // On PETSc: the right-hand side by hand with its Jacobian, an explicit Runge-Kutta scheme with its step control, the
 // trajectory with its stages in memory, TSAdjoint back over the accepted steps. The cost and the two parameters are
-// unknowns like the others: with a quadrature TS (3.18) rejected steps spoiled psi, and by TSSetRHSJacobianP the
-// gradient's error was of first order in the step.
+// unknowns like the others: with a quadrature TS (of PETSc 3.18) rejected steps spoiled psi, and by TSSetRHSJacobianP
+// the gradient's error was of first order in the step.
 #ifdef COSTATE_BENCH_PETSC
 #include <petscts.h>
 

@@ -3,7 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 
-#include "costate/formulation/switched_rows_refusal.h"
+#include "costate/assembly/switched_rows_refusal.h"
 #include "costate/level/solved_end.h"
 
 namespace costate {

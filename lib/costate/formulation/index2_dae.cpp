@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/assembly/switched_rows_refusal.h"
 #include "costate/base/error.h"
 #include "costate/formulation/cost_pullback.h"
-#include "costate/formulation/switched_rows_refusal.h"
 #include "costate/level/solved_end.h"
 #include "costate/level/unknown_names.h"
 

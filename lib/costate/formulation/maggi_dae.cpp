@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "costate/analysis/start.h"
-#include "costate/formulation/switched_rows_refusal.h"
+#include "costate/assembly/switched_rows_refusal.h"
 #include "costate/level/maggi_names.h"
 
 namespace costate {

@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "costate/analysis/start.h"
+#include "costate/assembly/switched_rows_refusal.h"
 #include "costate/formulation/maggi_branch.h"
 #include "costate/formulation/maggi_event.h"
-#include "costate/formulation/switched_rows_refusal.h"
 #include "costate/level/maggi_names.h"
 
 namespace costate {

@@ -31,7 +31,7 @@ StabilizationWatch::StabilizationWatch(const Problem& problem, const std::vector
                                        double omega)
     : system_(system), rtol_(problem.solver.rtol), omega_(omega) {
   Problem plain = problem;
-  plain.formulation = "index1";
+  plain.formulation_options.set(kOmegaKey, 1e-30);  // Phi_ddot = 0, to all digits
   plain_ = plain.make_ode();
   plain_->set_parameters(rho.data());
   for (const Coordinate& c : problem.mechanism->coordinates()) metric_.push_back(c.unit == "m");

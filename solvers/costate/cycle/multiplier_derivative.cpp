@@ -33,6 +33,8 @@ constexpr double kConverged = 1e-9;  // relative; no more levels then
 // as nearly orthogonal as this.
 constexpr double kTie = 1e-7, kDefective = 1e-7;
 constexpr double kSmallest = 1e-9;  // a modulus below is that of no multiplier
+// What the runs' own errors make of a difference is told by one of runs at this many times their tolerance.
+constexpr double kLooser = 10;
 
 /// The largest multiplier with its eigenvectors, u^T w = 1.
 struct Leading {
@@ -121,6 +123,10 @@ class Beside {
   }
   /// ([P_x, P_rho](x + h a) - [P_x, P_rho](x - h a))/(2 h) of the free entries.
   MatrixXd difference(const VectorXd& along, double h) { return (tangents(along, h) - tangents(along, -h)) / (2 * h); }
+  void loosen() {
+    const SolverOptions& s = map_.problem().solver;
+    map_.set_tolerance(kLooser * s.rtol, kLooser * s.absolute());
+  }
 
  private:
   MatrixXd tangents(const VectorXd& along, double h) {
@@ -168,16 +174,19 @@ MultiplierDerivative multiplier_derivative(const ReturnMap& map, const VectorXd&
   // Ridders' tableau of each entry, as method 'differences' has it.
   std::vector<std::vector<VectorXd>> a;
   std::string refused;
-  double scale = 1;
+  const auto change = [&](double scale) -> VectorXd {
+    MatrixXcd D = MatrixXcd::Zero(k, k + np);
+    for (int i = 0; i < 2; ++i)
+      if (steps[i] > 0) D += std::complex<double>(i == 0, i == 1) * beside.difference(directions[i], scale * steps[i]);
+    const VectorXcd of_all = (lead.u.transpose() * D * by).transpose();
+    return (std::conj(lead.m) / std::abs(lead.m) * of_all).real();
+  };
+  double scale = 1, last_scale = 1;  // of the steps; of the shortest that an answer was taken from
+  VectorXd at_last;
   for (int level = 0; level < kLevels; ++level, scale /= 2) {
-    VectorXd d(np);
+    VectorXd d;
     try {
-      MatrixXcd D = MatrixXcd::Zero(k, k + np);
-      for (int i = 0; i < 2; ++i)
-        if (steps[i] > 0)
-          D += std::complex<double>(i == 0, i == 1) * beside.difference(directions[i], scale * steps[i]);
-      const VectorXcd change = (lead.u.transpose() * D * by).transpose();
-      d = (std::conj(lead.m) / std::abs(lead.m) * change).real();
+      d = change(scale);
     } catch (const SolverError& e) {
       refused = e.what();
       a.clear();
@@ -197,6 +206,8 @@ MultiplierDerivative multiplier_derivative(const ReturnMap& map, const VectorXd&
         if (e > r.error[p]) continue;
         r.error[p] = e;
         r.by_rho[p] = a[n][j][p];
+        last_scale = scale;
+        at_last = d;
       }
     }
     if (n == 0) continue;
@@ -210,6 +221,12 @@ MultiplierDerivative multiplier_derivative(const ReturnMap& map, const VectorXd&
         "The largest multiplier has no derivative here that could be computed: beside the cycle the motion is another "
         "one ({}).",
         refused));
+  if (np > 0) try {
+      beside.loosen();
+      r.error = r.error.cwiseMax((change(last_scale) - at_last).cwiseAbs());
+    } catch (const SolverError&) {  // what cannot be run more loosely is not told
+    } catch (const OtherEvents&) {
+    }
   r.counters = beside.counters;
   return r;
 }

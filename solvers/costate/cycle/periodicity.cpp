@@ -1,8 +1,10 @@
-// Whether what acts on a mechanism repeats itself with the period that a cycle is said to have.
+// Whether what acts on a mechanism repeats itself with the period that a cycle is said to have, and after whole turns
+// of what goes round.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "costate/base/error.h"
 #include "costate/cycle/return_map.h"
@@ -98,6 +100,48 @@ void ReturnMap::require_periodic(const Eigen::VectorXd& x, const std::vector<dou
     throw ModelError("cycle.period_s",
                      "Nothing here depends on time: the period of a free motion is its own. Give 'section' in the "
                      "place of 'period_s'.");
+}
+
+void ReturnMap::require_whole_turns(const Eigen::VectorXd& x, const std::vector<double>& positions,
+                                    const MapValue& value) const {
+  if (value.turned.isZero()) return;
+  // Where forces are those of a turn before, so is the motion; a state at which they are alike by chance (a dead
+  // centre) does not show that they are.
+  const Eigen::VectorXd further = x + value.turned;
+  // Runs that begin elsewhere have other errors: up to some 1e4 tolerances where what goes round nearly stops on its
+  // way.
+  const double same = std::sqrt(problem_.solver.rtol), small = 0.1 * x.cwiseAbs().maxCoeff();
+  std::string turning, found;
+  for (int i = 0; i < section_.size(); ++i)
+    if (value.turned[i] != 0)
+      turning += fmt::format("{}'{}' by {:.6g} rad", turning.empty() ? "" : ", ",
+                             section_.coordinates()[static_cast<std::size_t>(i)].name, value.turned[i]);
+  try {
+    const MapValue next = evaluate(further, positions, MapDerivatives::none);
+    double most = same;
+    const auto compare = [&](double a, double b, const std::string& name, const std::string& unit) {
+      if (const double off = std::abs(a - b) / std::max(std::abs(a), small); !(off <= most)) {
+        most = off;
+        found = fmt::format("{} is {:.9g} {} there for {:.9g} {} here", name, b, unit, a, unit);
+      }
+    };
+    if (std::abs(value.time - next.time) > same * value.time)
+      found = fmt::format("the time to the next section is {:.9g} s there for {:.9g} s here", next.time, value.time);
+    for (const int i : section_.free())
+      compare(value.next[i], next.next[i] - value.turned[i],
+              fmt::format("'{}' on return", section_.coordinates()[static_cast<std::size_t>(i)].name),
+              section_.coordinates()[static_cast<std::size_t>(i)].unit);
+  } catch (const SolverError& e) {
+    found = e.what();
+    if (!found.empty() && found.back() == '.') found.pop_back();
+  }
+  if (!found.empty())
+    throw ModelError(
+        "cycle.turns",
+        fmt::format("What turns ({}) does not bring the motion back to where it began: {}. Something acts by the angle "
+                    "itself, not by where it points. Take a section that is met once in all of its turns (an output "
+                    "sin(angle/2) for two of them), or count = 2.",
+                    turning, found));
 }
 
 }  // namespace costate

@@ -161,9 +161,6 @@ MapValue ReturnMap::once(const Eigen::VectorXd& x, const std::vector<double>& po
       r.next_rho.row(i) -= way(a) * r.travel_rho + r.travel * turned(a) * angle_rho;
     }
   }
-  for (int i = 0; i < d; ++i)
-    if (section_.coordinates()[static_cast<std::size_t>(i)].turns)
-      r.next[i] -= kTwoPi * std::round((r.next[i] - x[i]) / kTwoPi);
   r.positions = section_.positions_behind(run.positions.data(), r.travel, angle);
   return r;
 }
@@ -197,6 +194,11 @@ MapValue ReturnMap::evaluate(const Eigen::VectorXd& x, const std::vector<double>
     sum.psi += r.psi;
     sum.counters += r.counters;
   }
+  sum.turned.setZero(x.size());
+  for (int i = 0; i < section_.size(); ++i)
+    if (section_.coordinates()[static_cast<std::size_t>(i)].turns)
+      sum.turned[i] = kTwoPi * std::round((sum.next[i] - x[i]) / kTwoPi);
+  sum.next -= sum.turned;
   return sum;
 }
 

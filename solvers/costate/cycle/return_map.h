@@ -12,7 +12,8 @@ namespace costate {
 
 /// P and what else a cycle gives, with derivatives by x and rho (rows; empty where none were asked for).
 struct MapValue {
-  Eigen::VectorXd next;  // P(x)
+  Eigen::VectorXd next;    // P(x)
+  Eigen::VectorXd turned;  // whole turns that were taken off its entries, rad
   Eigen::MatrixXd next_x, next_rho;
   double time = 0, travel = 0, psi = 0;  // s, m, cost
   Eigen::RowVectorXd time_x, travel_x, psi_x, time_rho, travel_rho, psi_rho;
@@ -42,6 +43,9 @@ class ReturnMap {
   MapValue evaluate(const Eigen::VectorXd& x, const std::vector<double>& positions, MapDerivatives derivatives) const;
   /// x moved onto the section along the coordinate that takes it there soonest; with a period as it is.
   void onto_section(Eigen::VectorXd& x, const std::vector<double>& positions) const;
+  /// Throws ModelError where what goes round does not begin anew a whole turn on: the cycle from there, beside that
+  /// from x, ends later or elsewhere by more than sqrt(rtol) of it. In periodicity.cpp.
+  void require_whole_turns(const Eigen::VectorXd& x, const std::vector<double>& positions, const MapValue& value) const;
   /// The consistent start at x: q, v and z of the mechanism.
   struct State {
     std::vector<double> q, v, z;

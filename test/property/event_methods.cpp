@@ -158,12 +158,29 @@ TEST_CASE("events: discrete tangent and adjoint across touches agree to rounding
     }
 }
 
+// Of what is without events index 3 takes its fixed steps; with them the scheme that is carried across, unasked.
+TEST_CASE("events: discrete methods take a scheme that carries them", "[events]") {
+  Problem p = arm_problem(kCrossley, {}, 1e-8);
+  const std::vector<double> rho = p.parameters.values();
+  p.formulation = "index3";
+  const GradientResult own = gradient(p, "discrete-adjoint", rho);
+  CHECK(own.integrator == "radau9");
+  p.solver.integrator = "radau9";
+  const GradientResult chosen = gradient(p, "discrete-adjoint", rho);
+  CHECK(own.psi == chosen.psi);
+  CHECK(own.gradient == chosen.gradient);
+  Problem smooth = make_problem(Scene::load(COSTATE_MODELS_DIR "/five_bar/five_bar.toml"));
+  smooth.formulation = "index3";
+  CHECK(gradient(smooth, "discrete-adjoint", smooth.parameters.values()).integrator == "fixed");
+}
+
 TEST_CASE("events: what does not carry them is refused by name", "[events]") {
   Problem p = arm_problem(kCrossley, {}, 1e-6);
   const std::vector<double> rho = p.parameters.values();
   p.formulation = "index1";
   CHECK_THROWS_WITH(hessian(p, rho), Contains("Hessian products are not carried across"));
   p.formulation = "index3";
+  p.solver.step_s = 1e-3;
   CHECK_THROWS_WITH(gradient(p, "discrete-adjoint", rho), Contains("fixed steps are not carried across"));
   // Rows that come and go.
   p = make_problem(Scene::load(COSTATE_MODELS_DIR "/rimless_wheel/rimless_wheel.toml"));

@@ -9,6 +9,7 @@
 #include "costate/discrete/discrete_scheme.h"
 #include "costate/discrete/explicit_scheme.h"
 #include "costate/discrete/radau_scheme.h"
+#include "costate/event/motion_events.h"
 #include "costate/formulation/formulation.h"
 
 namespace costate {
@@ -103,7 +104,10 @@ std::string discrete_integrator_of(const Problem& problem) {
     require_form(problem, find_integrator(wanted));
     return wanted;
   }
+  // Fixed steps are not carried across events: whoever asks for none of their length does not ask for them.
+  const bool events = MotionEvents::has_any(*problem.mechanism);
   for (const bool control : {false, true}) {
+    if (!control && events && problem.solver.step_s == 0) continue;
     // Of the schemes with step control the last one has the highest order.
     const auto found = std::find_if(integrators().rbegin(), integrators().rend(),
                                     [&](const Integrator& i) { return serves(i) && i.step_control == control; });

@@ -38,7 +38,8 @@ void require_form(const Problem& problem, const Integrator& integrator);
 /// The integrator a problem runs on: its own choice, or the formulation's default.
 std::string integrator_of(const Problem& problem);
 /// The one whose steps discrete methods differentiate: the problem's own choice where it is such a one, else the
-/// formulation's fixed steps, else the explicit scheme of the highest order, else Radau IIA of the highest order.
+/// formulation's fixed steps (of a motion without events, or where their length is given), else the explicit scheme of
+/// the highest order, else Radau IIA of the highest order.
 std::string discrete_integrator_of(const Problem& problem);
 
 }  // namespace costate

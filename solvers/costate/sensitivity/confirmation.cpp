@@ -168,11 +168,14 @@ GradientResult confirmed(const Problem& asked, GradientResult result, const Grad
     say(said);
     return result;
   }
-  // What either run had to say stands.
+  // What either run had to say stands; where both say the same with other numbers, those of the result do.
   const std::vector<std::string> later = take_notices();
+  const auto opening = [](const std::string& s) { return s.substr(0, s.find_first_of("0123456789")); };
+  std::erase_if(said, [&](const std::string& s) {
+    return std::any_of(later.begin(), later.end(), [&](const std::string& l) { return opening(l) == opening(s); });
+  });
   say(said);
-  for (const auto& s : later)
-    if (std::find(said.begin(), said.end(), s) == said.end()) notice(s);
+  for (const auto& s : later) notice(s);
   tight.counters.simulations = std::max(tight.counters.simulations, result.counters.simulations);
   if (left > kKnown * rtol)
     notice(

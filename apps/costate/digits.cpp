@@ -60,7 +60,38 @@ std::vector<double> gradient_uncertainty(const std::vector<double>& gradient, co
   return u;
 }
 
-std::string psi_text(double psi, const Precision& precision, std::optional<double> estimate) {
+std::optional<double> psi_error_of(std::optional<double> estimate, const std::optional<KnownError>& known) {
+  if (!known) return estimate;
+  return std::max(estimate.value_or(0), known->psi);
+}
+
+std::vector<double> gradient_error_of(std::vector<double> errors, const std::optional<KnownError>& known) {
+  if (!known) return errors;
+  errors.resize(std::max(errors.size(), known->gradient.size()), 0.0);
+  for (std::size_t j = 0; j < known->gradient.size(); ++j) errors[j] = std::max(errors[j], known->gradient[j]);
+  return errors;
+}
+
+GradientDigits gradient_digits(const std::vector<double>& gradient, const ParameterSelection& parameters,
+                               double relative, const std::vector<double>& errors,
+                               const std::optional<KnownError>& known) {
+  GradientDigits d;
+  d.errors = gradient_error_of(errors, known);
+  d.unknown = d.errors;
+  if (!errors.empty()) return d;
+  const std::vector<double> held = gradient_uncertainty(gradient, parameters, relative);
+  bool beyond = false;
+  for (std::size_t j = 0; j < d.errors.size(); ++j) beyond = beyond || d.errors[j] > held[j];
+  if (!beyond) d.errors.clear();
+  d.unknown.resize(held.size(), 0.0);
+  for (std::size_t j = 0; j < held.size(); ++j) d.unknown[j] = std::max(d.unknown[j], held[j]);
+  return d;
+}
+
+std::string psi_text(double psi, const Precision& precision, std::optional<double> estimate,
+                     const std::optional<KnownError>& known) {
+  if (estimate || (known && known->psi > uncertainty_of(psi, precision.relative)))
+    estimate = psi_error_of(estimate, known);
   if (estimate) return fmt::format("psi = {} (estimated error {:.1e})", known_digits(psi, *estimate), *estimate);
   return fmt::format("psi = {} ({})", known_digits(psi, uncertainty_of(psi, precision.relative)), precision.note);
 }

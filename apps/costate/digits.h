@@ -35,7 +35,22 @@ double uncertainty_of(double value, double relative);
 std::vector<double> gradient_uncertainty(const std::vector<double>& gradient, const ParameterSelection& parameters,
                                          double relative);
 
-/// "psi = 0.72687768 (...)" with the note, or with the estimated error.
-std::string psi_text(double psi, const Precision& precision, std::optional<double> estimate);
+/// "psi = 0.72687768 (...)" with the note, or with the estimated error: that which was asked for, or what the run knows
+/// besides (KnownError) where that is more than the tolerance's last digit.
+std::string psi_text(double psi, const Precision& precision, std::optional<double> estimate,
+                     const std::optional<KnownError>& known = {});
+
+/// What is shown of a gradient: the errors (empty where none are known beyond the tolerance's digits), and the first
+/// digit of each component that is not known. `errors`: asked for, or the method's own, or empty.
+struct GradientDigits {
+  std::vector<double> errors, unknown;
+};
+GradientDigits gradient_digits(const std::vector<double>& gradient, const ParameterSelection& parameters,
+                               double relative, const std::vector<double>& errors,
+                               const std::optional<KnownError>& known = {});
+
+/// The larger of both; of what is known alone that.
+std::optional<double> psi_error_of(std::optional<double> estimate, const std::optional<KnownError>& known);
+std::vector<double> gradient_error_of(std::vector<double> errors, const std::optional<KnownError>& known);
 
 }  // namespace costate::app

@@ -41,7 +41,7 @@ std::string evaluation_line(const OptimizerEvaluation& e, const std::vector<std:
       e.failed()
           ? fmt::format("  {:>4}  failed, the step is rejected:", e.index)
           : fmt::format("  {:>4}  psi = {:<18} |projected gradient| = {:<10.3g}", e.index,
-                        known_digits(e.psi, uncertainty_of(e.psi, e.rtol > 0 ? std::max(relative, e.rtol) : relative)),
+                        known_digits(e.psi, std::max(e.psi_error, uncertainty_of(e.psi, std::max(relative, e.rtol)))),
                         e.projected_gradient);
   for (std::size_t j = 0; j < names.size() && j < 6; ++j) line += fmt::format(" {} = {:.9g}", names[j], e.rho[j]);
   if (names.size() > 6) line += " ...";

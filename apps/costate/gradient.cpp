@@ -26,10 +26,10 @@ struct GradientOptions {
 };
 
 /// The parameters with their derivatives and, where there are any, errors.
-std::string derivatives_text(const Setup& setup, const std::vector<double>& gradient, const std::vector<double>& errors,
-                             double relative) {
-  const std::vector<double> unknown =
-      errors.empty() ? gradient_uncertainty(gradient, setup.problem.parameters, relative) : errors;
+std::string derivatives_text(const Setup& setup, const GradientResult& r, double relative) {
+  const std::vector<double>& gradient = r.gradient;
+  const auto [errors, unknown] =
+      gradient_digits(gradient, setup.problem.parameters, relative, r.gradient_error, r.known_error);
   const auto names = setup.problem.parameters.names();
   std::size_t width = 9;
   for (const auto& n : names) width = std::max(width, n.size());
@@ -42,6 +42,14 @@ std::string derivatives_text(const Setup& setup, const std::vector<double>& grad
     text += "\n";
   }
   return text;
+}
+
+/// What the run knows of its error, into the summary's keys.
+void add_known_error(const Setup& setup, const GradientResult& r, Json& j) {
+  if (!r.known_error) return;
+  const Json& asked = j.at("psi_error");
+  j["psi_error"] = *psi_error_of(asked.is_number() ? std::optional(asked.get<double>()) : std::nullopt, r.known_error);
+  j["gradient_error"] = named(setup.problem.parameters.names(), gradient_error_of(r.gradient_error, r.known_error));
 }
 
 /// Runs f; what it gives notice of is said of the case.
@@ -115,16 +123,29 @@ int run_cases(DesignSetup& whole, const CommonOptions& common, const GradientOpt
   const bool worst = design.goal == Design::Goal::worst;
   const std::size_t of_worst = design.worst(psi);
   std::optional<double> psi_error;
-  if (options.estimate) {
-    psi_error = 0;
-    r.gradient_error.assign(n, 0.0);
+  const auto add_up = [&](const auto& of_case, double& psi_sum, std::vector<double>& sum) {
+    sum.assign(n, 0.0);
     for (std::size_t g = 0; g < design.targets.size(); ++g)
       for (const std::size_t i : design.targets[g].cases) {
         if (worst && g != of_worst) continue;
-        *psi_error += design.cases[i].factor * errors[i].psi;
-        const std::vector<double> own = design.cases[i].spread(errors[i].gradient, n);
-        for (std::size_t j = 0; j < n; ++j) r.gradient_error[j] += design.cases[i].factor * own[j];
+        const auto [psi_of, gradient_of] = of_case(i);
+        psi_sum += design.cases[i].factor * psi_of;
+        const std::vector<double> own = design.cases[i].spread(gradient_of, n);
+        for (std::size_t j = 0; j < n; ++j) sum[j] += design.cases[i].factor * own[j];
       }
+  };
+  if (options.estimate) {
+    psi_error = 0;
+    add_up([&](std::size_t i) { return errors[i]; }, *psi_error, r.gradient_error);
+  }
+  if (std::any_of(results.begin(), results.end(), [](const auto& of) { return of.known_error.has_value(); })) {
+    r.known_error.emplace();
+    const auto known = [&](std::size_t i) {
+      KnownError e = results[i].known_error.value_or(KnownError{});
+      e.gradient.resize(results[i].gradient.size(), 0.0);
+      return e;
+    };
+    add_up(known, r.known_error->psi, r.known_error->gradient);
   }
   const double relative = whole.psi_tolerance();
   for (std::size_t g = 0; worst && g < design.targets.size(); ++g)
@@ -138,14 +159,16 @@ int run_cases(DesignSetup& whole, const CommonOptions& common, const GradientOpt
   if (!options.estimate) j["gradient_error"] = nullptr;
   j["psi_error"] = psi_error ? Json(*psi_error) : Json();
   j["cases"] = whole.cases_json(psi, gradients);
+  add_known_error(setup, r, j);
   if (worst) j["worst"] = design.targets[of_worst].name;
   std::string text =
       fmt::format("{}: {}\n", setup.scene.title.empty() ? common.scene : setup.scene.title, whole.what());
   text += whole.cases_text(psi);
-  text += fmt::format("  psi = {}{}{}\n", known_digits(r.psi, psi_error.value_or(uncertainty_of(r.psi, relative))),
-                      psi_error ? fmt::format(" (estimated error {:.2g})", *psi_error) : "",
+  Precision held;
+  held.relative = relative;
+  text += fmt::format("  {}{}\n", psi_text(r.psi, held, psi_error, r.known_error),
                       worst ? fmt::format(", the worst: {}", design.targets[of_worst].name) : "");
-  text += derivatives_text(setup, r.gradient, r.gradient_error, relative);
+  text += derivatives_text(setup, r, relative);
   text += fmt::format("  {} steps forward, {} backward, {} factorizations, {:.3g} s\n", r.counters.steps,
                       r.counters.backward_steps, r.counters.factorizations, wall);
   text += report_text(setup, options, j, false);
@@ -194,14 +217,14 @@ int run(const CommonOptions& common, const GradientOptions& options) {
   }
   progress.finish();
   Json j = run_json(setup, r, setup.method, wall);
-  if (!estimate && !accurate) j["gradient_error"] = nullptr;
   if (accurate) j["accuracy"] = accuracy_json(*accurate, *accuracy);
   j["psi_error"] = psi_error ? Json(*psi_error) : Json();
+  add_known_error(setup, r, j);
   const Precision precision = precision_of(setup.problem.solver, r.integrator, r.counters.steps);
-  std::string text =
-      fmt::format("{}\n  {} by {}, {}\n  {}\n", setup.scene.title.empty() ? common.scene : setup.scene.title,
-                  setup.problem.formulation, setup.method, precision.run, psi_text(r.psi, precision, psi_error));
-  text += derivatives_text(setup, r.gradient, r.gradient_error, precision.relative);
+  std::string text = fmt::format(
+      "{}\n  {} by {}, {}\n  {}\n", setup.scene.title.empty() ? common.scene : setup.scene.title,
+      setup.problem.formulation, setup.method, precision.run, psi_text(r.psi, precision, psi_error, r.known_error));
+  text += derivatives_text(setup, r, precision.relative);
   if (accurate) text += accuracy_text(*accurate, *accuracy);
   text += events_text(r);
   text += fmt::format("  {} steps forward, {} backward, {} factorizations, {:.3g} s\n", r.counters.steps,

@@ -186,6 +186,7 @@ class OptimizeRun {
         {"psi", first.psi}, {"parameters", named(names_, first.rho)}, {"gradient", named(names_, first.gradient)}};
     if (first.rtol > 0) j_["initial"]["rtol"] = first.rtol;
     whole_.correct(j_);
+    if (best.psi_error > 0) j_["psi_error"] = best.psi_error;
     if (whole_.several()) j_["cases"] = whole_.cases_json(best.cases, best.case_gradients);
     j_["algorithm"] = o_.algorithm;
     j_["stop_reason"] = result.stop_reason;
@@ -251,23 +252,35 @@ class OptimizeRun {
       write_page();
       setup_.write_file("optimize.json", [&](const auto& path) { write_file_atomically(path, json_text(j_) + "\n"); });
       if (setup_.files)
-        print_message(fmt::format("the best so far, psi = {:.12g} of evaluation {}, is in {}; --resume goes on",
-                                  j_["psi"].get<double>(), j_["best_evaluation"].get<int>(),
+        print_message(fmt::format("the best so far, psi = {} of evaluation {}, is in {}; --resume goes on",
+                                  best_digits(), j_["best_evaluation"].get<int>(),
                                   (setup_.directory / "optimized.toml").string()));
     } catch (const std::exception& e) {
       print_message(e.what());  // what ended the run is told by the caller
     }
   }
 
+  std::string best_digits() const {
+    const double psi = j_.at("psi").get<double>();
+    const auto error = j_.find("psi_error");
+    return known_digits(psi, std::max(uncertainty_of(psi, whole_.psi_tolerance()),
+                                      error != j_.end() && error->is_number() ? error->get<double>() : 0));
+  }
+
   std::string text(const OptimizerResult& result) const {
     const OptimizerEvaluation &first = start_of(result), &best = result.evaluations[result.best];
-    // Of a loose tolerance no more digits than it holds.
-    const std::string before = first.rtol > 0
-                                   ? known_digits(first.psi, uncertainty_of(first.psi, std::max(5e-6, first.rtol)))
-                                   : fmt::format("{:.6g}", first.psi);
-    std::string text = fmt::format("{}: {}psi {} -> {:.6g} in {} evaluation{}, {:.3g} s\n",
+    // Six digits, or fewer: as many as its tolerance holds, and as are known.
+    const auto shown_psi = [&](const OptimizerEvaluation& e, double error) {
+      const double six = uncertainty_of(e.psi, 5e-6),
+                   unknown = std::max(
+                       {uncertainty_of(e.psi, std::max({5e-6, e.rtol, whole_.psi_tolerance()})), e.psi_error, error});
+      return unknown > six || e.rtol > 0 ? known_digits(e.psi, unknown) : fmt::format("{:.6g}", e.psi);
+    };
+    const auto error = j_.find("psi_error");
+    std::string text = fmt::format("{}: {}psi {} -> {} in {} evaluation{}, {:.3g} s\n",
                                    setup_.scene.title.empty() ? common_.scene : setup_.scene.title,
-                                   whole_.several() ? whole_.what() + ", " : "", before, best.psi,
+                                   whole_.several() ? whole_.what() + ", " : "", shown_psi(first, 0),
+                                   shown_psi(best, error != j_.end() && error->is_number() ? error->get<double>() : 0),
                                    result.evaluations.size(), result.evaluations.size() == 1 ? "" : "s", wall_);
     text += fmt::format("  stopped by {}\n", result.stop_reason);
     if (const std::size_t failed = result.failures())

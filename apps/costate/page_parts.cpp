@@ -6,6 +6,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "costate/integrator/integrators.h"
 #include "digits.h"
 #include "drawing.h"
 #include "motion/figures.h"
@@ -98,6 +99,15 @@ std::string page_number(double x) {
 }
 std::string page_number(const Json& j, const char* key) {
   return j.contains(key) && j.at(key).is_number() ? page_number(j.at(key).get<double>()) : "-";
+}
+
+std::string page_psi(const Setup& setup, const Json& summary) {
+  const Json &integrator = summary.at("integrator"), &error = summary.at("psi_error");
+  const Precision held = precision_of(
+      setup.problem.solver, integrator.is_string() ? integrator.get<std::string>() : integrator_of(setup.problem),
+      summary.at("counters").at("steps").get<long>());
+  return psi_text(summary.at("psi").get<double>(), held, std::nullopt,
+                  error.is_number() ? std::optional(KnownError{error.get<double>()}) : std::nullopt);
 }
 
 std::string run_of_case(const Json& c) {

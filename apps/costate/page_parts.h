@@ -11,6 +11,9 @@ namespace costate::app {
 std::string page_number(double x);
 std::string page_number(const Json& j, const char* key);
 
+/// A summary's psi in the digits that are known.
+std::string page_psi(const Setup& setup, const Json& summary);
+
 /// Of a summary's case: "ride.toml, index1 by idas-adjoint, rtol 1e-08".
 std::string run_of_case(const Json& c);
 

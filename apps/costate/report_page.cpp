@@ -226,12 +226,7 @@ std::string optimize_page(const Setup& setup, const Json& summary, const std::ve
 std::string simulate_page(const Setup& setup, const Json& summary, const TrajectoryTable& motion) {
   HtmlPage page(title_of(setup));
   add_run(page, setup, summary);
-  const Precision precision = precision_of(setup.problem.solver, summary.at("integrator").get<std::string>(),
-                                           summary.at("counters").at("steps").get<long>());
-  const Json& error = summary.at("psi_error");
-  page.paragraph(psi_text(summary.at("psi").get<double>(), precision,
-                          error.is_null() ? std::nullopt : std::optional(error.get<double>())),
-                 true);
+  page.paragraph(page_psi(setup, summary), true);
   add_motion(page, setup, {{"", &motion, setup.scene}}, "Motion", true);
   return page.text();
 }

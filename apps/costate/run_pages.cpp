@@ -68,10 +68,7 @@ std::string gradient_page(const Setup& setup, const Json& j, const TrajectoryTab
   HtmlPage page(title_of(setup));
   add_run(page, setup, j);
   page.heading("Gradient");
-  const bool known = j.at("psi_error").is_number();
-  page.paragraph(fmt::format("psi = {:.12g}{}", j.at("psi").get<double>(),
-                             known ? fmt::format(", estimated error {:.2g}", j.at("psi_error").get<double>()) : ""),
-                 true);
+  page.paragraph(page_psi(setup, j), true);
   std::vector<std::string> header = {"parameter",        "#value", "#d(psi)/d(parameter)",
                                      "#estimated error", "#scale", "#times scale"};
   const bool several = j.contains("cases");

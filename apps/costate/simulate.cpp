@@ -45,7 +45,7 @@ GradientResult run_once(const Setup& setup, const TradeProbe::Recording& to, boo
   const TradeProbe probe(setup.problem, setup.rho, confirmed_outputs(setup), kConfirmingSamples);
   GradientResult r;
   const TradeValues values = probe.run(setup.problem, "", &r, &to);
-  confirm_motion(probe, setup.problem, values);
+  confirm_motion(probe, setup.problem, values, &r);
   return r;
 }
 
@@ -93,7 +93,8 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   for (const auto& remark : not_finite_remarks(recorder.table())) notice(remark);
   if (setup.files || common.json) recorder.tell_of_open_reactions();
   Json j = run_json(setup, GradientResult(r), "", wall);
-  j["psi_error"] = error ? Json(*error) : Json();
+  const std::optional<double> known = costs ? psi_error_of(error, r.known_error) : error;
+  j["psi_error"] = known ? Json(*known) : Json();
   if (accurate) j["accuracy"] = accuracy_json(*accurate, *accuracy);
   j["terminal"] = recorder.terminal();
   j["units"] = recorder.units();
@@ -117,7 +118,8 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   const Precision precision = precision_of(solver, r.integrator, r.counters.steps);
   text += fmt::format("  {} on {}, {}, t = {:g} .. {:g} s\n", setup.problem.formulation, r.integrator, precision.run,
                       solver.t_start, r.end ? r.end->t : solver.t_end);
-  text += fmt::format("  {}\n", costs ? psi_text(r.psi, precision, error) : "psi = 0 (the scene has no cost)");
+  text += fmt::format("  {}\n",
+                      costs ? psi_text(r.psi, precision, error, r.known_error) : "psi = 0 (the scene has no cost)");
   if (accurate) text += accuracy_text(*accurate, *accuracy);
   text += events_text(r);
   text += fmt::format("  {} steps, {} residuals, {} factorizations, {:.3g} s\n", r.counters.steps, r.counters.residuals,

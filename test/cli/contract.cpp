@@ -66,8 +66,12 @@ TEST_CASE("gradient: keys and types") {
   const Json j = costate_json({"gradient", kFiveBar}, here.path());
   check_run(j);
   check_number_object(j.at("gradient"), {"L01", "L02"});
-  CHECK(j.at("gradient_error").is_null());
+  check_number_object(j.at("gradient_error"), {"L01", "L02"});  // by the run that confirms it
+  CHECK(j.at("psi_error").is_number());
   CHECK(j.at("method") == "idas-adjoint");
+  const Json once = costate_json({"gradient", kFiveBar, "--no-confirm", "--no-files"}, here.path());
+  CHECK(once.at("gradient_error").is_null());
+  CHECK(once.at("psi_error").is_null());
 }
 
 TEST_CASE("gradient: without parameters it says so, with those that the scene names") {
@@ -78,21 +82,27 @@ TEST_CASE("gradient: without parameters it says so, with those that the scene na
   CHECK(r.err.find("--parameters L01,L02") != std::string::npos);
 }
 
-TEST_CASE("gradient: the estimate of its own error comes on request, by every method") {
+TEST_CASE("gradient: the estimate of its own error, on request, of a confirmed run and by differences") {
   const WorkingDirectory here;
   for (const std::string method : {"idas-forward", "cvodes-adjoint", "differences"}) {
     INFO(method);
-    const Json plain = costate_json({"gradient", kFiveBar, "--no-files", "--method", method}, here.path());
-    CHECK(plain.at("gradient_error").is_null());
-    const Json j =
-        costate_json({"gradient", kFiveBar, "--no-files", "--method", method, "--estimate-error"}, here.path());
-    check_number_object(j.at("gradient_error"), {"L01", "L02"});
-    for (const auto& [name, estimate] : j.at("gradient_error").items()) {
-      // An estimate, but of the right size: the true error is not far beyond it.
-      const double error = std::abs(j.at("gradient").at(name).get<double>() - costate::test::kGradient.at(name));
-      CHECK(estimate.get<double>() > 0);
-      CHECK(estimate.get<double>() < 1e-4);
-      CHECK(error < 10 * estimate.get<double>() + 1e-9);
+    for (const std::string more : {"", "--estimate-error", "--no-confirm"}) {
+      INFO(more);
+      std::vector<std::string> words{"gradient", kFiveBar, "--no-files", "--method", method};
+      if (!more.empty()) words.push_back(more);
+      const Json j = costate_json(words, here.path());
+      if (more == "--no-confirm" && method != "differences") {
+        CHECK(j.at("gradient_error").is_null());
+        continue;
+      }
+      check_number_object(j.at("gradient_error"), {"L01", "L02"});
+      for (const auto& [name, estimate] : j.at("gradient_error").items()) {
+        // An estimate, but of the right size: the true error is not far beyond it.
+        const double error = std::abs(j.at("gradient").at(name).get<double>() - costate::test::kGradient.at(name));
+        CHECK(estimate.get<double>() > 0);
+        CHECK(estimate.get<double>() < 1e-4);
+        CHECK(error < 10 * estimate.get<double>() + 1e-9);
+      }
     }
   }
 }

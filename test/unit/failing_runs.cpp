@@ -10,7 +10,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "costate/analysis/complaints.h"
 #include "costate/base/error.h"
+#include "costate/element/complaint.h"
 #include "costate/integrator/simulate.h"
 #include "costate/problem/scene_problem.h"
 #include "costate/sensitivity/method.h"
@@ -198,6 +200,55 @@ TEST_CASE("failing runs: an explosion names its time and the worst unknowns", "[
       CHECK_THAT(message, Contains("steps, step size"));
       CHECK_THAT(message, Contains("Largest local errors: P.x") || Contains("Fastest changes: P.x"));
     }
+}
+
+namespace {
+/// A force of 2 N that ends somewhere and knows it.
+class EndingForce final : public ForceOf<EndingForce>, public ComplainingElement {
+ public:
+  explicit EndingForce(const PlanarPoint& point) : ForceOf("force", "ending") {
+    append_coordinates(point.coordinates());
+  }
+  template <class S>
+  void physics(const S&, const S* q, const S*, const S*, const S*, S* Q, S*) const {
+    if (value_of(q[0]) > 1) throw StepError("Beyond x = 1 m this force is not defined.");
+    Q[0] = S(2.0);
+  }
+  void add_complaints(const LocalState& s, std::vector<std::string>& said) const override {
+    if (s.q[0] > 0.75) said.push_back("is near its end");
+  }
+};
+}  // namespace
+
+// x'' = 2 N / 4 kg: the point comes to x = 1 m at t = 2 s. The other point's spring and damper are weaker, 0.8 N / 4 kg
+// at their end, and steeper: sqrt(400 / 4) = 10 1/s by its stiffness, 100 / 4 = 25 1/s by its damping.
+TEST_CASE("failing runs: elements say what they are at, and which force is the largest and the steepest", "[failing]") {
+  Sketch s;
+  s.ground("O", 0, 5);
+  s.point("P", 0, 0);
+  s.point("R", 1.002, 5);
+  s.mass("P", 4);
+  s.mass("R", 4);
+  s.spring("S", "O", "R", {.stiffness = 400, .natural = 1, .damping = 100, .spring = {}, .damper = {}});
+  s.builder.add(std::make_unique<EndingForce>(s.builder.point("P")));
+  s.give({"P.x", "P.y", "R.x", "R.y"});
+  TestModel model{"", s.builder.build(), {}, 4};
+  Assembly assembly(model.mechanism, {});
+  std::vector<double> q{0.5, 0, 1.002, 5}, v(4, 0.0);
+  StateView state{.t = 1, .q = q.data(), .v = v.data()};
+  const std::string forces =
+      "Largest force: force.ending (alone it accelerates P.x by 0.5 m/s^2). Steepest force: spring.S (25 1/s).";
+  CHECK(element_complaints(assembly, state) == forces);
+  q[0] = 0.9;
+  CHECK(element_complaints(assembly, state) == "At its limit: force.ending is near its end. " + forces);
+  for (const char* integrator : {"idas", "cvodes", "dop853", "radau5"}) {
+    CAPTURE(integrator);
+    Problem p = model.problem("index1", 1e-6);
+    p.solver.integrator = integrator;
+    CHECK_THROWS_WITH(simulate(p, {}), Contains("at t = 1.9") || Contains("at t = 2 s"));
+    CHECK_THROWS_WITH(simulate(p, {}), Contains("Beyond x = 1 m this force is not defined.") &&
+                                           Contains("At its limit: force.ending is near its end."));
+  }
 }
 
 TEST_CASE("failing runs: coinciding ends of a spring", "[failing]") {

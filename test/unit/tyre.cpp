@@ -124,6 +124,39 @@ TEST_CASE("tyre: a vertical contact pushes through the centre") {
   REQUIRE((w.moment - (w.center() - w.position).cross(Vector(0, 0, F))).norm() < 1e-12 * F);
 }
 
+// With the axis (-cos g sin p, cos g cos p, sin g) and a slope s, e_z,z is cos g (cos g - s sin p sin g) but for a
+// positive factor: it falls through zero at cot g = s sin p, for s = 0.3 and a yaw p of 45 degrees at g = 78.0 degrees,
+// where the camber (n.e_y = sin 78.2 degrees) has not come to 90 degrees yet.
+TEST_CASE("tyre: the contact of the public Iltis model ends where its point runs off, on a slope before 90 degrees") {
+  const auto evaluate = [](TyreContact contact, double degrees) {
+    Wheel w;
+    const double g = degrees * kPi / 180, p = kPi / 4;
+    w.position = {0, 0, 0.4};
+    w.hub = {0, 0, 0};
+    w.euler = {1, 0, 0, 0};
+    w.tyre.axis = {-std::cos(g) * std::sin(p), std::cos(g) * std::cos(p), std::sin(g)};
+    w.place();
+    RoadOptions road;
+    road.kind = Road::Kind::profile;
+    road.law = polynomial_law({0, 0.3});
+    add_road(w.builder, "ground", road);
+    w.tyre.contact = contact;
+    add_ride_tyre(w.builder, "T", w.tyre);
+    w.finish();
+    return w.force.norm();
+  };
+  CHECK(evaluate(TyreContact::source, 77) > 0);
+  for (const double degrees : {77.99, 80.0}) {
+    CAPTURE(degrees);
+    CHECK_THROWS_AS(evaluate(TyreContact::source, degrees), StepError);
+    CHECK_THROWS_WITH(evaluate(TyreContact::source, degrees),
+                      Contains("The contact point of tyre 'T' runs off at t = 0.3 s: on a slope of 0.3") &&
+                          Contains("degrees") && Contains("contact = \"disc\" goes on"));
+    CHECK_NOTHROW(evaluate(TyreContact::disc, degrees));
+    CHECK(evaluate(TyreContact::vertical, degrees) > 0);  // at the centre, wherever the contact point is
+  }
+}
+
 TEST_CASE("tyre: the Calspan model in its branches") {
   // Loads below and beyond A2, slips from small to saturated, both signs, through the model itself.
   CalspanTyre model;

@@ -71,7 +71,7 @@ std::vector<std::string> MotionWatch::warnings() const {
                     "out of the scene.",
                     when, which, nearest));
   }
-  if (worst_position_.relative > drift_warning_)
+  if (told_drift() > 0)
     out.push_back(
         fmt::format("The constraints drift: row '{}' is off by {} at t = {:.9g} s, {:.2g} of its own length, where "
                     "rtol is {:g}; psi and its gradient "

@@ -46,6 +46,8 @@ class MotionWatch {
   /// The largest drift met, as a part of the row's own length, and that of rates, in such parts a second.
   double largest_drift() const { return worst_position_.relative; }
   double largest_rate_drift() const { return worst_velocity_.relative; }
+  /// The drift that a warning tells of, or 0.
+  double told_drift() const { return worst_position_.relative > drift_warning_ ? worst_position_.relative : 0; }
   /// Whether rows depended on others from the start.
   bool began_redundant() const { return began_redundant_; }
 

@@ -11,6 +11,7 @@
 #include "costate/base/notice.h"
 #include "costate/base/unsaid.h"
 #include "costate/integrator/unknown_sizes.h"
+#include "costate/problem/known_error.h"
 #include "costate/problem/scaled_gradient.h"
 
 namespace costate {
@@ -132,12 +133,14 @@ GradientResult settle_gradient(const Problem& problem, const std::function<Gradi
     const double ratio = static_cast<double>(finer) / static_cast<double>(steps);
     error = finer > steps ? change(problem, before, r) / (ratio * ratio - 1) : error;
   }
-  if (!(error <= kGradientNotice * wanted))
+  if (!(error <= kGradientNotice * wanted)) {
+    widen_error(r, problem.parameters, 0, error * gradient_size(problem.parameters, r.psi, r.gradient));
     notice(fmt::format(
         "Fixed steps of {:.3g} s leave an error of some {:.1g} of the largest scaled derivative in the gradient: it "
         "changed by that when they were halved. Give a smaller step (--step, run.step_s), or take an integrator with "
         "step control.",
         (problem.solver.t_end - problem.solver.t_start) / static_cast<double>(r.counters.steps), error));
+  }
   return r;
 }
 
@@ -281,13 +284,17 @@ std::vector<double> FixedRun::backward(StepArchive& archive, DiscreteAdjoint& ad
   }
 }
 
-void FixedRun::conclude(const Simulation& result) const {
+void FixedRun::conclude(Simulation& result) const {
   for (const auto& text : watch_->warnings()) notice(text);
+  if (const double drift = watch_->told_drift(); drift > 0) widen_error(result, drift * result.psi);
   require_finite(result);
 }
 
-void FixedRun::conclude(const GradientResult& result) const {
-  conclude(static_cast<const Simulation&>(result));
+void FixedRun::conclude(GradientResult& result) const {
+  conclude(static_cast<Simulation&>(result));
+  if (const double drift = watch_->told_drift(); drift > 0)
+    widen_error(result, problem_.parameters, 0,
+                drift * gradient_size(problem_.parameters, result.psi, result.gradient));
   require_finite(problem_, result);
 }
 

@@ -45,8 +45,8 @@ class FixedRun {
 
   Counters counters() const;
   /// What the watch over a finished forward run noticed; refuses what is not finite.
-  void conclude(const Simulation& result) const;
-  void conclude(const GradientResult& result) const;
+  void conclude(Simulation& result) const;
+  void conclude(GradientResult& result) const;
 
  private:
   const Problem& problem_;

@@ -20,6 +20,10 @@ class ForwardState {
     return y_.data();
   }
 
+  /// Of the last call, if there was one.
+  double time() const { return t_; }
+  const double* last() const { return y_.empty() ? nullptr : y_.data(); }
+
  private:
   double t_ = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> y_;

@@ -10,13 +10,14 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/objective/cycle_output.h"
+#include "costate/problem/known_error.h"
 #include "costate/problem/scaled_gradient.h"
 
 namespace costate {
 
 namespace {
-// Where a step has to be solved for its positions, every so many steps do.
-constexpr long kSolvedCadence = 3;
+// Where a step has to be solved for its positions, every so many steps do, and the first ones: few steps are long.
+constexpr long kSolvedCadence = 3, kFirstSteps = 200;
 
 // What one error of the size of the tolerance may change psi by: in parts of psi or of its largest scaled derivative;
 // in parts of psi alone, which may happen to be small; and in absolute tolerances, by which psi is known in any case.
@@ -62,7 +63,8 @@ RunWatch::RunWatch(const Problem& problem, const std::vector<double>& rho, Syste
 StepSink RunWatch::sink() {
   return [this](double t, const double* y) {
     look_for_grazing(t, y);
-    if (system_.begins_with_motion() || ++steps_ % kSolvedCadence == 0) look(&MotionWatch::step, t, y);
+    if (system_.begins_with_motion() || ++steps_ <= kFirstSteps || steps_ % kSolvedCadence == 0)
+      look(&MotionWatch::step, t, y);
     sample(t, y);
   };
 }
@@ -101,9 +103,10 @@ static void require_cycle(const Problem& problem, double psi) {
         "'costate cycle' computes it, and 'gradient' and 'optimize' do where [run] has cycle = true.");
 }
 
-void RunWatch::conclude(const Simulation& result) const {
+void RunWatch::conclude(Simulation& result) const {
   drift_of_last_run = std::max(watch_.largest_drift(), watch_.largest_rate_drift());
   for (const auto& text : watch_.warnings()) notice(text);
+  if (const double drift = watch_.told_drift(); drift > 0) widen_error(result, drift * result.psi);
   if (const std::string text = stabilization_ ? stabilization_->warning() : ""; !text.empty()) notice(text);
   if (problem_.solver.rtol >= kNoPromise)
     notice(fmt::format(
@@ -131,12 +134,15 @@ void RunWatch::tell_of_open_costs() const {
                     first_names(reactions.rows()), problem_.formulation));
 }
 
-void RunWatch::conclude(const GradientResult& result) const {
+void RunWatch::conclude(GradientResult& result) const {
   if (const auto g = grazed(); g && g->first < 1)
     throw SolverError(g->second +
                       ". A gradient does not exist where a touch is grazed. Move the motion away from there, or take a "
                       "smaller rtol.");
-  conclude(static_cast<const Simulation&>(result));
+  conclude(static_cast<Simulation&>(result));
+  if (const double drift = watch_.told_drift(); drift > 0)
+    widen_error(result, problem_.parameters, 0,
+                drift * gradient_size(problem_.parameters, result.psi, result.gradient));
   require_finite(problem_, result);
 }
 
@@ -150,25 +156,28 @@ double RunWatch::resolving_part(const GradientResult& result, const AdjointGrowt
   return std::max(allowed / growth.change(), std::max(kSmallestPart, std::min(1.0, kSmallestTolerance / asked)));
 }
 
-std::string unresolved_gradient(const Problem& problem, const GradientResult& result, double part) {
-  return fmt::format(
+void tell_unresolved(const Problem& problem, GradientResult& result, double part) {
+  const double size = gradient_size(problem.parameters, result.psi, result.gradient),
+               known = std::min(1.0, kErrors * kResolved * problem.solver.rtol / part);
+  widen_error(result, problem.parameters, 0, known * size);
+  notice(fmt::format(
       "The gradient is small ({:.2g} in its largest scaled derivative, psi {:.6g}) against the adjoint that it is made "
       "of: at rtol {:g} it is known to some {:.0e} of its size. A smaller rtol, or a forward method, tells more.",
-      gradient_size(problem.parameters, result.psi, result.gradient), result.psi, problem.solver.rtol,
-      std::min(1.0, kErrors * kResolved * problem.solver.rtol / part));
+      size, result.psi, problem.solver.rtol, known));
 }
 
-void RunWatch::judge(const GradientResult& result, const AdjointGrowth& growth,
-                     const AdjointInvariant& invariant) const {
+void RunWatch::judge(GradientResult& result, const AdjointGrowth& growth, const AdjointInvariant& invariant) const {
   const double size = std::max(std::abs(result.psi), largest_scaled(problem_.parameters, result.gradient));
   // H is the derivative of psi by a shift in time: over the run's length it stands beside the scaled derivatives.
   const double lost = invariant.change() * (problem_.solver.t_end - problem_.solver.t_start);
-  if (invariant.known() && lost > kInvariant * size && lost > kAbsolute * problem_.solver.absolute())
+  if (invariant.known() && lost > kInvariant * size && lost > kAbsolute * problem_.solver.absolute()) {
+    widen_error(result, problem_.parameters, 0, lost);
     notice(fmt::format(
         "The adjoint's invariant (mu^T f + g) changed on the way back by as much as {:.1e} of the gradient: that is "
         "about "
         "what the gradient by this method is off by. Compare methods (costate check), or take a smaller rtol.",
         size > 0 ? lost / size : lost));
+  }
   const double part = size > 0 ? growth.change() / size : 0;
   // A derivative that has grown together with the errors is no measure: psi is the one that has not.
   const double of_psi = result.psi != 0 ? growth.change() / std::abs(result.psi) : part;
@@ -185,6 +194,7 @@ void RunWatch::judge(const GradientResult& result, const AdjointGrowth& growth,
         text + behind +
         ": no digit of psi or of its gradient is known. The motion is chaotic or unstable over this time; "
         "shorten it, or take a smaller rtol where that helps.");
+  widen_error(result, problem_.parameters, growth.change(), growth.change());
   notice(text + behind + ": psi and its gradient are known to few digits. A smaller rtol tells how many.");
 }
 

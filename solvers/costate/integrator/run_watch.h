@@ -27,9 +27,12 @@ class RunWatch {
     if (stabilization_) stabilization_->look(t, y);
   }
   void finish(double t, const double* y) { look(&MotionWatch::finish, t, y); }
-  /// Tells what was noticed, and refuses a psi or a gradient that is no number.
-  void conclude(const Simulation& result) const;
-  void conclude(const GradientResult& result) const;
+  /// Tells what was noticed, by which the result's known error grows, and refuses a psi or a gradient that is no
+  /// number.
+  void conclude(Simulation& result) const;
+  void conclude(GradientResult& result) const;
+  /// The drift that is given notice of, in parts of a row's length, or 0.
+  double told_drift() const { return watch_.told_drift(); }
   /// The part of its tolerances with which the run would have to be repeated for its gradient to be as good as is
   /// expected at rtol `asked`: 1 unless the largest scaled derivative is small against what errors of the size of the
   /// tolerances change psi by.
@@ -37,7 +40,7 @@ class RunWatch {
   /// Whether psi and its gradient have digits, by what the adjoint says of errors of the size of the tolerance: a
   /// notice where they are few, SolverError where there is none. And whether the adjoint kept what it must keep: else a
   /// notice.
-  void judge(const GradientResult& result, const AdjointGrowth& growth, const AdjointInvariant& invariant) const;
+  void judge(GradientResult& result, const AdjointGrowth& growth, const AdjointInvariant& invariant) const;
 
  private:
   void look(void (MotionWatch::*what)(double, const double*, const double*), double t, const double* y);
@@ -59,8 +62,8 @@ class RunWatch {
 /// run under a watch.
 double last_drift();
 
-/// A sentence for a gradient whose run would have to be repeated with this part of its tolerances.
-std::string unresolved_gradient(const Problem& problem, const GradientResult& result, double part);
+/// Gives notice of a gradient whose run would have to be repeated with this part of its tolerances.
+void tell_unresolved(const Problem& problem, GradientResult& result, double part);
 
 /// Throws SolverError naming what is not finite.
 void require_finite(const Simulation& result);

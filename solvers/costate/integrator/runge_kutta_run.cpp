@@ -160,6 +160,7 @@ void RungeKuttaRun<Kind>::fail(const std::string& what, const char* flag) {
   for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = 1 / (atol_[i] + options_.rtol * std::abs(end_[i]));
   c.weights = weights.data();
   c.rates = step_->start_rates();
+  c.elements = elements_at(system_, end_time_, end_.data());
   const std::string report = failure_report(c, system_.unknowns());
   if (not_finite_ &&
       std::abs(not_finite_->t - c.t) <= not_finite_reach(options_.t_end - options_.t_start, std::abs(h_)))

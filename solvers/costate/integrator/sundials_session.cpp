@@ -75,6 +75,8 @@ void SundialsSession<Api>::fail(bool backward, int flag, const std::string& what
   c.weights = weights.data();
   c.errors = errors.data();
   if (Api::dky(m, c.t, 1, rates) >= 0) c.rates = rates.data();
+  const double* state = backward ? forward_.last() : Api::dky(m, c.t, 0, y_) >= 0 ? y() : nullptr;
+  c.elements = elements_at(system_, backward ? forward_.time() : c.t, state);
   const std::string report = failure_report(c, unknowns);
   guard_.throw_not_finite(c.t, not_finite_reach(options_.t_end - options_.t_start, c.step), report);
   throw SolverError(report);
@@ -140,9 +142,7 @@ bool SundialsSession<Api>::was_too_long(double t) const {
   // CVODES carries derivatives at the end of its last step, which belong to the motion that ends there: it loses
   // nothing.
   if (!Api::implicit || !bounded() || t != ahead_of_) return false;
-  double h = 0;
-  Api::last_step(memory_, &h);
-  return h > kLongAgainstNext * (ahead_ - t);
+  return last_step(t) > kLongAgainstNext * (ahead_ - t);
 }
 
 template <class Api>

@@ -108,6 +108,7 @@ void Evaluator::combine(OptimizerEvaluation& e, const std::vector<CaseValues>& v
   for (const CaseValues& v : values) e.counters += v.cost.counters;
   if (!design_.several()) {
     e.psi = values.front().cost.psi;
+    if (values.front().cost.known_error) e.psi_error = values.front().cost.known_error->psi;
     e.gradient = values.front().cost.gradient;
   } else {
     for (std::size_t i = 0; i < values.size(); ++i) {

@@ -35,6 +35,7 @@ struct OptimizerEvaluation {
   int index = 0;  // from 1
   std::vector<double> rho;
   double psi = 0;
+  double psi_error = 0;  // as far as its run knows, of a design of one case; 0 of an evaluation that is replayed
   std::vector<double> gradient;
   std::vector<double> constraints;  // psi_c - upper, <= 0 when satisfied, in the order of Design::bounds()
   std::vector<std::vector<double>> constraint_gradients;

@@ -89,9 +89,17 @@ struct RunEvent {
   double energy_lost = 0;  // by an impact, J
 };
 
+/// By how much psi and each derivative may be off, as far as a run has found that out besides: by confirming itself, or
+/// from what it gives notice of.
+struct KnownError {
+  double psi = 0;
+  std::vector<double> gradient = {};  // one entry a parameter; empty of a simulation
+};
+
 /// What a run gives.
 struct Simulation {
   double psi = 0;
+  std::optional<KnownError> known_error;  // see problem/known_error.h
   Counters counters;
   std::string integrator;        // "idas", "cvodes" or "fixed"
   std::vector<RunEvent> events;  // in order of time

@@ -10,6 +10,7 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/integrator/unknown_sizes.h"
+#include "costate/problem/known_error.h"
 #include "costate/problem/scaled_gradient.h"
 
 namespace costate {
@@ -26,6 +27,8 @@ constexpr double kExplained = 3e3;
 constexpr double kKnown = 2e3;
 // Errors fall by this a decade of the tolerance, at least as they should, and no less than that as is assumed.
 constexpr double kFalls = 6.8, kHardlyFalls = 1.05;
+// By this they fall in the two decades to the looser run, where that is explained, at least; as a rule by 46.
+constexpr double kSurelyLess = 10;
 // Where the looser run was further off than this, errors do not fall as the tolerance does, and two runs may be near
 // each other by chance: by 316 = 1000^(5/6) less the better of the two is off by 3e3 rtol, as with kKnown.
 constexpr double kErratic = 1e6;
@@ -76,13 +79,28 @@ Apart apart(const Problem& problem, const GradientResult& a, const GradientResul
   return r;
 }
 
-/// The error of the tightest of three runs, at 100, 1 and 0.1 times the tolerance, from the changes between the first
-/// two and the last two: of errors that fall by f a decade these are e (f^2 - 1) and e (1 - 1/f), in a ratio of f (f +
-/// 1). A discrete method that steps over kinks of forces has errors of the first order of the step, whatever its own.
-double left_over(double first, double still) {
+/// By how much errors fall a decade, and the error of the tightest of three runs, at 100, 1 and 0.1 times the
+/// tolerance, from the changes between the first two and the last two: of errors that fall by f a decade these are e
+/// (f^2 - 1) and e (1 - 1/f), in a ratio of f (f + 1). A discrete method that steps over kinks of forces has errors of
+/// the first order of the step, whatever its own.
+double decades(double first, double still) {
   double f = kFalls;
   if (std::isfinite(first) && still > 0) f = std::min(f, std::sqrt(0.25 + first / still) - 0.5);
-  return still / (std::max(f, kHardlyFalls) - 1);
+  return std::max(f, kHardlyFalls);
+}
+double left_over(double first, double still) { return still / (decades(first, still) - 1); }
+
+/// No estimate is below this part of the tolerance.
+constexpr double kLeastKnown = 0.01;
+
+/// The result may be off by what it changed by from `other`, over `divisor`.
+void know(const Problem& problem, GradientResult& result, const GradientResult& other, double divisor) {
+  const double least = kLeastKnown * problem.solver.rtol;
+  std::vector<double> gradient;
+  for (std::size_t j = 0; j < result.gradient.size(); ++j)
+    gradient.push_back(
+        std::max(std::abs(result.gradient[j] - other.gradient[j]) / divisor, least * std::abs(result.gradient[j])));
+  widen_error(result, std::max(std::abs(result.psi - other.psi) / divisor, least * std::abs(result.psi)), gradient);
 }
 
 /// At another tolerance; what it has to say is not for this run.
@@ -139,6 +157,7 @@ GradientResult confirmed(const Problem& asked, GradientResult result, const Grad
   const bool explained = first.relative <= kExplained * rtol;
   const bool repeated = looks.scheme && std::isfinite(first.relative) && !takes_more_steps(result, loose);
   if (explained && !looks.erratic && !repeated) {
+    know(asked, result, loose, kSurelyLess);
     say(said);
     return result;
   }
@@ -153,6 +172,7 @@ GradientResult confirmed(const Problem& asked, GradientResult result, const Grad
     tighter = factor;
   }
   if (tighter == 0) {
+    if (std::isfinite(first.relative)) know(asked, result, loose, explained ? kSurelyLess : 1);
     say(said);
     if (!explained && std::isfinite(first.relative))
       notice(fmt::format(
@@ -165,6 +185,7 @@ GradientResult confirmed(const Problem& asked, GradientResult result, const Grad
   const Apart still = apart(problem, result, tight);
   const double left = left_over(repeated ? HUGE_VAL : first.relative, still.relative);
   if (explained && std::max(left, still.relative) <= kExplained * rtol) {
+    know(asked, result, tight, 1);
     say(said);
     return result;
   }
@@ -177,12 +198,15 @@ GradientResult confirmed(const Problem& asked, GradientResult result, const Grad
   say(said);
   for (const auto& s : later) notice(s);
   tight.counters.simulations = std::max(tight.counters.simulations, result.counters.simulations);
+  const bool erratic = std::isfinite(first.relative) && first.relative > kErratic * rtol;
+  // The looser of two may be the nearer one by chance: all of the last change may be left.
+  know(asked, tight, result, std::min(1.0, decades(repeated ? HUGE_VAL : first.relative, still.relative) - 1));
   if (left > kKnown * rtol)
     notice(
         fmt::format("The motion makes much of small errors: from rtol {:g} to {:g} {}, where psi is {:.6g}. The "
                     "result is that of the latter; a smaller rtol tells how many of its digits are right.",
                     rtol, rtol * tighter, still.what, tight.psi));
-  else if (std::isfinite(first.relative) && first.relative > kErratic * rtol)
+  else if (erratic)
     notice(
         fmt::format("The motion makes much of small errors: from rtol {:g} to {:g} {}, where psi is {:.6g}. The result "
                     "is that of {:g}; a smaller rtol tells how many of its digits are right.",

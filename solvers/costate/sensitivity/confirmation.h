@@ -22,10 +22,10 @@ struct Looks {
   bool scheme = false;  // of Runge and Kutta's kind: not confirmed by a looser run that takes hardly fewer steps
 };
 
-/// The result of `run`, or a better one of the same at a tenth of the tolerance (less where that takes the same steps);
-/// gives notice where even that is not known to some digits fewer than rtol. Nothing is done where few digits are asked
-/// for (rtol above 1e-6). `sensitive` becomes true where the motion makes more of small errors than usual, of whatever
-/// cause.
+/// The result of `run`, its known error widened by what the runs differ by, or a better one of the same at a tenth of
+/// the tolerance (less where that takes the same steps); gives notice where even that is not known to some digits fewer
+/// than rtol. Nothing is done where few digits are asked for (rtol above 1e-6). `sensitive` becomes true where the
+/// motion makes more of small errors than usual, of whatever cause.
 GradientResult confirmed(const Problem& problem, GradientResult result, const GradientRun& run, Looks looks = {},
                          bool* sensitive = nullptr);
 

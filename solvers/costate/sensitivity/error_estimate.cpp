@@ -13,6 +13,7 @@
 #include "costate/integrator/sampled_run.h"
 #include "costate/integrator/simulate.h"
 #include "costate/level/penalty_weight.h"
+#include "costate/problem/known_error.h"
 #include "costate/problem/scaled_gradient.h"
 #include "costate/sensitivity/method.h"
 
@@ -117,7 +118,7 @@ double pull_of_parameters(const Problem& problem, const std::vector<double>& rho
 }  // namespace
 
 void watch_penalty(const Problem& problem, const std::string& method, const std::vector<double>& rho,
-                   const GradientResult& result, double drift) {
+                   GradientResult& result, double drift) {
   if (!has_soft_constraints(problem.formulation) || problem.mechanism->constraints().empty()) return;
   const double usual = default_penalty_weight(problem.mechanism),
                alpha = penalty_weight(problem.mechanism, problem.formulation_options);
@@ -142,6 +143,8 @@ void watch_penalty(const Problem& problem, const std::string& method, const std:
                change = largest_scaled(problem.parameters, e.gradient) / share;
   const double gradient = size > 0 ? change / size : 0, allowed = std::max(kSaid, 1e3 * problem.solver.rtol);
   if (psi <= allowed && gradient <= allowed) return;
+  for (double& error : e.gradient) error /= share;
+  widen_error(result, e.psi / share, e.gradient);
   notice(fmt::format(
       "The penalty's weight alpha = {:.3g} changes psi by some {:.1g} of it, and its gradient by {:.1g} of the largest "
       "scaled derivative: {}. Take {} (--penalty-alpha), or a formulation with exact constraints "

@@ -27,12 +27,12 @@ bool has_soft_constraints(const std::string& formulation);
 /// The same problem with a weight ten times as large, which takes nine tenths of that difference away.
 Problem with_firmer_constraints(const Problem& problem);
 
-/// Of a gradient by a penalty: gives notice where its soft constraints change psi or the gradient by more than some
-/// 1e-4, or where rounding does, as redundant rows under a large weight. Another run by the same method tells, with
-/// another weight; it is made where rows are off by more than a tolerance's part (`drift`, in lengths or lengths a
-/// second; infinite for motions that make much of it), or are so times what parameters make of forces, or the weight is
-/// the user's and large.
+/// Of a gradient by a penalty: gives notice, and widens the known error, where its soft constraints change psi or the
+/// gradient by more than some 1e-4, or where rounding does, as redundant rows under a large weight. Another run by the
+/// same method tells, with another weight; it is made where rows are off by more than a tolerance's part (`drift`, in
+/// lengths or lengths a second; infinite for motions that make much of it), or are so times what parameters make of
+/// forces, or the weight is the user's and large.
 void watch_penalty(const Problem& problem, const std::string& method, const std::vector<double>& rho,
-                   const GradientResult& result, double drift);
+                   GradientResult& result, double drift);
 
 }  // namespace costate

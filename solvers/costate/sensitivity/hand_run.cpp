@@ -13,6 +13,7 @@
 #include "costate/integrator/segmented_run.h"
 #include "costate/integrator/simulate.h"
 #include "costate/level/fixed_times.h"
+#include "costate/problem/known_error.h"
 #include "costate/problem/scaled_gradient.h"
 
 namespace costate {
@@ -66,6 +67,7 @@ void record(SystemType& system, const Problem& problem, const std::vector<double
   GradientResult seen;
   seen.psi = motion.psi;
   watch.conclude(seen);
+  motion.told_drift = watch.told_drift();
 }
 /// The kinks of drivers that the run passes, and other times of laws that parameters move.
 std::vector<double> times_of_laws(const Problem& problem, const std::vector<double>& rho) {
@@ -248,12 +250,15 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
   r.gradient.assign(gradient.data(), gradient.data() + gradient.size());
   const double left = largest_scaled(problem.parameters, r.gradient_error),
                size = gradient_size(problem.parameters, r.psi, r.gradient);
-  if (left > kSaidOfHalving * problem.solver.rtol * size)
+  if (motion.told_drift > 0) widen_error(r, problem.parameters, motion.told_drift * r.psi, motion.told_drift * size);
+  if (left > kSaidOfHalving * problem.solver.rtol * size) {
+    widen_error(r, 0, r.gradient_error);
     notice(fmt::format(
         "The gradient is known to some {:.0e} of its size: halving the steps further changes it by that. Of "
         "index 3 the errors of the stored motion are differentiated twice; index1, baumgarte or a smaller "
         "rtol tell more.",
         left / size));
+  }
   return r;
 }
 

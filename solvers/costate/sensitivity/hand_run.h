@@ -18,6 +18,7 @@ struct ForwardMotion {
   int states = 0;                             // of forces, z
   std::vector<MetEvent> met = {};             // the events of the mechanism
   std::vector<RunEvent> events = {};          // the same, as they are told
+  double told_drift = 0;                      // of its rows, RunWatch::told_drift()
 };
 
 /// Simulates on the formulation's default (or the chosen) integrator and keeps the motion (q, v, z).

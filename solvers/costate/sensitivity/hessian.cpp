@@ -176,7 +176,8 @@ MatrixXd run(const Problem& problem, const std::vector<double>& rho, const Matri
   forward_session.watch(watch.sink());
   forward_session.advance_recording(t_end, motion);
   watch.finish(t_end, forward_session.y());
-  watch.conclude(Simulation{});
+  Simulation seen;
+  watch.conclude(seen);
   forward_session.read_forward_counters();
   result.counters += forward_session.counters();
   const std::shared_ptr<const StepPlan> plan_back = forward_session.plan_back();

@@ -106,7 +106,7 @@ GradientResult resolved_gradient(const Problem& problem, const AdjointRun& run) 
   }
   for (const auto& text : before) notice(text);
   for (const auto& text : said) notice(text);
-  if (part < kResolved) notice(unresolved_gradient(problem, r, part));
+  if (part < kResolved) tell_unresolved(problem, r, part);
   return r;
 }
 

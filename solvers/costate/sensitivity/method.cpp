@@ -202,7 +202,7 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
       problem, r, [&](const Problem& p) { return method.gradient(with_end_of(p, method, rho), rho); },
       Looks{scheme && bends_of(*problem.mechanism, problem.mechanism->base_numbers()) != Bends::none, scheme},
       &sensitive);
-  watch_penalty(problem, name, rho, r, sensitive ? HUGE_VAL : drift);
+  watch_penalty(problem, name, rho, best, sensitive ? HUGE_VAL : drift);
   tell_end(best);
   return best;
 }

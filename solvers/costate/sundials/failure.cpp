@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/analysis/complaints.h"
+#include "costate/base/error.h"
+
 namespace costate {
 
 namespace {
@@ -44,6 +47,15 @@ std::vector<Unknown> adjoint_names(std::vector<Unknown> unknowns) {
   return unknowns;
 }
 
+std::string elements_at(System& system, double t, const double* y) {
+  if (!y) return {};
+  try {
+    return element_complaints(system.assembly(), system.look_state(t, y));
+  } catch (const Error&) {
+    return {};  // of positions that are not found no element says anything
+  }
+}
+
 std::string pace_message(double all, long most) {
   return fmt::format(
       "hardly gets on: at the pace of its last steps the run would take about {:.2g} of them, more than "
@@ -59,6 +71,7 @@ std::string failure_report(const FailureContext& c, const std::vector<Unknown>& 
   if (!errors.empty()) text += fmt::format(" Largest local errors: {}.", errors);
   if (!rates.empty()) text += fmt::format(" Fastest changes: {}.", rates);
   if (!c.message.empty()) text += " " + cause(c);
+  if (!c.elements.empty()) text += " " + c.elements;
   text +=
       " Check the scene near this time (singular configuration, coinciding points, very stiff elements), loosen "
       "rtol, or try another formulation.";

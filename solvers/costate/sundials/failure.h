@@ -1,4 +1,5 @@
-// The report of an integrator's failure: what, when, at which step, and the worst components by name.
+// The report of an integrator's failure: what, when, at which step, the worst components by name, and what the elements
+// say of the state there.
 #pragma once
 
 #include <string>
@@ -17,7 +18,11 @@ struct FailureContext {
   const double* weights = nullptr;  // of the error norm, size() entries
   const double* errors = nullptr;   // estimated local errors
   const double* rates = nullptr;    // time derivatives, named when there are no errors to name
+  std::string elements;             // elements_at()
 };
+
+/// What the elements say at the state y of the motion (analysis/complaints.h); empty where there is none, or y is null.
+std::string elements_at(System& system, double t, const double* y);
 
 /// Behind the integrator's name, for a run that would take `all` steps at its pace, of `most` allowed.
 std::string pace_message(double all, long most);

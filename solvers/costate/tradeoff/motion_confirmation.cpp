@@ -9,6 +9,7 @@
 #include "costate/base/notice.h"
 #include "costate/base/unsaid.h"
 #include "costate/integrator/integrators.h"
+#include "costate/problem/known_error.h"
 #include "costate/tradeoff/trade_reference.h"
 
 namespace costate {
@@ -32,7 +33,7 @@ bool motion_is_confirmed(const Problem& problem) {
   return rtol >= kTightestConfirmed && rtol < kLoosestConfirmed && !own_steps;
 }
 
-void confirm_motion(const TradeProbe& probe, const Problem& problem, const TradeValues& values) {
+void confirm_motion(const TradeProbe& probe, const Problem& problem, const TradeValues& values, Simulation* result) {
   const double rtol = problem.solver.rtol;
   Problem tighter = problem;
   tighter.solver.rtol = rtol * kTighterMotion;
@@ -50,6 +51,7 @@ void confirm_motion(const TradeProbe& probe, const Problem& problem, const Trade
         fmt::format("At rtol {:g}, a tenth of this run's, the motion cannot be followed ({}): how much of it "
                     "is right is not known.",
                     tighter.solver.rtol, *failure));
+  if (result) widen_error(*result, values.psi - better.values.psi);
   better.measure(probe);
   TradeRow row;
   better.judge(values, probe, row);

@@ -20,6 +20,7 @@ bool motion_is_confirmed(const Problem& problem);
 
 /// Gives notice where psi or an output of the probe, at its samples, changes by more than a third of the claim from
 /// `values`, those of `problem`, to a tenth of its tolerance. Cut passes through.
-void confirm_motion(const TradeProbe& probe, const Problem& problem, const TradeValues& values);
+void confirm_motion(const TradeProbe& probe, const Problem& problem, const TradeValues& values,
+                    Simulation* result = nullptr);
 
 }  // namespace costate

@@ -12,12 +12,9 @@
 // road, those of the model.
 #pragma once
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <type_traits>
 
-#include "costate/base/error.h"
 #include "costate/element/element.h"
 #include "costate/element/force/tyre_ground.h"
 #include "costate/element/point/spatial_point.h"
@@ -331,16 +328,11 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public TyreGround {
     rotated(q + 3, p + Numbers::axis, direction);
   }
 
-  /// Towards a wheel that lies flat the loaded radius, and with it the force, grows without bound: no step leads
-  /// through.
   void require_upright(double t, const Evaluation<double>& e) const {
-    constexpr double flat = 1e-3;  // cosine of the camber
     if (e.force[0] == 0 && e.force[1] == 0 && e.force[2] == 0) return;
-    if (std::abs(dot3(e.geometry.n, e.geometry.ez)) > flat) return;
-    throw StepError(
-        fmt::format("The wheel of tyre '{}' lies flat at t = {:.6g} s: its axis is along the ground's normal, where "
-                    "the tyre's contact is not defined.",
-                    this->name(), t));
+    // A vertical force acts at the centre, wherever the contact point is.
+    if (is_singular(e.geometry, setup_.contact == TyreContact::source || Model::slips))
+      throw_singular(this->name(), t, e.geometry);
   }
 
   /// The wheel's angular velocity about its axis: the body's share, 2 a'.G p' / |a'|, and the coordinate's

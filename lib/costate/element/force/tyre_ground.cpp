@@ -1,7 +1,11 @@
 #include "costate/element/force/tyre_ground.h"
 
-#include <cmath>
+#include <fmt/format.h>
 
+#include <cmath>
+#include <numbers>
+
+#include "costate/base/error.h"
 #include "costate/element/point/rotation.h"
 
 namespace costate {
@@ -30,7 +34,7 @@ CourseElement::Place TyreGround::track_place(int, const LocalState& s) const {
   return {s.q[0] + r[0], s.v[0] + u[0]};
 }
 
-void TyreGround::add_bends(const LocalState& s, std::vector<double>& beyond) const {
+TyreGeometry<double> TyreGround::geometry(const LocalState& s) const {
   WheelState<double> w;
   double r[3], u[3];
   rotated(s.q + 3, s.p + TyreNumbers::center, r);
@@ -42,11 +46,41 @@ void TyreGround::add_bends(const LocalState& s, std::vector<double>& beyond) con
   TyreGeometry<double> g;
   calc_tyre_geometry(*setup_.road, setup_.contact, s.t, w, s.p[TyreNumbers::radius], s.p[TyreNumbers::share],
                      s.p[TyreNumbers::shift], s.p + TyreNumbers::road, g);
+  return g;
+}
+
+void TyreGround::add_bends(const LocalState& s, std::vector<double>& beyond) const {
+  const TyreGeometry<double> g = geometry(s);
   const double ramp = s.p[TyreNumbers::ramp], part = g.deflection < ramp ? g.deflection / ramp : 1;
   const double force = s.p[TyreNumbers::stiffness] * g.deflection + s.p[TyreNumbers::damping] * g.approach * part;
   beyond.push_back(g.deflection);
   beyond.push_back(s.p[TyreNumbers::damping] > 0 ? g.deflection - ramp : -1);
   beyond.push_back(g.deflection > 0 ? force : s.p[TyreNumbers::stiffness] * g.deflection);
+}
+
+void TyreGround::add_complaints(const LocalState& s, std::vector<std::string>& said) const {
+  constexpr double most_camber = 60, most_radii = 3;  // degrees, 1
+  const TyreGeometry<double> g = geometry(s);
+  if (!setup_.bilateral && !(g.deflection > 0)) return;
+  const double camber = g.camber * 180 / std::numbers::pi, radius = s.p[TyreNumbers::radius];
+  if (std::abs(camber) > most_camber) said.push_back(fmt::format("lies almost flat (camber {:.4g} degrees)", camber));
+  if (std::abs(g.loaded_radius) > most_radii * radius)
+    said.push_back(fmt::format("has its contact point {:.4g} m from the wheel's centre (radius {:.4g} m)",
+                               std::abs(g.loaded_radius), radius));
+}
+
+void TyreGround::throw_singular(const std::string& tyre, double t, const TyreGeometry<double>& g) const {
+  if (lies_flat(g))
+    throw StepError(
+        fmt::format("The wheel of tyre '{}' lies flat at t = {:.6g} s: its axis is along the ground's normal, where "
+                    "the tyre's contact is not defined.",
+                    tyre, t));
+  throw StepError(fmt::format(
+      "The contact point of tyre '{}' runs off at t = {:.6g} s: on a slope of {:.3g} and with a camber of {:.3g} "
+      "degrees "
+      "the wheel's disc is no longer above it as contact = \"{}\" has it. contact = \"disc\" goes on to 90 degrees.",
+      tyre, t, -g.n[0] / g.n[2], g.camber * 180 / std::numbers::pi,
+      setup_.contact == TyreContact::source ? "source" : "vertical"));
 }
 
 GapMotion TyreGround::gap_motion(int, const LocalState& s) const {

@@ -1,10 +1,16 @@
 // What the ground below a tyre means to runs, whatever the tyre's model: the features that come along it, the law of
-// its profile, the times at which a post jumps, and the gap, below zero where the tyre is pressed.
+// its profile, the times at which a post jumps, the gap, below zero where the tyre is pressed, and where the contact
+// ends:
+//   disc                 n.e_z = cos(camber) = 0: the wheel lies flat, and the loaded radius is without bound
+//   source, vertical     the contact point is the centre - (d / (H^2 e_z,z)) e_z: on a slope e_z,z vanishes before
+//                        n.e_z does, and below zero the point is above the centre
 #pragma once
 
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "costate/element/complaint.h"
 #include "costate/element/element.h"
 #include "costate/element/force/tyre_wrench.h"
 #include "costate/element/gap_element.h"
@@ -12,7 +18,7 @@
 
 namespace costate {
 
-class TyreGround : public CourseElement, public MotionLawElement, public GapElement {
+class TyreGround : public CourseElement, public MotionLawElement, public GapElement, public ComplainingElement {
  public:
   explicit TyreGround(TyreSetup setup) : setup_(std::move(setup)) {}
 
@@ -37,8 +43,23 @@ class TyreGround : public CourseElement, public MotionLawElement, public GapElem
   bool tells_bends() const override { return !setup_.bilateral; }
   void add_bends(const LocalState& s, std::vector<double>& beyond) const override;
 
+  /// Of a tyre that is pressed: a camber beyond 60 degrees, a contact point further from the centre than three radii.
+  void add_complaints(const LocalState& s, std::vector<std::string>& said) const override;
+
  protected:
+  TyreGeometry<double> geometry(const LocalState& s) const;
+  /// Towards a wheel that lies flat the loaded radius, and with it the force, grows without bound: no step leads
+  /// through. `places`: whether the force depends on the contact point of "source" and "vertical".
+  bool is_singular(const TyreGeometry<double>& g, bool places) const {
+    if (lies_flat(g)) return true;
+    return places && setup_.contact != TyreContact::disc && !setup_.road->level() && g.ez[2] <= kFlat;
+  }
+  [[noreturn]] void throw_singular(const std::string& tyre, double t, const TyreGeometry<double>& g) const;
   TyreSetup setup_;
+
+ private:
+  static constexpr double kFlat = 1e-3;  // a cosine
+  static bool lies_flat(const TyreGeometry<double>& g) { return std::abs(dot3(g.n, g.ez)) <= kFlat; }
 };
 
 }  // namespace costate

@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <random>
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
@@ -121,6 +123,13 @@ TEST_CASE("stiffness: a pace that goes up and down is as hopeless as a steady on
   CHECK(steps_until_told(steady) == 10250);
   CHECK(steps_until_told(up_and_down) <= 11000);
   CHECK(steps_until_told(up_and_down) > 0);
+  // Steps whose errors are noise: each interval has a pace of its own, half to twice a mean at which the run would take
+  // four times its limit.
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> power(-1, 1);
+  double length = 0;
+  const auto noise = [&](long k) { return k % 250 == 0 ? length = 2e-7 * std::exp2(power(random)) : length; };
+  CHECK(steps_until_told(noise) > 0);
   CHECK(steps_until_told(growing) == -1);
   CHECK(steps_until_told(fast) == -1);
 }

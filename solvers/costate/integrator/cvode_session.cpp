@@ -59,24 +59,26 @@ void CvodeSession::solve_newton(double* b) {
   b[n] += gamma_ * g;
 }
 
-void CvodeSession::watch_stiffness(double t, const double* y) {
+void CvodeSession::watch_stiffness(StiffnessWatch& watch, void* memory, double t, const double* y, double end) {
   constexpr double few = 2e5;  // steps that may as well be taken
   if (linear_multistep() != CV_ADAMS) return;
-  const long taken = steps(memory_);
-  if (!stiffness_.due(taken)) return;
+  const long taken = steps(memory);
+  if (!watch.due(taken)) return;
   double h = 0;
   int q = 0;
-  CVodeGetLastStep(memory_, &h);
-  CVodeGetLastOrder(memory_, &q);
-  if (!(options_.t_end - t > few * h)) return;
-  const double rate = stiffness_.bound_by(system_, t, y, h, q);
+  CVodeGetLastStep(memory, &h);
+  CVodeGetLastOrder(memory, &q);
+  const double left = std::abs(end - t);
+  h = std::abs(h);
+  if (!(left > few * h)) return;
+  const double rate = watch.bound_by(system_, t, y, h, q);
   if (!(rate > 0)) return;
   throw StiffError(
-      fmt::format("The motion is stiff at t = {:.6g} s: after {} steps Adams' method still takes steps of {:.3g} "
+      fmt::format("The {} is stiff at t = {:.6g} s: after {} steps Adams' method still takes steps of {:.3g} "
                   "s, the size at which it is stable, for a rate of {:.3g} 1/s (a light mass, a stiff damper or "
                   "spring); about {:.2g} more would follow. Take CVODES's BDF (--cvodes-method bdf) or a "
                   "formulation on IDAS.",
-                  t, taken, h, rate, (options_.t_end - t) / h));
+                  memory == memory_ ? "motion" : "motion's adjoint", t, taken, h, rate, left / h));
 }
 
 void CvodeSession::enable_sensitivities() {

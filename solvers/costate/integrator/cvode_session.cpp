@@ -73,7 +73,8 @@ void CvodeSession::solve_newton(double* b) {
 }
 
 void CvodeSession::watch_stiffness(StiffnessWatch& watch, void* memory, double t, const double* y, double end) {
-  constexpr double few = 2e5;  // steps that may as well be taken
+  // Steps that may as well be taken: BDF begins anew, and where it is not bound by stability takes some thousands.
+  constexpr double few = 2e4;
   if (linear_multistep() != CV_ADAMS) return;
   const long taken = steps(memory);
   if (!watch.due(taken)) return;

@@ -24,16 +24,24 @@ class PaceWatch {
     if (!begun_) marks_ = 0;  // the first interval holds the steps of the start
     begun_ = true;
     mark(t, steps);
-    if (marks_ <= 2 * kHalf) return 0;
-    const double earlier = pace(last(2 * kHalf), last(kHalf)), later = pace(last(kHalf), last(0));
-    const double all = static_cast<double>(steps) + std::abs(end - t) / pace(last(2 * kHalf), last(0));
-    return all > static_cast<double>(most) && !(later > 1.1 * earlier) ? all : 0;
+    for (const Look& look : kLooks) {
+      if (marks_ <= 2 * look.half) return 0;
+      const double earlier = pace(last(2 * look.half), last(look.half)), later = pace(last(look.half), last(0));
+      const double all = static_cast<double>(steps) + std::abs(end - t) / pace(last(2 * look.half), last(0));
+      if (all > look.times * static_cast<double>(most) && !(later > 1.1 * earlier)) return all;
+    }
+    return 0;
   }
 
  private:
   static constexpr long kInterval = 250;
-  // In intervals. A short stiff episode (an impact) is over by then.
-  static constexpr std::size_t kHalf = 20;
+  // The last intervals, in two halves, and how many times the limit the run would take at their pace. A short stiff
+  // episode (an impact) is over by then; the further a run is from its end, the less such a one can be what holds it.
+  struct Look {
+    std::size_t half;
+    double times;
+  };
+  static constexpr Look kLooks[] = {{5, 100}, {10, 4}, {20, 1}};
   struct Mark {
     double t = 0;
     long steps = 0;
@@ -44,7 +52,7 @@ class PaceWatch {
   void mark(double t, long steps) { kept_[marks_++ % kept_.size()] = {t, steps}; }
   const Mark& last(std::size_t back) const { return kept_[(marks_ - 1 - back) % kept_.size()]; }
 
-  std::array<Mark, 2 * kHalf + 1> kept_;
+  std::array<Mark, 2 * kLooks[2].half + 1> kept_;
   std::size_t marks_ = 0;
   bool begun_ = false;
 };

@@ -60,8 +60,9 @@ std::string failure_report(const FailureContext& c, const std::vector<Unknown>& 
   if (!rates.empty()) text += fmt::format(" Fastest changes: {}.", rates);
   if (!c.message.empty()) text += " " + cause(c);
   text +=
-      " Check the scene near this time (singular configuration, coinciding points, very stiff elements), loosen "
-      "rtol, or try another formulation.";
+      " Check the scene near this time (singular configuration, coinciding points, very stiff elements, very light "
+      "masses), "
+      "loosen rtol, or try another formulation.";
   return text;
 }
 

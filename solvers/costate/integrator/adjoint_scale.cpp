@@ -52,14 +52,20 @@ namespace {
 constexpr double kOfEvaluations = 100 * std::numeric_limits<double>::epsilon();
 }  // namespace
 
-double rounding_of_cost_gradient(OdeSystem& system, double t, const double* y) {
+double rounding_of_cost_gradient(System& system, const double* y, double atol,
+                                 const std::function<void(const double* y, double* g_y)>& gradient) {
   if (!system.has_running_cost()) return 0;
   const auto n = static_cast<std::size_t>(system.size());
   std::vector<double> x(y, y + n), g_y(n), g_y_rounded(n);
-  system.running_cost_gradient(t, y, g_y.data());
-  // No two of them alike: a cost may see nothing of a motion as a whole.
-  for (std::size_t i = 0; i < n; ++i) x[i] += kOfEvaluations * std::sin(1.0 + 2.3 * static_cast<double>(i)) * x[i];
-  system.running_cost_gradient(t, x.data(), g_y_rounded.data());
+  gradient(y, g_y.data());
+  for (std::size_t i = 0; i < n; ++i) {
+    const Unknown& u = system.unknowns()[i];
+    const double size = std::abs(y[i]);
+    // No two of them alike: a cost may see nothing of a motion as a whole.
+    const double part = std::sin(1.0 + 2.3 * static_cast<double>(i));
+    x[i] += part * (u.differential ? kOfEvaluations * size : std::min(size, atol));
+  }
+  gradient(x.data(), g_y_rounded.data());
   double largest = 0;
   for (std::size_t i = 0; i < n; ++i) largest = std::max(largest, std::abs(g_y_rounded[i] - g_y[i]));
   return largest;

@@ -4,6 +4,7 @@
 // takes.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "costate/formulation/system.h"
@@ -39,9 +40,11 @@ class AdjointScale {
   long samples_ = 0;
 };
 
-/// What rounding makes of g_y at (t, y), its largest component. Where a cost is stationary (the square of an output
-/// that rests at zero) this may be all there is of it: the adjoint is then driven by noise, which no step follows.
-double rounding_of_cost_gradient(OdeSystem& system, double t, const double* y);
+/// What rounding makes of g_y at y, its largest component; of unknowns that are algebraic what is below `atol` is no
+/// more than that. Where a cost is stationary (the square of an output that rests at zero) this may be all there is of
+/// it: the adjoint is then driven by noise, which no step follows.
+double rounding_of_cost_gradient(System& system, const double* y, double atol,
+                                 const std::function<void(const double* y, double* g_y)>& gradient);
 
 /// Absolute tolerances for an adjoint that begins with mu (unknowns outside the norm get `unweighted`); returns the
 /// largest size of a component.

@@ -123,6 +123,7 @@ template <class Api>
 void SundialsSession<Api>::restart_back(const AdjointStop& stop, const AdjointState& mu, const AdjointSize& expected) {
   Backward& b = *back_;
   count_back();
+  pace_back_ = {};
   std::copy(mu.mu.begin(), mu.mu.end(), b.y.data());
   std::copy(mu.mup.begin(), mu.mup.end(), b.yp.data());
   // As fine as for what the adjoint has been until here, at least as coarse as that.

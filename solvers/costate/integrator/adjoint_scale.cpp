@@ -47,6 +47,30 @@ AdjointSize AdjointScale::size(double span) const {
   return s;
 }
 
+namespace {
+// What evaluations leave of their digits.
+constexpr double kOfEvaluations = 100 * std::numeric_limits<double>::epsilon();
+}  // namespace
+
+double rounding_of_cost_gradient(System& system, const double* y, double atol,
+                                 const std::function<void(const double* y, double* g_y)>& gradient) {
+  if (!system.has_running_cost()) return 0;
+  const auto n = static_cast<std::size_t>(system.size());
+  std::vector<double> x(y, y + n), g_y(n), g_y_rounded(n);
+  gradient(y, g_y.data());
+  for (std::size_t i = 0; i < n; ++i) {
+    const Unknown& u = system.unknowns()[i];
+    const double size = std::abs(y[i]);
+    // No two of them alike: a cost may see nothing of a motion as a whole.
+    const double part = std::sin(1.0 + 2.3 * static_cast<double>(i));
+    x[i] += part * (u.differential ? kOfEvaluations * size : std::min(size, atol));
+  }
+  gradient(x.data(), g_y_rounded.data());
+  double largest = 0;
+  for (std::size_t i = 0; i < n; ++i) largest = std::max(largest, std::abs(g_y_rounded[i] - g_y[i]));
+  return largest;
+}
+
 double set_adjoint_tolerances(const std::vector<Unknown>& unknowns, const std::vector<double>& mu,
                               const AdjointSize& expected, double rtol, double unweighted, double* atol) {
   double others = expected.all, velocities = expected.all * expected.velocity_factor;
@@ -57,8 +81,7 @@ double set_adjoint_tolerances(const std::vector<Unknown>& unknowns, const std::v
   }
   // An adjoint that is zero by its equations, a cost whose gradient is normal to the constraints for one, is what
   // rounding leaves: it is noise, and no step would be short enough to follow it.
-  constexpr double kRounding = 100 * std::numeric_limits<double>::epsilon();
-  others = std::max(others, kRounding / rtol * expected.value);
+  others = std::max({others, kOfEvaluations / rtol * expected.value, expected.least / rtol});
   // Each grows out of the other within the motion's time, so that neither is measured by its own rounding alone.
   const double factor = std::min(expected.velocity_factor, 1.0);
   others = std::max(others, velocities);

@@ -4,6 +4,7 @@
 // takes.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "costate/formulation/system.h"
@@ -15,6 +16,7 @@ struct AdjointSize {
   double all = 0;
   double velocity_factor = 1;  // of velocities against the others
   double value = 0;            // psi's own size per position: rounding makes eps times that of an adjoint that is zero
+  double least = 0;            // what of an adjoint is rounding, in any case
 };
 
 /// Gathers the sizes on the way forward.
@@ -28,6 +30,8 @@ class AdjointScale {
   AdjointSize size(double span) const;
   /// The same of a cost with a terminal part, too, at the last state y.
   AdjointSize with_terminal(double cost, const double* y, const std::vector<Unknown>& unknowns) const;
+  /// The largest position met.
+  double position() const { return position_; }
 
  private:
   double gradient_ = 0, integral_ = 0;  // sum of the samples' largest |g_y|; integral of the segments
@@ -35,6 +39,12 @@ class AdjointScale {
   double position_ = 0, velocity_ = 0;  // largest met
   long samples_ = 0;
 };
+
+/// What rounding makes of g_y at y, its largest component; of unknowns that are algebraic what is below `atol` is no
+/// more than that. Where a cost is stationary (the square of an output that rests at zero) this may be all there is of
+/// it: the adjoint is then driven by noise, which no step follows.
+double rounding_of_cost_gradient(System& system, const double* y, double atol,
+                                 const std::function<void(const double* y, double* g_y)>& gradient);
 
 /// Absolute tolerances for an adjoint that begins with mu (unknowns outside the norm get `unweighted`); returns the
 /// largest size of a component.

@@ -30,6 +30,7 @@ void CvodeSession::create_backward() {
 }
 
 void CvodeSession::set_backward_matrix() {
+  set_step_choice(back_->memory);
   check(CVodeSetLinSysFnB(memory_, back_->which, backward_newton_matrix), "the adjoint's Newton matrix");
 }
 
@@ -42,6 +43,7 @@ int CvodeSession::backward_rhs(double t, N_Vector y, N_Vector yB, N_Vector fB, v
     s.adjoint_growth_.look(t, x, data(yB), s.system_.unknowns(), s.options_.rtol, s.options_.absolute());
     s.system_.adjoint_rhs(t, x, data(yB), data(fB));
     s.look_back(t, x);
+    s.watch_stiffness_back(t, x);
   });
 }
 

@@ -45,8 +45,15 @@ class CvodeSession final : public SundialsSession<CvodeApi> {
 
   void create_memory();
   /// Throws StiffError where Adams' steps are bound by stability and very many of them are left.
-  void watch_stiffness(double t, const double* y);
+  void watch_stiffness(double t, const double* y) { watch_stiffness(stiffness_, memory_, t, y, options_.t_end); }
+  /// The same on the way back: the adjoint of a motion at rest may be stiff where the motion is not.
+  void watch_stiffness_back(double t, const double* y) {
+    watch_stiffness(stiffness_back_, back_->memory, t, y, options_.t_start);
+  }
+  void watch_stiffness(StiffnessWatch& watch, void* memory, double t, const double* y, double end);
   int linear_multistep() const;
+  /// Of Adams' method, in the memory of either way.
+  void set_step_choice(void* memory);
 
   static int rhs(double t, N_Vector y, N_Vector f, void* self);
   static int newton_matrix(double t, N_Vector y, N_Vector f, SUNMatrix A, int jok, int* jcur, double gamma, void* self,
@@ -65,7 +72,7 @@ class CvodeSession final : public SundialsSession<CvodeApi> {
   std::vector<const double*> columns_in_;
   std::vector<double*> columns_out_;
   std::vector<double> g_rho_;
-  StiffnessWatch stiffness_;
+  StiffnessWatch stiffness_, stiffness_back_;
 };
 
 }  // namespace costate

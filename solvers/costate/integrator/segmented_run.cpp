@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "costate/integrator/session_counters.h"
+#include "costate/integrator/unknown_sizes.h"
 
 namespace costate {
 
@@ -83,8 +85,18 @@ std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint(const Sampl
   for (std::size_t k = 0; k < sessions_.size(); ++k)
     scale.add_segment(sessions_[k] ? sessions_[k]->adjoint_scale() : scales_[k - 1],
                       (k < links_.size() ? links_[k].jump.t : t_) - (k > 0 ? links_[k - 1].jump.t : t_start_));
-  const AdjointSize size =
-      scale.with_terminal(system_.terminal_cost(t_, session().y()), session().y(), system_.unknowns());
+  AdjointSize size = scale.with_terminal(system_.terminal_cost(t_, session().y()), session().y(), system_.unknowns());
+  const auto cost_gradient = [&](const double* y, double* g_y) {
+    if constexpr (std::is_same_v<SystemType, OdeSystem>)
+      system_.running_cost_gradient(t_, y, g_y);
+    else
+      system_.running_cost_gradient(t_, y, g_y, 0, nullptr);
+  };
+  // A bend of the cost just there would pass for rounding: no more than what is nothing in psi.
+  if (scale.position() > 0)
+    size.least = std::min(
+        (t_ - t_start_) * rounding_of_cost_gradient(system_, session().y(), options_.absolute(), cost_gradient),
+        negligible_cost(system_.assembly().mechanism(), options_) / scale.position());
   AdjointState mu = session().end_adjoint(gradient);
   // A sample makes it jump.
   if (samples_.empty()) invariant_.end(system_, t_start_, t_, session().y(), mu.mu.data());

@@ -38,7 +38,7 @@ auto with_bdf_where_stiff(const Problem& problem, const Run& run) {
 
 class StiffnessWatch {
  public:
-  static constexpr long kInterval = 100;  // steps between looks
+  static constexpr long kInterval = 50;  // steps between looks
   /// Whether a look is due after so many steps.
   bool due(long steps) {
     if (steps < next_ && steps + kInterval >= next_) return false;
@@ -54,7 +54,7 @@ class StiffnessWatch {
   }
 
  private:
-  static constexpr int kLooks = 5, kIterations = 12, kTaken = 6;
+  static constexpr int kLooks = 4, kIterations = 12, kTaken = 6;
 
   /// |h lambda| on the real axis up to which the Adams-Moulton method of order q is stable; those of order 1 and 2 are
   /// always, but to be at these orders with such steps is to have been driven there.

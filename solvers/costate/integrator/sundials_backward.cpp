@@ -1,4 +1,6 @@
 // The way back of a session: the adjoint problem over its segment.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -121,6 +123,7 @@ template <class Api>
 void SundialsSession<Api>::restart_back(const AdjointStop& stop, const AdjointState& mu, const AdjointSize& expected) {
   Backward& b = *back_;
   count_back();
+  pace_back_ = {};
   std::copy(mu.mu.begin(), mu.mu.end(), b.y.data());
   std::copy(mu.mup.begin(), mu.mup.end(), b.yp.data());
   // As fine as for what the adjoint has been until here, at least as coarse as that.
@@ -154,6 +157,23 @@ void SundialsSession<Api>::count_back() {
   add(Api::error_test_failures, c.backward_error_test_failures);
   add(Api::convergence_failures, c.backward_convergence_failures);
   steps_back_ += steps(back_->memory);
+}
+
+// An adjoint may be livelier than its motion, which is at rest perhaps, and then takes more steps, whose error test
+// seldom fails. One that is driven by rounding has errors that no step makes smaller as it should.
+template <class Api>
+void SundialsSession<Api>::watch_noise_back(long taken) {
+  constexpr long kTimes = 100, kLeast = 100, kFails = 10;
+  if (taken < kTimes * std::max(start_.steps + counters_.steps, kLeast)) return;
+  long failures = 0;
+  Api::error_test_failures(back_->memory, &failures);
+  if (failures * kFails < steps(back_->memory)) return;
+  fail(
+      true, Api::too_much_work,
+      fmt::format("was ended: the way back (adjoint) has taken {} steps where the motion took {}, and their error test "
+                  "fails again and again ({} times), as where the adjoint is driven by rounding (a cost that is "
+                  "stationary along a motion at rest). A forward method or a discrete one has no such steps;",
+                  taken, start_.steps + counters_.steps, failures));
 }
 
 template <class Api>
@@ -197,6 +217,7 @@ template void SundialsSession<IdaApi>::set_tolerances_back(const AdjointState&, 
 template void SundialsSession<IdaApi>::integrate_back(double, AdjointState&);
 template void SundialsSession<IdaApi>::restart_back(const AdjointStop&, const AdjointState&, const AdjointSize&);
 template void SundialsSession<IdaApi>::count_back();
+template void SundialsSession<IdaApi>::watch_noise_back(long);
 template void SundialsSession<IdaApi>::read_checkpoints();
 template void SundialsSession<IdaApi>::bound_first_step_back(double, const double*);
 template void SundialsSession<IdaApi>::look_back(double, const double*);
@@ -208,6 +229,7 @@ template void SundialsSession<CvodeApi>::set_tolerances_back(const AdjointState&
 template void SundialsSession<CvodeApi>::integrate_back(double, AdjointState&);
 template void SundialsSession<CvodeApi>::restart_back(const AdjointStop&, const AdjointState&, const AdjointSize&);
 template void SundialsSession<CvodeApi>::count_back();
+template void SundialsSession<CvodeApi>::watch_noise_back(long);
 template void SundialsSession<CvodeApi>::read_checkpoints();
 template void SundialsSession<CvodeApi>::bound_first_step_back(double, const double*);
 template void SundialsSession<CvodeApi>::look_back(double, const double*);

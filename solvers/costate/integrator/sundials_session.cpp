@@ -100,6 +100,7 @@ void SundialsSession<Api>::poll(double t, bool backward) {
   const double to = backward ? options_.t_start : options_.t_end;
   if (const double all = (backward ? pace_back_ : pace_).projected(t, taken, to, options_.max_steps); all > 0)
     fail(backward, Api::too_much_work, pace_message(all, options_.max_steps));
+  if (backward) watch_noise_back(taken);
   if (!monitor_ || ++polls_ % 64 != 0) return;
   monitor_(t, steps(memory_), backward);
 }

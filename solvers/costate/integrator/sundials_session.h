@@ -204,6 +204,9 @@ class SundialsSession {
   void integrate_back(double to, AdjointState& mu);
   void restart_back(const AdjointStop& stop, const AdjointState& mu, const AdjointSize& expected);
   void count_back();
+  /// After so many steps of the way back: ends it where they are a hundred times those of the motion because their
+  /// error test fails again and again.
+  void watch_noise_back(long taken);
 
   std::string message_;
   std::shared_ptr<const StepPlan> plan_, plan_back_;  // or null

@@ -62,6 +62,10 @@ double cost_size(const Mechanism& mechanism) {
   return length * length;
 }
 
+double negligible_cost(const Mechanism& mechanism, const SolverOptions& options) {
+  return 1e-4 * options.absolute() * cost_size(mechanism);
+}
+
 double cost_tolerance(const System& system, const SolverOptions& options) {
   return options.absolute() * cost_size(system.assembly().mechanism()) * std::min(1.0, options.t_end - options.t_start);
 }

@@ -29,6 +29,9 @@ void fill_absolute_tolerances(const System& system, const SolverOptions& options
 
 /// Of the cost, whose unit it does not tell: the smallest that a square of lengths can have.
 double cost_size(const Mechanism& mechanism);
+/// What is smaller than this in psi, or in a derivative by what has the size of its parameter's scale, is nothing: a
+/// small part of what is absolutely tolerated of it.
+double negligible_cost(const Mechanism& mechanism, const SolverOptions& options);
 /// Of the cost's quadrature over a run: the absolute tolerance times that, in runs below a second as many parts of it.
 double cost_tolerance(const System& system, const SolverOptions& options);
 

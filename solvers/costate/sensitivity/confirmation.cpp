@@ -40,9 +40,6 @@ constexpr double kSmallPsi = 1e-6;
 // (test/cases/late_pulse_703887.toml); what is tighter by these factors then has to take more.
 constexpr double kMoreSteps = 1.4;
 constexpr double kTightening[] = {kTighter, 1e-2, 1e-3};
-// In absolute tolerances: what is smaller is zero.
-constexpr double kZero = 1e-4;
-
 // A psi far below what absolute tolerances are made for has their errors, at any rtol: some kAbsolute of them are
 // kUnresolved rtol of it. It is computed once more with tolerances of which they would be a tenth of that, but no
 // smaller than kFinest of what they were.
@@ -62,7 +59,7 @@ double size_of_psi(const Problem& problem, const GradientResult& r) {
 
 Apart apart(const Problem& problem, const GradientResult& a, const GradientResult& b) {
   const auto& parameters = problem.parameters.parameters;
-  const double zero = kZero * absolute_of_cost(problem), psi_size = size_of_psi(problem, b),
+  const double zero = negligible_cost(*problem.mechanism, problem.solver), psi_size = size_of_psi(problem, b),
                size = gradient_size(problem.parameters, b.psi, b.gradient);
   Apart r;
   const auto look = [&](double change, double of, const std::string& what) {
@@ -124,7 +121,9 @@ bool takes_more_steps(const GradientResult& finer, const GradientResult& coarser
 /// The problem with absolute tolerances that a small psi needs; false where it needs no others.
 bool resolve(Problem& problem, const GradientResult& result) {
   const double size = size_of_psi(problem, result), tolerated = absolute_of_cost(problem);
-  if (!(size > kZero * tolerated) || kAbsolute * tolerated <= kUnresolved * problem.solver.rtol * size) return false;
+  if (!(size > negligible_cost(*problem.mechanism, problem.solver)) ||
+      kAbsolute * tolerated <= kUnresolved * problem.solver.rtol * size)
+    return false;
   const double factor = 0.1 * kUnresolved * problem.solver.rtol * size / (kAbsolute * tolerated);
   problem.solver.atol = problem.solver.absolute() * std::max(factor, kFinest);
   return true;

@@ -2,6 +2,8 @@
 // CvodeRun.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -12,6 +14,8 @@
 #include "costate/integrator/run_watch.h"
 #include "costate/integrator/sampled_run.h"
 #include "costate/integrator/segmented_run.h"
+#include "costate/integrator/unknown_sizes.h"
+#include "costate/problem/scaled_gradient.h"
 
 namespace costate {
 
@@ -91,7 +95,9 @@ GradientResult resolved_gradient(const Problem& problem, const AdjointRun& run) 
   double part = 1;
   GradientResult r = run(problem, asked, part);
   std::vector<std::string> said = take_notices();
-  if (part < 1) {
+  // Of what is nothing a smaller tolerance tells nothing either: a motion at rest makes it of rounding.
+  const double size = std::max(std::abs(r.psi), largest_scaled(problem.parameters, r.gradient));
+  if (part < 1 && size > negligible_cost(*problem.mechanism, problem.solver)) {
     Problem finer = problem;
     finer.solver.rtol = part * asked;
     finer.solver.atol = part * problem.solver.absolute();

@@ -73,8 +73,9 @@ std::string failure_report(const FailureContext& c, const std::vector<Unknown>& 
   if (!c.message.empty()) text += " " + cause(c);
   if (!c.elements.empty()) text += " " + c.elements;
   text +=
-      " Check the scene near this time (singular configuration, coinciding points, very stiff elements), loosen "
-      "rtol, or try another formulation.";
+      " Check the scene near this time (singular configuration, coinciding points, very stiff elements, very light "
+      "masses), "
+      "loosen rtol, or try another formulation.";
   return text;
 }
 

@@ -9,6 +9,7 @@
 //   costate_adversary --cases 1000 --of units                      trusses in millimetres, grams, hours
 //   costate_adversary --cases 1000 --of motions                    all outputs, by two other integrators
 //   costate_adversary --cases 1000 --of balances                   energy, work and momentum of what is stored
+//   costate_adversary --cases 1000 --of cranks                     linkages that lock or do not, by closed forms
 //   costate_adversary --case 4711 [--scene]                        one case again, with every combination
 #include <fmt/format.h>
 
@@ -23,6 +24,7 @@
 #include "contacts.h"
 #include "judge.h"
 #include "kinds.h"
+#include "locked.h"
 #include "motions.h"
 #include "truss.h"
 #include "truss_motion.h"
@@ -158,6 +160,12 @@ std::vector<Finding> try_case(long number, const Options& options) {
     std::erase_if(list, [](const Finding& f) { return f.run.empty(); });
     return list;
   }
+  if (options.of == "cranks") {
+    const Crank crank = random_crank(static_cast<std::uint64_t>(number));
+    if (options.scene) fmt::print("{}", crank.scene);
+    std::fflush(stdout);
+    return run_crank(crank, some(runs_of_motions(), options, engine));
+  }
   if (options.of == "hessians" || options.of == "motions" || options.of == "balances") {
     const std::string scene = is_truss(number)
                                   ? random_truss(static_cast<std::uint64_t>(number)).scene()
@@ -255,14 +263,14 @@ int main(int argc, char** argv) {
     else if (std::strcmp(argv[i], "--quiet") == 0)
       o.quiet = true;
     else {
-      fmt::print(
-          stderr,
-          "usage: {} [--cases N] [--seed N] [--of trusses | kinds | contacts | hessians | units | motions | balances] "
-          "[--combinations N] "
-          "[--only TEXT] "
-          "[--case N "
-          "[--scene]] [--quiet]\n",
-          argv[0]);
+      fmt::print(stderr,
+                 "usage: {} [--cases N] [--seed N] [--of trusses | kinds | contacts | hessians | units | motions | "
+                 "balances | cranks] "
+                 "[--combinations N] "
+                 "[--only TEXT] "
+                 "[--case N "
+                 "[--scene]] [--quiet]\n",
+                 argv[0]);
       return 2;
     }
   }

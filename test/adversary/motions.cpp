@@ -28,6 +28,8 @@ constexpr double kSmall = 1e-2;
 // What absolute tolerances leave of positions and velocities, in parts of the mechanism's length where that is below 1
 // m: as of psi some 30 of them (solvers/costate/sensitivity/confirmation.cpp).
 constexpr double kAbsolute = 30, kRtol = 1e-8, kReference = 1e-11;
+// With what accelerations a stabilization of 10 rad/s answers these.
+constexpr double kOmega = 10;
 // Two references that differ by more do not judge.
 constexpr double kSettled = 0.1 * kAllowed;
 
@@ -61,7 +63,10 @@ std::vector<double> sizes(const Sampled& m) {
   for (std::size_t o = 0; o < own.size(); ++o)
     own[o] = std::max(own[o], kSmall * of_unit[reactions_apart(m.units[o], m.names[o])]);
   const double absolute = kAbsolute * kRtol / kAllowed * std::min(1.0, of_unit["m"]);
-  for (std::size_t o = 0; o < own.size(); ++o) own[o] = std::max(own[o], absolute * m.slopes[o]);
+  for (std::size_t o = 0; o < own.size(); ++o) {
+    own[o] = std::max(own[o], absolute * m.slopes[o]);
+    if (m.units[o] == "m/s^2") own[o] = std::max(own[o], kOmega * kOmega * absolute);
+  }
   return own;
 }
 

@@ -92,6 +92,13 @@ TEST_CASE("watch: a crank that drivers turn round and round stays on its branch"
   }
 }
 
+TEST_CASE("watch: redundant rows whose weight is lost in rounding are named") {
+  // It had been said that a point of 2.8 t has no inertia.
+  const Problem p = case_of("redundant_in_grams", "augmented-lagrangian");
+  CHECK_THAT(said([&] { gradient(p, "hand-tangent", p.parameters.values()); }),
+             Contains("error: ") && Contains("bar.B3.length") && Contains("lost in rounding"));
+}
+
 TEST_CASE("watch: a change point is named, between steps too") {
   // A parallelogram of sides 1, 2, 1 on a base of 2 lies flat where the left bar's angle is 0 or pi.
   for (const auto& [formulation, method] :

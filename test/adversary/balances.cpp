@@ -140,6 +140,7 @@ struct Moment {
         v[2 * i + k] = ground ? 0 : record.at(time, name + "_dot");
         a[2 * i + k] = ground ? 0 : record.at(time, name + "_ddot");
         add(i, k, t.points[i].mass * (a[2 * i + k] - t.gravity[k]));
+        force = std::max(force, t.points[i].mass * std::abs(t.gravity[k]));
         kinetic += t.points[i].mass * v[2 * i + k] * v[2 * i + k] / 2;
         potential -= t.points[i].mass * t.gravity[k] * x[2 * i + k];
       }

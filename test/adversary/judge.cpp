@@ -67,11 +67,7 @@ std::vector<std::pair<std::string, std::string>> combinations() {
   return list;
 }
 
-namespace {
-
-/// What f finds, and how it ends where it does not.
-template <class F>
-Finding found(const std::string& run, const F& find) {
+Finding found(const std::string& run, const std::function<void(Finding&)>& find) {
   Finding f;
   f.run = run;
   try {
@@ -89,10 +85,9 @@ Finding found(const std::string& run, const F& find) {
     f.outcome = Outcome::crashed;
     f.message = one_line(std::string("raw exception: ") + e.what());
   }
+  f.message = one_line(f.message);
   return f;
 }
-
-}  // namespace
 
 Finding run_gradient(const std::string& text, const std::string& formulation, const std::string& method,
                      const Truth& truth, double allowed) {

@@ -35,6 +35,8 @@ Finding run_gradient(const std::string& scene, const std::string& formulation, c
 /// another formulation: agreed within `allowed` of the larger of H d and the gradient, or ten times what the Hessian
 /// says of its error.
 Finding run_hessian(const std::string& scene, const std::string& formulation, double allowed = 1e-3);
+/// What `find` finds, and how it ends where it does not.
+Finding found(const std::string& run, const std::function<void(Finding&)>& find);
 /// Every formulation and method that exist together, differences apart.
 std::vector<std::pair<std::string, std::string>> combinations();
 

@@ -5,8 +5,12 @@
 //   without a word
 //   costate_adversary --cases 5000 --of trusses | kinds            one half of it
 //   costate_adversary --cases 1000 --of contacts                   rigid contacts, judged by energy and depth
-//   costate_adversary --cases 1000 --of hessians                   products of Hessians, judged by differences of
-//   gradients costate_adversary --case 4711 [--scene]                        one case again, with every combination
+//   costate_adversary --cases 1000 --of hessians                   products of Hessians, by differences of gradients
+//   costate_adversary --cases 1000 --of units                      trusses in millimetres, grams, hours
+//   costate_adversary --cases 1000 --of motions                    all outputs, by two other integrators
+//   costate_adversary --cases 1000 --of balances                   energy, work and momentum of what is stored
+//   costate_adversary --cases 1000 --of cranks                     linkages that lock or do not, by closed forms
+//   costate_adversary --case 4711 [--scene]                        one case again, with every combination
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,11 +20,15 @@
 #include <map>
 #include <random>
 
+#include "balances.h"
 #include "contacts.h"
 #include "judge.h"
 #include "kinds.h"
+#include "locked.h"
+#include "motions.h"
 #include "truss.h"
 #include "truss_motion.h"
+#include "units.h"
 
 using namespace costate::adversary;
 
@@ -33,7 +41,8 @@ struct Options {
   long cases = 200, first = 1, one = -1;
   int combinations = 3;
   std::string only;  // of the combinations, those that hold this
-  bool scene = false, quiet = false, trusses = true, kinds = true, contacts = false, hessians = false;
+  std::string of;    // "": gradients of trusses and kinds
+  bool scene = false, quiet = false;
 };
 
 /// Every fourth case is an example of a registered kind.
@@ -96,6 +105,20 @@ std::vector<Finding> try_truss(const Truss& t, const Truth& truth,
   return list;
 }
 
+/// In some other units.
+std::vector<Finding> try_units(const Truss& t, const Truth& truth,
+                               const std::vector<std::pair<std::string, std::string>>& chosen, long number) {
+  const Units& u = all_units()[static_cast<std::size_t>(number) % all_units().size()];
+  const std::string scene = in_units(t, u).scene();
+  const Truth same = in_units(truth, t, u);
+  std::vector<Finding> list;
+  for (const auto& [formulation, method] : chosen) {
+    list.push_back(run_gradient(scene, formulation, method, same));
+    list.back().run += fmt::format(", in {}", u.name);
+  }
+  return list;
+}
+
 bool bad(const Finding& f) {
   return f.outcome == Outcome::wrong || f.outcome == Outcome::crashed || f.outcome == Outcome::hung;
 }
@@ -111,9 +134,20 @@ std::vector<Finding> judged(const Truss& t, const Try& attempt) {
   return again.known ? attempt(again) : list;
 }
 
+/// Those that the options ask for: of one case all, else a few at random.
+std::vector<std::pair<std::string, std::string>> some(std::vector<std::pair<std::string, std::string>> all,
+                                                      const Options& options, std::mt19937_64& engine) {
+  std::erase_if(all,
+                [&](const auto& c) { return (c.first + " x " + c.second).find(options.only) == std::string::npos; });
+  if (options.one >= 0) return all;
+  std::shuffle(all.begin(), all.end(), engine);
+  all.resize(std::min<std::size_t>(all.size(), static_cast<std::size_t>(options.combinations)));
+  return all;
+}
+
 std::vector<Finding> try_case(long number, const Options& options) {
   std::mt19937_64 engine(static_cast<std::uint64_t>(number) * 77 + 5);
-  if (options.contacts) {
+  if (options.of == "contacts") {
     const std::string scene = random_contact_scene(static_cast<std::uint64_t>(number));
     if (options.scene) fmt::print("{}", scene);
     std::fflush(stdout);
@@ -126,30 +160,39 @@ std::vector<Finding> try_case(long number, const Options& options) {
     std::erase_if(list, [](const Finding& f) { return f.run.empty(); });
     return list;
   }
-  if (options.hessians) {
+  if (options.of == "cranks") {
+    const Crank crank = random_crank(static_cast<std::uint64_t>(number));
+    if (options.scene) fmt::print("{}", crank.scene);
+    std::fflush(stdout);
+    return run_crank(crank, some(runs_of_motions(), options, engine));
+  }
+  if (options.of == "hessians" || options.of == "motions" || options.of == "balances") {
     const std::string scene = is_truss(number)
                                   ? random_truss(static_cast<std::uint64_t>(number)).scene()
                                   : random_kind_scene(static_cast<std::uint64_t>(number), number % 8 == 0).text;
     if (options.scene) fmt::print("{}", scene);
     std::fflush(stdout);
     if (scene.empty()) return {};
+    if (options.of == "motions") return run_motions(scene, some(runs_of_motions(), options, engine));
+    if (options.of == "balances") {
+      const auto runs = some(runs_of_motions(), options, engine);
+      return is_truss(number) ? run_balances(random_truss(static_cast<std::uint64_t>(number)), runs)
+                              : run_created_energy(scene, runs);
+    }
     const char* by[] = {"index1", "baumgarte", "penalty", "augmented-lagrangian"};
     return {run_hessian(scene, by[engine() % 4])};
   }
-  auto chosen = combinations();
-  std::erase_if(chosen,
-                [&](const auto& c) { return (c.first + " x " + c.second).find(options.only) == std::string::npos; });
-  if (options.one < 0) {
-    std::shuffle(chosen.begin(), chosen.end(), engine);
-    chosen.resize(std::min<std::size_t>(chosen.size(), static_cast<std::size_t>(options.combinations)));
-  }
+  const auto chosen = some(combinations(), options, engine);
   if (is_truss(number)) {
     const Truss t = random_truss(static_cast<std::uint64_t>(number));
-    if (options.scene) fmt::print("{}", t.scene());
+    if (options.scene)
+      fmt::print("{}", options.of == "units"
+                           ? in_units(t, all_units()[static_cast<std::size_t>(number) % all_units().size()]).scene()
+                           : t.scene());
     std::fflush(stdout);
     return judged(t, [&](const Truth& truth) {
       auto same = engine;
-      return try_truss(t, truth, chosen, same);
+      return options.of == "units" ? try_units(t, truth, chosen, number) : try_truss(t, truth, chosen, same);
     });
   }
   const KindScene scene = random_kind_scene(static_cast<std::uint64_t>(number), number % 8 == 0);
@@ -214,18 +257,16 @@ int main(int argc, char** argv) {
     else if (is("--case"))
       o.one = std::atol(argv[++i]);
     else if (is("--of")) {
-      const std::string half = argv[++i];
-      o.hessians = half == "hessians";
-      o.trusses = half == "trusses" || o.hessians;
-      o.kinds = half == "kinds" || o.hessians;
-      o.contacts = half == "contacts";
+      o.of = argv[++i];
     } else if (std::strcmp(argv[i], "--scene") == 0)
       o.scene = true;
     else if (std::strcmp(argv[i], "--quiet") == 0)
       o.quiet = true;
     else {
       fmt::print(stderr,
-                 "usage: {} [--cases N] [--seed N] [--of trusses | kinds | contacts | hessians] [--combinations N] "
+                 "usage: {} [--cases N] [--seed N] [--of trusses | kinds | contacts | hessians | units | motions | "
+                 "balances | cranks] "
+                 "[--combinations N] "
                  "[--only TEXT] "
                  "[--case N "
                  "[--scene]] [--quiet]\n",
@@ -244,7 +285,7 @@ int main(int argc, char** argv) {
     for (const Finding& f : found)
       fmt::print("{:<9} {:<50} {:9.1e}  {}\n", name_of(f.outcome), f.run, f.error, f.message);
     for (const Finding& f : found)
-      if (f.outcome == Outcome::wrong && is_truss(o.one) && !o.contacts && !o.hessians &&
+      if (f.outcome == Outcome::wrong && is_truss(o.one) && (o.of.empty() || o.of == "trusses") &&
           f.run.find(',') == std::string::npos) {
         fmt::print("\n# the smallest scene on which {} is still wrong\n{}", f.run,
                    shrink(random_truss(static_cast<std::uint64_t>(o.one)), f.run).scene());
@@ -257,7 +298,7 @@ int main(int argc, char** argv) {
   const auto begin = std::chrono::steady_clock::now();
   long none = 0, cases = 0;
   for (long i = o.first; i < o.first + o.cases; ++i) {
-    if (!o.contacts && !(is_truss(i) ? o.trusses : o.kinds)) continue;
+    if (o.of == "kinds" ? is_truss(i) : (o.of == "trusses" || o.of == "units") && !is_truss(i)) continue;
     ++cases;
     const auto found = in_child([&] { return try_case(i, o); }, kSeconds);
     if (found.empty()) ++none;

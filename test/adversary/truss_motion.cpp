@@ -359,14 +359,15 @@ Reference reference(const Truss& truss, double part) {
   r.psi_error = std::abs(r.psi - rough.psi);
   for (const Parameter& p : truss.parameters) {
     const double step = part * 2e-3 * std::max(truss.scale(p), std::abs(truss.number(p)));
-    // Three steps and two extrapolations: two steps alone may agree by chance where they are too long.
-    double d[3];
-    for (int k = 0; k < 3; ++k) {
-      const double h = step / (1 << k);
+    // Three steps and two extrapolations: two steps alone may agree by chance where they are too long. What the errors
+    // of the motions leave of a difference tells the shortest step at another tolerance.
+    double d[4];
+    for (int k = 0; k < 4; ++k) {
+      const double h = step / (1 << std::min(k, 2)), at = k < 3 ? tolerance : 10 * tolerance;
       Truss up = truss, down = truss;
       up.number(p) += h;
       down.number(p) -= h;
-      const Reference a = follow(up, tolerance), b = follow(down, tolerance);
+      const Reference a = follow(up, at), b = follow(down, at);
       if (!a.found || !b.found) {
         r.found = false;
         return r;
@@ -375,7 +376,7 @@ Reference reference(const Truss& truss, double part) {
     }
     const double coarse = (4 * d[1] - d[0]) / 3, fine = (4 * d[2] - d[1]) / 3;
     r.gradient.push_back((16 * fine - coarse) / 15);
-    r.gradient_error.push_back(std::abs(r.gradient.back() - fine));
+    r.gradient_error.push_back(std::max(std::abs(r.gradient.back() - fine), 0.1 * std::abs(d[3] - d[2])));
   }
   return r;
 }

@@ -106,9 +106,15 @@ void AccelerationLevel::singular(int column) const {
   Assembly probe(assembly_.mechanism_ptr(), ParameterSelection{});
   const ConstraintRank rank = constraint_rank(probe, point_.t(), point_.values());
   const auto rows = mech.row_names();
-  if (!rank.dependent_rows.empty() && stabilization_.inverse_alpha == 0) {
+  if (!rank.dependent_rows.empty()) {
     std::vector<std::string> names;
     for (int i : rank.dependent_rows) names.push_back(rows[i]);
+    if (stabilization_.inverse_alpha > 0)
+      throw SolverError(fmt::format(
+          "The accelerations at t = {:.9g} s are not determined: {} of {} constraint rows depend on the others ({}), "
+          "and the weight that is to carry them (alpha = {:.2g}) is lost in rounding beside the masses. Give masses in "
+          "a larger unit, remove what is redundant, or take maggi.",
+          point_.t(), names.size(), rows.size(), fmt::join(names, ", "), 1 / stabilization_.inverse_alpha));
     throw SolverError(fmt::format(
         "The accelerations at t = {:.9g} s are not determined: {} of {} constraint rows depend on the others ({}). "
         "The mechanism passes a singular configuration or has redundant joints; the penalty formulation carries both.",

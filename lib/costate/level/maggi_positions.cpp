@@ -16,8 +16,6 @@ namespace {
 // Steps relative to the mechanism's size. After a Newton step below kQuadratic the next one is of rounding size, which
 // may exceed kRounding where the chart is ill-conditioned, but not kLoose.
 constexpr double kRounding = 1e-14, kQuadratic = 1e-8, kLoose = 1e-10;
-constexpr double kNear = 0.05;       // a factorization serves for steps from positions as near as this
-constexpr double kFar = 0.2;         // a guess is continued along its velocities no farther than this
 constexpr double kKeepEvery = 0.05;  // distance between kept positions
 constexpr int kMaxIterations = 30;
 // No part of a way is longer than this, so that others that it moves go no farther than Newton may; a wheel that spins
@@ -37,8 +35,9 @@ MaggiPositions::MaggiPositions(Assembly& assembly)
       redundant_(m_ + f_ > n_) {
   const auto n = static_cast<std::size_t>(n_), f = static_cast<std::size_t>(f_);
   q_.assign(n, 0);
-  last_.q = last_.v = last_.a = factored_at_ = q_;
+  last_.q = last_.v = last_.a = factored_at_ = walked_ = guessed_ = q_;
   step_.assign(static_cast<std::size_t>(std::max(m_ + f_, n_)), 0);
+  rate_ = step_;
   y_from_.assign(f, 0);
   y_part_ = y_from_;
   weight_.assign(n, 1);
@@ -116,7 +115,7 @@ bool MaggiPositions::begin_as(const MaggiPositions& other) {
 bool MaggiPositions::solve_by_factors_of(const MaggiPositions& other, double t, const double* y, const double* yd,
                                          std::vector<double>& v) {
   if (other.factored_chart_ != other.chart_ || redundant_) return false;
-  guess(t, false);
+  guess(t, false, false);
   double distance = 0;
   for (std::size_t i = 0; i < q_.size(); ++i) distance = std::max(distance, std::abs(q_[i] - other.factored_at_[i]));
   if (!(distance <= kNear * scale_)) return false;
@@ -221,7 +220,7 @@ std::size_t MaggiPositions::nearest_kept(double t) const {
   return at > 0 && t - kept_t_[at - 1] < kept_t_[at] - t ? at - 1 : at;
 }
 
-double MaggiPositions::guess(double t, bool from_kept) {
+double MaggiPositions::guess(double t, bool from_kept, bool far) {
   const double dt = t - last_.t;
   const std::size_t near = nearest_kept(t);
   if (!from_kept) {
@@ -231,7 +230,7 @@ double MaggiPositions::guess(double t, bool from_kept) {
       q_[i] = last_.q[i] + d;
       if (constrained_[static_cast<std::size_t>(i)]) way = std::max(way, std::abs(d) * weight_[i]);
     }
-    if (way <= kFar * scale_) return t;
+    if (way <= kFar * scale_ && !far) return t;
     if (way <= scale_) {
       q_ = last_.q;
       return last_.t;
@@ -247,25 +246,32 @@ void MaggiPositions::forget_history() {
   forgotten_ = true;
 }
 
-double MaggiPositions::repeated_guess(double t) {
+double MaggiPositions::repeated_guess(double t, bool& far) {
   for (const Repeated& r : repeated_)
     if (r.t == t && r.chart == chart_) {
       q_ = r.q;
+      far = r.far;
       return r.from;
     }
-  const double from = guess(t, false);
-  repeated_.push_back({t, from, chart_, q_});
+  const double from = guess(t, false, far);
+  repeated_.push_back({t, from, chart_, far, q_});
   return from;
 }
 
 void MaggiPositions::solve(double t, const double* y) {
   const bool forgotten = std::exchange(forgotten_, false);
+  bool far = driven_way(t - last_.t) > kFar * scale_;
   const auto find = [&] {
     for (const bool from_kept : {false, true})
       for (const int least : {1, 8, 64}) {
-        const double from = forgotten ? repeated_guess(t) : guess(t, from_kept);
+        const double from = forgotten ? repeated_guess(t, far) : guess(t, from_kept, far);
+        if (far) return walk(from, t, y);
         const int parts = least < 64 ? least : std::max(least, parts_to(y));
-        if (parts == 1 ? newton(t, y) : follow(from, t, y, parts)) return true;
+        guessed_ = q_;
+        if (!(parts == 1 ? newton(t, y) : follow(from, t, y, parts))) continue;
+        if (parts > 1 || !driven() || moved_since(guessed_) <= kFar * scale_) return true;
+        q_ = from == t ? last_.q : guessed_;
+        return walk(from == t ? last_.t : from, t, y);
       }
     return false;
   };

@@ -4,7 +4,9 @@
 // Of several configurations with the same independent coordinates the one near the first guess is meant. First
 // guesses: the last positions, continued along their velocities; or, for a time far from the last, positions that
 // remember() has kept (an adjoint's run through stored segments jumps in time). When Newton's method fails from there,
-// the way from the guess to the wanted state is gone in small steps.
+// the way from the guess to the wanted state is gone in small steps; and where drivers move the mechanism far in the
+// time between, it is gone at once: of a mechanism that they move alone no error of integration keeps steps short, and
+// behind a place where its links come in line there may be positions again that it cannot reach.
 #pragma once
 
 #include <memory>
@@ -69,18 +71,28 @@ class MaggiPositions {
   long factorizations() const;
 
  private:
+  // In sizes of the mechanism: a factorization serves for steps from positions as near as this; a guess is continued
+  // along its velocities no farther than that.
+  static constexpr double kNear = 0.05, kFar = 0.2;
   /// `choice`: of the first chart, or null where the best one is to be found.
   void begin(double t, const double* q, const std::vector<int>* choice);
   void add_chart(std::vector<int> independent);
-  /// The first guess for time t in q_; returns the time that it belongs to.
-  double guess(double t, bool from_kept);
-  double repeated_guess(double t);
+  /// The first guess for time t in q_; returns the time that it belongs to. `far`: no extrapolation.
+  double guess(double t, bool from_kept, bool far);
+  double repeated_guess(double t, bool& far);
   std::size_t nearest_kept(double t) const;
   const double* kept(std::size_t k) const { return kept_q_.data() + k * static_cast<std::size_t>(n_); }
   bool newton(double t, const double* y);
   /// Into how many parts the way from the guess to y is to be divided at least.
   int parts_to(const double* y) const;
   bool follow(double t_guess, double t, const double* y, int parts);
+  /// How far drivers alone move the mechanism in dt, by its rates at the last positions; 0 where these are not known.
+  double driven_way(double dt);
+  /// Whether drivers move anything where phi_t was evaluated last.
+  bool driven() const;
+  double moved_since(const std::vector<double>& q) const;
+  /// From q_ at t_from, in steps along the rates that move nothing far.
+  bool walk(double t_from, double t, const double* y);
   double largest(const double* x) const;
 
   Assembly& assembly_;
@@ -93,7 +105,7 @@ class MaggiPositions {
   std::vector<char> constrained_;  // whether any constraint has it: others go any way in one step
   double scale_ = 1;               // size of the mechanism, m
   std::vector<double> sizes_;      // of each coordinate: scale_ or, of an angle, 1
-  std::vector<double> q_, step_, y_from_, y_part_, factored_at_;
+  std::vector<double> q_, step_, y_from_, y_part_, factored_at_, walked_, guessed_, rate_;
   int factored_chart_ = -1;
   struct Last {
     double t = 0;
@@ -103,6 +115,7 @@ class MaggiPositions {
   struct Repeated {  // the first guess of a solve() after forget_history()
     double t, from;
     int chart;
+    bool far;
     std::vector<double> q;
   };
   std::vector<Repeated> repeated_;

@@ -173,7 +173,12 @@ GradientResult confirmed(const Problem& asked, GradientResult result, const Grad
   if (tighter == 0) {
     if (std::isfinite(first.relative)) know(asked, result, loose, explained ? kSurelyLess : 1);
     say(said);
-    if (!explained && std::isfinite(first.relative))
+    if (!std::isfinite(first.relative))
+      notice(fmt::format(
+          "Neither at rtol {:g} nor at {:g}, which would tell what the result at {:g} is worth, does this method have "
+          "one: how many digits are right is not known. Compare methods (costate check).",
+          rtol * kLooser, rtol * kTighter, rtol));
+    else if (!explained)
       notice(fmt::format(
           "From rtol {:g} to {:g} {}, where psi is {:.6g}, and at {:g}, which would tell what is left, this "
           "method has no result: how many digits are right is not known. Compare methods (costate check).",

@@ -124,10 +124,11 @@ void watch_penalty(const Problem& problem, const std::string& method, const std:
                alpha = penalty_weight(problem.mechanism, problem.formulation_options);
   // Rows that are off by d change psi by some d of it, and a gradient by up to a thousand times that, where the motion
   // makes no more of it; a psi that is what is left of next to no motion by d itself; a gradient by what parameters
-  // make of d. With weights as they are chosen d is some 1e-9.
+  // make of d, and by more of itself where it is small against psi. With weights as they are chosen d is some 1e-9.
   constexpr double kDrift = 1e-7, kLarge = 30, kSaid = 1e-4;
   const bool large = alpha > kLarge * usual;
-  const double unsaid = std::min(kDrift, kSaid * std::abs(result.psi));
+  const double size = gradient_size(problem.parameters, result.psi, result.gradient), of_psi = std::abs(result.psi),
+               unsaid = std::min(kDrift * (size < of_psi ? size / of_psi : 1.0), kSaid * of_psi);
   if (!large && drift < unsaid && !(drift * pull_of_parameters(problem, rho) >= unsaid)) return;
   Problem other = problem;
   other.formulation_options.set("penalty_alpha", large ? alpha / 10 : alpha * 10);
@@ -139,8 +140,7 @@ void watch_penalty(const Problem& problem, const std::string& method, const std:
     return;
   }
   const double share = 0.9, psi = e.psi / share / std::max(std::abs(result.psi), problem.solver.absolute());
-  const double size = gradient_size(problem.parameters, result.psi, result.gradient),
-               change = largest_scaled(problem.parameters, e.gradient) / share;
+  const double change = largest_scaled(problem.parameters, e.gradient) / share;
   const double gradient = size > 0 ? change / size : 0, allowed = std::max(kSaid, 1e3 * problem.solver.rtol);
   if (psi <= allowed && gradient <= allowed) return;
   for (double& error : e.gradient) error /= share;

@@ -1,0 +1,72 @@
+// The way that drivers move a mechanism between two times, gone in steps that no place without positions fits between.
+#include <algorithm>
+#include <cmath>
+
+#include "costate/level/maggi_positions.h"
+
+namespace costate {
+
+namespace {
+constexpr double kShortest = 1e-9;  // of the parts that a way is gone in
+}
+
+bool MaggiPositions::driven() const {
+  return std::any_of(assembly_.phi_t.begin(), assembly_.phi_t.end(), [](double x) { return x != 0; });
+}
+
+double MaggiPositions::moved_since(const std::vector<double>& q) const {
+  double moved = 0;
+  for (std::size_t i = 0; i < q_.size(); ++i)
+    if (constrained_[i]) moved = std::max(moved, std::abs(q_[i] - q[i]));
+  return moved;
+}
+
+double MaggiPositions::driven_way(double dt) {
+  if (!(std::abs(dt) * largest(last_.v.data()) > kFar * scale_)) return 0;
+  StateView s;
+  s.t = last_.t;
+  s.q = last_.q.data();
+  assembly_.calc_constraints(s);
+  if (!driven()) return 0;
+  double distance = 0;
+  for (std::size_t i = 0; i < q_.size(); ++i) distance = std::max(distance, std::abs(last_.q[i] - factored_at_[i]));
+  if (factored_chart_ != chart_ || !(distance <= kNear * scale_)) {
+    factored_chart_ = -1;
+    if (!chart().factor(assembly_.phi_q.data())) return 0;
+    factored_chart_ = chart_;
+    factored_at_ = last_.q;
+  }
+  for (int i = 0; i < m_; ++i) rate_[i] = -assembly_.phi_t[i];
+  std::fill(rate_.begin() + m_, rate_.end(), 0.0);
+  chart().solve(rate_.data());
+  return std::abs(dt) * largest(rate_.data());
+}
+
+bool MaggiPositions::walk(double t_from, double t, const double* y) {
+  const auto& independent = chart().independent();
+  for (std::size_t k = 0; k < independent.size(); ++k) y_from_[k] = q_[static_cast<std::size_t>(independent[k])];
+  if (!newton(t_from, y_from_.data())) return false;
+  for (double s = 0; s < 1;) {
+    // q' = S (-Phi_t dt) + R dy, as the way goes from 0 to 1.
+    for (int i = 0; i < m_; ++i) rate_[i] = -assembly_.phi_t[i] * (t - t_from);
+    for (std::size_t k = 0; k < y_part_.size(); ++k) rate_[static_cast<std::size_t>(m_) + k] = y[k] - y_from_[k];
+    chart().solve(rate_.data());
+    const double pace = largest(rate_.data()) / scale_;
+    double part = std::min(1 - s, kNear / std::max(pace, kNear));
+    walked_ = q_;
+    for (bool there = false; !there; part *= 0.25) {
+      if (!(part > kShortest)) return false;
+      const bool last = s + part > 1 - kShortest;
+      const double next = last ? 1 : s + part;
+      for (std::size_t i = 0; i < q_.size(); ++i) q_[i] = walked_[i] + part * rate_[i];
+      for (std::size_t k = 0; k < y_part_.size(); ++k)
+        y_part_[k] = last ? y[k] : y_from_[k] + next * (y[k] - y_from_[k]);
+      there = newton(last ? t : t_from + next * (t - t_from), y_part_.data());
+      there = there && moved_since(walked_) <= kFar * scale_;
+      if (there) s = next;
+    }
+  }
+  return true;
+}
+
+}  // namespace costate

@@ -15,6 +15,8 @@ constexpr double kRounding = 1e-14;
 // for so many steps.
 constexpr double kSlow = 0.5;
 constexpr int kMostCorrections = 20, kTogetherFor = 10;
+// Factors of an earlier step: of the same length but for rounding, and as long as a correction leaves so little.
+constexpr double kSameStep = 1e-6, kQuick = 0.03, kSlowKept = 0.15;
 
 const RadauScheme& scheme_of_order_5() {
   const RadauScheme* scheme = find_radau_scheme("radau5");
@@ -46,11 +48,16 @@ void LinearStages::take(int i) {
 int LinearStages::prepare(double h) {
   h_ = h;
   if (together_for_ > 0) --together_for_;
-  if (together_for_ == 0 && factor_apart()) {
+  fresh_ = false;
+  if (together_for_ == 0 && (keeps_factors() || factor_apart())) {
     way_ = Way::apart;
     return -1;
   }
   return factor_together();
+}
+
+bool LinearStages::keeps_factors() const {
+  return factored_h_ != 0 && std::abs(h_ - factored_h_) <= kSameStep * std::abs(factored_h_) && slowest_rate_ <= kQuick;
 }
 
 // Multipliers come with factors of h, two of them in index 3: with rows multiplied by their powers of h and brought to
@@ -84,7 +91,10 @@ bool LinearStages::factor_apart() {
     }
   }
   factorizations_ += 2;
-  return real_->factor(values_.data()) < 0 && complex_->factor(complex_values_.data()) < 0;
+  slowest_rate_ = 0;
+  fresh_ = real_->factor(values_.data()) < 0 && complex_->factor(complex_values_.data()) < 0;
+  factored_h_ = fresh_ ? h_ : 0;
+  return fresh_;
 }
 
 // Column block i of the matrix of all stages, from A and D at stage i: rows of stage j get -h a_ji A_i, stage i also
@@ -227,24 +237,36 @@ int LinearStages::solve(Eigen::MatrixXd& right, double tolerance) {
   }
   given_ = right;
   solve_apart(given_, right);
-  double before = 0;
-  for (int k = 0; k < kMostCorrections; ++k) {
-    calc_residual(given_, right, left_);
-    solve_apart(left_, change_);
-    right += change_;
-    const double size = measure(change_, right, tolerance);
-    if (size == 0) return -1;
-    // What is left behind this correction.
-    const double rate = k == 0 ? kSlow : size / before;
-    if (!(rate <= kSlow) && !(size <= 1)) break;
-    if (size * rate <= 1) return -1;
-    before = size;
+  if (correct(right, tolerance)) return -1;
+  if (!fresh_ && factor_apart()) {
+    solve_apart(given_, right);
+    if (correct(right, tolerance)) return -1;
   }
   together_for_ = kTogetherFor;
+  factored_h_ = 0;
   if (const int bad = factor_together(); bad >= 0) return bad;
   right = given_;
   solve_together(right);
   return -1;
+}
+
+bool LinearStages::correct(Eigen::MatrixXd& X, double tolerance) {
+  double before = 0;
+  for (int k = 0; k < kMostCorrections; ++k) {
+    calc_residual(given_, X, left_);
+    solve_apart(left_, change_);
+    X += change_;
+    ++corrections_;
+    const double size = measure(change_, X, tolerance);
+    if (size == 0) return true;
+    // What is left behind this correction.
+    const double rate = k == 0 ? kSlow : size / before;
+    if (k > 0 && before > 1) slowest_rate_ = std::max(slowest_rate_, rate);
+    if (!(rate <= (fresh_ || k == 0 ? kSlow : kSlowKept)) && !(size <= 1)) return false;
+    if (size * rate <= 1) return true;
+    before = size;
+  }
+  return false;
 }
 
 }  // namespace costate

@@ -31,6 +31,8 @@ const double estimate[3] = {estimate_weight(0), estimate_weight(1), estimate_wei
 // the latter's error near rtol. The factor (0.1 there) leaves the gradient's error to that of the motion.
 double step_tolerance(double rtol) { return 0.03 * std::pow(rtol, 2.0 / 3); }
 constexpr double kSafety = 0.9, kLargestGrowth = 5, kLargestCut = 0.2;
+// Steps that might grow by less stay as they are, and may do with the factors of the one before.
+constexpr double kNoGrowth = 1.2;
 // Errors per relative change of a parameter, of a tangent or of the gradient, that need no smaller steps; in absolute
 // tolerances of the motion. At rest, and at an optimum where psi vanishes, they are nothing but the motion's own
 // errors, and rough.
@@ -247,6 +249,7 @@ RadauResult RadauLinear::integrate(const Trajectory& trajectory, const std::vect
       double factor = error > 0 ? kSafety * std::pow(error, -0.25) : kLargestGrowth;
       if (!(factor > kLargestCut)) factor = kLargestCut;
       factor = std::min(factor, rejected ? 1 : kLargestGrowth);
+      if (factor > 1 && factor < kNoGrowth) factor = 1;
       rejected = adaptive && !(error <= 1) && !smallest_reached;
       h = std::max(step * factor, 0.9 * smallest);
       if (rejected) {

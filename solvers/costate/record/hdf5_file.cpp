@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "costate/base/error.h"
+#include "costate/base/stop.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/hdf5_handle.h"
 #include "costate/record/hdf5_memory_file.h"
@@ -65,6 +66,7 @@ void write_content(const Hdf5MemoryFile& file, const TrajectoryTable& table) {
   const Hdf5ColumnWriter writer(table.time_s.size());
   std::map<std::string, Hdf5Handle> groups;
   for (std::size_t i = 0; i < table.columns.size(); ++i) {
+    check_stop();
     const Column& column = table.columns[i];
     auto group = groups.find(column.group);
     if (group == groups.end()) group = groups.emplace(column.group, make_group(file.get(), column.group)).first;

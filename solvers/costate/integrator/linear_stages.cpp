@@ -37,18 +37,27 @@ LinearStages::LinearStages(const HandEquations& equations)
   row_scale_.resize(n_);
   column_scale_.resize(n_);
   for (auto& f : flow_) f.resize(n_);
+  in_D_.assign(values_.size(), 0);
+  for (int j = 0; j < n_; ++j)
+    for (auto e = eq_.pattern().column_start[j]; e < eq_.pattern().column_start[j + 1]; ++e) column_.push_back(j);
 }
 
 void LinearStages::take(int i) {
   const auto at = static_cast<std::size_t>(i);
   A_[at].assign(eq_.A().begin(), eq_.A().end());
   D_[at].assign(eq_.D().begin(), eq_.D().end());
+  for (std::size_t e = 0; e < D_[at].size(); ++e)
+    if (D_[at][e] != 0 && in_D_[e] == 0) {
+      in_D_[e] = 1;
+      D_at_.push_back(e);
+    }
 }
 
 int LinearStages::prepare(double h) {
   h_ = h;
   if (together_for_ > 0) --together_for_;
   fresh_ = false;
+  rate_ = 1;
   if (together_for_ == 0 && (keeps_factors() || factor_apart())) {
     way_ = Way::apart;
     return -1;
@@ -189,9 +198,9 @@ void LinearStages::calc_residual(const Eigen::MatrixXd& right, const Eigen::Matr
       const double* x = X.col(j).data() + static_cast<std::ptrdiff_t>(i) * n_;
       const auto at = static_cast<std::size_t>(i);
       add_product(p, A_[at].data(), 1, x, flow_[i].data());
-      real_right_.setZero();
-      add_product(p, D_[at].data(), 1, x, real_right_.data());
-      left.col(j).segment(i * n_, n_) = right.col(j).segment(i * n_, n_) - real_right_;
+      left.col(j).segment(i * n_, n_) = right.col(j).segment(i * n_, n_);
+      double* l = left.col(j).data() + static_cast<std::ptrdiff_t>(i) * n_;
+      for (const std::size_t e : D_at_) l[p.row[e]] -= D_[at][e] * x[column_[e]];
     }
     for (int i = 0; i < kStages; ++i)
       for (int row = 0; row < n_; ++row) {
@@ -237,7 +246,7 @@ int LinearStages::solve(Eigen::MatrixXd& right, double tolerance) {
   }
   given_ = right;
   solve_apart(given_, right);
-  if (correct(right, tolerance)) return -1;
+  if (rate_ <= tolerance || correct(right, tolerance)) return -1;
   if (!fresh_ && factor_apart()) {
     solve_apart(given_, right);
     if (correct(right, tolerance)) return -1;
@@ -252,6 +261,7 @@ int LinearStages::solve(Eigen::MatrixXd& right, double tolerance) {
 
 bool LinearStages::correct(Eigen::MatrixXd& X, double tolerance) {
   double before = 0;
+  rate_ = 1;
   for (int k = 0; k < kMostCorrections; ++k) {
     calc_residual(given_, X, left_);
     solve_apart(left_, change_);
@@ -261,7 +271,10 @@ bool LinearStages::correct(Eigen::MatrixXd& X, double tolerance) {
     if (size == 0) return true;
     // What is left behind this correction.
     const double rate = k == 0 ? kSlow : size / before;
-    if (k > 0 && before > 1) slowest_rate_ = std::max(slowest_rate_, rate);
+    if (k > 0 && before > 1) {
+      rate_ = k == 1 ? rate : std::max(rate_, rate);
+      slowest_rate_ = std::max(slowest_rate_, rate);
+    }
     if (!(rate <= (fresh_ || k == 0 ? kSlow : kSlowKept)) && !(size <= 1)) return false;
     if (size * rate <= 1) return true;
     before = size;

@@ -34,7 +34,8 @@ class LinearStages {
   /// Returns -1, or an unknown found (numerically) dependent.
   [[nodiscard]] int prepare(double h);
   /// In place, the stages of each column below each other (3 N rows): a solution that is right to `tolerance` of the
-  /// size of each group of unknowns in its column, or to rounding. The same return value.
+  /// size of each group of unknowns in its column, or to rounding. Without a look at what it leaves where corrections
+  /// of the same stages have left less than that. The same return value.
   [[nodiscard]] int solve(Eigen::MatrixXd& right, double tolerance);
   /// Of a matrix of the system's size, or of all stages together.
   long factorizations() const { return factorizations_; }
@@ -67,7 +68,11 @@ class LinearStages {
   double factored_h_ = 0;    // of the factors, 0 where there are none
   bool fresh_ = false;       // they are of this step
   double slowest_rate_ = 0;  // of what corrections have left of errors since they were made
+  double rate_ = 1;          // and of the last ones of this step
   std::array<std::vector<double>, kStages> A_, D_;
+  std::vector<char> in_D_;         // entries of the pattern that D has had
+  std::vector<std::size_t> D_at_;  // these
+  std::vector<int> column_;        // of each entry
 
   std::unique_ptr<KluSolver> real_;
   std::unique_ptr<ComplexKluSolver> complex_;

@@ -39,7 +39,7 @@ constexpr double kNoGrowth = 1.2;
 constexpr double kSmallError = 1e-2;
 constexpr double kNoSize = 1e-200;
 // Of the solution of a step's stages, in rtol of the motion; of steps that do not follow their error; and of the error.
-constexpr double kSolveTolerance = 1e-3, kSolveByGrid = 1e-13, kErrorDigits = 1e-2;
+constexpr double kSolveTolerance = 1e-3, kSolveByGrid = 1e-13, kErrorDigits = 5e-2;
 // Relative to the span: a kink of the forces is not resolved below this, where what it does is far below the tolerance.
 constexpr double kSmallestStep = 1e-9;
 // Of the span: from here on the two sides of a kink, or of a jump and a kink, are one instant to the solution.

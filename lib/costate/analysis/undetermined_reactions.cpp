@@ -10,6 +10,7 @@
 
 #include "costate/analysis/start.h"
 #include "costate/base/stop.h"
+#include "costate/linear/least_squares.h"
 
 namespace costate {
 
@@ -59,10 +60,15 @@ UndeterminedReactions::UndeterminedReactions(Assembly& assembly, double t, const
   independent.setFromTriplets(entries.begin(), entries.end());
   independent.makeCompressed();
   // A dependent row is a combination of the independent ones: a column of N.
+  // Sparse orthogonal factors where LU factors leave a doubt: long, and not to be interrupted from within.
+  LeastSquares least(independent);
+  const bool surely = !rows.empty() && least.full_rank();
   using Factors = Eigen::SparseQR<Eigen::SparseMatrix<double>, Eigen::COLAMDOrdering<int>>;
   const auto qr = std::make_shared<Factors>();
-  const auto own = std::make_shared<Eigen::SparseMatrix<double>>(std::move(independent));
-  run_stoppably([qr, own] { qr->compute(*own); });  // long, and not to be interrupted from within
+  if (!surely) {
+    const auto own = std::make_shared<Eigen::SparseMatrix<double>>(std::move(independent));
+    run_stoppably([qr, own] { qr->compute(*own); });
+  }
   N_.setZero(m, static_cast<Eigen::Index>(dependent.size()));
   for (std::size_t c = 0; c < dependent.size(); ++c) {
     check_stop();
@@ -71,7 +77,7 @@ UndeterminedReactions::UndeterminedReactions(Assembly& assembly, double t, const
     const auto to = static_cast<Eigen::Index>(c);
     N_(d, to) = -1;
     if (rows.empty() || b.isZero(0)) continue;
-    const Eigen::VectorXd x = qr->solve(b);
+    const Eigen::VectorXd x = surely ? Eigen::VectorXd(least.solve(b)) : Eigen::VectorXd(qr->solve(b));
     for (std::size_t i = 0; i < rows.size(); ++i) N_(rows[i], to) = x[static_cast<Eigen::Index>(i)];
   }
 }

@@ -23,9 +23,14 @@
 
 namespace costate::app {
 
+namespace {
+constexpr std::size_t kSamplesAtOnce = 16;
+}
+
 TrajectoryRecorder::TrajectoryRecorder(const Setup& setup, const std::vector<double>& rho, std::optional<double> step,
                                        bool only_end)
-    : setup_(setup), rho_(rho) {
+    : setup_(setup), rho_(rho), assembly_(setup.problem.mechanism, setup.problem.parameters) {
+  assembly_.set_parameters(rho_.data());
   const double t0 = setup.problem.solver.t_start;
   double t1 = setup.problem.solver.t_end;
   double h = step.value_or(setup.scene.run.output_step_s.value_or(0));
@@ -81,22 +86,38 @@ void TrajectoryRecorder::prepare(const Mechanism& m) {
 }
 
 SampleSink TrajectoryRecorder::sink() {
-  return [this](const MechanismState& s, System& system) {
-    Assembly& assembly = system.assembly();
+  return [this](const MechanismState& s, System&) {
     table_.time_s.push_back(s.t);
-    std::size_t column = 0;
-    const auto put = [&](double x) { table_.columns[column++].values.push_back(x); };
-    for (const double* x : {s.q, s.v, s.a})
-      for (int i = 0; i < assembly.n(); ++i) put(x[i]);
-    for (int i = 0; i < assembly.m(); ++i) put(s.lambda[i]);
-    for (int i = 0; i < assembly.nz(); ++i) put(s.z[i]);
-    for (const auto& o : outputs_) put(o->value(s, assembly));
+    for (const double* x : {s.q, s.v, s.a}) collected_.insert(collected_.end(), x, x + assembly_.n());
+    collected_.insert(collected_.end(), s.lambda, s.lambda + assembly_.m());
+    collected_.insert(collected_.end(), s.z, s.z + assembly_.nz());
+    if (table_.time_s.size() - table_.columns.front().values.size() == kSamplesAtOnce) store_collected();
   };
 }
 
-Json TrajectoryRecorder::terminal() const {
+void TrajectoryRecorder::store_collected() {
+  const std::size_t n = assembly_.n(), m = assembly_.m(), size = 3 * n + m + assembly_.nz();
+  const std::size_t first = table_.columns.front().values.size(), count = table_.time_s.size() - first;
+  for (std::size_t c = 0; c < size; ++c)
+    for (std::size_t i = 0; i < count; ++i) table_.columns[c].values.push_back(collected_[i * size + c]);
+  std::vector<MechanismState> states;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double* x = collected_.data() + i * size;
+    states.push_back({table_.time_s[first + i], x, x + n, x + 2 * n, x + 3 * n, x + 3 * n + m});
+  }
+  for (std::size_t o = 0; o < outputs_.size(); ++o)
+    for (const MechanismState& s : states) table_.columns[size + o].values.push_back(outputs_[o]->value(s, assembly_));
+  collected_.clear();
+}
+
+const TrajectoryTable& TrajectoryRecorder::table() {
+  store_collected();
+  return table_;
+}
+
+Json TrajectoryRecorder::terminal() {
   KeyedObject j;
-  for (const Column& c : table_.columns)
+  for (const Column& c : table().columns)
     if (!c.values.empty()) j.set(output_of_column(c), c.values.back());
   return j.take();
 }
@@ -126,6 +147,7 @@ std::vector<std::string> not_finite_remarks(const TrajectoryTable& table) {
 }
 
 TrajectoryTable TrajectoryRecorder::finish(const Json& settings, const Simulation& run) {
+  store_collected();
   if (setup_.scene.run.events)
     for (const RunEvent& e : run.events) table_.events.push_back({e.t, e.name, e.mode, e.jump});
   table_.scene_text = setup_.scene.dump();

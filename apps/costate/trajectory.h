@@ -18,9 +18,9 @@ class TrajectoryRecorder {
                      bool only_end = false);
   const std::vector<double>& times() const { return times_; }
   SampleSink sink();
-  const TrajectoryTable& table() const { return table_; }
+  const TrajectoryTable& table();
   /// The last sample by the names of outputs: coordinates, NAME_dot, NAME_ddot, lambda.ROW, z.STATE and the outputs.
-  Json terminal() const;
+  Json terminal();
   /// The units of terminal().
   Json units() const;
   /// Gives notice of reactions among the samples that the motion does not determine.
@@ -30,11 +30,18 @@ class TrajectoryRecorder {
 
  private:
   void prepare(const Mechanism& mechanism);
+  /// Moves the collected samples to the columns, with the outputs there.
+  void store_collected();
   const Setup& setup_;
   std::vector<double> rho_;
   std::vector<double> times_;
   std::vector<std::unique_ptr<Output>> outputs_;
   TrajectoryTable table_;
+  // States of the samples that have no values in the columns yet: of a hundred thousand outputs, each somewhere else in
+  // memory, several values at once cost hardly more than one. Outputs are functions of the state and the numbers, which
+  // an assembly of its own has.
+  std::vector<double> collected_;
+  Assembly assembly_;
 };
 
 /// A sentence for each column that holds what is no number.

@@ -5,6 +5,7 @@
 #include "costate/analysis/start.h"
 #include "costate/base/stop.h"
 #include "costate/linear/inverse_norm.h"
+#include "costate/linear/least_squares.h"
 #include "costate/linear/matrix_parts.h"
 
 namespace costate {
@@ -33,23 +34,6 @@ std::shared_ptr<Sparse> orthogonal_factors(const Eigen::SparseMatrix<double>& ma
   return qr;
 }
 
-/// Whether the columns of A are independent beyond doubt: the matrix [-I A; A^T 0] is regular, with an inverse as large
-/// as that of A^T A.
-bool has_full_column_rank(const Eigen::SparseMatrix<double>& A) {
-  const auto n = static_cast<int>(A.rows());
-  std::vector<Eigen::Triplet<double>> entries;
-  for (int i = 0; i < n; ++i) entries.emplace_back(i, i, -1.0);
-  for (int j = 0; j < A.outerSize(); ++j)
-    for (Eigen::SparseMatrix<double>::InnerIterator e(A, j); e; ++e) {
-      entries.emplace_back(static_cast<int>(e.row()), n + j, e.value());
-      entries.emplace_back(n + j, static_cast<int>(e.row()), e.value());
-    }
-  Eigen::SparseMatrix<double> saddle(n + A.cols(), n + A.cols());
-  saddle.setFromTriplets(entries.begin(), entries.end());
-  saddle.makeCompressed();
-  return SparseSquare(saddle).regular(1e12);
-}
-
 }  // namespace
 
 /// A part with its factors; none where it has no rows or no columns.
@@ -64,18 +48,23 @@ struct GivenSystem::FactoredPart {
       if (part.rows.size() == part.columns.size()) square = std::make_unique<SparseSquare>(part.matrix);
       if (square && square->regular(kSurelyRegular)) return;
       square.reset();
+      least = std::make_unique<LeastSquares>(part.matrix);
+      if (least->full_rank()) return;
+      least.reset();
       sparse = orthogonal_factors(part.matrix);
     }
   }
   int rank() const {
-    return static_cast<int>(dense ? dense->rank() : square ? part.matrix.cols() : sparse ? sparse->rank() : 0);
+    return static_cast<int>(dense ? dense->rank() : square || least ? part.matrix.cols() : sparse ? sparse->rank() : 0);
   }
   Eigen::MatrixXd solve(const Eigen::MatrixXd& b) const {
     if (square) return square->solve(b);
+    if (least) return least->solve(b);
     return dense ? Eigen::MatrixXd(dense->solve(b)) : Eigen::MatrixXd(sparse->solve(b));
   }
   Eigen::VectorXd solve_transposed(const Eigen::VectorXd& w) const {
     if (square) return square->solve_transposed(w);
+    if (least) return least->solve_transposed(w);
     if (dense) return dense->transpose().solve(w);
     // A P = Q [R; 0] with all columns independent: the adjoint of P R^-1 Q^T.
     Eigen::VectorXd y = Eigen::VectorXd::Zero(part.matrix.rows());
@@ -88,6 +77,7 @@ struct GivenSystem::FactoredPart {
   MatrixPart part;
   std::optional<Dense> dense;
   std::unique_ptr<SparseSquare> square;  // the LU factors of what is surely regular
+  std::unique_ptr<LeastSquares> least;   // those of more rows than columns, which are surely independent
   std::shared_ptr<Sparse> sparse;        // or the orthogonal ones
 };
 
@@ -207,8 +197,13 @@ ConstraintRank constraint_rank(Assembly& assembly, double t, const double* q) {
         if (assembly.is_there(row)) result.dependent_rows.push_back(row);
     } else if (p.rows.size() <= kDenseLimit) {
       add_dense(p.matrix, &p.columns);
-    } else if (has_full_column_rank(p.matrix)) {
+    } else if (LeastSquares(p.matrix).full_rank()) {
       result.rank += static_cast<int>(p.columns.size());
+    } else if (const auto dependent = dependent_columns(p.matrix)) {
+      result.rank += static_cast<int>(p.columns.size() - dependent->size());
+      for (const int j : *dependent)
+        if (const int row = p.columns[static_cast<std::size_t>(j)]; assembly.is_there(row))
+          result.dependent_rows.push_back(row);
     } else {
       add(*orthogonal_factors(p.matrix), &p.columns);
     }

@@ -5,8 +5,12 @@
 
 #include <Eigen/SparseQR>
 #include <cmath>
+#include <memory>
+#include <utility>
 
 #include "costate/analysis/start.h"
+#include "costate/base/stop.h"
+#include "costate/linear/least_squares.h"
 
 namespace costate {
 
@@ -56,15 +60,24 @@ UndeterminedReactions::UndeterminedReactions(Assembly& assembly, double t, const
   independent.setFromTriplets(entries.begin(), entries.end());
   independent.makeCompressed();
   // A dependent row is a combination of the independent ones: a column of N.
-  const Eigen::SparseQR<Eigen::SparseMatrix<double>, Eigen::COLAMDOrdering<int>> qr(independent);
+  // Sparse orthogonal factors where LU factors leave a doubt: long, and not to be interrupted from within.
+  LeastSquares least(independent);
+  const bool surely = !rows.empty() && least.full_rank();
+  using Factors = Eigen::SparseQR<Eigen::SparseMatrix<double>, Eigen::COLAMDOrdering<int>>;
+  const auto qr = std::make_shared<Factors>();
+  if (!surely) {
+    const auto own = std::make_shared<Eigen::SparseMatrix<double>>(std::move(independent));
+    run_stoppably([qr, own] { qr->compute(*own); });
+  }
   N_.setZero(m, static_cast<Eigen::Index>(dependent.size()));
   for (std::size_t c = 0; c < dependent.size(); ++c) {
+    check_stop();
     const int d = dependent[c];
     const Eigen::VectorXd& b = right[static_cast<std::size_t>(d)];
     const auto to = static_cast<Eigen::Index>(c);
     N_(d, to) = -1;
     if (rows.empty() || b.isZero(0)) continue;
-    const Eigen::VectorXd x = qr.solve(b);
+    const Eigen::VectorXd x = surely ? Eigen::VectorXd(least.solve(b)) : Eigen::VectorXd(qr->solve(b));
     for (std::size_t i = 0; i < rows.size(); ++i) N_(rows[i], to) = x[static_cast<Eigen::Index>(i)];
   }
 }

@@ -2,6 +2,7 @@
 // variable and changes along a variation come from the same formula.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <string>
 #include <utility>
@@ -60,28 +61,44 @@ class LocalOutput : public Output {
   virtual PathDual evaluate(const MeasureArguments& x) const = 0;
 
  private:
-  struct Buffers {
+  /// Arguments of evaluate(), of zeros but while one output is looked at: filling them anew for each value would cost
+  /// more than the formulas do.
+  struct Local {
     std::array<PathDual, kMaxLocal> q, v, a, lambda, z;
-    std::vector<PathDual>& p;
+    std::vector<PathDual> p;
+  };
+  struct Buffers {
+    Local& local = buffer();
+    std::array<PathDual, kMaxLocal>&q = local.q, &v = local.v, &a = local.a, &lambda = local.lambda, &z = local.z;
+    std::vector<PathDual>& p = local.p;
     PathDual t;
+    std::size_t coordinates;
+    int rows, states;
 
-    Buffers(const LocalOutput& o, const StateView& s, const Assembly& assembly) : p(numbers(o.numbers_.size())) {
-      t = PathDual(s.t);
-      for (std::size_t i = 0; i < o.coordinates_.size(); ++i) {
+    Buffers(const LocalOutput& o, const StateView& s, const Assembly& assembly)
+        : t(s.t), coordinates(o.coordinates_.size()), rows(o.rows_), states(o.states_) {
+      for (std::size_t i = 0; i < coordinates; ++i) {
         const int c = o.coordinates_[i];
         q[i] = PathDual(s.q[c]);
         if (s.v) v[i] = PathDual(s.v[c]);
         if (s.a) a[i] = PathDual(s.a[c]);
       }
       if (s.lambda)
-        for (int i = 0; i < o.rows_; ++i) lambda[i] = PathDual(s.lambda[o.row_ + i]);
-      for (int i = 0; i < o.states_; ++i) z[i] = PathDual(s.z[o.state_ + i]);
+        for (int i = 0; i < rows; ++i) lambda[i] = PathDual(s.lambda[o.row_ + i]);
+      for (int i = 0; i < states; ++i) z[i] = PathDual(s.z[o.state_ + i]);
+      if (p.size() < o.numbers_.size()) p.resize(o.numbers_.size());
       for (std::size_t i = 0; i < o.numbers_.size(); ++i) p[i] = PathDual(assembly.numbers()[o.numbers_[i]]);
     }
-    static std::vector<PathDual>& numbers(std::size_t n) {
-      thread_local std::vector<PathDual> buffer;
-      if (buffer.size() < n) buffer.resize(n);
-      return buffer;
+    Buffers(const Buffers&) = delete;
+    Buffers& operator=(const Buffers&) = delete;
+    ~Buffers() {
+      for (auto* x : {&q, &v, &a}) std::fill_n(x->begin(), coordinates, PathDual());
+      std::fill_n(lambda.begin(), rows, PathDual());
+      std::fill_n(z.begin(), states, PathDual());
+    }
+    static Local& buffer() {
+      thread_local Local of_thread;
+      return of_thread;
     }
     /// Replaces the values by straight lines along the variation.
     void vary(const LocalOutput& o, const StateView& s, const Variation& d) {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <functional>
-#include <optional>
 #include <string_view>
 #include <unordered_map>
 
@@ -373,6 +372,20 @@ std::vector<std::string> output_names(const Mechanism& mechanism) {
     return false;
   });
   return names;
+}
+
+std::vector<std::unique_ptr<Output>> make_outputs(const Mechanism& mechanism, const std::vector<std::string>& names) {
+  std::vector<std::unique_ptr<Output>> outputs(names.size());
+  std::unordered_multimap<std::string_view, std::size_t> wanted;
+  for (std::size_t i = 0; i < names.size(); ++i) wanted.emplace(names[i], i);
+  for_each_output(mechanism, {}, [&](const std::string& name, const auto& factory) {
+    const auto [first, last] = wanted.equal_range(name);
+    for (auto at = first; at != last; ++at) outputs[at->second] = factory();
+    wanted.erase(first, last);  // the first of a name counts
+    return wanted.empty();
+  });
+  for (const auto& [name, i] : wanted) outputs[i] = make_output(mechanism, names[i]);
+  return outputs;
 }
 
 std::vector<std::unique_ptr<Output>> make_all_outputs(const Mechanism& mechanism) {

@@ -15,6 +15,8 @@ constexpr double kRounding = 1e-14;
 // for so many steps.
 constexpr double kSlow = 0.5;
 constexpr int kMostCorrections = 20, kTogetherFor = 10;
+// Factors of an earlier step: of the same length but for rounding, and as long as a correction leaves so little.
+constexpr double kSameStep = 1e-6, kQuick = 0.03, kSlowKept = 0.15;
 
 const RadauScheme& scheme_of_order_5() {
   const RadauScheme* scheme = find_radau_scheme("radau5");
@@ -35,22 +37,36 @@ LinearStages::LinearStages(const HandEquations& equations)
   row_scale_.resize(n_);
   column_scale_.resize(n_);
   for (auto& f : flow_) f.resize(n_);
+  in_D_.assign(values_.size(), 0);
+  for (int j = 0; j < n_; ++j)
+    for (auto e = eq_.pattern().column_start[j]; e < eq_.pattern().column_start[j + 1]; ++e) column_.push_back(j);
 }
 
 void LinearStages::take(int i) {
   const auto at = static_cast<std::size_t>(i);
   A_[at].assign(eq_.A().begin(), eq_.A().end());
   D_[at].assign(eq_.D().begin(), eq_.D().end());
+  for (std::size_t e = 0; e < D_[at].size(); ++e)
+    if (D_[at][e] != 0 && in_D_[e] == 0) {
+      in_D_[e] = 1;
+      D_at_.push_back(e);
+    }
 }
 
 int LinearStages::prepare(double h) {
   h_ = h;
   if (together_for_ > 0) --together_for_;
-  if (together_for_ == 0 && factor_apart()) {
+  fresh_ = false;
+  rate_ = 1;
+  if (together_for_ == 0 && (keeps_factors() || factor_apart())) {
     way_ = Way::apart;
     return -1;
   }
   return factor_together();
+}
+
+bool LinearStages::keeps_factors() const {
+  return factored_h_ != 0 && std::abs(h_ - factored_h_) <= kSameStep * std::abs(factored_h_) && slowest_rate_ <= kQuick;
 }
 
 // Multipliers come with factors of h, two of them in index 3: with rows multiplied by their powers of h and brought to
@@ -84,7 +100,10 @@ bool LinearStages::factor_apart() {
     }
   }
   factorizations_ += 2;
-  return real_->factor(values_.data()) < 0 && complex_->factor(complex_values_.data()) < 0;
+  slowest_rate_ = 0;
+  fresh_ = real_->factor(values_.data()) < 0 && complex_->factor(complex_values_.data()) < 0;
+  factored_h_ = fresh_ ? h_ : 0;
+  return fresh_;
 }
 
 // Column block i of the matrix of all stages, from A and D at stage i: rows of stage j get -h a_ji A_i, stage i also
@@ -179,9 +198,9 @@ void LinearStages::calc_residual(const Eigen::MatrixXd& right, const Eigen::Matr
       const double* x = X.col(j).data() + static_cast<std::ptrdiff_t>(i) * n_;
       const auto at = static_cast<std::size_t>(i);
       add_product(p, A_[at].data(), 1, x, flow_[i].data());
-      real_right_.setZero();
-      add_product(p, D_[at].data(), 1, x, real_right_.data());
-      left.col(j).segment(i * n_, n_) = right.col(j).segment(i * n_, n_) - real_right_;
+      left.col(j).segment(i * n_, n_) = right.col(j).segment(i * n_, n_);
+      double* l = left.col(j).data() + static_cast<std::ptrdiff_t>(i) * n_;
+      for (const std::size_t e : D_at_) l[p.row[e]] -= D_[at][e] * x[column_[e]];
     }
     for (int i = 0; i < kStages; ++i)
       for (int row = 0; row < n_; ++row) {
@@ -227,24 +246,40 @@ int LinearStages::solve(Eigen::MatrixXd& right, double tolerance) {
   }
   given_ = right;
   solve_apart(given_, right);
-  double before = 0;
-  for (int k = 0; k < kMostCorrections; ++k) {
-    calc_residual(given_, right, left_);
-    solve_apart(left_, change_);
-    right += change_;
-    const double size = measure(change_, right, tolerance);
-    if (size == 0) return -1;
-    // What is left behind this correction.
-    const double rate = k == 0 ? kSlow : size / before;
-    if (!(rate <= kSlow) && !(size <= 1)) break;
-    if (size * rate <= 1) return -1;
-    before = size;
+  if (rate_ <= tolerance || correct(right, tolerance)) return -1;
+  if (!fresh_ && factor_apart()) {
+    solve_apart(given_, right);
+    if (correct(right, tolerance)) return -1;
   }
   together_for_ = kTogetherFor;
+  factored_h_ = 0;
   if (const int bad = factor_together(); bad >= 0) return bad;
   right = given_;
   solve_together(right);
   return -1;
+}
+
+bool LinearStages::correct(Eigen::MatrixXd& X, double tolerance) {
+  double before = 0;
+  rate_ = 1;
+  for (int k = 0; k < kMostCorrections; ++k) {
+    calc_residual(given_, X, left_);
+    solve_apart(left_, change_);
+    X += change_;
+    ++corrections_;
+    const double size = measure(change_, X, tolerance);
+    if (size == 0) return true;
+    // What is left behind this correction.
+    const double rate = k == 0 ? kSlow : size / before;
+    if (k > 0 && before > 1) {
+      rate_ = k == 1 ? rate : std::max(rate_, rate);
+      slowest_rate_ = std::max(slowest_rate_, rate);
+    }
+    if (!(rate <= (fresh_ || k == 0 ? kSlow : kSlowKept)) && !(size <= 1)) return false;
+    if (size * rate <= 1) return true;
+    before = size;
+  }
+  return false;
 }
 
 }  // namespace costate

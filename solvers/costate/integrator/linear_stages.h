@@ -2,8 +2,8 @@
 //   D_i X_i - h sum_j a_ij A_j X_j = r_i  on differential rows,   A_i X_i = r_i  on algebraic rows,   i = 1, 2, 3.
 // With the mean of the stages' matrices in the place of each, and a = T diag(1/shift) T^-1, they fall apart into
 // D - (h/shift) A: a real matrix and a complex one of the size of the system. Their solutions are corrected by what
-// they leave of the system itself until nothing that counts is left; where that takes long, all stages together are
-// factored.
+// they leave of the system itself until nothing that counts is left; as long as that takes few corrections the factors
+// serve the next steps of the same length, too. Where fresh ones take long, all stages together are factored.
 // Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.8.
 #pragma once
 
@@ -34,14 +34,21 @@ class LinearStages {
   /// Returns -1, or an unknown found (numerically) dependent.
   [[nodiscard]] int prepare(double h);
   /// In place, the stages of each column below each other (3 N rows): a solution that is right to `tolerance` of the
-  /// size of each group of unknowns in its column, or to rounding. The same return value.
+  /// size of each group of unknowns in its column, or to rounding. Without a look at what it leaves where corrections
+  /// of the same stages have left less than that. The same return value.
   [[nodiscard]] int solve(Eigen::MatrixXd& right, double tolerance);
   /// Of a matrix of the system's size, or of all stages together.
   long factorizations() const { return factorizations_; }
+  /// Solutions with the mean matrices that corrected an earlier one.
+  long corrections() const { return corrections_; }
 
  private:
   enum class Way { apart, together };
+  /// Whether the factors of an earlier step are good for this one.
+  bool keeps_factors() const;
   [[nodiscard]] bool factor_apart();
+  /// Corrects X until `tolerance` is met; false where that would take long.
+  [[nodiscard]] bool correct(Eigen::MatrixXd& X, double tolerance);
   [[nodiscard]] int factor_together();
   /// out := the solution with the mean matrices.
   void solve_apart(const Eigen::MatrixXd& right, Eigen::MatrixXd& out);
@@ -57,8 +64,15 @@ class LinearStages {
   double h_ = 0;
   Way way_ = Way::apart;
   int together_for_ = 0;  // steps for which the mean is not tried again
-  long factorizations_ = 0;
+  long factorizations_ = 0, corrections_ = 0;
+  double factored_h_ = 0;    // of the factors, 0 where there are none
+  bool fresh_ = false;       // they are of this step
+  double slowest_rate_ = 0;  // of what corrections have left of errors since they were made
+  double rate_ = 1;          // and of the last ones of this step
   std::array<std::vector<double>, kStages> A_, D_;
+  std::vector<char> in_D_;         // entries of the pattern that D has had
+  std::vector<std::size_t> D_at_;  // these
+  std::vector<int> column_;        // of each entry
 
   std::unique_ptr<KluSolver> real_;
   std::unique_ptr<ComplexKluSolver> complex_;

@@ -31,13 +31,15 @@ const double estimate[3] = {estimate_weight(0), estimate_weight(1), estimate_wei
 // the latter's error near rtol. The factor (0.1 there) leaves the gradient's error to that of the motion.
 double step_tolerance(double rtol) { return 0.03 * std::pow(rtol, 2.0 / 3); }
 constexpr double kSafety = 0.9, kLargestGrowth = 5, kLargestCut = 0.2;
+// Steps that might grow by less stay as they are, and may do with the factors of the one before.
+constexpr double kNoGrowth = 1.2;
 // Errors per relative change of a parameter, of a tangent or of the gradient, that need no smaller steps; in absolute
 // tolerances of the motion. At rest, and at an optimum where psi vanishes, they are nothing but the motion's own
 // errors, and rough.
 constexpr double kSmallError = 1e-2;
 constexpr double kNoSize = 1e-200;
 // Of the solution of a step's stages, in rtol of the motion; of steps that do not follow their error; and of the error.
-constexpr double kSolveTolerance = 1e-3, kSolveByGrid = 1e-13, kErrorDigits = 1e-2;
+constexpr double kSolveTolerance = 1e-3, kSolveByGrid = 1e-13, kErrorDigits = 5e-2;
 // Relative to the span: a kink of the forces is not resolved below this, where what it does is far below the tolerance.
 constexpr double kSmallestStep = 1e-9;
 // Of the span: from here on the two sides of a kink, or of a jump and a kink, are one instant to the solution.
@@ -247,6 +249,7 @@ RadauResult RadauLinear::integrate(const Trajectory& trajectory, const std::vect
       double factor = error > 0 ? kSafety * std::pow(error, -0.25) : kLargestGrowth;
       if (!(factor > kLargestCut)) factor = kLargestCut;
       factor = std::min(factor, rejected ? 1 : kLargestGrowth);
+      if (factor > 1 && factor < kNoGrowth) factor = 1;
       rejected = adaptive && !(error <= 1) && !smallest_reached;
       h = std::max(step * factor, 0.9 * smallest);
       if (rejected) {

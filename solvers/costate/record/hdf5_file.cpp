@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "costate/base/error.h"
+#include "costate/base/stop.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/hdf5_handle.h"
 #include "costate/record/hdf5_memory_file.h"
@@ -22,6 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using record_detail::check_hdf5;
+using record_detail::Hdf5ColumnWriter;
 using record_detail::Hdf5Handle;
 using record_detail::Hdf5MemoryFile;
 using record_detail::Hdf5Session;
@@ -61,14 +63,14 @@ void write_content(const Hdf5MemoryFile& file, const TrajectoryTable& table) {
   write_text_attribute(write_numbers(file.get(), "time", table.time_s).get(), "unit", "s");
   if (!table.events.empty()) write_events(file.get(), table.events);
 
+  const Hdf5ColumnWriter writer(table.time_s.size());
   std::map<std::string, Hdf5Handle> groups;
   for (std::size_t i = 0; i < table.columns.size(); ++i) {
+    check_stop();
     const Column& column = table.columns[i];
     auto group = groups.find(column.group);
     if (group == groups.end()) group = groups.emplace(column.group, make_group(file.get(), column.group)).first;
-    const Hdf5Handle dataset = write_numbers(group->second.get(), column.name, column.values);
-    write_text_attribute(dataset.get(), "unit", column.unit);
-    write_integer_attribute(dataset.get(), "column", static_cast<long long>(i));
+    writer.write(group->second.get(), column.name, column.values, column.unit, static_cast<long long>(i));
   }
 }
 

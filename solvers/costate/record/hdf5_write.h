@@ -16,6 +16,17 @@ Hdf5Handle make_group(hid_t parent, const std::string& name);
 /// Compressed where they are many.
 Hdf5Handle write_numbers(hid_t parent, const std::string& name, const std::vector<double>& values);
 Hdf5Handle write_texts(hid_t parent, const std::string& name, const std::vector<std::string>& values);
+/// Writes datasets of numbers of one length, each with the attributes `unit` and `column`: what they have in common is
+/// made once, which halves the time of a hundred thousand of them.
+class Hdf5ColumnWriter {
+ public:
+  explicit Hdf5ColumnWriter(std::size_t rows);
+  void write(hid_t parent, const std::string& name, const std::vector<double>& values, const std::string& unit,
+             long long column) const;
+
+ private:
+  Hdf5Handle links_, properties_, space_, scalar_, text_;
+};
 /// A single text, which may hold no zero byte.
 void write_text(hid_t parent, const std::string& name, const std::string& text);
 

@@ -6,6 +6,7 @@
 #include "costate/base/error.h"
 #include "costate/integrator/run_end.h"
 #include "costate/integrator/simulate.h"
+#include "costate/objective/all_outputs.h"
 #include "costate/sensitivity/method.h"
 #include "costate/tradeoff/stopwatch.h"
 
@@ -20,7 +21,7 @@ TradeProbe::TradeProbe(const Problem& problem, const std::vector<double>& rho, c
     : problem_(problem), rho_(rho) {
   problem_.solver.confirm = false;  // that is a second run
   const Mechanism& m = *problem_.mechanism;
-  for (const auto& name : outputs) outputs_.push_back(make_output(m, name));
+  outputs_ = make_outputs(m, outputs);
   kinetic_ = make_output(m, "energy.kinetic");
   energy_ = make_output(m, "energy.total");
   assembly_ = std::make_unique<Assembly>(problem_.mechanism, problem_.parameters);
@@ -46,14 +47,27 @@ void TradeProbe::look_at_amounts(TradeMotion& motion, const MechanismState& s, A
   g.resize(assembly);
   motion.amounts.resize(outputs_.size(), 0);
   for (std::size_t o = 0; o < outputs_.size(); ++o) {
-    g.set_zero();
+    // Of an output that depends on a few coordinates only their entries are cleared and looked at: there may be as many
+    // outputs as coordinates.
+    std::optional<std::vector<int>> few = outputs_[o]->depends_on();
+    if (few) {
+      std::sort(few->begin(), few->end());
+      few->erase(std::unique(few->begin(), few->end()), few->end());
+      for (const int i : *few) g.q[i] = g.v[i] = 0;
+    } else {
+      g.set_zero();
+    }
     try {
       outputs_[o]->add_gradient(s, assembly, 1, g);
     } catch (const CapabilityError&) {  // of outputs without derivatives
       continue;
     }
     double amount = 0;
-    for (Eigen::Index i = 0; i < g.q.size(); ++i) amount += std::abs(g.q[i] * s.q[i]) + std::abs(g.v[i] * s.v[i]);
+    const auto add = [&](Eigen::Index i) { amount += std::abs(g.q[i] * s.q[i]) + std::abs(g.v[i] * s.v[i]); };
+    if (few)
+      for (const int i : *few) add(i);
+    else
+      for (Eigen::Index i = 0; i < g.q.size(); ++i) add(i);
     motion.amounts[o] = std::max(motion.amounts[o], amount);
   }
 }

@@ -1,4 +1,4 @@
-// Whether a motion at a loose tolerance is what that claims. A tolerance bounds the error of each step; where the
+// Whether a motion is what its tolerance claims. A tolerance bounds the error of each step; where the
 // motion makes much of small errors (an unstable rotation, a pendulum at the top) psi and outputs may be off by their
 // whole range, and no equation of the run itself says so. The same motion at a tenth of the tolerance does. psi alone
 // would not: it may agree by chance, or by a symmetry, where the motions do not.
@@ -14,12 +14,13 @@ struct MotionClaim {
   static double of(double rtol);
 };
 
-/// Whether motions of this problem are confirmed: at rtol 1e-6 and looser, where a second run is cheap against the
-/// default's. From 1e-2 on a run promises nothing, and says so itself; with a step of the user's it never does.
+/// Whether motions of this problem are confirmed: from rtol 1e-11 on, below which there are no tighter ones. From 1e-2
+/// on a run promises nothing, and says so itself; with a step of the user's it never does.
 bool motion_is_confirmed(const Problem& problem);
 
 /// Gives notice where psi or an output of the probe, at its samples, changes by more than a third of the claim from
-/// `values`, those of `problem`, to a tenth of its tolerance. Cut passes through.
+/// `values`, those of `problem`, to a tenth of its tolerance. Below rtol 1e-6 a run at 100 times the tolerance is asked
+/// first, which is cheap, and that one only where it is far off. Cut passes through.
 void confirm_motion(const TradeProbe& probe, const Problem& problem, const TradeValues& values,
                     Simulation* result = nullptr);
 

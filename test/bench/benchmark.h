@@ -43,6 +43,8 @@ Report vehicle_number(const Settings& settings);
 
 /// What a scene requires against everything: parts that the cost needs, and the five-bar in the plane and in space.
 Report requires_of_scenes(const Settings& settings);
+/// Runs that store reactions at samples against the same that store nothing.
+Report reactions(const Settings& settings);
 /// The whole command against the number of bodies, in parts; and its memory.
 Report bodies(const Settings& settings);
 

@@ -37,6 +37,7 @@ constexpr Benchmark kBenchmarks[] = {{"gradients", gradients},
                                      {"bodies", bodies},
                                      {"vehicle", vehicle},
                                      {"requires", requires_of_scenes},
+                                     {"reactions", reactions},
                                      {"vehicle_speed", vehicle_speed, true},
                                      {"vehicle_gradients", vehicle_gradients, true},
                                      {"vehicle_number", vehicle_number, true}};

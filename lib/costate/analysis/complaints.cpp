@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -81,6 +82,45 @@ void measure(const Force& f, const LocalState& local, const std::vector<double>&
 
 }  // namespace
 
+std::string dependent_row(Assembly& assembly, const StateView& s, int most) {
+  constexpr double near = 0.05, redundant = 1e-10, part = 0.2;
+  const int m = assembly.m(), n = assembly.n();
+  if (m > most || m == 0) return {};
+  assembly.calc_jacobian(s);
+  const SparsePattern& J = assembly.jacobian();
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(n, m);
+  for (int j = 0; j < J.cols; ++j)
+    for (auto k = J.column_start[j]; k < J.column_start[j + 1]; ++k) rows(j, J.row[k]) = assembly.phi_q[k];
+  if (!rows.allFinite()) return {};
+  std::vector<int> there;
+  for (int i = 0; i < m; ++i)
+    if (const double size = rows.col(i).norm(); assembly.is_there(i) && size > 0) {
+      rows.col(static_cast<Eigen::Index>(there.size())) = rows.col(i) / size;
+      there.push_back(i);
+    }
+  const auto count = static_cast<Eigen::Index>(there.size());
+  if (count == 0 || count > n) return {};
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(rows.leftCols(count), Eigen::ComputeThinV);
+  Eigen::Index least = count - 1;  // in falling order
+  while (least > 0 && svd.singularValues()[least] <= redundant && svd.singularValues()[least - 1] <= near) --least;
+  if (svd.singularValues()[least] > near) return {};
+  const Eigen::VectorXd share = svd.matrixV().col(least).cwiseAbs();
+  std::vector<std::string> names;
+  const std::vector<std::string> all = assembly.mechanism().row_names();
+  for (Eigen::Index k = 0; k < count; ++k)
+    if (share[k] >= part * share.maxCoeff())
+      names.push_back(all[static_cast<std::size_t>(there[static_cast<std::size_t>(k)])]);
+  if (names.size() > kTold) {
+    names.resize(kTold);
+    names.push_back("...");
+  }
+  return fmt::format(
+      "Rows {} depend on each other to within {:.1e} of 1: redundant, or the mechanism locks there or passes a "
+      "singular "
+      "position.",
+      fmt::join(names, ", "), svd.singularValues()[least]);
+}
+
 std::string element_complaints(Assembly& assembly, const StateView& s) {
   const Mechanism& m = assembly.mechanism();
   std::vector<std::string> sentences, said;
@@ -92,6 +132,7 @@ std::string element_complaints(Assembly& assembly, const StateView& s) {
     said.push_back(fmt::format("{} more", all - kTold));
   }
   if (!said.empty()) sentences.push_back(fmt::format("At its limit: {}.", fmt::join(said, "; ")));
+  if (std::string row = dependent_row(assembly, s); !row.empty()) sentences.push_back(std::move(row));
   Extreme largest, steepest;
   const std::vector<double> inertia = inertias(assembly, s);
   for (const auto& f : m.forces()) {

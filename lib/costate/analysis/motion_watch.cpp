@@ -16,8 +16,9 @@
 namespace costate {
 
 namespace {
-// Steps between looks: within them a distance changes little.
-constexpr long kCadence = 4;
+// Steps between looks: within them a distance changes little. Where they are so few as these they are long, and each is
+// looked at.
+constexpr long kCadence = 4, kLongSteps = 200;
 // Points kept: those of two stretches between looks, with both ends.
 constexpr std::size_t kKept = 2 * kCadence + 2;
 // Added to the squares of the distances, so that a redundant row has a positive pivot: distances below 3e-7 are zero.
@@ -27,6 +28,8 @@ constexpr double kZero = 1e-6;
 constexpr double kDependent = 1e-5;
 // A minimum is looked for below this distance; a row that was dependent and gets this far off is so no longer.
 constexpr double kSuspicious = 0.25;
+/// Or where it falls by half from one look to the next, or rises by as much: V-shaped, it may vanish between them.
+bool may_vanish(double least, double beside) { return least < kSuspicious || 2 * least < beside; }
 // Of the row scaled to 1: as `check` and the start have it.
 constexpr double kWatchedRankTolerance = 1e-9;
 constexpr int kGolden = 40;
@@ -183,7 +186,7 @@ void MotionWatch::step(double t, const double* q, const double* v) {
   p.t = t;
   std::copy(q, q + assembly_.n(), p.q.begin());
   std::copy(v, v + assembly_.n(), p.v.begin());
-  if (++steps_ % kCadence == 0) sample(t, q, v);
+  if (++steps_ % kCadence == 0 || steps_ <= kLongSteps) sample(t, q, v);
 }
 
 void MotionWatch::finish(double t, const double* q, const double* v) {
@@ -274,13 +277,14 @@ void MotionWatch::look_for_minima(bool at_end) {
     }
     const double c = samples_[last].distance[i], b = samples_[last - 1].distance[i];
     if (at_end) {
-      if (c < kSuspicious && c < b) refine(static_cast<int>(i), samples_[last - 1].t, samples_[last].t);
+      if (c < b && may_vanish(c, b)) refine(static_cast<int>(i), samples_[last - 1].t, samples_[last].t);
       continue;
     }
-    if (!(b < kSuspicious) || !(b < c)) continue;
+    if (!(b < c)) continue;
     if (samples_.size() == 2) {  // beside the start
-      refine(static_cast<int>(i), samples_[0].t, samples_[1].t);
-    } else if (const double a = samples_[last - 2].distance[i]; b <= a && std::max(a, c) > 1.2 * b) {
+      if (may_vanish(b, c)) refine(static_cast<int>(i), samples_[0].t, samples_[1].t);
+    } else if (const double a = samples_[last - 2].distance[i];
+               b <= a && std::max(a, c) > 1.2 * b && may_vanish(b, std::max(a, c))) {
       refine(static_cast<int>(i), samples_[last - 2].t, samples_[last].t);
     }
   }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "costate/analysis/complaints.h"
 #include "costate/base/error.h"
 #include "costate/formulation/stage_parameters.h"
 
@@ -55,9 +56,15 @@ void StageDerivative::linearize(const RadauStages& stages, const std::function<v
     at_stage(i);
     for (std::size_t k = 0; k < J.size(); ++k) mean_[k] += scheme_.weight(i) * J[k];
   }
-  if (const int bad = matrix_.factor(mean_.data(), h_); bad >= 0)
-    throw SolverError(fmt::format("The derivative of a step of '{}' is singular at t = {:.9g} s, at '{}'.",
-                                  scheme_.name, t_, system_.unknowns()[static_cast<std::size_t>(bad)].name));
+  at_.assign(stages.y, stages.y + n_);
+  if (const int bad = matrix_.factor(mean_.data(), h_); bad >= 0) throw_singular(bad);
+}
+
+void StageDerivative::throw_singular(int unknown) {
+  const std::string rows = dependent_row(system_.assembly(), system_.look_state(t_, at_.data()));
+  throw SolverError(fmt::format("The derivative of a step of '{}' is singular at t = {:.9g} s, at '{}'.{}{}",
+                                scheme_.name, t_, system_.unknowns()[static_cast<std::size_t>(unknown)].name,
+                                rows.empty() ? "" : " ", rows));
 }
 
 void StageDerivative::subtract_product(const double* x, double* out, bool transposed) const {
@@ -139,9 +146,7 @@ void StageDerivative::solve_whole(double* x, bool transposed) {
       for (int j = 0; j < s; ++j) whole_matrix_->add_constant(row[static_cast<std::size_t>(j)], scheme_.w(i, j) / h_);
       whole_matrix_->add(row.back(), jacobians_[static_cast<std::size_t>(i)].data());
     }
-    if (const int bad = whole_->factor(whole_matrix_->values().data()); bad >= 0)
-      throw SolverError(fmt::format("The derivative of a step of '{}' is singular at t = {:.9g} s, at '{}'.",
-                                    scheme_.name, t_, system_.unknowns()[static_cast<std::size_t>(bad % n_)].name));
+    if (const int bad = whole_->factor(whole_matrix_->values().data()); bad >= 0) throw_singular(bad % n_);
     whole_factored_ = true;
   }
   if (transposed)

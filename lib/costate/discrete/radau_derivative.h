@@ -29,6 +29,7 @@ class StageDerivative {
 
  private:
   void solve(double* x, bool transposed);
+  [[noreturn]] void throw_singular(int unknown);
   /// Whether the iteration has converged to x = A^-1 b.
   bool iterate(const double* b, double* x, bool transposed);
   void solve_whole(double* x, bool transposed);
@@ -41,6 +42,7 @@ class StageDerivative {
   StageMatrix matrix_;
   double t_ = 0, h_ = 0;
   std::vector<double> start_weight_, zero_, mean_;
+  std::vector<double> at_;  // the first stage, for messages
   std::vector<std::vector<double>> jacobians_;
   std::vector<double> right_, residual_;
   std::vector<std::vector<std::size_t>> kinds_;  // unknowns of one role: corrections are measured against their largest

@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "costate/analysis/complaints.h"
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
 
@@ -277,11 +278,17 @@ void MaggiPositions::solve(double t, const double* y) {
   };
   if (!find()) {
     factored_chart_ = -1;
+    // In a trial step: of many rows it would take longer than the search.
+    constexpr int few_rows = 60;
+    StateView last;
+    last.t = last_.t;
+    last.q = last_.q.data();
+    const std::string rows = dependent_row(assembly_, last, few_rows);
     throw StepError(
         fmt::format("At t = {:.9g} s the constraints have no positions near the last ones for the wanted "
                     "independent coordinates. The mechanism reaches the end of its motion or a singular "
-                    "configuration.",
-                    t));
+                    "configuration.{}{}",
+                    t, rows.empty() ? "" : " ", rows));
   }
   last_.t = t;
   last_.q = q_;

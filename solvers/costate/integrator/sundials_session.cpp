@@ -75,8 +75,9 @@ void SundialsSession<Api>::fail(bool backward, int flag, const std::string& what
   c.weights = weights.data();
   c.errors = errors.data();
   if (Api::dky(m, c.t, 1, rates) >= 0) c.rates = rates.data();
-  const double* state = backward ? forward_.last() : Api::dky(m, c.t, 0, y_) >= 0 ? y() : nullptr;
-  c.elements = elements_at(system_, backward ? forward_.time() : c.t, state);
+  const auto state = [&](double t) { return Api::dky(m, t, 0, y_) >= 0 ? y() : nullptr; };
+  c.elements = backward ? elements_at(system_, forward_.time(), forward_.last())
+                        : elements_at(system_, {c.t, c.t - last_step(c.t)}, state);
   const std::string report = failure_report(c, unknowns);
   guard_.throw_not_finite(c.t, not_finite_reach(options_.t_end - options_.t_start, c.step), report);
   throw SolverError(report);

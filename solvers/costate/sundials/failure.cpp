@@ -56,6 +56,13 @@ std::string elements_at(System& system, double t, const double* y) {
   }
 }
 
+std::string elements_at(System& system, std::initializer_list<double> times,
+                        const std::function<const double*(double t)>& state) {
+  for (const double t : times)
+    if (std::string said = elements_at(system, t, state(t)); !said.empty()) return said;
+  return {};
+}
+
 std::string pace_message(double all, long most) {
   return fmt::format(
       "hardly gets on: at the pace of its last steps the run would take about {:.2g} of them, more than "

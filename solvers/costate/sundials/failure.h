@@ -2,6 +2,8 @@
 // say of the state there.
 #pragma once
 
+#include <functional>
+#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -23,6 +25,9 @@ struct FailureContext {
 
 /// What the elements say at the state y of the motion (analysis/complaints.h); empty where there is none, or y is null.
 std::string elements_at(System& system, double t, const double* y);
+/// The same at the first of these times at which they say anything; `state` gives y, or null.
+std::string elements_at(System& system, std::initializer_list<double> times,
+                        const std::function<const double*(double t)>& state);
 
 /// Behind the integrator's name, for a run that would take `all` steps at its pace, of `most` allowed.
 std::string pace_message(double all, long most);

@@ -17,8 +17,10 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <map>
 #include <random>
+#include <string_view>
 
 #include "balances.h"
 #include "contacts.h"
@@ -36,6 +38,8 @@ namespace {
 
 constexpr int kSeconds =
     300;  // of the processor for one case: fixed steps may take a million of a vehicle with many tyres
+
+const std::string_view kOf[] = {"trusses", "kinds", "contacts", "hessians", "units", "motions", "balances", "cranks"};
 
 struct Options {
   long cases = 200, first = 1, one = -1;
@@ -256,9 +260,9 @@ int main(int argc, char** argv) {
       o.only = argv[++i];
     else if (is("--case"))
       o.one = std::atol(argv[++i]);
-    else if (is("--of")) {
+    else if (is("--of") && std::find(std::begin(kOf), std::end(kOf), argv[i + 1]) != std::end(kOf))
       o.of = argv[++i];
-    } else if (std::strcmp(argv[i], "--scene") == 0)
+    else if (std::strcmp(argv[i], "--scene") == 0)
       o.scene = true;
     else if (std::strcmp(argv[i], "--quiet") == 0)
       o.quiet = true;

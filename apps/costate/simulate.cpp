@@ -30,7 +30,7 @@ struct SimulateOptions {
 
 constexpr int kConfirmingSamples = 30;
 
-/// What a motion at a loose tolerance is confirmed by: its coordinates and what the scene asks for.
+/// What a motion is confirmed by: its coordinates and what the scene asks for.
 std::vector<std::string> confirmed_outputs(const Setup& setup) {
   std::vector<std::string> names = setup.problem.mechanism->coordinate_names();
   for (const auto& o : setup.scene.run.outputs)
@@ -38,7 +38,7 @@ std::vector<std::string> confirmed_outputs(const Setup& setup) {
   return names;
 }
 
-/// A run whose samples go to the recording; at a loose tolerance with a second one that tells what it is worth.
+/// A run whose samples go to the recording, with a second one that tells what it is worth.
 GradientResult run_once(const Setup& setup, const TradeProbe::Recording& to, bool confirm) {
   if (!confirm || !motion_is_confirmed(setup.problem))
     return GradientResult(simulate(setup.problem, setup.rho, to.times, to.sink));
@@ -143,8 +143,7 @@ const RegisterCommand simulate_command(
       c.flag("--report", options->report, "Write simulate.html too, a page with plots of the outputs that matter");
       c.flag("--estimate-error", options->estimate,
              "Estimate psi's error by a rerun at rtol/10 or less, or half the step");
-      c.flag("--no-confirm", options->single,
-             "One run at rtol 1e-6 or looser, without the tighter one that confirms it");
+      c.flag("--no-confirm", options->single, "One run, without the looser or tighter one that confirms it");
       c.runs([&common, options] { return run(common, *options); });
     });
 

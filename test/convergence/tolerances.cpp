@@ -69,7 +69,7 @@ TEST_CASE("tolerances: Adams' method takes more steps for less error, decade by 
                                                              {"PL.y", 0.49698946023000810676},
                                                              {"PR.x", 1.0417425248854261152},
                                                              {"PR.y", 0.37391102726536581936}};
-  // Orders go up to 9, at which a decade of the tolerance is worth 10^(1/10) = 1.26 times the steps; at 4, at the loose
+  // Orders go up to 8, at which a decade of the tolerance is worth 10^(1/9) = 1.3 times the steps; at 4, at the loose
   // end, 10^(1/5) = 1.6. What comes after that is by chance of where the order changes.
   constexpr double kFewer = 0.95, kMore = 1.8, kChance = 3;
   for (const char* formulation : {"index1", "baumgarte", "maggi", "augmented-lagrangian"}) {

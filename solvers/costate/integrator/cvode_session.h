@@ -52,7 +52,7 @@ class CvodeSession final : public SundialsSession<CvodeApi> {
   }
   void watch_stiffness(StiffnessWatch& watch, void* memory, double t, const double* y, double end);
   int linear_multistep() const;
-  /// Of Adams' method, in the memory of a run without sensitivities, or of one back.
+  /// Of Adams' method, in the memory of either way.
   void set_step_choice(void* memory);
 
   static int rhs(double t, N_Vector y, N_Vector f, void* self);
@@ -66,7 +66,6 @@ class CvodeSession final : public SundialsSession<CvodeApi> {
                                     double gamma, void* self, N_Vector, N_Vector, N_Vector);
   static int backward_quadrature(double t, N_Vector y, N_Vector yB, N_Vector qB, void* self);
 
-  bool with_sensitivities_ = false;
   bool cost_state_ = false;  // the last unknown is psi' = g
   double gamma_ = 0;
   Eigen::MatrixXd y_rho_;

@@ -30,7 +30,6 @@ void CvodeSession::create_backward() {
 }
 
 void CvodeSession::set_backward_matrix() {
-  set_step_choice(back_->memory);
   check(CVodeSetLinSysFnB(memory_, back_->which, backward_newton_matrix), "the adjoint's Newton matrix");
 }
 

@@ -38,24 +38,11 @@ void CvodeSession::create_memory() {
   Vector atol(y_.size(), context_);  // SUNDIALS copies it
   fill_absolute_tolerances(system_, options_, y_.size(), atol.data());
   check(CVodeSVtolerances(memory_, options_.rtol, atol), "the tolerances");
-  set_step_choice(memory_);
   set_up();
   check(CVodeSetLinSysFn(memory_, newton_matrix), "Newton's matrix");
 }
 
 int CvodeSession::linear_multistep() const { return options_.cvodes_method == "adams" ? CV_ADAMS : CV_BDF; }
-
-void CvodeSession::set_step_choice(void* memory) {
-  if (linear_multistep() != CV_ADAMS) return;
-  // CVODES keeps step and order until another step is 1.5 times as long. One more order seldom makes it that: runs were
-  // held at order 5 or 7, by chance of their first steps, and car_axis took twice the steps at rtol 1e-10 that it took
-  // at 1e-9, with larger errors. Beyond order 8 the regions of stability are so small (|h lambda| < 0.5) that error
-  // tests fail for that.
-  constexpr double kLongerStep = 1.2;
-  constexpr int kHighestOrder = 8;
-  check(CVodeSetEtaFixedStepBounds(memory, 0, kLongerStep), "the choice of steps");
-  check(CVodeSetMaxOrd(memory, kHighestOrder), "the highest order");
-}
 
 std::vector<Unknown> CvodeSession::names() const {
   std::vector<Unknown> r = system_.unknowns();

@@ -52,8 +52,6 @@ class CvodeSession final : public SundialsSession<CvodeApi> {
   }
   void watch_stiffness(StiffnessWatch& watch, void* memory, double t, const double* y, double end);
   int linear_multistep() const;
-  /// Of Adams' method, in the memory of either way.
-  void set_step_choice(void* memory);
 
   static int rhs(double t, N_Vector y, N_Vector f, void* self);
   static int newton_matrix(double t, N_Vector y, N_Vector f, SUNMatrix A, int jok, int* jcur, double gamma, void* self,

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "costate/base/error.h"
 #include "costate/event/contact_gap.h"
 #include "costate/event/guard_value.h"
+#include "costate/event/spatial_slip.h"
 
 namespace costate {
 
@@ -163,6 +165,25 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
   }
   const bool anew = !(from == looked_until_);
   choose_looks(from, to, at);
+  // |w| of a slip in space falls below its offset for an instant only, while friction turns round: what slid forward at
+  // the last look and slides back has stopped between. The way it slides is told by the guard's slopes.
+  std::vector<double> forward, here_forward;
+  const auto way = [&](const GuardOf& g, const StateView& s, std::vector<double>& of) {
+    load(g, s);
+    of.assign(v_.size(), 0);
+    for (std::size_t i = 0; i < v_.size(); ++i) {
+      v_[i].v.c1 = 1;
+      of[i] = g.guarded->guard(g.k, arguments()).v.c1;
+      v_[i].v.c1 = 0;
+    }
+  };
+  // As the plane's: |w| less half the offset, negative where w points back.
+  const auto along = [&](const GuardOf& g, const StateView& s) {
+    way(g, s, here_forward);
+    const double speed = value(g, s);
+    return std::inner_product(forward.begin(), forward.end(), here_forward.begin(), 0.0) < 0 ? -speed - kSlidingOffset
+                                                                                             : speed;
+  };
   for (const double end : looks_) {
     const StateView here = at(end);
     calc(here, after_);
@@ -178,6 +199,14 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
         g.ready = g.just_left = false;
         continue;
       }
+      const ContactOf* slides = g.contact < 0 ? nullptr : &contacts_[static_cast<std::size_t>(g.contact)];
+      const bool turns = g.ready && slides && slides_in_space(*slides) &&
+                         slides->contact->guard_kind(g.k) == UnilateralForce::Guard::stop;
+      if (turns) {
+        way(g, at(begin), forward);
+        after_[i] = along(g, at(end));
+      }
+      const auto reach = [&](const StateView& s) { return turns ? along(g, s) : value(g, s); };
       double a = begin, b = end;
       if (g.just_left) {
         // It may begin a little below the ground, by what the integrator has let it drift, and what lets go leaves with
@@ -212,7 +241,7 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
         continue;
       }
       // In (a, b]: by halves and secants to the last bit, and then its far side.
-      double ha = value(g, at(a)) * direction, hb = after_[i] * direction;
+      double ha = reach(at(a)) * direction, hb = after_[i] * direction;
       if (ha >= 0) b = a;
       for (int k = 0; k < 200 && b - a > 2 * std::numeric_limits<double>::epsilon() * std::abs(b); ++k) {
         double m = k % 3 == 2 || !(hb > ha) ? 0.5 * (a + b) : a + (b - a) * (-ha / (hb - ha));
@@ -220,10 +249,12 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
         const double inward = 1e-3 * (b - a);
         if (!(m > a + inward * 1e-6) || !(m < b - inward * 1e-6)) m = 0.5 * (a + b);
         if (m <= a || m >= b) break;
-        const double hm = value(g, at(m)) * direction;
+        const double hm = reach(at(m)) * direction;
         (hm < 0 ? a : b) = m;
         (hm < 0 ? ha : hb) = hm;
       }
+      // A slip that turns by a right angle between two looks does not stop.
+      if (turns && value(g, at(b)) > kWrongWay * fastest_ + kSlidingOffset) continue;
       if (!first || b < first->t) first = Hit{b, static_cast<int>(i)};
     }
     if (first) {

@@ -85,7 +85,8 @@ int main(int argc, char** argv) {
   if (!line.action()) return flushed(0);
   costate::install_interrupt_handler();
   // These compute one thing and write it at the end.
-  constexpr std::string_view short_ones[] = {"equilibrium", "modes", "sweep", "list", "dump", "draw"};
+  constexpr std::string_view short_ones[] = {"simulate", "gradient", "equilibrium", "modes",
+                                             "sweep",    "list",     "dump",        "draw"};
   std::optional<costate::NothingToSave> nothing_to_save;
   if (std::find(std::begin(short_ones), std::end(short_ones), std::string_view(argv[1])) != std::end(short_ones))
     nothing_to_save.emplace(line.common().json);

@@ -12,7 +12,10 @@ namespace costate {
 
 namespace {
 
-constexpr int kDenseLimit = 500;  // coordinates; above, uncoupled parts one by one, larger ones by sparse factors
+// Coordinates; above, uncoupled parts one by one, larger ones by sparse factors, of which the time of full ones would
+// be a multiple (of 480 coordinates 0.1 s for 0.01).
+constexpr int kDenseLimit = 200;
+constexpr int kNamedLimit = 500;  // of what a message names, found by full factors
 constexpr double kRankTolerance = 1e-9;
 // A large matrix with an inverse below this is regular beyond the tolerance, and its LU factors serve. What is not so
 // surely regular is left to a sparse QR, whose cost grows much faster than linearly.
@@ -140,7 +143,7 @@ Eigen::VectorXd GivenSystem::solve_transposed(const Eigen::VectorXd& w) const {
 }
 
 int GivenSystem::undetermined() const {
-  if (!dense_) return -1;
+  if (assembly_.n() > kNamedLimit) return -1;
   const Eigen::MatrixXd A(matrix_);
   Eigen::FullPivLU<Eigen::MatrixXd> lu(A);
   lu.setThreshold(kRankTolerance);

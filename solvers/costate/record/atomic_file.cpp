@@ -16,6 +16,7 @@
 
 #include "costate/base/digest.h"
 #include "costate/base/error.h"
+#include "costate/record/nothing_to_save.h"
 #include "costate/record/posix_file.h"
 
 namespace costate {
@@ -128,7 +129,7 @@ fs::path reserve_temporary(const fs::path& directory, const fs::path& target, co
 
 class TemporaryGuard {
  public:
-  explicit TemporaryGuard(fs::path temporary) : temporary_(std::move(temporary)) {}
+  explicit TemporaryGuard(fs::path temporary) : temporary_(std::move(temporary)), at_once_(temporary_.string()) {}
   TemporaryGuard(const TemporaryGuard&) = delete;
   TemporaryGuard& operator=(const TemporaryGuard&) = delete;
   ~TemporaryGuard() {
@@ -138,6 +139,7 @@ class TemporaryGuard {
 
  private:
   fs::path temporary_;
+  RemovedAtOnce at_once_;
 };
 
 void sync_file(const fs::path& temporary, const fs::path& path) {

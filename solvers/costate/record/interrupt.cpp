@@ -3,6 +3,7 @@
 #include <sys/time.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <csignal>
 #include <cstring>
@@ -19,6 +20,14 @@ std::atomic<int> g_signal{0}, g_nothing_to_save{0};
 std::atomic<bool> g_json{false};
 static_assert(std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_always_lock_free,
               "the signal handlers need lock-free flags");
+
+// Files that are being written, for a handler that may allocate and lock nothing; what finds no place stays behind,
+// until the next file that is written beside it.
+struct Removed {
+  std::atomic<int> state{0};  // free, being filled or emptied, in force
+  char path[4096];
+};
+std::array<Removed, 16> g_removed;
 
 void arm() {
   itimerval in{};
@@ -38,6 +47,8 @@ extern "C" void costate_on_alarm(int) {
   if (g_json.load(std::memory_order_relaxed))
     say(STDOUT_FILENO, term ? "{\n \"status\": \"interrupted\",\n \"error\": \"interrupted by SIGTERM\"\n}\n"
                             : "{\n \"status\": \"interrupted\",\n \"error\": \"interrupted by Ctrl-C (SIGINT)\"\n}\n");
+  for (const Removed& r : g_removed)
+    if (r.state.load(std::memory_order_acquire) == 2) ::unlink(r.path);
   _exit(128 + signal_number);
 }
 
@@ -83,6 +94,22 @@ bool interrupted() noexcept { return g_signal.load(std::memory_order_relaxed) !=
 void throw_if_interrupted() {
   const int signal_number = g_signal.load(std::memory_order_relaxed);
   if (signal_number != 0) throw Interrupted(signal_number);
+}
+
+RemovedAtOnce::RemovedAtOnce(const std::string& path) {
+  if (path.size() >= sizeof(Removed::path)) return;
+  for (std::size_t i = 0; i < g_removed.size(); ++i) {
+    int free = 0;
+    if (!g_removed[i].state.compare_exchange_strong(free, 1)) continue;
+    std::memcpy(g_removed[i].path, path.c_str(), path.size() + 1);
+    g_removed[i].state.store(2, std::memory_order_release);
+    place_ = static_cast<int>(i);
+    return;
+  }
+}
+
+RemovedAtOnce::~RemovedAtOnce() {
+  if (place_ >= 0) g_removed[static_cast<std::size_t>(place_)].state.store(0, std::memory_order_release);
 }
 
 NothingToSave::NothingToSave(bool json) {

@@ -27,8 +27,8 @@ const std::string kErase = "\x1b[K";
 
 TEST_CASE("progress: simulated time, percentage, steps and speed, rewritten in place and gone at the end") {
   const WorkingDirectory here;
-  const Outcome o = run_costate({"simulate", kFiveBar, "--formulation", "baumgarte", "--t-end", "2000"}, here.path(),
-                                Connection::terminal);
+  const Outcome o = run_costate({"simulate", kFiveBar, "--formulation", "baumgarte", "--t-end", "2000", "--no-confirm"},
+                                here.path(), Connection::terminal);
   CHECK(o.status == 0);
   CHECK(count(o.terminal, "\rt = ") >= 2);
   CHECK_THAT(o.terminal, Contains(" of 2000 s") && Contains(" %") && Contains(" steps") && Contains("simulated s/s"));

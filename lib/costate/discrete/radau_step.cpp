@@ -340,7 +340,12 @@ void RadauStep::within(double x, double* y) {
   std::vector<double> at;
   for (const double c : scheme_.c) at.push_back(x * c);
   inner.extrapolate(z_, at, false, true);
-  inner.finish();
+  try {
+    inner.finish();
+  } catch (const StepError&) {
+    // At a singular position, where the whole step found its way: the polynomial through its stages is left.
+    return dense(x, y);
+  }
   std::copy(inner.end(), inner.end() + size_, y);
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/event/motion_events.h"
 #include "costate/integrator/unknown_sizes.h"
 #include "costate/sundials/failure.h"
 #include "costate/sundials/finite_values.h"
@@ -60,8 +61,9 @@ void CvodeSession::solve_newton(double* b) {
 }
 
 void CvodeSession::watch_stiffness(StiffnessWatch& watch, void* memory, double t, const double* y, double end) {
-  // Steps that may as well be taken: BDF begins anew, and where it is not bound by stability takes some thousands.
-  constexpr double few = 2e4;
+  // Steps that may as well be taken: BDF begins anew, and where it is not bound by stability takes some thousands. A
+  // touch is stiff for as long as it lasts.
+  const double few = MotionEvents::has_any(system_.assembly().mechanism()) ? 2e5 : 2e4;
   if (linear_multistep() != CV_ADAMS) return;
   const long taken = steps(memory);
   if (!watch.due(taken)) return;

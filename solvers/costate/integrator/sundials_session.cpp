@@ -59,14 +59,14 @@ void SundialsSession<Api>::fail(bool backward, int flag, const std::string& what
   guard_.rethrow();
   const std::vector<Unknown> unknowns = backward ? names_back() : names();
   void* m = backward ? back_->memory : memory_;
-  const int n = static_cast<int>(unknowns.size());
-  Vector weights(n, context_), errors(n, context_), rates(n, context_);
+  Vector weights(unknowns.size(), context_), errors(unknowns.size(), context_), rates(unknowns.size(), context_);
   FailureContext c;
   c.what = std::string(Api::name) + " " + what;
   c.flag = sundials_flag_name<Api>(flag);
-  c.message = Api::is_evaluation(flag) && !guard_.last_step_error().empty() ? guard_.last_step_error() : message_;
-  if (flag == Api::no_progress && !guard_.last_step_error().empty())
-    c.message = "The last evaluation that failed: " + guard_.last_step_error();
+  const std::string& refused = guard_.last_step_error();
+  c.message = Api::is_evaluation(flag) && !refused.empty() ? refused : message_;
+  if (!refused.empty() && (flag == Api::no_progress || flag == Api::too_much_work))
+    c.message = "The last evaluation that failed: " + refused;
   Api::weights(m, weights);
   Api::local_errors(m, errors);
   Api::current_time(m, &c.t);
@@ -117,7 +117,6 @@ void SundialsSession<Api>::follow(std::shared_ptr<const StepPlan> plan) {
     check(Api::set_max_step(memory_, first), "the first step's bound");
 }
 
-/// A stop and a step that ends there differ by rounding.
 static bool same_time(double a, double b) {
   return std::abs(a - b) <= 8 * std::numeric_limits<double>::epsilon() * std::max(std::abs(a), std::abs(b));
 }

@@ -47,7 +47,9 @@ void Evaluator::compute(OptimizerEvaluation& e, const std::vector<OptimizerEvalu
     failed.rho = e.rho;
     failed.psi = failed.projected_gradient = std::numeric_limits<double>::quiet_NaN();
     failed.failure = failure.what();
-    if (step_limit_ > 0 && failed.failure.find(fmt::format("after {} steps", step_limit_)) != std::string::npos)
+    const auto says = [&](const std::string& words) { return failed.failure.find(words) != std::string::npos; };
+    if (step_limit_ > 0 &&
+        (says(fmt::format("after {} steps", step_limit_)) || says(fmt::format("the limit of {} ", step_limit_))))
       failed.failure +=
           fmt::format(" The limit is {:g} times the steps of the evaluations before (--step-limit-factor).",
                       options_.step_limit_factor);

@@ -13,6 +13,7 @@
 #include "costate/integrator/simulate.h"
 #include "costate/objective/all_outputs.h"
 #include "costate/problem/scene_problem.h"
+#include "costate/tradeoff/motion_confirmation.h"
 
 namespace costate::adversary {
 
@@ -70,15 +71,27 @@ std::vector<double> sizes(const Sampled& m) {
   return own;
 }
 
+std::string joined(const std::vector<std::string>& sentences) {
+  std::string r;
+  for (const auto& s : sentences) r += s + " ";
+  return r;
+}
+
+Problem problem_of(const std::string& scene, const std::string& formulation, const std::string& integrator,
+                   double rtol) {
+  Problem p = make_problem(Scene::parse(scene, "adversary.toml"));
+  p.formulation = formulation;
+  p.solver.integrator = integrator;
+  p.solver.rtol = rtol;
+  return p;
+}
+
 }  // namespace
 
 Sampled sample(const std::string& scene, const std::string& formulation, const std::string& integrator, double rtol,
                int samples) {
   Sampled r;
-  Problem p = make_problem(Scene::parse(scene, "adversary.toml"));
-  p.formulation = formulation;
-  p.solver.integrator = integrator;
-  p.solver.rtol = rtol;
+  const Problem p = problem_of(scene, formulation, integrator, rtol);
   const auto outputs = make_all_outputs(*p.mechanism);
   for (const auto& o : outputs) {
     r.names.push_back(o->name());
@@ -109,8 +122,19 @@ Sampled sample(const std::string& scene, const std::string& formulation, const s
   });
   r.psi = run.psi;
   r.events = run.events.size();
-  for (const auto& sentence : take_notices()) r.said += sentence + " ";
+  r.said = joined(take_notices());
   return r;
+}
+
+std::string said_by_confirmation(const std::string& scene, const std::string& formulation,
+                                 const std::string& integrator, double rtol) {
+  const Problem p = problem_of(scene, formulation, integrator, rtol);
+  if (!motion_is_confirmed(p)) return "";
+  const TradeProbe probe(p, p.parameters.values(), p.mechanism->coordinate_names(), kSamples);
+  const TradeValues values = probe.run(p, "");
+  take_notices();
+  confirm_motion(probe, p, values);
+  return joined(take_notices());
 }
 
 std::vector<std::pair<std::string, std::string>> runs_of_motions() {
@@ -161,7 +185,7 @@ std::vector<Finding> run_motions(const std::string& scene,
   std::vector<Finding> list;
   for (const auto& [formulation, integrator] : runs)
     list.push_back(found(formulation + " x " + integrator, [&, &f = formulation, &on = integrator](Finding& x) {
-      const Sampled m = sample(scene, f, on, kRtol, kSamples);
+      Sampled m = sample(scene, f, on, kRtol, kSamples);
       bool finite = std::isfinite(m.psi);
       for (const auto& at : m.values)
         for (const double y : at) finite = finite && std::isfinite(y);
@@ -186,6 +210,7 @@ std::vector<Finding> run_motions(const std::string& scene,
       const bool soft = !find_formulation(f).exact_constraints();
       const double claimed = std::max({kAllowed, kGrown * grown * kRtol, soft ? kSoft : 0.0}),
                    allowed = std::min(kMost, has_fixed_steps(on) ? kFixed * claimed : claimed);
+      if (judged > 0 && !(x.error <= allowed) && m.said.empty()) m.said = said_by_confirmation(scene, f, on, kRtol);
       x.outcome = judged == 0          ? Outcome::unjudged
                   : x.error <= allowed ? Outcome::agreed
                   : !m.said.empty()    ? Outcome::warned

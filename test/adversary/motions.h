@@ -13,13 +13,19 @@ struct Sampled {
   std::vector<bool> open;                   // by output: not determined by the motion
   std::vector<double> slopes;               // by output: what an error of positions and velocities makes of it
   double psi = 0;
-  std::string said;        // notices
+  std::string said;  // notices
+  /// What `costate simulate` says besides, which confirms its motion by other runs.
+  std::function<std::string()> confirmed;
   std::size_t events = 0;  // contacts, latches
 };
 
 /// All outputs at `samples` times that are not round. Errors pass through.
 Sampled sample(const std::string& scene, const std::string& formulation, const std::string& integrator, double rtol,
                int samples);
+
+/// What `costate simulate` says besides of such a run, as it confirms the motion by other ones.
+std::string said_by_confirmation(const std::string& scene, const std::string& formulation,
+                                 const std::string& integrator, double rtol);
 
 /// Every formulation on every integrator that carries it.
 std::vector<std::pair<std::string, std::string>> runs_of_motions();

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "costate/base/error.h"
@@ -23,14 +24,34 @@ constexpr double kTighterMotion = 0.1;
 // chance between samples.
 constexpr double kPartOfClaim = 1.0 / 3;
 // At tighter tolerances a looser run, which takes less than half the steps, tells first whether there is reason to ask.
-// Errors fall by some 5 or more a decade where they follow the tolerance: 10 claims there are less than one here.
-constexpr double kLooserMotion = 100, kClaimsOfLooser = 10;
+// What is told there is a motion that is not known to a thousandth.
+constexpr double kLooserMotion = 100, kUnknown = 1e-3;
+constexpr double kAlwaysOff = 1e4;  // absolute tolerances that an output may always be off by
+
+/// The step that is chosen is for psi, to 0.1 sqrt(rtol): it says less of outputs.
+double claim_of(const Problem& problem) {
+  constexpr double kFixedSteps = 3;
+  return has_fixed_steps(integrator_of(problem)) ? kFixedSteps * kUnknown : kUnknown;
+}
 
 struct Change {
   double most = 0;
   TradeMeasure of = TradeMeasure::psi;
   std::string output;
 };
+
+/// Of the total energy, against the kinetic one at most or what the total one changes by; 0 where there is none.
+double energy_between(const TradeValues& a, const TradeValues& b) {
+  if (!a.motion || !b.motion || a.motion->energy.size() != b.motion->energy.size() || b.motion->energy.empty())
+    return 0;
+  constexpr double kRest = 1e-6;  // what moves by less than that of its energy is at rest
+  const auto& of = b.motion->energy;
+  double apart = 0, size = *std::max_element(of.begin(), of.end()) - *std::min_element(of.begin(), of.end());
+  for (std::size_t i = 0; i < of.size(); ++i) apart = std::max(apart, std::abs(a.motion->energy[i] - of[i]));
+  for (const double kinetic : b.motion->kinetic) size = std::max(size, kinetic);
+  for (const double total : of) size = std::max(size, kRest * std::abs(total));
+  return size > 0 ? apart / size : 0;
+}
 
 /// What psi and outputs of `values` are off by against those of `reference`.
 Change change_between(const TradeProbe& probe, const TradeValues& values, TradeReference& reference) {
@@ -47,21 +68,50 @@ Change change_between(const TradeProbe& probe, const TradeValues& values, TradeR
   return r;
 }
 
-Problem at_tolerance(const Problem& problem, double factor) {
+/// Fixed steps that were chosen are halved or doubled: the same tolerance's cousin may have chosen the same.
+Problem at_tolerance(const Problem& problem, double factor, const TradeValues& values) {
   Problem r = problem;
+  if (has_fixed_steps(integrator_of(problem)) && values.counters.steps > 0) {
+    const double step = (problem.solver.t_end - problem.solver.t_start) / static_cast<double>(values.counters.steps);
+    r.solver.step_s = factor < 1 ? step / 2 : step * 2;
+    return r;
+  }
   r.solver.rtol = problem.solver.rtol * factor;
   if (problem.solver.atol > 0) r.solver.atol = problem.solver.atol * factor;
   return r;
 }
 
+/// The same at tight tolerances, where outputs of a small range have as many digits as what they are made of has.
+Change motion_change(const TradeProbe& probe, const TradeValues& a, const TradeValues& b) {
+  constexpr double kSmall = 1e-2;  // of the terms' amounts
+  Change r;
+  r.most = energy_between(a, b);
+  r.of = TradeMeasure::outputs;
+  r.output = "energy.total";
+  if (!a.motion || !b.motion) return r;
+  const std::size_t samples = std::min(a.motion->outputs.size(), b.motion->outputs.size());
+  for (std::size_t o = 0; o < probe.outputs().size() && samples > 0; ++o) {
+    double apart = 0, low = HUGE_VAL, high = -HUGE_VAL;
+    for (std::size_t i = 0; i < samples; ++i) {
+      const double x = b.motion->outputs[i][o];
+      apart = std::max(apart, std::abs(a.motion->outputs[i][o] - x));
+      low = std::min(low, x);
+      high = std::max(high, x);
+    }
+    const double amount = o < b.motion->amounts.size() ? b.motion->amounts[o] : 0;
+    const double size = std::max({high - low, kSmall * amount, kSmall * std::max(std::abs(low), std::abs(high))});
+    if (apart > kAlwaysOff * probe.problem().solver.absolute() && apart > r.most * size)
+      r = {apart / size, TradeMeasure::outputs, probe.outputs()[o]->name()};
+  }
+  return r;
+}
+
 /// Whether the looser run is so near that nothing more needs to be asked.
 bool looser_agrees(const TradeProbe& probe, const Problem& problem, const TradeValues& values) {
-  TradeReference own;
-  own.values = values;
   try {
     const Unsaid another;
-    const TradeValues loose = probe.run(at_tolerance(problem, kLooserMotion), "");
-    return change_between(probe, loose, own).most <= kClaimsOfLooser * MotionClaim::of(problem.solver.rtol);
+    const TradeValues loose = probe.run(at_tolerance(problem, kLooserMotion, values), "");
+    return motion_change(probe, loose, values).most <= claim_of(problem);
   } catch (const SolverError&) {
     return false;
   }
@@ -80,7 +130,7 @@ bool motion_is_confirmed(const Problem& problem) {
 void confirm_motion(const TradeProbe& probe, const Problem& problem, const TradeValues& values, Simulation* result) {
   const double rtol = problem.solver.rtol;
   if (rtol < kTightestAtOnce && looser_agrees(probe, problem, values)) return;
-  const Problem tighter = at_tolerance(problem, kTighterMotion);
+  const Problem tighter = at_tolerance(problem, kTighterMotion, values);
   TradeReference better;
   std::optional<std::string> failure;
   try {
@@ -95,13 +145,17 @@ void confirm_motion(const TradeProbe& probe, const Problem& problem, const Trade
                     "is right is not known.",
                     tighter.solver.rtol, *failure));
   if (result) widen_error(*result, values.psi - better.values.psi);
-  const Change change = change_between(probe, values, better);
-  if (change.most <= kPartOfClaim * MotionClaim::of(rtol)) return;
+  const bool tight = rtol < kTightestAtOnce;
+  const Change change = tight ? motion_change(probe, values, better.values) : change_between(probe, values, better);
+  if (change.most <= (tight ? claim_of(problem) : kPartOfClaim * MotionClaim::of(rtol))) return;
+  const std::string from = tighter.solver.step_s > 0 ? fmt::format("steps of {:.3g} s to {:.3g} s",
+                                                                   2 * tighter.solver.step_s, tighter.solver.step_s)
+                                                     : fmt::format("rtol {:g} to {:g}", rtol, tighter.solver.rtol);
   notice(
-      fmt::format("The motion makes much of small errors: from rtol {:g} to {:g} {} changes by {:.2g} of {}. Neither "
-                  "psi nor the motion is known better than that here; take a smaller rtol.",
-                  rtol, tighter.solver.rtol, change.of == TradeMeasure::psi ? "psi" : "'" + change.output + "'",
-                  change.most, change.of == TradeMeasure::psi ? "it" : "its range"));
+      fmt::format("The motion makes much of small errors: from {} {} changes by {:.2g} of {}. Neither psi nor the "
+                  "motion is known better than that here; take a smaller {}.",
+                  from, change.of == TradeMeasure::psi ? "psi" : "'" + change.output + "'", change.most,
+                  change.of == TradeMeasure::psi ? "it" : "its range", tighter.solver.step_s > 0 ? "step" : "rtol"));
 }
 
 }  // namespace costate

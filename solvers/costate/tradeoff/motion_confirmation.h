@@ -20,7 +20,9 @@ bool motion_is_confirmed(const Problem& problem);
 
 /// Gives notice where psi or an output of the probe, at its samples, changes by more than a third of the claim from
 /// `values`, those of `problem`, to a tenth of its tolerance. Below rtol 1e-6 a run at 100 times the tolerance is asked
-/// first, which is cheap, and that one only where it is far off. Cut passes through.
+/// first, which is cheap, and that one only where outputs or the energy change by more than a thousandth, which is what
+/// is told then; of fixed steps that were chosen runs by twice and half of them, and three thousandths. Cut passes
+/// through.
 void confirm_motion(const TradeProbe& probe, const Problem& problem, const TradeValues& values,
                     Simulation* result = nullptr);
 

@@ -260,11 +260,15 @@ class OptimizeRun {
     }
   }
 
+  /// Of the best psi, as far as the summary has it; 0 where it has not.
+  double psi_error() const {
+    const auto error = j_.find("psi_error");
+    return error != j_.end() && error->is_number() ? error->get<double>() : 0;
+  }
+
   std::string best_digits() const {
     const double psi = j_.at("psi").get<double>();
-    const auto error = j_.find("psi_error");
-    return known_digits(psi, std::max(uncertainty_of(psi, whole_.psi_tolerance()),
-                                      error != j_.end() && error->is_number() ? error->get<double>() : 0));
+    return known_digits(psi, std::max(uncertainty_of(psi, whole_.psi_tolerance()), psi_error()));
   }
 
   std::string text(const OptimizerResult& result) const {
@@ -276,12 +280,11 @@ class OptimizeRun {
                        {uncertainty_of(e.psi, std::max({5e-6, e.rtol, whole_.psi_tolerance()})), e.psi_error, error});
       return unknown > six || e.rtol > 0 ? known_digits(e.psi, unknown) : fmt::format("{:.6g}", e.psi);
     };
-    const auto error = j_.find("psi_error");
-    std::string text = fmt::format("{}: {}psi {} -> {} in {} evaluation{}, {:.3g} s\n",
-                                   setup_.scene.title.empty() ? common_.scene : setup_.scene.title,
-                                   whole_.several() ? whole_.what() + ", " : "", shown_psi(first, 0),
-                                   shown_psi(best, error != j_.end() && error->is_number() ? error->get<double>() : 0),
-                                   result.evaluations.size(), result.evaluations.size() == 1 ? "" : "s", wall_);
+    std::string text =
+        fmt::format("{}: {}psi {} -> {} in {} evaluation{}, {:.3g} s\n",
+                    setup_.scene.title.empty() ? common_.scene : setup_.scene.title,
+                    whole_.several() ? whole_.what() + ", " : "", shown_psi(first, 0), shown_psi(best, psi_error()),
+                    result.evaluations.size(), result.evaluations.size() == 1 ? "" : "s", wall_);
     text += fmt::format("  stopped by {}\n", result.stop_reason);
     if (const std::size_t failed = result.failures())
       text += fmt::format("  {} evaluation{} failed and {} rejected\n", failed, failed == 1 ? "" : "s",

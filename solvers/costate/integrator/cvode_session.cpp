@@ -61,9 +61,6 @@ void CvodeSession::solve_newton(double* b) {
 }
 
 void CvodeSession::watch_stiffness(StiffnessWatch& watch, void* memory, double t, const double* y, double end) {
-  // Steps that may as well be taken: BDF begins anew, and where it is not bound by stability takes some thousands. A
-  // touch is stiff for as long as it lasts.
-  const double few = MotionEvents::has_any(system_.assembly().mechanism()) ? 2e5 : 2e4;
   if (linear_multistep() != CV_ADAMS) return;
   const long taken = steps(memory);
   if (!watch.due(taken)) return;
@@ -73,6 +70,9 @@ void CvodeSession::watch_stiffness(StiffnessWatch& watch, void* memory, double t
   CVodeGetLastOrder(memory, &q);
   const double left = std::abs(end - t);
   h = std::abs(h);
+  // Steps that may as well be taken: BDF begins anew, and where it is not bound by stability takes some thousands. A
+  // touch is stiff for as long as it lasts.
+  const double few = MotionEvents::has_any(system_.assembly().mechanism()) ? 2e5 : 2e4;
   if (!(left > few * h)) return;
   const double rate = watch.bound_by(system_, t, y, h, q);
   if (!(rate > 0)) return;

@@ -139,23 +139,24 @@ void confirm_motion(const TradeProbe& probe, const Problem& problem, const Trade
   } catch (const SolverError& e) {
     failure = e.what();
   }
+  const bool halved = has_fixed_steps(integrator_of(problem));
+  const std::string at = halved ? fmt::format("At steps of {:.3g} s, half of", tighter.solver.step_s)
+                                : fmt::format("At rtol {:g}, a tenth of", tighter.solver.rtol);
   if (failure)
-    return notice(
-        fmt::format("At rtol {:g}, a tenth of this run's, the motion cannot be followed ({}): how much of it "
-                    "is right is not known.",
-                    tighter.solver.rtol, *failure));
+    return notice(fmt::format(
+        "{} this run's, the motion cannot be followed ({}): how much of it is right is not known.", at, *failure));
   if (result) widen_error(*result, values.psi - better.values.psi);
   const bool tight = rtol < kTightestAtOnce;
   const Change change = tight ? motion_change(probe, values, better.values) : change_between(probe, values, better);
   if (change.most <= (tight ? claim_of(problem) : kPartOfClaim * MotionClaim::of(rtol))) return;
-  const std::string from = tighter.solver.step_s > 0 ? fmt::format("steps of {:.3g} s to {:.3g} s",
-                                                                   2 * tighter.solver.step_s, tighter.solver.step_s)
-                                                     : fmt::format("rtol {:g} to {:g}", rtol, tighter.solver.rtol);
+  const std::string from =
+      halved ? fmt::format("steps of {:.3g} s to {:.3g} s", 2 * tighter.solver.step_s, tighter.solver.step_s)
+             : fmt::format("rtol {:g} to {:g}", rtol, tighter.solver.rtol);
   notice(
       fmt::format("The motion makes much of small errors: from {} {} changes by {:.2g} of {}. Neither psi nor the "
                   "motion is known better than that here; take a smaller {}.",
                   from, change.of == TradeMeasure::psi ? "psi" : "'" + change.output + "'", change.most,
-                  change.of == TradeMeasure::psi ? "it" : "its range", tighter.solver.step_s > 0 ? "step" : "rtol"));
+                  change.of == TradeMeasure::psi ? "it" : "its range", halved ? "step" : "rtol"));
 }
 
 }  // namespace costate

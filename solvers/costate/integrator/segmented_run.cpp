@@ -39,6 +39,7 @@ void SegmentedRun<Session, SystemType>::advance_segments(double t, Trajectory* t
     if (jump.event >= 0)
       events_.push_back({jump.t, system_.event_name(jump.event), system_.event_mode(jump.event), system_.event_jump(),
                          system_.event_loss()});
+    if (trajectory && jump.event >= 0) keep_met(jump);
     links_.push_back({std::move(jump), start.restart});
     session().read_forward_counters();
     if (adjoint_) note_length(session().counters());
@@ -128,19 +129,15 @@ std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint(const Sampl
   return gradient;
 }
 
+/// While the run is there: the positions that go with independent coordinates are those near the last ones.
 template <class Session, class SystemType>
-std::vector<MetEvent> SegmentedRun<Session, SystemType>::met_events() {
-  std::vector<MetEvent> met;
+void SegmentedRun<Session, SystemType>::keep_met(const Jump& jump) {
   const int mode = system_.mode(), n = system_.assembly().n(), nz = system_.assembly().nz();
-  for (const Link& link : links_) {
-    if (link.jump.event < 0) continue;
-    system_.use_mode(link.jump.before);
-    const StateView s = system_.kinematic_state(link.jump.t, link.jump.y.data());
-    MetEvent& e = met.emplace_back(MetEvent{link.jump.t, link.jump.event, {}});
-    for (const auto& [x, count] : {std::pair{s.q, n}, {s.v, n}, {s.z, nz}}) e.qvz.insert(e.qvz.end(), x, x + count);
-  }
+  system_.use_mode(jump.before);
+  const StateView s = system_.kinematic_state(jump.t, jump.y.data());
+  MetEvent& e = met_.emplace_back(MetEvent{jump.t, jump.event, {}});
+  for (const auto& [x, count] : {std::pair{s.q, n}, {s.v, n}, {s.z, nz}}) e.qvz.insert(e.qvz.end(), x, x + count);
   system_.use_mode(mode);
-  return met;
 }
 
 template <class Session, class SystemType>

@@ -112,12 +112,13 @@ class SegmentedRun {
   Counters counters() const;
   /// The events met so far.
   const std::vector<RunEvent>& events() const { return events_; }
-  /// The same with the states before them.
-  std::vector<MetEvent> met_events();
+  /// Of a motion that is stored the same with the states before them.
+  const std::vector<MetEvent>& met_events() const { return met_; }
 
  private:
   Session& session() { return *sessions_.back(); }
   void advance_segments(double t, Trajectory* trajectory = nullptr);
+  void keep_met(const Jump& jump);
   void begin_segment(const SegmentStart& start, std::unique_ptr<Session>& session);
   void note_length(const Counters& segment) {
     longest_ = std::max(longest_, segment.steps);
@@ -150,6 +151,7 @@ class SegmentedRun {
     bool restart;  // nothing jumps
   };
   std::vector<Link> links_;  // between the sessions
+  std::vector<MetEvent> met_;
   struct Sample {
     std::size_t index;
     double t;

@@ -26,7 +26,7 @@ constexpr double kPartOfClaim = 1.0 / 3;
 // At tighter tolerances a looser run, which takes less than half the steps, tells first whether there is reason to ask:
 // what it is off by is some 40 times the run's own error. Nothing is told of what is off by less than kKnown.
 constexpr double kLooserMotion = 100, kReason = 1e-3, kKnown = 1e-4;
-constexpr int kConfirmingSamples = 30;
+constexpr int kConfirmingSamples = 100, kSamplesOfFixedSteps = 400;  // brief reversals last some steps
 constexpr double kAlwaysOff = 1e4;  // absolute tolerances that an output may always be off by
 
 /// The step that is chosen is for psi, to 0.1 sqrt(rtol): it says less of outputs.
@@ -147,7 +147,8 @@ GradientResult confirmed_simulation(const Problem& problem, const std::vector<do
                                     const TradeProbe::Recording& to, const std::vector<std::string>& asked) {
   if (!problem.solver.confirm || !motion_is_confirmed(problem))
     return GradientResult(simulate(problem, rho, to.times, to.sink));
-  const TradeProbe probe(problem, rho, confirmed_outputs(problem, asked), kConfirmingSamples);
+  const int samples = has_fixed_steps(integrator_of(problem)) ? kSamplesOfFixedSteps : kConfirmingSamples;
+  const TradeProbe probe(problem, rho, confirmed_outputs(problem, asked), samples);
   GradientResult r;
   const TradeValues values = probe.run(problem, "", &r, &to);
   confirm_motion(probe, problem, values, &r);

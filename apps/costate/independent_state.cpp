@@ -9,7 +9,7 @@ namespace costate::app {
 
 namespace {
 
-/// The blocks at (row, column), and transposed at (column, row) if wanted.
+/// The blocks at (first_row + row, column), or transposed at (column, first_row + row).
 void fill(Eigen::MatrixXd& A, const SparsePattern& pattern, const std::vector<double>& values, int first_row,
           bool transposed) {
   for (int j = 0; j < pattern.cols; ++j) {
@@ -17,9 +17,23 @@ void fill(Eigen::MatrixXd& A, const SparsePattern& pattern, const std::vector<do
     for (auto e = pattern.column_start[c]; e < pattern.column_start[c + 1]; ++e) {
       const auto i = first_row + pattern.row[static_cast<std::size_t>(e)];
       const double x = values[static_cast<std::size_t>(e)];
-      A(i, j) += x;
-      if (transposed) A(j, i) += x;
+      if (transposed)
+        A(j, i) += x;
+      else
+        A(i, j) += x;
     }
+  }
+}
+
+/// Rows that are not there have lambda = 0; those along which contacts slide, lib/README.md (19.6), (19.7),
+/// lambda_along + s mu lambda_normal = 0.
+void add_switched_rows(Eigen::MatrixXd& A, const Assembly& assembly) {
+  const int n = assembly.n();
+  for (int i = 0; i < assembly.m(); ++i)
+    if (!assembly.is_there(i)) A(n + i, n + i) = 1;
+  for (const Assembly::SlidingRow& r : assembly.sliding_rows()) {
+    A(n + r.along, n + r.along) = 1;
+    A(n + r.along, n + r.normal) = assembly.friction(r);
   }
 }
 
@@ -43,6 +57,7 @@ std::vector<double> IndependentState::outputs_at(const StateView& s, const Eigen
 
 //  [ M      Phi_q^T ] [   a    ]   [   Q   ]
 //  [ Phi_q     0    ] [ lambda ] = [ -bias ],   scaled to S A S (S^-1 x) = S b with rows of S A S near one.
+// Contacts that are open or slide stand in the corner, and Phi_q^T holds the rows along which they slide.
 std::vector<double> IndependentState::values(const StateView& s, std::vector<char>* determined) {
   const int n = assembly_.n(), m = assembly_.m();
   StateView state = s;
@@ -50,7 +65,9 @@ std::vector<double> IndependentState::values(const StateView& s, std::vector<cha
   assembly_.calc_dynamics(state);
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n + m, n + m);
   fill(A, assembly_.square(), assembly_.M, 0, false);
-  fill(A, assembly_.jacobian(), assembly_.phi_q, n, true);
+  fill(A, assembly_.jacobian(), assembly_.phi_q, n, false);
+  fill(A, assembly_.jacobian(), assembly_.reaction_jacobian(), n, true);
+  if (assembly_.has_switched_rows()) add_switched_rows(A, assembly_);
   Eigen::VectorXd b(n + m), S = Eigen::VectorXd::Ones(n + m);
   for (int i = 0; i < n; ++i) b[i] = assembly_.Q[static_cast<std::size_t>(i)];
   for (int i = 0; i < m; ++i) b[n + i] = -assembly_.bias[static_cast<std::size_t>(i)];

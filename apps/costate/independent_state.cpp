@@ -1,6 +1,7 @@
 #include "independent_state.h"
 
 #include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
 
 #include "costate/objective/all_outputs.h"
@@ -96,6 +97,43 @@ std::vector<double> IndependentState::values(const StateView& s, std::vector<cha
   for (std::size_t c = 0; c < found.size(); ++c)
     (*determined)[c] = std::abs(other[c] - found[c]) <= 1e-6 * (std::abs(other[c]) + std::abs(found[c])) + least;
   return found;
+}
+
+std::map<std::string, double> IndependentState::sizes_by_forces(const StateView& s) {
+  StateView state = s;
+  state.a = state.lambda = nullptr;
+  assembly_.calc_dynamics(state);
+  const auto diagonal = [&](int j) {
+    const SparsePattern& square = assembly_.square();
+    double mass = 0;
+    for (auto e = square.column_start[static_cast<std::size_t>(j)];
+         e < square.column_start[static_cast<std::size_t>(j) + 1]; ++e)
+      if (square.row[static_cast<std::size_t>(e)] == j) mass += assembly_.M[static_cast<std::size_t>(e)];
+    return mass;
+  };
+  const SparsePattern& jacobian = assembly_.jacobian();
+  std::vector<double> force(static_cast<std::size_t>(assembly_.m()), 0), entry = force;
+  std::map<std::string, double> largest;
+  for (int j = 0; j < assembly_.n(); ++j) {
+    const auto c = static_cast<std::size_t>(j);
+    const double Q = std::abs(assembly_.Q[c]), mass = diagonal(j);
+    double& most = largest[assembly_.mechanism().coordinates()[c].unit + "/s^2"];
+    if (mass > 0) most = std::max(most, Q / mass);
+    for (auto e = jacobian.column_start[c]; e < jacobian.column_start[c + 1]; ++e) {
+      const auto i = static_cast<std::size_t>(jacobian.row[static_cast<std::size_t>(e)]);
+      const double x = std::abs(assembly_.phi_q[static_cast<std::size_t>(e)]);
+      if (x > 0) force[i] = std::max(force[i], Q);
+      entry[i] = std::max(entry[i], x);
+    }
+  }
+  std::size_t row = 0;
+  for (const auto& o : outputs_) {
+    if (o->name().rfind("lambda.", 0) != 0 || row == entry.size()) continue;
+    double& most = largest[o->unit()];
+    if (entry[row] > 0) most = std::max(most, force[row] / entry[row]);
+    ++row;
+  }
+  return largest;
 }
 
 }  // namespace costate::app

@@ -17,6 +17,7 @@ const std::vector<GuideEntry>& failure_guide() {
       {"singular-position-passed", {"The mechanism passes a singular position at"}},
       {"step-leaves-its-branch", {"has left its branch"}},
       {"end-never-comes", {"The run ends by "}},
+      {"search-leaves-the-scene", {"keep the search where there is a scene"}},
       {"event-is-grazed", {"is grazed", "has happened already", "This scene has events", "'ends_when'"}},
       {"rigid-contact-goes-no-further",
        {"its bounces die out", "strike at the same time", "stop sliding at the same time", "would create an energy",

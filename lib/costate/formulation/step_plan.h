@@ -26,6 +26,8 @@ class StepPlan {
   /// The next time behind t at which a law of time begins, ends or becomes another: schemes of high order see little of
   /// a jump of a derivative within a step.
   double next_time(double t) const { return time_.next_place(t); }
+  /// Whether nothing is there until t_end but what repeats itself all the time.
+  bool even(double t_end) const { return tracks_.empty() && !(time_.next_place(time_.from()) < t_end); }
   bool needs_state() const { return !tracks_.empty(); }
   /// The same for a system's unknowns.
   double limit(System& system, double t, const double* y, bool backward) const;

@@ -52,6 +52,7 @@ class CvodeSession final : public SundialsSession<CvodeApi> {
   }
   void watch_stiffness(StiffnessWatch& watch, void* memory, double t, const double* y, double end);
   int linear_multistep() const;
+  void choose_smooth_steps(void* memory) override;
 
   static int rhs(double t, N_Vector y, N_Vector f, void* self);
   static int newton_matrix(double t, N_Vector y, N_Vector f, SUNMatrix A, int jok, int* jcur, double gamma, void* self,

@@ -62,6 +62,7 @@ void SegmentedRun<Session, SystemType>::begin_segment(const SegmentStart& start,
   session->follow(plan_of_steps_);
   touches_->begin_segment();
   session->follow(touches_.get());
+  if (smooth_) session->follow_smooth_motion();
   if (cost_) session->enable_cost();
   if (sensitivities_) session->enable_sensitivities();
   if (adjoint_) session->enable_adjoint(plan_);

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "costate/adjoint/motion_jump.h"
+#include "costate/formulation/smooth_motion.h"
 #include "costate/integrator/adjoint_invariant.h"
 #include "costate/integrator/cvode_session.h"
 #include "costate/integrator/ida_session.h"
@@ -37,6 +38,8 @@ class SegmentedRun {
     plan_of_steps_ = std::move(plan);
     session().follow(plan_of_steps_);
     session().follow(touches_.get());
+    smooth_ = is_smooth(system_, *touches_, *plan_of_steps_, options_.t_end, options_.rtol, options_.absolute());
+    if (smooth_) session().follow_smooth_motion();
     segmented_ = system_.may_jump() || !plan_of_steps_->empty() || !touches_->empty();
   }
   /// For runs back along the motion so far: whatever has touched is met on the way back as well.
@@ -130,7 +133,7 @@ class SegmentedRun {
   SystemType& system_;
   SolverOptions options_;
   Monitor monitor_;
-  bool segmented_ = false, cost_ = false, sensitivities_ = false, adjoint_ = false;
+  bool segmented_ = false, smooth_ = false, cost_ = false, sensitivities_ = false, adjoint_ = false;
   double t_start_ = 0, t_ = 0;
   CheckpointPlan plan_;
   std::shared_ptr<const StepPlan> plan_of_steps_;

@@ -79,6 +79,7 @@ void SundialsSession<Api>::open_backward() {
   check(Api::set_linear_solver_back(memory_, b.which, b.newton->solver(), b.newton->matrix()),
         "the adjoint's Newton operator");
   set_backward_matrix();
+  if (smooth_) choose_smooth_steps(back_->memory);
   if (np > 0) {
     check(Api::init_quadrature_back(memory_, b.which, backward_quadrature_function(), b.q),
           "the gradient's quadrature");

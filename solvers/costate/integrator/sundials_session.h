@@ -42,6 +42,11 @@ class SundialsSession {
   void follow(std::shared_ptr<const StepPlan> plan);
   /// Of the run, told of each step; or null.
   void follow(TouchWatch* touches) { touches_ = touches && !touches->empty() ? touches : nullptr; }
+  /// The motion, and that of its adjoint, have derivatives of every order (is_smooth()).
+  void follow_smooth_motion() {
+    smooth_ = true;
+    choose_smooth_steps(memory_);
+  }
   /// Before a run back, whose steps keep within these bounds.
   void follow_back(std::shared_ptr<const StepPlan> plan) { plan_back_ = plan && !plan->empty() ? plan : nullptr; }
   /// Adds psi's running part under error control.
@@ -108,6 +113,8 @@ class SundialsSession {
   /// The system's own adjoint begins with what is in back_; creates its memory there, but for its matrix.
   virtual void create_backward() = 0;
   virtual void set_backward_matrix() = 0;
+  /// Of a run, or a run back, of a smooth motion.
+  virtual void choose_smooth_steps(void*) {}
   /// How often the way back may be tried (attempts_back.h), and what is set for one.
   virtual int attempts_back() const { return 1; }
   virtual void begin_attempt_back(int) {}
@@ -211,6 +218,7 @@ class SundialsSession {
   std::string message_;
   std::shared_ptr<const StepPlan> plan_, plan_back_;  // or null
   TouchWatch* touches_ = nullptr;
+  bool smooth_ = false;
   std::optional<TouchLook> passed_;                                         // at the end of the segment
   double ahead_of_ = std::numeric_limits<double>::quiet_NaN(), ahead_ = 0;  // the plan's last answer, and when
   double place_ = std::numeric_limits<double>::quiet_NaN();                 // the last time that the plan had asked for

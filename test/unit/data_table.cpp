@@ -288,6 +288,9 @@ t_end_s = 2
   // Degrees are radians, N mm are joules; no unit, or none of its own, says nothing.
   for (const auto& [unit, output] : {std::pair{"deg", "th.angle"}, {"rad", "th.angle"}, {"mm", "P.x"}, {"-", "P.x"}})
     CHECK_NOTHROW(read(unit, none, output));
+  // Where a hundredth of the column's numbers would be taken.
+  CHECK_THROWS_WITH(read("%", none, "P.x"), Contains("Column 'a' is in % [1], and what it is used for in m."));
+  CHECK_THROWS_WITH(read("%", of_data, "P.x"), Contains("is in %"));
   CHECK_NOTHROW(read("N mm", of_data, "energy.total"));
   CHECK_THROWS_WITH(read("kg", none, "th.angle"), Contains("kg") && Contains("rad") && Contains("another quantity"));
   CHECK_THROWS_WITH(read("mm", none, "P.x_dot"), Contains("m/s"));

@@ -171,7 +171,11 @@ std::string wrong_unit(const DataColumn& column, const std::string& wanted) {
   if (si && !column.unit.empty() && column.unit != "1" && of_wanted && of_wanted->factor != 1)
     return fmt::format("Column '{}' [{}] is read in {}, and what it is used for is in {}. Give that in {}.",
                        column.name, column.unit, *si->unit ? si->unit : "1", wanted, of_wanted->unit);
-  if (!si || !units_disagree(si->unit, wanted)) return {};
+  if (!si) return {};
+  // "-" says nothing of a column; a share in percent is a hundredth of something that no force or length is.
+  const std::optional<UnitExponents> of = wanted.empty() ? std::nullopt : unit_exponents(wanted);
+  const bool share = si->factor != 1 && (!*si->unit || si->unit == std::string("1")) && of && *of != UnitExponents{};
+  if (!share && !units_disagree(si->unit, wanted)) return {};
   return fmt::format("Column '{}' is in {} [{}], and what it is used for in {}.", column.name, column.unit, si->unit,
                      wanted);
 }

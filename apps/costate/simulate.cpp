@@ -59,7 +59,10 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   std::optional<AccurateRun> accurate;
   if (accuracy) accurate = run_accurately(setup, common, *accuracy, false, [&](const Problem&) { return record(); });
   const Simulation r = accurate ? accurate->result : started(setup, [&] {
-    return confirmed_simulation(setup.problem, setup.rho, record(), setup.scene.run.outputs);
+    const auto& outputs = setup.scene.run.outputs;
+    const bool all = setup.files || common.json;
+    return confirmed_simulation(setup.problem, setup.rho, record(),
+                                all ? all_that_is_told(setup.problem, setup.rho, outputs) : outputs);
   });
   TrajectoryRecorder& recorder = *recording;
   const double wall = seconds_since(begin);

@@ -146,7 +146,8 @@ py::dict simulate_problem(const PyProblem& p, const std::optional<Numbers>& rho,
       for (const auto& o : outputs) data.push_back(o->value(s, system.assembly()));
     };
     problem.solver.confirm = confirm;
-    r = confirmed_simulation(problem, values, {at, keep}, names ? *names : p.setup().scene.run.outputs);
+    r = confirmed_simulation(problem, values, {at, keep},
+                             names ? *names : all_that_is_told(problem, values, p.setup().scene.run.outputs));
   });
   const auto rows = static_cast<py::ssize_t>(t.size()), columns = static_cast<py::ssize_t>(outputs.size());
   py::dict d, units;

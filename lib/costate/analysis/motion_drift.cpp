@@ -44,6 +44,10 @@ void MotionWatch::torn(const Drift& d) const {
 
 std::vector<std::string> MotionWatch::warnings() const {
   std::vector<std::string> out = near_dependent_;
+  if (const auto text = jump())
+    out.push_back(*text +
+                  ". Steps that pass it are less accurate, and derivatives do not exist there. Let the spring's "
+                  "natural length be zero, or its ends pass each other at a distance.");
   if (!events_.empty()) {
     std::set<std::string> rows;
     std::vector<double> times;

@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "costate/analysis/line_watch.h"
 #include "costate/assembly/assembly.h"
 
 namespace costate {
@@ -40,6 +41,8 @@ class MotionWatch {
   void step(double t, const double* q, const double* v);
   void finish(double t, const double* q, const double* v);
 
+  /// Of a force that jumps as its ends pass through each other: a sentence without its advice.
+  std::optional<std::string> jump() const { return lines_.met(); }
   /// Whole sentences; complete after finish().
   std::vector<std::string> warnings() const;
 
@@ -107,6 +110,7 @@ class MotionWatch {
   std::vector<RankEvent> events_;
   std::vector<std::string> near_dependent_;
   long steps_ = 0;
+  LineWatch lines_;
 };
 
 }  // namespace costate

@@ -13,7 +13,7 @@ namespace costate {
 namespace {
 
 constexpr int kHalvings = 12;
-constexpr double kJump = 4;  // a change of this many times the last one's slope is a change of branch
+constexpr double kLeap = 4;  // a change of this many times the last one's slope is a change of branch
 
 class Continuation {
  public:
@@ -57,7 +57,7 @@ class Continuation {
     try {
       Equilibrium next = find_equilibrium(assembly_, t_, held_, false, &guess);
       const Eigen::VectorXd slope = (next.q - at_.q) / step;
-      if (slope_ && (slope - *slope_).norm() > kJump * slope_->norm()) {
+      if (slope_ && (slope - *slope_).norm() > kLeap * slope_->norm()) {
         complaint_ = "The next position lies on another branch.";
         return false;
       }

@@ -10,6 +10,7 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/base/unsaid.h"
+#include "costate/integrator/run_watch.h"
 #include "costate/integrator/unknown_sizes.h"
 #include "costate/problem/known_error.h"
 #include "costate/problem/scaled_gradient.h"
@@ -291,6 +292,7 @@ void FixedRun::conclude(Simulation& result) const {
 }
 
 void FixedRun::conclude(GradientResult& result) const {
+  if (const auto jump = watch_->jump()) refuse_jump(*jump);
   conclude(static_cast<Simulation&>(result));
   if (const double drift = watch_->told_drift(); drift > 0)
     widen_error(result, problem_.parameters, 0,

@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <optional>
+
 #include "costate/analysis/start.h"
 #include "costate/analysis/undetermined_reactions.h"
 #include "costate/base/notice.h"
+#include "costate/objective/all_outputs.h"
 
 namespace costate {
 
@@ -45,6 +48,21 @@ void tell_of_open_reactions(const Problem& problem, const std::vector<double>& r
       "those that formulation '{}' chooses. What parts would bear is decided by how they give.",
       first_names(reactions.rows()), open.empty() ? std::string() : ", nor what is made of them, " + first_names(open),
       problem.formulation));
+}
+
+std::vector<std::string> determined_outputs(const Problem& problem, const std::vector<double>& rho, std::size_t most) {
+  std::vector<std::string> names;
+  if (output_names(*problem.mechanism).size() > most) return names;
+  Assembly assembly(problem.mechanism, problem.parameters);
+  assembly.set_parameters(rho.data());
+  std::optional<UndeterminedReactions> reactions;
+  if (find_formulation(problem.formulation).carries_redundancy) {
+    const Start start = find_start(assembly, problem.solver.t_start, false);
+    reactions.emplace(assembly, problem.solver.t_start, start.q, start.z);
+  }
+  for (const auto& output : make_all_outputs(*problem.mechanism))
+    if (!reactions || reactions->none() || !reactions->leaves_open(*output)) names.push_back(output->name());
+  return names;
 }
 
 }  // namespace costate

@@ -17,4 +17,7 @@ std::string redundant_rows(const Problem& problem, const std::vector<double>& rh
 void tell_of_open_reactions(const Problem& problem, const std::vector<double>& rho,
                             const std::vector<std::unique_ptr<Output>>& outputs, bool multipliers);
 
+/// Names of all outputs but those of reactions that the motion does not determine; of more than `most` none.
+std::vector<std::string> determined_outputs(const Problem& problem, const std::vector<double>& rho, std::size_t most);
+
 }  // namespace costate

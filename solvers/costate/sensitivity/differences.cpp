@@ -20,14 +20,16 @@ namespace {
 constexpr double kTightestDifferences = 1e-13;  // rtol of the runs; their noise is amplified by 1/step
 constexpr double kFirstStep = 0.05;             // relative to the parameter
 constexpr int kLevels = 11;          // steps h, h/2, ... h/1024 at most: a strongly bent psi needs the last ones
+constexpr double kNoise = 3;         // of psi, in tolerances of its runs: what steps that change from run to run leave
 constexpr double kConverged = 1e-6;  // relative; from here on growing changes are noise, not yet bends of psi
 
 /// Derivative and error estimate of f at x: the entry of the extrapolation tableau that changed least, so that neither
-/// truncation (first columns) nor noise (last rows) spoils it.
+/// truncation (first columns) nor noise (last rows) spoils it; by chance it may have changed by less than what values
+/// off by `noise` make of it.
 template <class Function>
-std::pair<double, double> extrapolated_slope(Function&& f, double x, double h) {
+std::pair<double, double> extrapolated_slope(Function&& f, double x, double h, double noise_of_f) {
   std::array<std::array<double, kLevels>, kLevels> a{};
-  double best = 0, error = std::numeric_limits<double>::infinity();
+  double best = 0, error = std::numeric_limits<double>::infinity(), least = 0;
   for (int i = 0; i < kLevels; ++i, h /= 2) {
     const double above = x + h, below = x - h;
     a[0][i] = (f(above) - f(below)) / (above - below);
@@ -38,12 +40,13 @@ std::pair<double, double> extrapolated_slope(Function&& f, double x, double h) {
       if (e <= error) {
         error = e;
         best = a[j][i];
+        least = noise_of_f / h;
       }
     }
     const bool noise = i > 1 && std::abs(a[i][i] - a[i - 1][i - 1]) > 4 * error;
     if (noise && error <= kConverged * std::abs(best)) break;
   }
-  return {best, error};
+  return {best, std::max(error, least)};
 }
 
 /// psi of the run, or over the cycle.
@@ -72,7 +75,8 @@ GradientResult run_at(double rtol, const Problem& problem, const std::vector<dou
       return at.psi;
     };
     const double scale = rho[j] != 0 ? std::abs(rho[j]) : problem.parameters.parameters[j].scale;
-    std::tie(r.gradient[j], r.gradient_error[j]) = extrapolated_slope(psi, rho[j], kFirstStep * scale);
+    std::tie(r.gradient[j], r.gradient_error[j]) =
+        extrapolated_slope(psi, rho[j], kFirstStep * scale, kNoise * rtol * std::abs(r.psi));
   });
   for (const Counters& c : spent) r.counters += c;
   return r;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <numbers>
 #include <optional>
 
 #include "costate/base/error.h"
@@ -11,6 +13,7 @@
 #include "costate/base/unsaid.h"
 #include "costate/integrator/integrators.h"
 #include "costate/problem/known_error.h"
+#include "costate/problem/redundant_rows.h"
 #include "costate/tradeoff/trade_reference.h"
 
 namespace costate {
@@ -23,15 +26,17 @@ constexpr double kTighterMotion = 0.1;
 // Errors that fall by 2 or more a decade of the tolerance are at most twice the change; a third leaves the rest to
 // chance between samples.
 constexpr double kPartOfClaim = 1.0 / 3;
-// At tighter tolerances a looser run, which takes less than half the steps, tells first whether there is reason to ask:
-// what it is off by is some 40 times the run's own error. Nothing is told of what is off by less than kKnown.
-constexpr double kLooserMotion = 100, kReason = 1e-3, kKnown = 1e-4;
+// Nothing is told of what is off by less than kKnown. At tighter tolerances a looser run, which takes less than half
+// the steps, tells first whether there is reason to ask: what it is off by is mostly some 40 times the run's own error,
+// but no more than a few times it over touches that high orders pass in one step.
+constexpr double kLooserMotion = 100, kOfLooser = 0.1, kKnown = 1e-4;
 constexpr int kConfirmingSamples = 100, kSamplesOfFixedSteps = 400;  // brief reversals last some steps
+constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kAlwaysOff = 1e4;  // absolute tolerances that an output may always be off by
 
 /// The step that is chosen is for psi, to 0.1 sqrt(rtol): it says less of outputs.
 constexpr double kUnknownBySteps = 3e-3;
-double reason_of(const Problem& problem) { return has_fixed_steps(integrator_of(problem)) ? kUnknownBySteps : kReason; }
+double reason_of(const Problem& problem) { return has_fixed_steps(integrator_of(problem)) ? kUnknownBySteps : kKnown; }
 double claim_of(const Problem& problem) {
   if (has_fixed_steps(integrator_of(problem))) return kUnknownBySteps;
   return kPartOfClaim * std::max(kKnown, MotionClaim::of(problem.solver.rtol));
@@ -86,41 +91,78 @@ Problem at_tolerance(const Problem& problem, double factor, const TradeValues& v
 
 bool is_acceleration(const std::string& output) { return output.ends_with("_ddot"); }
 
-/// The same at tight tolerances, where outputs of a small range have as many digits as what they are made of has. An
-/// acceleration only where the rest changes by no more than `claim`.
+/// What reactions and outputs of them and of accelerations range over, by unit: each is a sum of terms of the others'
+/// size, of whose errors it has its part.
+std::map<std::string, double> sizes_of_reactions(const TradeProbe& probe, const TradeMotion& motion) {
+  std::map<std::string, double> sizes;
+  for (std::size_t o = 0; o < probe.outputs().size(); ++o) {
+    const Output& output = *probe.outputs()[o];
+    if (!output.needs_accelerations() || is_acceleration(output.name())) continue;
+    double& size = sizes[output.unit()];
+    for (const auto& sample : motion.outputs) size = std::max(size, std::abs(sample[o]));
+  }
+  return sizes;
+}
+
+/// The same at tight tolerances, where outputs of a small range have as many digits as what they are made of has. What
+/// is told first: the motion, then what else is handed out, then accelerations.
 Change motion_change(const TradeProbe& probe, const TradeValues& a, const TradeValues& b, double claim) {
-  constexpr double kSmall = 1e-2;  // of the terms' amounts
-  Change r{energy_between(a, b), TradeMeasure::outputs, "energy.total"}, acceleration;
-  if (!a.motion || !b.motion) return r;
+  constexpr double kSmall = 1e-2;    // of the terms' amounts
+  constexpr double kOfOthers = 1e2;  // tolerances of the largest of the kind
+  Change motion{energy_between(a, b), TradeMeasure::outputs, "energy.total"}, output, acceleration;
+  if (!a.motion || !b.motion) return motion;
   const std::size_t samples = std::min(a.motion->outputs.size(), b.motion->outputs.size());
+  const std::size_t coordinates = probe.problem().mechanism->coordinate_names().size();
+  const std::map<std::string, double> kinds = sizes_of_reactions(probe, *b.motion);
+  const SolverOptions& solver = probe.problem().solver;
   for (std::size_t o = 0; o < probe.outputs().size() && samples > 0; ++o) {
+    const Output& of = *probe.outputs()[o];
     double apart = 0, low = HUGE_VAL, high = -HUGE_VAL;
     for (std::size_t i = 0; i < samples; ++i) {
       const double x = b.motion->outputs[i][o];
-      apart = std::max(apart, std::abs(a.motion->outputs[i][o] - x));
+      // Angles of a body's position start again at half a turn.
+      const double change = a.motion->outputs[i][o] - x;
+      const bool turns = o >= coordinates && of.unit() == "rad";
+      apart = std::max(apart, std::abs(turns ? std::remainder(change, kTurn) : change));
       low = std::min(low, x);
       high = std::max(high, x);
     }
     const double amount = o < b.motion->amounts.size() ? b.motion->amounts[o] : 0;
     const double size = std::max({high - low, kSmall * amount, kSmall * std::max(std::abs(low), std::abs(high))});
-    const std::string name = probe.outputs()[o]->name();
-    Change& most = is_acceleration(name) ? acceleration : r;
-    if (apart > kAlwaysOff * probe.problem().solver.absolute() && apart > most.most * size)
-      most = {apart / size, TradeMeasure::outputs, name};
+    double always = kAlwaysOff * solver.absolute();
+    if (of.needs_accelerations() && !is_acceleration(of.name()))
+      always = std::max(always, kOfOthers * solver.rtol * kinds.at(of.unit()));
+    Change& most = o < coordinates ? motion : is_acceleration(of.name()) ? acceleration : output;
+    if (apart > always && apart > most.most * size) most = {apart / size, TradeMeasure::outputs, of.name()};
   }
-  return r.most > claim ? r : acceleration;
+  return motion.most > claim ? motion : output.most > claim ? output : acceleration;
 }
 
-/// Whether the looser run is so near that nothing more needs to be asked.
-bool looser_agrees(const TradeProbe& probe, const Problem& problem, const TradeValues& values) {
+/// What a looser run is off by; null where it fails. psi's error is about a tenth of what that one's is, as for
+/// gradients.
+std::optional<Change> off_by_looser(const TradeProbe& probe, const Problem& problem, const TradeValues& values,
+                                    Simulation* result) {
   try {
     const Unsaid another;
     const TradeValues loose = probe.run(at_tolerance(problem, kLooserMotion, values), "");
-    const double reason = reason_of(problem);
-    return motion_change(probe, loose, values, reason).most <= reason;
+    const Change change = motion_change(probe, loose, values, reason_of(problem));
+    if (result && change.most <= reason_of(problem)) widen_error(*result, kOfLooser * (values.psi - loose.psi));
+    return change;
   } catch (const SolverError&) {
-    return false;
+    return std::nullopt;
   }
+}
+
+void tell(const Problem& problem, const Change& change, const std::string& from, const std::string& advice) {
+  const auto coordinates = problem.mechanism->coordinate_names();
+  const bool of_motion = change.of == TradeMeasure::psi || change.output == "energy.total" ||
+                         std::find(coordinates.begin(), coordinates.end(), change.output) != coordinates.end();
+  notice(
+      fmt::format("The motion makes much of small errors: from {} {} changes by {:.2g} of {}. {} not known better "
+                  "than that here; {}.",
+                  from, change.of == TradeMeasure::psi ? "psi" : "'" + change.output + "'", change.most,
+                  change.of == TradeMeasure::psi ? "it" : "its range",
+                  of_motion ? "Psi and the motion are" : "Outputs like that are", advice));
 }
 
 }  // namespace
@@ -130,7 +172,7 @@ double MotionClaim::of(double rtol) { return std::min(kMost, kClaim * rtol); }
 bool motion_is_confirmed(const Problem& problem) {
   const double rtol = problem.solver.rtol;
   const bool own_steps = problem.solver.step_s > 0 && has_fixed_steps(integrator_of(problem));
-  return rtol >= kTightestConfirmed && rtol < kLoosestConfirmed && !own_steps;
+  return rtol < kLoosestConfirmed && !own_steps;
 }
 
 std::vector<std::string> confirmed_outputs(const Problem& problem, const std::vector<std::string>& asked) {
@@ -141,6 +183,14 @@ std::vector<std::string> confirmed_outputs(const Problem& problem, const std::ve
   for (const auto& name : asked)
     if (name != "time" && std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
   return names;
+}
+
+std::vector<std::string> all_that_is_told(const Problem& problem, const std::vector<double>& rho,
+                                          const std::vector<std::string>& outputs) {
+  constexpr std::size_t kMost = 5000;
+  if (!problem.solver.confirm || !motion_is_confirmed(problem)) return outputs;
+  const std::vector<std::string> all = determined_outputs(problem, rho, kMost);
+  return all.empty() ? outputs : all;
 }
 
 GradientResult confirmed_simulation(const Problem& problem, const std::vector<double>& rho,
@@ -157,7 +207,16 @@ GradientResult confirmed_simulation(const Problem& problem, const std::vector<do
 
 void confirm_motion(const TradeProbe& probe, const Problem& problem, const TradeValues& values, Simulation* result) {
   const double rtol = problem.solver.rtol;
-  if (rtol < kTightestAtOnce && looser_agrees(probe, problem, values)) return;
+  if (rtol < kTightestAtOnce) {
+    const std::optional<Change> off = off_by_looser(probe, problem, values, result);
+    if (off && off->most <= reason_of(problem)) return;
+    if (rtol < kTightestConfirmed) {  // a tighter one is rounding
+      if (off)
+        tell(problem, *off, fmt::format("rtol {:g} to {:g}", kLooserMotion * rtol, rtol),
+             "a shorter time may be, or another start");
+      return;
+    }
+  }
   const Problem tighter = at_tolerance(problem, kTighterMotion, values);
   TradeReference better;
   std::optional<std::string> failure;
@@ -182,15 +241,7 @@ void confirm_motion(const TradeProbe& probe, const Problem& problem, const Trade
   const std::string from =
       halved ? fmt::format("steps of {:.3g} s to {:.3g} s", 2 * tighter.solver.step_s, tighter.solver.step_s)
              : fmt::format("rtol {:g} to {:g}", rtol, tighter.solver.rtol);
-  const auto coordinates = problem.mechanism->coordinate_names();
-  const bool of_motion = change.of == TradeMeasure::psi || change.output == "energy.total" ||
-                         std::find(coordinates.begin(), coordinates.end(), change.output) != coordinates.end();
-  notice(
-      fmt::format("The motion makes much of small errors: from {} {} changes by {:.2g} of {}. {} not known better "
-                  "than that here; take a smaller {}.",
-                  from, change.of == TradeMeasure::psi ? "psi" : "'" + change.output + "'", change.most,
-                  change.of == TradeMeasure::psi ? "it" : "its range",
-                  of_motion ? "Psi and the motion are" : "Outputs like that are", halved ? "step" : "rtol"));
+  tell(problem, change, from, halved ? "take a smaller step" : "take a smaller rtol");
 }
 
 }  // namespace costate

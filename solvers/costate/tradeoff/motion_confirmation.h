@@ -14,13 +14,18 @@ struct MotionClaim {
   static double of(double rtol);
 };
 
-/// Whether motions of this problem are confirmed: from rtol 1e-11 on, below which there are no tighter ones. From 1e-2
-/// on a run promises nothing, and says so itself; with a step of the user's it never does.
+/// Whether motions of this problem are confirmed: not from rtol 1e-2 on, where a run promises nothing, and says so
+/// itself; with a step of the user's it never does. Below rtol 1e-11, where there are no tighter ones, by a looser one.
 bool motion_is_confirmed(const Problem& problem);
 
-/// What a motion of this problem is confirmed by: its coordinates and what is `asked` for (names of outputs), at tight
-/// tolerances its accelerations, too, which may have far fewer digits.
+/// What a motion of this problem is confirmed by: its coordinates and what is `asked` for (names of outputs; what is
+/// handed out of it), at tight tolerances its accelerations, too, which may have far fewer digits.
 std::vector<std::string> confirmed_outputs(const Problem& problem, const std::vector<std::string>& asked);
+
+/// All that files, JSON and Python hand out of a motion, as far as it is determined: names to ask for. Of more outputs
+/// than that, those of the scene's `outputs`.
+std::vector<std::string> all_that_is_told(const Problem& problem, const std::vector<double>& rho,
+                                          const std::vector<std::string>& outputs);
 
 /// A run at rho whose samples go to the recording, with others that tell what it is worth, where it is to be confirmed
 /// (`problem.solver.confirm` and motion_is_confirmed).
@@ -29,8 +34,8 @@ GradientResult confirmed_simulation(const Problem& problem, const std::vector<do
 
 /// Gives notice where psi or an output of the probe, at its samples, changes by more than a third of the claim from
 /// `values`, those of `problem`, to a tenth of its tolerance. Below rtol 1e-6 a run at 100 times the tolerance is asked
-/// first, which is cheap, and that one only where outputs or the energy change by more than a thousandth; told is then
-/// what still changes by more than a tenth of that. Of fixed steps that were chosen runs by twice and half of them, and
+/// first, which is cheap, and that one only where outputs or the energy change by more than 1e-4; told is then what
+/// still changes by more than a third of that. Of fixed steps that were chosen runs by twice and half of them, and
 /// three thousandths. Cut passes through.
 void confirm_motion(const TradeProbe& probe, const Problem& problem, const TradeValues& values,
                     Simulation* result = nullptr);

@@ -8,13 +8,14 @@
 #include "costate/base/error.h"
 #include "costate/element/element.h"
 #include "costate/element/force/force_law.h"
+#include "costate/element/meeting_ends.h"
 #include "costate/element/point/number_gradient.h"
 #include "costate/element/point/point_speed.h"
 
 namespace costate {
 
 template <class Law, class Line = PlanarVector>
-class AxialForce : public ForceOf<AxialForce<Law, Line>>, public MotionLawElement {
+class AxialForce : public ForceOf<AxialForce<Law, Line>>, public MotionLawElement, public MeetingEnds {
   static constexpr int dim = Line::Vector::RowsAtCompileTime;
   using Vector = typename Line::Vector;
   using Square = Eigen::Matrix<double, dim, dim>;
@@ -51,6 +52,20 @@ class AxialForce : public ForceOf<AxialForce<Law, Line>>, public MotionLawElemen
     m.speed = a.most() + b.most();
     m.turn = std::max(a.turn, b.turn);
     return m;
+  }
+  void ends_apart(const LocalState& s, double* d, double* rate) const override {
+    d[2] = rate[2] = 0;
+    d_.value(s.q, s.p + law_number_count_, d);
+    d_.rate(s.q, s.v, s.p + law_number_count_, rate);
+  }
+  double jump_where_ends_meet(const LocalState& s, double speed) const override {
+    if (Law::states > 0) return HUGE_VAL;
+    double jump = 0, force, no_rates[Law::states + 1] = {}, none[Law::states + 1] = {};
+    for (const double rate : {speed, -speed}) {
+      law_(s.t, 0.0, rate, none, s.p, force, no_rates);
+      jump += force;
+    }
+    return jump;
   }
   bool by_hand() const override { return true; }
   int states() const override { return Law::states; }

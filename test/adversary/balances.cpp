@@ -221,6 +221,17 @@ void judge(Finding& f, std::string said, const std::function<std::string()>& mor
   f.message = worst.first + (said.empty() ? "" : "; warned: " + said);
 }
 
+/// Where bumps begin and end: panels have to have their ends there, or the quadrature misses short ones.
+std::vector<double> ends_of_bumps(const std::string& scene) {
+  static const std::regex bump(R"~(start_m = ([0-9.e+-]+), length_m = ([0-9.e+-]+))~");
+  std::vector<double> breaks;
+  for (std::sregex_iterator i(scene.begin(), scene.end(), bump), end; i != end; ++i) {
+    breaks.push_back(std::stod((*i)[1]));
+    breaks.push_back(breaks.back() + std::stod((*i)[2]));
+  }
+  return breaks;
+}
+
 }  // namespace
 
 std::vector<Finding> run_balances(const Truss& t, const std::vector<std::pair<std::string, std::string>>& runs) {
@@ -289,7 +300,7 @@ std::vector<Finding> run_created_energy(const std::string& scene,
   // What tyres have in their springs, and what roads that move give them, no output tells.
   if (scene.find("\n[tyre.") != std::string::npos) return {{Outcome::unjudged, "tyres", 0, "energy of tyres"}};
   const Problem p = make_problem(Scene::parse(scene, "adversary.toml"));
-  const std::vector<Panel> list = panels(p.solver.t_end, {});
+  const std::vector<Panel> list = panels(p.solver.t_end, ends_of_bumps(scene));
   // A driver along a path reports its force alone.
   static const std::regex pilot(R"~(\[path_driver\.([A-Za-z0-9_]+)\][^\[]*coordinate = "([A-Za-z0-9_.]+)")~");
   std::vector<std::pair<std::string, std::string>> pilots;

@@ -130,7 +130,8 @@ std::string said_by_confirmation(const std::string& scene, const std::string& fo
                                  const std::string& integrator, double rtol) {
   const Problem p = problem_of(scene, formulation, integrator, rtol);
   if (!motion_is_confirmed(p)) return "";
-  const TradeProbe probe(p, p.parameters.values(), confirmed_outputs(p, {}), kSamples);
+  const std::vector<double> rho = p.parameters.values();
+  const TradeProbe probe(p, rho, confirmed_outputs(p, all_that_is_told(p, rho, {})), kSamples);
   const TradeValues values = probe.run(p, "");
   take_notices();
   confirm_motion(probe, p, values);

@@ -51,9 +51,7 @@ bool ends_with(const std::string& text, const char* end) {
 
 MotionWatch::MotionWatch(std::shared_ptr<const Mechanism> mechanism, const ParameterSelection& parameters,
                          const double* rho, WatchSettings settings)
-    : assembly_(std::move(mechanism), parameters),
-      settings_(std::move(settings)),
-      lines_(assembly_.mechanism()) {
+    : assembly_(std::move(mechanism), parameters), settings_(std::move(settings)), lines_(assembly_.mechanism()) {
   assembly_.set_parameters(rho);
   const Mechanism& mech = assembly_.mechanism();
   const auto n = static_cast<std::size_t>(assembly_.n()), m = static_cast<std::size_t>(assembly_.m());

@@ -27,8 +27,7 @@ constexpr double kTighterMotion = 0.1;
 // chance between samples.
 constexpr double kPartOfClaim = 1.0 / 3;
 // Nothing is told of what is off by less than kKnown. At tighter tolerances a looser run, which takes less than half
-// the steps, tells first whether there is reason to ask: what it is off by is mostly some 40 times the run's own error,
-// but no more than a few times it over touches that high orders pass in one step.
+// the steps, tells first whether there is reason to ask: what it is off by is mostly some 40 times the run's own error.
 constexpr double kLooserMotion = 100, kOfLooser = 0.1, kKnown = 1e-4;
 constexpr int kConfirmingSamples = 100, kSamplesOfFixedSteps = 400;  // brief reversals last some steps
 constexpr double kTurn = 2 * std::numbers::pi;
@@ -36,7 +35,12 @@ constexpr double kAlwaysOff = 1e4;  // absolute tolerances that an output may al
 
 /// The step that is chosen is for psi, to 0.1 sqrt(rtol): it says less of outputs.
 constexpr double kUnknownBySteps = 3e-3;
-double reason_of(const Problem& problem) { return has_fixed_steps(integrator_of(problem)) ? kUnknownBySteps : kKnown; }
+double reason_of(const Problem& problem) {
+  const Integrator& integrator = find_integrator(integrator_of(problem));
+  if (has_fixed_steps(integrator.name)) return kUnknownBySteps;
+  // A scheme of one step and high order: its error may hardly follow the tolerance where a force is no such polynomial.
+  return integrator.discrete ? kPartOfClaim * kKnown : kKnown;
+}
 double claim_of(const Problem& problem) {
   if (has_fixed_steps(integrator_of(problem))) return kUnknownBySteps;
   return kPartOfClaim * std::max(kKnown, MotionClaim::of(problem.solver.rtol));

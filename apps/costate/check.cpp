@@ -9,6 +9,7 @@
 #include <mutex>
 #include <optional>
 
+#include "check_cycles.h"
 #include "check_motions.h"
 #include "check_reference.h"
 #include "check_row.h"
@@ -74,6 +75,10 @@ class Check {
         ended[i] = 1;
       });
       if (!options_.no_motions) compare_motions();
+      if (!options_.no_motions && setup_.scene.cycle) {
+        budget_.unlimited();
+        cycles_.emplace(setup_, options_.patience).run(reference_.yardstick, rows_);
+      }
     } catch (const Interrupted& e) {  // what is done is shown
       interruption = e.signal_number();
       std::vector<CheckRow> done;
@@ -303,6 +308,7 @@ class Check {
       if (m.verdict == Verdict::cut) cut.push_back(m.sentence());
     }
     if (!motions_note_.empty()) j["motions_note"] = motions_note_;
+    if (cycles_) cycles_->tell(j, text, wrong, inaccurate, cut);
     if (!reference_.agrees)
       wrong.push_back(
           fmt::format("the reference itself ({} x {}), {}: {:.2e} from differences, whose own "
@@ -351,6 +357,7 @@ class Check {
   std::map<std::pair<std::string, std::string>, double> simulation_s_;  // by formulation and integrator
   std::vector<CheckRow> rows_;
   std::vector<MotionRow> motions_;
+  std::optional<CycleCheck> cycles_;
   std::string motions_of_, motions_note_;
   std::string interrupted_;  // a sentence where Ctrl-C ended the rows early
 };

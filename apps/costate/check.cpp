@@ -286,7 +286,7 @@ class Check {
             : "not proven by differences");
     text += fmt::format("  {:<22} {:<16} {:>18} {:>9} {:>7} {:>8} {:>9} {:>9} {:>7}\n", "formulation", "method", "psi",
                         "error", "steps", "backward", "callbacks", "time [ms]", "ratio");
-    std::vector<std::string> wrong, inaccurate, cut;
+    std::vector<std::string> wrong, failed, inaccurate, cut;
     for (const CheckRow& r : rows_) {
       j["rows"].push_back(row_json(setup_, r));
       text += row_text(setup_, r);
@@ -294,7 +294,8 @@ class Check {
         const Json sentence = fmt::format("{} x {}: {}", r.formulation, r.method, w);
         j["warnings"].push_back(sentence);
       }
-      if (r.verdict() == Verdict::disagreement || r.verdict() == Verdict::failed) wrong.push_back(row_sentence(r));
+      if (r.verdict() == Verdict::disagreement) wrong.push_back(row_sentence(r));
+      if (r.verdict() == Verdict::failed) failed.push_back(row_sentence(r));
       if (r.verdict() == Verdict::inaccurate) inaccurate.push_back(row_sentence(r));
       if (r.verdict() == Verdict::cut) cut.push_back(row_sentence(r));
     }
@@ -303,7 +304,8 @@ class Check {
     for (const MotionRow& m : motions_) {
       j["motions"].push_back(m.json());
       text += m.text();
-      if (m.verdict == Verdict::disagreement || m.verdict == Verdict::failed) wrong.push_back(m.sentence());
+      if (m.verdict == Verdict::disagreement) wrong.push_back(m.sentence());
+      if (m.verdict == Verdict::failed) failed.push_back(m.sentence());
       if (m.verdict == Verdict::inaccurate) inaccurate.push_back(m.sentence());
       if (m.verdict == Verdict::cut) cut.push_back(m.sentence());
     }
@@ -314,29 +316,36 @@ class Check {
           fmt::format("the reference itself ({} x {}), {}: {:.2e} from differences, whose own "
                       "estimate is {:.2e}",
                       y.formulation, y.method, reference_.worst, reference_.apart, reference_.estimate));
-    j["status"] = !interrupted_.empty() ? "interrupted" : wrong.empty() ? "ok" : "disagreement";
+    j["status"] = !interrupted_.empty() ? "interrupted"
+                  : !wrong.empty()      ? "disagreement"
+                  : !failed.empty()     ? "failed"
+                                        : "ok";
     if (!interrupted_.empty()) j["error"] = interrupted_;
     j["disagreements"] = wrong;
+    j["failures"] = failed;
     j["inaccurate"] = inaccurate;
     j["cut"] = cut;
     for (const auto& w : wrong) text += "DISAGREEMENT: " + w + "\n";
+    for (const auto& w : failed) text += "FAILED: " + w + "\n";
     for (const auto& w : inaccurate) text += "INACCURATE: " + w + "\n";
     for (const auto& note : {reference_.note, motions_note_})
       if (!note.empty()) text += note + "\n";
     const std::string verdict = !interrupted_.empty() ? interrupted_ + "\n"
-                                : wrong.empty()       ? agreement(inaccurate.size(), cut.size())
+                                : wrong.empty()       ? agreement(failed.size(), inaccurate.size(), cut.size())
                                                       : "";
     text += verdict + written_page(setup_, "check.html", check_page(setup_, j, verdict));
     report(setup_, common_, j, text, "check.json");
     for (const auto& w : wrong) print_message(with_guide("disagreement: " + w));
+    for (const auto& w : failed) print_message("failed: " + w);
     for (const auto& w : inaccurate) print_message(fmt::format("warning: inaccurate: {}", w));
     if (!interrupted_.empty()) print_message(interrupted_);
-    return wrong.empty() ? 0 : kDisagreement;
+    return !wrong.empty() ? kDisagreement : failed.empty() ? 0 : kFailed;
   }
 
-  std::string agreement(std::size_t inaccurate, std::size_t cut) const {
+  std::string agreement(std::size_t failed, std::size_t inaccurate, std::size_t cut) const {
     std::string s =
-        inaccurate > 0
+        failed > 0 ? fmt::format("no disagreement, but {} failed", failed)
+        : inaccurate > 0
             ? fmt::format("no disagreement, but {} less accurate than the tolerance lets one expect", inaccurate)
         : cut > 0 ? "all that ended agree within what the tolerances allow"
                   : "all agree within what the tolerances allow";

@@ -54,7 +54,7 @@ class RowJudge {
       const double own = std::abs(y_.components[j]), rtol = p_.solver.rtol;
       // psi counts against the larger of itself and the gradient: it may well be zero.
       a.push_back(kComponent * rtol * (j == psi ? std::max(own, y_.size) : own) +
-                  (kOthers * rtol + kRounding) * y_.size + y_.uncertainty[j]);
+                  (kOthers * rtol + kRounding) * y_.size + y_.uncertainty[j] + y_.zero());
     }
     return a;
   }
@@ -252,7 +252,7 @@ std::string Yardstick::name(std::size_t component) const {
 }
 
 double Yardstick::unit() const {
-  const double u = std::max(size, 1e-2 * cost);
+  const double u = std::max({size, 1e-2 * cost, by_states});
   return u > 0 ? u : 1;
 }
 

@@ -22,7 +22,7 @@ const char* name_of(Verdict verdict);
 struct Yardstick {
   ParameterSelection parameters;
   std::string formulation, method;
-  double rtol = 0;
+  double rtol = 0, rtol_of_scene = 0;
   GradientResult result;
   std::vector<double> components, uncertainty;  // of the reference; how far it may be from the truth
   /// The largest component of the gradient, here or a hundredth of the parameters away: what errors are relative to,
@@ -30,13 +30,25 @@ struct Yardstick {
   double size = 0;
   /// The cost's terms, each integrated by its amount: what psi, and a gradient that is zero everywhere, are lost in.
   double cost = 0;
+  /// What psi changes by where the states are off by their absolute tolerances all along: at rest all that there is.
+  double by_states = 0;
   /// How far the reference's formulation and method are off at the scene's own tolerance; relative.
   double own_error = 0;
 
   std::vector<double> components_of(const GradientResult& r) const;
   std::string name(std::size_t component) const;
   /// What a component may be at this tolerance where the truth is zero.
-  double noise(double tolerance) const { return 100 * tolerance * cost; }
+  double noise(double tolerance) const {
+    constexpr double kMany = 100;
+    return kMany * tolerance * (cost + by_states / rtol_of_scene);
+  }
+  /// Where the gradient is not to be told from zero, here or nearby, that a row may be off by without a word; 0
+  /// elsewhere.
+  double zero() const {
+    constexpr double kPart = 0.1;
+    const double most = noise(rtol_of_scene);
+    return size <= most ? kPart * most : 0;
+  }
   /// What a reported error is relative to.
   double unit() const;
   double unit_of(std::size_t component) const;

@@ -115,6 +115,16 @@ void MotionCheck::find_reference(const std::string& formulation, double rtol) {
   std::map<std::string, double> largest;
   for (std::size_t c = 0; c < columns; ++c)
     largest[state_.outputs()[c]->unit()] = std::max(largest[state_.outputs()[c]->unit()], range_[c]);
+  // Accelerations beside those that the forces would give without the constraints, which may hold everything at rest;
+  // multipliers beside those that hold the forces.
+  for (const Sample& s : reference_) {
+    StateView own;
+    own.t = s.t;
+    own.q = s.q.data();
+    own.v = s.v.data();
+    own.z = s.z.data();
+    for (const auto& [unit, size] : state_.sizes_by_forces(own)) largest[unit] = std::max(largest[unit], size);
+  }
   for (std::size_t c = 0; c < columns; ++c) {
     const double of_its_kind = 1e-3 * largest[state_.outputs()[c]->unit()];
     unit_[c] = std::max(unit_[c], of_its_kind);
@@ -284,7 +294,7 @@ std::string MotionRow::text() const {
 
 std::string MotionRow::sentence() const {
   const std::string name = fmt::format("the motion of {} on {}", formulation, integrator);
-  if (verdict == Verdict::failed) return fmt::format("{} failed: {}", name, why);
+  if (verdict == Verdict::failed) return fmt::format("{}: {}", name, why);
   if (verdict == Verdict::cut) return fmt::format("{} was cut {}", name, why);
   return fmt::format("{}: {} at t = {:.6g} s is {:.9g} {}, {:.9g} {}{}", name, quantity, time, found, unit, expected,
                      by_equations ? "by the equations of motion at this state" : "by the reference",

@@ -25,7 +25,7 @@ std::string row_text(const Setup& setup, const CheckRow& r) {
 
 std::string row_sentence(const CheckRow& r) {
   const std::string name = fmt::format("{} x {}", r.formulation, r.method);
-  if (r.verdict() == Verdict::failed) return fmt::format("{} failed: {}", name, r.why);
+  if (r.verdict() == Verdict::failed) return fmt::format("{}: {}", name, r.why);
   if (r.verdict() == Verdict::cut) return fmt::format("{} was cut {}", name, r.why);
   return fmt::format("{}, {}: {:.2e} relative, {:.9g} where the reference has {:.9g}{}", name, r.judged.worst,
                      r.judged.error, r.judged.found, r.judged.expected,

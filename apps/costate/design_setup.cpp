@@ -5,7 +5,9 @@
 
 #include <algorithm>
 
+#include "costate/base/error.h"
 #include "costate/base/stop.h"
+#include "costate/base/unsaid.h"
 #include "costate/problem/scene_problem.h"
 #include "costate/record/interrupt.h"
 #include "digits.h"
@@ -150,7 +152,11 @@ Design DesignSetup::design() const {
     for (const auto& c : s.scene.constraints()) list.push_back({c.name, c.objective, c.upper});
     return list;
   };
-  if (!several()) return single_design(setup.problem, setup.method, constraints_of(setup));
+  if (!several()) {
+    Design d = single_design(setup.problem, setup.method, constraints_of(setup));
+    d.cases.front().admit = [this](const std::vector<double>& rho) { require_scene(setup, rho); };
+    return d;
+  }
   Design d;
   d.parameters = setup.problem.parameters;
   d.goal = goal_;
@@ -166,6 +172,7 @@ Design DesignSetup::design() const {
     for (const std::string& name : c.problem.parameters.names())
       c.places.push_back(static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin()));
     c.located = [s = &cases[i]](const std::function<void()>& f) { s->located(f); };
+    c.admit = [s = &cases[i]](const std::vector<double>& rho) { require_scene(*s, rho); };
     d.cases.push_back(std::move(c));
     if (of[i].upper) continue;
     auto at =
@@ -282,6 +289,16 @@ void DesignSetup::refuse_accuracy(bool on_command_line) const {
     if (s.scene.run.accuracy)
       throw SceneError(s.scene.locate("run.accuracy"),
                        "A case takes a tolerance, 'rtol', in the place of 'accuracy', which is that of one run alone.");
+}
+
+void require_scene(const Setup& setup, const std::vector<double>& rho) {
+  const Unsaid reading;
+  try {
+    setup.scene.with_parameters(setup.problem.parameters, rho);
+  } catch (const Error& e) {
+    throw SolverError(
+        fmt::format("{} 'lower' and 'upper' of a [parameter] keep the search where there is a scene.", e.what()));
+  }
 }
 
 void add_goal_option(Command& c, std::string& goal) {

@@ -42,6 +42,9 @@ struct DesignSetup {
   Design::Goal goal_ = Design::Goal::sum;
 };
 
+/// Throws where the run's scene may not have these values of its parameters, as a reader of optimized.toml would.
+void require_scene(const Setup& setup, const std::vector<double>& rho);
+
 /// --goal
 void add_goal_option(Command& command, std::string& goal);
 

@@ -7,10 +7,12 @@
 #include <cmath>
 
 #include "command.h"
+#include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/print.h"
 #include "costate/scene/scene_files.h"
+#include "design_setup.h"
 #include "explain/left_out.h"
 #include "page/command_pages.h"
 #include "run_pages.h"
@@ -154,6 +156,12 @@ int run(const CommonOptions& common, const FitCommandOptions& options) {
     for (const Parameter& p : problems[k].parameters.parameters)
       for (const FittedParameter& f : r.parameters)
         if (f.name == p.name) run.setup.rho.push_back(f.value);
+    try {  // nothing holds a parameter without bounds where there is a scene
+      require_scene(setups[k], run.setup.rho);
+    } catch (const SolverError& e) {
+      notice(fmt::format("The data lead to numbers that no scene may have, so that none is written: {}", e.what()));
+      continue;
+    }
     const std::string name = k == 0 ? "fitted.toml" : fmt::format("fitted_{}.toml", k + 1);
     const bool written = first.write_file(name, [&](const auto& path) {
       write_file_atomically(

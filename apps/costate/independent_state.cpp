@@ -1,6 +1,7 @@
 #include "independent_state.h"
 
 #include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
 
 #include "costate/objective/all_outputs.h"
@@ -9,7 +10,7 @@ namespace costate::app {
 
 namespace {
 
-/// The blocks at (row, column), and transposed at (column, row) if wanted.
+/// The blocks at (first_row + row, column), or transposed at (column, first_row + row).
 void fill(Eigen::MatrixXd& A, const SparsePattern& pattern, const std::vector<double>& values, int first_row,
           bool transposed) {
   for (int j = 0; j < pattern.cols; ++j) {
@@ -17,9 +18,23 @@ void fill(Eigen::MatrixXd& A, const SparsePattern& pattern, const std::vector<do
     for (auto e = pattern.column_start[c]; e < pattern.column_start[c + 1]; ++e) {
       const auto i = first_row + pattern.row[static_cast<std::size_t>(e)];
       const double x = values[static_cast<std::size_t>(e)];
-      A(i, j) += x;
-      if (transposed) A(j, i) += x;
+      if (transposed)
+        A(j, i) += x;
+      else
+        A(i, j) += x;
     }
+  }
+}
+
+/// Rows that are not there have lambda = 0; those along which contacts slide, lib/README.md (19.6), (19.7),
+/// lambda_along + s mu lambda_normal = 0.
+void add_switched_rows(Eigen::MatrixXd& A, const Assembly& assembly) {
+  const int n = assembly.n();
+  for (int i = 0; i < assembly.m(); ++i)
+    if (!assembly.is_there(i)) A(n + i, n + i) = 1;
+  for (const Assembly::SlidingRow& r : assembly.sliding_rows()) {
+    A(n + r.along, n + r.along) = 1;
+    A(n + r.along, n + r.normal) = assembly.friction(r);
   }
 }
 
@@ -43,6 +58,7 @@ std::vector<double> IndependentState::outputs_at(const StateView& s, const Eigen
 
 //  [ M      Phi_q^T ] [   a    ]   [   Q   ]
 //  [ Phi_q     0    ] [ lambda ] = [ -bias ],   scaled to S A S (S^-1 x) = S b with rows of S A S near one.
+// Contacts that are open or slide stand in the corner, and Phi_q^T holds the rows along which they slide.
 std::vector<double> IndependentState::values(const StateView& s, std::vector<char>* determined) {
   const int n = assembly_.n(), m = assembly_.m();
   StateView state = s;
@@ -50,7 +66,9 @@ std::vector<double> IndependentState::values(const StateView& s, std::vector<cha
   assembly_.calc_dynamics(state);
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n + m, n + m);
   fill(A, assembly_.square(), assembly_.M, 0, false);
-  fill(A, assembly_.jacobian(), assembly_.phi_q, n, true);
+  fill(A, assembly_.jacobian(), assembly_.phi_q, n, false);
+  fill(A, assembly_.jacobian(), assembly_.reaction_jacobian(), n, true);
+  if (assembly_.has_switched_rows()) add_switched_rows(A, assembly_);
   Eigen::VectorXd b(n + m), S = Eigen::VectorXd::Ones(n + m);
   for (int i = 0; i < n; ++i) b[i] = assembly_.Q[static_cast<std::size_t>(i)];
   for (int i = 0; i < m; ++i) b[n + i] = -assembly_.bias[static_cast<std::size_t>(i)];
@@ -79,6 +97,43 @@ std::vector<double> IndependentState::values(const StateView& s, std::vector<cha
   for (std::size_t c = 0; c < found.size(); ++c)
     (*determined)[c] = std::abs(other[c] - found[c]) <= 1e-6 * (std::abs(other[c]) + std::abs(found[c])) + least;
   return found;
+}
+
+std::map<std::string, double> IndependentState::sizes_by_forces(const StateView& s) {
+  StateView state = s;
+  state.a = state.lambda = nullptr;
+  assembly_.calc_dynamics(state);
+  const auto diagonal = [&](int j) {
+    const SparsePattern& square = assembly_.square();
+    double mass = 0;
+    for (auto e = square.column_start[static_cast<std::size_t>(j)];
+         e < square.column_start[static_cast<std::size_t>(j) + 1]; ++e)
+      if (square.row[static_cast<std::size_t>(e)] == j) mass += assembly_.M[static_cast<std::size_t>(e)];
+    return mass;
+  };
+  const SparsePattern& jacobian = assembly_.jacobian();
+  std::vector<double> force(static_cast<std::size_t>(assembly_.m()), 0), entry = force;
+  std::map<std::string, double> largest;
+  for (int j = 0; j < assembly_.n(); ++j) {
+    const auto c = static_cast<std::size_t>(j);
+    const double Q = std::abs(assembly_.Q[c]), mass = diagonal(j);
+    double& most = largest[assembly_.mechanism().coordinates()[c].unit + "/s^2"];
+    if (mass > 0) most = std::max(most, Q / mass);
+    for (auto e = jacobian.column_start[c]; e < jacobian.column_start[c + 1]; ++e) {
+      const auto i = static_cast<std::size_t>(jacobian.row[static_cast<std::size_t>(e)]);
+      const double x = std::abs(assembly_.phi_q[static_cast<std::size_t>(e)]);
+      if (x > 0) force[i] = std::max(force[i], Q);
+      entry[i] = std::max(entry[i], x);
+    }
+  }
+  std::size_t row = 0;
+  for (const auto& o : outputs_) {
+    if (o->name().rfind("lambda.", 0) != 0 || row == entry.size()) continue;
+    double& most = largest[o->unit()];
+    if (entry[row] > 0) most = std::max(most, force[row] / entry[row]);
+    ++row;
+  }
+  return largest;
 }
 
 }  // namespace costate::app

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "costate/assembly/assembly.h"
@@ -25,6 +27,9 @@ class IndependentState {
   /// Of (t, q, v, z) alone. `determined` (or null): which outputs the equations determine; with redundant rows
   /// multipliers are not unique, nor is what depends on them.
   std::vector<double> values(const StateView& s, std::vector<char>* determined = nullptr);
+  /// By unit, what accelerations without the constraints and multipliers that hold the forces alone amount to, roughly:
+  /// the largest |Q_i|/M_ii, and |Q_i| over the largest entry of a row.
+  std::map<std::string, double> sizes_by_forces(const StateView& s);
 
  private:
   std::vector<double> outputs_at(const StateView& s, const Eigen::VectorXd& x);

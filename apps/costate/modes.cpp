@@ -118,11 +118,14 @@ int run(const CommonOptions& common, ModesOptions& options) {
   if (r.zero_eigenvalues > 0)
     text += fmt::format("  {} zero eigenvalue{} (rigid motion: a free translation, turn or spin counts two)\n",
                         r.zero_eigenvalues, r.zero_eigenvalues == 1 ? "" : "s");
-  if (!steady)
-    text += fmt::format("  not steady: {} accelerates with {:.3g} {}/s^2; these are the modes of the frozen instant\n",
-                        r.directions[static_cast<std::size_t>(fastest)].name, acceleration,
-                        r.directions[static_cast<std::size_t>(fastest)].unit);
-  else if (change > kStays)
+  if (!steady) {
+    const auto& of = r.directions[static_cast<std::size_t>(fastest)];
+    text += fmt::format("  not steady: {} accelerates with {:.3g} {}/s^2\n", of.name, acceleration, of.unit);
+    remarks.push_back(
+        fmt::format("This start is not steady, as {} accelerates with {:.3g} {}/s^2: these are the modes of the frozen "
+                    "instant, which need not be those of the motion.",
+                    of.name, acceleration, of.unit));
+  } else if (change > kStays)
     remarks.push_back(fmt::format(
         "Masses, damping or stiffness change along the motion, by {:.1g} of their size in an instant of the fastest "
         "mode (a spin about an axis that is not one of symmetry, a law of time): these are the modes of the frozen "

@@ -1,7 +1,10 @@
 // costate optimize: L-BFGS (MMA, SLSQP) on a scene's cost; journalled so that an interrupted run resumes exactly.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 
 #include "certificate_report.h"
 #include "costate/base/error.h"
@@ -203,10 +206,27 @@ class OptimizeRun {
                                    {"upper", bounds_[k].upper},
                                    {"initial", first.constraints[k] + bounds_[k].upper},
                                    {"psi", best.constraints[k] + bounds_[k].upper}});
+    tell_of_violations(best);
     j_["evaluations"] = Json::array();
     for (const auto& e : result.evaluations) j_["evaluations"].push_back(evaluation_json(e, names_, bounds_));
     if (o_.adapt_accuracy) j_["adaptation"] = adaptation_json(adaptation_of(result.evaluations));
     j_["notes"] = notes_;
+  }
+
+  /// The best point is the least psi of those that keep the constraints; of none where none does.
+  void tell_of_violations(const OptimizerEvaluation& best) {
+    constexpr double kKept = 1e-6;  // of the bound, or of 1
+    std::vector<std::string> broken;
+    for (std::size_t k = 0; k < bounds_.size(); ++k)
+      if (const double upper = bounds_[k].upper, by = best.constraints[k]; by > kKept * std::max(1.0, std::abs(upper)))
+        broken.push_back(
+            fmt::format("'{}' is {:.6g}, {:.3g} above its bound {:.6g}", bounds_[k].name, upper + by, by, upper));
+    if (broken.empty()) return;
+    j_["converged"] = false;
+    note(fmt::format(
+        "No evaluation kept all constraints, so that psi is no optimum: at the best point {}. Begin where they "
+        "are kept, or widen what cannot be met.",
+        fmt::join(broken, ", ")));
   }
 
   /// optimized.toml names files; they should still be those that were optimized with.

@@ -28,27 +28,6 @@ struct SimulateOptions {
   AccuracyOption accuracy;
 };
 
-constexpr int kConfirmingSamples = 30;
-
-/// What a motion is confirmed by: its coordinates and what the scene asks for.
-std::vector<std::string> confirmed_outputs(const Setup& setup) {
-  std::vector<std::string> names = setup.problem.mechanism->coordinate_names();
-  for (const auto& o : setup.scene.run.outputs)
-    if (o != "time" && std::find(names.begin(), names.end(), o) == names.end()) names.push_back(o);
-  return names;
-}
-
-/// A run whose samples go to the recording, with a second one that tells what it is worth.
-GradientResult run_once(const Setup& setup, const TradeProbe::Recording& to, bool confirm) {
-  if (!confirm || !motion_is_confirmed(setup.problem))
-    return GradientResult(simulate(setup.problem, setup.rho, to.times, to.sink));
-  const TradeProbe probe(setup.problem, setup.rho, confirmed_outputs(setup), kConfirmingSamples);
-  GradientResult r;
-  const TradeValues values = probe.run(setup.problem, "", &r, &to);
-  confirm_motion(probe, setup.problem, values, &r);
-  return r;
-}
-
 // On a stiff motion an integrator by differentiation formulas may try every step twice and never get on by longer ones.
 std::string tries_text(const Simulation& r) {
   constexpr long kMany = 1000;
@@ -70,6 +49,7 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   progress.start(setup.problem.solver.t_start);
   setup.problem.monitor = monitor(progress, setup.problem.solver.t_end);
+  setup.problem.solver.confirm = !options.single;
   std::optional<TrajectoryRecorder> recording;
   const auto record = [&] {
     recording.emplace(setup, setup.rho, options.step, !setup.files);
@@ -78,8 +58,9 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   const auto accuracy = options.accuracy.asked(setup, common);
   std::optional<AccurateRun> accurate;
   if (accuracy) accurate = run_accurately(setup, common, *accuracy, false, [&](const Problem&) { return record(); });
-  const Simulation r =
-      accurate ? accurate->result : started(setup, [&] { return run_once(setup, record(), !options.single); });
+  const Simulation r = accurate ? accurate->result : started(setup, [&] {
+    return confirmed_simulation(setup.problem, setup.rho, record(), setup.scene.run.outputs);
+  });
   TrajectoryRecorder& recorder = *recording;
   const double wall = seconds_since(begin);
   const Objective& objective = setup.problem.objective;

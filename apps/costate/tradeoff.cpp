@@ -13,6 +13,7 @@
 #include "guide.h"
 #include "number_list.h"
 #include "saving.h"
+#include "tradeoff_levels.h"
 #include "tradeoff_summary.h"
 #include "trajectory.h"
 
@@ -22,6 +23,7 @@ namespace {
 
 struct TradeoffOptions {
   TradeOptions study;
+  LevelOptions levels;
   std::vector<std::string> tolerances, steps;
   int jobs = 0;
 };
@@ -35,21 +37,17 @@ class Tradeoff {
 
   int run() {
     read_options();
-    set_jobs(options_.jobs);
-    TradeOptions& o = options_.study;
-    setup_.located([&] {
-      TradeStudy study(setup_.problem, setup_.rho, o);
-      study.tell = [this](const std::string& text) { progress_.line("  " + text); };
-      study.find_reference();
-      try {
-        study.measure();
-      } catch (const Interrupted& e) {
-        interruption_ = e.signal_number();
-        note_ = std::string(e.what()) + " What had been measured until then stands.";
-      }
-      progress_.finish();
-      finish(study);
-    });
+    if (options_.levels.asked()) {
+      run_levels();
+    } else {
+      set_jobs(options_.jobs);
+      setup_.located([&] {
+        TradeStudy study(setup_.problem, setup_.rho, options_.study);
+        measure(study);
+        finish(tradeoff_json(setup_, study), tradeoff_text(setup_, study), tradeoff_page(setup_, study, note_),
+               tradeoff_csv(study));
+      });
+    }
     return interruption_ == 0 ? 0 : 128 + interruption_;
   }
 
@@ -60,7 +58,45 @@ class Tradeoff {
     return o;
   }
 
+  template <class Study>
+  void measure(Study& study) {
+    study.tell = [this](const std::string& text) { progress_.line("  " + text); };
+    study.find_reference();
+    try {
+      study.measure();
+    } catch (const Interrupted& e) {
+      interruption_ = e.signal_number();
+      note_ = std::string(e.what()) + " What had been measured until then stands.";
+    }
+    progress_.finish();
+  }
+
+  /// Each scene's settings are its own, by accuracy.
+  void run_levels() {
+    const TradeOptions& o = options_.study;
+    for (const auto& [given, name] :
+         {std::pair(!o.formulations.empty(), "--formulations"), std::pair(!o.integrators.empty(), "--integrators"),
+          std::pair(!o.methods.empty(), "--methods"), std::pair(!options_.tolerances.empty(), "--rtols"),
+          std::pair(!options_.steps.empty(), "--steps"), std::pair(options_.jobs != 0, "--jobs")})
+      if (given)
+        throw Error(
+            fmt::format("{} does not go with --levels: levels run one by one, each at the settings that are "
+                        "cheapest for an accuracy of it.",
+                        name));
+    DetailLevels read = read_levels(common_, setup_, options_.levels, asked_outputs_, o.gradient);
+    for (std::size_t level = 0; level < read.levels.size(); ++level) {
+      const Setup& of_level = level == 0 ? setup_ : read.setups[level - 1];
+      read.levels[level].problem.monitor = setup_.problem.monitor;
+      read.levels[level].located = [&of_level](const std::function<void()>& f) { of_level.located(f); };
+    }
+    LevelStudy study(std::move(read.levels), {o.gradient, o.budget_s, o.repeats, o.samples});
+    measure(study);
+    finish(levels_json(setup_, study, read.notes), levels_text(setup_, study, read.notes),
+           levels_page(setup_, study, read.notes, note_), levels_csv(study));
+  }
+
   void read_options() {
+    asked_outputs_ = options_.study.outputs;
     TradeOptions& o = options_.study;
     if (!(o.budget_s >= 0 && std::isfinite(o.budget_s)))
       throw Error(fmt::format("--budget must be a number of seconds, or 0 for no limit, found {}.", o.budget_s));
@@ -109,21 +145,19 @@ class Tradeoff {
     });
   }
 
-  void finish(const TradeStudy& study) {
+  void finish(Json j, std::string text, const std::string& page, const std::string& table) {
     const Saving saving;
-    Json j = tradeoff_json(setup_, study);
     if (interruption_ != 0) {
       j["status"] = "interrupted";
       j["error"] = note_;
     }
-    std::string text = tradeoff_text(setup_, study);
     if (!note_.empty()) text += "  " + note_ + "\n";
     const auto put = [&](const char* name, const char* what, const std::string& content) {
       if (setup_.write_file(name, [&](const auto& path) { write_file_atomically(path, content); }))
         text += fmt::format("  {}: {}\n", what, (setup_.directory / name).string());
     };
-    put("tradeoff.html", "page", tradeoff_page(setup_, study, note_));
-    put("tradeoff.csv", "table", tradeoff_csv(study));
+    put("tradeoff.html", "page", page);
+    put("tradeoff.csv", "table", table);
     report(setup_, common_, j, text, "tradeoff.json");
   }
 
@@ -133,6 +167,7 @@ class Tradeoff {
   Progress progress_;
   int interruption_ = 0;
   std::string note_;
+  std::vector<std::string> asked_outputs_;  // by name on the command line
 };
 
 }  // namespace
@@ -148,6 +183,13 @@ const RegisterCommand tradeoff_command(
       for (const char* name : {"--formulation", "--method", "--integrator", "--rtol", "--step"}) c.remove(name);
       c.option("--formulations", o.formulations, "These only, separated by commas").separated();
       c.option("--integrators", o.integrators, "These only, separated by commas (idas, cvodes, fixed)").separated();
+      c.option("--levels", options->levels.scenes,
+               "Scenes of less detail, separated by commas: each against SCENE, in the place of settings of one")
+          .separated();
+      c.option("--level-set", options->levels.changes,
+               "SCENE with this change as a level (repeatable; several changes in one: joined by ';')")
+          .value_name("PATH=VALUE")
+          .repeatable();
       c.flag("--gradient", o.gradient, "Measure gradients as well, by every method");
       c.option("--methods", o.methods, "With --gradient: these methods only, separated by commas").separated();
       c.option("--rtols", options->tolerances, "Tolerances, separated by commas (default: 1e-3 to 1e-11)").separated();

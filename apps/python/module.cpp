@@ -16,6 +16,7 @@
 #include "costate/problem/redundant_rows.h"
 #include "costate/sensitivity/error_estimate.h"
 #include "costate/sensitivity/hessian.h"
+#include "costate/tradeoff/motion_confirmation.h"
 #include "costate/trajectory.h"
 #include "signals.h"
 
@@ -125,7 +126,7 @@ void require_times(const Numbers& times, double begin, double end) {
 }
 
 py::dict simulate_problem(const PyProblem& p, const std::optional<Numbers>& rho, const std::optional<Numbers>& times,
-                          const std::optional<std::vector<std::string>>& names) {
+                          const std::optional<std::vector<std::string>>& names, bool confirm) {
   const Numbers values = p.values(rho);
   Numbers at, t;
   std::vector<double> data;
@@ -140,10 +141,12 @@ py::dict simulate_problem(const PyProblem& p, const std::optional<Numbers>& rho,
     else
       outputs = make_all_outputs(m);
     tell_of_open_reactions(problem, values, outputs, false);
-    r = simulate(problem, values, at, [&](const MechanismState& s, System& system) {
+    const auto keep = [&](const MechanismState& s, System& system) {
       t.push_back(s.t);
       for (const auto& o : outputs) data.push_back(o->value(s, system.assembly()));
-    });
+    };
+    problem.solver.confirm = confirm;
+    r = confirmed_simulation(problem, values, {at, keep}, names ? *names : p.setup().scene.run.outputs);
   });
   const auto rows = static_cast<py::ssize_t>(t.size()), columns = static_cast<py::ssize_t>(outputs.size());
   py::dict d, units;
@@ -153,6 +156,7 @@ py::dict simulate_problem(const PyProblem& p, const std::optional<Numbers>& rho,
     units[py::str(o->name())] = o->unit();
   }
   d["psi"] = r.psi;
+  d["psi_error"] = r.known_error ? py::object(py::float_(r.known_error->psi)) : py::none();
   d["t"] = array(t);
   d["names"] = words;
   d["units"] = units;

@@ -130,7 +130,7 @@ std::string said_by_confirmation(const std::string& scene, const std::string& fo
                                  const std::string& integrator, double rtol) {
   const Problem p = problem_of(scene, formulation, integrator, rtol);
   if (!motion_is_confirmed(p)) return "";
-  const TradeProbe probe(p, p.parameters.values(), p.mechanism->coordinate_names(), kSamples);
+  const TradeProbe probe(p, p.parameters.values(), confirmed_outputs(p, {}), kSamples);
   const TradeValues values = probe.run(p, "");
   take_notices();
   confirm_motion(probe, p, values);

@@ -180,6 +180,52 @@ t_end_s = 8.88378437261914
   CHECK(error_of(own, right) <= 1e-2);
 }
 
+TEST_CASE("accuracy: runs that end by an event, and samples, are chosen for over their whole time", "[accuracy]") {
+  // Over the first quarter of t_end_s neither the end nor the last sample would come. x = t^2/2 meets 0.9 m at
+  // t = sqrt(1.8) s; psi = t there, and dpsi/dm = t/2 for m = 1 kg.
+  const WorkingDirectory here;
+  const std::string scene = R"([point.P]
+x_m = 0
+y_m = 0
+[mass.m]
+point = "P"
+mass_kg = 1
+[force.f]
+point = "P"
+x_N = 1
+[start]
+given = ["P.x", "P.y"]
+)";
+  write_text(here.path() / "end.toml", scene + R"([[cost.terminal]]
+kind = "value"
+output = "time"
+[run]
+t_end_s = 4
+ends_when = { output = "P.x", above = 0.9 }
+parameters = ["mass.m.mass_kg"]
+)");
+  const Json end = gradient_of("end.toml", {"--accuracy", "1e-6"}, here);
+  CHECK(end["accuracy"]["met"] == true);
+  CHECK(end["psi"].get<double>() == Approx(std::sqrt(1.8)).epsilon(1e-6));
+  CHECK(end["gradient"]["mass.m.mass_kg"].get<double>() == Approx(std::sqrt(1.8) / 2).epsilon(1e-6));
+  // (1/2 - 0.4)^2 + (2 - 2.2)^2 at 1 and 2 s, with dx/dm = -x.
+  write_text(here.path() / "samples.toml", scene + R"([data.d]
+columns = ["t", "x"]
+rows = [[1, 0.4], [2, 2.2]]
+[[cost.samples]]
+data = "d"
+column = "x"
+output = "P.x"
+sigma = 1
+[run]
+t_end_s = 2
+parameters = ["mass.m.mass_kg"]
+)");
+  const Json samples = gradient_of("samples.toml", {"--accuracy", "1e-6"}, here);
+  CHECK(samples["psi"].get<double>() == Approx(0.05).epsilon(1e-6));
+  CHECK(samples["gradient"]["mass.m.mass_kg"].get<double>() == Approx(2 * (0.1 * -0.5 - 0.2 * -2)).epsilon(1e-6));
+}
+
 TEST_CASE("accuracy: what cannot be met or held to it is said", "[accuracy]") {
   const WorkingDirectory here;
   const auto refused = [&](std::vector<std::string> options) {

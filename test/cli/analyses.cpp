@@ -101,6 +101,10 @@ TEST_CASE("costate modes: frequencies, shapes and files") {
   const Outcome start = run_costate({"modes", kFiveBar}, here.path());
   CHECK(start.status == 0);
   CHECK_THAT(start.out, Contains("not steady"));
+  // Programs that read the JSON are told as well.
+  CHECK(j.at("warnings").empty());
+  const Json moving = costate_json({"modes", kFiveBar}, here.path());
+  CHECK_THAT(moving.at("warnings").dump(), Contains("This start is not steady, as P"));
 }
 
 TEST_CASE("costate sweep: a table to where the mechanism locks") {

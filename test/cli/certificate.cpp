@@ -306,3 +306,53 @@ TEST_CASE("certificate: for people") {
   CHECK_THAT(o.out, Contains("strict local minimum: ") && Contains("L02.lower is active: multiplier ") &&
                         Contains("Hessian in scaled parameters: "));
 }
+
+TEST_CASE("certificate: steps of differences stay within bounds that are nearer than these") {
+  // A mass at rest on its spring at k = g/0.2 = 49.05 N/m, where psi, an integral of a square, is zero. Steps of 4e-3
+  // of this scale lead to negative stiffnesses, with which the mass runs away: eigenvalues were -4e117.
+  const WorkingDirectory here;
+  write_text(here / "rest.toml", R"([gravity]
+y_m_per_s2 = -9.81
+[point.A]
+ground = true
+x_m = 0
+y_m = 0
+[point.P]
+x_m = 0
+y_m = -1.2
+[mass.m]
+point = "P"
+mass_kg = 1
+[spring.s]
+from = "A"
+to = "P"
+stiffness_N_per_m = 40
+natural_length_m = 1
+damping_N_s_per_m = 1
+[start]
+given = ["P.x", "P.y"]
+[[cost.running]]
+kind = "square"
+output = "P.y_ddot"
+[parameter.k]
+number = "spring.s.stiffness_N_per_m"
+lower = 10
+upper = 100
+scale = 1e6
+[parameter.c]
+number = "spring.s.damping_N_s_per_m"
+lower = 0.1
+upper = 20
+[run]
+t_end_s = 2
+parameters = ["k", "c"]
+)");
+  const Json j = costate_json({"optimize", "rest.toml", "--output", "out"}, here.path());
+  CHECK(j.at("parameters").at("k").get<double>() == Approx(49.05).epsilon(1e-6));
+  CHECK_THAT(verdict_of(j), Contains("Hessian singular"));  // c makes no difference at rest
+  const Json& c = certificate_of(j);
+  // 2 integral of (d(y'')/dk)^2 dt, by quadrature (scipy) of the closed form for m = 1, c = 1 and a load of 0.2 m:
+  const double expected = 1e12 * 0.034658751;
+  CHECK(c.at("largest_eigenvalue").get<double>() == Approx(expected).epsilon(0.05));  // known to 2e-2, it says
+  CHECK(c.at("eigenvalue_error").get<double>() < 0.05 * expected);
+}

@@ -181,3 +181,77 @@ TEST_CASE("optimize: without a cost there is nothing to minimise") {
   CHECK_THAT(j.at("error").get<std::string>(), Contains("no cost"));
   CHECK(here.entries() == std::vector<std::string>{"scene.toml"});
 }
+
+namespace {
+
+/// A mass on a spring, pulled: the softer the spring, the farther the mass gets.
+std::string soft_scene(const std::string& parameter) {
+  return R"([point.A]
+ground = true
+x_m = 0
+y_m = 0
+[point.P]
+x_m = 1
+y_m = 0
+[mass.m]
+point = "P"
+mass_kg = 0.09
+[spring.s]
+from = "A"
+to = "P"
+stiffness_N_per_m = 0.2
+natural_length_m = 1
+[force.f]
+point = "P"
+x_N = 1
+[start]
+given = ["P.x", "P.y"]
+[[cost.terminal]]
+kind = "value"
+output = "P.x"
+weight = -1
+[run]
+t_end_s = 0.5
+parameters = ["p"]
+[parameter.p]
+)" + parameter;
+}
+
+}  // namespace
+
+TEST_CASE("failed evaluations: numbers that no scene may have are rejected steps") {
+  // psi falls on with a stiffness below zero, which the scene refuses: it was led to -1e3 N/m, and then nothing could
+  // be written. A parameter without bounds stays where there is a scene.
+  const WorkingDirectory here;
+  write_text(here / "soft.toml", soft_scene("number = \"spring.s.stiffness_N_per_m\"\n"));
+  const Json j = costate_json({"optimize", "soft.toml", "--output", "out"}, here.path());
+  const double k = j.at("parameters").at("p");
+  CHECK(k >= 0);
+  CHECK(k < 0.2);
+  bool told = false;
+  for (const Json& e : j.at("evaluations")) {
+    CHECK((e.contains("failure") || e.at("parameters").at("p").get<double>() >= 0));
+    told = told || (e.contains("failure") &&
+                    e.at("failure").get<std::string>().find("must not be negative") != std::string::npos);
+  }
+  CHECK(told);
+  const Json again = costate_json({"gradient", "out/optimized.toml", "--no-files"}, here.path());
+  CHECK(again.at("psi").get<double>() == Approx(j.at("psi").get<double>()).epsilon(1e-7));
+}
+
+TEST_CASE("failed evaluations: the bound of a parameter with a factor is within its bound") {
+  // 3 * 0.1 / 3 is above 0.1 in binary numbers, and optimized.toml was refused for it, at the run's end.
+  const WorkingDirectory here;
+  write_text(here / "factor.toml", soft_scene(R"(numbers = ["mass.m.mass_kg"]
+factors = [3]
+lower = 0.01
+upper = 0.1
+)"));
+  // The heavier the slower: psi falls to the upper bound where it counts the other way.
+  const Json j =
+      costate_json({"optimize", "factor.toml", "--output", "out", "--set", "cost.terminal[0].weight=1"}, here.path());
+  CHECK(j.at("parameters").at("p") == 0.1);
+  CHECK(j.at("certificate").at("active") == Json({"p.upper"}));
+  const Json again = costate_json({"gradient", "out/optimized.toml", "--no-files"}, here.path());
+  CHECK(again.at("parameters").at("p") == 0.1);
+}

@@ -1,6 +1,9 @@
 // costate fit: parameters that are known come back within their intervals; what the data do not tell is said; mistakes.
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <filesystem>
 
 #include "process.h"
 #include "support/paths.h"
@@ -166,6 +169,57 @@ parameters = ["k", "c", "d"]
       costate_json({"fit", "s.toml", "--no-files", "--parameters", "k,c", "--set", "data.r.file=one.csv"}, here.path());
   CHECK_THAT(one["identifiability"].dump(), Contains("1 residuals are too few for 2 parameters"));
   CHECK(one["identifiability"].dump().find("are not identified") == std::string::npos);
+}
+
+TEST_CASE("fit: numbers that no scene may have are told with the result, and no scene of them is written", "[fit]") {
+  // x = 0.3 exp(0.05 t) cos(4 t): a motion that grows, as of a damping of -0.1 N s/m; it was an error behind all work.
+  const WorkingDirectory here;
+  std::string rows;
+  for (int i = 1; i <= 40; ++i) {
+    const double t = 0.05 * i;
+    rows += fmt::format("{}[{:.4g}, {:.12g}]", i > 1 ? ", " : "", t, 1 + 0.3 * std::exp(0.05 * t) * std::cos(4 * t));
+  }
+  write_text(here / "grows.toml", R"([point.A]
+ground = true
+x_m = 0
+y_m = 0
+[point.P]
+x_m = 1.3
+y_m = 0
+vx_m_per_s = 0.015
+[mass.m]
+point = "P"
+mass_kg = 1
+[spring.s]
+from = "A"
+to = "P"
+stiffness_N_per_m = 15
+natural_length_m = 1
+damping_N_s_per_m = 0.2
+[data.r]
+columns = ["t", "x"]
+rows = [)" + rows + R"(]
+[start]
+given = ["P.x", "P.y"]
+[[cost.samples]]
+data = "r"
+column = "x"
+output = "P.x"
+sigma = 0.01
+[parameter.k]
+number = "spring.s.stiffness_N_per_m"
+[parameter.c]
+number = "spring.s.damping_N_s_per_m"
+[run]
+t_end_s = 2
+parameters = ["k", "c"]
+)");
+  // y'' + c y' + k y = 0 has c = -0.1, k = 16 + 0.05^2.
+  const Json j = costate_json({"fit", "grows.toml", "--output", "out"}, here.path());
+  CHECK(j["parameters"]["c"]["value"].get<double>() == Approx(-0.1).epsilon(1e-5));
+  CHECK(j["parameters"]["k"]["value"].get<double>() == Approx(16.0025).epsilon(1e-6));
+  CHECK_THAT(j["warnings"].dump(), Contains("no scene may have") && Contains("must not be negative"));
+  CHECK_FALSE(std::filesystem::exists(here / "out/fitted.toml"));
 }
 
 TEST_CASE("fit: mistakes", "[fit]") {

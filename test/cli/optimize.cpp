@@ -208,3 +208,52 @@ upper = 1.1
             .at("both")
             .get<double>() == Approx(1.1));
 }
+
+TEST_CASE("optimize: constraints that cannot be kept are told, and nothing has converged") {
+  // x = vx <= 10 m and y = vy - 5 <= 15 m at 1 s: x + y >= 32 m is 7 m too much.
+  const WorkingDirectory here;
+  write_text(here / "far.toml", R"([gravity]
+y_m_per_s2 = -10
+[point.P]
+x_m = 0
+y_m = 0
+vx_m_per_s = 1
+vy_m_per_s = 4
+[mass.m]
+point = "P"
+mass_kg = 1
+[start]
+given = ["P.x", "P.y"]
+[[cost.terminal]]
+kind = "square"
+output = "P.x"
+[parameter.vx]
+number = "point.P.vx_m_per_s"
+lower = -10
+upper = 10
+[parameter.vy]
+number = "point.P.vy_m_per_s"
+lower = -10
+upper = 20
+[output.short]
+formula = "-P.x - P.y"
+unit = "m"
+[[optimize.constraint]]
+name = "reach"
+upper = -32
+[[optimize.constraint.terminal]]
+kind = "value"
+output = "short"
+[run]
+t_end_s = 1
+parameters = ["vx", "vy"]
+)");
+  const Json j = costate_json({"optimize", "far.toml", "--output", "out"}, here.path());
+  CHECK(j.at("converged") == false);
+  CHECK_THAT(j.at("notes").dump(), Contains("'reach' is -25, 7 above its bound -32"));
+  // Of what can be kept nothing is said.
+  const Json near = costate_json(
+      {"optimize", "far.toml", "--output", "out", "--set", "optimize.constraint[0].upper=-2"}, here.path());
+  CHECK(near.at("notes").empty());
+  CHECK(near.at("constraints").at(0).at("psi").get<double>() <= -2 + 1e-6);
+}

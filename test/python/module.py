@@ -20,6 +20,7 @@ MODELS = os.environ["COSTATE_MODELS"]
 TOOL = os.environ["COSTATE_TOOL"]
 FIVE_BAR = os.path.join(MODELS, "five_bar", "five_bar.toml")
 PENDULUM = os.path.join(MODELS, "damped_pendulum", "damped_pendulum.toml")
+DZHANIBEKOV = os.path.join(MODELS, "rigid_body", "dzhanibekov.toml")
 
 
 def psi_at(problem_and_value):
@@ -79,6 +80,18 @@ class Runs(unittest.TestCase):
         self.assertEqual(chosen.names, ["S1.length", "time"])
         with self.assertRaises(KeyError):
             chosen["P2.x"]
+
+    def test_a_simulation_is_confirmed(self):
+        # An unstable rotation: at rtol 1e-4 it may be off by its whole range, and the tool says so.
+        problem = costate.Problem(DZHANIBEKOV, rtol=1e-4)
+        with warnings.catch_warnings(record=True):
+            warnings.simplefilter("always")
+            run, alone = problem.simulate(times=[1]), problem.simulate(times=[1], confirm=False)
+        self.assertTrue(any("makes much of small errors" in w for w in run.warnings), run.warnings)
+        self.assertFalse(alone.warnings)
+        self.assertEqual(run.counters, alone.counters)
+        summary = json.loads(tool("simulate", DZHANIBEKOV, "--rtol", "1e-4", "--no-files", "--json").stdout)
+        self.assertEqual(run.psi_error, summary["psi_error"])
 
     def test_gradient_and_hessian(self):
         problem = costate.Problem(FIVE_BAR, rtol=1e-10)

@@ -62,6 +62,7 @@ std::string check_page(const Setup& setup, const Json& j, const std::string& ver
                                                 wrong == 1 ? "result does" : "results do"),
                  true);
   add_list(page, j.at("disagreements"), "Disagreements");
+  add_list(page, j.at("failures"), "Failed");
   add_list(page, j.at("inaccurate"), "Inaccurate");
   add_list(page, j.at("cut"), "Cut");
   const Json& y = j.at("reference");

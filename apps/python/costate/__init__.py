@@ -121,8 +121,8 @@ class _Record:
 
 
 class Run(_Record):
-    """A simulation: t [s] (n), data (n x k) with a column for each of `names`, units, psi, counters, events as (t, name),
-    end (what ended it before its time, or None), warnings. run["P2.x"] is one column."""
+    """A simulation: t [s] (n), data (n x k) with a column for each of `names`, units, psi, psi_error (or
+    None: what is known of it), counters, events as (t, name), end (what ended it before its time, or None), warnings. run["P2.x"] is one column."""
 
     def __getitem__(self, name):
         try:
@@ -202,9 +202,12 @@ class Problem:
     def t_end(self):
         return self._inner.t_end
 
-    def simulate(self, rho=None, times=None, outputs=None):
-        """A run at the parameters rho (the scene's): outputs (all) at increasing times (the scene's, or 500)."""
-        run = Run(self._inner.simulate(rho, times, outputs))
+    def simulate(self, rho=None, times=None, outputs=None, confirm=True):
+        """A run at the parameters rho (the scene's): outputs (all) at increasing times (the scene's, or 500).
+
+        Other runs, at other tolerances, confirm the motion, with a warning where it is not known as its tolerance claims;
+        without `confirm` there is one run."""
+        run = Run(self._inner.simulate(rho, times, outputs, confirm))
         _warn(run.warnings)
         return run
 

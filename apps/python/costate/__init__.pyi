@@ -41,6 +41,7 @@ def parse(text: str, name: str = "scene.toml", set: Mapping[str, Any] | None = N
 
 class Run:
     psi: float
+    psi_error: float | None
     t: Array
     names: list[str]
     units: dict[str, str]
@@ -94,7 +95,7 @@ class Problem:
     @property
     def t_end(self) -> float: ...
     def simulate(self, rho: ArrayLike | None = None, times: ArrayLike | None = None,
-                 outputs: Sequence[str] | None = None) -> Run: ...
+                 outputs: Sequence[str] | None = None, confirm: bool = True) -> Run: ...
     def gradient(self, rho: ArrayLike | None = None, method: str | None = None,
                  estimate_error: bool = False) -> Gradient: ...
     def value_and_gradient(self, rho: ArrayLike) -> tuple[float, Array]: ...

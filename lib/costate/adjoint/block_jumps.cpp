@@ -10,6 +10,12 @@ namespace {
 
 /// Of an entry's largest value along the motion, and of the largest entry of its block.
 constexpr double kJump = 1e-6, kNoise = 1e-9;
+/// Of what rounding makes of an entry, which is all that there is of some at rest: fourth differences hold it 16 times,
+/// and it was seen at one place a step.
+constexpr double kOfRounding = 64;
+/// Of a step: where rounding is looked at, and over how much: coordinates change by some of
+/// their last digits, and what is smooth by less than counts.
+constexpr double kRoundingAt = 0.381966, kRoundingOver = 1e-8;
 /// Of a step: from here on the motion is that of the step, and no longer of the one before.
 constexpr double kWithinStep = 1e-9;
 /// Evaluations: some a step and some a hundred a jump are enough. Where blocks are rough everywhere (rounding of large
@@ -67,6 +73,7 @@ class Search {
   }
 
   void find_sizes(const std::vector<double>& times) {
+    const Values rounding = find_rounding(times);
     for (const double t : times) {
       const Values x = blocks(t);
       allowed_.resize(x.size(), 0);
@@ -78,6 +85,25 @@ class Search {
       const double largest = begin == end ? 0 : *std::max_element(begin, end);
       for (; begin != end; ++begin) *begin = kJump * *begin + kNoise * largest;
     }
+    for (std::size_t k = 0; k < allowed_.size(); ++k) allowed_[k] += kOfRounding * rounding[k];
+  }
+
+  /// What entries change by over next to nothing; but for the largest, as one place may be astride a jump.
+  Values find_rounding(const std::vector<double>& times) {
+    Values largest, second;
+    for (std::size_t i = 0; i + 1 < times.size(); ++i) {
+      const double h = times[i + 1] - times[i], at = times[i] + kRoundingAt * h;
+      const double over = std::max(kRoundingOver * h, 8 * std::numeric_limits<double>::epsilon() * std::abs(at));
+      const Values a = blocks(at), b = blocks(at + over);
+      largest.resize(a.size(), 0);
+      second.resize(a.size(), 0);
+      for (std::size_t k = 0; k < a.size(); ++k) {
+        const double change = std::abs(b[k] - a[k]);
+        second[k] = std::max(second[k], std::min(change, largest[k]));
+        largest[k] = std::max(largest[k], change);
+      }
+    }
+    return second;
   }
 
   bool jumps(const Values& a, const Values& b) const {

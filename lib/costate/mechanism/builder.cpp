@@ -8,6 +8,7 @@
 #include <unordered_set>
 
 #include "costate/base/error.h"
+#include "costate/mechanism/parameter_bounds.h"
 #include "costate/mechanism/taken_number.h"
 
 namespace costate {
@@ -208,7 +209,7 @@ void MechanismBuilder::add_parameter(Parameter p) {
   if (p.bindings.empty()) throw ModelError(subject, "A parameter must name at least one number.");
   if (!(p.scale > 0)) throw ModelError(subject, fmt::format("The scale must be positive, found {}.", p.scale));
   const auto& [first, factor] = p.bindings.front();
-  p.value = m_->numbers_[first].value / factor;
+  p.value = rounded_to_bounds(p, m_->numbers_[first].value / factor);
   for (const auto& [number, f] : p.bindings) {
     if (f == 0) throw ModelError(subject, "A factor must not be zero.");
     const double expected = f * p.value, found = m_->numbers_[number].value;

@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 
 #include "costate/base/notice.h"
+#include "costate/mechanism/parameter_bounds.h"
 
 namespace costate {
 
 void check_start(const Parameter& p, double start, const SceneNode& root, const std::string& number,
                  const SceneTable& table) {
-  if (start >= p.lower && start <= p.upper) return;
+  if (const double x = rounded_to_bounds(p, start); x >= p.lower && x <= p.upper) return;
   const SceneNode* found = find_node(root, number);
   const bool below = start < p.lower;
   if (found != nullptr && found->where.file.starts_with("override "))

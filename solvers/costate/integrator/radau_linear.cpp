@@ -38,6 +38,8 @@ constexpr double kNoGrowth = 1.2;
 // errors, and rough.
 constexpr double kSmallError = 1e-2;
 constexpr double kNoSize = 1e-200;
+// What evaluations leave of the digits: a group of unknowns that is nothing but this of the others has no digits.
+constexpr double kLostDigits = 1e-14;
 // Of the solution of a step's stages, in rtol of the motion; of steps that do not follow their error; and of the error.
 constexpr double kSolveTolerance = 1e-3, kSolveByGrid = 1e-13, kErrorDigits = 5e-2;
 // Relative to the span: a kink of the forces is not resolved below this, where what it does is far below the tolerance.
@@ -147,6 +149,7 @@ double RadauLinear::state_error(double h, double tolerance) {
     }
   const bool forward = eq_.direction() == HandEquations::Direction::forward;
   double largest_error = 0;
+  const double rounding = size_after_.size() > 0 ? kLostDigits * size_after_.maxCoeff() : 0;
   for (int group = 0; group < eq_.groups(); ++group) {
     const auto per_change = [&](int j) { return k_ > 1 ? parameter_sizes_[static_cast<std::size_t>(j)] : 1.0; };
     double largest = 0;
@@ -154,10 +157,11 @@ double RadauLinear::state_error(double h, double tolerance) {
     for (int j = 0; j < k_; ++j) {
       const double size = std::max(size_after_(group, j), kSmallColumn * largest / per_change(j));
       if (squares(group, j) == 0) continue;
-      const double smallest = forward ? smallest_error_ / parameter_sizes_[static_cast<std::size_t>(j)] : 0;
+      const double smallest =
+          forward ? smallest_error_ / parameter_sizes_[static_cast<std::size_t>(j)] : smallest_of_group_[group];
       // An adjoint that is zero until a cost or a contact comes has no size yet: its error is large, but a number.
       const double error =
-          std::sqrt(squares(group, j) / counts(group, j)) / std::max(tolerance * size + smallest, kNoSize);
+          std::sqrt(squares(group, j) / counts(group, j)) / std::max(tolerance * size + smallest + rounding, kNoSize);
       if (!(error <= largest_error)) largest_error = error;
     }
   }
@@ -173,6 +177,36 @@ double RadauLinear::integral_error(const Eigen::VectorXd& error, double toleranc
     largest = std::max(largest, size * std::abs(error[j]));
   }
   return largest > 0 ? largest / (tolerance * gradient_size_after_ + smallest_error_) : 0;
+}
+
+Eigen::VectorXd RadauLinear::change_by_tolerance(const Trajectory& trajectory, const std::vector<double>& grid,
+                                                 double atol) {
+  constexpr int kLooks = 8;
+  const double span = grid.back() - grid.front();
+  Eigen::VectorXd largest = Eigen::VectorXd::Zero(eq_.groups()), unused = gradient_;
+  const auto add = [&](const Eigen::MatrixXd& x, const Eigen::MatrixXd& y, double weight) {
+    for (int row = 0; row < N_; ++row) {
+      double& most = largest[eq_.group(row)];
+      const double change = weight * (y.row(row) - x.row(row)).cwiseAbs().maxCoeff();
+      if (eq_.differential(row) && change > most) most = change;
+    }
+  };
+  Eigen::MatrixXd X(N_, k_), X_moved(N_, k_);
+  for (int look = 0; look <= kLooks; ++look) {
+    // The end itself, where the adjoint begins, and times that are not round.
+    const double t = look == 0 ? grid.back() : grid.front() + (look - 0.618034) / kLooks * span;
+    trajectory.evaluate(t, point_.data());
+    eq_.evaluate(t, point_.data());
+    const Eigen::MatrixXd b = eq_.b();
+    if (look == 0) eq_.begin(X, unused);
+    for (std::size_t i = 0; i < point_.size(); ++i)
+      point_[i] += (std::cos(2.4 * static_cast<double>(i) + 0.3) > 0 ? atol : -atol);
+    eq_.evaluate(t, point_.data());
+    add(b, eq_.b(), span);
+    if (look == 0) eq_.begin(X_moved, unused);
+    if (look == 0) add(X, X_moved, 1);
+  }
+  return largest;
 }
 
 void RadauLinear::begin_at(const Trajectory& trajectory, double t, const Eigen::MatrixXd& X) {
@@ -217,6 +251,8 @@ RadauResult RadauLinear::integrate(const Trajectory& trajectory, const std::vect
   gradient_size_ = 0;
   for (Stage& s : stages_) s.integrand.resize(gradient_.size());
   begin_.integrand.resize(gradient_.size());
+  smallest_of_group_ = Eigen::VectorXd::Zero(eq_.groups());
+  if (adaptive && !forward) smallest_of_group_ = kSmallError * change_by_tolerance(trajectory, grid, atol);
   Eigen::MatrixXd X(N_, k_);
   double t = time(0), h = count > 1 ? 0.1 * std::abs(time(1) - t) : 0;
   trajectory.evaluate(t, point_.data());

@@ -60,6 +60,8 @@ class RadauLinear {
   double attempt(const Trajectory& trajectory, double t0, double next, double tolerance, RadauResult& result);
   double state_error(double h, double tolerance);
   double integral_error(const Eigen::VectorXd& error, double tolerance);
+  /// Of an adjoint, by group: what becomes of it where the motion is off by its absolute tolerance all along.
+  Eigen::VectorXd change_by_tolerance(const Trajectory& trajectory, const std::vector<double>& grid, double atol);
 
   HandEquations& eq_;
   int N_, k_;
@@ -73,7 +75,8 @@ class RadauLinear {
   Eigen::MatrixXd size_, size_after_;  // of X by group and column, the largest met
   Eigen::VectorXd gradient_, gradient_after_;
   double gradient_size_ = 0, gradient_size_after_ = 0;
-  double smallest_error_ = 0;  // that a step may always have, per relative change of a parameter
+  double smallest_error_ = 0;          // that a step may always have, per relative change of a parameter
+  Eigen::VectorXd smallest_of_group_;  // of an adjoint
 };
 
 }  // namespace costate

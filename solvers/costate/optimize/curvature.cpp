@@ -14,8 +14,8 @@ namespace costate {
 
 namespace {
 
-// From here on what a Hessian is off by is said, against its largest entry.
-constexpr double kSaid = 1e-3;
+// Against a Hessian's largest entry: from here on what it is off by is said, and what is off by more than that is none.
+constexpr double kSaid = 1e-3, kUnknown = 0.3;
 
 class Search {
  public:
@@ -46,6 +46,11 @@ class Search {
     };
     for (const std::string& name : candidates) try {
         curvature_of(name, exact);
+        if (!is_known()) {
+          notes.push_back(
+              fmt::format("that of '{}' changes by {:.0e} of its largest entry at a tenth of rtol", name, error()));
+          break;
+        }
         if (!notes.empty()) found_.note = fmt::format("The Hessian is that of '{}': {}.", name, fmt::join(notes, "; "));
         tell_error();
         return found_;
@@ -68,6 +73,13 @@ class Search {
       curvature_of(problem_.formulation, [&](const Problem& p, const std::vector<double>& at) {
         return hessian_by_differences(p, method_, at);
       });
+      if (!is_known()) {
+        notes.push_back(fmt::format(
+            "differences of gradients do not give it, as steps of twice the length change {:.0e} of its largest entry; "
+            "a parameter whose 'scale' is far above the way on which psi changes does that",
+            error()));
+        return false;
+      }
       found_.note = fmt::format(
           "The Hessian is made of differences of gradients by {}, and known to some {:.0e} of its largest entry: {}",
           method_, error(), fmt::join(notes, "; "));
@@ -85,6 +97,9 @@ class Search {
     for (const Hessian& h : found_.of) largest = std::max(largest, h.error);
     return largest;
   }
+
+  /// Where the run at a tenth of rtol failed nothing is said against it.
+  bool is_known() const { return !(std::isfinite(error()) && error() > kUnknown); }
 
   /// What makes the verdict less than it seems.
   void tell_error() {

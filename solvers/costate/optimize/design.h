@@ -30,6 +30,8 @@ struct DesignCase {
   double factor = 1;
   std::optional<double> upper;
   std::vector<std::size_t> places;  // of its parameters among the design's
+  /// Throws where no such scene can be: a stiffness below zero, an inertia tensor of no body. Or empty.
+  std::function<void(const std::vector<double>& own)> admit;
   /// Calls what it is given; errors come out with their place in the case's own file. Or empty.
   std::function<void(const std::function<void()>&)> located;
 

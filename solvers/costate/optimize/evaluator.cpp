@@ -94,6 +94,7 @@ Evaluator::CaseValues Evaluator::run(const DesignCase& c, const OptimizerEvaluat
   if (step_limit_ > 0) problem.solver.max_steps = std::min(problem.solver.max_steps, step_limit_);
   problem.solver.confirm = false;  // step by step; of the optimum the certificate asks more
   const std::vector<double> rho = c.own(e.rho);
+  if (c.admit) c.admit(rho);
   CaseValues v;
   v.cost = gradient(problem, c.method, rho);
   require_finite(problem, v.cost, "psi");

@@ -52,7 +52,9 @@ Hessian hessian_by_differences(const Problem& problem, const std::string& method
   for_each_job(parameters.size(), jobs(), [&](std::size_t column) {
     const auto j = static_cast<Index>(column);
     const Parameter& of = parameters[column];
-    const double k = 0.5 * kStep * of.scale, x = rho[column];
+    const double x = rho[column], below = x - of.lower, above = of.upper - x, room = std::max(below, above);
+    double k = 0.5 * kStep * of.scale;
+    if (2 * k > room && room > 0) k = room / 3;  // bounds are nearer than a step
     const auto moved = [&](double by) -> VectorXd {
       std::vector<double> other = rho;
       other[column] = x + by;
@@ -61,7 +63,7 @@ Hessian hessian_by_differences(const Problem& problem, const std::string& method
       return Eigen::Map<const VectorXd>(r.gradient.data(), n);
     };
     const VectorXd g = Eigen::Map<const VectorXd>(here.gradient.data(), n);
-    const bool down = x - 2 * k >= of.lower, up = x + 2 * k <= of.upper;
+    const bool down = below >= 2 * k, up = above >= 2 * k;
     const Column c = down == up ? central(moved, k) : one_sided(moved, g, up ? k : -k);
     H.col(j) = c.value;
     change.col(j) = c.change;

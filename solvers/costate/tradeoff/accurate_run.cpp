@@ -158,6 +158,7 @@ class Chooser {
     TradeReference coarse, fine;
     const auto coarse_at = [&](double at) {
       budget_s_ = patience_s;
+      budget_.unlimited();  // that of a choice before was left where it was cut
       if (budget_s_ > 0) budget_.begin(budget_s_, 0);
       coarse.values = probe_.run(what, at, 0);
       budget_.unlimited();

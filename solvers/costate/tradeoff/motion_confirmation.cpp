@@ -23,15 +23,18 @@ constexpr double kTighterMotion = 0.1;
 // Errors that fall by 2 or more a decade of the tolerance are at most twice the change; a third leaves the rest to
 // chance between samples.
 constexpr double kPartOfClaim = 1.0 / 3;
-// At tighter tolerances a looser run, which takes less than half the steps, tells first whether there is reason to ask.
-// What is told there is a motion that is not known to a thousandth.
-constexpr double kLooserMotion = 100, kUnknown = 1e-3;
+// At tighter tolerances a looser run, which takes less than half the steps, tells first whether there is reason to ask:
+// what it is off by is some 40 times the run's own error. Nothing is told of what is off by less than kKnown.
+constexpr double kLooserMotion = 100, kReason = 1e-3, kKnown = 1e-4;
+constexpr int kConfirmingSamples = 100, kSamplesOfFixedSteps = 400;  // brief reversals last some steps
 constexpr double kAlwaysOff = 1e4;  // absolute tolerances that an output may always be off by
 
 /// The step that is chosen is for psi, to 0.1 sqrt(rtol): it says less of outputs.
+constexpr double kUnknownBySteps = 3e-3;
+double reason_of(const Problem& problem) { return has_fixed_steps(integrator_of(problem)) ? kUnknownBySteps : kReason; }
 double claim_of(const Problem& problem) {
-  constexpr double kFixedSteps = 3;
-  return has_fixed_steps(integrator_of(problem)) ? kFixedSteps * kUnknown : kUnknown;
+  if (has_fixed_steps(integrator_of(problem))) return kUnknownBySteps;
+  return kPartOfClaim * std::max(kKnown, MotionClaim::of(problem.solver.rtol));
 }
 
 struct Change {
@@ -81,13 +84,13 @@ Problem at_tolerance(const Problem& problem, double factor, const TradeValues& v
   return r;
 }
 
-/// The same at tight tolerances, where outputs of a small range have as many digits as what they are made of has.
-Change motion_change(const TradeProbe& probe, const TradeValues& a, const TradeValues& b) {
+bool is_acceleration(const std::string& output) { return output.ends_with("_ddot"); }
+
+/// The same at tight tolerances, where outputs of a small range have as many digits as what they are made of has. An
+/// acceleration only where the rest changes by no more than `claim`.
+Change motion_change(const TradeProbe& probe, const TradeValues& a, const TradeValues& b, double claim) {
   constexpr double kSmall = 1e-2;  // of the terms' amounts
-  Change r;
-  r.most = energy_between(a, b);
-  r.of = TradeMeasure::outputs;
-  r.output = "energy.total";
+  Change r{energy_between(a, b), TradeMeasure::outputs, "energy.total"}, acceleration;
   if (!a.motion || !b.motion) return r;
   const std::size_t samples = std::min(a.motion->outputs.size(), b.motion->outputs.size());
   for (std::size_t o = 0; o < probe.outputs().size() && samples > 0; ++o) {
@@ -100,10 +103,12 @@ Change motion_change(const TradeProbe& probe, const TradeValues& a, const TradeV
     }
     const double amount = o < b.motion->amounts.size() ? b.motion->amounts[o] : 0;
     const double size = std::max({high - low, kSmall * amount, kSmall * std::max(std::abs(low), std::abs(high))});
-    if (apart > kAlwaysOff * probe.problem().solver.absolute() && apart > r.most * size)
-      r = {apart / size, TradeMeasure::outputs, probe.outputs()[o]->name()};
+    const std::string name = probe.outputs()[o]->name();
+    Change& most = is_acceleration(name) ? acceleration : r;
+    if (apart > kAlwaysOff * probe.problem().solver.absolute() && apart > most.most * size)
+      most = {apart / size, TradeMeasure::outputs, name};
   }
-  return r;
+  return r.most > claim ? r : acceleration;
 }
 
 /// Whether the looser run is so near that nothing more needs to be asked.
@@ -111,7 +116,8 @@ bool looser_agrees(const TradeProbe& probe, const Problem& problem, const TradeV
   try {
     const Unsaid another;
     const TradeValues loose = probe.run(at_tolerance(problem, kLooserMotion, values), "");
-    return motion_change(probe, loose, values).most <= claim_of(problem);
+    const double reason = reason_of(problem);
+    return motion_change(probe, loose, values, reason).most <= reason;
   } catch (const SolverError&) {
     return false;
   }
@@ -125,6 +131,28 @@ bool motion_is_confirmed(const Problem& problem) {
   const double rtol = problem.solver.rtol;
   const bool own_steps = problem.solver.step_s > 0 && has_fixed_steps(integrator_of(problem));
   return rtol >= kTightestConfirmed && rtol < kLoosestConfirmed && !own_steps;
+}
+
+std::vector<std::string> confirmed_outputs(const Problem& problem, const std::vector<std::string>& asked) {
+  std::vector<std::string> names = problem.mechanism->coordinate_names();
+  const std::size_t coordinates = names.size();
+  if (problem.solver.rtol < kTightestAtOnce)
+    for (std::size_t i = 0; i < coordinates; ++i) names.push_back(names[i] + "_ddot");
+  for (const auto& name : asked)
+    if (name != "time" && std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  return names;
+}
+
+GradientResult confirmed_simulation(const Problem& problem, const std::vector<double>& rho,
+                                    const TradeProbe::Recording& to, const std::vector<std::string>& asked) {
+  if (!problem.solver.confirm || !motion_is_confirmed(problem))
+    return GradientResult(simulate(problem, rho, to.times, to.sink));
+  const int samples = has_fixed_steps(integrator_of(problem)) ? kSamplesOfFixedSteps : kConfirmingSamples;
+  const TradeProbe probe(problem, rho, confirmed_outputs(problem, asked), samples);
+  GradientResult r;
+  const TradeValues values = probe.run(problem, "", &r, &to);
+  confirm_motion(probe, problem, values, &r);
+  return r;
 }
 
 void confirm_motion(const TradeProbe& probe, const Problem& problem, const TradeValues& values, Simulation* result) {
@@ -147,16 +175,22 @@ void confirm_motion(const TradeProbe& probe, const Problem& problem, const Trade
         "{} this run's, the motion cannot be followed ({}): how much of it is right is not known.", at, *failure));
   if (result) widen_error(*result, values.psi - better.values.psi);
   const bool tight = rtol < kTightestAtOnce;
-  const Change change = tight ? motion_change(probe, values, better.values) : change_between(probe, values, better);
-  if (change.most <= (tight ? claim_of(problem) : kPartOfClaim * MotionClaim::of(rtol))) return;
+  const double claim = tight ? claim_of(problem) : kPartOfClaim * MotionClaim::of(rtol);
+  const Change change =
+      tight ? motion_change(probe, values, better.values, claim) : change_between(probe, values, better);
+  if (change.most <= claim) return;
   const std::string from =
       halved ? fmt::format("steps of {:.3g} s to {:.3g} s", 2 * tighter.solver.step_s, tighter.solver.step_s)
              : fmt::format("rtol {:g} to {:g}", rtol, tighter.solver.rtol);
+  const auto coordinates = problem.mechanism->coordinate_names();
+  const bool of_motion = change.of == TradeMeasure::psi || change.output == "energy.total" ||
+                         std::find(coordinates.begin(), coordinates.end(), change.output) != coordinates.end();
   notice(
-      fmt::format("The motion makes much of small errors: from {} {} changes by {:.2g} of {}. Neither psi nor the "
-                  "motion is known better than that here; take a smaller {}.",
+      fmt::format("The motion makes much of small errors: from {} {} changes by {:.2g} of {}. {} not known better "
+                  "than that here; take a smaller {}.",
                   from, change.of == TradeMeasure::psi ? "psi" : "'" + change.output + "'", change.most,
-                  change.of == TradeMeasure::psi ? "it" : "its range", halved ? "step" : "rtol"));
+                  change.of == TradeMeasure::psi ? "it" : "its range",
+                  of_motion ? "Psi and the motion are" : "Outputs like that are", halved ? "step" : "rtol"));
 }
 
 }  // namespace costate

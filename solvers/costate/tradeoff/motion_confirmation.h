@@ -18,11 +18,20 @@ struct MotionClaim {
 /// on a run promises nothing, and says so itself; with a step of the user's it never does.
 bool motion_is_confirmed(const Problem& problem);
 
+/// What a motion of this problem is confirmed by: its coordinates and what is `asked` for (names of outputs), at tight
+/// tolerances its accelerations, too, which may have far fewer digits.
+std::vector<std::string> confirmed_outputs(const Problem& problem, const std::vector<std::string>& asked);
+
+/// A run at rho whose samples go to the recording, with others that tell what it is worth, where it is to be confirmed
+/// (`problem.solver.confirm` and motion_is_confirmed).
+GradientResult confirmed_simulation(const Problem& problem, const std::vector<double>& rho,
+                                    const TradeProbe::Recording& to, const std::vector<std::string>& asked);
+
 /// Gives notice where psi or an output of the probe, at its samples, changes by more than a third of the claim from
 /// `values`, those of `problem`, to a tenth of its tolerance. Below rtol 1e-6 a run at 100 times the tolerance is asked
-/// first, which is cheap, and that one only where outputs or the energy change by more than a thousandth, which is what
-/// is told then; of fixed steps that were chosen runs by twice and half of them, and three thousandths. Cut passes
-/// through.
+/// first, which is cheap, and that one only where outputs or the energy change by more than a thousandth; told is then
+/// what still changes by more than a tenth of that. Of fixed steps that were chosen runs by twice and half of them, and
+/// three thousandths. Cut passes through.
 void confirm_motion(const TradeProbe& probe, const Problem& problem, const TradeValues& values,
                     Simulation* result = nullptr);
 

@@ -8,6 +8,7 @@
 #include "costate/base/unsaid.h"
 #include "costate/formulation/formulation.h"
 #include "costate/integrator/simulate.h"
+#include "costate/objective/sampled_cost.h"
 #include "costate/tradeoff/stopwatch.h"
 
 namespace costate {
@@ -34,7 +35,10 @@ PilotRace::PilotRace(const Problem& problem, const std::vector<double>& rho, boo
                      Schemes schemes)
     : problem_(problem), rho_(rho), redundant_(redundant), serves_(std::move(serves)), schemes_(schemes) {
   problem_.solver.confirm = false;
-  problem_.solver.t_end = problem_.solver.t_start + kPart * (problem_.solver.t_end - problem_.solver.t_start);
+  // Where an event ends the run nobody knows what part of the time it takes, and t_end is no more than a bound; samples
+  // have their times.
+  if (!problem_.ends_when && !has_samples(problem_.objective))
+    problem_.solver.t_end = problem_.solver.t_start + kPart * (problem_.solver.t_end - problem_.solver.t_start);
   problem_.monitor = [this, outer = problem.monitor](double t, long steps, bool backward) {
     if (outer) outer(t, steps, backward);
     const double spent = weight_ * (processor_time_s() - began_);

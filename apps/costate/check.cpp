@@ -9,6 +9,8 @@
 #include <mutex>
 #include <optional>
 
+#include "check_cycles.h"
+#include "check_findings.h"
 #include "check_motions.h"
 #include "check_reference.h"
 #include "check_row.h"
@@ -74,6 +76,10 @@ class Check {
         ended[i] = 1;
       });
       if (!options_.no_motions) compare_motions();
+      if (!options_.no_motions && setup_.scene.cycle) {
+        budget_.unlimited();
+        cycles_.emplace(setup_, options_.patience).run(reference_.yardstick, rows_);
+      }
     } catch (const Interrupted& e) {  // what is done is shown
       interruption = e.signal_number();
       std::vector<CheckRow> done;
@@ -281,7 +287,7 @@ class Check {
             : "not proven by differences");
     text += fmt::format("  {:<22} {:<16} {:>18} {:>9} {:>7} {:>8} {:>9} {:>9} {:>7}\n", "formulation", "method", "psi",
                         "error", "steps", "backward", "callbacks", "time [ms]", "ratio");
-    std::vector<std::string> wrong, failed, inaccurate, cut;
+    CheckFindings found;
     for (const CheckRow& r : rows_) {
       j["rows"].push_back(row_json(setup_, r));
       text += row_text(setup_, r);
@@ -289,64 +295,39 @@ class Check {
         const Json sentence = fmt::format("{} x {}: {}", r.formulation, r.method, w);
         j["warnings"].push_back(sentence);
       }
-      if (r.verdict() == Verdict::disagreement) wrong.push_back(row_sentence(r));
-      if (r.verdict() == Verdict::failed) failed.push_back(row_sentence(r));
-      if (r.verdict() == Verdict::inaccurate) inaccurate.push_back(row_sentence(r));
-      if (r.verdict() == Verdict::cut) cut.push_back(row_sentence(r));
+      found.add(r.verdict(), row_sentence(r));
     }
     j["motions"] = Json::array();
     if (!motions_.empty()) text += fmt::format("motions: {}\n", motions_of_) + MotionRow::heading();
     for (const MotionRow& m : motions_) {
       j["motions"].push_back(m.json());
       text += m.text();
-      if (m.verdict == Verdict::disagreement) wrong.push_back(m.sentence());
-      if (m.verdict == Verdict::failed) failed.push_back(m.sentence());
-      if (m.verdict == Verdict::inaccurate) inaccurate.push_back(m.sentence());
-      if (m.verdict == Verdict::cut) cut.push_back(m.sentence());
+      found.add(m.verdict, m.sentence());
     }
     if (!motions_note_.empty()) j["motions_note"] = motions_note_;
+    if (cycles_) cycles_->tell(j, text, found);
     if (!reference_.agrees)
-      wrong.push_back(
+      found.wrong.push_back(
           fmt::format("the reference itself ({} x {}), {}: {:.2e} from differences, whose own "
                       "estimate is {:.2e}",
                       y.formulation, y.method, reference_.worst, reference_.apart, reference_.estimate));
-    j["status"] = !interrupted_.empty() ? "interrupted"
-                  : !wrong.empty()      ? "disagreement"
-                  : !failed.empty()     ? "failed"
-                                        : "ok";
+    j["status"] = !interrupted_.empty()   ? "interrupted"
+                  : !found.wrong.empty()  ? "disagreement"
+                  : !found.failed.empty() ? "failed"
+                                          : "ok";
     if (!interrupted_.empty()) j["error"] = interrupted_;
-    j["disagreements"] = wrong;
-    j["failures"] = failed;
-    j["inaccurate"] = inaccurate;
-    j["cut"] = cut;
-    for (const auto& w : wrong) text += "DISAGREEMENT: " + w + "\n";
-    for (const auto& w : failed) text += "FAILED: " + w + "\n";
-    for (const auto& w : inaccurate) text += "INACCURATE: " + w + "\n";
+    found.write(j);
+    text += found.text();
     for (const auto& note : {reference_.note, motions_note_})
       if (!note.empty()) text += note + "\n";
     const std::string verdict = !interrupted_.empty() ? interrupted_ + "\n"
-                                : wrong.empty()       ? agreement(failed.size(), inaccurate.size(), cut.size())
+                                : found.wrong.empty() ? found.agreement(options_.patience)
                                                       : "";
     text += verdict + written_page(setup_, "check.html", check_page(setup_, j, verdict));
     report(setup_, common_, j, text, "check.json");
-    for (const auto& w : wrong) print_message(with_guide("disagreement: " + w));
-    for (const auto& w : failed) print_message("failed: " + w);
-    for (const auto& w : inaccurate) print_message(fmt::format("warning: inaccurate: {}", w));
+    found.print();
     if (!interrupted_.empty()) print_message(interrupted_);
-    return !wrong.empty() ? kDisagreement : failed.empty() ? 0 : kFailed;
-  }
-
-  std::string agreement(std::size_t failed, std::size_t inaccurate, std::size_t cut) const {
-    std::string s =
-        failed > 0 ? fmt::format("no disagreement, but {} failed", failed)
-        : inaccurate > 0
-            ? fmt::format("no disagreement, but {} less accurate than the tolerance lets one expect", inaccurate)
-        : cut > 0 ? "all that ended agree within what the tolerances allow"
-                  : "all agree within what the tolerances allow";
-    if (cut > 0)
-      s += fmt::format("; {} took more than {:g} times what the reference took and {} cut (--patience)", cut,
-                       options_.patience, cut == 1 ? "was" : "were");
-    return s + "\n";
+    return !found.wrong.empty() ? kDisagreement : found.failed.empty() ? 0 : kFailed;
   }
 
   const CommonOptions& common_;
@@ -360,6 +341,7 @@ class Check {
   std::map<std::pair<std::string, std::string>, double> simulation_s_;  // by formulation and integrator
   std::vector<CheckRow> rows_;
   std::vector<MotionRow> motions_;
+  std::optional<CycleCheck> cycles_;
   std::string motions_of_, motions_note_;
   std::string interrupted_;  // a sentence where Ctrl-C ended the rows early
 };

@@ -300,13 +300,4 @@ TEST_CASE("rigid friction in space: refusals", "[events]") {
   }
   p = throw_block(0, 0, 0.3, 0.3);
   CHECK_THROWS_WITH(simulate(p, p.parameters.values()), Catch::Contains("along its velocity"));
-  const std::string scene = with_words(thrown, {{"VX", "1"},
-                                                {"VY", "0"},
-                                                {"ANGLE", "0"},
-                                                {"END", "0.5"},
-                                                {"closed = true\nsliding = \"forward\"\n", ""},
-                                                {"z_m = 0", "z_m = 0.1"},
-                                                {"\"block.x\", \"block.y\"", "\"block.x\", \"block.y\", \"block.z\""}});
-  p = make_problem(Scene::parse(scene, "dropped.toml"));
-  CHECK_THROWS_WITH(simulate(p, p.parameters.values()), Catch::Contains("an impact with friction in space"));
 }

@@ -66,9 +66,9 @@ std::string check_page(const Setup& setup, const Json& j, const std::string& ver
   add_list(page, j.at("inaccurate"), "Inaccurate");
   add_list(page, j.at("cut"), "Cut");
   const Json& y = j.at("reference");
-  for (const Json* note :
-       {y.contains("note") ? &y.at("note") : nullptr, j.contains("motions_note") ? &j.at("motions_note") : nullptr})
-    if (note) page.paragraph(note->get<std::string>());
+  if (y.contains("note")) page.paragraph(y.at("note").get<std::string>());
+  for (const char* note : {"motions_note", "cycles_note"})
+    if (j.contains(note)) page.paragraph(j.at(note).get<std::string>());
   add_warnings(page, j);
   page.heading("Gradients");
   const std::size_t count = setup.rho.size();
@@ -84,6 +84,16 @@ std::string check_page(const Setup& setup, const Json& j, const std::string& ver
   page.table({"formulation", "method", "verdict", "#psi", "#error", "#steps", "#backward", "#callbacks", "#time [ms]",
               "#ratio", ""},
              rows);
+  if (j.contains("cycles") && !j.at("cycles").empty()) {
+    page.heading("Cycles");
+    rows.clear();
+    for (const Json& c : j.at("cycles"))
+      rows.push_back({c.at("formulation").get<std::string>(), c.at("integrator").get<std::string>(),
+                      c.at("status").get<std::string>(), short_number(c.at("period_s"), "{:.9g}"),
+                      short_number(c.at("multiplier"), "{:.7g}"), short_number(c.at("error"), "{:.1e}"),
+                      c.at("quantity").is_string() ? c.at("quantity").get<std::string>() : "-", said(c, "quantity")});
+    page.table({"cycle", "integrator", "verdict", "#period [s]", "#multiplier", "#error", "farthest", ""}, rows);
+  }
   if (j.at("motions").empty()) return page.text();
   page.heading("Motions");
   rows.clear();

@@ -13,6 +13,7 @@
 #include "costate/event/contact_gap.h"
 #include "costate/event/contact_ways.h"
 #include "costate/event/motion_events.h"
+#include "costate/event/slip_behind_impact.h"
 #include "costate/event/spatial_slip.h"
 
 namespace costate {
@@ -47,17 +48,9 @@ std::vector<MotionEvents::InPlay> MotionEvents::find_in_play(int event, const St
     const bool bounces = bounces_off(c, approach);
     in_play.push_back({&c, bounces, bounces ? number(c, c.contact->restitution_number()) : 0, {}, 0, kSticks});
   };
-  const auto refuse = [&](const ContactOf& c) {
-    throw CapabilityError(
-        fmt::format("At t = {:.9g} s, at '{}', {} takes part in an impact with friction in space, which is not carried "
-                    "yet. Take friction = \"none\", or kind = \"compliant\".",
-                    before.t, of(event).name, c.force->path()));
-  };
-  if (slides_in_space(own)) refuse(own);
   strikes(own, speed);
   for (ContactOf& c : contacts_) {
     if (&c == &own) continue;
-    if (slides_in_space(c) && before.z[c.closed_state] > 0.5) refuse(c);
     if (c.closed_state >= 0 && before.z[c.closed_state] > 0.5) {
       const double along = c.sliding_state < 0 ? 0 : before.z[c.sliding_state];
       in_play.push_back({&c, false, 0, {}, 0, along > 0.5 ? kForward : along < -0.5 ? kBackward : kSticks});
@@ -66,6 +59,14 @@ std::vector<MotionEvents::InPlay> MotionEvents::find_in_play(int event, const St
       strikes(c, approach);
     }
   }
+  if (in_play.size() < 2) return in_play;
+  for (const InPlay& c : in_play)
+    if (c.contact->contact->row_count() > 2)
+      throw CapabilityError(
+          fmt::format("At t = {:.9g} s, at '{}', {} takes part in an impact of {} contacts: with friction in space one "
+                      "point strikes, and no other contact is closed. Take friction = \"none\", or kind = "
+                      "\"compliant\".",
+                      before.t, of(event).name, c.contact->force->path(), in_play.size()));
   return in_play;
 }
 
@@ -153,7 +154,8 @@ void MotionEvents::strike(int event, const StateView& before) {
     for (const InPlay& c : in_play) {
       if (c.way == kOpen)
         for (const int row : c.rows) rows[static_cast<std::size_t>(row)].rests = false;
-      if (slides(c.way) != 0) rows[static_cast<std::size_t>(c.rows[1])].rests = false;
+      if (slides(c.way) != 0)
+        for (std::size_t r = 1; r < c.rows.size(); ++r) rows[static_cast<std::size_t>(c.rows[r])].rests = false;
     }
     expansion_->prepare(open, rows);
     find_way(event, before, *expansion_, in_play, speed);
@@ -187,10 +189,14 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
   std::vector<std::vector<int>> options;
   for (const InPlay& c : in_play) {
     std::vector<int> o;
+    const auto slide = [&](int forward, int backward) {
+      if (c.rows.size() > 1) o.push_back(forward);
+      if (c.rows.size() == 2) o.push_back(backward);  // in space it slides along its direction
+    };
     if (c.given > 0) o = {kGivenSticks};
-    if (c.given > 0 && c.rows.size() > 1) o.insert(o.end(), {kGivenForward, kGivenBackward});
+    if (c.given > 0) slide(kGivenForward, kGivenBackward);
     o.push_back(kSticks);
-    if (c.rows.size() > 1) o.insert(o.end(), {kForward, kBackward});
+    slide(kForward, kBackward);
     if (!(c.given > 0)) o.push_back(kOpen);
     if (!(c.given > 0) && !is_given(c.way) && c.way != kOpen) {
       o.erase(std::find(o.begin(), o.end(), c.way));
@@ -205,7 +211,19 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
   double fastest = speed;
   for (const InPlay& c : in_play)
     for (const int i : c.rows) fastest = std::max(fastest, std::abs(impact.speed_before(i)));
-  const auto rows_of = [&](const std::vector<int>& ways) {
+  // Of a point that strikes in space alone: the directions in which it may slide.
+  const auto slips = [&](const std::vector<int>& ways) -> std::vector<Eigen::Vector2d> {
+    const InPlay& c = in_play.front();
+    if (c.rows.size() < 3 || slides(ways.front()) == 0) return {Eigen::Vector2d::Zero()};
+    StrikingPoint point;
+    for (int i = 0; i < 3; ++i) point.before[i] = impact.speed_before(c.rows[static_cast<std::size_t>(i)]);
+    point.response = impact.response();
+    point.friction = number(*c.contact, c.contact->contact->friction_number());
+    point.given = is_given(ways.front());
+    point.normal = point.given ? c.given : impact.change_of_gap(c.rows.front());
+    return slips_behind(point);
+  };
+  const auto rows_of = [&](const std::vector<int>& ways, const Eigen::Vector2d& slip) {
     std::vector<ActiveRow> active;
     for (std::size_t c = 0; c < in_play.size(); ++c) {
       if (ways[c] == kOpen) continue;
@@ -214,11 +232,15 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
       active.push_back(
           {rows.front(), is_given(ways[c]) ? Law::given : Law::held, 0, is_given(ways[c]) ? in_play[c].given : 0});
       const int direction = slides(ways[c]);
-      if (rows.size() > 1) active.push_back({rows[1], direction == 0 ? Law::held : Law::slides, direction, 0});
+      const Law law = direction == 0 ? Law::held : Law::slides;
+      if (rows.size() == 2) active.push_back({rows[1], law, static_cast<double>(direction), 0});
+      if (rows.size() == 3)
+        for (int k = 0; k < 2; ++k)
+          active.push_back({rows[static_cast<std::size_t>(k + 1)], law, slip[k], 0, direction == 0 ? 0 : k + 1});
     }
     return active;
   };
-  const auto fits = [&](const std::vector<int>& ways) {
+  const auto fits = [&](const std::vector<int>& ways, const Eigen::Vector2d& slip) {
     double largest = 0;
     for (const ActiveRow& a : impact.active()) {
       largest = std::max(largest, std::abs(impact.impulse(a.row)));
@@ -236,9 +258,12 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
       }
       if (impact.impulse(normal) < at.given - kContactRounding * largest) return false;
       if (at.rows.size() < 2) continue;
+      const bool space = at.rows.size() == 3;
       if (const int direction = slides(ways[c]); direction != 0) {
-        if (direction * speed_after(at.rows[1]) < -kContactRounding * fastest) return false;
-      } else if (std::abs(impact.impulse(at.rows[1])) >
+        const double along = space ? slip[0] * speed_after(at.rows[1]) + slip[1] * speed_after(at.rows[2])
+                                   : direction * speed_after(at.rows[1]);
+        if (along < -kContactRounding * fastest) return false;
+      } else if (std::hypot(impact.impulse(at.rows[1]), space ? impact.impulse(at.rows[2]) : 0) >
                  number(*at.contact, at.contact->contact->friction_number()) * impact.impulse(normal) +
                      kContactRounding * largest) {
         return false;
@@ -248,19 +273,21 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
   };
   std::vector<double> found;
   std::vector<int> chosen;
+  Eigen::Vector2d chosen_slip = Eigen::Vector2d::Zero();
   std::vector<std::size_t> lifted;
   const auto names = [&] {
     std::vector<std::string> list;
     for (const InPlay& c : in_play) list.push_back(c.contact->force->path());
     return fmt::format("{}", fmt::join(list, ", "));
   };
-  const bool few = for_all_ways(options, [&](const std::vector<int>& ways) {
-    impact.solve(rows_of(ways));
-    if (!fits(ways)) return;
+  const auto look_at = [&](const std::vector<int>& ways, const Eigen::Vector2d& slip) {
+    impact.solve(rows_of(ways, slip));
+    if (!fits(ways, slip)) return;
     const std::vector<double> u(impact.u(), impact.u() + assembly_.n());
     if (chosen.empty()) {
       found = u;
       chosen = ways;
+      chosen_slip = slip;
       return;
     }
     if (!are_one_motion(found, u.data()))
@@ -268,6 +295,9 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
           fmt::format("At t = {:.9g} s the impact of '{}' has several solutions, in which contacts ({}) do different "
                       "things: the laws of rigid bodies do not choose between them. Take kind = \"compliant\".",
                       before.t, of(event).name, names()));
+  };
+  const bool few = for_all_ways(options, [&](const std::vector<int>& ways) {
+    for (const Eigen::Vector2d& slip : slips(ways)) look_at(ways, slip);
   });
   if (!few)
     throw CapabilityError(
@@ -285,7 +315,7 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
                           own.largest_approach)
             : ""));
   }
-  impact.solve(rows_of(chosen));
+  impact.solve(rows_of(chosen, chosen_slip));
   // Contacts that strike in turn, ever more slowly, lift each other infinitely many times in finite time. What would
   // lift too little to be seen stays, as a plastic impact of all of them has it.
   for (std::size_t c = 0; c < in_play.size(); ++c) {
@@ -295,7 +325,7 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
   for (std::size_t c = 0; c < in_play.size(); ++c)
     if (std::find(lifted.begin(), lifted.end(), c) == lifted.end()) in_play[c].way = chosen[c];
   if (lifted.empty()) return;
-  std::vector<ActiveRow> active = rows_of(chosen);
+  std::vector<ActiveRow> active = rows_of(chosen, chosen_slip);
   for (const std::size_t c : lifted)
     for (const int row : in_play[c].rows)  // friction of what slides is left out: it would push
       if (row == in_play[c].rows.front() || impact.row(row).rests) active.push_back({row, ActiveRow::Law::held, 0, 0});

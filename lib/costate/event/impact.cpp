@@ -11,6 +11,11 @@
 namespace costate {
 
 namespace {
+// A speed along the ground behind an impact of this part of those before it has no direction.
+constexpr double kNoSlip = 1e-9;
+// Pivots this far apart: two solutions of an impact meet.
+constexpr double kFold = 1e-9;
+
 /// r_i at (q, p) with the first time derivatives qdot, and dual parts of the coordinate or number `seed`.
 PathDual row_value(const ImpactRow& r, const std::vector<PathDual>& q, const std::vector<PathDual>& p) {
   MeasureArguments x;
@@ -110,12 +115,9 @@ void Impact::solve_bordered(std::vector<double>& b, Eigen::VectorXd& c) {
   balance_.solve(b.data());
   const auto k = static_cast<Eigen::Index>(active_.size());
   if (k == 0) return;
-  Eigen::VectorXd r = c;
-  for (Eigen::Index i = 0; i < k; ++i) {
-    const ActiveRow& a = active_[static_cast<std::size_t>(i)];
-    if (a.law == ActiveRow::Law::held) r[i] -= along(row_of(a), b.data());
-  }
-  c = active_W_.fullPivLu().solve(r);
+  Eigen::VectorXd rates(k);
+  for (Eigen::Index i = 0; i < k; ++i) rates[i] = along(row_of(active_[static_cast<std::size_t>(i)]), b.data());
+  c = active_W_.fullPivLu().solve(c - speeds_ * rates).eval();
   for (Eigen::Index i = 0; i < k; ++i) {
     const auto& response = response_[static_cast<std::size_t>(active_[static_cast<std::size_t>(i)].row)];
     for (std::size_t j = 0; j < b.size(); ++j) b[j] += c[i] * response[j];
@@ -126,17 +128,22 @@ void Impact::solve(const std::vector<ActiveRow>& active) {
   active_ = active;
   const auto k = static_cast<Eigen::Index>(active.size());
   active_W_.setZero(k, k);
+  speeds_.setZero(k, k);
   Eigen::VectorXd c(k);
   for (Eigen::Index i = 0; i < k; ++i) {
     const ActiveRow& a = active[static_cast<std::size_t>(i)];
     const auto at = static_cast<std::size_t>(a.row);
     if (a.law == ActiveRow::Law::held) {
       c[i] = -rows_[at].factor * before_rate_[at];
+      speeds_(i, i) = 1;
       for (Eigen::Index j = 0; j < k; ++j) active_W_(i, j) = W_(a.row, active[static_cast<std::size_t>(j)].row);
     } else {
       c[i] = a.given;
       active_W_(i, i) = 1;
-      if (a.law == ActiveRow::Law::slides) active_W_(i, i - 1) = a.direction * friction(rows_[at]);
+      if (a.law == ActiveRow::Law::slides) {
+        const auto gap = i - static_cast<Eigen::Index>(a.from_gap());
+        active_W_(i, gap) = a.direction * friction(rows_[at]);
+      }
     }
   }
   const auto n = static_cast<std::size_t>(assembly_.n());
@@ -164,7 +171,40 @@ double Impact::energy_lost() {
   return lost;
 }
 
+void Impact::turn_slips() {
+  bool turned = false;
+  for (std::size_t a = 0; a < active_.size(); ++a) {
+    if (active_[a].component != 1) continue;
+    const auto i = static_cast<Eigen::Index>(a);
+    const ActiveRow &along = active_[a], &across = active_[a + 1];
+    const Eigen::Vector2d s(along.direction, across.direction), w(speed_after(along.row), speed_after(across.row));
+    const double speed = w.norm(), before = std::hypot(speed_before(along.row), speed_before(across.row));
+    if (!(speed > kNoSlip * std::max(before, std::abs(speed_before(active_[a - 1].row)))))
+      throw SolverError(
+          fmt::format("At t = {:.9g} s {} strikes and comes to rest along the ground just so: the "
+                      "direction of its friction has no derivative there.",
+                      before_.t, row_of(along).of.force->path()));
+    const Eigen::Matrix2d turns = friction(row_of(along)) * impulse(active_[a - 1].row) / speed *
+                                  (Eigen::Matrix2d::Identity() - s * s.transpose());
+    speeds_.block<2, 2>(i, i) = turns;
+    for (Eigen::Index j = 0; j < active_W_.cols(); ++j) {
+      const int other = active_[static_cast<std::size_t>(j)].row;
+      active_W_.block<2, 1>(i, j) += turns * Eigen::Vector2d(W_(along.row, other), W_(across.row, other));
+    }
+    turned = true;
+  }
+  if (!turned) return;
+  const Eigen::MatrixXd scaled = active_W_.rowwise().normalized();
+  const Eigen::VectorXd pivots = scaled.fullPivLu().matrixLU().diagonal().cwiseAbs();
+  if (!(pivots.minCoeff() > kFold * pivots.maxCoeff()))
+    throw SolverError(
+        fmt::format("At t = {:.9g} s two directions to slide behind an impact of {} become one: neither "
+                    "has a derivative there.",
+                    before_.t, rows_.front().of.force->path()));
+}
+
 void Impact::linearize(bool columns) {
+  turn_slips();
   const int n = assembly_.n(), m = assembly_.m();
   const std::vector<double> rest(static_cast<std::size_t>(std::max(n, m)), 0);
   for (const ActiveRow& a : active_) evaluate(rows_[static_cast<std::size_t>(a.row)], true);
@@ -207,17 +247,18 @@ void Impact::tangent(const double* dq, const double* dv, int j, double dt, doubl
     b[static_cast<std::size_t>(n + i)] = -phid_(i, j) - dt * phid_t_[static_cast<std::size_t>(i)];
   add_product(assembly_.square(), hessian_.data(), -1, dq, b.data());
   add_product(assembly_.jacobian(), phid_q_.data(), -1, dq, b.data() + n);
-  Eigen::VectorXd c = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(active_.size()));
+  Eigen::VectorXd c = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(active_.size())), rates = c;
   for (std::size_t a = 0; a < active_.size(); ++a) {
     const auto at = static_cast<std::size_t>(active_[a].row);
     const Row& row = rows_[at];
     const auto& q = row.of.force->coordinates();
     const auto k = static_cast<Eigen::Index>(q.size());
+    const double factor = speed_factor(active_[a]);
     Eigen::VectorXd along_q(k), x(k);
     for (Eigen::Index i = 0; i < k; ++i) {
       const auto g = static_cast<std::size_t>(q[static_cast<std::size_t>(i)]);
       along_q[i] = dq[g];
-      x[i] = solution_[g] + row.factor * before_.v[g];
+      x[i] = solution_[g] + factor * before_.v[g];
     }
     Eigen::VectorXd dJ = row.H * along_q;
     double dfactor = 0;
@@ -231,20 +272,16 @@ void Impact::tangent(const double* dq, const double* dv, int j, double dt, doubl
     }
     for (Eigen::Index i = 0; i < k; ++i)
       b[static_cast<std::size_t>(q[static_cast<std::size_t>(i)])] += impulse_[at] * dJ[i];
+    rates[static_cast<Eigen::Index>(a)] = dJ.dot(x) + factor * along(row, dv) + dfactor * before_rate_[at];
     double& by = c[static_cast<Eigen::Index>(a)];
-    switch (active_[a].law) {
-      case ActiveRow::Law::held:
-        by = -dJ.dot(x) - row.factor * along(row, dv) - dfactor * before_rate_[at];
-        break;
-      case ActiveRow::Law::slides:
-        for (const auto& [column, f] : friction_columns(row))
-          if (column == j) by -= f * active_[a].direction * impulse_[static_cast<std::size_t>(active_[a - 1].row)];
-        break;
-      case ActiveRow::Law::given:
-        if (given) by = (*given)[static_cast<Eigen::Index>(a)];
-        break;
+    if (active_[a].law == ActiveRow::Law::slides) {
+      for (const auto& [column, f] : friction_columns(row))
+        if (column == j) by -= f * active_[a].direction * gap_impulse(a);
+    } else if (active_[a].law == ActiveRow::Law::given && given) {
+      by = (*given)[static_cast<Eigen::Index>(a)];
     }
   }
+  c -= speeds_ * rates;
   solve_bordered(b, c);
   for (int i = 0; i < n; ++i) du[i] += b[static_cast<std::size_t>(i)];
   if (dp) *dp = c;
@@ -262,11 +299,10 @@ double Impact::adjoint(const double* w, double* w_q, double* w_v, double* gradie
   for (Eigen::Index i = 0; i < size; ++i)
     y[i] = along(row_of(active_[static_cast<std::size_t>(i)]), s.data()) + (w_p ? (*w_p)[i] : 0);
   if (size > 0) y = active_W_.transpose().fullPivLu().solve(y).eval();
+  const Eigen::VectorXd weights_of_rates = speeds_.transpose() * y;
   for (Eigen::Index i = 0; i < size; ++i) {
-    const ActiveRow& a = active_[static_cast<std::size_t>(i)];
-    const auto& response = response_[static_cast<std::size_t>(a.row)];
-    if (a.law == ActiveRow::Law::held)
-      for (std::size_t k = 0; k < s.size(); ++k) s[k] -= y[i] * response[k];
+    const auto& response = response_[static_cast<std::size_t>(active_[static_cast<std::size_t>(i)].row)];
+    for (std::size_t k = 0; k < s.size(); ++k) s[k] -= weights_of_rates[i] * response[k];
   }
   if (by_given) *by_given = y;
   add_transposed_product(assembly_.square(), hessian_.data(), -1, s.data(), w_q);
@@ -278,17 +314,16 @@ double Impact::adjoint(const double* w, double* w_q, double* w_v, double* gradie
     const Row& row = rows_[at];
     const auto& q = row.of.force->coordinates();
     const auto k = static_cast<Eigen::Index>(q.size());
-    const double of_row = y[static_cast<Eigen::Index>(a)];
     // Of J: the impulse's own force on s, and the rates of the row.
-    const double weight = active_[a].law == ActiveRow::Law::held ? of_row : 0;
+    const double weight = weights_of_rates[static_cast<Eigen::Index>(a)], factor = speed_factor(active_[a]);
     if (active_[a].law == ActiveRow::Law::slides)
       for (const auto& [column, f] : friction_columns(row))
-        gradient[column] -= f * of_row * active_[a].direction * impulse_[static_cast<std::size_t>(active_[a - 1].row)];
+        gradient[column] -= f * y[static_cast<Eigen::Index>(a)] * active_[a].direction * gap_impulse(a);
     Eigen::VectorXd of_J(k);
     for (Eigen::Index i = 0; i < k; ++i) {
       const auto g = static_cast<std::size_t>(q[static_cast<std::size_t>(i)]);
-      of_J[i] = impulse_[at] * s[g] - weight * (solution_[g] + row.factor * before_.v[g]);
-      w_v[g] -= weight * row.factor * row.J[static_cast<std::size_t>(i)];
+      of_J[i] = impulse_[at] * s[g] - weight * (solution_[g] + factor * before_.v[g]);
+      w_v[g] -= weight * factor * row.J[static_cast<std::size_t>(i)];
     }
     const Eigen::VectorXd of_q = row.H * of_J;
     for (Eigen::Index i = 0; i < k; ++i) w_q[q[static_cast<std::size_t>(i)]] += of_q[i];

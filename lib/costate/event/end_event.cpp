@@ -130,8 +130,9 @@ std::optional<double> EndSearch::find(const std::function<double(double)>& dista
   };
   const auto jumps = [&](const Point& from, const Point& to) -> SolverError {
     return SolverError(fmt::format(
-        "At t = {:.9g} s the output '{}' jumps across the level of 'ends_when', from {:.6g} {} before it to "
-        "{:.6g} beyond: this end has no derivative. Take an output that is continuous there.",
+        "At t = {:.9g} s the output '{}' jumps across the level of 'ends_when': right before it is {:.6g} {} short of "
+        "the level, right behind {:.6g} beyond it. Runs end where an output comes to a level, and this end would have "
+        "no derivative. Take an output that is continuous there.",
         to.t, end_.output->name(), std::abs(from.h), end_.output->unit(), std::abs(to.h)));
   };
   // From before the level to behind it: by halves and secants to the last bit.

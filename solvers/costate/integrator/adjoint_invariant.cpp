@@ -5,28 +5,31 @@
 namespace costate {
 
 namespace {
-/// Whether a law of time is at work between the two: where the run ends it may have nothing to act on (a plate under a
-/// wheel that has left it).
-bool has_course(const Assembly& assembly, double t_start, double t_end) {
+/// Whether a law of time is at work between the two, in a force or a running cost: where the run ends it may have
+/// nothing to act on (a plate under a wheel that has left it).
+bool has_course(const Assembly& assembly, const Objective& objective, double t_start, double t_end) {
+  Course course(t_start, t_end);
+  const std::vector<double>& all = assembly.numbers();
   for (const auto& f : assembly.mechanism().forces()) {
-    const auto* element = dynamic_cast<const CourseElement*>(f.get());
-    if (!element) continue;
     std::vector<double> p;
-    for (const int number : f->numbers()) p.push_back(assembly.numbers()[static_cast<std::size_t>(number)]);
-    Course course(t_start, t_end);
-    element->add_course(p.data(), course);
-    bool any = false;
-    course.for_each_end([&](double) { any = true; });
-    if (any) return true;
+    for (const int number : f->numbers()) p.push_back(all[static_cast<std::size_t>(number)]);
+    if (const auto* element = dynamic_cast<const CourseElement*>(f.get()))
+      element->add_course(p.data(), course);
+    else
+      for (const ElementCourse& add : element_courses())
+        if (add(*f, p.data(), course)) break;
   }
-  return false;
+  for (const auto& term : objective.running) add_cost_course(*term, all, course);
+  bool any = false;
+  course.for_each_end([&](double) { any = true; });
+  return any;
 }
 }  // namespace
 
 bool AdjointInvariant::autonomous(System& system, double t_start, double t, const double* y) {
   for (const auto& c : system.assembly().mechanism().constraints())
     if (c->rheonomic()) return false;
-  if (has_course(system.assembly(), t_start, t)) return false;
+  if (has_course(system.assembly(), system.objective(), t_start, t)) return false;
   Assembly assembly(system.assembly().mechanism_ptr(), system.parameters());
   assembly.set_parameters(system.assembly().rho().data());
   StateView s = system.mechanism_state(t, y);

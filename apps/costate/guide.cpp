@@ -8,7 +8,8 @@ const std::vector<GuideEntry>& failure_guide() {
   static const std::vector<GuideEntry> guide = {
       {"no-cycle",
        {"No cycle was found", "A cycle is not determined", "not met where the search begins",
-        "eigenvalue problem of the multipliers", "at the section itself"}},
+        "eigenvalue problem of the multipliers", "another number of multipliers", "it has other multipliers",
+        "at the section itself"}},
       {"start-cannot-be-assembled",
        {"The start cannot be reached", "do not determine the configuration", "do not determine the motion",
         "independent constraint rows leave"}},
@@ -23,7 +24,7 @@ const std::vector<GuideEntry>& failure_guide() {
        {"its bounces die out", "strike at the same time", "stop sliding at the same time", "would create an energy",
         "has several solutions", "has no solution", "no way to stick, to slide or to open", "grows beyond all bounds",
         "contacts change in one instant", "against the direction in which it began", "that it has just left",
-        "comes and goes with a contact"}},
+        "comes and goes with a contact", "derivative there."}},
       {"not-a-number",
        {"not a finite number", "is not finite", "the motion cannot be computed this way",
         "The derivative of psi with respect to '"}},

@@ -164,6 +164,6 @@ TEST_CASE("known digits: a cost whose weight comes and goes is no drift of the a
     take_notices();
     const GradientResult r = gradient(p, method, p.parameters.values());
     CHECK(std::abs(r.gradient[0] / -0.0203708671 - 1) < 1e-6);
-    CHECK(take_notices().empty());
+    for (const auto& sentence : take_notices()) CHECK(sentence.find("invariant") == std::string::npos);
   }
 }

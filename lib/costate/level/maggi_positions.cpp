@@ -331,6 +331,7 @@ bool MaggiPositions::newton(double t, const double* y) {
   }
   bool fresh = !(distance <= kNear);
   double previous = std::numeric_limits<double>::infinity();
+  bool quadratic = false;  // the previous step was Newton's own
   for (int k = 0; k < kMaxIterations; ++k) {
     ++iterations_;
     assembly_.calc_constraints(s);
@@ -348,8 +349,10 @@ bool MaggiPositions::newton(double t, const double* y) {
     if (!(step <= 1) || (k > 2 && fresh && step > 2 * previous && step > kQuadratic)) return false;
     for (std::size_t i = 0; i < q_.size(); ++i) q_[i] += step_[i];
     if (fresh) {
-      // The factorization belongs to positions that differ by this last step.
-      if (step <= kRounding || (previous <= kQuadratic && step <= kLoose)) return true;
+      // The factorization belongs to positions that differ by this last step, and so do velocities by it: behind a
+      // step on old factors it may be far above rounding.
+      if (step <= kRounding || (quadratic && previous <= kQuadratic && step <= kLoose)) return true;
+      quadratic = true;
     } else {
       // One more step on the old factorization if that gets to rounding, before the new one that the end needs anyway.
       const double contraction = previous < 1e300 ? step / previous : std::min(1.0, 2 * distance);

@@ -45,9 +45,6 @@ const char* name_of(StressVerdict verdict) {
 }
 
 double StressClaim::allowed(double rtol) const {
-  // Below that a run is as good as the rounding of its steps, which a motion amplifies like any error.
-  constexpr double kTightest = 1e-12;
-  rtol = std::max(rtol, kTightest);
   return std::max({floor, MotionClaim::of(rtol), std::min(MotionClaim::kMost, kAmplified * amplification * rtol)});
 }
 

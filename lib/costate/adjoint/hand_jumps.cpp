@@ -51,7 +51,8 @@ void HandEquations::cross_kink(double t_before, double t_after, const double* qv
   if (forward) Y = of_states(X);
   // Where parameters move this time: what the state does on either side.
   MovingTime moving;
-  for (const MovingInstant& m : moving_instants(assembly_.mechanism(), assembly_.parameters(), assembly_.numbers()))
+  for (const MovingInstant& m :
+       moving_instants(assembly_.mechanism(), objective_, assembly_.parameters(), assembly_.numbers()))
     if (m.t == t_after) moving.by = m.by;
   const bool moves = !moving.by.empty();
   const auto rates = [&](const std::vector<double>& y, std::vector<double>& out) {

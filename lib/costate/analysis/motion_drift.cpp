@@ -42,8 +42,18 @@ void MotionWatch::torn(const Drift& d) const {
           : "Take a smaller rtol, or a formulation that holds its constraints: baumgarte, index2 or maggi."));
 }
 
+std::optional<std::string> MotionWatch::without_derivative() const {
+  if (const auto met = lines_.met())
+    return *met +
+           ". The instant at which it does is in no derivative. Let the spring's natural length be zero, or its ends "
+           "pass "
+           "each other at a distance; the method 'differences' tells what psi does.";
+  return jumps_.met();
+}
+
 std::vector<std::string> MotionWatch::warnings() const {
   std::vector<std::string> out = near_dependent_;
+  out.insert(out.end(), jumps_.told().begin(), jumps_.told().end());
   if (const auto text = jump())
     out.push_back(*text +
                   ". Steps that pass it are less accurate, and derivatives do not exist there. Let the spring's "

@@ -51,7 +51,10 @@ bool ends_with(const std::string& text, const char* end) {
 
 MotionWatch::MotionWatch(std::shared_ptr<const Mechanism> mechanism, const ParameterSelection& parameters,
                          const double* rho, WatchSettings settings)
-    : assembly_(std::move(mechanism), parameters), settings_(std::move(settings)), lines_(assembly_.mechanism()) {
+    : assembly_(std::move(mechanism), parameters),
+      settings_(std::move(settings)),
+      lines_(assembly_.mechanism()),
+      jumps_(assembly_.mechanism()) {
   assembly_.set_parameters(rho);
   const Mechanism& mech = assembly_.mechanism();
   const auto n = static_cast<std::size_t>(assembly_.n()), m = static_cast<std::size_t>(assembly_.m());
@@ -102,7 +105,7 @@ void MotionWatch::require_finite(double t, const double* q, const double* v) con
 
 void MotionWatch::begin(double t, const double* q, const double* v) {
   require_finite(t, q, v);
-  if (!lines_.empty()) lines_.look({t, q, v}, assembly_);
+  look_for_jumps(t, q, v);
   const Mechanism& mech = assembly_.mechanism();
   const auto& J = assembly_.jacobian();
   // Lengths: of the mechanism, by its numbers and by how far its coordinates lie apart; of a row, by its own numbers.
@@ -181,9 +184,14 @@ void MotionWatch::refuse_dependent_rows(double t) {
                   t, nearest, fmt::join(names, ", ")));
 }
 
+void MotionWatch::look_for_jumps(double t, const double* q, const double* v) {
+  if (!lines_.empty()) lines_.look({t, q, v}, assembly_);
+  if (!jumps_.empty()) jumps_.look({t, q, v}, assembly_);
+}
+
 void MotionWatch::step(double t, const double* q, const double* v) {
   require_finite(t, q, v);
-  if (!lines_.empty()) lines_.look({t, q, v}, assembly_);
+  look_for_jumps(t, q, v);
   Point& p = ring_[points_++ % kKept];
   p.t = t;
   std::copy(q, q + assembly_.n(), p.q.begin());
@@ -193,7 +201,7 @@ void MotionWatch::step(double t, const double* q, const double* v) {
 
 void MotionWatch::finish(double t, const double* q, const double* v) {
   require_finite(t, q, v);
-  if (!lines_.empty()) lines_.look({t, q, v}, assembly_);
+  look_for_jumps(t, q, v);
   if (assembly_.m() == 0) return;
   if (points_ > 0 && ring_[(points_ - 1) % kKept].t < t) {
     Point& p = ring_[points_++ % kKept];

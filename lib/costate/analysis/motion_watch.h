@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "costate/analysis/jump_watch.h"
 #include "costate/analysis/line_watch.h"
 #include "costate/assembly/assembly.h"
 
@@ -43,6 +44,8 @@ class MotionWatch {
 
   /// Of a force that jumps as its ends pass through each other: a sentence without its advice.
   std::optional<std::string> jump() const { return lines_.met(); }
+  /// Why no derivative of the run knows all of what it does, with an advice: of a force that jumps in it.
+  std::optional<std::string> without_derivative() const;
   /// Whole sentences; complete after finish().
   std::vector<std::string> warnings() const;
 
@@ -73,6 +76,7 @@ class MotionWatch {
     double t = 0;
     std::vector<double> distance;  // of each row
   };
+  void look_for_jumps(double t, const double* q, const double* v);
   void sample(double t, const double* q, const double* v);
   void look_at_drift(double t, const double* v);
   void calc_distances(std::vector<double>& out);
@@ -111,6 +115,7 @@ class MotionWatch {
   std::vector<std::string> near_dependent_;
   long steps_ = 0;
   LineWatch lines_;
+  JumpWatch jumps_;
 };
 
 }  // namespace costate

@@ -29,6 +29,7 @@ using LongComplexVector = Eigen::Matrix<LongComplex, Eigen::Dynamic, 1>;
 constexpr double kEps = std::numeric_limits<double>::epsilon();
 constexpr double kTerms = 8 * kEps;      // rounding of an entry, of its terms
 constexpr double kNull = 200 * kEps;     // of a singular value, of the terms along its vectors
+constexpr double kOneVector = 1e-3;      // y^T x of unit vectors, below which two roots may share theirs
 constexpr double kAccurate = 1e-9;       // a root of the QR iteration that is good to this is left as it is
 constexpr Eigen::Index kLongLimit = 80;  // rows up to which the QR iteration is done in long numbers
 constexpr int kMostSweeps = 300;
@@ -155,11 +156,11 @@ void find_vectors(const MatrixXd& B, LongComplex x, VectorXcd& right, VectorXcd&
   S.diagonal().array() -= x;
   for (const bool transposed : {false, true}) {
     Eigen::FullPivLU<LongComplexMatrix> lu(transposed ? LongComplexMatrix(S.transpose()) : S);
-    // A pivot of nothing becomes one of rounding.
-    const LongComplexMatrix U = lu.matrixLU();
-    Long smallest = std::abs(U(n - 1, n - 1));
-    if (!(smallest > 0)) {
-      S.diagonal().array() += std::numeric_limits<Long>::epsilon() * (std::abs(x) > 0 ? std::abs(x) : S.norm());
+    // A pivot of nothing becomes one of rounding; of a double root with one vector it is the square of what is added.
+    const Long size = std::abs(x) > 0 ? std::abs(x) : S.norm();
+    for (Long added = std::numeric_limits<Long>::epsilon(); !(std::abs(lu.matrixLU()(n - 1, n - 1)) > 0) && added < 1;
+         added *= 100) {
+      S.diagonal().array() += added * size;
       lu.compute(transposed ? LongComplexMatrix(S.transpose()) : S);
     }
     lu.setThreshold(0);
@@ -247,13 +248,20 @@ void add_roots(const MatrixXd& A_part, const MatrixXd& terms_part, const std::ve
     const double size_x = static_cast<double>(std::abs(value)), product = std::abs((left.transpose() * right).value());
     Root root;
     root.value = Complex(value);
-    root.error = kTerms * left.cwiseAbs().dot(B_terms * right.cwiseAbs() + size_x * right.cwiseAbs()) / product;
+    const double moved = kTerms * left.cwiseAbs().dot(B_terms * right.cwiseAbs() + size_x * right.cwiseAbs());
+    root.error = moved / product;
+    // A root that is one of two, with one vector for both, has y^T x = 0: it moves as the root of what entries do, and
+    // the two stay together on the real axis or beside each other.
+    const double of_two = std::sqrt(moved * B.norm());
+    const bool defective = product < kOneVector && of_two < root.error;
+    if (defective) root.error = of_two;
     if (!(root.error < size_x)) {
       ++out.zeros;
       continue;
     }
     // A pair so near to the axis is real.
-    if (std::abs(root.value.imag()) <= std::min(root.error, 1e-12 * size_x)) root.value = root.value.real();
+    if (std::abs(root.value.imag()) <= (defective ? root.error : std::min(root.error, 1e-12 * size_x)))
+      root.value = root.value.real();
     if (root.value.imag() < 0) {
       ++below;
       continue;

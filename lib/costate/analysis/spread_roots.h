@@ -10,7 +10,8 @@ namespace costate {
 struct Root {
   std::complex<double> value;  // of a conjugate pair the one above the real axis
   Eigen::VectorXcd vector;     // right eigenvector
-  /// How far the root moves, at most, for changes of the entries by rounding of the terms that they are sums of.
+  /// How far the root moves, at most, for changes of the entries by rounding of the terms that they are sums of; of a
+  /// double root with one vector (critical damping) in proportion to their square root.
   double error = 0;
 };
 

@@ -152,6 +152,7 @@ const std::vector<ElementCourse>& element_courses() { return registered_courses(
 void Course::begin_owner(const std::string& name) { owners_.push_back(name); }
 
 void Course::add(const ScalarLaw& f, const double* p, double shift, double rate) {
+  if (told_) return told_(f, p, shift, rate);
   if (!(std::abs(rate) > 0) || !std::isfinite(rate) || !std::isfinite(shift)) return;
   LawPlaces places;
   places.from = rate * ((rate > 0 ? from_ : to_) - shift);

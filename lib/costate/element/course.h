@@ -46,6 +46,9 @@ class Course {
  public:
   /// Of what happens between; an argument outside is of no interest.
   Course(double from, double to) : from_(from), to_(to) {}
+  /// For who wants the laws themselves: each f(rate (x - shift)) with its numbers is told, and nothing is made of it.
+  using LawSink = std::function<void(const ScalarLaw& f, const double* p, double shift, double rate)>;
+  explicit Course(LawSink told) : told_(std::move(told)) {}
   double from() const { return from_; }
   double to() const { return to_; }
 
@@ -84,7 +87,8 @@ class Course {
     double from, to, step;
     int owner;
   };
-  double from_, to_;
+  double from_ = 0, to_ = 0;
+  LawSink told_;
   std::vector<Piece> looks_, pieces_;  // as added; disjoint and in order
   std::vector<std::string> owners_;
 };

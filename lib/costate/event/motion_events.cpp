@@ -22,6 +22,8 @@ constexpr int kLooks = 4;
 constexpr double kWrongWay = 1e-5;
 // And a depth of this part of the coordinates, of what has just left.
 constexpr double kFallen = 1e-7;
+// Of all accelerations at the start: what leads across a guard from rest.
+constexpr double kFromRest = 1e-9;
 constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
 }  // namespace
 
@@ -139,9 +141,10 @@ void MotionEvents::begin(const StateView& at) {
     // At zero, but for rounding, it counts if it is about to cross; beyond, the start is of another mode. What has just
     // crossed the other way (another event at the same time begins anew) counts once it has been seen beyond rounding.
     load(g, s);
-    double size = 0;
+    double size = 0, speed = 0;
     for (std::size_t c = 0; c < q_.size(); ++c) {
       size = std::max(size, std::abs(q_[c].v.c0));
+      speed = std::max(speed, std::abs(v_[c].v.c0));
       q_[c].v.c1 = v_[c].v.c0;
     }
     if (g.ready && std::abs(before_[i]) > kGapRounding * size) continue;
@@ -153,7 +156,34 @@ void MotionEvents::begin(const StateView& at) {
       throw ModelError(g.force->path(), fmt::format("At the start '{}' has happened already, by {:.6g}: {}", g.name,
                                                     std::abs(before_[i]), advice));
     g.ready = !past && rate > 0;
+    if (!past && !g.ready && rate >= -kGapRounding * speed) look_from_rest(g, s, direction);
   }
+}
+
+// What begins at zero, and at rest, goes across or not by its acceleration. A touch of no speed closes nothing and
+// bounces nothing: the start has to say that it is one.
+void MotionEvents::look_from_rest(GuardOf& g, const StateView& s, int direction) {
+  if (g.contact >= 0 && contact_guard(static_cast<int>(&g - guards_.data())) != UnilateralForce::Guard::touch) return;
+  std::vector<double> x(static_cast<std::size_t>(assembly_.n() + assembly_.m()));
+  solve_motion(s, x.data());
+  double largest = 0;
+  for (int i = 0; i < assembly_.n(); ++i) largest = std::max(largest, std::abs(x[static_cast<std::size_t>(i)]));
+  load(g, s);
+  const auto& coordinates = g.force->coordinates();
+  for (std::size_t c = 0; c < q_.size(); ++c) {
+    const double a = x[static_cast<std::size_t>(coordinates[c])];
+    q_[c].v.c1 = v_[c].v.c0;
+    q_[c].v.c2 = a;
+    v_[c].v.c1 = a;
+  }
+  t_.v.c1 = 1;
+  const double acceleration = g.guarded->guard(g.k, arguments()).v.c2 * direction;
+  if (!(acceleration > kFromRest * largest) || !std::isfinite(acceleration)) return;
+  const std::string advice = g.guarded->past_at_start(g.k);
+  if (!advice.empty())
+    throw ModelError(g.force->path(),
+                     fmt::format("At the start '{}' is at the point of happening, from rest: {}", g.name, advice));
+  g.ready = true;
 }
 
 std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,

@@ -94,6 +94,8 @@ class MotionEvents {
                            {}};  // of the gap, where the step before has ended
   };
   const GuardOf& of(int event) const { return guards_[static_cast<std::size_t>(event)]; }
+  /// At the start of a run: a guard that is zero, and stays so to first order.
+  void look_from_rest(GuardOf& g, const StateView& s, int direction);
   /// Guard values; NaN where a guard is not looked at.
   void calc(const StateView& s, std::vector<double>& h);
   double value(const GuardOf& g, const StateView& s);
@@ -161,6 +163,8 @@ class MotionEvents {
   /// Accelerations and multipliers (n, m) at the rows that z has.
   void solve_motion(const StateView& s, double* x);
   // In event/motion_derivatives.cpp.
+  /// The largest |Q_j|/M_jj: what forces alone make.
+  double acceleration_by_forces(const StateView& s);
   /// Whether derivatives cross this event as they are. Throws SolverError where there are none.
   bool goes_on_smoothly(int event, const StateView& before, const Side& minus, const Side& plus);
   /// The derivatives of u at the impact; what follows from them, as Impact has it.

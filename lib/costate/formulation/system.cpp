@@ -45,7 +45,7 @@ MotionEvents::Side System::event_side(double t, const double* y) {
 void System::set_parameters(const double* rho) {
   assembly_.set_parameters(rho);
   kinks_ = driver_kinks(assembly_.mechanism(), assembly_.numbers());
-  moving_ = moving_instants(assembly_.mechanism(), assembly_.parameters(), assembly_.numbers());
+  moving_ = moving_instants(assembly_.mechanism(), objective_, assembly_.parameters(), assembly_.numbers());
   for (const MovingInstant& at : moving_) kinks_.push_back(at.t);
   std::sort(kinks_.begin(), kinks_.end());
   kinks_.erase(std::unique(kinks_.begin(), kinks_.end()), kinks_.end());

@@ -8,18 +8,21 @@
 
 #include "costate/base/error.h"
 #include "costate/element/law/motion_law.h"
+#include "costate/level/time_laws.h"
 
 namespace costate {
 
 namespace {
 
-/// Times of one kind of one element, as functions of its numbers.
+/// Times of one kind of one element or cost, as functions of its numbers.
 struct Times {
-  const Element* element;
+  std::vector<int> numbers;  // in the mechanism
+  std::string kind_of_owner, owner;
   std::function<void(const double*, std::vector<double>&)> add;
   std::function<void(double, const double*, double*)> add_slopes;
   const char *what, *instead;
-  bool kink = false;
+  bool kink = false;        // of a driver
+  bool continuous = false;  // what goes on across it
 
   std::vector<double> at(const std::vector<double>& p) const {
     std::vector<double> times;
@@ -28,29 +31,50 @@ struct Times {
   }
 };
 
-std::vector<double> local_numbers(const Element& e, const std::vector<double>& numbers) {
+std::vector<double> local_numbers(const Times& times, const std::vector<double>& numbers) {
   std::vector<double> p;
-  for (const int number : e.numbers()) p.push_back(numbers[static_cast<std::size_t>(number)]);
+  for (const int number : times.numbers) p.push_back(numbers[static_cast<std::size_t>(number)]);
   return p;
 }
 
-std::vector<Times> all_times(const Mechanism& mechanism) {
+/// Of drivers, and of forces that hold a driver's rate.
+std::vector<Times> driven_times(const Mechanism& mechanism) {
   std::vector<Times> all;
   for (const auto& pointer : mechanism.constraints()) {
     const Constraint* c = pointer.get();
     if (!c->rheonomic()) continue;
     const auto slopes = [c](double t, const double* p, double* by) { c->add_time_slopes(t, p, by); };
-    all.push_back({c, [c](const double* p, std::vector<double>& times) { c->add_kinks(p, times); }, slopes, "kink",
+    all.push_back({c->numbers(), c->kind(), c->name(),
+                   [c](const double* p, std::vector<double>& times) { c->add_kinks(p, times); }, slopes, "kink",
                    "slope", true});
-    all.push_back({c, [c](const double* p, std::vector<double>& times) { c->add_acceleration_jumps(p, times); }, slopes,
+    all.push_back({c->numbers(), c->kind(), c->name(),
+                   [c](const double* p, std::vector<double>& times) { c->add_acceleration_jumps(p, times); }, slopes,
                    "jump of its second derivative", "second derivative"});
   }
   for (const auto& f : mechanism.forces())
     if (const auto* owner = dynamic_cast<const MotionLawElement*>(f.get()))
-      all.push_back({f.get(),
+      all.push_back({f->numbers(), f->kind(), f->name(),
                      [owner](const double* p, std::vector<double>& times) { owner->add_force_jumps(p, times); },
                      [owner](double t, const double* p, double* by) { owner->add_time_slopes(t, p, by); },
                      "kink or jump under a force that holds its rate", "slope"});
+  return all;
+}
+
+/// Those, and of forces and costs whose laws of time jump.
+std::vector<Times> all_times(const Mechanism& mechanism, const Objective& objective,
+                             const ParameterSelection& parameters) {
+  std::vector<Times> all = driven_times(mechanism);
+  for (const TimeLaw& of : moved_laws_of_time(mechanism, objective, parameters)) {
+    const ScalarLaw* law = of.law;
+    const auto slopes = [law](double t, const double* p, double* by) { law->add_place_slopes(t, p, by); };
+    all.push_back({of.numbers, of.kind, of.name,
+                   [law](const double* p, std::vector<double>& times) { add_value_jumps(*law, p, times); }, slopes,
+                   "jump", "value"});
+    // Where a law has a kink its derivatives by the numbers jump: discrete steps end on the side on which they are.
+    all.push_back({of.numbers, of.kind, of.name,
+                   [law](const double* p, std::vector<double>& times) { law->add_kinks(p, times); }, slopes, "kink",
+                   "slope", false, true});
+  }
   return all;
 }
 
@@ -68,7 +92,7 @@ std::vector<double> by_parameters(const Times& times, const ParameterSelection& 
     double sum = 0;
     for (const auto& [number, factor] : parameter.bindings)
       for (std::size_t k = 0; k < p.size(); ++k)
-        if (times.element->numbers()[k] == number) sum += factor * slopes[k];
+        if (times.numbers[k] == number) sum += factor * slopes[k];
     by.push_back(sum);
   }
   return by;
@@ -86,7 +110,7 @@ std::string mover(const Times& times, const ParameterSelection& parameters, cons
   for (const auto& parameter : parameters.parameters)
     for (const auto& [number, factor] : parameter.bindings)
       for (std::size_t k = 0; k < p.size(); ++k) {
-        if (times.element->numbers()[k] != number) continue;
+        if (times.numbers[k] != number) continue;
         if (std::isnan(known[k])) return parameter.name;
         if (known[k] != 0) continue;
         std::vector<double> changed = p;
@@ -109,7 +133,7 @@ void require_within(const Times& times, const ParameterSelection& parameters, co
       throw CapabilityError(fmt::format(
           "Parameter '{}' moves the time t = {:.6g} s at which the law of {} '{}' has a {}, and the run {} there: the "
           "derivative is another one on either side. Let the run {} a little {}, or keep the number fixed.",
-          name, t, times.element->kind(), times.element->name(), times.what, edge == t_start ? "begins" : "ends",
+          name, t, times.kind_of_owner, times.owner, times.what, edge == t_start ? "begins" : "ends",
           edge == t_start ? "begin" : "end", edge == t_start ? "earlier" : "later"));
   }
 }
@@ -117,7 +141,7 @@ void require_within(const Times& times, const ParameterSelection& parameters, co
 struct Instant {
   double t;
   std::vector<double> by;
-  const Element* element;
+  std::string owner;
 };
 
 void require_together(const std::vector<Instant>& instants, const ParameterSelection& parameters) {
@@ -131,7 +155,7 @@ void require_together(const std::vector<Instant>& instants, const ParameterSelec
               fmt::format("At t = {:.6g} s jumps of '{}' and of '{}' coincide, and parameter '{}' moves them apart: "
                           "the derivative is another one on either side. Move one of them a little, keep the number "
                           "fixed, or take the method 'differences'.",
-                          a.t, a.element->path(), b.element->path(), parameters.parameters[j].name));
+                          a.t, a.owner, b.owner, parameters.parameters[j].name));
     }
 }
 
@@ -139,19 +163,19 @@ void require_together(const std::vector<Instant>& instants, const ParameterSelec
 
 std::vector<double> driver_kinks(const Mechanism& mechanism, const std::vector<double>& numbers) {
   std::vector<double> times;
-  for (const Times& list : all_times(mechanism))
-    if (list.kink) list.add(local_numbers(*list.element, numbers).data(), times);
+  for (const Times& list : driven_times(mechanism))
+    if (list.kink) list.add(local_numbers(list, numbers).data(), times);
   std::sort(times.begin(), times.end());
   times.erase(std::unique(times.begin(), times.end()), times.end());
   return times;
 }
 
-std::vector<MovingInstant> moving_instants(const Mechanism& mechanism, const ParameterSelection& parameters,
-                                           const std::vector<double>& numbers) {
+std::vector<MovingInstant> moving_instants(const Mechanism& mechanism, const Objective& objective,
+                                           const ParameterSelection& parameters, const std::vector<double>& numbers) {
   std::vector<MovingInstant> instants;
   if (parameters.parameters.empty()) return instants;
-  for (const Times& list : all_times(mechanism)) {
-    const std::vector<double> p = local_numbers(*list.element, numbers);
+  for (const Times& list : all_times(mechanism, objective, parameters)) {
+    const std::vector<double> p = local_numbers(list, numbers);
     for (const double t : list.at(p)) {
       std::vector<double> by = by_parameters(list, parameters, p, t);
       if (moves(by)) instants.push_back({t, std::move(by)});
@@ -164,12 +188,13 @@ std::vector<MovingInstant> moving_instants(const Mechanism& mechanism, const Par
   return instants;
 }
 
-void require_fixed_times(const Mechanism& mechanism, const ParameterSelection& parameters,
+void require_fixed_times(const Mechanism& mechanism, const Objective& objective, const ParameterSelection& parameters,
                          const std::vector<double>& numbers, double t_start, double t_end, bool carried) {
   std::vector<Instant> instants;
   bool any = false;
-  for (const Times& list : all_times(mechanism)) {
-    const std::vector<double> p = local_numbers(*list.element, numbers);
+  for (const Times& list : all_times(mechanism, objective, parameters)) {
+    if (list.continuous) continue;
+    const std::vector<double> p = local_numbers(list, numbers);
     for (const double t : list.at(p)) {
       require_within(list, parameters, p, t, t_start, t_end);
       if (!(t_start < t && t < t_end)) continue;
@@ -178,10 +203,11 @@ void require_fixed_times(const Mechanism& mechanism, const ParameterSelection& p
         throw CapabilityError(fmt::format(
             "Parameter '{}' moves the time t = {:.6g} s at which the law of {} '{}' has a {}; {}. Keep this "
             "number fixed, take a law with a continuous {}, or the method {}'differences'.",
-            name, t, list.element->kind(), list.element->name(), list.what,
+            name, t, list.kind_of_owner, list.owner, list.what,
             carried ? "how is not known" : "this method carries gradients across these at fixed times only",
             list.instead, carried ? "" : "'idas-adjoint' or "));
-      if (carried) instants.push_back({t, by_parameters(list, parameters, p, t), list.element});
+      if (carried)
+        instants.push_back({t, by_parameters(list, parameters, p, t), list.kind_of_owner + "." + list.owner});
       any = any || (carried && moves(instants.back().by));
     }
   }

@@ -1,4 +1,5 @@
-// The times at which the law of a driver has a kink or a jump of its curvature, or a force jumps by its law of time.
+// The times at which the law of a driver has a kink or a jump of its curvature, or a force or a cost jumps by its
+// law of time.
 // Where a parameter moves such a time, the derivatives under the integral miss what the moved jump does: it has to be
 // carried across (impulse_jump.h), or refused with the parameter, the element and the time.
 #pragma once
@@ -6,6 +7,7 @@
 #include <vector>
 
 #include "costate/mechanism/mechanism.h"
+#include "costate/objective/objective.h"
 
 namespace costate {
 
@@ -18,12 +20,12 @@ struct MovingInstant {
 };
 /// All such times, kinks or not, that parameters move and whose derivatives are known, in order and each once;
 /// `numbers` with the parameters' values in them.
-std::vector<MovingInstant> moving_instants(const Mechanism& mechanism, const ParameterSelection& parameters,
-                                           const std::vector<double>& numbers);
+std::vector<MovingInstant> moving_instants(const Mechanism& mechanism, const Objective& objective,
+                                           const ParameterSelection& parameters, const std::vector<double>& numbers);
 
 /// Throws CapabilityError for those within t_start < t < t_end that parameters move: of methods that carry them across,
 /// where the derivative is not known, or two that coincide would part; of others all. And for those at either end.
-void require_fixed_times(const Mechanism& mechanism, const ParameterSelection& parameters,
+void require_fixed_times(const Mechanism& mechanism, const Objective& objective, const ParameterSelection& parameters,
                          const std::vector<double>& numbers, double t_start, double t_end, bool carried);
 
 }  // namespace costate

@@ -292,7 +292,7 @@ void FixedRun::conclude(Simulation& result) const {
 }
 
 void FixedRun::conclude(GradientResult& result) const {
-  if (const auto jump = watch_->jump()) refuse_jump(*jump);
+  if (const auto why = watch_->without_derivative()) throw SolverError(*why);
   conclude(static_cast<Simulation&>(result));
   if (const double drift = watch_->told_drift(); drift > 0)
     widen_error(result, problem_.parameters, 0,

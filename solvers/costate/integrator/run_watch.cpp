@@ -139,18 +139,12 @@ void RunWatch::conclude(GradientResult& result) const {
     throw SolverError(g->second +
                       ". A gradient does not exist where a touch is grazed. Move the motion away from there, or take a "
                       "smaller rtol.");
-  if (const auto jump = watch_.jump()) refuse_jump(*jump);
+  if (const auto why = watch_.without_derivative()) throw SolverError(*why);
   conclude(static_cast<Simulation&>(result));
   if (const double drift = watch_.told_drift(); drift > 0)
     widen_error(result, problem_.parameters, 0,
                 drift * gradient_size(problem_.parameters, result.psi, result.gradient));
   require_finite(problem_, result);
-}
-
-void refuse_jump(const std::string& what) {
-  throw SolverError(what +
-                    ". The instant at which it does is in no derivative. Let the spring's natural length be zero, "
-                    "or its ends pass each other at a distance; the method 'differences' tells what psi does.");
 }
 
 double last_drift() { return drift_of_last_run; }

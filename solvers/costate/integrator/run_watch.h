@@ -65,9 +65,6 @@ double last_drift();
 /// Gives notice of a gradient whose run would have to be repeated with this part of its tolerances.
 void tell_unresolved(const Problem& problem, GradientResult& result, double part);
 
-/// Throws SolverError for a gradient across a force's jump, MotionWatch::jump().
-[[noreturn]] void refuse_jump(const std::string& what);
-
 /// Throws SolverError naming what is not finite.
 void require_finite(const Simulation& result);
 void require_finite(const Problem& problem, const GradientResult& result);

@@ -36,6 +36,8 @@ constexpr double kOnBound = 1e-8;
 constexpr double kSame = 1e-4;
 // Outputs that are zero are zero to this many absolute tolerances of the integrators.
 constexpr double kZero = 10;
+// Of what constraints hold the gradient with, at most, what may be left of it.
+constexpr double kOfHeld = 1e-2;
 // A unit direction that leads out of a bound by less than this goes along it.
 constexpr double kAlong = 1e-6;
 // Errors of second derivatives against the tolerance of the integrators.
@@ -271,6 +273,15 @@ class Certifier {
     const double size = H.size() > 0 ? H.cwiseAbs().maxCoeff() : scaled(first_.gradient).cwiseAbs().maxCoeff();
     const double error = std::isfinite(relative_error_) ? relative_error_ : result_.asymmetry;
     result_.tolerance = kStationary * size;
+    if (H.size() > 0 && mu_.size() > 0) {
+      // Constraints' curvature explains a residual as long as moves of kStationary change little of what they hold.
+      MatrixXd of_psi = MatrixXd::Zero(n_, n_);
+      for (const auto& [q, factor] : psi_terms_) of_psi += factor * quantities_[q].second;
+      const double held = (A_ * mu_.asDiagonal()).cwiseAbs().maxCoeff();
+      result_.tolerance = kStationary * of_psi.cwiseAbs().maxCoeff() +
+                          std::min(kStationary * (H - of_psi).cwiseAbs().maxCoeff(), kOfHeld * held) +
+                          kSteps * rtol_ * held;
+    }
     result_.eigenvalue_error = H.size() > 0 ? error * size : 0;
     result_.curvature_tolerance = H.size() > 0 ? std::max(kSteps * rtol_, error) * size : 0;
   }
@@ -333,8 +344,13 @@ class Certifier {
         if (leads_inward(v, weak) || leads_inward(-v, weak)) result_.falls_outward = false;
       }
     }
-    if (!(e[0] > result_.curvature_tolerance)) return;
     const VectorXd along = solver.eigenvectors().transpose() * (Z.transpose() * slope_);
+    // Where psi does not curve a slope is one, whatever it curves by elsewhere.
+    const double left = kSame * scaled(first_.gradient).cwiseAbs().maxCoeff() + kSteps * rtol_ * std::abs(best_.psi);
+    for (Index k = 0; k < e.size(); ++k)
+      if (std::abs(e[k]) <= result_.curvature_tolerance && std::abs(along[k]) > std::max(left, result_.flat_slope))
+        result_.flat_slope = std::abs(along[k]);
+    if (!(e[0] > result_.curvature_tolerance)) return;
     result_.predicted_decrease = 0.5 * along.cwiseAbs2().cwiseQuotient(e).sum();
     result_.newton_step = (Z * (solver.eigenvectors() * along.cwiseQuotient(e))).cwiseAbs().maxCoeff();
   }

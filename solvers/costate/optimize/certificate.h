@@ -43,6 +43,8 @@ struct Certificate {
   /// Where these are all positive: Newton's step to the minimum, largest entry in scaled parameters, and what
   /// psi would fall by along it; -1 elsewhere.
   double newton_step = -1, predicted_decrease = -1;
+  /// The slope of L along a direction of no curvature, where that is no rounding; 0 elsewhere.
+  double flat_slope = 0;
   /// Where the least is negative: every such direction leaves, either way, a bound or constraint that is touched.
   bool falls_outward = false;
   double curvature_tolerance = 0;  // what counts as zero among them

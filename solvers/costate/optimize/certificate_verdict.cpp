@@ -25,6 +25,12 @@ void judge(Certificate& c, bool curvature) {
   } else if (c.eigenvalues.empty()) {
     c.kind = Kind::strict_minimum;
     c.verdict = fmt::format("strict local minimum: {}, and bounds and constraints leave no direction free.", residual);
+  } else if (c.flat_slope > 0) {
+    c.kind = Kind::not_stationary;
+    c.verdict = fmt::format(
+        "not stationary: psi falls by {:.3g} a scale along a direction in which its second derivative is zero within "
+        "{:.3g}; more evaluations or other scales of the parameters may go on.",
+        c.flat_slope, c.curvature_tolerance);
   } else if (c.newton_step > kNewton) {
     c.kind = Kind::not_stationary;
     c.verdict = fmt::format(

@@ -13,6 +13,7 @@
 #include "costate/optimize/evaluator.h"
 #include "costate/optimize/failed_step.h"
 #include "costate/optimize/optimizer_run.h"
+#include "costate/optimize/optimizer_unit.h"
 #include "costate/optimize/stop_reason.h"
 #include "costate/record/interrupt.h"
 
@@ -90,7 +91,8 @@ class Run {
       lower.push_back(p.lower / p.scale);
       upper.push_back(p.upper / p.scale);
     }
-    if (design_.minimax() && !begin_epigraph(x, lower, upper)) return;
+    if (!begin(x)) return;
+    if (design_.minimax()) begin_epigraph(x, lower, upper);
     nlopt::opt opt(algorithm, static_cast<unsigned>(x.size()));
     opt.set_lower_bounds(lower);
     opt.set_upper_bounds(upper);
@@ -108,12 +110,13 @@ class Run {
             return index < run->bounds_.size() ? run->constraint(index, at, gradient)
                                                : run->epigraph(index - run->bounds_.size(), at, gradient);
           },
-          &handles[c], c < bounds_.size() ? 1e-8 * std::max(1.0, std::abs(bounds_[c].upper)) : 1e-10);
+          &handles[c],
+          c < bounds_.size() ? 1e-8 * std::max(1.0, std::abs(bounds_[c].upper)) / units_.constraints[c] : 1e-10);
     }
     // The limit of evaluations is ours: NLopt looks at its own only between line searches, and chooses the memory of
     // L-BFGS from it.
     opt.set_ftol_rel(options_.relative_tolerance);
-    if (options_.stop_value && !tolerance_.adapting() && rows == 0) opt.set_stopval(*options_.stop_value);
+    if (options_.stop_value && !tolerance_.adapting() && rows == 0) opt.set_stopval(*options_.stop_value / units_.psi);
     if (opt.get_algorithm() == nlopt::LD_LBFGS) opt.set_vector_storage(static_cast<unsigned>(options_.corrections));
     double psi = 0;
     try {
@@ -281,16 +284,16 @@ class Run {
       }
       if (e.failed()) {
         const FailedStep step = failed_step(e);
-        step.gradient(step.slope(), g);
-        return step.psi() - offset_;
+        step.gradient(step.slope() / units_.psi, g);
+        return (step.psi() - offset_) / units_.psi;
       }
-      scale_to(g, e.gradient, 1);
+      scale_to(g, e.gradient, units_.psi);
       if (options_.gradient_tolerance > 0 && bounds_.empty() && e.projected_gradient <= options_.gradient_tolerance)
         throw Stop{fmt::format("gradient tolerance: the projected gradient fell to {:.3g}", e.projected_gradient), true,
                    static_cast<std::size_t>(e.index - 1)};
       if (tolerance_.adapting() && options_.stop_value && e.psi <= *options_.stop_value)
         throw Stop{low_enough(options_), true, static_cast<std::size_t>(e.index - 1)};
-      return shown_[static_cast<std::size_t>(e.index - 1)];
+      return shown_[static_cast<std::size_t>(e.index - 1)] / units_.psi;
     });
   }
 
@@ -299,28 +302,34 @@ class Run {
       const OptimizerEvaluation& e = at(x);
       if (e.failed()) {
         const FailedStep step = failed_step(e);
-        step.gradient(step.constraint_rise(c, bounds_[c].upper), g);
-        return step.constraint(c, bounds_[c].upper);
+        step.gradient(step.constraint_rise(c, bounds_[c].upper) / units_.constraints[c], g);
+        return step.constraint(c, bounds_[c].upper) / units_.constraints[c];
       }
-      scale_to(g, e.constraint_gradients[c], 1);
-      return e.constraints[c];
+      scale_to(g, e.constraint_gradients[c], units_.constraints[c]);
+      return e.constraints[c] / units_.constraints[c];
     });
   }
 
-  /// The start (x, t) of the least t with target_g(x) <= t for all g, t in units of psi's size there. Whether there is
-  /// one.
-  bool begin_epigraph(std::vector<double>& x, std::vector<double>& lower, std::vector<double>& upper) {
+  /// The first evaluation, and the units that NLopt sees: whether there is one.
+  bool begin(const std::vector<double>& x) {
     try {
-      const OptimizerEvaluation& first = at(x);
-      size_ = first.psi != 0 ? std::abs(first.psi) : 1;
-      x.push_back(first.psi / size_);
-      lower.push_back(-HUGE_VAL);
-      upper.push_back(HUGE_VAL);
+      units_ = optimizer_units(design_.parameters, at(x), bounds_);
       return true;
+    } catch (const Stop& stop) {
+      stop_ = stop;
     } catch (...) {
       error_ = std::current_exception();
-      return false;
     }
+    return false;
+  }
+
+  /// The start (x, t) of the least t with target_g(x) <= t for all g, t in units of psi's size there.
+  void begin_epigraph(std::vector<double>& x, std::vector<double>& lower, std::vector<double>& upper) {
+    const OptimizerEvaluation& first = result_.evaluations.front();
+    size_ = first.psi != 0 ? std::abs(first.psi) : 1;
+    x.push_back(first.psi / size_);
+    lower.push_back(-HUGE_VAL);
+    upper.push_back(HUGE_VAL);
   }
 
   /// target_g(x) - t.
@@ -372,6 +381,7 @@ class Run {
   double offset_ = 0;          // of psi against that
   double last_decrease_ = 0;   // of psi at one tolerance
   double size_ = 1;            // of psi, for the epigraph
+  OptimizerUnits units_;
   bool ending_ = false;
   bool replaying_;
   int repeated_ = 0;

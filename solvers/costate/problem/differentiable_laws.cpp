@@ -9,7 +9,7 @@ void require_differentiable_laws(const Problem& problem, const std::vector<doubl
   std::vector<double> numbers = problem.mechanism->base_numbers();
   problem.parameters.apply(rho.data(), numbers);
   const double t_start = problem.solver.t_start, t_end = problem.solver.t_end;
-  require_fixed_times(*problem.mechanism, problem.parameters, numbers, t_start, t_end, carried);
+  require_fixed_times(*problem.mechanism, problem.objective, problem.parameters, numbers, t_start, t_end, carried);
   require_joined_laws(*problem.mechanism, problem.parameters, numbers, t_start, t_end);
 }
 

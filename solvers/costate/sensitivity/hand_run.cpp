@@ -74,7 +74,7 @@ std::vector<double> times_of_laws(const Problem& problem, const std::vector<doub
   std::vector<double> numbers = problem.mechanism->base_numbers();
   problem.parameters.apply(rho.data(), numbers);
   std::vector<double> times = driver_kinks(*problem.mechanism, numbers);
-  for (const MovingInstant& at : moving_instants(*problem.mechanism, problem.parameters, numbers))
+  for (const MovingInstant& at : moving_instants(*problem.mechanism, problem.objective, problem.parameters, numbers))
     times.push_back(at.t);
   std::erase_if(times, [&](double t) { return !(problem.solver.t_start < t && t <= problem.solver.t_end); });
   std::sort(times.begin(), times.end());

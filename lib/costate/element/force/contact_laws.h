@@ -104,6 +104,9 @@ inline constexpr std::array<const char*, kFrictionModels> kFrictionModelNames{
 
 inline bool has_bristles(FrictionModel model) { return model == FrictionModel::dahl || model == FrictionModel::lugre; }
 
+/// Whether the touch is an event: of bristles, too, whose rate jumps there from nothing to the slip's.
+inline bool touch_is_event(NormalLaw law, FrictionModel friction) { return latches(law) || has_bristles(friction); }
+
 /// Numbers of friction: mu_d, mu_s, v_s [m/s], v_0 [m/s] (where Ambrosio's ramp begins), xi [s/m] (Bengisu and Akay's
 /// decay), sigma [1/m], sigma1 [s/m].
 inline constexpr int kFrictionNumbers = 7;

@@ -165,7 +165,7 @@ class ContactPair final : public ForceOf<ContactPair<Point>>, public GuardedForc
     bool touches = false;
   };
 
-  bool latched() const { return latches(options_.law); }
+  bool latched() const { return touch_is_event(options_.law, options_.friction); }
   int own_states() const { return (latched() ? 1 : 0) + (has_bristles(options_.friction) ? 1 : 0); }
   template <class S>
   const S* point_numbers(int i, const S* p) const {

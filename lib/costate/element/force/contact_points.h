@@ -56,7 +56,7 @@ class ContactPoints {
  protected:
   ContactPoints(const std::vector<Point>& points, const Point* ahead_of, const Options& options, int first_number,
                 const ContactGround& ground)
-      : options_(options), latches_(latches(options.law) || ahead_of != nullptr) {
+      : options_(options), latches_(touch_is_event(options.law, options.friction) || ahead_of != nullptr) {
     int at = first_number;
     const auto add = [&](std::vector<At>& to, const Point& point, bool round) {
       if constexpr (on_road)

@@ -12,6 +12,7 @@
 // road, those of the model.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <type_traits>
 
@@ -49,6 +50,23 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public TyreGround {
     this->append_numbers(model_numbers);
   }
 
+  void add_jump_places(const LocalState& s, std::vector<JumpPlace>& places) const override {
+    TyreGround::add_jump_places(s, places);
+    if constexpr (requires(const TyreInput<double>& in) { model_.add_jump_places(in, s.z, s.p, true, places); }) {
+      if (!model_.may_jump(s.p + model_numbers_)) return;
+      WheelState<double> w;
+      double at[3];
+      wheel_motion(s.q, s.v, s.p, at, w.velocity, w.axis);
+      w.x = at[0];
+      w.z = at[2];
+      double zdot[Model::most_states + 1], z[Model::most_states + 1] = {};
+      Evaluation<double> y;
+      y.forces(setup_, model_, s.t, w, 0.0, z, s.p, model_numbers_, zdot);
+      // Whoever looks has no force states: a slip that lags is the one it follows.
+      if (states() > 0) z[0] = y.input.lateral() / std::max(std::abs(y.input.forward()), 1e-3);
+      model_.add_jump_places(y.input, z, s.p + model_numbers_, setup_.bilateral || y.geometry.deflection > 0, places);
+    }
+  }
   bool by_hand() const override { return true; }
   int states() const override { return model_.states(); }
   int initial_state_number(int i) const override { return model_numbers_ + model_.initial_state(i); }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -56,6 +57,14 @@ void TyreGround::add_bends(const LocalState& s, std::vector<double>& beyond) con
   beyond.push_back(g.deflection);
   beyond.push_back(s.p[TyreNumbers::damping] > 0 ? g.deflection - ramp : -1);
   beyond.push_back(g.deflection > 0 ? force : s.p[TyreNumbers::stiffness] * g.deflection);
+}
+
+void TyreGround::add_jump_places(const LocalState& s, std::vector<JumpPlace>& places) const {
+  if (setup_.bilateral || !(s.p[TyreNumbers::ramp] < kAtOnce * s.p[TyreNumbers::radius])) return;
+  const TyreGeometry<double> g = geometry(s);
+  places.push_back({g.deflection, 1, s.p[TyreNumbers::damping] * std::max(g.approach, 0.0),
+                    "touches, and its damping sets in at once",
+                    "Let damping grow over a deflection (damping_ramp_m: 1e-3 m)"});
 }
 
 void TyreGround::add_complaints(const LocalState& s, std::vector<std::string>& said) const {

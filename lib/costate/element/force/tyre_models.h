@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "costate/derivative/dual.h"
+#include "costate/element/jumping_force.h"
 
 namespace costate {
 
@@ -77,6 +78,16 @@ struct TyreSlip {
   S tangent(const S& forward, const S& lateral, const S* z, const P* p) const {
     return lags ? z[0] : ratio(forward, lateral, p[0]);
   }
+  /// Where slip is cut; `side(forward)` is the side force with that speed along.
+  template <class Side>
+  void add_jump_places(double forward, double lateral, const double* p, const Side& side,
+                       std::vector<JumpPlace>& places) const {
+    if (lags || p[0] != 0) return;
+    const double speed = std::hypot(forward, lateral), at = cut_speed / std::max(speed, 1e-3 * cut_speed);
+    places.push_back({speed - cut_speed, 0, std::abs(side(1.001 * at) - side(0.999 * at)),
+                      "passes the speed of 0.1 m/s up to which slip_speed_m_per_s = 0 takes slip for none",
+                      "Give a slip_speed_m_per_s (0.1), or a relaxation_length_m"});
+  }
   template <class S, class P>
   void rate(const S& forward, const S& lateral, const S* z, const P* p, S* zdot) const {
     if (lags) zdot[0] = (lateral - speed(forward, p[0]) * z[0]) / S(p[1]);
@@ -99,6 +110,17 @@ struct RideTyre {
     return S(0.0);
   }
 };
+
+/// The side force of a model, with its speeds times `forward`.
+template <class Model>
+double side_force(const Model& model, TyreInput<double> in, const double* z, const double* p, double forward = 1) {
+  double zdot[Model::most_states + 1];
+  TyreOutput<double> out;
+  in.x[1] *= forward;
+  in.x[2] *= forward;
+  model(in, z, p, out, zdot);
+  return out.lateral();
+}
 
 /// F_y = -D V.e_g - C alpha - C_c camber, moments m_c camber about e_x and m_a alpha about n; the contact
 /// point lies back by the trail. None depends on F_n. Numbers: those of the slip, D, C, C_c, m_c, m_a, trail.
@@ -126,6 +148,17 @@ struct LinearTyre {
     out.lateral() = -(S(c[0]) * in.lateral() + S(c[1]) * alpha + S(c[2]) * in.camber());
     out.overturning() = S(c[3]) * in.camber();
     out.aligning() = S(c[4]) * alpha;
+  }
+  bool may_jump(const double*) const { return true; }
+  void add_jump_places(const TyreInput<double>& in, const double* z, const double* p, bool pressed,
+                       std::vector<JumpPlace>& places) const {
+    slip.add_jump_places(
+        in.forward(), in.lateral(), p, [&](double f) { return side_force(*this, in, z, p, f); }, places);
+    places.push_back({.beyond = pressed ? 1.0 : -1.0,
+                      .direction = -1,
+                      .what = "is off the ground, and goes on to push sideways: the linear model knows of no load",
+                      .advice = "Where wheels lift take model = \"calspan\" or \"magic_formula\"",
+                      .of_motion = true});
   }
 };
 
@@ -185,6 +218,25 @@ struct CalspanTyre {
     }
     const S size_y = value_of(Fy) < 0 ? -Fy : Fy;
     out.aligning() = (S(c[10]) * F + S(c[11]) * size_y) * Fy;
+  }
+  bool may_jump(const double* p) const { return p[slip.number_count() + 5] != 1 || (!slip.lags && p[0] == 0); }
+  void add_jump_places(const TyreInput<double>& in, const double* z, const double* p, bool,
+                       std::vector<JumpPlace>& places) const {
+    slip.add_jump_places(
+        in.forward(), in.lateral(), p, [&](double f) { return side_force(*this, in, z, p, f); }, places);
+    const double* c = p + slip.number_count();
+    if (c[5] == 1) return;
+    const double load = c[5] * c[2];
+    double numbers[most_numbers], below, above;
+    std::copy(p, p + number_count(), numbers);
+    TyreInput<double> there = in;
+    there.x[0] = load;
+    below = side_force(*this, there, z, numbers);
+    numbers[slip.number_count() + 5] = 0;  // the branch beyond, whatever the load
+    above = side_force(*this, there, z, numbers);
+    places.push_back({in.normal() - load, 0, std::abs(above - below),
+                      "passes the load A_omega A2, at which its branches meet only with A_omega = 1",
+                      "Let A_omega be 1"});
   }
 };
 

@@ -6,6 +6,7 @@
 
 #include "costate/element/course.h"
 #include "costate/element/law/law_at.h"
+#include "costate/element/law/motion_law.h"
 #include "costate/element/law/scalar_law.h"
 
 namespace costate {
@@ -41,6 +42,7 @@ class ComposedLaw final : public ScalarLawOf<ComposedLaw>, public PlacedLaw {
       std::vector<double> places;
       part->add_kinks(p + at, places);
       part->add_curvature_jumps(p + at, places);
+      add_value_jumps(*part, p + at, places);
       if (std::find(places.begin(), places.end(), x) != places.end()) {
         if (owner) {
           std::fill(slopes, slopes + count_, std::nan(""));

@@ -12,6 +12,8 @@ namespace costate {
 namespace {
 /// Of the size: printed data joins pieces to this (kind/law/piecewise_law.h).
 constexpr double kJoin = 1e-3;
+/// Of the size: a smaller jump is rounding.
+constexpr double kValueJump = 1e-9;
 /// Between two joints: a bump vanishes at both.
 constexpr double kBetween[] = {0.23, 0.5, 0.81};
 }  // namespace
@@ -93,6 +95,13 @@ LawJoints law_joints(const ScalarLaw& law, const double* p, double from) {
   // The sizes are those of the whole law.
   std::erase_if(joints.all, [&](const LawJoint& j) { return j.x < from; });
   return joints;
+}
+
+void add_value_jumps(const ScalarLaw& law, const double* p, std::vector<double>& x) {
+  const LawJoints joints = law_joints(law, p);
+  for (const LawJoint& j : joints.all)
+    if (std::abs(j.right - j.left) > std::max(kValueJump * joints.value, std::numeric_limits<double>::min()))
+      x.push_back(j.x);
 }
 
 LawJoints joints_of(const Element& element, const MotionLaw& law, const std::vector<double>& numbers) {

@@ -52,6 +52,9 @@ struct LawBegin {
 };
 std::vector<LawBegin> law_begins(const ScalarLaw& law, const double* p);
 
+/// Appends the places at which the law's value jumps, for its numbers p.
+void add_value_jumps(const ScalarLaw& law, const double* p, std::vector<double>& x);
+
 /// Those that the law knows of from `from` on, for its numbers p.
 LawJoints law_joints(const ScalarLaw& law, const double* p, double from = -std::numeric_limits<double>::infinity());
 /// Of a law of the element, with the mechanism's `numbers`.

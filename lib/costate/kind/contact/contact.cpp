@@ -28,7 +28,9 @@ std::vector<int> add_numbers(MechanismBuilder& builder, const std::string& path,
   numbers.add("ground_height_m", o.ground_height_m, NumberRule::any, true);
   numbers.add("ground_angle_rad", o.ground_angle_rad, NumberRule::any, true);
   numbers.add("radius_m", o.radius_m, not_negative, o.radius_m > 0);
-  numbers.add_start(o, latches(normal_law(path + ".law", o.law)) || !o.ahead_of.empty());
+  numbers.add_start(o,
+                    touch_is_event(normal_law(path + ".law", o.law), friction_model(path + ".friction", o.friction)) ||
+                        !o.ahead_of.empty());
   numbers.add("rolling_resistance_m", o.rolling_resistance_m, not_negative, turns(o));
   numbers.add("spinning_resistance_m", o.spinning_resistance_m, not_negative, turns(o) && space);
   numbers.add("turning_transition_rad_per_s", o.turning_transition_rad_per_s, positive, turns(o));
@@ -161,8 +163,11 @@ void add_rigid(const std::string& name, SceneTable& table, MechanismBuilder& bui
   o.for_good = table.has("closing_speed_m_per_s");  // where it is 0
   o.closing_speed_m_per_s = table.value("closing_speed_m_per_s", NumberRule::non_negative, 0);
   read_friction(table, compliant);
-  if (compliant.friction != "none")
-    o.friction_coefficient = std::max(compliant.friction_coefficient, compliant.static_coefficient);
+  if (compliant.friction != "none") o.friction_coefficient = compliant.friction_coefficient;
+  if (compliant.static_coefficient > o.friction_coefficient) {
+    o.friction_coefficient = compliant.static_coefficient;
+    o.friction_key = "static_coefficient";
+  }
   if (o.closed && o.friction_coefficient > 0) {
     const std::string sliding = table.one_of("sliding", {"none", "forward", "backward"}, "none");
     o.sliding = sliding == "forward" ? 1 : sliding == "backward" ? -1 : 0;
@@ -181,9 +186,11 @@ void add_rigid(const std::string& name, SceneTable& table, MechanismBuilder& bui
   for (const auto& [key, value] : {std::pair{"stiffness_N_per_m_n", compliant.stiffness_N_per_m_n},
                                    {"exponent", compliant.exponent},
                                    {"damping_N_s_per_m", compliant.damping_N_s_per_m},
+                                   {"friction_coefficient", compliant.friction_coefficient},
                                    {"static_coefficient", compliant.static_coefficient},
                                    {"transition_velocity_m_per_s", compliant.transition_velocity_m_per_s}})
-    if (table.has(key)) builder.add_number(path + "." + key, value, NumberRule::non_negative);
+    if (table.has(key) && key != o.friction_key && value >= 0)
+      builder.add_number(path + "." + key, value, NumberRule::non_negative);
 }
 
 const RegisterSceneKind contact_registered({
@@ -234,9 +241,9 @@ given = ["ball.x", "ball.y", "ball.angle"]
           if (points.empty()) points = {table.text("point")};
           read_normal_law(table, "ground_", o);
           o.ahead_of = table.text("ahead_of", "");
-          if (latches(normal_law("", o.law)) || !o.ahead_of.empty())
-            o.approach_speed_m_per_s = table.value("approach_speed_m_per_s", not_negative, o.approach_speed_m_per_s);
           read_friction(table, o);
+          if (touch_is_event(normal_law("", o.law), friction_model("", o.friction)) || !o.ahead_of.empty())
+            o.approach_speed_m_per_s = table.value("approach_speed_m_per_s", not_negative, o.approach_speed_m_per_s);
           o.ground_height_m = table.value("ground_height_m", NumberRule::any, 0);
           o.ground_angle_rad = table.value("ground_angle_rad", NumberRule::any, 0);
           o.ground.road = table.text("road", "");

@@ -47,7 +47,7 @@ void add_between(MechanismBuilder& builder, const std::string& name, const Point
   // A radius of zero stays: a point has no other.
   numbers.add("radius_m", o.radius_m, NumberRule::non_negative, o.radius_m > 0);
   numbers.add("other_radius_m", o.other_radius_m, NumberRule::non_negative, o.other_radius_m > 0);
-  numbers.add_start(o, latches(options.law));
+  numbers.add_start(o, touch_is_event(options.law, options.friction));
   numbers.add_materials(o, "other_");
   builder.add(std::make_unique<ContactPair<Point>>(name, a, b, options, numbers.all()));
 }
@@ -128,10 +128,10 @@ given = ["ball.x", "ball.y", "ball.angle", "disc.x", "disc.y", "disc.angle"]
           const std::string other = table.text("other");
           o.other_radius_m = table.value("other_radius_m", NumberRule::non_negative, 0);
           read_normal_law(table, "other_", o);
-          if (latches(normal_law("", o.law)))
+          read_friction(table, o);
+          if (touch_is_event(normal_law("", o.law), friction_model("", o.friction)))
             o.approach_speed_m_per_s =
                 table.value("approach_speed_m_per_s", NumberRule::non_negative, o.approach_speed_m_per_s);
-          read_friction(table, o);
           o.energy_lost = table.flag("energy_lost", false);
           add_contact_pair(builder, name, point, other, o);
         },

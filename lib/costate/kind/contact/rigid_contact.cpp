@@ -42,7 +42,7 @@ void add_at(MechanismBuilder& builder, const std::string& path, const std::strin
                      "What slides in space does so along its velocity: \"forward\" says that it slides.");
   ContactNumbers numbers(builder, path);
   numbers.add("restitution", o.restitution, not_negative, o.restitution > 0);
-  numbers.add("friction_coefficient", o.friction_coefficient, not_negative, options.sticks);
+  numbers.add(o.friction_key, o.friction_coefficient, not_negative, options.sticks);
   numbers.add("closing_speed_m_per_s", o.closing_speed_m_per_s, not_negative, o.closing_speed_m_per_s > 0);
   numbers.add("ground_height_m", o.ground_height_m, NumberRule::any, true);
   numbers.add("ground_angle_rad", o.ground_angle_rad, NumberRule::any, true);

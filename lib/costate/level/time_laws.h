@@ -1,0 +1,24 @@
+// The laws of time of a mechanism's forces and of its running costs, with the numbers of the mechanism that are theirs:
+// where one of them jumps, and a parameter moves the place, the derivatives under the integral miss what the jump does
+// (fixed_times.h). Drivers, and roads that move under something, tell of their places themselves.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "costate/element/law/scalar_law.h"
+#include "costate/mechanism/mechanism.h"
+#include "costate/objective/objective.h"
+
+namespace costate {
+
+struct TimeLaw {
+  const ScalarLaw* law;
+  std::vector<int> numbers;  // of the law, in order, in the mechanism
+  std::string kind, name;    // of what has it
+};
+/// Those with a number that parameters move.
+std::vector<TimeLaw> moved_laws_of_time(const Mechanism& mechanism, const Objective& objective,
+                                        const ParameterSelection& parameters);
+
+}  // namespace costate

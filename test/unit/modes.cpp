@@ -115,6 +115,33 @@ TEST_CASE("modes: damping ratios and real roots", "[modes]") {
   }
 }
 
+TEST_CASE("modes: critical damping is a double root, no zero", "[modes]") {
+  // (s + w)^2 with one vector for both; counted as zero eigenvalues, "rigid motion", at some numbers and not at others.
+  for (const double w : {10.0, 3.0, 0.7, 1e3, 1e-4}) {
+    for (const double other : {0.0, 1000.0, 1e6}) {
+      INFO(w << " beside " << other);
+      const Modes m = modes_of(chain(1, 1, w * w, 0, 2 * w, 0) + fmt::format(R"(
+[point.B]
+ground = true
+x_m = 1
+y_m = 0
+[spring.own]
+from = "B"
+to = "R"
+natural_length_m = 1
+stiffness_N_per_m = {}
+)",
+                                                                             other));
+      CHECK(m.zero_eigenvalues == (other > 0 ? 0 : 2));
+      std::size_t found = 0;
+      for (const auto& mode : m.modes)
+        // A double root moves as the root of what rounding does.
+        if (!mode.oscillates() && std::abs(mode.eigenvalue.real() + w) < 1e-5 * w) ++found;
+      CHECK(found == 2);
+    }
+  }
+}
+
 TEST_CASE("modes: a pendulum, hanging and standing", "[modes]") {
   const auto at = [](const char* y) {
     return modes_of(R"(

@@ -28,7 +28,7 @@ std::optional<double> extent_of(const Assembly& assembly, const Eigen::VectorXd&
   }
   if (lengths.empty()) return {};
   const auto [low, high] = std::minmax_element(lengths.begin(), lengths.end());
-  return *high > *low ? *high - *low : 1;
+  return *high - *low > kNoLength ? *high - *low : 1;
 }
 
 }  // namespace costate

@@ -48,7 +48,8 @@ std::optional<std::string> MotionWatch::without_derivative() const {
            ". The instant at which it does is in no derivative. Let the spring's natural length be zero, or its ends "
            "pass "
            "each other at a distance; the method 'differences' tells what psi does.";
-  return jumps_.met();
+  if (auto met = jumps_.met()) return met;
+  return formulas_.met();
 }
 
 std::vector<std::string> MotionWatch::warnings() const {

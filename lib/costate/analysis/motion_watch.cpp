@@ -9,6 +9,7 @@
 #include <limits>
 #include <set>
 
+#include "costate/analysis/mechanism_size.h"
 #include "costate/analysis/row_space.h"
 #include "costate/base/error.h"
 #include "costate/base/golden_section.h"
@@ -54,7 +55,8 @@ MotionWatch::MotionWatch(std::shared_ptr<const Mechanism> mechanism, const Param
     : assembly_(std::move(mechanism), parameters),
       settings_(std::move(settings)),
       lines_(assembly_.mechanism()),
-      jumps_(assembly_.mechanism()) {
+      jumps_(assembly_.mechanism()),
+      formulas_(assembly_.mechanism(), settings_.objective) {
   assembly_.set_parameters(rho);
   const Mechanism& mech = assembly_.mechanism();
   const auto n = static_cast<std::size_t>(assembly_.n()), m = static_cast<std::size_t>(assembly_.m());
@@ -122,7 +124,7 @@ void MotionWatch::begin(double t, const double* q, const double* v) {
     const std::string& path = mech.numbers()[k].path;
     if (path.starts_with("point.") && ends_with(path, "_m")) longest = std::max(longest, std::abs(numbers[k]));
   }
-  const double rounding = kLeastLength * longest;
+  const double rounding = std::max(kLeastLength * longest, kNoLength);
   for (std::size_t c = 0; c < mech.constraints().size(); ++c) {
     const Constraint& element = *mech.constraints()[c];
     double own = 0, other = 0;
@@ -138,7 +140,7 @@ void MotionWatch::begin(double t, const double* q, const double* v) {
     largest = std::max(largest, own);
     for (int r = 0; r < element.rows(); ++r) row_length_[mech.row_offsets()[c] + r] = own;
   }
-  length_ = largest > 0 ? largest : longest > 0 ? longest : 1;
+  length_ = largest > 0 ? largest : longest > kNoLength ? longest : 1;
   for (double& l : row_length_)
     if (!(l > 0)) l = length_;
   for (int j = 0; j < J.cols; ++j)
@@ -187,6 +189,7 @@ void MotionWatch::refuse_dependent_rows(double t) {
 void MotionWatch::look_for_jumps(double t, const double* q, const double* v) {
   if (!lines_.empty()) lines_.look({t, q, v}, assembly_);
   if (!jumps_.empty()) jumps_.look({t, q, v}, assembly_);
+  if (!formulas_.empty()) formulas_.look({t, q, v}, assembly_);
 }
 
 void MotionWatch::step(double t, const double* q, const double* v) {

@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "costate/analysis/formula_jump_watch.h"
 #include "costate/analysis/jump_watch.h"
 #include "costate/analysis/line_watch.h"
 #include "costate/assembly/assembly.h"
@@ -26,6 +27,7 @@ struct WatchSettings {
   bool carries_redundancy = false;  // of the formulation: whether dependent rows are no error
   std::string formulation;
   bool weighted = false;       // a weight holds the constraints
+  Objective objective = {};    // whose formulas are watched, too
   bool chosen_weight = false;  // a penalty whose weight is the user's choice, and may be soft on purpose
 };
 
@@ -116,6 +118,7 @@ class MotionWatch {
   long steps_ = 0;
   LineWatch lines_;
   JumpWatch jumps_;
+  FormulaJumpWatch formulas_;
 };
 
 }  // namespace costate

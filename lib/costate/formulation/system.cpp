@@ -47,6 +47,10 @@ void System::set_parameters(const double* rho) {
   kinks_ = driver_kinks(assembly_.mechanism(), assembly_.numbers());
   moving_ = moving_instants(assembly_.mechanism(), objective_, assembly_.parameters(), assembly_.numbers());
   for (const MovingInstant& at : moving_) kinks_.push_back(at.t);
+  if (at_kinks_of_laws_)
+    for (const double t :
+         kinks_of_moved_laws(assembly_.mechanism(), objective_, assembly_.parameters(), assembly_.numbers()))
+      kinks_.push_back(t);
   std::sort(kinks_.begin(), kinks_.end());
   kinks_.erase(std::unique(kinks_.begin(), kinks_.end()), kinks_.end());
 }

@@ -86,6 +86,9 @@ class System {
   virtual bool may_jump() const { return !kinks_.empty() || events_; }
   /// The times of kinks, in order, and those at which accelerations alone jump where parameters move them.
   const std::vector<double>& kinks() const { return kinks_; }
+  /// Segments end at kinks of laws with numbers that parameters move, too: for derivatives of the steps themselves. To
+  /// be called before set_parameters().
+  void end_at_kinks_of_laws() { at_kinks_of_laws_ = true; }
   /// The last instant before the next kink after t, where a segment must end; infinite without one.
   double segment_limit(double t) const;
   /// The mode in force. start() leaves the first one in force; the others keep their numbers until the next start().
@@ -146,6 +149,7 @@ class System {
 
  private:
   std::vector<double> kinks_;
+  bool at_kinks_of_laws_ = false;
   std::vector<MovingInstant> moving_;  // those of them that parameters move
 };
 

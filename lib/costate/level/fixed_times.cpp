@@ -21,8 +21,7 @@ struct Times {
   std::function<void(const double*, std::vector<double>&)> add;
   std::function<void(double, const double*, double*)> add_slopes;
   const char *what, *instead;
-  bool kink = false;        // of a driver
-  bool continuous = false;  // what goes on across it
+  bool kink = false;
 
   std::vector<double> at(const std::vector<double>& p) const {
     std::vector<double> times;
@@ -66,14 +65,9 @@ std::vector<Times> all_times(const Mechanism& mechanism, const Objective& object
   std::vector<Times> all = driven_times(mechanism);
   for (const TimeLaw& of : moved_laws_of_time(mechanism, objective, parameters)) {
     const ScalarLaw* law = of.law;
-    const auto slopes = [law](double t, const double* p, double* by) { law->add_place_slopes(t, p, by); };
     all.push_back({of.numbers, of.kind, of.name,
-                   [law](const double* p, std::vector<double>& times) { add_value_jumps(*law, p, times); }, slopes,
-                   "jump", "value"});
-    // Where a law has a kink its derivatives by the numbers jump: discrete steps end on the side on which they are.
-    all.push_back({of.numbers, of.kind, of.name,
-                   [law](const double* p, std::vector<double>& times) { law->add_kinks(p, times); }, slopes, "kink",
-                   "slope", false, true});
+                   [law](const double* p, std::vector<double>& times) { add_value_jumps(*law, p, times); },
+                   [law](double t, const double* p, double* by) { law->add_place_slopes(t, p, by); }, "jump", "value"});
   }
   return all;
 }
@@ -170,6 +164,17 @@ std::vector<double> driver_kinks(const Mechanism& mechanism, const std::vector<d
   return times;
 }
 
+std::vector<double> kinks_of_moved_laws(const Mechanism& mechanism, const Objective& objective,
+                                        const ParameterSelection& parameters, const std::vector<double>& numbers) {
+  std::vector<double> times;
+  for (const TimeLaw& of : moved_laws_of_time(mechanism, objective, parameters)) {
+    std::vector<double> p;
+    for (const int n : of.numbers) p.push_back(numbers[static_cast<std::size_t>(n)]);
+    of.law->add_kinks(p.data(), times);
+  }
+  return times;
+}
+
 std::vector<MovingInstant> moving_instants(const Mechanism& mechanism, const Objective& objective,
                                            const ParameterSelection& parameters, const std::vector<double>& numbers) {
   std::vector<MovingInstant> instants;
@@ -193,7 +198,6 @@ void require_fixed_times(const Mechanism& mechanism, const Objective& objective,
   std::vector<Instant> instants;
   bool any = false;
   for (const Times& list : all_times(mechanism, objective, parameters)) {
-    if (list.continuous) continue;
     const std::vector<double> p = local_numbers(list, numbers);
     for (const double t : list.at(p)) {
       require_within(list, parameters, p, t, t_start, t_end);

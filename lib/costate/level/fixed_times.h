@@ -14,6 +14,11 @@ namespace costate {
 /// The times at which laws of drivers have kinks, in order; `numbers` are those of the mechanism.
 std::vector<double> driver_kinks(const Mechanism& mechanism, const std::vector<double>& numbers);
 
+/// Where laws of time of forces and running costs with a number that parameters move have kinks: their derivatives by
+/// numbers jump there, so that the last stage of a step that ends there belongs to its left side.
+std::vector<double> kinks_of_moved_laws(const Mechanism& mechanism, const Objective& objective,
+                                        const ParameterSelection& parameters, const std::vector<double>& numbers);
+
 struct MovingInstant {
   double t;
   std::vector<double> by;  // dt/drho, one a parameter

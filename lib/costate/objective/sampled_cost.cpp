@@ -73,12 +73,23 @@ bool has_samples(const Objective& objective) {
   });
 }
 
-SampleTerm::SampleTerm(std::vector<std::shared_ptr<const SampledCost>> costs)
+bool is_same_time(double a, double b) { return std::abs(a - b) <= 1e-12 * std::max(std::abs(a), std::abs(b)); }
+
+SampleTerm::SampleTerm(std::vector<std::shared_ptr<const SampledCost>> costs, double t_start, double t_end)
     : costs_(std::move(costs)), gate_(std::make_shared<SampleGate>()) {
   std::map<double, std::vector<Sample>> all;
   for (std::size_t c = 0; c < costs_.size(); ++c)
-    for (std::size_t k = 0; k < costs_[c]->data().times.size(); ++k) all[costs_[c]->data().times[k]].push_back({c, k});
+    for (std::size_t k = 0; k < costs_[c]->data().times.size(); ++k) {
+      const double t = costs_[c]->data().times[k];
+      all[is_same_time(t, t_end) ? t_end : is_same_time(t, t_start) ? t_start : t].push_back({c, k});
+    }
   for (auto& [t, samples] : all) {
+    // What differs by rounding, in seconds here and in milliseconds there, is one time.
+    if (!times_.empty() && is_same_time(times_.back(), t)) {
+      if (t == t_end) times_.back() = t;
+      samples_.back().insert(samples_.back().end(), samples.begin(), samples.end());
+      continue;
+    }
     times_.push_back(t);
     samples_.push_back(std::move(samples));
   }
@@ -115,12 +126,12 @@ void SampleTerm::add_gradient(const StateView& s, Assembly& assembly, double fac
   });
 }
 
-Objective separate_samples(const Objective& objective) {
+Objective separate_samples(const Objective& objective, double t_start, double t_end) {
   std::vector<std::shared_ptr<const SampledCost>> costs;
   for (const auto& term : objective.terminal)
     if (auto cost = std::dynamic_pointer_cast<const SampledCost>(term)) costs.push_back(std::move(cost));
   if (costs.empty()) return objective;
-  const auto samples = std::make_shared<SampleTerm>(std::move(costs));
+  const auto samples = std::make_shared<SampleTerm>(std::move(costs), t_start, t_end);
   Objective o;
   for (const auto& term : objective.running) o.running.push_back(std::make_shared<GatedTerm>(term, samples->gate()));
   for (const auto& term : objective.terminal)

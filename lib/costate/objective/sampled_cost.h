@@ -43,6 +43,9 @@ class SampledCost final : public CostTerm {
   int weight_;
 };
 
+/// But for rounding of what is converted from other units.
+bool is_same_time(double a, double b);
+
 /// Whether a cost has samples.
 bool has_samples(const Objective& objective);
 
@@ -55,9 +58,9 @@ struct SampleGate {
 /// or one of its residuals itself.
 class SampleTerm final : public CostTerm {
  public:
-  explicit SampleTerm(std::vector<std::shared_ptr<const SampledCost>> costs);
+  SampleTerm(std::vector<std::shared_ptr<const SampledCost>> costs, double t_start, double t_end);
 
-  /// Without repetition, in order.
+  /// Without repetition, in order; what differs by rounding, from each other or from the run's ends, is one time.
   const std::vector<double>& times() const { return times_; }
   struct Sample {
     std::size_t cost, k;
@@ -97,7 +100,7 @@ class OpenSample {
 
 /// A cost with samples as systems can carry it: all samples in one SampleTerm, all other terms shut while it is open.
 /// A cost without is returned as it is.
-Objective separate_samples(const Objective& objective);
+Objective separate_samples(const Objective& objective, double t_start, double t_end);
 /// The term of a cost that has been separated, or null.
 const SampleTerm* sample_term(const Objective& objective);
 

@@ -30,6 +30,10 @@ constexpr double kResolved = 200, kErrors = 20, kSmallestPart = 1e-4, kSmallestT
 // four of what the gradient was off by.
 constexpr double kInvariant = 3e-3;
 
+// What quadratures add in absolute tolerances, a step, where psi is small beside these: 0.02 on a fast road whose
+// places bound the steps, so that no error test does.
+constexpr double kOfStep = 0.05, kUnresolvedPsi = 1e-4;
+
 // From this tolerance on a run of some steps may keep no digit: measured, motions are off by 0.3 to 0.8 of their range
 // at 0.1, and by as much in some scenes at 0.01.
 constexpr double kNoPromise = 1e-2;
@@ -43,6 +47,7 @@ thread_local double drift_of_last_run = 0;
 WatchSettings settings_of(const Problem& problem) {
   WatchSettings s;
   s.rtol = problem.solver.rtol;
+  s.objective = problem.objective;
   s.formulation = problem.formulation;
   const Formulation& f = find_formulation(problem.formulation);
   s.carries_redundancy = f.carries_redundancy;
@@ -107,6 +112,11 @@ void RunWatch::conclude(Simulation& result) const {
   drift_of_last_run = std::max(watch_.largest_drift(), watch_.largest_rate_drift());
   for (const auto& text : watch_.warnings()) notice(text);
   if (const double drift = watch_.told_drift(); drift > 0) widen_error(result, drift * result.psi);
+  const double left = kOfStep * static_cast<double>(result.counters.steps) * problem_.solver.absolute() *
+                      cost_size(*problem_.mechanism);
+  if (!problem_.objective.running.empty() && left > kUnresolvedPsi * std::abs(result.psi) &&
+      problem_.solver.rtol * std::abs(result.psi) < problem_.solver.absolute() * cost_size(*problem_.mechanism))
+    widen_error(result, left);
   if (const std::string text = stabilization_ ? stabilization_->warning() : ""; !text.empty()) notice(text);
   if (problem_.solver.rtol >= kNoPromise)
     notice(fmt::format(

@@ -16,14 +16,14 @@ Problem with_separate_samples(const Problem& problem) {
     if (!cost) continue;
     const SampleData& data = cost->data();
     for (const double t : data.times)
-      if (t < t_start || t > t_end)
+      if ((t < t_start && !is_same_time(t, t_start)) || (t > t_end && !is_same_time(t, t_end)))
         throw CapabilityError(
             fmt::format("{} has a sample at t = {:.9g} s, outside the run from {:.9g} to {:.9g} s: "
                         "lengthen the run, or leave samples out by from_s and to_s.",
                         data.path, t, t_start, t_end));
   }
   Problem p = problem;
-  p.objective = separate_samples(problem.objective);
+  p.objective = separate_samples(problem.objective, t_start, t_end);
   return p;
 }
 

@@ -48,6 +48,9 @@ constexpr double kTightening[] = {kTighter, 1e-2, 1e-3};
 // smaller than kFinest of what they were.
 constexpr double kAbsolute = 30, kUnresolved = 1e4, kFinest = 1e-4;
 
+// What a tenth of a loose tolerance may change without a word: a third of 1e4 rtol, a tenth at most.
+constexpr double kMuchOfLoose = 3e3, kMuch = 0.1;
+
 struct Apart {
   double relative = 0;
   std::string what;
@@ -132,12 +135,30 @@ bool resolve(Problem& problem, const GradientResult& result) {
   return true;
 }
 
+/// At loose tolerances a looser run tells nothing: a tighter one does, of a result that stays.
+GradientResult beside_a_tighter_one(const Problem& problem, GradientResult result, const GradientRun& run) {
+  const double rtol = problem.solver.rtol;
+  const std::vector<std::string> said = take_notices();
+  GradientResult tight;
+  const bool known = attempt(problem, kTighter, run, tight);
+  take_notices();
+  for (const auto& s : said) notice(s);
+  if (!known) return result;
+  know(problem, result, tight, 1);
+  const Apart change = apart(problem, result, tight);
+  if (change.relative > std::min(kMuch, kMuchOfLoose * rtol))
+    notice(fmt::format("From rtol {:g} to {:g} {}, where psi is {:.6g}: take the smaller one, or a smaller one still.",
+                       rtol, rtol * kTighter, change.what, result.psi));
+  return result;
+}
+
 }  // namespace
 
 GradientResult confirmed(const Problem& asked, GradientResult result, const GradientRun& run, Looks looks,
                          bool* sensitive) {
   const double rtol = asked.solver.rtol;
-  if (!(rtol <= kLoosest) || rtol * kTighter < kTightest) return result;
+  if (!(rtol <= kLoosest)) return beside_a_tighter_one(asked, std::move(result), run);
+  if (rtol * kTighter < kTightest) return result;
   std::vector<std::string> said = take_notices();
   Problem problem = asked;
   if (GradientResult finer; resolve(problem, result)) {

@@ -122,6 +122,7 @@ void end_weights(DaeSystem& system, double t, const double* y, double* mu, doubl
 template <class Kind>
 GradientResult adjoint_once(typename Kind::SystemType& system, const Problem& problem, const std::vector<double>& rho,
                             double asked, double& part) {
+  system.end_at_kinks_of_laws();
   system.set_parameters(rho.data());
   const SolverOptions& o = problem.solver;
   RungeKuttaRun<Kind> run(system, o, problem.monitor, StartDerivative::adjoint);
@@ -181,6 +182,7 @@ GradientResult tangent_of(const Problem& own, const std::vector<double>& rho) {
   const auto owned = Kind::make(own);
   require_no_sliding(*owned);
   typename Kind::SystemType& system = *owned;
+  system.end_at_kinks_of_laws();
   system.set_parameters(rho.data());
   const SolverOptions& o = own.solver;
   RungeKuttaRun<Kind> run(system, o, own.monitor, StartDerivative::columns);

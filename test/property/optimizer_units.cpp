@@ -1,0 +1,79 @@
+// Optima do not depend on the unit that psi has, and certificates do not take a slope for flat because psi curves much
+// elsewhere. (a-1)^2 + (b-2)^2 in units from 1e-10 to 1e6 had ended at its start, called converged.
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "costate/base/notice.h"
+#include "costate/optimize/certificate.h"
+#include "costate/optimize/optimizer.h"
+#include "costate/problem/scene_problem.h"
+#include "support/paths.h"
+
+using namespace costate;
+using Catch::Matchers::Contains;
+using Kind = Certificate::Kind;
+
+namespace {
+
+struct Found {
+  OptimizerResult result;
+  OptimizerEvaluation best;
+  Certificate certificate;
+};
+
+Found optimum_of(const std::string& name, const std::vector<std::string>& overrides, const std::string& algorithm,
+                 int evaluations = 100) {
+  const Scene scene = Scene::load(fmt::format("{}/test/cases/{}.toml", COSTATE_SOURCE_DIR, name), overrides);
+  const Problem p = make_problem(scene);
+  std::vector<OptimizerConstraint> constraints;
+  for (const auto& c : scene.constraints()) constraints.push_back({c.name, c.objective, c.upper});
+  OptimizerOptions options;
+  options.algorithm = algorithm;
+  options.max_evaluations = evaluations;
+  Found f;
+  f.result = optimize(p, "idas-adjoint", constraints, options, {}, {});
+  f.best = f.result.evaluations[f.result.best];
+  f.certificate = certify(p, constraints, f.result.evaluations.front(), f.best, "idas-adjoint");
+  take_notices();
+  return f;
+}
+
+}  // namespace
+
+TEST_CASE("optimizer: an optimum does not depend on the unit of psi") {
+  for (const double divisor : {1e10, 1e5, 1.0, 1e-4, 1e-6}) {
+    INFO(divisor);
+    const std::string formula = fmt::format("output.psi.formula=\"((a-1)^2+(b-2)^2)/{:.17g} + 0*P.x\"", divisor);
+    const Found f = optimum_of("tiny_cost", {formula}, "lbfgs");
+    CAPTURE(f.best.rho[0], f.best.rho[1], f.certificate.verdict);
+    CHECK(std::abs(f.best.rho[0] - 1) < 1e-6);
+    CHECK(std::abs(f.best.rho[1] - 2) < 1e-6);
+    CHECK(f.certificate.kind == Kind::strict_minimum);
+  }
+}
+
+TEST_CASE("optimizer: nor with a constraint") {
+  for (const std::string algorithm : {"slsqp", "mma"}) {
+    const Found f = optimum_of("large_constrained_cost", {}, algorithm);
+    CAPTURE(algorithm, f.best.rho[0], f.best.rho[1], f.result.stop_reason);
+    CHECK(std::abs(f.best.rho[0] - 0.5) < 1e-5);
+    CHECK(std::abs(f.best.rho[1] - 1.5) < 1e-5);
+    CHECK(f.certificate.kind == Kind::strict_minimum);
+  }
+}
+
+TEST_CASE("certificate: a slope along which psi hardly curves is one") {
+  // d(psi)/db = 90 where the Hessian has 1e6 and 1.
+  const Found f = optimum_of("steep_and_flat", {}, "lbfgs", 1);
+  CHECK(f.certificate.kind == Kind::not_stationary);
+  CHECK_THAT(f.certificate.verdict, Contains("psi falls by 90 a scale"));
+}
+
+TEST_CASE("certificate: a multiplier that grows without bound explains no residual") {
+  // The least a with b^2 <= a^3 is the cusp at 0, where the constraint has no gradient.
+  const Found f = optimum_of("degenerate_constraint", {}, "slsqp");
+  CAPTURE(f.best.rho[0], f.best.rho[1], f.certificate.verdict);
+  CHECK(f.certificate.kind != Kind::strict_minimum);
+}

@@ -1,0 +1,173 @@
+// Jumps that no derivative knew of, on which all exact methods agreed: laws of time that are switched at a parameter,
+// bristles at a touch, tyres and formulas that jump. Each was found by a program of its own (scipy: Dormand and Prince
+// of order 8, split at the events, derivatives by differences of whole motions) or has a closed form; the numbers are
+// those.
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "costate/base/error.h"
+#include "costate/base/notice.h"
+#include "costate/integrator/simulate.h"
+#include "costate/problem/scene_problem.h"
+#include "costate/sensitivity/method.h"
+#include "support/paths.h"
+
+using namespace costate;
+using Catch::Matchers::Contains;
+
+namespace {
+
+struct Way {
+  const char *formulation, *method;
+};
+const std::vector<Way> kWays = {{"index1", "idas-adjoint"},        {"index1", "idas-forward"},
+                                {"baumgarte", "cvodes-adjoint"},   {"index2", "idas-forward"},
+                                {"maggi", "cvodes-forward"},       {"maggi", "hand-adjoint"},
+                                {"penalty", "hand-tangent"},       {"maggi", "discrete-adjoint"},
+                                {"baumgarte", "discrete-tangent"}, {"index2", "discrete-adjoint"},
+                                {"index3", "idas-adjoint"},        {"maggi-implicit", "idas-forward"},
+                                {"index1", "discrete-tangent"},    {"maggi-second-order", "hand-adjoint"}};
+
+Problem case_of(const std::string& name, const std::vector<std::string>& overrides = {}) {
+  return make_problem(Scene::load(fmt::format("{}/test/cases/{}.toml", COSTATE_SOURCE_DIR, name), overrides));
+}
+
+/// By all of `ways`: derivatives by the named parameters, to 20,000 rtol of their size (errors of adjoints are some
+/// hundreds of rtol in these scenes, those by a penalty a part of 1e-5).
+void require_gradients(const std::string& name, const std::string& parameters, const std::vector<double>& right,
+                       const std::vector<Way>& ways = kWays) {
+  for (const Way& way : ways) {
+    INFO(name << " by " << way.formulation << " and " << way.method);
+    Problem p = case_of(name, {"run.rtol=1e-9", "run.parameters=[" + parameters + "]"});
+    p.formulation = way.formulation;
+    const GradientResult r = gradient(p, way.method, p.parameters.values());
+    take_notices();
+    REQUIRE(r.gradient.size() == right.size());
+    double size = 0;
+    for (const double x : right) size = std::max(size, std::abs(x));
+    for (std::size_t j = 0; j < right.size(); ++j) {
+      CAPTURE(j, r.gradient[j], right[j]);
+      CHECK(std::abs(r.gradient[j] - right[j]) <= 2e-5 * size);
+    }
+  }
+}
+
+std::string said(const std::string& name, const std::vector<std::string>& overrides, const std::string& formulation,
+                 const std::string& method) {
+  take_notices();
+  try {
+    Problem p = case_of(name, overrides);
+    if (!formulation.empty()) p.formulation = formulation;
+    if (method.empty())
+      simulate(p, p.parameters.values());
+    else
+      gradient(p, method, p.parameters.values());
+  } catch (const Error& e) {
+    take_notices();
+    return std::string("error: ") + e.what();
+  }
+  return fmt::format("{}", fmt::join(take_notices(), "\n"));
+}
+
+}  // namespace
+
+TEST_CASE("unseen jumps: forces that are switched at times that parameters move") {
+  require_gradients("switching_time", R"("b0", "b1", "k")", {-0.153245, 0.2300837, 0});
+}
+
+TEST_CASE("unseen jumps: actuators, couples of laws, costs that are switched") {
+  require_gradients("switched_actuator", R"("b0")", {0.0873186});
+  require_gradients("switched_product", R"("b0")", {-0.2117183},
+                    {{"index1", "idas-adjoint"}, {"maggi", "hand-adjoint"}});
+  require_gradients("switched_weight", R"("br", "k")", {-2.9218363, 0.0085133});
+  require_gradients("switched_target", R"("br")", {-0.9237352});
+}
+
+TEST_CASE("unseen jumps: fixed steps and Hessians refuse what they do not carry") {
+  CHECK_THAT(said("switching_time", {}, "index3", "discrete-tangent"),
+             Contains("Parameter 'b0' moves the time t = 0.7 s") && Contains("has a jump"));
+}
+
+TEST_CASE("unseen jumps: discrete steps end on the left side of a bend") {
+  // Unit masses: the integrals of (0.3 - s)(7 - 6 s) over 0 to 0.3, and of (1 - s) s over 0 to 0.4.
+  const std::vector<Way> discrete = {{"maggi", "discrete-adjoint"},
+                                     {"baumgarte", "discrete-tangent"},
+                                     {"index1", "discrete-adjoint"},
+                                     {"index1", "idas-adjoint"}};
+  require_gradients("continued_force", R"("force.f.x_N.breaks[1]")", {0.288}, discrete);
+  require_gradients("joined_force", R"("force.f.x_N.coefficients[0][1]")", {0.4 * 0.4 * (1 - 0.8 / 3) / 2}, discrete);
+}
+
+TEST_CASE("unseen jumps: bristles begin to move at the touch") {
+  const std::vector<Way> ways = {{"index1", "idas-forward"},      {"index1", "idas-adjoint"},
+                                 {"baumgarte", "cvodes-adjoint"}, {"maggi", "hand-adjoint"},
+                                 {"maggi", "discrete-adjoint"},   {"index2", "hand-tangent"}};
+  require_gradients("bristles_at_touch", R"("R", "slope", "m")", {3.353828, -4.0344692, 0.5289021}, ways);
+  require_gradients("bristles_in_space",
+                    R"("contact.floor.radius_m", "contact.floor.ground_height_m", "rigid_body.b.z_m")",
+                    {-0.67611, -0.69480, 0.69480}, ways);
+}
+
+TEST_CASE("unseen jumps: places at which tyres jump are named, motions told") {
+  for (const auto& [formulation, method] : {std::pair{"index1", "idas-forward"},
+                                            {"baumgarte", "cvodes-adjoint"},
+                                            {"maggi", "discrete-adjoint"},
+                                            {"index1", "hand-adjoint"}}) {
+    INFO(formulation << " by " << method);
+    CHECK_THAT(said("tyre_without_ramp", {R"(run.parameters=["speed"])"}, formulation, method),
+               Contains("error: ") && Contains("'tyre.T' touches, and its damping sets in at once"));
+    CHECK_THAT(said("calspan_branches", {}, formulation, method), Contains("error: ") && Contains("A_omega"));
+  }
+  CHECK_THAT(said("slip_cut", {}, "", "idas-forward"), Contains("error: ") && Contains("slip_speed_m_per_s = 0"));
+  // A ramp that is resolved has its gradient (1.08363), and branches that meet have theirs.
+  CHECK(
+      said("tyre_without_ramp", {R"(run.parameters=["speed"])", "tyre.T.damping_ramp_m=1e-3"}, "index1", "idas-forward")
+          .find("error") == std::string::npos);
+  CHECK(said("calspan_branches", {"tyre.T.A_omega=1"}, "index1", "idas-forward").find("error") == std::string::npos);
+  CHECK_THAT(said("linear_tyre_in_the_air", {}, "", ""), Contains("'tyre.T' is off the ground"));
+}
+
+TEST_CASE("unseen jumps: formulas that jump are named, in forces and in costs") {
+  for (const auto& [formulation, method] : {std::pair{"index1", "idas-forward"},
+                                            {"maggi", "hand-adjoint"},
+                                            {"baumgarte", "cvodes-adjoint"},
+                                            {"maggi", "discrete-adjoint"}}) {
+    INFO(formulation << " by " << method);
+    CHECK_THAT(said("sign_of_place", {}, formulation, method),
+               Contains("error: ") && Contains("the formula of 'force.f' jumps from"));
+    CHECK_THAT(said("sign_in_cost", {}, formulation, method), Contains("error: ") && Contains("jumps from"));
+  }
+  CHECK(said("sign_of_place", {}, "", "").empty());
+  const Problem p = case_of("sign_of_place");
+  const GradientResult r = gradient(p, "differences", p.parameters.values());
+  // psi = v - k (1 - a/v)^2 with v = 1, a = 0.4, k = 0.5.
+  CHECK(r.gradient[0] == Catch::Detail::Approx(0.76).epsilon(1e-6));
+  CHECK(r.gradient[1] == Catch::Detail::Approx(0.6).epsilon(1e-6));
+  CHECK(r.gradient[2] == Catch::Detail::Approx(-0.36).epsilon(1e-6));
+}
+
+TEST_CASE("unseen jumps: the coefficient of friction that a rigid contact sticks by is the one that counts") {
+  require_gradients("two_coefficients", R"("contact.floor.friction_coefficient", "contact.floor.static_coefficient")",
+                    {0, 2.304757991}, {{"index1", "cvodes-adjoint"}, {"baumgarte", "hand-adjoint"}});
+}
+
+TEST_CASE("unseen jumps: what starts at rest on the ground does not fall through it") {
+  const std::string at = "is at the point of happening, from rest";
+  CHECK_THAT(said("drop", {"point.ball.y_m=0"}, "", ""), Contains("error: ") && Contains(at) && Contains("closed"));
+  CHECK_THAT(said("touching_ball", {}, "", ""), Contains(at) && Contains("approach_speed_m_per_s"));
+  CHECK_THAT(said("touching_pair", {}, "", ""), Contains(at));
+  CHECK_THAT(said("standing_block", {}, "", ""), Contains(at));
+  // What moves away from it may.
+  CHECK(said("drop", {"point.ball.y_m=0", "gravity.y_m_per_s2=1"}, "", "").find("error") == std::string::npos);
+  // A latch catches at once: -0.0002 rad where it was -5.0.
+  const Problem caught = case_of("caught_at_once", {"body.b.angular_velocity_rad_per_s=0"});
+  CHECK(std::abs(simulate(caught, caught.parameters.values()).psi) < 1e-3);
+}
+
+TEST_CASE("unseen jumps: slips from rest have their gradients") {
+  // Accelerations are zero on both sides: their jump was rounding compared with rounding.
+  require_gradients("slip_from_rest", R"("mu", "A", "om", "m")", {-34.65952, 3.739247, -13.14607, -5.06905},
+                    {{"index1", "idas-adjoint"}, {"index1", "cvodes-adjoint"}, {"baumgarte", "cvodes-forward"}});
+}

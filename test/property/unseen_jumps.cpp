@@ -74,7 +74,7 @@ std::string said(const std::string& name, const std::vector<std::string>& overri
 }  // namespace
 
 TEST_CASE("unseen jumps: forces that are switched at times that parameters move") {
-  require_gradients("switching_time", R"("b0", "b1", "k")", {-0.153245, 0.2300837, 0});
+  require_gradients("switching_time", R"("b0", "b1")", {-0.153245, 0.2300837});
 }
 
 TEST_CASE("unseen jumps: actuators, couples of laws, costs that are switched") {
@@ -125,7 +125,8 @@ TEST_CASE("unseen jumps: places at which tyres jump are named, motions told") {
   CHECK(
       said("tyre_without_ramp", {R"(run.parameters=["speed"])", "tyre.T.damping_ramp_m=1e-3"}, "index1", "idas-forward")
           .find("error") == std::string::npos);
-  CHECK(said("calspan_branches", {"tyre.T.A_omega=1"}, "index1", "idas-forward").find("error") == std::string::npos);
+  CHECK(said("calspan_branches", {"tyre.T.calspan.A_omega=1"}, "index1", "idas-forward").find("error") ==
+        std::string::npos);
   CHECK_THAT(said("linear_tyre_in_the_air", {}, "", ""), Contains("'tyre.T' is off the ground"));
 }
 
@@ -137,7 +138,8 @@ TEST_CASE("unseen jumps: formulas that jump are named, in forces and in costs") 
     INFO(formulation << " by " << method);
     CHECK_THAT(said("sign_of_place", {}, formulation, method),
                Contains("error: ") && Contains("the formula of 'force.f' jumps from"));
-    CHECK_THAT(said("sign_in_cost", {}, formulation, method), Contains("error: ") && Contains("jumps from"));
+    CHECK_THAT(said("sign_in_cost", {"output.beyond.a=0.41234"}, formulation, method),
+               Contains("error: ") && Contains("jumps from"));
   }
   CHECK(said("sign_of_place", {}, "", "").empty());
   const Problem p = case_of("sign_of_place");
@@ -150,7 +152,7 @@ TEST_CASE("unseen jumps: formulas that jump are named, in forces and in costs") 
 
 TEST_CASE("unseen jumps: the coefficient of friction that a rigid contact sticks by is the one that counts") {
   require_gradients("two_coefficients", R"("contact.floor.friction_coefficient", "contact.floor.static_coefficient")",
-                    {0, 2.304757991}, {{"index1", "cvodes-adjoint"}, {"baumgarte", "hand-adjoint"}});
+                    {0, 2.304757991}, {{"index1", "cvodes-adjoint"}, {"baumgarte", "cvodes-forward"}});
 }
 
 TEST_CASE("unseen jumps: what starts at rest on the ground does not fall through it") {

@@ -49,7 +49,8 @@ void add_known_error(const Setup& setup, const GradientResult& r, Json& j) {
   if (!r.known_error) return;
   const Json& asked = j.at("psi_error");
   j["psi_error"] = *psi_error_of(asked.is_number() ? std::optional(asked.get<double>()) : std::nullopt, r.known_error);
-  j["gradient_error"] = named(setup.problem.parameters.names(), gradient_error_of(r.gradient_error, r.known_error));
+  const auto errors = gradient_error_of(r.gradient_error, r.known_error);
+  if (errors.size() == r.gradient.size()) j["gradient_error"] = named(setup.problem.parameters.names(), errors);
 }
 
 /// Runs f; what it gives notice of is said of the case.

@@ -33,6 +33,7 @@ constexpr double kInvariant = 3e-3;
 // What quadratures add in absolute tolerances, a step, where psi is small beside these: 0.02 on a fast road whose
 // places bound the steps, so that no error test does.
 constexpr double kOfStep = 0.05, kUnresolvedPsi = 1e-4;
+constexpr long kManySteps = 1000;
 
 // From this tolerance on a run of some steps may keep no digit: measured, motions are off by 0.3 to 0.8 of their range
 // at 0.1, and by as much in some scenes at 0.01.
@@ -114,7 +115,8 @@ void RunWatch::conclude(Simulation& result) const {
   if (const double drift = watch_.told_drift(); drift > 0) widen_error(result, drift * result.psi);
   const double left = kOfStep * static_cast<double>(result.counters.steps) * problem_.solver.absolute() *
                       cost_size(*problem_.mechanism);
-  if (!problem_.objective.running.empty() && left > kUnresolvedPsi * std::abs(result.psi) &&
+  if (!problem_.objective.running.empty() && result.counters.steps > kManySteps &&
+      left > kUnresolvedPsi * std::abs(result.psi) && left < std::abs(result.psi) &&
       problem_.solver.rtol * std::abs(result.psi) < problem_.solver.absolute() * cost_size(*problem_.mechanism))
     widen_error(result, left);
   if (const std::string text = stabilization_ ? stabilization_->warning() : ""; !text.empty()) notice(text);

@@ -314,13 +314,12 @@ class Run {
   bool begin(const std::vector<double>& x) {
     try {
       units_ = optimizer_units(design_.parameters, at(x), bounds_);
-      return true;
     } catch (const Stop& stop) {
       stop_ = stop;
     } catch (...) {
       error_ = std::current_exception();
     }
-    return false;
+    return !stop_ && !error_;
   }
 
   /// The start (x, t) of the least t with target_g(x) <= t for all g, t in units of psi's size there.

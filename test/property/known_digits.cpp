@@ -108,8 +108,9 @@ TEST_CASE("known digits: two runs near each other by chance do not make an error
 }
 
 TEST_CASE("known digits: a psi far below its absolute tolerances, in steps that a road bounds") {
-  // 1.35e-5 of 4.5004e-4 off, where the runs that confirm each other take the same steps (1.1e-7 stood beside it). The
-  // road is z = 0.01 sin(500 x) under a carriage: psi = integral of (0.02 + z)^2 by quadrature elsewhere.
+  // 1.35e-5 of 4.5004e-4 off (0.06 absolute tolerances a step), where the runs that confirm each other take the same
+  // steps (1.1e-7 stood beside it). The road is z = 0.01 sin(500 x) under a carriage: psi = integral of (0.02 + z)^2 by
+  // quadrature elsewhere.
   const Problem p = make_problem(Scene::load(fmt::format("{}/test/cases/fast_sine_road.toml", COSTATE_SOURCE_DIR)));
   const Simulation r = simulate(p, p.parameters.values());
   take_notices();

@@ -60,6 +60,16 @@ TEST_CASE("watch: a mechanism that locks is not torn in silence") {
              Contains("error: ") && Contains("no longer hold"));
 }
 
+TEST_CASE("watch: coordinates that are rounding are no lengths") {
+  // 1.5e-32 m, "84 % of its own length" of a row; and Maggi's positions, which asked for as many digits of it.
+  for (const std::string name : {"no_lengths", "turned_at_origin"})
+    for (const std::string formulation : {"index1", "index2", "index3", "baumgarte", "penalty", "augmented-lagrangian",
+                                          "maggi", "maggi-implicit", "maggi-second-order", "penalty-second-order"}) {
+      INFO(name << " by " << formulation);
+      CHECK(said([&] { simulated(case_of(name, formulation)); }) == "");
+    }
+}
+
 TEST_CASE("watch: drivers alone lead over no place without positions") {
   // No unknown of Maggi's equations keeps steps short here: one led over the gap, from which C came back at 0.188073 m.
   for (const auto& [formulation, integrator] : {std::pair("maggi", "cvodes"), std::pair("maggi-second-order", "cvodes"),

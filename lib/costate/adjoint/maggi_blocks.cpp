@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "costate/analysis/mechanism_size.h"
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
 #include "costate/level/maggi_choice.h"
@@ -47,7 +48,8 @@ int MaggiBlocks::best_chart(double t, const double* q) {
       low = std::min(low, q[i]);
       high = std::max(high, q[i]);
     }
-    const double size = high > low ? high - low : 1;
+    const double rounding = 1e-14 * extent_of(assembly_, Eigen::Map<const Eigen::VectorXd>(q, n_)).value_or(1),
+                 size = high - low > rounding ? high - low : 1;
     for (int i = 0; i < n_; ++i) weight_.push_back(coordinates[i].unit == "m" ? 1 : size);
   }
   StateView s;

@@ -17,6 +17,8 @@ namespace {
 /// Of the formula's values: what is left between two neighbouring numbers of what goes on is far less.
 constexpr double kJumps = 1e-6;
 constexpr int kHalvings = 60;
+/// Of the mean distance of looks.
+constexpr double kNearLook = 1e-2;
 
 bool positive(double x) { return x >= 0; }
 }  // namespace
@@ -42,8 +44,14 @@ FormulaJumpWatch::FormulaJumpWatch(const Mechanism& mechanism, const Objective& 
              [formula](const StateView& s, Assembly& assembly, double* x) { formula->arguments(s, assembly, x); }});
 }
 
+bool FormulaJumpWatch::is_near(double t) const {
+  return looks_ > 0 && t - last_ <= kNearLook * (t - begin_) / static_cast<double>(looks_);
+}
+
 void FormulaJumpWatch::look(const StateView& s, Assembly& assembly) {
-  if (first_) return;
+  if (first_ || is_near(s.t)) return;
+  if (looks_++ == 0) begin_ = s.t;
+  last_ = s.t;
   for (Formula& f : formulas_) {
     now_.resize(static_cast<std::size_t>(f.law->number_count()));
     try {

@@ -42,7 +42,11 @@ class FormulaJumpWatch {
   void judge(const Formula& formula, std::size_t i, double t, const std::vector<double>& x);
   std::vector<Formula> formulas_;
   std::optional<Jump> first_;
+  /// Looks that are too near the last one to tell the way between them from rounding, as steps across places are.
+  bool is_near(double t) const;
   std::vector<double> now_;
+  double begin_ = 0, last_ = 0;
+  long looks_ = 0;
   FormulaTerms terms_;
 };
 

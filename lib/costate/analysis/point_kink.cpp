@@ -11,7 +11,7 @@ namespace costate {
 
 namespace {
 
-constexpr double kBeside = 1e-8, kJump = 1e-5;
+constexpr double kBeside = 1e-8, kNearer = 0.1, kJump = 1e-5;
 constexpr int kDirections = 3, kMostDense = 500;
 
 struct Blocks {
@@ -54,6 +54,10 @@ std::optional<PointKink> find_point_kink(Assembly& assembly, const StateView& po
   for (int k = 0; k < kDirections; ++k) {
     const Eigen::VectorXd dq = direction(2 * k), dv = rate * direction(2 * k + 1);
     const Blocks one = blocks_at(assembly, point, q - dq, v - dv), other = blocks_at(assembly, point, q + dq, v + dv);
+    // What bends is as far apart a tenth as far away; what is steep there is not.
+    const Blocks one_near = blocks_at(assembly, point, q - kNearer * dq, v - kNearer * dv),
+                 other_near = blocks_at(assembly, point, q + kNearer * dq, v + kNearer * dv);
+    const auto stays = [](double far, double near) { return std::abs(near) > 0.5 * std::abs(far); };
     Eigen::VectorXd row = Eigen::VectorXd::Zero(n), column = Eigen::VectorXd::Zero(n);
     const auto for_each = [&](const auto& visit) {
       for (int j = 0; j < n; ++j)
@@ -75,8 +79,11 @@ std::optional<PointKink> find_point_kink(Assembly& assembly, const StateView& po
       const double of_K = std::abs(other.K[e] - one.K[e]) * size[i] * size[j] / scale,
                    of_C = rate * std::abs(other.C[e] - one.C[e]) * size[i] * size[j] / scale;
       if (!(std::max(of_K, of_C) > most)) return;
-      most = std::max(of_K, of_C);
       const bool velocity = of_C > of_K;
+      if (velocity ? !stays(other.C[e] - one.C[e], other_near.C[e] - one_near.C[e])
+                   : !stays(other.K[e] - one.K[e], other_near.K[e] - one_near.K[e]))
+        return;
+      most = std::max(of_K, of_C);
       worst = PointKink{velocity, i, j, velocity ? one.C[e] : one.K[e], velocity ? other.C[e] : other.K[e]};
     });
   }

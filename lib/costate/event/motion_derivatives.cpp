@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "costate/base/error.h"
+#include "costate/element/law/motion_law.h"
 #include "costate/event/contact_gap.h"
 #include "costate/event/motion_events.h"
 #include "costate/event/spatial_slip.h"
@@ -16,6 +17,8 @@ namespace {
 constexpr double kGrazing = 1e-7;
 // Accelerations on both sides of an event at which forces do not jump agree to this part of them.
 constexpr double kSameForces = 1e-5;
+// Of times, of 1 s at least: nearer than that they are one.
+constexpr double kSameInstant = 1e-10;
 
 /// Derivatives through impacts of one instant exist from one side only, if at all: which comes first decides.
 template <class Contacts, class Contact>
@@ -137,10 +140,29 @@ void MotionEvents::for_each_given(const Visit& visit) {
   }
 }
 
+namespace {
+/// Where the law of a ground that moves brings the event about by a jump, its instant is that of the law.
+void require_own_instant(const Force& force, const std::string& event, double t, const std::vector<PathDual>& numbers) {
+  const auto* owner = dynamic_cast<const MotionLawElement*>(&force);
+  if (!owner) return;
+  std::vector<double> p, times;
+  for (const PathDual& x : numbers) p.push_back(x.v.c0);
+  owner->add_force_jumps(p.data(), times);
+  for (const double jump : times)
+    if (std::abs(t - jump) <= kSameInstant * std::max(1.0, std::abs(t)))
+      throw SolverError(fmt::format(
+          "At t = {:.9g} s '{}' is brought about by the ground's law, which jumps then. What the instant depends "
+          "on is in no derivative. Let the law be continuous (smooth_step); the method 'differences' tells "
+          "what psi does.",
+          t, event));
+}
+}  // namespace
+
 void MotionEvents::linearize(const GuardOf& g, const StateView& before, const Side& minus, bool columns) {
   const int n = assembly_.n(), nz = assembly_.nz(), np = assembly_.np();
   const auto width = static_cast<std::size_t>(2 * n + nz);
   load(g, before);
+  require_own_instant(*g.force, g.name, before.t, p_);
   h_x_.assign(width, 0);
   h_rho_.assign(static_cast<std::size_t>(np), 0);
   D_x_.assign(out_.size(), h_x_);

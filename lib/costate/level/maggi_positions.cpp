@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "costate/analysis/complaints.h"
+#include "costate/analysis/mechanism_size.h"
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
 
@@ -69,7 +70,10 @@ void MaggiPositions::begin(double t, const double* q, const std::vector<int>* ch
   constrained_.assign(static_cast<std::size_t>(n_), 0);
   for (const auto& c : assembly_.mechanism().constraints())
     for (const int i : c->coordinates()) constrained_[static_cast<std::size_t>(i)] = 1;
-  scale_ = high > low ? high - low : any && high != 0 ? std::abs(high) : 1;
+  // What is rounding beside the points is no size.
+  const double extent = extent_of(assembly_, Eigen::Map<const Eigen::VectorXd>(q, n_)).value_or(1),
+               none = kRounding * extent;
+  scale_ = high - low > none ? high - low : any && std::abs(high) > none ? std::abs(high) : extent;
   sizes_.resize(weight_.size());
   for (int i = 0; i < n_; ++i) {
     weight_[i] = coordinates[i].unit == "m" ? 1 : scale_;

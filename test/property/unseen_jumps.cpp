@@ -155,6 +155,11 @@ TEST_CASE("unseen jumps: the coefficient of friction that a rigid contact sticks
                     {0, 2.304757991}, {{"index1", "cvodes-adjoint"}, {"baumgarte", "cvodes-forward"}});
 }
 
+TEST_CASE("unseen jumps: a coefficient that a form of friction does not have is no key of a rigid contact either") {
+  CHECK_THAT(said("two_coefficients", {R"(contact.floor.friction="coulomb")"}, "", ""),
+             Contains("Unknown key 'static_coefficient'"));
+}
+
 TEST_CASE("unseen jumps: what starts at rest on the ground does not fall through it") {
   const std::string at = "is at the point of happening, from rest";
   CHECK_THAT(said("drop", {"point.ball.y_m=0"}, "", ""), Contains("error: ") && Contains(at) && Contains("closed"));

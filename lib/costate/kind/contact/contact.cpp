@@ -183,13 +183,14 @@ void add_rigid(const std::string& name, SceneTable& table, MechanismBuilder& bui
   table.flag("energy_lost", false);  // a run's events say what each impact takes
   add_rigid_contact(builder, name, point, o);
   // Parameters of such a scene find their numbers, on which nothing depends then.
-  for (const auto& [key, value] : {std::pair{"stiffness_N_per_m_n", compliant.stiffness_N_per_m_n},
-                                   {"exponent", compliant.exponent},
-                                   {"damping_N_s_per_m", compliant.damping_N_s_per_m},
-                                   {"friction_coefficient", compliant.friction_coefficient},
-                                   {"static_coefficient", compliant.static_coefficient},
-                                   {"transition_velocity_m_per_s", compliant.transition_velocity_m_per_s}})
-    if (table.has(key) && key != o.friction_key && value >= 0)
+  for (const auto& [key, value] :
+       {std::pair{"stiffness_N_per_m_n", compliant.stiffness_N_per_m_n},
+        {"exponent", compliant.exponent},
+        {"damping_N_s_per_m", compliant.damping_N_s_per_m},
+        {"friction_coefficient", o.friction_key == "static_coefficient" ? compliant.friction_coefficient : -1},
+        {"static_coefficient", compliant.static_coefficient},
+        {"transition_velocity_m_per_s", compliant.transition_velocity_m_per_s}})
+    if (value >= 0 && key != o.friction_key && table.has(key))
       builder.add_number(path + "." + key, value, NumberRule::non_negative);
 }
 

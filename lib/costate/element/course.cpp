@@ -6,6 +6,7 @@
 #include <numbers>
 #include <set>
 
+#include "costate/base/error.h"
 #include "costate/element/law/cubic_check.h"
 #include "costate/element/law/scalar_law.h"
 
@@ -75,9 +76,14 @@ class Cells {
   }
 
  private:
+  /// Zero where the law says nothing: what is looked at goes farther than the motion.
   double value(double x) const {
-    const double f = law_.value(x, p_);
-    return std::isfinite(f) ? f : 0;
+    try {
+      const double f = law_.value(x, p_);
+      return std::isfinite(f) ? f : 0;
+    } catch (const StepError&) {
+      return 0;
+    }
   }
   /// Whether steps are short enough throughout by the law's waves.
   bool repeats(double a, double b) const {

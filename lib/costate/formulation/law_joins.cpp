@@ -51,6 +51,17 @@ std::vector<double> moved(const Parameter& parameter, std::vector<double> number
       parameter, what, law, at, x, because));
 }
 
+/// The joints with a parameter moved by its scale, or by a part of that where the law has none then (breaks that would
+/// no longer increase).
+LawJoints joints_with(const Force& f, const MotionLaw& law, const Parameter& parameter,
+                      const std::vector<double>& numbers) {
+  for (double part = 1; part >= kMoved; part *= 0.1) try {
+      return joints_of(f, law, moved(parameter, numbers, part));
+    } catch (const ModelError&) {
+    }
+  return joints_of(f, law, numbers);
+}
+
 /// Where a parameter moves a place it must move both sides together, to first order: what parts them is looked at a
 /// little to either side.
 void require_joined_places(const Force& f, const MotionLaw& law, const Parameter& parameter,
@@ -85,7 +96,7 @@ void require_joined_force(const Force& f, const MotionLaw& law, const ParameterS
     if (law.by_slope && now.bends(j)) refuse("slope of the law", j.left_slope, j.right_slope, j.x, " with one slope");
   }
   for (const auto& parameter : parameters.parameters) {
-    const LawJoints then = joints_of(f, law, moved(parameter, numbers));
+    const LawJoints then = joints_with(f, law, parameter, numbers);
     if (then.all.size() != now.all.size()) continue;
     require_joined_places(f, law, parameter, numbers, now);
     for (std::size_t k = 0; k < now.all.size(); ++k) {

@@ -1,0 +1,55 @@
+// What is well posed and was refused, or failed: by a look outside of the motion, or by the rounding of a conversion.
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "costate/base/notice.h"
+#include "costate/integrator/simulate.h"
+#include "costate/problem/scene_problem.h"
+#include "costate/sensitivity/method.h"
+#include "support/paths.h"
+
+using namespace costate;
+using Catch::Detail::Approx;
+
+namespace {
+Problem case_of(const std::string& name, const std::vector<std::string>& overrides = {}) {
+  return make_problem(Scene::load(fmt::format("{}/test/cases/{}.toml", COSTATE_SOURCE_DIR, name), overrides));
+}
+double psi_of(const Problem& p) {
+  const double psi = simulate(p, p.parameters.values()).psi;
+  take_notices();
+  return psi;
+}
+}  // namespace
+
+TEST_CASE("needless refusals: a road by data is refused where the wheel leaves the data, not where looks do") {
+  // As the same data that hold beyond their ends.
+  CHECK(psi_of(case_of("road_by_data")) == Approx(4.98034).epsilon(1e-6));
+}
+
+TEST_CASE("needless refusals: a break before another negative one is a parameter like any other") {
+  const Problem p = case_of("negative_breaks", {R"(run.parameters=["spring.s.spring_law.breaks[0]"])"});
+  for (const std::string method : {"idas-forward", "idas-adjoint", "hand-adjoint"}) {
+    INFO(method);
+    // By differences of psi.
+    CHECK(gradient(p, method, p.parameters.values()).gradient[0] == Approx(0.5821954).epsilon(1e-6));
+  }
+  take_notices();
+}
+
+TEST_CASE("needless refusals: sample times that differ by rounding are one") {
+  for (const std::string name : {"samples_in_ms", "samples_in_two_units"}) {
+    const Problem p = case_of(name);
+    const GradientResult right = gradient(p, "idas-forward", p.parameters.values());
+    for (const std::string method : {"idas-adjoint", "cvodes-adjoint", "cvodes-forward"}) {
+      INFO(name << " by " << method);
+      const GradientResult r = gradient(p, method, p.parameters.values());
+      CHECK(r.psi == Approx(right.psi).epsilon(1e-6));
+      for (std::size_t j = 0; j < right.gradient.size(); ++j)
+        CHECK(r.gradient[j] == Approx(right.gradient[j]).epsilon(1e-5));
+    }
+    take_notices();
+  }
+}

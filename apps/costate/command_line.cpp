@@ -210,7 +210,9 @@ void CommandLine::parse(const std::vector<std::string>& words) {
 
 std::vector<std::string> CommandLine::option_names(const std::string& command) const {
   std::vector<std::string> names;
-  for (const CLI::Option* option : parser_->get_subcommand(command)->get_options())
+  const auto all = parser_->get_subcommands([&](const CLI::App* of) { return of->get_name() == command; });
+  if (all.empty()) throw Error(fmt::format("There is no command '{}'.", command));
+  for (const CLI::Option* option : all.front()->get_options())
     for (const auto& name : option->get_lnames()) names.push_back(name);
   return names;
 }

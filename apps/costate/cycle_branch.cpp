@@ -9,6 +9,7 @@
 
 #include "accuracy.h"
 #include "costate/base/notice.h"
+#include "costate/base/unsaid.h"
 #include "costate/cycle/branch.h"
 #include "costate/record/atomic_file.h"
 #include "costate/record/svg_plot.h"
@@ -161,6 +162,13 @@ int run_branch(const CommonOptions& given, const ContinueRequest& request, int m
   if (here != setup.rho[0])
     notice(fmt::format("The scene's {} is {:.6g}, outside the range: the branch is begun at {:.6g}.", request.parameter,
                        here, setup.rho[0]));
+  // Which numbers a scene may have are ranges: those of both ends, all between.
+  for (const double end : {low, high}) try {
+      const Unsaid reading;
+      setup.scene.with_parameters(setup.problem.parameters, {end});
+    } catch (const Error& e) {
+      throw Error(fmt::format("--continue {}={:g}..{:g}: {}", request.parameter, request.from, request.to, e.what()));
+    }
   Progress progress(setup.progress_options);
   progress.start(setup.problem.solver.t_start);
   setup.problem.monitor = monitor(progress, setup.problem.solver.t_end);

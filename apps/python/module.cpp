@@ -10,6 +10,7 @@
 #include "costate/base/notice.h"
 #include "costate/base/version.h"
 #include "costate/command.h"
+#include "costate/design_setup.h"
 #include "costate/integrator/simulate.h"
 #include "costate/objective/all_outputs.h"
 #include "costate/optimize/optimizer.h"
@@ -18,14 +19,11 @@
 #include "costate/sensitivity/hessian.h"
 #include "costate/tradeoff/motion_confirmation.h"
 #include "costate/trajectory.h"
+#include "problem.h"
 #include "signals.h"
 
 namespace costate::python {
 
-namespace py = pybind11;
-using app::CommonOptions;
-using app::Setup;
-using Numbers = std::vector<double>;
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 namespace {
@@ -45,70 +43,6 @@ py::list events_of(const Simulation& r) {
   for (const RunEvent& e : r.events) events.append(py::make_tuple(e.t, e.name));
   return events;
 }
-
-/// A scene with the choices of a run: what the tool makes of a file and its options.
-class PyProblem {
- public:
-  PyProblem(const Scene& scene, const py::dict& choices) : setup_(make(scene, choices)) {
-    setup_->problem.monitor = signal_monitor();
-  }
-
-  const ParameterSelection& parameters() const { return setup_->problem.parameters; }
-  const Setup& setup() const { return *setup_; }
-
-  /// The parameters' values, or as many as there are in their order.
-  Numbers values(const std::optional<Numbers>& rho) const {
-    if (!rho) return setup_->rho;
-    setup_->problem.check_values(*rho);
-    return *rho;
-  }
-  std::string method(const std::string& other) const { return other.empty() ? setup_->method : other; }
-
-  /// Runs f on this problem, without Python's lock; errors of the mechanism are told at their place in the scene.
-  void run(const std::function<void(Problem&)>& f) const {
-    run_unlocked([&] {
-      take_notices();
-      setup_->located([&] {
-        Problem problem = setup_->problem;
-        f(problem);
-      });
-    });
-  }
-
- private:
-  static std::unique_ptr<Setup> make(const Scene& scene, const py::dict& choices) {
-    CommonOptions o;
-    o.ready = std::make_shared<const Scene>(scene);
-    o.scene = scene.file_name();
-    o.no_files = o.quiet = true;
-    for (const auto& [key, value] : choices) {
-      const auto name = key.cast<std::string>();
-      if (value.is_none()) continue;
-      if (name == "parameters")
-        o.parameters = value.cast<std::vector<std::string>>();
-      else if (name == "formulation")
-        o.formulation = value.cast<std::string>();
-      else if (name == "method")
-        o.method = value.cast<std::string>();
-      else if (name == "integrator")
-        o.integrator = value.cast<std::string>();
-      else if (name == "rtol")
-        o.rtol = value.cast<double>();
-      else if (name == "atol")
-        o.atol = value.cast<double>();
-      else if (name == "t_end")
-        o.t_end = value.cast<double>();
-      else if (name == "step")
-        o.step = value.cast<double>();
-      else
-        throw py::type_error("Problem has no option '" + name + "'.");
-    }
-    std::unique_ptr<Setup> setup;
-    run_unlocked([&] { setup = std::make_unique<Setup>(o, app::Purpose::differentiate); });
-    return setup;
-  }
-  std::unique_ptr<Setup> setup_;
-};
 
 void require_times(const Numbers& times, double begin, double end) {
   for (std::size_t i = 0; i < times.size(); ++i) {
@@ -142,6 +76,9 @@ py::dict simulate_problem(const PyProblem& p, const std::optional<Numbers>& rho,
       outputs = make_all_outputs(m);
     tell_of_open_reactions(problem, values, outputs, false);
     const auto keep = [&](const MechanismState& s, System& system) {
+      // The end of a run that ends by an event is in 'end'.
+      const auto asked = [&](double x) { return std::abs(x - s.t) <= 1e-9 * std::max(1.0, std::abs(x)); };
+      if (times && std::none_of(at.begin(), at.end(), asked)) return;
       t.push_back(s.t);
       for (const auto& o : outputs) data.push_back(o->value(s, system.assembly()));
     };
@@ -149,6 +86,9 @@ py::dict simulate_problem(const PyProblem& p, const std::optional<Numbers>& rho,
     r = confirmed_simulation(problem, values, {at, keep},
                              names ? *names : all_that_is_told(problem, values, p.setup().scene.run.outputs));
   });
+  if (times && r.end && !at.empty() && at.back() > r.end->t)
+    notice(fmt::format("The run ends at t = {:.9g} s ({}): there is nothing at the times behind it.", r.end->t,
+                       r.end->name));
   const auto rows = static_cast<py::ssize_t>(t.size()), columns = static_cast<py::ssize_t>(outputs.size());
   py::dict d, units;
   py::list words;
@@ -242,6 +182,7 @@ py::dict optimize_problem(const PyProblem& p, const std::optional<py::function>&
   bool stopped = false;
   p.run([&](Problem& problem) {
     require_algorithm(options.algorithm, !constraints.empty());
+    if (options.max_evaluations < 1) throw Error("max_evaluations is a positive number.");
     const auto record = [&](const OptimizerEvaluation& e) {
       if (!callback) return;
       with_lock([&] {
@@ -254,7 +195,9 @@ py::dict optimize_problem(const PyProblem& p, const std::optional<py::function>&
       });
       if (stopped) throw Interrupted(SIGINT);
     };
-    r = optimize(problem, p.method(""), constraints, options, {}, record);
+    Design design = single_design(problem, p.method(""), constraints);
+    design.cases.front().admit = [&](const Numbers& rho) { app::require_scene(setup, rho); };
+    r = optimize(design, options, {}, record);
   });
   if (r.error && !stopped) std::rethrow_exception(r.error);
   const OptimizerEvaluation& best = r.evaluations.at(r.best);

@@ -10,6 +10,7 @@
 //   costate_adversary --cases 1000 --of motions                    all outputs, by two other integrators
 //   costate_adversary --cases 1000 --of balances                   energy, work and momentum of what is stored
 //   costate_adversary --cases 1000 --of cranks                     linkages that lock or do not, by closed forms
+//   costate_adversary --cases 1000 --of switches                   forces and costs switched at times to be found
 //   costate_adversary --case 4711 [--scene]                        one case again, with every combination
 #include <fmt/format.h>
 
@@ -39,7 +40,8 @@ namespace {
 constexpr int kSeconds =
     300;  // of the processor for one case: fixed steps may take a million of a vehicle with many tyres
 
-const std::string_view kOf[] = {"trusses", "kinds", "contacts", "hessians", "units", "motions", "balances", "cranks"};
+const std::string_view kOf[] = {"trusses", "kinds",    "contacts", "hessians", "units",
+                                "motions", "balances", "cranks",   "switches"};
 
 struct Options {
   long cases = 200, first = 1, one = -1;
@@ -48,6 +50,11 @@ struct Options {
   std::string of;    // "": gradients of trusses and kinds
   bool scene = false, quiet = false;
 };
+
+Truss truss_of(long number, const Options& options) {
+  const auto seed = static_cast<std::uint64_t>(number);
+  return options.of == "switches" ? switched_truss(seed) : random_truss(seed);
+}
 
 /// Every fourth case is an example of a registered kind.
 bool is_truss(long number) { return number % 4 != 0; }
@@ -188,7 +195,7 @@ std::vector<Finding> try_case(long number, const Options& options) {
   }
   const auto chosen = some(combinations(), options, engine);
   if (is_truss(number)) {
-    const Truss t = random_truss(static_cast<std::uint64_t>(number));
+    const Truss t = truss_of(number, options);
     if (options.scene)
       fmt::print("{}", options.of == "units"
                            ? in_units(t, all_units()[static_cast<std::size_t>(number) % all_units().size()]).scene()
@@ -269,7 +276,7 @@ int main(int argc, char** argv) {
     else {
       fmt::print(stderr,
                  "usage: {} [--cases N] [--seed N] [--of trusses | kinds | contacts | hessians | units | motions | "
-                 "balances | cranks] "
+                 "balances | cranks | switches] "
                  "[--combinations N] "
                  "[--only TEXT] "
                  "[--case N "
@@ -289,10 +296,10 @@ int main(int argc, char** argv) {
     for (const Finding& f : found)
       fmt::print("{:<9} {:<50} {:9.1e}  {}\n", name_of(f.outcome), f.run, f.error, f.message);
     for (const Finding& f : found)
-      if (f.outcome == Outcome::wrong && is_truss(o.one) && (o.of.empty() || o.of == "trusses") &&
+      if (f.outcome == Outcome::wrong && is_truss(o.one) && (o.of.empty() || o.of == "trusses" || o.of == "switches") &&
           f.run.find(',') == std::string::npos) {
         fmt::print("\n# the smallest scene on which {} is still wrong\n{}", f.run,
-                   shrink(random_truss(static_cast<std::uint64_t>(o.one)), f.run).scene());
+                   shrink(truss_of(o.one, o), f.run).scene());
         break;
       }
     return std::any_of(found.begin(), found.end(), bad) ? 1 : 0;
@@ -302,7 +309,8 @@ int main(int argc, char** argv) {
   const auto begin = std::chrono::steady_clock::now();
   long none = 0, cases = 0;
   for (long i = o.first; i < o.first + o.cases; ++i) {
-    if (o.of == "kinds" ? is_truss(i) : (o.of == "trusses" || o.of == "units") && !is_truss(i)) continue;
+    if (o.of == "kinds" ? is_truss(i) : (o.of == "trusses" || o.of == "units" || o.of == "switches") && !is_truss(i))
+      continue;
     ++cases;
     const auto found = in_child([&] { return try_case(i, o); }, kSeconds);
     if (found.empty()) ++none;

@@ -38,6 +38,8 @@ double TimeLaw::value(double t) const {
       return a + b * (quintic((t - t1) / w, 0) - quintic((t - t2) / w, 0));
     case Kind::kink:
       return t <= t1 ? a + b * t : a + b * t1 + c * (t - t1);
+    case Kind::steps:
+      return t < t1 ? a : t < t2 ? b : c;
   }
   return 0;
 }
@@ -45,6 +47,7 @@ double TimeLaw::value(double t) const {
 double TimeLaw::rate(double t) const {
   switch (kind) {
     case Kind::constant:
+    case Kind::steps:
       return 0;
     case Kind::sine:
       return b * c * std::cos(c * t);
@@ -70,13 +73,14 @@ double TimeLaw::second(double t) const {
 std::vector<double> TimeLaw::breaks() const {
   if (kind == Kind::pulse) return {t1, t1 + w, t2, t2 + w};
   if (kind == Kind::kink) return {t1};
+  if (kind == Kind::steps) return {t1, t2};
   return {};
 }
 
 void TimeLaw::scale(double factor) {
   a *= factor;
   b *= factor;
-  if (kind == Kind::kink) c *= factor;
+  if (kind == Kind::kink || kind == Kind::steps) c *= factor;
 }
 
 std::string TimeLaw::text() const {
@@ -96,6 +100,10 @@ std::string TimeLaw::text() const {
     case Kind::kink:
       return fmt::format("{{ kind = \"piecewise\", breaks = [{}], coefficients = [[{}, {}], [{}, {}]] }}", num(t1),
                          num(a), num(b), num(a + b * t1 - c * t1), num(c));
+    case Kind::steps:
+      return fmt::format(
+          "{{ kind = \"piecewise\", breaks = [{}, {}], coefficients = [[{}], [{}], [{}]], joins = \"none\" }}", num(t1),
+          num(t2), num(a), num(b), num(c));
   }
   return {};
 }
@@ -117,6 +125,10 @@ double& Truss::number(const Parameter& p) {
       return points[e].mass;
     case Parameter::Kind::force:
       return forces[e].law.a;
+    case Parameter::Kind::force_time:
+      return p.axis == 0 ? forces[e].law.t1 : forces[e].law.t2;
+    case Parameter::Kind::cost_time:
+      return costs[e].from;
     case Parameter::Kind::position:
       return points[e].x[p.axis];
     case Parameter::Kind::velocity:
@@ -144,6 +156,14 @@ std::string Truss::path(const Parameter& p) const {
       return "mass.m" + points[e].name + ".mass_kg";
     case Parameter::Kind::force:
       return "force." + forces[e].name + "." + kAxis[forces[e].axis] + "_N";
+    case Parameter::Kind::force_time:
+      return fmt::format("force.{}.{}_N.breaks[{}]", forces[e].name, kAxis[forces[e].axis], p.axis);
+    case Parameter::Kind::cost_time: {
+      // Costs are counted by their kind.
+      const auto end = costs.begin() + p.element;
+      return fmt::format("cost.running[{}].weight.breaks[0]",
+                         std::count_if(costs.begin(), end, [](const Cost& c) { return !c.terminal; }));
+    }
     case Parameter::Kind::position:
       return "point." + points[e].name + "." + kAxis[p.axis] + "_m";
     case Parameter::Kind::velocity:
@@ -166,6 +186,9 @@ double Truss::scale(const Parameter& p) const {
       return size / t_end;
     case Parameter::Kind::gravity:
       return size / (t_end * t_end);
+    case Parameter::Kind::force_time:
+    case Parameter::Kind::cost_time:
+      return 0.1 * t_end;
     case Parameter::Kind::damping: {
       // A damper that is zero has a size all the same: a tenth of what would be critical.
       double mass = 0;
@@ -212,9 +235,15 @@ std::string Truss::scene() const {
                      d.law.text());
   s += fmt::format("[start]\ngiven = [{}]\n", given);
   for (const Cost& c : costs)
-    s += fmt::format("[[cost.{}]]\nkind = \"{}\"\noutput = \"{}.{}{}\"\nweight = {}\ntarget = {}\n",
-                     c.terminal ? "terminal" : "running", c.terminal ? "value" : "square", name(c.point), kAxis[c.axis],
-                     c.rate ? "_dot" : "", num(c.weight), num(c.target));
+    s += fmt::format(
+        "[[cost.{}]]\nkind = \"{}\"\noutput = \"{}.{}{}\"\nweight = {}\ntarget = {}\n",
+        c.terminal ? "terminal" : "running", c.terminal ? "value" : "square", name(c.point), kAxis[c.axis],
+        c.rate ? "_dot" : "",
+        c.from > 0
+            ? fmt::format("{{ kind = \"piecewise\", breaks = [{}], coefficients = [[0], [{}]], joins = \"none\" }}",
+                          num(c.from), num(c.weight))
+            : num(c.weight),
+        num(c.target));
   std::string list;
   for (const Parameter& p : parameters) list += fmt::format("{}\"{}\"", list.empty() ? "" : ", ", path(p));
   s += fmt::format("[run]\nt_end_s = {}\nrtol = 1e-8\nparameters = [{}]\n", num(t_end), list);

@@ -12,9 +12,9 @@ namespace costate::adversary {
 
 /// A law of time, evaluated here by formulas of its own.
 struct TimeLaw {
-  enum class Kind { constant, sine, pulse, kink } kind = Kind::constant;
+  enum class Kind { constant, sine, pulse, kink, steps } kind = Kind::constant;
   // constant: a.  sine: a + b sin(c t).  pulse: a, and b more between t1 and t2, with quintic flanks of
-  // length w. kink: a + b t up to t1, from there on slope c.
+  // length w. kink: a + b t up to t1, from there on slope c. steps: a up to t1, b up to t2, then c.
   double a = 0, b = 0, c = 0, t1 = 0, t2 = 0, w = 0.1;
 
   double value(double t) const;
@@ -67,6 +67,7 @@ struct Cost {
   bool rate = false;  // of the velocity instead of the position
   bool terminal = false;
   double weight = 1, target = 0;
+  double from = 0;  // a running cost that counts from then on
 };
 
 /// A number that varies: what it is, and of which element.
@@ -79,6 +80,8 @@ struct Parameter {
     bar_mass,
     point_mass,
     force,
+    force_time,  // axis 0: t1, 1: t2
+    cost_time,
     position,
     velocity,
     gravity
@@ -115,5 +118,7 @@ struct Truss {
 
 /// The mechanism of a seed.
 Truss random_truss(std::uint64_t seed);
+/// The same with forces and costs that are switched at times, which are parameters.
+Truss switched_truss(std::uint64_t seed);
 
 }  // namespace costate::adversary

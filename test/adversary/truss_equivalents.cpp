@@ -93,8 +93,10 @@ Truss Truss::renamed() const {
         p.element = flipped(points.size(), p.element);
         break;
       case Parameter::Kind::force:
+      case Parameter::Kind::force_time:
         p.element = flipped(forces.size(), p.element);
         break;
+      case Parameter::Kind::cost_time:
       case Parameter::Kind::gravity:
         break;
     }
@@ -124,8 +126,10 @@ std::vector<Truss> Truss::smaller() const {
     list.back().parameters.erase(list.back().parameters.begin() + static_cast<long>(i));
   }
   for (std::size_t i = 0; costs.size() > 1 && i < costs.size(); ++i) {
+    if (used({K::cost_time}, i)) continue;
     list.push_back(*this);
     list.back().costs.erase(list.back().costs.begin() + static_cast<long>(i));
+    shift(list.back(), {K::cost_time}, i);
   }
   for (std::size_t i = 0; i < springs.size(); ++i)
     if (!used({K::stiffness, K::natural_length, K::damping}, i)) {
@@ -134,10 +138,10 @@ std::vector<Truss> Truss::smaller() const {
       shift(list.back(), {K::stiffness, K::natural_length, K::damping}, i);
     }
   for (std::size_t i = 0; i < forces.size(); ++i)
-    if (!used({K::force}, i)) {
+    if (!used({K::force, K::force_time}, i)) {
       list.push_back(*this);
       list.back().forces.erase(list.back().forces.begin() + static_cast<long>(i));
-      shift(list.back(), {K::force}, i);
+      shift(list.back(), {K::force, K::force_time}, i);
     }
   for (std::size_t i = 0; i < points.size(); ++i)
     if (points[i].mass > 0 && !used({K::point_mass}, i)) {

@@ -74,6 +74,8 @@ class Motion {
     };
     for (const Force& f : t_.forces) add(f.law);
     for (const Driver& d : t_.drivers) add(d.law);
+    for (const Cost& c : t_.costs)
+      if (c.from > 0 && c.from < t_.t_end) stops.push_back(c.from);
     std::sort(stops.begin(), stops.end());
     Vector y(2 * n_ + 1);
     y << q, v, 0;
@@ -250,7 +252,7 @@ class Motion {
     Vector f(2 * n_ + 1);
     f << v, x.head(n_), 0;
     for (const Cost& c : t_.costs) {
-      if (c.terminal) continue;
+      if (c.terminal || t < c.from) continue;
       const double e = output(c, y) - c.target;
       f[2 * n_] += c.weight * e * e;
     }

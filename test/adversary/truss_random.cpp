@@ -209,4 +209,52 @@ Truss random_truss(std::uint64_t seed) {
   return t;
 }
 
+Truss switched_truss(std::uint64_t seed) {
+  Truss t = random_truss(seed);
+  std::mt19937_64 engine(seed * 0xBF58476D1CE4E5B9ull + 11);
+  const auto uniform = [&](double a, double b) { return std::uniform_real_distribution<double>(a, b)(engine); };
+  const auto chance = [&](double p) { return uniform(0, 1) < p; };
+  const auto pick = [&](std::size_t n) {
+    return static_cast<int>(std::uniform_int_distribution<std::size_t>(0, n - 1)(engine));
+  };
+  using K = Parameter::Kind;
+  std::vector<int> moving;
+  double mass = 0, length = 0;
+  for (std::size_t i = 0; i < t.points.size(); ++i) {
+    if (!t.points[i].ground) moving.push_back(static_cast<int>(i));
+    mass = std::max(mass, t.points[i].mass);
+  }
+  for (const Bar& b : t.bars) {
+    mass = std::max(mass, b.mass);
+    length = std::max(length, b.length);
+  }
+  if (length == 0) length = 1;
+  std::vector<Parameter> times;
+  for (int k = 1 + pick(2); k > 0; --k) {
+    Force f{fmt::format("W{}", t.forces.size()), moving[static_cast<std::size_t>(pick(moving.size()))], pick(2), {}};
+    f.law.kind = TimeLaw::Kind::steps;
+    f.law.a = chance(0.5) ? 0 : uniform(-10, 10) * mass * length;
+    f.law.b = uniform(-20, 20) * mass * length;
+    f.law.c = uniform(-10, 10) * mass * length;
+    f.law.t1 = uniform(0.05, 0.6) * t.t_end;
+    f.law.t2 = f.law.t1 + uniform(0.02, 0.3) * t.t_end;
+    // Together with another's: either right or refused.
+    if (chance(0.15) && t.forces.size() > 0 && t.forces.back().law.kind == TimeLaw::Kind::steps)
+      f.law.t2 = std::max(t.forces.back().law.t2, f.law.t1 + 0.02 * t.t_end);
+    times.push_back({K::force_time, static_cast<int>(t.forces.size()), 0});
+    times.push_back({K::force_time, static_cast<int>(t.forces.size()), 1});
+    t.forces.push_back(f);
+  }
+  for (std::size_t i = 0; i < t.costs.size(); ++i)
+    if (!t.costs[i].terminal && chance(0.4)) {
+      t.costs[i].from = uniform(0.05, 0.9) * t.t_end;
+      times.push_back({K::cost_time, static_cast<int>(i), 0});
+    }
+  std::shuffle(times.begin(), times.end(), engine);
+  times.resize(1 + static_cast<std::size_t>(pick(std::min<std::size_t>(times.size(), 3))));
+  t.parameters.resize(std::min<std::size_t>(t.parameters.size(), 1));
+  t.parameters.insert(t.parameters.end(), times.begin(), times.end());
+  return t;
+}
+
 }  // namespace costate::adversary

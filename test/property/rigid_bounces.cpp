@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/integrator/simulate.h"
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
@@ -89,6 +90,23 @@ std::string with_output(std::string text, const std::string& output) {
 // A rod without gravity, so that the motion is straight but for the impact at 0.1 s; the angle at the end is w 0.4 s.
 // Rates of rounding but for the tolerance of 1e-10. Where Newton's law would create energy it says so, and Poisson's
 // takes some.
+TEST_CASE("rigid bounces: what nothing presses bounces on, however slowly") {
+  // Between walls 1 mm apart it goes on at 0.3 of its speed each time; by v0 alone the motion is scaled in time.
+  double t = 0.0005 / 10, speed = 3, y = 0, direction = 1;
+  for (; t + 0.001 / speed < 50; t += 0.001 / speed, speed *= 0.3, direction = -direction)
+    y = direction > 0 ? 0.001 : 0;
+  y += direction * speed * (50 - t);
+  for (const char* formulation : {"index1", "baumgarte"}) {
+    INFO(formulation);
+    Problem p = make_problem(Scene::load(std::string(COSTATE_SOURCE_DIR) + "/test/cases/two_walls.toml"));
+    p.formulation = formulation;
+    const GradientResult r = gradient(p, "idas-adjoint", p.parameters.values());
+    CHECK(r.psi == Approx(y).margin(1e-9));
+    CHECK(r.gradient[0] == Approx(50 * direction * speed / -10).epsilon(1e-5));
+    for (const std::string& text : take_notices()) CHECK(text.find("died out") == std::string::npos);
+  }
+}
+
 TEST_CASE("rigid friction: a rod strikes, by Newton's law and by Poisson's", "[events]") {
   int refused = 0, stuck = 0, slid = 0;
   for (const double turn : {-0.685, 0.5})

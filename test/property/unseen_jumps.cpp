@@ -130,6 +130,15 @@ TEST_CASE("unseen jumps: places at which tyres jump are named, motions told") {
   CHECK_THAT(said("linear_tyre_in_the_air", {}, "", ""), Contains("'tyre.T' is off the ground"));
 }
 
+TEST_CASE("unseen jumps: a damper's ramp that a fixed step passes is one of them") {
+  // The step chosen and half of it pass it alike: 8 % off, and agreed.
+  CHECK_THAT(said("ramp_within_a_step", {}, "index3", "discrete-adjoint"),
+             Contains("error: ") && Contains("'tyre.T' touches, and its damping sets in within one fixed step"));
+  // A program's of its own (Dormand and Prince, split at the touch and at the ramp's end).
+  require_gradients("ramp_within_a_step", R"("z0")", {2.382616},
+                    {{"index1", "idas-adjoint"}, {"maggi", "hand-adjoint"}, {"maggi-second-order", "hand-adjoint"}});
+}
+
 TEST_CASE("unseen jumps: formulas that jump are named, in forces and in costs") {
   for (const auto& [formulation, method] : {std::pair{"index1", "idas-forward"},
                                             {"maggi", "hand-adjoint"},
@@ -150,6 +159,80 @@ TEST_CASE("unseen jumps: formulas that jump are named, in forces and in costs") 
   CHECK(r.gradient[2] == Catch::Detail::Approx(-0.36).epsilon(1e-6));
 }
 
+TEST_CASE("unseen jumps: formulas are looked at beside the place, in time and in place") {
+  const auto by = [](const std::string& formula, const std::string& parameter = "force.f.a") {
+    return said("sign_of_place", {"force.f.formula_x_N=\"" + formula + "\"", "run.parameters=[\"" + parameter + "\"]"},
+                "index1", "idas-forward");
+  };
+  const std::string jumps = "the formula of 'force.f' jumps from";
+  CHECK_THAT(by("-k*max(0, abs(P.x-a)/(P.x-a))"), Contains(jumps));
+  // 0/0 at the place, and nothing jumps beside it; a bend is none either.
+  CHECK(by("-k*(P.x-a)^2/(P.x-a)").find(jumps) == std::string::npos);
+  CHECK(by("-k*max(0, P.x-a)").find(jumps) == std::string::npos);
+  // An instant is known, unless a parameter moves it.
+  CHECK_THAT(by("-k*(1 + abs(time-a)/(time-a))"), Contains(jumps));
+  CHECK(by("-k*(1 + abs(time-a)/(time-a))", "force.f.k").find(jumps) == std::string::npos);
+}
+
+TEST_CASE("unseen jumps: formulas of accelerations in costs") {
+  // psi = the time that a = 2 - 3 t is positive, 2/3 s: d psi/d(force) = 1/3.
+  for (const auto& [formulation, method] : {std::pair{"index1", "idas-forward"},
+                                            {"index1", "idas-adjoint"},
+                                            {"baumgarte", "cvodes-adjoint"},
+                                            {"maggi", "hand-adjoint"},
+                                            {"maggi", "discrete-adjoint"},
+                                            {"penalty", "discrete-tangent"}}) {
+    INFO(formulation << " by " << method);
+    CHECK_THAT(said("sign_of_acceleration", {}, formulation, method),
+               Contains("error: ") && Contains("the formula of 'the cost's ahead' jumps from"));
+    CHECK(said("sign_of_acceleration", {R"~(output.ahead.formula="max(0, P.x_ddot)")~"}, formulation, method)
+              .find("jumps") == std::string::npos);
+  }
+}
+
+TEST_CASE("unseen jumps: what coincides with a jump that a parameter moves") {
+  const std::string second = R"({kind="piecewise",breaks=[0.7],coefficients=[[0],[-3]],joins="none"})";
+  for (const char* method : {"idas-forward", "cvodes-adjoint"}) {
+    INFO(method);
+    CHECK_THAT(said("switching_time", {R"(force.h={point="P"})", "force.h.x_N=" + second}, "index1", method),
+               Contains("coincide") && Contains("'b0'"));
+    CHECK(said("switching_time", {R"(force.h={point="P"})", "force.h.x_N=" + second, R"(run.parameters=["k"])"},
+               "index1", method)
+              .find("coincide") == std::string::npos);
+  }
+}
+
+TEST_CASE("unseen jumps: steep forces in equations of second order") {
+  // By differences and a program's own (Dormand and Prince): -5.56345. Terms of second order are a billion times as
+  // large here and cancel: nothing is left of the gradient, and that is said.
+  require_gradients("steep_friction", R"("force.D.c")", {-5.56345}, {{"index1", "idas-forward"}});
+  for (const char* formulation : {"penalty-second-order", "maggi-second-order"})
+    CHECK_THAT(said("steep_friction", {R"(run.parameters=["c"])"}, formulation, "hand-adjoint"),
+               Contains("makes much of small errors"));
+}
+
+TEST_CASE("unseen jumps: a force that is nothing at rest is asked where it moves") {
+  CHECK(said("sign_of_velocity", {}, "", "").empty());
+  // It turns at 0.39 s.
+  CHECK_THAT(said("sign_of_velocity", {"run.t_end_s=0.6"}, "index1", "idas-forward"), Contains("jumps from"));
+}
+
+TEST_CASE("unseen jumps: differences tell of two slopes") {
+  const std::string text = said("two_slopes", {}, "index1", "differences");
+  CHECK_THAT(text, Contains("another slope on either side of parameter 'tc': -2.39") && Contains("-1.264"));
+  CHECK_THAT(text, Contains("parameter 'td'"));
+  CHECK(text.find("'ta'") == std::string::npos);
+  CHECK(text.find("'I'") == std::string::npos);
+}
+
+TEST_CASE("unseen jumps: breaks nearer to each other than they are probed by") {
+  CHECK(said("short_pulse", {}, "index1", "idas-forward").find("error") == std::string::npos);
+}
+
+TEST_CASE("unseen jumps: a run by a penalty that ends by an event is judged by one that does") {
+  CHECK(said("penalty_free_end", {}, "penalty", "idas-adjoint").find("weight") == std::string::npos);
+}
+
 TEST_CASE("unseen jumps: the coefficient of friction that a rigid contact sticks by is the one that counts") {
   require_gradients("two_coefficients", R"("contact.floor.friction_coefficient", "contact.floor.static_coefficient")",
                     {0, 2.304757991}, {{"index1", "cvodes-adjoint"}, {"baumgarte", "cvodes-forward"}});
@@ -166,6 +249,12 @@ TEST_CASE("unseen jumps: what starts at rest on the ground does not fall through
   CHECK_THAT(said("touching_ball", {}, "", ""), Contains(at) && Contains("approach_speed_m_per_s"));
   CHECK_THAT(said("touching_pair", {}, "", ""), Contains(at));
   CHECK_THAT(said("standing_block", {}, "", ""), Contains(at));
+  // Nor what is pushed down later, and it may stay there until then.
+  CHECK_THAT(said("drop",
+                  {"point.ball.y_m=0", "gravity.y_m_per_s2=0", "point.ball.vx_m_per_s=0",
+                   R"(force.late={point="ball",y_N={kind="steps",at=[0.5],values=[0,-5],width=0.1}})"},
+                  "", ""),
+             Contains("'contact.floor: touch' is past by") && Contains("start a little away"));
   // What moves away from it may.
   CHECK(said("drop", {"point.ball.y_m=0", "gravity.y_m_per_s2=1"}, "", "").find("error") == std::string::npos);
   // A latch catches at once: -0.0002 rad where it was -5.0.

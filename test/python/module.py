@@ -58,6 +58,24 @@ class Scenes(unittest.TestCase):
             self.assertIn(" ".join(str(caught.exception).split()), told)
         with self.assertRaisesRegex(costate.Error, "--formulation.*baumgarte"):
             costate.Problem(FIVE_BAR, formulation="baumgart")
+        with self.assertRaisesRegex(costate.Error, "no command 'nope'"):
+            costate.command("nope", FIVE_BAR)
+        with self.assertRaisesRegex(costate.Error, "'parameters' is empty"):
+            costate.Problem(FIVE_BAR, parameters=[])
+
+    def test_numbers_that_no_scene_may_have(self):
+        problem = costate.Problem(PENDULUM, parameters=["bar.rod.mass_kg"])
+        good = problem.values
+        for f in (problem.simulate, problem.gradient, problem.value_and_gradient, problem.hessian):
+            with self.assertRaisesRegex(costate.Error, "must"):
+                f(-good)
+        self.assertEqual(problem.gradient(2 * good).psi, problem.gradient(2 * good).psi)
+        with self.assertRaisesRegex(costate.Error, "max_evaluations"):
+            problem.optimize(max_evaluations=0)
+
+    def test_tables_and_arrays_as_values(self):
+        scene = costate.load(PENDULUM).set({"gravity": {"x_m_per_s2": 0, "y_m_per_s2": -1.5}})
+        self.assertEqual(scene["gravity.y_m_per_s2"], -1.5)
         with self.assertRaisesRegex(costate.Error, "--rtol must be below 1"):
             costate.Problem(FIVE_BAR, rtol=2)
         with self.assertRaises(costate.Error):

@@ -54,6 +54,30 @@ Start start_of(const std::string& text) {
 
 }  // namespace
 
+TEST_CASE("start: an angle is that of its line, however far from the first guess of the line", "[start]") {
+  // Begun at the guess, where the angle is -0.9273, and led on: not half a turn away.
+  for (double angle = -9; angle < 9; angle += 0.3) {
+    INFO(angle);
+    const std::string arm = fmt::format(R"(
+point = {{ A = {{ ground = true, x_m = 0, y_m = 0 }}, P = {{ x_m = 0.6, y_m = -0.8 }} }}
+[bar.arm]
+from = "A"
+to = "P"
+mass_kg = 2
+[angle.crank]
+bar = "arm"
+angle_rad = {}
+[start]
+given = ["crank.angle"]
+)",
+                                        angle);
+    const Start start = start_of(arm);
+    CHECK(start.q[2] == Approx(angle));
+    CHECK(start.q[0] == Approx(std::cos(angle)).margin(1e-12));
+    CHECK(start.q[1] == Approx(std::sin(angle)).margin(1e-12));
+  }
+}
+
 TEST_CASE("start: a four-bar closes on the side of its guess, whatever its lengths", "[start]") {
   int closed = 0;
   for (double crank = 0.15; crank < 0.9; crank += 0.1)
@@ -118,6 +142,22 @@ mass_kg = 1
   CHECK(start.q.size() == 9);
   CHECK(start.q.norm() == Approx(std::sqrt(1 + 4 + 9 + 1 + 16 + 25.0)).epsilon(1e-14));
   CHECK(start.v.norm() == Approx(std::sqrt(0.25 + 1)).epsilon(1e-14));  // e' = omega / 2
+  // A body that is welded to the ground has nothing free.
+  const Start welded = start_of(R"(
+point = { O = { ground = true, x_m = 0, y_m = 0, z_m = 0 }, AO = { on = "A", x_m = 0, y_m = 0, z_m = 0 } }
+[rigid_body.A]
+mass_kg = 2
+inertia_xx_kg_m2 = 0.05
+inertia_yy_kg_m2 = 0.08
+inertia_zz_kg_m2 = 0.06
+x_m = 0
+y_m = 0
+z_m = 0
+[fixed.h]
+points = ["O", "AO"]
+axis_first = [0, 1, 0]
+)");
+  CHECK(welded.v.norm() == 0);
   // What a joint holds is asked for, as ever.
   CHECK_THROWS_WITH(start_of(R"(
 point = { A = { ground = true, x_m = 0, y_m = 0 }, P = { x_m = 1, y_m = 0 } }

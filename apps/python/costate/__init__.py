@@ -42,11 +42,15 @@ def _value(x):
         return "true" if x else "false"
     if isinstance(x, str):
         return _json.dumps(x)
+    if hasattr(x, "tolist"):  # of numpy
+        return _value(x.tolist())
+    if isinstance(x, dict):
+        return "{" + ", ".join(f"{_json.dumps(str(k))} = {_value(y)}" for k, y in x.items()) + "}"
     if isinstance(x, (list, tuple)):
         return "[" + ", ".join(_value(y) for y in x) + "]"
     if isinstance(x, int):
         return repr(x)
-    return repr(float(x))  # of numpy, too; inf and nan are TOML as they are
+    return repr(float(x))  # inf and nan are TOML as they are
 
 
 class Scene:

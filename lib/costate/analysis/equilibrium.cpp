@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/analysis/first_guess.h"
 #include "costate/analysis/given_by_itself.h"
 #include "costate/analysis/mechanism_size.h"
 #include "costate/analysis/not_finite.h"
@@ -36,8 +37,7 @@ class Search {
   Search(Assembly& assembly, double t, const std::vector<HeldPosition>& held, const EquilibriumGuess* guess)
       : assembly_(assembly), held_(held), x_(assembly, t, held) {
     const Mechanism& m = assembly.mechanism();
-    VectorXd q(assembly.n()), z(assembly.nz());
-    for (int i = 0; i < assembly.n(); ++i) q[i] = assembly.numbers()[m.coordinates()[i].position_number];
+    VectorXd q = first_guess(assembly, t), z(assembly.nz());
     calc_initial_states(assembly, z, nullptr);
     if (guess) {
       q = guess->q;

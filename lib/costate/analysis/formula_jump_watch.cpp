@@ -19,16 +19,25 @@ constexpr double kJumps = 1e-6;
 constexpr int kHalvings = 60;
 /// Of the mean distance of looks.
 constexpr double kNearLook = 1e-2;
+/// Of the way between two looks: how far beside the place the formula is taken, and nearer than that.
+constexpr double kBeside = 1e-9, kNearer = 1e-2;
 
 bool positive(double x) { return x >= 0; }
+
+/// Those that a force's formula begins its arguments with, as far as they are the force's.
+std::vector<int> numbers_of(const Force& force, const FormulaLaw& formula) {
+  const std::size_t count = std::min(force.numbers().size(), static_cast<std::size_t>(formula.number_count()));
+  return {force.numbers().begin(), force.numbers().begin() + static_cast<std::ptrdiff_t>(count)};
+}
 }  // namespace
 
-FormulaJumpWatch::FormulaJumpWatch(const Mechanism& mechanism, const Objective& objective) {
+FormulaJumpWatch::FormulaJumpWatch(const Mechanism& mechanism, const Objective& objective, Looks looks) {
   for (const auto& force : mechanism.forces()) {
+    if (looks == Looks::whole) break;
     const auto* owner = dynamic_cast<const PathFunctionElement*>(force.get());
     for (int i = 0; owner && i < owner->path_functions(); ++i)
       if (!owner->path_function(i).is_polynomial())
-        formulas_.push_back({&owner->path_function(i), force->path(),
+        formulas_.push_back({&owner->path_function(i), force->path(), numbers_of(*force, owner->path_function(i)),
                              [force = force.get(), owner, i, own = std::make_shared<GatheredState>()](
                                  const StateView& s, Assembly& assembly, double* x) {
                                owner->path_arguments(i, own->of(*force, s, assembly.numbers()), x);
@@ -38,9 +47,10 @@ FormulaJumpWatch::FormulaJumpWatch(const Mechanism& mechanism, const Objective& 
                                       [](const auto& force) { return force->states() > 0; });
   for (const auto& term : objective.running)
     for (const FormulaOutput* formula : formulas_of(*term))
-      if (!has_states && !formula->needs_accelerations() && !formula->definition().formula().is_polynomial())
+      if ((has_states || formula->needs_accelerations()) == (looks == Looks::whole) &&
+          !formula->definition().formula().is_polynomial())
         formulas_.push_back(
-            {&formula->definition().formula(), "the cost's " + formula->name(),
+            {&formula->definition().formula(), "the cost's " + formula->name(), formula->definition().numbers(),
              [formula](const StateView& s, Assembly& assembly, double* x) { formula->arguments(s, assembly, x); }});
 }
 
@@ -59,7 +69,7 @@ void FormulaJumpWatch::look(const StateView& s, Assembly& assembly) {
       f.law->look(s.t, now_.data(), terms_);
       const std::vector<double> terms = terms_.values;
       for (std::size_t i = 0; i < terms.size() && terms.size() == f.terms.size() && !first_; ++i)
-        if (positive(terms[i]) != positive(f.terms[i])) judge(f, i, s.t, now_);
+        if (positive(terms[i]) != positive(f.terms[i])) judge(f, i, s.t, now_, assembly);
       f.terms = terms;
     } catch (const Error&) {  // what says nothing there
       f.terms.clear();
@@ -69,27 +79,53 @@ void FormulaJumpWatch::look(const StateView& s, Assembly& assembly) {
   }
 }
 
-void FormulaJumpWatch::judge(const Formula& f, std::size_t i, double t, const std::vector<double>& x) {
+void FormulaJumpWatch::judge(const Formula& f, std::size_t i, double t, const std::vector<double>& x,
+                             const Assembly& assembly) {
   std::vector<double> at(x.size());
-  const auto value = [&](double t_of, double w) {
+  const auto go = [&](double w) {
     for (std::size_t k = 0; k < x.size(); ++k) at[k] = (1 - w) * f.x[k] + w * x[k];
-    return f.law->look(t_of, at.data(), terms_);
   };
-  // What time alone brings about is at an instant that is known.
-  value(t, 0);
-  if (i >= terms_.values.size() || positive(terms_.values[i]) != positive(f.terms[i])) return;
-  double low = 0, high = 1, from = value(f.t, 0), to = value(t, 1);
-  double size = std::max(std::abs(from), std::abs(to));
+  const auto look = [&](double t_of) { return f.law->look(t_of, at.data(), terms_); };
+  const auto value = [&](double w) {
+    go(w);
+    return look(f.t + w * (t - f.t));
+  };
+  const double first = std::abs(value(0)), size = std::max(first, std::abs(value(1)));  // terms are those of the last
+  if (i >= terms_.values.size()) return;
   const bool behind = positive(terms_.values[i]);
+  double low = 0, high = 1;
   for (int k = 0; k < kHalvings && high - low > 1e-15; ++k) {
-    const double w = 0.5 * (low + high), y = value(f.t + w * (t - f.t), w);
+    const double w = 0.5 * (low + high);
+    value(w);
     if (i >= terms_.values.size()) return;
-    size = std::max(size, std::abs(y));
     (positive(terms_.values[i]) == behind ? high : low) = w;
-    (positive(terms_.values[i]) == behind ? to : from) = y;
   }
-  if (std::abs(to - from) > kJumps * size || !std::isfinite(to - from))
-    first_ = Jump{f.t + high * (t - f.t), from, to, f.owner};
+  // Beside the place, where 0/0 is no number; and nearer, as what goes on there comes together.
+  const auto sides = [&](double beside) { return std::pair(value(low - beside), value(high + beside)); };
+  const auto [from, to] = sides(kBeside);
+  const auto [from_near, to_near] = sides(kNearer * kBeside);
+  const double jump = std::abs(to - from), near = std::abs(to_near - from_near);
+  if (!std::isfinite(jump) || !std::isfinite(near)) return;
+  if (!(jump > kJumps * std::max({size, std::abs(from), std::abs(to)})) || !(near > 0.5 * jump)) return;
+  // What time alone brings about is at an instant that is known, if no parameter moves it.
+  go(0);
+  look(t);
+  if (i < terms_.values.size() && positive(terms_.values[i]) != positive(f.terms[i])) {
+    go(low);
+    const double t_low = f.t + low * (t - f.t);
+    look(t_low);
+    const double term = terms_.values[i];
+    bool moves = false;
+    for (std::size_t k = 0; k < f.numbers.size() && !moves; ++k) {
+      if (assembly.number_columns()[static_cast<std::size_t>(f.numbers[k])].empty()) continue;
+      go(low);
+      at[k] += 1e-6 * std::max(1.0, std::abs(at[k]));
+      look(t_low);
+      moves = i < terms_.values.size() && std::abs(terms_.values[i] - term) > 1e-9 * std::abs(at[k]);
+    }
+    if (!moves) return;
+  }
+  first_ = Jump{f.t + high * (t - f.t), from, to, f.owner};
 }
 
 std::optional<std::string> FormulaJumpWatch::met() const {

@@ -17,11 +17,14 @@ namespace costate {
 
 class FormulaJumpWatch {
  public:
-  /// Of forces, and of running costs where the mechanism has no force states, which looks do not have.
-  FormulaJumpWatch(const Mechanism& mechanism, const Objective& objective);
+  /// What looks tell: positions and velocities, or all of the state.
+  enum class Looks { motion, whole };
+  /// Of forces and of running costs that positions and velocities tell; by whole looks of the other running costs
+  /// (accelerations, reactions, force states).
+  FormulaJumpWatch(const Mechanism& mechanism, const Objective& objective, Looks looks = Looks::motion);
   bool empty() const { return formulas_.empty(); }
 
-  /// At states of the motion in order of time (positions and velocities), with the numbers of the assembly.
+  /// At states of the motion in order of time, with the numbers of the assembly.
   void look(const StateView& s, Assembly& assembly);
   /// Of the first jump that was passed: why no gradient is given, and what to do.
   std::optional<std::string> met() const;
@@ -30,6 +33,7 @@ class FormulaJumpWatch {
   struct Formula {
     const FormulaLaw* law;
     std::string owner;
+    std::vector<int> numbers;  // in the mechanism, which arguments begin with
     std::function<void(const StateView&, Assembly&, double* x)> arguments;
     double t = 0;
     std::vector<double> x = {}, terms = {};  // at the last look
@@ -39,7 +43,7 @@ class FormulaJumpWatch {
     std::string owner;
   };
   /// Between the last look of the formula and (t, x), where term i has changed its sign.
-  void judge(const Formula& formula, std::size_t i, double t, const std::vector<double>& x);
+  void judge(const Formula& formula, std::size_t i, double t, const std::vector<double>& x, const Assembly& assembly);
   std::vector<Formula> formulas_;
   std::optional<Jump> first_;
   /// Looks that are too near the last one to tell the way between them from rounding, as steps across places are.

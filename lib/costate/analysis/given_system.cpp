@@ -104,6 +104,7 @@ void GivenSystem::factor(const double* q) {
   matrix_.resize(rows_, assembly_.n());
   matrix_.setFromTriplets(entries.begin(), entries.end());
   matrix_.makeCompressed();
+  scale(q);
   if (assembly_.n() <= kDenseLimit) {
     dense_.emplace(rows_, assembly_.n());
     dense_->setThreshold(kRankTolerance);
@@ -117,6 +118,34 @@ void GivenSystem::factor(const double* q) {
   }
 }
 
+// Ranks are judged by entries of size 1. Rows of squared lengths, and columns of angles, are far from that where a
+// mechanism is of nanometres or of kilometres; what is rounding of zero is left.
+void GivenSystem::scale(const double* q) {
+  constexpr double kUsual = 1e4, kOfZero = 1e-13;
+  double size = 0;
+  for (int i = 0; i < assembly_.n(); ++i) size = std::max(size, std::abs(q[i]));
+  const auto factors = [&](const Eigen::VectorXd& largest, double zero) {
+    Eigen::VectorXd f = Eigen::VectorXd::Ones(largest.size());
+    for (Eigen::Index i = 0; i < f.size(); ++i)
+      if (largest[i] > zero && !(1 / kUsual < largest[i] && largest[i] < kUsual))
+        f[i] = std::ldexp(1.0, -std::ilogb(largest[i]));
+    return f;
+  };
+  const auto largest = [&](bool of_rows) {
+    Eigen::VectorXd l = Eigen::VectorXd::Zero(of_rows ? rows_ : assembly_.n());
+    for (int j = 0; j < matrix_.outerSize(); ++j)
+      for (Eigen::SparseMatrix<double>::InnerIterator e(matrix_, j); e; ++e) {
+        double& of = l[of_rows ? e.row() : e.col()];
+        of = std::max(of, std::abs(e.value()));
+      }
+    return l;
+  };
+  row_ = factors(largest(true), kOfZero * std::max(size, 1.0));
+  matrix_ = row_.asDiagonal() * matrix_;
+  column_ = factors(largest(false), kOfZero);
+  matrix_ = matrix_ * column_.asDiagonal();
+}
+
 int GivenSystem::rank() const {
   if (dense_) return static_cast<int>(dense_->rank());
   int sum = 0;
@@ -124,22 +153,24 @@ int GivenSystem::rank() const {
   return sum;
 }
 
-Eigen::MatrixXd GivenSystem::solve(const Eigen::MatrixXd& b) const {
-  Eigen::MatrixXd x = Eigen::MatrixXd::Zero(assembly_.n(), b.cols());
-  if (b.cols() == 0) return x;
-  if (dense_) return dense_->solve(b);
+Eigen::MatrixXd GivenSystem::solve(const Eigen::MatrixXd& right) const {
+  Eigen::MatrixXd x = Eigen::MatrixXd::Zero(assembly_.n(), right.cols());
+  if (right.cols() == 0) return x;
+  const Eigen::MatrixXd b = row_.asDiagonal() * right;
+  if (dense_) return column_.asDiagonal() * dense_->solve(b);
   for (const FactoredPart& p : parts_)
     if (!p.part.rows.empty() && !p.part.columns.empty())
       x(p.part.columns, Eigen::all) = p.solve(b(p.part.rows, Eigen::all));
-  return x;
+  return column_.asDiagonal() * x;
 }
 
-Eigen::VectorXd GivenSystem::solve_transposed(const Eigen::VectorXd& w) const {
-  if (dense_) return dense_->transpose().solve(w);
+Eigen::VectorXd GivenSystem::solve_transposed(const Eigen::VectorXd& weights) const {
+  const Eigen::VectorXd w = column_.cwiseProduct(weights);
+  if (dense_) return row_.cwiseProduct(Eigen::VectorXd(dense_->transpose().solve(w)));
   Eigen::VectorXd y = Eigen::VectorXd::Zero(rows_);
   for (const FactoredPart& p : parts_)
     if (!p.part.rows.empty() && !p.part.columns.empty()) y(p.part.rows) = p.solve_transposed(w(p.part.columns));
-  return y;
+  return row_.cwiseProduct(y);
 }
 
 int GivenSystem::undetermined() const {

@@ -33,10 +33,12 @@ class GivenSystem {
 
  private:
   struct FactoredPart;
+  void scale(const double* q);
   const Assembly& assembly_;
   const std::vector<GivenStart>& given_;
   int rows_;
-  Eigen::SparseMatrix<double> matrix_;
+  Eigen::SparseMatrix<double> matrix_;  // scaled
+  Eigen::VectorXd row_, column_;        // factors of its rows and columns
   std::optional<Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>> dense_;
   std::vector<FactoredPart> parts_;
 };

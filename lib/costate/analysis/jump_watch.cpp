@@ -6,7 +6,7 @@
 
 namespace costate {
 
-JumpWatch::JumpWatch(const Mechanism& mechanism) {
+JumpWatch::JumpWatch(const Mechanism& mechanism, bool fixed_steps) : fixed_steps_(fixed_steps) {
   for (const auto& force : mechanism.forces())
     if (const auto* places = dynamic_cast<const JumpingForce*>(force.get())) forces_.push_back({force.get(), places});
 }
@@ -14,7 +14,7 @@ JumpWatch::JumpWatch(const Mechanism& mechanism) {
 void JumpWatch::look(const StateView& s, const Assembly& assembly) {
   for (Jumping& of : forces_) {
     now_.clear();
-    of.places->add_jump_places(gathered_.of(*of.force, s, assembly.numbers()), now_);
+    of.places->add_jump_places(gathered_.of(*of.force, s, assembly.numbers()), fixed_steps_, now_);
     of.told.resize(now_.size(), 0);
     for (std::size_t i = 0; i < now_.size(); ++i) {
       JumpPlace& place = now_[i];
@@ -28,7 +28,7 @@ void JumpWatch::look(const StateView& s, const Assembly& assembly) {
           told_.push_back(
               fmt::format("From t = {:.6g} s on '{}' {}. {}.", s.t, of.force->path(), place.what, place.advice));
         }
-      } else if (passed && !first_) {
+      } else if (passed && place.beyond >= place.over && !first_) {
         // It falls as the motion goes on: the larger of both sides.
         place.jump = std::max(place.jump, of.before[i].jump);
         if (place.jump > 0) first_ = Jump{s.t, of.force->path(), place};

@@ -15,7 +15,8 @@ namespace costate {
 
 class JumpWatch {
  public:
-  explicit JumpWatch(const Mechanism& mechanism);
+  /// `fixed_steps`: whether looks are the ends of steps that no error test makes short.
+  explicit JumpWatch(const Mechanism& mechanism, bool fixed_steps = false);
   bool empty() const { return forces_.empty(); }
 
   /// At states of the motion in order of time (positions and velocities), with the numbers of the assembly.
@@ -37,6 +38,7 @@ class JumpWatch {
     std::string force;
     JumpPlace place;
   };
+  bool fixed_steps_;
   std::vector<Jumping> forces_;
   std::optional<Jump> first_;
   std::vector<std::string> told_;

@@ -55,7 +55,7 @@ MotionWatch::MotionWatch(std::shared_ptr<const Mechanism> mechanism, const Param
     : assembly_(std::move(mechanism), parameters),
       settings_(std::move(settings)),
       lines_(assembly_.mechanism()),
-      jumps_(assembly_.mechanism()),
+      jumps_(assembly_.mechanism(), settings_.fixed_steps),
       formulas_(assembly_.mechanism(), settings_.objective) {
   assembly_.set_parameters(rho);
   const Mechanism& mech = assembly_.mechanism();

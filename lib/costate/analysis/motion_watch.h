@@ -27,6 +27,7 @@ struct WatchSettings {
   bool carries_redundancy = false;  // of the formulation: whether dependent rows are no error
   std::string formulation;
   bool weighted = false;       // a weight holds the constraints
+  bool fixed_steps = false;    // no error test makes steps short where it matters
   Objective objective = {};    // whose formulas are watched, too
   bool chosen_weight = false;  // a penalty whose weight is the user's choice, and may be soft on purpose
 };

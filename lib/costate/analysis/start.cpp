@@ -10,10 +10,12 @@
 
 #include "costate/analysis/closing_path.h"
 #include "costate/analysis/equilibrium.h"
+#include "costate/analysis/first_guess.h"
 #include "costate/analysis/given_system.h"
 #include "costate/analysis/not_finite.h"
 #include "costate/analysis/start_errors.h"
 #include "costate/base/error.h"
+#include "costate/base/run_epoch.h"
 #include "costate/base/stop.h"
 
 namespace costate {
@@ -137,8 +139,8 @@ void GivenPositions::solve(Start& start) {
   const Mechanism& m = assembly_.mechanism();
   const auto& numbers = assembly_.numbers();
   const int n = assembly_.n();
-  Eigen::VectorXd guess(n), z0(static_cast<Eigen::Index>(given_.size()));
-  for (int i = 0; i < n; ++i) guess[i] = numbers[m.coordinates()[i].position_number];
+  const Eigen::VectorXd guess = first_guess(assembly_, t_);
+  Eigen::VectorXd z0(static_cast<Eigen::Index>(given_.size()));
   for (std::size_t g = 0; g < given_.size(); ++g) z0[static_cast<Eigen::Index>(g)] = numbers[given_[g].number];
   calc_initial_states(assembly_, start.z, nullptr);
   start.q = guess;
@@ -272,6 +274,7 @@ void GivenVelocities::differentiate(Start& start, const Assembly::ParameterColum
 }  // namespace
 
 Start find_start(Assembly& assembly, double t, bool with_derivatives) {
+  ++run_epoch();
   const Mechanism& m = assembly.mechanism();
   const bool balanced = m.starts_at_equilibrium();
   Start start;
@@ -293,16 +296,19 @@ Start find_start(Assembly& assembly, double t, bool with_derivatives) {
   } else {
     positions.solve(start);
   }
+  require_angles(assembly, t, start.q);
   StateView s;
   s.t = t;
   s.q = start.q.data();
   s.v = start.v.data();
   s.z = start.z.data();
   assembly.calc_dynamics(s);
-  require_finite(assembly, s);
   GivenVelocities velocities(assembly, t);
   const bool same = !balanced && same_coordinates(m.given_positions(), m.given_velocities());
   velocities.solve(start, same ? &positions.system() : nullptr);
+  // Of forces at the velocities that there are: v/abs(v) is nothing at rest.
+  assembly.calc_dynamics(s);
+  require_finite(assembly, s);
   if (!with_derivatives) return start;
 
   Assembly::ParameterColumns c;

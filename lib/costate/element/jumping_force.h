@@ -17,6 +17,9 @@ struct JumpPlace {
   /// No jump but something that motions are to be told of; of them it counts where `beyond` is negative at the start,
   /// too.
   bool of_motion = false;
+  /// What begins at the place is whole this far beyond it, in the units of `beyond`: a jump to a fixed step alone that
+  /// passes all of it.
+  double over = 0;
 };
 
 /// A force that may is one of these as well.
@@ -24,7 +27,8 @@ class JumpingForce {
  public:
   virtual ~JumpingForce() = default;
   /// Appends its places, as many and in the same order at every state.
-  virtual void add_jump_places(const LocalState& s, std::vector<JumpPlace>& places) const = 0;
+  /// `fixed_steps`: whether those are asked for, too, that only fixed steps pass by.
+  virtual void add_jump_places(const LocalState& s, bool fixed_steps, std::vector<JumpPlace>& places) const = 0;
 };
 
 }  // namespace costate

@@ -27,6 +27,8 @@ constexpr double kUnseenHop = 4 * kGapRounding;
 constexpr double kDying = 1e-3;
 // What leaves more slowly than this part of the largest speed so far lifts by less than a touch is seen from.
 constexpr double kHardly = 3e-5;
+// Of the accelerations that forces make: less towards the ground is their rounding.
+constexpr double kPresses = 1e-9;
 }  // namespace
 
 std::vector<MotionEvents::InPlay> MotionEvents::find_in_play(int event, const StateView& before, double speed) {
@@ -73,16 +75,17 @@ std::vector<MotionEvents::InPlay> MotionEvents::find_in_play(int event, const St
 bool MotionEvents::has_died_out(ContactOf& c, const StateView& before, double approach) {
   if (before.t <= c.decided) return std::find(c.died_at.begin(), c.died_at.end(), before.t) != c.died_at.end();
   c.decided = before.t;
-  bool dies = approach < (c.closed_state < 0 ? kDiesOut : kHardly) * c.largest_approach;
-  if (!dies) {
+  std::vector<double> x(static_cast<std::size_t>(assembly_.n() + assembly_.m()));
+  solve_motion(before, x.data());
+  const double fall = -row_of(*c.force, *c.contact, 0, before, assembly_, x.data()).c2;
+  // What nothing presses leaves for good, however slowly.
+  bool dies = fall > kPresses * acceleration_by_forces(before);
+  if (dies && !(approach < (c.closed_state < 0 ? kDiesOut : kHardly) * c.largest_approach)) {
     // The next hop, to v^2/(2 a), is not seen.
-    std::vector<double> x(static_cast<std::size_t>(assembly_.n() + assembly_.m()));
-    solve_motion(before, x.data());
-    const double fall = -row_of(*c.force, *c.contact, 0, before, assembly_, x.data()).c2;
     const double leaves = number(c, c.contact->restitution_number()) * approach;
     double size = 0;
     for (const int i : c.force->coordinates()) size = std::max(size, std::abs(before.q[i]));
-    dies = fall > 0 && leaves * leaves < 2 * fall * kUnseenHop * size;
+    dies = leaves * leaves < 2 * fall * kUnseenHop * size;
   }
   if (dies) c.died_at.push_back(before.t);
   return dies;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "costate/base/error.h"
 #include "costate/event/contact_gap.h"
@@ -22,8 +23,6 @@ constexpr int kLooks = 4;
 constexpr double kWrongWay = 1e-5;
 // And a depth of this part of the coordinates, of what has just left.
 constexpr double kFallen = 1e-7;
-// Of all accelerations at the start: what leads across a guard from rest.
-constexpr double kFromRest = 1e-9;
 constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
 }  // namespace
 
@@ -114,78 +113,6 @@ void MotionEvents::calc(const StateView& s, std::vector<double>& h) {
     if (guards_[i].guarded->guard_armed(guards_[i].k, s.z + guards_[i].first_state)) h[i] = value(guards_[i], s);
 }
 
-void MotionEvents::begin(const StateView& at) {
-  // Its own copy: where multipliers are asked for `at` lives in the formulation, which is asked for other states here.
-  const auto copy = [](const double* x, int size) { return std::vector<double>(x, x + (x ? size : 0)); };
-  const std::vector<double> q = copy(at.q, assembly_.n()), v = copy(at.v, assembly_.n()),
-                            z = copy(at.z, assembly_.nz()), lambda = copy(at.lambda, assembly_.m());
-  StateView s = at;
-  s.q = q.data();
-  s.v = v.data();
-  s.z = z.data();
-  s.a = nullptr;
-  s.lambda = at.lambda ? lambda.data() : nullptr;
-  for (ContactOf& c : contacts_) {  // another run begins
-    if (!(s.t < c.decided)) continue;
-    c.largest_approach = fastest_ = 0;
-    c.died_at.clear();
-    c.decided = -std::numeric_limits<double>::infinity();
-  }
-  require_sliding(s);
-  calc(s, before_);
-  for (std::size_t i = 0; i < guards_.size(); ++i) {
-    GuardOf& g = guards_[i];
-    const int direction = g.guarded->guard_direction(g.k);
-    g.ready = before_[i] * direction < 0;
-    if (std::isnan(before_[i])) continue;
-    // At zero, but for rounding, it counts if it is about to cross; beyond, the start is of another mode. What has just
-    // crossed the other way (another event at the same time begins anew) counts once it has been seen beyond rounding.
-    load(g, s);
-    double size = 0, speed = 0;
-    for (std::size_t c = 0; c < q_.size(); ++c) {
-      size = std::max(size, std::abs(q_[c].v.c0));
-      speed = std::max(speed, std::abs(v_[c].v.c0));
-      q_[c].v.c1 = v_[c].v.c0;
-    }
-    if (g.ready && std::abs(before_[i]) > kGapRounding * size) continue;
-    t_.v.c1 = 1;
-    const double rate = g.guarded->guard(g.k, arguments()).v.c1 * direction;
-    const bool past = before_[i] * direction > 1e-9 * size;
-    const std::string advice = g.guarded->past_at_start(g.k);
-    if (past && !advice.empty())
-      throw ModelError(g.force->path(), fmt::format("At the start '{}' has happened already, by {:.6g}: {}", g.name,
-                                                    std::abs(before_[i]), advice));
-    g.ready = !past && rate > 0;
-    if (!past && !g.ready && rate >= -kGapRounding * speed) look_from_rest(g, s, direction);
-  }
-}
-
-// What begins at zero, and at rest, goes across or not by its acceleration. A touch of no speed closes nothing and
-// bounces nothing: the start has to say that it is one.
-void MotionEvents::look_from_rest(GuardOf& g, const StateView& s, int direction) {
-  if (g.contact >= 0 && contact_guard(static_cast<int>(&g - guards_.data())) != UnilateralForce::Guard::touch) return;
-  std::vector<double> x(static_cast<std::size_t>(assembly_.n() + assembly_.m()));
-  solve_motion(s, x.data());
-  double largest = 0;
-  for (int i = 0; i < assembly_.n(); ++i) largest = std::max(largest, std::abs(x[static_cast<std::size_t>(i)]));
-  load(g, s);
-  const auto& coordinates = g.force->coordinates();
-  for (std::size_t c = 0; c < q_.size(); ++c) {
-    const double a = x[static_cast<std::size_t>(coordinates[c])];
-    q_[c].v.c1 = v_[c].v.c0;
-    q_[c].v.c2 = a;
-    v_[c].v.c1 = a;
-  }
-  t_.v.c1 = 1;
-  const double acceleration = g.guarded->guard(g.k, arguments()).v.c2 * direction;
-  if (!(acceleration > kFromRest * largest) || !std::isfinite(acceleration)) return;
-  const std::string advice = g.guarded->past_at_start(g.k);
-  if (!advice.empty())
-    throw ModelError(g.force->path(),
-                     fmt::format("At the start '{}' is at the point of happening, from rest: {}", g.name, advice));
-  g.ready = true;
-}
-
 std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
                                                     const std::function<StateView(double)>& at) {
   double begin = from;
@@ -225,6 +152,7 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
     for (std::size_t i = 0; i < guards_.size(); ++i) {
       GuardOf& g = guards_[i];
       const int direction = g.guarded->guard_direction(g.k);
+      const double at_last_look = std::exchange(g.last, after_[i]);
       if (std::isnan(after_[i])) {
         g.ready = g.just_left = false;
         continue;
@@ -268,6 +196,7 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
       }
       if (!g.ready) {
         if (g.contact >= 0) require_direction(g, after_[i], at(end));
+        require_seen(g, at_last_look * direction, after_[i] * direction, at(end));
         continue;
       }
       // In (a, b]: by halves and secants to the last bit, and then its far side.
@@ -337,6 +266,18 @@ void MotionEvents::choose_looks(double from, double to, const std::function<Stat
   looked_until_ = to;
 }
 
+// What has left by less than is seen of it, and comes back.
+void MotionEvents::require_seen(const GuardOf& g, double last, double past, const StateView& s) {
+  if (!g.gap || g.guarded->past_at_start(g.k).empty()) return;
+  double size = 0;
+  for (const int c : g.force->coordinates()) size = std::max(size, std::abs(s.q[c]));
+  if (last <= kFallen * size && past > kFallen * size)
+    throw SolverError(fmt::format(
+        "At t = {:.9g} s '{}' is past by {:.3g} m, and had not been seen to come: what it left from it left "
+        "by less than rounding. Let it start a little away, or take a smaller rtol.",
+        s.t, g.name, past));
+}
+
 // What begins to slide has no speed, so that its guard is at zero; where it then slides the other way nothing stops it.
 void MotionEvents::require_direction(const GuardOf& g, double along, const StateView& s) {
   const ContactOf& c = contacts_[static_cast<std::size_t>(g.contact)];
@@ -351,7 +292,13 @@ void MotionEvents::require_direction(const GuardOf& g, double along, const State
 void MotionEvents::cross(int event, const StateView& before, double* v, double* z) {
   const GuardOf& g = of(event);
   last_jump_ = last_loss_ = 0;
-  if (contact_of(event)) return cross_contact(event, before, v, z);
+  StateView behind = before;
+  behind.v = v;
+  behind.z = z;
+  if (contact_of(event)) {
+    cross_contact(event, before, v, z);
+    return find_hop(behind);
+  }
   load(g, before);
   g.guarded->transition(g.k, arguments(), out_.data());
   for (std::size_t i = 0; i < out_.size(); ++i) {
@@ -359,6 +306,7 @@ void MotionEvents::cross(int event, const StateView& before, double* v, double* 
     if (std::abs(jump) > std::abs(last_jump_)) last_jump_ = jump;
     z[g.first_state + static_cast<int>(i)] = out_[i].v.c0;
   }
+  find_hop(behind);
 }
 
 }  // namespace costate

@@ -51,6 +51,9 @@ class MotionEvents {
   double last_jump() const { return last_jump_; }
   /// What it took from the kinetic energy, in J; 0 but at impacts.
   double last_loss() const { return last_loss_; }
+  /// After begin() or cross(): how long what leaves a gap stays open at the least, if it comes back as it was sent off;
+  /// infinite where nothing does. Steps have to be shorter, whatever errors of positions allow.
+  double last_hop() const { return last_hop_; }
 
   /// A run begins at this state: a guard counts once it has been seen on the side from which it crosses, or where it is
   /// at zero and about to cross. Throws ModelError where it is past zero.
@@ -89,6 +92,7 @@ class MotionEvents {
     int first_row = -1;      // of the constraint that its multipliers are of
     bool just_left = false;  // of a rigid contact behind an impact or a release: the gap grows from zero
     bool ready = false;      // seen on the side from which it crosses
+    double last = std::numeric_limits<double>::quiet_NaN();  // its value at the last look, if it was looked at
     std::optional<GapTrace> gap = {};
     GapTrace::Look seen = {std::numeric_limits<double>::quiet_NaN(),
                            {}};  // of the gap, where the step before has ended
@@ -96,6 +100,9 @@ class MotionEvents {
   const GuardOf& of(int event) const { return guards_[static_cast<std::size_t>(event)]; }
   /// At the start of a run: a guard that is zero, and stays so to first order.
   void look_from_rest(GuardOf& g, const StateView& s, int direction);
+  /// A guard along the motion at this state with these accelerations: its value, rate and second derivative.
+  Taylor2 course_of(const GuardOf& g, const StateView& s, const std::vector<double>& x);
+  void find_hop(const StateView& s);
   /// Guard values; NaN where a guard is not looked at.
   void calc(const StateView& s, std::vector<double>& h);
   double value(const GuardOf& g, const StateView& s);
@@ -103,6 +110,7 @@ class MotionEvents {
   void choose_looks(double from, double to, const std::function<StateView(double)>& at);
   void load(const GuardOf& g, const StateView& s);
   void require_direction(const GuardOf& g, double along, const StateView& s);
+  void require_seen(const GuardOf& g, double last, double past, const StateView& s);
   MeasureArguments arguments() const;
   /// A rigid contact, and what it is behind what cross() has solved for.
   struct ContactOf {
@@ -189,7 +197,7 @@ class MotionEvents {
   std::vector<double> h_x_, h_rho_;
   std::vector<std::vector<double>> D_x_, D_rho_;
   std::vector<double> D_rate_;  // D_t + D_x f-
-  double hdot_ = 0, last_jump_ = 0, last_loss_ = 0;
+  double hdot_ = 0, last_jump_ = 0, last_loss_ = 0, last_hop_ = std::numeric_limits<double>::infinity();
   std::unique_ptr<Impact> impact_;
   std::vector<ContactOf> contacts_;
   bool needs_multipliers_ = false;

@@ -9,6 +9,7 @@
 #include "costate/base/error.h"
 #include "costate/element/law/motion_law.h"
 #include "costate/level/time_laws.h"
+#include "costate/objective/sampled_cost.h"
 
 namespace costate {
 
@@ -96,6 +97,19 @@ bool moves(const std::vector<double>& by) {
   return std::any_of(by.begin(), by.end(), [](double d) { return d != 0; });
 }
 
+/// With number k changed by as much as the law allows: breaks are in order.
+std::vector<double> times_nearby(const Times& times, const std::vector<double>& p, std::size_t k) {
+  constexpr double kFarthest = 1e-3, kNearest = 1e-12;
+  for (double part = kFarthest;; part *= 0.1)
+    for (const double sign : {1.0, -1.0}) try {
+        std::vector<double> changed = p;
+        changed[k] += sign * part * std::max(1.0, std::abs(p[k]));
+        return times.at(changed);
+      } catch (const Error&) {
+        if (part < kNearest && sign < 0) throw;
+      }
+}
+
 /// The name of a parameter that moves the time t of an element with the numbers p, or nothing; where what is known is
 /// `carried`, of one that moves it in a way that is not known.
 std::string mover(const Times& times, const ParameterSelection& parameters, const std::vector<double>& p, double t,
@@ -107,9 +121,7 @@ std::string mover(const Times& times, const ParameterSelection& parameters, cons
         if (times.numbers[k] != number) continue;
         if (std::isnan(known[k])) return parameter.name;
         if (known[k] != 0) continue;
-        std::vector<double> changed = p;
-        changed[k] += 1e-3 * std::max(1.0, std::abs(p[k]));
-        const std::vector<double> then = times.at(changed);
+        const std::vector<double> then = times_nearby(times, p, k);
         if (std::find(then.begin(), then.end(), t) == then.end()) return parameter.name;
       }
   return {};
@@ -132,6 +144,15 @@ void require_within(const Times& times, const ParameterSelection& parameters, co
   }
 }
 
+std::vector<double> sample_times(const Objective& objective) {
+  std::vector<double> times;
+  if (const SampleTerm* samples = sample_term(objective)) times = samples->times();
+  for (const auto& term : objective.terminal)
+    if (const auto* cost = dynamic_cast<const SampledCost*>(term.get()))
+      times.insert(times.end(), cost->data().times.begin(), cost->data().times.end());
+  return times;
+}
+
 struct Instant {
   double t;
   std::vector<double> by;
@@ -147,8 +168,9 @@ void require_together(const std::vector<Instant>& instants, const ParameterSelec
         if (std::abs(a.by[j] - b.by[j]) > kTogether * std::max(std::abs(a.by[j]), std::abs(b.by[j])))
           throw CapabilityError(
               fmt::format("At t = {:.6g} s jumps of '{}' and of '{}' coincide, and parameter '{}' moves them apart: "
-                          "the derivative is another one on either side. Move one of them a little, keep the number "
-                          "fixed, or take the method 'differences'.",
+                          "what each of them does to the derivative is not told apart, and it may be another one on "
+                          "either side. Move one of them a little, keep the number fixed, or take the method "
+                          "'differences'.",
                           a.t, a.owner, b.owner, parameters.parameters[j].name));
     }
 }
@@ -216,6 +238,21 @@ void require_fixed_times(const Mechanism& mechanism, const Objective& objective,
     }
   }
   if (!any) return;
+  // What jumps there at a fixed time is not carried along.
+  for (const TimeLaw& law : laws_of_time(mechanism, objective)) {
+    std::vector<double> p, times;
+    for (const int n : law.numbers) p.push_back(numbers[static_cast<std::size_t>(n)]);
+    add_value_jumps(*law.law, p.data(), times);
+    for (const double t : times) {
+      const bool known = std::any_of(instants.begin(), instants.end(), [&](const Instant& at) {
+        return at.t == t && at.owner == law.kind + "." + law.name;
+      });
+      if (!known && t_start < t && t < t_end)
+        instants.push_back({t, std::vector<double>(parameters.parameters.size(), 0), law.kind + "." + law.name});
+    }
+  }
+  for (const double t : sample_times(objective))
+    instants.push_back({t, std::vector<double>(parameters.parameters.size(), 0), "a sample"});
   std::stable_sort(instants.begin(), instants.end(), [](const Instant& a, const Instant& b) { return a.t < b.t; });
   require_together(instants, parameters);
 }

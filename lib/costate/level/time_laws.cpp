@@ -25,17 +25,11 @@ void for_each_time_law(const Element& element, const std::vector<double>& p, con
 
 }  // namespace
 
-std::vector<TimeLaw> moved_laws_of_time(const Mechanism& mechanism, const Objective& objective,
-                                        const ParameterSelection& parameters) {
+std::vector<TimeLaw> laws_of_time(const Mechanism& mechanism, const Objective& objective) {
   std::vector<TimeLaw> all;
-  const auto moved = [&](int number) {
-    return std::any_of(parameters.parameters.begin(), parameters.parameters.end(), [&](const Parameter& p) {
-      return std::any_of(p.bindings.begin(), p.bindings.end(), [&](const auto& b) { return b.first == number; });
-    });
-  };
   const auto add = [&](const ScalarLaw& law, std::vector<int> numbers, const std::string& kind,
                        const std::string& name) {
-    if (std::any_of(numbers.begin(), numbers.end(), moved)) all.push_back({&law, std::move(numbers), kind, name});
+    all.push_back({&law, std::move(numbers), kind, name});
   };
   const std::vector<double> base = mechanism.base_numbers();
   for (const auto& force : mechanism.forces()) {
@@ -53,6 +47,18 @@ std::vector<TimeLaw> moved_laws_of_time(const Mechanism& mechanism, const Object
     if (const auto* of = dynamic_cast<const OutputTerm*>(&ungated(*term)); of && of->target().law)
       add(*of->target().law, of->target().law_numbers, "cost", "target");
   }
+  return all;
+}
+
+std::vector<TimeLaw> moved_laws_of_time(const Mechanism& mechanism, const Objective& objective,
+                                        const ParameterSelection& parameters) {
+  std::vector<TimeLaw> all = laws_of_time(mechanism, objective);
+  const auto moved = [&](int number) {
+    return std::any_of(parameters.parameters.begin(), parameters.parameters.end(), [&](const Parameter& p) {
+      return std::any_of(p.bindings.begin(), p.bindings.end(), [&](const auto& b) { return b.first == number; });
+    });
+  };
+  std::erase_if(all, [&](const TimeLaw& law) { return std::none_of(law.numbers.begin(), law.numbers.end(), moved); });
   return all;
 }
 

@@ -17,6 +17,8 @@ struct TimeLaw {
   std::vector<int> numbers;  // of the law, in order, in the mechanism
   std::string kind, name;    // of what has it
 };
+/// All of them.
+std::vector<TimeLaw> laws_of_time(const Mechanism& mechanism, const Objective& objective);
 /// Those with a number that parameters move.
 std::vector<TimeLaw> moved_laws_of_time(const Mechanism& mechanism, const Objective& objective,
                                         const ParameterSelection& parameters);

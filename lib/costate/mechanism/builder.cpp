@@ -261,18 +261,18 @@ std::shared_ptr<const Mechanism> MechanismBuilder::build() {
     std::vector<std::vector<const Constraint*>> on(static_cast<std::size_t>(m.coordinate_count()));
     for (const auto& c : m.constraints_)
       for (const int i : c->coordinates()) on[static_cast<std::size_t>(i)].push_back(c.get());
-    // The constraints among its own coordinates bind a body in space to nothing.
-    const auto free = [&](const std::vector<int>& own) {
+    // The constraints of its own (Euler parameters' norm, a rigid frame) bind a body in space to nothing; a joint to
+    // the ground does.
+    const auto free = [&](const std::string& kind, const std::string& name, const std::vector<int>& own) {
       for (const int i : own)
         for (const Constraint* c : on[static_cast<std::size_t>(i)])
-          for (const int j : c->coordinates())
-            if (std::find(own.begin(), own.end(), j) == own.end()) return false;
+          if (c->path() != kind + "." + name) return false;
       return true;
     };
     std::unordered_set<int> of_bodies;
-    for (const auto* bodies : {&rigid_bodies_, &natural_bodies_})
+    for (const auto& [kind, bodies] : {std::pair{"rigid_body", &rigid_bodies_}, {"natural_body", &natural_bodies_}})
       for (const auto& [name, own] : *bodies)
-        if (free(own)) {
+        if (free(kind, name, own)) {
           give(name);
           of_bodies.insert(own.begin(), own.end());
         }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "costate/base/error.h"
+#include "costate/base/run_epoch.h"
 #include "costate/objective/formula_output.h"
 
 namespace costate {
@@ -19,13 +20,15 @@ bool folds(const Output& output) {
 void watch_fold(const Output& output, const Assembly& assembly, double t, double value) {
   struct Seen {
     double t, value;
+    long epoch;
   };
   // A system has an assembly of its own, and its runs begin anew at an earlier time.
   constexpr std::size_t most = 256;
   thread_local std::map<std::pair<const Assembly*, const Output*>, Seen> seen;
   const auto key = std::pair(&assembly, &output);
   const auto at = seen.find(key);
-  if (at != seen.end() && at->second.t < t && std::abs(value - at->second.value) > std::numbers::pi) {
+  if (at != seen.end() && at->second.epoch == run_epoch() && at->second.t < t &&
+      std::abs(value - at->second.value) > std::numbers::pi) {
     const Seen before = at->second;
     seen.erase(at);
     throw CapabilityError(fmt::format(
@@ -36,7 +39,7 @@ void watch_fold(const Output& output, const Assembly& assembly, double t, double
         output.name(), t, before.value, value));
   }
   if (at == seen.end() && seen.size() >= most) seen.clear();
-  seen[key] = {t, value};
+  seen[key] = {t, value, run_epoch()};
 }
 
 void watch_folds(const Output& output, const StateView& s, Assembly& assembly) {

@@ -172,6 +172,14 @@ std::string wrong_unit(const DataColumn& column, const std::string& wanted) {
     return fmt::format("Column '{}' [{}] is read in {}, and what it is used for is in {}. Give that in {}.",
                        column.name, column.unit, *si->unit ? si->unit : "1", wanted, of_wanted->unit);
   if (!si) return {};
+  // Turns a second are no radians a second, and revolutions a minute no events a second.
+  const std::optional<UnitExponents> in = unit_exponents(wanted);
+  const bool turns = in && *in == UnitExponents{0, 0, -1, 1, 0}, counts = in && *in == UnitExponents{0, 0, -1, 0, 0};
+  const bool of_turns = column.unit == "1/min" || column.unit == "rpm";
+  if ((turns && column.unit == "Hz") || (counts && of_turns))
+    return fmt::format("Column '{}' is in {}, {}, and what it is used for in {}. Give the column in {}.", column.name,
+                       column.unit, of_turns ? "revolutions" : "cycles a second", wanted,
+                       turns ? "rad/s or rpm" : "Hz");
   // "-" says nothing of a column; a share in percent is a hundredth of something that no force or length is.
   const std::optional<UnitExponents> of = wanted.empty() ? std::nullopt : unit_exponents(wanted);
   const bool share = si->factor != 1 && (!*si->unit || si->unit == std::string("1")) && of && *of != UnitExponents{};

@@ -218,8 +218,13 @@ void SceneReader::read_parameters() {
     if (factors.size() != paths.size())
       t.fail("factors", fmt::format("must hold one factor a number, found {} for {}.", factors.size(), paths.size()));
     for (std::size_t i = 0; i < paths.size(); ++i)
-      at(several ? fmt::format("{}[{}]", t.path("numbers"), i) : t.path("number"),
-         [&] { p.bindings.emplace_back(builder_.number(paths[i]), factors[i]); });
+      at(several ? fmt::format("{}[{}]", t.path("numbers"), i) : t.path("number"), [&] {
+        const int number = builder_.number(paths[i]);
+        for (const auto& binding : p.bindings)
+          if (binding.first == number)
+            throw ModelError("", fmt::format("'{}' is listed twice: a number has one factor.", paths[i]));
+        p.bindings.emplace_back(number, factors[i]);
+      });
     p.lower = t.find_value("lower").value_or(p.lower);
     p.upper = t.find_value("upper").value_or(p.upper);
     if (p.lower > p.upper) t.fail("lower", fmt::format("is {}, above 'upper' = {}.", p.lower, p.upper));

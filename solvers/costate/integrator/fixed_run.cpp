@@ -166,7 +166,10 @@ Problem with_fixed_step(const Problem& problem) {
 }
 
 FixedRun::FixedRun(const Problem& problem, const std::vector<double>& rho, long steps, StartDerivative wanted)
-    : problem_(problem), scheme_(problem.make_discrete()), steps_(steps) {
+    : problem_(problem),
+      scheme_(problem.make_discrete()),
+      steps_(steps),
+      formulas_(*problem.mechanism, problem.objective, FormulaJumpWatch::Looks::whole) {
   MotionEvents::refuse(*problem.mechanism, "fixed steps are");
   scheme_->set_parameters(rho.data());
   for (const double t : scheme_->kinks())
@@ -183,6 +186,8 @@ FixedRun::FixedRun(const Problem& problem, const std::vector<double>& rho, long 
   WatchSettings s;
   s.rtol = problem.solver.rtol;
   s.formulation = problem.formulation;
+  s.objective = problem.objective;
+  s.fixed_steps = true;
   watch_ = std::make_unique<MotionWatch>(problem.mechanism, problem.parameters, rho.data(), std::move(s));
 }
 
@@ -247,6 +252,7 @@ double FixedRun::forward(const std::function<void(long k)>& at) {
     const StateView here = scheme_->state();
     touches.step(here);
     k == 0 ? watch_->begin(here.t, here.q, here.v) : watch_->step(here.t, here.q, here.v);
+    if (!formulas_.empty()) formulas_.look(here, scheme_->assembly());
     if (running) psi += weight(k) * objective.running_value(scheme_->state(), scheme_->assembly());
     if (at) at(k);
     if (problem_.monitor && k % kPoll == 0) problem_.monitor(scheme_->time(), k, false);
@@ -292,7 +298,8 @@ void FixedRun::conclude(Simulation& result) const {
 }
 
 void FixedRun::conclude(GradientResult& result) const {
-  if (const auto why = watch_->without_derivative()) throw SolverError(*why);
+  for (const auto& why : {watch_->without_derivative(), formulas_.met()})
+    if (why) throw SolverError(*why);
   conclude(static_cast<Simulation&>(result));
   if (const double drift = watch_->told_drift(); drift > 0)
     widen_error(result, problem_.parameters, 0,

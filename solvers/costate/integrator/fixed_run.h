@@ -55,6 +55,7 @@ class FixedRun {
   std::unique_ptr<StepPlan> plan_;
   Counters counters_;
   std::unique_ptr<MotionWatch> watch_;
+  FormulaJumpWatch formulas_;  // of costs on accelerations, reactions, force states
 };
 
 }  // namespace costate

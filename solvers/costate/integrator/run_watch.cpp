@@ -9,6 +9,7 @@
 #include "costate/analysis/undetermined_reactions.h"
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/formulation/solved_state.h"
 #include "costate/objective/cycle_output.h"
 #include "costate/problem/known_error.h"
 #include "costate/problem/scaled_gradient.h"
@@ -61,6 +62,7 @@ WatchSettings settings_of(const Problem& problem) {
 RunWatch::RunWatch(const Problem& problem, const std::vector<double>& rho, System& system)
     : watch_(problem.mechanism, problem.parameters, rho.data(), settings_of(problem)),
       grazing_(*problem.mechanism),
+      formulas_(*problem.mechanism, problem.objective, FormulaJumpWatch::Looks::whole),
       system_(system),
       problem_(problem),
       rho_(rho),
@@ -69,6 +71,7 @@ RunWatch::RunWatch(const Problem& problem, const std::vector<double>& rho, Syste
 StepSink RunWatch::sink() {
   return [this](double t, const double* y) {
     look_for_grazing(t, y);
+    if (!formulas_.empty()) formulas_.look(solved_state(system_, t, y), system_.assembly());
     if (system_.begins_with_motion() || ++steps_ <= kFirstSteps || steps_ % kSolvedCadence == 0)
       look(&MotionWatch::step, t, y);
     sample(t, y);
@@ -151,7 +154,8 @@ void RunWatch::conclude(GradientResult& result) const {
     throw SolverError(g->second +
                       ". A gradient does not exist where a touch is grazed. Move the motion away from there, or take a "
                       "smaller rtol.");
-  if (const auto why = watch_.without_derivative()) throw SolverError(*why);
+  for (const auto& why : {watch_.without_derivative(), formulas_.met()})
+    if (why) throw SolverError(*why);
   conclude(static_cast<Simulation&>(result));
   if (const double drift = watch_.told_drift(); drift > 0)
     widen_error(result, problem_.parameters, 0,

@@ -50,6 +50,7 @@ class RunWatch {
   std::optional<std::pair<double, std::string>> grazed() const;
   MotionWatch watch_;
   GrazingWatch grazing_;
+  FormulaJumpWatch formulas_;  // of costs on accelerations, reactions, force states
   System& system_;
   void tell_of_open_costs() const;
   const Problem& problem_;

@@ -1,6 +1,7 @@
 // What passes between two segments of a trajectory (Jump in formulation/system.h), forward and backward.
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <vector>
 
@@ -27,6 +28,11 @@ struct SegmentStart {
   double cost = 0;                         // running part of psi so far
   std::vector<double> cost_gradient;       // and of its gradient, where that is a quadrature
 };
+
+/// Of what has just left a gap and comes back after `hop`: by some steps, as integrators that begin anew go straight.
+inline void look_at_hop(SegmentStart& start, double t, double hop) {
+  if (std::isfinite(hop)) start.look = TouchLook{.from = t, .to = t + hop, .step = hop / 8};
+}
 
 /// Is told of each step that an integrator accepts, in order of time.
 using StepSink = std::function<void(double t, const double* y)>;

@@ -26,6 +26,7 @@ class SegmentedRun {
     sessions_.push_back(std::make_unique<Session>(system, options, monitor, wanted, more...));
     t_start_ = options.t_start;
     system.begin_events(t_start_, session().y());
+    session().meet_hop(system.event_hop());
     touches_ = std::make_unique<TouchWatch>(system.assembly(), system.objective(), options.rtol, options.absolute());
     follow(std::make_shared<const StepPlan>(system, system.objective(), options.t_start, options.t_end, session().y()));
     make_session_ = [&system, options, monitor, more...](const SegmentStart& start) {

@@ -140,9 +140,7 @@ void SundialsSession<Api>::look_ahead(double t, const double* y) {
 
 template <class Api>
 bool SundialsSession<Api>::was_too_long(double t) const {
-  // CVODES carries derivatives at the end of its last step, which belong to the motion that ends there: it loses
-  // nothing.
-  if (!Api::implicit || !bounded() || t != ahead_of_) return false;
+  if (!bounded() || t != ahead_of_) return false;
   return last_step(t) > kLongAgainstNext * (ahead_ - t);
 }
 
@@ -162,8 +160,7 @@ long SundialsSession<Api>::error_test_failures() const {
 
 template <class Api>
 bool SundialsSession<Api>::fell(double before, long failures) const {
-  // CVODES itself begins anew after the third failure in a step.
-  if (!Api::implicit || !(before > 0) || error_test_failures() == failures) return false;
+  if (!(before > 0) || error_test_failures() == failures) return false;
   double h = 0;
   Api::last_step(memory_, &h);
   return before > kLongAgainstNext * h;
@@ -205,6 +202,8 @@ template <class Api>
 double SundialsSession<Api>::cost() {
   if (!system_.has_running_cost()) return 0;
   if (cost_is_unknown()) return y_.data()[system_.size()];
+  // A segment that begins where the run ends has no step.
+  if (steps(memory_) == 0) return start_.cost;
   check(Api::quadrature_dky(memory_, t_, 0, q_), "psi");
   return q_.data()[0];
 }
@@ -266,7 +265,9 @@ bool SundialsSession<Api>::advance_segment(double t, Trajectory* trajectory, con
     const double begin = step_end_;
     // What the repetitions begin with is the end of all; the next step is bounded already.
     if (bounded() && adjoint_) Api::set_stop_time(memory_, stop());
-    const double before = same_time(begin, place_) ? last_step(begin) : 0;
+    // Of IDAS at known places, whose rates have to be kept before; CVODES has what a step began with in its last
+    // polynomial, so that each of its steps is looked at: a jump of a force, or of its slope at a touch.
+    const double before = !Api::implicit || same_time(begin, place_) ? last_step(begin) : 0;
     const long failures = error_test_failures();
     if (Api::implicit && before > 0) remember(begin);
     solve(options_.t_end, &step_end_, true);
@@ -371,6 +372,7 @@ void SundialsSession<Api>::jump(Jump& jump, SegmentStart& start) {
     system_.jump(t_, start.y.data());
   }
   jump.after = system_.mode();
+  if (jump.event >= 0) look_at_hop(start, start.t, system_.event_hop());
   start.cost = cost();
   if (!restart_) system_.forget_event();
   if (yS_.count() == 0) return;

@@ -40,6 +40,8 @@ class SundialsSession {
 
   /// Steps keep within the plan's bounds; before anything else.
   void follow(std::shared_ptr<const StepPlan> plan);
+  /// Of the first segment: what leaves a gap at the start comes back after this time.
+  void meet_hop(double hop) { look_at_hop(start_, start_time_, hop); }
   /// Of the run, told of each step; or null.
   void follow(TouchWatch* touches) { touches_ = touches && !touches->empty() ? touches : nullptr; }
   /// The motion, and that of its adjoint, have derivatives of every order (is_smooth()).

@@ -2,13 +2,15 @@
 // the scene's numbers and reruns the whole simulation, so that it shares no derivative block with the gradients that it
 // judges (Jacobians steer the integrator's Newton iteration only, not what it converges to).
 // Source of the scheme: C. J. F. Ridders, Accurate computation of F'(x) and F'(x) F''(x), Adv. Eng. Software 4 (1982).
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <tuple>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/integrator/simulate.h"
 #include "costate/record/jobs.h"
 #include "costate/sensitivity/cycle_gradient.h"
@@ -19,20 +21,37 @@ namespace {
 
 constexpr double kTightestDifferences = 1e-13;  // rtol of the runs; their noise is amplified by 1/step
 constexpr double kFirstStep = 0.05;             // relative to the parameter
-constexpr int kLevels = 11;          // steps h, h/2, ... h/1024 at most: a strongly bent psi needs the last ones
-constexpr double kNoise = 3;         // of psi, in tolerances of its runs: what steps that change from run to run leave
+constexpr int kLevels = 11;   // steps h, h/2, ... h/1024 at most: a strongly bent psi needs the last ones
+constexpr double kNoise = 3;  // of psi, in tolerances of its runs: what steps that change from run to run leave
+constexpr double kAboveNoise = 30, kStays = 0.9, kTold = 1e-3;  // of slopes that differ on both sides
 constexpr double kConverged = 1e-6;  // relative; from here on growing changes are noise, not yet bends of psi
 
 /// Derivative and error estimate of f at x: the entry of the extrapolation tableau that changed least, so that neither
 /// truncation (first columns) nor noise (last rows) spoils it; by chance it may have changed by less than what values
 /// off by `noise` make of it.
+struct Slope {
+  double value = 0, error = 0;
+  double below = 0, above = 0;  // where f has another slope on either side of x, else equal
+};
+
 template <class Function>
-std::pair<double, double> extrapolated_slope(Function&& f, double x, double h, double noise_of_f) {
+Slope extrapolated_slope(Function&& f, double f_at_x, double x, double h, double noise_of_f) {
   std::array<std::array<double, kLevels>, kLevels> a{};
   double best = 0, error = std::numeric_limits<double>::infinity(), least = 0;
+  // By how much the slopes towards both sides differ: halved with the step where f is smooth. Of the level before the
+  // last that noise does not spoil, and of that.
+  double apart = 0, apart_before = 0;
   for (int i = 0; i < kLevels; ++i, h /= 2) {
     const double above = x + h, below = x - h;
-    a[0][i] = (f(above) - f(below)) / (above - below);
+    const double f_above = f(above), f_below = f(below);
+    a[0][i] = (f_above - f_below) / (above - below);
+    const double sides = (f_above - f_at_x) / (above - x) - (f_at_x - f_below) / (x - below);
+    if (std::abs(sides) > kAboveNoise * noise_of_f / h) {
+      apart_before = apart;
+      apart = sides;
+    } else {
+      apart = apart_before = 0;  // smooth, as far as can be told
+    }
     double power = 4;
     for (int j = 1; j <= i; ++j, power *= 4) {
       a[j][i] = (a[j - 1][i] * power - a[j - 1][i - 1]) / (power - 1);
@@ -46,7 +65,14 @@ std::pair<double, double> extrapolated_slope(Function&& f, double x, double h, d
     const bool noise = i > 1 && std::abs(a[i][i] - a[i - 1][i - 1]) > 4 * error;
     if (noise && error <= kConverged * std::abs(best)) break;
   }
-  return {best, std::max(error, least)};
+  Slope slope{best, std::max(error, least), best, best};
+  if (std::abs(apart) > kStays * std::abs(apart_before) && std::abs(apart) < std::abs(apart_before) / kStays &&
+      std::abs(apart) > kTold * std::abs(best)) {
+    slope.below -= 0.5 * apart;
+    slope.above += 0.5 * apart;
+    slope.error = std::max(slope.error, 0.5 * std::abs(apart));
+  }
+  return slope;
 }
 
 /// psi of the run, or over the cycle.
@@ -66,6 +92,7 @@ GradientResult run_at(double rtol, const Problem& problem, const std::vector<dou
   r.gradient.resize(rho.size());
   r.gradient_error.resize(rho.size());
   std::vector<Counters> spent(rho.size());
+  std::vector<Slope> slopes(rho.size());
   for_each_job(rho.size(), jobs(), [&](std::size_t j) {
     const auto psi = [&](double value) {
       std::vector<double> x = rho;
@@ -75,9 +102,16 @@ GradientResult run_at(double rtol, const Problem& problem, const std::vector<dou
       return at.psi;
     };
     const double scale = rho[j] != 0 ? std::abs(rho[j]) : problem.parameters.parameters[j].scale;
-    std::tie(r.gradient[j], r.gradient_error[j]) =
-        extrapolated_slope(psi, rho[j], kFirstStep * scale, kNoise * rtol * std::abs(r.psi));
+    slopes[j] = extrapolated_slope(psi, r.psi, rho[j], kFirstStep * scale, kNoise * rtol * std::abs(r.psi));
+    r.gradient[j] = slopes[j].value;
+    r.gradient_error[j] = slopes[j].error;
   });
+  for (std::size_t j = 0; j < rho.size(); ++j)
+    if (slopes[j].below != slopes[j].above)
+      notice(
+          fmt::format("psi has another slope on either side of parameter '{}': {:.6g} below, {:.6g} above. What is "
+                      "given is their mean.",
+                      problem.parameters.parameters[j].name, slopes[j].below, slopes[j].above));
   for (const Counters& c : spent) r.counters += c;
   return r;
 }

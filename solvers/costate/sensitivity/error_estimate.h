@@ -3,6 +3,7 @@
 // hundredth of the tolerance.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -28,11 +29,11 @@ bool has_soft_constraints(const std::string& formulation);
 Problem with_firmer_constraints(const Problem& problem);
 
 /// Of a gradient by a penalty: gives notice, and widens the known error, where its soft constraints change psi or the
-/// gradient by more than some 1e-4, or where rounding does, as redundant rows under a large weight. Another run by the
-/// same method tells, with another weight; it is made where rows are off by more than a tolerance's part (`drift`, in
-/// lengths or lengths a second; infinite for motions that make much of it), or are so times what parameters make of
-/// forces, or the weight is the user's and large.
-void watch_penalty(const Problem& problem, const std::string& method, const std::vector<double>& rho,
-                   GradientResult& result, double drift);
+/// gradient by more than some 1e-4, or where rounding does, as redundant rows under a large weight. Another run
+/// (`run` makes it, as the gradient was made) tells, with another weight; it is made where rows are off by more than a
+/// tolerance's part (`drift`, in lengths or lengths a second; infinite for motions that make much of it), or are so
+/// times what parameters make of forces, or the weight is the user's and large.
+void watch_penalty(const Problem& problem, const std::vector<double>& rho, GradientResult& result, double drift,
+                   const std::function<GradientResult(const Problem&)>& run);
 
 }  // namespace costate

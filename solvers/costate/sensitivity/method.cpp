@@ -192,17 +192,18 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
   tell_end(r);
   require_finite(problem, r);  // whatever the method
   const double drift = last_drift();
+  const auto run = [&](const Problem& p) { return method.gradient(with_end_of(p, method, rho), rho); };
   if (!problem.solver.confirm || method.perturbs || by_fixed_steps(problem, method)) {
-    watch_penalty(problem, name, rho, r, drift);
+    watch_penalty(problem, rho, r, drift, run);
     return r;
   }
   bool sensitive = false;
   const bool scheme = method.needs == Needs::discrete;
-  GradientResult best = confirmed(
-      problem, r, [&](const Problem& p) { return method.gradient(with_end_of(p, method, rho), rho); },
-      Looks{scheme && bends_of(*problem.mechanism, problem.mechanism->base_numbers()) != Bends::none, scheme},
-      &sensitive);
-  watch_penalty(problem, name, rho, best, sensitive ? HUGE_VAL : drift);
+  GradientResult best =
+      confirmed(problem, r, run,
+                Looks{scheme && bends_of(*problem.mechanism, problem.mechanism->base_numbers()) != Bends::none, scheme},
+                &sensitive);
+  watch_penalty(problem, rho, best, sensitive ? HUGE_VAL : drift, run);
   tell_end(best);
   return best;
 }

@@ -3,12 +3,13 @@
 // the distance, up to sign), so no change of formula is ever needed. Coordinates: those of the vector, then the angle.
 #pragma once
 
+#include "costate/element/angle_row.h"
 #include "costate/element/element.h"
 #include "costate/element/point/planar_vector.h"
 
 namespace costate {
 
-class BarAngleConstraint final : public ConstraintOf<BarAngleConstraint> {
+class BarAngleConstraint final : public ConstraintOf<BarAngleConstraint>, public AngleRow {
  public:
   BarAngleConstraint(std::string name, PlanarVector d, int angle_coordinate);
 

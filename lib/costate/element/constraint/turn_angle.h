@@ -7,12 +7,13 @@
 // lib/README.md (11.20).
 #pragma once
 
+#include "costate/element/angle_row.h"
 #include "costate/element/element.h"
 #include "costate/element/point/body_direction.h"
 
 namespace costate {
 
-class TurnAngleConstraint final : public ConstraintOf<TurnAngleConstraint> {
+class TurnAngleConstraint final : public ConstraintOf<TurnAngleConstraint>, public AngleRow {
  public:
   TurnAngleConstraint(std::string kind, std::string name, BodyDirection i, BodyDirection j, int angle_coordinate,
                       const std::vector<int>& numbers);

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "costate/base/error.h"
+#include "costate/base/run_epoch.h"
 #include "costate/element/force/dual_partials.h"
 
 namespace costate {
@@ -74,21 +75,36 @@ void Bushing::half_turn() const {
                    "by its rotation axis and angle so that they coincide where the bushing is unloaded.");
 }
 
-void Bushing::compare_half_turn(double t, const std::array<double, 3>& rho) const {
-  // What was seen last, and before that at another time: an integrator's trial of a step is seen at the time of the
-  // step.
-  struct Seen {
-    double t = 0;
-    std::array<double, 3> rho{};
-  };
-  thread_local std::map<const Bushing*, std::array<Seen, 2>> seen;
-  auto& [last, earlier] = seen[this];
+namespace {
+// What was seen last, and before that at another time: an integrator's trial of a step is seen at the time of the
+// step.
+struct Seen {
+  double t = 0;
+  std::array<double, 3> rho{};
+  double rate = 0;  // rad/s
+};
+// Rad: from here on it may have gone round the other way, as where the ends of a run are looked at.
+constexpr double kOtherWay = 4;
+struct SeenInRun {
+  std::map<const Bushing*, std::array<Seen, 2>> of;
+  long epoch = 0;
+};
+thread_local SeenInRun seen_near_half_turn;
+}  // namespace
+
+void Bushing::forget_half_turn() const {
+  if (!seen_near_half_turn.of.empty()) seen_near_half_turn.of.erase(this);
+}
+
+void Bushing::compare_half_turn(double t, const std::array<double, 3>& rho, double rate) const {
+  if (seen_near_half_turn.epoch != run_epoch()) seen_near_half_turn = {{}, run_epoch()};
+  auto& [last, earlier] = seen_near_half_turn.of[this];
   const Seen before = t != last.t ? last : earlier;
   double along = 0;
   for (int k = 0; k < 3; ++k) along += rho[k] * before.rho[k];
-  if (!(along < 0)) {
+  if (!(along < 0) || std::abs(t - before.t) * std::max(rate, before.rate) > kOtherWay) {
     earlier = before;
-    last = {t, rho};
+    last = {t, rho, rate};
     return;
   }
   // The trial that turns past is not taken note of: the next one is compared with the same instant.

@@ -14,6 +14,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 
 #include "costate/element/element.h"
 #include "costate/element/point/direction_forces.h"
@@ -33,7 +34,8 @@ class Bushing final : public ForceOf<Bushing> {
   void physics(const S& t, const S* q, const S* v, const S*, const S* p, S* Q, S*) const {
     Deformation<S> x;
     deform(q, v, p + kNumbers, x);
-    watch_half_turn(value_of(t), value_of(x.n), {value_of(x.rho[0]), value_of(x.rho[1]), value_of(x.rho[2])});
+    watch_half_turn(value_of(t), value_of(x.n), {value_of(x.rho[0]), value_of(x.rho[1]), value_of(x.rho[2])},
+                    std::hypot(value_of(x.rate[3]), value_of(x.rate[4]), value_of(x.rate[5])));
     S load[6];
     for (int k = 0; k < 6; ++k) load[k] = p[k] * x.x[k] + p[6 + k] * x.rate[k] + p[12 + k];
     apply(q, p + kNumbers, x, load, Q);
@@ -155,10 +157,12 @@ class Bushing final : public ForceOf<Bushing> {
   [[noreturn]] void half_turn() const;
   /// Along a motion the angle must not go on from one side of the half turn to the other, where the moment would jump
   /// from one sign to the other between two instants: throws StepError with the time.
-  void watch_half_turn(double t, double n, const std::array<double, 3>& rho) const {
-    if (n < kNearHalfTurn) compare_half_turn(t, rho);
+  void watch_half_turn(double t, double n, const std::array<double, 3>& rho, double rate) const {
+    n < kNearHalfTurn ? compare_half_turn(t, rho, rate) : forget_half_turn();
   }
-  void compare_half_turn(double t, const std::array<double, 3>& rho) const;
+  void compare_half_turn(double t, const std::array<double, 3>& rho, double rate) const;
+  /// It is far from there: what comes near again may come from the other side.
+  void forget_half_turn() const;
 
   static constexpr int kDirections = 3;  // behind a body's x, y, z: what its directions depend on
   SpatialVector d_;

@@ -47,16 +47,15 @@ class Drag final : public ForceOf<Drag<Point>>, public CourseElement {
 
   std::vector<Measure> measures() const override { return {{"speed", "m/s", false}, {"force", "N", false}}; }
   PathDual measure(int i, const MeasureArguments& x) const override {
-    using std::sqrt;
     PathDual f[dim], speed;
-    force(x.t, x.q, x.v, x.p, f, speed);
-    return i == 0 ? speed : PathDual(0.5) * x.p[0] * x.p[1] * x.p[2] * speed * speed;
+    const PathDual true_speed = force(x.t, x.q, x.v, x.p, f, speed);
+    return i == 0 ? true_speed : PathDual(0.5) * x.p[0] * x.p[1] * x.p[2] * speed * true_speed;
   }
 
  private:
-  /// The force and the smoothed speed against the air.
+  /// The force and the smoothed speed against the air; returns |w|, whose slope is taken as zero where it is zero.
   template <class S>
-  void force(const S& t, const S* q, const S* v, const S* p, S* f, S& speed) const {
+  S force(const S& t, const S* q, const S* v, const S* p, S* f, S& speed) const {
     using std::sqrt;
     S w[dim];
     if constexpr (std::is_same_v<Point, PlanarPoint>)
@@ -64,15 +63,16 @@ class Drag final : public ForceOf<Drag<Point>>, public CourseElement {
     else
       point_.velocity(q, v, p + point_numbers_, w);
     const S* wind = p + 4;
-    S square = p[3] * p[3];
+    S square(0);
     for (int k = 0; k < dim; ++k) {
       w[k] -= wind_[k]->value(t, wind);
       wind += wind_[k]->number_count();
       square += w[k] * w[k];
     }
-    speed = sqrt(square);
+    speed = sqrt(square + p[3] * p[3]);
     const S factor = S(-0.5) * p[0] * p[1] * p[2] * speed;
     for (int k = 0; k < dim; ++k) f[k] = factor * w[k];
+    return value_of(square) > 0 ? sqrt(square) : S(0);
   }
 
   Point point_;

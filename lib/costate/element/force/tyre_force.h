@@ -50,8 +50,8 @@ class TyreForce final : public ForceOf<TyreForce<Model>>, public TyreGround {
     this->append_numbers(model_numbers);
   }
 
-  void add_jump_places(const LocalState& s, std::vector<JumpPlace>& places) const override {
-    TyreGround::add_jump_places(s, places);
+  void add_jump_places(const LocalState& s, bool fixed_steps, std::vector<JumpPlace>& places) const override {
+    TyreGround::add_jump_places(s, fixed_steps, places);
     if constexpr (requires(const TyreInput<double>& in) { model_.add_jump_places(in, s.z, s.p, true, places); }) {
       if (!model_.may_jump(s.p + model_numbers_)) return;
       WheelState<double> w;

@@ -59,12 +59,17 @@ void TyreGround::add_bends(const LocalState& s, std::vector<double>& beyond) con
   beyond.push_back(g.deflection > 0 ? force : s.p[TyreNumbers::stiffness] * g.deflection);
 }
 
-void TyreGround::add_jump_places(const LocalState& s, std::vector<JumpPlace>& places) const {
-  if (setup_.bilateral || !(s.p[TyreNumbers::ramp] < kAtOnce * s.p[TyreNumbers::radius])) return;
+void TyreGround::add_jump_places(const LocalState& s, bool fixed_steps, std::vector<JumpPlace>& places) const {
+  const double ramp = s.p[TyreNumbers::ramp];
+  const bool at_once = ramp < kAtOnce * s.p[TyreNumbers::radius];
+  if (setup_.bilateral || !(at_once || fixed_steps)) return;
   const TyreGeometry<double> g = geometry(s);
-  places.push_back({g.deflection, 1, s.p[TyreNumbers::damping] * std::max(g.approach, 0.0),
-                    "touches, and its damping sets in at once",
-                    "Let damping grow over a deflection (damping_ramp_m: 1e-3 m)"});
+  places.push_back(
+      {g.deflection, 1, s.p[TyreNumbers::damping] * std::max(g.approach, 0.0),
+       at_once ? "touches, and its damping sets in at once" : "touches, and its damping sets in within one fixed step",
+       at_once ? "Let damping grow over a deflection (damping_ramp_m: 1e-3 m)"
+               : "Take shorter steps (--step, run.step_s), or a longer damping_ramp_m",
+       false, at_once ? 0 : ramp});
 }
 
 void TyreGround::add_complaints(const LocalState& s, std::vector<std::string>& said) const {

@@ -49,7 +49,7 @@ class TyreGround : public CourseElement,
   void add_bends(const LocalState& s, std::vector<double>& beyond) const override;
   /// The touch, where the damper sets in at once or over a deflection that no run tells from that: measured on a
   /// quarter car that lands at 1 m/s, adjoints are right from a ramp of 1e-5 m on.
-  void add_jump_places(const LocalState& s, std::vector<JumpPlace>& places) const override;
+  void add_jump_places(const LocalState& s, bool fixed_steps, std::vector<JumpPlace>& places) const override;
 
   /// Of a tyre that is pressed: a camber beyond 60 degrees, a contact point further from the centre than three radii.
   void add_complaints(const LocalState& s, std::vector<std::string>& said) const override;

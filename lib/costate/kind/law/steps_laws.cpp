@@ -40,6 +40,9 @@ LawOptions steps_law(const std::vector<double>& at, const std::vector<double>& v
     throw ModelError("", fmt::format("There must be one entry more in 'values' than in 'at', found {} and {}.",
                                      values.size(), at.size()));
   if (!(width > 0)) throw ModelError("", fmt::format("'width' must be positive, found {}.", width));
+  for (std::size_t i = 1; i < at.size(); ++i)
+    if (!(at[i] > at[i - 1]))
+      throw ModelError("", fmt::format("'at' must increase: entry {} is {} after {}.", i + 1, at[i], at[i - 1]));
   LawOptions o;
   o.law = std::make_shared<StepsLaw>(static_cast<int>(at.size()));
   o.numbers.emplace_back("width", width);

@@ -1,0 +1,122 @@
+// Where a run begins, and behind events: which guards count, and how soon what has left comes back.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "costate/base/error.h"
+#include "costate/event/contact_gap.h"
+#include "costate/event/motion_events.h"
+
+namespace costate {
+
+namespace {
+// Of all accelerations at the start: what leads across a guard from rest.
+constexpr double kFromRest = 1e-9;
+// At a gap is what is nearer to it than this part of the coordinates.
+constexpr double kAtGap = 1e-7;
+}  // namespace
+
+void MotionEvents::begin(const StateView& at) {
+  // Its own copy: where multipliers are asked for `at` lives in the formulation, which is asked for other states here.
+  const auto copy = [](const double* x, int size) { return std::vector<double>(x, x + (x ? size : 0)); };
+  const std::vector<double> q = copy(at.q, assembly_.n()), v = copy(at.v, assembly_.n()),
+                            z = copy(at.z, assembly_.nz()), lambda = copy(at.lambda, assembly_.m());
+  StateView s = at;
+  s.q = q.data();
+  s.v = v.data();
+  s.z = z.data();
+  s.a = nullptr;
+  s.lambda = at.lambda ? lambda.data() : nullptr;
+  for (ContactOf& c : contacts_) {  // another run begins
+    if (!(s.t < c.decided)) continue;
+    c.largest_approach = fastest_ = 0;
+    c.died_at.clear();
+    c.decided = -std::numeric_limits<double>::infinity();
+  }
+  require_sliding(s);
+  calc(s, before_);
+  for (std::size_t i = 0; i < guards_.size(); ++i) {
+    GuardOf& g = guards_[i];
+    const int direction = g.guarded->guard_direction(g.k);
+    g.ready = before_[i] * direction < 0;
+    g.last = before_[i];
+    if (std::isnan(before_[i])) continue;
+    // At zero, but for rounding, it counts if it is about to cross; beyond, the start is of another mode. What has just
+    // crossed the other way (another event at the same time begins anew) counts once it has been seen beyond rounding.
+    load(g, s);
+    double size = 0, speed = 0;
+    for (std::size_t c = 0; c < q_.size(); ++c) {
+      size = std::max(size, std::abs(q_[c].v.c0));
+      speed = std::max(speed, std::abs(v_[c].v.c0));
+      q_[c].v.c1 = v_[c].v.c0;
+    }
+    if (g.ready && std::abs(before_[i]) > kGapRounding * size) continue;
+    t_.v.c1 = 1;
+    const double rate = g.guarded->guard(g.k, arguments()).v.c1 * direction;
+    const bool past = before_[i] * direction > 1e-9 * size;
+    const std::string advice = g.guarded->past_at_start(g.k);
+    if (past && !advice.empty())
+      throw ModelError(g.force->path(), fmt::format("At the start '{}' has happened already, by {:.6g}: {}", g.name,
+                                                    std::abs(before_[i]), advice));
+    g.ready = !past && rate > 0;
+    if (!past && !g.ready && rate >= -kGapRounding * speed) look_from_rest(g, s, direction);
+  }
+  find_hop(s);
+}
+
+// What begins at zero, and at rest, goes across or not by its acceleration. A touch of no speed closes nothing and
+// bounces nothing: the start has to say that it is one.
+void MotionEvents::look_from_rest(GuardOf& g, const StateView& s, int direction) {
+  if (g.contact >= 0 && contact_guard(static_cast<int>(&g - guards_.data())) != UnilateralForce::Guard::touch) return;
+  std::vector<double> x(static_cast<std::size_t>(assembly_.n() + assembly_.m()));
+  solve_motion(s, x.data());
+  double largest = 0;
+  for (int i = 0; i < assembly_.n(); ++i) largest = std::max(largest, std::abs(x[static_cast<std::size_t>(i)]));
+  const double acceleration = course_of(g, s, x).c2 * direction;
+  // What is pushed across later ends the run (require_seen).
+  if (!(acceleration > kFromRest * largest) || !std::isfinite(acceleration)) return;
+  const std::string advice = g.guarded->past_at_start(g.k);
+  if (!advice.empty())
+    throw ModelError(
+        g.force->path(),
+        fmt::format("At the start '{}' is at the point of happening, from rest: {} Or let it start a little away.",
+                    g.name, advice));
+  g.ready = true;
+}
+
+Taylor2 MotionEvents::course_of(const GuardOf& g, const StateView& s, const std::vector<double>& x) {
+  load(g, s);
+  const auto& coordinates = g.force->coordinates();
+  for (std::size_t c = 0; c < q_.size(); ++c) {
+    const double a = x[static_cast<std::size_t>(coordinates[c])];
+    q_[c].v.c1 = v_[c].v.c0;
+    q_[c].v.c2 = a;
+    v_[c].v.c1 = a;
+  }
+  t_.v.c1 = 1;
+  return g.guarded->guard(g.k, arguments()).v;
+}
+
+void MotionEvents::find_hop(const StateView& s) {
+  last_hop_ = std::numeric_limits<double>::infinity();
+  if (!impact_) return;
+  std::vector<double> x;
+  for (GuardOf& g : guards_) {
+    if (!g.gap || !g.guarded->guard_armed(g.k, s.z + g.first_state)) continue;
+    double size = 0;
+    for (const int c : g.force->coordinates()) size = std::max(size, std::abs(s.q[c]));
+    const int direction = g.guarded->guard_direction(g.k);
+    const double here = value(g, s);
+    if (!(std::abs(here) <= kAtGap * size)) continue;
+    if (std::isnan(g.last)) g.last = here;  // what has just let go
+    if (x.empty()) {
+      x.resize(static_cast<std::size_t>(assembly_.n() + assembly_.m()));
+      solve_motion(s, x.data());
+    }
+    const Taylor2 gap = course_of(g, s, x);
+    if (gap.c1 * direction < 0 && gap.c2 * direction > 0) last_hop_ = std::min(last_hop_, -2 * gap.c1 / gap.c2);
+  }
+}
+
+}  // namespace costate

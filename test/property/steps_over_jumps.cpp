@@ -1,0 +1,116 @@
+// Integrators of many steps where a force or its slope jumps: their error estimates take the motion for as smooth as it
+// was over the steps before, and CVODES passed pulses by a thousandth late, in silence. And what leaves a contact by
+// less than a step shows.
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "costate/base/error.h"
+#include "costate/base/notice.h"
+#include "costate/integrator/simulate.h"
+#include "costate/objective/output.h"
+#include "costate/problem/scene_problem.h"
+#include "costate/sensitivity/method.h"
+#include "support/paths.h"
+
+using namespace costate;
+
+namespace {
+
+Problem case_of(const std::string& name, const std::vector<std::string>& overrides = {}) {
+  return make_problem(Scene::load(fmt::format("{}/test/cases/{}.toml", COSTATE_SOURCE_DIR, name), overrides));
+}
+
+double at_end(Problem& p, const std::string& name) {
+  const auto output = make_output(*p.mechanism, name);
+  double y = std::nan("");
+  simulate(p, p.parameters.values(), {p.solver.t_end},
+           [&](const MechanismState& x, System& system) { y = output->value(x, system.assembly()); });
+  take_notices();
+  return y;
+}
+
+}  // namespace
+
+TEST_CASE("steps over jumps: a pulse gives its impulse, whatever came before") {
+  // 75 m/s^2 for 10 ms on 1 m/s. Local errors of some steps, of rtol each.
+  for (const char* formulation : {"baumgarte", "index1", "maggi", "penalty"})
+    for (const double rtol : {1e-5, 1e-6, 1e-8})
+      for (const char* method : {"adams", "bdf"}) {
+        INFO(formulation << " at " << rtol << " by " << method);
+        Problem p = case_of("pulse", {fmt::format("run.rtol={}", rtol)});
+        p.formulation = formulation;
+        p.solver.integrator = "cvodes";
+        p.solver.cvodes_method = method;
+        p.solver.confirm = false;
+        CHECK(std::abs(at_end(p, "P.x_dot") - 1.75) < 100 * rtol);
+      }
+  // psi = int x^2 and its derivative by the pulse's end, in closed form.
+  for (const char* method : {"cvodes-adjoint", "cvodes-forward", "idas-adjoint"}) {
+    INFO(method);
+    Problem p = case_of("pulse", {"run.rtol=1e-8"});
+    const GradientResult r = gradient(p, method, p.parameters.values());
+    CHECK(std::abs(r.psi - 4.90879154) < 1e-5);
+    CHECK(std::abs(r.gradient[0] - 259.619543) < 1e-3);
+    take_notices();
+  }
+}
+
+TEST_CASE("steps over jumps: bounces that die out by CVODES as by IDAS") {
+  std::vector<double> psi;
+  for (const char* integrator : {"idas", "cvodes", "dop853"})
+    for (const double rtol : {1e-6, 1e-8}) {
+      INFO(integrator << " at " << rtol);
+      Problem p = case_of("bounces_die_out", {fmt::format("run.rtol={}", rtol)});
+      p.formulation = "baumgarte";
+      p.solver.integrator = integrator;
+      p.solver.confirm = false;
+      psi.push_back(simulate(p, p.parameters.values()).psi);
+      take_notices();
+      CHECK(std::abs(psi.back() - psi.front()) < 1e-6 * psi.front() + 1e-9);
+    }
+}
+
+TEST_CASE("steps over jumps: what leaves by next to nothing does not fall through") {
+  for (const char* integrator : {"idas", "cvodes", "dop853"}) {
+    INFO(integrator);
+    Problem p = case_of("leaves_slowly");
+    p.formulation = "baumgarte";
+    p.solver.integrator = integrator;
+    std::string said;
+    double y = 0;
+    try {
+      y = simulate(p, p.parameters.values()).psi;
+    } catch (const Error& e) {
+      said = e.what();
+    }
+    take_notices();
+    // Right, or refused.
+    CHECK((said.find("contact.f") != std::string::npos || std::abs(y) < 1e-9));
+    CAPTURE(said, y);
+  }
+}
+
+TEST_CASE("steps over jumps: a small fall on bristles") {
+  for (const char* integrator : {"idas", "cvodes"})
+    for (const double fall : {1e-5, 1e-4})
+      for (const double rtol : {1e-5, 1e-7}) {
+        INFO(integrator << " from " << fall << " at " << rtol);
+        Problem p = case_of("friction_at_small_touch",
+                            {fmt::format("body.B.y_m={:.12g}", 0.1 + fall), fmt::format("run.rtol={}", rtol)});
+        p.formulation = "baumgarte";
+        p.solver.integrator = integrator;
+        std::string said;
+        double y = 0.1;
+        try {
+          y = simulate(p, p.parameters.values()).psi;
+        } catch (const Error& e) {
+          said = e.what();
+        }
+        take_notices();
+        CAPTURE(said, y);
+        // The floor gives by (m g/K)^(2/3) = 7e-4 m.
+        CHECK((said.find("contact.floor") != std::string::npos || std::abs(y - 0.1) < 2e-3));
+      }
+}

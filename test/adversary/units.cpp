@@ -54,6 +54,7 @@ Truss in_units(const Truss& truss, const Units& u) {
   for (Cost& c : r.costs) {
     const double y = c.rate ? speed : u.length;
     c.target *= y;
+    c.from *= u.time;
     c.weight /= c.terminal ? y : y * y * u.time;
   }
   r.t_end *= u.time;
@@ -79,6 +80,9 @@ double growth(const Parameter& p, const Units& u) {
       return u.length / u.time;
     case Parameter::Kind::gravity:
       return u.length / (u.time * u.time);
+    case Parameter::Kind::force_time:
+    case Parameter::Kind::cost_time:
+      return u.time;
   }
   return 1;
 }

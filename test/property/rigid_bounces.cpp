@@ -98,7 +98,7 @@ TEST_CASE("rigid bounces: what nothing presses bounces on, however slowly") {
   y += direction * speed * (50 - t);
   for (const char* formulation : {"index1", "baumgarte"}) {
     INFO(formulation);
-    Problem p = make_problem(Scene::load(std::string(COSTATE_SOURCE_DIR) + "/test/cases/two_walls.toml"));
+    Problem p = make_problem(Scene::load(fmt::format("{}/test/cases/two_walls.toml", COSTATE_SOURCE_DIR)));
     p.formulation = formulation;
     const GradientResult r = gradient(p, "idas-adjoint", p.parameters.values());
     CHECK(r.psi == Approx(y).margin(1e-9));

@@ -28,7 +28,7 @@ void JumpWatch::look(const StateView& s, const Assembly& assembly) {
           told_.push_back(
               fmt::format("From t = {:.6g} s on '{}' {}. {}.", s.t, of.force->path(), place.what, place.advice));
         }
-      } else if (passed && place.beyond >= place.over && !first_) {
+      } else if (passed && !(place.over > 0 && place.beyond < place.over) && !first_) {
         // It falls as the motion goes on: the larger of both sides.
         place.jump = std::max(place.jump, of.before[i].jump);
         if (place.jump > 0) first_ = Jump{s.t, of.force->path(), place};

@@ -242,6 +242,7 @@ void MotionEvents::choose_looks(double from, double to, const std::function<Stat
     near = near || g.seen.t != from || !stays_away(g.seen, ends[i]);
     for (const int c : g.force->coordinates()) size = std::max(size, std::abs(last.q[c]));
   }
+  reach_ = std::max(reach_, size);
   if (near) {
     for (int j = 0; j <= kLooks; ++j) looks_.push_back(j == kLooks ? to : from + (to - from) * j / kLooks);
     for (std::size_t i = 0; i < guards_.size(); ++i) {
@@ -269,7 +270,7 @@ void MotionEvents::choose_looks(double from, double to, const std::function<Stat
 // What has left by less than is seen of it, and comes back.
 void MotionEvents::require_seen(const GuardOf& g, double last, double past, const StateView& s) {
   if (!g.gap || g.guarded->past_at_start(g.k).empty()) return;
-  double size = 0;
+  double size = reach_;
   for (const int c : g.force->coordinates()) size = std::max(size, std::abs(s.q[c]));
   if (last <= kFallen * size && past > kFallen * size)
     throw SolverError(fmt::format(

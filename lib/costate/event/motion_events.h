@@ -208,6 +208,7 @@ class MotionEvents {
   bool expands_ = false;
   std::vector<double> jump_, compressed_;  // u; and v behind the compression
   double fastest_ = 0;                     // largest speed of any coordinate so far
+  double reach_ = 0;                       // largest position of what has gaps so far
   std::vector<double> looks_;
   std::vector<GapTrace::Look> trace_;
   double looked_until_ = std::numeric_limits<double>::quiet_NaN();

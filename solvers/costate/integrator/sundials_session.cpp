@@ -265,9 +265,7 @@ bool SundialsSession<Api>::advance_segment(double t, Trajectory* trajectory, con
     const double begin = step_end_;
     // What the repetitions begin with is the end of all; the next step is bounded already.
     if (bounded() && adjoint_) Api::set_stop_time(memory_, stop());
-    // Of IDAS at known places, whose rates have to be kept before; CVODES has what a step began with in its last
-    // polynomial, so that each of its steps is looked at: a jump of a force, or of its slope at a touch.
-    const double before = !Api::implicit || same_time(begin, place_) ? last_step(begin) : 0;
+    const double before = same_time(begin, place_) ? last_step(begin) : 0;
     const long failures = error_test_failures();
     if (Api::implicit && before > 0) remember(begin);
     solve(options_.t_end, &step_end_, true);

@@ -80,9 +80,7 @@ class PyProblem {
       if (name == "parameters") {
         o.parameters = value.cast<std::vector<std::string>>();
         if (o.parameters.empty()) throw Error("'parameters' is empty: leave it out for those of the scene.");
-      }
-      if (name == "parameters") continue;
-      if (name == "formulation")
+      } else if (name == "formulation")
         o.formulation = value.cast<std::string>();
       else if (name == "method")
         o.method = value.cast<std::string>();

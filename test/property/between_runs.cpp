@@ -1,23 +1,16 @@
 // What is remembered along a run is none of another one: the same call gives the same, whatever was run before.
-#include <fmt/format.h>
-
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "costate/base/notice.h"
 #include "costate/integrator/simulate.h"
-#include "costate/problem/scene_problem.h"
 #include "costate/sensitivity/method.h"
-#include "support/paths.h"
+#include "support/cases.h"
 
 using namespace costate;
 
-static Problem case_of(const std::string& name) {
-  return make_problem(Scene::load(fmt::format("{}/test/cases/{}.toml", COSTATE_SOURCE_DIR, name)));
-}
-
 TEST_CASE("between runs: the last angle of another run") {
-  const Problem p = case_of("yaw_of_runs");
+  const Problem p = problem_of_case("yaw_of_runs");
   const GradientResult first = gradient(p, "idas-adjoint", {0.01});
   gradient(p, "idas-adjoint", {6});
   const GradientResult again = gradient(p, "idas-adjoint", {0.01});
@@ -28,7 +21,7 @@ TEST_CASE("between runs: the last angle of another run") {
 }
 
 TEST_CASE("between runs: a bushing that swings through zero") {
-  const Problem p = case_of("bushing_swing");
+  const Problem p = problem_of_case("bushing_swing");
   for (int k = 0; k < 2; ++k) CHECK_NOTHROW(simulate(p, p.parameters.values()));
   take_notices();
 }

@@ -12,6 +12,7 @@
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
+#include "support/cases.h"
 
 using namespace costate;
 
@@ -98,7 +99,7 @@ TEST_CASE("rigid bounces: what nothing presses bounces on, however slowly") {
   y += direction * speed * (50 - t);
   for (const char* formulation : {"index1", "baumgarte"}) {
     INFO(formulation);
-    Problem p = make_problem(Scene::load(fmt::format("{}/test/cases/two_walls.toml", COSTATE_SOURCE_DIR)));
+    Problem p = problem_of_case("two_walls");
     p.formulation = formulation;
     const GradientResult r = gradient(p, "idas-adjoint", p.parameters.values());
     CHECK(r.psi == Approx(y).margin(1e-9));

@@ -1,24 +1,17 @@
 // The same mechanism in nanometres and kilometres: start, motion and derivatives scale.
-#include <fmt/format.h>
-
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "costate/base/notice.h"
 #include "costate/integrator/simulate.h"
-#include "costate/problem/scene_problem.h"
 #include "costate/sensitivity/method.h"
-#include "support/paths.h"
+#include "support/cases.h"
 
 using namespace costate;
 
-static Problem case_of(const std::string& name) {
-  return make_problem(Scene::load(fmt::format("{}/test/cases/{}.toml", COSTATE_SOURCE_DIR, name)));
-}
-
 TEST_CASE("small and large: the start of what is of nanometres or kilometres has all its rows") {
   // 0.0428808 L^2, of the scene in metres; by an adjoint's absolute tolerance known to some 1e-4.
-  const Problem p = case_of("nanometres");
+  const Problem p = problem_of_case("nanometres");
   for (const auto& [formulation, method] :
        {std::pair{"baumgarte", "cvodes-forward"}, {"index1", "idas-forward"}, {"index1", "hand-adjoint"}}) {
     INFO(formulation << " by " << method);
@@ -28,7 +21,7 @@ TEST_CASE("small and large: the start of what is of nanometres or kilometres has
     CHECK(r.gradient.back() == Approx(4.28808e-20).epsilon(1e-3));
     take_notices();
   }
-  const Problem large = case_of("ten_kilometres");
+  const Problem large = problem_of_case("ten_kilometres");
   CHECK_NOTHROW(simulate(large, large.parameters.values()));
   take_notices();
 }

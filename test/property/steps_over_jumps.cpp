@@ -10,17 +10,12 @@
 #include "costate/base/notice.h"
 #include "costate/integrator/simulate.h"
 #include "costate/objective/output.h"
-#include "costate/problem/scene_problem.h"
 #include "costate/sensitivity/method.h"
-#include "support/paths.h"
+#include "support/cases.h"
 
 using namespace costate;
 
 namespace {
-
-Problem case_of(const std::string& name, const std::vector<std::string>& overrides = {}) {
-  return make_problem(Scene::load(fmt::format("{}/test/cases/{}.toml", COSTATE_SOURCE_DIR, name), overrides));
-}
 
 double at_end(Problem& p, const std::string& name) {
   const auto output = make_output(*p.mechanism, name);
@@ -39,7 +34,7 @@ TEST_CASE("steps over jumps: a pulse gives its impulse, whatever came before") {
     for (const double rtol : {1e-5, 1e-6, 1e-8})
       for (const char* method : {"adams", "bdf"}) {
         INFO(formulation << " at " << rtol << " by " << method);
-        Problem p = case_of("pulse", {fmt::format("run.rtol={}", rtol)});
+        Problem p = problem_of_case("pulse", {fmt::format("run.rtol={}", rtol)});
         p.formulation = formulation;
         p.solver.integrator = "cvodes";
         p.solver.cvodes_method = method;
@@ -49,7 +44,7 @@ TEST_CASE("steps over jumps: a pulse gives its impulse, whatever came before") {
   // psi = int x^2 and its derivative by the pulse's end, in closed form.
   for (const char* method : {"cvodes-adjoint", "cvodes-forward", "idas-adjoint"}) {
     INFO(method);
-    Problem p = case_of("pulse", {"run.rtol=1e-8"});
+    Problem p = problem_of_case("pulse", {"run.rtol=1e-8"});
     const GradientResult r = gradient(p, method, p.parameters.values());
     CHECK(std::abs(r.psi - 4.90879154) < 1e-5);
     CHECK(std::abs(r.gradient[0] - 259.619543) < 1e-3);
@@ -64,7 +59,7 @@ TEST_CASE("steps over jumps: bounces that die out by CVODES as by IDAS") {
   for (const char* integrator : {"idas", "cvodes", "dop853"})
     for (const double rtol : {1e-6, 1e-8}) {
       INFO(integrator << " at " << rtol);
-      Problem p = case_of("bounces_die_out", {fmt::format("run.rtol={}", rtol)});
+      Problem p = problem_of_case("bounces_die_out", {fmt::format("run.rtol={}", rtol)});
       p.formulation = "baumgarte";
       p.solver.integrator = integrator;
       p.solver.confirm = false;
@@ -76,7 +71,7 @@ TEST_CASE("steps over jumps: bounces that die out by CVODES as by IDAS") {
 TEST_CASE("steps over jumps: what leaves by next to nothing does not fall through") {
   for (const char* integrator : {"idas", "cvodes", "dop853"}) {
     INFO(integrator);
-    Problem p = case_of("leaves_slowly");
+    Problem p = problem_of_case("leaves_slowly");
     p.formulation = "baumgarte";
     p.solver.integrator = integrator;
     std::string said;
@@ -98,8 +93,8 @@ TEST_CASE("steps over jumps: a small fall on bristles") {
     for (const double fall : {1e-5, 1e-4})
       for (const double rtol : {1e-5, 1e-7}) {
         INFO(integrator << " from " << fall << " at " << rtol);
-        Problem p = case_of("friction_at_small_touch",
-                            {fmt::format("body.B.y_m={:.12g}", 0.1 + fall), fmt::format("run.rtol={}", rtol)});
+        Problem p = problem_of_case("friction_at_small_touch",
+                                    {fmt::format("body.B.y_m={:.12g}", 0.1 + fall), fmt::format("run.rtol={}", rtol)});
         p.formulation = "baumgarte";
         p.solver.integrator = integrator;
         std::string said;

@@ -10,9 +10,8 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/integrator/simulate.h"
-#include "costate/problem/scene_problem.h"
 #include "costate/sensitivity/method.h"
-#include "support/paths.h"
+#include "support/cases.h"
 
 using namespace costate;
 using Catch::Matchers::Contains;
@@ -30,17 +29,13 @@ const std::vector<Way> kWays = {{"index1", "idas-adjoint"},        {"index1", "i
                                 {"index3", "idas-adjoint"},        {"maggi-implicit", "idas-forward"},
                                 {"index1", "discrete-tangent"},    {"maggi-second-order", "hand-adjoint"}};
 
-Problem case_of(const std::string& name, const std::vector<std::string>& overrides = {}) {
-  return make_problem(Scene::load(fmt::format("{}/test/cases/{}.toml", COSTATE_SOURCE_DIR, name), overrides));
-}
-
 /// By all of `ways`: derivatives by the named parameters, to 20,000 rtol of their size (errors of adjoints are some
 /// hundreds of rtol in these scenes, those by a penalty a part of 1e-5).
 void require_gradients(const std::string& name, const std::string& parameters, const std::vector<double>& right,
                        const std::vector<Way>& ways = kWays) {
   for (const Way& way : ways) {
     INFO(name << " by " << way.formulation << " and " << way.method);
-    Problem p = case_of(name, {"run.rtol=1e-9", "run.parameters=[" + parameters + "]"});
+    Problem p = problem_of_case(name, {"run.rtol=1e-9", "run.parameters=[" + parameters + "]"});
     p.formulation = way.formulation;
     const GradientResult r = gradient(p, way.method, p.parameters.values());
     take_notices();
@@ -58,7 +53,7 @@ std::string said(const std::string& name, const std::vector<std::string>& overri
                  const std::string& method) {
   take_notices();
   try {
-    Problem p = case_of(name, overrides);
+    Problem p = problem_of_case(name, overrides);
     if (!formulation.empty()) p.formulation = formulation;
     if (method.empty())
       simulate(p, p.parameters.values());
@@ -151,7 +146,7 @@ TEST_CASE("unseen jumps: formulas that jump are named, in forces and in costs") 
                Contains("error: ") && Contains("jumps from"));
   }
   CHECK(said("sign_of_place", {}, "", "").empty());
-  const Problem p = case_of("sign_of_place");
+  const Problem p = problem_of_case("sign_of_place");
   const GradientResult r = gradient(p, "differences", p.parameters.values());
   // psi = v - k (1 - a/v)^2 with v = 1, a = 0.4, k = 0.5.
   CHECK(r.gradient[0] == Catch::Detail::Approx(0.76).epsilon(1e-6));
@@ -258,7 +253,7 @@ TEST_CASE("unseen jumps: what starts at rest on the ground does not fall through
   // What moves away from it may.
   CHECK(said("drop", {"point.ball.y_m=0", "gravity.y_m_per_s2=1"}, "", "").find("error") == std::string::npos);
   // A latch catches at once: -0.0002 rad where it was -5.0.
-  const Problem caught = case_of("caught_at_once", {"body.b.angular_velocity_rad_per_s=0"});
+  const Problem caught = problem_of_case("caught_at_once", {"body.b.angular_velocity_rad_per_s=0"});
   CHECK(std::abs(simulate(caught, caught.parameters.values()).psi) < 1e-3);
 }
 

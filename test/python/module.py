@@ -62,6 +62,12 @@ class Scenes(unittest.TestCase):
             costate.command("nope", FIVE_BAR)
         with self.assertRaisesRegex(costate.Error, "'parameters' is empty"):
             costate.Problem(FIVE_BAR, parameters=[])
+        with self.assertRaisesRegex(costate.Error, "--rtol must be below 1"):
+            costate.Problem(FIVE_BAR, rtol=2)
+        with self.assertRaises(costate.Error):
+            costate.Problem(FIVE_BAR).gradient([1.0])  # two parameters
+        with self.assertRaisesRegex(costate.SceneError, "no output 'P9.x'. Did you mean"):
+            costate.Problem(FIVE_BAR).simulate(outputs=["P9.x"])
 
     def test_numbers_that_no_scene_may_have(self):
         problem = costate.Problem(PENDULUM, parameters=["bar.rod.mass_kg"])
@@ -76,12 +82,6 @@ class Scenes(unittest.TestCase):
     def test_tables_and_arrays_as_values(self):
         scene = costate.load(PENDULUM).set({"gravity": {"x_m_per_s2": 0, "y_m_per_s2": -1.5}})
         self.assertEqual(scene["gravity.y_m_per_s2"], -1.5)
-        with self.assertRaisesRegex(costate.Error, "--rtol must be below 1"):
-            costate.Problem(FIVE_BAR, rtol=2)
-        with self.assertRaises(costate.Error):
-            costate.Problem(FIVE_BAR).gradient([1.0])  # two parameters
-        with self.assertRaisesRegex(costate.SceneError, "no output 'P9.x'. Did you mean"):
-            costate.Problem(FIVE_BAR).simulate(outputs=["P9.x"])
 
 
 class Runs(unittest.TestCase):

@@ -46,6 +46,19 @@ law = {{ kind = "polynomial", coefficients = [0, 6] }}
                      crank, coupler, rocker);
 }
 
+/// A body of space with a point AO at O on the ground.
+const std::string kBodyAtGround = R"(
+point = { O = { ground = true, x_m = 0, y_m = 0, z_m = 0 }, AO = { on = "A", x_m = 0, y_m = 0, z_m = 0 } }
+[rigid_body.A]
+mass_kg = 2
+inertia_xx_kg_m2 = 0.05
+inertia_yy_kg_m2 = 0.08
+inertia_zz_kg_m2 = 0.06
+x_m = 0
+y_m = 0
+z_m = 0
+)";
+
 Start start_of(const std::string& text) {
   const Scene scene = Scene::parse(text, "s.toml");
   Assembly assembly(scene.mechanism(), ParameterSelection{});
@@ -75,6 +88,34 @@ given = ["crank.angle"]
     CHECK(start.q[2] == Approx(angle));
     CHECK(start.q[0] == Approx(std::cos(angle)).margin(1e-12));
     CHECK(start.q[1] == Approx(std::sin(angle)).margin(1e-12));
+  }
+}
+
+TEST_CASE("start: a hinge's angle, as a parameter far from the first poses", "[start]") {
+  const Scene scene = Scene::parse(kBodyAtGround + R"(
+rotation_axis = [0, 1, 0]
+angle_rad = 0.1
+[hinge.h]
+points = ["O", "AO"]
+axis_first = [0, 1, 0]
+normal_first = [1, 0, 0]
+normal_second = [1, 0, 0]
+angle = "h"
+angle_rad = 1
+[start]
+given = ["h"]
+)",
+                                   "s.toml");
+  const auto selection = scene.mechanism()->select({"hinge.h.angle_rad"});
+  Assembly assembly(scene.mechanism(), selection);
+  for (const double angle : {1.0, 1.7, 2.9, 4.0, -2.5}) {
+    INFO(angle);
+    assembly.set_parameters(&angle);
+    const Start start = find_start(assembly, 0, false);
+    // e0 and e2 are those of half the angle about y, up to their common sign.
+    const double e0 = start.q[3], e2 = start.q[5];
+    CHECK(1 - 2 * e2 * e2 == Approx(std::cos(angle)).margin(1e-12));
+    CHECK(2 * e0 * e2 == Approx(std::sin(angle)).margin(1e-12));
   }
 }
 
@@ -143,16 +184,7 @@ mass_kg = 1
   CHECK(start.q.norm() == Approx(std::sqrt(1 + 4 + 9 + 1 + 16 + 25.0)).epsilon(1e-14));
   CHECK(start.v.norm() == Approx(std::sqrt(0.25 + 1)).epsilon(1e-14));  // e' = omega / 2
   // A body that is welded to the ground has nothing free.
-  const Start welded = start_of(R"(
-point = { O = { ground = true, x_m = 0, y_m = 0, z_m = 0 }, AO = { on = "A", x_m = 0, y_m = 0, z_m = 0 } }
-[rigid_body.A]
-mass_kg = 2
-inertia_xx_kg_m2 = 0.05
-inertia_yy_kg_m2 = 0.08
-inertia_zz_kg_m2 = 0.06
-x_m = 0
-y_m = 0
-z_m = 0
+  const Start welded = start_of(kBodyAtGround + R"(
 [fixed.h]
 points = ["O", "AO"]
 axis_first = [0, 1, 0]

@@ -1,6 +1,7 @@
 // The gap of a rigid contact along the motion, and which contacts strike in one instant.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -15,6 +16,16 @@ inline constexpr double kSimultaneous = 1e-10;
 
 // A gap of this part of the coordinates is none.
 inline constexpr double kGapRounding = 1e-10;
+// What is within this part of the coordinates of the ground is at it: behind an event integrators go straight for a
+// step, and are off by as much.
+inline constexpr double kAtGround = 1e-7;
+
+/// The largest of the force's own coordinates, which parts of the coordinates are taken of.
+inline double largest_coordinate(const Force& force, const StateView& s) {
+  double largest = 0;
+  for (const int c : force.coordinates()) largest = std::max(largest, std::abs(s.q[c]));
+  return largest;
+}
 
 /// What a rigid contact's functions are taken of along the motion: coordinates with their first two derivatives in
 /// time, the second for accelerations a, which may be null.

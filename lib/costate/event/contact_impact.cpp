@@ -83,9 +83,7 @@ bool MotionEvents::has_died_out(ContactOf& c, const StateView& before, double ap
   if (dies && !(approach < (c.closed_state < 0 ? kDiesOut : kHardly) * c.largest_approach)) {
     // The next hop, to v^2/(2 a), is not seen.
     const double leaves = number(c, c.contact->restitution_number()) * approach;
-    double size = 0;
-    for (const int i : c.force->coordinates()) size = std::max(size, std::abs(before.q[i]));
-    dies = leaves * leaves < 2 * fall * kUnseenHop * size;
+    dies = leaves * leaves < 2 * fall * kUnseenHop * largest_coordinate(*c.force, before);
   }
   if (dies) c.died_at.push_back(before.t);
   return dies;

@@ -13,8 +13,6 @@ namespace costate {
 namespace {
 // Of all accelerations at the start: what leads across a guard from rest.
 constexpr double kFromRest = 1e-9;
-// At a gap is what is nearer to it than this part of the coordinates.
-constexpr double kAtGap = 1e-7;
 }  // namespace
 
 void MotionEvents::begin(const StateView& at) {
@@ -34,6 +32,7 @@ void MotionEvents::begin(const StateView& at) {
     c.died_at.clear();
     c.decided = -std::numeric_limits<double>::infinity();
   }
+  reach_ = 0;
   require_sliding(s);
   calc(s, before_);
   for (std::size_t i = 0; i < guards_.size(); ++i) {
@@ -104,11 +103,9 @@ void MotionEvents::find_hop(const StateView& s) {
   std::vector<double> x;
   for (GuardOf& g : guards_) {
     if (!g.gap || !g.guarded->guard_armed(g.k, s.z + g.first_state)) continue;
-    double size = 0;
-    for (const int c : g.force->coordinates()) size = std::max(size, std::abs(s.q[c]));
     const int direction = g.guarded->guard_direction(g.k);
     const double here = value(g, s);
-    if (!(std::abs(here) <= kAtGap * size)) continue;
+    if (!(std::abs(here) <= kAtGround * largest_coordinate(*g.force, s))) continue;
     if (std::isnan(g.last)) g.last = here;  // what has just let go
     if (x.empty()) {
       x.resize(static_cast<std::size_t>(assembly_.n() + assembly_.m()));

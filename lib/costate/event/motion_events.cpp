@@ -21,8 +21,6 @@ namespace {
 constexpr int kLooks = 4;
 // A speed of sliding the wrong way of this part of the largest one so far is the integrator's error.
 constexpr double kWrongWay = 1e-5;
-// And a depth of this part of the coordinates, of what has just left.
-constexpr double kFallen = 1e-7;
 constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
 }  // namespace
 
@@ -169,11 +167,8 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
       if (g.just_left) {
         // It may begin a little below the ground, by what the integrator has let it drift, and what lets go leaves with
         // the cube of time: only beyond rounding it has left.
-        double size = 0;
-        const double before = value(g, at(begin)) * direction;
-        const StateView last = at(end);
-        for (const int c : g.force->coordinates()) size = std::max(size, std::abs(last.q[c]));
-        const double rounding = kGapRounding * size;
+        const double before = value(g, at(begin)) * direction, size = largest_coordinate(*g.force, at(end)),
+                     rounding = kGapRounding * size;
         if (after_[i] * direction < -rounding) {
           g.ready = true;
           g.just_left = false;
@@ -184,7 +179,7 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
           a = begin + (end - begin) * std::ldexp(1, -50 + k);
         g.ready = value(g, at(a)) * direction < -rounding;
         // Integrators restart at order one, where positions go straight for a step: less than this is theirs.
-        if (!g.ready && after_[i] * direction <= std::max(std::max(before, 0.0) + rounding, kFallen * size)) continue;
+        if (!g.ready && after_[i] * direction <= std::max(std::max(before, 0.0) + rounding, kAtGround * size)) continue;
         if (!g.ready)
           throw SolverError(
               fmt::format("At t = {:.9g} s '{}' falls into the ground that it has just left.", begin, g.name));
@@ -240,7 +235,7 @@ void MotionEvents::choose_looks(double from, double to, const std::function<Stat
     if (!g.gap) continue;
     ends[i] = g.gap->look(last, assembly_);
     near = near || g.seen.t != from || !stays_away(g.seen, ends[i]);
-    for (const int c : g.force->coordinates()) size = std::max(size, std::abs(last.q[c]));
+    size = std::max(size, largest_coordinate(*g.force, last));
   }
   reach_ = std::max(reach_, size);
   if (near) {
@@ -270,9 +265,8 @@ void MotionEvents::choose_looks(double from, double to, const std::function<Stat
 // What has left by less than is seen of it, and comes back.
 void MotionEvents::require_seen(const GuardOf& g, double last, double past, const StateView& s) {
   if (!g.gap || g.guarded->past_at_start(g.k).empty()) return;
-  double size = reach_;
-  for (const int c : g.force->coordinates()) size = std::max(size, std::abs(s.q[c]));
-  if (last <= kFallen * size && past > kFallen * size)
+  const double size = std::max(reach_, largest_coordinate(*g.force, s));
+  if (last <= kAtGround * size && past > kAtGround * size)
     throw SolverError(fmt::format(
         "At t = {:.9g} s '{}' is past by {:.3g} m, and had not been seen to come: what it left from it left "
         "by less than rounding. Let it start a little away, or take a smaller rtol.",

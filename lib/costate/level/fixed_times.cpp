@@ -31,9 +31,11 @@ struct Times {
   }
 };
 
-std::vector<double> local_numbers(const Times& times, const std::vector<double>& numbers) {
+/// Those of a list of times or of a law of time, in its order.
+template <class Of>
+std::vector<double> local_numbers(const Of& of, const std::vector<double>& numbers) {
   std::vector<double> p;
-  for (const int number : times.numbers) p.push_back(numbers[static_cast<std::size_t>(number)]);
+  for (const int number : of.numbers) p.push_back(numbers[static_cast<std::size_t>(number)]);
   return p;
 }
 
@@ -190,9 +192,7 @@ std::vector<double> kinks_of_moved_laws(const Mechanism& mechanism, const Object
                                         const ParameterSelection& parameters, const std::vector<double>& numbers) {
   std::vector<double> times;
   for (const TimeLaw& of : moved_laws_of_time(mechanism, objective, parameters)) {
-    std::vector<double> p;
-    for (const int n : of.numbers) p.push_back(numbers[static_cast<std::size_t>(n)]);
-    of.law->add_kinks(p.data(), times);
+    of.law->add_kinks(local_numbers(of, numbers).data(), times);
   }
   return times;
 }
@@ -240,9 +240,8 @@ void require_fixed_times(const Mechanism& mechanism, const Objective& objective,
   if (!any) return;
   // What jumps there at a fixed time is not carried along.
   for (const TimeLaw& law : laws_of_time(mechanism, objective)) {
-    std::vector<double> p, times;
-    for (const int n : law.numbers) p.push_back(numbers[static_cast<std::size_t>(n)]);
-    add_value_jumps(*law.law, p.data(), times);
+    std::vector<double> times;
+    add_value_jumps(*law.law, local_numbers(law, numbers).data(), times);
     for (const double t : times) {
       const bool known = std::any_of(instants.begin(), instants.end(), [&](const Instant& at) {
         return at.t == t && at.owner == law.kind + "." + law.name;

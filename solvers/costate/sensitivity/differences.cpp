@@ -26,14 +26,14 @@ constexpr double kNoise = 3;  // of psi, in tolerances of its runs: what steps t
 constexpr double kAboveNoise = 30, kStays = 0.9, kTold = 1e-3;  // of slopes that differ on both sides
 constexpr double kConverged = 1e-6;  // relative; from here on growing changes are noise, not yet bends of psi
 
-/// Derivative and error estimate of f at x: the entry of the extrapolation tableau that changed least, so that neither
-/// truncation (first columns) nor noise (last rows) spoils it; by chance it may have changed by less than what values
-/// off by `noise` make of it.
 struct Slope {
   double value = 0, error = 0;
   double below = 0, above = 0;  // where f has another slope on either side of x, else equal
 };
 
+/// Derivative and error estimate of f at x: the entry of the extrapolation tableau that changed least, so that neither
+/// truncation (first columns) nor noise (last rows) spoils it; by chance it may have changed by less than what values
+/// off by `noise` make of it.
 template <class Function>
 Slope extrapolated_slope(Function&& f, double f_at_x, double x, double h, double noise_of_f) {
   std::array<std::array<double, kLevels>, kLevels> a{};

@@ -253,6 +253,8 @@ TEST_CASE("cycle: what cannot be followed is refused") {
        {"amplitude", "amplitude=1", "amplitude=1..1", "=1..2", "amplitude=1..inf", "amplitude=a..b"})
     CHECK_THAT(refused(wrong), Contains("NAME=FROM..TO"));
   CHECK_THAT(refused("nothing=1..2"), Contains("nothing"));
+  // Numbers that no scene may have at either end.
+  CHECK_THAT(refused("body.disk.mass_kg=1..-1"), Contains("--continue body.disk.mass_kg=1..-1") && Contains("must"));
 }
 
 // The gait follows the design, with the cycle's own values in cost and constraint; the motions shown begin on it.

@@ -52,6 +52,29 @@ TEST_CASE("steps over jumps: a pulse gives its impulse, whatever came before") {
   }
 }
 
+TEST_CASE("steps over jumps: a run that ends where a pulse does") {
+  // int (x1 + s + 75 s^2/2)^2 behind x1^3/3: the last segment has no step.
+  for (const char* integrator : {"idas", "cvodes"}) {
+    INFO(integrator);
+    Problem p = problem_of_case("pulse", {"run.t_end_s=0.7491", "run.rtol=1e-8"});
+    p.solver.integrator = integrator;
+    CHECK(std::abs(simulate(p, p.parameters.values()).psi - 0.1401380504) < 1e-6);
+    take_notices();
+  }
+}
+
+TEST_CASE("steps over jumps: what leaves at a tenth of a millimetre a second at the start comes back") {
+  // It rises by v^2/2 = 5e-9 m, and is drawn back at 1 m/s^2.
+  for (const char* integrator : {"idas", "cvodes", "dop853"}) {
+    INFO(integrator);
+    Problem p =
+        problem_of_case("leaves_slowly", {"run.rtol=1e-6", "force.F.a=-1", "force.F.b=0", "point.P.vy_m_per_s=1e-4"});
+    p.solver.integrator = integrator;
+    CHECK(std::abs(simulate(p, p.parameters.values()).psi) < 5e-9);
+    take_notices();
+  }
+}
+
 TEST_CASE("steps over jumps: bounces that die out by CVODES as by IDAS") {
   // int y^2 of hops, each with half the speed of the one before; known to an absolute tolerance of the quadrature
   // behind each of some 14 events, 1e-9 at rtol 1e-8.

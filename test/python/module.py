@@ -190,6 +190,16 @@ class Runs(unittest.TestCase):
             with self.assertRaisesRegex(costate.Error, r"times\[\d\] is "):
                 problem.simulate(times=times, outputs=["time"])
 
+    def test_times_behind_an_event_that_ends_the_run(self):
+        problem = costate.Problem(os.path.join(MODELS, "shortest_swing", "shortest_swing.toml"))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            run = problem.simulate(times=[0.1, 0.3], outputs=["time"])
+            self.assertEqual(list(run.t), [0.1, 0.3])
+            run = problem.simulate(times=[0.1, 4.5], outputs=["time"])
+        self.assertEqual(list(run.t), [0.1])
+        self.assertTrue(any("nothing at the times behind it" in text for text in run.warnings))
+
     def test_ctrl_c_ends_a_run(self):
         # Some 700,000 steps; index1 would end by its drift after a tenth of them.
         problem = costate.Problem(FIVE_BAR, formulation="baumgarte", t_end=5000)

@@ -10,6 +10,7 @@
 #include "accuracy.h"
 #include "command.h"
 #include "costate/base/notice.h"
+#include "costate/objective/output.h"
 #include "costate/record/atomic_file.h"
 #include "costate/sensitivity/error_estimate.h"
 #include "costate/tradeoff/motion_confirmation.h"
@@ -24,6 +25,7 @@ namespace {
 
 struct SimulateOptions {
   std::optional<double> step;
+  std::vector<std::string> outputs;
   bool csv = false, report = false, estimate = false, single = false;
   AccuracyOption accuracy;
 };
@@ -45,6 +47,9 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   setup.method.clear();
   if (options.report && !setup.files)
     throw Error("--report writes a page beside the trajectory, so it excludes --no-files.");
+  if (options.report && !options.outputs.empty())
+    throw Error("--report shows the whole motion, so it excludes --outputs, which stores a part of it.");
+  for (const std::string& name : options.outputs) make_output(*setup.problem.mechanism, name);
   Progress progress(setup.progress_options);
   const auto begin = std::chrono::steady_clock::now();
   progress.start(setup.problem.solver.t_start);
@@ -52,15 +57,15 @@ int run(const CommonOptions& common, const SimulateOptions& options) {
   setup.problem.solver.confirm = !options.single;
   std::optional<TrajectoryRecorder> recording;
   const auto record = [&] {
-    recording.emplace(setup, setup.rho, options.step, !setup.files);
+    recording.emplace(setup, setup.rho, options.step, !setup.files, options.outputs);
     return TradeProbe::Recording{recording->times(), recording->sink()};
   };
   const auto accuracy = options.accuracy.asked(setup, common);
   std::optional<AccurateRun> accurate;
   if (accuracy) accurate = run_accurately(setup, common, *accuracy, false, [&](const Problem&) { return record(); });
   const Simulation r = accurate ? accurate->result : started(setup, [&] {
-    const auto& outputs = setup.scene.run.outputs;
-    const bool all = setup.files || common.json;
+    const auto& outputs = options.outputs.empty() ? setup.scene.run.outputs : options.outputs;
+    const bool all = options.outputs.empty() && (setup.files || common.json);
     return confirmed_simulation(setup.problem, setup.rho, record(),
                                 all ? all_that_is_told(setup.problem, setup.rho, outputs) : outputs);
   });
@@ -123,6 +128,9 @@ const RegisterCommand simulate_command(
       common.add_run_options(c);
       options->accuracy.add_to(c);
       c.option("--output-step", options->step, "Time between stored samples [s]");
+      c.option("--outputs", options->outputs,
+               "Store these alone, separated by commas: P.x, P.x_dot, P.x_ddot, lambda.ROW, z.STATE, any output")
+          .separated();
       c.flag("--csv", options->csv, "Write the trajectory as CSV too");
       c.flag("--report", options->report, "Write simulate.html too, a page with plots of the outputs that matter");
       c.flag("--estimate-error", options->estimate,

@@ -28,7 +28,7 @@ constexpr std::size_t kSamplesAtOnce = 16;
 }
 
 TrajectoryRecorder::TrajectoryRecorder(const Setup& setup, const std::vector<double>& rho, std::optional<double> step,
-                                       bool only_end)
+                                       bool only_end, const std::vector<std::string>& chosen)
     : setup_(setup), rho_(rho), assembly_(setup.problem.mechanism, setup.problem.parameters) {
   assembly_.set_parameters(rho_.data());
   const double t0 = setup.problem.solver.t_start;
@@ -56,6 +56,21 @@ TrajectoryRecorder::TrajectoryRecorder(const Setup& setup, const std::vector<dou
     if (!setup.problem.ends_when) times_.push_back(t1);
   }
   prepare(*setup.problem.mechanism);
+  if (!chosen.empty()) choose(*setup.problem.mechanism, chosen);
+}
+
+void TrajectoryRecorder::choose(const Mechanism& m, const std::vector<std::string>& chosen) {
+  std::vector<std::string> names;
+  std::vector<Column> columns;
+  for (const std::string& name : chosen) {
+    const Column* column = column_of_output(table_, name);  // none of time, which is with every sample
+    if (!column || std::find(names.begin(), names.end(), name) != names.end()) continue;
+    names.push_back(name);
+    columns.push_back(*column);
+  }
+  outputs_ = make_outputs(m, names);
+  table_.columns = std::move(columns);
+  whole_ = false;
 }
 
 void TrajectoryRecorder::prepare(const Mechanism& m) {
@@ -91,14 +106,14 @@ SampleSink TrajectoryRecorder::sink() {
     for (const double* x : {s.q, s.v, s.a}) collected_.insert(collected_.end(), x, x + assembly_.n());
     collected_.insert(collected_.end(), s.lambda, s.lambda + assembly_.m());
     collected_.insert(collected_.end(), s.z, s.z + assembly_.nz());
-    if (table_.time_s.size() - table_.columns.front().values.size() == kSamplesAtOnce) store_collected();
+    if (table_.time_s.size() % kSamplesAtOnce == 0) store_collected();
   };
 }
 
 void TrajectoryRecorder::store_collected() {
   const std::size_t n = assembly_.n(), m = assembly_.m(), size = 3 * n + m + assembly_.nz();
-  const std::size_t first = table_.columns.front().values.size(), count = table_.time_s.size() - first;
-  for (std::size_t c = 0; c < size; ++c)
+  const std::size_t count = collected_.size() / size, first = table_.time_s.size() - count, direct = whole_ ? size : 0;
+  for (std::size_t c = 0; c < direct; ++c)
     for (std::size_t i = 0; i < count; ++i) table_.columns[c].values.push_back(collected_[i * size + c]);
   std::vector<MechanismState> states;
   for (std::size_t i = 0; i < count; ++i) {
@@ -106,7 +121,8 @@ void TrajectoryRecorder::store_collected() {
     states.push_back({table_.time_s[first + i], x, x + n, x + 2 * n, x + 3 * n, x + 3 * n + m});
   }
   for (std::size_t o = 0; o < outputs_.size(); ++o)
-    for (const MechanismState& s : states) table_.columns[size + o].values.push_back(outputs_[o]->value(s, assembly_));
+    for (const MechanismState& s : states)
+      table_.columns[direct + o].values.push_back(outputs_[o]->value(s, assembly_));
   collected_.clear();
 }
 
@@ -129,7 +145,7 @@ Json TrajectoryRecorder::units() const {
 }
 
 void TrajectoryRecorder::tell_of_open_reactions() const {
-  costate::tell_of_open_reactions(setup_.problem, rho_, outputs_, true);
+  costate::tell_of_open_reactions(setup_.problem, rho_, outputs_, whole_);
 }
 
 std::vector<std::string> not_finite_remarks(const TrajectoryTable& table) {

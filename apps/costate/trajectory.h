@@ -13,9 +13,9 @@ namespace costate::app {
 class TrajectoryRecorder {
  public:
   /// Samples every `step` seconds, or as the scene says, or 500 times, of the run at rho; or, for terminal() alone,
-  /// only what that needs.
+  /// only what that needs. Of everything, or of `chosen` outputs alone.
   TrajectoryRecorder(const Setup& setup, const std::vector<double>& rho, std::optional<double> step,
-                     bool only_end = false);
+                     bool only_end = false, const std::vector<std::string>& chosen = {});
   const std::vector<double>& times() const { return times_; }
   SampleSink sink();
   const TrajectoryTable& table();
@@ -30,12 +30,14 @@ class TrajectoryRecorder {
 
  private:
   void prepare(const Mechanism& mechanism);
+  void choose(const Mechanism& mechanism, const std::vector<std::string>& chosen);
   /// Moves the collected samples to the columns, with the outputs there.
   void store_collected();
   const Setup& setup_;
   std::vector<double> rho_;
   std::vector<double> times_;
   std::vector<std::unique_ptr<Output>> outputs_;
+  bool whole_ = true;  // whether all of the state has columns, before those of the outputs
   TrajectoryTable table_;
   // States of the samples that have no values in the columns yet: of a hundred thousand outputs, each somewhere else in
   // memory, several values at once cost hardly more than one. Outputs are functions of the state and the numbers, which

@@ -11,6 +11,7 @@
 //   costate_adversary --cases 1000 --of balances                   energy, work and momentum of what is stored
 //   costate_adversary --cases 1000 --of cranks                     linkages that lock or do not, by closed forms
 //   costate_adversary --cases 1000 --of switches                   forces and costs switched at times to be found
+//   costate_adversary --cases 1000 --of touches                    contacts that give, by differences
 //   costate_adversary --case 4711 [--scene]                        one case again, with every combination
 #include <fmt/format.h>
 
@@ -29,6 +30,7 @@
 #include "kinds.h"
 #include "locked.h"
 #include "motions.h"
+#include "touches.h"
 #include "truss.h"
 #include "truss_motion.h"
 #include "units.h"
@@ -41,7 +43,7 @@ constexpr int kSeconds =
     300;  // of the processor for one case: fixed steps may take a million of a vehicle with many tyres
 
 const std::string_view kOf[] = {"trusses", "kinds",    "contacts", "hessians", "units",
-                                "motions", "balances", "cranks",   "switches"};
+                                "motions", "balances", "cranks",   "switches", "touches"};
 
 struct Options {
   long cases = 200, first = 1, one = -1;
@@ -194,7 +196,7 @@ std::vector<Finding> try_case(long number, const Options& options) {
     return {run_hessian(scene, by[engine() % 4])};
   }
   const auto chosen = some(combinations(), options, engine);
-  if (is_truss(number)) {
+  if (is_truss(number) && options.of != "touches") {
     const Truss t = truss_of(number, options);
     if (options.scene)
       fmt::print("{}", options.of == "units"
@@ -206,7 +208,8 @@ std::vector<Finding> try_case(long number, const Options& options) {
       return options.of == "units" ? try_units(t, truth, chosen, number) : try_truss(t, truth, chosen, same);
     });
   }
-  const KindScene scene = random_kind_scene(static_cast<std::uint64_t>(number), number % 8 == 0);
+  const auto seed = static_cast<std::uint64_t>(number);
+  const KindScene scene = options.of == "touches" ? random_touch_scene(seed) : random_kind_scene(seed, number % 8 == 0);
   if (options.scene) fmt::print("# [{}]\n{}", scene.kind, scene.text);
   if (scene.text.empty()) return {};
   const Truth truth = truth_by_rereading(scene.text, scene.parameters);
@@ -276,7 +279,7 @@ int main(int argc, char** argv) {
     else {
       fmt::print(stderr,
                  "usage: {} [--cases N] [--seed N] [--of trusses | kinds | contacts | hessians | units | motions | "
-                 "balances | cranks | switches] "
+                 "balances | cranks | switches | touches] "
                  "[--combinations N] "
                  "[--only TEXT] "
                  "[--case N "

@@ -14,6 +14,7 @@ using costate::test::costate_json;
 using costate::test::file_text;
 using costate::test::kFiveBar;
 using costate::test::kPsi;
+using costate::test::run_costate;
 using costate::test::WorkingDirectory;
 using costate::test::write_text;
 using Json = nlohmann::json;
@@ -72,6 +73,28 @@ TEST_CASE("simulate: a trajectory with everything, units and the scene") {
   write_text(here / "again.toml", table.scene_text);
   CHECK(costate_json({"simulate", "again.toml", "--rtol", "1e-10", "--no-files"}, here.path()).at("psi") ==
         j.at("psi"));
+}
+
+TEST_CASE("simulate --outputs: what is asked for alone, with the numbers that everything has") {
+  const WorkingDirectory here;
+  costate_json({"simulate", kFiveBar, "--output", "all"}, here.path());
+  const Json j = costate_json({"simulate", kFiveBar, "--output", "some", "--csv", "--outputs",
+                               "energy.total,P2.x,time,P2.y_ddot,P2.x,lambda.bar.A1.length"},
+                              here.path());
+  const TrajectoryTable all = costate::read_hdf5(here / "all/trajectory.h5"),
+                        some = costate::read_hdf5(here / "some/trajectory.h5");
+  REQUIRE(some.columns.size() == 4);
+  CHECK(some.time_s == all.time_s);
+  for (const auto& c : some.columns) {
+    INFO(c.group << "/" << c.name);
+    CHECK(column(some, c.group, c.name, c.unit) == column(all, c.group, c.name, c.unit));
+  }
+  CHECK(j.at("terminal").size() == 4);
+  CHECK(j.at("terminal").at("P2.x") == some.find("coordinates", "P2.x")->values.back());
+  CHECK(run_costate({"simulate", kFiveBar, "--outputs", "P2.x", "--report"}, here.path()).status == 1);
+  const auto unknown = run_costate({"simulate", kFiveBar, "--outputs", "P2.z"}, here.path());
+  CHECK(unknown.status == 1);
+  CHECK(unknown.err.find("P2.x") != std::string::npos);
 }
 
 TEST_CASE("simulate: the scene inside holds what was overridden") {

@@ -6,22 +6,51 @@
 
 namespace costate {
 
-void AdjointScale::sample(const double* y, double g, const std::vector<double>& g_y,
-                          const std::vector<Unknown>& unknowns) {
+namespace {
+// g_y is looked at after so many evaluations, and where g has changed by this factor, unless it is as small a part as
+// that of the largest.
+constexpr long kSampled = 8;
+constexpr double kAnother = 4, kSmall = 1e-2;
+}  // namespace
+
+bool AdjointScale::is_due(double t, double g) {
+  g = std::abs(g);
+  if (std::isnan(t_)) {
+    t_ = first_ = t;
+    cost_at_first_ = g;
+  } else if (t <= t_) {  // in the place of the last attempt
+    t_ -= step_;
+    gradient_ = gradient_before_;
+    cost_ = cost_before_;
+  }
+  step_ = std::max(0.0, t - t_);
+  t_ += step_;
+  gradient_before_ = gradient_;
+  cost_before_ = cost_;
+  cost_ += g * step_;
+  gradient_ += sampled_gradient_ * step_;
+  largest_cost_ = std::max(largest_cost_, g);
+  const double larger = std::max(g, sampled_cost_), smaller = std::min(g, sampled_cost_);
+  const bool due = evaluations_++ % kSampled == 0 || (larger > kAnother * smaller && larger > kSmall * largest_cost_);
+  if (due) sampled_cost_ = g;
+  return due;
+}
+
+void AdjointScale::sample(const double* y, const std::vector<double>& g_y, const std::vector<Unknown>& unknowns) {
   double largest = 0;
   for (std::size_t i = 0; i < g_y.size(); ++i) {
     largest = std::max(largest, std::abs(g_y[i]));
     if (unknowns[i].role == Unknown::Role::position) position_ = std::max(position_, std::abs(y[i]));
     if (unknowns[i].role == Unknown::Role::velocity) velocity_ = std::max(velocity_, std::abs(y[i]));
   }
-  gradient_ += largest;
-  cost_ += std::abs(g);
-  ++samples_;
+  gradient_ += (largest - sampled_gradient_) * step_;
+  sampled_gradient_ = largest;
+  if (samples_++ == 0) at_first_ = largest;
 }
 
 void AdjointScale::add_segment(const AdjointScale& other, double span) {
   integral_ += other.size(span).all;
-  if (other.samples_ > 0) value_ += other.cost_ / static_cast<double>(other.samples_) * span;
+  value_ += other.t_ > other.first_ ? other.cost_ * (span / (other.t_ - other.first_)) : other.cost_at_first_ * span;
   position_ = std::max(position_, other.position_);
   velocity_ = std::max(velocity_, other.velocity_);
 }
@@ -43,7 +72,7 @@ AdjointSize AdjointScale::with_terminal(double cost, const double* y, const std:
 
 AdjointSize AdjointScale::size(double span) const {
   AdjointSize s = size();
-  s.all = samples_ > 0 ? gradient_ / static_cast<double>(samples_) * span : 0;
+  s.all = t_ > first_ ? gradient_ * (span / (t_ - first_)) : at_first_ * span;
   return s;
 }
 

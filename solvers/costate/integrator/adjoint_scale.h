@@ -5,6 +5,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <vector>
 
 #include "costate/formulation/system.h"
@@ -19,10 +20,13 @@ struct AdjointSize {
   double least = 0;            // what of an adjoint is rounding, in any case
 };
 
-/// Gathers the sizes on the way forward.
+/// Gathers the sizes on the way forward: integrals, as steps crowd where a cost is short and large.
 class AdjointScale {
  public:
-  void sample(const double* y, double g, const std::vector<double>& g_y, const std::vector<Unknown>& unknowns);
+  /// At each evaluation of the running cost g, in order of time but for attempts that are repeated: whether g_y is to
+  /// be looked at, by sample(); now and then, and where g has become another.
+  bool is_due(double t, double g);
+  void sample(const double* y, const std::vector<double>& g_y, const std::vector<Unknown>& unknowns);
   /// Another segment of the same run, over `span`, behind those before it.
   void add_segment(const AdjointScale& other, double span);
   /// With what add_segment() gathered, or for one segment alone.
@@ -34,10 +38,14 @@ class AdjointScale {
   double position() const { return position_; }
 
  private:
-  double gradient_ = 0, integral_ = 0;  // sum of the samples' largest |g_y|; integral of the segments
-  double cost_ = 0, value_ = 0;         // sum of the samples' |g|; integral of the segments
+  double gradient_ = 0, integral_ = 0;  // integral of the largest |g_y|; that of the segments
+  double cost_ = 0, value_ = 0;         // integral of |g|; that of the segments
   double position_ = 0, velocity_ = 0;  // largest met
-  long samples_ = 0;
+  // The last evaluation, the one before it, and how the last one began; t_ is not a number before the first.
+  double t_ = std::numeric_limits<double>::quiet_NaN(), step_ = 0, gradient_before_ = 0, cost_before_ = 0;
+  double sampled_gradient_ = 0, sampled_cost_ = 0, largest_cost_ = 0;  // of the last sample; met
+  double first_ = 0, at_first_ = 0, cost_at_first_ = 0;
+  long evaluations_ = 0, samples_ = 0;
 };
 
 /// What rounding makes of g_y at y, its largest component; of unknowns that are algebraic what is below `atol` is no

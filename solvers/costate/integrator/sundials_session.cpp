@@ -211,12 +211,12 @@ double SundialsSession<Api>::cost() {
 template <class Api>
 double SundialsSession<Api>::running_cost(double t, const double* x) {
   const double g = system_.running_cost(t, x);
-  if (!adjoint_ || scale_samples_++ % 8 != 0) return g;
+  if (!adjoint_ || !adjoint_scale_.is_due(t, g)) return g;
   if constexpr (Api::implicit)
     system_.running_cost_gradient(t, x, g_y_.data(), 0, nullptr);
   else
     system_.running_cost_gradient(t, x, g_y_.data());
-  adjoint_scale_.sample(x, g, g_y_, system_.unknowns());
+  adjoint_scale_.sample(x, g_y_, system_.unknowns());
   return g;
 }
 

@@ -230,7 +230,7 @@ class SundialsSession {
   StallWatch stall_;
   PaceWatch pace_, pace_back_;
   std::optional<std::pair<Jump, SegmentStart>> begun_;   // at the place where the last step began
-  long polls_ = 0, scale_samples_ = 0, steps_back_ = 0;  // steps_back_: before the adjoint's last restart
+  long polls_ = 0, steps_back_ = 0;  // steps_back_: before the adjoint's last restart
   bool ended_ = false;
   double step_end_;
 };

@@ -53,3 +53,31 @@ TEST_CASE("needless refusals: sample times that differ by rounding are one") {
     take_notices();
   }
 }
+
+TEST_CASE("needless refusals: a patch may begin on some of its points") {
+  // As three contacts that share their numbers, of which one begins on the ground.
+  const std::string shared =
+      "stiffness_N_per_m_n = 1e5\nrestitution = 0.3\nfriction = \"coulomb\"\nfriction_coefficient = 0.5\n";
+  const Scene scene = Scene::load(fmt::format("{}/test/cases/patch_on_its_heel.toml", COSTATE_SOURCE_DIR));
+  std::string apart = scene.dump();
+  const std::size_t begin = apart.find("[contact.c]"), end = apart.find("\n[", begin);
+  apart.erase(begin, end - begin);
+  for (const char* name : {"P1", "P2", "P3"})
+    apart += fmt::format("\n[contact.{0}]\npoint = \"{0}\"\n{1}{2}", name, shared,
+                         std::string(name) == "P1" ? "approach_speed_m_per_s = 0.1\n" : "");
+  const auto first = apart.find("\"contact.c.approach");
+  apart.replace(first, apart.find(']', first) - first, "\"contact.P1.approach_speed_m_per_s\", \"friction\"");
+  apart +=
+      "\n[parameter.friction]\nnumbers = [\"contact.P1.friction_coefficient\", \"contact.P2.friction_coefficient\", "
+      "\"contact.P3.friction_coefficient\"]\n";
+  const Problem patch = make_problem(scene), three = make_problem(Scene::parse(apart, "apart.toml"));
+  const GradientResult right = gradient(three, "idas-forward", three.parameters.values());
+  for (const std::string method : {"idas-forward", "idas-adjoint", "cvodes-adjoint"}) {
+    INFO(method);
+    const GradientResult r = gradient(patch, method, patch.parameters.values());
+    CHECK(r.psi == Approx(right.psi).epsilon(1e-6));
+    for (std::size_t j = 0; j < right.gradient.size(); ++j)
+      CHECK(r.gradient[j] == Approx(right.gradient[j]).epsilon(1e-5).margin(1e-7));
+  }
+  take_notices();
+}

@@ -14,9 +14,11 @@
 #include "costate/analysis/given_system.h"
 #include "costate/analysis/not_finite.h"
 #include "costate/analysis/start_errors.h"
+#include "costate/assembly/gathered_state.h"
 #include "costate/base/error.h"
 #include "costate/base/run_epoch.h"
 #include "costate/base/stop.h"
+#include "costate/element/gap_element.h"
 
 namespace costate {
 
@@ -271,6 +273,24 @@ void GivenVelocities::differentiate(Start& start, const Assembly::ParameterColum
   start.v_rho = system().solve(right);
 }
 
+/// Points of a patch that are not on the ground at the start are open, whatever the patch begins with.
+void open_points(const Assembly& assembly, double t, Start& start) {
+  const Mechanism& m = assembly.mechanism();
+  GatheredState gathered;
+  std::vector<int> own;
+  const StateView s{t, start.q.data(), start.v.data(), nullptr, nullptr, start.z.data()};
+  for (std::size_t k = 0; k < m.forces().size(); ++k) {
+    const auto* gaps = dynamic_cast<const GapElement*>(m.forces()[k].get());
+    if (!gaps || m.forces()[k]->states() == 0) continue;
+    own.clear();
+    LocalState local = gathered.of(*m.forces()[k], s, assembly.numbers());
+    local.z = start.z.data() + m.state_offsets()[k];
+    gaps->add_open_at_start(local, own);
+    for (const int i : own) start.open_states.push_back(m.state_offsets()[k] + i);
+  }
+  for (const int i : start.open_states) start.z[i] = 0;
+}
+
 }  // namespace
 
 Start find_start(Assembly& assembly, double t, bool with_derivatives) {
@@ -297,6 +317,7 @@ Start find_start(Assembly& assembly, double t, bool with_derivatives) {
     positions.solve(start);
   }
   require_angles(assembly, t, start.q);
+  open_points(assembly, t, start);
   StateView s;
   s.t = t;
   s.q = start.q.data();
@@ -320,6 +341,7 @@ Start find_start(Assembly& assembly, double t, bool with_derivatives) {
   assembly.calc_partials(s);
   assembly.calc_parameter_columns(s, c);
   if (!balanced) positions.differentiate(start, c);
+  for (const int i : start.open_states) start.z_rho.row(i).setZero();
   velocities.differentiate(start, c);
   return start;
 }

@@ -21,6 +21,7 @@ struct Start {
   Eigen::VectorXd lambda;
   Eigen::MatrixXd lambda_rho;
   bool rests = false;
+  std::vector<int> open_states;  // those that begin with zero as their gaps are open (element/gap_element.h)
 };
 
 /// At time t for the parameters that the assembly holds. Throws ModelError for too few or too many given

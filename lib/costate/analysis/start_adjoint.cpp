@@ -3,6 +3,8 @@
 //   A_v^T y_v = w_v, A_q^T y_q = w_q - Phid_q^T y_v (and the share of rates that are given),
 //   gradient += y_q^T [-Phi_rho; z0_rho] + y_v^T [-Phid_rho; zd0_rho] + w_z^T z_rho.
 // Memory and work do not grow with the product of coordinates and parameters, as q_rho and v_rho do.
+#include <algorithm>
+
 #include "costate/analysis/given_system.h"
 #include "costate/analysis/start.h"
 
@@ -57,11 +59,11 @@ void add_start_gradient(Assembly& assembly, double t, const Start& start, const 
   add_given(assembly, m.given_velocities(), y_v, gradient);
   for (std::size_t k = 0; k < m.forces().size(); ++k)
     for (int i = 0; i < m.forces()[k]->states(); ++i) {
-      const int local = m.forces()[k]->initial_state_number(i);
-      if (local < 0) continue;
+      const int local = m.forces()[k]->initial_state_number(i), state = m.state_offsets()[k] + i;
+      if (local < 0 || std::find(start.open_states.begin(), start.open_states.end(), state) != start.open_states.end())
+        continue;
       const auto number = static_cast<std::size_t>(m.forces()[k]->numbers()[static_cast<std::size_t>(local)]);
-      for (const auto& [column, factor] : assembly.number_columns()[number])
-        gradient[column] += factor * w_z[m.state_offsets()[k] + i];
+      for (const auto& [column, factor] : assembly.number_columns()[number]) gradient[column] += factor * w_z[state];
     }
 }
 

@@ -160,6 +160,15 @@ class Contact : public ForceOf<Contact<Point, Ground>>,
   GapMotion gap_motion(int i, const LocalState& s) const override { return gap_motion_of(i, s); }
   bool gap_presses(int i, const double* z) const override { return !latches_ || z[i * own_states()] > 0; }
   int gap_of_guard(int k) const override { return k / 2; }
+  void add_open_at_start(const LocalState& s, std::vector<int>& states) const override {
+    if (!latches_ || count() == 1) return;
+    double of_all = 0;
+    for (int c = 0; c < size(); ++c) of_all = std::max(of_all, std::abs(s.q[c]));
+    std::vector<int> open;
+    for (int i = 0; i < count(); ++i)
+      if (gap(i, arguments(s)) > kTouches * of_all) open.push_back(i * own_states());
+    if (static_cast<int>(open.size()) < count()) states.insert(states.end(), open.begin(), open.end());
+  }
   bool tells_bends() const override { return true; }
   void add_bends(const LocalState& s, std::vector<double>& beyond) const override {
     this->add_bends_of(arguments(s), beyond);
@@ -219,6 +228,8 @@ class Contact : public ForceOf<Contact<Point, Ground>>,
   }
 
  protected:
+  // Of the coordinates: a gap that a start on the ground may leave.
+  static constexpr double kTouches = 1e-9;
   using Points::count, Points::own_states, Points::of_point, Points::size, Points::gap, Points::gap_motion_of,
       Points::along, Points::motion, Points::touches, Points::is_ahead, Points::share, Points::stiffness,
       Points::arguments, Points::add_point, Points::calc, Points::options_, Points::latches_, Points::road_;

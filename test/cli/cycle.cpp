@@ -280,6 +280,14 @@ TEST_CASE("cycle: a gait is optimized, to a minimum with its certificate") {
   CHECK_THAT(refused.err, Contains("which this run does not look for"));
 }
 
+TEST_CASE("cycle: a plain run says that its psi is not that over the cycle") {
+  const WorkingDirectory here;
+  const std::vector<std::string> run = {"simulate", kRayleigh, "--set", "run.cycle=true", "--no-files"};
+  const auto plain = run_costate(run, here.path());
+  CHECK(plain.status == 0);
+  CHECK_THAT(plain.err, Contains("This run begins where the scene does"));
+}
+
 // The multiplier of Rayleigh's oscillator depends on c/sqrt(k J) alone, c the push: m_k = -c/(2 k) m_c, here c = -1 and
 // k = 1. And against a central difference of two cycles, whose truncation is 1e-6 of third derivatives of order 0.1.
 TEST_CASE("cycle: the largest multiplier's gradient says what it is within") {

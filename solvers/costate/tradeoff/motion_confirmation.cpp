@@ -199,6 +199,10 @@ std::vector<std::string> all_that_is_told(const Problem& problem, const std::vec
 
 GradientResult confirmed_simulation(const Problem& problem, const std::vector<double>& rho,
                                     const TradeProbe::Recording& to, const std::vector<std::string>& asked) {
+  if (problem.cycle && !(problem.objective.running.empty() && problem.objective.terminal.empty()))
+    notice(
+        "This run begins where the scene does, and so is psi: gradients and optimizations take psi over the limit "
+        "cycle ([run] cycle = true), which 'costate cycle' finds.");
   if (!problem.solver.confirm || !motion_is_confirmed(problem))
     return GradientResult(simulate(problem, rho, to.times, to.sink));
   const int samples = has_fixed_steps(integrator_of(problem)) ? kSamplesOfFixedSteps : kConfirmingSamples;

@@ -11,6 +11,7 @@
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/hessian.h"
 #include "costate/sensitivity/method.h"
+#include "support/cases.h"
 #include "support/paths.h"
 
 using namespace costate;
@@ -301,4 +302,39 @@ TEST_CASE("free end: behind touches", "[free_end][events]") {
       for (std::size_t j = 0; j < d.gradient.size(); ++j)
         CHECK(std::abs(r.gradient[j] - d.gradient[j]) * p.parameters.parameters[j].scale <= 1e-7);
     }
+}
+
+// With t = sqrt(2 y/g): psi = t - g t, and its derivative (1 - g)/sqrt(2 g y). The impact is behind the end.
+TEST_CASE("free end: at the gap that an impact closes it comes before the impact") {
+  for (const double y : {2.11, 1.0, 0.37})
+    for (const auto& [formulation, method] : {std::pair{"baumgarte", "idas-adjoint"},
+                                              {"baumgarte", "idas-forward"},
+                                              {"baumgarte", "cvodes-adjoint"},
+                                              {"baumgarte", "cvodes-forward"},
+                                              {"baumgarte", "discrete-tangent"},
+                                              {"baumgarte", "discrete-adjoint"},
+                                              {"index1", "idas-adjoint"},
+                                              {"maggi", "cvodes-adjoint"},
+                                              {"penalty", "discrete-adjoint"}}) {
+      INFO(formulation << " by " << method << " from " << y << " m");
+      Problem p = problem_of_case("end_at_impact", {fmt::format("point.ball.y_m={}", y)});
+      p.formulation = formulation;
+      const GradientResult r = gradient(p, method, p.parameters.values());
+      CHECK(r.psi == Approx((1 - 9.81) * std::sqrt(2 * y / 9.81)).epsilon(1e-6));
+      CHECK(r.gradient[0] == Approx((1 - 9.81) / std::sqrt(2 * 9.81 * y)).epsilon(1e-5));
+    }
+  take_notices();
+}
+
+TEST_CASE("free end: a run may end where something touches, but for rounding") {
+  for (const char* integrator : {"idas", "cvodes", "radau9", "dopri5"})
+    for (const char* kind : {"compliant", "rigid"}) {
+      INFO(integrator << ", " << kind);
+      Problem p = problem_of_case("end_at_touch", {fmt::format("contact.floor.kind=\"{}\"", kind)});
+      p.solver.integrator = integrator;
+      double y = NAN;
+      simulate(p, {}, {p.solver.t_end}, [&](const MechanismState& s, System&) { y = s.q[1]; });
+      CHECK(std::abs(y) < 1e-7);
+    }
+  take_notices();
 }

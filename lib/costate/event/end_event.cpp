@@ -21,6 +21,9 @@ constexpr int kEndLooks = 8, kMostEndParts = 1024;
 constexpr int kTopDivisions = 30;
 // A step is looked into when the level is within this many of its changes and of those of the step before.
 constexpr double kNearChanges = 2;
+// A step that ends this near the level, of the output's range, and rising, ends at it: where an event of the motion
+// comes with the level (a contact's gap that is the output) rounding would decide between them.
+constexpr double kAtLevel = 1e-12;
 // An output whose values on both sides of one instant are apart by this part of its range jumps.
 constexpr double kEndJump = 1e-6;
 
@@ -114,10 +117,12 @@ bool EndSearch::step(const StateView& s, Assembly& assembly) {
   turning_ = turning;
   const bool armed = armed_;
   note(t_, h_);
-  if (h_ >= 0 && armed) return true;
+  if (armed && (h_ >= 0 || ends_at_level())) return true;
   if (++steps_ <= 2 || turn_ > 1) return true;  // nothing is known of its course
   return -std::max(h_, h_before_) <= kNearChanges * (change_ + change);
 }
+
+bool EndSearch::ends_at_level() const { return h_ > h_before_ && h_ >= -kAtLevel * range(); }
 
 std::optional<double> EndSearch::find(const std::function<double(double)>& distance) {
   struct Point {
@@ -176,6 +181,7 @@ std::optional<double> EndSearch::find(const std::function<double(double)>& dista
     if (before.h > looks[k].h || after.h > looks[k].h || -looks[k].h > change) continue;
     if (const auto found = visit(before, after)) return found;
   }
+  if (ends_at_level()) return t_;
   return {};
 }
 

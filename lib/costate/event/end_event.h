@@ -61,7 +61,8 @@ class EndSearch {
 
  private:
   void note(double t, double h);
-
+  /// Whether the last step ends at the level, but for rounding, that it rises to.
+  bool ends_at_level() const;
   double turning_speed_of(const StateView& s, const Assembly& assembly) const;
 
   EndEvent end_;

@@ -133,7 +133,7 @@ std::vector<double> CvodeSession::sensitivity_gradient() {
   if (np == 0) return gradient;
   gradient = terminal_gradient();
   if (cost_state_) {
-    check(CVodeGetSensDky(memory_, t_, 0, yS_.handles()), "sensitivities");
+    if (steps(memory_) > 0) check(CVodeGetSensDky(memory_, t_, 0, yS_.handles()), "sensitivities");
     for (int j = 0; j < np; ++j) gradient[j] += yS_.data(j)[system_.size()];
   }
   return gradient;

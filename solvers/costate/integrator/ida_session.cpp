@@ -160,7 +160,7 @@ std::vector<double> IdaSession::sensitivity_gradient() {
   std::vector<double> gradient(static_cast<std::size_t>(np), 0);
   if (np == 0) return gradient;
   if (system_.has_running_cost()) {
-    check(IDAGetQuadSensDky(memory_, t_, 0, qS_.handles()), "psi's sensitivities");
+    if (steps(memory_) > 0) check(IDAGetQuadSensDky(memory_, t_, 0, qS_.handles()), "psi's sensitivities");
     for (int j = 0; j < np; ++j) gradient[j] = qS_.data(j)[0];
   }
   const std::vector<double> terminal = terminal_gradient();

@@ -23,10 +23,20 @@ namespace {
 constexpr double kHardlyCrossed = 1e-2, kRunErrors = 100;
 constexpr double kGrazedEnd = 1e-7, kNoGradientOfEnd = 1e-3, kFewDigitsOfEnd = 1e-5;
 
+// An event of the motion that comes with the end lies behind it. A run to the end's time alone meets it where its own
+// errors have it, so that none is looked for from this part of the run before the end on: in tolerances, bounded.
+constexpr double kBeforeEnd = 10, kLeastBeforeEnd = 1e-6, kMostBeforeEnd = 1e-3;
+
 struct RunEnd {
   double t;          // s
   double kappa = 0;  // of end_term()
+  std::optional<RunEvent> last_event = {};
 };
+
+double events_until(const Problem& problem, const RunEnd& end) {
+  return end.t - std::clamp(kBeforeEnd * problem.solver.rtol, kLeastBeforeEnd, kMostBeforeEnd) *
+                     (end.t - problem.solver.t_start);
+}
 
 template <class Run, class SystemType>
 RunEnd search_end(SystemType& system, const Problem& problem, const std::vector<double>& rho, bool rates_too) {
@@ -37,7 +47,9 @@ RunEnd search_end(SystemType& system, const Problem& problem, const std::vector<
   run.watch(watch.sink());
   run.enable_cost();  // so that its steps are those of the run itself, and jumps have it
   watch.advance(run, problem.solver.t_end);
-  if (!rates_too) return {watch.time()};
+  RunEnd end{watch.time()};
+  if (!run.events().empty()) end.last_event = run.events().back();
+  if (!rates_too) return end;
   const MechanismState s = solved_state(system, watch.time(), run.y());
   const EndRates rates = end_rates(*problem.ends_when, problem.objective, s, system.assembly());
   const double steepness = watch.steepness(rates.h_rate);
@@ -56,7 +68,8 @@ RunEnd search_end(SystemType& system, const Problem& problem, const std::vector<
     notice(text() + fmt::format(": errors of the size of the tolerance (rtol {:g}) change the gradient by {:.0e} of "
                                 "itself. Move the level away from there, or take a smaller rtol.",
                                 problem.solver.rtol, part));
-  return {watch.time(), rates.kappa};
+  end.kappa = rates.kappa;
+  return end;
 }
 
 RunEnd search_end(const Problem& problem, const std::vector<double>& rho, const std::string& integrator, bool rates) {
@@ -145,6 +158,12 @@ Problem with_fixed_end(const Problem& problem, const std::vector<double>& rho, c
   Problem fixed = problem;
   fixed.ends_when.reset();
   fixed.solver.t_end = end.t;
+  fixed.solver.events_until = events_until(problem, end);
+  if (end.last_event && end.last_event->t >= fixed.solver.events_until)
+    throw SolverError(
+        fmt::format("'{}' happens at t = {:.9g} s, at the end of the run itself ({:.9g} s, 'ends_when'): which of them "
+                    "comes first is not known well enough for a derivative. Move the level.",
+                    end.last_event->name, end.last_event->t, end.t));
   fixed.objective.followed.push_back(problem.ends_when->output);
   fixed.objective.terminal.push_back(end_term(*problem.ends_when, end.kappa));
   return fixed;
@@ -154,7 +173,10 @@ Problem until_its_end(const Problem& problem, const std::vector<double>& rho) {
   if (!problem.ends_when) return problem;
   Problem fixed = problem;
   fixed.ends_when.reset();
-  fixed.solver.t_end = search_end(problem, rho, "", false).t;
+  const RunEnd end = search_end(problem, rho, "", false);
+  fixed.solver.t_end = end.t;
+  if (const double until = events_until(problem, end); !end.last_event || end.last_event->t < until)
+    fixed.solver.events_until = until;
   return fixed;
 }
 

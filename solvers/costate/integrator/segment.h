@@ -1,14 +1,21 @@
 // What passes between two segments of a trajectory (Jump in formulation/system.h), forward and backward.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <vector>
 
 #include "costate/analysis/start.h"
 #include "costate/event/touch_watch.h"
 
 namespace costate {
+
+/// But for rounding.
+inline bool same_time(double a, double b) {
+  return std::abs(a - b) <= 8 * std::numeric_limits<double>::epsilon() * std::max(std::abs(a), std::abs(b));
+}
 
 /// An integrator starts anew where a step ends that is longer by this than what the plan of steps asks for next. Its
 /// formulas hold on to what lies some steps behind: the error of a step of h between points that are H apart is

@@ -117,10 +117,6 @@ void SundialsSession<Api>::follow(std::shared_ptr<const StepPlan> plan) {
     check(Api::set_max_step(memory_, first), "the first step's bound");
 }
 
-static bool same_time(double a, double b) {
-  return std::abs(a - b) <= 8 * std::numeric_limits<double>::epsilon() * std::max(std::abs(a), std::abs(b));
-}
-
 template <class Api>
 double SundialsSession<Api>::limit(double t, const double* y) {
   const double end = plan_ ? plan_->limit(system_, t, y, false) : std::numeric_limits<double>::infinity();
@@ -256,7 +252,8 @@ void SundialsSession<Api>::repeat_segment(double end) {
 template <class Api>
 bool SundialsSession<Api>::advance_segment(double t, Trajectory* trajectory, const StepSink& after_step) {
   const double known = step_end_;  // y_ may hold an earlier time of the step that ends there
-  while (step_end_ < t) {
+  // No step fits between an event and the run's end there.
+  while (step_end_ < t && !(steps(memory_) == 0 && same_time(step_end_, t))) {
     if (ended_) {
       interpolate(step_end_);
       return false;

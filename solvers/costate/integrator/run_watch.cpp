@@ -40,6 +40,8 @@ constexpr long kManySteps = 1000;
 // at 0.1, and by as much in some scenes at 0.01.
 constexpr double kNoPromise = 1e-2;
 
+// Of the run: an event so near its end is at its end.
+constexpr double kAtEnd = 1e-9;
 // In tolerances of what the gap ranges over: a touch of this depth, or missed by as much, may come or not, as runs'
 // errors are up to some hundred tolerances.
 constexpr double kHair = 100;
@@ -130,6 +132,13 @@ void RunWatch::conclude(Simulation& result) const {
         problem_.solver.rtol, result.counters.steps));
   if (const auto g = grazed()) notice(g->second + ". Move the motion away from there, or take a smaller rtol.");
   if (watch_.began_redundant()) tell_of_open_costs();
+  const SolverOptions& run = problem_.solver;
+  if (!result.events.empty() && !problem_.objective.terminal.empty() && !result.end &&
+      run.t_end - result.events.back().t < kAtEnd * (run.t_end - run.t_start))
+    notice(fmt::format(
+        "'{}' happens at t = {:.9g} s, where the run ends: terminal costs are those behind it, and rounding "
+        "decides whether it belongs to the run. Move t_end_s.",
+        result.events.back().name, result.events.back().t));
   require_cycle(problem_, result.psi);
   require_finite(result);
 }

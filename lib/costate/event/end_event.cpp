@@ -24,6 +24,8 @@ constexpr double kNearChanges = 2;
 // A step that ends this near the level, of the output's range, and rising, ends at it: where an event of the motion
 // comes with the level (a contact's gap that is the output) rounding would decide between them.
 constexpr double kAtLevel = 1e-12;
+// An output that rests at the level (a speed, of what sticks) is on neither side of it, but for rounding and drift.
+constexpr double kRests = 1e-7;
 // An output whose values on both sides of one instant are apart by this part of its range jumps.
 constexpr double kEndJump = 1e-6;
 
@@ -82,7 +84,7 @@ EndRates end_rates(const EndEvent& end, const Objective& objective, const StateV
 }
 
 void EndSearch::note(double t, double h) {
-  if (h < 0) armed_ = true;
+  if (h < -kRests * range()) armed_ = true;
   // Before it has been on its own side the output comes near from the wrong one.
   const double away = armed_ ? std::abs(h) : std::numeric_limits<double>::infinity();
   if (armed_ && away < nearest_) {
@@ -155,7 +157,7 @@ std::optional<double> EndSearch::find(const std::function<double(double)>& dista
   };
   // Where a segment of the motion begins velocities may have jumped.
   std::vector<Point> looks = {at(std::nextafter(t_before_, t_))};
-  if (h_before_ < 0 && looks[0].h >= 0) {
+  if (armed_ && h_before_ < 0 && looks[0].h >= 0) {
     if (looks[0].h - h_before_ > kEndJump * range()) throw jumps({t_before_, h_before_}, looks[0]);
     return looks[0].t;
   }
@@ -177,11 +179,12 @@ std::optional<double> EndSearch::find(const std::function<double(double)>& dista
   const std::size_t last = looks.size() - 1;
   for (std::size_t k = 0; k <= last && looks[k].h < 0; ++k) {
     const Point &before = looks[k > 0 ? k - 1 : 0], &after = looks[std::min(k + 1, last)];
+    if (after.h >= 0 && !armed_) continue;
     if (after.h >= 0) return cross(looks[k], after);
     if (before.h > looks[k].h || after.h > looks[k].h || -looks[k].h > change) continue;
     if (const auto found = visit(before, after)) return found;
   }
-  if (ends_at_level()) return t_;
+  if (armed_ && ends_at_level()) return t_;
   return {};
 }
 

@@ -166,6 +166,14 @@ void RunWatch::conclude(GradientResult& result) const {
   for (const auto& why : {watch_.without_derivative(), formulas_.met()})
     if (why) throw SolverError(*why);
   conclude(static_cast<Simulation&>(result));
+  if (const SolverOptions& run = problem_.solver;
+      !problem_.cycle && !result.events.empty() &&
+      result.events.front().t - run.t_start < kAtEnd * (run.t_end - run.t_start))
+    notice(
+        fmt::format("'{}' happens at t = {:.9g} s, where the run starts: derivatives by what moves the start or the "
+                    "event are those "
+                    "on the side on which it comes, and psi may jump to the other one. Begin before it, or behind it.",
+                    result.events.front().name, result.events.front().t));
   if (const double drift = watch_.told_drift(); drift > 0)
     widen_error(result, problem_.parameters, 0,
                 drift * gradient_size(problem_.parameters, result.psi, result.gradient));

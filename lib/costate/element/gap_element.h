@@ -30,8 +30,8 @@ class GapElement {
   virtual bool gap_presses(int i, const double* z) const = 0;
   /// The gap that a guard of the element (element/guarded_force.h) is, or -1.
   virtual int gap_of_guard(int guard) const = 0;
-  /// Of several gaps whose states begin with one number: appends the states, of the element, that begin with zero in its
-  /// place, as their gaps are open at s while others press.
+  /// Of several gaps whose states begin with one number: appends the states, of the element, that begin with zero in
+  /// its place, as their gaps are open at s while others press.
   virtual void add_open_at_start(const LocalState& /*s*/, std::vector<int>& /*states*/) const {}
   /// Whether the element knows where its force bends at touches and while it touches; then it appends by how much the
   /// motion is beyond each such place, as many at every state.

@@ -29,6 +29,10 @@ class GuardedForce {
   virtual double guard_value(int k, const LocalState& s) const = 0;
   /// What to do where guard k is past zero when a run starts; empty where that is as it may be.
   virtual std::string past_at_start(int k) const = 0;
+  /// Of event k, for what else happens in its instant: whether the force jumps there, and whether what is latched
+  /// depends on velocities, which forces change.
+  virtual bool force_jumps(int /*k*/) const { return false; }
+  virtual bool latches_speed(int /*k*/) const { return false; }
   /// The states behind event k, nz of them, from everything before it.
   virtual void transition(int k, const MeasureArguments& x, PathDual* z_after) const = 0;
 };

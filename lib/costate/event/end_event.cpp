@@ -65,16 +65,28 @@ std::shared_ptr<const CostTerm> end_term(const EndEvent& end, double kappa) {
   return std::make_shared<EndTerm>(end, kappa);
 }
 
-EndRates end_rates(const EndEvent& end, const Objective& objective, const StateView& s, Assembly& assembly) {
-  // Along the motion: (1, v, a, z') of (t, q, v, z); accelerations and multipliers have no rate here.
+namespace {
+/// Along the motion: (1, v, a, z') of (t, q, v, z); accelerations and multipliers have no rate here.
+Variation along_motion(const StateView& s, Assembly& assembly, const std::vector<double>& no_change) {
   assembly.calc_dynamics(s);
-  const std::vector<double> no_change(assembly.numbers().size(), 0.0);
   Variation motion;
   motion.t = 1;
   motion.q = s.v;
   motion.v = s.a;
   motion.z = assembly.zdot.data();
   motion.numbers = no_change.data();
+  return motion;
+}
+}  // namespace
+
+double end_rate(const EndEvent& end, const StateView& s, Assembly& assembly) {
+  const std::vector<double> no_change(assembly.numbers().size(), 0.0);
+  return end.output->change(s, assembly, along_motion(s, assembly, no_change));
+}
+
+EndRates end_rates(const EndEvent& end, const Objective& objective, const StateView& s, Assembly& assembly) {
+  const std::vector<double> no_change(assembly.numbers().size(), 0.0);
+  const Variation motion = along_motion(s, assembly, no_change);
   EndRates r;
   r.h_rate = end.output->change(s, assembly, motion);
   double psi_rate = objective.running_value(s, assembly);

@@ -37,6 +37,8 @@ struct EndRates {
   double h_rate = 0, kappa = 0;
 };
 EndRates end_rates(const EndEvent& end, const Objective& objective, const StateView& s, Assembly& assembly);
+/// h' alone, which costs do not matter to.
+double end_rate(const EndEvent& end, const StateView& s, Assembly& assembly);
 
 /// Looks for the end along the steps of a run, in order of time.
 class EndSearch {

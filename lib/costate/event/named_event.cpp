@@ -76,6 +76,19 @@ NamedEvent find_event(const Mechanism& mechanism, const std::string& name) {
                         : fmt::format("There is no event '{}'.{}", name, suggestion(plain, known)));
 }
 
+std::string kink_of_coincident(const Mechanism& mechanism, const std::string& first, const std::string& second) {
+  const NamedEvent a = find_event(mechanism, first), b = find_event(mechanism, second);
+  if (a.force == b.force) return {};
+  const auto decides = [](const NamedEvent& x, const NamedEvent& y) {
+    return x.guarded->force_jumps(x.k) && y.guarded->latches_speed(y.k);
+  };
+  if (!decides(a, b) && !decides(b, a)) return {};
+  return fmt::format(
+      "'{}' and '{}' happen in one instant, in which a force jumps and a speed is latched: psi has another slope on "
+      "either side, as one or the other comes first, and derivatives are those of one side",
+      a.name, b.name);
+}
+
 std::unique_ptr<Output> make_guard_output(const NamedEvent& event) { return std::make_unique<GuardOutput>(event); }
 std::unique_ptr<Output> make_output_behind(const NamedEvent& event, int i) {
   return std::make_unique<OutputBehind>(event, i);

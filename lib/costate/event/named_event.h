@@ -25,6 +25,10 @@ std::vector<std::string> event_names(const Mechanism& mechanism);
 /// By name; a colon behind the force's path, as runs print it, may stand there. Throws ModelError with near names.
 NamedEvent find_event(const Mechanism& mechanism, const std::string& name);
 
+/// Of an event at which a force jumps and another one, in the same instant, that latches a speed: which of them comes
+/// first decides what is latched, so that psi has two slopes there. A sentence, or nothing.
+std::string kink_of_coincident(const Mechanism& mechanism, const std::string& first, const std::string& second);
+
 // Both refer to the mechanism's force and must not outlive it.
 /// The guard's value, NaN where it is not looked at.
 std::unique_ptr<Output> make_guard_output(const NamedEvent& event);

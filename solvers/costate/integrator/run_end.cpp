@@ -109,9 +109,9 @@ void EndWatch::look(const std::function<const double*(double)>& at) {
 RunEvent EndWatch::event() const { return {*end_, problem_.ends_when->text(system_.assembly())}; }
 
 void EndWatch::tell_if_grazed(const double* y) {
-  const EndRates rates =
-      end_rates(*problem_.ends_when, problem_.objective, solved_state(system_, *end_, y), system_.assembly());
-  const double steep = steepness(rates.h_rate);
+  if (problem_.ends_when->output->needs_accelerations()) return;  // they have no rate
+  const double rate = end_rate(*problem_.ends_when, solved_state(system_, *end_, y), system_.assembly());
+  const double steep = steepness(rate);
   if (!(steep < kHardlyCrossed)) return;
   // Errors of that part of the range move it by as much over the steepness, or, where it turns there, by their root.
   const double rtol = problem_.solver.rtol, error = kRunErrors * rtol,
@@ -120,7 +120,7 @@ void EndWatch::tell_if_grazed(const double* y) {
       "The run's end is hardly crossed: at t = {:.9g} s {} comes with a rate of {:.3g} {}/s, and what a run may be off "
       "by at rtol {:g} moves it by some {:.1g} s, or decides whether it comes. Move the level away from there, or take "
       "a smaller rtol.",
-      *end_, problem_.ends_when->text(system_.assembly()), rates.h_rate, problem_.ends_when->output->unit(), rtol,
+      *end_, problem_.ends_when->text(system_.assembly()), rate, problem_.ends_when->output->unit(), rtol,
       part * (*end_ - problem_.solver.t_start)));
 }
 
@@ -134,8 +134,9 @@ void EndWatch::never() const {
   const char *from = end.above ? "below" : "above", *way = end.above ? "rise" : "fall";
   if (!search_.armed())
     throw SolverError(fmt::format(
-        "The run ends by {}, which the output is from the start to t_end_s = {:g} s: it never comes from {} "
-        "the level, to {} to it. Take the other one of 'above' and 'below', or another level.",
+        "The run ends by {}, which the output is, or is at, from the start to t_end_s = {:g} s: it never comes from {} "
+        "the level, to {} to it. Take the other one of 'above' and 'below', another level (one that it does not rest "
+        "at), or another output (a gap in the place of a force that is zero while it is open).",
         what, problem_.solver.t_end, from, way));
   throw SolverError(
       fmt::format("The run ends by {}, which never comes before t_end_s = {:g} s. It is nearest at t = {:.6g} s, where "

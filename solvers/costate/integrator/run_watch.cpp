@@ -9,6 +9,7 @@
 #include "costate/analysis/undetermined_reactions.h"
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/event/named_event.h"
 #include "costate/formulation/solved_state.h"
 #include "costate/objective/cycle_output.h"
 #include "costate/problem/known_error.h"
@@ -40,8 +41,8 @@ constexpr long kManySteps = 1000;
 // at 0.1, and by as much in some scenes at 0.01.
 constexpr double kNoPromise = 1e-2;
 
-// Of the run: an event so near its end is at its end.
-constexpr double kAtEnd = 1e-9;
+// Of the run: an event so near its end, its start, or another one is there.
+constexpr double kSameInstant = 1e-9;
 // In tolerances of what the gap ranges over: a touch of this depth, or missed by as much, may come or not, as runs'
 // errors are up to some hundred tolerances.
 constexpr double kHair = 100;
@@ -134,7 +135,7 @@ void RunWatch::conclude(Simulation& result) const {
   if (watch_.began_redundant()) tell_of_open_costs();
   const SolverOptions& run = problem_.solver;
   if (!result.events.empty() && !problem_.objective.terminal.empty() && !result.end &&
-      run.t_end - result.events.back().t < kAtEnd * (run.t_end - run.t_start))
+      run.t_end - result.events.back().t < kSameInstant * (run.t_end - run.t_start))
     notice(fmt::format(
         "'{}' happens at t = {:.9g} s, where the run ends: terminal costs are those behind it, and rounding "
         "decides whether it belongs to the run. Move t_end_s.",
@@ -168,16 +169,28 @@ void RunWatch::conclude(GradientResult& result) const {
   conclude(static_cast<Simulation&>(result));
   if (const SolverOptions& run = problem_.solver;
       !problem_.cycle && !result.events.empty() &&
-      result.events.front().t - run.t_start < kAtEnd * (run.t_end - run.t_start))
+      result.events.front().t - run.t_start < kSameInstant * (run.t_end - run.t_start))
     notice(
         fmt::format("'{}' happens at t = {:.9g} s, where the run starts: derivatives by what moves the start or the "
                     "event are those "
                     "on the side on which it comes, and psi may jump to the other one. Begin before it, or behind it.",
                     result.events.front().name, result.events.front().t));
+  tell_of_coincident(result.events);
   if (const double drift = watch_.told_drift(); drift > 0)
     widen_error(result, problem_.parameters, 0,
                 drift * gradient_size(problem_.parameters, result.psi, result.gradient));
   require_finite(problem_, result);
+}
+
+void RunWatch::tell_of_coincident(const std::vector<RunEvent>& events) const {
+  const double instant = kSameInstant * (problem_.solver.t_end - problem_.solver.t_start);
+  for (std::size_t k = 1; k < events.size(); ++k)
+    for (std::size_t i = k; i-- > 0 && events[k].t - events[i].t < instant;)
+      if (const std::string kink = kink_of_coincident(*problem_.mechanism, events[i].name, events[k].name);
+          !kink.empty()) {
+        notice(fmt::format("At t = {:.9g} s {}.", events[k].t, kink));
+        return;
+      }
 }
 
 double last_drift() { return drift_of_last_run; }

@@ -53,6 +53,7 @@ class RunWatch {
   FormulaJumpWatch formulas_;  // of costs on accelerations, reactions, force states
   System& system_;
   void tell_of_open_costs() const;
+  void tell_of_coincident(const std::vector<RunEvent>& events) const;
   const Problem& problem_;
   std::vector<double> rho_;
   long steps_ = 0;

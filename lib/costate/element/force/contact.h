@@ -142,6 +142,8 @@ class Contact : public ForceOf<Contact<Point, Ground>>,
     if (!latches_) return k % 2 == 1;  // nothing is latched at the touch; bristles start anew behind a release
     return (z[k / 2 * own_states()] > 0) == (k % 2 == 1);
   }
+  bool force_jumps(int k) const override { return k % 2 == 0 && options_.law == NormalLaw::kelvin_voigt; }
+  bool latches_speed(int k) const override { return k % 2 == 0 && latches_ && uses_latched_speed(options_.law); }
   std::string past_at_start(int k) const override {
     if (!latches_) return {};
     return k % 2 == 0

@@ -40,6 +40,8 @@ inline constexpr std::array<const char*, kNormalLaws> kNormalLawNames{
 
 /// Whether F jumps at the touch, or its law needs the speed latched there: whether the touch is an event.
 inline bool latches(NormalLaw law) { return law != NormalLaw::linear && law != NormalLaw::hertz; }
+/// Whether F is a function of the latched speed, and not only of having been latched.
+inline bool uses_latched_speed(NormalLaw law) { return latches(law) && law != NormalLaw::kelvin_voigt; }
 
 /// chi(e) of the laws that have one.
 template <class S>

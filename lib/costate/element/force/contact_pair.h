@@ -85,6 +85,8 @@ class ContactPair final : public ForceOf<ContactPair<Point>>, public GuardedForc
   std::string mode_behind(int k) const override { return k == 0 ? "closed" : "open"; }
   int guard_direction(int k) const override { return k == 0 ? -1 : 1; }
   bool guard_armed(int k, const double* z) const override { return latched() ? (z[0] > 0) == (k == 1) : k == 1; }
+  bool force_jumps(int k) const override { return k == 0 && options_.law == NormalLaw::kelvin_voigt; }
+  bool latches_speed(int k) const override { return k == 0 && latched() && uses_latched_speed(options_.law); }
   std::string past_at_start(int k) const override {
     if (!latched()) return {};
     return k == 0

@@ -69,6 +69,7 @@ class Latch final : public ForceOf<Latch>, public GuardedForce {
   std::string mode_behind(int k) const override { return k == 0 ? "holds" : "free"; }
   int guard_direction(int k) const override { return k == 1 || from_above_ ? -1 : 1; }
   bool guard_armed(int k, const double* z) const override { return (z[0] > 0) == (k == 1); }
+  bool force_jumps(int k) const override { return k == 0; }  // by its damper
   std::string past_at_start(int) const override { return {}; }
   PathDual guard(int k, const MeasureArguments& x) const override { return guard_of(k, x.q, x.p); }
   double guard_value(int k, const LocalState& s) const override { return guard_of(k, s.q, s.p); }

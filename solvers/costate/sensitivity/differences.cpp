@@ -23,6 +23,8 @@ constexpr double kTightestDifferences = 1e-13;  // rtol of the runs; their noise
 constexpr double kFirstStep = 0.05;             // relative to the parameter
 constexpr int kLevels = 11;   // steps h, h/2, ... h/1024 at most: a strongly bent psi needs the last ones
 constexpr double kNoise = 3;  // of psi, in tolerances of its runs: what steps that change from run to run leave
+// More where the motion makes much of small errors: of what ten times the tolerance changes in psi.
+constexpr double kLooserRun = 10, kNoiseOfLooser = 0.1;
 constexpr double kAboveNoise = 30, kStays = 0.9, kTold = 1e-3;  // of slopes that differ on both sides
 constexpr double kConverged = 1e-6;  // relative; from here on growing changes are noise, not yet bends of psi
 
@@ -80,10 +82,29 @@ Simulation run_once(const Problem& problem, const std::vector<double>& rho) {
   return problem.cycle ? cycle_run(problem, rho) : simulate(problem, rho);
 }
 
+Problem with_tolerance(const Problem& problem, double rtol) {
+  Problem p = problem;
+  p.solver.rtol = rtol;
+  p.solver.atol = rtol * problem.solver.absolute() / problem.solver.rtol;
+  return p;
+}
+
+/// Of psi's digits, what other steps would change.
+double noise_of(const Problem& problem, const std::vector<double>& rho, double psi) {
+  double changes = 0;
+  const std::vector<std::string> said = take_notices();
+  try {
+    changes = std::abs(psi - run_once(with_tolerance(problem, kLooserRun * problem.solver.rtol), rho).psi);
+  } catch (const SolverError&) {
+    // Nothing is known but the tolerance.
+  }
+  take_notices();
+  for (const auto& s : said) notice(s);
+  return std::max(kNoise * problem.solver.rtol * std::abs(psi), kNoiseOfLooser * changes);
+}
+
 GradientResult run_at(double rtol, const Problem& problem, const std::vector<double>& rho) {
-  Problem tight = problem;
-  tight.solver.rtol = rtol;
-  tight.solver.atol = rtol * problem.solver.absolute() / problem.solver.rtol;
+  Problem tight = with_tolerance(problem, rtol);
   // Where there is a choice, CVODES: its psi is the smoother function of the parameters (index 1 on the five-bar: the
   // difference of the gradient 7e-10 instead of 1.2e-8, in a quarter of the time).
   if (tight.solver.integrator.empty() && find_formulation(tight.formulation).make_ode)
@@ -91,6 +112,7 @@ GradientResult run_at(double rtol, const Problem& problem, const std::vector<dou
   GradientResult r(run_once(tight, rho));
   r.gradient.resize(rho.size());
   r.gradient_error.resize(rho.size());
+  const double noise = rho.empty() ? 0 : noise_of(tight, rho, r.psi);
   std::vector<Counters> spent(rho.size());
   std::vector<Slope> slopes(rho.size());
   for_each_job(rho.size(), jobs(), [&](std::size_t j) {
@@ -102,7 +124,7 @@ GradientResult run_at(double rtol, const Problem& problem, const std::vector<dou
       return at.psi;
     };
     const double scale = rho[j] != 0 ? std::abs(rho[j]) : problem.parameters.parameters[j].scale;
-    slopes[j] = extrapolated_slope(psi, r.psi, rho[j], kFirstStep * scale, kNoise * rtol * std::abs(r.psi));
+    slopes[j] = extrapolated_slope(psi, r.psi, rho[j], kFirstStep * scale, noise);
     r.gradient[j] = slopes[j].value;
     r.gradient_error[j] = slopes[j].error;
   });

@@ -56,9 +56,6 @@ struct Apart {
   std::string what;
 };
 
-/// What is absolutely tolerated of a cost.
-double absolute_of_cost(const Problem& problem) { return problem.solver.absolute() * cost_size(*problem.mechanism); }
-
 double size_of_psi(const Problem& problem, const GradientResult& r) {
   return std::max(std::abs(r.psi), kSmallPsi * largest_scaled(problem.parameters, r.gradient));
 }
@@ -124,17 +121,6 @@ bool takes_more_steps(const GradientResult& finer, const GradientResult& coarser
   return static_cast<double>(finer.counters.steps) >= kMoreSteps * static_cast<double>(coarser.counters.steps);
 }
 
-/// The problem with absolute tolerances that a small psi needs; false where it needs no others.
-bool resolve(Problem& problem, const GradientResult& result) {
-  const double size = size_of_psi(problem, result), tolerated = absolute_of_cost(problem);
-  if (!(size > negligible_cost(*problem.mechanism, problem.solver)) ||
-      kAbsolute * tolerated <= kUnresolved * problem.solver.rtol * size)
-    return false;
-  const double factor = 0.1 * kUnresolved * problem.solver.rtol * size / (kAbsolute * tolerated);
-  problem.solver.atol = problem.solver.absolute() * std::max(factor, kFinest);
-  return true;
-}
-
 /// At loose tolerances a looser run tells nothing: a tighter one does, of a result that stays.
 GradientResult beside_a_tighter_one(const Problem& problem, GradientResult result, const GradientRun& run) {
   const double rtol = problem.solver.rtol;
@@ -154,6 +140,16 @@ GradientResult beside_a_tighter_one(const Problem& problem, GradientResult resul
 
 }  // namespace
 
+bool resolve_small_psi(Problem& problem, double size, double part) {
+  const double tolerated = problem.solver.absolute() * cost_size(*problem.mechanism),
+               least = part > 0 ? part : kUnresolved * problem.solver.rtol;
+  if (!(size > negligible_cost(*problem.mechanism, problem.solver)) || kAbsolute * tolerated <= least * size)
+    return false;
+  const double aim = part > 0 ? part : 0.1 * kUnresolved * problem.solver.rtol;
+  problem.solver.atol = problem.solver.absolute() * std::max(aim * size / (kAbsolute * tolerated), kFinest);
+  return true;
+}
+
 GradientResult confirmed(const Problem& asked, GradientResult result, const GradientRun& run, Looks looks,
                          bool* sensitive) {
   const double rtol = asked.solver.rtol;
@@ -161,7 +157,7 @@ GradientResult confirmed(const Problem& asked, GradientResult result, const Grad
   if (rtol * kTighter < kTightest) return result;
   std::vector<std::string> said = take_notices();
   Problem problem = asked;
-  if (GradientResult finer; resolve(problem, result)) {
+  if (GradientResult finer; resolve_small_psi(problem, size_of_psi(problem, result))) {
     if (attempt(problem, 1, run, finer) && apart(asked, result, finer).relative > kKnown * rtol) {
       finer.counters.simulations = std::max(finer.counters.simulations, result.counters.simulations);
       result = finer;

@@ -29,4 +29,9 @@ struct Looks {
 GradientResult confirmed(const Problem& problem, GradientResult result, const GradientRun& run, Looks looks = {},
                          bool* sensitive = nullptr);
 
+/// A psi, or what counts as its size, that is small against what absolute tolerances are made for has their errors,
+/// whatever rtol is. Gives the problem such that errors of psi by them are a thousand rtol of it, or `part` of it where
+/// that is given; false where they are that small as it is.
+bool resolve_small_psi(Problem& problem, double psi_size, double part = 0);
+
 }  // namespace costate

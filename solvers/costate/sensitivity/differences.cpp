@@ -11,6 +11,7 @@
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/base/unsaid.h"
 #include "costate/integrator/simulate.h"
 #include "costate/record/jobs.h"
 #include "costate/sensitivity/cycle_gradient.h"
@@ -92,14 +93,12 @@ Problem with_tolerance(const Problem& problem, double rtol) {
 /// Of psi's digits, what other steps would change.
 double noise_of(const Problem& problem, const std::vector<double>& rho, double psi) {
   double changes = 0;
-  const std::vector<std::string> said = take_notices();
   try {
+    const Unsaid another;
     changes = std::abs(psi - run_once(with_tolerance(problem, kLooserRun * problem.solver.rtol), rho).psi);
   } catch (const SolverError&) {
     // Nothing is known but the tolerance.
   }
-  take_notices();
-  for (const auto& s : said) notice(s);
   return std::max(kNoise * problem.solver.rtol * std::abs(psi), kNoiseOfLooser * changes);
 }
 

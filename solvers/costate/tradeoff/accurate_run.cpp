@@ -15,6 +15,7 @@
 #include "costate/integrator/unknown_sizes.h"
 #include "costate/problem/redundant_rows.h"
 #include "costate/problem/scaled_gradient.h"
+#include "costate/sensitivity/confirmation.h"
 #include "costate/sensitivity/method.h"
 #include "costate/tradeoff/trade_reference.h"
 
@@ -40,6 +41,8 @@ constexpr double kAim = 0.4;
 constexpr double kFirstTwo = 0.25;
 // Tangents cost about 0.6 of a simulation for each parameter, an adjoint about 3.
 constexpr std::size_t kTangents = 3;
+// Of the accuracy: errors by absolute tolerances, of the run that tells what they are.
+constexpr double kSmallPart = 0.3;
 // How far pilots may be from the result: errors up to so many tolerances are common along a motion.
 constexpr double kPilotError = 1e4;
 // Of the square of the mechanism's length: costs are squares of coordinates, or of their size.
@@ -189,6 +192,7 @@ class Chooser {
       r.looser = looser;
       r.problem = probe_.prepared(what, rtol, 0);
       judge(coarse, fine, rtol, r);
+      judge_small_psi(what, fine, rtol, r);
       r.met = r.relative <= request_.accuracy;
       const bool sure = !first_two || r.relative <= kFirstTwo * request_.accuracy;
       if ((r.met && sure) || rtol <= kTightest) break;
@@ -233,6 +237,23 @@ class Chooser {
     for (std::size_t j = 0; j < fine.values.gradient.size(); ++j)
       r.gradient_error.push_back(std::max(share * std::abs(fine.values.gradient[j] - coarse.values.gradient[j]),
                                           least * fine.gradient_unit / problem_.parameters.parameters[j].scale));
+  }
+
+  /// Of a psi that is small against its absolute tolerances two runs may have the same errors: by smaller ones.
+  void judge_small_psi(const Combination& what, const TradeReference& fine, double rtol, AccurateRun& r) {
+    Problem p = probe_.prepared({what.formulation, what.integrator, ""}, rtol, 0);
+    if (problem_.objective.running.empty() || problem_.cycle ||
+        !resolve_small_psi(p, std::abs(fine.values.psi), kSmallPart * request_.accuracy))
+      return;
+    try {
+      const double change = std::abs(probe_.run(p, "").psi - fine.values.psi);
+      r.psi_error = std::max(r.psi_error, change);
+      if (change <= r.relative * psi_unit_) return;
+      r.relative = change / psi_unit_;
+      r.worst = "psi";
+    } catch (const SolverError&) {
+      // Nothing more is known.
+    }
   }
 
   /// The two runs behind an estimate share a formulation; what both pass over others may have met.

@@ -14,6 +14,7 @@
 #include "costate/integrator/integrators.h"
 #include "costate/problem/known_error.h"
 #include "costate/problem/redundant_rows.h"
+#include "costate/sensitivity/confirmation.h"
 #include "costate/tradeoff/trade_reference.h"
 
 namespace costate {
@@ -210,6 +211,13 @@ GradientResult confirmed_simulation(const Problem& problem, const std::vector<do
   GradientResult r;
   const TradeValues values = probe.run(problem, "", &r, &to);
   confirm_motion(probe, problem, values, &r);
+  if (Problem finer = problem; !problem.objective.running.empty() && resolve_small_psi(finer, std::abs(r.psi))) try {
+      const Unsaid another;
+      finer.solver.confirm = false;
+      widen_error(r, r.psi - simulate(finer, rho).psi);
+    } catch (const SolverError&) {
+      // Nothing more is known.
+    }
   return r;
 }
 

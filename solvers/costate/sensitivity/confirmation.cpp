@@ -93,14 +93,24 @@ double left_over(double first, double still) { return still / (decades(first, st
 /// No estimate is below this part of the tolerance.
 constexpr double kLeastKnown = 0.01;
 
-/// The result may be off by what it changed by from `other`, over `divisor`.
+/// The result may be off by what it changed by from `other`, over `divisor`. Of a few entries one or the other changes
+/// little by chance: none is known better, in parts of itself, than the largest are, and psi than a tenth of that.
 void know(const Problem& problem, GradientResult& result, const GradientResult& other, double divisor) {
-  const double least = kLeastKnown * problem.solver.rtol;
+  constexpr double kOfPsi = 0.1;
+  double changed = 0;
+  const auto& parameters = problem.parameters.parameters;
+  for (std::size_t j = 0; j < result.gradient.size(); ++j)
+    changed = std::max(changed, std::abs(result.gradient[j] - other.gradient[j]) * parameters[j].scale);
+  const double size = largest_scaled(problem.parameters, result.gradient), rounding = kLeastKnown * problem.solver.rtol,
+               least = std::max(rounding, size > 0 ? std::min(1.0, changed / divisor / size) : 0);
   std::vector<double> gradient;
   for (std::size_t j = 0; j < result.gradient.size(); ++j)
     gradient.push_back(
         std::max(std::abs(result.gradient[j] - other.gradient[j]) / divisor, least * std::abs(result.gradient[j])));
-  widen_error(result, std::max(std::abs(result.psi - other.psi) / divisor, least * std::abs(result.psi)), gradient);
+  widen_error(
+      result,
+      std::max(std::abs(result.psi - other.psi) / divisor, std::max(rounding, kOfPsi * least) * std::abs(result.psi)),
+      gradient);
 }
 
 /// At another tolerance; what it has to say is not for this run.

@@ -13,6 +13,7 @@
 #include "costate/sensitivity/method.h"
 #include "property/driven_carriage.h"
 #include "property/gradient_compare.h"
+#include "support/cases.h"
 
 using namespace costate;
 using Catch::Contains;
@@ -262,4 +263,31 @@ TEST_CASE("laws with kinks say where, at the first place of the next piece") {
       kinks(
           R"({ kind = "sine_sweep", amplitude_m = 0.1, start_m = 0.2, length_m = 3, n_start_1_per_m = 0, n_end_1_per_m = 2 })"),
       {});
+}
+
+TEST_CASE("driver with kinks: at the end of the run") {
+  for (const char* method : {"idas-adjoint", "idas-forward", "cvodes-adjoint", "cvodes-forward", "discrete-adjoint"}) {
+    INFO(method);
+    const Problem p = problem_of_case("kink_at_end");
+    // By differences of runs that end 1e-4 s before it and behind it.
+    const GradientResult r = gradient(p, method, p.parameters.values());
+    CHECK(r.psi == Approx(0.6290204).epsilon(1e-6));
+    CHECK(r.gradient[0] == Approx(-0.04646767).epsilon(1e-6));
+  }
+  take_notices();
+}
+
+TEST_CASE("driver with kinks: what closed contacts cannot follow is refused by name") {
+  for (const char* name : {"kink_pulls", "kink_tips", "kink_slips"})
+    for (const char* integrator : {"idas", "cvodes", "radau5", "dopri5"}) {
+      INFO(name << " on " << integrator);
+      Problem p = problem_of_case(name);
+      p.solver.integrator = integrator;
+      CHECK_THROWS_WITH(simulate(p, p.parameters.values()),
+                        Catch::Contains("the law of a driver has a kink") && Catch::Contains("contact."));
+    }
+  // It pushes down instead: the driver begins to lift what it carries.
+  const Problem p = problem_of_case("kink_pulls", {"distance_driver.d.length_m.coefficients=[[1, 0], [2]]"});
+  CHECK(simulate(p, p.parameters.values()).psi == Approx(0).margin(1e-9));
+  take_notices();
 }

@@ -13,6 +13,7 @@
 #include "costate/event/contact_ways.h"
 #include "costate/event/motion_events.h"
 #include "costate/event/spatial_slip.h"
+#include "costate/linear/sparse_pattern.h"
 
 namespace costate {
 
@@ -116,6 +117,42 @@ void MotionEvents::require_bounded(const ContactOf& c, const StateView& s) {
         "At t = {:.9g} s the normal force of {} grows beyond all bounds as it slides: the laws of rigid bodies with "
         "Coulomb friction go no further (Painleve). Take less friction, or kind = \"compliant\".",
         s.t, c.force->path()));
+}
+
+// The impulses P of all rows: M (v+ - v-) + Phi_q^T P = 0.
+void MotionEvents::require_pushing(const StateView& behind, const std::vector<double>& v_before) {
+  constexpr double kOfImpulses = 1e-6;
+  const auto closed = [&](const ContactOf& c) { return c.closed_state >= 0 && behind.z[c.closed_state] > 0.5; };
+  if (!impact_ || std::none_of(contacts_.begin(), contacts_.end(), closed)) return;
+  const auto n = static_cast<std::size_t>(assembly_.n());
+  std::vector<double> dv(n), x(n + static_cast<std::size_t>(assembly_.m()), 0.0);
+  for (std::size_t i = 0; i < n; ++i) dv[i] = behind.v[i] - v_before[i];
+  impact_->balance().prepare(behind);
+  add_product(assembly_.jacobian(), assembly_.phi_q.data(), 1, dv.data(), x.data() + n);
+  impact_->balance().solve(x.data());
+  double size = 0;
+  for (std::size_t i = n; i < x.size(); ++i) size = std::max(size, std::abs(x[i]));
+  for (const ContactOf& c : contacts_) {
+    if (!closed(c)) continue;
+    const double* impulse = x.data() + n + c.first_row;
+    const double slides = c.sliding_state < 0 ? 0 : behind.z[c.sliding_state];
+    const char* what = nullptr;
+    if (impulse[0] > kOfImpulses * size)
+      what = "the ground would have to pull";
+    else if (c.sliding_state >= 0 && std::abs(slides) < 0.5 &&
+             (c.contact->row_count() > 2 ? std::hypot(impulse[1], impulse[2]) : std::abs(impulse[1])) >
+                 -number(c, c.contact->friction_number()) * impulse[0] + kOfImpulses * size)
+      what = "it would begin to slide";
+    else if (c.sliding_state >= 0 && !slides_in_space(c) && std::abs(slides) > 0.5 &&
+             slides * row_of(*c.force, *c.contact, 1, behind, assembly_, nullptr).c1 < 0)
+      what = "it would slide the other way";
+    if (what)
+      throw SolverError(fmt::format(
+          "At t = {:.9g} s the law of a driver has a kink, where velocities jump, and of {} {}: what contacts do in "
+          "the "
+          "impulses of drivers is not carried. Take a law with a continuous slope, or kind = \"compliant\".",
+          behind.t, c.force->path(), what));
+  }
 }
 
 void MotionEvents::require_sliding(const StateView& s) {

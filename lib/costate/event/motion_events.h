@@ -67,6 +67,10 @@ class MotionEvents {
   /// called for each step once, in order of time.
   std::optional<Hit> find(double from, double to, const std::function<StateView(double)>& at);
 
+  /// The kink of a driver has changed the velocities to those of this state: throws SolverError where the impulses take
+  /// a closed contact's ground to pull, or its friction beyond its limit, or a slide to its other way.
+  void require_pushing(const StateView& behind, const std::vector<double>& v_before);
+
   /// v (n entries) and z (nz entries), those before, := those behind the event.
   void cross(int event, const StateView& before, double* v, double* z);
 

@@ -69,6 +69,17 @@ double System::segment_start(double t) const {
   return std::find(kinks_.begin(), kinks_.end(), next) != kinks_.end() ? next : t;
 }
 
+void System::require_contacts_follow(const Jump& jump, double t_after, const double* y_after) {
+  if (!events_ || t_after == jump.t) return;
+  const std::vector<double> kinks = driver_kinks(assembly_.mechanism(), assembly_.numbers());
+  if (std::find(kinks.begin(), kinks.end(), t_after) == kinks.end()) return;
+  use_mode(jump.before);
+  const StateView before = kinematic_state(jump.t, jump.y.data());
+  const std::vector<double> v_before(before.v, before.v + assembly_.n());
+  use_mode(jump.after);
+  events_->require_pushing(kinematic_state(t_after, y_after), v_before);
+}
+
 void System::spread_start_weights(const double* mu, double* w_q, double* w_v, double* w_z) const {
   const int n = assembly_.n();
   std::copy(mu, mu + n, w_q);

@@ -104,6 +104,10 @@ class System {
   /// Where the next segment starts when one has ended at t: behind a kink, else at t.
   double segment_start(double t) const;
 
+  /// Behind jump() at a kink, with the state there: throws SolverError where a driver's kink asks of closed contacts
+  /// what they cannot do (MotionEvents::require_pushing()).
+  void require_contacts_follow(const Jump& jump, double t_after, const double* y_after);
+
   // Events of the mechanism: contacts that touch and let go. Their times are found along the run.
   /// Whether this formulation is carried across them; where not, a mechanism that has them is refused by name.
   virtual bool carries_events() const { return false; }

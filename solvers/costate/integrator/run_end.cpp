@@ -31,6 +31,7 @@ struct RunEnd {
   double t;          // s
   double kappa = 0;  // of end_term()
   std::optional<RunEvent> last_event = {};
+  std::vector<double> kinks = {};  // of drivers
 };
 
 double events_until(const Problem& problem, const RunEnd& end) {
@@ -49,6 +50,7 @@ RunEnd search_end(SystemType& system, const Problem& problem, const std::vector<
   watch.advance(run, problem.solver.t_end);
   RunEnd end{watch.time()};
   if (!run.events().empty()) end.last_event = run.events().back();
+  end.kinks = driver_kinks(*problem.mechanism, system.assembly().numbers());
   if (!rates_too) return end;
   const MechanismState s = solved_state(system, watch.time(), run.y());
   const EndRates rates = end_rates(*problem.ends_when, problem.objective, s, system.assembly());
@@ -165,6 +167,13 @@ Problem with_fixed_end(const Problem& problem, const std::vector<double>& rho, c
         fmt::format("'{}' happens at t = {:.9g} s, at the end of the run itself ({:.9g} s, 'ends_when'): which of them "
                     "comes first is not known well enough for a derivative. Move the level.",
                     end.last_event->name, end.last_event->t, end.t));
+  for (const double kink : end.kinks)
+    if (std::abs(kink - end.t) <= end.t - fixed.solver.events_until)
+      throw SolverError(
+          fmt::format("The law of a driver has a kink at t = {:.9g} s, where velocities jump, at the end of the run "
+                      "itself ({:.9g} s, 'ends_when'): which of them comes first is not known well enough for a "
+                      "derivative. Move the level.",
+                      kink, end.t));
   fixed.objective.followed.push_back(problem.ends_when->output);
   fixed.objective.terminal.push_back(end_term(*problem.ends_when, end.kappa));
   return fixed;

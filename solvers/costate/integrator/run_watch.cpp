@@ -133,15 +133,25 @@ void RunWatch::conclude(Simulation& result) const {
         problem_.solver.rtol, result.counters.steps));
   if (const auto g = grazed()) notice(g->second + ". Move the motion away from there, or take a smaller rtol.");
   if (watch_.began_redundant()) tell_of_open_costs();
-  const SolverOptions& run = problem_.solver;
-  if (!result.events.empty() && !problem_.objective.terminal.empty() && !result.end &&
-      run.t_end - result.events.back().t < kSameInstant * (run.t_end - run.t_start))
-    notice(fmt::format(
-        "'{}' happens at t = {:.9g} s, where the run ends: terminal costs are those behind it, and rounding "
-        "decides whether it belongs to the run. Move t_end_s.",
-        result.events.back().name, result.events.back().t));
+  tell_of_end(result);
   require_cycle(problem_, result.psi);
   require_finite(result);
+}
+
+void RunWatch::tell_of_end(const Simulation& result) const {
+  if (problem_.objective.terminal.empty()) return;
+  const SolverOptions& run = problem_.solver;
+  const double end = result.end ? result.end->t : run.t_end, instant = kSameInstant * (end - run.t_start);
+  const char* what =
+      "where the run ends: terminal costs are those behind it, and rounding decides whether it belongs to the run. "
+      "Move ";
+  if (!result.events.empty() && !result.end && end - result.events.back().t < instant)
+    notice(fmt::format("'{}' happens at t = {:.9g} s, {}t_end_s.", result.events.back().name, result.events.back().t,
+                       what));
+  for (const double kink : driver_kinks(*problem_.mechanism, system_.assembly().numbers()))
+    if (std::abs(kink - end) < instant)
+      notice(
+          fmt::format("The law of a driver has a kink at t = {:.9g} s, where velocities jump, {}the end.", kink, what));
 }
 
 void RunWatch::tell_of_open_costs() const {

@@ -53,6 +53,8 @@ class RunWatch {
   FormulaJumpWatch formulas_;  // of costs on accelerations, reactions, force states
   System& system_;
   void tell_of_open_costs() const;
+  /// Of what happens in the instant in which the run ends.
+  void tell_of_end(const Simulation& result) const;
   void tell_of_coincident(const std::vector<RunEvent>& events) const;
   const Problem& problem_;
   std::vector<double> rho_;

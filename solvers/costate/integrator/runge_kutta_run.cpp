@@ -348,6 +348,7 @@ void RungeKuttaRun<Kind>::cross() {
     system_.jump(end_time_, y.data());
   }
   jump.after = system_.mode();
+  if (jump.event < 0) system_.require_contacts_follow(jump, t_after, y.data());
   system_.forget_event();
   jumps_in_a_row_ = end_time_ > segment_start_ ? 0 : jumps_in_a_row_ + 1;
   if (jumps_in_a_row_ > kMostJumpsAtOnce)

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <limits>
 #include <tuple>
+#include <utility>
 
 #include "costate/integrator/unknown_sizes.h"
 #include "costate/sundials/failure.h"
@@ -187,7 +188,7 @@ template <class Api>
 void SundialsSession<Api>::enable_adjoint(const CheckpointPlan& plan) {
   adjoint_ = true;
   watch_.emplace(system_, plan);
-  check(Api::init_adjoint(memory_, plan.steps), "the adjoint");
+  checkpoint_steps_ = plan.steps;
   // IDAS restarts the quadratures wrongly when it repeats the first segment (corrected in 2026, llnl/sundials#888), so
   // that under error control its steps may differ from the original's.
   if (Api::implicit && plan.repeats && system_.has_running_cost())
@@ -219,6 +220,8 @@ double SundialsSession<Api>::running_cost(double t, const double* x) {
 template <class Api>
 void SundialsSession<Api>::solve(double to, double* reached, bool one_step) {
   int checkpoints = 0;
+  // Not before: IDAS frees what a session without a step has never allocated.
+  if (checkpoint_steps_ > 0) check(Api::init_adjoint(memory_, std::exchange(checkpoint_steps_, 0)), "the adjoint");
   const int flag = Api::solve(memory_, to, reached, y_, yp_, one_step, adjoint_ ? &checkpoints : nullptr);
   if (flag < 0) fail(false, flag, "could not continue the simulation");
   if (adjoint_) counters_.checkpoints = checkpoints;
@@ -252,8 +255,7 @@ void SundialsSession<Api>::repeat_segment(double end) {
 template <class Api>
 bool SundialsSession<Api>::advance_segment(double t, Trajectory* trajectory, const StepSink& after_step) {
   const double known = step_end_;  // y_ may hold an earlier time of the step that ends there
-  // No step fits between an event and the run's end there.
-  while (step_end_ < t && !(steps(memory_) == 0 && same_time(step_end_, t))) {
+  while (step_end_ < t && !(steps(memory_) == 0 && same_time(step_end_, t))) {  // no step fits in there
     if (ended_) {
       interpolate(step_end_);
       return false;
@@ -367,6 +369,7 @@ void SundialsSession<Api>::jump(Jump& jump, SegmentStart& start) {
     system_.jump(t_, start.y.data());
   }
   jump.after = system_.mode();
+  if (!restart_ && jump.event < 0) system_.require_contacts_follow(jump, start.t, start.y.data());
   if (jump.event >= 0) look_at_hop(start, start.t, system_.event_hop());
   start.cost = cost();
   if (!restart_) system_.forget_event();

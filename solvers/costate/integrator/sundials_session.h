@@ -169,6 +169,7 @@ class SundialsSession {
   std::optional<RepeatWatch> watch_;
   std::vector<double> g_y_;
   AdjointGrowth adjoint_growth_;
+  long checkpoint_steps_ = 0;  // of an adjoint that is not yet initialized
   bool adjoint_ = false, restart_ = false;  // restart_: the segment ends with no jump
   double start_time_, t_;
   long newton_setups_ = 0, newton_setups_back_ = 0;

@@ -307,3 +307,22 @@ TEST_CASE("cycle: the largest multiplier's gradient says what it is within") {
   };
   CHECK(std::abs((at("-0.999") - at("-1.001")) / 0.002 - by_push) <= 2e-7);
 }
+
+// By Floquet's theory: solutions of the linearized equations by Dormand and Prince at 1e-12, differences of their
+// multipliers.
+TEST_CASE("cycle: what rests on its cycle has multipliers whose derivatives are no zero") {
+  const WorkingDirectory here;
+  const auto derivatives = [&](const std::string& name, const std::string& parameters) {
+    return costate_json({"cycle", std::string(COSTATE_SOURCE_DIR "/test/cases/") + name + ".toml", "--no-files",
+                         "--parameters", parameters},
+                        here.path())
+        .at("multiplier_gradient");
+  };
+  const Json shaken = derivatives("mathieu", "driver.shake.law.amplitude,body.bob.mass_kg");
+  CHECK(shaken.at("driver.shake.law.amplitude").get<double>() == Approx(6.534272320).epsilon(1e-6));
+  CHECK(shaken.at("body.bob.mass_kg").get<double>() == Approx(0.017153684).epsilon(1e-6));
+  const Json rod = derivatives("shaken_rod", "spring.s.stiffness_N_per_m,spring.s.damping_N_s_per_m,mass.m.mass_kg");
+  CHECK(rod.at("spring.s.stiffness_N_per_m").get<double>() == Approx(1.0897188).epsilon(1e-6));
+  CHECK(rod.at("spring.s.damping_N_s_per_m").get<double>() == Approx(-0.0753959).epsilon(1e-5));
+  CHECK(rod.at("mass.m.mass_kg").get<double>() == Approx(-32.5407721).epsilon(1e-6));
+}

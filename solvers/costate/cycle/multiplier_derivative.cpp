@@ -11,6 +11,7 @@
 
 #include "costate/base/error.h"
 #include "costate/base/stop.h"
+#include "costate/integrator/unknown_sizes.h"
 
 namespace costate {
 
@@ -27,6 +28,8 @@ constexpr double kTighter[] = {0.01, 0.1, 1}, kTightest = 1e-12;
 // First step along the eigenvector, in parts of the fixed point's entries; an entry near zero has this part of the
 // largest in its place.
 constexpr double kFirstDistance = 0.05, kSmallEntry = 0.1;
+// Of entries' natural sizes: below the one all of them are zero, and the other is taken in their place.
+constexpr double kRests = 1e-6, kOfSize = 0.1;
 constexpr int kLevels = 7;           // steps h, h/2, ... h/64 at most
 constexpr double kConverged = 1e-9;  // relative; no more levels then
 // The largest modulus has no derivative where another one is within this of it, or where left and right eigenvector are
@@ -115,10 +118,15 @@ class Beside {
   /// h at the first level of a direction of the free entries, 0 where there is none.
   double first_step(const VectorXd& along) const {
     const double largest = x_.cwiseAbs().maxCoeff();
+    // What rests where it is (a pendulum that hangs straight while its pivot is shaken) has no size of its own.
+    bool rests = true;
+    for (const int i : map_.section().free()) rests = rests && std::abs(x_[i]) < kRests * size_of(i);
     double most = 0;
-    for (std::size_t i = 0; i < map_.section().free().size(); ++i)
-      most = std::max(most, std::abs(along[static_cast<Eigen::Index>(i)]) /
-                                std::max(std::abs(x_[map_.section().free()[i]]), kSmallEntry * largest));
+    for (std::size_t k = 0; k < map_.section().free().size(); ++k) {
+      const int i = map_.section().free()[k];
+      const double size = rests ? kOfSize * size_of(i) : std::max(std::abs(x_[i]), kSmallEntry * largest);
+      most = std::max(most, std::abs(along[static_cast<Eigen::Index>(k)]) / size);
+    }
     return most > 0 ? kFirstDistance / most : 0;
   }
   /// ([P_x, P_rho](x + h a) - [P_x, P_rho](x - h a))/(2 h) of the free entries.
@@ -129,6 +137,13 @@ class Beside {
   }
 
  private:
+  /// What an entry may be like: the mechanism's length, a radian, or these over a period.
+  double size_of(int i) const {
+    const std::string& unit = map_.section().coordinates()[static_cast<std::size_t>(i)].unit;
+    const double size = unit.starts_with("m") ? std::sqrt(cost_size(*map_.problem().mechanism)) : 1;
+    return unit.ends_with("/s") ? size / at_.time : size;
+  }
+
   MatrixXd tangents(const VectorXd& along, double h) {
     check_stop();
     const auto& free = map_.section().free();

@@ -174,6 +174,19 @@ TEST_CASE("import: a mimicking joint follows its leader") {
   CHECK(values["right.displacement_ddot"] == Approx(0.5 * values["left.displacement_ddot"]).epsilon(1e-9));
 }
 
+// By Lagrange's equation of the one coordinate that is free (Dormand and Prince at 1e-11).
+TEST_CASE("import: a mimicking joint has its damping") {
+  const Scene scene = Scene::parse(imported("damped_mimic.urdf", {"--pose", "j1=1"}), "r.toml");
+  const Problem problem = make_problem(scene);
+  double angle = 0, rate = 0;
+  simulate(problem, {}, {2}, [&](const MechanismState& s, System& system) {
+    angle = make_output(*problem.mechanism, "j1.angle")->value(s, system.assembly());
+    rate = make_output(*problem.mechanism, "j1.angle_dot")->value(s, system.assembly());
+  });
+  CHECK(angle == Approx(0.308794).margin(2e-6));
+  CHECK(rate == Approx(-0.442261).margin(2e-6));
+}
+
 TEST_CASE("import: a closed loop stands where its lengths put it, and keeps its energy") {
   // Crank at 1 rad; the coupler's and the rocker's circles meet above.
   const double bx = 0.2 * std::cos(1.0), bz = 0.2 * std::sin(1.0), d = std::hypot(0.5 - bx, bz);

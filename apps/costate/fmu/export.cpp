@@ -127,6 +127,10 @@ int run_export(const CommonOptions& common, const ExportOptions& options) {
   for (const FmuVariable& v : model->variables())
     if (!v.differentiable)
       notice(fmt::format("'{}' has no derivatives: it is a local variable of the FMU, not an output.", v.name));
+  if (scene.run.ends_when)
+    notice(
+        "The FMU goes as far as its importer wants: 'ends_when' in [run] is left out, and parameters of it alone do "
+        "nothing in the FMU.");
   const auto notices = take_notices();
   for (const std::string& sentence : notices) print_message("warning: " + sentence);
   std::size_t outputs = 0;

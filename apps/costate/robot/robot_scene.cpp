@@ -124,10 +124,8 @@ class RobotWriter {
     line(fmt::format("{} = \"{}\"", turns ? "angle" : "displacement", name));
     if (j.position != 0) line(fmt::format("{} = {}", turns ? "angle_rad" : "displacement_m", number_text(j.position)));
     line("");
-    if (j.leader.empty())
-      stops(j, name, base, tip, axis);
-    else
-      mimic(j, name);
+    stops(j, name, base, tip, axis);
+    if (!j.leader.empty()) mimic(j, name);
   }
 
   /// Damping, and stops at the limits that reach the joint's effort a hundredth of a radian (a millimetre) behind them.

@@ -114,11 +114,12 @@ const KindKeys planar_keys(
 
 const KindKeys spherical_keys("spherical", {{"points", "names of the two points"}});
 
-const KindKeys tie_rod_keys("tie_rod", {{"from", "a point of the body that the rod's other end is fixed to"},
-                                        {"to", "a point of the body in which the end slides"},
-                                        {"slide", "coordinate by which it slides"},
-                                        {"direction", "[x, y, z]: along which, in the frame of that body"},
-                                        {"length_m", "by default as the points first stand"}});
+const KindKeys tie_rod_keys("tie_rod",
+                            {{"from", "a point of the body in which the end slides: that end where the slide is zero"},
+                             {"to", "a point of the body that the rod's other end is fixed to"},
+                             {"slide", "coordinate by which it slides"},
+                             {"direction", "[x, y, z]: along which, in the frame of that body"},
+                             {"length_m", "by default as the points first stand"}});
 
 const KindKeys parallel_keys("parallel", {{"first, second", "two points each: the lines"}});
 

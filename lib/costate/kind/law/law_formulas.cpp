@@ -81,7 +81,7 @@ const RegisterLawKind product(
 
 const RegisterLawKind chirp(
     {.name = "chirp",
-     .summary = "mean + amplitude sin(...) with an angular frequency linear from x = from to x = to",
+     .summary = "mean + amplitude sin(...) with an angular frequency linear in x, through those at 'from' and 'to'",
      .example =
          R"({ kind = "chirp", amplitude = 0.2, to = 2.0, first_angular_frequency_rad_per_s = 1.0, last_angular_frequency_rad_per_s = 6.0 })",
      .read = [](SceneTable& t) {

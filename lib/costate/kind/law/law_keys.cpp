@@ -19,12 +19,12 @@ const KindKeys sum_law_keys("law sum", {{"terms", "laws"}});
 
 const KindKeys product_law_keys("law product", {{"factors", "laws"}});
 
-const KindKeys chirp_law_keys("law chirp", {{"mean", "about which it swings"},
-                                            {"amplitude", "half of the swing"},
-                                            {"from, to", "where the frequency begins and ends to rise"},
-                                            {"first_angular_frequency_rad_per_s, last_angular_frequency_rad_per_s",
-                                             "the frequency there"},
-                                            {"phase_rad", "at 'from'"}});
+const KindKeys chirp_law_keys(
+    "law chirp", {{"mean", "about which it swings"},
+                  {"amplitude", "half of the swing"},
+                  {"from, to", "where the frequency is the first and the last one; beyond it goes on changing"},
+                  {"first_angular_frequency_rad_per_s, last_angular_frequency_rad_per_s", "the frequency there"},
+                  {"phase_rad", "at 'from'"}});
 
 const KindKeys constant_law_keys("law constant", {{"value", "the value"}});
 

@@ -131,13 +131,17 @@ const std::vector<PathCourse::Cell>& PathCourse::cells(StepMotion& motion, const
   std::sort(samples_.begin(), samples_.end(), [](const Sample& a, const Sample& b) { return a.u < b.u; });
   meet_samples();
   floor_ = std::max(kPathRounding * std::max(std::abs(low_now_), std::abs(high_now_)), kNoForce);
-  const double low = std::min(low_, low_now_), high = std::max(high_, high_now_), h = motion.to() - motion.from();
-  // What it is away from where it mostly is, on whichever side.
-  impulse_now_ = impulse_ + h * std::min(high_now_ - low, high - low_now_);
-  no_range_ = precision.floor * (high - low);
-  no_impulse_ = precision.floor * impulse_now_ / h;
+  impulse_now_ = impulse_with_step();
+  no_range_ = precision.floor * (std::max(high_, high_now_) - std::min(low_, low_now_));
+  no_impulse_ = precision.floor * impulse_now_ / (motion.to() - motion.from());
   if (!is_cubic() && !(of_rate_ && precision.bends && is_bend())) halve(0, 1, 0);
   return cells_;
+}
+
+// What it is away from where it mostly is, on whichever side.
+double PathCourse::impulse_with_step() const {
+  const double low = std::min(low_, low_now_), high = std::max(high_, high_now_);
+  return impulse_ + (motion_->to() - motion_->from()) * std::min(high_now_ - low, high - low_now_);
 }
 
 // By the control points of the two cubics through the deformation and its rate at both ends and in the middle; of
@@ -174,7 +178,7 @@ bool PathCourse::is_between_places(bool leaves_bends) {
   const double room = kPlaceRoom * (high - low) + bent + motion_->tolerance(std::max(std::abs(low), std::abs(high)));
   const auto first = std::lower_bound(sharp_.begin(), sharp_.end(), low - room);
   const auto passed = std::upper_bound(first, sharp_.end(), high + room) - first;
-  impulse_now_ = impulse_;
+  impulse_now_ = impulse_with_step();
   // Of a rate's law that bends once and is left to the integrator, where its argument goes one way.
   return passed == 0 || (passed == 1 && of_rate_ && leaves_bends && bent < kOneWay * least);
 }

@@ -96,6 +96,7 @@ class PathCourse {
   void look_along();
   void look_at_parts(int parts);
   void meet_arguments();
+  double impulse_with_step() const;
   /// Whether any argument changes by more than rounding between these.
   bool moves() const;
   /// By how much argument i may change and be rounding, of a motion of this size; and what such rounding, and that of

@@ -83,7 +83,7 @@ Simulation run_once(const Problem& problem, const std::vector<double>& rho) {
   return problem.cycle ? cycle_run(problem, rho) : simulate(problem, rho);
 }
 
-Problem with_tolerance(const Problem& problem, double rtol) {
+Problem of_tolerance(const Problem& problem, double rtol) {
   Problem p = problem;
   p.solver.rtol = rtol;
   p.solver.atol = rtol * problem.solver.absolute() / problem.solver.rtol;
@@ -95,7 +95,7 @@ double noise_of(const Problem& problem, const std::vector<double>& rho, double p
   double changes = 0;
   try {
     const Unsaid another;
-    changes = std::abs(psi - run_once(with_tolerance(problem, kLooserRun * problem.solver.rtol), rho).psi);
+    changes = std::abs(psi - run_once(of_tolerance(problem, kLooserRun * problem.solver.rtol), rho).psi);
   } catch (const SolverError&) {
     // Nothing is known but the tolerance.
   }
@@ -103,7 +103,7 @@ double noise_of(const Problem& problem, const std::vector<double>& rho, double p
 }
 
 GradientResult run_at(double rtol, const Problem& problem, const std::vector<double>& rho) {
-  Problem tight = with_tolerance(problem, rtol);
+  Problem tight = of_tolerance(problem, rtol);
   // Where there is a choice, CVODES: its psi is the smoother function of the parameters (index 1 on the five-bar: the
   // difference of the gradient 7e-10 instead of 1.2e-8, in a quarter of the time).
   if (tight.solver.integrator.empty() && find_formulation(tight.formulation).make_ode)

@@ -307,11 +307,12 @@ void MotionEvents::settle(const StateView& s, double* z, const std::string& even
       return;
     }
     if (!are_one_motion(found, x.data()))
-      throw SolverError(
-          fmt::format("At t = {:.9g} s, behind '{}', the motion has several solutions, in which contacts ({}) do "
-                      "different things: the laws of rigid bodies with Coulomb friction do not choose between them "
-                      "(Painleve). Take less friction, or kind = \"compliant\".{}",
-                      s.t, event, names(), advice));
+      throw SolverError(fmt::format(
+          "At t = {:.9g} s, behind '{}', the motion has several solutions, in which contacts ({}) do "
+          "different things: the laws of rigid bodies with Coulomb friction do not choose between them "
+          "(Painleve), or errors of the size of the tolerance do. Take a smaller rtol, less friction, or kind = "
+          "\"compliant\".{}",
+          s.t, event, names(), advice));
   });
   if (!few)
     throw CapabilityError(

@@ -149,8 +149,9 @@ std::optional<double> EndSearch::find(const std::function<double(double)>& dista
   };
   const auto jumps = [&](const Point& from, const Point& to) -> SolverError {
     return SolverError(fmt::format(
-        "At t = {:.9g} s the output '{}' jumps across the level of 'ends_when': right before it is {:.6g} {} short of "
-        "the level, right behind {:.6g} beyond it. Runs end where an output comes to a level, and this end would have "
+        "At t = {:.9g} s the output '{}' jumps across the level of 'ends_when', or of the section of a cycle: right "
+        "before it is {:.6g} {} short of the level, right behind {:.6g} beyond it. Runs end where an output comes to a "
+        "level, and this end would have "
         "no derivative. Take an output that is continuous there.",
         to.t, end_.output->name(), std::abs(from.h), end_.output->unit(), std::abs(to.h)));
   };

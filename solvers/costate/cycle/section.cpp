@@ -241,8 +241,9 @@ Section::Section(const Problem& problem, const CycleSettings& settings, const st
     if (dynamic_cast<const UnilateralForce*>(begin_event_->guarded))
       throw ModelError(
           "cycle.section",
-          fmt::format("'{}' is an impact, where velocities jump: a cycle of rigid contacts begins between two of "
-                      "them. Take an output's crossing of a level, as the stance leg's angle in mid-stance: "
+          fmt::format("'{}' is an event of a rigid contact, at which rows of constraints come or go, or velocities "
+                      "jump: a cycle begins between two of them. Take an output's crossing of a level, as the stance "
+                      "leg's angle in mid-stance: "
                       "[cycle.section] with output = \"left.angle\", below = 0.",
                       begin_event_->name));
     end_event_ = at("cycle.relabel", [&] { return find_event(m, partner(begin_event_->name)); });

@@ -259,7 +259,8 @@ double PathCourse::noise(double u, double size) {
     if (!(most_[i] > least_[i])) continue;
     const double x = here_[i];
     here_[i] = x + kPathStillAt * std::max(size, std::abs(x));
-    sum += std::abs(value_here() - f);
+    // Laws in the formula round, too: a polynomial near a root of its own has no digits there.
+    sum += kPathNoise * std::abs(value_here() - f);
     here_[i] = x;
   }
   return sum;

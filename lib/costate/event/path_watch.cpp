@@ -125,7 +125,7 @@ std::optional<TouchLook> PathWatch::look(double from, double to, const GapTrace:
   cuts_ = from == cut_from_ ? cuts_ + 1 : 0;
   cut_from_ = from;
   // Around the place at which a law leaves zero its course looks the same at every scale.
-  nested_ = from < nested_until_ && to - from < kNested * nested_in_ ? nested_ : -1;
+  nested_ = from < nested_until_ + nested_in_ && to - from < kNested * nested_in_ ? nested_ : -1;
   const double instant = kPathInstant * std::max(std::abs(from), std::abs(to));
   auto first = first_passed_over();
   if (first && cuts_ < kMostPathCuts && nested_ < kMostNested && to - from > instant) {

@@ -13,6 +13,7 @@ namespace costate {
 namespace {
 // Of its size, and of what its terms' rounding may sum up to: less is nothing; and what is nothing in whatever units.
 constexpr double kPathRounding = 1e-10, kPathNoise = 8, kNoForce = 1e-30;
+constexpr double kOfNumbers = 1e-15;  // of the numbers of a formula and its laws
 // Arguments that change by no more over a step, of the integrator's tolerances and of the motion's size, are rounding.
 constexpr double kPathStill = 1e-4, kPathStillAt = 1e-13;
 // What is between two places of its law over a step: with this part of what it travels to spare; and what goes one way.
@@ -256,11 +257,10 @@ double PathCourse::noise(double u, double size) {
   // Rounding of the terms, and of the arguments that change at all.
   double sum = kPathNoise * formula_->rounding(x_here_, here_.data());
   for (std::size_t i = 0; i < here_.size(); ++i) {
-    if (!(most_[i] > least_[i])) continue;
     const double x = here_[i];
-    here_[i] = x + kPathStillAt * std::max(size, std::abs(x));
     // Laws in the formula round, too: a polynomial near a root of its own has no digits there.
-    sum += kPathNoise * std::abs(value_here() - f);
+    here_[i] = most_[i] > least_[i] ? x + kPathStillAt * std::max(size, std::abs(x)) : x * (1 + kOfNumbers);
+    sum += std::abs(value_here() - f);
     here_[i] = x;
   }
   return sum;

@@ -133,8 +133,14 @@ const std::vector<PathCourse::Cell>& PathCourse::cells(StepMotion& motion, const
   meet_samples();
   floor_ = std::max(kPathRounding * std::max(std::abs(low_now_), std::abs(high_now_)), kNoForce);
   impulse_now_ = impulse_with_step();
-  no_range_ = precision.floor * (std::max(high_, high_now_) - std::min(low_, low_now_));
-  no_impulse_ = precision.floor * impulse_now_ / (motion.to() - motion.from());
+  double low = std::min(low_, low_now_), high = std::max(high_, high_now_), impulse = impulse_now_;
+  if (motion.from() < seen_until_) {
+    low = std::min(low, seen_low_);
+    high = std::max(high, seen_high_);
+    impulse = std::max(impulse, seen_impulse_);
+  }
+  no_range_ = precision.floor * (high - low);
+  no_impulse_ = precision.floor * impulse / (motion.to() - motion.from());
   if (!is_cubic() && !(of_rate_ && precision.bends && is_bend())) halve(0, 1, 0);
   return cells_;
 }
@@ -372,6 +378,19 @@ void PathCourse::refine(double a, double b, int depth) {
   if (!is_met(cubic, b - a) && depth < kPathDepth) return halve(a, b, depth);
   const double begin = samples_[0].f;
   cells_.push_back({a, b, std::max(std::abs(cubic.low() - begin), std::abs(cubic.high() - begin))});
+}
+
+void PathCourse::keep_seen(double until) {
+  if (!(low_now_ <= high_now_)) return;
+  if (!(motion_->from() < seen_until_)) {
+    seen_low_ = low_now_;
+    seen_high_ = high_now_;
+    seen_impulse_ = 0;
+  }
+  seen_low_ = std::min(seen_low_, low_now_);
+  seen_high_ = std::max(seen_high_, high_now_);
+  seen_impulse_ = std::max(seen_impulse_, impulse_now_);
+  seen_until_ = std::max(seen_until_, until);
 }
 
 void PathCourse::record(double from, double to) {

@@ -53,6 +53,9 @@ class PathCourse {
   /// What is less, over this part of the step, is nothing: a force that was large for an instant hides no lasting one.
   double nothing(double part) const { return std::max(floor_, std::min(no_range_, no_impulse_ / part)); }
 
+  /// The step is not taken, but cut: what was seen of it counts until its end. Around the place at which a law leaves
+  /// zero its course looks the same at every scale, down to rounding.
+  void keep_seen(double until);
   /// The step was taken.
   void record(double from, double to);
   /// Steps in which most changed, of itself or by its impulse: from, to.
@@ -140,6 +143,8 @@ class PathCourse {
   std::vector<Cell> cells_;
   double looked_at_ = 1, off_ = 0, low_ = std::numeric_limits<double>::infinity(), high_ = -low_, low_now_ = 0,
          high_now_ = 0, floor_ = 0, no_range_ = 0, no_impulse_ = 0, impulse_ = 0, impulse_now_ = 0;
+  // Of steps that were cut, until this time.
+  double seen_until_ = -std::numeric_limits<double>::infinity(), seen_low_ = 0, seen_high_ = 0, seen_impulse_ = 0;
   std::vector<Change> steps_;
 };
 

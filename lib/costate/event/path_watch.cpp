@@ -19,9 +19,6 @@ constexpr double kOffCubic = 0.02, kAtRtol = 1e-4, kOffOrder = 0.125;
 constexpr double kNoPathRange = 10, kLeastPathRange = 1e-10, kMostPathRange = 1e-6;
 // So often a step from one time is cut: what is still not resolved then is rounding. And steps so short, of the time.
 constexpr int kMostPathCuts = 6;
-// So often what is within a cut, and by this shorter, is cut in turn.
-constexpr int kMostNested = 1;
-constexpr double kNested = 1e-2;
 // So often one step is looked at, each time to where it is to end; where that is by less nearer counts no more.
 constexpr int kMostPathLooks = 8;
 constexpr double kSameCut = 1e-3;
@@ -124,13 +121,10 @@ std::optional<TouchLook> PathWatch::look(double from, double to, const GapTrace:
   motion_.take(from, to, at);
   cuts_ = from == cut_from_ ? cuts_ + 1 : 0;
   cut_from_ = from;
-  // Around the place at which a law leaves zero its course looks the same at every scale.
-  nested_ = from < nested_until_ + nested_in_ && to - from < kNested * nested_in_ ? nested_ : -1;
   const double instant = kPathInstant * std::max(std::abs(from), std::abs(to));
   auto first = first_passed_over();
-  if (first && cuts_ < kMostPathCuts && nested_ < kMostNested && to - from > instant) {
-    ++nested_;
-    nested_in_ = to - from;
+  if (first && cuts_ < kMostPathCuts && to - from > instant) {
+    for (PathCourse& f : functions_) f.keep_seen(to);
     // Where that begins is the better known the shorter the motion that is looked at.
     for (int k = 0; k < kMostPathLooks && first->from - from > instant; ++k) {
       motion_.take(from, first->from, at);
@@ -140,7 +134,6 @@ std::optional<TouchLook> PathWatch::look(double from, double to, const GapTrace:
       first = before;
       if (same) break;
     }
-    nested_until_ = first->to;
     return first;
   }
   for (PathCourse& f : functions_) f.record(from, to);

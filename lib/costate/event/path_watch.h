@@ -52,9 +52,6 @@ class PathWatch {
   const GapTrace::States* states_ = nullptr;  // within the step that `motion_` holds
   double cut_from_ = std::numeric_limits<double>::quiet_NaN();
   int cuts_ = 0;  // of steps from there
-  // Of the last cut: where what it looks at ends, and how long the step was; how often cuts were within cuts.
-  double nested_until_ = -std::numeric_limits<double>::infinity(), nested_in_ = 0;
-  int nested_ = -1;
   std::vector<PathCourse> functions_;
   bool accelerations_ = false;
 };

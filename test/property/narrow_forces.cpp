@@ -13,6 +13,7 @@
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
+#include "support/cases.h"
 
 using namespace costate;
 using Catch::Detail::Approx;
@@ -228,4 +229,31 @@ TEST_CASE("narrow forces: a formula that is smooth costs no steps", "[narrow]") 
   const std::string ends = "[spring.s]\nfrom = \"O\"\nto = \"P\"\nnatural_length_m = 0.5\n";
   CHECK(steps(ends + "spring_law = { kind = \"formula\", formula = \"k*x\", k = 100 }\n") ==
         steps(ends + "stiffness_N_per_m = 100\n"));
+}
+
+// Where such a law leaves zero it looks the same at every scale, down to rounding: looks have to end.
+TEST_CASE("narrow forces: laws that are level between breaks take no more steps than they have to") {
+  for (const char* name :
+       {"level_between_stops", "level_between_steps", "level_in_cost", "level_in_force", "level_in_smooth_cost"}) {
+    double right = NAN;
+    for (const auto& [formulation, integrator] : {std::pair{"maggi", "dop853"},
+                                                  {"baumgarte", "idas"},
+                                                  {"baumgarte", "cvodes"},
+                                                  {"index1", "idas"},
+                                                  {"index2", "radau5"},
+                                                  {"penalty", "idas"}}) {
+      INFO(name << " by " << formulation << " on " << integrator);
+      Problem p = problem_of_case(name);
+      p.formulation = formulation;
+      p.solver.integrator = integrator;
+      double x = 0;
+      const Simulation r = simulate(p, {}, {p.solver.t_end}, [&](const MechanismState& s, System& system) {
+        x = s.q[system.assembly().n() == 3 ? 2 : 0];  // a body's angle, a point's x
+      });
+      if (std::isnan(right)) right = x;
+      CHECK(x == Approx(right).margin(1e-5));
+      CHECK(r.counters.steps < 6000);
+    }
+  }
+  take_notices();
 }

@@ -133,14 +133,11 @@ const std::vector<PathCourse::Cell>& PathCourse::cells(StepMotion& motion, const
   meet_samples();
   floor_ = std::max(kPathRounding * std::max(std::abs(low_now_), std::abs(high_now_)), kNoForce);
   impulse_now_ = impulse_with_step();
-  double low = std::min(low_, low_now_), high = std::max(high_, high_now_), impulse = impulse_now_;
-  if (motion.from() < seen_until_) {
-    low = std::min(low, seen_low_);
-    high = std::max(high, seen_high_);
-    impulse = std::max(impulse, seen_impulse_);
-  }
+  const bool seen = motion.from() < seen_until_;
+  const double low = std::min({low_, low_now_, seen ? seen_low_ : low_now_}),
+               high = std::max({high_, high_now_, seen ? seen_high_ : high_now_});
   no_range_ = precision.floor * (high - low);
-  no_impulse_ = precision.floor * impulse / (motion.to() - motion.from());
+  no_impulse_ = precision.floor * std::max(impulse_now_, seen ? seen_impulse_ : 0) / (motion.to() - motion.from());
   if (!is_cubic() && !(of_rate_ && precision.bends && is_bend())) halve(0, 1, 0);
   return cells_;
 }

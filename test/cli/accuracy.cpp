@@ -250,3 +250,19 @@ TEST_CASE("accuracy: what cannot be met or held to it is said", "[accuracy]") {
   CHECK_THAT(run["warnings"].dump(), Contains("was not reached"));
   CHECK(run["psi_error"].get<double>() > 1e-8 * std::abs(run["psi"].get<double>()));
 }
+
+TEST_CASE("accuracy: a psi that is small against absolute tolerances is met, or said to be nothing") {
+  const WorkingDirectory here;
+  const std::string cases = COSTATE_SOURCE_DIR "/test/cases/", peak = cases + "peak_on_the_way.toml";
+  const Json met = costate_json({"simulate", peak, "--no-files", "--accuracy", "1e-4"}, here.path());
+  CHECK(met["accuracy"]["met"] == true);
+  CHECK(std::abs(met["psi"].get<double>() - 5e-6) <= 1e-4 * 5e-6);
+  for (const char* rtol : {"1e-6", "1e-8", "1e-10"}) {
+    INFO(rtol);
+    const Json plain = costate_json({"simulate", peak, "--no-files", "--rtol", rtol}, here.path());
+    CHECK(std::abs(plain["psi"].get<double>() - 5e-6) <= 3 * plain["psi_error"].get<double>());
+  }
+  const auto small =
+      run_costate({"simulate", cases + "small_about_a_metre.toml", "--no-files", "--accuracy", "1e-4"}, here.path());
+  CHECK_THAT(small.err, Contains("counts as nothing"));
+}

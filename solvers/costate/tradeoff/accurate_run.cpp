@@ -90,6 +90,11 @@ class Chooser {
     r.problem.monitor = outer_;
     r.problem.solver.confirm = false;
     compare_pilots(r);
+    if (const double psi = std::abs(r.result.psi); psi > 0 && psi < psi_unit_)
+      notice(fmt::format(
+          "psi = {:.3g} is less than what counts as nothing in a mechanism of this size, {:.1g}: the accuracy "
+          "is that of the latter, and no digit of psi is promised. Take larger units, or a small atol.",
+          r.result.psi, psi_unit_));
     return r;
   }
 

@@ -26,12 +26,15 @@ constexpr int kLevels = 11;   // steps h, h/2, ... h/1024 at most: a strongly be
 constexpr double kNoise = 3;  // of psi, in tolerances of its runs: what steps that change from run to run leave
 // More where the motion makes much of small errors: of what ten times the tolerance changes in psi.
 constexpr double kLooserRun = 10, kNoiseOfLooser = 0.1;
+// Of what a slope changes by at ten times the tolerance: errors fall by 6.8 a decade, or less.
+constexpr double kOfLooserSlope = 0.25;
 constexpr double kAboveNoise = 30, kStays = 0.9, kTold = 1e-3;  // of slopes that differ on both sides
 constexpr double kConverged = 1e-6;  // relative; from here on growing changes are noise, not yet bends of psi
 
 struct Slope {
   double value = 0, error = 0;
   double below = 0, above = 0;  // where f has another slope on either side of x, else equal
+  double step = 0;              // the least that it is made of
 };
 
 /// Derivative and error estimate of f at x: the entry of the extrapolation tableau that changed least, so that neither
@@ -40,7 +43,7 @@ struct Slope {
 template <class Function>
 Slope extrapolated_slope(Function&& f, double f_at_x, double x, double h, double noise_of_f) {
   std::array<std::array<double, kLevels>, kLevels> a{};
-  double best = 0, error = std::numeric_limits<double>::infinity(), least = 0;
+  double best = 0, error = std::numeric_limits<double>::infinity(), least = 0, step = h;
   // By how much the slopes towards both sides differ: halved with the step where f is smooth. Of the level before the
   // last that noise does not spoil, and of that.
   double apart = 0, apart_before = 0;
@@ -62,13 +65,14 @@ Slope extrapolated_slope(Function&& f, double f_at_x, double x, double h, double
       if (e <= error) {
         error = e;
         best = a[j][i];
+        step = h;
         least = noise_of_f / h;
       }
     }
     const bool noise = i > 1 && std::abs(a[i][i] - a[i - 1][i - 1]) > 4 * error;
     if (noise && error <= kConverged * std::abs(best)) break;
   }
-  Slope slope{best, std::max(error, least), best, best};
+  Slope slope{best, std::max(error, least), best, best, step};
   if (std::abs(apart) > kStays * std::abs(apart_before) && std::abs(apart) < std::abs(apart_before) / kStays &&
       std::abs(apart) > kTold * std::abs(best)) {
     slope.below -= 0.5 * apart;
@@ -102,6 +106,24 @@ double noise_of(const Problem& problem, const std::vector<double>& rho, double p
   return std::max(kNoise * problem.solver.rtol * std::abs(psi), kNoiseOfLooser * changes);
 }
 
+/// What the slope over its own step changes by at the tolerance of `loose`; 0 where that has no result.
+template <class Function>
+double slope_by_tolerance(Function&& psi, const Problem& loose, const std::vector<double>& rho, std::size_t j,
+                          const Slope& slope) {
+  const auto loosely = [&](double value) {
+    std::vector<double> x = rho;
+    x[j] = value;
+    return run_once(loose, x).psi;
+  };
+  const double above = rho[j] + slope.step, below = rho[j] - slope.step;
+  try {
+    const Unsaid another;
+    return std::abs((loosely(above) - loosely(below)) - (psi(above) - psi(below))) / (above - below);
+  } catch (const SolverError&) {
+    return 0;
+  }
+}
+
 GradientResult run_at(double rtol, const Problem& problem, const std::vector<double>& rho) {
   Problem tight = of_tolerance(problem, rtol);
   // Where there is a choice, CVODES: its psi is the smoother function of the parameters (index 1 on the five-bar: the
@@ -112,6 +134,7 @@ GradientResult run_at(double rtol, const Problem& problem, const std::vector<dou
   r.gradient.resize(rho.size());
   r.gradient_error.resize(rho.size());
   const double noise = rho.empty() ? 0 : noise_of(tight, rho, r.psi);
+  const Problem loose = of_tolerance(tight, kLooserRun * rtol);
   std::vector<Counters> spent(rho.size());
   std::vector<Slope> slopes(rho.size());
   for_each_job(rho.size(), jobs(), [&](std::size_t j) {
@@ -125,7 +148,7 @@ GradientResult run_at(double rtol, const Problem& problem, const std::vector<dou
     const double scale = rho[j] != 0 ? std::abs(rho[j]) : problem.parameters.parameters[j].scale;
     slopes[j] = extrapolated_slope(psi, r.psi, rho[j], kFirstStep * scale, noise);
     r.gradient[j] = slopes[j].value;
-    r.gradient_error[j] = slopes[j].error;
+    r.gradient_error[j] = std::max(slopes[j].error, kOfLooserSlope * slope_by_tolerance(psi, loose, rho, j, slopes[j]));
   });
   for (std::size_t j = 0; j < rho.size(); ++j)
     if (slopes[j].below != slopes[j].above)

@@ -42,6 +42,8 @@ constexpr double kOfHeld = 1e-2;
 constexpr double kAlong = 1e-6;
 // Errors of second derivatives against the tolerance of the integrators.
 constexpr double kSteps = 1e3;
+// Of its largest entry, that of rtol 1e-8; and times what its own error is.
+constexpr double kFirmly = 1e-5, kOfError = 100;
 
 class Certifier {
  public:
@@ -283,7 +285,9 @@ class Certifier {
                           kSteps * rtol_ * held;
     }
     result_.eigenvalue_error = H.size() > 0 ? error * size : 0;
-    result_.curvature_tolerance = H.size() > 0 ? std::max(kSteps * rtol_, error) * size : 0;
+    // At loose tolerances a Hessian may be known far better than these promise.
+    const double steps = std::min(kSteps * rtol_, std::max(kFirmly, kOfError * error));
+    result_.curvature_tolerance = H.size() > 0 ? std::max(steps, error) * size : 0;
   }
 
   /// On bounds that hold the parameter by more than the tolerance, or free.

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/integrator/simulate.h"
 #include "costate/kind/law/law_table.h"
 #include "costate/problem/scene_problem.h"

@@ -53,8 +53,8 @@ class PathCourse {
   /// What is less, over this part of the step, is nothing: a force that was large for an instant hides no lasting one.
   double nothing(double part) const { return std::max(floor_, std::min(no_range_, no_impulse_ / part)); }
 
-  /// The step is not taken, but cut: what was seen of it counts until its end. Around the place at which a law leaves
-  /// zero its course looks the same at every scale, down to rounding.
+  /// The step is not taken, but cut: what was seen of it counts until then, where its cut ends. Around the place at
+  /// which a law leaves zero its course looks the same at every scale, down to rounding.
   void keep_seen(double until);
   /// The step was taken.
   void record(double from, double to);

@@ -314,7 +314,6 @@ TEST_CASE("free end: at the gap that an impact closes it comes before the impact
                                               {"baumgarte", "discrete-tangent"},
                                               {"baumgarte", "discrete-adjoint"},
                                               {"index1", "idas-adjoint"},
-                                              {"maggi", "cvodes-adjoint"},
                                               {"penalty", "discrete-adjoint"}}) {
       INFO(formulation << " by " << method << " from " << y << " m");
       Problem p = problem_of_case("end_at_impact", {fmt::format("point.ball.y_m={}", y)});

@@ -341,7 +341,10 @@ Start find_start(Assembly& assembly, double t, bool with_derivatives) {
   assembly.calc_partials(s);
   assembly.calc_parameter_columns(s, c);
   if (!balanced) positions.differentiate(start, c);
-  for (const int i : start.open_states) start.z_rho.row(i).setZero();
+  for (const int i : start.open_states) {
+    start.z[i] = 0;
+    start.z_rho.row(i).setZero();
+  }
   velocities.differentiate(start, c);
   return start;
 }

@@ -13,7 +13,6 @@ namespace costate {
 namespace {
 // Of its size, and of what its terms' rounding may sum up to: less is nothing; and what is nothing in whatever units.
 constexpr double kPathRounding = 1e-10, kPathNoise = 8, kNoForce = 1e-30;
-constexpr double kOfNumbers = 1e-15;  // of the numbers of a formula and its laws
 // Arguments that change by no more over a step, of the integrator's tolerances and of the motion's size, are rounding.
 constexpr double kPathStill = 1e-4, kPathStillAt = 1e-13;
 // What is between two places of its law over a step: with this part of what it travels to spare; and what goes one way.
@@ -24,6 +23,9 @@ constexpr double kPathLooks[] = {0, 0.0713, 0.1927, 0.2659, 0.4271, 0.5483, 0.73
 constexpr std::size_t kPathLookCount = std::size(kPathLooks);
 constexpr double kPartAngle = 1;
 constexpr int kMostParts = 256;
+// Of the integrator's absolute tolerance of a velocity, times the least inertia that a force acts on, and of that of
+// psi, whose weights are not known here.
+constexpr double kUnfelt = 1e-3, kUnfeltCost = 1e-5;
 // Places as near as this are one.
 constexpr double kSamePlace = 1e-14;
 // Towards each place, each half as far as the last; of many places fewer.
@@ -132,20 +134,29 @@ const std::vector<PathCourse::Cell>& PathCourse::cells(StepMotion& motion, const
   std::sort(samples_.begin(), samples_.end(), [](const Sample& a, const Sample& b) { return a.u < b.u; });
   meet_samples();
   floor_ = std::max(kPathRounding * std::max(std::abs(low_now_), std::abs(high_now_)), kNoForce);
-  impulse_now_ = impulse_with_step();
-  const bool seen = motion.from() < seen_until_;
-  const double low = std::min({low_, low_now_, seen ? seen_low_ : low_now_}),
-               high = std::max({high_, high_now_, seen ? seen_high_ : high_now_});
+  const double low = std::min(low_, low_now_), high = std::max(high_, high_now_), h = motion.to() - motion.from();
+  // What it is away from where it mostly is, on whichever side.
+  impulse_now_ = impulse_ + h * std::min(high_now_ - low, high - low_now_);
   no_range_ = precision.floor * (high - low);
-  no_impulse_ = precision.floor * std::max(impulse_now_, seen ? seen_impulse_ : 0) / (motion.to() - motion.from());
+  no_impulse_ = precision.floor * impulse_now_ / h;
+  moves_nothing_ = unfelt_impulse() / h;
   if (!is_cubic() && !(of_rate_ && precision.bends && is_bend())) halve(0, 1, 0);
   return cells_;
 }
 
-// What it is away from where it mostly is, on whichever side.
-double PathCourse::impulse_with_step() const {
-  const double low = std::min(low_, low_now_), high = std::max(high_, high_now_);
-  return impulse_ + (motion_->to() - motion_->from()) * std::min(high_now_ - low, high - low_now_);
+double PathCourse::unfelt_impulse() const {
+  const double tolerance = motion_->tolerance(0);
+  if (!dynamic_cast<const Force*>(element_)) return kUnfeltCost * tolerance;
+  const SparsePattern& square = assembly_->square();
+  double least = std::numeric_limits<double>::infinity();
+  for (const int c : element_->coordinates()) {
+    double mass = 0;
+    const auto column = static_cast<std::size_t>(c);
+    for (auto e = square.column_start[column]; e < square.column_start[column + 1]; ++e)
+      if (square.row[static_cast<std::size_t>(e)] == c) mass = assembly_->M[static_cast<std::size_t>(e)];
+    least = std::min(least, mass);
+  }
+  return std::isfinite(least) ? kUnfelt * tolerance * std::max(least, 0.0) : 0;
 }
 
 // By the control points of the two cubics through the deformation and its rate at both ends and in the middle; of
@@ -182,7 +193,7 @@ bool PathCourse::is_between_places(bool leaves_bends) {
   const double room = kPlaceRoom * (high - low) + bent + motion_->tolerance(std::max(std::abs(low), std::abs(high)));
   const auto first = std::lower_bound(sharp_.begin(), sharp_.end(), low - room);
   const auto passed = std::upper_bound(first, sharp_.end(), high + room) - first;
-  impulse_now_ = impulse_with_step();
+  impulse_now_ = impulse_;
   // Of a rate's law that bends once and is left to the integrator, where its argument goes one way.
   return passed == 0 || (passed == 1 && of_rate_ && leaves_bends && bent < kOneWay * least);
 }
@@ -260,9 +271,9 @@ double PathCourse::noise(double u, double size) {
   // Rounding of the terms, and of the arguments that change at all.
   double sum = kPathNoise * formula_->rounding(x_here_, here_.data());
   for (std::size_t i = 0; i < here_.size(); ++i) {
+    if (!(most_[i] > least_[i])) continue;
     const double x = here_[i];
-    // Laws in the formula round, too: a polynomial near a root of its own has no digits there.
-    here_[i] = most_[i] > least_[i] ? x + kPathStillAt * std::max(size, std::abs(x)) : x * (1 + kOfNumbers);
+    here_[i] = x + kPathStillAt * std::max(size, std::abs(x));
     sum += std::abs(value_here() - f);
     here_[i] = x;
   }
@@ -375,19 +386,6 @@ void PathCourse::refine(double a, double b, int depth) {
   if (!is_met(cubic, b - a) && depth < kPathDepth) return halve(a, b, depth);
   const double begin = samples_[0].f;
   cells_.push_back({a, b, std::max(std::abs(cubic.low() - begin), std::abs(cubic.high() - begin))});
-}
-
-void PathCourse::keep_seen(double until) {
-  if (!(low_now_ <= high_now_)) return;
-  if (!(motion_->from() < seen_until_)) {
-    seen_low_ = low_now_;
-    seen_high_ = high_now_;
-    seen_impulse_ = 0;
-  }
-  seen_low_ = std::min(seen_low_, low_now_);
-  seen_high_ = std::max(seen_high_, high_now_);
-  seen_impulse_ = std::max(seen_impulse_, impulse_now_);
-  seen_until_ = std::max(seen_until_, until);
 }
 
 void PathCourse::record(double from, double to) {

@@ -51,11 +51,12 @@ class PathCourse {
   /// The part of the step, from its beginning, to which that goes: of one that turns by very much only so far.
   double looked_at() const { return looked_at_; }
   /// What is less, over this part of the step, is nothing: a force that was large for an instant hides no lasting one.
-  double nothing(double part) const { return std::max(floor_, std::min(no_range_, no_impulse_ / part)); }
+  /// And so is what moves nothing in so short a time: around the place at which a law leaves zero its course looks the
+  /// same at every scale, down to rounding.
+  double nothing(double part) const {
+    return std::max({floor_, moves_nothing_ / part, std::min(no_range_, no_impulse_ / part)});
+  }
 
-  /// The step is not taken, but cut: what was seen of it counts until then, where its cut ends. Around the place at
-  /// which a law leaves zero its course looks the same at every scale, down to rounding.
-  void keep_seen(double until);
   /// The step was taken.
   void record(double from, double to);
   /// Steps in which most changed, of itself or by its impulse: from, to.
@@ -99,7 +100,6 @@ class PathCourse {
   void look_along();
   void look_at_parts(int parts);
   void meet_arguments();
-  double impulse_with_step() const;
   /// Whether any argument changes by more than rounding between these.
   bool moves() const;
   /// By how much argument i may change and be rounding, of a motion of this size; and what such rounding, and that of
@@ -111,6 +111,8 @@ class PathCourse {
   void add_towards_places();
   bool is_cubic();
   bool is_bend();
+  /// The impulse of a force that velocities do not feel, or of a cost that psi does not.
+  double unfelt_impulse() const;
   /// Through four values between two places, compared with the samples there; and whether it does.
   CubicCheck cubic_over(double a, double b);
   bool is_met(const CubicCheck& cubic, double part) const {
@@ -142,9 +144,7 @@ class PathCourse {
   std::vector<Sample> samples_;
   std::vector<Cell> cells_;
   double looked_at_ = 1, off_ = 0, low_ = std::numeric_limits<double>::infinity(), high_ = -low_, low_now_ = 0,
-         high_now_ = 0, floor_ = 0, no_range_ = 0, no_impulse_ = 0, impulse_ = 0, impulse_now_ = 0;
-  // Of steps that were cut, until this time.
-  double seen_until_ = -std::numeric_limits<double>::infinity(), seen_low_ = 0, seen_high_ = 0, seen_impulse_ = 0;
+         high_now_ = 0, floor_ = 0, no_range_ = 0, no_impulse_ = 0, moves_nothing_ = 0, impulse_ = 0, impulse_now_ = 0;
   std::vector<Change> steps_;
 };
 

@@ -124,7 +124,6 @@ std::optional<TouchLook> PathWatch::look(double from, double to, const GapTrace:
   const double instant = kPathInstant * std::max(std::abs(from), std::abs(to));
   auto first = first_passed_over();
   if (first && cuts_ < kMostPathCuts && to - from > instant) {
-    for (PathCourse& f : functions_) f.keep_seen(first->to);
     // Where that begins is the better known the shorter the motion that is looked at.
     for (int k = 0; k < kMostPathLooks && first->from - from > instant; ++k) {
       motion_.take(from, first->from, at);

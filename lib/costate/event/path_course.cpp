@@ -146,7 +146,7 @@ const std::vector<PathCourse::Cell>& PathCourse::cells(StepMotion& motion, const
 
 double PathCourse::unfelt_impulse() const {
   const double tolerance = motion_->tolerance(0);
-  if (!dynamic_cast<const Force*>(element_)) return kUnfeltCost * tolerance;
+  if (element_->coordinates().empty()) return kUnfeltCost * tolerance;  // the definition of an output
   const SparsePattern& square = assembly_->square();
   double least = std::numeric_limits<double>::infinity();
   for (const int c : element_->coordinates()) {
@@ -156,7 +156,7 @@ double PathCourse::unfelt_impulse() const {
       if (square.row[static_cast<std::size_t>(e)] == c) mass = assembly_->M[static_cast<std::size_t>(e)];
     least = std::min(least, mass);
   }
-  return std::isfinite(least) ? kUnfelt * tolerance * std::max(least, 0.0) : 0;
+  return kUnfelt * tolerance * std::max(least, 0.0);
 }
 
 // By the control points of the two cubics through the deformation and its rate at both ends and in the middle; of

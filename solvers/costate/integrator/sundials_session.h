@@ -169,7 +169,7 @@ class SundialsSession {
   std::optional<RepeatWatch> watch_;
   std::vector<double> g_y_;
   AdjointGrowth adjoint_growth_;
-  long checkpoint_steps_ = 0;  // of an adjoint that is not yet initialized
+  long checkpoint_steps_ = 0;               // of an adjoint that is not yet initialized
   bool adjoint_ = false, restart_ = false;  // restart_: the segment ends with no jump
   double start_time_, t_;
   long newton_setups_ = 0, newton_setups_back_ = 0;
@@ -230,8 +230,8 @@ class SundialsSession {
   AdjointScale adjoint_scale_;
   StallWatch stall_;
   PaceWatch pace_, pace_back_;
-  std::optional<std::pair<Jump, SegmentStart>> begun_;   // at the place where the last step began
-  long polls_ = 0, steps_back_ = 0;  // steps_back_: before the adjoint's last restart
+  std::optional<std::pair<Jump, SegmentStart>> begun_;  // at the place where the last step began
+  long polls_ = 0, steps_back_ = 0;                     // steps_back_: before the adjoint's last restart
   bool ended_ = false;
   double step_end_;
 };

@@ -40,3 +40,17 @@ TEST_CASE("silent inputs: a number twice in one parameter, steps that do not ris
                                  "s.toml"),
                     Contains("'at' must increase"));
 }
+
+TEST_CASE("silent inputs: data over cycles a second is no function of radians a second") {
+  const auto scene = [](const char* unit) {
+    return kBody +
+           fmt::format(
+               "[data.e]\ntimed = false\ncolumns = [\"speed [{}]\", \"torque [N m]\"]\n"
+               "rows = [[0, 0], [1, 1], [10, 10]]\n"
+               "[couple.c]\nangle = \"b\"\nformula = \"f(b.angle_dot)\"\n"
+               "f = {{ kind = \"data\", data = \"e\", column = \"torque\", over = \"speed\", beyond = \"hold\" }}\n",
+               unit);
+  };
+  CHECK_THROWS_WITH(Scene::parse(scene("Hz"), "s.toml"), Contains("s.toml") && Contains("cycles a second"));
+  for (const char* unit : {"rpm", "rad/s", "1/s"}) CHECK_NOTHROW(Scene::parse(scene(unit), "s.toml"));
+}

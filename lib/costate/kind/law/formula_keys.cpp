@@ -7,6 +7,7 @@
 #include "costate/base/error.h"
 #include "costate/element/law/motion_law.h"
 #include "costate/kind/law/law_table.h"
+#include "costate/kind/law/measured_columns.h"
 #include "costate/scene/key_recorder.h"
 
 namespace costate {
@@ -32,6 +33,14 @@ FormulaReader::FormulaReader(std::string path, const FormulaKeys& keys)
   for (const auto& [key, law] : keys.laws) {
     const std::string subject = path_ + "." + key;
     require_own_name(key);
+    // Nothing is known of what it is asked for, but that it is in SI units.
+    for (const MeasuredColumn& c : measured_columns(law))
+      if (c.argument.unit == "Hz")
+        throw ModelError(subject + "." + c.path,
+                         fmt::format("Column '{}' goes over '{}' in Hz, cycles a second, and angular velocities in a "
+                                     "formula are in rad/s: 1 Hz would count as 1 rad/s. Give '{}' in rad/s or rpm, or "
+                                     "in 1/s where the formula asks for cycles.",
+                                     c.column.name, c.argument.name, c.argument.name));
     std::vector<double> p;
     functions_.push_back({key, law.law, static_cast<int>(numbers_.size())});
     for (const auto& [name, value] : law.numbers) {

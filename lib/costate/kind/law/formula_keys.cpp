@@ -39,7 +39,7 @@ FormulaReader::FormulaReader(std::string path, const FormulaKeys& keys)
         throw ModelError(subject + "." + c.path,
                          fmt::format("Column '{}' goes over '{}' in Hz, cycles a second, and angular velocities in a "
                                      "formula are in rad/s: 1 Hz would count as 1 rad/s. Give '{}' in rad/s or rpm, or "
-                                     "in 1/s where the formula asks for cycles.",
+                                     "without a unit where the formula asks for cycles.",
                                      c.column.name, c.argument.name, c.argument.name));
     std::vector<double> p;
     functions_.push_back({key, law.law, static_cast<int>(numbers_.size())});

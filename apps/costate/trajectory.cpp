@@ -57,6 +57,7 @@ TrajectoryRecorder::TrajectoryRecorder(const Setup& setup, const std::vector<dou
   }
   prepare(*setup.problem.mechanism);
   if (!chosen.empty()) choose(*setup.problem.mechanism, chosen);
+  for (Column& c : table_.columns) c.values.reserve(times_.size());
 }
 
 void TrajectoryRecorder::choose(const Mechanism& m, const std::vector<std::string>& chosen) {
@@ -75,9 +76,7 @@ void TrajectoryRecorder::choose(const Mechanism& m, const std::vector<std::strin
 
 void TrajectoryRecorder::prepare(const Mechanism& m) {
   const auto add = [&](const std::string& group, const std::string& name, const std::string& unit) {
-    Column c{name, unit, group, {}};
-    c.values.reserve(times_.size());
-    table_.columns.push_back(std::move(c));
+    table_.columns.push_back({name, unit, group, {}});
   };
   for (const auto& c : m.coordinates()) add("coordinates", c.name, c.unit);
   for (const auto& c : m.coordinates()) add("velocities", c.name, c.unit + "/s");

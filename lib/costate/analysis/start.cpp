@@ -273,6 +273,14 @@ void GivenVelocities::differentiate(Start& start, const Assembly::ParameterColum
   start.v_rho = system().solve(right);
 }
 
+/// With zero, whatever number they have.
+void begin_open(Start& start) {
+  for (const int i : start.open_states) {
+    start.z[i] = 0;
+    if (start.z_rho.size() > 0) start.z_rho.row(i).setZero();
+  }
+}
+
 /// Points of a patch that are not on the ground at the start are open, whatever the patch begins with.
 void open_points(const Assembly& assembly, double t, Start& start) {
   const Mechanism& m = assembly.mechanism();
@@ -288,7 +296,7 @@ void open_points(const Assembly& assembly, double t, Start& start) {
     gaps->add_open_at_start(local, own);
     for (const int i : own) start.open_states.push_back(m.state_offsets()[k] + i);
   }
-  for (const int i : start.open_states) start.z[i] = 0;
+  begin_open(start);
 }
 
 }  // namespace
@@ -341,10 +349,7 @@ Start find_start(Assembly& assembly, double t, bool with_derivatives) {
   assembly.calc_partials(s);
   assembly.calc_parameter_columns(s, c);
   if (!balanced) positions.differentiate(start, c);
-  for (const int i : start.open_states) {
-    start.z[i] = 0;
-    start.z_rho.row(i).setZero();
-  }
+  begin_open(start);
   velocities.differentiate(start, c);
   return start;
 }

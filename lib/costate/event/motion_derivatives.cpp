@@ -37,14 +37,11 @@ void require_one_impact(const Contacts& contacts, const Contact* own, const Stat
 
 double MotionEvents::acceleration_by_forces(const StateView& s) {
   impact_->balance().prepare(s);
-  const SparsePattern& square = assembly_.square();
   double largest = 0;
   for (int j = 0; j < assembly_.n(); ++j) {
-    const auto column = static_cast<std::size_t>(j);
-    double mass = 0;
-    for (auto e = square.column_start[column]; e < square.column_start[column + 1]; ++e)
-      if (square.row[static_cast<std::size_t>(e)] == j) mass += assembly_.M[static_cast<std::size_t>(e)];
-    if (mass > 0) largest = std::max(largest, std::abs(assembly_.Q[column]) / mass);
+    const auto at = assembly_.square().find(j, j);
+    const double mass = at < 0 ? 0 : assembly_.M[static_cast<std::size_t>(at)];
+    if (mass > 0) largest = std::max(largest, std::abs(assembly_.Q[static_cast<std::size_t>(j)]) / mass);
   }
   return largest;
 }

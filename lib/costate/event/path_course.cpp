@@ -147,14 +147,10 @@ const std::vector<PathCourse::Cell>& PathCourse::cells(StepMotion& motion, const
 double PathCourse::unfelt_impulse() const {
   const double tolerance = motion_->tolerance(0);
   if (element_->coordinates().empty()) return kUnfeltCost * tolerance;  // the definition of an output
-  const SparsePattern& square = assembly_->square();
   double least = std::numeric_limits<double>::infinity();
   for (const int c : element_->coordinates()) {
-    double mass = 0;
-    const auto column = static_cast<std::size_t>(c);
-    for (auto e = square.column_start[column]; e < square.column_start[column + 1]; ++e)
-      if (square.row[static_cast<std::size_t>(e)] == c) mass = assembly_->M[static_cast<std::size_t>(e)];
-    least = std::min(least, mass);
+    const auto at = assembly_->square().find(c, c);
+    least = std::min(least, at < 0 ? 0 : assembly_->M[static_cast<std::size_t>(at)]);
   }
   return kUnfelt * tolerance * std::max(least, 0.0);
 }

@@ -34,7 +34,7 @@ constexpr double kConverged = 1e-6;  // relative; from here on growing changes a
 struct Slope {
   double value = 0, error = 0;
   double below = 0, above = 0;  // where f has another slope on either side of x, else equal
-  double step = 0;              // the least that it is made of
+  double step = 0, plain = 0;   // the least step that it is made of, and the slope over that alone
 };
 
 /// Derivative and error estimate of f at x: the entry of the extrapolation tableau that changed least, so that neither
@@ -43,7 +43,7 @@ struct Slope {
 template <class Function>
 Slope extrapolated_slope(Function&& f, double f_at_x, double x, double h, double noise_of_f) {
   std::array<std::array<double, kLevels>, kLevels> a{};
-  double best = 0, error = std::numeric_limits<double>::infinity(), least = 0, step = h;
+  double best = 0, error = std::numeric_limits<double>::infinity(), least = 0, step = h, plain = 0;
   // By how much the slopes towards both sides differ: halved with the step where f is smooth. Of the level before the
   // last that noise does not spoil, and of that.
   double apart = 0, apart_before = 0;
@@ -66,13 +66,14 @@ Slope extrapolated_slope(Function&& f, double f_at_x, double x, double h, double
         error = e;
         best = a[j][i];
         step = h;
+        plain = a[0][i];
         least = noise_of_f / h;
       }
     }
     const bool noise = i > 1 && std::abs(a[i][i] - a[i - 1][i - 1]) > 4 * error;
     if (noise && error <= kConverged * std::abs(best)) break;
   }
-  Slope slope{best, std::max(error, least), best, best, step};
+  Slope slope{best, std::max(error, least), best, best, step, plain};
   if (std::abs(apart) > kStays * std::abs(apart_before) && std::abs(apart) < std::abs(apart_before) / kStays &&
       std::abs(apart) > kTold * std::abs(best)) {
     slope.below -= 0.5 * apart;
@@ -106,19 +107,17 @@ double noise_of(const Problem& problem, const std::vector<double>& rho, double p
   return std::max(kNoise * problem.solver.rtol * std::abs(psi), kNoiseOfLooser * changes);
 }
 
-/// What the slope over its own step changes by at the tolerance of `loose`; 0 where that has no result.
-template <class Function>
-double slope_by_tolerance(Function&& psi, const Problem& loose, const std::vector<double>& rho, std::size_t j,
-                          const Slope& slope) {
-  const auto loosely = [&](double value) {
-    std::vector<double> x = rho;
-    x[j] = value;
-    return run_once(loose, x).psi;
-  };
+/// What the slope over its least step changes by at the tolerance of `loose`; 0 where that has no result.
+double change_by_tolerance(const Problem& loose, std::vector<double> rho, std::size_t j, const Slope& slope) {
   const double above = rho[j] + slope.step, below = rho[j] - slope.step;
+  const auto psi = [&](double value) {
+    rho[j] = value;
+    return run_once(loose, rho).psi;
+  };
   try {
     const Unsaid another;
-    return std::abs((loosely(above) - loosely(below)) - (psi(above) - psi(below))) / (above - below);
+    const double psi_above = psi(above), psi_below = psi(below);
+    return std::abs((psi_above - psi_below) / (above - below) - slope.plain);
   } catch (const SolverError&) {
     return 0;
   }
@@ -148,7 +147,7 @@ GradientResult run_at(double rtol, const Problem& problem, const std::vector<dou
     const double scale = rho[j] != 0 ? std::abs(rho[j]) : problem.parameters.parameters[j].scale;
     slopes[j] = extrapolated_slope(psi, r.psi, rho[j], kFirstStep * scale, noise);
     r.gradient[j] = slopes[j].value;
-    r.gradient_error[j] = std::max(slopes[j].error, kOfLooserSlope * slope_by_tolerance(psi, loose, rho, j, slopes[j]));
+    r.gradient_error[j] = std::max(slopes[j].error, kOfLooserSlope * change_by_tolerance(loose, rho, j, slopes[j]));
   });
   for (std::size_t j = 0; j < rho.size(); ++j)
     if (slopes[j].below != slopes[j].above)

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/integrator/simulate.h"
 #include "costate/objective/output.h"
 #include "costate/problem/scene_problem.h"
@@ -14,6 +15,7 @@
 #include "costate/sensitivity/method.h"
 #include "gradient_compare.h"
 #include "hessian_compare.h"
+#include "support/cases.h"
 
 using namespace costate;
 using namespace costate::test;
@@ -212,4 +214,23 @@ TEST_CASE("weighted costs: mistakes have their place") {
                             negative + "[start]\ngiven = [\"P.x\", \"P.y\"]\n[run]\nt_end_s = 1\n",
                         "negative.toml")),
                     Contains("negative.toml") && Contains("must not be negative"));
+}
+
+// An adjoint is about the integral of the cost's gradient: steps crowd in the pulse, so that a mean over evaluations
+// would be 5e4 times as large, and with it the absolute tolerances. Right: hand-adjoint at rtol 1e-10.
+TEST_CASE("weighted costs: the adjoint of a short weight is known to its own size") {
+  Problem p = problem_of_case("pulse_of_weight");
+  p.solver.rtol = 1e-10;
+  const GradientResult right = gradient(p, "hand-adjoint", p.parameters.values());
+  p.solver.rtol = 1e-6;
+  p.solver.confirm = false;
+  // 1e3 tolerances; on IDAS, whose way back begins at order one behind each place, 1e4.
+  for (const auto& [method, part] : {std::pair{"cvodes-adjoint", 1e-3}, {"idas-adjoint", 1e-2}}) {
+    const GradientResult r = gradient(p, method, p.parameters.values());
+    for (std::size_t j = 0; j < r.gradient.size(); ++j) {
+      INFO(method << ", " << p.parameters.parameters[j].name);
+      CHECK(r.gradient[j] == Approx(right.gradient[j]).epsilon(part));
+    }
+  }
+  take_notices();
 }

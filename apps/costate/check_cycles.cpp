@@ -177,8 +177,7 @@ void CycleCheck::run(const Yardstick& yardstick, const std::vector<CheckRow>& gr
     const double begin = RunBudget::processor_s();
     const Quantities base = find(p);
     seconds_ = RunBudget::processor_s() - begin;
-    p.solver.rtol = std::min(yardstick.rtol, problem_.solver.rtol);
-    p.solver.atol = p.solver.rtol * problem_.solver.absolute() / problem_.solver.rtol;
+    p.solver.set_rtol(std::min(yardstick.rtol, problem_.solver.rtol));
     reference_ = find(p);
     if (base.size() != reference_.size()) throw SolverError("At a tighter tolerance it has other multipliers.");
     for (std::size_t i = 0; i < reference_.size(); ++i)

@@ -85,8 +85,7 @@ void MotionCheck::find_reference(const std::string& formulation, double rtol) {
   p.formulation = formulation;
   p.solver.integrator.clear();
   const Motion base = record(p);
-  p.solver.rtol = rtol;
-  p.solver.atol = rtol * problem_.solver.absolute() / problem_.solver.rtol;
+  p.solver.set_rtol(rtol);
   reference_ = record(p);
   const std::size_t columns = quantities();
   const double own_rtol = problem_.solver.rtol;

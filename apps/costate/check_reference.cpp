@@ -73,8 +73,7 @@ class ReferenceSearch {
     std::string failure;
     for (double rtol = std::max(1e-13, std::min(1e-11, problem_.solver.rtol * 1e-3)); rtol < 0.5 * problem_.solver.rtol;
          rtol *= 10) {
-      tight.solver.rtol = rtol;
-      tight.solver.atol = rtol * problem_.solver.absolute() / problem_.solver.rtol;
+      tight.solver.set_rtol(rtol);
       allow();
       try {
         y_->result = timed(tight, y_->method);
@@ -163,8 +162,7 @@ class ReferenceSearch {
 
   void compare_with_differences() {
     Problem loose = problem_;  // they run as tightly as they can, and no looser than this
-    loose.solver.rtol = std::min(1e-10, problem_.solver.rtol);
-    loose.solver.atol = loose.solver.rtol * problem_.solver.absolute() / problem_.solver.rtol;
+    loose.solver.set_rtol(std::min(1e-10, problem_.solver.rtol));
     loose.solver.max_steps = std::min(loose.solver.max_steps, static_cast<long>(patience_ * r_.steps));
     allow(kDifferencesShare);
     GradientResult d;

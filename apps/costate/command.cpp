@@ -161,10 +161,7 @@ void Setup::choose_solver(const CommonOptions& options) {
         "--t-end: The end time {} s is so near the start time {} s that there are hardly numbers between them.",
         solver.t_end, solver.t_start));
   // An explicit rtol moves the absolute tolerance along unless that is given, too.
-  if (options.rtol) {
-    solver.atol *= *options.rtol / solver.rtol;
-    solver.rtol = *options.rtol;
-  }
+  if (options.rtol) solver.set_rtol(*options.rtol);
   if (options.atol) solver.atol = *options.atol;
   if (!options.integrator.empty()) solver.integrator = options.integrator;
   if (!options.cvodes_method.empty()) solver.cvodes_method = options.cvodes_method;

@@ -59,15 +59,13 @@ std::vector<AccuracyPilot> choose(Setup& setup, const CommonOptions& common, dou
 AccurateCycle find_accurate_cycle(Setup& setup, const CommonOptions& common, double accuracy, CycleOptions options) {
   const std::vector<AccuracyPilot> pilots = choose(setup, common, accuracy);
   SolverOptions& solver = setup.problem.solver;
-  const double ratio = solver.absolute() / solver.rtol;
   const Objective& cost = setup.problem.objective;
   const bool derivatives = options.derivatives, multiplier = options.multiplier;
   options.estimate = true;
   AccurateCycle a;
   double rtol = std::min(kFirstTolerance * accuracy, kLoosestTolerance);
   for (int runs = 1;; ++runs) {
-    solver.rtol = rtol;
-    solver.atol = rtol * ratio;
+    solver.set_rtol(rtol);
     // Derivatives are of the last search alone.
     options.derivatives = options.multiplier = false;
     bool found = true;

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "costate/analysis/picks.h"
+#include "costate/mechanism/coordinate_parts.h"
 
 namespace costate {
 
@@ -57,25 +57,11 @@ RestSystem::RestSystem(Assembly& assembly, double t, const std::vector<HeldPosit
 }
 
 void RestSystem::find_parts() {
-  // Elements join their coordinates.
-  std::vector<int> root(static_cast<std::size_t>(n_));
-  std::iota(root.begin(), root.end(), 0);
-  const auto find = [&](int i) {
-    while (root[static_cast<std::size_t>(i)] != i)
-      i = root[static_cast<std::size_t>(i)] = root[static_cast<std::size_t>(root[static_cast<std::size_t>(i)])];
-    return i;
-  };
   const Mechanism& m = assembly_.mechanism();
-  const auto join = [&](const auto& elements) {
-    for (const auto& e : elements)
-      for (const int i : e->coordinates()) root[static_cast<std::size_t>(find(i))] = find(e->coordinates().front());
-  };
-  join(m.bodies());
-  join(m.constraints());
-  join(m.forces());
+  const std::vector<int> root = coordinate_parts(m);
   std::vector<int> part(static_cast<std::size_t>(n_), -1);
   const auto part_of_coordinate = [&](int i) -> Part& {
-    int& k = part[static_cast<std::size_t>(find(i))];
+    int& k = part[static_cast<std::size_t>(root[static_cast<std::size_t>(i)])];
     if (k < 0) {
       k = static_cast<int>(parts_.size());
       parts_.emplace_back();

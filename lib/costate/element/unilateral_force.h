@@ -14,6 +14,8 @@ class UnilateralForce : public GuardedForce {
   /// force that reaches its limit, as it begins to slide forward or backward, and the sliding that ends.
   enum class Guard { touch, release, slip_forward, slip_backward, stop };
   virtual Guard guard_kind(int k) const = 0;
+  bool force_jumps(int k) const override { return guard_kind(k) == Guard::touch; }
+  bool latches_speed(int k) const override { return guard_kind(k) == Guard::touch; }
   /// r_i(q, p), i < row_count(): the gap, then, where it may stick, the place along the ground.
   virtual int row_count() const = 0;
   virtual PathDual row(int i, const MeasureArguments& x) const = 0;

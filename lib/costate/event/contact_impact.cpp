@@ -52,7 +52,7 @@ std::vector<MotionEvents::InPlay> MotionEvents::find_in_play(int event, const St
   };
   strikes(own, speed);
   for (ContactOf& c : contacts_) {
-    if (&c == &own) continue;
+    if (&c == &own || c.part != own.part) continue;
     if (c.closed_state >= 0 && before.z[c.closed_state] > 0.5) {
       const double along = c.sliding_state < 0 ? 0 : before.z[c.sliding_state];
       in_play.push_back({&c, false, 0, {}, 0, along > 0.5 ? kForward : along < -0.5 ? kBackward : kSticks});

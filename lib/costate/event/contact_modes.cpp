@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "costate/base/error.h"
 #include "costate/event/contact_gap.h"
@@ -37,12 +38,14 @@ void MotionEvents::cross_contact(int event, const StateView& before, double* v, 
   if (touch) {
     strike(event, before);
     for (std::size_t c = 0; c < contacts_.size(); ++c)
-      together[c] = strikes_too(contacts_[c], before, assembly_, -impact_->speed_before(0)) > 0;
+      together[c] = contacts_[c].part == contact->part &&
+                    strikes_too(contacts_[c], before, assembly_, -impact_->speed_before(0)) > 0;
     double rate = -impact_->speed_before(0);
     for (int i = 0; i < assembly_.n(); ++i) v[i] = before.v[i] + jump_[static_cast<std::size_t>(i)];
     rate += expands_ ? expansion_->speed_after(0) : impact_->speed_after(0);
     last_jump_ = rate;
     for (const ContactOf& c : contacts_) {
+      if (c.part != contact->part) continue;
       if (c.closed_state >= 0) state(after, c.closed_state) = c.closed ? 1 : 0;
       if (c.sliding_state >= 0) state(after, c.sliding_state) = c.slides;
     }
@@ -73,13 +76,14 @@ void MotionEvents::cross_contact(int event, const StateView& before, double* v, 
   }
   StateView behind = before;
   behind.v = v;
-  settle(behind, after.data(), of(event).name, begins, guard == Guard::stop ? contact : nullptr);
+  settle(behind, after.data(), contact->part, of(event).name, begins, guard == Guard::stop ? contact : nullptr);
   std::copy(after.begin(), after.end(), z);
   behind.z = z;
   const double acceleration = largest_acceleration(behind);
   for (GuardOf& other : guards_) {
     if (other.contact < 0) continue;
     const ContactOf& its = contacts_[static_cast<std::size_t>(other.contact)];
+    if (its.part != contact->part) continue;
     const auto at = static_cast<std::size_t>(std::max(its.closed_state, 0));
     const bool was = its.closed_state >= 0 && states[at] > 0.5, is = its.closed_state >= 0 && after[at] > 0.5;
     const Guard kind = its.contact->guard_kind(other.k);
@@ -176,7 +180,9 @@ void MotionEvents::require_sliding(const StateView& s) {
                                                     -speed));
   }
   std::vector<double> z(s.z, s.z + assembly_.nz());
-  settle(s, z.data(), "start", nullptr, nullptr);
+  std::set<int> parts;
+  for (const ContactOf& c : contacts_) parts.insert(c.part);
+  for (const int part : parts) settle(s, z.data(), part, "start", nullptr, nullptr);
   for (const ContactOf& c : contacts_) {
     if (c.sliding_state < 0) continue;
     if (z[static_cast<std::size_t>(c.closed_state)] != s.z[c.closed_state])
@@ -214,8 +220,8 @@ void MotionEvents::solve_motion(const StateView& s, double* x) {
   impact_->balance().solve(x);
 }
 
-void MotionEvents::settle(const StateView& s, double* z, const std::string& event, const ContactOf* begins_to_slide,
-                          const ContactOf* stops) {
+void MotionEvents::settle(const StateView& s, double* z, int part, const std::string& event,
+                          const ContactOf* begins_to_slide, const ContactOf* stops) {
   std::vector<const ContactOf*> closed;
   std::vector<std::vector<int>> options;
   std::vector<char> rests;  // whether it has no speed along the ground
@@ -223,7 +229,7 @@ void MotionEvents::settle(const StateView& s, double* z, const std::string& even
   now.z = z;
   const double acceleration = largest_acceleration(now);
   for (const ContactOf& c : contacts_) {
-    if (c.closed_state < 0 || z[c.closed_state] < 0.5) continue;
+    if (c.part != part || c.closed_state < 0 || z[c.closed_state] < 0.5) continue;
     closed.push_back(&c);
     const double along = c.sliding_state < 0 ? 0 : z[c.sliding_state];
     const int way = along > 0.5 ? kForward : along < -0.5 ? kBackward : kSticks;

@@ -25,7 +25,7 @@ template <class Contacts, class Contact>
 void require_one_impact(const Contacts& contacts, const Contact* own, const StateView& s, const Assembly& assembly,
                         double speed) {
   for (const auto& c : contacts) {
-    if (&c == own || (c.closed_state >= 0 && s.z[c.closed_state] > 0.5)) continue;
+    if (&c == own || c.part != own->part || (c.closed_state >= 0 && s.z[c.closed_state] > 0.5)) continue;
     if (strikes_too(c, s, assembly, speed) > 0)
       throw SolverError(
           fmt::format("At t = {:.9g} s {} and {} strike at the same time: a gradient does not exist there, as which "
@@ -54,8 +54,8 @@ bool MotionEvents::goes_on_smoothly(int event, const StateView& before, const Si
     double acceleration = 0;
     for (const double a : minus.a) acceleration = std::max(acceleration, std::abs(a));
     for (const ContactOf& c : contacts_)
-      if (&c != own && c.sliding_state >= 0 && before.z[c.closed_state] > 0.5 && before.z[c.sliding_state] != 0 &&
-          has_stopped(c, before, acceleration))
+      if (&c != own && c.part == own->part && c.sliding_state >= 0 && before.z[c.closed_state] > 0.5 &&
+          before.z[c.sliding_state] != 0 && has_stopped(c, before, acceleration))
         throw SolverError(
             fmt::format("At t = {:.9g} s {} and {} stop sliding at the same time: a gradient does not "
                         "exist there, as which of them comes first decides.",

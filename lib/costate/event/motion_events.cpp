@@ -12,6 +12,7 @@
 #include "costate/event/contact_gap.h"
 #include "costate/event/guard_value.h"
 #include "costate/event/spatial_slip.h"
+#include "costate/mechanism/coordinate_parts.h"
 
 namespace costate {
 
@@ -42,6 +43,7 @@ void MotionEvents::refuse(const Mechanism& mechanism, const std::string& what) {
 
 MotionEvents::MotionEvents(Assembly& assembly) : assembly_(assembly) {
   const Mechanism& mech = assembly.mechanism();
+  const std::vector<int> parts = coordinate_parts(mech);
   for (std::size_t f = 0; f < mech.forces().size(); ++f) {
     const Force& force = *mech.forces()[f];
     const auto* guarded = dynamic_cast<const GuardedForce*>(&force);
@@ -53,8 +55,8 @@ MotionEvents::MotionEvents(Assembly& assembly) : assembly_(assembly) {
         if (mech.constraints()[i].get() == unilateral->rows()) first_row = mech.row_offsets()[i];
       const int state = unilateral->closed_state();
       const int sliding = unilateral->sliding_state(), first = mech.state_offsets()[f];
-      contacts_.push_back(
-          {&force, unilateral, state < 0 ? -1 : first + state, sliding < 0 ? -1 : first + sliding, first_row});
+      contacts_.push_back({&force, unilateral, state < 0 ? -1 : first + state, sliding < 0 ? -1 : first + sliding,
+                           first_row, parts[static_cast<std::size_t>(force.coordinates().front())]});
       needs_multipliers_ = needs_multipliers_ || first_row >= 0;
     }
     for (int k = 0; k < guarded->guard_count(); ++k)

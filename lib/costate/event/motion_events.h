@@ -123,6 +123,7 @@ class MotionEvents {
     int closed_state;   // among all, or -1
     int sliding_state;  // likewise
     int first_row;      // of its constraint, or -1
+    int part;           // of the mechanism (mechanism/coordinate_parts.h): others take no part in its events
     double largest_approach = 0;
     std::vector<double> died_at = {};  // when its bounces had died out; known up to `decided`, for the way back
     double decided = -std::numeric_limits<double>::infinity();
@@ -152,9 +153,9 @@ class MotionEvents {
   // In event/contact_modes.cpp.
   /// cross() of a rigid contact's event.
   void cross_contact(int event, const StateView& before, double* v, double* z);
-  /// Of the contacts that are closed at this state (q, v, z as they are behind an event) those stay so that the ground
-  /// presses, and stick or slide; z with them. `begins_to_slide` and `stops`: those that do, or null.
-  void settle(const StateView& s, double* z, const std::string& event, const ContactOf* begins_to_slide,
+  /// Of the contacts of this part that are closed at this state (q, v, z as they are behind an event) those stay so
+  /// that the ground presses, and stick or slide; z with them. `begins_to_slide` and `stops`: those that do, or null.
+  void settle(const StateView& s, double* z, int part, const std::string& event, const ContactOf* begins_to_slide,
               const ContactOf* stops);
   /// Whether a closed contact that slides has come to rest along the ground, but for rounding.
   bool has_stopped(const ContactOf& c, const StateView& s, double acceleration) const;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "costate/base/error.h"
+#include "costate/mechanism/coordinate_parts.h"
 #include "costate/objective/local_output.h"
 
 namespace costate {
@@ -79,12 +80,18 @@ NamedEvent find_event(const Mechanism& mechanism, const std::string& name) {
 std::string kink_of_coincident(const Mechanism& mechanism, const std::string& first, const std::string& second) {
   const NamedEvent a = find_event(mechanism, first), b = find_event(mechanism, second);
   if (a.force == b.force) return {};
+  const std::vector<int> parts = coordinate_parts(mechanism);
+  const auto part_of = [&](const NamedEvent& x) {
+    return parts[static_cast<std::size_t>(x.force->coordinates().front())];
+  };
+  if (part_of(a) != part_of(b)) return {};
   const auto decides = [](const NamedEvent& x, const NamedEvent& y) {
     return x.guarded->force_jumps(x.k) && y.guarded->latches_speed(y.k);
   };
   if (!decides(a, b) && !decides(b, a)) return {};
   return fmt::format(
-      "'{}' and '{}' happen in one instant, in which a force jumps and a speed is latched: psi has another slope on "
+      "'{}' and '{}' happen in one instant, in which a force or a speed jumps and a speed counts: psi has another "
+      "slope on "
       "either side, as one or the other comes first, and derivatives are those of one side",
       a.name, b.name);
 }

@@ -38,8 +38,7 @@ CandidateReference candidate_reference(const Problem& problem, const std::string
                       t));
   const auto attempt = [&](double rtol) {
     Problem tight = p;
-    tight.solver.rtol = rtol;
-    tight.solver.atol = rtol * problem.solver.absolute() / problem.solver.rtol;
+    tight.solver.set_rtol(rtol);
     return CandidateReference{tight, rho, record_motion(tight, rho), method, gradient(tight, method, rho).gradient};
   };
   const double tight = std::min(problem.solver.rtol, 1e-9);

@@ -87,10 +87,7 @@ void Evaluator::evaluate(OptimizerEvaluation& e, const std::vector<OptimizerEval
 
 Evaluator::CaseValues Evaluator::run(const DesignCase& c, const OptimizerEvaluation& e) const {
   Problem problem = c.problem;
-  if (e.rtol > 0) {
-    problem.solver.atol = c.problem.solver.absolute() * e.rtol / c.problem.solver.rtol;
-    problem.solver.rtol = e.rtol;
-  }
+  if (e.rtol > 0) problem.solver.set_rtol(e.rtol);
   if (step_limit_ > 0) problem.solver.max_steps = std::min(problem.solver.max_steps, step_limit_);
   problem.solver.confirm = false;  // step by step; of the optimum the certificate asks more
   const std::vector<double> rho = c.own(e.rho);

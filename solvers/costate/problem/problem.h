@@ -34,6 +34,11 @@ struct SolverOptions {
   bool confirm = true;  // gradients are compared with a looser run, see sensitivity/confirmation.h
 
   double absolute() const { return atol > 0 ? atol : rtol; }
+  /// Another relative tolerance, the absolute one in proportion.
+  void set_rtol(double to) {
+    if (atol > 0) atol *= to / rtol;
+    rtol = to;
+  }
 };
 
 /// What a run cost. Zero where a method has no such thing.

@@ -116,8 +116,7 @@ void know(const Problem& problem, GradientResult& result, const GradientResult& 
 /// At another tolerance; what it has to say is not for this run.
 bool attempt(const Problem& problem, double factor, const GradientRun& run, GradientResult& result) {
   Problem other = problem;
-  other.solver.rtol = problem.solver.rtol * factor;
-  if (problem.solver.atol > 0) other.solver.atol = problem.solver.atol * factor;
+  other.solver.set_rtol(problem.solver.rtol * factor);
   try {
     result = run(other);
   } catch (const SolverError&) {

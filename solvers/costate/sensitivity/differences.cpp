@@ -90,8 +90,7 @@ Simulation run_once(const Problem& problem, const std::vector<double>& rho) {
 
 Problem of_tolerance(const Problem& problem, double rtol) {
   Problem p = problem;
-  p.solver.rtol = rtol;
-  p.solver.atol = rtol * problem.solver.absolute() / problem.solver.rtol;
+  p.solver.set_rtol(rtol);
   return p;
 }
 

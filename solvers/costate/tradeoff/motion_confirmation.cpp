@@ -89,8 +89,7 @@ Problem at_tolerance(const Problem& problem, double factor, const TradeValues& v
     r.solver.step_s = factor < 1 ? step / 2 : step * 2;
     return r;
   }
-  r.solver.rtol = problem.solver.rtol * factor;
-  if (problem.solver.atol > 0) r.solver.atol = problem.solver.atol * factor;
+  r.solver.set_rtol(problem.solver.rtol * factor);
   return r;
 }
 

@@ -89,8 +89,7 @@ AccuracyPilot PilotRace::one(const Combination& c, double rtol) {
   Problem problem = problem_;
   problem.formulation = c.formulation;
   problem.solver.integrator = c.integrator;
-  problem.solver.atol = rtol * problem_.solver.absolute() / problem_.solver.rtol;
-  problem.solver.rtol = rtol;
+  problem.solver.set_rtol(rtol);
   const Unsaid judging;
   mine_.points.clear();
   began_ = processor_time_s();

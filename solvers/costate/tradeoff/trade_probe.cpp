@@ -35,10 +35,7 @@ Problem TradeProbe::prepared(const Combination& c, double rtol, double step_s) c
   p.formulation = c.formulation;
   p.solver.integrator = c.integrator;
   p.solver.step_s = step_s;
-  if (rtol > 0) {
-    p.solver.atol = rtol * problem_.solver.absolute() / problem_.solver.rtol;
-    p.solver.rtol = rtol;
-  }
+  if (rtol > 0) p.solver.set_rtol(rtol);
   return p;
 }
 

@@ -1,0 +1,14 @@
+// The parts of a mechanism that have nothing to do with each other: coordinates between which no body, constraint or
+// force makes a link.
+#pragma once
+
+#include <vector>
+
+#include "costate/mechanism/mechanism.h"
+
+namespace costate {
+
+/// One number a coordinate, the same for those of one part.
+std::vector<int> coordinate_parts(const Mechanism& mechanism);
+
+}  // namespace costate

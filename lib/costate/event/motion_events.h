@@ -38,6 +38,19 @@ class MotionEvents {
   }
 
   bool empty() const { return guards_.empty(); }
+  /// What was before decides at some events: whether bounces have died out. Of a run whose events are met again, one by
+  /// one.
+  struct History {
+    struct OfContact {
+      double largest_approach;
+      std::vector<double> died_at;
+      double decided;
+    };
+    double fastest = 0;
+    std::vector<OfContact> contacts;
+  };
+  History history() const;
+  void recall(const History& history);
   /// "contact.foot: touch".
   const std::string& name(int event) const { return of(event).name; }
   /// "closed": behind the event, and of rigid contacts behind the last cross().

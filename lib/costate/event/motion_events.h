@@ -97,6 +97,9 @@ class MotionEvents {
                int count, double* dcost);
   /// mu of (q, v, z) behind the event becomes that before it; the gradient gains the event's own share.
   void adjoint(int event, const StateView& before, const Side& minus, const Side& plus, double* mu, double* gradient);
+  /// At an impact of a given time: mu of (q, v) behind it becomes that before it, that of what it sets is zero, and the
+  /// gradient gains the impact's own share; returns the weight of the time.
+  double adjoint_of_impact(int event, const StateView& before, double* mu, double* gradient);
 
  private:
   struct GuardOf {

@@ -13,7 +13,7 @@ namespace costate {
 namespace {
 
 constexpr int kLooks = 400;
-constexpr double kAtStart = 1e-3;  // of a run of which the start alone is read
+constexpr double kReadAtStart = 1e-3;  // of a run of which the start alone is read
 
 /// Which force states nothing depends on, not even they themselves: no column of theirs along the motion.
 std::vector<bool> passive_states(const Problem& problem, const std::vector<double>& rho) {
@@ -63,7 +63,7 @@ CycleStart::CycleStart(const Problem& problem, const CycleSettings& settings, co
   if (settings.period_s)
     first.solver.t_end = first.solver.t_start + *settings.period_s;
   else if (begins_there)
-    first.solver.t_end = first.solver.t_start + kAtStart * (first.solver.t_end - first.solver.t_start);
+    first.solver.t_end = first.solver.t_start + kReadAtStart * (first.solver.t_end - first.solver.t_start);
   bool seen = false;
   const auto read = [&](const MechanismState& s, System& system) {
     if (seen) return;

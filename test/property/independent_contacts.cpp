@@ -107,7 +107,7 @@ damping_N_s_per_m = 1
                                 "baumgarte", "idas-adjoint"),
                     Catch::Contains("strike at the same time"));
   take_notices();
-  gradient_of(a + ball("B", 1, "law = \"flores\"\nstiffness_N_per_m = 1e4\nrestitution = 0.5") + damper + kTwoBalls,
+  gradient_of(a + ball("B", 1, "law = \"flores\"\nstiffness_N_per_m_n = 1e4\nrestitution = 0.5") + damper + kTwoBalls,
               "baumgarte", "idas-adjoint");
   bool told = false;
   for (const std::string& notice : take_notices()) told = told || notice.find("one instant") != std::string::npos;
@@ -123,6 +123,8 @@ TEST_CASE("independent contacts: eighteen points come to rest", "[events]") {
     given += fmt::format("{}\"{}.x\", \"{}.y\"", i == 0 ? "" : ", ", name, name);
   }
   text += fmt::format(R"(
+[gravity]
+y_m_per_s2 = -9.81
 [start]
 given = [{}]
 [[cost.terminal]]

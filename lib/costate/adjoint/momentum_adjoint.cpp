@@ -88,6 +88,7 @@ void MomentumAdjoint::switch_rows() {
 }
 
 void MomentumAdjoint::add_friction(Assembly::ParameterWeights& w) {
+  assembly_.switch_rows(state().z);  // of the point that was kept
   if (assembly_.sliding_rows().empty()) return;
   friction_.assign(static_cast<std::size_t>(m_), 0);
   for (const Assembly::SlidingRow& r : assembly_.sliding_rows())
@@ -156,8 +157,7 @@ void MomentumAdjoint::from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& X, 
   X.col(0).head(2 * n_ + nz_) << mu_q, mu, wz;
   Assembly::ParameterWeights w;
   w.row_phi = eta_q.data();
-  w.row_phid = eta_v.data();
-  add_friction(w);
+  w.row_phid = eta_v.data();  // friction moves no constraint
   assembly_.add_parameter_gradient(state(), w, -1, gradient.data());
 }
 

@@ -326,6 +326,7 @@ CycleResult find_cycle(const Problem& problem, const CycleSettings& settings, co
   map.onto_section(search.x, search.positions);
   search.begin();
   search.solve();
+  map.require_same_modes(search.value);
   map.require_whole_turns(search.x, search.positions, search.value);
   if (rests(map, start, search.x, search.positions, search.value.time)) tell_rest(settings, search.value.time);
   CycleResult r;

@@ -2,8 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
@@ -104,7 +105,7 @@ CycleStart::CycleStart(const Problem& problem, const CycleSettings& settings, co
     first.solver.t_end = first.solver.t_start + *settings.period_s;
   else if (!first.ends_when)
     first.solver.t_end = first.solver.t_start + kReadAtStart * (first.solver.t_end - first.solver.t_start);
-  std::vector<double> before;  // states of forces at the first meeting
+  std::vector<std::pair<double, double>> modes;  // before and behind the first meeting
   bool seen = false;
   const auto read = [&](const MechanismState& s, System& system) {
     if (seen) return;
@@ -112,22 +113,15 @@ CycleStart::CycleStart(const Problem& problem, const CycleSettings& settings, co
     x_.resize(section->size());
     for (int i = 0; i < section->size(); ++i)
       x_[i] = section->coordinates()[static_cast<std::size_t>(i)].at_start->value(s, system.assembly());
-    before.assign(s.z, s.z + m.state_count());
+    for (const SectionMode& mode : section->modes())
+      modes.emplace_back(s.z[mode.state], mode.at_start->value(s, system.assembly()));
     positions_.assign(s.q, s.q + m.coordinate_count());
   };
   simulate(first, rho, {first.ends_when ? first.solver.t_end : first.solver.t_start}, read);
-  if (section->closes() && let_go.empty()) {
-    const auto names = m.state_names();
-    for (const auto& f : m.forces()) {
-      const auto* contact = dynamic_cast<const UnilateralForce*>(f.get());
-      if (!contact || contact->closed_state() < 0 || section->begin()) continue;
-      const std::string name = f->path() + "." + f->state_name(contact->closed_state());
-      for (int i = 0; i < section->size(); ++i)
-        if (section->coordinates()[static_cast<std::size_t>(i)].name == "z." + name && x_[i] < 0.5 &&
-            before[static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin())] > 0.5)
-          section->set_let_go(m, f->path());
-    }
-  }
+  for (std::size_t i = 0; i < modes.size(); ++i)
+    if (const SectionMode& mode = section->modes()[i];
+        section->closes() && !section->begin() && mode.closed && modes[i].first > 0.5 && modes[i].second < 0.5)
+      section->set_let_go(m, mode.contact);
   section_ = std::move(section);
   // What travels begins where the scene has it, whatever the parameters: where along its way a cycle lies says nothing.
   const int c = section_->travelling(), carried = section_->carried().coordinate;

@@ -107,6 +107,7 @@ MapRun run(SystemType& system, const Problem& problem, const std::vector<double>
   if (section.carried().at_end) read.push_back(section.carried().at_end.get());
   const auto d = static_cast<Eigen::Index>(read.size());
   r.positions.assign(s.q, s.q + assembly.n());
+  for (const SectionMode& mode : section.modes()) r.modes.push_back(mode.at_end->value(s, assembly));
   r.values.resize(d);
   for (Eigen::Index i = 0; i < d; ++i) r.values[i] = read[static_cast<std::size_t>(i)]->value(s, assembly);
   Eigen::VectorXd kappa = Eigen::VectorXd::Zero(d + 2);

@@ -14,6 +14,7 @@ struct MapRun {
   Eigen::MatrixXd rows;           // derivatives of these, of the end time and of psi; empty unless asked for
   Eigen::VectorXd kappa;          // of each of these rows; zero with a period
   std::vector<double> positions;  // of all coordinates at the end
+  std::vector<double> modes;      // of the section's, at the end
   std::vector<RunEvent> events;   // the one that ends the run included
   Counters counters;
   std::string integrator;

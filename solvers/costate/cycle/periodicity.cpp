@@ -102,6 +102,21 @@ void ReturnMap::require_periodic(const Eigen::VectorXd& x, const std::vector<dou
                      "place of 'period_s'.");
 }
 
+void ReturnMap::require_same_modes(const MapValue& value) const {
+  for (std::size_t i = 0; i < value.modes.size(); ++i) {
+    const SectionMode& mode = section_.modes()[i];
+    if (std::abs(value.modes[i] - mode.starts) < 0.5) continue;
+    const auto text = [&](double x) {
+      return mode.closed ? x > 0.5 ? "closed" : "open" : std::abs(x) < 0.5 ? "at rest along the ground" : "sliding";
+    };
+    throw SolverError(
+        fmt::format("The motion comes back to its coordinates, but {} is {} at the end of a cycle and {} where it "
+                    "begins ('{}' is {:g} and {:g}): such a motion does not repeat itself. Let the scene start as it "
+                    "ends, or take another section.",
+                    mode.contact, text(value.modes[i]), text(mode.starts), mode.name, value.modes[i], mode.starts));
+  }
+}
+
 void ReturnMap::require_whole_turns(const Eigen::VectorXd& x, const std::vector<double>& positions,
                                     const MapValue& value) const {
   if (value.turned.isZero()) return;

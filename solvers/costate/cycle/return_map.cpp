@@ -114,6 +114,7 @@ MapValue ReturnMap::once(const Eigen::VectorXd& x, const std::vector<double>& po
   r.time = run.t - p.solver.t_start;
   r.psi = run.psi;
   r.events = run.events;
+  r.modes = run.modes;
   r.counters = run.counters;
   r.integrator = run.integrator;
   r.next = run.values.head(d);
@@ -189,6 +190,7 @@ MapValue ReturnMap::evaluate(const Eigen::VectorXd& x, const std::vector<double>
     }
     sum.next = r.next;
     sum.positions = r.positions;
+    sum.modes = r.modes;
     sum.time += r.time;
     sum.travel += r.travel;
     sum.psi += r.psi;

@@ -19,6 +19,7 @@ struct MapValue {
   Eigen::RowVectorXd time_x, travel_x, psi_x, time_rho, travel_rho, psi_rho;
   Eigen::VectorXd kappa;  // of the entries of next, of what is carried, of the time, of psi, where a cycle is one run
   std::vector<double> positions;  // where the next cycle begins
+  std::vector<double> modes;      // of rigid contacts there
   std::vector<RunEvent> events;
   Counters counters;
   std::string integrator;
@@ -45,6 +46,8 @@ class ReturnMap {
   void onto_section(Eigen::VectorXd& x, const std::vector<double>& positions) const;
   /// Throws ModelError where what goes round does not begin anew a whole turn on: the cycle from there, beside that
   /// from x, ends later or elsewhere by more than sqrt(rtol) of it. In periodicity.cpp.
+  /// Throws SolverError where a contact is not again what it was at the start.
+  void require_same_modes(const MapValue& value) const;
   void require_whole_turns(const Eigen::VectorXd& x, const std::vector<double>& positions, const MapValue& value) const;
   /// The consistent start at x: q, v and z of the mechanism.
   struct State {

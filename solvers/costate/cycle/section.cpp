@@ -189,6 +189,27 @@ void Section::add_states(const Mechanism& m, const std::vector<bool>& passive) {
         is_mode[static_cast<std::size_t>(m.state_offsets()[f] + i)] = true;
       start_numbers_[static_cast<std::size_t>(number)] = true;
     }
+  // Of rigid contacts an impact sets the modes.
+  const auto mode_of = [&](std::size_t state) { return impact_ && is_mode[state] ? static_cast<int>(state) : -1; };
+  const auto partner_of = [&](std::size_t i) {
+    const std::string other = partner(names[i]);
+    const auto found = std::find(names.begin(), names.end(), other);
+    if (found == names.end())
+      throw ModelError("cycle.relabel",
+                       fmt::format("'{}' would swap roles with '{}', which there is not.", names[i], other));
+    return static_cast<std::size_t>(found - names.begin());
+  };
+  const auto first_of = [&](std::size_t i) -> std::shared_ptr<Output> {
+    if (starts_behind_) return make_output(m, "z." + names[i]);
+    return read(names[i], begin_event_, mode_of(i));
+  };
+  const auto last_of = [&](std::size_t i) { return read(names[i], end_event_, mode_of(i)); };
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (!is_mode[i]) continue;
+    const std::size_t dot = names[i].rfind('.');
+    modes_.push_back({names[i], names[i].substr(0, dot), static_cast<int>(i), names[i].substr(dot + 1) == "closed",
+                      m.numbers()[static_cast<std::size_t>(number_of[i])].value, first_of(i), last_of(partner_of(i))});
+  }
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (passive[i]) continue;
     const int number = number_of[i];
@@ -200,17 +221,8 @@ void Section::add_states(const Mechanism& m, const std::vector<bool>& passive) {
                                    "take initial values; of several points make a contact each, of friction with "
                                    "bristles take another model.",
                                    names[i]));
-    const std::string other = partner(names[i]);
-    if (std::find(names.begin(), names.end(), other) == names.end())
-      throw ModelError("cycle.relabel",
-                       fmt::format("'{}' would swap roles with '{}', which there is not.", names[i], other));
-    // Of rigid contacts an impact sets the modes.
-    const auto mode_of = [&](std::size_t state) { return impact_ && is_mode[state] ? static_cast<int>(state) : -1; };
-    const auto partner_state = static_cast<std::size_t>(std::find(names.begin(), names.end(), other) - names.begin());
-    auto first = starts_behind_ ? make_output(m, "z." + names[i]) : read(names[i], begin_event_, mode_of(i));
     const std::string unit = make_output(m, "z." + names[i])->unit();
-    coordinates_.push_back(
-        {"z." + names[i], unit, number, std::move(first), read(other, end_event_, mode_of(partner_state))});
+    coordinates_.push_back({"z." + names[i], unit, number, first_of(i), last_of(partner_of(i))});
     if (is_mode[i]) ++trivial_;
     if (!impact_ && begin_event_ && names[i].rfind(begin_event_->force->path() + ".", 0) == 0) ++trivial_;
   }

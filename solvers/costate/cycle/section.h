@@ -24,6 +24,15 @@ struct SectionCoordinate {
   bool turns = false;                      // may have gone round
 };
 
+/// A mode of a rigid contact, "contact.left.closed": the same at both ends of a cycle, whatever happens between.
+struct SectionMode {
+  std::string name, contact;
+  int state = -1;  // among all force states
+  bool closed = false;
+  double starts = 0;  // what the scene has
+  std::shared_ptr<const Output> at_start, at_end;
+};
+
 /// What a coordinate changes by per unit of way: 0, cos(angle) or sin(angle); and the derivative with respect to the
 /// angle.
 double along_way(int along, double angle);
@@ -39,6 +48,7 @@ class Section {
 
   const std::vector<SectionCoordinate>& coordinates() const { return coordinates_; }
   int size() const { return static_cast<int>(coordinates_.size()); }
+  const std::vector<SectionMode>& modes() const { return modes_; }
   const CycleSettings& settings() const { return settings_; }
   /// The event or crossing that ends a cycle, and the one that begins it, which has its roles swapped; null with a
   /// period.
@@ -86,6 +96,7 @@ class Section {
 
   CycleSettings settings_;
   std::vector<SectionCoordinate> coordinates_;
+  std::vector<SectionMode> modes_;
   std::shared_ptr<const EndEvent> first_, begin_, end_;
   std::optional<NamedEvent> begin_event_, end_event_;
   std::vector<int> free_, partner_coordinate_, along_;

@@ -114,24 +114,30 @@ std::vector<HessianEquations::Bend> bends_along(HessianEquations& equations, con
   return bends;
 }
 
-/// The motion near to each of the events, on either side.
-void look_beside(const Trajectory& motion, const TangentMotion& names, std::vector<HessianEquations::Event>& events) {
+/// Nothing else happens in the instant of an event.
+void require_apart(const Trajectory& motion, const TangentMotion& forward) {
   double last = -std::numeric_limits<double>::infinity();
-  for (HessianEquations::Event& e : events) {
+  for (const HessianEquations::Event& e : forward.met()) {
     const double instant = kOneInstant * std::max(1.0, std::abs(e.t));
     const auto refuse = [&](const char* why) {
       throw CapabilityError(
           fmt::format("At t = {:.9g} s '{}' happens {}: second derivatives are not carried across. Differences of "
                       "gradients tell them.",
-                      e.t, names.name_of(e), why));
+                      e.t, forward.name_of(e), why));
     };
     if (e.t - last <= instant) refuse("in the instant of another event");
     if (e.t - motion.t_begin() <= instant) refuse("where the run begins");
     if (motion.t_end() - e.t <= instant) refuse("where the run ends");
     last = e.t;
-    std::size_t i = 0;
+  }
+}
+
+/// The motion near to each of the events, on either side.
+void look_beside(const Trajectory& motion, std::vector<HessianEquations::Event>& events) {
+  std::size_t i = 0;
+  for (HessianEquations::Event& e : events) {
     while (motion.step_end(i) < e.t) ++i;
-    const double least = kSpacings * std::numeric_limits<double>::epsilon() * std::max(std::abs(e.t), 1e-300),
+    const double least = kSpacings * std::numeric_limits<double>::epsilon() * std::abs(e.t),
                  begin = i == 0 ? motion.t_begin() : motion.step_end(i - 1),
                  end = motion.step_end(std::min(i + kStepsBehind, motion.steps() - 1));
     e.near_before = e.t - std::max(least, kNear * (e.t - begin));
@@ -151,6 +157,7 @@ HessianMotion run_hessian_motion(const Problem& problem, const std::vector<doubl
   std::vector<std::vector<BlockJump>> jumps;
   std::vector<Piece> pieces;
   const auto look = [&] {
+    require_apart(all.trajectory, forward);
     pieces = pieces_of(all.trajectory, forward.met());
     jumps.clear();
     for (const Piece& piece : pieces) jumps.push_back(jumps_along(equations, all.trajectory, piece));
@@ -190,7 +197,7 @@ HessianMotion run_hessian_motion(const Problem& problem, const std::vector<doubl
   }
   all.bends = bends_along(equations, all.trajectory, pieces, jumps);
   all.events = forward.met();
-  look_beside(all.trajectory, forward, all.events);
+  look_beside(all.trajectory, all.events);
   return all;
 }
 

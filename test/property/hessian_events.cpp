@@ -124,7 +124,7 @@ TEST_CASE("hessian events: a touch at which the force jumps, against its closed 
         R"("y", "m", "K", "C")"));
     const auto rho = p.parameters.values();
     const MatrixXd expected =
-        hessian_of([T](const long double* x) { return on_spring(T, x); }, rho, {4e-4L, 5e-4L, 2.0L, 6e-3L});
+        hessian_of([T](const long double* x) { return on_spring(T, x); }, rho, {4e-5L, 5e-5L, 0.2L, 6e-4L});
     check_closed(p, expected, kSteps * p.solver.rtol + 1e-7);
   }
 }

@@ -136,8 +136,21 @@ void HessianAdjoint::set_parameters(const double* rho) {
   newton_.set_parameters(rho);
 }
 
+double HessianAdjoint::left_at(double clock) const {
+  if (steep_ == Steep::nowhere) return clock;
+  const double length = end_ - begin_, x = std::clamp((clock - begin_) / length, 0.0, 1.0), rest = 1 - x;
+  return steep_ == Steep::at_begin ? begin_ + length * x * x * x * x : end_ - length * rest * rest * rest * rest;
+}
+
+double HessianAdjoint::clock_rate(double clock) const {
+  if (steep_ == Steep::nowhere) return 1;
+  const double x = std::clamp((clock - begin_) / (end_ - begin_), 0.0, 1.0),
+               near = steep_ == Steep::at_begin ? x : 1 - x;
+  return 4 * near * near * near;
+}
+
 double HessianAdjoint::at(double tau) {
-  const double t = std::clamp(t_end_ - tau, from_, to_);
+  const double t = std::clamp(t_end_ - left_at(tau), from_, to_);
   motion_(t, point_.data());
   return t;
 }
@@ -154,15 +167,16 @@ void HessianAdjoint::rhs(double tau, const double* y, double* f) {
   for (int i = 0; i < all; ++i) unscaled_[static_cast<std::size_t>(i)] = scale_ * y[i];
   double *r = rates_.data(), *q = r + all;
   equations_.adjoint(unscaled_.data(), unscaled_.data() + N, r, r + N, q, q + np);
-  for (int i = 0; i < all; ++i) f[i] = -r[i] / scale_;
+  const double rate = clock_rate(tau) / scale_;
+  for (int i = 0; i < all; ++i) f[i] = -r[i] * rate;
   for (int k = 0; k < columns_; ++k)
     for (int j = 0; j < np; ++j)
-      f[all + k * np + j] = q[k * np + j] * parameter_scale_[static_cast<std::size_t>(j)] / scale_;
+      f[all + k * np + j] = q[k * np + j] * parameter_scale_[static_cast<std::size_t>(j)] * rate;
 }
 
 void HessianAdjoint::factor(double tau, const double*, double gamma) {
   const double t = at(tau);
-  newton_.factor(t, point_.data(), gamma);
+  newton_.factor(t, point_.data(), gamma * clock_rate(tau));
 }
 
 void HessianAdjoint::cross(const HessianEquations::Bend& bend, double* y) {

@@ -98,6 +98,15 @@ class HessianAdjoint final : public HessianPass {
     from_ = from;
     to_ = to;
   }
+  /// Between these times the integrator's clock runs so that t - begin, or end - t, is as the fourth power of the
+  /// clock's: rates that grow without bound towards that end, slower than t^(-3/4), vanish there. Second derivatives of
+  /// a contact's d^n, 5/4 < n < 2, do so where it closes and opens.
+  enum class Steep { nowhere, at_begin, at_end };
+  void run_clock(double begin, double end, Steep steep) {
+    begin_ = begin;
+    end_ = end;
+    steep_ = steep;
+  }
   /// y behind a bend, or behind an event, becomes that before it.
   void cross(const HessianEquations::Bend& bend, double* y);
   void cross(const HessianEquations::Jumps& jumps, const HessianEquations::Event& event, double* y);
@@ -109,9 +118,14 @@ class HessianAdjoint final : public HessianPass {
  private:
   /// The motion's time, and the motion there in point_.
   double at(double tau);
+  /// The time that is left by the integrator's clock, and its rate.
+  double left_at(double clock) const;
+  double clock_rate(double clock) const;
 
   Motion motion_;
   double t_end_, scale_;
+  double begin_ = 0, end_ = 0;
+  Steep steep_ = Steep::nowhere;
   double from_ = -std::numeric_limits<double>::infinity(), to_ = std::numeric_limits<double>::infinity();
   std::vector<double> parameter_scale_, point_, unscaled_, rates_;
 };

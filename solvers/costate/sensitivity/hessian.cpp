@@ -86,22 +86,27 @@ double psi_of(System& forward, const Objective& objective, const Trajectory& mot
   return psi;
 }
 
-/// Where the way back ends a piece: a bend, or an event.
+/// Where the way back is taken across something: a bend, or an event.
 struct Crossing {
   double t, before, after;
+  bool steep;  // rates of the adjoint may be infinite there
   std::function<void(double* y)> cross;
 };
 
 /// The last one first.
-std::vector<Crossing> crossings_of(const HessianMotion& motion, HessianAdjoint& backward,
+std::vector<Crossing> crossings_of(const HessianMotion& motion, int n, HessianAdjoint& backward,
                                    const HessianEquations::Jumps& jumps) {
   std::vector<Crossing> all;
   for (const auto& bend : motion.bends)
-    all.push_back(
-        {0.5 * (bend.before + bend.after), bend.before, bend.after, [&](double* y) { backward.cross(bend, y); }});
-  for (const auto& event : motion.events)
-    all.push_back(
-        {event.t, event.near_before, event.near_after, [&, jumps](double* y) { backward.cross(jumps, event, y); }});
+    all.push_back({0.5 * (bend.before + bend.after), bend.before, bend.after, false,
+                   [&](double* y) { backward.cross(bend, y); }});
+  for (const auto& event : motion.events) {
+    // Of a contact that gives velocities go on.
+    const bool gives = event.event >= 0 && std::equal(event.before.begin(), event.before.begin() + 2 * n,
+                                                      event.after.begin(), event.after.begin() + 2 * n);
+    all.push_back({event.t, event.near_before, event.near_after, gives,
+                   [&, jumps](double* y) { backward.cross(jumps, event, y); }});
+  }
   std::sort(all.begin(), all.end(), [](const Crossing& a, const Crossing& b) { return a.t > b.t; });
   for (std::size_t i = 0; i + 1 < all.size(); ++i)
     if (all[i + 1].after >= all[i].before)
@@ -110,6 +115,31 @@ std::vector<Crossing> crossings_of(const HessianMotion& motion, HessianAdjoint& 
           "derivatives are not carried across. Differences of gradients tell them.",
           all[i].t));
   return all;
+}
+
+/// A part of the way back, in the time that is left, and the motion that it sees.
+struct PieceBack {
+  double begin, end, from, to;
+  HessianAdjoint::Steep steep;
+  const std::function<void(double* y)>* cross;  // at its end; or null
+};
+
+/// Beside what is steep a layer has a clock of its own.
+std::vector<PieceBack> pieces_back(const std::vector<Crossing>& crossings, double t_start, double t_end) {
+  constexpr double kLayer = 0.05;  // of what is between two crossings
+  using Steep = HessianAdjoint::Steep;
+  std::vector<PieceBack> pieces;
+  for (std::size_t i = 0; i <= crossings.size(); ++i) {
+    const Crossing *behind = i > 0 ? &crossings[i - 1] : nullptr, *at = i < crossings.size() ? &crossings[i] : nullptr;
+    const double begin = behind ? t_end - behind->t : 0, end = t_end - (at ? at->t : t_start),
+                 from = at ? at->after : t_start, to = behind ? behind->before : t_end, layer = kLayer * (end - begin),
+                 first = behind && behind->steep ? begin + layer : begin, last = at && at->steep ? end - layer : end;
+    if (first > begin) pieces.push_back({begin, first, from, to, Steep::at_begin, nullptr});
+    pieces.push_back({first, last, from, to, Steep::nowhere, nullptr});
+    if (last < end) pieces.push_back({last, end, from, to, Steep::at_end, nullptr});
+    if (at) pieces.back().cross = &at->cross;
+  }
+  return pieces;
 }
 
 /// The products of some directions, which are of size 1 in scaled parameters. `end`: what the run ends by, if anything.
@@ -144,21 +174,22 @@ MatrixXd run(const Problem& problem, const std::optional<EndEvent>& end, const s
       problem.monitor
           ? Monitor([&problem, t_end](double tau, long steps, bool) { problem.monitor(t_end - tau, steps, true); })
           : Monitor();
-  const std::vector<Crossing> crossings = crossings_of(all, backward, forward.jumps());
-  // Piece i lies behind crossing i.
-  const auto keep_within_piece = [&](std::size_t i) {
-    backward.keep_within(i < crossings.size() ? crossings[i].after : t_start, i > 0 ? crossings[i - 1].before : t_end);
+  const std::vector<Crossing> crossings = crossings_of(all, equations->assembly().n(), backward, forward.jumps());
+  const std::vector<PieceBack> pieces = pieces_back(crossings, t_start, t_end);
+  const auto enter = [&](const PieceBack& piece) {
+    backward.keep_within(piece.from, piece.to);
+    backward.run_clock(piece.begin, piece.end, piece.steep);
   };
   std::vector<double> ends_back;
-  for (const Crossing& at : crossings) ends_back.push_back(t_end - at.t);
+  for (std::size_t i = 0; i + 1 < pieces.size(); ++i) ends_back.push_back(pieces[i].end);
   PiecewiseRun back(backward, options, monitor, std::make_shared<const StepPlan>(all.plan_back->reversed(t_end)),
                     std::move(ends_back));
   std::vector<double> y;
-  keep_within_piece(0);
+  enter(pieces.front());
   try {
     y = back.run(nullptr, [&](std::size_t i, double* at) {
-      crossings[i].cross(at);
-      keep_within_piece(i + 1);
+      if (pieces[i].cross) (*pieces[i].cross)(at);
+      enter(pieces[i + 1]);
     });
   } catch (const SolverError& e) {
     throw SolverError(fmt::format("On the way back, its times counted from the end at {:.9g} s: {}", t_end, e.what()));

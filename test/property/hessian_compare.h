@@ -49,6 +49,8 @@ inline void check_by_differences(Problem p, double exact,
   Problem tight = p;
   tight.solver.rtol = 1e-12;
   tight.formulation = "baumgarte";
+  // Steps of 8e-4 of the scales: what is left of a contact's or a kink's fourth order is nothing then.
+  for (Parameter& parameter : tight.parameters.parameters) parameter.scale *= 0.2;
   const Hessian expected = hessian_by_differences(tight, "idas-adjoint", rho);
   REQUIRE(expected.asymmetry < 1e-3);
   for (const std::string& formulation : formulations) {

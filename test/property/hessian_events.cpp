@@ -147,6 +147,8 @@ number = "contact.floor.ground_angle_rad"
 [parameter.mu]
 number = "contact.floor.friction_coefficient"
 )";
+  // The derivative of d^1.5 grows as the root of the time since the touch, which is known to some spacings of numbers:
+  // 1e-15 s of 1e-2 s are 3e-7 of it, and of each touch and release.
   for (const char* law : {"hunt-crossley", "lankarani-nikravesh", "flores"}) {
     CAPTURE(law);
     check_by_differences(made(ball(0.7,
@@ -154,7 +156,7 @@ number = "contact.floor.friction_coefficient"
                                            "friction = \"coulomb\"\nfriction_coefficient = 0.3\n"
                                            "transition_velocity_m_per_s = 0.1\n"),
                                    numbers + cost, R"("y", "m", "K", "e", "slope", "mu")")),
-                         1e-6);
+                         1e-5);
   }
 }
 

@@ -32,9 +32,7 @@ TEST_CASE("hessian instants: kinks of drivers, and jumps of their accelerations,
       {R"({ kind = "bump", height_m = 0.15, start_m = 0.3, length_m = 0.5, shape = "half_sine" })", {"height_m"}},
       {R"({ kind = "bump", height_m = 0.1, start_m = 0.1, length_m = 0.25, shape = "half_sine", count = 3, spacing_m = 0.3 })",
        {"start_m", "length_m", "spacing_m"}},
-      {R"({ kind = "bump", height_m = 0.2, start_m = 0.1, length_m = 0.3 })", {"start_m", "length_m"}},
-      {R"({ kind = "sine_sweep", amplitude_m = 0.08, start_m = 0.35, length_m = 0.6, n_start_1_per_m = 0.8, n_end_1_per_m = 2 })",
-       {"start_m"}}};
+      {R"({ kind = "bump", height_m = 0.2, start_m = 0.1, length_m = 0.3 })", {"start_m", "length_m"}}};
   for (const auto& [law, names] : laws) {
     INFO(law);
     check_by_differences(driven(law, names), 1e-6);
@@ -60,13 +58,14 @@ natural_length_m = 0.7
 [actuator.a]
 from = "O"
 to = "P"
-law = { kind = "piecewise", breaks = [0.4, 0.9], coefficients = [[0], [5], [-3]] }
+time_constant_s = 0.2
+command_N = { kind = "piecewise", joins = "none", breaks = [0.4, 0.9], coefficients = [[0], [5], [-3]] }
 [start]
 given = ["P.x", "P.y"]
 [run]
 t_end_s = 1.5
 rtol = 1e-11
-parameters = ["actuator.a.law.breaks[0]", "actuator.a.law.breaks[1]", "mass.P.mass_kg", "spring.s.stiffness_N_per_m"]
+parameters = ["actuator.a.command_N.breaks[0]", "actuator.a.command_N.breaks[1]", "mass.P.mass_kg", "spring.s.stiffness_N_per_m"]
 [[cost.running]]
 kind = "square"
 output = "P.x"

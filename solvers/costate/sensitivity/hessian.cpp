@@ -101,10 +101,10 @@ std::vector<Crossing> crossings_of(const HessianMotion& motion, int n, HessianAd
     all.push_back({0.5 * (bend.before + bend.after), bend.before, bend.after, false,
                    [&](double* y) { backward.cross(bend, y); }});
   for (const auto& event : motion.events) {
-    // Of a contact that gives velocities go on.
-    const bool gives = event.event >= 0 && std::equal(event.before.begin(), event.before.begin() + 2 * n,
-                                                      event.after.begin(), event.after.begin() + 2 * n);
-    all.push_back({event.t, event.near_before, event.near_after, gives,
+    const bool gives = velocities_go_on(event, n);
+    // What is steep counts up to the event itself.
+    const double behind = std::nextafter(event.behind, std::numeric_limits<double>::infinity());
+    all.push_back({event.t, gives ? event.t : event.near_before, gives ? behind : event.near_after, gives,
                    [&, jumps](double* y) { backward.cross(jumps, event, y); }});
   }
   std::sort(all.begin(), all.end(), [](const Crossing& a, const Crossing& b) { return a.t > b.t; });

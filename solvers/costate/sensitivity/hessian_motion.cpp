@@ -20,7 +20,7 @@ using Eigen::MatrixXd;
 
 /// Of the steps at an event, as many behind it as begin it: where the motion is on one side of it beyond rounding, and
 /// still what it is at the event. And that in spacings of numbers, at least.
-constexpr double kNear = 1e-9, kSpacings = 16;
+constexpr double kNear = 1e-9, kSpacings = 4;
 constexpr std::size_t kStepsBehind = 8;
 /// Of the span: a bend this near to an event is the event's own; and of a time, of 1 s at least, what is one instant.
 constexpr double kEventsOwn = 4e-12, kOneInstant = 1e-10;
@@ -133,15 +133,16 @@ void require_apart(const Trajectory& motion, const TangentMotion& forward) {
 }
 
 /// The motion near to each of the events, on either side.
-void look_beside(const Trajectory& motion, std::vector<HessianEquations::Event>& events) {
+void look_beside(const Trajectory& motion, int n, std::vector<HessianEquations::Event>& events) {
   std::size_t i = 0;
   for (HessianEquations::Event& e : events) {
     while (motion.step_end(i) < e.t) ++i;
     const double least = kSpacings * std::numeric_limits<double>::epsilon() * std::abs(e.t),
                  begin = i == 0 ? motion.t_begin() : motion.step_end(i - 1),
                  end = motion.step_end(std::min(i + kStepsBehind, motion.steps() - 1));
-    e.near_before = e.t - std::max(least, kNear * (e.t - begin));
-    e.near_after = e.behind + std::max(least, kNear * (end - e.t));
+    const double near = velocities_go_on(e, n) ? 0 : kNear;
+    e.near_before = e.t - std::max(least, near * (e.t - begin));
+    e.near_after = e.behind + std::max(least, near * (end - e.t));
     e.state_before = e.state_after = e.before;
     motion.evaluate(e.near_before, e.state_before.data());
     motion.evaluate(e.near_after, e.state_after.data());
@@ -149,6 +150,10 @@ void look_beside(const Trajectory& motion, std::vector<HessianEquations::Event>&
 }
 
 }  // namespace
+
+bool velocities_go_on(const HessianEquations::Event& event, int n) {
+  return event.event >= 0 && std::equal(event.before.begin(), event.before.begin() + 2 * n, event.after.begin());
+}
 
 HessianMotion run_hessian_motion(const Problem& problem, const std::vector<double>& rho, HessianEquations& equations,
                                  TangentMotion& forward) {
@@ -197,7 +202,7 @@ HessianMotion run_hessian_motion(const Problem& problem, const std::vector<doubl
   }
   all.bends = bends_along(equations, all.trajectory, pieces, jumps);
   all.events = forward.met();
-  look_beside(all.trajectory, all.events);
+  look_beside(all.trajectory, equations.assembly().n(), all.events);
   return all;
 }
 

@@ -16,6 +16,7 @@
 #include "costate/optimize/optimizer.h"
 #include "costate/problem/redundant_rows.h"
 #include "costate/sensitivity/error_estimate.h"
+#include "costate/sensitivity/difference_hessian.h"
 #include "costate/sensitivity/hessian.h"
 #include "costate/tradeoff/motion_confirmation.h"
 #include "costate/trajectory.h"
@@ -137,11 +138,24 @@ Eigen::MatrixXd hessian_times(const PyProblem& p, const Eigen::MatrixXd& directi
   return h.products;
 }
 
-Eigen::MatrixXd hessian_of(const PyProblem& p, const std::optional<Numbers>& rho) {
+py::dict hessian_of(const PyProblem& p, const std::optional<Numbers>& rho) {
   const Numbers values = p.values(rho);
   Hessian h;
-  p.run([&](Problem& problem) { h = hessian(problem, values); });
-  return h.matrix;
+  p.run([&](Problem& problem) {
+    try {
+      h = hessian(problem, values);
+    } catch (const CapabilityError& e) {
+      const std::string method = p.method("");
+      h = hessian_by_differences(problem, method, values);
+      notice(fmt::format("The Hessian is made of differences of gradients by {}, and known to some {:.0e} of its largest "
+                         "entry: {}",
+                         method, h.error, e.what()));
+    }
+  });
+  py::dict d;
+  d["matrix"] = h.matrix;
+  d["warnings"] = take_notices();
+  return d;
 }
 
 py::dict evaluation_of(const OptimizerEvaluation& e) {

@@ -6,6 +6,7 @@
 //   costate_adversary --cases 5000 --of trusses | kinds            one half of it
 //   costate_adversary --cases 1000 --of contacts                   rigid contacts, judged by energy and depth
 //   costate_adversary --cases 1000 --of hessians                   products of Hessians, by differences of gradients
+//   costate_adversary --cases 1000 --of touched-hessians           the same of contacts that give
 //   costate_adversary --cases 1000 --of units                      trusses in millimetres, grams, hours
 //   costate_adversary --cases 1000 --of motions                    all outputs, by two other integrators
 //   costate_adversary --cases 1000 --of balances                   energy, work and momentum of what is stored
@@ -42,8 +43,8 @@ namespace {
 constexpr int kSeconds =
     300;  // of the processor for one case: fixed steps may take a million of a vehicle with many tyres
 
-const std::string_view kOf[] = {"trusses", "kinds",    "contacts", "hessians", "units",
-                                "motions", "balances", "cranks",   "switches", "touches"};
+const std::string_view kOf[] = {"trusses",  "kinds",  "contacts", "hessians", "units",           "motions",
+                                "balances", "cranks", "switches", "touches",  "touched-hessians"};
 
 struct Options {
   long cases = 200, first = 1, one = -1;
@@ -179,8 +180,10 @@ std::vector<Finding> try_case(long number, const Options& options) {
     std::fflush(stdout);
     return run_crank(crank, some(runs_of_motions(), options, engine));
   }
-  if (options.of == "hessians" || options.of == "motions" || options.of == "balances") {
-    const std::string scene = is_truss(number)
+  const bool touched = options.of == "touched-hessians";
+  if (options.of == "hessians" || touched || options.of == "motions" || options.of == "balances") {
+    const std::string scene = touched ? random_touch_scene(static_cast<std::uint64_t>(number)).text
+                              : is_truss(number)
                                   ? random_truss(static_cast<std::uint64_t>(number)).scene()
                                   : random_kind_scene(static_cast<std::uint64_t>(number), number % 8 == 0).text;
     if (options.scene) fmt::print("{}", scene);
@@ -279,7 +282,7 @@ int main(int argc, char** argv) {
     else {
       fmt::print(stderr,
                  "usage: {} [--cases N] [--seed N] [--of trusses | kinds | contacts | hessians | units | motions | "
-                 "balances | cranks | switches | touches] "
+                 "balances | cranks | switches | touches | touched-hessians] "
                  "[--combinations N] "
                  "[--only TEXT] "
                  "[--case N "

@@ -40,7 +40,9 @@ MatrixXd dropped_hessian(const std::vector<double>& rho) { return hessian_of(dro
 }  // namespace
 
 TEST_CASE("difference hessian: a ball that bounces, against its closed form") {
-  const Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/bouncing_ball/drop.toml"));
+  // Of one contact without friction Poisson's law is Newton's, but its second derivatives are not offered.
+  const Problem p = make_problem(
+      Scene::load(COSTATE_MODELS_DIR "/bouncing_ball/drop.toml", {"contact.floor.restitution_law=\"poisson\""}));
   const auto rho = p.parameters.values();
   const Hessian h = hessian_by_differences(p, "cvodes-adjoint", rho);
   const long double at[] = {rho[0], rho[1], rho[2]};
@@ -58,7 +60,7 @@ TEST_CASE("difference hessian: a ball that bounces, against its closed form") {
   e.psi = h.psi;
   e.gradient = h.gradient;
   const Certificate c = certify(p, {}, e, e, "cvodes-adjoint");
-  CHECK_THAT(c.note, Contains("differences of gradients by cvodes-adjoint") && Contains("events"));
+  CHECK_THAT(c.note, Contains("differences of gradients by cvodes-adjoint") && Contains("Poisson's law"));
   CHECK(c.formulation == p.formulation);
   CHECK(c.asymmetry > 0);
   // What the differences leave open is what is known of the eigenvalues, too.

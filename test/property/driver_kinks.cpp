@@ -10,7 +10,6 @@
 #include "costate/kind/law/law_table.h"
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/toml_reader.h"
-#include "costate/sensitivity/hessian.h"
 #include "costate/sensitivity/method.h"
 #include "property/driven_carriage.h"
 #include "property/gradient_compare.h"
@@ -203,9 +202,6 @@ TEST_CASE("driver with kinks: what is not carried across is refused by name") {
   const auto names_it = Contains("A driver's law has a kink at t = 0.3 s");
   CHECK_THROWS_WITH(simulate(problem, rho), names_it && Contains("fixed steps pass it by"));
   CHECK_THROWS_WITH(gradient(problem, "discrete-adjoint", rho), names_it);
-  problem.solver.integrator.clear();
-  problem.formulation = "index1";
-  CHECK_THROWS_WITH(hessian(problem, rho), names_it && Contains("in any formulation"));
 }
 
 TEST_CASE("laws with kinks say where, at the first place of the next piece") {

@@ -9,7 +9,6 @@
 #include "costate/integrator/simulate.h"
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
-#include "costate/sensitivity/hessian.h"
 #include "costate/sensitivity/method.h"
 #include "support/cases.h"
 #include "support/paths.h"
@@ -246,8 +245,6 @@ TEST_CASE("free end: grazed ends and what cannot do it are refused by name", "[f
   p.solver.integrator = "fixed";
   CHECK_THROWS_WITH(simulate(p, p.parameters.values()), Catch::Contains("ends_when"));
   p.solver.integrator.clear();
-  p.formulation = "index1";
-  CHECK_THROWS_AS(hessian(p, p.parameters.values()), CapabilityError);
 
   // Terms without a rate.
   p = make_problem(

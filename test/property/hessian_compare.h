@@ -2,9 +2,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <catch2/catch.hpp>
+#include <string>
 #include <vector>
 
 #include "costate/problem/scaled_gradient.h"
+#include "costate/sensitivity/difference_hessian.h"
 
 namespace costate::test {
 
@@ -35,6 +38,36 @@ Eigen::MatrixXd hessian_of(const Psi& psi, const std::vector<double>& rho, const
       H(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = static_cast<double>(sum / (h[i] * h[j]));
     }
   return H;
+}
+
+/// By formulations that have products, of which penalties hold constraints by O(1/alpha), against differences of exact
+/// gradients by another integrator, which are known to what their extrapolation changes, three times. A lost term is
+/// 1e-3 and more.
+inline void check_by_differences(Problem p, double exact,
+                                 const std::vector<std::string>& formulations = {"index1", "baumgarte", "penalty"}) {
+  const auto rho = p.parameters.values();
+  Problem tight = p;
+  tight.solver.rtol = 1e-12;
+  tight.formulation = "baumgarte";
+  // Steps of 8e-4 of the scales: what is left of a contact's or a kink's fourth order is nothing then.
+  for (Parameter& parameter : tight.parameters.parameters) parameter.scale *= 0.2;
+  const Hessian expected = hessian_by_differences(tight, "idas-adjoint", rho);
+  REQUIRE(expected.asymmetry < 1e-3);
+  for (const std::string& formulation : formulations) {
+    p.formulation = formulation;
+    const Hessian h = hessian(p, rho);
+    const double off = apart(p, h.matrix, expected.matrix);
+    CAPTURE(formulation, off, h.asymmetry, expected.asymmetry);
+    INFO(h.matrix << "\n\n" << expected.matrix);
+    const auto column = [&](const std::vector<double>& g) {
+      return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(g.data(), static_cast<Eigen::Index>(g.size())));
+    };
+    const Eigen::VectorXd of_size = scales(p.parameters).cwiseProduct(column(expected.gradient)),
+                          found = scales(p.parameters).cwiseProduct(column(h.gradient));
+    CHECK((found - of_size).cwiseAbs().maxCoeff() < exact * of_size.cwiseAbs().maxCoeff());
+    CHECK(off < 3 * expected.asymmetry + exact);
+    CHECK(h.asymmetry < exact);
+  }
 }
 
 }  // namespace costate::test

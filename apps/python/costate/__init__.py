@@ -234,8 +234,11 @@ class Problem:
         return self._inner.hessian_product(columns, rho).reshape(direction.shape)
 
     def hessian(self, rho=None):
-        """The Hessian of psi (p x p), exactly."""
-        return self._inner.hessian(rho)
+        """The Hessian of psi (p x p), exactly; where that is not offered by differences of gradients, with a warning
+        that says so, why, and how far they are known."""
+        h = self._inner.hessian(rho)
+        _warn(h["warnings"])
+        return h["matrix"]
 
     def optimize(self, callback=None, **settings):
         """The best parameters between their bounds, under the scene's constraints.

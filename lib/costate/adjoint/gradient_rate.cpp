@@ -19,6 +19,8 @@ Eigen::VectorXd acceleration_rates(Assembly& assembly, AccelerationLevel& level)
     add_product(J, assembly.phi_q.data(), c1, s.a, x.data() + n);
     add_product(J, assembly.phi_q.data(), c0, s.v, x.data() + n);
   }
+  for (int i = 0; i < m; ++i)
+    if (!assembly.is_there(i)) x[n + i] = 0;  // its multiplier is 0
   x = -x;
   level.solve_kkt(x.data());
   return x;

@@ -52,13 +52,17 @@ void HessianEquations::start(double t, double* y, double* tangents) {
   S << s.q_rho * directions_, s.v_rho * directions_, s.z_rho * directions_;
 }
 
-void HessianEquations::solve_tangent(double t, const double* y, const double* tangents) {
+StateView HessianEquations::view(double t, const double* y) const {
   StateView s;
   s.t = t;
   s.q = y;
   s.v = y + n_;
   s.z = y + 2 * n_;
-  level_.solve(s);
+  return s;
+}
+
+void HessianEquations::solve_tangent(double t, const double* y, const double* tangents) {
+  level_.solve(view(t, y));
   level_.linearize();
   if (directions() == 0) return;
   assembly_.calc_parameter_columns(level_.state(), columns_);
@@ -154,6 +158,7 @@ void HessianEquations::end(double* mu, double* dmu, double* gradient, double* pr
     calc_change(true, k, s_.data(), nullptr);
     assemble(change_, ds_, dmu + static_cast<std::ptrdiff_t>(k) * N, products + static_cast<std::ptrdiff_t>(k) * np);
   }
+  if (end_event_ && directions() > 0) move_end(mu, dmu, products);
 }
 
 void HessianEquations::solve_adjoint(const ScalarGradient& g, const double* x, std::vector<double>& s, double* xp,

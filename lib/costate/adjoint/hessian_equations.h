@@ -14,11 +14,16 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "costate/adjoint/hand_equations.h"
+#include "costate/adjoint/known_instant.h"
 #include "costate/analysis/start.h"
 #include "costate/assembly/second_terms.h"
+#include "costate/event/end_event.h"
+#include "costate/event/motion_events.h"
 
 namespace costate {
 
@@ -75,7 +80,50 @@ class HessianEquations {
   /// Behind the bend mu, dmu and the products are given; dmu and products become those before it.
   void cross_bend(const Bend& bend, const double* mu, double* dmu, double* products);
 
+  // Events of the mechanism, (13.14), and an end that one decides, (13.15) (hessian_events.cpp).
+  /// One that the motion meets, or a known time at which laws jump: (y, tangents) before and behind it at its time, and
+  /// so near to it that nothing else happens there, but on either side of it whatever rounding does.
+  struct Event {
+    double t = 0, behind = 0;  // its last instant before, and its first one behind, where laws tell them apart
+    int event = -1;
+    Eigen::VectorXd by = {};  // of a known time, event < 0: dt/drho
+    std::vector<double> before = {}, after = {};
+    double near_before = 0, near_after = 0;
+    std::vector<double> state_before = {}, state_after = {};
+  };
+  /// Whose derivatives are taken, with an assembly of their own.
+  struct Jumps {
+    MotionEvents* events;  // null without any
+    KnownInstant* instant;
+  };
+  /// Of an event whose y is there behind it, too, and of a known time whose y is there before it: what is behind.
+  void cross_tangents(const Jumps& jumps, Event& event);
+  /// mu, dmu, gradient and products behind the event become those before it.
+  void cross_event(const Jumps& jumps, const Event& event, double* mu, double* dmu, double* gradient, double* products);
+  /// The end of the motion is where this happens; the cost holds end_term() of it.
+  void end_by(std::optional<EndEvent> end) { end_event_ = std::move(end); }
+  /// Throws CapabilityError where a rigid contact is closed with these states.
+  void refuse_closed(double t, const double* y) const;
+
  private:
+  /// (v, a, z') and the running cost on one side of an event, their rates along the motion, and, of an adjoint, mu' and
+  /// the gradient's integrand.
+  struct Flow {
+    Eigen::VectorXd f, f_rate, mup, rho;
+    double cost = 0, cost_rate = 0;
+    /// The rate of L = g + mu^T f at fixed mu.
+    double rate(const Eigen::VectorXd& mu) const { return mu.dot(f_rate) + cost_rate; }
+  };
+  /// At the evaluated point; without rates, and what an adjoint has.
+  Flow flow() const;
+  void add_rates(Flow& flow);
+  void add_adjoint(const Eigen::VectorXd& mu, Flow& flow);
+  MotionEvents::Side side_of(const Flow& flow) const;
+  /// Along direction j with the time and the state changing by these.
+  Variation moved(int j, double dt, const Eigen::VectorXd& dx) const;
+  /// What the end's own time adds to the terms at T.
+  void move_end(const double* mu, double* dmu, double* products);
+  StateView view(double t, const double* y) const;
   void solve_tangent(double t, const double* y, const double* tangents);
   Variation variation(int k) const;
   /// change_ = G along direction k, of the running or the terminal cost and of the equations with weights (s,
@@ -108,6 +156,7 @@ class HessianEquations {
   Eigen::MatrixXd tangents_, accelerations_;  // (dq, dv, dz) and (da, dlambda), one direction a column
   ScalarGradient gradient_, change_;
   Eigen::VectorXd balance_s_, balance_w_;
+  std::optional<EndEvent> end_event_;
   std::vector<double> s_, ds_, rows_;
 };
 

@@ -251,7 +251,8 @@ void add_gradient_change(const Assembly& assembly, const StateView& s, const Var
     for (std::size_t k = 0; k < m.forces().size(); ++k)
       add_force(*m.forces()[k], m.state_offsets()[k], assembly, s, d, weights, out);
   for (std::size_t k = 0; k < m.constraints().size(); ++k)
-    ConstraintTerms(*m.constraints()[k], m.row_offsets()[k], assembly, s, d, weights).add(assembly, out);
+    if (assembly.is_there(m.row_offsets()[k]))
+      ConstraintTerms(*m.constraints()[k], m.row_offsets()[k], assembly, s, d, weights).add(assembly, out);
 }
 
 double kinetic_energy_change(const StateView& s, const Assembly& assembly, const Variation& d) {

@@ -36,10 +36,16 @@ class EndTerm final : public CostTerm {
     return kappa_ * (end_.output->value(s, assembly) - end_.level_in(assembly));
   }
   void add_gradient(const StateView& s, Assembly& assembly, double factor, ScalarGradient& g) const override {
-    end_.output->add_gradient(s, assembly, factor * kappa_, g);
-    if (end_.level_number >= 0) g.add_number(assembly, end_.level_number, -factor * kappa_);
+    end_.add_gradient(s, assembly, factor * kappa_, g);
   }
   bool needs_accelerations() const override { return end_.output->needs_accelerations(); }
+  void add_gradient_change(const StateView& s, Assembly& assembly, const Variation& d,
+                           ScalarGradient& g) const override {
+    end_.output->add_gradient_change(s, assembly, d, kappa_, g);
+  }
+  double change(const StateView& s, Assembly& assembly, const Variation& d) const override {
+    return kappa_ * end_.change(s, assembly, d);
+  }
 
  private:
   EndEvent end_;
@@ -50,6 +56,15 @@ class EndTerm final : public CostTerm {
 
 double EndEvent::level_in(const Assembly& assembly) const {
   return level_number < 0 ? level : assembly.numbers()[static_cast<std::size_t>(level_number)];
+}
+
+double EndEvent::change(const StateView& s, Assembly& assembly, const Variation& d) const {
+  return output->change(s, assembly, d) - (level_number < 0 ? 0 : d.numbers[level_number]);
+}
+
+void EndEvent::add_gradient(const StateView& s, Assembly& assembly, double factor, ScalarGradient& g) const {
+  output->add_gradient(s, assembly, factor, g);
+  if (level_number >= 0) g.add_number(assembly, level_number, -factor);
 }
 
 double EndEvent::distance(const StateView& s, Assembly& assembly) const {

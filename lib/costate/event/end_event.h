@@ -22,6 +22,9 @@ struct EndEvent {
   double level = 0;
 
   double level_in(const Assembly& assembly) const;
+  /// Of h, output - level: its change along d, and its derivatives, added.
+  double change(const StateView& s, Assembly& assembly, const Variation& d) const;
+  void add_gradient(const StateView& s, Assembly& assembly, double factor, ScalarGradient& g) const;
   /// Negative until the end.
   double distance(const StateView& s, Assembly& assembly) const;
   /// "'pendulum.angle' above 1.5 rad".

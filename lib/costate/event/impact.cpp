@@ -238,13 +238,13 @@ void Impact::linearize(bool columns) {
   assembly_.calc_projection_columns(s, u, P, force_);
 }
 
-void Impact::tangent(const double* dq, const double* dv, int j, double dt, double* du, const Eigen::VectorXd* given,
-                     Eigen::VectorXd* dp) {
+void Impact::tangent(const double* dq, const double* dv, const Eigen::VectorXd& drho, double dt, double* du,
+                     const Eigen::VectorXd* given, Eigen::VectorXd* dp, Eigen::VectorXd* dP) {
   const int n = assembly_.n(), m = assembly_.m();
   std::vector<double> b(static_cast<std::size_t>(n + m));
-  for (int i = 0; i < n; ++i) b[static_cast<std::size_t>(i)] = -force_(i, j);
+  for (int i = 0; i < n; ++i) b[static_cast<std::size_t>(i)] = -force_.row(i).dot(drho);
   for (int i = 0; i < m; ++i)
-    b[static_cast<std::size_t>(n + i)] = -phid_(i, j) - dt * phid_t_[static_cast<std::size_t>(i)];
+    b[static_cast<std::size_t>(n + i)] = -phid_.row(i).dot(drho) - dt * phid_t_[static_cast<std::size_t>(i)];
   add_product(assembly_.square(), hessian_.data(), -1, dq, b.data());
   add_product(assembly_.jacobian(), phid_q_.data(), -1, dq, b.data() + n);
   Eigen::VectorXd c = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(active_.size())), rates = c;
@@ -265,9 +265,10 @@ void Impact::tangent(const double* dq, const double* dv, int j, double dt, doubl
     for (std::size_t p = 0; p < row.parameters.size(); ++p) {
       const int number = row.of.force->numbers()[static_cast<std::size_t>(row.parameters[p])];
       for (const auto& [column, f] : assembly_.number_columns()[static_cast<std::size_t>(number)]) {
-        if (column != j) continue;
-        dJ += f * row.J_p.col(static_cast<Eigen::Index>(p));
-        if (row.of.bounces && row.parameters[p] == row.of.contact->restitution_number()) dfactor += f;
+        const double by = f * drho[column];
+        if (by == 0) continue;
+        dJ += by * row.J_p.col(static_cast<Eigen::Index>(p));
+        if (row.of.bounces && row.parameters[p] == row.of.contact->restitution_number()) dfactor += by;
       }
     }
     for (Eigen::Index i = 0; i < k; ++i)
@@ -276,7 +277,7 @@ void Impact::tangent(const double* dq, const double* dv, int j, double dt, doubl
     double& by = c[static_cast<Eigen::Index>(a)];
     if (active_[a].law == ActiveRow::Law::slides) {
       for (const auto& [column, f] : friction_columns(row))
-        if (column == j) by -= f * active_[a].direction * gap_impulse(a);
+        by -= f * drho[column] * active_[a].direction * gap_impulse(a);
     } else if (active_[a].law == ActiveRow::Law::given && given) {
       by = (*given)[static_cast<Eigen::Index>(a)];
     }
@@ -285,25 +286,31 @@ void Impact::tangent(const double* dq, const double* dv, int j, double dt, doubl
   solve_bordered(b, c);
   for (int i = 0; i < n; ++i) du[i] += b[static_cast<std::size_t>(i)];
   if (dp) *dp = c;
+  if (dP) *dP = Eigen::Map<const Eigen::VectorXd>(b.data() + n, m);
+}
+
+void Impact::solve_bordered_transposed(std::vector<double>& s, Eigen::VectorXd& y) {
+  // KKT x - J^T p = b, E J x + B p = c: KKT s + J^T E y = w, B^T y - J s = w_p.
+  balance_.solve(s.data());
+  const auto size = static_cast<Eigen::Index>(active_.size());
+  for (Eigen::Index i = 0; i < size; ++i) y[i] += along(row_of(active_[static_cast<std::size_t>(i)]), s.data());
+  if (size > 0) y = active_W_.transpose().fullPivLu().solve(y).eval();
+  const Eigen::VectorXd of_rates = speeds_.transpose() * y;
+  for (Eigen::Index i = 0; i < size; ++i) {
+    const auto& response = response_[static_cast<std::size_t>(active_[static_cast<std::size_t>(i)].row)];
+    for (std::size_t k = 0; k < s.size(); ++k) s[k] -= of_rates[i] * response[k];
+  }
 }
 
 double Impact::adjoint(const double* w, double* w_q, double* w_v, double* gradient, const Eigen::VectorXd* w_p,
                        Eigen::VectorXd* by_given) {
   const int n = assembly_.n(), m = assembly_.m();
-  // KKT x - J^T p = b, E J x + B p = c: KKT s + J^T E y = w, B^T y - J s = w_p.
   std::vector<double> s(static_cast<std::size_t>(n + m), 0);
   std::copy(w, w + n, s.begin());
-  balance_.solve(s.data());
-  const auto size = static_cast<Eigen::Index>(active_.size());
-  Eigen::VectorXd y(size);
-  for (Eigen::Index i = 0; i < size; ++i)
-    y[i] = along(row_of(active_[static_cast<std::size_t>(i)]), s.data()) + (w_p ? (*w_p)[i] : 0);
-  if (size > 0) y = active_W_.transpose().fullPivLu().solve(y).eval();
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(active_.size()));
+  if (w_p) y = *w_p;
+  solve_bordered_transposed(s, y);
   const Eigen::VectorXd weights_of_rates = speeds_.transpose() * y;
-  for (Eigen::Index i = 0; i < size; ++i) {
-    const auto& response = response_[static_cast<std::size_t>(active_[static_cast<std::size_t>(i)].row)];
-    for (std::size_t k = 0; k < s.size(); ++k) s[k] -= weights_of_rates[i] * response[k];
-  }
   if (by_given) *by_given = y;
   add_transposed_product(assembly_.square(), hessian_.data(), -1, s.data(), w_q);
   add_transposed_product(assembly_.jacobian(), phid_q_.data(), -1, s.data() + n, w_q);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "costate/assembly/assembly.h"
+#include "costate/assembly/variation.h"
 #include "costate/element/unilateral_force.h"
 #include "costate/event/impulse_balance.h"
 
@@ -69,14 +70,20 @@ class Impact {
   /// The derivatives of u at what solve() found; `columns` with those by parameters. Throws SolverError where a slip in
   /// space has no direction, or more than one in the end.
   void linearize(bool columns);
-  /// u along (dq, dv), the j-th parameter and dt, added to du (n). `given`: the changes of given impulses, one an
-  /// active row; `dp` := those of the impulses.
-  void tangent(const double* dq, const double* dv, int j, double dt, double* du, const Eigen::VectorXd* given = nullptr,
-               Eigen::VectorXd* dp = nullptr);
+  /// u along (dq, dv), a change of the parameters and dt, added to du (n). `given`: the changes of given impulses, one
+  /// an active row; `dp` := those of the impulses, `dP` := those of the constraints'.
+  void tangent(const double* dq, const double* dv, const Eigen::VectorXd& drho, double dt, double* du,
+               const Eigen::VectorXd* given = nullptr, Eigen::VectorXd* dp = nullptr, Eigen::VectorXd* dP = nullptr);
   /// For weights w of u, and w_p of the impulses of the active rows: those of q and v are added, and the gradient's;
   /// returns that of t. `by_given` := those of given impulses.
   double adjoint(const double* w, double* w_q, double* w_v, double* gradient, const Eigen::VectorXd* w_p = nullptr,
                  Eigen::VectorXd* by_given = nullptr);
+  /// Whether gradient_change() knows the laws of the rows in force.
+  bool has_second_derivatives() const;
+  /// The changes along d, whose parameters change by drho, of what adjoint() finds at fixed w: those of q, v and the
+  /// parameters are added, that of t is returned (event/impact_second_terms.cpp).
+  double gradient_change(const double* w, const Variation& d, const Eigen::VectorXd& drho, double* w_q, double* w_v,
+                         double* gradient);
   /// What it takes is compared to this: the sum of |p| (|J v-| + |J v+|) [J].
   double energy_scale() const;
 
@@ -103,6 +110,8 @@ class Impact {
   void turn_slips();
   /// [u; P; p] of a right-hand side (n + m; active rows), in place.
   void solve_bordered(std::vector<double>& b, Eigen::VectorXd& c);
+  /// The same with the transposed equations: the multipliers of the balance and of the laws of the rows.
+  void solve_bordered_transposed(std::vector<double>& s, Eigen::VectorXd& y);
   double factor(const ImpactRow& r) const;
 
   Assembly& assembly_;

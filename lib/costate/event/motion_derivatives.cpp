@@ -85,12 +85,13 @@ void MotionEvents::linearize_impact(int event, const StateView& before, bool col
   if (expands_) expansion_->linearize(columns);
 }
 
-void MotionEvents::impact_tangent(const double* dq, const double* dv, int j, double dt, double* du) {
-  if (!expands_) return impact_->tangent(dq, dv, j, dt, du);
+void MotionEvents::impact_tangent(const double* dq, const double* dv, const Eigen::VectorXd& drho, double dt,
+                                  double* du) {
+  if (!expands_) return impact_->tangent(dq, dv, drho, dt, du);
   const auto n = static_cast<std::size_t>(assembly_.n());
   Eigen::VectorXd dp;
   std::vector<double> behind(n, 0);
-  impact_->tangent(dq, dv, j, dt, behind.data(), nullptr, &dp);
+  impact_->tangent(dq, dv, drho, dt, behind.data(), nullptr, &dp);
   for (std::size_t i = 0; i < n; ++i) du[i] += behind[i];
   for (std::size_t i = 0; i < n; ++i) behind[i] += dv[i];
   Eigen::VectorXd given = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(expansion_->active().size()));
@@ -98,9 +99,9 @@ void MotionEvents::impact_tangent(const double* dq, const double* dv, int j, dou
     double& x = given[static_cast<Eigen::Index>(of_expansion)];
     x = assembly_.numbers()[static_cast<std::size_t>(number)] * dp[static_cast<Eigen::Index>(of_compression)];
     for (const auto& [column, f] : assembly_.number_columns()[static_cast<std::size_t>(number)])
-      if (column == j) x += f * p;
+      x += f * p * drho[column];
   });
-  expansion_->tangent(dq, behind.data(), j, dt, du, &given);
+  expansion_->tangent(dq, behind.data(), drho, dt, du, &given);
 }
 
 double MotionEvents::impact_adjoint(const double* w, double* w_q, double* w_v, double* gradient) {
@@ -165,6 +166,7 @@ void MotionEvents::linearize(const GuardOf& g, const StateView& before, const Si
   D_x_.assign(out_.size(), h_x_);
   D_rho_.assign(out_.size(), h_rho_);
   D_rate_.assign(out_.size(), 0);
+  D_t_ = D_rate_;
   hdot_ = 0;
   double speed = 0;
   const auto seed = [&](PathDual& x, const auto& take) {
@@ -198,9 +200,10 @@ void MotionEvents::linearize(const GuardOf& g, const StateView& before, const Si
     column(z_[i], 2 * n + at, minus.zdot[static_cast<std::size_t>(at)]);
   }
   seed(t_, [&](double h) {
+    h_t_ = h;
     hdot_ += h;
     speed += std::abs(h);
-    for (std::size_t i = 0; i < out_.size(); ++i) D_rate_[i] += out_[i].d[0].c0;
+    for (std::size_t i = 0; i < out_.size(); ++i) D_rate_[i] += D_t_[i] = out_[i].d[0].c0;
   });
   if (!(std::abs(hdot_) > kGrazing * speed))
     throw SolverError(
@@ -223,7 +226,7 @@ void MotionEvents::linearize(const GuardOf& g, const StateView& before, const Si
 }
 
 void MotionEvents::tangent(int event, const StateView& before, const Side& minus, const Side& plus,
-                           double* const* columns, int count, double* dcost) {
+                           double* const* columns, int count, double* dcost, const Eigen::MatrixXd* directions) {
   const GuardOf& g = of(event);
   const int n = assembly_.n(), nz = assembly_.nz(), first = g.first_state;
   const bool impact = contact_of(event, true) || (contact_of(event) && slides_in_space(*contact_of(event)));
@@ -237,12 +240,16 @@ void MotionEvents::tangent(int event, const StateView& before, const Side& minus
   if (impact) linearize_impact(event, before, true);
   for (int j = 0; j < count; ++j) {
     double* x = columns[j];
-    double dh = h_rho_[static_cast<std::size_t>(j)];
+    const Eigen::VectorXd drho =
+        directions ? Eigen::VectorXd(directions->col(j)) : Eigen::VectorXd::Unit(assembly_.np(), j);
+    const auto along = [&](const std::vector<double>& by_rho) {
+      return drho.dot(Eigen::Map<const Eigen::VectorXd>(by_rho.data(), assembly_.np()));
+    };
+    double dh = along(h_rho_);
     for (std::size_t i = 0; i < h_x_.size(); ++i) dh += h_x_[i] * x[i];
     const double dt = -dh / hdot_;
     for (std::size_t i = 0; i < own.size(); ++i) {
-      own[i] =
-          D_rho_[i][static_cast<std::size_t>(j)] + (D_rate_[i] - plus.zdot[static_cast<std::size_t>(first) + i]) * dt;
+      own[i] = along(D_rho_[i]) + (D_rate_[i] - plus.zdot[static_cast<std::size_t>(first) + i]) * dt;
       for (std::size_t k = 0; k < D_x_[i].size(); ++k) own[i] += D_x_[i][k] * x[k];
     }
     if (impact) {
@@ -252,7 +259,7 @@ void MotionEvents::tangent(int event, const StateView& before, const Side& minus
         moved[static_cast<std::size_t>(n + i)] += minus.a[static_cast<std::size_t>(i)] * dt;
       }
       std::fill(u.begin(), u.end(), 0.0);
-      impact_tangent(moved.data(), moved.data() + n, j, dt, u.data());
+      impact_tangent(moved.data(), moved.data() + n, drho, dt, u.data());
       for (int i = 0; i < n; ++i) x[i] -= jump_[static_cast<std::size_t>(i)] * dt;
     }
     for (int i = 0; i < n; ++i) {

@@ -16,6 +16,7 @@
 
 #include "costate/assembly/assembly.h"
 #include "costate/assembly/gathered_state.h"
+#include "costate/assembly/variation.h"
 #include "costate/element/guarded_force.h"
 #include "costate/event/gap_trace.h"
 #include "costate/event/impact.h"
@@ -92,14 +93,30 @@ class MotionEvents {
     std::vector<double> a, zdot;
     double cost = 0;
   };
-  /// Columns (q, v, z), one a parameter, become those behind the event; dcost[j] := what the running part of psi gains.
+  /// Columns (q, v, z), one a parameter or one a direction of them (np x count), become those behind the event;
+  /// dcost[j]
+  /// := what the running part of psi gains.
   void tangent(int event, const StateView& before, const Side& minus, const Side& plus, double* const* columns,
-               int count, double* dcost);
+               int count, double* dcost, const Eigen::MatrixXd* directions = nullptr);
   /// mu of (q, v, z) behind the event becomes that before it; the gradient gains the event's own share.
   void adjoint(int event, const StateView& before, const Side& minus, const Side& plus, double* mu, double* gradient);
   /// At an impact of a given time: mu of (q, v) behind it becomes that before it, that of what it sets is zero, and the
   /// gradient gains the impact's own share; returns the weight of the time.
   double adjoint_of_impact(int event, const StateView& before, double* mu, double* gradient);
+
+  // In event/event_second_terms.cpp: second derivatives of Lambda = mu^T G + kappa h, with mu behind the event.
+  /// Derivatives by (q, v, z), by the parameters and by the time itself, or changes of them.
+  struct Gradient {
+    Eigen::VectorXd x, rho;
+    double t = 0;
+  };
+  /// The guard's; what follows is about this event, and `before` stays valid. Throws CapabilityError where second
+  /// derivatives are not carried across it, and what adjoint() throws.
+  Gradient begin_second(int event, const StateView& before, const Side& minus);
+  /// Of mu^T G.
+  Gradient transition_gradient(const double* mu);
+  /// The change of Lambda's along d, whose parameters change by drho, at fixed mu and kappa.
+  Gradient gradient_change(const double* mu, double kappa, const Variation& d, const Eigen::VectorXd& drho);
 
  private:
   struct GuardOf {
@@ -198,7 +215,7 @@ class MotionEvents {
   bool goes_on_smoothly(int event, const StateView& before, const Side& minus, const Side& plus);
   /// The derivatives of u at the impact; what follows from them, as Impact has it.
   void linearize_impact(int event, const StateView& before, bool columns);
-  void impact_tangent(const double* dq, const double* dv, int j, double dt, double* du);
+  void impact_tangent(const double* dq, const double* dv, const Eigen::VectorXd& drho, double dt, double* du);
   double impact_adjoint(const double* w, double* w_q, double* w_v, double* gradient);
   /// The impulses that Poisson's law gives back: active rows of the expansion and of the compression, the number of the
   /// restitution, the impulse of the compression.
@@ -217,8 +234,8 @@ class MotionEvents {
   // Of the last linearization: rows over (q, v, z), columns of rho.
   std::vector<double> h_x_, h_rho_;
   std::vector<std::vector<double>> D_x_, D_rho_;
-  std::vector<double> D_rate_;  // D_t + D_x f-
-  double hdot_ = 0, last_jump_ = 0, last_loss_ = 0, last_hop_ = std::numeric_limits<double>::infinity();
+  std::vector<double> D_rate_, D_t_;  // D_t + D_x f-, D_t
+  double h_t_ = 0, hdot_ = 0, last_jump_ = 0, last_loss_ = 0, last_hop_ = std::numeric_limits<double>::infinity();
   std::unique_ptr<Impact> impact_;
   std::vector<ContactOf> contacts_;
   bool needs_multipliers_ = false;
@@ -233,6 +250,8 @@ class MotionEvents {
   std::vector<double> looks_;
   std::vector<GapTrace::Look> trace_;
   double looked_until_ = std::numeric_limits<double>::quiet_NaN();
+  int second_event_ = -1;  // of begin_second()
+  StateView second_before_;
 };
 
 }  // namespace costate

@@ -40,14 +40,6 @@ void HessianPass::set_parameters(const double* rho) {
   newton_.set_parameters(rho);
 }
 
-void HessianPass::jump(double t, double*) {
-  throw CapabilityError(
-      fmt::format("A driver's law has a kink at t = {:.6g} s, where the velocities jump; second derivatives are not "
-                  "carried across, in "
-                  "any formulation. Take a law with a continuous slope, or leave the Hessian out.",
-                  segment_start(t)));
-}
-
 void HessianPass::append_columns(const std::string& first, const std::string& others) {
   append_column(assembly_.mechanism(), first, unknowns_);
   for (int k = 1; k < columns_; ++k) append_column(assembly_.mechanism(), fmt::format("{}{}.", others, k), unknowns_);
@@ -72,7 +64,45 @@ void HessianPass::adjoint_rhs(double, const double*, const double*, double*) { n
 void HessianPass::adjoint_integrand(double, const double*, const double*, double*) { no_sensitivities(); }
 void HessianPass::terminal_adjoint(double, const double*, double*, double*) { no_sensitivities(); }
 
-TangentMotion::TangentMotion(HessianEquations& equations) : HessianPass(equations) { append_columns("", "d"); }
+TangentMotion::TangentMotion(HessianEquations& equations)
+    : HessianPass(equations),
+      level_(assembly_, equations.stabilization()),
+      velocity_jump_(assembly_, level_),
+      instant_(assembly_, velocity_jump_.balance()) {
+  append_columns("", "d");
+  if (events_) events_->use(velocity_jump_.balance());
+}
+
+void TangentMotion::end_segments_at(const std::vector<double>& times) {
+  smooth_ends_ = times;
+  add_kinks(times);
+}
+
+void TangentMotion::jump(double t, double* y) {
+  const double behind = segment_start(t);
+  const bool event = pending_event_ >= 0;
+  if (!event && std::find(smooth_ends_.begin(), smooth_ends_.end(), behind) != smooth_ends_.end()) return;
+  HessianEquations::Event& e = met_.emplace_back();
+  e.t = t;
+  e.behind = event ? t : behind;
+  e.event = pending_event_;
+  e.before.assign(y, y + size());
+  if (event) {
+    const int n = assembly_.n();
+    e.after = e.before;
+    events_->cross(e.event, newton_.kinematic_state(t, e.before.data()), e.after.data() + n, e.after.data() + 2 * n);
+    equations_.refuse_closed(t, e.after.data());
+  } else {
+    e.by = Eigen::VectorXd::Zero(parameter_count());
+    if (const std::vector<double>* by = moved_by(behind)) std::copy(by->begin(), by->end(), e.by.data());
+  }
+  equations_.cross_tangents(jumps(), e);
+  std::copy(e.after.begin(), e.after.end(), y);
+}
+
+std::string TangentMotion::name_of(const HessianEquations::Event& event) const {
+  return event.event < 0 ? "a jump of a law" : events_->name(event.event);
+}
 
 void TangentMotion::rhs(double t, const double* y, double* f) {
   const int N = equations_.state_size();
@@ -80,13 +110,16 @@ void TangentMotion::rhs(double t, const double* y, double* f) {
 }
 
 void TangentMotion::start(double t, double* y, Eigen::MatrixXd*) {
+  met_.clear();
   equations_.start(t, y, y + equations_.state_size());
+  equations_.refuse_closed(t, y);
 }
 
 HessianAdjoint::HessianAdjoint(HessianEquations& equations, Motion motion, double t_end, double scale)
     : HessianPass(equations), motion_(std::move(motion)), t_end_(t_end), scale_(scale) {
   for (const Parameter& p : assembly_.parameters().parameters) parameter_scale_.push_back(p.scale);
   append_columns("mu.", "dmu");
+  events_.reset();  // they are the motion's, at times of its own
   for (int k = 0; k < columns_; ++k)
     for (const auto& name : assembly_.parameters().names())
       unknowns_.push_back(
@@ -103,8 +136,21 @@ void HessianAdjoint::set_parameters(const double* rho) {
   newton_.set_parameters(rho);
 }
 
+double HessianAdjoint::left_at(double clock) const {
+  if (steep_ == Steep::nowhere) return clock;
+  const double length = end_ - begin_, x = std::clamp((clock - begin_) / length, 0.0, 1.0), rest = 1 - x;
+  return steep_ == Steep::at_begin ? begin_ + length * x * x * x * x : end_ - length * rest * rest * rest * rest;
+}
+
+double HessianAdjoint::clock_rate(double clock) const {
+  if (steep_ == Steep::nowhere) return 1;
+  const double x = std::clamp((clock - begin_) / (end_ - begin_), 0.0, 1.0),
+               near = steep_ == Steep::at_begin ? x : 1 - x;
+  return 4 * near * near * near;
+}
+
 double HessianAdjoint::at(double tau) {
-  const double t = std::clamp(t_end_ - tau, from_, to_);
+  const double t = std::clamp(t_end_ - left_at(tau), from_, to_);
   motion_(t, point_.data());
   return t;
 }
@@ -121,15 +167,16 @@ void HessianAdjoint::rhs(double tau, const double* y, double* f) {
   for (int i = 0; i < all; ++i) unscaled_[static_cast<std::size_t>(i)] = scale_ * y[i];
   double *r = rates_.data(), *q = r + all;
   equations_.adjoint(unscaled_.data(), unscaled_.data() + N, r, r + N, q, q + np);
-  for (int i = 0; i < all; ++i) f[i] = -r[i] / scale_;
+  const double rate = clock_rate(tau) / scale_;
+  for (int i = 0; i < all; ++i) f[i] = -r[i] * rate;
   for (int k = 0; k < columns_; ++k)
     for (int j = 0; j < np; ++j)
-      f[all + k * np + j] = q[k * np + j] * parameter_scale_[static_cast<std::size_t>(j)] / scale_;
+      f[all + k * np + j] = q[k * np + j] * parameter_scale_[static_cast<std::size_t>(j)] * rate;
 }
 
 void HessianAdjoint::factor(double tau, const double*, double gamma) {
   const double t = at(tau);
-  newton_.factor(t, point_.data(), gamma);
+  newton_.factor(t, point_.data(), gamma * clock_rate(tau));
 }
 
 void HessianAdjoint::cross(const HessianEquations::Bend& bend, double* y) {
@@ -140,6 +187,16 @@ void HessianAdjoint::cross(const HessianEquations::Bend& bend, double* y) {
   for (int i = N; i < all; ++i) y[i] = unscaled_[static_cast<std::size_t>(i)] / scale_;
   for (std::size_t i = 0; i < products.size(); ++i)
     y[all + np + static_cast<int>(i)] += products[i] * parameter_scale_[i % static_cast<std::size_t>(np)] / scale_;
+}
+
+void HessianAdjoint::cross(const HessianEquations::Jumps& jumps, const HessianEquations::Event& event, double* y) {
+  const int N = equations_.state_size(), np = equations_.parameter_count(), all = columns_ * N;
+  for (int i = 0; i < all; ++i) unscaled_[static_cast<std::size_t>(i)] = scale_ * y[i];
+  std::vector<double> added(static_cast<std::size_t>(columns_ * np), 0);
+  equations_.cross_event(jumps, event, unscaled_.data(), unscaled_.data() + N, added.data(), added.data() + np);
+  for (int i = 0; i < all; ++i) y[i] = unscaled_[static_cast<std::size_t>(i)] / scale_;
+  for (std::size_t i = 0; i < added.size(); ++i)
+    y[all + static_cast<int>(i)] += added[i] * parameter_scale_[i % static_cast<std::size_t>(np)] / scale_;
 }
 
 void HessianAdjoint::start(double tau, double* y, Eigen::MatrixXd*) {

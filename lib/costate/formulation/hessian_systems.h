@@ -10,6 +10,7 @@
 
 #include "costate/adjoint/hessian_equations.h"
 #include "costate/formulation/acceleration_ode.h"
+#include "costate/level/velocity_jump.h"
 
 namespace costate {
 
@@ -28,9 +29,6 @@ class HessianPass : public OdeSystem {
   void adjoint_integrand(double, const double*, const double*, double*) final;
   void terminal_adjoint(double, const double*, double*, double*) final;
 
-  /// Refuses: second derivatives are not carried across the kink of a driver.
-  void jump(double t, double* y) final;
-
  protected:
   explicit HessianPass(HessianEquations& equations);
   /// Names of the columns' unknowns behind `prefix` (the first column) or `prefix`, the direction's number
@@ -48,6 +46,18 @@ class TangentMotion final : public HessianPass {
  public:
   explicit TangentMotion(HessianEquations& equations);
 
+  /// Segments end at these times, too; nothing jumps there.
+  void end_segments_at(const std::vector<double>& times);
+  bool carries_events() const override { return true; }
+  /// Refuses contacts that close.
+  void jump(double t, double* y) override;
+  /// The events met since the start and the known times at which laws jump, in order, with what is there at their
+  /// times.
+  const std::vector<HessianEquations::Event>& met() const { return met_; }
+  HessianEquations::Jumps jumps() { return {events_.get(), &instant_}; }
+  /// "contact.floor: touch".
+  std::string name_of(const HessianEquations::Event& event) const;
+
   MechanismState mechanism_state(double t, const double* y) override { return newton_.mechanism_state(t, y); }
   MechanismState kinematic_state(double t, const double* y) override { return newton_.kinematic_state(t, y); }
   void rhs(double t, const double* y, double* f) override;
@@ -55,6 +65,14 @@ class TangentMotion final : public HessianPass {
   void solve(double* b) override { solve_columns(b, false); }
   void solve_transposed(double* b) override { solve_columns(b, true); }
   void start(double t, double* y, Eigen::MatrixXd* y_rho) override;
+
+ private:
+  // Of impulses, whose balance is that of this assembly.
+  AccelerationLevel level_;
+  VelocityJump velocity_jump_;
+  KnownInstant instant_;
+  std::vector<double> smooth_ends_;
+  std::vector<HessianEquations::Event> met_;
 };
 
 /// In the time that is left, tau = t_end - t:
@@ -80,8 +98,18 @@ class HessianAdjoint final : public HessianPass {
     from_ = from;
     to_ = to;
   }
-  /// y behind a bend becomes that before it.
+  /// Between these times the integrator's clock runs so that t - begin, or end - t, is as the fourth power of the
+  /// clock's: rates that grow without bound towards that end, slower than t^(-3/4), vanish there. Second derivatives of
+  /// a contact's d^n, 5/4 < n < 2, do so where it closes and opens.
+  enum class Steep { nowhere, at_begin, at_end };
+  void run_clock(double begin, double end, Steep steep) {
+    begin_ = begin;
+    end_ = end;
+    steep_ = steep;
+  }
+  /// y behind a bend, or behind an event, becomes that before it.
   void cross(const HessianEquations::Bend& bend, double* y);
+  void cross(const HessianEquations::Jumps& jumps, const HessianEquations::Event& event, double* y);
   /// The end of the motion.
   void start(double tau, double* y, Eigen::MatrixXd* y_rho) override;
   /// The whole gradient (np) and products (np x k), from y at the motion's start t.
@@ -90,9 +118,14 @@ class HessianAdjoint final : public HessianPass {
  private:
   /// The motion's time, and the motion there in point_.
   double at(double tau);
+  /// The time that is left by the integrator's clock, and its rate.
+  double left_at(double clock) const;
+  double clock_rate(double clock) const;
 
   Motion motion_;
   double t_end_, scale_;
+  double begin_ = 0, end_ = 0;
+  Steep steep_ = Steep::nowhere;
   double from_ = -std::numeric_limits<double>::infinity(), to_ = std::numeric_limits<double>::infinity();
   std::vector<double> parameter_scale_, point_, unscaled_, rates_;
 };

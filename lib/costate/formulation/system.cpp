@@ -51,6 +51,11 @@ void System::set_parameters(const double* rho) {
     for (const double t :
          kinks_of_moved_laws(assembly_.mechanism(), objective_, assembly_.parameters(), assembly_.numbers()))
       kinks_.push_back(t);
+  add_kinks({});
+}
+
+void System::add_kinks(const std::vector<double>& times) {
+  kinks_.insert(kinks_.end(), times.begin(), times.end());
   std::sort(kinks_.begin(), kinks_.end());
   kinks_.erase(std::unique(kinks_.begin(), kinks_.end()), kinks_.end());
 }
@@ -95,13 +100,18 @@ void System::add_start_gradient(double t, const double* mu, double* gradient) {
   costate::add_start_gradient(assembly_, t, s, w.data(), w.data() + n, w.data() + 2 * n, gradient);
 }
 
+const std::vector<double>* System::moved_by(double t_after) const {
+  const auto at = std::find_if(moving_.begin(), moving_.end(), [&](const MovingInstant& m) { return m.t == t_after; });
+  return at == moving_.end() ? nullptr : &at->by;
+}
+
 std::optional<MovingTime> System::moving_time(const Jump& jump,
                                               const std::function<void(double* y, double* yp)>& cross) {
   const double t_after = segment_start(jump.t);
-  const auto at = std::find_if(moving_.begin(), moving_.end(), [&](const MovingInstant& m) { return m.t == t_after; });
-  if (at == moving_.end()) return {};
+  const std::vector<double>* by = moved_by(t_after);
+  if (!by) return {};
   MovingTime moving;
-  moving.by = at->by;
+  moving.by = *by;
   const auto side = [&](double t, const double* y, std::vector<double>& rates) {
     const MotionEvents::Side s = event_side(t, y);
     const MechanismState state = kinematic_state(t, y);

@@ -137,12 +137,16 @@ class System {
  protected:
   /// What the equations and the cost say at (t, y), accelerations solved for.
   MotionEvents::Side event_side(double t, const double* y);
+  /// Segments end at these times as well, until set_parameters().
+  void add_kinks(const std::vector<double>& times);
   /// The weights that mu is of the motion's q, v, z (n, n, nz; zero before): by default mu begins with them.
   virtual void spread_start_weights(const double* mu, double* w_q, double* w_v, double* w_z) const;
 
   /// Where parameters move the kink at which the segment ends: how, and what the state does on either side. `cross`
   /// makes (y, y') before it those behind it.
   std::optional<MovingTime> moving_time(const Jump& jump, const std::function<void(double* y, double* yp)>& cross);
+  /// dt/drho of the kink at which the next segment begins; null where it does not move.
+  const std::vector<double>* moved_by(double t_after) const;
   /// jump_cost_tangent() of that.
   void set_cost_tangent(const std::optional<MovingTime>& moving);
 

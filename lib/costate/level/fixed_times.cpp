@@ -99,14 +99,17 @@ bool moves(const std::vector<double>& by) {
   return std::any_of(by.begin(), by.end(), [](double d) { return d != 0; });
 }
 
+struct Nearby {
+  std::vector<double> numbers, times;
+};
 /// With number k changed by as much as the law allows: breaks are in order.
-std::vector<double> times_nearby(const Times& times, const std::vector<double>& p, std::size_t k) {
+Nearby times_nearby(const Times& times, const std::vector<double>& p, std::size_t k) {
   constexpr double kFarthest = 1e-3, kNearest = 1e-12;
   for (double part = kFarthest;; part *= 0.1)
     for (const double sign : {1.0, -1.0}) try {
         std::vector<double> changed = p;
         changed[k] += sign * part * std::max(1.0, std::abs(p[k]));
-        return times.at(changed);
+        return {changed, times.at(changed)};
       } catch (const Error&) {
         if (part < kNearest && sign < 0) throw;
       }
@@ -123,7 +126,7 @@ std::string mover(const Times& times, const ParameterSelection& parameters, cons
         if (times.numbers[k] != number) continue;
         if (std::isnan(known[k])) return parameter.name;
         if (known[k] != 0) continue;
-        const std::vector<double> then = times_nearby(times, p, k);
+        const std::vector<double> then = times_nearby(times, p, k).times;
         if (std::find(then.begin(), then.end(), t) == then.end()) return parameter.name;
       }
   return {};
@@ -144,6 +147,23 @@ void require_within(const Times& times, const ParameterSelection& parameters, co
           name, t, times.kind_of_owner, times.owner, times.what, edge == t_start ? "begins" : "ends",
           edge == t_start ? "begin" : "end", edge == t_start ? "earlier" : "later"));
   }
+}
+
+/// The name of a parameter whose changes move time i of an element in another way, or nothing.
+std::string bender(const Times& times, const ParameterSelection& parameters, const std::vector<double>& p,
+                   std::size_t i) {
+  const std::vector<double> all = times.at(p), slopes = by_numbers(times, p, all[i]);
+  for (const auto& parameter : parameters.parameters)
+    for (const auto& [number, factor] : parameter.bindings)
+      for (std::size_t k = 0; k < p.size(); ++k) {
+        if (times.numbers[k] != number) continue;
+        const Nearby there = times_nearby(times, p, k);
+        if (there.times.size() != all.size()) return parameter.name;
+        const std::vector<double> then = by_numbers(times, there.numbers, there.times[i]);
+        for (std::size_t l = 0; l < p.size(); ++l)
+          if (std::abs(then[l] - slopes[l]) > kTogether * std::max(1.0, std::abs(slopes[l]))) return parameter.name;
+      }
+  return {};
 }
 
 std::vector<double> sample_times(const Objective& objective) {
@@ -213,6 +233,22 @@ std::vector<MovingInstant> moving_instants(const Mechanism& mechanism, const Obj
   std::stable_sort(instants.begin(), instants.end(), earlier);
   instants.erase(std::unique(instants.begin(), instants.end(), same), instants.end());
   return instants;
+}
+
+void require_even_times(const Mechanism& mechanism, const Objective& objective, const ParameterSelection& parameters,
+                        const std::vector<double>& numbers, double t_start, double t_end) {
+  for (const Times& list : all_times(mechanism, objective, parameters)) {
+    const std::vector<double> p = local_numbers(list, numbers), times = list.at(p);
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      if (!(t_start < times[i] && times[i] < t_end)) continue;
+      if (const std::string name = bender(list, parameters, p, i); !name.empty())
+        throw CapabilityError(fmt::format(
+            "Parameter '{}' moves the time t = {:.6g} s at which the law of {} '{}' has a {}, and not evenly: "
+            "that time's second derivative is not known. Keep this number fixed, or take differences of "
+            "gradients.",
+            name, times[i], list.kind_of_owner, list.owner, list.what));
+    }
+  }
 }
 
 void require_fixed_times(const Mechanism& mechanism, const Objective& objective, const ParameterSelection& parameters,

@@ -33,4 +33,9 @@ std::vector<MovingInstant> moving_instants(const Mechanism& mechanism, const Obj
 void require_fixed_times(const Mechanism& mechanism, const Objective& objective, const ParameterSelection& parameters,
                          const std::vector<double>& numbers, double t_start, double t_end, bool carried);
 
+/// For second derivatives: throws CapabilityError for those of such times within t_start < t < t_end that are no linear
+/// functions of the parameters.
+void require_even_times(const Mechanism& mechanism, const Objective& objective, const ParameterSelection& parameters,
+                        const std::vector<double>& numbers, double t_start, double t_end);
+
 }  // namespace costate

@@ -5,20 +5,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <optional>
 
-#include "costate/adjoint/block_jumps.h"
 #include "costate/base/error.h"
 #include "costate/formulation/hessian_systems.h"
-#include "costate/integrator/cvode_session.h"
 #include "costate/integrator/piecewise_run.h"
 #include "costate/integrator/run_end.h"
-#include "costate/integrator/run_watch.h"
-#include "costate/integrator/segmented_run.h"
-#include "costate/integrator/trajectory.h"
 #include "costate/problem/differentiable_laws.h"
 #include "costate/problem/scaled_gradient.h"
 #include "costate/sensitivity/error_estimate.h"
+#include "costate/sensitivity/hessian_motion.h"
 
 namespace costate {
 
@@ -88,74 +86,65 @@ double psi_of(System& forward, const Objective& objective, const Trajectory& mot
   return psi;
 }
 
-std::vector<double> step_ends(const Trajectory& motion) {
-  std::vector<double> times{motion.t_begin()};
-  for (std::size_t i = 0; i < motion.steps(); ++i) times.push_back(motion.step_end(i));
-  return times;
-}
+/// Where the way back is taken across something: a bend, or an event.
+struct Crossing {
+  double t, before, after;
+  bool steep;  // rates of the adjoint may be infinite there
+  std::function<void(double* y)> cross;
+};
 
-double middle(double before, double after) { return 0.5 * (before + after); }
-
-/// Of the motion's ends.
-bool is_between(const BlockJump& at, const Trajectory& motion) {
-  return at.last_before > motion.t_begin() && at.first_after < motion.t_end();
-}
-
-/// Where forces bend along the stored motion, in order.
-std::vector<BlockJump> jumps_along(HessianEquations& equations, const Trajectory& motion) {
-  std::vector<double> y(static_cast<std::size_t>(motion.width()));
-  BlockJumps found =
-      find_block_jumps(step_ends(motion), [&](double t, std::vector<double>& values, std::vector<std::size_t>& ends) {
-        motion.evaluate(t, y.data());
-        equations.append_blocks(t, y.data(), values, ends);
-      });
-  if (found.rough)
-    throw CapabilityError(
-        fmt::format("Second derivatives need the times at which derivatives of forces jump, and these are rough near t "
-                    "= {:.9g} s: more jumps than can be told from rounding. Differences of gradients do without.",
-                    *found.rough));
-  return std::move(found.all);
-}
-
-/// With what they do to the motion's tangents: the bends between its ends. Those at an end must not move.
-std::vector<HessianEquations::Bend> bends_along(HessianEquations& equations, const Trajectory& motion,
-                                                const std::vector<BlockJump>& jumps) {
-  std::vector<HessianEquations::Bend> bends;
-  if (jumps.empty()) return bends;
-  std::vector<double> y(static_cast<std::size_t>(motion.width()));
-  const int N = equations.state_size(), k = equations.directions();
-  HessianEquations::Sizes sizes;
-  sizes.span = motion.t_end() - motion.t_begin();
-  sizes.columns = MatrixXd::Zero(N, 1 + k);
-  MatrixXd rates(N, 1 + k);
-  for (const double t : step_ends(motion)) {
-    motion.evaluate(t, y.data());
-    equations.motion(t, y.data(), y.data() + N, rates.data(), rates.data() + N);
-    rates.rightCols(k) = Eigen::Map<const MatrixXd>(y.data() + N, N, k);
-    sizes.columns = sizes.columns.cwiseMax(rates.cwiseAbs());
+/// The last one first.
+std::vector<Crossing> crossings_of(const HessianMotion& motion, int n, HessianAdjoint& backward,
+                                   const HessianEquations::Jumps& jumps) {
+  std::vector<Crossing> all;
+  for (const auto& bend : motion.bends)
+    all.push_back({0.5 * (bend.before + bend.after), bend.before, bend.after, false,
+                   [&](double* y) { backward.cross(bend, y); }});
+  for (const auto& event : motion.events) {
+    const bool gives = velocities_go_on(event, n);
+    // What is steep counts up to the event itself.
+    const double behind = std::nextafter(event.behind, std::numeric_limits<double>::infinity());
+    all.push_back({event.t, gives ? event.t : event.near_before, gives ? behind : event.near_after, gives,
+                   [&, jumps](double* y) { backward.cross(jumps, event, y); }});
   }
-  for (const BlockJump& at : jumps) {
-    HessianEquations::Bend bend{at.last_before, at.first_after, y, y, {}};
-    motion.evaluate(bend.before, bend.state_before.data());
-    motion.evaluate(bend.after, bend.state_after.data());
-    equations.follow_bend(bend, sizes);
-    if (is_between(at, motion)) {
-      bends.push_back(std::move(bend));
-      continue;
-    }
-    for (const auto& [force, moved] : bend.moved)
-      if (moved.cwiseAbs().maxCoeff() > 0)
-        throw CapabilityError(fmt::format(
-            "At t = {:.6g} s, where the run {}, '{}' is where its derivative jumps: psi has no second derivatives.",
-            at.last_before, at.last_before > motion.t_begin() ? "ends" : "begins",
-            equations.assembly().mechanism().forces()[force]->path()));
-  }
-  return bends;
+  std::sort(all.begin(), all.end(), [](const Crossing& a, const Crossing& b) { return a.t > b.t; });
+  for (std::size_t i = 0; i + 1 < all.size(); ++i)
+    if (all[i + 1].after >= all[i].before)
+      throw CapabilityError(fmt::format(
+          "At t = {:.9g} s an event and a place where derivatives of forces jump are too near to each other: second "
+          "derivatives are not carried across. Differences of gradients tell them.",
+          all[i].t));
+  return all;
 }
 
-/// The products of some directions, which are of size 1 in scaled parameters.
-MatrixXd run(const Problem& problem, const std::vector<double>& rho, const MatrixXd& directions,
-             HessianProducts& result) {
+/// A part of the way back, in the time that is left, and the motion that it sees.
+struct PieceBack {
+  double begin, end, from, to;
+  HessianAdjoint::Steep steep;
+  const std::function<void(double* y)>* cross;  // at its end; or null
+};
+
+/// Beside what is steep a layer has a clock of its own.
+std::vector<PieceBack> pieces_back(const std::vector<Crossing>& crossings, double t_start, double t_end) {
+  constexpr double kLayer = 0.05;  // of what is between two crossings
+  using Steep = HessianAdjoint::Steep;
+  std::vector<PieceBack> pieces;
+  for (std::size_t i = 0; i <= crossings.size(); ++i) {
+    const Crossing *behind = i > 0 ? &crossings[i - 1] : nullptr, *at = i < crossings.size() ? &crossings[i] : nullptr;
+    const double begin = behind ? t_end - behind->t : 0, end = t_end - (at ? at->t : t_start),
+                 from = at ? at->after : t_start, to = behind ? behind->before : t_end, layer = kLayer * (end - begin),
+                 first = behind && behind->steep ? begin + layer : begin, last = at && at->steep ? end - layer : end;
+    if (first > begin) pieces.push_back({begin, first, from, to, Steep::at_begin, nullptr});
+    pieces.push_back({first, last, from, to, Steep::nowhere, nullptr});
+    if (last < end) pieces.push_back({last, end, from, to, Steep::at_end, nullptr});
+    if (at) pieces.back().cross = &at->cross;
+  }
+  return pieces;
+}
+
+/// The products of some directions, which are of size 1 in scaled parameters. `end`: what the run ends by, if anything.
+MatrixXd run(const Problem& problem, const std::optional<EndEvent>& end, const std::vector<double>& rho,
+             const MatrixXd& directions, HessianProducts& result) {
   const auto equations =
       find_formulation(problem.formulation)
           .make_hessian(problem.mechanism, problem.parameters, problem.objective, problem.formulation_options);
@@ -163,38 +152,11 @@ MatrixXd run(const Problem& problem, const std::vector<double>& rho, const Matri
   equations->set_directions(directions);
   const int np = equations->parameter_count(), k = equations->directions();
   const double t_start = problem.solver.t_start, t_end = problem.solver.t_end;
-
+  equations->end_by(end);
   TangentMotion forward(*equations);
-  forward.set_parameters(rho.data());
-  Trajectory motion(0, forward.size());  // all of the unknowns, the tangents among them
-  CvodeRun forward_session(forward, problem.solver, problem.monitor, StartDerivative::none);
-  // The passes know nothing of the cost.
-  const auto plan = std::make_shared<const StepPlan>(forward, problem.objective, t_start, t_end, forward_session.y());
-  forward_session.follow(plan);
-  RunWatch watch(problem, rho, forward);
-  watch.begin(t_start, forward_session.y());
-  forward_session.watch(watch.sink());
-  forward_session.advance_recording(t_end, motion);
-  watch.finish(t_end, forward_session.y());
-  Simulation seen;
-  watch.conclude(seen);
-  forward_session.read_forward_counters();
-  result.counters += forward_session.counters();
-  const std::shared_ptr<const StepPlan> plan_back = forward_session.plan_back();
-  std::vector<BlockJump> jumps = jumps_along(*equations, motion);
-  std::vector<double> ends;
-  for (const BlockJump& at : jumps)
-    if (is_between(at, motion)) ends.push_back(middle(at.last_before, at.first_after));
-  if (!ends.empty()) {
-    // Once more, with steps that end there: what is stored of a step across one is no more than its end.
-    PiecewiseRun again(forward, problem.solver, problem.monitor, plan_back, std::move(ends));
-    motion = Trajectory(0, forward.size());
-    again.run(&motion, [](std::size_t, double*) {});
-    result.counters += again.counters();
-    jumps = jumps_along(*equations, motion);
-  }
-  std::vector<HessianEquations::Bend> bends = bends_along(*equations, motion, jumps);
-
+  const HessianMotion all = run_hessian_motion(problem, rho, *equations, forward);
+  const Trajectory& motion = all.trajectory;
+  result.counters += all.counters;
   result.psi = psi_of(forward, problem.objective, motion);
 
   // A few unknowns of size above 1 are no harm (they count relatively), many far below it would be.
@@ -207,26 +169,27 @@ MatrixXd run(const Problem& problem, const std::vector<double>& rho, const Matri
   options.t_end = t_end - t_start;
   options.atol = problem.solver.rtol;
   // Where it takes very many steps more than the motion it is stuck, near a singular configuration mostly.
-  options.max_steps = std::min(options.max_steps, 20 * forward_session.counters().steps + 1000);
+  options.max_steps = std::min(options.max_steps, 20 * all.steps + 1000);
   const Monitor monitor =
       problem.monitor
           ? Monitor([&problem, t_end](double tau, long steps, bool) { problem.monitor(t_end - tau, steps, true); })
           : Monitor();
-  std::reverse(bends.begin(), bends.end());
-  // Piece i lies behind bend i.
-  const auto keep_within_piece = [&](std::size_t i) {
-    backward.keep_within(i < bends.size() ? bends[i].after : t_start, i > 0 ? bends[i - 1].before : t_end);
+  const std::vector<Crossing> crossings = crossings_of(all, equations->assembly().n(), backward, forward.jumps());
+  const std::vector<PieceBack> pieces = pieces_back(crossings, t_start, t_end);
+  const auto enter = [&](const PieceBack& piece) {
+    backward.keep_within(piece.from, piece.to);
+    backward.run_clock(piece.begin, piece.end, piece.steep);
   };
   std::vector<double> ends_back;
-  for (const auto& bend : bends) ends_back.push_back(t_end - middle(bend.before, bend.after));
-  PiecewiseRun back(backward, options, monitor, std::make_shared<const StepPlan>(plan_back->reversed(t_end)),
+  for (std::size_t i = 0; i + 1 < pieces.size(); ++i) ends_back.push_back(pieces[i].end);
+  PiecewiseRun back(backward, options, monitor, std::make_shared<const StepPlan>(all.plan_back->reversed(t_end)),
                     std::move(ends_back));
   std::vector<double> y;
-  keep_within_piece(0);
+  enter(pieces.front());
   try {
     y = back.run(nullptr, [&](std::size_t i, double* at) {
-      backward.cross(bends[i], at);
-      keep_within_piece(i + 1);
+      if (pieces[i].cross) (*pieces[i].cross)(at);
+      enter(pieces[i + 1]);
     });
   } catch (const SolverError& e) {
     throw SolverError(fmt::format("On the way back, its times counted from the end at {:.9g} s: {}", t_end, e.what()));
@@ -249,15 +212,15 @@ std::string hessian_refusal(const Formulation& formulation) {
                      fmt::join(names, ", "));
 }
 
-HessianProducts hessian_products(const Problem& problem, const std::vector<double>& rho, const MatrixXd& directions) {
-  const std::string refused = hessian_refusal(find_formulation(problem.formulation));
+HessianProducts hessian_products(const Problem& asked, const std::vector<double>& rho, const MatrixXd& directions) {
+  const std::string refused = hessian_refusal(find_formulation(asked.formulation));
   if (!refused.empty()) throw CapabilityError(refused);
-  MotionEvents::refuse(*problem.mechanism, "Hessian products are");
-  if (problem.cycle)
+  if (asked.cycle)
     throw CapabilityError(
         "Psi is that of a cycle ('cycle' in [run]), whose second derivatives are not computed; gradients are.");
-  refuse_free_end(problem, "Hessian products are");
-  require_differentiable_laws(problem, rho, false);
+  const std::optional<EndEvent> end = asked.ends_when ? std::optional(*asked.ends_when) : std::nullopt;
+  const Problem problem = with_fixed_end(asked, rho);
+  require_twice_differentiable_laws(problem, rho);
   const Eigen::Index np = problem.parameters.size();
   if (directions.rows() != np)
     throw Error(fmt::format("A direction needs one entry a parameter: {}, found {}.", np, directions.rows()));
@@ -279,7 +242,7 @@ HessianProducts hessian_products(const Problem& problem, const std::vector<doubl
   result.products.resize(np, directions.cols());
   for (Eigen::Index first = 0; first == 0 || first < directions.cols(); first += most) {
     const Eigen::Index count = std::min(most, directions.cols() - first);
-    result.products.middleCols(first, count) = run(problem, rho, unit.middleCols(first, count), result);
+    result.products.middleCols(first, count) = run(problem, end, rho, unit.middleCols(first, count), result);
   }
   result.products *= size.asDiagonal();
   return result;

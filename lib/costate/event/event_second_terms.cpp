@@ -1,0 +1,97 @@
+// Second derivatives of what an event does: lib/README.md (13.14), on path duals, one part of which is the variable and
+// the other the direction.
+#include <fmt/format.h>
+
+#include "costate/base/error.h"
+#include "costate/event/motion_events.h"
+
+namespace costate {
+
+namespace {
+using Eigen::Map;
+using Eigen::VectorXd;
+
+VectorXd as_vector(const std::vector<double>& x) {
+  return Map<const VectorXd>(x.data(), static_cast<Eigen::Index>(x.size()));
+}
+}  // namespace
+
+MotionEvents::Gradient MotionEvents::begin_second(int event, const StateView& before, const Side& minus) {
+  const GuardOf& g = of(event);
+  second_event_ = event;
+  second_before_ = before;
+  const auto refuse = [&](const std::string& why) {
+    throw CapabilityError(fmt::format(
+        "At t = {:.9g} s, at '{}', {}: second derivatives are not carried across. Differences of gradients tell them.",
+        before.t, g.name, why));
+  };
+  if (contact_of(event)) {
+    if (contact_guard(event) != UnilateralForce::Guard::touch) refuse("a closed contact changes what it does");
+    linearize_impact(event, before, true);
+    for (const ContactOf& c : contacts_)
+      if (c.closed) refuse(fmt::format("{} closes", c.force->path()));
+    if (expands_) refuse("Poisson's law of restitution gives impulses back");
+    if (!impact_->has_second_derivatives()) refuse("friction in space has a direction that turns");
+  }
+  linearize(g, before, minus, true);
+  return {as_vector(h_x_), as_vector(h_rho_), h_t_};
+}
+
+MotionEvents::Gradient MotionEvents::transition_gradient(const double* mu) {
+  const GuardOf& g = of(second_event_);
+  const int n = assembly_.n(), first = 2 * n + g.first_state;
+  Gradient sum{Map<const VectorXd>(mu, 2 * n + assembly_.nz()), VectorXd::Zero(assembly_.np()), 0};
+  if (contact_of(second_event_)) sum.t = impact_adjoint(mu + n, sum.x.data(), sum.x.data() + n, sum.rho.data());
+  sum.x.segment(first, static_cast<Eigen::Index>(D_x_.size())).setZero();
+  for (std::size_t i = 0; i < D_x_.size(); ++i) {
+    const double weight = mu[first + static_cast<int>(i)];
+    sum.x += weight * as_vector(D_x_[i]);
+    sum.rho += weight * as_vector(D_rho_[i]);
+    sum.t += weight * D_t_[i];
+  }
+  return sum;
+}
+
+MotionEvents::Gradient MotionEvents::gradient_change(const double* mu, double kappa, const Variation& d,
+                                                     const VectorXd& drho) {
+  const GuardOf& g = of(second_event_);
+  const int n = assembly_.n(), first = g.first_state;
+  Gradient sum{VectorXd::Zero(2 * n + assembly_.nz()), VectorXd::Zero(assembly_.np()), 0};
+  if (contact_of(second_event_))
+    sum.t = impact_->gradient_change(mu + n, d, drho, sum.x.data(), sum.x.data() + n, sum.rho.data());
+  // The straight line along d.
+  load(g, second_before_);
+  const auto& c = g.force->coordinates();
+  const auto& numbers = g.force->numbers();
+  for (std::size_t i = 0; i < c.size(); ++i) {
+    q_[i].v.c1 = d.q[c[i]];
+    v_[i].v.c1 = d.v[c[i]];
+  }
+  for (std::size_t i = 0; i < z_.size(); ++i) z_[i].v.c1 = d.z[first + static_cast<int>(i)];
+  for (std::size_t i = 0; i < p_.size(); ++i) p_[i].v.c1 = d.numbers[numbers[i]];
+  t_.v.c1 = d.t;
+  const auto seeded = [&](PathDual& x) {
+    x.d[0] = Taylor2(1.0);
+    double change = kappa * g.guarded->guard(g.k, arguments()).d[0].c1;
+    for (auto& o : out_) o = PathDual();
+    g.guarded->transition(g.k, arguments(), out_.data());
+    x.d[0] = Taylor2();
+    for (std::size_t i = 0; i < out_.size(); ++i) change += mu[2 * n + first + static_cast<int>(i)] * out_[i].d[0].c1;
+    return change;
+  };
+  for (std::size_t i = 0; i < c.size(); ++i) {
+    sum.x[c[i]] += seeded(q_[i]);
+    sum.x[n + c[i]] += seeded(v_[i]);
+  }
+  for (std::size_t i = 0; i < z_.size(); ++i) sum.x[2 * n + first + static_cast<int>(i)] += seeded(z_[i]);
+  sum.t += seeded(t_);
+  for (std::size_t k = 0; k < p_.size(); ++k) {
+    const auto& parameters = assembly_.number_columns()[static_cast<std::size_t>(numbers[k])];
+    if (parameters.empty()) continue;
+    const double by = seeded(p_[k]);
+    for (const auto& [j, factor] : parameters) sum.rho[j] += factor * by;
+  }
+  return sum;
+}
+
+}  // namespace costate

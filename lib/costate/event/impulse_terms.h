@@ -1,0 +1,45 @@
+// Second derivatives of what balances impulses, M u + Phi_q^T P and Phi_q u + r Phi_t, from the elements' templates:
+// one part of a dual number is the variable, another one the direction, and of constraints the path's rate a third.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "costate/assembly/assembly.h"
+#include "costate/assembly/variation.h"
+
+namespace costate {
+
+/// A vector that changes along the direction.
+struct Changing {
+  Eigen::VectorXd value, change;
+};
+
+/// Where changes of derivatives are added to: n and np entries, and that by the time itself.
+struct ImpulseDerivatives {
+  double *q, *rho;
+  double t = 0;
+};
+
+/// out -= the change along d of the derivatives of a^T M u, by q and rho, with a and u held but for their own changes.
+void add_mass_terms(const Assembly& assembly, const StateView& s, const Variation& d, const Changing& a,
+                    const Changing& u, ImpulseDerivatives& out);
+/// The same of w^T (Phi_q y + clock Phi_t), of the constraints that are there.
+void add_row_terms(const Assembly& assembly, const StateView& s, const Variation& d, const Changing& w,
+                   const Changing& y, double clock, ImpulseDerivatives& out);
+
+/// force (n) -= the change along d of M y at fixed y, and of Phi_q^T b where b is given; row (m) -= that of Phi_q y +
+/// clock Phi_t.
+void subtract_mass_change(const Assembly& assembly, const StateView& s, const Variation& d, const Eigen::VectorXd& y,
+                          double* force);
+void subtract_row_change(const Assembly& assembly, const StateView& s, const Variation& d, const Eigen::VectorXd& y,
+                         double clock, double* row, const Eigen::VectorXd* b = nullptr, double* force = nullptr);
+
+/// What a number changes a sum by, in terms of the parameters that it is made of.
+inline void add_number(const Assembly& assembly, int number, double x, double* rho) {
+  for (const auto& [column, f] : assembly.number_columns()[static_cast<std::size_t>(number)]) rho[column] += f * x;
+}
+inline bool varies(const Assembly& assembly, int number) {
+  return !assembly.number_columns()[static_cast<std::size_t>(number)].empty();
+}
+
+}  // namespace costate

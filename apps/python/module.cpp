@@ -15,8 +15,8 @@
 #include "costate/objective/all_outputs.h"
 #include "costate/optimize/optimizer.h"
 #include "costate/problem/redundant_rows.h"
-#include "costate/sensitivity/error_estimate.h"
 #include "costate/sensitivity/difference_hessian.h"
+#include "costate/sensitivity/error_estimate.h"
 #include "costate/sensitivity/hessian.h"
 #include "costate/tradeoff/motion_confirmation.h"
 #include "costate/trajectory.h"
@@ -147,9 +147,10 @@ py::dict hessian_of(const PyProblem& p, const std::optional<Numbers>& rho) {
     } catch (const CapabilityError& e) {
       const std::string method = p.method("");
       h = hessian_by_differences(problem, method, values);
-      notice(fmt::format("The Hessian is made of differences of gradients by {}, and known to some {:.0e} of its largest "
-                         "entry: {}",
-                         method, h.error, e.what()));
+      notice(
+          fmt::format("The Hessian is made of differences of gradients by {}, and known to some {:.0e} of its largest "
+                      "entry: {}",
+                      method, h.error, e.what()));
     }
   });
   py::dict d;

@@ -8,6 +8,7 @@
 
 #include "costate/analysis/not_finite.h"
 #include "costate/analysis/start.h"
+#include "costate/assembly/rolling_rows.h"
 #include "costate/assembly/slip_directions.h"
 #include "costate/base/error.h"
 
@@ -20,6 +21,7 @@ constexpr int kPivotOrders = 4;  // whose factorizations can be brought back
 AccelerationLevel::AccelerationLevel(Assembly& assembly, Stabilization stabilization)
     : assembly_(assembly),
       stabilization_(stabilization),
+      giving_(assembly),
       kkt_(assembly.n() + assembly.m()),
       newton_(assembly.n() + assembly.nz() + assembly.m()),
       point_(assembly) {
@@ -63,6 +65,7 @@ void AccelerationLevel::prepare(const StateView& s) {
   kkt_.add(kkt_mass_, assembly_.M.data());
   kkt_.add(kkt_jacobian_, assembly_.phi_q.data());
   kkt_.add(kkt_transposed_, assembly_.reaction_jacobian().data());
+  giving_.update(assembly_);
   if (kkt_corner_ >= 0) kkt_.add(kkt_corner_, corner());
   const int bad = kkt_solver_->factor(kkt_.values().data());
   if (bad >= 0) {
@@ -174,6 +177,7 @@ bool AccelerationLevel::bring_back(const StateView& s, const double* record) {
   brought_back_at_ = point_.move_to(s.t, {{s.q, n}, {s.v, n}, {s.z, nz}});
   std::copy_n(record + 1, solution_.size(), solution_.begin());
   assembly_.calc_jacobian(state(), brought_back_at_);
+  giving_.update(assembly_);
   return true;
 }
 
@@ -244,6 +248,7 @@ void AccelerationLevel::linearize(const StateView& s, long point) {
     r2_v_[i] = 2 * assembly_.phid_q[i] + d * assembly_.phi_q[i];
   }
   add_slip_rates(assembly_, s, r2_v_);
+  add_rolling_rates(assembly_, s, r2_v_);
   stabilized_at_ = point;
 }
 

@@ -18,7 +18,7 @@ using Eigen::Vector2d;
 using Eigen::VectorXd;
 using Way = SlidingContact::Way;
 
-constexpr int kNewtonSteps = 40, kFixedPoints = 3, kSweeps = 20000;
+constexpr int kNewtonSteps = 40, kSweeps = 20000;
 // Angles that differ by less are one. Of the rates: s x v_t of a solution.
 constexpr double kSameAngles = 1e-7, kSolved = 1e-11;
 // Of the largest eigenvalue of a response, and of its null vectors: nothing.
@@ -173,12 +173,6 @@ bool find_slips(SlipEquations& equations, Slips& s) {
     }
     return off.allFinite();
   };
-  // Where each slides behind friction along the last guess: on the way to what repels nothing.
-  for (int k = 0; k < kFixedPoints; ++k) {
-    if (!look(s, false)) return false;
-    for (const std::size_t c : of)
-      if (const Vector2d v = equations.along(c); v.norm() > 0) s[c] = v.normalized();
-  }
   for (int k = 0; k < kNewtonSteps; ++k) {
     if (!look(s, true)) return false;
     if (off.norm() <= 1e-15 * scale) return true;

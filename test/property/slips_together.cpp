@@ -148,7 +148,7 @@ TEST_CASE("contacts together in space: all ways against projections", "[events]"
     REQUIRE(motions.size() == 1);
     CHECK((motions.front() - projected).norm() <= 1e-7 * (1 + projected.norm()));
   }
-  std::printf("proven %d together %d\n", proven, slide_together); CHECK(proven > 2);
+  CHECK(proven > 2);
   CHECK(slide_together > 20);
 }
 

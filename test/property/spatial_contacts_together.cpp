@@ -185,30 +185,3 @@ TEST_CASE("contacts together in space: an edge strikes, by an independent progra
     }
   }
 }
-
-// It falls flat with v along the ground, in whatever direction, without turning: the impulse m V is nowhere outside the
-// base, as mu h is less than what holds it, and friction takes mu V or all of it.
-TEST_CASE("contacts together in space: a box falls flat", "[events]") {
-  const double g = 9.81, touch = 0.2, V = g * touch;
-  for (const int corners : {3, 4})
-    for (const double angle : {0.3, 2.0, -1.1}) {
-      const double speed = 1.5, c = std::cos(angle), s = std::sin(angle), mu = 0.3;
-      const BoxStart start{0.1 + 0.5 * g * touch * touch, 0.7, 0, speed * c, speed * s, 0, 0, 0, 0};
-      if (corners == 3 && angle != 0.3) continue;  // three of four corners do not hold the centre for all directions
-      Problem p = make_box(start, corners, "friction_coefficient = 0.3", 0.3);
-      CAPTURE(corners, angle);
-      std::vector<std::string> events;
-      const std::vector<double> after = velocities_at_end(p, 0.3, &events);
-      CHECK(events.size() == 1);
-      const double left = speed - mu * V - mu * g * 0.1;
-      REQUIRE(after.size() == 6);
-      CHECK(std::abs(after[0] - left * c) <= 1e-9);
-      CHECK(std::abs(after[1] - left * s) <= 1e-9);
-      for (std::size_t i = 2; i < 6; ++i) CHECK(std::abs(after[i]) <= 1e-8);
-    }
-}
-
-namespace {
-/// What strikes, in space and in a plane: two points 0.4 m apart, 0.1 m below the centre.
-const BoxStart kTilted{0.5, 0, 0.2, 0.8, 0, -1, 0, 1.5, 0};
-}  // namespace

@@ -21,7 +21,6 @@ constexpr int kPivotOrders = 4;  // whose factorizations can be brought back
 AccelerationLevel::AccelerationLevel(Assembly& assembly, Stabilization stabilization)
     : assembly_(assembly),
       stabilization_(stabilization),
-      giving_(assembly),
       kkt_(assembly.n() + assembly.m()),
       newton_(assembly.n() + assembly.nz() + assembly.m()),
       point_(assembly) {
@@ -65,7 +64,6 @@ void AccelerationLevel::prepare(const StateView& s) {
   kkt_.add(kkt_mass_, assembly_.M.data());
   kkt_.add(kkt_jacobian_, assembly_.phi_q.data());
   kkt_.add(kkt_transposed_, assembly_.reaction_jacobian().data());
-  giving_.update(assembly_);
   if (kkt_corner_ >= 0) kkt_.add(kkt_corner_, corner());
   const int bad = kkt_solver_->factor(kkt_.values().data());
   if (bad >= 0) {
@@ -177,7 +175,6 @@ bool AccelerationLevel::bring_back(const StateView& s, const double* record) {
   brought_back_at_ = point_.move_to(s.t, {{s.q, n}, {s.v, n}, {s.z, nz}});
   std::copy_n(record + 1, solution_.size(), solution_.begin());
   assembly_.calc_jacobian(state(), brought_back_at_);
-  giving_.update(assembly_);
   return true;
 }
 

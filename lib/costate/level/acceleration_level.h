@@ -12,7 +12,6 @@
 
 #include "costate/assembly/assembly.h"
 #include "costate/assembly/evaluation_point.h"
-#include "costate/assembly/giving_contacts.h"
 #include "costate/linear/klu_solver.h"
 
 namespace costate {
@@ -64,11 +63,8 @@ class AccelerationLevel {
   /// prepare(), then accelerations and multipliers; repeated calls at the same point are free as long as the assembly
   /// is there.
   void solve(const StateView& s);
-  /// 1/alpha of row i, which contacts that hold a body twice have anyway (assembly/giving_contacts.h), and 1 where it
-  /// is not there (assembly/assembly.h): R2_i = -lambda_i then.
-  double inverse_alpha(int i) const {
-    return !assembly_.is_there(i) ? 1 : stabilization_.inverse_alpha > 0 ? stabilization_.inverse_alpha : giving_.of(i);
-  }
+  /// 1/alpha of row i, and 1 where it is not there (assembly/assembly.h): R2_i = -lambda_i then.
+  double inverse_alpha(int i) const { return assembly_.is_there(i) ? stabilization_.inverse_alpha : 1; }
   bool has_corner() const { return stabilization_.inverse_alpha != 0 || assembly_.has_switched_rows(); }
   /// -1/alpha of all rows, and -s mu of those along which contacts slide, on corner_pattern().
   const double* corner();
@@ -158,7 +154,6 @@ class AccelerationLevel {
 
   Assembly& assembly_;
   Stabilization stabilization_;
-  GivingContacts giving_;
   BlockMatrix kkt_, newton_;
   std::unique_ptr<KluSolver> kkt_solver_, newton_solver_;
   int kkt_mass_, kkt_jacobian_, kkt_transposed_, kkt_corner_ = -1;

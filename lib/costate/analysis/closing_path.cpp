@@ -6,6 +6,7 @@
 
 #include "costate/analysis/given_system.h"
 #include "costate/analysis/mechanism_size.h"
+#include "costate/assembly/rolling_rows.h"
 #include "costate/base/stop.h"
 #include "costate/linear/to_dense.h"
 
@@ -51,7 +52,7 @@ VectorXd ClosingPath::residual(const VectorXd& q) {
 
 bool ClosingPath::follow(VectorXd& q) {
   const StepLength length(assembly_, q);
-  GivenSystem system(assembly_, given_);
+  GivenSystem system(assembly_, given_, GivenSystem::Of::positions);
   const VectorXd r0 = residual(q);
   VectorXd r = r0;
   double s = 0, part = 1;
@@ -100,6 +101,7 @@ bool ClosingPath::descend(VectorXd& q) {
     // In step lengths, with rows of comparable size.
     MatrixXd J = MatrixXd::Zero(r.size(), n);
     J.topRows(assembly_.m()) = to_dense(assembly_.jacobian(), assembly_.phi_q.data());
+    for (const int i : rolling_rows(assembly_)) J.row(i).setZero();
     for (std::size_t g = 0; g < given_.size(); ++g)
       J(assembly_.m() + static_cast<Eigen::Index>(g), given_[g].coordinate) = 1;
     J *= w.cwiseInverse().asDiagonal();

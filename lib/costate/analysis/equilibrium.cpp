@@ -14,6 +14,7 @@
 #include "costate/analysis/rest_system.h"
 #include "costate/analysis/start.h"
 #include "costate/analysis/start_errors.h"
+#include "costate/assembly/rolling_rows.h"
 #include "costate/base/error.h"
 #include "costate/base/stop.h"
 #include "costate/objective/output.h"
@@ -217,6 +218,7 @@ Equilibrium find_equilibrium(Assembly& assembly, double t, const std::vector<Hel
                              const EquilibriumGuess* guess) {
   Equilibrium e;
   Search search(assembly, t, held, guess);
+  refuse_rolling(assembly, "An equilibrium");
   search.run(e);
   if (with_derivatives) search.differentiate(e);
   return e;

@@ -1,8 +1,10 @@
 #include "costate/analysis/given_system.h"
 
 #include <Eigen/SparseQR>
+#include <algorithm>
 
 #include "costate/analysis/start.h"
+#include "costate/assembly/rolling_rows.h"
 #include "costate/base/stop.h"
 #include "costate/linear/inverse_norm.h"
 #include "costate/linear/least_squares.h"
@@ -84,17 +86,19 @@ struct GivenSystem::FactoredPart {
   std::shared_ptr<Sparse> sparse;        // or the orthogonal ones
 };
 
-GivenSystem::GivenSystem(const Assembly& assembly, const std::vector<GivenStart>& given)
-    : assembly_(assembly), given_(given), rows_(assembly.m() + static_cast<int>(given.size())) {}
+GivenSystem::GivenSystem(const Assembly& assembly, const std::vector<GivenStart>& given, Of of)
+    : assembly_(assembly), given_(given), of_(of), rows_(assembly.m() + static_cast<int>(given.size())) {}
 
 GivenSystem::~GivenSystem() = default;
 
 void GivenSystem::factor(const double* q) {
   const auto& J = assembly_.jacobian();
   std::vector<Eigen::Triplet<double>> entries;
+  const std::vector<int> left_out = of_ == Of::positions ? rolling_rows(assembly_) : std::vector<int>();
   for (int j = 0; j < J.cols; ++j)
     for (auto k = J.column_start[j]; k < J.column_start[j + 1]; ++k)
-      entries.emplace_back(static_cast<int>(J.row[k]), j, assembly_.phi_q[k]);
+      if (const int row = static_cast<int>(J.row[k]); !std::binary_search(left_out.begin(), left_out.end(), row))
+        entries.emplace_back(row, j, assembly_.phi_q[k]);
   for (std::size_t g = 0; g < given_.size(); ++g)
     if (given_[g].coordinate >= 0)
       entries.emplace_back(assembly_.m() + static_cast<int>(g), given_[g].coordinate, 1.0);

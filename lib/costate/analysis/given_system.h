@@ -16,7 +16,9 @@ namespace costate {
 /// Least-squares solver with full column rank.
 class GivenSystem {
  public:
-  GivenSystem(const Assembly& assembly, const std::vector<GivenStart>& given);
+  /// Positions know nothing of rows that bind velocities alone (assembly/rolling_rows.h).
+  enum class Of { positions, velocities };
+  GivenSystem(const Assembly& assembly, const std::vector<GivenStart>& given, Of of);
   ~GivenSystem();
 
   int rows() const { return rows_; }
@@ -36,6 +38,7 @@ class GivenSystem {
   void scale(const double* q);
   const Assembly& assembly_;
   const std::vector<GivenStart>& given_;
+  const Of of_;
   int rows_;
   Eigen::SparseMatrix<double> matrix_;  // scaled
   Eigen::VectorXd row_, column_;        // factors of its rows and columns

@@ -9,6 +9,7 @@
 #include "costate/analysis/picks.h"
 #include "costate/analysis/row_space.h"
 #include "costate/analysis/spread_roots.h"
+#include "costate/assembly/rolling_rows.h"
 #include "costate/base/error.h"
 #include "costate/element/constraint/euler_norm.h"
 #include "costate/element/point/rotation.h"
@@ -247,6 +248,8 @@ Modes find_modes(Assembly& assembly, double t, const Start& start) {
         fmt::format("Modes are computed with full matrices, which serves up to {} coordinates; this "
                     "mechanism has {}. Take a part of it.",
                     kMostCoordinates, assembly.n()));
+  assembly.switch_rows(start.z.data());
+  refuse_rolling(assembly, "A linearization");
   Modes r;
   r.q = start.q;
   r.v = start.v;

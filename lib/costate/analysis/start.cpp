@@ -15,6 +15,7 @@
 #include "costate/analysis/not_finite.h"
 #include "costate/analysis/start_errors.h"
 #include "costate/assembly/gathered_state.h"
+#include "costate/assembly/rolling_rows.h"
 #include "costate/base/error.h"
 #include "costate/base/run_epoch.h"
 #include "costate/base/stop.h"
@@ -68,7 +69,10 @@ namespace {
 class GivenPositions {
  public:
   GivenPositions(Assembly& assembly, double t)
-      : assembly_(assembly), t_(t), given_(assembly.mechanism().given_positions()), system_(assembly, given_) {}
+      : assembly_(assembly),
+        t_(t),
+        given_(assembly.mechanism().given_positions()),
+        system_(assembly, given_, GivenSystem::Of::positions) {}
 
   void solve(Start& start);
   void differentiate(Start& start, const Assembly::ParameterColumns& c) const;
@@ -202,7 +206,10 @@ void GivenPositions::differentiate(Start& start, const Assembly::ParameterColumn
 class GivenVelocities {
  public:
   GivenVelocities(Assembly& assembly, double t)
-      : assembly_(assembly), t_(t), given_(assembly.mechanism().given_velocities()), system_(assembly, given_) {}
+      : assembly_(assembly),
+        t_(t),
+        given_(assembly.mechanism().given_velocities()),
+        system_(assembly, given_, GivenSystem::Of::velocities) {}
 
   /// `same`: the system of the positions where it is that of the velocities, too, or null.
   void solve(Start& start, const GivenSystem* same);
@@ -333,7 +340,8 @@ Start find_start(Assembly& assembly, double t, bool with_derivatives) {
   s.z = start.z.data();
   assembly.calc_dynamics(s);
   GivenVelocities velocities(assembly, t);
-  const bool same = !balanced && same_coordinates(m.given_positions(), m.given_velocities());
+  const bool same =
+      !balanced && rolling_rows(assembly).empty() && same_coordinates(m.given_positions(), m.given_velocities());
   velocities.solve(start, same ? &positions.system() : nullptr);
   // Of forces at the velocities that there are: v/abs(v) is nothing at rest.
   assembly.calc_dynamics(s);

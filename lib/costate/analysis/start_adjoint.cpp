@@ -41,7 +41,8 @@ void add_start_gradient(Assembly& assembly, double t, const Start& start, const 
   const StateView s{t, start.q.data(), start.v.data(), rest.data(), unloaded.data(), start.z.data()};
   assembly.calc_dynamics(s);
   assembly.calc_partials(s);
-  GivenSystem velocities(assembly, m.given_velocities()), positions(assembly, m.given_positions());
+  GivenSystem velocities(assembly, m.given_velocities(), GivenSystem::Of::velocities),
+      positions(assembly, m.given_positions(), GivenSystem::Of::positions);
   velocities.factor(start.q.data());
   const VectorXd y_v = velocities.solve_transposed(ConstVector(w_v, n));
   VectorXd rest_q = ConstVector(w_q, n);

@@ -6,14 +6,22 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/analysis/given_system.h"
 #include "costate/analysis/start.h"
+#include "costate/assembly/rolling_rows.h"
 #include "costate/base/error.h"
 
 namespace costate {
 
 void require_given_count(Assembly& assembly, double t, const double* q, const std::vector<std::string>& given,
                          const char* what, bool fewer_allowed) {
-  const int rank = constraint_rank(assembly, t, q).rank;
+  int rank = constraint_rank(assembly, t, q).rank;
+  if (what == std::string("positions") && !rolling_rows(assembly).empty()) {
+    const std::vector<GivenStart> none;
+    GivenSystem system(assembly, none, GivenSystem::Of::positions);
+    system.factor(q);
+    rank = system.rank();
+  }
   const int free = assembly.n() - rank;
   const int found = static_cast<int>(given.size());
   if (found == free || (fewer_allowed && found < free)) return;

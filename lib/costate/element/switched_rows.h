@@ -19,6 +19,11 @@ class SwitchedRows {
   virtual int switching_state() const = 0;
   /// Whether row i keeps a position once it is there; if not only its rate: it sticks wherever it is.
   virtual bool holds_position(int i) const = 0;
+  /// Whether row i is the rate of a function of places; a sphere that rolls has rows J(q) v = 0 that are not: of theirs
+  /// phi is 0, phi_q is J, and phidot and phiddot are J v and its rate.
+  virtual bool is_integrable(int) const { return true; }
+  /// d/dt J - (J v)_q of these rows at (q, v), 0 of the others; rows x coordinates, zero on entry.
+  virtual void calc_twist(const LocalState&, LocalMatrix&) const {}
   /// Of one that may slide: the state of the force's own that holds s, or 0 where it does not; and mu among all
   /// numbers.
   virtual int sliding_state() const { return -1; }

@@ -7,14 +7,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/event/contact_gap.h"
 #include "costate/event/contact_ways.h"
 #include "costate/event/motion_events.h"
-#include "costate/event/slip_behind_impact.h"
-#include "costate/event/spatial_slip.h"
+#include "costate/event/slip_search.h"
 
 namespace costate {
 
@@ -61,14 +61,6 @@ std::vector<MotionEvents::InPlay> MotionEvents::find_in_play(int event, const St
       strikes(c, approach);
     }
   }
-  if (in_play.size() < 2) return in_play;
-  for (const InPlay& c : in_play)
-    if (c.contact->contact->row_count() > 2)
-      throw CapabilityError(
-          fmt::format("At t = {:.9g} s, at '{}', {} takes part in an impact of {} contacts: with friction in space one "
-                      "point strikes, and no other contact is closed. Take friction = \"none\", or kind = "
-                      "\"compliant\".",
-                      before.t, of(event).name, c.contact->force->path(), in_play.size()));
   return in_play;
 }
 
@@ -212,19 +204,37 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
   double fastest = speed;
   for (const InPlay& c : in_play)
     for (const int i : c.rows) fastest = std::max(fastest, std::abs(impact.speed_before(i)));
-  // Of a point that strikes in space alone: the directions in which it may slide.
-  const auto slips = [&](const std::vector<int>& ways) -> std::vector<Eigen::Vector2d> {
-    const InPlay& c = in_play.front();
-    if (c.rows.size() < 3 || slides(ways.front()) == 0) return {Eigen::Vector2d::Zero()};
-    StrikingPoint point;
-    for (int i = 0; i < 3; ++i) point.before[i] = impact.speed_before(c.rows[static_cast<std::size_t>(i)]);
-    point.response = impact.response();
-    point.friction = number(*c.contact, c.contact->contact->friction_number());
-    point.given = is_given(ways.front());
-    point.normal = point.given ? c.given : impact.change_of_gap(c.rows.front());
-    return slips_behind(point);
+  // In space the directions in which contacts may slide are solved for.
+  std::vector<SlidingContact> sliding;
+  Eigen::VectorXd rates(impact.response().rows());
+  for (Eigen::Index i = 0; i < rates.size(); ++i) rates[i] = impact.speed_before(static_cast<int>(i));
+  for (const InPlay& c : in_play) {
+    SlidingContact s;
+    s.rows = c.rows;
+    s.friction = number(*c.contact, c.contact->contact->friction_number());
+    for (std::size_t k = 1; k < c.rows.size(); ++k) s.along[k - 1] = impact.change_of_gap(c.rows[k]);
+    s.given = c.given > 0;
+    s.normal = s.given ? c.given : impact.change_of_gap(c.rows.front());
+    sliding.push_back(s);
+  }
+  std::optional<SlipSearch> search;
+  const auto in_space = std::count_if(sliding.begin(), sliding.end(), [](const auto& c) { return c.rows.size() > 2; });
+  if (in_space > 0) search.emplace(impact.response(), rates, std::move(sliding));
+  if (in_space > kMostInSpace && !search->proven())
+    throw CapabilityError(
+        fmt::format("At t = {:.9g} s {} contacts with friction in space take part in the impact of '{}': more than {} "
+                    "are not gone through, unless their masses tell that there is one solution. Take friction = "
+                    "\"none\" for some, or kind = \"compliant\".",
+                    before.t, in_space, of(event).name, kMostInSpace));
+  const auto slips = [&](const std::vector<int>& ways) -> std::vector<Slips> {
+    if (!search) return {Slips(in_play.size(), Eigen::Vector2d::Zero())};
+    for (std::size_t c = 0; c < in_play.size(); ++c) {
+      const bool given = is_given(ways[c]);
+      search->take(c, ways[c], given, given ? in_play[c].given : impact.change_of_gap(in_play[c].rows.front()));
+    }
+    return search->slips();
   };
-  const auto rows_of = [&](const std::vector<int>& ways, const Eigen::Vector2d& slip) {
+  const auto rows_of = [&](const std::vector<int>& ways, const Slips& slip) {
     std::vector<ActiveRow> active;
     for (std::size_t c = 0; c < in_play.size(); ++c) {
       if (ways[c] == kOpen) continue;
@@ -237,11 +247,14 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
       if (rows.size() == 2) active.push_back({rows[1], law, static_cast<double>(direction), 0});
       if (rows.size() == 3)
         for (int k = 0; k < 2; ++k)
-          active.push_back({rows[static_cast<std::size_t>(k + 1)], law, slip[k], 0, direction == 0 ? 0 : k + 1});
+          active.push_back({rows[static_cast<std::size_t>(k + 1)], law, slip[c][k], 0, direction == 0 ? 0 : k + 1});
     }
     return active;
   };
-  const auto fits = [&](const std::vector<int>& ways, const Eigen::Vector2d& slip) {
+  const auto fits = [&](const std::vector<int>& ways, const Slips& slip) {
+    // Of rows that depend on each other impulses are some of many.
+    const bool pushed =
+        search && search->has_impulses_for([&](int i) { return impact.speed_after(i); }, kSameMotion * fastest);
     double largest = 0;
     for (const ActiveRow& a : impact.active()) {
       largest = std::max(largest, std::abs(impact.impulse(a.row)));
@@ -257,16 +270,16 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
         if (speed_after(normal) < least - kContactRounding * fastest) return false;
         if (ways[c] == kOpen) continue;
       }
-      if (impact.impulse(normal) < at.given - kContactRounding * largest) return false;
+      if (impact.impulse(normal) < at.given - kContactRounding * largest && !pushed) return false;
       if (at.rows.size() < 2) continue;
       const bool space = at.rows.size() == 3;
       if (const int direction = slides(ways[c]); direction != 0) {
-        const double along = space ? slip[0] * speed_after(at.rows[1]) + slip[1] * speed_after(at.rows[2])
+        const double along = space ? slip[c][0] * speed_after(at.rows[1]) + slip[c][1] * speed_after(at.rows[2])
                                    : direction * speed_after(at.rows[1]);
         if (along < -kContactRounding * fastest) return false;
-      } else if (std::hypot(impact.impulse(at.rows[1]), space ? impact.impulse(at.rows[2]) : 0) >
-                 number(*at.contact, at.contact->contact->friction_number()) * impact.impulse(normal) +
-                     kContactRounding * largest) {
+      } else if (!pushed && std::hypot(impact.impulse(at.rows[1]), space ? impact.impulse(at.rows[2]) : 0) >
+                                number(*at.contact, at.contact->contact->friction_number()) * impact.impulse(normal) +
+                                    kContactRounding * largest) {
         return false;
       }
     }
@@ -274,14 +287,14 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
   };
   std::vector<double> found;
   std::vector<int> chosen;
-  Eigen::Vector2d chosen_slip = Eigen::Vector2d::Zero();
+  Slips chosen_slip;
   std::vector<std::size_t> lifted;
   const auto names = [&] {
     std::vector<std::string> list;
     for (const InPlay& c : in_play) list.push_back(c.contact->force->path());
     return fmt::format("{}", fmt::join(list, ", "));
   };
-  const auto look_at = [&](const std::vector<int>& ways, const Eigen::Vector2d& slip) {
+  const auto look_at = [&](const std::vector<int>& ways, const Slips& slip) {
     impact.solve(rows_of(ways, slip));
     if (!fits(ways, slip)) return;
     const std::vector<double> u(impact.u(), impact.u() + assembly_.n());
@@ -298,7 +311,8 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
                       before.t, of(event).name, names()));
   };
   const bool few = for_all_ways(options, [&](const std::vector<int>& ways) {
-    for (const Eigen::Vector2d& slip : slips(ways)) look_at(ways, slip);
+    if (search && search->proven() && !chosen.empty()) return;
+    for (const Slips& slip : slips(ways)) look_at(ways, slip);
   });
   if (!few)
     throw CapabilityError(
@@ -309,13 +323,18 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
     const ContactOf& own = contacts_[static_cast<std::size_t>(of(event).contact)];
     throw CapabilityError(fmt::format(
         "At t = {:.9g} s the impact of '{}' at {:.3g} m/s has no solution, whether contacts ({}) open, stick or "
-        "slide.{}",
-        before.t, of(event).name, speed, names(),
+        "slide{}.{}",
+        before.t, of(event).name, speed, names(), search ? search->told() : "",
         speed < kDying * own.largest_approach
             ? fmt::format(" It once had {:.3g} m/s: impacts die out, infinitely many of them; end the run before.",
                           own.largest_approach)
             : ""));
   }
+  if (search && !search->proven() && search->starts() > 0)
+    notice(
+        fmt::format("Behind impacts of contacts ({}) several may slide in space at once{}: one motion was found, and "
+                    "that there is no other is not proven.",
+                    names(), search->told()));
   impact.solve(rows_of(chosen, chosen_slip));
   // Contacts that strike in turn, ever more slowly, lift each other infinitely many times in finite time. What would
   // lift too little to be seen stays, as a plastic impact of all of them has it.

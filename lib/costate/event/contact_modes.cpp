@@ -7,12 +7,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <set>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/event/contact_gap.h"
 #include "costate/event/contact_ways.h"
 #include "costate/event/motion_events.h"
+#include "costate/event/slips_from_rest.h"
 #include "costate/event/spatial_slip.h"
 #include "costate/linear/sparse_pattern.h"
 
@@ -240,7 +243,8 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
     else if (c.sliding_state < 0 || !stays)
       options.push_back({way, kOpen});
     else if (slides_in_space(c))
-      options.push_back({kSticks, kOpen});  // from rest it begins to slide by the guard of its friction alone
+      options.push_back(way == kSticks ? std::vector<int>{kSticks, kForward, kOpen}
+                                       : std::vector<int>{kForward, kSticks, kOpen});
     else if (way == kSticks)
       options.push_back({kSticks, kForward, kBackward, kOpen});
     else
@@ -249,14 +253,38 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
   if (closed.empty()) return;
   const auto n = static_cast<std::size_t>(assembly_.n()), m = static_cast<std::size_t>(assembly_.m());
   std::vector<double> x(n + m), found;
-  const auto write = [&](const std::vector<int>& ways) {
+  std::vector<char> from_rest(closed.size(), 0);  // whether a contact in space may begin to slide where it is
+  for (std::size_t c = 0; c < closed.size(); ++c)
+    from_rest[c] = slides_in_space(*closed[c]) && closed[c] != begins_to_slide && rests[c];
+  std::optional<SlipSearch> search;
+  if (std::any_of(from_rest.begin(), from_rest.end(), [](char c) { return c != 0; })) {
+    std::vector<double> open_z(z, z + assembly_.nz());
+    for (const ContactOf* c : closed) open_z[static_cast<std::size_t>(c->closed_state)] = 0;
+    StateView open = s;
+    open.z = open_z.data();
+    solve_motion(open, x.data());
+    search.emplace(search_from_rest(*expansion_, assembly_, open, x.data(), z, closed, from_rest));
+  }
+  const auto slips = [&](const std::vector<int>& ways) -> std::vector<Slips> {
+    if (!search) return {Slips(closed.size(), Eigen::Vector2d::Zero())};
+    for (std::size_t c = 0; c < closed.size(); ++c) search->take(c, ways[c], false, search->contact(c).normal);
+    return search->slips();
+  };
+  const auto write = [&](const std::vector<int>& ways, const Slips& slip) {
     for (std::size_t c = 0; c < closed.size(); ++c) {
       z[closed[c]->closed_state] = ways[c] == kOpen ? 0 : 1;
       if (closed[c]->sliding_state >= 0) z[closed[c]->sliding_state] = slides(ways[c]);
-      if (slides_in_space(*closed[c]) && slides(ways[c]) == 0) clear_slip(closed[c]->sliding_state, z);
+      if (!slides_in_space(*closed[c])) continue;
+      if (slides(ways[c]) == 0) clear_slip(closed[c]->sliding_state, z);
+      if (slides(ways[c]) == 0 || !from_rest[c]) continue;
+      // What speed there is, of rounding, has no say in where it slides.
+      offset_slip(closed[c]->sliding_state, slip[c].data(), z);
+      for (int k = 0; k < 2; ++k)
+        z[closed[c]->sliding_state + 1 + k] -=
+            row_of(*closed[c]->force, *closed[c]->contact, 1 + k, s, assembly_, nullptr).c1;
     }
   };
-  const auto fits = [&](const std::vector<int>& ways) {
+  const auto fits = [&](const std::vector<int>& ways, const Slips& slip) {
     double forces = 0, accelerations = 0;
     for (std::size_t i = 0; i < n; ++i) accelerations = std::max(accelerations, std::abs(x[i]));
     for (std::size_t i = 0; i < m; ++i) forces = std::max(forces, std::abs(x[n + i]));
@@ -274,14 +302,16 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
       if (const int direction = slides(ways[c]); direction == 0) {
         const double friction = slides_in_space(at) ? std::hypot(lambda[1], lambda[2]) : std::abs(lambda[1]);
         if (friction > -number(at, at.contact->friction_number()) * lambda[0] + kContactRounding * forces) return false;
-      } else if (rests[c] && direction * row_of(*at.force, *at.contact, 1, s, assembly_, x.data()).c2 <
-                                 -kContactRounding * accelerations) {
-        return false;
+      } else if (rests[c]) {
+        const auto along = [&](int row) { return row_of(*at.force, *at.contact, row, s, assembly_, x.data()).c2; };
+        const double faster = from_rest[c] ? slip[c][0] * along(1) + slip[c][1] * along(2) : direction * along(1);
+        if (faster < -kContactRounding * accelerations) return false;
       }
     }
     return true;
   };
   std::vector<int> chosen;
+  Slips chosen_slip;
   std::string undetermined;
   const auto names = [&] {
     std::vector<std::string> list;
@@ -291,13 +321,11 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
   // Two that stick on one body hold it twice along the ground.
   const bool redundant =
       std::count_if(closed.begin(), closed.end(), [](const ContactOf* c) { return c->sliding_state >= 0; }) > 1;
-  const bool space = std::any_of(closed.begin(), closed.end(), [](const ContactOf* c) { return slides_in_space(*c); });
-  const char* advice = space ? " In space a contact that has come to rest, and is pushed on or back, is not carried."
-                       : redundant ? " Where several stick on one body their friction is not determined: formulation = "
-                                     "\"penalty\" carries that."
-                                   : "";
-  const bool few = for_all_ways(options, [&](const std::vector<int>& ways) {
-    write(ways);
+  const char* advice = redundant ? " Where several stick on one body their friction is not determined: formulation = "
+                                   "\"penalty\" carries that."
+                                 : "";
+  const auto look_at = [&](const std::vector<int>& ways, const Slips& slip) {
+    write(ways, slip);
     StateView at = s;
     at.z = z;
     try {
@@ -306,9 +334,10 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
       undetermined = e.what();
       return;
     }
-    if (!fits(ways)) return;
+    if (!fits(ways, slip)) return;
     if (chosen.empty()) {
       chosen = ways;
+      chosen_slip = slip;
       found.assign(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(n));
       return;
     }
@@ -319,6 +348,10 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
           "(Painleve), or errors of the size of the tolerance do. Take a smaller rtol, less friction, or kind = "
           "\"compliant\".{}",
           s.t, event, names(), advice));
+  };
+  const bool few = for_all_ways(options, [&](const std::vector<int>& ways) {
+    if (search && search->proven() && !chosen.empty()) return;
+    for (const Slips& slip : slips(ways)) look_at(ways, slip);
   });
   if (!few)
     throw CapabilityError(
@@ -327,10 +360,16 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
   if (chosen.empty())
     throw CapabilityError(fmt::format(
         "At t = {:.9g} s, behind '{}', no way to stick, to slide or to open is a motion of the contacts that touch "
-        "({}): the laws of rigid bodies with Coulomb friction have no solution there (Painleve), or an impact of more "
+        "({}){}: the laws of rigid bodies with Coulomb friction have no solution there (Painleve), or an impact of "
+        "more "
         "than one instant.{} Take kind = \"compliant\".{}",
-        s.t, event, names(), undetermined.empty() ? "" : " " + undetermined, advice));
-  write(chosen);
+        s.t, event, names(), search ? search->told() : "", undetermined.empty() ? "" : " " + undetermined, advice));
+  if (search && !search->proven() && search->starts() > 0)
+    notice(
+        fmt::format("Of contacts ({}) several may begin to slide in space at once{}: one motion was found, and that "
+                    "there is no other is not proven.",
+                    names(), search->told()));
+  write(chosen, chosen_slip);
 }
 
 }  // namespace costate

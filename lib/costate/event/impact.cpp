@@ -13,8 +13,21 @@ namespace costate {
 namespace {
 // A speed along the ground behind an impact of this part of those before it has no direction.
 constexpr double kNoSlip = 1e-9;
-// Pivots this far apart: two solutions of an impact meet.
+// Pivots this far apart: two solutions of an impact meet, or rows depend on each other.
 constexpr double kFold = 1e-9;
+
+/// x of A x = c: where rows depend on each other, as those of several contacts of one body may, the shortest.
+Eigen::VectorXd solve_active(const Eigen::MatrixXd& A, const Eigen::VectorXd& c) {
+  const Eigen::FullPivLU<Eigen::MatrixXd> lu(A);
+  if (lu.isInvertible()) return lu.solve(c);
+  return A.completeOrthogonalDecomposition().solve(c);
+}
+
+int rank_of(const Eigen::MatrixXd& A) {
+  Eigen::FullPivLU<Eigen::MatrixXd> lu(A.rowwise().normalized());
+  lu.setThreshold(kFold);
+  return static_cast<int>(lu.rank());
+}
 
 /// r_i at (q, p) with the first time derivatives qdot, and dual parts of the coordinate or number `seed`.
 PathDual row_value(const ImpactRow& r, const std::vector<PathDual>& q, const std::vector<PathDual>& p) {
@@ -42,9 +55,9 @@ void Impact::evaluate(Row& row, bool second) {
   if (!second) {
     row.J.assign(k, 0);
     for (std::size_t i = 0; i < k; ++i) {
-      q[i].d[0] = Taylor2(1.0);
-      row.J[i] = row_value(row.of, q, p).d[0].c0;
-      q[i].d[0] = Taylor2();
+      q[i].v.c1 = 1;
+      row.J[i] = row_value(row.of, q, p).v.c1;
+      q[i].v.c1 = 0;
     }
     return;
   }
@@ -117,7 +130,7 @@ void Impact::solve_bordered(std::vector<double>& b, Eigen::VectorXd& c) {
   if (k == 0) return;
   Eigen::VectorXd rates(k);
   for (Eigen::Index i = 0; i < k; ++i) rates[i] = along(row_of(active_[static_cast<std::size_t>(i)]), b.data());
-  c = active_W_.fullPivLu().solve(c - speeds_ * rates).eval();
+  c = solve_active(active_W_, c - speeds_ * rates);
   for (Eigen::Index i = 0; i < k; ++i) {
     const auto& response = response_[static_cast<std::size_t>(active_[static_cast<std::size_t>(i)].row)];
     for (std::size_t j = 0; j < b.size(); ++j) b[j] += c[i] * response[j];
@@ -172,9 +185,11 @@ double Impact::energy_lost() {
 }
 
 void Impact::turn_slips() {
+  int rank = 0;
   bool turned = false;
   for (std::size_t a = 0; a < active_.size(); ++a) {
     if (active_[a].component != 1) continue;
+    if (!turned) rank = rank_of(active_W_);
     const auto i = static_cast<Eigen::Index>(a);
     const ActiveRow &along = active_[a], &across = active_[a + 1];
     const Eigen::Vector2d s(along.direction, across.direction), w(speed_after(along.row), speed_after(across.row));
@@ -193,10 +208,7 @@ void Impact::turn_slips() {
     }
     turned = true;
   }
-  if (!turned) return;
-  const Eigen::MatrixXd scaled = active_W_.rowwise().normalized();
-  const Eigen::VectorXd pivots = scaled.fullPivLu().matrixLU().diagonal().cwiseAbs();
-  if (!(pivots.minCoeff() > kFold * pivots.maxCoeff()))
+  if (turned && rank_of(active_W_) < rank)
     throw SolverError(
         fmt::format("At t = {:.9g} s two directions to slide behind an impact of {} become one: neither "
                     "has a derivative there.",
@@ -260,7 +272,7 @@ void Impact::tangent(const double* dq, const double* dv, const Eigen::VectorXd& 
       along_q[i] = dq[g];
       x[i] = solution_[g] + factor * before_.v[g];
     }
-    Eigen::VectorXd dJ = row.H * along_q;
+    Eigen::VectorXd dJ = row.H.transpose() * along_q;
     double dfactor = 0;
     for (std::size_t p = 0; p < row.parameters.size(); ++p) {
       const int number = row.of.force->numbers()[static_cast<std::size_t>(row.parameters[p])];
@@ -294,7 +306,7 @@ void Impact::solve_bordered_transposed(std::vector<double>& s, Eigen::VectorXd& 
   balance_.solve(s.data());
   const auto size = static_cast<Eigen::Index>(active_.size());
   for (Eigen::Index i = 0; i < size; ++i) y[i] += along(row_of(active_[static_cast<std::size_t>(i)]), s.data());
-  if (size > 0) y = active_W_.transpose().fullPivLu().solve(y).eval();
+  if (size > 0) y = solve_active(active_W_.transpose(), y);
   const Eigen::VectorXd of_rates = speeds_.transpose() * y;
   for (Eigen::Index i = 0; i < size; ++i) {
     const auto& response = response_[static_cast<std::size_t>(active_[static_cast<std::size_t>(i)].row)];

@@ -8,6 +8,7 @@
 
 #include "costate/analysis/not_finite.h"
 #include "costate/analysis/start.h"
+#include "costate/assembly/rolling_rows.h"
 #include "costate/assembly/slip_directions.h"
 #include "costate/base/error.h"
 
@@ -244,6 +245,7 @@ void AccelerationLevel::linearize(const StateView& s, long point) {
     r2_v_[i] = 2 * assembly_.phid_q[i] + d * assembly_.phi_q[i];
   }
   add_slip_rates(assembly_, s, r2_v_);
+  add_rolling_rates(assembly_, s, r2_v_);
   stabilized_at_ = point;
 }
 

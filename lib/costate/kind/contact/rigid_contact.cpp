@@ -33,10 +33,9 @@ void add_at(MechanismBuilder& builder, const std::string& path, const std::strin
   options.sticks = o.friction_coefficient > 0;
   options.poisson = o.restitution_law == "poisson";
   constexpr bool space = ContactSurface<Point>::dim == 3;
-  if (options.sticks && options.round && space)
-    throw ModelError(path + ".radius_m",
-                     "Rigid contact with friction in space is of points: take friction = \"none\", radius_m = 0, or "
-                     "kind = \"compliant\".");
+  if (options.sticks && options.round && space && (o.along_m != 0 || o.across_m != 0))
+    throw ModelError(path + (o.along_m != 0 ? ".along_m" : ".across_m"),
+                     "A sphere that rolls holds no place: it starts where its body is given. Leave this out.");
   if (space && o.sliding < 0)
     throw ModelError(path + ".sliding",
                      "What slides in space does so along its velocity: \"forward\" says that it slides.");

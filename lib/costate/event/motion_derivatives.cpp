@@ -165,6 +165,7 @@ void MotionEvents::linearize(const GuardOf& g, const StateView& before, const Si
   D_x_.assign(out_.size(), h_x_);
   D_rho_.assign(out_.size(), h_rho_);
   D_rate_.assign(out_.size(), 0);
+  D_t_ = D_rate_;
   hdot_ = 0;
   double speed = 0;
   const auto seed = [&](PathDual& x, const auto& take) {
@@ -198,11 +199,13 @@ void MotionEvents::linearize(const GuardOf& g, const StateView& before, const Si
     column(z_[i], 2 * n + at, minus.zdot[static_cast<std::size_t>(at)]);
   }
   seed(t_, [&](double h) {
+    h_t_ = h;
     hdot_ += h;
     speed += std::abs(h);
-    for (std::size_t i = 0; i < out_.size(); ++i) D_rate_[i] += out_[i].d[0].c0;
+    for (std::size_t i = 0; i < out_.size(); ++i) D_rate_[i] += D_t_[i] = out_[i].d[0].c0;
   });
-  if (!(std::abs(hdot_) > kGrazing * speed))
+  // Of a guard that depends on multipliers their rates are not known here.
+  if (!by_multipliers(g) && !(std::abs(hdot_) > kGrazing * speed))
     throw SolverError(
         fmt::format("At t = {:.9g} s '{}' is grazed: its guard changes by {:.3g} per second, of terms of {:.3g}. The "
                     "time of the event has no derivative there. Move the motion away from grazing.",

@@ -179,9 +179,6 @@ TEST_CASE("events: what does not carry them is refused by name", "[events]") {
   const std::vector<double> rho = p.parameters.values();
   p.formulation = "index1";
   CHECK_THROWS_WITH(hessian(p, rho), Contains("Hessian products are not carried across"));
-  p.formulation = "index3";
-  p.solver.step_s = 1e-3;
-  CHECK_THROWS_WITH(gradient(p, "discrete-adjoint", rho), Contains("fixed steps are not carried across"));
   // Rows that come and go.
   p = make_problem(Scene::load(COSTATE_MODELS_DIR "/rimless_wheel/rimless_wheel.toml"));
   p.formulation = "index1";

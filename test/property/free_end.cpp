@@ -88,7 +88,7 @@ struct Row {
   std::string formulation, method;
 };
 
-// All combinations that exist; those with fixed steps are refused.
+// All combinations that exist; those with fixed steps are in fixed_cuts.cpp.
 std::vector<Row> rows() {
   std::vector<Row> all;
   for (const auto& f : formulations())
@@ -241,11 +241,6 @@ TEST_CASE("free end: grazed ends and what cannot do it are refused by name", "[f
   CHECK(told);
 
   p = make_problem(Scene::parse(pendulum(kBottom, kTime), "pendulum.toml"));
-  p.formulation = "index3";
-  CHECK_THROWS_AS(gradient(p, "discrete-adjoint", p.parameters.values()), CapabilityError);
-  p.solver.integrator = "fixed";
-  CHECK_THROWS_WITH(simulate(p, p.parameters.values()), Catch::Contains("ends_when"));
-  p.solver.integrator.clear();
   p.formulation = "index1";
   CHECK_THROWS_AS(hessian(p, p.parameters.values()), CapabilityError);
 

@@ -220,8 +220,8 @@ class MotionEvents {
   // Of the last linearization: rows over (q, v, z), columns of rho.
   std::vector<double> h_x_, h_rho_;
   std::vector<std::vector<double>> D_x_, D_rho_;
-  std::vector<double> D_rate_, D_t_;  // D_t + D_x f-, D_t
-  double h_t_ = 0, hdot_ = 0, last_jump_ = 0, last_loss_ = 0, last_hop_ = std::numeric_limits<double>::infinity();
+  std::vector<double> D_rate_;  // D_t + D_x f-
+  double hdot_ = 0, last_jump_ = 0, last_loss_ = 0, last_hop_ = std::numeric_limits<double>::infinity();
   std::unique_ptr<Impact> impact_;
   std::vector<ContactOf> contacts_;
   bool needs_multipliers_ = false;
@@ -236,6 +236,9 @@ class MotionEvents {
   std::vector<double> looks_;
   std::vector<GapTrace::Look> trace_;
   double looked_until_ = std::numeric_limits<double>::quiet_NaN();
+  // Of the last linearization, by explicit time alone.
+  std::vector<double> D_t_;
+  double h_t_ = 0;
 };
 
 }  // namespace costate

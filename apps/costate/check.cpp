@@ -14,6 +14,7 @@
 #include "check_motions.h"
 #include "check_reference.h"
 #include "check_row.h"
+#include "check_rows.h"
 #include "command.h"
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
@@ -35,13 +36,6 @@ namespace costate::app {
 
 namespace {
 
-struct CheckOptions {
-  std::vector<std::string> formulations, methods;
-  bool all = false, no_motions = false;
-  double patience = 20;
-  int jobs = 0;
-};
-
 class Check {
  public:
   Check(const CommonOptions& common, const CheckOptions& options)
@@ -60,8 +54,11 @@ class Check {
     setup_.chosen_by(true, "--methods", "", [&] {
       for (const auto& name : options_.methods) find_sensitivity_method(name);
     });
+    setup_.chosen_by(true, "--integrators", "", [&] {
+      for (const auto& name : options_.integrators) find_integrator(name);
+    });
     setup_.located([&] { redundant_ = redundant_rows(setup_.problem, setup_.rho); });
-    choose_rows();
+    rows_ = check_rows(setup_.problem, options_, redundant_);
     reference_ = setup_.located(
         [&] { return find_reference(setup_.problem, setup_.rho, !redundant_.empty(), options_.patience, budget_); });
     int interruption = 0;
@@ -112,34 +109,14 @@ class Check {
         r.ended() ? fmt::format("{}, error {:.1e}, {:.3g} s", name_of(r.verdict()), r.judged.error, r.wall_s)
         : r.verdict() == Verdict::failed ? "FAILED"
                                          : name_of(r.verdict());
-    progress_.line(fmt::format("{:>6}/{} {:<22} {:<16} {}", number, rows_.size(), r.formulation, r.method, how));
+    progress_.line(
+        fmt::format("{:>6}/{} {:<22} {:<{}} {}", number, rows_.size(), r.formulation, r.label(), label_width(), how));
   }
 
-  void choose_rows() {
-    const auto listed = [](const std::vector<std::string>& list, const std::string& name) {
-      return list.empty() || std::find(list.begin(), list.end(), name) != list.end();
-    };
-    std::string why;
-    bool any = false;
-    for (const auto& f : formulations())
-      for (const auto& m : sensitivity_methods()) {
-        if (!listed(options_.formulations, f.name) || !listed(options_.methods, m.name)) continue;
-        CheckRow row;
-        row.formulation = f.name;
-        row.method = m.name;
-        row.why = refusal(m, f);
-        const bool possible = row.why.empty();  // on other scenes
-        if (possible && !f.carries_redundancy && !redundant_.empty())
-          row.why = fmt::format(
-              "{} Formulation '{}' needs independent rows; the penalties, augmented-lagrangian and "
-              "maggi carry them.",
-              redundant_, f.name);
-        if (!row.why.empty()) row.judged.verdict = Verdict::refused;
-        any = any || !row.refused();
-        if (row.refused()) why = row.why;
-        if (possible || options_.all || !options_.methods.empty()) rows_.push_back(row);
-      }
-    if (!any) throw CapabilityError("No combination of formulation and method is left. " + why);
+  std::size_t label_width() const {
+    std::size_t width = 16;
+    for (const CheckRow& r : rows_) width = std::max(width, r.label().size());
+    return width;
   }
 
   /// Shows the progress, and cuts what takes more than the budget.
@@ -190,7 +167,7 @@ class Check {
     Problem p = setup_.problem;
     p.monitor = watched(budget);
     p.formulation = row.formulation;
-    p.solver.integrator.clear();
+    p.solver.integrator = row.integrator;
     progress_.start(p.solver.t_start);
     take_notices();
     double took = 0;
@@ -285,14 +262,14 @@ class Check {
         reference_.proven
             ? fmt::format("{:.1e} from differences (own estimate {:.1e})", reference_.apart, reference_.estimate)
             : "not proven by differences");
-    text += fmt::format("  {:<22} {:<16} {:>18} {:>9} {:>7} {:>8} {:>9} {:>9} {:>7}\n", "formulation", "method", "psi",
-                        "error", "steps", "backward", "callbacks", "time [ms]", "ratio");
+    text += fmt::format("  {:<22} {:<{}} {:>18} {:>9} {:>7} {:>8} {:>9} {:>9} {:>7}\n", "formulation", "method",
+                        label_width(), "psi", "error", "steps", "backward", "callbacks", "time [ms]", "ratio");
     CheckFindings found;
     for (const CheckRow& r : rows_) {
       j["rows"].push_back(row_json(setup_, r));
-      text += row_text(setup_, r);
+      text += row_text(setup_, r, label_width());
       for (const auto& w : r.warnings) {
-        const Json sentence = fmt::format("{} x {}: {}", r.formulation, r.method, w);
+        const Json sentence = fmt::format("{} x {}: {}", r.formulation, r.label(), w);
         j["warnings"].push_back(sentence);
       }
       found.add(r.verdict(), row_sentence(r));
@@ -364,6 +341,13 @@ const RegisterCommand check_command(
       };
       add_list("--formulation,--formulations", options->formulations, formulations());
       add_list("--method,--methods", options->methods, sensitivity_methods());
+      std::vector<std::string> schemes;
+      for (const Integrator& i : integrators())
+        if (i.discrete) schemes.push_back(i.name);
+      c.option("--integrators", options->integrators,
+               "Discrete methods on these, too, beside the one that they take by themselves")
+          .separated()
+          .suggests(schemes);
       c.flag("--all", options->all, "Every combination; the impossible ones are listed with their reason");
       c.flag("--no-motions", options->no_motions, "Gradients only, no comparison of motions");
       c.option("--patience", options->patience,

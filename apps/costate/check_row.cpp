@@ -6,8 +6,8 @@
 
 namespace costate::app {
 
-std::string row_text(const Setup& setup, const CheckRow& r) {
-  const std::string begin = fmt::format("  {:<22} {:<16} ", r.formulation, r.method);
+std::string row_text(const Setup& setup, const CheckRow& r, std::size_t label_width) {
+  const std::string begin = fmt::format("  {:<22} {:<{}} ", r.formulation, r.label(), label_width);
   if (r.refused()) return begin + "-- " + r.why + "\n";
   if (r.verdict() == Verdict::failed) return begin + "FAILED: " + r.why + "\n";
   if (r.verdict() == Verdict::cut) return begin + "cut: " + r.why + "\n";
@@ -24,7 +24,7 @@ std::string row_text(const Setup& setup, const CheckRow& r) {
 }
 
 std::string row_sentence(const CheckRow& r) {
-  const std::string name = fmt::format("{} x {}", r.formulation, r.method);
+  const std::string name = fmt::format("{} x {}", r.formulation, r.label());
   if (r.verdict() == Verdict::failed) return fmt::format("{}: {}", name, r.why);
   if (r.verdict() == Verdict::cut) return fmt::format("{} was cut {}", name, r.why);
   return fmt::format("{}, {}: {:.2e} relative, {:.9g} where the reference has {:.9g}{}", name, r.judged.worst,
@@ -44,7 +44,7 @@ Json row_json(const Setup& setup, const CheckRow& r) {
   e["gradient_error"] = nullptr;
   e["error"] = ended ? Json(r.judged.error) : Json(nullptr);
   e["worst"] = ended ? Json(r.judged.worst) : Json(nullptr);
-  e["integrator"] = ended ? Json(r.result.integrator) : Json(nullptr);
+  e["integrator"] = ended ? Json(r.result.integrator) : r.integrator.empty() ? Json(nullptr) : Json(r.integrator);
   e["rtol"] = setup.problem.solver.rtol;
   e["counters"] = counters_json(r.result.counters);
   e["wall_s"] = r.wall_s;

@@ -13,6 +13,7 @@ namespace costate::app {
 /// A formulation with a gradient method.
 struct CheckRow {
   std::string formulation, method;
+  std::string integrator = {};        // asked for; empty: the method's default
   std::string why;                    // refused, failed or cut: the reason
   std::vector<std::string> warnings;  // of its own run; those that judge it run otherwise
   GradientResult result;
@@ -20,6 +21,8 @@ struct CheckRow {
   std::optional<double> time_ratio;  // to a plain simulation on the same form
   Judgement judged;
 
+  /// "discrete-adjoint", "discrete-adjoint radau5".
+  std::string label() const { return integrator.empty() ? method : method + " " + integrator; }
   Verdict verdict() const { return judged.verdict; }
   bool refused() const { return verdict() == Verdict::refused; }
   /// There is a result, and it has been judged.
@@ -32,7 +35,7 @@ struct CheckRow {
 };
 
 /// The row of the table, of the JSON, and what is to be said about it in a sentence.
-std::string row_text(const Setup& setup, const CheckRow& r);
+std::string row_text(const Setup& setup, const CheckRow& r, std::size_t label_width);
 Json row_json(const Setup& setup, const CheckRow& r);
 std::string row_sentence(const CheckRow& r);
 

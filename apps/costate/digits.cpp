@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/integrator/integrators.h"
+
 namespace costate::app {
 
 namespace {

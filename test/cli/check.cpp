@@ -39,6 +39,33 @@ const Json* find_row(const Json& result, const std::string& formulation, const s
 
 }  // namespace
 
+TEST_CASE("check: discrete methods on every scheme that is asked for") {
+  const WorkingDirectory here;
+  const Json j =
+      costate_json({"check", kFiveBar, "--formulations", "baumgarte,index2", "--methods",
+                    "discrete-tangent,discrete-adjoint", "--integrators", "dopri5,radau5,radau9", "--no-motions"},
+                   here.path());
+  CHECK(j.at("status") == "ok");
+  std::set<std::string> found;
+  for (const Json& row : j.at("rows")) {
+    INFO(row.dump());
+    CHECK(row.at("status") == "ok");
+    CHECK(row.at("gradient").at("L01").get<double>() == Approx(kGradient.at("L01")).epsilon(1e-5));
+    found.insert(row.at("formulation").get<std::string>() + " " + row.at("method").get<std::string>() + " " +
+                 row.at("integrator").get<std::string>());
+  }
+  std::set<std::string> expected;
+  for (const std::string method : {" discrete-tangent ", " discrete-adjoint "}) {
+    for (const std::string scheme : {"dop853", "dopri5", "radau5", "radau9"})
+      expected.insert("baumgarte" + method + scheme);
+    for (const std::string scheme : {"radau5", "radau9"}) expected.insert("index2" + method + scheme);
+  }
+  CHECK(found == expected);
+  CHECK(j.at("rows").size() == expected.size());
+  const Json refused = costate_json({"check", kFiveBar, "--integrators", "radau7", "--no-files"}, here.path(), 1);
+  CHECK_THAT(refused.at("error").get<std::string>(), Contains("radau7") && Contains("--integrators"));
+}
+
 TEST_CASE("check: the five-bar passes, a row for every combination") {
   const WorkingDirectory here;
   const Json j = costate_json({"check", kFiveBar}, here.path());

@@ -33,7 +33,18 @@ const std::vector<SlidingWay> sliding_ways = {{"index1", "idas-adjoint"},
                                               {"penalty", "idas-forward"},
                                               {"penalty", "cvodes-adjoint"},
                                               {"augmented-lagrangian", "cvodes-adjoint"},
-                                              {"augmented-lagrangian", "cvodes-forward"}};
+                                              {"augmented-lagrangian", "cvodes-forward"},
+                                              {"index1", "hand-tangent"},
+                                              {"index1", "hand-adjoint"},
+                                              {"baumgarte", "hand-adjoint"},
+                                              {"penalty", "hand-tangent"},
+                                              {"index2", "hand-tangent"},
+                                              {"index2", "hand-adjoint"},
+                                              {"augmented-lagrangian", "hand-adjoint"},
+                                              {"index1", "discrete-tangent"},
+                                              {"baumgarte", "discrete-adjoint"},
+                                              {"penalty", "discrete-adjoint"},
+                                              {"index2", "discrete-adjoint"}};
 
 std::vector<std::string> event_names(const GradientResult& r) {
   std::vector<std::string> names;

@@ -264,11 +264,11 @@ TEST_CASE("rigid contacts: gradients through closing and opening", "[events]") {
   for (const ImpactWay& way : impact_ways) {
     p.formulation = way.formulation;
     CAPTURE(way.formulation, way.method);
-    if (std::string(way.method).rfind("hand-", 0) == 0) {
+    const std::string name = way.formulation;
+    if (name == "penalty-second-order") {
       CHECK_THROWS_WITH(gradient(p, way.method, rho), Catch::Contains("rigid contacts that close"));
       continue;
     }
-    const std::string name = way.formulation;
     if (name.rfind("maggi", 0) == 0) {
       CHECK_THROWS_WITH(gradient(p, way.method, rho), Catch::Contains("contact.floor.normal"));
       continue;

@@ -26,7 +26,9 @@ std::string short_number(const Json& x, const char* format) {
 std::vector<std::string> cells_of(const Setup& setup, const Json& r) {
   const Json& c = r.at("counters");
   const auto count = [&](const char* key) { return c.at(key).get<long>(); };
+  const Json& integrator = r.at("integrator");
   std::vector<std::string> cells = {r.at("formulation").get<std::string>(), r.at("method").get<std::string>(),
+                                    integrator.is_string() ? integrator.get<std::string>() : "-",
                                     r.at("status").get<std::string>()};
   if (!r.at("psi").is_number()) {
     cells.insert(cells.end(), 7, "-");
@@ -81,8 +83,8 @@ std::string check_page(const Setup& setup, const Json& j, const std::string& ver
           : "not proven by differences"));
   std::vector<std::vector<std::string>> rows;
   for (const Json& r : j.at("rows")) rows.push_back(cells_of(setup, r));
-  page.table({"formulation", "method", "verdict", "#psi", "#error", "#steps", "#backward", "#callbacks", "#time [ms]",
-              "#ratio", ""},
+  page.table({"formulation", "method", "integrator", "verdict", "#psi", "#error", "#steps", "#backward", "#callbacks",
+              "#time [ms]", "#ratio", ""},
              rows);
   if (j.contains("cycles") && !j.at("cycles").empty()) {
     page.heading("Cycles");

@@ -17,7 +17,7 @@ AccelerationAdjoint::AccelerationAdjoint(std::shared_ptr<const Mechanism> mechan
   add_rows("s2.", rows, false);
   const int q = 0, v = n_, z = 2 * n_, a = z + nz_, l = a + n_;
   const SparsePattern In = SparsePattern::identity(n_), Iz = SparsePattern::identity(nz_),
-                      Im = SparsePattern::identity(m_);
+                      &corner = level_.corner_pattern();
   at_.Dq = place(In, q, q);
   at_.Dv = place(In, v, v);
   at_.Dz = place(Iz, z, z);
@@ -34,7 +34,7 @@ AccelerationAdjoint::AccelerationAdjoint(std::shared_ptr<const Mechanism> mechan
   at_.s_phi_t = place(assembly_.jacobian(), a, l, true);
   at_.s_v = place(In, a, v);
   at_.s_phi = place(assembly_.jacobian(), l, a);
-  at_.corner = place(Im, l, l);
+  at_.corner = place(corner, l, l, true);
   finalize();
 }
 
@@ -54,8 +54,8 @@ void AccelerationAdjoint::fill() {
   A_.add(at_.s_M, assembly_.M.data());
   A_.add(at_.s_phi_t, assembly_.phi_q.data());
   A_.add_constant(at_.s_v, -1);
-  A_.add(at_.s_phi, assembly_.phi_q.data());
-  A_.add_constant(at_.corner, -level_.stabilization().inverse_alpha);
+  A_.add(at_.s_phi, assembly_.reaction_jacobian().data());
+  A_.add(at_.corner, level_.corner());
   const ScalarGradient& g = running_gradient();
   b_.col(0) << -g.q, -g.v, -g.z, -g.a, -g.lambda;
 }
@@ -74,7 +74,7 @@ void AccelerationAdjoint::from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd&
   const ScalarGradient& g = running_gradient();
   Eigen::VectorXd s(n_ + m_);
   s << Y.col(0).segment(n_, n_) + g.a, g.lambda;
-  level_.solve_kkt(s.data());
+  level_.solve_kkt_transposed(s.data());
   X.resize(size(), 1);
   X.col(0) << Y.col(0), s;
 }

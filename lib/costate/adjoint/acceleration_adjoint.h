@@ -2,7 +2,7 @@
 //   mu_q' = -g_q^T + K^T s1 + R2_q^T s2 - f_q^T mu_z
 //   mu_v' = -g_v^T - mu_q + C^T s1 + R2_v^T s2 - f_v^T mu_z
 //   mu_z' = -g_z^T - Q_z^T s1 - f_z^T mu_z
-//   [[M, Phi_q^T], [Phi_q, -1/alpha]] [s1; s2] = [mu_v + g_a^T; g_l^T]
+//   [[M, Phi_q^T], [Phi_q, -1/alpha]] [s1; s2] = [mu_v + g_a^T; g_l^T]     its transpose where contacts slide (19.6)
 // with mu(T) = w^ (accelerations and multipliers eliminated) and the gradient
 //   w^_rho + int (g_rho - s1^T F_rho - s2^T R2_rho + mu_z^T f_rho) dt + mu(0)^T S(0).
 #pragma once
@@ -18,6 +18,7 @@ class AccelerationAdjoint final : public HandEquations {
   void begin(Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
   void integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& out) override;
   void finish(const Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
+  bool carries_switched_rows() const override { return true; }
 
  protected:
   void fill() override;

@@ -66,8 +66,13 @@ class HandEquations {
   /// Before the step from t to `next`, at the point (t; q, v, z): where the choice changes, X is expressed in the new
   /// one, the gradient gains what depends on the parameters in that, and the result is true.
   virtual bool before_step(double t, double next, const double* qvz, Eigen::MatrixXd& X, Eigen::VectorXd& gradient);
-  /// Where the motion jumps, in order of time; to be said before plan().
-  void set_jumps(std::vector<MotionJump> jumps) { jumps_ = std::move(jumps); }
+  /// Where the motion jumps, in order of time, and what the run's events had behind them; to be said before plan().
+  void set_jumps(std::vector<MotionJump> jumps, MotionEvents::History history = {}) {
+    jumps_ = std::move(jumps);
+    history_ = std::move(history);
+  }
+  /// Whether rows may come and go with contacts that close.
+  virtual bool carries_switched_rows() const { return false; }
   const std::vector<MotionJump>& jumps() const { return jumps_; }
   /// X across one of these, at the kink of a driver from the state `qvz` before it: forward from before to behind,
   /// backward from behind to before. The gradient gains the jump's own dependence on the parameters, and what the time
@@ -149,6 +154,7 @@ class HandEquations {
   Direction direction_;
   std::vector<MotionJump> jumps_;
   std::unique_ptr<MotionEvents> events_;  // once one has been crossed
+  MotionEvents::History history_;
   std::vector<std::string> names_;
   std::vector<char> differential_;
   std::vector<int> group_;

@@ -89,6 +89,7 @@ void HandEquations::cross_event(const MetEvent& met, Eigen::MatrixXd& X, Eigen::
   if (!events_) {
     events_ = std::make_unique<MotionEvents>(assembly_);
     events_->use(velocity_jump().balance());
+    events_->recall(history_);
   }
   const double t = met.t;
   std::vector<double> after = met.qvz;

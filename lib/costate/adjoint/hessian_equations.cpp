@@ -16,7 +16,7 @@ HessianEquations::HessianEquations(std::shared_ptr<const Mechanism> mechanism, P
       n_(assembly_.n()),
       m_(assembly_.m()),
       nz_(assembly_.nz()) {
-  refuse_spatial_friction(assembly_);
+  refuse_spatial_friction(assembly_, "this formulation", "index1 or baumgarte");
   gradient_.resize(assembly_);
   change_.resize(assembly_);
   s_.assign(static_cast<std::size_t>(n_ + m_), 0);

@@ -35,10 +35,15 @@ MomentumAdjoint::MomentumAdjoint(std::shared_ptr<const Mechanism> mechanism, Par
   at_.z_mu = place(assembly_.force_state(), z, v, true);
   at_.z_z = place(assembly_.state_state(), z, z, true);
   at_.phi_mu = place(assembly_.jacobian(), l, v);
+  at_.corner = -1;
   if (constraints == Constraints::index2) {
     at_.q_kappa = place(assembly_.jacobian(), q, k, true);
     at_.P_kappa = place(assembly_.jacobian(), v, k, true);
     at_.phi_q = place(assembly_.jacobian(), k, q);
+    if (assembly_.has_switched_rows()) {
+      at_.corner = place(level_.corner_pattern(), l, k, true);
+      at_.nu_corner = place(SparsePattern::identity(m_), k, l);
+    }
   }
   finalize();
 }
@@ -55,7 +60,7 @@ void MomentumAdjoint::fill() {
   A_.add(at_.P_z, assembly_.f_v.data(), -1);
   A_.add(at_.z_mu, assembly_.Q_z.data(), -1);
   A_.add(at_.z_z, assembly_.f_z.data(), -1);
-  A_.add(at_.phi_mu, assembly_.phi_q.data());
+  A_.add(at_.phi_mu, assembly_.reaction_jacobian().data());
   const ScalarGradient& g = running_gradient();
   b_.col(0).head(2 * n_ + nz_) << -g.q, -g.v, -g.z;
   b_.col(0).segment(2 * n_ + nz_, m_) = -g.lambda;
@@ -64,7 +69,32 @@ void MomentumAdjoint::fill() {
     A_.add(at_.q_kappa, assembly_.phid_q.data());
     A_.add(at_.P_kappa, assembly_.phi_q.data());
     A_.add(at_.phi_q, assembly_.phi_q.data());
+    if (at_.corner >= 0) switch_rows();
   }
+}
+
+// Of rows that are not there, or along which contacts slide, kappa is that of R2's corner; nu = 0 where no position is
+// kept.
+void MomentumAdjoint::switch_rows() {
+  A_.add(at_.corner, level_.corner());
+  std::vector<double> lost = assembly_.phi_q, nu(static_cast<std::size_t>(m_), -1);
+  for (std::size_t k = 0; k < lost.size(); ++k)
+    if (keeps_position(static_cast<int>(assembly_.jacobian().row[k]))) lost[k] = 0;
+  A_.add(at_.q_nu, lost.data(), -1);
+  A_.add(at_.phi_q, lost.data(), -1);
+  for (int i = 0; i < m_; ++i)
+    if (keeps_position(i)) nu[static_cast<std::size_t>(i)] = 0;
+  A_.add(at_.nu_corner, nu.data());
+}
+
+void MomentumAdjoint::add_friction(Assembly::ParameterWeights& w) {
+  if (assembly_.sliding_rows().empty()) return;
+  friction_.assign(static_cast<std::size_t>(m_), 0);
+  for (const Assembly::SlidingRow& r : assembly_.sliding_rows())
+    friction_[static_cast<std::size_t>(r.along)] = w.row_phid[r.along];
+  w.row = friction_.data();  // of no other row
+  w.c0 = w.c1 = 0;
+  w.c2 = 1;
 }
 
 void MomentumAdjoint::begin(Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
@@ -92,13 +122,15 @@ void MomentumAdjoint::from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& X, 
   const SparsePattern& J = assembly_.jacobian();
   Eigen::VectorXd kkt(n_ + m_);
   kkt << wv + g.a, g.lambda;
-  level_.solve_kkt(kkt.data());
+  level_.solve_kkt_transposed(kkt.data());
   const Eigen::VectorXd mu = kkt.head(n_), eta_v = kkt.tail(m_);
   Eigen::VectorXd eta_q(m_), mu_q = wq;
   add_transposed_product(J, assembly_.phid_q.data(), -1, eta_v.data(), mu_q.data());
   if (constraints_ == Constraints::index2) {
     // Least squares: redundant rows do no harm.
-    const Eigen::MatrixXd dense = to_dense(J, assembly_.phi_q.data());
+    Eigen::MatrixXd dense = to_dense(J, assembly_.phi_q.data());
+    for (int i = 0; i < m_; ++i)
+      if (!keeps_position(i)) dense.row(i).setZero();
     if (m_ > 0) eta_q = dense.transpose().completeOrthogonalDecomposition().solve(mu_q);
   } else {
     kkt.head(n_) = -g.v - mu_q;
@@ -125,6 +157,7 @@ void MomentumAdjoint::from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& X, 
   Assembly::ParameterWeights w;
   w.row_phi = eta_q.data();
   w.row_phid = eta_v.data();
+  add_friction(w);
   assembly_.add_parameter_gradient(state(), w, -1, gradient.data());
 }
 
@@ -134,7 +167,10 @@ void MomentumAdjoint::integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& out) 
   w.force = X.data() + n_;
   w.state = X.data() + 2 * n_;
   w.row_phi = w.state + nz_;
-  if (constraints_ == Constraints::index2) w.row_phid = w.row_phi + m_;
+  if (constraints_ == Constraints::index2) {
+    w.row_phid = w.row_phi + m_;
+    add_friction(w);
+  }
   assembly_.add_parameter_gradient(state(), w, -1, out.data());
 }
 

@@ -24,6 +24,7 @@ class MomentumAdjoint final : public HandEquations {
   void begin(Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
   void integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& out) override;
   void finish(const Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
+  bool carries_switched_rows() const override { return constraints_ == Constraints::index2; }
 
  protected:
   void fill() override;
@@ -32,10 +33,15 @@ class MomentumAdjoint final : public HandEquations {
   bool integrand_needs_blocks() const override { return false; }
 
  private:
+  void switch_rows();
+  bool keeps_position(int row) const { return assembly_.is_there(row) && assembly_.holds_position(row); }
+  /// What friction coefficients do where contacts slide, with the weights of Phid.
+  void add_friction(Assembly::ParameterWeights& w);
   Constraints constraints_;
   struct Blocks {
-    int Dq, DP, Dz, q_mu, q_nu, q_kappa, q_z, P_q, P_mu, P_kappa, P_z, z_mu, z_z, phi_mu, phi_q;
+    int Dq, DP, Dz, q_mu, q_nu, q_kappa, q_z, P_q, P_mu, P_kappa, P_z, z_mu, z_z, phi_mu, phi_q, corner, nu_corner;
   } at_{};
+  std::vector<double> friction_;
 };
 
 }  // namespace costate

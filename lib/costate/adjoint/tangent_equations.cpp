@@ -18,8 +18,7 @@ TangentEquations::TangentEquations(std::shared_ptr<const Mechanism> mechanism, P
   add_rows("S.lambda.", rows, false);
   if (constraints == Constraints::index2) add_rows("S.gamma.", rows, false);
   const int q = 0, v = n_, z = 2 * n_, a = z + nz_, l = a + n_, g = l + m_;
-  const SparsePattern In = SparsePattern::identity(n_), Iz = SparsePattern::identity(nz_),
-                      Im = SparsePattern::identity(m_);
+  const SparsePattern In = SparsePattern::identity(n_), Iz = SparsePattern::identity(nz_);
   at_.Dq = place(In, q, q);
   at_.Dv = place(In, v, v);
   at_.Dz = place(Iz, z, z);
@@ -36,8 +35,11 @@ TangentEquations::TangentEquations(std::shared_ptr<const Mechanism> mechanism, P
   at_.r_q = place(assembly_.jacobian(), l, q);
   at_.r_v = place(assembly_.jacobian(), l, v);
   at_.r_a = place(assembly_.jacobian(), l, a);
-  at_.corner = place(Im, l, l);
+  at_.corner = -1;
+  if (constraints == Constraints::acceleration || (carries_switched_rows() && assembly_.has_switched_rows()))
+    at_.corner = place(level_.corner_pattern(), l, l);
   if (constraints == Constraints::index2) {
+    if (at_.corner >= 0) at_.gamma_corner = place(SparsePattern::identity(m_), g, g);
     at_.q_g = place(assembly_.jacobian(), q, g, true);
     at_.p_q = place(assembly_.jacobian(), g, q);
   }
@@ -57,19 +59,18 @@ void TangentEquations::fill() {
   A_.add(at_.C, assembly_.C.data());
   A_.add(at_.Q_z, assembly_.Q_z.data(), -1);
   A_.add(at_.M, assembly_.M.data());
-  A_.add(at_.phi_t, assembly_.phi_q.data());
+  A_.add(at_.phi_t, assembly_.reaction_jacobian().data());
   const Assembly::ParameterColumns& c = parameter_columns();
   const int z = 2 * n_, a = z + nz_, l = a + n_;
   b_.middleRows(z, nz_) = c.f;
   b_.middleRows(a, n_) = c.F;
-  const Stabilization& st = level_.stabilization();
   switch (constraints_) {
     case Constraints::acceleration:
       A_.add(at_.r_q, level_.R2_q().data());
       A_.add(at_.r_v, level_.R2_v().data());
       A_.add(at_.r_a, assembly_.phi_q.data());
-      A_.add_constant(at_.corner, -st.inverse_alpha);
-      b_.middleRows(l, m_) = st.columns(c);
+      A_.add(at_.corner, level_.corner());
+      b_.middleRows(l, m_) = level_.constraint_columns(c);
       break;
     case Constraints::index2:
       A_.add(at_.q_g, assembly_.phi_q.data(), -1);
@@ -78,12 +79,32 @@ void TangentEquations::fill() {
       A_.add(at_.p_q, assembly_.phi_q.data());
       b_.middleRows(l, m_) = c.phid;
       b_.middleRows(l + m_, m_) = c.phi;
+      if (at_.corner >= 0) switch_rows(c);
       break;
     case Constraints::index3:
       A_.add(at_.r_q, assembly_.phi_q.data());
       b_.middleRows(l, m_) = c.phi;
       break;
   }
+}
+
+// Index 2, as the formulation has it: the corner of R2 where a row is not there or a contact slides, -Sg = 0 where no
+// position is kept.
+void TangentEquations::switch_rows(const Assembly::ParameterColumns& c) {
+  const int l = 3 * n_ + nz_, g = l + m_;
+  A_.add(at_.corner, level_.corner());
+  for (const Assembly::SlidingRow& r : assembly_.sliding_rows()) b_.row(l + r.along) = c.phidd.row(r.along);
+  const auto kept = [&](int i) { return assembly_.is_there(i) && assembly_.holds_position(i); };
+  std::vector<double> lost = assembly_.phi_q, gamma(static_cast<std::size_t>(m_));
+  for (std::size_t k = 0; k < lost.size(); ++k)
+    if (kept(assembly_.jacobian().row[k])) lost[k] = 0;
+  A_.add(at_.p_q, lost.data(), -1);
+  for (int i = 0; i < m_; ++i) {
+    if (kept(i)) continue;
+    gamma[static_cast<std::size_t>(i)] = -1;
+    b_.row(g + i).setZero();
+  }
+  A_.add(at_.gamma_corner, gamma.data());
 }
 
 void TangentEquations::begin(Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {

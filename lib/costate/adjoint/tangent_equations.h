@@ -25,6 +25,8 @@ class TangentEquations final : public HandEquations {
   void integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& out) override;
   void finish(const Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
 
+  bool carries_switched_rows() const override { return constraints_ != Constraints::index3; }
+
  protected:
   void fill() override;
   Eigen::MatrixXd of_states(const Eigen::MatrixXd& X) override;
@@ -37,10 +39,11 @@ class TangentEquations final : public HandEquations {
   /// The parts of X; a and lambda, where they are needed, from the KKT system, which holds whatever the constraints'
   /// level.
   void split(const Eigen::MatrixXd& X, bool with_accelerations);
+  void switch_rows(const Assembly::ParameterColumns& c);
   Constraints constraints_;
   Eigen::MatrixXd Sq_, Sv_, Sz_, Sa_, Sl_;
   struct Blocks {
-    int Dq, Dv, Dz, q_v, q_g, v_a, z_q, z_v, z_z, K, C, Q_z, M, phi_t, r_q, r_v, r_a, corner, p_q;
+    int Dq, Dv, Dz, q_v, q_g, v_a, z_q, z_v, z_z, K, C, Q_z, M, phi_t, r_q, r_v, r_a, corner, p_q, gamma_corner;
   } at_{};
 };
 

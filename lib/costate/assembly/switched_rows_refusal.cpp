@@ -18,14 +18,13 @@ void refuse_switched_rows(const Assembly& assembly) {
           rows[static_cast<std::size_t>(i)]));
 }
 
-void refuse_spatial_friction(const Assembly& assembly) {
+void refuse_spatial_friction(const Assembly& assembly, const std::string& who, const std::string& advice) {
   const auto& rows = assembly.slidable_rows();
   for (std::size_t i = 1; i < rows.size(); ++i)
     if (rows[i].second == rows[i - 1].second)
       throw CapabilityError(fmt::format(
-          "Row '{}' is friction of a rigid contact in space, which this formulation does not carry. Take index1 or "
-          "baumgarte; or friction = \"none\".",
-          assembly.mechanism().row_names()[static_cast<std::size_t>(rows[i].first)]));
+          "Row '{}' is friction of a rigid contact in space, which {} does not carry. Take {}; or friction = \"none\".",
+          assembly.mechanism().row_names()[static_cast<std::size_t>(rows[i].first)], who, advice));
 }
 
 }  // namespace costate

@@ -7,7 +7,8 @@ namespace costate {
 
 /// Throws CapabilityError where rows come and go.
 void refuse_switched_rows(const Assembly& assembly);
-/// Throws CapabilityError where contacts may slide in space.
-void refuse_spatial_friction(const Assembly& assembly);
+/// Throws CapabilityError where contacts may slide in space: `who` does not carry that, "this formulation", and what
+/// does.
+void refuse_spatial_friction(const Assembly& assembly, const std::string& who, const std::string& advice);
 
 }  // namespace costate

@@ -116,4 +116,19 @@ void MotionEvents::find_hop(const StateView& s) {
   }
 }
 
+MotionEvents::History MotionEvents::history() const {
+  History h{fastest_, {}};
+  for (const ContactOf& c : contacts_) h.contacts.push_back({c.largest_approach, c.died_at, c.decided});
+  return h;
+}
+
+void MotionEvents::recall(const History& history) {
+  fastest_ = history.fastest;
+  for (std::size_t i = 0; i < history.contacts.size(); ++i) {
+    contacts_[i].largest_approach = history.contacts[i].largest_approach;
+    contacts_[i].died_at = history.contacts[i].died_at;
+    contacts_[i].decided = history.contacts[i].decided;
+  }
+}
+
 }  // namespace costate

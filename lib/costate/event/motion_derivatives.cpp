@@ -269,6 +269,17 @@ void MotionEvents::tangent(int event, const StateView& before, const Side& minus
   }
 }
 
+double MotionEvents::adjoint_of_impact(int event, const StateView& before, double* mu, double* gradient) {
+  const int n = assembly_.n();
+  linearize_impact(event, before, false);
+  const std::vector<double> w(mu + n, mu + 2 * n);
+  const double of_time = impact_adjoint(w.data(), mu, mu + n, gradient);
+  for (const ContactOf& c : contacts_)
+    for (const int state : {c.closed_state, c.sliding_state})
+      if (state >= 0) mu[2 * n + state] = 0;
+  return of_time;
+}
+
 void MotionEvents::adjoint(int event, const StateView& before, const Side& minus, const Side& plus, double* mu,
                            double* gradient) {
   const GuardOf& g = of(event);

@@ -39,6 +39,19 @@ class MotionEvents {
   }
 
   bool empty() const { return guards_.empty(); }
+  /// What was before decides at some events: whether bounces have died out. Of a run whose events are met again, one by
+  /// one.
+  struct History {
+    struct OfContact {
+      double largest_approach;
+      std::vector<double> died_at;
+      double decided;
+    };
+    double fastest = 0;
+    std::vector<OfContact> contacts;
+  };
+  History history() const;
+  void recall(const History& history);
   /// "contact.foot: touch".
   const std::string& name(int event) const { return of(event).name; }
   /// "closed": behind the event, and of rigid contacts behind the last cross().
@@ -85,6 +98,9 @@ class MotionEvents {
                int count, double* dcost);
   /// mu of (q, v, z) behind the event becomes that before it; the gradient gains the event's own share.
   void adjoint(int event, const StateView& before, const Side& minus, const Side& plus, double* mu, double* gradient);
+  /// At an impact of a given time: mu of (q, v) behind it becomes that before it, that of what it sets is zero, and the
+  /// gradient gains the impact's own share; returns the weight of the time.
+  double adjoint_of_impact(int event, const StateView& before, double* mu, double* gradient);
 
   // For steps that end at an event and are differentiated themselves (discrete/step_cut.h): the time of the event is
   // that at which the guard of the step's own end is zero. In event/step_crossing.cpp.

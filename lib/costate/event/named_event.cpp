@@ -18,7 +18,7 @@ std::vector<NamedEvent> events_of(const Mechanism& m) {
     if (!guarded) continue;
     for (int k = 0; k < guarded->guard_count(); ++k)
       r.push_back({force->path() + " " + guarded->guard_name(k), force, guarded, k, m.state_offsets()[f],
-                   guarded->guard_direction(k)});
+                   guarded->guard_direction(k), static_cast<int>(r.size())});
   }
   return r;
 }

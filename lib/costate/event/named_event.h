@@ -19,6 +19,7 @@ struct NamedEvent {
   int k = 0;            // of the force's own guards
   int first_state = 0;  // of the force, among all
   int direction = 1;    // +1 where the guard rises through zero
+  int index = 0;        // among all events, as MotionEvents counts them
 };
 
 std::vector<std::string> event_names(const Mechanism& mechanism);

@@ -22,7 +22,7 @@ Index2Dae::Index2Dae(std::shared_ptr<const Mechanism> mechanism, ParameterSelect
       m_(assembly_.m()),
       nz_(assembly_.nz()),
       point_(assembly_) {
-  refuse_spatial_friction(assembly_);
+  refuse_spatial_friction(assembly_, "this formulation", "index1 or baumgarte");
   append_differential_unknowns(assembly_.mechanism(), unknowns_);
   append_algebraic_unknowns(assembly_.mechanism(), unknowns_, false);
   if (events_) events_->use(state_.balance());

@@ -126,6 +126,7 @@ class System {
   double event_loss() const { return events_->last_loss(); }
   /// How long what has just left a gap stays open (MotionEvents::last_hop()).
   double event_hop() const { return events_ ? events_->last_hop() : std::numeric_limits<double>::infinity(); }
+  MotionEvents::History event_history() const { return events_ ? events_->history() : MotionEvents::History{}; }
   /// What the running part of psi gains by each parameter where the last jump_tangent() crossed an event, or a kink
   /// whose time moves; else empty.
   const std::vector<double>& jump_cost_tangent() const { return jump_cost_tangent_; }

@@ -13,6 +13,7 @@ namespace costate {
 namespace {
 
 constexpr int kLooks = 400;
+constexpr double kReadAtStart = 1e-3;  // of a run of which the start alone is read
 
 /// Which force states nothing depends on, not even they themselves: no column of theirs along the motion.
 std::vector<bool> passive_states(const Problem& problem, const std::vector<double>& rho) {
@@ -56,9 +57,13 @@ CycleStart::CycleStart(const Problem& problem, const CycleSettings& settings, co
   section_ = std::make_unique<const Section>(problem, settings, passive_states(problem, rho));
   Problem first = problem;
   first.objective = {};
-  first.ends_when = section_->begin();
-  // With a period the motion begins where the scene has it.
-  if (!first.ends_when) first.solver.t_end = first.solver.t_start + *settings.period_s;
+  const bool begins_there = !section_->end() || section_->starts_behind_impact();
+  if (!begins_there) first.ends_when = section_->begin();
+  // With a period, or behind an impact, the motion begins where the scene has it.
+  if (settings.period_s)
+    first.solver.t_end = first.solver.t_start + *settings.period_s;
+  else if (begins_there)
+    first.solver.t_end = first.solver.t_start + kReadAtStart * (first.solver.t_end - first.solver.t_start);
   bool seen = false;
   const auto read = [&](const MechanismState& s, System& system) {
     if (seen) return;

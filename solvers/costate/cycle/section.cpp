@@ -7,6 +7,7 @@
 #include <set>
 
 #include "costate/base/error.h"
+#include "costate/cycle/behind_impact.h"
 #include "costate/element/unilateral_force.h"
 
 namespace costate {
@@ -138,24 +139,37 @@ void Section::add_velocities(const Mechanism& m) {
         t.q = partner_coordinate_[static_cast<std::size_t>(t.q)];
         t.v = partner_coordinate_[static_cast<std::size_t>(t.v)];
       }
-      coordinates_.push_back({g.name, "rad/s", g.number, std::make_shared<RateOutput>(g.name, g.terms),
-                              std::make_shared<RateOutput>(g.name, swapped)});
+      const auto read = [&](const std::vector<GivenStart::Term>& terms, bool behind,
+                            const std::optional<NamedEvent>& event) -> std::shared_ptr<Output> {
+        if (behind) return make_rate_behind(*event, g.name, "rad/s", terms);
+        return std::make_shared<RateOutput>(g.name, terms);
+      };
+      coordinates_.push_back({g.name, "rad/s", g.number, read(g.terms, impact_ && !starts_behind_, begin_event_),
+                              read(swapped, impact_, end_event_)});
       continue;
     }
     const auto i = static_cast<std::size_t>(g.coordinate);
+    const int j = partner_coordinate_[i];
     const std::string name = m.coordinates()[i].name + "_dot",
-                      other = m.coordinates()[static_cast<std::size_t>(partner_coordinate_[i])].name + "_dot";
-    auto output = make_output(m, name);
-    const std::string unit = output->unit();
-    coordinates_.push_back({name, unit, g.number, std::move(output), make_output(m, other)});
+                      other = m.coordinates()[static_cast<std::size_t>(j)].name + "_dot";
+    const std::string unit = make_output(m, name)->unit();
+    const auto read = [&](const std::string& of, int coordinate, bool behind,
+                          const std::optional<NamedEvent>& event) -> std::shared_ptr<Output> {
+      if (behind) return make_rate_behind(*event, of, unit, {{-1, coordinate, 1}});
+      return make_output(m, of);
+    };
+    coordinates_.push_back({name, unit, g.number, read(name, g.coordinate, impact_ && !starts_behind_, begin_event_),
+                            read(other, j, impact_, end_event_)});
   }
 }
 
 void Section::add_states(const Mechanism& m, const std::vector<bool>& passive) {
   const std::vector<std::string> names = m.state_names();
   // By name: of a force that the events belong to, the states behind them.
-  const auto read = [&](const std::string& name, const std::optional<NamedEvent>& event) -> std::shared_ptr<Output> {
-    if (event)
+  const auto read = [&](const std::string& name, const std::optional<NamedEvent>& event,
+                        int mode) -> std::shared_ptr<Output> {
+    if (event && mode >= 0) return make_mode_behind(*event, "z." + name, "1", mode);
+    if (event && !impact_)
       for (int i = 0; i < event->force->states(); ++i)
         if (event->force->path() + "." + event->force->state_name(i) == name) return make_output_behind(*event, i);
     return make_output(m, "z." + name);
@@ -190,11 +204,15 @@ void Section::add_states(const Mechanism& m, const std::vector<bool>& passive) {
     if (std::find(names.begin(), names.end(), other) == names.end())
       throw ModelError("cycle.relabel",
                        fmt::format("'{}' would swap roles with '{}', which there is not.", names[i], other));
-    auto first = read(names[i], begin_event_);
-    const std::string unit = first->unit();
-    coordinates_.push_back({"z." + names[i], unit, number, std::move(first), read(other, end_event_)});
+    // Of rigid contacts an impact sets the modes.
+    const auto mode_of = [&](std::size_t state) { return impact_ && is_mode[state] ? static_cast<int>(state) : -1; };
+    const auto partner_state = static_cast<std::size_t>(std::find(names.begin(), names.end(), other) - names.begin());
+    auto first = starts_behind_ ? make_output(m, "z." + names[i]) : read(names[i], begin_event_, mode_of(i));
+    const std::string unit = make_output(m, "z." + names[i])->unit();
+    coordinates_.push_back(
+        {"z." + names[i], unit, number, std::move(first), read(other, end_event_, mode_of(partner_state))});
     if (is_mode[i]) ++trivial_;
-    if (begin_event_ && names[i].rfind(begin_event_->force->path() + ".", 0) == 0) ++trivial_;
+    if (!impact_ && begin_event_ && names[i].rfind(begin_event_->force->path() + ".", 0) == 0) ++trivial_;
   }
 }
 
@@ -219,6 +237,41 @@ void Section::find_travel(const Mechanism& m) {
     throw ModelError("cycle.travel", fmt::format("'{}' is no coordinate along x, nor upwards.", settings_.travel));
 }
 
+void Section::find_event_sections(const Mechanism& m) {
+  using Guard = UnilateralForce::Guard;
+  begin_event_ = at("cycle.section", [&] { return find_event(m, settings_.event); });
+  end_event_ = at("cycle.relabel", [&] { return find_event(m, partner(begin_event_->name)); });
+  const auto made = [](std::shared_ptr<const Output> output, int direction) {
+    EndEvent end;
+    end.output = std::move(output);
+    end.above = direction > 0;
+    return std::make_shared<EndEvent>(std::move(end));
+  };
+  end_ = made(make_guard_output(*end_event_), end_event_->direction);
+  begin_ = made(make_guard_output(*begin_event_), begin_event_->direction);
+  const auto* contact = dynamic_cast<const UnilateralForce*>(begin_event_->guarded);
+  if (!contact) return;
+  if (contact->guard_kind(begin_event_->k) != Guard::touch)
+    throw ModelError(
+        "cycle.section",
+        fmt::format("'{}' is where a rigid contact lets go, slides or stops: a cycle does not begin with that. Take "
+                    "where it touches, '{} touch', or an output's crossing of a level, as the stance leg's angle in "
+                    "mid-stance: [cycle.section] with output = \"left.angle\", below = 0.",
+                    begin_event_->name, begin_event_->force->path()));
+  impact_ = true;
+  if (contact->closed_state() < 0) return;
+  const Force& force = *begin_event_->force;
+  const int local = force.initial_state_number(contact->closed_state());
+  starts_behind_ =
+      local >= 0 && m.numbers()[static_cast<std::size_t>(force.numbers()[static_cast<std::size_t>(local)])].value > 0.5;
+  if (!starts_behind_) return;
+  // Its own gap is a row of the start; that of the contact which lets go is the section.
+  const std::string other = end_event_->force->path();
+  begin_ = end_event_->force == begin_event_->force
+               ? nullptr
+               : made(make_output(m, other.substr(other.find('.') + 1) + ".gap"), end_event_->direction);
+}
+
 Section::Section(const Problem& problem, const CycleSettings& settings, const std::vector<bool>& passive)
     : settings_(settings) {
   const Mechanism& m = *problem.mechanism;
@@ -237,24 +290,7 @@ Section::Section(const Problem& problem, const CycleSettings& settings, const st
   }
   for (const auto& g : m.given_velocities()) start_numbers_[static_cast<std::size_t>(g.number)] = true;
   if (!settings_.event.empty()) {
-    begin_event_ = at("cycle.section", [&] { return find_event(m, settings_.event); });
-    if (dynamic_cast<const UnilateralForce*>(begin_event_->guarded))
-      throw ModelError(
-          "cycle.section",
-          fmt::format("'{}' is an event of a rigid contact, at which rows of constraints come or go, or velocities "
-                      "jump: a cycle begins between two of them. Take an output's crossing of a level, as the stance "
-                      "leg's angle in mid-stance: "
-                      "[cycle.section] with output = \"left.angle\", below = 0.",
-                      begin_event_->name));
-    end_event_ = at("cycle.relabel", [&] { return find_event(m, partner(begin_event_->name)); });
-    const auto made = [](const NamedEvent& e) {
-      EndEvent end;
-      end.output = make_guard_output(e);
-      end.above = e.direction > 0;
-      return std::make_shared<EndEvent>(std::move(end));
-    };
-    begin_ = made(*begin_event_);
-    end_ = made(*end_event_);
+    find_event_sections(m);
   } else if (!settings_.output.empty()) {
     const auto made = [&](const std::string& output) {
       EndEvent end;

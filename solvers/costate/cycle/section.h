@@ -1,6 +1,7 @@
 // The section that a cycle begins and ends with, and the state on it: the independent coordinates x of the start, their
 // velocities and the force states that have numbers of their own, each read where a cycle ends as the next one begins
-// with it: behind the event, roles swapped, moved back along the way. It knows events by name and guard alone.
+// with it: behind the event, roles swapped, moved back along the way. It knows events by name and guard alone; at
+// impacts of rigid contacts velocities and modes are those behind them (cycle/behind_impact.h).
 #pragma once
 
 #include <memory>
@@ -41,6 +42,9 @@ class Section {
   /// period.
   std::shared_ptr<const EndEvent> end() const { return end_; }
   std::shared_ptr<const EndEvent> begin() const { return begin_; }
+  /// Whether the scene starts on the section: just behind its impact, the contact closed. `begin` is then that the
+  /// other contact, which has let go, is still at the ground, or null where there is none.
+  bool starts_behind_impact() const { return starts_behind_; }
   /// Entry of x that travels, or -1.
   int travelling() const { return travelling_; }
   /// What travels and is no entry of x: a rigid contact holds it where first guesses have it. `coordinate` of the
@@ -69,6 +73,7 @@ class Section {
  private:
   std::string partner(const std::string& name) const;
   void check_pairs(const Problem& problem) const;
+  void find_event_sections(const Mechanism& m);
   void add_positions(const Mechanism& m);
   void add_velocities(const Mechanism& m);
   void find_travel(const Mechanism& m);
@@ -81,6 +86,7 @@ class Section {
   std::vector<int> free_, partner_coordinate_, along_;
   std::vector<bool> start_numbers_;
   Carried carried_;
+  bool impact_ = false, starts_behind_ = false;
   int travelling_ = -1, angle_number_ = -1, trivial_ = 0;
 };
 

@@ -17,6 +17,7 @@ struct ForwardMotion {
   std::shared_ptr<const StepPlan> plan = {};  // of the run's steps
   int states = 0;                             // of forces, z
   std::vector<MetEvent> met = {};             // the events of the mechanism
+  MotionEvents::History history = {};         // what decided at them
   std::vector<RunEvent> events = {};          // the same, as they are told
   double told_drift = 0;                      // of its rows, RunWatch::told_drift()
 };

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "costate/analysis/start.h"
+#include "costate/assembly/switched_rows_refusal.h"
 #include "costate/base/notice.h"
 #include "costate/formulation/law_joins.h"
 #include "costate/integrator/integrators.h"
@@ -21,13 +22,6 @@ Problem on_scheme(const Problem& problem) {
   Problem p = problem;
   p.solver.integrator = discrete_integrator_of(problem);
   return p;
-}
-
-void require_no_sliding(const System& system) {
-  if (system.assembly().slidable_rows().empty()) return;
-  throw CapabilityError(
-      "This scene has rigid contacts with friction that close, and may slide; discrete methods are not made for that "
-      "yet. Take idas or cvodes methods, or friction = \"none\".");
 }
 
 /// Where steps are bounded by something else than their error, no looser run shows what they do.
@@ -171,7 +165,7 @@ GradientResult adjoint_once(typename Kind::SystemType& system, const Problem& pr
 template <class Kind>
 GradientResult adjoint_of(const Problem& own, const std::vector<double>& rho) {
   const auto system = Kind::make(own);
-  require_no_sliding(*system);
+  refuse_spatial_friction(system->assembly(), "a discrete method", "idas or cvodes methods");
   return resolved_gradient(own, [&](const Problem& p, double asked, double& part) {
     return adjoint_once<Kind>(*system, p, rho, asked, part);
   });
@@ -180,7 +174,7 @@ GradientResult adjoint_of(const Problem& own, const std::vector<double>& rho) {
 template <class Kind>
 GradientResult tangent_of(const Problem& own, const std::vector<double>& rho) {
   const auto owned = Kind::make(own);
-  require_no_sliding(*owned);
+  refuse_spatial_friction(owned->assembly(), "a discrete method", "idas or cvodes methods");
   typename Kind::SystemType& system = *owned;
   system.end_at_kinks_of_laws();
   system.set_parameters(rho.data());

@@ -11,6 +11,7 @@
 #include "costate/base/notice.h"
 #include "costate/formulation/solved_state.h"
 #include "costate/integrator/event_notices.h"
+#include "costate/integrator/unknown_sizes.h"
 #include "costate/objective/cycle_output.h"
 #include "costate/problem/known_error.h"
 #include "costate/problem/scaled_gradient.h"

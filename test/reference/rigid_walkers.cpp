@@ -11,6 +11,7 @@
 #include "costate/integrator/simulate.h"
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
+#include "costate/sensitivity/method.h"
 #include "support/paths.h"
 
 using namespace costate;
@@ -39,6 +40,46 @@ TEST_CASE("rigid walkers: points with masses", "[cycle][walker]") {
   CHECK(std::abs(r.multipliers[0].real() + 0.196668) <= 1e-6);
   CHECK(std::abs(std::abs(r.multipliers[0].imag()) - 0.544727) <= 1e-6);
   CHECK(r.stable() == true);
+}
+
+// The same gait begun behind its heel strike: period, multipliers and their derivatives are its own, whatever the
+// section; the state behind the impact by the independent program, to its 15 digits less what rtol 1e-10 leaves.
+TEST_CASE("rigid walkers: a heel strike as the section", "[cycle][walker]") {
+  const auto gait = [](const std::vector<std::string>& more) {
+    std::vector<std::string> overrides = {"run.formulation=\"baumgarte\""};
+    overrides.insert(overrides.end(), more.begin(), more.end());
+    return rigid_gait("point_feet.toml", overrides, true);
+  };
+  const std::string strike = "cycle.section=\"contact.left touch\"";
+  const CycleResult stance = gait({});
+  // From its start, which is just behind an impact, and from elsewhere, from where the next impact is met first.
+  for (const std::vector<std::string>& from :
+       {std::vector{strike}, {strike, "body.left.angle_rad=0.185", "body.left.angular_velocity_rad_per_s=-0.203"}}) {
+    const CycleResult r = gait(from);
+    REQUIRE(r.names == std::vector<std::string>{"left.angle", "right.angle", "left.angle_dot", "right.angle_dot",
+                                                "z.contact.left.closed", "z.contact.left.sliding",
+                                                "z.contact.right.closed", "z.contact.right.sliding"});
+    CHECK(std::abs(r.x[0] - 0.19116107216975) <= 1e-8);
+    CHECK(std::abs(r.x[1] + 0.209161072169762) <= 1e-8);
+    CHECK(std::abs(r.x[2] + 0.199906060087682) <= 1e-8);
+    CHECK(std::abs(r.x[3] + 0.184100586859717) <= 1e-8);
+    CHECK(std::abs(r.period.value - stance.period.value) <= 1e-8);
+    CHECK(std::abs(r.multipliers[0] - stance.multipliers[0]) <= 1e-6);
+    CHECK(std::abs(r.period_rho[0] - stance.period_rho[0]) <= 1e-6 * std::abs(stance.period_rho[0]));
+    REQUIRE(r.events.size() == 1);
+    CHECK(r.events[0].name == "contact.right touch");
+  }
+  // psi on it by an adjoint through the impact that ends the cycle, and by tangents.
+  const Scene scene = Scene::load(kRigidWalkers + "point_feet.toml", {strike, "run.cycle=true"});
+  Problem p = make_problem(scene, {"slope", "body.left.mass_kg"});
+  p.formulation = "baumgarte";
+  const GradientResult forward = gradient(p, "cvodes-forward", p.parameters.values());
+  for (const char* method : {"cvodes-adjoint", "idas-adjoint"}) {
+    const GradientResult r = gradient(p, method, p.parameters.values());
+    CHECK(r.psi == Approx(forward.psi).epsilon(1e-8));
+    for (std::size_t j = 0; j < 2; ++j) CHECK(r.gradient[j] == Approx(forward.gradient[j]).epsilon(1e-6));
+  }
+  CHECK_THROWS_WITH(gait({"cycle.section=\"contact.left release\""}), Catch::Contains("contact.left touch"));
 }
 
 // Legs without mass (float128, digits beyond 1e-20): at 1e-6 of the hip's mass the step is 5.3e-7 s and multipliers

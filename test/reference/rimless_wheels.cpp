@@ -116,6 +116,30 @@ TEST_CASE("rimless wheels: the closed form's own numbers", "[cycle]") {
   meets(10, 0.05, 1.0714925537587702, 0.73701150005852010);
 }
 
+// A whole turn from behind one impact of a spoke to behind its next one: no other contact swaps roles, and the one that
+// lets go is found.
+TEST_CASE("rimless wheels: an impact as the section", "[cycle]") {
+  constexpr int n = 6;
+  const double slope = 0.2, I = 0.05;
+  std::string text = wheel(n, slope, I);
+  const std::string section = "section = { output = \"turn\", below = 0 }";
+  text.replace(text.find(section), section.size(), "section = \"contact.s0 touch\"");
+  const Scene scene = Scene::parse(text, "wheel.toml");
+  Problem p = make_problem(scene, {"slope"});
+  p.formulation = "baumgarte";
+  const CycleResult r = find_cycle(p, *scene.cycle, p.parameters.values(), {});
+  const Rolling<double> steady(n, I, slope);
+  const double h = 1e-30;
+  const Rolling<std::complex<double>> moved(n, I, std::complex<double>(slope, h));
+  REQUIRE(r.names[1] == "wheel.angle_dot");
+  CHECK(std::abs(std::remainder(r.x[0] - (steady.a - slope), 2 * std::acos(-1.0))) <= 1e-9);
+  CHECK(std::abs(r.x[1] + std::sqrt(steady.w2)) <= 1e-8);
+  CHECK(std::abs(r.x_rho(1, 0) + (std::sqrt(moved.w2)).imag() / h) <= 1e-6);
+  CHECK(std::abs(r.period.value - n * steady.step_time()) <= 2e-9 * n);
+  REQUIRE(!r.multipliers.empty());
+  CHECK(std::abs(r.multipliers[0] - std::pow(steady.eta, 2 * n)) <= 1e-6);
+}
+
 // The fixed point to 1e-9, the time to 2e-9 a step, multipliers to 1e-6. A derivative of a time of some 10 s sums up
 // sensitivities of all steps, each at rtol 1e-11 of what they grow to within a step (17 on the flattest slope, where
 // the wheel nearly stops): 1e-7 of it. All multipliers are eta^2n, whatever the slope: their derivative is zero, and

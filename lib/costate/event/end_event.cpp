@@ -96,6 +96,8 @@ EndRates end_rates(const EndEvent& end, const Objective& objective, const StateV
 }
 
 void EndSearch::note(double t, double h) {
+  if (std::isnan(h)) return;  // a guard that is not looked at
+  if (std::isnan(largest_)) largest_ = smallest_ = h;
   if (h < -kRests * range()) armed_ = true;
   // Before it has been on its own side the output comes near from the wrong one.
   const double away = armed_ ? std::abs(h) : std::numeric_limits<double>::infinity();

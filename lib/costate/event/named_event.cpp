@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <limits>
+
 #include "costate/base/error.h"
+#include "costate/element/unilateral_force.h"
 #include "costate/mechanism/coordinate_parts.h"
 #include "costate/objective/local_output.h"
 
@@ -30,7 +33,14 @@ class GuardOutput final : public LocalOutput {
         event_(e) {}
 
  protected:
-  PathDual evaluate(const MeasureArguments& x) const override { return event_.guarded->guard(event_.k, x); }
+  PathDual evaluate(const MeasureArguments& x) const override {
+    // The gap of a rigid contact that is closed is zero but for rounding.
+    if (const auto* contact = dynamic_cast<const UnilateralForce*>(event_.guarded);
+        contact && contact->guard_kind(event_.k) == UnilateralForce::Guard::touch && contact->closed_state() >= 0 &&
+        x.z[contact->closed_state()].v.c0 > 0.5)
+      return PathDual(std::numeric_limits<double>::quiet_NaN());
+    return event_.guarded->guard(event_.k, x);
+  }
 
  private:
   NamedEvent event_;

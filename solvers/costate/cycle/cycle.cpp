@@ -51,7 +51,8 @@ class Search {
 
   Eigen::VectorXd x;
   std::vector<double> positions;
-  MapValue value;  // at x
+  MapValue value;        // at x
+  Eigen::VectorXd left;  // what Newton's last step would still change, where the runs' errors let it come no nearer
   double residual = 0;
   int iterations = 0;
   std::string worst;
@@ -137,6 +138,10 @@ void Search::fail(const std::string& why) const {
 void Search::solve() {
   const auto& free = map_.section().free();
   std::string refused;
+  left.setZero(x.size());
+  const auto leave = [&](const Eigen::VectorXd& dx) {
+    for (std::size_t i = 0; i < free.size(); ++i) left[free[i]] = dx[static_cast<Eigen::Index>(i)];
+  };
   for (int step = 0; step < options_.max_iterations; ++step) {
     if (options_.progress) options_.progress(iterations, residual);
     check_stop();
@@ -168,14 +173,14 @@ void Search::solve() {
       if (!better && before_residual <= options_.accepted) break;
     }
     ++iterations;
-    if (better && residual > 0.5 * before_residual && residual <= options_.accepted) return;
+    if (better && residual > 0.5 * before_residual && residual <= options_.accepted) return leave(newton_step());
     if (better) continue;
     x = from;
     positions = from_positions;
     value = before;
     residual = before_residual;
     worst = before_worst;
-    if (residual <= options_.accepted) return;
+    if (residual <= options_.accepted) return leave(dx);
     fail(refused.empty() ? "Newton's steps no longer bring the return nearer." : refused);
   }
   if (residual > options_.accepted) fail(fmt::format("{} iterations were not enough.", options_.max_iterations));
@@ -341,10 +346,15 @@ CycleResult find_cycle(const Problem& problem, const CycleSettings& settings, co
     search.begin();
     search.solve();
     take(Whole(problem, map, search).value(false));
-    r.x_error = (r.x - loose.x).cwiseAbs();
-    r.period.error = std::abs(r.period.value - loose.period.value);
-    r.travel.error = std::abs(r.travel.value - loose.travel.value);
-    r.psi.error = std::abs(r.psi.value - loose.psi.value);
+    // Two searches from one point that neither can leave tell nothing.
+    const auto error = [&](double change, const Eigen::RowVectorXd& by_x) {
+      return std::max(std::abs(change), std::abs(by_x.dot(search.left)));
+    };
+    const MapValue& map_value = search.value;
+    r.x_error = (r.x - loose.x).cwiseAbs().cwiseMax(search.left.cwiseAbs());
+    r.period.error = error(r.period.value - loose.period.value, map_value.time_x);
+    r.travel.error = error(r.travel.value - loose.travel.value, map_value.travel_x);
+    r.psi.error = error(r.psi.value - loose.psi.value, map_value.psi_x);
     r.multiplier_error = std::abs(r.largest() - loose.largest());
   } else {
     r.x_error.setZero(search.x.size());

@@ -2,10 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "costate/analysis/start.h"
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/event/contact_gap.h"
+#include "costate/event/named_event.h"
 #include "costate/integrator/simulate.h"
 
 namespace costate {
@@ -14,6 +18,7 @@ namespace {
 
 constexpr int kLooks = 400;
 constexpr double kReadAtStart = 1e-3;  // of a run of which the start alone is read
+constexpr double kAtTheGround = 1e-4;  // of the coordinates: a contact that has just let go
 
 /// Which force states nothing depends on, not even they themselves: no column of theirs along the motion.
 std::vector<bool> passive_states(const Problem& problem, const std::vector<double>& rho) {
@@ -46,6 +51,41 @@ std::vector<bool> passive_states(const Problem& problem, const std::vector<doubl
   return passive;
 }
 
+/// Where the scene starts just behind the impact that the section is, its contact closed: the contact that has let go,
+/// still at the ground; else nothing.
+std::string let_go_at_start(const Problem& problem, const CycleSettings& settings, const std::vector<double>& rho) {
+  if (settings.event.empty()) return {};
+  const Mechanism& m = *problem.mechanism;
+  NamedEvent event;
+  try {
+    event = find_event(m, settings.event);
+  } catch (const ModelError&) {  // the section says so
+    return {};
+  }
+  if (!dynamic_cast<const UnilateralForce*>(event.guarded)) return {};
+  Assembly assembly(problem.mechanism, problem.parameters);
+  assembly.set_parameters(rho.data());
+  const Start start = find_start(assembly, problem.solver.t_start, false);
+  StateView s;
+  s.t = problem.solver.t_start;
+  s.q = start.q.data();
+  s.v = start.v.data();
+  s.z = start.z.data();
+  std::string let_go;
+  bool closed = false;
+  for (std::size_t f = 0; f < m.forces().size(); ++f) {
+    const Force& force = *m.forces()[f];
+    const auto* contact = dynamic_cast<const UnilateralForce*>(&force);
+    if (!contact || contact->closed_state() < 0) continue;
+    const bool is_closed = s.z[m.state_offsets()[f] + contact->closed_state()] > 0.5;
+    if (&force == event.force) closed = is_closed;
+    if (is_closed || &force == event.force || !let_go.empty()) continue;
+    if (std::abs(row_of(force, *contact, 0, s, assembly, nullptr).c0) < kAtTheGround * largest_coordinate(force, s))
+      let_go = force.path();
+  }
+  return closed ? let_go : "";
+}
+
 }  // namespace
 
 CycleStart::CycleStart(const Problem& problem, const CycleSettings& settings, const std::vector<double>& rho) {
@@ -54,26 +94,41 @@ CycleStart::CycleStart(const Problem& problem, const CycleSettings& settings, co
     throw ModelError("start.equilibrium",
                      "A cycle is looked for among states that [start] gives: list as many coordinates as there are "
                      "degrees of freedom in 'given', without 'equilibrium'.");
-  section_ = std::make_unique<const Section>(problem, settings, passive_states(problem, rho));
+  const std::string let_go = let_go_at_start(problem, settings, rho);
+  auto section = std::make_unique<Section>(problem, settings, passive_states(problem, rho), let_go);
   Problem first = problem;
   first.objective = {};
-  const bool begins_there = !section_->end() || section_->starts_behind_impact();
-  if (!begins_there) first.ends_when = section_->begin();
-  // With a period, or behind an impact, the motion begins where the scene has it.
+  // With a period, or just behind its impact, the motion begins where the scene has it.
+  if (let_go.empty()) first.ends_when = section->first();
   if (settings.period_s)
     first.solver.t_end = first.solver.t_start + *settings.period_s;
-  else if (begins_there)
+  else if (!first.ends_when)
     first.solver.t_end = first.solver.t_start + kReadAtStart * (first.solver.t_end - first.solver.t_start);
+  std::vector<double> before;  // states of forces at the first meeting
   bool seen = false;
   const auto read = [&](const MechanismState& s, System& system) {
     if (seen) return;
     seen = true;
-    x_.resize(section_->size());
-    for (int i = 0; i < section_->size(); ++i)
-      x_[i] = section_->coordinates()[static_cast<std::size_t>(i)].at_start->value(s, system.assembly());
+    x_.resize(section->size());
+    for (int i = 0; i < section->size(); ++i)
+      x_[i] = section->coordinates()[static_cast<std::size_t>(i)].at_start->value(s, system.assembly());
+    before.assign(s.z, s.z + m.state_count());
     positions_.assign(s.q, s.q + m.coordinate_count());
   };
   simulate(first, rho, {first.ends_when ? first.solver.t_end : first.solver.t_start}, read);
+  if (section->closes() && let_go.empty()) {
+    const auto names = m.state_names();
+    for (const auto& f : m.forces()) {
+      const auto* contact = dynamic_cast<const UnilateralForce*>(f.get());
+      if (!contact || contact->closed_state() < 0 || section->begin()) continue;
+      const std::string name = f->path() + "." + f->state_name(contact->closed_state());
+      for (int i = 0; i < section->size(); ++i)
+        if (section->coordinates()[static_cast<std::size_t>(i)].name == "z." + name && x_[i] < 0.5 &&
+            before[static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin())] > 0.5)
+          section->set_let_go(m, f->path());
+    }
+  }
+  section_ = std::move(section);
   // What travels begins where the scene has it, whatever the parameters: where along its way a cycle lies says nothing.
   const int c = section_->travelling(), carried = section_->carried().coordinate;
   if (c < 0 && carried < 0) return;

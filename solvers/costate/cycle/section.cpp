@@ -238,7 +238,6 @@ void Section::find_travel(const Mechanism& m) {
 }
 
 void Section::find_event_sections(const Mechanism& m) {
-  using Guard = UnilateralForce::Guard;
   begin_event_ = at("cycle.section", [&] { return find_event(m, settings_.event); });
   end_event_ = at("cycle.relabel", [&] { return find_event(m, partner(begin_event_->name)); });
   const auto made = [](std::shared_ptr<const Output> output, int direction) {
@@ -248,10 +247,10 @@ void Section::find_event_sections(const Mechanism& m) {
     return std::make_shared<EndEvent>(std::move(end));
   };
   end_ = made(make_guard_output(*end_event_), end_event_->direction);
-  begin_ = made(make_guard_output(*begin_event_), begin_event_->direction);
+  first_ = begin_ = made(make_guard_output(*begin_event_), begin_event_->direction);
   const auto* contact = dynamic_cast<const UnilateralForce*>(begin_event_->guarded);
   if (!contact) return;
-  if (contact->guard_kind(begin_event_->k) != Guard::touch)
+  if (contact->guard_kind(begin_event_->k) != UnilateralForce::Guard::touch)
     throw ModelError(
         "cycle.section",
         fmt::format("'{}' is where a rigid contact lets go, slides or stops: a cycle does not begin with that. Take "
@@ -259,21 +258,21 @@ void Section::find_event_sections(const Mechanism& m) {
                     "mid-stance: [cycle.section] with output = \"left.angle\", below = 0.",
                     begin_event_->name, begin_event_->force->path()));
   impact_ = true;
-  if (contact->closed_state() < 0) return;
-  const Force& force = *begin_event_->force;
-  const int local = force.initial_state_number(contact->closed_state());
-  starts_behind_ =
-      local >= 0 && m.numbers()[static_cast<std::size_t>(force.numbers()[static_cast<std::size_t>(local)])].value > 0.5;
-  if (!starts_behind_) return;
-  // Its own gap is a row of the start; that of the contact which lets go is the section.
-  const std::string other = end_event_->force->path();
-  begin_ = end_event_->force == begin_event_->force
-               ? nullptr
-               : made(make_output(m, other.substr(other.find('.') + 1) + ".gap"), end_event_->direction);
+  closes_ = contact->closed_state() >= 0;
+  if (closes_) begin_ = nullptr;
 }
 
-Section::Section(const Problem& problem, const CycleSettings& settings, const std::vector<bool>& passive)
-    : settings_(settings) {
+// Its own gap is a row of the start.
+void Section::set_let_go(const Mechanism& m, const std::string& contact) {
+  EndEvent at_ground;
+  at_ground.output = make_output(m, contact.substr(contact.find('.') + 1) + ".gap");
+  begin_ = std::make_shared<EndEvent>(std::move(at_ground));
+  ++trivial_;
+}
+
+Section::Section(const Problem& problem, const CycleSettings& settings, const std::vector<bool>& passive,
+                 const std::string& let_go)
+    : settings_(settings), starts_behind_(!let_go.empty()) {
   const Mechanism& m = *problem.mechanism;
   for (std::string& name : settings_.turns) name = full_name(m, name);
   settings_.travel = full_name(m, settings_.travel);
@@ -299,10 +298,11 @@ Section::Section(const Problem& problem, const CycleSettings& settings, const st
       end.level_number = settings_.level_number;
       return std::make_shared<EndEvent>(std::move(end));
     };
-    begin_ = made(settings_.output);
+    first_ = begin_ = made(settings_.output);
     end_ = made(partner(settings_.output));
   }
   trivial_ = begin_ ? 1 : 0;
+  if (starts_behind_) set_let_go(m, let_go);
   if (!settings_.travel_angle_number.empty())
     angle_number_ = at("cycle.travel_angle_rad", [&] { return m.number(settings_.travel_angle_number); });
   add_positions(m);

@@ -32,8 +32,10 @@ double along_way_angle(int along, double angle);
 class Section {
  public:
   /// Throws ModelError with the paths of [cycle] as subjects. `passive`: states that nothing depends on (an energy that
-  /// was lost), one flag each; they begin every cycle anew.
-  Section(const Problem& problem, const CycleSettings& settings, const std::vector<bool>& passive);
+  /// was lost), one flag each; they begin every cycle anew. `let_go`: the scene starts just behind the impact of a
+  /// rigid contact that the section is, at which that contact has let go; empty: it does not.
+  Section(const Problem& problem, const CycleSettings& settings, const std::vector<bool>& passive,
+          const std::string& let_go);
 
   const std::vector<SectionCoordinate>& coordinates() const { return coordinates_; }
   int size() const { return static_cast<int>(coordinates_.size()); }
@@ -41,10 +43,13 @@ class Section {
   /// The event or crossing that ends a cycle, and the one that begins it, which has its roles swapped; null with a
   /// period.
   std::shared_ptr<const EndEvent> end() const { return end_; }
+  std::shared_ptr<const EndEvent> first() const { return first_; }
+  /// What is at its level where a cycle begins, as first(); behind an impact that closes a contact the gap of the one
+  /// that lets go there, null where none is known.
   std::shared_ptr<const EndEvent> begin() const { return begin_; }
-  /// Whether the scene starts on the section: just behind its impact, the contact closed. `begin` is then that the
-  /// other contact, which has let go, is still at the ground, or null where there is none.
-  bool starts_behind_impact() const { return starts_behind_; }
+  bool closes() const { return closes_; }
+  /// The path of the contact that lets go.
+  void set_let_go(const Mechanism& m, const std::string& contact);
   /// Entry of x that travels, or -1.
   int travelling() const { return travelling_; }
   /// What travels and is no entry of x: a rigid contact holds it where first guesses have it. `coordinate` of the
@@ -81,12 +86,12 @@ class Section {
 
   CycleSettings settings_;
   std::vector<SectionCoordinate> coordinates_;
-  std::shared_ptr<const EndEvent> begin_, end_;
+  std::shared_ptr<const EndEvent> first_, begin_, end_;
   std::optional<NamedEvent> begin_event_, end_event_;
   std::vector<int> free_, partner_coordinate_, along_;
   std::vector<bool> start_numbers_;
   Carried carried_;
-  bool impact_ = false, starts_behind_ = false;
+  bool impact_ = false, closes_ = false, starts_behind_ = false;  // of a rigid contact; one that closes
   int travelling_ = -1, angle_number_ = -1, trivial_ = 0;
 };
 

@@ -43,7 +43,9 @@ TEST_CASE("fixed cuts: events in the grid's own times and in one instant", "[eve
   }
 }
 
-// Of second order: half the step divides the error by four, where events lie in other places of their steps each time.
+// Of second order: a sixteenth of the step divides the error by 256, or by less where the events happen to lie better
+// within the longer steps. The force of a gap that closes is one of its first power here: that of d^1.5 has no second
+// derivative at the touch, which takes half an order from the gradient.
 TEST_CASE("fixed cuts: psi and its gradient are of second order across cuts", "[events][discrete]") {
   struct Case {
     std::string scene;
@@ -51,7 +53,7 @@ TEST_CASE("fixed cuts: psi and its gradient are of second order across cuts", "[
     double step;
   };
   for (const Case& c : {Case{falling_arm(kRigid), arm_numbers({"restitution"}), 0.02},
-                        Case{falling_arm(kSoft), arm_numbers({"stiffness_N_per_m_n"}), 0.0008},
+                        Case{falling_arm(kLinear), arm_numbers({"stiffness_N_per_m_n"}), 0.001},
                         Case{kLifted, {"force.F.a", "point.P.y_m", "mass.m.mass_kg"}, 0.02}}) {
     Problem reference = make_problem(Scene::parse(c.scene, "scene.toml"), c.numbers);
     reference.formulation = "index1";
@@ -61,7 +63,7 @@ TEST_CASE("fixed cuts: psi and its gradient are of second order across cuts", "[
     const GradientResult exact = gradient(reference, "cvodes-forward", rho);
     for (const char* scheme : {"newmark", "generalized-alpha"}) {
       std::vector<double> psi, slopes;
-      for (const double part : {1.0, 0.5, 0.25, 0.125}) {
+      for (const double part : {1.0, 1.0 / 4, 1.0 / 16}) {
         const Problem p = fixed_problem(c.scene, c.numbers, c.step * part, scheme);
         const GradientResult r = gradient(p, "discrete-adjoint", rho);
         CHECK(r.events.size() == exact.events.size());
@@ -69,10 +71,9 @@ TEST_CASE("fixed cuts: psi and its gradient are of second order across cuts", "[
         slopes.push_back(gradient_mismatch(r.gradient, exact.gradient, p.parameters).error);
       }
       CAPTURE(c.scene, scheme, psi, slopes);
-      // Over three halvings 64, less what the places of events make of single ones.
-      CHECK(psi.front() / psi.back() >= 25);
-      CHECK(slopes.front() / slopes.back() >= 25);
-      CHECK(psi.back() <= 1e-3);
+      CHECK(psi.front() / psi.back() >= 100);
+      CHECK(slopes.front() / slopes.back() >= 60);
+      CHECK(psi.back() <= 1e-4);
     }
   }
 }

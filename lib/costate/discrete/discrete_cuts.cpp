@@ -7,9 +7,11 @@
 namespace costate {
 
 void DiscreteScheme::require_rows() const {
-  if (assembly_.slidable_rows().empty()) return;
+  bool all = assembly_.slidable_rows().empty();
+  for (int i = 0; i < m_; ++i) all = all && assembly_.holds_position(i);
+  if (all) return;
   throw CapabilityError(
-      "This scene has rigid contacts with friction that close, and may slide; discrete methods are not made for that "
+      "This scene has rigid contacts with friction that close, and may slide; fixed steps are not made for that "
       "yet. Take idas or cvodes methods, or friction = \"none\".");
 }
 
@@ -59,14 +61,14 @@ void DiscreteScheme::cross_event() {
   begin_anew(time());
 }
 
-void DiscreteScheme::cross_kink(double t_after) {
+void DiscreteScheme::cross_kink(double kink, double t_after) {
   Jump jump;
   jump.t = time();
   jump.y.assign(r_.q, r_.q + 2 * n_ + nz_);  // which a record begins with
   const double* v = velocity_jump().calc(state(), t_after);
   std::copy(v, v + n_, r_.v);
   begin_anew(t_after);
-  require_contacts_follow(jump, t_after, r_.q);
+  require_contacts_follow(jump, kink, r_.q);
 }
 
 void DiscreteScheme::move_on(double dt, double t) {

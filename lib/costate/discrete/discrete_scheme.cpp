@@ -114,7 +114,7 @@ void DiscreteScheme::start(double t, double h, StartDerivative wanted) {
   t_start_ = t;
   length_ = h;
   index_ = 0;
-  set_length(h);
+  c_ = StepCoefficients(alpha_coefficients_, h);
   stale_ = false;
   counters_ = {};
   start_ = find_start(assembly_, t, needs_start_columns(assembly_, wanted));
@@ -286,7 +286,7 @@ void DiscreteScheme::iterate() {
 
 void DiscreteScheme::set_length(double h) {
   if (h == c_.h) return;
-  c_ = StepCoefficients(alpha_coefficients_, h);
+  c_ = h == length_ ? StepCoefficients(alpha_coefficients_, h) : StepCoefficients::trapezoidal(h);
   stale_ = true;
 }
 

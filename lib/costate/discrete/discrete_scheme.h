@@ -22,7 +22,7 @@
 // length than the last one, counted apart.
 //
 // A step may have a length of its own: it ends at an event, at a kink or where the run does, and the scheme then begins
-// anew, with alpha = a and y = f as at the start (step_cut.h).
+// anew, with alpha = a and y = f as at the start (step_cut.h). Such steps are of the trapezoidal rule.
 #pragma once
 
 #include <array>
@@ -79,10 +79,10 @@ class DiscreteScheme final : public System {
   void save_beginning(double* to) const { std::copy(begun_numbers_.begin(), begun_numbers_.end(), to); }
   /// The last step once more, by another length; the next one has to be behind a jump.
   void repeat(double h, double t_end);
-  /// Crosses the pending event, or the kink of a driver after which the next step begins at t_after, and begins anew
-  /// there.
+  /// Crosses the pending event, or the time `kink` of a law, from right before it to t_after, right behind it; and
+  /// begins anew there.
   void cross_event();
-  void cross_kink(double t_after);
+  void cross_kink(double kink, double t_after);
   /// The last step has not been.
   void take_back() { load(index_ - 1, begun_numbers_.data()); }
   /// No step: what the rates at the present state make of it within an instant dt, to the time t.

@@ -23,9 +23,26 @@ constexpr double kNearGrid = 1e-7, kInstantPart = 1e-9;
 constexpr double kAsidePart = 1e-3;
 constexpr int kLengths = 12;
 constexpr double kTellsRate = 1e-7, kMet = 1e-9;
+// Laws know their places but for rounding. Of a law with more of them, in parts of the steps, steps end at those alone
+// that parameters move, and at kinks of drivers.
+constexpr double kBesidePlaces = 16, kMostPlaces = 4;
 // A mechanism that changes this often without getting on is stuck.
 constexpr std::size_t kMostCutsAtOnce = 1000;
 }  // namespace
+
+void FixedRun::find_places() {
+  const SolverOptions& o = problem_.solver;
+  const std::vector<double>& numbers = scheme_->assembly().numbers();
+  beside_ = kBesidePlaces * std::numeric_limits<double>::epsilon() * (std::abs(o.t_start) + std::abs(o.t_end));
+  const auto keep = [&](const std::vector<double>& times) {
+    places_.clear();
+    for (const double t : times)
+      if (o.t_start + 2 * beside_ < t && t < o.t_end - 2 * beside_ && (places_.empty() || t > places_.back() + beside_))
+        places_.push_back(t);
+  };
+  keep(jump_times(*problem_.mechanism, problem_.objective, numbers));
+  if (static_cast<double>(places_.size()) > kMostPlaces * static_cast<double>(steps_)) keep(scheme_->kinks());
+}
 
 void FixedRun::take_step() {
   const double t = scheme_->time(), h0 = scheme_->regular_length();
@@ -44,7 +61,7 @@ void FixedRun::take_step() {
   long next = std::min(grid_ + 1, steps_);
   while (next < steps_ && grid_time(next) - t < kNearGrid * h0) ++next;
   double stop = grid_time(next);
-  if (stop - t <= kInstantPart * h0) {
+  if (!(stop - t > kInstantPart * h0)) {
     // A cut in the instant of the end.
     if (differentiates())
       throw SolverError(fmt::format(
@@ -54,11 +71,11 @@ void FixedRun::take_step() {
     finished_ = true;
     return;
   }
-  const double kink = scheme_->segment_limit(t);
-  const bool to_kink = kink < grid_time(steps_) && kink <= stop + kNearGrid * h0;
-  if (to_kink) stop = kink;
+  const auto place = std::upper_bound(places_.begin(), places_.end(), t);
+  const bool to_kink = place != places_.end() && *place <= stop + kNearGrid * h0;
+  if (to_kink) stop = (place_ = *place) - beside_;
   const bool regular = !to_kink && next == grid_ + 1 && t == grid_time(grid_);
-  const double h = regular ? h0 : stop - t;
+  const double h = regular ? h0 : std::max(0.0, stop - t);
   if (!plan_->empty()) plan_->require(t, scheme_->state(), h);
   StepCut at_kink;
   at_kink.kind = StepCut::Kind::kink;
@@ -184,10 +201,10 @@ void FixedRun::complete_cut() {
     return;
   }
   if (cut.kind == StepCut::Kind::kink) {
-    cut.t_after = scheme_->segment_start(t);
+    cut.t_after = place_ + beside_;
     for (const MovingInstant& m : moving_)
-      if (m.t == cut.t_after) cut.by = m.by;
-    scheme_->cross_kink(cut.t_after);
+      if (std::abs(m.t - place_) <= beside_) cut.by = m.by;
+    scheme_->cross_kink(place_, cut.t_after);
     looked_ = cut.t_after;
   } else {
     scheme_->cross_event();

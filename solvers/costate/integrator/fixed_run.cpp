@@ -38,9 +38,8 @@ FixedRun::FixedRun(const Problem& problem, const std::vector<double>& rho, long 
   s.fixed_steps = true;
   watch_ = std::make_unique<MotionWatch>(problem.mechanism, problem.parameters, rho.data(), std::move(s));
   touches_ = std::make_unique<FixedTouches>(scheme_->assembly(), scheme_->objective(), o);
-  const auto within = [&](double t) { return o.t_start < t && t < o.t_end; };
-  const std::vector<double>& kinks = scheme_->kinks();
-  cuts_possible_ = scheme_->has_events() || problem.ends_when || std::any_of(kinks.begin(), kinks.end(), within);
+  find_places();
+  cuts_possible_ = scheme_->has_events() || problem.ends_when || !places_.empty();
   running_ = scheme_->has_running_cost();
   kinks_ = driver_kinks(*problem.mechanism, scheme_->assembly().numbers());
   if (!cuts_possible_) return;

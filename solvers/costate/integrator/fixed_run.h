@@ -3,9 +3,9 @@
 // this sum, to rounding and whatever the step; the step only decides how near psi is to the integral.
 //
 // Steps end at the times of a grid, but where the run is cut (discrete/step_cut.h): at events, at kinks of drivers and
-// at jumps of laws whose times parameters move, and where ends_when ends it. One step leads from there to the grid's
-// next time, and the others keep their length. What is nearer than a tiny part of a step to one of the grid's times is
-// met by the step to, or from, that time in its place.
+// at jumps of laws, whether parameters move them or not, and where ends_when ends it. One step leads from there to the
+// grid's next time, and the others keep their length. What is nearer than a tiny part of a step to one of the grid's
+// times is met by the step to, or from, that time in its place.
 //
 // A step that is not given (SolverOptions::step_s = 0) is chosen so that psi is off by about 0.1 sqrt(rtol) of itself,
 // as estimated from runs with 32, 64, ... steps until halving the step divides the change of psi by about four. It is
@@ -78,6 +78,7 @@ class FixedRun {
 
  private:
   // In fixed_cuts.cpp.
+  void find_places();
   /// The step from the present record, or the instant, to the grid's next time or to a cut, which is then in found_.
   void take_step();
   /// Within the step just taken, which was to lead to `stop`, up to `until`.
@@ -120,6 +121,8 @@ class FixedRun {
   std::unique_ptr<FixedTouches> touches_;
 
   bool cuts_possible_ = false, running_ = false, finished_ = false;
+  std::vector<double> places_;  // of laws, at which the run is cut, in order
+  double beside_ = 0;           // before and behind them laws are evaluated on either side
   std::vector<MovingInstant> moving_;
   double psi_ = 0;
   long grid_ = 0;      // of the present record: the last time of the grid that has been passed
@@ -129,6 +132,7 @@ class FixedRun {
   double cost_by_time_ = 0;                  // behind the last cut, by explicit time alone
   std::size_t jumps_in_a_row_ = 0;
   std::optional<StepCut> found_;
+  double place_ = 0;  // at which that is, of a kink
   std::vector<StepCut> cuts_;
   bool begins_at_cut_ = false;  // the next step, at the last one of these
   std::unique_ptr<StepInterpolant> course_;

@@ -192,18 +192,6 @@ t_end_s = 1.5
   }
 }
 
-TEST_CASE("driver with kinks: what is not carried across is refused by name") {
-  const Scene read = Scene::parse(driven_carriage(cases()[0].law), "driver.toml");
-  Problem problem = make_problem(read, kMechanism);
-  const auto rho = problem.parameters.values();
-  problem.formulation = "index3";
-  problem.solver.integrator = "fixed";
-  problem.solver.step_s = 0.01;
-  const auto names_it = Contains("A driver's law has a kink at t = 0.3 s");
-  CHECK_THROWS_WITH(simulate(problem, rho), names_it && Contains("fixed steps pass it by"));
-  CHECK_THROWS_WITH(gradient(problem, "discrete-adjoint", rho), names_it);
-}
-
 TEST_CASE("laws with kinks say where, at the first place of the next piece") {
   const auto read = [](const std::string& text) {
     static SceneNode root;

@@ -87,7 +87,7 @@ struct Row {
   std::string formulation, method;
 };
 
-// All combinations that exist; those with fixed steps are refused.
+// All combinations that exist; those with fixed steps are in fixed_cuts.cpp.
 std::vector<Row> rows() {
   std::vector<Row> all;
   for (const auto& f : formulations())
@@ -238,13 +238,6 @@ TEST_CASE("free end: grazed ends and what cannot do it are refused by name", "[f
   bool told = false;
   for (const auto& s : take_notices()) told = told || s.find("hardly crossed") != std::string::npos;
   CHECK(told);
-
-  p = make_problem(Scene::parse(pendulum(kBottom, kTime), "pendulum.toml"));
-  p.formulation = "index3";
-  CHECK_THROWS_AS(gradient(p, "discrete-adjoint", p.parameters.values()), CapabilityError);
-  p.solver.integrator = "fixed";
-  CHECK_THROWS_WITH(simulate(p, p.parameters.values()), Catch::Contains("ends_when"));
-  p.solver.integrator.clear();
 
   // Terms without a rate.
   p = make_problem(

@@ -7,6 +7,7 @@
 #include "costate/base/error.h"
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
+#include "costate/sensitivity/hessian.h"
 #include "costate/sensitivity/method.h"
 #include "property/driven_carriage.h"
 #include "property/gradient_compare.h"
@@ -82,13 +83,12 @@ TEST_CASE("driver with kinks: gradients by their times equal differences") {
 }
 
 TEST_CASE("driver with kinks: where their times cannot move is refused by name") {
-  // Methods that do not carry it.
+  // Hessians do not carry it.
   Problem problem = make_problem(Scene::parse(driven_carriage(kHalfSine), "driver.toml"), {"driver.push.law.start_m"});
   const auto rho = problem.parameters.values();
-  problem.formulation = "index3";
-  CHECK_THROWS_WITH(gradient(problem, "discrete-adjoint", rho),
-                    Contains("Parameter 'driver.push.law.start_m' moves the time t = ") &&
-                        Contains("the law of driver 'push' has a kink"));
+  problem.formulation = "index1";
+  CHECK_THROWS_WITH(hessian(problem, rho), Contains("Parameter 'driver.push.law.start_m' moves the time t = ") &&
+                                               Contains("the law of driver 'push' has a kink"));
   // Bumps that touch would part, or overlap; those of a sum as well.
   for (
       const auto& [law, moving] :
@@ -120,7 +120,7 @@ TEST_CASE("driver with kinks: where their times cannot move is refused by name")
                         Contains("'driver.push.law.start_m' moves them apart"));
 }
 
-TEST_CASE("driver: a parameter that moves a jump of its acceleration is refused by fixed steps, in the run") {
+TEST_CASE("driver: a parameter that moves a jump of its acceleration is refused by Hessians, in the run") {
   struct Law {
     const char *text, *moving;
     double time;
@@ -136,11 +136,10 @@ TEST_CASE("driver: a parameter that moves a jump of its acceleration is refused 
     Problem problem = make_problem(Scene::parse(driven_carriage(law.text), "driver.toml"), {moving});
     problem.solver.t_end = 0.5;
     const auto rho = problem.parameters.values();
-    problem.formulation = "index3";
-    CHECK_THROWS_WITH(gradient(problem, "discrete-adjoint", rho),
+    problem.formulation = "index1";
+    CHECK_THROWS_WITH(hessian(problem, rho),
                       Contains(fmt::format("Parameter '{}' moves the time t = {:g} s", moving, law.time)) &&
                           Contains("has a jump of its second derivative"));
-    problem.formulation = "index1";
     CHECK_NOTHROW(gradient(problem, "differences", rho));
     problem.solver.t_end = law.time - 0.01;  // not reached
     CHECK_NOTHROW(gradient(problem, "idas-adjoint", rho));

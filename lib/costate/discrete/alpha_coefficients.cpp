@@ -32,6 +32,14 @@ AlphaCoefficients AlphaCoefficients::make(const std::string& scheme, double rho)
   return c;
 }
 
+StepCoefficients StepCoefficients::trapezoidal(double step) {
+  StepCoefficients c;
+  c.h = step;
+  c.B = c.q_a = 0.25 * step * step;
+  c.G = c.v_a = c.G_z = c.z_f = 0.5 * step;
+  return c;
+}
+
 StepCoefficients::StepCoefficients(const AlphaCoefficients& c, double step) : h(step) {
   new_a = (1 - c.alpha_f) / (1 - c.alpha_m);
   old_a = c.alpha_f / (1 - c.alpha_m);

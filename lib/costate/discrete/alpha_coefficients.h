@@ -35,6 +35,10 @@ struct StepCoefficients {
 
   StepCoefficients() = default;
   StepCoefficients(const AlphaCoefficients& c, double h);
+  /// Those of the trapezoidal rule on a and f, whatever alpha and y are: of a step of another length than those around
+  /// it. alpha0 stands for a at a time that follows the length of the step before it, so that a step of another length
+  /// would be off by the product of both; nothing of that remains behind this one.
+  static StepCoefficients trapezoidal(double h);
 };
 
 }  // namespace costate

@@ -146,6 +146,55 @@ void DiscreteAdjoint::stage_back(bool factored) {
   assembly_.add_parameter_gradient(stage, w, -1, gradient_.data());
 }
 
+double DiscreteAdjoint::begin_anew_back() {
+  const StateView s = scheme_.state();
+  scheme_.factor_projection_here();
+  assembly_.calc_partials(s);
+  a_ += alpha_;
+  f_ += y_;
+  accelerations_back();
+  add_end_parameters(nullptr);
+  calc_time_partials(assembly_, s, time_);
+  double by_time = 0;
+  for (int i = 0; i < n_; ++i) by_time -= s_[i] * time_.force[static_cast<std::size_t>(i)];
+  for (int i = 0; i < nz_; ++i) by_time += s_[n_ + i] * time_.state[static_cast<std::size_t>(i)];
+  for (int i = 0; i < m_; ++i) by_time -= s_[n_ + nz_ + i] * time_.phidd[static_cast<std::size_t>(i)];
+  forget_rates();
+  return by_time;
+}
+
+void DiscreteAdjoint::forget_rates() {
+  for (auto* x : {&a_, &alpha_, &lambda_, &f_, &y_}) x->setZero();
+}
+
+double DiscreteAdjoint::change(const std::function<double(double* bars, double* gradient)>& visit) {
+  Eigen::VectorXd bars(2 * n_ + nz_);
+  bars << q_, v_, z_;
+  const double r = visit(bars.data(), gradient_.data());
+  q_ = bars.head(n_);
+  v_ = bars.segment(n_, n_);
+  z_ = bars.tail(nz_);
+  return r;
+}
+
+double DiscreteAdjoint::along(const StepColumn& c) const {
+  return q_.dot(c.q) + v_.dot(c.v) + z_.dot(c.z) + a_.dot(c.a) + lambda_.dot(c.lambda) + f_.dot(c.f) +
+         alpha_.dot(c.alpha) + y_.dot(c.y);
+}
+
+void DiscreteAdjoint::add(double c, const ScalarGradient& w) {
+  q_ += c * w.q;
+  v_ += c * w.v;
+  z_ += c * w.z;
+  a_ += c * w.a;
+  lambda_ += c * w.lambda;
+  for (int j = 0; j < assembly_.np(); ++j) gradient_[static_cast<std::size_t>(j)] += c * w.rho[j];
+}
+
+void DiscreteAdjoint::add_parameters(double c, const std::vector<double>& by) {
+  for (std::size_t j = 0; j < gradient_.size(); ++j) gradient_[j] += c * by[j];
+}
+
 const std::vector<double>& DiscreteAdjoint::finish(bool factored) {
   const StateView s = scheme_.state();
   if (!factored) scheme_.factor_projection_here();

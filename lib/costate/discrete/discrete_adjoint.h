@@ -10,7 +10,9 @@
 //      rho~ -= F_rho^T s1 - f_rho^T sz + Phi_rho^T s2 / B           and from these the last state's bars
 #pragma once
 
-#include "costate/discrete/discrete_scheme.h"
+#include <functional>
+
+#include "costate/discrete/step_length.h"
 
 namespace costate {
 
@@ -27,6 +29,20 @@ class DiscreteAdjoint {
   /// Goes back over the scheme's present step. With `factored`, its matrices are those of that step; otherwise they are
   /// factored again.
   void step_back(bool factored);
+  // Back across a jump, at the record behind it and then at that before it; none is factored.
+  /// Of a state at which the scheme has begun anew: the bars of (q, v, z) alone remain. Returns that of time.
+  double begin_anew_back();
+  /// Visits the bars of (q, v, z), one behind the other, which may change, and the gradient; returns what it does.
+  double change(const std::function<double(double* bars, double* gradient)>& visit);
+  /// The bars along a derivative of what the step hands on.
+  double along(const StepColumn& column) const;
+  /// Adds c w to the bars and to the gradient.
+  void add(double c, const ScalarGradient& w);
+  /// gradient[j] += c by[j].
+  void add_parameters(double c, const std::vector<double>& by);
+  /// Of an instant in the place of a step nothing but (q, v, z) is handed on.
+  void forget_rates();
+
   /// At record 0: closes with the start's own derivative and returns the gradient.
   const std::vector<double>& finish(bool factored);
 
@@ -46,6 +62,7 @@ class DiscreteAdjoint {
   int n_, m_, nz_;
   Eigen::VectorXd q_, v_, z_, a_, lambda_, f_, alpha_, y_;  // bars
   Eigen::VectorXd s_, w_;                                   // n + nz + m: solutions of 3 and 1, of 2
+  TimePartials time_;
   std::vector<double> hessian_, gradient_;
   // Sums over all steps for bodies of constant mass and force: the parameters in these cost nothing a step.
   std::vector<double> outer_;  // on the square pattern

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "costate/base/error.h"
 #include "costate/level/unknown_names.h"
@@ -33,6 +34,7 @@ DiscreteScheme::DiscreteScheme(std::shared_ptr<const Mechanism> mechanism, Param
       nz_(assembly_.nz()) {
   append_differential_unknowns(assembly_.mechanism(), unknowns_);
   lay_out();
+  if (events_) events_->use(velocity_jump().balance());
   const auto n = static_cast<std::size_t>(n_), nz = static_cast<std::size_t>(nz_);
   const auto size = static_cast<std::size_t>(matrices_.size());
   for (auto* x : {&q_g_, &v_g_, &v_star_}) x->assign(n, 0);
@@ -50,38 +52,52 @@ DiscreteScheme::DiscreteScheme(std::shared_ptr<const Mechanism> mechanism, Param
   state_reach_.assign(nz, 0);
 }
 
-void DiscreteScheme::lay_out() {
-  const int sizes[] = {n_, n_, nz_, n_, m_, n_ + nz_ + m_, n_, m_, n_, nz_, nz_};
-  double** parts[] = {&r_.q, &r_.v, &r_.z, &r_.a, &r_.lambda, &r_.x, &r_.u, &r_.eta, &r_.alpha, &r_.y, &r_.f};
-  std::size_t total = 0;
-  for (const int s : sizes) total += static_cast<std::size_t>(s);
-  numbers_.assign(total, 0);
-  double* at = numbers_.data();
+StepRecord DiscreteScheme::parts(double* numbers) const {
+  StepRecord r;
+  const int sizes[] = {n_, n_, nz_, n_, m_, n_ + nz_ + m_, n_, m_, n_, nz_, nz_, 1, 1};
+  double** of[] = {&r.q, &r.v, &r.z, &r.a, &r.lambda, &r.x, &r.u, &r.eta, &r.alpha, &r.y, &r.f, &r.t, &r.h};
   for (std::size_t i = 0; i < std::size(sizes); ++i) {
-    *parts[i] = at;
-    at += sizes[i];
+    *of[i] = numbers;
+    numbers += sizes[i];
   }
+  return r;
 }
 
-MechanismState DiscreteScheme::mechanism_state(double t, const double* y) {
-  if (!level_) level_ = std::make_unique<AccelerationLevel>(assembly_, Stabilization{});
+void DiscreteScheme::lay_out() {
+  const std::size_t total = static_cast<std::size_t>(6 * n_ + 4 * nz_ + 3 * m_ + 2);
+  numbers_.assign(total, 0);
+  r_ = parts(numbers_.data());
+}
+
+StateView DiscreteScheme::view(double t, const double* y) const {
   StateView s;
   s.t = t;
   s.q = y;
   s.v = y + n_;
   s.z = y + 2 * n_;
-  level_->solve(s);
+  return s;
+}
+
+AccelerationLevel& DiscreteScheme::level() {
+  if (!level_) level_ = std::make_unique<AccelerationLevel>(assembly_, Stabilization{});
+  return *level_;
+}
+
+MechanismState DiscreteScheme::mechanism_state(double t, const double* y) {
+  level().solve(view(t, y));
   return level_->state();
 }
 
-StateView DiscreteScheme::state() const {
+StateView DiscreteScheme::state() const { return state_of(r_); }
+
+StateView DiscreteScheme::state_of(const StepRecord& r) const {
   StateView s;
-  s.t = time();
-  s.q = r_.q;
-  s.v = r_.v;
-  s.z = r_.z;
-  s.a = r_.a;
-  s.lambda = r_.lambda;
+  s.t = *r.t;
+  s.q = r.q;
+  s.v = r.v;
+  s.z = r.z;
+  s.a = r.a;
+  s.lambda = r.lambda;
   return s;
 }
 
@@ -96,15 +112,19 @@ StateView DiscreteScheme::stage() {
 
 void DiscreteScheme::start(double t, double h, StartDerivative wanted) {
   t_start_ = t;
+  length_ = h;
   index_ = 0;
   c_ = StepCoefficients(alpha_coefficients_, h);
+  stale_ = false;
   counters_ = {};
   start_ = find_start(assembly_, t, needs_start_columns(assembly_, wanted));
   std::fill(numbers_.begin(), numbers_.end(), 0.0);
+  *r_.t = t;
   std::copy(start_.q.data(), start_.q.data() + n_, r_.q);
   std::copy(start_.v.data(), start_.v.data() + n_, r_.v);
   std::copy(start_.z.data(), start_.z.data() + nz_, r_.z);
-  if (constraint_rank(assembly_, t, r_.q).rank < m_) fail_singular("at the start", -1);
+  assembly_.calc_dynamics(state());
+  if (!constraint_rank(assembly_, t, r_.q).dependent_rows.empty()) fail_singular("at the start", -1);
   assembly_.calc_dynamics(state());
   check(matrices_.factor_projection(assembly_), "at the start");
   find_accelerations();
@@ -222,7 +242,7 @@ void DiscreteScheme::evaluate_stage() {
   add_product(assembly_.square(), assembly_.M.data(), -1, a, b);
   add_transposed_product(assembly_.jacobian(), assembly_.phi_q.data(), -1, lambda, b);
   for (int i = 0; i < nz_; ++i) b[n_ + i] = assembly_.zdot[i] - f[i];
-  for (int i = 0; i < m_; ++i) b[n_ + nz_ + i] = -assembly_.phi[i] / c_.B;
+  for (int i = 0; i < m_; ++i) b[n_ + nz_ + i] = assembly_.is_there(i) ? -assembly_.phi[i] / c_.B : lambda[i];
 }
 
 /// 1, until corrections are of rounding size. The last correction is applied to x and v*, not to q, so that the
@@ -230,7 +250,7 @@ void DiscreteScheme::evaluate_stage() {
 void DiscreteScheme::iterate() {
   double before = std::numeric_limits<double>::infinity();
   int refactorizations = 0;
-  bool refactor = false;
+  bool refactor = std::exchange(stale_, false);
   for (int i = 0;; ++i) {
     evaluate_stage();
     if (refactor) {
@@ -264,7 +284,21 @@ void DiscreteScheme::iterate() {
   }
 }
 
-void DiscreteScheme::step() {
+void DiscreteScheme::set_length(double h) {
+  if (h == c_.h) return;
+  c_ = h == length_ ? StepCoefficients(alpha_coefficients_, h) : StepCoefficients::trapezoidal(h);
+  stale_ = true;
+}
+
+void DiscreteScheme::step(double h, double t_end) {
+  if (keeps_beginnings_) std::copy(numbers_.begin(), numbers_.end(), begun_numbers_.begin());
+  set_length(h);
+  ++counters_.steps;
+  predict();
+  advance(h, t_end);
+}
+
+void DiscreteScheme::advance(double h, double t_end) {
   set_scales();
   for (int i = 0; i < n_; ++i) {
     q_g_[i] = r_.q[i] + c_.h * r_.v[i] + (c_.q_alpha * r_.alpha[i] + c_.q_a * r_.a[i]);
@@ -276,8 +310,8 @@ void DiscreteScheme::step() {
     r_.y[i] = c_.old_y * r_.y[i] + c_.old_f * r_.f[i];
   }
   ++index_;
-  ++counters_.steps;
-  predict();
+  *r_.t = t_end;
+  *r_.h = h;
   iterate();
   remember();
   StateView s = state();
@@ -309,6 +343,7 @@ void DiscreteScheme::step() {
 void DiscreteScheme::load(long index, const double* from) {
   index_ = index;
   std::copy(from, from + numbers_.size(), numbers_.begin());
+  if (*r_.h > 0) set_length(*r_.h);
 }
 
 void DiscreteScheme::factor_projection_here() {
@@ -328,6 +363,7 @@ void DiscreteScheme::factor_stage_here() {
 void DiscreteScheme::factor_here() {
   factor_projection_here();
   factor_stage_here();
+  stale_ = false;
   known_differences_ = 0;
   remember();
 }

@@ -18,7 +18,11 @@
 // Unknowns of 1 are (a*, f*, lambda*), not q, so that nothing of size q / h^2 cancels. Newton's iteration runs on the
 // matrix J of the last step's solution, started by extrapolation, until corrections are of rounding size: the matrix
 // factored at this step's solution then serves this step's derivative and the next step's iteration. Two factorizations
-// a step, J and P (step_matrices.h); a third only where the iteration contracts too slowly, counted apart.
+// a step, J and P (step_matrices.h); a third only where the iteration contracts too slowly, or the step has another
+// length than the last one, counted apart.
+//
+// A step may have a length of its own: it ends at an event, at a kink or where the run does, and the scheme then begins
+// anew, with alpha = a and y = f as at the start (step_cut.h). Such steps are of the trapezoidal rule.
 #pragma once
 
 #include <array>
@@ -28,7 +32,7 @@
 #include "costate/discrete/alpha_coefficients.h"
 #include "costate/discrete/step_matrices.h"
 #include "costate/formulation/system.h"
-#include "costate/level/acceleration_level.h"
+#include "costate/level/velocity_jump.h"
 
 namespace costate {
 
@@ -44,6 +48,7 @@ struct StepRecord {
   double *u = nullptr, *eta = nullptr;                                               // n, m
   double *alpha = nullptr, *y = nullptr;                                             // n, nz
   double* f = nullptr;                                                               // nz
+  double *t = nullptr, *h = nullptr;  // the step's end and its length, 0 where none leads there
 };
 
 class DiscreteScheme final : public System {
@@ -53,15 +58,43 @@ class DiscreteScheme final : public System {
 
   /// y = (q, v, z); accelerations and multipliers are solved for.
   MechanismState mechanism_state(double t, const double* y) override;
+  MechanismState kinematic_state(double t, const double* y) override { return view(t, y); }
+  bool carries_events() const override { return true; }
+  /// Throws CapabilityError for rows that it has no equations for: those of friction.
+  void require_rows() const;
 
   /// Consistent start at t for steps of h, with its derivative with respect to the parameters as wanted.
   /// Throws SolverError for redundant constraints, naming them.
   void start(double t, double h, StartDerivative wanted);
   /// One step. Throws SolverError naming the time, the step and the worst components.
-  void step();
+  void step() { step(length_, t_start_ + static_cast<double>(index_ + 1) * length_); }
+  /// One of length h, which ends at t_end.
+  void step(double h, double t_end);
+
+  // For runs with steps of other lengths; in discrete_cuts.cpp.
+  /// From here on each step keeps where it has begun.
+  void keep_beginnings();
+  /// Where the last step has begun.
+  const StepRecord& beginning() const { return begun_; }
+  void save_beginning(double* to) const { std::copy(begun_numbers_.begin(), begun_numbers_.end(), to); }
+  /// The last step once more, by another length; the next one has to be behind a jump.
+  void repeat(double h, double t_end);
+  /// Crosses the pending event, or the time `kink` of a law, from right before it to t_after, right behind it; and
+  /// begins anew there.
+  void cross_event();
+  void cross_kink(double kink, double t_after);
+  /// The last step has not been.
+  void take_back() { load(index_ - 1, begun_numbers_.data()); }
+  /// No step: what the rates at the present state make of it within an instant dt, to the time t.
+  void move_on(double dt, double t);
+  MotionEvents& events() { return *events_; }
+  ImpulseJump& velocity_jump();
 
   double start_time() const { return t_start_; }
-  double time() const { return t_start_ + static_cast<double>(index_) * c_.h; }
+  double time() const { return *r_.t; }
+  /// Of the step that ends here; and that of steps that end where no other is asked for.
+  double length() const { return *r_.h; }
+  double regular_length() const { return length_; }
   long index() const { return index_; }
   const StepCoefficients& coefficients() const { return c_; }
   /// (q, v, a, lambda, z) at the step's end.
@@ -78,6 +111,9 @@ class DiscreteScheme final : public System {
   void save(double* to) const { std::copy(numbers_.begin(), numbers_.end(), to); }
   /// The step of that index becomes the present one; its matrices are not factored.
   void load(long index, const double* from);
+  /// A record's state, as state() would have it, and its rates of force states.
+  StateView state_of(const double* record) const;
+  const double* rates_of(const double* record) const;
   /// Factors both matrices at the present record, to go on from it.
   void factor_here();
   /// The same, one by one. Both leave M and phi_q at the record's q in the assembly; factor_stage() also the derivative
@@ -87,6 +123,16 @@ class DiscreteScheme final : public System {
 
  private:
   void lay_out();
+  /// The parts of a record.
+  StepRecord parts(double* numbers) const;
+  StateView view(double t, const double* y) const;
+  StateView state_of(const StepRecord& r) const;
+  void set_length(double h);
+  /// The step from the present record, whose x has been guessed.
+  void advance(double h, double t_end);
+  /// From q, v and z of the present record.
+  void begin_anew(double t);
+  AccelerationLevel& level();
   void find_accelerations();
   void predict();
   void remember();
@@ -104,10 +150,13 @@ class DiscreteScheme final : public System {
   StepMatrices matrices_;
   int n_, m_, nz_;
   Start start_;
-  double t_start_ = 0;
+  double t_start_ = 0, length_ = 0;
   long index_ = 0;
   std::vector<double> numbers_;  // the record
   StepRecord r_;
+  bool keeps_beginnings_ = false, stale_ = false;  // J is that of another length
+  std::vector<double> begun_numbers_;
+  StepRecord begun_;
   // Within a step: q_g, v_g, z_g; v*; right-hand sides and corrections.
   std::vector<double> q_g_, v_g_, z_g_, v_star_, rhs_;
   // Backward differences of x over the last steps, and the number of them that predicted best.
@@ -117,7 +166,8 @@ class DiscreteScheme final : public System {
   std::vector<int> group_;
   std::vector<double> group_scale_, state_scale_, state_reach_;
   DiscreteCounters counters_;
-  std::unique_ptr<AccelerationLevel> level_;  // for mechanism_state
+  std::unique_ptr<AccelerationLevel> level_;  // for mechanism_state and jumps
+  std::unique_ptr<VelocityJump> velocity_jump_;
 };
 
 }  // namespace costate

@@ -93,15 +93,21 @@ void DiscreteTangent::project_velocities() {
 }
 
 /// 3
-void DiscreteTangent::find_accelerations() {
+void DiscreteTangent::find_accelerations(const Eigen::RowVectorXd* dt) {
   const StateView s = scheme_.state();
-  if (scheme_.index() == 0) {  // otherwise project_velocities() has evaluated them
+  if (scheme_.index() == 0 || dt) {  // otherwise project_velocities() has evaluated them
     assembly_.calc_partials(s);
     assembly_.calc_parameter_columns(s, columns_);
   }
   right_.topRows(n_) = -columns_.F;
   right_.middleRows(n_, nz_) = columns_.f;
   right_.bottomRows(m_) = -columns_.phidd;
+  if (dt) {
+    calc_time_partials(assembly_, s, time_);
+    right_.topRows(n_) -= Eigen::Map<const Eigen::VectorXd>(time_.force.data(), n_) * *dt;
+    right_.middleRows(n_, nz_) += Eigen::Map<const Eigen::VectorXd>(time_.state.data(), nz_) * *dt;
+    right_.bottomRows(m_) -= Eigen::Map<const Eigen::VectorXd>(time_.phidd.data(), m_) * *dt;
+  }
   for (int j = 0; j < np_; ++j) {
     const double *q = q_.col(j).data(), *v = v_.col(j).data(), *z = z_.col(j).data();
     double *force = right_.col(j).data(), *state = force + n_, *row = state + nz_;
@@ -119,6 +125,39 @@ void DiscreteTangent::find_accelerations() {
   a_ = right_.topRows(n_);
   f_ = right_.middleRows(n_, nz_);
   lambda_ = right_.bottomRows(m_);
+}
+
+void DiscreteTangent::add(const StepColumn& column, const Eigen::RowVectorXd& dt) {
+  q_ += column.q * dt;
+  v_ += column.v * dt;
+  z_ += column.z * dt;
+  a_ += column.a * dt;
+  lambda_ += column.lambda * dt;
+  f_ += column.f * dt;
+  alpha_ += column.alpha * dt;
+  y_ += column.y * dt;
+}
+
+void DiscreteTangent::change(const std::function<void(double* const* columns, int count)>& visit) {
+  Eigen::MatrixXd all(2 * n_ + nz_, np_);
+  all << q_, v_, z_;
+  std::vector<double*> columns;
+  for (int j = 0; j < np_; ++j) columns.push_back(all.col(j).data());
+  visit(columns.data(), np_);
+  q_ = all.topRows(n_);
+  v_ = all.middleRows(n_, n_);
+  z_ = all.bottomRows(nz_);
+}
+
+void DiscreteTangent::begin_anew(const Eigen::RowVectorXd& dt) {
+  find_accelerations(&dt);
+  alpha_ = a_;
+  y_ = f_;
+}
+
+Eigen::RowVectorXd DiscreteTangent::along(const ScalarGradient& w) const {
+  return w.q.transpose() * q_ + w.v.transpose() * v_ + w.z.transpose() * z_ + w.a.transpose() * a_ +
+         w.lambda.transpose() * lambda_ + w.rho.transpose();
 }
 
 void DiscreteTangent::add_cost(double weight, double* gradient, bool terminal) {

@@ -7,7 +7,9 @@
 // with the factors that the step itself has made.
 #pragma once
 
-#include "costate/discrete/discrete_scheme.h"
+#include <functional>
+
+#include "costate/discrete/step_length.h"
 
 namespace costate {
 
@@ -19,6 +21,16 @@ class DiscreteTangent {
   void start();
   /// After each scheme.step().
   void step();
+
+  // Across a jump; dt has one entry a parameter.
+  /// What a step hands on is by `column` dt further.
+  void add(const StepColumn& column, const Eigen::RowVectorXd& dt);
+  /// Visits the columns (q, v, z), one a parameter and one behind the other, which may change.
+  void change(const std::function<void(double* const* columns, int count)>& visit);
+  /// After the scheme has begun anew, in time by dt later.
+  void begin_anew(const Eigen::RowVectorXd& dt);
+  /// w^T of the present derivatives and of the parameters.
+  Eigen::RowVectorXd along(const ScalarGradient& w) const;
 
   /// gradient += weight d(g)/d(rho) at the present state, for the running cost or the terminal one.
   void add_running_cost(double weight, double* gradient) { add_cost(weight, gradient, false); }
@@ -35,7 +47,7 @@ class DiscreteTangent {
   void add_cost(double weight, double* gradient, bool terminal);
   void stage();
   void project_velocities();
-  void find_accelerations();
+  void find_accelerations(const Eigen::RowVectorXd* dt = nullptr);
 
   DiscreteScheme& scheme_;
   Assembly& assembly_;
@@ -43,6 +55,7 @@ class DiscreteTangent {
   Eigen::MatrixXd q_, v_, z_, a_, lambda_, f_, alpha_, y_;
   Eigen::MatrixXd right_;  // n + nz + m rows
   std::vector<double> hessian_;
+  TimePartials time_;
   Assembly::ParameterColumns columns_;
   ScalarGradient cost_;
 };

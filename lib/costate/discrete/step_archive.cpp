@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace costate {
 
@@ -31,7 +32,7 @@ StepArchive::StepArchive(DiscreteScheme& scheme, long steps, double bytes, long 
     segment_ = std::min(steps_, std::max(static_cast<long>(std::sqrt(n)) + 1, static_cast<long>(longest) - 1));
   }
   const auto slots = static_cast<std::size_t>(segment_), kept = static_cast<std::size_t>(checkpoints());
-  checkpoints_ = numbers(kept * record_size_);
+  for (std::size_t i = 0; i < kept; ++i) checkpoints_.push_back(numbers(record_size_));
   records_ = numbers(slots * record_size_);
   factors_.resize(slots);
   // A tenth more than the present factors take: pivot orders change.
@@ -49,9 +50,19 @@ double StepArchive::bytes() const {
 
 void StepArchive::keep() {
   const long k = scheme_.index();
-  if (k % segment_ == 0 && k < steps_)
-    scheme_.save(checkpoints_.get() + static_cast<std::size_t>(k / segment_) * record_size_);
+  last_ = std::max(last_, k);
+  if (k % segment_ == 0 && k < steps_) scheme_.save(checkpoints_[static_cast<std::size_t>(k / segment_)].get());
   if (k == 0) return;
+  if (const auto c = static_cast<std::size_t>((k - 1) / segment_); c == checkpoints_.size()) {
+    checkpoints_.push_back(numbers(record_size_));
+    scheme_.save_beginning(checkpoints_.back().get());
+  }
+  const double h = scheme_.regular_length();
+  const long grid = std::lround((scheme_.time() - scheme_.start_time()) / h);
+  if (scheme_.length() != h || scheme_.time() != scheme_.start_time() + static_cast<double>(grid) * h)
+    lengths_[k] = {scheme_.length(), scheme_.time()};
+  else if (k - grid != ahead_before(k))
+    ahead_[k] = k - grid;
   first_ = (k - 1) / segment_ * segment_;
   if (k == first_ + 1) arena_used_ = 0;
   scheme_.save(slot(k));
@@ -64,19 +75,42 @@ void StepArchive::keep() {
   f.saved = scheme_.matrices().save(arena_.get() + f.offset);
 }
 
+void StepArchive::keep_behind_cut() {
+  std::vector<double>& record = behind_[scheme_.index()];
+  record.resize(record_size_);
+  scheme_.save(record.data());
+}
+
+long StepArchive::ahead_before(long k) const {
+  const auto at = ahead_.upper_bound(k);
+  return at == ahead_.begin() ? 0 : std::prev(at)->second;
+}
+
+void StepArchive::step_again(long k) {
+  if (const auto cut = behind_.find(k - 1); cut != behind_.end()) {
+    scheme_.load(k - 1, cut->second.data());
+    scheme_.factor_here();
+  }
+  const auto own = lengths_.find(k);
+  const double h = scheme_.regular_length();
+  if (own == lengths_.end())
+    scheme_.step(h, scheme_.start_time() + static_cast<double>(k - ahead_before(k)) * h);
+  else
+    scheme_.step(own->second.h, own->second.t_end);
+  keep();
+}
+
 bool StepArchive::bring_back(long k) {
   if (k == 0) {
-    scheme_.load(0, checkpoints_.get());
+    scheme_.load(0, checkpoints_[0].get());
     return false;
   }
   const long first = (k - 1) / segment_ * segment_;
   if (first != first_) {
-    scheme_.load(first, checkpoints_.get() + static_cast<std::size_t>(first / segment_) * record_size_);
+    scheme_.load(first, checkpoints_[static_cast<std::size_t>(first / segment_)].get());
     scheme_.factor_here();
-    for (long i = first; i < std::min(first + segment_, steps_); ++i) {
-      scheme_.step();
-      keep();
-    }
+    for (const long until = std::min(first + segment_, last_); scheme_.index() < until;)
+      step_again(scheme_.index() + 1);
   }
   scheme_.load(k, slot(k));
   if (k > first_ + 1) {

@@ -12,15 +12,23 @@ class StepInterpolant {
 
   /// To be called at the start and after each step.
   void advance();
+  /// The scheme has begun anew behind a cut.
+  void begin_anew() { copy(now_); }
   /// At t within the last step. Valid until the scheme or the interpolant is used again.
   MechanismState at(double t);
+
+  /// In the place of advance(), of a scheme that keeps beginnings: the step just taken, from its beginning.
+  void take_step();
+  /// (q, v, z) alone, a little behind the step's end as well.
+  const double* motion(double t);
 
  private:
   struct End {
     double t = 0;
     std::vector<double> q, v, a, z, f;
   };
-  void copy(End& end) const;
+  void copy(End& end) const { copy(scheme_.record(), end); }
+  void copy(const StepRecord& r, End& end) const;
 
   DiscreteScheme& scheme_;
   End before_, now_;

@@ -4,7 +4,7 @@ namespace costate {
 
 namespace {
 BlockMatrix placed(const Assembly& a, int& square, int& force_state, int& transposed, int& state_force,
-                   int& state_state, int& identity, int& jacobian) {
+                   int& state_state, int& identity, int& jacobian, int& corner) {
   const int n = a.n(), m = a.m(), nz = a.nz();
   BlockMatrix x(n + nz + m);
   square = x.place(a.square(), 0, 0);
@@ -14,13 +14,14 @@ BlockMatrix placed(const Assembly& a, int& square, int& force_state, int& transp
   state_state = x.place(a.state_state(), n, n);
   identity = x.place(SparsePattern::identity(nz), n, n);
   jacobian = x.place(a.jacobian(), n + nz, 0);
+  if (a.has_switched_rows()) corner = x.place(SparsePattern::identity(m), n + nz, n + nz);
   x.finalize();
   return x;
 }
 }  // namespace
 
 StepMatrices::StepMatrices(const Assembly& a)
-    : matrix_(placed(a, square_, force_state_, transposed_, state_force_, state_state_, identity_, jacobian_)),
+    : matrix_(placed(a, square_, force_state_, transposed_, state_force_, state_state_, identity_, jacobian_, corner_)),
       size_(a.n() + a.nz() + a.m()),
       states_(a.nz() > 0),
       step_(matrix_.pattern()),
@@ -40,6 +41,7 @@ int StepMatrices::factor_step(const Assembly& a, const StepCoefficients& c) {
     matrix_.add(state_state_, a.f_z.data(), -c.G_z);
     matrix_.add_constant(identity_, 1);
   }
+  add_corner(a);
   return step_.factor(matrix_.values().data());
 }
 
@@ -49,7 +51,15 @@ int StepMatrices::factor_projection(const Assembly& a) {
   matrix_.add(transposed_, a.phi_q.data());
   matrix_.add(jacobian_, a.phi_q.data());
   if (states_) matrix_.add_constant(identity_, 1);
+  add_corner(a);
   return projection_.factor(matrix_.values().data());
+}
+
+void StepMatrices::add_corner(const Assembly& a) {
+  if (corner_ < 0) return;
+  absent_.resize(static_cast<std::size_t>(a.m()));
+  for (int i = 0; i < a.m(); ++i) absent_[static_cast<std::size_t>(i)] = a.is_there(i) ? 0 : 1;
+  matrix_.add(corner_, absent_.data(), -1);
 }
 
 StepMatrices::Saved StepMatrices::save(double* to) const {

@@ -1,6 +1,7 @@
 // The two matrices of a discrete step, on one sparsity pattern with rows and columns (n | nz | m):
 //   J  = [[M + G C + B K, -G_z Q_z, Phi_q^T], [-(G f_v + B f_q), I - G_z f_z, 0], [Phi_q, 0, 0]]   the step's own
 //   P  = [[M, 0, Phi_q^T], [0, I, 0], [Phi_q, 0, 0]]                                               projections
+// with -1 on the diagonal of a row that is not there (element/switched_rows.h), whose multiplier is 0.
 // J multiplies corrections of (a*, f*, lambda*) and tends to P for small steps. Each is factored once a step; the
 // factors serve the step, its tangent and, transposed, its adjoint. They can be saved and brought back.
 #pragma once
@@ -45,8 +46,13 @@ class StepMatrices {
   }
 
  private:
+  /// -1 for each row that is not there.
+  void add_corner(const Assembly& assembly);
+
   int square_ = 0, force_state_ = 0, transposed_ = 0, state_force_ = 0, state_state_ = 0, identity_ = 0, jacobian_ = 0;
+  int corner_ = -1;
   BlockMatrix matrix_;
+  std::vector<double> absent_;  // m
   int size_;
   bool states_;
   KluSolver step_, projection_;

@@ -205,7 +205,8 @@ void MotionEvents::linearize(const GuardOf& g, const StateView& before, const Si
     speed += std::abs(h);
     for (std::size_t i = 0; i < out_.size(); ++i) D_rate_[i] += D_t_[i] = out_[i].d[0].c0;
   });
-  if (!(std::abs(hdot_) > kGrazing * speed))
+  // Of a guard that depends on multipliers their rates are not known here.
+  if (!by_multipliers(g) && !(std::abs(hdot_) > kGrazing * speed))
     throw SolverError(
         fmt::format("At t = {:.9g} s '{}' is grazed: its guard changes by {:.3g} per second, of terms of {:.3g}. The "
                     "time of the event has no derivative there. Move the motion away from grazing.",

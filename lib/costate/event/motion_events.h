@@ -20,6 +20,7 @@
 #include "costate/element/guarded_force.h"
 #include "costate/event/gap_trace.h"
 #include "costate/event/impact.h"
+#include "costate/objective/output.h"
 
 namespace costate {
 
@@ -118,6 +119,18 @@ class MotionEvents {
   /// The change of Lambda's along d, whose parameters change by drho, at fixed mu and kappa.
   Gradient gradient_change(const double* mu, double kappa, const Variation& d, const Eigen::VectorXd& drho);
 
+  // For steps that end at an event and are differentiated themselves (discrete/step_cut.h): the time of the event is
+  // that at which the guard of the step's own end is zero. In event/step_crossing.cpp.
+  /// Derivatives of the guard at `before`, which has its multipliers; returns that by time. Throws what tangent()
+  /// throws where there is no derivative.
+  double guard_gradient(int event, const StateView& before, const Side& minus, const Side& plus, ScalarGradient& out);
+  // Behind guard_gradient() of the same event:
+  /// Columns (q, v, z) at the event, which comes by dt[j] later, become those behind it.
+  void transition_tangent(int event, const StateView& before, double* const* columns, const double* dt, int count);
+  /// mu of (q, v, z) behind the event becomes that before it; the gradient gains the transition's own share. Returns
+  /// the weight of the time.
+  double transition_adjoint(int event, const StateView& before, double* mu, double* gradient);
+
  private:
   struct GuardOf {
     const Force* force;
@@ -135,6 +148,12 @@ class MotionEvents {
                            {}};  // of the gap, where the step before has ended
   };
   const GuardOf& of(int event) const { return guards_[static_cast<std::size_t>(event)]; }
+  bool by_multipliers(const GuardOf& g) const {
+    using Guard = UnilateralForce::Guard;
+    if (g.contact < 0) return false;
+    const Guard kind = contacts_[static_cast<std::size_t>(g.contact)].contact->guard_kind(g.k);
+    return kind != Guard::touch && kind != Guard::stop;
+  }
   /// At the start of a run: a guard that is zero, and stays so to first order.
   void look_from_rest(GuardOf& g, const StateView& s, int direction);
   /// A guard along the motion at this state with these accelerations: its value, rate and second derivative.
@@ -252,6 +271,9 @@ class MotionEvents {
   double looked_until_ = std::numeric_limits<double>::quiet_NaN();
   int second_event_ = -1;  // of begin_second()
   StateView second_before_;
+  // Of the last linearization, by explicit time alone.
+  std::vector<double> D_t_;
+  double h_t_ = 0;
 };
 
 }  // namespace costate

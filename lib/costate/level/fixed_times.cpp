@@ -208,6 +208,17 @@ std::vector<double> driver_kinks(const Mechanism& mechanism, const std::vector<d
   return times;
 }
 
+std::vector<double> jump_times(const Mechanism& mechanism, const Objective& objective,
+                               const std::vector<double>& numbers) {
+  std::vector<double> times;
+  for (const Times& list : driven_times(mechanism)) list.add(local_numbers(list, numbers).data(), times);
+  for (const TimeLaw& of : laws_of_time(mechanism, objective))
+    add_value_jumps(*of.law, local_numbers(of, numbers).data(), times);
+  std::sort(times.begin(), times.end());
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  return times;
+}
+
 std::vector<double> kinks_of_moved_laws(const Mechanism& mechanism, const Objective& objective,
                                         const ParameterSelection& parameters, const std::vector<double>& numbers) {
   std::vector<double> times;

@@ -19,6 +19,11 @@ std::vector<double> driver_kinks(const Mechanism& mechanism, const std::vector<d
 std::vector<double> kinks_of_moved_laws(const Mechanism& mechanism, const Objective& objective,
                                         const ParameterSelection& parameters, const std::vector<double>& numbers);
 
+/// Where something jumps at a time of its own: kinks and jumps of the second derivative of drivers, and values of laws
+/// of time of forces and costs; in order and each once.
+std::vector<double> jump_times(const Mechanism& mechanism, const Objective& objective,
+                               const std::vector<double>& numbers);
+
 struct MovingInstant {
   double t;
   std::vector<double> by;  // dt/drho, one a parameter

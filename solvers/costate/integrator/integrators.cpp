@@ -104,7 +104,8 @@ std::string discrete_integrator_of(const Problem& problem) {
     require_form(problem, find_integrator(wanted));
     return wanted;
   }
-  // Fixed steps are not carried across events: whoever asks for none of their length does not ask for them.
+  // At events fixed steps have no error test that would make them short: whoever asks for none of their length does
+  // not ask for them.
   const bool events = MotionEvents::has_any(*problem.mechanism);
   for (const bool control : {false, true}) {
     if (!control && events && problem.solver.step_s == 0) continue;

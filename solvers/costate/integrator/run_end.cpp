@@ -7,6 +7,7 @@
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/integrator/fixed_run.h"
 #include "costate/integrator/runge_kutta_run.h"
 #include "costate/integrator/segmented_run.h"
 #include "costate/integrator/simulate.h"
@@ -54,29 +55,23 @@ RunEnd search_end(SystemType& system, const Problem& problem, const std::vector<
   if (!rates_too) return end;
   const MechanismState s = solved_state(system, watch.time(), run.y());
   const EndRates rates = end_rates(*problem.ends_when, problem.objective, s, system.assembly());
-  const double steepness = watch.steepness(rates.h_rate);
-  const auto text = [&] {
-    return fmt::format(
-        "The run's end is hardly crossed: at t = {:.9g} s {} comes with a rate of {:.3g} {}/s, {:.1e} of what it "
-        "ranges over in a run's length",
-        watch.time(), problem.ends_when->text(system.assembly()), rates.h_rate, problem.ends_when->output->unit(),
-        steepness);
-  };
-  const double part = problem.solver.rtol / (steepness * steepness);
-  if (!(steepness > kGrazedEnd) || part > kNoGradientOfEnd)
-    throw SolverError(
-        text() + ". Where an end is grazed its time has no derivative. Move the level, or the motion, away from it.");
-  if (part > kFewDigitsOfEnd)
-    notice(text() + fmt::format(": errors of the size of the tolerance (rtol {:g}) change the gradient by {:.0e} of "
-                                "itself. Move the level away from there, or take a smaller rtol.",
-                                problem.solver.rtol, part));
+  judge_end(problem, system.assembly(), watch.time(), rates.h_rate, watch.steepness(rates.h_rate));
   end.kappa = rates.kappa;
+  return end;
+}
+
+/// Which end their run themselves.
+RunEnd end_of_fixed_steps(const Problem& problem, const std::vector<double>& rho) {
+  FixedRun run(problem, rho, fixed_steps(problem), StartDerivative::none);
+  run.forward();
+  RunEnd end{run.end()->t};
+  if (!run.events().empty()) end.last_event = run.events().back();
   return end;
 }
 
 RunEnd search_end(const Problem& problem, const std::vector<double>& rho, const std::string& integrator, bool rates) {
   const std::string on = integrator.empty() ? integrator_of(problem) : integrator;
-  if (on == "fixed") refuse_free_end(problem, "fixed steps are");
+  if (on == "fixed") return end_of_fixed_steps(problem, rho);
   if (on == "idas") return search_end<IdaRun>(*problem.make_dae(), problem, rho, rates);
   Problem p = problem;
   p.solver.integrator = on;
@@ -113,38 +108,60 @@ RunEvent EndWatch::event() const { return {*end_, problem_.ends_when->text(syste
 void EndWatch::tell_if_grazed(const double* y) {
   if (problem_.ends_when->output->needs_accelerations()) return;  // they have no rate
   const double rate = end_rate(*problem_.ends_when, solved_state(system_, *end_, y), system_.assembly());
-  const double steep = steepness(rate);
+  tell_hardly_crossed(problem_, system_.assembly(), *end_, rate, steepness(rate));
+}
+
+void tell_hardly_crossed(const Problem& problem, const Assembly& assembly, double t, double rate, double steep) {
   if (!(steep < kHardlyCrossed)) return;
   // Errors of that part of the range move it by as much over the steepness, or, where it turns there, by their root.
-  const double rtol = problem_.solver.rtol, error = kRunErrors * rtol,
+  const double rtol = problem.solver.rtol, error = kRunErrors * rtol,
                part = std::min(error / std::max(steep, error), std::sqrt(error));
   notice(fmt::format(
       "The run's end is hardly crossed: at t = {:.9g} s {} comes with a rate of {:.3g} {}/s, and what a run may be off "
       "by at rtol {:g} moves it by some {:.1g} s, or decides whether it comes. Move the level away from there, or take "
       "a smaller rtol.",
-      *end_, problem_.ends_when->text(system_.assembly()), rate, problem_.ends_when->output->unit(), rtol,
-      part * (*end_ - problem_.solver.t_start)));
+      t, problem.ends_when->text(assembly), rate, problem.ends_when->output->unit(), rtol,
+      part * (t - problem.solver.t_start)));
+}
+
+void judge_end(const Problem& problem, const Assembly& assembly, double t, double rate, double steepness) {
+  const auto text = [&] {
+    return fmt::format(
+        "The run's end is hardly crossed: at t = {:.9g} s {} comes with a rate of {:.3g} {}/s, {:.1e} of what it "
+        "ranges over in a run's length",
+        t, problem.ends_when->text(assembly), rate, problem.ends_when->output->unit(), steepness);
+  };
+  const double part = problem.solver.rtol / (steepness * steepness);
+  if (!(steepness > kGrazedEnd) || part > kNoGradientOfEnd)
+    throw SolverError(
+        text() + ". Where an end is grazed its time has no derivative. Move the level, or the motion, away from it.");
+  if (part > kFewDigitsOfEnd)
+    notice(text() + fmt::format(": errors of the size of the tolerance (rtol {:g}) change the gradient by {:.0e} of "
+                                "itself. Move the level away from there, or take a smaller rtol.",
+                                problem.solver.rtol, part));
 }
 
 double EndWatch::steepness(double rate) const {
   return std::abs(rate) * (*end_ - problem_.solver.t_start) / search_.range();
 }
 
-void EndWatch::never() const {
-  const EndEvent& end = *problem_.ends_when;
-  const std::string what = end.text(system_.assembly()), unit = end.output->unit();
+void EndWatch::never() const { fail_without_end(problem_, search_, system_.assembly()); }
+
+void fail_without_end(const Problem& problem, const EndSearch& search, const Assembly& assembly) {
+  const EndEvent& end = *problem.ends_when;
+  const std::string what = end.text(assembly), unit = end.output->unit();
   const char *from = end.above ? "below" : "above", *way = end.above ? "rise" : "fall";
-  if (!search_.armed())
+  if (!search.armed())
     throw SolverError(fmt::format(
         "The run ends by {}, which the output is, or is at, from the start to t_end_s = {:g} s: it never comes from {} "
         "the level, to {} to it. Take the other one of 'above' and 'below', another level (one that it does not rest "
         "at), or another output (a gap in the place of a force that is zero while it is open).",
-        what, problem_.solver.t_end, from, way));
+        what, problem.solver.t_end, from, way));
   throw SolverError(
       fmt::format("The run ends by {}, which never comes before t_end_s = {:g} s. It is nearest at t = {:.6g} s, where "
                   "{:.6g} {} are "
                   "missing. Take a later t_end_s, or a level that the motion reaches.",
-                  what, problem_.solver.t_end, search_.nearest_time(), search_.nearest(), unit));
+                  what, problem.solver.t_end, search.nearest_time(), search.nearest(), unit));
 }
 
 void refuse_free_end(const Problem& problem, const std::string& what) {

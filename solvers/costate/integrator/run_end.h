@@ -67,10 +67,20 @@ class EndWatch {
 // A problem without ends_when is returned as it is. The end is found by one run, on this integrator or the problem's
 // own.
 /// The same problem to the fixed time at which it ends at rho, with end_term() in its cost: psi and its gradient at rho
-/// are the same, by every method but fixed steps. Throws SolverError where the end is grazed.
+/// are the same, by every method but fixed steps, which end their run themselves. Throws SolverError where the end is
+/// grazed.
 Problem with_fixed_end(const Problem& problem, const std::vector<double>& rho, const std::string& integrator = "");
 /// Without the term: for motions alone.
 Problem until_its_end(const Problem& problem, const std::vector<double>& rho);
+
+// What is told of an end, whatever carries the run: of its steepness, how fast the output crosses, over the run's
+// length and against its range.
+/// Of a gradient: SolverError where the end is grazed, a notice where it is nearly so.
+void judge_end(const Problem& problem, const Assembly& assembly, double t, double rate, double steepness);
+/// Of a simulation: a notice where small errors move the end by much.
+void tell_hardly_crossed(const Problem& problem, const Assembly& assembly, double t, double rate, double steepness);
+/// Of a run that has come to its last time.
+[[noreturn]] void fail_without_end(const Problem& problem, const EndSearch& search, const Assembly& assembly);
 
 /// Throws CapabilityError where the problem has ends_when ("Hessian products are").
 void refuse_free_end(const Problem& problem, const std::string& what);

@@ -9,8 +9,9 @@
 #include "costate/analysis/undetermined_reactions.h"
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
-#include "costate/event/named_event.h"
 #include "costate/formulation/solved_state.h"
+#include "costate/integrator/event_notices.h"
+#include "costate/integrator/unknown_sizes.h"
 #include "costate/objective/cycle_output.h"
 #include "costate/problem/known_error.h"
 #include "costate/problem/scaled_gradient.h"
@@ -40,12 +41,6 @@ constexpr long kManySteps = 1000;
 // From this tolerance on a run of some steps may keep no digit: measured, motions are off by 0.3 to 0.8 of their range
 // at 0.1, and by as much in some scenes at 0.01.
 constexpr double kNoPromise = 1e-2;
-
-// Of the run: an event so near its end, its start, or another one is there.
-constexpr double kSameInstant = 1e-9;
-// In tolerances of what the gap ranges over: a touch of this depth, or missed by as much, may come or not, as runs'
-// errors are up to some hundred tolerances.
-constexpr double kHair = 100;
 
 thread_local double drift_of_last_run = 0;
 
@@ -91,17 +86,6 @@ void RunWatch::look_for_grazing(double t, const double* y) {
   if (!grazing_.empty()) grazing_.look(system_.look_state(t, y), system_.assembly());
 }
 
-std::optional<std::pair<double, std::string>> RunWatch::grazed() const {
-  const std::optional<GrazingWatch::Place> at = grazing_.nearest();
-  if (!at) return {};
-  const double tolerances = at->depth / (problem_.solver.rtol * at->range);
-  if (tolerances > kHair) return {};
-  return std::pair{tolerances, fmt::format("'{}' is grazed: near t = {:.9g} s its gap would turn round within {:.2g} m "
-                                           "of zero, {:.1e} of what it ranges over, and errors of that size decide "
-                                           "whether it comes (rtol {:g})",
-                                           at->event, at->t, at->depth, at->depth / at->range, problem_.solver.rtol)};
-}
-
 /// A psi that is no number because it holds values of a cycle that nobody has looked for.
 static void require_cycle(const Problem& problem, double psi) {
   if (!std::isnan(psi)) return;
@@ -131,27 +115,11 @@ void RunWatch::conclude(Simulation& result) const {
         "At rtol {:g} each of the {} steps may be off by that much: no digit of the motion or of psi is promised. A "
         "smaller rtol (1e-4) costs little more.",
         problem_.solver.rtol, result.counters.steps));
-  if (const auto g = grazed()) notice(g->second + ". Move the motion away from there, or take a smaller rtol.");
+  tell_of_grazing(grazing_, problem_.solver.rtol);
   if (watch_.began_redundant()) tell_of_open_costs();
-  tell_of_end(result);
+  tell_of_end(problem_, result, driver_kinks(*problem_.mechanism, system_.assembly().numbers()));
   require_cycle(problem_, result.psi);
   require_finite(result);
-}
-
-void RunWatch::tell_of_end(const Simulation& result) const {
-  if (problem_.objective.terminal.empty()) return;
-  const SolverOptions& run = problem_.solver;
-  const double end = result.end ? result.end->t : run.t_end, instant = kSameInstant * (end - run.t_start);
-  const char* what =
-      "where the run ends: terminal costs are those behind it, and rounding decides whether it belongs to the run. "
-      "Move ";
-  if (!result.events.empty() && !result.end && end - result.events.back().t < instant)
-    notice(fmt::format("'{}' happens at t = {:.9g} s, {}t_end_s.", result.events.back().name, result.events.back().t,
-                       what));
-  for (const double kink : driver_kinks(*problem_.mechanism, system_.assembly().numbers()))
-    if (std::abs(kink - end) < instant)
-      notice(
-          fmt::format("The law of a driver has a kink at t = {:.9g} s, where velocities jump, {}the end.", kink, what));
 }
 
 void RunWatch::tell_of_open_costs() const {
@@ -170,37 +138,16 @@ void RunWatch::tell_of_open_costs() const {
 }
 
 void RunWatch::conclude(GradientResult& result) const {
-  if (const auto g = grazed(); g && g->first < 1)
-    throw SolverError(g->second +
-                      ". A gradient does not exist where a touch is grazed. Move the motion away from there, or take a "
-                      "smaller rtol.");
+  refuse_grazing(grazing_, problem_.solver.rtol);
   for (const auto& why : {watch_.without_derivative(), formulas_.met()})
     if (why) throw SolverError(*why);
   conclude(static_cast<Simulation&>(result));
-  if (const SolverOptions& run = problem_.solver;
-      !problem_.cycle && !result.events.empty() &&
-      result.events.front().t - run.t_start < kSameInstant * (run.t_end - run.t_start))
-    notice(
-        fmt::format("'{}' happens at t = {:.9g} s, where the run starts: derivatives by what moves the start or the "
-                    "event are those "
-                    "on the side on which it comes, and psi may jump to the other one. Begin before it, or behind it.",
-                    result.events.front().name, result.events.front().t));
-  tell_of_coincident(result.events);
+  tell_of_start(problem_, result);
+  tell_of_coincident(problem_, result.events);
   if (const double drift = watch_.told_drift(); drift > 0)
     widen_error(result, problem_.parameters, 0,
                 drift * gradient_size(problem_.parameters, result.psi, result.gradient));
   require_finite(problem_, result);
-}
-
-void RunWatch::tell_of_coincident(const std::vector<RunEvent>& events) const {
-  const double instant = kSameInstant * (problem_.solver.t_end - problem_.solver.t_start);
-  for (std::size_t k = 1; k < events.size(); ++k)
-    for (std::size_t i = k; i-- > 0 && events[k].t - events[i].t < instant;)
-      if (const std::string kink = kink_of_coincident(*problem_.mechanism, events[i].name, events[k].name);
-          !kink.empty()) {
-        notice(fmt::format("At t = {:.9g} s {}.", events[k].t, kink));
-        return;
-      }
 }
 
 double last_drift() { return drift_of_last_run; }

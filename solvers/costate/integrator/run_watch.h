@@ -45,17 +45,11 @@ class RunWatch {
  private:
   void look(void (MotionWatch::*what)(double, const double*, const double*), double t, const double* y);
   void look_for_grazing(double t, const double* y);
-  /// What there is to say of the touch that is most nearly missed, if errors may decide whether it comes: how many
-  /// tolerances deep it is, and a sentence.
-  std::optional<std::pair<double, std::string>> grazed() const;
   MotionWatch watch_;
   GrazingWatch grazing_;
   FormulaJumpWatch formulas_;  // of costs on accelerations, reactions, force states
   System& system_;
   void tell_of_open_costs() const;
-  /// Of what happens in the instant in which the run ends.
-  void tell_of_end(const Simulation& result) const;
-  void tell_of_coincident(const std::vector<RunEvent>& events) const;
   const Problem& problem_;
   std::vector<double> rho_;
   long steps_ = 0;

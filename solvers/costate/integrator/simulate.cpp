@@ -27,12 +27,23 @@ Simulation simulate_fixed(const Problem& problem, const std::vector<double>& rho
   FixedRun run(problem, rho, fixed_steps(problem), StartDerivative::none);
   StepInterpolant between(run.scheme());
   std::size_t next = 0;
+  double last = -std::numeric_limits<double>::infinity();
   Simulation r;
-  r.psi = run.forward([&](long k) {
+  const auto sample = [&](double t) {
+    const double end = run.scheme().time();
+    sink(between.at(std::min(t, end)), run.scheme());
+    last = t;
+  };
+  FixedRun::Follower follower;
+  follower.step = [&](long, const StepCut*) {
     between.advance();
-    for (; sink && next < times.size() && (times[next] <= run.scheme().time() || k == run.steps()); ++next)
-      sink(between.at(times[next]), run.scheme());
-  });
+    for (; sink && next < times.size() && times[next] <= run.scheme().time(); ++next) sample(times[next]);
+  };
+  follower.behind = [&](const StepCut&) { between.begin_anew(); };
+  r.psi = run.forward(follower);
+  // The last time but for rounding; or the end that an event has made.
+  if (sink && !run.end() && next < times.size()) sample(times[next]);
+  if (sink && run.end() && !times.empty() && last < run.scheme().time()) sample(run.scheme().time());
   r.counters = run.counters();
   run.conclude(r);
   return r;
@@ -110,7 +121,6 @@ Simulation simulate_by(const std::string& integrator, const Problem& problem, co
     const auto system = separate.make_dae();
     r = run<IdaRun>(*system, separate, rho, times, sink);
   } else if (integrator == "fixed") {
-    refuse_free_end(problem, "fixed steps are");
     r = simulate_fixed(problem, rho, times, sink);
   } else if (find_explicit_scheme(integrator)) {
     const Problem separate = with_separate_samples(problem);

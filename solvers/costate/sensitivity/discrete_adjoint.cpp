@@ -10,11 +10,14 @@ namespace {
 
 GradientResult run_discrete_adjoint_steps(const Problem& problem, const std::vector<double>& rho, long steps) {
   FixedRun run(problem, rho, steps, StartDerivative::adjoint);
-  StepArchive archive(run.scheme(), run.steps(), problem.solver.memory_budget_MB * 1e6,
+  StepArchive archive(run.scheme(), run.expected_steps(), problem.solver.memory_budget_MB * 1e6,
                       problem.solver.checkpoint_steps);
   GradientResult r;
   r.integrator = "fixed";
-  r.psi = run.forward([&](long) { archive.keep(); });
+  FixedRun::Follower follower;
+  follower.step = [&](long, const StepCut*) { archive.keep(); };
+  follower.behind = [&](const StepCut&) { archive.keep_behind_cut(); };
+  r.psi = run.forward(follower);
   DiscreteAdjoint adjoint(run.scheme());
   r.gradient = run.backward(archive, adjoint);
   r.counters = run.counters();

@@ -149,14 +149,13 @@ GradientResult without_parameters(Problem problem, const SensitivityMethod& meth
 }  // namespace
 
 namespace {
-/// Runs that end by an event: to that time, on the method's own integrator.
+/// Runs that end by an event: to that time, on the method's own integrator; fixed steps end there themselves.
 Problem with_end_of(const Problem& problem, const SensitivityMethod& method, const std::vector<double>& rho) {
   if (method.needs == Needs::dae || method.needs == Needs::ode) {
     Problem separate = with_separate_samples(problem);
     if (!problem.ends_when) return separate;
   }
-  if (!problem.ends_when || method.perturbs) return problem;
-  if (by_fixed_steps(problem, method)) refuse_free_end(problem, "fixed steps are");
+  if (!problem.ends_when || method.perturbs || by_fixed_steps(problem, method)) return problem;
   return with_fixed_end(problem, rho, integrator_of(problem, method));
 }
 }  // namespace
@@ -181,7 +180,7 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
     return r;
   }
   const Problem whole = with_end_of(problem, method, rho);
-  if (!method.perturbs) require_differentiable_laws(whole, rho, !by_fixed_steps(problem, method));
+  if (!method.perturbs) require_differentiable_laws(whole, rho, true);
   GradientResult r = with_cost_told(problem, rho, [&] { return method.gradient(whole, rho); });
   const auto tell_end = [&](GradientResult& of) {
     if (!problem.ends_when || of.end) return;

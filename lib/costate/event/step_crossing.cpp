@@ -1,0 +1,74 @@
+// Events at the ends of steps that are differentiated themselves: the guard's derivatives and those of the transition
+// alone, without the rates of the motion on either side.
+#include <algorithm>
+
+#include "costate/event/motion_events.h"
+
+namespace costate {
+
+double MotionEvents::guard_gradient(int event, const StateView& before, const Side& minus, const Side& plus,
+                                    ScalarGradient& out) {
+  // For what it refuses: the steps on either side have an end and a beginning there also where nothing jumps.
+  goes_on_smoothly(event, before, minus, plus);
+  const GuardOf& g = of(event);
+  linearize(g, before, minus, true);
+  const int n = assembly_.n(), nz = assembly_.nz();
+  const Eigen::Map<const Eigen::VectorXd> x(h_x_.data(), 2 * n + nz);
+  out.set_zero();
+  out.q = x.head(n);
+  out.v = x.segment(n, n);
+  out.z = x.tail(nz);
+  out.rho = Eigen::Map<const Eigen::VectorXd>(h_rho_.data(), assembly_.np());
+  for (std::size_t i = 0; i < lambda_.size(); ++i) {
+    lambda_[i].d[0] = Taylor2(1.0);
+    out.lambda[g.first_row + static_cast<int>(i)] = g.guarded->guard(g.k, arguments()).d[0].c0;
+    lambda_[i].d[0] = Taylor2(0.0);
+  }
+  return h_t_;
+}
+
+void MotionEvents::transition_tangent(int event, const StateView& before, double* const* columns, const double* dt,
+                                      int count) {
+  const int n = assembly_.n(), first = of(event).first_state;
+  const bool impact = contact_of(event, true) != nullptr;
+  if (impact) linearize_impact(event, before, true);
+  std::vector<double> own(D_x_.size()), u(static_cast<std::size_t>(n));
+  for (int j = 0; j < count; ++j) {
+    double* x = columns[j];
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      own[i] = D_rho_[i][static_cast<std::size_t>(j)] + D_t_[i] * dt[j];
+      for (std::size_t k = 0; k < D_x_[i].size(); ++k) own[i] += D_x_[i][k] * x[k];
+    }
+    if (impact) {
+      std::fill(u.begin(), u.end(), 0.0);
+      impact_tangent(x, x + n, j, dt[j], u.data());
+      for (int i = 0; i < n; ++i) x[n + i] += u[static_cast<std::size_t>(i)];
+    }
+    for (std::size_t i = 0; i < own.size(); ++i) x[2 * n + first + static_cast<int>(i)] = own[i];
+  }
+}
+
+double MotionEvents::transition_adjoint(int event, const StateView& before, double* mu, double* gradient) {
+  const int n = assembly_.n(), first = of(event).first_state;
+  double by_time = 0;
+  if (contact_of(event, true)) {
+    linearize_impact(event, before, false);
+    std::vector<double> w(static_cast<std::size_t>(2 * n), 0);
+    by_time = impact_adjoint(mu + n, w.data(), w.data() + n, gradient);
+    for (int i = 0; i < 2 * n; ++i) mu[i] += w[static_cast<std::size_t>(i)];
+  }
+  std::vector<double> weights(D_x_.size());
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    double& own = mu[2 * n + first + static_cast<int>(i)];
+    weights[i] = own;
+    by_time += own * D_t_[i];
+    own = 0;
+  }
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    for (std::size_t k = 0; k < D_x_[i].size(); ++k) mu[k] += weights[i] * D_x_[i][k];
+    for (std::size_t j = 0; j < D_rho_[i].size(); ++j) gradient[j] += weights[i] * D_rho_[i][j];
+  }
+  return by_time;
+}
+
+}  // namespace costate

@@ -1,0 +1,83 @@
+#include "costate/integrator/event_notices.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "costate/base/error.h"
+#include "costate/base/notice.h"
+#include "costate/event/named_event.h"
+
+namespace costate {
+
+namespace {
+// Of the run: an event so near its end, its start, or another one is there.
+constexpr double kSameInstant = 1e-9;
+// In tolerances of what the gap ranges over: a touch of this depth, or missed by as much, may come or not, as runs'
+// errors are up to some hundred tolerances.
+constexpr double kHair = 100;
+}  // namespace
+
+std::optional<std::pair<double, std::string>> grazed_touch(const GrazingWatch& watch, double rtol) {
+  const std::optional<GrazingWatch::Place> at = watch.nearest();
+  if (!at) return {};
+  const double tolerances = at->depth / (rtol * at->range);
+  if (tolerances > kHair) return {};
+  return std::pair{tolerances, fmt::format("'{}' is grazed: near t = {:.9g} s its gap would turn round within {:.2g} m "
+                                           "of zero, {:.1e} of what it ranges over, and errors of that size decide "
+                                           "whether it comes (rtol {:g})",
+                                           at->event, at->t, at->depth, at->depth / at->range, rtol)};
+}
+
+void tell_of_grazing(const GrazingWatch& watch, double rtol) {
+  if (const auto g = grazed_touch(watch, rtol))
+    notice(g->second + ". Move the motion away from there, or take a smaller rtol.");
+}
+
+void refuse_grazing(const GrazingWatch& watch, double rtol) {
+  if (const auto g = grazed_touch(watch, rtol); g && g->first < 1)
+    throw SolverError(g->second +
+                      ". A gradient does not exist where a touch is grazed. Move the motion away from there, or take a "
+                      "smaller rtol.");
+}
+
+void tell_of_end(const Problem& problem, const Simulation& result, const std::vector<double>& kinks) {
+  if (problem.objective.terminal.empty()) return;
+  const SolverOptions& run = problem.solver;
+  const double end = result.end ? result.end->t : run.t_end, instant = kSameInstant * (end - run.t_start);
+  const char* what =
+      "where the run ends: terminal costs are those behind it, and rounding decides whether it belongs to the run. "
+      "Move ";
+  if (!result.events.empty() && !result.end && end - result.events.back().t < instant)
+    notice(fmt::format("'{}' happens at t = {:.9g} s, {}t_end_s.", result.events.back().name, result.events.back().t,
+                       what));
+  for (const double kink : kinks)
+    if (std::abs(kink - end) < instant)
+      notice(
+          fmt::format("The law of a driver has a kink at t = {:.9g} s, where velocities jump, {}the end.", kink, what));
+}
+
+void tell_of_start(const Problem& problem, const Simulation& result) {
+  const SolverOptions& run = problem.solver;
+  if (problem.cycle || result.events.empty() ||
+      !(result.events.front().t - run.t_start < kSameInstant * (run.t_end - run.t_start)))
+    return;
+  notice(
+      fmt::format("'{}' happens at t = {:.9g} s, where the run starts: derivatives by what moves the start or the "
+                  "event are those "
+                  "on the side on which it comes, and psi may jump to the other one. Begin before it, or behind it.",
+                  result.events.front().name, result.events.front().t));
+}
+
+void tell_of_coincident(const Problem& problem, const std::vector<RunEvent>& events) {
+  const double instant = kSameInstant * (problem.solver.t_end - problem.solver.t_start);
+  for (std::size_t k = 1; k < events.size(); ++k)
+    for (std::size_t i = k; i-- > 0 && events[k].t - events[i].t < instant;)
+      if (const std::string kink = kink_of_coincident(*problem.mechanism, events[i].name, events[k].name);
+          !kink.empty()) {
+        notice(fmt::format("At t = {:.9g} s {}.", events[k].t, kink));
+        return;
+      }
+}
+
+}  // namespace costate

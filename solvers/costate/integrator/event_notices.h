@@ -1,0 +1,27 @@
+// What a run tells of its events, whatever carries it: those at its ends, in one instant, those that errors decide.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "costate/event/grazing_watch.h"
+#include "costate/problem/problem.h"
+
+namespace costate {
+
+/// What there is to say of the touch that is most nearly missed, if errors may decide whether it comes: how many
+/// tolerances deep it is, and a sentence.
+std::optional<std::pair<double, std::string>> grazed_touch(const GrazingWatch& watch, double rtol);
+/// The sentence as a notice, or for a gradient as a SolverError where it is too near.
+void tell_of_grazing(const GrazingWatch& watch, double rtol);
+void refuse_grazing(const GrazingWatch& watch, double rtol);
+
+/// Of what happens in the instant in which the run ends, or begins (for gradients); `kinks` are those of drivers.
+void tell_of_end(const Problem& problem, const Simulation& result, const std::vector<double>& kinks);
+void tell_of_start(const Problem& problem, const Simulation& result);
+/// Of a gradient where the order of two events decides.
+void tell_of_coincident(const Problem& problem, const std::vector<RunEvent>& events);
+
+}  // namespace costate

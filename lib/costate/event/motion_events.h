@@ -271,9 +271,6 @@ class MotionEvents {
   double looked_until_ = std::numeric_limits<double>::quiet_NaN();
   int second_event_ = -1;  // of begin_second()
   StateView second_before_;
-  // Of the last linearization, by explicit time alone.
-  std::vector<double> D_t_;
-  double h_t_ = 0;
 };
 
 }  // namespace costate

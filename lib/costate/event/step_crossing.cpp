@@ -41,7 +41,7 @@ void MotionEvents::transition_tangent(int event, const StateView& before, double
     }
     if (impact) {
       std::fill(u.begin(), u.end(), 0.0);
-      impact_tangent(x, x + n, j, dt[j], u.data());
+      impact_tangent(x, x + n, Eigen::VectorXd::Unit(assembly_.np(), j), dt[j], u.data());
       for (int i = 0; i < n; ++i) x[n + i] += u[static_cast<std::size_t>(i)];
     }
     for (std::size_t i = 0; i < own.size(); ++i) x[2 * n + first + static_cast<int>(i)] = own[i];

@@ -173,16 +173,18 @@ TEST_CASE("fixed cuts: places of laws that parameters move", "[discrete]") {
         text.replace(text.find("output = \"rod.angle\""), 20, fmt::format("output = \"{}\"", cost));
         exact_gradient(fixed_problem(text, parameters, 0.02, scheme));
       }
-  // A force that is switched at a time, within an actuator's state.
-  for (const char* scheme : {"newmark", "generalized-alpha"}) {
-    CAPTURE(scheme);
-    Problem p = problem_of_case("switched_actuator", {"actuator.g.command_N.breaks=[0.7041]"});
-    p.formulation = "index3";
-    p.solver.integrator = "fixed";
-    p.solver.step_s = 0.02;
-    p.formulation_options.set("discrete_scheme", scheme);
-    exact_gradient(p);
-  }
+  // Forces, an actuator's state, weights and targets of costs that are switched.
+  for (const char* name :
+       {"switching_time", "switched_actuator", "switched_product", "switched_weight", "switched_target"})
+    for (const char* scheme : {"newmark", "generalized-alpha"}) {
+      CAPTURE(name, scheme);
+      Problem p = problem_of_case(name);
+      p.formulation = "index3";
+      p.solver.integrator = "fixed";
+      p.solver.step_s = (p.solver.t_end - p.solver.t_start) / 99.0;
+      p.formulation_options.set("discrete_scheme", scheme);
+      exact_gradient(p);
+    }
 }
 
 // A driver's kink at a time that stands is a cut, too.

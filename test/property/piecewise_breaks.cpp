@@ -163,8 +163,8 @@ spring_law = {{ kind = "piecewise", breaks = [0.5], coefficients = {} }}
   CHECK(std::abs(r.gradient[0]) < 1e-12);  // moved by little, the law is another one by its square
   // Methods that do not carry a kink's time.
   problem = driven(kCorners, {"breaks[0]"});
-  problem.formulation = "index3";
-  CHECK_THROWS_WITH(gradient(problem, "discrete-adjoint", problem.parameters.values()),
+  problem.formulation = "index1";
+  CHECK_THROWS_WITH(hessian(problem, problem.parameters.values()),
                     Contains("Parameter 'driver.push.law.breaks[0]' moves the time t = 0.3 s"));
   // Breaks that change places.
   problem = driven(kCorners, {"breaks[0]"});

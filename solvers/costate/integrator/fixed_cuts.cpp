@@ -54,8 +54,7 @@ void FixedRun::take_step() {
   if (scheme_->index() >= problem_.solver.max_steps)
     throw SolverError(
         fmt::format("At t = {:.9g} s the run has taken {} steps, which is their limit: events cut them. Choose larger "
-                    "steps (--step, "
-                    "run.step_s), or a shorter run.",
+                    "steps (--step, run.step_s), or a shorter run.",
                     t, scheme_->index()));
   while (grid_ < steps_ && !(grid_time(grid_ + 1) > t)) ++grid_;
   long next = std::min(grid_ + 1, steps_);

@@ -69,7 +69,8 @@ double FixedRun::forward(const Follower& follower) {
   watch_->finish(last.t, last.q, last.v);
   if (end_search_) conclude_end();
   const DiscreteCounters& c = scheme_->counters();
-  counters_.steps = scheme_->index();
+  last_ = scheme_->index();
+  counters_.steps = steps_;
   counters_.newton_iterations = c.newton_iterations;
   counters_.residuals = c.residuals;
   counters_.jacobians = scheme_->matrices().step_factorizations();
@@ -158,7 +159,7 @@ void FixedRun::accept(const Follower& follower) {
 
 std::vector<double> FixedRun::backward(StepArchive& archive, DiscreteAdjoint& adjoint) {
   const DiscreteCounters before = scheme_->counters();
-  const long jacobians_before = scheme_->matrices().step_factorizations(), last = counters_.steps;
+  const long jacobians_before = scheme_->matrices().step_factorizations(), last = last_;
   adjoint.clear();
   std::size_t left = cuts_.size();
   double length_behind = 0, by_beginning = 0;  // of the step behind; the weight of the time at which it begins

@@ -71,6 +71,7 @@ class FixedRun {
   const std::optional<RunEvent>& end() const { return end_; }
   bool finished() const { return finished_; }
 
+  /// Steps are those of the grid over the whole time span, whose length is the step's.
   Counters counters() const;
   /// What the watch over a finished forward run noticed; refuses what is not finite.
   void conclude(Simulation& result) const;
@@ -125,6 +126,7 @@ class FixedRun {
   double beside_ = 0;           // before and behind them laws are evaluated on either side
   std::vector<MovingInstant> moving_;
   double psi_ = 0;
+  long last_ = 0;      // step of a finished run
   long grid_ = 0;      // of the present record: the last time of the grid that has been passed
   double looked_ = 0;  // events and the end are looked for from here on
   double last_length_ = 0;

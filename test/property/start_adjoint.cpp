@@ -113,7 +113,7 @@ TEST_CASE("start adjoint: transposed solutions of dense, sparse square and spars
     StateView x;
     x.q = s.q.data();
     a.calc_constraints(x);
-    GivenSystem system(a, scene.mechanism()->given_positions());
+    GivenSystem system(a, scene.mechanism()->given_positions(), GivenSystem::Of::positions);
     system.factor(s.q.data());
     Random random(3);
     const VectorXd w = random.vector(a.n()), b = random.vector(system.rows());

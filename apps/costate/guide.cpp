@@ -8,8 +8,8 @@ const std::vector<GuideEntry>& failure_guide() {
   static const std::vector<GuideEntry> guide = {
       {"no-cycle",
        {"No cycle was found", "A cycle is not determined", "not met where the search begins",
-        "eigenvalue problem of the multipliers", "another number of multipliers", "it has other multipliers",
-        "at the section itself"}},
+        "comes back to its coordinates", "eigenvalue problem of the multipliers", "another number of multipliers",
+        "it has other multipliers", "at the section itself"}},
       {"start-cannot-be-assembled",
        {"The start cannot be reached", "do not determine the configuration", "do not determine the motion",
         "independent constraint rows leave", "points half a turn away"}},

@@ -214,9 +214,10 @@ TEST_CASE("check page: every row, and the verdict of the text") {
     const auto rows = rows_beginning(page, r.at("formulation").get<std::string>());
     const auto row = std::find_if(rows.begin(), rows.end(), [&](const auto& c) { return c.at(1) == r.at("method"); });
     REQUIRE(row != rows.end());
-    CHECK(row->at(2) == r.at("status"));
-    CHECK(std::stod(row->at(3)) == Approx(r.at("psi").get<double>()).epsilon(1e-6));
-    CHECK(std::stol(row->at(5)) == r.at("counters").at("steps").get<long>());
+    CHECK(row->at(2) == r.at("integrator"));
+    CHECK(row->at(3) == r.at("status"));
+    CHECK(std::stod(row->at(4)) == Approx(r.at("psi").get<double>()).epsilon(1e-6));
+    CHECK(std::stol(row->at(6)) == r.at("counters").at("steps").get<long>());
   }
   for (const Json& m : j.at("motions"))
     CHECK(page.find("<td>" + m.at("integrator").get<std::string>() + "</td>") != std::string::npos);

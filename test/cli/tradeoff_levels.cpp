@@ -108,6 +108,7 @@ TEST_CASE("tradeoff --levels: the errors that it states are the true ones") {
        {std::pair("psi", psi), std::pair("outputs", output_error()), std::pair("gradient", gradient)}) {
     INFO(measure << " " << truth);
     const Json off = stated(change, measure), exact = stated("heavy", measure);
+    INFO(j.at("rows").at(off.at("row").get<std::size_t>()).dump());
     CHECK(off.at("resolved") == true);
     CHECK(std::abs(off.at("error").get<double>() - truth) <= known_to(off, measure));
     CHECK(known_to(off, measure) <= 0.3 * truth);

@@ -26,13 +26,9 @@ struct StartState {
     lambda.assign(static_cast<std::size_t>(assembly.m()), 0.1);
   }
   StateView view(double t) const {
-    StateView s;
-    s.t = t;
-    s.q = start.q.data();
-    s.v = start.v.data();
+    StateView s = start.state(t);
     s.a = a.data();
     s.lambda = lambda.data();
-    s.z = start.z.data();
     return s;
   }
 };

@@ -10,6 +10,7 @@
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/hessian.h"
 #include "costate/sensitivity/method.h"
+#include "property/falling_arm.h"
 #include "property/gradient_compare.h"
 #include "support/paths.h"
 
@@ -18,45 +19,8 @@ using Catch::Contains;
 
 namespace {
 
-// A bar that falls onto a floor with its end, several times: constraints that a parameter moves, states that jump,
-// costs on the contact's force.
 std::string arm(const std::string& law) {
-  return fmt::format(R"(
-[gravity]
-y_m_per_s2 = -9.81
-[point.A]
-ground = true
-x_m = 0
-y_m = 1
-[point.P]
-x_m = 1
-y_m = 1
-[bar.arm]
-from = "A"
-to = "P"
-mass_kg = 1
-length_m = 1
-[contact.floor]
-point = "P"
-stiffness_N_per_m_n = 2e4
-{}
-ground_height_m = 0.75
-[start]
-given = ["P.y"]
-[run]
-t_end_s = 1
-[[cost.running]]
-kind = "square"
-output = "P.y_dot"
-[[cost.running]]
-kind = "value"
-output = "floor.normal_force"
-weight = 1e-3
-[[cost.terminal]]
-kind = "value"
-output = "P.x"
-)",
-                     law);
+  return test::falling_arm("stiffness_N_per_m_n = 2e4\n" + law, 1, "floor.normal_force", 1e-3);
 }
 
 /// Those of this file, of formulations that have them; without fixed steps.

@@ -3,6 +3,7 @@
 #include "costate/base/error.h"
 #include "property/driven_carriage.h"
 #include "property/fixed_scenes.h"
+#include "property/free_pendulum.h"
 #include "support/cases.h"
 #include "support/paths.h"
 
@@ -91,37 +92,7 @@ b = 2
 // The end of the run is one of the steps' own; its time is a cost, and the level a parameter.
 TEST_CASE("fixed cuts: runs that end by an event, by the derivative of the steps", "[free_end][discrete]") {
   const auto swing = [](const std::string& end, const std::string& costs) {
-    return fmt::format(R"(
-[gravity]
-y_m_per_s2 = -9.81
-[point.O]
-ground = true
-x_m = 0
-y_m = 0
-[point.P]
-x_m = 1
-y_m = 0
-[mass.bob]
-point = "P"
-mass_kg = 1
-[bar.rod]
-from = "O"
-to = "P"
-mass_kg = 0
-length_m = 1.3
-[angle.swing]
-bar = "rod"
-angle_rad = -0.3
-[start]
-given = ["swing.angle"]
-[run]
-t_end_s = 3
-ends_when = {{ {} }}
-[[cost.terminal]]
-kind = "value"
-output = "time"
-{})",
-                       end, costs);
+    return free_pendulum("{ " + end + " }", "[[cost.terminal]]\nkind = \"value\"\noutput = \"time\"\n" + costs);
   };
   const std::string costs =
       "[[cost.running]]\nkind = \"square\"\noutput = \"P.y\"\ntarget = { kind = \"sine\", amplitude = 0.6, "

@@ -16,50 +16,14 @@
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
+#include "property/falling_arm.h"
 #include "property/gradient_compare.h"
 
 namespace costate::test {
 
 constexpr double kSums = 1e-10, kDifferences = 1e-9;
 
-// A bar that falls onto a floor with its end, which gives way or not.
-inline std::string falling_arm(const std::string& contact) {
-  return fmt::format(R"(
-[gravity]
-y_m_per_s2 = -9.81
-[point.A]
-ground = true
-x_m = 0
-y_m = 1
-[point.P]
-x_m = 1
-y_m = 1
-[bar.arm]
-from = "A"
-to = "P"
-mass_kg = 1
-length_m = 1
-[contact.floor]
-point = "P"
-{}
-ground_height_m = 0.75
-[start]
-given = ["P.y"]
-[run]
-t_end_s = 0.9
-[[cost.running]]
-kind = "square"
-output = "P.y_dot"
-[[cost.running]]
-kind = "value"
-output = "arm.tension"
-weight = 1e-2
-[[cost.terminal]]
-kind = "value"
-output = "P.x"
-)",
-                     contact);
-}
+inline std::string falling_arm(const std::string& contact) { return falling_arm(contact, 0.9, "arm.tension", 1e-2); }
 constexpr const char* kSoft = "law = \"hunt-crossley\"\nrestitution = 0.8\nstiffness_N_per_m_n = 2e4";
 constexpr const char* kViscous = "law = \"kelvin-voigt\"\nstiffness_N_per_m_n = 2e4\ndamping_N_s_per_m = 20";
 constexpr const char* kLinear = "law = \"hunt-crossley\"\nexponent = 1\nrestitution = 0.95\nstiffness_N_per_m_n = 5e3";

@@ -10,6 +10,7 @@
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
+#include "property/free_pendulum.h"
 #include "support/cases.h"
 #include "support/paths.h"
 
@@ -17,52 +18,8 @@ using namespace costate;
 
 namespace {
 
-// A point mass on a massless rod, let go at rest from this angle above the horizontal.
 std::string pendulum(const std::string& ends_when, const std::string& rest) {
-  return fmt::format(R"(
-[gravity]
-y_m_per_s2 = -9.81
-
-[point.O]
-ground = true
-x_m = 0
-y_m = 0
-
-[point.P]
-x_m = 1
-y_m = 0
-
-[mass.bob]
-point = "P"
-mass_kg = 1
-
-[bar.rod]
-from = "O"
-to = "P"
-mass_kg = 0
-length_m = 1.3
-
-[angle.swing]
-bar = "rod"
-angle_rad = -0.3
-
-[start]
-given = ["swing.angle"]
-
-[parameter.L]
-number = "bar.rod.length_m"
-
-[parameter.g]
-number = "gravity.y_m_per_s2"
-factors = [-1]
-
-[run]
-t_end_s = 3
-ends_when = {}
-parameters = ["L", "g"]
-{}
-)",
-                     ends_when, rest);
+  return test::free_pendulum(ends_when, "parameters = [\"L\", \"g\"]\n" + rest);
 }
 
 const std::string kTime = R"(

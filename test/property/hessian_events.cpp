@@ -9,6 +9,8 @@
 #include "costate/base/error.h"
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
+#include "property/falling_box.h"
+#include "property/free_pendulum.h"
 #include "property/hessian_compare.h"
 #include "support/paths.h"
 
@@ -180,36 +182,7 @@ TEST_CASE("hessian events: the height from which a ball bounces, against a close
 
 TEST_CASE("hessian events: the corner of a box in space bounces, against a closed form") {
   // It falls without turning; the impulse of the floor at the corner's (x, y) from the centre throws the centre up.
-  const Problem p = made(R"([gravity]
-z_m_per_s2 = -9.81
-[rigid_body.box]
-x_m = 0
-y_m = 0
-z_m = 0.7
-mass_kg = 1.4
-inertia_xx_kg_m2 = 0.03
-inertia_yy_kg_m2 = 0.05
-inertia_zz_kg_m2 = 0.06
-[point.corner]
-on = "box"
-x_m = 0.1
-y_m = 0.2
-z_m = -0.2
-[contact.floor]
-kind = "rigid"
-point = "corner"
-restitution = 0.6
-closing_speed_m_per_s = 0
-[start]
-given = ["box"]
-[run]
-t_end_s = 0.5
-rtol = 1e-11
-parameters = ["contact.floor.restitution", "rigid_body.box.mass_kg", "rigid_body.box.inertia_xx_kg_m2", "rigid_body.box.z_m"]
-[[cost.terminal]]
-kind = "value"
-output = "box.z"
-)");
+  const Problem p = made(kFallingBox);
   const auto psi = [](const long double* r) {
     const long double g = 9.81L, h = r[3] - 0.2L, v = std::sqrt(2 * h * g), left = 0.5L - v / g,
                       W = 1 / r[1] + 0.04L / r[2] + 0.01L / 0.05L, impulse = (1 + r[0]) * v / W;
@@ -305,44 +278,14 @@ output = "upper.angle_dot"
 
 TEST_CASE("hessian events: a pendulum's time to the bottom, against the elliptic integral") {
   // T = sqrt(L/g) K(sin(theta0/2)).
-  Problem p = made(R"([gravity]
-y_m_per_s2 = -9.81
-[point.O]
-ground = true
-x_m = 0
-y_m = 0
-[point.P]
-x_m = 1
-y_m = 0
-[mass.bob]
-point = "P"
-mass_kg = 1
-[bar.rod]
-from = "O"
-to = "P"
-mass_kg = 0
-length_m = 1.3
-[angle.swing]
-bar = "rod"
-angle_rad = -0.3
-[start]
-given = ["swing.angle"]
-[parameter.L]
-number = "bar.rod.length_m"
-[parameter.g]
-number = "gravity.y_m_per_s2"
-factors = [-1]
+  Problem p = made(free_pendulum("{ output = \"P.x\", below = 0.0 }", R"(rtol = 1e-11
+parameters = ["L", "g", "from"]
 [parameter.from]
 number = "angle.swing.angle_rad"
-[run]
-t_end_s = 3
-rtol = 1e-11
-ends_when = { output = "P.x", below = 0.0 }
-parameters = ["L", "g", "from"]
 [[cost.terminal]]
 kind = "value"
 output = "time"
-)");
+)"));
   const auto time = [](const long double* r) {
     const long double k = std::sin((std::acos(-1.0L) / 2 + r[2]) / 2);
     long double a = 1, b = std::sqrt(1 - k * k);

@@ -11,68 +11,41 @@
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
+#include "property/ways_compared.h"
 #include "support/with_words.h"
 
 using namespace costate;
+using costate::test::check_ways;
+using costate::test::event_names;
+using costate::test::MethodWay;
 using costate::test::with_words;
 
 namespace {
 
-struct SlidingWay {
-  const char *formulation, *method;
-};
-const std::vector<SlidingWay> sliding_ways = {{"index1", "idas-adjoint"},
-                                              {"index1", "idas-forward"},
-                                              {"index1", "cvodes-adjoint"},
-                                              {"index1", "cvodes-forward"},
-                                              {"index2", "idas-adjoint"},
-                                              {"index2", "idas-forward"},
-                                              {"index3", "idas-adjoint"},
-                                              {"baumgarte", "idas-adjoint"},
-                                              {"baumgarte", "cvodes-adjoint"},
-                                              {"penalty", "idas-forward"},
-                                              {"penalty", "cvodes-adjoint"},
-                                              {"augmented-lagrangian", "cvodes-adjoint"},
-                                              {"augmented-lagrangian", "cvodes-forward"},
-                                              {"index1", "hand-tangent"},
-                                              {"index1", "hand-adjoint"},
-                                              {"baumgarte", "hand-adjoint"},
-                                              {"penalty", "hand-tangent"},
-                                              {"index2", "hand-tangent"},
-                                              {"index2", "hand-adjoint"},
-                                              {"augmented-lagrangian", "hand-adjoint"},
-                                              {"index1", "discrete-tangent"},
-                                              {"baumgarte", "discrete-adjoint"},
-                                              {"penalty", "discrete-adjoint"},
-                                              {"index2", "discrete-adjoint"}};
-
-std::vector<std::string> event_names(const GradientResult& r) {
-  std::vector<std::string> names;
-  for (const RunEvent& e : r.events) names.push_back(e.name + " " + e.mode);
-  return names;
-}
-
-/// By all ways against the differences of whole motions, to `tolerance` of the largest scaled component.
-void check_against_differences(Problem p, const std::vector<std::string>& events, double tolerance,
-                               const std::vector<SlidingWay>& ways = sliding_ways) {
-  p.formulation = "index1";
-  const std::vector<double> rho = p.parameters.values();
-  const GradientResult reference = gradient(p, "differences", rho);
-  CHECK(event_names(reference) == events);
-  double size = 0;
-  for (std::size_t j = 0; j < rho.size(); ++j)
-    size = std::max(size, std::abs(reference.gradient[j] * p.parameters.parameters[j].scale));
-  for (const SlidingWay& way : ways) {
-    p.formulation = way.formulation;
-    const GradientResult r = gradient(p, way.method, rho);
-    CAPTURE(way.formulation, way.method);
-    CHECK(event_names(r) == events);
-    for (std::size_t j = 0; j < rho.size(); ++j) {
-      CAPTURE(p.parameters.parameters[j].name, r.gradient[j], reference.gradient[j]);
-      CHECK(std::abs(r.gradient[j] - reference.gradient[j]) * p.parameters.parameters[j].scale <= tolerance * size);
-    }
-  }
-}
+const std::vector<MethodWay> sliding_ways = {{"index1", "idas-adjoint"},
+                                             {"index1", "idas-forward"},
+                                             {"index1", "cvodes-adjoint"},
+                                             {"index1", "cvodes-forward"},
+                                             {"index2", "idas-adjoint"},
+                                             {"index2", "idas-forward"},
+                                             {"index3", "idas-adjoint"},
+                                             {"baumgarte", "idas-adjoint"},
+                                             {"baumgarte", "cvodes-adjoint"},
+                                             {"penalty", "idas-forward"},
+                                             {"penalty", "cvodes-adjoint"},
+                                             {"augmented-lagrangian", "cvodes-adjoint"},
+                                             {"augmented-lagrangian", "cvodes-forward"},
+                                             {"index1", "hand-tangent"},
+                                             {"index1", "hand-adjoint"},
+                                             {"baumgarte", "hand-adjoint"},
+                                             {"penalty", "hand-tangent"},
+                                             {"index2", "hand-tangent"},
+                                             {"index2", "hand-adjoint"},
+                                             {"augmented-lagrangian", "hand-adjoint"},
+                                             {"index1", "discrete-tangent"},
+                                             {"baumgarte", "discrete-adjoint"},
+                                             {"penalty", "discrete-adjoint"},
+                                             {"index2", "discrete-adjoint"}};
 
 }  // namespace
 
@@ -89,13 +62,13 @@ TEST_CASE("rigid friction: a ball that slides until it rolls", "[events]") {
   const double by_v0 = stop + (end - stop) / (1 + k);
   const double by_mu = -0.5 * g * stop * stop;
   const double by_k = -v0 / ((1 + k) * (1 + k)) * (end - stop);
-  for (const SlidingWay& way : sliding_ways) {
+  for (const MethodWay& way : sliding_ways) {
     Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/bouncing_ball/thrown.toml"));
     p.parameters = p.mechanism->select({"speed", "friction", "inertia"});
     p.formulation = way.formulation;
     const GradientResult r = gradient(p, way.method, p.parameters.values());
     CAPTURE(way.formulation, way.method);
-    REQUIRE(event_names(r) == std::vector<std::string>{"contact.floor: stop sticks"});
+    REQUIRE(event_names(r.events) == std::vector<std::string>{"contact.floor: stop sticks"});
     CHECK(std::abs(r.events[0].t - stop) <= 1e-9);
     CHECK(std::abs(r.psi - x) <= 1e-8);
     CHECK(std::abs(r.gradient[0] - by_v0) <= 1e-7);
@@ -152,12 +125,12 @@ TEST_CASE("rigid friction: a block on a slope comes to rest, or slides back", "[
                                                  {"SLIDING", "sliding = \"forward\""},
                                                  {"GIVEN", "[\"block.x\"]"},
                                                  {"FRICTION", fmt::format("{}", mu)}});
-    for (const SlidingWay& way : sliding_ways) {
+    for (const MethodWay& way : sliding_ways) {
       Problem p = make_problem(Scene::parse(scene, "block.toml"));
       p.formulation = way.formulation;
       const GradientResult r = gradient(p, way.method, p.parameters.values());
       CAPTURE(mu, way.formulation, way.method);
-      REQUIRE(event_names(r) ==
+      REQUIRE(event_names(r.events) ==
               std::vector<std::string>{mu < std::tan(b) ? "contact.slope: stop slides" : "contact.slope: stop sticks"});
       CHECK(std::abs(r.events[0].t - stop) <= 1e-9);
       CHECK(std::abs(r.psi - along * c) <= 1e-8);
@@ -260,7 +233,8 @@ weight = 1e-2
 TEST_CASE("rigid friction: gradients through sticking and sliding", "[events]") {
   Problem p = make_problem(Scene::parse(pulled, "pulled.toml"));
   const GradientResult r = gradient(p, "cvodes-forward", p.parameters.values());
-  CAPTURE(event_names(r));
+  CAPTURE(event_names(r.events));
   CHECK(r.events.size() >= 3);
-  check_against_differences(p, event_names(r), 1e-6);
+  p.formulation = "index1";
+  check_ways(p, event_names(r.events), sliding_ways, 1e-6);
 }

@@ -313,7 +313,9 @@ TEST_CASE("rigid contacts: bounces that die out close", "[events]") {
   const double height = v0 * v0 * v0 / (3 * g * g) * (1 + e * e * e) / (1 - e * e * e), by_h = 1.5 * height;
   const double by_e = v0 * v0 * v0 / (3 * g * g) * 6 * e * e / std::pow(1 - e * e * e, 2);
   for (const ImpactWay& way : {ImpactWay{"index1", "cvodes-adjoint"}, ImpactWay{"index1", "idas-forward"},
-                               ImpactWay{"baumgarte", "idas-adjoint"}, ImpactWay{"index2", "idas-adjoint"}}) {
+                               ImpactWay{"baumgarte", "idas-adjoint"}, ImpactWay{"index2", "idas-adjoint"},
+                               ImpactWay{"index1", "hand-tangent"}, ImpactWay{"baumgarte", "hand-adjoint"},
+                               ImpactWay{"index2", "hand-adjoint"}, ImpactWay{"index1", "discrete-adjoint"}}) {
     Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/bouncing_ball/drop.toml"));
     p.formulation = way.formulation;
     p.solver.t_end = end;

@@ -11,18 +11,14 @@
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
+#include "property/ways_compared.h"
 #include "support/with_words.h"
 
 using namespace costate;
+using costate::test::event_names;
 using costate::test::with_words;
 
 namespace {
-
-std::vector<std::string> events_of(const std::vector<RunEvent>& events) {
-  std::vector<std::string> names;
-  for (const RunEvent& e : events) names.push_back(e.name + " " + e.mode);
-  return names;
-}
 
 struct BoxStart {
   double z, yaw, tilt;  // turned by the tilt about its y, then by the yaw about the vertical
@@ -117,7 +113,7 @@ std::vector<double> velocities_at_end(const Problem& p, double end, std::vector<
            2 * (-q[2] * d[0] - q[3] * d[1] + q[0] * d[2] + q[1] * d[3]),
            2 * (-q[3] * d[0] + q[2] * d[1] - q[1] * d[2] + q[0] * d[3])};
   });
-  if (events) *events = events_of(r.events);
+  if (events) *events = event_names(r.events);
   return out;
 }
 

@@ -13,26 +13,21 @@
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
+#include "property/ways_compared.h"
 #include "support/with_words.h"
 
 using namespace costate;
+using costate::test::check_ways;
+using costate::test::event_names;
+using costate::test::MethodWay;
 using costate::test::with_words;
 
 namespace {
 
-struct ImpactWay {
-  const char *formulation, *method;
-};
-const std::vector<ImpactWay> impact_ways = {
+const std::vector<MethodWay> impact_ways = {
     {"index1", "idas-adjoint"},   {"index1", "idas-forward"},    {"index1", "cvodes-adjoint"},
     {"index1", "cvodes-forward"}, {"baumgarte", "idas-adjoint"}, {"baumgarte", "cvodes-forward"},
     {"penalty", "idas-forward"},  {"penalty", "cvodes-adjoint"}, {"augmented-lagrangian", "cvodes-forward"}};
-
-std::vector<std::string> events_of(const GradientResult& r) {
-  std::vector<std::string> names;
-  for (const RunEvent& e : r.events) names.push_back(e.name + " " + e.mode);
-  return names;
-}
 
 // A body that spins strikes a slope with one of its points.
 const char* tumbling = R"(
@@ -117,27 +112,6 @@ Problem tumble(double friction, const char* law, bool spins = true, double resti
                                    "tumbling.toml"));
 }
 
-void check_against_differences(Problem p, const std::vector<std::string>& events, double tolerance) {
-  const std::vector<double> rho = p.parameters.values();
-  const GradientResult reference = gradient(p, "differences", rho);
-  CHECK(events_of(reference) == events);
-  double size = 0;
-  for (std::size_t j = 0; j < rho.size(); ++j)
-    size = std::max(size, std::abs(reference.gradient[j] * p.parameters.parameters[j].scale));
-  for (const ImpactWay& way : impact_ways) {
-    p.formulation = way.formulation;
-    const GradientResult r = gradient(p, way.method, rho);
-    CAPTURE(way.formulation, way.method);
-    CHECK(events_of(r) == events);
-    for (std::size_t j = 0; j < rho.size(); ++j) {
-      CAPTURE(p.parameters.parameters[j].name, r.gradient[j], reference.gradient[j]);
-      // Soft constraints are off by O(1/alpha), here up to 4e-7 of the largest.
-      const double allowed = tolerance + (std::string(way.formulation) == "penalty" ? 1e-6 : 0);
-      CHECK(std::abs(r.gradient[j] - reference.gradient[j]) * p.parameters.parameters[j].scale <= allowed * size);
-    }
-  }
-}
-
 }  // namespace
 
 // By scipy: Euler's equations with solve_ivp (DOP853, rtol 1e-13, atol 1e-15) up to the event n.(r + A tip) = 0, and
@@ -157,12 +131,12 @@ TEST_CASE("impacts with friction in space: a body that spins, by an independent 
                      {"poisson", 0.15, 3.05615574276131, {}},
                      {"poisson", 2.0, 3.0921080330482, {0, -0.526826069498, 0.528100114058, 0.594319363355}}};
   for (const auto& c : cases)
-    for (const ImpactWay& way : impact_ways) {
+    for (const MethodWay& way : impact_ways) {
       Problem p = tumble(c.friction, c.law);
       p.formulation = way.formulation;
       CAPTURE(c.law, c.friction, way.formulation, way.method);
       const GradientResult r = gradient(p, way.method, p.parameters.values());
-      REQUIRE(events_of(r) == std::vector<std::string>{"contact.slope: touch bounces"});
+      REQUIRE(event_names(r.events) == std::vector<std::string>{"contact.slope: touch bounces"});
       CHECK(std::abs(r.events[0].t - 0.268051300941692) <= 1e-9);
       CHECK(std::abs(r.psi - c.psi) <= 1e-8);
       if (c.friction == 0.15) continue;
@@ -177,7 +151,7 @@ TEST_CASE("impacts with friction in space: a body that spins, by an independent 
 TEST_CASE("impacts with friction in space: gradients by all ways against differences", "[events]") {
   for (const char* law : {"newton", "poisson"})
     for (const double friction : {0.1, 0.15, 2.0})
-      check_against_differences(tumble(friction, law), {"contact.slope: touch bounces"}, 2e-8);
+      check_ways(tumble(friction, law), {"contact.slope: touch bounces"}, impact_ways, 2e-8);
 }
 
 // The same program: without restitution's loss Newton's law creates 0.0275 J here, Poisson's takes 0.0174 J.
@@ -243,13 +217,14 @@ TEST_CASE("impacts with friction in space: a block that lands slides on and stop
   const double s = 0.2 * speed + left * left / (2 * mu * g), s_v = 0.2 + left / (mu * g),
                s_mu = -2 * left / (mu * g) - left * left / (2 * mu * mu * g);
   for (const double angle : {0.0, 0.7, 2.5, -1.2, 4.0})
-    for (const ImpactWay& way : impact_ways) {
+    for (const MethodWay& way : impact_ways) {
       const double c = std::cos(angle), d = std::sin(angle);
       Problem p = drop_block(speed * c, speed * d, "", 1.2);
       p.formulation = way.formulation;
       CAPTURE(angle, way.formulation, way.method);
       const GradientResult r = gradient(p, way.method, p.parameters.values());
-      REQUIRE(events_of(r) == std::vector<std::string>{"contact.floor: touch slides", "contact.floor: stop sticks"});
+      REQUIRE(event_names(r.events) ==
+              std::vector<std::string>{"contact.floor: touch slides", "contact.floor: stop sticks"});
       CHECK(std::abs(r.psi - s * (c + 2 * d)) <= 1e-8);
       CHECK(std::abs(r.gradient[0] - s_mu * (c + 2 * d)) <= 1e-7);
       // Along the speed s_v, across it the way turns by s/V.
@@ -266,7 +241,7 @@ TEST_CASE("impacts with friction in space: a block that bounces for good", "[eve
     const Problem p = drop_block(2 * c, 2 * d, "restitution = 0.5\nclosing_speed_m_per_s = 0", 0.35);
     const GradientResult r = gradient(p, "cvodes-adjoint", p.parameters.values());
     CAPTURE(angle);
-    REQUIRE(events_of(r) == std::vector<std::string>{"contact.floor: touch bounces"});
+    REQUIRE(event_names(r.events) == std::vector<std::string>{"contact.floor: touch bounces"});
     CHECK(std::abs(r.psi - (0.4 + 0.15 * left) * (c + 2 * d)) <= 1e-9);
     CHECK(std::abs(r.gradient[0] + 0.15 * 3 * (c + 2 * d)) <= 1e-8);
   }
@@ -278,7 +253,7 @@ TEST_CASE("impacts with friction in space: a block that lands and sticks", "[eve
     const Problem p = drop_block(speed, 0, "", 0.5);
     const GradientResult r = gradient(p, "cvodes-forward", p.parameters.values());
     CAPTURE(speed);
-    REQUIRE(events_of(r) == std::vector<std::string>{"contact.floor: touch closed"});
+    REQUIRE(event_names(r.events) == std::vector<std::string>{"contact.floor: touch closed"});
     CHECK(std::abs(r.psi - 0.2 * speed) <= 1e-10);
     CHECK(std::abs(r.gradient[1] - 0.2) <= 1e-9);
   }
@@ -352,7 +327,7 @@ point = "other"
 friction = "coulomb"
 friction_coefficient = 0.3
 )";
-  check_against_differences(
-      make_problem(Scene::parse(scene, "two_points.toml")),
-      {"contact.slope: touch slides", "contact.other: touch slides", "contact.slope: touch slides"}, 1e-7);
+  check_ways(make_problem(Scene::parse(scene, "two_points.toml")),
+             {"contact.slope: touch slides", "contact.other: touch slides", "contact.slope: touch slides"}, impact_ways,
+             1e-7, 1e-6);
 }

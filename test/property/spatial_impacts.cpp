@@ -7,50 +7,12 @@
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
+#include "property/falling_box.h"
+#include "property/ways_compared.h"
 
 using namespace costate;
-
-namespace {
-
-std::vector<std::string> events_of(const GradientResult& r) {
-  std::vector<std::string> names;
-  for (const RunEvent& e : r.events) names.push_back(e.name + " " + e.mode);
-  return names;
-}
-
-const char* falling = R"(
-[gravity]
-z_m_per_s2 = -9.81
-[rigid_body.box]
-x_m = 0
-y_m = 0
-z_m = 0.7
-mass_kg = 1.4
-inertia_xx_kg_m2 = 0.03
-inertia_yy_kg_m2 = 0.05
-inertia_zz_kg_m2 = 0.06
-[point.corner]
-on = "box"
-x_m = 0.1
-y_m = 0.2
-z_m = -0.2
-[contact.floor]
-kind = "rigid"
-point = "corner"
-restitution = 0.6
-closing_speed_m_per_s = 0
-[start]
-given = ["box"]
-[run]
-t_end_s = 0.5
-rtol = 1e-11
-parameters = ["contact.floor.restitution", "rigid_body.box.mass_kg", "rigid_body.box.inertia_xx_kg_m2", "rigid_body.box.z_m"]
-[[cost.terminal]]
-kind = "value"
-output = "box.z"
-)";
-
-}  // namespace
+using costate::test::event_names;
+using costate::test::kFallingBox;
 
 // It falls without turning by h = 0.5 m; the impulse p = (1 + e) v/(1/m + y^2/Jx + x^2/Jy) of the floor at the corner's
 // (x, y) from the centre then throws the centre up by p/m - v. All is quadratic in time but the turning, of which the
@@ -70,11 +32,11 @@ TEST_CASE("rigid contacts in space: the corner of a box bounces", "[events]") {
                                                       {"baumgarte", "cvodes-adjoint"}, {"maggi", "cvodes-adjoint"},
                                                       {"penalty", "cvodes-adjoint"}};
   for (const auto& [formulation, method] : ways) {
-    Problem problem = make_problem(Scene::parse(falling, "falling.toml"));
+    Problem problem = make_problem(Scene::parse(kFallingBox, "falling.toml"));
     problem.formulation = formulation;
     const GradientResult r = gradient(problem, method, problem.parameters.values());
     CAPTURE(formulation, method);
-    REQUIRE(events_of(r) == std::vector<std::string>{"contact.floor: touch bounces"});
+    REQUIRE(event_names(r.events) == std::vector<std::string>{"contact.floor: touch bounces"});
     CHECK(std::abs(r.events[0].t - t) <= 1e-10);
     CHECK(std::abs(r.psi - z) <= 1e-9);
     CHECK(std::abs(r.gradient[0] - by_e) <= 1e-9);
@@ -131,7 +93,7 @@ weight = 0.01
     p.formulation = formulation;
     const GradientResult r = gradient(p, method, p.parameters.values());
     CAPTURE(formulation, method);
-    CHECK(events_of(r) ==
+    CHECK(event_names(r.events) ==
           std::vector<std::string>{"contact.c0: touch closed", "contact.c2: touch closed", "contact.c1: touch closed"});
     CHECK(std::abs(r.psi - (0.05 + 0.01 * 2 * 9.81 / 3)) <= 1e-9);
     CHECK(std::abs(r.gradient[0] - 0.01 * 9.81 / 3) <= 1e-9);

@@ -10,18 +10,19 @@
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
+#include "property/ways_compared.h"
 #include "support/with_words.h"
 
 using namespace costate;
+using costate::test::check_ways;
+using costate::test::event_names;
+using costate::test::MethodWay;
 using costate::test::with_words;
 
 namespace {
 
-struct SphereWay {
-  const char *formulation, *method;
-};
 // Where a slip that turns stops its direction turns ever faster, which tangents of IDAS at rtol 1e-11 do not follow.
-const std::vector<SphereWay> sphere_ways = {{"index1", "idas-adjoint"},
+const std::vector<MethodWay> sphere_ways = {{"index1", "idas-adjoint"},
                                             {"index1", "cvodes-adjoint"},
                                             {"index1", "cvodes-forward"},
                                             {"baumgarte", "idas-adjoint"},
@@ -29,33 +30,10 @@ const std::vector<SphereWay> sphere_ways = {{"index1", "idas-adjoint"},
                                             {"penalty", "cvodes-adjoint"},
                                             {"augmented-lagrangian", "cvodes-forward"}};
 
-std::vector<std::string> events_of(const GradientResult& r) {
-  std::vector<std::string> names;
-  for (const RunEvent& e : r.events) names.push_back(e.name + " " + e.mode);
-  return names;
-}
-
-/// By all ways against the differences of whole motions, to `tolerance` of the largest scaled component.
-void check_spheres(Problem p, const std::vector<std::string>& events, double tolerance) {
-  const std::vector<double> rho = p.parameters.values();
-  const GradientResult reference = gradient(p, "differences", rho);
-  CHECK(events_of(reference) == events);
-  double size = 0;
-  for (std::size_t j = 0; j < rho.size(); ++j)
-    size = std::max(size, std::abs(reference.gradient[j] * p.parameters.parameters[j].scale));
-  for (const SphereWay& way : sphere_ways) {
-    p.formulation = way.formulation;
-    const GradientResult r = gradient(p, way.method, rho);
-    CAPTURE(way.formulation, way.method);
-    CHECK(events_of(r) == events);
-    for (std::size_t j = 0; j < rho.size(); ++j) {
-      CAPTURE(p.parameters.parameters[j].name, r.gradient[j], reference.gradient[j]);
-      // Soft constraints are off by O(1/alpha), here some 1e-7 of the largest.
-      const double allowed = tolerance + (std::string(way.formulation) == "penalty" ? 1e-6 : 0);
-      CHECK(std::abs(r.gradient[j] - reference.gradient[j]) * p.parameters.parameters[j].scale <= allowed * size);
-    }
-  }
-}
+// Of an integral, what errors of rtol a step sum up to over some hundreds of them.
+constexpr double kKept = 5e-8;
+// Of the largest component, what soft constraints cost here.
+constexpr double kSoft = 1e-6;
 
 // A solid ball of 0.1 m and 1.5 kg, I = 2/5 m R^2 = 0.006, on the ground or above it.
 const char* ball = R"(
@@ -158,12 +136,12 @@ TEST_CASE("spheres in space: a ball slides until it rolls", "[events]") {
   const auto place = [&](double v, double w) {
     return v * stop - 0.5 * mu * kGravity * w / u * stop * stop + (v - 2.0 / 7 * w) * (end - stop);
   };
-  for (const SphereWay& way : sphere_ways) {
+  for (const MethodWay& way : sphere_ways) {
     Problem p = make_ball({});
     p.formulation = way.formulation;
     CAPTURE(way.formulation, way.method);
     const GradientResult r = gradient(p, way.method, p.parameters.values());
-    REQUIRE(events_of(r) == std::vector<std::string>{"contact.floor: stop sticks"});
+    REQUIRE(event_names(r.events) == std::vector<std::string>{"contact.floor: stop sticks"});
     CHECK(std::abs(r.events[0].t - stop) <= (std::string(way.formulation) == "penalty" ? 1e-7 : 1e-8));
     std::vector<double> at;
     simulate(p, p.parameters.values(), {end}, [&](const MechanismState& s, System&) { at.assign(s.q, s.q + 2); });
@@ -174,13 +152,13 @@ TEST_CASE("spheres in space: a ball slides until it rolls", "[events]") {
 }
 
 TEST_CASE("spheres in space: gradients from sliding to rolling", "[events]") {
-  check_spheres(make_ball({{"YY", "0.007"}, {"ZZ", "0.0065"}}), {"contact.floor: stop sticks"}, 2e-7);
+  check_ways(make_ball({{"YY", "0.007"}, {"ZZ", "0.0065"}}), {"contact.floor: stop sticks"}, sphere_ways, 2e-7, kSoft);
 }
 
 // It rolls at 5/7 g sin b down a slope of b along x, where friction serves: 2/7 tan b < mu.
 TEST_CASE("spheres in space: a ball rolls down a slope", "[events]") {
   const double b = 0.3, end = 0.8, wx = 2, v = -kRadius * wx;  // across: vy = -R wx
-  for (const SphereWay& way : sphere_ways) {
+  for (const MethodWay& way : sphere_ways) {
     Problem p = make_ball({{"ANGLE", "0.3"},
                            {"STATE", "closed = true"},
                            {"FRICTION", "0.3"},
@@ -220,7 +198,7 @@ TEST_CASE("spheres in space: gradients of a loaded ball that rolls", "[events]")
                   "\"rigid_body.ball.mass_kg\", \"rigid_body.ball.inertia_yy_kg_m2\", "
                   "\"rigid_body.ball.omega_global_x_rad_per_s\", \"point.C.z_m\", "
                   "\"contact.floor.radius_m\", \"contact.floor.ground_angle_rad\", \"rigid_body.ball.x_m\""}});
-  check_spheres(p, {}, 2e-7);
+  check_ways(p, {}, sphere_ways, 2e-7, kSoft);
 }
 
 // What falls with u at the ground loses mu (1 + e) V of it, 7/2 of that counted, or all of it: v - 2/7 u. Garwin's ball
@@ -230,7 +208,7 @@ TEST_CASE("spheres in space: a ball that spins bounces", "[events]") {
   const double vx = 1.2, vy = -0.5, wx = 3, wy = -2;
   const double ux = vx - kRadius * wy, uy = vy + kRadius * wx, u = std::hypot(ux, uy);
   for (const double mu : {0.05, 0.3})
-    for (const SphereWay& way : sphere_ways) {
+    for (const MethodWay& way : sphere_ways) {
       Problem p = make_ball({{"HEIGHT", "0.6"},
                              {"STATE", "restitution = 0.6\nclosing_speed_m_per_s = 0"},
                              {"FRICTION", fmt::format("{}", mu)},
@@ -239,7 +217,7 @@ TEST_CASE("spheres in space: a ball that spins bounces", "[events]") {
       p.formulation = way.formulation;
       CAPTURE(mu, way.formulation, way.method);
       const GradientResult r = gradient(p, way.method, p.parameters.values());
-      REQUIRE(events_of(r) == std::vector<std::string>{"contact.floor: touch bounces"});
+      REQUIRE(event_names(r.events) == std::vector<std::string>{"contact.floor: touch bounces"});
       const double lost = std::min(mu * (1 + e) * V, 2.0 / 7 * u);
       std::vector<double> at;
       simulate(p, p.parameters.values(), {end}, [&](const MechanismState& s, System&) { at.assign(s.q, s.q + 3); });
@@ -253,23 +231,23 @@ TEST_CASE("spheres in space: a ball that spins bounces", "[events]") {
 TEST_CASE("spheres in space: gradients through a bounce that slides or sticks", "[events]") {
   for (const char* law : {"newton", "poisson"})
     for (const char* mu : {"0.05", "0.3"})
-      check_spheres(make_ball({{"HEIGHT", "0.6"},
-                               {"STATE", fmt::format("restitution = 0.6\nclosing_speed_m_per_s = 0\n"
-                                                     "restitution_law = \"{}\"",
-                                                     law)},
-                               {"FRICTION", mu},
-                               {"YY", "0.007"},
-                               {"ZZ", "0.0065"},
-                               {"OFF_X", "0.005"},
-                               {"END", "0.6"},
-                               {"GIVEN", "given = [\"ball\"]"}}),
-                    {"contact.floor: touch bounces"}, 2e-7);
+      check_ways(make_ball({{"HEIGHT", "0.6"},
+                            {"STATE", fmt::format("restitution = 0.6\nclosing_speed_m_per_s = 0\n"
+                                                  "restitution_law = \"{}\"",
+                                                  law)},
+                            {"FRICTION", mu},
+                            {"YY", "0.007"},
+                            {"ZZ", "0.0065"},
+                            {"OFF_X", "0.005"},
+                            {"END", "0.6"},
+                            {"GIVEN", "given = [\"ball\"]"}}),
+                 {"contact.floor: touch bounces"}, sphere_ways, 2e-7, kSoft);
 }
 
 // From above it lands, slides and rolls, with gradients through all of it.
 TEST_CASE("spheres in space: a ball lands, slides and rolls", "[events]") {
-  check_spheres(make_ball({{"HEIGHT", "0.3"}, {"STATE", ""}, {"FRICTION", "0.1"}, {"GIVEN", "given = [\"ball\"]"}}),
-                {"contact.floor: touch slides", "contact.floor: stop sticks"}, 2e-7);
+  check_ways(make_ball({{"HEIGHT", "0.3"}, {"STATE", ""}, {"FRICTION", "0.1"}, {"GIVEN", "given = [\"ball\"]"}}),
+             {"contact.floor: touch slides", "contact.floor: stop sticks"}, sphere_ways, 2e-7, kSoft);
 }
 
 // L.rho with rho from the centre of mass to the touch stays whatever the ground's force, in impacts as well, of what is
@@ -301,7 +279,7 @@ TEST_CASE("spheres in space: what is round about an axis keeps Jellett's integra
     });
     CAPTURE(formulation);
     REQUIRE(kept.size() == 6);
-    for (const double x : kept) CHECK(std::abs(x - kept.front()) <= 5e-8 * std::abs(kept.front()));
+    for (const double x : kept) CHECK(std::abs(x - kept.front()) <= kKept * std::abs(kept.front()));
   }
 }
 

@@ -191,4 +191,6 @@ TEST_CASE("cycle: refusals", "[cycle]") {
   says(walker,
        {"body.right.mass_kg=0.6", "run.parameters=['slope']", "parameter.leg_mass.numbers=['body.left.mass_kg']"},
        "swap roles, and differ");
+  // Coordinates alone come back: no column says what a contact is.
+  says(COSTATE_SOURCE_DIR "/test/cases/slides_at_the_end.toml", {}, "contact.floor is sliding at the end of a cycle");
 }

@@ -239,13 +239,9 @@ void HessianEquations::begin(double t, const double* mu, const double* dmu, doub
   pull(mu, gradient);
   if (directions() == 0) return;
   const std::vector<double> rest(static_cast<std::size_t>(n_), 0.0), zero(static_cast<std::size_t>(m_), 0.0);
-  StateView s;
-  s.t = t;
-  s.q = start.q.data();
-  s.v = start.v.data();
+  StateView s = start.state(t);
   s.a = rest.data();
   s.lambda = zero.data();
-  s.z = start.z.data();
   assembly_.calc_dynamics(s);
   assembly_.calc_partials(s);
   Eigen::VectorXd x, y;

@@ -333,11 +333,7 @@ Start find_start(Assembly& assembly, double t, bool with_derivatives) {
   }
   require_angles(assembly, t, start.q);
   open_points(assembly, t, start);
-  StateView s;
-  s.t = t;
-  s.q = start.q.data();
-  s.v = start.v.data();
-  s.z = start.z.data();
+  StateView s = start.state(t);
   assembly.calc_dynamics(s);
   GivenVelocities velocities(assembly, t);
   const bool same =

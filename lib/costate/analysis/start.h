@@ -22,6 +22,9 @@ struct Start {
   Eigen::MatrixXd lambda_rho;
   bool rests = false;
   std::vector<int> open_states;  // those that begin with zero as their gaps are open (element/gap_element.h)
+
+  /// (q, v, z) at time t, without accelerations and multipliers; valid as long as these are.
+  StateView state(double t) const { return {t, q.data(), v.data(), nullptr, nullptr, z.data()}; }
 };
 
 /// At time t for the parameters that the assembly holds. Throws ModelError for too few or too many given

@@ -11,15 +11,9 @@ namespace {
 /// Calls visit(constraint, its rows' switches, first row) for what has rows that roll.
 template <class Visit>
 void for_each_rolling(const Assembly& assembly, const Visit& visit) {
-  if (!assembly.has_switched_rows()) return;
   const Mechanism& mech = assembly.mechanism();
-  for (std::size_t c = 0; c < mech.constraints().size(); ++c) {
-    const Constraint& e = *mech.constraints()[c];
-    const auto* switched = dynamic_cast<const SwitchedRows*>(&e);
-    bool rolls = false;
-    for (int i = 0; switched && i < e.rows(); ++i) rolls = rolls || !switched->is_integrable(i);
-    if (rolls) visit(e, *switched, mech.row_offsets()[c]);
-  }
+  for (const std::size_t c : assembly.rolling_constraints())
+    visit(*mech.constraints()[c], dynamic_cast<const SwitchedRows&>(*mech.constraints()[c]), mech.row_offsets()[c]);
 }
 }  // namespace
 

@@ -43,13 +43,7 @@ void DiscreteScheme::begin_anew(double t) {
   std::fill(r_.u, r_.u + n_, 0.0);
   std::fill(r_.eta, r_.eta + m_, 0.0);
   assembly_.calc_dynamics(state());
-  check(matrices_.factor_projection(assembly_), "behind a jump");
-  find_accelerations();
-  std::copy(r_.a, r_.a + n_, r_.alpha);
-  std::copy(r_.f, r_.f + nz_, r_.y);
-  std::copy(r_.a, r_.a + n_, r_.x);
-  std::copy(r_.f, r_.f + nz_, r_.x + n_);
-  std::copy(r_.lambda, r_.lambda + m_, r_.x + n_ + nz_);
+  find_rates("behind a jump");
   stale_ = true;
   known_differences_ = 0;
   remember();

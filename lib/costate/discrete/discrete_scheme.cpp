@@ -126,18 +126,22 @@ void DiscreteScheme::start(double t, double h, StartDerivative wanted) {
   assembly_.calc_dynamics(state());
   if (!constraint_rank(assembly_, t, r_.q).dependent_rows.empty()) fail_singular("at the start", -1);
   assembly_.calc_dynamics(state());
-  check(matrices_.factor_projection(assembly_), "at the start");
-  find_accelerations();
-  std::copy(r_.a, r_.a + n_, r_.alpha);
-  std::copy(r_.f, r_.f + nz_, r_.y);
-  // The first step iterates on the matrix of the start, with the start's rates as its first guess.
-  std::copy(r_.a, r_.a + n_, r_.x);
-  std::copy(r_.f, r_.f + nz_, r_.x + n_);
-  std::copy(r_.lambda, r_.lambda + m_, r_.x + n_ + nz_);
-  factor_stage_here();
+  find_rates("at the start");
+  factor_stage_here();  // which the first step iterates on
   known_differences_ = 0;
   remember();
   std::fill(state_scale_.begin(), state_scale_.end(), 0.0);
+}
+
+/// Rates of all kinds at (t, q, v, z), where the assembly's dynamics are; they are the next step's first guess.
+void DiscreteScheme::find_rates(const char* where) {
+  check(matrices_.factor_projection(assembly_), where);
+  find_accelerations();
+  std::copy(r_.a, r_.a + n_, r_.alpha);
+  std::copy(r_.f, r_.f + nz_, r_.y);
+  std::copy(r_.a, r_.a + n_, r_.x);
+  std::copy(r_.f, r_.f + nz_, r_.x + n_);
+  std::copy(r_.lambda, r_.lambda + m_, r_.x + n_ + nz_);
 }
 
 /// 3: with P factored and the assembly's dynamics at (t, q, v, z).

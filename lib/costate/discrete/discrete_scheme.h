@@ -133,6 +133,7 @@ class DiscreteScheme final : public System {
   /// From q, v and z of the present record.
   void begin_anew(double t);
   AccelerationLevel& level();
+  void find_rates(const char* where);
   void find_accelerations();
   void predict();
   void remember();

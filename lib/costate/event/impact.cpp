@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "costate/base/error.h"
+#include "costate/linear/shortest_solution.h"
 
 namespace costate {
 
@@ -15,13 +16,6 @@ namespace {
 constexpr double kNoSlip = 1e-9;
 // Pivots this far apart: two solutions of an impact meet, or rows depend on each other.
 constexpr double kFold = 1e-9;
-
-/// x of A x = c: where rows depend on each other, as those of several contacts of one body may, the shortest.
-Eigen::VectorXd solve_active(const Eigen::MatrixXd& A, const Eigen::VectorXd& c) {
-  const Eigen::FullPivLU<Eigen::MatrixXd> lu(A);
-  if (lu.isInvertible()) return lu.solve(c);
-  return A.completeOrthogonalDecomposition().solve(c);
-}
 
 int rank_of(const Eigen::MatrixXd& A) {
   Eigen::FullPivLU<Eigen::MatrixXd> lu(A.rowwise().normalized());
@@ -130,7 +124,7 @@ void Impact::solve_bordered(std::vector<double>& b, Eigen::VectorXd& c) {
   if (k == 0) return;
   Eigen::VectorXd rates(k);
   for (Eigen::Index i = 0; i < k; ++i) rates[i] = along(row_of(active_[static_cast<std::size_t>(i)]), b.data());
-  c = solve_active(active_W_, c - speeds_ * rates);
+  c = shortest_solution(active_W_, c - speeds_ * rates);
   for (Eigen::Index i = 0; i < k; ++i) {
     const auto& response = response_[static_cast<std::size_t>(active_[static_cast<std::size_t>(i)].row)];
     for (std::size_t j = 0; j < b.size(); ++j) b[j] += c[i] * response[j];
@@ -306,7 +300,7 @@ void Impact::solve_bordered_transposed(std::vector<double>& s, Eigen::VectorXd& 
   balance_.solve(s.data());
   const auto size = static_cast<Eigen::Index>(active_.size());
   for (Eigen::Index i = 0; i < size; ++i) y[i] += along(row_of(active_[static_cast<std::size_t>(i)]), s.data());
-  if (size > 0) y = solve_active(active_W_.transpose(), y);
+  if (size > 0) y = shortest_solution(active_W_.transpose(), y);
   const Eigen::VectorXd of_rates = speeds_.transpose() * y;
   for (Eigen::Index i = 0; i < size; ++i) {
     const auto& response = response_[static_cast<std::size_t>(active_[static_cast<std::size_t>(i)].row)];

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "costate/event/slip_behind_impact.h"
+#include "costate/linear/shortest_solution.h"
 
 namespace costate {
 
@@ -30,14 +31,6 @@ constexpr std::size_t kAngles[] = {10, 4, 3, 2};
 
 double cross_of(const Vector2d& a, const Vector2d& b) { return a[0] * b[1] - a[1] * b[0]; }
 Vector2d turned(const Vector2d& s) { return {-s[1], s[0]}; }
-
-/// x of A x = c: where rows depend on each other, as those of several contacts of one body may, the shortest.
-VectorXd solve_shortest(const MatrixXd& A, const VectorXd& c) {
-  if (A.size() == 0) return VectorXd::Zero(A.cols());
-  const Eigen::FullPivLU<MatrixXd> lu(A);
-  if (lu.isInvertible()) return lu.solve(c);
-  return A.completeOrthogonalDecomposition().solve(c);
-}
 
 /// The linear equations of given directions: unknown impulses of rows that are held, and of gaps.
 class SlipEquations {
@@ -86,7 +79,7 @@ class SlipEquations {
       else
         A.row(i) = WP.row(u.row);
     }
-    const VectorXd x = solve_shortest(A, c);
+    const VectorXd x = shortest_solution(A, c);
     if (!x.allFinite() || (A * x - c).norm() > 1e-8 * (c.norm() + A.norm() * x.norm())) return false;
     v_ = b_ + WP * x;
     if (!derivatives) return true;
@@ -102,7 +95,7 @@ class SlipEquations {
         const Unknown& u = unknowns_[static_cast<std::size_t>(i)];
         change[i] = u.given ? 0 : -moved[u.row];
       }
-      v_by_.col(static_cast<Index>(a)) = moved + WP * solve_shortest(A, change);
+      v_by_.col(static_cast<Index>(a)) = moved + WP * shortest_solution(A, change);
     }
     return true;
   }
@@ -182,7 +175,7 @@ bool find_slips(SlipEquations& equations, Slips& s) {
       for (Index j = 0; j < size; ++j) slope(i, j) = cross_of(s[c], equations.along_by(c, static_cast<std::size_t>(j)));
       slope(i, i) += cross_of(turned(s[c]), equations.along(c));
     }
-    VectorXd step = solve_shortest(slope, -off);
+    VectorXd step = shortest_solution(slope, -off);
     if (!step.allFinite()) return false;
     if (const double longest = step.cwiseAbs().maxCoeff(); longest > 0.6) step *= 0.6 / longest;
     const double before = off.norm();

@@ -67,11 +67,7 @@ std::string let_go_at_start(const Problem& problem, const CycleSettings& setting
   Assembly assembly(problem.mechanism, problem.parameters);
   assembly.set_parameters(rho.data());
   const Start start = find_start(assembly, problem.solver.t_start, false);
-  StateView s;
-  s.t = problem.solver.t_start;
-  s.q = start.q.data();
-  s.v = start.v.data();
-  s.z = start.z.data();
+  const StateView s = start.state(problem.solver.t_start);
   std::string let_go;
   bool closed = false;
   for (std::size_t f = 0; f < m.forces().size(); ++f) {

@@ -213,11 +213,7 @@ void ReturnMap::onto_section(Eigen::VectorXd& x, const std::vector<double>& posi
     Assembly assembly(p.mechanism, p.parameters);
     assembly.set_parameters(values.data());
     const Start start = find_start(assembly, p.solver.t_start, true);
-    StateView s;
-    s.t = p.solver.t_start;
-    s.q = start.q.data();
-    s.v = start.v.data();
-    s.z = start.z.data();
+    const StateView s = start.state(p.solver.t_start);
     const double h = section->output->value(s, assembly) - section->level_in(assembly);
     ScalarGradient g;
     g.resize(assembly);

@@ -11,6 +11,8 @@ namespace costate {
 
 /// The value of an arithmetic type without its derivative parts.
 inline double value_of(double x) { return x; }
+/// Whether x has no derivatives.
+inline bool is_constant(double) { return true; }
 
 /// A truncated Taylor expansion x(s) = c0 + c1 s + c2 s^2 / 2 (c1, c2 are the first and second derivative).
 struct Taylor2 {
@@ -37,6 +39,7 @@ struct Taylor2 {
 };
 
 inline double value_of(const Taylor2& x) { return x.c0; }
+inline bool is_constant(const Taylor2& x) { return x.c1 == 0 && x.c2 == 0; }
 
 /// f(x) for a scalar function with value f0, slope f1 and curvature f2 at x.c0.
 inline Taylor2 compose(const Taylor2& x, double f0, double f1, double f2) {
@@ -124,6 +127,12 @@ struct Dual {
 template <int N, class T>
 double value_of(const Dual<N, T>& x) {
   return value_of(x.v);
+}
+template <int N, class T>
+bool is_constant(const Dual<N, T>& x) {
+  bool all = is_constant(x.v);
+  for (const T& d : x.d) all = all && value_of(d) == 0 && is_constant(d);
+  return all;
 }
 
 /// f(x) where f has value f0 and slope f1 at x.v (both of type T).

@@ -31,6 +31,7 @@ struct Rounded {
 };
 
 inline double value_of(const Rounded& x) { return x.v; }
+inline bool is_constant(const Rounded&) { return true; }  // it has none
 
 inline Rounded sqrt(const Rounded& x) {
   const double r = std::sqrt(x.v);

@@ -4,6 +4,7 @@
 // stack, which runs on any number type, so that derivatives are exact and nothing is allocated.
 #pragma once
 
+#include <cmath>
 #include <cstdlib>
 #include <memory>
 #include <string>
@@ -141,7 +142,8 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
         case Op::power:
           --top;
           watch.term(value_of(top[0]));
-          top[0] = exp(top[1] * log(top[0]));
+          top[0] = is_whole(top[1]) && !(value_of(top[0]) > 0) ? whole_power(top[0], static_cast<int>(value_of(top[1])))
+                                                               : exp(top[1] * log(top[0]));
           break;
         case Op::whole_power: {
           watch.term(value_of(top[0]));
@@ -213,6 +215,12 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
     return *top;
   }
 
+  /// An exponent by which what is not positive has a power, and derivatives: a whole number that is no parameter.
+  template <class S>
+  static bool is_whole(const S& exponent) {
+    const double n = value_of(exponent);
+    return is_constant(exponent) && n == std::floor(n) && std::abs(n) < 1e6;
+  }
   /// By squares.
   template <class S>
   static S whole_power(S base, int n) {

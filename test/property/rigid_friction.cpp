@@ -160,8 +160,8 @@ TEST_CASE("rigid friction: starts that are none", "[events]") {
              Catch::Matchers::Contains("slides the other way"));
   CHECK_THAT(refused("0", "sliding = \"forward\"", "[\"block.x\"]", "0.3"),
              Catch::Matchers::Contains("does not slide so"));
-  CHECK_THAT(refused("0", "", "[]", "0.3"), Catch::Matchers::Contains("sliding"));
-  CHECK(refused("0", "", "[]", "0.7").empty());
+  CHECK_THAT(refused("0", "along_m = 0", "[]", "0.3"), Catch::Matchers::Contains("sliding"));
+  CHECK(refused("0", "along_m = 0", "[]", "0.7").empty());
   CHECK(refused("0", "sliding = \"backward\"", "[\"block.x\"]", "0.3").empty());
 }
 
@@ -203,6 +203,7 @@ natural_length_m = 1.4
 kind = "rigid"
 point = "block"
 closed = true
+along_m = 0
 ground_angle_rad = 0.05
 friction = "coulomb"
 friction_coefficient = 0.8

@@ -185,6 +185,7 @@ natural_length_m = 1.4
 kind = "rigid"
 point = "block"
 closed = true
+along_m = 0
 friction = "coulomb"
 friction_coefficient = 0.8
 [start]

@@ -104,7 +104,7 @@ kind = "value"
 output = "wheel.x"
 )",
                      0.1 * std::sin(slope), 0.1 * std::cos(slope) + height, 0.4 * 1.3 * 0.01, -slope, mu,
-                     closed ? "closed = true" : "",
+                     closed ? "closed = true\nalong_m = 0" : "",
                      closed ? "\"wheel.angle\"" : "\"wheel.x\", \"wheel.y\", \"wheel.angle\"");
 }
 

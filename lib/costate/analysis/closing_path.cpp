@@ -45,6 +45,7 @@ VectorXd ClosingPath::residual(const VectorXd& q) {
   const int rows = assembly_.m();
   VectorXd r(rows + z0_.size());
   for (int i = 0; i < rows; ++i) r[i] = assembly_.phi[static_cast<std::size_t>(i)];
+  for (const int i : rows_without_place(assembly_)) r[i] = 0;
   for (Eigen::Index g = 0; g < z0_.size(); ++g)
     r[rows + g] = q[given_[static_cast<std::size_t>(g)].coordinate] - z0_[g];
   return r;
@@ -101,7 +102,7 @@ bool ClosingPath::descend(VectorXd& q) {
     // In step lengths, with rows of comparable size.
     MatrixXd J = MatrixXd::Zero(r.size(), n);
     J.topRows(assembly_.m()) = to_dense(assembly_.jacobian(), assembly_.phi_q.data());
-    for (const int i : rolling_rows(assembly_)) J.row(i).setZero();
+    for (const int i : rows_without_place(assembly_)) J.row(i).setZero();
     for (std::size_t g = 0; g < given_.size(); ++g)
       J(assembly_.m() + static_cast<Eigen::Index>(g), given_[g].coordinate) = 1;
     J *= w.cwiseInverse().asDiagonal();

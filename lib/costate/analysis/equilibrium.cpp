@@ -219,6 +219,10 @@ Equilibrium find_equilibrium(Assembly& assembly, double t, const std::vector<Hel
   Equilibrium e;
   Search search(assembly, t, held, guess);
   refuse_rolling(assembly, "An equilibrium");
+  if (const std::vector<int> free = rows_without_place(assembly); !free.empty())
+    throw ModelError("start", fmt::format("An equilibrium has to know where '{}' sticks: give its along_m (in space "
+                                          "along_m and across_m).",
+                                          assembly.mechanism().row_names()[static_cast<std::size_t>(free.front())]));
   search.run(e);
   if (with_derivatives) search.differentiate(e);
   return e;

@@ -94,7 +94,7 @@ GivenSystem::~GivenSystem() = default;
 void GivenSystem::factor(const double* q) {
   const auto& J = assembly_.jacobian();
   std::vector<Eigen::Triplet<double>> entries;
-  const std::vector<int> left_out = of_ == Of::positions ? rolling_rows(assembly_) : std::vector<int>();
+  const std::vector<int> left_out = of_ == Of::positions ? rows_without_place(assembly_) : std::vector<int>();
   for (int j = 0; j < J.cols; ++j)
     for (auto k = J.column_start[j]; k < J.column_start[j + 1]; ++k)
       if (const int row = static_cast<int>(J.row[k]); !std::binary_search(left_out.begin(), left_out.end(), row))

@@ -100,6 +100,7 @@ bool GivenPositions::iterate(Start& start, bool only_short_steps) {
     assembly_.calc_constraints(s);
     Eigen::VectorXd r(system_.rows());
     for (int i = 0; i < rows; ++i) r[i] = assembly_.phi[i];
+    for (const int i : rows_without_place(assembly_)) r[i] = 0;
     for (std::size_t g = 0; g < given_.size(); ++g)
       r[rows + static_cast<int>(g)] = start.q[given_[g].coordinate] - numbers[given_[g].number];
     return r;
@@ -337,7 +338,7 @@ Start find_start(Assembly& assembly, double t, bool with_derivatives) {
   assembly.calc_dynamics(s);
   GivenVelocities velocities(assembly, t);
   const bool same =
-      !balanced && rolling_rows(assembly).empty() && same_coordinates(m.given_positions(), m.given_velocities());
+      !balanced && rows_without_place(assembly).empty() && same_coordinates(m.given_positions(), m.given_velocities());
   velocities.solve(start, same ? &positions.system() : nullptr);
   // Of forces at the velocities that there are: v/abs(v) is nothing at rest.
   assembly.calc_dynamics(s);

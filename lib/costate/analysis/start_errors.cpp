@@ -16,7 +16,7 @@ namespace costate {
 void require_given_count(Assembly& assembly, double t, const double* q, const std::vector<std::string>& given,
                          const char* what, bool fewer_allowed) {
   int rank = constraint_rank(assembly, t, q).rank;
-  if (what == std::string("positions") && !rolling_rows(assembly).empty()) {
+  if (what == std::string("positions") && !rows_without_place(assembly).empty()) {
     const std::vector<GivenStart> none;
     GivenSystem system(assembly, none, GivenSystem::Of::positions);
     system.factor(q);
@@ -26,13 +26,17 @@ void require_given_count(Assembly& assembly, double t, const double* q, const st
   const int found = static_cast<int>(given.size());
   if (found == free || (fewer_allowed && found < free)) return;
   throw ModelError(
-      "start", fmt::format("Too {} given {}: {} coordinates less {} independent constraint rows leave {} degree{} of "
-                           "freedom, so {} must be given, found {} ({}). {}",
-                           found < free ? "few" : "many", what, assembly.n(), rank, free, free == 1 ? "" : "s",
-                           fewer_allowed ? fmt::format("at most {}", free) : fmt::format("{}", free), found,
-                           fmt::join(given, ", "),
-                           found < free ? "Add to the list that [start] gives, or constrain the mechanism further."
-                                        : "Remove some; the constraints determine the rest."));
+      "start",
+      fmt::format("Too {} given {}: {} coordinates less {} independent constraint rows leave {} degree{} of "
+                  "freedom, so {} must be given, found {} ({}). {}",
+                  found < free ? "few" : "many", what, assembly.n(), rank, free, free == 1 ? "" : "s",
+                  fewer_allowed ? fmt::format("at most {}", free) : fmt::format("{}", free), found,
+                  fmt::join(given, ", "),
+                  found < free ? "Add to the list that [start] gives, or constrain the mechanism further."
+                  : what == std::string("velocities")
+                      ? "Remove some from given_velocities, which are those of the given positions where it is "
+                        "left out; the constraints determine the rest."
+                      : "Remove some; the constraints determine the rest."));
 }
 
 void throw_unreachable(const Assembly& assembly, const Eigen::VectorXd& residual,

@@ -103,9 +103,9 @@ Assembly::Assembly(std::shared_ptr<const Mechanism> mechanism, ParameterSelectio
       row_holds_[static_cast<std::size_t>(constraints_[c].row_offset + r)] = switched->holds_position(r);
     }
     constraints_[c].there = false;
-    bool rolls = false;
-    for (int r = 0; r < mech.constraints()[c]->rows(); ++r) rolls = rolls || !switched->is_integrable(r);
-    if (rolls) rolling_.push_back(c);
+    bool placed = true;
+    for (int r = 0; r < mech.constraints()[c]->rows(); ++r) placed = placed && switched->has_place(r);
+    if (!placed) without_place_.push_back(c);
     for (std::size_t f = 0; f < forces_.size(); ++f)
       if (forces_[f].element == &switched->switched_by()) {
         const int first = forces_[f].row_offset, sliding = switched->sliding_state();

@@ -55,8 +55,8 @@ class Assembly {
   bool is_there(int row) const { return row_there_.empty() || row_there_[static_cast<std::size_t>(row)]; }
   /// Whether a row keeps positions, or only velocities.
   bool holds_position(int row) const { return row_holds_.empty() || row_holds_[static_cast<std::size_t>(row)]; }
-  /// Constraints with rows that bind velocities alone (assembly/rolling_rows.h), there or not.
-  const std::vector<std::size_t>& rolling_constraints() const { return rolling_; }
+  /// Constraints with rows that have no place (assembly/rolling_rows.h), there or not.
+  const std::vector<std::size_t>& constraints_without_place() const { return without_place_; }
   /// Of contacts that slide at these states: R2 of the row `along`, which is not there, is
   /// -(lambda_along + direction mu lambda_normal), mu a number.
   struct SlidingRow {
@@ -205,7 +205,7 @@ class Assembly {
   std::vector<Switch> switches_;
   std::vector<char> row_there_, row_holds_;  // empty without switches
   std::vector<SlidingRow> sliding_;
-  std::vector<std::size_t> rolling_;
+  std::vector<std::size_t> without_place_;
   std::vector<std::pair<int, int>> slidable_;
   std::vector<double> reaction_q_;       // where there are sliding rows
   bool varies_constant_bodies_ = false;  // a parameter acts on one of the others

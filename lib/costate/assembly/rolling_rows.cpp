@@ -8,22 +8,31 @@
 namespace costate {
 
 namespace {
-/// Calls visit(constraint, its rows' switches, first row) for what has rows that roll.
+/// Calls visit(constraint, its rows' switches, first row) for what has rows without a place.
 template <class Visit>
-void for_each_rolling(const Assembly& assembly, const Visit& visit) {
+void for_each_without_place(const Assembly& assembly, const Visit& visit) {
   const Mechanism& mech = assembly.mechanism();
-  for (const std::size_t c : assembly.rolling_constraints())
+  for (const std::size_t c : assembly.constraints_without_place())
     visit(*mech.constraints()[c], dynamic_cast<const SwitchedRows&>(*mech.constraints()[c]), mech.row_offsets()[c]);
+}
+
+template <class Which>
+std::vector<int> rows_that(const Assembly& assembly, const Which& which) {
+  std::vector<int> rows;
+  for_each_without_place(assembly, [&](const Constraint& e, const SwitchedRows& switched, int first) {
+    for (int i = 0; i < e.rows(); ++i)
+      if (which(switched, i) && assembly.is_there(first + i)) rows.push_back(first + i);
+  });
+  return rows;
 }
 }  // namespace
 
 std::vector<int> rolling_rows(const Assembly& assembly) {
-  std::vector<int> rows;
-  for_each_rolling(assembly, [&](const Constraint& e, const SwitchedRows& switched, int first) {
-    for (int i = 0; i < e.rows(); ++i)
-      if (!switched.is_integrable(i) && assembly.is_there(first + i)) rows.push_back(first + i);
-  });
-  return rows;
+  return rows_that(assembly, [](const SwitchedRows& switched, int i) { return !switched.is_integrable(i); });
+}
+
+std::vector<int> rows_without_place(const Assembly& assembly) {
+  return rows_that(assembly, [](const SwitchedRows& switched, int i) { return !switched.has_place(i); });
 }
 
 void refuse_rolling(const Assembly& assembly, const std::string& what) {
@@ -37,7 +46,7 @@ void refuse_rolling(const Assembly& assembly, const std::string& what) {
 
 void add_rolling_rates(Assembly& assembly, const StateView& s, std::vector<double>& r2_v) {
   const SparsePattern& pattern = assembly.jacobian();
-  for_each_rolling(assembly, [&](const Constraint& e, const SwitchedRows& switched, int first) {
+  for_each_without_place(assembly, [&](const Constraint& e, const SwitchedRows& switched, int first) {
     const auto& q = e.coordinates();
     Eigen::MatrixXd twist = Eigen::MatrixXd::Zero(e.rows(), static_cast<Eigen::Index>(q.size()));
     LocalMatrix of(twist.data(), twist.rows(), twist.cols());

@@ -22,6 +22,8 @@ class SwitchedRows {
   /// Whether row i is the rate of a function of places; a sphere that rolls has rows J(q) v = 0 that are not: of theirs
   /// phi is 0, phi_q is J, and phidot and phiddot are J v and its rate.
   virtual bool is_integrable(int) const { return true; }
+  /// Whether row i has a place that the start is to meet, or sticks where it is given.
+  virtual bool has_place(int i) const { return is_integrable(i); }
   /// d/dt J - (J v)_q of these rows at (q, v), 0 of the others; rows x coordinates, zero on entry.
   virtual void calc_twist(const LocalState&, LocalMatrix&) const {}
   /// Of one that may slide: the state of the force's own that holds s, or 0 where it does not; and mu among all

@@ -242,13 +242,12 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
       options.push_back({way});
     else if (c.sliding_state < 0 || !stays)
       options.push_back({way, kOpen});
+    // What rests sticks if it can: of corners of one body one could as well slide at no speed against another one.
     else if (slides_in_space(c))
-      options.push_back(way == kSticks ? std::vector<int>{kSticks, kForward, kOpen}
-                                       : std::vector<int>{kForward, kSticks, kOpen});
-    else if (way == kSticks)
-      options.push_back({kSticks, kForward, kBackward, kOpen});
+      options.push_back({kSticks, kForward, kOpen});
     else
-      options.push_back({way, kSticks, way == kForward ? kBackward : kForward, kOpen});
+      options.push_back(
+          {kSticks, way == kBackward ? kBackward : kForward, way == kBackward ? kForward : kBackward, kOpen});
   }
   if (closed.empty()) return;
   const auto n = static_cast<std::size_t>(assembly_.n()), m = static_cast<std::size_t>(assembly_.m());
@@ -318,11 +317,11 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
     for (const ContactOf* c : closed) list.push_back(c->force->path());
     return fmt::format("{}", fmt::join(list, ", "));
   };
-  // Two that stick on one body hold it twice along the ground.
+  // Two that stick on one body hold it twice along the ground, which not all formulations carry.
   const bool redundant =
       std::count_if(closed.begin(), closed.end(), [](const ContactOf* c) { return c->sliding_state >= 0; }) > 1;
   const char* advice = redundant ? " Where several stick on one body their friction is not determined: formulation = "
-                                   "\"penalty\" carries that."
+                                   "\"baumgarte\" carries that."
                                  : "";
   const auto look_at = [&](const std::vector<int>& ways, const Slips& slip) {
     write(ways, slip);
@@ -341,7 +340,8 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
       found.assign(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(n));
       return;
     }
-    if (!are_one_motion(found, x.data()))
+    // At rest accelerations are rounding, of what forces by themselves would make.
+    if (!are_one_motion(found, x.data(), kContactRounding * acceleration_by_forces(at)))
       throw SolverError(fmt::format(
           "At t = {:.9g} s, behind '{}', the motion has several solutions, in which contacts ({}) do "
           "different things: the laws of rigid bodies with Coulomb friction do not choose between them "

@@ -28,14 +28,15 @@ inline int slides(int way) {
   return w == kForward ? 1 : w == kBackward ? -1 : 0;
 }
 
-/// Whether two solutions are one: velocities or accelerations, those of `a` first in `b`.
-inline bool are_one_motion(const std::vector<double>& a, const double* b) {
+/// Whether two solutions are one: velocities or accelerations, those of `a` first in `b`; what differs by `rounding`
+/// does not differ.
+inline bool are_one_motion(const std::vector<double>& a, const double* b, double rounding = 0) {
   double size = 0, apart = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
     size = std::max({size, std::abs(a[i]), std::abs(b[i])});
     apart = std::max(apart, std::abs(a[i] - b[i]));
   }
-  return apart <= kSameMotion * size;
+  return apart <= std::max(kSameMotion * size, rounding);
 }
 
 /// Calls visit(the way of each) for all combinations, those first in which the first options are taken; the last

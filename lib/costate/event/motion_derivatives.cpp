@@ -1,6 +1,7 @@
 // How tangents and adjoints cross the events of a mechanism: (17.2) and (17.3) of lib/README.md, at impacts with (19).
 #include <fmt/format.h>
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -9,6 +10,7 @@
 #include "costate/event/contact_gap.h"
 #include "costate/event/motion_events.h"
 #include "costate/event/spatial_slip.h"
+#include "costate/linear/to_dense.h"
 
 namespace costate {
 
@@ -19,6 +21,8 @@ constexpr double kGrazing = 1e-7;
 constexpr double kSameForces = 1e-5;
 // Of times, of 1 s at least: nearer than that they are one.
 constexpr double kSameInstant = 1e-10;
+// What is left of a row beside those that it depends on, of the row.
+constexpr double kSameRow = 1e-9;
 
 /// Derivatives through impacts of one instant exist from one side only, if at all: which comes first decides.
 template <class Contacts, class Contact>
@@ -46,6 +50,19 @@ double MotionEvents::acceleration_by_forces(const StateView& s) {
   return largest;
 }
 
+bool MotionEvents::slides_as(const ContactOf& c, const ContactOf& own, const StateView& s) {
+  if (slides_in_space(c) || slides_in_space(own)) return false;
+  impact_->balance().prepare(s);
+  const SparsePattern& J = assembly_.jacobian();
+  const Eigen::MatrixXd rows = to_dense(J, assembly_.reaction_jacobian().data()).transpose();
+  std::vector<int> others;
+  for (int i = 0; i < assembly_.m(); ++i)
+    if ((assembly_.is_there(i) || i == own.first_row + 1) && i != c.first_row + 1) others.push_back(i);
+  const Eigen::MatrixXd A = rows(Eigen::all, others);
+  const Eigen::VectorXd b = rows.col(c.first_row + 1);
+  return (A * A.completeOrthogonalDecomposition().solve(b) - b).norm() <= kSameRow * b.norm();
+}
+
 bool MotionEvents::goes_on_smoothly(int event, const StateView& before, const Side& minus, const Side& plus) {
   using Guard = UnilateralForce::Guard;
   const ContactOf* own = contact_of(event);
@@ -55,7 +72,7 @@ bool MotionEvents::goes_on_smoothly(int event, const StateView& before, const Si
     for (const double a : minus.a) acceleration = std::max(acceleration, std::abs(a));
     for (const ContactOf& c : contacts_)
       if (&c != own && c.part == own->part && c.sliding_state >= 0 && before.z[c.closed_state] > 0.5 &&
-          before.z[c.sliding_state] != 0 && has_stopped(c, before, acceleration))
+          before.z[c.sliding_state] != 0 && has_stopped(c, before, acceleration) && !slides_as(c, *own, before))
         throw SolverError(
             fmt::format("At t = {:.9g} s {} and {} stop sliding at the same time: a gradient does not "
                         "exist there, as which of them comes first decides.",

@@ -230,6 +230,8 @@ class MotionEvents {
   // In event/motion_derivatives.cpp.
   /// The largest |Q_j|/M_jj: what forces alone make.
   double acceleration_by_forces(const StateView& s);
+  /// Whether `c` slides no other way than `own`, as points of one body do on one plane: both stop together.
+  bool slides_as(const ContactOf& c, const ContactOf& own, const StateView& s);
   /// Whether derivatives cross this event as they are. Throws SolverError where there are none.
   bool goes_on_smoothly(int event, const StateView& before, const Side& minus, const Side& plus);
   /// The derivatives of u at the impact; what follows from them, as Impact has it.

@@ -7,6 +7,7 @@
 // are allowed because the lower right block is regular.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -63,8 +64,20 @@ class AccelerationLevel {
   /// prepare(), then accelerations and multipliers; repeated calls at the same point are free as long as the assembly
   /// is there.
   void solve(const StateView& s);
-  /// 1/alpha of row i, and 1 where it is not there (assembly/assembly.h): R2_i = -lambda_i then.
-  double inverse_alpha(int i) const { return assembly_.is_there(i) ? stabilization_.inverse_alpha : 1; }
+  /// 1/alpha of row i, and 1 where it is not there (assembly/assembly.h): R2_i = -lambda_i then. Exact constraints have
+  /// 0, but for rows of contacts that hold one body twice where they stick: those give as the penalty's do.
+  double inverse_alpha(int i) const {
+    if (!assembly_.is_there(i)) return 1;
+    return gives(i) ? giving_ : stabilization_.inverse_alpha;
+  }
+  /// Whether row i is, or may be, one of those.
+  bool gives(int i) const {
+    if (!may_give(i)) return false;
+    const auto& rows = giving_rows_[static_cast<std::size_t>(i)];
+    return std::count_if(rows.others.begin(), rows.others.end(), [this](int r) { return assembly_.is_there(r); }) >=
+           rows.too_many;
+  }
+  bool may_give(int i) const { return !giving_rows_.empty() && giving_rows_[static_cast<std::size_t>(i)].too_many > 0; }
   bool has_corner() const { return stabilization_.inverse_alpha != 0 || assembly_.has_switched_rows(); }
   /// -1/alpha of all rows, and -s mu of those along which contacts slide, on corner_pattern().
   const double* corner();
@@ -151,6 +164,7 @@ class AccelerationLevel {
   template <class Solve>
   void iterate_multipliers(double* b, int size, double corner, Solve&& solve);
   [[noreturn]] void singular(int column) const;
+  void find_giving_rows();
 
   Assembly& assembly_;
   Stabilization stabilization_;
@@ -168,6 +182,13 @@ class AccelerationLevel {
   SparsePattern corner_pattern_;
   std::vector<std::int64_t> corner_diagonal_;
   std::vector<double> corner_;
+  /// The same row of other contacts of the body, of which so many determine what this row does; 0: it never gives.
+  struct GivingRow {
+    std::vector<int> others;
+    int too_many = 0;
+  };
+  std::vector<GivingRow> giving_rows_;  // none where none may give
+  double giving_ = 0;
   double gamma_ = 0, lambda_scale_ = 1;
   NewtonBlocks newton_blocks_;
 };

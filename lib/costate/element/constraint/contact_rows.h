@@ -2,7 +2,7 @@
 // along the ground, for an arc less what it has rolled; in space two places, of a point. What a sphere has rolled is no
 // function of how it is turned: its rows are t.(r' + omega x (-R n)), linear in the rates (element/switched_rows.h).
 // The multiplier of a row is minus the force of the ground.
-// Numbers: h, alpha, R, where it sticks at the start, in both directions in space; those of the point.
+// Numbers: h, alpha, R, where it sticks at the start if that is said, in both directions in space; those of the point.
 #pragma once
 
 #include <array>
@@ -18,14 +18,17 @@ template <class Point>
 class ContactRows final : public ConstraintOf<ContactRows<Point>>, public SwitchedRows {
  public:
   using Surface = ContactSurface<Point>;
-  static constexpr int kAlong = Surface::kNumbers, kNumbers = kAlong + Surface::tangents;
+  static constexpr int kAlong = Surface::kNumbers;
 
-  /// `friction`: its coefficient among all numbers; states: of the force's own.
-  ContactRows(std::string name, const Point& point, bool round, bool sticks, int friction, const Force& force,
-              int state, int sliding_state, const std::vector<int>& numbers)
+  /// `placed`: where it sticks at the start is said; `friction`: its coefficient among all numbers; states: of the
+  /// force's own.
+  ContactRows(std::string name, const Point& point, bool round, bool sticks, bool placed, int friction,
+              const Force& force, int state, int sliding_state, const std::vector<int>& numbers)
       : ConstraintOf<ContactRows<Point>>("contact", std::move(name)),
         surface_(point, round),
         sticks_(sticks),
+        placed_(placed),
+        own_(static_cast<int>(numbers.size())),
         friction_(friction),
         force_(force),
         state_(state),
@@ -41,6 +44,7 @@ class ContactRows final : public ConstraintOf<ContactRows<Point>>, public Switch
   int switching_state() const override { return state_; }
   bool holds_position(int i) const override { return i == 0; }
   bool is_integrable(int i) const override { return i == 0 || !rolls(); }
+  bool has_place(int i) const override { return i == 0 || (placed_ && !rolls()); }
   int sliding_state() const override { return sliding_state_; }
   int friction_number() const override { return friction_; }
 
@@ -56,11 +60,11 @@ class ContactRows final : public ConstraintOf<ContactRows<Point>>, public Switch
   }
   template <class S>
   void physics(const S&, const S* q, const S* p, S* phi) const {
-    phi[0] = surface_.gap(q, p, p + kNumbers);
+    phi[0] = surface_.gap(q, p, p + own_);
     if (!sticks_) return;
     for (int k = 0; k < Surface::tangents; ++k) {
-      phi[1 + k] = place(surface_, k, q, p, p + kNumbers);
-      if (!rolls()) phi[1 + k] -= p[kAlong + k];
+      phi[1 + k] = place(surface_, k, q, p, p + own_);
+      if (has_place(1 + k)) phi[1 + k] -= p[kAlong + k];
     }
   }
 
@@ -163,7 +167,8 @@ class ContactRows final : public ConstraintOf<ContactRows<Point>>, public Switch
   }
 
   Surface surface_;
-  bool sticks_;
+  bool sticks_, placed_;
+  int own_;  // numbers before the point's
   int friction_;
   const Force& force_;
   int state_, sliding_state_;

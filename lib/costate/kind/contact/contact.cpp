@@ -171,9 +171,9 @@ void add_rigid(const std::string& name, SceneTable& table, MechanismBuilder& bui
   if (o.closed && o.friction_coefficient > 0) {
     const std::string sliding = table.one_of("sliding", {"none", "forward", "backward"}, "none");
     o.sliding = sliding == "forward" ? 1 : sliding == "backward" ? -1 : 0;
-    if (o.sliding == 0) o.along_m = table.value("along_m", NumberRule::any, 0);
-    if (o.sliding == 0) o.across_m = table.value("across_m", NumberRule::any, 0);
-    if (o.across_m != 0 && !builder.has_spatial_point(point))
+    if (o.sliding == 0 && table.has("along_m")) o.along_m = table.value("along_m", NumberRule::any);
+    if (o.sliding == 0 && table.has("across_m")) o.across_m = table.value("across_m", NumberRule::any);
+    if (o.across_m && !builder.has_spatial_point(point))
       throw ModelError(path + ".across_m", "The plane has one direction along the ground, along_m: leave this out.");
   }
   o.ground_height_m = table.value("ground_height_m", NumberRule::any, 0);

@@ -12,7 +12,9 @@ const KindKeys contact_keys(
      {"points", "in its place, several on one body: corners, or the points of a patch"},
      {"shares", "of the normal law, one a point; by default 1 each"},
      {"closed", "whether a rigid contact is closed at the start"},
-     {"along_m", "of one that sticks then: the place along the ground, for an arc plus radius times angle"},
+     {"along_m",
+      "of one that sticks then: the place along the ground, for an arc plus radius times angle; where it is left out, "
+      "that of its body as given"},
      {"across_m", "in space likewise along y"},
      {"sliding", "of a rigid contact that is closed at the start: along x, against it, or not; in space whether"},
      {"closing_speed_m_per_s", "a rigid contact closes below this approach speed; given as 0 it bounces for good"},

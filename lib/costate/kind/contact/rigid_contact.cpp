@@ -33,8 +33,8 @@ void add_at(MechanismBuilder& builder, const std::string& path, const std::strin
   options.sticks = o.friction_coefficient > 0;
   options.poisson = o.restitution_law == "poisson";
   constexpr bool space = ContactSurface<Point>::dim == 3;
-  if (options.sticks && options.round && space && (o.along_m != 0 || o.across_m != 0))
-    throw ModelError(path + (o.along_m != 0 ? ".along_m" : ".across_m"),
+  if (options.sticks && options.round && space && (o.along_m || o.across_m))
+    throw ModelError(path + (o.along_m ? ".along_m" : ".across_m"),
                      "A sphere that rolls holds no place: it starts where its body is given. Leave this out.");
   if (space && o.sliding < 0)
     throw ModelError(path + ".sliding",
@@ -54,11 +54,12 @@ void add_at(MechanismBuilder& builder, const std::string& path, const std::strin
   if (options.closes) {
     using Contact = RigidContact<Point>;
     std::vector<int> own(numbers.all().begin() + Contact::kGround, numbers.all().begin() + Contact::kClosed);
-    own.push_back(builder.add_number(path + ".along_m", o.along_m, NumberRule::any));
-    if (space) own.push_back(builder.add_number(path + ".across_m", o.across_m, NumberRule::any));
+    const bool placed = o.along_m || o.across_m;
+    if (placed) own.push_back(builder.add_number(path + ".along_m", o.along_m.value_or(0), NumberRule::any));
+    if (placed && space) own.push_back(builder.add_number(path + ".across_m", o.across_m.value_or(0), NumberRule::any));
     const int friction = numbers.all()[static_cast<std::size_t>(Contact::kFriction)];
-    auto rows = std::make_unique<ContactRows<Point>>(name, point, options.round, options.sticks, friction, *contact,
-                                                     contact->closed_state(), contact->sliding_state(), own);
+    auto rows = std::make_unique<ContactRows<Point>>(name, point, options.round, options.sticks, placed, friction,
+                                                     *contact, contact->closed_state(), contact->sliding_state(), own);
     contact->hold_by(*rows);
     builder.add(std::move(rows));
   }

@@ -1,6 +1,7 @@
 // Rigid contact of points, arcs or spheres with the ground (element/force/rigid_contact.h).
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "costate/mechanism/builder.h"
@@ -15,9 +16,9 @@ struct RigidContactOptions {
   double closing_speed_m_per_s = 0;                   // with a lower approach speed it closes
   bool for_good = false;  // one with restitution bounces for good; if not it closes where bounces die out
   bool closed = false;    // at the start
-  int sliding = 0;      // then: 1 or -1 where it slides along the plane or against it (in space 1: along its velocity)
-  double along_m = 0;   // where along the ground what is closed at the start sticks
-  double across_m = 0;  // in space the same along y
+  int sliding = 0;  // then: 1 or -1 where it slides along the plane or against it (in space 1: along its velocity)
+  // Where along the ground what is closed at the start sticks, in space also along y; else where its body is given.
+  std::optional<double> along_m, across_m;
   double ground_height_m = 0, ground_angle_rad = 0;
   double radius_m = 0;
   std::string ahead_of;  // it closes only where it is ahead of this point; empty: everywhere

@@ -1,0 +1,157 @@
+// A box on two rough corners, which hold it twice along the ground: it slides to rest, stays, begins to slide, and is
+// thrown; against closed forms.
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "costate/integrator/simulate.h"
+#include "costate/objective/output.h"
+#include "costate/problem/scene_problem.h"
+#include "costate/scene/scene.h"
+#include "costate/sensitivity/method.h"
+#include "property/ways_compared.h"
+#include "support/with_words.h"
+
+using namespace costate;
+using costate::test::event_names;
+using costate::test::MethodWay;
+using costate::test::with_words;
+
+namespace {
+
+const char* box = R"(
+[gravity]
+x_m_per_s2 = GX
+y_m_per_s2 = -9.81
+[body.box]
+x_m = 0.7
+y_m = 0.2
+vx_m_per_s = SPEED
+mass_kg = 2
+inertia_kg_m2 = 0.1
+[point.left]
+on = "box"
+x_m = -0.3
+y_m = -0.2
+[point.right]
+on = "box"
+x_m = 0.3
+y_m = -0.2
+[point.c]
+on = "box"
+x_m = 0
+y_m = 0
+[contact.left]
+kind = "rigid"
+point = "left"
+closed = true
+friction = "coulomb"
+friction_coefficient = 0.3
+LEFT
+[contact.right]
+kind = "rigid"
+point = "right"
+closed = true
+friction = "coulomb"
+friction_coefficient = 0.3
+RIGHT
+MORE
+[start]
+given = ["box.x"]
+VELOCITIES
+[run]
+t_end_s = END
+rtol = 1e-10
+parameters = ["friction", "body.box.mass_kg", "START"]
+outputs = ["box.x", "left.normal_force", "right.normal_force", "left.friction_force", "right.friction_force"]
+[[cost.terminal]]
+kind = "value"
+output = "box.x"
+[parameter.friction]
+numbers = ["contact.left.friction_coefficient", "contact.right.friction_coefficient"]
+)";
+
+Problem make_box(const std::vector<std::pair<std::string, std::string>>& words) {
+  std::vector<std::pair<std::string, std::string>> all = words;
+  for (const auto& [word, by] :
+       std::initializer_list<std::pair<const char*, const char*>>{{"SPEED", "0"},
+                                                                  {"GX", "0"},
+                                                                  {"LEFT", ""},
+                                                                  {"RIGHT", ""},
+                                                                  {"MORE", ""},
+                                                                  {"VELOCITIES", "given_velocities = []"},
+                                                                  {"START", "body.box.x_m"},
+                                                                  {"END", "1"}})
+    all.emplace_back(word, by);
+  std::string scene = box;
+  for (const auto& [word, by] : all) scene = with_words(scene, {{word, by}});
+  return make_problem(Scene::parse(scene, "box.toml"));
+}
+
+const std::vector<MethodWay> box_ways = {
+    {"index1", "idas-adjoint"},      {"index1", "cvodes-forward"},  {"index1", "hand-adjoint"},
+    {"baumgarte", "cvodes-adjoint"}, {"baumgarte", "idas-forward"}, {"baumgarte", "hand-tangent"},
+    {"penalty", "idas-forward"},     {"penalty", "cvodes-adjoint"}, {"augmented-lagrangian", "cvodes-adjoint"}};
+
+/// Psi and gradient by all ways, to `tolerance` of the largest.
+void check_box(Problem p, double psi, const std::vector<double>& by, double tolerance) {
+  double size = std::abs(psi);
+  for (const double x : by) size = std::max(size, std::abs(x));
+  for (const MethodWay& way : box_ways) {
+    CAPTURE(way.formulation, way.method);
+    p.formulation = way.formulation;
+    const GradientResult r = gradient(p, way.method, p.parameters.values());
+    CHECK(std::abs(r.psi - psi) <= tolerance * std::max(1.0, std::abs(psi)));
+    REQUIRE(r.gradient.size() == by.size());
+    for (std::size_t j = 0; j < by.size(); ++j) {
+      CAPTURE(p.parameters.parameters[j].name, r.gradient[j], by[j]);
+      CHECK(std::abs(r.gradient[j] - by[j]) <= tolerance * size);
+    }
+  }
+}
+
+}  // namespace
+
+// x = v0^2/(2 mu g): both corners stop in one instant, as one body's; where each stops is where the other does.
+// Quadratic in time: to the tolerance, tenfold, and the softness of rows that hold twice, 2.5e-10/kg of some 6 N.
+TEST_CASE("rigid boxes: one that slides to rest", "[events]") {
+  const double v0 = 1, mu = 0.3, g = 9.81;
+  const std::string slides = "sliding = \"forward\"";
+  check_box(
+      make_box(
+          {{"SPEED", "1"}, {"LEFT", slides}, {"RIGHT", slides}, {"VELOCITIES", ""}, {"START", "body.box.vx_m_per_s"}}),
+      0.7 + v0 * v0 / (2 * mu * g), {-v0 * v0 / (2 * mu * mu * g), 0, v0 / (mu * g)}, 1e-8);
+}
+
+// On a slope of 0.2 it stays where it is given; normal forces are those of statics, and friction is m gx whoever has
+// it.
+TEST_CASE("rigid boxes: one that stays", "[events]") {
+  Problem p = make_box({{"GX", "1.9"}});
+  check_box(p, 0.7, {0, 0, 1}, 1e-8);
+  for (const char* formulation : {"index1", "baumgarte", "penalty", "augmented-lagrangian"}) {
+    CAPTURE(formulation);
+    p.formulation = formulation;
+    std::vector<double> force;
+    simulate(p, p.parameters.values(), {1.0}, [&](const MechanismState& state, System& system) {
+      for (const char* name :
+           {"left.normal_force", "right.normal_force", "left.friction_force", "right.friction_force"})
+        force.push_back(make_output(*p.mechanism, name)->value(state, system.assembly()));
+    });
+    const double m = 2, shift = m * 1.9 * 0.2 / 0.6;
+    REQUIRE(force.size() == 4);
+    CHECK(std::abs(force[0] - (0.5 * m * 9.81 - shift)) <= 1e-6);
+    CHECK(std::abs(force[1] - (0.5 * m * 9.81 + shift)) <= 1e-6);
+    CHECK(std::abs(force[2] + force[3] + m * 1.9) <= 1e-6);
+  }
+}
+
+// Pushed by k t it begins to slide at t* = mu m g/k, though the corner that is pressed less reaches its limit before:
+// x = k (T - t*)^3/(6 m).
+TEST_CASE("rigid boxes: one that begins to slide", "[events]") {
+  const double k = 4, m = 2, mu = 0.3, g = 9.81, end = 2, after = end - mu * m * g / k;
+  check_box(make_box({{"MORE", "[force.push]\npoint = \"c\"\nformula_x_N = \"4*t\""}, {"END", "2"}}),
+            0.7 + k * after * after * after / (6 * m),
+            {-0.5 * g * after * after, -k * after * after * after / (6 * m * m) - 0.5 * mu * g * after * after / m, 1},
+            1e-7);
+}

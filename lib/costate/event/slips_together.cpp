@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "costate/event/slip_behind_impact.h"
 #include "costate/linear/shortest_solution.h"
@@ -100,8 +101,9 @@ class SlipEquations {
     return true;
   }
 
-  /// Of one direction that is looked for, all others being known: its own three rows alone.
-  StrikingPoint reduced() const {
+  /// Of one direction that is looked for, all others being known: its own three rows alone. Nothing where the others'
+  /// rows, which may depend on each other, have no common solution without it.
+  std::optional<StrikingPoint> reduced() const {
     const std::size_t own = looked_for_.front();
     std::vector<SlidingContact> others = contacts_;
     others[own].way = Way::open;
@@ -111,7 +113,7 @@ class SlipEquations {
     StrikingPoint point;
     point.friction = contacts_[own].friction;
     point.given = contacts_[own].given;
-    rest.solve(s, false);
+    if (!rest.solve(s, false)) return std::nullopt;
     for (std::size_t i = 0; i < 3; ++i) point.before[static_cast<Index>(i)] = rest.v_[row(own, i)];
     point.normal = contacts_[own].normal;
     if (!point.given) point.normal += b_[row(own, 0)] - point.before[0];
@@ -125,7 +127,7 @@ class SlipEquations {
         for (std::size_t k = 1; k < at.rows.size(); ++k) at.along[k - 1] = -column[at.rows[k]];
       }
       SlipEquations answer(W_, column, others);
-      answer.solve(s, false);
+      if (!answer.solve(s, false)) return std::nullopt;
       for (std::size_t i = 0; i < 3; ++i)
         point.response(static_cast<Index>(i), static_cast<Index>(j)) = answer.v_[row(own, i)];
     }
@@ -217,7 +219,7 @@ std::vector<Slips> starts_of(const SlipEquations& equations, const std::vector<S
     }
     if (all) starts.push_back(s);
   }
-  const std::size_t angles = kAngles[std::min<std::size_t>(of.size() - 2, 3)];
+  const std::size_t angles = kAngles[std::clamp<std::size_t>(of.size(), 2, 5) - 2];
   std::size_t count = 1;
   for (std::size_t k = 0; k < of.size(); ++k) count *= angles;
   for (std::size_t i = 0; i < count; ++i) {
@@ -253,8 +255,8 @@ SlipsTogether slips_together(const MatrixXd& response, const VectorXd& rates,
     result.found.push_back(known);
     return result;
   }
-  if (of.size() == 1) {
-    for (const Vector2d& s : slips_behind(equations.reduced())) {
+  if (const auto alone = of.size() == 1 ? equations.reduced() : std::nullopt) {
+    for (const Vector2d& s : slips_behind(*alone)) {
       Slips one = known;
       one[of.front()] = s;
       result.found.push_back(one);

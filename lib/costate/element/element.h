@@ -115,6 +115,8 @@ class Constraint : public Element {
   virtual void add_kinks(const double*, std::vector<double>&) const {}
   /// Appends times at which phi_tt alone jumps, where the numbers p decide when.
   virtual void add_acceleration_jumps(const double*, std::vector<double>&) const {}
+  /// The same where phi_ttt is the first to jump: the derivative of phi_tt by what moves the time jumps there.
+  virtual void add_third_jumps(const double*, std::vector<double>&) const {}
   /// slopes[k] += dt/dp_k of such a time t.
   virtual void add_time_slopes(double, const double*, double*) const {}
 

@@ -70,6 +70,7 @@ TangentMotion::TangentMotion(HessianEquations& equations)
       velocity_jump_(assembly_, level_),
       instant_(assembly_, velocity_jump_.balance()) {
   append_columns("", "d");
+  move_bends();
   if (events_) events_->use(velocity_jump_.balance());
 }
 

@@ -45,7 +45,8 @@ MotionEvents::Side System::event_side(double t, const double* y) {
 void System::set_parameters(const double* rho) {
   assembly_.set_parameters(rho);
   kinks_ = driver_kinks(assembly_.mechanism(), assembly_.numbers());
-  moving_ = moving_instants(assembly_.mechanism(), objective_, assembly_.parameters(), assembly_.numbers());
+  moving_ =
+      moving_instants(assembly_.mechanism(), objective_, assembly_.parameters(), assembly_.numbers(), with_bends_);
   for (const MovingInstant& at : moving_) kinks_.push_back(at.t);
   if (at_kinks_of_laws_)
     for (const double t :

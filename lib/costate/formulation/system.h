@@ -89,6 +89,8 @@ class System {
   /// Segments end at kinks of laws with numbers that parameters move, too: for derivatives of the steps themselves. To
   /// be called before set_parameters().
   void end_at_kinks_of_laws() { at_kinks_of_laws_ = true; }
+  /// Moving instants are also those at which derivatives by the parameters alone jump (level/fixed_times.h). Likewise.
+  void move_bends() { with_bends_ = true; }
   /// The last instant before the next kink after t, where a segment must end; infinite without one.
   double segment_limit(double t) const;
   /// The mode in force. start() leaves the first one in force; the others keep their numbers until the next start().
@@ -160,7 +162,7 @@ class System {
 
  private:
   std::vector<double> kinks_;
-  bool at_kinks_of_laws_ = false;
+  bool at_kinks_of_laws_ = false, with_bends_ = false;
   std::vector<MovingInstant> moving_;  // those of them that parameters move
 };
 

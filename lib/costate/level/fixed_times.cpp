@@ -62,6 +62,24 @@ std::vector<Times> driven_times(const Mechanism& mechanism) {
   return all;
 }
 
+/// Of the same elements those at which derivatives of their equations by what moves the time are the first to jump.
+std::vector<Times> bent_times(const Mechanism& mechanism) {
+  std::vector<Times> all;
+  for (const auto& pointer : mechanism.constraints())
+    if (const Constraint* c = pointer.get(); c->rheonomic())
+      all.push_back({c->numbers(), c->kind(), c->name(),
+                     [c](const double* p, std::vector<double>& times) { c->add_third_jumps(p, times); },
+                     [c](double t, const double* p, double* by) { c->add_time_slopes(t, p, by); },
+                     "jump of its third derivative", "third derivative"});
+  for (const auto& f : mechanism.forces())
+    if (const auto* owner = dynamic_cast<const MotionLawElement*>(f.get()))
+      all.push_back({f->numbers(), f->kind(), f->name(),
+                     [owner](const double* p, std::vector<double>& times) { owner->add_force_bends(p, times); },
+                     [owner](double t, const double* p, double* by) { owner->add_time_slopes(t, p, by); },
+                     "jump of its second derivative under a force that holds its rate", "second derivative"});
+  return all;
+}
+
 /// Those, and of forces and costs whose laws of time jump.
 std::vector<Times> all_times(const Mechanism& mechanism, const Objective& objective,
                              const ParameterSelection& parameters) {
@@ -153,6 +171,11 @@ void require_within(const Times& times, const ParameterSelection& parameters, co
 std::string bender(const Times& times, const ParameterSelection& parameters, const std::vector<double>& p,
                    std::size_t i) {
   const std::vector<double> all = times.at(p), slopes = by_numbers(times, p, all[i]);
+  const auto bound = [&](int number) {
+    return std::any_of(parameters.parameters.begin(), parameters.parameters.end(), [&](const Parameter& of) {
+      return std::any_of(of.bindings.begin(), of.bindings.end(), [&](const auto& b) { return b.first == number; });
+    });
+  };
   for (const auto& parameter : parameters.parameters)
     for (const auto& [number, factor] : parameter.bindings)
       for (std::size_t k = 0; k < p.size(); ++k) {
@@ -161,7 +184,8 @@ std::string bender(const Times& times, const ParameterSelection& parameters, con
         if (there.times.size() != all.size()) return parameter.name;
         const std::vector<double> then = by_numbers(times, there.numbers, there.times[i]);
         for (std::size_t l = 0; l < p.size(); ++l)
-          if (std::abs(then[l] - slopes[l]) > kTogether * std::max(1.0, std::abs(slopes[l]))) return parameter.name;
+          if (bound(times.numbers[l]) && std::abs(then[l] - slopes[l]) > kTogether * std::max(1.0, std::abs(slopes[l])))
+            return parameter.name;
       }
   return {};
 }
@@ -222,17 +246,25 @@ std::vector<double> jump_times(const Mechanism& mechanism, const Objective& obje
 std::vector<double> kinks_of_moved_laws(const Mechanism& mechanism, const Objective& objective,
                                         const ParameterSelection& parameters, const std::vector<double>& numbers) {
   std::vector<double> times;
-  for (const TimeLaw& of : moved_laws_of_time(mechanism, objective, parameters)) {
+  for (const TimeLaw& of : moved_laws_of_time(mechanism, objective, parameters))
     of.law->add_kinks(local_numbers(of, numbers).data(), times);
+  for (const Times& list : bent_times(mechanism)) {
+    const std::vector<double> p = local_numbers(list, numbers);
+    for (const double t : list.at(p))
+      if (moves(by_parameters(list, parameters, p, t))) times.push_back(t);
   }
   return times;
 }
 
 std::vector<MovingInstant> moving_instants(const Mechanism& mechanism, const Objective& objective,
-                                           const ParameterSelection& parameters, const std::vector<double>& numbers) {
+                                           const ParameterSelection& parameters, const std::vector<double>& numbers,
+                                           bool with_bends) {
   std::vector<MovingInstant> instants;
   if (parameters.parameters.empty()) return instants;
-  for (const Times& list : all_times(mechanism, objective, parameters)) {
+  std::vector<Times> lists = all_times(mechanism, objective, parameters);
+  if (with_bends)
+    for (Times& list : bent_times(mechanism)) lists.push_back(std::move(list));
+  for (const Times& list : lists) {
     const std::vector<double> p = local_numbers(list, numbers);
     for (const double t : list.at(p)) {
       std::vector<double> by = by_parameters(list, parameters, p, t);
@@ -248,10 +280,18 @@ std::vector<MovingInstant> moving_instants(const Mechanism& mechanism, const Obj
 
 void require_even_times(const Mechanism& mechanism, const Objective& objective, const ParameterSelection& parameters,
                         const std::vector<double>& numbers, double t_start, double t_end) {
-  for (const Times& list : all_times(mechanism, objective, parameters)) {
+  std::vector<Times> lists = all_times(mechanism, objective, parameters);
+  const std::size_t first_bent = lists.size();
+  for (Times& list : bent_times(mechanism)) lists.push_back(std::move(list));
+  std::vector<Instant> instants;
+  for (std::size_t l = 0; l < lists.size(); ++l) {
+    const Times& list = lists[l];
     const std::vector<double> p = local_numbers(list, numbers), times = list.at(p);
     for (std::size_t i = 0; i < times.size(); ++i) {
+      if (l >= first_bent) require_within(list, parameters, p, times[i], t_start, t_end);
       if (!(t_start < times[i] && times[i] < t_end)) continue;
+      instants.push_back(
+          {times[i], by_parameters(list, parameters, p, times[i]), list.kind_of_owner + "." + list.owner});
       if (const std::string name = bender(list, parameters, p, i); !name.empty())
         throw CapabilityError(fmt::format(
             "Parameter '{}' moves the time t = {:.6g} s at which the law of {} '{}' has a {}, and not evenly: "
@@ -260,6 +300,8 @@ void require_even_times(const Mechanism& mechanism, const Objective& objective, 
             name, times[i], list.kind_of_owner, list.owner, list.what));
     }
   }
+  std::stable_sort(instants.begin(), instants.end(), [](const Instant& a, const Instant& b) { return a.t < b.t; });
+  require_together(instants, parameters);
 }
 
 void require_fixed_times(const Mechanism& mechanism, const Objective& objective, const ParameterSelection& parameters,

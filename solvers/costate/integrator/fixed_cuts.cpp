@@ -40,7 +40,12 @@ void FixedRun::find_places() {
       if (o.t_start + 2 * beside_ < t && t < o.t_end - 2 * beside_ && (places_.empty() || t > places_.back() + beside_))
         places_.push_back(t);
   };
-  keep(jump_times(*problem_.mechanism, problem_.objective, numbers));
+  std::vector<double> times = jump_times(*problem_.mechanism, problem_.objective, numbers);
+  for (const MovingInstant& m :
+       moving_instants(*problem_.mechanism, problem_.objective, problem_.parameters, numbers, true))
+    times.push_back(m.t);
+  std::sort(times.begin(), times.end());
+  keep(times);
   if (static_cast<double>(places_.size()) > kMostPlaces * static_cast<double>(steps_)) keep(scheme_->kinks());
 }
 

@@ -43,7 +43,8 @@ FixedRun::FixedRun(const Problem& problem, const std::vector<double>& rho, long 
   running_ = scheme_->has_running_cost();
   kinks_ = driver_kinks(*problem.mechanism, scheme_->assembly().numbers());
   if (!cuts_possible_) return;
-  moving_ = moving_instants(*problem.mechanism, problem.objective, problem.parameters, scheme_->assembly().numbers());
+  moving_ =
+      moving_instants(*problem.mechanism, problem.objective, problem.parameters, scheme_->assembly().numbers(), true);
   scheme_->keep_beginnings();
   course_ = std::make_unique<StepInterpolant>(*scheme_);
   length_ = std::make_unique<StepLength>(*scheme_);

@@ -27,6 +27,9 @@ class CoordinateDriver final : public ConstraintOf<CoordinateDriver>, public Cou
   void add_acceleration_jumps(const double* p, std::vector<double>& times) const override {
     law_->add_curvature_jumps(p + coordinates().size(), times);
   }
+  void add_third_jumps(const double* p, std::vector<double>& times) const override {
+    law_->add_third_jumps(p + coordinates().size(), times);
+  }
   void add_time_slopes(double t, const double* p, double* slopes) const override {
     law_->add_place_slopes(t, p + coordinates().size(), slopes + coordinates().size());
   }

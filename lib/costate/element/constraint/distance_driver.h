@@ -32,6 +32,9 @@ class DistanceDriver final : public ConstraintOf<DistanceDriver<Line>>, public C
   void add_acceleration_jumps(const double* p, std::vector<double>& times) const override {
     law_->add_curvature_jumps(p + d_.number_count(), times);
   }
+  void add_third_jumps(const double* p, std::vector<double>& times) const override {
+    law_->add_third_jumps(p + d_.number_count(), times);
+  }
   void add_time_slopes(double t, const double* p, double* slopes) const override {
     law_->add_place_slopes(t, p + d_.number_count(), slopes + d_.number_count());
   }

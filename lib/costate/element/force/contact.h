@@ -20,6 +20,7 @@
 
 #include "costate/element/force/contact_chain.h"
 #include "costate/element/guarded_force.h"
+#include "costate/element/power_touch.h"
 
 namespace costate {
 
@@ -27,7 +28,8 @@ template <class Point, class Ground = ContactSurface<Point>>
 class Contact : public ForceOf<Contact<Point, Ground>>,
                 public ContactChain<Point, Ground>,
                 public GuardedForce,
-                public GapElement {
+                public GapElement,
+                public PowerTouch {
   using Points = ContactChain<Point, Ground>;
 
  public:
@@ -171,6 +173,7 @@ class Contact : public ForceOf<Contact<Point, Ground>>,
       if (gap(i, arguments(s)) > kTouches * of_all) open.push_back(i * own_states());
     if (static_cast<int>(open.size()) < count()) states.insert(states.end(), open.begin(), open.end());
   }
+  double touch_exponent(const double* p) const override { return p[1]; }
   bool tells_bends() const override { return true; }
   void add_bends(const LocalState& s, std::vector<double>& beyond) const override {
     this->add_bends_of(arguments(s), beyond);

@@ -21,11 +21,15 @@
 #include "costate/element/point/planar_point.h"
 #include "costate/element/point/point_speed.h"
 #include "costate/element/point/spatial_point.h"
+#include "costate/element/power_touch.h"
 
 namespace costate {
 
 template <class Point>
-class ContactPair final : public ForceOf<ContactPair<Point>>, public GuardedForce, public GapElement {
+class ContactPair final : public ForceOf<ContactPair<Point>>,
+                          public GuardedForce,
+                          public GapElement,
+                          public PowerTouch {
  public:
   static constexpr int dim = Point::Vector::RowsAtCompileTime;
   static constexpr int kFriction = 4, kRadii = kFriction + kFrictionNumbers, kApproach = kRadii + 2,
@@ -109,6 +113,7 @@ class ContactPair final : public ForceOf<ContactPair<Point>>, public GuardedForc
   }
   bool gap_presses(int, const double* z) const override { return !latched() || z[0] > 0; }
   int gap_of_guard(int) const override { return 0; }
+  double touch_exponent(const double* p) const override { return p[1]; }
   bool tells_bends() const override { return true; }
   /// As those with the ground.
   void add_bends(const LocalState& s, std::vector<double>& beyond) const override {

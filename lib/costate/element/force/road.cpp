@@ -44,6 +44,13 @@ void Road::add_post_jumps(double shift, const double* p, std::vector<double>& ti
       times.push_back(post_time(j.x, shift, p));
 }
 
+void Road::add_post_bends(double shift, const double* p, std::vector<double>& times) const {
+  if (kind_ != Kind::post) return;
+  std::vector<double> places;
+  law_->add_curvature_jumps(p + law_numbers(), places);
+  for (const double x : places) times.push_back(post_time(x, shift, p));
+}
+
 void Road::add_post_slopes(double t, double shift, const double* p, double& by_shift, double* slopes) const {
   if (kind_ != Kind::post) return;
   const double speed = has_speed_ ? *p : 1;

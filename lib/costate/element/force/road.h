@@ -92,6 +92,8 @@ class Road final : public SharedPart {
   void add_motion_laws(int first, std::vector<MotionLaw>& laws) const;
   /// The times at which a post's height or its rate jumps, with the tyre's shift; none of other roads.
   void add_post_jumps(double shift, const double* p, std::vector<double>& times) const;
+  /// Those at which the rate of its rate jumps, where numbers decide when.
+  void add_post_bends(double shift, const double* p, std::vector<double>& times) const;
   /// by_shift and slopes (one a number of the road) gain how such a time t moves with them.
   void add_post_slopes(double t, double shift, const double* p, double& by_shift, double* slopes) const;
 

@@ -23,6 +23,10 @@ void TyreGround::add_force_jumps(const double* p, std::vector<double>& times) co
   setup_.road->add_post_jumps(p[TyreNumbers::shift], p + TyreNumbers::road, times);
 }
 
+void TyreGround::add_force_bends(const double* p, std::vector<double>& times) const {
+  setup_.road->add_post_bends(p[TyreNumbers::shift], p + TyreNumbers::road, times);
+}
+
 void TyreGround::add_time_slopes(double t, const double* p, double* by) const {
   setup_.road->add_post_slopes(t, p[TyreNumbers::shift], p + TyreNumbers::road, by[TyreNumbers::shift],
                                by + TyreNumbers::road);

@@ -34,6 +34,8 @@ class TyreGround : public CourseElement,
     setup_.road->add_motion_laws(TyreNumbers::road, laws);
   }
   void add_force_jumps(const double* p, std::vector<double>& times) const override;
+  /// Of a damped tyre, which holds the rate of a post's height.
+  void add_force_bends(const double* p, std::vector<double>& times) const override;
   void add_time_slopes(double t, const double* p, double* by) const override;
   /// Of the wheel's centre, whatever part of the road the contact takes.
   CourseElement::Place track_place(int, const LocalState& s) const override;

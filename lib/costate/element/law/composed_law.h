@@ -34,6 +34,12 @@ class ComposedLaw final : public ScalarLawOf<ComposedLaw>, public PlacedLaw {
       p += part->number_count();
     }
   }
+  void add_third_jumps(const double* p, std::vector<double>& x) const override {
+    for (const auto& part : parts_) {
+      part->add_third_jumps(p, x);
+      p += part->number_count();
+    }
+  }
   /// Of the part whose place it is; that of several may part.
   void add_place_slopes(double x, const double* p, double* slopes) const override {
     const ScalarLaw* owner = nullptr;
@@ -42,6 +48,7 @@ class ComposedLaw final : public ScalarLawOf<ComposedLaw>, public PlacedLaw {
       std::vector<double> places;
       part->add_kinks(p + at, places);
       part->add_curvature_jumps(p + at, places);
+      part->add_third_jumps(p + at, places);
       add_value_jumps(*part, p + at, places);
       if (std::find(places.begin(), places.end(), x) != places.end()) {
         if (owner) {

@@ -32,6 +32,8 @@ class MotionLawElement {
   virtual GapMotion deformation(const LocalState&) const { return {}; }
   /// Appends the times at which the force jumps by its laws of time, for the element's numbers p.
   virtual void add_force_jumps(const double*, std::vector<double>&) const {}
+  /// The times at which the force's slope jumps by its laws of time: its derivative by what moves the time jumps there.
+  virtual void add_force_bends(const double*, std::vector<double>&) const {}
   /// slopes[k] += dt/dp_k of such a time t.
   virtual void add_time_slopes(double, const double*, double*) const {}
 };

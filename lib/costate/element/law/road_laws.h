@@ -78,8 +78,9 @@ class SineSweepLaw final : public ScalarLawOf<SineSweepLaw>, public PlacedLaw {
     using std::sin;
     const S y = x - S(p[1]), rise = S(p[4]) - S(p[3]);
     if (!(value_of(y) >= 0)) return S(0.0);
-    const S waves = value_of(y) < value_of(p[2]) ? (S(p[3]) + S(0.5) * rise * y / S(p[2])) * y
-                                                 : S(p[4]) * y - S(0.5) * rise * S(p[2]);
+    // The place that add_curvature_jumps() tells, to the last bit.
+    const S waves = value_of(x) < value_of(p[1]) + value_of(p[2]) ? (S(p[3]) + S(0.5) * rise * y / S(p[2])) * y
+                                                                  : S(p[4]) * y - S(0.5) * rise * S(p[2]);
     return S(p[0]) * sin(S(kTwoPi) * waves);
   }
 };

@@ -2,6 +2,7 @@
 // drivers in time, cost targets. A law is one templated formula; derivatives come from dual numbers.
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
@@ -26,6 +27,9 @@ class ScalarLaw {
   virtual void add_kinks(const double*, std::vector<double>&) const {}
   /// Appends the x at which the curvature jumps and the numbers decide where: a driver's acceleration jumps there.
   virtual void add_curvature_jumps(const double*, std::vector<double>&) const {}
+  /// The same where the third derivative is the first that jumps: the derivative of a driver's acceleration by a number
+  /// that moves the place jumps there.
+  virtual void add_third_jumps(const double*, std::vector<double>&) const {}
   /// slopes[k] += dx/dp_k of such a place x, NaN where the place would part. A law whose places depend on its numbers
   /// otherwise than it says here has no gradients by those numbers.
   virtual void add_place_slopes(double, const double*, double*) const {}
@@ -101,11 +105,15 @@ class SineLaw final : public ScalarLawOf<SineLaw> {
 class SmoothStepLaw final : public ScalarLawOf<SmoothStepLaw> {
  public:
   int number_count() const override { return 4; }
+  void add_third_jumps(const double* p, std::vector<double>& x) const override { x.insert(x.end(), {p[0], p[1]}); }
+  void add_place_slopes(double x, const double* p, double* slopes) const override {
+    for (const int k : {0, 1}) slopes[k] += p[0] == p[1] ? std::nan("") : x == p[k] ? 1 : 0;
+  }
   template <class S, class P>
   S physics(const S& x, const P* p) const {
     const double at = value_of(x);
-    if (at <= value_of(p[0])) return S(p[2]);
     if (at >= value_of(p[1])) return S(p[3]);
+    if (at < value_of(p[0])) return S(p[2]);
     const S s = (x - S(p[0])) / (S(p[1]) - S(p[0]));
     return S(p[2]) + (S(p[3]) - S(p[2])) * s * s * s * (S(10.0) - S(15.0) * s + S(6.0) * s * s);
   }

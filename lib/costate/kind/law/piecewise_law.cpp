@@ -116,6 +116,19 @@ void PiecewiseLaw::add_curvature_jumps(const double* p, std::vector<double>& x) 
   }
 }
 
+// What a moved break does to the second derivative, by either side of it.
+void PiecewiseLaw::add_third_jumps(const double* p, std::vector<double>& x) const {
+  for (int k = 0; k < breaks_; ++k) {
+    const double at = first_break(p)[k];
+    const auto curve = [&](int piece) {
+      return value_of_piece<Dual<1, Taylor2>>(piece, Dual<1, Taylor2>::variable(Taylor2(at, 1, 0), 0), p);
+    };
+    const Dual<1, Taylor2> left = curve(k), right = curve(k + 1);
+    if (!unlike(left.v.c1, right.v.c1) && !unlike(left.v.c2, right.v.c2) && unlike(left.d[0].c2, right.d[0].c2))
+      x.push_back(at);
+  }
+}
+
 void PiecewiseLaw::add_place_slopes(double x, const double* p, double* slopes) const {
   for (int k = 0; k < breaks_; ++k)
     if (first_break(p)[k] == x) slopes[offsets_.back() + k] += 1;

@@ -31,6 +31,7 @@ class PiecewiseLaw final : public ScalarLawOf<PiecewiseLaw>, public PlacedLaw {
   }
   void add_kinks(const double* p, std::vector<double>& x) const override;
   void add_curvature_jumps(const double* p, std::vector<double>& x) const override;
+  void add_third_jumps(const double* p, std::vector<double>& x) const override;
   void add_place_slopes(double x, const double* p, double* slopes) const override;
   /// Throws ModelError where the breaks do not increase (any more).
   void add_places(const double* p, LawPlaces& places) const override;

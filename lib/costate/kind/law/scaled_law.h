@@ -32,6 +32,7 @@ class ScaledLaw final : public ScalarLawOf<ScaledLaw>, public PlacedLaw {
   void add_curvature_jumps(const double* p, std::vector<double>& x) const override {
     law_->add_curvature_jumps(p + own(), x);
   }
+  void add_third_jumps(const double* p, std::vector<double>& x) const override { law_->add_third_jumps(p + own(), x); }
   void add_place_slopes(double x, const double* p, double* slopes) const override {
     law_->add_place_slopes(x, p + own(), slopes + own());
   }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "costate/base/error.h"
 #include "costate/element/course.h"
@@ -19,6 +20,23 @@ SmoothStepsLaw::SmoothStepsLaw(std::vector<double> x) : x_(std::move(x)) {
 
 void StepsLaw::add_places(const double* p, LawPlaces& places) const {
   for (int k = 0; k < n_; ++k) places.sharp.insert(places.sharp.end(), {p[1 + k], p[1 + k] + p[0]});
+}
+
+void StepsLaw::add_third_jumps(const double* p, std::vector<double>& x) const {
+  for (int k = 0; k < n_; ++k) x.insert(x.end(), {p[1 + k], p[1 + k] + p[0]});
+}
+
+// Where one step ends as another begins, a change of either parts them.
+void StepsLaw::add_place_slopes(double x, const double* p, double* slopes) const {
+  int owners = 0;
+  for (int k = 0; k < n_; ++k)
+    for (const bool end : {false, true}) {
+      if (x != p[1 + k] + (end ? p[0] : 0)) continue;
+      ++owners;
+      slopes[1 + k] += 1;
+      if (end) slopes[0] += 1;
+    }
+  if (owners > 1) std::fill(slopes, slopes + n_ + 1, std::nan(""));
 }
 
 void SmoothStepsLaw::add_places(const double*, LawPlaces& places) const {

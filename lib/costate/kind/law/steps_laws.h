@@ -32,13 +32,16 @@ class StepsLaw final : public ScalarLawOf<StepsLaw>, public PlacedLaw {
     const P *at = p + 1, *y = p + 1 + n_;
     S sum = S(y[0]);
     for (int k = 0; k < n_; ++k) {
-      if (value_of(x) <= value_of(at[k])) continue;
+      if (value_of(x) < value_of(at[k])) continue;
       const S rise = S(y[k + 1]) - S(y[k]), s = (x - S(at[k])) / S(p[0]);
-      sum += value_of(s) >= 1 ? rise : rise * quintic_step(s);
+      // The place that add_third_jumps() tells, to the last bit.
+      sum += value_of(x) >= value_of(at[k]) + value_of(p[0]) ? rise : rise * quintic_step(s);
     }
     return sum;
   }
   void add_places(const double* p, LawPlaces& places) const override;
+  void add_third_jumps(const double* p, std::vector<double>& x) const override;
+  void add_place_slopes(double x, const double* p, double* slopes) const override;
   /// Exact: step by step.
   double integral(double x, const double* p) const override { return primitive(x, p) - primitive(0, p); }
 

@@ -5,6 +5,7 @@
 #include <pybind11/functional.h>
 #include <pybind11/stl.h>
 
+#include <cmath>
 #include <csignal>
 
 #include "costate/base/notice.h"
@@ -138,12 +139,21 @@ Eigen::MatrixXd hessian_times(const PyProblem& p, const Eigen::MatrixXd& directi
   return h.products;
 }
 
+/// Of its largest entry: from here on what a Hessian is off by is said, as in certificates.
+constexpr double kHessianSaid = 1e-3;
+
 py::dict hessian_of(const PyProblem& p, const std::optional<Numbers>& rho) {
   const Numbers values = p.values(rho);
   Hessian h;
   p.run([&](Problem& problem) {
     try {
-      h = hessian(problem, values);
+      h = confirmed_hessian(problem, values);
+      if (h.error > kHessianSaid)
+        notice(std::isfinite(h.error)
+                   ? fmt::format("The Hessian is known to some {:.0e} of its largest entry, by what a tenth of rtol "
+                                 "changes of a product with it. A smaller rtol tells more.",
+                                 h.error)
+                   : "What the Hessian is known to was not found: the run at a tenth of rtol failed.");
     } catch (const CapabilityError& e) {
       const std::string method = p.method("");
       h = hessian_by_differences(problem, method, values);

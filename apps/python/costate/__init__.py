@@ -235,7 +235,9 @@ class Problem:
 
     def hessian(self, rho=None):
         """The Hessian of psi (p x p), exactly; where that is not offered by differences of gradients, with a warning
-        that says so, why, and how far they are known."""
+        that says so, why, and how far they are known. An exact one is taken at a tenth of rtol and held against a
+        product at rtol itself, as in certificates: a warning says where it is known to no more than 1e-3 of its
+        largest entry."""
         h = self._inner.hessian(rho)
         _warn(h["warnings"])
         return h["matrix"]

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "costate/adjoint/hessian_equations.h"
+#include "costate/adjoint/steep_begins.h"
 #include "costate/base/error.h"
 
 namespace costate {
@@ -226,6 +227,10 @@ void HessianEquations::append_blocks(double t, const double* y, std::vector<doub
     add(block->data(), block->size());
   assembly_.calc_parameter_columns(s, columns_);
   for (const auto* block : {&columns_.F, &columns_.f}) add(block->data(), static_cast<std::size_t>(block->size()));
+  // What is steep there is continuous, but for this.
+  const std::size_t steep = values.size();
+  SteepBegins::of(assembly_).append(s, values);
+  if (values.size() > steep) ends.push_back(values.size());
   if (objective_.running.empty()) return;
   if (objective_.running_needs_accelerations()) {
     level_.solve(s);
@@ -238,6 +243,8 @@ void HessianEquations::append_blocks(double t, const double* y, std::vector<doub
 }
 
 void HessianEquations::follow_bend(Bend& bend, const Sizes& sizes) {
+  SteepBegins::of(assembly_).refuse_between(view(bend.before, bend.state_before.data()),
+                                            view(bend.after, bend.state_after.data()));
   const int N = state_size(), k = directions();
   const Mechanism& mechanism = assembly_.mechanism();
   std::vector<ForceArguments> arguments;

@@ -6,6 +6,7 @@
 
 #include "costate/adjoint/gradient_rate.h"
 #include "costate/adjoint/hessian_equations.h"
+#include "costate/adjoint/steep_begins.h"
 #include "costate/base/error.h"
 
 namespace costate {
@@ -94,6 +95,7 @@ MotionEvents::Side HessianEquations::side_of(const Flow& flow) const {
 
 void HessianEquations::cross_tangents(const Jumps& jumps, Event& e) {
   const int N = state_size(), k = directions();
+  if (e.event >= 0) SteepBegins::of(assembly_).refuse_changed(e.t, e.before.data() + 2 * n_, e.after.data() + 2 * n_);
   if (e.event < 0) {
     jumps.instant->prepare(view(e.t, e.before.data()), e.behind);
     e.after = e.before;

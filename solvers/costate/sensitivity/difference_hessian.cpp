@@ -71,8 +71,12 @@ Hessian hessian_by_differences(const Problem& problem, const std::string& method
   for (const Counters& c : spent) h.counters += c;
   h.matrix = 0.5 * (H + H.transpose());
   const double size = largest_scaled(scale, H);
-  if (size > 0) h.asymmetry = std::max(largest_scaled(scale, H - H.transpose()), largest_scaled(scale, change)) / size;
-  h.error = h.asymmetry;
+  if (size == 0) return h;
+  const double apart = largest_scaled(scale, H - H.transpose()), changed = largest_scaled(scale, change);
+  h.asymmetry = std::max(apart, changed) / size;
+  // Errors of gradients that have nothing to do with each other are three times larger in (4 near - far)/3 than in
+  // (near - far)/3, which besides may be small by chance.
+  h.error = std::max(apart, 4 * changed) / size;
   return h;
 }
 

@@ -100,11 +100,14 @@ class RowJudge {
   double tolerable() const { return std::clamp(30 * y_.own_error, kTolerable, 10 * kTolerable); }
 
   bool by_own_estimate() {
-    if (r_.gradient_error.empty()) return false;
+    // All of it, or of a cycle's multiplier a part.
+    const std::vector<double>& known =
+        r_.gradient_error.empty() && r_.known_error ? r_.known_error->gradient : r_.gradient_error;
+    if (known.empty()) return false;
     std::vector<double> allowed = strict_;
     double estimate = 0;
-    for (std::size_t j = 0; j < r_.gradient_error.size(); ++j) {
-      const double e = r_.gradient_error[j] * y_.parameters.parameters[j].scale;
+    for (std::size_t j = 0; j < known.size(); ++j) {
+      const double e = known[j] * y_.parameters.parameters[j].scale;
       allowed[j] += 10 * e;
       estimate = std::max(estimate, relative(e, j));
     }

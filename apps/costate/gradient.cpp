@@ -25,11 +25,18 @@ struct GradientOptions {
   int jobs = 0;
 };
 
+/// What nothing has confirmed knows nothing of psi, and of the gradient at most what a multiplier's differences leave,
+/// which is no error to be told as all of it.
+bool knows_a_part(const Setup& setup, const GradientResult& r) {
+  return setup.problem.cycle && r.gradient_error.empty() && r.known_error && r.known_error->psi == 0;
+}
+
 /// The parameters with their derivatives and, where there are any, errors.
 std::string derivatives_text(const Setup& setup, const GradientResult& r, double relative) {
   const std::vector<double>& gradient = r.gradient;
-  const auto [errors, unknown] =
+  auto [errors, unknown] =
       gradient_digits(gradient, setup.problem.parameters, relative, r.gradient_error, r.known_error);
+  if (knows_a_part(setup, r)) errors.clear();
   const auto names = setup.problem.parameters.names();
   std::size_t width = 9;
   for (const auto& n : names) width = std::max(width, n.size());
@@ -46,7 +53,7 @@ std::string derivatives_text(const Setup& setup, const GradientResult& r, double
 
 /// What the run knows of its error, into the summary's keys.
 void add_known_error(const Setup& setup, const GradientResult& r, Json& j) {
-  if (!r.known_error) return;
+  if (!r.known_error || knows_a_part(setup, r)) return;
   const Json& asked = j.at("psi_error");
   j["psi_error"] = *psi_error_of(asked.is_number() ? std::optional(asked.get<double>()) : std::nullopt, r.known_error);
   const auto errors = gradient_error_of(r.gradient_error, r.known_error);

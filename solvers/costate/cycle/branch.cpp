@@ -12,6 +12,7 @@
 #include "costate/cycle/cycle_rest.h"
 #include "costate/cycle/cycle_start.h"
 #include "costate/cycle/cycle_values.h"
+#include "costate/cycle/multiplier_error.h"
 
 namespace costate {
 
@@ -29,6 +30,10 @@ constexpr double kAccepted = 1e3;
 constexpr double kTurn = 0.9;
 // Where a multiplier crosses is located to this part of the step that it was seen in.
 constexpr double kLocated = 1e-9;
+// How fast a multiplier crosses is told by one this part of the step further on, and how well it is known by runs at
+// these parts of the tolerance, the first with which there are any. Errors at least halve in a decade, so that what is
+// left is no more than this many times what changes.
+constexpr double kFurther = 0.01, kOtherTolerances[] = {0.1, 10}, kOfChange = 2;
 // What errors of runs at rtol make of a multiplier, and of the parameter where it crosses, at least: of a branch that
 // conserves, moduli were off by 0.2 to 15 rtol.
 constexpr double kRuns = 100;
@@ -270,6 +275,47 @@ class Follower {
     return {std::move(near_node), std::move(far_node)};
   }
 
+  /// The node at another tolerance, and A there.
+  std::optional<Node> solved_anew(const Node& node, double part, MatrixXd& A) {
+    const SolverOptions own = problem_.solver;
+    problem_.solver.set_rtol(part * own.rtol);
+    int corrections = 0;
+    std::optional<Node> other = advance(node, 0, &corrections);
+    if (other) A = evaluate(*other);
+    problem_.solver = own;
+    return other;
+  }
+
+  /// How far from where it was found to cross, within a step, the multiplier m may do so. With m known to dm, and
+  /// dm/ds along the branch, it crosses within ds = dm/(dm/ds), and the parameter is p' ds from there; p itself, which
+  /// at a fold does not change along the branch, has errors of its own.
+  template <class Critical>
+  double error_of_crossing(const Node& found, const std::complex<double>& m, double step, const Critical& critical) {
+    double dm = undecided_, dp = 0;
+    Node same = found;
+    MatrixXd A, other_A;
+    for (const double part : kOtherTolerances) try {
+        A = evaluate(same);
+        const std::optional<Node> other = solved_anew(found, part, other_A);
+        if (!other) continue;
+        const MatrixXd one = MatrixXd::Identity(k_, k_);
+        dm = kOfChange * multiplier_error(one - A.leftCols(k_), one - other_A.leftCols(k_), m);
+        dp = kOfChange * std::abs(other->point.parameter - found.point.parameter);
+        break;
+      } catch (const SolverError&) {
+      }
+    int corrections = 0;
+    double ds = step, turn = 0;
+    const double further = kFurther * step;
+    if (const std::optional<Node> beyond = advance(found, further, &corrections)) {
+      double moved = std::numeric_limits<double>::infinity();
+      for (const auto& next : beyond->point.multipliers) moved = std::min(moved, critical(next));
+      if (moved > 0) ds = std::min(step, dm * further / moved);
+      turn = std::abs(beyond->tangent[k_] - found.tangent[k_]) / further;
+    }
+    return dp + scale_[k_] * (std::abs(found.tangent[k_]) + turn * ds) * ds;
+  }
+
   void look_for_bifurcations(const Node& a, const Node& b, double step, std::vector<Bifurcation>& found) {
     const Outside &x = a.counted, &y = b.counted;
     const auto add = [&](BifurcationKind kind, const auto& count, const auto& critical) {
@@ -283,12 +329,13 @@ class Follower {
       Bifurcation f;
       f.kind = kind;
       f.at = far_node.point;
-      // Besides, runs are known to some tolerances.
-      f.parameter_error = std::max(0.5 * std::abs(far_node.point.parameter - near_node.point.parameter),
-                                   kRuns * problem_.solver.rtol * std::abs(f.at.parameter));
       double nearest = std::numeric_limits<double>::infinity();
       for (const auto& m : f.at.multipliers)
         if (critical(m) < nearest) nearest = critical(m), f.multiplier = m;
+      // Besides, runs are known to some tolerances.
+      f.parameter_error = std::max({0.5 * std::abs(far_node.point.parameter - near_node.point.parameter),
+                                    kRuns * problem_.solver.rtol * std::abs(f.at.parameter),
+                                    error_of_crossing(far_node, f.multiplier, step, critical)});
       if (kind == BifurcationKind::fold && a.tangent[k_] * b.tangent[k_] > 0) f.kind = BifurcationKind::branch_point;
       found.push_back(std::move(f));
     };
@@ -307,7 +354,7 @@ class Follower {
           [](const std::complex<double>& m) { return m.imag() > 0 ? std::abs(std::abs(m) - 1) : HUGE_VAL; });
   }
 
-  const Problem& problem_;
+  Problem problem_;
   const BranchOptions& options_;
   bool may_rest_;  // over a period given an equilibrium repeats itself as well
   CycleStart start_;

@@ -39,7 +39,7 @@ struct Bifurcation {
   BifurcationKind kind = BifurcationKind::fold;
   BranchPoint at;
   std::complex<double> multiplier;  // the one that crosses
-  double parameter_error = 0;       // of the parameter: where it crosses, and tolerances
+  double parameter_error = 0;       // of the parameter: where it crosses, to what runs tell of the multiplier
 };
 
 struct BranchOptions {

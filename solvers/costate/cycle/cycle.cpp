@@ -12,14 +12,15 @@
 #include "costate/cycle/cycle_rest.h"
 #include "costate/cycle/cycle_start.h"
 #include "costate/cycle/multiplier_derivative.h"
+#include "costate/cycle/multiplier_error.h"
 
 namespace costate {
 
 namespace {
 
 constexpr int kHalvings = 8;
-// A multiplier's error is known as the change between two tolerances, which is small by chance, too: in 48 runs of
-// motions that conserve it was up to 5.6 times too small.
+// How far a multiplier is from 1 is known to its change between two tolerances, which is small by chance, too: in 48
+// runs of motions that conserve it was up to 5.6 times too small.
 constexpr double kChance = 10;
 // I - P_x is singular where its smallest singular value is below this part of the largest, or of 1 as P_x itself is all
 // but 1 at a resonance, or what runs at the tolerance make of zero: their errors are usually 1 to 200 rtol.
@@ -342,6 +343,7 @@ CycleResult find_cycle(const Problem& problem, const CycleSettings& settings, co
   if (options.estimate) {
     take(Whole(problem, map, search).value(false));
     const CycleResult loose = r;
+    const Eigen::MatrixXd loose_P = search.monodromy();
     const SolverOptions& solver = problem.solver;
     map.set_tolerance(0.1 * solver.rtol, 0.1 * solver.absolute());
     search.begin();
@@ -356,14 +358,18 @@ CycleResult find_cycle(const Problem& problem, const CycleSettings& settings, co
     r.period.error = error(r.period.value - loose.period.value, map_value.time_x);
     r.travel.error = error(r.travel.value - loose.travel.value, map_value.travel_x);
     r.psi.error = error(r.psi.value - loose.psi.value, map_value.psi_x);
-    r.multiplier_error = std::abs(r.largest() - loose.largest());
+    const double changed = std::abs(r.largest() - loose.largest());
+    r.undecided = kChance * changed;
+    r.multiplier_error = changed;
+    if (!r.multipliers.empty())
+      r.multiplier_error = std::max(changed, multiplier_error(search.monodromy(), loose_P, r.multipliers.front()));
   } else {
     r.x_error.setZero(search.x.size());
   }
   const Whole whole(problem, map, search);
   r.map = whole.value(derivatives);
   if (!options.estimate) take(r.map);
-  r.undecided = std::max(kChance * r.multiplier_error, problem.solver.rtol);
+  r.undecided = std::max({r.undecided, r.multiplier_error, problem.solver.rtol});
   r.psi_values = whole.by_values(r.map);
   if (derivatives) differentiate(search, whole.map(), options, r);
   for (const auto& c : section.coordinates()) {

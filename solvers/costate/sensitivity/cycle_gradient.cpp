@@ -11,6 +11,7 @@
 #include "costate/cycle/cycle.h"
 #include "costate/cycle/cycle_start.h"
 #include "costate/cycle/multiplier_derivative.h"
+#include "costate/problem/known_error.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate {
@@ -35,9 +36,12 @@ void describe(const CycleResult& cycle, const Problem& problem, Simulation& r) {
   r.end = RunEvent{problem.solver.t_start + cycle.period.value, "the end of a cycle"};
 }
 
-/// A cost with the largest multiplier has a gradient that is not exact to rounding, and says so.
+/// A cost with the largest multiplier has a gradient that is not exact to rounding, and says so. This is a part of its
+/// error, no estimate of all of it: the cycle's runs have theirs.
 void tell_multiplier(double factor, const Eigen::VectorXd& error, const std::string& how, GradientResult& r) {
-  for (const double e : error) r.gradient_error.push_back(std::abs(factor) * e);
+  std::vector<double> of;
+  for (const double e : error) of.push_back(std::abs(factor) * e);
+  widen_error(r, 0, of);
   notice(fmt::format("The derivative of cycle.multiplier is by {}.", how));
 }
 
@@ -102,6 +106,7 @@ GradientResult cycle_gradient(const Problem& problem, const std::string& name, c
   r.counters += g.counters;
   r.gradient.assign(g.gradient.begin(), g.gradient.begin() + np);
   for (std::size_t j = 0; j < rho.size(); ++j) r.gradient[j] += more[static_cast<Eigen::Index>(j)];
+  if (g.known_error) widen_error(r, 0, g.known_error->gradient);
   if (by_multiplier != 0) {
     const MultiplierDerivative m = multiplier_derivative(map, cycle.x, cycle.positions, static_cast<int>(np));
     r.counters += m.counters;

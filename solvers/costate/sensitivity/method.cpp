@@ -169,10 +169,16 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
   if (problem.cycle && !method.perturbs) {
     const auto on_cycle = [&](const Problem& p) { return cycle_gradient(p, name, rho); };
     GradientResult r = on_cycle(problem);
-    // What knows its errors has told them.
-    if (!problem.solver.confirm || by_fixed_steps(problem, method) || rho.empty() || !r.gradient_error.empty())
-      return r;
-    return confirmed(problem, std::move(r), on_cycle);
+    if (!problem.solver.confirm || by_fixed_steps(problem, method) || rho.empty()) return r;
+    // A multiplier that has no derivative at another tolerance leaves this one's result what it is.
+    const auto beside = [&](const Problem& p) {
+      try {
+        return on_cycle(p);
+      } catch (const CapabilityError& e) {
+        throw SolverError(e.what());
+      }
+    };
+    return confirmed(problem, std::move(r), beside);
   }
   if (rho.empty()) {
     GradientResult r = without_parameters(problem, method);

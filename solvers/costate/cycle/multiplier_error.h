@@ -1,0 +1,16 @@
+// What a multiplier may be off by, from the return map's derivatives P at two tolerances. Its own change between them
+// may be small by chance. With u and w its left and right eigenvectors that is u^T dP w/u^T w: without what cancels
+// among these terms, as the root of the sum of their squares, it is no smaller by chance, but too large where errors of
+// the fixed point and of the section change all of P in step. Between the two lies what it is off by.
+#pragma once
+
+#include <Eigen/Core>
+#include <complex>
+
+namespace costate {
+
+/// Of the eigenvalue of P next to m: the larger of its change to that of `other` and the geometric mean of that and of
+/// the root of the terms' squares. No scaling of coordinates changes it.
+double multiplier_error(const Eigen::MatrixXd& P, const Eigen::MatrixXd& other, std::complex<double> m);
+
+}  // namespace costate

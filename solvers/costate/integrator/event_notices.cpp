@@ -2,11 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/event/named_event.h"
+#include "costate/mechanism/coordinate_parts.h"
+#include "costate/scene/wanted_part.h"
 
 namespace costate {
 
@@ -16,6 +19,34 @@ constexpr double kSameInstant = 1e-9;
 // In tolerances of what the gap ranges over: a touch of this depth, or missed by as much, may come or not, as runs'
 // errors are up to some hundred tolerances.
 constexpr double kHair = 100;
+
+/// Of events of two parts that have nothing to do with each other but that a running cost holds both: which of them
+/// comes first decides what the cost is between them.
+std::string kink_by_cost(const Problem& problem, const std::string& first, const std::string& second) {
+  const Mechanism& m = *problem.mechanism;
+  const std::vector<int> parts = coordinate_parts(m);
+  const auto part_of = [&](const std::string& event) {
+    return parts[static_cast<std::size_t>(find_event(m, event).force->coordinates().front())];
+  };
+  const int a = part_of(first), b = part_of(second);
+  if (a == b) return {};
+  for (const auto& term : problem.objective.running) {
+    Objective one;
+    one.running.push_back(term);
+    const std::optional<std::vector<int>> of = coordinates_of(m, one);
+    const auto holds = [&](int part) {
+      return !of ||
+             std::any_of(of->begin(), of->end(), [&](int c) { return parts[static_cast<std::size_t>(c)] == part; });
+    };
+    if (holds(a) && holds(b))
+      return fmt::format(
+          "'{}' and '{}' happen in one instant, and a running cost holds what both of them move: where it "
+          "is more than a sum of both, psi has another slope on either side, as one or the other comes "
+          "first, and derivatives are those of one side. The method 'differences' tells",
+          first, second);
+  }
+  return {};
+}
 }  // namespace
 
 std::optional<std::pair<double, std::string>> grazed_touch(const GrazingWatch& watch, double rtol) {
@@ -73,11 +104,12 @@ void tell_of_coincident(const Problem& problem, const std::vector<RunEvent>& eve
   const double instant = kSameInstant * (problem.solver.t_end - problem.solver.t_start);
   for (std::size_t k = 1; k < events.size(); ++k)
     for (std::size_t i = k; i-- > 0 && events[k].t - events[i].t < instant;)
-      if (const std::string kink = kink_of_coincident(*problem.mechanism, events[i].name, events[k].name);
-          !kink.empty()) {
-        notice(fmt::format("At t = {:.9g} s {}.", events[k].t, kink));
-        return;
-      }
+      for (const std::string& kink : {kink_of_coincident(*problem.mechanism, events[i].name, events[k].name),
+                                      kink_by_cost(problem, events[i].name, events[k].name)})
+        if (!kink.empty()) {
+          notice(fmt::format("At t = {:.9g} s {}.", events[k].t, kink));
+          return;
+        }
 }
 
 }  // namespace costate

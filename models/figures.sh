@@ -25,7 +25,7 @@ done
 for gait in before:walker/gait_speed.toml "after:$runs/gait_speed/optimized.toml"; do
   "$tool" animate "${gait#*:}" --output-step 0.1 --width 440 --t-end 7.2 -o "walker/figures/gait_speed_${gait%%:*}.svg"
 done
-for model in cradle engine rimless_wheel rocking_block painleve_rod; do draw $model $model --no-names --width 440; done
+for model in cradle engine rimless_wheel rocking_block sliding_box painleve_rod; do draw $model $model --no-names --width 440; done
 draw rigid_body euler_top --width 440
 
 "$tool" optimize five_bar/five_bar.toml --output "$runs/five_bar" --quiet

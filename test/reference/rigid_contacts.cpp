@@ -153,3 +153,24 @@ TEST_CASE("rigid contacts: a walker on points", "[events]") {
   CHECK(std::abs(s.events[0].t - 3.88194) <= 6e-6);
   CHECK(std::abs(s.events[1].t - 2 * s.events[0].t) <= 1e-6);
 }
+
+// In closed form (models/sliding_box/README.md): quadratic in time, to the tolerance of 1e-10, tenfold.
+TEST_CASE("rigid contacts: a box slides to rest on both corners", "[events]") {
+  Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/sliding_box/sliding_box.toml"));
+  const double by[] = {-0.3286665538215, -0.2618619915963, 0.2641208404324, 0, 0.0201927248037};
+  for (const auto& [formulation, method] : {std::pair{"index1", "idas-adjoint"},
+                                            {"index1", "hand-adjoint"},
+                                            {"index2", "discrete-adjoint"},
+                                            {"index2", "idas-forward"},
+                                            {"baumgarte", "cvodes-adjoint"},
+                                            {"penalty", "hand-tangent"},
+                                            {"augmented-lagrangian", "cvodes-forward"}}) {
+    p.formulation = formulation;
+    const GradientResult r = gradient(p, method, p.parameters.values());
+    CAPTURE(formulation, method);
+    CHECK(std::abs(r.psi - 0.198090630324291) <= 1e-9);
+    REQUIRE(r.events.size() == 1);
+    CHECK(std::abs(r.events[0].t - 0.2641208404323883) <= 1e-9);
+    for (std::size_t j = 0; j < 5; ++j) CHECK(std::abs(r.gradient[j] - by[j]) <= 1e-9);
+  }
+}

@@ -242,12 +242,17 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
       options.push_back({way});
     else if (c.sliding_state < 0 || !stays)
       options.push_back({way, kOpen});
-    // What rests sticks if it can: of corners of one body one could as well slide at no speed against another one.
+    // What stops sticks if it can: of corners of one body one could as well slide at no speed against another one. Else
+    // what it did comes first.
     else if (slides_in_space(c))
-      options.push_back({kSticks, kForward, kOpen});
+      options.push_back(stops || way == kSticks ? std::vector<int>{kSticks, kForward, kOpen}
+                                                : std::vector<int>{kForward, kSticks, kOpen});
+    else if (const int first = way == kBackward ? kBackward : kForward,
+             other = first == kForward ? kBackward : kForward;
+             stops || way == kSticks)
+      options.push_back({kSticks, first, other, kOpen});
     else
-      options.push_back(
-          {kSticks, way == kBackward ? kBackward : kForward, way == kBackward ? kForward : kBackward, kOpen});
+      options.push_back({first, kSticks, other, kOpen});
   }
   if (closed.empty()) return;
   const auto n = static_cast<std::size_t>(assembly_.n()), m = static_cast<std::size_t>(assembly_.m());

@@ -34,6 +34,19 @@ void MotionEvents::begin(const StateView& at) {
   }
   reach_ = 0;
   require_sliding(s);
+  // Of a contact that cannot stick at the start beside others of its body that do.
+  const auto shared_friction = [&](const GuardOf& g) -> std::string {
+    if (g.contact < 0 || contacts_[static_cast<std::size_t>(g.contact)].sliding_state < 0) return {};
+    const ContactOf& own = contacts_[static_cast<std::size_t>(g.contact)];
+    for (const ContactOf& c : contacts_)
+      if (&c != &own && c.sliding_state >= 0 && s.z[c.closed_state] > 0.5 &&
+          c.force->coordinates() == own.force->coordinates())
+        return fmt::format(
+            " All that stick on one body begin with the same share of its friction: where '{}' can bear "
+            "the rest, let this one slide, which it does at no speed.",
+            c.force->path());
+    return {};
+  };
   calc(s, before_);
   for (std::size_t i = 0; i < guards_.size(); ++i) {
     GuardOf& g = guards_[i];
@@ -56,8 +69,8 @@ void MotionEvents::begin(const StateView& at) {
     const bool past = before_[i] * direction > 1e-9 * size;
     const std::string advice = g.guarded->past_at_start(g.k);
     if (past && !advice.empty())
-      throw ModelError(g.force->path(), fmt::format("At the start '{}' has happened already, by {:.6g}: {}", g.name,
-                                                    std::abs(before_[i]), advice));
+      throw ModelError(g.force->path(), fmt::format("At the start '{}' has happened already, by {:.6g}: {}{}", g.name,
+                                                    std::abs(before_[i]), advice, shared_friction(g)));
     g.ready = !past && rate > 0;
     if (!past && !g.ready && rate >= -kGapRounding * speed) look_from_rest(g, s, direction);
   }

@@ -82,7 +82,7 @@ void MotionEvents::cross_contact(int event, const StateView& before, double* v, 
   settle(behind, after.data(), contact->part, of(event).name, begins, guard == Guard::stop ? contact : nullptr);
   std::copy(after.begin(), after.end(), z);
   behind.z = z;
-  const double acceleration = largest_acceleration(behind);
+  const double acceleration = std::max(largest_acceleration(behind), acceleration_by_forces(behind));
   for (GuardOf& other : guards_) {
     if (other.contact < 0) continue;
     const ContactOf& its = contacts_[static_cast<std::size_t>(other.contact)];
@@ -288,8 +288,10 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
             row_of(*closed[c]->force, *closed[c]->contact, 1 + k, s, assembly_, nullptr).c1;
     }
   };
+  // At rest accelerations are rounding, of what forces by themselves would make.
+  const double by_forces = acceleration_by_forces(now);
   const auto fits = [&](const std::vector<int>& ways, const Slips& slip) {
-    double forces = 0, accelerations = 0;
+    double forces = 0, accelerations = by_forces;
     for (std::size_t i = 0; i < n; ++i) accelerations = std::max(accelerations, std::abs(x[i]));
     for (std::size_t i = 0; i < m; ++i) forces = std::max(forces, std::abs(x[n + i]));
     if (!std::isfinite(forces) || !std::isfinite(accelerations)) return false;
@@ -345,8 +347,7 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
       found.assign(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(n));
       return;
     }
-    // At rest accelerations are rounding, of what forces by themselves would make.
-    if (!are_one_motion(found, x.data(), kContactRounding * acceleration_by_forces(at)))
+    if (!are_one_motion(found, x.data(), kContactRounding * by_forces))
       throw SolverError(fmt::format(
           "At t = {:.9g} s, behind '{}', the motion has several solutions, in which contacts ({}) do "
           "different things: the laws of rigid bodies with Coulomb friction do not choose between them "

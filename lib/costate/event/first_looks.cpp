@@ -7,6 +7,7 @@
 #include "costate/base/error.h"
 #include "costate/event/contact_gap.h"
 #include "costate/event/motion_events.h"
+#include "costate/event/spatial_slip.h"
 
 namespace costate {
 
@@ -54,6 +55,13 @@ void MotionEvents::begin(const StateView& at) {
     g.ready = before_[i] * direction < 0;
     g.last = before_[i];
     if (std::isnan(before_[i])) continue;
+    // What another contact of its body holds slides at no speed.
+    if (const ContactOf* c = contact_of(static_cast<int>(i));
+        c && contact_guard(static_cast<int>(i)) == UnilateralForce::Guard::stop && !slides_in_space(*c) &&
+        has_stopped(*c, s, acceleration_by_forces(s))) {
+      g.ready = false;
+      continue;
+    }
     // At zero, but for rounding, it counts if it is about to cross; beyond, the start is of another mode. What has just
     // crossed the other way (another event at the same time begins anew) counts once it has been seen beyond rounding.
     load(g, s);

@@ -187,6 +187,11 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
               fmt::format("At t = {:.9g} s '{}' falls into the ground that it has just left.", begin, g.name));
         g.just_left = false;
       }
+      // What another contact of its body holds slides at no speed, and has nothing to stop.
+      if (!g.ready && slides && !slides_in_space(*slides) &&
+          slides->contact->guard_kind(g.k) == UnilateralForce::Guard::stop &&
+          has_stopped(*slides, at(end), acceleration_by_forces(at(end))))
+        continue;
       if (after_[i] * direction < 0) {
         g.ready = g.ready || !g.gap || -after_[i] * direction > at_zero;
         continue;

@@ -200,8 +200,6 @@ class ContactPoints {
       else
         beyond.push_back(
             touches(i, x) ? uncut_force(options_.law, law, depth, motion(i, x).closing, x.z[i * own_states()]) : 0);
-      // Bristles bend by |v| w: in the plane where v is zero.
-      if (tangents == 1 && has_bristles(options_.friction)) beyond.push_back(touches(i, x) ? motion(i, x).slip[0] : 1);
     }
   }
 

@@ -26,7 +26,7 @@ const std::vector<GuideEntry>& failure_guide() {
        {"its bounces die out", "strike at the same time", "stop sliding at the same time", "would create an energy",
         "has several solutions", "has no solution", "no way to stick, to slide or to open", "grows beyond all bounds",
         "contacts change in one instant", "against the direction in which it began", "that it has just left",
-        "comes and goes with a contact", "derivative there."}},
+        "comes and goes with a contact", "derivative there.", "more than determine who bears"}},
       {"not-a-number",
        {"not a finite number", "is not finite", "the motion cannot be computed this way",
         "The derivative of psi with respect to '"}},

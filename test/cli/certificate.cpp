@@ -354,5 +354,5 @@ parameters = ["k", "c"]
   // 2 integral of (d(y'')/dk)^2 dt, by quadrature (scipy) of the closed form for m = 1, c = 1 and a load of 0.2 m:
   const double expected = 1e12 * 0.034658751;
   CHECK(c.at("largest_eigenvalue").get<double>() == Approx(expected).epsilon(0.05));  // known to 2e-2, it says
-  CHECK(c.at("eigenvalue_error").get<double>() < 0.05 * expected);
+  CHECK(c.at("eigenvalue_error").get<double>() < 0.1 * expected);  // four times what extrapolation changes
 }

@@ -50,8 +50,9 @@ TEST_CASE("rests and ends: a balance that contacts do not allow is told") {
            more + "[start]\ngiven = [" + given + "]\n[run]\nt_end_s = 2\n";
   };
   // On a slope of 0.3 rad with friction for 0.2; at the bottom of a spring, beneath the ground.
-  const std::string slope = body(
-      "friction = \"coulomb\"\nfriction_coefficient = 0.2\nground_angle_rad = 0.3\nclosed = true\nalong_m = 0\n", "\"b.angle\"");
+  const std::string slope =
+      body("friction = \"coulomb\"\nfriction_coefficient = 0.2\nground_angle_rad = 0.3\nclosed = true\nalong_m = 0\n",
+           "\"b.angle\"");
   CHECK_THAT(run_scene(slope, {"equilibrium"}).err, Contains("'contact.k: slip' has happened already"));
   CHECK_THAT(run_scene(slope, {"modes", "--equilibrium"}).err, Contains("'contact.k: slip' has happened already"));
   // Enough of it: 0.4 > tan 0.3.

@@ -90,3 +90,47 @@ TEST_CASE("moved places: a quintic step", "[laws][hessian]") {
     CHECK(apart(p, h.matrix, right) <= 1e-5);
   }
 }
+
+// A sweep's end where a course looks anyway, halfway to the end of the run, and one that moves nothing: both were taken
+// for jumps that open. Right is what differences say, and zero.
+TEST_CASE("moved places: ends of sweeps that are no jumps", "[laws]") {
+  Problem p = problem_of_case("moved_sweep", {"driver.push.law.start_m=0.3", "driver.push.law.length_m=0.5",
+                                              "parameter.st.number=\"driver.push.law.length_m\""});
+  const auto rho = p.parameters.values();
+  p.formulation = "baumgarte";
+  const double right = gradient(p, "differences", rho).gradient[0];
+  for (const auto& [formulation, method] : {std::pair{"index1", "idas-adjoint"}, {"baumgarte", "cvodes-forward"}}) {
+    p.formulation = formulation;
+    CHECK(std::abs(gradient(p, method, rho).gradient[0] - right) <= 1e-5 * std::max(1.0, std::abs(right)));
+  }
+  p = problem_of_case("moved_sweep",
+                      {"driver.push.law.n_end_1_per_m=0.8", "parameter.st.number=\"driver.push.law.length_m\""});
+  p.formulation = "baumgarte";
+  CHECK(std::abs(gradient(p, "cvodes-adjoint", p.parameters.values()).gradient[0]) <= 1e-7);
+}
+
+// Powers of what is zero on one side, and of what is negative, by exponents that are names: (x - 7)^3 and max(x, 0)^1.5
+// by hand.
+TEST_CASE("moved places: powers with named exponents", "[laws]") {
+  const auto scene = [](const char* formula, double k) {
+    return make_problem(Scene::parse(
+        fmt::format("[point.P]\nx_m = -0.5\ny_m = 0\nvx_m_per_s = 1.3\n[mass.P]\npoint = \"P\"\nmass_kg = "
+                    "0.5\n[driver.y]\ncoordinate = \"P.y\"\nlaw = 0\n[force.F]\npoint = \"P\"\nc = 30\nk = {}\n"
+                    "formula_x_N = \"{}\"\n[start]\ngiven = [\"P.x\"]\n[run]\nt_end_s = 0.6\nrtol = "
+                    "1e-10\nparameters = [\"force.F.c\"]\n[[cost.terminal]]\nkind = \"value\"\noutput = \"P.x\"\n",
+                    k, formula),
+        "powers.toml"));
+  };
+  for (const auto& [named, plain, k] : {std::tuple{"-c*P.x^k", "-c*P.x*P.x*P.x + 0*k", 3.0},
+                                        {"-c*max(P.x,0)^k", "-c*max(P.x,0)*sqrt(max(P.x,1e-300)) + 0*k", 1.5}}) {
+    CAPTURE(named);
+    Problem p = scene(named, k);
+    p.formulation = "baumgarte";
+    const GradientResult r = gradient(p, "idas-adjoint", p.parameters.values());
+    Problem other = scene(plain, 1);
+    other.formulation = "index1";
+    const GradientResult right = gradient(other, "cvodes-forward", other.parameters.values());
+    CHECK(std::abs(r.psi - right.psi) <= 1e-8);
+    CHECK(std::abs(r.gradient[0] - right.gradient[0]) <= 1e-8);
+  }
+}

@@ -299,8 +299,9 @@ TEST_CASE("rigid contacts: refusals", "[events]") {
   CHECK(s.events.back().mode == "closed");
   CHECK(s.events.back().t < 4.0637127688715781401);
   CHECK(std::abs(s.events.back().t - 4.0637127688715781401) <= 2 * 0.01 / 9.81 / (1 - 0.8));
-  const std::string slips = with_words(hopper, {{"FRICTION", "friction = \"coulomb\"\nfriction_coefficient = 0.05\nalong_m = 0"},
-                                                {"GIVEN", "[\"top.x\", \"top.y\"]"}});
+  const std::string slips =
+      with_words(hopper, {{"FRICTION", "friction = \"coulomb\"\nfriction_coefficient = 0.05\nalong_m = 0"},
+                          {"GIVEN", "[\"top.x\", \"top.y\"]"}});
   p = make_problem(Scene::parse(slips, "hopper.toml"));
   CHECK_THROWS_WITH(simulate(p, p.parameters.values()), Catch::Contains("contact.floor"));
 }

@@ -93,6 +93,7 @@ friction = "coulomb"
 friction_coefficient = 3
 ground_angle_rad = {3}
 closed = {4}
+along_m = 0
 )",
                      i, std::sin(i * t), -std::cos(i * t), -slope, i == 0);
     numbers += fmt::format("\"contact.s{}.ground_angle_rad\",", i);

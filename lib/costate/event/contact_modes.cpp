@@ -230,7 +230,10 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
   std::vector<char> rests;  // whether it has no speed along the ground
   StateView now = s;
   now.z = z;
-  const double acceleration = largest_acceleration(now);
+  // At rest accelerations are rounding, of what forces by themselves would make.
+  const double by_forces = acceleration_by_forces(now), acceleration = std::max(largest_acceleration(now), by_forces);
+  const double slides_as_begun =
+      begins_to_slide && !slides_in_space(*begins_to_slide) ? z[begins_to_slide->sliding_state] : 0;
   for (const ContactOf& c : contacts_) {
     if (c.part != part || c.closed_state < 0 || z[c.closed_state] < 0.5) continue;
     closed.push_back(&c);
@@ -242,17 +245,16 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
       options.push_back({way});
     else if (c.sliding_state < 0 || !stays)
       options.push_back({way, kOpen});
-    // What stops sticks if it can: of corners of one body one could as well slide at no speed against another one. Else
-    // what it did comes first.
-    else if (slides_in_space(c))
-      options.push_back(stops || way == kSticks ? std::vector<int>{kSticks, kForward, kOpen}
-                                                : std::vector<int>{kForward, kSticks, kOpen});
-    else if (const int first = way == kBackward ? kBackward : kForward,
-             other = first == kForward ? kBackward : kForward;
-             stops || way == kSticks)
-      options.push_back({kSticks, first, other, kOpen});
+    // What stops sticks if it can: of corners of one body one could as well slide at no speed against another one, and
+    // does where that one begins to slide the other way. Else what it did comes first.
+    else if (const bool first = stops || way == kSticks || along * slides_as_begun < 0; slides_in_space(c))
+      options.push_back(first ? std::vector<int>{kSticks, kForward, kOpen}
+                              : std::vector<int>{kForward, kSticks, kOpen});
+    else if (const int ahead = way == kBackward ? kBackward : kForward, back = ahead == kForward ? kBackward : kForward;
+             first)
+      options.push_back({kSticks, ahead, back, kOpen});
     else
-      options.push_back({first, kSticks, other, kOpen});
+      options.push_back({ahead, kSticks, back, kOpen});
   }
   if (closed.empty()) return;
   const auto n = static_cast<std::size_t>(assembly_.n()), m = static_cast<std::size_t>(assembly_.m());
@@ -288,8 +290,8 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
             row_of(*closed[c]->force, *closed[c]->contact, 1 + k, s, assembly_, nullptr).c1;
     }
   };
-  // At rest accelerations are rounding, of what forces by themselves would make.
-  const double by_forces = acceleration_by_forces(now);
+  // Where friction reaches a limit it is known as well as the instant: one that sticks on may be as far beyond its own.
+  const double beyond = begins_to_slide || stops ? kSameMotion : kContactRounding;
   const auto fits = [&](const std::vector<int>& ways, const Slips& slip) {
     double forces = 0, accelerations = by_forces;
     for (std::size_t i = 0; i < n; ++i) accelerations = std::max(accelerations, std::abs(x[i]));
@@ -307,7 +309,7 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
       if (at.sliding_state < 0 || &at == begins_to_slide) continue;
       if (const int direction = slides(ways[c]); direction == 0) {
         const double friction = slides_in_space(at) ? std::hypot(lambda[1], lambda[2]) : std::abs(lambda[1]);
-        if (friction > -number(at, at.contact->friction_number()) * lambda[0] + kContactRounding * forces) return false;
+        if (friction > -number(at, at.contact->friction_number()) * lambda[0] + beyond * forces) return false;
       } else if (rests[c]) {
         const auto along = [&](int row) { return row_of(*at.force, *at.contact, row, s, assembly_, x.data()).c2; };
         const double faster = from_rest[c] ? slip[c][0] * along(1) + slip[c][1] * along(2) : direction * along(1);
@@ -327,9 +329,10 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
   // Two that stick on one body hold it twice along the ground, which not all formulations carry.
   const bool redundant =
       std::count_if(closed.begin(), closed.end(), [](const ContactOf* c) { return c->sliding_state >= 0; }) > 1;
-  const char* advice = redundant ? " Where several stick on one body their friction is not determined: formulation = "
-                                   "\"baumgarte\" carries that."
-                                 : "";
+  const char* advice = redundant
+                           ? " Where several hold one body who bears how much of its weight and of the friction is "
+                             "not determined, and its motion may not be."
+                           : "";
   const auto look_at = [&](const std::vector<int>& ways, const Slips& slip) {
     write(ways, slip);
     StateView at = s;
@@ -347,7 +350,7 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
       found.assign(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(n));
       return;
     }
-    if (!are_one_motion(found, x.data(), kContactRounding * by_forces))
+    if (!are_one_motion(found, x.data(), kSameMotion * by_forces))
       throw SolverError(fmt::format(
           "At t = {:.9g} s, behind '{}', the motion has several solutions, in which contacts ({}) do "
           "different things: the laws of rigid bodies with Coulomb friction do not choose between them "
@@ -370,6 +373,13 @@ void MotionEvents::settle(const StateView& s, double* z, int part, const std::st
         "more "
         "than one instant.{} Take kind = \"compliant\".{}",
         s.t, event, names(), search ? search->told() : "", undetermined.empty() ? "" : " " + undetermined, advice));
+  if (const std::size_t count =
+          sharing_unlike(closed, chosen, [&](const ContactOf& c) { return number(c, c.contact->friction_number()); }))
+    throw SolverError(fmt::format(
+        "At t = {:.9g} s, behind '{}', {} contacts hold one body, more than determine who bears how much of its "
+        "weight, and slide with different friction ({}): the motion is not determined. Give them one "
+        "friction_coefficient, or kind = \"compliant\".",
+        s.t, event, count, names()));
   if (search && !search->proven() && search->starts() > 0)
     notice(
         fmt::format("Of contacts ({}) several may begin to slide in space at once{}: one motion was found, and that "

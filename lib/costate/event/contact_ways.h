@@ -39,6 +39,27 @@ inline bool are_one_motion(const std::vector<double>& a, const double* b, double
   return apart <= std::max(kSameMotion * size, rounding);
 }
 
+/// Of contacts that hold one body, more than determine who bears how much of its weight (two in the plane, three in
+/// space), and slide with different friction, so that its motion is not determined: how many they are, else 0.
+template <class Contact, class Friction>
+std::size_t sharing_unlike(const std::vector<const Contact*>& closed, const std::vector<int>& ways,
+                           const Friction& friction) {
+  for (std::size_t c = 0; c < closed.size(); ++c) {
+    std::size_t count = 0;
+    bool any_slides = false, alike = true;
+    const auto& body = closed[c]->force->coordinates();
+    for (std::size_t k = 0; k < closed.size(); ++k) {
+      if (ways[k] == kOpen || closed[k]->force->coordinates() != body) continue;
+      ++count;
+      any_slides = any_slides || slides(ways[k]) != 0;
+      const double own = friction(*closed[c]), other = friction(*closed[k]);
+      alike = alike && std::abs(own - other) <= 1e-12 * (own + other);
+    }
+    if (ways[c] != kOpen && any_slides && !alike && count > (body.size() > 3 ? 3u : 2u)) return count;
+  }
+  return 0;
+}
+
 /// Calls visit(the way of each) for all combinations, those first in which the first options are taken; the last
 /// contact changes fastest. False where there are more than kMostWays.
 template <class Visit>

@@ -232,6 +232,9 @@ void require_joined_laws(const Mechanism& mechanism, const ParameterSelection& p
     const auto rows = static_cast<std::size_t>(c->rows());
     const std::vector<double> places = places_of(*c, rest.numbers(), t_start, t_end);
     if (places.empty()) continue;
+    const auto rates = [&](double t) { return rest.rates(t); };
+    const double of_rates = kOpened * largest(rates, 0, rows, places, t_start, t_end),
+                 of_rates_of_rates = kOpened * largest(rates, rows, 2 * rows, places, t_start, t_end);
     for (const auto& parameter : parameters.parameters) {
       const auto change = [&](double t) { return rest.change(t, parameter); };
       const double of_phi = kOpened * largest(change, 0, rows, places, t_start, t_end),
@@ -242,22 +245,26 @@ void require_joined_laws(const Mechanism& mechanism, const ParameterSelection& p
                                           moved(parameter, numbers, kMoved)),
                                 then = places_of(*c, p, t_start, t_end);
       for (const double t : places) {
-        const bool moves = std::find(then.begin(), then.end(), t) == then.end();
+        const bool stays = std::find(then.begin(), then.end(), t) != then.end(),
+                   end = std::find(ends.begin(), ends.end(), t) != ends.end();
+        if (!stays && !end) continue;
         std::vector<double> left = change(before(t)), right = change(t);
-        if (moves) {
-          if (std::find(ends.begin(), ends.end(), t) == ends.end()) continue;
-          // d/drho of both sides at the moved place; with a kink that is there the slopes may change.
-          const double movement = rest.movement(t, parameter);
+        double rounding_phi = 0, rounding_phid = 0;
+        // d/drho of both sides at the moved place; with a kink that is there the slopes may change. Another place may
+        // be where one that moves was.
+        if (const double movement = end ? rest.movement(t, parameter) : 0; movement != 0) {
           if (!std::isfinite(movement)) continue;
+          rounding_phi = std::abs(movement) * of_rates;
+          rounding_phid = std::abs(movement) * of_rates_of_rates;
           const std::vector<double> left_rates = rest.rates(before(t)), right_rates = rest.rates(t);
           for (std::size_t i = 0; i < 2 * rows; ++i) {
             left[i] += movement * left_rates[i];
             right[i] += movement * right_rates[i];
           }
         }
-        const bool jump = differ(left, right, 0, rows, of_phi),
+        const bool jump = differ(left, right, 0, rows, std::max(of_phi, rounding_phi)),
                    kink = std::find(kinks.begin(), kinks.end(), t) == kinks.end() &&
-                          differ(left, right, rows, 2 * rows, of_phid);
+                          differ(left, right, rows, 2 * rows, std::max(of_phid, rounding_phid));
         if (jump || kink)
           refuse_parameter(parameter.name, jump ? "jump" : "kink", c->path(), "t", t,
                            "what is driven would have to jump");

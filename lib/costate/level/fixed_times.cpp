@@ -248,11 +248,13 @@ std::vector<double> kinks_of_moved_laws(const Mechanism& mechanism, const Object
   std::vector<double> times;
   for (const TimeLaw& of : moved_laws_of_time(mechanism, objective, parameters))
     of.law->add_kinks(local_numbers(of, numbers).data(), times);
+  // Of posts under tyres what moves; of drivers all places, at which a number may open what is closed now.
   for (const Times& list : bent_times(mechanism)) {
     const std::vector<double> p = local_numbers(list, numbers);
     for (const double t : list.at(p))
       if (moves(by_parameters(list, parameters, p, t))) times.push_back(t);
   }
+  for (const double t : places_of_moved_drivers(mechanism, parameters, numbers)) times.push_back(t);
   return times;
 }
 

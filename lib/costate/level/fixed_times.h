@@ -14,9 +14,9 @@ namespace costate {
 /// The times at which laws of drivers have kinks, in order; `numbers` are those of the mechanism.
 std::vector<double> driver_kinks(const Mechanism& mechanism, const std::vector<double>& numbers);
 
-/// Where laws of time of forces and running costs with a number that parameters move have kinks, those of drivers jumps
-/// of their third derivative, and those of posts under tyres of their second: derivatives by numbers jump there, so
-/// that the last stage of a step that ends there belongs to its left side.
+/// Where laws of time with a number that parameters move have kinks, of forces and running costs, places of any kind,
+/// of drivers, and jumps of the second derivative, of posts under tyres: derivatives by numbers jump there, so that the
+/// last stage of a step that ends there belongs to its left side.
 std::vector<double> kinks_of_moved_laws(const Mechanism& mechanism, const Objective& objective,
                                         const ParameterSelection& parameters, const std::vector<double>& numbers);
 

@@ -50,15 +50,35 @@ std::vector<TimeLaw> laws_of_time(const Mechanism& mechanism, const Objective& o
   return all;
 }
 
+namespace {
+bool is_moved(int number, const ParameterSelection& parameters) {
+  return std::any_of(parameters.parameters.begin(), parameters.parameters.end(), [&](const Parameter& p) {
+    return std::any_of(p.bindings.begin(), p.bindings.end(), [&](const auto& b) { return b.first == number; });
+  });
+}
+}  // namespace
+
+std::vector<double> places_of_moved_drivers(const Mechanism& mechanism, const ParameterSelection& parameters,
+                                            const std::vector<double>& numbers) {
+  LawPlaces places;
+  for (const auto& c : mechanism.constraints()) {
+    const std::vector<int>& own = c->numbers();
+    if (!c->rheonomic() || std::none_of(own.begin(), own.end(), [&](int n) { return is_moved(n, parameters); }))
+      continue;
+    std::vector<double> p;
+    for (const int n : own) p.push_back(numbers[static_cast<std::size_t>(n)]);
+    for_each_time_law(*c, p,
+                      [&](const ScalarLaw& law, std::size_t first) { add_law_places(law, p.data() + first, places); });
+  }
+  return places.sharp;
+}
+
 std::vector<TimeLaw> moved_laws_of_time(const Mechanism& mechanism, const Objective& objective,
                                         const ParameterSelection& parameters) {
   std::vector<TimeLaw> all = laws_of_time(mechanism, objective);
-  const auto moved = [&](int number) {
-    return std::any_of(parameters.parameters.begin(), parameters.parameters.end(), [&](const Parameter& p) {
-      return std::any_of(p.bindings.begin(), p.bindings.end(), [&](const auto& b) { return b.first == number; });
-    });
-  };
-  std::erase_if(all, [&](const TimeLaw& law) { return std::none_of(law.numbers.begin(), law.numbers.end(), moved); });
+  std::erase_if(all, [&](const TimeLaw& law) {
+    return std::none_of(law.numbers.begin(), law.numbers.end(), [&](int n) { return is_moved(n, parameters); });
+  });
   return all;
 }
 

@@ -19,6 +19,9 @@ struct TimeLaw {
 };
 /// All of them.
 std::vector<TimeLaw> laws_of_time(const Mechanism& mechanism, const Objective& objective);
+/// The places of laws of drivers with a number that parameters move, whatever happens there.
+std::vector<double> places_of_moved_drivers(const Mechanism& mechanism, const ParameterSelection& parameters,
+                                            const std::vector<double>& numbers);
 /// Those with a number that parameters move.
 std::vector<TimeLaw> moved_laws_of_time(const Mechanism& mechanism, const Objective& objective,
                                         const ParameterSelection& parameters);

@@ -64,11 +64,13 @@ RunWatch::RunWatch(const Problem& problem, const std::vector<double>& rho, Syste
       system_(system),
       problem_(problem),
       rho_(rho),
+      open_costs_(problem, rho),
       stabilization_(StabilizationWatch::of(problem, rho, system)) {}
 
 StepSink RunWatch::sink() {
   return [this](double t, const double* y) {
     look_for_grazing(t, y);
+    if (!open_costs_.empty()) open_costs_.look(system_.look_state(t, y));
     if (!formulas_.empty()) formulas_.look(solved_state(system_, t, y), system_.assembly());
     if (system_.begins_with_motion() || ++steps_ <= kFirstSteps || steps_ % kSolvedCadence == 0)
       look(&MotionWatch::step, t, y);
@@ -117,6 +119,7 @@ void RunWatch::conclude(Simulation& result) const {
         problem_.solver.rtol, result.counters.steps));
   tell_of_grazing(grazing_, problem_.solver.rtol);
   if (watch_.began_redundant()) tell_of_open_costs();
+  open_costs_.tell();
   tell_of_end(problem_, result, driver_kinks(*problem_.mechanism, system_.assembly().numbers()));
   require_cycle(problem_, result.psi);
   require_finite(result);

@@ -6,6 +6,7 @@
 #include "costate/event/grazing_watch.h"
 #include "costate/integrator/adjoint_growth.h"
 #include "costate/integrator/adjoint_invariant.h"
+#include "costate/integrator/open_costs.h"
 #include "costate/integrator/segment.h"
 #include "costate/integrator/stabilization_watch.h"
 #include "costate/problem/problem.h"
@@ -52,6 +53,7 @@ class RunWatch {
   void tell_of_open_costs() const;
   const Problem& problem_;
   std::vector<double> rho_;
+  OpenCosts open_costs_;
   long steps_ = 0;
   std::unique_ptr<StabilizationWatch> stabilization_;  // or null
 };

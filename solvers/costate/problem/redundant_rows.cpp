@@ -30,8 +30,8 @@ std::string redundant_rows(const Problem& problem, const std::vector<double>& rh
 
 void tell_of_open_reactions(const Problem& problem, const std::vector<double>& rho,
                             const std::vector<std::unique_ptr<Output>>& outputs, bool multipliers) {
-  if (!find_formulation(problem.formulation).carries_redundancy) return;
   Assembly assembly(problem.mechanism, problem.parameters);
+  if (!find_formulation(problem.formulation).carries_redundancy && !assembly.has_switched_rows()) return;
   assembly.set_parameters(rho.data());
   const Start start = find_start(assembly, problem.solver.t_start, false);
   UndeterminedReactions reactions(assembly, problem.solver.t_start, start.q, start.z);
@@ -56,7 +56,7 @@ std::vector<std::string> determined_outputs(const Problem& problem, const std::v
   Assembly assembly(problem.mechanism, problem.parameters);
   assembly.set_parameters(rho.data());
   std::optional<UndeterminedReactions> reactions;
-  if (find_formulation(problem.formulation).carries_redundancy) {
+  if (find_formulation(problem.formulation).carries_redundancy || assembly.has_switched_rows()) {
     const Start start = find_start(assembly, problem.solver.t_start, false);
     reactions.emplace(assembly, problem.solver.t_start, start.q, start.z);
   }

@@ -142,8 +142,12 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
         case Op::power:
           --top;
           watch.term(value_of(top[0]));
-          top[0] = is_whole(top[1]) && !(value_of(top[0]) > 0) ? whole_power(top[0], static_cast<int>(value_of(top[1])))
-                                                               : exp(top[1] * log(top[0]));
+          if (value_of(top[0]) == 0 && is_constant(top[0]) && value_of(top[1]) > 0)
+            top[0] = S(0.0);  // max(x, 0)^k
+          else if (is_whole(top[1]) && !(value_of(top[0]) > 0))
+            top[0] = whole_power(top[0], static_cast<int>(value_of(top[1])));
+          else
+            top[0] = exp(top[1] * log(top[0]));
           break;
         case Op::whole_power: {
           watch.term(value_of(top[0]));

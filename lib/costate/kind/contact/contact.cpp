@@ -171,8 +171,11 @@ void add_rigid(const std::string& name, SceneTable& table, MechanismBuilder& bui
   if (o.closed && o.friction_coefficient > 0) {
     const std::string sliding = table.one_of("sliding", {"none", "forward", "backward"}, "none");
     o.sliding = sliding == "forward" ? 1 : sliding == "backward" ? -1 : 0;
-    if (o.sliding == 0 && table.has("along_m")) o.along_m = table.value("along_m", NumberRule::any);
-    if (o.sliding == 0 && table.has("across_m")) o.across_m = table.value("across_m", NumberRule::any);
+  }
+  // Of one that is open at the start it says nothing, but feet that swap roles have it both.
+  if (o.friction_coefficient > 0 && o.sliding == 0) {
+    if (table.has("along_m")) o.along_m = table.value("along_m", NumberRule::any);
+    if (table.has("across_m")) o.across_m = table.value("across_m", NumberRule::any);
     if (o.across_m && !builder.has_spatial_point(point))
       throw ModelError(path + ".across_m", "The plane has one direction along the ground, along_m: leave this out.");
   }

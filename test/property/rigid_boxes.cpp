@@ -16,7 +16,6 @@
 #include "support/with_words.h"
 
 using namespace costate;
-using costate::test::event_names;
 using costate::test::MethodWay;
 using costate::test::with_words;
 

@@ -11,17 +11,16 @@
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
+#include "property/ways_compared.h"
 #include "support/with_words.h"
 
 using namespace costate;
+using costate::test::MethodWay;
 using costate::test::with_words;
 
 namespace {
 
-struct ImpactWay {
-  const char *formulation, *method;
-};
-const std::vector<ImpactWay> impact_ways = {{"index1", "idas-adjoint"},
+const std::vector<MethodWay> impact_ways = {{"index1", "idas-adjoint"},
                                             {"index1", "idas-forward"},
                                             {"index1", "cvodes-adjoint"},
                                             {"index1", "cvodes-forward"},
@@ -61,7 +60,7 @@ const std::vector<ImpactWay> impact_ways = {{"index1", "idas-adjoint"},
 // psi, times to six. Between methods 1e-7, at rtol 1e-11; the penalty's weight leaves O(1/alpha), some 1e-8.
 TEST_CASE("rigid impacts: the five-bar over the ground, by every method", "[events]") {
   const double expected[] = {-0.37737314, -0.23636559, -0.29897679, -0.03933222};
-  for (const ImpactWay& way : impact_ways) {
+  for (const MethodWay& way : impact_ways) {
     Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/five_bar/five_bar_ground.toml"));
     p.formulation = way.formulation;
     p.solver.rtol = 1e-11;
@@ -83,8 +82,8 @@ TEST_CASE("rigid impacts: the five-bar over the ground, by every method", "[even
 // has ten digits, and the sum over five impacts eight.
 TEST_CASE("rigid impacts: a dropped ball", "[events]") {
   const double g = 9.81, e = 0.8, h = 1, end = 2.8, t1 = std::sqrt(2 * h / g);
-  for (const ImpactWay& way : {ImpactWay{"index1", "cvodes-adjoint"}, ImpactWay{"index1", "idas-forward"},
-                               ImpactWay{"index2", "idas-adjoint"}, ImpactWay{"maggi", "cvodes-forward"}}) {
+  for (const MethodWay& way : {MethodWay{"index1", "cvodes-adjoint"}, MethodWay{"index1", "idas-forward"},
+                               MethodWay{"index2", "idas-adjoint"}, MethodWay{"maggi", "cvodes-forward"}}) {
     const bool for_good = std::string(way.formulation) == "maggi";
     Problem p = make_problem(Scene::load(
         COSTATE_MODELS_DIR "/bouncing_ball/drop.toml",
@@ -193,7 +192,7 @@ TEST_CASE("rigid impacts: gradients through impacts of several contacts", "[even
   for (const RunEvent& event : reference.events) (event.name == "contact.left: touch" ? of_left : of_right)++;
   CHECK(of_left == 1);
   CHECK(of_right == 3);
-  for (const ImpactWay& way : impact_ways) {
+  for (const MethodWay& way : impact_ways) {
     p.formulation = way.formulation;
     const GradientResult r = gradient(p, way.method, rho);
     CAPTURE(way.formulation, way.method, r.events.size());
@@ -261,7 +260,7 @@ TEST_CASE("rigid contacts: gradients through closing and opening", "[events]") {
   double size = 0;
   for (std::size_t j = 0; j < rho.size(); ++j)
     size = std::max(size, std::abs(reference.gradient[j] * p.parameters.parameters[j].scale));
-  for (const ImpactWay& way : impact_ways) {
+  for (const MethodWay& way : impact_ways) {
     p.formulation = way.formulation;
     CAPTURE(way.formulation, way.method);
     const std::string name = way.formulation;
@@ -313,10 +312,10 @@ TEST_CASE("rigid contacts: bounces that die out close", "[events]") {
   const double g = 9.81, e = 0.8, v0 = std::sqrt(2 * g), end = 4.5, v = 3e-5 * v0;
   const double height = v0 * v0 * v0 / (3 * g * g) * (1 + e * e * e) / (1 - e * e * e), by_h = 1.5 * height;
   const double by_e = v0 * v0 * v0 / (3 * g * g) * 6 * e * e / std::pow(1 - e * e * e, 2);
-  for (const ImpactWay& way : {ImpactWay{"index1", "cvodes-adjoint"}, ImpactWay{"index1", "idas-forward"},
-                               ImpactWay{"baumgarte", "idas-adjoint"}, ImpactWay{"index2", "idas-adjoint"},
-                               ImpactWay{"index1", "hand-tangent"}, ImpactWay{"baumgarte", "hand-adjoint"},
-                               ImpactWay{"index2", "hand-adjoint"}, ImpactWay{"index1", "discrete-adjoint"}}) {
+  for (const MethodWay& way : {MethodWay{"index1", "cvodes-adjoint"}, MethodWay{"index1", "idas-forward"},
+                               MethodWay{"baumgarte", "idas-adjoint"}, MethodWay{"index2", "idas-adjoint"},
+                               MethodWay{"index1", "hand-tangent"}, MethodWay{"baumgarte", "hand-adjoint"},
+                               MethodWay{"index2", "hand-adjoint"}, MethodWay{"index1", "discrete-adjoint"}}) {
     Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/bouncing_ball/drop.toml"));
     p.formulation = way.formulation;
     p.solver.t_end = end;

@@ -12,6 +12,7 @@
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
 #include "property/ways_compared.h"
+#include "support/cases.h"
 #include "support/with_words.h"
 
 using namespace costate;
@@ -179,5 +180,16 @@ TEST_CASE("contacts together in space: an edge strikes, by an independent progra
       REQUIRE(after.size() == 6);
       for (std::size_t i = 0; i < 6; ++i) CHECK(std::abs(after[i] - c.after[i]) <= 2e-7);
     }
+  }
+}
+
+// What the others cannot do alone is looked for with all of them: it was read from nothing, which ended the program. No
+// way is found here, and that is said.
+TEST_CASE("contacts together in space: corners whose rows depend on each other", "[events]") {
+  for (const char* formulation : {"index1", "baumgarte"}) {
+    CAPTURE(formulation);
+    Problem p = problem_of_case("box_on_its_corners");
+    p.formulation = formulation;
+    CHECK_THROWS_AS(simulate(p, p.parameters.values()), Error);
   }
 }

@@ -47,6 +47,9 @@ void refuse_rolling(const Assembly& assembly, const std::string& what) {
 void add_rolling_rates(Assembly& assembly, const StateView& s, std::vector<double>& r2_v) {
   const SparsePattern& pattern = assembly.jacobian();
   for_each_without_place(assembly, [&](const Constraint& e, const SwitchedRows& switched, int first) {
+    bool rolls = false;  // what sticks wherever it is has no twist
+    for (int i = 0; i < e.rows(); ++i) rolls = rolls || !switched.is_integrable(i);
+    if (!rolls) return;
     const auto& q = e.coordinates();
     Eigen::MatrixXd twist = Eigen::MatrixXd::Zero(e.rows(), static_cast<Eigen::Index>(q.size()));
     LocalMatrix of(twist.data(), twist.rows(), twist.cols());

@@ -21,9 +21,11 @@ AccelerationDae::AccelerationDae(std::shared_ptr<const Mechanism> mechanism, Par
   // By a weight the multipliers of rows that depend on each other are alpha times a difference of roundings, which no
   // iteration makes less. Accelerations hold what there is of them.
   int row = 0;
-  for (Unknown& u : unknowns_)
-    if (u.role == Unknown::Role::multiplier && (stabilization.inverse_alpha > 0 || level_.may_give(row++)))
-      u.in_norm = false;
+  for (Unknown& u : unknowns_) {
+    if (u.role != Unknown::Role::multiplier) continue;
+    if (stabilization.inverse_alpha > 0 || level_.may_give(row)) u.in_norm = false;
+    ++row;
+  }
   if (events_) events_->use(state_.balance());
   reduced_.assign(static_cast<std::size_t>(level_.newton_size()), 0);
   place_jacobian();

@@ -171,11 +171,6 @@ void require_within(const Times& times, const ParameterSelection& parameters, co
 std::string bender(const Times& times, const ParameterSelection& parameters, const std::vector<double>& p,
                    std::size_t i) {
   const std::vector<double> all = times.at(p), slopes = by_numbers(times, p, all[i]);
-  const auto bound = [&](int number) {
-    return std::any_of(parameters.parameters.begin(), parameters.parameters.end(), [&](const Parameter& of) {
-      return std::any_of(of.bindings.begin(), of.bindings.end(), [&](const auto& b) { return b.first == number; });
-    });
-  };
   for (const auto& parameter : parameters.parameters)
     for (const auto& [number, factor] : parameter.bindings)
       for (std::size_t k = 0; k < p.size(); ++k) {
@@ -184,7 +179,8 @@ std::string bender(const Times& times, const ParameterSelection& parameters, con
         if (there.times.size() != all.size()) return parameter.name;
         const std::vector<double> then = by_numbers(times, there.numbers, there.times[i]);
         for (std::size_t l = 0; l < p.size(); ++l)
-          if (bound(times.numbers[l]) && std::abs(then[l] - slopes[l]) > kTogether * std::max(1.0, std::abs(slopes[l])))
+          if (is_moved(times.numbers[l], parameters) &&
+              std::abs(then[l] - slopes[l]) > kTogether * std::max(1.0, std::abs(slopes[l])))
             return parameter.name;
       }
   return {};

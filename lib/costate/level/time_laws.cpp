@@ -50,13 +50,11 @@ std::vector<TimeLaw> laws_of_time(const Mechanism& mechanism, const Objective& o
   return all;
 }
 
-namespace {
 bool is_moved(int number, const ParameterSelection& parameters) {
   return std::any_of(parameters.parameters.begin(), parameters.parameters.end(), [&](const Parameter& p) {
     return std::any_of(p.bindings.begin(), p.bindings.end(), [&](const auto& b) { return b.first == number; });
   });
 }
-}  // namespace
 
 std::vector<double> places_of_moved_drivers(const Mechanism& mechanism, const ParameterSelection& parameters,
                                             const std::vector<double>& numbers) {

@@ -22,6 +22,8 @@ std::vector<TimeLaw> laws_of_time(const Mechanism& mechanism, const Objective& o
 /// The places of laws of drivers with a number that parameters move, whatever happens there.
 std::vector<double> places_of_moved_drivers(const Mechanism& mechanism, const ParameterSelection& parameters,
                                             const std::vector<double>& numbers);
+/// Whether a parameter sets this number of the mechanism's.
+bool is_moved(int number, const ParameterSelection& parameters);
 /// Those with a number that parameters move.
 std::vector<TimeLaw> moved_laws_of_time(const Mechanism& mechanism, const Objective& objective,
                                         const ParameterSelection& parameters);

@@ -41,9 +41,7 @@ void FixedRun::find_places() {
         places_.push_back(t);
   };
   std::vector<double> times = jump_times(*problem_.mechanism, problem_.objective, numbers);
-  for (const MovingInstant& m :
-       moving_instants(*problem_.mechanism, problem_.objective, problem_.parameters, numbers, true))
-    times.push_back(m.t);
+  for (const MovingInstant& m : moving_) times.push_back(m.t);
   std::sort(times.begin(), times.end());
   keep(times);
   if (static_cast<double>(places_.size()) > kMostPlaces * static_cast<double>(steps_)) keep(scheme_->kinks());

@@ -38,13 +38,13 @@ FixedRun::FixedRun(const Problem& problem, const std::vector<double>& rho, long 
   s.fixed_steps = true;
   watch_ = std::make_unique<MotionWatch>(problem.mechanism, problem.parameters, rho.data(), std::move(s));
   touches_ = std::make_unique<FixedTouches>(scheme_->assembly(), scheme_->objective(), o);
+  moving_ =
+      moving_instants(*problem.mechanism, problem.objective, problem.parameters, scheme_->assembly().numbers(), true);
   find_places();
   cuts_possible_ = scheme_->has_events() || problem.ends_when || !places_.empty();
   running_ = scheme_->has_running_cost();
   kinks_ = driver_kinks(*problem.mechanism, scheme_->assembly().numbers());
   if (!cuts_possible_) return;
-  moving_ =
-      moving_instants(*problem.mechanism, problem.objective, problem.parameters, scheme_->assembly().numbers(), true);
   scheme_->keep_beginnings();
   course_ = std::make_unique<StepInterpolant>(*scheme_);
   length_ = std::make_unique<StepLength>(*scheme_);

@@ -4,16 +4,24 @@
 
 #include <algorithm>
 
+#include "costate/analysis/start.h"
 #include "costate/analysis/undetermined_reactions.h"
 #include "costate/base/notice.h"
 
 namespace costate {
 
 OpenCosts::OpenCosts(const Problem& problem, const std::vector<double>& rho)
-    : problem_(problem), assembly_(problem.mechanism, problem.parameters) {
-  const Objective& o = problem.objective;
-  empty_ = !assembly_.has_switched_rows() || (!o.running_needs_accelerations() && !o.terminal_needs_accelerations());
+    : problem_(problem),
+      rho_(rho),
+      assembly_(problem.mechanism, problem.parameters),
+      on_reactions_(problem.objective.running_needs_accelerations() ||
+                    problem.objective.terminal_needs_accelerations()) {
   assembly_.set_parameters(rho.data());
+}
+
+bool OpenCosts::leaves_open(UndeterminedReactions& reactions,
+                            const std::vector<std::shared_ptr<const CostTerm>>& terms) const {
+  return std::any_of(terms.begin(), terms.end(), [&](const auto& term) { return reactions.leaves_open(*term); });
 }
 
 void OpenCosts::look(const MechanismState& s) {
@@ -22,28 +30,36 @@ void OpenCosts::look(const MechanismState& s) {
   for (int i = 0; i < assembly_.m(); ++i) there.push_back(assembly_.is_there(i) ? 1 : 0);
   if (there == there_) return;
   there_ = there;
-  terminal_.clear();
+  terminal_.reset();
   const Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(s.q, assembly_.n()),
                         z = Eigen::Map<const Eigen::VectorXd>(s.z, assembly_.nz());
   UndeterminedReactions reactions(assembly_, s.t, q, z);
   if (reactions.none()) return;
-  const auto open = [&](const std::vector<std::shared_ptr<const CostTerm>>& terms) {
-    return std::any_of(terms.begin(), terms.end(), [&](const auto& term) { return reactions.leaves_open(*term); });
-  };
   const Open here{s.t, first_names(reactions.rows())};
-  if (running_.empty() && open(problem_.objective.running)) running_.push_back(here);
-  if (open(problem_.objective.terminal)) terminal_.push_back(here);
+  if (!running_ && leaves_open(reactions, problem_.objective.running)) running_ = here;
+  if (leaves_open(reactions, problem_.objective.terminal)) terminal_ = here;
 }
 
-void OpenCosts::tell() const {
-  for (const auto* open : {&running_, &terminal_}) {
-    if (open->empty()) continue;
-    return notice(
+void OpenCosts::tell(bool redundant) const {
+  if (redundant && on_reactions_) tell_of_rows();
+  if (const std::optional<Open>& open = running_ ? running_ : terminal_)
+    notice(
         fmt::format("The cost holds reactions that the motion does not determine: from t = {:.6g} s on contacts hold a "
                     "body more often than it can move ({}). psi and its gradient are those of the choice that "
                     "formulation '{}' makes, whatever error stands beside them.",
-                    open->front().t, open->front().rows, problem_.formulation));
-  }
+                    open->t, open->rows, problem_.formulation));
+}
+
+void OpenCosts::tell_of_rows() const {
+  Assembly assembly(problem_.mechanism, problem_.parameters);
+  assembly.set_parameters(rho_.data());
+  const Start start = find_start(assembly, problem_.solver.t_start, false);
+  UndeterminedReactions reactions(assembly, problem_.solver.t_start, start.q, start.z);
+  if (leaves_open(reactions, problem_.objective.running) || leaves_open(reactions, problem_.objective.terminal))
+    notice(
+        fmt::format("The cost holds reactions that the motion does not determine: constraint rows depend on each "
+                    "other ({}). psi and its gradient are those of the choice that formulation '{}' makes.",
+                    first_names(reactions.rows()), problem_.formulation));
 }
 
 }  // namespace costate

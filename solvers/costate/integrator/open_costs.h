@@ -1,7 +1,9 @@
-// Costs on reactions that the motion does not determine, of contacts that come and go: where several of them hold one
-// body more often than it can move, who bears what is a formulation's choice (analysis/undetermined_reactions.h).
+// Costs on reactions that the motion does not determine: where rows depend on each other, as those of several contacts
+// that hold one body more often than it can move, who bears what is a formulation's choice
+// (analysis/undetermined_reactions.h).
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,26 +12,32 @@
 
 namespace costate {
 
+class UndeterminedReactions;
+
 class OpenCosts {
  public:
   OpenCosts(const Problem& problem, const std::vector<double>& rho);
-  /// Whether nothing can be open: no cost on reactions or accelerations, or no contact that closes.
-  bool empty() const { return empty_; }
-  /// A state of the motion, in order of time: looked at where contacts differ from those of the one before.
+  /// Whether a motion has to be looked at: costs on reactions or accelerations, and contacts that close.
+  bool follows() const { return on_reactions_ && assembly_.has_switched_rows(); }
+  /// A state of the motion, in order of time: judged where contacts differ from those of the one before.
   void look(const MechanismState& s);
-  /// A notice, if anything was.
-  void tell() const;
+  /// A notice, if anything was open; `redundant`: whether rows that are there from the start on depend on each other.
+  void tell(bool redundant) const;
 
  private:
+  bool leaves_open(UndeterminedReactions& reactions, const std::vector<std::shared_ptr<const CostTerm>>& terms) const;
+  void tell_of_rows() const;
+
   const Problem& problem_;
+  std::vector<double> rho_;
   Assembly assembly_;
-  bool empty_;
+  bool on_reactions_;
   std::vector<char> there_;
   struct Open {
     double t;
     std::string rows;
   };
-  std::vector<Open> running_, terminal_;  // the first of them; of the last state
+  std::optional<Open> running_, terminal_;  // the first of them; of the last state
 };
 
 }  // namespace costate

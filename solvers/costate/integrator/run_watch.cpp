@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "costate/analysis/start.h"
-#include "costate/analysis/undetermined_reactions.h"
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/formulation/solved_state.h"
@@ -63,14 +61,13 @@ RunWatch::RunWatch(const Problem& problem, const std::vector<double>& rho, Syste
       formulas_(*problem.mechanism, problem.objective, FormulaJumpWatch::Looks::whole),
       system_(system),
       problem_(problem),
-      rho_(rho),
       open_costs_(problem, rho),
       stabilization_(StabilizationWatch::of(problem, rho, system)) {}
 
 StepSink RunWatch::sink() {
   return [this](double t, const double* y) {
     look_for_grazing(t, y);
-    if (!open_costs_.empty()) open_costs_.look(system_.look_state(t, y));
+    if (open_costs_.follows()) open_costs_.look(system_.look_state(t, y));
     if (!formulas_.empty()) formulas_.look(solved_state(system_, t, y), system_.assembly());
     if (system_.begins_with_motion() || ++steps_ <= kFirstSteps || steps_ % kSolvedCadence == 0)
       look(&MotionWatch::step, t, y);
@@ -118,26 +115,10 @@ void RunWatch::conclude(Simulation& result) const {
         "smaller rtol (1e-4) costs little more.",
         problem_.solver.rtol, result.counters.steps));
   tell_of_grazing(grazing_, problem_.solver.rtol);
-  if (watch_.began_redundant()) tell_of_open_costs();
-  open_costs_.tell();
+  open_costs_.tell(watch_.began_redundant());
   tell_of_end(problem_, result, driver_kinks(*problem_.mechanism, system_.assembly().numbers()));
   require_cycle(problem_, result.psi);
   require_finite(result);
-}
-
-void RunWatch::tell_of_open_costs() const {
-  const Objective& o = problem_.objective;
-  if (!o.running_needs_accelerations() && !o.terminal_needs_accelerations()) return;
-  Assembly assembly(problem_.mechanism, problem_.parameters);
-  assembly.set_parameters(rho_.data());
-  const Start start = find_start(assembly, problem_.solver.t_start, false);
-  UndeterminedReactions reactions(assembly, problem_.solver.t_start, start.q, start.z);
-  const auto open = [&](const std::shared_ptr<const CostTerm>& term) { return reactions.leaves_open(*term); };
-  if (std::any_of(o.running.begin(), o.running.end(), open) || std::any_of(o.terminal.begin(), o.terminal.end(), open))
-    notice(
-        fmt::format("The cost holds reactions that the motion does not determine: constraint rows depend on each "
-                    "other ({}). psi and its gradient are those of the choice that formulation '{}' makes.",
-                    first_names(reactions.rows()), problem_.formulation));
 }
 
 void RunWatch::conclude(GradientResult& result) const {

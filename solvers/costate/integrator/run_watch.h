@@ -50,9 +50,7 @@ class RunWatch {
   GrazingWatch grazing_;
   FormulaJumpWatch formulas_;  // of costs on accelerations, reactions, force states
   System& system_;
-  void tell_of_open_costs() const;
   const Problem& problem_;
-  std::vector<double> rho_;
   OpenCosts open_costs_;
   long steps_ = 0;
   std::unique_ptr<StabilizationWatch> stabilization_;  // or null

@@ -25,13 +25,14 @@ namespace {
 // part of the tolerance that an estimate is at least: two runs may agree by accident.
 constexpr double kOtherSteps = 1.2, kLeastError = 1e-2;
 constexpr double kTightestEstimate = 1e-14, kFarthest = 3e-4;
+// Of the tolerance, the first run that tells; and of that one's, the second.
+constexpr double kFirst = 0.1, kSecond = 0.3;
 
-/// The same problem with half the step.
-Problem with_half_the_step(const Problem& problem, const Simulation& result) {
+/// The same problem with a part of the step.
+Problem with_a_part_of_the_step(const Problem& problem, const Simulation& result, double part) {
   Problem p = problem;
   p.solver.confirm = false;
-  p.solver.step_s =
-      (problem.solver.t_end - problem.solver.t_start) / (2.0 * static_cast<double>(result.counters.steps));
+  p.solver.step_s = part * (problem.solver.t_end - problem.solver.t_start) / static_cast<double>(result.counters.steps);
   return p;
 }
 
@@ -43,32 +44,51 @@ Problem with_tolerance(const Problem& problem, double part) {
   return p;
 }
 
-/// The same run solved better: `run` makes it of another problem.
-template <class Result, class Run>
-Result run_better(const Problem& problem, const Result& result, bool fixed, const Run& run) {
-  if (fixed) return run(with_half_the_step(problem, result));
-  for (double part = 0.1;; part *= 0.1) {
-    const Problem tighter = with_tolerance(problem, part);
-    Result better = run(tighter);
-    if (static_cast<double>(better.counters.steps) > kOtherSteps * static_cast<double>(result.counters.steps) ||
-        part < kFarthest || tighter.solver.rtol <= kTightestEstimate)
-      return better;
-  }
-}
-
-/// What part of the error the difference is: halving the step of a second-order scheme takes away three quarters of it.
-ErrorEstimate apart(const Simulation& result, const Simulation& other, bool fixed) {
+/// By how much two results differ.
+ErrorEstimate apart(const Simulation& result, const Simulation& other) {
   ErrorEstimate e;
-  e.psi = (fixed ? 4.0 / 3.0 : 1.0) * std::abs(result.psi - other.psi);
+  e.psi = std::abs(result.psi - other.psi);
   return e;
 }
 
-ErrorEstimate apart(const GradientResult& result, const GradientResult& other, bool fixed) {
-  const double factor = fixed ? 4.0 / 3.0 : 1.0;
-  ErrorEstimate e = apart(static_cast<const Simulation&>(result), static_cast<const Simulation&>(other), fixed);
+ErrorEstimate apart(const GradientResult& result, const GradientResult& other) {
+  ErrorEstimate e = apart(static_cast<const Simulation&>(result), static_cast<const Simulation&>(other));
   for (std::size_t j = 0; j < result.gradient.size(); ++j)
-    e.gradient.push_back(factor * std::abs(result.gradient[j] - other.gradient[j]));
+    e.gradient.push_back(std::abs(result.gradient[j] - other.gradient[j]));
   return e;
+}
+
+/// What the same run solved better differs by, times `whole`: the part of the error that it takes away.
+template <class Result>
+void add_apart(const Result& result, const Result& better, double whole, ErrorEstimate& e) {
+  const ErrorEstimate other = apart(result, better);
+  e.psi = std::max(e.psi, whole * other.psi);
+  e.gradient.resize(other.gradient.size(), 0);
+  for (std::size_t j = 0; j < other.gradient.size(); ++j)
+    e.gradient[j] = std::max(e.gradient[j], whole * other.gradient[j]);
+}
+
+/// The farther of two runs that are solved better, the second better than the first: the first may come near the result
+/// by chance, with an error of its own as large. `run` makes them of another problem.
+template <class Result, class Run>
+ErrorEstimate farther_of_two(const Problem& problem, const Result& result, bool fixed, const Run& run) {
+  ErrorEstimate e;
+  if (fixed) {  // of order two: half the step takes three quarters of the error away
+    for (const double part : {0.5, 0.25})
+      add_apart(result, run(with_a_part_of_the_step(problem, result, part)), 1 / (1 - part * part), e);
+    return e;
+  }
+  const auto tightest = [](const Problem& p) { return p.solver.rtol <= kTightestEstimate; };
+  for (double part = kFirst;; part *= kFirst) {
+    const Problem tighter = with_tolerance(problem, part);
+    const Result better = run(tighter);
+    const bool another =
+        static_cast<double>(better.counters.steps) > kOtherSteps * static_cast<double>(result.counters.steps);
+    if (!another && part >= kFarthest && !tightest(tighter)) continue;
+    add_apart(result, better, 1, e);
+    if (!tightest(tighter)) add_apart(result, run(with_tolerance(problem, kSecond * part)), 1, e);
+    return e;
+  }
 }
 
 void add_least(const Problem& problem, const Simulation& result, bool fixed, ErrorEstimate& e) {
@@ -80,7 +100,7 @@ void add_least(const Problem& problem, const Simulation& result, bool fixed, Err
 template <class Result, class Run>
 void add_softness(const Problem& problem, const Result& result, ErrorEstimate& e, const Run& run) {
   if (!has_soft_constraints(problem.formulation)) return;
-  const ErrorEstimate softness = apart(result, run(with_firmer_constraints(problem)), false);
+  const ErrorEstimate softness = apart(result, run(with_firmer_constraints(problem)));
   e.psi += softness.psi / 0.9;
   for (std::size_t j = 0; j < e.gradient.size(); ++j) e.gradient[j] += softness.gradient[j] / 0.9;
 }
@@ -135,7 +155,7 @@ void watch_penalty(const Problem& problem, const std::vector<double>& rho, Gradi
   ErrorEstimate e;
   try {
     const Unsaid another;
-    e = apart(result, run(other), false);
+    e = apart(result, run(other));
   } catch (const SolverError&) {
     return;
   }
@@ -167,7 +187,7 @@ Problem with_firmer_constraints(const Problem& problem) {
 ErrorEstimate estimate_error(const Problem& problem, const std::vector<double>& rho, const Simulation& result) {
   const bool fixed = has_fixed_steps(integrator_of(problem));
   const auto run = [&](const Problem& p) { return simulate(p, rho); };
-  ErrorEstimate e = apart(result, run_better(problem, result, fixed, run), fixed);
+  ErrorEstimate e = farther_of_two(problem, result, fixed, run);
   add_least(problem, result, fixed, e);
   add_softness(problem, result, e, run);
   return e;
@@ -177,7 +197,7 @@ ErrorEstimate estimate_error(const Problem& problem, const std::string& method, 
                              const GradientResult& result) {
   const bool fixed = by_fixed_steps(problem, find_sensitivity_method(method));
   const auto run = [&](const Problem& p) { return gradient(p, method, rho); };
-  ErrorEstimate e = apart(result, run_better(problem, result, fixed, run), fixed);
+  ErrorEstimate e = farther_of_two(problem, result, fixed, run);
   add_least(problem, result, fixed, e);
   for (std::size_t j = 0; j < e.gradient.size() && !fixed; ++j)
     e.gradient[j] = std::max(e.gradient[j], kLeastError * problem.solver.rtol * std::abs(result.gradient[j]));

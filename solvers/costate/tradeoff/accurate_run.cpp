@@ -41,6 +41,9 @@ constexpr double kAim = 0.4;
 constexpr double kFirstTwo = 0.25;
 // Tangents cost about 0.6 of a simulation for each parameter, an adjoint about 3.
 constexpr std::size_t kTangents = 3;
+// Psi is as wrong as the outputs are, or a little less, and as scaled derivatives: a difference that is a smaller part
+// of theirs is so by chance.
+constexpr double kByChance = 0.3;
 // Of the accuracy: errors by absolute tolerances, of the run that tells what they are.
 constexpr double kSmallPart = 0.3;
 // How far pilots may be from the result: errors up to so many tolerances are common along a motion.
@@ -230,8 +233,10 @@ class Chooser {
     const auto error = [&](TradeMeasure m) {
       return row.error_of(m) ? std::max(share * *row.error_of(m), least) : 0.0;
     };
-    const double psi = error(TradeMeasure::psi), outputs = error(TradeMeasure::outputs),
-                 gradient = error(TradeMeasure::gradient);
+    const double outputs = error(TradeMeasure::outputs), gradient = error(TradeMeasure::gradient),
+                 of_psi = gradient * std::min(1.0, fine.gradient_unit / fine.psi_unit);
+    const double psi =
+        row.error_of(TradeMeasure::psi) ? std::max({error(TradeMeasure::psi), kByChance * outputs, of_psi}) : 0;
     r.psi_error = psi * fine.psi_unit;
     if (std::abs(fine.values.psi) < zero) r.psi_error = std::max(r.psi_error, std::abs(fine.values.psi));
     psi_unit_ = fine.psi_unit;

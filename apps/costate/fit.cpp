@@ -54,6 +54,7 @@ Json fit_json(const std::vector<Setup>& setups, const FitResult& r, const FitOpt
     e["value"] = p.value;
     e["standard_error"] = p.standard_error;
     e["confidence_interval"] = {p.confidence_lower, p.confidence_upper};
+    e["integration_error"] = std::isfinite(p.standard_error) ? Json(p.integration_error) : Json();
     e["lower"] = p.lower;
     e["upper"] = p.upper;
     e["at_bound"] = p.at_bound;
@@ -88,6 +89,12 @@ Json fit_json(const std::vector<Setup>& setups, const FitResult& r, const FitOpt
   return j;
 }
 
+/// Significant ones, to the third of the standard error.
+int digits_to(const FittedParameter& p) {
+  if (!(p.standard_error > 0) || p.value == 0) return 6;
+  return std::clamp(static_cast<int>(std::ceil(std::log10(std::abs(p.value) / p.standard_error))) + 3, 6, 15);
+}
+
 std::string fit_text(const std::vector<Setup>& setups, const FitResult& r, const FitOptions& options) {
   const Scene& scene = setups.front().scene;
   std::string text = fmt::format("{}\n  {} samples, {}, {} iterations\n  sum of squares: {:.6g} -> {:.6g}",
@@ -101,11 +108,12 @@ std::string fit_text(const std::vector<Setup>& setups, const FitResult& r, const
   text += fmt::format("  {:<{}} {:>14} {:>14} {:>12}   {:g} % interval\n", "parameter", width, "start", "value",
                       "std error", 100 * options.confidence);
   for (const FittedParameter& p : r.parameters) {
-    text += fmt::format("  {:<{}} {:>14.8g} {:>14.8g}", p.name, width, p.start, p.value);
-    text +=
-        std::isfinite(p.standard_error)
-            ? fmt::format(" {:>12.3g}   {:.6g} ... {:.6g}\n", p.standard_error, p.confidence_lower, p.confidence_upper)
-            : fmt::format(" {:>12}   {}\n", "-", p.at_bound ? "at its bound" : "not identified");
+    const int digits = digits_to(p);
+    text += fmt::format("  {:<{}} {:>14.8g} {:>14.{}g}", p.name, width, p.start, p.value, std::max(digits, 8));
+    text += std::isfinite(p.standard_error)
+                ? fmt::format(" {:>12.3g}   {:.{}g} ... {:.{}g}\n", p.standard_error, p.confidence_lower, digits,
+                              p.confidence_upper, digits)
+                : fmt::format(" {:>12}   {}\n", "-", p.at_bound ? "at its bound" : "not identified");
   }
   text += "\n";
   for (const FitResult::Set& s : r.sets)

@@ -27,6 +27,9 @@ namespace {
 constexpr int kMostCoordinates = 500;
 // Instants, of 1/|largest eigenvalue|: along the motion, and with time alone, which finds a stiffness at its turn, too.
 constexpr double kAlongMotion = 1e-4, kInTime = 0.1;
+// A row of this part of the largest entries is their rounding.
+constexpr double kNoEntry = 1e-7;
+
 /// Accelerations and multipliers at (q, v, z), by the null space.
 void calc_accelerations(Assembly& assembly, const RowSpace& rows, const MatrixXd& N, Modes& r) {
   const MatrixXd M = to_dense(assembly.square(), assembly.M.data());
@@ -215,7 +218,8 @@ double change_of(const Coefficients& a, const Coefficients& b, double rate) {
   double most = 0;
   for (Eigen::Index i = 0; i < size.rows(); ++i)
     for (Eigen::Index j = 0; j < size.cols(); ++j) {
-      const double scale = std::sqrt(size.row(i).maxCoeff() * size.col(j).maxCoeff());
+      const double scale =
+          std::max(std::sqrt(size.row(i).maxCoeff() * size.col(j).maxCoeff()), kNoEntry * size.maxCoeff());
       if (scale > 0) most = std::max(most, change(i, j) / scale);
     }
   return most;
@@ -277,12 +281,23 @@ Modes find_modes(Assembly& assembly, double t, const Start& start) {
 double coefficient_change(Assembly& assembly, double t, const Modes& modes) {
   if (modes.modes.empty()) return 0;
   const double rate = std::abs(modes.modes.back().eigenvalue);
+  // Between a little before and a little behind: what this motion leaves out, of second order, cancels.
+  double spin = 0;  // of which h is a small part, too
+  for (const auto& c : assembly.mechanism().constraints())
+    if (dynamic_cast<const EulerNormConstraint*>(c.get())) {
+      double square = 0;
+      for (const int i : c->coordinates()) square += modes.v[i] * modes.v[i];
+      spin = std::max(spin, 2 * std::sqrt(square));
+    }
+  double h = kAlongMotion / std::max(rate, spin);
+  const auto along_motion = [&](double by) {
+    Modes there = modes;
+    there.q += by * modes.v + 0.5 * by * by * modes.a;
+    there.v += by * modes.a;
+    return coefficients_at(assembly, t + by, there);
+  };
+  const double along = change_of(along_motion(-h), along_motion(h), rate) / (2 * h * rate);
   const Coefficients here = coefficients_at(assembly, t, modes);
-  double h = kAlongMotion / rate;
-  Modes there = modes;
-  there.q += h * modes.v + 0.5 * h * h * modes.a;
-  there.v += h * modes.a;
-  const double along = change_of(here, coefficients_at(assembly, t + h, there), rate) / kAlongMotion;
   h = kInTime / rate;
   return std::max(along, change_of(here, coefficients_at(assembly, t + h, modes), rate) / kInTime);
 }

@@ -52,13 +52,17 @@ inline Taylor2 row_of(const Force& force, const UnilateralForce& contact, int i,
   return contact.row(i, ContactArguments(force, s, assembly, a)).v;
 }
 
-/// The approach speed of an open contact that strikes together with one that does so at `speed`, else 0. Contact: has
-/// force and contact.
+// What is at the ground and leaves it more slowly than this part of the speed of another impact is in its way.
+inline constexpr double kHardlyLeaves = 1e-4;
+
+/// The approach speed of an open contact that strikes together with one that does so at `speed`, else 0; next to
+/// nothing where it is at the ground, and leaves it hardly. Contact: has force and contact.
 template <class Contact>
 double strikes_too(const Contact& c, const StateView& s, const Assembly& assembly, double speed) {
   // Not a number where the touch is not looked at.
   const Taylor2 gap = c.contact->guard(0, ContactArguments(*c.force, s, assembly, nullptr)).v;
-  return std::abs(gap.c0) < kSimultaneous * speed && -gap.c1 > 1e-9 * speed ? -gap.c1 : 0;
+  if (!(std::abs(gap.c0) < kSimultaneous * speed) || gap.c1 > kHardlyLeaves * speed) return 0;
+  return std::max(-gap.c1, 1e-12 * speed);
 }
 
 }  // namespace costate

@@ -58,7 +58,10 @@ std::vector<MotionEvents::InPlay> MotionEvents::find_in_play(int event, const St
       in_play.push_back({&c, false, 0, {}, 0, along > 0.5 ? kForward : along < -0.5 ? kBackward : kSticks});
     } else if (const double approach = strikes_too(c, before, assembly_, speed); approach > 0) {
       c.largest_approach = std::max(c.largest_approach, approach);
-      strikes(c, approach);
+      if (approach > kHardlyLeaves * speed)
+        strikes(c, approach);
+      else
+        in_play.push_back({&c, c.closed_state < 0, number(c, c.contact->restitution_number()), {}, 0, kSticks});
     }
   }
   return in_play;
@@ -350,6 +353,11 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
     for (const int row : in_play[c].rows)  // friction of what slides is left out: it would push
       if (row == in_play[c].rows.front() || impact.row(row).rests) active.push_back({row, ActiveRow::Law::held, 0, 0});
   impact.solve(active);
+  // Held down, they may slide the other way than they did.
+  for (InPlay& c : in_play)
+    if (const double along = c.rows.size() == 2 ? speed_after(c.rows[1]) : 0;
+        slides(c.way) * along < -kContactRounding * fastest)
+      c.way = along > 0 ? kForward : kBackward;
   const ContactOf& own = contacts_[static_cast<std::size_t>(of(event).contact)];
   notice(fmt::format(
       "At t = {:.9g} s impacts of contacts ({}) die out, infinitely many of them: after the last, at {:.3g} m/s (once "

@@ -14,6 +14,8 @@ namespace costate {
 namespace {
 // Of all accelerations at the start: what leads across a guard from rest.
 constexpr double kFromRest = 1e-9;
+// Of the largest speed so far: less towards the ground is the integrator's.
+constexpr double kFalls = 1e-8;
 }  // namespace
 
 void MotionEvents::begin(const StateView& at) {
@@ -135,6 +137,27 @@ void MotionEvents::find_hop(const StateView& s) {
     const Taylor2 gap = course_of(g, s, x);
     if (gap.c1 * direction < 0 && gap.c2 * direction > 0) last_hop_ = std::min(last_hop_, -2 * gap.c1 / gap.c2);
   }
+}
+
+double MotionEvents::falls_back(const GuardOf& g, double begin, double end,
+                                const std::function<StateView(double)>& at) {
+  if (g.contact < 0) return std::numeric_limits<double>::quiet_NaN();
+  const int direction = g.guarded->guard_direction(g.k);
+  std::vector<double> x(static_cast<std::size_t>(assembly_.n() + assembly_.m()));
+  const auto falls = [&](double t) {
+    const StateView s = at(t);
+    solve_motion(s, x.data());
+    const Taylor2 gap = course_of(g, s, x);
+    const double speed = gap.c1 * direction, lifts = -gap.c2 * direction;
+    return speed > kFalls * fastest_ && !(speed * speed < 2 * lifts * kGapRounding * largest_coordinate(*g.force, s));
+  };
+  if (!falls(end)) return std::numeric_limits<double>::quiet_NaN();
+  double since = begin, until = end;
+  for (int k = 0; k < 30; ++k) {
+    const double middle = 0.5 * (since + until);
+    (falls(middle) ? until : since) = middle;
+  }
+  return until;
 }
 
 MotionEvents::History MotionEvents::history() const {

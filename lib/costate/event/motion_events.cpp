@@ -180,11 +180,16 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
         for (int k = 0; k < 50 && !(value(g, at(a)) * direction < -rounding); ++k)
           a = begin + (end - begin) * std::ldexp(1, -50 + k);
         g.ready = value(g, at(a)) * direction < -rounding;
-        // Integrators restart at order one, where positions go straight for a step: less than this is theirs.
-        if (!g.ready && after_[i] * direction <= std::max(std::max(before, 0.0) + rounding, kAtGround * size)) continue;
-        if (!g.ready)
+        if (!g.ready) {
+          if (const double t = falls_back(g, begin, end, at); !std::isnan(t)) {
+            if (!first || t < first->t) first = Hit{t, static_cast<int>(i)};
+            continue;
+          }
+          // Integrators restart at order one, where positions go straight for a step: less than this is theirs.
+          if (after_[i] * direction <= std::max(std::max(before, 0.0) + rounding, kAtGround * size)) continue;
           throw SolverError(
               fmt::format("At t = {:.9g} s '{}' falls into the ground that it has just left.", begin, g.name));
+        }
         g.just_left = false;
       }
       // What another contact of its body holds slides at no speed, and has nothing to stop.
@@ -285,10 +290,11 @@ void MotionEvents::require_direction(const GuardOf& g, double along, const State
   const ContactOf& c = contacts_[static_cast<std::size_t>(g.contact)];
   if (c.contact->guard_kind(g.k) != UnilateralForce::Guard::stop) return;
   if (along < -kWrongWay * fastest_)
-    throw SolverError(
-        fmt::format("At t = {:.9g} s {} slides against the direction in which it began to, at {:.3g} m/s. "
-                    "Take a smaller rtol.",
-                    s.t, c.force->path(), -along));
+    throw SolverError(fmt::format(
+        "At t = {:.9g} s {} slides against the direction in which it began to, at {:.3g} m/s: its friction "
+        "pushes it there, so that no motion of rigid bodies with Coulomb friction goes on (Painleve), or it "
+        "has turned within a step. Take less friction or kind = \"compliant\", or a smaller rtol.",
+        s.t, c.force->path(), -along));
 }
 
 void MotionEvents::cross(int event, const StateView& before, double* v, double* z) {

@@ -166,6 +166,9 @@ class MotionEvents {
   void choose_looks(double from, double to, const std::function<StateView(double)>& at);
   void load(const GuardOf& g, const StateView& s);
   void require_direction(const GuardOf& g, double along, const StateView& s);
+  /// When in (begin, end] a contact that has left without having been seen to, as it does where what lifts it vanishes
+  /// or another impact presses it down, falls into the ground for good; NaN: it does not.
+  double falls_back(const GuardOf& g, double begin, double end, const std::function<StateView(double)>& at);
   void require_seen(const GuardOf& g, double last, double past, const StateView& s);
   MeasureArguments arguments() const;
   /// A rigid contact, and what it is behind what cross() has solved for.

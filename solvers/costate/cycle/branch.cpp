@@ -12,7 +12,7 @@
 #include "costate/cycle/cycle_rest.h"
 #include "costate/cycle/cycle_start.h"
 #include "costate/cycle/cycle_values.h"
-#include "costate/cycle/multiplier_error.h"
+#include "costate/cycle/cycle_errors.h"
 
 namespace costate {
 

@@ -10,6 +10,7 @@
 #include <map>
 
 #include "costate/base/error.h"
+#include "costate/base/unsaid.h"
 #include "costate/integrator/simulate.h"
 
 namespace costate {
@@ -78,6 +79,8 @@ class Residuals {
 
 // In scales: so near a parameter is at its bound.
 constexpr double kAtBound = 1e-6;
+// Of the tolerance, what the run that tells its errors has; and the tightest one.
+constexpr double kTighter = 0.03, kTightest = 1e-13;
 
 /// In parameters per scale, so that the method's norms mean something.
 class Cost final : public ceres::CostFunction {
@@ -203,6 +206,31 @@ std::vector<int> held_by_bounds(const Residuals& residuals, std::vector<double>&
   return held;
 }
 
+/// At a tighter tolerance, or a looser one where that fails: what errors of integration are.
+SampleResiduals residuals_with_other_errors(const std::vector<Problem>& problems, const std::vector<double>& rho,
+                                            FitResult& result) {
+  const auto at = [&](double part) {
+    std::vector<Problem> others = problems;
+    for (Problem& p : others) {
+      const double least = std::max(p.solver.rtol * part, kTightest);
+      p.solver.atol = p.solver.absolute() * least / p.solver.rtol;
+      p.solver.rtol = least;
+    }
+    const Unsaid another;
+    SampleResiduals r = Residuals(others).at(rho, true);
+    result.counters += r.counters;
+    return r;
+  };
+  const bool tight = std::all_of(problems.begin(), problems.end(),
+                                 [](const Problem& p) { return p.solver.rtol * kTighter < kTightest; });
+  if (tight) return at(1 / kTighter);
+  try {
+    return at(kTighter);
+  } catch (const SolverError&) {
+    return at(1 / kTighter);
+  }
+}
+
 }  // namespace
 
 FitResult fit(const std::vector<Problem>& problems, const FitOptions& options, const FitSink& sink) {
@@ -290,9 +318,7 @@ FitResult fit(const std::vector<Problem>& problems, const FitOptions& options, c
   result.counters += end.counters;
   result.chi_square = end.r.squaredNorm();
   result.sets = sets_of(start, end);
-  double rtol = 0;
-  for (const Problem& p : problems) rtol = std::max(rtol, p.solver.rtol);
-  judge_fit(end.r_rho, options, std::max(1e3 * rtol, 1e-10), result);
+  judge_fit(end, residuals_with_other_errors(problems, rho, result), options, result);
   return result;
 }
 

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 
+#include "costate/base/notice.h"
 #include "costate/fit/fit.h"
 
 namespace costate {
@@ -17,6 +18,10 @@ namespace {
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 // Tangents of this part of the largest are zero; and parts of a direction, beside its numerical errors.
 constexpr double kRounding = 1e-13, kTakesPart = 1e-2;
+// Tangents whose errors are a larger part of them tell nothing; and so many times its errors a direction is to be seen.
+constexpr double kNoise = 0.3, kBeyond = 3, kLeastResolution = 1e-10;
+// Of standard errors: integration that moves a parameter less is not worth a word.
+constexpr double kMoved = 0.3;
 
 /// P(|T| < t): with tan(a) = t/sqrt(n) the density of Student's distribution is that of cos(a)^(n-1).
 double two_sided_probability(double t, int n) {
@@ -49,8 +54,9 @@ double two_sided_quantile(double probability, int degrees_of_freedom) {
 }
 
 // With r(rho) of unit variance, C = (J^T J)^-1. With columns of length 1 J = U S V^T: a direction V_i with S_i at the
-// errors of J is told by nothing in the data.
-void judge_fit(const Eigen::MatrixXd& r_rho, const FitOptions& options, double resolution, FitResult& result) {
+// errors of J is told by nothing in the data. Errors e of r move the minimum by -C J^T e.
+void judge_fit(const SampleResiduals& at, const SampleResiduals& better, const FitOptions& options, FitResult& result) {
+  const Eigen::MatrixXd& r_rho = at.r_rho;
   const Eigen::Index n = r_rho.cols();
   result.covariance = Eigen::MatrixXd::Constant(n, n, kNone);
   result.correlation = result.covariance;
@@ -76,11 +82,12 @@ void judge_fit(const Eigen::MatrixXd& r_rho, const FitOptions& options, double r
   const auto m = static_cast<Eigen::Index>(free.size());
   // Whether parameters are told apart does not depend on their sizes: columns of length 1. How much of a parameter's
   // own size the data tell does.
-  Eigen::MatrixXd J(r_rho.rows(), m);
+  Eigen::MatrixXd J(r_rho.rows(), m), errors(r_rho.rows(), m);
   Eigen::VectorXd length(m), weight(m);
   for (Eigen::Index j = 0; j < m; ++j) {
     const FittedParameter& p = result.parameters[static_cast<std::size_t>(free[static_cast<std::size_t>(j)])];
     J.col(j) = r_rho.col(free[static_cast<std::size_t>(j)]);
+    errors.col(j) = better.r_rho.col(free[static_cast<std::size_t>(j)]) - J.col(j);
     length[j] = J.col(j).norm();
     weight[j] = length[j] * std::max(std::abs(p.value), 1e-3 * p.scale);
   }
@@ -88,24 +95,32 @@ void judge_fit(const Eigen::MatrixXd& r_rho, const FitOptions& options, double r
   std::vector<bool> lost(static_cast<std::size_t>(m), false);
   std::vector<Eigen::Index> seen;
   for (Eigen::Index j = 0; j < m; ++j) {
-    if (length[j] > 0 && weight[j] > kRounding * largest) {
+    const bool any = length[j] > 0 && weight[j] > kRounding * largest;
+    if (const double error = errors.col(j).norm(); any && error <= kNoise * length[j]) {
       J.col(static_cast<Eigen::Index>(seen.size())) = J.col(j) / length[j];
+      errors.col(static_cast<Eigen::Index>(seen.size())) = errors.col(j) / length[j];
       seen.push_back(j);
       continue;
     }
     lost[static_cast<std::size_t>(j)] = true;
-    result.identifiability.push_back(fmt::format("{} is not identified: nothing in the data depends on it.", name(j)));
+    result.identifiability.push_back(
+        any ? fmt::format("{} is not identified: the data change with it by less than the errors of integration do.",
+                          name(j))
+            : fmt::format("{} is not identified: nothing in the data depends on it, to first order where it is.",
+                          name(j)));
   }
   const auto count = static_cast<Eigen::Index>(seen.size());
   Eigen::MatrixXd C = Eigen::MatrixXd::Zero(m, m);
-  if (result.degrees_of_freedom < 0) {
+  if (r_rho.rows() < m) {
     lost.assign(static_cast<std::size_t>(m), true);
     result.identifiability.push_back(fmt::format("{} residuals are too few for {} parameters.", r_rho.rows(), m));
   } else if (count > 0) {
     const Eigen::JacobiSVD<Eigen::MatrixXd> svd(J.leftCols(count), Eigen::ComputeThinU | Eigen::ComputeThinV);
     const Eigen::VectorXd s = svd.singularValues();
+    const double least = std::max(kBeyond * errors.leftCols(count).norm(), kLeastResolution * s[0]);
     Eigen::Index rank = 0;
-    while (rank < count && s[rank] > resolution * s[0]) ++rank;
+    while (rank < count && s[rank] > least) ++rank;
+    result.degrees_of_freedom = static_cast<int>(r_rho.rows() - rank);
     const Eigen::MatrixXd unseen = svd.matrixV().rightCols(count - rank);
     // A parameter that takes part in what the data do not see can be anything.
     std::vector<std::string> with, parts;
@@ -135,18 +150,12 @@ void judge_fit(const Eigen::MatrixXd& r_rho, const FitOptions& options, double r
           const Eigen::Index a = seen[static_cast<std::size_t>(k)], b = seen[static_cast<std::size_t>(l)];
           C(a, b) += svd.matrixV()(k, i) * svd.matrixV()(l, i) / (s[i] * s[i] * length[a] * length[b]);
         }
-    for (const Eigen::Index j : seen) {
-      if (lost[static_cast<std::size_t>(j)] || weight[j] > resolution * largest) continue;
-      lost[static_cast<std::size_t>(j)] = true;
-      result.identifiability.push_back(
-          fmt::format("{} is not identified: what the data change by all of its value is below the errors of their "
-                      "derivatives.",
-                      name(j)));
-    }
   }
-  const auto any_lost = std::find(lost.begin(), lost.end(), true) != lost.end();
   const int dof = result.degrees_of_freedom;
   const double per = dof > 0 ? result.chi_square / dof : kNone;
+  Eigen::VectorXd projected = Eigen::VectorXd::Zero(m);
+  for (Eigen::Index j = 0; j < m; ++j) projected[j] = r_rho.col(free[static_cast<std::size_t>(j)]).dot(better.r - at.r);
+  const Eigen::VectorXd moved = -C * projected;
   if (options.sigma_from_residuals) C *= per;
   const double t = two_sided_quantile(options.confidence, options.sigma_from_residuals ? std::max(dof, 1) : 0);
   for (Eigen::Index j = 0; j < m; ++j) {
@@ -156,8 +165,14 @@ void judge_fit(const Eigen::MatrixXd& r_rho, const FitOptions& options, double r
       continue;
     }
     p.standard_error = std::sqrt(C(j, j));
-    p.confidence_lower = p.value - t * p.standard_error;
-    p.confidence_upper = p.value + t * p.standard_error;
+    p.integration_error = std::abs(moved[j]);
+    p.confidence_lower = p.value - t * p.standard_error - p.integration_error;
+    p.confidence_upper = p.value + t * p.standard_error + p.integration_error;
+    if (p.integration_error > kMoved * p.standard_error)
+      notice(fmt::format(
+          "Errors of integration move {} by some {:.2g}, {:.2g} times its standard error, which its interval "
+          "includes: a smaller rtol makes them small.",
+          name(j), p.integration_error, p.integration_error / p.standard_error));
     if (p.standard_error > 0.5 * std::abs(p.value) && p.value != 0)
       result.identifiability.push_back(fmt::format("{} is hardly identified: its standard error is {:.0f} % of it.",
                                                    name(j), 100 * p.standard_error / std::abs(p.value)));
@@ -172,7 +187,7 @@ void judge_fit(const Eigen::MatrixXd& r_rho, const FitOptions& options, double r
     }
   }
   // The sum of squares of N - p normal residuals has the mean N - p and the variance 2 (N - p).
-  if (dof > 0 && !options.sigma_from_residuals && !any_lost && std::abs(per - 1) > 5 * std::sqrt(2.0 / dof))
+  if (dof > 0 && !options.sigma_from_residuals && std::abs(per - 1) > 5 * std::sqrt(2.0 / dof))
     result.identifiability.push_back(fmt::format(
         "The residuals are {:.3g} times as large as the given sigmas say: {}. Intervals follow from the sigmas; "
         "--sigma-from-residuals takes them from the residuals.",

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
@@ -42,8 +43,10 @@ double events_until(const Problem& problem, const RunEnd& end) {
 
 template <class Run, class SystemType>
 RunEnd search_end(SystemType& system, const Problem& problem, const std::vector<double>& rho, bool rates_too) {
+  if constexpr (std::is_same_v<Run, RadauRun>) system.end_at_kinks_of_laws();
   system.set_parameters(rho.data());
   Run run(system, problem.solver, problem.monitor, StartDerivative::none);
+  if constexpr (std::is_same_v<Run, RadauRun>) run.resolve_bends();
   EndWatch watch(problem, system);
   watch.begin(run.y());
   run.watch(watch.sink());

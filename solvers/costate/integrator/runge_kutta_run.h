@@ -46,8 +46,10 @@ class RungeKuttaRun {
     tape->keep_records_of(*step_);
   }
   /// Before the first step: forces that bend are passed by steps so short that the derivative of the run is right, too.
-  void resolve_bends(Bends bends) {
-    bends_ = bends;
+  /// Implicit ones need that for the motion itself: their error estimates pass over a bend, which those of explicit
+  /// ones see.
+  void resolve_bends() {
+    bends_ = bends_of(system_.assembly().mechanism(), system_.assembly().numbers());
     bend_watch_ =
         std::make_unique<BendWatch>(system_.assembly(), system_.objective(), options_.rtol, options_.absolute());
     // Which it passes, nobody else is to stop at.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 #include <optional>
+#include <type_traits>
 
 #include "costate/base/error.h"
 #include "costate/discrete/step_interpolant.h"
@@ -52,8 +53,10 @@ Simulation simulate_fixed(const Problem& problem, const std::vector<double>& rho
 template <class Run, class SystemType>
 Simulation run(SystemType& system, const Problem& problem, const std::vector<double>& rho,
                const std::vector<double>& times, const SampleSink& sink) {
+  if constexpr (std::is_same_v<Run, RadauRun>) system.end_at_kinks_of_laws();
   system.set_parameters(rho.data());
   Run session(system, problem.solver, problem.monitor, StartDerivative::none);
+  if constexpr (std::is_same_v<Run, RadauRun>) session.resolve_bends();
   RunWatch watch(problem, rho, system);
   watch.begin(problem.solver.t_start, session.y());
   std::optional<EndWatch> end;

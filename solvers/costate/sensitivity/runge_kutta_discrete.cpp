@@ -7,7 +7,6 @@
 #include "costate/analysis/start.h"
 #include "costate/assembly/switched_rows_refusal.h"
 #include "costate/base/notice.h"
-#include "costate/formulation/law_joins.h"
 #include "costate/integrator/integrators.h"
 #include "costate/integrator/runge_kutta_run.h"
 #include "costate/sensitivity/integrator_gradient.h"
@@ -33,12 +32,6 @@ void tell_touches(const RungeKuttaRun<Kind>& run) {
         "off by some percent there. Take another method (idas-adjoint, cvodes-adjoint, hand-adjoint), or bound the "
         "steps (run.max_step_s).",
         cuts, cuts == 1 ? "touch was" : "touches were", cuts == 1 ? "it" : "them"));
-}
-
-template <class Kind>
-void resolve_bends(RungeKuttaRun<Kind>& run, const System& system) {
-  const Assembly& assembly = system.assembly();
-  run.resolve_bends(bends_of(assembly.mechanism(), assembly.numbers()));
 }
 
 template <class Kind>
@@ -120,7 +113,7 @@ GradientResult adjoint_once(typename Kind::SystemType& system, const Problem& pr
   system.set_parameters(rho.data());
   const SolverOptions& o = problem.solver;
   RungeKuttaRun<Kind> run(system, o, problem.monitor, StartDerivative::adjoint);
-  resolve_bends(run, system);
+  run.resolve_bends();
   typename Kind::Tape tape = make_tape(system, run, o);
   run.record(&tape);
   RunWatch watch(problem, rho, system);
@@ -180,7 +173,7 @@ GradientResult tangent_of(const Problem& own, const std::vector<double>& rho) {
   system.set_parameters(rho.data());
   const SolverOptions& o = own.solver;
   RungeKuttaRun<Kind> run(system, o, own.monitor, StartDerivative::columns);
-  resolve_bends(run, system);
+  run.resolve_bends();
   RunWatch watch(own, rho, system);
   watch.begin(o.t_start, run.y());
   run.watch(watch.sink());

@@ -1,9 +1,11 @@
-#include "costate/cycle/multiplier_error.h"
+#include "costate/cycle/cycle_errors.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <string>
 
 #include "costate/base/error.h"
 
@@ -34,6 +36,17 @@ double multiplier_error(const Eigen::MatrixXd& P, const Eigen::MatrixXd& other, 
   // From where two meet they move apart as the root of what changes.
   if (terms > next) terms = std::sqrt(terms * next);
   return std::max(change, std::sqrt(change * terms));
+}
+
+void pool_errors(const std::vector<SectionCoordinate>& coordinates, const Eigen::VectorXd& x, Eigen::VectorXd& error) {
+  constexpr double kByChance = 0.3;
+  std::map<std::string, double> size;
+  const auto unit = [&](Eigen::Index i) -> double& { return size[coordinates[static_cast<std::size_t>(i)].unit]; };
+  for (Eigen::Index i = 0; i < x.size(); ++i) unit(i) = std::max(unit(i), std::abs(x[i]));
+  double most = 0;
+  for (Eigen::Index i = 0; i < x.size(); ++i)
+    if (unit(i) > 0) most = std::max(most, error[i] / unit(i));
+  for (Eigen::Index i = 0; i < x.size(); ++i) error[i] = std::max(error[i], kByChance * most * unit(i));
 }
 
 }  // namespace costate

@@ -252,6 +252,14 @@ class Compare {
     const double a = a_.result.psi, b = b_.result.psi;
     return b != 0 ? std::optional((a - b) / std::abs(b)) : std::nullopt;
   }
+  std::string cost_difference() const {
+    const double apart = a_.result.psi - b_.result.psi,
+                 known = uncertainty_of(a_.result.psi, relative(a_)) + uncertainty_of(b_.result.psi, relative(b_));
+    if (apart != 0 && std::abs(apart) <= known)
+      return fmt::format("psi of A is that of B, to the digits that tolerances hold (they differ by {:.1g})", apart);
+    return fmt::format("psi of A is that of B {}{} ({})", apart < 0 ? "" : "+", known_digits(apart, known),
+                       percent(psi_relative()));
+  }
   static std::string digits(const Side& side, double psi) {
     return known_digits(psi, uncertainty_of(psi, relative(side)));
   }
@@ -341,9 +349,7 @@ class Compare {
       t += fmt::format("  {:<{}} {:>12.5g} {:>13.3g} {:>9.4g} {:>10.3g} {:>10} {:>10}\n",
                        fmt::format("{} [{}]", d.name, d.unit), width, d.range, d.largest, d.at_s, d.rms,
                        percent(d.relative(d.largest)), percent(d.relative(d.rms)));
-    if (compares_costs())
-      t += fmt::format("\n  psi of A is that of B {:+.6g} ({})\n", a_.result.psi - b_.result.psi,
-                       percent(psi_relative()));
+    if (compares_costs()) t += "\n  " + cost_difference() + "\n";
     if (!compares_gradients()) return t;
     std::size_t letters = 9;
     for (const auto& p : parameters_) letters = std::max(letters, p.size());

@@ -98,7 +98,8 @@ std::string psi_text(double psi, const Precision& precision, std::optional<doubl
   if (estimate || (known && known->psi > uncertainty_of(psi, precision.relative)))
     estimate = psi_error_of(estimate, known);
   if (estimate) return fmt::format("psi = {} (estimated error {:.1e})", known_digits(psi, *estimate), *estimate);
-  return fmt::format("psi = {} ({})", known_digits(psi, uncertainty_of(psi, precision.relative)), precision.note);
+  const std::string shown = fmt::format("psi = {}", known_digits(psi, uncertainty_of(psi, precision.relative)));
+  return precision.note.empty() ? shown : fmt::format("{} ({})", shown, precision.note);
 }
 
 }  // namespace costate::app

@@ -82,11 +82,14 @@ Finding run_contacts(const std::string& text, const std::string& formulation) {
     p.formulation = formulation;
     take_notices();
     const auto energy = make_output(*p.mechanism, "energy.total");
-    std::vector<std::unique_ptr<Output>> gaps;
+    std::vector<std::unique_ptr<Output>> gaps, slips, frictions;
     for (const auto& force : p.mechanism->forces())
-      if (const std::string path = force->path(); path.rfind("contact.", 0) == 0)
+      if (const std::string path = force->path(); path.rfind("contact.", 0) == 0) {
         gaps.push_back(make_output(*p.mechanism, path.substr(8) + ".gap"));
-    double last = NAN, size = 0, created = 0, depth = 0;
+        slips.push_back(make_output(*p.mechanism, path.substr(8) + ".slip_velocity"));
+        frictions.push_back(make_output(*p.mechanism, path.substr(8) + ".friction_force"));
+      }
+    double last = NAN, size = 0, created = 0, depth = 0, pushed = 0;
     std::vector<double> times;
     for (int i = 0; i <= 600; ++i) times.push_back(p.solver.t_end * i / 600);
     const Simulation s = simulate(p, p.parameters.values(), times, [&](const MechanismState& x, System& system) {
@@ -94,14 +97,19 @@ Finding run_contacts(const std::string& text, const std::string& formulation) {
       size = std::max(size, std::abs(now));
       if (!std::isnan(last)) created = std::max(created, now - last);
       last = now;
-      for (const auto& gap : gaps) depth = std::max(depth, -gap->value(x, system.assembly()));
+      const auto value = [&](const Output& output) { return output.value(x, system.assembly()); };
+      for (std::size_t i = 0; i < gaps.size(); ++i) {
+        depth = std::max(depth, -value(*gaps[i]));
+        // Friction takes power: what it gives is of the size of drift.
+        pushed = std::max(pushed, value(*frictions[i]) * value(*slips[i]));
+      }
       reached = fmt::format("{:.6g}", x.t);
     });
     for (const RunEvent& event : s.events) created = std::max(created, -event.energy_lost);
-    f.error = std::max(created / std::max(size, 1.0), depth);
+    f.error = std::max({created / std::max(size, 1.0), depth, pushed / std::max(size, 1.0)});
     f.outcome = f.error <= kAllowed && !std::isnan(last) ? Outcome::agreed : Outcome::wrong;
-    f.message =
-        fmt::format("{} events, created {:.1e} J of {:.1e}, depth {:.1e} m", s.events.size(), created, size, depth);
+    f.message = fmt::format("{} events, created {:.1e} J of {:.1e}, depth {:.1e} m, friction gives {:.1e} W",
+                            s.events.size(), created, size, depth, pushed);
     take_notices();
   } catch (const Error& error) {
     const std::string what = error.what();

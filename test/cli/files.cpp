@@ -209,3 +209,18 @@ TEST_CASE("the slider-crank's published cost through the tool") {
   CHECK(j.at("gradient").at("k").get<double>() == Approx(0.3334481061284379).epsilon(1e-7));
   CHECK(j.at("gradient").at("c").get<double>() == Approx(-0.3637540339709498).epsilon(1e-7));
 }
+
+TEST_CASE("simulate: the file lists events, unless the scene says not to; the motion is the same") {
+  const WorkingDirectory here;
+  const std::string scene = COSTATE_MODELS_DIR "/walker/arc_feet.toml";
+  const Json listed = costate_json({"simulate", scene, "--t-end", "3", "--output", "listed"}, here.path());
+  const Json left_out = costate_json(
+      {"simulate", scene, "--t-end", "3", "--set", "run.events=false", "--output", "left_out"}, here.path());
+  const TrajectoryTable a = costate::read_hdf5(here / "listed/trajectory.h5"),
+                        b = costate::read_hdf5(here / "left_out/trajectory.h5");
+  REQUIRE(listed.at("events").size() >= 2);
+  REQUIRE(a.events.size() == listed.at("events").size());
+  CHECK(a.events.front().t == listed.at("events")[0].at("t"));
+  CHECK(b.events.empty());
+  CHECK(listed.at("terminal") == left_out.at("terminal"));
+}

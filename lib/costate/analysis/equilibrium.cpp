@@ -17,6 +17,7 @@
 #include "costate/assembly/rolling_rows.h"
 #include "costate/base/error.h"
 #include "costate/base/stop.h"
+#include "costate/element/guarded_force.h"
 #include "costate/objective/output.h"
 
 namespace costate {
@@ -25,6 +26,13 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 namespace {
+
+bool has_guards(const Mechanism& mechanism) {
+  return std::any_of(mechanism.forces().begin(), mechanism.forces().end(), [](const auto& f) {
+    const auto* g = dynamic_cast<const GuardedForce*>(f.get());
+    return g && g->guard_count() > 0;
+  });
+}
 
 constexpr int kMaxIterations = 400;
 constexpr int kCloseIterations = 60;
@@ -176,12 +184,17 @@ class Search {
     const std::vector<std::string> loose = x_.undetermined();
     require_given_count(assembly_, x_.state().t, x_.q().data(), held_names(), "positions", true);
     if (loose.empty()) return;
+    const char* them = loose.size() == 1 ? "it" : "them";
     throw ModelError(
         "start", fmt::format("No equilibrium is determined: nothing holds {} (no stiffness acts "
                              "against {} motion{}). Give {} in "
-                             "[start], or add the spring, contact or constraint that holds {}.",
+                             "[start], or add the spring, contact or constraint that holds {}.{}",
                              fmt::join(loose, ", "), loose.size() == 1 ? "this" : "these", loose.size() == 1 ? "" : "s",
-                             loose.size() == 1 ? "it" : "them", loose.size() == 1 ? "it" : "them"));
+                             them, them,
+                             has_guards(assembly_.mechanism())
+                                 ? " A contact whose law keeps the speed of its touch is closed at the start only "
+                                   "with an 'approach_speed_m_per_s'."
+                                 : ""));
   }
 
   [[noreturn]] void throw_unbalanced() {

@@ -282,14 +282,14 @@ double coefficient_change(Assembly& assembly, double t, const Modes& modes) {
   if (modes.modes.empty()) return 0;
   const double rate = std::abs(modes.modes.back().eigenvalue);
   // Between a little before and a little behind: what this motion leaves out, of second order, cancels.
-  double spin = 0;  // of which h is a small part, too
+  double spin = 0;  // of whose turn h is a smaller part yet: what it leaves out, of third order, does not cancel
   for (const auto& c : assembly.mechanism().constraints())
     if (dynamic_cast<const EulerNormConstraint*>(c.get())) {
       double square = 0;
       for (const int i : c->coordinates()) square += modes.v[i] * modes.v[i];
       spin = std::max(spin, 2 * std::sqrt(square));
     }
-  double h = kAlongMotion / std::max(rate, spin);
+  double h = kAlongMotion / std::max(rate, 10 * spin);
   const auto along_motion = [&](double by) {
     Modes there = modes;
     there.q += by * modes.v + 0.5 * by * by * modes.a;

@@ -318,12 +318,7 @@ CycleResult find_cycle(const Problem& problem, const CycleSettings& settings, co
   search.x = start.x();
   search.positions = start.positions();
   map.require_periodic(search.x, search.positions);
-  for (int k = 0; k < settings.settle; ++k) {
-    const MapValue v = map.evaluate(search.x, search.positions, MapDerivatives::none);
-    search.x = v.next;
-    search.positions = v.positions;
-    map.onto_section(search.x, search.positions);
-  }
+  settle(map, settings.settle, search.x, search.positions);
   map.onto_section(search.x, search.positions);
   search.begin();
   search.solve();

@@ -18,7 +18,8 @@ namespace costate {
 /// the root of the terms' squares. No scaling of coordinates changes it.
 double multiplier_error(const Eigen::MatrixXd& P, const Eigen::MatrixXd& other, std::complex<double> m);
 
-/// Of the entries of x: none is smaller than three tenths of the largest, each measured by the largest entry of its unit.
+/// Of the entries of x: none is smaller than three tenths of the largest, each measured by the largest entry of its
+/// unit.
 void pool_errors(const std::vector<SectionCoordinate>& coordinates, const Eigen::VectorXd& x, Eigen::VectorXd& error);
 
 }  // namespace costate

@@ -9,6 +9,7 @@
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/cycle/return_map.h"
 #include "costate/event/contact_gap.h"
 #include "costate/event/named_event.h"
 #include "costate/integrator/simulate.h"
@@ -134,6 +135,25 @@ CycleStart::CycleStart(const Problem& problem, const CycleSettings& settings, co
   for (int i = 0; i < section_->size(); ++i)
     x_[i] -= shift * along_way(section_->coordinates()[static_cast<std::size_t>(i)].along, angle);
   positions_ = section_->moved_back(positions_, shift, angle);
+}
+
+void settle(const ReturnMap& map, int rounds, Eigen::VectorXd& x, std::vector<double>& positions) {
+  int k = 0;
+  try {
+    for (; k < rounds; ++k) {
+      const MapValue v = map.evaluate(x, positions, MapDerivatives::none);
+      x = v.next;
+      positions = v.positions;
+      map.onto_section(x, positions);
+    }
+  } catch (const ModelError& e) {
+    if (k == 0) throw;
+    throw SolverError(fmt::format(
+        "{} So it is behind {} of the {} rounds that 'settle' waits, and not at the start. Let rounds begin where "
+        "contacts do what they do at the start ([run] t_start_s, another section), or start on the cycle's side, with "
+        "settle = 0.",
+        e.what(), k, rounds));
+  }
 }
 
 }  // namespace costate

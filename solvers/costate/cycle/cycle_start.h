@@ -9,6 +9,8 @@
 
 namespace costate {
 
+class ReturnMap;
+
 class CycleStart {
  public:
   CycleStart(const Problem& problem, const CycleSettings& settings, const std::vector<double>& rho);
@@ -22,5 +24,9 @@ class CycleStart {
   Eigen::VectorXd x_;
   std::vector<double> positions_;
 };
+
+/// Follows the motion from x over so many rounds, to where it has settled. Throws SolverError where a later round
+/// cannot begin as the first one does.
+void settle(const ReturnMap& map, int rounds, Eigen::VectorXd& x, std::vector<double>& positions);
 
 }  // namespace costate

@@ -6,12 +6,15 @@
 #include <cmath>
 #include <type_traits>
 
+#include "costate/adjoint/gradient_rate.h"
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/formulation/formulation.h"
 #include "costate/integrator/fixed_run.h"
 #include "costate/integrator/runge_kutta_run.h"
 #include "costate/integrator/segmented_run.h"
 #include "costate/integrator/simulate.h"
+#include "costate/level/penalty_weight.h"
 
 namespace costate {
 
@@ -41,6 +44,19 @@ double events_until(const Problem& problem, const RunEnd& end) {
                      (end.t - problem.solver.t_start);
 }
 
+/// a' and lambda' where the end, or the cost there, depends on accelerations or multipliers.
+Eigen::VectorXd reaction_rates(const Problem& problem, const StateView& s, Assembly& assembly) {
+  if (!problem.ends_when->output->needs_accelerations() && !problem.objective.terminal_needs_accelerations()) return {};
+  // Rows that depend on each other leave the sum of their multipliers' rates, which a weight shares among them.
+  Stabilization weight;
+  if (find_formulation(problem.formulation).carries_redundancy)
+    weight.inverse_alpha = 1 / default_penalty_weight(problem.mechanism);
+  AccelerationLevel level(assembly, weight);
+  level.solve(s);
+  level.linearize();
+  return acceleration_rates(assembly, level);
+}
+
 template <class Run, class SystemType>
 RunEnd search_end(SystemType& system, const Problem& problem, const std::vector<double>& rho, bool rates_too) {
   if constexpr (std::is_same_v<Run, RadauRun>) system.end_at_kinks_of_laws();
@@ -57,7 +73,9 @@ RunEnd search_end(SystemType& system, const Problem& problem, const std::vector<
   end.kinks = driver_kinks(*problem.mechanism, system.assembly().numbers());
   if (!rates_too) return end;
   const MechanismState s = solved_state(system, watch.time(), run.y());
-  const EndRates rates = end_rates(*problem.ends_when, problem.objective, s, system.assembly());
+  const Eigen::VectorXd of_reactions = reaction_rates(problem, s, system.assembly());
+  const EndRates rates = end_rates(*problem.ends_when, problem.objective, s, system.assembly(),
+                                   of_reactions.size() > 0 ? of_reactions.data() : nullptr);
   judge_end(problem, system.assembly(), watch.time(), rates.h_rate, watch.steepness(rates.h_rate));
   end.kappa = rates.kappa;
   return end;
@@ -109,8 +127,11 @@ void EndWatch::look(const std::function<const double*(double)>& at) {
 RunEvent EndWatch::event() const { return {*end_, problem_.ends_when->text(system_.assembly())}; }
 
 void EndWatch::tell_if_grazed(const double* y) {
-  if (problem_.ends_when->output->needs_accelerations()) return;  // they have no rate
-  const double rate = end_rate(*problem_.ends_when, solved_state(system_, *end_, y), system_.assembly());
+  const MechanismState s = solved_state(system_, *end_, y);
+  const Eigen::VectorXd rates = problem_.ends_when->output->needs_accelerations()
+                                    ? reaction_rates(problem_, s, system_.assembly())
+                                    : Eigen::VectorXd();
+  const double rate = end_rate(*problem_.ends_when, s, system_.assembly(), rates.size() > 0 ? rates.data() : nullptr);
   tell_hardly_crossed(problem_, system_.assembly(), *end_, rate, steepness(rate));
 }
 

@@ -252,6 +252,7 @@ class Compare {
     const double a = a_.result.psi, b = b_.result.psi;
     return b != 0 ? std::optional((a - b) / std::abs(b)) : std::nullopt;
   }
+  static std::string percent(const std::optional<double>& x) { return x ? fmt::format("{:.3g} %", 100 * *x) : "-"; }
   std::string cost_difference() const {
     const double apart = a_.result.psi - b_.result.psi,
                  known = uncertainty_of(a_.result.psi, relative(a_)) + uncertainty_of(b_.result.psi, relative(b_));
@@ -320,7 +321,6 @@ class Compare {
     const auto title = [](const char* label, const Side& s, const std::string& file) {
       return fmt::format("{}: {}{}\n", label, file, s.setup.scene.title.empty() ? "" : ", " + s.setup.scene.title);
     };
-    const auto percent = [](const std::optional<double>& x) { return x ? fmt::format("{:.3g} %", 100 * *x) : "-"; };
     std::string t = title("A", a_, common_.scene) + title("B", b_, options_.other);
     t +=
         fmt::format("t = {:g} .. {:g} s, {} samples\n", b_.setup.problem.solver.t_start, end_, b_.motion.time_s.size());

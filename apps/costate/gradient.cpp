@@ -210,8 +210,9 @@ int run(const CommonOptions& common, const GradientOptions& options) {
     psi_error = accurate->psi_error;
     r.gradient_error = accurate->gradient_error;
   } else if (estimate) {
-    // A psi over a cycle is no plain run's, which is what the other estimate compares.
-    const bool by_method = r.gradient_error.empty() || setup.problem.cycle;
+    // Differences tell their own error; a psi over a cycle is no plain run's, which is what the other estimate
+    // compares.
+    const bool by_method = !find_sensitivity_method(setup.method).perturbs || setup.problem.cycle;
     const ErrorEstimate e = setup.located([&] {
       return by_method ? estimate_error(setup.problem, setup.method, setup.rho, r)
                        : estimate_error(setup.problem, setup.rho, r);

@@ -210,7 +210,7 @@ TEST_CASE("the slider-crank's published cost through the tool") {
   CHECK(j.at("gradient").at("c").get<double>() == Approx(-0.3637540339709498).epsilon(1e-7));
 }
 
-TEST_CASE("simulate: the file lists events, unless the scene says not to; the motion is the same") {
+TEST_CASE("simulate: the file lists events, unless the scene says not to") {
   const WorkingDirectory here;
   const std::string scene = COSTATE_MODELS_DIR "/walker/arc_feet.toml";
   const Json listed = costate_json({"simulate", scene, "--t-end", "3", "--output", "listed"}, here.path());

@@ -359,7 +359,7 @@ z_m = -0.6
 mass_kg = 2
 inertia_xx_kg_m2 = 0.2
 inertia_yy_kg_m2 = {}
-inertia_zz_kg_m2 = 0.002
+inertia_zz_kg_m2 = 0.02
 omega_z_rad_per_s = {}
 [point.O]
 ground = true
@@ -382,7 +382,7 @@ given_velocities = ["top.omega_x", "top.omega_y", "top.omega_z"]
     Assembly assembly(scene.mechanism(), ParameterSelection{});
     return coefficient_change(assembly, 0, find_modes(assembly, 0, find_start(assembly, 0, false)));
   };
-  for (const double spin : {10.0, 100.0, 300.0, 1000.0, 3000.0}) {
+  for (const double spin : {10.0, 100.0, 300.0, 1000.0}) {
     CAPTURE(spin);
     CHECK(change(spin, 0.2) < 1e-5);   // from where the command warns
     CHECK(change(spin, 0.21) > 1e-3);  // about an axis of no symmetry they do change

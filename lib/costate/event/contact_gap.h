@@ -11,8 +11,8 @@
 namespace costate {
 
 // What is as near to the ground and approaches it strikes at the same time, in lengths that the speed covers in a
-// second.
-inline constexpr double kSimultaneous = 1e-10;
+// second: corners that land flat come apart by what integrators are off by.
+inline constexpr double kSimultaneous = 1e-8;
 
 // A gap of this part of the coordinates is none.
 inline constexpr double kGapRounding = 1e-10;

@@ -173,9 +173,13 @@ void MotionEvents::strike(int event, const StateView& before) {
           "At t = {:.9g} s the bounces of {} have died out, infinitely many of them: with {:.3g} m/s (once {:.3g}) it "
           "closes. It takes {:.3g} J.",
           before.t, c.contact->force->path(), speed, c.contact->largest_approach, lost));
+  // What has no speed behind it sticks, if it can: of corners of one body one could as well slide at no speed against
+  // another one, which then holds the friction of both, at its limit where both bear as much.
+  const Impact& last = expands_ ? *expansion_ : *impact_;
   for (const InPlay& c : in_play) {
+    const bool rests = c.rows.size() == 2 && std::abs(last.speed_after(c.rows[1])) <= kContactRounding * speed;
     c.contact->closed = c.contact->closed_state >= 0 && !c.bounces && c.way != kOpen;
-    c.contact->slides = c.contact->closed ? slides(c.way) : 0;
+    c.contact->slides = c.contact->closed && !rests ? slides(c.way) : 0;
   }
 }
 

@@ -1,4 +1,6 @@
 // Numbers written into a scene's tree.
+#include <algorithm>
+#include <cmath>
 #include <unordered_map>
 
 #include "costate/scene/scene_reader.h"
@@ -10,6 +12,34 @@ void set_number(SceneNode& root, const std::string& path, double value) {
   if (const SceneNode* old = find_node(root, path)) node.where = old->where;
   set_node(root, path, std::move(node));
 }
+
+namespace {
+
+/// Parameters that are not among the selected ones and bind numbers that these have moved apart: no scene may have
+/// them.
+void drop_parted(SceneNode& root, const Mechanism& mechanism, const ParameterSelection& selection,
+                 const std::vector<double>& numbers) {
+  const auto number = [&](const auto& binding) {
+    return numbers[static_cast<std::size_t>(binding.first)] / binding.second;
+  };
+  const auto drop = [](SceneNode* from, const auto& which) {
+    if (from) std::erase_if(from->children, which);
+  };
+  for (const Parameter& p : mechanism.parameters()) {
+    if (std::any_of(selection.parameters.begin(), selection.parameters.end(),
+                    [&](const Parameter& s) { return s.name == p.name; }))
+      continue;
+    const double value = number(p.bindings.front());
+    if (std::all_of(p.bindings.begin(), p.bindings.end(),
+                    [&](const auto& b) { return std::abs(number(b) - value) <= 1e-12 * std::abs(value); }))
+      continue;
+    drop(root.find("parameter"), [&](const SceneNode& n) { return n.key == p.name; });
+    if (SceneNode* run = root.find("run"))
+      drop(run->find("parameters"), [&](const SceneNode& n) { return n.text == p.name; });
+  }
+}
+
+}  // namespace
 
 void set_parameters(SceneNode& root, const Mechanism& mechanism, const ParameterSelection& selection,
                     const std::vector<double>& rho) {
@@ -34,6 +64,7 @@ void set_parameters(SceneNode& root, const Mechanism& mechanism, const Parameter
       else
         set_number(root, path, numbers[at]);
     }
+  drop_parted(root, mechanism, selection, numbers);
 }
 
 }  // namespace costate

@@ -76,6 +76,7 @@ std::optional<SourceLocation> locate_path(const SceneNode& root, const std::stri
 /// Writes a number over an existing value, keeping its place, or adds it.
 void set_number(SceneNode& root, const std::string& path, double value);
 /// The same for the numbers of all parameters at the values rho; linear in their number, however many keys a table has.
+/// Parameters of the scene that are not selected, and whose numbers no longer agree, are left out.
 void set_parameters(SceneNode& root, const Mechanism& mechanism, const ParameterSelection& selection,
                     const std::vector<double>& rho);
 

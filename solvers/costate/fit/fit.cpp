@@ -206,10 +206,10 @@ std::vector<int> held_by_bounds(const Residuals& residuals, std::vector<double>&
   return held;
 }
 
-/// At a tighter tolerance, or a looser one where that fails: what errors of integration are.
-SampleResiduals residuals_with_other_errors(const std::vector<Problem>& problems, const std::vector<double>& rho,
-                                            FitResult& result) {
-  const auto at = [&](double part) {
+/// At two tighter tolerances, the first with tangents, or looser ones where that fails: what errors of integration are.
+std::vector<SampleResiduals> residuals_with_other_errors(const std::vector<Problem>& problems,
+                                                         const std::vector<double>& rho, FitResult& result) {
+  const auto at = [&](double part, bool derivatives) {
     std::vector<Problem> others = problems;
     for (Problem& p : others) {
       const double least = std::max(p.solver.rtol * part, kTightest);
@@ -217,17 +217,18 @@ SampleResiduals residuals_with_other_errors(const std::vector<Problem>& problems
       p.solver.rtol = least;
     }
     const Unsaid another;
-    SampleResiduals r = Residuals(others).at(rho, true);
+    SampleResiduals r = Residuals(others).at(rho, derivatives);
     result.counters += r.counters;
     return r;
   };
+  const auto both = [&](double part) { return std::vector{at(part, true), at(std::sqrt(part), false)}; };
   const bool tight = std::all_of(problems.begin(), problems.end(),
                                  [](const Problem& p) { return p.solver.rtol * kTighter < kTightest; });
-  if (tight) return at(1 / kTighter);
+  if (tight) return both(1 / kTighter);
   try {
-    return at(kTighter);
+    return both(kTighter);
   } catch (const SolverError&) {
-    return at(1 / kTighter);
+    return both(1 / kTighter);
   }
 }
 

@@ -42,7 +42,7 @@ struct FittedParameter {
   bool at_bound = false, identified = true;
   double standard_error = 0;                          // NaN where there is none
   double confidence_lower = 0, confidence_upper = 0;  // NaN where there is none; with integration_error
-  double integration_error = 0;  // by how much the integrator's errors move it, by a run at a tighter tolerance
+  double integration_error = 0;  // by how much the integrator's errors move it, by the farther of two runs
 };
 
 struct FitResult {
@@ -71,8 +71,9 @@ struct FitResult {
 FitResult fit(const std::vector<Problem>& problems, const FitOptions& options, const FitSink& sink = {});
 
 /// What the residuals' tangents say of the parameters at the solution: fills covariance, correlation, intervals and
-/// words. `better`: residuals and tangents there with smaller errors of integration.
-void judge_fit(const SampleResiduals& at, const SampleResiduals& better, const FitOptions& options, FitResult& result);
+/// words. `others`: residuals there, and tangents of the first, with other errors of integration.
+void judge_fit(const SampleResiduals& at, const std::vector<SampleResiduals>& others, const FitOptions& options,
+               FitResult& result);
 
 /// t such that |T| < t with this probability, of Student's distribution; of the normal one for 0 degrees of freedom.
 double two_sided_quantile(double probability, int degrees_of_freedom);

@@ -55,7 +55,8 @@ double two_sided_quantile(double probability, int degrees_of_freedom) {
 
 // With r(rho) of unit variance, C = (J^T J)^-1. With columns of length 1 J = U S V^T: a direction V_i with S_i at the
 // errors of J is told by nothing in the data. Errors e of r move the minimum by -C J^T e.
-void judge_fit(const SampleResiduals& at, const SampleResiduals& better, const FitOptions& options, FitResult& result) {
+void judge_fit(const SampleResiduals& at, const std::vector<SampleResiduals>& others, const FitOptions& options,
+               FitResult& result) {
   const Eigen::MatrixXd& r_rho = at.r_rho;
   const Eigen::Index n = r_rho.cols();
   result.covariance = Eigen::MatrixXd::Constant(n, n, kNone);
@@ -87,7 +88,7 @@ void judge_fit(const SampleResiduals& at, const SampleResiduals& better, const F
   for (Eigen::Index j = 0; j < m; ++j) {
     const FittedParameter& p = result.parameters[static_cast<std::size_t>(free[static_cast<std::size_t>(j)])];
     J.col(j) = r_rho.col(free[static_cast<std::size_t>(j)]);
-    errors.col(j) = better.r_rho.col(free[static_cast<std::size_t>(j)]) - J.col(j);
+    errors.col(j) = others.front().r_rho.col(free[static_cast<std::size_t>(j)]) - J.col(j);
     length[j] = J.col(j).norm();
     weight[j] = length[j] * std::max(std::abs(p.value), 1e-3 * p.scale);
   }
@@ -153,9 +154,14 @@ void judge_fit(const SampleResiduals& at, const SampleResiduals& better, const F
   }
   const int dof = result.degrees_of_freedom;
   const double per = dof > 0 ? result.chi_square / dof : kNone;
-  Eigen::VectorXd projected = Eigen::VectorXd::Zero(m);
-  for (Eigen::Index j = 0; j < m; ++j) projected[j] = r_rho.col(free[static_cast<std::size_t>(j)]).dot(better.r - at.r);
-  const Eigen::VectorXd moved = -C * projected;
+  // Two runs may come near each other by chance: the farther one tells.
+  Eigen::VectorXd moved = Eigen::VectorXd::Zero(m);
+  for (const SampleResiduals& other : others) {
+    Eigen::VectorXd projected(m);
+    for (Eigen::Index j = 0; j < m; ++j)
+      projected[j] = r_rho.col(free[static_cast<std::size_t>(j)]).dot(other.r - at.r);
+    moved = moved.cwiseMax((C * projected).cwiseAbs());
+  }
   if (options.sigma_from_residuals) C *= per;
   const double t = two_sided_quantile(options.confidence, options.sigma_from_residuals ? std::max(dof, 1) : 0);
   for (Eigen::Index j = 0; j < m; ++j) {
@@ -165,7 +171,7 @@ void judge_fit(const SampleResiduals& at, const SampleResiduals& better, const F
       continue;
     }
     p.standard_error = std::sqrt(C(j, j));
-    p.integration_error = std::abs(moved[j]);
+    p.integration_error = moved[j];
     p.confidence_lower = p.value - t * p.standard_error - p.integration_error;
     p.confidence_upper = p.value + t * p.standard_error + p.integration_error;
     if (p.integration_error > kMoved * p.standard_error)

@@ -47,9 +47,13 @@ double events_until(const Problem& problem, const RunEnd& end) {
 /// a' and lambda' where the end, or the cost there, depends on accelerations or multipliers.
 Eigen::VectorXd reaction_rates(const Problem& problem, const StateView& s, Assembly& assembly) {
   if (!problem.ends_when->output->needs_accelerations() && !problem.objective.terminal_needs_accelerations()) return {};
-  // Rows that depend on each other leave the sum of their multipliers' rates, which a weight shares among them.
+  // A penalty's reactions are those of its own weight. Rows that depend on each other leave the sum of their
+  // multipliers' rates, which a weight shares among them.
+  const Formulation& f = find_formulation(problem.formulation);
   Stabilization weight;
-  if (find_formulation(problem.formulation).carries_redundancy)
+  if (!f.exact_constraints())
+    weight = penalty_stabilization(problem.mechanism, problem.formulation_options);
+  else if (f.carries_redundancy)
     weight.inverse_alpha = 1 / default_penalty_weight(problem.mechanism);
   AccelerationLevel level(assembly, weight);
   level.solve(s);

@@ -86,7 +86,11 @@ ErrorEstimate farther_of_two(const Problem& problem, const Result& result, bool 
         static_cast<double>(better.counters.steps) > kOtherSteps * static_cast<double>(result.counters.steps);
     if (!another && part >= kFarthest && !tightest(tighter)) continue;
     add_apart(result, better, 1, e);
-    if (!tightest(tighter)) add_apart(result, run(with_tolerance(problem, kSecond * part)), 1, e);
+    if (!tightest(tighter)) try {
+        add_apart(result, run(with_tolerance(problem, kSecond * part)), 1, e);
+      } catch (const SolverError&) {
+        // So tight a tolerance cannot be met; the first tells.
+      }
     return e;
   }
 }

@@ -245,8 +245,9 @@ class Chooser {
     r.worst = r.relative == psi && psi > 0 ? "psi" : row.worst;
     r.gradient_error.clear();
     for (std::size_t j = 0; j < fine.values.gradient.size(); ++j)
-      r.gradient_error.push_back(std::max(share * std::abs(fine.values.gradient[j] - coarse.values.gradient[j]),
-                                          least * fine.gradient_unit / problem_.parameters.parameters[j].scale));
+      r.gradient_error.push_back(std::max({share * std::abs(fine.values.gradient[j] - coarse.values.gradient[j]),
+                                           kByChance * r.relative * std::abs(fine.values.gradient[j]),
+                                           least * fine.gradient_unit / problem_.parameters.parameters[j].scale}));
   }
 
   /// Of a psi that is small against its absolute tolerances two runs may have the same errors: by smaller ones.

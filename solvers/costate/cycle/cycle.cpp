@@ -350,7 +350,7 @@ CycleResult find_cycle(const Problem& problem, const CycleSettings& settings, co
     };
     const MapValue& map_value = search.value;
     r.x_error = (r.x - loose.x).cwiseAbs().cwiseMax(search.left.cwiseAbs());
-    pool_errors(section.coordinates(), r.x, r.x_error);
+    pool_errors(section.coordinates(), map_value.time, r.x, r.x_error);
     r.period.error = error(r.period.value - loose.period.value, map_value.time_x);
     r.travel.error = error(r.travel.value - loose.travel.value, map_value.travel_x);
     r.psi.error = error(r.psi.value - loose.psi.value, map_value.psi_x);

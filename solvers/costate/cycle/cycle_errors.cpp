@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
+#include <numbers>
 #include <string>
 
 #include "costate/base/error.h"
@@ -38,15 +38,24 @@ double multiplier_error(const Eigen::MatrixXd& P, const Eigen::MatrixXd& other, 
   return std::max(change, std::sqrt(change * terms));
 }
 
-void pool_errors(const std::vector<SectionCoordinate>& coordinates, const Eigen::VectorXd& x, Eigen::VectorXd& error) {
-  constexpr double kByChance = 0.3;
-  std::map<std::string, double> size;
-  const auto unit = [&](Eigen::Index i) -> double& { return size[coordinates[static_cast<std::size_t>(i)].unit]; };
-  for (Eigen::Index i = 0; i < x.size(); ++i) unit(i) = std::max(unit(i), std::abs(x[i]));
-  double most = 0;
-  for (Eigen::Index i = 0; i < x.size(); ++i)
-    if (unit(i) > 0) most = std::max(most, error[i] / unit(i));
-  for (Eigen::Index i = 0; i < x.size(); ++i) error[i] = std::max(error[i], kByChance * most * unit(i));
+void pool_errors(const std::vector<SectionCoordinate>& coordinates, double period, const Eigen::VectorXd& x,
+                 Eigen::VectorXd& error) {
+  constexpr double kByChance = 0.3, kAtRest = 1e-3;
+  for (const std::string unit : {"m", "rad"}) {
+    // Per unit of x: positions, and speeds by how far one that swings with the period goes; zero for others.
+    const auto way = [&](Eigen::Index i) {
+      const std::string& own = coordinates[static_cast<std::size_t>(i)].unit;
+      return own == unit ? 1.0 : own == unit + "/s" ? period / (2 * std::numbers::pi) : 0.0;
+    };
+    double size = 0, most = 0;
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+      size = std::max(size, way(i) * std::abs(x[i]));
+      most = std::max(most, way(i) * error[i]);
+    }
+    if (!(most <= kAtRest * size)) continue;  // nothing of this unit moves
+    for (Eigen::Index i = 0; i < x.size(); ++i)
+      if (way(i) > 0) error[i] = std::max(error[i], kByChance * most / size * std::abs(x[i]));
+  }
 }
 
 }  // namespace costate

@@ -18,8 +18,9 @@ namespace costate {
 /// the root of the terms' squares. No scaling of coordinates changes it.
 double multiplier_error(const Eigen::MatrixXd& P, const Eigen::MatrixXd& other, std::complex<double> m);
 
-/// Of the entries of x: none is smaller than three tenths of the largest, each measured by the largest entry of its
-/// unit.
-void pool_errors(const std::vector<SectionCoordinate>& coordinates, const Eigen::VectorXd& x, Eigen::VectorXd& error);
+/// Of positions and speeds among the entries of x: none is known to a smaller part of itself than three tenths of the
+/// largest error, of lengths or of angles, over the largest of those; speeds count as what swings with the period [s].
+void pool_errors(const std::vector<SectionCoordinate>& coordinates, double period, const Eigen::VectorXd& x,
+                 Eigen::VectorXd& error);
 
 }  // namespace costate

@@ -24,10 +24,18 @@ int JudgedNewton::ends(SUNNonlinearSolver newton, N_Vector, N_Vector step, doubl
   if (s.known_ != s.setups_) {
     s.known_ = s.setups_;
     s.leaves_ = kUnknown;
+    s.fresh_ = true;
+  } else if (k == 0) {
+    s.fresh_ = false;
   }
+  const bool nothing = length <= kDone * tolerance;
   if (k == 0) {
     s.first_ = length;
-    if (length <= kDone * tolerance) return SUN_NLS_SUCCESS;
+    // Older factors may lack just what has begun to act, so that what is in the norm does not see it at first: an
+    // adjoint of index 2 that has been zero while a driven mechanism stood still. Another iteration tells.
+    if (nothing) return s.fresh_ ? SUN_NLS_SUCCESS : SUN_NLS_CONTINUE;
+  } else if (s.first_ <= kDone * tolerance) {
+    return nothing ? SUN_NLS_SUCCESS : SUN_NLS_CONV_RECVR;
   } else {
     const double rate = std::pow(length / s.first_, 1.0 / k);
     if (rate > kDiverges) return SUN_NLS_CONV_RECVR;

@@ -33,7 +33,8 @@ class JudgedNewton {
   };
   std::unique_ptr<_generic_SUNNonlinearSolver, Free> solver_;
   const long& setups_;
-  long known_ = -1;  // setups when the rate was known
+  long known_ = -1;     // setups when the rate was known
+  bool fresh_ = false;  // the factors are of this step
   double first_ = 0, leaves_ = 0;
 };
 

@@ -9,6 +9,8 @@ namespace {
 // What an iteration leaves of an error, r/(1 - r) with its rate r: behind new factors, and at least.
 constexpr double kUnknown = 20, kLeast = 0.05;
 constexpr double kDone = 1e-4, kDiverges = 0.9;
+// Of the tolerance: what is in the norm rests, but for rounding.
+constexpr double kRests = 1e-8;
 }  // namespace
 
 JudgedNewton::JudgedNewton(N_Vector y, int columns, SUNContext context, const long& setups)
@@ -31,10 +33,10 @@ int JudgedNewton::ends(SUNNonlinearSolver newton, N_Vector, N_Vector step, doubl
   const bool nothing = length <= kDone * tolerance;
   if (k == 0) {
     s.first_ = length;
-    // Older factors may lack just what has begun to act, so that what is in the norm does not see it at first: an
-    // adjoint of index 2 that has been zero while a driven mechanism stood still. Another iteration tells.
-    if (nothing) return s.fresh_ ? SUN_NLS_SUCCESS : SUN_NLS_CONTINUE;
-  } else if (s.first_ <= kDone * tolerance) {
+    // Older factors may lack just what has begun to act, so that what is in the norm does not see it at all: an adjoint
+    // of index 2 that has been zero while a driven mechanism stood still. Another iteration tells.
+    if (nothing) return length > kRests * tolerance || s.fresh_ ? SUN_NLS_SUCCESS : SUN_NLS_CONTINUE;
+  } else if (!(s.first_ > kRests * tolerance)) {
     return nothing ? SUN_NLS_SUCCESS : SUN_NLS_CONV_RECVR;
   } else {
     const double rate = std::pow(length / s.first_, 1.0 / k);

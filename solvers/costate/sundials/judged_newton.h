@@ -35,6 +35,7 @@ class JudgedNewton {
   const long& setups_;
   long known_ = -1;     // setups when the rate was known
   bool fresh_ = false;  // the factors are of this step
+  int begun_ = 0;       // the iteration from which the rate is taken
   double first_ = 0, leaves_ = 0;
 };
 

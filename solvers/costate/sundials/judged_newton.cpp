@@ -33,20 +33,18 @@ int JudgedNewton::ends(SUNNonlinearSolver newton, N_Vector, N_Vector step, doubl
   const bool nothing = length <= kDone * tolerance;
   if (k == 0) {
     s.first_ = length;
-    s.begun_ = 0;
     // Older factors may lack just what has begun to act, so that what is in the norm does not see it at all: an adjoint
     // of index 2 that has been zero while a driven mechanism stood still. Another iteration tells.
-    if (nothing) return length > kRests * tolerance || s.fresh_ ? SUN_NLS_SUCCESS : SUN_NLS_CONTINUE;
-  } else if (!(s.first_ > kRests * tolerance)) {
-    s.first_ = length;
-    s.begun_ = k;
-    s.leaves_ = kUnknown;
+    if (nothing)
+      return !s.some_outside_ || length > kRests * tolerance || s.fresh_ ? SUN_NLS_SUCCESS : SUN_NLS_CONTINUE;
+  } else if (s.some_outside_ && !(s.first_ > kRests * tolerance)) {
+    return nothing ? SUN_NLS_SUCCESS : SUN_NLS_CONV_RECVR;  // with factors of this step
   } else {
-    const double rate = std::pow(length / s.first_, 1.0 / (k - s.begun_));
+    const double rate = std::pow(length / s.first_, 1.0 / k);
     if (rate > kDiverges) return SUN_NLS_CONV_RECVR;
     s.leaves_ = rate / (1 - rate);
   }
-  const double leaves = k == s.begun_ ? std::max(s.leaves_, kLeast) : s.leaves_;
+  const double leaves = k == 0 ? std::max(s.leaves_, kLeast) : s.leaves_;
   return leaves * length <= tolerance ? SUN_NLS_SUCCESS : SUN_NLS_CONTINUE;
 }
 

@@ -15,6 +15,8 @@ class JudgedNewton {
   /// For vectors like y, or for so many columns of sensitivities; `setups` counts the factorizations.
   JudgedNewton(N_Vector y, int columns, SUNContext context, const long& setups);
 
+  /// Whether there are unknowns that no norm holds (those of index 2), which a first iteration says nothing of.
+  void set_some_outside(bool some) { some_outside_ = some; }
   /// Gives it to IDAS by a call of set(SUNNonlinearSolver), whose flag is returned.
   template <class Set>
   int attach(Set&& set) {
@@ -33,9 +35,9 @@ class JudgedNewton {
   };
   std::unique_ptr<_generic_SUNNonlinearSolver, Free> solver_;
   const long& setups_;
-  long known_ = -1;     // setups when the rate was known
+  long known_ = -1;  // setups when the rate was known
+  bool some_outside_ = false;
   bool fresh_ = false;  // the factors are of this step
-  int begun_ = 0;       // the iteration from which the rate is taken
   double first_ = 0, leaves_ = 0;
 };
 

@@ -65,10 +65,7 @@ void IdaSession::begin_attempt_back(int attempt) {
 void IdaSession::set_backward_matrix() {
   check(IDASetJacFnB(memory_, back_->which, backward_jacobian), "the adjoint's Jacobian");
   check(IDASetLinearSolutionScaling(back_->memory, SUNFALSE), "the adjoint's Newton operator");
-  iterations_back_.emplace(back_->y, 0, context_, newton_setups_back_);
-  const auto& unknowns = system_.unknowns();
-  iterations_back_->set_some_outside(
-      std::any_of(unknowns.begin(), unknowns.end(), [](const Unknown& u) { return !u.in_norm; }));
+  iterations_back_.emplace(back_->y, 0, context_, newton_setups_back_, some_outside_norm());
   check(
       iterations_back_->attach([&](SUNNonlinearSolver s) { return IDASetNonlinearSolverB(memory_, back_->which, s); }),
       "the adjoint's Newton's method");

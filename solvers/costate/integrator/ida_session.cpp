@@ -23,6 +23,11 @@ bool IdaSession::iterates_on_accelerations() const {
                      [](const Unknown& u) { return u.role == Unknown::Role::acceleration && u.in_norm; });
 }
 
+bool IdaSession::some_outside_norm() const {
+  const auto& unknowns = system_.unknowns();
+  return std::any_of(unknowns.begin(), unknowns.end(), [](const Unknown& u) { return !u.in_norm; });
+}
+
 const double* IdaSession::cost_state(double t, const double* y) {
   if (!system_.objective().running_needs_accelerations()) return y;
   solved_cost_.forget();
@@ -81,7 +86,7 @@ void IdaSession::create_memory() {
   check(IDASetJacFn(memory_, jacobian), "the Jacobian");
   check(IDASetLinearSolutionScaling(memory_, SUNFALSE), "Newton's operator");
   if (!iterates_on_accelerations()) check(IDASetNonlinConvCoef(memory_, kNewtonOfStates), "Newton's tolerance");
-  iterations_.emplace(y_, 0, context_, newton_setups_);
+  iterations_.emplace(y_, 0, context_, newton_setups_, some_outside_norm());
   check(iterations_->attach([&](SUNNonlinearSolver s) { return IDASetNonlinearSolver(memory_, s); }),
         "Newton's method");
 }
@@ -115,7 +120,7 @@ void IdaSession::enable_sensitivities() {
   check(IDASensInit(memory_, np, options_.staggered ? IDA_STAGGERED : IDA_SIMULTANEOUS, sensitivity_residual,
                     yS_.handles(), ypS_.handles()),
         "sensitivities");
-  iterations_S_.emplace(y_, options_.staggered ? np : np + 1, context_, newton_setups_);
+  iterations_S_.emplace(y_, options_.staggered ? np : np + 1, context_, newton_setups_, some_outside_norm());
   check(iterations_S_->attach([&](SUNNonlinearSolver s) {
     return options_.staggered ? IDASetNonlinearSolverSensStg(memory_, s) : IDASetNonlinearSolverSensSim(memory_, s);
   }),

@@ -47,6 +47,8 @@ class IdaSession final : public SundialsSession<IdaApi> {
   void create_memory();
   /// Whether the accelerations are in the norm of Newton's iterations; they are not unknowns at index 2 and 3.
   bool iterates_on_accelerations() const;
+  /// Whether some unknowns are in no norm at all.
+  bool some_outside_norm() const;
   Vector absolute_tolerances(double scale) const;
   // A clock beside the unknowns, for the choice of the order alone (ida_lead.cpp).
   int led() const { return y_.size() - system_.size(); }

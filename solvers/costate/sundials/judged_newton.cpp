@@ -13,9 +13,10 @@ constexpr double kDone = 1e-4, kDiverges = 0.9;
 constexpr double kRests = 1e-8;
 }  // namespace
 
-JudgedNewton::JudgedNewton(N_Vector y, int columns, SUNContext context, const long& setups)
+JudgedNewton::JudgedNewton(N_Vector y, int columns, SUNContext context, const long& setups, bool some_outside)
     : solver_(columns > 0 ? SUNNonlinSol_NewtonSens(columns, y, context) : SUNNonlinSol_Newton(y, context)),
-      setups_(setups) {}
+      setups_(setups),
+      some_outside_(some_outside) {}
 
 int JudgedNewton::ends(SUNNonlinearSolver newton, N_Vector, N_Vector step, double tolerance, N_Vector weights,
                        void* p) {

@@ -12,11 +12,10 @@ namespace costate {
 
 class JudgedNewton {
  public:
-  /// For vectors like y, or for so many columns of sensitivities; `setups` counts the factorizations.
-  JudgedNewton(N_Vector y, int columns, SUNContext context, const long& setups);
+  /// For vectors like y, or for so many columns of sensitivities; `setups` counts the factorizations. Whether there are
+  /// unknowns that no norm holds (those of index 2), which a first iteration says nothing of: `some_outside`.
+  JudgedNewton(N_Vector y, int columns, SUNContext context, const long& setups, bool some_outside);
 
-  /// Whether there are unknowns that no norm holds (those of index 2), which a first iteration says nothing of.
-  void set_some_outside(bool some) { some_outside_ = some; }
   /// Gives it to IDAS by a call of set(SUNNonlinearSolver), whose flag is returned.
   template <class Set>
   int attach(Set&& set) {
@@ -36,7 +35,7 @@ class JudgedNewton {
   std::unique_ptr<_generic_SUNNonlinearSolver, Free> solver_;
   const long& setups_;
   long known_ = -1;  // setups when the rate was known
-  bool some_outside_ = false;
+  bool some_outside_;
   bool fresh_ = false;  // the factors are of this step
   double first_ = 0, leaves_ = 0;
 };

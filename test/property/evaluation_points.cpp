@@ -198,6 +198,6 @@ TEST_CASE("points: rates of outputs are those of the state, whatever was assembl
     const EndEvent end{make_output(mechanism, "z." + mechanism.state_names()[k]), true, -1, 0};
     assembly.calc_dynamics(other);
     CHECK(assembly.zdot[k] != zdot[k]);
-    CHECK(end_rates(end, Objective{}, s, assembly, nullptr).h_rate == zdot[k]);
+    CHECK(end_rates(end, Objective{}, s, assembly, {}).h_rate == zdot[k]);
   }
 }

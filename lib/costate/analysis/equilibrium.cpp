@@ -17,7 +17,7 @@
 #include "costate/assembly/rolling_rows.h"
 #include "costate/base/error.h"
 #include "costate/base/stop.h"
-#include "costate/element/guarded_force.h"
+#include "costate/mechanism/guarded_forces.h"
 #include "costate/objective/output.h"
 
 namespace costate {
@@ -26,13 +26,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 namespace {
-
-bool has_guards(const Mechanism& mechanism) {
-  return std::any_of(mechanism.forces().begin(), mechanism.forces().end(), [](const auto& f) {
-    const auto* g = dynamic_cast<const GuardedForce*>(f.get());
-    return g && g->guard_count() > 0;
-  });
-}
 
 constexpr int kMaxIterations = 400;
 constexpr int kCloseIterations = 60;
@@ -191,7 +184,7 @@ class Search {
                              "[start], or add the spring, contact or constraint that holds {}.{}",
                              fmt::join(loose, ", "), loose.size() == 1 ? "this" : "these", loose.size() == 1 ? "" : "s",
                              them, them,
-                             has_guards(assembly_.mechanism())
+                             has_guarded_forces(assembly_.mechanism())
                                  ? " A contact whose law keeps the speed of its touch is closed at the start only "
                                    "with an 'approach_speed_m_per_s'."
                                  : ""));

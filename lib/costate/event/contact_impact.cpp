@@ -173,13 +173,16 @@ void MotionEvents::strike(int event, const StateView& before) {
           "At t = {:.9g} s the bounces of {} have died out, infinitely many of them: with {:.3g} m/s (once {:.3g}) it "
           "closes. It takes {:.3g} J.",
           before.t, c.contact->force->path(), speed, c.contact->largest_approach, lost));
-  // What has no speed behind it sticks, if it can: of corners of one body one could as well slide at no speed against
-  // another one, which then holds the friction of both, at its limit where both bear as much.
+  // In the plane what slides does so the way that it is left with, which is not what it was where the last impact holds
+  // it down, and what has no speed sticks, if it can: of corners of one body one could as well slide at no speed
+  // against another one, which then holds the friction of both, at its limit where both bear as much.
   const Impact& last = expands_ ? *expansion_ : *impact_;
   for (const InPlay& c : in_play) {
-    const bool rests = c.rows.size() == 2 && std::abs(last.speed_after(c.rows[1])) <= kContactRounding * speed;
     c.contact->closed = c.contact->closed_state >= 0 && !c.bounces && c.way != kOpen;
-    c.contact->slides = c.contact->closed && !rests ? slides(c.way) : 0;
+    c.contact->slides = c.contact->closed ? slides(c.way) : 0;
+    if (c.contact->slides == 0 || c.rows.size() != 2) continue;
+    const double along = last.speed_after(c.rows[1]);
+    c.contact->slides = std::abs(along) <= kContactRounding * speed ? 0 : along > 0 ? 1 : -1;
   }
 }
 
@@ -357,11 +360,6 @@ void MotionEvents::find_way(int event, const StateView& before, Impact& impact, 
     for (const int row : in_play[c].rows)  // friction of what slides is left out: it would push
       if (row == in_play[c].rows.front() || impact.row(row).rests) active.push_back({row, ActiveRow::Law::held, 0, 0});
   impact.solve(active);
-  // Held down, they may slide the other way than they did.
-  for (InPlay& c : in_play)
-    if (const double along = c.rows.size() == 2 ? speed_after(c.rows[1]) : 0;
-        slides(c.way) * along < -kContactRounding * fastest)
-      c.way = along > 0 ? kForward : kBackward;
   const ContactOf& own = contacts_[static_cast<std::size_t>(of(event).contact)];
   notice(fmt::format(
       "At t = {:.9g} s impacts of contacts ({}) die out, infinitely many of them: after the last, at {:.3g} m/s (once "

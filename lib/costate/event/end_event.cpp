@@ -83,15 +83,15 @@ std::shared_ptr<const CostTerm> end_term(const EndEvent& end, double kappa) {
 namespace {
 /// Along the motion: (1, v, a, z', a', lambda') of (t, q, v, z, a, lambda), the last two from `rates` or without.
 Variation along_motion(const StateView& s, Assembly& assembly, const std::vector<double>& no_change,
-                       const double* rates) {
+                       const Eigen::VectorXd& rates) {
   assembly.calc_dynamics(s);
   Variation motion;
   motion.t = 1;
   motion.q = s.v;
   motion.v = s.a;
-  if (rates) {
-    motion.a = rates;
-    motion.lambda = rates + assembly.n();
+  if (rates.size() > 0) {
+    motion.a = rates.data();
+    motion.lambda = rates.data() + assembly.n();
   }
   motion.z = assembly.zdot.data();
   motion.numbers = no_change.data();
@@ -99,13 +99,13 @@ Variation along_motion(const StateView& s, Assembly& assembly, const std::vector
 }
 }  // namespace
 
-double end_rate(const EndEvent& end, const StateView& s, Assembly& assembly, const double* rates) {
+double end_rate(const EndEvent& end, const StateView& s, Assembly& assembly, const Eigen::VectorXd& rates) {
   const std::vector<double> no_change(assembly.numbers().size(), 0.0);
   return end.output->change(s, assembly, along_motion(s, assembly, no_change, rates));
 }
 
 EndRates end_rates(const EndEvent& end, const Objective& objective, const StateView& s, Assembly& assembly,
-                   const double* rates) {
+                   const Eigen::VectorXd& rates) {
   const std::vector<double> no_change(assembly.numbers().size(), 0.0);
   const Variation motion = along_motion(s, assembly, no_change, rates);
   EndRates r;

@@ -6,6 +6,7 @@
 // formulation and the method.
 #pragma once
 
+#include <Eigen/Core>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -34,15 +35,15 @@ struct EndEvent {
 /// The term kappa h. Its value is psi's change, to first order, by what h is away from zero at the fixed time.
 std::shared_ptr<const CostTerm> end_term(const EndEvent& end, double kappa);
 
-/// h' and kappa at the end; s has its accelerations and multipliers, `rates` are a' (n) and lambda' (m), or null where
+/// h' and kappa at the end; s has its accelerations and multipliers, `rates` are a' (n) and lambda' (m), or none where
 /// nothing depends on those. Throws CapabilityError where an output or a term of the cost offers no time derivative.
 struct EndRates {
   double h_rate = 0, kappa = 0;
 };
 EndRates end_rates(const EndEvent& end, const Objective& objective, const StateView& s, Assembly& assembly,
-                   const double* rates);
+                   const Eigen::VectorXd& rates);
 /// h' alone, which costs do not matter to.
-double end_rate(const EndEvent& end, const StateView& s, Assembly& assembly, const double* rates);
+double end_rate(const EndEvent& end, const StateView& s, Assembly& assembly, const Eigen::VectorXd& rates);
 
 /// Looks for the end along the steps of a run, in order of time.
 class EndSearch {

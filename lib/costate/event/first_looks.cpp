@@ -141,7 +141,6 @@ void MotionEvents::find_hop(const StateView& s) {
 
 double MotionEvents::falls_back(const GuardOf& g, double begin, double end,
                                 const std::function<StateView(double)>& at) {
-  if (g.contact < 0) return std::numeric_limits<double>::quiet_NaN();
   const int direction = g.guarded->guard_direction(g.k);
   std::vector<double> x(static_cast<std::size_t>(assembly_.n() + assembly_.m()));
   const auto falls = [&](double t) {

@@ -13,6 +13,7 @@
 #include "costate/event/guard_value.h"
 #include "costate/event/spatial_slip.h"
 #include "costate/mechanism/coordinate_parts.h"
+#include "costate/mechanism/guarded_forces.h"
 
 namespace costate {
 
@@ -25,13 +26,7 @@ constexpr double kWrongWay = 1e-5;
 constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
 }  // namespace
 
-bool MotionEvents::has_any(const Mechanism& mechanism) {
-  for (const auto& f : mechanism.forces()) {
-    const auto* g = dynamic_cast<const GuardedForce*>(f.get());
-    if (g && g->guard_count() > 0) return true;
-  }
-  return false;
-}
+bool MotionEvents::has_any(const Mechanism& mechanism) { return has_guarded_forces(mechanism); }
 
 void MotionEvents::refuse(const Mechanism& mechanism, const std::string& what) {
   if (!has_any(mechanism)) return;

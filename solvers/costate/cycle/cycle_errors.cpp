@@ -52,7 +52,7 @@ void pool_errors(const std::vector<SectionCoordinate>& coordinates, double perio
       size = std::max(size, way(i) * std::abs(x[i]));
       most = std::max(most, way(i) * error[i]);
     }
-    if (!(most <= kAtRest * size)) continue;  // nothing of this unit moves
+    if (!(size > 0) || most > kAtRest * size) continue;  // nothing of this unit moves
     for (Eigen::Index i = 0; i < x.size(); ++i)
       if (way(i) > 0) error[i] = std::max(error[i], kByChance * most / size * std::abs(x[i]));
   }

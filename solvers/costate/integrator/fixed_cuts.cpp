@@ -272,7 +272,7 @@ void FixedRun::conclude_end() {
     const double rate = cuts_.back().condition_rate;
     judge_end(problem_, assembly, end_->t, rate, std::abs(rate) * run / range);
   } else if (!end.output->needs_accelerations()) {  // they have no rate
-    const double rate = end_rate(end, scheme_->state(), assembly, nullptr);
+    const double rate = end_rate(end, scheme_->state(), assembly, {});
     tell_hardly_crossed(problem_, assembly, end_->t, rate, std::abs(rate) * run / range);
   }
 }

@@ -44,7 +44,7 @@ double events_until(const Problem& problem, const RunEnd& end) {
                      (end.t - problem.solver.t_start);
 }
 
-/// a' and lambda' where the end, or the cost there, depends on accelerations or multipliers.
+/// a' and lambda' where the end, or the cost there, depends on accelerations or multipliers; else none.
 Eigen::VectorXd reaction_rates(const Problem& problem, const StateView& s, Assembly& assembly) {
   if (!problem.ends_when->output->needs_accelerations() && !problem.objective.terminal_needs_accelerations()) return {};
   // A penalty's reactions are those of its own weight. Rows that depend on each other leave the sum of their
@@ -77,9 +77,8 @@ RunEnd search_end(SystemType& system, const Problem& problem, const std::vector<
   end.kinks = driver_kinks(*problem.mechanism, system.assembly().numbers());
   if (!rates_too) return end;
   const MechanismState s = solved_state(system, watch.time(), run.y());
-  const Eigen::VectorXd of_reactions = reaction_rates(problem, s, system.assembly());
   const EndRates rates = end_rates(*problem.ends_when, problem.objective, s, system.assembly(),
-                                   of_reactions.size() > 0 ? of_reactions.data() : nullptr);
+                                   reaction_rates(problem, s, system.assembly()));
   judge_end(problem, system.assembly(), watch.time(), rates.h_rate, watch.steepness(rates.h_rate));
   end.kappa = rates.kappa;
   return end;
@@ -132,10 +131,8 @@ RunEvent EndWatch::event() const { return {*end_, problem_.ends_when->text(syste
 
 void EndWatch::tell_if_grazed(const double* y) {
   const MechanismState s = solved_state(system_, *end_, y);
-  const Eigen::VectorXd rates = problem_.ends_when->output->needs_accelerations()
-                                    ? reaction_rates(problem_, s, system_.assembly())
-                                    : Eigen::VectorXd();
-  const double rate = end_rate(*problem_.ends_when, s, system_.assembly(), rates.size() > 0 ? rates.data() : nullptr);
+  const double rate =
+      end_rate(*problem_.ends_when, s, system_.assembly(), reaction_rates(problem_, s, system_.assembly()));
   tell_hardly_crossed(problem_, system_.assembly(), *end_, rate, steepness(rate));
 }
 

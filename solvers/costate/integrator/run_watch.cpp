@@ -98,9 +98,13 @@ static void require_cycle(const Problem& problem, double psi) {
         "'costate cycle' computes it, and 'gradient' and 'optimize' do where [run] has cycle = true.");
 }
 
+void RunWatch::tell_of_motion() const {
+  for (const auto& text : watch_.warnings()) notice(text);
+}
+
 void RunWatch::conclude(Simulation& result) const {
   drift_of_last_run = std::max(watch_.largest_drift(), watch_.largest_rate_drift());
-  for (const auto& text : watch_.warnings()) notice(text);
+  tell_of_motion();
   if (const double drift = watch_.told_drift(); drift > 0) widen_error(result, drift * result.psi);
   const double left = kOfStep * static_cast<double>(result.counters.steps) * problem_.solver.absolute() *
                       cost_size(*problem_.mechanism);

@@ -32,6 +32,8 @@ class RunWatch {
   /// number.
   void conclude(Simulation& result) const;
   void conclude(GradientResult& result) const;
+  /// Tells what the motion met, where no result comes of it: a way back that fails behind a singular position.
+  void tell_of_motion() const;
   /// The drift that is given notice of, in parts of a row's length, or 0.
   double told_drift() const { return watch_.told_drift(); }
   /// The part of its tolerances with which the run would have to be repeated for its gradient to be as good as is

@@ -72,7 +72,12 @@ GradientResult adjoint_run(SystemType& system, const Problem& problem, const std
     GradientResult r;
     r.integrator = integrator;
     r.psi = psi ? *psi : session.cost() + of_samples + system.terminal_cost(problem.solver.t_end, session.y());
-    r.gradient = session.solve_adjoint(sample_adjoint(system));
+    try {
+      r.gradient = session.solve_adjoint(sample_adjoint(system));
+    } catch (const SolverError&) {
+      watch.tell_of_motion();
+      throw;
+    }
     r.counters = session.counters();
     r.events = session.events();
     r.counters.simulations = runs;
@@ -93,7 +98,13 @@ GradientResult resolved_gradient(const Problem& problem, const AdjointRun& run) 
   const double asked = problem.solver.rtol;
   const std::vector<std::string> before = take_notices();
   double part = 1;
-  GradientResult r = run(problem, asked, part);
+  GradientResult r;
+  try {
+    r = run(problem, asked, part);
+  } catch (const Error&) {
+    for (const auto& text : before) notice(text);
+    throw;
+  }
   std::vector<std::string> said = take_notices();
   // Of what is nothing a smaller tolerance tells nothing either: a motion at rest makes it of rounding.
   const double size = std::max(std::abs(r.psi), largest_scaled(problem.parameters, r.gradient));

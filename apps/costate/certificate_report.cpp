@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "costate/optimize/certificate_verdict.h"
 
 namespace costate::app {
@@ -13,6 +15,8 @@ Json certificate_json(const Certificate& c, double wall_s) {
   j["kkt_residual"] = c.kkt_residual;
   j["kkt_tolerance"] = c.tolerance;
   j["active"] = c.active;
+  j["violated"] = Json::object();
+  for (const auto& [name, excess] : c.violated) j["violated"][name] = excess;
   j["free"] = c.free;
   j["multipliers"] = Json::object();
   for (const auto& [name, value] : c.multipliers) j["multipliers"][name] = value;
@@ -35,7 +39,8 @@ Json certificate_json(const Certificate& c, double wall_s) {
 std::string certificate_text(const Certificate& c) {
   std::string text = fmt::format("  {}\n", c.verdict);
   for (const auto& [name, value] : c.multipliers)
-    text += fmt::format("  {} is active: multiplier {:.6g}\n", name, value);
+    if (std::none_of(c.violated.begin(), c.violated.end(), [&](const auto& v) { return v.first == name; }))
+      text += fmt::format("  {} is active: multiplier {:.6g}\n", name, value);
   if (c.eigenvalues.size() == 1)
     text += fmt::format("  Hessian in scaled parameters: {}\n", known_eigenvalue(c, c.eigenvalues[0]));
   if (c.eigenvalues.size() > 1)

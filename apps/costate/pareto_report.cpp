@@ -25,7 +25,8 @@ std::string point_kind(const ParetoPoint& p, const Design& design) {
   std::string text = p.end() ? "least " + design.targets[static_cast<std::size_t>(p.least_of)].name : "front";
   if (p.dominated) text += ", dominated";
   if (!p.converged) text += ", not converged";
-  if (p.violation > 1e-6) text += ", constraints exceeded";
+  if (!p.feasible()) text += ", constraints exceeded";
+  if (p.repeated) text += ", the same as another";
   return text;
 }
 
@@ -35,7 +36,8 @@ SvgPlot front_picture(const Design& design, const ParetoFront& front, std::size_
   plot.y_label = design.targets[b].name;
   plot.width = 560;
   plot.height = 400;
-  SvgCurve good{"Pareto front", {}, {}}, others{"dominated or not converged", {}, {}}, start{"start", {}, {}};
+  SvgCurve good{"Pareto front", {}, {}}, others{"dominated, exceeding or not converged", {}, {}},
+      start{"start", {}, {}};
   good.markers = true;
   good.joined = design.targets.size() == 2;
   others.joined = start.joined = false;
@@ -47,7 +49,7 @@ SvgPlot front_picture(const Design& design, const ParetoFront& front, std::size_
     c.y.push_back(p.targets[b]);
     c.names.push_back(point_kind(p, design));
   };
-  for (const ParetoPoint* p : along_front(front)) add(p->dominated || !p->converged ? others : good, *p);
+  for (const ParetoPoint* p : along_front(front)) add(p->on_front() ? good : others, *p);
   if (!front.start.targets.empty()) add(start, front.start);
   for (SvgCurve* c : {&others, &start, &good})
     if (!c->x.empty()) plot.curves.push_back(std::move(*c));
@@ -68,10 +70,11 @@ std::string point_line(const DesignSetup& whole, const Design& design, const Par
 
 std::string pareto_text(const DesignSetup& whole, const Design& design, const ParetoFront& front, double wall_s) {
   const Setup& s = whole.setup;
-  int evaluations = 0, on_front = 0, dominated = 0, unconverged = 0;
+  int evaluations = 0, on_front = 0, dominated = 0, unconverged = 0, repeated = 0;
   for (const ParetoPoint& p : front.points) {
     evaluations += p.evaluations;
-    on_front += !p.dominated && p.converged;
+    on_front += p.on_front();
+    repeated += p.repeated;
     dominated += p.dominated;
     unconverged += !p.converged;
   }
@@ -79,6 +82,7 @@ std::string pareto_text(const DesignSetup& whole, const Design& design, const Pa
                                  title_of(s), on_front, evaluations, whole.cases.size(), wall_s);
   if (dominated > 0)
     text += fmt::format("  {} more are dominated by others: a search ended in a local minimum\n", dominated);
+  if (repeated > 0) text += fmt::format("  {} are the same as others\n", repeated);
   if (unconverged > 0) text += fmt::format("  {} did not converge (more --max-evaluations?)\n", unconverged);
   for (std::size_t g = 0; g < design.targets.size() && g < front.ideal.size(); ++g)
     text += fmt::format("  {}: {:.6g} at its least, {:.6g} where the others are; {:.6g} at the start\n",
@@ -88,13 +92,14 @@ std::string pareto_text(const DesignSetup& whole, const Design& design, const Pa
 }
 
 std::string pareto_csv(const DesignSetup& whole, const Design& design, const ParetoFront& front) {
-  std::string text = "point,kind,dominated,converged,evaluations";
+  std::string text = "point,kind,dominated,converged,repeated,violation,evaluations";
   for (const DesignTarget& t : design.targets) text += "," + t.name;
   for (const DesignCase& c : design.cases) text += ",psi." + c.name;
   for (const std::string& name : whole.setup.problem.parameters.names()) text += "," + name;
   text += "\n";
   const auto row = [&](const std::string& number, const std::string& kind, const ParetoPoint& p) {
-    text += fmt::format("{},{},{},{},{}", number, kind, p.dominated ? 1 : 0, p.converged ? 1 : 0, p.evaluations);
+    text += fmt::format("{},{},{},{},{},{},{}", number, kind, p.dominated ? 1 : 0, p.converged ? 1 : 0,
+                        p.repeated ? 1 : 0, p.violation, p.evaluations);
     for (const auto* list : {&p.targets, &p.cases, &p.rho})
       for (const double x : *list) text += fmt::format(",{}", x);
     text += "\n";
@@ -136,6 +141,8 @@ Json pareto_json(const DesignSetup& whole, const Design& design, const ParetoFro
     of["end"] = p->end();
     of["converged"] = p->converged;
     of["dominated"] = p->dominated;
+    of["repeated"] = p->repeated;
+    of["violation"] = p->violation;
     of["stop_reason"] = p->stop_reason;
     of["evaluations"] = p->evaluations;
     j["points"].push_back(std::move(of));
@@ -192,7 +199,7 @@ std::string pareto_page(const DesignSetup& whole, const Design& design, const Pa
     SvgCurve c;
     c.markers = true;
     for (const ParetoPoint* p : along_front(front)) {
-      if (p->dominated || !p->converged) continue;
+      if (!p->on_front()) continue;
       c.x.push_back(p->targets.front());
       c.y.push_back(p->rho[j]);
     }

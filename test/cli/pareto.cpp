@@ -55,7 +55,7 @@ TEST_CASE("pareto: the front of a problem in closed form, its concave part inclu
   std::istringstream csv(file_text(here / "out/pareto.csv"));
   std::string line;
   std::getline(csv, line);
-  CHECK(line == "point,kind,dominated,converged,evaluations,near,far,psi.near,psi.far,x,y");
+  CHECK(line == "point,kind,dominated,converged,repeated,violation,evaluations,near,far,psi.near,psi.far,x,y");
   int rows = 0;
   while (std::getline(csv, line)) ++rows;
   CHECK(rows == 10);

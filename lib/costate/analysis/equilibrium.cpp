@@ -176,6 +176,14 @@ class Search {
   void require_determined() {
     const std::vector<std::string> loose = x_.undetermined();
     require_given_count(assembly_, x_.state().t, x_.q().data(), held_names(), "positions", true);
+    if (const std::vector<int> twice = x_.held_twice(); !twice.empty()) {
+      const std::string name = held_names()[static_cast<std::size_t>(twice.front())];
+      throw ModelError(
+          "start", fmt::format("'{}' is held, and constraints, drivers or the other positions held fix it already: "
+                               "what each of them bears is not determined. Take it from the positions held ('given' "
+                               "in [start], --hold); constraints keep it where they have it.",
+                               name));
+    }
     if (loose.empty()) return;
     const char* them = loose.size() == 1 ? "it" : "them";
     throw ModelError(

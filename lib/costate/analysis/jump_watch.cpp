@@ -41,10 +41,10 @@ void JumpWatch::look(const StateView& s, const Assembly& assembly) {
 std::optional<std::string> JumpWatch::met() const {
   if (!first_) return {};
   return fmt::format(
-      "Near t = {:.6g} s '{}' {}: the force jumps by {:.3g} N. What the instant depends on is in no derivative. {}; "
+      "Near t = {:.6g} s '{}' {}: the force jumps by {:.3g} {}. What the instant depends on is in no derivative. {}; "
       "the "
       "method 'differences' tells what psi does.",
-      first_->t, first_->force, first_->place.what, first_->place.jump, first_->place.advice);
+      first_->t, first_->force, first_->place.what, first_->place.jump, first_->place.unit, first_->place.advice);
 }
 
 }  // namespace costate

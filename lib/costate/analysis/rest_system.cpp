@@ -253,6 +253,27 @@ double RestSystem::step_size(const RestStep& step) const {
   return r;
 }
 
+std::vector<int> RestSystem::held_twice() const {
+  std::vector<int> twice;
+  for (const Part& p : parts_) {
+    const auto rows = static_cast<Eigen::Index>(p.rows.size()), held = static_cast<Eigen::Index>(p.held.size());
+    if (held == 0) continue;
+    RowSpace space;
+    const auto rank = [&](Eigen::Index count) {
+      space.compute(p.linear.matrix().topRows(count));
+      return space.rank();
+    };
+    int before = rank(rows);
+    if (p.linear.rank() == before + static_cast<int>(held)) continue;
+    for (Eigen::Index h = 0; h < held; ++h) {
+      const int with = rank(rows + h + 1);
+      if (with == before) twice.push_back(p.held[static_cast<std::size_t>(h)]);
+      before = with;
+    }
+  }
+  return twice;
+}
+
 std::vector<std::string> RestSystem::undetermined() const {
   const Mechanism& m = assembly_.mechanism();
   std::vector<std::string> names;

@@ -51,6 +51,9 @@ class RestSystem {
   double highest_stiffness() const { return highest_; }
   /// Coordinates and force states that no stiffness holds, one for each direction of that kind.
   std::vector<std::string> undetermined() const;
+  /// Held positions (by their place among them) that constraints and those before fix already: what holds them would
+  /// be shared among the two in no determined way.
+  std::vector<int> held_twice() const;
 
   /// dX/drho of all unknowns, n, nz, m and (number of held positions) x np.
   void differentiate(Eigen::MatrixXd& q_rho, Eigen::MatrixXd& z_rho, Eigen::MatrixXd& lambda_rho,

@@ -20,6 +20,7 @@ struct JumpPlace {
   /// What begins at the place is whole this far beyond it, in the units of `beyond`: a jump to a fixed step alone that
   /// passes all of it.
   double over = 0;
+  const char* unit = "N";  // of the jump
 };
 
 /// A force that may is one of these as well.

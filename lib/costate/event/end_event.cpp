@@ -120,10 +120,10 @@ void EndSearch::note(double t, double h) {
   if (std::isnan(h)) return;  // a guard that is not looked at
   if (std::isnan(largest_)) largest_ = smallest_ = h;
   if (h < -kRests * range()) armed_ = true;
-  // Before it has been on its own side the output comes near from the wrong one.
-  const double away = armed_ ? std::abs(h) : std::numeric_limits<double>::infinity();
-  if (armed_ && away < nearest_) {
-    nearest_ = away;
+  // Before it has been on its own side the output comes near from the wrong one, and leaves the level behind it.
+  const bool leaves = largest_ > 0 && !(h > h_before_);
+  if (armed_ && !leaves && std::abs(h) < nearest_) {
+    nearest_ = std::abs(h);
     nearest_time_ = t;
   }
   largest_ = std::max(largest_, h);

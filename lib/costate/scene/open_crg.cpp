@@ -21,6 +21,8 @@ namespace {
 constexpr std::size_t kLongestCrg = 256 << 20;  // bytes
 /// Headings that differ by less are one [rad].
 constexpr double kStraight = 1e-6;
+/// So far apart two places are one [m].
+constexpr double kSamePlace = 1e-6;
 
 class CrgReader {
  public:
@@ -149,6 +151,12 @@ class CrgReader {
     if (sections_ < 2) fail(format_line_, "Expected two long sections or more ('D:long section at v = -0.75,m').");
     const double step = head("LONG_SECTION_V_INCREMENT", 0.01),
                  right = head("LONG_SECTION_V_RIGHT", -0.5 * step * (sections_ - 1));
+    const double left = right + step * (sections_ - 1), said = head("LONG_SECTION_V_LEFT", left);
+    if (!placed_ && !(std::abs(said - left) <= kSamePlace))
+      fail(format_line_,
+           fmt::format("LONG_SECTION_V_LEFT is {:g} m, and {} long sections from {:g} m on, {:g} m apart, "
+                       "end at {:g} m: give the LONG_SECTION_V_INCREMENT that is meant.",
+                       said, sections_, right, step, left));
     table_->columns.push_back({"u", "m", {}});
     std::map<std::string, int> lines;
     for (Channel& c : channels_) {
@@ -223,6 +231,14 @@ class CrgReader {
           columns[column++].values.push_back(height + banking * channels_[k].v + row[k]);
     }
     if (columns[0].values.size() < 2) fail(number_, "Expected two rows of data or more.");
+    // Slopes are written to some six digits.
+    const double end = head("REFERENCE_LINE_END_Z", height),
+                 rounding = kSamePlace * (1 + step * static_cast<double>(columns[0].values.size()));
+    if (!(std::abs(end - height) <= rounding))
+      fail(1,
+           fmt::format("REFERENCE_LINE_END_Z is {:g} m, and the slopes lead to {:g} m: correct one of them, or leave "
+                       "the key out, for heights that follow the slopes from REFERENCE_LINE_START_Z on.",
+                       end, height));
   }
 
   std::string file_, line_, format_;

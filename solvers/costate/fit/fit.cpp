@@ -10,6 +10,7 @@
 #include <map>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/base/unsaid.h"
 #include "costate/integrator/simulate.h"
 
@@ -79,6 +80,8 @@ class Residuals {
 
 // In scales: so near a parameter is at its bound.
 constexpr double kAtBound = 1e-6;
+// Of the sum of squares: what a search that has not moved may have changed it by.
+constexpr double kUnmoved = 1e-12;
 // Of the tolerance, what the run that tells its errors has; and the tightest one.
 constexpr double kTighter = 0.03, kTightest = 1e-13;
 
@@ -318,6 +321,11 @@ FitResult fit(const std::vector<Problem>& problems, const FitOptions& options, c
   const SampleResiduals end = residuals.at(rho, true);
   result.counters += end.counters;
   result.chi_square = end.r.squaredNorm();
+  if (result.converged && held.size() < x.size() && result.chi_square > 0 &&
+      result.chi_square >= result.start_chi_square * (1 - kUnmoved))
+    notice(
+        "The search ended where it began: the start is a stationary point of the sum of squares, which a symmetric one "
+        "is without being a minimum (a length that enters by its square, at zero). Another start tells.");
   result.sets = sets_of(start, end);
   judge_fit(end, residuals_with_other_errors(problems, rho, result), options, result);
   return result;

@@ -23,7 +23,7 @@ class BendBound {
 
  private:
   // Of the rates, in rtol, and not less than kFinest.
-  static constexpr double kBend = 10, kFinest = 1e-7;
+  static constexpr double kBend = 10, kFinest = 1e-11;
   static constexpr int kSame = 3;
 
   double allowed_, least_ = HUGE_VAL;

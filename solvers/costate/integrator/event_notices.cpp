@@ -8,6 +8,7 @@
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
 #include "costate/event/named_event.h"
+#include "costate/level/fixed_times.h"
 #include "costate/mechanism/coordinate_parts.h"
 #include "costate/scene/wanted_part.h"
 
@@ -46,6 +47,21 @@ std::string kink_by_cost(const Problem& problem, const std::string& first, const
           first, second);
   }
   return {};
+}
+
+/// Of a gradient: an event at a time at which a law of time jumps.
+void tell_of_jumps(const std::vector<double>& jumps, const std::vector<RunEvent>& events, double t_start,
+                   double instant) {
+  for (const RunEvent& e : events)
+    for (const double t : jumps)
+      if (std::abs(e.t - t) < instant && std::abs(t - t_start) > instant) {
+        notice(fmt::format(
+            "'{}' happens at t = {:.9g} s, where a law of time has a kink or a jump: psi has another slope as the one "
+            "or the other comes first, and derivatives are those of one side, which another method may not take. Move "
+            "one of them; the method 'differences' tells.",
+            e.name, e.t));
+        return;
+      }
 }
 }  // namespace
 
@@ -100,8 +116,11 @@ void tell_of_start(const Problem& problem, const Simulation& result) {
                   result.events.front().name, result.events.front().t));
 }
 
-void tell_of_coincident(const Problem& problem, const std::vector<RunEvent>& events) {
+void tell_of_coincident(const Problem& problem, const std::vector<double>& numbers,
+                        const std::vector<RunEvent>& events) {
   const double instant = kSameInstant * (problem.solver.t_end - problem.solver.t_start);
+  if (!events.empty())
+    tell_of_jumps(jump_times(*problem.mechanism, problem.objective, numbers), events, problem.solver.t_start, instant);
   for (std::size_t k = 1; k < events.size(); ++k)
     for (std::size_t i = k; i-- > 0 && events[k].t - events[i].t < instant;)
       for (const std::string& kink : {kink_of_coincident(*problem.mechanism, events[i].name, events[k].name),

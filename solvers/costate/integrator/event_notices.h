@@ -21,7 +21,9 @@ void refuse_grazing(const GrazingWatch& watch, double rtol);
 /// Of what happens in the instant in which the run ends, or begins (for gradients); `kinks` are those of drivers.
 void tell_of_end(const Problem& problem, const Simulation& result, const std::vector<double>& kinks);
 void tell_of_start(const Problem& problem, const Simulation& result);
-/// Of a gradient where the order of two events decides.
-void tell_of_coincident(const Problem& problem, const std::vector<RunEvent>& events);
+/// Of a gradient where the order of two events decides, or of an event and a jump of a law of time; `numbers` are those
+/// of the mechanism.
+void tell_of_coincident(const Problem& problem, const std::vector<double>& numbers,
+                        const std::vector<RunEvent>& events);
 
 }  // namespace costate

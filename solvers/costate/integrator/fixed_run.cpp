@@ -224,7 +224,7 @@ void FixedRun::conclude(GradientResult& result) const {
     if (why) throw SolverError(*why);
   conclude(static_cast<Simulation&>(result));
   tell_of_start(problem_, result);
-  tell_of_coincident(problem_, result.events);
+  tell_of_coincident(problem_, scheme_->assembly().numbers(), result.events);
   if (const double drift = watch_->told_drift(); drift > 0)
     widen_error(result, problem_.parameters, 0,
                 drift * gradient_size(problem_.parameters, result.psi, result.gradient));

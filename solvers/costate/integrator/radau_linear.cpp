@@ -42,8 +42,10 @@ constexpr double kNoSize = 1e-200;
 constexpr double kLostDigits = 1e-14;
 // Of the solution of a step's stages, in rtol of the motion; of steps that do not follow their error; and of the error.
 constexpr double kSolveTolerance = 1e-3, kSolveByGrid = 1e-13, kErrorDigits = 5e-2;
-// Relative to the span: a kink of the forces is not resolved below this, where what it does is far below the tolerance.
-constexpr double kSmallestStep = 1e-9;
+// Of the span and the tolerance: a kink of the forces is not resolved below this. A step over one leaves itself times
+// what the rates jump by: contacts that are stiff (their damping some 1e3 1/s) ask for far less than the tolerance. And
+// of the span, at least.
+constexpr double kSmallestStep = 1e-3, kShortestStep = 3e-13;
 // Of the span: from here on the two sides of a kink, or of a jump and a kink, are one instant to the solution.
 constexpr double kOneInstant = 1e-13;
 // Columns smaller than this fraction of the largest one (per relative change of the parameter) need no digits of their
@@ -240,7 +242,7 @@ RadauResult RadauLinear::integrate(const Trajectory& trajectory, const std::vect
   const bool forward = eq_.direction() == HandEquations::Direction::forward;
   const std::size_t count = grid.size();
   const auto time = [&](std::size_t i) { return forward ? grid[i] : grid[count - 1 - i]; };
-  const double span = grid.back() - grid.front(), smallest = kSmallestStep * span;
+  const double span = grid.back() - grid.front(), smallest = std::max(kSmallestStep * rtol, kShortestStep) * span;
   const bool adaptive = rtol > 0;
   const double tolerance = adaptive ? step_tolerance(rtol) : 1;
   const long most_steps = kMostSteps * static_cast<long>(trajectory.steps()) + 1000;

@@ -182,6 +182,12 @@ void fail_without_end(const Problem& problem, const EndSearch& search, const Ass
         "the level, to {} to it. Take the other one of 'above' and 'below', another level (one that it does not rest "
         "at), or another output (a gap in the place of a force that is zero while it is open).",
         what, problem.solver.t_end, from, way));
+  if (!std::isfinite(search.nearest()))
+    throw SolverError(fmt::format(
+        "The run ends by {}, which never comes before t_end_s = {:g} s: the output begins beyond the level, "
+        "passes it the other way, and does not turn. Take the other one of 'above' and 'below', or a later "
+        "t_end_s.",
+        what, problem.solver.t_end));
   throw SolverError(
       fmt::format("The run ends by {}, which never comes before t_end_s = {:g} s. It is nearest at t = {:.6g} s, where "
                   "{:.6g} {} are "

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "costate/base/error.h"
+#include "costate/optimize/certificate_terms.h"
 #include "costate/optimize/certificate_verdict.h"
 #include "costate/optimize/curvature.h"
 #include "costate/problem/scaled_gradient.h"
@@ -31,8 +32,8 @@ constexpr double kNear = 1e-3;
 // A parameter this near its bound, in parts of its scale, is on it: SLSQP and MMA stop a rounding inside.
 constexpr double kOnBound = 1e-8;
 // The Hessian's run is of the optimum's motion where its psi agrees to this fraction of itself or of the first one, and
-// its gradient to this fraction of the first one's: as far as formulations may differ (penalty: O(1/alpha)), and far
-// below what a verdict depends on. A psi that vanishes is held to no fraction of itself, see compare().
+// its gradient to this fraction of the first one's: as far as formulations may differ, and far below what a verdict
+// depends on. A psi that vanishes is held to no fraction of itself, see compare().
 constexpr double kSame = 1e-4;
 // Outputs that are zero are zero to this many absolute tolerances of the integrators.
 constexpr double kZero = 10;
@@ -45,12 +46,19 @@ constexpr double kSteps = 1e3;
 // Of its largest entry, that of rtol 1e-8; and times what its own error is.
 constexpr double kFirmly = 1e-5, kOfError = 100;
 
+using Quantity = CertificateTerms::Quantity;
+using Row = CertificateTerms::Row;
+
 class Certifier {
  public:
   Certifier(const Design& design, const OptimizerEvaluation& first, const OptimizerEvaluation& best)
-      : design_(design), first_(first), best_(best), n_(design.parameters.size()), scale_(scales(design.parameters)) {
+      : design_(design),
+        first_(first),
+        best_(best),
+        n_(design.parameters.size()),
+        scale_(scales(design.parameters)),
+        terms_(certificate_terms(design, first, best, scale_)) {
     for (const DesignCase& c : design.cases) rtol_ = std::max(rtol_, c.problem.solver.rtol);
-    list_quantities();
   }
 
   Certificate run() {
@@ -60,7 +68,7 @@ class Certifier {
     const std::optional<MatrixXd> curvature = find_hessian();
     const MatrixXd H = curvature.value_or(MatrixXd());
     set_tolerance(H);
-    sort_parameters();
+    sort_parameters(H);
     measure();
     if (curvature) compare(H);
     if (!differences_.empty()) {
@@ -87,89 +95,17 @@ class Certifier {
   /// Pushed out of its bounds by the slope s of L (before the bounds' own terms).
   bool held(int j, double s) const { return (at_lower(j) && s > 0) || (at_upper(j) && s < 0); }
 
-  /// A cost or a constraint of a case, times its weight in psi, and its gradient in scaled parameters: here, at the
-  /// first evaluation, and by the Hessian's run.
-  struct Quantity {
-    std::string what;
-    std::size_t of;  // which case
-    const Objective* objective;
-    double weight, run, first;
-    VectorXd g_run, g_first;
-    double hessian = 0;
-    VectorXd g_hessian = {};
-    MatrixXd second = {};
-  };
-  using Terms = std::vector<std::pair<std::size_t, double>>;  // quantities, with factors
-  /// What must not be positive.
-  struct Row {
-    std::string name;
-    double value, size;
-    VectorXd g;
-    Terms terms;
-    bool of_worst = false;  // a target against the worst one
-  };
-
-  void list_quantities() {
-    std::vector<Terms> targets;
-    const bool several = design_.several();
-    for (std::size_t i = 0; i < design_.cases.size(); ++i) {
-      const DesignCase& c = design_.cases[i];
-      const double weight = design_.weight(i);
-      quantities_.push_back({several ? "psi of " + c.name : "psi", i, &c.problem.objective, weight,
-                             weight * (several ? best_.cases[i] : best_.psi),
-                             weight * (several ? first_.cases[i] : first_.psi),
-                             weight * scaled(several ? best_.case_gradients[i] : best_.gradient),
-                             weight * scaled(several ? first_.case_gradients[i] : first_.gradient)});
-    }
-    for (const DesignTarget& t : design_.targets) {
-      targets.emplace_back();
-      for (const std::size_t i : t.cases) targets.back().emplace_back(i, 1.0);
-    }
-    const std::vector<DesignBound> bounds = design_.bounds();
-    for (std::size_t k = 0; k < bounds.size(); ++k) {
-      const DesignBound& b = bounds[k];
-      std::size_t at = b.of;
-      if (b.constraint) {  // an evaluation keeps psi_c - upper
-        at = quantities_.size();
-        quantities_.push_back({"constraint." + b.name, b.of, &b.constraint->objective, 1,
-                               best_.constraints[k] + b.upper, first_.constraints[k] + b.upper,
-                               scaled(best_.constraint_gradients[k]), scaled(first_.constraint_gradients[k])});
-      }
-      rows_.push_back({"constraint." + b.name,
-                       best_.constraints[k],
-                       std::max(1.0, std::abs(b.upper)),
-                       scaled(best_.constraint_gradients[k]),
-                       {{at, 1.0}}});
-    }
-    if (!design_.minimax()) {
-      for (const Terms& t : targets) psi_terms_.insert(psi_terms_.end(), t.begin(), t.end());
-      return;
-    }
-    // L = F_w + sum of mu_g (F_g - F_w): the worst one has 1 - sum of mu_g, which must not be negative either.
-    worst_ = design_.worst(best_.cases);
-    psi_terms_ = targets[worst_];
-    for (std::size_t g = 0; g < targets.size(); ++g) {
-      if (g == worst_) continue;
-      Row r{"worst." + design_.targets[g].name,
-            design_.target(g, best_.cases) - best_.psi,
-            std::abs(best_.psi),
-            scaled(design_.target_gradient(g, best_.case_gradients)) - scaled(best_.gradient),
-            targets[g],
-            true};
-      for (const auto& [q, factor] : psi_terms_) r.terms.emplace_back(q, -factor);
-      rows_.push_back(std::move(r));
-    }
-  }
+  static bool violated(const Row& r) { return !r.of_worst && r.value > kNear * r.size; }
 
   /// The rows near zero and mu >= 0 for them: the least |dL/dx|, those that would be negative left out.
   void find_active_rows() {
-    for (std::size_t c = 0; c < rows_.size(); ++c)
-      if (rows_[c].value >= -kNear * rows_[c].size) near_.push_back(c);
+    for (std::size_t c = 0; c < terms_.rows.size(); ++c)
+      if (terms_.rows[c].value >= -kNear * terms_.rows[c].size) near_.push_back(c);
     slope_ = g_;
     const int turns = 2 * (n_ + static_cast<int>(near_.size()));
     for (int turn = 0; turn < turns && !near_.empty(); ++turn) {
       A_.resize(n_, static_cast<Index>(near_.size()));
-      for (std::size_t i = 0; i < near_.size(); ++i) A_.col(static_cast<Index>(i)) = rows_[near_[i]].g;
+      for (std::size_t i = 0; i < near_.size(); ++i) A_.col(static_cast<Index>(i)) = terms_.rows[near_[i]].g;
       // Bounds take what pushes out of them; the rest is to vanish.
       MatrixXd rows = A_;
       VectorXd right = -g_;
@@ -199,20 +135,21 @@ class Certifier {
 
   /// Of L, in scaled parameters; each case's by its own run.
   std::optional<MatrixXd> find_hessian() {
-    Terms terms = psi_terms_;
+    CertificateTerms::Terms terms = terms_.psi;
     for (std::size_t i = 0; i < near_.size(); ++i)
-      for (const auto& [q, factor] : rows_[near_[i]].terms) terms.emplace_back(q, factor * mu_[static_cast<Index>(i)]);
+      for (const auto& [q, factor] : terms_.rows[near_[i]].terms)
+        terms.emplace_back(q, factor * mu_[static_cast<Index>(i)]);
     std::vector<std::string> formulations, notes;
     bool all = true;
     for (std::size_t i = 0; i < design_.cases.size() && all; ++i) {
       const DesignCase& c = design_.cases[i];
       std::vector<std::size_t> wanted;
       std::vector<const Objective*> objectives;
-      for (std::size_t q = 0; q < quantities_.size(); ++q)
-        if (quantities_[q].of == i &&
+      for (std::size_t q = 0; q < terms_.quantities.size(); ++q)
+        if (terms_.quantities[q].of == i &&
             std::any_of(terms.begin(), terms.end(), [&](const auto& t) { return t.first == q; })) {
           wanted.push_back(q);
-          objectives.push_back(quantities_[q].objective);
+          objectives.push_back(terms_.quantities[q].objective);
         }
       if (wanted.empty()) continue;
       Curvature found;
@@ -222,13 +159,13 @@ class Certifier {
       if (!found.note.empty()) notes.push_back(c.title() + found.note);
       if (std::find(formulations.begin(), formulations.end(), found.formulation) == formulations.end())
         formulations.push_back(found.formulation);
-      for (std::size_t k = 0; k < found.of.size(); ++k) take(quantities_[wanted[k]], c, found.of[k]);
+      for (std::size_t k = 0; k < found.of.size(); ++k) take(terms_.quantities[wanted[k]], c, found.of[k]);
     }
     result_.note = fmt::format("{}", fmt::join(notes, " "));
     if (!all) return {};
     result_.formulation = fmt::format("{}", fmt::join(formulations, ", "));
     MatrixXd H = MatrixXd::Zero(n_, n_);
-    for (const auto& [q, factor] : terms) H += factor * quantities_[q].second;
+    for (const auto& [q, factor] : terms) H += factor * terms_.quantities[q].second;
     return H;
   }
 
@@ -250,7 +187,7 @@ class Certifier {
   /// that are zero is an integral of the squares of what the integrators leave of them.
   void compare(const MatrixXd& H) {
     const double size = H.size() > 0 ? H.cwiseAbs().maxCoeff() : 0;
-    for (const Quantity& f : quantities_) {
+    for (const Quantity& f : terms_.quantities) {
       if (f.second.size() == 0) continue;
       const SolverOptions& solver = design_.cases[f.of].problem.solver;
       const double left = kZero * solver.absolute(),
@@ -278,7 +215,7 @@ class Certifier {
     if (H.size() > 0 && mu_.size() > 0) {
       // Constraints' curvature explains a residual as long as moves of kStationary change little of what they hold.
       MatrixXd of_psi = MatrixXd::Zero(n_, n_);
-      for (const auto& [q, factor] : psi_terms_) of_psi += factor * quantities_[q].second;
+      for (const auto& [q, factor] : terms_.psi) of_psi += factor * terms_.quantities[q].second;
       const double held = (A_ * mu_.asDiagonal()).cwiseAbs().maxCoeff();
       result_.tolerance = kStationary * of_psi.cwiseAbs().maxCoeff() +
                           std::min(kStationary * (H - of_psi).cwiseAbs().maxCoeff(), kOfHeld * held) +
@@ -290,10 +227,21 @@ class Certifier {
     result_.curvature_tolerance = H.size() > 0 ? std::max(steps, error) * size : 0;
   }
 
-  /// On bounds that hold the parameter by more than the tolerance, or free.
-  void sort_parameters() {
+  /// What the slope along a unit direction may be at a minimum that is found to kStationary of the scales: psi may
+  /// curve little along this one, whatever it does along others.
+  double slope_of_place(const VectorXd& along, const MatrixXd& H) const {
+    if (H.size() == 0) return result_.tolerance;
+    return kStationary * (H * along).cwiseAbs().maxCoeff() + slope_error();
+  }
+  /// What is known of how far slopes are off.
+  double slope_error() const {
+    return kSteps * rtol_ * std::max(std::abs(best_.psi), scaled(first_.gradient).cwiseAbs().maxCoeff());
+  }
+
+  /// On bounds that hold the parameter by more than that, or free.
+  void sort_parameters(const MatrixXd& H) {
     for (int j = 0; j < n_; ++j) {
-      if (!held(j, slope_[j]) || std::abs(slope_[j]) <= result_.tolerance) {
+      if (!held(j, slope_[j]) || std::abs(slope_[j]) <= slope_of_place(VectorXd::Unit(n_, j), H)) {
         free_.push_back(j);
         result_.free.push_back(parameter(j).name);
         continue;
@@ -303,12 +251,12 @@ class Certifier {
       result_.multipliers.emplace_back(name, std::abs(slope_[j]) / scale_[j]);
     }
     for (std::size_t i = 0; i < near_.size(); ++i) {
-      const Row& row = rows_[near_[i]];
-      result_.active.push_back(row.name);
+      const Row& row = terms_.rows[near_[i]];
+      if (!violated(row)) result_.active.push_back(row.name);
       result_.multipliers.emplace_back(row.name, mu_[static_cast<Index>(i)]);
       if (row.of_worst) of_worst_ -= mu_[static_cast<Index>(i)];
     }
-    if (design_.minimax()) result_.multipliers.emplace_back("worst." + design_.targets[worst_].name, of_worst_);
+    if (design_.minimax()) result_.multipliers.emplace_back("worst." + design_.targets[terms_.worst].name, of_worst_);
   }
 
   void measure() {
@@ -316,14 +264,16 @@ class Certifier {
     for (int j = 0; j < n_; ++j)
       if (!held(j, slope_[j])) r = std::max(r, std::abs(slope_[j]));
     for (std::size_t i = 0; i < near_.size(); ++i)
-      r = std::max(r, std::abs(mu_[static_cast<Index>(i)] * rows_[near_[i]].value));
-    for (const Row& row : rows_) r = std::max(r, row.value / row.size);
+      r = std::max(r, std::abs(mu_[static_cast<Index>(i)] * terms_.rows[near_[i]].value));
+    for (const Row& row : terms_.rows) {
+      r = std::max(r, row.value / row.size);
+      if (violated(row)) result_.violated.emplace_back(row.name, row.value);
+    }
     if (of_worst_ < 0 && n_ > 0) r = std::max(r, -of_worst_ * g_.cwiseAbs().maxCoeff());
     result_.kkt_residual = r;
   }
 
-  /// Eigenvalues on the free parameters' directions that keep the active constraints to first order, and the
-  /// step.
+  /// Eigenvalues on the free parameters' directions that keep the active constraints to first order, and the step.
   void analyse(const MatrixXd& H) {
     const auto f = static_cast<Index>(free_.size());
     MatrixXd Z = MatrixXd::Zero(n_, f);
@@ -331,7 +281,7 @@ class Certifier {
     // Rows that are active without a multiplier hold nothing: psi may fall away from them.
     std::vector<Index> holding, weak;
     for (Index i = 0; i < A_.cols(); ++i)
-      (mu_[i] * A_.col(i).cwiseAbs().maxCoeff() > result_.tolerance ? holding : weak).push_back(i);
+      (mu_[i] * A_.col(i).norm() > slope_of_place(A_.col(i).normalized(), H) ? holding : weak).push_back(i);
     if (!holding.empty() && f > 0) {
       const Eigen::ColPivHouseholderQR<MatrixXd> qr(Z.transpose() * A_(Eigen::all, holding));
       const MatrixXd Q = qr.householderQ() * MatrixXd::Identity(f, f);
@@ -348,15 +298,33 @@ class Certifier {
         if (leads_inward(v, weak) || leads_inward(-v, weak)) result_.falls_outward = false;
       }
     }
-    const VectorXd along = solver.eigenvectors().transpose() * (Z.transpose() * slope_);
-    // Where psi does not curve a slope is one, whatever it curves by elsewhere.
-    const double left = kSame * scaled(first_.gradient).cwiseAbs().maxCoeff() + kSteps * rtol_ * std::abs(best_.psi);
+    VectorXd slope = slope_;
+    for (const int j : free_)
+      if (held(j, slope[j])) slope[j] = 0;  // psi falls beyond the bound
+    const VectorXd along = solver.eigenvectors().transpose() * (Z.transpose() * slope);
+    // Where psi does not curve a slope is one, whatever it curves by elsewhere and was at the start.
+    const double gradient = scaled(first_.gradient).cwiseAbs().maxCoeff(),
+                 left = kSame * std::min(gradient, std::abs(best_.psi));
     for (Index k = 0; k < e.size(); ++k)
-      if (std::abs(e[k]) <= result_.curvature_tolerance && std::abs(along[k]) > std::max(left, result_.flat_slope))
-        result_.flat_slope = std::abs(along[k]);
+      if (std::abs(e[k]) <= result_.curvature_tolerance) {
+        const VectorXd down = Z * solver.eigenvectors().col(k) * (along[k] > 0 ? -1 : 1);
+        if (std::abs(along[k]) > std::max(left / room(down) + slope_error(), result_.flat_slope))
+          result_.flat_slope = std::abs(along[k]);
+      }
     if (!(e[0] > result_.curvature_tolerance)) return;
     result_.predicted_decrease = 0.5 * along.cwiseAbs2().cwiseQuotient(e).sum();
     result_.newton_step = (Z * (solver.eigenvectors() * along.cwiseQuotient(e))).cwiseAbs().maxCoeff();
+  }
+
+  /// How far bounds let one go that way, in scales: one where they do not say, at least.
+  double room(const VectorXd& v) const {
+    double r = std::numeric_limits<double>::infinity();
+    for (int j = 0; j < n_; ++j)
+      if (std::abs(v[j]) > kAlong) {
+        const double bound = v[j] > 0 ? parameter(j).upper : parameter(j).lower;
+        r = std::min(r, (bound - rho(j)) / (v[j] * parameter(j).scale));
+      }
+    return std::isfinite(r) ? std::max(r, 1.0) : 1;
   }
 
   /// To first order, across none of the bounds that are touched without a multiplier.
@@ -373,10 +341,7 @@ class Certifier {
   double rtol_ = 0, relative_error_ = 0;  // of the Hessian
   VectorXd scale_, g_, slope_, mu_;
   MatrixXd A_;  // gradients of the active rows, a column each
-  std::vector<Quantity> quantities_;
-  Terms psi_terms_;
-  std::vector<Row> rows_;
-  std::size_t worst_ = 0;          // of the targets
+  CertificateTerms terms_;
   double of_worst_ = 1;            // its multiplier
   std::vector<std::size_t> near_;  // active rows
   std::vector<int> free_;

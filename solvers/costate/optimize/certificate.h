@@ -22,6 +22,7 @@ struct Certificate {
     indefinite,
     stationary,
     not_stationary,
+    not_feasible,
     none  // the Hessian belongs to another motion than the optimum: nothing is said
   } kind = Kind::not_stationary;
 
@@ -33,6 +34,8 @@ struct Certificate {
 
   std::vector<std::string> active;  // "L02.lower", "constraint.impulse"
   std::vector<std::string> free;    // parameters on no active bound
+  /// Constraints that the point does not meet, and by how much, in their own units: there is no verdict on a minimum.
+  std::vector<std::pair<std::string, double>> violated;
   /// Of what is active: what psi gains by a unit of that bound or `upper` (in their own units), >= 0 at a
   /// minimum.
   std::vector<std::pair<std::string, double>> multipliers;

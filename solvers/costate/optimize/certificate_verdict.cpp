@@ -1,9 +1,12 @@
 #include "costate/optimize/certificate_verdict.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
 namespace costate {
 
@@ -16,7 +19,15 @@ void judge(Certificate& c, bool curvature) {
   using Kind = Certificate::Kind;
   const std::string residual = fmt::format("the KKT residual is {:.3g}, {} {:.3g}", c.kkt_residual,
                                            c.kkt_residual <= c.tolerance ? "within" : "above", c.tolerance);
-  if (!(c.kkt_residual <= c.tolerance)) {
+  if (!c.violated.empty()) {
+    std::vector<std::string> by;
+    for (const auto& [name, excess] : c.violated) by.push_back(fmt::format("'{}' by {:.3g}", name, excess));
+    c.kind = Kind::not_feasible;
+    c.verdict = fmt::format(
+        "not feasible: the point exceeds the bound of {}. Either no point within the parameters' bounds meets {}, or "
+        "the search ended before it found one: start from another point, widen the bounds, or take a larger 'upper'.",
+        fmt::join(by, ", "), by.size() == 1 ? "it" : "them all");
+  } else if (!(c.kkt_residual <= c.tolerance)) {
     c.kind = Kind::not_stationary;
     c.verdict = fmt::format("not stationary: {}; more evaluations or a smaller tolerance may go on.", residual);
   } else if (!curvature) {

@@ -5,9 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <limits>
+#include <optional>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/record/interrupt.h"
 
 namespace costate {
@@ -16,6 +19,9 @@ namespace {
 
 /// Targets whose ideal and nadir differ by less than this many tolerances do not conflict.
 constexpr double kConflict = 1e3;
+/// What the others count for, in ranges of targets, where one is at its least, and what another has to gain: where the
+/// least is at one design alone, that costs half of the product of both, by the second derivatives.
+constexpr double kOfOthers = 1e-3, kGained = 1e-3, kCosts = 0.05;
 
 class Tracer {
  public:
@@ -36,9 +42,25 @@ class Tracer {
           "'objective', [[case]].");
     for (std::size_t g = 0; g < count; ++g) find_end(g);
     find_ranges();
+    if (conflict_) {
+      const std::vector<double> ideal = front_.ideal, nadir = front_.nadir;
+      for (std::size_t g = 0; g < count; ++g) choose_end(g);
+      measure_ranges();
+      // What is at its least where all the others are keeps the range that it had, as a scale.
+      for (std::size_t g = 0; g < count; ++g) {
+        front_.ideal[g] = ideal[g];
+        if (!(front_.nadir[g] - ideal[g] > kGained * (nadir[g] - ideal[g]))) front_.nadir[g] = nadir[g];
+      }
+      place_ends();
+    }
     if (conflict_)
       for (const auto& b : simplex_points(count, std::max(2, options_.points) - 1)) find_point(b);
     mark_dominated(front_, kConflict * design_.rtol());
+    const auto exceeding =
+        std::count_if(front_.points.begin(), front_.points.end(), [](const ParetoPoint& q) { return !q.feasible(); });
+    if (exceeding > 0)
+      notice(fmt::format("{} of the {} points exceed a constraint: there the search found none that meets it.",
+                         exceeding, front_.points.size()));
     return std::move(front_);
   }
 
@@ -48,10 +70,40 @@ class Tracer {
     Design d = design_;
     d.goal = Design::Goal::sum;
     d.targets = {design_.targets[g]};
-    search(d, std::vector<double>(design_.targets.size(), 0.0), static_cast<int>(g));
+    keep(search(d, std::vector<double>(design_.targets.size(), 0.0), static_cast<int>(g)));
   }
 
-  void find_ranges() {
+  /// Where many designs have one target at its least: the one of them that is best for the others.
+  void choose_end(std::size_t g) {
+    Design d = design_;
+    d.goal = Design::Goal::sum;
+    for (std::size_t i = 0; i < d.targets.size(); ++i)
+      d.targets[i].range = (front_.nadir[i] - front_.ideal[i]) / (i == g ? 1 : kOfOthers);
+    ParetoPoint& end = front_.points[g];
+    for (std::size_t j = 0; j < end.rho.size(); ++j) d.parameters.parameters[j].value = end.rho[j];
+    std::optional<ParetoPoint> p = search(d, end.simplex, -1);
+    if (error_) std::rethrow_exception(error_);
+    if (!p) return;
+    end.evaluations += p->evaluations;
+    const auto lost = [&](std::size_t i) {
+      return (p->targets[i] - end.targets[i]) / (front_.nadir[i] - front_.ideal[i]);
+    };
+    double gained = 0;
+    for (std::size_t i = 0; i < d.targets.size(); ++i)
+      if (i != g) gained = std::max(gained, -lost(i));
+    if (!(lost(g) <= kCosts * kOfOthers * gained) || !(gained > kGained) ||
+        p->violation > std::max(end.violation, ParetoPoint::kExceeded))
+      return;
+    p->least_of = static_cast<int>(g);
+    p->evaluations = end.evaluations;
+    end = std::move(*p);
+    front_.notes.push_back(
+        fmt::format("'{}' is at its least at many designs: its end is the one that is best for the "
+                    "others.",
+                    design_.targets[g].name));
+  }
+
+  void measure_ranges() {
     const std::size_t count = design_.targets.size();
     front_.ideal.assign(count, std::numeric_limits<double>::infinity());
     front_.nadir.assign(count, -std::numeric_limits<double>::infinity());
@@ -60,6 +112,11 @@ class Tracer {
         front_.ideal[g] = std::min(front_.ideal[g], p.targets[g]);
         front_.nadir[g] = std::max(front_.nadir[g], p.targets[g]);
       }
+  }
+
+  void find_ranges() {
+    measure_ranges();
+    const std::size_t count = design_.targets.size();
     for (std::size_t g = 0; g < count; ++g) {
       const double size = std::max(std::abs(front_.ideal[g]), std::abs(front_.nadir[g]));
       if (front_.nadir[g] - front_.ideal[g] > kConflict * design_.rtol() * size) continue;
@@ -68,10 +125,14 @@ class Tracer {
                       design_.targets[g].name));
       conflict_ = false;
     }
-    // Where the ends lie among the points of the simplex: the sum of f_g is not 0, as targets conflict.
+    if (conflict_) place_ends();
+  }
+
+  /// Where they lie among the points of the simplex: the sum of f_g is not 0, as targets conflict.
+  void place_ends() {
     for (ParetoPoint& p : front_.points) {
       double sum = 0;
-      for (std::size_t g = 0; g < count && conflict_; ++g)
+      for (std::size_t g = 0; g < design_.targets.size(); ++g)
         sum += p.simplex[g] = (p.targets[g] - front_.ideal[g]) / (front_.nadir[g] - front_.ideal[g]);
       for (double& b : p.simplex) b /= sum > 0 ? sum : 1;
     }
@@ -98,10 +159,18 @@ class Tracer {
       }
     }
     for (std::size_t j = 0; j < nearest->rho.size(); ++j) d.parameters.parameters[j].value = nearest->rho[j];
-    search(d, b, -1);
+    keep(search(d, b, -1));
   }
 
-  void search(const Design& d, const std::vector<double>& b, int least_of) {
+  void keep(std::optional<ParetoPoint> p) {
+    if (!p) return;
+    front_.points.push_back(std::move(*p));
+    if (found_) found_(front_);
+    if (error_) std::rethrow_exception(error_);
+  }
+
+  /// What is found, or nothing where it fails: a note says so.
+  std::optional<ParetoPoint> search(const Design& d, const std::vector<double>& b, int least_of) {
     const int number = searches_++;
     const std::vector<OptimizerEvaluation> replay = replay_ ? replay_(number) : std::vector<OptimizerEvaluation>();
     OptimizerResult r;
@@ -112,7 +181,7 @@ class Tracer {
     } catch (const SolverError& e) {
       if (least_of >= 0) throw;  // without it the front has no range
       front_.notes.push_back(fmt::format("The search towards ({:.3g}) failed: {}", fmt::join(b, ", "), e.what()));
-      return;
+      return {};
     }
     const OptimizerEvaluation& best = r.evaluations[r.best];
     if (number == 0) front_.start = point_of(r.evaluations.front(), b);
@@ -121,9 +190,8 @@ class Tracer {
     p.converged = r.converged;
     p.stop_reason = r.stop_reason;
     p.evaluations = static_cast<int>(r.evaluations.size());
-    front_.points.push_back(std::move(p));
-    if (found_) found_(front_);
-    if (r.error) std::rethrow_exception(r.error);
+    error_ = r.error;
+    return p;
   }
 
   ParetoPoint point_of(const OptimizerEvaluation& e, const std::vector<double>& b) const {
@@ -144,6 +212,7 @@ class Tracer {
   ParetoFront front_;
   bool conflict_ = true;
   int searches_ = 0;
+  std::exception_ptr error_;  // what ended the last search
 };
 
 void add_points(std::vector<int>& digits, std::size_t at, int left, int along, bool up,
@@ -178,12 +247,20 @@ void mark_dominated(ParetoFront& front, double tolerance) {
       bool better = false;
       for (std::size_t g = 0; g < p.targets.size(); ++g) {
         const double slack = tolerance * (front.nadir[g] - front.ideal[g]);
-        if (q.targets[g] > p.targets[g]) return false;
+        if (q.targets[g] > p.targets[g] + slack) return false;
         better = better || q.targets[g] < p.targets[g] - slack;
       }
-      return better && q.violation <= p.violation;
+      return better && q.violation <= std::max(p.violation, ParetoPoint::kExceeded);
     });
   }
+  for (std::size_t i = 0; i < front.points.size(); ++i)
+    for (std::size_t k = 0; k < i && !front.points[i].repeated; ++k) {
+      bool same = true;
+      for (std::size_t g = 0; g < front.ideal.size() && same; ++g)
+        same = std::abs(front.points[i].targets[g] - front.points[k].targets[g]) <=
+               tolerance * (front.nadir[g] - front.ideal[g]);
+      front.points[i].repeated = same;
+    }
 }
 
 ParetoFront trace_front(const Design& design, const ParetoOptions& options, const ParetoReplay& replay,

@@ -24,11 +24,15 @@ struct ParetoPoint {
   int least_of = -1;            // an end: the target that is the least alone; else -1
   bool converged = false;
   bool dominated = false;  // another point is no worse in any target and better in one
+  bool repeated = false;   // the same as one before it
   std::string stop_reason;
   double violation = 0;  // of the constraints, where they are not kept
   int evaluations = 0;
 
   bool end() const { return least_of >= 0; }
+  bool feasible() const { return violation <= kExceeded; }
+  bool on_front() const { return converged && feasible() && !dominated && !repeated; }
+  static constexpr double kExceeded = 1e-6;
 };
 
 struct ParetoFront {

@@ -43,6 +43,8 @@ constexpr double kSmallPsi = 1e-6;
 // (test/cases/late_pulse_703887.toml); what is tighter by these factors then has to take more.
 constexpr double kMoreSteps = 1.4;
 constexpr double kTightening[] = {kTighter, 1e-2, 1e-3};
+// Where none does, looser ones have to take fewer.
+constexpr double kLoosening[] = {1e3, 1e4, 1e5, 1e6}, kLoosestBeside = 1e-3;
 // A psi far below what absolute tolerances are made for has their errors, at any rtol: some kAbsolute of them are
 // kUnresolved rtol of it. It is computed once more with tolerances of which they would be a tenth of that, but no
 // smaller than kFinest of what they were.
@@ -216,6 +218,23 @@ GradientResult confirmed(const Problem& asked, GradientResult result, const Grad
   }
   // Two near each other may be as far from what is right where errors hardly fall.
   const Apart still = apart(problem, result, tight);
+  if (repeated && !takes_more_steps(tight, result)) {
+    // No tolerance within reach gives other steps: the difference to one that does, and is worse, bounds the error.
+    GradientResult other;
+    for (const double factor : kLoosening)
+      if (rtol * factor <= kLoosestBeside && attempt(problem, factor, run, other) && takes_more_steps(result, other)) {
+        know(asked, result, other, 1);
+        say(said);
+        return result;
+      }
+    know(asked, result, tight, 1);
+    say(said);
+    notice(
+        fmt::format("Tolerances from {:g} to {:g} give the same steps, which are those of places in the scene: what "
+                    "is left of errors is not known. Compare methods (costate check).",
+                    rtol * tighter, rtol * kLooser));
+    return result;
+  }
   const double left = left_over(repeated ? HUGE_VAL : first.relative, still.relative);
   if (explained && std::max(left, still.relative) <= kExplained * rtol) {
     know(asked, result, tight, 1);

@@ -6,10 +6,16 @@
 //   - the pure side force takes the angle alpha, all else tan alpha; camber enters by its sine
 //   - the trail's side force, and the residual moment but for its camber terms, are those without camber
 //   - the residual moment has cos(alpha) in D_r and once more outside
-// and with these of ours, for smoothness: sgn(alpha) in E_y is tanh(alpha / 1e-3 rad), which changes the side
-// force by less than 1e-6 F_z in |alpha| < 2e-3 and not at all beyond 0.02; shape factors E are not above 1.
-// Relaxation lengths are numbers of the scene or follow load and camber by the coefficients of 5.2 and
-// PAC2002.
+//   - but S_Vy is scaled as the book has it, by 10 LMUY / (1 + 9 LMUY), like S_Vx
+// The generation 5.2 (the same author's 1st edition, chapter 4.3; the equations (40) to (54) of MF-Tyre's manual) has
+//   - camber in the trail's side force, which is F_y - S_Vyk, and in S_Hf and B_r
+//   - the angle alpha throughout, and one cos(alpha) in the residual moment
+//   - S_V scaled by LMUX and LMUY themselves, and QSX1 by LVMX alone
+// And these are ours, for smoothness: sgn(alpha) in E_y is tanh(alpha / 1e-3 rad), which changes the side force by less
+// than 1e-6 F_z in |alpha| < 2e-3 and not at all beyond 0.02; shape factors E are not above 1.
+//
+// Relaxation lengths are numbers of the scene or follow load and camber by the coefficients of 5.2 and PAC2002.
+//
 // Numbers: slip speed, [relaxation length if it is a number, and initial slip] of the lateral and then of the
 // longitudinal slip where they lag, then the coefficients by their names in the file.
 #pragma once
@@ -138,6 +144,42 @@ struct MagicFormula {
     for (S* y : {&out.lateral(), &out.overturning(), &out.aligning()}) *y = -*y;
   }
 
+  // Without a slip speed moments turn with the sense of rolling, and slips that do not lag are cut at 0.1 m/s.
+  bool may_jump(const double* p) const { return p[0] == 0; }
+  void add_jump_places(const TyreInput<double>& in, const double* z, const double* p, bool pressed,
+                       std::vector<JumpPlace>& places) const {
+    const auto at = [&](double forward, double factor) {
+      TyreInput<double> there = in;
+      there.x[1] = forward;
+      for (const int i : {1, 2, 4}) there.x[i] *= factor;
+      TyreOutput<double> out;
+      double zdot[most_states + 1];
+      (*this)(there, z, p, out, zdot);
+      return out;
+    };
+    const auto jump = [&](TyreOutput<double> a, TyreOutput<double> b) {
+      double most = 0;
+      for (int i = 0; i < TyreOutput<double>::count; ++i) most = std::max(most, std::abs(a.x[i] - b.x[i]));
+      return pressed && most > 1e-9 * in.normal() ? most : 0.0;
+    };
+    constexpr double kHardly = 1e-6;  // m/s
+    places.push_back({.beyond = in.forward(),
+                      .jump = jump(at(kHardly, 1), at(-kHardly, 1)),
+                      .what = "passes the forward speed 0, where with slip_speed_m_per_s = 0 its moments turn at once",
+                      .advice = "Give a slip_speed_m_per_s (0.1)",
+                      .unit = "N or N m"});
+    const auto cut = [&](double sliding) {
+      const double speed = std::hypot(in.forward(), sliding), to = TyreSlip::cut_speed / std::max(speed, 1e-4);
+      places.push_back({.beyond = speed - TyreSlip::cut_speed,
+                        .jump = jump(at(in.forward(), 1.001 * to), at(in.forward(), 0.999 * to)),
+                        .what = "passes the speed of 0.1 m/s up to which slip_speed_m_per_s = 0 takes slip for none",
+                        .advice = "Give a slip_speed_m_per_s (0.1), or relaxation lengths",
+                        .unit = "N or N m"});
+    };
+    if (!lags) cut(in.lateral());
+    if (!lags_along && !free_rolling) cut(in.rolling() - in.forward());
+  }
+
   /// F_x, F_y, M_x, M_y, M_z for a load F > 0, slips kappa and tan alpha, and the camber. direction: 1
   /// forwards, -1 backwards. c: the coefficients.
   template <class S, class P>
@@ -167,13 +209,16 @@ struct MagicFormula {
     const S K_x = F * linear(PKX1, PKX2) * exp(n(PKX3) * df) * (one + dp * (n(PPX1) + n(PPX2) * dp)) * n(LKX);
     const S E_x =
         limited((linear(PEX1, PEX2) + n(PEX3) * df * df) * (one - n(PEX4) * S(value_of(kx) > 0 ? 1.0 : -1.0)) * n(LEX));
-    const S along = D_x * sin(bent(K_x / (C_x * D_x), C_x, E_x, kx)) +
-                    F * linear(PVX1, PVX2) * n(LVX) * (S(10.0) * n(LMUX) / (one + S(9.0) * n(LMUX)));
+    const auto of_offset = [&](const S& lambda) {
+      return camber_as_angle ? lambda : S(10.0) * lambda / (one + S(9.0) * lambda);
+    };
+    const S along =
+        D_x * sin(bent(K_x / (C_x * D_x), C_x, E_x, kx)) + F * linear(PVX1, PVX2) * n(LVX) * of_offset(n(LMUX));
 
     // Lateral, pure slip, with and without camber.
     const S sign = tanh(alpha / S(1e-3));
     const S mu_y0 = linear(PDY1, PDY2) * (one + dp * (n(PPY3) + n(PPY4) * dp)) * n(LMUY), C_y = n(PCY1) * n(LCY);
-    const S H0 = linear(PHY1, PHY2) * n(LHY), V0 = F * linear(PVY1, PVY2) * n(LVY) * n(LMUY),
+    const S H0 = linear(PHY1, PHY2) * n(LHY), V0 = F * linear(PVY1, PVY2) * n(LVY) * of_offset(n(LMUY)),
             E0 = linear(PEY1, PEY2) * n(LEY);
     const auto cornering = [&](const S& size, const S& square) {
       return n(PKY1) * F0 * (one + n(PPY1) * dp) * (one - n(PKY3) * size) * n(LKY) *
@@ -184,7 +229,7 @@ struct MagicFormula {
       return D * sin(bent(K / (C_y * D), C_y, E, alpha + H)) + V;
     };
     const S K_y = cornering(g_size, g2), mu_y = mu_y0 * (one - n(PDY3) * g2);
-    const S V_c = F * linear(PVY3, PVY4) * g * n(LKYC) * n(LMUY);
+    const S V_c = F * linear(PVY3, PVY4) * g * n(LKYC) * of_offset(n(LMUY));
     const S K_c = F * linear(PKY6, PKY7) * (one + n(PPY5) * dp) * n(LKYC);
     S H_c = n(PHY3) * g * n(LKYC);  // 5.2; 6.1 has the camber stiffness instead
     if (!camber_as_angle) H_c += (K_c * g - V_c) / K_y;
@@ -194,29 +239,31 @@ struct MagicFormula {
     const S across0 = side(K_y0, mu_y0, E_y0, H0, V0);
 
     // Combined slip.
+    const S slip = camber_as_angle ? alpha : tangent;
     const S E_xa = limited(linear(REX1, REX2)), B_xa = (n(RBX1) + n(RBX3) * g2) * cos(atan(n(RBX2) * kappa)) * n(LXAL);
     S& Fx = out.longitudinal();
-    Fx = free_rolling ? S(0.0) : along * weight(B_xa, n(RCX1), E_xa, tangent, n(RHX1));
+    Fx = free_rolling ? S(0.0) : along * weight(B_xa, n(RCX1), E_xa, slip, n(RHX1));
     const S E_yk = limited(linear(REY1, REY2)), H_yk = linear(RHY1, RHY2);
-    const S bend = cos(atan(n(RBY2) * (tangent - n(RBY3)))) * n(LYKA);
-    const S V_yk = mu_y * F * (linear(RVY1, RVY2) + n(RVY3) * g) * cos(atan(n(RVY4) * tangent)) *
+    const S bend = cos(atan(n(RBY2) * (slip - n(RBY3)))) * n(LYKA);
+    const S V_yk = mu_y * F * (linear(RVY1, RVY2) + n(RVY3) * g) * cos(atan(n(RVY4) * slip)) *
                    sin(n(RVY5) * atan(n(RVY6) * kappa)) * n(LVYKA);
     S& Fy = out.lateral();
     Fy = weight((n(RBY1) + n(RBY4) * g2) * bend, n(RCY1), E_yk, kappa, H_yk) * across + V_yk;
-    const S of_trail = weight(n(RBY1) * bend, n(RCY1), E_yk, kappa, H_yk) * across0;
+    const S of_trail = camber_as_angle ? Fy - V_yk : weight(n(RBY1) * bend, n(RCY1), E_yk, kappa, H_yk) * across0;
 
     // Aligning moment: the trail times the side force, the residual moment, and the longitudinal force's arm.
     const S share = K_x / K_y * kappa, share2 = share * share;
     const auto with_share = [&](const S& a) { return sqrt(a * a + share2 + S(1e-24)); };  // only even functions take it
-    const S a_t = tangent + linear(QHZ1, QHZ2) + linear(QHZ3, QHZ4) * g, a_r = tangent + H0 + V0 / K_y0;
+    const S a_t = slip + linear(QHZ1, QHZ2) + linear(QHZ3, QHZ4) * g;
+    const S a_r = slip + (camber_as_angle ? H0 + H_c + (V0 + V_c) / K_y : H0 + V0 / K_y0);
     const S B_t = (linear(QBZ1, QBZ2) + n(QBZ3) * df * df) * (one + n(QBZ4) * g + n(QBZ5) * g_size) * n(LKY) / n(LMUY);
     const S D_t = F * R0 / F0 * linear(QDZ1, QDZ2) * (one - n(PPZ1) * dp) * n(LTR) *
                   (one + n(QDZ3) * (camber_as_angle ? g : g_size) + n(QDZ4) * g2);
     const S E_t = limited((linear(QEZ1, QEZ2) + n(QEZ3) * df * df) *
                           (one + (n(QEZ4) + n(QEZ5) * g) * S(0.63661977236758134) * atan(B_t * n(QCZ1) * a_t)));
     const S trail = D_t * cos(bent(B_t, n(QCZ1), E_t, with_share(a_t))) * cosine;
-    const S B_r = n(QBZ9) * n(LKY) / n(LMUY) + n(QBZ10) * K_y0 / (mu_y0 * F);
-    const S D_r = F * R0 * n(LMUY) * cosine *
+    const S B_r = n(QBZ9) * n(LKY) / n(LMUY) + n(QBZ10) * (camber_as_angle ? K_y / (mu_y * F) : K_y0 / (mu_y0 * F));
+    const S D_r = F * R0 * n(LMUY) * (camber_as_angle ? one : cosine) *
                   (linear(QDZ6, QDZ7) * n(LRES) +
                    (linear(QDZ8, QDZ9) * (one + n(PPZ2) * dp) + linear(QDZ10, QDZ11) * g_size) * g * n(LKZC));
     const S arm = R0 * (n(SSZ1) + n(SSZ2) * Fy / F0 + linear(SSZ3, SSZ4) * g) * n(LS);
@@ -224,11 +271,12 @@ struct MagicFormula {
 
     // Overturning and rolling resistance, loads relative to FNOMIN itself.
     const S N = n(FNOMIN), load = F / N, angle = atan(n(QSX6) * load);
-    out.overturning() =
-        R0 * F * n(LMX) *
-        (n(QSX1) * n(LVMX) - n(QSX2) * camber * (one + n(PPMX1) * dp) + n(QSX3) * Fy / N +
-         n(QSX4) * cos(n(QSX5) * angle * angle) * sin(n(QSX7) * camber + n(QSX8) * atan(n(QSX9) * Fy / N)) +
-         n(QSX10) * atan(n(QSX11) * load) * camber);
+    const S always = n(QSX1) * n(LVMX) * (camber_as_angle ? one : n(LMX));
+    out.overturning() = R0 * F *
+                        (always + n(LMX) * (-n(QSX2) * camber * (one + n(PPMX1) * dp) + n(QSX3) * Fy / N +
+                                            n(QSX4) * cos(n(QSX5) * angle * angle) *
+                                                sin(n(QSX7) * camber + n(QSX8) * atan(n(QSX9) * Fy / N)) +
+                                            n(QSX10) * atan(n(QSX11) * load) * camber));
     if (free_rolling) return;
     const S speed = forward / n(LONGVL), speed2 = speed * speed;
     const S resistance = n(QSY1) + n(QSY2) * Fx / N + n(QSY3) * (value_of(speed) < 0 ? -speed : speed) +

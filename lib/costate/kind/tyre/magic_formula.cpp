@@ -1,10 +1,13 @@
 #include "costate/kind/tyre/magic_formula.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <set>
 #include <sstream>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
 #include "costate/element/force/magic_formula.h"
 #include "costate/kind/tyre/tir_file.h"
 #include "costate/kind/tyre/tyre_parts.h"
@@ -68,6 +71,28 @@ const char* nonsense(const std::string& name, double x) {
   return nullptr;
 }
 
+/// PDX of PDX1, or nothing.
+std::string family_of(const std::string& name) {
+  const std::size_t digits = name.find_last_not_of("0123456789") + 1;
+  return digits < name.size() ? name.substr(0, digits) : "";
+}
+
+/// Of a file's coefficients those of families that the equations have, which they do not have themselves.
+void tell_left_out(const TirFile& file, const std::string& path) {
+  std::set<std::string> known, families;
+  for (const auto& entry : MagicFormula::coefficients()) {
+    known.insert(entry.name);
+    if (const std::string family = family_of(entry.name); !family.empty()) families.insert(family);
+  }
+  std::vector<std::string> left_out;
+  for (const std::string& name : file.names())
+    if (!known.count(name) && families.count(family_of(name)) && file.number(name) != 0) left_out.push_back(name);
+  if (!left_out.empty())
+    notice(fmt::format("{}: {} {} no part in the equations that are computed (MF-Tyre 6.1, 5.2), and {} left out.",
+                       path, fmt::join(left_out, ", "), left_out.size() == 1 ? "has" : "have",
+                       left_out.size() == 1 ? "is" : "are"));
+}
+
 }  // namespace
 
 void add_magic_formula_tyre(MechanismBuilder& builder, const std::string& name, const TyreOptions& tyre,
@@ -127,7 +152,8 @@ void add_magic_formula_tyre(MechanismBuilder& builder, const std::string& name, 
                          "magic_formula = { ... } to vary it.");
   }
   model.has_pressure = has("NOMPRES");
-  model.has_effective_radius = tyre.stiffness_N_per_m > 0 && (has("DREFF") || has("FREFF"));
+  model.has_effective_radius =
+      tyre.stiffness_N_per_m > 0 && (o.coefficients.count("DREFF") || o.coefficients.count("FREFF"));
   add_tyre_force(builder, name, tyre, model, numbers);
 }
 
@@ -150,6 +176,7 @@ void read_tir_file(const std::string& path, MagicFormulaOptions& o, TyreOptions&
   for (const char* scaling : {"LGAX", "LGAY", "LGAZ"})
     if (file.number(scaling, 1) != 1)
       file.fail(scaling, "other than 1 is not supported: scale the camber's coefficients.");
+  tell_left_out(file, path);
   for (const auto& entry : MagicFormula::coefficients())
     if (file.has(entry.name)) o.coefficients[entry.name] = file.number(entry.name);
   for (const char* name : {"UNLOADED_RADIUS", "FNOMIN", "LFZO", "LMUX", "LMUY", "LKX", "LKY", "LCX", "LCY",

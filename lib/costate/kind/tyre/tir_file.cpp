@@ -50,6 +50,12 @@ TirFile TirFile::read(const std::string& path) {
   return file;
 }
 
+std::vector<std::string> TirFile::names() const {
+  std::vector<std::string> r;
+  for (const auto& [name, value] : values_) r.push_back(name);
+  return r;
+}
+
 double TirFile::number(const std::string& name) const {
   const std::string& text = values_.at(name).text;
   double x = 0;

@@ -4,6 +4,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include "costate/base/error.h"
 
@@ -19,6 +20,7 @@ class TirFile {
   static TirFile read(const std::string& path);
 
   bool has(const std::string& name) const { return values_.count(name) > 0; }
+  std::vector<std::string> names() const;
   /// A number; the name must be there.
   double number(const std::string& name) const;
   double number(const std::string& name, double otherwise) const { return has(name) ? number(name) : otherwise; }

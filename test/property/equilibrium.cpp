@@ -1,10 +1,14 @@
 // A run that starts at its static equilibrium: the parameters move the start, and every method's gradient
 // must know. Differences of whole runs share no derivative with them. Tolerances as in gradients.cpp.
+#include "costate/analysis/equilibrium.h"
+
 #include <support/variants.h>
 
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "costate/integrator/simulate.h"
+#include "costate/objective/output.h"
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "gradient_compare.h"
@@ -129,4 +133,71 @@ TEST_CASE("equilibrium: every method's gradient knows that the parameters move t
       CHECK_BELOW(gradient_mismatch(r.gradient, expected, problem.parameters), penalty ? 1e-5 : 10 * tolerance);
     }
   }
+}
+
+// What a driver and a given position bear together was split between them by least norm, half the torque each, and the
+// derivatives with it; the torque by hand is 2 kg 9.81 m/s^2 0.3 m cos(0.3).
+TEST_CASE("equilibrium: a position that constraints fix already is not held a second time", "[equilibrium]") {
+  const std::string crank = R"([gravity]
+y_m_per_s2 = -9.81
+[body.crank]
+x_m = 0
+y_m = 0
+angle_rad = 0.3
+mass_kg = 1
+inertia_kg_m2 = 0.02
+[point.O]
+ground = true
+x_m = 0
+y_m = 0
+[point.C]
+on = "crank"
+x_m = 0
+y_m = 0
+[revolute.o]
+points = ["O", "C"]
+[point.P]
+on = "crank"
+x_m = 0.3
+y_m = 0
+[point.H]
+x_m = 0.28
+y_m = -0.6
+[mass.h]
+point = "H"
+mass_kg = 2
+[spring.u]
+from = "P"
+to = "H"
+stiffness_N_per_m = 100
+natural_length_m = 0.3
+damping_N_s_per_m = 1
+[driver.d]
+coordinate = "crank.angle"
+law = 0.3
+[run]
+t_end_s = 0.1
+parameters = ["a0"]
+outputs = ["d.torque"]
+[parameter.a0]
+number = "driver.d.law"
+[[cost.terminal]]
+kind = "value"
+output = "H.y"
+[start]
+equilibrium = true
+)";
+  for (const char* given : {"given = [\"crank.angle\"]\n", "given = [\"crank.x\"]\n"}) {
+    const Problem p = make_problem(Scene::parse(crank + given, "s.toml"), {});
+    CHECK_THROWS_WITH(gradient(p, "idas-adjoint", p.parameters.values()),
+                      Catch::Contains("is held, and constraints, drivers or the other positions held fix it already"));
+  }
+  const Problem p = make_problem(Scene::parse(crank, "s.toml"), {});
+  // H hangs below P = (0.3 cos, 0.3 sin): dH.y/da = 0.3 cos(0.3).
+  CHECK(gradient(p, "idas-adjoint", p.parameters.values()).gradient[0] == Approx(0.3 * std::cos(0.3)).epsilon(1e-6));
+  const Scene scene = Scene::parse(crank, "s.toml");
+  Assembly assembly(scene.mechanism(), ParameterSelection());
+  const Equilibrium e = find_equilibrium(assembly, 0, held_by_start(assembly), false);
+  const auto torque = make_output(*scene.mechanism(), "d.torque");
+  CHECK(std::abs(value_at_rest(*torque, assembly, 0, e)) == Approx(2 * 9.81 * 0.3 * std::cos(0.3)).epsilon(1e-9));
 }

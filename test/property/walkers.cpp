@@ -59,9 +59,8 @@ TEST_CASE("walker: gradients over ten steps", "[walker]") {
   }
 }
 
-// At rtol 1e-12 methods of both integrators agree to some 1e5 rtol, each with an error beside it that holds. (Index 1
-// drifts by 1e-9 m over ten steps, and the hand-derived methods follow a stored motion whose touches are known to 1e-5
-// of the gradient at any tolerance, with a warning; they are held to 1e-4.)
+// At rtol 1e-12 methods of both integrators and the hand-derived equations agree to some 1e5 rtol, each with an error
+// beside it that holds.
 TEST_CASE("walker: gradients over ten steps, between methods", "[walker]") {
   Problem p = walker("arc_feet.toml", {"slope", "leg_center", "friction", "stiffness"});
   const std::vector<double> rho = p.parameters.values();
@@ -85,11 +84,16 @@ TEST_CASE("walker: gradients over ten steps, between methods", "[walker]") {
     CAPTURE(formulation, method);
     CHECK(distance(rho, gradient(p, method, rho), first) <= 1e-6);
   }
-  for (const char* formulation :
-       {"index1", "index2", "baumgarte", "penalty", "penalty-second-order", "maggi-implicit"}) {
+  // The second-order adjoint holds derivatives of forces by time, which at touches are some 1e3 times these.
+  for (const auto& [formulation, most] : {std::pair{"index1", 1e-6},
+                                          {"index2", 1e-6},
+                                          {"baumgarte", 1e-6},
+                                          {"penalty", 1e-6},
+                                          {"penalty-second-order", 1e-4},
+                                          {"maggi-implicit", 1e-6}}) {
     p.formulation = formulation;
     CAPTURE(formulation);
-    CHECK(distance(rho, gradient(p, "hand-adjoint", rho), first) <= 1e-4);
+    CHECK(distance(rho, gradient(p, "hand-adjoint", rho), first) <= most);
   }
 }
 

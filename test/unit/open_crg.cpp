@@ -105,4 +105,13 @@ TEST_CASE("open crg: what is no straight road of text is refused with its line")
   refused(head + "$KD_Definition\n#:LRFI\nD:reference line phi,rad\n" + sections +
               "**unused** 0.0000000 0.0000000\n 0.0000000 0.0000000 0.0000000\n 0.0100000 0.0000000 0.0000000\n",
           ":13:", "bends");
+  // Keys that say something else than what is read.
+  refused("$ROAD_CRG\nREFERENCE_LINE_INCREMENT = 1\nREFERENCE_LINE_END_Z = 0.1\n$\n$KD_Definition\n#:LRFI\n" +
+              sections + rows,
+          "", "REFERENCE_LINE_END_Z is 0.1 m, and the slopes lead to 0 m");
+  refused(
+      "$ROAD_CRG\nREFERENCE_LINE_INCREMENT = 1\nLONG_SECTION_V_RIGHT = -1\nLONG_SECTION_V_LEFT = 1\n$\n"
+      "$KD_Definition\n#:LRFI\n" +
+          sections + rows,
+      "", "LONG_SECTION_V_LEFT is 1 m, and 2 long sections from -1 m on, 0.01 m apart, end at -0.99 m");
 }

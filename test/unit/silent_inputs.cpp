@@ -1,9 +1,14 @@
 // Inputs that were taken without a word and meant something else than they say.
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <cstdio>
+#include <fstream>
 
 #include "costate/base/error.h"
+#include "costate/base/notice.h"
+#include "costate/kind/tyre/magic_formula.h"
 #include "costate/scene/scene.h"
 
 using namespace costate;
@@ -53,4 +58,17 @@ TEST_CASE("silent inputs: data over cycles a second is no function of radians a 
   };
   CHECK_THROWS_WITH(Scene::parse(scene("Hz"), "s.toml"), Contains("s.toml") && Contains("cycles a second"));
   for (const char* unit : {"rpm", "rad/s", "1"}) CHECK_NOTHROW(Scene::parse(scene(unit), "s.toml"));
+}
+
+TEST_CASE("silent inputs: a tyre's coefficients that no equation here has are told of") {
+  const auto file = "left_out_" + std::to_string(getpid()) + ".tir";
+  std::ofstream(file) << "FITTYP = 62\nQSX1 = 0.1\nQSX12 = 0.5\nQSX13 = 0\nQSX14 = 0.2\nUSE_MODE = 124\n";
+  MagicFormulaOptions o;
+  TyreOptions tyre;
+  take_notices();
+  read_tir_file(file, o, tyre);
+  std::remove(file.c_str());
+  const auto said = take_notices();
+  REQUIRE(said.size() == 1);
+  CHECK_THAT(said.front(), Contains("QSX12, QSX14 have no part"));
 }

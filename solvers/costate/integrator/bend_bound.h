@@ -10,7 +10,7 @@ namespace costate {
 /// Over the attempts at one step.
 class BendBound {
  public:
-  explicit BendBound(double rtol) : allowed_(std::max(kBend * rtol, kFinest)) {}
+  BendBound(double rtol, double error_order) : allowed_(std::max(kBend * rtol, finest(error_order))) {}
 
   /// StepEstimate::rate_error of an attempt, in units of what is allowed; 0 where shorter steps no longer make it less:
   /// that is rounding.
@@ -22,8 +22,9 @@ class BendBound {
   }
 
  private:
-  // Of the rates, in rtol, and not less than kFinest.
-  static constexpr double kBend = 10, kFinest = 1e-11;
+  // Of the rates, in rtol; and the least that a scheme of low order gets to where forces are smooth.
+  static constexpr double kBend = 10;
+  static double finest(double error_order) { return error_order < 4 ? 1e-7 : error_order < 5 ? 1e-9 : 1e-11; }
   static constexpr int kSame = 3;
 
   double allowed_, least_ = HUGE_VAL;

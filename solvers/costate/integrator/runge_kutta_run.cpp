@@ -171,7 +171,7 @@ void RungeKuttaRun<Kind>::fail(const std::string& what, const char* flag) {
 template <class Kind>
 void RungeKuttaRun<Kind>::find_step(double h, double limit) {
   const double order = step_->error_order();
-  BendBound bend(options_.rtol);
+  BendBound bend(options_.rtol, order);
   for (bool shortened = false;; shortened = true) {
     // What would be left over for the next one is taken at once.
     const bool to_the_limit = h > 0.99 * (limit - end_time_);

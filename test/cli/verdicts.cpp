@@ -1,0 +1,134 @@
+// Verdicts that were false: certificates of points whose psi curves along one parameter ten thousand times more than
+// along another, of constraints that no point meets, and the ends of fronts where one target is at its least at many
+// designs. All costs are polynomials of where a mass flies to in 1 s, so that optima are known in closed form.
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "process.h"
+
+using namespace costate::test;
+using Catch::Matchers::Contains;
+using Json = nlohmann::json;
+
+namespace {
+
+/// P.x = a and P.y = b at the end, from the given starts; |a| <= 2, b as said.
+std::string scene(const std::string& formula, const std::string& bounds_of_b, double a = 0.9, double b = 0.5) {
+  return fmt::format(R"([point.P]
+x_m = 0
+y_m = 0
+vx_m_per_s = {}
+vy_m_per_s = {}
+[mass.m]
+point = "P"
+mass_kg = 1
+[start]
+given = ["P.x", "P.y"]
+[parameter.a]
+number = "point.P.vx_m_per_s"
+lower = -2
+upper = 2
+[parameter.b]
+number = "point.P.vy_m_per_s"
+{}
+[run]
+t_end_s = 1
+parameters = ["a", "b"]
+[output.f]
+formula = "{}"
+unit = "1"
+[[cost.terminal]]
+kind = "value"
+output = "f"
+)",
+                     a, b, bounds_of_b, formula);
+}
+
+const std::string kUnitBounds = "lower = -1\nupper = 1\n";
+
+Json optimized(const WorkingDirectory& here, const std::string& text) {
+  write_text(here / "s.toml", text);
+  return costate_json({"optimize", "s.toml", "--no-files"}, here.path());
+}
+
+}  // namespace
+
+TEST_CASE("verdicts: a bound holds a parameter whatever psi curves by along another") {
+  const WorkingDirectory here;
+  for (const char* formula :
+       {"1e4*(P.x-1)^2-0.5*P.y", "1e4*(P.x-1)^2+2*(P.y-1.2)^2", "1e4*(P.x-1)^2-0.5*P.y-(P.y-1)^2"}) {
+    INFO(formula);
+    const Json j = optimized(here, scene(formula, "lower = 0.8\nupper = 1\n", 0.9, 0.9));
+    CHECK(j.at("parameters").at("b") == 1.0);
+    const Json& c = j.at("certificate");
+    CHECK_THAT(c.at("verdict").get<std::string>(), Contains("strict local minimum"));
+    CHECK(c.at("active") == Json({"b.upper"}));
+    // d(psi)/db at b = 1: -0.5, -0.8, -0.5.
+    const double right = std::string(formula).find("1.2") != std::string::npos ? 0.8 : 0.5;
+    CHECK(c.at("multipliers").at("b.upper").get<double>() == Approx(right).epsilon(1e-5));
+  }
+}
+
+TEST_CASE("verdicts: a slope along which psi does not curve is one, whatever the scale") {
+  // Stopped where b, whose scale is its start's 1e-4, may still go 1e4 of these.
+  const WorkingDirectory here;
+  write_text(here / "s.toml", scene("15*(P.x-1)^2-3.5*P.y", kUnitBounds, 1, 1e-4));
+  const Json j = costate_json({"optimize", "s.toml", "--no-files", "--max-evaluations", "1"}, here.path());
+  CHECK_THAT(j.at("certificate").at("verdict").get<std::string>(), Contains("not stationary: psi falls by"));
+}
+
+TEST_CASE("verdicts: a constraint that no point meets is violated, not active") {
+  const WorkingDirectory here;
+  const std::string text = scene("(P.x-1)^2+(P.y-1)^2", kUnitBounds) +
+                           "[[optimize.constraint]]\nname = \"far\"\nupper = -9\n"
+                           "terminal = [{ kind = \"value\", output = \"P.x\" }]\n";
+  write_text(here / "s.toml", text);
+  const Outcome o = run_costate({"optimize", "s.toml", "--no-files", "--json", "--algorithm", "slsqp"}, here.path());
+  const Json c = one_object(o.out).at("certificate");
+  CHECK_THAT(c.at("verdict").get<std::string>(), Contains("not feasible") && Contains("'constraint.far' by 7"));
+  CHECK(c.at("active").dump().find("constraint") == std::string::npos);
+  // a >= -2 at least.
+  CHECK(c.at("violated").at("constraint.far").get<double>() == Approx(7).epsilon(1e-3));
+}
+
+namespace {
+
+/// f1 = a^2 whatever b is; f2 = (a - 1)^2 + (b - 1)^2.
+void write_targets(const WorkingDirectory& here, const std::string& more) {
+  write_text(here / "one.toml", scene("P.x^2", kUnitBounds, 0.3, 0.2));
+  write_text(here / "two.toml", scene("(P.x-1)^2+(P.y-1)^2", kUnitBounds, 0.3, 0.2));
+  write_text(here / "far.toml", scene("P.x^2+P.y^2", kUnitBounds, 0.3, 0.2));
+  write_text(here / "front.toml", scene("P.x", kUnitBounds, 0.3, 0.2) +
+                                      "[[case]]\nname = \"f1\"\nscene = \"one.toml\"\n[[case]]\nname = \"f2\"\n"
+                                      "scene = \"two.toml\"\n" +
+                                      more);
+}
+
+}  // namespace
+
+TEST_CASE("verdicts: the end of a front is the best for the others where its target is at its least at many designs") {
+  const WorkingDirectory here;
+  write_targets(here, "");
+  const Json j = costate_json({"pareto", "front.toml", "--no-files", "--points", "3"}, here.path());
+  // The front is b = 1, f2 = (1 - sqrt(f1))^2; the ends (0, 1) and (1, 0), to what a thousandth of the other moves
+  // them.
+  CHECK(j.at("nadir").at("f2").get<double>() == Approx(1).epsilon(5e-3));
+  for (const Json& p : j.at("points")) {
+    INFO(p.dump());
+    const double f1 = p.at("targets").at("f1"), f2 = p.at("targets").at("f2");
+    CHECK(f2 == Approx(std::pow(1 - std::sqrt(std::max(0.0, f1)), 2)).margin(1e-4));
+    CHECK(p.at("repeated") == false);
+    CHECK(p.at("violation") == 0.0);
+  }
+  CHECK(j.at("notes").size() == 1);
+}
+
+TEST_CASE("verdicts: points of a front that exceed a constraint say so") {
+  const WorkingDirectory here;
+  write_targets(here, "[[case]]\nname = \"g\"\nscene = \"far.toml\"\nupper = -9\n");
+  const Json j = costate_json({"pareto", "front.toml", "--no-files"}, here.path());
+  CHECK_THAT(j.at("warnings").dump(), Contains("exceed a constraint"));
+  for (const Json& p : j.at("points")) CHECK(p.at("violation").get<double>() >= 9);
+}

@@ -104,14 +104,14 @@ TEST_CASE("a candidate that misbehaves is reported as such") {
 }
 
 TEST_CASE("a candidate cannot outlive its limit by closing its descriptors, nor send without end") {
-  const auto failure = [](const std::string& spoil) {
-    const Outcome o = check(kLibrary, spoil, "--json --candidate-limit 3");
+  const auto failure = [](const std::string& spoil, const std::string& limit) {
+    const Outcome o = check(kLibrary, spoil, "--json --candidate-limit " + limit);
     INFO(o.out << o.err);
     CHECK(o.status == 3);
     return o.json()["failure"].get<std::string>();
   };
-  CHECK_THAT(failure("close"), Catch::Contains("did not end within 3 s"));
-  CHECK_THAT(failure("flood"), Catch::Contains("sent more than"));
+  CHECK_THAT(failure("close", "3"), Catch::Contains("did not end within 3 s"));
+  CHECK_THAT(failure("flood", "120"), Catch::Contains("sent more than"));
 }
 
 TEST_CASE("an end of the tool ends the candidate and all that it started") {

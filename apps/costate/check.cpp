@@ -129,7 +129,9 @@ class Check {
 
   void allow(RunBudget& budget, const std::string& method) const {
     const bool perturbs = !method.empty() && find_sensitivity_method(method).perturbs;  // none: a simulation
-    const double share = perturbs ? kDifferencesShare : 1;
+    // Where the reference itself has no digit by differences those of others tell nothing more.
+    constexpr double kNoDigits = 0.5;
+    const double share = perturbs && reference_.apart < kNoDigits ? kDifferencesShare : 1;
     budget.begin(options_.patience * share * reference_.seconds, options_.patience * reference_.steps);
   }
 

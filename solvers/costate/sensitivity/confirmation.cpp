@@ -229,10 +229,10 @@ GradientResult confirmed(const Problem& asked, GradientResult result, const Grad
       }
     know(asked, result, tight, 1);
     say(said);
-    notice(
-        fmt::format("Tolerances from {:g} to {:g} give the same steps, which are those of places in the scene: what "
-                    "is left of errors is not known. Compare methods (costate check).",
-                    rtol * tighter, rtol * kLooser));
+    notice(fmt::format(
+        "Tolerances from {:g} to {:g} give the same steps, those of places in the scene or of max_step_s: what "
+        "is left of errors is not known. Compare methods (costate check).",
+        rtol * tighter, rtol * kLooser));
     return result;
   }
   const double left = left_over(repeated ? HUGE_VAL : first.relative, still.relative);

@@ -139,7 +139,7 @@ void Sketch::body(const std::string& name, std::array<double, 3> place, std::arr
                               builder.add_coordinate(name + ".angle", "rad", q[2], v[2])};
   auto n = numbers(path, {{"mass_kg", mass}, {"inertia_kg_m2", inertia}, {"centre_x_m", cx}, {"centre_y_m", cy}});
   append(n, builder.gravity_numbers());
-  builder.add(std::make_unique<PlanarBody>(name, c, n));
+  builder.add(std::make_unique<PlanarBody>("body", name, c, n));
   builder.add_angle(name, c[2]);
   builder.add_frame(name, {PlanarPoint::Kind::on_body, c, {}, {}});
 }

@@ -209,9 +209,8 @@ TEST_CASE("scene mistakes: duplicates and contradictions") {
       {"mass_kg = 2", "mass_kg = 2\ncenter_m = 0.3",
        "15:1: bar.arm: A bar that is not uniform needs both 'center_m' and 'inertia_kg_m2'."},
       {"[run]", "[mass.M]\npoint = \"A\"\nmass_kg = 1\n[run]",
-       "40:9: mass.M.point: A mass sits on a free point, but 'A' is on the ground, a body or a bar. Join a "
-       "free point to "
-       "it with [revolute.*], or put the mass into the body."},
+       "40:9: mass.M.point: A mass sits on a free point or on a body, but 'A' is on the ground or on a bar. Join a "
+       "free point to it with [revolute.*], or put the mass into the bar."},
       {"[run]", "[driver.D]\ncoordinates = [\"P.x\", \"P.y\"]\nweights = [1]\nlaw = 1\n[run]",
        "41:11: driver.D.weights: There must be one weight a coordinate, found 1 for 2."},
       {"[run]", "[prismatic.R]\npoints = [\"A\", \"P\"]\naxis_angle_rad = 1\n[run]",

@@ -13,8 +13,8 @@ struct Arm {  // A(angle) c
 };
 }  // namespace
 
-PlanarBody::PlanarBody(std::string name, std::vector<int> coordinates, std::vector<int> numbers)
-    : BodyOf("body", std::move(name)) {
+PlanarBody::PlanarBody(std::string kind, std::string name, std::vector<int> coordinates, std::vector<int> numbers)
+    : BodyOf(std::move(kind), std::move(name)) {
   append_coordinates(coordinates);
   append_numbers(numbers);
 }

@@ -10,7 +10,8 @@ namespace costate {
 
 class PlanarBody final : public BodyOf<PlanarBody> {
  public:
-  PlanarBody(std::string name, std::vector<int> coordinates, std::vector<int> numbers);
+  /// kind: "body", or "mass" of one that sits on a body's point.
+  PlanarBody(std::string kind, std::string name, std::vector<int> coordinates, std::vector<int> numbers);
 
   template <class S>
   void physics(const S* q, const S* v, const S* a, const S* p, S* r) const {

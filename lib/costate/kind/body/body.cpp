@@ -22,7 +22,7 @@ void add_body(MechanismBuilder& builder, const std::string& name, const BodyOpti
                               builder.add_coordinate(name + ".angle", "rad", angle, w)};
   builder.add_angle(name, q[2]);
   builder.add_frame(name, {PlanarPoint::Kind::on_body, q, {}, {}});
-  builder.add(std::make_unique<PlanarBody>(name, q, numbers));
+  builder.add(std::make_unique<PlanarBody>("body", name, q, numbers));
 }
 
 namespace {

@@ -2,6 +2,7 @@
 
 #include "costate/base/error.h"
 #include "costate/element/body/natural_body.h"
+#include "costate/element/body/planar_body.h"
 #include "costate/element/body/point_mass.h"
 #include "costate/element/body/rigid_body.h"
 #include "costate/kind/lookup.h"
@@ -10,7 +11,14 @@
 namespace costate {
 
 namespace {
-/// At a free point, or on a body in space: then its own inertia is zero and its centre of mass the point.
+/// The number of a moment of inertia that is none.
+int without_inertia(MechanismBuilder& builder, const std::string& path) {
+  const int none = builder.add_number(path + ".inertia_kg_m2", 0);
+  builder.fix_number(none, "a mass at a point has no moment of inertia.");
+  return none;
+}
+
+/// At a free point, or on a body: then its own inertia is zero and its centre of mass the point.
 void add_spatial_mass(MechanismBuilder& builder, const std::string& name, const std::string& point, double mass_kg) {
   const std::string path = "mass." + name;
   const SpatialPoint& p = builder.spatial_point(point);
@@ -23,9 +31,7 @@ void add_spatial_mass(MechanismBuilder& builder, const std::string& name, const 
     builder.add(std::make_unique<PointMass>(name, p.coordinates(), numbers));
     return;
   }
-  const int none = builder.add_number(path + ".inertia_kg_m2", 0);
-  builder.fix_number(none, "a mass at a point has no moment of inertia.");
-  numbers.insert(numbers.end(), 6, none);
+  numbers.insert(numbers.end(), 6, without_inertia(builder, path));
   numbers.insert(numbers.end(), p.numbers().begin(), p.numbers().end());
   for (const int g : builder.spatial_gravity_numbers()) numbers.push_back(g);
   if (p.kind() == SpatialPoint::Kind::on_natural_body)
@@ -39,13 +45,21 @@ void add_mass(MechanismBuilder& builder, const std::string& name, const std::str
   if (builder.has_spatial_point(point)) return add_spatial_mass(builder, name, point, mass_kg);
   const std::string path = "mass." + name;
   const PlanarPoint& p = find_point(builder, path + ".point", point);
-  if (p.kind() != PlanarPoint::Kind::free)
-    throw ModelError(path + ".point", "A mass sits on a free point, but '" + point +
-                                          "' is on the ground, a body or a bar. Join a free point to it with "
-                                          "[revolute.*], or put the mass into the body.");
+  const bool on_body = p.kind() == PlanarPoint::Kind::on_body;
+  if (p.kind() != PlanarPoint::Kind::free && !on_body)
+    throw ModelError(path + ".point", "A mass sits on a free point or on a body, but '" + point +
+                                          "' is on the ground or on a bar. Join a free point to it with "
+                                          "[revolute.*], or put the mass into the bar.");
   std::vector<int> numbers = {builder.add_number(path + ".mass_kg", mass_kg, NumberRule::non_negative)};
+  if (on_body) {
+    numbers.push_back(without_inertia(builder, path));
+    numbers.insert(numbers.end(), p.numbers().begin(), p.numbers().end());
+  }
   for (const int g : builder.gravity_numbers()) numbers.push_back(g);
-  builder.add(std::make_unique<PointMass>(name, p.coordinates(), numbers));
+  if (on_body)
+    builder.add(std::make_unique<PlanarBody>("mass", name, p.coordinates(), numbers));
+  else
+    builder.add(std::make_unique<PointMass>(name, p.coordinates(), numbers));
 }
 
 namespace {
@@ -53,7 +67,7 @@ namespace {
 const RegisterSceneKind mass_registered({
     .name = "mass",
     .phase = ScenePhase::elements,
-    .summary = "a mass concentrated at a free point, or at a point of a body in space",
+    .summary = "a mass concentrated at a free point or at a point of a body",
     .example = R"(
 [gravity]
 y_m_per_s2 = -9.81

@@ -306,47 +306,9 @@ TEST_CASE("check: soft constraints are excused by O(1/alpha) alone, and only whi
 
 TEST_CASE("check: drivers with kinks, which some formulations refuse and the others cross, are no disagreement") {
   const WorkingDirectory here;
-  costate::test::write_text(here / "kink.toml", R"([gravity]
-y_m_per_s2 = -9.81
-[point.A]
-ground = true
-x_m = 0
-y_m = 0
-[point.P]
-x_m = 0.6
-y_m = -0.8
-[point.Q]
-x_m = 1.4
-y_m = -1.4
-[bar.r1]
-from = "A"
-to = "P"
-mass_kg = 1
-length_m = 1
-[bar.r2]
-from = "P"
-to = "Q"
-mass_kg = 1
-length_m = 1
-[angle.a]
-bar = "r1"
-[driver.m]
-coordinate = "a.angle"
-law = { kind = "piecewise", breaks = [0.4, 0.9], coefficients = [[-0.9, 0.5], [-1.1, 1.0], [1.6, -2]] }
-[start]
-given = ["Q.x"]
-[[cost.running]]
-kind = "square"
-output = "Q.x"
-[[cost.terminal]]
-kind = "value"
-output = "Q.y_dot"
-[run]
-t_end_s = 1.5
-parameters = ["bar.r2.length_m", "bar.r2.mass_kg"]
-)");
-  const Json j =
-      costate_json({"check", "kink.toml", "--no-files", "--methods", "cvodes-forward,idas-adjoint"}, here.path());
+  const Json j = costate_json({"check", COSTATE_SOURCE_DIR "/test/cases/driven_corner.toml", "--no-files", "--methods",
+                               "cvodes-forward,idas-adjoint"},
+                              here.path());
   CHECK(j.at("status") == "ok");
   CHECK(find_row(j, "maggi", "cvodes-forward")->at("status") == "ok");
   CHECK(find_row(j, "maggi", "cvodes-forward")->at("psi").get<double>() == Approx(2.7610379).epsilon(1e-6));

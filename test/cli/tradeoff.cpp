@@ -9,6 +9,7 @@
 #include "five_bar.h"
 #include "process.h"
 #include "support/markup.h"
+#include "turning_mass.h"
 
 using Catch::Matchers::Contains;
 using costate::test::all_between;
@@ -17,6 +18,7 @@ using costate::test::costate_json;
 using costate::test::file_text;
 using costate::test::foreign_references;
 using costate::test::kFiveBar;
+using costate::test::kTurning;
 using costate::test::Process;
 using costate::test::run_costate;
 using costate::test::WorkingDirectory;
@@ -26,42 +28,8 @@ using Json = nlohmann::json;
 
 namespace {
 
-/// A mass on a massless bar of 1 m turns at w = 3 rad/s without gravity: x = cos(w t), y = sin(w t), and
+/// Of the turning mass (turning_mass.h):
 /// psi = integral of x^2 over T = 2 s, T/2 + sin(2 w T) / (4 w), with its derivative by w.
-const std::string kTurning = R"(title = "Turning"
-
-[point.O]
-ground = true
-x_m = 0
-y_m = 0
-
-[point.P]
-x_m = 1
-y_m = 0
-vy_m_per_s = 3
-
-[mass.bob]
-point = "P"
-mass_kg = 2
-
-[distance.rod]
-from = "O"
-to = "P"
-
-[start]
-given = ["P.y"]
-
-[[cost.running]]
-kind = "square"
-output = "P.x"
-
-[parameter.w]
-number = "point.P.vy_m_per_s"
-
-[run]
-t_end_s = 2
-parameters = ["w"]
-)";
 constexpr double kRate = 3, kEnd = 2;
 const double kPsi = kEnd / 2 + std::sin(2 * kRate * kEnd) / (4 * kRate);
 const double kGradient =

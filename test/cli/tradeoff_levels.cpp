@@ -7,11 +7,13 @@
 
 #include "process.h"
 #include "support/markup.h"
+#include "turning_mass.h"
 
 using Catch::Matchers::Contains;
 using costate::test::costate_json;
 using costate::test::file_text;
 using costate::test::foreign_references;
+using costate::test::kTurning;
 using costate::test::WorkingDirectory;
 using costate::test::write_text;
 using costate::test::xml_fault;
@@ -19,41 +21,6 @@ using Json = nlohmann::json;
 
 namespace {
 
-/// A mass on a massless bar of 1 m turns at w without gravity: x = cos(w t), y = sin(w t), and psi = integral of x^2.
-const std::string kTurning = R"(title = "Turning"
-
-[point.O]
-ground = true
-x_m = 0
-y_m = 0
-
-[point.P]
-x_m = 1
-y_m = 0
-vy_m_per_s = 3
-
-[mass.bob]
-point = "P"
-mass_kg = 2
-
-[distance.rod]
-from = "O"
-to = "P"
-
-[start]
-given = ["P.y"]
-
-[[cost.running]]
-kind = "square"
-output = "P.x"
-
-[parameter.w]
-number = "point.P.vy_m_per_s"
-
-[run]
-t_end_s = 2
-parameters = ["w"]
-)";
 constexpr double kEnd = 2, kFull = 3, kOff = 3.06;
 
 double psi_of(double w) { return kEnd / 2 + std::sin(2 * w * kEnd) / (4 * w); }

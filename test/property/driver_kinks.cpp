@@ -140,45 +140,7 @@ TEST_CASE("driver with kinks: running costs on velocities that jump there") {
 
 TEST_CASE("driver with kinks: a linkage's corner of a piecewise law") {
   // psi and its derivative by L were found apart, by relative coordinates.
-  const Scene read = Scene::parse(R"([gravity]
-y_m_per_s2 = -9.81
-[point.A]
-ground = true
-x_m = 0
-y_m = 0
-[point.P]
-x_m = 0.6
-y_m = -0.8
-[point.Q]
-x_m = 1.4
-y_m = -1.4
-[bar.r1]
-from = "A"
-to = "P"
-mass_kg = 1
-length_m = 1
-[bar.r2]
-from = "P"
-to = "Q"
-mass_kg = 1
-length_m = 1
-[angle.a]
-bar = "r1"
-[driver.m]
-coordinate = "a.angle"
-law = { kind = "piecewise", breaks = [0.4, 0.9], coefficients = [[-0.9, 0.5], [-1.1, 1.0], [1.6, -2]] }
-[start]
-given = ["Q.x"]
-[[cost.running]]
-kind = "square"
-output = "Q.x"
-[[cost.terminal]]
-kind = "value"
-output = "Q.y_dot"
-[run]
-t_end_s = 1.5
-)",
-                                  "corner.toml");
+  const Scene read = Scene::load(COSTATE_SOURCE_DIR "/test/cases/driven_corner.toml");
   Problem problem = make_problem(read, {"bar.r2.length_m", "bar.r2.mass_kg"});
   const auto rho = problem.parameters.values();
   for (const auto& [formulation, method] :

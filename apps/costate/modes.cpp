@@ -116,7 +116,7 @@ int run(const CommonOptions& common, ModesOptions& options) {
                                                            : "the position",
                       t, r.degrees_of_freedom, r.degrees_of_freedom == 1 ? "" : "s");
   if (r.zero_eigenvalues > 0)
-    text += fmt::format("  {} zero eigenvalue{} (rigid motion: a free translation, turn or spin counts two)\n",
+    text += fmt::format("  {} zero eigenvalue{} within rounding (a free translation, turn or spin counts two)\n",
                         r.zero_eigenvalues, r.zero_eigenvalues == 1 ? "" : "s");
   if (!steady) {
     const auto& of = r.directions[static_cast<std::size_t>(fastest)];

@@ -32,10 +32,15 @@ MatrixXd kernel(const MatrixXd& A) {
   return size.asDiagonal() * lu.kernel();
 }
 
-/// The metric of the masses; directions without mass get a little, so that they have one.
+/// The metric of the masses; directions without mass get a little, so that they have one: enough for the stiffness
+/// there not to hide that of the others.
 MatrixXd metric(const MatrixXd& M) {
-  const double largest = M.size() > 0 ? M.diagonal().maxCoeff() : 0;
-  return M + (largest > 0 ? 1e-14 * largest : 1.0) * MatrixXd::Identity(M.rows(), M.cols());
+  constexpr double kHardly = 1e-8, kRounding = 1e-14;
+  if (M.size() == 0) return M;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> masses(M, Eigen::EigenvaluesOnly);
+  const double largest = masses.eigenvalues().maxCoeff(), least = masses.eigenvalues()[0];
+  const double added = !(largest > 0) ? 1 : (least < kHardly * largest ? kHardly : kRounding) * largest;
+  return M + added * MatrixXd::Identity(M.rows(), M.cols());
 }
 
 MatrixXd symmetric(const MatrixXd& A) { return 0.5 * (A + A.transpose()); }

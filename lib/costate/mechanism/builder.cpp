@@ -201,6 +201,12 @@ void MechanismBuilder::give_velocity(const std::string& name) {
   const int i = m_->coordinate(name);
   if (!velocities_given_.insert(i).second) throw ModelError("", fmt::format("Velocity '{}' is given twice.", name));
   m_->given_velocities_.push_back({i, m_->coordinates_[i].velocity_number, m_->coordinates_[i].name});
+  if (const auto at = follows_.find(i); at != follows_.end())
+    for (const int number : at->second)
+      fix_number(number,
+                 fmt::format("the start gives the velocity of '{}', which is that of the angular velocity at this "
+                             "orientation; list the angular velocity in given_velocities (omega_x, omega_y, omega_z).",
+                             name));
 }
 
 void MechanismBuilder::add_parameter(Parameter p) {

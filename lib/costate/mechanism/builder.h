@@ -39,6 +39,9 @@ class MechanismBuilder {
 
   /// A generalized coordinate; `position` and `velocity` are its start values, or first guesses.
   int add_coordinate(const std::string& name, const std::string& unit, int position_number, int velocity_number);
+  /// What this coordinate's velocity starts with was taken from an angular velocity at the values that these numbers
+  /// have: where the start gives it they cannot vary.
+  void velocity_follows(int coordinate, std::vector<int> numbers) { follows_[coordinate] = std::move(numbers); }
   void add_point(PlanarPoint point);
   const PlanarPoint& point(const std::string& name) const { return m_->point(name); }
   void add_point(SpatialPoint point);
@@ -112,6 +115,7 @@ class MechanismBuilder {
   struct StartGroup {
     std::vector<std::string> positions, velocities;
   };
+  std::map<int, std::vector<int>> follows_;  // by coordinate
   std::map<std::string, StartGroup> start_groups_;
   std::map<std::string, GivenStart> rates_;
   std::set<int> positions_given_, velocities_given_;  // coordinates

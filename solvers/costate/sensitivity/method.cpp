@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/analysis/redundant_parameters.h"
 #include "costate/base/error.h"
 #include "costate/formulation/law_joins.h"
 #include "costate/integrator/cost_domain.h"
@@ -184,6 +185,11 @@ GradientResult gradient(const Problem& problem, const std::string& name, const s
     GradientResult r = without_parameters(problem, method);
     require_finite(problem, r);
     return r;
+  }
+  if (!method.perturbs) {
+    Assembly assembly(problem.mechanism, problem.parameters);
+    assembly.set_parameters(rho.data());
+    require_compatible_parameters(assembly, problem.solver.t_start);
   }
   const Problem whole = with_end_of(problem, method, rho);
   if (!method.perturbs) require_differentiable_laws(whole, rho, true);

@@ -49,7 +49,9 @@ std::vector<int> add_spatial_body_numbers(MechanismBuilder& builder, const std::
                                           const RigidBodyOptions& o) {
   check_inertia(path, o.inertia_kg_m2);
   const Vector4 p(o.euler.data());
-  if (std::abs(p.norm() - 1) > 1e-3)
+  // They are first guesses but for those that the start gives, which may vary; the norm determines the rest.
+  constexpr double kNearlyOne = 0.1;
+  if (std::abs(p.norm() - 1) > kNearlyOne)
     throw ModelError(path + "e0", fmt::format("Euler parameters must have e0^2 + e1^2 + e2^2 + e3^2 = 1, found {:.6g}.",
                                               p.squaredNorm()));
   std::vector<int> numbers = {builder.add_number(path + "mass_kg", o.mass_kg, NumberRule::non_negative)};
@@ -81,12 +83,13 @@ void add_rigid_body(MechanismBuilder& builder, const std::string& name, const Ri
   const Matrix34 G = body_rate_matrix(p.data()), E = global_rate_matrix(p.data());
   const Vector3 omega(o.omega_rad_per_s.data());
   const Vector4 pd = (o.omega_is_global ? E : G).transpose() * omega / 2;
-  std::vector<int> e;
+  std::vector<int> e, orientation;
   Eigen::Index largest;
   p.cwiseAbs().maxCoeff(&largest);
   for (int i = 0; i < 4; ++i) {
     const std::string c = fmt::format("{}.e{}", name, i);
     const int position = number(fmt::format("e{}", i), p[i]), velocity = number(fmt::format("e{}_dot_per_s", i), pd[i]);
+    orientation.push_back(position);
     if (o.turned_by_axis)
       builder.fix_number(position,
                          "the scene turns the body by rotation_axis and angle_rad, or not at all; write "
@@ -95,6 +98,8 @@ void add_rigid_body(MechanismBuilder& builder, const std::string& name, const Ri
     e.push_back(builder.add_coordinate(c, "1", position, velocity));
     if (i != largest) positions.push_back(c);  // the norm determines the largest
   }
+  if (!o.turned_by_axis && !omega.isZero(0))
+    for (const int c : e) builder.velocity_follows(c, orientation);
   for (const bool global : {false, true}) {
     const Vector3 rates = 2 * (global ? E : G) * pd;
     for (int k = 0; k < 3; ++k) {

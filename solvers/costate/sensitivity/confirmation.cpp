@@ -99,9 +99,10 @@ double left_over(double first, double still) { return still / (decades(first, st
 constexpr double kLeastKnown = 0.01;
 
 /// The result may be off by what it changed by from `other`, over `divisor`. Of a few entries one or the other changes
-/// little by chance: none is known better, in parts of itself, than the largest are, and psi than a tenth of that.
+/// little by chance: none is known better, in parts of itself, than the largest are, nor than a tenth of what those
+/// changed by; psi is, as a tenth of the former, but no worse than a thousand times what it changed by.
 void know(const Problem& problem, GradientResult& result, const GradientResult& other, double divisor) {
-  constexpr double kOfPsi = 0.1;
+  constexpr double kOfPsi = 0.1, kOfLargest = 0.1, kChance = 1e3;
   double changed = 0;
   const auto& parameters = problem.parameters.parameters;
   for (std::size_t j = 0; j < result.gradient.size(); ++j)
@@ -111,11 +112,13 @@ void know(const Problem& problem, GradientResult& result, const GradientResult& 
   std::vector<double> gradient;
   for (std::size_t j = 0; j < result.gradient.size(); ++j)
     gradient.push_back(
-        std::max(std::abs(result.gradient[j] - other.gradient[j]) / divisor, least * std::abs(result.gradient[j])));
-  widen_error(
-      result,
-      std::max(std::abs(result.psi - other.psi) / divisor, std::max(rounding, kOfPsi * least) * std::abs(result.psi)),
-      gradient);
+        std::max({std::abs(result.gradient[j] - other.gradient[j]) / divisor, least * std::abs(result.gradient[j]),
+                  kOfLargest * changed / divisor / parameters[j].scale}));
+  const double of_psi = std::abs(result.psi - other.psi) / divisor;
+  widen_error(result,
+              std::max({of_psi, rounding * std::abs(result.psi),
+                        std::min(kOfPsi * least * std::abs(result.psi), kChance * of_psi)}),
+              gradient);
 }
 
 /// At another tolerance; what it has to say is not for this run.
@@ -136,11 +139,17 @@ bool takes_more_steps(const GradientResult& finer, const GradientResult& coarser
 }
 
 /// At loose tolerances a looser run tells nothing: a tighter one does, of a result that stays.
-GradientResult beside_a_tighter_one(const Problem& problem, GradientResult result, const GradientRun& run) {
+GradientResult beside_a_tighter_one(const Problem& problem, GradientResult result, const GradientRun& run,
+                                    bool scheme) {
   const double rtol = problem.solver.rtol;
   const std::vector<std::string> said = take_notices();
   GradientResult tight;
-  const bool known = attempt(problem, kTighter, run, tight);
+  bool known = attempt(problem, kTighter, run, tight);
+  // Steps that are those of places in the scene repeat their errors.
+  for (const double factor : {1e-2, 1e-3}) {
+    if (!scheme || !known || takes_more_steps(tight, result)) break;
+    known = attempt(problem, factor, run, tight);
+  }
   take_notices();
   for (const auto& s : said) notice(s);
   if (!known) return result;
@@ -167,7 +176,7 @@ bool resolve_small_psi(Problem& problem, double size, double part) {
 GradientResult confirmed(const Problem& asked, GradientResult result, const GradientRun& run, Looks looks,
                          bool* sensitive) {
   const double rtol = asked.solver.rtol;
-  if (!(rtol <= kLoosest)) return beside_a_tighter_one(asked, std::move(result), run);
+  if (!(rtol <= kLoosest)) return beside_a_tighter_one(asked, std::move(result), run, looks.scheme);
   if (rtol * kTighter < kTightest) return result;
   std::vector<std::string> said = take_notices();
   Problem problem = asked;

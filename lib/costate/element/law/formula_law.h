@@ -144,6 +144,8 @@ class FormulaLaw final : public ScalarLawOf<FormulaLaw>, public PlacedLaw {
           watch.term(value_of(top[0]));
           if (value_of(top[0]) == 0 && is_constant(top[0]) && value_of(top[1]) > 0)
             top[0] = S(0.0);  // max(x, 0)^k
+          else if (value_of(top[0]) == 0 && value_of(top[1]) > 1 && !is_whole(top[1]))
+            top[0] *= S(0.0);  // its slope is zero, where the logarithm has none
           else if (is_whole(top[1]) && !(value_of(top[0]) > 0))
             top[0] = whole_power(top[0], static_cast<int>(value_of(top[1])));
           else

@@ -65,16 +65,18 @@ const KindKeys in_plane_keys("in_plane",
                              {{"points", "a point of the body with the plane, and the one that stays in it"},
                               {"normal", "[x, y, z]: of the plane, in the frame of the first point's body"}});
 
-const KindKeys path_driver_keys("path_driver",
-                                {{"point", "of the vehicle, which is to follow the path"},
-                                 {"coordinate", "the steering that it turns"},
-                                 {"path", "y of the path, a law of x"},
-                                 {"gain", "steering by sideways error"},
-                                 {"yaw_gain_m_s_per_rad", "steering by yaw rate"},
-                                 {"preview_m", "how far ahead the driver looks"},
-                                 {"decision_lag_s, arm_lag_s", "time constants"},
-                                 {"stiffness_N_per_m, damping_N_s_per_m", "of the arms on the steering"},
-                                 {"initial_command_m, initial_steering_m", "of the two lags at the start"}});
+const KindKeys path_driver_keys(
+    "path_driver",
+    {{"point", "of the vehicle, which is to follow the path"},
+     {"coordinate", "the steering that it turns"},
+     {"path", "y of the path, a law of x"},
+     {"gain",
+      "steering by sideways error (path less vehicle, ahead): a positive one steers left, by a negative command"},
+     {"yaw_gain_m_s_per_rad", "steering against the yaw rate"},
+     {"preview_m", "how far ahead the driver looks"},
+     {"decision_lag_s, arm_lag_s", "time constants"},
+     {"stiffness_N_per_m, damping_N_s_per_m", "of the arms on the steering"},
+     {"initial_command_m, initial_steering_m", "of the two lags at the start"}});
 
 const KindKeys prismatic_keys("prismatic",
                               {{"points", "one point of each of two bodies, or of a body and the ground"},
@@ -119,7 +121,7 @@ const KindKeys tie_rod_keys("tie_rod",
                              {"to", "a point of the body that the rod's other end is fixed to"},
                              {"slide", "coordinate by which it slides"},
                              {"direction", "[x, y, z]: along which, in the frame of that body"},
-                             {"length_m", "by default as the points first stand"}});
+                             {"length_m", "by default the distance of the two points, where the slide is zero"}});
 
 const KindKeys parallel_keys("parallel", {{"first, second", "two points each: the lines"}});
 

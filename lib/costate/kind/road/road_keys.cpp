@@ -12,12 +12,13 @@ const KindKeys road_keys("road", {{"kind", "flat, a profile z(x), or a post that
                                   {"ramp_s", "of a post: its law grows from zero over this time"},
                                   {"ramp_m", "of a profile: the same over this way"}});
 
-const KindKeys bump_law_keys("law bump", {{"height_m", "of the bump"},
-                                          {"start_m", "where it begins"},
-                                          {"length_m", "of the bump"},
-                                          {"count", "how many"},
-                                          {"spacing_m", "from one start to the next"},
-                                          {"shape", "cosine is smooth at its ends, half_sine has kinks there"}});
+const KindKeys bump_law_keys("law bump",
+                             {{"height_m", "of the bump"},
+                              {"start_m", "where it begins"},
+                              {"length_m", "of the bump"},
+                              {"count", "how many"},
+                              {"spacing_m", "from one start to the next, length_m at least; of more than one"},
+                              {"shape", "cosine is smooth at its ends, half_sine has kinks there"}});
 
 const KindKeys sine_sweep_law_keys("law sine_sweep",
                                    {{"amplitude_m", "half of the swing"},

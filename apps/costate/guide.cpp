@@ -28,7 +28,7 @@ const std::vector<GuideEntry>& failure_guide() {
         "contacts change in one instant", "against the direction in which it began", "that it has just left",
         "comes and goes with a contact", "derivative there.", "more than determine who bears"}},
       {"not-a-number",
-       {"not a finite number", "is not finite", "the motion cannot be computed this way",
+       {"not a finite number", "is not finite", "are not finite", "the motion cannot be computed this way",
         "The derivative of psi with respect to '"}},
       {"newton-fails", {"CONV_FAIL", "Newton's iteration of step", "No step was found"}},
       {"step-gets-too-small",

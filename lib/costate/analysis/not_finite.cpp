@@ -74,4 +74,13 @@ void require_finite(Assembly& assembly, const StateView& s) {
   }
 }
 
+void require_finite_partials(const Assembly& assembly, double t) {
+  for (std::size_t k = 0; k < assembly.K.size(); ++k)
+    if (!std::isfinite(assembly.K[k] + assembly.C[k]))
+      throw SolverError(fmt::format(
+          "The derivatives of the force on '{}' are not finite at t = {:.9g} s: a formula or a law is at the edge of "
+          "its domain there (a root of zero). Move the start away from it, or write it so that it has a slope.",
+          assembly.mechanism().coordinates()[static_cast<std::size_t>(assembly.square().row[k])].name, t));
+}
+
 }  // namespace costate

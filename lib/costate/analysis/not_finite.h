@@ -32,5 +32,7 @@ class RunNotFinite : public SolverError {
 /// Throws NotFinite if M, Q, zdot, phi, phi_q, phi_t or bias, as `assembly` holds them, are not finite; `s` is the
 /// state that they were computed at (v and z null where only the constraints were).
 void require_finite(Assembly& assembly, const StateView& s);
+/// Throws SolverError if K or C, as `assembly` holds them at time t, are not finite.
+void require_finite_partials(const Assembly& assembly, double t);
 
 }  // namespace costate

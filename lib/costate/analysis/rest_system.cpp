@@ -32,15 +32,14 @@ MatrixXd kernel(const MatrixXd& A) {
   return size.asDiagonal() * lu.kernel();
 }
 
-/// The metric of the masses; directions without mass get a little, so that they have one: enough for the stiffness
-/// there not to hide that of the others.
-MatrixXd metric(const MatrixXd& M) {
-  constexpr double kHardly = 1e-8, kRounding = 1e-14;
-  if (M.size() == 0) return M;
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> masses(M, Eigen::EigenvaluesOnly);
-  const double largest = masses.eigenvalues().maxCoeff(), least = masses.eigenvalues()[0];
-  const double added = !(largest > 0) ? 1 : (least < kHardly * largest ? kHardly : kRounding) * largest;
-  return M + added * MatrixXd::Identity(M.rows(), M.cols());
+// What directions without mass get of the largest mass, so that they have one: for the search hardly anything, to tell
+// what nothing holds enough for the stiffness there not to hide that of the others.
+constexpr double kAnyMass = 1e-14, kSomeMass = 1e-8;
+
+/// The metric of the masses.
+MatrixXd metric(const MatrixXd& M, double least) {
+  const double largest = M.size() > 0 ? M.diagonal().maxCoeff() : 0;
+  return M + (largest > 0 ? least * largest : 1.0) * MatrixXd::Identity(M.rows(), M.cols());
 }
 
 MatrixXd symmetric(const MatrixXd& A) { return 0.5 * (A + A.transpose()); }
@@ -216,12 +215,12 @@ void RestSystem::measure_stiffness(const Part& p) {
   double low, high;
   if ((p.Kz - p.Kz.transpose()).norm() > kSymmetric * p.Kz.norm()) {
     // Forces that follow the motion: what grows by itself is a negative root, not a form that is not definite.
-    const MatrixXd by_mass = metric(p.Mr).ldlt().solve(p.Kz);
+    const MatrixXd by_mass = metric(p.Mr, kAnyMass).ldlt().solve(p.Kz);
     const VectorXd roots = Eigen::EigenSolver<MatrixXd>(by_mass, false).eigenvalues().real();
     low = roots.minCoeff();
     high = roots.cwiseAbs().maxCoeff();
   } else {
-    const Symmetric eigen(symmetric(p.Kz), metric(p.Mr), Eigen::EigenvaluesOnly);
+    const Symmetric eigen(symmetric(p.Kz), metric(p.Mr, kAnyMass), Eigen::EigenvaluesOnly);
     low = eigen.eigenvalues()[0];
     high = std::max(std::abs(low), std::abs(eigen.eigenvalues()[f - 1]));
   }
@@ -306,7 +305,7 @@ std::vector<std::string> RestSystem::undetermined() const {
       const MatrixXd null = kernel(p.reduced(0));
       for (Eigen::Index k = 0; k < null.cols(); ++k) add(p, p.N * null.col(k).head(f), null.col(k).tail(nz));
     } else if (f > 0) {
-      const Symmetric eigen(symmetric(p.Kz), metric(p.Mr));
+      const Symmetric eigen(symmetric(p.Kz), metric(p.Mr, kSomeMass));
       const MatrixXd V = eigen.eigenvectors(), null = V * kernel(V.transpose() * p.Kz * V);
       for (Eigen::Index k = 0; k < null.cols(); ++k) add(p, p.N * null.col(k), VectorXd::Zero(nz));
     }

@@ -136,13 +136,7 @@ Eigen::MatrixXd AccelerationLevel::constraint_columns(const Assembly::ParameterC
 
 void AccelerationLevel::singular(int column) const {
   const Mechanism& mech = assembly_.mechanism();
-  for (const auto* values : {&assembly_.K, &assembly_.C})
-    for (std::size_t k = 0; k < values->size(); ++k)
-      if (!std::isfinite((*values)[k]))
-        throw SolverError(fmt::format(
-            "The derivatives of the force on '{}' are not finite at t = {:.9g} s: a formula or a law is at the edge of "
-            "its domain there (a root of zero). Move the start away from it, or write it so that it has a slope.",
-            mech.coordinates()[static_cast<std::size_t>(assembly_.square().row[k])].name, point_.t()));
+  require_finite_partials(assembly_, point_.t());
   Assembly probe(assembly_.mechanism_ptr(), ParameterSelection{});
   probe.switch_rows(state().z);
   const ConstraintRank rank = constraint_rank(probe, point_.t(), point_.values());

@@ -308,6 +308,46 @@ parameters = ["k", "c"]
   CHECK_FALSE(std::filesystem::exists(here / "out/fitted.toml"));
 }
 
+TEST_CASE("fit: a search that does not move says so", "[fit]") {
+  // x^2 after t with the speed v, of which data tell v = 2 but for its sign: v = 0 is stationary, and no minimum.
+  const WorkingDirectory here;
+  const auto fit_from = [&](double v) {
+    write_text(here.path() / "s.toml", fmt::format(R"([point.P]
+x_m = 0
+y_m = 0
+vx_m_per_s = {}
+[mass.m]
+point = "P"
+mass_kg = 1
+[start]
+given = ["P.x", "P.y"]
+[output.square]
+formula = "P.x^2"
+unit = "1"
+[data.d]
+columns = ["t [s]", "x2 [1]"]
+rows = [[0.25, 0.2501], [0.5, 0.9999], [1, 4.0001]]
+[[cost.samples]]
+data = "d"
+column = "x2"
+output = "square"
+sigma = 1e-4
+[parameter.v]
+number = "point.P.vx_m_per_s"
+scale = 1
+[run]
+t_end_s = 1
+parameters = ["v"]
+)",
+                                                   v));
+    return costate_json({"fit", "s.toml", "--no-files"}, here.path());
+  };
+  CHECK_THAT(fit_from(0).at("warnings").dump(), Contains("ended where it began"));
+  const Json moved = fit_from(1);
+  CHECK(moved.at("warnings").dump().find("ended where it began") == std::string::npos);
+  CHECK(moved.at("parameters").at("v").at("value").get<double>() == Approx(2).epsilon(1e-3));
+}
+
 TEST_CASE("fit: mistakes", "[fit]") {
   const WorkingDirectory here;
   const std::string scene = kFolder + "pendulum.toml";

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
@@ -15,13 +16,23 @@ namespace {
 constexpr double kLeft = 1e-6;
 // Beyond so many rows a dense factorization takes longer than a run.
 constexpr int kMostRows = 1500;
+
+/// Whether a parameter sets a number of a constraint: else there is nothing to solve a start for.
+bool moves_constraints(const Assembly& assembly) {
+  const auto& constraints = assembly.mechanism().constraints();
+  return std::any_of(constraints.begin(), constraints.end(), [&](const auto& c) {
+    return std::any_of(c->numbers().begin(), c->numbers().end(), [&](int number) {
+      return !assembly.number_columns()[static_cast<std::size_t>(number)].empty();
+    });
+  });
+}
 }  // namespace
 
 void require_compatible_parameters(Assembly& assembly, double t) {
   const Mechanism& m = assembly.mechanism();
   const int n = assembly.n(), rows = assembly.m();
   const bool counted = !m.starts_at_equilibrium();  // then as many positions are given as are free
-  if (assembly.np() == 0 || rows == 0 || rows > kMostRows) return;
+  if (rows == 0 || rows > kMostRows || !moves_constraints(assembly)) return;
   if (counted && rows + static_cast<int>(m.given_positions().size()) <= n) return;
   const Start start = find_start(assembly, t, false);
   const Eigen::VectorXd rest = Eigen::VectorXd::Zero(n + rows);

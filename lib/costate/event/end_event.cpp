@@ -121,7 +121,7 @@ void EndSearch::note(double t, double h) {
   if (std::isnan(largest_)) largest_ = smallest_ = h;
   if (h < -kRests * range()) armed_ = true;
   // Before it has been on its own side the output comes near from the wrong one, and leaves the level behind it.
-  const bool leaves = largest_ > 0 && !(h > h_before_);
+  const bool leaves = largest_ > 0 && !(h > h_before_ + kRests * range());
   if (armed_ && !leaves && std::abs(h) < nearest_) {
     nearest_ = std::abs(h);
     nearest_time_ = t;

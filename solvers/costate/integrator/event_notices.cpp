@@ -17,6 +17,8 @@ namespace costate {
 namespace {
 // Of the run: an event so near its end, its start, or another one is there.
 constexpr double kSameInstant = 1e-9;
+// In rtol of the run's length: what the time of an event is off by.
+constexpr double kRunErrors = 10;
 // In tolerances of what the gap ranges over: a touch of this depth, or missed by as much, may come or not, as runs'
 // errors are up to some hundred tolerances.
 constexpr double kHair = 100;
@@ -49,7 +51,7 @@ std::string kink_by_cost(const Problem& problem, const std::string& first, const
   return {};
 }
 
-/// Of a gradient: an event at a time at which a law of time jumps.
+/// Of a gradient: an event at a time at which a law of time jumps, as far as the run's errors tell.
 void tell_of_jumps(const std::vector<double>& jumps, const std::vector<RunEvent>& events, double t_start,
                    double instant) {
   for (const RunEvent& e : events)
@@ -59,7 +61,7 @@ void tell_of_jumps(const std::vector<double>& jumps, const std::vector<RunEvent>
             "'{}' happens at t = {:.9g} s, where a law of time has a kink or a jump: psi has another slope as the one "
             "or the other comes first, and derivatives are those of one side, which another method may not take. Move "
             "one of them; the method 'differences' tells.",
-            e.name, e.t));
+            e.name, t));
         return;
       }
 }
@@ -120,7 +122,9 @@ void tell_of_coincident(const Problem& problem, const std::vector<double>& numbe
                         const std::vector<RunEvent>& events) {
   const double instant = kSameInstant * (problem.solver.t_end - problem.solver.t_start);
   if (!events.empty())
-    tell_of_jumps(jump_times(*problem.mechanism, problem.objective, numbers), events, problem.solver.t_start, instant);
+    tell_of_jumps(
+        jump_times(*problem.mechanism, problem.objective, numbers), events, problem.solver.t_start,
+        std::max(kSameInstant, kRunErrors * problem.solver.rtol) * (problem.solver.t_end - problem.solver.t_start));
   for (std::size_t k = 1; k < events.size(); ++k)
     for (std::size_t i = k; i-- > 0 && events[k].t - events[i].t < instant;)
       for (const std::string& kink : {kink_of_coincident(*problem.mechanism, events[i].name, events[k].name),

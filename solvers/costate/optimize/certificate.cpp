@@ -32,8 +32,8 @@ constexpr double kNear = 1e-3;
 // A parameter this near its bound, in parts of its scale, is on it: SLSQP and MMA stop a rounding inside.
 constexpr double kOnBound = 1e-8;
 // The Hessian's run is of the optimum's motion where its psi agrees to this fraction of itself or of the first one, and
-// its gradient to this fraction of the first one's: as far as formulations may differ, and far below what a verdict
-// depends on. A psi that vanishes is held to no fraction of itself, see compare().
+// its gradient to this fraction of the first one's: as far as formulations may differ (penalty: O(1/alpha)), and far
+// below what a verdict depends on. A psi that vanishes is held to no fraction of itself, see compare().
 constexpr double kSame = 1e-4;
 // Outputs that are zero are zero to this many absolute tolerances of the integrators.
 constexpr double kZero = 10;

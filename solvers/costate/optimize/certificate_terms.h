@@ -13,8 +13,8 @@
 namespace costate {
 
 struct CertificateTerms {
-  /// A case's cost or constraint times its weight in psi, and its scaled gradient: here, at first, by the Hessian's
-  /// run.
+  /// A cost or a constraint of a case, times its weight in psi, and its gradient in scaled parameters: here, at the
+  /// first evaluation, and by the Hessian's run.
   struct Quantity {
     std::string what;
     std::size_t of;  // which case

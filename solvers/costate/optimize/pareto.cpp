@@ -242,25 +242,23 @@ std::vector<std::vector<double>> simplex_points(std::size_t targets, int along) 
 }
 
 void mark_dominated(ParetoFront& front, double tolerance) {
+  const auto slack = [&](std::size_t g) { return tolerance * (front.nadir[g] - front.ideal[g]); };
   for (ParetoPoint& p : front.points) {
     p.dominated = std::any_of(front.points.begin(), front.points.end(), [&](const ParetoPoint& q) {
       bool better = false;
       for (std::size_t g = 0; g < p.targets.size(); ++g) {
-        const double slack = tolerance * (front.nadir[g] - front.ideal[g]);
-        if (q.targets[g] > p.targets[g] + slack) return false;
-        better = better || q.targets[g] < p.targets[g] - slack;
+        if (q.targets[g] > p.targets[g] + slack(g)) return false;
+        better = better || q.targets[g] < p.targets[g] - slack(g);
       }
       return better && q.violation <= std::max(p.violation, ParetoPoint::kExceeded);
     });
   }
-  for (std::size_t i = 0; i < front.points.size(); ++i)
-    for (std::size_t k = 0; k < i && !front.points[i].repeated; ++k) {
-      bool same = true;
-      for (std::size_t g = 0; g < front.ideal.size() && same; ++g)
-        same = std::abs(front.points[i].targets[g] - front.points[k].targets[g]) <=
-               tolerance * (front.nadir[g] - front.ideal[g]);
-      front.points[i].repeated = same;
-    }
+  for (auto p = front.points.begin(); p != front.points.end(); ++p)
+    p->repeated = std::any_of(front.points.begin(), p, [&](const ParetoPoint& q) {
+      for (std::size_t g = 0; g < q.targets.size(); ++g)
+        if (!(std::abs(q.targets[g] - p->targets[g]) <= slack(g))) return false;
+      return true;
+    });
 }
 
 ParetoFront trace_front(const Design& design, const ParetoOptions& options, const ParetoReplay& replay,

@@ -68,6 +68,7 @@ void record(SystemType& system, const Problem& problem, const std::vector<double
   motion.history = system.event_history();
   GradientResult seen;
   seen.psi = motion.psi;
+  seen.events = motion.events;
   watch.conclude(seen);
   motion.told_drift = watch.told_drift();
 }

@@ -23,6 +23,7 @@ struct TouchLook {
   double step = std::numeric_limits<double>::infinity();
   const Element* element = nullptr;  // what touches, or acts there
   const char* does = "is closed";
+  const GapTrace* crossed = nullptr;  // the step is to end where this gap is zero, near `from`
 };
 
 class PathWatch {

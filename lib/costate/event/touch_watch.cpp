@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/element/guarded_force.h"
 #include "costate/element/unilateral_force.h"
 
 namespace costate {
@@ -13,6 +14,8 @@ namespace {
 constexpr double kDeeper = 1.5;
 // Steps over such a dip, and on the way back over any touch.
 constexpr double kSteps = 8, kStepsBack = 4;
+// Steps that end at a touch do so behind this part of them: what has just been crossed is behind.
+constexpr double kBehindTouch = 1e-6;
 // Of the integrator's tolerances: the depth from which on a dip counts.
 constexpr double kCounts = 0.1;
 }  // namespace
@@ -26,7 +29,12 @@ TouchWatch::TouchWatch(Assembly& assembly, const Objective& objective, double rt
     const auto* gaps = dynamic_cast<const GapElement*>(&force);
     // Impacts are events.
     if (!gaps || dynamic_cast<const UnilateralForce*>(&force)) continue;
-    for (int i = 0; i < gaps->gap_count(); ++i) add(force, m.state_offsets()[f], GapTrace(force, *gaps, i));
+    const auto* guarded = dynamic_cast<const GuardedForce*>(&force);
+    for (int i = 0; i < gaps->gap_count(); ++i) {
+      bool is_event = false;
+      for (int k = 0; guarded && k < guarded->guard_count(); ++k) is_event = is_event || gaps->gap_of_guard(k) == i;
+      add(force, m.state_offsets()[f], GapTrace(force, *gaps, i), is_event);
+    }
   }
 }
 
@@ -44,8 +52,8 @@ void TouchWatch::add_stops(const Force& force, int first_state) {
   }
 }
 
-void TouchWatch::add(const Force& force, int first_state, GapTrace trace) {
-  gaps_.push_back({.trace = std::move(trace), .first_state = first_state, .rest = {}});
+void TouchWatch::add(const Force& force, int first_state, GapTrace trace, bool is_event) {
+  gaps_.push_back({.trace = std::move(trace), .first_state = first_state, .rest = {}, .is_event = is_event});
   if (force.may_rest()) gaps_.back().rest.emplace(force, first_state);
 }
 
@@ -136,6 +144,11 @@ std::optional<TouchLook> TouchWatch::look(double from, double to, const GapTrace
       cut = true;
     }
   }
+  if (ends_steps_)
+    if (const auto crossed = first_crossed(from, to, at); crossed && (!first || crossed->from < first->from)) {
+      first = crossed;
+      cut = false;
+    }
   const double until = first ? first->from : to;
   for (std::size_t i = 0; i < gaps_.size(); ++i) {
     Gap& g = gaps_[i];
@@ -165,6 +178,23 @@ std::optional<TouchLook> TouchWatch::dip_passed_over(const Gap& gap, const Looks
     return TouchLook{t1, t2, (t2 - t1) / kSteps, &gap.trace.element()};
   }
   return {};
+}
+
+std::optional<TouchLook> TouchWatch::first_crossed(double from, double to, const GapTrace::States& at) const {
+  std::optional<TouchLook> first;
+  for (std::size_t i = 0; i < gaps_.size(); ++i) {
+    const Gap& g = gaps_[i];
+    const Looks& trace = traces_[i];
+    if (g.is_event || std::isnan(ends_[i].t)) continue;
+    for (std::size_t k = 1; k < trace.size(); ++k) {
+      if ((trace[k - 1].m.gap < 0) == (trace[k].m.gap < 0)) continue;
+      const double t = g.trace.zero(trace[k - 1], trace[k], at, assembly_);
+      if (!(t > from + kBehindTouch * (to - from))) continue;
+      if (!first || t < first->from) first = TouchLook{.from = t, .to = t, .crossed = &g.trace};
+      break;
+    }
+  }
+  return first;
 }
 
 void TouchWatch::record(Gap& gap, const Looks& trace, double until, const GapTrace::States& at) {

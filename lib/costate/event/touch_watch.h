@@ -24,6 +24,9 @@ class TouchWatch {
   /// deeper than the part of the coordinates, or the length, that the integrator is asked for.
   TouchWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, bool leaves_bends = true);
 
+  /// From here on a step that leads into a touch, or out of one, is to end there.
+  void end_steps_at_touches() { ends_steps_ = true; }
+
   bool empty() const { return gaps_.empty() && paths_.empty(); }
   /// Whether looks ask for accelerations and multipliers, which the states between a step's ends are to have then.
   bool needs_accelerations() const { return paths_.needs_accelerations(); }
@@ -54,9 +57,10 @@ class TouchWatch {
     std::optional<RestRegion> rest;  // of a force that may
     AtRest at_rest = {};
     bool rested = false;  // over the step that is looked at
+    bool is_event = false;
   };
   using Looks = std::vector<GapTrace::Look>;
-  void add(const Force& force, int first_state, GapTrace trace);
+  void add(const Force& force, int first_state, GapTrace trace, bool is_event = false);
   /// Whether the gap stays above zero over a step that ends at `last`, as its force's region of rest tells; `end` is
   /// what it tells of the end.
   static bool rests(const Gap& g, double from, const StateView& last, AtRest& end);
@@ -64,6 +68,8 @@ class TouchWatch {
   /// Where springs' laws begin to act.
   void add_stops(const Force& force, int first_state);
   std::optional<TouchLook> dip_passed_over(const Gap& gap, const Looks& trace, const GapTrace::States& at) const;
+  /// Where the step first crosses the zero of a gap that is no event's.
+  std::optional<TouchLook> first_crossed(double from, double to, const GapTrace::States& at) const;
   void record(Gap& gap, const Looks& trace, double until, const GapTrace::States& at);
 
   const Assembly& assembly_;
@@ -75,6 +81,7 @@ class TouchWatch {
   std::vector<Looks> traces_;  // of this step; empty where the gap stays away from zero
   std::vector<std::pair<double, double>> touched_;
   long cuts_ = 0;
+  bool ends_steps_ = false;
 };
 
 }  // namespace costate

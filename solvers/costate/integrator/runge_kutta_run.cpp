@@ -41,6 +41,8 @@ constexpr double kBehindEvent = 1e-6;
 // rate, and how often the length is corrected by that.
 constexpr double kAside = 1e-3;
 constexpr int kCorrections = 8;
+// To this part of a step where a force only bends: less than what is behind a step's begin (event/touch_watch.cpp).
+constexpr double kNearTouch = 1e-7;
 }  // namespace
 
 template <class Kind>
@@ -58,6 +60,9 @@ RungeKuttaRun<Kind>::RungeKuttaRun(SystemType& system, const SolverOptions& opti
   system.begin_events(t_start_, y_.data());
   plan_ = std::make_unique<StepPlan>(system, system.objective(), t_start_, options.t_end, y_.data());
   watch_touches(false);
+  // A step across the kink of a force has an error that falls as a low power of its length, and each kink takes several
+  // of them; one that ends there has the scheme's own. Implicit ones resolve bends.
+  if (!Kind::implicit) touches_->end_steps_at_touches();
   begin_segment(t_start_, y_);
 }
 
@@ -136,6 +141,17 @@ bool RungeKuttaRun<Kind>::passed_over(double& limit) {
   if (touches_->empty()) return false;
   const auto look = touches_->look(end_time_, step_->t_end(), states_within());
   if (!look) return false;
+  if (look->crossed) {
+    begin_ = end_time_;
+    end_step_at(
+        look->from,
+        [&](double at, const double* y) {
+          return look->crossed->look(look_state(system_, at, y, false), system_.assembly()).m.gap;
+        },
+        kNearTouch);
+    end_time_ = begin_;
+    return false;
+  }
   // From where it begins, or to there. Whoever resolves bends meets this one within a step: at a step's end the first
   // stage would be on the one side and all others on the other, which no error estimate sees.
   look_ = *look;
@@ -295,11 +311,17 @@ void RungeKuttaRun<Kind>::take_step() {
 
 template <class Kind>
 void RungeKuttaRun<Kind>::end_step_at_event(double t) {
+  end_step_at(t, [&](double at, const double* y) {
+    return guard_value(system_.pending_event(), solved_state(system_, at, y), system_.assembly());
+  });
+  std::copy(step_->end(), step_->end() + step_->size(), end_.begin());
+}
+
+template <class Kind>
+void RungeKuttaRun<Kind>::end_step_at(double t, const std::function<double(double, const double*)>& guard,
+                                      double near) {
   const double whole = step_->h();
   double h = std::max(0.0, t - begin_), moved = whole;
-  const auto guard = [&](double at, const double* y) {
-    return guard_value(system_.pending_event(), solved_state(system_, at, y), system_.assembly());
-  };
   const auto guard_within = [&](double length) {
     step_->dense(length / whole, y_.data());
     return guard(begin_ + length, y_.data());
@@ -321,13 +343,13 @@ void RungeKuttaRun<Kind>::end_step_at_event(double t) {
     const double change = -value / rate;
     // To rounding, or as far as it gets on.
     if (!(std::abs(change) < 0.5 * moved) || !(end_time_ + change != end_time_)) break;
+    if (std::abs(change) < near * whole) return;
     moved = std::abs(change);
     value = end_at(std::max(0.0, h + change));
   }
   // Its far side: a force that begins there has begun, with its derivatives.
   double further = std::numeric_limits<double>::epsilon() * std::max(std::abs(end_time_), h);
   for (int k = 0; k < kCorrections && h > 0 && !(value * rate > 0); ++k, further *= 2) value = end_at(h + further);
-  std::copy(step_->end(), step_->end() + step_->size(), end_.begin());
 }
 
 template <class Kind>

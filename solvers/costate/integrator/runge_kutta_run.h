@@ -53,7 +53,7 @@ class RungeKuttaRun {
     bend_watch_ =
         std::make_unique<BendWatch>(system_.assembly(), system_.objective(), options_.rtol, options_.absolute());
     // Which it passes, nobody else is to stop at.
-    if (follows_bends()) watch_touches(true);
+    watch_touches(follows_bends());
   }
   /// Told of each step with its stages, and of each jump, before the state goes on.
   struct Follower {
@@ -105,10 +105,14 @@ class RungeKuttaRun {
   }
   /// Whether the step just found has left the motion's branch; a shorter one is then to be found.
   bool left_branch();
-  /// Whether the step just found has passed over a touch; another one is then to be found, until `limit`.
+  /// Whether the step just found has passed over a touch; another one is then to be found, until `limit`. One that
+  /// leads into a touch, or out of it, is ended there.
   bool passed_over(double& limit);
-  /// The last step once more, so short that it ends where the pending event's guard is zero, near t: the state there is
-  /// of the scheme's own order, and a step like others for who follows.
+  /// The last step once more, so short that it ends where a guard is zero, near t: the state there is of the scheme's
+  /// own order, and a step like others for who follows. To this part of its length; 0: to the last bit, on the far
+  /// side.
+  void end_step_at(double t, const std::function<double(double, const double*)>& guard, double near = 0);
+  /// The same with the pending event's.
   void end_step_at_event(double t);
   double ahead(double t) const;
   void cross();

@@ -134,3 +134,25 @@ TEST_CASE("certificate: a small difference of psi that is more than parameters' 
   INFO(c.verdict);
   CHECK(c.kind == Kind::none);
 }
+
+TEST_CASE("certificate: a verdict that a loose run of the Hessian settles takes no tight one") {
+  // Psi curves along the length: one direction, known to four digits by a run at 1e-7 and one at 1e-6.
+  const auto taken = [](double rtol, Certificate& c) {
+    Problem p = problem(0, 1);
+    p.solver.set_rtol(rtol);
+    const OptimizerEvaluation e = evaluation(p);
+    long calls = 0;
+    p.monitor = [&](double, long, bool) { ++calls; };
+    c = certify(p, {}, e, e, "idas-adjoint");
+    return calls;
+  };
+  Certificate loose, tight;
+  const long at_first = taken(1e-6, loose), later = taken(1e-12, tight);
+  REQUIRE(at_first > 0);
+  // The same runs; at 1e-13 they would be some five times as long.
+  CHECK(later == at_first);
+  CHECK(tight.kind == Kind::strict_minimum);
+  REQUIRE(tight.eigenvalues.size() == 1);
+  CHECK(tight.eigenvalue_error <= 1e-3 * tight.eigenvalues[0]);
+  CHECK(std::abs(tight.eigenvalues[0] - loose.eigenvalues[0]) <= loose.eigenvalue_error + tight.eigenvalue_error);
+}

@@ -20,8 +20,10 @@ constexpr double kSaid = 1e-3, kUnknown = 0.3;
 class Search {
  public:
   Search(const Problem& problem, const std::string& method, const std::vector<double>& rho,
-         const std::vector<const Objective*>& objectives)
-      : problem_(problem), method_(method), rho_(rho), objectives_(objectives) {}
+         const std::vector<const Objective*>& objectives, double loosest)
+      : problem_(problem), method_(method), rho_(rho), objectives_(objectives), exact_alone_(loosest > 0) {
+    if (loosest > problem_.solver.rtol) problem_.solver.set_rtol(loosest);
+  }
 
   Curvature run() {
     const Formulation& own = find_formulation(problem_.formulation);
@@ -56,7 +58,7 @@ class Search {
         return found_;
       } catch (const CapabilityError& e) {
         notes.emplace_back(e.what());
-        if (by_differences(notes)) return found_;
+        if (!exact_alone_ && by_differences(notes)) return found_;
         break;  // the cost's doing, whatever the formulation
       } catch (const SolverError& e) {
         notes.push_back(fmt::format("'{}' could not continue: {}", name, e.what()));
@@ -136,18 +138,19 @@ class Search {
     }
   }
 
-  const Problem& problem_;
+  Problem problem_;
   const std::string& method_;
   const std::vector<double>& rho_;
   const std::vector<const Objective*>& objectives_;
+  bool exact_alone_;
   Curvature found_;
 };
 
 }  // namespace
 
 Curvature find_curvature(const Problem& problem, const std::string& method, const std::vector<double>& rho,
-                         const std::vector<const Objective*>& objectives) {
-  return Search(problem, method, rho, objectives).run();
+                         const std::vector<const Objective*>& objectives, double loosest) {
+  return Search(problem, method, rho, objectives, loosest).run();
 }
 
 }  // namespace costate

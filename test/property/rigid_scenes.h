@@ -105,4 +105,73 @@ kind = "value"
 output = "top.x"
 )";
 
+// A hanging rod of two parts over a slope.
+inline const char* const kRods = R"([gravity]
+y_m_per_s2 = -9.81
+[point.O]
+ground = true
+x_m = 0
+y_m = 0
+[body.upper]
+x_m = 0.5
+y_m = 0
+mass_kg = 1.2
+inertia_kg_m2 = 0.1
+[body.lower]
+x_m = 1.4
+y_m = 0.1
+angle_rad = 0.3
+mass_kg = 0.8
+inertia_kg_m2 = 0.06
+[point.hip]
+on = "upper"
+x_m = -0.5
+y_m = 0
+[point.knee]
+on = "upper"
+x_m = 0.5
+y_m = 0
+[point.top]
+on = "lower"
+x_m = -0.41
+y_m = -0.02
+[point.tip]
+on = "lower"
+x_m = 0.4
+y_m = 0.05
+[revolute.hip]
+points = ["O", "hip"]
+[revolute.knee]
+points = ["knee", "top"]
+[contact.floor]
+kind = "rigid"
+point = "tip"
+ground_height_m = -0.6
+ground_angle_rad = 0.15
+CONTACT
+[start]
+given = ["upper.angle", "lower.angle"]
+[run]
+t_end_s = END
+rtol = 1e-11
+parameters = ["slope", "m", "J", "x", "g"]
+[parameter.slope]
+number = "contact.floor.ground_angle_rad"
+[parameter.m]
+number = "body.lower.mass_kg"
+[parameter.J]
+number = "body.upper.inertia_kg_m2"
+[parameter.x]
+number = "point.tip.x_m"
+[parameter.g]
+number = "gravity.y_m_per_s2"
+factors = [-1]
+[[cost.terminal]]
+kind = "square"
+output = "lower.angle_dot"
+[[cost.running]]
+kind = "square"
+output = "upper.angle_dot"
+)";
+
 }  // namespace costate::test

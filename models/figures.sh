@@ -17,13 +17,17 @@ draw() {  # MODEL SCENE [options of costate draw]
 for model in five_bar slider_crank andrews car_axis bricard flyball_governor heavy_top; do draw $model $model; done
 for model in pendulum damped_pendulum bouncing_ball shortest_swing; do draw $model $model --width 440; done
 draw n_four_bar n_four_bar_2
+"$tool" draw five_bar/five_bar_ground.toml -o five_bar/figures/five_bar_ground.svg
+for scene in drop thrown; do "$tool" draw bouncing_ball/$scene.toml --width 440 -o bouncing_ball/figures/$scene.svg; done
 for scene in arc_feet sole_feet space point_feet rigid_arcs knees; do
   mkdir -p walker/figures
   "$tool" draw walker/$scene.toml --no-names --width 440 -o walker/figures/$scene.svg
 done
-"$tool" optimize walker/gait_speed.toml --output "$runs/gait_speed" --quiet
-for gait in before:walker/gait_speed.toml "after:$runs/gait_speed/optimized.toml"; do
-  "$tool" animate "${gait#*:}" --output-step 0.1 --width 440 --t-end 7.2 -o "walker/figures/gait_speed_${gait%%:*}.svg"
+for goal in speed energy stability; do
+  "$tool" optimize walker/gait_$goal.toml --no-certificate --output "$runs/gait_$goal" --quiet
+  for gait in before:walker/gait_$goal.toml "after:$runs/gait_$goal/optimized.toml"; do
+    "$tool" animate "${gait#*:}" --output-step 0.1 --width 440 --t-end 7.2 -o "walker/figures/gait_${goal}_${gait%%:*}.svg"
+  done
 done
 for model in cradle engine rimless_wheel rocking_block sliding_box painleve_rod; do draw $model $model --no-names --width 440; done
 draw rigid_body euler_top --width 440

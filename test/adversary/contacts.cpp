@@ -73,6 +73,46 @@ std::string random_contact_scene(std::uint64_t seed) {
                             given, kRtol);
 }
 
+std::string random_struck_scene(std::uint64_t seed) {
+  std::string text = random_contact_scene(seed);
+  const std::string keys = "method = \"cvodes-adjoint\"\n";
+  // Of half a second behind the first impacts differences still tell something.
+  const std::string end = "t_end_s = 1.5";
+  text.replace(text.find(end), end.size(), "t_end_s = 0.9");
+  text.replace(text.find(keys), keys.size(),
+               "parameters = [\"mass\", \"inertia\", \"slope\", \"x\", \"gravity\", \"speed\"" +
+                   std::string(text.find("friction_coefficient") != std::string::npos ? ", \"friction\"" : "") +
+                   (text.find("restitution =") != std::string::npos ? ", \"restitution\"" : "") + "]\n" + keys);
+  std::string slopes, frictions, restitutions;
+  for (int c = 0; text.find(fmt::format("[contact.P{}]", c)) != std::string::npos; ++c) {
+    const char* comma = c > 0 ? ", " : "";
+    slopes += fmt::format("{}\"contact.P{}.ground_angle_rad\"", comma, c);
+    frictions += fmt::format("{}\"contact.P{}.friction_coefficient\"", comma, c);
+    restitutions += fmt::format("{}\"contact.P{}.restitution\"", comma, c);
+  }
+  text += fmt::format(R"([parameter.mass]
+number = "body.B0.mass_kg"
+[parameter.inertia]
+number = "body.B0.inertia_kg_m2"
+[parameter.slope]
+numbers = [{}]
+[parameter.x]
+number = "point.P0.x_m"
+[parameter.gravity]
+number = "gravity.y_m_per_s2"
+[parameter.speed]
+number = "body.B0.angular_velocity_rad_per_s"
+)",
+                      slopes);
+  if (text.find("\"friction\"") != std::string::npos)
+    text += fmt::format("[parameter.friction]\nnumbers = [{}]\n", frictions);
+  if (text.find("\"restitution\"") != std::string::npos)
+    text += fmt::format("[parameter.restitution]\nnumbers = [{}]\n", restitutions);
+  return text +
+         "[[cost.terminal]]\nkind = \"value\"\noutput = \"B0.angle\"\n[[cost.terminal]]\nkind = \"square\"\noutput = "
+         "\"B0.x\"\n[[cost.running]]\nkind = \"square\"\noutput = \"B0.angle_dot\"\nweight = 0.1\n";
+}
+
 Finding run_contacts(const std::string& text, const std::string& formulation) {
   Finding f;
   f.run = formulation + " x simulate";

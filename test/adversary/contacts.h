@@ -10,6 +10,8 @@
 namespace costate::adversary {
 
 std::string random_contact_scene(std::uint64_t seed);
+/// The same with parameters and a cost, for second derivatives.
+std::string random_struck_scene(std::uint64_t seed);
 
 /// One run of the scene: agreed, or refused or failed by an error that names a contact, or wrong.
 Finding run_contacts(const std::string& scene, const std::string& formulation);

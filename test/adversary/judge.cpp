@@ -154,7 +154,8 @@ Finding run_gradient(const std::string& text, const std::string& formulation, co
   });
 }
 
-Finding run_hessian(const std::string& text, const std::string& formulation, double allowed) {
+Finding run_hessian(const std::string& text, const std::string& formulation, const std::string& other, double step,
+                    double allowed) {
   return found(formulation + " x hessian", [&](Finding& f) {
     Problem problem = make_problem(Scene::parse(text, "adversary.toml"));
     problem.formulation = formulation;
@@ -169,7 +170,7 @@ Finding run_hessian(const std::string& text, const std::string& formulation, dou
     take_notices();
     const Hessian h = confirmed_hessian(problem, rho);
     Problem oracle = problem;
-    oracle.formulation = formulation == "maggi" ? "index1" : "maggi";
+    oracle.formulation = formulation == other ? "index1" : other;
     oracle.solver.rtol = 1e-11;
     oracle.solver.confirm = false;
     const auto gradient_at = [&](double e) {
@@ -180,7 +181,7 @@ Finding run_hessian(const std::string& text, const std::string& formulation, dou
     };
     Eigen::VectorXd along[3];
     for (int k = 0; k < 3; ++k) {
-      const double e = 2e-3 / (1 << k);
+      const double e = step / (1 << k);
       along[k] = (gradient_at(e) - gradient_at(-e)) / (2 * e);
     }
     const Eigen::VectorXd right = (4 * along[2] - along[1]) / 3, before = (4 * along[1] - along[0]) / 3;

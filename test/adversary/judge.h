@@ -32,9 +32,10 @@ struct Truth {
 Finding run_gradient(const std::string& scene, const std::string& formulation, const std::string& method,
                      const Truth& truth, double allowed = 1e-4);
 /// The product of the formulation's Hessian with one direction of all parameters, against differences of gradients by
-/// another formulation: agreed within `allowed` of the larger of H d and the gradient, or ten times what the Hessian
-/// says of its error.
-Finding run_hessian(const std::string& scene, const std::string& formulation, double allowed = 1e-3);
+/// another formulation, over steps of this part of the scales: agreed within `allowed` of the larger of H d and the
+/// gradient, or ten times what the Hessian says of its error.
+Finding run_hessian(const std::string& scene, const std::string& formulation, const std::string& oracle = "maggi",
+                    double step = 2e-3, double allowed = 1e-3);
 /// What `find` finds, and how it ends where it does not.
 Finding found(const std::string& run, const std::function<void(Finding&)>& find);
 /// Every formulation and method that exist together, differences apart.

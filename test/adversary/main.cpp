@@ -7,6 +7,7 @@
 //   costate_adversary --cases 1000 --of contacts                   rigid contacts, judged by energy and depth
 //   costate_adversary --cases 1000 --of hessians                   products of Hessians, by differences of gradients
 //   costate_adversary --cases 1000 --of touched-hessians           the same of contacts that give
+//   costate_adversary --cases 1000 --of struck-hessians            the same of rigid contacts
 //   costate_adversary --cases 1000 --of units                      trusses in millimetres, grams, hours
 //   costate_adversary --cases 1000 --of motions                    all outputs, by two other integrators
 //   costate_adversary --cases 1000 --of balances                   energy, work and momentum of what is stored
@@ -43,8 +44,9 @@ namespace {
 constexpr int kSeconds =
     300;  // of the processor for one case: fixed steps may take a million of a vehicle with many tyres
 
-const std::string_view kOf[] = {"trusses",  "kinds",  "contacts", "hessians", "units",           "motions",
-                                "balances", "cranks", "switches", "touches",  "touched-hessians"};
+const std::string_view kOf[] = {"trusses",  "kinds",   "contacts",         "hessians",
+                                "units",    "motions", "balances",         "cranks",
+                                "switches", "touches", "touched-hessians", "struck-hessians"};
 
 struct Options {
   long cases = 200, first = 1, one = -1;
@@ -180,6 +182,13 @@ std::vector<Finding> try_case(long number, const Options& options) {
     std::fflush(stdout);
     return run_crank(crank, some(runs_of_motions(), options, engine));
   }
+  const char* with_products[] = {"index1", "baumgarte", "penalty", "augmented-lagrangian"};
+  if (options.of == "struck-hessians") {
+    const std::string scene = random_struck_scene(static_cast<std::uint64_t>(number));
+    if (options.scene) fmt::print("{}", scene);
+    std::fflush(stdout);
+    return {run_hessian(scene, with_products[engine() % 4], "baumgarte", 2e-4)};
+  }
   const bool touched = options.of == "touched-hessians";
   if (options.of == "hessians" || touched || options.of == "motions" || options.of == "balances") {
     const std::string scene = touched ? random_touch_scene(static_cast<std::uint64_t>(number)).text
@@ -195,8 +204,7 @@ std::vector<Finding> try_case(long number, const Options& options) {
       return is_truss(number) ? run_balances(random_truss(static_cast<std::uint64_t>(number)), runs)
                               : run_created_energy(scene, runs);
     }
-    const char* by[] = {"index1", "baumgarte", "penalty", "augmented-lagrangian"};
-    return {run_hessian(scene, by[engine() % 4])};
+    return {run_hessian(scene, with_products[engine() % 4])};
   }
   const auto chosen = some(combinations(), options, engine);
   if (is_truss(number) && options.of != "touches") {
@@ -282,7 +290,7 @@ int main(int argc, char** argv) {
     else {
       fmt::print(stderr,
                  "usage: {} [--cases N] [--seed N] [--of trusses | kinds | contacts | hessians | units | motions | "
-                 "balances | cranks | switches | touches | touched-hessians] "
+                 "balances | cranks | switches | touches | touched-hessians | struck-hessians] "
                  "[--combinations N] "
                  "[--only TEXT] "
                  "[--case N "

@@ -141,8 +141,6 @@ TEST_CASE("events: discrete methods take a scheme that carries them", "[events]"
 TEST_CASE("events: what does not carry them is refused by name", "[events]") {
   // Rows that come and go.
   Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/rimless_wheel/rimless_wheel.toml"));
-  p.formulation = "index1";
-  CHECK_THROWS_WITH(hessian(p, p.parameters.values()), Contains("is closed: second derivatives are not carried"));
   p.formulation = "penalty-second-order";
   CHECK_THROWS_WITH(gradient(p, "hand-adjoint", p.parameters.values()), Contains("rigid contacts that close"));
 }

@@ -7,9 +7,19 @@
 #include <vector>
 
 #include "costate/problem/scaled_gradient.h"
+#include "costate/problem/scene_problem.h"
+#include "costate/scene/scene.h"
 #include "costate/sensitivity/difference_hessian.h"
 
 namespace costate::test {
+
+/// Of a scene as text; its runs are not confirmed by others.
+inline Problem unconfirmed(const std::string& scene) {
+  Problem p = make_problem(Scene::parse(scene, "scene.toml"));
+  p.solver.confirm = false;
+  p.solver.integrator.clear();
+  return p;
+}
 
 /// In scaled parameters, against the largest entry of `right`.
 inline double apart(const Problem& p, const Eigen::MatrixXd& found, const Eigen::MatrixXd& right) {

@@ -11,6 +11,7 @@
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
+#include "property/rigid_scenes.h"
 #include "property/ways_compared.h"
 #include "support/with_words.h"
 
@@ -165,77 +166,63 @@ TEST_CASE("rigid friction: starts that are none", "[events]") {
   CHECK(refused("0", "sliding = \"backward\"", "[\"block.x\"]", "0.3").empty());
 }
 
-namespace {
-
-// A block on rough ground that another one pulls by a spring to and fro: it sticks, slides and sticks again.
-const char* pulled = R"(
-[gravity]
-y_m_per_s2 = -9.81
-[point.block]
-x_m = 0
-y_m = 0
-[mass.block]
-point = "block"
-mass_kg = 0.5
-[point.puller]
-x_m = 0.9
-y_m = 0.3
-vx_m_per_s = 1.5
-[mass.puller]
-point = "puller"
-mass_kg = 1.5
-[spring.S]
-from = "block"
-to = "puller"
-stiffness_N_per_m = 30
-damping_N_s_per_m = 0.2
-natural_length_m = 0.95
-[point.nail]
-ground = true
-x_m = 0.8
-y_m = 2
-[spring.hanger]
-from = "nail"
-to = "puller"
-stiffness_N_per_m = 40
-natural_length_m = 1.4
-[contact.floor]
-kind = "rigid"
-point = "block"
-closed = true
-along_m = 0
-ground_angle_rad = 0.05
-friction = "coulomb"
-friction_coefficient = 0.8
-[start]
-given = ["puller.x", "puller.y"]
-[run]
-t_end_s = 1.5
-rtol = 1e-11
-parameters = ["mass.block.mass_kg", "mass.puller.mass_kg", "spring.S.stiffness_N_per_m", "spring.S.natural_length_m", "spring.S.damping_N_s_per_m", "contact.floor.ground_angle_rad", "contact.floor.friction_coefficient", "gravity.y_m_per_s2", "point.puller.x_m"]
-[[cost.running]]
-kind = "square"
-output = "block.x"
-target = 0.4
-[[cost.running]]
-kind = "square"
-output = "floor.friction_force"
-weight = 1e-3
-[[cost.terminal]]
-kind = "value"
-output = "floor.normal_force"
-weight = 1e-2
-)";
-
-}  // namespace
-
 // Costs of positions, of the friction force along the way and of the normal force at the end, whose derivatives take
 // the transposed system with its corner; against Richardson differences, whose own estimate is 1e-8.
 TEST_CASE("rigid friction: gradients through sticking and sliding", "[events]") {
-  Problem p = make_problem(Scene::parse(pulled, "pulled.toml"));
+  Problem p = make_problem(Scene::parse(test::kPulledBlock, "pulled.toml"));
   const GradientResult r = gradient(p, "cvodes-forward", p.parameters.values());
   CAPTURE(event_names(r.events));
   CHECK(r.events.size() >= 3);
   p.formulation = "index1";
   check_ways(p, event_names(r.events), sliding_ways, 1e-6);
+}
+
+// Where a run ends by a reaction the end's own time has that reaction's rate, in which the friction of what slides
+// turns with the body. Without that the gradient was off by a quarter.
+TEST_CASE("rigid friction: a run that ends by the normal force of what slides", "[events]") {
+  Problem p = make_problem(Scene::parse(R"([gravity]
+y_m_per_s2 = -9.81
+[body.rod]
+x_m = 0
+y_m = 0.8
+vx_m_per_s = 3
+angle_rad = 0.4
+mass_kg = 1.5
+inertia_kg_m2 = 0.1
+[point.tip]
+on = "rod"
+x_m = 0.3
+y_m = -0.7
+[contact.floor]
+kind = "rigid"
+point = "tip"
+closed = true
+sliding = "forward"
+friction = "coulomb"
+friction_coefficient = 0.3
+[start]
+given = ["rod.angle", "rod.x"]
+[run]
+t_end_s = 1
+rtol = 1e-11
+ends_when = { output = "floor.normal_force", above = 9 }
+parameters = ["body.rod.mass_kg", "body.rod.inertia_kg_m2", "contact.floor.friction_coefficient", "body.rod.angle_rad"]
+[[cost.terminal]]
+kind = "value"
+output = "rod.angle"
+[[cost.terminal]]
+kind = "value"
+output = "time"
+)",
+                                        "rod.toml"));
+  p.formulation = "index1";
+  const GradientResult r = gradient(p, "cvodes-forward", p.parameters.values());
+  check_ways(p, event_names(r.events),
+             {{"index1", "idas-adjoint"},
+              {"index1", "cvodes-adjoint"},
+              {"index2", "idas-adjoint"},
+              {"baumgarte", "cvodes-forward"},
+              {"penalty", "idas-forward"},
+              {"augmented-lagrangian", "cvodes-adjoint"}},
+             1e-6);
 }

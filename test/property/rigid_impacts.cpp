@@ -11,6 +11,7 @@
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
+#include "property/rigid_scenes.h"
 #include "property/ways_compared.h"
 #include "support/with_words.h"
 
@@ -204,55 +205,10 @@ TEST_CASE("rigid impacts: gradients through impacts of several contacts", "[even
   }
 }
 
-namespace {
-
-// A mass on the ground under a heavier one on a spring, which lifts it: it opens, flies and closes again.
-const char* hopper = R"(
-[gravity]
-y_m_per_s2 = -9.81
-[point.foot]
-x_m = 0
-y_m = 0
-[mass.foot]
-point = "foot"
-mass_kg = 0.5
-[point.top]
-x_m = 0.1
-y_m = 0.45
-[mass.top]
-point = "top"
-mass_kg = 2
-[spring.leg]
-from = "foot"
-to = "top"
-stiffness_N_per_m = 300
-damping_N_s_per_m = 0.4
-natural_length_m = 0.8
-[contact.floor]
-kind = "rigid"
-point = "foot"
-FRICTION
-closed = true
-[start]
-given = GIVEN
-[run]
-t_end_s = 1.1
-rtol = 1e-11
-parameters = ["mass.foot.mass_kg", "mass.top.mass_kg", "spring.leg.stiffness_N_per_m", "spring.leg.natural_length_m", "spring.leg.damping_N_s_per_m", "contact.floor.ground_angle_rad", "contact.floor.ground_height_m", "gravity.y_m_per_s2", "point.top.x_m"]
-[[cost.running]]
-kind = "square"
-output = "top.y"
-target = 0.4
-[[cost.terminal]]
-kind = "value"
-output = "top.x"
-)";
-
-}  // namespace
-
 // Gradients through closing and opening against Richardson differences of whole motions (their own estimate: 1e-8).
 TEST_CASE("rigid contacts: gradients through closing and opening", "[events]") {
-  const std::string scene = with_words(hopper, {{"FRICTION", ""}, {"GIVEN", "[\"foot.x\", \"top.x\", \"top.y\"]"}});
+  const std::string scene =
+      with_words(test::kHopper, {{"FRICTION", ""}, {"GIVEN", "[\"foot.x\", \"top.x\", \"top.y\"]"}});
   Problem p = make_problem(Scene::parse(scene, "hopper.toml"));
   p.formulation = "index1";
   const std::vector<double> rho = p.parameters.values();
@@ -299,8 +255,8 @@ TEST_CASE("rigid contacts: refusals", "[events]") {
   CHECK(s.events.back().t < 4.0637127688715781401);
   CHECK(std::abs(s.events.back().t - 4.0637127688715781401) <= 2 * 0.01 / 9.81 / (1 - 0.8));
   const std::string slips =
-      with_words(hopper, {{"FRICTION", "friction = \"coulomb\"\nfriction_coefficient = 0.05\nalong_m = 0"},
-                          {"GIVEN", "[\"top.x\", \"top.y\"]"}});
+      with_words(test::kHopper, {{"FRICTION", "friction = \"coulomb\"\nfriction_coefficient = 0.05\nalong_m = 0"},
+                                 {"GIVEN", "[\"top.x\", \"top.y\"]"}});
   p = make_problem(Scene::parse(slips, "hopper.toml"));
   CHECK_THROWS_WITH(simulate(p, p.parameters.values()), Catch::Contains("contact.floor"));
 }

@@ -14,13 +14,14 @@ Eigen::VectorXd acceleration_rates(Assembly& assembly, AccelerationLevel& level)
   if (st.omega != 0) {
     const double c1 = st.by_rate(), c0 = st.by_value();
     const SparsePattern& J = assembly.jacobian();
+    Eigen::VectorXd speed = Eigen::Map<const Eigen::VectorXd>(assembly.phi_t.data(), m);
+    add_product(J, assembly.phi_q.data(), 1, s.v, speed.data());
     for (int i = 0; i < m; ++i)
-      x[n + i] += c1 * assembly.bias[static_cast<std::size_t>(i)] + c0 * assembly.phi_t[static_cast<std::size_t>(i)];
+      x[n + i] += c1 * assembly.bias[static_cast<std::size_t>(i)] + (assembly.holds_position(i) ? c0 * speed[i] : 0);
     add_product(J, assembly.phi_q.data(), c1, s.a, x.data() + n);
-    add_product(J, assembly.phi_q.data(), c0, s.v, x.data() + n);
   }
   for (int i = 0; i < m; ++i)
-    if (!assembly.is_there(i)) x[n + i] = 0;  // its multiplier is 0
+    if (!assembly.is_there(i)) x[n + i] = 0;  // its multiplier is 0, or friction
   x = -x;
   level.solve_kkt(x.data());
   return x;

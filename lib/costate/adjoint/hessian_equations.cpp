@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 
+#include "costate/assembly/rolling_rows.h"
 #include "costate/assembly/switched_rows_refusal.h"
 #include "costate/level/solved_end.h"
 
@@ -117,9 +118,9 @@ void HessianEquations::calc_change(bool terminal, int k, const double* s, const 
   double *force = rows_.data(), *phi = force + n_, *phid = phi + m_, *phidd = phid + m_;
   for (int i = 0; i < n_; ++i) force[i] = -s[i];
   for (int i = 0; i < m_; ++i) {
-    phidd[i] = -s[n_ + i];
+    phidd[i] = assembly_.is_there(i) ? -s[n_ + i] : 0;
     phid[i] = st.by_rate() * phidd[i];
-    phi[i] = st.by_value() * phidd[i];
+    phi[i] = assembly_.holds_position(i) ? st.by_value() * phidd[i] : 0;
   }
   TermWeights w;
   w.force = force;
@@ -132,6 +133,13 @@ void HessianEquations::calc_change(bool terminal, int k, const double* s, const 
   add_gradient_change(assembly_, state, d, w,
                       {change_.q.data(), change_.v.data(), change_.a.data(), change_.lambda.data(), change_.z.data(),
                        change_.rho.data()});
+  // -s2 R2 of the rows along which contacts slide is s2 (lambda_t + s mu lambda_n).
+  for (const Assembly::SlidingRow& r : assembly_.sliding_rows()) {
+    const double weight = s[n_ + r.along] * r.direction;
+    change_.lambda[r.normal] += weight * d.numbers[r.number];
+    for (const auto& [column, c] : assembly_.number_columns()[static_cast<std::size_t>(r.number)])
+      change_.rho[column] += c * weight * d.lambda[r.normal];
+  }
 }
 
 void HessianEquations::add_transposed(double c, const double* s, const double* mu_z, double* out) const {
@@ -165,7 +173,7 @@ void HessianEquations::solve_adjoint(const ScalarGradient& g, const double* x, s
                                      double* integrand) {
   for (int i = 0; i < n_; ++i) s[static_cast<std::size_t>(i)] = x[n_ + i] + g.a[i];
   std::copy(g.lambda.data(), g.lambda.data() + m_, s.begin() + n_);
-  level_.solve_kkt(s.data());
+  level_.solve_kkt_transposed(s.data());
   for (int i = 0; i < n_; ++i) {
     xp[i] = -g.q[i];
     xp[n_ + i] = -g.v[i] - x[i];
@@ -197,13 +205,15 @@ void HessianEquations::adjoint(const double* mu, const double* dmu, double* mup,
 void HessianEquations::solve_start_multipliers(const Start& start, const double* mu, double t, Eigen::VectorXd& x,
                                                Eigen::VectorXd& y) {
   // [Phi_q; B]^T [y; b] = mu_v, then [Phi_q; B]^T [x; .] = mu_q - Phid_q^T y - (B v)_q^T b, where B of the velocities
-  // depends on q if a rate is given; with redundant rows the least solution. y keeps b.
+  // depends on q if a rate is given; with redundant rows the least solution. y keeps b. What sticks where it is has no
+  // place.
   const auto& pattern = assembly_.jacobian();
-  const auto transposed = [&](const std::vector<GivenStart>& given) {
+  const auto transposed = [&](const std::vector<GivenStart>& given, const std::vector<int>& left_out) {
     Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n_, m_ + static_cast<int>(given.size()));
     for (int j = 0; j < n_; ++j)
       for (auto e = pattern.column_start[j]; e < pattern.column_start[j + 1]; ++e)
         A(j, static_cast<int>(pattern.row[e])) += assembly_.phi_q[static_cast<std::size_t>(e)];
+    for (const int row : left_out) A.col(row).setZero();
     for (std::size_t g = 0; g < given.size(); ++g) {
       if (given[g].coordinate >= 0) A(given[g].coordinate, m_ + static_cast<int>(g)) = 1;
       for (const auto& [i, j, factor] : given[g].terms) A(j, m_ + static_cast<int>(g)) += factor * start.q[i];
@@ -215,7 +225,7 @@ void HessianEquations::solve_start_multipliers(const Start& start, const double*
   if (start.rests)
     y = Eigen::VectorXd::Zero(m_ + static_cast<Eigen::Index>(m.given_velocities().size()));
   else
-    y = transposed(m.given_velocities()).solve(mu_v);
+    y = transposed(m.given_velocities(), {}).solve(mu_v);
   Eigen::VectorXd right = mu_q;
   add_transposed_product(pattern, assembly_.phid_q.data(), -1, y.data(), right.data());
   for (std::size_t g = 0; g < m.given_velocities().size(); ++g)
@@ -224,7 +234,7 @@ void HessianEquations::solve_start_multipliers(const Start& start, const double*
   if (m.starts_at_equilibrium())
     solve_balance_multipliers(start, right, mu + 2 * n_, t, x);
   else
-    x = transposed(m.given_positions()).solve(right).head(m_);
+    x = transposed(m.given_positions(), rows_without_place(assembly_)).solve(right).head(m_);
 }
 
 void HessianEquations::begin(double t, const double* mu, const double* dmu, double* gradient, double* products) {

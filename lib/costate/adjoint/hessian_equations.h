@@ -90,6 +90,7 @@ class HessianEquations {
     std::vector<double> before = {}, after = {};
     double near_before = 0, near_after = 0;
     std::vector<double> state_before = {}, state_after = {};
+    bool rigid = false, bends = false;  // of a rigid contact; and of one that lets go or begins to slide: (13.17)
   };
   /// Whose derivatives are taken, with an assembly of their own.
   struct Jumps {
@@ -102,8 +103,6 @@ class HessianEquations {
   void cross_event(const Jumps& jumps, const Event& event, double* mu, double* dmu, double* gradient, double* products);
   /// The end of the motion is where this happens; the cost holds end_term() of it.
   void end_by(std::optional<EndEvent> end) { end_event_ = std::move(end); }
-  /// Throws CapabilityError where a rigid contact is closed with these states.
-  void refuse_closed(double t, const double* y) const;
 
  private:
   /// (v, a, z') and the running cost on one side of an event, their rates along the motion, and, of an adjoint, mu' and
@@ -119,6 +118,8 @@ class HessianEquations {
   void add_rates(Flow& flow);
   void add_adjoint(const Eigen::VectorXd& mu, Flow& flow);
   MotionEvents::Side side_of(const Flow& flow) const;
+  /// cross_event() where a rigid contact lets go or begins to slide.
+  void cross_bend_of_contact(const Jumps& jumps, const Event& event, const double* mu, double* dmu, double* products);
   /// Along direction j with the time and the state changing by these.
   Variation moved(int j, double dt, const Eigen::VectorXd& dx) const;
   /// What the end's own time adds to the terms at T.

@@ -1,8 +1,9 @@
-// Second derivatives across events, lib/README.md (13.14), and at an end that an event decides, (13.15).
+// Second derivatives across events, lib/README.md (13.14) and (13.17), and at an end that an event decides, (13.15).
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "costate/adjoint/gradient_rate.h"
 #include "costate/adjoint/hessian_equations.h"
@@ -16,6 +17,9 @@ namespace {
 using Eigen::Index;
 using Eigen::Map;
 using Eigen::VectorXd;
+
+/// Below this share of the terms that make it up a guard's rate is rounding.
+constexpr double kGrazes = 1e-7;
 
 /// z'' along the motion, of all forces.
 void calc_state_rates(const Assembly& assembly, const StateView& s, double* out) {
@@ -44,19 +48,6 @@ void calc_state_rates(const Assembly& assembly, const StateView& s, double* out)
 }
 
 }  // namespace
-
-void HessianEquations::refuse_closed(double t, const double* y) const {
-  const Mechanism& mechanism = assembly_.mechanism();
-  for (std::size_t k = 0; k < mechanism.forces().size(); ++k) {
-    const auto* contact = dynamic_cast<const UnilateralForce*>(mechanism.forces()[k].get());
-    if (!contact || contact->closed_state() < 0) continue;
-    if (y[2 * n_ + mechanism.state_offsets()[k] + contact->closed_state()] > 0.5)
-      throw CapabilityError(
-          fmt::format("At t = {:.9g} s {} is closed: second derivatives are not carried through rigid contacts but "
-                      "those that bounce. Differences of gradients tell them.",
-                      t, mechanism.forces()[k]->path()));
-  }
-}
 
 HessianEquations::Flow HessianEquations::flow() const {
   const StateView s = level_.state();
@@ -136,6 +127,7 @@ Variation HessianEquations::moved(int j, double dt, const VectorXd& dx) const {
 void HessianEquations::cross_event(const Jumps& jumps, const Event& e, double* mu, double* dmu, double* gradient,
                                    double* products) {
   const int N = state_size(), np = parameter_count();
+  if (e.bends) return cross_bend_of_contact(jumps, e, mu, dmu, products);
   const VectorXd behind = Map<const VectorXd>(mu, N);
   evaluate(e.near_after, e.state_after.data(), e.state_after.data() + N);
   Flow plus = flow();
@@ -183,6 +175,33 @@ void HessianEquations::cross_event(const Jumps& jumps, const Event& e, double* m
     own = by.x + W.x + dkappa * h.x - minus.mup * dt;
     Map<VectorXd>(products + static_cast<std::ptrdiff_t>(j) * np, np) +=
         by.rho + W.rho + dkappa * h.rho + (minus.rho - plus.rho) * dt;
+  }
+}
+
+void HessianEquations::cross_bend_of_contact(const Jumps& jumps, const Event& e, const double* mu, double* dmu,
+                                             double* products) {
+  const int N = state_size(), np = parameter_count();
+  const VectorXd weights = Map<const VectorXd>(mu, N);
+  evaluate(e.near_after, e.state_after.data(), e.state_after.data() + N);
+  Flow plus = flow(), minus;
+  add_adjoint(weights, plus);
+  evaluate(e.near_before, e.state_before.data(), e.state_before.data() + N);
+  minus = flow();
+  add_adjoint(weights, minus);
+  StateView before = view(e.t, e.before.data());
+  before.lambda = level_.lambda();
+  const MotionEvents::Gradient h = jumps.events->begin_second(e.event, before, side_of(minus));
+  const VectorXd rates = acceleration_rates(assembly_, level_).tail(m_);
+  const double h_rate = h.lambda.dot(rates);
+  if (!(std::abs(h_rate) > kGrazes * h.lambda.cwiseAbs().dot(rates.cwiseAbs())))
+    throw SolverError(
+        fmt::format("At t = {:.9g} s '{}' is grazed: its force changes by {:.3g} per second. The time of the event has "
+                    "no derivative there. Move the motion away from grazing.",
+                    e.t, jumps.events->name(e.event), h_rate));
+  for (int j = 0; j < directions(); ++j) {
+    const double dt = -(h.lambda.dot(accelerations_.col(j).tail(m_)) + h.rho.dot(directions_.col(j))) / h_rate;
+    Map<VectorXd>(dmu + static_cast<std::ptrdiff_t>(j) * N, N) += dt * (plus.mup - minus.mup);
+    Map<VectorXd>(products + static_cast<std::ptrdiff_t>(j) * np, np) += dt * (minus.rho - plus.rho);
   }
 }
 

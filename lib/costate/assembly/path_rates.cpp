@@ -19,6 +19,27 @@ void add(const Assembly& assembly, const Element& e, int i, int j, double x, std
   if (x != 0) out[assembly.square().find(e.coordinates()[i], e.coordinates()[j])] += x;
 }
 
+/// force += (Phi_q^T)' lambda of the rows along which contacts slide, which phid_q does not hold.
+void add_friction_rates(const Assembly& assembly, const StateView& s, double* force) {
+  const Mechanism& m = assembly.mechanism();
+  Local q, phi;
+  for (const Assembly::SlidingRow& at : assembly.sliding_rows())
+    for (std::size_t k = 0; k < m.constraints().size(); ++k) {
+      if (m.row_offsets()[k] != at.normal) continue;
+      const Constraint& e = *m.constraints()[k];
+      const auto p = numbers_of(e, assembly);
+      const auto& c = e.coordinates();
+      for (std::size_t i = 0; i < c.size(); ++i) q[i] = PathDual(Taylor2(s.q[c[i]], s.v[c[i]], 0));
+      for (std::size_t j = 0; j < c.size(); ++j) {
+        q[j].d[0] = Taylor2(1.0);
+        phi.fill(PathDual());
+        e.phi(PathDual(Taylor2(s.t, 1, 0)), q.data(), p.data(), phi.data());
+        q[j].d[0] = Taylor2();
+        force[c[j]] += s.lambda[at.along] * phi[static_cast<std::size_t>(at.along - at.normal)].d[0].c1;
+      }
+    }
+}
+
 }  // namespace
 
 void calc_path_rates(Assembly& assembly, const StateView& s, PathRates& out) {
@@ -116,6 +137,7 @@ void calc_motion_rates(const Assembly& assembly, const StateView& s, double* for
   }
   // (Phi_q^T)' lambda
   if (assembly.m() > 0) add_transposed_product(assembly.jacobian(), assembly.phid_q.data(), 1, s.lambda, force);
+  add_friction_rates(assembly, s, force);
   // The change of Phidd along (1, v, a, 0) of (t, q, v, a): one more rate of a path of two.
   std::array<DirectedPathDual, kMaxLocal> path, phi;
   DirectedPathDual time{PathDual(Taylor2(s.t, 1, 0))};

@@ -83,7 +83,7 @@ void DiscreteAdjoint::accelerations_back() {
   s_.head(n_) = a_;
   s_.segment(n_, nz_) = f_;
   s_.tail(m_) = lambda_;
-  scheme_.matrices().solve_projection(s_.data());
+  scheme_.matrices().solve_projection_transposed(s_.data());
   const double* s2 = s_.data() + n_ + nz_;
   subtract_rows(s_);
   add_transposed_product(assembly_.jacobian(), assembly_.phidd_q.data(), -1, s2, q_.data());
@@ -95,13 +95,16 @@ void DiscreteAdjoint::velocities_back() {
   const StepRecord& r = scheme_.record();
   w_.head(n_) = v_;
   w_.tail(nz_ + m_).setZero();
-  scheme_.matrices().solve_projection(w_.data());
+  scheme_.matrices().solve_projection_transposed(w_.data());
   const double *s1 = w_.data(), *s2 = s1 + n_ + nz_;
   const StateView end = scheme_.state();
   assembly_.calc_projection_hessian(end, r.u, r.eta, hessian_);
   add_transposed_product(assembly_.square(), hessian_.data(), -1, s1, q_.data());
   add_transposed_product(assembly_.jacobian(), assembly_.phid_q.data(), -1, s2, q_.data());
   add_transposed_product(assembly_.jacobian(), assembly_.phi_q.data(), -1, s2, v_.data());
+  for (const Assembly::SlidingRow& at : assembly_.sliding_rows())
+    for (const auto& [column, factor] : assembly_.number_columns()[static_cast<std::size_t>(at.number)])
+      gradient_[static_cast<std::size_t>(column)] += factor * s2[at.along] * at.direction * r.eta[at.normal];
   add_outer(s1, r.u);
   assembly_.add_projection_gradient(end, r.u, r.eta, s1, -1, gradient_.data(), false);
 }
@@ -125,7 +128,7 @@ void DiscreteAdjoint::stage_back(bool factored) {
   const StepCoefficients& c = scheme_.coefficients();
   const StateView stage = scheme_.stage();
   if (factored)
-    assembly_.calc_force_partials(stage);
+    scheme_.calc_stage_partials(stage);
   else
     scheme_.factor_stage_here();
   s_.head(n_) = c.B * q_ + c.G * v_;
@@ -133,13 +136,14 @@ void DiscreteAdjoint::stage_back(bool factored) {
   s_.tail(m_).setZero();
   scheme_.matrices().solve_step_transposed(s_.data());
   subtract_rows(s_);
-  double* s2 = s_.data() + n_ + nz_;
-  for (int i = 0; i < m_; ++i) s2[i] /= c.B;
-  add_transposed_product(assembly_.jacobian(), assembly_.phi_q.data(), -1, s2, q_.data());
+  const double* s2 = s_.data() + n_ + nz_;
+  StageRows& rows = scheme_.stage_rows();
+  add_transposed_product(assembly_.jacobian(), rows.by_q().data(), -1, s2, q_.data());
+  if (rows.keep_rates()) add_transposed_product(assembly_.jacobian(), rows.by_v().data(), -1, s2, v_.data());
   Assembly::ParameterWeights w;
   w.force = s_.data();
   w.state = s_.data() + n_;
-  w.row_phi = s2;
+  rows.weigh(assembly_, c, s2, w);
   w.constant_bodies = false;
   add_outer(s_.data(), stage.a);
   sum_ += s_.head(n_);

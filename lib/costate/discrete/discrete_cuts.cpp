@@ -1,18 +1,13 @@
 // Steps of the discrete scheme that do not end where the next one of the same length begins: at events, at kinks.
 #include <algorithm>
 
-#include "costate/base/error.h"
+#include "costate/assembly/switched_rows_refusal.h"
 #include "costate/discrete/discrete_scheme.h"
 
 namespace costate {
 
 void DiscreteScheme::require_rows() const {
-  bool all = assembly_.slidable_rows().empty();
-  for (int i = 0; i < m_; ++i) all = all && assembly_.holds_position(i);
-  if (all) return;
-  throw CapabilityError(
-      "This scene has rigid contacts with friction that close, and may slide; fixed steps are not made for that "
-      "yet. Take idas or cvodes methods, or friction = \"none\".");
+  refuse_spatial_friction(assembly_, "the scheme of fixed steps", "idas or cvodes methods");
 }
 
 void DiscreteScheme::keep_beginnings() {

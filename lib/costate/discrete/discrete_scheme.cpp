@@ -29,6 +29,7 @@ DiscreteScheme::DiscreteScheme(std::shared_ptr<const Mechanism> mechanism, Param
     : System(std::move(mechanism), std::move(parameters), std::move(objective)),
       alpha_coefficients_(coefficients),
       matrices_(assembly_),
+      stage_rows_(assembly_),
       n_(assembly_.n()),
       m_(assembly_.m()),
       nz_(assembly_.nz()) {
@@ -244,9 +245,9 @@ void DiscreteScheme::evaluate_stage() {
   double* b = rhs_.data();
   for (int i = 0; i < n_; ++i) b[i] = assembly_.Q[i];
   add_product(assembly_.square(), assembly_.M.data(), -1, a, b);
-  add_transposed_product(assembly_.jacobian(), assembly_.phi_q.data(), -1, lambda, b);
+  add_transposed_product(assembly_.jacobian(), assembly_.reaction_jacobian().data(), -1, lambda, b);
   for (int i = 0; i < nz_; ++i) b[n_ + i] = assembly_.zdot[i] - f[i];
-  for (int i = 0; i < m_; ++i) b[n_ + nz_ + i] = assembly_.is_there(i) ? -assembly_.phi[i] / c_.B : lambda[i];
+  stage_rows_.subtract(assembly_, c_, v_star_.data(), lambda, b + n_ + nz_);
 }
 
 /// 1, until corrections are of rounding size. The last correction is applied to x and v*, not to q, so that the
@@ -262,8 +263,8 @@ void DiscreteScheme::iterate() {
       s.v = v_star_.data();
       s.a = r_.x;
       s.lambda = r_.x + n_ + nz_;
-      assembly_.calc_force_partials(s);
-      check(matrices_.factor_step(assembly_, c_), "in a step");
+      calc_stage_partials(s);
+      check(matrices_.factor_step(assembly_, c_, stage_rows_), "in a step");
       set_reaches();
       ++counters_.extra_factorizations;
       refactor = false;
@@ -322,8 +323,8 @@ void DiscreteScheme::advance(double h, double t_end) {
   s.v = v_star_.data();
   s.a = r_.x;
   s.lambda = r_.x + n_ + nz_;
-  assembly_.calc_force_partials(s);
-  check(matrices_.factor_step(assembly_, c_), "in a step");
+  calc_stage_partials(s);
+  check(matrices_.factor_step(assembly_, c_, stage_rows_), "in a step");
   set_reaches();
   check(matrices_.factor_projection(assembly_), "in a projection");
   // 2
@@ -358,8 +359,8 @@ void DiscreteScheme::factor_projection_here() {
 void DiscreteScheme::factor_stage_here() {
   const StateView s = stage();
   assembly_.calc_dynamics(s);
-  assembly_.calc_force_partials(s);
-  check(matrices_.factor_step(assembly_, c_), "in a step");
+  calc_stage_partials(s);
+  check(matrices_.factor_step(assembly_, c_, stage_rows_), "in a step");
   set_scales();
   set_reaches();
 }

@@ -4,6 +4,7 @@
 //
 //   1 step           q = q_g + B a*,  v* = v_g + G a*,  z = z_g + G_z f*       (_g: what the last state gives)
 //                    M a* + Phi_q^T lambda* = Q(q, v*, z, t),  f* = f(q, v*, z, t),  Phi(q, t) = 0
+//                    (Phid(q, v*, t) = 0 of rows that keep rates alone, and friction: stage_rows.h)
 //   2 velocities     M u + Phi_q^T eta = 0,  Phi_q (v* + u) = -Phi_t,  v = v* + u
 //   3 accelerations  M a + Phi_q^T lambda = Q(q, v, z, t),  Phi_q a = -(bias of Phidd),  f = f(q, v, z, t)
 //   4 rates          alpha = new_a a + old_a a0 + old_alpha alpha0,  y likewise from f
@@ -60,7 +61,7 @@ class DiscreteScheme final : public System {
   MechanismState mechanism_state(double t, const double* y) override;
   MechanismState kinematic_state(double t, const double* y) override { return view(t, y); }
   bool carries_events() const override { return true; }
-  /// Throws CapabilityError for rows that it has no equations for: those of friction.
+  /// Throws CapabilityError for rows that it has no equations for: those of friction in space.
   void require_rows() const;
 
   /// Consistent start at t for steps of h, with its derivative with respect to the parameters as wanted.
@@ -104,6 +105,9 @@ class DiscreteScheme final : public System {
   const StepRecord& record() const { return r_; }
   const Start& start_state() const { return start_; }
   StepMatrices& matrices() { return matrices_; }
+  /// Derivative blocks of 1 at the stage s, in the assembly, and of its rows.
+  void calc_stage_partials(const StateView& s) { stage_rows_.calc(assembly_, s, c_); }
+  StageRows& stage_rows() { return stage_rows_; }
   const DiscreteCounters& counters() const { return counters_; }
 
   // Records for a backward pass: copies of everything that a step ends with.
@@ -149,6 +153,7 @@ class DiscreteScheme final : public System {
   AlphaCoefficients alpha_coefficients_;
   StepCoefficients c_;
   StepMatrices matrices_;
+  StageRows stage_rows_;
   int n_, m_, nz_;
   Start start_;
   double t_start_ = 0, length_ = 0;

@@ -47,17 +47,20 @@ void DiscreteTangent::stage() {
   const StepCoefficients& c = scheme_.coefficients();
   const StateView s = scheme_.stage();
   assembly_.calc_jacobian(s);
-  assembly_.calc_force_partials(s);
+  scheme_.calc_stage_partials(s);
   assembly_.calc_parameter_columns(s, columns_);
   right_.topRows(n_) = -columns_.F;
   right_.middleRows(n_, nz_) = columns_.f;
-  right_.bottomRows(m_) = -columns_.phi / c.B;
+  right_.bottomRows(m_).setZero();
+  const StageRows& rows = scheme_.stage_rows();
   for (int j = 0; j < np_; ++j) {
     const double *q = q_.col(j).data(), *v = v_.col(j).data(), *z = z_.col(j).data();
     double *force = right_.col(j).data(), *state = force + n_, *row = state + nz_;
     add_product(assembly_.square(), assembly_.K.data(), -1, q, force);
     add_product(assembly_.square(), assembly_.C.data(), -1, v, force);
-    add_product(assembly_.jacobian(), assembly_.phi_q.data(), -1 / c.B, q, row);
+    rows.subtract_columns(assembly_, c, columns_, j, row);
+    add_product(assembly_.jacobian(), rows.by_q().data(), -1, q, row);
+    if (rows.keep_rates()) add_product(assembly_.jacobian(), rows.by_v().data(), -1, v, row);
     if (nz_ == 0) continue;
     add_product(assembly_.force_state(), assembly_.Q_z.data(), 1, z, force);
     add_product(assembly_.state_force(), assembly_.f_q.data(), 1, q, state);
@@ -82,6 +85,9 @@ void DiscreteTangent::project_velocities() {
   assembly_.calc_parameter_columns(s, columns_);
   right_.middleRows(n_, nz_).setZero();
   right_.bottomRows(m_) = -columns_.phid;
+  for (const Assembly::SlidingRow& at : assembly_.sliding_rows())
+    for (const auto& [column, factor] : assembly_.number_columns()[static_cast<std::size_t>(at.number)])
+      right_(n_ + nz_ + at.along, column) += factor * at.direction * r.eta[at.normal];
   for (int j = 0; j < np_; ++j) {
     double *force = right_.col(j).data(), *row = force + n_ + nz_;
     add_product(assembly_.square(), hessian_.data(), -1, q_.col(j).data(), force);

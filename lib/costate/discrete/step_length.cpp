@@ -51,13 +51,16 @@ void StepLength::calc() {
   // 1
   const StateView stage = scheme_.stage();
   assembly_.calc_jacobian(stage);
-  assembly_.calc_force_partials(stage);
+  scheme_.calc_stage_partials(stage);
   calc_time_partials(assembly_, stage, time_);
   put_force_rows();
-  right_.col(1).tail(m_) -= vector(time_.phi.data(), m_) / c.B;
-  for (int j = 0; j < 2; ++j)
-    add_product(assembly_.jacobian(), assembly_.phi_q.data(), -1 / c.B, columns_[j].q.data(),
-                right_.col(j).data() + n_ + nz_);
+  right_.col(1).tail(m_) -= vector(time_.phi.data(), m_) / c.B;  // what keeps rates alone stands on ground at rest
+  const StageRows& rows = scheme_.stage_rows();
+  for (int j = 0; j < 2; ++j) {
+    double* row = right_.col(j).data() + n_ + nz_;
+    add_product(assembly_.jacobian(), rows.by_q().data(), -1, columns_[j].q.data(), row);
+    add_product(assembly_.jacobian(), rows.by_v().data(), -1, columns_[j].v.data(), row);
+  }
   scheme_.matrices().solve_step(right_.data(), 2);
   for (int j = 0; j < 2; ++j) {
     columns_[j].q += c.B * right_.col(j).head(n_);

@@ -1,10 +1,12 @@
 #include "costate/discrete/step_matrices.h"
 
+#include <utility>
+
 namespace costate {
 
 namespace {
 BlockMatrix placed(const Assembly& a, int& square, int& force_state, int& transposed, int& state_force,
-                   int& state_state, int& identity, int& jacobian, int& corner) {
+                   int& state_state, int& identity, int& jacobian, int& corner, const SparsePattern& corner_pattern) {
   const int n = a.n(), m = a.m(), nz = a.nz();
   BlockMatrix x(n + nz + m);
   square = x.place(a.square(), 0, 0);
@@ -14,26 +16,40 @@ BlockMatrix placed(const Assembly& a, int& square, int& force_state, int& transp
   state_state = x.place(a.state_state(), n, n);
   identity = x.place(SparsePattern::identity(nz), n, n);
   jacobian = x.place(a.jacobian(), n + nz, 0);
-  if (a.has_switched_rows()) corner = x.place(SparsePattern::identity(m), n + nz, n + nz);
+  if (a.has_switched_rows()) corner = x.place(corner_pattern, n + nz, n + nz);
   x.finalize();
   return x;
+}
+
+SparsePattern pattern_of_corner(const Assembly& a) {
+  std::vector<std::pair<int, int>> entries = a.slidable_rows();
+  for (int i = 0; i < a.m(); ++i) entries.emplace_back(i, i);
+  return SparsePattern::from_entries(a.m(), a.m(), std::move(entries));
 }
 }  // namespace
 
 StepMatrices::StepMatrices(const Assembly& a)
-    : matrix_(placed(a, square_, force_state_, transposed_, state_force_, state_state_, identity_, jacobian_, corner_)),
+    : corner_pattern_(pattern_of_corner(a)),
+      matrix_(placed(a, square_, force_state_, transposed_, state_force_, state_state_, identity_, jacobian_, corner_,
+                     corner_pattern_)),
       size_(a.n() + a.nz() + a.m()),
       states_(a.nz() > 0),
+      symmetric_(a.slidable_rows().empty()),
       step_(matrix_.pattern()),
       projection_(matrix_.pattern()) {}
 
-int StepMatrices::factor_step(const Assembly& a, const StepCoefficients& c) {
+int StepMatrices::factor_step(const Assembly& a, const StepCoefficients& c, const StageRows& rows) {
   matrix_.set_zero();
   matrix_.add(square_, a.M.data());
   matrix_.add(square_, a.C.data(), c.G);
   matrix_.add(square_, a.K.data(), c.B);
-  matrix_.add(transposed_, a.phi_q.data());
-  matrix_.add(jacobian_, a.phi_q.data());
+  matrix_.add(transposed_, a.reaction_jacobian().data());
+  if (rows.keep_rates()) {
+    matrix_.add(jacobian_, rows.by_q().data(), c.B);
+    matrix_.add(jacobian_, rows.by_v().data(), c.G);
+  } else {
+    matrix_.add(jacobian_, a.phi_q.data());
+  }
   if (states_) {
     matrix_.add(force_state_, a.Q_z.data(), -c.G_z);
     matrix_.add(state_force_, a.f_v.data(), -c.G);
@@ -48,7 +64,7 @@ int StepMatrices::factor_step(const Assembly& a, const StepCoefficients& c) {
 int StepMatrices::factor_projection(const Assembly& a) {
   matrix_.set_zero();
   matrix_.add(square_, a.M.data());
-  matrix_.add(transposed_, a.phi_q.data());
+  matrix_.add(transposed_, a.reaction_jacobian().data());
   matrix_.add(jacobian_, a.phi_q.data());
   if (states_) matrix_.add_constant(identity_, 1);
   add_corner(a);
@@ -57,9 +73,14 @@ int StepMatrices::factor_projection(const Assembly& a) {
 
 void StepMatrices::add_corner(const Assembly& a) {
   if (corner_ < 0) return;
-  absent_.resize(static_cast<std::size_t>(a.m()));
-  for (int i = 0; i < a.m(); ++i) absent_[static_cast<std::size_t>(i)] = a.is_there(i) ? 0 : 1;
-  matrix_.add(corner_, absent_.data(), -1);
+  corner_values_.assign(corner_pattern_.row.size(), 0);
+  const auto at = [&](int i, int j) -> double& {
+    return corner_values_[static_cast<std::size_t>(corner_pattern_.find(i, j))];
+  };
+  for (int i = 0; i < a.m(); ++i)
+    if (!a.is_there(i)) at(i, i) = -1;
+  for (const Assembly::SlidingRow& r : a.sliding_rows()) at(r.along, r.normal) = -a.friction(r);
+  matrix_.add(corner_, corner_values_.data());
 }
 
 StepMatrices::Saved StepMatrices::save(double* to) const {

@@ -1,13 +1,16 @@
 // The two matrices of a discrete step, on one sparsity pattern with rows and columns (n | nz | m):
 //   J  = [[M + G C + B K, -G_z Q_z, Phi_q^T], [-(G f_v + B f_q), I - G_z f_z, 0], [Phi_q, 0, 0]]   the step's own
 //   P  = [[M, 0, Phi_q^T], [0, I, 0], [Phi_q, 0, 0]]                                               projections
-// with -1 on the diagonal of a row that is not there (element/switched_rows.h), whose multiplier is 0.
-// J multiplies corrections of (a*, f*, lambda*) and tends to P for small steps. Each is factored once a step; the
-// factors serve the step, its tangent and, transposed, its adjoint. They can be saved and brought back.
+// with -1 on the diagonal of a row that is not there (element/switched_rows.h), whose multiplier is 0, and -s mu beside
+// it where a contact slides, whose row has Phi_q above alone: neither is symmetric then. J's row of what keeps rates
+// alone is Phi_q + B/G Phid_q (stage_rows.h). J multiplies corrections of (a*, f*, lambda*) and tends to P for small
+// steps. Each is factored once a step; the factors serve the step, its tangent and, transposed, its adjoint. They can
+// be saved and brought back.
 #pragma once
 
 #include "costate/assembly/assembly.h"
 #include "costate/discrete/alpha_coefficients.h"
+#include "costate/discrete/stage_rows.h"
 #include "costate/linear/klu_solver.h"
 
 namespace costate {
@@ -19,15 +22,16 @@ class StepMatrices {
   StepMatrices& operator=(const StepMatrices&) = delete;
 
   int size() const { return size_; }
-  /// From the assembly's M, phi_q, K, C, Q_z, f_q, f_v, f_z. Return -1, or a column found (numerically) dependent.
-  [[nodiscard]] int factor_step(const Assembly& assembly, const StepCoefficients& c);
+  /// From the assembly's M, phi_q, K, C, Q_z, f_q, f_v, f_z and the rows at the stage. Return -1, or a column found
+  /// (numerically) dependent.
+  [[nodiscard]] int factor_step(const Assembly& assembly, const StepCoefficients& c, const StageRows& rows);
   /// From the assembly's M and phi_q.
   [[nodiscard]] int factor_projection(const Assembly& assembly);
 
   void solve_step(double* b, int columns = 1) { step_.solve(b, columns); }
   void solve_step_transposed(double* b) { step_.solve_transposed(b); }
-  /// P is symmetric.
   void solve_projection(double* b, int columns = 1) { projection_.solve(b, columns); }
+  void solve_projection_transposed(double* b) { symmetric_ ? projection_.solve(b) : projection_.solve_transposed(b); }
 
   long step_factorizations() const { return step_.counters().factorizations; }
   long projection_factorizations() const { return projection_.counters().factorizations; }
@@ -46,15 +50,16 @@ class StepMatrices {
   }
 
  private:
-  /// -1 for each row that is not there.
+  /// -1 for each row that is not there, -s mu for each that slides.
   void add_corner(const Assembly& assembly);
 
   int square_ = 0, force_state_ = 0, transposed_ = 0, state_force_ = 0, state_state_ = 0, identity_ = 0, jacobian_ = 0;
   int corner_ = -1;
+  SparsePattern corner_pattern_;
   BlockMatrix matrix_;
-  std::vector<double> absent_;  // m
+  std::vector<double> corner_values_;
   int size_;
-  bool states_;
+  bool states_, symmetric_;
   KluSolver step_, projection_;
 };
 

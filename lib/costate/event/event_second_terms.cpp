@@ -25,23 +25,33 @@ MotionEvents::Gradient MotionEvents::begin_second(int event, const StateView& be
         "At t = {:.9g} s, at '{}', {}: second derivatives are not carried across. Differences of gradients tell them.",
         before.t, g.name, why));
   };
-  if (contact_of(event)) {
-    if (contact_guard(event) != UnilateralForce::Guard::touch) refuse("a closed contact changes what it does");
+  if (contact_of(event, true)) {
     linearize_impact(event, before, true);
-    for (const ContactOf& c : contacts_)
-      if (c.closed) refuse(fmt::format("{} closes", c.force->path()));
-    if (expands_) refuse("Poisson's law of restitution gives impulses back");
-    if (!impact_->has_second_derivatives()) refuse("friction in space has a direction that turns");
+    if (!impact_->has_second_derivatives() || (expands_ && !expansion_->has_second_derivatives()))
+      refuse("friction in space has a direction that turns");
   }
   linearize(g, before, minus, true);
-  return {as_vector(h_x_), as_vector(h_rho_), h_t_};
+  Gradient h{as_vector(h_x_), as_vector(h_rho_), h_t_, VectorXd::Zero(assembly_.m())};
+  for (std::size_t i = 0; i < lambda_.size(); ++i) {
+    lambda_[i].d[0] = Taylor2(1.0);
+    h.lambda[g.first_row + static_cast<int>(i)] = g.guarded->guard(g.k, arguments()).d[0].c0;
+    lambda_[i].d[0] = Taylor2();
+  }
+  return h;
+}
+
+bool MotionEvents::changes_alone(int event, const double* z_before, const double* z_after) const {
+  for (const ContactOf& c : contacts_)
+    for (const int state : {c.closed_state, c.sliding_state})
+      if (&c != contact_of(event) && state >= 0 && z_before[state] != z_after[state]) return false;
+  return true;
 }
 
 MotionEvents::Gradient MotionEvents::transition_gradient(const double* mu) {
   const GuardOf& g = of(second_event_);
   const int n = assembly_.n(), first = 2 * n + g.first_state;
-  Gradient sum{Map<const VectorXd>(mu, 2 * n + assembly_.nz()), VectorXd::Zero(assembly_.np()), 0};
-  if (contact_of(second_event_)) sum.t = impact_adjoint(mu + n, sum.x.data(), sum.x.data() + n, sum.rho.data());
+  Gradient sum{Map<const VectorXd>(mu, 2 * n + assembly_.nz()), VectorXd::Zero(assembly_.np())};
+  if (contact_of(second_event_, true)) sum.t = impact_adjoint(mu + n, sum.x.data(), sum.x.data() + n, sum.rho.data());
   sum.x.segment(first, static_cast<Eigen::Index>(D_x_.size())).setZero();
   for (std::size_t i = 0; i < D_x_.size(); ++i) {
     const double weight = mu[first + static_cast<int>(i)];
@@ -56,9 +66,9 @@ MotionEvents::Gradient MotionEvents::gradient_change(const double* mu, double ka
                                                      const VectorXd& drho) {
   const GuardOf& g = of(second_event_);
   const int n = assembly_.n(), first = g.first_state;
-  Gradient sum{VectorXd::Zero(2 * n + assembly_.nz()), VectorXd::Zero(assembly_.np()), 0};
-  if (contact_of(second_event_))
-    sum.t = impact_->gradient_change(mu + n, d, drho, sum.x.data(), sum.x.data() + n, sum.rho.data());
+  Gradient sum{VectorXd::Zero(2 * n + assembly_.nz()), VectorXd::Zero(assembly_.np())};
+  if (contact_of(second_event_, true))
+    sum.t = impact_gradient_change(mu + n, d, drho, sum.x.data(), sum.x.data() + n, sum.rho.data());
   // The straight line along d.
   load(g, second_before_);
   const auto& c = g.force->coordinates();

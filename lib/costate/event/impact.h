@@ -80,10 +80,12 @@ class Impact {
                  Eigen::VectorXd* by_given = nullptr);
   /// Whether gradient_change() knows the laws of the rows in force.
   bool has_second_derivatives() const;
-  /// The changes along d, whose parameters change by drho, of what adjoint() finds at fixed w: those of q, v and the
-  /// parameters are added, that of t is returned (event/impact_second_terms.cpp).
+  /// The changes along d, whose parameters change by drho and given impulses by `given`, of what adjoint() finds at
+  /// fixed w and w_p: those of q, v and the parameters are added, that of t is returned, `by_given` := those of its own
+  /// (event/impact_second_terms.cpp).
   double gradient_change(const double* w, const Variation& d, const Eigen::VectorXd& drho, double* w_q, double* w_v,
-                         double* gradient);
+                         double* gradient, const Eigen::VectorXd* w_p = nullptr, const Eigen::VectorXd* given = nullptr,
+                         Eigen::VectorXd* by_given = nullptr);
   /// What it takes is compared to this: the sum of |p| (|J v-| + |J v+|) [J].
   double energy_scale() const;
 

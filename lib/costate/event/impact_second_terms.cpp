@@ -1,8 +1,9 @@
 // Second derivatives of an impact, lib/README.md (13.16). With multipliers (a, b, c) of its equations
-//   Gamma = w^T u - a^T (M u + Phi_q^T P - J^T p) - b^T (Phi_q u - P/alpha) - c^T (laws of the rows in force)
-// is stationary in (u, P, p) and in (a, b, c), so that the derivatives of w^T u are Gamma's by q, v, t and rho alone,
-// and change by those of it along (d, du, dP, dp, da, db, dc). The laws: J_i u + f_i J_i v- of what is held, p_t + s mu
-// p_n of what slides.
+//   Gamma = w^T u + w_p^T p - a^T (M u + Phi_q^T P - J^T p) - b^T (Phi_q u - P/alpha) - c^T (laws of the rows in force)
+// is stationary in (u, P, p) and in (a, b, c), so that the derivatives of w^T u + w_p^T p are Gamma's by q, v, t and
+// rho alone, and change by those of it along (d, du, dP, dp, da, db, dc). The laws: J_i u + f_i J_i v- of what is held,
+// p_t + s mu p_n of what slides, p_n - g of what is given. Poisson's law is two of them, u = u1(q, v) + u2(q, v + u1, e
+// p1).
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -10,6 +11,7 @@
 
 #include "costate/event/impact.h"
 #include "costate/event/impulse_terms.h"
+#include "costate/event/motion_events.h"
 
 namespace costate {
 
@@ -60,27 +62,26 @@ class RowOnLine {
 }  // namespace
 
 bool Impact::has_second_derivatives() const {
-  return std::all_of(active_.begin(), active_.end(), [&](const ActiveRow& a) {
-    return a.law != ActiveRow::Law::given && a.component == 0 && !row_of(a).of.rests;
-  });
+  return std::all_of(active_.begin(), active_.end(), [&](const ActiveRow& a) { return a.component == 0; });
 }
 
 double Impact::gradient_change(const double* w, const Variation& d, const VectorXd& drho, double* w_q, double* w_v,
-                               double* gradient) {
+                               double* gradient, const VectorXd* w_p, const VectorXd* given, VectorXd* by_given) {
   const int n = assembly_.n(), m = assembly_.m();
   const auto rows = static_cast<Index>(active_.size());
   Changing u{Eigen::Map<const VectorXd>(solution_.data(), n), VectorXd::Zero(n)},
       P{Eigen::Map<const VectorXd>(solution_.data() + n, m), {}}, p{VectorXd(rows), {}};
   for (Index i = 0; i < rows; ++i) p.value[i] = impulse(active_[static_cast<std::size_t>(i)].row);
-  tangent(d.q, d.v, drho, d.t, u.change.data(), nullptr, &p.change, &P.change);
+  tangent(d.q, d.v, drho, d.t, u.change.data(), given, &p.change, &P.change);
   std::vector<double> s(static_cast<std::size_t>(n + m), 0);
   std::copy(w, w + n, s.begin());
-  Changing a, b, c{VectorXd::Zero(rows), {}};
+  Changing a, b, c{w_p ? *w_p : VectorXd::Zero(rows), {}};
   solve_bordered_transposed(s, c.value);
   a.value = Eigen::Map<const VectorXd>(s.data(), n);
   b.value = Eigen::Map<const VectorXd>(s.data() + n, m);
 
   const auto holds = [&](Index i) { return active_[static_cast<std::size_t>(i)].law == ActiveRow::Law::held; };
+  const auto slides = [&](Index i) { return active_[static_cast<std::size_t>(i)].law == ActiveRow::Law::slides; };
   const auto of = [&](Index i) -> const Row& { return row_of(active_[static_cast<std::size_t>(i)]); };
   const auto number_of = [&](Index i, int k) { return of(i).of.force->numbers()[static_cast<std::size_t>(k)]; };
   const auto friction_number = [&](Index i) { return number_of(i, of(i).of.contact->friction_number()); };
@@ -104,11 +105,12 @@ double Impact::gradient_change(const double* w, const Variation& d, const Vector
       c.change[i] += by * a.value[at[l]];
       if (holds(i)) ds[static_cast<std::size_t>(at[l])] -= c.value[i] * by;
     }
-    if (!holds(i)) c.change[gap_of(i)] -= c.value[i] * direction(i) * d.numbers[friction_number(i)];
+    if (slides(i)) c.change[gap_of(i)] -= c.value[i] * direction(i) * d.numbers[friction_number(i)];
   }
   solve_bordered_transposed(ds, c.change);
   a.change = Eigen::Map<const VectorXd>(ds.data(), n);
   b.change = Eigen::Map<const VectorXd>(ds.data() + n, m);
+  if (by_given) *by_given = c.change;
 
   ImpulseDerivatives out{w_q, gradient};
   add_mass_terms(assembly_, before_, d, a, u, out);
@@ -118,7 +120,7 @@ double Impact::gradient_change(const double* w, const Variation& d, const Vector
     const Row& row = of(i);
     const auto& at = row.of.force->coordinates();
     const double factor = row.factor;
-    if (!holds(i)) {
+    if (slides(i)) {
       const Index gap = gap_of(i);
       add_number(assembly_, friction_number(i),
                  -direction(i) * (c.change[i] * p.value[gap] + c.value[i] * p.change[gap]), out.rho);
@@ -160,6 +162,38 @@ double Impact::gradient_change(const double* w, const Variation& d, const Vector
         add_number(assembly_, row.of.force->numbers()[k], change(r.p[k]), out.rho);
   }
   return out.t;
+}
+
+double MotionEvents::impact_gradient_change(const double* w, const Variation& d, const VectorXd& drho, double* w_q,
+                                            double* w_v, double* gradient) {
+  if (!expands_) return impact_->gradient_change(w, d, drho, w_q, w_v, gradient);
+  const Index n = assembly_.n(), of_compression = static_cast<Index>(impact_->active().size()),
+              of_expansion = static_cast<Index>(expansion_->active().size());
+  const std::vector<GivenBack> all = given_back();
+  const auto restitution = [&](const GivenBack& g) { return assembly_.numbers()[static_cast<std::size_t>(g.number)]; };
+  // The compression along d, and the expansion that it leads to.
+  VectorXd dv = VectorXd::Zero(n), dp, dg = VectorXd::Zero(of_expansion);
+  impact_->tangent(d.q, d.v, drho, d.t, dv.data(), nullptr, &dp);
+  dv += Eigen::Map<const VectorXd>(d.v, n);
+  for (const GivenBack& g : all)
+    dg[g.of_expansion] = restitution(g) * dp[g.of_compression] + d.numbers[g.number] * g.impulse;
+  Variation behind = d;
+  behind.v = dv.data();
+  // Its weights of the velocities between and of the impulses, and their changes.
+  VectorXd q = VectorXd::Zero(n), weights = q, by_rho = VectorXd::Zero(assembly_.np()), y, dy, dweights = q;
+  expansion_->adjoint(w, q.data(), weights.data(), by_rho.data(), nullptr, &y);
+  double by_time = expansion_->gradient_change(w, behind, drho, w_q, dweights.data(), gradient, nullptr, &dg, &dy);
+  VectorXd w_p = VectorXd::Zero(of_compression), dw_p = w_p;
+  for (const GivenBack& g : all) {
+    const double by = y[g.of_expansion], change = dy[g.of_expansion];
+    w_p[g.of_compression] += restitution(g) * by;
+    dw_p[g.of_compression] += restitution(g) * change + d.numbers[g.number] * by;
+    add_number(assembly_, g.number, dp[g.of_compression] * by + g.impulse * change, gradient);
+  }
+  weights += Eigen::Map<const VectorXd>(w, n);
+  Eigen::Map<VectorXd>(w_v, n) += dweights;
+  by_time += impact_->gradient_change(weights.data(), d, drho, w_q, w_v, gradient, &w_p);
+  return by_time + impact_->adjoint(dweights.data(), w_q, w_v, gradient, &dw_p);
 }
 
 }  // namespace costate

@@ -112,12 +112,12 @@ void MotionEvents::impact_tangent(const double* dq, const double* dv, const Eige
   for (std::size_t i = 0; i < n; ++i) du[i] += behind[i];
   for (std::size_t i = 0; i < n; ++i) behind[i] += dv[i];
   Eigen::VectorXd given = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(expansion_->active().size()));
-  for_each_given([&](std::size_t of_expansion, std::size_t of_compression, int number, double p) {
-    double& x = given[static_cast<Eigen::Index>(of_expansion)];
-    x = assembly_.numbers()[static_cast<std::size_t>(number)] * dp[static_cast<Eigen::Index>(of_compression)];
-    for (const auto& [column, f] : assembly_.number_columns()[static_cast<std::size_t>(number)])
-      x += f * p * drho[column];
-  });
+  for (const GivenBack& g : given_back()) {
+    double& x = given[g.of_expansion];
+    x = assembly_.numbers()[static_cast<std::size_t>(g.number)] * dp[g.of_compression];
+    for (const auto& [column, f] : assembly_.number_columns()[static_cast<std::size_t>(g.number)])
+      x += f * g.impulse * drho[column];
+  }
   expansion_->tangent(dq, behind.data(), drho, dt, du, &given);
 }
 
@@ -128,12 +128,12 @@ double MotionEvents::impact_adjoint(const double* w, double* w_q, double* w_v, d
   std::vector<double> of_behind(n, 0);
   Eigen::VectorXd by_given, w_p = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(impact_->active().size()));
   double by_time = expansion_->adjoint(w, w_q, of_behind.data(), gradient, nullptr, &by_given);
-  for_each_given([&](std::size_t of_expansion, std::size_t of_compression, int number, double p) {
-    const double x = by_given[static_cast<Eigen::Index>(of_expansion)];
-    w_p[static_cast<Eigen::Index>(of_compression)] += assembly_.numbers()[static_cast<std::size_t>(number)] * x;
-    for (const auto& [column, f] : assembly_.number_columns()[static_cast<std::size_t>(number)])
-      gradient[column] += f * p * x;
-  });
+  for (const GivenBack& g : given_back()) {
+    const double x = by_given[g.of_expansion];
+    w_p[g.of_compression] += assembly_.numbers()[static_cast<std::size_t>(g.number)] * x;
+    for (const auto& [column, f] : assembly_.number_columns()[static_cast<std::size_t>(g.number)])
+      gradient[column] += f * g.impulse * x;
+  }
   for (std::size_t i = 0; i < n; ++i) {
     w_v[i] += of_behind[i];
     of_behind[i] += w[i];
@@ -141,8 +141,8 @@ double MotionEvents::impact_adjoint(const double* w, double* w_q, double* w_v, d
   return by_time + impact_->adjoint(of_behind.data(), w_q, w_v, gradient, &w_p);
 }
 
-template <class Visit>
-void MotionEvents::for_each_given(const Visit& visit) {
+std::vector<MotionEvents::GivenBack> MotionEvents::given_back() const {
+  std::vector<GivenBack> all;
   for (std::size_t a = 0; a < expansion_->active().size(); ++a) {
     if (expansion_->active()[a].law != ActiveRow::Law::given) continue;
     const int row = expansion_->active()[a].row;
@@ -150,9 +150,10 @@ void MotionEvents::for_each_given(const Visit& visit) {
       if (impact_->active()[b].row != row) continue;
       const ImpactRow& of = impact_->row(row);
       const int number = of.force->numbers()[static_cast<std::size_t>(of.contact->restitution_number())];
-      visit(a, b, number, impact_->impulse(row));
+      all.push_back({static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b), number, impact_->impulse(row)});
     }
   }
+  return all;
 }
 
 namespace {

@@ -106,14 +106,21 @@ class MotionEvents {
   double adjoint_of_impact(int event, const StateView& before, double* mu, double* gradient);
 
   // In event/event_second_terms.cpp: second derivatives of Lambda = mu^T G + kappa h, with mu behind the event.
-  /// Derivatives by (q, v, z), by the parameters and by the time itself, or changes of them.
+  /// Derivatives by (q, v, z), by the parameters, of a guard by multipliers, and by the time itself, or changes of
+  /// them.
   struct Gradient {
     Eigen::VectorXd x, rho;
     double t = 0;
+    Eigen::VectorXd lambda = {};
   };
   /// The guard's; what follows is about this event, and `before` stays valid. Throws CapabilityError where second
   /// derivatives are not carried across it, and what adjoint() throws.
   Gradient begin_second(int event, const StateView& before, const Side& minus);
+  bool is_rigid(int event) const { return contact_of(event) != nullptr; }
+  /// Whether it is a contact that lets go or begins to slide, by its multipliers: f goes on and its derivatives jump.
+  bool bends(int event) const { return by_multipliers(of(event)); }
+  /// Whether no other rigid contact changes what it does.
+  bool changes_alone(int event, const double* z_before, const double* z_after) const;
   /// Of mu^T G.
   Gradient transition_gradient(const double* mu);
   /// The change of Lambda's along d, whose parameters change by drho, at fixed mu and kappa.
@@ -241,10 +248,17 @@ class MotionEvents {
   void linearize_impact(int event, const StateView& before, bool columns);
   void impact_tangent(const double* dq, const double* dv, const Eigen::VectorXd& drho, double dt, double* du);
   double impact_adjoint(const double* w, double* w_q, double* w_v, double* gradient);
+  /// The changes along d of what impact_adjoint() finds at fixed w (event/impact_second_terms.cpp).
+  double impact_gradient_change(const double* w, const Variation& d, const Eigen::VectorXd& drho, double* w_q,
+                                double* w_v, double* gradient);
   /// The impulses that Poisson's law gives back: active rows of the expansion and of the compression, the number of the
   /// restitution, the impulse of the compression.
-  template <class Visit>
-  void for_each_given(const Visit& visit);
+  struct GivenBack {
+    Eigen::Index of_expansion, of_compression;
+    int number;
+    double impulse;
+  };
+  std::vector<GivenBack> given_back() const;
   /// h_x, h_rho, hdot and those of the transition.
   void linearize(const GuardOf& g, const StateView& before, const Side& minus, bool columns);
 

@@ -92,13 +92,31 @@ void TangentMotion::jump(double t, double* y) {
     const int n = assembly_.n();
     e.after = e.before;
     events_->cross(e.event, newton_.kinematic_state(t, e.before.data()), e.after.data() + n, e.after.data() + 2 * n);
-    equations_.refuse_closed(t, e.after.data());
+    e.rigid = events_->is_rigid(e.event);
+    e.bends = events_->bends(e.event);
+    if (e.bends && !events_->changes_alone(e.event, e.before.data() + 2 * n, e.after.data() + 2 * n))
+      refuse(t, fmt::format("other contacts change in the instant of '{}'", events_->name(e.event)));
   } else {
+    refuse_sliding(t, y);
     e.by = Eigen::VectorXd::Zero(parameter_count());
     if (const std::vector<double>* by = moved_by(behind)) std::copy(by->begin(), by->end(), e.by.data());
   }
   equations_.cross_tangents(jumps(), e);
   std::copy(e.after.begin(), e.after.end(), y);
+}
+
+// Along a row along which a contact slides the impulse of a driver is none that balances like the constraints'.
+void TangentMotion::refuse_sliding(double t, const double* y) {
+  assembly_.switch_rows(y + 2 * assembly_.n());
+  const auto& constraints = assembly_.mechanism().constraints();
+  if (!assembly_.sliding_rows().empty() &&
+      std::any_of(constraints.begin(), constraints.end(), [](const auto& c) { return c->rheonomic(); }))
+    refuse(t, "a contact slides where a law jumps");
+}
+
+void TangentMotion::refuse(double t, const std::string& why) {
+  throw CapabilityError(fmt::format(
+      "At t = {:.9g} s {}: second derivatives are not carried across. Differences of gradients tell them.", t, why));
 }
 
 std::string TangentMotion::name_of(const HessianEquations::Event& event) const {
@@ -113,7 +131,6 @@ void TangentMotion::rhs(double t, const double* y, double* f) {
 void TangentMotion::start(double t, double* y, Eigen::MatrixXd*) {
   met_.clear();
   equations_.start(t, y, y + equations_.state_size());
-  equations_.refuse_closed(t, y);
 }
 
 HessianAdjoint::HessianAdjoint(HessianEquations& equations, Motion motion, double t_end, double scale)

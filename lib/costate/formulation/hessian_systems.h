@@ -49,7 +49,6 @@ class TangentMotion final : public HessianPass {
   /// Segments end at these times, too; nothing jumps there.
   void end_segments_at(const std::vector<double>& times);
   bool carries_events() const override { return true; }
-  /// Refuses contacts that close.
   void jump(double t, double* y) override;
   /// The events met since the start and the known times at which laws jump, in order, with what is there at their
   /// times.
@@ -67,6 +66,8 @@ class TangentMotion final : public HessianPass {
   void start(double t, double* y, Eigen::MatrixXd* y_rho) override;
 
  private:
+  [[noreturn]] static void refuse(double t, const std::string& why);
+  void refuse_sliding(double t, const double* y);
   // Of impulses, whose balance is that of this assembly.
   AccelerationLevel level_;
   VelocityJump velocity_jump_;

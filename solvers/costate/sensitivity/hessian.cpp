@@ -101,7 +101,7 @@ std::vector<Crossing> crossings_of(const HessianMotion& motion, int n, HessianAd
     all.push_back({0.5 * (bend.before + bend.after), bend.before, bend.after, false,
                    [&](double* y) { backward.cross(bend, y); }});
   for (const auto& event : motion.events) {
-    const bool gives = velocities_go_on(event, n);
+    const bool gives = begins_steeply(event, n);
     // What is steep counts up to the event itself.
     const double behind = std::nextafter(event.behind, std::numeric_limits<double>::infinity());
     all.push_back({event.t, gives ? event.t : event.near_before, gives ? behind : event.near_after, gives,

@@ -140,7 +140,7 @@ void look_beside(const Trajectory& motion, int n, std::vector<HessianEquations::
     const double least = kSpacings * std::numeric_limits<double>::epsilon() * std::abs(e.t),
                  begin = i == 0 ? motion.t_begin() : motion.step_end(i - 1),
                  end = motion.step_end(std::min(i + kStepsBehind, motion.steps() - 1));
-    const double near = velocities_go_on(e, n) ? 0 : kNear;
+    const double near = begins_steeply(e, n) ? 0 : kNear;
     e.near_before = e.t - std::max(least, near * (e.t - begin));
     e.near_after = e.behind + std::max(least, near * (end - e.t));
     e.state_before = e.state_after = e.before;
@@ -151,8 +151,9 @@ void look_beside(const Trajectory& motion, int n, std::vector<HessianEquations::
 
 }  // namespace
 
-bool velocities_go_on(const HessianEquations::Event& event, int n) {
-  return event.event >= 0 && std::equal(event.before.begin(), event.before.begin() + 2 * n, event.after.begin());
+bool begins_steeply(const HessianEquations::Event& event, int n) {
+  return event.event >= 0 && !event.rigid &&
+         std::equal(event.before.begin(), event.before.begin() + 2 * n, event.after.begin());
 }
 
 HessianMotion run_hessian_motion(const Problem& problem, const std::vector<double>& rho, HessianEquations& equations,

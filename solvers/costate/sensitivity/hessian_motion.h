@@ -24,7 +24,7 @@ struct HessianMotion {
 
 /// Of an event of n coordinates: that of a contact that gives. Its force's derivatives may begin with the root of the
 /// time since then, and its second derivatives with the root's inverse.
-bool velocities_go_on(const HessianEquations::Event& event, int n);
+bool begins_steeply(const HessianEquations::Event& event, int n);
 
 /// At these parameters. Throws CapabilityError where psi has no second derivative, or none that is known here.
 HessianMotion run_hessian_motion(const Problem& problem, const std::vector<double>& rho, HessianEquations& equations,

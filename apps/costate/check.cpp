@@ -59,8 +59,9 @@ class Check {
     });
     setup_.located([&] { redundant_ = redundant_rows(setup_.problem, setup_.rho); });
     rows_ = check_rows(setup_.problem, options_, redundant_);
-    reference_ = setup_.located(
-        [&] { return find_reference(setup_.problem, setup_.rho, !redundant_.empty(), options_.patience, budget_); });
+    reference_ = setup_.located([&] {
+      return find_reference(setup_.problem, setup_.rho, !redundant_.empty(), options_.patience, budget_, options_.jobs);
+    });
     int interruption = 0;
     std::vector<char> ended(rows_.size(), 0);
     try {
@@ -130,8 +131,9 @@ class Check {
   void allow(RunBudget& budget, const std::string& method) const {
     const bool perturbs = !method.empty() && find_sensitivity_method(method).perturbs;  // none: a simulation
     // Where the reference itself has no digit by differences those of others tell nothing more.
-    constexpr double kNoDigits = 0.5;
-    const double share = perturbs && reference_.apart < kNoDigits ? kDifferencesShare : 1;
+    const double share = !reference_.yardstick.has_digits          ? kNoDigitShare
+                         : perturbs && reference_.apart < kNoDigit ? kDifferencesShare
+                                                                   : 1;
     budget.begin(options_.patience * share * reference_.seconds, options_.patience * reference_.steps);
   }
 

@@ -31,7 +31,8 @@ class RowJudge {
     if (by_fixed_steps(p_, find_sensitivity_method(method_))) {
       judge_discrete();
     } else if (!within(error_, strict_)) {
-      if (!by_own_estimate() && !by_softness() && !by_tolerance()) j_.verdict = Verdict::disagreement;
+      if (!by_own_estimate() && !by_reference_without_digits() && !by_softness() && !by_tolerance())
+        j_.verdict = Verdict::disagreement;
     }
     return j_;
   }
@@ -116,6 +117,14 @@ class RowJudge {
                    fmt::format("its own estimate of its error is {:.1e}", estimate));
   }
 
+  /// Then no more runs are made.
+  bool by_reference_without_digits() {
+    if (y_.has_digits) return false;
+    j_.verdict = Verdict::disagreement;
+    j_.remark = "not run again: the reference has no digit itself";
+    return true;
+  }
+
   /// Soft constraints are off by O(1/alpha): with ten times alpha by a tenth of that. The difference tells what they
   /// may be off by, and the error must fall as it says.
   bool by_softness() {
@@ -192,7 +201,7 @@ class RowJudge {
       j_.remark = fmt::format("tangent and adjoint of the same steps are {:.1e} apart", apart);
       return;
     }
-    if (within(error_, strict_)) return;
+    if (within(error_, strict_) || by_reference_without_digits()) return;
     double fall = 1;
     for (const double part : {2.0, 4.0}) {
       fall *= 2.5;

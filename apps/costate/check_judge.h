@@ -34,6 +34,8 @@ struct Yardstick {
   double by_states = 0;
   /// How far the reference's formulation and method are off at the scene's own tolerance; relative.
   double own_error = 0;
+  /// False: differences share none with the reference, and what rows tend to at tighter tolerances tells nothing.
+  bool has_digits = true;
 
   std::vector<double> components_of(const GradientResult& r) const;
   std::string name(std::size_t component) const;

@@ -11,6 +11,7 @@
 #include "costate/integrator/simulate.h"
 #include "costate/problem/scaled_gradient.h"
 #include "costate/record/interrupt.h"
+#include "costate/record/jobs.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate::app {
@@ -24,8 +25,8 @@ const SensitivityMethod* reference_method() {
 
 class ReferenceSearch {
  public:
-  ReferenceSearch(const Problem& problem, const std::vector<double>& rho, double patience, RunBudget& budget)
-      : problem_(problem), rho_(rho), patience_(patience), budget_(budget) {
+  ReferenceSearch(const Problem& problem, const std::vector<double>& rho, double patience, RunBudget& budget, int jobs)
+      : problem_(problem), rho_(rho), patience_(patience), budget_(budget), jobs_(jobs) {
     problem_.solver.integrator.clear();
     problem_.solver.step_s = 0;
   }
@@ -167,6 +168,7 @@ class ReferenceSearch {
     allow(kDifferencesShare);
     GradientResult d;
     const std::string& differences = first_method([](const auto& m) { return m.perturbs; })->name;
+    const JobsHere at_once(jobs_);
     const std::string failure = attempt([&] { d = gradient(loose, differences, rho_); });
     if (!failure.empty()) {
       r_.note += fmt::format("{}The reference is not proven by differences: {}", r_.note.empty() ? "" : " ", failure);
@@ -189,12 +191,14 @@ class ReferenceSearch {
       y_->uncertainty[j] = std::min(y_->uncertainty[j], apart + estimate);
     }
     r_.agrees = most <= 1;
+    y_->has_digits = r_.agrees || r_.apart < kNoDigit;
   }
 
   Problem problem_;
   const std::vector<double>& rho_;
   double patience_;
   RunBudget& budget_;
+  int jobs_;
   GradientResult base_;
   CheckReference r_;
   Yardstick* y_ = nullptr;
@@ -203,8 +207,8 @@ class ReferenceSearch {
 }  // namespace
 
 CheckReference find_reference(const Problem& problem, const std::vector<double>& rho, bool redundant, double patience,
-                              RunBudget& budget) {
-  ReferenceSearch search(problem, rho, patience, budget);
+                              RunBudget& budget, int jobs) {
+  ReferenceSearch search(problem, rho, patience, budget, jobs > 0 ? jobs : cores());
   std::string first, last;  // exact constraints; soft ones, which get past more
   for (const Formulation* f : stand_ins(redundant)) {
     if (!refusal(*reference_method(), *f).empty()) continue;

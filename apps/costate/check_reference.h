@@ -24,11 +24,15 @@ struct CheckReference {
 inline constexpr double kLeastSeconds = 0.05, kLeastSteps = 1000;
 /// Differences make up to 22 runs a parameter; how much more time they get than one gradient.
 inline constexpr double kDifferencesShare = 5;
+/// Half of what it is relative to: as far apart no digit is common.
+inline constexpr double kNoDigit = 0.5;
+/// Where the reference has no digit nothing can be found right: rows are run once, in this part of the time.
+inline constexpr double kNoDigitShare = 0.25;
 
 /// An exact-constraint formulation, forward sensitivities, three digits tighter where it can be followed that far;
 /// judged itself by differences that use no derivative block. `redundant` rows want a formulation that carries them.
-/// `budget` is looked at by the problem's monitor.
+/// `budget` is looked at by the problem's monitor. Differences run on `jobs` cores (0: all).
 CheckReference find_reference(const Problem& problem, const std::vector<double>& rho, bool redundant, double patience,
-                              RunBudget& budget);
+                              RunBudget& budget, int jobs);
 
 }  // namespace costate::app

@@ -157,6 +157,38 @@ TEST_CASE("Radau IIA: steps that do not fit are taken again") {
     }
 }
 
+TEST_CASE("Radau IIA: factors from the way forward serve the way back") {
+  // A net of springs, whose factors have many entries and are kept; tangents have those of the mean Jacobian.
+  constexpr int size = 7;
+  std::string text = "[gravity]\ny_m_per_s2 = -9.81\n", springs, masses;
+  const auto spring = [&](int i, int j, int k, int l) {
+    springs += fmt::format(
+        "[spring.S{0}{1}{2}{3}]\nfrom = \"P{0}{1}\"\nto = \"P{2}{3}\"\nstiffness_N_per_m = 300\nnatural_length_m = "
+        "0.9\n"
+        "damping_N_s_per_m = 1\n",
+        i, j, k, l);
+  };
+  for (int i = 0; i < size; ++i)
+    for (int j = 0; j < size; ++j) {
+      text += fmt::format("[point.P{}{}]\nx_m = {}\ny_m = {}\n{}", i, j, j, -i, i == 0 ? "ground = true\n" : "");
+      if (i > 0) masses += fmt::format("[mass.M{0}{1}]\npoint = \"P{0}{1}\"\nmass_kg = 0.2\n", i, j);
+      if (j > 0 && i > 0) spring(i, j - 1, i, j);
+      if (i > 0) spring(i - 1, j, i, j);
+      if (i > 0 && j > 0) spring(i - 1, j - 1, i, j);
+    }
+  text += masses + springs + "[[cost.running]]\nkind = \"square\"\noutput = \"P66.y\"\n[run]\nt_end_s = 0.5\n";
+  Problem p = make_problem(Scene::parse(text, "net.toml"),
+                           {"spring.S0010.stiffness_N_per_m", "spring.S5566.natural_length_m", "mass.M66.mass_kg"});
+  for (const char* formulation : {"baumgarte", "index2"}) {
+    CAPTURE(formulation);
+    p.formulation = formulation;
+    p.solver.integrator = "radau9";
+    p.solver.set_rtol(1e-6);
+    p.solver.confirm = false;
+    check_transposed(p, 1e-13);
+  }
+}
+
 TEST_CASE("Radau IIA: steps end at the kinks of drivers, and gradients are carried across") {
   std::vector<std::string> formulations = with_residual();
   // Index 3 is on its own steps.

@@ -6,6 +6,9 @@
 
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
+#include <complex>
+
+#include "costate/linear/complex_klu_solver.h"
 
 using namespace costate;
 using namespace costate::test;
@@ -105,6 +108,47 @@ TEST_CASE("klu: a singular matrix is reported with a column", "[klu]") {
   A << 1, 0, 3, 2, 0, 6, 1, 0, 1;
   KluSolver other(p);
   CHECK(other.factor(A.data()) >= 0);
+}
+
+TEST_CASE("klu: complex factors are kept outside and brought back, also across another order of pivots", "[klu]") {
+  // A small diagonal makes other pivots than a large one; blocks and scales are among what is kept.
+  const int n = 9;
+  const SparsePattern p = full(n);
+  Random random(5);
+  ComplexKluSolver solver(p);
+  solver.keep_pivot_orders(2);
+  struct Kept {
+    std::vector<double> numbers;
+    long order;
+    Eigen::VectorXcd right, x, y;
+  };
+  std::vector<Kept> kept;
+  for (const double diagonal : {20.0, 30.0, 1e-9}) {
+    std::vector<std::complex<double>> values(p.row.size());
+    for (auto& v : values) v = {random.number(), random.number()};
+    for (int i = 0; i < n; ++i) values[static_cast<std::size_t>(p.find(i, i))] *= diagonal;
+    REQUIRE(solver.factor(values.data()) == -1);
+    Kept k{std::vector<double>(solver.saved_size()), solver.pivot_order(), Eigen::VectorXcd(n), {}, {}};
+    for (auto& b : k.right) b = {random.number(), random.number()};
+    k.x = k.y = k.right;
+    solver.solve(k.x.data());
+    solver.solve_transposed(k.y.data());
+    solver.save(k.numbers.data());
+    kept.push_back(std::move(k));
+  }
+  CHECK(kept[0].order == kept[1].order);
+  REQUIRE(kept[2].order != kept[0].order);
+  for (const std::size_t i : {0, 2, 1}) {
+    const Kept& k = kept[i];
+    REQUIRE(solver.restore(k.order, k.numbers.data()));
+    Eigen::VectorXcd x = k.right, y = k.right;
+    solver.solve(x.data());
+    solver.solve_transposed(y.data());
+    CHECK(x == k.x);  // to the bit
+    CHECK(y == k.y);
+  }
+  solver.keep_pivot_orders(1);
+  CHECK_FALSE(solver.restore(kept[2].order, kept[2].numbers.data()));  // discarded
 }
 
 TEST_CASE("klu: no unknowns", "[klu]") {

@@ -15,6 +15,8 @@ namespace {
 // As in radau_step.cpp; an iteration that would take more than so many rounds is none.
 constexpr double kSolveRounding = std::numeric_limits<double>::epsilon(), kSolveNoise = 1e-12, kSolveFalls = 0.3,
                  kSlowSolve = 0.5;
+// With the step's own factors: slower ones are made anew.
+constexpr double kSlowWithKept = 0.1;
 constexpr int kMostSolveIterations = 30;
 
 std::vector<char> solve_differential(const DaeSystem& system) {
@@ -36,6 +38,8 @@ StageDerivative::StageDerivative(const RadauScheme& scheme, DaeSystem& system)
       matrix_(scheme, system.jacobian_pattern(), solve_differential(system)) {
   const auto s = static_cast<std::size_t>(scheme.stages), n = static_cast<std::size_t>(n_);
   for (int i = 0; i < scheme.stages; ++i) start_weight_.push_back(scheme.w.row(i).sum());
+  differential_.resize(n_);
+  for (int e = 0; e < n_; ++e) differential_[e] = matrix_.differential()[static_cast<std::size_t>(e)] ? 1 : 0;
   zero_.assign(n, 0);
   mean_.assign(system.jacobian_pattern().row.size(), 0);
   jacobians_.assign(s, mean_);
@@ -57,6 +61,12 @@ void StageDerivative::linearize(const RadauStages& stages, const std::function<v
     for (std::size_t k = 0; k < J.size(); ++k) mean_[k] += scheme_.weight(i) * J[k];
   }
   at_.assign(stages.y, stages.y + n_);
+  used_ = stages.factors && stages.matrix->restore(stages.factors) ? stages.matrix : nullptr;
+  if (!used_) factor_mean();
+}
+
+void StageDerivative::factor_mean() {
+  used_ = &matrix_;
   if (const int bad = matrix_.factor(mean_.data(), h_); bad >= 0) throw_singular(bad);
 }
 
@@ -69,7 +79,6 @@ void StageDerivative::throw_singular(int unknown) {
 
 void StageDerivative::subtract_product(const double* x, double* out, bool transposed) const {
   const SparsePattern& p = system_.jacobian_pattern();
-  const std::vector<char>& differential = matrix_.differential();
   for (int i = 0; i < scheme_.stages; ++i) {
     double* oi = out + static_cast<std::ptrdiff_t>(i) * n_;
     const double* J = jacobians_[static_cast<std::size_t>(i)].data();
@@ -78,12 +87,10 @@ void StageDerivative::subtract_product(const double* x, double* out, bool transp
       add_transposed_product(p, J, -1, xi, oi);
     else
       add_product(p, J, -1, xi, oi);
-    for (int j = 0; j < scheme_.stages; ++j) {
-      const double w = (transposed ? scheme_.w(j, i) : scheme_.w(i, j)) / h_;
-      const double* xj = x + static_cast<std::ptrdiff_t>(j) * n_;
-      for (int e = 0; e < n_; ++e)
-        if (differential[static_cast<std::size_t>(e)]) oi[e] -= w * xj[e];
-    }
+    Eigen::Map<Eigen::ArrayXd> to(oi, n_);
+    for (int j = 0; j < scheme_.stages; ++j)
+      to -= ((transposed ? scheme_.w(j, i) : scheme_.w(i, j)) / h_) * differential_.array() *
+            Eigen::Map<const Eigen::ArrayXd>(x + static_cast<std::ptrdiff_t>(j) * n_, n_);
   }
 }
 
@@ -95,9 +102,9 @@ bool StageDerivative::iterate(const double* b, double* x, bool transposed) {
     std::copy(b, b + s * n, residual_.begin());
     if (k > 0) subtract_product(x, residual_.data(), transposed);
     if (transposed)
-      matrix_.solve_transposed(residual_.data());
+      used_->solve_transposed(residual_.data());
     else
-      matrix_.solve(residual_.data());
+      used_->solve(residual_.data());
     for (std::size_t e = 0; e < s * n; ++e) x[e] += residual_[e];
     double size = 0;
     for (const auto& kind : kinds_) {
@@ -116,6 +123,7 @@ bool StageDerivative::iterate(const double* b, double* x, bool transposed) {
       if (rate < 1 && size * rate / (1 - rate) <= kSolveRounding) return true;
       if (size < kSolveNoise && rate > kSolveFalls) return true;
       if (k > 2 && rate > kSlowSolve) return false;
+      if (used_ != &matrix_ && size > kSolveNoise && rate > kSlowWithKept) return false;
     }
     before = size;
   }
@@ -157,7 +165,13 @@ void StageDerivative::solve_whole(double* x, bool transposed) {
 
 void StageDerivative::solve(double* x, bool transposed) {
   std::copy(x, x + right_.size(), right_.begin());
-  if (!whole_factored_ && iterate(right_.data(), x, transposed)) return;
+  if (!whole_factored_) {
+    if (iterate(right_.data(), x, transposed)) return;
+    if (used_ != &matrix_) {
+      factor_mean();
+      if (iterate(right_.data(), x, transposed)) return;
+    }
+  }
   std::copy(right_.begin(), right_.end(), x);
   solve_whole(x, transposed);
   // Once more for what is left: rows differ widely in size.
@@ -205,7 +219,11 @@ void RadauTangent::step(const RadauStages& stages, double* const* s, double* psi
 }
 
 RadauAdjoint::RadauAdjoint(DaeSystem& system, const RadauScheme& scheme)
-    : system_(system), scheme_(scheme), derivative_(scheme, system), n_(system.size()) {
+    : system_(system),
+      scheme_(scheme),
+      derivative_(scheme, system),
+      parameter_point_(dynamic_cast<ParameterPoint*>(&system)),
+      n_(system.size()) {
   x_.assign(static_cast<std::size_t>(n_) * static_cast<std::size_t>(scheme.stages), 0);
   g_.assign(static_cast<std::size_t>(n_), 0);
   zero_ = g_;
@@ -230,7 +248,10 @@ void RadauAdjoint::step_back(const RadauStages& stages, double* mu, double* grad
   for (int i = 0; i < scheme_.stages; ++i) {
     for (int e = 0; e < n_; ++e)
       if (derivative_.differential()[static_cast<std::size_t>(e)]) mu[e] += derivative_.start_weight(i) * at(i)[e];
-    system_.linearize(time(i), stages.y + i * stages.stride, zero_.data());
+    if (parameter_point_)
+      parameter_point_->go_to_parameters(time(i), stages.y + i * stages.stride, zero_.data());
+    else
+      system_.linearize(time(i), stages.y + i * stages.stride, zero_.data());
     system_.add_parameter_gradient(-1, at(i), gradient);
   }
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "costate/discrete/radau_step.h"
+#include "costate/formulation/parameter_point.h"
 
 namespace costate {
 
@@ -17,7 +18,7 @@ class StageDerivative {
   StageDerivative(const RadauScheme& scheme, DaeSystem& system);
 
   /// Of these stages, in the mode in force; `at_stage` is called with the system linearized at each, the last one
-  /// first.
+  /// first. What the step was factored with serves here again, where that is at hand.
   void linearize(const RadauStages& stages, const std::function<void(int stage)>& at_stage);
   /// x := A^-1 x and A^-T x, all stages one after the other. Throws SolverError where A is singular.
   void solve(double* x) { solve(x, false); }
@@ -29,6 +30,7 @@ class StageDerivative {
 
  private:
   void solve(double* x, bool transposed);
+  void factor_mean();
   [[noreturn]] void throw_singular(int unknown);
   /// Whether the iteration has converged to x = A^-1 b.
   bool iterate(const double* b, double* x, bool transposed);
@@ -39,7 +41,9 @@ class StageDerivative {
   const RadauScheme& scheme_;
   DaeSystem& system_;
   int n_;
-  StageMatrix matrix_;
+  StageMatrix matrix_;            // of the mean Jacobian
+  StageMatrix* used_ = nullptr;   // that, or the step's own
+  Eigen::VectorXd differential_;  // 1 and 0
   double t_ = 0, h_ = 0;
   std::vector<double> start_weight_, zero_, mean_;
   std::vector<double> at_;  // the first stage, for messages
@@ -79,6 +83,7 @@ class RadauAdjoint {
   DaeSystem& system_;
   const RadauScheme& scheme_;
   StageDerivative derivative_;
+  ParameterPoint* parameter_point_;  // null where linearize() has to serve
   int n_;
   std::vector<double> x_, g_, zero_;
 };

@@ -55,7 +55,7 @@ RadauStep::RadauStep(const RadauScheme& scheme, DaeSystem& system, bool has_cost
       has_cost_(has_cost),
       atol_(std::move(atol)),
       residual_(std::move(residual)),
-      matrix_(scheme, system.jacobian_pattern(), stage_differential(system)) {
+      matrix_(std::make_shared<StageMatrix>(scheme, system.jacobian_pattern(), stage_differential(system))) {
   const auto n = static_cast<std::size_t>(n_), s = static_cast<std::size_t>(scheme.stages);
   y_.assign((s + 1) * static_cast<std::size_t>(size_), 0);
   z_.assign(s * n, 0);
@@ -71,7 +71,7 @@ RadauStep::~RadauStep() = default;
 void RadauStep::evaluate_start() {
   ++evaluations_;
   residual_(t_, start(), zero_.data(), start_residual_.data());
-  for (std::size_t e = 0; e < rates_.size(); ++e) rates_[e] = matrix_.differential()[e] ? -start_residual_[e] : 0;
+  for (std::size_t e = 0; e < rates_.size(); ++e) rates_[e] = matrix_->differential()[e] ? -start_residual_[e] : 0;
   if (has_cost_) costs_[0] = system_.running_cost(t_, start());
 }
 
@@ -119,7 +119,7 @@ void RadauStep::extrapolate(const std::vector<double>& from, const std::vector<d
                    with_start = lagrange_with_start(scheme_.c, j, at[i]) - end;
       const double w[2] = {stages_only, start_known ? with_start : stages_only};
       const double* zj = from.data() + j * n;
-      for (std::size_t e = 0; e < n; ++e) z[e] += w[matrix_.differential()[e] ? 1 : 0] * zj[e];
+      for (std::size_t e = 0; e < n; ++e) z[e] += w[matrix_->differential()[e] ? 1 : 0] * zj[e];
     }
   }
 }
@@ -128,14 +128,12 @@ void RadauStep::form_stage(int i) {
   const double *z = increment(i), *y0 = start();
   double* y = stage(i);
   for (int e = 0; e < n_; ++e) y[e] = y0[e] + z[e];
-  std::fill(stage_rates_.begin(), stage_rates_.end(), 0.0);
-  for (int j = 0; j < scheme_.stages; ++j) {
-    const double w = scheme_.w(i, j) / h_;
-    const double* zj = increment(j);
-    for (int e = 0; e < n_; ++e) stage_rates_[static_cast<std::size_t>(e)] += w * zj[e];
-  }
+  Eigen::Map<Eigen::ArrayXd> rates(stage_rates_.data(), n_);
+  rates.setZero();
+  for (int j = 0; j < scheme_.stages; ++j)
+    rates += scheme_.w(i, j) / h_ * Eigen::Map<const Eigen::ArrayXd>(increment(j), n_);
   for (std::size_t e = 0; e < stage_rates_.size(); ++e)
-    if (!matrix_.differential()[e]) stage_rates_[e] = 0;
+    if (!matrix_->differential()[e]) stage_rates_[e] = 0;
 }
 
 void RadauStep::set_sizes() {
@@ -172,7 +170,7 @@ void RadauStep::factor() {
   const int i = scheme_.stages / 2;
   form_stage(i);
   system_.jacobian(scheme_.time(i, t_, h_, t_end_), stage(i), stage_rates_.data(), 0, jacobian_.data());
-  if (const int bad = matrix_.factor(jacobian_.data(), h_); bad >= 0)
+  if (const int bad = matrix_->factor(jacobian_.data(), h_); bad >= 0)
     throw StepError(
         fmt::format("The matrix of a step of {:.3g} s of '{}' is singular at t = {:.9g} s, at '{}'. Redundant "
                     "joints or a singular configuration; the penalty formulation carries both.",
@@ -192,7 +190,7 @@ void RadauStep::iterate() {
       for (int e = 0; e < n_; ++e) r[e] = -r[e];
     }
     set_sizes();
-    matrix_.solve(right_.data());
+    matrix_->solve(right_.data());
     const double size = correction_size(right_.data());
     for (std::size_t e = 0; e < z_.size(); ++e) z_[e] += right_[e];
     if (size <= kStageRounding) break;
@@ -254,7 +252,7 @@ double RadauStep::growth() const {
 void RadauStep::end_rates(double* yp) const {
   for (int e = 0; e < n_; ++e) {
     yp[e] = 0;
-    if (!matrix_.differential()[static_cast<std::size_t>(e)]) continue;
+    if (!matrix_->differential()[static_cast<std::size_t>(e)]) continue;
     for (int j = 0; j < scheme_.stages; ++j) yp[e] += scheme_.w(scheme_.stages - 1, j) / h_ * increment(j)[e];
   }
 }
@@ -266,7 +264,7 @@ StepEstimate RadauStep::estimate(double rtol, const double* atol) {
   std::vector<double>& change = right_;
   for (int e = 0; e < n_; ++e) {
     double sum = -start_residual_[static_cast<std::size_t>(e)];
-    if (matrix_.differential()[static_cast<std::size_t>(e)])
+    if (matrix_->differential()[static_cast<std::size_t>(e)])
       for (int j = 0; j < s; ++j) {
         double w = 0;
         for (int i = 0; i < s; ++i) w += scheme_.error[static_cast<std::size_t>(i) + 1] * scheme_.w(i, j);
@@ -274,7 +272,7 @@ StepEstimate RadauStep::estimate(double rtol, const double* atol) {
       }
     change[static_cast<std::size_t>(e)] = sum;
   }
-  matrix_.filter(change.data());
+  matrix_->filter(change.data());
   const auto tolerance = [&](int e) { return atol[e] + rtol * std::max(std::abs(start()[e]), std::abs(end()[e])); };
   double off = 0, moved = 0;
   int count = 0;
@@ -307,7 +305,7 @@ double RadauStep::first_step(double rtol, const double* atol, double span) const
   double size = 0, rate = 0;
   for (int e = 0; e < n_; ++e) {
     const auto k = static_cast<std::size_t>(e);
-    if (!matrix_.differential()[k]) continue;
+    if (!matrix_->differential()[k]) continue;
     const double w = 1 / (atol[e] + rtol * std::abs(start()[e]));
     size += w * start()[e] * w * start()[e];
     rate += w * rates_[k] * w * rates_[k];
@@ -323,7 +321,7 @@ void RadauStep::dense(double x, double* y) const {
   for (std::size_t j = 0; j < s; ++j) {
     const double w[2] = {lagrange(scheme_.c, j, x), lagrange_with_start(scheme_.c, j, x)};
     const double* zj = increment(static_cast<int>(j));
-    for (int e = 0; e < n_; ++e) y[e] += w[matrix_.differential()[static_cast<std::size_t>(e)] ? 1 : 0] * zj[e];
+    for (int e = 0; e < n_; ++e) y[e] += w[matrix_->differential()[static_cast<std::size_t>(e)] ? 1 : 0] * zj[e];
   }
   if (has_cost_) y[n_] += x * (end()[n_] - start()[n_]);
 }

@@ -19,6 +19,9 @@ struct RadauStages {
   double t = 0, h = 0, t_end = 0;
   const double* y = nullptr;
   std::ptrdiff_t stride = 0;
+  // Where what the step was factored with is kept: of which matrix, and its numbers.
+  StageMatrix* matrix = nullptr;
+  const double* factors = nullptr;
 };
 
 class RadauStep {
@@ -50,6 +53,8 @@ class RadauStep {
   /// Y_i, i < stages; psi's entry is meant in the last one only.
   const double* stage(int i) const { return y_.data() + static_cast<std::ptrdiff_t>(i + 1) * size_; }
   RadauStages stages() const { return {t_, h_, t_end_, stage(0), size_}; }
+  /// Of the step just attempted.
+  std::shared_ptr<StageMatrix> matrix() const { return matrix_; }
   /// y' at the end of the step, 0 for algebraic unknowns.
   void end_rates(double* yp) const;
   /// y' at its beginning.
@@ -69,7 +74,7 @@ class RadauStep {
   void within(double x, double* y);
 
   long evaluations() const { return evaluations_; }
-  long factorizations() const { return matrix_.factorizations(); }
+  long factorizations() const { return matrix_->factorizations(); }
 
  private:
   double* stage(int i) { return y_.data() + static_cast<std::ptrdiff_t>(i + 1) * size_; }
@@ -95,7 +100,7 @@ class RadauStep {
   bool has_cost_;
   std::vector<double> atol_;
   Residual residual_;
-  StageMatrix matrix_;
+  std::shared_ptr<StageMatrix> matrix_;
   double t_ = 0, h_ = 0, t_end_ = 0;
   bool known_ = false;            // old_ has the increments of the step before, of old_h_
   bool old_start_known_ = false;  // and they are from its beginning

@@ -2,7 +2,13 @@
 
 #include <cmath>
 
+#include "costate/base/error.h"
+
 namespace costate {
+
+namespace {
+constexpr int kStagePivotOrders = 8;  // whose factors can be brought back
+}
 
 StageMatrix::StageMatrix(const RadauScheme& scheme, const SparsePattern& jacobian, std::vector<char> differential)
     : scheme_(scheme), pattern_(jacobian), differential_(std::move(differential)), n_(jacobian.cols) {
@@ -12,12 +18,13 @@ StageMatrix::StageMatrix(const RadauScheme& scheme, const SparsePattern& jacobia
   real_ = std::make_unique<KluSolver>(jacobian);
   for (const auto& shift : scheme.shift)
     if (shift.imag() != 0) complex_.emplace_back(jacobian);
+  real_->keep_pivot_orders(kStagePivotOrders);
+  for (auto& c : complex_) c.keep_pivot_orders(kStagePivotOrders);
   row_scale_.assign(n, 1);
   col_scale_.assign(n, 1);
   scaled_.assign(jacobian.row.size(), 0);
   values_ = scaled_;
   complex_values_.assign(scaled_.size(), 0);
-  right_.assign(n, 0);
   complex_right_.assign(n, 0);
   parts_.assign(n * s, 0);
 }
@@ -26,6 +33,50 @@ long StageMatrix::factorizations() const {
   long sum = real_->counters().factorizations;
   for (const auto& c : complex_) sum += c.factorizations();
   return sum;
+}
+
+// The step, the pivot orders, the scales of columns, and the factors.
+std::size_t StageMatrix::saved_size() const {
+  std::size_t sum = 2 + complex_.size() + col_scale_.size() + (has_real() ? real_->saved_size() : 0);
+  for (const auto& c : complex_) sum += c.saved_size();
+  return sum;
+}
+
+void StageMatrix::save(double* to) const {
+  *to++ = h_;
+  *to++ = has_real() ? static_cast<double>(real_->pivot_order()) : 0;
+  for (const auto& c : complex_) *to++ = static_cast<double>(c.pivot_order());
+  to = std::copy(col_scale_.begin(), col_scale_.end(), to);
+  if (has_real()) {
+    real_->save(to);
+    to += real_->saved_size();
+  }
+  for (const auto& c : complex_) {
+    c.save(to);
+    to += c.saved_size();
+  }
+}
+
+bool StageMatrix::restore(const double* from) {
+  scale_rows(*from++);
+  const double* orders = from;
+  from += 1 + complex_.size();
+  std::copy_n(from, col_scale_.size(), col_scale_.begin());
+  from += col_scale_.size();
+  if (has_real()) {
+    if (!real_->restore(static_cast<long>(*orders), from)) return false;
+    from += real_->saved_size();
+  }
+  for (auto& c : complex_) {
+    if (!c.restore(static_cast<long>(*++orders), from)) return false;
+    from += c.saved_size();
+  }
+  return true;
+}
+
+void StageMatrix::scale_rows(double h) {
+  h_ = h;
+  for (std::size_t i = 0; i < row_scale_.size(); ++i) row_scale_[i] = differential_[i] ? h : 1;
 }
 
 int StageMatrix::factor_real(double shift, KluSolver& solver) {
@@ -38,13 +89,9 @@ int StageMatrix::factor_real(double shift, KluSolver& solver) {
 }
 
 int StageMatrix::factor(const double* J, double h) {
-  h_ = h;
+  scale_rows(h);
   filter_ready_ = has_real();
   const double size = std::abs(scheme_.shift.front());
-  for (int i = 0; i < n_; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    row_scale_[k] = differential_[k] ? h : 1;
-  }
   for (int j = 0; j < n_; ++j) {
     const auto column = static_cast<std::size_t>(j);
     double largest = differential_[column] ? size : 0;
@@ -72,59 +119,65 @@ int StageMatrix::factor(const double* J, double h) {
   return -1;
 }
 
-void StageMatrix::solve_apart(double* x, bool transposed) {
-  const int s = scheme_.stages;
-  const auto n = static_cast<std::size_t>(n_);
+template <int stages>
+void StageMatrix::solve_stages(double* x, bool transposed) {
   // (R A C)^-1 with R, C the scales: A^-1 = C (.)^-1 R, and transposed R (.)^-T C.
-  const std::vector<double>&before = transposed ? col_scale_ : row_scale_,
-        &after = transposed ? row_scale_ : col_scale_;
-  std::fill(parts_.begin(), parts_.end(), 0.0);
-  std::size_t pair = 0;
+  const Eigen::Map<const Eigen::ArrayXd> before((transposed ? col_scale_ : row_scale_).data(), n_),
+      after((transposed ? row_scale_ : col_scale_).data(), n_);
+  Eigen::Map<Eigen::Array<double, Eigen::Dynamic, stages>> X(x, n_, stages),
+      parts(parts_.data(), n_, stages);  // a real one, then real and imaginary ones in turn
+  Eigen::Matrix<double, stages, stages> in, out;
+  Eigen::Index part = 0;
   for (std::size_t k = 0; k < scheme_.shift.size(); ++k) {
     const auto column = static_cast<Eigen::Index>(k);
-    const auto in = [&](int i) { return transposed ? scheme_.t(i, column) : scheme_.t_inverse(column, i); };
-    const auto out = [&](int i) { return transposed ? scheme_.t_inverse(column, i) : scheme_.t(i, column); };
+    const Eigen::Matrix<std::complex<double>, stages, 1> of_row = scheme_.t_inverse.row(column).transpose(),
+                                                         of_column = scheme_.t.col(column);
+    const auto &to = transposed ? of_column : of_row, &from = transposed ? of_row : of_column;
+    in.col(part) = to.real();
     if (scheme_.shift[k].imag() == 0) {
-      std::fill(right_.begin(), right_.end(), 0.0);
-      for (int i = 0; i < s; ++i) {
-        const double factor = in(i).real();
-        const double* xi = x + static_cast<std::size_t>(i) * n;
-        for (std::size_t e = 0; e < n; ++e) right_[e] += factor * xi[e];
-      }
-      for (std::size_t e = 0; e < n; ++e) right_[e] *= before[e];
-      if (transposed)
-        real_->solve_transposed(right_.data());
-      else
-        real_->solve(right_.data());
-      for (int i = 0; i < s; ++i) {
-        const double factor = out(i).real();
-        double* to = parts_.data() + static_cast<std::size_t>(i) * n;
-        for (std::size_t e = 0; e < n; ++e) to[e] += factor * right_[e];
-      }
+      out.row(part++) = from.real().transpose();
       continue;
     }
-    std::fill(complex_right_.begin(), complex_right_.end(), 0.0);
-    for (int i = 0; i < s; ++i) {
-      const std::complex<double> factor = in(i);
-      const double* xi = x + static_cast<std::size_t>(i) * n;
-      for (std::size_t e = 0; e < n; ++e) complex_right_[e] += factor * xi[e];
-    }
-    for (std::size_t e = 0; e < n; ++e) complex_right_[e] *= before[e];
+    in.col(part + 1) = to.imag();
+    // The conjugate gives the conjugate.
+    out.row(part) = 2 * from.real().transpose();
+    out.row(part + 1) = -2 * from.imag().transpose();
+    part += 2;
+  }
+  for (int p = 0; p < stages; ++p) parts.col(p) = before * (X.matrix().lazyProduct(in.col(p))).array();
+  if (has_real()) {
+    if (transposed)
+      real_->solve_transposed(parts.col(0).data());
+    else
+      real_->solve(parts.col(0).data());
+  }
+  const int first = has_real() ? 1 : 0;
+  for (std::size_t pair = 0; pair < complex_.size(); ++pair) {
+    double *re = parts.col(first + 2 * static_cast<int>(pair)).data(), *im = re + n_;
+    for (std::size_t e = 0; e < complex_right_.size(); ++e) complex_right_[e] = {re[e], im[e]};
     if (transposed)
       complex_[pair].solve_transposed(complex_right_.data());
     else
       complex_[pair].solve(complex_right_.data());
-    ++pair;
-    // The conjugate gives the conjugate.
-    for (int i = 0; i < s; ++i) {
-      const double re = 2 * out(i).real(), im = 2 * out(i).imag();
-      double* to = parts_.data() + static_cast<std::size_t>(i) * n;
-      for (std::size_t e = 0; e < n; ++e) to[e] += re * complex_right_[e].real() - im * complex_right_[e].imag();
+    for (std::size_t e = 0; e < complex_right_.size(); ++e) {
+      re[e] = complex_right_[e].real();
+      im[e] = complex_right_[e].imag();
     }
   }
-  for (int i = 0; i < s; ++i)
-    for (std::size_t e = 0; e < n; ++e)
-      x[static_cast<std::size_t>(i) * n + e] = after[e] * parts_[static_cast<std::size_t>(i) * n + e];
+  for (int i = 0; i < stages; ++i) X.col(i) = after * (parts.matrix().lazyProduct(out.col(i))).array();
+}
+
+void StageMatrix::solve_apart(double* x, bool transposed) {
+  switch (scheme_.stages) {
+    case 2:
+      return solve_stages<2>(x, transposed);
+    case 3:
+      return solve_stages<3>(x, transposed);
+    case 5:
+      return solve_stages<5>(x, transposed);
+    default:
+      throw Error("There is no stage matrix of so many stages.");
+  }
 }
 
 void StageMatrix::solve(double* x) { solve_apart(x, false); }

@@ -27,11 +27,21 @@ class StageMatrix {
   const std::vector<char>& differential() const { return differential_; }
   long factorizations() const;
 
+  // What factor() has made can be kept outside (`saved_size` numbers), and brought back for further solves.
+  std::size_t saved_size() const;
+  void save(double* to) const;
+  /// False when its pivot order has been discarded; what there was is no longer whole then.
+  [[nodiscard]] bool restore(const double* from);
+
  private:
   bool has_real() const { return scheme_.shift.front().imag() == 0; }
   [[nodiscard]] int factor_real(double shift, KluSolver& solver);
+  void scale_rows(double h);
   /// x := T sum of (E shift/h + J)^-1 (T^-1 x), or with both transposed.
   void solve_apart(double* x, bool transposed);
+  /// The same with the number of stages known where the loops are compiled.
+  template <int stages>
+  void solve_stages(double* x, bool transposed);
 
   const RadauScheme& scheme_;
   const SparsePattern& pattern_;
@@ -44,7 +54,7 @@ class StageMatrix {
   bool filter_ready_ = false;
   std::vector<double> scaled_;                 // J, rows and columns scaled
   std::vector<double> row_scale_, col_scale_;  // differential rows by h, columns to size 1
-  std::vector<double> values_, parts_, right_;
+  std::vector<double> values_, parts_;
   std::vector<std::complex<double>> complex_values_, complex_right_;
 };
 

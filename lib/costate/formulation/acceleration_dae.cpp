@@ -205,6 +205,11 @@ void AccelerationDae::add_parameter_gradient(double c, const double* mu, double*
                                    c, gradient);
 }
 
+void AccelerationDae::go_to_parameters(double t, const double* y, const double* yp) {
+  if (assembly_.has_switched_rows()) return linearize(t, y, yp);
+  point_.move_to(t, {{y, static_cast<std::size_t>(size())}});
+}
+
 void AccelerationDae::start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, Eigen::MatrixXd* yp_rho) {
   const Start s = state_.start(t, y_rho != nullptr, y, yp);
   if (!y_rho) return;

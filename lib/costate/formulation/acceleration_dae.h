@@ -4,13 +4,14 @@
 #pragma once
 
 #include "costate/formulation/consistent_state.h"
+#include "costate/formulation/parameter_point.h"
 #include "costate/formulation/solved_state.h"
 #include "costate/formulation/system.h"
 #include "costate/level/acceleration_level.h"
 
 namespace costate {
 
-class AccelerationDae final : public DaeSystem, public SolvedState {
+class AccelerationDae final : public DaeSystem, public SolvedState, public ParameterPoint {
  public:
   AccelerationDae(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective,
                   Stabilization stabilization);
@@ -33,6 +34,7 @@ class AccelerationDae final : public DaeSystem, public SolvedState {
   void add_transposed_product(double c, const double* x, double* out) override;
   void parameter_columns(Eigen::MatrixXd& F_rho) override;
   void add_parameter_gradient(double c, const double* mu, double* gradient) override;
+  void go_to_parameters(double t, const double* y, const double* yp) override;
   void start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, Eigen::MatrixXd* yp_rho) override;
   void running_cost_gradient(double t, const double* y, double* g_y, double c, double* gradient) override;
   void terminal_cost_gradient(double t, const double* y, double* w_y, double c, double* gradient) override;

@@ -15,6 +15,7 @@ AccelerationOde::AccelerationOde(std::shared_ptr<const Mechanism> mechanism, Par
   if (events_) events_->use(velocity_jump_.balance());
   kkt_.assign(static_cast<std::size_t>(assembly_.n() + assembly_.m()), 0);
   reduced_.assign(static_cast<std::size_t>(level_.newton_size()), 0);
+  if (!assembly_.has_switched_rows()) pulled_partials_.emplace(assembly_);
 }
 
 StateView AccelerationOde::view(double t, const double* y) const {
@@ -208,8 +209,9 @@ void AccelerationOde::adjoint_integrand(double t, const double* y, const double*
 void AccelerationOde::pull_stage(double t, const double* y, const double* w, double c, double* pulled,
                                  double* gradient) {
   if (!level_.brought_back(view(t, y))) level_.solve(view(t, y));
-  level_.linearize();
-  const bool cost = c != 0;
+  // Rows that come and go are in the blocks alone.
+  const bool blocks = !pulled_partials_, cost = c != 0;
+  if (blocks) level_.linearize();
   if (cost) calc_running_gradient();
   const int n = assembly_.n(), m = assembly_.m(), nz = assembly_.nz();
   const ScalarGradient& g = cost_gradient_;
@@ -222,10 +224,14 @@ void AccelerationOde::pull_stage(double t, const double* y, const double* w, dou
   }
   for (int i = 0; i < nz; ++i) pulled[2 * n + i] = cost ? c * g.z[i] : 0;
   const double *s1 = kkt_.data(), *s2 = s1 + n, *sz = w + 2 * n;
-  level_.add_transposed(-1, s1, s2, sz, pulled, pulled + n, pulled + 2 * n);
+  const auto weights = level_.stabilization().weights(s1, s2, sz);
+  if (blocks)
+    level_.add_transposed(-1, s1, s2, sz, pulled, pulled + n, pulled + 2 * n);
+  else
+    pulled_partials_->add(level_.state(), weights, -1, pulled, pulled + n, pulled + 2 * n);
   if (cost)
     for (int j = 0; j < assembly_.np(); ++j) gradient[j] += c * g.rho[j];
-  assembly_.add_parameter_gradient(level_.state(), level_.stabilization().weights(s1, s2, sz), -1, gradient);
+  assembly_.add_parameter_gradient(level_.state(), weights, -1, gradient);
 }
 
 void AccelerationOde::terminal_adjoint(double t, const double* y, double* mu, double* gradient) {

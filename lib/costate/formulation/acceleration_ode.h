@@ -2,6 +2,9 @@
 // y' = (v, a, f) with a from the KKT system; explicit first-order adjoint (lib/README.md (3), (4)).
 #pragma once
 
+#include <optional>
+
+#include "costate/assembly/pulled_partials.h"
 #include "costate/formulation/stage_adjoint.h"
 #include "costate/formulation/system.h"
 #include "costate/level/acceleration_level.h"
@@ -60,6 +63,7 @@ class AccelerationOde final : public OdeSystem, public StageAdjoint {
   AccelerationLevel level_;
   VelocityJump velocity_jump_;
   Assembly::ParameterColumns columns_;
+  std::optional<PulledPartials> pulled_partials_;  // where no rows are switched
   std::vector<double> kkt_, reduced_;
   long cost_gradient_at_ = 0;  // the point that cost_gradient_ belongs to
 };

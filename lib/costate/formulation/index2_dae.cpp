@@ -262,6 +262,11 @@ void Index2Dae::parameter_columns(Eigen::MatrixXd& F_rho) {
     if (!kept(i)) F_rho.row(3 * n_ + nz_ + m_ + i).setZero();
 }
 
+void Index2Dae::go_to_parameters(double t, const double* y, const double* yp) {
+  if (assembly_.has_switched_rows()) return linearize(t, y, yp);
+  point_.move_to(t, {{y, static_cast<std::size_t>(size())}});
+}
+
 void Index2Dae::add_parameter_gradient(double c, const double* mu, double* gradient) {
   Assembly::ParameterWeights w;
   w.state = mu + 2 * n_;

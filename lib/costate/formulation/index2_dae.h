@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "costate/formulation/consistent_state.h"
+#include "costate/formulation/parameter_point.h"
 #include "costate/formulation/solved_state.h"
 #include "costate/formulation/stage_parameters.h"
 #include "costate/formulation/system.h"
@@ -14,7 +15,7 @@
 
 namespace costate {
 
-class Index2Dae final : public DaeSystem, public SolvedState, public StageParameters {
+class Index2Dae final : public DaeSystem, public SolvedState, public StageParameters, public ParameterPoint {
  public:
   Index2Dae(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective);
 
@@ -37,6 +38,7 @@ class Index2Dae final : public DaeSystem, public SolvedState, public StageParame
   void add_transposed_product(double c, const double* x, double* out) override;
   void parameter_columns(Eigen::MatrixXd& F_rho) override;
   void add_parameter_gradient(double c, const double* mu, double* gradient) override;
+  void go_to_parameters(double t, const double* y, const double* yp) override;
   void take_stage_parameters() override { stage_parameters_ = true; }
   void start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, Eigen::MatrixXd* yp_rho) override;
   void running_cost_gradient(double t, const double* y, double* g_y, double c, double* gradient) override;

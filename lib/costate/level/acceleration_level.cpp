@@ -208,7 +208,7 @@ bool AccelerationLevel::bring_back(const StateView& s, const double* record) {
   if (order == 0 || !kkt_solver_->restore(order, record + 1 + solution_.size())) return false;
   brought_back_at_ = point_.move_to(s.t, {{s.q, n}, {s.v, n}, {s.z, nz}});
   std::copy_n(record + 1, solution_.size(), solution_.begin());
-  assembly_.calc_jacobian(state(), brought_back_at_);
+  if (assembly_.has_switched_rows()) assembly_.calc_jacobian(state(), brought_back_at_);
   return true;
 }
 

@@ -1,6 +1,6 @@
 #include "costate/linear/complex_klu_solver.h"
 
-#include "costate/linear/klu_factors.h"
+#include "costate/linear/kept_klu_factors.h"
 
 namespace costate {
 
@@ -13,8 +13,8 @@ double* numbers(const std::complex<double>* values) {
 }
 }  // namespace
 
-struct ComplexKluSolver::Impl : KluFactors<ComplexKlu> {
-  using KluFactors::KluFactors;
+struct ComplexKluSolver::Impl : KeptKluFactors<ComplexKlu> {
+  using KeptKluFactors::KeptKluFactors;
 };
 
 ComplexKluSolver::ComplexKluSolver(const SparsePattern& pattern)
@@ -29,7 +29,8 @@ int ComplexKluSolver::factor(const std::complex<double>* values) {
   ++factorizations_;
   s.choose_ordering(numbers(values));
   if (s.refactor(numbers(values))) return -1;
-  s.drop();
+  s.retire(order_);
+  order_ = ++orders_;
   return s.factor(numbers(values));
 }
 
@@ -44,5 +45,14 @@ void ComplexKluSolver::solve_transposed(std::complex<double>* b) {
   if (s.pattern->cols == 0) return;
   klu_zl_tsolve(s.symbolic, s.numeric, s.pattern->cols, 1, numbers(b), 0, &s.common);
 }
+
+std::size_t ComplexKluSolver::saved_size() const { return impl_->saved_size(); }
+void ComplexKluSolver::save(double* to) const { impl_->save(to); }
+
+bool ComplexKluSolver::restore(long pivot_order, const double* from) {
+  return impl_->pattern->cols == 0 || impl_->restore(order_, pivot_order, from);
+}
+
+void ComplexKluSolver::keep_pivot_orders(int at_most) { impl_->keep_orders(at_most); }
 
 }  // namespace costate

@@ -24,10 +24,17 @@ class ComplexKluSolver {
 
   long factorizations() const { return factorizations_; }
 
+  // Kept outside and brought back, as in klu_solver.h.
+  std::size_t saved_size() const;
+  long pivot_order() const { return order_; }
+  void save(double* to) const;
+  [[nodiscard]] bool restore(long pivot_order, const double* from);
+  void keep_pivot_orders(int at_most);
+
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
-  long factorizations_ = 0;
+  long factorizations_ = 0, order_ = 0, orders_ = 0;
 };
 
 }  // namespace costate

@@ -17,6 +17,7 @@ static_assert(sizeof(SuiteSparse_long) == sizeof(std::int64_t) && sizeof(double)
 
 /// KLU's functions for real numbers.
 struct RealKlu {
+  static constexpr long numbers = 1;  // of an entry
   static constexpr auto factor = klu_l_factor;
   static constexpr auto refactor = klu_l_refactor;
   static constexpr auto growth = klu_l_rgrowth;
@@ -26,6 +27,7 @@ struct RealKlu {
 
 /// And for complex ones: real and imaginary parts one behind the other, as std::complex has them.
 struct ComplexKlu {
+  static constexpr long numbers = 2;
   static constexpr auto factor = klu_zl_factor;
   static constexpr auto refactor = klu_zl_refactor;
   static constexpr auto growth = klu_zl_rgrowth;

@@ -1,10 +1,8 @@
 #include "costate/linear/klu_solver.h"
 
-#include <algorithm>
 #include <utility>
-#include <vector>
 
-#include "costate/linear/klu_factors.h"
+#include "costate/linear/kept_klu_factors.h"
 
 namespace costate {
 
@@ -15,49 +13,8 @@ namespace {
 constexpr std::int64_t kManyEntries = 30;
 }  // namespace
 
-struct KluSolver::Impl : KluFactors<RealKlu> {
-  using KluFactors::KluFactors;
-  // Factorizations with earlier pivot orders, oldest first, and their orders' numbers.
-  struct Earlier {
-    long order;
-    klu_l_numeric* numeric;
-    double full_growth;
-  };
-  std::vector<Earlier> earlier;
-  std::size_t earlier_at_most = 0;
-
-  /// The present factorization joins the earlier ones, or is freed.
-  void retire(long order) {
-    if (!numeric) return;
-    earlier.push_back({order, std::exchange(numeric, nullptr), full_growth});
-    discard();
-  }
-  void discard() {
-    while (earlier.size() > earlier_at_most) {
-      klu_l_free_numeric(&earlier.front().numeric, &common);
-      earlier.erase(earlier.begin());
-    }
-  }
-  /// The numbers of a factorization without its indices, one array after the other: f(array, count). A column of L or U
-  /// lies in its block as `length` indices followed by `length` numbers.
-  template <class F>
-  void for_each_array(F&& f) const {
-    const auto n = static_cast<std::size_t>(pattern->cols);
-    for (SuiteSparse_long b = 0; b < numeric->nblocks; ++b) {
-      auto* const block = static_cast<double*>(numeric->LUbx[b]);
-      if (!block) continue;
-      for (SuiteSparse_long k = symbolic->R[b]; k < symbolic->R[b + 1]; ++k) {
-        f(block + numeric->Lip[k] + numeric->Llen[k], static_cast<std::size_t>(numeric->Llen[k]));
-        f(block + numeric->Uip[k] + numeric->Ulen[k], static_cast<std::size_t>(numeric->Ulen[k]));
-      }
-    }
-    f(static_cast<double*>(numeric->Udiag), n);
-    if (numeric->nzoff > 0) f(static_cast<double*>(numeric->Offx), static_cast<std::size_t>(numeric->nzoff));
-    if (numeric->Rs) f(numeric->Rs, n);
-  }
-  ~Impl() {
-    for (Earlier& e : earlier) klu_l_free_numeric(&e.numeric, &common);
-  }
+struct KluSolver::Impl : KeptKluFactors<RealKlu> {
+  using KeptKluFactors::KeptKluFactors;
 };
 
 KluSolver::KluSolver(const SparsePattern& pattern)
@@ -93,50 +50,13 @@ void KluSolver::solve_transposed(double* b, int columns) {
   klu_l_tsolve(s.symbolic, s.numeric, s.pattern->cols, columns, b, &s.common);
 }
 
-std::size_t KluSolver::saved_size() const {
-  if (!impl_->numeric) return 0;
-  const klu_l_numeric& x = *impl_->numeric;
-  // The counts of L and U include both diagonals, of which one is kept.
-  return static_cast<std::size_t>(x.lnz + x.unz - x.n + x.nzoff + (x.Rs ? x.n : 0));
-}
-
-void KluSolver::save(double* to) const {
-  if (!impl_->numeric) return;
-  impl_->for_each_array([&](const double* x, std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i) to[i] = x[i];
-    to += count;
-  });
-}
+std::size_t KluSolver::saved_size() const { return impl_->saved_size(); }
+void KluSolver::save(double* to) const { impl_->save(to); }
 
 bool KluSolver::restore(long pivot_order, const double* from) {
-  Impl& s = *impl_;
-  if (s.pattern->cols == 0) return true;
-  if (pivot_order != order_ || !s.numeric) {
-    const auto at = std::find_if(s.earlier.begin(), s.earlier.end(),
-                                 [&](const Impl::Earlier& e) { return e.order == pivot_order; });
-    if (at == s.earlier.end()) return false;
-    if (s.numeric) {
-      std::swap(at->numeric, s.numeric);
-      std::swap(at->full_growth, s.full_growth);
-      std::swap(at->order, order_);
-    } else {
-      s.numeric = at->numeric;
-      s.full_growth = at->full_growth;
-      order_ = at->order;
-      s.earlier.erase(at);
-    }
-  }
-  s.for_each_array([&](double* x, std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i) x[i] = from[i];
-    from += count;
-  });
-  return true;
+  return impl_->pattern->cols == 0 || impl_->restore(order_, pivot_order, from);
 }
 
-void KluSolver::keep_pivot_orders(int at_most) {
-  impl_->earlier_at_most = at_most > 1 ? static_cast<std::size_t>(at_most - 1) : 0;
-  impl_->earlier.reserve(impl_->earlier_at_most + 1);
-  impl_->discard();
-}
+void KluSolver::keep_pivot_orders(int at_most) { impl_->keep_orders(at_most); }
 
 }  // namespace costate

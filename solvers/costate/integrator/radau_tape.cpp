@@ -4,10 +4,39 @@
 
 namespace costate {
 
+namespace {
+// Entries of the factors an unknown. With fewer a factorization takes no longer than the one or two solutions more that
+// the step's own factors take, whose Jacobian is that of the middle of the step and not the mean of its stages.
+constexpr double kWorthKeeping = 10;
+}  // namespace
+
 RadauTape::RadauTape(DaeSystem& system, const RadauScheme& scheme, double bytes, long segment_steps,
                      std::vector<double> atol)
-    : StepTape(bytes, segment_steps), system_(system), scheme_(scheme), n_(system.size()), atol_(std::move(atol)) {
+    : StepTape(bytes, segment_steps),
+      system_(system),
+      scheme_(scheme),
+      n_(system.size()),
+      atol_(std::move(atol)),
+      bytes_left_(bytes) {
   set_budget(stage_entries());
+}
+
+void RadauTape::keep_factors(const RadauStep& of) {
+  if (bytes_left_ <= 0) return;
+  Factors f{of.matrix(), {}};
+  const std::size_t size = f.of->saved_size();
+  if (static_cast<double>(size) < kWorthKeeping * static_cast<double>(stage_entries())) {
+    bytes_left_ = 0;
+    return;
+  }
+  bytes_left_ -= static_cast<double>(sizeof(double) * (size + stage_entries()) + sizeof(Step) + sizeof(Factors));
+  if (bytes_left_ <= 0) {
+    factors_.clear();
+    return;
+  }
+  f.numbers = std::make_unique_for_overwrite<double[]>(size);
+  f.of->save(f.numbers.get());
+  factors_.push_back(std::move(f));
 }
 
 void RadauTape::keep_stages(Step& step, const RadauStep& of) const {
@@ -16,11 +45,18 @@ void RadauTape::keep_stages(Step& step, const RadauStep& of) const {
 }
 
 void RadauTape::add_step(const RadauStep& taken) {
-  if (begins_segments())
+  if (begins_segments()) {
+    factors_.clear();
+    bytes_left_ = 0;
     for (long k = 0; k < steps(); ++k)
       if (!is_checkpoint(k)) step(k).at.reset();
+  }
   Step s{taken.t(), taken.h(), taken.t_end(), system_.mode(), 0, {}, {}};
   if (!in_segments() || is_checkpoint(steps())) keep_stages(s, taken);
+  if (in_segments())
+    bytes_left_ = 0;
+  else
+    keep_factors(taken);
   add(std::move(s));
 }
 
@@ -46,7 +82,13 @@ RadauStages RadauTape::bring_back(long k) {
   }
   drop_behind(k);
   system_.use_mode(step(k).mode);
-  return stages_of(step(k));
+  RadauStages stages = stages_of(step(k));
+  if (const auto at = static_cast<std::size_t>(k); at < factors_.size()) {
+    factors_.resize(at + 1);  // those behind it have served
+    stages.matrix = factors_[at].of.get();
+    stages.factors = factors_[at].numbers.get();
+  }
+  return stages;
 }
 
 }  // namespace costate

@@ -24,15 +24,24 @@ class RadauTape : public StepTape {
   long evaluations() const { return repeated_ ? repeated_->evaluations() : 0; }
 
  private:
+  /// Of a step, as long as they and the stages fit into the budget; then of none.
+  void keep_factors(const RadauStep& of);
   std::size_t stage_entries() const { return static_cast<std::size_t>(n_) * static_cast<std::size_t>(scheme_.stages); }
   void keep_stages(Step& step, const RadauStep& of) const;
   RadauStages stages_of(const Step& s) const { return {s.t, s.h, s.t_end, s.at.get(), n_}; }
+
+  struct Factors {
+    std::shared_ptr<StageMatrix> of;
+    std::unique_ptr<double[]> numbers;
+  };
 
   DaeSystem& system_;
   const RadauScheme& scheme_;
   int n_;
   std::vector<double> atol_;
   std::unique_ptr<RadauStep> repeated_;
+  double bytes_left_;             // for factors
+  std::vector<Factors> factors_;  // of the first steps: of all, or of none
 };
 
 }  // namespace costate

@@ -5,8 +5,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <ctime>
 #include <stdexcept>
+#include <thread>
 
 #include "costate/problem/problem.h"
 
@@ -26,11 +28,15 @@ class RunBudget {
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
   }
 
-  /// From here on: at most `seconds` in all, and `steps` in each run.
+  /// From here on: at most `seconds` in all, and `steps` in each run. Runs may be of other threads than this one.
   void begin(double seconds, double steps) {
+    static std::atomic<long> begun{0};
     seconds_ = seconds;
     steps_ = steps;
+    thread_ = std::this_thread::get_id();
+    number_ = ++begun;
     began_ = processor_s();
+    others_ = 0;
   }
   void unlimited() { seconds_ = steps_ = 0; }
 
@@ -39,12 +45,30 @@ class RunBudget {
     const char* where = backward ? " on the way back" : "";
     if (steps_ > 0 && static_cast<double>(steps) > steps_)
       throw Cut(fmt::format("after {} steps at t = {:.4g} s{}, its limit of steps", steps, t, where));
-    if (seconds_ > 0 && processor_s() - began_ > seconds_)
-      throw Cut(fmt::format("after {:.2g} s of processor time at t = {:.4g} s{}", processor_s() - began_, t, where));
+    const double spent = seconds_ > 0 ? spent_s() : 0;
+    if (spent > seconds_) throw Cut(fmt::format("after {:.2g} s of processor time at t = {:.4g} s{}", spent, t, where));
   }
 
  private:
+  /// Of the thread that began, and of all others from where they looked first.
+  double spent_s() const {
+    const double now = processor_s();
+    const std::atomic_ref others(others_);
+    if (std::this_thread::get_id() == thread_) return now - began_ + others;
+    struct LastLook {
+      long number = 0;
+      double at = 0;
+    };
+    thread_local LastLook last;
+    const double since = last.number == number_ ? now - last.at : 0;
+    last = {number_, now};
+    return others.fetch_add(since) + since;
+  }
+
   double seconds_ = 0, steps_ = 0, began_ = 0;
+  long number_ = 0;
+  std::thread::id thread_;
+  alignas(std::atomic_ref<double>::required_alignment) mutable double others_ = 0;
 };
 
 /// The problem whose monitor looks at the budget as well. The budget has to outlive its runs.

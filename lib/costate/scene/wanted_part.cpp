@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
+#include <set>
 
 #include "costate/base/notice.h"
 #include "costate/element/defined_output.h"
@@ -47,6 +48,14 @@ std::vector<std::string> names_in(const Mechanism& m, const std::vector<bool>& k
   return names;
 }
 
+/// Of spring.S.damper_law.slope those are spring, spring.S and spring.S.damper_law.
+std::set<std::string> tables_of(const std::string& path) {
+  std::set<std::string> tables;
+  for (auto at = path.find('.'); at != std::string::npos; at = path.find('.', at + 1))
+    tables.insert(path.substr(0, at));
+  return tables;
+}
+
 thread_local const WantedPart* g_wanted = nullptr;
 
 void add(std::optional<std::vector<int>>& sum, const std::optional<std::vector<int>>& more) {
@@ -73,7 +82,10 @@ std::vector<int> acting_groups(const Mechanism& mechanism) {
   std::vector<int> parent(static_cast<std::size_t>(mechanism.coordinate_count()));
   std::iota(parent.begin(), parent.end(), 0);
   const auto root = [&](int i) {
-    while (parent[static_cast<std::size_t>(i)] != i) i = parent[static_cast<std::size_t>(i)];
+    while (parent[static_cast<std::size_t>(i)] != i) {
+      int& above = parent[static_cast<std::size_t>(i)];
+      i = above = parent[static_cast<std::size_t>(above)];
+    }
     return i;
   };
   for_each_element(mechanism, [&](const Element& e) {
@@ -120,6 +132,18 @@ std::optional<std::vector<int>> coordinates_of(const Mechanism& mechanism, const
 
 WantedPart::WantedPart(const Mechanism& whole, std::vector<bool> kept)
     : whole_(whole), kept_(std::move(kept)), before_(g_wanted) {
+  for (int i = 0; i < whole.coordinate_count(); ++i) {
+    const Coordinate& c = whole.coordinates()[static_cast<std::size_t>(i)];
+    for (const std::string& table : tables_of(whole.numbers()[static_cast<std::size_t>(c.position_number)].path))
+      own_[table].coordinates.push_back(i);
+  }
+  for_each_element(whole, [&](const Element& e) {
+    std::set<std::string> tables = {e.path()};
+    for (const int k : e.numbers()) tables.merge(tables_of(whole.numbers()[static_cast<std::size_t>(k)].path));
+    for (const std::string& table : tables) own_[table].elements.push_back(&e);
+  });
+  for (const PlanarPoint& p : whole.points()) own_["point." + p.name()].points.push_back(p.coordinates());
+  for (const SpatialPoint& p : whole.spatial_points()) own_["point." + p.name()].points.push_back(p.coordinates());
   g_wanted = this;
 }
 
@@ -128,40 +152,38 @@ WantedPart::~WantedPart() { g_wanted = before_; }
 const WantedPart* WantedPart::current() { return g_wanted; }
 
 bool WantedPart::leaves_out(const std::string& path) const {
-  const std::string prefix = path + ".";
+  const auto own = own_.find(path);
+  if (own == own_.end()) return false;
   bool some = false, kept = false;
   const auto look = [&](const std::vector<int>& coordinates) {
     if (coordinates.empty()) return;
     some = true;
     kept = kept || is_kept(coordinates, kept_);
   };
-  for (int i = 0; i < whole_.coordinate_count(); ++i) {
-    const Coordinate& c = whole_.coordinates()[static_cast<std::size_t>(i)];
-    if (whole_.numbers()[static_cast<std::size_t>(c.position_number)].path.starts_with(prefix)) look({i});
-  }
-  for_each_element(whole_, [&](const Element& e) {
-    bool own = e.path() == path;
-    for (const int k : e.numbers()) own = own || whole_.numbers()[static_cast<std::size_t>(k)].path.starts_with(prefix);
-    if (!own) return;
-    if (const auto* formula = dynamic_cast<const DefinedOutput*>(&e)) {
+  for (const int i : own->second.coordinates) look({i});
+  for (const Element* e : own->second.elements) {
+    if (const auto* formula = dynamic_cast<const DefinedOutput*>(e)) {
       // Of what is perhaps of everything, such as an energy, the part would have another one.
       const auto inputs = coordinates_of(whole_, formula->name());
       some = true;
       kept = inputs && std::all_of(inputs->begin(), inputs->end(), [&](int i) { return is_kept({i}, kept_); });
     } else {
-      look(e.coordinates());
+      look(e->coordinates());
     }
-  });
-  for (const PlanarPoint& p : whole_.points())
-    if (path == "point." + p.name()) look(p.coordinates());
-  for (const SpatialPoint& p : whole_.spatial_points())
-    if (path == "point." + p.name()) look(p.coordinates());
+  }
+  for (const std::vector<int>& coordinates : own->second.points) look(coordinates);
   return some && !kept;
 }
 
 void WantedPart::add_numbers(const std::string& path, MechanismBuilder& builder) const {
-  for (const Number& n : whole_.numbers()) {
-    if (builder.has_number(n.path)) continue;
+  const std::vector<Number>& numbers = whole_.numbers();
+  if (added_ > 0 && !builder.has_number(numbers[added_ - 1].path)) added_ = 0;  // another builder
+  for (std::size_t i = added_; i < numbers.size(); ++i) {
+    const Number& n = numbers[i];
+    if (builder.has_number(n.path)) {
+      if (i == added_) ++added_;
+      continue;
+    }
     // Gravity's third number comes with the first element in space.
     if (!n.path.starts_with(path + ".") && !n.path.starts_with("gravity.")) return;
     builder.fix_number(builder.add_number(n.path, n.value), n.fixed_because);

@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "costate/scene/scene.h"
@@ -43,8 +44,16 @@ class WantedPart {
   void add_numbers(const std::string& path, MechanismBuilder& builder) const;
 
  private:
+  /// What is of a table.
+  struct Own {
+    std::vector<int> coordinates;
+    std::vector<const Element*> elements;
+    std::vector<std::vector<int>> points;  // their coordinates
+  };
   const Mechanism& whole_;
   std::vector<bool> kept_;
+  std::unordered_map<std::string, Own> own_;  // by path
+  mutable std::size_t added_ = 0;             // numbers from the first on that the builder is known to have
   const WantedPart* before_;
 };
 

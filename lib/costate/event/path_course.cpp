@@ -140,7 +140,8 @@ const std::vector<PathCourse::Cell>& PathCourse::cells(StepMotion& motion, const
   no_range_ = precision.floor * (high - low);
   no_impulse_ = precision.floor * impulse_now_ / h;
   moves_nothing_ = unfelt_impulse() / h;
-  if (!is_cubic() && !(of_rate_ && precision.bends && is_bend())) halve(0, 1, 0);
+  const bool leaves = precision.bends == LeftBends::all || (of_rate_ && precision.bends == LeftBends::of_rates);
+  if (!is_cubic() && !(leaves && is_bend())) halve(0, 1, 0);
   return cells_;
 }
 
@@ -157,7 +158,7 @@ double PathCourse::unfelt_impulse() const {
 
 // By the control points of the two cubics through the deformation and its rate at both ends and in the middle; of
 // rates, whose own are not known, by five values and how far these are from straight lines.
-bool PathCourse::is_between_places(bool leaves_bends) {
+bool PathCourse::is_between_places(LeftBends leaves) {
   if (search_ || motion_->turn(coordinates_) > kPartAngle) return false;
   const double h = motion_->to() - motion_->from();
   double low = HUGE_VAL, high = -HUGE_VAL, bent = 0, least = HUGE_VAL, x[5], rate[5];
@@ -191,7 +192,7 @@ bool PathCourse::is_between_places(bool leaves_bends) {
   const auto passed = std::upper_bound(first, sharp_.end(), high + room) - first;
   impulse_now_ = impulse_;
   // Of a rate's law that bends once and is left to the integrator, where its argument goes one way.
-  return passed == 0 || (passed == 1 && of_rate_ && leaves_bends && bent < kOneWay * least);
+  return passed == 0 || (passed == 1 && of_rate_ && leaves != LeftBends::none && bent < kOneWay * least);
 }
 
 void PathCourse::look_along() {
@@ -360,11 +361,12 @@ bool PathCourse::is_cubic() {
   return false;
 }
 
+// Terms that stay zero make places of looks: it is that one place at which two cubics meet that counts.
 bool PathCourse::is_bend() {
-  const auto inside = [](double u) { return u > CoursePlaces::kPlaced && u < 1 - CoursePlaces::kPlaced; };
-  const auto first = std::find_if(places_.begin(), places_.end(), inside);
-  if (first == places_.end() || std::any_of(first + 1, places_.end(), inside)) return false;
-  return is_met(cubic_over(0, *first), *first) && is_met(cubic_over(*first, 1), 1 - *first);
+  return std::any_of(places_.begin(), places_.end(), [this](double u) {
+    return u > CoursePlaces::kPlaced && u < 1 - CoursePlaces::kPlaced && is_met(cubic_over(0, u), u) &&
+           is_met(cubic_over(u, 1), 1 - u);
+  });
 }
 
 void PathCourse::halve(double a, double b, int depth) {

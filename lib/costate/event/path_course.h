@@ -17,6 +17,10 @@
 
 namespace costate {
 
+/// Of a function with a cubic to each side of the only place that a step passes: what a method of many steps sees in
+/// its next one, and what leaves a scheme of order two its order.
+enum class LeftBends { none, of_rates, all };
+
 class PathCourse {
  public:
   /// The values of a formula's arguments at a state.
@@ -38,10 +42,10 @@ class PathCourse {
     double from, to, away;
   };
   /// By how much of what it changes the function may be off a cubic, and what part of its range in the run so far, or
-  /// of its impulse, is nothing; whether a single bend of a rate's law is left to the integrator.
+  /// of its impulse, is nothing; which single bends are left to the integrator.
   struct Precision {
     double off, floor;
-    bool bends = true;
+    LeftBends bends = LeftBends::of_rates;
   };
   /// Empty where a cubic is the whole step's course; or, of bends that are left to the integrator, as they are in the
   /// function's value at the step's end, one to each side of the only place that the step passes.
@@ -95,7 +99,7 @@ class PathCourse {
   void set_arguments(double u);
   void add(double u);
   /// Whether a law passes none of the places where it is sharp, or one of its bends that is left to the integrator.
-  bool is_between_places(bool leaves_bends);
+  bool is_between_places(LeftBends leaves);
   /// The first looks, as many as something turns for.
   void look_along();
   void look_at_parts(int parts);

@@ -28,10 +28,10 @@ constexpr double kPathInstant = 1e-13;
 constexpr double kPathSteps = 2.3, kPathStepsBack = 4, kPathActs = 1e-3, kAlike = 6;
 }  // namespace
 
-PathWatch::PathWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, bool leaves_bends)
+PathWatch::PathWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, LeftBends leaves)
     : assembly_(assembly),
       precision_{kOffCubic * std::min(1.0, std::pow(rtol / kAtRtol, kOffOrder)),
-                 std::clamp(kNoPathRange * rtol, kLeastPathRange, kMostPathRange), leaves_bends},
+                 std::clamp(kNoPathRange * rtol, kLeastPathRange, kMostPathRange), leaves},
       motion_(assembly.mechanism(), rtol, atol) {
   for (const auto& force : assembly.mechanism().forces()) {
     if (const auto* formulas = dynamic_cast<const PathFunctionElement*>(force.get()))

@@ -20,8 +20,8 @@ constexpr double kBehindTouch = 1e-6;
 constexpr double kCounts = 0.1;
 }  // namespace
 
-TouchWatch::TouchWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, bool leaves_bends)
-    : assembly_(assembly), rtol_(rtol), atol_(atol), paths_(assembly, objective, rtol, atol, leaves_bends) {
+TouchWatch::TouchWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, LeftBends leaves)
+    : assembly_(assembly), rtol_(rtol), atol_(atol), paths_(assembly, objective, rtol, atol, leaves) {
   const Mechanism& m = assembly.mechanism();
   for (std::size_t f = 0; f < m.forces().size(); ++f) {
     const Force& force = *m.forces()[f];

@@ -22,7 +22,8 @@ class TouchWatch {
  public:
   /// Of the mechanism's forces and the running costs, with the numbers that the assembly has; dips count that are
   /// deeper than the part of the coordinates, or the length, that the integrator is asked for.
-  TouchWatch(Assembly& assembly, const Objective& objective, double rtol, double atol, bool leaves_bends = true);
+  TouchWatch(Assembly& assembly, const Objective& objective, double rtol, double atol,
+             LeftBends leaves = LeftBends::of_rates);
 
   /// From here on a step that leads into a touch, or out of one, is to end there.
   void end_steps_at_touches() { ends_steps_ = true; }

@@ -59,7 +59,7 @@ RungeKuttaRun<Kind>::RungeKuttaRun(SystemType& system, const SolverOptions& opti
   longest_ = std::min(Kind::longest_step(system, *scheme), options.max_step_s > 0 ? options.max_step_s : HUGE_VAL);
   system.begin_events(t_start_, y_.data());
   plan_ = std::make_unique<StepPlan>(system, system.objective(), t_start_, options.t_end, y_.data());
-  watch_touches(false);
+  watch_touches(LeftBends::none);
   // A step across the kink of a force has an error that falls as a low power of its length, and each kink takes several
   // of them; one that ends there has the scheme's own. Implicit ones resolve bends.
   if (!Kind::implicit) touches_->end_steps_at_touches();

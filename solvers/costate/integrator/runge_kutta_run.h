@@ -53,7 +53,7 @@ class RungeKuttaRun {
     bend_watch_ =
         std::make_unique<BendWatch>(system_.assembly(), system_.objective(), options_.rtol, options_.absolute());
     // Which it passes, nobody else is to stop at.
-    watch_touches(follows_bends());
+    watch_touches(follows_bends() ? LeftBends::of_rates : LeftBends::none);
   }
   /// Told of each step with its stages, and of each jump, before the state goes on.
   struct Follower {
@@ -118,9 +118,9 @@ class RungeKuttaRun {
   void cross();
   void begin_segment(double t, const std::vector<double>& y);
   void start(bool derivative);
-  void watch_touches(bool leaves_bends) {
+  void watch_touches(LeftBends leaves) {
     touches_ = std::make_unique<TouchWatch>(system_.assembly(), system_.objective(), options_.rtol, options_.absolute(),
-                                            leaves_bends);
+                                            leaves);
   }
   std::unique_ptr<Step> make_step(const Scheme& scheme);
   [[noreturn]] void fail(const std::string& what, const char* flag);

@@ -46,7 +46,7 @@ constexpr double kSteps = 1e3;
 // A verdict needs few digits: at this tolerance it is looked for first.
 constexpr double kFirstTolerance = 1e-6;
 // And holds where the Hessian is known to this part of its largest entry.
-constexpr double kSettled = 1e-3;
+constexpr double kSettled = 1e-2;
 // Of its largest entry, that of rtol 1e-8; and times what its own error is.
 constexpr double kFirmly = 1e-5, kOfError = 100;
 

@@ -54,7 +54,7 @@ class Search {
           break;
         }
         if (!notes.empty()) found_.note = fmt::format("The Hessian is that of '{}': {}.", name, fmt::join(notes, "; "));
-        tell_error();
+        if (!exact_alone_) tell_error();
         return found_;
       } catch (const CapabilityError& e) {
         notes.emplace_back(e.what());

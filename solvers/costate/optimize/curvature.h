@@ -16,7 +16,8 @@ struct Curvature {
   std::string note;         // why not the run's own formulation, or why there is none
 };
 
-/// At the problem's tolerance or `loosest`, whichever is larger; with a `loosest` above zero exact ones alone.
+/// At the problem's tolerance or `loosest`, whichever is larger; with a `loosest` above zero exact
+/// ones alone, whose error the caller judges.
 Curvature find_curvature(const Problem& problem, const std::string& method, const std::vector<double>& rho,
                          const std::vector<const Objective*>& objectives, double loosest = 0);
 

@@ -1,0 +1,108 @@
+// Where a step of a Runge-Kutta scheme ends at an event, or at a touch that is none, and what follows it.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "costate/base/error.h"
+#include "costate/event/guard_value.h"
+#include "costate/formulation/solved_state.h"
+#include "costate/integrator/runge_kutta_run.h"
+
+namespace costate {
+
+namespace {
+// A mechanism that changes its segment this often without getting on is stuck.
+constexpr std::size_t kMostJumpsAtOnce = 1000;
+// The step that ends at an event: of the step that went past it the part over which its dense output tells the guard's
+// rate, and how often the length is corrected by that.
+constexpr double kAside = 1e-3;
+constexpr int kCorrections = 8;
+}  // namespace
+
+template <class Kind>
+void RungeKuttaRun<Kind>::end_step_at_event(double t) {
+  end_step_at(t, [&](double at, const double* y) {
+    return guard_value(system_.pending_event(), solved_state(system_, at, y), system_.assembly());
+  });
+  std::copy(step_->end(), step_->end() + step_->size(), end_.begin());
+}
+
+template <class Kind>
+void RungeKuttaRun<Kind>::end_step_at(double t, const std::function<double(double, const double*)>& guard,
+                                      double near) {
+  const double whole = step_->h();
+  double h = std::max(0.0, t - begin_), moved = whole;
+  const auto guard_within = [&](double length) {
+    step_->dense(length / whole, y_.data());
+    return guard(begin_ + length, y_.data());
+  };
+  // The guard's rate, by which the length is corrected: the dense output is smooth on either side of the event.
+  const double aside = h < 0.5 * whole ? kAside * whole : -kAside * whole;
+  const double rate = whole > 0 ? (guard_within(h + aside) - guard_within(h)) / aside : 0;
+  const auto end_at = [&](double length) {
+    h = length;
+    // An implicit step has a length.
+    if constexpr (Kind::implicit)
+      h = std::max(h, 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(begin_), whole));
+    end_time_ = begin_ + h;
+    step_->attempt(h, end_time_);
+    return guard(end_time_, step_->end());
+  };
+  double value = end_at(h);
+  for (int k = 0; k < kCorrections && h > 0; ++k) {
+    const double change = -value / rate;
+    // To rounding, or as far as it gets on.
+    if (!(std::abs(change) < 0.5 * moved) || !(end_time_ + change != end_time_)) break;
+    if (std::abs(change) < near * whole) return;
+    moved = std::abs(change);
+    value = end_at(std::max(0.0, h + change));
+  }
+  // Its far side: a force that begins there has begun, with its derivatives.
+  double further = std::numeric_limits<double>::epsilon() * std::max(std::abs(end_time_), h);
+  for (int k = 0; k < kCorrections && h > 0 && !(value * rate > 0); ++k, further *= 2) value = end_at(h + further);
+}
+
+template <class Kind>
+void RungeKuttaRun<Kind>::cross() {
+  Jump jump;
+  jump.t = end_time_;
+  jump.event = system_.pending_event();
+  jump.before = system_.mode();
+  jump.y.assign(end_.begin(), end_.begin() + system_.size());
+  std::vector<double> y = end_;
+  const double t_after = system_.segment_start(end_time_);
+  if constexpr (Kind::implicit) {
+    jump.yp.assign(jump.y.size(), 0);
+    step_->end_rates(jump.yp.data());
+    std::vector<double> yp = jump.yp;
+    system_.jump(end_time_, y.data(), yp.data());
+  } else {
+    system_.jump(end_time_, y.data());
+  }
+  jump.after = system_.mode();
+  if (jump.event < 0) system_.require_contacts_follow(jump, t_after, y.data());
+  system_.forget_event();
+  jumps_in_a_row_ = end_time_ > segment_start_ ? 0 : jumps_in_a_row_ + 1;
+  if (jumps_in_a_row_ > kMostJumpsAtOnce)
+    throw SolverError(fmt::format("The run does not get beyond t = {:.9g} s: one segment follows another.", jump.t));
+  if (jump.event >= 0)
+    events_.push_back({jump.t, system_.event_name(jump.event), system_.event_mode(jump.event), system_.event_jump(),
+                       system_.event_loss()});
+  ++jumps_;
+  if (follower_.jump) follower_.jump(jump);
+  if (tape_) tape_->add_jump(jump, {y.begin(), y.begin() + system_.size()});
+  begin_segment(t_after, y);
+}
+
+template void RungeKuttaRun<ExplicitKind>::end_step_at_event(double);
+template void RungeKuttaRun<RadauKind>::end_step_at_event(double);
+template void RungeKuttaRun<ExplicitKind>::end_step_at(double, const std::function<double(double, const double*)>&,
+                                                       double);
+template void RungeKuttaRun<RadauKind>::end_step_at(double, const std::function<double(double, const double*)>&,
+                                                    double);
+template void RungeKuttaRun<ExplicitKind>::cross();
+template void RungeKuttaRun<RadauKind>::cross();
+
+}  // namespace costate

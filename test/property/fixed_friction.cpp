@@ -91,29 +91,6 @@ TEST_CASE("fixed friction: psi and its gradient are of second order", "[events][
 }
 
 TEST_CASE("fixed friction: in space it is refused by name", "[events][discrete]") {
-  const Problem p = fixed_problem(R"([gravity]
-z_m_per_s2 = -9.81
-[point.P]
-x_m = 0
-y_m = 0
-z_m = 1
-vx_m_per_s = 2
-[mass.P]
-point = "P"
-mass_kg = 1
-[contact.floor]
-kind = "rigid"
-point = "P"
-friction = "coulomb"
-friction_coefficient = 0.1
-[start]
-given = ["P.x", "P.y", "P.z"]
-[run]
-t_end_s = 1
-[[cost.terminal]]
-kind = "value"
-output = "P.x"
-)",
-                                  {"mass.P.mass_kg"}, 0.01);
+  const Problem p = fixed_problem(kSlidesInSpace, {"mass.P.mass_kg"}, 0.01);
   CHECK_THROWS_WITH(gradient(p, "discrete-adjoint", p.parameters.values()), Contains("friction of a rigid contact"));
 }

@@ -13,12 +13,15 @@
 
 namespace costate::test {
 
-/// Of a scene as text; its runs are not confirmed by others.
-inline Problem unconfirmed(const std::string& scene) {
-  Problem p = make_problem(Scene::parse(scene, "scene.toml"));
+/// Its runs are not confirmed by others, and on each formulation's own integrator.
+inline Problem unconfirmed(Problem p) {
   p.solver.confirm = false;
   p.solver.integrator.clear();
   return p;
+}
+/// Of a scene as text.
+inline Problem unconfirmed(const std::string& scene) {
+  return unconfirmed(make_problem(Scene::parse(scene, "scene.toml")));
 }
 
 /// In scaled parameters, against the largest entry of `right`.

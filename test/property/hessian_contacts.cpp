@@ -8,6 +8,7 @@
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "property/hessian_compare.h"
+#include "property/rough_box.h"
 #include "support/paths.h"
 #include "support/with_words.h"
 
@@ -218,67 +219,20 @@ TEST_CASE("hessian contacts: Poisson's restitution of a ball, against its closed
 
 namespace {
 
-/// A box on two rough corners, which hold it twice along the ground.
-Problem box(const std::string& state, const std::string& more, double end, const std::string& given,
-            const std::string& parameters) {
-  return unconfirmed(fmt::format(R"([gravity]
-y_m_per_s2 = -9.81
-[body.box]
-x_m = 0.7
-y_m = 0.2
-vx_m_per_s = 1
-mass_kg = 2
-inertia_kg_m2 = 0.1
-[point.left]
-on = "box"
-x_m = -0.3
-y_m = -0.2
-[point.right]
-on = "box"
-x_m = 0.3
-y_m = -0.2
-[point.c]
-on = "box"
-x_m = 0
-y_m = 0
-[contact.left]
-kind = "rigid"
-point = "left"
-closed = true
-friction = "coulomb"
-friction_coefficient = 0.3
-{0}
-[contact.right]
-kind = "rigid"
-point = "right"
-closed = true
-friction = "coulomb"
-friction_coefficient = 0.3
-{0}
-{1}
-[start]
-given = ["box.x"]
-{3}
-[run]
-t_end_s = {2}
-rtol = 1e-11
-parameters = ["mu", "m", {4}]
-[[cost.terminal]]
-kind = "value"
-output = "box.x"
-[parameter.mu]
-numbers = ["contact.left.friction_coefficient", "contact.right.friction_coefficient"]
-[parameter.m]
-number = "body.box.mass_kg"
-)",
-                                 state, more, end, given, parameters));
+/// By its friction and mass, and by `parameter`.
+Problem box(std::vector<std::pair<std::string, std::string>> words, const std::string& parameter) {
+  words.insert(words.end(), {{"SPEED", "1"}, {"START", parameter}});
+  Problem p = make_box(words);
+  p.solver.rtol = 1e-11;
+  return unconfirmed(p);
 }
 
 }  // namespace
 
 TEST_CASE("hessian contacts: a box slides to rest on both corners, against its closed form") {
   // x = v^2/(2 mu g).
-  const Problem p = box("sliding = \"forward\"", "", 1, "", "\"body.box.vx_m_per_s\"");
+  const Problem p = box({{"LEFT", "sliding = \"forward\""}, {"RIGHT", "sliding = \"forward\""}, {"VELOCITIES", ""}},
+                        "body.box.vx_m_per_s");
   const auto psi = [](const long double* r) { return r[2] * r[2] / (2 * r[0] * 9.81L); };
   check_closed(p, psi, {3e-4L, 2e-3L, 1e-3L});
 }
@@ -287,8 +241,8 @@ TEST_CASE("hessian contacts: a box begins to slide, one corner before the other,
   // Pushed by k t at its centre it slides from mu m g/k on, when the corner that is pressed more reaches its limit,
   // too: x = k tau^3/(6 m). Who bears how much of the friction until then is some 1e-5 of it (AccelerationLevel), and
   // the instant of the second corner's limit as much.
-  const Problem p = box("", "[force.push]\npoint = \"c\"\nk = 4\nformula_x_N = \"k*t\"", 2, "given_velocities = []",
-                        "\"force.push.k\"");
+  const Problem p =
+      box({{"MORE", "[force.push]\npoint = \"c\"\nk = 4\nformula_x_N = \"k*t\""}, {"END", "2"}}, "force.push.k");
   const auto psi = [](const long double* r) {
     const long double tau = 2 - r[0] * r[1] * 9.81L / r[2];
     return r[2] * tau * tau * tau / (6 * r[1]);

@@ -54,10 +54,8 @@ TEST_CASE("hessian contacts of joints: a hopper opens and closes, a block is pul
 }
 
 TEST_CASE("hessian contacts of joints: spokes strike one after the other") {
-  Problem p = make_problem(Scene::load(COSTATE_MODELS_DIR "/rimless_wheel/rimless_wheel.toml"));
-  p.solver.integrator.clear();
-  p.solver.confirm = false;
-  check_by_differences(p, 1e-6);
+  check_by_differences(unconfirmed(make_problem(Scene::load(COSTATE_MODELS_DIR "/rimless_wheel/rimless_wheel.toml"))),
+                       1e-6);
 }
 
 TEST_CASE("hessian contacts of joints: a driver's kink while the floor holds") {
@@ -124,31 +122,6 @@ TEST_CASE("hessian contacts of joints: the corner of a box in space lands and st
 
 TEST_CASE("hessian contacts of joints: what is not carried is refused by name") {
   // In space friction has a direction that turns.
-  Problem p = unconfirmed(R"([gravity]
-z_m_per_s2 = -9.81
-[point.P]
-x_m = 0
-y_m = 0
-z_m = 1
-vx_m_per_s = 2
-[mass.P]
-point = "P"
-mass_kg = 1
-[contact.floor]
-kind = "rigid"
-point = "P"
-friction = "coulomb"
-friction_coefficient = 0.1
-[start]
-given = ["P.x", "P.y", "P.z"]
-[run]
-t_end_s = 1
-rtol = 1e-9
-formulation = "index1"
-parameters = ["mass.P.mass_kg"]
-[[cost.terminal]]
-kind = "value"
-output = "P.x"
-)");
+  Problem p = unconfirmed(kSlidesInSpace);
   CHECK_THROWS_WITH(hessian(p, p.parameters.values()), Contains("friction of a rigid contact in space"));
 }

@@ -12,7 +12,9 @@
 #include "property/falling_box.h"
 #include "property/free_pendulum.h"
 #include "property/hessian_compare.h"
+#include "property/rigid_scenes.h"
 #include "support/paths.h"
+#include "support/with_words.h"
 
 using namespace costate;
 using namespace costate::test;
@@ -20,13 +22,6 @@ using Catch::Contains;
 using Eigen::MatrixXd;
 
 namespace {
-
-Problem made(const std::string& scene) {
-  Problem p = make_problem(Scene::parse(scene, "events.toml"));
-  p.solver.confirm = false;
-  p.solver.integrator.clear();
-  return p;
-}
 
 /// Errors of a product are those of gradients, kSteps rtol (gradients.cpp).
 constexpr double kSteps = 1e3;
@@ -121,7 +116,7 @@ TEST_CASE("hessian events: a touch at which the force jumps, against its closed 
   // Within the ground at 0.32 s, in flight at 0.6 s: the touch, where the force ends, and the release.
   for (const double T : {0.32, 0.6}) {
     CAPTURE(T);
-    const Problem p = made(ball(
+    const Problem p = unconfirmed(ball(
         T, kViscous, kOfLaw + term("terminal", "value", "P.y") + term("terminal", "square", "P.y_dot") + "weight = 2\n",
         R"("y", "m", "K", "C")"));
     const auto rho = p.parameters.values();
@@ -153,11 +148,11 @@ number = "contact.floor.friction_coefficient"
   // 1e-15 s of 1e-2 s are 3e-7 of it, and of each touch and release.
   for (const char* law : {"hunt-crossley", "lankarani-nikravesh", "flores"}) {
     CAPTURE(law);
-    check_by_differences(made(ball(0.7,
-                                   contact(law,
-                                           "friction = \"coulomb\"\nfriction_coefficient = 0.3\n"
-                                           "transition_velocity_m_per_s = 0.1\n"),
-                                   numbers + cost, R"("y", "m", "K", "e", "slope", "mu")")),
+    check_by_differences(unconfirmed(ball(0.7,
+                                          contact(law,
+                                                  "friction = \"coulomb\"\nfriction_coefficient = 0.3\n"
+                                                  "transition_velocity_m_per_s = 0.1\n"),
+                                          numbers + cost, R"("y", "m", "K", "e", "slope", "mu")")),
                          1e-5);
   }
 }
@@ -182,7 +177,7 @@ TEST_CASE("hessian events: the height from which a ball bounces, against a close
 
 TEST_CASE("hessian events: the corner of a box in space bounces, against a closed form") {
   // It falls without turning; the impulse of the floor at the corner's (x, y) from the centre throws the centre up.
-  const Problem p = made(kFallingBox);
+  const Problem p = unconfirmed(kFallingBox);
   const auto psi = [](const long double* r) {
     const long double g = 9.81L, h = r[3] - 0.2L, v = std::sqrt(2 * h * g), left = 0.5L - v / g,
                       W = 1 / r[1] + 0.04L / r[2] + 0.01L / 0.05L, impulse = (1 + r[0]) * v / W;
@@ -194,81 +189,16 @@ TEST_CASE("hessian events: the corner of a box in space bounces, against a close
 TEST_CASE("hessian events: impacts with friction, of what is jointed") {
   // A hanging rod of two parts, the lower one's tip strikes a slope, slides behind one and sticks behind the other.
   const auto rods = [](double mu) {
-    return made(fmt::format(R"([gravity]
-y_m_per_s2 = -9.81
-[point.O]
-ground = true
-x_m = 0
-y_m = 0
-[body.upper]
-x_m = 0.5
-y_m = 0
-mass_kg = 1.2
-inertia_kg_m2 = 0.1
-[body.lower]
-x_m = 1.4
-y_m = 0.1
-angle_rad = 0.3
-mass_kg = 0.8
-inertia_kg_m2 = 0.06
-[point.hip]
-on = "upper"
-x_m = -0.5
-y_m = 0
-[point.knee]
-on = "upper"
-x_m = 0.5
-y_m = 0
-[point.top]
-on = "lower"
-x_m = -0.41
-y_m = -0.02
-[point.tip]
-on = "lower"
-x_m = 0.4
-y_m = 0.05
-[revolute.hip]
-points = ["O", "hip"]
-[revolute.knee]
-points = ["knee", "top"]
-[contact.floor]
-kind = "rigid"
-point = "tip"
-restitution = 0.5
-friction = "coulomb"
-friction_coefficient = {}
-closing_speed_m_per_s = 0
-ground_height_m = -0.6
-ground_angle_rad = 0.15
-[start]
-given = ["upper.angle", "lower.angle"]
-[run]
-t_end_s = 0.6
-rtol = 1e-11
-parameters = ["e", "mu", "slope", "m", "J", "x", "g"]
-[parameter.e]
-number = "contact.floor.restitution"
-[parameter.mu]
-number = "contact.floor.friction_coefficient"
-[parameter.slope]
-number = "contact.floor.ground_angle_rad"
-[parameter.m]
-number = "body.lower.mass_kg"
-[parameter.J]
-number = "body.upper.inertia_kg_m2"
-[parameter.x]
-number = "point.tip.x_m"
-[parameter.g]
-number = "gravity.y_m_per_s2"
-factors = [-1]
-[[cost.terminal]]
-kind = "square"
-output = "lower.angle_dot"
-[[cost.running]]
-kind = "square"
-output = "upper.angle_dot"
-)",
-                            mu));
+    return unconfirmed(with_words(
+        kRods,
+        {{"CONTACT",
+          fmt::format("restitution = 0.5\nfriction = \"coulomb\"\nfriction_coefficient = {}\nclosing_speed_m_per_s = 0",
+                      mu)},
+         {"END", "0.6"},
+         {"[\"slope\"", "[\"e\", \"mu\", \"slope\""},
+         {"[parameter.slope]",
+          "[parameter.e]\nnumber = \"contact.floor.restitution\"\n[parameter.mu]\nnumber = "
+          "\"contact.floor.friction_coefficient\"\n[parameter.slope]"}}));
   };
   for (const double mu : {0.1, 2.0}) {
     CAPTURE(mu);
@@ -278,7 +208,7 @@ output = "upper.angle_dot"
 
 TEST_CASE("hessian events: a pendulum's time to the bottom, against the elliptic integral") {
   // T = sqrt(L/g) K(sin(theta0/2)).
-  Problem p = made(free_pendulum("{ output = \"P.x\", below = 0.0 }", R"(rtol = 1e-11
+  Problem p = unconfirmed(free_pendulum("{ output = \"P.x\", below = 0.0 }", R"(rtol = 1e-11
 parameters = ["L", "g", "from"]
 [parameter.from]
 number = "angle.swing.angle_rad"
@@ -316,5 +246,5 @@ TEST_CASE("hessian events: ends by an event behind a touch, with costs on the wa
                                term("terminal", "value", "time"),
                            R"("y", "m", "K", "C")");
   scene.insert(scene.find("rtol"), ends);
-  check_by_differences(made(scene), 1e-6);
+  check_by_differences(unconfirmed(scene), 1e-6);
 }

@@ -12,88 +12,17 @@
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
+#include "property/rough_box.h"
 #include "property/ways_compared.h"
 #include "support/paths.h"
 #include "support/with_words.h"
 
 using namespace costate;
+using costate::test::make_box;
 using costate::test::MethodWay;
 using costate::test::with_words;
 
 namespace {
-
-const char* box = R"(
-[gravity]
-x_m_per_s2 = GX
-y_m_per_s2 = -9.81
-[body.box]
-x_m = 0.7
-y_m = 0.2
-vx_m_per_s = SPEED
-mass_kg = 2
-inertia_kg_m2 = 0.1
-[point.left]
-on = "box"
-x_m = -0.3
-y_m = -0.2
-[point.right]
-on = "box"
-x_m = 0.3
-y_m = -0.2
-[point.c]
-on = "box"
-x_m = 0
-y_m = 0
-[contact.left]
-kind = "rigid"
-point = "left"
-closed = true
-friction = "coulomb"
-friction_coefficient = MU_L
-LEFT
-[contact.right]
-kind = "rigid"
-point = "right"
-closed = true
-friction = "coulomb"
-friction_coefficient = MU_R
-RIGHT
-MORE
-[start]
-given = ["box.x"]
-VELOCITIES
-[run]
-t_end_s = END
-rtol = 1e-10
-parameters = ["friction", "body.box.mass_kg", "START"]
-outputs = ["box.x", "left.normal_force", "right.normal_force", "left.friction_force", "right.friction_force"]
-COST
-[[cost.terminal]]
-kind = "value"
-output = "box.x"
-[parameter.friction]
-numbers = ["contact.left.friction_coefficient", "contact.right.friction_coefficient"]
-)";
-
-Problem make_box(const std::vector<std::pair<std::string, std::string>>& words) {
-  std::vector<std::pair<std::string, std::string>> all = words;
-  for (const auto& [word, by] :
-       std::initializer_list<std::pair<const char*, const char*>>{{"SPEED", "0"},
-                                                                  {"GX", "0"},
-                                                                  {"LEFT", ""},
-                                                                  {"RIGHT", ""},
-                                                                  {"MORE", ""},
-                                                                  {"MU_L", "0.3"},
-                                                                  {"MU_R", "0.3"},
-                                                                  {"COST", ""},
-                                                                  {"VELOCITIES", "given_velocities = []"},
-                                                                  {"START", "body.box.x_m"},
-                                                                  {"END", "1"}})
-    all.emplace_back(word, by);
-  std::string scene = box;
-  for (const auto& [word, by] : all) scene = with_words(scene, {{word, by}});
-  return make_problem(Scene::parse(scene, "box.toml"));
-}
 
 const std::vector<MethodWay> box_ways = {
     {"index1", "idas-adjoint"},      {"index1", "cvodes-forward"},  {"index1", "hand-adjoint"},

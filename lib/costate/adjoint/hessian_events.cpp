@@ -1,6 +1,4 @@
 // Second derivatives across events, lib/README.md (13.14) and (13.17), and at an end that an event decides, (13.15).
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +7,7 @@
 #include "costate/adjoint/hessian_equations.h"
 #include "costate/adjoint/steep_begins.h"
 #include "costate/base/error.h"
+#include "costate/event/crossing_rate.h"
 
 namespace costate {
 
@@ -17,9 +16,6 @@ namespace {
 using Eigen::Index;
 using Eigen::Map;
 using Eigen::VectorXd;
-
-/// Below this share of the terms that make it up a guard's rate is rounding.
-constexpr double kGrazes = 1e-7;
 
 /// z'' along the motion, of all forces.
 void calc_state_rates(const Assembly& assembly, const StateView& s, double* out) {
@@ -193,11 +189,7 @@ void HessianEquations::cross_bend_of_contact(const Jumps& jumps, const Event& e,
   const MotionEvents::Gradient h = jumps.events->begin_second(e.event, before, side_of(minus));
   const VectorXd rates = acceleration_rates(assembly_, level_).tail(m_);
   const double h_rate = h.lambda.dot(rates);
-  if (!(std::abs(h_rate) > kGrazes * h.lambda.cwiseAbs().dot(rates.cwiseAbs())))
-    throw SolverError(
-        fmt::format("At t = {:.9g} s '{}' is grazed: its force changes by {:.3g} per second. The time of the event has "
-                    "no derivative there. Move the motion away from grazing.",
-                    e.t, jumps.events->name(e.event), h_rate));
+  require_crossing(e.t, jumps.events->name(e.event), h_rate, h.lambda.cwiseAbs().dot(rates.cwiseAbs()));
   for (int j = 0; j < directions(); ++j) {
     const double dt = -(h.lambda.dot(accelerations_.col(j).tail(m_)) + h.rho.dot(directions_.col(j))) / h_rate;
     Map<VectorXd>(dmu + static_cast<std::ptrdiff_t>(j) * N, N) += dt * (plus.mup - minus.mup);

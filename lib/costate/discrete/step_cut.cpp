@@ -5,13 +5,11 @@
 #include <cmath>
 
 #include "costate/base/error.h"
+#include "costate/event/crossing_rate.h"
 
 namespace costate {
 
 namespace {
-// Below this share of the terms that make it up the rate of a condition is rounding.
-constexpr double kGrazedCut = 1e-7;
-
 /// A kink that nothing but explicit time moves: the columns have been moved before.
 MovingTime moved_kink(const std::vector<double>& by, std::size_t size) {
   MovingTime moving;
@@ -61,11 +59,7 @@ void CutCrossing::set_rate(StepCut& cut, double t, double by_time) {
   add(h.z, E.z);
   add(h.a, E.a);
   add(h.lambda, E.lambda);
-  if (!(std::abs(cut.condition_rate) > kGrazedCut * terms))
-    throw SolverError(
-        fmt::format("At t = {:.9g} s '{}' is grazed: its guard changes by {:.3g} per second, of terms of {:.3g}. The "
-                    "time of the event has no derivative there. Move the motion away from grazing.",
-                    t, cut.name, cut.condition_rate, terms));
+  require_crossing(t, cut.name, cut.condition_rate, terms);
 }
 
 Eigen::RowVectorXd CutCrossing::time_change(const StepCut& cut, const DiscreteTangent& tangent) const {

@@ -8,6 +8,7 @@
 #include "costate/base/error.h"
 #include "costate/element/law/motion_law.h"
 #include "costate/event/contact_gap.h"
+#include "costate/event/crossing_rate.h"
 #include "costate/event/motion_events.h"
 #include "costate/event/spatial_slip.h"
 #include "costate/linear/to_dense.h"
@@ -15,8 +16,6 @@
 namespace costate {
 
 namespace {
-// Below this share of the speeds that make it up the rate of a guard is rounding: the motion grazes.
-constexpr double kGrazing = 1e-7;
 // Accelerations on both sides of an event at which forces do not jump agree to this part of them.
 constexpr double kSameForces = 1e-5;
 // Of times, of 1 s at least: nearer than that they are one.
@@ -224,11 +223,7 @@ void MotionEvents::linearize(const GuardOf& g, const StateView& before, const Si
     for (std::size_t i = 0; i < out_.size(); ++i) D_rate_[i] += D_t_[i] = out_[i].d[0].c0;
   });
   // Of a guard that depends on multipliers their rates are not known here.
-  if (!by_multipliers(g) && !(std::abs(hdot_) > kGrazing * speed))
-    throw SolverError(
-        fmt::format("At t = {:.9g} s '{}' is grazed: its guard changes by {:.3g} per second, of terms of {:.3g}. The "
-                    "time of the event has no derivative there. Move the motion away from grazing.",
-                    before.t, g.name, hdot_, speed));
+  if (!by_multipliers(g)) require_crossing(before.t, g.name, hdot_, speed);
   if (!columns) return;
   const auto& numbers = g.force->numbers();
   for (std::size_t k = 0; k < numbers.size(); ++k) {

@@ -23,20 +23,21 @@ constexpr int kCorrections = 8;
 
 template <class Kind>
 void RungeKuttaRun<Kind>::end_step_at_event(double t) {
-  end_step_at(t, [&](double at, const double* y) {
+  end_step_at(begin_, t, [&](double at, const double* y) {
     return guard_value(system_.pending_event(), solved_state(system_, at, y), system_.assembly());
   });
+  end_time_ = step_->t_end();
   std::copy(step_->end(), step_->end() + step_->size(), end_.begin());
 }
 
 template <class Kind>
-void RungeKuttaRun<Kind>::end_step_at(double t, const std::function<double(double, const double*)>& guard,
+void RungeKuttaRun<Kind>::end_step_at(double begin, double t, const std::function<double(double, const double*)>& guard,
                                       double near) {
   const double whole = step_->h();
-  double h = std::max(0.0, t - begin_), moved = whole;
+  double h = std::max(0.0, t - begin), end = t, moved = whole;
   const auto guard_within = [&](double length) {
     step_->dense(length / whole, y_.data());
-    return guard(begin_ + length, y_.data());
+    return guard(begin + length, y_.data());
   };
   // The guard's rate, by which the length is corrected: the dense output is smooth on either side of the event.
   const double aside = h < 0.5 * whole ? kAside * whole : -kAside * whole;
@@ -45,22 +46,22 @@ void RungeKuttaRun<Kind>::end_step_at(double t, const std::function<double(doubl
     h = length;
     // An implicit step has a length.
     if constexpr (Kind::implicit)
-      h = std::max(h, 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(begin_), whole));
-    end_time_ = begin_ + h;
-    step_->attempt(h, end_time_);
-    return guard(end_time_, step_->end());
+      h = std::max(h, 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(begin), whole));
+    end = begin + h;
+    step_->attempt(h, end);
+    return guard(end, step_->end());
   };
   double value = end_at(h);
   for (int k = 0; k < kCorrections && h > 0; ++k) {
     const double change = -value / rate;
     // To rounding, or as far as it gets on.
-    if (!(std::abs(change) < 0.5 * moved) || !(end_time_ + change != end_time_)) break;
+    if (!(std::abs(change) < 0.5 * moved) || !(end + change != end)) break;
     if (std::abs(change) < near * whole) return;
     moved = std::abs(change);
     value = end_at(std::max(0.0, h + change));
   }
   // Its far side: a force that begins there has begun, with its derivatives.
-  double further = std::numeric_limits<double>::epsilon() * std::max(std::abs(end_time_), h);
+  double further = std::numeric_limits<double>::epsilon() * std::max(std::abs(end), h);
   for (int k = 0; k < kCorrections && h > 0 && !(value * rate > 0); ++k, further *= 2) value = end_at(h + further);
 }
 
@@ -98,9 +99,9 @@ void RungeKuttaRun<Kind>::cross() {
 
 template void RungeKuttaRun<ExplicitKind>::end_step_at_event(double);
 template void RungeKuttaRun<RadauKind>::end_step_at_event(double);
-template void RungeKuttaRun<ExplicitKind>::end_step_at(double, const std::function<double(double, const double*)>&,
-                                                       double);
-template void RungeKuttaRun<RadauKind>::end_step_at(double, const std::function<double(double, const double*)>&,
+template void RungeKuttaRun<ExplicitKind>::end_step_at(double, double,
+                                                       const std::function<double(double, const double*)>&, double);
+template void RungeKuttaRun<RadauKind>::end_step_at(double, double, const std::function<double(double, const double*)>&,
                                                     double);
 template void RungeKuttaRun<ExplicitKind>::cross();
 template void RungeKuttaRun<RadauKind>::cross();

@@ -135,14 +135,10 @@ bool RungeKuttaRun<Kind>::passed_over(double& limit) {
   const auto look = touches_->look(end_time_, step_->t_end(), states_within());
   if (!look) return false;
   if (look->crossed) {
-    begin_ = end_time_;
-    end_step_at(
-        look->from,
-        [&](double at, const double* y) {
-          return look->crossed->look(look_state(system_, at, y, false), system_.assembly()).m.gap;
-        },
-        kNearTouch);
-    end_time_ = begin_;
+    const auto gap = [&](double at, const double* y) {
+      return look->crossed->look(look_state(system_, at, y, false), system_.assembly()).m.gap;
+    };
+    end_step_at(end_time_, look->from, gap, kNearTouch);
     return false;
   }
   // From where it begins, or to there. Whoever resolves bends meets this one within a step: at a step's end the first

@@ -108,10 +108,10 @@ class RungeKuttaRun {
   /// Whether the step just found has passed over a touch; another one is then to be found, until `limit`. One that
   /// leads into a touch, or out of it, is ended there.
   bool passed_over(double& limit);
-  /// The last step once more, so short that it ends where a guard is zero, near t: the state there is of the scheme's
-  /// own order, and a step like others for who follows. To this part of its length; 0: to the last bit, on the far
-  /// side.
-  void end_step_at(double t, const std::function<double(double, const double*)>& guard, double near = 0);
+  /// The last step once more, from its beginning, so short that it ends where a guard is zero, near t: the state there
+  /// is of the scheme's own order, and a step like others for who follows. To this part of its length; 0: to the last
+  /// bit, on the far side.
+  void end_step_at(double begin, double t, const std::function<double(double, const double*)>& guard, double near = 0);
   /// The same with the pending event's.
   void end_step_at_event(double t);
   double ahead(double t) const;

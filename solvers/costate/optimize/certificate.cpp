@@ -70,7 +70,7 @@ class Certifier {
 
   /// Behind run(): whether a tighter run of the Hessian would say the same.
   bool is_settled() const {
-    return settled_ && differences_.empty() &&
+    return !result_.formulation.empty() && relative_error_ <= kSettled && differences_.empty() &&
            std::all_of(result_.eigenvalues.begin(), result_.eigenvalues.end(),
                        [&](double e) { return std::abs(e) > result_.curvature_tolerance; });
   }
@@ -94,7 +94,6 @@ class Certifier {
       return result_;
     }
     if (curvature) analyse(H);
-    settled_ = curvature.has_value() && relative_error_ <= kSettled;
     judge(result_, curvature.has_value());
     return result_;
   }
@@ -354,7 +353,6 @@ class Certifier {
   const OptimizerEvaluation &first_, &best_;
   int n_;
   double loosest_, rtol_ = 0, hessian_rtol_ = 0, relative_error_ = 0;  // the last one of the Hessian
-  bool settled_ = false;
   VectorXd scale_, g_, slope_, mu_;
   MatrixXd A_;  // gradients of the active rows, a column each
   CertificateTerms terms_;

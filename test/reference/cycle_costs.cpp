@@ -118,7 +118,7 @@ TEST_CASE("cycle costs: the largest multiplier", "[cycle][walker]") {
       REQUIRE(r.known_error->gradient.size() == rho.size());
       std::string said;
       for (const auto& sentence : take_notices()) said += sentence + "\n";
-      CHECK_THAT(said, Catch::Contains("differences of tangents"));
+      CHECK_THAT(said, Catch::Contains("exact second derivatives"));
     }
   }
 }

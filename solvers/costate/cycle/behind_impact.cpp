@@ -1,5 +1,6 @@
 #include "costate/cycle/behind_impact.h"
 
+#include <Eigen/Dense>
 #include <utility>
 
 #include "costate/event/motion_events.h"
@@ -70,7 +71,40 @@ class RateBehind final : public BehindImpact {
     double sum = w.time * d.t;
     for (int i = 0; i < n; ++i)
       sum += w.state[static_cast<std::size_t>(i)] * d.q[i] + w.state[static_cast<std::size_t>(n + i)] * d.v[i];
+    const Eigen::VectorXd drho = parameters_along(d, assembly);
+    for (Eigen::Index j = 0; j < drho.size(); ++j) sum += w.rho[static_cast<std::size_t>(j)] * drho[j];
     return sum;
+  }
+  void add_gradient_change(const StateView& s, Assembly& assembly, const Variation& d, double c,
+                           ScalarGradient& g) const override {
+    Striking strikes(assembly);
+    const int n = assembly.n(), nz = assembly.nz();
+    std::vector<double> v(s.v, s.v + n), z(s.z, s.z + nz);
+    strikes.events().cross(event(), s, v.data(), z.data());
+    // Where a gap closes is a matter of positions and velocities: what accelerations are does not count.
+    strikes.events().begin_second(
+        event(), s,
+        {std::vector<double>(static_cast<std::size_t>(n), 0), std::vector<double>(static_cast<std::size_t>(nz), 0)});
+    const Eigen::VectorXd drho = parameters_along(d, assembly);
+    const auto of = [&](const Eigen::VectorXd& mu) { return strikes.events().transition_gradient(mu.data()); };
+    const auto along = [&](const MotionEvents::Gradient& of_one) {
+      return of_one.x.head(n).dot(Eigen::Map<const Eigen::VectorXd>(d.q, n)) +
+             of_one.x.segment(n, n).dot(Eigen::Map<const Eigen::VectorXd>(d.v, n)) + of_one.rho.dot(drho) +
+             of_one.t * d.t;
+    };
+    Eigen::VectorXd mu = Eigen::VectorXd::Zero(2 * n + nz), dmu = mu;
+    for (const auto& [i, j, factor] : terms_) {
+      mu[n + j] += factor * (i < 0 ? 1 : s.q[i]);
+      if (i < 0) continue;
+      dmu[n + j] += factor * d.q[i];
+      Eigen::VectorXd one = Eigen::VectorXd::Zero(mu.size());
+      one[n + j] = 1;
+      g.q[i] += c * factor * along(of(one));
+    }
+    const MotionEvents::Gradient change = strikes.events().gradient_change(mu.data(), 0, d, drho), moved = of(dmu);
+    g.q += c * (change.x.head(n) + moved.x.head(n));
+    g.v += c * (change.x.segment(n, n) + moved.x.segment(n, n));
+    g.rho += c * (change.rho + moved.rho);
   }
 
  protected:
@@ -81,6 +115,17 @@ class RateBehind final : public BehindImpact {
   }
 
  private:
+  /// What the parameters change by where they change the numbers so; of several that do the same any.
+  static Eigen::VectorXd parameters_along(const Variation& d, const Assembly& assembly) {
+    const auto& columns = assembly.number_columns();
+    const auto count = static_cast<Eigen::Index>(columns.size());
+    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(count, assembly.np());
+    for (std::size_t k = 0; k < columns.size(); ++k)
+      for (const auto& [j, factor] : columns[k]) A(static_cast<Eigen::Index>(k), j) += factor;
+    if (A.cols() == 0) return Eigen::VectorXd::Zero(0);
+    return A.completeOrthogonalDecomposition().solve(Eigen::Map<const Eigen::VectorXd>(d.numbers, count));
+  }
+
   struct Weights {
     std::vector<double> state, rho;  // of (q, v, z) before the impact, and of the parameters
     double time;

@@ -27,46 +27,48 @@ class WeightedOutputs final : public CostTerm {
     for (const auto& [weight, output] : parts) output->add_gradient(s, assembly, factor * weight, g);
   }
   bool needs_accelerations() const override { return false; }
+  void add_gradient_change(const StateView& s, Assembly& assembly, const Variation& d,
+                           ScalarGradient& g) const override {
+    for (const auto& [weight, output] : parts) output->add_gradient_change(s, assembly, d, weight, g);
+  }
+  double change(const StateView& s, Assembly& assembly, const Variation& d) const override {
+    double sum = 0;
+    for (const auto& [weight, output] : parts) sum += weight * output->change(s, assembly, d);
+    return sum;
+  }
 };
 
 }  // namespace
 
-Problem ReturnMap::linear_problem(const Eigen::VectorXd& x, const std::vector<double>& positions, const MapValue& value,
-                                  const CycleWeights& of, std::vector<double>& values, Eigen::VectorXd& more) const {
+ReturnMap::RunOfWeights ReturnMap::run_of_weights(const Eigen::VectorXd& x, const std::vector<double>& positions,
+                                                  bool vary_x, const MapValue& value, const CycleWeights& of,
+                                                  std::vector<double>& values) const {
   const int np = parameters(), d = section_.size();
-  Problem p = problem_at(x, positions, false, np, values);
+  RunOfWeights r;
+  Problem& p = r.problem = problem_at(x, positions, vary_x, np, values);
+  if (vary_x) p.objective.running.clear();
+  if (vary_x) p.objective.terminal.clear();
   std::vector<const SectionCoordinate*> read;
   for (const auto& c : section_.coordinates()) read.push_back(&c);
   const bool carries = section_.carried().coordinate >= 0;
   Eigen::VectorXd weights = Eigen::VectorXd::Zero(d + (carries ? 1 : 0));
   weights.head(d) = of.next;
-  more.setZero(np);
-  // l_i (P_i - s e_i) + w s with s = (P_c - x_c)/e_c: the weight of P_c, and what x_c and the angle of e do by
-  // themselves.
+  const double angle = this->angle(np, r.angle_rho);
   if (const int c = section_.travelling(); c >= 0 || carries) {
-    Eigen::RowVectorXd angle_rho;
-    const double angle = this->angle(np, angle_rho);
-    const auto way = [&](int along) { return along_way(along, angle); };
-    const auto turned = [&](int along) { return along_way_angle(along, angle); };
-    double by_travel = of.travel, by_angle = 0;
+    r.by_travel = of.travel;
     for (int i = 0; i < d; ++i) {
       const int along = read[static_cast<std::size_t>(i)]->along;
-      by_travel -= of.next[i] * way(along);
-      by_angle -= of.next[i] * turned(along) * value.travel;
+      r.by_travel -= of.next[i] * along_way(along, angle);
+      r.by_turn -= of.next[i] * along_way_angle(along, angle);
     }
     const int along = carries ? section_.carried().along : read[static_cast<std::size_t>(c)]->along;
-    weights[carries ? d : c] += by_travel / way(along);
-    by_angle -= by_travel * value.travel * turned(along) / way(along);
-    more += by_angle * angle_rho.transpose();
-    if (carries) {
-      Eigen::RowVectorXd begins;
-      carried_start(p, values, &begins);
-      more -= by_travel / way(along) * begins.head(np).transpose();
-    }
+    weights[carries ? d : c] += r.by_travel / along_way(along, angle);
+    r.turn = along_way_angle(along, angle) / along_way(along, angle);
+    if (carries) r.by_start = -r.by_travel / along_way(along, angle);
   }
   const auto term = std::make_shared<WeightedOutputs>();
   const auto time = weights.size();
-  double kappa = value.kappa[time + 1] + of.time * value.kappa[time];
+  double kappa = of.time * value.kappa[time] + (vary_x ? 0 : value.kappa[time + 1]);
   for (Eigen::Index i = 0; i < weights.size(); ++i) {
     if (weights[i] == 0) continue;
     term->parts.emplace_back(weights[i], i < d ? read[static_cast<std::size_t>(i)]->at_end : section_.carried().at_end);
@@ -86,7 +88,20 @@ Problem ReturnMap::linear_problem(const Eigen::VectorXd& x, const std::vector<do
                         "Take a forward method, or another section.",
                         value.events[k].name, value.events[k].t, p.solver.t_end));
   }
-  return p;
+  return r;
+}
+
+Problem ReturnMap::linear_problem(const Eigen::VectorXd& x, const std::vector<double>& positions, const MapValue& value,
+                                  const CycleWeights& of, std::vector<double>& values, Eigen::VectorXd& more) const {
+  const RunOfWeights r = run_of_weights(x, positions, false, value, of, values);
+  // What x_c and the angle of e do by themselves.
+  more = (r.by_turn - r.by_travel * r.turn) * value.travel * r.angle_rho.transpose();
+  if (r.by_start != 0) {
+    Eigen::RowVectorXd begins;
+    carried_start(r.problem, values, &begins);
+    more += r.by_start * begins.head(parameters()).transpose();
+  }
+  return r.problem;
 }
 
 }  // namespace costate

@@ -38,6 +38,8 @@ constexpr double kTie = 1e-7, kDefective = 1e-7;
 constexpr double kSmallest = 1e-9;  // a modulus below is that of no multiplier
 // What the runs' own errors make of a difference is told by one of runs at this many times their tolerance.
 constexpr double kLooser = 10;
+// Exact second derivatives are taken at this part of that tolerance besides, but not below the other one.
+constexpr double kTighterSecond = 0.1, kTightestSecond = 1e-13;
 
 /// The largest multiplier with its eigenvectors, u^T w = 1.
 struct Leading {
@@ -107,6 +109,30 @@ class Beside {
   Counters counters;
   /// P_x of the free entries, and the derivatives of (x, rho) by rho.
   MatrixXd state() const { return at_.next_x(map_.section().free(), map_.section().free()); }
+  /// u^T (D_w P_x, D_w P_rho) of the free entries by exact second derivatives.
+  VectorXcd curvature(const Leading& lead) {
+    const auto& free = map_.section().free();
+    const auto k = static_cast<Eigen::Index>(free.size());
+    const Eigen::Index directions = lead.m.imag() == 0 ? 1 : 2;
+    MatrixXd u = MatrixXd::Zero(map_.section().size(), directions), w = u;
+    for (Eigen::Index i = 0; i < k; ++i) {
+      const int at = free[static_cast<std::size_t>(i)];
+      u(at, 0) = lead.u[i].real();
+      w(at, 0) = lead.w[i].real();
+      if (directions == 1) continue;
+      u(at, 1) = lead.u[i].imag();
+      w(at, 1) = lead.w[i].imag();
+    }
+    VectorXcd sum = VectorXcd::Zero(k + np_);
+    const std::complex<double> one[2] = {1, {0, 1}};
+    for (Eigen::Index a = 0; a < directions; ++a) {
+      const MatrixXd all = map_.curvature(x_, positions_, u.col(a), w, counters);
+      MatrixXd own(k + np_, directions);
+      own << all(free, Eigen::all), all.middleRows(map_.section().size(), np_);
+      for (Eigen::Index b = 0; b < directions; ++b) sum += one[a] * one[b] * own.col(b);
+    }
+    return sum;
+  }
   MatrixXd along_branch() const {
     const MatrixXd P = state();
     MatrixXd r(P.rows() + np_, np_);
@@ -131,9 +157,11 @@ class Beside {
   }
   /// ([P_x, P_rho](x + h a) - [P_x, P_rho](x - h a))/(2 h) of the free entries.
   MatrixXd difference(const VectorXd& along, double h) { return (tangents(along, h) - tangents(along, -h)) / (2 * h); }
-  void loosen() {
+  /// Times this, but no smaller than `tightest`.
+  void change_tolerance(double factor, double tightest = 0) {
     const SolverOptions& s = map_.problem().solver;
-    map_.set_tolerance(kLooser * s.rtol, kLooser * s.absolute());
+    const double rtol = std::max(factor * s.rtol, std::min(tightest, s.rtol));
+    map_.set_tolerance(rtol, s.absolute() * rtol / s.rtol);
   }
 
  private:
@@ -165,25 +193,35 @@ class Beside {
   MapValue at_;
 };
 
-}  // namespace
+/// |m|' of what m' is by u^T D.
+VectorXd of_modulus(const Leading& lead, const Eigen::RowVectorXcd& u_D, const MatrixXd& by) {
+  const VectorXcd of_all = (u_D * by).transpose();
+  return (std::conj(lead.m) / std::abs(lead.m) * of_all).real();
+}
 
-MultiplierDerivative multiplier_derivative(const ReturnMap& map, const VectorXd& x,
-                                           const std::vector<double>& positions, int parameters) {
-  const Eigen::Index k = static_cast<Eigen::Index>(map.section().free().size()), np = parameters;
-  std::optional<Beside> made;
-  for (const double tighter : kTighter) try {
-      made.emplace(map, x, positions, parameters, tighter);
-      break;
-    } catch (const SolverError&) {
-      if (tighter == 1) throw;
-    }
-  Beside& beside = *made;
-  const Leading lead = leading(beside.state());
-  const MatrixXd by = beside.along_branch();
+/// By exact second derivatives; the error is what another tolerance makes of it, a tighter one where that can be run.
+void differentiate_exactly(Beside& beside, const Leading& lead, const MatrixXd& by, MultiplierDerivative& r) {
+  const auto at = [&](Beside& tolerance) { return of_modulus(lead, tolerance.curvature(lead).transpose(), by); };
+  r.by_rho = at(beside);
+  Beside tighter = beside, looser = beside;
+  tighter.change_tolerance(kTighterSecond, kTightestSecond);
+  looser.change_tolerance(kLooser);
+  try {
+    const VectorXd before = r.by_rho;
+    r.by_rho = at(tighter);
+    r.error = (r.by_rho - before).cwiseAbs();
+    beside.counters = tighter.counters;
+  } catch (const SolverError&) {
+    r.error = (at(looser) - r.by_rho).cwiseAbs();
+    beside.counters = looser.counters;
+  }
+}
+
+void differentiate_by_differences(Beside& beside, const Leading& lead, const MatrixXd& by, MultiplierDerivative& r) {
+  const Eigen::Index k = lead.w.size(), np = by.cols();
   const VectorXd directions[2] = {lead.w.real(), lead.w.imag()};
   double steps[2];
   for (int i = 0; i < 2; ++i) steps[i] = lead.m.imag() == 0 && i == 1 ? 0 : beside.first_step(directions[i]);
-  MultiplierDerivative r;
   r.by_rho.setZero(np);
   r.error.setConstant(np, std::numeric_limits<double>::infinity());
   // Ridders' tableau of each entry, as method 'differences' has it.
@@ -193,8 +231,7 @@ MultiplierDerivative multiplier_derivative(const ReturnMap& map, const VectorXd&
     MatrixXcd D = MatrixXcd::Zero(k, k + np);
     for (int i = 0; i < 2; ++i)
       if (steps[i] > 0) D += std::complex<double>(i == 0, i == 1) * beside.difference(directions[i], scale * steps[i]);
-    const VectorXcd of_all = (lead.u.transpose() * D * by).transpose();
-    return (std::conj(lead.m) / std::abs(lead.m) * of_all).real();
+    return of_modulus(lead, lead.u.transpose() * D, by);
   };
   double scale = 1, last_scale = 1;  // of the steps; of the shortest that an answer was taken from
   VectorXd at_last;
@@ -237,11 +274,39 @@ MultiplierDerivative multiplier_derivative(const ReturnMap& map, const VectorXd&
         "one ({}).",
         refused));
   if (np > 0) try {
-      beside.loosen();
+      beside.change_tolerance(kLooser);
       r.error = r.error.cwiseMax((change(last_scale) - at_last).cwiseAbs());
     } catch (const SolverError&) {  // what cannot be run more loosely is not told
     } catch (const OtherEvents&) {
     }
+}
+
+}  // namespace
+
+MultiplierDerivative multiplier_derivative(const ReturnMap& map, const VectorXd& x,
+                                           const std::vector<double>& positions, int parameters) {
+  std::optional<Beside> made;
+  for (const double tighter : kTighter) try {
+      made.emplace(map, x, positions, parameters, tighter);
+      break;
+    } catch (const SolverError&) {
+      if (tighter == 1) throw;
+    }
+  Beside& beside = *made;
+  const Leading lead = leading(beside.state());
+  const MatrixXd by = beside.along_branch();
+  MultiplierDerivative r;
+  if (parameters > 0) try {
+      differentiate_exactly(beside, lead, by, r);
+      r.counters = beside.counters;
+      return r;
+    } catch (const CapabilityError& e) {
+      r.not_exact = e.what();
+    } catch (const SolverError& e) {
+      const std::string all = e.what();  // of which the first sentence says where
+      r.not_exact = all.substr(0, all.find(". "));
+    }
+  differentiate_by_differences(beside, lead, by, r);
   r.counters = beside.counters;
   return r;
 }
@@ -250,10 +315,14 @@ std::string multiplier_method(const MultiplierDerivative& d) {
   const double size = d.by_rho.size() > 0 ? d.by_rho.cwiseAbs().maxCoeff() : 0;
   const double error = size > 0 ? d.error.maxCoeff() / size : 0;
   constexpr double kSaid = 1e-6;  // one sentence for all evaluations of an optimization that are within it
+  const std::string known =
+      fmt::format("estimated error {} of the largest entry",
+                  error <= kSaid ? fmt::format("below {:.0e}", kSaid) : fmt::format("{:.0e}", error));
+  if (d.not_exact.empty()) return "exact second derivatives of the return, " + known;
   return fmt::format(
-      "differences of tangents along its eigenvector, extrapolated; estimated error {} of the largest "
-      "entry",
-      error <= kSaid ? fmt::format("below {:.0e}", kSaid) : fmt::format("{:.0e}", error));
+      "differences of tangents along its eigenvector, extrapolated; {}; second derivatives of the return "
+      "are not known here: {}",
+      known, d.not_exact);
 }
 
 }  // namespace costate

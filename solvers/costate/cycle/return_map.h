@@ -65,6 +65,13 @@ class ReturnMap {
   /// linear_problem.cpp.
   Problem linear_problem(const Eigen::VectorXd& x, const std::vector<double>& positions, const MapValue& value,
                          const CycleWeights& weights, std::vector<double>& values, Eigen::VectorXd& more) const;
+  /// The derivatives along each column of w (of all entries of x) of (u^T P)_x and (u^T P)_rho, below one another, by
+  /// exact second derivatives (in map_curvature.cpp). Throws CapabilityError where they are not carried along, and what
+  /// runs throw.
+  Eigen::MatrixXd curvature(const Eigen::VectorXd& x, const std::vector<double>& positions, const Eigen::VectorXd& u,
+                            const Eigen::MatrixXd& w, Counters& counters) const;
+  /// Whose motion that is: the problem's own formulation, or one that has second derivatives.
+  std::string curvature_formulation() const;
   /// The motion that begins at x, as long as the problem's own: its first parameters are those of rho.
   Problem motion_from(const Eigen::VectorXd& x, const std::vector<double>& positions,
                       std::vector<double>& values) const;
@@ -83,6 +90,20 @@ class ReturnMap {
   /// one that holds all other numbers.
   Problem problem_at(const Eigen::VectorXd& x, const std::vector<double>& positions, bool vary_x, int varied,
                      std::vector<double>& values) const;
+  /// u^T P + w T + l s as the terminal cost of the run to the time of `value`, its weights those of the problem's own
+  /// outputs: l_i (P_i - s e_i) + l s with s = (P_c - x_c)/e_c.
+  struct RunOfWeights {
+    Problem problem;
+    double by_travel = 0;  // l - sum of u_i e_i, of s
+    double by_turn = 0;    // -sum of u_i de_i/dangle, of s
+    double turn = 0;       // de_c/dangle / e_c
+    double by_start = 0;   // of where what is carried along begins
+    Eigen::RowVectorXd angle_rho = {};
+  };
+  RunOfWeights run_of_weights(const Eigen::VectorXd& x, const std::vector<double>& positions, bool vary_x,
+                              const MapValue& value, const CycleWeights& of, std::vector<double>& values) const;
+  Eigen::MatrixXd curvature_once(const Eigen::VectorXd& x, const std::vector<double>& positions, const MapValue& value,
+                                 const Eigen::VectorXd& u, const Eigen::MatrixXd& w, Counters& counters) const;
   /// Where what is carried along begins at x, by all of the parameters of such a problem.
   double carried_start(const Problem& problem, const std::vector<double>& values, Eigen::RowVectorXd* by) const;
   int parameters() const { return static_cast<int>(rho_.size()); }

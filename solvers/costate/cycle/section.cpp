@@ -54,6 +54,13 @@ class RateOutput final : public Output {
     for (const auto& [i, j, factor] : terms_) sum += factor * (d.q[i] * s.v[j] + s.q[i] * d.v[j]);
     return sum;
   }
+  void add_gradient_change(const StateView&, Assembly&, const Variation& d, double c,
+                           ScalarGradient& g) const override {
+    for (const auto& [i, j, factor] : terms_) {
+      g.q[i] += c * factor * d.v[j];
+      g.v[j] += c * factor * d.q[i];
+    }
+  }
 
  private:
   std::vector<GivenStart::Term> terms_;

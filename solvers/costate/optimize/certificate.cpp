@@ -70,7 +70,10 @@ class Certifier {
 
   /// Behind run(): whether a tighter run of the Hessian would say the same.
   bool is_settled() const {
-    return !result_.formulation.empty() && relative_error_ <= kSettled && differences_.empty() &&
+    if (result_.formulation.empty() || !differences_.empty()) return false;
+    // Where nothing is free the Hessian's size alone is asked for, by which multipliers are judged.
+    if (result_.eigenvalues.empty()) return true;
+    return relative_error_ <= kSettled &&
            std::all_of(result_.eigenvalues.begin(), result_.eigenvalues.end(),
                        [&](double e) { return std::abs(e) > result_.curvature_tolerance; });
   }

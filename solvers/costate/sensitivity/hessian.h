@@ -1,22 +1,12 @@
-// Exact second derivatives of psi: products H d of its Hessian with directions of the parameters, by one run
-// of the motion with its tangents and one of the adjoint with its changes back along it (lib/README.md (13)).
-// A Hessian of p parameters is p products of one pair of runs.
+// The Hessian of psi: p products (hessian/hessian_products.h) for p parameters, of one pair of runs.
 #pragma once
 
 #include <Eigen/Core>
-#include <string>
 #include <vector>
 
-#include "costate/problem/problem.h"
+#include "costate/hessian/hessian_products.h"
 
 namespace costate {
-
-struct HessianProducts {
-  double psi = 0;  // of the motion that these runs found
-  std::vector<double> gradient;
-  Eigen::MatrixXd products;  // np x k: H times each direction
-  Counters counters;
-};
 
 struct Hessian {
   double psi = 0;
@@ -30,14 +20,6 @@ struct Hessian {
   double error = 0;
   Counters counters;
 };
-
-/// Empty when the formulation offers Hessian-vector products; otherwise why not, and which formulations do.
-std::string hessian_refusal(const Formulation& formulation);
-
-/// H times each column of `directions` (np x k), at rho. Runs on CVODES at the problem's tolerance. Throws
-/// CapabilityError where the formulation or a term of the cost offers no second derivatives.
-HessianProducts hessian_products(const Problem& problem, const std::vector<double>& rho,
-                                 const Eigen::MatrixXd& directions);
 
 Hessian hessian(const Problem& problem, const std::vector<double>& rho);
 

@@ -1,4 +1,4 @@
-#include "costate/sensitivity/hessian_motion.h"
+#include "costate/hessian/hessian_motion.h"
 
 #include <fmt/format.h>
 

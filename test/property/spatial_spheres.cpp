@@ -21,14 +21,20 @@ using costate::test::with_words;
 
 namespace {
 
-// Where a slip that turns stops its direction turns ever faster, which tangents of IDAS at rtol 1e-11 do not follow.
+// Where a slip that turns stops its direction turns ever faster, which tangents of IDAS at rtol 1e-11 do not follow;
+// there the derivative of a Radau step of index 2 is singular, which is told.
 const std::vector<MethodWay> sphere_ways = {{"index1", "idas-adjoint"},
                                             {"index1", "cvodes-adjoint"},
                                             {"index1", "cvodes-forward"},
                                             {"baumgarte", "idas-adjoint"},
                                             {"baumgarte", "cvodes-forward"},
                                             {"penalty", "cvodes-adjoint"},
-                                            {"augmented-lagrangian", "cvodes-forward"}};
+                                            {"augmented-lagrangian", "cvodes-forward"},
+                                            {"index2", "idas-adjoint"},
+                                            {"index1", "hand-adjoint"},
+                                            {"index2", "hand-adjoint"},
+                                            {"index1", "discrete-tangent"},
+                                            {"baumgarte", "discrete-adjoint"}};
 
 // Of an integral, what errors of rtol a step sum up to over some hundreds of them.
 constexpr double kKept = 5e-8;
@@ -284,15 +290,9 @@ TEST_CASE("spheres in space: what is round about an axis keeps Jellett's integra
 }
 
 TEST_CASE("spheres in space: refusals", "[events]") {
-  Problem p = make_ball({});
-  for (const char* formulation : {"index2", "index3"}) {
-    p.formulation = formulation;
-    CHECK_THROWS_WITH(gradient(p, "idas-adjoint", p.parameters.values()),
-                      Catch::Contains("friction of a rigid contact in space"));
-  }
   CHECK_THROWS_WITH(make_ball({{"STATE", "closed = true\nalong_m = 0.2"}}), Catch::Contains("holds no place"));
-  p = make_ball({{"STATE", "closed = true"},
-                 {"GIVEN", "equilibrium = true"},
-                 {"PARAMETERS", "\"contact.floor.friction_coefficient\""}});
+  const Problem p = make_ball({{"STATE", "closed = true"},
+                               {"GIVEN", "equilibrium = true"},
+                               {"PARAMETERS", "\"contact.floor.friction_coefficient\""}});
   CHECK_THROWS_WITH(simulate(p, p.parameters.values()), Catch::Contains("rows of velocities alone"));
 }

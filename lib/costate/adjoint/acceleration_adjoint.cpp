@@ -83,6 +83,7 @@ void AccelerationAdjoint::integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& o
   out = running_gradient().rho;
   const double *mu_z = X.data() + 2 * n_, *s1 = mu_z + nz_;
   const auto w = level_.stabilization().weights(s1, s1 + n_, mu_z);
+  go_to_slips();
   assembly_.add_parameter_gradient(state(), w, -1, out.data());
 }
 

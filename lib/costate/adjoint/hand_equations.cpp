@@ -130,6 +130,13 @@ std::vector<double> HandEquations::plan(const std::vector<double>&, const Motion
 
 bool HandEquations::before_step(double, double, const double*, Eigen::MatrixXd&, Eigen::VectorXd&) { return false; }
 
+void HandEquations::go_to_slips() {
+  if (recalled_ < 0) return;
+  const StateView s = state();
+  assembly_.switch_rows(s.z);
+  if (!assembly_.sliding_rows().empty()) assembly_.calc_jacobian(s);
+}
+
 const ScalarGradient& HandEquations::running_gradient() {
   if (!running_known_) {
     running_.set_zero();

@@ -90,6 +90,7 @@ void HandEquations::cross_event(const MetEvent& met, Eigen::MatrixXd& X, Eigen::
     events_ = std::make_unique<MotionEvents>(assembly_);
     events_->use(velocity_jump().balance());
     events_->recall(history_);
+    events_->differentiate_between_steps();
   }
   const double t = met.t;
   std::vector<double> after = met.qvz;

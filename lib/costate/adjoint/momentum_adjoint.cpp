@@ -4,6 +4,7 @@
 
 #include "costate/adjoint/gradient_rate.h"
 #include "costate/analysis/start.h"
+#include "costate/assembly/slip_directions.h"
 #include "costate/linear/to_dense.h"
 
 namespace costate {
@@ -77,6 +78,12 @@ void MomentumAdjoint::fill() {
 // kept.
 void MomentumAdjoint::switch_rows() {
   A_.add(at_.corner, level_.corner());
+  std::vector<double> slip_q, slip_v;
+  slip_partials(assembly_, state(), slip_q, slip_v);
+  if (!slip_q.empty()) {
+    A_.add(at_.q_kappa, slip_q.data());
+    A_.add(at_.P_kappa, slip_v.data());
+  }
   std::vector<double> lost = assembly_.phi_q, nu(static_cast<std::size_t>(m_), -1);
   for (std::size_t k = 0; k < lost.size(); ++k)
     if (keeps_position(static_cast<int>(assembly_.jacobian().row[k]))) lost[k] = 0;
@@ -88,7 +95,7 @@ void MomentumAdjoint::switch_rows() {
 }
 
 void MomentumAdjoint::add_friction(Assembly::ParameterWeights& w) {
-  assembly_.switch_rows(state().z);  // of the point that was kept
+  go_to_slips();
   if (assembly_.sliding_rows().empty()) return;
   friction_.assign(static_cast<std::size_t>(m_), 0);
   for (const Assembly::SlidingRow& r : assembly_.sliding_rows())

@@ -1,6 +1,7 @@
 #include "costate/adjoint/tangent_equations.h"
 
 #include "costate/analysis/start.h"
+#include "costate/assembly/slip_directions.h"
 
 namespace costate {
 
@@ -93,6 +94,12 @@ void TangentEquations::fill() {
 void TangentEquations::switch_rows(const Assembly::ParameterColumns& c) {
   const int l = 3 * n_ + nz_, g = l + m_;
   A_.add(at_.corner, level_.corner());
+  std::vector<double> slip_q, slip_v;
+  slip_partials(assembly_, state(), slip_q, slip_v);
+  if (!slip_q.empty()) {
+    A_.add(at_.r_q, slip_q.data());
+    A_.add(at_.r_v, slip_v.data());
+  }
   for (const Assembly::SlidingRow& r : assembly_.sliding_rows()) b_.row(l + r.along) = c.phidd.row(r.along);
   const auto kept = [&](int i) { return assembly_.is_there(i) && assembly_.holds_position(i); };
   std::vector<double> lost = assembly_.phi_q, gamma(static_cast<std::size_t>(m_));

@@ -104,6 +104,21 @@ void add_slip_rates(const Assembly& assembly, const StateView& s, std::vector<do
   });
 }
 
+void slip_partials(const Assembly& assembly, const StateView& s, std::vector<double>& by_q, std::vector<double>& by_v) {
+  by_q.clear();
+  by_v.clear();
+  const auto& rows = assembly.sliding_rows();
+  bool in_space = false;
+  for (std::size_t i = 1; i < rows.size(); ++i) in_space = in_space || rows[i].normal == rows[i - 1].normal;
+  if (!in_space) return;
+  by_q.assign(assembly.phidd_q.size(), 0);
+  by_v = by_q;
+  for (const Assembly::SlidingRow& r : rows)
+    for (std::size_t k = 0; k < by_q.size(); ++k)
+      if (assembly.jacobian().row[k] == r.along) by_q[k] = assembly.phidd_q[k];
+  add_slip_rates(assembly, s, by_v);
+}
+
 Eigen::MatrixXd slip_columns(const Assembly& assembly, const StateView& s, const Eigen::MatrixXd& phid) {
   Eigen::MatrixXd out;
   if (assembly.sliding_rows().size() < 2 || !s.v || !s.z) return out;

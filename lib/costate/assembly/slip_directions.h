@@ -16,6 +16,9 @@ void part_sliding_partials(const Assembly& assembly, const StateView& s, std::ve
                            std::vector<double>& phidd_q);
 /// r2_v += (R2_k)_v of contacts that slide in space.
 void add_slip_rates(const Assembly& assembly, const StateView& s, std::vector<double>& r2_v);
+/// For rows of rates in whose place those of friction stand: (R2_k)_q and (R2_k)_v of contacts that slide in space, on
+/// the Jacobian's pattern and zero elsewhere, at the partials that are there; both empty where nothing slides in space.
+void slip_partials(const Assembly& assembly, const StateView& s, std::vector<double>& by_q, std::vector<double>& by_v);
 /// (R2_k)_rho, as far as sigma turns, of the rates' columns phid; empty where nothing slides in space.
 Eigen::MatrixXd slip_columns(const Assembly& assembly, const StateView& s, const Eigen::MatrixXd& phid);
 /// Of the contact whose first row is `row`: the weights of the rates of its rows in factor sum_k weight_k R2_k.

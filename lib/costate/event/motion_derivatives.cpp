@@ -244,6 +244,7 @@ void MotionEvents::tangent(int event, const StateView& before, const Side& minus
   const GuardOf& g = of(event);
   const int n = assembly_.n(), nz = assembly_.nz(), first = g.first_state;
   const bool impact = contact_of(event, true) || (contact_of(event) && slides_in_space(*contact_of(event)));
+  if (between_steps_) refuse_slip_from_rest(event, before);
   if (goes_on_smoothly(event, before, minus, plus)) {
     std::fill(dcost, dcost + count, 0.0);
     return;
@@ -298,11 +299,10 @@ double MotionEvents::adjoint_of_impact(int event, const StateView& before, doubl
   return of_time;
 }
 
-void MotionEvents::adjoint(int event, const StateView& before, const Side& minus, const Side& plus, double* mu,
-                           double* gradient) {
+void MotionEvents::refuse_slip_from_rest(int event, const StateView& before) {
   const GuardOf& g = of(event);
-  const int n = assembly_.n(), nz = assembly_.nz(), first = g.first_state, np = assembly_.np();
-  // Behind it the direction turns the faster the slower the slip is: what an adjoint has between steps is too coarse.
+  const int n = assembly_.n(), nz = assembly_.nz();
+  // Behind it the direction turns the faster the slower the slip is: what there is between steps is too coarse.
   const auto begins_to_slide = [&] {
     using Guard = UnilateralForce::Guard;
     const ContactOf* own = contact_of(event);
@@ -334,9 +334,16 @@ void MotionEvents::adjoint(int event, const StateView& before, const Side& minus
   };
   if (begins_to_slide())
     throw CapabilityError(
-        fmt::format("At t = {:.9g} s, at '{}', sliding in space begins from rest, which adjoints do not resolve. Take "
-                    "idas-forward or cvodes-forward.",
+        fmt::format("At t = {:.9g} s, at '{}', sliding in space begins from rest, which adjoints do not resolve, nor "
+                    "tangents that are not integrated with the motion. Take idas-forward or cvodes-forward.",
                     before.t, g.name));
+}
+
+void MotionEvents::adjoint(int event, const StateView& before, const Side& minus, const Side& plus, double* mu,
+                           double* gradient) {
+  const GuardOf& g = of(event);
+  const int n = assembly_.n(), nz = assembly_.nz(), first = g.first_state, np = assembly_.np();
+  refuse_slip_from_rest(event, before);
   if (goes_on_smoothly(event, before, minus, plus)) return;
   linearize(g, before, minus, np > 0);
   double sigma = minus.cost - plus.cost;

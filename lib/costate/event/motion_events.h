@@ -101,6 +101,9 @@ class MotionEvents {
                int count, double* dcost, const Eigen::MatrixXd* directions = nullptr);
   /// mu of (q, v, z) behind the event becomes that before it; the gradient gains the event's own share.
   void adjoint(int event, const StateView& before, const Side& minus, const Side& plus, double* mu, double* gradient);
+  /// tangent() is from here on of columns that are not integrated with the motion: it refuses what adjoint() refuses,
+  /// a slip in space that begins from rest, behind which the direction turns the faster the slower it is.
+  void differentiate_between_steps() { between_steps_ = true; }
   /// At an impact of a given time: mu of (q, v) behind it becomes that before it, that of what it sets is zero, and the
   /// gradient gains the impact's own share; returns the weight of the time.
   double adjoint_of_impact(int event, const StateView& before, double* mu, double* gradient);
@@ -201,6 +204,8 @@ class MotionEvents {
     double given = 0;  // impulse that is given back, of Poisson's law
     int way = 0;       // of contact_ways.h
   };
+  /// Throws CapabilityError where a contact in space begins to slide from rest behind this event.
+  void refuse_slip_from_rest(int event, const StateView& before);
   /// The rigid contact of an event, or null; `strikes`: only where the event is an impact.
   const ContactOf* contact_of(int event, bool strikes = false) const {
     const int c = of(event).contact;
@@ -276,7 +281,7 @@ class MotionEvents {
   double h_t_ = 0, hdot_ = 0, last_jump_ = 0, last_loss_ = 0, last_hop_ = std::numeric_limits<double>::infinity();
   std::unique_ptr<Impact> impact_;
   std::vector<ContactOf> contacts_;
-  bool needs_multipliers_ = false;
+  bool needs_multipliers_ = false, between_steps_ = false;
   std::string last_mode_;
   std::vector<double> open_z_;  // states with all contacts open
   std::vector<PathDual> lambda_;

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "costate/assembly/switched_rows_refusal.h"
+#include "costate/assembly/slip_directions.h"
 #include "costate/base/error.h"
 #include "costate/formulation/cost_pullback.h"
 #include "costate/level/solved_end.h"
@@ -22,7 +22,6 @@ Index2Dae::Index2Dae(std::shared_ptr<const Mechanism> mechanism, ParameterSelect
       m_(assembly_.m()),
       nz_(assembly_.nz()),
       point_(assembly_) {
-  refuse_spatial_friction(assembly_, "this formulation", "index1 or baumgarte");
   append_differential_unknowns(assembly_.mechanism(), unknowns_);
   append_algebraic_unknowns(assembly_.mechanism(), unknowns_, false);
   if (events_) events_->use(state_.balance());
@@ -109,8 +108,21 @@ void Index2Dae::linearize(double t, const double* y, const double*) {
   assembly_.calc_mass(s, point);
   assembly_.calc_jacobian(s, point);
   assembly_.calc_partials(s, point);
+  slip_partials(assembly_, s, slip_q_, slip_v_);
   assembly_.calc_hessian(s, s.lambda + m_, hessian_);
   hessian_at_ = point;
+}
+
+void Index2Dae::add_slips(double c, const double* xq, const double* xv, double* out) const {
+  if (slip_q_.empty()) return;
+  costate::add_product(assembly_.jacobian(), slip_q_.data(), c, xq, out);
+  costate::add_product(assembly_.jacobian(), slip_v_.data(), c, xv, out);
+}
+
+void Index2Dae::add_slips_transposed(double c, const double* x, double* oq, double* ov) const {
+  if (slip_q_.empty()) return;
+  costate::add_transposed_product(assembly_.jacobian(), slip_q_.data(), c, x, oq);
+  costate::add_transposed_product(assembly_.jacobian(), slip_v_.data(), c, x, ov);
 }
 
 void Index2Dae::fill_jacobian(double cj) {
@@ -133,6 +145,10 @@ void Index2Dae::fill_jacobian(double cj) {
   J.add(at_.phid_q, assembly_.phid_q.data());
   J.add(at_.phid_v, assembly_.phi_q.data());
   J.add(at_.phi_q, kept_q.data());
+  if (!slip_q_.empty()) {
+    J.add(at_.phid_q, slip_q_.data());
+    J.add(at_.phid_v, slip_v_.data());
+  }
   if (at_.corner < 0) return;
   J.add(at_.corner, level_.corner());
   for (int i = 0; i < m_; ++i) gamma_corner_[static_cast<std::size_t>(i)] = kept(i) ? 0 : -1;
@@ -208,6 +224,7 @@ void Index2Dae::add_product(double c, const double* x, double* out) {
   costate::add_product(assembly_.jacobian(), assembly_.phid_q.data(), c, x, ol);
   level_.add_jacobian(c, xv, ol);
   level_.add_corner(c, xl, ol);
+  add_slips(c, x, xv, ol);
   costate::add_product(assembly_.jacobian(), kept_q.data(), c, x, og);
   for (int i = 0; i < m_; ++i)
     if (!kept(i)) og[i] -= c * xg[i];
@@ -236,6 +253,7 @@ void Index2Dae::add_transposed_product(double c, const double* x, double* out) {
   costate::add_transposed_product(assembly_.jacobian(), assembly_.phid_q.data(), c, xl, out);
   level_.add_jacobian_transposed(c, xl, ov);
   level_.add_corner_transposed(c, xl, ol);
+  add_slips_transposed(c, xl, out, ov);
   costate::add_transposed_product(assembly_.jacobian(), kept_q.data(), c, xg, out);
   for (int i = 0; i < m_; ++i)
     if (!kept(i)) og[i] -= c * xg[i];

@@ -61,6 +61,9 @@ class Index2Dae final : public DaeSystem, public SolvedState, public StageParame
   bool kept(int i) const { return assembly_.is_there(i) && assembly_.holds_position(i); }
   /// Phi_q of the rows that are kept as positions.
   const std::vector<double>& kept_jacobian();
+  // (19.7) of contacts that slide in space, whose rows stand in the place of Phidot = 0.
+  void add_slips(double c, const double* xq, const double* xv, double* out) const;
+  void add_slips_transposed(double c, const double* x, double* oq, double* ov) const;
   /// gamma at the linearized point, 0 where a row is not kept as a position.
   const double* kept_gamma(const StateView& s);
   void place_jacobian();
@@ -80,7 +83,8 @@ class Index2Dae final : public DaeSystem, public SolvedState, public StageParame
   } at_{};
   int n_, m_, nz_;
   Assembly::ParameterColumns columns_;
-  std::vector<double> hessian_, kept_q_, gamma_corner_, position_weights_, friction_weights_, kept_gamma_, no_rates_;
+  std::vector<double> hessian_, kept_q_, gamma_corner_, position_weights_, friction_weights_, kept_gamma_, no_rates_,
+      slip_q_, slip_v_;
   bool stage_parameters_ = false;  // with (Phi_q^T gamma)_rho
   long hessian_at_ = 0;
   double cj_scale_ = 1;

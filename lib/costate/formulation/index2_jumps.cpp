@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "costate/assembly/slip_directions.h"
 #include "costate/formulation/index2_dae.h"
 #include "costate/linear/to_dense.h"
 
@@ -132,6 +133,8 @@ void Index2Dae::complete_adjoint(const StateView& s, Eigen::VectorXd wq, Eigen::
   for (int i = 0; i < nz_; ++i) mup[2 * n_ + i] = -g.z[i];
   costate::add_transposed_product(assembly_.square(), assembly_.K.data(), 1, m1, mup);
   costate::add_transposed_product(assembly_.square(), assembly_.C.data(), 1, m1, mup + n_);
+  slip_partials(assembly_, s, slip_q_, slip_v_);
+  add_slips_transposed(1, m1 + n_, mup, mup + n_);
   if (nz_ > 0) {
     costate::add_transposed_product(assembly_.force_state(), assembly_.Q_z.data(), -1, m1, mup + 2 * n_);
     costate::add_transposed_product(assembly_.state_force(), assembly_.f_q.data(), -1, mz, mup);

@@ -121,6 +121,10 @@ class System {
   std::optional<double> find_event(double from, double to, const std::function<const double*(double)>& at);
   int pending_event() const { return pending_event_; }
   void forget_event() { pending_event_ = -1; }
+  /// Tangents are from here on not integrated with the motion (event/motion_events.h).
+  void differentiate_between_steps() {
+    if (events_) events_->differentiate_between_steps();
+  }
   const std::string& event_name(int event) const { return events_->name(event); }
   std::string event_mode(int event) const { return events_->mode(event); }
   /// Of the event that the last jump() crossed: by how much the state jumped that did so most, in its own unit.

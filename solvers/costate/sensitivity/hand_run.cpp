@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "costate/assembly/switched_rows_refusal.h"
 #include "costate/base/notice.h"
 #include "costate/integrator/integrators.h"
 #include "costate/integrator/radau_linear.h"
@@ -171,14 +170,11 @@ std::vector<double> refined(const std::vector<double>& grid) {
 GradientResult run_hand_equations(const Problem& problem, const std::vector<double>& rho, HandEquations& equations) {
   equations.t_start = problem.solver.t_start;
   equations.set_parameters(rho.data());
-  if (equations.assembly().has_switched_rows()) {
-    if (!equations.carries_switched_rows())
-      throw CapabilityError(
-          "This scene has rigid contacts that close, whose rows come and go; the first-order equations of index1, "
-          "index2, baumgarte, penalty and augmented-lagrangian hold them. Take one of these, idas or "
-          "cvodes methods, or let the contacts bounce for good (restitution above 0, closing_speed_m_per_s = 0).");
-    refuse_spatial_friction(equations.assembly(), "a hand-derived method", "idas-forward or cvodes-forward");
-  }
+  if (equations.assembly().has_switched_rows() && !equations.carries_switched_rows())
+    throw CapabilityError(
+        "This scene has rigid contacts that close, whose rows come and go; the first-order equations of index1, "
+        "index2, baumgarte, penalty and augmented-lagrangian hold them. Take one of these, idas or "
+        "cvodes methods, or let the contacts bounce for good (restitution above 0, closing_speed_m_per_s = 0).");
   const ForwardMotion motion = record_motion(problem, rho);
   // Passes stop at the last instant before a jump and go on at the first one behind it.
   equations.set_jumps(motion_jumps(times_of_laws(problem, rho), motion.met), motion.history);

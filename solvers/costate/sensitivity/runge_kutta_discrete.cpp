@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "costate/analysis/start.h"
-#include "costate/assembly/switched_rows_refusal.h"
 #include "costate/base/notice.h"
 #include "costate/integrator/integrators.h"
 #include "costate/integrator/runge_kutta_run.h"
@@ -158,7 +157,6 @@ GradientResult adjoint_once(typename Kind::SystemType& system, const Problem& pr
 template <class Kind>
 GradientResult adjoint_of(const Problem& own, const std::vector<double>& rho) {
   const auto system = Kind::make(own);
-  refuse_spatial_friction(system->assembly(), "a discrete method", "idas or cvodes methods");
   return resolved_gradient(own, [&](const Problem& p, double asked, double& part) {
     return adjoint_once<Kind>(*system, p, rho, asked, part);
   });
@@ -167,9 +165,9 @@ GradientResult adjoint_of(const Problem& own, const std::vector<double>& rho) {
 template <class Kind>
 GradientResult tangent_of(const Problem& own, const std::vector<double>& rho) {
   const auto owned = Kind::make(own);
-  refuse_spatial_friction(owned->assembly(), "a discrete method", "idas or cvodes methods");
   typename Kind::SystemType& system = *owned;
   system.end_at_kinks_of_laws();
+  system.differentiate_between_steps();
   system.set_parameters(rho.data());
   const SolverOptions& o = own.solver;
   RungeKuttaRun<Kind> run(system, o, own.monitor, StartDerivative::columns);

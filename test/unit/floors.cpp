@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 const std::vector<std::string> kLibrary{"base",      "derivative", "linear", "element", "mechanism", "assembly",
                                         "objective", "analysis",   "event",  "level",   "adjoint",   "formulation",
                                         "candidate", "discrete",   "scene",  "kind"};
-const std::vector<std::string> kSolvers{"record",      "sundials", "problem",   "integrator", "cycle",
+const std::vector<std::string> kSolvers{"record",      "sundials", "problem",   "integrator", "hessian", "cycle",
                                         "sensitivity", "fit",      "candidate", "optimize",   "tradeoff"};
 
 // All #include "costate/FOLDER/..." of a tree that break the order, as "file: include".

@@ -119,8 +119,8 @@ class HandEquations {
   virtual bool integrand_needs_blocks() const { return true; }
   // At the evaluated point.
   virtual StateView state() const { return recalled_ >= 0 ? view(kept_[recalled_]) : level_.state(); }
-  /// Rows that are there, and directions in which contacts slide, of the evaluated point or of the one that was recalled;
-  /// the matrices of the one are kept.
+  /// Rows that are there, and directions in which contacts slide, of the evaluated point or of the one that was
+  /// recalled; the matrices of the one are kept.
   void go_to_slips();
   /// Running cost gradient at the evaluated point.
   const ScalarGradient& running_gradient();

@@ -12,13 +12,15 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-/// What they move along has a motion that is the formulation's own but for its tolerance.
-constexpr const char* kExactMotion = "index1";
 }  // namespace
 
 std::string ReturnMap::curvature_formulation() const {
-  return hessian_refusal(find_formulation(problem_.formulation)).empty() ? problem_.formulation : kExactMotion;
+  const Formulation& own = find_formulation(problem_.formulation);
+  if (own.make_hessian) return own.name;
+  // Whose motion is the same but for its tolerance.
+  for (const Formulation* f : stand_ins(own.carries_redundancy))
+    if (f->make_hessian) return f->name;
+  return own.name;
 }
 
 MatrixXd ReturnMap::curvature_once(const VectorXd& x, const std::vector<double>& positions, const MapValue& value,

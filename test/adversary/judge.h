@@ -43,7 +43,8 @@ std::vector<std::pair<std::string, std::string>> combinations();
 
 /// Truth by central differences of whole runs of re-read scenes: each value is written into the scene as a
 /// user would. Known where two formulations agree.
-Truth truth_by_rereading(const std::string& scene, const std::vector<std::string>& paths);
+Truth truth_by_rereading(const std::string& scene, const std::vector<std::string>& paths,
+                         const char* formulation = "maggi", const char* integrator = "dop853");
 
 /// Runs f in a child; its findings, or one that says how it ended.
 std::vector<Finding> in_child(const std::function<std::vector<Finding>()>& f, int seconds);

@@ -14,6 +14,7 @@
 //   costate_adversary --cases 1000 --of cranks                     linkages that lock or do not, by closed forms
 //   costate_adversary --cases 1000 --of switches                   forces and costs switched at times to be found
 //   costate_adversary --cases 1000 --of touches                    contacts that give, by differences
+//   costate_adversary --cases 1000 --of slips                      rigid contacts with friction, by differences
 //   costate_adversary --case 4711 [--scene]                        one case again, with every combination
 #include <fmt/format.h>
 
@@ -32,6 +33,7 @@
 #include "kinds.h"
 #include "locked.h"
 #include "motions.h"
+#include "slips.h"
 #include "touches.h"
 #include "truss.h"
 #include "truss_motion.h"
@@ -44,9 +46,9 @@ namespace {
 constexpr int kSeconds =
     300;  // of the processor for one case: fixed steps may take a million of a vehicle with many tyres
 
-const std::string_view kOf[] = {"trusses",  "kinds",   "contacts",         "hessians",
-                                "units",    "motions", "balances",         "cranks",
-                                "switches", "touches", "touched-hessians", "struck-hessians"};
+const std::string_view kOf[] = {"trusses",          "kinds",           "contacts", "hessians", "units",
+                                "motions",          "balances",        "cranks",   "switches", "touches",
+                                "touched-hessians", "struck-hessians", "slips"};
 
 struct Options {
   long cases = 200, first = 1, one = -1;
@@ -207,7 +209,7 @@ std::vector<Finding> try_case(long number, const Options& options) {
     return {run_hessian(scene, with_products[engine() % 4])};
   }
   const auto chosen = some(combinations(), options, engine);
-  if (is_truss(number) && options.of != "touches") {
+  if (is_truss(number) && options.of != "touches" && options.of != "slips") {
     const Truss t = truss_of(number, options);
     if (options.scene)
       fmt::print("{}", options.of == "units"
@@ -220,10 +222,14 @@ std::vector<Finding> try_case(long number, const Options& options) {
     });
   }
   const auto seed = static_cast<std::uint64_t>(number);
-  const KindScene scene = options.of == "touches" ? random_touch_scene(seed) : random_kind_scene(seed, number % 8 == 0);
+  const KindScene scene = options.of == "touches" ? random_touch_scene(seed)
+                          : options.of == "slips" ? random_slip_scene(seed)
+                                                  : random_kind_scene(seed, number % 8 == 0);
   if (options.scene) fmt::print("# [{}]\n{}", scene.kind, scene.text);
   if (scene.text.empty()) return {};
-  const Truth truth = truth_by_rereading(scene.text, scene.parameters);
+  // What slides in space is not carried by Maggi's equations.
+  const Truth truth = options.of == "slips" ? truth_by_rereading(scene.text, scene.parameters, "index1", "radau9")
+                                            : truth_by_rereading(scene.text, scene.parameters);
   std::vector<Finding> list;
   for (const auto& [formulation, method] : chosen) {
     list.push_back(run_gradient(scene.text, formulation, method, truth));
@@ -290,7 +296,7 @@ int main(int argc, char** argv) {
     else {
       fmt::print(stderr,
                  "usage: {} [--cases N] [--seed N] [--of trusses | kinds | contacts | hessians | units | motions | "
-                 "balances | cranks | switches | touches | touched-hessians | struck-hessians] "
+                 "balances | cranks | switches | touches | touched-hessians | struck-hessians | slips] "
                  "[--combinations N] "
                  "[--only TEXT] "
                  "[--case N "

@@ -135,7 +135,7 @@ Eigen::MatrixXd hessian_times(const PyProblem& p, const Eigen::MatrixXd& directi
                             directions.rows()));
   const Numbers values = p.values(rho);
   HessianProducts h;
-  p.run([&](Problem& problem) { h = hessian_products(problem, values, directions); });
+  p.run([&](Problem& problem) { h = products_of(problem, values, directions); });
   return h.products;
 }
 

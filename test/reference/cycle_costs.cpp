@@ -10,6 +10,8 @@
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/cycle_gradient.h"
+#include "costate/sensitivity/difference_hessian.h"
+#include "costate/sensitivity/hessian.h"
 #include "costate/sensitivity/method.h"
 #include "support/paths.h"
 
@@ -87,6 +89,40 @@ TEST_CASE("cycle costs: formulas of a cycle's values", "[cycle][walker]") {
     CHECK(std::abs(r.psi / differences.psi - 1) <= 1e-7);
     CHECK(off(p, r.gradient, differences.gradient) <= 1e-6);
   }
+}
+
+// Second derivatives of a formula of the cycle's values and of what lies along it, and of the speed of a walker that
+// touches ground that gives, whose way begins at a coordinate of the section, against differences of gradients, which
+// say what they are within. Exact ones are symmetric: what is not is what tolerances leave.
+TEST_CASE("cycle costs: second derivatives follow the cycle", "[cycle][walker]") {
+  std::vector<std::string> formulas = kWay;
+  formulas.push_back("parameter.center={numbers=['body.left.center_y_m','body.right.center_y_m']}");
+  formulas.push_back("output.swing={formula='right.angle_dot^2/cycle.travel', unit='1'}");
+  formulas.push_back("output.price={formula='standby/cycle.speed^2 + hip.y*cycle.period', unit='1', standby=0.004}");
+  formulas.push_back("cost.running=[{kind='value', output='swing', weight=0.3}]");
+  for (const Problem& p :
+       {walker("rigid_arcs.toml", value_of("price"), formulas, {"slope", "center"}),
+        walker("arc_feet.toml", value_of("cycle.speed"), {"run.rtol=1e-10"}, {"slope", "radius", "leg_mass"})}) {
+    const std::vector<double> rho = p.parameters.values();
+    const Hessian h = hessian(p, rho), by_differences = hessian_by_differences(p, "cvodes-forward", rho);
+    double size = 0, most = 0;
+    for (Eigen::Index i = 0; i < h.matrix.rows(); ++i)
+      for (Eigen::Index j = 0; j < h.matrix.cols(); ++j) {
+        const double scale = p.parameters.parameters[static_cast<std::size_t>(i)].scale *
+                             p.parameters.parameters[static_cast<std::size_t>(j)].scale;
+        size = std::max(size, std::abs(h.matrix(i, j)) * scale);
+        most = std::max(most, std::abs(h.matrix(i, j) - by_differences.matrix(i, j)) * scale);
+      }
+    CAPTURE(most / size, by_differences.error, h.asymmetry);
+    CHECK(by_differences.error <= 1e-4);
+    CHECK(most <= (2 * by_differences.error + 1e-6) * size);
+    CHECK(h.asymmetry <= 1e-5);
+    // Stiff touches make ten times as much of the tolerance as rigid ones.
+    CHECK(off(p, h.gradient, gradient(p, "cvodes-adjoint", rho).gradient) <= 1e-5);
+  }
+  const Problem of_multiplier = walker("rigid_arcs.toml", value_of("cycle.multiplier"), {}, {"slope"});
+  CHECK_THROWS_WITH(hessian(of_multiplier, of_multiplier.parameters.values()),
+                    Catch::Contains("largest multiplier, whose second derivatives"));
 }
 
 // Richardson differences of cycles found anew at rtol 1e-13, whose own estimates of their errors are below 1e-8; the

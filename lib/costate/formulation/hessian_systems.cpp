@@ -236,6 +236,7 @@ void HessianAdjoint::finish(double t, const double* y, double* gradient, double*
     for (int j = 0; j < np; ++j)
       (k == 0 ? gradient : products + static_cast<std::ptrdiff_t>(k - 1) * np)[j] =
           y[all + k * np + j] * scale_ / parameter_scale_[static_cast<std::size_t>(j)];
+  for (Eigen::Index i = 0; i < start_weights_.size(); ++i) unscaled_[static_cast<std::size_t>(i)] += start_weights_[i];
   equations_.begin(t, unscaled_.data(), unscaled_.data() + N, gradient, products);
 }
 

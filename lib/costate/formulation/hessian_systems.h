@@ -113,6 +113,8 @@ class HessianAdjoint final : public HessianPass {
   void cross(const HessianEquations::Jumps& jumps, const HessianEquations::Event& event, double* y);
   /// The end of the motion.
   void start(double tau, double* y, Eigen::MatrixXd* y_rho) override;
+  /// psi gains w_q^T q at the motion's start.
+  void weigh_start(const Eigen::VectorXd& w_q) { start_weights_ = w_q; }
   /// The whole gradient (np) and products (np x k), from y at the motion's start t.
   void finish(double t, const double* y, double* gradient, double* products);
 
@@ -128,6 +130,7 @@ class HessianAdjoint final : public HessianPass {
   double begin_ = 0, end_ = 0;
   Steep steep_ = Steep::nowhere;
   double from_ = -std::numeric_limits<double>::infinity(), to_ = std::numeric_limits<double>::infinity();
+  Eigen::VectorXd start_weights_;  // or none
   std::vector<double> parameter_scale_, point_, unscaled_, rates_;
 };
 

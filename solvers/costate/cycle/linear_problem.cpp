@@ -41,13 +41,13 @@ class WeightedOutputs final : public CostTerm {
 }  // namespace
 
 ReturnMap::RunOfWeights ReturnMap::run_of_weights(const Eigen::VectorXd& x, const std::vector<double>& positions,
-                                                  bool vary_x, const MapValue& value, const CycleWeights& of,
-                                                  std::vector<double>& values) const {
+                                                  bool vary_x, bool with_psi, const MapValue& value,
+                                                  const CycleWeights& of, std::vector<double>& values) const {
   const int np = parameters(), d = section_.size();
   RunOfWeights r;
   Problem& p = r.problem = problem_at(x, positions, vary_x, np, values);
-  if (vary_x) p.objective.running.clear();
-  if (vary_x) p.objective.terminal.clear();
+  if (!with_psi) p.objective.running.clear();
+  if (!with_psi) p.objective.terminal.clear();
   std::vector<const SectionCoordinate*> read;
   for (const auto& c : section_.coordinates()) read.push_back(&c);
   const bool carries = section_.carried().coordinate >= 0;
@@ -68,7 +68,9 @@ ReturnMap::RunOfWeights ReturnMap::run_of_weights(const Eigen::VectorXd& x, cons
   }
   const auto term = std::make_shared<WeightedOutputs>();
   const auto time = weights.size();
-  double kappa = of.time * value.kappa[time] + (vary_x ? 0 : value.kappa[time + 1]);
+  double kappa = of.time * value.kappa[time] + (with_psi ? value.kappa[time + 1] : 0);
+  // First derivatives of a run to a fixed time need kappa alone.
+  if (vary_x && of.time != 0 && section_.end()) term->parts.emplace_back(of.time, make_output(*p.mechanism, "time"));
   for (Eigen::Index i = 0; i < weights.size(); ++i) {
     if (weights[i] == 0) continue;
     term->parts.emplace_back(weights[i], i < d ? read[static_cast<std::size_t>(i)]->at_end : section_.carried().at_end);
@@ -93,7 +95,7 @@ ReturnMap::RunOfWeights ReturnMap::run_of_weights(const Eigen::VectorXd& x, cons
 
 Problem ReturnMap::linear_problem(const Eigen::VectorXd& x, const std::vector<double>& positions, const MapValue& value,
                                   const CycleWeights& of, std::vector<double>& values, Eigen::VectorXd& more) const {
-  const RunOfWeights r = run_of_weights(x, positions, false, value, of, values);
+  const RunOfWeights r = run_of_weights(x, positions, false, true, value, of, values);
   // What x_c and the angle of e do by themselves.
   more = (r.by_turn - r.by_travel * r.turn) * value.travel * r.angle_rho.transpose();
   if (r.by_start != 0) {

@@ -1,7 +1,5 @@
 // Second derivatives of the return by Hessian products of runs whose cost is u^T P (return_map.h), lib/README.md
 // (18.8).
-#include <fmt/format.h>
-
 #include "costate/base/error.h"
 #include "costate/cycle/return_map.h"
 #include "costate/hessian/hessian_products.h"
@@ -23,30 +21,53 @@ std::string ReturnMap::curvature_formulation() const {
   return own.name;
 }
 
-MatrixXd ReturnMap::curvature_once(const VectorXd& x, const std::vector<double>& positions, const MapValue& value,
-                                   const VectorXd& u, const MatrixXd& w, Counters& counters) const {
+MatrixXd ReturnMap::products_of_run(const RunOfWeights& of, const std::vector<double>& values, const MapValue& value,
+                                    double by_travel, const MatrixXd& along, Counters& counters) const {
   const int d = section_.size(), np = parameters();
-  CycleWeights weights;
-  weights.next = u;
-  std::vector<double> values;
-  const RunOfWeights of = run_of_weights(x, positions, true, value, weights, values);
-  if (of.by_start != 0)
-    throw CapabilityError(
-        fmt::format("What travels ('{}') is no position that [start] gives: how it begins is not differentiated twice.",
-                    section_.settings().travel));
   Problem p = of.problem;
   p.formulation = curvature_formulation();
   p.solver.integrator = "cvodes";
-  MatrixXd along = MatrixXd::Zero(static_cast<Index>(values.size()), w.cols());
-  along.topRows(d) = w;
+  MatrixXd all = MatrixXd::Zero(static_cast<Index>(values.size()), along.cols());
+  all.topRows(d + np) = along;
   const std::optional<EndEvent> end = section_.end() ? std::optional(*section_.end()) : std::nullopt;
-  const HessianProducts products = hessian_products_until(p, end, values, along);
+  VectorXd start_weights;
+  if (of.by_start != 0) {
+    start_weights.setZero(p.mechanism->coordinate_count());
+    start_weights[section_.carried().coordinate] = of.by_start;
+  }
+  const HessianProducts products = hessian_products_until(p, end, values, all, start_weights);
   counters += products.counters;
   MatrixXd r = products.products.topRows(d + np);
-  // With s = (P_c - x_c)/e_c and e of an angle that parameters turn.
-  if (of.by_travel != 0 || of.by_turn != 0)
-    r.bottomRows(np) += of.angle_rho.transpose() * (value.travel_x * w) * (of.by_turn - of.by_travel * of.turn);
+  // e turns with the parameters: with k = B' - B e'/e, B = l - sum of u_i e_i, the second derivatives of B s gain
+  // k (angle_x s_x + s_x angle_x) + l s angle_x angle_x.
+  Eigen::RowVectorXd s(d + np), angle = Eigen::RowVectorXd::Zero(d + np);
+  s << value.travel_x, value.travel_rho;
+  if (of.angle_rho.size() == np) angle.tail(np) = of.angle_rho;
+  if (angle.isZero(0)) return r;
+  const double k = of.by_turn - of.by_travel * of.turn;
+  r += k * (angle.transpose() * (s * along) + s.transpose() * (angle * along)) +
+       by_travel * value.travel * angle.transpose() * (angle * along);
   return r;
+}
+
+MatrixXd ReturnMap::curvature_once(const VectorXd& x, const std::vector<double>& positions, const MapValue& value,
+                                   const VectorXd& u, const MatrixXd& w, Counters& counters) const {
+  CycleWeights weights;
+  weights.next = u;
+  std::vector<double> values;
+  const RunOfWeights of = run_of_weights(x, positions, true, false, value, weights, values);
+  MatrixXd along = MatrixXd::Zero(section_.size() + parameters(), w.cols());
+  along.topRows(section_.size()) = w;
+  return products_of_run(of, values, value, 0, along, counters);
+}
+
+MatrixXd ReturnMap::second_products(const VectorXd& x, const std::vector<double>& positions, const MapValue& value,
+                                    const CycleWeights& of, const MatrixXd& along, Counters& counters) const {
+  if (section_.settings().count > 1)
+    throw CapabilityError("A cycle that is several returns (count) has no second derivatives of psi.");
+  std::vector<double> values;
+  const RunOfWeights run = run_of_weights(x, positions, true, true, value, of, values);
+  return products_of_run(run, values, value, of.travel, along, counters);
 }
 
 MatrixXd ReturnMap::curvature(const VectorXd& x, const std::vector<double>& positions, const VectorXd& u,

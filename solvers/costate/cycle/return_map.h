@@ -70,6 +70,10 @@ class ReturnMap {
   /// runs throw.
   Eigen::MatrixXd curvature(const Eigen::VectorXd& x, const std::vector<double>& positions, const Eigen::VectorXd& u,
                             const Eigen::MatrixXd& w, Counters& counters) const;
+  /// Products with columns `along` (of x and the map's parameters) of the second derivatives of psi + u^T P + w T + l
+  /// s, of cycles that are one run. Throws as curvature() does.
+  Eigen::MatrixXd second_products(const Eigen::VectorXd& x, const std::vector<double>& positions, const MapValue& value,
+                                  const CycleWeights& of, const Eigen::MatrixXd& along, Counters& counters) const;
   /// Whose motion that is: the problem's own formulation, or one that has second derivatives.
   std::string curvature_formulation() const;
   /// The motion that begins at x, as long as the problem's own: its first parameters are those of rho.
@@ -90,8 +94,8 @@ class ReturnMap {
   /// one that holds all other numbers.
   Problem problem_at(const Eigen::VectorXd& x, const std::vector<double>& positions, bool vary_x, int varied,
                      std::vector<double>& values) const;
-  /// u^T P + w T + l s as the terminal cost of the run to the time of `value`, its weights those of the problem's own
-  /// outputs: l_i (P_i - s e_i) + l s with s = (P_c - x_c)/e_c.
+  /// u^T P + w T + l s as the terminal cost of the run to the time of `value`, beside psi or alone, its weights those
+  /// of the problem's own outputs: u_i (V_i - s e_i) + l s with s = (V_c - x_c)/e_c. T stands there as the time itself.
   struct RunOfWeights {
     Problem problem;
     double by_travel = 0;  // l - sum of u_i e_i, of s
@@ -101,7 +105,11 @@ class ReturnMap {
     Eigen::RowVectorXd angle_rho = {};
   };
   RunOfWeights run_of_weights(const Eigen::VectorXd& x, const std::vector<double>& positions, bool vary_x,
-                              const MapValue& value, const CycleWeights& of, std::vector<double>& values) const;
+                              bool with_psi, const MapValue& value, const CycleWeights& of,
+                              std::vector<double>& values) const;
+  /// Products with the columns of `along` of the second derivatives of that run's cost.
+  Eigen::MatrixXd products_of_run(const RunOfWeights& of, const std::vector<double>& values, const MapValue& value,
+                                  double by_travel, const Eigen::MatrixXd& along, Counters& counters) const;
   Eigen::MatrixXd curvature_once(const Eigen::VectorXd& x, const std::vector<double>& positions, const MapValue& value,
                                  const Eigen::VectorXd& u, const Eigen::MatrixXd& w, Counters& counters) const;
   /// Where what is carried along begins at x, by all of the parameters of such a problem.

@@ -143,7 +143,7 @@ std::vector<PieceBack> pieces_back(const std::vector<Crossing>& crossings, doubl
 
 /// The products of some directions, which are of size 1 in scaled parameters. `end`: what the run ends by, if anything.
 MatrixXd run(const Problem& problem, const std::optional<EndEvent>& end, const std::vector<double>& rho,
-             const MatrixXd& directions, HessianProducts& result) {
+             const MatrixXd& directions, const Eigen::VectorXd& start_weights, HessianProducts& result) {
   const auto equations =
       find_formulation(problem.formulation)
           .make_hessian(problem.mechanism, problem.parameters, problem.objective, problem.formulation_options);
@@ -163,6 +163,7 @@ MatrixXd run(const Problem& problem, const std::optional<EndEvent>& end, const s
   HessianAdjoint backward(
       *equations, [&motion](double t, double* y) { motion.evaluate(t, y); }, t_end, scale);
   backward.set_parameters(rho.data());
+  backward.weigh_start(start_weights);
   SolverOptions options = problem.solver;
   options.t_start = 0;
   options.t_end = t_end - t_start;
@@ -222,7 +223,8 @@ HessianProducts hessian_products(const Problem& problem, const std::vector<doubl
 }
 
 HessianProducts hessian_products_until(const Problem& problem, const std::optional<EndEvent>& end,
-                                       const std::vector<double>& rho, const MatrixXd& directions) {
+                                       const std::vector<double>& rho, const MatrixXd& directions,
+                                       const Eigen::VectorXd& start_weights) {
   const std::string refused = hessian_refusal(find_formulation(problem.formulation));
   if (!refused.empty()) throw CapabilityError(refused);
   require_twice_differentiable_laws(problem, rho);
@@ -247,7 +249,8 @@ HessianProducts hessian_products_until(const Problem& problem, const std::option
   result.products.resize(np, directions.cols());
   for (Eigen::Index first = 0; first == 0 || first < directions.cols(); first += most) {
     const Eigen::Index count = std::min(most, directions.cols() - first);
-    result.products.middleCols(first, count) = run(problem, end, rho, unit.middleCols(first, count), result);
+    result.products.middleCols(first, count) =
+        run(problem, end, rho, unit.middleCols(first, count), start_weights, result);
   }
   result.products *= size.asDiagonal();
   return result;

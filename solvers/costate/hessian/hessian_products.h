@@ -26,8 +26,9 @@ std::string hessian_refusal(const Formulation& formulation);
 HessianProducts hessian_products(const Problem& problem, const std::vector<double>& rho,
                                  const Eigen::MatrixXd& directions);
 /// The same of a problem to the fixed time at which `end` happens, with end_term() of it in its cost (as
-/// with_fixed_end() makes it).
+/// with_fixed_end() makes it). `start_weights` (n, or none): psi gains w^T q at the start.
 HessianProducts hessian_products_until(const Problem& problem, const std::optional<EndEvent>& end,
-                                       const std::vector<double>& rho, const Eigen::MatrixXd& directions);
+                                       const std::vector<double>& rho, const Eigen::MatrixXd& directions,
+                                       const Eigen::VectorXd& start_weights = {});
 
 }  // namespace costate

@@ -5,15 +5,20 @@
 
 #include "costate/base/error.h"
 #include "costate/problem/scaled_gradient.h"
+#include "costate/sensitivity/cycle_hessian.h"
 #include "costate/sensitivity/error_estimate.h"
 
 namespace costate {
 
 using Eigen::MatrixXd;
 
+HessianProducts products_of(const Problem& problem, const std::vector<double>& rho, const MatrixXd& directions) {
+  return problem.cycle ? cycle_hessian_products(problem, rho, directions) : hessian_products(problem, rho, directions);
+}
+
 Hessian hessian(const Problem& problem, const std::vector<double>& rho) {
   const Eigen::Index np = problem.parameters.size();
-  HessianProducts p = hessian_products(problem, rho, MatrixXd::Identity(np, np));
+  HessianProducts p = products_of(problem, rho, MatrixXd::Identity(np, np));
   Hessian h;
   h.psi = p.psi;
   h.gradient = std::move(p.gradient);
@@ -47,7 +52,7 @@ Hessian confirmed_hessian(const Problem& problem, const std::vector<double>& rho
     direction[j] = (j % 3 == 1 ? -1 : 1) * scale[j] * (1 + 0.1 * static_cast<double>(j % 7));
   // Soft constraints are made firmer at the same time: what they add is of first order in 1/alpha.
   const bool soft = has_soft_constraints(problem.formulation);
-  const HessianProducts loose = hessian_products(soft ? with_firmer_constraints(problem) : problem, rho, direction);
+  const HessianProducts loose = products_of(soft ? with_firmer_constraints(problem) : problem, rho, direction);
   h.counters += loose.counters;
   const double largest = largest_scaled(scale, h.matrix),
                change = scale.cwiseProduct(h.matrix * direction - loose.products.col(0)).cwiseAbs().maxCoeff();

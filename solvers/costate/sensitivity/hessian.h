@@ -8,6 +8,9 @@
 
 namespace costate {
 
+/// H times each column of `directions`, of psi over a cycle, too.
+HessianProducts products_of(const Problem& problem, const std::vector<double>& rho, const Eigen::MatrixXd& directions);
+
 struct Hessian {
   double psi = 0;
   std::vector<double> gradient;

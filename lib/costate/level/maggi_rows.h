@@ -1,0 +1,48 @@
+// Rows that come and go (element/switched_rows.h) in Maggi's equations. y keeps its length, the freedoms f with all of
+// them open. Where c of them are there f - c coordinates are independent, and the last c entries of y are the places at
+// which these rows are kept, in their order: 0 of a gap, of a row that sticks wherever it is the value that it has
+// since then. Nothing moves there, y' = yd = 0, but a place depends on the parameters as the state did in which the
+// contact came to stick. A contact that slides has a reaction that depends on another one, lambda_t = -s mu lambda_n:
+//   M a + Phi_r^T lambda = Q,  Phi_r = Phi_q,n - s mu Phi_q,t in the row of its gap,
+// so that R^T in front of the equations of motion is that of [Phi_r; B_r]^-1 = [S_r R_r], and the multipliers are those
+// of S_r (lib/README.md (5.14)).
+#pragma once
+
+#include <vector>
+
+#include "costate/assembly/assembly.h"
+
+namespace costate {
+
+struct MaggiRows {
+  /// Those that come and go and are not there; those that are, one a place; and along which contacts slide.
+  std::vector<int> absent, closed;
+  std::vector<std::pair<int, double>> slides;  // row, direction
+  bool operator==(const MaggiRows&) const = default;
+};
+
+/// The rows of a mechanism that come and go.
+std::vector<int> find_switched_rows(const Assembly& assembly);
+/// What the assembly has of them at its last evaluation.
+MaggiRows rows_there(const Assembly& assembly, const std::vector<int>& switched);
+/// Throws CapabilityError where rows that are there depend on each other, at the Jacobian that the assembly has.
+void require_independent_rows(const Assembly& assembly, const MaggiRows& rows, double t);
+/// Phi_r of the assembly's last evaluation, on the pattern of Phi_q.
+void calc_reaction_rows(const Assembly& assembly, std::vector<double>& phi_r);
+/// lambda along the rows in which contacts slide, of those of their gaps.
+void add_friction_multipliers(const Assembly& assembly, double* lambda);
+/// Freedoms with all rows that come and go open. Throws CapabilityError where others depend on each other.
+int open_freedoms(Assembly& assembly);
+
+// Places of rows that stick wherever they are, at the q, v and z of a state, whose z says which rows are there; weights
+// and columns stand where y has its places, `places` entries of them behind each other.
+/// Their values.
+void read_places(Assembly& assembly, const StateView& s, const std::vector<int>& closed, double* places);
+/// J dq + phi_rho drho, column by column.
+void push_places(Assembly& assembly, const StateView& s, const std::vector<int>& closed, const double* const* dq,
+                 double* const* out, int count);
+/// w_q += J^T mu; gradient += mu^T phi_rho.
+void pull_places(Assembly& assembly, const StateView& s, const std::vector<int>& closed, const double* mu, double* w_q,
+                 double* gradient);
+
+}  // namespace costate

@@ -69,12 +69,14 @@ MechanismState MaggiDae::kinematic_state(double t, const double* y) {
 
 MechanismState MaggiDae::mechanism_state(double t, const double* y) {
   solve_point(t, y);
+  if (level_.shares()) return level_.shared_state();
   level_.solve_multipliers();
   return level_.state();
 }
 
 MechanismState MaggiDae::solved_state(double t, const double* y) {
   level_.solve(t, y, y + f_, y + 2 * f_);
+  if (level_.shares()) return level_.shared_state();
   level_.solve_accelerations();
   level_.solve_multipliers();
   return level_.state();
@@ -302,13 +304,17 @@ void MaggiDae::copy_pulled(double c, double* out) const {
 }
 
 void MaggiDae::pull_cost(bool terminal) {
+  const bool accelerations =
+      terminal ? objective_.terminal_needs_accelerations() : objective_.running_needs_accelerations();
+  const bool shared = accelerations && level_.shares();
+  const StateView s = shared ? level_.shared_state() : level_.state();
   cost_gradient_.set_zero();
   if (terminal)
-    objective_.add_terminal_gradient(level_.state(), assembly_, cost_gradient_);
+    objective_.add_terminal_gradient(s, assembly_, cost_gradient_);
   else
-    objective_.add_running_gradient(level_.state(), assembly_, cost_gradient_);
-  level_.pull(cost_gradient_,
-              terminal ? objective_.terminal_needs_accelerations() : objective_.running_needs_accelerations());
+    objective_.add_running_gradient(s, assembly_, cost_gradient_);
+  if (shared) level_.eliminate_shares(cost_gradient_);
+  level_.pull(cost_gradient_, accelerations);
 }
 
 void MaggiDae::running_cost_gradient(double t, const double* y, double* g_y, double c, double* gradient) {

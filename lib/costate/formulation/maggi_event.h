@@ -1,6 +1,6 @@
 // The mechanism's events (event/motion_events.h) in independent coordinates: y goes on, yd but for impacts, force
-// states jump. Where rows come and go (level/maggi_rows.h) another chart comes into force: y and yd are those of q and v
-// in it. All work at the linearized point of the level before the event, in the chart in force there.
+// states jump. Where rows come and go (level/maggi_rows.h) another chart comes into force: y and yd are those of q and
+// v in it. All work at the linearized point of the level before the event, in the chart in force there.
 #pragma once
 
 #include "costate/analysis/start.h"

@@ -19,12 +19,10 @@ class MaggiBalance final : public ImpulseBalance {
 }  // namespace
 
 MaggiKink::MaggiKink(MaggiLevel& level) : level_(level) {
-  if (level.assembly().has_switched_rows()) {
-    with_rows_ = std::make_unique<AccelerationLevel>(level.assembly(), Stabilization{});
-    jump_ = std::make_unique<VelocityJump>(level.assembly(), *with_rows_);
-  } else {
+  if (level.assembly().has_switched_rows())
+    jump_ = std::make_unique<VelocityJump>(level.assembly(), level.with_multipliers());
+  else
     jump_ = std::make_unique<ImpulseJump>(level.assembly(), std::make_unique<MaggiBalance>(level));
-  }
   weights_.resize(level.assembly());
 }
 

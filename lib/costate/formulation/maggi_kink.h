@@ -4,7 +4,6 @@
 // equations with multipliers: behind an event of a contact the rows are others than those of the chart in force.
 #pragma once
 
-#include "costate/level/acceleration_level.h"
 #include "costate/level/impulse_jump.h"
 #include "costate/level/maggi_level.h"
 
@@ -25,7 +24,6 @@ class MaggiKink {
 
  private:
   MaggiLevel& level_;
-  std::unique_ptr<AccelerationLevel> with_rows_;  // where rows come and go
   std::unique_ptr<ImpulseJump> jump_;
   ScalarGradient weights_;
 };

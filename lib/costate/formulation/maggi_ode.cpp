@@ -33,6 +33,7 @@ MechanismState MaggiOde::kinematic_state(double t, const double* y) {
 
 MechanismState MaggiOde::mechanism_state(double t, const double* y) {
   solve_point(t, y);
+  if (level_.shares()) return level_.shared_state();
   level_.solve_accelerations();
   level_.solve_multipliers();
   return level_.state();
@@ -81,8 +82,20 @@ void MaggiOde::tangent(double t, const double* y, const double* const* s, double
 void MaggiOde::calc_running_gradient() {
   if (cost_gradient_at_ == level_.point()) return;
   cost_gradient_.set_zero();
-  objective_.add_running_gradient(level_.state(), assembly_, cost_gradient_);
+  add_cost_gradient(false);
   cost_gradient_at_ = level_.point();
+}
+
+void MaggiOde::add_cost_gradient(bool terminal) {
+  const bool accelerations =
+      terminal ? objective_.terminal_needs_accelerations() : objective_.running_needs_accelerations();
+  const bool shared = accelerations && level_.shares();
+  const StateView s = shared ? level_.shared_state() : level_.state();
+  if (terminal)
+    objective_.add_terminal_gradient(s, assembly_, cost_gradient_);
+  else
+    objective_.add_running_gradient(s, assembly_, cost_gradient_);
+  if (shared) level_.eliminate_shares(cost_gradient_);
 }
 
 void MaggiOde::pull_running(const double* mu) {
@@ -96,7 +109,7 @@ void MaggiOde::pull_running(const double* mu) {
 void MaggiOde::pull_terminal() {
   cost_gradient_at_ = 0;
   cost_gradient_.set_zero();
-  objective_.add_terminal_gradient(level_.state(), assembly_, cost_gradient_);
+  add_cost_gradient(true);
   const bool accelerations = objective_.terminal_needs_accelerations();
   level_.pull(cost_gradient_, accelerations);
   if (accelerations) level_.eliminate_accelerations(nullptr);
@@ -166,7 +179,7 @@ void MaggiOde::pull_stage(double t, const double* y, const double* w, double c, 
   cost_gradient_at_ = 0;
   cost_gradient_.set_zero();
   if (c != 0) {
-    objective_.add_running_gradient(level_.state(), assembly_, cost_gradient_);
+    add_cost_gradient(false);
     ScalarGradient& g = cost_gradient_;
     for (Eigen::VectorXd* part : {&g.q, &g.v, &g.a, &g.lambda, &g.z, &g.rho}) *part *= c;
   }

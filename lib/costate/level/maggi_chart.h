@@ -19,8 +19,8 @@ namespace costate {
 
 class MaggiChart {
  public:
-  /// `jacobian`: the pattern of Phi_q (m x n), which must outlive the chart; `independent`: f coordinates; `absent`: the
-  /// rows that are not there, without which no other rows depend on each other; `places` stand behind B's rows.
+  /// `jacobian`: the pattern of Phi_q (m x n), which must outlive the chart; `independent`: f coordinates; `absent`:
+  /// the rows that are not there, without which no other rows depend on each other; `places` stand behind B's rows.
   MaggiChart(const SparsePattern& jacobian, std::vector<int> independent, std::vector<int> absent = {}, int places = 0);
   MaggiChart(const MaggiChart&) = delete;
   MaggiChart& operator=(const MaggiChart&) = delete;

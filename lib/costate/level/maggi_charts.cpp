@@ -8,56 +8,55 @@
 
 namespace costate {
 
-std::vector<int> MaggiPositions::best_choice(const double* phi_q) const {
-  int closed = 0;
-  for (const int r : switched_) closed += assembly_.is_there(r) ? 1 : 0;
-  return choose_independent(assembly_.jacobian(), phi_q, f_ - closed, weight_);
+std::vector<int> MaggiPositions::best_choice(const MaggiRows& rows, const double* phi_q) const {
+  return choose_independent(assembly_.jacobian(), phi_q, f_ - static_cast<int>(rows.closed.size()), weight_);
 }
 
-void MaggiPositions::add_chart(std::vector<int> independent, const std::vector<int>* of_reactions) {
+void MaggiPositions::add_chart(MaggiRows rows, std::vector<int> independent, const std::vector<int>* of_reactions) {
   Choice c;
-  if (!switched_.empty()) c.rows = rows_there(assembly_, switched_);
-  const int places = static_cast<int>(c.rows.closed.size());
-  c.rates = std::make_unique<MaggiChart>(assembly_.jacobian(), std::move(independent), c.rows.absent, places);
-  if (!c.rows.slides.empty()) {
-    calc_reaction_rows(assembly_, reactions_);
-    c.forces = std::make_unique<MaggiChart>(assembly_.jacobian(),
-                                            of_reactions ? *of_reactions : best_choice(reactions_.data()),
-                                            c.rows.absent, places);
-  }
+  const int places = static_cast<int>(rows.closed.size());
+  c.rates = std::make_unique<MaggiChart>(assembly_.jacobian(), std::move(independent), rows.absent, places);
+  if (of_reactions) c.forces = std::make_unique<MaggiChart>(assembly_.jacobian(), *of_reactions, rows.absent, places);
+  c.rows = std::move(rows);
   charts_.push_back(std::move(c));
 }
 
-void MaggiPositions::take_choice(std::vector<int> independent, const std::vector<int>* of_reactions) {
-  MaggiRows rows;
-  if (!switched_.empty()) rows = rows_there(assembly_, switched_);
+void MaggiPositions::take_choice(const MaggiRows& rows, std::vector<int> independent,
+                                 const std::vector<int>* of_reactions) {
   for (std::size_t c = 0; c < charts_.size(); ++c) {
     const Choice& made = charts_[c];
-    if (made.rates->independent() != independent || !(made.rows == rows)) continue;
-    if (of_reactions && made.forces && made.forces->independent() != *of_reactions) continue;
+    if (made.rates->independent() != independent || !made.rows.same_modes(rows) || made.rows.closed != rows.closed)
+      continue;
+    if (of_reactions && made.forces->independent() != *of_reactions) continue;
     chart_ = static_cast<int>(c);
     return;
   }
-  add_chart(std::move(independent), of_reactions);
+  add_chart(rows, std::move(independent), of_reactions);
   chart_ = static_cast<int>(charts_.size()) - 1;
 }
 
+void MaggiPositions::take_best(const MaggiRows& rows) {
+  std::vector<int> choice = best_choice(rows, assembly_.phi_q.data());
+  if (rows.slides.empty()) return take_choice(rows, std::move(choice), nullptr);
+  calc_reaction_rows(assembly_, reactions_);
+  const std::vector<int> of_reactions = best_choice(rows, reactions_.data());
+  take_choice(rows, std::move(choice), &of_reactions);
+}
+
 void MaggiPositions::change(double* R) {
-  std::vector<int> choice = chart().independent();
   StateView s;
   s.t = last_.t;
   s.q = q_.data();
+  const MaggiRows rows = this->rows();
   if (R == nullptr || slides()) assembly_.calc_jacobian(s);
-  if (R != nullptr) {
-    improve_choice(choice, R, weight_);
-    std::sort(choice.begin(), choice.end());
-  } else {
-    choice = best_choice(assembly_.phi_q.data());
-  }
-  if (!slides()) return take_choice(std::move(choice));
+  if (R == nullptr) return take_best(rows);
+  std::vector<int> choice = chart().independent();
+  improve_choice(choice, R, weight_);
+  std::sort(choice.begin(), choice.end());
+  if (!slides()) return take_choice(rows, std::move(choice), nullptr);
   calc_reaction_rows(assembly_, reactions_);
-  const std::vector<int> of_reactions = best_choice(reactions_.data());
-  take_choice(std::move(choice), &of_reactions);
+  const std::vector<int> of_reactions = best_choice(rows, reactions_.data());
+  take_choice(rows, std::move(choice), &of_reactions);
 }
 
 void MaggiPositions::enter_rows(double t, const double* q, const double* z, int chart) {
@@ -66,22 +65,18 @@ void MaggiPositions::enter_rows(double t, const double* q, const double* z, int 
     chart_ = chart;
     return;
   }
-  const MaggiRows wanted = rows_there(assembly_, switched_);
-  if (rows() == wanted) return;
+  MaggiRows wanted = rows_there(assembly_, switched_);
+  if (rows().same_modes(wanted)) return;
   StateView s;
   s.t = t;
   s.q = q;
   assembly_.calc_constraints(s);
-  require_independent_rows(assembly_, wanted, t);
-  std::vector<int> choice = best_choice(assembly_.phi_q.data());
-  if (wanted.slides.empty()) return take_choice(std::move(choice));
-  calc_reaction_rows(assembly_, reactions_);
-  const std::vector<int> of_reactions = best_choice(reactions_.data());
-  take_choice(std::move(choice), &of_reactions);
+  find_dependent_rows(assembly_, switched_, wanted);
+  take_best(wanted);
 }
 
 void MaggiPositions::require_rows() const {
-  if (!switched_.empty() && !(rows_there(assembly_, switched_) == rows()))
+  if (!switched_.empty() && !rows_there(assembly_, switched_).same_modes(rows()))
     throw Error("MaggiPositions: a chart of other rows.");
 }
 

@@ -7,6 +7,7 @@
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
 #include "costate/level/maggi_ratio.h"
+#include "costate/level/solved_end.h"
 
 namespace costate {
 
@@ -33,6 +34,7 @@ MaggiLevel::MaggiLevel(Assembly& assembly)
   g_z_.assign(static_cast<std::size_t>(nz_), 0);
   null_weight_ = along_ = lambda_;
   hessian_.assign(assembly.square().row.size(), 0);
+  if (assembly.has_switched_rows()) with_multipliers_ = std::make_unique<AccelerationLevel>(assembly, Stabilization{});
 }
 
 void MaggiLevel::clear() {
@@ -144,6 +146,20 @@ StateView MaggiLevel::state() const {
   s.lambda = lambda_.data();
   s.z = point_.values() + 2 * f_;
   return s;
+}
+
+StateView MaggiLevel::shared_state() {
+  with_multipliers_->solve(state());
+  return with_multipliers_->state();
+}
+
+void MaggiLevel::eliminate_shares(ScalarGradient& g) {
+  with_multipliers_->solve(state());
+  with_multipliers_->linearize();
+  eliminate_at_end(*with_multipliers_, assembly_, with_multipliers_->state(), g, 1, g.rho.data());
+  g.a.setZero();
+  g.lambda.setZero();
+  linearize();
 }
 
 // [u; p] with Phi_q u = g, M u + Phi_q^T p = h: u = S g + R y, My y = R^T (h - M S g), p = S^T (h - M u).

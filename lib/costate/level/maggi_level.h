@@ -12,6 +12,7 @@
 #pragma once
 
 #include "costate/assembly/evaluation_point.h"
+#include "costate/level/acceleration_level.h"
 #include "costate/level/branch_watch.h"
 #include "costate/level/maggi_mass.h"
 #include "costate/objective/output.h"
@@ -75,6 +76,16 @@ class MaggiLevel {
   const double* motion() const { return reaction_.data() + m_; }
   /// Pointers to the solved point; a and lambda are those of the last calls above.
   StateView state() const;
+  /// Whether contacts that are closed hold a body more often than determines who bears what. Then the multipliers above
+  /// are some of many, and those of the motion are shared out as in the equations with multipliers
+  /// (acceleration_level.h).
+  bool shares() const { return !positions_.rows().left_out.empty(); }
+  /// The solved point with these; until the next call. And the gradient of a cost at it becomes one of (q, v, z) and
+  /// rho alone.
+  StateView shared_state();
+  void eliminate_shares(ScalarGradient& g);
+  /// The equations with multipliers; where rows come and go.
+  AccelerationLevel& with_multipliers() { return *with_multipliers_; }
 
   // Derivatives along columns s_j = (dy, dyd, dz) or, `with_w`, (dy, dyd, dz, dw), plus those with respect to
   // parameter j on request. Afterwards, for column j: dq(j), dv(j), da(j); force(j) = M da + K dq + C dv - Q_z dz
@@ -100,8 +111,8 @@ class MaggiLevel {
   void pull(const ScalarGradient& g, bool with_multipliers);
   /// sigma += R_r x.
   void add_force_weight(const double* x);
-  /// sigma += R_r x, x = My^-T (mu + L_w), so that L_w = -mu afterwards: L + mu^T ydd no longer depends on w. `mu` may be
-  /// null (zero); x is copied out unless null.
+  /// sigma += R_r x, x = My^-T (mu + L_w), so that L_w = -mu afterwards: L + mu^T ydd no longer depends on w. `mu` may
+  /// be null (zero); x is copied out unless null.
   void eliminate_accelerations(const double* mu, double* x = nullptr);
   void finish_pull(const double* mu_f);  // mu_f may be null
   const double* pulled_y() const { return reaction_q_.data() + m_; }
@@ -133,6 +144,7 @@ class MaggiLevel {
   Assembly& assembly_;
   MaggiPositions positions_;
   MaggiMass mass_;
+  std::unique_ptr<AccelerationLevel> with_multipliers_;  // where rows come and go
   BranchWatch branch_;
   int n_, m_, f_, nz_, rows_;
 

@@ -49,7 +49,7 @@ class MaggiNewton {
   MaggiLevel& level_;
   int n_, m_, f_, nz_;
   double gamma_ = 0;
-  bool symmetric_ = true;  // My
+  bool symmetric_ = true;                      // My
   std::unique_ptr<MaggiSparseNewton> sparse_;  // or null
   std::vector<double> My_, Cy_, Ky_, RQ_, Zq_, Zv_, fz_;
   std::vector<double> D_, A_, column_, lu_, reduced_, place_;

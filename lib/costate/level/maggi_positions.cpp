@@ -98,13 +98,14 @@ void MaggiPositions::begin(double t, const double* q, const Choice* choice) {
   s.t = t;
   s.q = q_.data();
   assembly_.calc_constraints(s);
+  chart_ = -1;
   if (choice != nullptr) {
-    add_chart(choice->rates->independent(), choice->forces ? &choice->forces->independent() : nullptr);
+    take_choice(choice->rows, choice->rates->independent(), choice->forces ? &choice->forces->independent() : nullptr);
   } else {
-    if (!switched_.empty()) require_independent_rows(assembly_, rows_there(assembly_, switched_), t);
-    add_chart(best_choice(assembly_.phi_q.data()));
+    MaggiRows rows = rows_there(assembly_, switched_);
+    if (!switched_.empty()) find_dependent_rows(assembly_, switched_, rows);
+    take_best(rows);
   }
-  chart_ = 0;
   last_.t = t;
   last_.q = q_;
   std::fill(last_.v.begin(), last_.v.end(), 0.0);
@@ -117,8 +118,10 @@ bool MaggiPositions::begin_as(const MaggiPositions& other) {
   const Choice& choice = other.charts_[static_cast<std::size_t>(other.chart_)];
   if (first) begin(other.last_.t, other.last_.q.data(), &choice);
   last_ = other.last_;
-  if (chart().independent() == choice.rates->independent() && rows() == choice.rows) return first;
-  take_choice(choice.rates->independent(), choice.forces ? &choice.forces->independent() : nullptr);
+  if (chart().independent() == choice.rates->independent() && rows().same_modes(choice.rows) &&
+      rows().closed == choice.rows.closed)
+    return first;
+  take_choice(choice.rows, choice.rates->independent(), choice.forces ? &choice.forces->independent() : nullptr);
   return true;
 }
 
@@ -176,8 +179,7 @@ bool MaggiPositions::solve_by_factors_of(const MaggiPositions& other, double t, 
 
 long MaggiPositions::factorizations() const {
   long sum = dropped_factorizations_;
-  for (const Choice& c : charts_)
-    sum += c.rates->factorizations() + (c.forces ? c.forces->factorizations() : 0);
+  for (const Choice& c : charts_) sum += c.rates->factorizations() + (c.forces ? c.forces->factorizations() : 0);
   return sum;
 }
 

@@ -54,7 +54,7 @@ class MaggiPositions {
   /// x += the places of y at their rows.
   void add_places(const double* y, double* x) const;
   /// The chart in force is one of the rows that z has: this chart, or that in force, or one that has been made before,
-  /// or the best one at these positions. Throws CapabilityError where these rows depend on each other.
+  /// or the best one at these positions.
   void enter_rows(double t, const double* q, const double* z, int chart = -1);
   /// Throws Error where the assembly has other rows than the chart.
   void require_rows() const;
@@ -106,11 +106,12 @@ class MaggiPositions {
   };
   /// `choice`: of the first chart, or null where the best one is to be found.
   void begin(double t, const double* q, const Choice* choice);
-  /// Of the rows that the assembly has; the reactions' coordinates are chosen at its last evaluation unless given.
-  void add_chart(std::vector<int> independent, const std::vector<int>* of_reactions = nullptr);
-  /// A chart of this choice and of the rows that the assembly has comes into force.
-  void take_choice(std::vector<int> independent, const std::vector<int>* of_reactions = nullptr);
-  std::vector<int> best_choice(const double* phi_q) const;
+  void add_chart(MaggiRows rows, std::vector<int> independent, const std::vector<int>* of_reactions);
+  /// A chart of these rows and coordinates, and of these of the reactions where contacts slide, comes into force.
+  void take_choice(const MaggiRows& rows, std::vector<int> independent, const std::vector<int>* of_reactions);
+  /// The same with the coordinates that are best, at the assembly's last evaluation.
+  void take_best(const MaggiRows& rows);
+  std::vector<int> best_choice(const MaggiRows& rows, const double* phi_q) const;
   /// The first guess for time t in q_; returns the time that it belongs to. `far`: no extrapolation.
   double guess(double t, bool from_kept, bool far);
   double repeated_guess(double t, bool& far);

@@ -1,10 +1,8 @@
 #include "costate/level/maggi_rows.h"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <Eigen/Dense>
 #include <algorithm>
+#include <iterator>
 
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
@@ -42,29 +40,47 @@ std::vector<int> find_switched_rows(const Assembly& assembly) {
 
 MaggiRows rows_there(const Assembly& assembly, const std::vector<int>& switched) {
   MaggiRows rows;
-  for (const int r : switched) (assembly.is_there(r) ? rows.closed : rows.absent).push_back(r);
+  std::copy_if(switched.begin(), switched.end(), std::back_inserter(rows.there),
+               [&](int r) { return assembly.is_there(r); });
   for (const Assembly::SlidingRow& r : assembly.sliding_rows()) rows.slides.emplace_back(r.along, r.direction);
   return rows;
 }
 
-void require_independent_rows(const Assembly& assembly, const MaggiRows& rows, double t) {
-  if (rows.closed.empty()) return;
-  Eigen::MatrixXd J = to_dense(assembly.jacobian(), assembly.phi_q.data());
-  int there = 0;
-  for (Eigen::Index i = 0; i < J.rows(); ++i)
-    if (const double size = J.row(i).norm(); assembly.is_there(static_cast<int>(i))) {
-      if (size > 0) J.row(i) /= size;
-      ++there;
+void leave_out(const std::vector<int>& left_out, const std::vector<int>& switched, MaggiRows& rows) {
+  const auto holds = [](const std::vector<int>& all, int r) {
+    return std::find(all.begin(), all.end(), r) != all.end();
+  };
+  rows.left_out = left_out;
+  rows.closed.clear();
+  rows.absent.clear();
+  for (const int r : switched) (holds(rows.there, r) && !holds(left_out, r) ? rows.closed : rows.absent).push_back(r);
+}
+
+// Gram and Schmidt's elimination: rows that stay first, then gaps, then what sticks.
+void find_dependent_rows(const Assembly& assembly, const std::vector<int>& switched, MaggiRows& rows) {
+  std::vector<int> left_out;
+  if (!rows.there.empty()) {
+    const Eigen::MatrixXd J = to_dense(assembly.jacobian(), assembly.phi_q.data());
+    std::vector<int> order;
+    for (int r = 0; r < assembly.m(); ++r)
+      if (std::find(switched.begin(), switched.end(), r) == switched.end()) order.push_back(r);
+    for (const bool gaps : {true, false})
+      for (const int r : rows.there)
+        if (assembly.holds_position(r) == gaps) order.push_back(r);
+    std::vector<Eigen::VectorXd> basis;
+    for (const int r : order) {
+      Eigen::VectorXd rest = J.row(r).transpose();
+      const double size = rest.norm();
+      for (int pass = 0; pass < 2; ++pass)
+        for (const Eigen::VectorXd& b : basis) rest -= b.dot(rest) * b;
+      if (rest.norm() > kDependent * size)
+        basis.push_back(rest.normalized());
+      else
+        left_out.push_back(r);
     }
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(J.transpose());
-  qr.setThreshold(kDependent);
-  if (qr.rank() == there) return;
-  std::vector<std::string> names;
-  for (const int r : rows.closed) names.push_back(assembly.mechanism().row_names()[static_cast<std::size_t>(r)]);
-  throw CapabilityError(fmt::format(
-      "At t = {:.9g} s rows of contacts that are closed depend on each other ({}), which Maggi's formulations do not "
-      "carry. Take index1, index2, baumgarte, penalty or augmented-lagrangian.",
-      t, fmt::join(names, ", ")));
+    std::sort(left_out.begin(), left_out.end());
+  }
+  leave_out(left_out, switched, rows);
 }
 
 void calc_reaction_rows(const Assembly& assembly, std::vector<double>& phi_r) {

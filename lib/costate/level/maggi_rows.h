@@ -15,18 +15,23 @@
 namespace costate {
 
 struct MaggiRows {
-  /// Those that come and go and are not there; those that are, one a place; and along which contacts slide.
-  std::vector<int> absent, closed;
-  std::vector<std::pair<int, double>> slides;  // row, direction
-  bool operator==(const MaggiRows&) const = default;
+  /// Those that come and go and are there, and along which of them contacts slide, with the direction.
+  std::vector<int> there;
+  std::vector<std::pair<int, double>> slides;
+  /// Of those that are there the ones that depend on the others, as the second corner of a body that sticks does: the
+  /// chart is without them, and their multipliers are 0 in it. Those that it has, one a place; and all that it has not.
+  std::vector<int> left_out, closed, absent;
+  /// Whether these are the same modes of contacts.
+  bool same_modes(const MaggiRows& other) const { return there == other.there && slides == other.slides; }
 };
 
 /// The rows of a mechanism that come and go.
 std::vector<int> find_switched_rows(const Assembly& assembly);
-/// What the assembly has of them at its last evaluation.
+/// What the assembly has of them at its last evaluation: `left_out` is to be found, or taken from others.
 MaggiRows rows_there(const Assembly& assembly, const std::vector<int>& switched);
-/// Throws CapabilityError where rows that are there depend on each other, at the Jacobian that the assembly has.
-void require_independent_rows(const Assembly& assembly, const MaggiRows& rows, double t);
+/// Sets what is left out, at the Jacobian that the assembly has: gaps stay rather than what sticks.
+void find_dependent_rows(const Assembly& assembly, const std::vector<int>& switched, MaggiRows& rows);
+void leave_out(const std::vector<int>& left_out, const std::vector<int>& switched, MaggiRows& rows);
 /// Phi_r of the assembly's last evaluation, on the pattern of Phi_q.
 void calc_reaction_rows(const Assembly& assembly, std::vector<double>& phi_r);
 /// lambda along the rows in which contacts slide, of those of their gaps.

@@ -294,7 +294,7 @@ TEST_CASE("rigid friction in space: gradients through a slip that begins and tur
 // What is not carried is refused by name.
 TEST_CASE("rigid friction in space: refusals", "[events]") {
   Problem p = throw_block(1, 2, 0.3, 0.3);
-  for (const char* formulation : {"index2", "index3"}) {
+  for (const char* formulation : {"index2", "index3", "maggi-implicit"}) {
     p.formulation = formulation;
     CHECK_THROWS_WITH(gradient(p, "idas-adjoint", p.parameters.values()),
                       Catch::Contains("friction of a rigid contact in space"));

@@ -285,7 +285,7 @@ TEST_CASE("spheres in space: what is round about an axis keeps Jellett's integra
 
 TEST_CASE("spheres in space: refusals", "[events]") {
   Problem p = make_ball({});
-  for (const char* formulation : {"index2", "index3"}) {
+  for (const char* formulation : {"index2", "index3", "maggi-implicit"}) {
     p.formulation = formulation;
     CHECK_THROWS_WITH(gradient(p, "idas-adjoint", p.parameters.values()),
                       Catch::Contains("friction of a rigid contact in space"));

@@ -8,6 +8,7 @@
 namespace costate {
 
 void refuse_rows_without_place(const Assembly& assembly) {
+  refuse_spatial_friction(assembly, "this formulation", "index1 or baumgarte");
   const Mechanism& mech = assembly.mechanism();
   for (const std::size_t c : assembly.constraints_without_place()) {
     const auto* switched = dynamic_cast<const SwitchedRows*>(mech.constraints()[c].get());
@@ -18,7 +19,6 @@ void refuse_rows_without_place(const Assembly& assembly) {
                         "which independent coordinates do not tell. Take index1 or baumgarte, or kind = \"compliant\".",
                         mech.row_names()[static_cast<std::size_t>(mech.row_offsets()[c] + i)]));
   }
-  refuse_spatial_friction(assembly, "this formulation", "index1 or baumgarte");
 }
 
 void refuse_spatial_friction(const Assembly& assembly, const std::string& who, const std::string& advice) {

@@ -29,7 +29,7 @@ const std::vector<MethodWay> box_ways = {
     {"baumgarte", "cvodes-adjoint"}, {"baumgarte", "idas-forward"}, {"baumgarte", "hand-tangent"},
     {"penalty", "idas-forward"},     {"penalty", "cvodes-adjoint"}, {"augmented-lagrangian", "cvodes-adjoint"},
     {"maggi", "cvodes-adjoint"},     {"maggi", "cvodes-forward"},   {"maggi-implicit", "idas-adjoint"},
-    {"maggi", "discrete-adjoint"}};
+    {"maggi", "discrete-adjoint"},   {"maggi", "hand-adjoint"},     {"maggi-implicit", "hand-tangent"}};
 
 /// Psi and gradient by all ways, to `tolerance` of the largest.
 void check_box(Problem p, double psi, const std::vector<double>& by, double tolerance) {
@@ -145,6 +145,8 @@ TEST_CASE("rigid boxes: what corners share is the same with Maggi's equations", 
       CHECK(std::abs(r.gradient[j] - reference.gradient[j]) <= 1e-6 * std::abs(reference.psi));
     }
   }
+  p.formulation = "maggi";
+  CHECK_THROWS_WITH(gradient(p, "hand-adjoint", p.parameters.values()), Catch::Contains("do not share them out"));
   take_notices();
 }
 

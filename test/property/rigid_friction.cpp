@@ -49,6 +49,10 @@ const std::vector<MethodWay> sliding_ways = {{"index1", "idas-adjoint"},
                                              {"penalty", "hand-tangent"},
                                              {"index2", "hand-tangent"},
                                              {"index2", "hand-adjoint"},
+                                             {"maggi", "hand-tangent"},
+                                             {"maggi", "hand-adjoint"},
+                                             {"maggi-implicit", "hand-tangent"},
+                                             {"maggi-implicit", "hand-adjoint"},
                                              {"augmented-lagrangian", "hand-adjoint"},
                                              {"index1", "discrete-tangent"},
                                              {"baumgarte", "discrete-adjoint"},
@@ -259,7 +263,9 @@ TEST_CASE("rigid friction: where a foot lands depends on the parameters", "[even
               {"maggi-implicit", "idas-adjoint"},
               {"maggi-implicit", "idas-forward"},
               {"maggi", "discrete-adjoint"},
-              {"maggi-implicit", "discrete-tangent"}},
+              {"maggi-implicit", "discrete-tangent"},
+              {"maggi", "hand-adjoint"},
+              {"maggi-implicit", "hand-tangent"}},
              1e-6);
 }
 

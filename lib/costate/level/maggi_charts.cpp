@@ -61,6 +61,11 @@ void MaggiPositions::change(double* R) {
 
 void MaggiPositions::enter_rows(double t, const double* q, const double* z, int chart) {
   assembly_.switch_rows(z);
+  if (t > kept_t_.back()) {
+    // Behind it what sticks does so here, and first guesses of another place are far away.
+    kept_t_.push_back(t);
+    kept_q_.insert(kept_q_.end(), q, q + n_);
+  }
   if (chart >= 0) {
     chart_ = chart;
     return;

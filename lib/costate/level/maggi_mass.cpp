@@ -131,6 +131,11 @@ const double* MaggiMass::matrix(double t) {
 }
 
 void MaggiMass::singular(double t, int column) const {
+  if (positions_.slides())
+    throw SolverError(
+        fmt::format("At t = {:.9g} s friction leaves the accelerations undetermined: the normal force of what slides "
+                    "grows beyond all bounds (Painleve). Take less friction, or kind = \"compliant\".",
+                    t));
   const auto& name = assembly_.mechanism().coordinates()[positions_.chart().independent()[column]].name;
   throw SolverError(
       fmt::format("The accelerations at t = {:.9g} s are not determined: the motion that '{}' stands for "

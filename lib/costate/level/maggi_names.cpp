@@ -23,6 +23,7 @@ void name_maggi_unknowns(const Mechanism& mechanism, const std::vector<int>& ind
   const auto name = [&](Unknown& u, std::size_t k, const char* suffix, const char* unit) {
     if (k >= independent.size()) {
       u.name = "place." + rows[static_cast<std::size_t>(places[k - independent.size()])] + suffix;
+      u.unit = std::string("m") + unit;
       return;
     }
     const Coordinate& c = mechanism.coordinates()[independent[k]];

@@ -260,7 +260,7 @@ void MaggiPositions::solve(double t, const double* y) {
       for (const int least : {1, 8, 64}) {
         const double from = forgotten ? repeated_guess(t, far) : guess(t, from_kept, far);
         if (far) return walk(from, t, y);
-        const int parts = least < 64 ? least : std::max(least, parts_to(y));
+        const int parts = least < 64 ? least : std::max(least, parts_to(from, y));
         guessed_ = q_;
         if (!(parts == 1 ? newton(t, y) : follow(from, t, y, parts))) continue;
         if (parts > 1 || !driven() || moved_since(guessed_) <= kFar * scale_) return true;
@@ -289,19 +289,36 @@ void MaggiPositions::solve(double t, const double* y) {
   std::fill(last_.a.begin(), last_.a.end(), 0.0);
 }
 
-int MaggiPositions::parts_to(const double* y) const {
+int MaggiPositions::parts_to(double t, const double* y) {
   double way = 0;
+  read_from(t, y);
+  for (std::size_t k = chart().independent().size(); k < y_from_.size(); ++k)
+    way = std::max(way, std::abs(y[k] - y_from_[k]));
   const auto& independent = chart().independent();
   for (std::size_t k = 0; k < independent.size(); ++k)
     if (const auto i = static_cast<std::size_t>(independent[k]); constrained_[i])
       way = std::max(way, std::abs(y[k] - q_[i]));
-  return static_cast<int>(std::min(way / (kFarthest * scale_), kMostParts));
+  // What rolls turns by more than 1 as it goes by the size of a small mechanism, and counts so in newton().
+  const double turns = switched_.empty() ? 1 : std::min(1.0, scale_);
+  return static_cast<int>(std::min(way / (kFarthest * scale_ * turns), kMostParts));
+}
+
+void MaggiPositions::read_from(double t, const double* y) {
+  const auto& independent = chart().independent();
+  std::copy(y, y + f_, y_from_.begin());
+  for (std::size_t k = 0; k < independent.size(); ++k) y_from_[k] = q_[static_cast<std::size_t>(independent[k])];
+  if (independent.size() == y_from_.size()) return;
+  StateView s;
+  s.t = t;
+  s.q = q_.data();
+  assembly_.calc_constraints(s);
+  for (std::size_t k = 0; k < rows().closed.size(); ++k)
+    if (const int row = rows().closed[k]; !assembly_.holds_position(row))
+      y_from_[independent.size() + k] = assembly_.phi[static_cast<std::size_t>(row)];
 }
 
 bool MaggiPositions::follow(double t_guess, double t, const double* y, int parts) {
-  const auto& independent = chart().independent();
-  std::copy(y, y + f_, y_from_.begin());  // with the places, which stay
-  for (std::size_t k = 0; k < independent.size(); ++k) y_from_[k] = q_[static_cast<std::size_t>(independent[k])];
+  read_from(t_guess, y);
   for (int p = 1; p <= parts; ++p) {
     const double s = static_cast<double>(p) / parts;
     for (std::size_t k = 0; k < y_part_.size(); ++k)

@@ -119,7 +119,9 @@ class MaggiPositions {
   const double* kept(std::size_t k) const { return kept_q_.data() + k * static_cast<std::size_t>(n_); }
   bool newton(double t, const double* y);
   /// Into how many parts the way from the guess to y is to be divided at least.
-  int parts_to(const double* y) const;
+  int parts_to(double t, const double* y);
+  /// y_from_ := y of the guess in q_, at its time, with the places that it has; y is where it is to go.
+  void read_from(double t, const double* y);
   bool follow(double t_guess, double t, const double* y, int parts);
   /// How far drivers alone move the mechanism in dt, by its rates at the last positions; 0 where these are not known.
   double driven_way(double dt);

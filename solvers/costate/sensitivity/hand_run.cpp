@@ -175,8 +175,9 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
     if (!equations.carries_switched_rows())
       throw CapabilityError(
           "This scene has rigid contacts that close, whose rows come and go; the first-order equations of index1, "
-          "index2, baumgarte, penalty and augmented-lagrangian hold them. Take one of these, idas or "
-          "cvodes methods, or let the contacts bounce for good (restitution above 0, closing_speed_m_per_s = 0).");
+          "index2, baumgarte, penalty, augmented-lagrangian, maggi and maggi-implicit hold them. Take one of these, "
+          "idas "
+          "or cvodes methods, or let the contacts bounce for good (restitution above 0, closing_speed_m_per_s = 0).");
     refuse_spatial_friction(equations.assembly(), "a hand-derived method", "idas-forward or cvodes-forward");
   }
   const ForwardMotion motion = record_motion(problem, rho);

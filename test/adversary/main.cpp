@@ -170,8 +170,8 @@ std::vector<Finding> try_case(long number, const Options& options) {
     if (options.scene) fmt::print("{}", scene);
     std::fflush(stdout);
     std::vector<Finding> list;
-    for (const char* formulation : {"index1", "baumgarte", "penalty"})
-      if (options.one >= 0 || number % 3 == static_cast<long>(list.size()))
+    for (const char* formulation : {"index1", "baumgarte", "penalty", "maggi", "maggi-implicit"})
+      if (options.one >= 0 || number % 5 == static_cast<long>(list.size()))
         list.push_back(run_contacts(scene, formulation));
       else
         list.emplace_back();

@@ -27,7 +27,9 @@ namespace {
 const std::vector<MethodWay> box_ways = {
     {"index1", "idas-adjoint"},      {"index1", "cvodes-forward"},  {"index1", "hand-adjoint"},
     {"baumgarte", "cvodes-adjoint"}, {"baumgarte", "idas-forward"}, {"baumgarte", "hand-tangent"},
-    {"penalty", "idas-forward"},     {"penalty", "cvodes-adjoint"}, {"augmented-lagrangian", "cvodes-adjoint"}};
+    {"penalty", "idas-forward"},     {"penalty", "cvodes-adjoint"}, {"augmented-lagrangian", "cvodes-adjoint"},
+    {"maggi", "cvodes-adjoint"},     {"maggi", "cvodes-forward"},   {"maggi-implicit", "idas-adjoint"},
+    {"maggi", "discrete-adjoint"},   {"maggi", "hand-adjoint"},     {"maggi-implicit", "hand-tangent"}};
 
 /// Psi and gradient by all ways, to `tolerance` of the largest.
 void check_box(Problem p, double psi, const std::vector<double>& by, double tolerance) {
@@ -64,7 +66,8 @@ TEST_CASE("rigid boxes: one that slides to rest", "[events]") {
 TEST_CASE("rigid boxes: one that stays", "[events]") {
   Problem p = make_box({{"GX", "1.9"}});
   check_box(p, 0.7, {0, 0, 1}, 1e-8);
-  for (const char* formulation : {"index1", "baumgarte", "penalty", "augmented-lagrangian"}) {
+  for (const char* formulation :
+       {"index1", "baumgarte", "penalty", "augmented-lagrangian", "maggi", "maggi-implicit"}) {
     CAPTURE(formulation);
     p.formulation = formulation;
     std::vector<double> force;
@@ -112,6 +115,41 @@ TEST_CASE("rigid boxes: one that is pushed back and forth", "[events]") {
   }
 }
 
+// Who bears how much of the friction is a choice, and Maggi's formulations make that of the equations with multipliers:
+// rows that depend on others are left out of theirs. A cost on it is the same to what these rows give by, 1e-9 here.
+// Two corners reach their limits in one instant, in opposite directions, and one of them does not go beyond: Maggi's
+// equations, in which nothing moves there and steps are long, had them slip in turn without end.
+TEST_CASE("rigid boxes: what corners share is the same with Maggi's equations", "[events]") {
+  Problem p = make_box({{"GX", "1"},
+                        {"MORE", "[force.push]\npoint = \"c\"\nA = 7\nformula_x_N = \"A*sin(3*t)\""},
+                        {"MU_L", "0.2"},
+                        {"MU_R", "0.5"},
+                        {"END", "3"},
+                        {"COST", "[[cost.running]]\nkind = \"square\"\noutput = \"left.friction_force\""},
+                        {"\"friction\", ", ""},
+                        {", \"contact.right.friction_coefficient\"]", "]"},
+                        {"START", "force.push.A"}});
+  p.formulation = "penalty";
+  const GradientResult reference = gradient(p, "cvodes-forward", p.parameters.values());
+  for (const MethodWay& way :
+       {MethodWay{"maggi", "cvodes-adjoint"}, MethodWay{"maggi", "cvodes-forward"},
+        MethodWay{"maggi-implicit", "idas-adjoint"}, MethodWay{"maggi-implicit", "idas-forward"},
+        MethodWay{"maggi", "discrete-adjoint"}, MethodWay{"maggi-implicit", "discrete-tangent"}}) {
+    CAPTURE(way.formulation, way.method);
+    p.formulation = way.formulation;
+    const GradientResult r = gradient(p, way.method, p.parameters.values());
+    CHECK(r.events.size() == reference.events.size());
+    CHECK(r.psi == Approx(reference.psi).epsilon(1e-8));
+    for (std::size_t j = 0; j < r.gradient.size(); ++j) {
+      CAPTURE(j, r.gradient[j], reference.gradient[j]);
+      CHECK(std::abs(r.gradient[j] - reference.gradient[j]) <= 1e-6 * std::abs(reference.psi));
+    }
+  }
+  p.formulation = "maggi";
+  CHECK_THROWS_WITH(gradient(p, "hand-adjoint", p.parameters.values()), Catch::Contains("do not share them out"));
+  take_notices();
+}
+
 // Of three corners that slide with different friction no statics says who bears the weight, and psi may be anything
 // between 0.802 and 0.897; by one friction all of it is v^2/(2 mu g).
 TEST_CASE("rigid boxes: three corners", "[events]") {
@@ -126,7 +164,7 @@ TEST_CASE("rigid boxes: three corners", "[events]") {
                                           "\"coulomb\"\nfriction_coefficient = {}\n{}",
                                           mid, slides)}});
   };
-  for (const char* formulation : {"penalty", "index1", "baumgarte"}) {
+  for (const char* formulation : {"penalty", "index1", "baumgarte", "maggi"}) {
     CAPTURE(formulation);
     Problem p = three("0.5");
     p.formulation = formulation;
@@ -139,7 +177,7 @@ TEST_CASE("rigid boxes: three corners", "[events]") {
 
 // Who bears how much of the friction at rest is a formulation's choice, and a cost on it says so.
 TEST_CASE("rigid boxes: a cost on what is not determined is told", "[events]") {
-  for (const char* formulation : {"index1", "penalty", "baumgarte"}) {
+  for (const char* formulation : {"index1", "penalty", "baumgarte", "maggi-implicit"}) {
     CAPTURE(formulation);
     const auto told = [&](const char* output) {
       Problem p =
@@ -164,7 +202,7 @@ TEST_CASE("rigid boxes: a cost on what is not determined is told", "[events]") {
 // an error. Nothing falls into the ground, friction takes power, and no energy comes from nowhere.
 TEST_CASE("rigid boxes: thrown, they come to rest", "[events]") {
   for (const std::string name : {"held_down", "struck_as_it_leaves", "falls_back"})
-    for (const char* formulation : {"index1", "baumgarte", "penalty"}) {
+    for (const char* formulation : {"index1", "baumgarte", "penalty", "maggi"}) {
       CAPTURE(name, formulation);
       Problem p = make_problem(Scene::load(fmt::format("{}/test/cases/{}.toml", COSTATE_SOURCE_DIR, name)));
       p.formulation = formulation;
@@ -202,7 +240,7 @@ TEST_CASE("rigid boxes: thrown, they come to rest", "[events]") {
 // baumgarte and index1 and index2.
 TEST_CASE("rigid boxes: one that lands on a corner rests on both", "[events]") {
   Problem p = make_problem(Scene::load(COSTATE_SOURCE_DIR "/test/cases/lands_on_a_corner.toml"));
-  for (const char* formulation : {"baumgarte", "index1", "index2", "penalty", "augmented-lagrangian"}) {
+  for (const char* formulation : {"baumgarte", "index1", "index2", "penalty", "augmented-lagrangian", "maggi"}) {
     CAPTURE(formulation);
     p.formulation = formulation;
     const Simulation s = simulate(p, p.parameters.values());
@@ -215,16 +253,18 @@ TEST_CASE("rigid boxes: one that lands on a corner rests on both", "[events]") {
 
 // Three corners on one line; it turns about the last one and falls flat on the two others, which strike in one instant,
 // one of them giving back 0.8: what integrators are off by had them strike in turn, to psi = -0.0368. By an enumeration
-// of all ways apart, -0.02803224.
+// of all ways apart, -0.02803224. Errors are 20 rtol at most, and by maggi on cvodes, which sees one coordinate where
+// others have three, 84 rtol.
 TEST_CASE("rigid boxes: corners that land flat strike together", "[events]") {
   Problem p = make_problem(Scene::load(COSTATE_SOURCE_DIR "/test/cases/lands_flat.toml"));
   p.solver.t_end = 0.15;
-  for (const char* formulation : {"baumgarte", "index1", "index2", "penalty"})
+  for (const char* formulation : {"baumgarte", "index1", "index2", "penalty", "maggi"})
     for (const double rtol : {1e-6, 1e-8, 1e-10}) {
       CAPTURE(formulation, rtol);
       p.formulation = formulation;
       p.solver.set_rtol(rtol);
-      CHECK(simulate(p, p.parameters.values()).psi == Approx(-0.02803224).margin(20 * rtol + 1e-8));
+      CHECK(simulate(p, p.parameters.values()).psi ==
+            Approx(-0.02803224).margin((std::string(formulation) == "maggi" ? 100 : 20) * rtol + 1e-8));
       take_notices();
     }
 }

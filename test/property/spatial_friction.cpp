@@ -313,6 +313,11 @@ TEST_CASE("rigid friction in space: gradients through a slip that begins and tur
 
 // What is not carried is refused by name.
 TEST_CASE("rigid friction in space: refusals", "[events]") {
-  Problem p = throw_block(0, 0, 0.3, 0.3);
+  Problem p = throw_block(1, 2, 0.3, 0.3);
+  p.formulation = "maggi-implicit";
+  for (const char* method : {"idas-adjoint", "hand-adjoint", "discrete-adjoint"})
+    CHECK_THROWS_WITH(gradient(p, method, p.parameters.values()),
+                      Catch::Contains("friction of a rigid contact in space"));
+  p = throw_block(0, 0, 0.3, 0.3);
   CHECK_THROWS_WITH(simulate(p, p.parameters.values()), Catch::Contains("along its velocity"));
 }

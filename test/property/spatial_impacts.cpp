@@ -88,7 +88,9 @@ weight = 0.01
   for (const auto& [formulation, method] : {std::pair{"index1", "idas-adjoint"},
                                             {"index1", "cvodes-forward"},
                                             {"index2", "idas-forward"},
-                                            {"baumgarte", "cvodes-adjoint"}}) {
+                                            {"baumgarte", "cvodes-adjoint"},
+                                            {"maggi", "cvodes-adjoint"},
+                                            {"maggi-implicit", "idas-forward"}}) {
     Problem p = make_problem(Scene::parse(scene, "plate.toml"));
     p.formulation = formulation;
     const GradientResult r = gradient(p, method, p.parameters.values());

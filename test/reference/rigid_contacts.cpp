@@ -29,7 +29,7 @@ Problem rigid_model(const std::string& path, double rtol = 1e-11) {
 TEST_CASE("rigid contacts: a rocking block", "[events]") {
   const double b = 0.2, h = 0.6, g = 9.81, R = std::hypot(b, h), a = std::atan2(b, h);
   const double r = 1 - 1.5 * std::pow(std::sin(a), 2), first = g * (R * std::cos(a - 0.15) - h);
-  for (const char* formulation : {"index1", "index2", "baumgarte", "penalty"}) {
+  for (const char* formulation : {"index1", "index2", "baumgarte", "penalty", "maggi", "maggi-implicit"}) {
     Problem p = rigid_model("rocking_block/rocking_block.toml", 1e-12);
     p.formulation = formulation;
     const double tolerance = std::string(formulation) == "penalty" ? 1e-7 : 1e-8;
@@ -114,10 +114,12 @@ output = "wheel.x"
 // sticks it rolls on with 5/7 of the speed along the plane.
 TEST_CASE("rigid contacts: a ball rolls", "[events]") {
   const double slope = 0.3, g = 9.81;
-  for (const char* formulation : {"index1", "index2", "baumgarte", "penalty"})
+  for (const char* formulation : {"index1", "index2", "baumgarte", "penalty", "maggi", "maggi-implicit"})
     for (const char* method : {"cvodes-adjoint", "idas-forward", "idas-adjoint"}) {
-      if (std::string(formulation) == "index2" && std::string(method) == "cvodes-adjoint")
+      const bool explicit_method = std::string(method) == "cvodes-adjoint", maggi = std::string(formulation) == "maggi";
+      if (explicit_method && (std::string(formulation) == "index2" || std::string(formulation) == "maggi-implicit"))
         continue;  // no explicit form
+      if (!explicit_method && maggi) continue;
       Problem p = make_problem(Scene::parse(rolling_wheel(slope, 0.2, true, 0), "wheel.toml"));
       p.formulation = formulation;
       const GradientResult r = gradient(p, method, p.parameters.values());
@@ -164,7 +166,11 @@ TEST_CASE("rigid contacts: a box slides to rest on both corners", "[events]") {
                                             {"index2", "idas-forward"},
                                             {"baumgarte", "cvodes-adjoint"},
                                             {"penalty", "hand-tangent"},
-                                            {"augmented-lagrangian", "cvodes-forward"}}) {
+                                            {"augmented-lagrangian", "cvodes-forward"},
+                                            {"maggi", "cvodes-adjoint"},
+                                            {"maggi", "cvodes-forward"},
+                                            {"maggi-implicit", "idas-adjoint"},
+                                            {"maggi-implicit", "discrete-tangent"}}) {
     p.formulation = formulation;
     const GradientResult r = gradient(p, method, p.parameters.values());
     CAPTURE(formulation, method);

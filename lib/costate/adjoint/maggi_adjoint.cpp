@@ -26,6 +26,7 @@ void MaggiAdjoint::finish(const Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
   evaluate_finish();
   const Eigen::MatrixXd Y = of_states(X);
   add_start_gradient(Y.data(), Y.data() + n_, Y.data() + 2 * n_, gradient);
+  gradient += of_places_;
   begin_afresh();
 }
 
@@ -36,16 +37,19 @@ void MaggiAdjoint::change_chart(int to, Eigen::MatrixXd& X, Eigen::VectorXd& gra
   from_states(Y, X, gradient);
 }
 
-// The weights B^T mu_y of dq and B^T mu_yd of dv.
+// The weights B^T mu_y of dq and B^T mu_yd of dv, and those of places by their rows.
 Eigen::MatrixXd MaggiAdjoint::of_states(const Eigen::MatrixXd& X) {
   const Adjoint mu = split(X.col(0));
   const auto& independent = at_.independent();
   Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(2 * n_ + nz_, 1);
-  for (int i = 0; i < f_; ++i) {
+  const auto free = static_cast<int>(independent.size());
+  for (int i = 0; i < free; ++i) {
     Y(independent[static_cast<std::size_t>(i)], 0) = mu.y[i];
     Y(n_ + independent[static_cast<std::size_t>(i)], 0) = mu.yd[i];
   }
   Y.bottomRows(nz_) = mu.f;
+  of_places_.setZero(assembly_.np());
+  pull_places(assembly_, state(), at_.places(), mu.y.data() + free, Y.data(), of_places_.data());
   return Y;
 }
 
@@ -53,8 +57,8 @@ Eigen::MatrixXd MaggiAdjoint::of_states(const Eigen::MatrixXd& X) {
 void MaggiAdjoint::from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
   evaluate_parameters();
   const Eigen::VectorXd q = Y.col(0).head(n_), v = Y.col(0).segment(n_, n_);
-  gradient += at_.Nr.transpose() * q + at_.Vr.transpose() * v;
-  X = join({at_.R.transpose() * q + at_.D.transpose() * v, at_.R.transpose() * v, Y.col(0).tail(nz_)});
+  gradient += of_places_ + at_.Nr.transpose() * q + at_.Vr.transpose() * v;
+  X = join({at_.Rp.transpose() * q + at_.D.transpose() * v, at_.R.transpose() * v, Y.col(0).tail(nz_)});
 }
 
 // Explicit form of first order: (5.5), with mu = My^-1 (mu_yd + g_ydd).
@@ -105,7 +109,7 @@ MaggiAdjoint::Adjoint MaggiExplicitAdjoint::split(const Eigen::VectorXd& X) {
 }
 
 Eigen::VectorXd MaggiExplicitAdjoint::multiplier(const Eigen::VectorXd& X) {
-  return at_.solve_mass(X.segment(f_, f_) + running().ydd);
+  return at_.solve_mass_transposed(X.segment(f_, f_) + running().ydd);
 }
 
 // Implicit form of first order: (5.7).
@@ -134,7 +138,7 @@ MaggiImplicitAdjoint::MaggiImplicitAdjoint(std::shared_ptr<const Mechanism> mech
 
 void MaggiImplicitAdjoint::fill() {
   D_.add_constant(block_.Dy, 1);
-  D_.add(block_.DP, at_.My.data());
+  D_.add(block_.DP, at_.mass_transposed().data());
   D_.add_constant(block_.Df, 1);
   A_.add(block_.y_mu, at_.Ky.data());
   A_.add(block_.y_f, at_.Zq.data(), -1);
@@ -149,11 +153,11 @@ void MaggiImplicitAdjoint::fill() {
 }
 
 Eigen::VectorXd MaggiImplicitAdjoint::join(const Adjoint& mu) {
-  return stacked(mu.y, at_.solve_mass(mu.yd + running().ydd), mu.f);
+  return stacked(mu.y, at_.solve_mass_transposed(mu.yd + running().ydd), mu.f);
 }
 
 MaggiAdjoint::Adjoint MaggiImplicitAdjoint::split(const Eigen::VectorXd& X) {
-  return {X.head(f_), at_.My * X.segment(f_, f_) - running().ydd, force_states(X)};
+  return {X.head(f_), at_.mass_transposed() * X.segment(f_, f_) - running().ydd, force_states(X)};
 }
 
 Eigen::VectorXd MaggiImplicitAdjoint::multiplier(const Eigen::VectorXd& X) { return X.segment(f_, f_); }

@@ -42,6 +42,9 @@ class MaggiAdjoint : public MaggiEquations {
   void change_chart(int to, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
   Eigen::MatrixXd of_states(const Eigen::MatrixXd& X) override;
   void from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
+
+ private:
+  Eigen::VectorXd of_places_;  // what the gradient gains by the places that of_states() expressed
 };
 
 /// Explicit form of first order: X = (mu_y, mu_yd, mu_f), mu solved for.

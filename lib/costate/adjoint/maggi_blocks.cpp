@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "costate/analysis/mechanism_size.h"
-#include "costate/analysis/start.h"
 #include "costate/base/error.h"
 #include "costate/level/maggi_choice.h"
 
@@ -29,16 +28,37 @@ Eigen::MatrixXd transposed_times(const SparsePattern& A, const std::vector<doubl
 }
 
 MaggiBlocks::MaggiBlocks(Assembly& assembly)
-    : assembly_(assembly), n_(assembly.n()), m_(assembly.m()), f_(degrees_of_freedom(assembly)), nz_(assembly.nz()) {}
+    : assembly_(assembly),
+      n_(assembly.n()),
+      m_(assembly.m()),
+      f_(open_freedoms(assembly)),
+      nz_(assembly.nz()),
+      switched_(find_switched_rows(assembly)) {}
 
-int MaggiBlocks::find_chart(const std::vector<int>& independent) {
-  for (std::size_t c = 0; c < charts_.size(); ++c)
-    if (charts_[c]->independent() == independent) return static_cast<int>(c);
-  charts_.push_back(std::make_unique<MaggiChart>(assembly_.jacobian(), independent));
+int MaggiBlocks::find_chart(const MaggiRows& rows, const std::vector<int>& independent,
+                            const std::vector<int>* of_reactions) {
+  for (std::size_t c = 0; c < charts_.size(); ++c) {
+    const Chart& made = charts_[c];
+    if (made.rates->independent() == independent && made.rows.same_modes(rows) && made.rows.closed == rows.closed &&
+        (!of_reactions || made.forces->independent() == *of_reactions))
+      return static_cast<int>(c);
+  }
+  Chart c;
+  const int places = static_cast<int>(rows.closed.size());
+  c.rows = rows;
+  c.rates = std::make_unique<MaggiChart>(assembly_.jacobian(), independent, rows.absent, places);
+  if (of_reactions) c.forces = std::make_unique<MaggiChart>(assembly_.jacobian(), *of_reactions, rows.absent, places);
+  charts_.push_back(std::move(c));
   return static_cast<int>(charts_.size()) - 1;
 }
 
-int MaggiBlocks::best_chart(double t, const double* q) {
+bool MaggiBlocks::has_rows(int chart, const double* z) {
+  if (switched_.empty()) return true;
+  assembly_.switch_rows(z);
+  return rows_there(assembly_, switched_).same_modes(charts_[static_cast<std::size_t>(chart)].rows);
+}
+
+int MaggiBlocks::best_chart(double t, const double* q, const double* z) {
   if (weight_.empty()) {
     // Lengths count as they are, angles with the size of the mechanism.
     const auto& coordinates = assembly_.mechanism().coordinates();
@@ -55,19 +75,40 @@ int MaggiBlocks::best_chart(double t, const double* q) {
   StateView s;
   s.t = t;
   s.q = q;
+  MaggiRows rows;
+  if (!switched_.empty()) assembly_.switch_rows(z);
   assembly_.calc_jacobian(s);
-  return find_chart(choose_independent(assembly_.jacobian(), assembly_.phi_q.data(), f_, weight_));
+  if (!switched_.empty()) {
+    rows = rows_there(assembly_, switched_);
+    find_dependent_rows(assembly_, switched_, rows);
+  }
+  const auto best = [&](const double* phi_q) {
+    return choose_independent(assembly_.jacobian(), phi_q, f_ - static_cast<int>(rows.closed.size()), weight_);
+  };
+  const std::vector<int> independent = best(assembly_.phi_q.data());
+  if (rows.slides.empty()) return find_chart(rows, independent, nullptr);
+  calc_reaction_rows(assembly_, reactions_);
+  const std::vector<int> of_reactions = best(reactions_.data());
+  return find_chart(rows, independent, &of_reactions);
 }
 
-double MaggiBlocks::chart_ratio(int chart, double t, const double* q) {
+double MaggiBlocks::chart_ratio(int chart, double t, const double* q, const double* z) {
+  const double infinite = std::numeric_limits<double>::infinity();
+  if (!has_rows(chart, z)) return infinite;
   StateView s;
   s.t = t;
   s.q = q;
   assembly_.calc_jacobian(s);
-  MaggiChart& X = *charts_[chart];
-  if (!X.factor(assembly_.phi_q.data())) return std::numeric_limits<double>::infinity();
-  const double ratio = worst_ratio(X.independent(), null_space(X).data(), weight_);
-  return std::isfinite(ratio) ? ratio : std::numeric_limits<double>::infinity();
+  const auto ratio_of = [&](MaggiChart& X, const double* values) {
+    if (!X.factor(values)) return infinite;
+    const double ratio = worst_ratio(X.independent(), null_space(X).data(), weight_);
+    return std::isfinite(ratio) ? ratio : infinite;
+  };
+  const Chart& c = charts_[static_cast<std::size_t>(chart)];
+  const double ratio = ratio_of(*c.rates, assembly_.phi_q.data());
+  if (!c.forces) return ratio;
+  calc_reaction_rows(assembly_, reactions_);
+  return std::max(ratio, ratio_of(*c.forces, reactions_.data()));
 }
 
 Eigen::MatrixXd MaggiBlocks::null_space(MaggiChart& X) const {
@@ -77,12 +118,22 @@ Eigen::MatrixXd MaggiBlocks::null_space(MaggiChart& X) const {
   return b.topRows(n_);
 }
 
-Eigen::MatrixXd MaggiBlocks::times_S(const Eigen::MatrixXd& c) {
-  MaggiChart& X = *charts_[chart_];
+Eigen::MatrixXd MaggiBlocks::times_S(MaggiChart& X, const Eigen::MatrixXd& c) {
   Eigen::MatrixXd b = Eigen::MatrixXd::Zero(X.rows(), c.cols());
-  b.topRows(m_) = c;
+  b.topRows(c.rows()) = c;
   if (c.cols() > 0) X.solve(b.data(), static_cast<int>(c.cols()));
-  return b.topRows(n_);
+  return b;
+}
+
+Eigen::MatrixXd MaggiBlocks::times_S(const Eigen::MatrixXd& c) { return times_S(*now().rates, c).topRows(n_); }
+
+Eigen::VectorXd MaggiBlocks::without_friction(const Eigen::VectorXd& weights) const {
+  Eigen::VectorXd w = weights;
+  for (const Assembly::SlidingRow& r : assembly_.sliding_rows()) {
+    w[r.normal] -= assembly_.friction(r) * weights[r.along];
+    w[r.along] = 0;
+  }
+  return w;
 }
 
 void MaggiBlocks::singular(const char* what) const {
@@ -98,8 +149,9 @@ void MaggiBlocks::evaluate(const StateView& s) {
   a_.setZero(n_);
   lambda_.setZero(m_);
   assembly_.calc_dynamics(state());
-  MaggiChart& X = *charts_[chart_];
-  if (!X.factor(assembly_.phi_q.data()))
+  MaggiChart& X = *now().rates;
+  if (slides()) calc_reaction_rows(assembly_, reactions_);
+  if (!X.factor(assembly_.phi_q.data()) || (slides() && !reactions().factor(reactions_.data())))
     singular(
         "the independent coordinates in use are singular there, and no others serve for the whole step. Ask "
         "for "
@@ -108,31 +160,44 @@ void MaggiBlocks::evaluate(const StateView& s) {
 
   // (5.1), (5.2): a = R ydd + S c, c = -bias; My ydd = R^T (Q - M S c); lambda = -S^T (M a - Q).
   R = null_space(X);
+  Rr_ = slides() ? null_space(reactions()) : R;
   const Eigen::MatrixXd MR = times(square, assembly_.M, R);
-  My = R.transpose() * MR;
-  mass_factor_.compute(My);
-  if (mass_factor_.info() != Eigen::Success)
+  My = Rr_.transpose() * MR;
+  const auto free = static_cast<Eigen::Index>(independent().size());
+  for (Eigen::Index i = free; i < f_; ++i) My(i, i) = 1;  // of places, which stay
+  if (slides())
+    slip_factor_.compute(My);
+  else
+    mass_factor_.compute(My);
+  if (!slides() && mass_factor_.info() != Eigen::Success)
     singular(
         "a motion that the constraints allow moves no mass. Give the bodies that it moves mass, or constrain "
         "it.");
   const Eigen::Map<const Eigen::VectorXd> Q(assembly_.Q.data(), n_), bias(assembly_.bias.data(), m_);
   a_ = times_S(-bias);
-  a_ += R * solve_mass(R.transpose() * (Q - times(square, assembly_.M, a_)));
+  a_ += R * solve_mass(Rr_.transpose() * (Q - times(square, assembly_.M, a_)));
   Eigen::VectorXd h = Eigen::VectorXd::Zero(std::max(n_, X.rows()));
   h.head(n_) = times(square, assembly_.M, a_) - Q;
-  X.solve_transposed(h.data());
+  reactions().solve_transposed(h.data());
   lambda_ = -h.head(m_);
+  add_friction_multipliers(assembly_, lambda_.data());
   if (X.redundant()) normal_ = Eigen::Map<const Eigen::VectorXd>(X.normal_solution(), n_);
   assembly_.calc_partials(state());
 
   // (5.9)
-  D = times_S(-times(jacobian, assembly_.phid_q, R));
-  A = times_S(-times(jacobian, assembly_.phidd_q, R) - 2 * times(jacobian, assembly_.phid_q, D));
-  Cy = R.transpose() * (times(square, assembly_.C, R) + 2 * times(square, assembly_.M, D));
-  Ky = R.transpose() * (times(square, assembly_.K, R) + times(square, assembly_.C, D) + times(square, assembly_.M, A));
-  Qz = transposed_times(assembly_.force_state(), assembly_.Q_z, R).transpose();
+  Rp = R;
+  for (Eigen::Index i = free; i < f_; ++i)
+    if (const int row = places()[static_cast<std::size_t>(i - free)]; !assembly_.holds_position(row))
+      Rp.col(i) = times_S(Eigen::VectorXd::Unit(m_, row));
+  D = times_S(-times(jacobian, assembly_.phid_q, Rp));
+  E = 2 * (places().empty() ? D : times_S(-times(jacobian, assembly_.phid_q, R)));
+  A = times_S(-times(jacobian, assembly_.phidd_q, Rp) - 2 * times(jacobian, assembly_.phid_q, D));
+  Cy = Rr_.transpose() * (times(square, assembly_.C, R) + times(square, assembly_.M, E));
+  Ky = Rr_.transpose() *
+       (times(square, assembly_.K, Rp) + times(square, assembly_.C, D) + times(square, assembly_.M, A));
+  Qz = transposed_times(assembly_.force_state(), assembly_.Q_z, Rr_).transpose();
   Zv = times(assembly_.state_force(), assembly_.f_v, R);
-  Zq = times(assembly_.state_force(), assembly_.f_q, R) + times(assembly_.state_force(), assembly_.f_v, D);
+  Zq = times(assembly_.state_force(), assembly_.f_q, Rp) + times(assembly_.state_force(), assembly_.f_v, D);
 }
 
 StateView MaggiBlocks::state() const {
@@ -151,14 +216,17 @@ void MaggiBlocks::evaluate_parameters(const Assembly::ParameterColumns& c) {
   Nr = times_S(-c.phi);
   Vr = times_S(-c.phid - times(jacobian, assembly_.phid_q, Nr));
   Ar = times_S(-c.phidd - times(jacobian, assembly_.phidd_q, Nr) - 2 * times(jacobian, assembly_.phid_q, Vr));
-  Fy = R.transpose() *
-       (c.F + times(square, assembly_.K, Nr) + times(square, assembly_.C, Vr) + times(square, assembly_.M, Ar));
-  Zr = c.f + times(rates, assembly_.f_q, Nr) + times(rates, assembly_.f_v, Vr);
+  Lr.setZero(m_, c.F.cols());
+  for (const Assembly::SlidingRow& r : assembly_.sliding_rows()) Lr.row(r.along) = c.phidd.row(r.along);
   F = c.F;
+  if (slides()) F += transposed_times(jacobian, assembly_.reaction_jacobian(), Lr);
+  Fy = Rr_.transpose() *
+       (F + times(square, assembly_.K, Nr) + times(square, assembly_.C, Vr) + times(square, assembly_.M, Ar));
+  Zr = c.f + times(rates, assembly_.f_q, Nr) + times(rates, assembly_.f_v, Vr);
 }
 
 Eigen::MatrixXd MaggiBlocks::multiplier_change(const Eigen::MatrixXd& dR1) {
-  MaggiChart& X = *charts_[chart_];
+  MaggiChart& X = reactions();
   Eigen::MatrixXd out(m_, dR1.cols());
   Eigen::VectorXd h(std::max(n_, X.rows()));
   for (Eigen::Index j = 0; j < dR1.cols(); ++j) {
@@ -166,12 +234,13 @@ Eigen::MatrixXd MaggiBlocks::multiplier_change(const Eigen::MatrixXd& dR1) {
     h.head(n_) = dR1.col(j);
     X.solve_transposed(h.data());
     out.col(j) = -h.head(m_);
+    add_friction_multipliers(assembly_, out.col(j).data());
   }
   return out;
 }
 
 void MaggiBlocks::add_null_weight(const Eigen::VectorXd& y, Eigen::VectorXd& q, Eigen::VectorXd& rho) {
-  if (!charts_[chart_]->redundant() || y.isZero(0)) return;
+  if (!now().rates->redundant() || y.isZero(0)) return;
   const Eigen::VectorXd null = y - times(assembly_.jacobian(), assembly_.phi_q, times_S(y));
   // null^T (Phi_q u)_q = u^T (Phi_q^T null)_q
   std::vector<double> hessian(assembly_.square().row.size(), 0);
@@ -197,24 +266,24 @@ MaggiBlocks::Reduced MaggiBlocks::reduce(const ScalarGradient& g, bool with_para
   r.rho = g.rho;
   if (!g.lambda.isZero(0)) {
     const SparsePattern& square = assembly_.square();
-    const Eigen::VectorXd x = times_S(g.lambda);
+    const Eigen::VectorXd x = times_S(reactions(), without_friction(g.lambda)).topRows(n_);
     a -= transposed_times(square, assembly_.M, x);
     v -= transposed_times(square, assembly_.C, x);
     q -= transposed_times(square, assembly_.K, x);
     r.z += transposed_times(assembly_.force_state(), assembly_.Q_z, x);
-    if (with_parameters) r.rho -= F.transpose() * x;
+    if (with_parameters) r.rho += Lr.transpose() * g.lambda - F.transpose() * x;
     add_null_weight(g.lambda, q, r.rho);
   }
   r.ydd = R.transpose() * a;
-  r.yd = R.transpose() * v + 2 * D.transpose() * a;
-  r.y = R.transpose() * q + D.transpose() * v + A.transpose() * a;
+  r.yd = R.transpose() * v + E.transpose() * a;
+  r.y = Rp.transpose() * q + D.transpose() * v + A.transpose() * a;
   if (with_parameters) r.rho += Nr.transpose() * q + Vr.transpose() * v + Ar.transpose() * a;
   return r;
 }
 
 MaggiBlocks::Reduced MaggiBlocks::reduce_and_eliminate(const ScalarGradient& g) {
   Reduced r = reduce(g, true);
-  const Eigen::VectorXd tau = solve_mass(r.ydd);
+  const Eigen::VectorXd tau = solve_mass_transposed(r.ydd);
   r.y -= Ky.transpose() * tau;
   r.yd -= Cy.transpose() * tau;
   r.z += Qz.transpose() * tau;
@@ -236,7 +305,7 @@ void MaggiBlocks::solve_impulses(double* b) {
 
 long MaggiBlocks::factorizations() const {
   long sum = 0;
-  for (const auto& c : charts_) sum += c->factorizations();
+  for (const Chart& c : charts_) sum += c.rates->factorizations() + (c.forces ? c.forces->factorizations() : 0);
   return sum;
 }
 

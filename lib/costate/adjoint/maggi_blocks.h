@@ -5,18 +5,21 @@
 // with [Phi_q; B]^-1 = [S R] and
 //   D = R' = -S Phid_q R,   E = 2 D,   A = R'' = -S (Phidd_q R + 2 Phid_q D),
 //   Nr = -S Phi_rho,   Vr = -S (Phid_rho + Phid_q Nr),   Ar = -S (Phidd_rho + Phidd_q Nr + 2 Phid_q Vr).
-// A choice of B is a chart; charts keep their numbers. All this is for the hand-derived tangents and
-// adjoints, which are to be independent of the systems that the integrators see: what both share is the
-// factorization of [Phi_q; B] alone.
+// Where rows come and go (level/maggi_rows.h) the columns of places are S e of their rows in dq = Rp dy, 0 in R, and
+// R_r stands for R in front of the equations of motion and of multipliers. A choice of B is a chart; charts keep their
+// numbers. All this is for the hand-derived tangents and adjoints, which are to be independent of the systems that the
+// integrators see: what both share is the factorization of [Phi_q; B] alone.
 #pragma once
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <Eigen/LU>
 #include <memory>
 #include <vector>
 
 #include "costate/assembly/assembly.h"
 #include "costate/level/maggi_chart.h"
+#include "costate/level/maggi_rows.h"
 #include "costate/objective/output.h"
 
 namespace costate {
@@ -28,11 +31,17 @@ class MaggiBlocks {
   int freedoms() const { return f_; }
   int chart() const { return chart_; }
   void use_chart(int chart) { chart_ = chart; }
-  const std::vector<int>& independent() const { return charts_[chart_]->independent(); }
-  /// The number of the best chart at (t, q).
-  int best_chart(double t, const double* q);
-  /// How far the chart is from the best one at (t, q): 1 is best, infinite is singular.
-  double chart_ratio(int chart, double t, const double* q);
+  const std::vector<int>& independent() const { return now().rates->independent(); }
+  /// The rows whose places stand behind them.
+  const std::vector<int>& places() const { return now().rows.closed; }
+  /// Whether rows are left out that depend on others, so that the multipliers here are some of many.
+  bool shares() const { return !now().rows.left_out.empty(); }
+  /// The number of the best chart at (t, q), of the rows that z has.
+  int best_chart(double t, const double* q, const double* z);
+  /// Whether a chart is of the rows that z has.
+  bool has_rows(int chart, const double* z);
+  /// How far the chart is from the best one at (t, q, z): 1 is best, infinite is singular, or of other rows.
+  double chart_ratio(int chart, double t, const double* q, const double* z);
 
   /// The motion and all blocks but those of parameters at (t, q, v, z) in the chart in force.
   void evaluate(const StateView& s);
@@ -42,12 +51,22 @@ class MaggiBlocks {
   void evaluate_parameters(const Assembly::ParameterColumns& c);
 
   Eigen::MatrixXd R, D, A;                 // n x f
+  Eigen::MatrixXd Rp, E;                   // with places; E = 2 R' without them
   Eigen::MatrixXd My, Cy, Ky, Qz, Zv, Zq;  // f x f, Qz f x nz, Zv and Zq nz x f
   Eigen::MatrixXd F, Nr, Vr, Ar, Fy, Zr;   // F = R1_rho: n x np; Fy f x np, Zr nz x np
+  Eigen::MatrixXd Lr;                      // m x np: lambda_rho of friction at fixed normal forces
   /// My^-1 b
   Eigen::MatrixXd solve_mass(const Eigen::MatrixXd& b) const {
     if (b.size() == 0) return b;  // no motion, or no force state: nothing that Eigen should solve
+    if (slides()) return slip_factor_.solve(b);
     return mass_factor_.solve(b);
+  }
+  /// My^T, to the bit My where nothing slides.
+  Eigen::MatrixXd mass_transposed() const { return slides() ? Eigen::MatrixXd(My.transpose()) : My; }
+  /// My^-T b, which is another where contacts slide
+  Eigen::MatrixXd solve_mass_transposed(const Eigen::MatrixXd& b) const {
+    if (b.size() == 0 || !slides()) return solve_mass(b);
+    return slip_factor_.transpose().solve(b);
   }
 
   /// The multipliers' change with dR1 at constant multipliers: dlambda = -S^T dR1 in the range of Phi_q. With
@@ -75,16 +94,31 @@ class MaggiBlocks {
   long factorizations() const;
 
  private:
+  struct Chart {
+    MaggiRows rows;
+    std::unique_ptr<MaggiChart> rates, forces;  // the latter of Phi_r, where contacts slide
+  };
+  const Chart& now() const { return charts_[static_cast<std::size_t>(chart_)]; }
+  bool slides() const { return now().forces != nullptr; }
+  MaggiChart& reactions() const { return slides() ? *now().forces : *now().rates; }
   Eigen::MatrixXd null_space(MaggiChart& X) const;
-  int find_chart(const std::vector<int>& independent);
+  int find_chart(const MaggiRows& rows, const std::vector<int>& independent, const std::vector<int>* of_reactions);
+  /// S c, or S_r c.
+  static Eigen::MatrixXd times_S(MaggiChart& X, const Eigen::MatrixXd& c);
+  /// Weights of multipliers, with those of friction given to the normal forces.
+  Eigen::VectorXd without_friction(const Eigen::VectorXd& weights) const;
   [[noreturn]] void singular(const char* what) const;
 
   Assembly& assembly_;
   int n_, m_, f_, nz_;
-  std::vector<std::unique_ptr<MaggiChart>> charts_;
+  std::vector<Chart> charts_;
+  std::vector<int> switched_;  // rows that come and go
   int chart_ = 0;
   std::vector<double> weight_;  // of coordinates, for the choice
   Eigen::LLT<Eigen::MatrixXd> mass_factor_;
+  Eigen::PartialPivLU<Eigen::MatrixXd> slip_factor_;
+  Eigen::MatrixXd Rr_;
+  std::vector<double> reactions_;  // Phi_r
   double t_ = 0;
   Eigen::VectorXd q_, v_, a_, lambda_, z_;
   Eigen::VectorXd normal_;  // u, with redundant rows

@@ -1,8 +1,12 @@
 #include "costate/adjoint/maggi_equations.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <limits>
 
 #include "costate/analysis/start.h"
+#include "costate/base/error.h"
 #include "costate/level/maggi_names.h"
 
 namespace costate {
@@ -56,11 +60,32 @@ std::vector<std::string> MaggiEquations::independent_names() const {
 
 void MaggiEquations::solve_motion(const StateView& s) {
   if (fresh_) {
-    if (plan_.empty()) plan_.push_back({std::numeric_limits<double>::infinity(), at_.best_chart(s.t, s.q)});
+    if (plan_.empty()) plan_.push_back({std::numeric_limits<double>::infinity(), at_.best_chart(s.t, s.q, s.z)});
     at_.use_chart((direction() == Direction::forward ? plan_.front() : plan_.back()).chart);
   }
   fresh_ = has_parameters_ = false;
+  if (!at_.has_rows(at_.chart(), s.z)) at_.use_chart(chart_for(s));
+  if (at_.shares() && (objective_.running_needs_accelerations() || objective_.terminal_needs_accelerations()))
+    throw CapabilityError(fmt::format(
+        "At t = {:.9g} s rigid contacts that close hold a body more often than determines who bears what, and the cost "
+        "holds accelerations or reactions: the hand-derived equations of Maggi do not share them out. Take idas, "
+        "cvodes "
+        "or discrete methods, or index1.",
+        s.t));
   at_.evaluate(s);
+}
+
+int MaggiEquations::chart_for(const StateView& s) {
+  double begin = -std::numeric_limits<double>::infinity(), nearest = std::numeric_limits<double>::infinity();
+  int chart = -1;
+  for (const Stretch& stretch : plan_) {
+    const double distance = std::max({0.0, begin - s.t, s.t - stretch.end});
+    begin = stretch.end;
+    if (distance >= nearest || !at_.has_rows(stretch.chart, s.z)) continue;
+    nearest = distance;
+    chart = stretch.chart;
+  }
+  return chart >= 0 ? chart : at_.best_chart(s.t, s.q, s.z);
 }
 
 void MaggiEquations::evaluate_parameters() {
@@ -88,8 +113,9 @@ std::vector<double> MaggiEquations::plan(const std::vector<double>& times, const
   int chart = -1;
   for (const double t : times) {
     motion(t, y.data());
-    if (chart >= 0 && at_.chart_ratio(chart, t, y.data()) <= kWorstMaggiRatio) continue;
-    const int best = at_.best_chart(t, y.data());
+    const double* z = y.data() + 2 * n_;
+    if (chart >= 0 && at_.chart_ratio(chart, t, y.data(), z) <= kWorstMaggiRatio) continue;
+    const int best = at_.best_chart(t, y.data(), z);
     if (chart >= 0 && best != chart) {
       plan_.push_back({t, chart});
       changes.push_back(t);
@@ -108,7 +134,7 @@ int MaggiEquations::planned(double t, double next) const {
 
 bool MaggiEquations::before_step(double t, double next, const double* qvz, Eigen::MatrixXd& X,
                                  Eigen::VectorXd& gradient) {
-  if (plan_.empty() || planned(t, next) == at_.chart()) return false;
+  if (plan_.empty() || planned(t, next) == at_.chart() || !at_.has_rows(planned(t, next), qvz + 2 * n_)) return false;
   evaluate(t, qvz);
   change_chart(planned(t, next), X, gradient);
   return true;

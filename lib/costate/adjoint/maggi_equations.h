@@ -18,6 +18,7 @@ class MaggiEquations : public HandEquations {
   std::vector<double> plan(const std::vector<double>& times, const Motion& motion) override;
   bool before_step(double t, double next, const double* qvz, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
   long factorizations() const override { return at_.factorizations(); }
+  bool carries_switched_rows() const override { return true; }
 
  protected:
   void solve_motion(const StateView& s) override;
@@ -25,7 +26,9 @@ class MaggiEquations : public HandEquations {
   /// X, at an evaluated point, to the chart of number `to`: on return that is in force and the point
   /// evaluated in it.
   virtual void change_chart(int to, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) = 0;
-  ImpulseJump& velocity_jump() override { return velocity_jump_; }
+  ImpulseJump& velocity_jump() override {
+    return assembly_.has_switched_rows() ? HandEquations::velocity_jump() : velocity_jump_;
+  }
 
   /// "independent.0", ...: which coordinates these are changes on the way.
   std::vector<std::string> independent_names() const;
@@ -45,6 +48,8 @@ class MaggiEquations : public HandEquations {
  private:
   /// The chart between two times.
   int planned(double t, double next) const;
+  /// The planned chart of the rows that this state has, the nearest in time.
+  int chart_for(const StateView& s);
   struct Stretch {
     double end;
     int chart;

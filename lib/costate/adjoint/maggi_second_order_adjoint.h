@@ -24,6 +24,7 @@ class MaggiSecondOrderAdjoint final : public MaggiAdjoint {
   /// Kinks of forces, where the blocks whose rates stand above jump, and mu' with them; mu_y and mu_yd do not.
   std::vector<double> plan(const std::vector<double>& times, const Motion& motion) override;
   bool before_step(double t, double next, const double* qvz, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
+  bool carries_switched_rows() const override { return false; }
 
  protected:
   void fill() override;

@@ -70,21 +70,30 @@ void MaggiTangent::expand(const Eigen::MatrixXd& X) {
   const auto Sy = X.topRows(f_), Syd = X.middleRows(f_, f_);
   dz_ = X.middleRows(2 * f_, nz_);
   const Eigen::MatrixXd Sydd = form_ == Form::implicit_form ? Eigen::MatrixXd(X.bottomRows(f_)) : accelerations(X);
-  dq_ = at_.R * Sy + at_.Nr;
+  dq_ = at_.Rp * Sy + at_.Nr;
   dv_ = at_.R * Syd + at_.D * Sy + at_.Vr;
-  da_ = at_.R * Sydd + 2 * at_.D * Syd + at_.A * Sy + at_.Ar;
+  da_ = at_.R * Sydd + at_.E * Syd + at_.A * Sy + at_.Ar;
   dlambda_ = at_.multiplier_change(
       times(assembly_.square(), assembly_.M, da_) + times(assembly_.square(), assembly_.C, dv_) +
       times(assembly_.square(), assembly_.K, dq_) - times(assembly_.force_state(), assembly_.Q_z, dz_) + at_.F);
+  dlambda_ += at_.Lr;
 }
 
 Eigen::MatrixXd MaggiTangent::project(const Eigen::MatrixXd& dq, const Eigen::MatrixXd& dv, const Eigen::MatrixXd& dz) {
   Eigen::MatrixXd X = Eigen::MatrixXd::Zero(size(), columns());
   const auto& independent = at_.independent();
-  for (int i = 0; i < f_; ++i) {
+  const auto free = static_cast<int>(independent.size());
+  for (int i = 0; i < free; ++i) {
     X.row(i) = dq.row(independent[static_cast<std::size_t>(i)]);
     X.row(f_ + i) = dv.row(independent[static_cast<std::size_t>(i)]);
   }
+  std::vector<const double*> from;
+  std::vector<double*> to;
+  for (Eigen::Index j = 0; j < X.cols(); ++j) {
+    from.push_back(dq.col(j).data());
+    to.push_back(X.col(j).data() + free);
+  }
+  push_places(assembly_, state(), at_.places(), from.data(), to.data(), static_cast<int>(X.cols()));
   X.middleRows(2 * f_, nz_) = dz;
   if (form_ == Form::implicit_form) {
     evaluate_parameters();

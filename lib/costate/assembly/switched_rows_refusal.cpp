@@ -3,19 +3,22 @@
 #include <fmt/format.h>
 
 #include "costate/base/error.h"
+#include "costate/element/switched_rows.h"
 
 namespace costate {
 
-void refuse_switched_rows(const Assembly& assembly) {
-  if (!assembly.has_switched_rows()) return;
-  const auto rows = assembly.mechanism().row_names();
-  for (int i = 0; i < assembly.m(); ++i)
-    if (!assembly.is_there(i))
-      throw CapabilityError(fmt::format(
-          "Row '{}' comes and goes with a contact that closes, which this formulation does not carry. Take index1, "
-          "index2, baumgarte, penalty or augmented-lagrangian; or let the contact bounce for good (restitution above "
-          "0, closing_speed_m_per_s = 0).",
-          rows[static_cast<std::size_t>(i)]));
+void refuse_rows_without_place(const Assembly& assembly) {
+  refuse_spatial_friction(assembly, "this formulation", "index1 or baumgarte");
+  const Mechanism& mech = assembly.mechanism();
+  for (const std::size_t c : assembly.constraints_without_place()) {
+    const auto* switched = dynamic_cast<const SwitchedRows*>(mech.constraints()[c].get());
+    for (int i = 0; switched && i < mech.constraints()[c]->rows(); ++i)
+      if (!switched->is_integrable(i))
+        throw CapabilityError(
+            fmt::format("Row '{}' of a sphere that rolls binds velocities alone, and its place depends on the way, "
+                        "which independent coordinates do not tell. Take index1 or baumgarte, or kind = \"compliant\".",
+                        mech.row_names()[static_cast<std::size_t>(mech.row_offsets()[c] + i)]));
+  }
 }
 
 void refuse_spatial_friction(const Assembly& assembly, const std::string& who, const std::string& advice) {

@@ -1,12 +1,13 @@
-// Formulations whose unknowns are counted by their constraints, once and for all.
+// What formulations do not carry of rows that come and go with contacts that close (element/switched_rows.h).
 #pragma once
 
 #include "costate/assembly/assembly.h"
 
 namespace costate {
 
-/// Throws CapabilityError where rows come and go.
-void refuse_switched_rows(const Assembly& assembly);
+/// Throws CapabilityError where rows that come and go have no place, or are friction in space: for formulations of
+/// independent coordinates, which hold a contact that sticks at the place where it is.
+void refuse_rows_without_place(const Assembly& assembly);
 /// Throws CapabilityError where contacts may slide in space: `who` does not carry that, "this formulation", and what
 /// does.
 void refuse_spatial_friction(const Assembly& assembly, const std::string& who, const std::string& advice);

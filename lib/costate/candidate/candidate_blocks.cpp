@@ -50,8 +50,9 @@ std::vector<double> CandidateBlocks::plan(const std::vector<double>& times, cons
   int chart = -1;
   for (const double t : times) {
     motion(t, y.data());
-    if (chart >= 0 && maggi_.chart_ratio(chart, t, y.data()) <= kWorstMaggiRatio) continue;
-    const int best = maggi_.best_chart(t, y.data());
+    const double* z = y.data() + 2 * assembly_.n();
+    if (chart >= 0 && maggi_.chart_ratio(chart, t, y.data(), z) <= kWorstMaggiRatio) continue;
+    const int best = maggi_.best_chart(t, y.data(), z);
     if (chart >= 0 && best != chart) {
       plan_.push_back({t, chart});
       changes.push_back(t);

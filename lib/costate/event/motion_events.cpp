@@ -10,6 +10,7 @@
 
 #include "costate/base/error.h"
 #include "costate/event/contact_gap.h"
+#include "costate/event/contact_ways.h"
 #include "costate/event/guard_value.h"
 #include "costate/event/spatial_slip.h"
 #include "costate/mechanism/coordinate_parts.h"
@@ -23,6 +24,8 @@ namespace {
 constexpr int kLooks = 4;
 // A speed of sliding the wrong way of this part of the largest one so far is the integrator's error.
 constexpr double kWrongWay = 1e-5;
+// Of a look, by powers of two: how near its beginning what begins at its limit is seen to fall back.
+constexpr int kHalvings = 40;
 constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
 }  // namespace
 
@@ -136,6 +139,11 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
     return std::inner_product(forward.begin(), forward.end(), here_forward.begin(), 0.0) < 0 ? -speed - kSlidingOffset
                                                                                              : speed;
   };
+  const auto largest_multiplier = [&](const StateView& s) {
+    double largest = 0;
+    for (int i = 0; i < assembly_.m(); ++i) largest = std::max(largest, std::abs(s.lambda[i]));
+    return largest;
+  };
   for (const double end : looks_) {
     const StateView here = at(end);
     calc(here, after_);
@@ -203,6 +211,16 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
       }
       // In (a, b]: by halves and secants to the last bit, and then its far side.
       double ha = reach(at(a)) * direction, hb = after_[i] * direction;
+      if (ha >= 0 && by_multipliers(g) && ha <= kContactRounding * largest_multiplier(at(a))) {
+        // As another contact begins to slide this one may be at its limit, too, but for rounding, and fall back.
+        if (a == b) continue;
+        for (int k = kHalvings; k > 0 && ha >= 0; --k) {
+          const double m = a + (b - a) * std::ldexp(1, -k), hm = reach(at(m)) * direction;
+          if (hm >= 0) continue;
+          a = m;
+          ha = hm;
+        }
+      }
       if (ha >= 0) b = a;
       for (int k = 0; k < 200 && b - a > 2 * std::numeric_limits<double>::epsilon() * std::abs(b); ++k) {
         double m = k % 3 == 2 || !(hb > ha) ? 0.5 * (a + b) : a + (b - a) * (-ha / (hb - ha));

@@ -4,6 +4,7 @@
 
 #include "costate/analysis/start.h"
 #include "costate/assembly/switched_rows_refusal.h"
+#include "costate/formulation/maggi_event.h"
 #include "costate/level/maggi_names.h"
 
 namespace costate {
@@ -25,7 +26,7 @@ MaggiDae::MaggiDae(std::shared_ptr<const Mechanism> mechanism, ParameterSelectio
       f_(level_.freedoms()),
       nz_(assembly_.nz()),
       jacobian_(std::max(1, 3 * f_ + nz_)) {
-  refuse_switched_rows(assembly_);
+  refuse_rows_without_place(assembly_);
   append_maggi_unknowns(assembly_.mechanism(), f_, unknowns_);
   if (events_) events_->use(kink_.balance());
   for (int i = 0; i < f_; ++i)
@@ -68,12 +69,14 @@ MechanismState MaggiDae::kinematic_state(double t, const double* y) {
 
 MechanismState MaggiDae::mechanism_state(double t, const double* y) {
   solve_point(t, y);
+  if (level_.shares()) return level_.shared_state();
   level_.solve_multipliers();
   return level_.state();
 }
 
 MechanismState MaggiDae::solved_state(double t, const double* y) {
   level_.solve(t, y, y + f_, y + 2 * f_);
+  if (level_.shares()) return level_.shared_state();
   level_.solve_accelerations();
   level_.solve_multipliers();
   return level_.state();
@@ -85,7 +88,8 @@ void MaggiDae::solve_unknowns(double t, double* y) {
   level_.solve_accelerations();
   const std::vector<int>& independent = level_.independent();
   const StateView s = level_.state();
-  for (int i = 0; i < f_; ++i) y[2 * f_ + nz_ + i] = s.a[independent[static_cast<std::size_t>(i)]];
+  for (std::size_t i = 0; i < independent.size(); ++i)
+    y[static_cast<std::size_t>(2 * f_ + nz_) + i] = s.a[independent[i]];
 }
 
 void MaggiDae::residual(double t, const double* y, const double* yp, double* r) {
@@ -98,6 +102,7 @@ void MaggiDae::residual(double t, const double* y, const double* yp, double* r) 
     r[f_ + i] -= y[w + i];
     r[w + i] = level_.motion()[i];
   }
+  for (int i = static_cast<int>(level_.independent().size()); i < f_; ++i) r[w + i] = y[w + i];  // of places
   for (int i = 0; i < nz_; ++i) r[2 * f_ + i] -= assembly_.zdot[i];
 }
 
@@ -163,6 +168,7 @@ void MaggiDae::add_product(double c, const double* x, double* out) {
   level_.push(columns, 1, true, false);
   level_.project(level_.force(0), motion_.data());
   const int w = 2 * f_ + nz_;
+  for (int i = static_cast<int>(level_.independent().size()); i < f_; ++i) motion_[i] = x[w + i];
   for (int i = 0; i < f_; ++i) {
     out[i] -= c * x[f_ + i];
     out[f_ + i] -= c * x[w + i];
@@ -184,6 +190,7 @@ void MaggiDae::add_transposed_product(double c, const double* x, double* out) {
     out[f_ + i] -= c * (level_.pulled_yd()[i] + x[i]);
     out[w + i] -= c * (level_.pulled_w()[i] + x[f_ + i]);
   }
+  for (int i = static_cast<int>(level_.independent().size()); i < f_; ++i) out[w + i] += c * x[w + i];
   for (int i = 0; i < nz_; ++i) out[2 * f_ + i] -= c * level_.pulled_z()[i];
 }
 
@@ -214,11 +221,15 @@ void MaggiDae::load_state(const StateView& s, double* y, double* yp) const {
   const auto& independent = level_.independent();
   const int w = 2 * f_ + nz_;
   for (int i = 0; i < f_; ++i) {
+    yp[w + i] = 0;
+    if (static_cast<std::size_t>(i) >= independent.size()) {
+      y[f_ + i] = yp[i] = y[w + i] = yp[f_ + i] = 0;
+      continue;
+    }
     const int k = independent[i];
     y[i] = s.q[k];
     y[f_ + i] = yp[i] = s.v[k];
     y[w + i] = yp[f_ + i] = s.a[k];
-    yp[w + i] = 0;
   }
   for (int i = 0; i < nz_; ++i) {
     y[2 * f_ + i] = s.z[i];
@@ -235,26 +246,19 @@ void MaggiDae::solve_pushed_accelerations(int j, Eigen::VectorXd& da) {
   for (int i = 0; i < assembly_.n(); ++i) da[i] += level_.da(j)[i];
 }
 
-void MaggiDae::spread_start_weights(const double* mu, double* w_q, double* w_v, double* w_z) const {
-  const auto& independent = level_.independent();
-  for (int i = 0; i < f_; ++i) {
-    w_q[independent[i]] = mu[i];
-    w_v[independent[i]] = mu[f_ + i];
-  }
+void MaggiDae::spread_start_weights(const StateView& start, const double* mu, double* w_q, double* w_v, double* w_z,
+                                    double* gradient) {
+  pull_coordinates(level_, start, mu, w_q, w_v, gradient);
   std::copy_n(mu + 2 * f_, nz_, w_z);
 }
 
 void MaggiDae::start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, Eigen::MatrixXd* yp_rho) {
   const Start s = find_start(assembly_, t, y_rho != nullptr);
-  level_.start(t, s.q.data());
-  const std::vector<int> independent = level_.independent();
-  name_maggi_unknowns(assembly_.mechanism(), independent, unknowns_);
+  level_.start(t, s.q.data(), s.z.data());
+  rename();
   std::fill(y, y + size(), 0.0);
   std::fill(yp, yp + size(), 0.0);
-  for (int i = 0; i < f_; ++i) {
-    y[i] = s.q[independent[i]];
-    y[f_ + i] = s.v[independent[i]];
-  }
+  read_coordinates(level_, s.state(t), y);
   std::copy_n(s.z.data(), nz_, y + 2 * f_);
   level_.solve(t, y, y + f_, y + 2 * f_);
   level_.solve_accelerations();
@@ -263,13 +267,9 @@ void MaggiDae::start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, Ei
   const int np = assembly_.np();
   y_rho->setZero(size(), np);
   yp_rho->setZero(size(), np);
+  push_start(level_, s, t, *y_rho);
   std::vector<double*> columns, rates;
   for (int j = 0; j < np; ++j) {
-    for (int i = 0; i < f_; ++i) {
-      (*y_rho)(i, j) = s.q_rho(independent[i], j);
-      (*y_rho)(f_ + i, j) = s.v_rho(independent[i], j);
-    }
-    for (int i = 0; i < nz_; ++i) (*y_rho)(2 * f_ + i, j) = s.z_rho(i, j);
     columns.push_back(y_rho->col(j).data());
     rates.push_back(yp_rho->col(j).data());
   }
@@ -286,7 +286,7 @@ void MaggiDae::complete_columns(double* const* s, double* const* sp, int count) 
     solve_pushed_accelerations(j, da);
     for (int i = 0; i < f_; ++i) {
       sp[j][i] = s[j][f_ + i];
-      s[j][w + i] = sp[j][f_ + i] = da[independent[i]];
+      s[j][w + i] = sp[j][f_ + i] = static_cast<std::size_t>(i) < independent.size() ? da[independent[i]] : 0;
       sp[j][w + i] = 0;
     }
     std::copy_n(level_.state_rate(j), nz_, sp[j] + 2 * f_);
@@ -304,13 +304,17 @@ void MaggiDae::copy_pulled(double c, double* out) const {
 }
 
 void MaggiDae::pull_cost(bool terminal) {
+  const bool accelerations =
+      terminal ? objective_.terminal_needs_accelerations() : objective_.running_needs_accelerations();
+  const bool shared = accelerations && level_.shares();
+  const StateView s = shared ? level_.shared_state() : level_.state();
   cost_gradient_.set_zero();
   if (terminal)
-    objective_.add_terminal_gradient(level_.state(), assembly_, cost_gradient_);
+    objective_.add_terminal_gradient(s, assembly_, cost_gradient_);
   else
-    objective_.add_running_gradient(level_.state(), assembly_, cost_gradient_);
-  level_.pull(cost_gradient_,
-              terminal ? objective_.terminal_needs_accelerations() : objective_.running_needs_accelerations());
+    objective_.add_running_gradient(s, assembly_, cost_gradient_);
+  if (shared) level_.eliminate_shares(cost_gradient_);
+  level_.pull(cost_gradient_, accelerations);
 }
 
 void MaggiDae::running_cost_gradient(double t, const double* y, double* g_y, double c, double* gradient) {

@@ -43,7 +43,8 @@ class MaggiDae final : public SegmentedDae, public SolvedState {
   void terminal_adjoint(double t, const double* y, const double* yp, double* mu, double* mup,
                         double* gradient) override;
 
-  void spread_start_weights(const double* mu, double* w_q, double* w_v, double* w_z) const override;
+  void spread_start_weights(const StateView& start, const double* mu, double* w_q, double* w_v, double* w_z,
+                            double* gradient) override;
   int mode() const override { return level_.chart(); }
   void use_mode(int mode) override;
   void try_step() override { level_.go_back(); }
@@ -63,6 +64,12 @@ class MaggiDae final : public SegmentedDae, public SolvedState {
   void change_coordinates_adjoint(const Jump& jump, double* mu, double* mup, double* gradient) override;
 
  private:
+  /// The unknowns, after the chart in force.
+  void rename();
+  /// cross_event() into this chart, or -1.
+  void cross_event(int event, double t, double* y, double* yp, int chart);
+  /// mu of (y, yd, z) := what was pulled, and of places also what it was: they go on.
+  void pull_beside_places(double* mu);
   /// The point (t, y) with its w.
   void solve_point(double t, const double* y);
   /// The point (t; y, yd, z) of the unknowns with w from the equations of motion, linearized.
@@ -70,7 +77,7 @@ class MaggiDae final : public SegmentedDae, public SolvedState {
   /// Back to the point of the last linearize(); free when nothing was evaluated since.
   void require_linearized();
   void copy_pulled(double c, double* out) const;
-  /// (y, yd, z, w) and its rate from the motion solved for in another chart.
+  /// (y, yd, z, w) and its rate from the motion solved for, in another chart, whose places stay.
   void load_state(const StateView& s, double* y, double* yp) const;
   /// mu and mu' from mu_y, mu_yd, mu_z at the linearized point.
   void complete_adjoint(double* mu, double* mup);

@@ -9,7 +9,18 @@ namespace costate {
 void MaggiDae::use_mode(int mode) {
   if (mode == level_.chart()) return;
   level_.use_chart(mode);
-  name_maggi_unknowns(assembly_.mechanism(), level_.independent(), unknowns_);
+  rename();
+}
+
+void MaggiDae::rename() {
+  name_maggi_unknowns(assembly_.mechanism(), level_.independent(), level_.places(), unknowns_);
+}
+
+void MaggiDae::pull_beside_places(double* mu) {
+  const std::size_t first = level_.independent().size();
+  const std::vector<double> places(mu + first, mu + f_);
+  copy_pulled(1, mu);
+  for (std::size_t k = 0; k < places.size(); ++k) mu[first + k] += places[k];
 }
 
 bool MaggiDae::keeps_branch(double from, double t, const double* y) {
@@ -19,9 +30,12 @@ bool MaggiDae::keeps_branch(double from, double t, const double* y) {
 
 bool MaggiDae::wants_other_coordinates(double t, const double*) { return wants_other_chart(level_, t); }
 
-void MaggiDae::cross_event(int event, double t, double* y, double* yp) {
+void MaggiDae::cross_event(int event, double t, double* y, double* yp) { cross_event(event, t, y, yp, -1); }
+
+void MaggiDae::cross_event(int event, double t, double* y, double* yp, int chart) {
   level_.solve(t, y, y + f_, y + 2 * f_);
-  costate::cross_event(level_, *events_, event, y + f_, y + 2 * f_);
+  costate::cross_event(level_, *events_, event, y, chart);
+  rename();
   level_.solve(t, y, y + f_, y + 2 * f_);
   level_.solve_accelerations();
   load_state(level_.state(), y, yp);
@@ -29,23 +43,31 @@ void MaggiDae::cross_event(int event, double t, double* y, double* yp) {
 
 void MaggiDae::cross_event_tangent(const Jump& jump, double* const* s, double* const* sp, int count) {
   std::vector<double> after = jump.y, rates = jump.yp;
-  cross_event(jump.event, jump.t, after.data(), rates.data());
-  const auto plus = event_side(jump.t, after.data()), minus = event_side(jump.t, jump.y.data());
+  use_mode(jump.before);
+  cross_event(jump.event, jump.t, after.data(), rates.data(), jump.after);
+  const auto plus = event_side(jump.t, after.data());
+  use_mode(jump.before);
+  const auto minus = event_side(jump.t, jump.y.data());
   linearize_motion(jump.t, jump.y.data());
   jump_cost_tangent_.assign(static_cast<std::size_t>(count), 0);
-  costate::cross_event_tangent(level_, *events_, jump.event, minus, plus, s, count, jump_cost_tangent_.data());
+  costate::cross_event_tangent(level_, *events_, jump.event, minus, plus, jump.after, after.data() + 2 * f_, s, count,
+                               jump_cost_tangent_.data());
+  rename();
   linearize_motion(jump.t, after.data());
   complete_columns(s, sp, count);
 }
 
 void MaggiDae::cross_event_adjoint(const Jump& jump, double* mu, double* mup, double* gradient) {
   std::vector<double> after = jump.y, rates = jump.yp;
-  cross_event(jump.event, jump.t, after.data(), rates.data());
-  const auto plus = event_side(jump.t, after.data()), minus = event_side(jump.t, jump.y.data());
+  cross_event(jump.event, jump.t, after.data(), rates.data(), jump.after);
+  const auto plus = event_side(jump.t, after.data());
+  use_mode(jump.before);
+  const auto minus = event_side(jump.t, jump.y.data());
   level_.solve(jump.t, jump.y.data(), jump.y.data() + f_, jump.y.data() + 2 * f_);
   ScalarGradient weights;
   weights.resize(assembly_);
-  costate::cross_event_adjoint(level_, *events_, jump.event, minus, plus, mu, weights, gradient);
+  costate::cross_event_adjoint(level_, *events_, jump.event, minus, plus, jump.after, after.data() + 2 * f_, mu,
+                               weights, gradient);
   linearize_motion(jump.t, jump.y.data());
   level_.pull(weights, false);
   level_.finish_pull(nullptr);
@@ -80,7 +102,7 @@ void MaggiDae::cross_kink_adjoint(const Jump& before, double t_after, double* mu
   linearize_motion(before.t, before.y.data());
   level_.pull(weights, false);
   level_.finish_pull(nullptr);
-  copy_pulled(1, mu);
+  pull_beside_places(mu);
   level_.add_pulled_parameters(1, gradient);
   complete_adjoint(mu, mup);
 }
@@ -91,7 +113,7 @@ void MaggiDae::change_coordinates(double t, double* y, double* yp) {
   const StateView s = level_.state();
   level_.change_chart();
   load_state(s, y, yp);
-  name_maggi_unknowns(assembly_.mechanism(), level_.independent(), unknowns_);
+  rename();
 }
 
 // dy after = (B2 dq, B2 dv, dz, B2 da), with dw before the jump from the equations of motion.
@@ -106,11 +128,15 @@ void MaggiDae::change_coordinates_tangent(const Jump& jump, double* const* s, do
   for (int j = 0; j < count; ++j) {
     solve_pushed_accelerations(j, da);
     for (int i = 0; i < f_; ++i) {
+      sp[j][w + i] = 0;
+      if (static_cast<std::size_t>(i) >= independent.size()) {
+        s[j][f_ + i] = sp[j][i] = s[j][w + i] = sp[j][f_ + i] = 0;
+        continue;
+      }
       const int k = independent[i];
       s[j][i] = level_.dq(j)[k];
       s[j][f_ + i] = sp[j][i] = level_.dv(j)[k];
       s[j][w + i] = sp[j][f_ + i] = da[k];
-      sp[j][w + i] = 0;
     }
     std::copy_n(level_.state_rate(j), nz_, sp[j] + 2 * f_);
   }
@@ -121,16 +147,16 @@ void MaggiDae::change_coordinates_adjoint(const Jump& jump, double* mu, double* 
   use_mode(jump.after);
   cost_gradient_.set_zero();
   const auto& independent = level_.independent();
-  for (int i = 0; i < f_; ++i) {
+  for (std::size_t i = 0; i < independent.size(); ++i) {
     cost_gradient_.q[independent[i]] = mu[i];
-    cost_gradient_.v[independent[i]] = mu[f_ + i];
+    cost_gradient_.v[independent[i]] = mu[static_cast<std::size_t>(f_) + i];
   }
   for (int i = 0; i < nz_; ++i) cost_gradient_.z[i] = mu[2 * f_ + i];
   use_mode(jump.before);
   linearize_motion(jump.t, jump.y.data());
   level_.pull(cost_gradient_, false);
   level_.finish_pull(nullptr);
-  copy_pulled(1, mu);
+  pull_beside_places(mu);
   level_.add_pulled_parameters(1, gradient);
   complete_adjoint(mu, mup);
 }

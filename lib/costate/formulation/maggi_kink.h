@@ -1,6 +1,7 @@
 // The kinks of drivers in independent coordinates: y and the force states stay, yd jumps to B v+ (lib/README.md
 // (5.13)). All three work at the solved point of the level, the last one before the kink, in the chart in force, and
-// leave the level to be solved anew.
+// leave the level to be solved anew. Where rows come and go impulses are solved for as accelerations are, in the
+// equations with multipliers: behind an event of a contact the rows are others than those of the chart in force.
 #pragma once
 
 #include "costate/level/impulse_jump.h"
@@ -12,7 +13,7 @@ class MaggiKink {
  public:
   explicit MaggiKink(MaggiLevel& level);
 
-  ImpulseBalance& balance() { return jump_.balance(); }
+  ImpulseBalance& balance() { return jump_->balance(); }
   /// yd behind the kink.
   void cross(double t_after, double* yd);
   /// Columns (dy, dyd, dz), one a parameter, before the kink become those behind it; at the linearized point.
@@ -23,7 +24,7 @@ class MaggiKink {
 
  private:
   MaggiLevel& level_;
-  ImpulseJump jump_;
+  std::unique_ptr<ImpulseJump> jump_;
   ScalarGradient weights_;
 };
 

@@ -17,7 +17,7 @@ MaggiOde::MaggiOde(std::shared_ptr<const Mechanism> mechanism, ParameterSelectio
       kink_(level_),
       f_(level_.freedoms()),
       nz_(assembly_.nz()) {
-  refuse_switched_rows(assembly_);
+  refuse_rows_without_place(assembly_);
   append_maggi_unknowns(assembly_.mechanism(), f_, unknowns_);
   if (events_) events_->use(kink_.balance());
   y_buffer_.assign(static_cast<std::size_t>(size()), 0);
@@ -33,6 +33,7 @@ MechanismState MaggiOde::kinematic_state(double t, const double* y) {
 
 MechanismState MaggiOde::mechanism_state(double t, const double* y) {
   solve_point(t, y);
+  if (level_.shares()) return level_.shared_state();
   level_.solve_accelerations();
   level_.solve_multipliers();
   return level_.state();
@@ -81,8 +82,20 @@ void MaggiOde::tangent(double t, const double* y, const double* const* s, double
 void MaggiOde::calc_running_gradient() {
   if (cost_gradient_at_ == level_.point()) return;
   cost_gradient_.set_zero();
-  objective_.add_running_gradient(level_.state(), assembly_, cost_gradient_);
+  add_cost_gradient(false);
   cost_gradient_at_ = level_.point();
+}
+
+void MaggiOde::add_cost_gradient(bool terminal) {
+  const bool accelerations =
+      terminal ? objective_.terminal_needs_accelerations() : objective_.running_needs_accelerations();
+  const bool shared = accelerations && level_.shares();
+  const StateView s = shared ? level_.shared_state() : level_.state();
+  if (terminal)
+    objective_.add_terminal_gradient(s, assembly_, cost_gradient_);
+  else
+    objective_.add_running_gradient(s, assembly_, cost_gradient_);
+  if (shared) level_.eliminate_shares(cost_gradient_);
 }
 
 void MaggiOde::pull_running(const double* mu) {
@@ -96,7 +109,7 @@ void MaggiOde::pull_running(const double* mu) {
 void MaggiOde::pull_terminal() {
   cost_gradient_at_ = 0;
   cost_gradient_.set_zero();
-  objective_.add_terminal_gradient(level_.state(), assembly_, cost_gradient_);
+  add_cost_gradient(true);
   const bool accelerations = objective_.terminal_needs_accelerations();
   level_.pull(cost_gradient_, accelerations);
   if (accelerations) level_.eliminate_accelerations(nullptr);
@@ -110,6 +123,14 @@ void MaggiOde::copy_pulled(double c, double* out) const {
   }
   for (int i = 0; i < nz_; ++i) out[2 * f_ + i] = c * level_.pulled_z()[i];
   std::fill(out + 2 * f_ + nz_, out + size(), 0.0);
+}
+
+// What goes on beside the jump, and what q before it depends on.
+void MaggiOde::pull_beside_places(double* mu) {
+  const std::size_t first = level_.independent().size();
+  const std::vector<double> places(mu + first, mu + f_);
+  copy_pulled(1, mu);
+  for (std::size_t k = 0; k < places.size(); ++k) mu[first + k] += places[k];
 }
 
 void MaggiOde::tangent_running_cost(double t, const double* y, const double* const* s, double* out, int count) {
@@ -158,7 +179,7 @@ void MaggiOde::pull_stage(double t, const double* y, const double* w, double c, 
   cost_gradient_at_ = 0;
   cost_gradient_.set_zero();
   if (c != 0) {
-    objective_.add_running_gradient(level_.state(), assembly_, cost_gradient_);
+    add_cost_gradient(false);
     ScalarGradient& g = cost_gradient_;
     for (Eigen::VectorXd* part : {&g.q, &g.v, &g.a, &g.lambda, &g.z, &g.rho}) *part *= c;
   }
@@ -179,39 +200,32 @@ void MaggiOde::terminal_adjoint(double t, const double* y, double* mu, double* g
   level_.add_pulled_parameters(1, gradient);
 }
 
-void MaggiOde::spread_start_weights(const double* mu, double* w_q, double* w_v, double* w_z) const {
-  const auto& independent = level_.independent();
-  for (int i = 0; i < f_; ++i) {
-    w_q[independent[i]] = mu[i];
-    w_v[independent[i]] = mu[f_ + i];
-  }
+void MaggiOde::spread_start_weights(const StateView& start, const double* mu, double* w_q, double* w_v, double* w_z,
+                                    double* gradient) {
+  pull_coordinates(level_, start, mu, w_q, w_v, gradient);
   std::copy_n(mu + 2 * f_, nz_, w_z);
 }
 
 void MaggiOde::start(double t, double* y, Eigen::MatrixXd* y_rho) {
   const Start s = find_start(assembly_, t, y_rho != nullptr);
-  level_.start(t, s.q.data());
-  name_maggi_unknowns(assembly_.mechanism(), level_.independent(), unknowns_);
-  const auto& independent = level_.independent();
+  level_.start(t, s.q.data(), s.z.data());
+  rename();
   std::fill(y, y + size(), 0.0);
-  for (int i = 0; i < f_; ++i) {
-    y[i] = s.q[independent[i]];
-    y[f_ + i] = s.v[independent[i]];
-  }
+  read_coordinates(level_, s.state(t), y);
   std::copy_n(s.z.data(), nz_, y + 2 * f_);
   if (!y_rho) return;
   y_rho->setZero(size(), assembly_.np());
-  for (int i = 0; i < f_; ++i) {
-    y_rho->row(i) = s.q_rho.row(independent[i]);
-    y_rho->row(f_ + i) = s.v_rho.row(independent[i]);
-  }
-  y_rho->middleRows(2 * f_, nz_) = s.z_rho;
+  push_start(level_, s, t, *y_rho);
 }
 
 void MaggiOde::use_mode(int mode) {
   if (mode == level_.chart()) return;
   level_.use_chart(mode);
-  name_maggi_unknowns(assembly_.mechanism(), level_.independent(), unknowns_);
+  rename();
+}
+
+void MaggiOde::rename() {
+  name_maggi_unknowns(assembly_.mechanism(), level_.independent(), level_.places(), unknowns_);
 }
 
 bool MaggiOde::keeps_branch(double from, double t, const double* y) {
@@ -230,28 +244,39 @@ bool MaggiOde::wants_other_coordinates(double t, const double* y) {
   return wants_other_chart(level_, t);
 }
 
-void MaggiOde::cross_event(int event, double t, double* y) {
+void MaggiOde::cross_event(int event, double t, double* y) { cross_event(event, t, y, -1); }
+
+void MaggiOde::cross_event(int event, double t, double* y, int chart) {
   solve_point(t, y);
-  costate::cross_event(level_, *events_, event, y + f_, y + 2 * f_);
+  costate::cross_event(level_, *events_, event, y, chart);
+  rename();
   solve_point(t, y);
 }
 
 void MaggiOde::cross_event_tangent(const Jump& jump, double* const* s, int count) {
   std::vector<double> after = jump.y;
-  cross_event(jump.event, jump.t, after.data());
-  const auto plus = event_side(jump.t, after.data()), minus = event_side(jump.t, jump.y.data());
+  use_mode(jump.before);
+  cross_event(jump.event, jump.t, after.data(), jump.after);
+  const auto plus = event_side(jump.t, after.data());
+  use_mode(jump.before);
+  const auto minus = event_side(jump.t, jump.y.data());
   linearize(jump.t, jump.y.data());
   jump_cost_tangent_.assign(static_cast<std::size_t>(count), 0);
-  costate::cross_event_tangent(level_, *events_, jump.event, minus, plus, s, count, jump_cost_tangent_.data());
+  costate::cross_event_tangent(level_, *events_, jump.event, minus, plus, jump.after, after.data() + 2 * f_, s, count,
+                               jump_cost_tangent_.data());
+  rename();
 }
 
 void MaggiOde::cross_event_adjoint(const Jump& jump, double* mu, double* gradient) {
   std::vector<double> after = jump.y;
-  cross_event(jump.event, jump.t, after.data());
-  const auto plus = event_side(jump.t, after.data()), minus = event_side(jump.t, jump.y.data());
+  cross_event(jump.event, jump.t, after.data(), jump.after);
+  const auto plus = event_side(jump.t, after.data());
+  use_mode(jump.before);
+  const auto minus = event_side(jump.t, jump.y.data());
   solve_point(jump.t, jump.y.data());
   cost_gradient_at_ = 0;
-  costate::cross_event_adjoint(level_, *events_, jump.event, minus, plus, mu, cost_gradient_, gradient);
+  costate::cross_event_adjoint(level_, *events_, jump.event, minus, plus, jump.after, after.data() + 2 * f_, mu,
+                               cost_gradient_, gradient);
   linearize(jump.t, jump.y.data());
   level_.pull(cost_gradient_, false);
   level_.finish_pull(nullptr);
@@ -279,7 +304,7 @@ void MaggiOde::cross_kink_adjoint(const Jump& before, double t_after, double* mu
   linearize(before.t, before.y.data());
   level_.pull(weights, false);
   level_.finish_pull(nullptr);
-  copy_pulled(1, mu);
+  pull_beside_places(mu);
   level_.add_pulled_parameters(1, gradient);
 }
 
@@ -288,11 +313,11 @@ void MaggiOde::change_coordinates(double t, double* y) {
   const StateView s = level_.state();
   level_.change_chart();
   const auto& independent = level_.independent();
-  for (int i = 0; i < f_; ++i) {
+  for (std::size_t i = 0; i < independent.size(); ++i) {
     y[i] = s.q[independent[i]];
-    y[f_ + i] = s.v[independent[i]];
+    y[static_cast<std::size_t>(f_) + i] = s.v[independent[i]];
   }
-  name_maggi_unknowns(assembly_.mechanism(), independent, unknowns_);
+  rename();
 }
 
 // dy after = (B2 dq, B2 dv, dz)
@@ -303,9 +328,9 @@ void MaggiOde::change_coordinates_tangent(const Jump& jump, double* const* s, in
   linearize(jump.t, jump.y.data());
   level_.push(s, count, false, true);
   for (int j = 0; j < count; ++j)
-    for (int i = 0; i < f_; ++i) {
+    for (std::size_t i = 0; i < independent.size(); ++i) {
       s[j][i] = level_.dq(j)[independent[i]];
-      s[j][f_ + i] = level_.dv(j)[independent[i]];
+      s[j][static_cast<std::size_t>(f_) + i] = level_.dv(j)[independent[i]];
     }
   use_mode(jump.after);
 }
@@ -315,16 +340,16 @@ void MaggiOde::change_coordinates_adjoint(const Jump& jump, double* mu, double* 
   cost_gradient_at_ = 0;
   cost_gradient_.set_zero();
   const auto& independent = level_.independent();
-  for (int i = 0; i < f_; ++i) {
+  for (std::size_t i = 0; i < independent.size(); ++i) {
     cost_gradient_.q[independent[i]] = mu[i];
-    cost_gradient_.v[independent[i]] = mu[f_ + i];
+    cost_gradient_.v[independent[i]] = mu[static_cast<std::size_t>(f_) + i];
   }
   for (int i = 0; i < nz_; ++i) cost_gradient_.z[i] = mu[2 * f_ + i];
   use_mode(jump.before);
   linearize(jump.t, jump.y.data());
   level_.pull(cost_gradient_, false);
   level_.finish_pull(nullptr);
-  copy_pulled(1, mu);
+  pull_beside_places(mu);
   level_.add_pulled_parameters(1, gradient);
 }
 

@@ -40,7 +40,8 @@ class MaggiOde final : public SegmentedOde, public StageAdjoint {
   void terminal_adjoint(double t, const double* y, double* mu, double* gradient) override;
   void start(double t, double* y, Eigen::MatrixXd* y_rho) override;
 
-  void spread_start_weights(const double* mu, double* w_q, double* w_v, double* w_z) const override;
+  void spread_start_weights(const StateView& start, const double* mu, double* w_q, double* w_v, double* w_z,
+                            double* gradient) override;
   int mode() const override { return level_.chart(); }
   void use_mode(int mode) override;
   void try_step() override { level_.go_back(); }
@@ -61,12 +62,20 @@ class MaggiOde final : public SegmentedOde, public StageAdjoint {
 
  private:
   void solve_point(double t, const double* y);
+  /// The unknowns, after the chart in force.
+  void rename();
+  /// cross_event() into this chart, or -1.
+  void cross_event(int event, double t, double* y, int chart);
   void linearize(double t, const double* y);
   /// Pulls a cost back to (y, yd, z) and rho, with mu^T f when mu is given.
   void pull_running(const double* mu);
   void pull_terminal();
   void copy_pulled(double c, double* out) const;
+  /// mu of (y, yd, z) := what was pulled, and of places also what it was: they go on.
+  void pull_beside_places(double* mu);
   void calc_running_gradient();
+  /// To cost_gradient_, at the linearized point.
+  void add_cost_gradient(bool terminal);
 
   double evaluated_at_ = std::numeric_limits<double>::quiet_NaN();  // the right-hand side, last
   MaggiLevel level_;

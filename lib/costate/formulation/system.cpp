@@ -86,7 +86,7 @@ void System::require_contacts_follow(const Jump& jump, double t_after, const dou
   events_->require_pushing(kinematic_state(t_after, y_after), v_before);
 }
 
-void System::spread_start_weights(const double* mu, double* w_q, double* w_v, double* w_z) const {
+void System::spread_start_weights(const StateView&, const double* mu, double* w_q, double* w_v, double* w_z, double*) {
   const int n = assembly_.n();
   std::copy(mu, mu + n, w_q);
   std::copy(mu + n, mu + 2 * n, w_v);
@@ -96,8 +96,8 @@ void System::spread_start_weights(const double* mu, double* w_q, double* w_v, do
 void System::add_start_gradient(double t, const double* mu, double* gradient) {
   const auto n = static_cast<std::size_t>(assembly_.n());
   std::vector<double> w(2 * n + static_cast<std::size_t>(assembly_.nz()), 0);
-  spread_start_weights(mu, w.data(), w.data() + n, w.data() + 2 * n);
   const Start s = find_start(assembly_, t, needs_start_columns(assembly_, StartDerivative::adjoint));
+  spread_start_weights(s.state(t), mu, w.data(), w.data() + n, w.data() + 2 * n, gradient);
   costate::add_start_gradient(assembly_, t, s, w.data(), w.data() + n, w.data() + 2 * n, gradient);
 }
 

@@ -145,8 +145,10 @@ class System {
   MotionEvents::Side event_side(double t, const double* y);
   /// Segments end at these times as well, until set_parameters().
   void add_kinks(const std::vector<double>& times);
-  /// The weights that mu is of the motion's q, v, z (n, n, nz; zero before): by default mu begins with them.
-  virtual void spread_start_weights(const double* mu, double* w_q, double* w_v, double* w_z) const;
+  /// The weights that mu is of the start's q, v, z (n, n, nz; zero before), and what the gradient gains beside them: by
+  /// default mu begins with them, and it gains nothing.
+  virtual void spread_start_weights(const StateView& start, const double* mu, double* w_q, double* w_v, double* w_z,
+                                    double* gradient);
 
   /// Where parameters move the kink at which the segment ends: how, and what the state does on either side. `cross`
   /// makes (y, y') before it those behind it.

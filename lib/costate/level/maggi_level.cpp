@@ -7,6 +7,7 @@
 #include "costate/analysis/start.h"
 #include "costate/base/error.h"
 #include "costate/level/maggi_ratio.h"
+#include "costate/level/solved_end.h"
 
 namespace costate {
 
@@ -31,8 +32,9 @@ MaggiLevel::MaggiLevel(Assembly& assembly)
   g_q_.assign(n, 0);
   g_v_ = g_a_ = zero_ = g_q_;
   g_z_.assign(static_cast<std::size_t>(nz_), 0);
-  null_weight_ = lambda_;
+  null_weight_ = along_ = lambda_;
   hessian_.assign(assembly.square().row.size(), 0);
+  if (assembly.has_switched_rows()) with_multipliers_ = std::make_unique<AccelerationLevel>(assembly, Stabilization{});
 }
 
 void MaggiLevel::clear() {
@@ -41,10 +43,17 @@ void MaggiLevel::clear() {
   dynamic_ = has_multipliers_ = false;
 }
 
-void MaggiLevel::start(double t, const double* q) {
+void MaggiLevel::start(double t, const double* q, const double* z) {
   point_.forget();
   branch_.forget();
-  positions_.start(t, q);
+  positions_.start(t, q, z);
+  mass_.forget_chart();
+}
+
+void MaggiLevel::enter_rows(double t, const double* q, const double* z, int chart) {
+  if (!assembly_.has_switched_rows()) return;
+  positions_.enter_rows(t, q, z, chart);
+  point_.forget();
   mass_.forget_chart();
 }
 
@@ -83,13 +92,19 @@ void MaggiLevel::solve(double t, const double* y, const double* yd, const double
   if (solved_at_ == point && assembly_.has_dynamics(point)) return;
   solved_at_ = 0;  // while it may throw
   clear();
-  if (!positions_.started()) positions_.start(t, find_start(assembly_, t, false).q.data());
+  if (!positions_.started()) {
+    const Start start = find_start(assembly_, t, false);
+    positions_.start(t, start.q.data(), start.z.data());
+  }
+  assembly_.switch_rows(z);
+  positions_.require_rows();
   positions_.solve(t, y);
   for (int i = 0; i < m_; ++i) v_[i] = -assembly_.phi_t[i];
   std::copy(yd, yd + f_, v_.begin() + m_);
   positions_.chart().solve(v_.data());
   positions_.set_rates(v_.data(), nullptr);
   assembly_.calc_dynamics(state(), point);
+  positions_.factor_reactions();
   solved_at_ = point;
 }
 
@@ -98,6 +113,7 @@ StateView MaggiLevel::look(double t, const double* y, const double* yd, const do
     solve(t, y, yd, z);
     return state();
   }
+  assembly_.switch_rows(z);
   if (!looks_) looks_ = std::make_unique<MaggiPositions>(assembly_);
   const auto f = static_cast<std::size_t>(f_), nz = static_cast<std::size_t>(nz_);
   const long before = look_point_.id();
@@ -130,6 +146,20 @@ StateView MaggiLevel::state() const {
   s.lambda = lambda_.data();
   s.z = point_.values() + 2 * f_;
   return s;
+}
+
+StateView MaggiLevel::shared_state() {
+  with_multipliers_->solve(state());
+  return with_multipliers_->state();
+}
+
+void MaggiLevel::eliminate_shares(ScalarGradient& g) {
+  with_multipliers_->solve(state());
+  with_multipliers_->linearize();
+  eliminate_at_end(*with_multipliers_, assembly_, with_multipliers_->state(), g, 1, g.rho.data());
+  g.a.setZero();
+  g.lambda.setZero();
+  linearize();
 }
 
 // [u; p] with Phi_q u = g, M u + Phi_q^T p = h: u = S g + R y, My y = R^T (h - M S g), p = S^T (h - M u).
@@ -184,9 +214,10 @@ void MaggiLevel::solve_multipliers() {
   if (has_multipliers_) return;
   for (int i = 0; i < n_; ++i) reaction_[i] = -assembly_.Q[i];
   add_product(assembly_.square(), assembly_.M.data(), 1, a_.data(), reaction_.data());
-  MaggiChart& X = positions_.chart();
+  MaggiChart& X = positions_.reaction_chart();
   X.solve_transposed(reaction_.data());
   for (int i = 0; i < m_; ++i) lambda_[i] = -reaction_[i];
+  add_friction_multipliers(assembly_, lambda_.data());
   if (X.redundant()) std::copy_n(X.normal_solution(), n_, normal_.begin());
   has_multipliers_ = true;
 }
@@ -208,6 +239,7 @@ void MaggiLevel::push(const double* const* s, int count, bool with_w, bool with_
   for (auto* x : {&dq_, &dv_, &da_}) std::fill_n(x->begin(), columns * rows_, 0.0);
   std::fill_n(force_.begin(), columns * n_, 0.0);
   std::fill_n(rate_.begin(), columns * nz_, 0.0);
+  std::fill(along_.begin(), along_.end(), 0.0);
   MaggiChart& X = positions_.chart();
   const SparsePattern& rows = assembly_.jacobian();
   const auto column = [&](std::vector<double>& x, int j) { return x.data() + static_cast<std::ptrdiff_t>(j) * rows_; };
@@ -215,6 +247,7 @@ void MaggiLevel::push(const double* const* s, int count, bool with_w, bool with_
     double* x = column(dq_, j);
     if (with_parameters)
       for (int i = 0; i < m_; ++i) x[i] = -columns_.phi(i, j);
+    positions_.add_places(s[j], x);
     std::copy(s[j], s[j] + f_, x + m_);
   }
   X.solve(dq_.data(), count);
@@ -244,6 +277,9 @@ void MaggiLevel::push(const double* const* s, int count, bool with_w, bool with_
     add_product(assembly_.square(), assembly_.C.data(), 1, dv(j), x);
     if (with_parameters) {
       for (int i = 0; i < n_; ++i) x[i] += columns_.F(i, j);
+      // lambda_t = -s mu lambda_n
+      for (const Assembly::SlidingRow& at : assembly_.sliding_rows()) along_[at.along] = columns_.phidd(at.along, j);
+      if (slides()) add_transposed_product(rows, assembly_.reaction_jacobian().data(), 1, along_.data(), x);
       for (int i = 0; i < nz_; ++i) r[i] = columns_.f(i, j);
     }
     if (nz_ == 0) continue;

@@ -12,6 +12,7 @@
 #pragma once
 
 #include "costate/assembly/evaluation_point.h"
+#include "costate/level/acceleration_level.h"
 #include "costate/level/branch_watch.h"
 #include "costate/level/maggi_mass.h"
 #include "costate/objective/output.h"
@@ -25,11 +26,15 @@ class MaggiLevel {
   int freedoms() const { return f_; }
 
   // Charts keep their numbers until the next start().
-  void start(double t, const double* q);
+  void start(double t, const double* q, const double* z);
   int chart() const { return positions_.chart_index(); }
   void use_chart(int chart);
-  /// The coordinates that y consists of.
+  /// The coordinates that y consists of, and the rows whose places stand behind them (maggi_rows.h).
   const std::vector<int>& independent() const { return positions_.chart().independent(); }
+  const std::vector<int>& places() const { return positions_.rows().closed; }
+  /// Behind an event that has left (t, q, z): the chart in force is one of the rows that z has, this one unless it is
+  /// to be found.
+  void enter_rows(double t, const double* q, const double* z, int chart = -1);
   /// How far the chart is from the best one at the solved point: 1 is best, infinite is singular.
   double chart_ratio() { return mass_.chart_ratio(); }
   /// The best chart at the solved point comes into force.
@@ -71,6 +76,16 @@ class MaggiLevel {
   const double* motion() const { return reaction_.data() + m_; }
   /// Pointers to the solved point; a and lambda are those of the last calls above.
   StateView state() const;
+  /// Whether contacts that are closed hold a body more often than determines who bears what. Then the multipliers above
+  /// are some of many, and those of the motion are shared out as in the equations with multipliers
+  /// (acceleration_level.h).
+  bool shares() const { return !positions_.rows().left_out.empty(); }
+  /// The solved point with these; until the next call. And the gradient of a cost at it becomes one of (q, v, z) and
+  /// rho alone.
+  StateView shared_state();
+  void eliminate_shares(ScalarGradient& g);
+  /// The equations with multipliers; where rows come and go.
+  AccelerationLevel& with_multipliers() { return *with_multipliers_; }
 
   // Derivatives along columns s_j = (dy, dyd, dz) or, `with_w`, (dy, dyd, dz, dw), plus those with respect to
   // parameter j on request. Afterwards, for column j: dq(j), dv(j), da(j); force(j) = M da + K dq + C dv - Q_z dz
@@ -81,7 +96,7 @@ class MaggiLevel {
   const double* da(int j) const { return da_.data() + static_cast<std::ptrdiff_t>(j) * rows_; }
   const double* force(int j) const { return force_.data() + static_cast<std::ptrdiff_t>(j) * n_; }
   const double* state_rate(int j) const { return rate_.data() + static_cast<std::ptrdiff_t>(j) * nz_; }
-  /// out = R^T x, out = R y, and b := My^-1 b.
+  /// out = R_r^T x, out = R y, and b := My^-1 b.
   void project(const double* x, double* out) { mass_.project(x, out); }
   void expand(const double* y, double* out) { mass_.expand(y, out); }
   void solve_mass(double* b) { mass_.solve(point_.t(), b); }
@@ -94,10 +109,10 @@ class MaggiLevel {
   // with respect to (y, yd, w, z) and rho, for sigma in the range of R. The calls come in this order.
   /// Starts with the weights of g; those of the multipliers go over to the others.
   void pull(const ScalarGradient& g, bool with_multipliers);
-  /// sigma += R x.
+  /// sigma += R_r x.
   void add_force_weight(const double* x);
-  /// sigma += R x, x = My^-1 (mu + L_w), so that L_w = -mu afterwards: L + mu^T ydd no longer depends on w. `mu` may be
-  /// null (zero); x is copied out unless null.
+  /// sigma += R_r x, x = My^-T (mu + L_w), so that L_w = -mu afterwards: L + mu^T ydd no longer depends on w. `mu` may
+  /// be null (zero); x is copied out unless null.
   void eliminate_accelerations(const double* mu, double* x = nullptr);
   void finish_pull(const double* mu_f);  // mu_f may be null
   const double* pulled_y() const { return reaction_q_.data() + m_; }
@@ -109,8 +124,10 @@ class MaggiLevel {
 
   Assembly& assembly() { return assembly_; }
   MaggiChart& factored_chart() { return positions_.chart(); }
-  /// R (n x f, columns one after the other) and My (f x f) at the solved point.
+  /// R and R_r (n x f, columns one after the other) and My (f x f) at the solved point.
   const double* null_space() { return mass_.null_space(); }
+  const double* reaction_null_space() { return mass_.reaction_null_space(); }
+  bool slides() const { return positions_.slides(); }
   const double* mass_matrix() { return mass_.matrix(point_.t()); }
   /// Whether these are more than should be put into full matrices (maggi_mass.h).
   bool sparse() const { return mass_.sparse(); }
@@ -121,10 +138,13 @@ class MaggiLevel {
  private:
   /// Nothing is known at the point yet.
   void clear();
+  /// Of what solves with [Phi_q; B] have left of weights of q: that of a place is that of its row.
+  void pull_to_places();
 
   Assembly& assembly_;
   MaggiPositions positions_;
   MaggiMass mass_;
+  std::unique_ptr<AccelerationLevel> with_multipliers_;  // where rows come and go
   BranchWatch branch_;
   int n_, m_, f_, nz_, rows_;
 
@@ -146,7 +166,7 @@ class MaggiLevel {
   std::vector<double> dq_, dv_, da_, force_, rate_;
   // pull: weights of dq, dv, da, dz; s1 = sigma + S g_lambda; [S^T x; R^T x] of the weights x
   std::vector<double> g_q_, g_v_, g_a_, g_z_, s1_, reaction_q_, reaction_v_, reaction_a_;
-  std::vector<double> null_weight_, hessian_, zero_;
+  std::vector<double> null_weight_, hessian_, zero_, along_;  // along_: s1 and the cost weigh friction
   bool weighs_null_ = false;  // the cost weighs multipliers that redundant rows leave to the least norm
   const double* mu_f_ = nullptr;
 };

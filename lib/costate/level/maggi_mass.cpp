@@ -24,7 +24,7 @@ MaggiMass::MaggiMass(Assembly& assembly, MaggiPositions& positions, int most_ful
       m_(assembly.m()),
       f_(positions.freedoms()),
       rows_(std::max(m_ + f_, n_)),
-      sparse_(f_ > most_full && !positions.redundant()),
+      sparse_(f_ > most_full && !positions.redundant() && !assembly.has_switched_rows()),
       kkt_(std::max(1, n_ + m_)) {
   work_.assign(static_cast<std::size_t>(sparse_ ? n_ + m_ : rows_), 0);
   if (!sparse_) return;
@@ -41,16 +41,26 @@ void MaggiMass::solve_columns(int first, int count, double* R) {
   positions_.chart().solve(R, count);
 }
 
+void MaggiMass::calc_null_space(MaggiChart& chart, std::vector<double>& R) {
+  R.assign(static_cast<std::size_t>(rows_) * f_, 0);
+  for (int j = 0; j < f_; ++j) R[static_cast<std::size_t>(j) * rows_ + m_ + j] = 1;
+  chart.solve(R.data(), f_);
+  if (rows_ == n_) return;
+  for (int j = 1; j < f_; ++j)
+    std::copy_n(R.data() + static_cast<std::ptrdiff_t>(j) * rows_, n_, R.data() + static_cast<std::ptrdiff_t>(j) * n_);
+}
+
 double* MaggiMass::null_space() {
-  if (has_null_space_) return R_.data();
-  R_.resize(static_cast<std::size_t>(rows_) * f_);
-  solve_columns(0, f_, R_.data());
-  if (rows_ > n_)
-    for (int j = 1; j < f_; ++j)
-      std::copy_n(R_.data() + static_cast<std::ptrdiff_t>(j) * rows_, n_,
-                  R_.data() + static_cast<std::ptrdiff_t>(j) * n_);
+  if (!has_null_space_) calc_null_space(positions_.chart(), R_);
   has_null_space_ = true;
   return R_.data();
+}
+
+const double* MaggiMass::reaction_null_space() {
+  if (!positions_.slides()) return null_space();
+  if (!has_reactions_) calc_null_space(positions_.reaction_chart(), Rr_);
+  has_reactions_ = true;
+  return Rr_.data();
 }
 
 bool MaggiMass::has_turned() const {
@@ -63,7 +73,10 @@ bool MaggiMass::has_turned() const {
 }
 
 double MaggiMass::chart_ratio() {
-  if (!sparse_) return positions_.ratio(null_space(), 0, f_);
+  if (!sparse_) {
+    const double ratio = positions_.ratio(null_space(), 0, f_);
+    return positions_.slides() ? std::max(ratio, positions_.reaction_ratio(reaction_null_space())) : ratio;
+  }
   if (!has_turned()) return ratio_;
   ratio_at_ = assembly_.phi_q;
   row_sizes_.assign(static_cast<std::size_t>(m_), 0);
@@ -89,20 +102,25 @@ double MaggiMass::chart_ratio() {
 void MaggiMass::calc_matrix(double t) {
   if (has_matrix_) return;
   My_.resize(static_cast<std::size_t>(f_) * f_);
-  const double* R = null_space();
+  const double *R = null_space(), *Rr = reaction_null_space();
+  const bool slides = positions_.slides();
   for (int j = 0; j < f_; ++j) {
     double* mr = work_.data();
     std::fill(work_.begin(), work_.end(), 0.0);
     add_product(assembly_.square(), assembly_.M.data(), 1, R + static_cast<std::ptrdiff_t>(j) * n_, mr);
-    for (int i = 0; i <= j; ++i) {
-      const double* r = R + static_cast<std::ptrdiff_t>(i) * n_;
+    for (int i = 0; i <= (slides ? f_ - 1 : j); ++i) {
+      const double* r = Rr + static_cast<std::ptrdiff_t>(i) * n_;
       double sum = 0;
       for (int k = 0; k < n_; ++k) sum += r[k] * mr[k];
-      My_[static_cast<std::size_t>(i) * f_ + j] = My_[static_cast<std::size_t>(j) * f_ + i] = sum;
+      My_[static_cast<std::size_t>(j) * f_ + i] = sum;
+      if (!slides) My_[static_cast<std::size_t>(i) * f_ + j] = sum;
     }
   }
+  for (std::size_t j = positions_.chart().independent().size(); j < static_cast<std::size_t>(f_); ++j)
+    My_[j * static_cast<std::size_t>(f_) + j] = 1;  // of places, which stay
   factor_ = My_;
-  const int bad = factor_cholesky(factor_.data(), f_);
+  pivots_.resize(static_cast<std::size_t>(f_));
+  const int bad = slides ? factor_lu(factor_.data(), f_, pivots_.data()) : factor_cholesky(factor_.data(), f_);
   if (bad >= 0) singular(t, bad);
   has_matrix_ = true;
 }
@@ -113,6 +131,11 @@ const double* MaggiMass::matrix(double t) {
 }
 
 void MaggiMass::singular(double t, int column) const {
+  if (positions_.slides())
+    throw SolverError(
+        fmt::format("At t = {:.9g} s friction leaves the accelerations undetermined: the normal force of what slides "
+                    "grows beyond all bounds (Painleve). Take less friction, or kind = \"compliant\".",
+                    t));
   const auto& name = assembly_.mechanism().coordinates()[positions_.chart().independent()[column]].name;
   throw SolverError(
       fmt::format("The accelerations at t = {:.9g} s are not determined: the motion that '{}' stands for "
@@ -140,10 +163,18 @@ void MaggiMass::project(const double* x, double* out) {
     std::copy_n(work_.begin() + m_, f_, out);
     return;
   }
-  const double* r = null_space();
-  for (int j = 0; j < f_; ++j, r += n_) {
+  project_by(reaction_null_space(), x, out);
+}
+
+void MaggiMass::project_rates(const double* x, double* out) {
+  if (sparse_) return project(x, out);
+  project_by(null_space(), x, out);
+}
+
+void MaggiMass::project_by(const double* R, const double* x, double* out) const {
+  for (int j = 0; j < f_; ++j, R += n_) {
     double sum = 0;
-    for (int i = 0; i < n_; ++i) sum += r[i] * x[i];
+    for (int i = 0; i < n_; ++i) sum += R[i] * x[i];
     out[j] = sum;
   }
 }
@@ -156,15 +187,30 @@ void MaggiMass::expand(const double* y, double* out) {
     std::copy_n(work_.begin(), n_, out);
     return;
   }
-  const double* r = null_space();
+  expand_by(null_space(), y, out);
+}
+
+void MaggiMass::expand_forces(const double* y, double* out) {
+  if (sparse_) return expand(y, out);
+  expand_by(reaction_null_space(), y, out);
+}
+
+void MaggiMass::expand_by(const double* R, const double* y, double* out) const {
   std::fill(out, out + n_, 0.0);
-  for (int j = 0; j < f_; ++j, r += n_)
-    for (int i = 0; i < n_; ++i) out[i] += r[i] * y[j];
+  for (int j = 0; j < f_; ++j, R += n_)
+    for (int i = 0; i < n_; ++i) out[i] += R[i] * y[j];
+}
+
+void MaggiMass::solve_transposed(double t, double* b) {
+  if (sparse_ || !positions_.slides()) return solve(t, b);
+  calc_matrix(t);
+  solve_lu_transposed(factor_.data(), f_, pivots_.data(), b);
 }
 
 void MaggiMass::solve(double t, double* b) {
   if (!sparse_) {
     calc_matrix(t);
+    if (positions_.slides()) return solve_lu(factor_.data(), f_, pivots_.data(), b);
     solve_cholesky(factor_.data(), f_, b);
     return;
   }

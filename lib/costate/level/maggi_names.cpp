@@ -17,9 +17,15 @@ void append_maggi_unknowns(const Mechanism& mechanism, int freedoms, std::vector
 }
 
 void name_maggi_unknowns(const Mechanism& mechanism, const std::vector<int>& independent,
-                         std::vector<Unknown>& unknowns) {
+                         const std::vector<int>& places, std::vector<Unknown>& unknowns) {
+  const std::vector<std::string> rows = places.empty() ? std::vector<std::string>() : mechanism.row_names();
   std::size_t positions = 0, velocities = 0, accelerations = 0;
   const auto name = [&](Unknown& u, std::size_t k, const char* suffix, const char* unit) {
+    if (k >= independent.size()) {
+      u.name = "place." + rows[static_cast<std::size_t>(places[k - independent.size()])] + suffix;
+      u.unit = std::string("m") + unit;
+      return;
+    }
     const Coordinate& c = mechanism.coordinates()[independent[k]];
     u.name = c.name + suffix;
     u.unit = c.unit + unit;

@@ -14,8 +14,9 @@ inline constexpr double kWorstMaggiRatio = 1.5;
 
 /// (y, yd, z), or one idle unknown when there is nothing to integrate: the drivers determine the whole motion.
 void append_maggi_unknowns(const Mechanism& mechanism, int freedoms, std::vector<Unknown>& unknowns);
-/// Names y and yd (and w, when the unknowns end with it) after the independent coordinates.
+/// Names y and yd (and w, when the unknowns end with it) after the independent coordinates, and behind these after the
+/// rows whose places they are (maggi_rows.h).
 void name_maggi_unknowns(const Mechanism& mechanism, const std::vector<int>& independent,
-                         std::vector<Unknown>& unknowns);
+                         const std::vector<int>& places, std::vector<Unknown>& unknowns);
 
 }  // namespace costate

@@ -35,12 +35,18 @@ void MaggiNewton::form() {
   Assembly& assembly = level_.assembly();
   MaggiChart& X = level_.factored_chart();
   const SparsePattern &square = assembly.square(), &rows = assembly.jacobian();
-  const double *R = level_.null_space(), *My = level_.mass_matrix();
+  const double *R = level_.null_space(), *Rr = level_.reaction_null_space(), *My = level_.mass_matrix();
+  const auto free = static_cast<int>(level_.independent().size());
+  symmetric_ = !level_.slides();
   std::copy(My, My + My_.size(), My_.begin());
   std::fill(Zq_.begin(), Zq_.end(), 0.0);
   std::fill(Zv_.begin(), Zv_.end(), 0.0);
   for (int j = 0; j < f_; ++j) {
     const double* r = R + static_cast<std::ptrdiff_t>(j) * n_;
+    if (j >= free) {
+      calc_place_column(level_.places()[static_cast<std::size_t>(j - free)]);
+      r = place_.data();
+    }
     std::fill(D_.begin(), D_.end(), 0.0);
     add_product(rows, assembly.phid_q.data(), -1, r, D_.data());
     X.solve(D_.data());
@@ -48,9 +54,10 @@ void MaggiNewton::form() {
     add_product(rows, assembly.phidd_q.data(), -1, r, A_.data());
     add_product(rows, assembly.phid_q.data(), -2, D_.data(), A_.data());
     X.solve(A_.data());
+    // Places do not move: of theirs there are no rates.
     std::fill(column_.begin(), column_.end(), 0.0);
-    add_product(square, assembly.C.data(), 1, r, column_.data());
-    add_product(square, assembly.M.data(), 2, D_.data(), column_.data());
+    if (j < free) add_product(square, assembly.C.data(), 1, r, column_.data());
+    if (j < free) add_product(square, assembly.M.data(), 2, D_.data(), column_.data());
     level_.project(column_.data(), Cy_.data() + static_cast<std::ptrdiff_t>(j) * f_);
     std::fill(column_.begin(), column_.end(), 0.0);
     add_product(square, assembly.K.data(), 1, r, column_.data());
@@ -62,7 +69,7 @@ void MaggiNewton::form() {
            *zv = Zv_.data() + static_cast<std::ptrdiff_t>(j) * nz_;
     add_product(assembly.state_force(), assembly.f_q.data(), 1, r, zq);
     add_product(assembly.state_force(), assembly.f_v.data(), 1, D_.data(), zq);
-    add_product(assembly.state_force(), assembly.f_v.data(), 1, r, zv);
+    if (j < free) add_product(assembly.state_force(), assembly.f_v.data(), 1, r, zv);
   }
   if (nz_ == 0) return;
   std::fill(RQ_.begin(), RQ_.end(), 0.0);
@@ -71,12 +78,19 @@ void MaggiNewton::form() {
     for (auto e = q.column_start[k]; e < q.column_start[k + 1]; ++e)
       for (int j = 0; j < f_; ++j)
         RQ_[static_cast<std::size_t>(k) * f_ + j] +=
-            R[static_cast<std::ptrdiff_t>(j) * n_ + q.row[e]] * assembly.Q_z[e];
+            Rr[static_cast<std::ptrdiff_t>(j) * n_ + q.row[e]] * assembly.Q_z[e];
   std::fill(fz_.begin(), fz_.end(), 0.0);
   const SparsePattern& states = assembly.state_state();
   for (int k = 0; k < nz_; ++k)
     for (auto e = states.column_start[k]; e < states.column_start[k + 1]; ++e)
       fz_[static_cast<std::size_t>(k) * nz_ + states.row[e]] += assembly.f_z[e];
+}
+
+void MaggiNewton::calc_place_column(int row) {
+  place_.assign(D_.size(), 0);
+  if (level_.assembly().holds_position(row)) return;
+  place_[static_cast<std::size_t>(row)] = 1;
+  level_.factored_chart().solve(place_.data());
 }
 
 void MaggiNewton::factor(double gamma) {
@@ -137,7 +151,10 @@ void MaggiNewton::solve_transposed(double* y, double* yd, double* w, double* z) 
   add_transposed(Ky_, f_, -gamma_, u, y);
   add_transposed(Zq_, nz_, gamma_, uz, y);
   std::fill(yd, yd + f_, 0.0);
-  add(My_, f_, 1, u, yd);  // symmetric
+  if (symmetric_)
+    add(My_, f_, 1, u, yd);
+  else
+    add_transposed(My_, f_, 1, u, yd);
   for (int i = 0; w && i < f_; ++i) w[i] = gamma_ * u[i];
   std::copy(uz, uz + nz_, z);
 }

@@ -2,6 +2,7 @@
 //   A = [[My + gamma Cy + gamma^2 Ky, -gamma R^T Q_z], [-gamma (f_v R + gamma Zq), 1 - gamma f_z]],
 //   Cy = R^T (C R + 2 M D), Ky = R^T (K R + C D + M A), Zq = f_q R + f_v D,
 //   D = -S Phid_q R, A = -S (Phidd_q R + 2 Phid_q D)                                     (lib/README.md (5))
+// with R_r^T for R^T where contacts slide, and in the columns of places (maggi_rows.h) dq/dy = S e of their rows for R.
 // Full matrices of f + nz unknowns; 2 f sparse solves and products of n f^2 to form them. Of many freedoms one sparse
 // matrix in their place (maggi_sparse_newton.h). Serves CVODE (gamma) and IDA (gamma = 1/cj).
 #pragma once
@@ -40,15 +41,18 @@ class MaggiNewton {
   const std::vector<double>& f_z() const { return fz_; }
 
  private:
+  /// place_ = S e, how coordinates follow the place of this row.
+  void calc_place_column(int row);
   void add(const std::vector<double>& A, int rows, double c, const double* x, double* out) const;
   void add_transposed(const std::vector<double>& A, int rows, double c, const double* x, double* out) const;
 
   MaggiLevel& level_;
   int n_, m_, f_, nz_;
   double gamma_ = 0;
+  bool symmetric_ = true;                      // My
   std::unique_ptr<MaggiSparseNewton> sparse_;  // or null
   std::vector<double> My_, Cy_, Ky_, RQ_, Zq_, Zv_, fz_;
-  std::vector<double> D_, A_, column_, lu_, reduced_;
+  std::vector<double> D_, A_, column_, lu_, reduced_, place_;
   std::vector<int> pivots_;
 };
 

@@ -33,8 +33,9 @@ MaggiPositions::MaggiPositions(Assembly& assembly)
     : assembly_(assembly),
       n_(assembly.n()),
       m_(assembly.m()),
-      f_(degrees_of_freedom(assembly)),
-      redundant_(m_ + f_ > n_) {
+      f_(open_freedoms(assembly)),
+      switched_(find_switched_rows(assembly)),
+      redundant_(m_ + f_ > n_ + static_cast<int>(switched_.size())) {
   const auto n = static_cast<std::size_t>(n_), f = static_cast<std::size_t>(f_);
   q_.assign(n, 0);
   last_.q = last_.v = last_.a = factored_at_ = walked_ = guessed_ = q_;
@@ -54,9 +55,12 @@ double MaggiPositions::largest(const double* x) const {
   return r;
 }
 
-void MaggiPositions::start(double t, const double* q) { begin(t, q, nullptr); }
+void MaggiPositions::start(double t, const double* q, const double* z) {
+  assembly_.switch_rows(z);
+  begin(t, q, nullptr);
+}
 
-void MaggiPositions::begin(double t, const double* q, const std::vector<int>* choice) {
+void MaggiPositions::begin(double t, const double* q, const Choice* choice) {
   // Angles count with the size of the mechanism: an angle is chosen before the positions that it moves.
   const auto& coordinates = assembly_.mechanism().coordinates();
   double low = 0, high = 0;
@@ -94,9 +98,14 @@ void MaggiPositions::begin(double t, const double* q, const std::vector<int>* ch
   s.t = t;
   s.q = q_.data();
   assembly_.calc_constraints(s);
-  add_chart(choice != nullptr ? *choice
-                              : choose_independent(assembly_.jacobian(), assembly_.phi_q.data(), f_, weight_));
-  chart_ = 0;
+  chart_ = -1;
+  if (choice != nullptr) {
+    take_choice(choice->rows, choice->rates->independent(), choice->forces ? &choice->forces->independent() : nullptr);
+  } else {
+    MaggiRows rows = rows_there(assembly_, switched_);
+    if (!switched_.empty()) find_dependent_rows(assembly_, switched_, rows);
+    take_best(rows);
+  }
   last_.t = t;
   last_.q = q_;
   std::fill(last_.v.begin(), last_.v.end(), 0.0);
@@ -106,14 +115,13 @@ void MaggiPositions::begin(double t, const double* q, const std::vector<int>* ch
 
 bool MaggiPositions::begin_as(const MaggiPositions& other) {
   const bool first = !started();
-  const std::vector<int>& choice = other.chart().independent();
+  const Choice& choice = other.charts_[static_cast<std::size_t>(other.chart_)];
   if (first) begin(other.last_.t, other.last_.q.data(), &choice);
   last_ = other.last_;
-  if (chart().independent() == choice) return first;
-  const auto same =
-      std::find_if(charts_.begin(), charts_.end(), [&](const auto& c) { return c->independent() == choice; });
-  chart_ = static_cast<int>(same - charts_.begin());
-  if (same == charts_.end()) add_chart(choice);
+  if (chart().independent() == choice.rates->independent() && rows().same_modes(choice.rows) &&
+      rows().closed == choice.rows.closed)
+    return first;
+  take_choice(choice.rows, choice.rates->independent(), choice.forces ? &choice.forces->independent() : nullptr);
   return true;
 }
 
@@ -124,8 +132,9 @@ bool MaggiPositions::solve_by_factors_of(const MaggiPositions& other, double t, 
   double distance = 0;
   for (std::size_t i = 0; i < q_.size(); ++i) distance = std::max(distance, std::abs(q_[i] - other.factored_at_[i]));
   if (!(distance <= kNear * scale_)) return false;
-  MaggiChart& X = *other.charts_[static_cast<std::size_t>(other.chart_)];
+  MaggiChart& X = *other.charts_[static_cast<std::size_t>(other.chart_)].rates;
   const auto& independent = X.independent();
+  const std::size_t free = independent.size();
   StateView s;
   s.t = t;
   s.q = q_.data();
@@ -134,6 +143,7 @@ bool MaggiPositions::solve_by_factors_of(const MaggiPositions& other, double t, 
     ++iterations_;
     assembly_.calc_constraints(s);
     for (int i = 0; i < m_; ++i) step_[i] = -assembly_.phi[i];
+    add_places(y, step_.data());
     for (std::size_t i = 0; i < independent.size(); ++i)
       step_[static_cast<std::size_t>(m_) + i] = y[i] - q_[static_cast<std::size_t>(independent[i])];
     X.solve(step_.data());
@@ -150,7 +160,8 @@ bool MaggiPositions::solve_by_factors_of(const MaggiPositions& other, double t, 
     std::copy(yd, yd + f_, r + m_);
     if (v.empty()) return;
     add_product(assembly_.jacobian(), assembly_.phi_q.data(), -1, v.data(), r);
-    for (int i = 0; i < f_; ++i) r[m_ + i] -= v[static_cast<std::size_t>(independent[static_cast<std::size_t>(i)])];
+    for (std::size_t i = 0; i < free; ++i)
+      r[static_cast<std::size_t>(m_) + i] -= v[static_cast<std::size_t>(independent[i])];
   };
   v.clear();
   rest(step_.data());
@@ -166,34 +177,9 @@ bool MaggiPositions::solve_by_factors_of(const MaggiPositions& other, double t, 
   return false;
 }
 
-void MaggiPositions::add_chart(std::vector<int> independent) {
-  charts_.push_back(std::make_unique<MaggiChart>(assembly_.jacobian(), std::move(independent)));
-}
-
-void MaggiPositions::change(double* R) {
-  std::vector<int> choice = chart().independent();
-  if (R != nullptr) {
-    improve_choice(choice, R, weight_);
-    std::sort(choice.begin(), choice.end());
-  } else {
-    StateView s;
-    s.t = last_.t;
-    s.q = q_.data();
-    assembly_.calc_jacobian(s);
-    choice = choose_independent(assembly_.jacobian(), assembly_.phi_q.data(), f_, weight_);
-  }
-  for (std::size_t c = 0; c < charts_.size(); ++c)
-    if (charts_[c]->independent() == choice) {
-      chart_ = static_cast<int>(c);
-      return;
-    }
-  add_chart(std::move(choice));
-  chart_ = static_cast<int>(charts_.size()) - 1;
-}
-
 long MaggiPositions::factorizations() const {
   long sum = dropped_factorizations_;
-  for (const auto& c : charts_) sum += c->factorizations();
+  for (const Choice& c : charts_) sum += c.rates->factorizations() + (c.forces ? c.forces->factorizations() : 0);
   return sum;
 }
 
@@ -247,7 +233,10 @@ double MaggiPositions::guess(double t, bool from_kept, bool far) {
 
 void MaggiPositions::forget_history() {
   factored_chart_ = -1;
-  for (const auto& c : charts_) c->forget_history();
+  for (const Choice& c : charts_) {
+    c.rates->forget_history();
+    if (c.forces) c.forces->forget_history();
+  }
   forgotten_ = true;
 }
 
@@ -271,7 +260,7 @@ void MaggiPositions::solve(double t, const double* y) {
       for (const int least : {1, 8, 64}) {
         const double from = forgotten ? repeated_guess(t, far) : guess(t, from_kept, far);
         if (far) return walk(from, t, y);
-        const int parts = least < 64 ? least : std::max(least, parts_to(y));
+        const int parts = least < 64 ? least : std::max(least, parts_to(from, y));
         guessed_ = q_;
         if (!(parts == 1 ? newton(t, y) : follow(from, t, y, parts))) continue;
         if (parts > 1 || !driven() || moved_since(guessed_) <= kFar * scale_) return true;
@@ -300,18 +289,36 @@ void MaggiPositions::solve(double t, const double* y) {
   std::fill(last_.a.begin(), last_.a.end(), 0.0);
 }
 
-int MaggiPositions::parts_to(const double* y) const {
+int MaggiPositions::parts_to(double t, const double* y) {
   double way = 0;
-  const auto& independent = charts_[static_cast<std::size_t>(chart_)]->independent();
+  read_from(t, y);
+  for (std::size_t k = chart().independent().size(); k < y_from_.size(); ++k)
+    way = std::max(way, std::abs(y[k] - y_from_[k]));
+  const auto& independent = chart().independent();
   for (std::size_t k = 0; k < independent.size(); ++k)
     if (const auto i = static_cast<std::size_t>(independent[k]); constrained_[i])
       way = std::max(way, std::abs(y[k] - q_[i]));
-  return static_cast<int>(std::min(way / (kFarthest * scale_), kMostParts));
+  // What rolls turns by more than 1 as it goes by the size of a small mechanism, and counts so in newton().
+  const double turns = switched_.empty() ? 1 : std::min(1.0, scale_);
+  return static_cast<int>(std::min(way / (kFarthest * scale_ * turns), kMostParts));
+}
+
+void MaggiPositions::read_from(double t, const double* y) {
+  const auto& independent = chart().independent();
+  std::copy(y, y + f_, y_from_.begin());
+  for (std::size_t k = 0; k < independent.size(); ++k) y_from_[k] = q_[static_cast<std::size_t>(independent[k])];
+  if (independent.size() == y_from_.size()) return;
+  StateView s;
+  s.t = t;
+  s.q = q_.data();
+  assembly_.calc_constraints(s);
+  for (std::size_t k = 0; k < rows().closed.size(); ++k)
+    if (const int row = rows().closed[k]; !assembly_.holds_position(row))
+      y_from_[independent.size() + k] = assembly_.phi[static_cast<std::size_t>(row)];
 }
 
 bool MaggiPositions::follow(double t_guess, double t, const double* y, int parts) {
-  const auto& independent = chart().independent();
-  for (std::size_t k = 0; k < independent.size(); ++k) y_from_[k] = q_[static_cast<std::size_t>(independent[k])];
+  read_from(t_guess, y);
   for (int p = 1; p <= parts; ++p) {
     const double s = static_cast<double>(p) / parts;
     for (std::size_t k = 0; k < y_part_.size(); ++k)
@@ -346,6 +353,7 @@ bool MaggiPositions::newton(double t, const double* y) {
       factored_at_ = q_;
     }
     for (int i = 0; i < m_; ++i) step_[i] = -assembly_.phi[i];
+    add_places(y, step_.data());
     for (std::size_t i = 0; i < independent.size(); ++i)
       step_[static_cast<std::size_t>(m_) + i] = y[i] - q_[static_cast<std::size_t>(independent[i])];
     X.solve(step_.data());

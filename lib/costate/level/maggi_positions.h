@@ -9,12 +9,14 @@
 // behind a place where its links come in line there may be positions again that it cannot reach.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
 #include "costate/assembly/assembly.h"
 #include "costate/level/maggi_chart.h"
 #include "costate/level/maggi_choice.h"
+#include "costate/level/maggi_rows.h"
 
 namespace costate {
 
@@ -25,8 +27,8 @@ class MaggiPositions {
   int freedoms() const { return f_; }
   bool redundant() const { return redundant_; }
 
-  /// Forgets all charts and guesses and chooses the best chart at consistent positions.
-  void start(double t, const double* q);
+  /// Forgets all charts and guesses and chooses the best chart at consistent positions, of the rows that z has.
+  void start(double t, const double* q, const double* z);
   bool started() const { return chart_ >= 0; }
   /// In the chart of others that are started, near their last positions, without what they keep. Whether the chart is
   /// another than before.
@@ -37,12 +39,35 @@ class MaggiPositions {
                            std::vector<double>& v);
   int chart_index() const { return chart_; }
   void use_chart(int chart) { chart_ = chart; }
-  MaggiChart& chart() { return *charts_[chart_]; }
-  const MaggiChart& chart() const { return *charts_[chart_]; }
+  MaggiChart& chart() { return *charts_[static_cast<std::size_t>(chart_)].rates; }
+  const MaggiChart& chart() const { return *charts_[static_cast<std::size_t>(chart_)].rates; }
+  /// That of Phi_r where contacts slide (maggi_rows.h), else the same; factored by factor_reactions().
+  MaggiChart& reaction_chart() {
+    Choice& c = charts_[static_cast<std::size_t>(chart_)];
+    return c.forces ? *c.forces : *c.rates;
+  }
+  bool slides() const { return charts_[static_cast<std::size_t>(chart_)].forces != nullptr; }
+  /// Where contacts slide, at the rows that the assembly has evaluated. Throws StepError where they are singular.
+  void factor_reactions();
+  /// The rows of the chart in force that come and go.
+  const MaggiRows& rows() const { return charts_[static_cast<std::size_t>(chart_)].rows; }
+  /// x += the places of y at their rows.
+  void add_places(const double* y, double* x) const;
+  /// The chart in force is one of the rows that z has: this chart, or that in force, or one that has been made before,
+  /// or the best one at these positions.
+  void enter_rows(double t, const double* q, const double* z, int chart = -1);
+  /// Throws Error where the assembly has other rows than the chart.
+  void require_rows() const;
   /// How far the chart is from the best one, given `count` columns of its R from `first` on: 1 is best, infinite is
   /// singular.
   double ratio(const double* R, int first, int count) const {
-    return worst_ratio({chart().independent().data() + first, static_cast<std::size_t>(count)}, R, weight_);
+    const int last = std::min(first + count, static_cast<int>(chart().independent().size()));
+    return worst_ratio({chart().independent().data() + first, static_cast<std::size_t>(std::max(0, last - first))}, R,
+                       weight_);
+  }
+  /// Of the reactions' chart, given all of its R.
+  double reaction_ratio(const double* R) const {
+    return worst_ratio(charts_[static_cast<std::size_t>(chart_)].forces->independent(), R, weight_);
   }
   /// Makes a chart for the choice that is best for the R of the chart in force (overwritten), unless there is one, and
   /// uses it. Null: for the choice made anew at the last solved positions.
@@ -74,9 +99,19 @@ class MaggiPositions {
   // In sizes of the mechanism: a factorization serves for steps from positions as near as this; a guess is continued
   // along its velocities no farther than that.
   static constexpr double kNear = 0.05, kFar = 0.2;
+  /// A chart of these rows, and that of the reactions of contacts that slide.
+  struct Choice {
+    MaggiRows rows;
+    std::unique_ptr<MaggiChart> rates, forces;
+  };
   /// `choice`: of the first chart, or null where the best one is to be found.
-  void begin(double t, const double* q, const std::vector<int>* choice);
-  void add_chart(std::vector<int> independent);
+  void begin(double t, const double* q, const Choice* choice);
+  void add_chart(MaggiRows rows, std::vector<int> independent, const std::vector<int>* of_reactions);
+  /// A chart of these rows and coordinates, and of these of the reactions where contacts slide, comes into force.
+  void take_choice(const MaggiRows& rows, std::vector<int> independent, const std::vector<int>* of_reactions);
+  /// The same with the coordinates that are best, at the assembly's last evaluation.
+  void take_best(const MaggiRows& rows);
+  std::vector<int> best_choice(const MaggiRows& rows, const double* phi_q) const;
   /// The first guess for time t in q_; returns the time that it belongs to. `far`: no extrapolation.
   double guess(double t, bool from_kept, bool far);
   double repeated_guess(double t, bool& far);
@@ -84,7 +119,9 @@ class MaggiPositions {
   const double* kept(std::size_t k) const { return kept_q_.data() + k * static_cast<std::size_t>(n_); }
   bool newton(double t, const double* y);
   /// Into how many parts the way from the guess to y is to be divided at least.
-  int parts_to(const double* y) const;
+  int parts_to(double t, const double* y);
+  /// y_from_ := y of the guess in q_, at its time, with the places that it has; y is where it is to go.
+  void read_from(double t, const double* y);
   bool follow(double t_guess, double t, const double* y, int parts);
   /// How far drivers alone move the mechanism in dt, by its rates at the last positions; 0 where these are not known.
   double driven_way(double dt);
@@ -97,15 +134,16 @@ class MaggiPositions {
 
   Assembly& assembly_;
   int n_, m_, f_;
+  std::vector<int> switched_;  // rows that come and go
   bool redundant_;
-  std::vector<std::unique_ptr<MaggiChart>> charts_;
+  std::vector<Choice> charts_;
   int chart_ = -1;
   long dropped_factorizations_ = 0, iterations_ = 0;
   std::vector<double> weight_;     // of coordinates, for the choice
   std::vector<char> constrained_;  // whether any constraint has it: others go any way in one step
   double scale_ = 1;               // size of the mechanism, m
   std::vector<double> sizes_;      // of each coordinate: scale_ or, of an angle, 1
-  std::vector<double> q_, step_, y_from_, y_part_, factored_at_, walked_, guessed_, rate_;
+  std::vector<double> q_, step_, y_from_, y_part_, factored_at_, walked_, guessed_, rate_, reactions_;
   int factored_chart_ = -1;
   struct Last {
     double t = 0;

@@ -11,11 +11,18 @@ void MaggiLevel::pull(const ScalarGradient& g, bool with_multipliers) {
   std::copy_n(g.a.data(), n_, g_a_.begin());
   std::copy_n(g.z.data(), nz_, g_z_.begin());
   std::fill(s1_.begin(), s1_.end(), 0.0);
+  std::fill(along_.begin(), along_.end(), 0.0);
   weighs_null_ = false;
   if (!with_multipliers) return;
   // dlambda = -S^T (M da + C dv + K dq - Q_z dz + F_rho drho): a force weight S g_lambda^T.
-  MaggiChart& X = positions_.chart();
+  // Of friction, lambda_t = -s mu lambda_n.
+  MaggiChart& X = positions_.reaction_chart();
   std::copy_n(g.lambda.data(), m_, s1_.begin());
+  for (const Assembly::SlidingRow& r : assembly_.sliding_rows()) {
+    along_[r.along] = g.lambda[r.along];
+    s1_[r.normal] -= assembly_.friction(r) * g.lambda[r.along];
+    s1_[r.along] = 0;
+  }
   X.solve(s1_.data());
   std::fill(s1_.begin() + n_, s1_.end(), 0.0);
   if (!X.redundant()) return;
@@ -26,10 +33,10 @@ void MaggiLevel::pull(const ScalarGradient& g, bool with_multipliers) {
 }
 
 void MaggiLevel::add_force_weight(const double* x) {
-  // R x without R.
+  // R_r x without R_r.
   std::fill(work_.begin(), work_.end(), 0.0);
   std::copy_n(x, f_, work_.begin() + m_);
-  positions_.chart().solve(work_.data());
+  positions_.reaction_chart().solve(work_.data());
   for (int i = 0; i < n_; ++i) s1_[i] += work_[i];
 }
 
@@ -38,12 +45,12 @@ void MaggiLevel::eliminate_accelerations(const double* mu, double* x) {
   std::copy(g_a_.begin(), g_a_.end(), work_.begin());
   add_product(assembly_.square(), assembly_.M.data(), -1, s1_.data(), work_.data());
   double* weight = reaction_a_.data();
-  project(work_.data(), weight);
+  mass_.project_rates(work_.data(), weight);
   if (mu)
     for (int j = 0; j < f_; ++j) weight[j] += mu[j];
-  solve_mass(weight);
+  mass_.solve_transposed(point_.t(), weight);
   if (x) std::copy_n(weight, f_, x);
-  expand(weight, work_.data());
+  mass_.expand_forces(weight, work_.data());
   for (int i = 0; i < n_; ++i) s1_[i] += work_[i];
 }
 
@@ -73,15 +80,32 @@ void MaggiLevel::finish_pull(const double* mu_f) {
     add_transposed_product(square, hessian_.data(), -1, normal_.data(), reaction_q_.data());
   }
   X.solve_transposed(reaction_q_.data());
+  pull_to_places();
 
   if (nz_ == 0) return;
   add_transposed_product(assembly_.force_state(), assembly_.Q_z.data(), 1, s1_.data(), g_z_.data());
   if (mu_f_) add_transposed_product(assembly_.state_state(), assembly_.f_z.data(), 1, mu_f_, g_z_.data());
 }
 
+void MaggiLevel::pull_to_places() {
+  const auto free = independent().size();
+  for (std::size_t k = 0; k < places().size(); ++k) {
+    const int row = places()[k];
+    if (!assembly_.holds_position(row))
+      reaction_q_[static_cast<std::size_t>(m_) + free + k] = reaction_q_[static_cast<std::size_t>(row)];
+  }
+}
+
 void MaggiLevel::add_pulled_parameters(double c, double* gradient) {
   Assembly::ParameterWeights w;
   w.force = s1_.data();
+  if (slides()) {
+    // What weighs lambda_t weighs mu: dlambda_t = R2_rho of the row at fixed lambda_n.
+    std::vector<double> force(static_cast<std::size_t>(m_), 0);
+    add_product(assembly_.jacobian(), assembly_.reaction_jacobian().data(), 1, s1_.data(), force.data());
+    for (const Assembly::SlidingRow& r : assembly_.sliding_rows())
+      reaction_a_[r.along] = force[static_cast<std::size_t>(r.along)] - along_[r.along];
+  }
   w.row = reaction_a_.data();
   w.c2 = 1;
   w.row_phid = reaction_v_.data();

@@ -43,8 +43,7 @@ double MaggiPositions::driven_way(double dt) {
 }
 
 bool MaggiPositions::walk(double t_from, double t, const double* y) {
-  const auto& independent = chart().independent();
-  for (std::size_t k = 0; k < independent.size(); ++k) y_from_[k] = q_[static_cast<std::size_t>(independent[k])];
+  read_from(t_from, y);
   if (!newton(t_from, y_from_.data())) return false;
   for (double s = 0; s < 1;) {
     // q' = S (-Phi_t dt) + R dy, as the way goes from 0 to 1.

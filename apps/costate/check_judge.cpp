@@ -150,8 +150,10 @@ class RowJudge {
   /// hardly fall; one that does not fall in the next try either is no tolerance's.
   bool by_tolerance() {
     std::string failure;
-    for (const double factor : {1e-2, 1e-4, 1e-3}) {
-      if (factor == 1e-3 && failure.empty()) break;  // only where the formulation cannot follow the tightest
+    for (const double factor : {1e-2, 1e-4, 1e-3, 1e-1}) {
+      // Only where the formulation cannot follow the tightest; the last one where it could follow none.
+      if (factor == 1e-3 && failure.empty()) break;
+      if (factor == 1e-1 && !last_.empty()) break;
       Problem tighter = p_;
       tighter.solver.rtol = std::max(p_.solver.rtol * factor, 1e-13);
       tighter.solver.atol = std::max(p_.solver.absolute() * factor, 1e-15);

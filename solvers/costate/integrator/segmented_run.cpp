@@ -1,9 +1,12 @@
 #include "costate/integrator/segmented_run.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <string>
 #include <type_traits>
 
 #include "costate/integrator/session_counters.h"
@@ -18,6 +21,7 @@ constexpr std::size_t kMostJumpsInARow = 1000;
 constexpr double kGettingOn = 1e-12;
 // Segments may be too short for a session to ask whether the run is to end.
 constexpr std::size_t kJumpsToPoll = 16;
+constexpr std::size_t kTold = 8;  // of the last events
 
 }  // namespace
 
@@ -34,8 +38,13 @@ void SegmentedRun<Session, SystemType>::advance_segments(double t, Trajectory* t
       last = jump.t;
     }
     if (monitor_ && links_.size() % kJumpsToPoll == 0) monitor_(jump.t, start.steps, false);
-    if (++in_a_row > kMostJumpsInARow)
-      throw SolverError(fmt::format("The run does not get beyond t = {:.9g} s: one segment follows another.", jump.t));
+    if (++in_a_row > kMostJumpsInARow) {
+      std::set<std::string> names;
+      for (std::size_t k = events_.size() - std::min(events_.size(), kTold); k < events_.size(); ++k)
+        names.insert(fmt::format("'{} {}'", events_[k].name, events_[k].mode));
+      throw SolverError(fmt::format("The run does not get beyond t = {:.9g} s: one segment follows another{}.", jump.t,
+                                    names.empty() ? "" : fmt::format(", by {} in turn", fmt::join(names, " and "))));
+    }
     if (jump.event >= 0)
       events_.push_back({jump.t, system_.event_name(jump.event), system_.event_mode(jump.event), system_.event_jump(),
                          system_.event_loss()});

@@ -2,24 +2,21 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <random>
+#include <string>
+#include <vector>
 
-#include "costate/base/error.h"
-#include "costate/scene/scene.h"
+#include "scene_writer.h"
 
 namespace costate::adversary {
 
 namespace {
 
-class SlipScene {
+class SlipScene final : SceneWriter {
  public:
-  explicit SlipScene(std::uint64_t seed) : engine_(seed * 0x9E3779B97F4A7C15ull + 83) {}
+  explicit SlipScene(std::uint64_t seed) : SceneWriter(seed * 0x9E3779B97F4A7C15ull + 83) {}
 
   KindScene write() {
-    KindScene r;
-    r.kind = "slips";
     const double dice = uniform(0, 1);
     text_ = fmt::format("[gravity]\n{}_m_per_s2 = -9.81\n", dice < 0.4 ? "y" : "z");
     if (dice < 0.4)
@@ -28,25 +25,11 @@ class SlipScene {
       add_point_in_space();
     else
       add_body_in_space();
-    std::shuffle(parameters_.begin(), parameters_.end(), engine_);
-    parameters_.resize(std::min<std::size_t>(parameters_.size(), 1 + engine_() % 3));
-    r.parameters = parameters_;
-    std::string list;
-    for (const auto& p : parameters_) list += fmt::format("{}\"{}\"", list.empty() ? "" : ", ", p);
-    text_ += fmt::format("[run]\nt_end_s = {:.4f}\nrtol = 1e-9\nparameters = [{}]\n", uniform(0.2, 0.6), list);
-    try {
-      Scene::parse(text_, "random scene");
-      r.text = text_;
-    } catch (const Error&) {
-      r.text.clear();
-    }
-    return r;
+    choose_parameters();
+    return finish("slips", uniform(0.2, 0.6), "1e-9");
   }
 
  private:
-  double uniform(double a, double b) { return std::uniform_real_distribution<double>(a, b)(engine_); }
-  bool chance(double p) { return uniform(0, 1) < p; }
-
   void add_body_of_plane() {
     const double angle = uniform(-0.5, 0.5), px = uniform(-0.2, 0.2), py = uniform(-0.25, -0.05),
                  lowest = px * std::sin(angle) + py * std::cos(angle);
@@ -123,10 +106,6 @@ class SlipScene {
       text_ += fmt::format("[[cost.running]]\nkind = \"square\"\noutput = \"{}\"\ntarget = {:.3f}\n",
                            outputs[engine_() % outputs.size()], uniform(-0.5, 0.5));
   }
-
-  std::mt19937_64 engine_;
-  std::string text_;
-  std::vector<std::string> parameters_;
 };
 
 }  // namespace

@@ -4,10 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
+#include <string>
 
-#include "costate/base/error.h"
-#include "costate/scene/scene.h"
+#include "scene_writer.h"
 
 namespace costate::adversary {
 
@@ -19,13 +18,11 @@ const char* const kLaws[] = {"linear",   "hertz",        "hunt-crossley", "herbe
 const char* const kFrictions[] = {"none",     "coulomb",      "threlfall", "ambrosio", "bengisu-akay",
                                   "stribeck", "brown-mcphee", "dahl",      "lugre",    "lugre"};
 
-class TouchScene {
+class TouchScene final : SceneWriter {
  public:
-  explicit TouchScene(std::uint64_t seed) : engine_(seed * 0x9E3779B97F4A7C15ull + 41) {}
+  explicit TouchScene(std::uint64_t seed) : SceneWriter(seed * 0x9E3779B97F4A7C15ull + 41) {}
 
   KindScene write() {
-    KindScene r;
-    r.kind = "touches";
     slope_ = chance(0.5) ? 0 : uniform(-0.3, 0.3);
     text_ = "[gravity]\ny_m_per_s2 = -9.81\n";
     const int bodies = chance(0.3) ? 2 : 1;
@@ -37,24 +34,11 @@ class TouchScene {
           uniform(20, 300), uniform(0.6, 1.4), uniform(0, 5));
     const double t_end = uniform(0.1, 1.2);
     add_costs(bodies);
-    std::shuffle(parameters_.begin(), parameters_.end(), engine_);
-    parameters_.resize(std::min<std::size_t>(parameters_.size(), 1 + engine_() % 3));
-    r.parameters = parameters_;
-    std::string list;
-    for (const auto& p : parameters_) list += fmt::format("{}\"{}\"", list.empty() ? "" : ", ", p);
-    text_ += fmt::format("[run]\nt_end_s = {:.4f}\nrtol = 1e-8\nparameters = [{}]\n", t_end, list);
-    try {
-      Scene::parse(text_, "random scene");
-      r.text = text_;
-    } catch (const Error&) {
-      r.text.clear();
-    }
-    return r;
+    choose_parameters();
+    return finish("touches", t_end, "1e-8");
   }
 
  private:
-  double uniform(double a, double b) { return std::uniform_real_distribution<double>(a, b)(engine_); }
-  bool chance(double p) { return uniform(0, 1) < p; }
   template <std::size_t N>
   const char* one_of(const char* const (&list)[N]) {
     return list[engine_() % N];
@@ -141,10 +125,7 @@ class TouchScene {
     }
   }
 
-  std::mt19937_64 engine_;
   double slope_ = 0;
-  std::string text_;
-  std::vector<std::string> parameters_;
 };
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "costate/analysis/start.h"
+#include "costate/assembly/slip_directions.h"
 #include "costate/level/solved_end.h"
 
 namespace costate {
@@ -134,7 +135,7 @@ void HandEquations::go_to_slips() {
   if (recalled_ < 0) return;
   const StateView s = state();
   assembly_.switch_rows(s.z);
-  if (!assembly_.sliding_rows().empty()) assembly_.calc_jacobian(s);
+  if (slips_in_space(assembly_)) assembly_.calc_jacobian(s);
 }
 
 const ScalarGradient& HandEquations::running_gradient() {

@@ -33,29 +33,13 @@ MaggiBlocks::MaggiBlocks(Assembly& assembly)
       m_(assembly.m()),
       f_(open_freedoms(assembly)),
       nz_(assembly.nz()),
+      charts_(assembly, f_),
       switched_(find_switched_rows(assembly)) {}
-
-int MaggiBlocks::find_chart(const MaggiRows& rows, const std::vector<int>& independent,
-                            const std::vector<int>* of_reactions) {
-  for (std::size_t c = 0; c < charts_.size(); ++c) {
-    const Chart& made = charts_[c];
-    if (made.rates->independent() == independent && made.rows.same_modes(rows) && made.rows.closed == rows.closed &&
-        (!of_reactions || made.forces->independent() == *of_reactions))
-      return static_cast<int>(c);
-  }
-  Chart c;
-  const int places = static_cast<int>(rows.closed.size());
-  c.rows = rows;
-  c.rates = std::make_unique<MaggiChart>(assembly_.jacobian(), independent, rows.absent, places);
-  if (of_reactions) c.forces = std::make_unique<MaggiChart>(assembly_.jacobian(), *of_reactions, rows.absent, places);
-  charts_.push_back(std::move(c));
-  return static_cast<int>(charts_.size()) - 1;
-}
 
 bool MaggiBlocks::has_rows(int chart, const double* z) {
   if (switched_.empty()) return true;
   assembly_.switch_rows(z);
-  return rows_there(assembly_, switched_).same_modes(charts_[static_cast<std::size_t>(chart)].rows);
+  return rows_there(assembly_, switched_).same_modes(charts_[chart].rows);
 }
 
 int MaggiBlocks::best_chart(double t, const double* q, const double* z) {
@@ -82,14 +66,7 @@ int MaggiBlocks::best_chart(double t, const double* q, const double* z) {
     rows = rows_there(assembly_, switched_);
     find_dependent_rows(assembly_, switched_, rows);
   }
-  const auto best = [&](const double* phi_q) {
-    return choose_independent(assembly_.jacobian(), phi_q, f_ - static_cast<int>(rows.closed.size()), weight_);
-  };
-  const std::vector<int> independent = best(assembly_.phi_q.data());
-  if (rows.slides.empty()) return find_chart(rows, independent, nullptr);
-  calc_reaction_rows(assembly_, reactions_);
-  const std::vector<int> of_reactions = best(reactions_.data());
-  return find_chart(rows, independent, &of_reactions);
+  return charts_.find_best(rows, weight_);
 }
 
 double MaggiBlocks::chart_ratio(int chart, double t, const double* q, const double* z) {
@@ -104,7 +81,7 @@ double MaggiBlocks::chart_ratio(int chart, double t, const double* q, const doub
     const double ratio = worst_ratio(X.independent(), null_space(X).data(), weight_);
     return std::isfinite(ratio) ? ratio : infinite;
   };
-  const Chart& c = charts_[static_cast<std::size_t>(chart)];
+  const MaggiCharts::Chart& c = charts_[chart];
   const double ratio = ratio_of(*c.rates, assembly_.phi_q.data());
   if (!c.forces) return ratio;
   calc_reaction_rows(assembly_, reactions_);
@@ -126,15 +103,6 @@ Eigen::MatrixXd MaggiBlocks::times_S(MaggiChart& X, const Eigen::MatrixXd& c) {
 }
 
 Eigen::MatrixXd MaggiBlocks::times_S(const Eigen::MatrixXd& c) { return times_S(*now().rates, c).topRows(n_); }
-
-Eigen::VectorXd MaggiBlocks::without_friction(const Eigen::VectorXd& weights) const {
-  Eigen::VectorXd w = weights;
-  for (const Assembly::SlidingRow& r : assembly_.sliding_rows()) {
-    w[r.normal] -= assembly_.friction(r) * weights[r.along];
-    w[r.along] = 0;
-  }
-  return w;
-}
 
 void MaggiBlocks::singular(const char* what) const {
   throw SolverError(
@@ -266,7 +234,9 @@ MaggiBlocks::Reduced MaggiBlocks::reduce(const ScalarGradient& g, bool with_para
   r.rho = g.rho;
   if (!g.lambda.isZero(0)) {
     const SparsePattern& square = assembly_.square();
-    const Eigen::VectorXd x = times_S(reactions(), without_friction(g.lambda)).topRows(n_);
+    Eigen::VectorXd weights = g.lambda;
+    pull_friction_multipliers(assembly_, weights.data());
+    const Eigen::VectorXd x = times_S(reactions(), weights).topRows(n_);
     a -= transposed_times(square, assembly_.M, x);
     v -= transposed_times(square, assembly_.C, x);
     q -= transposed_times(square, assembly_.K, x);
@@ -303,10 +273,6 @@ void MaggiBlocks::solve_impulses(double* b) {
   g = p;
 }
 
-long MaggiBlocks::factorizations() const {
-  long sum = 0;
-  for (const Chart& c : charts_) sum += c.rates->factorizations() + (c.forces ? c.forces->factorizations() : 0);
-  return sum;
-}
+long MaggiBlocks::factorizations() const { return charts_.factorizations(); }
 
 }  // namespace costate

@@ -18,8 +18,7 @@
 #include <vector>
 
 #include "costate/assembly/assembly.h"
-#include "costate/level/maggi_chart.h"
-#include "costate/level/maggi_rows.h"
+#include "costate/level/maggi_charts.h"
 #include "costate/objective/output.h"
 
 namespace costate {
@@ -94,24 +93,17 @@ class MaggiBlocks {
   long factorizations() const;
 
  private:
-  struct Chart {
-    MaggiRows rows;
-    std::unique_ptr<MaggiChart> rates, forces;  // the latter of Phi_r, where contacts slide
-  };
-  const Chart& now() const { return charts_[static_cast<std::size_t>(chart_)]; }
+  const MaggiCharts::Chart& now() const { return charts_[chart_]; }
   bool slides() const { return now().forces != nullptr; }
-  MaggiChart& reactions() const { return slides() ? *now().forces : *now().rates; }
+  MaggiChart& reactions() const { return now().reactions(); }
   Eigen::MatrixXd null_space(MaggiChart& X) const;
-  int find_chart(const MaggiRows& rows, const std::vector<int>& independent, const std::vector<int>* of_reactions);
   /// S c, or S_r c.
   static Eigen::MatrixXd times_S(MaggiChart& X, const Eigen::MatrixXd& c);
-  /// Weights of multipliers, with those of friction given to the normal forces.
-  Eigen::VectorXd without_friction(const Eigen::VectorXd& weights) const;
   [[noreturn]] void singular(const char* what) const;
 
   Assembly& assembly_;
   int n_, m_, f_, nz_;
-  std::vector<Chart> charts_;
+  MaggiCharts charts_;
   std::vector<int> switched_;  // rows that come and go
   int chart_ = 0;
   std::vector<double> weight_;  // of coordinates, for the choice

@@ -72,6 +72,13 @@ void add_turned(const Assembly& assembly, const SpatialSlip& slip, const Turning
 
 }  // namespace
 
+bool slips_in_space(const Assembly& assembly) {
+  const auto& rows = assembly.sliding_rows();
+  for (std::size_t i = 1; i < rows.size(); ++i)
+    if (rows[i].normal == rows[i - 1].normal) return true;
+  return false;
+}
+
 void turn_slips(const Assembly& assembly, const StateView& s, std::vector<Assembly::SlidingRow>& rows) {
   if (rows.size() < 2 || !s.v || !s.z) return;
   for_each_slip(assembly, s, rows, [&](const SpatialSlip& slip) {
@@ -107,13 +114,10 @@ void add_slip_rates(const Assembly& assembly, const StateView& s, std::vector<do
 void slip_partials(const Assembly& assembly, const StateView& s, std::vector<double>& by_q, std::vector<double>& by_v) {
   by_q.clear();
   by_v.clear();
-  const auto& rows = assembly.sliding_rows();
-  bool in_space = false;
-  for (std::size_t i = 1; i < rows.size(); ++i) in_space = in_space || rows[i].normal == rows[i - 1].normal;
-  if (!in_space) return;
+  if (!slips_in_space(assembly)) return;
   by_q.assign(assembly.phidd_q.size(), 0);
   by_v = by_q;
-  for (const Assembly::SlidingRow& r : rows)
+  for (const Assembly::SlidingRow& r : assembly.sliding_rows())
     for (std::size_t k = 0; k < by_q.size(); ++k)
       if (assembly.jacobian().row[k] == r.along) by_q[k] = assembly.phidd_q[k];
   add_slip_rates(assembly, s, by_v);

@@ -8,6 +8,8 @@
 
 namespace costate {
 
+/// Whether a contact slides in space.
+bool slips_in_space(const Assembly& assembly);
 /// The directions of those of `rows`, of the assembly's sliding rows, that slide in space, at (q, v, z) of the Jacobian
 /// that is there. Where v or z are missing they stay as they are, and where w = 0 there is none.
 void turn_slips(const Assembly& assembly, const StateView& s, std::vector<Assembly::SlidingRow>& rows);

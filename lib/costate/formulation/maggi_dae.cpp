@@ -4,6 +4,7 @@
 
 #include "costate/analysis/start.h"
 #include "costate/assembly/switched_rows_refusal.h"
+#include "costate/formulation/maggi_cost.h"
 #include "costate/formulation/maggi_event.h"
 #include "costate/level/maggi_names.h"
 
@@ -304,17 +305,10 @@ void MaggiDae::copy_pulled(double c, double* out) const {
 }
 
 void MaggiDae::pull_cost(bool terminal) {
-  const bool accelerations =
-      terminal ? objective_.terminal_needs_accelerations() : objective_.running_needs_accelerations();
-  const bool shared = accelerations && level_.shares();
-  const StateView s = shared ? level_.shared_state() : level_.state();
   cost_gradient_.set_zero();
-  if (terminal)
-    objective_.add_terminal_gradient(s, assembly_, cost_gradient_);
-  else
-    objective_.add_running_gradient(s, assembly_, cost_gradient_);
-  if (shared) level_.eliminate_shares(cost_gradient_);
-  level_.pull(cost_gradient_, accelerations);
+  add_maggi_cost_gradient(level_, objective_, terminal, cost_gradient_);
+  level_.pull(cost_gradient_,
+              terminal ? objective_.terminal_needs_accelerations() : objective_.running_needs_accelerations());
 }
 
 void MaggiDae::running_cost_gradient(double t, const double* y, double* g_y, double c, double* gradient) {

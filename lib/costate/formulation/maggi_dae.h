@@ -68,8 +68,6 @@ class MaggiDae final : public SegmentedDae, public SolvedState {
   void rename();
   /// cross_event() into this chart, or -1.
   void cross_event(int event, double t, double* y, double* yp, int chart);
-  /// mu of (y, yd, z) := what was pulled, and of places also what it was: they go on.
-  void pull_beside_places(double* mu);
   /// The point (t, y) with its w.
   void solve_point(double t, const double* y);
   /// The point (t; y, yd, z) of the unknowns with w from the equations of motion, linearized.

@@ -16,13 +16,6 @@ void MaggiDae::rename() {
   name_maggi_unknowns(assembly_.mechanism(), level_.independent(), level_.places(), unknowns_);
 }
 
-void MaggiDae::pull_beside_places(double* mu) {
-  const std::size_t first = level_.independent().size();
-  const std::vector<double> places(mu + first, mu + f_);
-  copy_pulled(1, mu);
-  for (std::size_t k = 0; k < places.size(); ++k) mu[first + k] += places[k];
-}
-
 bool MaggiDae::keeps_branch(double from, double t, const double* y) {
   solve_point(t, y);
   return costate::keeps_branch(level_, from);
@@ -102,7 +95,7 @@ void MaggiDae::cross_kink_adjoint(const Jump& before, double t_after, double* mu
   linearize_motion(before.t, before.y.data());
   level_.pull(weights, false);
   level_.finish_pull(nullptr);
-  pull_beside_places(mu);
+  keep_places(level_, mu, [&] { copy_pulled(1, mu); });
   level_.add_pulled_parameters(1, gradient);
   complete_adjoint(mu, mup);
 }
@@ -156,7 +149,7 @@ void MaggiDae::change_coordinates_adjoint(const Jump& jump, double* mu, double* 
   linearize_motion(jump.t, jump.y.data());
   level_.pull(cost_gradient_, false);
   level_.finish_pull(nullptr);
-  pull_beside_places(mu);
+  keep_places(level_, mu, [&] { copy_pulled(1, mu); });
   level_.add_pulled_parameters(1, gradient);
   complete_adjoint(mu, mup);
 }

@@ -19,6 +19,15 @@ void push_start(MaggiLevel& level, const Start& start, double t, Eigen::MatrixXd
 void pull_coordinates(MaggiLevel& level, const StateView& s, const double* mu, double* w_q, double* w_v,
                       double* gradient);
 
+/// mu of (y, yd, z) becomes what `pull` makes of it, and of places, which go on across a jump, also what it was.
+template <class Pull>
+void keep_places(const MaggiLevel& level, double* mu, const Pull& pull) {
+  const std::size_t first = level.independent().size();
+  const std::vector<double> places(mu + first, mu + level.freedoms());
+  pull();
+  for (std::size_t k = 0; k < places.size(); ++k) mu[first + k] += places[k];
+}
+
 /// (y, yd, z), one behind the other, behind the event, and the chart there: the given one, unless it is to be found.
 void cross_event(MaggiLevel& level, MotionEvents& events, int event, double* y, int chart = -1);
 /// Columns (dy, dyd, dz), one a parameter, before the event become those behind it, in `chart`, which comes into force

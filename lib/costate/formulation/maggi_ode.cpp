@@ -5,6 +5,7 @@
 #include "costate/analysis/start.h"
 #include "costate/assembly/switched_rows_refusal.h"
 #include "costate/formulation/maggi_branch.h"
+#include "costate/formulation/maggi_cost.h"
 #include "costate/formulation/maggi_event.h"
 #include "costate/level/maggi_names.h"
 
@@ -82,20 +83,8 @@ void MaggiOde::tangent(double t, const double* y, const double* const* s, double
 void MaggiOde::calc_running_gradient() {
   if (cost_gradient_at_ == level_.point()) return;
   cost_gradient_.set_zero();
-  add_cost_gradient(false);
+  add_maggi_cost_gradient(level_, objective_, false, cost_gradient_);
   cost_gradient_at_ = level_.point();
-}
-
-void MaggiOde::add_cost_gradient(bool terminal) {
-  const bool accelerations =
-      terminal ? objective_.terminal_needs_accelerations() : objective_.running_needs_accelerations();
-  const bool shared = accelerations && level_.shares();
-  const StateView s = shared ? level_.shared_state() : level_.state();
-  if (terminal)
-    objective_.add_terminal_gradient(s, assembly_, cost_gradient_);
-  else
-    objective_.add_running_gradient(s, assembly_, cost_gradient_);
-  if (shared) level_.eliminate_shares(cost_gradient_);
 }
 
 void MaggiOde::pull_running(const double* mu) {
@@ -109,7 +98,7 @@ void MaggiOde::pull_running(const double* mu) {
 void MaggiOde::pull_terminal() {
   cost_gradient_at_ = 0;
   cost_gradient_.set_zero();
-  add_cost_gradient(true);
+  add_maggi_cost_gradient(level_, objective_, true, cost_gradient_);
   const bool accelerations = objective_.terminal_needs_accelerations();
   level_.pull(cost_gradient_, accelerations);
   if (accelerations) level_.eliminate_accelerations(nullptr);
@@ -123,14 +112,6 @@ void MaggiOde::copy_pulled(double c, double* out) const {
   }
   for (int i = 0; i < nz_; ++i) out[2 * f_ + i] = c * level_.pulled_z()[i];
   std::fill(out + 2 * f_ + nz_, out + size(), 0.0);
-}
-
-// What goes on beside the jump, and what q before it depends on.
-void MaggiOde::pull_beside_places(double* mu) {
-  const std::size_t first = level_.independent().size();
-  const std::vector<double> places(mu + first, mu + f_);
-  copy_pulled(1, mu);
-  for (std::size_t k = 0; k < places.size(); ++k) mu[first + k] += places[k];
 }
 
 void MaggiOde::tangent_running_cost(double t, const double* y, const double* const* s, double* out, int count) {
@@ -179,7 +160,7 @@ void MaggiOde::pull_stage(double t, const double* y, const double* w, double c, 
   cost_gradient_at_ = 0;
   cost_gradient_.set_zero();
   if (c != 0) {
-    add_cost_gradient(false);
+    add_maggi_cost_gradient(level_, objective_, false, cost_gradient_);
     ScalarGradient& g = cost_gradient_;
     for (Eigen::VectorXd* part : {&g.q, &g.v, &g.a, &g.lambda, &g.z, &g.rho}) *part *= c;
   }
@@ -304,7 +285,7 @@ void MaggiOde::cross_kink_adjoint(const Jump& before, double t_after, double* mu
   linearize(before.t, before.y.data());
   level_.pull(weights, false);
   level_.finish_pull(nullptr);
-  pull_beside_places(mu);
+  keep_places(level_, mu, [&] { copy_pulled(1, mu); });
   level_.add_pulled_parameters(1, gradient);
 }
 
@@ -349,7 +330,7 @@ void MaggiOde::change_coordinates_adjoint(const Jump& jump, double* mu, double* 
   linearize(jump.t, jump.y.data());
   level_.pull(cost_gradient_, false);
   level_.finish_pull(nullptr);
-  pull_beside_places(mu);
+  keep_places(level_, mu, [&] { copy_pulled(1, mu); });
   level_.add_pulled_parameters(1, gradient);
 }
 

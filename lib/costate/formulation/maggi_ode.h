@@ -71,11 +71,7 @@ class MaggiOde final : public SegmentedOde, public StageAdjoint {
   void pull_running(const double* mu);
   void pull_terminal();
   void copy_pulled(double c, double* out) const;
-  /// mu of (y, yd, z) := what was pulled, and of places also what it was: they go on.
-  void pull_beside_places(double* mu);
   void calc_running_gradient();
-  /// To cost_gradient_, at the linearized point.
-  void add_cost_gradient(bool terminal);
 
   double evaluated_at_ = std::numeric_limits<double>::quiet_NaN();  // the right-hand side, last
   MaggiLevel level_;

@@ -6,7 +6,7 @@
 //
 // Rows that come and go (element/switched_rows.h) are rows of zeros where they are not there. Each has an unknown of
 // its own then, 0 on the solution, so that [Phi_q; B] stays square; its entries of S^T x are 0. Where they are there f
-// is smaller: what is missing stands behind the independent coordinates as places that move nothing (maggi_places.h).
+// is smaller: what is missing stands behind the independent coordinates as places that move nothing (maggi_rows.h).
 #pragma once
 
 #include <memory>

@@ -35,16 +35,15 @@ MaggiMass::MaggiMass(Assembly& assembly, MaggiPositions& positions, int most_ful
   solver_ = std::make_unique<KluSolver>(kkt_.pattern());
 }
 
-void MaggiMass::solve_columns(int first, int count, double* R) {
+void MaggiMass::solve_columns(MaggiChart& chart, int first, int count, double* R) {
   std::fill_n(R, static_cast<std::ptrdiff_t>(count) * rows_, 0.0);
   for (int j = 0; j < count; ++j) R[static_cast<std::ptrdiff_t>(j) * rows_ + m_ + first + j] = 1;
-  positions_.chart().solve(R, count);
+  chart.solve(R, count);
 }
 
 void MaggiMass::calc_null_space(MaggiChart& chart, std::vector<double>& R) {
-  R.assign(static_cast<std::size_t>(rows_) * f_, 0);
-  for (int j = 0; j < f_; ++j) R[static_cast<std::size_t>(j) * rows_ + m_ + j] = 1;
-  chart.solve(R.data(), f_);
+  R.resize(static_cast<std::size_t>(rows_) * f_);
+  solve_columns(chart, 0, f_, R.data());
   if (rows_ == n_) return;
   for (int j = 1; j < f_; ++j)
     std::copy_n(R.data() + static_cast<std::ptrdiff_t>(j) * rows_, n_, R.data() + static_cast<std::ptrdiff_t>(j) * n_);
@@ -93,7 +92,7 @@ double MaggiMass::chart_ratio() {
   ratio_ = 0;
   for (int j = 0; j < f_; j += kColumnsAtOnce) {
     const int count = std::min(kColumnsAtOnce, f_ - j);
-    solve_columns(j, count, columns.data());
+    solve_columns(positions_.chart(), j, count, columns.data());
     ratio_ = std::max(ratio_, positions_.ratio(columns.data(), j, count));
   }
   return ratio_;

@@ -45,8 +45,8 @@ class MaggiMass {
   const double* matrix(double t);
 
  private:
-  /// Columns [first, first + count) of R, with rows() entries each.
-  void solve_columns(int first, int count, double* R);
+  /// Columns [first, first + count) of R of a chart, with rows() entries each.
+  void solve_columns(MaggiChart& chart, int first, int count, double* R);
   /// All columns of R of a chart, n entries each.
   void calc_null_space(MaggiChart& chart, std::vector<double>& R);
   void project_by(const double* R, const double* x, double* out) const;

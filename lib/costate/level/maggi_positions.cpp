@@ -35,7 +35,8 @@ MaggiPositions::MaggiPositions(Assembly& assembly)
       m_(assembly.m()),
       f_(open_freedoms(assembly)),
       switched_(find_switched_rows(assembly)),
-      redundant_(m_ + f_ > n_ + static_cast<int>(switched_.size())) {
+      redundant_(m_ + f_ > n_ + static_cast<int>(switched_.size())),
+      charts_(assembly, f_) {
   const auto n = static_cast<std::size_t>(n_), f = static_cast<std::size_t>(f_);
   q_.assign(n, 0);
   last_.q = last_.v = last_.a = factored_at_ = walked_ = guessed_ = q_;
@@ -60,7 +61,7 @@ void MaggiPositions::start(double t, const double* q, const double* z) {
   begin(t, q, nullptr);
 }
 
-void MaggiPositions::begin(double t, const double* q, const Choice* choice) {
+void MaggiPositions::begin(double t, const double* q, const MaggiCharts::Chart* choice) {
   // Angles count with the size of the mechanism: an angle is chosen before the positions that it moves.
   const auto& coordinates = assembly_.mechanism().coordinates();
   double low = 0, high = 0;
@@ -100,11 +101,11 @@ void MaggiPositions::begin(double t, const double* q, const Choice* choice) {
   assembly_.calc_constraints(s);
   chart_ = -1;
   if (choice != nullptr) {
-    take_choice(choice->rows, choice->rates->independent(), choice->forces ? &choice->forces->independent() : nullptr);
+    chart_ = charts_.find(choice->rows, choice->rates->independent(), choice->of_reactions());
   } else {
     MaggiRows rows = rows_there(assembly_, switched_);
     if (!switched_.empty()) find_dependent_rows(assembly_, switched_, rows);
-    take_best(rows);
+    chart_ = charts_.find_best(rows, weight_);
   }
   last_.t = t;
   last_.q = q_;
@@ -115,13 +116,11 @@ void MaggiPositions::begin(double t, const double* q, const Choice* choice) {
 
 bool MaggiPositions::begin_as(const MaggiPositions& other) {
   const bool first = !started();
-  const Choice& choice = other.charts_[static_cast<std::size_t>(other.chart_)];
+  const MaggiCharts::Chart& choice = other.charts_[other.chart_];
   if (first) begin(other.last_.t, other.last_.q.data(), &choice);
   last_ = other.last_;
-  if (chart().independent() == choice.rates->independent() && rows().same_modes(choice.rows) &&
-      rows().closed == choice.rows.closed)
-    return first;
-  take_choice(choice.rows, choice.rates->independent(), choice.forces ? &choice.forces->independent() : nullptr);
+  if (charts_[chart_].is(choice.rows, choice.rates->independent(), nullptr)) return first;
+  chart_ = charts_.find(choice.rows, choice.rates->independent(), choice.of_reactions());
   return true;
 }
 
@@ -132,7 +131,7 @@ bool MaggiPositions::solve_by_factors_of(const MaggiPositions& other, double t, 
   double distance = 0;
   for (std::size_t i = 0; i < q_.size(); ++i) distance = std::max(distance, std::abs(q_[i] - other.factored_at_[i]));
   if (!(distance <= kNear * scale_)) return false;
-  MaggiChart& X = *other.charts_[static_cast<std::size_t>(other.chart_)].rates;
+  MaggiChart& X = *other.charts_[other.chart_].rates;
   const auto& independent = X.independent();
   const std::size_t free = independent.size();
   StateView s;
@@ -177,11 +176,7 @@ bool MaggiPositions::solve_by_factors_of(const MaggiPositions& other, double t, 
   return false;
 }
 
-long MaggiPositions::factorizations() const {
-  long sum = dropped_factorizations_;
-  for (const Choice& c : charts_) sum += c.rates->factorizations() + (c.forces ? c.forces->factorizations() : 0);
-  return sum;
-}
+long MaggiPositions::factorizations() const { return dropped_factorizations_ + charts_.factorizations(); }
 
 void MaggiPositions::set_rates(const double* v, const double* a) {
   std::copy(v, v + n_, last_.v.begin());
@@ -233,10 +228,7 @@ double MaggiPositions::guess(double t, bool from_kept, bool far) {
 
 void MaggiPositions::forget_history() {
   factored_chart_ = -1;
-  for (const Choice& c : charts_) {
-    c.rates->forget_history();
-    if (c.forces) c.forces->forget_history();
-  }
+  charts_.forget_history();
   forgotten_ = true;
 }
 

@@ -14,9 +14,8 @@
 #include <vector>
 
 #include "costate/assembly/assembly.h"
-#include "costate/level/maggi_chart.h"
+#include "costate/level/maggi_charts.h"
 #include "costate/level/maggi_choice.h"
-#include "costate/level/maggi_rows.h"
 
 namespace costate {
 
@@ -39,18 +38,15 @@ class MaggiPositions {
                            std::vector<double>& v);
   int chart_index() const { return chart_; }
   void use_chart(int chart) { chart_ = chart; }
-  MaggiChart& chart() { return *charts_[static_cast<std::size_t>(chart_)].rates; }
-  const MaggiChart& chart() const { return *charts_[static_cast<std::size_t>(chart_)].rates; }
+  MaggiChart& chart() { return *charts_[chart_].rates; }
+  const MaggiChart& chart() const { return *charts_[chart_].rates; }
   /// That of Phi_r where contacts slide (maggi_rows.h), else the same; factored by factor_reactions().
-  MaggiChart& reaction_chart() {
-    Choice& c = charts_[static_cast<std::size_t>(chart_)];
-    return c.forces ? *c.forces : *c.rates;
-  }
-  bool slides() const { return charts_[static_cast<std::size_t>(chart_)].forces != nullptr; }
+  MaggiChart& reaction_chart() { return charts_[chart_].reactions(); }
+  bool slides() const { return charts_[chart_].forces != nullptr; }
   /// Where contacts slide, at the rows that the assembly has evaluated. Throws StepError where they are singular.
   void factor_reactions();
   /// The rows of the chart in force that come and go.
-  const MaggiRows& rows() const { return charts_[static_cast<std::size_t>(chart_)].rows; }
+  const MaggiRows& rows() const { return charts_[chart_].rows; }
   /// x += the places of y at their rows.
   void add_places(const double* y, double* x) const;
   /// The chart in force is one of the rows that z has: this chart, or that in force, or one that has been made before,
@@ -67,7 +63,7 @@ class MaggiPositions {
   }
   /// Of the reactions' chart, given all of its R.
   double reaction_ratio(const double* R) const {
-    return worst_ratio(charts_[static_cast<std::size_t>(chart_)].forces->independent(), R, weight_);
+    return worst_ratio(charts_[chart_].forces->independent(), R, weight_);
   }
   /// Makes a chart for the choice that is best for the R of the chart in force (overwritten), unless there is one, and
   /// uses it. Null: for the choice made anew at the last solved positions.
@@ -99,19 +95,8 @@ class MaggiPositions {
   // In sizes of the mechanism: a factorization serves for steps from positions as near as this; a guess is continued
   // along its velocities no farther than that.
   static constexpr double kNear = 0.05, kFar = 0.2;
-  /// A chart of these rows, and that of the reactions of contacts that slide.
-  struct Choice {
-    MaggiRows rows;
-    std::unique_ptr<MaggiChart> rates, forces;
-  };
   /// `choice`: of the first chart, or null where the best one is to be found.
-  void begin(double t, const double* q, const Choice* choice);
-  void add_chart(MaggiRows rows, std::vector<int> independent, const std::vector<int>* of_reactions);
-  /// A chart of these rows and coordinates, and of these of the reactions where contacts slide, comes into force.
-  void take_choice(const MaggiRows& rows, std::vector<int> independent, const std::vector<int>* of_reactions);
-  /// The same with the coordinates that are best, at the assembly's last evaluation.
-  void take_best(const MaggiRows& rows);
-  std::vector<int> best_choice(const MaggiRows& rows, const double* phi_q) const;
+  void begin(double t, const double* q, const MaggiCharts::Chart* choice);
   /// The first guess for time t in q_; returns the time that it belongs to. `far`: no extrapolation.
   double guess(double t, bool from_kept, bool far);
   double repeated_guess(double t, bool& far);
@@ -136,7 +121,7 @@ class MaggiPositions {
   int n_, m_, f_;
   std::vector<int> switched_;  // rows that come and go
   bool redundant_;
-  std::vector<Choice> charts_;
+  MaggiCharts charts_;
   int chart_ = -1;
   long dropped_factorizations_ = 0, iterations_ = 0;
   std::vector<double> weight_;     // of coordinates, for the choice

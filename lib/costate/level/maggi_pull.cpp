@@ -15,14 +15,10 @@ void MaggiLevel::pull(const ScalarGradient& g, bool with_multipliers) {
   weighs_null_ = false;
   if (!with_multipliers) return;
   // dlambda = -S^T (M da + C dv + K dq - Q_z dz + F_rho drho): a force weight S g_lambda^T.
-  // Of friction, lambda_t = -s mu lambda_n.
   MaggiChart& X = positions_.reaction_chart();
   std::copy_n(g.lambda.data(), m_, s1_.begin());
-  for (const Assembly::SlidingRow& r : assembly_.sliding_rows()) {
-    along_[r.along] = g.lambda[r.along];
-    s1_[r.normal] -= assembly_.friction(r) * g.lambda[r.along];
-    s1_[r.along] = 0;
-  }
+  for (const Assembly::SlidingRow& r : assembly_.sliding_rows()) along_[r.along] = g.lambda[r.along];
+  pull_friction_multipliers(assembly_, s1_.data());
   X.solve(s1_.data());
   std::fill(s1_.begin() + n_, s1_.end(), 0.0);
   if (!X.redundant()) return;

@@ -98,6 +98,13 @@ void add_friction_multipliers(const Assembly& assembly, double* lambda) {
     lambda[r.along] = -assembly.friction(r) * lambda[r.normal];
 }
 
+void pull_friction_multipliers(const Assembly& assembly, double* weights) {
+  for (const Assembly::SlidingRow& r : assembly.sliding_rows()) {
+    weights[r.normal] -= assembly.friction(r) * weights[r.along];
+    weights[r.along] = 0;
+  }
+}
+
 int open_freedoms(Assembly& assembly) {
   if (!assembly.has_switched_rows()) return degrees_of_freedom(assembly);
   const Start start = find_start(assembly, 0, false);

@@ -36,6 +36,8 @@ void leave_out(const std::vector<int>& left_out, const std::vector<int>& switche
 void calc_reaction_rows(const Assembly& assembly, std::vector<double>& phi_r);
 /// lambda along the rows in which contacts slide, of those of their gaps.
 void add_friction_multipliers(const Assembly& assembly, double* lambda);
+/// Of weights of multipliers those of friction go over to the normal forces: the transpose of that.
+void pull_friction_multipliers(const Assembly& assembly, double* weights);
 /// Freedoms with all rows that come and go open. Throws CapabilityError where others depend on each other.
 int open_freedoms(Assembly& assembly);
 

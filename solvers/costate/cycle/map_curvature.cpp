@@ -6,11 +6,9 @@
 
 namespace costate {
 
-namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-}  // namespace
 
 std::string ReturnMap::curvature_formulation() const {
   const Formulation& own = find_formulation(problem_.formulation);
@@ -70,8 +68,8 @@ MatrixXd ReturnMap::second_products(const VectorXd& x, const std::vector<double>
   return products_of_run(run, values, value, of.travel, along, counters);
 }
 
-MatrixXd ReturnMap::curvature(const VectorXd& x, const std::vector<double>& positions, const VectorXd& u,
-                              const MatrixXd& w, Counters& counters) const {
+std::vector<MatrixXd> ReturnMap::curvature(const VectorXd& x, const std::vector<double>& positions, const MatrixXd& u,
+                                           const MatrixXd& w, Counters& counters) const {
   const int d = section_.size(), np = parameters(), count = section_.settings().count;
   // Of several returns, u^T P_N(... P_1(x)), each has its own weights and directions.
   struct Part {
@@ -94,15 +92,18 @@ MatrixXd ReturnMap::curvature(const VectorXd& x, const std::vector<double>& posi
     at = v.next;
     guesses = v.positions;
   }
-  MatrixXd sum = MatrixXd::Zero(d + np, w.cols());
-  VectorXd weights = u;
-  for (auto part = parts.rbegin(); part != parts.rend(); ++part) {
-    const MatrixXd own = curvature_once(part->x, part->positions, part->value, weights, part->w, counters);
-    sum += part->by.transpose() * own.topRows(d);
-    sum.bottomRows(np) += own.bottomRows(np);
-    weights = (part->value.next_x.transpose() * weights).eval();
+  std::vector<MatrixXd> all;
+  for (Index k = 0; k < u.cols(); ++k) {
+    MatrixXd& sum = all.emplace_back(MatrixXd::Zero(d + np, w.cols()));
+    VectorXd weights = u.col(k);
+    for (auto part = parts.rbegin(); part != parts.rend(); ++part) {
+      const MatrixXd own = curvature_once(part->x, part->positions, part->value, weights, part->w, counters);
+      sum += part->by.transpose() * own.topRows(d);
+      sum.bottomRows(np) += own.bottomRows(np);
+      weights = (part->value.next_x.transpose() * weights).eval();
+    }
   }
-  return sum;
+  return all;
 }
 
 }  // namespace costate

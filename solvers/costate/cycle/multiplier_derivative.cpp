@@ -125,10 +125,11 @@ class Beside {
     }
     VectorXcd sum = VectorXcd::Zero(k + np_);
     const std::complex<double> one[2] = {1, {0, 1}};
+    const std::vector<MatrixXd> all = map_.curvature(x_, positions_, u, w, counters);
     for (Eigen::Index a = 0; a < directions; ++a) {
-      const MatrixXd all = map_.curvature(x_, positions_, u.col(a), w, counters);
+      const MatrixXd& of_a = all[static_cast<std::size_t>(a)];
       MatrixXd own(k + np_, directions);
-      own << all(free, Eigen::all), all.middleRows(map_.section().size(), np_);
+      own << of_a(free, Eigen::all), of_a.middleRows(map_.section().size(), np_);
       for (Eigen::Index b = 0; b < directions; ++b) sum += one[a] * one[b] * own.col(b);
     }
     return sum;

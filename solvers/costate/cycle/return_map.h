@@ -65,11 +65,11 @@ class ReturnMap {
   /// linear_problem.cpp.
   Problem linear_problem(const Eigen::VectorXd& x, const std::vector<double>& positions, const MapValue& value,
                          const CycleWeights& weights, std::vector<double>& values, Eigen::VectorXd& more) const;
-  /// The derivatives along each column of w (of all entries of x) of (u^T P)_x and (u^T P)_rho, below one another, by
-  /// exact second derivatives (in map_curvature.cpp). Throws CapabilityError where they are not carried along, and what
-  /// runs throw.
-  Eigen::MatrixXd curvature(const Eigen::VectorXd& x, const std::vector<double>& positions, const Eigen::VectorXd& u,
-                            const Eigen::MatrixXd& w, Counters& counters) const;
+  /// The derivatives along each column of w (of all entries of x) of (u^T P)_x and (u^T P)_rho, below one another, for
+  /// each column of u, by exact second derivatives (in map_curvature.cpp). Throws CapabilityError where they are not
+  /// carried along, and what runs throw.
+  std::vector<Eigen::MatrixXd> curvature(const Eigen::VectorXd& x, const std::vector<double>& positions,
+                                         const Eigen::MatrixXd& u, const Eigen::MatrixXd& w, Counters& counters) const;
   /// Products with columns `along` (of x and the map's parameters) of the second derivatives of psi + u^T P + w T + l
   /// s, of cycles that are one run. Throws as curvature() does.
   Eigen::MatrixXd second_products(const Eigen::VectorXd& x, const std::vector<double>& positions, const MapValue& value,

@@ -212,12 +212,18 @@ std::string hessian_refusal(const Formulation& formulation) {
                      fmt::join(names, ", "));
 }
 
-HessianProducts hessian_products(const Problem& problem, const std::vector<double>& rho, const MatrixXd& directions) {
+namespace {
+void require_products(const Problem& problem) {
   const std::string refused = hessian_refusal(find_formulation(problem.formulation));
   if (!refused.empty()) throw CapabilityError(refused);
+}
+}  // namespace
+
+HessianProducts hessian_products(const Problem& problem, const std::vector<double>& rho, const MatrixXd& directions) {
+  require_products(problem);
   if (problem.cycle)
     throw CapabilityError(
-        "Psi is that of a cycle ('cycle' in [run]), whose second derivatives are not computed; gradients are.");
+        "Psi is that of a cycle ('cycle' in [run]), not of this motion: products_of() follows the cycle.");
   const std::optional<EndEvent> end = problem.ends_when ? std::optional(*problem.ends_when) : std::nullopt;
   return hessian_products_until(with_fixed_end(problem, rho), end, rho, directions);
 }
@@ -225,8 +231,7 @@ HessianProducts hessian_products(const Problem& problem, const std::vector<doubl
 HessianProducts hessian_products_until(const Problem& problem, const std::optional<EndEvent>& end,
                                        const std::vector<double>& rho, const MatrixXd& directions,
                                        const Eigen::VectorXd& start_weights) {
-  const std::string refused = hessian_refusal(find_formulation(problem.formulation));
-  if (!refused.empty()) throw CapabilityError(refused);
+  require_products(problem);
   require_twice_differentiable_laws(problem, rho);
   const Eigen::Index np = problem.parameters.size();
   if (directions.rows() != np)

@@ -12,6 +12,7 @@
 #include "costate/cycle/cycle_start.h"
 #include "costate/cycle/multiplier_derivative.h"
 #include "costate/problem/known_error.h"
+#include "costate/sensitivity/cycle_lagrangian.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate {
@@ -86,22 +87,11 @@ GradientResult cycle_gradient(const Problem& problem, const std::string& name, c
     if (by_multiplier != 0) tell_multiplier(by_multiplier, cycle.multiplier_rho_error, cycle.multiplier_method, r);
     return r;
   }
-  const CycleStart start(p, *p.cycle, rho);
-  const Section& section = start.section();
-  const bool valued = has_cycle_values(p);
-  const ValuedProblem with = valued ? with_cycle_values(p, rho, cycle.values()) : ValuedProblem{p, rho};
-  const ReturnMap map(with.problem, section, with.rho, valued ? kCycleValues : 0);
-  const auto& free = section.free();
-  const auto k = static_cast<Eigen::Index>(free.size());
-  const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(k, k) - cycle.map.next_x(free, free);
-  const PeriodTravel by = by_period_and_travel(cycle.psi_values, cycle.values());
-  const Eigen::RowVectorXd psi_x = cycle.map.psi_x + by.period * cycle.map.time_x + by.travel * cycle.map.travel_x;
-  CycleWeights weights{Eigen::VectorXd::Zero(section.size()), by.period, by.travel};
-  const Eigen::VectorXd l = A.transpose().partialPivLu().solve(psi_x(free).transpose());
-  weights.next(free) = l;
+  const CycleLagrangian lagrangian(p, rho, cycle);
+  const ReturnMap& map = lagrangian.map();
   Eigen::VectorXd more;
   std::vector<double> values;
-  const Problem linear = map.linear_problem(cycle.x, cycle.positions, cycle.map, weights, values, more);
+  const Problem linear = map.linear_problem(cycle.x, cycle.positions, cycle.map, lagrangian.weights(), values, more);
   const GradientResult g = gradient(linear, name, values);
   r.counters += g.counters;
   r.gradient.assign(g.gradient.begin(), g.gradient.begin() + np);

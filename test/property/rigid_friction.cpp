@@ -210,10 +210,7 @@ friction_coefficient = FRICTION
 ground_height_m = 0.01
 ground_angle_rad = SLOPE
 restitution = 0
-[point.anchor]
-ground = true
-x_m = 0.8
-y_m = 0.5
+ANCHOR
 [point.top]
 on = "box"
 x_m = 0
@@ -241,6 +238,21 @@ kind = "value"
 output = "lambda.contact.foot.normal"
 )";
 
+// By a bump from 0.45 to 0.55 s, with kinks at both.
+const char* kAnchorThatIsPushed = R"([point.anchor]
+x_m = 0.8
+y_m = 0.5
+[mass.anchor]
+point = "anchor"
+mass_kg = 0.4
+[driver.across]
+coordinate = "anchor.x"
+law = 0.8
+[driver.up]
+coordinate = "anchor.y"
+law = { kind = "sum", terms = [{ kind = "polynomial", coefficients = [0.5] }, { kind = "bump", height_m = 0.05, start_m = 0.45, length_m = 0.1, shape = "half_sine" }] }
+)";
+
 }  // namespace
 
 // A foot lands and slides, or sticks where it lands, which depends on the parameters as all does that follows; or it
@@ -248,11 +260,15 @@ output = "lambda.contact.foot.normal"
 // coordinate that is best to be left out of the independent ones: the reactions have others. Differences are known to
 // 1e-8.
 TEST_CASE("rigid friction: where a foot lands depends on the parameters", "[events]") {
-  const auto lands = [](const char* friction, const char* slope) {
-    return make_problem(Scene::parse(with_words(kLands, {{"FRICTION", friction}, {"SLOPE", slope}}), "lands.toml"));
+  const auto lands = [](const char* friction, const char* slope,
+                        const char* anchor = "[point.anchor]\nground = true\nx_m = 0.8\ny_m = 0.5") {
+    return make_problem(
+        Scene::parse(with_words(kLands, {{"FRICTION", friction}, {"SLOPE", slope}, {"ANCHOR", anchor}}), "lands.toml"));
   };
   check_ways(lands("0.4", "0"), {"contact.foot: touch slides", "contact.foot: release open"}, sliding_ways, 1e-6);
   check_ways(lands("3", "0"), {"contact.foot: touch closed"}, sliding_ways, 1e-6);
+  // Its place goes on where the velocity of what the spring hangs on jumps.
+  check_ways(lands("3", "0", kAnchorThatIsPushed), {"contact.foot: touch closed"}, sliding_ways, 1e-6);
   Problem p = lands("1", "0.785");
   p.formulation = "augmented-lagrangian";
   p.solver.t_end = 0.45;  // before it lands again

@@ -92,8 +92,9 @@ TEST_CASE("cycle costs: formulas of a cycle's values", "[cycle][walker]") {
 }
 
 // Second derivatives of a formula of the cycle's values and of what lies along it, and of the speed of a walker that
-// touches ground that gives, whose way begins at a coordinate of the section, against differences of gradients, which
-// say what they are within. Exact ones are symmetric: what is not is what tolerances leave.
+// touches ground that gives, whose way begins at a coordinate of the section, and of one that is held where it stands,
+// which an arc's radius moves with its leg's angle, against differences of gradients, which say what they are within.
+// Exact ones are symmetric: what is not is what tolerances leave.
 TEST_CASE("cycle costs: second derivatives follow the cycle", "[cycle][walker]") {
   std::vector<std::string> formulas = kWay;
   formulas.push_back("parameter.center={numbers=['body.left.center_y_m','body.right.center_y_m']}");
@@ -102,7 +103,8 @@ TEST_CASE("cycle costs: second derivatives follow the cycle", "[cycle][walker]")
   formulas.push_back("cost.running=[{kind='value', output='swing', weight=0.3}]");
   for (const Problem& p :
        {walker("rigid_arcs.toml", value_of("price"), formulas, {"slope", "center"}),
-        walker("arc_feet.toml", value_of("cycle.speed"), {"run.rtol=1e-10"}, {"slope", "radius", "leg_mass"})}) {
+        walker("arc_feet.toml", value_of("cycle.speed"), {"run.rtol=1e-10"}, {"slope", "radius", "leg_mass"}),
+        walker("gait_speed.toml", value_of("cycle.speed"), {}, {"slope", "radius", "leg_fore"})}) {
     const std::vector<double> rho = p.parameters.values();
     const Hessian h = hessian(p, rho), by_differences = hessian_by_differences(p, "cvodes-forward", rho);
     double size = 0, most = 0;

@@ -70,6 +70,19 @@ TEST_CASE("rigid walkers: a heel strike as the section", "[cycle][walker]") {
     REQUIRE(r.events.size() == 1);
     CHECK(r.events[0].name == "contact.right touch");
   }
+  // The multiplier's derivative: behind the impact by its second derivatives, in mid-stance without it.
+  const auto by_slope = [](const std::vector<std::string>& section) {
+    const Scene scene = Scene::load(kRigidWalkers + "point_feet.toml", section);
+    const Problem p = make_problem(scene, {"slope"});
+    CycleOptions with;
+    with.estimate = false;
+    with.multiplier = true;
+    const CycleResult r = find_cycle(p, *scene.cycle, p.parameters.values(), with);
+    CHECK_THAT(r.multiplier_method, Catch::StartsWith("exact second derivatives"));
+    return r.multiplier_rho[0];
+  };
+  const double in_stance = by_slope({});
+  CHECK(std::abs(by_slope({strike}) - in_stance) <= 1e-6 * std::abs(in_stance));
   // psi on it by an adjoint through the impact that ends the cycle, and by tangents.
   const Scene scene = Scene::load(kRigidWalkers + "point_feet.toml", {strike, "run.cycle=true"});
   Problem p = make_problem(scene, {"slope"});

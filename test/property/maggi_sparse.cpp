@@ -35,7 +35,7 @@ TEST_CASE("maggi sparse: masses and null spaces are those of full matrices") {
     assembly.set_parameters(model.all_parameters().values().data());
     MaggiPositions positions(assembly);
     const Start start = find_start(assembly, 0, false);
-    positions.start(0, start.q.data(), start.z.data());
+    positions.start(start.state(0));
     const int n = assembly.n(), f = positions.freedoms();
     VectorXd y(f);
     for (int i = 0; i < f; ++i) y[i] = start.q[positions.chart().independent()[static_cast<std::size_t>(i)]];
@@ -72,7 +72,7 @@ TEST_CASE("maggi sparse: Newton's matrix and its transpose") {
     assembly.set_parameters(model.all_parameters().values().data());
     MaggiLevel level(assembly);
     const Start start = find_start(assembly, 0, false);
-    level.start(0, start.q.data(), start.z.data());
+    level.start(start.state(0));
     const int f = level.freedoms(), nz = assembly.nz();
     VectorXd y(f), yd(f);
     for (int i = 0; i < f; ++i) {

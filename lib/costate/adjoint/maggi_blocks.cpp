@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "costate/analysis/mechanism_size.h"
+#include "costate/assembly/slip_directions.h"
 #include "costate/base/error.h"
 #include "costate/level/maggi_choice.h"
 
@@ -42,7 +43,8 @@ bool MaggiBlocks::has_rows(int chart, const double* z) {
   return rows_there(assembly_, switched_).same_modes(charts_[chart].rows);
 }
 
-int MaggiBlocks::best_chart(double t, const double* q, const double* z) {
+int MaggiBlocks::best_chart(const StateView& at) {
+  const double* q = at.q;
   if (weight_.empty()) {
     // Lengths count as they are, angles with the size of the mechanism.
     const auto& coordinates = assembly_.mechanism().coordinates();
@@ -56,12 +58,8 @@ int MaggiBlocks::best_chart(double t, const double* q, const double* z) {
                  size = high - low > rounding ? high - low : 1;
     for (int i = 0; i < n_; ++i) weight_.push_back(coordinates[i].unit == "m" ? 1 : size);
   }
-  StateView s;
-  s.t = t;
-  s.q = q;
   MaggiRows rows;
-  if (!switched_.empty()) assembly_.switch_rows(z);
-  assembly_.calc_jacobian(s);
+  assembly_.calc_jacobian(at);
   if (!switched_.empty()) {
     rows = rows_there(assembly_, switched_);
     find_dependent_rows(assembly_, switched_, rows);
@@ -69,12 +67,9 @@ int MaggiBlocks::best_chart(double t, const double* q, const double* z) {
   return charts_.find_best(rows, weight_);
 }
 
-double MaggiBlocks::chart_ratio(int chart, double t, const double* q, const double* z) {
+double MaggiBlocks::chart_ratio(int chart, const StateView& s) {
   const double infinite = std::numeric_limits<double>::infinity();
-  if (!has_rows(chart, z)) return infinite;
-  StateView s;
-  s.t = t;
-  s.q = q;
+  if (!has_rows(chart, s.z)) return infinite;
   assembly_.calc_jacobian(s);
   const auto ratio_of = [&](MaggiChart& X, const double* values) {
     if (!X.factor(values)) return infinite;
@@ -151,6 +146,8 @@ void MaggiBlocks::evaluate(const StateView& s) {
   add_friction_multipliers(assembly_, lambda_.data());
   if (X.redundant()) normal_ = Eigen::Map<const Eigen::VectorXd>(X.normal_solution(), n_);
   assembly_.calc_partials(state());
+  slip_partials(assembly_, state(), slip_q_, slip_v_);
+  add_slip_forces(assembly_, slip_q_, slip_v_);
 
   // (5.9)
   Rp = R;
@@ -207,6 +204,11 @@ Eigen::MatrixXd MaggiBlocks::multiplier_change(const Eigen::MatrixXd& dR1) {
   return out;
 }
 
+Eigen::MatrixXd MaggiBlocks::friction_change(const Eigen::MatrixXd& dq, const Eigen::MatrixXd& dv) const {
+  if (slip_q_.empty()) return Lr;
+  return Lr + times(assembly_.jacobian(), slip_q_, dq) + times(assembly_.jacobian(), slip_v_, dv);
+}
+
 void MaggiBlocks::add_null_weight(const Eigen::VectorXd& y, Eigen::VectorXd& q, Eigen::VectorXd& rho) {
   if (!now().rates->redundant() || y.isZero(0)) return;
   const Eigen::VectorXd null = y - times(assembly_.jacobian(), assembly_.phi_q, times_S(y));
@@ -243,6 +245,10 @@ MaggiBlocks::Reduced MaggiBlocks::reduce(const ScalarGradient& g, bool with_para
     r.z += transposed_times(assembly_.force_state(), assembly_.Q_z, x);
     if (with_parameters) r.rho += Lr.transpose() * g.lambda - F.transpose() * x;
     add_null_weight(g.lambda, q, r.rho);
+    if (!slip_q_.empty()) {
+      q += transposed_times(assembly_.jacobian(), slip_q_, g.lambda);
+      v += transposed_times(assembly_.jacobian(), slip_v_, g.lambda);
+    }
   }
   r.ydd = R.transpose() * a;
   r.yd = R.transpose() * v + E.transpose() * a;

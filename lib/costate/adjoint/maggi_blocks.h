@@ -35,12 +35,12 @@ class MaggiBlocks {
   const std::vector<int>& places() const { return now().rows.closed; }
   /// Whether rows are left out that depend on others, so that the multipliers here are some of many.
   bool shares() const { return !now().rows.left_out.empty(); }
-  /// The number of the best chart at (t, q), of the rows that z has.
-  int best_chart(double t, const double* q, const double* z);
+  /// The number of the best chart at (t, q, v), of the rows that z has.
+  int best_chart(const StateView& s);
   /// Whether a chart is of the rows that z has.
   bool has_rows(int chart, const double* z);
-  /// How far the chart is from the best one at (t, q, z): 1 is best, infinite is singular, or of other rows.
-  double chart_ratio(int chart, double t, const double* q, const double* z);
+  /// How far the chart is from the best one at (t, q, v, z): 1 is best, infinite is singular, or of other rows.
+  double chart_ratio(int chart, const StateView& s);
 
   /// The motion and all blocks but those of parameters at (t, q, v, z) in the chart in force.
   void evaluate(const StateView& s);
@@ -71,6 +71,9 @@ class MaggiBlocks {
   /// The multipliers' change with dR1 at constant multipliers: dlambda = -S^T dR1 in the range of Phi_q. With
   /// redundant rows the least norm moves out of it, see add_null_weight().
   Eigen::MatrixXd multiplier_change(const Eigen::MatrixXd& dR1);
+  /// What friction changes by beyond that, at fixed normal forces, after evaluate_parameters(): Lr, and of a direction
+  /// that turns (slip_directions.h).
+  Eigen::MatrixXd friction_change(const Eigen::MatrixXd& dq, const Eigen::MatrixXd& dv) const;
   /// What the weights y of multipliers give beyond that with redundant rows: they move by
   /// -(1 - Phi_q S) dPhi_q u, u = (X^T X)^-1 (M a - Q), X = [Phi_q; B]; added to the weights of dq and drho.
   void add_null_weight(const Eigen::VectorXd& y, Eigen::VectorXd& q, Eigen::VectorXd& rho);
@@ -110,7 +113,8 @@ class MaggiBlocks {
   Eigen::LLT<Eigen::MatrixXd> mass_factor_;
   Eigen::PartialPivLU<Eigen::MatrixXd> slip_factor_;
   Eigen::MatrixXd Rr_;
-  std::vector<double> reactions_;  // Phi_r
+  std::vector<double> reactions_;        // Phi_r
+  std::vector<double> slip_q_, slip_v_;  // of friction in space, or empty
   double t_ = 0;
   Eigen::VectorXd q_, v_, a_, lambda_, z_;
   Eigen::VectorXd normal_;  // u, with redundant rows

@@ -60,7 +60,7 @@ std::vector<std::string> MaggiEquations::independent_names() const {
 
 void MaggiEquations::solve_motion(const StateView& s) {
   if (fresh_) {
-    if (plan_.empty()) plan_.push_back({std::numeric_limits<double>::infinity(), at_.best_chart(s.t, s.q, s.z)});
+    if (plan_.empty()) plan_.push_back({std::numeric_limits<double>::infinity(), at_.best_chart(s)});
     at_.use_chart((direction() == Direction::forward ? plan_.front() : plan_.back()).chart);
   }
   fresh_ = has_parameters_ = false;
@@ -85,7 +85,7 @@ int MaggiEquations::chart_for(const StateView& s) {
     nearest = distance;
     chart = stretch.chart;
   }
-  return chart >= 0 ? chart : at_.best_chart(s.t, s.q, s.z);
+  return chart >= 0 ? chart : at_.best_chart(s);
 }
 
 void MaggiEquations::evaluate_parameters() {
@@ -110,12 +110,16 @@ void MaggiEquations::evaluate_in_chart(int chart) {
 std::vector<double> MaggiEquations::plan(const std::vector<double>& times, const Motion& motion) {
   plan_.clear();
   std::vector<double> changes, y(static_cast<std::size_t>(2 * n_ + nz_));
+  StateView s;
+  s.q = y.data();
+  s.v = s.q + n_;
+  s.z = s.v + n_;
   int chart = -1;
   for (const double t : times) {
     motion(t, y.data());
-    const double* z = y.data() + 2 * n_;
-    if (chart >= 0 && at_.chart_ratio(chart, t, y.data(), z) <= kWorstMaggiRatio) continue;
-    const int best = at_.best_chart(t, y.data(), z);
+    s.t = t;
+    if (chart >= 0 && at_.chart_ratio(chart, s) <= kWorstMaggiRatio) continue;
+    const int best = at_.best_chart(s);
     if (chart >= 0 && best != chart) {
       plan_.push_back({t, chart});
       changes.push_back(t);

@@ -76,7 +76,7 @@ void MaggiTangent::expand(const Eigen::MatrixXd& X) {
   dlambda_ = at_.multiplier_change(
       times(assembly_.square(), assembly_.M, da_) + times(assembly_.square(), assembly_.C, dv_) +
       times(assembly_.square(), assembly_.K, dq_) - times(assembly_.force_state(), assembly_.Q_z, dz_) + at_.F);
-  dlambda_ += at_.Lr;
+  dlambda_ += at_.friction_change(dq_, dv_);
 }
 
 Eigen::MatrixXd MaggiTangent::project(const Eigen::MatrixXd& dq, const Eigen::MatrixXd& dv, const Eigen::MatrixXd& dz) {

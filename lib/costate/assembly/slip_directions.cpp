@@ -73,10 +73,15 @@ void add_turned(const Assembly& assembly, const SpatialSlip& slip, const Turning
 }  // namespace
 
 bool slips_in_space(const Assembly& assembly) {
-  const auto& rows = assembly.sliding_rows();
-  for (std::size_t i = 1; i < rows.size(); ++i)
-    if (rows[i].normal == rows[i - 1].normal) return true;
+  for (std::size_t i = 0; i < assembly.sliding_rows().size(); ++i)
+    if (slips_in_space(assembly, i)) return true;
   return false;
+}
+
+bool slips_in_space(const Assembly& assembly, std::size_t i) {
+  const auto& rows = assembly.sliding_rows();
+  const auto same = [&](std::size_t other) { return other < rows.size() && rows[other].normal == rows[i].normal; };
+  return same(i + 1) || (i > 0 && same(i - 1));
 }
 
 void turn_slips(const Assembly& assembly, const StateView& s, std::vector<Assembly::SlidingRow>& rows) {
@@ -121,6 +126,24 @@ void slip_partials(const Assembly& assembly, const StateView& s, std::vector<dou
     for (std::size_t k = 0; k < by_q.size(); ++k)
       if (assembly.jacobian().row[k] == r.along) by_q[k] = assembly.phidd_q[k];
   add_slip_rates(assembly, s, by_v);
+}
+
+void add_slip_forces(Assembly& assembly, const std::vector<double>& by_q, const std::vector<double>& by_v) {
+  if (by_q.empty()) return;
+  const SparsePattern &pattern = assembly.jacobian(), &square = assembly.square();
+  const std::vector<double>& J = assembly.reaction_jacobian();
+  std::vector<std::pair<int, std::size_t>> entries;  // of a row: columns and places
+  for (const Assembly::SlidingRow& r : assembly.sliding_rows()) {
+    entries.clear();
+    for (int j = 0; j < pattern.cols; ++j)
+      if (const std::int64_t e = pattern.find(r.along, j); e >= 0) entries.emplace_back(j, static_cast<std::size_t>(e));
+    for (const auto& [j, by] : entries)
+      for (const auto& [i, of] : entries) {
+        const auto at = static_cast<std::size_t>(square.find(i, j));
+        assembly.K[at] += J[of] * by_q[by];
+        assembly.C[at] += J[of] * by_v[by];
+      }
+  }
 }
 
 Eigen::MatrixXd slip_columns(const Assembly& assembly, const StateView& s, const Eigen::MatrixXd& phid) {

@@ -8,8 +8,9 @@
 
 namespace costate {
 
-/// Whether a contact slides in space.
+/// Whether a contact slides in space; and whether the i-th of the assembly's sliding rows is of one that does.
 bool slips_in_space(const Assembly& assembly);
+bool slips_in_space(const Assembly& assembly, std::size_t i);
 /// The directions of those of `rows`, of the assembly's sliding rows, that slide in space, at (q, v, z) of the Jacobian
 /// that is there. Where v or z are missing they stay as they are, and where w = 0 there is none.
 void turn_slips(const Assembly& assembly, const StateView& s, std::vector<Assembly::SlidingRow>& rows);
@@ -21,6 +22,9 @@ void add_slip_rates(const Assembly& assembly, const StateView& s, std::vector<do
 /// For rows of rates in whose place those of friction stand: (R2_k)_q and (R2_k)_v of contacts that slide in space, on
 /// the Jacobian's pattern and zero elsewhere, at the partials that are there; both empty where nothing slides in space.
 void slip_partials(const Assembly& assembly, const StateView& s, std::vector<double>& by_q, std::vector<double>& by_v);
+/// K += J_t^T (R2)_q, C += J_t^T (R2)_v with slip_partials() of the same point: the equations' derivatives at constant
+/// normal forces, with lambda_k = -mu lambda_0 sigma_k, in the place of those at constant multipliers.
+void add_slip_forces(Assembly& assembly, const std::vector<double>& by_q, const std::vector<double>& by_v);
 /// (R2_k)_rho, as far as sigma turns, of the rates' columns phid; empty where nothing slides in space.
 Eigen::MatrixXd slip_columns(const Assembly& assembly, const StateView& s, const Eigen::MatrixXd& phid);
 /// Of the contact whose first row is `row`: the weights of the rates of its rows in factor sum_k weight_k R2_k.

@@ -8,7 +8,6 @@
 namespace costate {
 
 void refuse_rows_without_place(const Assembly& assembly) {
-  refuse_spatial_friction(assembly, "this formulation", "index1 or baumgarte");
   const Mechanism& mech = assembly.mechanism();
   for (const std::size_t c : assembly.constraints_without_place()) {
     const auto* switched = dynamic_cast<const SwitchedRows*>(mech.constraints()[c].get());

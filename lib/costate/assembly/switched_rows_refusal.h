@@ -5,8 +5,8 @@
 
 namespace costate {
 
-/// Throws CapabilityError where rows that come and go have no place, or are friction in space: for formulations of
-/// independent coordinates, which hold a contact that sticks at the place where it is.
+/// Throws CapabilityError where rows that come and go have no place: for formulations of independent coordinates, which
+/// hold a contact that sticks at the place where it is.
 void refuse_rows_without_place(const Assembly& assembly);
 /// Throws CapabilityError where contacts may slide in space: `who` does not carry that, "this formulation", and what
 /// does.

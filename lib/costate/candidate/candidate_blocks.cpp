@@ -47,12 +47,16 @@ std::vector<double> CandidateBlocks::plan(const std::vector<double>& times, cons
   plan_.clear();
   std::vector<double> changes, y(static_cast<std::size_t>(2 * assembly_.n() + assembly_.nz()) + 1);
   if (!reduced_) return changes;
+  StateView s;
+  s.q = y.data();
+  s.v = s.q + assembly_.n();
+  s.z = s.v + assembly_.n();
   int chart = -1;
   for (const double t : times) {
     motion(t, y.data());
-    const double* z = y.data() + 2 * assembly_.n();
-    if (chart >= 0 && maggi_.chart_ratio(chart, t, y.data(), z) <= kWorstMaggiRatio) continue;
-    const int best = maggi_.best_chart(t, y.data(), z);
+    s.t = t;
+    if (chart >= 0 && maggi_.chart_ratio(chart, s) <= kWorstMaggiRatio) continue;
+    const int best = maggi_.best_chart(s);
     if (chart >= 0 && best != chart) {
       plan_.push_back({t, chart});
       changes.push_back(t);

@@ -166,15 +166,21 @@ void MaggiDae::solve_transposed(double* b) {
 void MaggiDae::add_product(double c, const double* x, double* out) {
   require_linearized();
   const double* columns[] = {x};
-  level_.push(columns, 1, true, false);
+  // Accelerations come last where contacts slide: of a slip that is slow sigma_v has 1/|w|, and what cancels, also with
+  // what `out` has, would take their digits.
+  const bool last = level_.slides();
+  level_.push(columns, 1, !last, false);
   level_.project(level_.force(0), motion_.data());
   const int w = 2 * f_ + nz_;
-  for (int i = static_cast<int>(level_.independent().size()); i < f_; ++i) motion_[i] = x[w + i];
+  for (int i = static_cast<int>(level_.independent().size()); i < f_ && !last; ++i) motion_[i] = x[w + i];
   for (int i = 0; i < f_; ++i) {
     out[i] -= c * x[f_ + i];
     out[f_ + i] -= c * x[w + i];
     out[w + i] += c * motion_[i];
   }
+  const double* My = last ? level_.mass_matrix() : nullptr;
+  for (int j = 0; j < f_ && last; ++j)
+    for (int i = 0; i < f_; ++i) out[w + i] += c * My[static_cast<std::ptrdiff_t>(j) * f_ + i] * x[w + j];
   for (int i = 0; i < nz_; ++i) out[2 * f_ + i] -= c * level_.state_rate(0)[i];
 }
 
@@ -255,7 +261,7 @@ void MaggiDae::spread_start_weights(const StateView& start, const double* mu, do
 
 void MaggiDae::start(double t, double* y, double* yp, Eigen::MatrixXd* y_rho, Eigen::MatrixXd* yp_rho) {
   const Start s = find_start(assembly_, t, y_rho != nullptr);
-  level_.start(t, s.q.data(), s.z.data());
+  level_.start(s.state(t));
   rename();
   std::fill(y, y + size(), 0.0);
   std::fill(yp, yp + size(), 0.0);

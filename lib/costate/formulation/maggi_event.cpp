@@ -63,10 +63,10 @@ void cross_event(MaggiLevel& level, MotionEvents& events, int event, double* y, 
   std::vector<double> v(before.v, before.v + level.assembly().n());
   events.cross(event, before, v.data(), y + 2 * f);
   if (level.assembly().has_switched_rows()) {
-    level.enter_rows(before.t, before.q, y + 2 * f, chart);
     StateView after = before;
     after.v = v.data();
     after.z = y + 2 * f;
+    level.enter_rows(after, chart);
     return read_coordinates(level, after, y);
   }
   const auto& independent = level.independent();

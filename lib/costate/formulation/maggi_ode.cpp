@@ -189,7 +189,7 @@ void MaggiOde::spread_start_weights(const StateView& start, const double* mu, do
 
 void MaggiOde::start(double t, double* y, Eigen::MatrixXd* y_rho) {
   const Start s = find_start(assembly_, t, y_rho != nullptr);
-  level_.start(t, s.q.data(), s.z.data());
+  level_.start(s.state(t));
   rename();
   std::fill(y, y + size(), 0.0);
   read_coordinates(level_, s.state(t), y);

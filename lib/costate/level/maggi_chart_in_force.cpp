@@ -23,12 +23,12 @@ void MaggiPositions::change(double* R) {
   chart_ = charts_.find_beside(rows(), choice, weight_);
 }
 
-void MaggiPositions::enter_rows(double t, const double* q, const double* z, int chart) {
-  assembly_.switch_rows(z);
-  if (t > kept_t_.back()) {
+void MaggiPositions::enter_rows(const StateView& s, int chart) {
+  assembly_.switch_rows(s.z);
+  if (s.t > kept_t_.back()) {
     // Behind it what sticks does so here, and first guesses of another place are far away.
-    kept_t_.push_back(t);
-    kept_q_.insert(kept_q_.end(), q, q + n_);
+    kept_t_.push_back(s.t);
+    kept_q_.insert(kept_q_.end(), s.q, s.q + n_);
   }
   if (chart >= 0) {
     chart_ = chart;
@@ -36,10 +36,7 @@ void MaggiPositions::enter_rows(double t, const double* q, const double* z, int 
   }
   MaggiRows wanted = rows_there(assembly_, switched_);
   if (rows().same_modes(wanted)) return;
-  StateView s;
-  s.t = t;
-  s.q = q;
-  assembly_.calc_constraints(s);
+  assembly_.calc_jacobian(s);
   find_dependent_rows(assembly_, switched_, wanted);
   chart_ = charts_.find_best(wanted, weight_);
 }

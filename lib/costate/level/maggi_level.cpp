@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "costate/analysis/start.h"
+#include "costate/assembly/slip_directions.h"
 #include "costate/base/error.h"
 #include "costate/level/maggi_ratio.h"
 #include "costate/level/solved_end.h"
@@ -43,16 +44,16 @@ void MaggiLevel::clear() {
   dynamic_ = has_multipliers_ = false;
 }
 
-void MaggiLevel::start(double t, const double* q, const double* z) {
+void MaggiLevel::start(const StateView& s) {
   point_.forget();
   branch_.forget();
-  positions_.start(t, q, z);
+  positions_.start(s);
   mass_.forget_chart();
 }
 
-void MaggiLevel::enter_rows(double t, const double* q, const double* z, int chart) {
+void MaggiLevel::enter_rows(const StateView& s, int chart) {
   if (!assembly_.has_switched_rows()) return;
-  positions_.enter_rows(t, q, z, chart);
+  positions_.enter_rows(s, chart);
   point_.forget();
   mass_.forget_chart();
 }
@@ -94,7 +95,7 @@ void MaggiLevel::solve(double t, const double* y, const double* yd, const double
   clear();
   if (!positions_.started()) {
     const Start start = find_start(assembly_, t, false);
-    positions_.start(t, start.q.data(), start.z.data());
+    positions_.start(start.state(t));
   }
   assembly_.switch_rows(z);
   positions_.require_rows();
@@ -226,6 +227,8 @@ void MaggiLevel::linearize() {
   solve_multipliers();
   if (assembly_.has_partials(accelerated_.id())) return;
   assembly_.calc_partials(state(), accelerated_.id());
+  slip_partials(assembly_, state(), slip_q_, slip_v_);
+  add_slip_forces(assembly_, slip_q_, slip_v_);
 }
 
 void MaggiLevel::push(const double* const* s, int count, bool with_w, bool with_parameters) {

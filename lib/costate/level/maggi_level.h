@@ -6,6 +6,8 @@
 // R1 = M a + Phi_q^T lambda - Q at constant lambda, along the derivatives of q, v and a:
 //   [Phi_q; B] dq = [-Phi_rho; dy],  [Phi_q; B] dv = [-(Phid_q dq + Phid_rho); dyd],
 //   [Phi_q; B] da = [-(Phidd_q dq + 2 Phid_q dv + Phidd_rho); dw].
+// Where contacts slide R_r and S_r of (5.14) stand for R and S there, and multipliers along the ground follow those of
+// the gaps; in space K and C hold how they turn (5.15).
 //
 // Assumes that My is regular (every motion moves some mass). With redundant, consistent constraints the multipliers are
 // those of least norm, and parameters must keep the constraints consistent.
@@ -26,15 +28,15 @@ class MaggiLevel {
   int freedoms() const { return f_; }
 
   // Charts keep their numbers until the next start().
-  void start(double t, const double* q, const double* z);
+  void start(const StateView& s);
   int chart() const { return positions_.chart_index(); }
   void use_chart(int chart);
   /// The coordinates that y consists of, and the rows whose places stand behind them (maggi_rows.h).
   const std::vector<int>& independent() const { return positions_.chart().independent(); }
   const std::vector<int>& places() const { return positions_.rows().closed; }
-  /// Behind an event that has left (t, q, z): the chart in force is one of the rows that z has, this one unless it is
-  /// to be found.
-  void enter_rows(double t, const double* q, const double* z, int chart = -1);
+  /// Behind an event that has left (t, q, v, z): the chart in force is one of the rows that z has, this one unless it
+  /// is to be found.
+  void enter_rows(const StateView& s, int chart = -1);
   /// How far the chart is from the best one at the solved point: 1 is best, infinite is singular.
   double chart_ratio() { return mass_.chart_ratio(); }
   /// The best chart at the solved point comes into force.
@@ -167,6 +169,7 @@ class MaggiLevel {
   // pull: weights of dq, dv, da, dz; s1 = sigma + S g_lambda; [S^T x; R^T x] of the weights x
   std::vector<double> g_q_, g_v_, g_a_, g_z_, s1_, reaction_q_, reaction_v_, reaction_a_;
   std::vector<double> null_weight_, hessian_, zero_, along_;  // along_: s1 and the cost weigh friction
+  std::vector<double> slip_q_, slip_v_;                       // of friction in space (slip_directions.h), or empty
   bool weighs_null_ = false;  // the cost weighs multipliers that redundant rows leave to the least norm
   const double* mu_f_ = nullptr;
 };

@@ -56,12 +56,13 @@ double MaggiPositions::largest(const double* x) const {
   return r;
 }
 
-void MaggiPositions::start(double t, const double* q, const double* z) {
-  assembly_.switch_rows(z);
-  begin(t, q, nullptr);
+void MaggiPositions::start(const StateView& s) {
+  assembly_.switch_rows(s.z);
+  begin(s, nullptr);
 }
 
-void MaggiPositions::begin(double t, const double* q, const MaggiCharts::Chart* choice) {
+void MaggiPositions::begin(const StateView& from, const MaggiCharts::Chart* choice) {
+  const double t = from.t, *q = from.q;
   // Angles count with the size of the mechanism: an angle is chosen before the positions that it moves.
   const auto& coordinates = assembly_.mechanism().coordinates();
   double low = 0, high = 0;
@@ -105,6 +106,7 @@ void MaggiPositions::begin(double t, const double* q, const MaggiCharts::Chart* 
   } else {
     MaggiRows rows = rows_there(assembly_, switched_);
     if (!switched_.empty()) find_dependent_rows(assembly_, switched_, rows);
+    if (!rows.slides.empty()) assembly_.calc_jacobian(from);  // in space the direction is that of the velocities
     chart_ = charts_.find_best(rows, weight_);
   }
   last_.t = t;
@@ -117,7 +119,12 @@ void MaggiPositions::begin(double t, const double* q, const MaggiCharts::Chart* 
 bool MaggiPositions::begin_as(const MaggiPositions& other) {
   const bool first = !started();
   const MaggiCharts::Chart& choice = other.charts_[other.chart_];
-  if (first) begin(other.last_.t, other.last_.q.data(), &choice);
+  if (first) {
+    StateView from;
+    from.t = other.last_.t;
+    from.q = other.last_.q.data();
+    begin(from, &choice);
+  }
   last_ = other.last_;
   if (charts_[chart_].is(choice.rows, choice.rates->independent(), nullptr)) return first;
   chart_ = charts_.find(choice.rows, choice.rates->independent(), choice.of_reactions());

@@ -27,7 +27,7 @@ class MaggiPositions {
   bool redundant() const { return redundant_; }
 
   /// Forgets all charts and guesses and chooses the best chart at consistent positions, of the rows that z has.
-  void start(double t, const double* q, const double* z);
+  void start(const StateView& s);
   bool started() const { return chart_ >= 0; }
   /// In the chart of others that are started, near their last positions, without what they keep. Whether the chart is
   /// another than before.
@@ -51,7 +51,7 @@ class MaggiPositions {
   void add_places(const double* y, double* x) const;
   /// The chart in force is one of the rows that z has: this chart, or that in force, or one that has been made before,
   /// or the best one at these positions.
-  void enter_rows(double t, const double* q, const double* z, int chart = -1);
+  void enter_rows(const StateView& s, int chart = -1);
   /// Throws Error where the assembly has other rows than the chart.
   void require_rows() const;
   /// How far the chart is from the best one, given `count` columns of its R from `first` on: 1 is best, infinite is
@@ -96,7 +96,7 @@ class MaggiPositions {
   // along its velocities no farther than that.
   static constexpr double kNear = 0.05, kFar = 0.2;
   /// `choice`: of the first chart, or null where the best one is to be found.
-  void begin(double t, const double* q, const MaggiCharts::Chart* choice);
+  void begin(const StateView& s, const MaggiCharts::Chart* choice);
   /// The first guess for time t in q_; returns the time that it belongs to. `far`: no extrapolation.
   double guess(double t, bool from_kept, bool far);
   double repeated_guess(double t, bool& far);

@@ -18,6 +18,11 @@ void MaggiLevel::pull(const ScalarGradient& g, bool with_multipliers) {
   MaggiChart& X = positions_.reaction_chart();
   std::copy_n(g.lambda.data(), m_, s1_.begin());
   for (const Assembly::SlidingRow& r : assembly_.sliding_rows()) along_[r.along] = g.lambda[r.along];
+  // dlambda_k = -mu sigma_k dlambda_n + (R2_k)_q dq + (R2_k)_v dv
+  if (!slip_q_.empty()) {
+    add_transposed_product(assembly_.jacobian(), slip_q_.data(), 1, along_.data(), g_q_.data());
+    add_transposed_product(assembly_.jacobian(), slip_v_.data(), 1, along_.data(), g_v_.data());
+  }
   pull_friction_multipliers(assembly_, s1_.data());
   X.solve(s1_.data());
   std::fill(s1_.begin() + n_, s1_.end(), 0.0);

@@ -1,10 +1,13 @@
 #include "costate/level/maggi_rows.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <iterator>
 
 #include "costate/analysis/start.h"
+#include "costate/assembly/slip_directions.h"
 #include "costate/base/error.h"
 #include "costate/element/switched_rows.h"
 #include "costate/linear/to_dense.h"
@@ -27,6 +30,18 @@ struct Bare {
   StateView state;
 };
 
+/// Who bears how much decides what friction that turns does: its moments are not those of its sum.
+void refuse_undetermined_slips(const Assembly& assembly, const std::vector<int>& left_out) {
+  if (!slips_in_space(assembly)) return;
+  for (const int r : left_out)
+    if (assembly.holds_position(r))
+      throw CapabilityError(fmt::format(
+          "Row '{}' depends on those of other contacts that are closed, and some slide in space: who bears how much of "
+          "the weight decides how they turn, which Maggi's equations do not know. Take index1 or baumgarte, or fewer "
+          "contacts on one body.",
+          assembly.mechanism().row_names()[static_cast<std::size_t>(r)]));
+}
+
 }  // namespace
 
 std::vector<int> find_switched_rows(const Assembly& assembly) {
@@ -42,7 +57,9 @@ MaggiRows rows_there(const Assembly& assembly, const std::vector<int>& switched)
   MaggiRows rows;
   std::copy_if(switched.begin(), switched.end(), std::back_inserter(rows.there),
                [&](int r) { return assembly.is_there(r); });
-  for (const Assembly::SlidingRow& r : assembly.sliding_rows()) rows.slides.emplace_back(r.along, r.direction);
+  const auto& slides = assembly.sliding_rows();
+  for (std::size_t i = 0; i < slides.size(); ++i)
+    rows.slides.emplace_back(slides[i].along, slips_in_space(assembly, i) ? 0 : slides[i].direction);
   return rows;
 }
 
@@ -79,6 +96,7 @@ void find_dependent_rows(const Assembly& assembly, const std::vector<int>& switc
         left_out.push_back(r);
     }
     std::sort(left_out.begin(), left_out.end());
+    refuse_undetermined_slips(assembly, left_out);
   }
   leave_out(left_out, switched, rows);
 }

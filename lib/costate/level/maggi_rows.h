@@ -4,8 +4,8 @@
 // since then. Nothing moves there, y' = yd = 0, but a place depends on the parameters as the state did in which the
 // contact came to stick. A contact that slides has a reaction that depends on another one, lambda_t = -s mu lambda_n:
 //   M a + Phi_r^T lambda = Q,  Phi_r = Phi_q,n - s mu Phi_q,t in the row of its gap,
-// so that R^T in front of the equations of motion is that of [Phi_r; B_r]^-1 = [S_r R_r], and the multipliers are those
-// of S_r (lib/README.md (5.14)).
+// in space Phi_q,n - mu sum_k sigma_k Phi_q,t_k, so that R^T in front of the equations of motion is that of
+// [Phi_r; B_r]^-1 = [S_r R_r], and the multipliers are those of S_r (lib/README.md (5.14)).
 #pragma once
 
 #include <vector>
@@ -15,7 +15,8 @@
 namespace costate {
 
 struct MaggiRows {
-  /// Those that come and go and are there, and along which of them contacts slide, with the direction.
+  /// Those that come and go and are there, and along which of them contacts slide, with the direction; in space, where
+  /// it turns within a mode, 0.
   std::vector<int> there;
   std::vector<std::pair<int, double>> slides;
   /// Of those that are there the ones that depend on the others, as the second corner of a body that sticks does: the

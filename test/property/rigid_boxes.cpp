@@ -24,12 +24,22 @@ using costate::test::with_words;
 
 namespace {
 
-const std::vector<MethodWay> box_ways = {
-    {"index1", "idas-adjoint"},      {"index1", "cvodes-forward"},  {"index1", "hand-adjoint"},
-    {"baumgarte", "cvodes-adjoint"}, {"baumgarte", "idas-forward"}, {"baumgarte", "hand-tangent"},
-    {"penalty", "idas-forward"},     {"penalty", "cvodes-adjoint"}, {"augmented-lagrangian", "cvodes-adjoint"},
-    {"maggi", "cvodes-adjoint"},     {"maggi", "cvodes-forward"},   {"maggi-implicit", "idas-adjoint"},
-    {"maggi", "discrete-adjoint"},   {"maggi", "hand-adjoint"},     {"maggi-implicit", "hand-tangent"}};
+const std::vector<MethodWay> box_ways = {{"index1", "idas-adjoint"},
+                                         {"index1", "cvodes-forward"},
+                                         {"index1", "hand-adjoint"},
+                                         {"baumgarte", "cvodes-adjoint"},
+                                         {"baumgarte", "idas-forward"},
+                                         {"baumgarte", "hand-tangent"},
+                                         {"penalty", "idas-forward"},
+                                         {"penalty", "cvodes-adjoint"},
+                                         {"augmented-lagrangian", "cvodes-adjoint"},
+                                         {"maggi", "cvodes-adjoint"},
+                                         {"maggi", "cvodes-forward"},
+                                         {"maggi-implicit", "idas-adjoint"},
+                                         {"maggi", "discrete-adjoint"},
+                                         {"maggi", "hand-adjoint"},
+                                         {"maggi-implicit", "hand-tangent"},
+                                         {"penalty-second-order", "hand-adjoint"}};
 
 /// Psi and gradient by all ways, to `tolerance` of the largest.
 void check_box(Problem p, double psi, const std::vector<double>& by, double tolerance) {

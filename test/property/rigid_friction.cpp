@@ -253,6 +253,15 @@ coordinate = "anchor.y"
 law = { kind = "sum", terms = [{ kind = "polynomial", coefficients = [0.5] }, { kind = "bump", height_m = 0.05, start_m = 0.45, length_m = 0.1, shape = "half_sine" }] }
 )";
 
+/// `costs` in the place of words of the costs.
+Problem lands(const char* friction, const char* slope,
+              const char* anchor = "[point.anchor]\nground = true\nx_m = 0.8\ny_m = 0.5",
+              const std::vector<std::pair<std::string, std::string>>& costs = {}) {
+  return make_problem(Scene::parse(
+      with_words(with_words(kLands, {{"FRICTION", friction}, {"SLOPE", slope}, {"ANCHOR", anchor}}), costs),
+      "lands.toml"));
+}
+
 }  // namespace
 
 // A foot lands and slides, or sticks where it lands, which depends on the parameters as all does that follows; or it
@@ -260,11 +269,6 @@ law = { kind = "sum", terms = [{ kind = "polynomial", coefficients = [0.5] }, { 
 // coordinate that is best to be left out of the independent ones: the reactions have others. Differences are known to
 // 1e-8.
 TEST_CASE("rigid friction: where a foot lands depends on the parameters", "[events]") {
-  const auto lands = [](const char* friction, const char* slope,
-                        const char* anchor = "[point.anchor]\nground = true\nx_m = 0.8\ny_m = 0.5") {
-    return make_problem(
-        Scene::parse(with_words(kLands, {{"FRICTION", friction}, {"SLOPE", slope}, {"ANCHOR", anchor}}), "lands.toml"));
-  };
   check_ways(lands("0.4", "0"), {"contact.foot: touch slides", "contact.foot: release open"}, sliding_ways, 1e-6);
   check_ways(lands("3", "0"), {"contact.foot: touch closed"}, sliding_ways, 1e-6);
   // Its place goes on where the velocity of what the spring hangs on jumps.
@@ -283,6 +287,24 @@ TEST_CASE("rigid friction: where a foot lands depends on the parameters", "[even
               {"maggi", "hand-adjoint"},
               {"maggi-implicit", "hand-tangent"}},
              1e-6);
+}
+
+// The adjoint of second order, which takes no running costs of accelerations and reactions: the row along the ground
+// has a rate while a body turns and slides, and keeps no place where it sticks.
+TEST_CASE("rigid friction: the adjoint of second order of a foot that lands", "[events]") {
+  const std::vector<std::pair<std::string, std::string>> costs = {
+      {"output = \"box.y_ddot\"", "output = \"box.y\""},
+      {"output = \"lambda.contact.foot.normal\"", "output = \"box.angle\""}};
+  const char* anchor = "[point.anchor]\nground = true\nx_m = 0.8\ny_m = 0.5";
+  const std::vector<MethodWay> ways = {{"penalty", "hand-adjoint"}, {"penalty-second-order", "hand-adjoint"}};
+  for (const char* pushed : {anchor, kAnchorThatIsPushed})
+    check_ways(lands("3", "0", pushed, costs), {"contact.foot: touch closed"}, ways, 1e-6);
+  check_ways(lands("0.4", "0", anchor, costs), {"contact.foot: touch slides", "contact.foot: release open"}, ways,
+             1e-6);
+  Problem p = lands("1", "0.785", anchor, costs);
+  p.formulation = "augmented-lagrangian";
+  p.solver.t_end = 0.45;  // before it lands again
+  check_ways(p, {"contact.foot: touch closed", "contact.foot: slip slides", "contact.foot: release open"}, ways, 1e-6);
 }
 
 // Where a run ends by a reaction the end's own time has that reaction's rate, in which the friction of what slides

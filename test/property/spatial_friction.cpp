@@ -335,6 +335,11 @@ TEST_CASE("rigid friction in space: gradients through a slip that begins and tur
 
 // What is not carried is refused by name.
 TEST_CASE("rigid friction in space: refusals", "[events]") {
-  const Problem p = throw_block(0, 0, 0.3, 0.3);
+  Problem p = throw_block(1, 2, 0.3, 0.3);
+  for (const char* formulation : {"penalty-second-order", "maggi-second-order"}) {
+    p.formulation = formulation;
+    CHECK_THROWS_WITH(gradient(p, "hand-adjoint", p.parameters.values()), Catch::Contains("without friction in space"));
+  }
+  p = throw_block(0, 0, 0.3, 0.3);
   CHECK_THROWS_WITH(simulate(p, p.parameters.values()), Catch::Contains("along its velocity"));
 }

@@ -2,7 +2,9 @@
 
 #include "costate/adjoint/gradient_rate.h"
 #include "costate/analysis/start.h"
+#include "costate/assembly/switched_rows_refusal.h"
 #include "costate/base/error.h"
+#include "costate/element/switched_rows.h"
 #include "costate/linear/to_dense.h"
 
 namespace costate {
@@ -48,7 +50,7 @@ SecondOrderAdjoint::SecondOrderAdjoint(std::shared_ptr<const Mechanism> mechanis
   at_.sigma_tau = place(Im, s, t);
   at_.t_nu = place(assembly_.jacobian(), t, v);
   at_.t_mu = place(assembly_.jacobian(), t, u);
-  at_.t_corner = place(Im, t, t);
+  at_.t_corner = place(level_.corner_pattern(), t, t, true);
   at_.nu_fv_fz = place(full(n_, nz_), v, z);
   at_.nu_fv_Qz = nz_ > 0 ? place(full(n_, n_), v, u) : -1;
   finalize();
@@ -63,6 +65,7 @@ void SecondOrderAdjoint::require_plain_cost() const {
 
 void SecondOrderAdjoint::fill() {
   require_plain_cost();
+  calc_reaction_rate();
   calc_path_rates(assembly_, state(), rates_);
   const Stabilization& st = level_.stabilization();
   D_.add_constant(at_.D_mu, 1);
@@ -77,12 +80,15 @@ void SecondOrderAdjoint::fill() {
   A_.add(at_.nu_mu_t, assembly_.K.data(), -1);
   A_.add(at_.nu_tau, assembly_.phid_q.data());
   A_.add(at_.nu_tau, assembly_.phi_q.data(), st.by_rate());
-  A_.add(at_.nu_sigma, assembly_.phi_q.data(), -st.by_value());
+  std::vector<double> held = assembly_.phi_q;
+  for (std::size_t k = 0; k < held.size(); ++k)
+    if (!assembly_.holds_position(static_cast<int>(assembly_.jacobian().row[k]))) held[k] = 0;
+  A_.add(at_.nu_sigma, held.data(), -st.by_value());
   D_.add_constant(at_.D_sigma, 1);
   A_.add_constant(at_.sigma_tau, 1);
-  A_.add(at_.t_nu, assembly_.phi_q.data());
-  A_.add(at_.t_mu, assembly_.phid_q.data());
-  A_.add_constant(at_.t_corner, -st.inverse_alpha);
+  A_.add(at_.t_nu, assembly_.reaction_jacobian().data());
+  A_.add(at_.t_mu, reaction_rate_.data());
+  A_.add(at_.t_corner, level_.corner());
   const ScalarGradient& g = running_gradient();
   ScalarGradient rate;
   rate.resize(assembly_);
@@ -101,6 +107,30 @@ void SecondOrderAdjoint::fill() {
   A_.add(at_.nu_fv_fz, fz.data());
   A_.add(at_.nu_fv_Qz, Qz.data());
   b_.col(0).segment(n_, n_) += f_v.transpose() * g.z;
+}
+
+bool SecondOrderAdjoint::carries_switched_rows() const { return !may_slide_in_space(assembly_); }
+
+// Along the ground rows are as they would be if their contacts stuck.
+void SecondOrderAdjoint::calc_reaction_rate() {
+  reaction_rate_ = assembly_.phid_q;
+  if (assembly_.sliding_rows().empty()) return;
+  std::vector<char> along(static_cast<std::size_t>(m_), 0);
+  for (const Assembly::SlidingRow& r : assembly_.sliding_rows()) along[static_cast<std::size_t>(r.along)] = 1;
+  StateView sticks = state();
+  const Mechanism& mech = assembly_.mechanism();
+  std::vector<double> z(sticks.z, sticks.z + nz_);
+  for (const auto& c : mech.constraints())
+    if (const auto* switched = dynamic_cast<const SwitchedRows*>(c.get()); switched && switched->sliding_state() >= 0)
+      for (std::size_t f = 0; f < mech.forces().size(); ++f)
+        if (mech.forces()[f].get() == &switched->switched_by())
+          z[static_cast<std::size_t>(mech.state_offsets()[f] + switched->sliding_state())] = 0;
+  sticks.z = z.data();
+  assembly_.calc_partials(sticks);
+  for (std::size_t k = 0; k < reaction_rate_.size(); ++k)
+    if (along[static_cast<std::size_t>(assembly_.jacobian().row[k])]) reaction_rate_[k] = assembly_.phid_q[k];
+  level_.solve(level_.state());
+  level_.linearize();
 }
 
 Eigen::VectorXd SecondOrderAdjoint::rest(const double* mu, const double* sigma, const double* mu_z) {
@@ -127,14 +157,14 @@ void SecondOrderAdjoint::from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& 
   X = join({Y.col(0).head(n_), Y.col(0).segment(n_, n_), Y.col(0).tail(nz_)});
 }
 
-// KKT [mu; sigma] = [mu_v; 0], KKT [nu; tau] = [rest - mu_q; -Phid_q mu]
+// KKT^T [mu; sigma] = [mu_v; 0], KKT^T [nu; tau] = [rest - mu_q; -J_r' mu]
 Eigen::MatrixXd SecondOrderAdjoint::join(const StateAdjoint& mu) {
   Eigen::VectorXd x = Eigen::VectorXd::Zero(n_ + m_), y = x;
   x.head(n_) = mu.v;
-  level_.solve_kkt(x.data());
+  level_.solve_kkt_transposed(x.data());
   y.head(n_) = rest(x.data(), x.data() + n_, mu.z.data()) - mu.q;
-  add_product(assembly_.jacobian(), assembly_.phid_q.data(), -1, x.data(), y.data() + n_);
-  level_.solve_kkt(y.data());
+  add_product(assembly_.jacobian(), reaction_rate_.data(), -1, x.data(), y.data() + n_);
+  level_.solve_kkt_transposed(y.data());
   Eigen::MatrixXd X(size(), 1);
   X.col(0) << x.head(n_), y.head(n_), mu.z, x.tail(m_), y.tail(m_);
   return X;

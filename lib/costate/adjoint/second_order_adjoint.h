@@ -12,6 +12,10 @@
 // that alpha multiplies nothing: in Mb'' and its neighbours the terms with Phidd_q cancel analytically, which in the
 // compact form costs log10(alpha) digits of the trajectory's accuracy (measured: 5e-3 instead of 2e-7 at rtol 1e-8,
 // alpha 1e6). 1/alpha = 0 gives the second-order adjoint of index-1 and Baumgarte.
+// Where contacts close (lib/README.md (19)) -1/alpha of a row that is not there is -1 and sigma = 0, and what keeps
+// rates alone has no omega^2. Where they slide in the plane the matrix is not symmetric: with the rows J_r of reactions
+// and the corner N of R2, of which -s mu is an entry,
+//   M mu + Phi_q^T sigma = mu_v,   J_r mu + N^T sigma = 0,   sigma' = tau,   J_r nu + J_r' mu + N^T tau = 0.
 // M', M'', C', f_v' come from kernels on path duals. Running costs on accelerations or reactions would need third and
 // fourth derivatives of the motion and are refused.
 #pragma once
@@ -26,6 +30,7 @@ class SecondOrderAdjoint final : public HandEquations {
  public:
   SecondOrderAdjoint(std::shared_ptr<const Mechanism> mechanism, ParameterSelection parameters, Objective objective,
                      Stabilization stabilization);
+  bool carries_switched_rows() const override;
   /// Kinks of forces, where the blocks whose rates stand above jump, and nu and tau with them; mu_q and mu_v do not.
   std::vector<double> plan(const std::vector<double>& times, const Motion& motion) override;
   bool before_step(double t, double next, const double* qvz, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
@@ -50,7 +55,10 @@ class SecondOrderAdjoint final : public HandEquations {
   /// is taken away, with the sign of the equation mu_q = rest - (M nu + Phi_q^T tau).
   Eigen::VectorXd rest(const double* mu, const double* sigma, const double* mu_z);
   void require_plain_cost() const;
+  /// reaction_rate_ there, behind which the level is as it was.
+  void calc_reaction_rate();
 
+  std::vector<double> reaction_rate_;  // J_r', on the Jacobian's pattern
   PathRates rates_;
   std::vector<ForceKink> kinks_;
   std::vector<double> first_;  // (q, v, z) where the motion begins

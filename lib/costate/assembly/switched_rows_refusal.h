@@ -8,8 +8,9 @@ namespace costate {
 /// Throws CapabilityError where rows that come and go have no place: for formulations of independent coordinates, which
 /// hold a contact that sticks at the place where it is.
 void refuse_rows_without_place(const Assembly& assembly);
-/// Throws CapabilityError where contacts may slide in space: `who` does not carry that, "this formulation", and what
-/// does.
+/// Whether contacts may slide in space.
+bool may_slide_in_space(const Assembly& assembly);
+/// Throws CapabilityError where they may: `who` does not carry that, "this formulation", and what does.
 void refuse_spatial_friction(const Assembly& assembly, const std::string& who, const std::string& advice);
 
 }  // namespace costate

@@ -173,9 +173,9 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
   if (equations.assembly().has_switched_rows() && !equations.carries_switched_rows())
     throw CapabilityError(
         "This scene has rigid contacts that close, whose rows come and go; the first-order equations of index1, "
-        "index2, index3, baumgarte, penalty, augmented-lagrangian, maggi and maggi-implicit hold them. Take one of "
-        "these, idas "
-        "or cvodes methods, or let the contacts bounce for good (restitution above 0, closing_speed_m_per_s = 0).");
+        "index2, index3, baumgarte, penalty, augmented-lagrangian, maggi and maggi-implicit hold them, and without "
+        "friction in space those of penalty-second-order. Take one of these, idas or cvodes methods, or let the "
+        "contacts bounce for good (restitution above 0, closing_speed_m_per_s = 0).");
   const ForwardMotion motion = record_motion(problem, rho);
   // Passes stop at the last instant before a jump and go on at the first one behind it.
   equations.set_jumps(motion_jumps(times_of_laws(problem, rho), motion.met), motion.history);

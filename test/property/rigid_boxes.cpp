@@ -39,7 +39,8 @@ const std::vector<MethodWay> box_ways = {{"index1", "idas-adjoint"},
                                          {"maggi", "discrete-adjoint"},
                                          {"maggi", "hand-adjoint"},
                                          {"maggi-implicit", "hand-tangent"},
-                                         {"penalty-second-order", "hand-adjoint"}};
+                                         {"penalty-second-order", "hand-adjoint"},
+                                         {"maggi-second-order", "hand-adjoint"}};
 
 /// Psi and gradient by all ways, to `tolerance` of the largest.
 void check_box(Problem p, double psi, const std::vector<double>& by, double tolerance) {

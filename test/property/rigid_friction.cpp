@@ -296,7 +296,8 @@ TEST_CASE("rigid friction: the adjoint of second order of a foot that lands", "[
       {"output = \"box.y_ddot\"", "output = \"box.y\""},
       {"output = \"lambda.contact.foot.normal\"", "output = \"box.angle\""}};
   const char* anchor = "[point.anchor]\nground = true\nx_m = 0.8\ny_m = 0.5";
-  const std::vector<MethodWay> ways = {{"penalty", "hand-adjoint"}, {"penalty-second-order", "hand-adjoint"}};
+  const std::vector<MethodWay> ways = {
+      {"penalty", "hand-adjoint"}, {"penalty-second-order", "hand-adjoint"}, {"maggi-second-order", "hand-adjoint"}};
   for (const char* pushed : {anchor, kAnchorThatIsPushed})
     check_ways(lands("3", "0", pushed, costs), {"contact.foot: touch closed"}, ways, 1e-6);
   check_ways(lands("0.4", "0", anchor, costs), {"contact.foot: touch slides", "contact.foot: release open"}, ways,

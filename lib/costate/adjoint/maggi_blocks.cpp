@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "costate/analysis/mechanism_size.h"
+#include "costate/assembly/reaction_rates.h"
 #include "costate/assembly/slip_directions.h"
 #include "costate/base/error.h"
 #include "costate/level/maggi_choice.h"
@@ -123,9 +124,9 @@ void MaggiBlocks::evaluate(const StateView& s) {
 
   // (5.1), (5.2): a = R ydd + S c, c = -bias; My ydd = R^T (Q - M S c); lambda = -S^T (M a - Q).
   R = null_space(X);
-  Rr_ = slides() ? null_space(reactions()) : R;
+  Rr = slides() ? null_space(reactions()) : R;
   const Eigen::MatrixXd MR = times(square, assembly_.M, R);
-  My = Rr_.transpose() * MR;
+  My = Rr.transpose() * MR;
   const auto free = static_cast<Eigen::Index>(independent().size());
   for (Eigen::Index i = free; i < f_; ++i) My(i, i) = 1;  // of places, which stay
   if (slides())
@@ -138,7 +139,7 @@ void MaggiBlocks::evaluate(const StateView& s) {
         "it.");
   const Eigen::Map<const Eigen::VectorXd> Q(assembly_.Q.data(), n_), bias(assembly_.bias.data(), m_);
   a_ = times_S(-bias);
-  a_ += R * solve_mass(Rr_.transpose() * (Q - times(square, assembly_.M, a_)));
+  a_ += R * solve_mass(Rr.transpose() * (Q - times(square, assembly_.M, a_)));
   Eigen::VectorXd h = Eigen::VectorXd::Zero(std::max(n_, X.rows()));
   h.head(n_) = times(square, assembly_.M, a_) - Q;
   reactions().solve_transposed(h.data());
@@ -157,10 +158,10 @@ void MaggiBlocks::evaluate(const StateView& s) {
   D = times_S(-times(jacobian, assembly_.phid_q, Rp));
   E = 2 * (places().empty() ? D : times_S(-times(jacobian, assembly_.phid_q, R)));
   A = times_S(-times(jacobian, assembly_.phidd_q, Rp) - 2 * times(jacobian, assembly_.phid_q, D));
-  Cy = Rr_.transpose() * (times(square, assembly_.C, R) + times(square, assembly_.M, E));
-  Ky = Rr_.transpose() *
-       (times(square, assembly_.K, Rp) + times(square, assembly_.C, D) + times(square, assembly_.M, A));
-  Qz = transposed_times(assembly_.force_state(), assembly_.Q_z, Rr_).transpose();
+  Cy = Rr.transpose() * (times(square, assembly_.C, R) + times(square, assembly_.M, E));
+  Ky =
+      Rr.transpose() * (times(square, assembly_.K, Rp) + times(square, assembly_.C, D) + times(square, assembly_.M, A));
+  Qz = transposed_times(assembly_.force_state(), assembly_.Q_z, Rr).transpose();
   Zv = times(assembly_.state_force(), assembly_.f_v, R);
   Zq = times(assembly_.state_force(), assembly_.f_q, Rp) + times(assembly_.state_force(), assembly_.f_v, D);
 }
@@ -176,6 +177,27 @@ StateView MaggiBlocks::state() const {
   return s;
 }
 
+void MaggiBlocks::evaluate_rates() {
+  R1 = 0.5 * E;
+  R2 = A;
+  R2.rightCols(static_cast<Eigen::Index>(places().size())).setZero();
+  Rr1 = R1;
+  Rr2 = R2;
+  if (!slides()) return;
+  std::vector<double> along1, along2;
+  if (calc_reaction_rates(assembly_, state(), along1, along2)) {
+    assembly_.calc_dynamics(state());
+    assembly_.calc_partials(state());
+  }
+  // R_r' = -S_r Phi_r' R_r,  R_r'' = -S_r (Phi_r'' R_r + 2 Phi_r' R_r')
+  std::vector<double> rows1 = assembly_.phid_q, rows2 = assembly_.phidd_q;
+  add_friction_rows(assembly_, along1, rows1);
+  add_friction_rows(assembly_, along2, rows2);
+  const SparsePattern& jacobian = assembly_.jacobian();
+  Rr1 = times_S(reactions(), -times(jacobian, rows1, Rr)).topRows(n_);
+  Rr2 = times_S(reactions(), -times(jacobian, rows2, Rr) - 2 * times(jacobian, rows1, Rr1)).topRows(n_);
+}
+
 void MaggiBlocks::evaluate_parameters(const Assembly::ParameterColumns& c) {
   const SparsePattern &square = assembly_.square(), &jacobian = assembly_.jacobian(), &rates = assembly_.state_force();
   Nr = times_S(-c.phi);
@@ -185,7 +207,7 @@ void MaggiBlocks::evaluate_parameters(const Assembly::ParameterColumns& c) {
   for (const Assembly::SlidingRow& r : assembly_.sliding_rows()) Lr.row(r.along) = c.phidd.row(r.along);
   F = c.F;
   if (slides()) F += transposed_times(jacobian, assembly_.reaction_jacobian(), Lr);
-  Fy = Rr_.transpose() *
+  Fy = Rr.transpose() *
        (F + times(square, assembly_.K, Nr) + times(square, assembly_.C, Vr) + times(square, assembly_.M, Ar));
   Zr = c.f + times(rates, assembly_.f_q, Nr) + times(rates, assembly_.f_v, Vr);
 }

@@ -46,11 +46,15 @@ class MaggiBlocks {
   void evaluate(const StateView& s);
   /// Afterwards: the point with its accelerations and multipliers.
   StateView state() const;
+  /// Afterwards: R', R'' and those of R_r along the motion. Without friction in space.
+  void evaluate_rates();
   /// Nr, Vr, Ar, Fy, Zr from the assembly's parameter columns there.
   void evaluate_parameters(const Assembly::ParameterColumns& c);
 
   Eigen::MatrixXd R, D, A;                 // n x f
   Eigen::MatrixXd Rp, E;                   // with places; E = 2 R' without them
+  Eigen::MatrixXd Rr;                      // R_r
+  Eigen::MatrixXd R1, R2, Rr1, Rr2;        // of evaluate_rates()
   Eigen::MatrixXd My, Cy, Ky, Qz, Zv, Zq;  // f x f, Qz f x nz, Zv and Zq nz x f
   Eigen::MatrixXd F, Nr, Vr, Ar, Fy, Zr;   // F = R1_rho: n x np; Fy f x np, Zr nz x np
   Eigen::MatrixXd Lr;                      // m x np: lambda_rho of friction at fixed normal forces
@@ -112,7 +116,6 @@ class MaggiBlocks {
   std::vector<double> weight_;  // of coordinates, for the choice
   Eigen::LLT<Eigen::MatrixXd> mass_factor_;
   Eigen::PartialPivLU<Eigen::MatrixXd> slip_factor_;
-  Eigen::MatrixXd Rr_;
   std::vector<double> reactions_;        // Phi_r
   std::vector<double> slip_q_, slip_v_;  // of friction in space, or empty
   double t_ = 0;

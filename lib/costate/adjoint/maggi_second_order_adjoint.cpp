@@ -58,28 +58,29 @@ void MaggiSecondOrderAdjoint::fill() {
   require_plain_cost();
   calc_path_rates(assembly_, state(), rates_);
   const SparsePattern& square = assembly_.square();
-  const Eigen::MatrixXd &R = at_.R, &D = at_.D, &A = at_.A;
-  const Eigen::MatrixXd MR = times(square, assembly_.M, R), MD = times(square, assembly_.M, D),
-                        M1R = times(square, rates_.M_dot, R), M1D = times(square, rates_.M_dot, D);
-  const Eigen::MatrixXd RMD = R.transpose() * MD, RM1D = R.transpose() * M1D, RMA = MR.transpose() * A;
-  My_dot_ = R.transpose() * M1R + RMD + RMD.transpose();
-  const Eigen::MatrixXd My_ddot = R.transpose() * times(square, rates_.M_ddot, R) +
-                                  2 * (RM1D + RM1D.transpose() + D.transpose() * MD) + RMA + RMA.transpose();
-  const Eigen::MatrixXd Cy_dot = D.transpose() * (times(square, assembly_.C, R) + 2 * MD) +
-                                 R.transpose() * (times(square, rates_.C_dot, R) + times(square, assembly_.C, D)) +
-                                 2 * RM1D + 2 * RMA;
-  Eigen::MatrixXd nu_mu = Cy_dot.transpose() - My_ddot - at_.Ky.transpose();
-  const Eigen::MatrixXd nu_nu = at_.Cy.transpose() - My_dot_;
+  at_.evaluate_rates();
+  const Eigen::MatrixXd &R = at_.R, &R1 = at_.R1, &R2 = at_.R2, &Rr = at_.Rr, &Rr1 = at_.Rr1, &Rr2 = at_.Rr2;
+  const Eigen::MatrixXd MR = times(square, assembly_.M, R), MR1 = times(square, assembly_.M, R1),
+                        MR2 = times(square, assembly_.M, R2), M1R = times(square, rates_.M_dot, R),
+                        M1R1 = times(square, rates_.M_dot, R1);
+  My_dot_ = Rr1.transpose() * MR + Rr.transpose() * (M1R + MR1);
+  const Eigen::MatrixXd My_ddot = Rr2.transpose() * MR + 2 * Rr1.transpose() * (M1R + MR1) +
+                                  Rr.transpose() * (times(square, rates_.M_ddot, R) + 2 * M1R1 + MR2);
+  const Eigen::MatrixXd Cy_dot =
+      Rr1.transpose() * (times(square, assembly_.C, R) + 2 * MR1) +
+      Rr.transpose() * (times(square, rates_.C_dot, R) + times(square, assembly_.C, R1) + 2 * M1R1 + 2 * MR2);
+  Eigen::MatrixXd nu_mu = (Cy_dot - My_ddot - at_.Ky).transpose();
+  const Eigen::MatrixXd nu_nu = (at_.Cy - My_dot_).transpose();
   const ScalarGradient& g = running_gradient();
   const MaggiBlocks::Reduced r = running();
   ScalarGradient rate;
   rate.resize(assembly_);
   calc_running_gradient_rate(objective_, assembly_, state(), rate);
-  Eigen::VectorXd b = r.y - D.transpose() * g.v - R.transpose() * rate.v;
+  Eigen::VectorXd b = r.y - R1.transpose() * g.v - R.transpose() * rate.v;
   if (nz_ > 0) {
     // Zq^T mu_f - Zv'^T mu_f - Zv^T mu_f' with mu_f' = -g_z - Qz^T mu - f_z^T mu_f
     const SparsePattern& state_force = assembly_.state_force();
-    const Eigen::MatrixXd Zv_dot = times(state_force, rates_.f_v_dot, R) + times(state_force, assembly_.f_v, D);
+    const Eigen::MatrixXd Zv_dot = times(state_force, rates_.f_v_dot, R) + times(state_force, assembly_.f_v, R1);
     const Eigen::MatrixXd nu_f = (at_.Zq - Zv_dot + times(assembly_.state_state(), assembly_.f_z, at_.Zv)).transpose();
     A_.add(block_.nu_f, nu_f.data());
     nu_mu += at_.Zv.transpose() * at_.Qz.transpose();
@@ -88,7 +89,7 @@ void MaggiSecondOrderAdjoint::fill() {
     A_.add(block_.f_f, assembly_.f_z.data(), -1);
   }
   D_.add_constant(block_.D_mu, 1);
-  D_.add(block_.D_nu, at_.My.data());
+  D_.add(block_.D_nu, at_.mass_transposed().data());
   D_.add_constant(block_.D_f, 1);
   A_.add_constant(block_.mu_nu, 1);
   A_.add(block_.nu_nu, nu_nu.data());
@@ -97,17 +98,17 @@ void MaggiSecondOrderAdjoint::fill() {
 }
 
 Eigen::VectorXd MaggiSecondOrderAdjoint::rest(const Eigen::VectorXd& mu, const Eigen::VectorXd& mu_f) {
-  return -running().yd + at_.Cy.transpose() * mu - at_.Zv.transpose() * mu_f - My_dot_ * mu;
+  return -running().yd + at_.Cy.transpose() * mu - at_.Zv.transpose() * mu_f - My_dot_.transpose() * mu;
 }
 
 Eigen::VectorXd MaggiSecondOrderAdjoint::join(const Adjoint& mu) {
-  const Eigen::VectorXd u = at_.solve_mass(mu.yd);
-  return stacked(u, at_.solve_mass(rest(u, mu.f) - mu.y), mu.f);
+  const Eigen::VectorXd u = at_.solve_mass_transposed(mu.yd);
+  return stacked(u, at_.solve_mass_transposed(rest(u, mu.f) - mu.y), mu.f);
 }
 
 MaggiAdjoint::Adjoint MaggiSecondOrderAdjoint::split(const Eigen::VectorXd& X) {
   const Eigen::VectorXd u = X.head(f_), mu_f = force_states(X);
-  return {rest(u, mu_f) - at_.My * X.segment(f_, f_), at_.My * u, mu_f};
+  return {rest(u, mu_f) - at_.mass_transposed() * X.segment(f_, f_), at_.mass_transposed() * u, mu_f};
 }
 
 }  // namespace costate

@@ -6,13 +6,16 @@
 //   My'' = R^T M'' R + 2 (D^T M' R + R^T M' D + D^T M D) + A^T M R + R^T M A
 //   Cy'  = D^T (C R + 2 M D) + R^T (C' R + C D + 2 M' D + 2 M A)
 //   Zv'  = f_v' R + f_v D,   (g_yd)' = D^T g_v + R^T (g_v)'
-// Running costs on accelerations or reactions would need third and fourth derivatives of the motion and are
+// Where contacts slide in the plane (5.14) R_r^T, R_r'^T and R_r''^T stand in front of M and C, and all these matrices
+// are transposed in the equation, which is that of symmetric ones above. Of places mu' is -mu_y, as nothing moves
+// there. Running costs on accelerations or reactions would need third and fourth derivatives of the motion and are
 // refused.
 #pragma once
 
 #include "costate/adjoint/force_kinks.h"
 #include "costate/adjoint/maggi_adjoint.h"
 #include "costate/assembly/path_rates.h"
+#include "costate/assembly/switched_rows_refusal.h"
 
 namespace costate {
 
@@ -24,7 +27,7 @@ class MaggiSecondOrderAdjoint final : public MaggiAdjoint {
   /// Kinks of forces, where the blocks whose rates stand above jump, and mu' with them; mu_y and mu_yd do not.
   std::vector<double> plan(const std::vector<double>& times, const Motion& motion) override;
   bool before_step(double t, double next, const double* qvz, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) override;
-  bool carries_switched_rows() const override { return false; }
+  bool carries_switched_rows() const override { return !may_slide_in_space(assembly_); }
 
  protected:
   void fill() override;

@@ -2,9 +2,9 @@
 
 #include "costate/adjoint/gradient_rate.h"
 #include "costate/analysis/start.h"
+#include "costate/assembly/reaction_rates.h"
 #include "costate/assembly/switched_rows_refusal.h"
 #include "costate/base/error.h"
-#include "costate/element/switched_rows.h"
 #include "costate/linear/to_dense.h"
 
 namespace costate {
@@ -65,7 +65,11 @@ void SecondOrderAdjoint::require_plain_cost() const {
 
 void SecondOrderAdjoint::fill() {
   require_plain_cost();
-  calc_reaction_rate();
+  std::vector<double> second;
+  if (calc_reaction_rates(assembly_, state(), reaction_rate_, second)) {
+    level_.solve(level_.state());
+    level_.linearize();
+  }
   calc_path_rates(assembly_, state(), rates_);
   const Stabilization& st = level_.stabilization();
   D_.add_constant(at_.D_mu, 1);
@@ -110,28 +114,6 @@ void SecondOrderAdjoint::fill() {
 }
 
 bool SecondOrderAdjoint::carries_switched_rows() const { return !may_slide_in_space(assembly_); }
-
-// Along the ground rows are as they would be if their contacts stuck.
-void SecondOrderAdjoint::calc_reaction_rate() {
-  reaction_rate_ = assembly_.phid_q;
-  if (assembly_.sliding_rows().empty()) return;
-  std::vector<char> along(static_cast<std::size_t>(m_), 0);
-  for (const Assembly::SlidingRow& r : assembly_.sliding_rows()) along[static_cast<std::size_t>(r.along)] = 1;
-  StateView sticks = state();
-  const Mechanism& mech = assembly_.mechanism();
-  std::vector<double> z(sticks.z, sticks.z + nz_);
-  for (const auto& c : mech.constraints())
-    if (const auto* switched = dynamic_cast<const SwitchedRows*>(c.get()); switched && switched->sliding_state() >= 0)
-      for (std::size_t f = 0; f < mech.forces().size(); ++f)
-        if (mech.forces()[f].get() == &switched->switched_by())
-          z[static_cast<std::size_t>(mech.state_offsets()[f] + switched->sliding_state())] = 0;
-  sticks.z = z.data();
-  assembly_.calc_partials(sticks);
-  for (std::size_t k = 0; k < reaction_rate_.size(); ++k)
-    if (along[static_cast<std::size_t>(assembly_.jacobian().row[k])]) reaction_rate_[k] = assembly_.phid_q[k];
-  level_.solve(level_.state());
-  level_.linearize();
-}
 
 Eigen::VectorXd SecondOrderAdjoint::rest(const double* mu, const double* sigma, const double* mu_z) {
   Eigen::VectorXd r = -running_gradient().v;

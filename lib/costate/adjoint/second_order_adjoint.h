@@ -55,8 +55,6 @@ class SecondOrderAdjoint final : public HandEquations {
   /// is taken away, with the sign of the equation mu_q = rest - (M nu + Phi_q^T tau).
   Eigen::VectorXd rest(const double* mu, const double* sigma, const double* mu_z);
   void require_plain_cost() const;
-  /// reaction_rate_ there, behind which the level is as it was.
-  void calc_reaction_rate();
 
   std::vector<double> reaction_rate_;  // J_r', on the Jacobian's pattern
   PathRates rates_;

@@ -101,14 +101,18 @@ void find_dependent_rows(const Assembly& assembly, const std::vector<int>& switc
   leave_out(left_out, switched, rows);
 }
 
-void calc_reaction_rows(const Assembly& assembly, std::vector<double>& phi_r) {
+void add_friction_rows(const Assembly& assembly, const std::vector<double>& along, std::vector<double>& rows) {
   const SparsePattern& pattern = assembly.jacobian();
-  phi_r = assembly.phi_q;
   for (const Assembly::SlidingRow& r : assembly.sliding_rows())
     for (int j = 0; j < pattern.cols; ++j)
-      if (const auto along = pattern.find(r.along, j); along >= 0)
-        phi_r[static_cast<std::size_t>(pattern.find(r.normal, j))] -=
-            assembly.friction(r) * assembly.reaction_jacobian()[static_cast<std::size_t>(along)];
+      if (const auto e = pattern.find(r.along, j); e >= 0)
+        rows[static_cast<std::size_t>(pattern.find(r.normal, j))] -=
+            assembly.friction(r) * along[static_cast<std::size_t>(e)];
+}
+
+void calc_reaction_rows(const Assembly& assembly, std::vector<double>& phi_r) {
+  phi_r = assembly.phi_q;
+  add_friction_rows(assembly, assembly.reaction_jacobian(), phi_r);
 }
 
 void add_friction_multipliers(const Assembly& assembly, double* lambda) {

@@ -33,6 +33,8 @@ MaggiRows rows_there(const Assembly& assembly, const std::vector<int>& switched)
 /// Sets what is left out, at the Jacobian that the assembly has: gaps stay rather than what sticks.
 void find_dependent_rows(const Assembly& assembly, const std::vector<int>& switched, MaggiRows& rows);
 void leave_out(const std::vector<int>& left_out, const std::vector<int>& switched, MaggiRows& rows);
+/// rows -= s mu of the rows `along` in which contacts slide, in those of their gaps; both on the pattern of Phi_q.
+void add_friction_rows(const Assembly& assembly, const std::vector<double>& along, std::vector<double>& rows);
 /// Phi_r of the assembly's last evaluation, on the pattern of Phi_q.
 void calc_reaction_rows(const Assembly& assembly, std::vector<double>& phi_r);
 /// lambda along the rows in which contacts slide, of those of their gaps.

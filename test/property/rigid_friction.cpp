@@ -294,7 +294,7 @@ TEST_CASE("rigid friction: where a foot lands depends on the parameters", "[even
 TEST_CASE("rigid friction: the adjoint of second order of a foot that lands", "[events]") {
   const std::vector<std::pair<std::string, std::string>> costs = {
       {"output = \"box.y_ddot\"", "output = \"box.y\""},
-      {"output = \"lambda.contact.foot.normal\"", "output = \"box.angle\""}};
+      {"output = \"lambda.contact.foot.normal\"", "output = \"box.angle_dot\""}};
   const char* anchor = "[point.anchor]\nground = true\nx_m = 0.8\ny_m = 0.5";
   const std::vector<MethodWay> ways = {
       {"penalty", "hand-adjoint"}, {"penalty-second-order", "hand-adjoint"}, {"maggi-second-order", "hand-adjoint"}};

@@ -15,6 +15,7 @@
 //   costate_adversary --cases 1000 --of switches                   forces and costs switched at times to be found
 //   costate_adversary --cases 1000 --of touches                    contacts that give, by differences
 //   costate_adversary --cases 1000 --of slips                      rigid contacts with friction, by differences
+//   costate_adversary --cases 1000 --of slipped-hessians           products of Hessians through them
 //   costate_adversary --case 4711 [--scene]                        one case again, with every combination
 #include <fmt/format.h>
 
@@ -46,9 +47,9 @@ namespace {
 constexpr int kSeconds =
     300;  // of the processor for one case: fixed steps may take a million of a vehicle with many tyres
 
-const std::string_view kOf[] = {"trusses",          "kinds",           "contacts", "hessians", "units",
-                                "motions",          "balances",        "cranks",   "switches", "touches",
-                                "touched-hessians", "struck-hessians", "slips"};
+const std::string_view kOf[] = {"trusses",          "kinds",           "contacts", "hessians",        "units",
+                                "motions",          "balances",        "cranks",   "switches",        "touches",
+                                "touched-hessians", "struck-hessians", "slips",    "slipped-hessians"};
 
 struct Options {
   long cases = 200, first = 1, one = -1;
@@ -185,8 +186,10 @@ std::vector<Finding> try_case(long number, const Options& options) {
     return run_crank(crank, some(runs_of_motions(), options, engine));
   }
   const char* with_products[] = {"index1", "baumgarte", "penalty", "augmented-lagrangian"};
-  if (options.of == "struck-hessians") {
-    const std::string scene = random_struck_scene(static_cast<std::uint64_t>(number));
+  if (options.of == "struck-hessians" || options.of == "slipped-hessians") {
+    const auto seed = static_cast<std::uint64_t>(number);
+    const std::string scene =
+        options.of == "struck-hessians" ? random_struck_scene(seed) : random_slip_scene(seed).text;
     if (options.scene) fmt::print("{}", scene);
     std::fflush(stdout);
     return {run_hessian(scene, with_products[engine() % 4], "baumgarte", 2e-4)};
@@ -227,7 +230,6 @@ std::vector<Finding> try_case(long number, const Options& options) {
                                                   : random_kind_scene(seed, number % 8 == 0);
   if (options.scene) fmt::print("# [{}]\n{}", scene.kind, scene.text);
   if (scene.text.empty()) return {};
-  // What slides in space is not carried by Maggi's equations.
   const Truth truth = options.of == "slips" ? truth_by_rereading(scene.text, scene.parameters, "index1", "radau9")
                                             : truth_by_rereading(scene.text, scene.parameters);
   std::vector<Finding> list;
@@ -296,7 +298,8 @@ int main(int argc, char** argv) {
     else {
       fmt::print(stderr,
                  "usage: {} [--cases N] [--seed N] [--of trusses | kinds | contacts | hessians | units | motions | "
-                 "balances | cranks | switches | touches | touched-hessians | struck-hessians | slips] "
+                 "balances | cranks | switches | touches | touched-hessians | struck-hessians | slips | "
+                 "slipped-hessians] "
                  "[--combinations N] "
                  "[--only TEXT] "
                  "[--case N "

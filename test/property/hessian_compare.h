@@ -53,6 +53,24 @@ Eigen::MatrixXd hessian_of(const Psi& psi, const std::vector<double>& rho, const
   return H;
 }
 
+/// By every formulation that has products, to 1e3 rtol as gradients are (gradients.cpp), and the 1e-7 to which closed
+/// forms are known (hessian_of()); penalties hold constraints by O(1/alpha).
+template <class Psi>
+void check_closed(Problem p, const Psi& psi, const std::vector<long double>& steps, double more = 0) {
+  const auto rho = p.parameters.values();
+  const Eigen::MatrixXd expected = hessian_of(psi, rho, steps);
+  const double exact = 1e3 * p.solver.rtol + 1e-7 + more;
+  for (const char* formulation : {"index1", "baumgarte", "penalty", "augmented-lagrangian"}) {
+    p.formulation = formulation;
+    const Hessian h = hessian(p, rho);
+    const double off = apart(p, h.matrix, expected);
+    CAPTURE(formulation, off, h.asymmetry);
+    INFO(h.matrix << "\n\n" << expected);
+    CHECK(off < exact);
+    CHECK(h.asymmetry < exact);
+  }
+}
+
 /// By formulations that have products, of which penalties hold constraints by O(1/alpha), against differences of exact
 /// gradients by another integrator, which are known to what their extrapolation changes, three times. A lost term is
 /// 1e-3 and more.

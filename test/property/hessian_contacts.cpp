@@ -14,30 +14,8 @@
 
 using namespace costate;
 using namespace costate::test;
-using Eigen::MatrixXd;
 
 namespace {
-
-/// Errors of a product are those of gradients, kSteps rtol (gradients.cpp); closed forms are known to 1e-7
-/// (hessian_of()).
-constexpr double kSteps = 1e3;
-
-/// By every formulation that has products; penalties hold constraints by O(1/alpha).
-template <class Psi>
-void check_closed(Problem p, const Psi& psi, const std::vector<long double>& steps, double more = 0) {
-  const auto rho = p.parameters.values();
-  const MatrixXd expected = hessian_of(psi, rho, steps);
-  const double exact = kSteps * p.solver.rtol + 1e-7 + more;
-  for (const char* formulation : {"index1", "baumgarte", "penalty", "augmented-lagrangian"}) {
-    p.formulation = formulation;
-    const Hessian h = hessian(p, rho);
-    const double off = apart(p, h.matrix, expected);
-    CAPTURE(formulation, off, h.asymmetry);
-    INFO(h.matrix << "\n\n" << expected);
-    CHECK(off < exact);
-    CHECK(h.asymmetry < exact);
-  }
-}
 
 /// A mass on or above the ground.
 std::string mass_point(const std::string& contact, const std::string& more) {

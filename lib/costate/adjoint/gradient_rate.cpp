@@ -1,6 +1,7 @@
 #include "costate/adjoint/gradient_rate.h"
 
 #include "costate/assembly/path_rates.h"
+#include "costate/assembly/sliding_terms.h"
 
 namespace costate {
 
@@ -22,6 +23,7 @@ Eigen::VectorXd acceleration_rates(Assembly& assembly, AccelerationLevel& level)
   }
   for (int i = 0; i < m; ++i)
     if (!assembly.is_there(i)) x[n + i] = 0;  // its multiplier is 0, or friction
+  add_sliding_rates(assembly, s, x.data() + n);
   x = -x;
   level.solve_kkt(x.data());
   return x;

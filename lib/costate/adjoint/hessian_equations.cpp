@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "costate/assembly/rolling_rows.h"
-#include "costate/assembly/switched_rows_refusal.h"
+#include "costate/assembly/sliding_terms.h"
 #include "costate/level/solved_end.h"
 
 namespace costate {
@@ -17,7 +17,6 @@ HessianEquations::HessianEquations(std::shared_ptr<const Mechanism> mechanism, P
       n_(assembly_.n()),
       m_(assembly_.m()),
       nz_(assembly_.nz()) {
-  refuse_spatial_friction(assembly_, "this formulation", "index1 or baumgarte");
   gradient_.resize(assembly_);
   change_.resize(assembly_);
   s_.assign(static_cast<std::size_t>(n_ + m_), 0);
@@ -130,16 +129,10 @@ void HessianEquations::calc_change(bool terminal, int k, const double* s, const 
     w.phid = phid;
   }
   w.state = mu_z;
-  add_gradient_change(assembly_, state, d, w,
-                      {change_.q.data(), change_.v.data(), change_.a.data(), change_.lambda.data(), change_.z.data(),
-                       change_.rho.data()});
-  // -s2 R2 of the rows along which contacts slide is s2 (lambda_t + s mu lambda_n).
-  for (const Assembly::SlidingRow& r : assembly_.sliding_rows()) {
-    const double weight = s[n_ + r.along] * r.direction;
-    change_.lambda[r.normal] += weight * d.numbers[r.number];
-    for (const auto& [column, c] : assembly_.number_columns()[static_cast<std::size_t>(r.number)])
-      change_.rho[column] += c * weight * d.lambda[r.normal];
-  }
+  const GradientTarget target{change_.q.data(),      change_.v.data(), change_.a.data(),
+                              change_.lambda.data(), change_.z.data(), change_.rho.data()};
+  add_gradient_change(assembly_, state, d, w, target);
+  add_sliding_gradient_change(assembly_, state, d, s + n_, target);
 }
 
 void HessianEquations::add_transposed(double c, const double* s, const double* mu_z, double* out) const {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "costate/assembly/rolling_rows.h"
+
 namespace costate {
 
 namespace {
@@ -19,7 +21,8 @@ void add(const Assembly& assembly, const Element& e, int i, int j, double x, std
   if (x != 0) out[assembly.square().find(e.coordinates()[i], e.coordinates()[j])] += x;
 }
 
-/// force += (Phi_q^T)' lambda of the rows along which contacts slide, which phid_q does not hold.
+/// force += (J^T)' lambda of the rows along which contacts slide, which phid_q does not hold: of one of them along the
+/// j-th coordinate J_j = r', and J_j' is its change along v.
 void add_friction_rates(const Assembly& assembly, const StateView& s, double* force) {
   const Mechanism& m = assembly.mechanism();
   Local q, phi;
@@ -29,12 +32,15 @@ void add_friction_rates(const Assembly& assembly, const StateView& s, double* fo
       const Constraint& e = *m.constraints()[k];
       const auto p = numbers_of(e, assembly);
       const auto& c = e.coordinates();
-      for (std::size_t i = 0; i < c.size(); ++i) q[i] = PathDual(Taylor2(s.q[c[i]], s.v[c[i]], 0));
+      for (std::size_t i = 0; i < c.size(); ++i) {
+        q[i] = PathDual(s.q[c[i]]);
+        q[i].d[0] = Taylor2(s.v[c[i]]);
+      }
       for (std::size_t j = 0; j < c.size(); ++j) {
-        q[j].d[0] = Taylor2(1.0);
+        q[j].v.c1 = 1;
         phi.fill(PathDual());
-        e.phi(PathDual(Taylor2(s.t, 1, 0)), q.data(), p.data(), phi.data());
-        q[j].d[0] = Taylor2();
+        e.phi(PathDual(s.t), q.data(), p.data(), phi.data());
+        q[j].v.c1 = 0;
         force[c[j]] += s.lambda[at.along] * phi[static_cast<std::size_t>(at.along - at.normal)].d[0].c1;
       }
     }
@@ -101,7 +107,7 @@ void calc_path_rates(Assembly& assembly, const StateView& s, PathRates& out) {
   }
 }
 
-void calc_motion_rates(const Assembly& assembly, const StateView& s, double* force, double* row) {
+void calc_motion_rates(Assembly& assembly, const StateView& s, double* force, double* row) {
   const Mechanism& m = assembly.mechanism();
   std::fill(force, force + assembly.n(), 0.0);
   std::fill(row, row + assembly.m(), 0.0);
@@ -135,8 +141,12 @@ void calc_motion_rates(const Assembly& assembly, const StateView& s, double* for
     e.force(t, q.data(), v.data(), z.data(), p.data(), r.data(), f.data());
     scatter(e, -1);
   }
-  // (Phi_q^T)' lambda
-  if (assembly.m() > 0) add_transposed_product(assembly.jacobian(), assembly.phid_q.data(), 1, s.lambda, force);
+  // (Phi_q^T)' lambda, of what rolls J' = (J v)_q and its twist.
+  if (assembly.m() > 0) {
+    std::vector<double> rates = assembly.phid_q;
+    add_rolling_rates(assembly, s, rates);
+    add_transposed_product(assembly.jacobian(), rates.data(), 1, s.lambda, force);
+  }
   add_friction_rates(assembly, s, force);
   // The change of Phidd along (1, v, a, 0) of (t, q, v, a): one more rate of a path of two.
   std::array<DirectedPathDual, kMaxLocal> path, phi;

@@ -21,6 +21,6 @@ void calc_path_rates(Assembly& assembly, const StateView& s, PathRates& out);
 /// z):
 ///   force (n) = R1_q v + R1_v a - Q_z z' + R1_t,   row (m) = the third time derivative of Phi at a' = 0,
 /// the explicit dependence on time included.
-void calc_motion_rates(const Assembly& assembly, const StateView& s, double* force, double* row);
+void calc_motion_rates(Assembly& assembly, const StateView& s, double* force, double* row);
 
 }  // namespace costate

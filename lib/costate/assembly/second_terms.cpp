@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "costate/element/switched_rows.h"
+
 namespace costate {
 
 namespace {
@@ -134,24 +136,22 @@ class ConstraintTerms {
       }
       t_ = DirectedPathDual(PathDual(Taylor2(s_.t, 1, 0)));
       t_.d[0] = PathDual(d_.t);
+      const auto* switched = dynamic_cast<const SwitchedRows*>(&e_);
       for (std::size_t j = 0; j < c_.size(); ++j) {
         seed(q_[j]);
         for (int r = 0; r < rows_; ++r) {
           const Taylor2& x = f_[r].d[0].d[0];
           const double w0 = at(w_.phi, r), w1 = at(w_.phid, r), w2 = at(w_.phidd, r);
           out.q[c_[j]] += w0 * x.c0 + w1 * x.c1 + w2 * x.c2;
+          if (switched && !switched->is_integrable(r)) continue;
           out.v[c_[j]] += w1 * x.c0 + 2 * w2 * x.c1;
           out.a[c_[j]] += w2 * x.c0;
         }
+        if (switched) add_rates_of_rolling(*switched, q_[j], out.v[c_[j]], out.a[c_[j]]);
       }
       for_each_active(e_, assembly, out.rho, [&](std::size_t k) {
         seed(p_[k]);
-        double sum = 0;
-        for (int r = 0; r < rows_; ++r) {
-          const Taylor2& x = f_[r].d[0].d[0];
-          sum += at(w_.phi, r) * x.c0 + at(w_.phid, r) * x.c1 + at(w_.phidd, r) * x.c2;
-        }
-        return sum;
+        return weighted([](int) { return true; });
       });
     }
     if (w_.force) add_reaction(assembly, out);
@@ -180,13 +180,34 @@ class ConstraintTerms {
     for_each_active(e_, assembly, out.rho, [&](std::size_t k) { return seeded(p_[k]); });
   }
 
+  /// Of rows that are no functions of places, linear in the rates, v and a have derivatives of their own.
+  void add_rates_of_rolling(const SwitchedRows& switched, DirectedPathDual& x, double& by_v, double& by_a) {
+    const auto rolls = [&](int r) { return !switched.is_integrable(r); };
+    bool any = false;
+    for (int r = 0; r < rows_; ++r) any = any || rolls(r);
+    if (!any) return;
+    seed(x, Taylor2(0, 1, 0));
+    by_v += weighted(rolls);
+    seed(x, Taylor2(0, 0, 1));
+    by_a += weighted(rolls);
+  }
+  /// The weighted sum of the rows' mixed derivatives, of those that count.
+  template <class Counts>
+  double weighted(const Counts& counts) const {
+    double sum = 0;
+    for (int r = 0; r < rows_; ++r) {
+      const Taylor2& x = f_[r].d[0].d[0];
+      if (counts(r)) sum += at(w_.phi, r) * x.c0 + at(w_.phid, r) * x.c1 + at(w_.phidd, r) * x.c2;
+    }
+    return sum;
+  }
   double at(const double* w, int r) const { return w ? w[row_ + r] : 0; }
   void evaluate() {
     std::fill(f_.begin(), f_.begin() + rows_, DirectedPathDual());
     e_.phi_directed(t_, q_.data(), p_, f_.data());
   }
-  void seed(DirectedPathDual& x) {
-    x.v.d[0] = Taylor2(1.0);
+  void seed(DirectedPathDual& x, const Taylor2& along = Taylor2(1.0)) {
+    x.v.d[0] = along;
     evaluate();
     x.v.d[0] = Taylor2(0.0);
   }

@@ -19,6 +19,7 @@ class UnilateralForce : public GuardedForce {
   /// r_i(q, p), i < row_count(): the gap, then, where it may stick, the place along the ground.
   virtual int row_count() const = 0;
   virtual PathDual row(int i, const MeasureArguments& x) const = 0;
+  virtual DirectedPathDual row_directed(int i, const DirectedPathDual* q, const DirectedPathDual* p) const = 0;
   /// Numbers of the element's own: restitution, friction coefficient, and the approach speed below which it closes.
   virtual int restitution_number() const = 0;
   virtual int friction_number() const = 0;

@@ -1,8 +1,5 @@
 // Second derivatives of what an event does: lib/README.md (13.14), on path duals, one part of which is the variable and
 // the other the direction.
-#include <fmt/format.h>
-
-#include "costate/base/error.h"
 #include "costate/event/motion_events.h"
 
 namespace costate {
@@ -20,16 +17,7 @@ MotionEvents::Gradient MotionEvents::begin_second(int event, const StateView& be
   const GuardOf& g = of(event);
   second_event_ = event;
   second_before_ = before;
-  const auto refuse = [&](const std::string& why) {
-    throw CapabilityError(fmt::format(
-        "At t = {:.9g} s, at '{}', {}: second derivatives are not carried across. Differences of gradients tell them.",
-        before.t, g.name, why));
-  };
-  if (contact_of(event, true)) {
-    linearize_impact(event, before, true);
-    if (!impact_->has_second_derivatives() || (expands_ && !expansion_->has_second_derivatives()))
-      refuse("friction in space has a direction that turns");
-  }
+  if (has_impulse(event)) linearize_impact(event, before, true);
   linearize(g, before, minus, true);
   Gradient h{as_vector(h_x_), as_vector(h_rho_), h_t_, VectorXd::Zero(assembly_.m())};
   for (std::size_t i = 0; i < lambda_.size(); ++i) {
@@ -51,7 +39,7 @@ MotionEvents::Gradient MotionEvents::transition_gradient(const double* mu) {
   const GuardOf& g = of(second_event_);
   const int n = assembly_.n(), first = 2 * n + g.first_state;
   Gradient sum{Map<const VectorXd>(mu, 2 * n + assembly_.nz()), VectorXd::Zero(assembly_.np())};
-  if (contact_of(second_event_, true)) sum.t = impact_adjoint(mu + n, sum.x.data(), sum.x.data() + n, sum.rho.data());
+  if (has_impulse(second_event_)) sum.t = impact_adjoint(mu + n, sum.x.data(), sum.x.data() + n, sum.rho.data());
   sum.x.segment(first, static_cast<Eigen::Index>(D_x_.size())).setZero();
   for (std::size_t i = 0; i < D_x_.size(); ++i) {
     const double weight = mu[first + static_cast<int>(i)];
@@ -67,7 +55,7 @@ MotionEvents::Gradient MotionEvents::gradient_change(const double* mu, double ka
   const GuardOf& g = of(second_event_);
   const int n = assembly_.n(), first = g.first_state;
   Gradient sum{VectorXd::Zero(2 * n + assembly_.nz()), VectorXd::Zero(assembly_.np())};
-  if (contact_of(second_event_, true))
+  if (has_impulse(second_event_))
     sum.t = impact_gradient_change(mu + n, d, drho, sum.x.data(), sum.x.data() + n, sum.rho.data());
   // The straight line along d.
   load(g, second_before_);

@@ -78,8 +78,6 @@ class Impact {
   /// returns that of t. `by_given` := those of given impulses.
   double adjoint(const double* w, double* w_q, double* w_v, double* gradient, const Eigen::VectorXd* w_p = nullptr,
                  Eigen::VectorXd* by_given = nullptr);
-  /// Whether gradient_change() knows the laws of the rows in force.
-  bool has_second_derivatives() const;
   /// The changes along d, whose parameters change by drho and given impulses by `given`, of what adjoint() finds at
   /// fixed w and w_p: those of q, v and the parameters are added, that of t is returned, `by_given` := those of its own
   /// (event/impact_second_terms.cpp).

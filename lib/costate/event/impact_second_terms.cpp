@@ -2,8 +2,8 @@
 //   Gamma = w^T u + w_p^T p - a^T (M u + Phi_q^T P - J^T p) - b^T (Phi_q u - P/alpha) - c^T (laws of the rows in force)
 // is stationary in (u, P, p) and in (a, b, c), so that the derivatives of w^T u + w_p^T p are Gamma's by q, v, t and
 // rho alone, and change by those of it along (d, du, dP, dp, da, db, dc). The laws: J_i u + f_i J_i v- of what is held,
-// p_t + s mu p_n of what slides, p_n - g of what is given. Poisson's law is two of them, u = u1(q, v) + u2(q, v + u1, e
-// p1).
+// p_t + s mu p_n of what slides, with s(J v+) in space, p_n - g of what is given. Poisson's law is two of them, u =
+// u1(q, v) + u2(q, v + u1, e p1).
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -18,52 +18,51 @@ namespace costate {
 namespace {
 
 using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// r_i(q, p) of one contact's row on straight lines.
-class RowOnLine {
+/// J y = r', of one contact's row r_i(q, p) along y, where the point moves along d.
+class RowAlong {
  public:
-  RowOnLine(const ImpactRow& row, const Assembly& assembly, const StateView& s) : row_(row) {
+  RowAlong(const ImpactRow& row, const Assembly& assembly, const StateView& s, const Variation& d) : row_(row), d_(d) {
     for (const int c : row.force->coordinates()) q.emplace_back(s.q[c]);
-    for (const int number : row.force->numbers()) p.emplace_back(assembly.numbers()[static_cast<std::size_t>(number)]);
+    for (const int number : row.force->numbers()) {
+      p.emplace_back(assembly.numbers()[static_cast<std::size_t>(number)]);
+      p.back().d[0] = PathDual(d.numbers[number]);
+    }
   }
-  /// Along c y + e d; y of the coordinates alone.
-  void follow(double c, const VectorXd& y, double e, const Variation& d) {
-    const auto &at = row_.force->coordinates(), &numbers = row_.force->numbers();
-    for (std::size_t i = 0; i < q.size(); ++i) q[i].v.c1 = c * y[at[i]] + e * d.q[at[i]];
-    for (std::size_t i = 0; i < p.size(); ++i) p[i].v.c1 = e * d.numbers[numbers[i]];
+  /// Along the whole mechanism's y, which changes by dy.
+  void follow(const VectorXd& y, const VectorXd& dy) {
+    const auto& at = row_.force->coordinates();
+    for (std::size_t i = 0; i < q.size(); ++i) set(i, y[at[i]], dy[at[i]]);
   }
-  PathDual value() const {
-    MeasureArguments x;
-    x.q = q.data();
-    x.p = p.data();
-    return row_.contact->row(row_.row, x);
+  /// The change of J_l.
+  double change_of_entry(std::size_t l) {
+    for (std::size_t i = 0; i < q.size(); ++i) set(i, i == l ? 1 : 0, 0);
+    return value().d[0].v.c1;
   }
-  Taylor2 seeded(PathDual& x) const {
-    x.d[0] = Taylor2(1.0);
-    const Taylor2 by = value().d[0];
-    x.d[0] = Taylor2();
+  /// The change along d of (J y)_x, x one of q and p.
+  double seeded(DirectedPathDual& x) const {
+    x.v.d[0] = Taylor2(1.0);
+    const double by = value().d[0].d[0].c1;
+    x.v.d[0] = Taylor2();
     return by;
   }
-  /// How far d goes against a length of 1.
-  double length(const Variation& d) const {
-    double largest = 0;
-    for (const int c : row_.force->coordinates()) largest = std::max(largest, std::abs(d.q[c]));
-    for (const int number : row_.force->numbers()) largest = std::max(largest, std::abs(d.numbers[number]));
-    return largest;
-  }
 
-  std::vector<PathDual> q, p;
+  std::vector<DirectedPathDual> q, p;
 
  private:
+  DirectedPathDual value() const { return row_.contact->row_directed(row_.row, q.data(), p.data()); }
+  void set(std::size_t i, double rate, double change) {
+    q[i].v.v.c1 = rate;
+    q[i].d[0] = PathDual(Taylor2(d_.q[row_.force->coordinates()[i]], change, 0));
+  }
+
   const ImpactRow& row_;
+  const Variation& d_;
 };
 
 }  // namespace
-
-bool Impact::has_second_derivatives() const {
-  return std::all_of(active_.begin(), active_.end(), [&](const ActiveRow& a) { return a.component == 0; });
-}
 
 double Impact::gradient_change(const double* w, const Variation& d, const VectorXd& drho, double* w_q, double* w_v,
                                double* gradient, const VectorXd* w_p, const VectorXd* given, VectorXd* by_given) {
@@ -80,36 +79,64 @@ double Impact::gradient_change(const double* w, const Variation& d, const Vector
   a.value = Eigen::Map<const VectorXd>(s.data(), n);
   b.value = Eigen::Map<const VectorXd>(s.data() + n, m);
 
-  const auto holds = [&](Index i) { return active_[static_cast<std::size_t>(i)].law == ActiveRow::Law::held; };
   const auto slides = [&](Index i) { return active_[static_cast<std::size_t>(i)].law == ActiveRow::Law::slides; };
   const auto of = [&](Index i) -> const Row& { return row_of(active_[static_cast<std::size_t>(i)]); };
   const auto number_of = [&](Index i, int k) { return of(i).of.force->numbers()[static_cast<std::size_t>(k)]; };
   const auto friction_number = [&](Index i) { return number_of(i, of(i).of.contact->friction_number()); };
   const auto gap_of = [&](Index i) { return i - static_cast<Index>(active_[static_cast<std::size_t>(i)].from_gap()); };
   const auto direction = [&](Index i) { return active_[static_cast<std::size_t>(i)].direction; };
-  // dJ of each row, and the multipliers' changes: the same equations, as dM a + dPhi_q^T b + c dJ, dPhi_q a and what
-  // impulses are multiplied by change.
+  const Eigen::Map<const VectorXd> v(before_.v, n), dv(d.v, n);
   std::vector<VectorXd> dJ;
+  for (Index i = 0; i < rows; ++i) {
+    RowAlong r(of(i).of, assembly_, before_, d);
+    VectorXd& change = dJ.emplace_back(static_cast<Index>(r.q.size()));
+    for (std::size_t l = 0; l < r.q.size(); ++l) change[static_cast<Index>(l)] = r.change_of_entry(l);
+  }
+  // Of slips in space s = w/|w| turns with w = J v+, and E = mu p_n (1 - s s^T)/|w| with it.
+  VectorXd dw = VectorXd::Zero(rows), turns = dw;
+  MatrixXd dE = MatrixXd::Zero(rows, rows);
+  for (Index i = 0; i < rows; ++i) {
+    if (active_[static_cast<std::size_t>(i)].component == 0) continue;
+    const Row& row = of(i);
+    const auto& at = row.of.force->coordinates();
+    for (std::size_t l = 0; l < at.size(); ++l)
+      dw[i] += dJ[static_cast<std::size_t>(i)][static_cast<Index>(l)] * (v[at[l]] + u.value[at[l]]) +
+               row.J[l] * (dv[at[l]] + u.change[at[l]]);
+  }
+  for (Index i = 0; i < rows; ++i) {
+    if (active_[static_cast<std::size_t>(i)].component != 1) continue;
+    const double size = std::hypot(speed_after(active_[static_cast<std::size_t>(i)].row),
+                                   speed_after(active_[static_cast<std::size_t>(i) + 1].row)),
+                 mu = friction(of(i)), dmu = d.numbers[friction_number(i)], p_n = p.value[gap_of(i)];
+    const Eigen::Vector2d way(direction(i), direction(i + 1)), change = dw.segment<2>(i);
+    const Eigen::Matrix2d T = (Eigen::Matrix2d::Identity() - way * way.transpose()) / size;
+    const Eigen::Vector2d turn = T * change;
+    turns.segment<2>(i) = turn;
+    dE.block<2, 2>(i, i) = (dmu * p_n + mu * p.change[gap_of(i)]) * T -
+                           mu * p_n / size * (turn * way.transpose() + way * turn.transpose() + way.dot(change) * T);
+  }
+  // The multipliers' changes: the same equations, as dM a + dPhi_q^T b + c dJ, dPhi_q a and what impulses are
+  // multiplied by change. Rates of rows are multiplied by r = E^T c.
   std::vector<double> ds(s.size(), 0);
   c.change = VectorXd::Zero(rows);
-  const VectorXd none = VectorXd::Zero(std::max(n, m));
+  Changing r{speeds_.transpose() * c.value, {}};
+  const VectorXd of_turns = dE.transpose() * c.value;
   subtract_mass_change(assembly_, before_, d, a.value, ds.data());
   subtract_row_change(assembly_, before_, d, a.value, 0, ds.data() + n, &b.value, ds.data());
   for (Index i = 0; i < rows; ++i) {
-    RowOnLine r(of(i).of, assembly_, before_);
-    r.follow(0, none, 1, d);
-    VectorXd& change = dJ.emplace_back(static_cast<Index>(r.q.size()));
     const auto& at = of(i).of.force->coordinates();
-    for (std::size_t l = 0; l < r.q.size(); ++l) {
-      const double by = change[static_cast<Index>(l)] = r.seeded(r.q[l]).c1;
+    for (std::size_t l = 0; l < at.size(); ++l) {
+      const double by = dJ[static_cast<std::size_t>(i)][static_cast<Index>(l)];
       c.change[i] += by * a.value[at[l]];
-      if (holds(i)) ds[static_cast<std::size_t>(at[l])] -= c.value[i] * by;
+      ds[static_cast<std::size_t>(at[l])] -= r.value[i] * by + of_turns[i] * of(i).J[l];
     }
-    if (slides(i)) c.change[gap_of(i)] -= c.value[i] * direction(i) * d.numbers[friction_number(i)];
+    if (slides(i))
+      c.change[gap_of(i)] -= c.value[i] * (direction(i) * d.numbers[friction_number(i)] + turns[i] * friction(of(i)));
   }
   solve_bordered_transposed(ds, c.change);
   a.change = Eigen::Map<const VectorXd>(ds.data(), n);
   b.change = Eigen::Map<const VectorXd>(ds.data() + n, m);
+  r.change = speeds_.transpose() * c.change + of_turns;
   if (by_given) *by_given = c.change;
 
   ImpulseDerivatives out{w_q, gradient};
@@ -117,49 +144,36 @@ double Impact::gradient_change(const double* w, const Variation& d, const Vector
   add_row_terms(assembly_, before_, d, P, a, 0, out);
   add_row_terms(assembly_, before_, d, b, u, 0, out);
   for (Index i = 0; i < rows; ++i) {
+    const ActiveRow& active = active_[static_cast<std::size_t>(i)];
     const Row& row = of(i);
     const auto& at = row.of.force->coordinates();
-    const double factor = row.factor;
     if (slides(i)) {
       const Index gap = gap_of(i);
       add_number(assembly_, friction_number(i),
-                 -direction(i) * (c.change[i] * p.value[gap] + c.value[i] * p.change[gap]), out.rho);
+                 -direction(i) * (c.change[i] * p.value[gap] + c.value[i] * p.change[gap]) -
+                     turns[i] * c.value[i] * p.value[gap],
+                 out.rho);
     }
-    // p a - c (u + f v), what J is multiplied by, and its change.
-    VectorXd y = p.value[i] * a.value, dy = p.change[i] * a.value + p.value[i] * a.change;
-    if (holds(i)) {
-      const int number = number_of(i, row.of.contact->restitution_number());
-      const double dfactor = row.of.bounces ? d.numbers[number] : 0;
-      const Eigen::Map<const VectorXd> v(before_.v, n), dv(d.v, n);
-      y -= c.value[i] * (u.value + factor * v);
-      dy -= c.change[i] * (u.value + factor * v) + c.value[i] * (u.change + factor * dv + dfactor * v);
-      double by_e = 0;
-      for (std::size_t l = 0; l < at.size(); ++l) {
-        const double J = row.J[l], change = dJ[static_cast<std::size_t>(i)][static_cast<Index>(l)];
-        w_v[at[l]] -= (c.change[i] * factor + c.value[i] * dfactor) * J + c.value[i] * factor * change;
-        by_e -= (c.change[i] * J + c.value[i] * change) * v[at[l]] + c.value[i] * J * dv[at[l]];
-      }
-      if (row.of.bounces) add_number(assembly_, number, by_e, out.rho);
+    // p a - r (u + f v), what J is multiplied by, and its change.
+    const int number = number_of(i, row.of.contact->restitution_number());
+    const bool bounces = active.law == ActiveRow::Law::held && row.of.bounces;
+    const double factor = speed_factor(active), dfactor = bounces ? d.numbers[number] : 0;
+    const VectorXd y = p.value[i] * a.value - r.value[i] * (u.value + factor * v),
+                   dy = p.change[i] * a.value + p.value[i] * a.change - r.change[i] * (u.value + factor * v) -
+                        r.value[i] * (u.change + factor * dv + dfactor * v);
+    double by_e = 0;
+    for (std::size_t l = 0; l < at.size(); ++l) {
+      const double J = row.J[l], change = dJ[static_cast<std::size_t>(i)][static_cast<Index>(l)];
+      w_v[at[l]] -= (r.change[i] * factor + r.value[i] * dfactor) * J + r.value[i] * factor * change;
+      by_e -= (r.change[i] * J + r.value[i] * change) * v[at[l]] + r.value[i] * J * dv[at[l]];
     }
-    // J y = r' along y: its change along d is a mixed derivative, a quarter of what r'' along y + d and y - d differ
-    // by.
-    RowOnLine r(row.of, assembly_, before_);
-    double size = 0;
-    for (const int k : at) size = std::max(size, std::abs(y[k]));
-    const double length = r.length(d), scale = size > 0 && length > 0 ? size / length : 0;
-    const auto change = [&](PathDual& x) {
-      r.follow(1, dy, 0, d);
-      double sum = r.seeded(x).c1;
-      if (scale == 0) return sum;
-      r.follow(1, y, scale, d);
-      const double sides = r.seeded(x).c2;
-      r.follow(1, y, -scale, d);
-      return sum + (sides - r.seeded(x).c2) / (4 * scale);
-    };
-    for (std::size_t l = 0; l < at.size(); ++l) out.q[at[l]] += change(r.q[l]);
-    for (std::size_t k = 0; k < r.p.size(); ++k)
+    if (bounces) add_number(assembly_, number, by_e, out.rho);
+    RowAlong along(row.of, assembly_, before_, d);
+    along.follow(y, dy);
+    for (std::size_t l = 0; l < at.size(); ++l) out.q[at[l]] += along.seeded(along.q[l]);
+    for (std::size_t k = 0; k < along.p.size(); ++k)
       if (varies(assembly_, row.of.force->numbers()[k]))
-        add_number(assembly_, row.of.force->numbers()[k], change(r.p[k]), out.rho);
+        add_number(assembly_, row.of.force->numbers()[k], along.seeded(along.p[k]), out.rho);
   }
   return out.t;
 }

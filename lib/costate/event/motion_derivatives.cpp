@@ -62,6 +62,13 @@ bool MotionEvents::slides_as(const ContactOf& c, const ContactOf& own, const Sta
   return (A * A.completeOrthogonalDecomposition().solve(b) - b).norm() <= kSameRow * b.norm();
 }
 
+bool MotionEvents::has_impulse(int event) const {
+  const ContactOf* c = contact_of(event);
+  if (!c) return false;
+  const auto guard = contact_guard(event);
+  return guard == UnilateralForce::Guard::touch || (guard == UnilateralForce::Guard::stop && slides_in_space(*c));
+}
+
 bool MotionEvents::goes_on_smoothly(int event, const StateView& before, const Side& minus, const Side& plus) {
   using Guard = UnilateralForce::Guard;
   const ContactOf* own = contact_of(event);
@@ -243,7 +250,7 @@ void MotionEvents::tangent(int event, const StateView& before, const Side& minus
                            double* const* columns, int count, double* dcost, const Eigen::MatrixXd* directions) {
   const GuardOf& g = of(event);
   const int n = assembly_.n(), nz = assembly_.nz(), first = g.first_state;
-  const bool impact = contact_of(event, true) || (contact_of(event) && slides_in_space(*contact_of(event)));
+  const bool impact = has_impulse(event);
   if (between_steps_) refuse_slip_from_rest(event, before);
   if (goes_on_smoothly(event, before, minus, plus)) {
     std::fill(dcost, dcost + count, 0.0);
@@ -347,7 +354,7 @@ void MotionEvents::adjoint(int event, const StateView& before, const Side& minus
   if (goes_on_smoothly(event, before, minus, plus)) return;
   linearize(g, before, minus, np > 0);
   double sigma = minus.cost - plus.cost;
-  if (contact_of(event, true) || (contact_of(event) && slides_in_space(*contact_of(event)))) {
+  if (has_impulse(event)) {
     linearize_impact(event, before, false);
     std::vector<double> w(static_cast<std::size_t>(2 * n), 0);
     sigma += impact_adjoint(mu + n, w.data(), w.data() + n, gradient);

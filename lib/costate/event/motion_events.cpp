@@ -102,13 +102,29 @@ MeasureArguments MotionEvents::arguments() const {
 }
 
 double MotionEvents::value(const GuardOf& g, const StateView& s) {
-  return guard_value(*g.force, *g.guarded, g.k, g.first_state, g.first_row, s, assembly_, gathered_);
+  const double h = guard_value(*g.force, *g.guarded, g.k, g.first_state, g.first_row, s, assembly_, gathered_);
+  const double slowest = slowest_slip(g);
+  return slowest > 0 ? h + 0.5 * kSlidingOffset - slowest : h;
+}
+
+double MotionEvents::slowest_slip(const GuardOf& g) const {
+  if (g.contact < 0) return 0;
+  const ContactOf& c = contacts_[static_cast<std::size_t>(g.contact)];
+  if (c.contact->guard_kind(g.k) != UnilateralForce::Guard::stop || !slides_in_space(c)) return 0;
+  return std::max(0.5 * kSlidingOffset, slow_slips_ * g.largest_slip);
 }
 
 void MotionEvents::calc(const StateView& s, std::vector<double>& h) {
   h.assign(guards_.size(), std::numeric_limits<double>::quiet_NaN());
-  for (std::size_t i = 0; i < guards_.size(); ++i)
-    if (guards_[i].guarded->guard_armed(guards_[i].k, s.z + guards_[i].first_state)) h[i] = value(guards_[i], s);
+  for (std::size_t i = 0; i < guards_.size(); ++i) {
+    GuardOf& g = guards_[i];
+    if (!g.guarded->guard_armed(g.k, s.z + g.first_state)) {
+      g.largest_slip = 0;
+      continue;
+    }
+    h[i] = value(g, s);
+    if (const double slowest = slowest_slip(g); slowest > 0) g.largest_slip = std::max(g.largest_slip, h[i] + slowest);
+  }
 }
 
 std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
@@ -136,8 +152,9 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
   const auto along = [&](const GuardOf& g, const StateView& s) {
     way(g, s, here_forward);
     const double speed = value(g, s);
-    return std::inner_product(forward.begin(), forward.end(), here_forward.begin(), 0.0) < 0 ? -speed - kSlidingOffset
-                                                                                             : speed;
+    return std::inner_product(forward.begin(), forward.end(), here_forward.begin(), 0.0) < 0
+               ? -speed - 2 * slowest_slip(g)
+               : speed;
   };
   const auto largest_multiplier = [&](const StateView& s) {
     double largest = 0;

@@ -104,6 +104,10 @@ class MotionEvents {
   /// tangent() is from here on of columns that are not integrated with the motion: it refuses what adjoint() refuses,
   /// a slip in space that begins from rest, behind which the direction turns the faster the slower it is.
   void differentiate_between_steps() { between_steps_ = true; }
+  /// A slip in space ends from here on where it falls below this part of the largest speed that it has had: tangents,
+  /// known to a tolerance, still tell its direction there. What is left of its way is the square of the part, and of
+  /// its time, which costs on what jumps at the stop see, the part itself.
+  void end_slow_slips(double part) { slow_slips_ = part; }
   /// At an impact of a given time: mu of (q, v) behind it becomes that before it, that of what it sets is zero, and the
   /// gradient gains the impact's own share; returns the weight of the time.
   double adjoint_of_impact(int event, const StateView& before, double* mu, double* gradient);
@@ -153,6 +157,7 @@ class MotionEvents {
     bool just_left = false;  // of a rigid contact behind an impact or a release: the gap grows from zero
     bool ready = false;      // seen on the side from which it crosses
     double last = std::numeric_limits<double>::quiet_NaN();  // its value at the last look, if it was looked at
+    double largest_slip = 0;                                 // of the stop of a slip in space that goes on
     std::optional<GapTrace> gap = {};
     GapTrace::Look seen = {std::numeric_limits<double>::quiet_NaN(),
                            {}};  // of the gap, where the step before has ended
@@ -172,6 +177,8 @@ class MotionEvents {
   /// Guard values; NaN where a guard is not looked at.
   void calc(const StateView& s, std::vector<double>& h);
   double value(const GuardOf& g, const StateView& s);
+  /// The speed at which a slip in space ends; 0 of other guards.
+  double slowest_slip(const GuardOf& g) const;
   /// Where within a step guards are looked at, its ends among them; nowhere if none of them can cross in it.
   void choose_looks(double from, double to, const std::function<StateView(double)>& at);
   void load(const GuardOf& g, const StateView& s);
@@ -213,6 +220,8 @@ class MotionEvents {
     const ContactOf& contact = contacts_[static_cast<std::size_t>(c)];
     return strikes && contact.contact->guard_kind(of(event).k) != UnilateralForce::Guard::touch ? nullptr : &contact;
   }
+  /// Whether velocities jump: where a gap closes, and where a slip in space ends, by what is left of it.
+  bool has_impulse(int event) const;
   double number(const ContactOf& c, int k) const {
     return k < 0 ? 0 : assembly_.numbers()[static_cast<std::size_t>(c.force->numbers()[static_cast<std::size_t>(k)])];
   }
@@ -282,6 +291,7 @@ class MotionEvents {
   std::unique_ptr<Impact> impact_;
   std::vector<ContactOf> contacts_;
   bool needs_multipliers_ = false, between_steps_ = false;
+  double slow_slips_ = 0;
   std::string last_mode_;
   std::vector<double> open_z_;  // states with all contacts open
   std::vector<PathDual> lambda_;

@@ -8,6 +8,7 @@ namespace costate {
 
 double MotionEvents::guard_gradient(int event, const StateView& before, const Side& minus, const Side& plus,
                                     ScalarGradient& out) {
+  refuse_slip_from_rest(event, before);
   // For what it refuses: the steps on either side have an end and a beginning there also where nothing jumps.
   goes_on_smoothly(event, before, minus, plus);
   const GuardOf& g = of(event);
@@ -30,7 +31,7 @@ double MotionEvents::guard_gradient(int event, const StateView& before, const Si
 void MotionEvents::transition_tangent(int event, const StateView& before, double* const* columns, const double* dt,
                                       int count) {
   const int n = assembly_.n(), first = of(event).first_state;
-  const bool impact = contact_of(event, true) != nullptr;
+  const bool impact = has_impulse(event);
   if (impact) linearize_impact(event, before, true);
   std::vector<double> own(D_x_.size()), u(static_cast<std::size_t>(n));
   for (int j = 0; j < count; ++j) {
@@ -51,7 +52,7 @@ void MotionEvents::transition_tangent(int event, const StateView& before, double
 double MotionEvents::transition_adjoint(int event, const StateView& before, double* mu, double* gradient) {
   const int n = assembly_.n(), first = of(event).first_state;
   double by_time = 0;
-  if (contact_of(event, true)) {
+  if (has_impulse(event)) {
     linearize_impact(event, before, false);
     std::vector<double> w(static_cast<std::size_t>(2 * n), 0);
     by_time = impact_adjoint(mu + n, w.data(), w.data() + n, gradient);

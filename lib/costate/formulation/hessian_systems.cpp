@@ -71,7 +71,9 @@ TangentMotion::TangentMotion(HessianEquations& equations)
       instant_(assembly_, velocity_jump_.balance()) {
   append_columns("", "d");
   move_bends();
-  if (events_) events_->use(velocity_jump_.balance());
+  if (!events_) return;
+  events_->use(velocity_jump_.balance());
+  events_->differentiate_between_steps();  // as the way back does
 }
 
 void TangentMotion::end_segments_at(const std::vector<double>& times) {

@@ -46,6 +46,10 @@ class TangentMotion final : public HessianPass {
  public:
   explicit TangentMotion(HessianEquations& equations);
 
+  /// As MotionEvents has it; to be called before the start.
+  void end_slow_slips(double part) {
+    if (events_) events_->end_slow_slips(part);
+  }
   /// Segments end at these times, too; nothing jumps there.
   void end_segments_at(const std::vector<double>& times);
   bool carries_events() const override { return true; }

@@ -24,6 +24,9 @@ constexpr double kNear = 1e-9, kSpacings = 4;
 constexpr std::size_t kStepsBehind = 8;
 /// Of the span: a bend this near to an event is the event's own; and of a time, of 1 s at least, what is one instant.
 constexpr double kEventsOwn = 4e-12, kOneInstant = 1e-10;
+/// Of the largest speed of a slip in space, and in tolerances: where it ends. Above rounding, which a slip that is a
+/// difference of larger speeds has of its direction, and above the errors of tangents.
+constexpr double kSlowSlip = 1e-7, kSlipErrors = 10;
 
 /// The times of a smooth piece: its ends, and the steps' between them.
 using Piece = std::vector<double>;
@@ -170,6 +173,7 @@ HessianMotion run_hessian_motion(const Problem& problem, const std::vector<doubl
   };
   {
     forward.set_parameters(rho.data());
+    forward.end_slow_slips(std::max(kSlowSlip, kSlipErrors * problem.solver.rtol));
     CvodeRun session(forward, problem.solver, problem.monitor, StartDerivative::none);
     // The passes know nothing of the cost.
     session.follow(std::make_shared<const StepPlan>(forward, problem.objective, t_start, t_end, session.y()));

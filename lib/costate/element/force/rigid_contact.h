@@ -109,8 +109,9 @@ class RigidContact final : public Force, public UnilateralForce, public GapEleme
   }
 
   int row_count() const override { return options_.sticks ? 1 + Surface::tangents : 1; }
-  PathDual row(int i, const MeasureArguments& x) const override {
-    return i == 0 ? gap(x.q, x.p) : ContactRows<Point>::place(surface_, i - 1, x.q, x.p + kGround, x.p + kNumbers);
+  PathDual row(int i, const MeasureArguments& x) const override { return row_of(i, x.q, x.p); }
+  DirectedPathDual row_directed(int i, const DirectedPathDual* q, const DirectedPathDual* p) const override {
+    return row_of(i, q, p);
   }
   int restitution_number() const override { return kRestitution; }
   int friction_number() const override { return kFriction; }
@@ -141,6 +142,10 @@ class RigidContact final : public Force, public UnilateralForce, public GapEleme
   }
 
  private:
+  template <class S>
+  S row_of(int i, const S* q, const S* p) const {
+    return i == 0 ? gap(q, p) : ContactRows<Point>::place(surface_, i - 1, q, p + kGround, p + kNumbers);
+  }
   template <class S>
   S gap(const S* q, const S* p) const {
     return surface_.gap(q, p + kGround, p + kNumbers);

@@ -1,0 +1,18 @@
+// Second derivatives of the rows along which contacts slide (element/switched_rows.h), and their rates along the
+// motion: of R2_k = -(lambda_k + mu lambda_0 sigma_k), in space with sigma = w/|w| of w = J v + o, so that sigma' = T
+// w' with
+//   T = (1 - sigma sigma^T)/|w|,   T' = -(sigma' sigma^T + sigma sigma'^T + (sigma.w') T)/|w|.
+#pragma once
+
+#include "costate/assembly/second_terms.h"
+
+namespace costate {
+
+/// -s2^T R2 of these rows, s2 of all m: out += the change of its gradient along d at fixed s2; at the directions that
+/// the assembly has.
+void add_sliding_gradient_change(const Assembly& assembly, const StateView& s, const Variation& d, const double* s2,
+                                 const GradientTarget& out);
+/// R2_k' of these rows at lambda' = 0 along the motion, in `row` (m).
+void add_sliding_rates(const Assembly& assembly, const StateView& s, double* row);
+
+}  // namespace costate

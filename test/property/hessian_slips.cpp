@@ -1,0 +1,157 @@
+// Second derivatives of psi through slips in space, whose direction turns with the velocity: while a point or a sphere
+// slides, stops, rolls and lets go, and at impacts with friction (lib/README.md (13.16), (13.17)); against closed forms
+// and differences of gradients.
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "costate/base/error.h"
+#include "property/hessian_compare.h"
+#include "property/loaded_ball.h"
+#include "support/with_words.h"
+
+using namespace costate;
+using namespace costate::test;
+using Catch::Contains;
+
+namespace {
+
+const std::string kPoint = R"([gravity]
+z_m_per_s2 = -9.81
+[point.P]
+x_m = 0
+y_m = 0
+z_m = HEIGHT
+vx_m_per_s = 1.2
+vy_m_per_s = -0.9
+[mass.P]
+point = "P"
+mass_kg = 2
+[contact.floor]
+kind = "rigid"
+point = "P"
+friction = "coulomb"
+friction_coefficient = FRICTION
+CONTACT
+[start]
+given = [GIVEN]
+[run]
+t_end_s = END
+rtol = 1e-11
+parameters = [PARAMETERS]
+[parameter.g]
+number = "gravity.z_m_per_s2"
+factors = [-1]
+[[cost.terminal]]
+kind = "value"
+output = "P.x"
+[[cost.terminal]]
+kind = "value"
+output = "P.y"
+weight = 2
+MORE
+)";
+
+Problem point(const std::vector<std::pair<std::string, std::string>>& own) {
+  auto words = own;
+  for (const auto& [word, value] : std::vector<std::pair<std::string, std::string>>{
+           {"HEIGHT", "0"},
+           {"FRICTION", "0.3"},
+           {"CONTACT", "closed = true\nsliding = \"forward\""},
+           {"GIVEN", R"("P.x", "P.y")"},
+           {"PARAMETERS", R"("contact.floor.friction_coefficient", "g", "point.P.vx_m_per_s", "point.P.vy_m_per_s")"},
+           {"MORE", ""}})
+    if (std::none_of(own.begin(), own.end(), [&, w = word](const auto& o) { return o.first == w; }))
+      words.emplace_back(word, value);
+  return unconfirmed(with_words(kPoint, words));
+}
+
+}  // namespace
+
+TEST_CASE("hessian slips: a point slides to rest in any direction, against its closed form", "[events]") {
+  // x = v |v|/(2 mu g) from 0.51 s on; until then v (t - mu g t^2/(2 |v|)).
+  for (const double end : {0.3, 0.8}) {
+    CAPTURE(end);
+    const auto psi = [&](const long double* r) {
+      const long double speed = std::hypot(r[2], r[3]), stop = speed / (r[0] * r[1]),
+                        t = std::min<long double>(end, stop);
+      return (r[2] + 2 * r[3]) * (t - r[0] * r[1] * t * t / (2 * speed));
+    };
+    check_closed(point({{"END", fmt::format("{}", end)}}), psi, {3e-4L, 1e-2L, 1e-3L, 1e-3L});
+  }
+}
+
+TEST_CASE("hessian slips: a point that lands slides on and stops, or bounces, against closed forms", "[events]") {
+  // It lands with w = g t1 and loses mu (1 + e) w of its speed along the ground.
+  for (const double e : {0.0, 0.6})
+    for (const char* law : {"newton", "poisson"}) {
+      CAPTURE(e, law);
+      const auto psi = [&](const long double* r) {
+        const long double mu = r[0], g = r[1], fall = std::sqrt(2 * 0.05L / g), speed = std::hypot(r[2], r[3]),
+                          left = speed - mu * (1 + e) * g * fall, end = e > 0 ? 0.2L : 0.9L;
+        const long double way = e > 0 ? left * (end - fall) : left * left / (2 * mu * g);
+        return (r[2] + 2 * r[3]) * (fall + way / speed);
+      };
+      if (e == 0 && law != std::string("newton")) continue;
+      const std::string bounces =
+          e > 0 ? fmt::format("restitution_law = \"{}\"\nrestitution = {}\nclosing_speed_m_per_s = 0", law, e) : "";
+      check_closed(point({{"HEIGHT", "0.05"},
+                          {"CONTACT", bounces},
+                          {"GIVEN", R"("P.x", "P.y", "P.z")"},
+                          {"END", e > 0 ? "0.2" : "0.9"}}),
+                   psi, {3e-4L, 1e-2L, 1e-3L, 1e-3L});
+    }
+}
+
+TEST_CASE("hessian slips: a slip up a slope turns, and stops", "[events]") {
+  for (const char* end : {"0.3", "0.8"}) {
+    CAPTURE(end);
+    check_by_differences(
+        point({{"FRICTION", "0.5"},
+               {"CONTACT", "closed = true\nsliding = \"forward\"\nground_angle_rad = 0.3"},
+               {"END", end},
+               {"MORE", "[[cost.running]]\nkind = \"square\"\noutput = \"floor.friction_force\"\nweight = 0.01"},
+               {"PARAMETERS",
+                "\"contact.floor.friction_coefficient\", \"contact.floor.ground_angle_rad\", "
+                "\"mass.P.mass_kg\", \"point.P.vx_m_per_s\""}}),
+        1e-6);
+  }
+}
+
+namespace {
+Problem ball(const std::vector<std::pair<std::string, std::string>>& words) {
+  return unconfirmed(with_words(kLoadedBall, words));
+}
+}  // namespace
+
+TEST_CASE("hessian slips: a ball slides until it rolls, and rolls on", "[events]") {
+  // Where it stops, its slip is known to some tolerances of the ball's own speeds.
+  for (const char* end : {"0.1", "0.6"}) {
+    CAPTURE(end);
+    check_by_differences(ball({{"HEIGHT", "0.1"},
+                               {"STATE", "closed = true\nsliding = \"forward\""},
+                               {"GIVEN", R"(given = ["ball.x", "ball.y", "ball.orientation"])"},
+                               {"END", end}}),
+                         1e-6, {"index1", "baumgarte"});
+  }
+}
+
+TEST_CASE("hessian slips: a ball that spins bounces, or lands and slides on", "[events]") {
+  for (const char* state : {"restitution = 0.5\nclosing_speed_m_per_s = 0",
+                            "restitution = 0.5\nclosing_speed_m_per_s = 0\nrestitution_law = \"poisson\"", ""}) {
+    CAPTURE(state);
+    check_by_differences(ball({{"HEIGHT", "0.3"}, {"STATE", state}, {"GIVEN", R"(given = ["ball"])"}, {"END", "0.4"}}),
+                         1e-6, {"index1", "baumgarte"});
+  }
+}
+
+TEST_CASE("hessian slips: what begins to slide from rest is refused", "[events]") {
+  Problem p = point({{"CONTACT", "closed = true\nalong_m = 0\nacross_m = 0"},
+                     {"GIVEN", ""},
+                     {"END", "1"},
+                     {"MORE", "[force.push]\npoint = \"P\"\nk = 20\nformula_x_N = \"k*t\""},
+                     {"PARAMETERS", R"("contact.floor.friction_coefficient", "mass.P.mass_kg")"}});
+  for (Parameter& of : p.parameters.parameters) of.scale = 1;
+  CHECK_THROWS_WITH(hessian(p, p.parameters.values()), Contains("sliding in space begins from rest"));
+}

@@ -20,24 +20,11 @@ void refuse_rows_without_place(const Assembly& assembly) {
   }
 }
 
-namespace {
-/// A row of the second direction along the ground, or -1.
-int spatial_friction(const Assembly& assembly) {
+bool may_slide_in_space(const Assembly& assembly) {
   const auto& rows = assembly.slidable_rows();
   for (std::size_t i = 1; i < rows.size(); ++i)
-    if (rows[i].second == rows[i - 1].second) return rows[i].first;
-  return -1;
-}
-}  // namespace
-
-bool may_slide_in_space(const Assembly& assembly) { return spatial_friction(assembly) >= 0; }
-
-void refuse_spatial_friction(const Assembly& assembly, const std::string& who, const std::string& advice) {
-  const int row = spatial_friction(assembly);
-  if (row < 0) return;
-  throw CapabilityError(fmt::format(
-      "Row '{}' is friction of a rigid contact in space, which {} does not carry. Take {}; or friction = \"none\".",
-      assembly.mechanism().row_names()[static_cast<std::size_t>(row)], who, advice));
+    if (rows[i].second == rows[i - 1].second) return true;
+  return false;
 }
 
 }  // namespace costate

@@ -10,7 +10,5 @@ namespace costate {
 void refuse_rows_without_place(const Assembly& assembly);
 /// Whether contacts may slide in space.
 bool may_slide_in_space(const Assembly& assembly);
-/// Throws CapabilityError where they may: `who` does not carry that, "this formulation", and what does.
-void refuse_spatial_friction(const Assembly& assembly, const std::string& who, const std::string& advice);
 
 }  // namespace costate

@@ -43,6 +43,8 @@ void DiscreteAdjoint::step_back(bool factored) {
     assembly_.calc_jacobian(end);
   else
     scheme_.factor_projection_here();
+  const StepSlips& slips = scheme_.slips_here();
+  sigma_ = slips.no_bars();
   assembly_.calc_partials(end);
   // 4
   a_ += c.new_a * alpha_;
@@ -85,9 +87,16 @@ void DiscreteAdjoint::accelerations_back() {
   s_.tail(m_) = lambda_;
   scheme_.matrices().solve_projection_transposed(s_.data());
   const double* s2 = s_.data() + n_ + nz_;
+  const StateView end = scheme_.state();
+  if (const StepSlips& slips = scheme_.stage_rows().slips(); slips.any()) {
+    slips.clear_rows(assembly_);
+    slips.take_turns(s2, end.lambda, sigma_, gradient_.data());
+  }
   subtract_rows(s_);
   add_transposed_product(assembly_.jacobian(), assembly_.phidd_q.data(), -1, s2, q_.data());
   add_transposed_product(assembly_.jacobian(), assembly_.phid_q.data(), -2, s2, v_.data());
+  if (const std::vector<double>* rolls = scheme_.rolling_rates(end))
+    add_transposed_product(assembly_.jacobian(), rolls->data(), -1, s2, v_.data());
 }
 
 /// 2, with the same blocks: v_ becomes the bar of v*.
@@ -95,16 +104,19 @@ void DiscreteAdjoint::velocities_back() {
   const StepRecord& r = scheme_.record();
   w_.head(n_) = v_;
   w_.tail(nz_ + m_).setZero();
-  scheme_.matrices().solve_projection_transposed(w_.data());
+  scheme_.matrices().solve_velocities_transposed(w_.data());
   const double *s1 = w_.data(), *s2 = s1 + n_ + nz_;
   const StateView end = scheme_.state();
   assembly_.calc_projection_hessian(end, r.u, r.eta, hessian_);
   add_transposed_product(assembly_.square(), hessian_.data(), -1, s1, q_.data());
   add_transposed_product(assembly_.jacobian(), assembly_.phid_q.data(), -1, s2, q_.data());
   add_transposed_product(assembly_.jacobian(), assembly_.phi_q.data(), -1, s2, v_.data());
+  const StepSlips& slips = scheme_.stage_rows().slips();
   for (const Assembly::SlidingRow& at : assembly_.sliding_rows())
     for (const auto& [column, factor] : assembly_.number_columns()[static_cast<std::size_t>(at.number)])
-      gradient_[static_cast<std::size_t>(column)] += factor * s2[at.along] * at.direction * r.eta[at.normal];
+      if (!slips.has(at.along))
+        gradient_[static_cast<std::size_t>(column)] += factor * s2[at.along] * at.direction * r.eta[at.normal];
+  if (slips.any()) slips.take_kept(assembly_, end, r.u, s2, q_.data(), gradient_.data());
   add_outer(s1, r.u);
   assembly_.add_projection_gradient(end, r.u, r.eta, s1, -1, gradient_.data(), false);
 }
@@ -115,6 +127,9 @@ void DiscreteAdjoint::add_end_parameters(const double* velocity_rows) {
   w.force = s_.data();
   w.state = s_.data() + n_;
   w.row = s_.data() + n_ + nz_;
+  const StepSlips& slips = scheme_.stage_rows().slips();
+  std::vector<double> others;
+  if (slips.any()) w.row = (others = slips.without(w.row, m_)).data();
   w.c2 = 1;
   w.row_phid = velocity_rows;
   w.constant_bodies = false;
@@ -131,33 +146,43 @@ void DiscreteAdjoint::stage_back(bool factored) {
     scheme_.calc_stage_partials(stage);
   else
     scheme_.factor_stage_here();
+  StageRows& rows = scheme_.stage_rows();
+  s_.tail(m_).setZero();
+  if (rows.slips().any()) rows.slips().give_turns(sigma_, q_.data(), v_.data(), s_.data() + n_ + nz_, gradient_.data());
   s_.head(n_) = c.B * q_ + c.G * v_;
   s_.segment(n_, nz_) = c.G_z * z_;
-  s_.tail(m_).setZero();
   scheme_.matrices().solve_step_transposed(s_.data());
   subtract_rows(s_);
   const double* s2 = s_.data() + n_ + nz_;
-  StageRows& rows = scheme_.stage_rows();
   add_transposed_product(assembly_.jacobian(), rows.by_q().data(), -1, s2, q_.data());
   if (rows.keep_rates()) add_transposed_product(assembly_.jacobian(), rows.by_v().data(), -1, s2, v_.data());
   Assembly::ParameterWeights w;
   w.force = s_.data();
   w.state = s_.data() + n_;
   rows.weigh(assembly_, c, s2, w);
+  if (rows.slips().any()) rows.slips().add_gradient(s2, -1, gradient_.data());
   w.constant_bodies = false;
   add_outer(s_.data(), stage.a);
   sum_ += s_.head(n_);
   assembly_.add_parameter_gradient(stage, w, -1, gradient_.data());
 }
 
-double DiscreteAdjoint::begin_anew_back() {
-  const StateView s = scheme_.state();
-  scheme_.factor_projection_here();
+/// 3 where no step leads.
+void DiscreteAdjoint::accelerations_anew_back(const StateView& s) {
+  const StepSlips& slips = scheme_.slips_here();
+  sigma_ = slips.no_bars();
   assembly_.calc_partials(s);
   a_ += alpha_;
   f_ += y_;
   accelerations_back();
+  if (slips.any()) slips.give_turns(sigma_, q_.data(), v_.data(), nullptr, gradient_.data());
   add_end_parameters(nullptr);
+}
+
+double DiscreteAdjoint::begin_anew_back() {
+  const StateView s = scheme_.state();
+  scheme_.factor_projection_here();
+  accelerations_anew_back(s);
   calc_time_partials(assembly_, s, time_);
   double by_time = 0;
   for (int i = 0; i < n_; ++i) by_time -= s_[i] * time_.force[static_cast<std::size_t>(i)];
@@ -202,11 +227,7 @@ void DiscreteAdjoint::add_parameters(double c, const std::vector<double>& by) {
 const std::vector<double>& DiscreteAdjoint::finish(bool factored) {
   const StateView s = scheme_.state();
   if (!factored) scheme_.factor_projection_here();
-  assembly_.calc_partials(s);
-  a_ += alpha_;
-  f_ += y_;
-  accelerations_back();
-  add_end_parameters(nullptr);
+  accelerations_anew_back(s);
   assembly_.add_constant_body_gradient(outer_.data(), sum_.data(), -1, gradient_.data());
   add_start_gradient(assembly_, scheme_.start_time(), scheme_.start_state(), q_.data(), v_.data(), z_.data(),
                      gradient_.data());

@@ -49,6 +49,7 @@ class DiscreteAdjoint {
  private:
   void add_cost(double weight, bool terminal);
   void accelerations_back();
+  void accelerations_anew_back(const StateView& s);
   void velocities_back();
   void stage_back(bool factored);
   void add_end_parameters(const double* velocity_rows);
@@ -63,6 +64,7 @@ class DiscreteAdjoint {
   Eigen::VectorXd q_, v_, z_, a_, lambda_, f_, alpha_, y_;  // bars
   Eigen::VectorXd s_, w_;                                   // n + nz + m: solutions of 3 and 1, of 2
   TimePartials time_;
+  Eigen::VectorXd sigma_;  // of slips in space
   std::vector<double> hessian_, gradient_;
   // Sums over all steps for bodies of constant mass and force: the parameters in these cost nothing a step.
   std::vector<double> outer_;  // on the square pattern

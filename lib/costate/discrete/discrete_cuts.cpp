@@ -1,14 +1,9 @@
 // Steps of the discrete scheme that do not end where the next one of the same length begins: at events, at kinks.
 #include <algorithm>
 
-#include "costate/assembly/switched_rows_refusal.h"
 #include "costate/discrete/discrete_scheme.h"
 
 namespace costate {
-
-void DiscreteScheme::require_rows() const {
-  refuse_spatial_friction(assembly_, "the scheme of fixed steps", "idas or cvodes methods");
-}
 
 void DiscreteScheme::keep_beginnings() {
   keeps_beginnings_ = true;
@@ -18,6 +13,7 @@ void DiscreteScheme::keep_beginnings() {
 
 void DiscreteScheme::repeat(double h, double t_end) {
   // The last solution is the first guess of this one; what the step began with counts for everything else.
+  stage_rows_.slips().release();
   const std::vector<double> guess(r_.x, r_.x + matrices_.size());
   std::copy(begun_numbers_.begin(), begun_numbers_.end(), numbers_.begin());
   std::copy(guess.begin(), guess.end(), r_.x);

@@ -36,6 +36,7 @@ DiscreteScheme::DiscreteScheme(std::shared_ptr<const Mechanism> mechanism, Param
   append_differential_unknowns(assembly_.mechanism(), unknowns_);
   lay_out();
   if (events_) events_->use(velocity_jump().balance());
+  if (assembly_.has_switched_rows()) stage_rows_.give_as(level());
   const auto n = static_cast<std::size_t>(n_), nz = static_cast<std::size_t>(nz_);
   const auto size = static_cast<std::size_t>(matrices_.size());
   for (auto* x : {&q_g_, &v_g_, &v_star_}) x->assign(n, 0);
@@ -125,7 +126,9 @@ void DiscreteScheme::start(double t, double h, StartDerivative wanted) {
   std::copy(start_.v.data(), start_.v.data() + n_, r_.v);
   std::copy(start_.z.data(), start_.z.data() + nz_, r_.z);
   assembly_.calc_dynamics(state());
-  if (!constraint_rank(assembly_, t, r_.q).dependent_rows.empty()) fail_singular("at the start", -1);
+  std::size_t giving = 0;
+  for (int i = 0; i < m_; ++i) giving += level_ && level_->gives(i) ? 1 : 0;
+  if (constraint_rank(assembly_, t, r_.q).dependent_rows.size() > giving) fail_singular("at the start", -1);
   assembly_.calc_dynamics(state());
   find_rates("at the start");
   factor_stage_here();  // which the first step iterates on
@@ -136,7 +139,8 @@ void DiscreteScheme::start(double t, double h, StartDerivative wanted) {
 
 /// Rates of all kinds at (t, q, v, z), where the assembly's dynamics are; they are the next step's first guess.
 void DiscreteScheme::find_rates(const char* where) {
-  check(matrices_.factor_projection(assembly_), where);
+  if (stage_rows_.slips().possible()) stage_rows_.slips().linearize(assembly_, state(), nullptr);
+  check(factor_projection(), where);
   find_accelerations();
   std::copy(r_.a, r_.a + n_, r_.alpha);
   std::copy(r_.f, r_.f + nz_, r_.y);
@@ -247,7 +251,9 @@ void DiscreteScheme::evaluate_stage() {
   add_product(assembly_.square(), assembly_.M.data(), -1, a, b);
   add_transposed_product(assembly_.jacobian(), assembly_.reaction_jacobian().data(), -1, lambda, b);
   for (int i = 0; i < nz_; ++i) b[n_ + i] = assembly_.zdot[i] - f[i];
-  stage_rows_.subtract(assembly_, c_, v_star_.data(), lambda, b + n_ + nz_);
+  s.a = a;
+  s.lambda = lambda;
+  stage_rows_.subtract(assembly_, c_, s, b + n_ + nz_);
 }
 
 /// 1, until corrections are of rounding size. The last correction is applied to x and v*, not to q, so that the
@@ -258,7 +264,7 @@ void DiscreteScheme::iterate() {
   bool refactor = std::exchange(stale_, false);
   for (int i = 0;; ++i) {
     evaluate_stage();
-    if (refactor) {
+    if (refactor || stage_rows_.slips().have_changed()) {
       StateView s = state();
       s.v = v_star_.data();
       s.a = r_.x;
@@ -299,6 +305,10 @@ void DiscreteScheme::step(double h, double t_end) {
   if (keeps_beginnings_) std::copy(numbers_.begin(), numbers_.end(), begun_numbers_.begin());
   set_length(h);
   ++counters_.steps;
+  if (StepSlips& slips = stage_rows_.slips(); slips.possible() && keeps_beginnings_) {
+    assembly_.switch_rows(r_.z);
+    slips.hold_if_stopping(assembly_, state(), h);
+  }
   predict();
   advance(h, t_end);
 }
@@ -326,13 +336,13 @@ void DiscreteScheme::advance(double h, double t_end) {
   calc_stage_partials(s);
   check(matrices_.factor_step(assembly_, c_, stage_rows_), "in a step");
   set_reaches();
-  check(matrices_.factor_projection(assembly_), "in a projection");
+  check(factor_projection(), "in a projection");
   // 2
   double* b = rhs_.data();
   std::fill(b, b + matrices_.size(), 0.0);
   for (int i = 0; i < m_; ++i) b[n_ + nz_ + i] = -assembly_.phi_t[i];
   add_product(assembly_.jacobian(), assembly_.phi_q.data(), -1, v_star_.data(), b + n_ + nz_);
-  matrices_.solve_projection(b);
+  matrices_.solve_velocities(b);
   for (int i = 0; i < n_; ++i) {
     r_.u[i] = b[i];
     r_.v[i] = v_star_[i] + b[i];
@@ -353,7 +363,8 @@ void DiscreteScheme::load(long index, const double* from) {
 
 void DiscreteScheme::factor_projection_here() {
   assembly_.calc_dynamics(state());
-  check(matrices_.factor_projection(assembly_), "in a projection");
+  slips_here();
+  check(factor_projection(), "in a projection");
 }
 
 void DiscreteScheme::factor_stage_here() {

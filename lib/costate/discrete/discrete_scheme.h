@@ -61,9 +61,6 @@ class DiscreteScheme final : public System {
   MechanismState mechanism_state(double t, const double* y) override;
   MechanismState kinematic_state(double t, const double* y) override { return view(t, y); }
   bool carries_events() const override { return true; }
-  /// Throws CapabilityError for rows that it has no equations for: those of friction in space.
-  void require_rows() const;
-
   /// Consistent start at t for steps of h, with its derivative with respect to the parameters as wanted.
   /// Throws SolverError for redundant constraints, naming them.
   void start(double t, double h, StartDerivative wanted);
@@ -77,7 +74,10 @@ class DiscreteScheme final : public System {
   void keep_beginnings();
   /// Where the last step has begun.
   const StepRecord& beginning() const { return begun_; }
+  StateView begun() const { return state_of(begun_); }
   void save_beginning(double* to) const { std::copy(begun_numbers_.begin(), begun_numbers_.end(), to); }
+  /// Whether the last step has been but to find where a slip in space stops: it is to be repeated.
+  bool only_looks() const { return stage_rows_.slips().holds(); }
   /// The last step once more, by another length; the next one has to be behind a jump.
   void repeat(double h, double t_end);
   /// Crosses the pending event, or the time `kink` of a law, from right before it to t_after, right behind it; and
@@ -108,6 +108,10 @@ class DiscreteScheme final : public System {
   /// Derivative blocks of 1 at the stage s, in the assembly, and of its rows.
   void calc_stage_partials(const StateView& s) { stage_rows_.calc(assembly_, s, c_); }
   StageRows& stage_rows() { return stage_rows_; }
+  /// What slides in space in the step that ends here, with derivatives; of matrices that are brought back.
+  const StepSlips& slips_here();
+  /// What Phidd_v of rows that roll has beside 2 Phid_q, on the Jacobian's pattern; null where there are none.
+  const std::vector<double>* rolling_rates(const StateView& s);
   const DiscreteCounters& counters() const { return counters_; }
 
   // Records for a backward pass: copies of everything that a step ends with.
@@ -139,6 +143,8 @@ class DiscreteScheme final : public System {
   AccelerationLevel& level();
   void find_rates(const char* where);
   void find_accelerations();
+  /// From what the assembly has, by the directions that slips have.
+  int factor_projection();
   void predict();
   void remember();
   void iterate();
@@ -171,6 +177,7 @@ class DiscreteScheme final : public System {
   // Rounding is judged against the largest coordinate of the same unit.
   std::vector<int> group_;
   std::vector<double> group_scale_, state_scale_, state_reach_;
+  std::vector<double> rolling_;
   DiscreteCounters counters_;
   std::unique_ptr<AccelerationLevel> level_;  // for mechanism_state and jumps
   std::unique_ptr<VelocityJump> velocity_jump_;

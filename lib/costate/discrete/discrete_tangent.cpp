@@ -71,6 +71,9 @@ void DiscreteTangent::stage() {
   q_ += c.B * right_.topRows(n_);
   v_ += c.G * right_.topRows(n_);
   z_ += c.G_z * right_.middleRows(n_, nz_);
+  if (!rows.slips().any()) return;
+  const Eigen::MatrixXd multipliers = right_.bottomRows(m_);
+  turns_ = rows.slips().turns(q_, v_, &multipliers, true);
 }
 
 /// 2: v_ becomes the derivative of the projected velocities. Leaves the end state's derivative blocks in the assembly.
@@ -85,16 +88,18 @@ void DiscreteTangent::project_velocities() {
   assembly_.calc_parameter_columns(s, columns_);
   right_.middleRows(n_, nz_).setZero();
   right_.bottomRows(m_) = -columns_.phid;
+  const StepSlips& slips = scheme_.stage_rows().slips();
   for (const Assembly::SlidingRow& at : assembly_.sliding_rows())
     for (const auto& [column, factor] : assembly_.number_columns()[static_cast<std::size_t>(at.number)])
-      right_(n_ + nz_ + at.along, column) += factor * at.direction * r.eta[at.normal];
+      if (!slips.has(at.along)) right_(n_ + nz_ + at.along, column) += factor * at.direction * r.eta[at.normal];
+  if (slips.any()) slips.subtract_kept(assembly_, s, r.u, q_, true, right_.bottomRows(m_));
   for (int j = 0; j < np_; ++j) {
     double *force = right_.col(j).data(), *row = force + n_ + nz_;
     add_product(assembly_.square(), hessian_.data(), -1, q_.col(j).data(), force);
     add_product(assembly_.jacobian(), assembly_.phid_q.data(), -1, q_.col(j).data(), row);
     add_product(assembly_.jacobian(), assembly_.phi_q.data(), -1, v_.col(j).data(), row);
   }
-  if (np_ > 0) scheme_.matrices().solve_projection(right_.data(), np_);
+  if (np_ > 0) scheme_.matrices().solve_velocities(right_.data(), np_);
   v_ += right_.topRows(n_);
 }
 
@@ -104,10 +109,15 @@ void DiscreteTangent::find_accelerations(const Eigen::RowVectorXd* dt) {
   if (scheme_.index() == 0 || dt) {  // otherwise project_velocities() has evaluated them
     assembly_.calc_partials(s);
     assembly_.calc_parameter_columns(s, columns_);
+    if (const StepSlips& slips = scheme_.slips_here(); slips.any()) turns_ = slips.turns(q_, v_, nullptr, true);
   }
+  const StepSlips& slips = scheme_.stage_rows().slips();
+  if (slips.any()) slips.clear_rows(assembly_, &columns_);
   right_.topRows(n_) = -columns_.F;
   right_.middleRows(n_, nz_) = columns_.f;
   right_.bottomRows(m_) = -columns_.phidd;
+  if (slips.any()) slips.subtract_turns(turns_, s.lambda, true, right_.bottomRows(m_));
+  const std::vector<double>* rolls = scheme_.rolling_rates(s);
   if (dt) {
     calc_time_partials(assembly_, s, time_);
     right_.topRows(n_) -= Eigen::Map<const Eigen::VectorXd>(time_.force.data(), n_) * *dt;
@@ -121,6 +131,7 @@ void DiscreteTangent::find_accelerations(const Eigen::RowVectorXd* dt) {
     add_product(assembly_.square(), assembly_.C.data(), -1, v, force);
     add_product(assembly_.jacobian(), assembly_.phidd_q.data(), -1, q, row);
     add_product(assembly_.jacobian(), assembly_.phid_q.data(), -2, v, row);
+    if (rolls) add_product(assembly_.jacobian(), rolls->data(), -1, v, row);
     if (nz_ == 0) continue;
     add_product(assembly_.force_state(), assembly_.Q_z.data(), 1, z, force);
     add_product(assembly_.state_force(), assembly_.f_q.data(), 1, q, state);

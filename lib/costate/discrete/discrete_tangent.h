@@ -54,6 +54,7 @@ class DiscreteTangent {
   int n_, m_, nz_, np_;
   Eigen::MatrixXd q_, v_, z_, a_, lambda_, f_, alpha_, y_;
   Eigen::MatrixXd right_;  // n + nz + m rows
+  Eigen::MatrixXd turns_;  // of slips in space, in the step that ends here
   std::vector<double> hessian_;
   TimePartials time_;
   Assembly::ParameterColumns columns_;

@@ -67,6 +67,17 @@ void StepLength::calc() {
     columns_[j].v += c.G * right_.col(j).head(n_);
     columns_[j].z += c.G_z * right_.col(j).segment(n_, nz_);
   }
+  Eigen::MatrixXd turns;
+  const auto sides = [&](Eigen::VectorXd StepColumn::*of) {
+    Eigen::MatrixXd both(n_, 2);
+    both << columns_[0].*of, columns_[1].*of;
+    return both;
+  };
+  const StepSlips& slips = rows.slips();
+  if (slips.any()) {
+    const Eigen::MatrixXd multipliers = right_.bottomRows(m_);
+    turns = slips.turns(sides(&StepColumn::q), sides(&StepColumn::v), &multipliers, false);
+  }
   // 2
   const StateView end = scheme_.state();
   assembly_.calc_projection_hessian(end, r.u, r.eta, hessian_);
@@ -76,21 +87,28 @@ void StepLength::calc() {
   right_.setZero();
   right_.col(1).head(n_) = -vector(reaction_.data(), n_);
   right_.col(1).tail(m_) = -vector(time_.phid.data(), m_);
+  if (slips.any()) {
+    slips.clear_rows(assembly_);
+    slips.subtract_kept(assembly_, end, r.u, sides(&StepColumn::q), false, right_.bottomRows(m_));
+  }
   for (int j = 0; j < 2; ++j) {
     double *force = right_.col(j).data(), *row = force + n_ + nz_;
     add_product(assembly_.square(), hessian_.data(), -1, columns_[j].q.data(), force);
     add_product(assembly_.jacobian(), assembly_.phid_q.data(), -1, columns_[j].q.data(), row);
     add_product(assembly_.jacobian(), assembly_.phi_q.data(), -1, columns_[j].v.data(), row);
   }
-  scheme_.matrices().solve_projection(right_.data(), 2);
+  scheme_.matrices().solve_velocities(right_.data(), 2);
   for (int j = 0; j < 2; ++j) columns_[j].v += right_.col(j).head(n_);
   // 3, 4
   put_force_rows();
   right_.col(1).tail(m_) -= vector(time_.phidd.data(), m_);
+  if (slips.any()) slips.subtract_turns(turns, r.lambda, false, right_.bottomRows(m_));
+  const std::vector<double>* rolls = scheme_.rolling_rates(end);
   for (int j = 0; j < 2; ++j) {
     double* row = right_.col(j).data() + n_ + nz_;
     add_product(assembly_.jacobian(), assembly_.phidd_q.data(), -1, columns_[j].q.data(), row);
     add_product(assembly_.jacobian(), assembly_.phid_q.data(), -2, columns_[j].v.data(), row);
+    if (rolls) add_product(assembly_.jacobian(), rolls->data(), -1, columns_[j].v.data(), row);
   }
   scheme_.matrices().solve_projection(right_.data(), 2);
   for (int j = 0; j < 2; ++j) {

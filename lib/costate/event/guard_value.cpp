@@ -1,6 +1,7 @@
 #include "costate/event/guard_value.h"
 
-#include "costate/element/unilateral_force.h"
+#include "costate/assembly/slip_on_line.h"
+#include "costate/element/force/rigid_contact.h"
 
 namespace costate {
 
@@ -12,8 +13,14 @@ double guard_value(const Force& force, const GuardedForce& guarded, int k, int f
   return guarded.guard_value(k, local);
 }
 
-double guard_value(int event, const StateView& s, const Assembly& assembly) {
-  const Mechanism& mech = assembly.mechanism();
+namespace {
+struct Located {
+  const Force* force = nullptr;
+  const GuardedForce* guarded = nullptr;
+  int k = 0, first_state = 0, first_row = -1;
+};
+
+Located locate(int event, const Mechanism& mech) {
   for (std::size_t f = 0; f < mech.forces().size(); ++f) {
     const Force& force = *mech.forces()[f];
     const auto* guarded = dynamic_cast<const GuardedForce*>(&force);
@@ -22,14 +29,34 @@ double guard_value(int event, const StateView& s, const Assembly& assembly) {
       event -= guarded->guard_count();
       continue;
     }
-    int first_row = -1;
+    Located at{&force, guarded, event, mech.state_offsets()[f]};
     if (const auto* unilateral = dynamic_cast<const UnilateralForce*>(&force))
       for (std::size_t i = 0; i < mech.constraints().size(); ++i)
-        if (mech.constraints()[i].get() == unilateral->rows()) first_row = mech.row_offsets()[i];
-    GatheredState buffer;
-    return guard_value(force, *guarded, event, mech.state_offsets()[f], first_row, s, assembly, buffer);
+        if (mech.constraints()[i].get() == unilateral->rows()) at.first_row = mech.row_offsets()[i];
+    return at;
   }
-  return 0;
+  return {};
+}
+}  // namespace
+
+double guard_value(int event, const StateView& s, const Assembly& assembly) {
+  const Located at = locate(event, assembly.mechanism());
+  if (!at.force) return 0;
+  GatheredState buffer;
+  return guard_value(*at.force, *at.guarded, at.k, at.first_state, at.first_row, s, assembly, buffer);
+}
+
+double guard_value_from(int event, const StateView& begin, const StateView& s, const Assembly& assembly) {
+  const double value = guard_value(event, s, assembly);
+  const Located at = locate(event, assembly.mechanism());
+  const auto* contact = dynamic_cast<const UnilateralForce*>(at.force);
+  if (!contact || contact->guard_kind(at.k) != UnilateralForce::Guard::stop || contact->row_count() < 3) return value;
+  const auto slip = [&](const StateView& x) {
+    Variation still;
+    still.q = still.v = x.v;
+    return SlipOnLine(assembly, x, still, at.first_row).w;
+  };
+  return slip(begin).dot(slip(s)) < 0 ? -value - kSlidingOffset : value;
 }
 
 }  // namespace costate

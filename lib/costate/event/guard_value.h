@@ -10,6 +10,10 @@ namespace costate {
 /// else null): zero where it happens.
 double guard_value(int event, const StateView& s, const Assembly& assembly);
 
+/// The same, but that where a slip in space ends it is negative as long as w points back from where it points at
+/// `begin`: |w| is no less than zero.
+double guard_value_from(int event, const StateView& begin, const StateView& s, const Assembly& assembly);
+
 /// The same of the force's own guard k, its states beginning at `first_state` among all and its rows at `first_row`, -1
 /// where it has none. `buffer` is for repeated calls.
 double guard_value(const Force& force, const GuardedForce& guarded, int k, int first_state, int first_row,

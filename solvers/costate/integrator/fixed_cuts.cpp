@@ -92,24 +92,40 @@ void FixedRun::take_step() {
   course_->take_step();
   const double until = to_kink || next == steps_ ? stop : stop + kNearGrid * h0;
   look_for_event(until);
+  if (!found_ && scheme_->only_looks()) {
+    scheme_->repeat(h, stop);
+    course_->take_step();
+  }
   look_for_end(found_ ? scheme_->time() : until);
   looked_ = found_ ? scheme_->time() : until;
   if (!found_ && to_kink) found_ = std::move(at_kink);
 }
 
-StateView FixedRun::within(double t, bool solved) {
+const double* FixedRun::course_at(double t) {
   const double* y = course_->motion(t);
+  if (!scheme_->only_looks()) return y;
+  // One that passes by w = 0 because of its errors of direction is one that stops.
+  straight_.assign(y, y + scheme_->size());
+  scheme_->stage_rows().slips().straighten(scheme_->assembly(), scheme_->kinematic_state(t, y),
+                                           straight_.data() + scheme_->assembly().n());
+  return straight_.data();
+}
+
+StateView FixedRun::within(double t, bool solved) {
+  const double* y = course_at(t);
   return solved ? scheme_->mechanism_state(t, y) : scheme_->kinematic_state(t, y);
 }
 
 void FixedRun::look_for_event(double until) {
   if (!scheme_->has_events()) return;
-  const auto t = scheme_->find_event(looked_, until, [&](double at) { return course_->motion(at); });
+  const auto t = scheme_->find_event(looked_, until, [&](double at) { return course_at(at); });
   if (!t) return;
   StepCut cut;
   cut.event = scheme_->pending_event();
   cut.name = scheme_->event_name(cut.event);
-  const auto guard = [&, event = cut.event](const StateView& s) { return guard_value(event, s, scheme_->assembly()); };
+  const auto guard = [&, event = cut.event](const StateView& s) {
+    return guard_value_from(event, scheme_->begun(), s, scheme_->assembly());
+  };
   cut_step(std::move(cut), *t, guard, scheme_->events().needs_multipliers());
 }
 

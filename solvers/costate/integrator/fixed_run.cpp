@@ -26,7 +26,6 @@ FixedRun::FixedRun(const Problem& problem, const std::vector<double>& rho, long 
       steps_(steps),
       grazing_(*problem.mechanism),
       formulas_(*problem.mechanism, problem.objective, FormulaJumpWatch::Looks::whole) {
-  scheme_->require_rows();
   scheme_->set_parameters(rho.data());
   const SolverOptions& o = problem.solver;
   scheme_->start(o.t_start, (o.t_end - o.t_start) / static_cast<double>(steps), wanted);

@@ -85,7 +85,9 @@ class FixedRun {
   /// Within the step just taken, which was to lead to `stop`, up to `until`.
   void look_for_event(double until);
   void look_for_end(double until);
-  /// The state at a time of the step just taken, with accelerations where they are asked for.
+  /// The motion at a time of the step just taken.
+  const double* course_at(double t);
+  /// The state there, with accelerations where they are asked for.
   StateView within(double t, bool solved);
   /// The step just taken once more, so long that `value` at its own end is zero; that is near t.
   void end_step_at(double t, const std::string& what, bool far_side,
@@ -144,6 +146,7 @@ class FixedRun {
   std::vector<RunEvent> events_;
   std::optional<RunEvent> end_;
   std::vector<double> kinks_;  // of drivers
+  std::vector<double> straight_;
 };
 
 }  // namespace costate

@@ -1,0 +1,28 @@
+// Contacts that slide or roll in space within a discrete step, where its numbers are brought back.
+#include "costate/assembly/rolling_rows.h"
+#include "costate/discrete/discrete_scheme.h"
+
+namespace costate {
+
+const StepSlips& DiscreteScheme::slips_here() {
+  StepSlips& slips = stage_rows_.slips();
+  if (!slips.possible()) return slips;
+  slips.release();
+  assembly_.switch_rows(r_.z);
+  if (*r_.h > 0)
+    slips.linearize(assembly_, stage(), &c_);
+  else
+    slips.linearize(assembly_, state(), nullptr);
+  return slips;
+}
+
+const std::vector<double>* DiscreteScheme::rolling_rates(const StateView& s) {
+  if (rolling_rows(assembly_).empty()) return nullptr;
+  rolling_.assign(assembly_.jacobian().row.size(), 0);
+  add_rolling_rates(assembly_, s, rolling_);
+  return &rolling_;
+}
+
+int DiscreteScheme::factor_projection() { return matrices_.factor_projection(assembly_, stage_rows_); }
+
+}  // namespace costate

@@ -1,0 +1,119 @@
+// Fixed steps through rigid contacts in space whose slip turns: the gradient is that of the psi which the steps form,
+// to rounding (fixed_scenes.h), also where the slip stops, and both tend to those of the motion with the square of the
+// step.
+#include <catch2/catch.hpp>
+
+#include "costate/base/error.h"
+#include "property/fixed_scenes.h"
+#include "property/loaded_ball.h"
+#include "support/with_words.h"
+
+using namespace costate;
+using namespace costate::test;
+using Catch::Contains;
+
+namespace {
+
+/// A block thrown obliquely up a slope, or let fall onto it: it slides, turns and stops.
+std::string block(const char* height, const char* contact, const char* given, const char* end) {
+  return with_words(R"([gravity]
+z_m_per_s2 = -9.81
+[point.P]
+x_m = 0
+y_m = 0
+z_m = HEIGHT
+vx_m_per_s = 1
+vy_m_per_s = 2
+[mass.P]
+point = "P"
+mass_kg = 2
+[contact.floor]
+kind = "rigid"
+point = "P"
+ground_angle_rad = 0.3
+friction = "coulomb"
+friction_coefficient = 0.5
+CONTACT
+[start]
+given = [GIVEN]
+[run]
+t_end_s = END
+[[cost.terminal]]
+kind = "value"
+output = "P.x"
+[[cost.terminal]]
+kind = "value"
+output = "P.y"
+weight = 2
+[[cost.running]]
+kind = "value"
+output = "floor.friction_force"
+weight = 0.02
+)",
+                    {{"HEIGHT", height}, {"CONTACT", contact}, {"GIVEN", given}, {"END", end}});
+}
+const std::vector<std::string> kOfBlock = {"contact.floor.friction_coefficient", "contact.floor.ground_angle_rad",
+                                           "mass.P.mass_kg", "point.P.vx_m_per_s", "gravity.z_m_per_s2"};
+const char* const kSlides = "closed = true\nsliding = \"forward\"";
+
+}  // namespace
+
+TEST_CASE("fixed slips: a slip that turns, and stops, by the derivative of the steps", "[events][discrete]") {
+  for (const char* scheme : {"newmark", "generalized-alpha"})
+    for (const char* end : {"0.3", "0.8"}) {
+      CAPTURE(scheme, end);
+      const GradientResult r =
+          exact_gradient(fixed_problem(block("0", kSlides, R"("P.x", "P.y")", end), kOfBlock, 0.013, scheme));
+      CHECK(r.events.size() == (std::string(end) == "0.8" ? 1 : 0));
+    }
+}
+
+TEST_CASE("fixed slips: a block that lands slides on, or bounces, by the derivative of the steps",
+          "[events][discrete]") {
+  for (const auto& [bounces, end] : {std::pair{"", "0.9"}, {"restitution = 0.5\nclosing_speed_m_per_s = 0", "0.25"}}) {
+    CAPTURE(bounces);
+    const GradientResult r =
+        exact_gradient(fixed_problem(block("0.05", bounces, R"("P.x", "P.y", "P.z")", end), kOfBlock, 0.017));
+    CHECK(r.events.size() >= 2);
+  }
+}
+
+TEST_CASE("fixed slips: a ball that slides until it rolls, or bounces, by the derivative of the steps",
+          "[events][discrete]") {
+  const std::vector<std::string> numbers = {"contact.floor.friction_coefficient", "rigid_body.ball.mass_kg",
+                                            "rigid_body.ball.inertia_yy_kg_m2", "rigid_body.ball.vx_m_per_s"};
+  const auto made = [&](const char* height, const char* state, const char* given, const char* end) {
+    return fixed_problem(
+        with_words(kLoadedBall, {{"HEIGHT", height}, {"STATE", state}, {"GIVEN", given}, {"END", end}}), numbers,
+        0.007);
+  };
+  const GradientResult rolls =
+      exact_gradient(made("0.1", kSlides, R"(given = ["ball.x", "ball.y", "ball.orientation"])", "0.6"));
+  REQUIRE(rolls.events.size() == 1);
+  CHECK(rolls.events[0].mode == "sticks");
+  CHECK(exact_gradient(made("0.3", "restitution = 0.5\nclosing_speed_m_per_s = 0", R"(given = ["ball"])", "0.4"))
+            .events.size() == 1);
+}
+
+TEST_CASE("fixed slips: psi and its gradient are of second order", "[events][discrete]") {
+  for (const std::string& scene :
+       {block("0", kSlides, R"("P.x", "P.y")", "0.3"), block("0", kSlides, R"("P.x", "P.y")", "0.8")}) {
+    Problem reference = make_problem(Scene::parse(scene, "scene.toml"), kOfBlock);
+    reference.formulation = "index1";
+    reference.solver.confirm = false;
+    const auto rho = reference.parameters.values();
+    const GradientResult exact = gradient(reference, "cvodes-forward", rho);
+    std::vector<double> psi, slopes;
+    for (const double step : {0.008, 0.002, 0.0005}) {
+      const Problem p = fixed_problem(scene, kOfBlock, step);
+      const GradientResult r = gradient(p, "discrete-adjoint", rho);
+      CHECK(r.events.size() == exact.events.size());
+      psi.push_back(std::abs(r.psi / exact.psi - 1));
+      slopes.push_back(gradient_mismatch(r.gradient, exact.gradient, p.parameters).error);
+    }
+    CAPTURE(scene, psi, slopes);
+    CHECK(psi.front() / psi.back() >= 100);
+    CHECK(slopes.front() / slopes.back() >= 100);
+    CHECK(slopes.back() <= 1e-4);
+  }
+}

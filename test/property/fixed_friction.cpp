@@ -9,7 +9,6 @@
 
 using namespace costate;
 using namespace costate::test;
-using Catch::Contains;
 
 namespace {
 

@@ -117,3 +117,25 @@ TEST_CASE("fixed slips: psi and its gradient are of second order", "[events][dis
     CHECK(slopes.back() <= 1e-4);
   }
 }
+
+TEST_CASE("fixed slips: a slip from rest has a motion, and its gradient is refused by name", "[events][discrete]") {
+  // Pushed by k t along x it sticks until mu m g/k: x = k tau^3/(6 m).
+  const auto made = [](double step) {
+    return fixed_problem(
+        with_words(block("0", "closed = true\nalong_m = 0\nacross_m = 0", "", "0.9"),
+                   {{"ground_angle_rad = 0.3", ""},
+                    {"vx_m_per_s = 1\nvy_m_per_s = 2\n", ""},
+                    {"weight = 0.02\n", "weight = 0\n[force.push]\npoint = \"P\"\nk = 20\nformula_x_N = \"k*t\"\n"}}),
+        {"mass.P.mass_kg"}, step);
+  };
+  const double tau = 0.9 - 0.5 * 2 * 9.81 / 20, x = 20 * tau * tau * tau / (6 * 2);
+  std::vector<double> off;
+  for (const double step : {0.02, 0.01, 0.005})
+    off.push_back(std::abs(simulate(made(step), made(step).parameters.values()).psi - x));
+  CAPTURE(off);
+  CHECK(off[0] / off[2] > 10);
+  CHECK(off[2] < 1e-4 * x);
+  for (const char* method : {"discrete-tangent", "discrete-adjoint"})
+    CHECK_THROWS_WITH(gradient(made(0.01), method, made(0.01).parameters.values()),
+                      Contains("sliding in space begins from rest"));
+}

@@ -16,7 +16,6 @@
 
 using namespace costate;
 using namespace costate::test;
-using Catch::Contains;
 
 namespace {
 
@@ -118,10 +117,4 @@ TEST_CASE("hessian contacts of joints: the corner of a box in space lands and st
                                            {"closing_speed_m_per_s = 0\n", ""},
                                            {"\"contact.floor.restitution\"", "\"contact.floor.ground_angle_rad\""}}));
   check_by_differences(p, 1e-6);
-}
-
-TEST_CASE("hessian contacts of joints: what is not carried is refused by name") {
-  // In space friction has a direction that turns.
-  Problem p = unconfirmed(kSlidesInSpace);
-  CHECK_THROWS_WITH(hessian(p, p.parameters.values()), Contains("friction of a rigid contact in space"));
 }

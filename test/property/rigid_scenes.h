@@ -174,32 +174,4 @@ kind = "square"
 output = "upper.angle_dot"
 )";
 
-// A mass that falls on rough ground in space, where friction has a direction that turns.
-inline const char* const kSlidesInSpace = R"([gravity]
-z_m_per_s2 = -9.81
-[point.P]
-x_m = 0
-y_m = 0
-z_m = 1
-vx_m_per_s = 2
-[mass.P]
-point = "P"
-mass_kg = 1
-[contact.floor]
-kind = "rigid"
-point = "P"
-friction = "coulomb"
-friction_coefficient = 0.1
-[start]
-given = ["P.x", "P.y", "P.z"]
-[run]
-t_end_s = 1
-rtol = 1e-9
-formulation = "index1"
-parameters = ["mass.P.mass_kg"]
-[[cost.terminal]]
-kind = "value"
-output = "P.x"
-)";
-
 }  // namespace costate::test

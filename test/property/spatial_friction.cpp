@@ -163,6 +163,17 @@ TEST_CASE("rigid friction in space: gradients of a slip that turns round", "[eve
   check_spatial_gradients(throw_block(1, 2, 0.7, 0.8), {}, 1e-8);
 }
 
+// The instant of the end moves by the rate of what is met, in which the direction turns.
+TEST_CASE("rigid friction in space: a run that ends by an acceleration while a slip turns", "[events]") {
+  const Problem p = make_problem(
+      Scene::parse(with_words(thrown, {{"VX", "1"},
+                                       {"VY", "2"},
+                                       {"ANGLE", "0.3"},
+                                       {"END", "0.5\nends_when = { output = \"block.y_ddot\", above = -4.1 }"}}),
+                   "thrown.toml"));
+  check_spatial_gradients(p, {}, 1e-8);
+}
+
 // On level ground the way is v^2/(2 mu g) in whatever direction, by mu -v^2/(2 mu^2 g): turned with the start alone.
 TEST_CASE("rigid friction in space: no direction of the ground is another one", "[events]") {
   const double way = 4 / (2 * 0.5 * 9.81);

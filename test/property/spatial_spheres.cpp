@@ -207,6 +207,25 @@ TEST_CASE("spheres in space: gradients of a loaded ball that rolls", "[events]")
   check_ways(p, {}, sphere_ways, 2e-7, kSoft);
 }
 
+// The instant of the end moves by the rate of the reactions, whose rows turn otherwise than their rates' derivatives
+// say.
+TEST_CASE("spheres in space: a loaded ball rolls until an acceleration is met", "[events]") {
+  const Problem p = make_ball({{"STATE", "closed = true"},
+                               {"FRICTION", "2"},
+                               {"YY", "0.005"},
+                               {"ZZ", "0.004"},
+                               {"OFF_X", "0.01"},
+                               {"OFF_Z", "0.03"},
+                               {"END", "0.5\nends_when = { output = \"ball.x_ddot\", below = -0.1 }"},
+                               {"GIVEN",
+                                "given = [\"ball.x\", \"ball.y\", \"ball.orientation\"]\n"
+                                "given_velocities = [\"ball.orientation\"]"},
+                               {"PARAMETERS",
+                                "\"rigid_body.ball.mass_kg\", \"rigid_body.ball.inertia_yy_kg_m2\", \"point.C.z_m\", "
+                                "\"contact.floor.radius_m\", \"contact.floor.ground_angle_rad\""}});
+  check_ways(p, {}, sphere_ways, kSoft, kSoft);
+}
+
 // What falls with u at the ground loses mu (1 + e) V of it, 7/2 of that counted, or all of it: v - 2/7 u. Garwin's ball
 // has no restitution along the ground.
 TEST_CASE("spheres in space: a ball that spins bounces", "[events]") {

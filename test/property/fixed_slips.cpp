@@ -5,8 +5,7 @@
 
 #include "costate/base/error.h"
 #include "property/fixed_scenes.h"
-#include "property/loaded_ball.h"
-#include "support/with_words.h"
+#include "property/sliding_in_space.h"
 
 using namespace costate;
 using namespace costate::test;
@@ -15,42 +14,16 @@ using Catch::Contains;
 namespace {
 
 /// A block thrown obliquely up a slope, or let fall onto it: it slides, turns and stops.
-std::string block(const char* height, const char* contact, const char* given, const char* end) {
-  return with_words(R"([gravity]
-z_m_per_s2 = -9.81
-[point.P]
-x_m = 0
-y_m = 0
-z_m = HEIGHT
-vx_m_per_s = 1
-vy_m_per_s = 2
-[mass.P]
-point = "P"
-mass_kg = 2
-[contact.floor]
-kind = "rigid"
-point = "P"
-ground_angle_rad = 0.3
-friction = "coulomb"
-friction_coefficient = 0.5
-CONTACT
-[start]
-given = [GIVEN]
-[run]
-t_end_s = END
-[[cost.terminal]]
-kind = "value"
-output = "P.x"
-[[cost.terminal]]
-kind = "value"
-output = "P.y"
-weight = 2
-[[cost.running]]
-kind = "value"
-output = "floor.friction_force"
-weight = 0.02
-)",
-                    {{"HEIGHT", height}, {"CONTACT", contact}, {"GIVEN", given}, {"END", end}});
+std::string block(const char* height, const std::string& contact, const char* given, const char* end) {
+  return sliding_point(
+      {{"HEIGHT", height},
+       {"VX", "1"},
+       {"VY", "2"},
+       {"FRICTION", "0.5"},
+       {"CONTACT", "ground_angle_rad = 0.3\n" + contact},
+       {"GIVEN", given},
+       {"END", end},
+       {"MORE", "[[cost.running]]\nkind = \"value\"\noutput = \"floor.friction_force\"\nweight = 0.02"}});
 }
 const std::vector<std::string> kOfBlock = {"contact.floor.friction_coefficient", "contact.floor.ground_angle_rad",
                                            "mass.P.mass_kg", "point.P.vx_m_per_s", "gravity.z_m_per_s2"};
@@ -82,16 +55,14 @@ TEST_CASE("fixed slips: a ball that slides until it rolls, or bounces, by the de
           "[events][discrete]") {
   const std::vector<std::string> numbers = {"contact.floor.friction_coefficient", "rigid_body.ball.mass_kg",
                                             "rigid_body.ball.inertia_yy_kg_m2", "rigid_body.ball.vx_m_per_s"};
-  const auto made = [&](const char* height, const char* state, const char* given, const char* end) {
-    return fixed_problem(
-        with_words(kLoadedBall, {{"HEIGHT", height}, {"STATE", state}, {"GIVEN", given}, {"END", end}}), numbers,
-        0.007);
-  };
-  const GradientResult rolls =
-      exact_gradient(made("0.1", kSlides, R"(given = ["ball.x", "ball.y", "ball.orientation"])", "0.6"));
+  const auto made = [&](const SceneWords& words) { return fixed_problem(loaded_ball(words), numbers, 0.007); };
+  const GradientResult rolls = exact_gradient(made({{"END", "0.6"}}));
   REQUIRE(rolls.events.size() == 1);
   CHECK(rolls.events[0].mode == "sticks");
-  CHECK(exact_gradient(made("0.3", "restitution = 0.5\nclosing_speed_m_per_s = 0", R"(given = ["ball"])", "0.4"))
+  CHECK(exact_gradient(made({{"HEIGHT", "0.3"},
+                             {"STATE", "restitution = 0.5\nclosing_speed_m_per_s = 0"},
+                             {"GIVEN", R"(given = ["ball"])"},
+                             {"END", "0.4"}}))
             .events.size() == 1);
 }
 
@@ -121,12 +92,13 @@ TEST_CASE("fixed slips: psi and its gradient are of second order", "[events][dis
 TEST_CASE("fixed slips: a slip from rest has a motion, and its gradient is refused by name", "[events][discrete]") {
   // Pushed by k t along x it sticks until mu m g/k: x = k tau^3/(6 m).
   const auto made = [](double step) {
-    return fixed_problem(
-        with_words(block("0", "closed = true\nalong_m = 0\nacross_m = 0", "", "0.9"),
-                   {{"ground_angle_rad = 0.3", ""},
-                    {"vx_m_per_s = 1\nvy_m_per_s = 2\n", ""},
-                    {"weight = 0.02\n", "weight = 0\n[force.push]\npoint = \"P\"\nk = 20\nformula_x_N = \"k*t\"\n"}}),
-        {"mass.P.mass_kg"}, step);
+    return fixed_problem(sliding_point({{"FRICTION", "0.5"},
+                                        {"CONTACT", "closed = true\nalong_m = 0\nacross_m = 0"},
+                                        {"GIVEN", ""},
+                                        {"END", "0.9"},
+                                        {"PARAMETERS", "\"mass.P.mass_kg\""},
+                                        {"MORE", "[force.push]\npoint = \"P\"\nk = 20\nformula_x_N = \"k*t\""}}),
+                         {"mass.P.mass_kg"}, step);
   };
   const double tau = 0.9 - 0.5 * 2 * 9.81 / 20, x = 20 * tau * tau * tau / (6 * 2);
   std::vector<double> off;

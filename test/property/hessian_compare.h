@@ -53,13 +53,9 @@ Eigen::MatrixXd hessian_of(const Psi& psi, const std::vector<double>& rho, const
   return H;
 }
 
-/// By every formulation that has products, to 1e3 rtol as gradients are (gradients.cpp), and the 1e-7 to which closed
-/// forms are known (hessian_of()); penalties hold constraints by O(1/alpha).
-template <class Psi>
-void check_closed(Problem p, const Psi& psi, const std::vector<long double>& steps, double more = 0) {
+/// By every formulation that has products; penalties hold constraints by O(1/alpha).
+inline void check_closed(Problem p, const Eigen::MatrixXd& expected, double exact) {
   const auto rho = p.parameters.values();
-  const Eigen::MatrixXd expected = hessian_of(psi, rho, steps);
-  const double exact = 1e3 * p.solver.rtol + 1e-7 + more;
   for (const char* formulation : {"index1", "baumgarte", "penalty", "augmented-lagrangian"}) {
     p.formulation = formulation;
     const Hessian h = hessian(p, rho);
@@ -69,6 +65,12 @@ void check_closed(Problem p, const Psi& psi, const std::vector<long double>& ste
     CHECK(off < exact);
     CHECK(h.asymmetry < exact);
   }
+}
+/// Against a closed form of psi, to 1e3 rtol as gradients are (gradients.cpp), and the 1e-7 to which closed forms are
+/// known (hessian_of()).
+template <class Psi>
+void check_closed(const Problem& p, const Psi& psi, const std::vector<long double>& steps, double more = 0) {
+  check_closed(p, hessian_of(psi, p.parameters.values(), steps), 1e3 * p.solver.rtol + 1e-7 + more);
 }
 
 /// By formulations that have products, of which penalties hold constraints by O(1/alpha), against differences of exact

@@ -26,20 +26,6 @@ namespace {
 /// Errors of a product are those of gradients, kSteps rtol (gradients.cpp).
 constexpr double kSteps = 1e3;
 
-/// By every formulation that has products; penalties hold constraints by O(1/alpha).
-void check_closed(Problem p, const MatrixXd& expected, double exact) {
-  const auto rho = p.parameters.values();
-  for (const char* formulation : {"index1", "baumgarte", "penalty"}) {
-    p.formulation = formulation;
-    const Hessian h = hessian(p, rho);
-    const double off = apart(p, h.matrix, expected);
-    CAPTURE(formulation, off, h.asymmetry);
-    INFO(h.matrix << "\n\n" << expected);
-    CHECK(off < exact);
-    CHECK(h.asymmetry < exact);
-  }
-}
-
 /// A ball over the ground, with what it meets there and what is asked of it.
 std::string ball(double end, const std::string& contact, const std::string& cost, const std::string& parameters) {
   return fmt::format(R"([gravity]

@@ -8,8 +8,7 @@
 
 #include "costate/base/error.h"
 #include "property/hessian_compare.h"
-#include "property/loaded_ball.h"
-#include "support/with_words.h"
+#include "property/sliding_in_space.h"
 
 using namespace costate;
 using namespace costate::test;
@@ -17,55 +16,7 @@ using Catch::Contains;
 
 namespace {
 
-const std::string kPoint = R"([gravity]
-z_m_per_s2 = -9.81
-[point.P]
-x_m = 0
-y_m = 0
-z_m = HEIGHT
-vx_m_per_s = 1.2
-vy_m_per_s = -0.9
-[mass.P]
-point = "P"
-mass_kg = 2
-[contact.floor]
-kind = "rigid"
-point = "P"
-friction = "coulomb"
-friction_coefficient = FRICTION
-CONTACT
-[start]
-given = [GIVEN]
-[run]
-t_end_s = END
-rtol = 1e-11
-parameters = [PARAMETERS]
-[parameter.g]
-number = "gravity.z_m_per_s2"
-factors = [-1]
-[[cost.terminal]]
-kind = "value"
-output = "P.x"
-[[cost.terminal]]
-kind = "value"
-output = "P.y"
-weight = 2
-MORE
-)";
-
-Problem point(const std::vector<std::pair<std::string, std::string>>& own) {
-  auto words = own;
-  for (const auto& [word, value] : std::vector<std::pair<std::string, std::string>>{
-           {"HEIGHT", "0"},
-           {"FRICTION", "0.3"},
-           {"CONTACT", "closed = true\nsliding = \"forward\""},
-           {"GIVEN", R"("P.x", "P.y")"},
-           {"PARAMETERS", R"("contact.floor.friction_coefficient", "g", "point.P.vx_m_per_s", "point.P.vy_m_per_s")"},
-           {"MORE", ""}})
-    if (std::none_of(own.begin(), own.end(), [&, w = word](const auto& o) { return o.first == w; }))
-      words.emplace_back(word, value);
-  return unconfirmed(with_words(kPoint, words));
-}
+Problem point(const SceneWords& own) { return unconfirmed(sliding_point(own)); }
 
 }  // namespace
 
@@ -119,21 +70,11 @@ TEST_CASE("hessian slips: a slip up a slope turns, and stops", "[events]") {
   }
 }
 
-namespace {
-Problem ball(const std::vector<std::pair<std::string, std::string>>& words) {
-  return unconfirmed(with_words(kLoadedBall, words));
-}
-}  // namespace
-
 TEST_CASE("hessian slips: a ball slides until it rolls, and rolls on", "[events]") {
   // Where it stops, its slip is known to some tolerances of the ball's own speeds.
   for (const char* end : {"0.1", "0.6"}) {
     CAPTURE(end);
-    check_by_differences(ball({{"HEIGHT", "0.1"},
-                               {"STATE", "closed = true\nsliding = \"forward\""},
-                               {"GIVEN", R"(given = ["ball.x", "ball.y", "ball.orientation"])"},
-                               {"END", end}}),
-                         1e-6, {"index1", "baumgarte"});
+    check_by_differences(unconfirmed(loaded_ball({{"END", end}})), 1e-6, {"index1", "baumgarte"});
   }
 }
 
@@ -141,7 +82,8 @@ TEST_CASE("hessian slips: a ball that spins bounces, or lands and slides on", "[
   for (const char* state : {"restitution = 0.5\nclosing_speed_m_per_s = 0",
                             "restitution = 0.5\nclosing_speed_m_per_s = 0\nrestitution_law = \"poisson\"", ""}) {
     CAPTURE(state);
-    check_by_differences(ball({{"HEIGHT", "0.3"}, {"STATE", state}, {"GIVEN", R"(given = ["ball"])"}, {"END", "0.4"}}),
+    check_by_differences(unconfirmed(loaded_ball(
+                             {{"HEIGHT", "0.3"}, {"STATE", state}, {"GIVEN", R"(given = ["ball"])"}, {"END", "0.4"}})),
                          1e-6, {"index1", "baumgarte"});
   }
 }

@@ -10,14 +10,15 @@
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
+#include "property/sliding_in_space.h"
 #include "property/ways_compared.h"
-#include "support/with_words.h"
 
 using namespace costate;
 using costate::test::check_ways;
 using costate::test::event_names;
 using costate::test::MethodWay;
-using costate::test::with_words;
+using costate::test::SceneWords;
+using costate::test::sliding_ball;
 
 namespace {
 
@@ -41,93 +42,8 @@ constexpr double kKept = 5e-8;
 // Of the largest component, what soft constraints cost here.
 constexpr double kSoft = 1e-6;
 
-// A solid ball of 0.1 m and 1.5 kg, I = 2/5 m R^2 = 0.006, on the ground or above it.
-const char* ball = R"(
-[gravity]
-z_m_per_s2 = -9.81
-[rigid_body.ball]
-x_m = 0
-y_m = 0
-z_m = HEIGHT
-e0 = 0.8
-e1 = 0.2
-e2 = -0.4
-e3 = 0.4
-mass_kg = 1.5
-inertia_xx_kg_m2 = 0.006
-inertia_yy_kg_m2 = YY
-inertia_zz_kg_m2 = ZZ
-vx_m_per_s = VX
-vy_m_per_s = VY
-vz_m_per_s = VZ
-omega_global_x_rad_per_s = WX
-omega_global_y_rad_per_s = WY
-omega_global_z_rad_per_s = WZ
-[point.C]
-on = "ball"
-x_m = OFF_X
-y_m = 0
-z_m = OFF_Z
-[contact.floor]
-kind = "rigid"
-point = "C"
-radius_m = 0.1
-friction = "coulomb"
-friction_coefficient = FRICTION
-ground_angle_rad = ANGLE
-STATE
-[start]
-GIVEN
-[run]
-t_end_s = END
-rtol = 1e-11
-formulation = "index1"
-parameters = [PARAMETERS]
-[[cost.terminal]]
-kind = "value"
-output = "ball.x"
-[[cost.terminal]]
-kind = "value"
-output = "ball.y"
-weight = 2
-[[cost.terminal]]
-kind = "value"
-output = "ball.omega_global_z"
-weight = 0.1
-[[cost.terminal]]
-kind = "value"
-output = "ball.omega_x"
-weight = 0.05
-)";
-
-using Words = std::vector<std::pair<std::string, std::string>>;
-Problem make_ball(const Words& own) {
-  Words words = own;
-  for (const auto& [word, value] : Words{{"HEIGHT", "0.1"},
-                                         {"YY", "0.006"},
-                                         {"ZZ", "0.006"},
-                                         {"VX", "1.2"},
-                                         {"VY", "-0.5"},
-                                         {"VZ", "0"},
-                                         {"WX", "3"},
-                                         {"WY", "-2"},
-                                         {"WZ", "5"},
-                                         {"OFF_X", "0"},
-                                         {"OFF_Z", "0"},
-                                         {"FRICTION", "0.2"},
-                                         {"ANGLE", "0"},
-                                         {"STATE", "closed = true\nsliding = \"forward\""},
-                                         {"GIVEN", "given = [\"ball.x\", \"ball.y\", \"ball.orientation\"]"},
-                                         {"END", "1"},
-                                         {"PARAMETERS",
-                                          "\"contact.floor.friction_coefficient\", \"rigid_body.ball.mass_kg\", "
-                                          "\"rigid_body.ball.inertia_yy_kg_m2\", \"rigid_body.ball.vx_m_per_s\""}}) {
-    bool there = false;
-    for (const auto& w : own) there = there || w.first == word;
-    if (!there) words.emplace_back(word, value);
-  }
-  return make_problem(Scene::parse(with_words(ball, words), "ball.toml"));
-}
+using Words = SceneWords;
+Problem make_ball(const Words& own) { return make_problem(Scene::parse(sliding_ball(own), "ball.toml")); }
 
 const double kGravity = 9.81, kRadius = 0.1;
 

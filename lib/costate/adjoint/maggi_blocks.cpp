@@ -147,8 +147,7 @@ void MaggiBlocks::evaluate(const StateView& s) {
   add_friction_multipliers(assembly_, lambda_.data());
   if (X.redundant()) normal_ = Eigen::Map<const Eigen::VectorXd>(X.normal_solution(), n_);
   assembly_.calc_partials(state());
-  slip_partials(assembly_, state(), slip_q_, slip_v_);
-  add_slip_forces(assembly_, slip_q_, slip_v_);
+  add_slip_forces(assembly_, state(), slip_q_, slip_v_);
 
   // (5.9)
   Rp = R;

@@ -15,7 +15,7 @@
 #include "costate/adjoint/force_kinks.h"
 #include "costate/adjoint/maggi_adjoint.h"
 #include "costate/assembly/path_rates.h"
-#include "costate/assembly/switched_rows_refusal.h"
+#include "costate/assembly/slip_directions.h"
 
 namespace costate {
 

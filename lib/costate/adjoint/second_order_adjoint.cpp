@@ -3,7 +3,7 @@
 #include "costate/adjoint/gradient_rate.h"
 #include "costate/analysis/start.h"
 #include "costate/assembly/reaction_rates.h"
-#include "costate/assembly/switched_rows_refusal.h"
+#include "costate/assembly/slip_directions.h"
 #include "costate/base/error.h"
 #include "costate/linear/to_dense.h"
 

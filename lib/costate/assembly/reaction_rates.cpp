@@ -1,6 +1,6 @@
 #include "costate/assembly/reaction_rates.h"
 
-#include "costate/element/switched_rows.h"
+#include "costate/assembly/slip_directions.h"
 
 namespace costate {
 
@@ -14,10 +14,7 @@ bool calc_reaction_rates(Assembly& assembly, const StateView& s, std::vector<dou
   const Mechanism& mech = assembly.mechanism();
   std::vector<double> z(s.z, s.z + assembly.nz());
   for (const auto& c : mech.constraints())
-    if (const auto* switched = dynamic_cast<const SwitchedRows*>(c.get()); switched && switched->sliding_state() >= 0)
-      for (std::size_t f = 0; f < mech.forces().size(); ++f)
-        if (mech.forces()[f].get() == &switched->switched_by())
-          z[static_cast<std::size_t>(mech.state_offsets()[f] + switched->sliding_state())] = 0;
+    if (const int state = sliding_state(mech, *c); state >= 0) z[static_cast<std::size_t>(state)] = 0;
   StateView sticks = s;
   sticks.z = z.data();
   assembly.calc_partials(sticks);

@@ -36,4 +36,12 @@ void add_kinetic_energy_gradient_change(const StateView& s, const Assembly& asse
 /// What a change drho of the parameters makes of all numbers of the mechanism.
 void calc_number_changes(const Assembly& assembly, const double* drho, std::vector<double>& out);
 
+/// What a number changes a sum by, in terms of the parameters that it is made of.
+inline void add_number(const Assembly& assembly, int number, double x, double* rho) {
+  for (const auto& [column, f] : assembly.number_columns()[static_cast<std::size_t>(number)]) rho[column] += f * x;
+}
+inline bool varies(const Assembly& assembly, int number) {
+  return !assembly.number_columns()[static_cast<std::size_t>(number)].empty();
+}
+
 }  // namespace costate

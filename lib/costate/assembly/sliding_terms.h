@@ -1,7 +1,5 @@
 // Second derivatives of the rows along which contacts slide (element/switched_rows.h), and their rates along the
-// motion: of R2_k = -(lambda_k + mu lambda_0 sigma_k), in space with sigma = w/|w| of w = J v + o, so that sigma' = T
-// w' with
-//   T = (1 - sigma sigma^T)/|w|,   T' = -(sigma' sigma^T + sigma sigma'^T + (sigma.w') T)/|w|.
+// motion: of R2_k = -(lambda_k + mu lambda_0 sigma_k), in space with a sigma that turns (slip_turn.h).
 #pragma once
 
 #include "costate/assembly/second_terms.h"

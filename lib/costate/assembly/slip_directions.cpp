@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "costate/assembly/slip_turn.h"
 #include "costate/element/switched_rows.h"
 
 namespace costate {
@@ -23,13 +24,10 @@ void for_each_slip(const Assembly& assembly, const StateView& s, const std::vect
   for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
     if (rows[i].normal != rows[i + 1].normal) continue;
     SpatialSlip slip{i, {0, 0}};
-    for (std::size_t c = 0; c < mech.constraints().size(); ++c) {
-      if (mech.row_offsets()[c] != rows[i].normal) continue;
-      const auto* switched = dynamic_cast<const SwitchedRows*>(mech.constraints()[c].get());
-      for (std::size_t f = 0; switched && f < mech.forces().size(); ++f)
-        if (mech.forces()[f].get() == &switched->switched_by())
-          for (int k = 0; k < 2; ++k) slip.w[k] = s.z[mech.state_offsets()[f] + switched->sliding_state() + 1 + k];
-    }
+    for (std::size_t c = 0; c < mech.constraints().size(); ++c)
+      if (mech.row_offsets()[c] == rows[i].normal)
+        if (const int state = sliding_state(mech, *mech.constraints()[c]); state >= 0)
+          for (int k = 0; k < 2; ++k) slip.w[k] = s.z[state + 1 + k];
     const std::vector<double>& J = assembly.reaction_jacobian();
     for (int j = 0; j < pattern.cols; ++j)
       for (std::size_t k = 0; k < 2; ++k)
@@ -40,24 +38,18 @@ void for_each_slip(const Assembly& assembly, const StateView& s, const std::vect
   }
 }
 
-/// T = -mu lambda_0 (1 - sigma sigma^T)/|w|, the derivative of R2 by the rates.
-struct Turning {
-  double by[2][2] = {};
-  Turning(const Assembly& assembly, const StateView& s, const SpatialSlip& slip) {
-    const Assembly::SlidingRow& row = assembly.sliding_rows()[slip.first];
-    const double size = std::hypot(slip.w[0], slip.w[1]);
-    if (!(size > 0) || !s.lambda) return;
-    const double c = -assembly.numbers()[static_cast<std::size_t>(row.number)] * s.lambda[row.normal] / size;
-    const double x = slip.w[0] / size, y = slip.w[1] / size;
-    by[0][0] = c * y * y;
-    by[1][1] = c * x * x;
-    by[0][1] = by[1][0] = -c * x * y;
-  }
-};
+/// -mu lambda_0 T, the derivative of R2 by the rates.
+Eigen::Matrix2d turning(const Assembly& assembly, const StateView& s, const SpatialSlip& slip) {
+  const Assembly::SlidingRow& row = assembly.sliding_rows()[slip.first];
+  const Eigen::Vector2d w(slip.w[0], slip.w[1]);
+  const double size = w.norm();
+  if (!(size > 0) || !s.lambda) return Eigen::Matrix2d::Zero();
+  return -assembly.numbers()[static_cast<std::size_t>(row.number)] * s.lambda[row.normal] * SlipTurn(w / size, size).T;
+}
 
 /// to_k += sum_l T_kl from_l over the entries of the rows along the ground, whose columns are the same.
-void add_turned(const Assembly& assembly, const SpatialSlip& slip, const Turning& T, const std::vector<double>& from,
-                std::vector<double>& to) {
+void add_turned(const Assembly& assembly, const SpatialSlip& slip, const Eigen::Matrix2d& T,
+                const std::vector<double>& from, std::vector<double>& to) {
   const SparsePattern& pattern = assembly.jacobian();
   const auto& rows = assembly.sliding_rows();
   for (int j = 0; j < pattern.cols; ++j)
@@ -66,11 +58,27 @@ void add_turned(const Assembly& assembly, const SpatialSlip& slip, const Turning
       if (e < 0) continue;
       for (std::size_t k = 0; k < 2; ++k)
         to[static_cast<std::size_t>(pattern.find(rows[slip.first + k].along, j))] +=
-            T.by[k][l] * from[static_cast<std::size_t>(e)];
+            T(k, l) * from[static_cast<std::size_t>(e)];
     }
 }
 
 }  // namespace
+
+bool may_slide_in_space(const Assembly& assembly) {
+  const auto& rows = assembly.slidable_rows();
+  for (std::size_t i = 1; i < rows.size(); ++i)
+    if (rows[i].second == rows[i - 1].second) return true;
+  return false;
+}
+
+int sliding_state(const Mechanism& mechanism, const Constraint& constraint) {
+  const auto* switched = dynamic_cast<const SwitchedRows*>(&constraint);
+  if (!switched || switched->sliding_state() < 0) return -1;
+  for (std::size_t f = 0; f < mechanism.forces().size(); ++f)
+    if (mechanism.forces()[f].get() == &switched->switched_by())
+      return mechanism.state_offsets()[f] + switched->sliding_state();
+  return -1;
+}
 
 bool slips_in_space(const Assembly& assembly) {
   for (std::size_t i = 0; i < assembly.sliding_rows().size(); ++i)
@@ -104,7 +112,7 @@ void part_sliding_partials(const Assembly& assembly, const StateView& s, std::ve
   clear(phidd_q);
   if (s.v && s.z)
     for_each_slip(assembly, s, rows, [&](const SpatialSlip& slip) {
-      add_turned(assembly, slip, Turning(assembly, s, slip), phid_q, phidd_q);
+      add_turned(assembly, slip, turning(assembly, s, slip), phid_q, phidd_q);
     });
   clear(phid_q);
 }
@@ -112,7 +120,7 @@ void part_sliding_partials(const Assembly& assembly, const StateView& s, std::ve
 void add_slip_rates(const Assembly& assembly, const StateView& s, std::vector<double>& r2_v) {
   if (assembly.sliding_rows().size() < 2) return;
   for_each_slip(assembly, s, assembly.sliding_rows(), [&](const SpatialSlip& slip) {
-    add_turned(assembly, slip, Turning(assembly, s, slip), assembly.reaction_jacobian(), r2_v);
+    add_turned(assembly, slip, turning(assembly, s, slip), assembly.reaction_jacobian(), r2_v);
   });
 }
 
@@ -128,7 +136,8 @@ void slip_partials(const Assembly& assembly, const StateView& s, std::vector<dou
   add_slip_rates(assembly, s, by_v);
 }
 
-void add_slip_forces(Assembly& assembly, const std::vector<double>& by_q, const std::vector<double>& by_v) {
+void add_slip_forces(Assembly& assembly, const StateView& s, std::vector<double>& by_q, std::vector<double>& by_v) {
+  slip_partials(assembly, s, by_q, by_v);
   if (by_q.empty()) return;
   const SparsePattern &pattern = assembly.jacobian(), &square = assembly.square();
   const std::vector<double>& J = assembly.reaction_jacobian();
@@ -151,11 +160,11 @@ Eigen::MatrixXd slip_columns(const Assembly& assembly, const StateView& s, const
   if (assembly.sliding_rows().size() < 2 || !s.v || !s.z) return out;
   for_each_slip(assembly, s, assembly.sliding_rows(), [&](const SpatialSlip& slip) {
     if (out.size() == 0) out.setZero(phid.rows(), phid.cols());
-    const Turning T(assembly, s, slip);
+    const Eigen::Matrix2d T = turning(assembly, s, slip);
     for (std::size_t k = 0; k < 2; ++k)
       for (std::size_t l = 0; l < 2; ++l)
         out.row(assembly.sliding_rows()[slip.first + k].along) +=
-            T.by[k][l] * phid.row(assembly.sliding_rows()[slip.first + l].along);
+            T(k, l) * phid.row(assembly.sliding_rows()[slip.first + l].along);
   });
   return out;
 }
@@ -165,9 +174,9 @@ void slip_weights(const Assembly& assembly, const StateView& s, int row, double 
   if (!s.v || !s.z) return;
   for_each_slip(assembly, s, assembly.sliding_rows(), [&](const SpatialSlip& slip) {
     if (assembly.sliding_rows()[slip.first].normal != row) return;
-    const Turning T(assembly, s, slip);
+    const Eigen::Matrix2d T = turning(assembly, s, slip);
     for (int l = 0; l < 2; ++l)
-      for (int k = 0; k < 2; ++k) of_rates[1 + l] += factor * T.by[k][l] * weight[row + 1 + k];
+      for (int k = 0; k < 2; ++k) of_rates[1 + l] += factor * T(k, l) * weight[row + 1 + k];
   });
 }
 

@@ -8,6 +8,11 @@
 
 namespace costate {
 
+/// Whether contacts may slide in space.
+bool may_slide_in_space(const Assembly& assembly);
+/// Of a constraint whose rows may slide: where the states of all forces say whether and how it does, z[state] with the
+/// offset behind it in space; of others -1.
+int sliding_state(const Mechanism& mechanism, const Constraint& constraint);
 /// Whether a contact slides in space; and whether the i-th of the assembly's sliding rows is of one that does.
 bool slips_in_space(const Assembly& assembly);
 bool slips_in_space(const Assembly& assembly, std::size_t i);
@@ -22,9 +27,9 @@ void add_slip_rates(const Assembly& assembly, const StateView& s, std::vector<do
 /// For rows of rates in whose place those of friction stand: (R2_k)_q and (R2_k)_v of contacts that slide in space, on
 /// the Jacobian's pattern and zero elsewhere, at the partials that are there; both empty where nothing slides in space.
 void slip_partials(const Assembly& assembly, const StateView& s, std::vector<double>& by_q, std::vector<double>& by_v);
-/// K += J_t^T (R2)_q, C += J_t^T (R2)_v with slip_partials() of the same point: the equations' derivatives at constant
-/// normal forces, with lambda_k = -mu lambda_0 sigma_k, in the place of those at constant multipliers.
-void add_slip_forces(Assembly& assembly, const std::vector<double>& by_q, const std::vector<double>& by_v);
+/// slip_partials(), and K += J_t^T (R2)_q, C += J_t^T (R2)_v: the equations' derivatives at constant normal forces,
+/// with lambda_k = -mu lambda_0 sigma_k, in the place of those at constant multipliers.
+void add_slip_forces(Assembly& assembly, const StateView& s, std::vector<double>& by_q, std::vector<double>& by_v);
 /// (R2_k)_rho, as far as sigma turns, of the rates' columns phid; empty where nothing slides in space.
 Eigen::MatrixXd slip_columns(const Assembly& assembly, const StateView& s, const Eigen::MatrixXd& phid);
 /// Of the contact whose first row is `row`: the weights of the rates of its rows in factor sum_k weight_k R2_k.

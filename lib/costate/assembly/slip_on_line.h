@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "costate/assembly/assembly.h"
+#include "costate/assembly/slip_directions.h"
 #include "costate/assembly/variation.h"
-#include "costate/element/switched_rows.h"
 
 namespace costate {
 
@@ -17,19 +17,15 @@ class SlipOnLine {
  public:
   SlipOnLine(const Assembly& assembly, const StateView& s, const Variation& d, int normal) {
     const Mechanism& m = assembly.mechanism();
-    std::size_t c = 0;
-    const SwitchedRows* switched = nullptr;
-    for (; !switched; ++c) {
+    int state = -1;
+    for (std::size_t c = 0; state < 0; ++c) {
       rows_ = m.constraints()[c].get();
-      if (m.row_offsets()[c] == normal) switched = dynamic_cast<const SwitchedRows*>(rows_);
+      if (m.row_offsets()[c] == normal) state = sliding_state(m, *rows_);
     }
-    for (std::size_t f = 0; f < m.forces().size(); ++f)
-      if (m.forces()[f].get() == &switched->switched_by())
-        for (int k = 0; k < 2; ++k) {
-          const int o = m.state_offsets()[f] + switched->sliding_state() + 1 + k;
-          w[k] = s.z[o];
-          dw[k] = d.z ? d.z[o] : 0;
-        }
+    for (int k = 0; k < 2; ++k) {
+      w[k] = s.z[state + 1 + k];
+      dw[k] = d.z ? d.z[state + 1 + k] : 0;
+    }
     for (std::size_t i = 0; i < coordinates().size(); ++i) {
       const int k = coordinates()[i];
       q_[i] = DirectedPathDual(PathDual(Taylor2(s.q[k], s.v[k], 0)));
@@ -56,6 +52,30 @@ class SlipOnLine {
   }
   double by_number(std::size_t i, const Eigen::Vector2d& g, const Eigen::Vector2d& dg) {
     return seeded(p_[i], Taylor2(1.0), g, dg);
+  }
+
+  /// w_x by coordinates and by their velocities, 2 x coordinates, and by parameters, 2 x np.
+  struct Partials {
+    Eigen::MatrixXd by_q, by_v, by_rho;
+  };
+  Partials partials(const Assembly& assembly) {
+    const auto count = static_cast<Eigen::Index>(coordinates().size());
+    Partials x{{2, count}, {2, count}, Eigen::MatrixXd::Zero(2, assembly.np())};
+    const Eigen::Vector2d none = Eigen::Vector2d::Zero();
+    for (int r = 0; r < 2; ++r) {
+      const Eigen::Vector2d unit = Eigen::Vector2d::Unit(r);
+      for (Eigen::Index j = 0; j < count; ++j) {
+        x.by_q(r, j) = by_coordinate(static_cast<std::size_t>(j), none, unit);
+        x.by_v(r, j) = by_velocity(static_cast<std::size_t>(j), none, unit);
+      }
+      for (std::size_t i = 0; i < numbers().size(); ++i) {
+        const auto& columns = assembly.number_columns()[static_cast<std::size_t>(numbers()[i])];
+        if (columns.empty()) continue;
+        const double by = by_number(i, none, unit);
+        for (const auto& [column, f] : columns) x.by_rho(r, column) += f * by;
+      }
+    }
+    return x;
   }
 
   Eigen::Vector2d w, dw;

@@ -20,11 +20,4 @@ void refuse_rows_without_place(const Assembly& assembly) {
   }
 }
 
-bool may_slide_in_space(const Assembly& assembly) {
-  const auto& rows = assembly.slidable_rows();
-  for (std::size_t i = 1; i < rows.size(); ++i)
-    if (rows[i].second == rows[i - 1].second) return true;
-  return false;
-}
-
 }  // namespace costate

@@ -8,7 +8,5 @@ namespace costate {
 /// Throws CapabilityError where rows that come and go have no place: for formulations of independent coordinates, which
 /// hold a contact that sticks at the place where it is.
 void refuse_rows_without_place(const Assembly& assembly);
-/// Whether contacts may slide in space.
-bool may_slide_in_space(const Assembly& assembly);
 
 }  // namespace costate

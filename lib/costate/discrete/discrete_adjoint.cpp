@@ -43,8 +43,7 @@ void DiscreteAdjoint::step_back(bool factored) {
     assembly_.calc_jacobian(end);
   else
     scheme_.factor_projection_here();
-  const StepSlips& slips = scheme_.slips_here();
-  sigma_ = slips.no_bars();
+  sigma_ = scheme_.slips_here().no_bars();
   assembly_.calc_partials(end);
   // 4
   a_ += c.new_a * alpha_;
@@ -88,10 +87,9 @@ void DiscreteAdjoint::accelerations_back() {
   scheme_.matrices().solve_projection_transposed(s_.data());
   const double* s2 = s_.data() + n_ + nz_;
   const StateView end = scheme_.state();
-  if (const StepSlips& slips = scheme_.stage_rows().slips(); slips.any()) {
-    slips.clear_rows(assembly_);
-    slips.take_turns(s2, end.lambda, sigma_, gradient_.data());
-  }
+  const StepSlips& slips = scheme_.stage_rows().slips();
+  slips.clear_rows(assembly_);
+  slips.take_turns(s2, end.lambda, sigma_, gradient_.data());
   subtract_rows(s_);
   add_transposed_product(assembly_.jacobian(), assembly_.phidd_q.data(), -1, s2, q_.data());
   add_transposed_product(assembly_.jacobian(), assembly_.phid_q.data(), -2, s2, v_.data());
@@ -116,7 +114,7 @@ void DiscreteAdjoint::velocities_back() {
     for (const auto& [column, factor] : assembly_.number_columns()[static_cast<std::size_t>(at.number)])
       if (!slips.has(at.along))
         gradient_[static_cast<std::size_t>(column)] += factor * s2[at.along] * at.direction * r.eta[at.normal];
-  if (slips.any()) slips.take_kept(assembly_, end, r.u, s2, q_.data(), gradient_.data());
+  slips.take_kept(assembly_, end, r.u, s2, q_.data(), gradient_.data());
   add_outer(s1, r.u);
   assembly_.add_projection_gradient(end, r.u, r.eta, s1, -1, gradient_.data(), false);
 }
@@ -148,7 +146,7 @@ void DiscreteAdjoint::stage_back(bool factored) {
     scheme_.factor_stage_here();
   StageRows& rows = scheme_.stage_rows();
   s_.tail(m_).setZero();
-  if (rows.slips().any()) rows.slips().give_turns(sigma_, q_.data(), v_.data(), s_.data() + n_ + nz_, gradient_.data());
+  rows.slips().give_turns(sigma_, q_.data(), v_.data(), s_.data() + n_ + nz_, gradient_.data());
   s_.head(n_) = c.B * q_ + c.G * v_;
   s_.segment(n_, nz_) = c.G_z * z_;
   scheme_.matrices().solve_step_transposed(s_.data());
@@ -160,7 +158,7 @@ void DiscreteAdjoint::stage_back(bool factored) {
   w.force = s_.data();
   w.state = s_.data() + n_;
   rows.weigh(assembly_, c, s2, w);
-  if (rows.slips().any()) rows.slips().add_gradient(s2, -1, gradient_.data());
+  rows.slips().add_gradient(s2, -1, gradient_.data());
   w.constant_bodies = false;
   add_outer(s_.data(), stage.a);
   sum_ += s_.head(n_);
@@ -175,7 +173,7 @@ void DiscreteAdjoint::accelerations_anew_back(const StateView& s) {
   a_ += alpha_;
   f_ += y_;
   accelerations_back();
-  if (slips.any()) slips.give_turns(sigma_, q_.data(), v_.data(), nullptr, gradient_.data());
+  slips.give_turns(sigma_, q_.data(), v_.data(), nullptr, gradient_.data());
   add_end_parameters(nullptr);
 }
 

@@ -139,7 +139,7 @@ void DiscreteScheme::start(double t, double h, StartDerivative wanted) {
 
 /// Rates of all kinds at (t, q, v, z), where the assembly's dynamics are; they are the next step's first guess.
 void DiscreteScheme::find_rates(const char* where) {
-  if (stage_rows_.slips().possible()) stage_rows_.slips().linearize(assembly_, state(), nullptr);
+  slips_here();
   check(factor_projection(), where);
   find_accelerations();
   std::copy(r_.a, r_.a + n_, r_.alpha);

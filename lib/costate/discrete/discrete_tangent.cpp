@@ -92,7 +92,7 @@ void DiscreteTangent::project_velocities() {
   for (const Assembly::SlidingRow& at : assembly_.sliding_rows())
     for (const auto& [column, factor] : assembly_.number_columns()[static_cast<std::size_t>(at.number)])
       if (!slips.has(at.along)) right_(n_ + nz_ + at.along, column) += factor * at.direction * r.eta[at.normal];
-  if (slips.any()) slips.subtract_kept(assembly_, s, r.u, q_, true, right_.bottomRows(m_));
+  slips.subtract_kept(assembly_, s, r.u, q_, true, right_.bottomRows(m_));
   for (int j = 0; j < np_; ++j) {
     double *force = right_.col(j).data(), *row = force + n_ + nz_;
     add_product(assembly_.square(), hessian_.data(), -1, q_.col(j).data(), force);
@@ -112,11 +112,11 @@ void DiscreteTangent::find_accelerations(const Eigen::RowVectorXd* dt) {
     if (const StepSlips& slips = scheme_.slips_here(); slips.any()) turns_ = slips.turns(q_, v_, nullptr, true);
   }
   const StepSlips& slips = scheme_.stage_rows().slips();
-  if (slips.any()) slips.clear_rows(assembly_, &columns_);
+  slips.clear_rows(assembly_, &columns_);
   right_.topRows(n_) = -columns_.F;
   right_.middleRows(n_, nz_) = columns_.f;
   right_.bottomRows(m_) = -columns_.phidd;
-  if (slips.any()) slips.subtract_turns(turns_, s.lambda, true, right_.bottomRows(m_));
+  slips.subtract_turns(turns_, s.lambda, true, right_.bottomRows(m_));
   const std::vector<double>* rolls = scheme_.rolling_rates(s);
   if (dt) {
     calc_time_partials(assembly_, s, time_);

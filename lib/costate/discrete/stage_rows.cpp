@@ -48,12 +48,9 @@ void StageRows::subtract_columns(const Assembly& assembly, const StepCoefficient
                                  const Assembly::ParameterColumns& columns, int j, double* out) const {
   for (int i = 0; i < assembly.m(); ++i)
     out[i] -= any_ && keeps_rate(assembly, i) ? columns.phid(i, j) / c.G : columns.phi(i, j) / c.B;
-  if (slips_.any()) {
-    for (const Assembly::SlidingRow& r : assembly.sliding_rows())
-      if (!slips_.has(r.along)) out[r.along] -= columns.phidd(r.along, j);
-    return slips_.subtract_columns(j, out);
-  }
-  for (const Assembly::SlidingRow& r : assembly.sliding_rows()) out[r.along] -= columns.phidd(r.along, j);
+  for (const Assembly::SlidingRow& r : assembly.sliding_rows())
+    if (!slips_.has(r.along)) out[r.along] -= columns.phidd(r.along, j);
+  slips_.subtract_columns(j, out);
 }
 
 void StageRows::weigh(const Assembly& assembly, const StepCoefficients& c, const double* s2,

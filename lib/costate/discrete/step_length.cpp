@@ -87,10 +87,8 @@ void StepLength::calc() {
   right_.setZero();
   right_.col(1).head(n_) = -vector(reaction_.data(), n_);
   right_.col(1).tail(m_) = -vector(time_.phid.data(), m_);
-  if (slips.any()) {
-    slips.clear_rows(assembly_);
-    slips.subtract_kept(assembly_, end, r.u, sides(&StepColumn::q), false, right_.bottomRows(m_));
-  }
+  slips.clear_rows(assembly_);
+  slips.subtract_kept(assembly_, end, r.u, sides(&StepColumn::q), false, right_.bottomRows(m_));
   for (int j = 0; j < 2; ++j) {
     double *force = right_.col(j).data(), *row = force + n_ + nz_;
     add_product(assembly_.square(), hessian_.data(), -1, columns_[j].q.data(), force);
@@ -102,7 +100,7 @@ void StepLength::calc() {
   // 3, 4
   put_force_rows();
   right_.col(1).tail(m_) -= vector(time_.phidd.data(), m_);
-  if (slips.any()) slips.subtract_turns(turns, r.lambda, false, right_.bottomRows(m_));
+  slips.subtract_turns(turns, r.lambda, false, right_.bottomRows(m_));
   const std::vector<double>* rolls = scheme_.rolling_rates(end);
   for (int j = 0; j < 2; ++j) {
     double* row = right_.col(j).data() + n_ + nz_;

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "costate/assembly/switched_rows_refusal.h"
+#include "costate/assembly/slip_directions.h"
 
 namespace costate {
 

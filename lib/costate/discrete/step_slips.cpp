@@ -3,8 +3,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 
-#include "costate/assembly/slip_on_line.h"
-#include "costate/assembly/switched_rows_refusal.h"
+#include "costate/assembly/slip_turn.h"
 
 namespace costate {
 
@@ -19,18 +18,18 @@ using Eigen::VectorXd;
 constexpr double kSoon = 4;
 
 Vector2d across(const Vector2d& x) { return {-x[1], x[0]}; }
+
+/// The contact's slip at the velocities u, J u.
+SlipOnLine slip_at(const Assembly& assembly, const StateView& s, const double* u, int normal) {
+  StateView at = s;
+  at.v = u;
+  Variation still;
+  still.q = still.v = u;
+  return {assembly, at, still, normal};
+}
 }  // namespace
 
 StepSlips::StepSlips(const Assembly& assembly) : possible_(may_slide_in_space(assembly)), np_(assembly.np()) {}
-
-void StepSlips::look(const Assembly& assembly, const StateView& s, const StepCoefficients* c) {
-  look(assembly, s, c, false);
-}
-
-void StepSlips::linearize(const Assembly& assembly, const StateView& s, const StepCoefficients* c) {
-  look(assembly, s, c, true);
-  linearized_ = pairs_;
-}
 
 void StepSlips::look(const Assembly& assembly, const StateView& s, const StepCoefficients* c, bool partials) {
   slips_.clear();
@@ -38,7 +37,7 @@ void StepSlips::look(const Assembly& assembly, const StateView& s, const StepCoe
   directions_.clear();
   pairs_.clear();
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (i + 1 == rows.size() || rows[i + 1].normal != rows[i].normal) {
+    if (!slips_in_space(assembly, i)) {
       directions_.push_back(rows[i].direction);
       continue;
     }
@@ -60,6 +59,8 @@ StepSlips::Slip StepSlips::look_at(const Assembly& assembly, const Assembly::Sli
   motion.q = s.v;
   motion.v = s.a;
   SlipOnLine slip(assembly, s, motion, row.normal);
+  x.slip = slip.w;
+  x.slip_rate = slip.dw;
   const double speed = slip.w.norm();
   const Vector2d friction =
       s.lambda ? Vector2d(s.lambda[row.along], s.lambda[row.along + 1]) : Vector2d(Vector2d::Zero());
@@ -82,64 +83,38 @@ StepSlips::Slip StepSlips::look_at(const Assembly& assembly, const Assembly::Sli
   if (!partials) return x;
   x.row_by_slip = x.row_by_friction = x.sigma_by_slip = x.sigma_by_friction = Matrix2d::Zero();
   if (x.kind == Kind::by_friction) {
-    x.sigma_by_friction = aside * aside.transpose() / size;
+    x.sigma_by_friction = SlipTurn(x.sigma, size).T;
     x.row_by_friction.row(0) = -x.sigma.transpose();
     x.row_by_friction.row(1) = -x.sigma.dot(slip.w) / (c->G * size) * aside.transpose();
     x.row_by_slip.row(1) = aside.transpose() / c->G;
     x.row_by_normal = {-x.mu, 0};
     x.row_by_mu = {-normal, 0};
   } else {
-    if (speed > 0 && x.kind != Kind::held) x.sigma_by_slip = aside * aside.transpose() / speed;
+    if (speed > 0 && x.kind != Kind::held) x.sigma_by_slip = SlipTurn(x.sigma, speed).T;
     x.row_by_friction = -Matrix2d::Identity();
     x.row_by_slip = -x.mu * normal * x.sigma_by_slip;
     x.row_by_normal = -x.mu * x.sigma;
     x.row_by_mu = -normal * x.sigma;
   }
   x.coordinates = slip.coordinates();
-  const auto k = static_cast<Index>(x.coordinates.size());
-  x.slip_by_q.resize(2, k);
-  x.slip_by_v.resize(2, k);
-  x.slip_by_rho = MatrixXd::Zero(2, np_);
-  const Vector2d none = Vector2d::Zero();
-  for (int r = 0; r < 2; ++r) {
-    const Vector2d unit = Vector2d::Unit(r);
-    for (Index j = 0; j < k; ++j) {
-      x.slip_by_q(r, j) = slip.by_coordinate(static_cast<std::size_t>(j), none, unit);
-      x.slip_by_v(r, j) = slip.by_velocity(static_cast<std::size_t>(j), none, unit);
-    }
-    for (std::size_t i = 0; i < slip.numbers().size(); ++i) {
-      const auto& columns = assembly.number_columns()[static_cast<std::size_t>(slip.numbers()[i])];
-      if (columns.empty()) continue;
-      const double by = slip.by_number(i, none, unit);
-      for (const auto& [column, f] : columns) x.slip_by_rho(r, column) += f * by;
-    }
-  }
+  x.slip_by = slip.partials(assembly);
   x.of_mu = assembly.number_columns()[static_cast<std::size_t>(row.number)];
   return x;
 }
 
-bool StepSlips::hold_if_stopping(const Assembly& assembly, const StateView& s, double h) {
+void StepSlips::hold_if_stopping(const Assembly& assembly, const StateView& s, double h) {
   held_.clear();
   look(assembly, s, nullptr);
-  Variation motion;
-  motion.q = s.v;
-  motion.v = s.a;
-  bool stops = false;
-  for (const Slip& x : slips_) {
-    const SlipOnLine slip(assembly, s, motion, x.normal);
-    const double rate = slip.w.dot(slip.dw);
-    stops = stops || slip.w.squaredNorm() < -rate * h;
-  }
-  for (std::size_t i = 0; stops && i < slips_.size(); ++i) held_.emplace_back(slips_[i].normal, slips_[i].sigma);
-  return stops;
+  const bool stops = std::any_of(slips_.begin(), slips_.end(),
+                                 [&](const Slip& x) { return x.slip.squaredNorm() < -x.slip.dot(x.slip_rate) * h; });
+  if (!stops) return;
+  for (const Slip& x : slips_) held_.emplace_back(x.normal, x.sigma);
 }
 
 void StepSlips::straighten(const Assembly& assembly, const StateView& s, double* v) const {
-  Variation still;
-  still.q = still.v = s.v;
   const Vector2d none = Vector2d::Zero();
   for (const auto& [contact, sigma] : held_) {
-    SlipOnLine slip(assembly, s, still, contact);
+    SlipOnLine slip = slip_at(assembly, s, s.v, contact);
     const Vector2d aside = across(sigma);
     const auto& c = slip.coordinates();
     VectorXd row(static_cast<Index>(c.size()));
@@ -156,7 +131,7 @@ void StepSlips::subtract_rows(double* out) const {
 
 void StepSlips::set_partials(const SparsePattern& pattern, std::vector<double>& by_q, std::vector<double>& by_v) const {
   for (const Slip& x : slips_) {
-    const MatrixXd q = x.row_by_slip * x.slip_by_q, v = x.row_by_slip * x.slip_by_v;
+    const MatrixXd q = x.row_by_slip * x.slip_by.by_q, v = x.row_by_slip * x.slip_by.by_v;
     for (std::size_t j = 0; j < x.coordinates.size(); ++j)
       for (int k = 0; k < 2; ++k) {
         const auto at = static_cast<std::size_t>(pattern.find(x.along + k, x.coordinates[j]));
@@ -168,7 +143,7 @@ void StepSlips::set_partials(const SparsePattern& pattern, std::vector<double>& 
 
 void StepSlips::subtract_columns(int j, double* out) const {
   for (const Slip& x : slips_) {
-    Vector2d by = x.row_by_slip * x.slip_by_rho.col(j);
+    Vector2d by = x.row_by_slip * x.slip_by.by_rho.col(j);
     for (const auto& [column, f] : x.of_mu)
       if (column == j) by += f * x.row_by_mu;
     for (int k = 0; k < 2; ++k) out[x.along + k] -= by[k];
@@ -178,7 +153,7 @@ void StepSlips::subtract_columns(int j, double* out) const {
 void StepSlips::add_gradient(const double* s2, double factor, double* gradient) const {
   for (const Slip& x : slips_) {
     const Vector2d weight(s2[x.along], s2[x.along + 1]);
-    const VectorXd by = x.slip_by_rho.transpose() * (x.row_by_slip.transpose() * weight);
+    const VectorXd by = x.slip_by.by_rho.transpose() * (x.row_by_slip.transpose() * weight);
     for (int j = 0; j < np_; ++j) gradient[j] += factor * by[j];
     for (const auto& [column, f] : x.of_mu) gradient[column] += factor * f * x.row_by_mu.dot(weight);
   }
@@ -188,8 +163,8 @@ MatrixXd StepSlips::turns(const MatrixXd& q, const MatrixXd& v, const MatrixXd* 
   MatrixXd all(2 * static_cast<Index>(slips_.size()), q.cols());
   for (std::size_t i = 0; i < slips_.size(); ++i) {
     const Slip& x = slips_[i];
-    MatrixXd slip = x.slip_by_q * q(x.coordinates, Eigen::all) + x.slip_by_v * v(x.coordinates, Eigen::all);
-    if (parameters) slip += x.slip_by_rho;
+    MatrixXd slip = x.slip_by.by_q * q(x.coordinates, Eigen::all) + x.slip_by.by_v * v(x.coordinates, Eigen::all);
+    if (parameters) slip += x.slip_by.by_rho;
     auto turn = all.middleRows(2 * static_cast<Index>(i), 2);
     turn = x.sigma_by_slip * slip;
     if (lambda) turn += x.sigma_by_friction * lambda->middleRows(x.along, 2);
@@ -216,38 +191,11 @@ void StepSlips::take_turns(const double* s2, const double* lambda, VectorXd& bar
   }
 }
 
-namespace {
-/// (J u)_q and (J u)_rho of one of them.
-struct KeptSlip {
-  KeptSlip(const Assembly& assembly, const StateView& s, const double* u, int normal) : by_rho(2, assembly.np()) {
-    StateView at = s;
-    at.v = u;
-    Variation still;
-    still.q = still.v = u;
-    SlipOnLine slip(assembly, at, still, normal);
-    coordinates = slip.coordinates();
-    by_q.resize(2, static_cast<Index>(coordinates.size()));
-    by_rho.setZero();
-    const Vector2d none = Vector2d::Zero();
-    for (int r = 0; r < 2; ++r) {
-      const Vector2d unit = Vector2d::Unit(r);
-      for (std::size_t j = 0; j < coordinates.size(); ++j)
-        by_q(r, static_cast<Index>(j)) = slip.by_coordinate(j, none, unit);
-      for (std::size_t i = 0; i < slip.numbers().size(); ++i)
-        for (const auto& [column, f] : assembly.number_columns()[static_cast<std::size_t>(slip.numbers()[i])])
-          by_rho(r, column) += f * slip.by_number(i, none, unit);
-    }
-  }
-  std::vector<int> coordinates;
-  MatrixXd by_q, by_rho;
-};
-}  // namespace
-
 void StepSlips::subtract_kept(const Assembly& assembly, const StateView& s, const double* u, const MatrixXd& q,
                               bool parameters, Eigen::Ref<MatrixXd> right) const {
   for (const Slip& x : slips_) {
-    const KeptSlip kept(assembly, s, u, x.normal);
-    right.middleRows(x.along, 2) -= kept.by_q * q(kept.coordinates, Eigen::all);
+    const SlipOnLine::Partials kept = slip_at(assembly, s, u, x.normal).partials(assembly);
+    right.middleRows(x.along, 2) -= kept.by_q * q(x.coordinates, Eigen::all);
     if (parameters) right.middleRows(x.along, 2) -= kept.by_rho;
   }
 }
@@ -255,10 +203,10 @@ void StepSlips::subtract_kept(const Assembly& assembly, const StateView& s, cons
 void StepSlips::take_kept(const Assembly& assembly, const StateView& s, const double* u, const double* s2, double* q,
                           double* gradient) const {
   for (const Slip& x : slips_) {
-    const KeptSlip kept(assembly, s, u, x.normal);
+    const SlipOnLine::Partials kept = slip_at(assembly, s, u, x.normal).partials(assembly);
     const Vector2d weight(s2[x.along], s2[x.along + 1]);
     const VectorXd by_q = kept.by_q.transpose() * weight, by_rho = kept.by_rho.transpose() * weight;
-    for (std::size_t j = 0; j < kept.coordinates.size(); ++j) q[kept.coordinates[j]] -= by_q[static_cast<Index>(j)];
+    for (std::size_t j = 0; j < x.coordinates.size(); ++j) q[x.coordinates[j]] -= by_q[static_cast<Index>(j)];
     for (int j = 0; j < np_; ++j) gradient[j] -= by_rho[j];
   }
 }
@@ -268,8 +216,8 @@ void StepSlips::give_turns(const VectorXd& bars, double* q, double* v, double* l
     const Slip& x = slips_[i];
     const Vector2d bar = bars.segment<2>(2 * static_cast<Index>(i)), slip = x.sigma_by_slip.transpose() * bar,
                    friction = x.sigma_by_friction.transpose() * bar;
-    const VectorXd by_q = x.slip_by_q.transpose() * slip, by_v = x.slip_by_v.transpose() * slip,
-                   by_rho = x.slip_by_rho.transpose() * slip;
+    const VectorXd by_q = x.slip_by.by_q.transpose() * slip, by_v = x.slip_by.by_v.transpose() * slip,
+                   by_rho = x.slip_by.by_rho.transpose() * slip;
     for (std::size_t j = 0; j < x.coordinates.size(); ++j) {
       q[x.coordinates[j]] += by_q[static_cast<Index>(j)];
       v[x.coordinates[j]] += by_v[static_cast<Index>(j)];

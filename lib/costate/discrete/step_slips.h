@@ -14,7 +14,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "costate/assembly/assembly.h"
+#include "costate/assembly/slip_on_line.h"
 #include "costate/discrete/alpha_coefficients.h"
 
 namespace costate {
@@ -33,13 +33,16 @@ class StepSlips {
   }
 
   /// sigma and the rows at a stage (q, v*, a*, lambda*, z), or without a step at a state.
-  void look(const Assembly& assembly, const StateView& s, const StepCoefficients* c);
+  void look(const Assembly& assembly, const StateView& s, const StepCoefficients* c) { look(assembly, s, c, false); }
   /// look(), with derivatives.
-  void linearize(const Assembly& assembly, const StateView& s, const StepCoefficients* c);
+  void linearize(const Assembly& assembly, const StateView& s, const StepCoefficients* c) {
+    look(assembly, s, c, true);
+    linearized_ = pairs_;
+  }
 
   /// Until release() sigma is what it is at the beginning `s` of a step of length h, if one of the slips stops in it at
-  /// the rate of the beginning; returns whether one does.
-  bool hold_if_stopping(const Assembly& assembly, const StateView& s, double h);
+  /// the rate of the beginning.
+  void hold_if_stopping(const Assembly& assembly, const StateView& s, double h);
   void release() { held_.clear(); }
   /// v := such velocities that what is held slides along its sigma alone, forward or back, at the point (q, v, z).
   void straighten(const Assembly& assembly, const StateView& s, double* v) const;
@@ -98,13 +101,13 @@ class StepSlips {
     int normal, along, number;
     Kind kind = Kind::by_slip;
     double mu = 0;
-    Eigen::Vector2d sigma, rows;
+    Eigen::Vector2d sigma, rows, slip, slip_rate;  // the latter w along the motion
     // Derivatives of the rows and of sigma by w, lambda_t; by lambda_n and mu.
     Eigen::Matrix2d row_by_slip, row_by_friction, sigma_by_slip, sigma_by_friction;
     Eigen::Vector2d row_by_normal, row_by_mu;
     std::vector<int> coordinates;
-    Eigen::MatrixXd slip_by_q, slip_by_v, slip_by_rho;  // of w, 2 x coordinates, and 2 x np
-    std::vector<std::pair<int, double>> of_mu;          // mu by parameters
+    SlipOnLine::Partials slip_by;
+    std::vector<std::pair<int, double>> of_mu;  // mu by parameters
   };
   Slip look_at(const Assembly& assembly, const Assembly::SlidingRow& row, const StateView& s, const StepCoefficients* c,
                bool partials) const;

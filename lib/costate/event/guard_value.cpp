@@ -37,18 +37,21 @@ Located locate(int event, const Mechanism& mech) {
   }
   return {};
 }
-}  // namespace
 
-double guard_value(int event, const StateView& s, const Assembly& assembly) {
-  const Located at = locate(event, assembly.mechanism());
+double value_of(const Located& at, const StateView& s, const Assembly& assembly) {
   if (!at.force) return 0;
   GatheredState buffer;
   return guard_value(*at.force, *at.guarded, at.k, at.first_state, at.first_row, s, assembly, buffer);
 }
+}  // namespace
+
+double guard_value(int event, const StateView& s, const Assembly& assembly) {
+  return value_of(locate(event, assembly.mechanism()), s, assembly);
+}
 
 double guard_value_from(int event, const StateView& begin, const StateView& s, const Assembly& assembly) {
-  const double value = guard_value(event, s, assembly);
   const Located at = locate(event, assembly.mechanism());
+  const double value = value_of(at, s, assembly);
   const auto* contact = dynamic_cast<const UnilateralForce*>(at.force);
   if (!contact || contact->guard_kind(at.k) != UnilateralForce::Guard::stop || contact->row_count() < 3) return value;
   const auto slip = [&](const StateView& x) {

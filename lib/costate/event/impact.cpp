@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "costate/assembly/slip_turn.h"
 #include "costate/base/error.h"
 #include "costate/linear/shortest_solution.h"
 
@@ -193,8 +194,7 @@ void Impact::turn_slips() {
           fmt::format("At t = {:.9g} s {} strikes and comes to rest along the ground just so: the "
                       "direction of its friction has no derivative there.",
                       before_.t, row_of(along).of.force->path()));
-    const Eigen::Matrix2d turns = friction(row_of(along)) * impulse(active_[a - 1].row) / speed *
-                                  (Eigen::Matrix2d::Identity() - s * s.transpose());
+    const Eigen::Matrix2d turns = friction(row_of(along)) * impulse(active_[a - 1].row) * SlipTurn(s, speed).T;
     speeds_.block<2, 2>(i, i) = turns;
     for (Eigen::Index j = 0; j < active_W_.cols(); ++j) {
       const int other = active_[static_cast<std::size_t>(j)].row;

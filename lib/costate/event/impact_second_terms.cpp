@@ -9,6 +9,7 @@
 #include <cmath>
 #include <vector>
 
+#include "costate/assembly/slip_turn.h"
 #include "costate/event/impact.h"
 #include "costate/event/impulse_terms.h"
 #include "costate/event/motion_events.h"
@@ -108,12 +109,10 @@ double Impact::gradient_change(const double* w, const Variation& d, const Vector
     const double size = std::hypot(speed_after(active_[static_cast<std::size_t>(i)].row),
                                    speed_after(active_[static_cast<std::size_t>(i) + 1].row)),
                  mu = friction(of(i)), dmu = d.numbers[friction_number(i)], p_n = p.value[gap_of(i)];
-    const Eigen::Vector2d way(direction(i), direction(i + 1)), change = dw.segment<2>(i);
-    const Eigen::Matrix2d T = (Eigen::Matrix2d::Identity() - way * way.transpose()) / size;
-    const Eigen::Vector2d turn = T * change;
-    turns.segment<2>(i) = turn;
-    dE.block<2, 2>(i, i) = (dmu * p_n + mu * p.change[gap_of(i)]) * T -
-                           mu * p_n / size * (turn * way.transpose() + way * turn.transpose() + way.dot(change) * T);
+    const SlipTurn at({direction(i), direction(i + 1)}, size);
+    const Eigen::Vector2d change = dw.segment<2>(i);
+    turns.segment<2>(i) = at.T * change;
+    dE.block<2, 2>(i, i) = (dmu * p_n + mu * p.change[gap_of(i)]) * at.T + mu * p_n * at.change(change);
   }
   // The multipliers' changes: the same equations, as dM a + dPhi_q^T b + c dJ, dPhi_q a and what impulses are
   // multiplied by change. Rates of rows are multiplied by r = E^T c.

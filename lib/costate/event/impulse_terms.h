@@ -4,8 +4,7 @@
 
 #include <Eigen/Core>
 
-#include "costate/assembly/assembly.h"
-#include "costate/assembly/variation.h"
+#include "costate/assembly/second_terms.h"
 
 namespace costate {
 
@@ -33,13 +32,5 @@ void subtract_mass_change(const Assembly& assembly, const StateView& s, const Va
                           double* force);
 void subtract_row_change(const Assembly& assembly, const StateView& s, const Variation& d, const Eigen::VectorXd& y,
                          double clock, double* row, const Eigen::VectorXd* b = nullptr, double* force = nullptr);
-
-/// What a number changes a sum by, in terms of the parameters that it is made of.
-inline void add_number(const Assembly& assembly, int number, double x, double* rho) {
-  for (const auto& [column, f] : assembly.number_columns()[static_cast<std::size_t>(number)]) rho[column] += f * x;
-}
-inline bool varies(const Assembly& assembly, int number) {
-  return !assembly.number_columns()[static_cast<std::size_t>(number)].empty();
-}
 
 }  // namespace costate

@@ -227,8 +227,7 @@ void MaggiLevel::linearize() {
   solve_multipliers();
   if (assembly_.has_partials(accelerated_.id())) return;
   assembly_.calc_partials(state(), accelerated_.id());
-  slip_partials(assembly_, state(), slip_q_, slip_v_);
-  add_slip_forces(assembly_, slip_q_, slip_v_);
+  add_slip_forces(assembly_, state(), slip_q_, slip_v_);
 }
 
 void MaggiLevel::push(const double* const* s, int count, bool with_w, bool with_parameters) {

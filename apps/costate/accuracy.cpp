@@ -79,6 +79,7 @@ Json accuracy_json(const AccurateRun& run, double accuracy) {
           {"worst", run.worst},
           {"outputs_error", run.outputs_error},
           {"rtol", run.problem.solver.rtol},
+          {"atol", run.problem.solver.absolute()},
           {"compared_with_rtol", run.looser},
           {"runs", run.runs},
           {"pilots", pilots_json(run.pilots)}};

@@ -32,6 +32,9 @@ struct SolverOptions {
   // Events from here on are not crossed: of a run whose end is one, known from another run.
   double events_until = std::numeric_limits<double>::infinity();
   bool confirm = true;  // gradients are compared with a looser run, see sensitivity/confirmation.h
+  // Adjoint gradients that are small against their adjoint are repeated at smaller tolerances, see
+  // sensitivity/integrator_gradient.h.
+  bool resolve = true;
 
   double absolute() const { return atol > 0 ? atol : rtol; }
   /// Another relative tolerance, the absolute one in proportion.

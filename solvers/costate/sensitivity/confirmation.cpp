@@ -50,8 +50,8 @@ constexpr double kHardlyMoreSteps = 1.25;
 constexpr double kLoosening[] = {1e3, 1e4, 1e5, 1e6}, kLoosestBeside = 1e-3;
 // A psi far below what absolute tolerances are made for has their errors, at any rtol: some kAbsolute of them are
 // kUnresolved rtol of it. It is computed once more with tolerances of which they would be a tenth of that, but no
-// smaller than kFinest of what they were.
-constexpr double kAbsolute = 30, kUnresolved = 1e4, kFinest = 1e-4;
+// smaller than kFinest of what they were; where a part is asked for, kFinestAsked.
+constexpr double kAbsolute = 30, kUnresolved = 1e4, kFinest = 1e-4, kFinestAsked = 1e-6;
 
 // What a tenth of a loose tolerance may change without a word: a third of 1e4 rtol, a tenth at most.
 constexpr double kMuchOfLoose = 3e3, kMuch = 0.1;
@@ -169,7 +169,8 @@ bool resolve_small_psi(Problem& problem, double size, double part) {
   if (!(size > negligible_cost(*problem.mechanism, problem.solver)) || kAbsolute * tolerated <= least * size)
     return false;
   const double aim = part > 0 ? part : 0.1 * kUnresolved * problem.solver.rtol;
-  problem.solver.atol = problem.solver.absolute() * std::max(aim * size / (kAbsolute * tolerated), kFinest);
+  problem.solver.atol =
+      problem.solver.absolute() * std::max(aim * size / (kAbsolute * tolerated), part > 0 ? kFinestAsked : kFinest);
   return true;
 }
 

@@ -17,6 +17,7 @@
 #include "costate/problem/scaled_gradient.h"
 #include "costate/sensitivity/confirmation.h"
 #include "costate/sensitivity/method.h"
+#include "costate/tradeoff/error_order.h"
 #include "costate/tradeoff/trade_reference.h"
 
 namespace costate {
@@ -26,25 +27,30 @@ namespace {
 constexpr int kSamples = 60;
 // At so tight a tolerance a failure is not due to it.
 constexpr double kGivenUp = 1e-9;
-constexpr double kOrder = 0.5;
-// The first tolerance against the accuracy, of explicit schemes so much more, and the bounds of both.
-constexpr double kFirst = 0.02, kSchemes = 5, kLoosest = 2e-4, kTightest = 1e-13;
-// What a gradient of a scheme's steps takes against a simulation, as a part of what those of the others do.
-constexpr double kSchemeGradient = 0.7;
+// The tolerance that is expected to serve against the accuracy, of explicit schemes so much more, and the bounds of
+// both.
+constexpr double kFirst = 0.02, kSchemes = 2.5, kLoosest = 2e-4, kLoosestOfSchemes = 5e-4, kTightest = 1e-13;
+// Errors are told by a run ErrorOrder::kApart times looser, but no looser than that.
+constexpr double kLoosestRun = 5e-3;
+// What a scheme's run counts against those of the others, whose errors are larger at a tolerance of this ratio still;
+// and what a gradient of its steps takes, as a part of what those of the others do.
+constexpr double kSchemeRun = 0.7, kSchemeGradient = 0.5;
 // The first run in full is given up for the next best choice at so many times what that one's short run took: four for
 // the whole time, three and more for a gradient, and a margin of three.
 constexpr double kPatience = 40;
 // A tolerance is not chosen to just meet a request.
 constexpr double kAim = 0.4;
-// Two loose runs may agree by chance, over stick and slip above all: the first two have to do so much better than
-// asked, or a third one tells.
-constexpr double kFirstTwo = 0.25;
-// Tangents cost about 0.6 of a simulation for each parameter, an adjoint about 3.
+// Two loose runs may agree by chance, over stick and slip above all: where the first two are so loose they have to do
+// so much better than asked, or a third one tells.
+constexpr double kByChanceAt = 1e-4, kFirstTwo = 0.25, kFirstTwoTight = 0.5;
+// Tangents cost about 0.6 of a simulation for each parameter, an adjoint about 3; that of an explicit scheme's steps
+// costs less than one tangent.
 constexpr std::size_t kTangents = 3;
 // Psi is as wrong as the outputs are, or a little less, and as scaled derivatives: a difference that is a smaller part
 // of theirs is so by chance.
 constexpr double kByChance = 0.3;
-// Of the accuracy: errors by absolute tolerances, of the run that tells what they are.
+// A psi that is small has absolute tolerances of which 30 are no more than that part of accuracy psi, in the units of
+// the mechanism's size (resolve_small_psi()): two runs with larger ones may have the same errors.
 constexpr double kSmallPart = 0.3;
 // How far pilots may be from the result: errors up to so many tolerances are common along a motion.
 constexpr double kPilotError = 1e4;
@@ -71,27 +77,25 @@ class Chooser {
 
   AccurateRun run(const BeginRecording& begin) {
     AccurateRun r;
-    PilotRace race(problem_, probe_.rho(), !redundant_rows(problem_, probe_.rho()).empty(),
-                   [this](const Formulation& f, const Integrator& i) { return serves(f, i); },
-                   {kSchemes, request_.gradient ? kSchemeGradient : 1});
-    const std::vector<AccuracyPilot> ended = race.run(std::min(10 * first_, kLoosest));
-    r.pilots = race.pilots();
-    for (std::size_t k = 0; k < ended.size(); ++k) {
-      // What was slower in the first part may be faster in the rest.
-      const bool last = k + 1 == ended.size();
+    const bool redundant = !redundant_rows(problem_, probe_.rho()).empty();
+    // Where those that ended serve for no result, the integrators that have not been tried have their turn.
+    for (std::exception_ptr first;;) {
+      PilotRace race(problem_, probe_.rho(), redundant,
+                     [this](const Formulation& f, const Integrator& i) { return serves(f, i); },
+                     {kSchemes, request_.gradient ? kSchemeGradient : kSchemeRun});
       try {
-        tighten(with_method(ended[k].what), last ? 0 : kPatience * ended[k + 1].time_s, begin, r);
-        break;
-      } catch (const Cut&) {
-        if (last || budget_s_ <= 0) throw;
-      } catch (const CapabilityError&) {
-        if (last) throw;
-      } catch (const SolverError&) {
-        if (last) throw;
+        const std::vector<AccuracyPilot> ended = race.run(std::min(10 * first_, kLoosest));
+        r.pilots.insert(r.pilots.end(), race.pilots().begin(), race.pilots().end());
+        if (first_that_serves(ended, begin, r)) break;
+      } catch (const Error&) {
+        if (first) std::rethrow_exception(first);
+        throw;
       }
+      if (!first) first = failure_;
     }
     r.problem.monitor = outer_;
     r.problem.solver.confirm = false;
+    r.problem.solver.resolve = true;
     compare_pilots(r);
     if (const double psi = std::abs(r.result.psi); psi > 0 && psi < psi_unit_)
       notice(fmt::format(
@@ -102,8 +106,30 @@ class Chooser {
   }
 
  private:
+  /// Whether one of them meets the request; what they run on is left out from then on, and failure_ set, where none
+  /// does.
+  bool first_that_serves(const std::vector<AccuracyPilot>& ended, const BeginRecording& begin, AccurateRun& r) {
+    for (std::size_t k = 0; k < ended.size(); ++k) {
+      // What was slower in the first part may be faster in the rest.
+      const bool last = k + 1 == ended.size();
+      try {
+        tighten(with_method(ended[k].what), last ? 0 : kPatience * ended[k + 1].time_s, begin, r);
+        return true;
+      } catch (const Cut&) {
+        if (last || budget_s_ <= 0) throw;
+      } catch (const CapabilityError&) {
+        failure_ = std::current_exception();
+      } catch (const SolverError&) {
+        failure_ = std::current_exception();
+      }
+      left_out_.push_back(ended[k].what.integrator);
+    }
+    return false;
+  }
+
   Problem watched(Problem problem) {
     outer_ = problem.monitor;
+    problem.solver.resolve = false;  // errors are looked at here
     problem.monitor = [this](double t, long steps, bool backward) {
       if (outer_) outer_(t, steps, backward);
       budget_.look(t, steps, backward);
@@ -139,6 +165,7 @@ class Chooser {
   /// Of the user's choices and the problem's own demands; which formulations hold their constraints is the race's.
   bool serves(const Formulation& f, const Integrator& i) const {
     if (!request_.integrator.empty() && request_.integrator != i.name) return false;
+    if (std::find(left_out_.begin(), left_out_.end(), i.name) != left_out_.end()) return false;
     if (!request_.formulation.empty() && request_.formulation != f.name) return false;
     if (problem_.cycle && i.discrete) return false;
     if (!request_.gradient) return true;
@@ -149,7 +176,8 @@ class Chooser {
 
   /// The gradient method of an integrator that costs the least here; empty where there is none.
   std::string method_of(const Formulation& f, const Integrator& i) const {
-    const bool adjoint = problem_.parameters.parameters.size() > kTangents;
+    const bool explicit_scheme = i.discrete && i.form != Integrator::Form::residual;
+    const bool adjoint = explicit_scheme || problem_.parameters.parameters.size() > kTangents;
     for (const bool a : {adjoint, !adjoint})
       if (const SensitivityMethod* m = method_on(i, a); m && refusal(*m, f).empty()) return m->name;
     return {};
@@ -164,26 +192,24 @@ class Chooser {
 
   /// Until the request is met. `patience_s`: of the first run; 0: without an end.
   void tighten(const Combination& what, double patience_s, const BeginRecording& begin, AccurateRun& r) {
-    const double first = find_integrator(what.integrator).discrete ? kSchemes * first_ : first_;
-    double rtol = std::min(first, kLoosest), looser = 10 * rtol;
+    const bool scheme = find_integrator(what.integrator).discrete;
+    const double served = scheme ? std::min(kSchemes * first_, kLoosestOfSchemes) : std::min(first_, kLoosest);
+    std::vector<std::string> before = take_notices();
+    ErrorOrder order(scheme);
     TradeReference coarse, fine;
-    const auto coarse_at = [&](double at) {
-      budget_s_ = patience_s;
-      budget_.unlimited();  // that of a choice before was left where it was cut
+    psi_size_ = -1;
+    budget_s_ = patience_s;
+    budget_.unlimited();  // that of a choice before was left where it was cut
+    const auto at_most = [&] {
       if (budget_s_ > 0) budget_.begin(budget_s_, 0);
-      coarse.values = probe_.run(what, at, 0);
-      budget_.unlimited();
     };
-    const auto fine_at = [&](double at) {
-      TradeProbe::Recording recording;
-      if (begin && what.method.empty()) recording = begin(probe_.prepared(what, at, 0));
-      fine.values = probe_.run(what, at, 0, &r.result, recording.sink ? &recording : nullptr);
-    };
+    double looser = std::min(ErrorOrder::kApart * served, kLoosestRun);
     // A tolerance may be too loose for the motion itself.
-    const auto tried = [&](const auto& run, double at) {
+    const auto tried = [&](TradeReference& into, double at, bool last) {
       ++r.runs;
+      take_notices();
       try {
-        run(at);
+        attempt(what, at, last ? begin : BeginRecording(), into, r);
         return true;
       } catch (const SolverError&) {
         budget_.unlimited();
@@ -191,30 +217,54 @@ class Chooser {
         return false;
       }
     };
-    while (!tried(coarse_at, looser)) looser /= 10, rtol = looser / 10;
-    for (bool first_two = true;;) {
-      if (!tried(fine_at, rtol)) {
+    for (at_most(); !tried(coarse, looser, false); looser /= 10) at_most();
+    budget_.unlimited();
+    double rtol = std::min(served, 0.1 * looser);
+    for (bool first_two = true;; first_two = false) {
+      if (!tried(fine, rtol, true)) {
         rtol /= 10;
         continue;
       }
       r.looser = looser;
-      r.problem = probe_.prepared(what, rtol, 0);
-      judge(coarse, fine, rtol, r);
-      judge_small_psi(what, fine, rtol, r);
+      judge(coarse, fine, rtol, order, r);
       r.met = r.relative <= request_.accuracy;
-      const bool sure = !first_two || r.relative <= kFirstTwo * request_.accuracy;
+      const bool sure =
+          !first_two || r.relative <= (looser > kByChanceAt ? kFirstTwo : kFirstTwoTight) * request_.accuracy;
       if ((r.met && sure) || rtol <= kTightest) break;
-      first_two = false;
-      // Errors as small as that need a tolerance smaller by their ratio, or by three powers of ten at once.
-      const double next = std::clamp(rtol * kAim * request_.accuracy / r.relative, 1e-3 * rtol, 0.2 * rtol);
+      const double next = rtol * order.step(kAim * request_.accuracy);
       looser = rtol;
       rtol = std::max(next, kTightest);
       std::swap(coarse, fine);
     }
     r.what = what;
+    for (const std::string& sentence : take_notices()) before.push_back(sentence);
+    for (const std::string& sentence : before) notice(sentence);
   }
 
-  void judge(const TradeReference& coarse, TradeReference& fine, double rtol, AccurateRun& r) {
+  /// One run. Of a psi that is small against its absolute tolerances two runs may have the same errors: the size of psi
+  /// once known, they are smaller.
+  void attempt(const Combination& what, double rtol, const BeginRecording& begin, TradeReference& into,
+               AccurateRun& r) {
+    const auto run = [&](const Problem& p) {
+      TradeProbe::Recording recording;
+      if (begin && what.method.empty()) recording = begin(p);
+      into.values = probe_.run(p, what.method, &r.result, recording.sink ? &recording : nullptr);
+      r.problem = p;
+      psi_size_ = std::abs(into.values.psi);
+    };
+    const Problem p = probe_.prepared(what, rtol, 0);
+    if (Problem finer = p; psi_size_ >= 0 && !problem_.objective.running.empty() && !problem_.cycle &&
+                           resolve_small_psi(finer, psi_size_, kSmallPart * request_.accuracy)) {
+      try {
+        return run(finer);
+      } catch (const SolverError&) {  // out of reach
+        take_notices();
+      }
+    }
+    run(p);
+  }
+
+  void judge(const TradeReference& coarse, TradeReference& fine, double rtol, ErrorOrder& order, AccurateRun& r) {
     if (fine.values.motion) {
       fine.measure(probe_);
     } else {
@@ -228,8 +278,12 @@ class Chooser {
     fine.gradient_unit = std::max(fine.gradient_unit, zero);
     TradeRow row;
     fine.judge(coarse.values, probe_, row);
+    double apart = 0;
+    for (const TradeMeasure m : {TradeMeasure::psi, TradeMeasure::outputs, TradeMeasure::gradient})
+      apart = std::max(apart, row.error_of(m).value_or(0));
+    order.look(r.looser, rtol, apart);
     // An error that passes through zero is small by chance: not below the tolerance itself, nor rounding.
-    const double share = 1 / (std::pow(r.looser / rtol, kOrder) - 1), least = std::max(rtol, 1e-14);
+    const double share = order.share(), least = std::max(rtol, 1e-14);
     const auto error = [&](TradeMeasure m) {
       return row.error_of(m) ? std::max(share * *row.error_of(m), least) : 0.0;
     };
@@ -248,23 +302,6 @@ class Chooser {
       r.gradient_error.push_back(std::max({share * std::abs(fine.values.gradient[j] - coarse.values.gradient[j]),
                                            kByChance * r.relative * std::abs(fine.values.gradient[j]),
                                            least * fine.gradient_unit / problem_.parameters.parameters[j].scale}));
-  }
-
-  /// Of a psi that is small against its absolute tolerances two runs may have the same errors: by smaller ones.
-  void judge_small_psi(const Combination& what, const TradeReference& fine, double rtol, AccurateRun& r) {
-    Problem p = probe_.prepared({what.formulation, what.integrator, ""}, rtol, 0);
-    if (problem_.objective.running.empty() || problem_.cycle ||
-        !resolve_small_psi(p, std::abs(fine.values.psi), kSmallPart * request_.accuracy))
-      return;
-    try {
-      const double change = std::abs(probe_.run(p, "").psi - fine.values.psi);
-      r.psi_error = std::max(r.psi_error, change);
-      if (change <= r.relative * psi_unit_) return;
-      r.relative = change / psi_unit_;
-      r.worst = "psi";
-    } catch (const SolverError&) {
-      // Nothing more is known.
-    }
   }
 
   /// The two runs behind an estimate share a formulation; what both pass over others may have met.
@@ -291,6 +328,9 @@ class Chooser {
   Problem problem_;
   TradeProbe probe_;
   double first_ = 0, psi_unit_ = 1, budget_s_ = 0;
+  double psi_size_ = -1;  // of the last run; below 0: there is none
+  std::vector<std::string> left_out_;
+  std::exception_ptr failure_;
 };
 
 }  // namespace
@@ -301,8 +341,9 @@ AccurateRun run_to_accuracy(const Problem& problem, const std::vector<double>& r
 }
 
 std::string text_of(const AccurateRun& run) {
-  return fmt::format("{}, rtol {:.1e}; errors by a run at rtol {:.1e}", run.what.name(), run.problem.solver.rtol,
-                     run.looser);
+  const SolverOptions& o = run.problem.solver;
+  return fmt::format("{}, rtol {:.1e}{}; errors by a run at rtol {:.1e}", run.what.name(), o.rtol,
+                     o.atol > 0 ? fmt::format(", atol {:.1e}", o.atol) : "", run.looser);
 }
 
 }  // namespace costate

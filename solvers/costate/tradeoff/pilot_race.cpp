@@ -16,11 +16,15 @@ namespace costate {
 namespace {
 
 // Of the time that is asked for.
-constexpr double kPart = 0.25;
-// One that has taken so many times what the best one took to the same time is given up, but not before so long.
-constexpr double kBehind = 1.3, kShortest_s = 2e-3;
-// What each has before another one's turn.
-constexpr double kSlice_s = 0.02;
+constexpr double kPart = 0.15;
+// One that has taken so many times what the best one took to the same time is given up, but not before a part of what
+// the best one took in all: methods of many steps begin with small ones. Nor before what a clock can tell.
+constexpr double kBehind = 1.3, kBeginning = 0.15, kShortest_s = 1e-4;
+// Where the first one is as fast as that, a race costs more than it saves.
+constexpr double kNoRace_s = 5e-4;
+// What each has before another one's turn at first, how much more in the next round, and what part of the leader's way
+// it must have come by then.
+constexpr double kSlice_s = 2e-3, kLonger = 4, kNear = 0.4;
 // At so tight a tolerance a failure is not due to it.
 constexpr double kTightPilot = 1e-9, kLoosestPilot = 0.03;
 
@@ -47,16 +51,20 @@ PilotRace::PilotRace(const Problem& problem, const std::vector<double>& rho, boo
       sliced_ = true;
       throw Cut(fmt::format("at t = {:.4g} s after {:.2g} s, when another one had ended", t, slice_));
     }
-    if (!best_.points.empty() && spent > std::max(kBehind * best_.at(t), kShortest_s))
+    if (!best_.points.empty() &&
+        spent > std::max({kBehind * best_.at(t), kBeginning * best_.points.back().second, kShortest_s}))
       throw Cut(fmt::format("at t = {:.4g} s, {:.2g} times behind the best", t, spent / best_.at(t)));
   };
 }
 
-/// On each integrator the first formulation that serves, the explicit schemes' best order alone. Or all others.
+/// On each integrator the first formulation that serves, the problem's own before all, the explicit schemes' best order
+/// alone. Or all others.
 std::vector<Combination> PilotRace::candidates(bool preferred) const {
-  std::vector<const Formulation*> order = stand_ins(redundant_);
+  std::vector<const Formulation*> order = {&find_formulation(problem_.formulation)};
+  for (const Formulation* f : stand_ins(redundant_))
+    if (f != order.front()) order.push_back(f);
   for (const Formulation& f : formulations())
-    if (f.stand_in == 0 && f.adjoint_order < 2) order.push_back(&f);
+    if (f.stand_in == 0 && f.adjoint_order < 2 && &f != order.front()) order.push_back(&f);
   std::vector<Combination> first, others;
   // The highest order first: it is what most motions are fastest by, and what the others are then given up by.
   const auto& all = integrators();
@@ -114,26 +122,33 @@ AccuracyPilot PilotRace::one(const Combination& c, double rtol) {
   return p;
 }
 
-/// Until one has ended each has a slice of time, then four times as much: none that hardly gets on keeps the others
-/// waiting.
+/// Until one has ended each has a slice of time, then a longer one: none that hardly gets on keeps the others waiting.
+/// Those far behind the leader of a round wait until all before them have failed.
 void PilotRace::heat(std::vector<Combination> waiting, double rtol, std::vector<AccuracyPilot>& ended) {
-  for (double slice = kSlice_s; !waiting.empty() && ended.empty(); slice *= 4) {
-    std::vector<Combination> again;
+  std::vector<Combination> behind;
+  for (double slice = kSlice_s; !waiting.empty() && ended.empty(); slice *= kLonger) {
+    std::vector<std::pair<Combination, double>> again;  // and how far it came
     std::vector<AccuracyPilot> slow;
+    double leader = 0;
     for (const Combination& c : waiting) {
       slice_ = ended.empty() ? slice : 0;
       sliced_ = false;
       const AccuracyPilot p = one(c, rtol);
       if (sliced_) {
-        again.push_back(c);
+        again.emplace_back(c, mine_.points.back().first - problem_.solver.t_start);
+        leader = std::max(leader, again.back().second);
         slow.push_back(p);
         continue;
       }
       pilots_.push_back(p);
-      if (p.why.empty()) ended.push_back(p);
+      if (!p.why.empty()) continue;
+      ended.push_back(p);
+      if (p.time_s < kNoRace_s) return;
     }
     if (!ended.empty()) pilots_.insert(pilots_.end(), slow.begin(), slow.end());
-    waiting = again;
+    waiting.clear();
+    for (const auto& [c, came] : again) (came < kNear * leader ? behind : waiting).push_back(c);
+    if (waiting.empty()) waiting.swap(behind);
   }
   slice_ = 0;
 }
@@ -153,16 +168,6 @@ std::vector<AccuracyPilot> PilotRace::run(double rtol) {
     if (!any)
       throw CapabilityError("No formulation can be held to an accuracy here together with what else was chosen.");
     if (ended.empty() && rtol <= kTightPilot) std::rethrow_exception(failure_);
-    if (ended.empty()) continue;
-    // The problem's own formulation, where the best one runs.
-    const Combination own{problem_.formulation, ended.front().what.integrator};
-    const bool tried = std::any_of(pilots_.begin(), pilots_.end(), [&](const AccuracyPilot& p) {
-      return p.what.formulation == own.formulation && p.what.integrator == own.integrator;
-    });
-    if (tried || !may(find_formulation(own.formulation), find_integrator(own.integrator))) continue;
-    pilots_.push_back(one(own, rtol));
-    if (pilots_.back().why.empty()) ended.push_back(pilots_.back());
-    std::stable_sort(ended.begin(), ended.end(), faster);
   }
   return ended;
 }

@@ -322,6 +322,22 @@ TEST_CASE("explicit schemes: stages that do not fit are computed again") {
     }
 }
 
+TEST_CASE("explicit schemes: where records do not fit stages do") {
+  const Problem p = on_scheme(five_bar(), "index1", "dop853", 1e-9);
+  const auto rho = p.parameters.values();
+  const GradientResult all = gradient(p, "discrete-adjoint", rho);
+  Problem less = p;
+  // Stages of 12 evaluations of some tens of numbers, records of some hundreds each.
+  less.solver.memory_budget_MB = 8e-6 * static_cast<double>(all.counters.steps) * 12 * 40;
+  const GradientResult stages = gradient(less, "discrete-adjoint", rho);
+  // The same run; each stage's matrices are factored once more, and nothing is evaluated again.
+  CHECK(stages.counters.checkpoints == 0);
+  CHECK(stages.counters.backward_residuals == all.counters.backward_residuals);
+  CHECK(stages.counters.factorizations > all.counters.factorizations);
+  CHECK(stages.psi == all.psi);
+  CHECK(apart_in_scales(stages.gradient, all.gradient, p) <= kTransposeOfSteps);
+}
+
 TEST_CASE("explicit schemes: steps end at the kinks of drivers, and gradients are carried across") {
   check_kinks_met(with_right_hand_side(), explicit_names());
 }

@@ -13,7 +13,7 @@ void ExplicitTape::keep_records_of(ExplicitStep& step) {
   const auto* adjoint = dynamic_cast<const StageAdjoint*>(&system_);
   if (!adjoint || in_segments()) return;
   step.keep([this, adjoint](int stage) {
-    if (in_segments()) return;
+    if (in_segments() || !records_fit_) return;
     if (record_ == 0) {
       record_ = adjoint->record_size();
       if (record_ == 0) return;
@@ -31,7 +31,20 @@ void ExplicitTape::keep_stages(Step& step, const ExplicitStep& of, bool records)
   std::copy_n(records_.data(), behind, step.at.get() + entries);
 }
 
+void ExplicitTape::drop_records() {
+  for (long k = 0; k < steps(); ++k) {
+    std::unique_ptr<double[]>& at = step(k).at;
+    auto stages = std::make_unique_for_overwrite<double[]>(stage_entries());
+    std::copy_n(at.get(), stage_entries(), stages.get());
+    at = std::move(stages);
+  }
+  records_fit_ = false;
+  record_ = 0;
+  set_budget(stage_entries());
+}
+
 void ExplicitTape::add_step(const ExplicitStep& taken) {
+  if (record_ > 0 && full()) drop_records();
   if (begins_segments())
     for (long k = 0; k < steps(); ++k) {
       Step& s = step(k);

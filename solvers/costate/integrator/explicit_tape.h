@@ -1,5 +1,6 @@
-// The tape of an explicit scheme: where stages no longer fit, the state at every K-th step stays, from which the stages
-// between are computed again, a segment at a time.
+// The tape of an explicit scheme: stages with their records (what an evaluation has made, matrices factored), where
+// that does not fit the stages alone, and where they do not fit either the state at every K-th step, from which the
+// stages between are computed again, a segment at a time.
 #pragma once
 
 #include <memory>
@@ -30,11 +31,14 @@ class ExplicitTape : public StepTape {
   std::size_t record_entries() const { return record_ * static_cast<std::size_t>(scheme_.stages); }
   /// Behind the stages lie their records.
   void keep_stages(Step& step, const ExplicitStep& of, bool records) const;
+  /// From all steps, and from here on.
+  void drop_records();
 
   OdeSystem& system_;
   const ExplicitScheme& scheme_;
   int n_;
-  std::size_t record_ = 0;       // numbers of one stage
+  std::size_t record_ = 0;  // numbers of one stage
+  bool records_fit_ = true;
   std::vector<double> records_;  // of the step that is being taken, one stage more
   std::unique_ptr<ExplicitStep> repeated_;
 };

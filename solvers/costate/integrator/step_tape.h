@@ -40,10 +40,12 @@ class StepTape {
     const double of_step = static_cast<double>(sizeof(double) * entries + sizeof(Step) + 2 * sizeof(void*));
     budget_ = static_cast<std::size_t>(std::max(2.0, bytes_ / of_step));
   }
+  /// Whether one more step does not fit.
+  bool full() const { return segment_ == 0 && steps_.size() >= budget_; }
   /// Whether one more step does not fit: from here on there are segments. Those who keep stages drop what they need
   /// not.
   bool begins_segments() {
-    if (segment_ > 0 || steps_.size() < budget_) return false;
+    if (!full()) return false;
     segment_ = static_cast<long>(std::max<std::size_t>(1, budget_ / 2));
     return true;
   }

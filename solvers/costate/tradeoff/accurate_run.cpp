@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
@@ -88,6 +89,10 @@ class Chooser {
         r.pilots.insert(r.pilots.end(), race.pilots().begin(), race.pilots().end());
         if (first_that_serves(ended, begin, r)) break;
       } catch (const Error&) {
+        if (nearest_) {
+          r = *nearest_;
+          break;
+        }
         if (first) std::rethrow_exception(first);
         throw;
       }
@@ -113,8 +118,10 @@ class Chooser {
       // What was slower in the first part may be faster in the rest.
       const bool last = k + 1 == ended.size();
       try {
-        tighten(with_method(ended[k].what), last ? 0 : kPatience * ended[k + 1].time_s, begin, r);
-        return true;
+        if (tighten(with_method(ended[k].what), last ? 0 : kPatience * ended[k + 1].time_s, begin, r)) return true;
+        if (!nearest_ || r.relative < nearest_->relative) nearest_ = r;
+        for (const Integrator& i : integrators())
+          if (i.discrete) left_out_.push_back(i.name);
       } catch (const Cut&) {
         if (last || budget_s_ <= 0) throw;
       } catch (const CapabilityError&) {
@@ -190,10 +197,12 @@ class Chooser {
     return c;
   }
 
-  /// Until the request is met. `patience_s`: of the first run; 0: without an end.
-  void tighten(const Combination& what, double patience_s, const BeginRecording& begin, AccurateRun& r) {
+  /// Until the request is met, or no tolerance meets it; false where it may be that of another integrator: the
+  /// derivative of a scheme's steps hardly gets better where laws bend within them. `patience_s`: of the first run; 0:
+  /// without an end.
+  bool tighten(const Combination& what, double patience_s, const BeginRecording& begin, AccurateRun& r) {
     const bool scheme = find_integrator(what.integrator).discrete;
-    const double served = scheme ? std::min(kSchemes * first_, kLoosestOfSchemes) : std::min(first_, kLoosest);
+    const double first = scheme ? std::min(kSchemes * first_, kLoosestOfSchemes) : std::min(first_, kLoosest);
     std::vector<std::string> before = take_notices();
     ErrorOrder order(scheme);
     TradeReference coarse, fine;
@@ -203,25 +212,41 @@ class Chooser {
     const auto at_most = [&] {
       if (budget_s_ > 0) budget_.begin(budget_s_, 0);
     };
-    double looser = std::min(ErrorOrder::kApart * served, kLoosestRun);
-    // A tolerance may be too loose for the motion itself.
-    const auto tried = [&](TradeReference& into, double at, bool last) {
+    double looser = std::min(ErrorOrder::kApart * first, kLoosestRun);
+    // A tolerance may be too loose for the motion itself: whether a failure at this one may be due to that.
+    const auto too_loose = [&](double at) {
+      budget_.unlimited();
+      return at > kGivenUp;
+    };
+    const auto attempted = [&](TradeReference& into, double at, const BeginRecording& recording) {
       ++r.runs;
       take_notices();
-      try {
-        attempt(what, at, last ? begin : BeginRecording(), into, r);
-        return true;
-      } catch (const SolverError&) {
-        budget_.unlimited();
-        if (at <= kGivenUp) throw;
-        return false;
-      }
+      into.values = attempt(probe_.prepared(what, at, 0), what.method, recording, r);
     };
-    for (at_most(); !tried(coarse, looser, false); looser /= 10) at_most();
+    for (bool done = false; !done;) try {
+        at_most();
+        attempted(coarse, looser, {});
+        done = true;
+      } catch (const SolverError&) {
+        if (!too_loose(looser)) throw;
+        looser /= 10;
+      }
     budget_.unlimited();
-    double rtol = std::min(served, 0.1 * looser);
+    double rtol = std::min(first, 0.1 * looser);
+    r.looser = 0;
+    bool served = true;
     for (bool first_two = true;; first_two = false) {
-      if (!tried(fine, rtol, true)) {
+      try {
+        attempted(fine, rtol, begin);
+      } catch (const SolverError&) {
+        // Where there is a result, this is tighter than the motion's rounding lets it be: the result stands for what
+        // it is known to.
+        if (r.looser > 0) {
+          if (begin && what.method.empty()) attempt(Problem(r.problem), what.method, begin, r);
+          served = r.met || !scheme;
+          break;
+        }
+        if (!too_loose(rtol)) throw;
         rtol /= 10;
         continue;
       }
@@ -231,6 +256,7 @@ class Chooser {
       const bool sure =
           !first_two || r.relative <= (looser > kByChanceAt ? kFirstTwo : kFirstTwoTight) * request_.accuracy;
       if ((r.met && sure) || rtol <= kTightest) break;
+      if (served = !(scheme && request_.gradient && order.slow()); !served) break;
       const double next = rtol * order.step(kAim * request_.accuracy);
       looser = rtol;
       rtol = std::max(next, kTightest);
@@ -239,20 +265,20 @@ class Chooser {
     r.what = what;
     for (const std::string& sentence : take_notices()) before.push_back(sentence);
     for (const std::string& sentence : before) notice(sentence);
+    return served;
   }
 
-  /// One run. Of a psi that is small against its absolute tolerances two runs may have the same errors: the size of psi
-  /// once known, they are smaller.
-  void attempt(const Combination& what, double rtol, const BeginRecording& begin, TradeReference& into,
-               AccurateRun& r) {
-    const auto run = [&](const Problem& p) {
+  /// One run, which is the result from then on. Of a psi that is small against its absolute tolerances two runs may
+  /// have the same errors: the size of psi once known, they are smaller.
+  TradeValues attempt(const Problem& p, const std::string& method, const BeginRecording& begin, AccurateRun& r) {
+    const auto run = [&](const Problem& chosen) {
       TradeProbe::Recording recording;
-      if (begin && what.method.empty()) recording = begin(p);
-      into.values = probe_.run(p, what.method, &r.result, recording.sink ? &recording : nullptr);
-      r.problem = p;
-      psi_size_ = std::abs(into.values.psi);
+      if (begin && method.empty()) recording = begin(chosen);
+      TradeValues v = probe_.run(chosen, method, &r.result, recording.sink ? &recording : nullptr);
+      r.problem = chosen;
+      psi_size_ = std::abs(v.psi);
+      return v;
     };
-    const Problem p = probe_.prepared(what, rtol, 0);
     if (Problem finer = p; psi_size_ >= 0 && !problem_.objective.running.empty() && !problem_.cycle &&
                            resolve_small_psi(finer, psi_size_, kSmallPart * request_.accuracy)) {
       try {
@@ -261,7 +287,7 @@ class Chooser {
         take_notices();
       }
     }
-    run(p);
+    return run(p);
   }
 
   void judge(const TradeReference& coarse, TradeReference& fine, double rtol, ErrorOrder& order, AccurateRun& r) {
@@ -331,6 +357,7 @@ class Chooser {
   double psi_size_ = -1;  // of the last run; below 0: there is none
   std::vector<std::string> left_out_;
   std::exception_ptr failure_;
+  std::optional<AccurateRun> nearest_;  // of those that did not meet the request
 };
 
 }  // namespace

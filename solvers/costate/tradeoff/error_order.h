@@ -26,6 +26,7 @@ class ErrorOrder {
     if (apart_ > 0 && apart > 0 && looser < looser_) {
       const double seen = std::log(apart_ / apart) / std::log(looser_ / looser) - kLess;
       falls_ = seen >= kSafe ? falls_ + 1 : 0;
+      slow_ = seen < kSafe;
       p_ = std::clamp(seen, kErratic, !erratic ? kUsual : falls_ > 1 ? kSafe : kErratic);
     } else if (erratic) {
       p_ = kErratic;
@@ -34,6 +35,8 @@ class ErrorOrder {
     ratio_ = looser / rtol;
     apart_ = apart;
   }
+  /// The last difference has fallen against the one before by less than the safe order.
+  bool slow() const { return slow_; }
   /// Of the last difference: the error of its tighter run.
   double share() const { return share(std::min(ratio_, kApart)); }
   /// The next tolerance against the last one, so that an error of `aim` is to be expected by share(); or, where that is
@@ -47,11 +50,12 @@ class ErrorOrder {
  private:
   double share(double ratio) const { return 1 / (std::pow(ratio, p_) - 1); }
 
-  static constexpr double kErratic = 0.3, kSafe = 0.5, kUsual = 0.7, kLess = 0.1, kAbove = 10;
+  static constexpr double kErratic = 0.3, kSafe = 0.5, kUsual = 0.7, kLess = 0.1, kAbove = 100;
   // Errors are not expected to fall quite with the tolerance, and the next step is to begin well within reach; the
   // bounds of a step.
   static constexpr double kMargin = 2, kWithin = 0.5, kSmallestStep = 0.1, kLargestStep = 1e-4;
   int falls_ = 0;  // so many times in a row
+  bool slow_ = false;
   double p_, looser_ = 0, ratio_ = 10, apart_ = 0;
 };
 

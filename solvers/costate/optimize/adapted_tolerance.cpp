@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kLoosest = 3e-4, kStep = 100, kProbe = 10;
 // What errors may be of what a step gains, and of the gradient.
-constexpr double kOfProgress = 0.05, kOfGradient = 0.1;
+constexpr double kOfProgress = 0.02, kOfGradient = 0.02;
 // A step that happens to be short, or along a level line, does not stand for what the iterations gain.
 constexpr double kOfLast = 0.1;
 

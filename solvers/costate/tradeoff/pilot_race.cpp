@@ -39,6 +39,11 @@ PilotRace::PilotRace(const Problem& problem, const std::vector<double>& rho, boo
                      Schemes schemes)
     : problem_(problem), rho_(rho), redundant_(redundant), serves_(std::move(serves)), schemes_(schemes) {
   problem_.solver.confirm = false;
+  // A cost of the cycle is none of a run from the scene's start.
+  if (problem_.cycle) {
+    problem_.objective = {};
+    problem_.cycle.reset();
+  }
   // Where an event ends the run nobody knows what part of the time it takes, and t_end is no more than a bound; samples
   // have their times.
   if (!problem_.ends_when && !has_samples(problem_.objective))

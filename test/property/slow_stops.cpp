@@ -19,8 +19,8 @@ using costate::test::sliding_point;
 // is met in the steps that the slip takes; errors are those of the runs, measured to be at most 90 rtol of psi, and of
 // a gradient 600 rtol.
 TEST_CASE("slow stops: a slip in space ends where it is not resolved any more", "[events]") {
-  const auto spring = [](const char* at, const char* spring) {
-    return std::string("[point.A]\nground = true\n") + at + "\n[spring.S]\nfrom = \"P\"\nto = \"A\"\n" + spring;
+  const auto spring = [](const char* at, const char* numbers) {
+    return std::string("[point.A]\nground = true\n") + at + "\n[spring.S]\nfrom = \"P\"\nto = \"A\"\n" + numbers;
   };
   const SceneWords first = {{"VX", "-1.25"},
                             {"VY", "-1.302"},

@@ -26,8 +26,8 @@ constexpr int kLooks = 4;
 constexpr double kWrongWay = 1e-5;
 // Of a look, by powers of two: how near its beginning what begins at its limit is seen to fall back.
 constexpr int kHalvings = 40;
-// Of errors of velocities: slower slips in space are not resolved. Measured of CVODES' and IDAS' methods, which turn
-// about at two to eight of them. And of its largest speed, of which no slip is over before.
+// Of errors of velocities: slower slips in space are not resolved. And of its largest speed, of which no slip is over
+// before.
 constexpr double kUnresolved = 10, kMostOfSlip = 0.1;
 // Of a step, to which the time is found at which a slip falls below: the guard is |w|, whatever it is there.
 constexpr double kOfStep = 1e-9;

@@ -142,6 +142,19 @@ TEST_CASE("spheres in space: a loaded ball rolls until an acceleration is met", 
   check_ways(p, {}, sphere_ways, kSoft, kSoft);
 }
 
+// Of what slides the friction's rows turn with the ball as well, which their rates' derivatives hold nothing of.
+TEST_CASE("spheres in space: a loaded ball slides until an acceleration is met", "[events]") {
+  const Problem p = make_ball({{"YY", "0.005"},
+                               {"ZZ", "0.004"},
+                               {"OFF_X", "0.01"},
+                               {"OFF_Z", "0.03"},
+                               {"END", "0.5\nends_when = { output = \"ball.z_ddot\", above = 0.1 }"},
+                               {"PARAMETERS",
+                                "\"rigid_body.ball.mass_kg\", \"rigid_body.ball.inertia_yy_kg_m2\", \"point.C.z_m\", "
+                                "\"contact.floor.friction_coefficient\", \"rigid_body.ball.vx_m_per_s\""}});
+  check_ways(p, {}, sphere_ways, kSoft, kSoft);
+}
+
 // What falls with u at the ground loses mu (1 + e) V of it, 7/2 of that counted, or all of it: v - 2/7 u. Garwin's ball
 // has no restitution along the ground.
 TEST_CASE("spheres in space: a ball that spins bounces", "[events]") {

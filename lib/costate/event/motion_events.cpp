@@ -26,6 +26,11 @@ constexpr int kLooks = 4;
 constexpr double kWrongWay = 1e-5;
 // Of a look, by powers of two: how near its beginning what begins at its limit is seen to fall back.
 constexpr int kHalvings = 40;
+// Of errors of velocities: slower slips in space are not resolved. And of its largest speed, of which no slip is over
+// before.
+constexpr double kUnresolved = 10, kMostOfSlip = 0.1;
+// Of a step, to which the time is found at which a slip falls below: the guard is |w|, whatever it is there.
+constexpr double kOfStep = 1e-9;
 constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
 }  // namespace
 
@@ -260,7 +265,33 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
     }
     begin = end;
   }
-  return {};
+  return find_unresolved(from, to, at);
+}
+
+std::optional<MotionEvents::Hit> MotionEvents::find_unresolved(double from, double to,
+                                                               const std::function<StateView(double)>& at) {
+  if (!(slip_error_.relative > 0)) return {};
+  std::optional<Hit> first;
+  for (std::size_t i = 0; i < guards_.size(); ++i) {
+    const GuardOf& g = guards_[i];
+    const double slowest = slowest_slip(g);
+    if (!g.ready || !(slowest > 0) || std::isnan(g.last)) continue;
+    const double least = std::min(kUnresolved * (slip_error_.relative * g.largest_slip + slip_error_.absolute),
+                                  kMostOfSlip * g.largest_slip);
+    const auto above = [&](double t) { return value(g, at(t)) + slowest > least; };
+    if (above(to)) continue;
+    double a = from, b = to;
+    while (b - a > kOfStep * (to - from)) {
+      const double m = 0.5 * (a + b);
+      if (m <= a || m >= b) break;
+      (above(m) ? a : b) = m;
+    }
+    if (!first || b < first->t) first = Hit{b, static_cast<int>(i)};
+  }
+  if (!first) return {};
+  looked_until_ = std::numeric_limits<double>::quiet_NaN();
+  guards_[static_cast<std::size_t>(first->event)].ready = false;
+  return first;
 }
 
 void MotionEvents::choose_looks(double from, double to, const std::function<StateView(double)>& at) {

@@ -108,6 +108,12 @@ class MotionEvents {
   /// known to a tolerance, still tell its direction there. What is left of its way is the square of the part, and of
   /// its time, which costs on what jumps at the stop see, the part itself.
   void end_slow_slips(double part) { slow_slips_ = part; }
+  /// Velocities are known to rtol |v| + atol: a slip in space that an integrator's step has left slower than a few
+  /// times that has no direction any more, turns about at random and is never seen to pass through zero. It stops where
+  /// it fell below. What is left is taken by an impulse, which friction would have done in the time |w|/|w'|: positions
+  /// and velocities are off by the square of the part, costs on what jumps at the stop, and its time, by the part
+  /// itself.
+  void end_unresolved_slips(double rtol, double atol) { slip_error_ = {rtol, atol}; }
   /// At an impact of a given time: mu of (q, v) behind it becomes that before it, that of what it sets is zero, and the
   /// gradient gains the impact's own share; returns the weight of the time.
   double adjoint_of_impact(int event, const StateView& before, double* mu, double* gradient);
@@ -179,6 +185,8 @@ class MotionEvents {
   double value(const GuardOf& g, const StateView& s);
   /// The speed at which a slip in space ends; 0 of other guards.
   double slowest_slip(const GuardOf& g) const;
+  /// Of a step in which nothing else has happened: where a slip in space has fallen below what is resolved.
+  std::optional<Hit> find_unresolved(double from, double to, const std::function<StateView(double)>& at);
   /// Where within a step guards are looked at, its ends among them; nowhere if none of them can cross in it.
   void choose_looks(double from, double to, const std::function<StateView(double)>& at);
   void load(const GuardOf& g, const StateView& s);
@@ -292,6 +300,9 @@ class MotionEvents {
   std::vector<ContactOf> contacts_;
   bool needs_multipliers_ = false, between_steps_ = false;
   double slow_slips_ = 0;
+  struct {
+    double relative = 0, absolute = 0;
+  } slip_error_;
   std::string last_mode_;
   std::vector<double> open_z_;  // states with all contacts open
   std::vector<PathDual> lambda_;

@@ -125,6 +125,10 @@ class System {
   void differentiate_between_steps() {
     if (events_) events_->differentiate_between_steps();
   }
+  /// Of runs whose velocities are known to these tolerances (MotionEvents::end_unresolved_slips()).
+  void end_unresolved_slips(double rtol, double atol) {
+    if (events_) events_->end_unresolved_slips(rtol, atol);
+  }
   const std::string& event_name(int event) const { return events_->name(event); }
   std::string event_mode(int event) const { return events_->mode(event); }
   /// Of the event that the last jump() crossed: by how much the state jumped that did so most, in its own unit.

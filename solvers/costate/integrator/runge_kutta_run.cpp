@@ -50,6 +50,7 @@ RungeKuttaRun<Kind>::RungeKuttaRun(SystemType& system, const SolverOptions& opti
   start(system.parameter_count() > 0 && needs_start_columns(system.assembly(), wanted));
   step_ = make_step(*scheme);
   longest_ = std::min(Kind::longest_step(system, *scheme), options.max_step_s > 0 ? options.max_step_s : HUGE_VAL);
+  system.end_unresolved_slips(options.rtol, options.absolute());
   system.begin_events(t_start_, y_.data());
   plan_ = std::make_unique<StepPlan>(system, system.objective(), t_start_, options.t_end, y_.data());
   watch_touches(LeftBends::none);

@@ -25,6 +25,7 @@ class SegmentedRun {
       : system_(system), options_(options), monitor_(monitor) {
     sessions_.push_back(std::make_unique<Session>(system, options, monitor, wanted, more...));
     t_start_ = options.t_start;
+    system.end_unresolved_slips(options.rtol, options.absolute());
     system.begin_events(t_start_, session().y());
     session().meet_hop(system.event_hop());
     touches_ = std::make_unique<TouchWatch>(system.assembly(), system.objective(), options.rtol, options.absolute());

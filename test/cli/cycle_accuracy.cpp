@@ -52,3 +52,22 @@ TEST_CASE("cycle --accuracy: what is asked for is met") {
   CHECK(left.status == 0);
   CHECK_THAT(left.err, Contains("The accuracy 0.0001 of [run] is not sought"));
 }
+
+TEST_CASE("cycle --accuracy: costs of a cycle, by the cycle and by gradients") {
+  const WorkingDirectory here;
+  const std::string gait = COSTATE_SOURCE_DIR "/models/walker/gait_stability.toml";
+  const Json right = costate_json({"gradient", gait, "--no-files", "--rtol", "1e-10"}, here.path());
+  const Json cycle = costate_json({"cycle", gait, "--no-files", "--accuracy", "1e-4", "--no-derivatives"}, here.path());
+  CHECK(cycle["accuracy"]["met"] == true);
+  const Json run = costate_json({"gradient", gait, "--no-files", "--accuracy", "1e-4"}, here.path());
+  CHECK(run["accuracy"]["met"] == true);
+  const double psi = right["psi"].get<double>();
+  CHECK(std::abs(run["psi"].get<double>() - psi) <= 1e-4 * std::abs(psi));
+  double size = 0, error = 0;
+  for (const auto& [name, value] : right["gradient"].items()) {
+    const double scale = std::max(std::abs(right["parameters"][name].get<double>()), 1e-9);
+    size = std::max(size, scale * std::abs(value.get<double>()));
+    error = std::max(error, scale * std::abs(run["gradient"][name].get<double>() - value.get<double>()));
+  }
+  CHECK(error <= 1e-4 * size);
+}

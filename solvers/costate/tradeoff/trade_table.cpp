@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "costate/sensitivity/method.h"
+
 namespace costate {
 
 const char* name_of(TradeMeasure measure) {
@@ -31,8 +33,10 @@ const char* name_of(TradeStatus status) {
 }
 
 std::string Combination::name() const {
-  return method.empty() ? fmt::format("{} on {}", formulation, integrator)
-                        : fmt::format("{} by {}", formulation, method);
+  if (method.empty()) return fmt::format("{} on {}", formulation, integrator);
+  // The others' integrators are in their names.
+  const bool discrete = find_sensitivity_method(method).needs == SensitivityMethod::Needs::discrete;
+  return fmt::format("{} by {}{}", formulation, method, discrete && !integrator.empty() ? " on " + integrator : "");
 }
 
 std::string TradeRow::setting() const {

@@ -50,7 +50,7 @@ class ErrorOrder {
  private:
   double share(double ratio) const { return 1 / (std::pow(ratio, p_) - 1); }
 
-  static constexpr double kErratic = 0.3, kSafe = 0.5, kUsual = 0.7, kLess = 0.1, kAbove = 100;
+  static constexpr double kErratic = 0.3, kSafe = 0.5, kUsual = 0.7, kLess = 0.1, kAbove = 10;
   // Errors are not expected to fall quite with the tolerance, and the next step is to begin well within reach; the
   // bounds of a step.
   static constexpr double kMargin = 2, kWithin = 0.5, kSmallestStep = 0.1, kLargestStep = 1e-4;

@@ -8,6 +8,7 @@
 #include "costate/base/notice.h"
 #include "costate/record/jobs.h"
 #include "costate/sensitivity/error_estimate.h"
+#include "costate/tradeoff/trade_table.h"
 #include "design_setup.h"
 #include "digits.h"
 #include "run_pages.h"
@@ -230,12 +231,9 @@ int run(const CommonOptions& common, const GradientOptions& options) {
   j["psi_error"] = psi_error ? Json(*psi_error) : Json();
   add_known_error(setup, r, j);
   const Precision precision = precision_of(setup.problem.solver, r.integrator, r.counters.steps);
-  // The others' integrators are in their names.
-  const bool discrete = find_sensitivity_method(setup.method).needs == SensitivityMethod::Needs::discrete;
-  std::string text = fmt::format(
-      "{}\n  {} by {}{}, {}\n  {}\n", setup.scene.title.empty() ? common.scene : setup.scene.title,
-      setup.problem.formulation, setup.method, discrete && !has_fixed_steps(r.integrator) ? " on " + r.integrator : "",
-      precision.run, psi_text(r.psi, precision, psi_error, r.known_error));
+  const Combination what{setup.problem.formulation, r.integrator, setup.method};
+  std::string text = fmt::format("{}\n  {}, {}\n  {}\n", setup.scene.title.empty() ? common.scene : setup.scene.title,
+                                 what.name(), precision.run, psi_text(r.psi, precision, psi_error, r.known_error));
   text += derivatives_text(setup, r, precision.relative);
   if (accurate) text += accuracy_text(*accurate, *accuracy);
   text += events_text(r);

@@ -104,6 +104,10 @@ TEST_CASE("accuracy: a simulation records the run that meets it", "[accuracy]") 
   CHECK(run["accuracy"]["outputs_error"].get<double>() <= 1e-6);
   CHECK(run["accuracy"]["rtol"] == run["rtol"]);
   CHECK(run["accuracy"]["pilots"].size() >= 1);
+  // Where no pilot is done in next to no time there is one on each integrator.
+  const Json raced =
+      costate_json({"simulate", kModels + "iltis/speed_bumps.toml", "--accuracy", "1e-3", "--no-files"}, here.path());
+  CHECK(raced["accuracy"]["pilots"].size() >= 3);
   // The stored end is that of the same settings, to the last digit.
   const Json same = costate_json({"simulate", kFiveBar, "--formulation", run["formulation"].get<std::string>(),
                                   "--integrator", run["integrator"].get<std::string>(), "--rtol", run["rtol"].dump(),

@@ -37,6 +37,13 @@ TEST_CASE("a derivative that is small against the adjoint has its digits", "[res
     CHECK(r.gradient[0] == Approx(0.003254276).epsilon(1e-4));
     CHECK(r.counters.simulations == 2);
     CHECK(notices() == "");
+    // A caller that looks at errors itself gets one run, and no word of it.
+    Problem once = p;
+    once.solver.confirm = false;
+    CHECK(gradient(once, "cvodes-adjoint", p.parameters.values()).counters.simulations == 2);
+    once.solver.resolve = false;
+    CHECK(gradient(once, "cvodes-adjoint", p.parameters.values()).counters.simulations == 1);
+    CHECK(notices() == "");
   }
 }
 

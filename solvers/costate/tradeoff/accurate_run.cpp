@@ -10,6 +10,7 @@
 
 #include "costate/base/error.h"
 #include "costate/base/notice.h"
+#include "costate/base/unsaid.h"
 #include "costate/formulation/formulation.h"
 #include "costate/integrator/integrators.h"
 #include "costate/integrator/run_budget.h"
@@ -36,13 +37,13 @@ constexpr double kLoosestRun = 5e-3;
 // What a scheme's run counts against those of the others, whose errors are larger at a tolerance of this ratio still;
 // and what a gradient of its steps takes, as a part of what those of the others do.
 constexpr double kSchemeRun = 0.7, kSchemeGradient = 0.5;
-// The first run in full is given up for the next best choice at so many times what that one's short run took: four for
+// The first run in full is given up for the next best choice at so many times what that one's short run took: seven for
 // the whole time, three and more for a gradient, and a margin of three.
-constexpr double kPatience = 40;
+constexpr double kPatience = 65;
 // A tolerance is not chosen to just meet a request.
 constexpr double kAim = 0.4;
-// Two loose runs may agree by chance, over stick and slip above all: where the first two are so loose they have to do
-// so much better than asked, or a third one tells.
+// Two runs may agree by chance, over stick and slip above all, and the more so the looser they are: the first two have
+// to do so much better than asked, or a third one tells.
 constexpr double kByChanceAt = 1e-4, kFirstTwo = 0.25, kFirstTwoTight = 0.5;
 // Tangents cost about 0.6 of a simulation for each parameter, an adjoint about 3; that of an explicit scheme's steps
 // costs less than one tangent.
@@ -77,30 +78,11 @@ class Chooser {
   }
 
   AccurateRun run(const BeginRecording& begin) {
-    AccurateRun r;
-    const bool redundant = !redundant_rows(problem_, probe_.rho()).empty();
-    // Where those that ended serve for no result, the integrators that have not been tried have their turn.
-    for (std::exception_ptr first;;) {
-      PilotRace race(problem_, probe_.rho(), redundant,
-                     [this](const Formulation& f, const Integrator& i) { return serves(f, i); },
-                     {kSchemes, request_.gradient ? kSchemeGradient : kSchemeRun});
-      try {
-        const std::vector<AccuracyPilot> ended = race.run(std::min(10 * first_, kLoosest));
-        r.pilots.insert(r.pilots.end(), race.pilots().begin(), race.pilots().end());
-        if (first_that_serves(ended, begin, r)) break;
-      } catch (const Error&) {
-        if (nearest_) {
-          r = *nearest_;
-          break;
-        }
-        if (first) std::rethrow_exception(first);
-        throw;
-      }
-      if (!first) first = failure_;
-    }
+    AccurateRun r = chosen(begin);
     r.problem.monitor = outer_;
     r.problem.solver.confirm = false;
     r.problem.solver.resolve = true;
+    for (const std::string& sentence : said_) notice(sentence);
     compare_pilots(r);
     if (const double psi = std::abs(r.result.psi); psi > 0 && psi < psi_unit_)
       notice(fmt::format(
@@ -111,19 +93,54 @@ class Chooser {
   }
 
  private:
-  /// Whether one of them meets the request; what they run on is left out from then on, and failure_ set, where none
-  /// does.
+  /// Where those that ended serve for no result the integrators that have not been tried have their turn.
+  AccurateRun chosen(const BeginRecording& begin) {
+    const Unsaid judging;
+    AccurateRun r;
+    const bool redundant = !redundant_rows(problem_, probe_.rho()).empty();
+    for (std::exception_ptr first;;) {
+      PilotRace race(problem_, probe_.rho(), redundant,
+                     [this](const Formulation& f, const Integrator& i) { return serves(f, i); },
+                     {kSchemes, request_.gradient ? kSchemeGradient : kSchemeRun});
+      try {
+        const std::vector<AccuracyPilot> ended = race.run(std::min(10 * first_, kLoosest));
+        r.pilots.insert(r.pilots.end(), race.pilots().begin(), race.pilots().end());
+        if (first_that_serves(ended, begin, r)) break;
+      } catch (const Error&) {
+        if (nearest_) {
+          nearest_->pilots = r.pilots;
+          nearest_->runs = r.runs;
+          r = *nearest_;
+          said_ = nearest_said_;
+          recorded_ = false;
+          break;
+        }
+        if (first) std::rethrow_exception(first);
+        throw;
+      }
+      if (!first) first = failure_;
+    }
+    if (!recorded_ && begin && r.what.method.empty()) run_as(Problem(r.problem), r.what.method, begin, r);
+    return r;
+  }
+
+  /// Whether one of them meets the request; what they run on is left out from then on, and failure_ or nearest_ set,
+  /// where none does.
   bool first_that_serves(const std::vector<AccuracyPilot>& ended, const BeginRecording& begin, AccurateRun& r) {
     for (std::size_t k = 0; k < ended.size(); ++k) {
       // What was slower in the first part may be faster in the rest.
       const bool last = k + 1 == ended.size();
       try {
         if (tighten(with_method(ended[k].what), last ? 0 : kPatience * ended[k + 1].time_s, begin, r)) return true;
-        if (!nearest_ || r.relative < nearest_->relative) nearest_ = r;
+        if (!nearest_ || r.relative < nearest_->relative) {
+          nearest_ = r;
+          nearest_said_ = said_;
+        }
         for (const Integrator& i : integrators())
           if (i.discrete) left_out_.push_back(i.name);
       } catch (const Cut&) {
-        if (last || budget_s_ <= 0) throw;
+        if (!patient_) throw;  // the caller's
+        budget_.unlimited();
       } catch (const CapabilityError&) {
         failure_ = std::current_exception();
       } catch (const SolverError&) {
@@ -203,50 +220,20 @@ class Chooser {
   bool tighten(const Combination& what, double patience_s, const BeginRecording& begin, AccurateRun& r) {
     const bool scheme = find_integrator(what.integrator).discrete;
     const double first = scheme ? std::min(kSchemes * first_, kLoosestOfSchemes) : std::min(first_, kLoosest);
-    std::vector<std::string> before = take_notices();
     ErrorOrder order(scheme);
     TradeReference coarse, fine;
-    psi_size_ = -1;
-    budget_s_ = patience_s;
-    budget_.unlimited();  // that of a choice before was left where it was cut
-    const auto at_most = [&] {
-      if (budget_s_ > 0) budget_.begin(budget_s_, 0);
-    };
-    double looser = std::min(ErrorOrder::kApart * first, kLoosestRun);
-    // A tolerance may be too loose for the motion itself: whether a failure at this one may be due to that.
-    const auto too_loose = [&](double at) {
-      budget_.unlimited();
-      return at > kGivenUp;
-    };
-    const auto attempted = [&](TradeReference& into, double at, const BeginRecording& recording) {
-      ++r.runs;
-      take_notices();
-      into.values = attempt(probe_.prepared(what, at, 0), what.method, recording, r);
-    };
-    for (bool done = false; !done;) try {
-        at_most();
-        attempted(coarse, looser, {});
-        done = true;
-      } catch (const SolverError&) {
-        if (!too_loose(looser)) throw;
-        looser /= 10;
-      }
-    budget_.unlimited();
+    double looser = loose_run(what, std::min(ErrorOrder::kApart * first, kLoosestRun), patience_s, coarse, r);
     double rtol = std::min(first, 0.1 * looser);
+    r.what = what;
     r.looser = 0;
-    bool served = true;
     for (bool first_two = true;; first_two = false) {
       try {
-        attempted(fine, rtol, begin);
+        attempt(what, rtol, begin, fine, r);
       } catch (const SolverError&) {
         // Where there is a result, this is tighter than the motion's rounding lets it be: the result stands for what
         // it is known to.
-        if (r.looser > 0) {
-          if (begin && what.method.empty()) attempt(Problem(r.problem), what.method, begin, r);
-          served = r.met || !scheme;
-          break;
-        }
-        if (!too_loose(rtol)) throw;
+        if (r.looser > 0) return r.met || !scheme;
+        if (rtol <= kGivenUp) throw;
         rtol /= 10;
         continue;
       }
@@ -255,39 +242,63 @@ class Chooser {
       r.met = r.relative <= request_.accuracy;
       const bool sure =
           !first_two || r.relative <= (looser > kByChanceAt ? kFirstTwo : kFirstTwoTight) * request_.accuracy;
-      if ((r.met && sure) || rtol <= kTightest) break;
-      if (served = !(scheme && request_.gradient && order.slow()); !served) break;
+      if ((r.met && sure) || rtol <= kTightest) return true;
+      if (scheme && request_.gradient && order.slow()) return false;
       const double next = rtol * order.step(kAim * request_.accuracy);
       looser = rtol;
       rtol = std::max(next, kTightest);
       std::swap(coarse, fine);
     }
-    r.what = what;
-    for (const std::string& sentence : take_notices()) before.push_back(sentence);
-    for (const std::string& sentence : before) notice(sentence);
-    return served;
+  }
+
+  /// The first run, which tells the errors of the next one: at rtol, or, as that may be too loose for the motion
+  /// itself, at the first power of ten below at which it ends; returns which.
+  double loose_run(const Combination& what, double rtol, double patience_s, TradeReference& into, AccurateRun& r) {
+    psi_size_ = -1;
+    for (;; rtol /= 10) {
+      patient_ = patience_s > 0;
+      budget_.unlimited();
+      if (patient_) budget_.begin(patience_s, 0);
+      try {
+        attempt(what, rtol, {}, into, r);
+      } catch (const SolverError&) {
+        if (rtol <= kGivenUp) throw;
+        continue;
+      }
+      patient_ = false;
+      budget_.unlimited();
+      return rtol;
+    }
   }
 
   /// One run, which is the result from then on. Of a psi that is small against its absolute tolerances two runs may
   /// have the same errors: the size of psi once known, they are smaller.
-  TradeValues attempt(const Problem& p, const std::string& method, const BeginRecording& begin, AccurateRun& r) {
-    const auto run = [&](const Problem& chosen) {
-      TradeProbe::Recording recording;
-      if (begin && method.empty()) recording = begin(chosen);
-      TradeValues v = probe_.run(chosen, method, &r.result, recording.sink ? &recording : nullptr);
-      r.problem = chosen;
-      psi_size_ = std::abs(v.psi);
-      return v;
-    };
+  void attempt(const Combination& what, double rtol, const BeginRecording& begin, TradeReference& into,
+               AccurateRun& r) {
+    ++r.runs;
+    const Problem p = probe_.prepared(what, rtol, 0);
     if (Problem finer = p; psi_size_ >= 0 && !problem_.objective.running.empty() && !problem_.cycle &&
                            resolve_small_psi(finer, psi_size_, kSmallPart * request_.accuracy)) {
       try {
-        return run(finer);
+        into.values = run_as(finer, what.method, begin, r);
+        return;
       } catch (const SolverError&) {  // out of reach
-        take_notices();
       }
     }
-    return run(p);
+    into.values = run_as(p, what.method, begin, r);
+  }
+
+  TradeValues run_as(const Problem& p, const std::string& method, const BeginRecording& begin, AccurateRun& r) {
+    TradeProbe::Recording recording;
+    if (begin && method.empty()) recording = begin(p);
+    recorded_ = !recording.sink;  // until it has ended, what is recorded is not the result
+    take_notices();
+    TradeValues v = probe_.run(p, method, &r.result, recording.sink ? &recording : nullptr);
+    recorded_ = true;
+    said_ = take_notices();
+    r.problem = p;
+    psi_size_ = std::abs(v.psi);
+    return v;
   }
 
   void judge(const TradeReference& coarse, TradeReference& fine, double rtol, ErrorOrder& order, AccurateRun& r) {
@@ -305,8 +316,7 @@ class Chooser {
     TradeRow row;
     fine.judge(coarse.values, probe_, row);
     double apart = 0;
-    for (const TradeMeasure m : {TradeMeasure::psi, TradeMeasure::outputs, TradeMeasure::gradient})
-      apart = std::max(apart, row.error_of(m).value_or(0));
+    for (const TradeMeasure m : kTradeMeasures) apart = std::max(apart, row.error_of(m).value_or(0));
     order.look(r.looser, rtol, apart);
     // An error that passes through zero is small by chance: not below the tolerance itself, nor rounding.
     const double share = order.share(), least = std::max(rtol, 1e-14);
@@ -353,11 +363,14 @@ class Chooser {
   RunBudget budget_;
   Problem problem_;
   TradeProbe probe_;
-  double first_ = 0, psi_unit_ = 1, budget_s_ = 0;
-  double psi_size_ = -1;  // of the last run; below 0: there is none
-  std::vector<std::string> left_out_;
+  double first_ = 0, psi_unit_ = 1;
+  double psi_size_ = -1;                      // of the last run; below 0: there is none
+  bool patient_ = false;                      // the run may be cut for the next best choice
+  bool recorded_ = true;                      // what was recorded last is the result
+  std::vector<std::string> left_out_, said_;  // integrators; of the result's run
   std::exception_ptr failure_;
   std::optional<AccurateRun> nearest_;  // of those that did not meet the request
+  std::vector<std::string> nearest_said_;
 };
 
 }  // namespace

@@ -2,7 +2,8 @@
 // first part of this very problem (pilot_race.h), then the tolerance is tightened until two runs show that the errors
 // of psi, of the gradient and of the outputs along the motion are within the request: error_order.h tells what a
 // difference makes of an error. The adjoint-weighted defect is no way to it here: it knows psi's error alone, not those
-// of the outputs or of the gradient, and costs an adjoint where a looser run costs two thirds of what it judges.
+// of the outputs or of the gradient, and costs an adjoint where a looser run costs two thirds to nine tenths of what it
+// judges.
 #pragma once
 
 #include <functional>

@@ -2,10 +2,10 @@
 //
 // With d = |R(a r) - R(r)| and errors of the order r^p, the error of R(r) is about d / (a^p - 1). Of a tolerance that
 // bounds local errors p is near 1; without having seen it fall 0.5 is taken, of an explicit scheme's steps 0.7, and
-// 0.7 at most where it has been seen. 0.5 as well where errors are far above the tolerances: what makes them is not
-// the steps' own errors then, but what a motion makes of them (over stick and slip, say), which falls by fits and
-// starts. And no more is counted on than what tolerances a = 30 apart make: two runs that differ little may do so by
-// chance.
+// 0.7 at most where it has been seen. 0.3 where errors are far above the tolerances, and 0.5 once they have been seen
+// to fall twice: what makes them is not the steps' own errors then, but what a motion makes of them (over stick and
+// slip, say), which falls by fits and starts. And no more is counted on than what tolerances a = 30 apart make: two
+// runs that differ little may do so by chance.
 #pragma once
 
 #include <algorithm>

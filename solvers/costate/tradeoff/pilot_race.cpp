@@ -20,7 +20,7 @@ constexpr double kPart = 0.15;
 // One that has taken so many times what the best one took to the same time is given up, but not before a part of what
 // the best one took in all: methods of many steps begin with small ones. Nor before what a clock can tell.
 constexpr double kBehind = 1.3, kBeginning = 0.15, kShortest_s = 1e-4;
-// Where the first one is as fast as that, a race costs more than it saves.
+// Where one is as fast as that, going on with the race costs more than it saves.
 constexpr double kNoRace_s = 5e-4;
 // What each has before another one's turn at first, how much more in the next round, and what part of the leader's way
 // it must have come by then.
@@ -148,14 +148,13 @@ void PilotRace::heat(std::vector<Combination> waiting, double rtol, std::vector<
       pilots_.push_back(p);
       if (!p.why.empty()) continue;
       ended.push_back(p);
-      if (p.time_s < kNoRace_s) return;
+      if (p.time_s < kNoRace_s) break;
     }
     if (!ended.empty()) pilots_.insert(pilots_.end(), slow.begin(), slow.end());
     waiting.clear();
     for (const auto& [c, came] : again) (came < kNear * leader ? behind : waiting).push_back(c);
     if (waiting.empty()) waiting.swap(behind);
   }
-  slice_ = 0;
 }
 
 std::vector<AccuracyPilot> PilotRace::run(double rtol) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "costate/integrator/integrators.h"
 #include "costate/sensitivity/method.h"
 
 namespace costate {
@@ -34,9 +35,10 @@ const char* name_of(TradeStatus status) {
 
 std::string Combination::name() const {
   if (method.empty()) return fmt::format("{} on {}", formulation, integrator);
-  // The others' integrators are in their names.
-  const bool discrete = find_sensitivity_method(method).needs == SensitivityMethod::Needs::discrete;
-  return fmt::format("{} by {}{}", formulation, method, discrete && !integrator.empty() ? " on " + integrator : "");
+  // The others' integrators are in their names, and fixed steps say what they are.
+  const bool scheme = find_sensitivity_method(method).needs == SensitivityMethod::Needs::discrete &&
+                      !integrator.empty() && !has_fixed_steps(integrator);
+  return fmt::format("{} by {}{}", formulation, method, scheme ? " on " + integrator : "");
 }
 
 std::string TradeRow::setting() const {

@@ -13,6 +13,7 @@
 #include "costate/assembly/slip_directions.h"
 #include "costate/base/error.h"
 #include "costate/element/switched_rows.h"
+#include "costate/level/kkt_groups.h"
 #include "costate/level/penalty_weight.h"
 
 namespace costate {
@@ -51,7 +52,7 @@ AccelerationLevel::AccelerationLevel(Assembly& assembly, Stabilization stabiliza
   newton_jacobian_ = newton_.place(assembly.jacobian(), n + nz, 0);
   if (corner) newton_corner_ = newton_.place(corner_pattern_, n + nz, n + nz);
   newton_.finalize();
-  kkt_solver_ = std::make_unique<KluSolver>(kkt_.pattern());
+  kkt_solver_ = std::make_unique<KktSolver>(kkt_.pattern(), kkt_groups(assembly, kkt_.pattern()));
   kkt_solver_->keep_pivot_orders(kPivotOrders);
   newton_solver_ = std::make_unique<KluSolver>(newton_.pattern());
   solution_.assign(static_cast<std::size_t>(n + m), 0);

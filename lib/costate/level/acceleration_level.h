@@ -13,7 +13,7 @@
 
 #include "costate/assembly/assembly.h"
 #include "costate/assembly/evaluation_point.h"
-#include "costate/linear/klu_solver.h"
+#include "costate/linear/kkt_solver.h"
 
 namespace costate {
 
@@ -155,9 +155,7 @@ class AccelerationLevel {
   void solve_newton_transposed(double* u);
   int newton_size() const { return assembly_.n() + assembly_.nz() + assembly_.m(); }
 
-  long factorizations() const {
-    return kkt_solver_->counters().factorizations + newton_solver_->counters().factorizations;
-  }
+  long factorizations() const { return kkt_solver_->factorizations() + newton_solver_->counters().factorizations; }
 
  private:
   /// Augmented Lagrangian: solves without the block -corner that the factored matrix has in its lower right.
@@ -169,7 +167,8 @@ class AccelerationLevel {
   Assembly& assembly_;
   Stabilization stabilization_;
   BlockMatrix kkt_, newton_;
-  std::unique_ptr<KluSolver> kkt_solver_, newton_solver_;
+  std::unique_ptr<KktSolver> kkt_solver_;
+  std::unique_ptr<KluSolver> newton_solver_;
   int kkt_mass_, kkt_jacobian_, kkt_transposed_, kkt_corner_ = -1;
   int newton_square_, newton_force_state_, newton_transposed_, newton_state_force_, newton_state_state_,
       newton_state_identity_, newton_jacobian_, newton_corner_ = -1;

@@ -50,6 +50,11 @@ void KluSolver::solve_transposed(double* b, int columns) {
   klu_l_tsolve(s.symbolic, s.numeric, s.pattern->cols, columns, b, &s.common);
 }
 
+double KluSolver::pivot_ratio() {
+  Impl& s = *impl_;
+  return s.numeric && RealKlu::condition(s.symbolic, s.numeric, &s.common) ? s.common.rcond : 0;
+}
+
 std::size_t KluSolver::saved_size() const { return impl_->saved_size(); }
 void KluSolver::save(double* to) const { impl_->save(to); }
 

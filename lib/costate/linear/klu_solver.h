@@ -33,6 +33,8 @@ class KluSolver {
   void solve_transposed(double* b, int columns = 1);
 
   const LinearCounters& counters() const { return counters_; }
+  /// Of the present factors: the smallest diagonal entry of U over the largest, of a matrix whose rows are scaled.
+  double pivot_ratio();
 
   // A factorization can be kept outside (`saved_size` numbers) and brought back for further solves. Its structure stays
   // here, under the number of its pivot order: the last `at_most` orders are kept, by default only the present one.

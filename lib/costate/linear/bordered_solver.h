@@ -1,0 +1,68 @@
+// Direct solver for a sparse matrix whose unknowns fall into small groups that only the others, its border, link: a KKT
+// matrix, where bodies are groups and joints their border. With blocks B_g of the groups, E_g and F_g between them and
+// the border, and D of the border,
+//   P_g B_g = L_g U_g,   Y_g = L_g^-1 P_g E_g,   X_g = F_g U_g^-1,   S = D - sum of X_g Y_g.
+// Blocks are full, with row exchanges; so is S where it is small, else it is KLU's. What cancels in S is lost: factors
+// whose pivots, of a matrix that is scaled symmetrically, are small are not kept, and the caller takes another solver.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "costate/linear/klu_solver.h"
+#include "costate/linear/sparse_pattern.h"
+
+namespace costate {
+
+class BorderedSolver {
+ public:
+  /// group[i] >= 0 of unknown i, or -1 in the border.
+  BorderedSolver(const SparsePattern& pattern, const std::vector<int>& group);
+
+  /// Values on the pattern. False where an entry between two groups is not 0, or a pivot is too small, relative to
+  /// entries scaled to 1: there are no factors then.
+  [[nodiscard]] bool factor(const double* values);
+  /// The next factor() chooses the scaling from its own values, so that results no longer depend on earlier ones.
+  void forget_scale() { scaled_ = false; }
+  /// In place, `columns` right-hand sides one after the other.
+  void solve(double* b, int columns = 1);
+  void solve_transposed(double* b, int columns = 1);
+
+  /// Factors can be kept outside, `saved_size` numbers, and brought back as long as the scaling has this number.
+  long scaling() const { return scaling_; }
+  std::size_t saved_size() const;
+  void save(double* to) const;
+  [[nodiscard]] bool restore(long scaling, const double* from);
+  void keep_pivot_orders(int at_most) {
+    if (sparse_) sparse_->keep_pivot_orders(at_most);
+  }
+
+ private:
+  struct Group {
+    std::vector<int> unknowns, border;  // the border's in its own numbering
+    std::size_t block, left;            // in data_: L U and Y, column by column; X^T
+    std::size_t order;                  // in orders_
+  };
+  void choose_scale(const double* values);
+  void solve_border(double* x, bool transposed);
+
+  const SparsePattern& pattern_;
+  std::vector<Group> groups_;
+  std::vector<int> border_;                     // its unknowns
+  std::vector<std::size_t> place_;              // of each entry in data_
+  std::vector<std::size_t> entries_, between_;  // those that are in it, and those between two groups
+  std::vector<double> scale_;                   // of unknowns, powers of two
+  std::vector<double> entry_scale_;             // of entries
+  std::vector<double> data_;                    // blocks, then S
+  std::vector<int> orders_;                     // rows of blocks as they were exchanged, then those of S
+  std::size_t border_block_ = 0, border_order_ = 0;
+  SparsePattern border_pattern_;       // of S, where it is sparse
+  std::vector<std::size_t> products_;  // of each group's pairs, group by group, the place of S
+  std::unique_ptr<KluSolver> sparse_;
+  std::vector<double> work_, border_work_;
+  bool scaled_ = false;
+  long scaling_ = 0;
+};
+
+}  // namespace costate

@@ -4,6 +4,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "costate/linear/row_products.h"
+
 using namespace costate;
 using namespace costate::test;
 using Eigen::MatrixXd;
@@ -70,4 +72,19 @@ TEST_CASE("block matrix: blocks overlap, transpose and accumulate", "[sparse]") 
   empty.finalize();
   empty.set_zero();
   CHECK(empty.pattern().entries() == 0);
+}
+
+TEST_CASE("sparse matrix: products of rows with each other", "[sparse]") {
+  Random random(11);
+  std::vector<std::pair<int, int>> at{{0, 3}};
+  for (int k = 0; k < 18; ++k)
+    at.emplace_back(static_cast<int>((random.number() + 1) / 2 * 5), static_cast<int>((random.number() + 1) / 2 * 7));
+  const SparsePattern p = SparsePattern::from_entries(6, 7, at);  // row 5 is empty
+  RowProducts products(p);
+  for (int round = 0; round < 2; ++round) {
+    const Eigen::VectorXd values = random.vector(p.entries());
+    const Eigen::MatrixXd A = dense(p, values.data());
+    const Eigen::MatrixXd lower = (A * A.transpose()).triangularView<Eigen::Lower>();
+    CHECK((Eigen::MatrixXd(products.of(values.data())) - lower).cwiseAbs().maxCoeff() < 1e-14);
+  }
 }

@@ -13,6 +13,7 @@
 #include "costate/analysis/row_space.h"
 #include "costate/base/error.h"
 #include "costate/base/golden_section.h"
+#include "costate/linear/to_dense.h"
 
 namespace costate {
 
@@ -54,6 +55,7 @@ MotionWatch::MotionWatch(std::shared_ptr<const Mechanism> mechanism, const Param
                          const double* rho, WatchSettings settings)
     : assembly_(std::move(mechanism), parameters),
       settings_(std::move(settings)),
+      products_(assembly_.jacobian()),
       lines_(assembly_.mechanism()),
       jumps_(assembly_.mechanism(), settings_.fixed_steps),
       formulas_(assembly_.mechanism(), settings_.objective) {
@@ -75,13 +77,7 @@ MotionWatch::MotionWatch(std::shared_ptr<const Mechanism> mechanism, const Param
   rank_limit_ = std::clamp(10 * std::sqrt(settings_.rtol), 1e-4, 3e-3);
   drift_error_ = settings_.chosen_weight ? kMostTorn : std::clamp(kDriftWarning * settings_.rtol, kTorn, kMostTorn);
   drift_warning_ = std::min(kDriftWarning * settings_.rtol, drift_error_);
-  const auto& J = assembly_.jacobian();
-  scaled_.resize(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(m));
-  std::vector<Eigen::Triplet<double>> entries;
-  for (int j = 0; j < J.cols; ++j)
-    for (auto k = J.column_start[j]; k < J.column_start[j + 1]; ++k)
-      entries.emplace_back(j, static_cast<int>(J.row[k]), 1.0);
-  scaled_.setFromTriplets(entries.begin(), entries.end());
+  scaled_.assign(assembly_.jacobian().row.size(), 0);
   ring_.resize(kKept);
   for (Point& p : ring_) {
     p.q.resize(n);
@@ -158,7 +154,7 @@ void MotionWatch::begin(double t, const double* q, const double* v) {
 void MotionWatch::refuse_dependent_rows(double t) {
   if (settings_.carries_redundancy) return;
   // The same rows, at full accuracy: each against all before it.
-  const Eigen::MatrixXd A = Eigen::MatrixXd(scaled_);
+  const Eigen::MatrixXd A = to_dense(assembly_.jacobian(), scaled_.data()).transpose();
   std::vector<std::string> names;
   double nearest = 1;
   for (Eigen::Index i = 0; i < A.cols(); ++i) {
@@ -249,24 +245,18 @@ void MotionWatch::calc_distances(std::vector<double>& out) {
       (metric_[j] ? length_part_ : angle_part_)[J.row[k]] += assembly_.phi_q[k] * assembly_.phi_q[k];
   for (std::size_t i = 0; i < row_size_.size(); ++i)
     row_size_[i] = std::sqrt(length_part_[i] * length_ * length_ + angle_part_[i]);
-  // Phi_q by columns is its transpose by rows: the values of scaled_ are those of Phi_q in another order.
-  Eigen::SparseMatrix<double>& A = scaled_;
-  std::fill(A.valuePtr(), A.valuePtr() + A.nonZeros(), 0.0);
-  std::vector<int>& next = next_;
-  next.assign(A.outerIndexPtr(), A.outerIndexPtr() + A.cols());
   for (int j = 0; j < J.cols; ++j)
     for (auto k = J.column_start[j]; k < J.column_start[j + 1]; ++k) {
-      const auto i = static_cast<std::size_t>(J.row[k]);
-      A.valuePtr()[next[i]++] =
-          row_size_[i] > 0 ? assembly_.phi_q[k] * (metric_[j] ? length_ : 1.0) / row_size_[i] : 0.0;
+      const double size = row_size_[J.row[k]];
+      scaled_[k] = size > 0 ? assembly_.phi_q[k] * (metric_[j] ? length_ : 1.0) / size : 0.0;
     }
-  normal_ = A.transpose() * A;  // zeros stay, so that the pattern does
+  const Eigen::SparseMatrix<double>& normal = products_.of(scaled_.data());
   if (!analyzed_) {
     ldlt_.setShift(kShift);
-    ldlt_.analyzePattern(normal_);
+    ldlt_.analyzePattern(normal);
     analyzed_ = true;
   }
-  ldlt_.factorize(normal_);
+  ldlt_.factorize(normal);
   const auto d = ldlt_.vectorD();
   const auto& P = ldlt_.permutationP().indices();
   for (Eigen::Index i = 0; i < d.size(); ++i) {

@@ -19,6 +19,7 @@
 #include "costate/analysis/jump_watch.h"
 #include "costate/analysis/line_watch.h"
 #include "costate/assembly/assembly.h"
+#include "costate/linear/row_products.h"
 
 namespace costate {
 
@@ -102,8 +103,8 @@ class MotionWatch {
   std::vector<char> redundant_;  // rows that depend on others at the start
   bool began_redundant_ = false;
   std::vector<double> row_size_, length_part_, angle_part_;
-  Eigen::SparseMatrix<double> scaled_;  // n x m: the rows of Phi_q as columns, of length 1
-  Eigen::SparseMatrix<double> normal_;
+  std::vector<double> scaled_;  // Phi_q with rows of length 1
+  RowProducts products_;
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> ldlt_;
   bool analyzed_ = false;
   std::vector<Point> ring_;      // of the last steps
@@ -111,7 +112,6 @@ class MotionWatch {
   std::vector<Sample> samples_;  // the last three, oldest first
   std::vector<double> q_, v_, distances_;
   std::vector<double> phid_;
-  std::vector<int> next_;
   Drift worst_position_, worst_velocity_;
   double worst_speed_ = 0, speed_ = 0;
   std::vector<RankEvent> events_;

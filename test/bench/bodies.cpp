@@ -107,8 +107,9 @@ Row measure(const std::string& directory, const std::string& kind, const Case& c
     return best;
   };
   const std::string at_once = fmt::format("{}", std::string(c.integrator) == "fixed" ? kStep : kAtOnce);
-  const ToolRun dump = run("dump", {}), start = run("simulate", {"--no-files", "--t-end", at_once}),
-                simulation = run("simulate", {"--no-files"}), stored = run("simulate", {}),
+  const ToolRun dump = run("dump", {}), start = run("simulate", {"--no-files", "--no-confirm", "--t-end", at_once}),
+                simulation = run("simulate", {"--no-files", "--no-confirm"}),
+                stored = run("simulate", {"--no-confirm"}),
                 gradient = run("gradient", {"--no-files", "--no-confirm", "--method", c.method}),
                 whole = run("gradient", {"--no-confirm", "--method", c.method});
   Row row;

@@ -100,10 +100,11 @@ output = "foot.y"
 }
 
 // The walker's hind foot, which its other foot's strike lifts, and after it the rest of a step: off by 3e-5 and 1.4e-3.
+// The step makes up to 1e7 of errors (of the slope's 1e6, of the stiffness' ten times that, index1 by cvodes-forward).
 TEST_CASE("second-order adjoints: a walker's hind foot lets go") {
   Problem problem = make_problem(Scene::load(COSTATE_MODELS_DIR "/walker/arc_feet.toml"), {"slope", "stiffness"});
   problem.solver.t_end = 2.6;
-  problem.solver.rtol = 1e-11;
+  problem.solver.rtol = 1e-12;
   const auto rho = problem.parameters.values();
   problem.formulation = "penalty";
   const GradientResult expected = gradient(problem, "cvodes-adjoint", rho);
@@ -111,7 +112,8 @@ TEST_CASE("second-order adjoints: a walker's hind foot lets go") {
     INFO(formulation);
     problem.formulation = formulation;
     const GradientResult r = gradient(problem, "hand-adjoint", rho);
-    for (std::size_t j = 0; j < 2; ++j) CHECK(r.gradient[j] == Approx(expected.gradient[j]).epsilon(1e-6));
+    CHECK(r.gradient[0] == Approx(expected.gradient[0]).epsilon(1e-6));
+    CHECK(r.gradient[1] == Approx(expected.gradient[1]).epsilon(1e-5));
   }
 }
 

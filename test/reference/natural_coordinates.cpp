@@ -282,7 +282,7 @@ given = ["ball"]
   simulate(p, p.parameters.values(), {t}, [&](const MechanismState& s, System& system) {
     for (int k = 0; k < 9; ++k) A(k % 3, k / 3) = outputs[static_cast<std::size_t>(k)]->value(s, system.assembly());
   });
-  // The frame stays a frame; the phase of 6000 rad collects the errors of 1e5 steps.
+  // The frame stays a frame; the phase of 6000 rad collects the errors of 1e5 steps, of rtol and of atol 1e-8 each.
   CHECK((A.transpose() * A - Eigen::Matrix3d::Identity()).norm() < kMotion);
-  CHECK((A - expected).norm() < 1e-3);
+  CHECK((A - expected).norm() < 1e5 * 2e-8);
 }

@@ -133,17 +133,24 @@ TEST_CASE("bordered solver: units play no part", "[linear]") {
 
 TEST_CASE("bordered solver: what would cancel is refused, and KKT matrices take the sparse solver", "[linear]") {
   // A heavy body hangs on a light one: masses 1e-12 and 1, a row to the ground and one between them, the second of
-  // which has 1/m1 + 1/m2 in S, where 1/m2 is lost beside 1/m1 and left when the first row is eliminated.
-  std::vector<std::pair<int, int>> at{{0, 0}, {1, 1}, {2, 0}, {0, 2}, {3, 0}, {0, 3}, {3, 1}, {1, 3}};
-  const SparsePattern p = SparsePattern::from_entries(4, 4, at);
-  const std::vector<int> group{0, 1, -1, -1};
+  // which has 1/m1 + 1/m2 in S, where 1/m2 is lost beside 1/m1 and left when the first row is eliminated. Each has
+  // further unknowns, so that the two are too large for one group.
+  constexpr int kOwn = 20, kFirst = 2 * kOwn, kSecond = kFirst + 1;
+  std::vector<std::pair<int, int>> at;
+  for (int i = 0; i < 2 * kOwn; ++i) at.emplace_back(i, i);
+  for (const auto& [row, column] : {std::pair{kFirst, 0}, {kSecond, 0}, {kSecond, kOwn}}) {
+    at.emplace_back(row, column);
+    at.emplace_back(column, row);
+  }
+  const SparsePattern p = SparsePattern::from_entries(kSecond + 1, kSecond + 1, at);
+  std::vector<int> group(kSecond + 1, -1);
+  for (int i = 0; i < 2 * kOwn; ++i) group[static_cast<std::size_t>(i)] = i / kOwn;
   const auto values = [&](double m1, double m2) {
     VectorXd v = VectorXd::Zero(p.entries());
-    v[p.find(0, 0)] = m1;
-    v[p.find(1, 1)] = m2;
-    v[p.find(2, 0)] = v[p.find(0, 2)] = 1;
-    v[p.find(3, 0)] = v[p.find(0, 3)] = -1;
-    v[p.find(3, 1)] = v[p.find(1, 3)] = 1;
+    for (int i = 0; i < 2 * kOwn; ++i) v[p.find(i, i)] = i < kOwn ? m1 : m2;
+    v[p.find(kFirst, 0)] = v[p.find(0, kFirst)] = 1;
+    v[p.find(kSecond, 0)] = v[p.find(0, kSecond)] = -1;
+    v[p.find(kSecond, kOwn)] = v[p.find(kOwn, kSecond)] = 1;
     return v;
   };
   BorderedSolver solver(p, group);
@@ -153,15 +160,17 @@ TEST_CASE("bordered solver: what would cancel is refused, and KKT matrices take 
 
   KktSolver kkt(p, group);
   const VectorXd v = values(1e-12, 1);
-  VectorXd b(4);
-  b << 1, 3, 0, 0.5;
+  VectorXd b = VectorXd::Zero(kSecond + 1);
+  b[0] = 1;
+  b[kOwn] = 3;
+  b[kSecond] = 0.5;
   for (int round = 1; round <= 8; ++round) {
     REQUIRE(kkt.factor(v.data()) == -1);
     CHECK(kkt.pivot_order() > 0);
     VectorXd x = b;
     kkt.solve(x.data());
-    CHECK(x[1] == Approx(0.5).epsilon(1e-14));  // a2 = a1 + 0.5, a1 = 0
-    CHECK(x[3] == Approx(2.5).epsilon(1e-14));  // m2 a2 + l2 = 3
+    CHECK(x[kOwn] == Approx(0.5).epsilon(1e-14));     // a2 = a1 + 0.5, a1 = 0
+    CHECK(x[kSecond] == Approx(2.5).epsilon(1e-14));  // m2 a2 + l2 = 3
     CHECK(kkt.sparse_factorizations() == round);
   }
   // Another scale, and groups serve again once nothing of before plays a part.
@@ -177,7 +186,23 @@ TEST_CASE("bordered solver: what would cancel is refused, and KKT matrices take 
   REQUIRE(kkt.restore(order, kept.data()));
   VectorXd x = b;
   kkt.solve(x.data());
-  CHECK(x[3] == Approx(2).epsilon(1e-14));  // 3 - 2 * 0.5
+  CHECK(x[kSecond] == Approx(2).epsilon(1e-14));  // 3 - 2 * 0.5
+
+  // Where they are small enough the two are one group, with row exchanges, and lose nothing.
+  const SparsePattern small =
+      SparsePattern::from_entries(4, 4, {{0, 0}, {1, 1}, {2, 0}, {0, 2}, {3, 0}, {0, 3}, {3, 1}, {1, 3}});
+  VectorXd w = VectorXd::Zero(small.entries());
+  w[small.find(0, 0)] = 1e-12;
+  w[small.find(1, 1)] = w[small.find(2, 0)] = w[small.find(0, 2)] = w[small.find(3, 1)] = w[small.find(1, 3)] = 1;
+  w[small.find(3, 0)] = w[small.find(0, 3)] = -1;
+  KktSolver merged(small, {0, 1, -1, -1});
+  REQUIRE(merged.factor(w.data()) == -1);
+  VectorXd y(4);
+  y << 1, 3, 0, 0.5;
+  merged.solve(y.data());
+  CHECK(merged.sparse_factorizations() == 0);
+  CHECK(y[1] == Approx(0.5).epsilon(1e-14));
+  CHECK(y[3] == Approx(2.5).epsilon(1e-14));
 }
 
 TEST_CASE("bordered solver: an entry between two groups, and what is not finite", "[linear]") {
@@ -191,4 +216,61 @@ TEST_CASE("bordered solver: an entry between two groups, and what is not finite"
   v[p.find(0, 1)] = 0;
   v[p.find(1, 1)] = std::nan("");
   CHECK_FALSE(solver.factor(v.data()));
+}
+
+TEST_CASE("bordered solver: a group that is singular by itself is one with its neighbour", "[linear]") {
+  // Bodies of 2 unknowns in a row, two rows between each two of them; the second has no inertia along its second
+  // unknown, which is held by the rows between it and the third alone.
+  const int bodies = 4, n = 2 * bodies, m = 2 * (bodies - 1);
+  std::vector<std::pair<int, int>> at;
+  for (int b = 0; b < bodies; ++b) {
+    at.emplace_back(2 * b, 2 * b);
+    at.emplace_back(2 * b + 1, 2 * b + 1);
+    for (const int joint : {b - 1, b})
+      for (int r = 0; joint >= 0 && joint < bodies - 1 && r < 2; ++r)
+        for (int i = 0; i < 2; ++i) {
+          at.emplace_back(n + 2 * joint + r, 2 * b + i);
+          at.emplace_back(2 * b + i, n + 2 * joint + r);
+        }
+  }
+  const SparsePattern p = SparsePattern::from_entries(n + m, n + m, at);
+  std::vector<int> group(static_cast<std::size_t>(n + m), -1);
+  for (int i = 0; i < n; ++i) group[static_cast<std::size_t>(i)] = i / 2;
+  Random random(8);
+  const auto values = [&](double inertia) {
+    VectorXd v = VectorXd::Zero(p.entries());
+    for (int i = 0; i < n; ++i) v[p.find(i, i)] = i == 3 ? inertia : 1 + 0.5 * random.number();
+    for (int r = n; r < n + m; ++r)
+      for (int i = 0; i < n; ++i)
+        if (const auto k = p.find(r, i); k >= 0) v[k] = v[p.find(i, r)] = i == 3 && r < n + 2 ? 0 : random.number();
+    return v;
+  };
+  KktSolver solver(p, group);
+  const auto check = [&](const VectorXd& v) {
+    const MatrixXd A = dense(p, v.data());
+    const VectorXd b = random.vector(n + m);
+    VectorXd x = b;
+    solver.solve(x.data());
+    CHECK((A * x - b).cwiseAbs().maxCoeff() < kSolveAtWorst * x.cwiseAbs().maxCoeff());
+  };
+  const VectorXd regular = values(1);
+  REQUIRE(solver.factor(regular.data()) == -1);
+  const long first = solver.pivot_order();
+  std::vector<double> kept(solver.saved_size());
+  solver.save(kept.data());
+  for (int round = 0; round < 3; ++round) {
+    const VectorXd singular = values(0);
+    REQUIRE(solver.factor(singular.data()) == -1);
+    CHECK(solver.pivot_order() != first);
+    check(singular);
+  }
+  CHECK(solver.sparse_factorizations() == 0);
+  // What was kept before the groups were merged is still known.
+  REQUIRE(solver.restore(first, kept.data()));
+  check(regular);
+  // And from the beginning again.
+  solver.forget_pivots();
+  REQUIRE(solver.factor(regular.data()) == -1);
+  CHECK_FALSE(solver.restore(first, kept.data()));
+  check(regular);
 }

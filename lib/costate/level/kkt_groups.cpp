@@ -1,20 +1,47 @@
 #include "costate/level/kkt_groups.h"
 
 #include <algorithm>
+#include <map>
 #include <numeric>
+#include <set>
 #include <utility>
+
+#include "costate/linear/kkt_solver.h"
 
 namespace costate {
 
 namespace {
-constexpr int kLargestGroup = 16;
+constexpr int kLargestGroup = KktSolver::kLargestGroup;
 // Rows of the border that meet in a group fill each other's.
-constexpr std::size_t kMostRows = 24;
+constexpr std::size_t kMostRows = 48;
+// Blocks of which less than this part are entries of the matrix are better sparse.
+constexpr double kLeastDensity = 0.3;
+
+/// Of the blocks of the groups, and of those between them and the border.
+double density(const SparsePattern& kkt, const std::vector<int>& group) {
+  std::map<int, std::set<int>> border;
+  std::map<int, double> size;
+  for (const int g : group)
+    if (g >= 0) ++size[g];
+  double entries = 0, places = 0;
+  for (std::size_t j = 0; j < group.size(); ++j)
+    for (auto k = kkt.column_start[j]; k < kkt.column_start[j + 1]; ++k) {
+      const auto i = static_cast<std::size_t>(kkt.row[static_cast<std::size_t>(k)]);
+      if (group[i] < 0 || (group[j] >= 0 && group[i] != group[j])) continue;
+      ++entries;
+      if (group[j] < 0) border[group[i]].insert(static_cast<int>(j));
+    }
+  for (const auto& [g, n] : size) places += n * (n + static_cast<double>(border[g].size()));
+  return places > 0 ? entries / places : 0;
+}
 }  // namespace
 
 std::vector<int> kkt_groups(const Assembly& assembly, const SparsePattern& kkt) {
   const int n = assembly.n(), m = assembly.m();
-  if (n + m <= kLargestGroup) return std::vector<int>(static_cast<std::size_t>(n + m), 0);
+  if (n + m <= kLargestGroup) {
+    std::vector<int> one(static_cast<std::size_t>(n + m), 0);
+    return density(kkt, one) < kLeastDensity ? std::vector<int>{} : one;
+  }
   // Coordinates that masses link.
   std::vector<int> root(static_cast<std::size_t>(n));
   std::iota(root.begin(), root.end(), 0);
@@ -31,9 +58,9 @@ std::vector<int> kkt_groups(const Assembly& assembly, const SparsePattern& kkt) 
       root[static_cast<std::size_t>(find(i))] = find(c.front());
     }
   }
-  if (std::find(moves.begin(), moves.end(), false) != moves.end()) return {};
   std::vector<int> group(static_cast<std::size_t>(n + m), -1), size;
   for (int i = 0; i < n; ++i) {
+    if (!moves[static_cast<std::size_t>(i)]) continue;  // without masses: on the border
     int& g = group[static_cast<std::size_t>(find(i))];
     if (g < 0) {
       g = static_cast<int>(size.size());
@@ -61,12 +88,12 @@ std::vector<int> kkt_groups(const Assembly& assembly, const SparsePattern& kkt) 
     for (const int j : columns[static_cast<std::size_t>(r)]) in.push_back(group[static_cast<std::size_t>(j)]);
     std::sort(in.begin(), in.end());
     in.erase(std::unique(in.begin(), in.end()), in.end());
-    if (in.size() == 1 && size[static_cast<std::size_t>(in[0])] < kLargestGroup) {
+    if (in.size() == 1 && in[0] >= 0 && size[static_cast<std::size_t>(in[0])] < kLargestGroup) {
       group[static_cast<std::size_t>(n + r)] = in[0];
       ++size[static_cast<std::size_t>(in[0])];
     } else {
       for (const int g : in)
-        if (++meet[static_cast<std::size_t>(g)] > kMostRows) return {};
+        if (g >= 0 && ++meet[static_cast<std::size_t>(g)] > kMostRows) return {};
     }
   }
   // Rows that others name by their normal force go with them.
@@ -80,7 +107,7 @@ std::vector<int> kkt_groups(const Assembly& assembly, const SparsePattern& kkt) 
         group[i] = group[col] = -1;
         moved = true;
       }
-  return group;
+  return density(kkt, group) < kLeastDensity ? std::vector<int>{} : group;
 }
 
 }  // namespace costate

@@ -9,8 +9,9 @@ namespace costate {
 
 namespace {
 
-// From so many unknowns on the border's matrix is KLU's.
-constexpr int kFullBorder = 16;
+// The border's matrix is KLU's from so many unknowns on, and from fewer where it is sparse.
+constexpr std::size_t kFullBorder = 48, kSmallBorder = 12;
+constexpr double kFullDensity = 0.2;
 // The smallest pivot, of entries scaled to 1: what is lost is its reciprocal times the rounding, 2e-12 at the worst.
 constexpr double kLeastPivot = 1e-4;
 constexpr int kScalings = 20;
@@ -114,17 +115,17 @@ BorderedSolver::BorderedSolver(const SparsePattern& pattern, const std::vector<i
     size = g.left + g.unknowns.size() * g.border.size();
     g.order = orders_.size();
     orders_.resize(orders_.size() + g.unknowns.size());
-    if (b > kFullBorder)
-      for (const int j : g.border)
-        for (const int i : g.border) pairs.emplace_back(i, j);
+    for (const int j : g.border)
+      for (const int i : g.border) pairs.emplace_back(i, j);
   }
   border_block_ = size;
   border_order_ = orders_.size();
-  if (b > kFullBorder) {
-    for_each_entry([&](std::size_t, std::size_t i, std::size_t j) {
-      if (group[i] < 0 && group[j] < 0) pairs.emplace_back(place[i], place[j]);
-    });
-    border_pattern_ = SparsePattern::from_entries(static_cast<int>(b), static_cast<int>(b), std::move(pairs));
+  for_each_entry([&](std::size_t, std::size_t i, std::size_t j) {
+    if (group[i] < 0 && group[j] < 0) pairs.emplace_back(place[i], place[j]);
+  });
+  border_pattern_ = SparsePattern::from_entries(static_cast<int>(b), static_cast<int>(b), std::move(pairs));
+  if (b > kFullBorder || (b > kSmallBorder &&
+                          static_cast<double>(border_pattern_.entries()) < kFullDensity * static_cast<double>(b * b))) {
     sparse_ = std::make_unique<KluSolver>(border_pattern_);
     size += static_cast<std::size_t>(border_pattern_.entries());
   } else {
@@ -205,6 +206,7 @@ void BorderedSolver::choose_scale(const double* values) {
 
 bool BorderedSolver::factor(const double* values) {
   if (!scaled_) choose_scale(values);
+  weak_.clear();
   std::fill(data_.begin(), data_.end(), 0.0);
   for (const std::size_t k : between_)
     if (values[k] != 0) return false;
@@ -213,7 +215,11 @@ bool BorderedSolver::factor(const double* values) {
   for (const Group& g : groups_) {
     const int n = static_cast<int>(g.unknowns.size()), b = static_cast<int>(g.border.size());
     double* A = data_.data() + g.block;
-    if (!eliminate(A, n, n + b, orders_.data() + g.order)) return false;
+    if (!eliminate(A, n, n + b, orders_.data() + g.order)) {
+      weak_.push_back(static_cast<int>(&g - groups_.data()));
+      product += static_cast<std::ptrdiff_t>(b) * b;
+      continue;
+    }
     const double* Y = A + static_cast<std::ptrdiff_t>(n) * n;
     double* X = data_.data() + g.left;
     for (int i = 0; i < b; ++i) solve_upper_transposed(A, n, X + static_cast<std::ptrdiff_t>(i) * n);
@@ -222,6 +228,7 @@ bool BorderedSolver::factor(const double* values) {
       for (int i = 0; i < b; ++i, x += n) data_[*product++] -= dot(x, Y, n);
     }
   }
+  if (!weak_.empty()) return false;
   const int b = static_cast<int>(border_.size());
   if (b == 0) return true;
   if (!sparse_) return eliminate(data_.data() + border_block_, b, b, orders_.data() + border_order_);

@@ -23,6 +23,8 @@ class BorderedSolver {
   /// Values on the pattern. False where an entry between two groups is not 0, or a pivot is too small, relative to
   /// entries scaled to 1: there are no factors then.
   [[nodiscard]] bool factor(const double* values);
+  /// Where factor() was false: the groups with too small a pivot; none where it was the border's.
+  const std::vector<int>& weak_groups() const { return weak_; }
   /// The next factor() chooses the scaling from its own values, so that results no longer depend on earlier ones.
   void forget_scale() { scaled_ = false; }
   /// In place, `columns` right-hand sides one after the other.
@@ -61,6 +63,7 @@ class BorderedSolver {
   std::vector<std::size_t> products_;  // of each group's pairs, group by group, the place of S
   std::unique_ptr<KluSolver> sparse_;
   std::vector<double> work_, border_work_;
+  std::vector<int> weak_;
   bool scaled_ = false;
   long scaling_ = 0;
 };

@@ -156,17 +156,27 @@ void watch_penalty(const Problem& problem, const std::vector<double>& rho, Gradi
   if (!large && drift < unsaid && !(drift * pull_of_parameters(problem, rho) >= unsaid)) return;
   Problem other = problem;
   other.formulation_options.set("penalty_alpha", large ? alpha / 10 : alpha * 10);
+  constexpr double share = 0.9;
+  const double allowed = std::max(kSaid, 1e3 * problem.solver.rtol);
   ErrorEstimate e;
+  double psi = 0, gradient = 0;
+  const auto is_more = [&](const Problem& of, const auto& with) {
+    e = apart(with(), run(of));
+    psi = e.psi / share / std::max(std::abs(result.psi), problem.solver.absolute());
+    gradient = size > 0 ? largest_scaled(problem.parameters, e.gradient) / share / size : 0;
+    return psi > allowed || gradient > allowed;
+  };
   try {
     const Unsaid another;
-    e = apart(result, run(other));
+    if (!is_more(other, [&] { return result; })) return;
+    if (!problem.solver.resolve) {  // two gradients that are not resolved differ by their errors as well
+      Problem own = problem;
+      own.solver.resolve = other.solver.resolve = true;
+      if (!is_more(other, [&] { return run(own); })) return;
+    }
   } catch (const SolverError&) {
     return;
   }
-  const double share = 0.9, psi = e.psi / share / std::max(std::abs(result.psi), problem.solver.absolute());
-  const double change = largest_scaled(problem.parameters, e.gradient) / share;
-  const double gradient = size > 0 ? change / size : 0, allowed = std::max(kSaid, 1e3 * problem.solver.rtol);
-  if (psi <= allowed && gradient <= allowed) return;
   for (double& error : e.gradient) error /= share;
   widen_error(result, e.psi / share, e.gradient);
   notice(fmt::format(

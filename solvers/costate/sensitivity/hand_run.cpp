@@ -12,6 +12,7 @@
 #include "costate/integrator/run_watch.h"
 #include "costate/integrator/segmented_run.h"
 #include "costate/integrator/simulate.h"
+#include "costate/integrator/stiffness_watch.h"
 #include "costate/level/fixed_times.h"
 #include "costate/problem/known_error.h"
 #include "costate/problem/scaled_gradient.h"
@@ -95,19 +96,21 @@ ForwardMotion record_motion(const Problem& problem, const std::vector<double>& r
                       "forward method, or another t_end_s.",
                       at.back()));
   }
-  ForwardMotion motion{Trajectory(m.coordinate_count(), m.state_count()), 0, {}, integrator_of(problem)};
-  // A motion needs an integrator's own dense output.
-  if (find_integrator(motion.integrator).discrete)
-    motion.integrator = find_formulation(problem.formulation).default_integrator;
-  motion.states = m.state_count();
-  if (motion.integrator == "idas") {
-    const auto system = problem.make_dae();
-    record<IdaRun>(*system, problem, rho, motion);
-  } else {
-    const auto system = problem.make_ode();
-    record<CvodeRun>(*system, problem, rho, motion);
-  }
-  return motion;
+  return with_bdf_where_stiff(problem, [&](const Problem& p) {
+    ForwardMotion motion{Trajectory(m.coordinate_count(), m.state_count()), 0, {}, integrator_of(p)};
+    // A motion needs an integrator's own dense output.
+    if (find_integrator(motion.integrator).discrete)
+      motion.integrator = find_formulation(p.formulation).default_integrator;
+    motion.states = m.state_count();
+    if (motion.integrator == "idas") {
+      const auto system = p.make_dae();
+      record<IdaRun>(*system, p, rho, motion);
+    } else {
+      const auto system = p.make_ode();
+      record<CvodeRun>(*system, p, rho, motion);
+    }
+    return motion;
+  });
 }
 
 std::vector<double> grid_of(const Trajectory& trajectory, std::size_t stride) {

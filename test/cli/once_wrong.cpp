@@ -31,7 +31,9 @@ TEST_CASE("once wrong: a car at rest meets its bump in every formulation, and so
   CHECK(late.at("psi").get<double>() == Approx(2.63).margin(5e-3));
   // A certificate of the motion over the bump: its Hessian was 1e-13 and 2e-10 where it is 6.0 and 160.
   const Json best = costate_json({"optimize", scene, "--no-files"}, here.path());
-  CHECK(best.at("converged") == true);
+  // The last steps gain less than the errors of psi, by which the line search may end them.
+  CHECK_THAT(best.at("certificate").at("verdict").get<std::string>(), Contains("strict local minimum"));
+  CHECK(best.at("certificate").at("predicted_decrease").get<double>() < 1e-8);
   const Json& values = best.at("certificate").at("hessian_eigenvalues");
   REQUIRE(values.size() == 2);
   CHECK(values.at(0).get<double>() == Approx(6.02).margin(0.01));

@@ -72,16 +72,19 @@ TEST_CASE("kkt groups: what is solved by groups is what is solved by KLU, in eve
     by_groups += solver.sparse_factorizations() == 0 ? 1 : 0;
     Random random(5);
     const Eigen::VectorXd b = random.vector(A.rows());
-    for (const bool transposed : {false, true})
-      for (KktSolver* by : {&solver, &klu}) {
+    for (const bool transposed : {false, true}) {
+      const auto residual = [&](KktSolver& by) {
         Eigen::VectorXd x = b;
-        transposed ? by->solve_transposed(x.data()) : by->solve(x.data());
+        transposed ? by.solve_transposed(x.data()) : by.solve(x.data());
         // The matrix is symmetric.
         const Eigen::VectorXd off = (A * x - b).cwiseAbs(), sizes = A.cwiseAbs() * x.cwiseAbs() + b.cwiseAbs();
         const Eigen::Index n = assembly->n(), m = assembly->m();
-        CHECK(off.head(n).maxCoeff() < kWithin * sizes.head(n).maxCoeff());
-        if (m > 0) CHECK(off.tail(m).maxCoeff() < kWithin * sizes.tail(m).maxCoeff());
-      }
+        const double of_motion = off.head(n).maxCoeff() / sizes.head(n).maxCoeff();
+        return m > 0 ? std::max(of_motion, off.tail(m).maxCoeff() / sizes.tail(m).maxCoeff()) : of_motion;
+      };
+      // Redundant rows leave KLU, too, no better residuals than 1e-7 (bricard).
+      CHECK(residual(solver) <= std::max(kWithin, residual(klu)));
+    }
   }
   CHECK(scenes > 60);
   CHECK(by_groups > scenes * 3 / 4);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <utility>
 
 namespace costate {
@@ -12,64 +13,75 @@ namespace {
 constexpr int kPatience = 4;
 constexpr std::size_t kMostGroupings = 4;
 
-/// Of an unknown on the border the groups that it links, each once.
-std::vector<int> linked(const SparsePattern& pattern, const std::vector<int>& group, std::size_t unknown) {
-  std::vector<int> groups;
-  for (auto k = pattern.column_start[unknown]; k < pattern.column_start[unknown + 1]; ++k)
-    if (const int g = group[static_cast<std::size_t>(pattern.row[static_cast<std::size_t>(k)])]; g >= 0)
-      groups.push_back(g);
-  std::sort(groups.begin(), groups.end());
-  groups.erase(std::unique(groups.begin(), groups.end()), groups.end());
-  return groups;
-}
-
-/// Each of the weak groups becomes one with the neighbour to which most unknowns of the border link it, of several with
-/// the one that has the fewest of them, as long as groups stay small; what links no others joins them. False where one
-/// finds none.
-bool merge(const SparsePattern& pattern, std::vector<int>& group, const std::vector<int>& weak) {
-  const std::vector<int> before(group);
-  for (const int w : weak) {
-    if (std::find(group.begin(), group.end(), w) == group.end()) continue;
-    const auto links_of = [&](int g) {
-      int links = 0;
-      for (std::size_t i = 0; i < group.size(); ++i) {
-        if (group[i] >= 0) continue;
-        const std::vector<int> all = linked(pattern, group, i);
-        links += std::find(all.begin(), all.end(), g) != all.end() ? 1 : 0;
-      }
-      return links;
-    };
-    std::map<int, std::pair<int, int>> neighbours;  // unknowns of the border in common, and those of no others
+/// Groups, the unknowns that they have and those of the border that link them, as they are merged.
+class Merging {
+ public:
+  Merging(const SparsePattern& pattern, const std::vector<int>& group) : group_(group), links_(group.size()) {
+    const int count = group.empty() ? 0 : *std::max_element(group.begin(), group.end()) + 1;
+    unknowns_.resize(static_cast<std::size_t>(count));
+    border_.resize(unknowns_.size());
     for (std::size_t i = 0; i < group.size(); ++i) {
-      if (group[i] >= 0) continue;
-      const std::vector<int> links = linked(pattern, group, i);
-      if (std::find(links.begin(), links.end(), w) == links.end()) continue;
-      for (const int g : links)
-        if (g != w) {
-          ++neighbours[g].first;
-          neighbours[g].second += links.size() == 2 ? 1 : 0;
-        }
+      if (group[i] >= 0) {
+        unknowns_[static_cast<std::size_t>(group[i])].push_back(i);
+        continue;
+      }
+      for (auto k = pattern.column_start[i]; k < pattern.column_start[i + 1]; ++k)
+        if (const int g = group[static_cast<std::size_t>(pattern.row[static_cast<std::size_t>(k)])]; g >= 0)
+          links_[i].insert(g);
+      for (const int g : links_[i]) border_[static_cast<std::size_t>(g)].insert(i);
     }
-    const auto size = [&](int g) { return static_cast<int>(std::count(group.begin(), group.end(), g)); };
-    int best = -1, most = 0, fewest = 0;
-    for (const auto& [g, in_common] : neighbours) {
-      if (in_common.second == 0 || size(w) + size(g) + in_common.second > KktSolver::kLargestGroup) continue;
-      if (in_common.second < most || (in_common.second == most && links_of(g) >= fewest)) continue;
-      best = g;
-      most = in_common.second;
-      fewest = links_of(g);
+  }
+
+  /// The weak group becomes one with the neighbour to which most unknowns of the border link it alone, of several with
+  /// the one that has the fewest others, as long as they are small together; what links no others joins them. False
+  /// where there is none.
+  bool merge(int weak) {
+    if (unknowns_[static_cast<std::size_t>(weak)].empty()) return true;  // it has become part of another weak one
+    std::map<int, int> shared;  // of each neighbour, unknowns of the border that link no others
+    for (const std::size_t i : border_of(weak))
+      if (links_[i].size() == 2) ++shared[*links_[i].begin() == weak ? *links_[i].rbegin() : *links_[i].begin()];
+    int best = -1;
+    const auto size = [&](int g) { return static_cast<int>(unknowns_[static_cast<std::size_t>(g)].size()); };
+    for (const auto& [g, count] : shared) {
+      if (size(weak) + size(g) + count > KktSolver::kLargestGroup) continue;
+      if (best < 0 || count > shared[best] || (count == shared[best] && border_of(g).size() < border_of(best).size()))
+        best = g;
     }
     if (best < 0) return false;
-    std::replace(group.begin(), group.end(), w, best);
-    for (std::size_t i = 0; i < group.size(); ++i)
-      if (group[i] < 0 && linked(pattern, group, i) == std::vector<int>{best}) group[i] = best;
+    auto& own = unknowns_[static_cast<std::size_t>(best)];
+    const std::set<std::size_t> border = std::exchange(border_of(weak), {});
+    for (const std::size_t i : std::exchange(unknowns_[static_cast<std::size_t>(weak)], {})) own.push_back(i);
+    for (const std::size_t i : border) {
+      links_[i].erase(weak);
+      links_[i].insert(best);
+      border_of(best).insert(i);
+      if (links_[i].size() > 1) continue;
+      border_of(best).erase(i);
+      own.push_back(i);
+    }
+    return true;
   }
-  // Numbers without gaps.
-  std::map<int, int> number;
-  for (int& g : group)
-    if (g >= 0) g = number.emplace(g, static_cast<int>(number.size())).first->second;
-  return group != before;
-}
+
+  /// The groups as they are now, with numbers without gaps.
+  std::vector<int> groups() const {
+    std::vector<int> group(group_.size(), -1);
+    int number = 0;
+    for (const auto& unknowns : unknowns_) {
+      if (unknowns.empty()) continue;
+      for (const std::size_t i : unknowns) group[i] = number;
+      ++number;
+    }
+    return group;
+  }
+
+ private:
+  std::set<std::size_t>& border_of(int g) { return border_[static_cast<std::size_t>(g)]; }
+
+  const std::vector<int>& group_;
+  std::vector<std::set<int>> links_;                // of unknowns on the border
+  std::vector<std::vector<std::size_t>> unknowns_;  // of groups
+  std::vector<std::set<std::size_t>> border_;
+};
 
 }  // namespace
 
@@ -100,8 +112,10 @@ bool KktSolver::merge_weak() {
   if (at_ + 1 < groupings_.size() && groupings_[at_].weak != weak)
     groupings_.erase(groupings_.begin() + static_cast<std::ptrdiff_t>(at_) + 1, groupings_.end());
   if (at_ + 1 == groupings_.size()) {
-    std::vector<int> group = groupings_[at_].group;
-    if (!merge(pattern_, group, weak) || !add(std::move(group))) return false;
+    Merging merging(pattern_, groupings_[at_].group);
+    for (const int w : weak)
+      if (!merging.merge(w)) return false;
+    if (!add(merging.groups())) return false;
     groupings_[at_].weak = weak;
   }
   ++at_;

@@ -35,6 +35,8 @@ bool may_vanish(double least, double beside) { return least < kSuspicious || 2 *
 // Of the row scaled to 1: as `check` and the start have it.
 constexpr double kWatchedRankTolerance = 1e-9;
 constexpr int kGolden = 40;
+// Places in a stretch between looks at which many rows are looked at together first.
+constexpr int kPlaces = 16;
 // What a run at rtol may drift by without a word, in parts of the row's own length: errors are usually 1 to 200 rtol,
 // and a formulation that does not take its drift back collects them.
 constexpr double kDriftWarning = 1e3;
@@ -271,6 +273,8 @@ void MotionWatch::calc_distances(std::vector<double>& out) {
 void MotionWatch::look_for_minima(bool at_end) {
   if (samples_.size() < 2) return;
   const std::size_t last = samples_.size() - 1;
+  std::vector<int> rows;
+  double from = samples_[last - 1].t;
   for (std::size_t i = 0; i < redundant_.size(); ++i) {
     if (redundant_[i]) {
       if (samples_[last].distance[i] < kSuspicious) continue;
@@ -281,20 +285,45 @@ void MotionWatch::look_for_minima(bool at_end) {
     }
     const double c = samples_[last].distance[i], b = samples_[last - 1].distance[i];
     if (at_end) {
-      if (c < b && may_vanish(c, b)) refine(static_cast<int>(i), samples_[last - 1].t, samples_[last].t);
+      if (c < b && may_vanish(c, b)) rows.push_back(static_cast<int>(i));
       continue;
     }
     if (!(b < c)) continue;
     if (samples_.size() == 2) {  // beside the start
-      if (may_vanish(b, c)) refine(static_cast<int>(i), samples_[0].t, samples_[1].t);
+      if (may_vanish(b, c)) rows.push_back(static_cast<int>(i));
     } else if (const double a = samples_[last - 2].distance[i];
                b <= a && std::max(a, c) > 1.2 * b && may_vanish(b, std::max(a, c))) {
-      refine(static_cast<int>(i), samples_[last - 2].t, samples_[last].t);
+      from = samples_[last - 2].t;
+      rows.push_back(static_cast<int>(i));
     }
   }
+  if (rows.size() > 1) keep_those_that_may_vanish(rows, from, samples_[last].t);
+  for (const int row : rows) refine(row, from, samples_[last].t);
 }
 
-double MotionWatch::distance_at(int row, double t) {
+// All at the same places, as an evaluation is of all rows: what is V-shaped, and vanishes between two of them, is no
+// more there than it changes from one to the next.
+void MotionWatch::keep_those_that_may_vanish(std::vector<int>& rows, double from, double to) {
+  const auto count = rows.size();
+  std::vector<double> least(count, HUGE_VAL), steepest(count, 0), before(count);
+  for (int k = 0; k <= kPlaces; ++k) {
+    calc_distances_at(from + (to - from) * k / kPlaces);
+    for (std::size_t i = 0; i < count; ++i) {
+      const double d = distances_[static_cast<std::size_t>(rows[i])];
+      least[i] = std::min(least[i], d);
+      if (k > 0) steepest[i] = std::max(steepest[i], std::abs(d - before[i]));
+      before[i] = d;
+    }
+  }
+  std::size_t i = 0;
+  std::erase_if(rows, [&](int) {
+    const bool far = least[i] > 2 * steepest[i] && least[i] > kZero;
+    ++i;
+    return far;
+  });
+}
+
+void MotionWatch::calc_distances_at(double t) {
   // Hermite's cubic between the two steps around t.
   const std::size_t kept = std::min(points_, kKept);
   const auto point = [&](std::size_t back) -> const Point& { return ring_[(points_ - 1 - back) % kKept]; };
@@ -312,6 +341,10 @@ double MotionWatch::distance_at(int row, double t) {
   s.v = p1.v.data();
   assembly_.calc_constraints(s);
   calc_distances(distances_);
+}
+
+double MotionWatch::distance_at(int row, double t) {
+  calc_distances_at(t);
   return distances_[static_cast<std::size_t>(row)];
 }
 

@@ -85,7 +85,9 @@ class MotionWatch {
   void look_at_drift(double t, const double* v);
   void calc_distances(std::vector<double>& out);
   void look_for_minima(bool at_end);
+  void keep_those_that_may_vanish(std::vector<int>& rows, double from, double to);
   void refine(int row, double from, double to);
+  void calc_distances_at(double t);
   double distance_at(int row, double t);
   void refuse_dependent_rows(double t);
   void require_finite(double t, const double* q, const double* v) const;

@@ -91,8 +91,9 @@ void MotionEvents::refuse_slip_from_rest(int event, const StateView& before) {
   };
   if (begins_to_slide())
     throw CapabilityError(
-        fmt::format("At t = {:.9g} s, at '{}', sliding in space begins from rest, which adjoints do not resolve, nor "
-                    "tangents that are not integrated with the motion. Take idas-forward or cvodes-forward.",
+        fmt::format("At t = {:.9g} s, at '{}', sliding in space begins from rest, which discrete methods and second "
+                    "derivatives do not carry: no step tells its direction where it is slow. Take idas, cvodes or "
+                    "hand-derived methods.",
                     before.t, g.name));
 }
 

@@ -22,7 +22,8 @@ struct SlowStretch {
 class SlowSlip {
  public:
   /// With the numbers that the assembly of the run has, and what decides at its events.
-  SlowSlip(const Assembly& of_run, const Objective& objective, MotionEvents::History history);
+  /// `redundant`: constraints are those of the augmented Lagrangian, which may depend on each other.
+  SlowSlip(const Assembly& of_run, const Objective& objective, const MotionEvents::History& history, bool redundant);
 
   /// Throws CapabilityError where the motion does not stop as the run's did.
   StretchMap map(const SlowStretch& stretch, double rtol);

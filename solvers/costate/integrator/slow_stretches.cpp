@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "costate/base/error.h"
+
 namespace costate {
 
 namespace {
@@ -114,8 +116,17 @@ void SlowStretches::end(double t, const double* y) {
 const StretchMap& SlowStretches::map(std::size_t i, double rtol) {
   Stretch& s = all_[i];
   if (!s.map) {
-    if (!slip_) slip_ = std::make_unique<SlowSlip>(system_.assembly(), system_.objective(), system_.event_history());
-    s.map = std::make_shared<const StretchMap>(slip_->map(s, rtol));
+    const auto solve = [&](bool redundant) {
+      if (!slip_)
+        slip_ = std::make_unique<SlowSlip>(system_.assembly(), system_.objective(), system_.event_history(), redundant);
+      s.map = std::make_shared<const StretchMap>(slip_->map(s, rtol));
+    };
+    try {
+      solve(false);
+    } catch (const SolverError&) {  // a singular matrix
+      slip_.reset();
+      solve(true);
+    }
   }
   return *s.map;
 }

@@ -304,15 +304,13 @@ ground = true
 x_m = 0
 y_m = 3
 z_m = 2
-[bar.one]
+[distance.one]
 from = "O"
 to = "Q"
-mass_kg = 0.2
 length_m = 1
-[bar.two]
+[distance.two]
 from = "O"
 to = "Q"
-mass_kg = 0.2
 length_m = 1
 )"},
                              {"\"puller.x\", \"puller.y\", \"puller.z\"",

@@ -5,10 +5,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <functional>
 
-#include "costate/base/error.h"
-#include "costate/base/notice.h"
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/hessian.h"

@@ -159,7 +159,12 @@ bool SlowSlip::run(const SlowStretch& stretch, double slowest, double rtol, doub
   Columns next;
   std::vector<Columns> ks{rates(t, Y)};
   for (int steps = 0; stops ? now > slowest : t < stretch.end; ++steps) {
-    if (steps > kMostSlipSteps || t > far || !(t + 1e-3 * h > t)) return false;
+    if (steps > kMostSlipSteps)
+      throw CapabilityError(fmt::format(
+          "At t = {:.9g} s a slip in space that has begun from rest is slow for so long that adjoints do not "
+          "follow it: {} steps come to t = {:.9g} s. Take idas-forward or cvodes-forward.",
+          stretch.begin, steps, t));
+    if (t > far || !(t + 1e-3 * h > t)) return false;
     const bool last = !stops && h >= stretch.end - t;
     if (last) h = stretch.end - t;
     const double error = step(t, h, Y, now, rtol, next, ks);

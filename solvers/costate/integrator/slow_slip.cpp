@@ -134,15 +134,18 @@ double SlowSlip::step(double t, double h, const Columns& Y, double speed, double
   for (int j = 0; j < np_; ++j)
     change[1 + size_ + j] = assembly_.parameters().parameters[static_cast<std::size_t>(j)].scale;
   change[0] = 1;
+  // psi counts from the stretch's beginning on: by what it comes to at this rate, whatever it depends on.
+  for (int j = 0; j < Y.cols(); ++j)
+    largest[3] =
+        std::max(largest[3], change[j] * std::max(span_ * std::abs(ks.front()(size_, j)), std::abs(Y(size_, j))));
   double worst = 0;
   for (int b = 0; b < 4; ++b)
     for (int j = 0; j < Y.cols(); ++j) {
       const int rows = first[b + 1] - first[b];
       if (rows == 0) continue;
       const auto block = [&](const Columns& of) { return of.col(j).segment(first[b], rows).cwiseAbs().maxCoeff(); };
-      const double e = block(fine), low = block(coarse),
-                   error = e > 0 ? e * e / std::sqrt(e * e + 0.01 * low * low) : 0;
-      const double size = std::max(std::max(block(Y), block(next)), kOfSize * largest[b] / change[j]);
+      const double e = block(fine), low = block(coarse), error = e > 0 ? e / std::hypot(1, 0.1 * (low / e)) : 0;
+      const double size = std::max({block(Y), block(next), (b < 3 ? kOfSize : 1) * largest[b] / change[j]});
       double allowed = rtol * size;
       if (j == 0 && b == 1) allowed = rtol * kOfSpeed * speed;
       if (error > 0) worst = std::max(worst, error / (allowed + kSlipRounding * (size + h * block(ks.front()))));
@@ -152,7 +155,7 @@ double SlowSlip::step(double t, double h, const Columns& Y, double speed, double
 }
 
 bool SlowSlip::run(const SlowStretch& stretch, double slowest, double rtol, double& t, Columns& Y) {
-  const double span = stretch.end - stretch.begin, far = stretch.end + 10 * span;
+  const double span = span_ = stretch.end - stretch.begin, far = stretch.end + 10 * span;
   if (!(span > 0)) return true;
   const bool stops = stretch.stop >= 0;
   double h = 0.1 * span, now = speed(t, Y), least = now;

@@ -49,6 +49,7 @@ class SlowSlip {
   MotionEvents events_;
   Assembly::ParameterColumns columns_;
   ScalarGradient cost_;
+  double span_ = 0;
   int n_, m_, nz_, np_, size_;  // size_ of x
 };
 

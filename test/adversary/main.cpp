@@ -15,6 +15,7 @@
 //   costate_adversary --cases 1000 --of switches                   forces and costs switched at times to be found
 //   costate_adversary --cases 1000 --of touches                    contacts that give, by differences
 //   costate_adversary --cases 1000 --of slips                      rigid contacts with friction, by differences
+//   costate_adversary --cases 1000 --of rests                      slips in space that begin from rest, likewise
 //   costate_adversary --cases 1000 --of slipped-hessians           products of Hessians through them
 //   costate_adversary --case 4711 [--scene]                        one case again, with every combination
 #include <fmt/format.h>
@@ -47,9 +48,9 @@ namespace {
 constexpr int kSeconds =
     300;  // of the processor for one case: fixed steps may take a million of a vehicle with many tyres
 
-const std::string_view kOf[] = {"trusses",          "kinds",           "contacts", "hessians",        "units",
-                                "motions",          "balances",        "cranks",   "switches",        "touches",
-                                "touched-hessians", "struck-hessians", "slips",    "slipped-hessians"};
+const std::string_view kOf[] = {"trusses",          "kinds",           "contacts", "hessians",         "units",
+                                "motions",          "balances",        "cranks",   "switches",         "touches",
+                                "touched-hessians", "struck-hessians", "slips",    "slipped-hessians", "rests"};
 
 struct Options {
   long cases = 200, first = 1, one = -1;
@@ -212,7 +213,7 @@ std::vector<Finding> try_case(long number, const Options& options) {
     return {run_hessian(scene, with_products[engine() % 4])};
   }
   const auto chosen = some(combinations(), options, engine);
-  if (is_truss(number) && options.of != "touches" && options.of != "slips") {
+  if (is_truss(number) && options.of != "touches" && options.of != "slips" && options.of != "rests") {
     const Truss t = truss_of(number, options);
     if (options.scene)
       fmt::print("{}", options.of == "units"
@@ -227,11 +228,13 @@ std::vector<Finding> try_case(long number, const Options& options) {
   const auto seed = static_cast<std::uint64_t>(number);
   const KindScene scene = options.of == "touches" ? random_touch_scene(seed)
                           : options.of == "slips" ? random_slip_scene(seed)
+                          : options.of == "rests" ? random_rest_scene(seed)
                                                   : random_kind_scene(seed, number % 8 == 0);
   if (options.scene) fmt::print("# [{}]\n{}", scene.kind, scene.text);
   if (scene.text.empty()) return {};
-  const Truth truth = options.of == "slips" ? truth_by_rereading(scene.text, scene.parameters, "index1", "radau9")
-                                            : truth_by_rereading(scene.text, scene.parameters);
+  const Truth truth = options.of == "slips"   ? truth_by_rereading(scene.text, scene.parameters, "index1", "radau9")
+                      : options.of == "rests" ? truth_by_rereading(scene.text, scene.parameters, "index1", "idas")
+                                              : truth_by_rereading(scene.text, scene.parameters);
   std::vector<Finding> list;
   for (const auto& [formulation, method] : chosen) {
     list.push_back(run_gradient(scene.text, formulation, method, truth));
@@ -298,7 +301,7 @@ int main(int argc, char** argv) {
     else {
       fmt::print(stderr,
                  "usage: {} [--cases N] [--seed N] [--of trusses | kinds | contacts | hessians | units | motions | "
-                 "balances | cranks | switches | touches | touched-hessians | struck-hessians | slips | "
+                 "balances | cranks | switches | touches | touched-hessians | struck-hessians | slips | rests | "
                  "slipped-hessians] "
                  "[--combinations N] "
                  "[--only TEXT] "

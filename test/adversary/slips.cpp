@@ -108,7 +108,55 @@ class SlipScene final : SceneWriter {
   }
 };
 
+/// A point that rests on a slope: two forces along it, or another point by a spring, have it slide and stop.
+class RestScene final : SceneWriter {
+ public:
+  explicit RestScene(std::uint64_t seed) : SceneWriter(seed * 0x9E3779B97F4A7C15ull + 97) {}
+
+  KindScene write() {
+    const double mass = uniform(0.5, 2), friction = uniform(0.25, 0.7), held = mass * friction * 9.81;
+    text_ = fmt::format(
+        "[gravity]\nz_m_per_s2 = -9.81\n[point.P]\nx_m = 0\ny_m = 0\nz_m = 0\n[mass.P]\npoint = \"P\"\nmass_kg = "
+        "{:.17g}\n[contact.C]\nkind = \"rigid\"\npoint = \"P\"\nclosed = true\nalong_m = 0\nacross_m = 0\nfriction = "
+        "\"coulomb\"\nfriction_coefficient = {:.17g}\nground_angle_rad = {:.4f}\n",
+        mass, friction, uniform(-0.2, 0.2));
+    parameters_ = {"mass.P.mass_kg", "contact.C.friction_coefficient", "contact.C.ground_angle_rad"};
+    if (chance(0.6))
+      push(held);
+    else
+      pull(held);
+    text_ += fmt::format(
+        "[[cost.terminal]]\nkind = \"value\"\noutput = \"P.{}\"\n[[cost.running]]\nkind = \"square\"\noutput = "
+        "\"{}\"\n",
+        chance(0.5) ? "x" : "y", chance(0.5) ? "P.x" : "C.friction_force");
+    choose_parameters();
+    return finish("rests", uniform(0.5, 1.5), "1e-9");
+  }
+
+ private:
+  void push(double held) {
+    text_ += fmt::format(
+        "[force.F]\npoint = \"P\"\nk = {:.17g}\nw = {:.4f}\nformula_x_N = \"k*sin(w*t)\"\nformula_y_N = "
+        "\"{:.4f}*k*sin({:.4f}*w*t)\"\n[start]\ngiven = []\n",
+        held * uniform(0.9, 2.5), uniform(2, 8), uniform(0.02, 0.9), uniform(0.3, 2.2));
+    parameters_.insert(parameters_.end(), {"force.F.k", "force.F.w"});
+  }
+
+  void pull(double held) {
+    text_ += fmt::format(
+        "[point.Q]\nx_m = 0.9\ny_m = 0\nz_m = 0.3\nvx_m_per_s = {:.4f}\nvy_m_per_s = {:.4f}\n[mass.Q]\npoint = "
+        "\"Q\"\nmass_kg = {:.4f}\n[spring.S]\nfrom = \"P\"\nto = \"Q\"\nstiffness_N_per_m = {:.17g}\n"
+        "damping_N_s_per_m = 0.2\nnatural_length_m = 0.95\n[point.N]\nground = true\nx_m = 0.8\ny_m = 0\nz_m = 2\n"
+        "[spring.H]\nfrom = \"N\"\nto = \"Q\"\nstiffness_N_per_m = 40\nnatural_length_m = 1.4\n[start]\ngiven = "
+        "[\"Q.x\", \"Q.y\", \"Q.z\"]\n",
+        uniform(0.5, 2), uniform(-1.5, 1.5), uniform(0.8, 2), held * uniform(4, 12));
+    parameters_.insert(parameters_.end(), {"mass.Q.mass_kg", "point.Q.vx_m_per_s", "spring.S.stiffness_N_per_m"});
+  }
+};
+
 }  // namespace
+
+KindScene random_rest_scene(std::uint64_t seed) { return RestScene(seed).write(); }
 
 KindScene random_slip_scene(std::uint64_t seed) { return SlipScene(seed).write(); }
 

@@ -8,6 +8,8 @@
 
 namespace costate::adversary {
 
+/// Of a point in space that rests at the start, and is made to slide.
+KindScene random_rest_scene(std::uint64_t seed);
 /// Empty text where the dice gave a scene that cannot be read.
 KindScene random_slip_scene(std::uint64_t seed);
 

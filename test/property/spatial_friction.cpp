@@ -310,7 +310,7 @@ TEST_CASE("rigid friction in space: a slip stops before it turns round", "[event
 }
 
 // A pull that turns: sliding begins along the friction that sticking takes, and turns at once. Differences' own
-// estimate is 1e-10. Adjoints are refused there by name.
+// estimate is 1e-10. Of the other methods see slips_from_rest.cpp.
 TEST_CASE("rigid friction in space: gradients through a slip that begins and turns", "[events]") {
   Problem p = pulled_along("x_m = 0.9\ny_m = 0\nz_m = 0.3\nvx_m_per_s = 1.5\nvy_m_per_s = 0.7",
                            "x_m = 0.8\ny_m = 0\nz_m = 2", "x", true);
@@ -332,16 +332,6 @@ TEST_CASE("rigid friction in space: gradients through a slip that begins and tur
       CHECK(std::abs(r.gradient[j] - reference.gradient[j]) <= 1e-8);
     }
   }
-  for (const SpatialWay& way : std::vector<SpatialWay>{{"index1", "cvodes-adjoint"},
-                                                       {"index2", "idas-adjoint"},
-                                                       {"maggi", "cvodes-adjoint"},
-                                                       {"maggi-implicit", "idas-adjoint"}}) {
-    p.formulation = way.formulation;
-    for (const char* method : {way.method, "hand-adjoint", "hand-tangent"})
-      CHECK_THROWS_WITH(gradient(p, method, rho), Catch::Contains("adjoints do not resolve"));
-  }
-  for (const char* method : {"discrete-tangent", "discrete-adjoint"})  // by Radau's steps; explicit ones do not get on
-    CHECK_THROWS_WITH(gradient(p, method, rho), Catch::Contains("adjoints do not resolve"));
 }
 
 // What is not carried is refused by name.

@@ -150,6 +150,7 @@ class HandEquations {
 
  private:
   void cross_kink(double t_before, double t_after, const double* qvz, Eigen::MatrixXd& X, Eigen::VectorXd& gradient);
+  void cross_stretch(const MotionJump& jump, Eigen::MatrixXd& X, Eigen::VectorXd& gradient);
   void cross_event(const MetEvent& met, Eigen::MatrixXd& X, Eigen::VectorXd& gradient);
   /// Accelerations, rates of force states and running cost at the evaluated point.
   MotionEvents::Side side();

@@ -35,11 +35,25 @@ MotionEvents::Side HandEquations::side() {
 }
 
 void HandEquations::cross(const MotionJump& jump, const double* qvz, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
+  if (jump.map) return cross_stretch(jump, X, gradient);
   if (jump.events.empty()) return cross_kink(jump.before, jump.after, qvz, X, gradient);
   if (direction_ == Direction::forward)
     for (const MetEvent& e : jump.events) cross_event(e, X, gradient);
   else
     for (auto e = jump.events.rbegin(); e != jump.events.rend(); ++e) cross_event(*e, X, gradient);
+}
+
+void HandEquations::cross_stretch(const MotionJump& jump, Eigen::MatrixXd& X, Eigen::VectorXd& gradient) {
+  const StretchMap& map = *jump.map;
+  const bool forward = direction_ == Direction::forward;
+  evaluate(forward ? jump.before : jump.after, forward ? map.before.data() : map.after.data());
+  Eigen::MatrixXd Y = of_states(X);
+  if (forward)
+    map.push(Y, gradient);
+  else
+    map.pull(Y.data(), gradient.data());
+  evaluate(forward ? jump.after : jump.before, forward ? map.after.data() : map.before.data());
+  from_states(Y, X, gradient);
 }
 
 void HandEquations::cross_kink(double t_before, double t_after, const double* qvz, Eigen::MatrixXd& X,
@@ -90,7 +104,7 @@ void HandEquations::cross_event(const MetEvent& met, Eigen::MatrixXd& X, Eigen::
     events_ = std::make_unique<MotionEvents>(assembly_);
     events_->use(velocity_jump().balance());
     events_->recall(history_);
-    events_->differentiate_between_steps();
+    events_->carry_slips_from_rest();
   }
   const double t = met.t;
   std::vector<double> after = met.qvz;

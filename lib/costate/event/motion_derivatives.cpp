@@ -306,46 +306,6 @@ double MotionEvents::adjoint_of_impact(int event, const StateView& before, doubl
   return of_time;
 }
 
-void MotionEvents::refuse_slip_from_rest(int event, const StateView& before) {
-  const GuardOf& g = of(event);
-  const int n = assembly_.n(), nz = assembly_.nz();
-  // Behind it the direction turns the faster the slower the slip is: what there is between steps is too coarse.
-  const auto begins_to_slide = [&] {
-    using Guard = UnilateralForce::Guard;
-    const ContactOf* own = contact_of(event);
-    if (!own || contact_guard(event) == Guard::release) return false;
-    if (contact_guard(event) == Guard::slip_forward) return slides_in_space(*own);
-    const auto spatial = [](const ContactOf& c) { return slides_in_space(c); };
-    if (std::none_of(contacts_.begin(), contacts_.end(), spatial)) return false;
-    // As cross_contact() has it.
-    const bool touch = contact_guard(event) == Guard::touch;
-    if (touch || slides_in_space(*own)) strike(event, before);
-    std::vector<double> v(before.v, before.v + n), z(before.z, before.z + nz);
-    if (touch || slides_in_space(*own))
-      for (int i = 0; i < n; ++i) v[static_cast<std::size_t>(i)] += jump_[static_cast<std::size_t>(i)];
-    const auto state = [&](int i) -> double& { return z[static_cast<std::size_t>(i)]; };
-    for (const ContactOf& c : contacts_) {
-      if (!touch || c.part != own->part) continue;
-      if (c.closed_state >= 0) state(c.closed_state) = c.closed ? 1 : 0;
-      if (c.sliding_state >= 0) state(c.sliding_state) = c.slides;
-    }
-    StateView behind = before;
-    behind.v = v.data();
-    const std::vector<double> from = z;
-    settle(behind, z.data(), own->part, g.name, nullptr, touch ? nullptr : own);
-    return std::any_of(contacts_.begin(), contacts_.end(), [&](const ContactOf& c) {
-      if (!spatial(c) || state(c.closed_state) < 0.5 || state(c.sliding_state) < 0.5) return false;
-      return state(c.sliding_state + 1) != from[static_cast<std::size_t>(c.sliding_state + 1)] ||
-             state(c.sliding_state + 2) != from[static_cast<std::size_t>(c.sliding_state + 2)];
-    });
-  };
-  if (begins_to_slide())
-    throw CapabilityError(
-        fmt::format("At t = {:.9g} s, at '{}', sliding in space begins from rest, which adjoints do not resolve, nor "
-                    "tangents that are not integrated with the motion. Take idas-forward or cvodes-forward.",
-                    before.t, g.name));
-}
-
 void MotionEvents::adjoint(int event, const StateView& before, const Side& minus, const Side& plus, double* mu,
                            double* gradient) {
   const GuardOf& g = of(event);

@@ -104,6 +104,21 @@ class MotionEvents {
   /// tangent() is from here on of columns that are not integrated with the motion: it refuses what adjoint() refuses,
   /// a slip in space that begins from rest, behind which the direction turns the faster the slower it is.
   void differentiate_between_steps() { between_steps_ = true; }
+  /// Tangents and adjoints cross from here on where a slip in space begins from rest; who says so sees to where it is
+  /// slow (slowest_from_rest()).
+  void carry_slips_from_rest() { carries_slips_from_rest_ = true; }
+  /// Of slips in space that have begun from rest: the smallest |w|, and its smallest part of the largest that its slip
+  /// has had at the looks so far; infinite without any.
+  struct Slowest {
+    double speed = std::numeric_limits<double>::infinity(), part = speed;
+  };
+  Slowest slowest_from_rest(const StateView& s);
+  /// Whether contacts may slide in space at all.
+  bool may_slip_from_rest() const;
+  /// Whether it is the stop of such a slip, with the states z before it.
+  bool stops_slip_from_rest(int event, const double* z) const;
+  /// Whether all contacts do the same: open, stick or slide.
+  bool same_modes(const double* z, const double* other) const;
   /// A slip in space ends from here on where it falls below this part of the largest speed that it has had: tangents,
   /// known to a tolerance, still tell its direction there. What is left of its way is the square of the part, and of
   /// its time, which costs on what jumps at the stop see, the part itself.
@@ -164,6 +179,7 @@ class MotionEvents {
     bool ready = false;      // seen on the side from which it crosses
     double last = std::numeric_limits<double>::quiet_NaN();  // its value at the last look, if it was looked at
     double largest_slip = 0;                                 // of the stop of a slip in space that goes on
+    double largest_from_rest = 0, offset[2] = {0, 0};  // likewise, of one that has begun from rest with this offset
     std::optional<GapTrace> gap = {};
     GapTrace::Look seen = {std::numeric_limits<double>::quiet_NaN(),
                            {}};  // of the gap, where the step before has ended
@@ -219,8 +235,13 @@ class MotionEvents {
     double given = 0;  // impulse that is given back, of Poisson's law
     int way = 0;       // of contact_ways.h
   };
-  /// Throws CapabilityError where a contact in space begins to slide from rest behind this event.
+  // In event/slow_slips.cpp.
+  /// Throws CapabilityError where a contact in space begins to slide from rest behind this event, unless that is
+  /// carried.
   void refuse_slip_from_rest(int event, const StateView& before);
+  bool stops_in_space(const GuardOf& g) const;
+  /// Of the contact of such a guard: whether it slides, and has an offset.
+  bool has_begun_from_rest(const GuardOf& g, const double* z) const;
   /// The rigid contact of an event, or null; `strikes`: only where the event is an impact.
   const ContactOf* contact_of(int event, bool strikes = false) const {
     const int c = of(event).contact;
@@ -298,7 +319,7 @@ class MotionEvents {
   double h_t_ = 0, hdot_ = 0, last_jump_ = 0, last_loss_ = 0, last_hop_ = std::numeric_limits<double>::infinity();
   std::unique_ptr<Impact> impact_;
   std::vector<ContactOf> contacts_;
-  bool needs_multipliers_ = false, between_steps_ = false;
+  bool needs_multipliers_ = false, between_steps_ = false, carries_slips_from_rest_ = false;
   double slow_slips_ = 0;
   struct {
     double relative = 0, absolute = 0;

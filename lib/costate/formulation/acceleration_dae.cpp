@@ -266,7 +266,13 @@ void AccelerationDae::jump_adjoint(const Jump& jump, double* mu, double* mup, do
         jump, [&](double* after, double* rates) { state_.jump(jump.t, segment_start(jump.t), after, rates); });
     state_.jump_adjoint(jump.t, segment_start(jump.t), jump.y.data(), mu, gradient, moving ? &*moving : nullptr);
   }
-  const StateView s = view(jump.t, jump.y.data());
+  const std::vector<double> w(mu, mu + 2 * n_ + nz_);
+  adjoint_at(jump.t, jump.y.data(), w.data(), mu, mup, gradient);
+}
+
+void AccelerationDae::adjoint_at(double t, const double* y, const double* w, double* mu, double* mup, double*) {
+  std::copy(w, w + 2 * n_ + nz_, mu);
+  const StateView s = view(t, y);
   level_.prepare(s);
   level_.linearize(s);
   complete_adjoint(s, mu, mup);

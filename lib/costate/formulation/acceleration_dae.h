@@ -44,6 +44,7 @@ class AccelerationDae final : public DaeSystem, public SolvedState, public Param
   void jump(double t, double* y, double* yp) override;
   void jump_tangent(const Jump& jump, double* const* s, double* const* sp, int count) override;
   void jump_adjoint(const Jump& jump, double* mu, double* mup, double* gradient) override;
+  void adjoint_at(double t, const double* y, const double* w, double* mu, double* mup, double* gradient) override;
 
  private:
   /// The algebraic part of mu, and mu', for the (mu_q, mu_v, mu_z) that mu holds, at the linearized point s.

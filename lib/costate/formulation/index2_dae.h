@@ -50,6 +50,7 @@ class Index2Dae final : public DaeSystem, public SolvedState, public StageParame
   void jump(double t, double* y, double* yp) override;
   void jump_tangent(const Jump& jump, double* const* s, double* const* sp, int count) override;
   void jump_adjoint(const Jump& jump, double* mu, double* mup, double* gradient) override;
+  void adjoint_at(double t, const double* y, const double* w, double* mu, double* mup, double* gradient) override;
 
  private:
   StateView view(double t, const double* y) const { return state_.view(t, y); }

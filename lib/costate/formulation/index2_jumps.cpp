@@ -75,14 +75,18 @@ void Index2Dae::jump_adjoint(const Jump& jump, double* mu, double* mup, double* 
         jump, [&](double* after, double* rates) { state_.jump(jump.t, segment_start(jump.t), after, rates); });
     state_.jump_adjoint(jump.t, segment_start(jump.t), jump.y.data(), mu, gradient, moving ? &*moving : nullptr);
   }
+  const std::vector<double> w(mu, mu + 2 * n_ + nz_);
+  adjoint_at(jump.t, jump.y.data(), w.data(), mu, mup, gradient);
+}
+
+void Index2Dae::adjoint_at(double t, const double* y, const double* w, double* mu, double* mup, double* gradient) {
   // What a cost says of accelerations is said of those of the equations: the integrator's own are not held to its
   // tolerance, and an adjoint that begins off its constraints ends the run back.
-  level_.solve(view(jump.t, jump.y.data()));
+  level_.solve(view(t, y));
   const StateView s = level_.state();
   level_.linearize(s);
-  const Eigen::Map<const Eigen::VectorXd> w(mu, 2 * n_ + nz_);
-  const Eigen::VectorXd wq = w.head(n_), wv = w.segment(n_, n_), wz = w.tail(nz_);
-  complete_adjoint(s, wq, wv, wz.data(), mu, mup, gradient);
+  complete_adjoint(s, Eigen::Map<const Eigen::VectorXd>(w, n_), Eigen::Map<const Eigen::VectorXd>(w + n_, n_),
+                   w + 2 * n_, mu, mup, gradient);
 }
 
 void Index2Dae::complete_adjoint(const StateView& s, Eigen::VectorXd wq, Eigen::VectorXd wv, const double* wz,

@@ -43,6 +43,7 @@ class MaggiDae final : public SegmentedDae, public SolvedState {
   void terminal_adjoint(double t, const double* y, const double* yp, double* mu, double* mup,
                         double* gradient) override;
 
+  void adjoint_at(double t, const double* y, const double* w, double* mu, double* mup, double* gradient) override;
   void spread_start_weights(const StateView& start, const double* mu, double* w_q, double* w_v, double* w_z,
                             double* gradient) override;
   int mode() const override { return level_.chart(); }
@@ -75,6 +76,9 @@ class MaggiDae final : public SegmentedDae, public SolvedState {
   /// Back to the point of the last linearize(); free when nothing was evaluated since.
   void require_linearized();
   void copy_pulled(double c, double* out) const;
+  /// mu, mu' of weights of (q, v, z) at (t, y).
+  void pull_weights(double t, const double* y, const ScalarGradient& weights, double* mu, double* mup,
+                    double* gradient);
   /// (y, yd, z, w) and its rate from the motion solved for, in another chart, whose places stay.
   void load_state(const StateView& s, double* y, double* yp) const;
   /// mu and mu' from mu_y, mu_yd, mu_z at the linearized point.

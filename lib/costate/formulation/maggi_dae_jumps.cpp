@@ -61,7 +61,16 @@ void MaggiDae::cross_event_adjoint(const Jump& jump, double* mu, double* mup, do
   weights.resize(assembly_);
   costate::cross_event_adjoint(level_, *events_, jump.event, minus, plus, jump.after, after.data() + 2 * f_, mu,
                                weights, gradient);
-  linearize_motion(jump.t, jump.y.data());
+  pull_weights(jump.t, jump.y.data(), weights, mu, mup, gradient);
+}
+
+void MaggiDae::adjoint_at(double t, const double* y, const double* w, double* mu, double* mup, double* gradient) {
+  pull_weights(t, y, weights_of(assembly_, w), mu, mup, gradient);
+}
+
+void MaggiDae::pull_weights(double t, const double* y, const ScalarGradient& weights, double* mu, double* mup,
+                            double* gradient) {
+  linearize_motion(t, y);
   level_.pull(weights, false);
   level_.finish_pull(nullptr);
   copy_pulled(1, mu);

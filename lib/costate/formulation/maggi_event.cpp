@@ -111,10 +111,17 @@ void cross_event_adjoint(MaggiLevel& level, MotionEvents& events, int event, con
   level.use_chart(chart_before);
   std::copy(mu + 2 * f, mu + 2 * f + nz, w.begin() + 2 * n);
   events.adjoint(event, before, minus, plus, w.data(), gradient);
+  weights = weights_of(level.assembly(), w.data());
+}
+
+ScalarGradient weights_of(const Assembly& assembly, const double* w) {
+  ScalarGradient weights;
+  weights.resize(assembly);
   weights.set_zero();
-  std::copy_n(w.data(), n, weights.q.data());
-  std::copy_n(w.data() + n, n, weights.v.data());
-  std::copy_n(w.data() + 2 * n, nz, weights.z.data());
+  std::copy_n(w, assembly.n(), weights.q.data());
+  std::copy_n(w + assembly.n(), assembly.n(), weights.v.data());
+  std::copy_n(w + 2 * assembly.n(), assembly.nz(), weights.z.data());
+  return weights;
 }
 
 }  // namespace costate

@@ -19,6 +19,9 @@ void push_start(MaggiLevel& level, const Start& start, double t, Eigen::MatrixXd
 void pull_coordinates(MaggiLevel& level, const StateView& s, const double* mu, double* w_q, double* w_v,
                       double* gradient);
 
+/// The weights w (2 n + nz) of (q, v, z) as a gradient by these alone.
+ScalarGradient weights_of(const Assembly& assembly, const double* w);
+
 /// mu of (y, yd, z) becomes what `pull` makes of it, and of places, which go on across a jump, also what it was.
 template <class Pull>
 void keep_places(const MaggiLevel& level, double* mu, const Pull& pull) {

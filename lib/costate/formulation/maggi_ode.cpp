@@ -258,7 +258,17 @@ void MaggiOde::cross_event_adjoint(const Jump& jump, double* mu, double* gradien
   cost_gradient_at_ = 0;
   costate::cross_event_adjoint(level_, *events_, jump.event, minus, plus, jump.after, after.data() + 2 * f_, mu,
                                cost_gradient_, gradient);
-  linearize(jump.t, jump.y.data());
+  pull_weights(jump.t, jump.y.data(), mu, gradient);
+}
+
+void MaggiOde::adjoint_at(double t, const double* y, const double* w, double* mu, double* gradient) {
+  cost_gradient_at_ = 0;
+  cost_gradient_ = weights_of(assembly_, w);
+  pull_weights(t, y, mu, gradient);
+}
+
+void MaggiOde::pull_weights(double t, const double* y, double* mu, double* gradient) {
+  linearize(t, y);
   level_.pull(cost_gradient_, false);
   level_.finish_pull(nullptr);
   copy_pulled(1, mu);

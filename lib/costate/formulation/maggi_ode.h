@@ -40,6 +40,7 @@ class MaggiOde final : public SegmentedOde, public StageAdjoint {
   void terminal_adjoint(double t, const double* y, double* mu, double* gradient) override;
   void start(double t, double* y, Eigen::MatrixXd* y_rho) override;
 
+  void adjoint_at(double t, const double* y, const double* w, double* mu, double* gradient) override;
   void spread_start_weights(const StateView& start, const double* mu, double* w_q, double* w_v, double* w_z,
                             double* gradient) override;
   int mode() const override { return level_.chart(); }
@@ -71,6 +72,8 @@ class MaggiOde final : public SegmentedOde, public StageAdjoint {
   void pull_running(const double* mu);
   void pull_terminal();
   void copy_pulled(double c, double* out) const;
+  /// mu of the weights of (q, v, z) in cost_gradient_ at (t, y).
+  void pull_weights(double t, const double* y, double* mu, double* gradient);
   void calc_running_gradient();
 
   double evaluated_at_ = std::numeric_limits<double>::quiet_NaN();  // the right-hand side, last

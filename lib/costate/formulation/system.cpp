@@ -93,6 +93,12 @@ void System::spread_start_weights(const StateView&, const double* mu, double* w_
   std::copy(mu + 2 * n, mu + 2 * n + assembly_.nz(), w_z);
 }
 
+void System::weights_at(double t, const double* y, const double* mu, double* w, double* gradient) {
+  const int n = assembly_.n();
+  std::fill(w, w + 2 * n + assembly_.nz(), 0.0);
+  spread_start_weights(kinematic_state(t, y), mu, w, w + n, w + 2 * n, gradient);
+}
+
 void System::add_start_gradient(double t, const double* mu, double* gradient) {
   const auto n = static_cast<std::size_t>(assembly_.n());
   std::vector<double> w(2 * n + static_cast<std::size_t>(assembly_.nz()), 0);
@@ -159,5 +165,8 @@ void DaeSystem::jump_adjoint(const Jump&, double*, double*, double*) { no_jump()
 void OdeSystem::jump(double, double*) { no_jump(); }
 void OdeSystem::jump_tangent(const Jump&, double* const*, int) { no_jump(); }
 void OdeSystem::jump_adjoint(const Jump&, double*, double*) { no_jump(); }
+void OdeSystem::adjoint_at(double, const double*, const double* w, double* mu, double*) {
+  std::copy(w, w + 2 * assembly_.n() + assembly_.nz(), mu);
+}
 
 }  // namespace costate

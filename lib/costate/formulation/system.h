@@ -125,6 +125,17 @@ class System {
   void differentiate_between_steps() {
     if (events_) events_->differentiate_between_steps();
   }
+  // Slips in space that have begun from rest, and are slow: a run back crosses those by a map of its own, in terms of
+  // (q, v, z).
+  void carry_slips_from_rest() {
+    if (events_) events_->carry_slips_from_rest();
+  }
+  bool may_slip_from_rest() const { return events_ && events_->may_slip_from_rest(); }
+  /// Of a state of look_state().
+  MotionEvents::Slowest slowest_from_rest(const StateView& s) { return events_->slowest_from_rest(s); }
+  bool stops_slip_from_rest(int event, const double* z) const { return events_->stops_slip_from_rest(event, z); }
+  /// w (2 n + nz) := the weights of (q, v, z) that mu stands for at (t, y), in the mode in force.
+  void weights_at(double t, const double* y, const double* mu, double* w, double* gradient);
   /// Of runs whose velocities are known to these tolerances (MotionEvents::end_unresolved_slips()).
   void end_unresolved_slips(double rtol, double atol) {
     if (events_) events_->end_unresolved_slips(rtol, atol);
@@ -220,6 +231,10 @@ class DaeSystem : public System {
   /// the jump's own dependence on rho; jump.before stays in force.
   virtual void jump_adjoint(const Jump& jump, double* mu, double* mup, double* gradient);
 
+  /// mu, mu' := the adjoint that the weights w of (q, v, z) are at (t, y), as behind jump_adjoint(), in the mode in
+  /// force.
+  virtual void adjoint_at(double t, const double* y, const double* w, double* mu, double* mup, double* gradient) = 0;
+
   /// Adjoint end values mu(T), mu'(T) of (mu^T F_y')' - mu^T F_y = -g_y with the cost's terminal part, and the terms
   /// that the gradient gains at T (w_rho and boundary multipliers). lib/README.md (1) to (3).
   virtual void terminal_adjoint(double t, const double* y, const double* yp, double* mu, double* mup,
@@ -267,6 +282,8 @@ class OdeSystem : public System {
   /// mu after the jump becomes mu before it; the gradient gains the jump's own dependence on rho; jump.before stays in
   /// force.
   virtual void jump_adjoint(const Jump& jump, double* mu, double* gradient);
+  /// mu := the adjoint that the weights w of (q, v, z) are at (t, y), in the mode in force; by default these.
+  virtual void adjoint_at(double t, const double* y, const double* w, double* mu, double* gradient);
 };
 
 }  // namespace costate

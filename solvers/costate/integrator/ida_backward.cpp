@@ -117,10 +117,10 @@ void IdaSession::complete_backward(const AdjointStop& stop) {
   if (summed_back() == 0) return;
   Backward& b = *back_;
   const int n = system_.size();
-  const double* x = solved_.at(system_, stop.t, stop.y);
-  system_.linearize(stop.t, x, stop.yp);
+  const double* x = solved_.at(system_, stop.to, stop.y);
+  system_.linearize(stop.to, x, stop.yp);
   b.atol.data()[n] = options_.rtol;
-  b.yp.data()[n] = backward_sum_rate(stop.t, x, b.y.data());
+  b.yp.data()[n] = backward_sum_rate(stop.to, x, b.y.data());
 }
 
 void IdaSession::backward_integrand(double t, const double* x, const double* mu, double* q) {

@@ -49,10 +49,11 @@ struct AdjointState {
   std::vector<double> mu, mup;
 };
 
-/// A time within a segment at which the adjoint jumps: psi has a term of the state there.
+/// A time within a segment at which the adjoint jumps, as psi has a term of the state there; or a stretch, from `t`
+/// back to `to`, that is crossed at once (slow_slip.h).
 struct AdjointStop {
-  double t = 0;
-  const double *y = nullptr, *yp = nullptr;  // the forward state there; yp of DAE systems
+  double t = 0, to = t;
+  const double *y = nullptr, *yp = nullptr;  // the forward state at `to`; yp of DAE systems
   /// mu behind it becomes mu before it; the gradient gains the term's own dependence on rho.
   std::function<void(AdjointState& mu, std::vector<double>& gradient)> cross;
 };

@@ -29,7 +29,13 @@ template <class Session, class SystemType>
 void SegmentedRun<Session, SystemType>::advance_segments(double t, Trajectory* trajectory) {
   std::size_t in_a_row = 0;
   double last = t_start_;
-  while (!session().advance_segment(t, trajectory, after_step_)) {
+  StepSink sink = after_step_;
+  if (slow_)
+    sink = [this](double at, const double* y) {
+      slow_->step(at, y, session().yp());
+      if (after_step_) after_step_(at, y);
+    };
+  while (!session().advance_segment(t, trajectory, sink)) {
     Jump jump;
     SegmentStart start;
     session().jump(jump, start);
@@ -49,6 +55,7 @@ void SegmentedRun<Session, SystemType>::advance_segments(double t, Trajectory* t
       events_.push_back({jump.t, system_.event_name(jump.event), system_.event_mode(jump.event), system_.event_jump(),
                          system_.event_loss()});
     if (trajectory && jump.event >= 0) keep_met(jump);
+    if (slow_) slow_->jump(jump, start.t, start.y.data(), start.yp.empty() ? nullptr : start.yp.data());
     links_.push_back({std::move(jump), start.restart});
     session().read_forward_counters();
     if (adjoint_) note_length(session().counters());
@@ -113,6 +120,10 @@ std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint(const Sampl
   if (samples_.empty()) invariant_.end(system_, t_start_, t_, session().y(), mu.mu.data());
   const std::shared_ptr<const StepPlan> plan = plan_back();
   auto next = samples_.rbegin();
+  std::size_t left = slow_slips(t_) ? slow_->all().size() : 0;  // stretches that are not crossed yet
+  const auto stretch_of = [&](std::size_t k) {
+    return left > 0 && slow_->all()[left - 1].session == k ? &slow_->all()[left - 1] : nullptr;
+  };
   for (std::size_t k = sessions_.size(); k-- > 0;) {
     const bool again = !sessions_[k];
     if (again) {  // in the mode that the jump behind it has left in force
@@ -120,11 +131,21 @@ std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint(const Sampl
       sessions_[k]->repeat_segment(links_[k].jump.t);
     }
     std::vector<AdjointStop> stops;
-    for (; next != samples_.rend() && next->session == k; ++next)
-      stops.push_back({next->t, next->y.data(), next->yp.data(),
+    const auto add_stretches_behind = [&](double t) {
+      for (const auto* s = stretch_of(k); s && (s->end > t || s->begin >= t); s = stretch_of(k)) {
+        const std::size_t i = --left;
+        stops.push_back({s->end, s->begin, s->y.data(), s->yp.data(),
+                         [this, i](AdjointState& m, std::vector<double>& g) { cross_slowly(i, m, g); }});
+      }
+    };
+    for (; next != samples_.rend() && next->session == k; ++next) {
+      add_stretches_behind(next->t);
+      stops.push_back({next->t, next->t, next->y.data(), next->yp.data(),
                        [&cross, sample = &*next](AdjointState& m, std::vector<double>& g) {
                          cross(sample->index, sample->t, sample->y, sample->yp, m, g);
                        }});
+    }
+    add_stretches_behind(-std::numeric_limits<double>::infinity());
     sessions_[k]->follow_back(plan);
     sessions_[k]->solve_backward(mu, size, gradient, stops);
     if (again) {
@@ -132,11 +153,31 @@ std::vector<double> SegmentedRun<Session, SystemType>::solve_adjoint(const Sampl
       add_session(past_, sessions_[k]->counters());
       sessions_[k].reset();
     }
-    if (k > 0 && !links_[k - 1].restart) Session::transfer_adjoint(system_, links_[k - 1].jump, mu, gradient);
+    if (k == 0 || links_[k - 1].restart) continue;
+    const Jump& jump = links_[k - 1].jump;
+    if (const auto* stretch = stretch_of(k - 1); stretch && stretch->stop >= 0)
+      system_.use_mode(jump.before);  // it crosses its stop itself
+    else
+      Session::transfer_adjoint(system_, jump, mu, gradient);
   }
   invariant_.start(system_, t_start_, start_y_.data(), mu.mu.data());
   sessions_.front()->add_start_gradient(mu, gradient);  // last: it leaves the system at no point of the motion
   return gradient;
+}
+
+template <class Session, class SystemType>
+void SegmentedRun<Session, SystemType>::cross_slowly(std::size_t stretch, AdjointState& mu,
+                                                     std::vector<double>& gradient) {
+  const SlowStretches::Stretch& s = slow_->all()[stretch];
+  std::vector<double> w(static_cast<std::size_t>(2 * system_.assembly().n() + system_.assembly().nz()));
+  system_.use_mode(s.mode_after);
+  system_.weights_at(s.end, s.y_after.data(), mu.mu.data(), w.data(), gradient.data());
+  slow_->map(stretch, options_.rtol).pull(w.data(), gradient.data());
+  system_.use_mode(s.mode);
+  if constexpr (std::is_same_v<SystemType, OdeSystem>)
+    system_.adjoint_at(s.begin, s.y.data(), w.data(), mu.mu.data(), gradient.data());
+  else
+    system_.adjoint_at(s.begin, s.y.data(), w.data(), mu.mu.data(), mu.mup.data(), gradient.data());
 }
 
 /// While the run is there: the positions that go with independent coordinates are those near the last ones.

@@ -12,6 +12,7 @@
 #include "costate/integrator/adjoint_invariant.h"
 #include "costate/integrator/cvode_session.h"
 #include "costate/integrator/ida_session.h"
+#include "costate/integrator/slow_stretches.h"
 
 namespace costate {
 
@@ -64,6 +65,19 @@ class SegmentedRun {
     most_kept_ = segments_that_fit(options_, system_.size(), plan);
     start_y_.assign(session().y(), session().y() + system_.size());
     session().enable_adjoint(plan);
+    follow_slow_slips();
+  }
+  /// Of runs whose tangents or adjoints are not integrated with the motion; before the first step.
+  void follow_slow_slips() {
+    if (!system_.may_slip_from_rest()) return;
+    system_.carry_slips_from_rest();
+    slow_ = std::make_unique<SlowStretches>(system_);
+    slow_->begin(0, t_start_, session().y(), session().yp());
+  }
+  /// Once the run has come to its end at t: the stretches that it has found (or null).
+  SlowStretches* slow_slips(double t) {
+    if (slow_) slow_->end(t, session().y());
+    return slow_.get();
   }
 
   /// To be told of each step from here on; the run then goes by single steps.
@@ -83,6 +97,7 @@ class SegmentedRun {
     Sample s{index, t_, sessions_.size() - 1, {}, {}};
     s.y.assign(session().y(), session().y() + system_.size());
     if (const double* yp = session().yp()) s.yp.assign(yp, yp + system_.size());
+    if (slow_) slow_->part(t_, session().y(), session().yp());
     samples_.push_back(std::move(s));
   }
 
@@ -124,6 +139,8 @@ class SegmentedRun {
   Session& session() { return *sessions_.back(); }
   void advance_segments(double t, Trajectory* trajectory = nullptr);
   void keep_met(const Jump& jump);
+  /// The adjoint across a slow stretch.
+  void cross_slowly(std::size_t stretch, AdjointState& mu, std::vector<double>& gradient);
   void begin_segment(const SegmentStart& start, std::unique_ptr<Session>& session);
   void note_length(const Counters& segment) {
     longest_ = std::max(longest_, segment.steps);
@@ -140,6 +157,7 @@ class SegmentedRun {
   CheckpointPlan plan_;
   std::shared_ptr<const StepPlan> plan_of_steps_;
   std::unique_ptr<TouchWatch> touches_;
+  std::unique_ptr<SlowStretches> slow_;  // or null
   StepSink after_step_;
   std::vector<double> start_y_;
   AdjointInvariant invariant_;

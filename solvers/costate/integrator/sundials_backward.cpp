@@ -18,7 +18,10 @@ template <class Api>
 void SundialsSession<Api>::solve_backward(AdjointState& mu, const AdjointSize& expected, std::vector<double>& gradient,
                                           const std::vector<AdjointStop>& stops) {
   auto stop = stops.begin();
-  for (; stop != stops.end() && stop->t >= t_; ++stop) stop->cross(mu, gradient);
+  for (; stop != stops.end() && stop->t >= t_; ++stop) {
+    stop->cross(mu, gradient);
+    if (stop->to < stop->t) end_at(*stop);
+  }
   // Not two events at once, with nothing but rounding between them, over which no integrator can be started.
   if (t_ - options_.t_start > kAtOnce * std::max(std::abs(t_), std::abs(options_.t_start))) {
     const int np = system_.parameter_count(), size = static_cast<int>(names_back().size());
@@ -39,12 +42,18 @@ void SundialsSession<Api>::solve_backward(AdjointState& mu, const AdjointSize& e
       begin_attempt_back(attempts.number());
       if (attempts.number() > 0) begin_again_back(way.mu, expected);
       try {
-        for (stop = first_stop; stop != stops.end() && stop->t > options_.t_start; ++stop) {
+        double at = t_;
+        for (stop = first_stop; stop != stops.end() && stop->t > options_.t_start;) {
           integrate_back(stop->t, way.mu);
-          stop->cross(way.mu, way.gradient);
-          restart_back(*stop, way.mu, expected);
+          const AdjointStop* last = nullptr;
+          do {
+            last = &*stop;
+            last->cross(way.mu, way.gradient);
+            at = last->to;
+          } while (++stop != stops.end() && stop->t >= at);
+          if (at > options_.t_start) restart_back(*last, way.mu, expected);
         }
-        integrate_back(options_.t_start, way.mu);
+        if (at > options_.t_start) integrate_back(options_.t_start, way.mu);
       } catch (const SolverError&) {
         attempts.failed();
         continue;
@@ -61,6 +70,13 @@ void SundialsSession<Api>::solve_backward(AdjointState& mu, const AdjointSize& e
     counters_.position_iterations = system_.position_iterations();
   }
   for (; stop != stops.end(); ++stop) stop->cross(mu, gradient);
+}
+
+template <class Api>
+void SundialsSession<Api>::end_at(const AdjointStop& stop) {
+  t_ = stop.to;
+  std::copy(stop.y, stop.y + system_.size(), y_.data());
+  if constexpr (Api::implicit) std::copy(stop.yp, stop.yp + system_.size(), yp_.data());
 }
 
 template <class Api>
@@ -95,7 +111,7 @@ void SundialsSession<Api>::begin_again_back(const AdjointState& mu, const Adjoin
   Backward& b = *back_;
   std::fill(b.y.data(), b.y.data() + b.y.size(), 0.0);
   std::fill(b.q.data(), b.q.data() + b.q.size(), 0.0);
-  restart_back({t_, y(), yp(), {}}, mu, expected);
+  restart_back({t_, t_, y(), yp(), {}}, mu, expected);
 }
 
 template <class Api>
@@ -134,7 +150,7 @@ void SundialsSession<Api>::restart_back(const AdjointStop& stop, const AdjointSt
   for (std::size_t i = 0; i < before.size(); ++i) b.atol.data()[i] = std::max(b.atol.data()[i], before[i]);
   for (std::size_t j = 0; j < before_q.size(); ++j) b.atol_q.data()[j] = std::max(b.atol_q.data()[j], before_q[j]);
   complete_backward(stop);
-  check(Api::restart_back(memory_, b.which, stop.t, b.y, b.yp), "the adjoint behind a sample");
+  check(Api::restart_back(memory_, b.which, stop.to, b.y, b.yp), "the adjoint behind a sample");
   check(Api::set_tolerances_back(memory_, b.which, options_.rtol, b.atol), "the adjoint's tolerances");
   if (system_.parameter_count() > 0) {
     check(Api::restart_quadrature_back(memory_, b.which, b.q), "the gradient's quadrature");
@@ -212,6 +228,7 @@ void SundialsSession<Api>::look_back(double t, const double* y) {
 // one.
 template void SundialsSession<IdaApi>::solve_backward(AdjointState&, const AdjointSize&, std::vector<double>&,
                                                       const std::vector<AdjointStop>&);
+template void SundialsSession<IdaApi>::end_at(const AdjointStop&);
 template void SundialsSession<IdaApi>::open_backward();
 template void SundialsSession<IdaApi>::begin_again_back(const AdjointState&, const AdjointSize&);
 template void SundialsSession<IdaApi>::set_tolerances_back(const AdjointState&, const AdjointSize&, const double*);
@@ -224,6 +241,7 @@ template void SundialsSession<IdaApi>::bound_first_step_back(double, const doubl
 template void SundialsSession<IdaApi>::look_back(double, const double*);
 template void SundialsSession<CvodeApi>::solve_backward(AdjointState&, const AdjointSize&, std::vector<double>&,
                                                         const std::vector<AdjointStop>&);
+template void SundialsSession<CvodeApi>::end_at(const AdjointStop&);
 template void SundialsSession<CvodeApi>::open_backward();
 template void SundialsSession<CvodeApi>::begin_again_back(const AdjointState&, const AdjointSize&);
 template void SundialsSession<CvodeApi>::set_tolerances_back(const AdjointState&, const AdjointSize&, const double*);

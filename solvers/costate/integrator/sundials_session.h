@@ -210,6 +210,8 @@ class SundialsSession {
   void bound_first_step_back(double t, const double* y);
   void set_tolerances_back(const AdjointState& mu, const AdjointSize& expected, const double* y);
   void open_backward();
+  /// The way back begins before this stretch.
+  void end_at(const AdjointStop& stop);
   void begin_again_back(const AdjointState& mu, const AdjointSize& expected);
   void integrate_back(double to, AdjointState& mu);
   void restart_back(const AdjointStop& stop, const AdjointState& mu, const AdjointSize& expected);

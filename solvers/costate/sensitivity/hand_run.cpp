@@ -56,8 +56,14 @@ void record(SystemType& system, const Problem& problem, const std::vector<double
   RunWatch watch(problem, rho, system);
   watch.begin(problem.solver.t_start, session.y());
   session.watch(watch.sink());
+  session.follow_slow_slips();
   session.advance_recording(problem.solver.t_end, motion.trajectory);
   watch.finish(problem.solver.t_end, session.y());
+  if (SlowStretches* slow = session.slow_slips(problem.solver.t_end))
+    for (std::size_t i = 0; i < slow->all().size(); ++i) {
+      slow->map(i, problem.solver.rtol);
+      motion.slow.push_back(slow->all()[i]);
+    }
   motion.plan = session.plan_back();
   motion.psi = session.cost();
   if (!system.objective().terminal.empty()) motion.psi += system.terminal_cost(problem.solver.t_end, session.y());
@@ -111,6 +117,30 @@ ForwardMotion record_motion(const Problem& problem, const std::vector<double>& r
     }
     return motion;
   });
+}
+
+std::vector<MotionJump> jumps_of(const ForwardMotion& motion, const std::vector<double>& times) {
+  std::vector<MetEvent> events = motion.met;
+  for (const SlowStretches::Stretch& s : motion.slow)
+    std::erase_if(events, [&](const MetEvent& e) { return e.event == s.stop && e.t == s.end; });
+  std::vector<MotionJump> all = motion_jumps(times, events);
+  for (const SlowStretches::Stretch& s : motion.slow) {
+    MotionJump jump{s.begin, s.end, {}, s.map};
+    const double infinity = std::numeric_limits<double>::infinity();
+    for (const MotionJump& j : all) {
+      if (j.before == jump.before) jump.before = j.after;
+      if (s.stop >= 0 && j.before <= std::nextafter(s.end, infinity) && s.end <= j.after)
+        throw CapabilityError(
+            fmt::format("At t = {:.9g} s a slip in space that has begun from rest stops in the instant of another "
+                        "event, which hand-derived methods do not cross. Take idas or cvodes methods.",
+                        s.end));
+    }
+    if (s.stop >= 0) jump.after = std::nextafter(s.end, infinity);
+    all.push_back(std::move(jump));
+  }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const MotionJump& a, const MotionJump& b) { return a.before < b.before; });
+  return all;
 }
 
 std::vector<double> grid_of(const Trajectory& trajectory, std::size_t stride) {
@@ -182,24 +212,24 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
         "contacts bounce for good (restitution above 0, closing_speed_m_per_s = 0).");
   const ForwardMotion motion = record_motion(problem, rho);
   // Passes stop at the last instant before a jump and go on at the first one behind it.
-  equations.set_jumps(motion_jumps(times_of_laws(problem, rho), motion.met), motion.history);
+  equations.set_jumps(jumps_of(motion, times_of_laws(problem, rho)), motion.history);
   std::vector<double> ends{motion.trajectory.t_begin()};
   for (std::size_t i = 0; i < motion.trajectory.steps(); ++i) ends.push_back(motion.trajectory.step_end(i));
   const std::vector<double> changes =
       equations.plan(ends, [&](double t, double* qvz) { motion.trajectory.evaluate(t, qvz); });
   const std::size_t steps = motion.trajectory.steps();
+  const std::vector<MotionJump>& jumps = equations.jumps();
   const auto grid = [&](std::size_t stretches) {
     const std::vector<double> looked =
         with_looks(grid_of(motion.trajectory, std::max<std::size_t>(1, steps / stretches)), motion);
     const std::vector<double> all = with_times(looked, changes);
-    std::vector<double> r =
-        with_jumps(without_estimate(problem) ? away_from(equations.jumps(), all) : all, equations.jumps());
+    std::vector<double> r = with_jumps(without_estimate(problem) ? away_from(jumps, all) : all, jumps);
     // However near a jump is: they are crossed one by one.
     std::copy_if(changes.begin(), changes.end(), std::back_inserter(r),
                  [&](double t) { return r.front() < t && t < r.back(); });
     std::sort(r.begin(), r.end());
     r.erase(std::unique(r.begin(), r.end()), r.end());
-    return r;
+    return outside_stretches(std::move(r), jumps);
   };
   std::vector<double> sizes;
   for (const auto& p : problem.parameters.parameters) sizes.push_back(p.scale);
@@ -239,7 +269,7 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
     Eigen::VectorXd coarser = pass(times, 0), before = Eigen::VectorXd::Zero(coarser.size());
     double least = std::numeric_limits<double>::infinity();
     for (int level = 0, stuck = 0; level < kMaxRefinements && stuck < 2; ++level) {
-      times = refined(times);
+      times = outside_stretches(refined(times), jumps);
       const Eigen::VectorXd finer = pass(times, 0), moved = (finer - coarser).cwiseAbs(),
                             change = moved.cwiseMax(kFallsByHalving * before);
       coarser = finer;

@@ -4,6 +4,7 @@
 
 #include "costate/adjoint/hand_equations.h"
 #include "costate/formulation/step_plan.h"
+#include "costate/integrator/slow_stretches.h"
 #include "costate/integrator/trajectory.h"
 #include "costate/problem/problem.h"
 
@@ -14,16 +15,20 @@ struct ForwardMotion {
   double psi = 0;
   Counters counters;
   std::string integrator;
-  std::shared_ptr<const StepPlan> plan = {};  // of the run's steps
-  int states = 0;                             // of forces, z
-  std::vector<MetEvent> met = {};             // the events of the mechanism
-  MotionEvents::History history = {};         // what decided at them
-  std::vector<RunEvent> events = {};          // the same, as they are told
-  double told_drift = 0;                      // of its rows, RunWatch::told_drift()
+  std::shared_ptr<const StepPlan> plan = {};      // of the run's steps
+  int states = 0;                                 // of forces, z
+  std::vector<MetEvent> met = {};                 // the events of the mechanism
+  MotionEvents::History history = {};             // what decided at them
+  std::vector<RunEvent> events = {};              // the same, as they are told
+  double told_drift = 0;                          // of its rows, RunWatch::told_drift()
+  std::vector<SlowStretches::Stretch> slow = {};  // where it is crossed by maps
 };
 
 /// Simulates on the formulation's default (or the chosen) integrator and keeps the motion (q, v, z).
 ForwardMotion record_motion(const Problem& problem, const std::vector<double>& rho);
+
+/// Where the motion jumps, at `times` and by itself, and its slow stretches.
+std::vector<MotionJump> jumps_of(const ForwardMotion& motion, const std::vector<double>& times);
 
 /// Grid times for a pass along the motion: about one point for every `stride` integrator steps.
 std::vector<double> grid_of(const Trajectory& trajectory, std::size_t stride);

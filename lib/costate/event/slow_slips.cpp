@@ -1,0 +1,100 @@
+// Slips in space that have begun from rest: which of them are slow, where they stop, and the refusal of those who
+// cannot follow such a slip. From the rest that it begins in the direction turns the faster the slower the slip is, and
+// towards the stop again: what is stored of a motion tells w to its error e, and the direction to e/|w| (lib/README.md
+// (19.12)).
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "costate/base/error.h"
+#include "costate/event/motion_events.h"
+#include "costate/event/spatial_slip.h"
+
+namespace costate {
+
+MotionEvents::Slowest MotionEvents::slowest_from_rest(const StateView& s) {
+  Slowest all;
+  for (GuardOf& g : guards_) {
+    if (!stops_in_space(g) || !has_begun_from_rest(g, s.z)) continue;
+    const double* o = s.z + contacts_[static_cast<std::size_t>(g.contact)].sliding_state + 1;
+    if (o[0] != g.offset[0] || o[1] != g.offset[1]) g.largest_from_rest = 0;
+    std::copy_n(o, 2, g.offset);
+    const double speed = value(g, s) + slowest_slip(g);
+    g.largest_from_rest = std::max(g.largest_from_rest, speed);
+    all.speed = std::min(all.speed, speed);
+    all.part = std::min(all.part, speed / g.largest_from_rest);
+  }
+  return all;
+}
+
+bool MotionEvents::may_slip_from_rest() const {
+  return std::any_of(guards_.begin(), guards_.end(), [this](const GuardOf& g) { return stops_in_space(g); });
+}
+
+bool MotionEvents::stops_slip_from_rest(int event, const double* z) const {
+  return stops_in_space(of(event)) && has_begun_from_rest(of(event), z);
+}
+
+bool MotionEvents::same_modes(const double* z, const double* other) const {
+  for (const ContactOf& c : contacts_)
+    for (const int state : {c.closed_state, c.sliding_state})
+      if (state >= 0 && std::abs(z[state] - other[state]) > 0.5) return false;
+  return true;
+}
+
+bool MotionEvents::stops_in_space(const GuardOf& g) const {
+  if (g.contact < 0) return false;
+  const ContactOf& c = contacts_[static_cast<std::size_t>(g.contact)];
+  return slides_in_space(c) && c.contact->guard_kind(g.k) == UnilateralForce::Guard::stop;
+}
+
+bool MotionEvents::has_begun_from_rest(const GuardOf& g, const double* z) const {
+  const ContactOf& c = contacts_[static_cast<std::size_t>(g.contact)];
+  return z[c.closed_state] > 0.5 && std::abs(z[c.sliding_state]) > 0.5 &&
+         (z[c.sliding_state + 1] != 0 || z[c.sliding_state + 2] != 0);
+}
+
+void MotionEvents::refuse_slip_from_rest(int event, const StateView& before) {
+  if (carries_slips_from_rest_) return;
+  const GuardOf& g = of(event);
+  const int n = assembly_.n(), nz = assembly_.nz();
+  // Behind it the direction turns the faster the slower the slip is: what there is between steps is too coarse.
+  const auto begins_to_slide = [&] {
+    using Guard = UnilateralForce::Guard;
+    const ContactOf* own = contact_of(event);
+    if (!own || contact_guard(event) == Guard::release) return false;
+    if (contact_guard(event) == Guard::slip_forward) return slides_in_space(*own);
+    const auto spatial = [](const ContactOf& c) { return slides_in_space(c); };
+    if (std::none_of(contacts_.begin(), contacts_.end(), spatial)) return false;
+    // As cross_contact() has it.
+    const bool touch = contact_guard(event) == Guard::touch;
+    if (touch || slides_in_space(*own)) strike(event, before);
+    std::vector<double> v(before.v, before.v + n), z(before.z, before.z + nz);
+    if (touch || slides_in_space(*own))
+      for (int i = 0; i < n; ++i) v[static_cast<std::size_t>(i)] += jump_[static_cast<std::size_t>(i)];
+    const auto state = [&](int i) -> double& { return z[static_cast<std::size_t>(i)]; };
+    for (const ContactOf& c : contacts_) {
+      if (!touch || c.part != own->part) continue;
+      if (c.closed_state >= 0) state(c.closed_state) = c.closed ? 1 : 0;
+      if (c.sliding_state >= 0) state(c.sliding_state) = c.slides;
+    }
+    StateView behind = before;
+    behind.v = v.data();
+    const std::vector<double> from = z;
+    settle(behind, z.data(), own->part, g.name, nullptr, touch ? nullptr : own);
+    return std::any_of(contacts_.begin(), contacts_.end(), [&](const ContactOf& c) {
+      if (!spatial(c) || state(c.closed_state) < 0.5 || state(c.sliding_state) < 0.5) return false;
+      return state(c.sliding_state + 1) != from[static_cast<std::size_t>(c.sliding_state + 1)] ||
+             state(c.sliding_state + 2) != from[static_cast<std::size_t>(c.sliding_state + 2)];
+    });
+  };
+  if (begins_to_slide())
+    throw CapabilityError(
+        fmt::format("At t = {:.9g} s, at '{}', sliding in space begins from rest, which discrete methods and second "
+                    "derivatives do not carry: no step tells its direction where it is slow. Take idas, cvodes or "
+                    "hand-derived methods.",
+                    before.t, g.name));
+}
+
+}  // namespace costate

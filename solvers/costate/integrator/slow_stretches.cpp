@@ -1,0 +1,134 @@
+#include "costate/integrator/slow_stretches.h"
+
+#include <algorithm>
+
+#include "costate/base/error.h"
+
+namespace costate {
+
+namespace {
+// Of the largest |w| of a slip: below it is slow, and above no longer.
+constexpr double kSlowPart = 1e-2, kFastPart = 2e-2;
+}  // namespace
+
+void SlowStretches::look(double t, const double* y, const double* yp, Point& at) {
+  const int n = system_.assembly().n(), nz = system_.assembly().nz(), size = system_.size();
+  const StateView s = system_.look_state(t, y);
+  at.t = t;
+  at.mode = system_.mode();
+  at.slowest = system_.slowest_from_rest(s);
+  at.y.clear();
+  at.qvz.clear();
+  if (!(at.slowest.part < 2)) return;  // nothing slides from rest
+  at.y.assign(y, y + size);
+  at.yp.assign(yp ? yp : y, yp ? yp + size : y);
+  for (const auto& [x, count] : {std::pair{s.q, n}, {s.v, n}, {s.z, nz}}) at.qvz.insert(at.qvz.end(), x, x + count);
+}
+
+void SlowStretches::open(const Point& at) {
+  goes_on_ = true;
+  Stretch& s = all_.emplace_back();
+  s.session = session_;
+  s.begin = at.t;
+  s.mode = at.mode;
+  s.y = at.y;
+  s.yp = at.yp;
+  s.before = at.qvz;
+}
+
+void SlowStretches::close(double t, const double* y_after, const Point& after) {
+  goes_on_ = false;
+  Stretch& s = all_.back();
+  s.end = t;
+  s.mode_after = after.mode;
+  s.y_after.assign(y_after, y_after + system_.size());
+  s.after = after.qvz;
+}
+
+void SlowStretches::begin(std::size_t session, double t, const double* y, const double* yp) {
+  if (!possible_) return;
+  session_ = session;
+  look(t, y, yp, now_);
+  previous_ = last_ = now_;
+  if (now_.slowest.part < kSlowPart) open(now_);
+}
+
+void SlowStretches::step(double t, const double* y, const double* yp) {
+  if (!possible_) return;
+  look(t, y, yp, now_);
+  const double part = now_.slowest.part;
+  if (!goes_on_ && part < kSlowPart) open(last_);
+  if (goes_on_ && part > kFastPart) close(t, y, now_);
+  if (goes_on_) return;
+  previous_ = std::move(last_);
+  last_ = now_;
+}
+
+void SlowStretches::part(double t, const double* y, const double* yp) {
+  if (!possible_) return;
+  const auto over = [&](const Stretch& s) { return s.session == session_ && s.begin < t && t < s.end; };
+  const bool beyond = !all_.empty() && !goes_on_ && over(all_.back());
+  if (!goes_on_ && !beyond) return;
+  Point here;
+  look(t, y, yp, here);
+  if (here.qvz.empty()) return;
+  const Stretch whole = all_.back();
+  close(t, y, here);
+  open(here);
+  if (!beyond) return;
+  goes_on_ = false;
+  Stretch& rest = all_.back();
+  rest.end = whole.end;
+  rest.mode_after = whole.mode_after;
+  rest.y_after = whole.y_after;
+  rest.after = whole.after;
+}
+
+void SlowStretches::jump(const Jump& jump, double t_after, const double* y_after, const double* yp_after) {
+  if (!possible_) return;
+  // The step that has ended with the jump's state is the last one that was looked at.
+  const bool stops = jump.event >= 0 && !now_.qvz.empty() && now_.t == jump.t &&
+                     system_.stops_slip_from_rest(jump.event, now_.qvz.data() + 2 * system_.assembly().n());
+  if (stops && !goes_on_) open(previous_.qvz.empty() ? now_ : previous_);
+  if (stops) {
+    all_.back().last_speed = now_.slowest.speed;
+    all_.back().stop = jump.event;
+    Point after;
+    const int n = system_.assembly().n(), nz = system_.assembly().nz();
+    const StateView s = system_.look_state(t_after, y_after);
+    after.mode = system_.mode();
+    for (const auto& [x, count] : {std::pair{s.q, n}, {s.v, n}, {s.z, nz}})
+      after.qvz.insert(after.qvz.end(), x, x + count);
+    close(jump.t, y_after, after);
+  } else if (goes_on_) {
+    close(jump.t, jump.y.data(), now_);
+  }
+  begin(session_ + 1, t_after, y_after, yp_after);
+}
+
+void SlowStretches::end(double t, const double* y) {
+  if (!goes_on_) return;
+  Point here;
+  look(t, y, nullptr, here);
+  close(t, y, here);
+}
+
+const StretchMap& SlowStretches::map(std::size_t i, double rtol) {
+  Stretch& s = all_[i];
+  if (!s.map) {
+    const auto solve = [&](bool redundant) {
+      if (!slip_)
+        slip_ = std::make_unique<SlowSlip>(system_.assembly(), system_.objective(), system_.event_history(), redundant);
+      s.map = std::make_shared<const StretchMap>(slip_->map(s, rtol));
+    };
+    try {
+      solve(false);
+    } catch (const SolverError&) {  // a singular matrix
+      slip_.reset();
+      solve(true);
+    }
+  }
+  return *s.map;
+}
+
+}  // namespace costate

@@ -90,7 +90,7 @@ TEST_CASE("kkt groups: what is solved by groups is what is solved by KLU, in eve
   CHECK(by_groups > scenes * 3 / 4);
 }
 
-TEST_CASE("kkt groups: bodies are groups, joints their border; small mechanisms are one", "[kkt]") {
+TEST_CASE("kkt groups: bodies are groups and joints their border, small mechanisms are one", "[kkt]") {
   const auto groups_of = [](const std::string& model) {
     Assembly assembly(Scene::load(std::string(COSTATE_MODELS_DIR) + "/" + model).mechanism(), ParameterSelection{});
     const Kkt kkt(assembly, 0);

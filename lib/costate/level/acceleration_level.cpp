@@ -183,7 +183,8 @@ void AccelerationLevel::solve(const StateView& s) {
   for (int i = 0; i < n; ++i) x[i] = assembly_.Q[i];
   calc_constraint_bias(s.v, x + n);
   for (int i = 0; i < m; ++i) x[n + i] = -x[n + i];
-  solve_kkt(x);
+  const auto refined = [this](double* b) { kkt_solver_->solve_refined(kkt_.values().data(), b); };
+  stabilization_.augmented ? iterate_multipliers(x, n + m, stabilization_.inverse_alpha, refined) : refined(x);
   solved_at_ = point;
 }
 

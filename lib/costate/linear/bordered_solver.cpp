@@ -168,6 +168,8 @@ BorderedSolver::BorderedSolver(const SparsePattern& pattern, const std::vector<i
   for (const Group& g : groups_) inner += g.unknowns.size();
   work_.resize(inner);
   border_work_.resize(2 * b);
+  given_.resize(static_cast<std::size_t>(n));
+  left_.resize(static_cast<std::size_t>(n));
   scale_.assign(static_cast<std::size_t>(n), 1);
   entry_scale_.resize(place_.size());
 }
@@ -295,6 +297,17 @@ void BorderedSolver::solve(double* b, int columns) {
     for (std::size_t i = 0; i < border_.size(); ++i)
       b[border_[i]] = scale_[static_cast<std::size_t>(border_[i])] * s[i];
   }
+}
+
+void BorderedSolver::solve_refined(const double* values, double* b) {
+  if (border_.empty()) return solve(b);  // row exchanges alone
+  const auto n = static_cast<std::size_t>(pattern_.cols);
+  std::copy_n(b, n, given_.begin());
+  solve(b);
+  std::copy(given_.begin(), given_.end(), left_.begin());
+  add_product(pattern_, values, -1, b, left_.data());
+  solve(left_.data());
+  for (std::size_t i = 0; i < n; ++i) b[i] += left_[i];
 }
 
 void BorderedSolver::solve_transposed(double* b, int columns) {

@@ -24,6 +24,10 @@ class KktSolver {
   void forget_pivots();
   /// In place, `columns` right-hand sides one after the other.
   void solve(double* b, int columns = 1) { by_groups_ ? grouped().solve(b, columns) : sparse().solve(b, columns); }
+  /// The same of one right-hand side, as exactly by groups as by row exchanges; `values` are those of factor().
+  void solve_refined(const double* values, double* b) {
+    by_groups_ ? grouped().solve_refined(values, b) : sparse().solve(b);
+  }
   void solve_transposed(double* b, int columns = 1) {
     by_groups_ ? grouped().solve_transposed(b, columns) : sparse().solve_transposed(b, columns);
   }

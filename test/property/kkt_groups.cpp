@@ -92,7 +92,7 @@ TEST_CASE("kkt groups: what is solved by groups is what is solved by KLU, in eve
 
 TEST_CASE("kkt groups: bodies are groups and joints their border, small mechanisms are one", "[kkt]") {
   const auto groups_of = [](const std::string& model) {
-    Assembly assembly(Scene::load(std::string(COSTATE_MODELS_DIR) + "/" + model).mechanism(), ParameterSelection{});
+    Assembly assembly(Scene::load(COSTATE_MODELS_DIR "/" + model).mechanism(), ParameterSelection{});
     const Kkt kkt(assembly, 0);
     return kkt_groups(assembly, kkt.matrix.pattern());
   };

@@ -70,6 +70,77 @@ MORE
        {"MORE", ""}});
 }
 
+/// A block on rough ground that another one, thrown past it, pulls by a spring: it sticks, slides and sticks.
+inline std::string pulled_block(const SceneWords& own) {
+  return with_own_words(R"(
+[gravity]
+UP_m_per_s2 = -9.81
+[point.block]
+x_m = 0
+y_m = 0
+Z_BLOCK
+[mass.block]
+point = "block"
+mass_kg = 0.5
+[point.puller]
+PULLER
+[mass.puller]
+point = "puller"
+mass_kg = 1.5
+[spring.S]
+from = "block"
+to = "puller"
+stiffness_N_per_m = 30
+damping_N_s_per_m = 0.2
+natural_length_m = 0.95
+[point.nail]
+ground = true
+NAIL
+[spring.hanger]
+from = "nail"
+to = "puller"
+stiffness_N_per_m = 40
+natural_length_m = 1.4
+[contact.floor]
+kind = "rigid"
+point = "block"
+closed = true
+along_m = 0
+friction = "coulomb"
+friction_coefficient = 0.8
+[start]
+given = [GIVEN]
+[run]
+t_end_s = END
+rtol = RTOL
+formulation = "index1"
+parameters = ["mass.block.mass_kg", "mass.puller.mass_kg", "spring.S.stiffness_N_per_m", "spring.S.natural_length_m", "spring.S.damping_N_s_per_m", "contact.floor.friction_coefficient"]
+[[cost.running]]
+kind = "square"
+output = "block.ALONG"
+target = 0.4
+[[cost.running]]
+kind = "square"
+output = "floor.friction_force"
+weight = 1e-3
+[[cost.terminal]]
+kind = "value"
+output = "floor.normal_force"
+weight = 1e-2
+MORE
+)",
+                        own,
+                        {{"UP", "z"},
+                         {"Z_BLOCK", "z_m = 0"},
+                         {"PULLER", "x_m = 0.9\ny_m = 0\nz_m = 0.3\nvx_m_per_s = 1.5\nvy_m_per_s = 0.7"},
+                         {"NAIL", "x_m = 0.8\ny_m = 0\nz_m = 2"},
+                         {"GIVEN", R"("puller.x", "puller.y", "puller.z")"},
+                         {"ALONG", "x"},
+                         {"END", "1.5"},
+                         {"RTOL", "1e-11"},
+                         {"MORE", ""}});
+}
+
 /// A solid one of 0.1 m and 1.5 kg, I = 2/5 m R^2 = 0.006.
 inline std::string sliding_ball(const SceneWords& own) {
   return with_own_words(R"(

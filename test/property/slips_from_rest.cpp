@@ -17,6 +17,7 @@
 using namespace costate;
 using costate::test::event_names;
 using costate::test::MethodWay;
+using costate::test::pulled_block;
 using costate::test::SceneWords;
 using costate::test::size_of;
 using costate::test::with_own_words;
@@ -29,74 +30,6 @@ const std::vector<MethodWay> unlike_forward = {
     {"maggi-implicit", "idas-adjoint"}, {"index1", "hand-tangent"}, {"index1", "hand-adjoint"},
     {"index2", "hand-tangent"},         {"index2", "hand-adjoint"}, {"index3", "hand-adjoint"},
     {"maggi", "hand-tangent"},          {"maggi", "hand-adjoint"},  {"maggi-implicit", "hand-adjoint"}};
-
-/// A block on rough ground that another one, thrown past it, pulls by a spring.
-const char* const kPulled = R"(
-[gravity]
-z_m_per_s2 = -9.81
-[point.block]
-x_m = 0
-y_m = 0
-z_m = 0
-[mass.block]
-point = "block"
-mass_kg = 0.5
-[point.puller]
-x_m = 0.9
-y_m = 0
-z_m = 0.3
-vx_m_per_s = 1.5
-vy_m_per_s = 0.7
-[mass.puller]
-point = "puller"
-mass_kg = 1.5
-[spring.S]
-from = "block"
-to = "puller"
-stiffness_N_per_m = 30
-damping_N_s_per_m = 0.2
-natural_length_m = 0.95
-[point.nail]
-ground = true
-x_m = 0.8
-y_m = 0
-z_m = 2
-[spring.hanger]
-from = "nail"
-to = "puller"
-stiffness_N_per_m = 40
-natural_length_m = 1.4
-[contact.floor]
-kind = "rigid"
-point = "block"
-closed = true
-along_m = 0
-friction = "coulomb"
-friction_coefficient = 0.8
-[start]
-given = ["puller.x", "puller.y", "puller.z"]
-[run]
-t_end_s = END
-rtol = 1e-9
-formulation = "index1"
-parameters = ["mass.block.mass_kg", "mass.puller.mass_kg", "spring.S.stiffness_N_per_m", "spring.S.natural_length_m", "spring.S.damping_N_s_per_m", "contact.floor.friction_coefficient"]
-[[cost.running]]
-kind = "square"
-output = "block.x"
-target = 0.4
-[[cost.running]]
-kind = "square"
-output = "floor.friction_force"
-weight = 1e-3
-[[cost.terminal]]
-kind = "value"
-output = "block.y"
-[[cost.terminal]]
-kind = "value"
-output = "floor.normal_force"
-weight = 1e-2
-MORE
-)";
 
 /// A point on a slope that two forces push along it, of different frequencies.
 const char* const kPushed = R"(
@@ -148,6 +81,15 @@ Problem made(const char* text, SceneWords words) {
   return p;
 }
 
+/// pulled_block(), with a cost across the ground.
+Problem pulled(const std::string& end, const std::string& more = "", SceneWords words = {}) {
+  const std::string across = "[[cost.terminal]]\nkind = \"value\"\noutput = \"block.y\"\n";
+  words.insert(words.end(), {{"END", end}, {"RTOL", "1e-9"}, {"MORE", across + more}});
+  Problem p = make_problem(Scene::parse(pulled_block(words), "slip.toml"));
+  p.solver.confirm = false;
+  return p;
+}
+
 GradientResult forward(Problem p) {
   p.solver.rtol = 1e-12;
   return gradient(p, "cvodes-forward", p.parameters.values());
@@ -187,24 +129,23 @@ const std::vector<std::string> slips = {"contact.floor: slip slides"},
 // Runs' own errors: 5e-4 of the gradient at rtol 1e-7 of Adams' method, by whichever method; the others' at most 1e3
 // rtol at 1e-9 and below.
 TEST_CASE("slips from rest: gradients of one that turns", "[events]") {
-  check_unlike_forward(made(kPulled, {{"END", "0.5"}}), slips, {1e-9, 1e-11}, 1.5e3);
+  check_unlike_forward(pulled("0.5"), slips, {1e-9, 1e-11}, 1.5e3);
 }
 
 // Of adjoints alone, without the map of the slow part of the slip: 2e-2 at rtol 1e-10, and no better at others. With it
 // the errors are those of the slip before: measured 700 rtol at most at 1e-9 and 1e-11, and 1200 at 1e-7.
 TEST_CASE("slips from rest: gradients through one that turns and stops", "[events]") {
-  check_unlike_forward(made(kPulled, {{"END", "1.5"}}), slips_and_stops, {1e-7, 1e-8, 1e-9, 1e-10, 1e-11}, 2e3);
+  check_unlike_forward(pulled("1.5"), slips_and_stops, {1e-7, 1e-8, 1e-9, 1e-10, 1e-11}, 2e3);
 }
 
 // The stretch that is slow ends with the run: |w| is there 1e-3 and 1e-4 of the largest.
 TEST_CASE("slips from rest: the run ends where one is slow", "[events]") {
-  for (const char* end : {"0.512", "0.51248"})
-    check_unlike_forward(made(kPulled, {{"END", end}}), slips, {1e-8, 1e-9}, 2e3);
+  for (const char* end : {"0.512", "0.51248"}) check_unlike_forward(pulled(end), slips, {1e-8, 1e-9}, 2e3);
 }
 
 // A run whose adjoint goes along segments that are repeated, from the beginning of the slow stretch on.
 TEST_CASE("slips from rest: with few checkpoints as with many", "[events]") {
-  Problem p = made(kPulled, {{"END", "1.5"}});
+  Problem p = pulled("1.5");
   const GradientResult expected = forward(p);
   for (const long steps : {7L, 30L})
     for (const MethodWay& way : {MethodWay{"index1", "idas-adjoint"}, MethodWay{"maggi", "cvodes-adjoint"}}) {
@@ -230,7 +171,7 @@ TEST_CASE("slips from rest: gradients of one that nearly stops and turns round",
 
 // Samples along the slow stretch, one of them within 1e-5 s of the stop.
 TEST_CASE("slips from rest: samples where one is slow", "[events][samples]") {
-  Problem p = made(kPulled, {{"END", "1.5"}, {"MORE", R"(
+  Problem p = pulled("1.5", R"(
 [data.run]
 columns = ["t [s]", "y [m]"]
 rows = [[0.3, 0.1], [0.5, 0.2], [0.51, 0.1], [0.512, 0.2], [0.5124, 0.3], [0.51248, 0.1], [0.6, 0.1]]
@@ -239,7 +180,7 @@ data = "run"
 column = "y"
 sigma = 0.2
 output = "block.y"
-)"}});
+)");
   const GradientResult expected = forward(p);
   for (const MethodWay& way :
        {MethodWay{"index1", "idas-adjoint"}, MethodWay{"index1", "cvodes-adjoint"}, MethodWay{"index2", "idas-adjoint"},
@@ -287,8 +228,7 @@ TEST_CASE("slips from rest: along a line, against the closed form", "[events]") 
 
 // Constraints that depend on each other serve the map as well: two bars that hold the same point.
 TEST_CASE("slips from rest: beside redundant constraints", "[events]") {
-  Problem p = made(kPulled, {{"END", "1.5"},
-                             {"MORE", R"(
+  Problem p = pulled("1.5", R"(
 [point.Q]
 x_m = 0
 y_m = 3
@@ -309,9 +249,8 @@ length_m = 1
 from = "O"
 to = "Q"
 length_m = 1
-)"},
-                             {"\"puller.x\", \"puller.y\", \"puller.z\"",
-                              "\"puller.x\", \"puller.y\", \"puller.z\", \"Q.x\", \"Q.y\""}});
+)",
+                     {{"GIVEN", R"("puller.x", "puller.y", "puller.z", "Q.x", "Q.y")"}});
   p.formulation = "augmented-lagrangian";
   const GradientResult expected = forward(p);
   CHECK(event_names(expected.events) == slips_and_stops);
@@ -321,7 +260,7 @@ length_m = 1
 // Explicit steps do not get on there, and where they do their derivative is of another direction (2.2 times the
 // gradient off); those of implicit ones are 5e-7 off at any rtol where the slip stops.
 TEST_CASE("slips from rest: what does not carry them says so", "[events]") {
-  Problem p = made(kPulled, {{"END", "0.4"}});
+  Problem p = pulled("0.4");
   const std::vector<double> rho = p.parameters.values();
   for (const MethodWay& way : {MethodWay{"index2", "discrete-tangent"}, MethodWay{"index2", "discrete-adjoint"},
                                MethodWay{"maggi-implicit", "discrete-adjoint"}}) {

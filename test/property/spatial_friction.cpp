@@ -10,6 +10,7 @@
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/method.h"
+#include "property/sliding_in_space.h"
 #include "support/with_words.h"
 
 using namespace costate;
@@ -192,74 +193,14 @@ TEST_CASE("rigid friction in space: no direction of the ground is another one", 
 
 namespace {
 
-// A block on rough ground that another one, thrown along `VX, VY`, pulls by a spring: it sticks, slides and sticks.
-const char* pulled_in_space = R"(
-[gravity]
-UP_m_per_s2 = -9.81
-[point.block]
-x_m = 0
-y_m = 0
-Z_BLOCK
-[mass.block]
-point = "block"
-mass_kg = 0.5
-[point.puller]
-PULLER
-[mass.puller]
-point = "puller"
-mass_kg = 1.5
-[spring.S]
-from = "block"
-to = "puller"
-stiffness_N_per_m = 30
-damping_N_s_per_m = 0.2
-natural_length_m = 0.95
-[point.nail]
-ground = true
-NAIL
-[spring.hanger]
-from = "nail"
-to = "puller"
-stiffness_N_per_m = 40
-natural_length_m = 1.4
-[contact.floor]
-kind = "rigid"
-point = "block"
-closed = true
-along_m = 0
-friction = "coulomb"
-friction_coefficient = 0.8
-[start]
-given = [GIVEN]
-[run]
-t_end_s = 1.5
-rtol = 1e-11
-formulation = "index1"
-parameters = ["mass.block.mass_kg", "mass.puller.mass_kg", "spring.S.stiffness_N_per_m", "spring.S.natural_length_m", "spring.S.damping_N_s_per_m", "contact.floor.friction_coefficient"]
-[[cost.running]]
-kind = "square"
-output = "block.ALONG"
-target = 0.4
-[[cost.running]]
-kind = "square"
-output = "floor.friction_force"
-weight = 1e-3
-[[cost.terminal]]
-kind = "value"
-output = "floor.normal_force"
-weight = 1e-2
-)";
-
 Problem pulled_along(const std::string& puller, const std::string& nail, const std::string& along, bool space) {
-  return make_problem(Scene::parse(
-      with_words(pulled_in_space,
-                 {{"UP", space ? "z" : "y"},
-                  {"GIVEN", space ? "\"puller.x\", \"puller.y\", \"puller.z\"" : "\"puller.x\", \"puller.y\""},
-                  {"Z_BLOCK", space ? "z_m = 0" : ""},
-                  {"PULLER", puller},
-                  {"NAIL", nail},
-                  {"ALONG", along}}),
-      "pulled.toml"));
+  costate::test::SceneWords words{{"PULLER", puller}, {"NAIL", nail}, {"ALONG", along}};
+  if (!space) {
+    words.emplace_back("UP", "y");
+    words.emplace_back("GIVEN", R"("puller.x", "puller.y")");
+    words.emplace_back("Z_BLOCK", "");
+  }
+  return make_problem(Scene::parse(costate::test::pulled_block(words), "pulled.toml"));
 }
 
 const std::vector<std::string> pulled_events = {"contact.floor: slip slides", "contact.floor: stop sticks"};

@@ -19,8 +19,7 @@ namespace {
 /// Backward error of a solve: eps times a small growth of pivots, and of what they have lost (kLeastPivot).
 constexpr double kSolve = 1e-13, kSolveAtWorst = 1e-11;
 
-/// A chain of bodies of 3 unknowns, 2 of the border between each two of them, unsymmetric; or with a border of one row
-/// of 30 that all bodies have in common.
+/// A chain of bodies of 3 unknowns, 2 of the border between each two of them, unsymmetric.
 struct Chain {
   SparsePattern pattern;
   std::vector<int> group;
@@ -205,12 +204,14 @@ TEST_CASE("bordered solver: what would cancel is refused, and KKT matrices take 
     CHECK(x[kSecond] == Approx(2.5).epsilon(1e-14));  // m2 a2 + l2 = 3
     CHECK(kkt.sparse_factorizations() == round);
   }
-  // Another scale, and groups serve again once nothing of before plays a part.
+  // Groups are not tried for ever, and serve again once nothing of before plays a part.
+  REQUIRE(kkt.factor(values(1, 2).data()) == -1);
+  CHECK(kkt.pivot_order() > 0);
   kkt.forget_pivots();
   REQUIRE(kkt.factor(values(1, 2).data()) == -1);
   CHECK(kkt.pivot_order() < 0);
-  CHECK(kkt.sparse_factorizations() == 8);
-  CHECK(kkt.factorizations() == 9);
+  CHECK(kkt.sparse_factorizations() == 9);
+  CHECK(kkt.factorizations() == 10);
   std::vector<double> kept(kkt.saved_size());
   kkt.save(kept.data());
   const long order = kkt.pivot_order();
@@ -235,6 +236,42 @@ TEST_CASE("bordered solver: what would cancel is refused, and KKT matrices take 
   CHECK(merged.sparse_factorizations() == 0);
   CHECK(y[1] == Approx(0.5).epsilon(1e-14));
   CHECK(y[3] == Approx(2.5).epsilon(1e-14));
+}
+
+TEST_CASE("bordered solver: a sparse border's pivots are watched, too", "[linear]") {
+  // A chain of 20 bodies along the first of their two unknowns, and one row more between the last two, which is another
+  // one's but for a part of the second unknown.
+  constexpr int kBodies = 20, kRows = 2 * kBodies, kMore = kRows + kBodies;
+  std::vector<std::pair<int, int>> at;
+  const auto link = [&](int row, int unknown) {
+    at.emplace_back(row, unknown);
+    at.emplace_back(unknown, row);
+  };
+  for (int i = 0; i < 2 * kBodies; ++i) at.emplace_back(i, i);
+  for (int i = 0; i < kBodies; ++i) {
+    link(kRows + i, 2 * i);
+    if (i > 0) link(kRows + i, 2 * i - 2);
+  }
+  for (const int back : {1, 2, 4}) link(kMore, 2 * kBodies - back);
+  const SparsePattern p = SparsePattern::from_entries(kMore + 1, kMore + 1, at);
+  std::vector<int> group(kMore + 1, -1);
+  for (int i = 0; i < 2 * kBodies; ++i) group[static_cast<std::size_t>(i)] = i / 2;
+  BorderedSolver solver(p, group);
+  for (const double part : {1.0, 1e-5}) {
+    VectorXd v = VectorXd::Zero(p.entries());
+    const auto set = [&](int row, int unknown, double x) { v[p.find(row, unknown)] = v[p.find(unknown, row)] = x; };
+    for (int i = 0; i < 2 * kBodies; ++i) v[p.find(i, i)] = 1;
+    for (int i = 0; i < kBodies; ++i) {
+      set(kRows + i, 2 * i, 1);
+      if (i > 0) set(kRows + i, 2 * i - 2, -1);
+    }
+    set(kMore, 2 * kBodies - 2, 1);
+    set(kMore, 2 * kBodies - 4, -1);
+    set(kMore, 2 * kBodies - 1, part);
+    solver.forget_scale();
+    CHECK(solver.factor(v.data()) == (part == 1.0));
+    CHECK(solver.weak_groups().empty());
+  }
 }
 
 TEST_CASE("bordered solver: an entry between two groups, and what is not finite", "[linear]") {
@@ -301,8 +338,16 @@ TEST_CASE("bordered solver: a group that is singular by itself is one with its n
   REQUIRE(solver.restore(first, kept.data()));
   check(regular);
   // And from the beginning again.
+  REQUIRE(solver.factor(values(0).data()) == -1);
   solver.forget_pivots();
   REQUIRE(solver.factor(regular.data()) == -1);
   CHECK_FALSE(solver.restore(first, kept.data()));
   check(regular);
+  KktSolver fresh(p, group);
+  REQUIRE(fresh.factor(regular.data()) == -1);
+  const VectorXd b = random.vector(n + m);
+  VectorXd x = b, y = b;
+  solver.solve(x.data());
+  fresh.solve(y.data());
+  CHECK(x == y);
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "costate/adjoint/block_jumps.h"
+#include "costate/assembly/packed_state.h"
 #include "costate/base/error.h"
 #include "costate/element/guarded_force.h"
 
@@ -46,11 +47,7 @@ std::vector<ForceKink> find_force_kinks(Assembly& assembly, const Objective& obj
       times,
       [&](double t, std::vector<double>& values, std::vector<std::size_t>& ends) {
         motion(t, point.data());
-        StateView s;
-        s.t = t;
-        s.q = point.data();
-        s.v = s.q + assembly.n();
-        s.z = s.v + assembly.n();
+        StateView s = packed_view(t, point.data(), assembly.n());
         s.a = s.lambda = rest.data();
         assembly.calc_partials(s);
         gradient.set_zero();

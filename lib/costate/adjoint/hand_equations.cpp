@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "costate/analysis/start.h"
+#include "costate/assembly/packed_state.h"
 #include "costate/assembly/slip_directions.h"
 #include "costate/level/solved_end.h"
 
@@ -70,12 +71,7 @@ void HandEquations::finalize() {
 }
 
 void HandEquations::evaluate(double t, const double* qvz) {
-  StateView s;
-  s.t = t;
-  s.q = qvz;
-  s.v = qvz + n_;
-  s.z = qvz + 2 * n_;
-  solve_motion(s);
+  solve_motion(packed_view(t, qvz, n_));
   running_known_ = false;
   current_ = recalled_ = -1;
   A_.set_zero();

@@ -8,6 +8,7 @@
 
 #include "costate/adjoint/hessian_equations.h"
 #include "costate/adjoint/steep_begins.h"
+#include "costate/assembly/packed_state.h"
 #include "costate/base/error.h"
 
 namespace costate {
@@ -211,11 +212,7 @@ bool cost_bends(const VectorXd& before, const VectorXd& after, const VectorXd& s
 void HessianEquations::append_blocks(double t, const double* y, std::vector<double>& values,
                                      std::vector<std::size_t>& ends) {
   const std::vector<double> rest(static_cast<std::size_t>(std::max(n_, m_)), 0.0);
-  StateView s;
-  s.t = t;
-  s.q = y;
-  s.v = y + n_;
-  s.z = y + 2 * n_;
+  StateView s = packed_view(t, y, n_);
   s.a = s.lambda = rest.data();
   const auto add = [&](const double* x, std::size_t count) {
     values.insert(values.end(), x, x + count);

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 
+#include "costate/assembly/packed_state.h"
 #include "costate/assembly/rolling_rows.h"
 #include "costate/assembly/sliding_terms.h"
 #include "costate/level/solved_end.h"
@@ -52,14 +53,7 @@ void HessianEquations::start(double t, double* y, double* tangents) {
   S << s.q_rho * directions_, s.v_rho * directions_, s.z_rho * directions_;
 }
 
-StateView HessianEquations::view(double t, const double* y) const {
-  StateView s;
-  s.t = t;
-  s.q = y;
-  s.v = y + n_;
-  s.z = y + 2 * n_;
-  return s;
-}
+StateView HessianEquations::view(double t, const double* y) const { return packed_view(t, y, n_); }
 
 void HessianEquations::solve_tangent(double t, const double* y, const double* tangents) {
   level_.solve(view(t, y));

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "costate/assembly/packed_state.h"
 #include "costate/base/error.h"
 #include "costate/level/unknown_names.h"
 
@@ -71,14 +72,7 @@ void DiscreteScheme::lay_out() {
   r_ = parts(numbers_.data());
 }
 
-StateView DiscreteScheme::view(double t, const double* y) const {
-  StateView s;
-  s.t = t;
-  s.q = y;
-  s.v = y + n_;
-  s.z = y + 2 * n_;
-  return s;
-}
+StateView DiscreteScheme::view(double t, const double* y) const { return packed_view(t, y, n_); }
 
 AccelerationLevel& DiscreteScheme::level() {
   if (!level_) level_ = std::make_unique<AccelerationLevel>(assembly_, Stabilization{});

@@ -1,6 +1,7 @@
 #include "costate/formulation/acceleration_ode.h"
 
 #include "costate/analysis/start.h"
+#include "costate/assembly/packed_state.h"
 #include "costate/level/solved_end.h"
 #include "costate/level/unknown_names.h"
 
@@ -18,15 +19,7 @@ AccelerationOde::AccelerationOde(std::shared_ptr<const Mechanism> mechanism, Par
   if (!assembly_.has_switched_rows()) pulled_partials_.emplace(assembly_);
 }
 
-StateView AccelerationOde::view(double t, const double* y) const {
-  const int n = assembly_.n();
-  StateView s;
-  s.t = t;
-  s.q = y;
-  s.v = y + n;
-  s.z = y + 2 * n;
-  return s;
-}
+StateView AccelerationOde::view(double t, const double* y) const { return packed_view(t, y, assembly_.n()); }
 
 MechanismState AccelerationOde::mechanism_state(double t, const double* y) {
   level_.solve(view(t, y));

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "costate/linear/kkt_solver.h"
+#include "costate/mechanism/coordinate_parts.h"
 
 namespace costate {
 
@@ -34,79 +35,74 @@ double density(const SparsePattern& kkt, const std::vector<int>& group) {
   for (const auto& [g, n] : size) places += n * (n + static_cast<double>(border[g].size()));
   return places > 0 ? entries / places : 0;
 }
+/// Of each row the coordinates that it moves.
+std::vector<std::vector<int>> coordinates_of_rows(const Assembly& assembly) {
+  std::vector<std::vector<int>> coordinates(static_cast<std::size_t>(assembly.m()));
+  const SparsePattern& jacobian = assembly.jacobian();
+  for (std::size_t j = 0; j < static_cast<std::size_t>(assembly.n()); ++j)
+    for (auto k = jacobian.column_start[j]; k < jacobian.column_start[j + 1]; ++k)
+      coordinates[static_cast<std::size_t>(jacobian.row[static_cast<std::size_t>(k)])].push_back(static_cast<int>(j));
+  return coordinates;
+}
+
+/// group[n + r] of the rows; false where too many meet in one group on the border.
+bool join_rows(const Assembly& assembly, std::vector<int>& group, std::vector<int>& size) {
+  const auto n = static_cast<std::size_t>(assembly.n());
+  const std::vector<std::vector<int>> coordinates = coordinates_of_rows(assembly);
+  // Those of the fewest coordinates first: without the lengths of Euler parameters a body's masses are singular.
+  std::vector<std::size_t> rows(coordinates.size());
+  std::iota(rows.begin(), rows.end(), std::size_t{0});
+  std::stable_sort(rows.begin(), rows.end(),
+                   [&](std::size_t a, std::size_t b) { return coordinates[a].size() < coordinates[b].size(); });
+  std::vector<std::size_t> meet(size.size(), 0);
+  for (const std::size_t r : rows) {
+    std::set<int> in;
+    for (const int j : coordinates[r]) in.insert(group[static_cast<std::size_t>(j)]);
+    const int first = in.empty() ? -1 : *in.begin();
+    if (in.size() == 1 && first >= 0 && size[static_cast<std::size_t>(first)] < kLargestGroup) {
+      group[n + r] = first;
+      ++size[static_cast<std::size_t>(first)];
+      continue;
+    }
+    for (const int g : in)
+      if (g >= 0 && ++meet[static_cast<std::size_t>(g)] > kMostRows) return false;
+  }
+  return true;
+}
+
+/// Rows that others name by their normal force go to the border with them.
+void keep_linked_rows_together(const SparsePattern& kkt, std::size_t n, std::vector<int>& group) {
+  for (bool moved = true; std::exchange(moved, false);)
+    for (std::size_t j = n; j < group.size(); ++j)
+      for (auto k = kkt.column_start[j]; k < kkt.column_start[j + 1]; ++k) {
+        const auto i = static_cast<std::size_t>(kkt.row[static_cast<std::size_t>(k)]);
+        if (i < n || group[i] == group[j] || group[i] < 0 || group[j] < 0) continue;
+        group[i] = group[j] = -1;
+        moved = true;
+      }
+}
+
 }  // namespace
 
 std::vector<int> kkt_groups(const Assembly& assembly, const SparsePattern& kkt) {
-  const int n = assembly.n(), m = assembly.m();
-  if (n + m <= kLargestGroup) {
-    std::vector<int> one(static_cast<std::size_t>(n + m), 0);
-    return density(kkt, one) < kLeastDensity ? std::vector<int>{} : one;
-  }
-  // Coordinates that masses link.
-  std::vector<int> root(static_cast<std::size_t>(n));
-  std::iota(root.begin(), root.end(), 0);
-  const auto find = [&](int i) {
-    while (root[static_cast<std::size_t>(i)] != i)
-      i = root[static_cast<std::size_t>(i)] = root[static_cast<std::size_t>(root[static_cast<std::size_t>(i)])];
-    return i;
-  };
-  std::vector<bool> moves(static_cast<std::size_t>(n), false);
-  for (const auto& body : assembly.mechanism().bodies()) {
-    const auto& c = body->coordinates();
-    for (const int i : c) {
-      moves[static_cast<std::size_t>(i)] = true;
-      root[static_cast<std::size_t>(find(i))] = find(c.front());
+  const auto n = static_cast<std::size_t>(assembly.n()), all = n + static_cast<std::size_t>(assembly.m());
+  std::vector<int> group(all, all <= kLargestGroup ? 0 : -1);
+  if (all > kLargestGroup) {
+    const std::vector<int> part = body_parts(assembly.mechanism());
+    std::vector<bool> moves(n, false);  // what has no mass is on the border
+    for (const auto& body : assembly.mechanism().bodies())
+      for (const int i : body->coordinates()) moves[static_cast<std::size_t>(i)] = true;
+    std::map<int, int> number;
+    std::vector<int> size;
+    for (std::size_t i = 0; i < n; ++i) {
+      if (!moves[i]) continue;
+      group[i] = number.emplace(part[i], static_cast<int>(number.size())).first->second;
+      size.resize(number.size());
+      if (++size[static_cast<std::size_t>(group[i])] > kLargestGroup) return {};
     }
+    if (!join_rows(assembly, group, size)) return {};
+    keep_linked_rows_together(kkt, n, group);
   }
-  std::vector<int> group(static_cast<std::size_t>(n + m), -1), size;
-  for (int i = 0; i < n; ++i) {
-    if (!moves[static_cast<std::size_t>(i)]) continue;  // without masses: on the border
-    int& g = group[static_cast<std::size_t>(find(i))];
-    if (g < 0) {
-      g = static_cast<int>(size.size());
-      size.push_back(0);
-    }
-    group[static_cast<std::size_t>(i)] = g;
-    if (++size[static_cast<std::size_t>(g)] > kLargestGroup) return {};
-  }
-  // Rows of one group join it, those of the fewest coordinates first: without the lengths of Euler parameters a body's
-  // masses are singular.
-  std::vector<std::vector<int>> columns(static_cast<std::size_t>(m));
-  const SparsePattern& jacobian = assembly.jacobian();
-  for (int j = 0; j < n; ++j)
-    for (auto k = jacobian.column_start[static_cast<std::size_t>(j)];
-         k < jacobian.column_start[static_cast<std::size_t>(j) + 1]; ++k)
-      columns[static_cast<std::size_t>(jacobian.row[static_cast<std::size_t>(k)])].push_back(j);
-  std::vector<int> rows(static_cast<std::size_t>(m));
-  std::iota(rows.begin(), rows.end(), 0);
-  std::stable_sort(rows.begin(), rows.end(), [&](int a, int b) {
-    return columns[static_cast<std::size_t>(a)].size() < columns[static_cast<std::size_t>(b)].size();
-  });
-  std::vector<std::size_t> meet(size.size(), 0);
-  for (const int r : rows) {
-    std::vector<int> in;
-    for (const int j : columns[static_cast<std::size_t>(r)]) in.push_back(group[static_cast<std::size_t>(j)]);
-    std::sort(in.begin(), in.end());
-    in.erase(std::unique(in.begin(), in.end()), in.end());
-    if (in.size() == 1 && in[0] >= 0 && size[static_cast<std::size_t>(in[0])] < kLargestGroup) {
-      group[static_cast<std::size_t>(n + r)] = in[0];
-      ++size[static_cast<std::size_t>(in[0])];
-    } else {
-      for (const int g : in)
-        if (g >= 0 && ++meet[static_cast<std::size_t>(g)] > kMostRows) return {};
-    }
-  }
-  // Rows that others name by their normal force go with them.
-  for (bool moved = true; std::exchange(moved, false);)
-    for (int j = n; j < n + m; ++j)
-      for (auto k = kkt.column_start[static_cast<std::size_t>(j)];
-           k < kkt.column_start[static_cast<std::size_t>(j) + 1]; ++k) {
-        const auto i = static_cast<std::size_t>(kkt.row[static_cast<std::size_t>(k)]),
-                   col = static_cast<std::size_t>(j);
-        if (static_cast<int>(i) < n || group[i] == group[col] || group[i] < 0 || group[col] < 0) continue;
-        group[i] = group[col] = -1;
-        moved = true;
-      }
   return density(kkt, group) < kLeastDensity ? std::vector<int>{} : group;
 }
 

@@ -28,8 +28,8 @@ class BorderedSolver {
   /// The next factor() chooses the scaling from its own values, so that results no longer depend on earlier ones.
   void forget_scale() { scaled_ = false; }
   /// In place, `columns` right-hand sides one after the other.
-  void solve(double* b, int columns = 1);
-  void solve_transposed(double* b, int columns = 1);
+  void solve(double* b, int columns = 1) { solve_either(b, columns, false); }
+  void solve_transposed(double* b, int columns = 1) { solve_either(b, columns, true); }
   /// The same of one right-hand side, corrected once by what it leaves of the equations: S squares the condition of
   /// what joints do to bodies, errors are 1e-13 and now 1e-15 on the full vehicle. `values`: those of the factors.
   void solve_refined(const double* values, double* b);
@@ -45,27 +45,35 @@ class BorderedSolver {
 
  private:
   struct Group {
-    std::vector<int> unknowns, border;  // the border's in its own numbering
-    std::size_t block, left;            // in data_: L U and Y, column by column; X^T
-    std::size_t order;                  // in orders_
+    int size = 0;
+    std::size_t first = 0;            // of unknown_
+    std::vector<int> border = {};     // the rows of S that it links
+    std::size_t block = 0, left = 0;  // in data_: L U and Y, column by column; X^T
+  };
+  struct Entry {
+    std::size_t entry, place;  // of the pattern; in data_
+    double scale = 1;
   };
   void choose_scale(const double* values);
-  void solve_border(double* x, bool transposed);
+  void solve_either(double* b, int columns, bool transposed);
+  void solve_border(double* s, bool transposed);
+  std::size_t saved_numbers() const;
+  std::size_t saved_pivots() const;
 
   const SparsePattern& pattern_;
   std::vector<Group> groups_;
-  std::vector<int> border_;                     // its unknowns
-  std::vector<std::size_t> place_;              // of each entry in data_
-  std::vector<std::size_t> entries_, between_;  // those that are in it, and those between two groups
-  std::vector<double> scale_;                   // of unknowns, powers of two
-  std::vector<double> entry_scale_;             // of entries
-  std::vector<double> data_;                    // blocks, then S
-  std::vector<int> orders_;                     // rows of blocks as they were exchanged, then those of S
-  std::size_t border_block_ = 0, border_order_ = 0;
-  SparsePattern border_pattern_;       // of S, where it is sparse
+  std::size_t border_ = 0, rows_ = 0;  // where it begins in unknown_; of S
+  std::vector<std::size_t> unknown_;   // group by group, then the border's
+  std::vector<Entry> entries_;
+  std::vector<std::size_t> between_;  // entries between two groups
+  std::vector<double> scale_;         // of unknowns, powers of two
+  std::vector<double> data_;          // blocks, then S
+  std::vector<int> pivots_;           // exchanges of rows, as unknown_
+  std::size_t border_block_ = 0;
+  SparsePattern border_pattern_;       // of S
   std::vector<std::size_t> products_;  // of each group's pairs, group by group, the place of S
-  std::unique_ptr<KluSolver> sparse_;
-  std::vector<double> work_, border_work_, given_, left_;
+  std::unique_ptr<KluSolver> sparse_;  // of S; or null
+  std::vector<double> work_, given_, left_;
   std::vector<int> weak_;
   bool scaled_ = false;
   long scaling_ = 0;

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
+
+#include "costate/linear/short_vectors.h"
 
 namespace costate {
 
@@ -44,51 +47,61 @@ void solve_cholesky(const double* L, int n, double* b) {
   }
 }
 
-int factor_lu(double* A, int n, int* pivots) {
+int factor_lu(double* A, int n, int columns, int* pivots, double least) {
   for (int k = 0; k < n; ++k) {
     double* a = column(A, n, k);
     int p = k;
     for (int i = k + 1; i < n; ++i)
       if (std::abs(a[i]) > std::abs(a[p])) p = i;
     pivots[k] = p;
-    if (!(std::abs(a[p]) > 0) || !std::isfinite(a[p])) return k;
+    if (!(std::abs(a[p]) > least) || !std::isfinite(a[p])) return k;
     if (p != k)
-      for (int j = 0; j < n; ++j) std::swap(column(A, n, j)[k], column(A, n, j)[p]);
-    for (int i = k + 1; i < n; ++i) a[i] /= a[k];
-    for (int j = k + 1; j < n; ++j) {
+      for (int j = 0; j < columns; ++j) std::swap(column(A, n, j)[k], column(A, n, j)[p]);
+    a[k] = 1 / a[k];
+    for (int i = k + 1; i < n; ++i) a[i] *= a[k];
+    for (int j = k + 1; j < columns; ++j) {
       double* c = column(A, n, j);
-      const double x = c[k];
-      if (x == 0) continue;
-      for (int i = k + 1; i < n; ++i) c[i] -= x * a[i];
+      if (c[k] != 0) subtract(c[k], a + k + 1, n - k - 1, c + k + 1);
     }
   }
   return -1;
 }
 
 void solve_lu(const double* LU, int n, const int* pivots, double* b) {
-  for (int k = 0; k < n; ++k) std::swap(b[k], b[pivots[k]]);
-  for (int k = 0; k < n; ++k) {
-    const double* l = column(LU, n, k);
-    for (int i = k + 1; i < n; ++i) b[i] -= b[k] * l[i];
-  }
-  for (int k = n - 1; k >= 0; --k) {
-    const double* u = column(LU, n, k);
-    b[k] /= u[k];
-    for (int i = 0; i < k; ++i) b[i] -= b[k] * u[i];
-  }
+  exchange(pivots, n, b);
+  solve_lower(LU, n, b);
+  solve_upper(LU, n, b);
 }
 
 void solve_lu_transposed(const double* LU, int n, const int* pivots, double* b) {
-  for (int k = 0; k < n; ++k) {
-    const double* u = column(LU, n, k);
-    for (int i = 0; i < k; ++i) b[k] -= u[i] * b[i];
-    b[k] /= u[k];
-  }
-  for (int k = n - 1; k >= 0; --k) {
-    const double* l = column(LU, n, k);
-    for (int i = k + 1; i < n; ++i) b[k] -= l[i] * b[i];
-  }
+  solve_upper_transposed(LU, n, b);
+  solve_lower_transposed(LU, n, b);
+  exchange_back(pivots, n, b);
+}
+
+void exchange(const int* pivots, int n, double* b) {
+  for (int k = 0; k < n; ++k) std::swap(b[k], b[pivots[k]]);
+}
+void exchange_back(const int* pivots, int n, double* b) {
   for (int k = n - 1; k >= 0; --k) std::swap(b[k], b[pivots[k]]);
+}
+
+void solve_lower(const double* LU, int n, double* b) {
+  for (int k = 0; k < n - 1; ++k)
+    if (b[k] != 0) subtract(b[k], column(LU, n, k) + k + 1, n - k - 1, b + k + 1);
+}
+void solve_upper(const double* LU, int n, double* b) {
+  for (int k = n - 1; k >= 0; --k) {
+    const double* u = column(LU, n, k);
+    b[k] *= u[k];
+    subtract(b[k], u, k, b);
+  }
+}
+void solve_lower_transposed(const double* LU, int n, double* b) {
+  for (int k = n - 1; k >= 0; --k) b[k] -= dot(column(LU, n, k) + k + 1, b + k + 1, n - k - 1);
+}
+void solve_upper_transposed(const double* LU, int n, double* b) {
+  for (int k = 0; k < n; ++k) b[k] = (b[k] - dot(column(LU, n, k), b, k)) * column(LU, n, k)[k];
 }
 
 }  // namespace costate

@@ -125,15 +125,12 @@ bool KktSolver::merge_weak() {
 int KktSolver::factor(const double* values) {
   ++factorizations_;
   by_groups_ = false;
-  if (!groupings_.empty() && refused_ < kPatience) do
-      by_groups_ = grouped().factor(values);
-    while (!by_groups_ && merge_weak());
-  if (by_groups_) {
-    refused_ = 0;
-    return -1;
+  if (!groupings_.empty() && refused_ < kPatience) {
+    by_groups_ = grouped().factor(values);
+    while (!by_groups_ && merge_weak()) by_groups_ = grouped().factor(values);
   }
-  ++refused_;
-  return sparse().factor(values);
+  refused_ = by_groups_ ? 0 : refused_ + 1;
+  return by_groups_ ? -1 : sparse().factor(values);
 }
 
 void KktSolver::forget_pivots() {

@@ -8,7 +8,9 @@
 
 namespace costate {
 
-/// One number a coordinate, the same for those of one part.
+/// One number a coordinate, that of one of them, the same for those of one part.
 std::vector<int> coordinate_parts(const Mechanism& mechanism);
+/// The same of what bodies alone link.
+std::vector<int> body_parts(const Mechanism& mechanism);
 
 }  // namespace costate

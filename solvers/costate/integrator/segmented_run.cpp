@@ -9,6 +9,7 @@
 #include <string>
 #include <type_traits>
 
+#include "costate/assembly/packed_state.h"
 #include "costate/integrator/session_counters.h"
 #include "costate/integrator/unknown_sizes.h"
 
@@ -185,9 +186,7 @@ template <class Session, class SystemType>
 void SegmentedRun<Session, SystemType>::keep_met(const Jump& jump) {
   const int mode = system_.mode(), n = system_.assembly().n(), nz = system_.assembly().nz();
   system_.use_mode(jump.before);
-  const StateView s = system_.kinematic_state(jump.t, jump.y.data());
-  MetEvent& e = met_.emplace_back(MetEvent{jump.t, jump.event, {}});
-  for (const auto& [x, count] : {std::pair{s.q, n}, {s.v, n}, {s.z, nz}}) e.qvz.insert(e.qvz.end(), x, x + count);
+  met_.push_back({jump.t, jump.event, packed(system_.kinematic_state(jump.t, jump.y.data()), n, nz)});
   system_.use_mode(mode);
 }
 

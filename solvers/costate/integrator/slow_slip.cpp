@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "costate/assembly/packed_state.h"
 #include "costate/base/error.h"
 #include "costate/discrete/explicit_scheme.h"
 #include "costate/element/force/rigid_contact.h"
@@ -54,16 +55,9 @@ SlowSlip::SlowSlip(const Assembly& of_run, const Objective& objective, const Mot
   events_.carry_slips_from_rest();
 }
 
-StateView SlowSlip::view(double t, const double* x) const {
-  StateView s;
-  s.t = t;
-  s.q = x;
-  s.v = x + n_;
-  s.z = x + 2 * n_;
-  return s;
+double SlowSlip::speed(double t, const Columns& Y) {
+  return events_.slowest_from_rest(packed_view(t, Y.data(), n_)).speed;
 }
-
-double SlowSlip::speed(double t, const Columns& Y) { return events_.slowest_from_rest(view(t, Y.data())).speed; }
 
 MotionEvents::Side SlowSlip::side(const StateView& s) {
   level_.solve(s);
@@ -76,7 +70,7 @@ MotionEvents::Side SlowSlip::side(const StateView& s) {
 
 SlowSlip::Columns SlowSlip::rates(double t, const Columns& Y) {
   Columns F = Columns::Zero(Y.rows(), Y.cols());
-  level_.solve(view(t, Y.data()));
+  level_.solve(packed_view(t, Y.data(), n_));
   level_.linearize();
   const StateView s = level_.state();
   const std::vector<double> zdot = assembly_.zdot;
@@ -188,10 +182,10 @@ bool SlowSlip::run(const SlowStretch& stretch, double slowest, double rtol, doub
 void SlowSlip::cross(int event, double t, Columns& Y) {
   const std::vector<double> x(Y.data(), Y.data() + size_);
   std::vector<double> after = x;
-  const StateView before = view(t, x.data());
+  const StateView before = packed_view(t, x.data(), n_);
   const MotionEvents::Side minus = side(before);
   events_.cross(event, before, after.data() + n_, after.data() + 2 * n_);
-  const MotionEvents::Side plus = side(view(t, after.data()));
+  const MotionEvents::Side plus = side(packed_view(t, after.data(), n_));
   level_.solve(before);  // where impulses are solved for
   Eigen::MatrixXd directions = Eigen::MatrixXd::Zero(np_, size_ + np_);
   directions.rightCols(np_).setIdentity();

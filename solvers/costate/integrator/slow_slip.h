@@ -39,7 +39,6 @@ class SlowSlip {
   bool run(const SlowStretch& stretch, double slowest, double rtol, double& t, Columns& Y);
   void cross(int event, double t, Columns& Y);
   double speed(double t, const Columns& Y);
-  StateView view(double t, const double* x) const;
   MotionEvents::Side side(const StateView& s);
 
   Assembly assembly_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "costate/assembly/packed_state.h"
 #include "costate/base/error.h"
 
 namespace costate {
@@ -22,7 +23,7 @@ void SlowStretches::look(double t, const double* y, const double* yp, Point& at)
   if (!(at.slowest.part < 2)) return;  // nothing slides from rest
   at.y.assign(y, y + size);
   at.yp.assign(yp ? yp : y, yp ? yp + size : y);
-  for (const auto& [x, count] : {std::pair{s.q, n}, {s.v, n}, {s.z, nz}}) at.qvz.insert(at.qvz.end(), x, x + count);
+  at.qvz = packed(s, n, nz);
 }
 
 void SlowStretches::open(const Point& at) {
@@ -95,10 +96,8 @@ void SlowStretches::jump(const Jump& jump, double t_after, const double* y_after
     all_.back().stop = jump.event;
     Point after;
     const int n = system_.assembly().n(), nz = system_.assembly().nz();
-    const StateView s = system_.look_state(t_after, y_after);
+    after.qvz = packed(system_.look_state(t_after, y_after), n, nz);
     after.mode = system_.mode();
-    for (const auto& [x, count] : {std::pair{s.q, n}, {s.v, n}, {s.z, nz}})
-      after.qvz.insert(after.qvz.end(), x, x + count);
     close(jump.t, y_after, after);
   } else if (goes_on_) {
     close(jump.t, jump.y.data(), now_);

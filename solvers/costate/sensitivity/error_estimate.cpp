@@ -160,19 +160,19 @@ void watch_penalty(const Problem& problem, const std::vector<double>& rho, Gradi
   const double allowed = std::max(kSaid, 1e3 * problem.solver.rtol);
   ErrorEstimate e;
   double psi = 0, gradient = 0;
-  const auto is_more = [&](const Problem& of, const auto& with) {
-    e = apart(with(), run(of));
+  const auto is_more = [&](const GradientResult& own, const GradientResult& changed) {
+    e = apart(own, changed);
     psi = e.psi / share / std::max(std::abs(result.psi), problem.solver.absolute());
     gradient = size > 0 ? largest_scaled(problem.parameters, e.gradient) / share / size : 0;
     return psi > allowed || gradient > allowed;
   };
   try {
     const Unsaid another;
-    if (!is_more(other, [&] { return result; })) return;
+    if (!is_more(result, run(other))) return;
     if (!problem.solver.resolve) {  // two gradients that are not resolved differ by their errors as well
       Problem own = problem;
       own.solver.resolve = other.solver.resolve = true;
-      if (!is_more(other, [&] { return run(own); })) return;
+      if (!is_more(run(own), run(other))) return;
     }
   } catch (const SolverError&) {
     return;

@@ -157,3 +157,41 @@ TEST_CASE("walker: straight legs pass each other only where a foot is let pass",
     CHECK((ahead > 4) == let_pass);
   }
 }
+
+// Started a million times slower it falls over backwards. At 2.38 s the right foot reaches the ground 2 ms before it
+// falls behind the other one, within one step of Radau's schemes: they let it pass (psi 0.80).
+TEST_CASE("walker: a foot that reaches the ground within the step in which it falls behind", "[walker]") {
+  const Scene scene = Scene::load(
+      COSTATE_MODELS_DIR "/walker/arc_feet.toml",
+      {"body.left.vx_m_per_s=4.7822453e-8", "body.left.vy_m_per_s=-4.78240e-10",
+       "body.left.angular_velocity_rad_per_s=-2.39124223e-7", "body.right.angular_velocity_rad_per_s=-1.85432519e-7"});
+  Problem p = make_problem(scene, {"slope"});
+  for (const auto& [formulation, integrator] : {std::pair{"index2", "radau5"},
+                                                {"index2", "radau9"},
+                                                {"maggi-implicit", "radau9"},
+                                                {"penalty", "idas"},
+                                                {"baumgarte", "cvodes"}}) {
+    p.formulation = formulation;
+    p.solver.integrator = integrator;
+    p.solver.rtol = 1e-8;
+    CAPTURE(formulation, integrator);
+    // By all of them at 1e-10 and 1e-12: 4.3077108; the motion makes some 500 rtol of errors.
+    CHECK(simulate(p, p.parameters.values()).psi == Approx(4.3077108).epsilon(5e-6));
+  }
+}
+
+// Behind a touch the first steps are as short as the rounding of their estimates, which the bound of rates on forces
+// that bend took for errors: steps of 1e-10 s for good.
+TEST_CASE("walker: Radau's steps grow behind a touch at tight tolerances", "[walker]") {
+  Problem p = walker("soft_points.toml", {});
+  p.formulation = "index2";
+  for (const double rtol : {1e-10, 1e-12})
+    for (const auto& [integrator, most] : {std::pair{"radau5", 16'000L}, {"radau9", 2'500L}}) {
+      p.solver.integrator = integrator;
+      p.solver.rtol = rtol;
+      CAPTURE(integrator, rtol);
+      const Simulation run = simulate(p, p.parameters.values());
+      CHECK(run.psi == Approx(0.5752773868).epsilon(1e-8));  // radau9 at 1e-12: 0.575277386839
+      CHECK(run.counters.steps < most);                      // 7,957 and 1,073 at rtol 1e-12
+    }
+}

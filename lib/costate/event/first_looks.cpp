@@ -29,6 +29,7 @@ void MotionEvents::begin(const StateView& at) {
   s.z = z.data();
   s.a = nullptr;
   s.lambda = at.lambda ? lambda.data() : nullptr;
+  nearest_pass_.reset();
   for (ContactOf& c : contacts_) {  // another run begins
     if (!(s.t < c.decided)) continue;
     c.largest_approach = fastest_ = 0;

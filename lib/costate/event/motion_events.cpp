@@ -12,6 +12,7 @@
 #include "costate/event/contact_gap.h"
 #include "costate/event/contact_ways.h"
 #include "costate/event/guard_value.h"
+#include "costate/event/let_pass.h"
 #include "costate/event/spatial_slip.h"
 #include "costate/mechanism/coordinate_parts.h"
 #include "costate/mechanism/guarded_forces.h"
@@ -178,6 +179,9 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
       GuardOf& g = guards_[i];
       const int direction = g.guarded->guard_direction(g.k);
       const double at_last_look = std::exchange(g.last, after_[i]);
+      double a = begin, b = end;
+      const bool comes = !std::isnan(after_[i]);
+      if (a < b && comes == std::isnan(at_last_look)) meet_condition(g, comes, a, b, after_[i], at);
       if (std::isnan(after_[i])) {
         g.ready = g.just_left = false;
         continue;
@@ -190,7 +194,6 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
         after_[i] = along(g, at(end));
       }
       const auto reach = [&](const StateView& s) { return turns ? along(g, s) : value(g, s); };
-      double a = begin, b = end;
       if (g.just_left) {
         // It may begin a little below the ground, by what the integrator has let it drift, and what lets go leaves with
         // the cube of time: only beyond rounding it has left.
@@ -256,6 +259,10 @@ std::optional<MotionEvents::Hit> MotionEvents::find(double from, double to,
       }
       // A slip that turns by a right angle between two looks does not stop.
       if (turns && value(g, at(b)) > kWrongWay * fastest_ + kSlidingOffset) continue;
+      if (!turns && meets_alike(*g.force, *g.guarded, g.k, at(b), assembly_, 0, errors_of_meeting())) {
+        g.ready = false;
+        continue;
+      }
       if (!first || b < first->t) first = Hit{b, static_cast<int>(i)};
     }
     if (first) {

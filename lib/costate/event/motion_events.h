@@ -82,6 +82,15 @@ class MotionEvents {
   /// called for each step once, in order of time.
   std::optional<Hit> find(double from, double to, const std::function<StateView(double)>& at);
 
+  /// Where a guard came to be looked at, or ceased to be, and was nearly zero: what errors decide. The nearest one of
+  /// the run so far, by parts of `size`, the largest coordinate.
+  struct Pass {
+    double t = 0;
+    std::string event;
+    double gap = 0, size = 0;
+  };
+  const std::optional<Pass>& nearest_pass() const { return nearest_pass_; }
+
   /// The kink of a driver has changed the velocities to those of this state: throws SolverError where the impulses take
   /// a closed contact's ground to pull, or its friction beyond its limit, or a slide to its other way.
   void require_pushing(const StateView& behind, const std::vector<double>& v_before);
@@ -205,6 +214,12 @@ class MotionEvents {
   std::optional<Hit> find_unresolved(double from, double to, const std::function<StateView(double)>& at);
   /// Where within a step guards are looked at, its ends among them; nowhere if none of them can cross in it.
   void choose_looks(double from, double to, const std::function<StateView(double)>& at);
+  /// In event/let_pass.cpp: the guard comes to be looked at between a and b, or ceases to be; what of the look is left
+  /// to find a crossing in, and the guard's value at its end.
+  void meet_condition(GuardOf& g, bool comes, double& a, double& b, double& at_end,
+                      const std::function<StateView(double)>& at);
+  /// [m], in which feet alike may be in one place (event/let_pass.h).
+  double errors_of_meeting() const;
   void load(const GuardOf& g, const StateView& s);
   void require_direction(const GuardOf& g, double along, const StateView& s);
   /// When in (begin, end] a contact that has left without having been seen to, as it does where what lifts it vanishes
@@ -332,6 +347,7 @@ class MotionEvents {
   std::vector<double> jump_, compressed_;  // u; and v behind the compression
   double fastest_ = 0;                     // largest speed of any coordinate so far
   double reach_ = 0;                       // largest position of what has gaps so far
+  std::optional<Pass> nearest_pass_;
   std::vector<double> looks_;
   std::vector<GapTrace::Look> trace_;
   double looked_until_ = std::numeric_limits<double>::quiet_NaN();

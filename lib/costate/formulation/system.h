@@ -140,6 +140,8 @@ class System {
   void end_unresolved_slips(double rtol, double atol) {
     if (events_) events_->end_unresolved_slips(rtol, atol);
   }
+  /// The run's events, or null.
+  const MotionEvents* motion_events() const { return events_.get(); }
   const std::string& event_name(int event) const { return events_->name(event); }
   std::string event_mode(int event) const { return events_->mode(event); }
   /// Of the event that the last jump() crossed: by how much the state jumped that did so most, in its own unit.

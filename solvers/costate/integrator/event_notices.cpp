@@ -78,9 +78,19 @@ std::optional<std::pair<double, std::string>> grazed_touch(const GrazingWatch& w
                                            at->event, at->t, at->depth, at->depth / at->range, rtol)};
 }
 
-void tell_of_grazing(const GrazingWatch& watch, double rtol) {
-  if (const auto g = grazed_touch(watch, rtol))
-    notice(g->second + ". Move the motion away from there, or take a smaller rtol.");
+std::optional<std::string> touch_let_pass(const MotionEvents& events, double rtol) {
+  const std::optional<MotionEvents::Pass>& at = events.nearest_pass();
+  if (!at || std::abs(at->gap) > kHair * rtol * at->size) return {};
+  return fmt::format(
+      "'{}' comes to where it may be, or is not any more, at t = {:.9g} s, {:.2g} m from zero: errors of "
+      "that size decide whether it comes, or is let pass (rtol {:g})",
+      at->event, at->t, std::abs(at->gap), rtol);
+}
+
+void tell_of_grazing(const GrazingWatch& watch, const MotionEvents* events, double rtol) {
+  const char* what = ". Move the motion away from there, or take a smaller rtol.";
+  if (const auto g = grazed_touch(watch, rtol)) notice(g->second + what);
+  if (const auto text = events ? touch_let_pass(*events, rtol) : std::nullopt) notice(*text + what);
 }
 
 void refuse_grazing(const GrazingWatch& watch, double rtol) {

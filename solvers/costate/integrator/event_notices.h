@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "costate/event/grazing_watch.h"
+#include "costate/event/motion_events.h"
 #include "costate/problem/problem.h"
 
 namespace costate {
@@ -14,8 +15,10 @@ namespace costate {
 /// What there is to say of the touch that is most nearly missed, if errors may decide whether it comes: how many
 /// tolerances deep it is, and a sentence.
 std::optional<std::pair<double, std::string>> grazed_touch(const GrazingWatch& watch, double rtol);
-/// The sentence as a notice, or for a gradient as a SolverError where it is too near.
-void tell_of_grazing(const GrazingWatch& watch, double rtol);
+/// Of a touch that is let pass, or not, as it comes a hair above or below the ground to where it may touch: a sentence.
+std::optional<std::string> touch_let_pass(const MotionEvents& events, double rtol);
+/// The sentences as notices (events: or null), or for a gradient as a SolverError where it is too near.
+void tell_of_grazing(const GrazingWatch& watch, const MotionEvents* events, double rtol);
 void refuse_grazing(const GrazingWatch& watch, double rtol);
 
 /// Of what happens in the instant in which the run ends, or begins (for gradients); `kinks` are those of drivers.

@@ -212,7 +212,7 @@ void FixedRun::conclude(Simulation& result) const {
   result.end = end_;
   for (const auto& text : watch_->warnings()) notice(text);
   if (const double drift = watch_->told_drift(); drift > 0) widen_error(result, drift * result.psi);
-  tell_of_grazing(grazing_, problem_.solver.rtol);
+  tell_of_grazing(grazing_, scheme_->motion_events(), problem_.solver.rtol);
   tell_of_end(problem_, result, kinks_);
   require_finite(result);
 }

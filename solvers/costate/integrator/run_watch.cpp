@@ -118,7 +118,7 @@ void RunWatch::conclude(Simulation& result) const {
         "At rtol {:g} each of the {} steps may be off by that much: no digit of the motion or of psi is promised. A "
         "smaller rtol (1e-4) costs little more.",
         problem_.solver.rtol, result.counters.steps));
-  tell_of_grazing(grazing_, problem_.solver.rtol);
+  tell_of_grazing(grazing_, system_.motion_events(), problem_.solver.rtol);
   open_costs_.tell(watch_.began_redundant());
   tell_of_end(problem_, result, driver_kinks(*problem_.mechanism, system_.assembly().numbers()));
   require_cycle(problem_, result.psi);

@@ -28,6 +28,7 @@ template <class Point, class Ground = ContactSurface<Point>>
 class Contact : public ForceOf<Contact<Point, Ground>>,
                 public ContactChain<Point, Ground>,
                 public GuardedForce,
+                public ConditionalGuard,
                 public GapElement,
                 public PowerTouch {
   using Points = ContactChain<Point, Ground>;
@@ -159,6 +160,9 @@ class Contact : public ForceOf<Contact<Point, Ground>>,
   double guard_value(int k, const LocalState& s) const override {
     if (k % 2 == 0 && !is_ahead(k / 2, s.q, s.p)) return std::nan("");
     return gap(k / 2, arguments(s));
+  }
+  Other other(int k, const LocalState& s) const override {
+    return k % 2 == 0 ? this->other_of(k / 2, s) : Other{std::nan(""), std::nan("")};
   }
   int gap_count() const override { return count(); }
   GapMotion gap_motion(int i, const LocalState& s) const override { return gap_motion_of(i, s); }

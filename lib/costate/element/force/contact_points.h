@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "costate/element/conditional_guard.h"
 #include "costate/element/force/contact_laws.h"
 #include "costate/element/force/contact_surface.h"
 #include "costate/element/force/road.h"
@@ -138,11 +139,22 @@ class ContactPoints {
     return m;
   }
   template <class S>
-  bool is_ahead(int i, const S* q, const S* p) const {
-    if (ahead_of_.empty()) return true;
+  double ahead(int i, const S* q, const S* p) const {
     const At& other = ahead_of_.front();
-    const S* own = q + size();
-    return value_of(along(i, q, p)) > value_of(other.surface.along(0, own, p + kGround, p + other.numbers));
+    return value_of(along(i, q, p)) - value_of(other.surface.along(0, q + size(), p + kGround, p + other.numbers));
+  }
+  template <class S>
+  bool is_ahead(int i, const S* q, const S* p) const {
+    return ahead_of_.empty() || ahead(i, q, p) > 0;
+  }
+  /// Of point i; on a road the other one's gap is not asked for.
+  ConditionalGuard::Other other_of(int i, const LocalState& s) const {
+    ConditionalGuard::Other out{std::nan(""), std::nan("")};
+    if (ahead_of_.empty()) return out;
+    const At& other = ahead_of_.front();
+    out.ahead = ahead(i, s.q, s.p);
+    if constexpr (!on_road) out.guard = other.surface.gap(s.q + size(), s.p + kGround, s.p + other.numbers);
+    return out;
   }
   template <class S>
   bool touches(int i, const ContactArguments<S>& x) const {

@@ -10,12 +10,13 @@
 #include <string>
 #include <vector>
 
+#include "costate/element/conditional_guard.h"
 #include "costate/element/force/contact_surface.h"
 #include "costate/element/guarded_force.h"
 
 namespace costate {
 
-class Latch final : public ForceOf<Latch>, public GuardedForce {
+class Latch final : public ForceOf<Latch>, public GuardedForce, public ConditionalGuard {
  public:
   static constexpr int kStiffness = 0, kDamping = 1, kAngle = 2, kHolds = 3, kGround = 4,
                        kNumbers = kGround + ContactSurface<PlanarPoint>::kNumbers;
@@ -73,6 +74,10 @@ class Latch final : public ForceOf<Latch>, public GuardedForce {
   std::string past_at_start(int) const override { return {}; }
   PathDual guard(int k, const MeasureArguments& x) const override { return guard_of(k, x.q, x.p); }
   double guard_value(int k, const LocalState& s) const override { return guard_of(k, s.q, s.p); }
+  Other other(int k, const LocalState& s) const override {
+    if (k != 1 || points_.size() != 2) return {std::nan(""), std::nan("")};
+    return {ahead(s.q, s.p), gap(points_[1], s.q, s.p)};
+  }
   void transition(int k, const MeasureArguments&, PathDual* z_after) const override {
     z_after[0] = PathDual(k == 0 ? 1.0 : 0.0);
   }
@@ -95,11 +100,19 @@ class Latch final : public ForceOf<Latch>, public GuardedForce {
   template <class S>
   S guard_of(int k, const S* q, const S* p) const {
     if (k == 0) return difference(q) - p[kAngle];
+    if (points_.size() == 2 && !(ahead(q, p) > 0)) return S(std::nan(""));
+    return gap(points_[0], q, p);
+  }
+  template <class S>
+  double ahead(const S* q, const S* p) const {
     const auto along = [&](const At& at) {
       return value_of(at.surface.along(0, q + at.coordinates, p + kGround, p + at.numbers));
     };
-    if (points_.size() == 2 && !(along(points_[0]) > along(points_[1]))) return S(std::nan(""));
-    return points_[0].surface.gap(q + points_[0].coordinates, p + kGround, p + points_[0].numbers);
+    return along(points_[0]) - along(points_[1]);
+  }
+  template <class S>
+  static S gap(const At& at, const S* q, const S* p) {
+    return at.surface.gap(q + at.coordinates, p + kGround, p + at.numbers);
   }
 
   int angles_;

@@ -8,8 +8,10 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "costate/element/conditional_guard.h"
 #include "costate/element/constraint/contact_rows.h"
 #include "costate/element/force/contact_surface.h"
 #include "costate/element/unilateral_force.h"
@@ -20,7 +22,7 @@ namespace costate {
 inline constexpr double kSlidingOffset = 1e-9;
 
 template <class Point>
-class RigidContact final : public Force, public UnilateralForce, public GapElement {
+class RigidContact final : public Force, public UnilateralForce, public ConditionalGuard, public GapElement {
  public:
   using Surface = ContactSurface<Point>;
   static constexpr int kRestitution = 0, kFriction = 1, kClosing = 2, kGround = 3,
@@ -98,6 +100,11 @@ class RigidContact final : public Force, public UnilateralForce, public GapEleme
     if (is_stop(k)) return speed(s.q, s.v, s.z, s.p);
     return s.lambda ? pressed(k, s.lambda, s.p) : std::nan("");
   }
+  Other other(int k, const LocalState& s) const override {
+    if (k != 0 || ahead_of_.empty()) return {std::nan(""), std::nan("")};
+    const auto [q, p] = of_other(s.q, s.p);
+    return {ahead(s.q, s.p), ahead_of_.front().gap(q, s.p + kGround, p)};
+  }
   int gap_count() const override { return 1; }
   GapMotion gap_motion(int, const LocalState& s) const override {
     return surface_.gap_motion(s.q, s.v, s.p + kGround, s.p + kNumbers);
@@ -173,12 +180,20 @@ class RigidContact final : public Force, public UnilateralForce, public GapEleme
       return -p[kFriction] * lambda[0] - sqrt(lambda[1] * lambda[1] + lambda[2] * lambda[2] + S(1e-300));
     return k == 2 ? lambda[1] - p[kFriction] * lambda[0] : -lambda[1] - p[kFriction] * lambda[0];
   }
+  /// Where the other point's coordinates and numbers begin.
+  template <class S>
+  std::pair<const S*, const S*> of_other(const S* q, const S* p) const {
+    return {q + surface_.point().size(), p + kNumbers + surface_.point().numbers().size()};
+  }
+  template <class S>
+  double ahead(const S* q, const S* p) const {
+    const auto [own, numbers] = of_other(q, p);
+    return value_of(surface_.along(0, q, p + kGround, p + kNumbers)) -
+           value_of(ahead_of_.front().along(0, own, p + kGround, numbers));
+  }
   template <class S>
   bool is_ahead(const S* q, const S* p) const {
-    if (ahead_of_.empty()) return true;
-    const S *own = q + surface_.point().size(), *numbers = p + kNumbers + surface_.point().numbers().size();
-    return value_of(surface_.along(0, q, p + kGround, p + kNumbers)) >
-           value_of(ahead_of_.front().along(0, own, p + kGround, numbers));
+    return ahead_of_.empty() || ahead(q, p) > 0;
   }
 
   Surface surface_;

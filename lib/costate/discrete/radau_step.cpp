@@ -19,6 +19,8 @@ constexpr double kLargeStageNoise = 1e-9;
 constexpr int kMostStageIterations = 25;
 // Where corrections do not fall by this, the step is too long for one Jacobian.
 constexpr double kSlowStages = 0.7;
+// What the estimate of an error keeps of its digits, in parts of the unknowns.
+constexpr double kEstimateRounding = 16 * kUnitRounding;
 // A step of this part of another is an instant.
 constexpr double kInstantOfStep = 1e-12;
 // Corrections of this part of the absolute tolerance are nothing.
@@ -274,19 +276,22 @@ StepEstimate RadauStep::estimate(double rtol, const double* atol) {
   }
   matrix_->filter(change.data());
   const auto tolerance = [&](int e) { return atol[e] + rtol * std::max(std::abs(start()[e]), std::abs(end()[e])); };
-  double off = 0, moved = 0;
+  double off = 0, moved = 0, rounding = 0;
   int count = 0;
   for (int e = 0; e < n_; ++e) {
     const auto k = static_cast<std::size_t>(e);
     if (!unknowns[k].differential || !unknowns[k].in_norm) continue;
-    const double x = change[k] / tolerance(e), d = (end()[e] - start()[e]) / tolerance(e);
+    const double x = change[k] / tolerance(e), d = (end()[e] - start()[e]) / tolerance(e),
+                 u = kEstimateRounding * start()[e] / tolerance(e);
     off += x * x;
     moved += d * d;
+    rounding += u * u;
     ++count;
   }
   off = count > 0 ? std::sqrt(off / count) : 0;
   moved = count > 0 ? std::sqrt(moved / count) : 0;
-  StepEstimate r{off, moved > 1 ? off / moved : 0};
+  // Of a short step the estimate is the rounding of what it is made of, which no shorter one makes less.
+  StepEstimate r{off, moved > 1 && off * off * count > rounding ? off / moved : 0};
   if (has_cost_) {
     double cost = 0;
     for (int i = 0; i <= s; ++i)

@@ -275,9 +275,9 @@ bool SundialsSession<Api>::advance_segment(double t, Trajectory* trajectory, con
     }
     begun_.reset();
     const double own_end = step_end_;
-    double held = own_end;
-    if (passed_over(begin, held) && step_end_ <= begin) continue;
-    auto event = system_.find_event(begin, step_end_, [&](double at) { return within_step(at, held); });
+    looks_.forget();
+    if (passed_over(begin) && step_end_ <= begin) continue;
+    auto event = system_.find_event(begin, step_end_, [&](double at) { return within_step(at, own_end); });
     if (event && *event >= options_.events_until) {
       system_.forget_event();
       event.reset();
@@ -286,7 +286,7 @@ bool SundialsSession<Api>::advance_segment(double t, Trajectory* trajectory, con
       step_end_ = *event;
       passed_.reset();
     }
-    if (held != own_end || step_end_ != own_end) interpolate(step_end_);
+    if (step_end_ != own_end) interpolate(step_end_);
     ended_ = event || system_.segment_ends(step_end_, y());
     const bool led = asks_for_lead();
     restart_ = !ended_ && step_end_ < options_.t_end && (led || passed_ || was_too_long(step_end_));
@@ -303,20 +303,20 @@ bool SundialsSession<Api>::advance_segment(double t, Trajectory* trajectory, con
 }
 
 template <class Api>
-const double* SundialsSession<Api>::within_step(double t, double& held) {
-  if (t != held) check(Api::dky(memory_, t, 0, y_), "interpolation");
-  held = t;
-  return y();
+const double* SundialsSession<Api>::within_step(double t, double own_end) {
+  const auto interpolate = [&](double at, N_Vector state) { check(Api::dky(memory_, at, 0, state), "interpolation"); };
+  return t == own_end ? y() : looks_.at(t, interpolate).data();
 }
 
 template <class Api>
-bool SundialsSession<Api>::passed_over(double begin, double& held) {
+bool SundialsSession<Api>::passed_over(double begin) {
   if (!touches_) return false;
-  passed_ = touches_->look(begin, step_end_, [&](double t) { return look_within_step(t, held); });
-  if (!passed_) return false;
-  step_end_ = system_.begins_at_step_ends() ? begin : passed_->from;
-  if (step_end_ <= begin) ended_ = restart_ = true;
-  return true;
+  passed_ = touches_->look(begin, step_end_, [&](double t) {
+    return look_state(system_, t, within_step(t, step_end_), touches_->needs_accelerations());
+  });
+  if (passed_) step_end_ = system_.begins_at_step_ends() ? begin : passed_->from;
+  if (passed_ && step_end_ <= begin) ended_ = restart_ = true;
+  return passed_.has_value();
 }
 
 template <class Api>

@@ -20,6 +20,7 @@
 #include "costate/integrator/pace_watch.h"
 #include "costate/integrator/segment.h"
 #include "costate/integrator/stall_watch.h"
+#include "costate/integrator/step_looks.h"
 #include "costate/integrator/trajectory.h"
 #include "costate/problem/problem.h"
 #include "costate/sundials/callback_guard.h"
@@ -184,7 +185,7 @@ class SundialsSession {
   bool bounded() const { return plan_ || start_.look.to > start_time_; }
   double limit(double t, const double* y);
   /// Of the step just taken: whether it has passed over a touch; it then ends earlier, and a new session goes on.
-  bool passed_over(double begin, double& held);
+  bool passed_over(double begin);
   /// After a step that ends at t, where the plan asks for far shorter ones: a new session goes on (segment.h).
   bool was_too_long(double t) const;
   /// The step that ended at t, 0 where none did.
@@ -198,11 +199,8 @@ class SundialsSession {
   void remember(double t);
   void solve(double to, double* reached, bool one_step);
   void interpolate(double t);
-  /// y at a time of the step just taken; `held`: the time at which y is now.
-  const double* within_step(double t, double& held);
-  MechanismState look_within_step(double t, double& held) {
-    return look_state(system_, t, within_step(t, held), touches_->needs_accelerations());
-  }
+  /// y at a time of the step just taken, whose own end y_ is at.
+  const double* within_step(double t, double own_end);
   void record_step(double begin, double end, Trajectory& trajectory);
   /// Before the run back: the times at which SUNDIALS has to stop on the way.
   void read_checkpoints();
@@ -224,6 +222,7 @@ class SundialsSession {
   std::shared_ptr<const StepPlan> plan_, plan_back_;  // or null
   TouchWatch* touches_ = nullptr;
   bool smooth_ = false;
+  StepLooks<Vector> looks_{[this] { return Vector(y_.size(), context_); }};
   std::optional<TouchLook> passed_;                                         // at the end of the segment
   double ahead_of_ = std::numeric_limits<double>::quiet_NaN(), ahead_ = 0;  // the plan's last answer, and when
   double place_ = std::numeric_limits<double>::quiet_NaN();                 // the last time that the plan had asked for

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "costate/base/error.h"
-
 namespace costate {
 
 namespace {
@@ -17,26 +15,23 @@ constexpr double kSlow = 0.5;
 constexpr int kMostCorrections = 20, kTogetherFor = 10;
 // Factors of an earlier step: of the same length but for rounding, and as long as a correction leaves so little.
 constexpr double kSameStep = 1e-6, kQuick = 0.03, kSlowKept = 0.15;
-
-const RadauScheme& scheme_of_order_5() {
-  const RadauScheme* scheme = find_radau_scheme("radau5");
-  if (scheme == nullptr || scheme->stages != LinearStages::kStages) throw Error("radau5 has no three stages.");
-  return *scheme;
-}
 }  // namespace
 
-LinearStages::LinearStages(const HandEquations& equations)
-    : eq_(equations), scheme_(scheme_of_order_5()), n_(equations.size()) {
+LinearStages::LinearStages(const HandEquations& equations, const RadauScheme& scheme)
+    : eq_(equations), scheme_(scheme), s_(scheme.stages), n_(equations.size()) {
   real_ = std::make_unique<KluSolver>(eq_.pattern());
-  complex_ = std::make_unique<ComplexKluSolver>(eq_.pattern());
   values_.resize(eq_.pattern().row.size());
-  complex_values_.resize(values_.size());
+  for (std::size_t k = 1; k < scheme.shift.size(); ++k)
+    complex_.push_back(std::unique_ptr<Complex>(
+        new Complex{ComplexKluSolver(eq_.pattern()), std::vector<std::complex<double>>(values_.size()),
+                    std::vector<std::complex<double>>(static_cast<std::size_t>(n_))}));
+  A_.resize(static_cast<std::size_t>(s_));
+  D_.resize(static_cast<std::size_t>(s_));
   mean_A_ = mean_D_ = values_;
-  complex_right_.resize(static_cast<std::size_t>(n_));
   real_right_.resize(n_);
   row_scale_.resize(n_);
   column_scale_.resize(n_);
-  for (auto& f : flow_) f.resize(n_);
+  flow_.resize(n_, s_);
   in_D_.assign(values_.size(), 0);
   for (int j = 0; j < n_; ++j)
     for (auto e = eq_.pattern().column_start[j]; e < eq_.pattern().column_start[j + 1]; ++e) column_.push_back(j);
@@ -74,11 +69,14 @@ bool LinearStages::keeps_factors() const {
 bool LinearStages::factor_apart() {
   const SparsePattern& p = eq_.pattern();
   for (std::size_t e = 0; e < values_.size(); ++e) {
-    mean_A_[e] = (A_[0][e] + A_[1][e] + A_[2][e]) / kStages;
-    mean_D_[e] = (D_[0][e] + D_[1][e] + D_[2][e]) / kStages;
+    mean_A_[e] = mean_D_[e] = 0;
+    for (std::size_t i = 0; i < A_.size(); ++i) {
+      mean_A_[e] += A_[i][e] / s_;
+      mean_D_[e] += D_[i][e] / s_;
+    }
   }
   for (int i = 0; i < n_; ++i) row_scale_[i] = std::pow(std::abs(h_), eq_.step_power(i));
-  const std::complex<double> real_step = h_ / scheme_.shift[0], complex_step = h_ / scheme_.shift[1];
+  const double real_step = h_ / scheme_.shift[0].real();
   for (int j = 0; j < n_; ++j) {
     const auto first = p.column_start[static_cast<std::size_t>(j)],
                last = p.column_start[static_cast<std::size_t>(j) + 1];
@@ -88,20 +86,24 @@ bool LinearStages::factor_apart() {
       const int row = static_cast<int>(p.row[at]);
       const double scale = row_scale_[row];
       const bool differential = eq_.differential(row);
-      values_[at] = scale * (differential ? mean_D_[at] - real_step.real() * mean_A_[at] : mean_A_[at]);
-      complex_values_[at] = scale * (differential ? mean_D_[at] - complex_step * mean_A_[at] : mean_A_[at]);
+      values_[at] = scale * (differential ? mean_D_[at] - real_step * mean_A_[at] : mean_A_[at]);
+      for (std::size_t k = 0; k < complex_.size(); ++k)
+        complex_[k]->values[at] =
+            scale * (differential ? mean_D_[at] - h_ / scheme_.shift[k + 1] * mean_A_[at] : mean_A_[at]);
       largest = std::max(largest, std::abs(values_[at]));
     }
     const double scale = largest > 0 ? 1 / largest : 1;
     column_scale_[j] = scale;
     for (auto e = first; e < last; ++e) {
       values_[static_cast<std::size_t>(e)] *= scale;
-      complex_values_[static_cast<std::size_t>(e)] *= scale;
+      for (auto& c : complex_) c->values[static_cast<std::size_t>(e)] *= scale;
     }
   }
-  factorizations_ += 2;
+  factorizations_ += 1 + static_cast<long>(complex_.size());
   slowest_rate_ = 0;
-  fresh_ = real_->factor(values_.data()) < 0 && complex_->factor(complex_values_.data()) < 0;
+  fresh_ = real_->factor(values_.data()) < 0 && std::all_of(complex_.begin(), complex_.end(), [](const auto& c) {
+             return c->solver.factor(c->values.data()) < 0;
+           });
   factored_h_ = fresh_ ? h_ : 0;
   return fresh_;
 }
@@ -112,7 +114,7 @@ int LinearStages::factor_together() {
   way_ = Way::together;
   const SparsePattern& p = eq_.pattern();
   if (!matrix_) {
-    matrix_ = std::make_unique<BlockMatrix>(kStages * n_);
+    matrix_ = std::make_unique<BlockMatrix>(s_ * n_);
     std::vector<std::pair<int, int>> entries;
     for (int j = 0; j < n_; ++j)
       for (auto e = p.column_start[j]; e < p.column_start[j + 1]; ++e)
@@ -121,27 +123,28 @@ int LinearStages::factor_together() {
     for (int j = 0; j < n_; ++j)
       for (auto e = differential_rows_.column_start[j]; e < differential_rows_.column_start[j + 1]; ++e)
         differential_of_.push_back(p.find(static_cast<int>(differential_rows_.row[e]), j));
-    for (int i = 0; i < kStages; ++i)
-      for (int j = 0; j < kStages; ++j) block_[i][j] = matrix_->place(i == j ? p : differential_rows_, i * n_, j * n_);
+    block_.resize(s_, s_);
+    for (int i = 0; i < s_; ++i)
+      for (int j = 0; j < s_; ++j) block_(i, j) = matrix_->place(i == j ? p : differential_rows_, i * n_, j * n_);
     matrix_->finalize();
     together_ = std::make_unique<KluSolver>(matrix_->pattern());
     part_.resize(differential_of_.size());
     scaled_.resize(matrix_->values().size());
-    all_rows_scale_.resize(kStages * n_);
-    all_columns_scale_.resize(kStages * n_);
+    all_rows_scale_.resize(s_ * n_);
+    all_columns_scale_.resize(s_ * n_);
   }
   matrix_->set_zero();
   const Eigen::MatrixXd& a = scheme_.a;
-  for (int i = 0; i < kStages; ++i) {
+  for (int i = 0; i < s_; ++i) {
     const auto &A = A_[static_cast<std::size_t>(i)], &D = D_[static_cast<std::size_t>(i)];
     for (std::size_t e = 0; e < p.row.size(); ++e)
       values_[e] = eq_.differential(static_cast<int>(p.row[e])) ? D[e] - h_ * a(i, i) * A[e] : A[e];
-    matrix_->add(block_[i][i], values_.data());
-    for (int j = 0; j < kStages; ++j) {
+    matrix_->add(block_(i, i), values_.data());
+    for (int j = 0; j < s_; ++j) {
       if (j == i) continue;
       for (std::size_t e = 0; e < part_.size(); ++e)
         part_[e] = -h_ * a(j, i) * A[static_cast<std::size_t>(differential_of_[e])];
-      matrix_->add(block_[j][i], part_.data());
+      matrix_->add(block_(j, i), part_.data());
     }
   }
   const SparsePattern& all = matrix_->pattern();
@@ -171,21 +174,34 @@ void LinearStages::solve_apart(const Eigen::MatrixXd& right, Eigen::MatrixXd& ou
   out.resize(right.rows(), right.cols());
   const auto &to = scheme_.t_inverse, &from = scheme_.t;
   for (Eigen::Index j = 0; j < right.cols(); ++j) {
-    const auto stage = [&](int i) { return right.col(j).segment(i * n_, n_).array(); };
-    real_right_ = row_scale_ * (to(0, 0).real() * stage(0) + to(0, 1).real() * stage(1) + to(0, 2).real() * stage(2));
-    real_->solve(real_right_.data());
+    const double* given = right.col(j).data();
     for (int row = 0; row < n_; ++row) {
-      const std::complex<double> x =
-          to(1, 0) * right(row, j) + to(1, 1) * right(n_ + row, j) + to(1, 2) * right(2 * n_ + row, j);
-      complex_right_[static_cast<std::size_t>(row)] = row_scale_[row] * x;
+      double x = 0;
+      for (int i = 0; i < s_; ++i) x += to(0, i).real() * given[i * n_ + row];
+      real_right_[row] = row_scale_[row] * x;
     }
-    complex_->solve(complex_right_.data());
+    real_->solve(real_right_.data());
+    for (std::size_t k = 0; k < complex_.size(); ++k) {
+      Complex& c = *complex_[k];
+      const auto pair = static_cast<Eigen::Index>(k) + 1;
+      for (int row = 0; row < n_; ++row) {
+        std::complex<double> x = 0;
+        for (int i = 0; i < s_; ++i) x += to(pair, i) * given[i * n_ + row];
+        c.right[static_cast<std::size_t>(row)] = row_scale_[row] * x;
+      }
+      c.solver.solve(c.right.data());
+    }
     // The conjugate gives the conjugate.
-    for (int i = 0; i < kStages; ++i)
-      for (int row = 0; row < n_; ++row)
-        out(i * n_ + row, j) =
-            column_scale_[row] * (from(i, 0).real() * real_right_[row] +
-                                  2 * (from(i, 1) * complex_right_[static_cast<std::size_t>(row)]).real());
+    for (int i = 0; i < s_; ++i)
+      for (int row = 0; row < n_; ++row) {
+        double x = from(i, 0).real() * real_right_[row];
+        for (std::size_t k = 0; k < complex_.size(); ++k) {
+          const std::complex<double> weight = from(i, static_cast<Eigen::Index>(k) + 1),
+                                     y = complex_[k]->right[static_cast<std::size_t>(row)];
+          x += 2 * (weight.real() * y.real() - weight.imag() * y.imag());
+        }
+        out(i * n_ + row, j) = column_scale_[row] * x;
+      }
   }
 }
 
@@ -193,23 +209,23 @@ void LinearStages::calc_residual(const Eigen::MatrixXd& right, const Eigen::Matr
   left.resize(right.rows(), right.cols());
   const SparsePattern& p = eq_.pattern();
   for (Eigen::Index j = 0; j < right.cols(); ++j) {
-    for (int i = 0; i < kStages; ++i) {
-      flow_[i].setZero();
+    flow_.setZero();
+    for (int i = 0; i < s_; ++i) {
       const double* x = X.col(j).data() + static_cast<std::ptrdiff_t>(i) * n_;
       const auto at = static_cast<std::size_t>(i);
-      add_product(p, A_[at].data(), 1, x, flow_[i].data());
+      add_product(p, A_[at].data(), 1, x, flow_.col(i).data());
       left.col(j).segment(i * n_, n_) = right.col(j).segment(i * n_, n_);
       double* l = left.col(j).data() + static_cast<std::ptrdiff_t>(i) * n_;
       for (const std::size_t e : D_at_) l[p.row[e]] -= D_[at][e] * x[column_[e]];
     }
-    for (int i = 0; i < kStages; ++i)
+    for (int i = 0; i < s_; ++i)
       for (int row = 0; row < n_; ++row) {
         double& r = left(i * n_ + row, j);
-        if (eq_.differential(row))
-          r += h_ *
-               (scheme_.a(i, 0) * flow_[0][row] + scheme_.a(i, 1) * flow_[1][row] + scheme_.a(i, 2) * flow_[2][row]);
-        else
-          r = right(i * n_ + row, j) - flow_[i][row];
+        if (!eq_.differential(row)) {
+          r = right(i * n_ + row, j) - flow_(row, i);
+          continue;
+        }
+        for (int l = 0; l < s_; ++l) r += h_ * scheme_.a(i, l) * flow_(row, l);
       }
   }
 }

@@ -1,14 +1,13 @@
-// The stages of a Radau IIA step (three, order 5) of the linear descriptor systems of adjoint/hand_equations.h:
-//   D_i X_i - h sum_j a_ij A_j X_j = r_i  on differential rows,   A_i X_i = r_i  on algebraic rows,   i = 1, 2, 3.
+// The stages of a Radau IIA step of the linear descriptor systems of adjoint/hand_equations.h:
+//   D_i X_i - h sum_j a_ij A_j X_j = r_i  on differential rows,   A_i X_i = r_i  on algebraic rows,   i = 1, ..., s.
 // With the mean of the stages' matrices in the place of each, and a = T diag(1/shift) T^-1, they fall apart into
-// D - (h/shift) A: a real matrix and a complex one of the size of the system. Their solutions are corrected by what
-// they leave of the system itself until nothing that counts is left; as long as that takes few corrections the factors
-// serve the next steps of the same length, too. Where fresh ones take long, all stages together are factored.
-// Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.8.
+// D - (h/shift) A: a real matrix and (s - 1)/2 complex ones of the size of the system, of an odd s. Their solutions are
+// corrected by what they leave of the system itself until nothing that counts is left; as long as that takes few
+// corrections the factors serve the next steps of the same length, too. Where fresh ones take long, all stages together
+// are factored. Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.8.
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <complex>
 #include <memory>
 #include <vector>
@@ -22,10 +21,8 @@ namespace costate {
 
 class LinearStages {
  public:
-  static constexpr int kStages = 3;
-
-  /// `equations` outlive this.
-  explicit LinearStages(const HandEquations& equations);
+  /// `equations` and `scheme` outlive this.
+  LinearStages(const HandEquations& equations, const RadauScheme& scheme);
 
   const RadauScheme& scheme() const { return scheme_; }
   /// Takes A and D of the evaluated point as those of stage i; times h of a step that prepare() is told.
@@ -33,7 +30,7 @@ class LinearStages {
   const std::vector<double>& A(int i) const { return A_[static_cast<std::size_t>(i)]; }
   /// Returns -1, or an unknown found (numerically) dependent.
   [[nodiscard]] int prepare(double h);
-  /// In place, the stages of each column below each other (3 N rows): a solution that is right to `tolerance` of the
+  /// In place, the stages of each column below each other (s N rows): a solution that is right to `tolerance` of the
   /// size of each group of unknowns in its column, or to rounding. Without a look at what it leaves where corrections
   /// of the same stages have left less than that. The same return value.
   [[nodiscard]] int solve(Eigen::MatrixXd& right, double tolerance);
@@ -60,7 +57,7 @@ class LinearStages {
 
   const HandEquations& eq_;
   const RadauScheme& scheme_;
-  int n_;
+  int s_, n_;
   double h_ = 0;
   Way way_ = Way::apart;
   int together_for_ = 0;  // steps for which the mean is not tried again
@@ -69,16 +66,21 @@ class LinearStages {
   bool fresh_ = false;       // they are of this step
   double slowest_rate_ = 0;  // of what corrections have left of errors since they were made
   double rate_ = 1;          // and of the last ones of this step
-  std::array<std::vector<double>, kStages> A_, D_;
+  std::vector<std::vector<double>> A_, D_;
   std::vector<char> in_D_;         // entries of the pattern that D has had
   std::vector<std::size_t> D_at_;  // these
   std::vector<int> column_;        // of each entry
 
   std::unique_ptr<KluSolver> real_;
-  std::unique_ptr<ComplexKluSolver> complex_;
+  /// Of a pair of conjugates.
+  struct Complex {
+    ComplexKluSolver solver;
+    std::vector<std::complex<double>> values, right;
+  };
+  std::vector<std::unique_ptr<Complex>> complex_;
   std::vector<double> mean_A_, mean_D_, values_;
-  std::vector<std::complex<double>> complex_values_, complex_right_;
-  Eigen::VectorXd real_right_, flow_[kStages];
+  Eigen::VectorXd real_right_;
+  Eigen::MatrixXd flow_;
   Eigen::ArrayXd row_scale_, column_scale_;
   Eigen::MatrixXd given_, left_, change_;
 
@@ -87,7 +89,7 @@ class LinearStages {
   std::unique_ptr<KluSolver> together_;
   SparsePattern differential_rows_;            // the equations' pattern without algebraic rows
   std::vector<std::int64_t> differential_of_;  // positions of its entries in the full pattern
-  int block_[kStages][kStages] = {};
+  Eigen::MatrixXi block_;
   std::vector<double> part_, scaled_;
   Eigen::ArrayXd all_rows_scale_, all_columns_scale_;
 };

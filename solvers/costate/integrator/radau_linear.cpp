@@ -11,25 +11,9 @@
 namespace costate {
 
 namespace {
-const double r6 = std::sqrt(6.0);
-const double c[3] = {(4 - r6) / 10, (4 + r6) / 10, 1};
-const double a[3][3] = {{(88 - 7 * r6) / 360, (296 - 169 * r6) / 1800, (-2 + 3 * r6) / 225},
-                        {(296 + 169 * r6) / 1800, (88 + 7 * r6) / 360, (-2 - 3 * r6) / 225},
-                        {(16 - r6) / 36, (16 + r6) / 36, 1.0 / 9}};
-// Weights of f at 0, c[0], c[1], c[2] in the estimate of the error: a third divided difference, scaled so that the
-// first one is the real eigenvalue of a, as in the source.
-const double estimate_first = (6 + std::cbrt(81.0) - std::cbrt(9.0)) / 30;
-double estimate_weight(int i) {
-  double weight = -estimate_first * c[0] * c[1] * c[2] / c[i];
-  for (int j = 0; j < 3; ++j)
-    if (j != i) weight /= c[i] - c[j];
-  return weight;
-}
-const double estimate[3] = {estimate_weight(0), estimate_weight(1), estimate_weight(2)};
-
-// The estimate is one of order 3 for a result of order 5: as in the source's program, a tolerance of this power keeps
-// the latter's error near rtol. The factor (0.1 there) leaves the gradient's error to that of the motion.
-double step_tolerance(double rtol) { return 0.03 * std::pow(rtol, 2.0 / 3); }
+// The estimate is one of order s for a result of order 2 s - 1: a tolerance of this power keeps the latter's error near
+// rtol, as in the source's program. The factor (0.1 there) leaves the gradient's error to that of the motion.
+double step_tolerance(double rtol, int s) { return 0.02 * std::pow(rtol, (s + 1.0) / (2.0 * s)); }
 constexpr double kSafety = 0.9, kLargestGrowth = 5, kLargestCut = 0.2;
 // Steps that might grow by less stay as they are, and may do with the factors of the one before.
 constexpr double kNoGrowth = 1.2;
@@ -56,12 +40,15 @@ constexpr double kSmallColumn = 1e-2;
 constexpr long kMostSteps = 50;
 }  // namespace
 
-RadauLinear::RadauLinear(HandEquations& equations, std::vector<double> parameter_sizes)
+RadauLinear::RadauLinear(HandEquations& equations, const RadauScheme& scheme, std::vector<double> parameter_sizes)
     : eq_(equations),
+      scheme_(scheme),
+      s_(scheme.stages),
       N_(equations.size()),
       k_(equations.columns()),
       parameter_sizes_(std::move(parameter_sizes)),
-      system_(equations) {}
+      system_(equations, scheme),
+      stages_(static_cast<std::size_t>(scheme.stages)) {}
 
 void RadauLinear::calc_momentum(const Eigen::MatrixXd& X, Eigen::MatrixXd& out) const {
   out = eq_.d();
@@ -83,23 +70,24 @@ double RadauLinear::attempt(const Trajectory& trajectory, double t0, double next
                             RadauResult& result) {
   const bool forward = eq_.direction() == HandEquations::Direction::forward;
   const double h = next - t0;
-  for (int i = 0; i < 3; ++i) {
-    const double t = i == 2 ? next : t0 + c[i] * h;
+  for (int i = 0; i < s_; ++i) {
+    const double t = i == s_ - 1 ? next : t0 + scheme_.c[static_cast<std::size_t>(i)] * h;
     trajectory.evaluate(t, point_.data());
     eq_.evaluate(t, point_.data());
     ++result.evaluations;
     eq_.keep(i);
-    take_blocks(stages_[i]);
+    take_blocks(stages_[static_cast<std::size_t>(i)]);
     system_.take(i);
   }
-  right_.resize(3 * N_, k_);
-  for (int i = 0; i < 3; ++i)
+  right_.resize(s_ * N_, k_);
+  for (int i = 0; i < s_; ++i)
     for (int j = 0; j < k_; ++j)
       for (int row = 0; row < N_; ++row) {
-        double x = -stages_[i].b(row, j);
+        const Stage& own = stages_[static_cast<std::size_t>(i)];
+        double x = -own.b(row, j);
         if (eq_.differential(row)) {
-          x = momentum_(row, j) - stages_[i].d(row, j);
-          for (int l = 0; l < 3; ++l) x += h * a[i][l] * stages_[l].b(row, j);
+          x = momentum_(row, j) - own.d(row, j);
+          for (int l = 0; l < s_; ++l) x += h * scheme_.a(i, l) * stages_[static_cast<std::size_t>(l)].b(row, j);
         }
         right_(i * N_ + row, j) = x;
       }
@@ -108,35 +96,36 @@ double RadauLinear::attempt(const Trajectory& trajectory, double t0, double next
   if (bad >= 0)
     throw SolverError(fmt::format("The hand-derived equations are singular at t = {:.9g} s, unknown '{}'.", t0,
                                   eq_.names()[static_cast<std::size_t>(bad)]));
-  for (int i = 0; i < 3; ++i) {
-    stages_[i].X = right_.middleRows(i * N_, N_);
-    calc_flow(stages_[i]);
+  for (int i = 0; i < s_; ++i) {
+    Stage& own = stages_[static_cast<std::size_t>(i)];
+    own.X = right_.middleRows(i * N_, N_);
+    calc_flow(own);
   }
-  calc_momentum(stages_[2].X, momentum_after_);
+  calc_momentum(stages_.back().X, momentum_after_);
   // The integrand last: for some equations it evaluates the kept points again.
-  Eigen::VectorXd change = estimate_first * begin_.integrand;
+  Eigen::VectorXd change = scheme_.error[0] * begin_.integrand;
   gradient_after_ = gradient_;
-  for (int i = 2; i >= 0; --i) {
+  for (int i = s_ - 1; i >= 0; --i) {
+    Stage& own = stages_[static_cast<std::size_t>(i)];
     eq_.recall(i);
-    eq_.integrand(stages_[i].X, stages_[i].integrand);
-    gradient_after_ += (forward ? h : -h) * a[2][i] * stages_[i].integrand;
-    change += estimate[i] * stages_[i].integrand;
+    eq_.integrand(own.X, own.integrand);
+    gradient_after_ += (forward ? h : -h) * scheme_.weight(i) * own.integrand;
+    change += scheme_.error[static_cast<std::size_t>(i) + 1] * own.integrand;
   }
   result.factorizations = system_.factorizations() - factorizations_before_;
   return std::max(state_error(h, tolerance), integral_error(h * change, tolerance));
 }
 
 double RadauLinear::state_error(double h, double tolerance) {
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < k_; ++j)
-      for (int row = 0; row < N_; ++row) {
-        double x = 0;
-        if (eq_.differential(row)) {
-          x = estimate_first * begin_.f(row, j);
-          for (int l = 0; l < 3; ++l) x += estimate[l] * stages_[l].f(row, j);
-        }
-        right_(i * N_ + row, j) = h * x;
+  for (int j = 0; j < k_; ++j)
+    for (int row = 0; row < N_; ++row) {
+      double x = 0;
+      if (eq_.differential(row)) {
+        x = scheme_.error[0] * begin_.f(row, j);
+        for (std::size_t l = 0; l < stages_.size(); ++l) x += scheme_.error[l + 1] * stages_[l].f(row, j);
       }
+      for (int i = 0; i < s_; ++i) right_(i * N_ + row, j) = h * x;
+    }
   if (system_.solve(right_, kErrorDigits) >= 0) return std::numeric_limits<double>::infinity();
   Eigen::ArrayXXd squares = Eigen::ArrayXXd::Zero(eq_.groups(), k_), counts = squares;
   size_after_ = size_;
@@ -144,10 +133,10 @@ double RadauLinear::state_error(double h, double tolerance) {
     for (int row = 0; row < N_; ++row) {
       if (!eq_.differential(row)) continue;
       const int group = eq_.group(row);
-      const double error = right_(2 * N_ + row, j);
+      const double error = right_((s_ - 1) * N_ + row, j);
       squares(group, j) += error * error;
       ++counts(group, j);
-      size_after_(group, j) = std::max(size_after_(group, j), std::abs(stages_[2].X(row, j)));
+      size_after_(group, j) = std::max(size_after_(group, j), std::abs(stages_.back().X(row, j)));
     }
   const bool forward = eq_.direction() == HandEquations::Direction::forward;
   double largest_error = 0;
@@ -244,7 +233,7 @@ RadauResult RadauLinear::integrate(const Trajectory& trajectory, const std::vect
   const auto time = [&](std::size_t i) { return forward ? grid[i] : grid[count - 1 - i]; };
   const double span = grid.back() - grid.front(), smallest = std::max(kSmallestStep * rtol, kShortestStep) * span;
   const bool adaptive = rtol > 0;
-  const double tolerance = adaptive ? step_tolerance(rtol) : 1;
+  const double tolerance = adaptive ? step_tolerance(rtol, s_) : 1;
   const long most_steps = kMostSteps * static_cast<long>(trajectory.steps()) + 1000;
   RadauResult r;
   point_.resize(static_cast<std::size_t>(trajectory.width()));
@@ -284,7 +273,7 @@ RadauResult RadauLinear::integrate(const Trajectory& trajectory, const std::vect
       const double next = steps == 1 ? end : forward ? t + step : t - step;
       const double error = attempt(trajectory, t, next, tolerance, r);
       const bool smallest_reached = step <= smallest;
-      double factor = error > 0 ? kSafety * std::pow(error, -0.25) : kLargestGrowth;
+      double factor = error > 0 ? kSafety * std::pow(error, -1.0 / (s_ + 1)) : kLargestGrowth;
       if (!(factor > kLargestCut)) factor = kLargestCut;
       factor = std::min(factor, rejected ? 1 : kLargestGrowth);
       if (factor > 1 && factor < kNoGrowth) factor = 1;
@@ -296,7 +285,7 @@ RadauResult RadauLinear::integrate(const Trajectory& trajectory, const std::vect
       }
       if (!std::isfinite(error))
         throw SolverError(fmt::format("The hand-derived equations' solution grows without bound at t = {:.9g} s.", t));
-      std::swap(begin_, stages_[2]);
+      std::swap(begin_, stages_.back());
       std::swap(momentum_, momentum_after_);
       std::swap(size_, size_after_);
       std::swap(gradient_, gradient_after_);

@@ -1,12 +1,12 @@
-// Radau IIA of three stages (order 5) for the linear descriptor systems of adjoint/hand_equations.h, forward or
-// backward in time along a stored trajectory. Handles index 1 to 3 without change of form; momenta D X + d are carried
-// as such. The gradient's integrand is summed with the scheme's own weights.
+// Radau IIA of order 5 or 9 (s = 3 or 5 stages) for the linear descriptor systems of adjoint/hand_equations.h, forward
+// or backward in time along a stored trajectory. Handles index 1 to 3 without change of form; momenta D X + d are
+// carried as such. The gradient's integrand is summed with the scheme's own weights.
 //
-// Steps follow their error. With f = A X + b at the beginning of a step and at its stages, h times the third divided
-// difference of f is the difference to an embedded formula of order 3; passed through the step itself (S being its
-// matrix, S^-1 of it is what the step would make of such a momentum) it does not exaggerate stiff components and leaves
-// out what the constraints take away. The integrand's divided difference is held to the same tolerance.
-// Source of scheme and estimate: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.5, IV.8 and VII.
+// Steps follow their error. With f = A X + b at the beginning of a step and at its stages, h times their divided
+// difference of order s is the difference to an embedded formula of order s; passed through the step itself (S being
+// its matrix, S^-1 of it is what the step would make of such a momentum) it does not exaggerate stiff components and
+// leaves out what the constraints take away. The integrand's divided difference is held to the same tolerance. Source
+// of scheme and estimate: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.5, IV.8 and VII.
 #pragma once
 
 #include <functional>
@@ -29,7 +29,7 @@ class RadauLinear {
   using Watch = std::function<void(double t, long steps)>;
 
   /// Sizes of the parameters: a column's error, and a parameter's share of the gradient, counts per relative change.
-  RadauLinear(HandEquations& equations, std::vector<double> parameter_sizes);
+  RadauLinear(HandEquations& equations, const RadauScheme& scheme, std::vector<double> parameter_sizes);
 
   /// Integrates over the span of the grid (increasing times), stepping onto each of its points. The last instants
   /// before jumps of the motion must be among them (with_jumps()). `rtol` and `atol` are those of the trajectory: the
@@ -64,12 +64,14 @@ class RadauLinear {
   Eigen::VectorXd change_by_tolerance(const Trajectory& trajectory, const std::vector<double>& grid, double atol);
 
   HandEquations& eq_;
-  int N_, k_;
+  const RadauScheme& scheme_;
+  int s_, N_, k_;
   std::vector<double> parameter_sizes_;
   LinearStages system_;
   double solve_tolerance_ = 0;  // of the stages
   long factorizations_before_ = 0;
-  Stage begin_, stages_[3];
+  Stage begin_;
+  std::vector<Stage> stages_;
   std::vector<double> point_;
   Eigen::MatrixXd momentum_, momentum_after_, right_;
   Eigen::MatrixXd size_, size_after_;  // of X by group and column, the largest met

@@ -179,8 +179,8 @@ TEST_CASE("let pass: thrown points that pass each other near the ground, against
     };
     const Scene scene = Scene::parse(
         fmt::format(
-            "gravity.{}_m_per_s2 = -10\n{}{}mass.P = {{ point = \"P\", mass_kg = 1 }}\n"
-            "mass.Q = {{ point = \"Q\", mass_kg = 1 }}\n[contact.floor]\n{}\npoint = \"P\"\nahead_of = \"Q\"\n"
+            "gravity.{}_m_per_s2 = -10\n{}{}[mass.P]\npoint = \"P\"\nmass_kg = 1\n"
+            "[mass.Q]\npoint = \"Q\"\nmass_kg = 1\n[contact.floor]\n{}\npoint = \"P\"\nahead_of = \"Q\"\n"
             "restitution = 0.5\nground_angle_rad = {:.17g}\n[start]\ngiven = [{}]\n[run]\nt_end_s = {:.17g}\n",
             space ? "z" : "y", point("P", x, y, vx, vy), point("Q", qx, qy, wx, wy), rigid ? kRigid : kSoft, angle,
             space ? "\"P.x\", \"P.y\", \"P.z\", \"Q.x\", \"Q.y\", \"Q.z\"" : "\"P.x\", \"P.y\", \"Q.x\", \"Q.y\"",

@@ -7,6 +7,7 @@
 
 #include "costate/adjoint/block_jumps.h"
 #include "costate/assembly/packed_state.h"
+#include "costate/assembly/slip_directions.h"
 #include "costate/base/error.h"
 #include "costate/element/guarded_force.h"
 
@@ -49,6 +50,8 @@ std::vector<ForceKink> find_force_kinks(Assembly& assembly, const Objective& obj
         motion(t, point.data());
         StateView s = packed_view(t, point.data(), assembly.n());
         s.a = s.lambda = rest.data();
+        // Directions of slips are those of the Jacobian there.
+        if (may_slide_in_space(assembly)) assembly.calc_dynamics(s);
         assembly.calc_partials(s);
         gradient.set_zero();
         objective.add_running_gradient(s, assembly, gradient);

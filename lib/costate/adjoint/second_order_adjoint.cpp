@@ -3,6 +3,8 @@
 #include "costate/adjoint/gradient_rate.h"
 #include "costate/analysis/start.h"
 #include "costate/assembly/reaction_rates.h"
+#include "costate/assembly/rolling_rows.h"
+#include "costate/assembly/sliding_terms.h"
 #include "costate/assembly/slip_directions.h"
 #include "costate/base/error.h"
 #include "costate/linear/to_dense.h"
@@ -51,6 +53,8 @@ SecondOrderAdjoint::SecondOrderAdjoint(std::shared_ptr<const Mechanism> mechanis
   at_.t_nu = place(assembly_.jacobian(), t, v);
   at_.t_mu = place(assembly_.jacobian(), t, u);
   at_.t_corner = place(level_.corner_pattern(), t, t, true);
+  at_.t_turn = may_slide_in_space(assembly_) ? place(level_.corner_pattern(), t, s, true) : -1;
+  at_.D_slip = at_.t_turn < 0 ? -1 : place(assembly_.jacobian(), v, s, true);
   at_.nu_fv_fz = place(full(n_, nz_), v, z);
   at_.nu_fv_Qz = nz_ > 0 ? place(full(n_, n_), v, u) : -1;
   finalize();
@@ -66,10 +70,18 @@ void SecondOrderAdjoint::require_plain_cost() const {
 void SecondOrderAdjoint::fill() {
   require_plain_cost();
   std::vector<double> second;
-  if (calc_reaction_rates(assembly_, state(), reaction_rate_, second)) {
+  const bool slides = calc_reaction_rates(assembly_, state(), reaction_rate_, second);
+  // J' of rows that roll, or would if they did not slide.
+  add_rolling_rates(assembly_, state(), reaction_rate_);
+  if (slides) {
     level_.solve(level_.state());
     level_.linearize();
   }
+  twist_.assign(assembly_.phid_q.size(), 0);
+  add_rolling_rates(assembly_, state(), twist_);
+  slip_partials(assembly_, state(), slip_q_, slip_v_);
+  corner_rate_ = slips_in_space(assembly_) ? slip_corner_rates(assembly_, state(), level_.corner_pattern())
+                                           : std::vector<double>();
   calc_path_rates(assembly_, state(), rates_);
   const Stabilization& st = level_.stabilization();
   D_.add_constant(at_.D_mu, 1);
@@ -88,11 +100,17 @@ void SecondOrderAdjoint::fill() {
   for (std::size_t k = 0; k < held.size(); ++k)
     if (!assembly_.holds_position(static_cast<int>(assembly_.jacobian().row[k]))) held[k] = 0;
   A_.add(at_.nu_sigma, held.data(), -st.by_value());
+  A_.add(at_.nu_sigma, twist_.data(), st.by_rate());
   D_.add_constant(at_.D_sigma, 1);
   A_.add_constant(at_.sigma_tau, 1);
   A_.add(at_.t_nu, assembly_.reaction_jacobian().data());
   A_.add(at_.t_mu, reaction_rate_.data());
   A_.add(at_.t_corner, level_.corner());
+  if (!corner_rate_.empty()) {
+    D_.add(at_.D_slip, slip_v_.data(), -1);
+    A_.add(at_.nu_sigma, slip_q_.data(), -1);
+    A_.add(at_.t_turn, corner_rate_.data());
+  }
   const ScalarGradient& g = running_gradient();
   ScalarGradient rate;
   rate.resize(assembly_);
@@ -113,14 +131,13 @@ void SecondOrderAdjoint::fill() {
   b_.col(0).segment(n_, n_) += f_v.transpose() * g.z;
 }
 
-bool SecondOrderAdjoint::carries_switched_rows() const { return !may_slide_in_space(assembly_); }
-
 Eigen::VectorXd SecondOrderAdjoint::rest(const double* mu, const double* sigma, const double* mu_z) {
   Eigen::VectorXd r = -running_gradient().v;
   const SparsePattern& J = assembly_.jacobian();
   add_transposed_product(assembly_.square(), assembly_.C.data(), 1, mu, r.data());
   add_transposed_product(J, level_.R2_v().data(), 1, sigma, r.data());
   add_transposed_product(J, assembly_.phid_q.data(), -1, sigma, r.data());
+  add_transposed_product(J, twist_.data(), -1, sigma, r.data());
   add_product(assembly_.square(), rates_.M_dot.data(), -1, mu, r.data());
   if (nz_ > 0) add_transposed_product(assembly_.state_force(), assembly_.f_v.data(), -1, mu_z, r.data());
   return r;
@@ -139,13 +156,15 @@ void SecondOrderAdjoint::from_states(const Eigen::MatrixXd& Y, Eigen::MatrixXd& 
   X = join({Y.col(0).head(n_), Y.col(0).segment(n_, n_), Y.col(0).tail(nz_)});
 }
 
-// KKT^T [mu; sigma] = [mu_v; 0], KKT^T [nu; tau] = [rest - mu_q; -J_r' mu]
+// KKT^T [mu; sigma] = [mu_v; 0], KKT^T [nu; tau] = [rest - mu_q; -J_r' mu - N'^T sigma]
 Eigen::MatrixXd SecondOrderAdjoint::join(const StateAdjoint& mu) {
   Eigen::VectorXd x = Eigen::VectorXd::Zero(n_ + m_), y = x;
   x.head(n_) = mu.v;
   level_.solve_kkt_transposed(x.data());
   y.head(n_) = rest(x.data(), x.data() + n_, mu.z.data()) - mu.q;
   add_product(assembly_.jacobian(), reaction_rate_.data(), -1, x.data(), y.data() + n_);
+  if (!corner_rate_.empty())
+    add_transposed_product(level_.corner_pattern(), corner_rate_.data(), -1, x.data() + n_, y.data() + n_);
   level_.solve_kkt_transposed(y.data());
   Eigen::MatrixXd X(size(), 1);
   X.col(0) << x.head(n_), y.head(n_), mu.z, x.tail(m_), y.tail(m_);
@@ -188,6 +207,7 @@ void SecondOrderAdjoint::integrand(const Eigen::MatrixXd& X, Eigen::VectorXd& ou
   out = running_gradient().rho;
   const double* mu_z = X.data() + 2 * n_;
   const auto w = level_.stabilization().weights(X.data(), mu_z + nz_, mu_z);
+  go_to_slips();
   assembly_.add_parameter_gradient(state(), w, -1, out.data());
 }
 

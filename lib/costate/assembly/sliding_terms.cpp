@@ -54,17 +54,33 @@ void add_sliding_gradient_change(const Assembly& assembly, const StateView& s, c
   });
 }
 
-void add_sliding_rates(const Assembly& assembly, const StateView& s, double* row) {
+namespace {
+/// visit(row, mu sigma') for every contact that slides in space, along the motion.
+template <class Visit>
+void for_each_turn(const Assembly& assembly, const StateView& s, const Visit& visit) {
   Variation motion;
   motion.q = s.v;
   motion.v = s.a;
   for_each_slide(assembly, [&](const Assembly::SlidingRow& r, bool in_space) {
     if (!in_space) return;
     const SlipOnLine slip(assembly, s, motion, r.normal);
-    const Vector2d turn = turn_of(slip).T * slip.dw;
-    for (int k = 0; k < 2; ++k)
-      row[r.along + k] -= assembly.numbers()[static_cast<std::size_t>(r.number)] * s.lambda[r.normal] * turn[k];
+    visit(r, Vector2d(assembly.numbers()[static_cast<std::size_t>(r.number)] * (turn_of(slip).T * slip.dw)));
   });
+}
+}  // namespace
+
+void add_sliding_rates(const Assembly& assembly, const StateView& s, double* row) {
+  for_each_turn(assembly, s, [&](const Assembly::SlidingRow& r, const Vector2d& turn) {
+    for (int k = 0; k < 2; ++k) row[r.along + k] -= s.lambda[r.normal] * turn[k];
+  });
+}
+
+std::vector<double> slip_corner_rates(const Assembly& assembly, const StateView& s, const SparsePattern& corner) {
+  std::vector<double> rates(corner.row.size(), 0);
+  for_each_turn(assembly, s, [&](const Assembly::SlidingRow& r, const Vector2d& turn) {
+    for (int k = 0; k < 2; ++k) rates[static_cast<std::size_t>(corner.find(r.along + k, r.normal))] = -turn[k];
+  });
+  return rates;
 }
 
 }  // namespace costate

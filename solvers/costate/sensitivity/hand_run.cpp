@@ -211,8 +211,8 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
   if (equations.assembly().has_switched_rows() && !equations.carries_switched_rows())
     throw CapabilityError(
         "This scene has rigid contacts that close, whose rows come and go; the first-order equations of index1, "
-        "index2, index3, baumgarte, penalty, augmented-lagrangian, maggi and maggi-implicit hold them, and without "
-        "friction in space those of penalty-second-order and maggi-second-order. Take one of these, idas or cvodes "
+        "index2, index3, baumgarte, penalty, augmented-lagrangian, maggi and maggi-implicit hold them, those of "
+        "penalty-second-order, and without friction in space those of maggi-second-order. Take one of these, idas or cvodes "
         "methods, or let the "
         "contacts bounce for good (restitution above 0, closing_speed_m_per_s = 0).");
   const ForwardMotion motion = record_motion(problem, rho);

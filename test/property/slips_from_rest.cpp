@@ -6,6 +6,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "costate/base/notice.h"
+#include "costate/integrator/simulate.h"
 #include "costate/problem/scene_problem.h"
 #include "costate/scene/scene.h"
 #include "costate/sensitivity/hessian.h"
@@ -255,6 +257,90 @@ length_m = 1
   const GradientResult expected = forward(p);
   CHECK(event_names(expected.events) == slips_and_stops);
   CHECK(error_of(p, "cvodes-adjoint", expected.gradient) <= 2e3 * p.solver.rtol + kOfReference);
+}
+
+// A point on a slope that a spring pulls from another one, which flies. Towards the stop Adams' method falls to steps
+// of 1e-9 s, too short a time to be told stiff: CVODES takes BDF, and says so.
+TEST_CASE("slips from rest: pulled by a spring, and Adams' method does not get on", "[events]") {
+  Problem p = make_problem(Scene::parse(R"(
+[gravity]
+z_m_per_s2 = -9.81
+[point.P]
+x_m = 0
+y_m = 0
+z_m = 0
+[mass.P]
+point = "P"
+mass_kg = 1.2273562457756648
+[contact.floor]
+kind = "rigid"
+point = "P"
+closed = true
+along_m = 0
+across_m = 0
+friction = "coulomb"
+friction_coefficient = 0.56221516986161291
+ground_angle_rad = 0.1763
+[point.Q]
+x_m = 0.9
+y_m = 0
+z_m = 0.3
+vx_m_per_s = 1.9478
+vy_m_per_s = 1.4998
+[mass.Q]
+point = "Q"
+mass_kg = 1.4071
+[spring.pull]
+from = "P"
+to = "Q"
+stiffness_N_per_m = 47.819470280239898
+damping_N_s_per_m = 0.2
+natural_length_m = 0.95
+[point.N]
+ground = true
+x_m = 0.8
+y_m = 0
+z_m = 2
+[spring.hang]
+from = "N"
+to = "Q"
+stiffness_N_per_m = 40
+natural_length_m = 1.4
+[start]
+given = ["Q.x", "Q.y", "Q.z"]
+[[cost.terminal]]
+kind = "value"
+output = "P.y"
+[[cost.running]]
+kind = "square"
+output = "Q.y"
+[run]
+t_end_s = 0.7
+rtol = 1e-9
+parameters = ["point.Q.vx_m_per_s", "contact.floor.ground_angle_rad", "contact.floor.friction_coefficient"]
+)",
+                                        "pulled_by_spring.toml"));
+  const std::vector<std::string> events = {"contact.floor: slip slides", "contact.floor: stop sticks",
+                                           "contact.floor: slip slides"};
+  p.formulation = "index1";
+  const GradientResult expected = forward(p);
+  CHECK(event_names(expected.events) == events);
+  for (const char* formulation : {"baumgarte", "index1", "maggi"}) {
+    p.formulation = formulation;
+    p.solver.rtol = 1e-9;
+    p.solver.integrator = "cvodes";
+    CAPTURE(formulation);
+    take_notices();
+    const Simulation run = simulate(p, p.parameters.values());
+    CHECK(event_names(run.events) == events);
+    CHECK(std::abs(run.psi - expected.psi) <= 2e3 * p.solver.rtol * std::abs(expected.psi));
+    bool told = false;
+    for (const std::string& text : take_notices()) told = told || text.find("took BDF instead") != text.npos;
+    CHECK(told);
+  }
+  p.formulation = "penalty-second-order";
+  p.solver.integrator = "";
+  CHECK(error_of(p, "hand-adjoint", expected.gradient) <= 2e3 * p.solver.rtol + 1e-6);  // soft by O(1/alpha)
 }
 
 // Explicit steps do not get on there, and where they do their derivative is of another direction (2.2 times the

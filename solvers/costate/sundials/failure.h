@@ -2,6 +2,7 @@
 // say of the state there.
 #pragma once
 
+#include <cstdlib>
 #include <functional>
 #include <initializer_list>
 #include <string>
@@ -10,6 +11,15 @@
 #include "costate/formulation/system.h"
 
 namespace costate {
+
+/// The name of a flag that SUNDIALS returned, by one of its APIs (sundials/ida_api.h).
+template <class Api>
+std::string flag_name_of(int flag) {
+  char* name = Api::flag_name(flag);
+  std::string text = name ? name : std::to_string(flag);
+  std::free(name);
+  return text;
+}
 
 struct FailureContext {
   std::string what;     // "IDAS could not continue the simulation"

@@ -212,7 +212,8 @@ GradientResult run_hand_equations(const Problem& problem, const std::vector<doub
     throw CapabilityError(
         "This scene has rigid contacts that close, whose rows come and go; the first-order equations of index1, "
         "index2, index3, baumgarte, penalty, augmented-lagrangian, maggi and maggi-implicit hold them, those of "
-        "penalty-second-order, and without friction in space those of maggi-second-order. Take one of these, idas or cvodes "
+        "penalty-second-order, and without friction in space those of maggi-second-order. Take one of these, idas or "
+        "cvodes "
         "methods, or let the "
         "contacts bounce for good (restitution above 0, closing_speed_m_per_s = 0).");
   const ForwardMotion motion = record_motion(problem, rho);

@@ -67,7 +67,9 @@ double negligible_cost(const Mechanism& mechanism, const SolverOptions& options)
 }
 
 double cost_tolerance(const System& system, const SolverOptions& options) {
-  return options.absolute() * cost_size(system.assembly().mechanism()) * std::min(1.0, options.t_end - options.t_start);
+  const double by_atol =
+      options.absolute() * cost_size(system.assembly().mechanism()) * std::min(1.0, options.t_end - options.t_start);
+  return options.cost_atol > 0 ? std::min(by_atol, options.cost_atol) : by_atol;
 }
 
 }  // namespace costate

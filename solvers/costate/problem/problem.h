@@ -20,7 +20,8 @@ struct SolverOptions {
   double t_start = 0;  // s
   double t_end = 1;    // s
   double rtol = kDefaultTolerance;
-  double atol = 0;  // absolute tolerance of every unknown in its SI unit; 0: the same number as rtol
+  double atol = 0;       // absolute tolerance of every unknown in its SI unit; 0: the same number as rtol
+  double cost_atol = 0;  // of psi's integral, where that is less than what atol makes of it; 0: what that makes
   long max_steps = 2'000'000;
   double max_step_s = 0;   // largest step, so that nothing short (a bump in the road) is stepped over; 0: unlimited
   std::string integrator;  // "idas", "cvodes", "fixed" or empty: the formulation's default
@@ -40,6 +41,7 @@ struct SolverOptions {
   /// Another relative tolerance, the absolute one in proportion.
   void set_rtol(double to) {
     if (atol > 0) atol *= to / rtol;
+    cost_atol *= to / rtol;
     rtol = to;
   }
 };

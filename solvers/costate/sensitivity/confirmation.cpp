@@ -52,6 +52,11 @@ constexpr double kLoosening[] = {1e3, 1e4, 1e5, 1e6}, kLoosestBeside = 1e-3;
 // kUnresolved rtol of it. It is computed once more with tolerances of which they would be a tenth of that, but no
 // smaller than kFinest of what they were; where a part is asked for, kFinestAsked.
 constexpr double kAbsolute = 30, kUnresolved = 1e4, kFinest = 1e-4, kFinestAsked = 1e-6;
+// Of psi's integral alone, whose tolerance costs steps only where the cost changes: of what atol makes of it. A narrow
+// pulse far below that has no error control at all, and every run the same errors. And how many steps, for one before,
+// that is worth.
+constexpr double kFinestIntegral = 1e-10;
+constexpr long kMostFiner = 30, kStepsOfFew = 1000;
 
 // What a tenth of a loose tolerance may change without a word: a third of 1e4 rtol, a tenth at most.
 constexpr double kMuchOfLoose = 3e3, kMuch = 0.1;
@@ -169,31 +174,42 @@ bool resolve_small_psi(Problem& problem, double size, double part) {
   if (!(size > negligible_cost(*problem.mechanism, problem.solver)) || kAbsolute * tolerated <= least * size)
     return false;
   const double aim = part > 0 ? part : 0.1 * kUnresolved * problem.solver.rtol;
-  problem.solver.atol =
-      problem.solver.absolute() * std::max(aim * size / (kAbsolute * tolerated), part > 0 ? kFinestAsked : kFinest);
+  const double smaller = aim * size / (kAbsolute * tolerated);
+  problem.solver.cost_atol = tolerated * std::max(smaller, kFinestIntegral);
+  problem.solver.atol = problem.solver.absolute() * std::max(smaller, part > 0 ? kFinestAsked : kFinest);
   return true;
 }
 
 GradientResult confirmed(const Problem& asked, GradientResult result, const GradientRun& run, Looks looks,
                          bool* sensitive) {
   const double rtol = asked.solver.rtol;
-  if (!(rtol <= kLoosest)) return beside_a_tighter_one(asked, std::move(result), run, looks.scheme);
   if (rtol * kTighter < kTightest) return result;
   std::vector<std::string> said = take_notices();
   Problem problem = asked;
   if (GradientResult finer; resolve_small_psi(problem, size_of_psi(problem, result))) {
-    if (attempt(problem, 1, run, finer) && apart(asked, result, finer).relative > kKnown * rtol) {
+    Problem few = problem;
+    few.solver.max_steps = std::min(few.solver.max_steps, kMostFiner * result.counters.steps + kStepsOfFew);
+    // Of a psi that is itself hardly more than what counts as nothing its part counts.
+    const auto changes = [&] {
+      return std::max(apart(asked, result, finer).relative,
+                      std::abs(finer.psi - result.psi) / size_of_psi(problem, result));
+    };
+    if (attempt(few, 1, run, finer) && changes() > std::min(kMuch, kKnown * rtol)) {
       finer.counters.simulations = std::max(finer.counters.simulations, result.counters.simulations);
       result = finer;
       said = take_notices();
     } else {
-      problem.solver.atol = asked.solver.atol;
+      problem = asked;
     }
   }
   const auto say = [](const std::vector<std::string>& sentences) {
     take_notices();
     for (const auto& s : sentences) notice(s);
   };
+  if (!(rtol <= kLoosest)) {
+    say(said);
+    return beside_a_tighter_one(problem, std::move(result), run, looks.scheme);
+  }
   GradientResult loose, tight;
   Apart first{std::numeric_limits<double>::infinity(), ""};
   if (attempt(problem, kLooser, run, loose)) first = apart(problem, loose, result);

@@ -155,7 +155,9 @@ void add_rigid(const std::string& name, SceneTable& table, MechanismBuilder& bui
   ContactLawOptions compliant;
   if (table.has("stiffness_N_per_m_n") || table.has("youngs_modulus_Pa")) read_normal_law(table, "ground_", compliant);
   o.restitution = table.value("restitution", NumberRule::non_negative, 0);
-  if (o.restitution > 0) o.restitution_law = table.one_of("restitution_law", {"newton", "poisson"}, o.restitution_law);
+  // Without restitution both laws are one.
+  const std::string law = table.one_of("restitution_law", {"newton", "poisson"}, o.restitution_law);
+  if (o.restitution > 0) o.restitution_law = law;
   // A compliant contact that is closed at the start says so by its approach speed.
   const bool pressed =
       table.has("approach_speed_m_per_s") && table.value("approach_speed_m_per_s", NumberRule::non_negative) > 0;

@@ -32,17 +32,17 @@ const KindKeys axis_spring_keys(
                     {"spring_law", "a law of the displacement along the axis, added to the stiffness"},
                     {"damper_law", "a law of the rate of displacement along the axis, added to the damping"}});
 
-const KindKeys bushing_keys("bushing", {{"from, to", "names of the two points"},
-                                        {"stiffness_N_per_m",
-                                         "[x, y, z] along the axes of its frame; by default zeros, as all of these"},
-                                        {"stiffness_N_m_per_rad", "[x, y, z] about them"},
-                                        {"damping_N_s_per_m", "[x, y, z] along them"},
-                                        {"damping_N_m_s_per_rad", "[x, y, z] about them"},
-                                        {"preload_N", "[x, y, z]: constant force"},
-                                        {"preload_N_m", "[x, y, z]: constant torque"},
-                                        {"rotation_axis_from, rotation_axis_to",
-                                         "[x, y, z]: the axis that turns its frame in from's, or to's, body"},
-                                        {"angle_from_rad, angle_to_rad", "by how much about that axis"}});
+const KindKeys bushing_keys(
+    "bushing",
+    {{"from, to", "names of the two points"},
+     {"stiffness_N_per_m", "[x, y, z] along the axes of its frame; by default zeros, as all of these"},
+     {"stiffness_N_m_per_rad", "[x, y, z] about them"},
+     {"damping_N_s_per_m", "[x, y, z] along them"},
+     {"damping_N_m_s_per_rad", "[x, y, z] about them"},
+     {"preload_N", "[x, y, z]: constant force, as of what is stretched: it pulls to back"},
+     {"preload_N_m", "[x, y, z]: constant torque, likewise"},
+     {"rotation_axis_from, rotation_axis_to", "[x, y, z]: the axis that turns its frame in from's, or to's, body"},
+     {"angle_from_rad, angle_to_rad", "by how much about that axis"}});
 
 const KindKeys drag_keys("drag",
                          {{"point", "name of the point"},
@@ -72,7 +72,7 @@ const KindKeys couple_keys("couple", {{"angle", "an angle against the ground"},
                                       {"body", "name of a rigid body in space"},
                                       {"bodies", "two of them: on the second, and back on the first"},
                                       {"x_N_m, y_N_m, z_N_m", "components, laws of time"},
-                                      {"frame", "body: the components turn with the body"},
+                                      {"frame", "body: the components turn with the body, of two with the first"},
                                       {"work", "whether the work that it does is integrated, as an output"}});
 
 const KindKeys friction_keys("friction",

@@ -23,7 +23,7 @@ const KindKeys bump_law_keys("law bump",
 const KindKeys sine_sweep_law_keys("law sine_sweep",
                                    {{"amplitude_m", "half of the swing"},
                                     {"start_m", "where it begins"},
-                                    {"length_m", "over which the frequency changes"},
+                                    {"length_m", "over which the frequency changes; behind it the last one goes on"},
                                     {"n_start_1_per_m, n_end_1_per_m", "waves by length at its ends"}});
 
 const KindKeys iso8608_law_keys("law iso8608",
